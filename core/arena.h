@@ -1,0 +1,89 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Memory. Everything a detector uses while it runs lies in one block per owner (a frame slot, a tracker, a mailbox),
+// carved once at create. Carving runs twice over the same code: first to measure, then to hand out addresses.
+//
+//   template <class C> void carve(C& carver, MyTables& t) { t.a = carver.template take<float>(n); ... }
+//   Arena arena; arena.build([&](Carver& c) { carve(c, tables); }, allocator);
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+#include "core/plane.h"
+
+namespace overtake {
+
+// Where memory comes from. The C API's alloc and free land here. `allocate` returns null when there is none.
+struct Allocator {
+  void* (*allocate)(size_t bytes, size_t alignment, void* user) = nullptr;
+  void (*release)(void* block, size_t bytes, void* user) = nullptr;
+  void* user = nullptr;
+};
+Allocator default_allocator() noexcept;
+
+// Hands out 64-byte aligned pieces of one block, or, with no block, adds up what they need.
+class Carver {
+ public:
+  explicit Carver(void* base = nullptr) : base_(static_cast<char*>(base)) {}
+
+  template <class T>
+  T* take(std::size_t count) {
+    offset_ = (offset_ + kCacheLine - 1) / kCacheLine * kCacheLine;
+    char* at = base_ ? base_ + offset_ : nullptr;
+    offset_ += count * sizeof(T);
+    return reinterpret_cast<T*>(at);
+  }
+
+  template <class T>
+  Plane<T> take_plane(int32_t rows, int32_t cols) {
+    const int32_t stride = round_up(cols + kRowPad, kRowAlign);
+    T* lead = take<T>(std::size_t(rows) * std::size_t(stride) + 2 * kRowPad);
+    return {lead ? lead + kRowPad : nullptr, rows, cols, stride};
+  }
+
+  BitPlane take_bits(int32_t rows, int32_t cols) {
+    const int32_t words = round_up(cols, 64) / 64;
+    return {take<uint64_t>(std::size_t(rows) * std::size_t(words)), rows, cols, words};
+  }
+
+  std::size_t bytes() const { return (offset_ + kCacheLine - 1) / kCacheLine * kCacheLine; }
+
+ private:
+  char* base_;
+  std::size_t offset_ = 0;
+};
+
+// Owner of one block. Zeroed on build (which also touches every page). Movable, not copyable.
+class Arena {
+ public:
+  Arena() = default;
+  Arena(Arena&& other) noexcept;
+  Arena& operator=(Arena&& other) noexcept;
+  Arena(const Arena&) = delete;
+  Arena& operator=(const Arena&) = delete;
+  ~Arena();
+
+  // Runs `carve` twice. False, with nothing kept, when the allocator has no memory.
+  template <class Carve>
+  [[nodiscard]] bool build(const Allocator& allocator, Carve&& carve) {
+    Carver measure;
+    carve(measure);
+    if (!acquire(allocator, measure.bytes())) return false;
+    Carver hand_out(block_);
+    carve(hand_out);
+    return true;
+  }
+  std::size_t bytes() const { return bytes_; }
+
+ private:
+  bool acquire(const Allocator& allocator, std::size_t bytes) noexcept;
+  void reset() noexcept;
+  Allocator allocator_{};
+  void* block_ = nullptr;
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace overtake

@@ -1,0 +1,25 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Words every file needs: inlining, and checks of contracts inside the library.
+#pragma once
+
+#include <cstdio>
+#include <cstdlib>
+
+#define OVT_INLINE inline __attribute__((always_inline))
+#define OVT_RESTRICT __restrict__
+
+// A broken contract inside the library (never a bad argument from outside, never bad luck on track).
+// On in debug and in optimised test builds (-DOVT_CHECKS=ON), nothing in release.
+#if defined(OVT_ENABLE_CHECKS)
+#define OVT_CHECK(condition)                                                                  \
+  do {                                                                                        \
+    if (!(condition)) {                                                                       \
+      std::fprintf(stderr, "%s:%d: broken contract: %s\n", __FILE__, __LINE__, #condition);   \
+      std::abort();                                                                           \
+    }                                                                                         \
+  } while (false)
+#else
+#define OVT_CHECK(condition) static_cast<void>(0)
+#endif

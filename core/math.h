@@ -1,0 +1,274 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The project's own elementary functions: polynomials of multiply and add (plus / and sqrt, which are correctly rounded
+// everywhere we run), so that every machine, compiler and ISA computes the same bytes. libm's are not used on the data
+// path: they differ between C libraries and CPUs. Build with -ffp-contract=off.
+//
+// The float forms are templates on a value type V: float here, a vector in the SIMD kernels, so that twin and vector
+// form are one source. V needs a constructor from float, + - * /, < and >, and the free functions select, abs_of, min_of,
+// max_of. For float they are below; for a vector type they belong into that type's own namespace, where
+// argument-dependent lookup finds them at the point of use. There is no branch on data and no unary minus (0 - v gives
+// +0 on every ISA). Arguments are finite; a NaN gives some value, never a trap of ours.
+//
+// Bounds are measured against x87 long double by tests/test_math.cpp; ulp = unit in the last place of the true value.
+#pragma once
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "core/check.h"
+
+namespace overtake {
+
+inline constexpr double kPi = 3.14159265358979323846;
+inline constexpr double kHalfPi = 1.57079632679489661923;
+inline constexpr double kTwoPi = 6.28318530717958647693;
+inline constexpr float kPiF = 3.14159265358979323846f;   // 8.7e-8 above pi
+inline constexpr float kHalfPiF = 1.57079632679489661923f;
+inline constexpr float kTwoPiF = 6.28318530717958647693f;
+
+// What a value type V brings along, for V = float. Built-ins, not std::fabs: an inline function of the library, left out
+// of line in a file built for AVX, could be linked into code for every CPU.
+OVT_INLINE float select(bool mask, float yes, float no) { return mask ? yes : no; }
+OVT_INLINE float abs_of(float v) { return __builtin_fabsf(v); }
+OVT_INLINE float min_of(float a, float b) { return a < b ? a : b; }
+OVT_INLINE float max_of(float a, float b) { return a > b ? a : b; }
+
+OVT_INLINE float sqrt_f32(float v) { return __builtin_sqrtf(v); }
+OVT_INLINE double sqrt_f64(double v) { return __builtin_sqrt(v); }
+
+// ---- float, scalar and vector ---------------------------------------------------------------------------------------
+
+// atan t for t in [0, 1] as t + t^3 P(t^2), P by Remez in relative error (2.6e-9).
+template <class V>
+OVT_INLINE V atan_of_octant(V t) {
+  const V z = t * t;
+  V p(-0.00179362297f);
+  p = p * z + V(0.0109146116f);
+  p = p * z + V(-0.031177856f);
+  p = p * z + V(0.0579576045f);
+  p = p * z + V(-0.08403451f);
+  p = p * z + V(0.109521858f);
+  p = p * z + V(-0.142642424f);
+  p = p * z + V(0.199985489f);
+  p = p * z + V(-0.333332986f);
+  return t + t * (z * p);
+}
+
+// Angle of (x, y) in [-pi, pi], error <= 1.6 ulp for all finite arguments. (0, 0) gives 0. The sign of y counts through
+// y < 0 only, so -0.0 is 0.0: atan2(-0, -1) = +pi, and a result of zero is +0. The octant adds 0, pi/2 or pi.
+template <class V>
+OVT_INLINE V atan2_of(V y, V x) {
+  const V zero(0.0f);
+  const V ax = abs_of(x), ay = abs_of(y);
+  const V longer = max_of(ax, ay), shorter = min_of(ax, ay);
+  V angle = atan_of_octant(shorter / select(longer > zero, longer, V(1.0f)));
+  // steep: pi/2 - a; backwards: pi - a; both: pi/2 + a.
+  const auto steep = ay > ax;
+  const auto backwards = x < zero;
+  angle = select(steep, zero - angle, angle);
+  angle = select(backwards, zero - angle, angle);
+  const V base = select(steep, V(kHalfPiF), select(backwards, V(kPiF), zero));
+  angle = base + (angle + base * V(-2.78275199e-8f));   // what pi has below float's last place
+  return select(y < zero, zero - angle, angle);
+}
+
+// The same bytes for x >= 0 and y >= 0, by fewer operations.
+template <class V>
+OVT_INLINE V atan2_quarter_of(V y, V x) {
+  const V zero(0.0f);
+  const V longer = max_of(x, y), shorter = min_of(x, y);
+  const V angle = atan_of_octant(shorter / select(longer > zero, longer, V(1.0f)));
+  return select(y > x, V(kHalfPiF) - (angle - V(kHalfPiF * -2.78275199e-8f)), angle);
+}
+
+// The integer nearest to v (ties to even), |v| < 2^22: adding 1.5 * 2^23 leaves no room for a fraction.
+template <class V>
+OVT_INLINE V round_of(V v) {
+  return (v + V(12582912.0f)) - V(12582912.0f);
+}
+
+// s = sin a, c = cos a for |a| <= 1000, absolute error <= 1.2e-7 (2^-23).
+//   a = k pi/2 + r with pi/2 in three parts, the first two so short that k times them is exact (Cody & Waite 1980).
+template <class V>
+OVT_INLINE void sin_cos_of(V a, V& s, V& c) {
+  const V zero(0.0f);
+  const V k = round_of(a * V(0.636619772f));
+  const V r = ((a - k * V(1.5703125f)) - k * V(0.0004838109016418457f)) - k * V(1.58932547e-8f);
+  const V z = r * r;
+  V ps(-0.000195036278f);
+  ps = ps * z + V(0.00833209883f);
+  ps = ps * z + V(-0.166666552f);
+  const V sin_r = r + r * (z * ps);
+  V pc(2.44380917e-5f);
+  pc = pc * z + V(-0.00138873642f);
+  pc = pc * z + V(0.0416666456f);
+  const V cos_r = V(1.0f) - (V(0.5f) * z - z * z * pc);
+  // q = k modulo 4 as -2, -1, 0, 1 or 2. Odd quarters swap sine and cosine.
+  const V q = k - V(4.0f) * round_of(k * V(0.25f));
+  const V size = abs_of(q);
+  const V one_quarter = V(1.0f) - abs_of(size - V(1.0f));   // 1 in odd quarters, 0 in even ones
+  const auto odd = one_quarter > V(0.5f);
+  const V sin_u = select(odd, cos_r, sin_r);
+  const V cos_u = select(odd, sin_r, cos_r);
+  const V sin_n = zero - sin_u, cos_n = zero - cos_u;
+  s = select(q < V(-0.5f), sin_n, select(q > V(1.5f), sin_n, sin_u));   // -2, -1, 2
+  c = select(q > V(0.5f), cos_n, select(q < V(-1.5f), cos_n, cos_u));   // 1, 2, -2
+}
+
+// The same for |a| <= pi/2 (elevations, column pitches) at half the cost; absolute error <= 1.8e-7 (1.5 * 2^-23). The
+// sine's error is also <= 2 ulp of its own size, so sines of small angles keep their digits.
+template <class V>
+OVT_INLINE void sin_cos_small_of(V a, V& s, V& c) {
+  const V z = a * a;
+  V ps(2.60575075e-6f);
+  ps = ps * z + V(-0.000198095906f);
+  ps = ps * z + V(0.00833306648f);
+  ps = ps * z + V(-0.166666597f);
+  s = a + a * (z * ps);
+  V pc(-2.62976926e-7f);
+  pc = pc * z + V(2.47753524e-5f);
+  pc = pc * z + V(-0.00138886797f);
+  pc = pc * z + V(0.0416666605f);
+  c = V(1.0f) - (V(0.5f) * z - z * z * pc);
+}
+
+OVT_INLINE float atan2_f32(float y, float x) { return atan2_of(y, x); }
+OVT_INLINE float atan2_quarter_f32(float y, float x) { return atan2_quarter_of(y, x); }
+OVT_INLINE void sin_cos_f32(float a, float& s, float& c) { sin_cos_of(a, s, c); }
+OVT_INLINE void sin_cos_small_f32(float a, float& s, float& c) { sin_cos_small_of(a, s, c); }
+
+// ---- double, scalar -------------------------------------------------------------------------------------------------
+
+// Angle of (x, y) in [-pi, pi], error <= 2 ulp. Zeros as in atan2_of.
+//   atan t = atan c + atan((t - c) / (1 + t c)) with c the nearest of 1/4, 1/2, 3/4, 1: what is left lies within 1/8.
+//   Below 3/16 t itself is small enough for the Taylor series (a difference of larger angles would lose digits there).
+inline double atan2_f64(double y, double x) {
+  static constexpr double kAtan[5] = {0.0, 0.24497866312686414, 0.46364760900080609, 0.64350110879328437,
+                                      0.78539816339744828};
+  const double ax = std::fabs(x), ay = std::fabs(y);
+  const bool steep = ay > ax;
+  const double longer = steep ? ay : ax, shorter = steep ? ax : ay;
+  if (!(longer > 0.0)) return 0.0;
+  const double t = shorter / longer;
+  const int32_t quarter = t < 0.1875 ? 0 : int32_t(t * 4.0 + 0.5);
+  const double c = 0.25 * quarter;
+  const double u = quarter == 0 ? t : (t - c) / (1.0 + t * c);
+  const double z = u * u;
+  double p = 1.0 / 23.0;
+  for (double n = 21.0; n >= 3.0; n -= 2.0) p = 1.0 / n - z * p;
+  const double angle = kAtan[quarter] + (u - u * (z * p));
+  const bool backwards = x < 0.0;
+  const double base = steep ? kHalfPi : backwards ? kPi : 0.0;
+  const double turned = base + ((steep != backwards ? -angle : angle) + base * 3.8981718325193755e-17);
+  return y < 0.0 ? -turned : turned;
+}
+
+// s = sin a, c = cos a for |a| <= 1.6e6, error <= 2 ulp. Taylor series on |r| <= pi/4 after a = k pi/2 + r with pi/2 in
+// three parts of at most 33 bits, so that k times each of the first two is exact. Beyond 1.6e6, and for NaN: NaN.
+inline void sin_cos_f64(double a, double& s, double& c) {
+  if (!(std::fabs(a) <= 1.6e6)) {
+    s = c = std::numeric_limits<double>::quiet_NaN();
+    return;
+  }
+  const double turns = a * 0.63661977236758134;
+  const int64_t k = int64_t(turns < 0.0 ? turns - 0.5 : turns + 0.5);
+  const double kd = double(k);
+  const double high = a - kd * 1.5707963267341256, middle = kd * 6.077100506303966e-11, near = high - middle;
+  const double r = near + (((high - near) - middle) - kd * 2.0222662487959506e-21);   // with the rounding error of near
+  const double z = r * r;
+  double ps = 1.0 / 355687428096000.0;                    // 1/17!
+  ps = ps * z - 1.0 / 1307674368000.0;                    // 1/15!
+  ps = ps * z + 1.0 / 6227020800.0;                       // 1/13!
+  ps = ps * z - 1.0 / 39916800.0;                         // 1/11!
+  ps = ps * z + 1.0 / 362880.0;                           // 1/9!
+  ps = ps * z - 1.0 / 5040.0;                             // 1/7!
+  ps = ps * z + 1.0 / 120.0;                              // 1/5!
+  ps = ps * z - 1.0 / 6.0;                                // 1/3!
+  const double sin_r = r + r * (z * ps);
+  double pc = 1.0 / 20922789888000.0;                     // 1/16!
+  pc = pc * z - 1.0 / 87178291200.0;                      // 1/14!
+  pc = pc * z + 1.0 / 479001600.0;                        // 1/12!
+  pc = pc * z - 1.0 / 3628800.0;                          // 1/10!
+  pc = pc * z + 1.0 / 40320.0;                            // 1/8!
+  pc = pc * z - 1.0 / 720.0;                              // 1/6!
+  pc = pc * z + 1.0 / 24.0;                               // 1/4!
+  const double half_z = 0.5 * z, near_one = 1.0 - half_z;
+  const double cos_r = near_one + (((1.0 - near_one) - half_z) + z * z * pc);   // 1 - z/2 with its rounding error
+  switch (k & 3) {
+    case 0: s = sin_r; c = cos_r; break;
+    case 1: s = cos_r; c = -sin_r; break;
+    case 2: s = -sin_r; c = -cos_r; break;
+    default: s = -cos_r; c = sin_r; break;
+  }
+}
+
+inline double tan_f64(double a) {
+  double s, c;
+  sin_cos_f64(a, s, c);
+  return s / c;
+}
+
+// Natural logarithm of a normal x > 0, error <= 2 ulp. x = 2^e m, m in [sqrt 1/2, sqrt 2), and with s = (m-1)/(m+1):
+// log m = 2 atanh s = 2 (s + s^3/3 + s^5/5 + ...). Anything else gives NaN.
+inline double log_f64(double x) {
+  if (!(x >= std::numeric_limits<double>::min() && x <= std::numeric_limits<double>::max()))
+    return std::numeric_limits<double>::quiet_NaN();
+  const uint64_t bits = std::bit_cast<uint64_t>(x);
+  int32_t e = int32_t(bits >> 52) - 1023;
+  double m = std::bit_cast<double>((bits & 0xfffffffffffffu) | 0x3ff0000000000000u);
+  if (m > 1.4142135623730951) {
+    m *= 0.5;
+    ++e;
+  }
+  const double f = m - 1.0, s = f / (2.0 + f), z = s * s;
+  double p = 2.0 / 23.0;
+  for (double n = 21.0; n >= 3.0; n -= 2.0) p = p * z + 2.0 / n;
+  // 2 s = f - s f, and s f = f^2/2 - s f^2/2: f carries the digits, the rest only corrects it.
+  const double half_f2 = 0.5 * f * f;
+  const double correction = half_f2 - s * (half_f2 + z * p);
+  return double(e) * 0.6931471803691238 + (f - (correction - double(e) * 1.9082149292705877e-10));
+}
+
+// The same angle in (-pi, pi]. An angle already there comes back unchanged. Exact to an ulp of the angle given up to
+// |a| = 1.6e6, losing digits beyond; NaN and anything beyond 1e15 (where a turn is smaller than an ulp) give NaN.
+inline double wrap_angle(double a) {
+  if (a > -kPi && a <= kPi) return a;
+  if (!(std::fabs(a) <= 1e15)) return std::numeric_limits<double>::quiet_NaN();
+  double r;
+  if (std::fabs(a) <= 3.0 * kPi) {                        // the common case; -pi becomes pi
+    r = a > 0.0 ? a - kTwoPi : a + kTwoPi;
+  } else {
+    const double turns = a * 0.15915494309189535;
+    const double k = double(int64_t(turns < 0.0 ? turns - 0.5 : turns + 0.5));
+    r = ((a - k * 6.2831853069365025) - k * 2.4308402025215864e-10) - k * 8.0890649951838024e-21;
+  }
+  if (r > kPi) r -= kTwoPi;
+  if (r <= -kPi) r += kTwoPi;
+  return r;
+}
+
+inline float wrap_angle(float a) {
+  if (a > -kPiF && a <= kPiF) return a;
+  const float r = float(wrap_angle(double(a)));
+  return r <= -kPiF ? kPiF : r;
+}
+
+// sin x / x, 1 at 0. Below 0.1 the series, whose first term left out is x^10/11! < 3e-18.
+inline double sinc(double x) {
+  if (std::fabs(x) < 0.1) {
+    const double z = x * x;
+    return 1.0 - z / 6.0 * (1.0 - z / 20.0 * (1.0 - z / 42.0 * (1.0 - z / 72.0)));
+  }
+  double s, c;
+  sin_cos_f64(x, s, c);
+  return s / x;
+}
+
+// Plain square root of the sum of squares: no guard against overflow, coordinates are metres.
+inline double hypot_f64(double x, double y) { return std::sqrt(x * x + y * y); }
+
+}  // namespace overtake

@@ -1,0 +1,261 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/track_map.h"
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/math.h"
+
+namespace overtake {
+
+namespace {
+
+constexpr int32_t kLeafSegments = 8;
+constexpr int32_t kHintSteps = 8;
+constexpr double kCoincident_m = 1e-6;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+double mix(double a, double b, double t) { return a + t * (b - a); }
+double mix_angle(double a, double b, double t) { return wrap_angle(a + t * wrap_angle(b - a)); }
+
+const char* find_fault(const double* x, const double* y, const double* left, const double* right, const double* banking,
+                       int32_t count) {
+  if (count < 3) return "a track map needs at least 3 points";
+  if (!x || !y || !left || !right) return "a track map needs columns x, y, width left and width right";
+  for (int32_t i = 0; i < count; ++i) {
+    if (!std::isfinite(x[i]) || !std::isfinite(y[i]) || !std::isfinite(left[i]) || !std::isfinite(right[i]) ||
+        (banking && !std::isfinite(banking[i])))
+      return "a track map's value is not a finite number";
+    if (std::fabs(x[i]) > kMaxMapCoordinate || std::fabs(y[i]) > kMaxMapCoordinate)
+      return "a track map's point lies more than 1e8 m from the origin";
+    if (left[i] < 0 || right[i] < 0) return "a track map's width is negative";
+    if (i > 0 && hypot_f64(x[i] - x[i - 1], y[i] - y[i - 1]) < kCoincident_m)
+      return "two neighbouring points of a track map are the same";
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+bool TrackMap::build(const double* x_m, const double* y_m, const double* width_left_m, const double* width_right_m,
+                     const double* banking_rad, int32_t count, bool closed, const char** error) {
+  const auto fail = [&](const char* sentence) {
+    if (error) *error = sentence;
+    return false;
+  };
+  if (const char* fault = find_fault(x_m, y_m, width_left_m, width_right_m, banking_rad, count)) return fail(fault);
+  if (closed && hypot_f64(x_m[count - 1] - x_m[0], y_m[count - 1] - y_m[0]) < kCoincident_m && --count < 3)
+    return fail("a track map needs at least 3 points");
+
+  TrackMap map;
+  map.closed_ = closed;
+  const auto copy = [&](const double* column, std::vector<double>& to) {
+    to.assign(column, column + count);
+    if (closed) to.push_back(column[0]);
+  };
+  copy(x_m, map.x_);
+  copy(y_m, map.y_);
+  copy(width_left_m, map.width_left_);
+  copy(width_right_m, map.width_right_);
+  if (banking_rad) {
+    copy(banking_rad, map.banking_);
+  } else {
+    map.banking_.assign(map.x_.size(), 0.0);
+  }
+  map.s_.assign(map.x_.size(), 0.0);
+  for (std::size_t i = 1; i < map.x_.size(); ++i)
+    map.s_[i] = map.s_[i - 1] + hypot_f64(map.x_[i] - map.x_[i - 1], map.y_[i] - map.y_[i - 1]);
+  map.compute_headings();
+  map.compute_boxes();
+  *this = std::move(map);
+  return true;
+}
+
+// A chord has the tangent's direction at its middle (exactly so on a circle), so a vertex lies between its two chords
+// at the share of their lengths. Curvature: central difference of the vertices' headings.
+void TrackMap::compute_headings() {
+  const int32_t n = segment_count();
+  std::vector<double> chord(static_cast<std::size_t>(n));
+  const auto at = [](auto& column, int32_t i) -> auto& { return column[static_cast<std::size_t>(i)]; };
+  const auto length = [&](int32_t i) { return at(s_, i + 1) - at(s_, i); };
+  for (int32_t i = 0; i < n; ++i) at(chord, i) = atan2_f64(at(y_, i + 1) - at(y_, i), at(x_, i + 1) - at(x_, i));
+  heading_.assign(x_.size(), 0.0);
+  curvature_.assign(x_.size(), 0.0);
+  for (int32_t i = closed_ ? 0 : 1; i < n; ++i) {
+    const int32_t before = i > 0 ? i - 1 : n - 1;
+    at(heading_, i) = mix_angle(at(chord, before), at(chord, i), length(before) / (length(before) + length(i)));
+  }
+  if (closed_) {
+    at(heading_, n) = at(heading_, 0);
+  } else {  // the end chords' slope goes on to the ends
+    at(heading_, 0) = mix_angle(at(heading_, 1), at(chord, 0), 2.0);
+    at(heading_, n) = mix_angle(at(heading_, n - 1), at(chord, n - 1), 2.0);
+  }
+  for (int32_t i = 0; i < (closed_ ? n : n + 1); ++i) {
+    const bool first = i == 0, last = i == n;
+    const int32_t before = !first ? i - 1 : closed_ ? n - 1 : 0, after = last ? n : i + 1;
+    const double span = (last ? 0.0 : length(i)) + (first && !closed_ ? 0.0 : length(before));
+    at(curvature_, i) = wrap_angle(at(heading_, after) - at(heading_, before)) / span;
+  }
+  if (closed_) at(curvature_, n) = at(curvature_, 0);
+}
+
+void TrackMap::compute_boxes() {
+  const int32_t n = segment_count(), leaves = (n + kLeafSegments - 1) / kLeafSegments;
+  leaf_begin_ = 1;
+  while (leaf_begin_ < leaves) leaf_begin_ *= 2;
+  boxes_.assign(std::size_t(leaf_begin_) * 2, Box{kInfinity, kInfinity, -kInfinity, -kInfinity});  // empty: far away
+  for (int32_t leaf = 0; leaf < leaves; ++leaf) {
+    Box& box = boxes_[std::size_t(leaf_begin_ + leaf)];
+    for (int32_t i = leaf * kLeafSegments; i <= std::min((leaf + 1) * kLeafSegments, n); ++i) {
+      const std::size_t v = std::size_t(i);
+      box = {std::min(box.min_x, x_[v]), std::min(box.min_y, y_[v]), std::max(box.max_x, x_[v]),
+             std::max(box.max_y, y_[v])};
+    }
+  }
+  for (std::size_t node = std::size_t(leaf_begin_) - 1; node > 0; --node) {
+    const Box &a = boxes_[2 * node], &b = boxes_[2 * node + 1];
+    boxes_[node] = {std::min(a.min_x, b.min_x), std::min(a.min_y, b.min_y), std::max(a.max_x, b.max_x),
+                    std::max(a.max_y, b.max_y)};
+  }
+}
+
+// The best segment so far. A box's distance is computed with the operations of find_foot; rounding keeps order and a
+// foot never leaves its segment's box, so a box is never computed farther than any foot inside: pruning is exact.
+struct TrackMap::Nearest {
+  const TrackMap& map;
+  double px, py;
+  SegmentFoot foot{0.0, 0.0, 0.0, kInfinity};
+  int32_t segment = -1;
+
+  OVT_INLINE bool consider(int32_t i) {
+    const double *x = map.x_.data() + i, *y = map.y_.data() + i;
+    const SegmentFoot f = find_foot(x[0], y[0], x[1], y[1], px, py);
+    if (f.distance2 > foot.distance2 || (f.distance2 == foot.distance2 && i >= segment)) return false;
+    foot = f;
+    segment = i;
+    return true;
+  }
+
+  OVT_INLINE double box_distance2(int32_t node) const {
+    const Box& b = map.boxes_[std::size_t(node)];
+    const double dx = std::max(std::max(b.min_x - px, px - b.max_x), 0.0);
+    const double dy = std::max(std::max(b.min_y - py, py - b.max_y), 0.0);
+    return dx * dx + dy * dy;
+  }
+
+  // From an earlier answer downhill to both sides. Only makes the bound small before the tree is searched.
+  void follow_hint(int32_t hint) {
+    const int32_t n = map.segment_count();
+    if (hint < 0 || hint >= n) return;
+    consider(hint);
+    for (const int32_t step : {1, n - 1}) {
+      int32_t i = hint;
+      for (int32_t k = 0; k < kHintSteps; ++k) {
+        i += step;
+        if (i >= n) i -= n;
+        if (!consider(i)) break;
+      }
+    }
+  }
+
+  void search_boxes() {
+    struct Waiting {
+      int32_t node;
+      double distance2;
+    } waiting[32];  // one a level
+    int32_t waiting_count = 0, node = 1;
+    const int32_t n = map.segment_count();
+    for (;;) {
+      while (node < map.leaf_begin_) {  // down to the nearer child, the other waits
+        const Waiting left{2 * node, box_distance2(2 * node)}, right{2 * node + 1, box_distance2(2 * node + 1)};
+        const bool right_first = right.distance2 < left.distance2;
+        const Waiting nearer = right_first ? right : left, farther = right_first ? left : right;
+        if (farther.distance2 <= foot.distance2) waiting[waiting_count++] = farther;
+        node = nearer.node;
+        if (nearer.distance2 > foot.distance2) break;
+      }
+      if (node >= map.leaf_begin_) {
+        const int32_t begin = (node - map.leaf_begin_) * kLeafSegments;
+        for (int32_t i = begin; i < std::min(begin + kLeafSegments, n); ++i) consider(i);
+      }
+      do {
+        if (waiting_count == 0) return;
+        --waiting_count;
+      } while (waiting[waiting_count].distance2 > foot.distance2);
+      node = waiting[waiting_count].node;
+    }
+  }
+
+  // +1 left of the line, -1 right. At a corner both segments have their say: either alone is wrong behind a sharp one.
+  double side() const {
+    const int32_t n = map.segment_count();
+    const auto cross = [&](int32_t i) {
+      const std::size_t a = std::size_t(i), b = a + 1;
+      const double ux = map.x_[b] - map.x_[a], uy = map.y_[b] - map.y_[a];
+      return (ux * (py - foot.y_m) - uy * (px - foot.x_m)) / hypot_f64(ux, uy);
+    };
+    double sum = cross(segment);
+    if (foot.t == 1.0 && (map.closed_ || segment + 1 < n)) sum += cross(segment + 1 < n ? segment + 1 : 0);
+    if (foot.t == 0.0 && (map.closed_ || segment > 0)) sum += cross(segment > 0 ? segment - 1 : n - 1);
+    return sum < 0.0 ? -1.0 : 1.0;
+  }
+
+  bool beyond_the_ends() const {
+    if (map.closed_) return false;
+    const std::size_t last = std::size_t(map.segment_count());
+    const auto along = [&](std::size_t a, std::size_t b, std::size_t from) {
+      return (px - map.x_[from]) * (map.x_[b] - map.x_[a]) + (py - map.y_[from]) * (map.y_[b] - map.y_[a]);
+    };
+    return (segment == 0 && foot.t == 0.0 && along(0, 1, 0) < 0.0) ||
+           (segment + 1 == int32_t(last) && foot.t == 1.0 && along(last - 1, last, last) > 0.0);
+  }
+};
+
+MapProjection TrackMap::project(double x_m, double y_m, int32_t hint) const noexcept {
+  MapProjection out{0.0, kInfinity, 0.0, 0.0, 0.0, 0.0, false, -1};
+  if (empty() || !(std::fabs(x_m) <= kMaxMapCoordinate && std::fabs(y_m) <= kMaxMapCoordinate)) return out;
+  Nearest nearest{*this, x_m, y_m};
+  nearest.follow_hint(hint);
+  nearest.search_boxes();
+
+  const std::size_t a = std::size_t(nearest.segment), b = a + 1;
+  const double t = nearest.foot.t;
+  out.segment = nearest.segment;
+  out.s_m = mix(s_[a], s_[b], t);
+  if (closed_ && out.s_m >= s_.back()) out.s_m = 0.0;
+  out.d_m = nearest.side() * std::sqrt(nearest.foot.distance2);
+  out.heading_rad = mix_angle(heading_[a], heading_[b], t);
+  out.curvature_per_m = mix(curvature_[a], curvature_[b], t);
+  out.width_left_m = mix(width_left_[a], width_left_[b], t);
+  out.width_right_m = mix(width_right_[a], width_right_[b], t);
+  out.inside = -out.width_right_m <= out.d_m && out.d_m <= out.width_left_m && !nearest.beyond_the_ends();
+  return out;
+}
+
+MapPose TrackMap::at(double s_m) const noexcept {
+  if (empty()) return {};
+  const double length = s_.back();
+  double s = s_m == s_m ? s_m : 0.0;
+  if (closed_) {
+    const double turns = std::fabs(s / length) <= 1e15 ? s / length : 0.0;
+    int64_t whole = int64_t(turns);
+    if (double(whole) > turns) --whole;
+    s = turns == 0.0 ? 0.0 : s - double(whole) * length;
+  }
+  s = std::clamp(s, 0.0, length);
+  const std::size_t b = std::min(std::size_t(std::upper_bound(s_.begin(), s_.end(), s) - s_.begin()), x_.size() - 1),
+                    a = b - 1;
+  const double t = (s - s_[a]) / (s_[b] - s_[a]);
+  return {mix(x_[a], x_[b], t),
+          mix(y_[a], y_[b], t),
+          mix_angle(heading_[a], heading_[b], t),
+          mix(curvature_[a], curvature_[b], t),
+          mix(width_left_[a], width_left_[b], t),
+          mix(width_right_[a], width_right_[b], t),
+          mix(banking_[a], banking_[b], t)};
+}
+
+}  // namespace overtake

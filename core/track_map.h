@@ -1,0 +1,94 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The track as a centre line with widths, closed or open, and the projection of map points to (s, d) on it.
+// s grows along the driving direction from the first point, d is positive to the left. Double precision, map frame.
+// Built once (the only place that allocates); read-only and thread-safe after that.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "core/check.h"
+
+namespace overtake {
+
+struct MapPose {                     // a place on the centre line
+  double x_m, y_m, heading_rad, curvature_per_m, width_left_m, width_right_m, banking_rad;
+};
+
+struct MapProjection {
+  double s_m, d_m;                   // d > 0 left of the centre line
+  double heading_rad, curvature_per_m, width_left_m, width_right_m;
+  bool inside;                       // -width_right <= d <= width_left, and not beyond the ends of an open line
+  int32_t segment;                   // hint for the next projection nearby
+};
+
+// Map points farther than this from the origin are nowhere: refused by build, never inside for project.
+inline constexpr double kMaxMapCoordinate = 1e8;
+
+// Nearest point to p on the segment from a to b, which is a + t (b - a) kept within the box of a and b.
+struct SegmentFoot {
+  double t, x_m, y_m, distance2;
+};
+OVT_INLINE SegmentFoot find_foot(double ax, double ay, double bx, double by, double px, double py) {
+  const double ux = bx - ax, uy = by - ay;
+  const double t = ((px - ax) * ux + (py - ay) * uy) / (ux * ux + uy * uy);
+  SegmentFoot f;
+  if (t >= 1.0) {
+    f = {1.0, bx, by, 0.0};
+  } else if (t > 0.0) {
+    f = {t, std::clamp(ax + t * ux, std::min(ax, bx), std::max(ax, bx)),
+         std::clamp(ay + t * uy, std::min(ay, by), std::max(ay, by)), 0.0};
+  } else {
+    f = {0.0, ax, ay, 0.0};
+  }
+  f.distance2 = (f.x_m - px) * (f.x_m - px) + (f.y_m - py) * (f.y_m - py);
+  return f;
+}
+
+class TrackMap {
+ public:
+  // Columns of `count` points. banking may be null. A closed line's last point may repeat its first (as files do); it
+  // is left out then. Fails (false, `error` set to a static sentence, nothing changed) on fewer than 3 points, a missing
+  // column, non-finite or far too large values, coincident neighbours (closer than 1e-6 m), negative widths.
+  bool build(const double* x_m, const double* y_m, const double* width_left_m, const double* width_right_m,
+             const double* banking_rad, int32_t count, bool closed, const char** error);
+  // Centre line and widths from two bounds of any point counts, each in driving direction. The bound with more points
+  // is projected on the other; the centre is the middle, the widths half the distance. Fails too where the left bound
+  // is not on the left, or the two run against each other.
+  bool build_from_bounds(const double* left_x_m, const double* left_y_m, int32_t left_count, const double* right_x_m,
+                         const double* right_y_m, int32_t right_count, bool closed, const char** error);
+
+  bool empty() const { return x_.empty(); }
+  bool closed() const { return closed_; }
+  double length_m() const { return empty() ? 0.0 : s_.back(); }
+  int32_t segment_count() const { return empty() ? 0 : int32_t(x_.size()) - 1; }
+
+  // Nearest place on the centre line. `hint` is a segment of an earlier answer, -1 none; it changes the cost, never the
+  // answer: exactly that of a search over all segments (ties: the lower segment). noexcept, no allocation.
+  // Heading and curvature are interpolated along s. Without a nearest place (an empty map, a point that is not finite
+  // or beyond kMaxMapCoordinate): not inside, segment -1, d infinite, the rest 0.
+  MapProjection project(double x_m, double y_m, int32_t hint = -1) const noexcept;
+  MapPose at(double s_m) const noexcept;     // wrapped on a closed line, clamped on an open one; NaN counts as 0
+
+ private:
+  struct Box {
+    double min_x, min_y, max_x, max_y;
+  };
+  struct Nearest;
+  void compute_headings();
+  void compute_boxes();
+
+  // One row per vertex; a closed line repeats its first vertex at the end, so segment i always runs from i to i + 1.
+  std::vector<double> x_, y_, s_, heading_, curvature_, width_left_, width_right_, banking_;
+  bool closed_ = false;
+  // Spatial index: a binary tree of bounding boxes over runs of kLeafSegments consecutive segments, stored as a heap
+  // (node 1 is the root, node i has children 2i and 2i + 1, the leaves start at leaf_begin_). A line is its own best
+  // order, so boxes are tight; a uniform grid needs a cell size and loses where most of it is empty, as in an oval.
+  std::vector<Box> boxes_;
+  int32_t leaf_begin_ = 0;
+};
+
+}  // namespace overtake
