@@ -1,0 +1,24 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Stage 2: gaps.
+#pragma once
+
+#include "core/plane.h"
+
+namespace overtake {
+
+// An empty pixel takes the mean range and elevation of the direct upper and lower pixel when both have a return and their
+// ranges differ by less than max(limit_m, limit_share * nearer). Reads the original only: the order of filling does not
+// matter. A pixel is filled where range_filled > 0 and range == kNoReturn.
+//   reads    range_m elevation_rad      writes  range_filled_m elevation_filled_rad, every pixel, must not alias
+//   cost     one pass                   agrees  exactly on every ISA
+struct FillGapsParams {
+  float limit_m = 1.0f, limit_share = 0.03f;
+};
+namespace ref {
+void fill_gaps(const FillGapsParams& params, Plane<const float> range_m, Plane<const float> elevation_rad,
+               Plane<float> range_filled_m, Plane<float> elevation_filled_rad) noexcept;
+}
+
+}  // namespace overtake

@@ -1,0 +1,30 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Stage 2: gaps.
+#include "kernels/fill_gaps.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace overtake::ref {
+
+void fill_gaps(const FillGapsParams& params, Plane<const float> range_m, Plane<const float> elevation_rad,
+               Plane<float> range_filled_m, Plane<float> elevation_filled_rad) noexcept {
+  for (int32_t r = 0; r < range_m.rows; ++r) {
+    // The top and the bottom row have one neighbour only: copied. Reading the row itself as its neighbour says so, as
+    // a gap has no return of its own.
+    const int32_t above = std::max(r - 1, 0), below = std::min(r + 1, range_m.rows - 1);
+    for (int32_t c = 0; c < range_m.cols; ++c) {
+      const float own = range_m.row(r)[c], up = range_m.row(above)[c], down = range_m.row(below)[c];
+      // Without the limit a phantom would stand between a car and the wall behind it.
+      const float limit_m = std::max(params.limit_m, params.limit_share * std::min(up, down));
+      const bool fill = own == kNoReturn && up > 0.0f && down > 0.0f && std::fabs(up - down) < limit_m;
+      const float mean_e = (elevation_rad.row(above)[c] + elevation_rad.row(below)[c]) * 0.5f;
+      range_filled_m.row(r)[c] = fill ? (up + down) * 0.5f : own;
+      elevation_filled_rad.row(r)[c] = fill ? mean_e : elevation_rad.row(r)[c];
+    }
+  }
+}
+
+}  // namespace overtake::ref

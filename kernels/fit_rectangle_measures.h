@@ -1,0 +1,60 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What fit_rectangle asks of the points, apart from what it makes of the answers: the search over the headings and the
+// choice between two poses are written once (fit_rectangle_ref.cpp), the loops over the points once per ISA.
+//
+// All of it in offsets from the cluster's first point, clamped: metres, whatever the distance to the frame's origin.
+#pragma once
+
+#include "core/math.h"
+#include "kernels/fit_rectangle.h"
+
+namespace overtake {
+
+// No car is this long. Keeps squares and their sums finite for any finite coordinates.
+inline constexpr float kFitOffsetLimit_m = 1.0e6f;
+
+// Axis 1 along the heading, axis 2 to its left.
+struct HeadingAxes {
+  float c, s;
+  template <class V>
+  OVT_INLINE V first(V x, V y) const {
+    return x * V(c) + y * V(s);
+  }
+  template <class V>
+  OVT_INLINE V second(V x, V y) const {
+    return y * V(c) - x * V(s);
+  }
+};
+
+// The minimum-area rectangle at a heading.
+struct HeadingBounds {
+  float low_1, high_1, low_2, high_2;
+};
+
+// A part of the known car's rectangle: `reach` to either side of `center` on each axis.
+struct HeadingBox {
+  float center_1, center_2, reach_1, reach_2;
+};
+
+// The sums behind the cost of one heading (Zhang 2017, algorithm 4): each point belongs to its closer edge (ties: an edge
+// along axis 2), d is its distance. Set 1 and set 2 hold what lies closer to an edge crossing axis 1 and axis 2.
+struct EdgeSums {
+  float count_1, sum_1, square_1, sum_2, square_2;
+};
+
+// `points` is the implementation's own; each is called once or more per heading.
+struct RectangleMeasures {
+  const void* points;
+  HeadingBounds (*bound)(const void* points, HeadingAxes axes) noexcept;
+  EdgeSums (*sum_edges)(const void* points, HeadingAxes axes) noexcept;
+  int32_t (*count_inside)(const void* points, HeadingAxes axes, HeadingBox box) noexcept;
+};
+
+// fit_rectangle but for the loops over the points; x_m and y_m are read at 0 only.
+RectangleFit fit_rectangle_by(const RectangleMeasures& measures, const FitRectangleParams& params, const float* x_m,
+                              const float* y_m, int32_t count, float heading_ref_rad, float sensor_x_m,
+                              float sensor_y_m) noexcept;
+
+}  // namespace overtake

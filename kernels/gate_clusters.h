@@ -1,0 +1,23 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Stage 9, first half: clusters that can be a vehicle by size. (The map gate is in pipeline/stages: it needs the ego pose.)
+#pragma once
+
+#include "core/cluster_table.h"
+
+namespace overtake {
+
+// Keeps clusters of at least min_points whose longest extent (x, y or z of the bounds in the vehicle frame) is at most
+// max_extent_m. Non-destructive: writes the rows that pass, in order.
+//   reads    merged point_count min_* max_*     writes  kept[merged.count]      returns  how many
+//   agrees   exactly on every ISA
+struct GateClustersParams {
+  int32_t min_points = 3;
+  float max_extent_m = 4.921f * 1.1f;
+};
+namespace ref {
+int32_t gate_clusters(const GateClustersParams& params, const MergedTable& merged, int32_t* kept) noexcept;
+}
+
+}  // namespace overtake

@@ -1,0 +1,26 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Sines and cosines of the headings that fit_rectangle tries: [0, 90) deg in steps of 1/16 deg. The 1 deg grid and
+// every refinement by halves are entries of it, so a heading is an index, and wrapping at 90 deg is exact.
+#pragma once
+
+#include <cstdint>
+
+#include "core/math.h"
+
+namespace overtake {
+
+inline constexpr int32_t kHeadingsPerDegree = 16;
+inline constexpr int32_t kHeadingCount = 90 * kHeadingsPerDegree;
+
+// Filled when the program or the shared library is loaded; read-only after that.
+struct HeadingGrid {
+  float cos[kHeadingCount], sin[kHeadingCount];
+  HeadingGrid() noexcept;
+};
+extern const HeadingGrid kHeadingGrid;
+
+OVT_INLINE double grid_heading_rad(int32_t index) { return double(index) * (kHalfPi / kHeadingCount); }
+
+}  // namespace overtake

@@ -1,0 +1,28 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Stage 7a: which neighbours belong together (eq. 2; Bogoslavskyi & Stachniss 2016).
+#pragma once
+
+#include "core/plane.h"
+
+namespace overtake {
+
+// beta = atan2(d2 sin a, d1 - d2 cos a) > th_seg, d1 = max, d2 = min of the ranges, without the arctangent:
+// d2 sin a > tan(th) (d1 - d2 cos a). Sideways a = column pitch; downwards a = |e - e_below|, at most
+// pi/2 (neighbouring layers are a degree or two apart).
+//   reads    range_repaired_m elevation_repaired_rad nonground_repaired
+//   writes   link_right (pixel joins column + 1; the last column joins column 0 when wrapping), link_down, every word
+//   cost     sin and cos of one small angle a pixel    agrees  exactly on every ISA
+struct LinkPixelsParams {
+  float tan_threshold = 0.0436609429f;          // tan of th_seg 2.5 deg
+  float sin_pitch = 0.0f, cos_pitch = 1.0f;
+  bool wraps = false;
+};
+namespace ref {
+void link_pixels(const LinkPixelsParams& params, Plane<const float> range_repaired_m,
+                 Plane<const float> elevation_repaired_rad, ConstBitPlane nonground_repaired, BitPlane link_right,
+                 BitPlane link_down) noexcept;
+}
+
+}  // namespace overtake

@@ -1,0 +1,25 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Stage 5: ground removal.
+#pragma once
+
+#include "core/range_image.h"
+
+namespace overtake {
+
+// Non-ground where the smoothed angle of the pair (i, i + 1) exceeds the threshold; the pair decides the upper pixel i.
+//   reads    angle_smooth_rad; range_filled_m (which pixels exist); pixel_point (which hold a return of their own)
+//   writes   nonground, every word
+//   rules    a pixel without range is not non-ground; the image's last row that holds a return (row_count - 1) and all
+//            below are ground; a pixel with a return of its own whose pair is undefined is non-ground; a filled one is not
+//   agrees   exactly on every ISA
+struct MarkGroundParams {
+  float threshold_rad = 0.34906585f;            // th_gnd 20 deg
+};
+namespace ref {
+void mark_ground(const MarkGroundParams& params, int32_t row_count, Plane<const float> angle_smooth_rad,
+                 Plane<const float> range_filled_m, Plane<const int32_t> pixel_point, BitPlane nonground) noexcept;
+}
+
+}  // namespace overtake

@@ -1,0 +1,201 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Merging across sensors: list the members, join them over the seams, number what came out, sum up.
+#include <algorithm>
+#include <bit>
+#include <limits>
+
+#include "core/math.h"
+#include "kernels/merge_seams.h"
+#include "kernels/transform_point.h"
+
+namespace overtake::ref {
+namespace {
+
+__extension__ typedef __int128 Int128;
+
+// The root of a set is its smallest member.
+int32_t find_root(int32_t* parent, int32_t m) {
+  while (parent[m] != m) m = parent[m] = parent[parent[m]];
+  return m;
+}
+
+void join(int32_t* parent, int32_t a, int32_t b) {
+  a = find_root(parent, a);
+  b = find_root(parent, b);
+  parent[std::max(a, b)] = std::min(a, b);
+}
+
+// One member for each cluster, sensor by sensor. member_begin[s]: the member of sensor s's cluster 0.
+void list_members(const SeamSide* sides, int32_t sensor_count, MemberTable& members, int32_t* parent,
+                  int32_t* member_begin) {
+  members.count = 0;
+  for (int32_t s = 0; s < sensor_count; ++s) {
+    member_begin[s] = members.count;
+    const int32_t clusters = sides[s].present ? sides[s].clusters->count : 0;
+    OVT_CHECK(members.count + clusters <= members.capacity);
+    for (int32_t c = 0; c < clusters; ++c) {
+      const int32_t m = members.count++;
+      members.sensor[m] = s;
+      members.cluster[m] = c;
+      parent[m] = m;
+    }
+  }
+}
+
+// The clusters' points in columns [first, last), in the vehicle frame, into side k of the scratch. Returns how many.
+int32_t collect_columns(const SeamSide& side, int32_t member_begin, int32_t first, int32_t last, SeamScratch& scratch,
+                        int32_t k) {
+  const Plane<int32_t>& pixel_point = side.images->pixel_point;
+  int32_t count = 0;
+  for (int32_t r = 0; r < pixel_point.rows; ++r)
+    for (int32_t c = first; c < last; ++c) {
+      const int32_t i = pixel_point.at(r, c);
+      if (i == kNoPoint) continue;
+      const int32_t label = side.points->label[i];  // the point's, not the pixel's: a repaired pixel may not own it
+      if (label < 1 || side.row_of_label[label] < 0) continue;
+      OVT_CHECK(count < scratch.capacity);
+      transform_point(side.sensor->T_vehicle_sensor, side.scan->x_m[i], side.scan->y_m[i], side.scan->z_m[i],
+                      scratch.x_m[k][count], scratch.y_m[k][count], scratch.z_m[k][count]);
+      scratch.member[k][count++] = member_begin + side.row_of_label[label];
+    }
+  return count;
+}
+
+// Eq. 4: the last K columns of the left sensor against the first K of the right one.
+void join_over_seam(const MergeSeamsParams& params, const SeamSide* sides, const int32_t* member_begin, int32_t left,
+                    int32_t right, SeamScratch& scratch) {
+  const int32_t left_cols = sides[left].images->pixel_point.cols;
+  const int32_t right_cols = sides[right].images->pixel_point.cols;
+  const int32_t left_count =
+      collect_columns(sides[left], member_begin[left], std::max(left_cols - params.columns, 0), left_cols, scratch, 0);
+  const int32_t right_count =
+      collect_columns(sides[right], member_begin[right], 0, std::min(params.columns, right_cols), scratch, 1);
+  const float limit = params.distance_m * params.distance_m;
+  for (int32_t a = 0; a < left_count; ++a)
+    for (int32_t b = 0; b < right_count; ++b) {
+      const float dx = scratch.x_m[0][a] - scratch.x_m[1][b];
+      const float dy = scratch.y_m[0][a] - scratch.y_m[1][b];
+      const float dz = scratch.z_m[0][a] - scratch.z_m[1][b];
+      if ((dx * dx + dy * dy) + dz * dz < limit) join(scratch.parent, scratch.member[0][a], scratch.member[1][b]);
+    }
+}
+
+// members.merged of every root: its row, or -1 when the table is full. Returns how many did not fit.
+int32_t number_rows(const SeamSide* sides, MemberTable& members, MergedTable& merged, SeamScratch& scratch) {
+  // Until then it holds the bits of the set's smallest range: ranges are not negative, so their bits order as they do.
+  int32_t found = 0;
+  for (int32_t m = 0; m < members.count; ++m) {
+    const float nearest = sides[members.sensor[m]].clusters->nearest_m[members.cluster[m]];
+    const int32_t bits = std::bit_cast<int32_t>(nearest);
+    const int32_t root = find_root(scratch.parent, m);
+    members.merged[m] = bits;
+    members.merged[root] = std::min(members.merged[root], bits);  // the root comes first
+    found += root == m;
+  }
+  // The nearest roots, as a heap with the worst on top, so that more of them than rows need no more room. No two
+  // compare equal, so what remains does not depend on how the heap moves them.
+  const auto nearer = [&](int32_t a, int32_t b) {
+    return members.merged[a] != members.merged[b] ? members.merged[a] < members.merged[b] : a < b;
+  };
+  int32_t* const order = scratch.order;
+  int32_t rows = 0;
+  for (int32_t m = 0; m < members.count; ++m) {
+    if (scratch.parent[m] != m) continue;
+    if (rows == merged.capacity) {
+      if (rows == 0 || !nearer(m, order[0])) continue;
+      std::pop_heap(order, order + rows--, nearer);
+    }
+    order[rows++] = m;
+    if (found > merged.capacity) std::push_heap(order, order + rows, nearer);
+  }
+  std::sort(order, order + rows);
+  for (int32_t m = 0; m < members.count; ++m) members.merged[m] = -1;
+  for (int32_t row = 0; row < rows; ++row) members.merged[order[row]] = row;
+  merged.count = rows;
+  return found - rows;
+}
+
+// Chains the members of each row in member order.
+void link_members(MemberTable& members, MergedTable& merged, int32_t* parent) {
+  for (int32_t row = 0; row < merged.count; ++row) merged.first_member[row] = -1;
+  for (int32_t m = members.count - 1; m >= 0; --m) {
+    const int32_t row = members.merged[find_root(parent, m)];
+    members.merged[m] = row;
+    members.next_member[m] = -1;
+    if (row < 0) continue;
+    members.next_member[m] = merged.first_member[row];
+    merged.first_member[row] = m;
+  }
+}
+
+// Floor of the mean of the points' stamps. 128 bits hold the sum of any stamps of any number of points.
+int64_t mean_stamp(Int128 stamp_sum, int32_t point_count) {
+  Int128 mean = stamp_sum / point_count;
+  if (stamp_sum % point_count < 0) --mean;
+  constexpr Int128 kLow = std::numeric_limits<int64_t>::min(), kHigh = std::numeric_limits<int64_t>::max();
+  return int64_t(std::clamp(mean, kLow, kHigh));
+}
+
+void sum_up(const SeamSide* sides, const MemberTable& members, MergedTable& merged, int32_t row) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  float low[3] = {kInfinity, kInfinity, kInfinity}, high[3] = {-kInfinity, -kInfinity, -kInfinity};
+  float sum[3] = {0, 0, 0}, nearest = kInfinity;
+  int32_t points_of_sensor[kMaxSensors] = {}, point_count = 0, mask = 0;
+  Int128 stamp_sum = 0;
+  for (int32_t m = merged.first_member[row]; m >= 0; m = members.next_member[m]) {
+    const int32_t s = members.sensor[m], c = members.cluster[m];
+    const ClusterTable& from = *sides[s].clusters;
+    const float from_low[3] = {from.min_x_m[c], from.min_y_m[c], from.min_z_m[c]};
+    const float from_high[3] = {from.max_x_m[c], from.max_y_m[c], from.max_z_m[c]};
+    const float from_sum[3] = {from.sum_x_m[c], from.sum_y_m[c], from.sum_z_m[c]};
+    for (int32_t a = 0; a < 3; ++a) {
+      low[a] = min_of(low[a], from_low[a]);
+      high[a] = max_of(high[a], from_high[a]);
+      sum[a] = sum[a] + from_sum[a];
+    }
+    nearest = min_of(nearest, from.nearest_m[c]);
+    points_of_sensor[s] += from.point_count[c];
+    point_count += from.point_count[c];
+    mask |= 1 << s;
+    stamp_sum += Int128(sides[s].stamp_ns) * from.point_count[c] + from.sum_offset_ns[c];
+  }
+  const float count = float(point_count);
+  merged.point_count[row] = point_count;
+  merged.min_x_m[row] = low[0], merged.min_y_m[row] = low[1], merged.min_z_m[row] = low[2];
+  merged.max_x_m[row] = high[0], merged.max_y_m[row] = high[1], merged.max_z_m[row] = high[2];
+  merged.center_x_m[row] = sum[0] / count;
+  merged.center_y_m[row] = sum[1] / count;
+  merged.center_z_m[row] = sum[2] / count;
+  merged.stamp_ns[row] = mean_stamp(stamp_sum, point_count);
+  merged.sensor_mask[row] = mask;
+  merged.main_sensor[row] = int32_t(std::max_element(points_of_sensor, points_of_sensor + kMaxSensors) -
+                                    points_of_sensor);  // ties: the lower sensor
+  merged.nearest_m[row] = nearest;
+}
+
+}  // namespace
+
+int32_t merge_seams(const MergeSeamsParams& params, const SeamSide* sides, int32_t sensor_count, MemberTable& members,
+                    MergedTable& merged, SeamScratch& scratch) noexcept {
+  OVT_CHECK(sensor_count >= 0 && sensor_count <= kMaxSensors);
+  int32_t member_begin[kMaxSensors] = {};
+  list_members(sides, sensor_count, members, scratch.parent, member_begin);
+
+  // Neighbours are those of the whole rig: a missing sensor does not make its two neighbours neighbours of each other.
+  SensorModel sensors[kMaxSensors];
+  for (int32_t s = 0; s < sensor_count; ++s) sensors[s] = *sides[s].sensor;
+  int32_t left[kMaxSensors] = {}, right[kMaxSensors] = {};
+  const int32_t seams = find_seams(sensors, sensor_count, left, right);
+  for (int32_t i = 0; i < seams; ++i)
+    if (sides[left[i]].present && sides[right[i]].present)
+      join_over_seam(params, sides, member_begin, left[i], right[i], scratch);
+
+  const int32_t overflow = number_rows(sides, members, merged, scratch);
+  link_members(members, merged, scratch.parent);
+  for (int32_t row = 0; row < merged.count; ++row) sum_up(sides, members, merged, row);
+  return overflow;
+}
+
+}  // namespace overtake::ref
