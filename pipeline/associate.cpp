@@ -1,0 +1,163 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// From a frame's rows to pairs of track and detection: usable rows, gates, global nearest neighbour.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+#include "core/math.h"
+#include "pipeline/tracker_state.h"
+
+namespace overtake {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+// NaN unless the column exists and its value lies in [low, high].
+double read_or_none(const double* column, int32_t row, double low, double high) noexcept {
+  if (!column) return kNone;
+  const double value = column[row];
+  return value >= low && value <= high ? value : kNone;
+}
+
+// The detection's own covariance where it is one, else R of the parameters.
+void read_covariance(const TrackerDetections& d, int32_t row, const double* r_diag, PositionMeasurement& z) noexcept {
+  z.var_x = r_diag[0];
+  z.var_y = r_diag[1];
+  z.cov_xy = 0.0;
+  const double var_x = read_or_none(d.var_x, row, 1e-12, 1e12), var_y = read_or_none(d.var_y, row, 1e-12, 1e12);
+  const double cov_xy = d.cov_xy ? read_or_none(d.cov_xy, row, -1e12, 1e12) : 0.0;
+  if (!(var_x * var_y - cov_xy * cov_xy > 1e-9 * var_x * var_y)) return;  // also when one is NaN
+  z.var_x = var_x;
+  z.var_y = var_y;
+  z.cov_xy = cov_xy;
+}
+
+bool read_candidate(const Tracker::State& state, const TrackerFrame& frame, int32_t row, Candidate& c) noexcept {
+  const TrackerDetections& d = frame.detections;
+  c.row = row;
+  c.slot = -1;
+  c.stamp_ns = d.stamp_ns[row];
+  c.z.x_m = d.x_m[row];
+  c.z.y_m = d.y_m[row];
+  if (!(std::fabs(c.z.x_m) <= kMaxPlace_m && std::fabs(c.z.y_m) <= kMaxPlace_m)) return false;
+  if (!(std::fabs(seconds_between(frame.stamp_ns, c.stamp_ns)) <= kMaxStampSpread_s)) return false;
+  read_covariance(d, row, state.params.r_diag, c.z);
+  c.heading_rad = wrap_angle(read_or_none(d.heading_rad, row, -1e6, 1e6));
+  c.length_m = read_or_none(d.length_m, row, 0.0, 1e3);
+  c.width_m = read_or_none(d.width_m, row, 0.0, 1e3);
+  const double dx = c.z.x_m - (frame.ego.known ? frame.ego.x_m : 0.0);
+  const double dy = c.z.y_m - (frame.ego.known ? frame.ego.y_m : 0.0);
+  c.ego_distance_m2 = dx * dx + dy * dy;
+  return true;
+}
+
+// Total orders that depend on what was measured; the row decides only between twins.
+bool is_earlier(const Candidate& a, const Candidate& b) noexcept {
+  return std::tie(a.stamp_ns, a.z.x_m, a.z.y_m, a.row) < std::tie(b.stamp_ns, b.z.x_m, b.z.y_m, b.row);
+}
+bool is_nearer(const Candidate& a, const Candidate& b) noexcept {
+  return std::tie(a.ego_distance_m2, a.stamp_ns, a.z.x_m, a.z.y_m, a.row) <
+         std::tie(b.ego_distance_m2, b.stamp_ns, b.z.x_m, b.z.y_m, b.row);
+}
+
+// A track predicted to the stamp it was last asked for: the detections of a frame come in stamp order, most of them
+// with few stamps, and most pairs are too far apart to need the covariance.
+class TrackAtStamp {
+ public:
+  TrackAtStamp(const Tracker::State& state, const Track& track) : state_(state), track_(track) {}
+
+  void go_to(int64_t stamp_ns) noexcept {
+    if (asked_ && stamp_ns == stamp_ns_) return;
+    asked_ = true;
+    stamp_ns_ = stamp_ns;
+    dt_s_ = seconds_between(track_.state_ns, stamp_ns);
+    place_ = advance(track_.estimate.mean, dt_s_);
+    has_covariance_ = false;
+  }
+  double distance_m2(const PositionMeasurement& z) const noexcept {
+    const double dx = z.x_m - place_.x_m, dy = z.y_m - place_.y_m;
+    return dx * dx + dy * dy;
+  }
+  const TrackEstimate& estimate() noexcept {
+    if (!has_covariance_) {
+      estimate_ = track_.estimate;
+      overtake::predict(estimate_, state_.noise, dt_s_);
+      has_covariance_ = true;
+    }
+    return estimate_;
+  }
+
+ private:
+  const Tracker::State& state_;
+  const Track& track_;
+  int64_t stamp_ns_ = 0;
+  double dt_s_ = 0;
+  MotionState place_;
+  TrackEstimate estimate_;
+  bool asked_ = false, has_covariance_ = false;
+};
+
+void gate_track(Tracker::State& state, int32_t slot) noexcept {
+  const Track& track = state.tracks[std::size_t(slot)];
+  const MotionState& mean = track.estimate.mean;
+  const double gate_m2 = state.params.gate_m * state.params.gate_m;
+  TrackAtStamp at_stamp(state, track);
+  for (std::size_t i = 0; i < state.candidates.size(); ++i) {
+    const Candidate& c = state.candidates[i];
+    const double dt_s = seconds_between(track.state_ns, c.stamp_ns);
+    if (dt_s < -kMaxBackward_s) continue;
+    // What no prediction can bring within the gate costs a distance only.
+    const double reach_m = (state.params.gate_m + mean.speed_mps * std::fabs(dt_s)) * (1.0 + 1e-9);
+    const double dx = c.z.x_m - mean.x_m, dy = c.z.y_m - mean.y_m;
+    if (!(dx * dx + dy * dy <= reach_m * reach_m)) continue;
+
+    at_stamp.go_to(c.stamp_ns);
+    if (!(at_stamp.distance_m2(c.z) <= gate_m2)) continue;
+    Innovation innovation;
+    if (!innovate(at_stamp.estimate(), c.z, &innovation) || !(innovation.d2 <= state.params.gate_d2)) continue;
+    state.munkres.add(slot, int32_t(i), innovation.d2 + innovation.log_det);
+  }
+}
+
+}  // namespace
+
+void select_candidates(Tracker::State& state, const TrackerFrame& frame) noexcept {
+  const auto capacity = std::size_t(state.params.detection_capacity);
+  auto& kept = state.candidates;  // a heap with the farthest on top once it is full
+  kept.clear();
+  for (int32_t row = 0; row < frame.detections.count; ++row) {
+    Candidate c;
+    if (!read_candidate(state, frame, row, c)) {
+      ++state.counts.rejected;
+      continue;
+    }
+    if (kept.size() < capacity) {
+      kept.push_back(c);
+      if (kept.size() == capacity) std::make_heap(kept.begin(), kept.end(), is_nearer);
+      continue;
+    }
+    ++state.counts.overflow;
+    if (!is_nearer(c, kept.front())) continue;
+    std::pop_heap(kept.begin(), kept.end(), is_nearer);
+    kept.back() = c;
+    std::push_heap(kept.begin(), kept.end(), is_nearer);
+  }
+  std::sort(kept.begin(), kept.end(), is_earlier);
+}
+
+void associate(Tracker::State& state) noexcept {
+  const auto slot_count = int32_t(state.tracks.size());
+  state.munkres.clear(slot_count, int32_t(state.candidates.size()));
+  for (int32_t slot = 0; slot < slot_count; ++slot)
+    if (state.tracks[std::size_t(slot)].alive) gate_track(state, slot);
+  state.munkres.solve(state.candidate_of_slot.data());
+  for (int32_t slot = 0; slot < slot_count; ++slot) {
+    const int32_t c = state.candidate_of_slot[std::size_t(slot)];
+    if (c >= 0) state.candidates[std::size_t(c)].slot = slot;
+  }
+}
+
+}  // namespace overtake

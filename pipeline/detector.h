@@ -1,0 +1,132 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The detector behind the C API: owns everything, knows who may do what when.
+//
+//   producers --> mailboxes --> intake --> frames --> runner (inline or graph) --> finish --> pool --> readers
+//
+// With worker_count 1 the producer is the intake as well. Else the intake is a thread of ours: producers only copy, post
+// and signal; they never allocate, never block (but for OVT_PUSH_WAIT) and never call TBB.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "pipeline/detector_graph.h"
+#include "pipeline/event.h"
+#include "pipeline/frame_assembler.h"
+#include "pipeline/frame_pool.h"
+#include "pipeline/mailbox.h"
+#include "pipeline/stages.h"
+
+namespace overtake {
+
+struct Counters {
+  std::atomic<int64_t> pushed{0}, used{0}, dropped{0}, late{0}, dup{0}, frames{0}, points{0};
+  std::atomic<int64_t> points_bad[kReasonCount] = {};
+  std::atomic<int64_t> overflow_clusters{0}, overflow_candidates{0}, overflow_tracks{0};
+  std::atomic<int64_t> exceptions{0}, ego_poses{0}, ego_dropped{0};
+};
+
+// What a reader owns: its pin on a frame, and the memory ovt_read_tracks predicts into.
+struct Reader {
+  class Detector* detector = nullptr;
+  bool lent = false;                      // the callback's: destroyed with the detector
+  Frame* frame = nullptr;
+  int64_t seen_sequence = -1;
+  Arena arena;
+  TrackTable tracks;
+  PathTable paths;
+};
+
+class Detector {
+ public:
+  // Null, with a status and a sentence, when the def is not good or something could not be had.
+  static std::unique_ptr<Detector> create(const ovt_detector_def& def, ovt_status& status, std::string& error);
+  // Stops and waits for the frames under way; the memory goes with the last reader.
+  static void destroy(Detector* detector);
+  ~Detector();
+
+  ovt_status push_scan(const ovt_points& points);
+  ovt_status push_ego_pose(const ovt_ego_pose& pose);
+  ovt_status push_detections(const ovt_external_detections& detections);
+  ovt_status advance(int64_t now_ns);
+  ovt_status flush();
+
+  ovt_status create_reader(Reader** out);
+  void destroy_reader(Reader* reader);
+  ovt_status next_frame(Reader& reader);
+  void publish_tracks(Reader& reader, int64_t publish_ns);
+
+  void read_stats(ovt_stats& out) const;
+  int32_t sensor_count() const { return context_.sensor_count; }
+  const TrackerParams& tracker_params() const { return tracker_params_; }
+  Counters& counters() { return counters_; }
+
+ private:
+  Detector() = default;
+  ovt_status build(const ovt_detector_def& def, std::string& error);
+  ovt_status build_reader(Reader& reader);
+  void finish(Frame& frame);
+  void stop();
+  void drop_owner();
+  // intake
+  void run_intake();
+  bool step_intake();
+  void gather();
+
+  // A mailbox of one for pushed detections.
+  struct ExternalBox {
+    ExternalTable rows;
+    int64_t stamp_ns = 0, ego_count = 0;
+    int32_t reference = 0;
+    std::atomic<bool> waiting{false};
+    bool in_hand = false;                 // the intake's
+  };
+
+  StageContext context_;
+  TrackMap map_;
+  int32_t point_capacity_[kMaxSensors] = {};
+  TrackerParams tracker_params_;
+  bool push_waits_ = false;
+  ovt_frame_fn* on_frame_ = nullptr;
+  ovt_log_fn* log_ = nullptr;
+  void* user_ = nullptr;
+  Allocator allocator_;
+
+  Counters counters_;
+  FramePool pool_;
+  Mailbox mailboxes_[kMaxSensors];
+  std::unique_ptr<EgoBuffer> ego_;
+  std::unique_ptr<TrackStage> track_stage_;
+  std::unique_ptr<FrameRunner> runner_;
+  std::unique_ptr<FrameAssembler> assembler_;
+  Arena external_arena_;
+  ExternalBox external_;
+  Reader lent_;
+  int32_t reader_capacity_ = 0;
+  std::atomic<int32_t> reader_count_{0};
+  std::atomic<int32_t> owners_{1};          // the caller's handle and every reader
+  std::atomic<bool> closed_{false};
+
+  // producers'
+  struct Stamp {
+    bool any = false;
+    int64_t last_ns = 0;
+  };
+  Stamp last_stamp_[kMaxSensors];
+  Stamp last_external_;
+
+  // between callers and the intake thread
+  bool inline_ = true;
+  Event event_;
+  std::atomic<bool> stop_{false};
+  std::atomic<int64_t> advance_ns_{INT64_MIN};
+  std::atomic<uint64_t> advance_wanted_{0}, advance_done_{0};
+  std::atomic<uint64_t> flush_wanted_{0}, flush_done_{0};
+  std::thread intake_;
+};
+
+}  // namespace overtake

@@ -1,0 +1,132 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/ego_buffer.h"
+
+#include <algorithm>
+
+#include "core/math.h"
+
+namespace overtake {
+namespace {
+
+// b - a in seconds, a <= b: exact to the nanosecond for stamps of today, and without overflow for any.
+double seconds_between(int64_t a, int64_t b) noexcept { return double(uint64_t(b) - uint64_t(a)) * 1e-9; }
+
+// b - a, saturated.
+int64_t difference(int64_t b, int64_t a) noexcept {
+  int64_t out;
+  if (!__builtin_sub_overflow(b, a, &out)) return out;
+  return b > a ? INT64_MAX : INT64_MIN;
+}
+
+void fill_rotation(EgoState& state) noexcept {
+  double sr, cr, sp, cp, sy, cy;
+  sin_cos_f64(state.pose.roll_rad, sr, cr);
+  sin_cos_f64(state.pose.pitch_rad, sp, cp);
+  sin_cos_f64(state.pose.yaw_rad, sy, cy);
+  const double r[9] = {cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,
+                       sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr,
+                       -sp,     cp * sr,                cp * cr};
+  std::copy(std::begin(r), std::end(r), std::begin(state.r));
+}
+
+EgoPose extrapolate(const EgoPose& from, int64_t stamp_ns) noexcept {
+  EgoPose to = from;
+  const double dt = double(difference(stamp_ns, from.stamp_ns)) * 1e-9;
+  const double half_turn = 0.5 * from.yaw_rate_rps * dt;
+  double s, c;
+  sin_cos_f64(from.yaw_rad + half_turn, s, c);
+  const double way = from.speed_mps * dt * sinc(half_turn);
+  to.x_m += way * c;
+  to.y_m += way * s;
+  to.yaw_rad = wrap_angle(from.yaw_rad + 2.0 * half_turn);
+  to.stamp_ns = stamp_ns;
+  return to;
+}
+
+EgoPose interpolate(const EgoPose& a, const EgoPose& b, int64_t stamp_ns) noexcept {
+  const double u = seconds_between(a.stamp_ns, stamp_ns) / seconds_between(a.stamp_ns, b.stamp_ns);
+  const auto mix = [u](double p, double q) { return p + u * (q - p); };
+  const auto mix_angle = [u](double p, double q) { return wrap_angle(p + u * wrap_angle(q - p)); };
+  EgoPose out;
+  out.stamp_ns = stamp_ns;
+  out.x_m = mix(a.x_m, b.x_m);
+  out.y_m = mix(a.y_m, b.y_m);
+  out.z_m = mix(a.z_m, b.z_m);
+  out.roll_rad = mix_angle(a.roll_rad, b.roll_rad);
+  out.pitch_rad = mix_angle(a.pitch_rad, b.pitch_rad);
+  out.yaw_rad = mix_angle(a.yaw_rad, b.yaw_rad);
+  out.speed_mps = mix(a.speed_mps, b.speed_mps);
+  out.yaw_rate_rps = mix(a.yaw_rate_rps, b.yaw_rate_rps);
+  return out;
+}
+
+}  // namespace
+
+double EgoState::heading_to_map(double heading_rad) const noexcept {
+  double s, c;
+  sin_cos_f64(heading_rad, s, c);
+  return atan2_f64(r[3] * c + r[4] * s, r[0] * c + r[1] * s);
+}
+
+double EgoState::heading_to_vehicle(double heading_rad) const noexcept {
+  double s, c;
+  sin_cos_f64(heading_rad, s, c);
+  return atan2_f64(r[1] * c + r[4] * s, r[0] * c + r[3] * s);
+}
+
+bool EgoWindow::at(int64_t stamp_ns, EgoState& out) const noexcept {
+  if (count == 0) return false;
+  const EgoPose& newest = poses[count - 1];
+  out.age_ns = difference(stamp_ns, newest.stamp_ns);
+  if (out.age_ns > kEgoLostNs) return false;
+  if (out.age_ns >= 0) {
+    out.pose = extrapolate(newest, stamp_ns);
+  } else if (stamp_ns < poses[0].stamp_ns) {
+    out.age_ns = difference(poses[0].stamp_ns, stamp_ns);
+    if (out.age_ns > kEgoLostNs) return false;
+    out.pose = extrapolate(poses[0], stamp_ns);
+  } else {
+    const EgoPose* after = std::upper_bound(poses, poses + count, stamp_ns,
+                                            [](int64_t t, const EgoPose& p) { return t < p.stamp_ns; });
+    out.pose = interpolate(after[-1], after[0], stamp_ns);
+  }
+  fill_rotation(out);
+  return true;
+}
+
+ovt_status EgoBuffer::push(const EgoPose& pose) noexcept {
+  const int64_t n = count_.load(std::memory_order_relaxed);
+  if (n > 0 && pose.stamp_ns == last_stamp_ns_) return OVT_DUPLICATE;
+  if (n > 0 && pose.stamp_ns < last_stamp_ns_) return OVT_LATE;
+  last_stamp_ns_ = pose.stamp_ns;
+  ring_[std::size_t(n) % ring_.size()] = pose;
+  count_.store(n + 1, std::memory_order_release);
+  return OVT_OK;
+}
+
+void EgoBuffer::copy_window(int64_t count, int64_t first_ns, int64_t last_ns, EgoWindow& window) const noexcept {
+  const auto capacity = int64_t(ring_.size());
+  const auto pose = [&](int64_t i) -> const EgoPose& { return ring_[std::size_t(i % capacity)]; };
+  // The oldest entries may be overwritten while this reads: leave a quarter of the ring alone once it is full.
+  const int64_t pushed = count_.load(std::memory_order_acquire);
+  const int64_t oldest = std::min(count, std::max<int64_t>(0, pushed - capacity + capacity / 4));
+  const auto first_after = [&](int64_t stamp_ns, int64_t reach_ns) {   // first i with pose(i).stamp - stamp > reach
+    int64_t low = oldest, high = count;
+    while (low < high) {
+      const int64_t middle = low + (high - low) / 2;
+      if (difference(pose(middle).stamp_ns, stamp_ns) > reach_ns) {
+        high = middle;
+      } else {
+        low = middle + 1;
+      }
+    }
+    return low;
+  };
+  const int64_t last = std::min(count, first_after(last_ns, kReachNs) + 1);
+  const int64_t first = std::max({oldest, first_after(first_ns, -kReachNs) - 1, last - EgoWindow::kCapacity});
+  window.count = 0;
+  for (int64_t i = first; i < last; ++i) window.poses[window.count++] = pose(i);
+}
+
+}  // namespace overtake

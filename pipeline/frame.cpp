@@ -1,0 +1,87 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/frame.h"
+
+#include <algorithm>
+
+namespace overtake {
+namespace {
+
+void carve_sensor(Carver& carver, SensorPart& part, const SensorModel& sensor, int32_t point_capacity,
+                  int32_t cluster_capacity) {
+  carve_table(carver, part.scan, point_capacity);
+  carve_table(carver, part.points, point_capacity);
+  carve_range_images(carver, part.images, sensor.rows, sensor.cols);
+  carve_table(carver, part.clusters, cluster_capacity);
+  carve_table(carver, part.cluster_points, point_capacity);
+  part.layer_sums.touched = carver.take<int32_t>(kLayerIds);
+  part.layer_sums.point_count = carver.take<int32_t>(kLayerIds);
+  part.layer_sums.elevation_sum = carver.take<int64_t>(kLayerIds);
+  part.row_of_layer = carver.take<int32_t>(kLayerIds);
+  part.layer_order = carver.take<int32_t>(kLayerIds);
+  const std::size_t pixels = std::size_t(sensor.rows) * std::size_t(sensor.cols);   // as many labels at the most
+  part.queue = carver.take<int32_t>(pixels);
+  part.row_of_label = carver.take<int32_t>(pixels + 1);
+  part.cluster_of_label = carver.take<int32_t>(pixels + 1);
+  part.cursor = carver.take<int32_t>(pixels + 1);
+  part.order = carver.take<int32_t>(pixels + 1);
+}
+
+}  // namespace
+
+bool build_frame(Frame& frame, const FrameSizes& sizes, const Allocator& allocator) {
+  int32_t points = 0, seam_points = 0;
+  for (int32_t s = 0; s < sizes.sensor_count; ++s) {
+    points += sizes.point_capacity[s];
+    seam_points = std::max(seam_points, sizes.sensors[s].rows * std::min(sizes.merge_columns, sizes.sensors[s].cols));
+  }
+  const int32_t clusters = sizes.cluster_capacity;
+  const int32_t members = clusters * std::max(sizes.sensor_count, 1);
+  const int32_t measurements = std::max(sizes.candidate_capacity, sizes.external_capacity);
+  return frame.arena.build(allocator, [&](Carver& carver) {
+    for (int32_t s = 0; s < sizes.sensor_count; ++s)
+      carve_sensor(carver, frame.sensors[s], sizes.sensors[s], sizes.point_capacity[s], clusters);
+    carve_table(carver, frame.external, sizes.external_capacity);
+    carve_table(carver, frame.members, members);
+    carve_table(carver, frame.merged, clusters);
+    for (int32_t side = 0; side < 2; ++side) {
+      frame.seam.x_m[side] = carver.take<float>(std::size_t(round_up(seam_points, kRowAlign)));
+      frame.seam.y_m[side] = carver.take<float>(std::size_t(round_up(seam_points, kRowAlign)));
+      frame.seam.z_m[side] = carver.take<float>(std::size_t(round_up(seam_points, kRowAlign)));
+      frame.seam.member[side] = carver.take<int32_t>(std::size_t(round_up(seam_points, kRowAlign)));
+    }
+    frame.seam.parent = carver.take<int32_t>(std::size_t(members));
+    frame.seam.order = carver.take<int32_t>(std::size_t(members));
+    frame.seam.capacity = seam_points;
+    frame.kept = carver.take<int32_t>(std::size_t(members));
+    carve_table(carver, frame.detections, sizes.candidate_capacity);
+    frame.fit_capacity = round_up(points, kRowAlign);
+    frame.fit_x_m = carver.take<float>(std::size_t(frame.fit_capacity) + kRowAlign);
+    frame.fit_y_m = carver.take<float>(std::size_t(frame.fit_capacity) + kRowAlign);
+    carve_table(carver, frame.measurements, measurements);
+    carve_table(carver, frame.tracks, sizes.track_capacity);
+  });
+}
+
+void reset_frame(Frame& frame) noexcept {
+  frame.sensor_mask = 0;
+  frame.flags = 0;
+  frame.kind = FrameKind::kScans;
+  for (SensorPart& part : frame.sensors) {
+    part.present = false;
+    part.clusters.count = part.cluster_points.count = part.label_count = part.row_count = part.cluster_overflow = 0;
+    part.points.count = 0;
+    std::fill(std::begin(part.reason_count), std::end(part.reason_count), 0);
+    std::fill(std::begin(part.stage_ns), std::end(part.stage_ns), int64_t(-1));
+  }
+  frame.external.count = 0;
+  frame.members.count = frame.merged.count = frame.detections.count = frame.measurements.count = 0;
+  frame.tracks.count = 0;
+  frame.candidate_count = frame.merged_overflow = frame.candidate_overflow = 0;
+  frame.ego_known = false;
+  frame.ego = {};
+  std::fill(std::begin(frame.stage_ns), std::end(frame.stage_ns), int64_t(-1));
+  frame.started_ns.store(0, std::memory_order_relaxed);
+}
+
+}  // namespace overtake

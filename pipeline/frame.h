@@ -1,0 +1,130 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// One sweep of all sensors: tables per sensor and shared ones. One Frame is one reused slot of the pool; nothing in it
+// allocates after create. Who writes what:
+//
+//   intake     sequence, stamps, sensor_mask, kind, ego, sensors[s].scan          (one thread, before the stages)
+//   segment    sensors[s]: everything else                                        (one task per sensor, side by side)
+//   detect     members, merged, kept, detections                                  (after all of the frame's segments)
+//   track      tracks, track_of_detection, flags                                  (frame after frame)
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "core/cluster_table.h"
+#include "core/point_table.h"
+#include "core/range_image.h"
+#include "core/sensor_model.h"
+#include "core/table.h"
+#include "core/track_table.h"
+#include "kernels/kernel_table.h"
+#include "pipeline/ego_buffer.h"
+#include "pipeline/overtake.h"
+
+namespace overtake {
+
+inline constexpr int32_t kReasonCount = int32_t(Reason::kCount);
+
+// One sensor's part of a frame.
+struct SensorPart {
+  bool present = false;
+  int64_t stamp_ns = 0;
+  ScanTable scan;
+  PointTable points;
+  RangeImages images;
+  ClusterTable clusters;
+  ClusterPointTable cluster_points;
+  int32_t row_count = 0;                       // layers found
+  int32_t label_count = 0;
+  int32_t cluster_overflow = 0;
+  int32_t reason_count[kReasonCount] = {};     // points by reason
+  int64_t stage_ns[OVT_STAGE_COUNT] = {};
+  int32_t* row_of_label = nullptr;             // [label_count + 1] in clusters, -1 none
+  int32_t* cluster_of_label = nullptr;         // the same in the frame's merged table; written by merge
+  // scratch
+  LayerSums layer_sums;
+  int32_t *row_of_layer = nullptr, *layer_order = nullptr;   // [kLayerIds]
+  int32_t *queue = nullptr, *cursor = nullptr, *order = nullptr;
+};
+
+enum class FrameKind : int32_t { kScans, kExternal, kPrediction };
+
+// Detections pushed by the user, as the tracker takes them.
+struct ExternalTable {
+  int32_t count = 0, capacity = 0;
+  double *x_m = nullptr, *y_m = nullptr, *heading_rad = nullptr, *var_x = nullptr, *var_y = nullptr, *cov_xy = nullptr;
+};
+template <class F>
+void for_each_column(ExternalTable& t, F&& f) {
+  f("x_m", t.x_m);      f("y_m", t.y_m);      f("heading_rad", t.heading_rad);
+  f("var_x", t.var_x);  f("var_y", t.var_y);  f("cov_xy", t.cov_xy);
+}
+
+// Detections in the tracker's frame of reference.
+struct MeasurementTable {
+  int32_t count = 0, capacity = 0;
+  int64_t* stamp_ns = nullptr;
+  double *x_m = nullptr, *y_m = nullptr, *heading_rad = nullptr, *length_m = nullptr, *width_m = nullptr;
+  double *var_x = nullptr, *var_y = nullptr, *cov_xy = nullptr;
+  TrackId* track = nullptr;
+};
+template <class F>
+void for_each_column(MeasurementTable& t, F&& f) {
+  f("stamp_ns", t.stamp_ns);
+  f("x_m", t.x_m);            f("y_m", t.y_m);          f("heading_rad", t.heading_rad);
+  f("length_m", t.length_m);  f("width_m", t.width_m);
+  f("var_x", t.var_x);        f("var_y", t.var_y);      f("cov_xy", t.cov_xy);
+  f("track", t.track);
+}
+
+struct Frame {
+  Arena arena;
+  // intake
+  int64_t sequence = -1;
+  FrameKind kind = FrameKind::kScans;
+  int64_t first_stamp_ns = 0, stamp_ns = 0;
+  uint32_t sensor_mask = 0, flags = 0;
+  EgoWindow ego;
+  SensorPart sensors[kMaxSensors];
+  ExternalTable external;
+  int32_t external_reference = OVT_REFERENCE_MAP;
+  // detect
+  MemberTable members;
+  MergedTable merged;
+  SeamScratch seam;
+  int32_t* kept = nullptr;                     // rows of merged that pass the gates
+  int32_t candidate_count = 0;
+  DetectionTable detections;
+  float *fit_x_m = nullptr, *fit_y_m = nullptr;   // points of one candidate
+  int32_t fit_capacity = 0;
+  int32_t merged_overflow = 0, candidate_overflow = 0;
+  // track
+  MeasurementTable measurements;
+  TrackTable tracks;                           // states at their own stamps, as the tracker left them
+  int32_t reference = OVT_REFERENCE_VEHICLE;
+  bool ego_known = false;
+  EgoState ego_state;                          // at stamp_ns
+  int64_t stage_ns[OVT_STAGE_COUNT] = {};
+  std::atomic<int64_t> started_ns{0};          // steady clock, start of the first segmentation
+  // graph
+  std::atomic<int32_t> pending{0};             // segmentations under way, plus one while the frame is open
+  std::atomic<uint64_t> references{0};         // see frame_pool.h
+};
+
+struct FrameSizes {
+  const SensorModel* sensors = nullptr;
+  const int32_t* point_capacity = nullptr;     // per sensor
+  int32_t sensor_count = 0;
+  int32_t cluster_capacity = 0, candidate_capacity = 0, track_capacity = 0, external_capacity = 0;
+  int32_t merge_columns = 1;
+};
+
+// Carves every table of a frame from one block.
+[[nodiscard]] bool build_frame(Frame& frame, const FrameSizes& sizes, const Allocator& allocator);
+
+// Ready for the next sweep; keeps the memory.
+void reset_frame(Frame& frame) noexcept;
+
+}  // namespace overtake

@@ -1,0 +1,56 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/frame_pool.h"
+
+#include <new>
+
+namespace overtake {
+
+bool FramePool::build(int32_t slot_count, const FrameSizes& sizes, const Allocator& allocator) {
+  slots_.reset(new (std::nothrow) Frame[std::size_t(slot_count)]);
+  if (!slots_) return false;
+  slot_count_ = slot_count;
+  for (int32_t i = 0; i < slot_count; ++i)
+    if (!build_frame(slots_[std::size_t(i)], sizes, allocator)) return false;
+  return true;
+}
+
+// The lowest free slot: the one used last is the likeliest to be in the cache.
+Frame* FramePool::acquire() noexcept {
+  for (int32_t i = 0; i < slot_count_; ++i) {
+    Frame& frame = slots_[std::size_t(i)];
+    uint64_t old = frame.references.load(std::memory_order_acquire);
+    if ((old & kHolders) == 0 && frame.references.compare_exchange_strong(old, 1, std::memory_order_acq_rel)) {
+      reset_frame(frame);
+      return &frame;
+    }
+  }
+  return nullptr;
+}
+
+void FramePool::publish(Frame* frame) noexcept {
+  const int64_t sequence = frame->sequence;   // a reader may have let go of it by the end of this
+  frame->references.store(kFinished | 1, std::memory_order_release);
+  Frame* old = latest_.exchange(frame, std::memory_order_acq_rel);
+  latest_sequence_.store(sequence, std::memory_order_release);
+  if (old) release(old);
+}
+
+// Between the two loads the latest may have been replaced, freed and taken again: then it is not finished, or it is
+// finished again and as good as any.
+Frame* FramePool::pin_latest() noexcept {
+  while (Frame* frame = latest_.load(std::memory_order_acquire)) {
+    uint64_t old = frame->references.load(std::memory_order_acquire);
+    if ((old & kFinished) && (old & kHolders) > 0 &&
+        frame->references.compare_exchange_weak(old, old + 1, std::memory_order_acq_rel))
+      return frame;
+  }
+  return nullptr;
+}
+
+void FramePool::release(Frame* frame) noexcept {
+  const uint64_t old = frame->references.fetch_sub(1, std::memory_order_acq_rel);
+  if ((old & kHolders) == 1 && event_) event_->signal();
+}
+
+}  // namespace overtake

@@ -1,0 +1,167 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/munkres.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/check.h"
+
+namespace overtake {
+namespace {
+std::size_t at(int32_t i) { return std::size_t(i); }
+}  // namespace
+
+Munkres::Munkres(int32_t max_rows, int32_t max_columns, int32_t max_pairs)
+    : max_rows_(max_rows),
+      max_columns_(max_columns),
+      scratch_(at(max_pairs)),
+      begin_(at(std::max(max_rows, max_columns)) + 2),
+      row_price_(at(max_rows)),
+      column_price_(at(max_columns)),
+      row_of_column_(at(max_columns)),
+      reach_(at(max_columns)),
+      parent_row_(at(max_columns)),
+      touched_by_(at(max_columns)),
+      settled_by_(at(max_columns)),
+      row_reach_(at(max_rows)) {
+  pairs_.reserve(at(max_pairs));
+  open_.reserve(at(max_columns));
+  tree_rows_.reserve(at(max_rows));
+}
+
+void Munkres::clear(int32_t rows, int32_t columns) noexcept {
+  OVT_CHECK(rows >= 0 && rows <= max_rows_ && columns >= 0 && columns <= max_columns_);
+  rows_ = std::clamp(rows, 0, max_rows_);
+  columns_ = std::clamp(columns, 0, max_columns_);
+  pairs_.clear();
+}
+
+bool Munkres::add(int32_t row, int32_t column, double cost) noexcept {
+  if (row < 0 || row >= rows_ || column < 0 || column >= columns_ || !(std::fabs(cost) <= 1e300)) return false;
+  if (pairs_.size() == scratch_.size()) return false;
+  pairs_.push_back({row, column, cost});
+  return true;
+}
+
+// By row, then column: two stable counting sorts, the minor key first. begin_ is left with the rows' first pairs.
+void Munkres::sort_pairs() noexcept {
+  auto scatter = [this](const Pair* from, Pair* to, int32_t keys, auto key_of) {
+    std::fill_n(begin_.begin(), keys + 2, 0);
+    for (std::size_t i = 0; i < pairs_.size(); ++i) ++begin_[at(key_of(from[i])) + 2];
+    for (int32_t k = 2; k < keys + 2; ++k) begin_[at(k)] += begin_[at(k - 1)];
+    for (std::size_t i = 0; i < pairs_.size(); ++i) to[begin_[at(key_of(from[i])) + 1]++] = from[i];
+  };
+  scatter(pairs_.data(), scratch_.data(), columns_, [](const Pair& p) { return p.column; });
+  scatter(scratch_.data(), pairs_.data(), rows_, [](const Pair& p) { return p.row; });
+}
+
+int32_t Munkres::solve(int32_t* column_of_row) noexcept {
+  sort_pairs();
+  std::fill_n(column_of_row, rows_, -1);
+  std::fill_n(row_of_column_.begin(), columns_, -1);
+  std::fill_n(column_price_.begin(), columns_, Cost{0, 0.0});
+  std::fill_n(touched_by_.begin(), columns_, -1);
+  std::fill_n(settled_by_.begin(), columns_, -1);
+
+  // The cheapest column, where it is free, is the whole answer for most gated rows.
+  take_cheapest(column_of_row);
+  for (search_ = 0; search_ < rows_; ++search_)
+    if (column_of_row[search_] < 0 && begin_[at(search_)] < begin_[at(search_ + 1)]) augment(search_, column_of_row);
+
+  return int32_t(std::count_if(column_of_row, column_of_row + rows_, [](int32_t c) { return c >= 0; }));
+}
+
+void Munkres::take_cheapest(int32_t* column_of_row) noexcept {
+  for (int32_t r = 0; r < rows_; ++r) {
+    const Pair* best = nullptr;
+    for (int32_t i = begin_[at(r)]; i < begin_[at(r + 1)]; ++i)
+      if (!best || pairs_[at(i)].cost < best->cost) best = &pairs_[at(i)];
+    row_price_[at(r)] = {0, best ? best->cost : 0.0};
+    if (best && row_of_column_[at(best->column)] < 0) {
+      row_of_column_[at(best->column)] = r;
+      column_of_row[r] = best->column;
+    }
+  }
+}
+
+// Dijkstra over reduced costs from a row without partner. The path ends at a free column, or at a row of the tree that
+// is best left alone; partners shift along it.
+void Munkres::augment(int32_t from_row, int32_t* column_of_row) noexcept {
+  open_.clear();
+  tree_rows_.clear();
+  Cost exit_length{INT32_MAX, 0.0};  // the cheapest way to leave some row of the tree alone
+  int32_t exit_row = -1, free_column = -1, row = from_row;
+  Cost length{0, 0.0};
+
+  for (;;) {
+    tree_rows_.push_back(row);
+    row_reach_[at(row)] = length;
+    const Cost base = minus(length, row_price_[at(row)]);
+    const Cost leave = plus(base, {1, 0.0});
+    if (less(leave, exit_length)) exit_length = leave, exit_row = row;
+    for (int32_t i = begin_[at(row)]; i < begin_[at(row + 1)]; ++i) {
+      const std::size_t c = at(pairs_[at(i)].column);
+      if (settled_by_[c] == search_) continue;
+      const Cost via = minus(plus(base, {0, pairs_[at(i)].cost}), column_price_[c]);
+      if (touched_by_[c] != search_) {
+        touched_by_[c] = search_;
+        open_.push_back(int32_t(c));
+      } else if (!less(via, reach_[c])) {
+        continue;
+      }
+      reach_[c] = via;
+      parent_row_[c] = row;
+    }
+
+    std::size_t nearest = open_.size();
+    for (std::size_t k = 0; k < open_.size(); ++k) {
+      if (nearest == open_.size()) {
+        nearest = k;
+        continue;
+      }
+      const std::size_t a = at(open_[k]), b = at(open_[nearest]);
+      if (less(reach_[a], reach_[b]) || (!less(reach_[b], reach_[a]) && a < b)) nearest = k;
+    }
+    if (nearest == open_.size() || less(exit_length, reach_[at(open_[nearest])])) break;
+    const int32_t column = open_[nearest];
+    open_[nearest] = open_.back();
+    open_.pop_back();
+    length = reach_[at(column)];
+    if (row_of_column_[at(column)] < 0) {
+      free_column = column;
+      break;
+    }
+    settled_by_[at(column)] = search_;
+    row = row_of_column_[at(column)];
+  }
+
+  // New prices: every row of the tree can reach the end for the same reduced length, so it may ask that much more.
+  const Cost end = free_column >= 0 ? length : exit_length;
+  for (const int32_t r : tree_rows_) {
+    const Cost rise = minus(end, row_reach_[at(r)]);
+    row_price_[at(r)] = plus(row_price_[at(r)], rise);
+    if (r != from_row) {
+      Cost& price = column_price_[at(column_of_row[r])];
+      price = minus(price, rise);
+    }
+  }
+
+  // Shift partners along the path, from its end to from_row.
+  int32_t column = free_column;
+  if (column < 0) {
+    if (exit_row == from_row) return;
+    column = column_of_row[exit_row];
+    column_of_row[exit_row] = -1;
+  }
+  for (;;) {
+    const int32_t r = parent_row_[at(column)];
+    const int32_t given_up = column_of_row[r];
+    column_of_row[r] = column;
+    row_of_column_[at(column)] = r;
+    if (r == from_row) return;
+    column = given_up;
+  }
+}
+
+}  // namespace overtake

@@ -1,0 +1,60 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Assignment: as many pairs as the gates allow, then the least total cost (Munkres 1957), independent blocks apart.
+//
+// Shortest augmenting paths (Jonker & Volgenant 1987) on the sparse list of pairs: a row that its cheapest column does
+// not suffice for searches its own block only and never sees the others, so 256 x 256 gated pairs cost little more than
+// adding them. Leaving a row alone is an edge too, of a cost above any sum of costs; costs are therefore compared in two
+// digits, (rows left alone, cost), and no big number spoils the low digit.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace overtake {
+
+// Gated pairs as a sparse list, rows x columns. Solves exactly; deterministic for ties (the answer depends on the costs
+// and the indices only, never on the order in which pairs were added).
+class Munkres {
+ public:
+  Munkres(int32_t max_rows, int32_t max_columns, int32_t max_pairs);   // the only place that allocates
+
+  void clear(int32_t rows, int32_t columns) noexcept;
+  // Adds a feasible pair. Costs are finite, any sign. False when max_pairs is reached, or for a pair that is none (an
+  // index outside, a cost that is not finite).
+  bool add(int32_t row, int32_t column, double cost) noexcept;
+  // column_of_row[rows]: the partner or -1. Returns the number of pairs.
+  int32_t solve(int32_t* column_of_row) noexcept;
+
+ private:
+  struct Pair {
+    int32_t row, column;
+    double cost;
+  };
+  struct Cost {
+    int32_t alone;
+    double cost;
+  };
+  static Cost plus(Cost a, Cost b) { return {a.alone + b.alone, a.cost + b.cost}; }
+  static Cost minus(Cost a, Cost b) { return {a.alone - b.alone, a.cost - b.cost}; }
+  static bool less(Cost a, Cost b) { return a.alone != b.alone ? a.alone < b.alone : a.cost < b.cost; }
+
+  void sort_pairs() noexcept;
+  void take_cheapest(int32_t* column_of_row) noexcept;
+  void augment(int32_t from_row, int32_t* column_of_row) noexcept;
+
+  int32_t rows_ = 0, columns_ = 0, max_rows_, max_columns_;
+  std::vector<Pair> pairs_, scratch_;
+  std::vector<int32_t> begin_;                              // row -> first of its sorted pairs; also the sort's counters
+  std::vector<Cost> row_price_, column_price_;              // duals: cost >= row_price + column_price, tight where paired
+  std::vector<int32_t> row_of_column_;
+  // One search. `mark` tells which search a column was last touched or settled by, so nothing is cleared between.
+  std::vector<Cost> reach_;                                 // column -> length of the shortest path to it
+  std::vector<int32_t> parent_row_, touched_by_, settled_by_;
+  std::vector<int32_t> open_, tree_rows_;                   // columns touched and not settled; rows in the tree
+  std::vector<Cost> row_reach_;                             // length at which a row joined the tree
+  int32_t search_ = 0;
+};
+
+}  // namespace overtake

@@ -1,0 +1,444 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The C API's edge: checks every argument before any state changes, and lets no exception across.
+#include "pipeline/overtake.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <string>
+
+#include "pipeline/build_info.h"
+#include "pipeline/detector.h"
+
+using namespace overtake;
+
+namespace {
+
+Detector& cpp(ovt_detector* detector) { return *reinterpret_cast<Detector*>(detector); }
+Reader& cpp(ovt_reader* reader) { return *reinterpret_cast<Reader*>(reader); }
+
+// Runs a call; what it throws becomes a status.
+template <class Body>
+ovt_status guard(ovt_detector* detector, Body&& body) noexcept {
+  try {
+    return body();
+  } catch (const std::bad_alloc&) {
+    return OVT_NO_MEMORY;
+  } catch (...) {
+    if (detector) cpp(detector).counters().exceptions.fetch_add(1, std::memory_order_relaxed);
+    return OVT_INTERNAL;
+  }
+}
+
+template <class T>
+ovt_status init(T* out, size_t struct_size) {
+  if (!out) return OVT_BAD_ARGUMENT;
+  if (struct_size != sizeof(T)) return OVT_BAD_VERSION;
+  std::memset(out, 0, sizeof *out);
+  out->struct_size = sizeof *out;
+  return OVT_OK;
+}
+
+size_t size_of_type(int32_t type) {
+  switch (type) {
+    case OVT_I8: case OVT_U8: return 1;
+    case OVT_I16: case OVT_U16: return 2;
+    case OVT_F32: case OVT_I32: case OVT_U32: return 4;
+    case OVT_F64: return 8;
+    default: return 0;
+  }
+}
+
+// A column of `count` values of an allowed type that lies within its declared bytes.
+bool good_column(const ovt_column& c, int32_t count, bool required, bool floating_only) {
+  if (c.type == OVT_NONE) return !required;
+  const size_t size = size_of_type(c.type);
+  if (size == 0) return false;
+  if (floating_only && c.type != OVT_F32 && c.type != OVT_F64) return false;
+  if (count == 0) return true;
+  if (!c.data || reinterpret_cast<uintptr_t>(c.data) % size != 0) return false;
+  if (c.stride < size || c.stride % size != 0 || c.stride > (size_t(1) << 31)) return false;
+  return c.size_bytes >= size && (c.size_bytes - size) / c.stride >= size_t(count - 1);
+}
+
+bool finite(std::initializer_list<double> values) {
+  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+const char* const kStatusText[] = {
+    "ok",
+    "bad argument: a null, or a count, stride, type or value out of its bounds",
+    "bad version: the header and the library do not fit",
+    "unknown name of a preset, parameter or ISA",
+    "out of range: a parameter's value is outside its limits",
+    "no memory",
+    "the system refused a thread",
+    "no (new) finished frame",
+    "duplicate stamp",
+    "late: the stamp is older than what was already taken",
+    "too many: more than the capacity set at create",
+    "internal error: an exception was caught"};
+
+const char* const kImageName[OVT_IMAGE_COUNT] = {
+    "range", "elevation", "pixel_point", "range_filled", "elevation_filled", "angle", "angle_smooth", "nonground",
+    "range_repaired", "elevation_repaired", "nonground_repaired", "labels"};
+
+const char* const kStageName[OVT_STAGE_COUNT] = {"load", "project", "gaps", "angle", "smooth", "ground", "repair", "link",
+                                                 "label", "clusters", "segment", "merge", "gate", "pose", "track", "frame"};
+
+// The reader stands on a frame.
+bool standing(ovt_reader* reader) { return reader && cpp(reader).frame; }
+
+const SensorPart* part_of(ovt_reader* reader, int32_t sensor) {
+  Reader& r = cpp(reader);
+  if (sensor < 0 || sensor >= r.detector->sensor_count()) return nullptr;
+  return &r.frame->sensors[sensor];
+}
+
+void fill_info(const Frame& frame, int32_t sensor_count, ovt_frame_info* out) {
+  *out = {};
+  out->sequence = frame.sequence;
+  out->first_stamp_ns = frame.first_stamp_ns;
+  out->stamp_ns = frame.stamp_ns;
+  out->sensor_mask = frame.sensor_mask;
+  out->flags = frame.flags;
+  out->reference = frame.reference;
+  out->ego_known = frame.ego_known ? 1 : 0;
+  if (frame.ego_known) {
+    out->ego_x_m = frame.ego_state.pose.x_m;
+    out->ego_y_m = frame.ego_state.pose.y_m;
+    out->ego_yaw_rad = frame.ego_state.pose.yaw_rad;
+    out->ego_speed_mps = frame.ego_state.pose.speed_mps;
+  }
+  for (int32_t s = 0; s < sensor_count; ++s)
+    if (frame.sensors[s].present) out->point_count += frame.sensors[s].points.count;
+  out->cluster_count = frame.merged.count;
+  out->candidate_count = frame.candidate_count;
+  out->detection_count = frame.detections.count;
+  out->track_count = frame.tracks.count;
+}
+
+}  // namespace
+
+extern "C" {
+
+const char* ovt_status_text(ovt_status status) {
+  const auto index = size_t(status);
+  return index < std::size(kStatusText) ? kStatusText[index] : "unknown status";
+}
+
+void ovt_read_build_info(ovt_build_info* out) {
+  if (out) *out = {uint32_t(OVT_VERSION), kVersionText, kCommit, kCompiler, list_isas()};
+}
+
+ovt_status ovt_sensor_def_init(ovt_sensor_def* def, size_t struct_size) {
+  if (const ovt_status status = init(def, struct_size); status != OVT_OK) return status;
+  constexpr double kSixtyDegrees = 1.0471975511965977;
+  def->rows = 32;
+  def->cols = 857;
+  def->azimuth_left_rad = kSixtyDegrees;
+  def->azimuth_right_rad = -kSixtyDegrees;
+  def->range_min_m = 0.5;
+  def->range_max_m = 300.0;
+  def->layer_last = 65535;
+  def->point_capacity = 65536;
+  return OVT_OK;
+}
+
+ovt_status ovt_map_def_init(ovt_map_def* def, size_t struct_size) { return init(def, struct_size); }
+
+ovt_status ovt_detector_def_init(ovt_detector_def* def, size_t struct_size) {
+  if (const ovt_status status = init(def, struct_size); status != OVT_OK) return status;
+  def->worker_count = 1;
+  def->cluster_capacity = 1024;
+  def->candidate_capacity = 256;
+  def->track_capacity = 256;
+  def->frames_in_flight = 3;
+  def->reader_capacity = 4;
+  def->ego_pose_capacity = 1024;
+  return OVT_OK;
+}
+
+ovt_status ovt_points_init(ovt_points* points, size_t struct_size) {
+  const ovt_status status = init(points, struct_size);
+  if (status == OVT_OK) points->time_unit_ns = 1.0;
+  return status;
+}
+ovt_status ovt_ego_pose_init(ovt_ego_pose* pose, size_t struct_size) { return init(pose, struct_size); }
+ovt_status ovt_external_detections_init(ovt_external_detections* detections, size_t struct_size) {
+  return init(detections, struct_size);
+}
+
+ovt_status ovt_create_detector(const ovt_detector_def* def, ovt_detector** out) {
+  return ovt_create_detector_verbose(def, out, nullptr, 0);
+}
+
+ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_detector** out, char* error, size_t error_size) {
+  const auto say = [&](const char* text) {
+    if (error && error_size > 0) std::snprintf(error, error_size, "%s", text);
+  };
+  say("");
+  if (!out) return OVT_BAD_ARGUMENT;
+  *out = nullptr;
+  if (!def) {
+    say("def is null");
+    return OVT_BAD_ARGUMENT;
+  }
+  if (def->struct_size != sizeof *def || def->version == 0 || def->version / 10000 != OVT_VERSION_MAJOR) {
+    say("the header and the library do not fit: start from ovt_default_detector_def()");
+    return OVT_BAD_VERSION;
+  }
+  ovt_status status = OVT_INTERNAL;
+  std::string sentence;
+  status = guard(nullptr, [&] {
+    ovt_status built = OVT_INTERNAL;
+    *out = reinterpret_cast<ovt_detector*>(Detector::create(*def, built, sentence).release());
+    return built;
+  });
+  say(status == OVT_OK ? "" : sentence.empty() ? ovt_status_text(status) : sentence.c_str());
+  return status;
+}
+
+void ovt_destroy_detector(ovt_detector* detector) {
+  if (detector) Detector::destroy(&cpp(detector));
+}
+
+ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan) {
+  if (!detector || !scan) return OVT_BAD_ARGUMENT;
+  if (scan->struct_size != sizeof *scan) return OVT_BAD_VERSION;
+  if (scan->sensor < 0 || scan->sensor >= cpp(detector).sensor_count() || scan->count < 0) return OVT_BAD_ARGUMENT;
+  const int32_t n = scan->count;
+  if (!good_column(scan->x, n, true, true) || !good_column(scan->y, n, true, true) || !good_column(scan->z, n, true, true) ||
+      !good_column(scan->layer, n, true, false) || !good_column(scan->intensity, n, false, false) ||
+      !good_column(scan->time, n, false, false) || !std::isfinite(scan->time_unit_ns))
+    return OVT_BAD_ARGUMENT;
+  return guard(detector, [&] { return cpp(detector).push_scan(*scan); });
+}
+
+ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose) {
+  if (!detector || !pose) return OVT_BAD_ARGUMENT;
+  if (pose->struct_size != sizeof *pose) return OVT_BAD_VERSION;
+  if (!finite({pose->x_m, pose->y_m, pose->z_m, pose->roll_rad, pose->pitch_rad, pose->yaw_rad, pose->speed_mps,
+               pose->yaw_rate_rps}))
+    return OVT_BAD_ARGUMENT;
+  return guard(detector, [&] { return cpp(detector).push_ego_pose(*pose); });
+}
+
+ovt_status ovt_push_detections(ovt_detector* detector, const ovt_external_detections* detections) {
+  if (!detector || !detections) return OVT_BAD_ARGUMENT;
+  if (detections->struct_size != sizeof *detections) return OVT_BAD_VERSION;
+  const ovt_external_detections& d = *detections;
+  if (d.count < 0 || (d.count > 0 && (!d.x_m || !d.y_m))) return OVT_BAD_ARGUMENT;
+  if (d.reference != OVT_REFERENCE_VEHICLE && d.reference != OVT_REFERENCE_MAP) return OVT_BAD_ARGUMENT;
+  if ((d.var_x == nullptr) != (d.var_y == nullptr)) return OVT_BAD_ARGUMENT;
+  return guard(detector, [&] { return cpp(detector).push_detections(d); });
+}
+
+ovt_status ovt_advance(ovt_detector* detector, int64_t now_ns) {
+  if (!detector) return OVT_BAD_ARGUMENT;
+  return guard(detector, [&] { return cpp(detector).advance(now_ns); });
+}
+
+ovt_status ovt_flush(ovt_detector* detector) {
+  if (!detector) return OVT_BAD_ARGUMENT;
+  return guard(detector, [&] { return cpp(detector).flush(); });
+}
+
+ovt_status ovt_create_reader(ovt_detector* detector, ovt_reader** out) {
+  if (!detector || !out) return OVT_BAD_ARGUMENT;
+  *out = nullptr;
+  return guard(detector, [&] {
+    Reader* reader = nullptr;
+    const ovt_status status = cpp(detector).create_reader(&reader);
+    *out = reinterpret_cast<ovt_reader*>(reader);
+    return status;
+  });
+}
+
+void ovt_destroy_reader(ovt_reader* reader) {
+  if (reader && !cpp(reader).lent) cpp(reader).detector->destroy_reader(&cpp(reader));
+}
+
+ovt_status ovt_next_frame(ovt_reader* reader, ovt_frame_info* out) {
+  if (!reader) return OVT_BAD_ARGUMENT;
+  const ovt_status status = cpp(reader).detector->next_frame(cpp(reader));
+  if (status == OVT_OK && out) return ovt_read_info(reader, out);
+  return status;
+}
+
+ovt_status ovt_read_info(ovt_reader* reader, ovt_frame_info* out) {
+  if (!reader || !out) return OVT_BAD_ARGUMENT;
+  if (!standing(reader)) return OVT_NO_FRAME;
+  fill_info(*cpp(reader).frame, cpp(reader).detector->sensor_count(), out);
+  return OVT_OK;
+}
+
+ovt_status ovt_read_detections(ovt_reader* reader, ovt_detections* out) {
+  if (!reader || !out) return OVT_BAD_ARGUMENT;
+  if (!standing(reader)) return OVT_NO_FRAME;
+  const Frame& frame = *cpp(reader).frame;
+  const DetectionTable& d = frame.detections;
+  *out = {};
+  out->count = d.count;
+  out->stamp_ns = d.stamp_ns;
+  out->x_m = d.x_m;
+  out->y_m = d.y_m;
+  out->z_m = d.z_m;
+  out->heading_rad = d.heading_rad;
+  out->heading_source = d.heading_source;
+  out->length_m = d.length_m;
+  out->width_m = d.width_m;
+  out->point_count = d.point_count;
+  out->inliers_ref = d.inliers_ref;
+  out->inliers_var = d.inliers_var;
+  out->heading_ref_rad = d.heading_ref_rad;
+  out->heading_var_rad = d.heading_var_rad;
+  out->ref_x_m = d.ref_x_m;
+  out->ref_y_m = d.ref_y_m;
+  out->var_x_m = d.var_x_m;
+  out->var_y_m = d.var_y_m;
+  out->sensor_mask = d.sensor_mask;
+  out->cluster = d.merged;
+  out->map_s_m = d.map_s_m;
+  out->map_d_m = d.map_d_m;
+  out->track = frame.measurements.track;
+  return OVT_OK;
+}
+
+ovt_status ovt_read_tracks(ovt_reader* reader, int64_t publish_ns, ovt_tracks* out) {
+  if (!reader || !out) return OVT_BAD_ARGUMENT;
+  if (!standing(reader)) return OVT_NO_FRAME;
+  Reader& r = cpp(reader);
+  if (publish_ns == OVT_AT_FRAME_STAMP) publish_ns = r.frame->stamp_ns;
+  r.detector->publish_tracks(r, publish_ns);
+  const TrackTable& t = r.tracks;
+  const PathTable& p = r.paths;
+  *out = {};
+  out->count = t.count;
+  out->publish_ns = publish_ns;
+  out->id = t.id;
+  out->state = t.state;
+  out->measured_ns = t.measured_ns;
+  out->x_m = t.x_m;
+  out->y_m = t.y_m;
+  out->speed_mps = t.speed_mps;
+  out->course_rad = t.course_rad;
+  out->yaw_rate_rps = t.yaw_rate_rps;
+  std::copy(std::begin(t.covariance), std::end(t.covariance), std::begin(out->covariance));
+  out->heading_rad = t.heading_rad;
+  out->length_m = t.length_m;
+  out->width_m = t.width_m;
+  out->age = t.age;
+  out->hits = t.hits;
+  out->detection = t.detection;
+  out->path_points = p.points_per_track;
+  out->path_step_s = r.detector->tracker_params().horizon_step_s;
+  out->path_x_m = p.x_m;
+  out->path_y_m = p.y_m;
+  out->path_course_rad = p.course_rad;
+  out->path_speed_mps = p.speed_mps;
+  out->path_var_x = p.var_x;
+  out->path_var_y = p.var_y;
+  out->path_cov_xy = p.cov_xy;
+  return OVT_OK;
+}
+
+ovt_status ovt_read_clusters(ovt_reader* reader, ovt_clusters* out) {
+  if (!reader || !out) return OVT_BAD_ARGUMENT;
+  if (!standing(reader)) return OVT_NO_FRAME;
+  const MergedTable& m = cpp(reader).frame->merged;
+  *out = {m.count,   m.point_count, m.min_x_m,    m.min_y_m,    m.min_z_m,    m.max_x_m,
+          m.max_y_m, m.max_z_m,     m.center_x_m, m.center_y_m, m.center_z_m, m.stamp_ns, m.sensor_mask};
+  return OVT_OK;
+}
+
+ovt_status ovt_read_labels(ovt_reader* reader, int32_t sensor, ovt_labels* out) {
+  if (!reader || !out) return OVT_BAD_ARGUMENT;
+  if (!standing(reader)) return OVT_NO_FRAME;
+  const SensorPart* part = part_of(reader, sensor);
+  if (!part) return OVT_BAD_ARGUMENT;
+  if (!part->present) return OVT_NO_FRAME;
+  *out = {};
+  out->count = part->points.count;
+  out->stamp_ns = part->stamp_ns;
+  out->label = part->points.label;
+  out->reason = part->points.reason;
+  out->label_count = part->label_count;
+  out->cluster_of_label = part->cluster_of_label;
+  out->x_m = part->scan.x_m;
+  out->y_m = part->scan.y_m;
+  out->z_m = part->scan.z_m;
+  out->intensity = part->scan.intensity;
+  out->layer = part->scan.layer;
+  return OVT_OK;
+}
+
+const char* ovt_reason_name(int32_t reason) {
+  return reason >= 0 && reason < kReasonCount ? reason_name(Reason(reason)) : nullptr;
+}
+
+ovt_status ovt_read_image(ovt_reader* reader, int32_t sensor, ovt_image_id image, ovt_image* out) {
+  if (!reader || !out) return OVT_BAD_ARGUMENT;
+  if (!standing(reader)) return OVT_NO_FRAME;
+  const SensorPart* part = part_of(reader, sensor);
+  if (!part) return OVT_BAD_ARGUMENT;
+  if (!part->present) return OVT_NO_FRAME;
+  const RangeImages& m = part->images;
+  const auto floats = [&](const Plane<float>& p, int32_t rows) {
+    *out = {p.data, OVT_IMAGE_F32, rows, p.cols, size_t(p.stride) * sizeof(float)};
+    return OVT_OK;
+  };
+  const auto integers = [&](const Plane<int32_t>& p) {
+    *out = {p.data, OVT_IMAGE_I32, p.rows, p.cols, size_t(p.stride) * sizeof(int32_t)};
+    return OVT_OK;
+  };
+  const auto bits = [&](const BitPlane& p) {
+    *out = {p.words, OVT_IMAGE_BITS, p.rows, p.cols, size_t(p.words_per_row) * sizeof(uint64_t)};
+    return OVT_OK;
+  };
+  switch (image) {
+    case OVT_IMAGE_RANGE: return floats(m.range_m, m.range_m.rows);
+    case OVT_IMAGE_ELEVATION: return floats(m.elevation_rad, m.range_m.rows);
+    case OVT_IMAGE_PIXEL_POINT: return integers(m.pixel_point);
+    case OVT_IMAGE_RANGE_FILLED: return floats(m.range_filled_m, m.range_m.rows);
+    case OVT_IMAGE_ELEVATION_FILLED: return floats(m.elevation_filled_rad, m.range_m.rows);
+    case OVT_IMAGE_ANGLE: return floats(m.angle_rad, m.range_m.rows - 1);
+    case OVT_IMAGE_ANGLE_SMOOTH: return floats(m.angle_smooth_rad, m.range_m.rows - 1);
+    case OVT_IMAGE_NONGROUND: return bits(m.nonground);
+    case OVT_IMAGE_RANGE_REPAIRED: return floats(m.range_repaired_m, m.range_m.rows);
+    case OVT_IMAGE_ELEVATION_REPAIRED: return floats(m.elevation_repaired_rad, m.range_m.rows);
+    case OVT_IMAGE_NONGROUND_REPAIRED: return bits(m.nonground_repaired);
+    case OVT_IMAGE_LABELS: return integers(m.labels);
+    case OVT_IMAGE_COUNT: break;
+  }
+  return OVT_BAD_ARGUMENT;
+}
+
+const char* ovt_image_name(int32_t image) { return image >= 0 && image < OVT_IMAGE_COUNT ? kImageName[image] : nullptr; }
+
+const char* ovt_stage_name(int32_t stage) { return stage >= 0 && stage < OVT_STAGE_COUNT ? kStageName[stage] : nullptr; }
+
+ovt_status ovt_read_time(ovt_reader* reader, int32_t sensor, ovt_stage stage, int64_t* ns) {
+  if (!reader || !ns || stage < 0 || stage >= OVT_STAGE_COUNT) return OVT_BAD_ARGUMENT;
+  if (!standing(reader)) return OVT_NO_FRAME;
+  if (sensor == -1) {
+    *ns = cpp(reader).frame->stage_ns[stage];
+    return OVT_OK;
+  }
+  const SensorPart* part = part_of(reader, sensor);
+  if (!part) return OVT_BAD_ARGUMENT;
+  *ns = part->stage_ns[stage];
+  return OVT_OK;
+}
+
+ovt_status ovt_read_stats(ovt_detector* detector, ovt_stats* out) {
+  if (!detector || !out) return OVT_BAD_ARGUMENT;
+  if (out->struct_size != sizeof *out) return OVT_BAD_VERSION;
+  cpp(detector).read_stats(*out);
+  return OVT_OK;
+}
+
+}  // extern "C"

@@ -1,0 +1,185 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/params.h"
+
+#include <charconv>
+#include <cstddef>
+#include <cstring>
+
+#include "core/math.h"
+
+namespace overtake {
+namespace {
+
+struct ParamRow {
+  std::size_t offset;
+  bool is_integer, in_degrees;
+  ovt_param_info info;
+};
+
+constexpr bool ends_in_deg(const char* name) {
+  std::size_t n = 0;
+  while (name[n]) ++n;
+  return n >= 4 && name[n - 4] == '_' && name[n - 3] == 'd' && name[n - 2] == 'e' && name[n - 1] == 'g';
+}
+
+constexpr ParamRow kParams[] = {
+#define OVT_REAL(field, name, unit, value, low, high, text) \
+  {offsetof(ovt_params, field), false, ends_in_deg(name), {name, unit, text, 0, value, low, high}},
+#define OVT_INTEGER(field, name, unit, value, low, high, text) \
+  {offsetof(ovt_params, field), true, false, {name, unit, text, 1, value, low, high}},
+#include "pipeline/params.def"
+#undef OVT_REAL
+#undef OVT_INTEGER
+};
+constexpr int32_t kParamCount = int32_t(sizeof kParams / sizeof kParams[0]);
+constexpr double kDegree = kPi / 180.0;
+
+double read(const ovt_params& params, const ParamRow& row) noexcept {
+  const char* at = reinterpret_cast<const char*>(&params) + row.offset;
+  if (row.is_integer) {
+    int32_t value;
+    std::memcpy(&value, at, sizeof value);
+    return double(value);
+  }
+  double value;
+  std::memcpy(&value, at, sizeof value);
+  return row.in_degrees ? value / kDegree : value;
+}
+
+void write(ovt_params& params, const ParamRow& row, double value) noexcept {
+  char* at = reinterpret_cast<char*>(&params) + row.offset;
+  if (row.is_integer) {
+    const auto integer = int32_t(value);
+    std::memcpy(at, &integer, sizeof integer);
+  } else {
+    const double stored = row.in_degrees ? value * kDegree : value;
+    std::memcpy(at, &stored, sizeof stored);
+  }
+}
+
+const ParamRow* find(const char* name) noexcept {
+  for (const ParamRow& row : kParams)
+    if (std::strcmp(row.info.name, name) == 0) return &row;
+  return nullptr;
+}
+
+// Limits in degrees come back from radians with a rounding error: allow it.
+bool within(const ParamRow& row, double value) noexcept {
+  const double slack = row.in_degrees ? 1e-9 : 0.0;
+  return value >= row.info.value_min - slack && value <= row.info.value_max + slack;
+}
+
+}  // namespace
+
+const char* find_bad_param(const ovt_params& params) noexcept {
+  for (const ParamRow& row : kParams)
+    if (!within(row, read(params, row))) return row.info.name;
+  if (params.smooth_window % 2 == 0) return "smooth.window";
+  if (params.smooth_order >= params.smooth_window) return "smooth.order";
+  if (params.repair_window % 2 == 0) return "repair.window";
+  if (params.tracker_confirm_hits > params.tracker_window) return "tracker.confirm_hits";
+  if (params.tracker_keep_hits > params.tracker_window) return "tracker.keep_hits";
+  if (params.tracker_horizon_s / params.tracker_horizon_step_s > 1000.0) return "tracker.horizon_step_s";
+  return nullptr;
+}
+
+SegmentParams make_segment_params(const ovt_params& params, const SensorModel& sensor) noexcept {
+  SegmentParams out;
+  out.fill_gaps = {float(params.gaps_limit_m), float(params.gaps_limit_share)};
+  out.angle_image = {float(params.angle_skip_rad)};
+  make_smooth_sg(params.smooth_window, params.smooth_order, &out.smooth_sg);
+  out.mark_ground = {float(params.ground_threshold_rad)};
+  out.repair_range = {(params.repair_window - 1) / 2, float(params.repair_range_limit_m), sensor.wraps};
+  double sine, cosine;
+  sin_cos_f64(params.cluster_threshold_rad, sine, cosine);
+  out.link_pixels = {float(sine / cosine), sensor.sin_pitch, sensor.cos_pitch, sensor.wraps};
+  out.label_points = {float(params.label_own_limit_m), float(params.label_loser_limit_m)};
+  return out;
+}
+
+DetectParams make_detect_params(const ovt_params& params) noexcept {
+  DetectParams out;
+  out.merge_seams = {float(params.merge_distance_m), params.merge_columns};
+  out.gate_clusters = {params.gate_min_points, float(params.vehicle_length_m * (1.0 + params.gate_slack))};
+  out.fit_rectangle = {float(params.vehicle_length_m), float(params.vehicle_width_m), float(params.pose_margin_m),
+                       params.pose_min_var_points};
+  out.map_margin_m = params.gate_map_margin_m;
+  return out;
+}
+
+TrackerParams make_tracker_params(const ovt_params& params, int32_t track_capacity,
+                                  int32_t detection_capacity) noexcept {
+  TrackerParams out;
+  const double q[5] = {params.tracker_q_x, params.tracker_q_y, params.tracker_q_speed, params.tracker_q_course,
+                       params.tracker_q_yaw_rate};
+  std::memcpy(out.q_diag, q, sizeof q);
+  out.r_diag[0] = params.tracker_r_x;
+  out.r_diag[1] = params.tracker_r_y;
+  out.birth_sigma_v = params.tracker_birth_sigma_speed;
+  out.birth_sigma_phi = params.tracker_birth_sigma_course_rad;
+  out.birth_sigma_omega = params.tracker_birth_sigma_yaw_rate;
+  out.birth_speed_share = params.tracker_birth_speed_share;
+  out.gate_d2 = params.tracker_gate_d2;
+  out.gate_m = params.tracker_gate_m;
+  out.window = params.tracker_window;
+  out.confirm_hits = params.tracker_confirm_hits;
+  out.keep_hits = params.tracker_keep_hits;
+  out.max_silence_s = params.tracker_max_silence_s;
+  out.horizon_s = params.tracker_horizon_s;
+  out.horizon_step_s = params.tracker_horizon_step_s;
+  out.track_capacity = track_capacity;
+  out.detection_capacity = detection_capacity;
+  return out;
+}
+
+}  // namespace overtake
+
+using namespace overtake;
+
+extern "C" {
+
+ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* preset) {
+  if (!params || !preset) return OVT_BAD_ARGUMENT;
+  if (struct_size != sizeof(ovt_params)) return OVT_BAD_VERSION;
+  if (std::strcmp(preset, "paper") != 0) return OVT_UNKNOWN_NAME;
+  std::memset(params, 0, sizeof *params);
+  params->struct_size = sizeof *params;
+  for (const ParamRow& row : kParams) write(*params, row, row.info.value_default);
+  return OVT_OK;
+}
+
+int32_t ovt_param_count(void) { return kParamCount; }
+
+ovt_status ovt_describe_param(int32_t index, ovt_param_info* out) {
+  if (!out || index < 0 || index >= kParamCount) return OVT_BAD_ARGUMENT;
+  *out = kParams[index].info;
+  return OVT_OK;
+}
+
+ovt_status ovt_set_param(ovt_params* params, const char* name, const char* value) {
+  if (!params || !name || !value) return OVT_BAD_ARGUMENT;
+  if (params->struct_size != sizeof *params) return OVT_BAD_VERSION;
+  const ParamRow* row = find(name);
+  if (!row) return OVT_UNKNOWN_NAME;
+  double number = 0;
+  const char* end = value + std::strlen(value);
+  const auto [at, error] = std::from_chars(value, end, number);
+  if (at != end || error == std::errc::invalid_argument) return OVT_BAD_ARGUMENT;
+  if (error != std::errc()) return OVT_OUT_OF_RANGE;    // more than a double holds
+  if (!within(*row, number)) return OVT_OUT_OF_RANGE;   // also when NaN
+  if (row->is_integer && number != double(int32_t(number))) return OVT_BAD_ARGUMENT;
+  write(*params, *row, number);
+  return OVT_OK;
+}
+
+ovt_status ovt_get_param(const ovt_params* params, const char* name, double* value) {
+  if (!params || !name || !value) return OVT_BAD_ARGUMENT;
+  if (params->struct_size != sizeof *params) return OVT_BAD_VERSION;
+  const ParamRow* row = find(name);
+  if (!row) return OVT_UNKNOWN_NAME;
+  *value = read(*params, *row);
+  return OVT_OK;
+}
+
+}  // extern "C"

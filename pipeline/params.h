@@ -1,0 +1,39 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The C API's parameters and what the stages make of them.
+#pragma once
+
+#include "kernels/kernel_table.h"
+#include "pipeline/overtake.h"
+#include "pipeline/tracker.h"
+
+namespace overtake {
+
+// Parameters of one sensor's segmentation, as the kernels take them.
+struct SegmentParams {
+  FillGapsParams fill_gaps;
+  AngleImageParams angle_image;
+  SmoothSgParams smooth_sg;
+  MarkGroundParams mark_ground;
+  RepairRangeParams repair_range;
+  LinkPixelsParams link_pixels;
+  LabelPointsParams label_points;
+};
+
+// Parameters of the stages over a whole frame.
+struct DetectParams {
+  MergeSeamsParams merge_seams;
+  GateClustersParams gate_clusters;
+  FitRectangleParams fit_rectangle;
+  double map_margin_m = 0;
+};
+
+// Null when every value lies in its limits and they fit each other, else the text name of the parameter at fault.
+const char* find_bad_param(const ovt_params& params) noexcept;
+
+SegmentParams make_segment_params(const ovt_params& params, const SensorModel& sensor) noexcept;
+DetectParams make_detect_params(const ovt_params& params) noexcept;
+TrackerParams make_tracker_params(const ovt_params& params, int32_t track_capacity, int32_t detection_capacity) noexcept;
+
+}  // namespace overtake

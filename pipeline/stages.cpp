@@ -1,0 +1,352 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/stages.h"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+
+#include "core/math.h"
+
+namespace overtake {
+namespace {
+
+// Adds up the time between two looks, stage after stage.
+class StageClock {
+ public:
+  explicit StageClock(int64_t* stage_ns) : stage_ns_(stage_ns), last_(steady_now_ns()), start_(last_) {}
+  void lap(ovt_stage stage) noexcept {
+    const int64_t now = steady_now_ns();
+    stage_ns_[stage] = now - last_;
+    last_ = now;
+  }
+  void total(ovt_stage stage) noexcept { stage_ns_[stage] = last_ - start_; }
+
+ private:
+  int64_t* stage_ns_;
+  int64_t last_, start_;
+};
+
+constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
+
+// Position uncertainty of an extrapolated ego pose: half the largest acceleration of the car times age squared.
+constexpr double kMaxAcceleration = 26.5;
+
+double ego_variance(const EgoState& ego) noexcept {
+  if (ego.age_ns <= 0) return 0.0;
+  const double age = double(ego.age_ns) * 1e-9;
+  const double sigma = 0.5 * kMaxAcceleration * age * age;
+  return sigma * sigma;
+}
+
+}  // namespace
+
+int64_t steady_now_ns() noexcept {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part) noexcept {
+  const KernelTable& k = *context.kernels;
+  const SensorModel& model = context.sensors[sensor];
+  const SegmentParams& p = context.segment[sensor];
+  RangeImages& m = part.images;
+  StageClock clock(part.stage_ns);
+
+  k.project_points(model, part.scan, part.points, part.layer_sums);
+  part.row_count = k.rank_layers(model.rows, part.layer_sums, part.row_of_layer, part.layer_order);
+  k.scatter_points(part.scan, part.row_of_layer, part.points, m);
+  clock.lap(OVT_STAGE_PROJECT);
+  k.fill_gaps(p.fill_gaps, m.range_m, m.elevation_rad, m.range_filled_m, m.elevation_filled_rad);
+  clock.lap(OVT_STAGE_GAPS);
+  k.angle_image(p.angle_image, m.range_filled_m, m.elevation_filled_rad, m.angle_rad);
+  clock.lap(OVT_STAGE_ANGLE);
+  k.smooth_sg(p.smooth_sg, model.rows - 1, m.angle_rad, m.angle_smooth_rad);
+  clock.lap(OVT_STAGE_SMOOTH);
+  k.mark_ground(p.mark_ground, part.row_count, m.angle_smooth_rad, m.range_filled_m, m.pixel_point, m.nonground);
+  clock.lap(OVT_STAGE_GROUND);
+  k.repair_range(p.repair_range, m.range_filled_m, m.elevation_filled_rad, m.nonground, m.range_repaired_m,
+                 m.elevation_repaired_rad, m.nonground_repaired);
+  clock.lap(OVT_STAGE_REPAIR);
+  k.link_pixels(p.link_pixels, m.range_repaired_m, m.elevation_repaired_rad, m.nonground_repaired, m.link_right,
+                m.link_down);
+  clock.lap(OVT_STAGE_LINK);
+  part.label_count = k.label_bfs(model.wraps, m.range_filled_m, m.nonground_repaired, m.link_right, m.link_down,
+                                 m.labels, part.queue);
+  k.label_points(p.label_points, m, part.points);
+  clock.lap(OVT_STAGE_LABEL);
+  part.cluster_overflow =
+      k.build_clusters(model.T_vehicle_sensor, part.scan, part.points, part.label_count, part.clusters,
+                       part.cluster_points, part.row_of_label, part.cursor, part.order);
+  for (int32_t i = 0; i < part.points.count; ++i) ++part.reason_count[part.points.reason[i]];
+  clock.lap(OVT_STAGE_CLUSTERS);
+  clock.total(OVT_STAGE_SEGMENT);
+}
+
+void merge_frame(const StageContext& context, Frame& frame) noexcept {
+  SeamSide sides[kMaxSensors];
+  for (int32_t s = 0; s < context.sensor_count; ++s) {
+    const SensorPart& part = frame.sensors[s];
+    sides[s] = {part.present,  &context.sensors[s], &part.images,         &part.scan,     &part.points,
+                &part.clusters, &part.cluster_points, part.row_of_label, part.stamp_ns};
+  }
+  frame.merged_overflow = context.kernels->merge_seams(context.detect.merge_seams, sides, context.sensor_count,
+                                                       frame.members, frame.merged, frame.seam);
+
+  // Per-point labels to merged clusters, for whoever reads them.
+  int32_t member = 0;
+  for (int32_t s = 0; s < context.sensor_count; ++s) {
+    SensorPart& part = frame.sensors[s];
+    if (!part.present) continue;
+    for (int32_t label = 0; label <= part.label_count; ++label) {
+      const int32_t row = part.row_of_label[label];
+      part.cluster_of_label[label] = row < 0 ? -1 : frame.members.merged[member + row];
+    }
+    member += part.clusters.count;
+  }
+}
+
+void gate_frame(const StageContext& context, Frame& frame) noexcept {
+  const MergedTable& merged = frame.merged;
+  DetectionTable& detections = frame.detections;
+  int32_t kept = context.kernels->gate_clusters(context.detect.gate_clusters, merged, frame.kept);
+  frame.candidate_count = kept;
+
+  // The map gate works while the ego pose is known and fresh; each centroid goes to the map at its cluster's own time.
+  // The last answer is the next one's hint: neighbours in the table are mostly neighbours on the track.
+  EgoState ego;
+  const auto on_track = [&](int32_t row, MapProjection& place) {
+    if (!context.map || !frame.ego.at(merged.stamp_ns[row], ego) || ego.age_ns > kEgoFreshNs) return true;
+    double x, y;
+    ego.to_map(double(merged.center_x_m[row]), double(merged.center_y_m[row]), double(merged.center_z_m[row]), x, y);
+    place = context.map->project(x, y, place.segment);
+    const double margin = context.detect.map_margin_m;
+    const bool within = place.d_m <= place.width_left_m + margin && place.d_m >= -place.width_right_m - margin;
+    return within && (margin > 0 || place.inside);
+  };
+  MapProjection place{};
+  place.segment = -1;
+  int32_t count = 0;
+  for (int32_t i = 0; i < kept; ++i)
+    if (on_track(frame.kept[i], place)) frame.kept[count++] = frame.kept[i];
+
+  // More than fit: the nearest stay, in table order. Rarely runs, so it may be quadratic in what is dropped.
+  frame.candidate_overflow = 0;
+  while (count > detections.capacity) {
+    int32_t farthest = 0;
+    for (int32_t i = 1; i < count; ++i)
+      if (merged.nearest_m[frame.kept[i]] >= merged.nearest_m[frame.kept[farthest]]) farthest = i;
+    for (int32_t i = farthest; i + 1 < count; ++i) frame.kept[i] = frame.kept[i + 1];
+    --count;
+    ++frame.candidate_overflow;
+  }
+  detections.count = count;
+}
+
+void pose_frame(const StageContext& context, Frame& frame) noexcept {
+  const MergedTable& merged = frame.merged;
+  const MemberTable& members = frame.members;
+  DetectionTable& out = frame.detections;
+  EgoState ego;
+  int32_t hint = -1;
+  for (int32_t i = 0; i < out.count; ++i) {
+    const int32_t row = frame.kept[i];
+
+    // Gather the points, member after member.
+    int32_t count = 0;
+    for (int32_t m = merged.first_member[row]; m >= 0; m = members.next_member[m]) {
+      const SensorPart& part = frame.sensors[members.sensor[m]];
+      const int32_t begin = part.clusters.point_begin[members.cluster[m]];
+      const int32_t end = begin + part.clusters.point_count[members.cluster[m]];
+      for (int32_t j = begin; j < end && count < frame.fit_capacity; ++j, ++count) {
+        frame.fit_x_m[count] = part.cluster_points.x_m[j];
+        frame.fit_y_m[count] = part.cluster_points.y_m[j];
+      }
+    }
+
+    // psi_REF: the centre line's heading where the centroid is, else straight ahead.
+    double heading_ref = 0.0;
+    out.map_s_m[i] = out.map_d_m[i] = 0.0f;
+    if (context.map && frame.ego.at(merged.stamp_ns[row], ego)) {
+      double x, y;
+      ego.to_map(double(merged.center_x_m[row]), double(merged.center_y_m[row]), double(merged.center_z_m[row]), x, y);
+      const MapProjection place = context.map->project(x, y, hint);
+      hint = place.segment;
+      heading_ref = ego.heading_to_vehicle(place.heading_rad);
+      out.map_s_m[i] = float(place.s_m);
+      out.map_d_m[i] = float(place.d_m);
+    }
+
+    const Transform& mounting = context.sensors[merged.main_sensor[row]].T_vehicle_sensor;
+    const RectangleFit fit =
+        context.kernels->fit_rectangle(context.detect.fit_rectangle, frame.fit_x_m, frame.fit_y_m, count,
+                                       float(heading_ref), mounting.t[0], mounting.t[1]);
+    out.merged[i] = row;
+    out.stamp_ns[i] = merged.stamp_ns[row];
+    out.x_m[i] = fit.center_x_m;
+    out.y_m[i] = fit.center_y_m;
+    out.z_m[i] = merged.center_z_m[row];
+    out.heading_rad[i] = fit.heading_rad;
+    out.heading_source[i] = int32_t(fit.from_var ? HeadingSource::kVar : HeadingSource::kRef);
+    out.length_m[i] = fit.extent_length_m;
+    out.width_m[i] = fit.extent_width_m;
+    out.point_count[i] = merged.point_count[row];
+    out.inliers_ref[i] = fit.inliers_ref;
+    out.inliers_var[i] = fit.inliers_var;
+    out.heading_ref_rad[i] = fit.heading_ref_rad;
+    out.heading_var_rad[i] = fit.heading_var_rad;
+    out.ref_x_m[i] = fit.ref_x_m;
+    out.ref_y_m[i] = fit.ref_y_m;
+    out.var_x_m[i] = fit.var_x_m;
+    out.var_y_m[i] = fit.var_y_m;
+    out.sensor_mask[i] = merged.sensor_mask[row];
+  }
+}
+
+void detect_frame(const StageContext& context, Frame& frame) noexcept {
+  if (frame.kind != FrameKind::kScans) return;
+  StageClock clock(frame.stage_ns);
+  merge_frame(context, frame);
+  clock.lap(OVT_STAGE_MERGE);
+  gate_frame(context, frame);
+  clock.lap(OVT_STAGE_GATE);
+  pose_frame(context, frame);
+  clock.lap(OVT_STAGE_POSE);
+}
+
+TrackStage::TrackStage(const StageContext& context, const TrackerParams& params)
+    : context_(context), params_(params), tracker_(params, context.map) {}
+
+void TrackStage::measure_detections(Frame& frame) noexcept {
+  const DetectionTable& in = frame.detections;
+  MeasurementTable& out = frame.measurements;
+  out.count = in.count;
+  EgoState ego;
+  for (int32_t i = 0; i < in.count; ++i) {
+    out.stamp_ns[i] = in.stamp_ns[i];
+    out.x_m[i] = double(in.x_m[i]);
+    out.y_m[i] = double(in.y_m[i]);
+    out.heading_rad[i] = double(in.heading_rad[i]);
+    out.length_m[i] = double(in.length_m[i]);
+    out.width_m[i] = double(in.width_m[i]);
+    out.var_x[i] = out.var_y[i] = out.cov_xy[i] = kNoValue;
+    if (reference_ == OVT_REFERENCE_MAP && frame.ego.at(in.stamp_ns[i], ego)) {
+      ego.to_map(double(in.x_m[i]), double(in.y_m[i]), double(in.z_m[i]), out.x_m[i], out.y_m[i]);
+      out.heading_rad[i] = ego.heading_to_map(double(in.heading_rad[i]));
+      const double variance = ego_variance(ego);
+      if (variance > 0) {
+        out.var_x[i] = params_.r_diag[0] + variance;
+        out.var_y[i] = params_.r_diag[1] + variance;
+        out.cov_xy[i] = 0.0;
+      }
+    }
+  }
+}
+
+void TrackStage::measure_external(Frame& frame) noexcept {
+  const ExternalTable& in = frame.external;
+  MeasurementTable& out = frame.measurements;
+  out.count = in.count;
+  const bool turn = frame.external_reference == OVT_REFERENCE_VEHICLE && reference_ == OVT_REFERENCE_MAP;
+  const EgoState& ego = frame.ego_state;
+  for (int32_t i = 0; i < in.count; ++i) {
+    out.stamp_ns[i] = frame.stamp_ns;
+    out.x_m[i] = in.x_m[i];
+    out.y_m[i] = in.y_m[i];
+    out.heading_rad[i] = in.heading_rad[i];
+    out.length_m[i] = out.width_m[i] = kNoValue;
+    out.var_x[i] = in.var_x[i];
+    out.var_y[i] = in.var_y[i];
+    const bool variances_alone = in.var_x[i] == in.var_x[i] && in.cov_xy[i] != in.cov_xy[i];   // independent, then
+    out.cov_xy[i] = variances_alone ? 0.0 : in.cov_xy[i];
+    if (turn) {
+      ego.to_map(in.x_m[i], in.y_m[i], 0.0, out.x_m[i], out.y_m[i]);
+      if (in.heading_rad[i] == in.heading_rad[i]) out.heading_rad[i] = ego.heading_to_map(in.heading_rad[i]);
+      const double c = ego.r[0], s = ego.r[3];                       // rotate the covariance
+      const double xx = out.var_x[i], yy = out.var_y[i], xy = out.cov_xy[i];
+      out.var_x[i] = c * c * xx - 2 * c * s * xy + s * s * yy;
+      out.var_y[i] = s * s * xx + 2 * c * s * xy + c * c * yy;
+      out.cov_xy[i] = c * s * (xx - yy) + (c * c - s * s) * xy;
+    }
+  }
+}
+
+int32_t TrackStage::observe(const Frame& frame, ObservedSector* sectors) const noexcept {
+  if (frame.kind == FrameKind::kExternal) return -1;                 // who knows what it saw: everything
+  int32_t count = 0;
+  for (int32_t s = 0; s < context_.sensor_count; ++s) {
+    if (!(frame.sensor_mask >> s & 1u)) continue;
+    const SensorModel& model = context_.sensors[s];
+    ObservedSector& sector = sectors[count++];
+    const double span = model.wraps ? kTwoPi : double(model.pitch_rad) * model.cols;
+    double yaw = double(model.mounting_yaw_rad);
+    sector.x_m = double(model.T_vehicle_sensor.t[0]);
+    sector.y_m = double(model.T_vehicle_sensor.t[1]);
+    if (reference_ == OVT_REFERENCE_MAP) {
+      const EgoState& ego = frame.ego_state;
+      ego.to_map(sector.x_m, sector.y_m, double(model.T_vehicle_sensor.t[2]), sector.x_m, sector.y_m);
+      yaw = ego.heading_to_map(yaw);
+    }
+    sector.left_rad = yaw + double(model.azimuth_left_rad);
+    sector.right_rad = sector.left_rad - span;
+    sector.range_min_m = double(model.range_min_m);
+    sector.range_max_m = double(model.range_max_m);
+  }
+  return count;
+}
+
+void TrackStage::run(Frame& frame) noexcept {
+  StageClock clock(frame.stage_ns);
+  frame.ego_known = frame.ego.at(frame.stamp_ns, frame.ego_state);
+  // The tracker works in the map from the first ego pose on, in the vehicle frame until then. Changing over forgets the
+  // tracks: they mean nothing in the other frame.
+  const bool in_map = frame.kind == FrameKind::kExternal && !frame.ego_known
+                          ? frame.external_reference == OVT_REFERENCE_MAP
+                          : frame.ego_known;
+  if (in_map && reference_ == OVT_REFERENCE_VEHICLE) {
+    tracker_.restart();
+    reference_ = OVT_REFERENCE_MAP;
+  }
+  frame.reference = reference_;
+  if (reference_ == OVT_REFERENCE_VEHICLE) frame.flags |= OVT_FLAG_NO_EGO;
+  if (frame.ego_known && frame.ego_state.age_ns > kEgoFreshNs) frame.flags |= OVT_FLAG_EGO_STALE;
+  if (!context_.map) frame.flags |= OVT_FLAG_NO_MAP;
+
+  // Once in the map, measurements of the vehicle frame are worth nothing without a pose: the tracks only predict.
+  const bool measured_in_vehicle =
+      frame.kind == FrameKind::kScans || (frame.kind == FrameKind::kExternal && frame.external_reference == OVT_REFERENCE_VEHICLE);
+  const bool lost = reference_ == OVT_REFERENCE_MAP && !frame.ego_known && measured_in_vehicle;
+  if (lost) frame.flags |= OVT_FLAG_EGO_STALE;
+
+  if (frame.kind == FrameKind::kPrediction || lost) {
+    frame.measurements.count = 0;
+    std::fill_n(frame.measurements.track, frame.detections.count, kNobody);
+    tracker_.predict(frame.stamp_ns);
+  } else {
+    if (frame.kind == FrameKind::kScans) {
+      measure_detections(frame);
+    } else {
+      measure_external(frame);
+    }
+    const MeasurementTable& m = frame.measurements;
+    ObservedSector sectors[kMaxSensors];
+    TrackerFrame input;
+    input.stamp_ns = frame.stamp_ns;
+    input.detections = {m.count,    m.stamp_ns, m.x_m,   m.y_m,   m.heading_rad,
+                        m.length_m, m.width_m,  m.var_x, m.var_y, m.cov_xy};
+    input.ego.known = frame.ego_known;
+    if (frame.ego_known) {
+      const EgoPose& pose = frame.ego_state.pose;
+      input.ego = {true, pose.x_m, pose.y_m, pose.yaw_rad, pose.speed_mps};
+      if (reference_ == OVT_REFERENCE_VEHICLE) input.ego = {true, 0, 0, 0, pose.speed_mps};
+    }
+    input.in_map = reference_ == OVT_REFERENCE_MAP;
+    input.sectors = sectors;
+    input.sector_count = observe(frame, sectors);
+    tracker_.step(input, m.track);
+  }
+  tracker_.snapshot(frame.tracks);
+  clock.lap(OVT_STAGE_TRACK);
+}
+
+}  // namespace overtake

@@ -1,0 +1,60 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The stages as functions over a Frame. No two that may run at the same time write the same table.
+#pragma once
+
+#include "core/track_map.h"
+#include "pipeline/frame.h"
+#include "pipeline/params.h"
+
+namespace overtake {
+
+// Everything the stages read that outlives a frame; constant after create.
+struct StageContext {
+  const KernelTable* kernels = nullptr;
+  int32_t sensor_count = 0;
+  SensorModel sensors[kMaxSensors];
+  SegmentParams segment[kMaxSensors];
+  DetectParams detect;
+  const TrackMap* map = nullptr;               // null: none
+};
+
+int64_t steady_now_ns() noexcept;
+
+// Range image segmentation of one sensor (paper IV-A), stages 1 to 8a.
+//   reads  part.scan        writes  all other tables and images of part
+void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part) noexcept;
+
+// Merge across sensors (eq. 4).   reads  sensors[*]   writes  members, merged
+void merge_frame(const StageContext& context, Frame& frame) noexcept;
+
+// Size and map gate (IV-B).   reads  merged, ego   writes  kept, candidate_count, detections.count and map columns
+void gate_frame(const StageContext& context, Frame& frame) noexcept;
+
+// Two headings and the rectangle (eq. 5).   reads  kept, cluster points, ego   writes  detections
+void pose_frame(const StageContext& context, Frame& frame) noexcept;
+
+// merge, gate, pose, each with its time.
+void detect_frame(const StageContext& context, Frame& frame) noexcept;
+
+// The tracker's side: which frame of reference it works in, and the iteration itself.
+class TrackStage {
+ public:
+  TrackStage(const StageContext& context, const TrackerParams& params);
+  //   reads  detections or external, ego   writes  measurements, tracks, reference, flags
+  void run(Frame& frame) noexcept;
+  Tracker& tracker() noexcept { return tracker_; }
+
+ private:
+  void measure_detections(Frame& frame) noexcept;
+  void measure_external(Frame& frame) noexcept;
+  int32_t observe(const Frame& frame, ObservedSector* sectors) const noexcept;
+
+  const StageContext& context_;
+  TrackerParams params_;
+  Tracker tracker_;
+  int32_t reference_ = OVT_REFERENCE_VEHICLE;
+};
+
+}  // namespace overtake

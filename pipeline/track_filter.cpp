@@ -1,0 +1,137 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/track_filter.h"
+
+#ifndef EIGEN_DONT_VECTORIZE
+#define EIGEN_DONT_VECTORIZE  // one order of additions on every machine
+#endif
+#include <Eigen/Core>
+#include <cmath>
+
+#include "core/math.h"
+
+namespace overtake {
+namespace {
+
+using Matrix5 = Eigen::Matrix<double, 5, 5, Eigen::RowMajor>;
+using Matrix52 = Eigen::Matrix<double, 5, 2>;
+using Matrix2 = Eigen::Matrix<double, 2, 2>;
+using Vector2 = Eigen::Matrix<double, 2, 1>;
+using Vector5 = Eigen::Matrix<double, 5, 1>;
+
+constexpr int kMaxSteps = 4096;  // of one prediction; beyond, the steps grow
+
+Eigen::Map<Matrix5> matrix_of(TrackEstimate& e) { return Eigen::Map<Matrix5>(&e.covariance[0][0]); }
+
+void symmetrise(TrackEstimate& e) {
+  for (int r = 1; r < kTrackStateSize; ++r)
+    for (int c = 0; c < r; ++c)
+      e.covariance[r][c] = e.covariance[c][r] = 0.5 * (e.covariance[r][c] + e.covariance[c][r]);
+}
+
+// P <- F P F^T. F is the identity but for seven entries, so it is two passes of row (then column) additions: 70
+// multiply-adds instead of 250. Rows x, y and phi read only rows below them that are still unchanged.
+void transport(Eigen::Map<Matrix5> p, const MotionJacobian& f) {
+  p.row(0) += f.x_v * p.row(2) + f.x_phi * p.row(3) + f.x_omega * p.row(4);
+  p.row(1) += f.y_v * p.row(2) + f.y_phi * p.row(3) + f.y_omega * p.row(4);
+  p.row(3) += f.phi_omega * p.row(4);
+  p.col(0) += f.x_v * p.col(2) + f.x_phi * p.col(3) + f.x_omega * p.col(4);
+  p.col(1) += f.y_v * p.col(2) + f.y_phi * p.col(3) + f.y_omega * p.col(4);
+  p.col(3) += f.phi_omega * p.col(4);
+}
+
+// S = H P H^T + R and its determinant.
+struct Innovator {
+  double xx, xy, yy, det;
+  bool sound;
+};
+Innovator make_innovator(const TrackEstimate& e, const PositionMeasurement& z) {
+  Innovator s{};
+  s.xx = e.covariance[0][0] + z.var_x;
+  s.xy = e.covariance[1][0] + z.cov_xy;
+  s.yy = e.covariance[1][1] + z.var_y;
+  s.det = s.xx * s.yy - s.xy * s.xy;
+  s.sound = s.xx > 0.0 && s.yy > 0.0 && s.det > 1e-12 * s.xx * s.yy && s.det > 1e-200 && s.det < 1e200;
+  return s;
+}
+
+}  // namespace
+
+void predict(TrackEstimate& estimate, const ProcessNoise& noise, double dt_s) noexcept {
+  if (dt_s == 0.0) return;
+  const double ratio = std::fabs(dt_s) / noise.max_step_s;
+  // A hair of slack, so that 50 ms are one step of 50 ms whatever the last digit of the division.
+  const int steps = ratio >= kMaxSteps ? kMaxSteps : 1 + int(ratio * (1.0 - 1e-9));
+  const double step_s = dt_s / steps;
+  auto p = matrix_of(estimate);
+  for (int k = 0; k < steps; ++k) {
+    MotionJacobian f;
+    estimate.mean = advance(estimate.mean, step_s, &f);
+    transport(p, f);
+    if (step_s > 0.0)
+      for (int i = 0; i < kTrackStateSize; ++i) estimate.covariance[i][i] += noise.variance_per_s[i] * step_s;
+  }
+  symmetrise(estimate);
+}
+
+bool innovate(const TrackEstimate& estimate, const PositionMeasurement& z, Innovation* out) noexcept {
+  const Innovator s = make_innovator(estimate, z);
+  if (!s.sound) return false;
+  const double dx = z.x_m - estimate.mean.x_m, dy = z.y_m - estimate.mean.y_m;
+  out->d2 = (s.yy * dx * dx - 2.0 * s.xy * dx * dy + s.xx * dy * dy) / s.det;
+  out->log_det = log_f64(s.det);
+  return true;
+}
+
+bool update(TrackEstimate& estimate, const PositionMeasurement& z) noexcept {
+  const Innovator s = make_innovator(estimate, z);
+  if (!s.sound) return false;
+  auto p = matrix_of(estimate);
+  Matrix2 s_inverse, r;
+  s_inverse << s.yy / s.det, -s.xy / s.det, -s.xy / s.det, s.xx / s.det;
+  r << z.var_x, z.cov_xy, z.cov_xy, z.var_y;
+  const Matrix52 gain = p.leftCols<2>() * s_inverse;  // H picks the first two columns
+
+  const Vector5 change = gain * Vector2(z.x_m - estimate.mean.x_m, z.y_m - estimate.mean.y_m);
+  MotionState& m = estimate.mean;
+  m.x_m += change[0];
+  m.y_m += change[1];
+  m.speed_mps += change[2];
+  m.course_rad = wrap_angle(m.course_rad + change[3]);
+  m.yaw_rate_rps += change[4];
+
+  // Joseph: (I - K H) P (I - K H)^T + K R K^T stays positive definite where (I - K H) P does not.
+  Matrix5 keep = Matrix5::Identity();
+  keep.leftCols<2>() -= gain;
+  const Matrix5 kept = keep * p;
+  const Matrix52 gain_r = gain * r;
+  p.noalias() = kept * keep.transpose();
+  p.noalias() += gain_r * gain.transpose();
+  symmetrise(estimate);
+  turn_round(estimate);
+  return true;
+}
+
+void turn_round(TrackEstimate& estimate) noexcept {
+  if (!(estimate.mean.speed_mps < 0.0)) return;
+  estimate.mean.speed_mps = -estimate.mean.speed_mps;
+  estimate.mean.course_rad = wrap_angle(estimate.mean.course_rad + kPi);
+  for (int i = 0; i < kTrackStateSize; ++i) {
+    if (i == 2) continue;
+    estimate.covariance[2][i] = -estimate.covariance[2][i];
+    estimate.covariance[i][2] = -estimate.covariance[i][2];
+  }
+}
+
+bool is_sound(const TrackEstimate& estimate) noexcept {
+  const MotionState& m = estimate.mean;
+  bool sound = std::fabs(m.x_m) <= 1e12 && std::fabs(m.y_m) <= 1e12 && std::fabs(m.speed_mps) <= 1000.0 &&
+               std::fabs(m.course_rad) <= 4.0 && std::fabs(m.yaw_rate_rps) <= 100.0;
+  for (int r = 0; r < kTrackStateSize; ++r) {
+    sound = sound && estimate.covariance[r][r] > 0.0;
+    for (int c = 0; c < kTrackStateSize; ++c) sound = sound && std::fabs(estimate.covariance[r][c]) <= 1e100;
+  }
+  return sound;
+}
+
+}  // namespace overtake

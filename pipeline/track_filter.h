@@ -1,0 +1,50 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The extended Kalman filter of one track (eqs. 6 and 7): state (x, y, v, phi, omega), measurement (x, y). Double
+// precision; the matrix library stays in the .cpp.
+#pragma once
+
+#include "core/track_table.h"
+#include "pipeline/motion_model.h"
+
+namespace overtake {
+
+struct TrackEstimate {
+  MotionState mean;
+  double covariance[kTrackStateSize][kTrackStateSize] = {};   // symmetric
+};
+
+// Growth of the variances a second (Q scales with dt), and the longest step one linearisation may stand for.
+struct ProcessNoise {
+  double variance_per_s[kTrackStateSize] = {};
+  double max_step_s = 0.05;
+};
+
+struct PositionMeasurement {
+  double x_m = 0, y_m = 0, var_x = 0, var_y = 0, cov_xy = 0;
+};
+
+struct Innovation {
+  double d2 = 0;         // squared Mahalanobis distance
+  double log_det = 0;    // ln det S
+};
+
+// Moves the estimate by dt_s. The mean is exact for any dt; the covariance goes in equal steps <= max_step_s. Backward
+// (dt_s < 0) there is no process noise: the way back undoes the motion, it does not forget anything new.
+void predict(TrackEstimate& estimate, const ProcessNoise& noise, double dt_s) noexcept;
+
+// False when S is not positive definite (then the pair is impossible).
+bool innovate(const TrackEstimate& estimate, const PositionMeasurement& z, Innovation* out) noexcept;
+
+// Joseph form, symmetrised, phi wrapped, v >= 0 (turn_round). False, with nothing changed, when S is not positive definite.
+bool update(TrackEstimate& estimate, const PositionMeasurement& z) noexcept;
+
+// (v, phi) and (-v, phi + pi) are one motion with one omega. Chooses the one with v >= 0; the signs of v's row and
+// column change with it.
+void turn_round(TrackEstimate& estimate) noexcept;
+
+// Finite and within what a car can do (|v| <= 1000 m/s, |omega| <= 100 rad/s, positive variances).
+bool is_sound(const TrackEstimate& estimate) noexcept;
+
+}  // namespace overtake

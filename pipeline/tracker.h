@@ -1,0 +1,112 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Multi-target tracker (paper IV-C, eqs. 6 and 7): constant velocity and turn rate EKF with a variable step, Mahalanobis
+// gating, Munkres assignment, M/N life cycle. One thread at a time. Nothing allocates after construction.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "core/sensor_model.h"
+#include "core/track_map.h"
+#include "core/track_table.h"
+
+namespace overtake {
+
+struct TrackerParams {
+  double q_diag[5] = {0.005, 0.005, 0.5, 0.005, 0.0005};   // per q_step_s, scales with dt
+  double q_step_s = 0.05;
+  double r_diag[2] = {5.0, 5.0};                           // m^2; a detection may carry its own
+  double birth_sigma_v = 20.0, birth_sigma_phi = 0.2, birth_sigma_omega = 0.1;
+  double birth_speed_share = 0.8;                          // of the ego speed
+  double gate_d2 = 9.21, gate_m = 8.0;
+  int32_t window = 20, confirm_hits = 6, keep_hits = 5;    // N (1..64), M_c, M_e
+  double max_silence_s = 4.0;                              // without a hit a track dies in any case; at most 60
+  double predict_step_s = 0.05;                            // longer steps are cut into such
+  double horizon_s = 3.0, horizon_step_s = 0.1;
+  double heading_speed_mps = 3.0;                          // from here on a confirmed track's course turns its heading
+  int32_t track_capacity = 256, detection_capacity = 256;
+};
+
+// What the tracker reads of a frame. Detections in the tracker's frame of reference, any number of rows; beyond
+// detection_capacity the ones nearest to the ego are read. A row whose place is not finite or farther than 1e8 m from the
+// origin, or whose stamp is more than 1 s from the frame's, is left out and counted as rejected.
+struct TrackerDetections {
+  int32_t count = 0;
+  const int64_t* stamp_ns = nullptr;
+  const double *x_m = nullptr, *y_m = nullptr;
+  const double* heading_rad = nullptr;                     // null or NaN: none
+  const double *length_m = nullptr, *width_m = nullptr;    // extent; null or NaN: none
+  const double *var_x = nullptr, *var_y = nullptr, *cov_xy = nullptr;   // null, or not positive definite: r_diag
+};
+
+// A sector that a sensor of this frame saw, in the tracker's frame of reference.
+struct ObservedSector {
+  double x_m, y_m, left_rad, right_rad;                    // right < left, left - right <= 2 pi
+  double range_min_m, range_max_m;
+};
+
+struct TrackerEgo {
+  bool known = false;
+  double x_m = 0, y_m = 0, heading_rad = 0, speed_mps = 0;
+};
+
+struct TrackerFrame {
+  int64_t stamp_ns = 0;                                    // the iteration's time: the frame's last stamp
+  TrackerDetections detections;
+  TrackerEgo ego;
+  bool in_map = true;                                      // frame of reference is the map's: births may ask the map
+  const ObservedSector* sectors = nullptr;                 // what was seen; with sector_count < 0 everything was
+  int32_t sector_count = -1;
+};
+
+struct TrackerCounts {
+  int64_t iterations = 0, births = 0, deaths = 0, hits = 0, misses = 0;
+  int64_t overflow = 0;                                    // tracks not born or put out, detections beyond capacity
+  int64_t rejected = 0;                                    // detections that are no measurement
+};
+
+class Tracker {
+ public:
+  struct State;                                            // pipeline/tracker_state.h
+
+  // `map` may be null or empty; it must outlive the tracker.
+  Tracker(const TrackerParams& params, const TrackMap* map);
+  ~Tracker();
+  Tracker(const Tracker&) = delete;
+  Tracker& operator=(const Tracker&) = delete;
+
+  // One iteration: predict each track to its detection's own stamp, associate, update, count, give birth. A track
+  // without detection is predicted to the frame's stamp. A detection up to 0.5 s older than its track's state (scans
+  // overlap by a few ms) measures where the track was: the state goes back without process noise, takes it, and returns;
+  // a track's time never goes back.
+  // track_of_detection[detections.count], may be null: the id each detection went to (also a newborn's).
+  void step(const TrackerFrame& frame, TrackId* track_of_detection) noexcept;
+  // A pure prediction: moves every track to stamp_ns; no iteration. Tracks die of silence here too.
+  void predict(int64_t stamp_ns) noexcept;
+  // Forgets every track; ids are never reused.
+  void restart() noexcept;
+
+  // All tracks as they are, each at its own time, ordered by slot. Capacity at least track_capacity.
+  void snapshot(TrackTable& states) const noexcept;
+  // Copies of all tracks predicted to publish_ns (a copy: the state stays), ordered by slot, and their paths from there.
+  // Before a track's own time: exactly the way back, without noise. More than 60 s from it: 60 s, and stamp_ns says so.
+  // The tables' capacities must be at least track_capacity and track_capacity * path_points(); paths may be null.
+  void publish(int64_t publish_ns, TrackTable& tracks, PathTable* paths) const noexcept;
+
+  int32_t path_points() const noexcept;
+  int32_t track_count() const noexcept;
+  TrackerCounts counts() const noexcept;
+
+ private:
+  std::unique_ptr<State> state_;
+};
+
+// Points of a predicted path.
+int32_t count_path_points(const TrackerParams& params) noexcept;
+// What Tracker::publish does, from a snapshot (which may be `tracks` itself), on any thread.
+void publish_tracks(const TrackerParams& params, const TrackTable& states, int64_t publish_ns, TrackTable& tracks,
+                    PathTable* paths) noexcept;
+
+}  // namespace overtake
