@@ -1,0 +1,83 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Everything the kernels read and write for one sensor, behind fences, with seeded contents; a step per kernel; and the
+// comparison of two such worlds. For tests that ask whether two tables of kernels do the same.
+#pragma once
+
+#include <cmath>
+#include <random>
+
+#include "core/range_image.h"
+#include "core/sensor_model.h"
+#include "kernels/kernel_table.h"
+#include "tests/support/guarded.h"
+
+namespace overtake::test {
+
+// The kernels in the order of the manifest, which is the order in which they run.
+enum class Step : int32_t {
+#define OVT_KERNEL(name, agreement) name,
+#include "kernels/kernels.def"
+#undef OVT_KERNEL
+};
+
+struct Shape {
+  int32_t rows, cols, points;
+};
+
+class KernelWorld {
+ public:
+  KernelWorld(Shape shape, uint64_t seed);
+
+  // Seeded contents. A cloud feeds the chain from load_points on.
+  void fill_cloud();
+  // Pixels without any order, as inputs of the image kernels.
+  void fill_noise();
+  // Runs one kernel of the table on what the world holds.
+  void run(const KernelTable& kernels, Step step);
+  // Padding is never meaningful: NaN wherever it may be written.
+  void poison_padding();
+  // Where the two differ first, in words; empty: nowhere. Scratch memory and padding do not count.
+  static std::string difference(KernelWorld& a, KernelWorld& b);
+  std::string broken() const { return guarded_.broken(); }
+
+  RangeImages images;
+  SensorModel sensor;
+  int32_t row_count = 0;
+  int32_t cluster_count = 0;
+  BitPlane bits_of(int32_t i) const;
+
+ private:
+  struct RawPoint {             // 27 bytes: nothing is aligned in a caller's memory
+    float x_m, y_m, z_m, intensity;
+    uint16_t layer;
+    uint32_t time_ns;
+    uint8_t other;
+  } __attribute__((packed));
+
+  float uniform(float low, float high) { return low + (high - low) * float(random_() % 65536) / 65536.0f; }
+  bool chance(int32_t percent) { return int32_t(random_() % 100) < percent; }
+  void fill_tables();
+
+  Shape shape_;
+  std::mt19937_64 random_;
+  Guarded guarded_;
+  std::vector<RawPoint> raw_;
+  ScanTable scan_;
+  PointTable points_;
+  LayerSums sums_;
+  int32_t *row_of_layer_ = nullptr, *layer_order_ = nullptr;   // with the cloud only
+  int32_t *queue_, *row_of_label_, *cursor_, *order_, *kept_;
+  ClusterTable clusters_;
+  ClusterPointTable cluster_points_;
+  MemberTable members_;
+  MergedTable merged_, gate_input_;
+  SeamScratch seam_;
+  SensorModel rig_[3];
+  float *fit_x_m_, *fit_y_m_;
+  int32_t kept_count_ = 0, cluster_overflow_ = 0, merged_overflow_ = 0, fit_count_ = 0;
+  RectangleFit fit_{};
+};
+
+}  // namespace overtake::test

@@ -1,0 +1,126 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A tracker with the tables and columns a test needs around it.
+//
+//   TrackerBench bench;
+//   bench.step(0.05, {{10.0, 2.0}});       // one frame at 50 ms with one detection
+//   bench.tracks().x_m[0]
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "core/table.h"
+#include "core/track_table.h"
+#include "pipeline/tracker.h"
+
+namespace overtake_test {
+
+inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+inline int64_t to_ns(double s) { return int64_t(std::llround(s * 1e9)); }
+
+struct TestDetection {
+  double x_m = 0, y_m = 0;
+  double heading_rad = kNan;
+  double late_s = 0;                                       // own stamp: the frame's minus this
+  double length_m = kNan, width_m = kNan;
+  double var_x = kNan, var_y = kNan, cov_xy = kNan;
+};
+
+class TrackerBench {
+ public:
+  explicit TrackerBench(const overtake::TrackerParams& params = {}, const overtake::TrackMap* map = nullptr)
+      : tracker(params, map) {
+    const bool built = arena_.build(overtake::default_allocator(), [&](overtake::Carver& carver) {
+      overtake::carve_table(carver, tracks_, params.track_capacity);
+      overtake::carve_table(carver, paths_, params.track_capacity * tracker.path_points());
+    });
+    if (!built) std::abort();
+  }
+
+  // `frame` may be set up beforehand (ego, sectors); its stamp and detections are filled here.
+  const std::vector<overtake::TrackId>& step(double time_s, const std::vector<TestDetection>& detections) {
+    return step_ns(to_ns(time_s), detections);
+  }
+  const std::vector<overtake::TrackId>& step_ns(int64_t stamp_ns, const std::vector<TestDetection>& detections) {
+    const std::size_t n = detections.size();
+    stamp_ns_.resize(n);
+    for (std::vector<double>* column : {&x_, &y_, &heading_, &length_, &width_, &var_x_, &var_y_, &cov_xy_})
+      column->resize(n);
+    ids.assign(n, overtake::kNobody);
+    for (std::size_t i = 0; i < n; ++i) {
+      const TestDetection& d = detections[i];
+      stamp_ns_[i] = d.late_s == 0 ? stamp_ns : stamp_ns - to_ns(d.late_s);
+      x_[i] = d.x_m;
+      y_[i] = d.y_m;
+      heading_[i] = d.heading_rad;
+      length_[i] = d.length_m;
+      width_[i] = d.width_m;
+      var_x_[i] = d.var_x;
+      var_y_[i] = d.var_y;
+      cov_xy_[i] = d.cov_xy;
+    }
+    frame.stamp_ns = stamp_ns;
+    frame.detections = {.count = int32_t(n),
+                        .stamp_ns = stamp_ns_.data(),
+                        .x_m = x_.data(),
+                        .y_m = y_.data(),
+                        .heading_rad = heading_.data(),
+                        .length_m = length_.data(),
+                        .width_m = width_.data(),
+                        .var_x = var_x_.data(),
+                        .var_y = var_y_.data(),
+                        .cov_xy = cov_xy_.data()};
+    tracker.step(frame, ids.data());
+    last_ns_ = stamp_ns;
+    return ids;
+  }
+
+  // Published at the last frame's stamp, or where asked.
+  const overtake::TrackTable& tracks() { return tracks_at_ns(last_ns_); }
+  const overtake::TrackTable& tracks_at(double time_s) { return tracks_at_ns(to_ns(time_s)); }
+  const overtake::TrackTable& tracks_at_ns(int64_t stamp_ns) {
+    tracker.publish(stamp_ns, tracks_, &paths_);
+    return tracks_;
+  }
+  const overtake::PathTable& paths() const { return paths_; }   // of the last call of tracks...
+
+  overtake::Tracker tracker;
+  overtake::TrackerFrame frame;
+  std::vector<overtake::TrackId> ids;                      // of the last step
+
+ private:
+  overtake::Arena arena_;
+  overtake::TrackTable tracks_;
+  overtake::PathTable paths_;
+  std::vector<int64_t> stamp_ns_;
+  std::vector<double> x_, y_, heading_, length_, width_, var_x_, var_y_, cov_xy_;
+  int64_t last_ns_ = 0;
+};
+
+// Whether every number of every published row is finite; covariances must be positive on their diagonals.
+inline bool is_finite(const overtake::TrackTable& t) {
+  for (int32_t k = 0; k < t.count; ++k) {
+    const auto i = std::size_t(k);
+    for (const double* column : {t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps, t.heading_rad, t.length_m,
+                                 t.width_m})
+      if (!std::isfinite(column[i])) return false;
+    for (const double* column : t.covariance)
+      if (!std::isfinite(column[i])) return false;
+    for (const int32_t diagonal : {0, 2, 5, 9, 14})
+      if (!(t.covariance[diagonal][i] > 0)) return false;
+  }
+  return true;
+}
+inline bool is_finite(const overtake::PathTable& t) {
+  for (int32_t k = 0; k < t.count; ++k)
+    for (const double* column : {t.x_m, t.y_m, t.course_rad, t.speed_mps, t.var_x, t.var_y, t.cov_xy})
+      if (!std::isfinite(column[std::size_t(k)])) return false;
+  return true;
+}
+
+}  // namespace overtake_test

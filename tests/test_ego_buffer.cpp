@@ -1,0 +1,171 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Ego poses: what a frame may see, and the pose between and beyond them in closed form.
+#include "pipeline/ego_buffer.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+using namespace overtake;
+
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr int64_t kMs = 1'000'000;
+constexpr int64_t kToday = 1'700'000'000'000'000'000;  // a stamp of our days needs more digits than a double has
+
+EgoWindow window_of(std::initializer_list<EgoPose> poses) {
+  EgoWindow window;
+  for (const EgoPose& pose : poses) window.poses[window.count++] = pose;
+  return window;
+}
+
+EgoPose pose_at(int64_t stamp_ns, double x = 0, double y = 0, double yaw = 0, double speed = 0, double rate = 0) {
+  return {stamp_ns, x, y, 0, 0, 0, yaw, speed, rate};
+}
+
+}  // namespace
+
+TEST_CASE("ego_buffer: between two poses every value is the straight line's") {
+  EgoPose a = pose_at(kToday, 10, 20, 0.1, 60, 0.2), b = pose_at(kToday + 10 * kMs, 12, 16, 0.3, 70, 0.4);
+  a.z_m = 1, b.z_m = 2, a.roll_rad = -0.1, b.roll_rad = 0.1, a.pitch_rad = 0.02, b.pitch_rad = 0.04;
+  const EgoWindow window = window_of({a, b});
+  EgoState state;
+  for (const double u : {0.0, 0.1, 0.25, 0.5, 0.9}) {
+    CAPTURE(u);
+    REQUIRE(window.at(kToday + int64_t(u * 10 * kMs), state));
+    CHECK(state.pose.x_m == doctest::Approx(10 + 2 * u).epsilon(1e-12));
+    CHECK(state.pose.y_m == doctest::Approx(20 - 4 * u).epsilon(1e-12));
+    CHECK(state.pose.z_m == doctest::Approx(1 + u).epsilon(1e-12));
+    CHECK(state.pose.roll_rad == doctest::Approx(-0.1 + 0.2 * u).epsilon(1e-12));
+    CHECK(state.pose.pitch_rad == doctest::Approx(0.02 + 0.02 * u).epsilon(1e-12));
+    CHECK(state.pose.yaw_rad == doctest::Approx(0.1 + 0.2 * u).epsilon(1e-12));
+    CHECK(state.pose.speed_mps == doctest::Approx(60 + 10 * u).epsilon(1e-12));
+    CHECK(state.pose.yaw_rate_rps == doctest::Approx(0.2 + 0.2 * u).epsilon(1e-12));
+    CHECK(state.age_ns <= 0);
+  }
+}
+
+TEST_CASE("ego_buffer: the yaw is interpolated the short way round") {
+  EgoState state;
+  REQUIRE(window_of({pose_at(0, 0, 0, 3.1), pose_at(10 * kMs, 0, 0, -3.1)}).at(5 * kMs, state));
+  CHECK(std::fabs(state.pose.yaw_rad) == doctest::Approx(kPi));
+  REQUIRE(window_of({pose_at(0, 0, 0, -3.1), pose_at(10 * kMs, 0, 0, 3.1)}).at(2 * kMs + kMs / 2, state));
+  CHECK(state.pose.yaw_rad == doctest::Approx(-3.1 - 0.25 * (2 * kPi - 6.2)));
+}
+
+TEST_CASE("ego_buffer: beyond the newest pose the car goes on along its circle, and the age is told") {
+  const double speed = 77, rate = 0.3, yaw = 0.5;
+  const EgoWindow window = window_of({pose_at(kToday, 100, 50, yaw, speed, rate)});
+  EgoState state;
+  for (const int64_t ms : {0, 20, 100, 500}) {
+    CAPTURE(ms);
+    const double t = double(ms) * 1e-3, radius = speed / rate;
+    REQUIRE(window.at(kToday + ms * kMs, state));
+    CHECK(state.pose.x_m == doctest::Approx(100 + radius * (std::sin(yaw + rate * t) - std::sin(yaw))).epsilon(1e-9));
+    CHECK(state.pose.y_m == doctest::Approx(50 - radius * (std::cos(yaw + rate * t) - std::cos(yaw))).epsilon(1e-9));
+    CHECK(state.pose.yaw_rad == doctest::Approx(yaw + rate * t).epsilon(1e-12));
+    CHECK(state.age_ns == ms * kMs);
+  }
+  CHECK_FALSE(window.at(kToday + 500 * kMs + 1, state));
+}
+
+TEST_CASE("ego_buffer: before the oldest pose the car came along its circle, as uncertain as it is far") {
+  const EgoWindow window = window_of({pose_at(kToday, 10, 0, 0, 50), pose_at(kToday + 10 * kMs, 10.5, 0, 0, 50)});
+  EgoState state;
+  REQUIRE(window.at(kToday - 200 * kMs, state));
+  CHECK(state.pose.x_m == doctest::Approx(0.0));
+  CHECK(state.age_ns == 200 * kMs);
+  CHECK_FALSE(window.at(kToday - 500 * kMs - 1, state));
+}
+
+TEST_CASE("ego_buffer: no pose, no answer") {
+  EgoState state;
+  CHECK_FALSE(EgoWindow().at(0, state));
+}
+
+TEST_CASE("ego_buffer: stamps at both ends of int64 overflow nothing") {
+  EgoState state;
+  const EgoWindow window = window_of({pose_at(INT64_MIN, 0), pose_at(INT64_MAX, 100)});
+  REQUIRE(window.at(0, state));
+  CHECK(state.pose.x_m == doctest::Approx(50));
+  REQUIRE(window.at(INT64_MAX, state));
+  CHECK(state.pose.x_m == doctest::Approx(100));
+  REQUIRE(window.at(INT64_MIN, state));
+  CHECK(state.pose.x_m == doctest::Approx(0));
+  CHECK_FALSE(window_of({pose_at(INT64_MIN)}).at(INT64_MAX, state));
+  CHECK_FALSE(window_of({pose_at(INT64_MAX)}).at(INT64_MIN, state));
+
+  EgoBuffer buffer(16);
+  CHECK(buffer.push(pose_at(INT64_MIN)) == OVT_OK);
+  CHECK(buffer.push(pose_at(0)) == OVT_OK);
+  CHECK(buffer.push(pose_at(INT64_MAX)) == OVT_OK);
+  EgoWindow out;
+  buffer.copy_window(3, INT64_MIN, INT64_MAX, out);
+  CHECK(out.count == 3);
+  buffer.copy_window(3, INT64_MAX, INT64_MAX, out);
+  REQUIRE(out.count == 2);
+  CHECK(out.poses[1].stamp_ns == INT64_MAX);
+}
+
+TEST_CASE("ego_buffer: headings go to the map and back through roll and pitch") {
+  EgoWindow window = window_of({pose_at(0, 1, 2, 0.7)});
+  window.poses[0].roll_rad = 0.15;
+  window.poses[0].pitch_rad = -0.05;
+  EgoState state;
+  REQUIRE(window.at(0, state));
+  double x, y;
+  state.to_map(3, 0, 0, x, y);
+  CHECK(std::atan2(y - 2, x - 1) == doctest::Approx(0.7));
+  CHECK(state.heading_to_map(0) == doctest::Approx(0.7));
+  for (const double heading : {-2.0, -0.3, 0.0, 0.4, 1.9})  // a banked road bends headings by a percent or so
+    CHECK(state.heading_to_vehicle(state.heading_to_map(heading)) == doctest::Approx(heading).epsilon(0.03));
+  window.poses[0].roll_rad = window.poses[0].pitch_rad = 0;
+  REQUIRE(window.at(0, state));
+  CHECK(state.heading_to_vehicle(state.heading_to_map(-2.0)) == doctest::Approx(-2.0).epsilon(1e-12));
+}
+
+TEST_CASE("ego_buffer: stamps must grow") {
+  EgoBuffer buffer(16);
+  CHECK(buffer.push(pose_at(10)) == OVT_OK);
+  CHECK(buffer.push(pose_at(10)) == OVT_DUPLICATE);
+  CHECK(buffer.push(pose_at(9)) == OVT_LATE);
+  CHECK(buffer.count() == 1);
+}
+
+TEST_CASE("ego_buffer: a frame sees the poses round it that were pushed before it, and no others") {
+  EgoBuffer buffer(1024);
+  for (int64_t i = 0; i < 100; ++i) REQUIRE(buffer.push(pose_at(i * 10 * kMs, double(i))) == OVT_OK);
+  EgoWindow window;
+  buffer.copy_window(60, 500 * kMs, 500 * kMs, window);
+  REQUIRE(window.count > 0);
+  CHECK(window.poses[0].stamp_ns == 400 * kMs);                 // 100 ms before it
+  CHECK(window.poses[window.count - 1].stamp_ns == 590 * kMs);  // the 60th: later ones came after the scan
+  buffer.copy_window(100, 500 * kMs, 550 * kMs, window);
+  CHECK(window.poses[window.count - 1].stamp_ns == 660 * kMs);
+  buffer.copy_window(0, 500 * kMs, 500 * kMs, window);
+  CHECK(window.count == 0);
+}
+
+TEST_CASE("ego_buffer: a full ring keeps the newest, and what was overwritten is not seen") {
+  EgoBuffer buffer(512);
+  for (int64_t i = 0; i < 5000; ++i) REQUIRE(buffer.push(pose_at(i * kMs, double(i))) == OVT_OK);
+  EgoWindow window;
+  buffer.copy_window(5000, 4900 * kMs, 4950 * kMs, window);
+  REQUIRE(window.count > 0);
+  for (int32_t i = 0; i < window.count; ++i) CHECK(window.poses[i].x_m == double(window.poses[i].stamp_ns / kMs));
+  CHECK(window.poses[window.count - 1].stamp_ns == 4999 * kMs);
+  buffer.copy_window(1000, 900 * kMs, 950 * kMs, window);  // long gone
+  CHECK(window.count == 0);
+}
+
+TEST_CASE("ego_buffer: of too many poses in reach the newest are taken") {
+  EgoBuffer buffer(4096);
+  for (int64_t i = 0; i < 3000; ++i) REQUIRE(buffer.push(pose_at(i * 100'000)) == OVT_OK);  // 10 kHz
+  EgoWindow window;
+  buffer.copy_window(3000, 150 * kMs, 150 * kMs, window);
+  REQUIRE(window.count == EgoWindow::kCapacity);
+  CHECK(window.poses[255].stamp_ns > 250 * kMs);
+}

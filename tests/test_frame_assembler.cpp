@@ -1,0 +1,314 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Scans become frames by their stamps alone: a fake runner writes down what it is told.
+#include "pipeline/frame_assembler.h"
+
+#include <doctest/doctest.h>
+
+#include <string>
+#include <vector>
+
+using namespace overtake;
+
+namespace {
+
+constexpr int64_t kMs = 1'000'000;
+constexpr int32_t kSensors = 3, kCapacity = 16, kSlots = 4;
+
+struct Closed {
+  int64_t sequence, first_ms, last_ms;
+  uint32_t mask, flags;
+  FrameKind kind;
+  int32_t segments, external_count;
+};
+
+// Finishes every frame at once, or keeps them in flight.
+class FakeRunner final : public FrameRunner {
+ public:
+  explicit FakeRunner(FramePool& pool) : pool_(pool) {}
+  void start_segment(Frame& frame, int32_t sensor) override {
+    CHECK(frame.sensors[sensor].present);
+    ++segments;
+  }
+  void close(Frame& frame) override {
+    closed.push_back({frame.sequence, frame.first_stamp_ns / kMs, frame.stamp_ns / kMs, frame.sensor_mask, frame.flags,
+                      frame.kind, segments, frame.external.count});
+    segments = 0;
+    if (keep) {
+      kept.push_back(&frame);
+    } else {
+      pool_.publish(&frame);
+    }
+  }
+  void finish_kept() {
+    for (Frame* frame : kept) pool_.publish(frame);
+    kept.clear();
+  }
+  std::vector<Closed> closed;
+  std::vector<Frame*> kept;
+  int32_t segments = 0;
+  bool keep = false;
+
+ private:
+  FramePool& pool_;
+};
+
+class Bench {
+ public:
+  Bench() : ego(16), runner(pool), assembler(params(), pool, ego, runner) {
+    FrameSizes sizes;
+    SensorModel model = make_sensor_model(4, 8, 1, -1, false, 0.5, 100);
+    const SensorModel models[kSensors] = {model, model, model};
+    const int32_t capacity[kSensors] = {kCapacity, kCapacity, kCapacity};
+    sizes.sensors = models;
+    sizes.point_capacity = capacity;
+    sizes.sensor_count = kSensors;
+    sizes.cluster_capacity = sizes.candidate_capacity = sizes.track_capacity = sizes.external_capacity = kCapacity;
+    REQUIRE(pool.build(kSlots, sizes, default_allocator()));
+    REQUIRE(arena_.build(default_allocator(), [&](Carver& carver) {
+      carve_table(carver, scan_.table, kCapacity);
+      carve_table(carver, rows_, kCapacity);
+    }));
+  }
+  Taken scan(int32_t sensor, int64_t ms) { return scan_ns(sensor, ms * kMs); }
+  Taken scan_ns(int32_t sensor, int64_t ns) {
+    scan_.stamp_ns = ns;
+    scan_.table.count = 1;
+    scan_.ego_count = ego.count();
+    return assembler.take_scan(sensor, scan_);
+  }
+  Taken external(int64_t ms, int32_t count = 2) {
+    rows_.count = count;
+    for (int32_t i = 0; i < count; ++i) rows_.x_m[i] = double(i);
+    return assembler.take_external(ms * kMs, OVT_REFERENCE_MAP, ego.count(), rows_);
+  }
+  void sweep(int64_t ms, std::vector<int32_t> sensors = {0, 1, 2}) {
+    for (const int32_t s : sensors) CHECK(scan(s, ms + s) == Taken::kUsed);
+  }
+  const Closed& last() const { return runner.closed.back(); }
+  std::size_t count() const { return runner.closed.size(); }
+
+  FramePool pool;
+  EgoBuffer ego;
+  FakeRunner runner;
+  FrameAssembler assembler;
+
+ private:
+  static AssemblerParams params() {
+    AssemblerParams p;
+    p.sensor_count = kSensors;
+    return p;
+  }
+  Arena arena_;
+  Scan scan_;
+  ExternalTable rows_;
+};
+
+}  // namespace
+
+TEST_CASE("frame_assembler: scans within the tolerance are one frame, closed with the last sensor, in any order") {
+  for (const std::vector<int32_t>& order :
+       {std::vector<int32_t>{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}) {
+    Bench bench;
+    for (int64_t k = 0; k < 4; ++k) bench.sweep(50 * k, order);
+    REQUIRE(bench.count() == 4);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Closed& c = bench.runner.closed[k];
+      CHECK(c.sequence == int64_t(k));
+      CHECK(c.mask == 7);
+      CHECK(c.flags == 0);
+      CHECK(c.segments == 3);
+      CHECK(c.first_ms == int64_t(50 * k));
+      CHECK(c.last_ms == int64_t(50 * k + 2));
+    }
+  }
+}
+
+TEST_CASE("frame_assembler: the tolerance is from the frame's first stamp, its edge included") {
+  Bench bench;
+  bench.scan(0, 100);
+  CHECK(bench.scan(1, 125) == Taken::kUsed);
+  CHECK(bench.count() == 0);
+  CHECK(bench.scan_ns(2, 125 * kMs + 1) == Taken::kUsed);  // a frame of its own closes the first
+  REQUIRE(bench.count() == 1);
+  CHECK(bench.last().mask == 3);
+  CHECK(bench.last().flags == OVT_FLAG_SENSOR_MISSING);
+}
+
+TEST_CASE("frame_assembler: a second scan of a sensor opens the next frame, however near") {
+  Bench bench;
+  bench.scan(0, 100);
+  bench.scan(0, 110);
+  REQUIRE(bench.count() == 1);
+  CHECK(bench.last().mask == 1);
+}
+
+TEST_CASE("frame_assembler: a missing sensor holds a frame up to the next scan, a silent one not at all") {
+  Bench bench;
+  bench.sweep(0);
+  for (int64_t k = 1; k < 6; ++k) {
+    bench.sweep(50 * k, {0, 1});
+    // Its last scan was at 2 ms: from the frame at 100 ms on it is silent for more than 75 ms.
+    CHECK(bench.count() == std::size_t(k < 2 ? k : k + 1));
+  }
+  CHECK(bench.runner.closed[1].flags == OVT_FLAG_SENSOR_MISSING);
+  for (std::size_t k = 2; k < 6; ++k) {
+    CHECK(bench.runner.closed[k].mask == 3);
+    CHECK(bench.runner.closed[k].flags == (OVT_FLAG_SENSOR_MISSING | OVT_FLAG_SENSOR_STALE));
+  }
+}
+
+TEST_CASE("frame_assembler: a sensor that returns is used with its first scan and waited for again") {
+  Bench bench;
+  bench.sweep(0);
+  for (int64_t k = 1; k < 6; ++k) bench.sweep(50 * k, {0, 1});
+  bench.scan(2, 300);
+  bench.scan(0, 300);
+  const std::size_t before = bench.count();
+  bench.scan(1, 301);
+  REQUIRE(bench.count() == before + 1);
+  CHECK(bench.last().mask == 7);
+  CHECK(bench.last().flags == 0);
+  bench.scan(0, 350);
+  bench.scan(1, 350);
+  CHECK(bench.count() == before + 1);  // waits for sensor 2
+  bench.scan(2, 350);
+  CHECK(bench.count() == before + 2);
+}
+
+TEST_CASE("frame_assembler: a sensor that never spoke is waited for during 75 ms only") {
+  Bench bench;
+  for (int64_t k = 0; k < 5; ++k) bench.sweep(50 * k, {0, 1});
+  CHECK(bench.count() == 5);
+  for (std::size_t k = 0; k < bench.count(); ++k) CHECK(bench.runner.closed[k].mask == 3);
+}
+
+TEST_CASE("frame_assembler: a scan older than what was closed is late, one that still fits the open frame is not") {
+  Bench bench;
+  bench.sweep(100);
+  CHECK(bench.scan(0, 102) == Taken::kLate);
+  CHECK(bench.scan(1, 50) == Taken::kLate);
+  CHECK(bench.scan(0, 150) == Taken::kUsed);
+  CHECK(bench.scan(1, 140) == Taken::kUsed);  // older than the first, within the tolerance
+  CHECK(bench.scan(2, 104) == Taken::kLate);
+  CHECK(bench.scan(2, 141) == Taken::kUsed);
+  CHECK(bench.last().first_ms == 140);
+  CHECK(bench.last().last_ms == 150);
+  CHECK(bench.count() == 2);
+}
+
+TEST_CASE("frame_assembler: flush closes the open frame once") {
+  Bench bench;
+  bench.assembler.flush();
+  CHECK(bench.count() == 0);
+  bench.scan(1, 100);
+  bench.assembler.flush();
+  bench.assembler.flush();
+  REQUIRE(bench.count() == 1);
+  CHECK(bench.last().mask == 2);
+  CHECK(bench.scan(0, 100) == Taken::kLate);
+  CHECK(bench.scan(0, 101) == Taken::kUsed);
+  bench.assembler.flush();
+  CHECK(bench.count() == 2);
+  CHECK(bench.assembler.admitted() == 2);
+}
+
+TEST_CASE("frame_assembler: advance closes what waited 75 ms and predicts when nothing came for as long") {
+  Bench bench;
+  CHECK(bench.assembler.advance(0));
+  CHECK(bench.count() == 0);  // nothing yet: nothing to predict from
+  bench.scan(0, 100);
+  CHECK(bench.assembler.advance(174 * kMs));
+  CHECK(bench.count() == 0);
+  CHECK(bench.assembler.advance(175 * kMs));
+  REQUIRE(bench.count() == 1);
+  CHECK(bench.last().kind == FrameKind::kScans);
+  CHECK(bench.assembler.advance(INT64_MIN));
+  CHECK(bench.assembler.advance(174 * kMs));
+  CHECK(bench.count() == 1);
+  CHECK(bench.assembler.advance(180 * kMs));
+  REQUIRE(bench.count() == 2);
+  CHECK(bench.last().kind == FrameKind::kPrediction);
+  CHECK(bench.last().last_ms == 180);
+  CHECK(bench.last().mask == 0);
+  CHECK(bench.scan(0, 150) == Taken::kUsed);  // a prediction makes no scan late
+  CHECK(bench.assembler.advance(INT64_MAX));
+  CHECK(bench.count() == 3);
+}
+
+TEST_CASE("frame_assembler: pushed detections are a frame of their own, in the order of stamps") {
+  Bench bench;
+  CHECK(bench.external(90) == Taken::kUsed);
+  REQUIRE(bench.count() == 1);
+  CHECK(bench.last().kind == FrameKind::kExternal);
+  CHECK(bench.last().flags == OVT_FLAG_EXTERNAL);
+  CHECK(bench.last().external_count == 2);
+  CHECK(bench.scan(0, 89) == Taken::kLate);  // before the first frame of scans as well as after it
+  bench.scan(0, 100);
+  CHECK(bench.external(99) == Taken::kLate);
+  bench.scan(1, 110);
+  CHECK(bench.external(105) == Taken::kLate);  // between the stamps of the open frame: would go back
+  CHECK(bench.count() == 1);
+  CHECK(bench.external(111) == Taken::kUsed);
+  REQUIRE(bench.count() == 3);
+  CHECK(bench.runner.closed[1].mask == 3);
+  CHECK(bench.runner.closed[1].last_ms == 110);
+  CHECK(bench.external(110) == Taken::kLate);
+}
+
+TEST_CASE("frame_assembler: pushed detections and scans of one stamp are both used, in either order") {
+  Bench bench;
+  bench.sweep(0);
+  CHECK(bench.external(2) == Taken::kUsed);
+  CHECK(bench.external(50) == Taken::kUsed);
+  bench.sweep(50);
+  REQUIRE(bench.count() == 4);
+  CHECK(bench.last().mask == 7);
+  CHECK(bench.last().last_ms == 52);
+}
+
+TEST_CASE("frame_assembler: without a free slot nothing is taken and the sequence gets no hole") {
+  Bench bench;
+  bench.runner.keep = true;
+  for (int64_t k = 0; k < kSlots; ++k) bench.sweep(50 * k);
+  CHECK(bench.scan(0, 200) == Taken::kNoSlot);
+  CHECK(bench.external(201) == Taken::kNoSlot);
+  CHECK_FALSE(bench.assembler.advance(1000 * kMs));
+  CHECK(bench.assembler.admitted() == kSlots);
+  bench.runner.finish_kept();
+  bench.runner.keep = false;
+  bench.sweep(200);
+  CHECK(bench.external(203) == Taken::kUsed);
+  CHECK(bench.assembler.advance(1000 * kMs));
+  REQUIRE(bench.count() == kSlots + 3);
+  for (std::size_t k = 0; k < bench.count(); ++k) CHECK(bench.runner.closed[k].sequence == int64_t(k));
+}
+
+TEST_CASE("frame_assembler: stamps at both ends of int64") {
+  Bench bench;
+  CHECK(bench.scan_ns(0, INT64_MIN) == Taken::kUsed);
+  CHECK(bench.scan_ns(1, INT64_MAX) == Taken::kUsed);
+  bench.assembler.flush();
+  CHECK(bench.count() == 2);
+  CHECK(bench.scan_ns(2, INT64_MIN) == Taken::kLate);
+  CHECK(bench.scan_ns(2, INT64_MAX) == Taken::kLate);
+}
+
+TEST_CASE("frame_assembler: a frame sees the ego poses pushed before its last scan") {
+  Bench bench;
+  const auto push = [&](int64_t ms) {
+    EgoPose pose;
+    pose.stamp_ns = ms * kMs;
+    REQUIRE(bench.ego.push(pose) == OVT_OK);
+  };
+  bench.runner.keep = true;
+  push(90);
+  bench.scan(0, 100);
+  push(100);
+  bench.scan(1, 101);
+  push(110);
+  bench.assembler.flush();
+  REQUIRE(bench.runner.kept.size() == 1);
+  CHECK(bench.runner.kept[0]->ego.count == 2);
+}

@@ -1,0 +1,118 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/io/image.h"
+
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <limits>
+
+#include "tests/support/temp_folder.h"
+#include "tools/io/npy.h"
+
+using namespace overtake;
+using io::Picture;
+using io::Rgb;
+
+TEST_CASE("npy: float, int and byte arrays come back with shape and bytes; the data starts on a cache line") {
+  const TempFolder folder;
+  const float real[] = {0.5f, -1, std::numeric_limits<float>::infinity(), 1e-42f, 3, 4};
+  const int32_t integer[] = {-1, 0, INT32_MAX};
+  const uint8_t byte[] = {0, 1, 255, 9};
+  io::write_npy(folder.path("f"), real, {2, 3});
+  io::write_npy(folder.path("i"), integer, {3});
+  io::write_npy(folder.path("u"), byte, {1, 2, 2});
+  io::write_npy(folder.path("empty"), byte, {0, 7});
+  const auto check = [&](const char* name, const char* type, std::vector<int64_t> shape, const void* data,
+                         std::size_t size) {
+    const io::Npy npy = io::read_npy(folder.path(name));
+    CHECK(npy.type == type);
+    CHECK(npy.shape == shape);
+    REQUIRE(npy.bytes.size() == size);
+    CHECK(std::memcmp(npy.bytes.data(), data, size) == 0);
+    CHECK((io::read_whole_file(folder.path(name)).size() - size) % 64 == 0);
+  };
+  check("f", "<f4", {2, 3}, real, sizeof real);
+  check("i", "<i4", {3}, integer, sizeof integer);
+  check("u", "|u1", {1, 2, 2}, byte, sizeof byte);
+  check("empty", "|u1", {0, 7}, byte, 0);
+  // What numpy.load reads: this is the whole header of v1.0.
+  const std::string expected =
+      std::string("\x93NUMPY\x01\x00\x76\x00", 10) + "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }";
+  CHECK(io::read_whole_file(folder.path("f")).substr(0, expected.size()) == expected);
+}
+
+TEST_CASE("npy: a file that is none, or cut off, says so") {
+  const TempFolder folder;
+  const float real[] = {1, 2};
+  io::write_npy(folder.path("f"), real, {2});
+  const std::string good = io::read_whole_file(folder.path("f"));
+  const auto error = [&](const std::string& bytes) {
+    const std::string path = folder.write("bad", bytes);
+    return error_of([&] { io::read_npy(path); }).substr(path.size());
+  };
+  CHECK(error("hello") == ": not a NPY v1.0 file");
+  CHECK(error(good.substr(0, 40)) == ": the NPY header is cut off");
+  CHECK(error(good.substr(0, good.size() - 1)) == ": the NPY data is not as long as its shape says");
+  std::string huge = good;
+  huge.replace(huge.find("(2,)"), 4, "(9223372036854775807, 4)").erase(huge.find('\n') - 20, 20);
+  CHECK(error(huge) == ": the NPY data is not as long as its shape says");
+}
+
+TEST_CASE("png: a picture comes back pixel for pixel") {
+  const TempFolder folder;
+  Picture picture(7, 3);
+  for (std::size_t i = 0; i < picture.pixels.size(); ++i)
+    picture.pixels[i] = {uint8_t(i), uint8_t(255 - i), uint8_t(i * i)};
+  io::write_png(folder.path("p.png"), picture);
+  const Picture back = io::read_png(folder.path("p.png"));
+  CHECK(back.width == 7);
+  CHECK(back.height == 3);
+  CHECK(back.pixels == picture.pixels);
+  CHECK(error_of([&] {
+          io::write_png(folder.path("no/p.png"), picture);
+        }).rfind(folder.path("no/p.png") + ": cannot be written", 0) == 0);
+  const std::string bad = folder.write("bad.png", "no picture");
+  CHECK(error_of([&] { io::read_png(bad); }).rfind(bad + ": cannot be read", 0) == 0);
+}
+
+TEST_CASE("colours: the scale grows lighter all the way and clamps at its ends") {
+  const auto lightness = [](const Rgb& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; };
+  for (int32_t i = 1; i <= 100; ++i)
+    CHECK(lightness(io::scale_color(i / 100.0)) > lightness(io::scale_color((i - 1) / 100.0)));
+  CHECK(io::scale_color(-1) == io::scale_color(0));
+  CHECK(io::scale_color(2) == io::scale_color(1));
+}
+
+TEST_CASE("colours: labels that follow each other are easy to tell apart, and from ground and nothing") {
+  const auto distance = [](const Rgb& a, const Rgb& b) {
+    return std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2]);
+  };
+  for (int32_t label = 1; label < 2000; ++label) {
+    CAPTURE(label);
+    CHECK(distance(io::label_color(label), io::label_color(label + 1)) > 100);
+    CHECK(distance(io::label_color(label), io::label_color(0)) > 100);
+    CHECK(distance(io::label_color(label), io::label_color(-1)) > 100);
+  }
+}
+
+TEST_CASE("pictures: every pixel of the image is a block of its colour under the caption") {
+  // 2 rows, 200 columns, one red pixel at (1, 150)
+  std::vector<Rgb> colors(400, Rgb{0, 0, 40});
+  colors[350] = {255, 0, 0};
+  io::ImageStyle style;
+  style.zoom_x = 2;
+  style.zoom_y = 5;
+  style.caption = "range";
+  const Picture picture = io::render_image(2, 200, colors, style);
+  CHECK(picture.width == 400);
+  std::size_t red = 0;
+  for (int32_t y = 0; y < picture.height; ++y)
+    for (int32_t x = 0; x < picture.width; ++x)
+      if (picture.pixels[std::size_t(y * picture.width + x)] == Rgb{255, 0, 0}) {
+        ++red;
+        CHECK(x / 2 == 150);
+        CHECK((y - (picture.height - 10)) / 5 == 1);
+      }
+  CHECK(red == 10);
+}

@@ -1,0 +1,216 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Parameters: the paper's values, the text form with its errors, and what fits together.
+#include "pipeline/params.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <string>
+
+using namespace overtake;
+
+namespace {
+
+// The paper's table, in the unit of the text form.
+const std::map<std::string, double> kPaper = {
+    {"smooth.window", 5},        {"ground.threshold_deg", 20.0}, {"cluster.threshold_deg", 2.5},
+    {"repair.window", 9},        {"repair.range_limit_m", 5.0},  {"merge.distance_m", 1.80},
+    {"tracker.q_x", 0.005},      {"tracker.q_y", 0.005},         {"tracker.q_speed", 0.5},
+    {"tracker.q_course", 0.005}, {"tracker.q_yaw_rate", 0.0005}, {"tracker.r_x", 5.0},
+    {"tracker.r_y", 5.0},        {"tracker.window", 20},         {"tracker.confirm_hits", 6},
+    {"tracker.keep_hits", 5}};
+
+// What the paper's text and the method fix besides.
+const std::map<std::string, double> kMethod = {{"frame.period_s", 0.05},
+                                               {"frame.tolerance_s", 0.025},
+                                               {"gaps.limit_m", 1.0},
+                                               {"gaps.limit_share", 0.03},
+                                               {"angle.skip_deg", 0.05},
+                                               {"smooth.order", 2},
+                                               {"label.own_limit_m", 0.5},
+                                               {"label.loser_limit_m", 0.5},
+                                               {"merge.columns", 1},
+                                               {"gate.min_points", 3},
+                                               {"gate.slack", 0.1},
+                                               {"gate.map_margin_m", 0},
+                                               {"vehicle.length_m", 4.921},
+                                               {"vehicle.width_m", 1.886},
+                                               {"pose.margin_m", 0.1},
+                                               {"pose.min_var_points", 5},
+                                               {"tracker.birth_sigma_speed", 20},
+                                               {"tracker.birth_sigma_course_deg", 0.2 * 180.0 / 3.14159265358979323846},
+                                               {"tracker.birth_sigma_yaw_rate", 0.1},
+                                               {"tracker.birth_speed_share", 0.8},
+                                               {"tracker.gate_d2", 9.21},
+                                               {"tracker.gate_m", 8},
+                                               {"tracker.max_silence_s", 4},
+                                               {"tracker.predict_after", 1.5},
+                                               {"tracker.horizon_s", 3},
+                                               {"tracker.horizon_step_s", 0.1}};
+
+}  // namespace
+
+TEST_CASE("params: preset paper holds the values of the paper's table, and every name is accounted for") {
+  const ovt_params params = ovt_default_params();
+  std::map<std::string, double> expected = kPaper;
+  expected.insert(kMethod.begin(), kMethod.end());
+  for (const auto& [key, value] : expected) {
+    const std::string& name = key;
+    CAPTURE(name);
+    double got = -1;
+    REQUIRE(ovt_get_param(&params, name.c_str(), &got) == OVT_OK);
+    CHECK(got == doctest::Approx(value).epsilon(1e-14));
+  }
+  REQUIRE(ovt_param_count() == int32_t(expected.size()));
+  for (int32_t i = 0; i < ovt_param_count(); ++i) {
+    ovt_param_info info;
+    REQUIRE(ovt_describe_param(i, &info) == OVT_OK);
+    CAPTURE(info.name);
+    CHECK(expected.count(info.name) == 1);
+    CHECK(info.value_default == doctest::Approx(expected[info.name]).epsilon(1e-14));
+    CHECK(info.value_min <= info.value_default);
+    CHECK(info.value_default <= info.value_max);
+    CHECK(std::strlen(info.text) > 0);
+  }
+  const ovt_sensor_def sensor = ovt_default_sensor_def();
+  CHECK(sensor.rows == 32);
+  CHECK(sensor.cols == 857);
+  CHECK(sensor.azimuth_left_rad - sensor.azimuth_right_rad == doctest::Approx(120 * 3.14159265358979323846 / 180));
+}
+
+TEST_CASE("params: fields hold radians, the text form degrees") {
+  ovt_params params = ovt_default_params();
+  CHECK(params.ground_threshold_rad == doctest::Approx(0.3490658503988659));
+  CHECK(params.cluster_threshold_rad == doctest::Approx(0.04363323129985824));
+  CHECK(params.tracker_birth_sigma_course_rad == doctest::Approx(0.2).epsilon(1e-14));
+  REQUIRE(ovt_set_param(&params, "ground.threshold_deg", "90") == OVT_OK);
+  CHECK(params.ground_threshold_rad == doctest::Approx(1.5707963267948966));
+  CHECK(find_bad_param(params) == nullptr);  // the limit itself, through radians and back
+}
+
+TEST_CASE("params: every parameter can be set to both of its limits and read back, and only itself changes") {
+  for (int32_t i = 0; i < ovt_param_count(); ++i) {
+    ovt_param_info info;
+    REQUIRE(ovt_describe_param(i, &info) == OVT_OK);
+    CAPTURE(info.name);
+    for (const double value : {info.value_min, info.value_max}) {
+      ovt_params params = ovt_default_params();
+      char text[64];
+      std::snprintf(text, sizeof text, "%.17g", value);
+      REQUIRE(ovt_set_param(&params, info.name, text) == OVT_OK);
+      double got = 0;
+      REQUIRE(ovt_get_param(&params, info.name, &got) == OVT_OK);
+      CHECK(got == doctest::Approx(value).epsilon(1e-14));
+      for (int32_t j = 0; j < ovt_param_count(); ++j) {
+        ovt_param_info other;
+        REQUIRE(ovt_describe_param(j, &other) == OVT_OK);
+        double kept = 0;
+        REQUIRE(ovt_get_param(&params, other.name, &kept) == OVT_OK);
+        if (j != i) CHECK(kept == doctest::Approx(other.value_default).epsilon(1e-14));
+      }
+    }
+  }
+}
+
+TEST_CASE("params: ovt_set_param refuses what is no value of the parameter, and changes nothing") {
+  struct Row {
+    const char *name, *value;
+    ovt_status status;
+  };
+  const Row rows[] = {
+      {"tracker.confirm_hit", "3", OVT_UNKNOWN_NAME},
+      {"confirm_hits", "3", OVT_UNKNOWN_NAME},
+      {"", "3", OVT_UNKNOWN_NAME},
+      {"Tracker.confirm_hits", "3", OVT_UNKNOWN_NAME},
+      {"tracker.confirm_hits", "", OVT_BAD_ARGUMENT},
+      {"tracker.confirm_hits", "three", OVT_BAD_ARGUMENT},
+      {"tracker.confirm_hits", "3 ", OVT_BAD_ARGUMENT},
+      {"tracker.confirm_hits", " 3", OVT_BAD_ARGUMENT},
+      {"tracker.confirm_hits", "3x", OVT_BAD_ARGUMENT},
+      {"tracker.confirm_hits", "0x3", OVT_BAD_ARGUMENT},
+      {"tracker.confirm_hits", "3,0", OVT_BAD_ARGUMENT},
+      {"tracker.confirm_hits", "3.5", OVT_BAD_ARGUMENT},
+      {"tracker.confirm_hits", "0", OVT_OUT_OF_RANGE},
+      {"tracker.confirm_hits", "65", OVT_OUT_OF_RANGE},
+      {"tracker.confirm_hits", "-3", OVT_OUT_OF_RANGE},
+      {"tracker.confirm_hits", "1e300", OVT_OUT_OF_RANGE},
+      {"tracker.gate_m", "nan", OVT_OUT_OF_RANGE},
+      {"tracker.gate_m", "inf", OVT_OUT_OF_RANGE},
+      {"tracker.gate_m", "-inf", OVT_OUT_OF_RANGE},
+      {"tracker.gate_m", "1e400", OVT_OUT_OF_RANGE},
+      {"tracker.gate_m", "-0.001", OVT_OUT_OF_RANGE},
+      {"ground.threshold_deg", "90.001", OVT_OUT_OF_RANGE},
+  };
+  const ovt_params before = ovt_default_params();
+  for (const Row& row : rows) {
+    CAPTURE(row.name);
+    CAPTURE(row.value);
+    ovt_params params = before;
+    CHECK(ovt_set_param(&params, row.name, row.value) == row.status);
+    CHECK(std::memcmp(&params, &before, sizeof params) == 0);
+  }
+  ovt_params params = before;
+  double value = 0;
+  CHECK(ovt_set_param(nullptr, "tracker.gate_m", "1") == OVT_BAD_ARGUMENT);
+  CHECK(ovt_set_param(&params, nullptr, "1") == OVT_BAD_ARGUMENT);
+  CHECK(ovt_set_param(&params, "tracker.gate_m", nullptr) == OVT_BAD_ARGUMENT);
+  CHECK(ovt_get_param(&params, "tracker.gate", &value) == OVT_UNKNOWN_NAME);
+  CHECK(ovt_get_param(&params, "tracker.gate_m", nullptr) == OVT_BAD_ARGUMENT);
+  CHECK(ovt_get_param(nullptr, "tracker.gate_m", &value) == OVT_BAD_ARGUMENT);
+  params.struct_size -= 8;
+  CHECK(ovt_set_param(&params, "tracker.gate_m", "1") == OVT_BAD_VERSION);
+  CHECK(ovt_get_param(&params, "tracker.gate_m", &value) == OVT_BAD_VERSION);
+  ovt_param_info info;
+  CHECK(ovt_describe_param(-1, &info) == OVT_BAD_ARGUMENT);
+  CHECK(ovt_describe_param(ovt_param_count(), &info) == OVT_BAD_ARGUMENT);
+  CHECK(ovt_describe_param(0, nullptr) == OVT_BAD_ARGUMENT);
+}
+
+TEST_CASE("params: only preset paper exists, and its struct must have the library's size") {
+  ovt_params params;
+  CHECK(ovt_params_init(&params, sizeof params, "paper") == OVT_OK);
+  CHECK(ovt_params_init(&params, sizeof params, "best") == OVT_UNKNOWN_NAME);
+  CHECK(ovt_params_init(&params, sizeof params, "") == OVT_UNKNOWN_NAME);
+  CHECK(ovt_params_init(&params, sizeof params, nullptr) == OVT_BAD_ARGUMENT);
+  CHECK(ovt_params_init(nullptr, sizeof params, "paper") == OVT_BAD_ARGUMENT);
+  CHECK(ovt_params_init(&params, sizeof params - 1, "paper") == OVT_BAD_VERSION);
+}
+
+TEST_CASE("params: find_bad_param names the parameter at fault") {
+  struct Row {
+    void (*spoil)(ovt_params&);
+    const char* name;
+  };
+  const Row rows[] = {
+      {[](ovt_params&) {}, nullptr},
+      {[](ovt_params& p) { p.tracker_gate_m = std::nan(""); }, "tracker.gate_m"},
+      {[](ovt_params& p) { p.tracker_r_x = 0; }, "tracker.r_x"},
+      {[](ovt_params& p) { p.frame_period_s = -1; }, "frame.period_s"},
+      {[](ovt_params& p) { p.ground_threshold_rad = 2; }, "ground.threshold_deg"},
+      {[](ovt_params& p) { p.smooth_window = 4; }, "smooth.window"},
+      {[](ovt_params& p) { p.smooth_order = 5; }, "smooth.order"},
+      {[](ovt_params& p) { p.repair_window = 8; }, "repair.window"},
+      {[](ovt_params& p) { p.tracker_confirm_hits = 21; }, "tracker.confirm_hits"},
+      {[](ovt_params& p) { p.tracker_keep_hits = 21; }, "tracker.keep_hits"},
+      {[](ovt_params& p) { p.tracker_horizon_step_s = 0.001; }, "tracker.horizon_step_s"},
+  };
+  for (const Row& row : rows) {
+    ovt_params params = ovt_default_params();
+    row.spoil(params);
+    const char* name = find_bad_param(params);
+    CHECK(std::string(name ? name : "none") == (row.name ? row.name : "none"));
+  }
+}
+
+TEST_CASE("params: the stages receive half windows, tangents and the gate's length") {
+  const ovt_params params = ovt_default_params();
+  const SensorModel sensor = make_sensor_model(32, 857, 1.0471975511965977, -1.0471975511965977, false, 0.5, 300);
+  const SegmentParams segment = make_segment_params(params, sensor);
+  CHECK(segment.repair_range.half_window == 4);
+  CHECK(double(segment.link_pixels.tan_threshold) == doctest::Approx(std::tan(2.5 * 3.14159265358979323846 / 180)));
+  CHECK(double(make_detect_params(params).gate_clusters.max_extent_m) == doctest::Approx(4.921 * 1.1));
+}

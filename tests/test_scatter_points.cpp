@@ -1,0 +1,66 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Stage 1c: which point a pixel keeps.
+#include "kernels/scatter_points.h"
+
+#include <doctest/doctest.h>
+
+#include "tests/support/ray_scene.h"
+
+namespace overtake {
+namespace {
+
+using test::kDegree;
+using test::SegmentChain;
+using test::TestPoint;
+
+// Two rows, eight columns of 10 deg.
+SegmentChain scattered(const std::vector<TestPoint>& cloud) {
+  SegmentChain chain(make_sensor_model(2, 8, 40 * kDegree, -40 * kDegree, false, 0.1, 100), 16);
+  chain.run(cloud);
+  return chain;
+}
+
+int32_t winner_of(const std::vector<TestPoint>& cloud) {
+  const SegmentChain chain = scattered(cloud);
+  REQUIRE(chain.points.pixel[0] >= 0);
+  return chain.images.pixel_point.data[chain.points.pixel[0]];
+}
+
+TEST_CASE("scatter_points: the largest intensity wins the pixel") {
+  CHECK(winner_of({{10, 1, 0, 5}, {20, 2, 0, 9}, {5, 0.5f, 0, 7}}) == 1);
+}
+
+TEST_CASE("scatter_points: at equal intensity the nearer wins, then the first") {
+  CHECK(winner_of({{10, 1, 0, 5}, {20, 2, 0, 5}, {5, 0.5f, 0, 5}}) == 2);
+  CHECK(winner_of({{10, 1, 0, 5}, {10, 1, 0, 5}, {10, 1, 0, 5}}) == 0);
+}
+
+TEST_CASE("scatter_points writes the winner's range and elevation, and every other pixel is empty") {
+  const SegmentChain chain = scattered({{10, 1, 0.5f, 5, 3}, {20, 2, 1, 9, 3}});
+  const int32_t pixel = chain.points.pixel[0];
+  CHECK(chain.points.pixel[1] == pixel);
+  for (int32_t r = 0; r < 2; ++r)
+    for (int32_t c = 0; c < 8; ++c) {
+      const bool own = r * chain.images.range_m.stride + c == pixel;
+      CHECK(chain.images.range_m.at(r, c) == (own ? chain.points.range_m[1] : kNoReturn));
+      CHECK(chain.images.elevation_rad.at(r, c) == (own ? chain.points.elevation_rad[1] : 0.0f));
+      CHECK(chain.images.pixel_point.at(r, c) == (own ? 1 : kNoPoint));
+    }
+}
+
+TEST_CASE("scatter_points: a point whose layer found no row says so") {
+  const SegmentChain chain = scattered(
+      {{10, 0, 2, 1, 1}, {10, 1, 2, 1, 1}, {10, 0, 1, 1, 2}, {10, 1, 1, 1, 2}, {10, 0, 0, 1, 3}, {-1, 0, 0, 1, 1}});
+  CHECK(chain.row_count == 2);
+  CHECK(chain.reason(4) == Reason::kLayerDropped);
+  CHECK(chain.points.pixel[4] == -1);
+  CHECK(chain.points.label[4] == kLabelNone);
+  CHECK(chain.reason(5) == Reason::kOutsideAzimuth);  // keeps the reason it came with
+  CHECK(chain.points.pixel[5] == -1);
+  CHECK(chain.reason(0) == Reason::kLabelled);
+}
+
+}  // namespace
+}  // namespace overtake

@@ -1,0 +1,264 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/track_filter.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <random>
+
+#include "core/math.h"
+
+namespace {
+
+using namespace overtake;
+
+constexpr int kN = kTrackStateSize;
+
+ProcessNoise make_paper_noise() { return {{0.1, 0.1, 10.0, 0.1, 0.01}, 0.05}; }  // Q_diag per 50 ms
+
+double uniform(std::mt19937_64& random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
+
+TrackEstimate make_estimate(std::mt19937_64& random) {
+  TrackEstimate e;
+  e.mean = {uniform(random, -50, 50), uniform(random, -50, 50), uniform(random, 0, 80), uniform(random, -3, 3),
+            uniform(random, -0.3, 0.3)};
+  double a[kN][kN];
+  const double scale[kN] = {1.5, 1.5, 2.0, 0.2, 0.1};
+  for (auto& row : a)
+    for (double& value : row) value = uniform(random, -1, 1);
+  for (int r = 0; r < kN; ++r)
+    for (int c = 0; c < kN; ++c)
+      for (int k = 0; k < kN; ++k) e.covariance[r][c] += scale[r] * scale[c] * (a[r][k] * a[c][k] + 0.1 * (r == c));
+  return e;
+}
+
+// Cholesky: positive definite or not.
+bool is_positive_definite(const TrackEstimate& e) {
+  double l[kN][kN] = {};
+  for (int r = 0; r < kN; ++r)
+    for (int c = 0; c <= r; ++c) {
+      double sum = e.covariance[r][c];
+      for (int k = 0; k < c; ++k) sum -= l[r][k] * l[c][k];
+      if (r == c && !(sum > 0)) return false;
+      l[r][c] = r == c ? std::sqrt(sum) : sum / l[c][c];
+    }
+  return true;
+}
+
+bool is_symmetric(const TrackEstimate& e) {
+  for (int r = 0; r < kN; ++r)
+    for (int c = 0; c < r; ++c)
+      if (e.covariance[r][c] != e.covariance[c][r]) return false;
+  return true;
+}
+
+double largest_difference(const TrackEstimate& a, const TrackEstimate& b) {
+  double most = std::fabs(a.mean.x_m - b.mean.x_m);
+  most = std::max(most, std::fabs(a.mean.y_m - b.mean.y_m));
+  most = std::max(most, std::fabs(a.mean.speed_mps - b.mean.speed_mps));
+  most = std::max(most, std::fabs(wrap_angle(a.mean.course_rad - b.mean.course_rad)));
+  most = std::max(most, std::fabs(a.mean.yaw_rate_rps - b.mean.yaw_rate_rps));
+  for (int r = 0; r < kN; ++r)
+    for (int c = 0; c < kN; ++c) most = std::max(most, std::fabs(a.covariance[r][c] - b.covariance[r][c]));
+  return most;
+}
+
+}  // namespace
+
+TEST_CASE("track filter: a prediction's covariance is F P F^T + Q dt") {
+  std::mt19937_64 random(21);
+  const ProcessNoise noise = make_paper_noise();
+  for (int n = 0; n < 500; ++n) {
+    const TrackEstimate before = make_estimate(random);
+    const double dt = uniform(random, 0.001, 0.05);
+    MotionJacobian j;
+    advance(before.mean, dt, &j);
+    const double f[kN][kN] = {{1, 0, j.x_v, j.x_phi, j.x_omega},
+                              {0, 1, j.y_v, j.y_phi, j.y_omega},
+                              {0, 0, 1, 0, 0},
+                              {0, 0, 0, 1, j.phi_omega},
+                              {0, 0, 0, 0, 1}};
+    TrackEstimate after = before;
+    predict(after, noise, dt);
+    CAPTURE(n);
+    for (int r = 0; r < kN; ++r)
+      for (int c = 0; c < kN; ++c) {
+        double expected = r == c ? noise.variance_per_s[r] * dt : 0.0;
+        for (int k = 0; k < kN; ++k)
+          for (int l = 0; l < kN; ++l) expected += f[r][k] * before.covariance[k][l] * f[c][l];
+        REQUIRE(after.covariance[r][c] == doctest::Approx(expected).epsilon(1e-11));
+      }
+  }
+}
+
+TEST_CASE("track filter: process noise is the table's per 50 ms and scales with dt") {
+  for (const double dt : {0.05, 0.1, 0.02, 1.0}) {
+    TrackEstimate e;  // standing still: nothing but noise
+    predict(e, make_paper_noise(), dt);
+    CAPTURE(dt);
+    CHECK(e.covariance[0][0] >= 0.005 * dt / 0.05 * (1 - 1e-12));
+    CHECK(e.covariance[2][2] == doctest::Approx(0.5 * dt / 0.05));
+    CHECK(e.covariance[4][4] == doctest::Approx(0.0005 * dt / 0.05));
+    if (dt <= 0.05) CHECK(e.covariance[3][3] == doctest::Approx(0.005 * dt / 0.05));
+  }
+}
+
+TEST_CASE("track filter: a long prediction equals its steps of 50 ms") {
+  std::mt19937_64 random(22);
+  for (int n = 0; n < 50; ++n) {
+    TrackEstimate once = make_estimate(random), stepped = once;
+    predict(once, make_paper_noise(), 1.0);
+    for (int k = 0; k < 20; ++k) predict(stepped, make_paper_noise(), 0.05);
+    CAPTURE(n);
+    REQUIRE(largest_difference(once, stepped) < 1e-8);
+  }
+}
+
+TEST_CASE("track filter: the mean of any step is exact, whatever the linearisation") {
+  std::mt19937_64 random(23);
+  for (int n = 0; n < 200; ++n) {
+    TrackEstimate e = make_estimate(random);
+    const double dt = uniform(random, -4, 4);
+    const MotionState exact = advance(e.mean, dt);
+    predict(e, make_paper_noise(), dt);
+    CAPTURE(n);
+    REQUIRE(std::fabs(e.mean.x_m - exact.x_m) < 1e-9);
+    REQUIRE(std::fabs(e.mean.y_m - exact.y_m) < 1e-9);
+  }
+}
+
+TEST_CASE("track filter: backward there is no noise, and forward without noise undoes it") {
+  std::mt19937_64 random(24);
+  const ProcessNoise none = {{}, 0.05};
+  for (int n = 0; n < 200; ++n) {
+    const TrackEstimate before = make_estimate(random);
+    TrackEstimate e = before;
+    predict(e, make_paper_noise(), -0.02);
+    predict(e, none, 0.02);
+    CAPTURE(n);
+    REQUIRE(largest_difference(e, before) < 1e-9);
+  }
+}
+
+TEST_CASE("track filter: the update equals the textbook's P - K S K^T") {
+  std::mt19937_64 random(25);
+  for (int n = 0; n < 500; ++n) {
+    const TrackEstimate before = make_estimate(random);
+    const PositionMeasurement z = {before.mean.x_m + uniform(random, -2, 2), before.mean.y_m + uniform(random, -2, 2),
+                                   uniform(random, 0.5, 5), uniform(random, 0.5, 5), uniform(random, -0.4, 0.4)};
+    const auto& p = before.covariance;
+    const double a = p[0][0] + z.var_x, b = p[0][1] + z.cov_xy, d = p[1][1] + z.var_y, det = a * d - b * b;
+    const double inverse[2][2] = {{d / det, -b / det}, {-b / det, a / det}}, s[2][2] = {{a, b}, {b, d}};
+    double gain[kN][2];
+    for (int r = 0; r < kN; ++r)
+      for (int c = 0; c < 2; ++c) gain[r][c] = p[r][0] * inverse[0][c] + p[r][1] * inverse[1][c];
+    TrackEstimate expected = before;
+    const double dx = z.x_m - before.mean.x_m, dy = z.y_m - before.mean.y_m;
+    expected.mean.x_m += gain[0][0] * dx + gain[0][1] * dy;
+    expected.mean.y_m += gain[1][0] * dx + gain[1][1] * dy;
+    expected.mean.speed_mps += gain[2][0] * dx + gain[2][1] * dy;
+    expected.mean.course_rad += gain[3][0] * dx + gain[3][1] * dy;
+    expected.mean.yaw_rate_rps += gain[4][0] * dx + gain[4][1] * dy;
+    for (int r = 0; r < kN; ++r)
+      for (int c = 0; c < kN; ++c)
+        for (int k = 0; k < 2; ++k)
+          for (int l = 0; l < 2; ++l) expected.covariance[r][c] -= gain[r][k] * s[k][l] * gain[c][l];
+    turn_round(expected);
+    TrackEstimate e = before;
+    REQUIRE(update(e, z));
+    CAPTURE(n);
+    REQUIRE(largest_difference(e, expected) < 1e-9);
+
+    Innovation innovation;
+    REQUIRE(innovate(before, z, &innovation));
+    REQUIRE(innovation.d2 ==
+            doctest::Approx(dx * dx * inverse[0][0] + 2 * dx * dy * inverse[0][1] + dy * dy * inverse[1][1]));
+    REQUIRE(innovation.log_det == doctest::Approx(std::log(det)));
+  }
+}
+
+TEST_CASE("track filter: turned round, a reversing state is the same motion with the same uncertainty") {
+  std::mt19937_64 random(26);
+  for (int n = 0; n < 200; ++n) {
+    TrackEstimate reversing = make_estimate(random);
+    reversing.mean.speed_mps = -uniform(random, 0.01, 20);
+    TrackEstimate turned = reversing;
+    turn_round(turned);
+    CAPTURE(n);
+    REQUIRE(turned.mean.speed_mps == -reversing.mean.speed_mps);
+    REQUIRE(turned.mean.yaw_rate_rps == reversing.mean.yaw_rate_rps);
+    REQUIRE(is_positive_definite(turned));
+    predict(reversing, make_paper_noise(), 0.5);
+    predict(turned, make_paper_noise(), 0.5);
+    turn_round(reversing);
+    REQUIRE(largest_difference(reversing, turned) < 1e-9);
+  }
+}
+
+TEST_CASE("track filter: an update never leaves a negative speed") {
+  TrackEstimate e;
+  e.mean = {0, 0, 0.5, 0, 0};
+  for (int i = 0; i < kN; ++i) e.covariance[i][i] = 1;
+  e.covariance[0][2] = e.covariance[2][0] = 0.9;  // a measurement behind pulls v below 0
+  REQUIRE(update(e, {-5, 0, 1, 1, 0}));
+  CHECK(e.mean.speed_mps == doctest::Approx(1.75));
+  CHECK(e.mean.course_rad == doctest::Approx(kPi));
+  CHECK(e.covariance[0][2] < 0);
+}
+
+TEST_CASE("track filter: a measurement whose S is not positive definite changes nothing") {
+  const TrackEstimate zero;
+  Innovation innovation;
+  CHECK_FALSE(innovate(zero, {1, 1, 0, 0, 0}, &innovation));
+  CHECK_FALSE(innovate(zero, {1, 1, 1, 1, 1}, &innovation));
+  CHECK_FALSE(innovate(zero, {1, 1, -1, -1, 0}, &innovation));
+  TrackEstimate e = zero;
+  CHECK_FALSE(update(e, {1, 1, 0, 0, 0}));
+  CHECK(largest_difference(e, zero) == 0);
+}
+
+TEST_CASE("track filter: covariance stays symmetric and positive definite over 100,000 random steps") {
+  std::mt19937_64 random(27);
+  const ProcessNoise noise = make_paper_noise();
+  TrackEstimate e = make_estimate(random);
+  int updates = 0;
+  for (int n = 0; n < 100000; ++n) {
+    const double dt = uniform(random, 0, 1) < 0.05 ? uniform(random, 0.05, 1.0) : uniform(random, -0.01, 0.06);
+    predict(e, noise, dt);
+    // Measurements near the track, of any accuracy between 1 cm and 3 m.
+    const double sigma = std::pow(10.0, uniform(random, -2, 0.5)), correlation = uniform(random, -0.9, 0.9);
+    const PositionMeasurement z = {e.mean.x_m + sigma * uniform(random, -2, 2),
+                                   e.mean.y_m + sigma * uniform(random, -2, 2), sigma * sigma, sigma * sigma,
+                                   correlation * sigma * sigma};
+    updates += update(e, z);
+    CAPTURE(n);
+    REQUIRE(is_symmetric(e));
+    REQUIRE(is_positive_definite(e));
+    REQUIRE(is_sound(e));
+    REQUIRE(e.mean.speed_mps >= 0);
+    REQUIRE(e.mean.course_rad > -kPi);
+    REQUIRE(e.mean.course_rad <= kPi);
+  }
+  CHECK(updates == 100000);
+}
+
+TEST_CASE("track filter: what no car can do is not sound") {
+  std::mt19937_64 random(28);
+  const TrackEstimate good = make_estimate(random);
+  CHECK(is_sound(good));
+  TrackEstimate e = good;
+  e.mean.x_m = std::nan("");
+  CHECK_FALSE(is_sound(e));
+  e = good;
+  e.mean.speed_mps = 1001;
+  CHECK_FALSE(is_sound(e));
+  e = good;
+  e.covariance[3][3] = -1e-9;
+  CHECK_FALSE(is_sound(e));
+  e = good;
+  e.covariance[4][0] = INFINITY;
+  CHECK_FALSE(is_sound(e));
+}

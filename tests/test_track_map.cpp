@@ -1,0 +1,495 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "core/track_map.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "core/math.h"
+
+namespace overtake {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+struct Line {
+  std::vector<double> x, y, left, right, banking;
+
+  void add(double px, double py, double wl = 5.0, double wr = 4.0, double b = 0.0) {
+    x.push_back(px);
+    y.push_back(py);
+    left.push_back(wl);
+    right.push_back(wr);
+    banking.push_back(b);
+  }
+  int32_t count() const { return int32_t(x.size()); }
+  bool build(TrackMap& map, bool closed, const char** error = nullptr) const {
+    return map.build(x.data(), y.data(), left.data(), right.data(), banking.data(), count(), closed, error);
+  }
+};
+
+Line make_circle(double radius, int32_t points, double cx = 100.0, double cy = -50.0) {
+  Line line;
+  for (int32_t i = 0; i < points; ++i)
+    line.add(cx + radius * std::cos(kTwoPi * i / points), cy + radius * std::sin(kTwoPi * i / points));
+  return line;
+}
+
+bool is_same(const MapProjection& a, const MapProjection& b) {
+  return a.s_m == b.s_m && a.d_m == b.d_m && a.heading_rad == b.heading_rad && a.curvature_per_m == b.curvature_per_m &&
+         a.width_left_m == b.width_left_m && a.width_right_m == b.width_right_m && a.inside == b.inside &&
+         a.segment == b.segment;
+}
+
+// Search over all segments; ties: the lower one.
+void check_against_brute_force(const Line& line, bool closed, const TrackMap& map, double px, double py, int32_t hint) {
+  CAPTURE(px);
+  CAPTURE(py);
+  CAPTURE(hint);
+  const int32_t segments = closed ? line.count() : line.count() - 1;
+  SegmentFoot best{0, 0, 0, kInfinity};
+  int32_t segment = -1;
+  for (int32_t i = 0; i < segments; ++i) {
+    const std::size_t a = std::size_t(i), b = std::size_t((i + 1) % line.count());
+    const SegmentFoot f = find_foot(line.x[a], line.y[a], line.x[b], line.y[b], px, py);
+    if (f.distance2 < best.distance2) best = f, segment = i;
+  }
+  const MapProjection p = map.project(px, py, hint);
+  REQUIRE(p.segment == segment);
+  REQUIRE(std::fabs(p.d_m) == std::sqrt(best.distance2));
+  const MapPose foot = map.at(p.s_m);
+  REQUIRE(hypot_f64(foot.x_m - best.x_m, foot.y_m - best.y_m) < 1e-8 * (1.0 + map.length_m()));
+  REQUIRE(is_same(p, map.project(px, py)));
+}
+
+TEST_CASE("project is exactly the search over all segments, near and far, with and without a hint") {
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    CAPTURE(seed);
+    std::mt19937_64 random(seed);
+    std::uniform_int_distribution<int> size(3, 200), grid(-20, 20);
+    std::uniform_real_distribution<double> step(-1.0, 1.0), size_log(-2.0, 7.0);
+    const bool closed = seed % 2, on_grid = seed % 3 == 0;  // whole-number points give ties
+    CAPTURE(closed);
+    Line line;
+    const int count = size(random);
+    double x = 1000.0 * step(random), y = 1000.0 * step(random), heading = 3.0 * step(random);
+    while (line.count() < count) {
+      if (on_grid) {
+        const double gx = grid(random), gy = grid(random);
+        if (line.count() > 0 && gx == line.x.back() && gy == line.y.back()) continue;
+        if (line.count() == count - 1 && gx == line.x[0] && gy == line.y[0]) continue;
+        line.add(gx, gy);
+      } else {
+        heading += 0.6 * step(random);  // crosses itself as it likes
+        const double length = 3.0 + 2.9 * step(random);
+        line.add(x += length * std::cos(heading), y += length * std::sin(heading));
+      }
+    }
+    TrackMap map;
+    const char* error = "";
+    REQUIRE_MESSAGE(line.build(map, closed, &error), error);
+    std::uniform_int_distribution<int> any_segment(-2, count + 1), vertex(0, count - 1);
+    for (int i = 0; i < 400; ++i) {
+      const std::size_t v = std::size_t(vertex(random));
+      const double far = std::pow(10.0, size_log(random));
+      const int32_t hint = any_segment(random);
+      if (on_grid) check_against_brute_force(line, closed, map, 2 * grid(random), 0.5 * grid(random), hint);
+      check_against_brute_force(line, closed, map, line.x[v], line.y[v], hint);
+      check_against_brute_force(line, closed, map, line.x[v] + 9 * step(random), line.y[v] + 9 * step(random), hint);
+      check_against_brute_force(line, closed, map, far * step(random), far * step(random), hint);
+    }
+  }
+}
+
+TEST_CASE("on a circle s, d, heading and curvature are the closed form") {
+  const double radius = 120.0;
+  const int32_t points = 360;
+  TrackMap map;
+  REQUIRE(make_circle(radius, points).build(map, true));
+  const double chord = 2 * radius * std::sin(kPi / points);
+  CHECK(map.length_m() == doctest::Approx(points * chord).epsilon(1e-12));
+  const unsigned seed = 5;
+  CAPTURE(seed);
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> turn(0.0, kTwoPi), off(-20.0, 20.0);
+  for (int i = 0; i < 20000; ++i) {
+    const double a = turn(random), d = off(random);
+    // The nearest place on a polygon, seen from d beside it, is off by up to the share d / radius of half a step.
+    const double slack = std::fabs(d) / radius * kPi / points + 2e-4;
+    const MapProjection p = map.project(100 + (radius - d) * std::cos(a), -50 + (radius - d) * std::sin(a));
+    REQUIRE(std::fabs(p.s_m / map.length_m() * kTwoPi - a) < slack);
+    REQUIRE(std::fabs(p.d_m - d) < 6e-3);  // the chord's sagitta, 4.6 mm
+    REQUIRE(std::fabs(wrap_angle(p.heading_rad - (a + kHalfPi))) < slack);
+    REQUIRE(std::fabs(p.curvature_per_m * radius - 1.0) < 1e-4);
+    REQUIRE(p.heading_rad > -kPi);
+    REQUIRE(p.heading_rad <= kPi);
+    REQUIRE(p.inside == (p.d_m <= 5.0 && p.d_m >= -4.0));
+  }
+  for (int32_t k = 0; k < points; ++k) {  // at the vertices exactly
+    const MapPose at = map.at(k * chord + 1e-9);
+    const double a = kTwoPi * k / points;
+    REQUIRE(std::fabs(wrap_angle(at.heading_rad - (a + kHalfPi))) < 1e-9);
+    REQUIRE(at.curvature_per_m == doctest::Approx(kTwoPi / points / chord).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("driven clockwise, a circle's curvature is negative and its inside is on the right") {
+  Line line;
+  for (int32_t i = 0; i < 200; ++i) line.add(80 * std::cos(kTwoPi * i / 200), -80 * std::sin(kTwoPi * i / 200));
+  TrackMap map;
+  REQUIRE(line.build(map, true));
+  const MapProjection p = map.project(70, 0);
+  CHECK(p.d_m == doctest::Approx(-10).epsilon(1e-3));
+  CHECK(p.curvature_per_m == doctest::Approx(-1.0 / 80).epsilon(1e-3));
+  CHECK(p.heading_rad == doctest::Approx(-kHalfPi).epsilon(2e-3));
+}
+
+TEST_CASE("unequal steps round a circle do not bend the heading") {
+  Line line;
+  double a = 0.0;
+  const unsigned seed = 6;
+  CAPTURE(seed);
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> step(0.002, 0.02);
+  std::vector<double> angle;
+  for (; a < kTwoPi - 0.02; a += step(random)) {
+    line.add(200 * std::cos(a), 200 * std::sin(a));
+    angle.push_back(a);
+  }
+  TrackMap map;
+  REQUIRE(line.build(map, true));
+  for (std::size_t i = 0; i < angle.size(); ++i) {
+    const MapProjection p = map.project(line.x[i], line.y[i]);
+    REQUIRE(std::fabs(wrap_angle(p.heading_rad - (angle[i] + kHalfPi))) < 1e-6);
+    REQUIRE(p.curvature_per_m == doctest::Approx(1.0 / 200).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("an open line: clamped, and beyond its ends is not inside") {
+  // (0,0) ---- (10,0) ---- (20,0) ---- (30,0), banking 0 .. 0.3
+  Line line;
+  for (int i = 0; i < 4; ++i) line.add(10.0 * i, 0.0, 2.0 + i, 3.0, 0.1 * i);
+  TrackMap map;
+  REQUIRE(line.build(map, false));
+  CHECK(map.length_m() == 30.0);
+  CHECK_FALSE(map.closed());
+  const MapProjection p = map.project(15.0, 2.5);
+  CHECK(p.s_m == 15.0);
+  CHECK(p.d_m == 2.5);
+  CHECK(p.width_left_m == 3.5);
+  CHECK(p.width_right_m == 3.0);
+  CHECK(p.heading_rad == 0.0);
+  CHECK(p.curvature_per_m == 0.0);
+  CHECK(p.inside);
+  CHECK(p.segment == 1);
+  CHECK(map.project(15.0, 3.5).inside);
+  CHECK_FALSE(map.project(15.0, 3.500001).inside);
+  CHECK(map.project(15.0, -3.0).inside);
+  CHECK_FALSE(map.project(15.0, -3.000001).inside);
+  CHECK(map.project(0.0, 1.0).inside);
+  CHECK(map.project(30.0, 1.0).inside);
+  const MapProjection before = map.project(-0.5, 0.1), after = map.project(30.5, -0.1);
+  CHECK_FALSE(before.inside);
+  CHECK_FALSE(after.inside);
+  CHECK(before.s_m == 0.0);
+  CHECK(after.s_m == 30.0);
+  CHECK(before.d_m > 0.0);
+  CHECK(after.d_m < 0.0);
+  CHECK(map.at(-5.0).x_m == 0.0);
+  CHECK(map.at(99.0).x_m == 30.0);
+  CHECK(map.at(12.0).x_m == 12.0);
+  CHECK(map.at(12.0).banking_rad == doctest::Approx(0.12));
+  CHECK(map.at(12.0).width_left_m == doctest::Approx(3.2));
+  CHECK(map.at(kNan).x_m == 0.0);
+}
+
+TEST_CASE("the ends of an open arc carry its heading and curvature on") {
+  Line line;
+  for (int i = 0; i <= 90; ++i) line.add(50 * std::cos(i * kPi / 180), 50 * std::sin(i * kPi / 180));
+  TrackMap map;
+  REQUIRE(line.build(map, false));
+  CHECK(map.at(0).heading_rad == doctest::Approx(kHalfPi).epsilon(1e-9));
+  CHECK(std::fabs(wrap_angle(map.at(1e9).heading_rad - kPi)) < 1e-9);
+  CHECK(map.at(0).curvature_per_m == doctest::Approx(0.02).epsilon(1e-3));
+  CHECK(map.at(1e9).curvature_per_m == doctest::Approx(0.02).epsilon(1e-3));
+}
+
+TEST_CASE("on a closed line s wraps: before the start is the end of the lap") {
+  // square of 100 m, counter-clockwise from (0, 0)
+  Line line;
+  line.add(0, 0);
+  line.add(100, 0);
+  line.add(100, 100);
+  line.add(0, 100);
+  TrackMap map;
+  REQUIRE(line.build(map, true));
+  CHECK(map.length_m() == 400.0);
+  CHECK(map.segment_count() == 4);
+  CHECK(map.at(-30.0).y_m == doctest::Approx(30.0));
+  CHECK(map.at(370.0).y_m == doctest::Approx(30.0));
+  CHECK(map.at(400.0 * 7 + 30.0).x_m == doctest::Approx(30.0));
+  CHECK(map.at(400.0).x_m == 0.0);
+  for (const double bad : {kNan, kInfinity, -1e300}) CHECK(map.at(bad).x_m == 0.0);
+  const MapProjection p = map.project(2.0, 30.0);
+  CHECK(p.s_m == doctest::Approx(370.0));
+  CHECK(p.d_m == doctest::Approx(-2.0 + 4.0));  // 2 m left of the line that comes down from (0, 100)
+  CHECK(map.project(0.0, 0.0).s_m == 0.0);
+  CHECK(map.project(-1.0, -1.0).s_m == 0.0);
+  CHECK(map.project(50.0, 50.0).segment == 0);  // four times 50 m: the lower segment
+}
+
+TEST_CASE("the heading is smooth over the seam where angles wrap, and over the start") {
+  TrackMap map;
+  REQUIRE(make_circle(60.0, 90).build(map, true));
+  double last = map.at(0.0).heading_rad;
+  for (double s = 0.0; s < 1.01 * map.length_m(); s += 0.05) {
+    const double heading = map.at(s).heading_rad;
+    REQUIRE(std::fabs(wrap_angle(heading - last)) < 0.05 / 60.0 * 1.01 + 1e-9);
+    last = heading;
+  }
+}
+
+TEST_CASE("behind a sharp corner the side is the right one") {
+  // A hairpin that turns left by 170 degrees at (10, 0): whatever lies beyond the tip is on its right.
+  const double back = 170.0 / 180.0 * kPi;
+  Line line;
+  line.add(0, 0);
+  line.add(10, 0);
+  line.add(10 + 10 * std::cos(back), 10 * std::sin(back));
+  TrackMap map;
+  REQUIRE(line.build(map, false));
+  for (double a = -89.0; a <= 79.0; a += 1.0) {
+    CAPTURE(a);
+    const MapProjection p = map.project(10 + 2 * std::cos(a * kPi / 180), 2 * std::sin(a * kPi / 180));
+    CHECK(p.s_m == doctest::Approx(10.0));
+    CHECK(p.d_m == doctest::Approx(-2.0));
+  }
+}
+
+TEST_CASE("a point that is no place is not inside and harms nothing") {
+  TrackMap map;
+  CHECK_FALSE(map.project(0, 0).inside);  // an empty map
+  CHECK(map.project(0, 0).segment == -1);
+  CHECK(map.at(3.0).x_m == 0.0);
+  CHECK(map.empty());
+  REQUIRE(make_circle(50.0, 10).build(map, true));
+  for (const double bad : {kNan, kInfinity, -kInfinity, 1e300, -1e300, 1.1e8}) {
+    CAPTURE(bad);
+    for (const MapProjection& p : {map.project(bad, 0), map.project(0, bad), map.project(bad, bad, 3)}) {
+      CHECK_FALSE(p.inside);
+      CHECK(p.segment == -1);
+      CHECK(p.d_m == kInfinity);
+      CHECK(p.s_m == 0.0);
+      CHECK(p.heading_rad == 0.0);
+    }
+  }
+  CHECK_FALSE(map.project(-1e8, 1e8).inside);
+  CHECK(map.project(-1e8, 1e8).segment >= 0);
+  for (const int32_t hint : {-5, 10, 2147483647, -2147483647})
+    CHECK(is_same(map.project(150, -50, hint), map.project(150, -50)));
+  CHECK(std::isfinite(map.at(1e300).x_m));
+}
+
+TEST_CASE("a bad map is refused with a sentence and leaves the old one as it was") {
+  TrackMap map;
+  const Line good = make_circle(50.0, 20);
+  REQUIRE(good.build(map, true));
+  const auto refuse = [&](const Line& line, bool closed, const char* sentence) {
+    const char* error = "";
+    CHECK_FALSE(line.build(map, closed, &error));
+    CHECK(std::string(error) == sentence);
+    CHECK_FALSE(line.build(map, closed, nullptr));
+    CHECK(map.segment_count() == 20);
+    CHECK(map.closed());
+  };
+  Line bad;
+  refuse(bad, true, "a track map needs at least 3 points");
+  bad.add(0, 0);
+  bad.add(1, 0);
+  refuse(bad, false, "a track map needs at least 3 points");
+  bad.add(0, 0);
+  refuse(bad, true, "a track map needs at least 3 points");  // the last repeats the first
+  for (std::vector<double> Line::*column : {&Line::x, &Line::y, &Line::left, &Line::right, &Line::banking})
+    for (const double value : {kNan, kInfinity}) {
+      bad = good;
+      (bad.*column)[7] = value;
+      refuse(bad, true, "a track map's value is not a finite number");
+    }
+  bad = good;
+  bad.y[19] = -1.1e8;
+  refuse(bad, true, "a track map's point lies more than 1e8 m from the origin");
+  bad = good;
+  bad.x[4] = bad.x[3];
+  bad.y[4] = bad.y[3];
+  refuse(bad, true, "two neighbouring points of a track map are the same");
+  for (std::vector<double> Line::*column : {&Line::left, &Line::right}) {
+    bad = good;
+    (bad.*column)[0] = -0.1;
+    refuse(bad, true, "a track map's width is negative");
+  }
+  const char* error = "";
+  CHECK_FALSE(map.build(good.x.data(), nullptr, good.left.data(), good.right.data(), nullptr, 20, true, &error));
+  CHECK(std::string(error) == "a track map needs columns x, y, width left and width right");
+  CHECK(map.build(good.x.data(), good.y.data(), good.left.data(), good.right.data(), nullptr, 20, true, &error));
+  CHECK(map.at(10.0).banking_rad == 0.0);
+}
+
+TEST_CASE("a closed line may repeat its first point at the end") {
+  Line line = make_circle(50.0, 20);
+  line.add(line.x[0], line.y[0] + 1e-9);
+  TrackMap map;
+  REQUIRE(line.build(map, true));
+  CHECK(map.segment_count() == 20);
+}
+
+TEST_CASE("two concentric bounds of different point counts give the circle between them") {
+  const Line inner = make_circle(90.0, 300, 0, 0), outer = make_circle(110.0, 170, 0, 0);
+  TrackMap map;
+  const char* error = "";
+  const auto build = [&](const Line& left, const Line& right) {
+    return map.build_from_bounds(left.x.data(), left.y.data(), left.count(), right.x.data(), right.y.data(),
+                                 right.count(), true, &error);
+  };
+  REQUIRE_MESSAGE(build(inner, outer), error);
+  CHECK(map.closed());
+  CHECK(map.length_m() == doctest::Approx(kTwoPi * 100.0).epsilon(1e-3));
+  for (double a = -3.0; a < 3.0; a += 0.01) {
+    const MapProjection p = map.project(100 * std::cos(a), 100 * std::sin(a));
+    REQUIRE(std::fabs(p.d_m) < 0.05);
+    REQUIRE(std::fabs(p.width_left_m - 10.0) < 0.05);
+    REQUIRE(p.width_left_m == p.width_right_m);
+    REQUIRE(std::fabs(wrap_angle(p.heading_rad - (a + kHalfPi))) < 0.01);
+  }
+  // The coarse bound on the left: driven clockwise.
+  Line left = make_circle(110.0, 170, 0, 0), right = make_circle(90.0, 300, 0, 0);
+  for (double& y : left.y) y = -y;
+  for (double& y : right.y) y = -y;
+  REQUIRE_MESSAGE(build(left, right), error);
+  CHECK(map.project(100, 0).heading_rad == doctest::Approx(-kHalfPi).epsilon(1e-3));
+  CHECK(std::fabs(map.project(100, 0).d_m) < 0.05);
+
+  CHECK_FALSE(build(outer, inner));
+  CHECK(std::string(error) == "a track map's left bound must lie left of its right bound in driving direction");
+  Line reversed = inner;
+  std::reverse(reversed.x.begin(), reversed.x.end());
+  std::reverse(reversed.y.begin(), reversed.y.end());
+  CHECK_FALSE(build(reversed, outer));
+  CHECK(std::string(error) == "a track map's two bounds must run in the same direction");
+  CHECK_FALSE(build(Line{}, outer));
+  CHECK(std::string(error) == "a track map needs at least 3 points");
+  CHECK(map.project(100, 0).heading_rad == doctest::Approx(-kHalfPi).epsilon(1e-3));  // nothing changed
+}
+
+TEST_CASE("two open bounds of different lengths end with the shorter") {
+  Line left, right;
+  for (int i = 0; i <= 100; ++i) left.add(1.0 * i, 6.0);
+  for (int i = 0; i <= 12; ++i) right.add(20.0 + 5.0 * i, -2.0);
+  TrackMap map;
+  const char* error = "";
+  REQUIRE_MESSAGE(map.build_from_bounds(left.x.data(), left.y.data(), left.count(), right.x.data(), right.y.data(),
+                                        right.count(), false, &error),
+                  error);
+  CHECK(map.length_m() == doctest::Approx(60.0));
+  const MapProjection p = map.project(50.0, 3.0);
+  CHECK(p.s_m == doctest::Approx(30.0));
+  CHECK(p.d_m == doctest::Approx(1.0));
+  CHECK(p.width_left_m == doctest::Approx(4.0));
+  CHECK_FALSE(map.project(10.0, 2.0).inside);
+}
+
+// ---- recorded
+// ---------------------------------------------------------------------------------------------------------
+
+std::string recorded(const std::string& name) {
+  const char* root = std::getenv("OVERTAKE_DATA");
+  return std::string(root ? root : "recordings") + "/lvms/" + name;
+}
+
+std::vector<std::vector<double>> read_numbers(const std::string& path) {
+  std::vector<std::vector<double>> rows;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    if (line.empty() || line[0] == '#') continue;
+    for (char& c : line)
+      if (c == ';' || c == ',') c = ' ';
+    std::istringstream text(line);
+    std::vector<double> row;
+    for (double v; text >> v;) row.push_back(v);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+TEST_CASE("the map of Las Vegas has the heading, curvature and s its file states") {
+  const auto rows = read_numbers(recorded("traj_ltpl_cl_LVMS_GPS.csv"));
+  if (rows.empty()) {
+    MESSAGE("skipped: no lvms/traj_ltpl_cl_LVMS_GPS.csv");
+    return;
+  }
+  Line line;
+  for (const auto& r : rows) {
+    REQUIRE(r.size() == 17);
+    line.add(r[0], r[1], r[3], r[2], r[12]);
+  }
+  TrackMap map;
+  const char* error = "";
+  REQUIRE_MESSAGE(line.build(map, true, &error), error);
+  CHECK(map.length_m() == doctest::Approx(2454.0).epsilon(1e-3));
+  double worst_heading = 0.0, worst_curvature = 0.0, worst_s = 0.0;
+  int32_t hint = -1;
+  for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
+    const MapProjection p = map.project(rows[i][0], rows[i][1], hint);
+    hint = p.segment;
+    REQUIRE(std::fabs(p.d_m) < 1e-9);
+    worst_heading = std::max(worst_heading, std::fabs(wrap_angle(p.heading_rad - rows[i][14] - kHalfPi)));
+    worst_curvature = std::max(worst_curvature, std::fabs(p.curvature_per_m - rows[i][15]));
+    worst_s = std::max(worst_s, std::fabs(p.s_m - rows[i][13]));
+    const MapProjection left = map.project(rows[i][0] - 2 * rows[i][4], rows[i][1] - 2 * rows[i][5]);
+    REQUIRE(std::fabs(left.d_m - 2.0) < 1e-3);  // left = ref - normal
+    REQUIRE(left.inside);
+  }
+  MESSAGE("against the file: heading " << worst_heading << " rad, curvature " << worst_curvature << " 1/m, s "
+                                       << worst_s << " m");
+  CHECK(worst_heading < 0.005);
+  CHECK(worst_curvature < 1e-3);
+  CHECK(worst_s < 0.5);
+}
+
+TEST_CASE("the bounds of Las Vegas, of different point counts, give a centre line with both on its edges") {
+  const auto inner = read_numbers(recorded("lvms_inner_bound.csv")),
+             outer = read_numbers(recorded("lvms_outer_bound.csv"));
+  if (inner.empty() || outer.empty()) {
+    MESSAGE("skipped: no lvms/lvms_inner_bound.csv or lvms_outer_bound.csv");
+    return;
+  }
+  Line left, right;
+  for (const auto& r : inner) left.add(r[0], r[1]);
+  for (const auto& r : outer) right.add(r[0], r[1]);
+  TrackMap map;
+  const char* error = "";
+  REQUIRE_MESSAGE(map.build_from_bounds(left.x.data(), left.y.data(), left.count(), right.x.data(), right.y.data(),
+                                        right.count(), true, &error),
+                  error);
+  double worst = 0.0;
+  for (const Line* bound : {&left, &right})
+    for (std::size_t i = 0; i < bound->x.size(); ++i) {
+      const MapProjection p = map.project(bound->x[i], bound->y[i]);
+      worst = std::max(worst, std::fabs(bound == &left ? p.d_m - p.width_left_m : p.d_m + p.width_right_m));
+    }
+  MESSAGE("bounds against widths: " << worst << " m");
+  CHECK(worst < 0.2);
+  CHECK(map.length_m() == doctest::Approx(2454.0).epsilon(0.02));
+}
+
+}  // namespace
+}  // namespace overtake

@@ -1,0 +1,197 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// overtake inspect: every image of one sensor's scan as NPY and PNG, and the label and reason of every input point.
+#include <cstdio>
+#include <cstring>
+#include <map>
+#include <memory>
+
+#include "tools/commands.h"
+#include "tools/console.h"
+#include "tools/io/error.h"
+#include "tools/io/npy.h"
+#include "tools/io/text.h"
+#include "tools/session.h"
+#include "tools/views.h"
+
+namespace overtake::cli {
+namespace {
+
+int32_t choose_sensor(const io::Rig& rig, const std::string& name) {
+  if (name.empty() && rig.sensors.size() == 1) return 0;
+  if (name.empty()) throw io::Error("", 0, "--sensor is needed: " + rig.sensor_names());
+  const int32_t sensor = rig.find(name);
+  if (sensor < 0) throw io::Error("--sensor " + name, 0, "rig " + rig.name + " has " + rig.sensor_names());
+  return sensor;
+}
+
+io::FrameScans choose_frame(const io::Recording& recording, int64_t frame) {
+  const std::string range = std::to_string(recording.frame_number(0)) + " to " +
+                            std::to_string(recording.frame_number(recording.frame_count() - 1));
+  if (frame < 0 && recording.frame_count() == 1) return recording.read(0);
+  if (frame < 0) throw io::Error("", 0, "--frame is needed: " + recording.path() + " has frames " + range);
+  const int64_t index = recording.find_frame(frame);
+  if (index < 0)
+    throw io::Error("--frame " + std::to_string(frame), 0,
+                    recording.path() + " has no such frame (there are " + range + ")");
+  return recording.read(std::size_t(index));
+}
+
+DenseImage read_image(ovt_reader* reader, int32_t sensor, int32_t id) {
+  ovt_image image;
+  check(ovt_read_image(reader, sensor, ovt_image_id(id), &image), ovt_image_name(id));
+  DenseImage out;
+  out.name = ovt_image_name(id);
+  out.rows = image.rows;
+  out.cols = image.cols;
+  out.is_float = image.type == OVT_IMAGE_F32;
+  out.is_bits = image.type == OVT_IMAGE_BITS;
+  const std::size_t cols = std::size_t(image.cols), pixels = std::size_t(image.rows) * cols;
+  if (out.is_float)
+    out.real.resize(pixels);
+  else
+    out.integer.resize(pixels);
+  for (int32_t r = 0; r < image.rows; ++r) {
+    const char* row = static_cast<const char*>(image.data) + std::size_t(r) * image.stride_bytes;
+    const std::size_t at = std::size_t(r) * cols;
+    if (out.is_float)
+      std::memcpy(out.real.data() + at, row, cols * sizeof(float));
+    else if (!out.is_bits)
+      std::memcpy(out.integer.data() + at, row, cols * sizeof(int32_t));
+    else
+      for (std::size_t c = 0; c < cols; ++c) {
+        uint64_t word;
+        std::memcpy(&word, row + c / 64 * 8, sizeof word);
+        out.integer[at + c] = int32_t(word >> (c % 64) & 1);
+      }
+  }
+  return out;
+}
+
+void write_image(const std::string& folder, const DenseImage& image, const DenseImage& returns) {
+  const std::string path = folder + "/" + image.name;
+  const std::vector<int64_t> shape = {image.rows, image.cols};
+  if (image.is_float)
+    io::write_npy(path + ".npy", image.real.data(), shape);
+  else if (!image.is_bits)
+    io::write_npy(path + ".npy", image.integer.data(), shape);
+  else
+    io::write_npy(path + ".npy", std::vector<uint8_t>(image.integer.begin(), image.integer.end()).data(), shape);
+  io::write_png(path + ".png", draw_image(image, returns));
+}
+
+std::vector<std::string> reason_names() {
+  std::vector<std::string> names;
+  for (int32_t i = 0; ovt_reason_name(i); ++i) names.emplace_back(ovt_reason_name(i));
+  return names;
+}
+
+std::string format_reasons(const std::vector<std::string>& names) {
+  std::string text = "{\n";
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += "  \"" + std::to_string(i) + "\": \"" + names[i] + (i + 1 < names.size() ? "\",\n" : "\"\n");
+  return text + "}\n";
+}
+
+// Labels and reasons in the order of the input file. Points of a shared cloud that went to another sensor have no label
+// here because of their layer.
+struct PointResult {
+  std::vector<int32_t> label;
+  std::vector<uint8_t> reason;
+};
+PointResult spread_points(const ovt_labels& labels, const io::SensorScan& scan,
+                          const std::vector<std::string>& reasons) {
+  uint8_t bad_layer = 0;
+  for (std::size_t i = 0; i < reasons.size(); ++i)
+    if (reasons[i] == "bad_layer") bad_layer = uint8_t(i);
+  PointResult out{std::vector<int32_t>(std::size_t(scan.input_count), -1),
+                  std::vector<uint8_t>(std::size_t(scan.input_count), bad_layer)};
+  for (int32_t i = 0; i < labels.count; ++i) {
+    const std::size_t row = std::size_t(scan.input_index.empty() ? i : scan.input_index[std::size_t(i)]);
+    out.label[row] = labels.label[i];
+    out.reason[row] = labels.reason[i];
+  }
+  return out;
+}
+
+void write_points(const std::string& folder, const PointResult& points, const ovt_labels& labels) {
+  const std::vector<int64_t> shape = {int64_t(points.label.size())};
+  io::write_npy(folder + "/point_label.npy", points.label.data(), shape);
+  io::write_npy(folder + "/point_reason.npy", points.reason.data(), shape);
+  std::vector<io::Rgb> by_label, by_reason;
+  for (int32_t i = 0; i < labels.count; ++i) {
+    by_label.push_back(labels.label[i] < 0 ? io::Rgb{90, 0, 0} : io::label_color(labels.label[i]));
+    by_reason.push_back(labels.reason[i] == 0 ? io::Rgb{60, 60, 60} : io::label_color(labels.reason[i]));
+  }
+  io::write_png(folder + "/point_label.png",
+                draw_top_view(labels.x_m, labels.y_m, by_label, 80, "labels, sensor frame"));
+  io::write_png(folder + "/point_reason.png",
+                draw_top_view(labels.x_m, labels.y_m, by_reason, 80, "points without a label, sensor frame"));
+}
+
+void print_summary(const Options& options, const io::SensorScan& scan, const ovt_labels& labels,
+                   const PointResult& points, const std::vector<std::string>& reasons) {
+  std::map<uint8_t, int64_t> counts;
+  int64_t ground = 0;
+  for (std::size_t i = 0; i < points.reason.size(); ++i) {
+    ++counts[points.reason[i]];
+    ground += points.label[i] == 0;
+  }
+  std::printf("%s: %d points, %lld ground, %lld in %d clusters\n", scan.path.c_str(), scan.input_count,
+              static_cast<long long>(ground), static_cast<long long>(counts[0] - ground), labels.label_count);
+  for (const auto& [reason, count] : counts)
+    if (reason > 0) std::printf("  %lld without a label: %s\n", static_cast<long long>(count), reasons[reason].c_str());
+  std::printf(
+      "Written to %s: every image as .npy and .png, point_label.npy, point_reason.npy, reasons.json, config.toml\n",
+      options.out.c_str());
+}
+
+}  // namespace
+
+int inspect_command(const Options& options) {
+  const Config config = load_config(options);
+  if (!config.has_rig)
+    throw io::Error("", 0, "--rig is needed: a TOML file, or " + io::join(io::builtin_rig_names(), ", "));
+  const int32_t sensor = choose_sensor(config.rig, options.sensor);
+  const io::Recording recording(config.input, config.rig);
+  io::FrameScans frame = choose_frame(recording, options.frame);
+  std::erase_if(frame.scans, [sensor](const io::SensorScan& scan) { return scan.sensor != sensor; });
+  if (frame.scans.empty())
+    throw io::Error(recording.path(), 0,
+                    "frame " + std::to_string(frame.frame) + " has no scan of sensor '" + options.sensor + "'");
+
+  Session session(config, nullptr, nullptr);
+  session.push(frame);
+  session.flush();
+  ovt_reader* reader = nullptr;
+  check(ovt_create_reader(session.detector(), &reader), "reader");
+  const std::unique_ptr<ovt_reader, decltype(&ovt_destroy_reader)> owner(reader, &ovt_destroy_reader);
+  ovt_frame_info info;
+  check(ovt_next_frame(reader, &info), frame.scans[0].path);
+
+  make_folder(options.out);
+  std::map<int32_t, DenseImage> images;
+  for (int32_t id = 0; id < OVT_IMAGE_COUNT; ++id) images[id] = read_image(reader, sensor, id);
+  if (!frame.scans[0].input_index.empty())
+    for (int32_t& point : images[OVT_IMAGE_PIXEL_POINT].integer)
+      if (point >= 0) point = frame.scans[0].input_index[std::size_t(point)];  // rows of the input file
+  const auto returns_of = [&](int32_t id) -> const DenseImage& {
+    if (id == OVT_IMAGE_ELEVATION_FILLED) return images[OVT_IMAGE_RANGE_FILLED];
+    if (id == OVT_IMAGE_ELEVATION_REPAIRED) return images[OVT_IMAGE_RANGE_REPAIRED];
+    return images[OVT_IMAGE_RANGE];
+  };
+  for (const auto& [id, image] : images) write_image(options.out, image, returns_of(id));
+
+  ovt_labels labels;
+  check(ovt_read_labels(reader, sensor, &labels), "labels");
+  const auto reasons = reason_names();
+  const PointResult points = spread_points(labels, frame.scans[0], reasons);
+  write_points(options.out, points, labels);
+  io::write_whole_file(options.out + "/reasons.json", format_reasons(reasons));
+  io::write_whole_file(options.out + "/config.toml", format_config(config));
+  if (!options.quiet) print_summary(options, frame.scans[0], labels, points, reasons);
+  return 0;
+}
+
+}  // namespace overtake::cli

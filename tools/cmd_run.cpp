@@ -1,0 +1,284 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// overtake run: detects and tracks on a recording; detections.csv, tracks.csv, timing.csv, config.toml.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <tuple>
+
+#include "tools/commands.h"
+#include "tools/console.h"
+#include "tools/io/box_file.h"
+#include "tools/io/error.h"
+#include "tools/io/text.h"
+#include "tools/result_files.h"
+#include "tools/session.h"
+
+namespace overtake::cli {
+namespace {
+
+struct Announced {
+  int64_t frame = 0;
+  std::optional<io::Box> box;  // where the opponent is known to be
+};
+
+// Of a track in the ego vehicle's frame, whatever frame the tracks are in.
+struct Place {
+  double ahead_m, left_m;
+};
+Place place_of(const ovt_frame_info& info, const ovt_tracks& tracks, int32_t i) {
+  if (info.reference == OVT_REFERENCE_VEHICLE) return {tracks.x_m[i], tracks.y_m[i]};
+  const double dx = tracks.x_m[i] - info.ego_x_m, dy = tracks.y_m[i] - info.ego_y_m;
+  const double c = std::cos(info.ego_yaw_rad), s = std::sin(info.ego_yaw_rad);
+  return {dx * c + dy * s, dy * c - dx * s};
+}
+
+double distance(const ovt_frame_info& info, const ovt_tracks& tracks, int32_t i) {
+  const Place place = place_of(info, tracks, i);
+  return std::hypot(place.ahead_m, place.left_m);
+}
+
+int32_t nearest_track(const ovt_frame_info& info, const ovt_tracks& tracks, double ahead_m, double left_m) {
+  int32_t best = -1;
+  double best_m = HUGE_VAL;
+  for (int32_t i = 0; i < tracks.count; ++i) {
+    const Place place = place_of(info, tracks, i);
+    const double m = std::hypot(place.ahead_m - ahead_m, place.left_m - left_m);
+    if (m < best_m) best = i, best_m = m;
+  }
+  return best;
+}
+
+// For the table only: walls and posts are thinner than any side of a car.
+bool looks_like_car(const ovt_tracks& tracks, int32_t i) {
+  return std::min(tracks.length_m[i], tracks.width_m[i]) > 0.5 && std::max(tracks.length_m[i], tracks.width_m[i]) > 1.2;
+}
+
+// The track to show where nobody says which one is the opponent: confirmed before tentative, what looks like a car
+// before what does not, then more hits, then the nearer one.
+int32_t likely_opponent(const ovt_frame_info& info, const ovt_tracks& tracks) {
+  int32_t best = -1;
+  const auto key = [&](int32_t i) {
+    return std::tuple(-tracks.state[i], !looks_like_car(tracks, i), -tracks.hits[i], distance(info, tracks, i));
+  };
+  for (int32_t i = 0; i < tracks.count; ++i)
+    if (best < 0 || key(i) < key(best)) best = i;
+  return best;
+}
+
+constexpr double kDegreesPerRadian = 180.0 / 3.14159265358979323846;
+
+// Receives the frames in order, on whichever thread finished them.
+class RunResult {
+ public:
+  RunResult(const std::string& folder, const io::Rig& rig)
+      : rig_(rig),
+        detections_(folder + "/detections.csv", kDetectionsHeader),
+        tracks_(folder + "/tracks.csv", kTracksHeader),
+        timing_(folder + "/timing.csv", kTimingHeader) {}
+
+  // Before its scans are pushed: which frame a stamp belongs to.
+  void announce(const io::FrameScans& frame) {
+    const std::lock_guard lock(mutex_);
+    const Announced announced{frame.frame, io::read_box_beside(frame)};
+    for (const io::SensorScan& scan : frame.scans) announced_[scan.stamp_ns] = announced;
+  }
+
+  static void on_frame(ovt_reader* reader, void* self) {
+    auto& result = *static_cast<RunResult*>(self);
+    try {
+      const std::lock_guard lock(result.mutex_);
+      if (!result.failure_) result.add(reader);
+    } catch (...) {  // a full disk must not travel through the library
+      result.failure_ = std::current_exception();
+    }
+  }
+
+  void rethrow_failure() {
+    const std::lock_guard lock(mutex_);
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+  int64_t frame_count() const { return frame_count_; }
+  std::string format_frames() const { return frames_.format(24); }
+  std::string format_times() const;
+  std::string format_tracks() const { return last_tracks_.format(); }
+  std::size_t confirmed_count() const { return confirmed_count_; }
+  bool any_box() const { return any_box_; }
+  uint32_t flags_of_all() const { return flags_of_all_; }
+
+ private:
+  void add(ovt_reader* reader) {
+    ovt_frame_info info;
+    ovt_detections detections;
+    ovt_tracks tracks;
+    check(ovt_read_info(reader, &info), "frame");
+    check(ovt_read_detections(reader, &detections), "detections");
+    check(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks), "tracks");
+    Announced announced{info.sequence, std::nullopt};
+    const auto known = announced_.find(info.first_stamp_ns);
+    if (known != announced_.end()) announced = known->second;
+    announced_.erase(announced_.begin(), known);
+    const int64_t frame = announced.frame;
+
+    write_detections(detections_, frame, detections);
+    write_tracks(tracks_, frame, tracks);
+    write_times(timing_, frame, info.stamp_ns, rig_, reader);
+    detections_.flush();  // Ctrl-C, or worse, keeps what is done
+    tracks_.flush();
+    timing_.flush();
+
+    for (int32_t sensor = -1; sensor < int32_t(rig_.sensors.size()); ++sensor)
+      for (int32_t stage = 0; stage < OVT_STAGE_COUNT; ++stage) {
+        const double us = read_time_us(reader, sensor, ovt_stage(stage));
+        if (!std::isnan(us)) times_us_[stage].push_back(us);
+      }
+    add_row(announced, info, tracks, read_time_us(reader, -1, OVT_STAGE_FRAME));
+    list_tracks(info, tracks);
+    flags_of_all_ |= info.flags;
+    ++frame_count_;
+  }
+
+  void add_row(const Announced& announced, const ovt_frame_info& info, const ovt_tracks& tracks, double time_us) {
+    const int32_t t = announced.box ? nearest_track(info, tracks, announced.box->x_m, announced.box->y_m)
+                                    : likely_opponent(info, tracks);
+    const Place place = t < 0 ? Place{NAN, NAN} : place_of(info, tracks, t);
+    std::vector<std::string> row = {std::to_string(announced.frame), std::to_string(info.point_count),
+                                    std::to_string(info.cluster_count), std::to_string(info.detection_count),
+                                    std::to_string(tracks.count)};
+    row.push_back(t < 0 ? "-" : tracks.state[t] == OVT_CONFIRMED ? "confirmed" : "tentative");
+    row.push_back(fixed(place.ahead_m, 2));
+    row.push_back(fixed(place.left_m, 2));
+    row.push_back(fixed(t < 0 ? NAN : tracks.heading_rad[t] * kDegreesPerRadian, 1));
+    row.push_back(fixed(t < 0 ? NAN : tracks.speed_mps[t], 1));
+    row.push_back(fixed(
+        announced.box ? std::hypot(place.ahead_m - announced.box->x_m, place.left_m - announced.box->y_m) : NAN, 2));
+    row.push_back(fixed(time_us * 1e-3, 2));
+    frames_.add(row);
+    any_box_ = any_box_ || announced.box;
+  }
+
+  void list_tracks(const ovt_frame_info& info, const ovt_tracks& tracks) {
+    confirmed_count_ = 0;
+    std::vector<int32_t> order;
+    for (int32_t i = 0; i < tracks.count; ++i)
+      if (tracks.state[i] == OVT_CONFIRMED) order.push_back(i);
+    confirmed_count_ = order.size();
+    const auto looks = [&](int32_t i) { return looks_like_car(tracks, i); };
+    std::stable_sort(order.begin(), order.end(), [&](int32_t a, int32_t b) {
+      return std::tuple(!looks(a), -tracks.hits[a], distance(info, tracks, a)) <
+             std::tuple(!looks(b), -tracks.hits[b], distance(info, tracks, b));
+    });
+    order.resize(std::min<std::size_t>(order.size(), 10));
+    last_tracks_ = make_track_table();
+    for (const int32_t i : order)
+      last_tracks_.add({std::to_string(tracks.id[i]), info.reference == OVT_REFERENCE_MAP ? "map" : "vehicle",
+                        fixed(tracks.x_m[i], 2), fixed(tracks.y_m[i], 2), fixed(tracks.speed_mps[i], 1),
+                        fixed(tracks.course_rad[i] * kDegreesPerRadian, 1),
+                        fixed(tracks.heading_rad[i] * kDegreesPerRadian, 1), fixed(tracks.length_m[i], 2),
+                        fixed(tracks.width_m[i], 2), std::to_string(tracks.hits[i]), std::to_string(tracks.age[i])});
+  }
+
+  static TextTable make_track_table() {
+    return TextTable({"id", "in frame", "x m", "y m", "speed m/s", "course deg", "heading deg", "seen length m",
+                      "seen width m", "hits", "age"});
+  }
+
+  const io::Rig rig_;
+  std::mutex mutex_;
+  io::CsvWriter detections_, tracks_, timing_;
+  std::map<int64_t, Announced> announced_;  // by stamp
+  std::exception_ptr failure_;
+  int64_t frame_count_ = 0;
+  uint32_t flags_of_all_ = 0;
+  std::map<int32_t, std::vector<double>> times_us_;
+  bool any_box_ = false;
+  std::size_t confirmed_count_ = 0;
+  TextTable frames_{{"scan", "points", "clusters", "detections", "tracks", "opponent", "ahead m", "left m",
+                     "heading deg", "speed m/s", "off box m", "ms"}};
+  TextTable last_tracks_ = make_track_table();
+};
+
+// Per stage over all frames and sensors.
+std::string RunResult::format_times() const {
+  TextTable table({"stage", "median ms", "p99 ms", "max ms"});
+  for (const auto& entry : times_us_) {
+    std::vector<double> times = entry.second;
+    std::sort(times.begin(), times.end());
+    const auto share = [&](double p) {
+      return times[std::min(times.size() - 1, std::size_t(p * double(times.size())))] * 1e-3;
+    };
+    table.add(
+        {ovt_stage_name(entry.first), fixed(share(0.5), 3), fixed(share(0.99), 3), fixed(times.back() * 1e-3, 3)});
+  }
+  return table.format();
+}
+
+void print_notes(uint32_t flags, const ovt_stats& stats) {
+  static constexpr struct {
+    uint32_t flag;
+    const char* text;
+  } kNotes[] = {{OVT_FLAG_NO_EGO, "no ego poses: tracks are in the vehicle frame"},
+                {OVT_FLAG_NO_MAP, "no map: no map gate, the reference heading is the ego vehicle's"},
+                {OVT_FLAG_SENSOR_MISSING, "some frames lack a sensor"},
+                {OVT_FLAG_EGO_STALE, "some frames have no recent ego pose"},
+                {OVT_FLAG_CLOUD_DEGRADED, "some scans have more bad points than good ones"},
+                {OVT_FLAG_OVERFLOW, "a capacity was reached: the nearest were kept"},
+                {OVT_FLAG_CLOCK_JUMP, "the stamps jump"}};
+  for (const auto& note : kNotes)
+    if (flags & note.flag) std::printf("note: %s\n", note.text);
+  if (stats.pushed != stats.used)
+    std::printf("note: of %lld scans %lld were not used (late %lld, repeated stamp %lld, dropped %lld)\n",
+                static_cast<long long>(stats.pushed), static_cast<long long>(stats.pushed - stats.used),
+                static_cast<long long>(stats.late), static_cast<long long>(stats.dup),
+                static_cast<long long>(stats.dropped));
+}
+
+}  // namespace
+
+int run_command(const Options& options) {
+  const Config config = load_config(options);
+  if (!config.has_rig)
+    throw io::Error("", 0, "--rig is needed: a TOML file, or " + io::join(io::builtin_rig_names(), ", "));
+  const io::Recording recording(config.input, config.rig);
+  make_folder(options.out);
+  RunResult result(options.out, config.rig);
+  Session session(config, &RunResult::on_frame, &result);
+  io::write_whole_file(options.out + "/config.toml", format_config(config));
+
+  catch_interrupt();
+  Progress progress(int64_t(recording.frame_count()), options.quiet);
+  for (std::size_t i = 0; i < recording.frame_count() && !interrupted(); ++i) {
+    const io::FrameScans frame = recording.read(i);
+    result.announce(frame);
+    session.push(frame);
+    result.rethrow_failure();
+    progress.show(int64_t(i) + 1);
+  }
+  session.flush();
+  result.rethrow_failure();
+  progress.clear();
+  if (!options.quiet) {
+    std::printf("%s\n%s", result.format_frames().c_str(), result.format_times().c_str());
+    if (result.confirmed_count() > 0) {
+      std::printf("\n%zu confirmed tracks at the end%s:\n%s", result.confirmed_count(),
+                  result.confirmed_count() > 10 ? ", ten of them (all are in tracks.csv)" : "",
+                  result.format_tracks().c_str());
+    }
+    std::printf("\n%lld frames. Written to %s: detections.csv tracks.csv timing.csv config.toml\n",
+                static_cast<long long>(result.frame_count()), options.out.c_str());
+    if (result.any_box()) std::printf("note: the opponent shown is the track nearest to the box in FRAME_box.txt\n");
+    print_notes(result.flags_of_all(), session.stats());
+  }
+  if (interrupted())
+    std::fprintf(stderr, "overtake: interrupted after %lld frames; what is done is kept\n",
+                 static_cast<long long>(result.frame_count()));
+  return interrupted() ? kInterrupted : 0;
+}
+
+}  // namespace overtake::cli

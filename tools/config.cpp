@@ -1,0 +1,190 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/config.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tools/io/error.h"
+#include "tools/io/rig_toml.h"
+#include "tools/io/text.h"
+
+namespace overtake::cli {
+namespace {
+
+using io::Error;
+
+std::vector<ovt_param_info> describe_params() {
+  std::vector<ovt_param_info> all(std::size_t(std::max(ovt_param_count(), 0)));
+  for (std::size_t i = 0; i < all.size(); ++i) ovt_describe_param(int32_t(i), &all[i]);
+  return all;
+}
+
+std::string group_of(const std::string& name) { return name.substr(0, name.find('.')); }
+
+// What is wrong with setting `name` to `value`; "" when nothing was and it is set.
+std::string set_param(ovt_params& params, const std::string& name, const std::string& value) {
+  const ovt_status status = ovt_set_param(&params, name.c_str(), value.c_str());
+  if (status == OVT_OK) return "";
+  for (const ovt_param_info& info : describe_params()) {
+    if (name != info.name) continue;
+    const std::string kind = info.is_integer ? "a whole number" : "a number";
+    return name + " is '" + value + "', it takes " + kind + " from " + io::toml_number(info.value_min) + " to " +
+           io::toml_number(info.value_max) + (*info.unit ? " " + std::string(info.unit) : "");
+  }
+  return "there is no parameter '" + name + "' (overtake params lists them)";
+}
+
+void init_params(Config& config, const std::string& file, int64_t line) {
+  if (ovt_params_init(&config.params, sizeof config.params, config.preset.c_str()) != OVT_OK)
+    throw Error(file, line, "there is no preset '" + config.preset + "' (there is: paper)");
+}
+
+void read_rig_key(Config& config, io::TomlReader& reader) {
+  if (!reader.has("rig")) return;
+  config.has_rig = true;
+  if (reader.is_text("rig")) {
+    config.rig = io::load_rig(reader.text("rig"));
+    return;
+  }
+  const auto tables = reader.tables("rig");
+  io::TomlReader part(reader.path(), *tables[0], "rig");
+  config.rig = io::read_rig(part);
+}
+
+// Returns whether frame.period_s was set.
+bool read_params(Config& config, io::TomlReader& reader) {
+  const auto all = describe_params();
+  bool period_set = false;
+  for (const std::string& group : reader.unread()) {
+    const bool known =
+        std::any_of(all.begin(), all.end(), [&](const auto& info) { return group_of(info.name) == group; });
+    if (!known) continue;  // finish() names it
+    io::TomlReader part(reader.path(), *reader.tables(group)[0], group);
+    for (const std::string& key : part.unread()) {
+      const std::string name = group + "." + key;
+      if (std::none_of(all.begin(), all.end(), [&](const auto& info) { return name == info.name; })) continue;
+      std::string value;
+      const double number = part.number(key, -HUGE_VAL, HUGE_VAL);
+      if (number == std::floor(number) && std::fabs(number) < 1e15)
+        value = std::to_string(int64_t(number));
+      else
+        io::append_number(value, number);
+      const std::string wrong = set_param(config.params, name, value);
+      if (!wrong.empty()) part.fail(part.line_of(key), wrong);
+      period_set = period_set || name == "frame.period_s";
+    }
+    part.finish();
+  }
+  return period_set;
+}
+
+// Returns whether frame.period_s was set.
+bool read_config_file(Config& config, const Options& options) {
+  const std::string text = io::read_whole_file(options.config);
+  const toml::table table = io::parse_toml(options.config, text);
+  io::TomlReader reader(options.config, table);
+  reader.mark_read("command");  // what a result was made by: for people
+  reader.mark_read("input");
+  if (options.preset.empty())
+    config.preset = reader.text_or("preset", config.preset);
+  else
+    reader.mark_read("preset");
+  init_params(config, options.config, reader.line_of("preset"));
+  config.map = reader.text_or("map", "");
+  config.ego = reader.text_or("ego", "");
+  config.isa = reader.text_or("isa", "");
+  config.workers = int32_t(reader.integer_or("workers", 0, 1024, config.workers));
+  if (options.rig.empty())
+    read_rig_key(config, reader);
+  else
+    reader.mark_read("rig");
+  const bool period_set = read_params(config, reader);
+  reader.finish();
+  return period_set;
+}
+
+}  // namespace
+
+Config load_config(const Options& options) {
+  Config config;
+  config.command = options.command;
+  config.input = options.input;
+  if (!options.preset.empty()) config.preset = options.preset;
+  bool period_set = false;
+  if (options.config.empty())
+    init_params(config, "--preset", 0);
+  else
+    period_set = read_config_file(config, options);
+
+  if (!options.rig.empty()) {
+    config.rig = io::load_rig(options.rig);
+    config.has_rig = true;
+  }
+  if (!options.map.empty()) config.map = options.map;
+  if (!options.ego.empty()) config.ego = options.ego;
+  if (!options.isa.empty()) config.isa = options.isa;
+  if (options.workers >= 0) config.workers = options.workers;
+  if (config.has_rig && !period_set) {
+    std::string period;
+    io::append_number(period, config.rig.period_s);
+    const std::string wrong = set_param(config.params, "frame.period_s", period);
+    if (!wrong.empty()) throw Error("rig " + config.rig.name, 0, wrong);
+  }
+  for (const std::string& pair : options.set) {
+    const auto equals = pair.find('=');
+    if (equals == std::string::npos || equals == 0) throw Error("--set " + pair, 0, "key=value is needed");
+    const std::string key(io::trim(std::string_view(pair).substr(0, equals)));
+    const std::string value(io::trim(std::string_view(pair).substr(equals + 1)));
+    const std::string wrong = set_param(config.params, key, value);
+    if (!wrong.empty()) throw Error("--set " + pair, 0, wrong);
+  }
+  return config;
+}
+
+std::string format_config(const Config& config) {
+  ovt_build_info build;
+  ovt_read_build_info(&build);
+  std::string text = "# What this result was made with, by overtake " + std::string(build.version_text) + " (commit " +
+                     build.commit + ", " + build.compiler + "). Can be given to --config.\n";
+  const auto line = [&](const char* key, const std::string& value) {
+    if (!value.empty()) text += std::string(key) + " = " + io::toml_string(value) + '\n';
+  };
+  line("command", config.command);
+  line("input", config.input);
+  line("preset", config.preset);
+  line("map", config.map);
+  line("ego", config.ego);
+  line("isa", config.isa);
+  text += "workers = " + std::to_string(config.workers) + '\n';
+  std::string group;
+  for (const ovt_param_info& info : describe_params()) {
+    const std::string name = info.name;
+    if (group_of(name) != group) {
+      group = group_of(name);
+      text += "\n[" + group + "]\n";
+    }
+    double value = 0;
+    ovt_get_param(&config.params, info.name, &value);
+    text += name.substr(group.size() + 1) + " = " +
+            (info.is_integer ? std::to_string(std::llround(value)) : io::toml_number(value)) + '\n';
+  }
+  if (config.has_rig) text += "\n[rig]\n" + io::format_rig(config.rig, "rig.");
+  return text;
+}
+
+std::string list_params() {
+  std::string text;
+  for (const ovt_param_info& info : describe_params()) {
+    std::string line = info.name;
+    line.resize(std::max<std::size_t>(line.size() + 1, 34), ' ');
+    std::string value;
+    io::append_number(value, info.value_default);
+    if (*info.unit) value += " " + std::string(info.unit);
+    value.resize(std::max<std::size_t>(value.size() + 1, 20), ' ');
+    text += line + value + info.text + '\n';
+  }
+  return text;
+}
+
+}  // namespace overtake::cli

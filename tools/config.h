@@ -1,0 +1,46 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a command runs with: defaults of the preset, then the --config file, then the command line. The same text form
+// is read and written, so the config.toml beside a result can be given to --config.
+//
+//   preset = "paper"   map = "FILE"   ego = "FILE"   workers = 1   isa = "ref"      (all optional)
+//   rig = "NAME or FILE", or the table [rig] with its [[rig.sensor]] (see tools/io/rig.h)
+//   [tracker]   confirm_hits = 3      (any parameter "group.name"; overtake params lists them)
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "pipeline/overtake.h"
+#include "tools/io/rig.h"
+
+namespace overtake::cli {
+
+// As given on the command line; empty or negative where not given.
+struct Options {
+  std::string command, input, out;
+  std::string rig, preset, map, ego, config, isa, sensor;
+  std::vector<std::string> set;      // key=value
+  int32_t workers = -1;
+  int64_t frame = -1;
+  bool quiet = false;
+};
+
+struct Config {
+  std::string command, input, preset = "paper", map, ego, isa;
+  int32_t workers = 1;
+  ovt_params params;
+  bool has_rig = false;
+  io::Rig rig;
+};
+
+// Throws io::Error. A rig's period becomes frame.period_s unless that is set.
+Config load_config(const Options& options);
+std::string format_config(const Config& config);
+
+// The parameters with units, defaults and limits, a line each.
+std::string list_params();
+
+}  // namespace overtake::cli

@@ -1,0 +1,84 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/console.h"
+
+#include <unistd.h>
+#include <csignal>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "tools/io/error.h"
+
+namespace overtake::cli {
+namespace {
+
+volatile std::sig_atomic_t interrupt_seen = 0;
+extern "C" void note_interrupt(int) { interrupt_seen = 1; }
+
+}  // namespace
+
+Progress::Progress(int64_t total, bool quiet) : total_(total), visible_(!quiet && total > 0 && isatty(STDERR_FILENO)) {}
+
+void Progress::show(int64_t done) {
+  const int64_t percent = total_ > 0 ? done * 100 / total_ : 100;
+  if (!visible_ || percent == shown_percent_) return;
+  shown_percent_ = percent;
+  const auto bar = std::size_t(percent * 40 / 100);
+  std::fprintf(stderr, "\r[%s%s] %lld of %lld", std::string(bar, '#').c_str(), std::string(40 - bar, '.').c_str(),
+               static_cast<long long>(done), static_cast<long long>(total_));
+}
+
+void Progress::clear() {
+  if (visible_ && shown_percent_ >= 0) std::fprintf(stderr, "\r\033[K");
+  shown_percent_ = -1;
+}
+
+std::string TextTable::format(std::size_t most) const {
+  const std::size_t skipped = size() > most ? size() - most : 0;
+  std::vector<std::size_t> width(rows_[0].size(), 0);
+  for (std::size_t r = 0; r < rows_.size(); ++r)
+    for (std::size_t c = 0; c < rows_[r].size() && (r == 0 || r > skipped); ++c)
+      width[c] = std::max(width[c], rows_[r][c].size());
+  std::string text;
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    if (r > 0 && r <= skipped) continue;
+    if (skipped && r == skipped + 1) text += "  ... " + std::to_string(skipped) + " earlier ones ...\n";
+    std::string line;
+    for (std::size_t c = 0; c < rows_[r].size(); ++c) {
+      const std::string& cell = rows_[r][c];
+      const bool words = !rows_.back()[c].empty() && rows_.back()[c].find_first_of("0123456789-") != 0;
+      const std::string gap(width[c] - cell.size(), ' ');
+      line += "  " + (words ? cell + gap : gap + cell);
+    }
+    text += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
+  }
+  return text;
+}
+
+std::string fixed(double value, int32_t digits) {
+  if (std::isnan(value)) return "-";
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
+}
+
+void catch_interrupt() {
+  struct sigaction action {};
+  action.sa_handler = note_interrupt;
+  action.sa_flags = int(SA_RESETHAND);  // the second one ends the program
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+bool interrupted() { return interrupt_seen != 0; }
+
+void make_folder(const std::string& path) {
+  std::error_code code;
+  std::filesystem::create_directories(path, code);
+  if (code || !std::filesystem::is_directory(path, code)) throw io::Error(path, 0, "the folder cannot be made");
+}
+
+}  // namespace overtake::cli

@@ -1,0 +1,50 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a person sees: a progress bar on a terminal, a table, and Ctrl-C that ends a run in order.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace overtake::cli {
+
+// Drawn on stderr, only where that is a terminal.
+class Progress {
+ public:
+  Progress(int64_t total, bool quiet);
+  ~Progress() { clear(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  void show(int64_t done);
+  void clear();
+
+ private:
+  int64_t total_, shown_percent_ = -1;
+  bool visible_;
+};
+
+// Columns are as wide as their widest cell, numbers to the right.
+class TextTable {
+ public:
+  explicit TextTable(std::vector<std::string> header) : rows_{std::move(header)} {}
+  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+  std::size_t size() const { return rows_.size() - 1; }
+  // The last `most` rows; says how many were left out before them.
+  std::string format(std::size_t most = SIZE_MAX) const;
+
+ private:
+  std::vector<std::vector<std::string>> rows_;
+};
+
+std::string fixed(double value, int32_t digits);      // "-" for NaN
+
+// From now on the first Ctrl-C (or SIGTERM) only sets a flag; the second one ends the program at once.
+void catch_interrupt();
+bool interrupted();
+
+// Makes the folder and its parents. Throws io::Error.
+void make_folder(const std::string& path);
+
+}  // namespace overtake::cli

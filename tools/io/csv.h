@@ -1,0 +1,77 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Tables in text files: one row a line, cells separated by ; or , or white space (found out from the file), comment
+// lines with #, a header line or none. The header may also be the last comment line before the data.
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace overtake::io {
+
+class Csv {
+ public:
+  // Throws Error with file and line: a row that is not as long as the others, no row at all.
+  static Csv read(const std::string& path);
+  static Csv parse(const std::string& path_in_errors, std::string text);
+
+  const std::string& path() const { return path_; }
+  std::size_t row_count() const { return lines_.size(); }
+  std::size_t column_count() const { return column_count_; }
+  bool has_header() const { return !names_.empty(); }
+  const std::vector<std::string>& names() const { return names_; }   // as written, trimmed
+
+  // Column whose name is one of `names` (the first of them that exists); case, and a unit in brackets as in `x(m)`, do
+  // not count. -1: none. need() throws instead, naming what it looked for.
+  int32_t find(std::initializer_list<std::string_view> names) const;
+  int32_t need(std::initializer_list<std::string_view> names) const;
+
+  // Throw Error with file:line:column when the cell is no such number (number: finite).
+  double number(std::size_t row, int32_t column) const;
+  int64_t integer(std::size_t row, int32_t column) const;
+  std::string_view text(std::size_t row, int32_t column) const;
+  int64_t line(std::size_t row) const { return lines_[row].number; }
+  [[noreturn]] void fail(std::size_t row, int32_t column, const std::string& sentence) const;
+
+  std::vector<double> numbers(int32_t column) const;               // the whole column
+
+ private:
+  struct Cell {
+    std::size_t begin, size;         // in text_
+  };
+  struct Line {
+    int64_t number;
+    std::size_t begin;
+  };
+  std::string path_, text_;
+  std::vector<std::string> names_;
+  std::vector<Cell> cells_;          // row-major
+  std::vector<Line> lines_;
+  std::size_t column_count_ = 0;
+};
+
+// A CSV file under construction: numbers in their shortest text that reads back as the same value.
+class CsvWriter {
+ public:
+  // Opens the file and writes the header. Throws Error.
+  CsvWriter(std::string path, std::string_view header);
+  ~CsvWriter();
+  CsvWriter(const CsvWriter&) = delete;
+  CsvWriter& operator=(const CsvWriter&) = delete;
+
+  template <class T>
+  CsvWriter& cell(T value);          // double, float, int32_t, int64_t, uint64_t, std::string_view
+  void end_row();
+  void flush();                      // what was written is in the file. Throws Error when the disk is full.
+
+ private:
+  std::string path_, pending_;
+  void* file_ = nullptr;
+  bool row_open_ = false;
+};
+
+}  // namespace overtake::io

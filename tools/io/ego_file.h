@@ -1,0 +1,24 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Ego poses from a CSV file with a header:
+//   stamp_ns,x_m,y_m[,z_m][,roll_rad,pitch_rad],yaw_rad[,speed_mps][,yaw_rate_rps]
+// Also understood: timestamp_ns, or time in seconds; x, y, z; phi, psi, heading_rad for the yaw; vx; omega. A missing
+// speed or yaw rate is taken from the neighbouring poses.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace overtake::io {
+
+struct EgoRow {
+  int64_t stamp_ns = 0;
+  double x_m = 0, y_m = 0, z_m = 0, roll_rad = 0, pitch_rad = 0, yaw_rad = 0, speed_mps = 0, yaw_rate_rps = 0;
+};
+
+// Rows with growing stamps. Throws Error with file, line and column.
+std::vector<EgoRow> read_ego_file(const std::string& path);
+
+}  // namespace overtake::io

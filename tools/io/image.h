@@ -1,0 +1,46 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Pictures of images: colour maps, a caption, PNG.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace overtake::io {
+
+using Rgb = std::array<uint8_t, 3>;
+
+struct Picture {
+  int32_t width = 0, height = 0;
+  std::vector<Rgb> pixels;           // row-major, top row first
+
+  Picture(int32_t w, int32_t h, Rgb fill = {0, 0, 0});
+  Rgb& at(int32_t x, int32_t y) { return pixels[std::size_t(y) * std::size_t(width) + std::size_t(x)]; }
+};
+
+void write_png(const std::string& path, const Picture& picture);
+Picture read_png(const std::string& path);
+
+// share 0..1 (clamped) from dark blue to yellow; lightness grows evenly, so that it also reads in grey.
+Rgb scale_color(double share);
+// Colours of labels: neighbouring numbers differ in hue and lightness. -1 is black, 0 (ground) dark grey.
+Rgb label_color(int32_t label);
+
+// Text of capital letters, digits and . : , - + / _ ( ) % in glyphs of 3 x 5 pixels, each `zoom` pixels large. Lower
+// case is drawn as capitals, other characters as blanks.
+void draw_text(Picture& picture, int32_t x, int32_t y, std::string_view text, Rgb color, int32_t zoom);
+
+// One picture per image: every pixel zoom_x * zoom_y large under a caption; `scaled` adds a colour bar with its ends.
+struct ImageStyle {
+  int32_t zoom_x = 2, zoom_y = 12;
+  std::string caption;
+  bool scaled = false;
+  std::string low_text, high_text;
+};
+Picture render_image(int32_t rows, int32_t cols, const std::vector<Rgb>& colors, const ImageStyle& style);
+
+}  // namespace overtake::io

@@ -1,0 +1,27 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Track maps from files. Four forms:
+//   - centre line and widths: x_m, y_m, w_tr_right_m, w_tr_left_m [, banking_rad] (also without header, in this order)
+//   - race line tables: x_ref_m, y_ref_m, width_right_m, width_left_m, x_normvec_m, y_normvec_m [, banking_rad] ...
+//     with right bound = ref + normvec * width_right, left bound = ref - normvec * width_left
+//   - two bounds, "FILE1,FILE2": x, y each, in either order and direction; the first one's points run as one drives
+// The points run in driving direction, left is left of it. A line whose ends meet is closed.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace overtake::io {
+
+struct MapData {
+  bool closed = false;
+  std::vector<double> x_m, y_m, width_left_m, width_right_m, banking_rad;   // banking may be empty
+  std::vector<double> left_x_m, left_y_m, right_x_m, right_y_m;             // two bounds, else empty
+  bool is_bounds() const { return !left_x_m.empty(); }
+};
+
+// Throws Error with file, line and column.
+MapData read_map(const std::string& path_or_two_paths);
+
+}  // namespace overtake::io

@@ -1,0 +1,37 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include <png.h>
+
+#include "tools/io/error.h"
+#include "tools/io/image.h"
+
+namespace overtake::io {
+
+void write_png(const std::string& path, const Picture& picture) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = png_uint_32(picture.width);
+  image.height = png_uint_32(picture.height);
+  image.format = PNG_FORMAT_RGB;
+  if (!png_image_write_to_file(&image, path.c_str(), 0, picture.pixels.data(), 0, nullptr))
+    throw Error(path, 0, std::string("cannot be written: ") + image.message);
+}
+
+Picture read_png(const std::string& path) {
+  constexpr png_uint_32 kMaxSide = 1 << 15;
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  if (!png_image_begin_read_from_file(&image, path.c_str()))
+    throw Error(path, 0, std::string("cannot be read: ") + image.message);
+  if (image.width > kMaxSide || image.height > kMaxSide) {
+    png_image_free(&image);
+    throw Error(path, 0, "is larger than 32768 pixels a side");
+  }
+  image.format = PNG_FORMAT_RGB;
+  Picture picture(int32_t(image.width), int32_t(image.height));
+  if (!png_image_finish_read(&image, nullptr, picture.pixels.data(), 0, nullptr))
+    throw Error(path, 0, std::string("cannot be read: ") + image.message);
+  return picture;
+}
+
+}  // namespace overtake::io

@@ -1,0 +1,67 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A recording: a folder of PCD scans FRAME_SENSOR.pcd, or FRAME.pcd where there is one sensor or the rig says that one
+// cloud holds all sensors; or one such file. FRAME is a number and is what "frame" means everywhere; it may also stand
+// at the end, after an underscore (log7_000012.pcd).
+//
+// Stamps: absolute times in the cloud's time field, else FRAME x period; a FRAME of 12 digits and more is a time
+// itself, in ms, us or ns by its size. Per-point times become offsets after the scan's stamp.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tools/io/pcd.h"
+#include "tools/io/rig.h"
+
+namespace overtake::io {
+
+// One scan of one sensor, sensor frame. Columns keep the types of the file.
+struct SensorScan {
+  int32_t sensor = 0;                // of the rig
+  std::string path;
+  int64_t stamp_ns = 0;
+  int32_t count = 0;
+  PcdColumn x, y, z, layer, intensity;             // intensity without bytes: the file has none
+  std::vector<int32_t> time_offset_ns;             // empty: the file has no time
+  // Where the scan is part of a shared cloud: row of each point in the file, and the file's number of points. Empty:
+  // all.
+  std::vector<int32_t> input_index;
+  int32_t input_count = 0;
+};
+
+struct FrameScans {
+  int64_t frame = 0;
+  std::vector<SensorScan> scans;     // ordered by sensor; a missing sensor is missing
+};
+
+class Recording {
+ public:
+  // Throws Error: no such folder, no PCD in it, a name without a frame number, a sensor that the rig does not have, a
+  // file without a sensor where the rig has several, two files of one scan.
+  Recording(const std::string& path, Rig rig);
+
+  std::size_t frame_count() const { return frames_.size(); }
+  int64_t frame_number(std::size_t i) const { return frames_[i].number; }
+  int64_t find_frame(int64_t number) const;        // index, -1: none
+  // Reads the frame's files. Throws Error.
+  FrameScans read(std::size_t i) const;
+  const Rig& rig() const { return rig_; }
+  const std::string& path() const { return path_; }
+
+ private:
+  struct Entry {
+    int64_t number;
+    std::vector<std::string> paths;  // one per sensor, "" where missing; a shared cloud: one
+  };
+  std::string path_;
+  Rig rig_;
+  std::vector<Entry> frames_;        // by number
+};
+
+// FRAME x period, or FRAME itself where it is a time. Throws when it does not fit 64 bits.
+int64_t stamp_of_frame(const std::string& path_in_errors, int64_t frame, int64_t period_ns);
+
+}  // namespace overtake::io

@@ -1,0 +1,63 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The sensors of a vehicle, from a TOML file (tools/rigs shows some) or by the name of one that is built in.
+//
+//   name = "av21"                 # default: the file's name
+//   period_s = 0.05               # of all sensors; a frame's stamp is its number times this where stamps are missing
+//   cloud_frame = "sensor"        # or "vehicle": points are given in the vehicle frame, only the sensor's place is
+//                                 # subtracted; its mounting must not turn
+//   shared_cloud = false          # true: one cloud a frame holds the points of all sensors, told apart by their layers
+//   time_unit = "auto"            # of a time field: "s", "ms", "us", "ns"; auto: floats are s, integers ns
+//   [[sensor]]                    # 1 to 8 of them
+//   name = "front"                # FRAME_front.pcd
+//   x_m = 2.342   y_m = 0.0   z_m = 0.646   roll_deg = 0   pitch_deg = 0   yaw_deg = 0   # mounting, sensor to vehicle
+//   rows = 32   cols = 857                                  # image
+//   azimuth_left_deg = 60   azimuth_right_deg = -60         # its edges; not given where it wraps
+//   wraps = false                                           # true: a full turn (left edge 180 unless given)
+//   range_min_m = 0.5   range_max_m = 300
+//   layer_first = 0   layer_last = 65535                    # others are dropped, or another sensor's
+//   point_capacity = 65536
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace overtake::io {
+
+enum class TimeUnit : int32_t { kAuto = 0, kSeconds, kMilliseconds, kMicroseconds, kNanoseconds };
+
+struct RigSensor {
+  std::string name;
+  double x_m = 0, y_m = 0, z_m = 0, roll_deg = 0, pitch_deg = 0, yaw_deg = 0;
+  int32_t rows = 32, cols = 857;
+  double azimuth_left_deg = 60, azimuth_right_deg = -60;
+  bool wraps = false;
+  double range_min_m = 0.5, range_max_m = 300;
+  int32_t layer_first = 0, layer_last = 65535;
+  int32_t point_capacity = 65536;
+};
+
+struct Rig {
+  std::string name;
+  double period_s = 0.05;
+  bool cloud_in_vehicle_frame = false;
+  bool shared_cloud = false;
+  TimeUnit time_unit = TimeUnit::kAuto;
+  std::vector<RigSensor> sensors;
+
+  int64_t period_ns() const { return int64_t(period_s * 1e9 + 0.5); }
+  int32_t find(std::string_view sensor_name) const;    // -1: none
+  std::string sensor_names() const;                    // "front, left, right"
+};
+
+// A file, or the name of a built-in rig. Throws Error with file and line.
+Rig load_rig(const std::string& file_or_name);
+Rig parse_rig(const std::string& path_in_errors, std::string_view text);
+std::vector<std::string> builtin_rig_names();
+// As parse_rig reads it. `prefix` goes before the names of tables ("rig." for a file that holds more than the rig).
+std::string format_rig(const Rig& rig, const std::string& prefix = "");
+
+}  // namespace overtake::io

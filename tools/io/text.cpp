@@ -1,0 +1,118 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/io/text.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <system_error>
+
+#include "tools/io/error.h"
+
+namespace overtake::io {
+namespace {
+
+struct CloseFile {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using File = std::unique_ptr<std::FILE, CloseFile>;
+
+template <class T>
+void append_shortest(std::string& text, T value) {
+  char digits[40];
+  const auto end = std::to_chars(digits, digits + sizeof digits, value);
+  text.append(digits, end.ptr);
+}
+
+std::string_view without_plus(std::string_view text) {
+  return text.size() > 1 && text[0] == '+' && text[1] != '-' && text[1] != '+' ? text.substr(1) : text;
+}
+
+}  // namespace
+
+std::string read_whole_file(const std::string& path) {
+  std::error_code code;
+  const auto status = std::filesystem::status(path, code);
+  if (!std::filesystem::exists(status)) throw Error(path, 0, "no such file");
+  if (std::filesystem::is_directory(status)) throw Error(path, 0, "is a folder, a file is needed");
+  const File file(std::fopen(path.c_str(), "rb"));
+  if (!file) throw Error(path, 0, "cannot be read");
+  std::string bytes;
+  char block[1 << 16];
+  for (std::size_t n; (n = std::fread(block, 1, sizeof block, file.get())) > 0;) bytes.append(block, n);
+  if (std::ferror(file.get())) throw Error(path, 0, "cannot be read to its end");
+  return bytes;
+}
+
+void write_whole_file(const std::string& path, std::string_view bytes) {
+  File file(std::fopen(path.c_str(), "wb"));
+  if (!file) throw Error(path, 0, "cannot be written");
+  const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
+  if (std::fclose(file.release()) != 0 || !written) throw Error(path, 0, "cannot be written (is the disk full?)");
+}
+
+std::string_view trim(std::string_view text) {
+  const char* white = " \t\r\n";
+  const auto first = text.find_first_not_of(white);
+  if (first == std::string_view::npos) return text.substr(text.size());
+  return text.substr(first, text.find_last_not_of(white) - first + 1);
+}
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower)
+    if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
+  return lower;
+}
+
+std::string join(const std::vector<std::string>& words, std::string_view separator) {
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i) text.append(i ? separator : "").append(words[i]);
+  return text;
+}
+
+std::vector<std::string_view> split_words(std::string_view line) {
+  std::vector<std::string_view> words;
+  const char* white = " \t\r\n";
+  for (auto at = line.find_first_not_of(white); at != std::string_view::npos;) {
+    const auto end = std::min(line.find_first_of(white, at), line.size());
+    words.push_back(line.substr(at, end - at));
+    at = line.find_first_not_of(white, end);
+  }
+  return words;
+}
+
+bool parse_number(std::string_view text, double& out) {
+  text = without_plus(text);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
+  if (end != text.data() + text.size()) return false;
+  if (error == std::errc::result_out_of_range) {
+    const auto exponent = text.find_first_of("eE");  // from_chars reports both ends alike
+    if (exponent != std::string_view::npos && exponent + 1 < text.size() && text[exponent + 1] != '-') return false;
+    if (exponent == std::string_view::npos && text.find("0.0") > 1) return false;
+    out = 0;
+    return true;
+  }
+  return error == std::errc();
+}
+
+bool parse_integer(std::string_view text, int64_t& out) {
+  text = without_plus(text);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+int64_t to_nanoseconds(double value, int64_t unit_ns) {
+  const double whole = std::floor(value);
+  return int64_t(whole) * unit_ns + std::llround((value - whole) * double(unit_ns));
+}
+
+void append_number(std::string& text, double value) { append_shortest(text, value); }
+void append_number(std::string& text, float value) { append_shortest(text, value); }
+void append_number(std::string& text, int64_t value) { append_shortest(text, value); }
+void append_number(std::string& text, uint64_t value) { append_shortest(text, value); }
+
+}  // namespace overtake::io

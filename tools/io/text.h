@@ -1,0 +1,40 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Whole files in and out, and numbers as text that do not depend on the locale.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace overtake::io {
+
+// The file's bytes. Throws Error: no such file, a folder, not readable.
+std::string read_whole_file(const std::string& path);
+// Replaces the file. Throws Error when the folder is not there or the disk is full.
+void write_whole_file(const std::string& path, std::string_view bytes);
+
+std::string_view trim(std::string_view text);
+std::string lower_case(std::string_view text);
+std::string join(const std::vector<std::string>& words, std::string_view separator);
+// Splits at runs of white space.
+std::vector<std::string_view> split_words(std::string_view line);
+
+// The whole of `text` as one number (a leading + is fine), else false. "nan" and "inf" are numbers. A number too small
+// for a double is 0, one too large is not a number.
+bool parse_number(std::string_view text, double& out);
+bool parse_integer(std::string_view text, int64_t& out);
+
+// `value` in units of unit_ns as nanoseconds; keeps the digits that value * unit_ns would lose. Needs |result| < 2^63.
+int64_t to_nanoseconds(double value, int64_t unit_ns);
+
+// Shortest text that reads back as the same value; "nan", "inf", "-inf".
+void append_number(std::string& text, double value);
+void append_number(std::string& text, float value);
+void append_number(std::string& text, int64_t value);
+void append_number(std::string& text, uint64_t value);
+inline void append_number(std::string& text, int32_t value) { append_number(text, int64_t(value)); }
+
+}  // namespace overtake::io

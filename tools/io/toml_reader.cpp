@@ -1,0 +1,129 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/io/toml_reader.h"
+
+#include <algorithm>
+
+#include "tools/io/text.h"
+
+namespace overtake::io {
+
+toml::table parse_toml(const std::string& path_in_errors, std::string_view text) {
+  try {
+    return toml::parse(text, path_in_errors);
+  } catch (const toml::parse_error& error) {
+    throw Error(path_in_errors, int64_t(error.source().begin.line), std::string(error.description()),
+                int64_t(error.source().begin.column));
+  }
+}
+
+TomlReader::TomlReader(std::string path, const toml::table& table, std::string where)
+    : path_(std::move(path)), table_(table), where_(std::move(where)) {}
+
+void TomlReader::fail(int64_t line, const std::string& sentence) const {
+  throw Error(path_, line, where_.empty() ? sentence : where_ + ": " + sentence);
+}
+
+int64_t TomlReader::line_of(const std::string& key) const {
+  const toml::node* node = table_.get(key);
+  return node ? int64_t(node->source().begin.line) : line();
+}
+
+const toml::node* TomlReader::find(const std::string& key, bool required) {
+  read_.insert(key);
+  const toml::node* node = table_.get(key);
+  if (!node && required) fail(line(), "'" + key + "' is missing");
+  return node;
+}
+
+double TomlReader::number(const std::string& key, double low, double high, const double* fallback) {
+  const toml::node* node = find(key, !fallback);
+  if (!node) return *fallback;
+  if (!node->is_number()) fail(line_of(key), "'" + key + "' is no number");
+  const double value = node->is_integer() ? double(node->as_integer()->get()) : node->as_floating_point()->get();
+  if (!(value >= low && value <= high))
+    fail(line_of(key), "'" + key + "' is " + toml_number(value) + ", its limits are " + toml_number(low) + " to " +
+                           toml_number(high));
+  return value;
+}
+
+int64_t TomlReader::integer(const std::string& key, int64_t low, int64_t high, const int64_t* fallback) {
+  const toml::node* node = find(key, !fallback);
+  if (!node) return *fallback;
+  if (!node->is_integer()) fail(line_of(key), "'" + key + "' is no whole number");
+  const int64_t value = node->as_integer()->get();
+  if (value < low || value > high)
+    fail(line_of(key), "'" + key + "' is " + std::to_string(value) + ", its limits are " + std::to_string(low) +
+                           " to " + std::to_string(high));
+  return value;
+}
+
+bool TomlReader::boolean_or(const std::string& key, bool fallback) {
+  const toml::node* node = find(key, false);
+  if (!node) return fallback;
+  if (!node->is_boolean()) fail(line_of(key), "'" + key + "' is neither true nor false");
+  return node->as_boolean()->get();
+}
+
+bool TomlReader::is_text(const std::string& key) const {
+  const toml::node* node = table_.get(key);
+  return node && node->is_string();
+}
+
+std::string TomlReader::text(const std::string& key, const std::string* fallback) {
+  const toml::node* node = find(key, !fallback);
+  if (!node) return *fallback;
+  if (!node->is_string()) fail(line_of(key), "'" + key + "' is no text in quotes");
+  return node->as_string()->get();
+}
+
+std::vector<const toml::table*> TomlReader::tables(const std::string& key) {
+  std::vector<const toml::table*> out;
+  const toml::node* node = find(key, false);
+  if (!node) return out;
+  if (const toml::table* one = node->as_table()) return {one};
+  const toml::array* array = node->as_array();
+  if (!array || array->empty()) fail(line_of(key), "'" + key + "' is no table");
+  for (const toml::node& element : *array) {
+    if (!element.is_table()) fail(line_of(key), "'" + key + "' is no array of tables");
+    out.push_back(element.as_table());
+  }
+  return out;
+}
+
+std::vector<std::string> TomlReader::unread() const {
+  std::vector<std::pair<toml::source_position, std::string>> keys;
+  for (const auto& [key, node] : table_)
+    if (!read_.count(std::string(key.str()))) keys.emplace_back(node.source().begin, std::string(key.str()));
+  std::sort(keys.begin(), keys.end());
+  std::vector<std::string> names;
+  for (const auto& entry : keys) names.push_back(entry.second);
+  return names;
+}
+
+void TomlReader::finish() const {
+  const auto keys = unread();
+  if (!keys.empty()) fail(line_of(keys[0]), "unknown key '" + keys[0] + "'");
+}
+
+std::string toml_string(std::string_view text) {
+  static constexpr char kHex[] = "0123456789abcdef";
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    if (uint8_t(c) >= 32 && c != 127)
+      out += c;
+    else
+      out.append("\\u00") += {kHex[uint8_t(c) >> 4], kHex[c & 15]};
+  }
+  return out + '"';
+}
+
+std::string toml_number(double value) {
+  std::string text;
+  append_number(text, value);
+  if (text.find_first_of(".en") == std::string::npos) text += ".0";  // e: exponent; n: nan, inf
+  return text;
+}
+
+}  // namespace overtake::io

@@ -1,0 +1,31 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The tables a command leaves: one row per detection, per track, per stage and frame. Read from the C API's reader.
+#pragma once
+
+#include <string>
+
+#include "pipeline/overtake.h"
+#include "tools/io/csv.h"
+#include "tools/io/rig.h"
+
+namespace overtake::cli {
+
+inline constexpr const char* kDetectionsHeader =
+    "frame,stamp_ns,x_m,y_m,z_m,heading_rad,heading_source,length_m,width_m,points,inliers_ref,inliers_var,"
+    "heading_ref_rad,heading_var_rad,sensor_mask";
+inline constexpr const char* kTracksHeader =
+    "stamp_ns,id,state,frame,x_m,y_m,speed_mps,course_rad,yaw_rate_rps,heading_rad,age,hits,var_x,var_y";
+inline constexpr const char* kTimingHeader = "frame,stamp_ns,sensor,stage,time_us";
+
+// heading_source: ref (map or ego heading) or var (the points).
+void write_detections(io::CsvWriter& csv, int64_t frame, const ovt_detections& detections);
+// state: tentative or confirmed.
+void write_tracks(io::CsvWriter& csv, int64_t frame, const ovt_tracks& tracks);
+// sensor: its name, or empty for the stages of the whole frame. Stages that did not run are left out.
+void write_times(io::CsvWriter& csv, int64_t frame, int64_t stamp_ns, const io::Rig& rig, ovt_reader* reader);
+
+double read_time_us(ovt_reader* reader, int32_t sensor, ovt_stage stage);   // NaN: did not run
+
+}  // namespace overtake::cli

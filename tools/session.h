@@ -1,0 +1,47 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A detector of the C API with the command line's inputs: made from a Config, fed with a recording's frames and
+// ego poses.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pipeline/overtake.h"
+#include "tools/config.h"
+#include "tools/io/ego_file.h"
+#include "tools/io/recording.h"
+
+namespace overtake::cli {
+
+// Throws io::Error with the status' own sentence unless OVT_OK.
+void check(ovt_status status, const std::string& what);
+
+class Session {
+ public:
+  // Reads the map and ego files of the config. on_frame may be null. Throws io::Error.
+  Session(const Config& config, ovt_frame_fn* on_frame, void* user);
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  // Ego poses up to the first one at or after the stamp.
+  void push_ego_until(int64_t stamp_ns);
+  // The poses a frame's points need, then its scans. A scan the library calls late or a duplicate is not an error: the
+  // library counts it.
+  void push(const io::FrameScans& frame);
+  void flush() { check(ovt_flush(detector_), "finishing the last frames"); }
+
+  ovt_detector* detector() const { return detector_; }
+  ovt_stats stats() const;
+
+ private:
+  int64_t period_ns_;
+  std::vector<io::EgoRow> ego_;
+  std::size_t next_ego_ = 0;
+  ovt_detector* detector_ = nullptr;
+  const io::Rig rig_;
+};
+
+}  // namespace overtake::cli

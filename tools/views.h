@@ -1,0 +1,31 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Pictures of what a scan became: each image in colours that fit its meaning, and the points from above.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tools/io/image.h"
+
+namespace overtake::cli {
+
+// An image without padding. One of the two columns is filled, as its type says; bits are integers 0 and 1.
+struct DenseImage {
+  std::string name;
+  int32_t rows = 0, cols = 0;
+  bool is_float = false, is_bits = false;
+  std::vector<float> real;
+  std::vector<int32_t> integer;
+};
+
+// `returns` is the range image (0: no return): what lies outside of it is drawn black in the images that need it.
+io::Picture draw_image(const DenseImage& image, const DenseImage& returns);
+
+// From above, x up, y left, all points within reach_m of the sensor along both axes. Later points lie on top.
+io::Picture draw_top_view(const float* x_m, const float* y_m, const std::vector<io::Rgb>& colors, double reach_m,
+                          const std::string& caption);
+
+}  // namespace overtake::cli
