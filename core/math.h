@@ -152,8 +152,8 @@ inline double atan2_f64(double y, double x) {
   const double ax = std::fabs(x), ay = std::fabs(y);
   const bool steep = ay > ax;
   const double longer = steep ? ay : ax, shorter = steep ? ax : ay;
-  if (!(longer > 0.0)) return 0.0;
-  const double t = shorter / longer;
+  const double t = longer > 0.0 ? shorter / longer : 0.0;
+  if (!(longer > 0.0 && t <= 1.0)) return 0.0;   // the origin; infinite or NaN arguments end here as well
   const int32_t quarter = t < 0.1875 ? 0 : int32_t(t * 4.0 + 0.5);
   const double c = 0.25 * quarter;
   const double u = quarter == 0 ? t : (t - c) / (1.0 + t * c);

@@ -6,11 +6,37 @@
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <memory>
+#include <mutex>
 #include <utility>
 
 namespace overtake {
 namespace flow = oneapi::tbb::flow;
 namespace {
+
+// TBB gives the whole process as many threads as the smallest global_control alive allows, and says so on stderr when an
+// arena asks for more. So all graphs share one control, for the sum of their workers.
+class WorkerShare {
+ public:
+  explicit WorkerShare(int32_t worker_count) : worker_count_(worker_count) { change(worker_count_); }
+  ~WorkerShare() { change(-worker_count_); }
+  WorkerShare(const WorkerShare&) = delete;
+  WorkerShare& operator=(const WorkerShare&) = delete;
+
+ private:
+  using Control = oneapi::tbb::global_control;
+  static void change(int32_t by) {
+    static std::mutex mutex;                   // create and destroy only, never the data path
+    static int32_t total = 0;
+    static std::unique_ptr<Control> control;
+    const std::lock_guard<std::mutex> lock(mutex);
+    total += by;
+    std::unique_ptr<Control> next;
+    if (total > 0) next = std::make_unique<Control>(Control::max_allowed_parallelism, std::size_t(total) + 1);
+    control = std::move(next);
+  }
+  int32_t worker_count_;
+};
 
 struct SegmentJob {
   Frame* frame;
@@ -58,7 +84,7 @@ struct DetectorGraph::Nodes {
   Nodes(int32_t worker_count, const StageContext& stage_context, TrackStage& track_stage, RunnerHooks runner_hooks)
       : context(stage_context),
         hooks(std::move(runner_hooks)),
-        parallelism(oneapi::tbb::global_control::max_allowed_parallelism, std::size_t(worker_count) + 1),
+        share(worker_count),
         arena(worker_count, 0) {
     arena.execute([&] {
       graph = std::make_unique<flow::graph>();
@@ -94,7 +120,7 @@ struct DetectorGraph::Nodes {
   using TrackNode = flow::function_node<Frame*, flow::continue_msg>;
   const StageContext& context;
   RunnerHooks hooks;
-  oneapi::tbb::global_control parallelism;
+  WorkerShare share;
   oneapi::tbb::task_arena arena;
   std::unique_ptr<flow::graph> graph;          // made inside the arena: its tasks run there
   std::unique_ptr<SegmentNode> segment;

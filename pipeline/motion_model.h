@@ -6,7 +6,7 @@
 //   the chord of an arc of length v dt that turns by omega dt is v dt sinc(omega dt / 2) long
 //   and points to phi + omega dt / 2
 //
-// One formula for straight and curved, forward and backward; the textbook form v / omega (sin(phi + omega dt) - sin phi)
+// One formula for straight and curved, forward and backward; the textbook v / omega (sin(phi + omega dt) - sin phi)
 // loses its digits as omega goes to 0.
 #pragma once
 

@@ -5,7 +5,7 @@
 //
 // Shortest augmenting paths (Jonker & Volgenant 1987) on the sparse list of pairs: a row that its cheapest column does
 // not suffice for searches its own block only and never sees the others, so 256 x 256 gated pairs cost little more than
-// adding them. Leaving a row alone is an edge too, of a cost above any sum of costs; costs are therefore compared in two
+// adding them. Leaving a row alone is an edge too, of a cost above any sum of costs; so costs are compared in two
 // digits, (rows left alone, cost), and no big number spoils the low digit.
 #pragma once
 
@@ -46,8 +46,8 @@ class Munkres {
 
   int32_t rows_ = 0, columns_ = 0, max_rows_, max_columns_;
   std::vector<Pair> pairs_, scratch_;
-  std::vector<int32_t> begin_;                              // row -> first of its sorted pairs; also the sort's counters
-  std::vector<Cost> row_price_, column_price_;              // duals: cost >= row_price + column_price, tight where paired
+  std::vector<int32_t> begin_;                              // row -> first of its sorted pairs; the sort's counters
+  std::vector<Cost> row_price_, column_price_;              // duals: cost >= their sum, equal where paired
   std::vector<int32_t> row_of_column_;
   // One search. `mark` tells which search a column was last touched or settled by, so nothing is cleared between.
   std::vector<Cost> reach_;                                 // column -> length of the shortest path to it

@@ -31,13 +31,18 @@ void symmetrise(TrackEstimate& e) {
 
 // P <- F P F^T. F is the identity but for seven entries, so it is two passes of row (then column) additions: 70
 // multiply-adds instead of 250. Rows x, y and phi read only rows below them that are still unchanged.
-void transport(Eigen::Map<Matrix5> p, const MotionJacobian& f) {
-  p.row(0) += f.x_v * p.row(2) + f.x_phi * p.row(3) + f.x_omega * p.row(4);
-  p.row(1) += f.y_v * p.row(2) + f.y_phi * p.row(3) + f.y_omega * p.row(4);
-  p.row(3) += f.phi_omega * p.row(4);
-  p.col(0) += f.x_v * p.col(2) + f.x_phi * p.col(3) + f.x_omega * p.col(4);
-  p.col(1) += f.y_v * p.col(2) + f.y_phi * p.col(3) + f.y_omega * p.col(4);
-  p.col(3) += f.phi_omega * p.col(4);
+void transport(TrackEstimate& e, const MotionJacobian& f) {
+  auto& p = e.covariance;
+  for (int c = 0; c < kTrackStateSize; ++c) {
+    p[0][c] += f.x_v * p[2][c] + f.x_phi * p[3][c] + f.x_omega * p[4][c];
+    p[1][c] += f.y_v * p[2][c] + f.y_phi * p[3][c] + f.y_omega * p[4][c];
+    p[3][c] += f.phi_omega * p[4][c];
+  }
+  for (auto& row : p) {
+    row[0] += f.x_v * row[2] + f.x_phi * row[3] + f.x_omega * row[4];
+    row[1] += f.y_v * row[2] + f.y_phi * row[3] + f.y_omega * row[4];
+    row[3] += f.phi_omega * row[4];
+  }
 }
 
 // S = H P H^T + R and its determinant.
@@ -63,11 +68,10 @@ void predict(TrackEstimate& estimate, const ProcessNoise& noise, double dt_s) no
   // A hair of slack, so that 50 ms are one step of 50 ms whatever the last digit of the division.
   const int steps = ratio >= kMaxSteps ? kMaxSteps : 1 + int(ratio * (1.0 - 1e-9));
   const double step_s = dt_s / steps;
-  auto p = matrix_of(estimate);
   for (int k = 0; k < steps; ++k) {
     MotionJacobian f;
     estimate.mean = advance(estimate.mean, step_s, &f);
-    transport(p, f);
+    transport(estimate, f);
     if (step_s > 0.0)
       for (int i = 0; i < kTrackStateSize; ++i) estimate.covariance[i][i] += noise.variance_per_s[i] * step_s;
   }

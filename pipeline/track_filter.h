@@ -37,7 +37,7 @@ void predict(TrackEstimate& estimate, const ProcessNoise& noise, double dt_s) no
 // False when S is not positive definite (then the pair is impossible).
 bool innovate(const TrackEstimate& estimate, const PositionMeasurement& z, Innovation* out) noexcept;
 
-// Joseph form, symmetrised, phi wrapped, v >= 0 (turn_round). False, with nothing changed, when S is not positive definite.
+// Joseph form, symmetrised, phi wrapped, v >= 0 (turn_round). False, nothing changed, when S is not positive definite.
 bool update(TrackEstimate& estimate, const PositionMeasurement& z) noexcept;
 
 // (v, phi) and (-v, phi + pi) are one motion with one omega. Chooses the one with v >= 0; the signs of v's row and

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Multi-target tracker (paper IV-C, eqs. 6 and 7): constant velocity and turn rate EKF with a variable step, Mahalanobis
+// Multi-target tracker (paper IV-C, eqs. 6 and 7): constant velocity and turn rate EKF with variable step, Mahalanobis
 // gating, Munkres assignment, M/N life cycle. One thread at a time. Nothing allocates after construction.
 #pragma once
 
@@ -30,7 +30,7 @@ struct TrackerParams {
 };
 
 // What the tracker reads of a frame. Detections in the tracker's frame of reference, any number of rows; beyond
-// detection_capacity the ones nearest to the ego are read. A row whose place is not finite or farther than 1e8 m from the
+// detection_capacity the ones nearest to the ego are read. A row whose place is not finite or over 1e8 m from the
 // origin, or whose stamp is more than 1 s from the frame's, is left out and counted as rejected.
 struct TrackerDetections {
   int32_t count = 0;
@@ -79,7 +79,7 @@ class Tracker {
 
   // One iteration: predict each track to its detection's own stamp, associate, update, count, give birth. A track
   // without detection is predicted to the frame's stamp. A detection up to 0.5 s older than its track's state (scans
-  // overlap by a few ms) measures where the track was: the state goes back without process noise, takes it, and returns;
+  // overlap by a few ms) measures where the track was: the state goes back without process noise, takes it and returns;
   // a track's time never goes back.
   // track_of_detection[detections.count], may be null: the id each detection went to (also a newborn's).
   void step(const TrackerFrame& frame, TrackId* track_of_detection) noexcept;
@@ -90,7 +90,7 @@ class Tracker {
 
   // All tracks as they are, each at its own time, ordered by slot. Capacity at least track_capacity.
   void snapshot(TrackTable& states) const noexcept;
-  // Copies of all tracks predicted to publish_ns (a copy: the state stays), ordered by slot, and their paths from there.
+  // Copies of all tracks predicted to publish_ns (the state itself stays), ordered by slot, and their paths from there.
   // Before a track's own time: exactly the way back, without noise. More than 60 s from it: 60 s, and stamp_ns says so.
   // The tables' capacities must be at least track_capacity and track_capacity * path_points(); paths may be null.
   void publish(int64_t publish_ns, TrackTable& tracks, PathTable* paths) const noexcept;

@@ -1,0 +1,44 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the benchmarks run on: recorded scans where they are present, else the scene of tools/scene; and seeded ones of any
+// size that look like them (pure noise would flatter code without branches).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/sensor_model.h"
+#include "pipeline/overtake.h"
+
+namespace overtake::bench {
+
+// 24 bytes, as most drivers deliver a point.
+struct CloudPoint {
+  float x_m, y_m, z_m, intensity;
+  uint16_t layer, unused;
+  uint32_t time_ns;
+};
+
+struct Cloud {
+  std::string name;                  // "racecar_front", "32x857", ...
+  std::vector<CloudPoint> points;
+  ovt_sensor_def sensor;
+};
+
+SensorModel to_sensor_model(const ovt_sensor_def& def);
+
+// Ground, two walls, boxes, 1 cm of noise, 8 % missing; line by line. 120 degrees for 32 x 857, else a full turn.
+Cloud make_cloud(int32_t rows, int32_t cols);
+// Every point of a 32 x 857 scan in the same pixel.
+Cloud make_one_pixel_cloud();
+// racecar_front, _left and _right of one frame.
+std::vector<Cloud> racecar_clouds();
+// One scan of kitti (64 x 2048) or nuscenes (32 x 1084); without recordings a seeded one of that size.
+Cloud kitti_cloud();
+Cloud nuscenes_cloud();
+// "recorded" or "simulated".
+const char* cloud_source();
+
+}  // namespace overtake::bench

@@ -1,0 +1,221 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Labels to clusters. Ground is most of a scan and is left behind first, by packing; what remains is handled by groups of
+// equal labels within a vector, because a counter per point waits for the point before. Then all points are taken to the
+// vehicle frame in one sweep, cluster borders or not, and each cluster is summed up: the many of a few points (two in
+// three have one) as scalars, the others in vectors, both in the shape of core/reduce.h.
+//
+// With more clusters than rows, which is rare, the twin does it all.
+#pragma once
+
+#include <limits>
+
+#include "core/math.h"
+#include "core/reduce.h"
+#include "kernels/build_clusters.h"
+#include "kernels/simd.h"
+#include "kernels/transform_point.h"
+
+namespace overtake::simd {
+
+// Calls f(indices, labels, count) for the points of clusters, in input order, kSize of them at a time, at last fewer.
+// The arrays may be read, and written, up to kSize.
+template <class A, class F>
+OVT_INLINE void for_each_packed(const int32_t* labels, int32_t count, F&& f) {
+  constexpr int32_t kRoom = 256;
+  int32_t index[kRoom + kSize<A>], label[kRoom + kSize<A>];
+  int32_t held = 0;
+  for (int32_t i = 0; i < count; i += kSize<A>) {
+    const Int<A> own = Int<A>::load(labels + i);
+    const Mask<A> in = (own > Int<A>(kLabelGround)) & Mask<A>::first(count - i);
+    store_packed(in, Int<A>::count_from(i), index + held);
+    store_packed(in, own, label + held);
+    held += count_bits(in.bits());
+    if (held < kRoom - kSize<A>) continue;
+    int32_t k = 0;
+    for (; k + kSize<A> <= held; k += kSize<A>) f(index + k, label + k, kSize<A>);
+    Int<A>::load(index + k).store(index);
+    Int<A>::load(label + k).store(label);
+    held -= k;
+  }
+  for (int32_t k = 0; k < held; k += kSize<A>) f(index + k, label + k, held - k < kSize<A> ? held - k : kSize<A>);
+}
+
+// Calls f(label, mask) for each label among the first `count` lanes. Short vectors go point by point.
+template <class A, class F>
+OVT_INLINE void for_each_label(const int32_t* label, int32_t count, F&& f) {
+  const Int<A> all = Int<A>::load(label);
+  for (uint32_t rest = Mask<A>::first(count).bits(); rest != 0;) {
+    const int32_t own = label[lowest_bit(rest)];
+    const uint32_t same = (all == Int<A>(own)).bits() & rest;
+    f(own, same);
+    rest &= ~same;
+  }
+}
+
+// Bounds and sum of up to four values, as the sixteen lanes would have it.
+struct FewValues {
+  float v[4];
+
+  OVT_INLINE FewValues(const float* values, int32_t count, float rest) {
+    for (int32_t k = 0; k < 4; ++k) v[k] = k < count ? values[k < count ? k : 0] : rest;
+  }
+  OVT_INLINE float sum() const {
+    return ((0.0f + v[0]) + (0.0f + v[2])) + ((0.0f + v[1]) + (0.0f + v[3]));
+  }
+  OVT_INLINE float low() const { return min_of(min_of(v[0], v[2]), min_of(v[1], v[3])); }
+  OVT_INLINE float high() const { return max_of(max_of(v[0], v[2]), max_of(v[1], v[3])); }
+};
+
+// The same of many values.
+template <class A>
+OVT_INLINE void reduce_values(const float* v, int32_t count, float& low_out, float& high_out, float& sum_out) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  constexpr int32_t kGroups = kLanes / kSize<A>;
+  Float<A> low[kGroups], high[kGroups], sum[kGroups];
+  for (int32_t g = 0; g < kGroups; ++g) {
+    low[g] = Float<A>(kInfinity), high[g] = Float<A>(-kInfinity), sum[g] = Float<A>(0.0f);
+    int32_t k = g * kSize<A>;
+    for (; k + kSize<A> <= count; k += kLanes) {
+      const Float<A> value = Float<A>::load(v + k);
+      low[g] = min_of(low[g], value);
+      high[g] = max_of(high[g], value);
+      sum[g] = sum[g] + value;
+    }
+    if (k >= count) continue;
+    float tail[kSize<A>] = {};
+    for (int32_t l = 0; k + l < count; ++l) tail[l] = v[k + l];
+    const Float<A> value = Float<A>::load(tail);
+    const Mask<A> in = Mask<A>::first(count - k);
+    low[g] = select(in, min_of(low[g], value), low[g]);
+    high[g] = select(in, max_of(high[g], value), high[g]);
+    sum[g] = add_where(in, sum[g], value);
+  }
+  low_out = lane_min(low), high_out = lane_max(high), sum_out = lane_sum(sum);
+}
+
+// Sum of the time offsets, as two halves of 16 bits so that the lanes hold it, and the smallest range.
+template <class A>
+OVT_INLINE void reduce_points(const ScanTable& scan, const PointTable& points, const int32_t* index, int32_t count,
+                              int64_t& offset_out, float& nearest_out) {
+  constexpr int32_t kMostVectors = 16384;
+  int64_t offset = 0;
+  Float<A> nearest(std::numeric_limits<float>::infinity());
+  int32_t k = 0;
+  while (k + kSize<A> <= count) {
+    Int<A> low(0), high(0);
+    for (int32_t vectors = 0; vectors < kMostVectors && k + kSize<A> <= count; ++vectors, k += kSize<A>) {
+      const Int<A> at = Int<A>::load(index + k), time = gather(scan.time_offset_ns, at);
+      low = low + (time & Int<A>(0xffff));
+      high = high + (time >> 16);
+      nearest = min_of(nearest, gather(points.range_m, at));
+    }
+    int32_t lows[kSize<A>], highs[kSize<A>];
+    low.store(lows);
+    high.store(highs);
+    for (int32_t l = 0; l < kSize<A>; ++l) offset += int64_t(lows[l]) + int64_t(highs[l]) * 65536;
+  }
+  nearest_out = any_lane_min(nearest);
+  for (; k < count; ++k) {
+    offset += scan.time_offset_ns[index[k]];
+    nearest_out = min_of(nearest_out, points.range_m[index[k]]);
+  }
+  offset_out = offset;
+}
+
+template <class A>
+OVT_INLINE void sum_up_cluster(const ScanTable& scan, const PointTable& points, const ClusterPointTable& from,
+                               ClusterTable& clusters, int32_t row) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const int32_t begin = clusters.point_begin[row], count = clusters.point_count[row];
+  const float* axis[3] = {from.x_m + begin, from.y_m + begin, from.z_m + begin};
+  float* out_min[3] = {clusters.min_x_m, clusters.min_y_m, clusters.min_z_m};
+  float* out_max[3] = {clusters.max_x_m, clusters.max_y_m, clusters.max_z_m};
+  float* out_sum[3] = {clusters.sum_x_m, clusters.sum_y_m, clusters.sum_z_m};
+  if (count > 4) {
+    for (int32_t a = 0; a < 3; ++a)
+      reduce_values<A>(axis[a], count, out_min[a][row], out_max[a][row], out_sum[a][row]);
+    reduce_points<A>(scan, points, from.point + begin, count, clusters.sum_offset_ns[row], clusters.nearest_m[row]);
+    return;
+  }
+  for (int32_t a = 0; a < 3; ++a) {
+    out_min[a][row] = FewValues(axis[a], count, kInfinity).low();
+    out_max[a][row] = FewValues(axis[a], count, -kInfinity).high();
+    out_sum[a][row] = FewValues(axis[a], count, 0.0f).sum();
+  }
+  int64_t offset = 0;
+  float nearest = kInfinity;
+  for (int32_t k = 0; k < count; ++k) {
+    const int32_t i = from.point[begin + k];
+    offset += scan.time_offset_ns[i];
+    nearest = min_of(nearest, points.range_m[i]);
+  }
+  clusters.sum_offset_ns[row] = offset;
+  clusters.nearest_m[row] = nearest;
+}
+
+template <class A>
+int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan, const PointTable& points,
+                       int32_t label_count, ClusterTable& clusters, ClusterPointTable& cluster_points,
+                       int32_t* row_of_label, int32_t* cursor, int32_t* order) noexcept {
+  for (int32_t label = 0; label <= label_count; ++label) cursor[label] = 0;
+  for_each_packed<A>(points.label, scan.count, [&](const int32_t*, const int32_t* label, int32_t n) __attribute__((always_inline)) {
+    if constexpr (kSize<A> == 4) {
+      for (int32_t k = 0; k < n; ++k) ++cursor[label[k]];
+    } else {
+      for_each_label<A>(label, n, [&](int32_t own, uint32_t same) __attribute__((always_inline)) { cursor[own] += count_bits(same); });
+    }
+  });
+  int32_t found = 0;
+  for (int32_t label = 1; label <= label_count; ++label) found += cursor[label] > 0;
+  if (found > clusters.capacity)
+    return ref::build_clusters(T_vehicle_sensor, scan, points, label_count, clusters, cluster_points, row_of_label,
+                               cursor, order);
+
+  // From here on, cursor is where the next point of a label goes.
+  clusters.count = found;
+  int32_t row = 0, begin = 0;
+  row_of_label[0] = -1;
+  for (int32_t label = 1; label <= label_count; ++label) {
+    const int32_t count = cursor[label];
+    cursor[label] = begin;
+    row_of_label[label] = count > 0 ? row : -1;
+    if (count == 0) continue;
+    clusters.label[row] = label;
+    clusters.point_begin[row] = begin;
+    clusters.point_count[row++] = count;
+    begin += count;
+  }
+  cluster_points.count = begin;
+  OVT_CHECK(begin <= cluster_points.capacity);
+
+  int32_t* point_out = cluster_points.point;
+  for_each_packed<A>(points.label, scan.count, [&](int32_t* index, const int32_t* label, int32_t n) __attribute__((always_inline)) {
+    if constexpr (kSize<A> == 4) {
+      for (int32_t k = 0; k < n; ++k) point_out[cursor[label[k]]++] = index[k];
+    } else {
+      const Int<A> all = Int<A>::load(index);
+      for_each_label<A>(label, n, [&](int32_t own, uint32_t same) __attribute__((always_inline)) {
+        int32_t packed[kSize<A>];
+        store_packed(Mask<A>::from_bits(same), all, packed);
+        const int32_t count = count_bits(same);
+        store_where(Mask<A>::first(count), Int<A>::load(packed), point_out + cursor[own]);
+        cursor[own] += count;
+      });
+    }
+  });
+
+  for (int32_t k = 0; k < begin; k += kSize<A>) {
+    const Int<A> at = select(Mask<A>::first(begin - k), Int<A>::load(point_out + k), Int<A>(0));
+    Float<A> x, y, z;
+    transform_point(T_vehicle_sensor, gather(scan.x_m, at), gather(scan.y_m, at), gather(scan.z_m, at), x, y, z);
+    x.store(cluster_points.x_m + k);
+    y.store(cluster_points.y_m + k);
+    z.store(cluster_points.z_m + k);
+  }
+  for (row = 0; row < found; ++row) sum_up_cluster<A>(scan, points, cluster_points, clusters, row);
+  return 0;
+}
+
+}  // namespace overtake::simd

@@ -1,0 +1,161 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Stage 10: the loops over the points behind fit_rectangle; the search is the twin's (fit_rectangle_measures.h).
+//
+// One heading is two passes over points that stay in L1: the first turns them to the heading's axes, stores that and
+// finds the bounds, the second sums. Lanes of the fixed shape that do not fit one register are summed one group of
+// kSize lanes after the other, which needs fewer registers than all at once.
+#pragma once
+
+#include <limits>
+
+#include "core/reduce.h"
+#include "kernels/fit_rectangle_measures.h"
+#include "kernels/simd.h"
+
+namespace overtake::simd {
+
+// A car is a few hundred points; more than this go to the twin.
+inline constexpr int32_t kMostFitPoints = 4096;
+
+template <class A>
+struct FitPoints {
+  static constexpr int32_t kGroups = kLanes / kSize<A>;
+  int32_t count, padded;                                   // padded: whole blocks of kLanes, filled up with the first point
+  alignas(64) float x_m[kMostFitPoints];
+  alignas(64) float y_m[kMostFitPoints];
+  alignas(64) float first_m[kMostFitPoints];               // on the axes of the heading at hand
+  alignas(64) float second_m[kMostFitPoints];
+
+  OVT_INLINE void read(const float* x, const float* y, int32_t n) {
+    count = n;
+    padded = round_up(n, kLanes);
+    int32_t k = 0;
+    for (; k + kSize<A> <= n; k += kSize<A>) {
+      offset(Float<A>::load(x + k), x[0]).store(x_m + k);
+      offset(Float<A>::load(y + k), y[0]).store(y_m + k);
+    }
+    for (; k < n; ++k) {
+      x_m[k] = offset_one(x[k], x[0]);
+      y_m[k] = offset_one(y[k], y[0]);
+    }
+    for (; k < padded; ++k) x_m[k] = y_m[k] = 0.0f;
+  }
+  OVT_INLINE static Float<A> offset(Float<A> v, float origin) {
+    return max_of(min_of(v - Float<A>(origin), Float<A>(kFitOffsetLimit_m)), Float<A>(0.0f - kFitOffsetLimit_m));
+  }
+  OVT_INLINE static float offset_one(float v, float origin) {
+    return max_of(min_of(v - origin, kFitOffsetLimit_m), 0.0f - kFitOffsetLimit_m);
+  }
+};
+
+// The bounds in the twin's shape, zeros of either sign included.
+template <class A>
+HeadingBounds bound_points(const void* context, HeadingAxes axes) noexcept {
+  const FitPoints<A>& points = *static_cast<const FitPoints<A>*>(context);
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  constexpr int32_t kGroups = FitPoints<A>::kGroups;
+  Float<A> low_1[kGroups], high_1[kGroups], low_2[kGroups], high_2[kGroups];
+  for (int32_t g = 0; g < kGroups; ++g) {
+    low_1[g] = low_2[g] = Float<A>(kInfinity);
+    high_1[g] = high_2[g] = Float<A>(-kInfinity);
+    for (int32_t k = g * kSize<A>; k < points.count; k += kLanes) {
+      const Float<A> x = Float<A>::load(points.x_m + k), y = Float<A>::load(points.y_m + k);
+      const Float<A> c1 = axes.first(x, y), c2 = axes.second(x, y);
+      const Mask<A> in = Mask<A>::first(points.count - k);
+      low_1[g] = min_of(low_1[g], select(in, c1, Float<A>(kInfinity)));
+      high_1[g] = max_of(high_1[g], select(in, c1, Float<A>(-kInfinity)));
+      low_2[g] = min_of(low_2[g], select(in, c2, Float<A>(kInfinity)));
+      high_2[g] = max_of(high_2[g], select(in, c2, Float<A>(-kInfinity)));
+    }
+  }
+  return {lane_min(low_1), lane_max(high_1), lane_min(low_2), lane_max(high_2)};
+}
+
+// The same for the sums below, where the sign of a zero is lost anyway: any order will do, and the first point, which
+// fills the last block up, changes nothing.
+template <class A>
+OVT_INLINE HeadingBounds turn_points(FitPoints<A>& points, HeadingAxes axes) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  Float<A> low_1(kInfinity), high_1(-kInfinity), low_2(kInfinity), high_2(-kInfinity);
+  for (int32_t k = 0; k < points.padded; k += kSize<A>) {
+    const Float<A> x = Float<A>::load(points.x_m + k), y = Float<A>::load(points.y_m + k);
+    const Float<A> c1 = axes.first(x, y), c2 = axes.second(x, y);
+    c1.store(points.first_m + k);
+    c2.store(points.second_m + k);
+    low_1 = min_of(low_1, c1);
+    high_1 = max_of(high_1, c1);
+    low_2 = min_of(low_2, c2);
+    high_2 = max_of(high_2, c2);
+  }
+  return {any_lane_min(low_1), any_lane_max(high_1), any_lane_min(low_2), any_lane_max(high_2)};
+}
+
+// One group of kSize lanes of the sums.
+template <class A>
+struct EdgeLanes {
+  Float<A> count_1{0.0f}, sum_1{0.0f}, square_1{0.0f}, sum_2{0.0f}, square_2{0.0f};
+
+  OVT_INLINE void add(Mask<A> in, Float<A> d1, Float<A> d2) {
+    const Mask<A> closer_2 = d2 < d1;
+    const Mask<A> in_1 = in & ~closer_2, in_2 = in & closer_2;
+    const Float<A> d = min_of(d2, d1), square = d * d;      // the closer one
+    count_1 = add_where(in_1, count_1, Float<A>(1.0f));
+    sum_1 = add_where(in_1, sum_1, d);
+    square_1 = add_where(in_1, square_1, square);
+    sum_2 = add_where(in_2, sum_2, d);
+    square_2 = add_where(in_2, square_2, square);
+  }
+};
+
+template <class A>
+EdgeSums sum_edges(const void* context, HeadingAxes axes) noexcept {
+  // The measures may use the points' own scratch: they are called by one thread, one at a time.
+  FitPoints<A>& points = *static_cast<FitPoints<A>*>(const_cast<void*>(context));
+  constexpr int32_t kGroups = FitPoints<A>::kGroups;
+  const HeadingBounds b = turn_points(points, axes);
+  const Float<A> low_1(b.low_1), high_1(b.high_1), low_2(b.low_2), high_2(b.high_2);
+  Float<A> count_1[kGroups], sum_1[kGroups], square_1[kGroups], sum_2[kGroups], square_2[kGroups];
+  for (int32_t g = 0; g < kGroups; ++g) {
+    EdgeLanes<A> lanes;
+    const auto add = [&](int32_t k, Mask<A> in) __attribute__((always_inline)) {
+      const Float<A> c1 = Float<A>::load(points.first_m + k), c2 = Float<A>::load(points.second_m + k);
+      lanes.add(in, min_of(c1 - low_1, high_1 - c1), min_of(c2 - low_2, high_2 - c2));
+    };
+    int32_t k = g * kSize<A>;
+    for (; k + kSize<A> <= points.count; k += kLanes) add(k, Mask<A>(true));
+    if (k < points.count) add(k, Mask<A>::first(points.count - k));
+    count_1[g] = lanes.count_1;
+    sum_1[g] = lanes.sum_1, square_1[g] = lanes.square_1;
+    sum_2[g] = lanes.sum_2, square_2[g] = lanes.square_2;
+  }
+  return {lane_sum(count_1), lane_sum(sum_1), lane_sum(square_1), lane_sum(sum_2), lane_sum(square_2)};
+}
+
+template <class A>
+int32_t count_inside(const void* context, HeadingAxes axes, HeadingBox box) noexcept {
+  const FitPoints<A>& points = *static_cast<const FitPoints<A>*>(context);
+  int32_t inside = 0;
+  for (int32_t k = 0; k < points.count; k += kSize<A>) {
+    const Float<A> x = Float<A>::load(points.x_m + k), y = Float<A>::load(points.y_m + k);
+    const Mask<A> in = (abs_of(axes.first(x, y) - Float<A>(box.center_1)) <= Float<A>(box.reach_1)) &
+                       (abs_of(axes.second(x, y) - Float<A>(box.center_2)) <= Float<A>(box.reach_2)) &
+                       Mask<A>::first(points.count - k);
+    inside += count_bits(in.bits());
+  }
+  return inside;
+}
+
+template <class A>
+RectangleFit fit_rectangle(const FitRectangleParams& params, const float* x_m, const float* y_m, int32_t count,
+                           float heading_ref_rad, float sensor_x_m, float sensor_y_m) noexcept {
+  if (count > kMostFitPoints)
+    return ref::fit_rectangle(params, x_m, y_m, count, heading_ref_rad, sensor_x_m, sensor_y_m);
+  FitPoints<A> points;
+  points.read(x_m, y_m, count);
+  return fit_rectangle_by({&points, &bound_points<A>, &sum_edges<A>, &count_inside<A>}, params, x_m, y_m, count,
+                          heading_ref_rad, sensor_x_m, sensor_y_m);
+}
+
+}  // namespace overtake::simd

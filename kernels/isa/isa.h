@@ -1,0 +1,14 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The tables that isa/kernels_<isa>.cpp define. Which of them are in this build, kernels/CMakeLists.txt says with
+// OVT_ISA_<name>.
+#pragma once
+
+#include "kernels/kernel_table.h"
+
+namespace overtake {
+
+extern const KernelTable kKernelsSse2, kKernelsAvx2, kKernelsAvx512, kKernelsNeon64;
+
+}  // namespace overtake

@@ -1,0 +1,158 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Stage 1a: points to spherical coordinates, without branches. The arithmetic of two atan2 sets the pace; the dividers
+// (two divisions, two roots) hide behind it. Blocks of points alternate with the sums of their layers, which need other
+// registers and find the block in L1.
+//
+// Sums per layer: points come line by line, or two heads' lines interleaved, so most vectors hold the one or two layers
+// of the vector before: their sums stay in registers. What does not fit (the ends of lines, firing order, any order) is
+// added in memory point by point. Sums of integers: the two ways may alternate.
+#pragma once
+
+#include <limits>
+
+#include "core/math.h"
+#include "kernels/project_points.h"
+#include "kernels/simd.h"
+
+namespace overtake::simd {
+
+OVT_INLINE void add_to_layer(LayerSums& sums, int32_t layer, int32_t count, int64_t elevation) {
+  if (sums.point_count[layer] == 0) sums.touched[sums.touched_count++] = layer;
+  sums.point_count[layer] += count;
+  sums.elevation_sum[layer] += elevation;
+}
+
+// The sums of one layer on the way.
+template <class A>
+struct LayerRun {
+  Int<A> layer{kNoLayer}, count{0}, sum{0};
+
+  OVT_INLINE void add(Mask<A> in, Int<A> units) {
+    count = count + select(in, Int<A>(1), Int<A>(0));
+    sum = sum + select(in, units, Int<A>(0));
+  }
+  // Moves on to another layer.
+  OVT_INLINE void turn_to(int32_t next, LayerSums& sums) {
+    int32_t counts[kSize<A>], lanes[kSize<A>];
+    count.store(counts);
+    sum.store(lanes);
+    int64_t total = 0;
+    int32_t points = 0;
+    for (int32_t i = 0; i < kSize<A>; ++i) points += counts[i], total += lanes[i];
+    if (points > 0) {
+      layer.store(lanes);
+      add_to_layer(sums, lanes[0], points, total);
+    }
+    layer = Int<A>(next);
+    count = sum = Int<A>(0);
+  }
+};
+
+// An elevation is at most pi/2 2^24 units: the lanes of a run hold 80 of them. Whole blocks share the runs' registers.
+inline constexpr int32_t kProjectVectors = 64;
+
+template <class A>
+OVT_INLINE void sum_layers(const ScanTable& scan, const PointTable& points, int32_t begin, int32_t end,
+                           LayerSums& sums_out) {
+  const int32_t* layers = scan.layer;
+  const float* elevations = points.elevation_rad;
+  const int32_t* columns = points.column;
+  LayerSums sums = sums_out;
+  LayerRun<A> a, b;
+  int32_t layer_a = kNoLayer, layer_b = kNoLayer;
+  for (int32_t i = begin; i < end; i += kSize<A>) {
+    const Int<A> layer = Int<A>::load(layers + i);
+    const Mask<A> valid = (Int<A>::load(columns + i) > Int<A>(-1)) & Mask<A>::first(end - i);
+    const Int<A> units = to_int(Float<A>::load(elevations + i) * Float<A>(kElevationUnit));
+    const Mask<A> in_a = valid & (layer == a.layer), in_b = valid & ~in_a & (layer == b.layer);   // a and b may be one
+    if (!(valid & ~(in_a | in_b)).any()) {
+      a.add(in_a, units);
+      b.add(in_b, units);
+      continue;
+    }
+    int32_t unit[kSize<A>];
+    units.store(unit);
+    if (valid.bits() == Mask<A>(true).bits()) {
+      for (int32_t l = 0; l < kSize<A>; ++l) add_to_layer(sums, layers[i + l], 1, unit[l]);
+    } else {
+      for (uint32_t bits = valid.bits(); bits != 0; bits &= bits - 1) {
+        const int32_t l = lowest_bit(bits);
+        add_to_layer(sums, layers[i + l], 1, unit[l]);
+      }
+    }
+    // The last two points are the best guess at what comes, unless every vector brings other layers.
+    const int32_t last = layers[i + kSize<A> - 1], before = layers[i + kSize<A> - 2];
+    const int32_t mid = layers[i + kSize<A> - 3];
+    if (mid != last && mid != before) continue;
+    const bool swap = last == layer_a || before == layer_b;
+    const int32_t next_a = swap ? last : before, next_b = swap ? before : last;
+    if (next_a != layer_a) a.turn_to(layer_a = next_a, sums);
+    if (next_b != layer_b) b.turn_to(layer_b = next_b, sums);
+  }
+  a.turn_to(kNoLayer, sums);
+  b.turn_to(kNoLayer, sums);
+  sums_out.touched_count = sums.touched_count;
+}
+
+template <class A>
+OVT_INLINE Float<A> zero_if_tiny(Float<A> v) {
+  return select(abs_of(v) < Float<A>(1e-12f), Float<A>(0.0f), v);
+}
+
+template <class A>
+void project_points(const SensorModel& sensor, const ScanTable& scan, PointTable& points, LayerSums& sums) noexcept {
+  OVT_CHECK(scan.count <= points.capacity);
+  const int32_t count = points.count = scan.count;
+  sums.touched_count = 0;
+  constexpr float kFarthest_m = 1e18f;   // as the twin
+  const Float<A> zero(0.0f), turn(kTwoPiF), largest(std::numeric_limits<float>::max());
+  const Float<A> nearest(sensor.range_min_m);
+  const Float<A> farthest(sensor.range_max_m < kFarthest_m ? sensor.range_max_m : kFarthest_m);
+  const Float<A> left(sensor.azimuth_left_rad), inverse_pitch(sensor.inverse_pitch), cols(float(sensor.cols));
+  const Int<A> layer_below((sensor.layer_first > 0 ? sensor.layer_first : 0) - 1), layer_last(sensor.layer_last);
+  const Int<A> outside(sensor.wraps ? 0 : -1);
+  const auto is = [](Reason reason) __attribute__((always_inline)) { return Int<A>(int32_t(reason)); };
+  const float *x_m = scan.x_m, *y_m = scan.y_m, *z_m = scan.z_m;
+  const int32_t* layers = scan.layer;
+  float *range_m = points.range_m, *elevation_rad = points.elevation_rad;
+  int32_t* columns = points.column;
+  uint8_t* reasons = points.reason;
+
+  for (int32_t begin = 0; begin < count; begin += kProjectVectors * kSize<A>) {
+    const int32_t end = begin + kProjectVectors * kSize<A> < count ? begin + kProjectVectors * kSize<A> : count;
+    for (int32_t i = begin; i < end; i += kSize<A>) {
+      Float<A> x = Float<A>::load(x_m + i), y = Float<A>::load(y_m + i), z = Float<A>::load(z_m + i);
+      const Mask<A> finite = (abs_of(x) <= largest) & (abs_of(y) <= largest) & (abs_of(z) <= largest);
+      x = zero_if_tiny(x);
+      y = zero_if_tiny(y);
+      z = zero_if_tiny(z);
+      const Float<A> coordinate = max_of(max_of(abs_of(x), abs_of(y)), abs_of(z));
+      const Float<A> level = x * x + y * y;
+      const Float<A> range = sqrt_of(level + z * z);
+      const Float<A> elevation = atan2_of(z, sqrt_of(level));
+      // Columns from the left edge: see the twin.
+      const Float<A> d = left - atan2_of(y, x);
+      const Float<A> position = select(d < zero, d + turn, select(d >= turn, d - turn, d)) * inverse_pitch;
+      const Int<A> column = select((position >= zero) & (position < cols), to_int(position), outside);
+
+      // The first reason that holds, so they are asked in reverse.
+      const Int<A> layer = Int<A>::load(layers + i);
+      Int<A> reason = select(column < Int<A>(0), is(Reason::kOutsideAzimuth), is(Reason::kLabelled));
+      reason = select((layer > layer_below) & ~(layer > layer_last), reason, is(Reason::kBadLayer));
+      reason = select((coordinate <= farthest) & ~(range < nearest) & (range <= farthest), reason, is(Reason::kRangeLimit));
+      reason = select(coordinate == zero, is(Reason::kZeroRange), reason);
+      reason = select(finite, reason, is(Reason::kNotFinite));
+      const Mask<A> valid = reason == is(Reason::kLabelled);
+
+      keep(valid, range).store(range_m + i);
+      keep(valid, elevation).store(elevation_rad + i);
+      select(valid, column, Int<A>(-1)).store(columns + i);
+      store_bytes(reason, reasons + i);
+    }
+    sum_layers<A>(scan, points, begin, end, sums);
+  }
+}
+
+}  // namespace overtake::simd

@@ -1,0 +1,95 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Stage 1c: points to pixels, in three steps.
+//
+//   1  pixel of each point, kSize at a time; every point claims its pixel, so the last one holds it
+//   2  the points that do not hold theirs (a few in a hundred) against whoever does
+//   3  range and elevation of the winners: gathered in tiles of kSize columns and all rows, whose points lie together
+//      whether they came line by line or column by column
+//
+// Which of two points wins is a total order (brightness, nearness, input order), so the order of asking does not matter.
+// Asking while claiming lost by far (50 us instead of 13): neighbours often share a pixel, and the processor has to
+// restart a load that ran ahead of the store it depends on. A point without a pixel claims the lead of row 0 (plane.h).
+#pragma once
+
+#include "core/math.h"
+#include "kernels/scatter_points.h"
+#include "kernels/simd.h"
+
+namespace overtake::simd {
+
+// The brightest is the least likely dust; then the nearest; then whoever was there.
+OVT_INLINE void challenge_winner(const float* intensity, const float* range_m, int32_t i, int32_t* winner) {
+  const int32_t other = *winner;
+  const float light = intensity[i], other_light = intensity[other], near = range_m[i], other_near = range_m[other];
+  const bool first = (near < other_near) | ((near == other_near) & (i < other));
+  *winner = (light > other_light) | ((light == other_light) & first) ? i : other;
+}
+
+template <class A>
+void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTable& points,
+                    RangeImages& images) noexcept {
+  const Plane<int32_t> winner = images.pixel_point;
+  for (int32_t r = 0; r < winner.rows; ++r)
+    for (int32_t c = 0; c < winner.cols; c += kSize<A>) Int<A>(kNoPoint).store(winner.row(r) + c);
+
+  const int32_t count = points.count, *layers = scan.layer, *columns = points.column;
+  const float *intensity = scan.intensity, *range_m = points.range_m, *elevation_rad = points.elevation_rad;
+  int32_t *pixels = points.pixel, *winners = winner.data;
+  uint8_t* reasons = points.reason;
+  const Int<A> none(-1), stride(winner.stride);
+  Int<A> layer_a(kNoLayer), layer_b(kNoLayer), row_a(-1), row_b(-1);
+  // Pixels of a block, then its claims: scattered stores in flight hold up wide loads that share their low address bits.
+  constexpr int32_t kBlock = 512;
+  for (int32_t i = 0, claimed = 0; i < count; i += kSize<A>) {
+    const Int<A> reason = load_bytes<A>(reasons + i);
+    const Mask<A> valid = (reason == Int<A>(int32_t(Reason::kLabelled))) & Mask<A>::first(count - i);
+    const Int<A> layer = select(valid, Int<A>::load(layers + i), Int<A>(0));
+    // Mostly the layers of one line, or of two heads' lines interleaved.
+    if ((valid & ~((layer == layer_a) | (layer == layer_b))).any()) {
+      const int32_t last = count - i < kSize<A> ? count - 1 : i + kSize<A> - 1, before = last > 0 ? last - 1 : last;
+      layer_a = Int<A>(layers[last]), layer_b = Int<A>(layers[before]);
+      row_a = Int<A>(layers[last] < 0 ? -1 : row_of_layer[layers[last]]);
+      row_b = Int<A>(layers[before] < 0 ? -1 : row_of_layer[layers[before]]);
+    }
+    Int<A> row = select(layer == layer_a, row_a, row_b);
+    if ((valid & ~((layer == layer_a) | (layer == layer_b))).any()) row = gather(row_of_layer, layer);
+    row = select(valid, row, none);
+    const Mask<A> dropped = valid & (row < Int<A>(0));
+    if (dropped.any())
+      store_bytes(select(dropped, Int<A>(int32_t(Reason::kLayerDropped)), reason), reasons + i);
+    const Int<A> pixel = select(row < Int<A>(0), none, row * stride + Int<A>::load(columns + i));
+    pixel.store(pixels + i);
+
+    const int32_t end = i + kSize<A> < count ? i + kSize<A> : count;
+    if (end % kBlock == 0 || end == count)
+      for (; claimed < end; ++claimed) winners[pixels[claimed]] = claimed;
+  }
+
+  for (int32_t i = 0; i < count; i += kSize<A>) {
+    const Int<A> pixel = Int<A>::load(pixels + i);
+    const Mask<A> lost = (pixel > none) & ~(gather(winners, pixel) == Int<A>::count_from(i)) & Mask<A>::first(count - i);
+    for (uint32_t bits = lost.bits(); bits != 0; bits &= bits - 1) {
+      const int32_t l = i + lowest_bit(bits);
+      challenge_winner(intensity, range_m, l, winners + pixels[l]);
+    }
+  }
+
+  const Float<A> no_return(kNoReturn), level(0.0f);
+  for (int32_t c = 0; c < winner.cols; c += kSize<A>)
+    for (int32_t r = 0; r < winner.rows; ++r) {
+      const Int<A> point = Int<A>::load(winner.row(r) + c);
+      const Mask<A> has = (point > none) & Mask<A>::first(winner.cols - c);
+      Float<A> range = no_return, elevation = level;
+      if (has.any()) {
+        const Int<A> at = select(has, point, Int<A>(0));
+        range = select(has, gather(range_m, at), no_return);
+        elevation = select(has, gather(elevation_rad, at), level);
+      }
+      range.store(images.range_m.row(r) + c);
+      elevation.store(images.elevation_rad.row(r) + c);
+    }
+}
+
+}  // namespace overtake::simd
