@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <limits>
 
 #include "core/math.h"
@@ -37,6 +38,25 @@ double ego_variance(const EgoState& ego) noexcept {
   const double age = double(ego.age_ns) * 1e-9;
   const double sigma = 0.5 * kMaxAcceleration * age * age;
   return sigma * sigma;
+}
+
+// Nearly every point is labelled (0), so eight at once mostly are: a plain histogram cost a sixth of the segmentation.
+void count_reasons(const PointTable& points, int32_t* count) noexcept {
+  static_assert(int32_t(Reason::kLabelled) == 0);
+  int32_t i = 0, without = 0;
+  const auto add = [&](uint8_t reason) {
+    if (reason == 0) return;
+    ++count[reason];
+    ++without;
+  };
+  for (; i + 8 <= points.count; i += 8) {
+    uint64_t eight;
+    std::memcpy(&eight, points.reason + i, sizeof eight);
+    if (eight == 0) continue;
+    for (int32_t k = 0; k < 8; ++k) add(points.reason[i + k]);
+  }
+  for (; i < points.count; ++i) add(points.reason[i]);
+  count[0] += points.count - without;
 }
 
 }  // namespace
@@ -78,7 +98,7 @@ void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part)
   part.cluster_overflow =
       k.build_clusters(model.T_vehicle_sensor, part.scan, part.points, part.label_count, part.clusters,
                        part.cluster_points, part.row_of_label, part.cursor, part.order);
-  for (int32_t i = 0; i < part.points.count; ++i) ++part.reason_count[part.points.reason[i]];
+  count_reasons(part.points, part.reason_count);
   clock.lap(OVT_STAGE_CLUSTERS);
   clock.total(OVT_STAGE_SEGMENT);
 }

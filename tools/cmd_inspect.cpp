@@ -143,7 +143,8 @@ void print_summary(const Options& options, const io::SensorScan& scan, const ovt
   for (const auto& [reason, count] : counts)
     if (reason > 0) std::printf("  %lld without a label: %s\n", static_cast<long long>(count), reasons[reason].c_str());
   std::printf(
-      "Written to %s: every image as .npy and .png, point_label.npy, point_reason.npy, reasons.json, config.toml\n",
+      "Written to %s: every image as .npy and .png, strip.png with four of them, point_label.npy,\n"
+      "point_reason.npy, reasons.json, config.toml\n",
       options.out.c_str());
 }
 
@@ -182,6 +183,10 @@ int inspect_command(const Options& options) {
     return images[OVT_IMAGE_RANGE];
   };
   for (const auto& [id, image] : images) write_image(options.out, image, returns_of(id));
+  std::vector<io::Picture> strip;   // the way of one scan at a glance
+  for (int32_t id : {OVT_IMAGE_RANGE, OVT_IMAGE_ANGLE_SMOOTH, OVT_IMAGE_RANGE_REPAIRED, OVT_IMAGE_LABELS})
+    strip.push_back(draw_image(images[id], returns_of(id)));
+  io::write_png(options.out + "/strip.png", stack_pictures(strip));
 
   ovt_labels labels;
   check(ovt_read_labels(reader, sensor, &labels), "labels");

@@ -148,4 +148,20 @@ io::Picture draw_top_view(const float* x_m, const float* y_m, const std::vector<
   return picture;
 }
 
+io::Picture stack_pictures(const std::vector<io::Picture>& pictures) {
+  int32_t width = 0, height = 0;
+  for (const io::Picture& picture : pictures) {
+    width = std::max(width, picture.width);
+    height += picture.height;
+  }
+  io::Picture out(width, height);
+  int32_t top = 0;
+  for (const io::Picture& picture : pictures) {
+    for (int32_t y = 0; y < picture.height; ++y)
+      std::copy_n(picture.pixels.begin() + std::ptrdiff_t(y) * picture.width, picture.width, &out.at(0, top + y));
+    top += picture.height;
+  }
+  return out;
+}
+
 }  // namespace overtake::cli

@@ -24,6 +24,9 @@ struct DenseImage {
 // `returns` is the range image (0: no return): what lies outside of it is drawn black in the images that need it.
 io::Picture draw_image(const DenseImage& image, const DenseImage& returns);
 
+// One below the other, left-aligned.
+io::Picture stack_pictures(const std::vector<io::Picture>& pictures);
+
 // From above, x up, y left, all points within reach_m of the sensor along both axes. Later points lie on top.
 io::Picture draw_top_view(const float* x_m, const float* y_m, const std::vector<io::Rgb>& colors, double reach_m,
                           const std::string& caption);
