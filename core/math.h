@@ -6,8 +6,8 @@
 // path: they differ between C libraries and CPUs. Build with -ffp-contract=off.
 //
 // The float forms are templates on a value type V: float here, a vector in the SIMD kernels, so that twin and vector
-// form are one source. V needs a constructor from float, + - * /, < and >, and the free functions select, abs_of, min_of,
-// max_of. For float they are below; for a vector type they belong into that type's own namespace, where
+// form are one source. V needs a constructor from float, + - * /, < and >, and the free functions select, abs_of,
+// min_of, max_of. For float they are below; for a vector type they belong into that type's own namespace, where
 // argument-dependent lookup finds them at the point of use. There is no branch on data and no unary minus (0 - v gives
 // +0 on every ISA). Arguments are finite; a NaN gives some value, never a trap of ours.
 //
@@ -30,8 +30,8 @@ inline constexpr float kPiF = 3.14159265358979323846f;   // 8.7e-8 above pi
 inline constexpr float kHalfPiF = 1.57079632679489661923f;
 inline constexpr float kTwoPiF = 6.28318530717958647693f;
 
-// What a value type V brings along, for V = float. Built-ins, not std::fabs: an inline function of the library, left out
-// of line in a file built for AVX, could be linked into code for every CPU.
+// What a value type V brings along, for V = float. Built-ins, not std::fabs: an inline function of the library, left
+// out of line in a file built for AVX, could be linked into code for every CPU.
 OVT_INLINE float select(bool mask, float yes, float no) { return mask ? yes : no; }
 OVT_INLINE float abs_of(float v) { return __builtin_fabsf(v); }
 OVT_INLINE float min_of(float a, float b) { return a < b ? a : b; }
@@ -42,47 +42,66 @@ OVT_INLINE double sqrt_f64(double v) { return __builtin_sqrt(v); }
 
 // ---- float, scalar and vector ---------------------------------------------------------------------------------------
 
-// atan t for t in [0, 1] as t + t^3 P(t^2), P by Remez in relative error (2.6e-9).
+// atan t for t in [0, 1] as t + t^3 P(t^2), P by Remez in relative error (1.1e-7; two terms more would give 2.6e-9).
 template <class V>
 OVT_INLINE V atan_of_octant(V t) {
   const V z = t * t;
-  V p(-0.00179362297f);
-  p = p * z + V(0.0109146116f);
-  p = p * z + V(-0.031177856f);
-  p = p * z + V(0.0579576045f);
-  p = p * z + V(-0.08403451f);
-  p = p * z + V(0.109521858f);
-  p = p * z + V(-0.142642424f);
-  p = p * z + V(0.199985489f);
-  p = p * z + V(-0.333332986f);
+  V p(-0.00482305931f);
+  p = p * z + V(0.0247360021f);
+  p = p * z + V(-0.06020597f);
+  p = p * z + V(0.0996868163f);
+  p = p * z + V(-0.140414074f);
+  p = p * z + V(0.199742287f);
+  p = p * z + V(-0.333323926f);
   return t + t * (z * p);
 }
 
-// Angle of (x, y) in [-pi, pi], error <= 1.6 ulp for all finite arguments. (0, 0) gives 0. The sign of y counts through
-// y < 0 only, so -0.0 is 0.0: atan2(-0, -1) = +pi, and a result of zero is +0. The octant adds 0, pi/2 or pi.
+// Angle of (x, y) for x >= 0 and y >= 0, of which the longer is known. In a difference from pi/2 or pi goes what the
+// constant lacks below float's last place.
+template <class V>
+OVT_INLINE V angle_in_quarter(V y, V x, V longer) {
+  const V angle = atan_of_octant(min_of(x, y) / longer);
+  return select(y > x, V(kHalfPiF) - (angle + V(kHalfPiF * 2.78275199e-8f)), angle);
+}
+
+// Angle of (x, y) in [-pi, pi] from |x|, |y| and the longer of these, which is above 0.
+template <class V>
+OVT_INLINE V angle_all_round(V y, V x, V abs_y, V abs_x, V longer) {
+  const V zero(0.0f);
+  const V angle = angle_in_quarter(abs_y, abs_x, longer);
+  const V turned = select(x < zero, V(kPiF) - (angle + V(kPiF * 2.78275199e-8f)), angle);
+  return select(y < zero, zero - turned, turned);
+}
+
+// Angle of (x, y) in [-pi, pi], error <= 3.5 ulp for all finite arguments. (0, 0) gives 0. The sign of y counts through
+// y < 0 only, so -0.0 is 0.0: atan2(-0, -1) = +pi, and a result of zero is +0.
 template <class V>
 OVT_INLINE V atan2_of(V y, V x) {
-  const V zero(0.0f);
-  const V ax = abs_of(x), ay = abs_of(y);
-  const V longer = max_of(ax, ay), shorter = min_of(ax, ay);
-  V angle = atan_of_octant(shorter / select(longer > zero, longer, V(1.0f)));
-  // steep: pi/2 - a; backwards: pi - a; both: pi/2 + a.
-  const auto steep = ay > ax;
-  const auto backwards = x < zero;
-  angle = select(steep, zero - angle, angle);
-  angle = select(backwards, zero - angle, angle);
-  const V base = select(steep, V(kHalfPiF), select(backwards, V(kPiF), zero));
-  angle = base + (angle + base * V(-2.78275199e-8f));   // what pi has below float's last place
-  return select(y < zero, zero - angle, angle);
+  const V abs_x = abs_of(x), abs_y = abs_of(y);
+  const V longer = max_of(abs_x, abs_y);
+  return angle_all_round(y, x, abs_y, abs_x, select(longer > V(0.0f), longer, V(1.0f)));
 }
 
 // The same bytes for x >= 0 and y >= 0, by fewer operations.
 template <class V>
 OVT_INLINE V atan2_quarter_of(V y, V x) {
-  const V zero(0.0f);
-  const V longer = max_of(x, y), shorter = min_of(x, y);
-  const V angle = atan_of_octant(shorter / select(longer > zero, longer, V(1.0f)));
-  return select(y > x, V(kHalfPiF) - (angle - V(kHalfPiF * -2.78275199e-8f)), angle);
+  const V longer = max_of(x, y);
+  return angle_in_quarter(y, x, select(longer > V(0.0f), longer, V(1.0f)));
+}
+
+// The same bytes for coordinates of 0 or at least `least` > 0 in size.
+template <class V>
+OVT_INLINE V atan2_of(V y, V x, float least) {
+  const V abs_x = abs_of(x), abs_y = abs_of(y);
+  return angle_all_round(y, x, abs_y, abs_x, max_of(max_of(abs_x, abs_y), V(least)));
+}
+
+// The same bytes for x >= 0, but not for (0, 0), which gives anything.
+template <class V>
+OVT_INLINE V atan2_half_of(V y, V x) {
+  const V zero(0.0f), abs_y = abs_of(y);
+  const V angle = angle_in_quarter(abs_y, x, max_of(x, abs_y));
+  return select(y < zero, zero - angle, angle);
 }
 
 // The integer nearest to v (ties to even), |v| < 2^22: adding 1.5 * 2^23 leaves no room for a fraction.

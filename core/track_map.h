@@ -51,8 +51,8 @@ OVT_INLINE SegmentFoot find_foot(double ax, double ay, double bx, double by, dou
 class TrackMap {
  public:
   // Columns of `count` points. banking may be null. A closed line's last point may repeat its first (as files do); it
-  // is left out then. Fails (false, `error` set to a static sentence, nothing changed) on fewer than 3 points, a missing
-  // column, non-finite or far too large values, coincident neighbours (closer than 1e-6 m), negative widths.
+  // is left out then. Fails (false, `error` set to a static sentence, nothing changed) on fewer than 3 points, a
+  // missing column, non-finite or far too large values, coincident neighbours (closer than 1e-6 m), negative widths.
   bool build(const double* x_m, const double* y_m, const double* width_left_m, const double* width_right_m,
              const double* banking_rad, int32_t count, bool closed, const char** error);
   // Centre line and widths from two bounds of any point counts, each in driving direction. The bound with more points

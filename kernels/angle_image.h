@@ -17,8 +17,8 @@ struct AngleImageParams {
   float skip_elevation_rad = 0.000872664626f;   // 0.05 deg
 };
 namespace ref {
-void angle_image(const AngleImageParams& params, Plane<const float> range_filled_m, Plane<const float> elevation_filled_rad,
-                 Plane<float> angle_rad) noexcept;
+void angle_image(const AngleImageParams& params, Plane<const float> range_filled_m,
+                 Plane<const float> elevation_filled_rad, Plane<float> angle_rad) noexcept;
 }
 
 }  // namespace overtake

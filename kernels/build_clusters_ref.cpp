@@ -33,21 +33,6 @@ void count_points(const ScanTable& scan, const PointTable& points, int32_t label
   }
 }
 
-// The labels that get a row, in label order, into order. Returns how many carry points at all.
-int32_t choose_labels(int32_t label_count, int32_t capacity, const int32_t* point_count, const int32_t* nearest_bits,
-                      int32_t* order) {
-  int32_t found = 0;
-  for (int32_t label = 1; label <= label_count; ++label)
-    if (point_count[label] > 0) order[found++] = label;
-  if (found <= capacity) return found;
-  // No two labels compare equal, so any sort gives this one order.
-  std::sort(order, order + found, [&](int32_t a, int32_t b) {
-    return nearest_bits[a] != nearest_bits[b] ? nearest_bits[a] < nearest_bits[b] : a < b;
-  });
-  std::sort(order, order + capacity);
-  return found;
-}
-
 // Bounds and sums of one row from its span of points.
 void sum_up(const ScanTable& scan, const PointTable& points, const ClusterPointTable& cluster_points,
             ClusterTable& clusters, int32_t row) {
@@ -80,6 +65,20 @@ void sum_up(const ScanTable& scan, const PointTable& points, const ClusterPointT
 }
 
 }  // namespace
+
+int32_t choose_labels(int32_t label_count, int32_t capacity, const int32_t* point_count, const int32_t* nearest_bits,
+                      int32_t* order) noexcept {
+  int32_t found = 0;
+  for (int32_t label = 1; label <= label_count; ++label)
+    if (point_count[label] > 0) order[found++] = label;
+  if (found <= capacity) return found;
+  // No two labels compare equal, so any sort gives this one order.
+  std::sort(order, order + found, [&](int32_t a, int32_t b) {
+    return nearest_bits[a] != nearest_bits[b] ? nearest_bits[a] < nearest_bits[b] : a < b;
+  });
+  std::sort(order, order + capacity);
+  return found;
+}
 
 int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan, const PointTable& points,
                        int32_t label_count, ClusterTable& clusters, ClusterPointTable& cluster_points,

@@ -5,8 +5,6 @@
 // equal labels within a vector, because a counter per point waits for the point before. Then all points are taken to the
 // vehicle frame in one sweep, cluster borders or not, and each cluster is summed up: the many of a few points (two in
 // three have one) as scalars, the others in vectors, both in the shape of core/reduce.h.
-//
-// With more clusters than rows, which is rare, the twin does it all.
 #pragma once
 
 #include <limits>
@@ -169,22 +167,32 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
   });
   int32_t found = 0;
   for (int32_t label = 1; label <= label_count; ++label) found += cursor[label] > 0;
-  if (found > clusters.capacity)
-    return ref::build_clusters(T_vehicle_sensor, scan, points, label_count, clusters, cluster_points, row_of_label,
-                               cursor, order);
+  const bool all_fit = found <= clusters.capacity;
+  if (!all_fit) {                                          // the nearest stay; until the rows are known, row_of_label holds
+    for (int32_t label = 0; label <= label_count; ++label) // the ranges' bits, which order as the ranges do
+      row_of_label[label] = std::numeric_limits<int32_t>::max();
+    for_each_packed<A>(points.label, scan.count, [&](const int32_t* index, const int32_t* label, int32_t n) __attribute__((always_inline)) {
+      for (int32_t k = 0; k < n; ++k) {
+        int32_t bits;
+        __builtin_memcpy(&bits, points.range_m + index[k], sizeof bits);
+        int32_t& least = row_of_label[label[k]];
+        least = bits < least ? bits : least;
+      }
+    });
+  }
+  ref::choose_labels(label_count, clusters.capacity, cursor, row_of_label, order);
 
   // From here on, cursor is where the next point of a label goes.
-  clusters.count = found;
-  int32_t row = 0, begin = 0;
-  row_of_label[0] = -1;
-  for (int32_t label = 1; label <= label_count; ++label) {
-    const int32_t count = cursor[label];
-    cursor[label] = begin;
-    row_of_label[label] = count > 0 ? row : -1;
-    if (count == 0) continue;
+  clusters.count = all_fit ? found : clusters.capacity;
+  for (int32_t label = 0; label <= label_count; ++label) row_of_label[label] = -1;
+  int32_t begin = 0;
+  for (int32_t row = 0; row < clusters.count; ++row) {
+    const int32_t label = order[row], count = cursor[label];
+    row_of_label[label] = row;
     clusters.label[row] = label;
     clusters.point_begin[row] = begin;
-    clusters.point_count[row++] = count;
+    clusters.point_count[row] = count;
+    cursor[label] = begin;
     begin += count;
   }
   cluster_points.count = begin;
@@ -193,10 +201,12 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
   int32_t* point_out = cluster_points.point;
   for_each_packed<A>(points.label, scan.count, [&](int32_t* index, const int32_t* label, int32_t n) __attribute__((always_inline)) {
     if constexpr (kSize<A> == 4) {
-      for (int32_t k = 0; k < n; ++k) point_out[cursor[label[k]]++] = index[k];
+      for (int32_t k = 0; k < n; ++k)
+        if (all_fit || row_of_label[label[k]] >= 0) point_out[cursor[label[k]]++] = index[k];
     } else {
       const Int<A> all = Int<A>::load(index);
       for_each_label<A>(label, n, [&](int32_t own, uint32_t same) __attribute__((always_inline)) {
+        if (!all_fit && row_of_label[own] < 0) return;
         int32_t packed[kSize<A>];
         store_packed(Mask<A>::from_bits(same), all, packed);
         const int32_t count = count_bits(same);
@@ -214,8 +224,8 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
     y.store(cluster_points.y_m + k);
     z.store(cluster_points.z_m + k);
   }
-  for (row = 0; row < found; ++row) sum_up_cluster<A>(scan, points, cluster_points, clusters, row);
-  return 0;
+  for (int32_t row = 0; row < clusters.count; ++row) sum_up_cluster<A>(scan, points, cluster_points, clusters, row);
+  return found - clusters.count;
 }
 
 }  // namespace overtake::simd

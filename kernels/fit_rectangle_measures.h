@@ -38,15 +38,28 @@ struct HeadingBox {
   float center_1, center_2, reach_1, reach_2;
 };
 
-// The sums behind the cost of one heading (Zhang 2017, algorithm 4): each point belongs to its closer edge (ties: an edge
-// along axis 2), d is its distance. Set 1 and set 2 hold what lies closer to an edge crossing axis 1 and axis 2.
+// The sums behind the cost of one heading (Zhang 2017, algorithm 4): each point belongs to its closer edge (ties: an
+// edge along axis 2), d is its distance. Set 1 and set 2 hold what lies closer to an edge crossing axis 1 and axis 2.
 struct EdgeSums {
   float count_1, sum_1, square_1, sum_2, square_2;
 };
 
+// Mean of the squares minus square of the mean; an empty set has none. Sound here, because the values are distances to an
+// edge that the points of the set lie along: they are small where it matters, near the minimum.
+template <class V>
+OVT_INLINE V variance_of(V count, V sum, V square_sum) {
+  const V zero(0.0f);
+  const auto any = count > zero;
+  const V n = select(any, count, V(1.0f));
+  const V mean = sum / n;
+  return select(any, max_of(square_sum / n - mean * mean, zero), zero);
+}
+
 // `points` is the implementation's own; each is called once or more per heading.
 struct RectangleMeasures {
   const void* points;
+  // The cost of every whole degree, [kDegreesPadded] (the padding may hold anything).
+  void (*cost_degrees)(const void* points, float* cost) noexcept;
   HeadingBounds (*bound)(const void* points, HeadingAxes axes) noexcept;
   EdgeSums (*sum_edges)(const void* points, HeadingAxes axes) noexcept;
   int32_t (*count_inside)(const void* points, HeadingAxes axes, HeadingBox box) noexcept;

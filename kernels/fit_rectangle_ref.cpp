@@ -65,6 +65,18 @@ EdgeSums sum_edges(const void* context, HeadingAxes axes) noexcept {
   return {lane_sum(count_1), lane_sum(sum_1), lane_sum(square_1), lane_sum(sum_2), lane_sum(square_2)};
 }
 
+// Variance of the distances in either set, added.
+float edge_variance(const EdgeSums& e, int32_t count) {
+  return variance_of(e.count_1, e.sum_1, e.square_1) + variance_of(float(count) - e.count_1, e.sum_2, e.square_2);
+}
+
+void cost_degrees(const void* context, float* cost) noexcept {
+  for (int32_t degree = 0; degree < kDegreeCount; ++degree) {
+    const HeadingAxes axes = {kHeadingGrid.degree_cos[degree], kHeadingGrid.degree_sin[degree]};
+    cost[degree] = edge_variance(sum_edges(context, axes), static_cast<const Points*>(context)->count);
+  }
+}
+
 int32_t count_inside(const void* context, HeadingAxes axes, HeadingBox box) noexcept {
   const Points& points = *static_cast<const Points*>(context);
   int32_t inside = 0;
@@ -78,32 +90,18 @@ int32_t count_inside(const void* context, HeadingAxes axes, HeadingBox box) noex
 
 // ---- what is made of them -------------------------------------------------------------------------------------------
 
-// Mean of the squares minus square of the mean. Sound here, because the values are distances to an edge that the points
-// of the set lie along: they are small where it matters, near the minimum.
-float variance(float count, float sum, float square_sum) {
-  if (!(count > 0.0f)) return 0.0f;
-  const float mean = sum / count;
-  return max_of(square_sum / count - mean * mean, 0.0f);
-}
-
-// Variance of the distances in either set, added.
-float edge_variance(const RectangleMeasures& measures, int32_t count, HeadingAxes axes) {
-  const EdgeSums e = measures.sum_edges(measures.points, axes);
-  return variance(e.count_1, e.sum_1, e.square_1) + variance(float(count) - e.count_1, e.sum_2, e.square_2);
-}
-
 // Index into the heading grid of the least cost: 1 deg steps (ties: the smaller angle), then 1/2, 1/4, 1/8 and 1/16 deg
 // to either side, taken only where the cost gets less (of two equal sides the lower).
 int32_t find_heading(const RectangleMeasures& measures, int32_t count) {
   const auto cost = [&](int32_t i) {
-    return edge_variance(measures, count, {kHeadingGrid.cos[i], kHeadingGrid.sin[i]});
+    return edge_variance(measures.sum_edges(measures.points, {kHeadingGrid.cos[i], kHeadingGrid.sin[i]}), count);
   };
+  float cost_of_degree[kDegreesPadded];
+  measures.cost_degrees(measures.points, cost_of_degree);
   int32_t best = 0;
   float best_cost = kInfinity;
-  for (int32_t i = 0; i < kHeadingCount; i += kHeadingsPerDegree) {
-    const float at = cost(i);
-    if (at < best_cost) best = i, best_cost = at;
-  }
+  for (int32_t degree = 0; degree < kDegreeCount; ++degree)
+    if (cost_of_degree[degree] < best_cost) best = degree * kHeadingsPerDegree, best_cost = cost_of_degree[degree];
   for (int32_t step = kHeadingsPerDegree / 2; step > 0; step /= 2) {
     const int32_t below = (best + kHeadingCount - step) % kHeadingCount, above = (best + step) % kHeadingCount;
     const float at_below = cost(below), at_above = cost(above);
@@ -213,7 +211,7 @@ RectangleFit fit_rectangle_by(const RectangleMeasures& measures, const FitRectan
 RectangleFit ref::fit_rectangle(const FitRectangleParams& params, const float* x_m, const float* y_m, int32_t count,
                                 float heading_ref_rad, float sensor_x_m, float sensor_y_m) noexcept {
   const Points points{x_m, y_m, count};
-  return fit_rectangle_by({&points, &bound, &sum_edges, &count_inside}, params, x_m, y_m, count, heading_ref_rad,
+  return fit_rectangle_by({&points, &cost_degrees, &bound, &sum_edges, &count_inside}, params, x_m, y_m, count, heading_ref_rad,
                           sensor_x_m, sensor_y_m);
 }
 

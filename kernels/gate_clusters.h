@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 9, first half: clusters that can be a vehicle by size. (The map gate is in pipeline/stages: it needs the ego pose.)
+// Stage 9, first half: clusters that can be a vehicle by size. (The map gate needs the ego pose: pipeline/stages.)
 #pragma once
 
 #include "core/cluster_table.h"

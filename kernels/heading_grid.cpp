@@ -11,6 +11,10 @@ HeadingGrid::HeadingGrid() noexcept {
     sin[i] = float(s);
     cos[i] = float(c);
   }
+  for (int32_t d = 0; d < kDegreesPadded; ++d) {
+    degree_cos[d] = d < kDegreeCount ? cos[d * kHeadingsPerDegree] : 0.0f;
+    degree_sin[d] = d < kDegreeCount ? sin[d * kHeadingsPerDegree] : 0.0f;
+  }
 }
 
 const HeadingGrid kHeadingGrid;

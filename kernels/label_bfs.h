@@ -8,9 +8,9 @@
 
 namespace overtake {
 
-// Breadth-first search over the links. Clusters are numbered 1, 2, ... by their first pixel in row-major order, whatever
-// algorithm finds them.
-//   reads    nonground_repaired link_right link_down; range_filled_m (a pixel with range that is in no cluster is ground)
+// Breadth-first search over the links. Clusters are numbered 1, 2, ... by their first pixel in row-major order,
+// whatever algorithm finds them.
+//   reads    nonground_repaired link_right link_down; range_filled_m (a pixel with range and in no cluster is ground)
 //   writes   labels, every pixel: kLabelNone, kLabelGround, 1, 2, ...
 //   returns  the number of clusters               scratch  queue[rows * cols]
 //   cost     every link once                      agrees  exactly on every ISA

@@ -28,7 +28,8 @@ struct PointFields {
 // Copies `count` points into columns, converting types.
 //   reads    fields[count]              writes  all columns of scan, scan.count
 //   values   subnormal coordinates become 0; NaN intensity becomes 0; a layer that is no integer in 0..65535 becomes
-//            kNoLayer; time saturates at +-2^31-1 ns, NaN becomes 0; NaN and infinite coordinates stay (project_points counts them)
+//            kNoLayer; time saturates at +-2^31-1 ns, NaN becomes 0; NaN and infinite coordinates stay
+//            (project_points counts them)
 //   cost     one pass                   agrees  exactly on every ISA
 namespace ref {
 void load_points(const PointFields& fields, int32_t count, ScanTable& scan) noexcept;

@@ -12,9 +12,9 @@ namespace overtake {
 //   reads    angle_smooth_rad; range_filled_m (which pixels exist); pixel_point (which hold a return of their own)
 //   writes   nonground, every word
 //   rules    a pixel without range is not non-ground; a pixel with a return of its own whose pair is undefined is
-//            non-ground, a filled one is not; the bottom is ground: in each column the last pixel that holds a return (below
-//            it there is nothing to judge by: the rim of what the own car hides would be obstacles all round), and the
-//            last row in use (row_count - 1) with all below it
+//            non-ground, a filled one is not; the bottom is ground: in each column the last pixel that holds a return
+//            (below it there is nothing to judge by: the rim of what the own car hides would be obstacles all round),
+//            and the last row in use (row_count - 1) with all below it
 //   agrees   exactly on every ISA
 struct MarkGroundParams {
   float threshold_rad = 0.34906585f;            // th_gnd 20 deg

@@ -11,7 +11,8 @@
 
 namespace overtake {
 
-// What merging reads of one sensor of the frame. `present` false: no scan of it in this frame; only `sensor` is read then.
+// What merging reads of one sensor of the frame. `present` false: no scan of it in this frame; only `sensor` is read
+// then.
 struct SeamSide {
   bool present = false;
   const SensorModel* sensor = nullptr;
@@ -38,8 +39,8 @@ int32_t find_seams(const SensorModel* sensors, int32_t sensor_count, int32_t lef
 // frame) than distance_m to any of the first K columns of the other. Transitive (union-find), all sensors at once. A
 // point here is a pixel's winner that carries a cluster's label.
 //   reads    sides [sensor_count]       writes  members, merged
-//   order    members: sensor by sensor, label order. merged: by first member. With more than merged.capacity the nearest
-//            are kept (ties: earlier row); members of the others have merged = -1
+//   order    members: sensor by sensor, label order. merged: by first member. With more than merged.capacity the
+//            nearest are kept (ties: earlier row); members of the others have merged = -1
 //   returns  merged clusters that did not fit
 //   center   sums of the members in member order, divided by the count; stamp = mean of the points' stamps (integer,
 //            rounded toward minus infinity)

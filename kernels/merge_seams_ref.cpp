@@ -1,9 +1,12 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Merging across sensors: list the members, join them over the seams, number what came out, sum up.
+// Merging across sensors: list the members, join them over the seams, number what came out, copy, sum up. Almost all
+// clusters touch no seam: theirs are copied column by column, a run of neighbours at a time. Only what was joined goes
+// member by member.
 #include <algorithm>
 #include <bit>
+#include <cstring>
 #include <limits>
 
 #include "core/math.h"
@@ -27,21 +30,21 @@ void join(int32_t* parent, int32_t a, int32_t b) {
   parent[std::max(a, b)] = std::min(a, b);
 }
 
-// One member for each cluster, sensor by sensor. member_begin[s]: the member of sensor s's cluster 0.
+// One member for each cluster, sensor by sensor. member_begin[s]: the member of sensor s's cluster 0; the last entry
+// is the count.
 void list_members(const SeamSide* sides, int32_t sensor_count, MemberTable& members, int32_t* parent,
                   int32_t* member_begin) {
-  members.count = 0;
+  int32_t begin = 0;
   for (int32_t s = 0; s < sensor_count; ++s) {
-    member_begin[s] = members.count;
+    member_begin[s] = begin;
     const int32_t clusters = sides[s].present ? sides[s].clusters->count : 0;
-    OVT_CHECK(members.count + clusters <= members.capacity);
-    for (int32_t c = 0; c < clusters; ++c) {
-      const int32_t m = members.count++;
-      members.sensor[m] = s;
-      members.cluster[m] = c;
-      parent[m] = m;
-    }
+    OVT_CHECK(begin + clusters <= members.capacity);
+    for (int32_t c = 0; c < clusters; ++c) members.sensor[begin + c] = s;
+    for (int32_t c = 0; c < clusters; ++c) members.cluster[begin + c] = c;
+    for (int32_t c = 0; c < clusters; ++c) parent[begin + c] = begin + c;
+    begin += clusters;
   }
+  members.count = member_begin[sensor_count] = begin;
 }
 
 // The clusters' points in columns [first, last), in the vehicle frame, into side k of the scratch. Returns how many.
@@ -73,29 +76,39 @@ void join_over_seam(const MergeSeamsParams& params, const SeamSide* sides, const
   const int32_t right_count =
       collect_columns(sides[right], member_begin[right], 0, std::min(params.columns, right_cols), scratch, 1);
   const float limit = params.distance_m * params.distance_m;
-  for (int32_t a = 0; a < left_count; ++a)
+  const float *right_x = scratch.x_m[1], *right_y = scratch.y_m[1], *right_z = scratch.z_m[1];
+  for (int32_t a = 0; a < left_count; ++a) {
+    const float x = scratch.x_m[0][a], y = scratch.y_m[0][a], z = scratch.z_m[0][a];
+    const auto is_near = [&](int32_t b) {
+      const float dx = x - right_x[b], dy = y - right_y[b], dz = z - right_z[b];
+      return (dx * dx + dy * dy) + dz * dz < limit;
+    };
+    int32_t near = 0;  // without branches first: most points are near none
+    for (int32_t b = 0; b < right_count; ++b) near |= is_near(b);
+    if (near == 0) continue;
+    int32_t last = -1;  // most neighbours in a column are of one cluster
     for (int32_t b = 0; b < right_count; ++b) {
-      const float dx = scratch.x_m[0][a] - scratch.x_m[1][b];
-      const float dy = scratch.y_m[0][a] - scratch.y_m[1][b];
-      const float dz = scratch.z_m[0][a] - scratch.z_m[1][b];
-      if ((dx * dx + dy * dy) + dz * dz < limit) join(scratch.parent, scratch.member[0][a], scratch.member[1][b]);
+      const int32_t member = scratch.member[1][b];
+      if (member == last || !is_near(b)) continue;
+      join(scratch.parent, scratch.member[0][a], member);
+      last = member;
     }
+  }
 }
 
-// members.merged of every root: its row, or -1 when the table is full. Returns how many did not fit.
-int32_t number_rows(const SeamSide* sides, MemberTable& members, MergedTable& merged, SeamScratch& scratch) {
-  // Until then it holds the bits of the set's smallest range: ranges are not negative, so their bits order as they do.
-  int32_t found = 0;
+// The nearest `capacity` of the roots, in member order, into scratch.order.
+void choose_roots(const SeamSide* sides, MemberTable& members, int32_t capacity, SeamScratch& scratch) {
+  // Until the rows are known, members.merged holds the bits of the set's smallest range: ranges are not negative, so
+  // their bits order as they do.
   for (int32_t m = 0; m < members.count; ++m) {
     const float nearest = sides[members.sensor[m]].clusters->nearest_m[members.cluster[m]];
     const int32_t bits = std::bit_cast<int32_t>(nearest);
     const int32_t root = find_root(scratch.parent, m);
     members.merged[m] = bits;
     members.merged[root] = std::min(members.merged[root], bits);  // the root comes first
-    found += root == m;
   }
-  // The nearest roots, as a heap with the worst on top, so that more of them than rows need no more room. No two
-  // compare equal, so what remains does not depend on how the heap moves them.
+  // A heap with the worst on top, so that more roots than rows need no more room. No two compare equal, so what remains
+  // does not depend on how the heap moves them.
   const auto nearer = [&](int32_t a, int32_t b) {
     return members.merged[a] != members.merged[b] ? members.merged[a] < members.merged[b] : a < b;
   };
@@ -103,31 +116,32 @@ int32_t number_rows(const SeamSide* sides, MemberTable& members, MergedTable& me
   int32_t rows = 0;
   for (int32_t m = 0; m < members.count; ++m) {
     if (scratch.parent[m] != m) continue;
-    if (rows == merged.capacity) {
+    if (rows == capacity) {
       if (rows == 0 || !nearer(m, order[0])) continue;
       std::pop_heap(order, order + rows--, nearer);
     }
     order[rows++] = m;
-    if (found > merged.capacity) std::push_heap(order, order + rows, nearer);
+    std::push_heap(order, order + rows, nearer);
   }
   std::sort(order, order + rows);
-  for (int32_t m = 0; m < members.count; ++m) members.merged[m] = -1;
-  for (int32_t row = 0; row < rows; ++row) members.merged[order[row]] = row;
-  merged.count = rows;
-  return found - rows;
 }
 
-// Chains the members of each row in member order.
-void link_members(MemberTable& members, MergedTable& merged, int32_t* parent) {
-  for (int32_t row = 0; row < merged.count; ++row) merged.first_member[row] = -1;
-  for (int32_t m = members.count - 1; m >= 0; --m) {
-    const int32_t row = members.merged[find_root(parent, m)];
-    members.merged[m] = row;
-    members.next_member[m] = -1;
-    if (row < 0) continue;
-    members.next_member[m] = merged.first_member[row];
-    merged.first_member[row] = m;
+// members.merged of every root: its row, or -1 when the table is full; of the others -1. Returns how many did not fit.
+int32_t number_rows(const SeamSide* sides, MemberTable& members, MergedTable& merged, SeamScratch& scratch) {
+  const int32_t* const parent = scratch.parent;
+  int32_t found = 0;
+  for (int32_t m = 0; m < members.count; ++m) {
+    const bool root = parent[m] == m;
+    members.merged[m] = root ? found : -1;
+    found += root;
   }
+  merged.count = std::min(found, merged.capacity);
+  if (found > merged.capacity) {
+    choose_roots(sides, members, merged.capacity, scratch);
+    for (int32_t m = 0; m < members.count; ++m) members.merged[m] = -1;
+    for (int32_t row = 0; row < merged.count; ++row) members.merged[scratch.order[row]] = row;
+  }
+  return found - merged.count;
 }
 
 // Floor of the quotient, divisor > 0. Divisions of 128 bits cost fifty times those of 64.
@@ -144,6 +158,60 @@ int64_t mean_stamp(int64_t base_ns, Int128 difference_sum, int32_t point_count) 
                                                          : floor_divide(difference_sum, point_count));
   constexpr Int128 kLow = std::numeric_limits<int64_t>::min(), kHigh = std::numeric_limits<int64_t>::max();
   return int64_t(std::clamp(mean, kLow, kHigh));
+}
+
+// The same of the points of one cluster, whose sum is within 52 bits unless stamps are nonsense. The rounded quotient
+// is not beyond the whole numbers on either side of the true one, so it is the floor or one more.
+int64_t mean_stamp(int64_t base_ns, int64_t offset_sum, int32_t point_count) {
+  constexpr int64_t kExact = int64_t(1) << 52;
+  if (offset_sum < -kExact || offset_sum > kExact) return mean_stamp(base_ns, Int128(offset_sum), point_count);
+  int64_t mean = int64_t(double(offset_sum) / double(point_count)), stamp = 0;
+  mean -= mean * point_count > offset_sum;
+  if (!__builtin_add_overflow(base_ns, mean, &stamp)) return stamp;
+  return mean < 0 ? std::numeric_limits<int64_t>::min() : std::numeric_limits<int64_t>::max();
+}
+
+// Rows `row` and on are the clusters `first` and on of sensor s, `count` of them, each alone so far.
+void copy_run(const SeamSide& side, int32_t s, int32_t member, int32_t first, int32_t count, MergedTable& merged,
+              int32_t row) {
+  const ClusterTable& from = *side.clusters;
+  const auto copy = [&](auto* to, const auto* column) {
+    std::memcpy(to + row, column + first, std::size_t(count) * sizeof *to);
+  };
+  copy(merged.point_count, from.point_count);
+  copy(merged.min_x_m, from.min_x_m), copy(merged.min_y_m, from.min_y_m), copy(merged.min_z_m, from.min_z_m);
+  copy(merged.max_x_m, from.max_x_m), copy(merged.max_y_m, from.max_y_m), copy(merged.max_z_m, from.max_z_m);
+  copy(merged.nearest_m, from.nearest_m);
+
+  const int32_t* OVT_RESTRICT const points = from.point_count + first;
+  const auto divide = [&](float* OVT_RESTRICT center, const float* OVT_RESTRICT sum) {
+    for (int32_t i = 0; i < count; ++i) center[i] = (0.0f + sum[i]) / float(points[i]);
+  };
+  divide(merged.center_x_m + row, from.sum_x_m + first);
+  divide(merged.center_y_m + row, from.sum_y_m + first);
+  divide(merged.center_z_m + row, from.sum_z_m + first);
+
+  int64_t* OVT_RESTRICT const stamp = merged.stamp_ns + row;
+  for (int32_t i = 0; i < count; ++i) stamp[i] = mean_stamp(side.stamp_ns, from.sum_offset_ns[first + i], points[i]);
+  std::fill_n(merged.sensor_mask + row, count, 1 << s);
+  std::fill_n(merged.main_sensor + row, count, s);
+  for (int32_t i = 0; i < count; ++i) merged.first_member[row + i] = member + i;
+}
+
+// All roots that have a row, in runs of neighbours.
+void copy_roots(const SeamSide* sides, int32_t sensor_count, const int32_t* member_begin, MemberTable& members,
+                MergedTable& merged) {
+  const int32_t* const row_of = members.merged;
+  std::fill_n(members.next_member, members.count, -1);
+  for (int32_t s = 0; s < sensor_count; ++s) {
+    const int32_t end = member_begin[s + 1];
+    for (int32_t m = member_begin[s]; m < end;) {
+      const int32_t first = m++;
+      if (row_of[first] < 0) continue;
+      while (m < end && row_of[m] >= 0) ++m;  // rows are given in member order, so theirs are neighbours, too
+      copy_run(sides[s], s, first, first - member_begin[s], m - first, merged, row_of[first]);
+    }
+  }
 }
 
 void sum_up(const SeamSide* sides, const MemberTable& members, MergedTable& merged, int32_t row) {
@@ -186,12 +254,42 @@ void sum_up(const SeamSide* sides, const MemberTable& members, MergedTable& merg
   merged.nearest_m[row] = nearest;
 }
 
+// Calls f(member) for those that are not the root of their set, last first. They are few: sixteen are passed at once.
+template <class F>
+void for_each_joined(const int32_t* parent, int32_t count, F&& f) {
+  constexpr int32_t kBlock = 16;
+  for (int32_t begin = (count - 1) / kBlock * kBlock; begin >= 0; begin -= kBlock) {
+    if (begin + kBlock <= count) {
+      int32_t joined = 0;
+      for (int32_t k = 0; k < kBlock; ++k) joined |= parent[begin + k] ^ (begin + k);
+      if (joined == 0) continue;
+    }
+    for (int32_t m = std::min(begin + kBlock, count) - 1; m >= begin; --m)
+      if (parent[m] != m) f(m);
+  }
+}
+
+// Chains the members of each set in member order, from its root, and sums up those that have a row.
+void sum_up_joined(const SeamSide* sides, MemberTable& members, MergedTable& merged, int32_t* parent) {
+  for_each_joined(parent, members.count, [&](int32_t m) {
+    const int32_t root = parent[m] = find_root(parent, m), row = members.merged[root];
+    members.merged[m] = row;
+    if (row < 0) return;
+    members.next_member[m] = members.next_member[root];
+    members.next_member[root] = m;
+  });
+  for_each_joined(parent, members.count, [&](int32_t m) {
+    const int32_t root = parent[m], row = members.merged[root];
+    if (row >= 0 && members.next_member[root] == m) sum_up(sides, members, merged, row);  // once a set
+  });
+}
+
 }  // namespace
 
 int32_t merge_seams(const MergeSeamsParams& params, const SeamSide* sides, int32_t sensor_count, MemberTable& members,
                     MergedTable& merged, SeamScratch& scratch) noexcept {
   OVT_CHECK(sensor_count >= 0 && sensor_count <= kMaxSensors);
-  int32_t member_begin[kMaxSensors] = {};
+  int32_t member_begin[kMaxSensors + 1] = {};
   list_members(sides, sensor_count, members, scratch.parent, member_begin);
 
   // Neighbours are those of the whole rig: a missing sensor does not make its two neighbours neighbours of each other.
@@ -204,8 +302,8 @@ int32_t merge_seams(const MergeSeamsParams& params, const SeamSide* sides, int32
       join_over_seam(params, sides, member_begin, left[i], right[i], scratch);
 
   const int32_t overflow = number_rows(sides, members, merged, scratch);
-  link_members(members, merged, scratch.parent);
-  for (int32_t row = 0; row < merged.count; ++row) sum_up(sides, members, merged, row);
+  copy_roots(sides, sensor_count, member_begin, members, merged);
+  sum_up_joined(sides, members, merged, scratch.parent);
   return overflow;
 }
 

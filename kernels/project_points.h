@@ -9,8 +9,8 @@
 
 namespace overtake {
 
-// Per layer id of one scan: how many valid points, and the sum of their elevations as integers of 2^-24 rad, so that the
-// sum is the same in any order. Indexed by layer id; `touched` lists the ids in use (in any order).
+// Per layer id of one scan: how many valid points, and the sum of their elevations as integers of 2^-24 rad, so that
+// the sum is the same in any order. Indexed by layer id; `touched` lists the ids in use (in any order).
 inline constexpr int32_t kLayerIds = 65536;
 inline constexpr float kElevationUnit = 16777216.0f;   // 2^24 a radian
 struct LayerSums {
@@ -20,7 +20,8 @@ struct LayerSums {
   int64_t* elevation_sum = nullptr;    // [kLayerIds], all zero between scans
 };
 
-// r = |p|, azimuth a = atan2(y, x), elevation e = atan2(z, hypot(x, y)), column = floor((a_left - a) / pitch)  (paper IV-A).
+// r = |p|, azimuth a = atan2(y, x), elevation e = atan2(z, hypot(x, y)), column = floor((a_left - a) / pitch)
+// (paper IV-A).
 //   reads    scan x y z layer           writes  points range_m elevation_rad column reason, points.count; adds to sums
 //   drops    NaN, infinite, zero, outside range limits, bad layer, outside azimuth: in that order the first reason that
 //            holds; then range_m = elevation_rad = 0, column = -1

@@ -96,24 +96,66 @@ OVT_INLINE void sum_layers(const ScanTable& scan, const PointTable& points, int3
   sums_out.touched_count = sums.touched_count;
 }
 
+// The sensor's numbers, one in all lanes.
 template <class A>
-OVT_INLINE Float<A> zero_if_tiny(Float<A> v) {
-  return select(abs_of(v) < Float<A>(1e-12f), Float<A>(0.0f), v);
+struct Projector {
+  static constexpr float kFarthest_m = 1e18f, kNearest_m = 1e-12f;   // as the twin
+  Float<A> nearest, farthest, nearest_at_all, left, inverse_pitch, cols;
+  Int<A> layer_below, layer_last, outside;
+
+  OVT_INLINE explicit Projector(const SensorModel& sensor)
+      : nearest(sensor.range_min_m),
+        farthest(sensor.range_max_m < kFarthest_m ? sensor.range_max_m : kFarthest_m),
+        nearest_at_all(sensor.range_min_m > 0.5f * kNearest_m ? sensor.range_min_m : 0.5f * kNearest_m),
+        left(sensor.azimuth_left_rad),
+        inverse_pitch(sensor.inverse_pitch),
+        cols(float(sensor.cols)),
+        layer_below((sensor.layer_first > 0 ? sensor.layer_first : 0) - 1),
+        layer_last(sensor.layer_last),
+        outside(sensor.wraps ? 0 : -1) {}
+
+  OVT_INLINE Mask<A> layer_fits(Int<A> layer) const { return (layer > layer_below) & ~(layer > layer_last); }
+
+  // Columns from the left edge: see the twin.
+  OVT_INLINE Int<A> column_of(Float<A> azimuth) const {
+    const Float<A> zero(0.0f), turn(kTwoPiF);
+    const Float<A> d = left - azimuth;
+    const Float<A> position = select(d < zero, d + turn, select(d >= turn, d - turn, d)) * inverse_pitch;
+    return select((position >= zero) & (position < cols), to_int(position), outside);
+  }
+
+  // The first reason that holds, so they are asked in reverse. x, y, z as they came.
+  OVT_INLINE Int<A> reason_of(Float<A> x, Float<A> y, Float<A> z, Float<A> range, Int<A> layer, Int<A> column) const {
+    const auto is = [](Reason reason) __attribute__((always_inline)) { return Int<A>(int32_t(reason)); };
+    const Float<A> largest(std::numeric_limits<float>::max());
+    const Mask<A> finite = (abs_of(x) <= largest) & (abs_of(y) <= largest) & (abs_of(z) <= largest);
+    const Float<A> coordinate = max_of(max_of(abs_of(x), abs_of(y)), abs_of(z));
+    Int<A> reason = select(column < Int<A>(0), is(Reason::kOutsideAzimuth), is(Reason::kLabelled));
+    reason = select(layer_fits(layer), reason, is(Reason::kBadLayer));
+    reason = select(~(range < nearest) & (range <= farthest), reason, is(Reason::kRangeLimit));
+    reason = select(coordinate < Float<A>(kNearest_m), is(Reason::kZeroRange), reason);
+    return select(finite, reason, is(Reason::kNotFinite));
+  }
+};
+
+// A coordinate below the twin's limit is nothing. Hardly ever is there one.
+template <class A>
+OVT_INLINE void clear_tiny(Float<A>& x, Float<A>& y, Float<A>& z) {
+  const Float<A> zero(0.0f), limit(Projector<A>::kNearest_m);
+  if (!(min_of(min_of(abs_of(x), abs_of(y)), abs_of(z)) < limit).any()) return;
+  x = select(abs_of(x) < limit, zero, x);
+  y = select(abs_of(y) < limit, zero, y);
+  z = select(abs_of(z) < limit, zero, z);
 }
 
+// A point is good when its range lies within the limits: NaN and infinity do not, nor does 0, and no coordinate is
+// longer than the range. Only vectors with a point that is not good ask for reasons.
 template <class A>
 void project_points(const SensorModel& sensor, const ScanTable& scan, PointTable& points, LayerSums& sums) noexcept {
   OVT_CHECK(scan.count <= points.capacity);
   const int32_t count = points.count = scan.count;
   sums.touched_count = 0;
-  constexpr float kFarthest_m = 1e18f;   // as the twin
-  const Float<A> zero(0.0f), turn(kTwoPiF), largest(std::numeric_limits<float>::max());
-  const Float<A> nearest(sensor.range_min_m);
-  const Float<A> farthest(sensor.range_max_m < kFarthest_m ? sensor.range_max_m : kFarthest_m);
-  const Float<A> left(sensor.azimuth_left_rad), inverse_pitch(sensor.inverse_pitch), cols(float(sensor.cols));
-  const Int<A> layer_below((sensor.layer_first > 0 ? sensor.layer_first : 0) - 1), layer_last(sensor.layer_last);
-  const Int<A> outside(sensor.wraps ? 0 : -1);
-  const auto is = [](Reason reason) __attribute__((always_inline)) { return Int<A>(int32_t(reason)); };
+  const Projector<A> to(sensor);
   const float *x_m = scan.x_m, *y_m = scan.y_m, *z_m = scan.z_m;
   const int32_t* layers = scan.layer;
   float *range_m = points.range_m, *elevation_rad = points.elevation_rad;
@@ -124,31 +166,25 @@ void project_points(const SensorModel& sensor, const ScanTable& scan, PointTable
     const int32_t end = begin + kProjectVectors * kSize<A> < count ? begin + kProjectVectors * kSize<A> : count;
     for (int32_t i = begin; i < end; i += kSize<A>) {
       Float<A> x = Float<A>::load(x_m + i), y = Float<A>::load(y_m + i), z = Float<A>::load(z_m + i);
-      const Mask<A> finite = (abs_of(x) <= largest) & (abs_of(y) <= largest) & (abs_of(z) <= largest);
-      x = zero_if_tiny(x);
-      y = zero_if_tiny(y);
-      z = zero_if_tiny(z);
-      const Float<A> coordinate = max_of(max_of(abs_of(x), abs_of(y)), abs_of(z));
+      clear_tiny(x, y, z);
       const Float<A> level = x * x + y * y;
-      const Float<A> range = sqrt_of(level + z * z);
-      const Float<A> elevation = atan2_of(z, sqrt_of(level));
-      // Columns from the left edge: see the twin.
-      const Float<A> d = left - atan2_of(y, x);
-      const Float<A> position = select(d < zero, d + turn, select(d >= turn, d - turn, d)) * inverse_pitch;
-      const Int<A> column = select((position >= zero) & (position < cols), to_int(position), outside);
-
-      // The first reason that holds, so they are asked in reverse.
+      Float<A> range = sqrt_of(level + z * z);
+      Float<A> elevation = atan2_half_of(z, sqrt_of(level));
+      Int<A> column = to.column_of(atan2_of(y, x, Projector<A>::kNearest_m));
       const Int<A> layer = Int<A>::load(layers + i);
-      Int<A> reason = select(column < Int<A>(0), is(Reason::kOutsideAzimuth), is(Reason::kLabelled));
-      reason = select((layer > layer_below) & ~(layer > layer_last), reason, is(Reason::kBadLayer));
-      reason = select((coordinate <= farthest) & ~(range < nearest) & (range <= farthest), reason, is(Reason::kRangeLimit));
-      reason = select(coordinate == zero, is(Reason::kZeroRange), reason);
-      reason = select(finite, reason, is(Reason::kNotFinite));
-      const Mask<A> valid = reason == is(Reason::kLabelled);
-
-      keep(valid, range).store(range_m + i);
-      keep(valid, elevation).store(elevation_rad + i);
-      select(valid, column, Int<A>(-1)).store(columns + i);
+      const Mask<A> in_range = (range >= to.nearest_at_all) & (range <= to.farthest);
+      const Mask<A> good = in_range & to.layer_fits(layer) & (column > Int<A>(-1));
+      Int<A> reason{int32_t(Reason::kLabelled)};
+      if ((~good).any()) {
+        const Float<A> x_in = Float<A>::load(x_m + i), y_in = Float<A>::load(y_m + i), z_in = Float<A>::load(z_m + i);
+        reason = to.reason_of(x_in, y_in, z_in, range, layer, column);
+        range = keep(good, range);
+        elevation = keep(good, elevation);
+        column = select(good, column, Int<A>(-1));
+      }
+      range.store(range_m + i);
+      elevation.store(elevation_rad + i);
+      column.store(columns + i);
       store_bytes(reason, reasons + i);
     }
     sum_layers<A>(scan, points, begin, end, sums);

@@ -8,8 +8,8 @@
 
 namespace overtake {
 
-// Row = rank of the layer when the layers present are sorted by mean elevation of this scan, top first (ties: layer id).
-// With more layers than rows those with the fewest points are dropped (ties: the larger layer id goes).
+// Row = rank of the layer when the layers present are sorted by mean elevation of this scan, top first (ties: layer
+// id). With more layers than rows those with the fewest points are dropped (ties: the larger layer id goes).
 //   reads    sums                       writes  row_of_layer[kLayerIds], only at the touched ids: row, or -1 dropped;
 //                                               clears the touched sums for the next scan, touched_count stays
 //   returns  rows in use                scratch  layer_order[kLayerIds]

@@ -9,8 +9,8 @@
 namespace overtake {
 
 // For every pixel that is not non-ground: N = the pairs (j-k, j+k), 1 <= k <= half_window, with both pixels non-ground
-// and |r_j-k - r_j+k| < range_limit_m; if N is not empty the pixel joins with the mean range and elevation of N's pixels
-// (pairs summed from k = 1 on). A pair that leaves the image does not exist, unless columns wrap.
+// and |r_j-k - r_j+k| < range_limit_m; if N is not empty the pixel joins with the mean range and elevation of N's
+// pixels (pairs summed from k = 1 on). A pair that leaves the image does not exist, unless columns wrap.
 //   reads    range_filled_m elevation_filled_rad nonground (the original mask only: order does not matter)
 //   writes   range_repaired_m elevation_repaired_rad (non-ground pixels keep theirs, all others 0), nonground_repaired
 //   cost     half_window pairs a pixel, skipped where no word has a bit    agrees  exactly on every ISA

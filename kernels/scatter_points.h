@@ -15,7 +15,8 @@ namespace overtake {
 //            kLayerDropped (then pixel = -1)
 //   cost     one scattered record a point              agrees  exactly on every ISA
 namespace ref {
-void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTable& points, RangeImages& images) noexcept;
+void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTable& points,
+                    RangeImages& images) noexcept;
 }
 
 }  // namespace overtake

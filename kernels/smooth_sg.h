@@ -13,8 +13,8 @@ struct SmoothSgParams {
   int32_t half_window = 2;
   float weight[kMaxHalfWindow + 1] = {};       // weight[k] of the taps k rows up and down
 };
-// Weights of window 2 * half_window + 1 and polynomial order, by least squares in double. False when order >= window,
-// order < 0 or half_window is not in 0..kMaxHalfWindow. half_window 0 is no smoothing.
+// Weights of a window and polynomial order, by least squares in double. False when the window is even or not in
+// 1..2 * kMaxHalfWindow + 1, or the order not in 0..window - 1. Window 1 is no smoothing.
 bool make_smooth_sg(int32_t window, int32_t order, SmoothSgParams* params) noexcept;
 
 // Taps that weigh less than this together are too little to judge by.
@@ -26,12 +26,13 @@ inline constexpr float kBesideUndefined = -0.99999994f;
 //   reads    angle_rad, `pairs` rows    writes  smooth_rad, same rows, must not alias; the rows below kAngleUndefined
 //   edges    rows mirror (reflect-101; a window larger than the image keeps mirroring)
 //   taps     undefined and skipped taps are left out, the weights renormalised: sum(w a) / sum(w), taps from top to
-//            bottom; where |sum(w)| < kLeastSmoothWeight the taps carry too little weight to judge by: the tap's own value (a skipped
-//            pair: level). An undefined pair stays kAngleUndefined; a skipped one gets its value from the other taps
-//            (none: level, 0).
+//            bottom; where |sum(w)| < kLeastSmoothWeight the taps carry too little weight to judge by: the tap's own
+//            value (a skipped pair: level). An undefined pair stays kAngleUndefined; a skipped one gets its value
+//            from the other taps (none: level, 0).
 //   agrees   exactly on every ISA
 namespace ref {
-void smooth_sg(const SmoothSgParams& params, int32_t pairs, Plane<const float> angle_rad, Plane<float> smooth_rad) noexcept;
+void smooth_sg(const SmoothSgParams& params, int32_t pairs, Plane<const float> angle_rad,
+               Plane<float> smooth_rad) noexcept;
 }
 
 }  // namespace overtake

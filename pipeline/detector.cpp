@@ -64,12 +64,15 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
   if (def.sensor_count > 0 && !def.sensors) return bad("sensors is null");
   if (def.worker_count < 0 || def.worker_count > 256) return bad("worker_count must be 0 to 256");
   if (def.push_policy != OVT_PUSH_REPLACE && def.push_policy != OVT_PUSH_WAIT) return bad("push_policy is unknown");
-  if (def.cluster_capacity < 1 || def.cluster_capacity > 1'000'000) return bad("cluster_capacity must be 1 to 1,000,000");
-  if (def.candidate_capacity < 1 || def.candidate_capacity > 65536) return bad("candidate_capacity must be 1 to 65,536");
+  if (def.cluster_capacity < 1 || def.cluster_capacity > 1'000'000)
+    return bad("cluster_capacity must be 1 to 1,000,000");
+  if (def.candidate_capacity < 1 || def.candidate_capacity > 65536)
+    return bad("candidate_capacity must be 1 to 65,536");
   if (def.track_capacity < 1 || def.track_capacity > 65536) return bad("track_capacity must be 1 to 65,536");
   if (def.frames_in_flight < 1 || def.frames_in_flight > 64) return bad("frames_in_flight must be 1 to 64");
   if (def.reader_capacity < 0 || def.reader_capacity > 64) return bad("reader_capacity must be 0 to 64");
-  if (def.ego_pose_capacity < 1 || def.ego_pose_capacity > 1'000'000) return bad("ego_pose_capacity must be 1 to 1,000,000");
+  if (def.ego_pose_capacity < 1 || def.ego_pose_capacity > 1'000'000)
+    return bad("ego_pose_capacity must be 1 to 1,000,000");
   if ((def.alloc == nullptr) != (def.free == nullptr)) return bad("alloc and free go together");
 
   ovt_params params = ovt_default_params();
@@ -141,8 +144,7 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
     error = std::string("no memory for ") + what;
     return OVT_NO_MEMORY;
   };
-  const int32_t external_capacity = def.candidate_capacity;
-  tracker_params_ = make_tracker_params(params, def.track_capacity, std::max(def.candidate_capacity, external_capacity));
+  tracker_params_ = make_tracker_params(params, def.track_capacity, def.candidate_capacity);
   FrameSizes sizes;
   sizes.sensors = context_.sensors;
   sizes.point_capacity = point_capacity_;
@@ -150,16 +152,17 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
   sizes.cluster_capacity = def.cluster_capacity;
   sizes.candidate_capacity = def.candidate_capacity;
   sizes.track_capacity = def.track_capacity;
-  sizes.external_capacity = external_capacity;
+  sizes.external_capacity = def.candidate_capacity;
   sizes.merge_columns = params.merge_columns;
   const int32_t workers = def.worker_count == 0 ? usable_cpus() : def.worker_count;
   inline_ = workers == 1;
   reader_capacity_ = def.reader_capacity;
-  const int32_t slots = (inline_ ? 1 : def.frames_in_flight) + 1 + def.reader_capacity;   // + the latest
+  const int32_t slots = (inline_ ? 1 : def.frames_in_flight) + 1 + def.reader_capacity;  // + the latest
   if (!pool_.build(slots, sizes, allocator_)) return no_memory("frames");
   for (int32_t s = 0; s < context_.sensor_count; ++s)
     if (!mailboxes_[s].build(point_capacity_[s], allocator_)) return no_memory("mailboxes");
-  if (!external_arena_.build(allocator_, [&](Carver& carver) { carve_table(carver, external_.rows, external_capacity); }))
+  if (!external_arena_.build(allocator_,
+                             [&](Carver& carver) { carve_table(carver, external_.rows, def.candidate_capacity); }))
     return no_memory("pushed detections");
 
   ego_ = std::make_unique<EgoBuffer>(def.ego_pose_capacity);
@@ -169,7 +172,10 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
 
   RunnerHooks hooks;
   hooks.finish = [this](Frame& frame) { finish(frame); };
-  hooks.caught = [this] { counters_.exceptions.fetch_add(1, std::memory_order_relaxed); };
+  hooks.caught = [this] {
+    counters_.exceptions.fetch_add(1, std::memory_order_relaxed);
+    log(OVT_LOG_ERROR, "an exception was caught in a stage; its frame goes on with what it has");
+  };
   if (inline_) {
     runner_ = std::make_unique<InlineRunner>(context_, *track_stage_, std::move(hooks));
   } else {
@@ -193,7 +199,17 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
     }
     pthread_setname_np(intake_.native_handle(), "ovt-intake");
   }
+  const std::string workers_text = std::to_string(workers) + (workers == 1 ? " worker" : " workers");
+  log(OVT_LOG_INFO, ("isa " + std::string(context_.kernels->isa) + ", " + workers_text).c_str());
+  if (!context_.map) log(OVT_LOG_WARNING, "no map: no map gate, psi_REF is the ego heading");
   return OVT_OK;
+}
+
+void Detector::log(ovt_log_level level, const char* text) const noexcept {
+  try {
+    if (log_) log_(level, text, user_);
+  } catch (...) {  // the caller's own, and there is nobody to tell
+  }
 }
 
 Detector::~Detector() { stop(); }
@@ -206,7 +222,7 @@ void Detector::stop() {
   }
   if (assembler_) assembler_->flush();
   assembler_.reset();
-  runner_.reset();   // waits for the frames under way
+  runner_.reset();  // waits for the frames under way
 }
 
 void Detector::destroy(Detector* detector) {
@@ -243,8 +259,9 @@ ovt_status Detector::push_scan(const ovt_points& points) {
   const auto as_field = [](const ovt_column& c) {
     return PointField{c.data, std::ptrdiff_t(c.stride), FieldType(c.type)};
   };
-  const PointFields fields = {as_field(points.x),     as_field(points.y),    as_field(points.z),   as_field(points.intensity),
-                              as_field(points.layer), as_field(points.time), points.time_unit_ns};
+  const PointFields fields = {as_field(points.x),         as_field(points.y),     as_field(points.z),
+                              as_field(points.intensity), as_field(points.layer), as_field(points.time),
+                              points.time_unit_ns};
   context_.kernels->load_points(fields, points.count, scan.table);
   scan.load_ns = steady_now_ns() - start;
   scan.stamp_ns = points.stamp_ns;
@@ -260,16 +277,18 @@ ovt_status Detector::push_scan(const ovt_points& points) {
 }
 
 ovt_status Detector::push_ego_pose(const ovt_ego_pose& in) {
-  const ovt_status status = ego_->push({in.stamp_ns, in.x_m, in.y_m, in.z_m, in.roll_rad, in.pitch_rad, in.yaw_rad,
-                                        in.speed_mps, in.yaw_rate_rps});
+  const ovt_status status = ego_->push(
+      {in.stamp_ns, in.x_m, in.y_m, in.z_m, in.roll_rad, in.pitch_rad, in.yaw_rad, in.speed_mps, in.yaw_rate_rps});
   (status == OVT_OK ? counters_.ego_poses : counters_.ego_dropped).fetch_add(1, std::memory_order_relaxed);
   return status;
 }
 
 ovt_status Detector::push_detections(const ovt_external_detections& in) {
   if (in.count > external_.rows.capacity) return OVT_TOO_MANY;
-  if (last_external_.any && in.stamp_ns == last_external_.last_ns) return OVT_DUPLICATE;
-  if (last_external_.any && in.stamp_ns < last_external_.last_ns) return OVT_LATE;
+  if (last_external_.any && in.stamp_ns <= last_external_.last_ns) {
+    counters_.external_dropped.fetch_add(1, std::memory_order_relaxed);
+    return in.stamp_ns == last_external_.last_ns ? OVT_DUPLICATE : OVT_LATE;
+  }
   last_external_ = {true, in.stamp_ns};
   while (external_.waiting.load(std::memory_order_acquire)) external_.waiting.wait(true, std::memory_order_acquire);
   const auto copy = [&](const double* from, double* to) {
@@ -304,7 +323,7 @@ ovt_status Detector::advance(int64_t now_ns) {
   advance_ns_.store(now_ns, std::memory_order_relaxed);
   const uint64_t ticket = advance_wanted_.fetch_add(1, std::memory_order_acq_rel) + 1;
   event_.signal();
-  if (push_waits_)   // replay: nothing pushed later may overtake it
+  if (push_waits_)  // replay: nothing pushed later may overtake it
     for (uint64_t done; (done = advance_done_.load(std::memory_order_acquire)) < ticket;) advance_done_.wait(done);
   return OVT_OK;
 }
@@ -366,6 +385,7 @@ bool Detector::step_intake() {
     const Taken taken =
         assembler_->take_external(external_.stamp_ns, external_.reference, external_.ego_count, external_.rows);
     if (taken == Taken::kNoSlot) return false;
+    (taken == Taken::kUsed ? counters_.external : counters_.external_dropped).fetch_add(1, std::memory_order_relaxed);
     external_.in_hand = false;
     external_.waiting.store(false, std::memory_order_release);
     external_.waiting.notify_all();
@@ -397,11 +417,11 @@ bool Detector::step_intake() {
   return false;
 }
 
-// ---- finished frames --------------------------------------------------------------------------------------------------
+// ---- finished frames -----------------------------------------------------------------------------------------------
 
 void Detector::finish(Frame& frame) {
   const auto add = [](std::atomic<int64_t>& counter, int64_t n) { counter.fetch_add(n, std::memory_order_relaxed); };
-  int64_t points = 0, labelled_or_not = 0;
+  int64_t points = 0, valid = 0;
   for (int32_t s = 0; s < context_.sensor_count; ++s) {
     SensorPart& part = frame.sensors[s];
     if (!part.present) continue;
@@ -411,13 +431,13 @@ void Detector::finish(Frame& frame) {
       if (r < int32_t(Reason::kDust)) bad += part.reason_count[r];
     }
     points += part.points.count;
-    labelled_or_not += part.points.count - bad;
+    valid += part.points.count - bad;
     if (2 * bad > part.points.count) frame.flags |= OVT_FLAG_CLOUD_DEGRADED;
     add(counters_.overflow_clusters, part.cluster_overflow);
     if (part.cluster_overflow) frame.flags |= OVT_FLAG_OVERFLOW;
   }
   add(counters_.points, points);
-  if (frame.kind == FrameKind::kScans && labelled_or_not == 0) frame.flags |= OVT_FLAG_NO_DATA;
+  if (frame.kind == FrameKind::kScans && valid == 0) frame.flags |= OVT_FLAG_NO_DATA;
   add(counters_.overflow_clusters, frame.merged_overflow);
   add(counters_.overflow_candidates, frame.candidate_overflow);
   if (frame.merged_overflow || frame.candidate_overflow) frame.flags |= OVT_FLAG_OVERFLOW;
@@ -431,6 +451,7 @@ void Detector::finish(Frame& frame) {
       on_frame_(reinterpret_cast<ovt_reader*>(&lent_), user_);
     } catch (...) {
       add(counters_.exceptions, 1);
+      log(OVT_LOG_ERROR, "on_frame threw an exception");
     }
     lent_.frame = nullptr;
   }
@@ -477,7 +498,7 @@ void Detector::destroy_reader(Reader* reader) {
 ovt_status Detector::next_frame(Reader& reader) {
   if (reader.lent || closed_.load(std::memory_order_acquire)) return OVT_NO_FRAME;
   if (pool_.latest_sequence() <= reader.seen_sequence) return OVT_NO_FRAME;
-  if (reader.frame) pool_.release(reader.frame);   // first: a reader never holds two slots
+  if (reader.frame) pool_.release(reader.frame);  // first: a reader never holds two slots
   reader.frame = pool_.pin_latest();
   reader.seen_sequence = reader.frame->sequence;
   return OVT_OK;
@@ -506,6 +527,8 @@ void Detector::read_stats(ovt_stats& out) const {
   out.clock_jumps = 0;
   out.ego_poses = get(counters_.ego_poses);
   out.ego_dropped = get(counters_.ego_dropped);
+  out.external = get(counters_.external);
+  out.external_dropped = get(counters_.external_dropped);
 }
 
 }  // namespace overtake

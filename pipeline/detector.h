@@ -5,8 +5,8 @@
 //
 //   producers --> mailboxes --> intake --> frames --> runner (inline or graph) --> finish --> pool --> readers
 //
-// With worker_count 1 the producer is the intake as well. Else the intake is a thread of ours: producers only copy, post
-// and signal; they never allocate, never block (but for OVT_PUSH_WAIT) and never call TBB.
+// With worker_count 1 the producer is the intake as well. Else the intake is a thread of ours: producers only copy,
+// post and signal; they never allocate, never block (but for OVT_PUSH_WAIT) and never call TBB.
 #pragma once
 
 #include <atomic>
@@ -27,7 +27,7 @@ struct Counters {
   std::atomic<int64_t> pushed{0}, used{0}, dropped{0}, late{0}, dup{0}, frames{0}, points{0};
   std::atomic<int64_t> points_bad[kReasonCount] = {};
   std::atomic<int64_t> overflow_clusters{0}, overflow_candidates{0}, overflow_tracks{0};
-  std::atomic<int64_t> exceptions{0}, ego_poses{0}, ego_dropped{0};
+  std::atomic<int64_t> exceptions{0}, ego_poses{0}, ego_dropped{0}, external{0}, external_dropped{0};
 };
 
 // What a reader owns: its pin on a frame, and the memory ovt_read_tracks predicts into.
@@ -70,6 +70,7 @@ class Detector {
   ovt_status build(const ovt_detector_def& def, std::string& error);
   ovt_status build_reader(Reader& reader);
   void finish(Frame& frame);
+  void log(ovt_log_level level, const char* text) const noexcept;
   void stop();
   void drop_owner();
   // intake

@@ -14,8 +14,8 @@ namespace overtake {
 namespace flow = oneapi::tbb::flow;
 namespace {
 
-// TBB gives the whole process as many threads as the smallest global_control alive allows, and says so on stderr when an
-// arena asks for more. So all graphs share one control, for the sum of their workers.
+// TBB gives the whole process as many threads as the smallest global_control alive allows, and says so on stderr when
+// an arena asks for more. So all graphs share one control, for the sum of their workers.
 class WorkerShare {
  public:
   explicit WorkerShare(int32_t worker_count) : worker_count_(worker_count) { change(worker_count_); }
@@ -26,7 +26,7 @@ class WorkerShare {
  private:
   using Control = oneapi::tbb::global_control;
   static void change(int32_t by) {
-    static std::mutex mutex;                   // create and destroy only, never the data path
+    static std::mutex mutex;  // create and destroy only, never the data path
     static int32_t total = 0;
     static std::unique_ptr<Control> control;
     const std::lock_guard<std::mutex> lock(mutex);
@@ -82,10 +82,7 @@ void InlineRunner::close(Frame& frame) {
 
 struct DetectorGraph::Nodes {
   Nodes(int32_t worker_count, const StageContext& stage_context, TrackStage& track_stage, RunnerHooks runner_hooks)
-      : context(stage_context),
-        hooks(std::move(runner_hooks)),
-        share(worker_count),
-        arena(worker_count, 0) {
+      : context(stage_context), hooks(std::move(runner_hooks)), share(worker_count), arena(worker_count, 0) {
     arena.execute([&] {
       graph = std::make_unique<flow::graph>();
       segment = std::make_unique<SegmentNode>(*graph, flow::unlimited, [this](SegmentJob job) {
@@ -122,7 +119,7 @@ struct DetectorGraph::Nodes {
   RunnerHooks hooks;
   WorkerShare share;
   oneapi::tbb::task_arena arena;
-  std::unique_ptr<flow::graph> graph;          // made inside the arena: its tasks run there
+  std::unique_ptr<flow::graph> graph;  // made inside the arena: its tasks run there
   std::unique_ptr<SegmentNode> segment;
   std::unique_ptr<DetectNode> detect;
   std::unique_ptr<OrderNode> in_order;

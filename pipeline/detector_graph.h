@@ -1,7 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The paper's block diagram as a oneTBB flow graph. Messages are slot pointers, at most 16 bytes: no message costs a heap call.
+// The paper's block diagram as a oneTBB flow graph. Messages are slot pointers, at most 16 bytes: no message costs a
+// heap call.
 //
 //   scan 1 --> [segment] --+
 //   scan 2 --> [segment] --+--> [detect: merge, gate, pose] --> [in order] --> [track] --> publish

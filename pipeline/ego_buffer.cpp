@@ -24,9 +24,11 @@ void fill_rotation(EgoState& state) noexcept {
   sin_cos_f64(state.pose.roll_rad, sr, cr);
   sin_cos_f64(state.pose.pitch_rad, sp, cp);
   sin_cos_f64(state.pose.yaw_rad, sy, cy);
+  // clang-format off
   const double r[9] = {cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,
                        sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr,
                        -sp,     cp * sr,                cp * cr};
+  // clang-format on
   std::copy(std::begin(r), std::end(r), std::begin(state.r));
 }
 
@@ -87,8 +89,8 @@ bool EgoWindow::at(int64_t stamp_ns, EgoState& out) const noexcept {
     if (out.age_ns > kEgoLostNs) return false;
     out.pose = extrapolate(poses[0], stamp_ns);
   } else {
-    const EgoPose* after = std::upper_bound(poses, poses + count, stamp_ns,
-                                            [](int64_t t, const EgoPose& p) { return t < p.stamp_ns; });
+    const EgoPose* after =
+        std::upper_bound(poses, poses + count, stamp_ns, [](int64_t t, const EgoPose& p) { return t < p.stamp_ns; });
     out.pose = interpolate(after[-1], after[0], stamp_ns);
   }
   fill_rotation(out);
@@ -111,7 +113,7 @@ void EgoBuffer::copy_window(int64_t count, int64_t first_ns, int64_t last_ns, Eg
   // The oldest entries may be overwritten while this reads: leave a quarter of the ring alone once it is full.
   const int64_t pushed = count_.load(std::memory_order_acquire);
   const int64_t oldest = std::min(count, std::max<int64_t>(0, pushed - capacity + capacity / 4));
-  const auto first_after = [&](int64_t stamp_ns, int64_t reach_ns) {   // first i with pose(i).stamp - stamp > reach
+  const auto first_after = [&](int64_t stamp_ns, int64_t reach_ns) {  // first i with pose(i).stamp - stamp > reach
     int64_t low = oldest, high = count;
     while (low < high) {
       const int64_t middle = low + (high - low) / 2;

@@ -5,6 +5,7 @@
 // scan, so that what a frame sees never depends on when it is worked on.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <vector>
@@ -41,21 +42,21 @@ struct EgoWindow {
   int32_t count = 0;
   EgoPose poses[kCapacity];
 
-  // Interpolates (linear, the yaw the short way round) or extrapolates (constant speed and yaw rate). False when no pose
-  // is known, or the newest is older than kEgoLostNs, or stamp_ns lies more than that before the oldest.
+  // Interpolates (linear, the yaw the short way round) or extrapolates (constant speed and yaw rate). False when no
+  // pose is known, or the newest is older than kEgoLostNs, or stamp_ns lies more than that before the oldest.
   bool at(int64_t stamp_ns, EgoState& out) const noexcept;
 };
 
 class EgoBuffer {
  public:
-  explicit EgoBuffer(int32_t capacity) : ring_(std::size_t(capacity < 2 * EgoWindow::kCapacity ? 2 * EgoWindow::kCapacity : capacity)) {}
+  explicit EgoBuffer(int32_t capacity) : ring_(std::size_t(std::max(capacity, 2 * EgoWindow::kCapacity))) {}
 
   // Producer. OVT_DUPLICATE or OVT_LATE when the stamp does not grow.
   ovt_status push(const EgoPose& pose) noexcept;
   // Poses pushed so far: a scan takes this along.
   int64_t count() const noexcept { return count_.load(std::memory_order_acquire); }
-  // Consumer: of the first `count` poses those from kReachNs before first_ns to kReachNs after last_ns, with one more on
-  // either side; the newest of them where they are too many.
+  // Consumer: of the first `count` poses those from kReachNs before first_ns to kReachNs after last_ns, with one more
+  // on either side; the newest of them where they are too many.
   void copy_window(int64_t count, int64_t first_ns, int64_t last_ns, EgoWindow& window) const noexcept;
   static constexpr int64_t kReachNs = 100'000'000;
 

@@ -19,7 +19,7 @@ void carve_sensor(Carver& carver, SensorPart& part, const SensorModel& sensor, i
   part.layer_sums.elevation_sum = carver.take<int64_t>(kLayerIds);
   part.row_of_layer = carver.take<int32_t>(kLayerIds);
   part.layer_order = carver.take<int32_t>(kLayerIds);
-  const std::size_t pixels = std::size_t(sensor.rows) * std::size_t(sensor.cols);   // as many labels at the most
+  const std::size_t pixels = std::size_t(sensor.rows) * std::size_t(sensor.cols);  // as many labels at the most
   part.queue = carver.take<int32_t>(pixels);
   part.row_of_label = carver.take<int32_t>(pixels + 1);
   part.cluster_of_label = carver.take<int32_t>(pixels + 1);

@@ -21,7 +21,8 @@ int64_t distance(int64_t a, int64_t b) noexcept { return a > b ? difference(a, b
 
 Taken FrameAssembler::take_scan(int32_t sensor, Scan& scan) noexcept {
   const uint32_t bit = 1u << sensor;
-  const bool joins = open_ && !(open_->sensor_mask & bit) && distance(scan.stamp_ns, open_->first_stamp_ns) <= params_.tolerance_ns;
+  const bool joins =
+      open_ && !(open_->sensor_mask & bit) && distance(scan.stamp_ns, open_->first_stamp_ns) <= params_.tolerance_ns;
   if (!joins) {
     if (open_ && scan.stamp_ns <= open_->first_stamp_ns) return Taken::kLate;
     if (is_closed(scan.stamp_ns)) return Taken::kLate;
@@ -123,7 +124,8 @@ bool FrameAssembler::is_closed(int64_t stamp_ns) const noexcept {
 // Every sensor is in it, but for those silent for more than 1.5 periods.
 bool FrameAssembler::complete() const noexcept {
   for (int32_t s = 0; s < params_.sensor_count; ++s)
-    if (!(open_->sensor_mask >> s & 1u) && difference(open_->first_stamp_ns, seen_ns_[s]) <= params_.wait_ns) return false;
+    if (!(open_->sensor_mask >> s & 1u) && difference(open_->first_stamp_ns, seen_ns_[s]) <= params_.wait_ns)
+      return false;
   return true;
 }
 

@@ -29,7 +29,7 @@ Frame* FramePool::acquire() noexcept {
 }
 
 void FramePool::publish(Frame* frame) noexcept {
-  const int64_t sequence = frame->sequence;   // a reader may have let go of it by the end of this
+  const int64_t sequence = frame->sequence;  // a reader may have let go of it by the end of this
   frame->references.store(kFinished | 1, std::memory_order_release);
   Frame* old = latest_.exchange(frame, std::memory_order_acq_rel);
   latest_sequence_.store(sequence, std::memory_order_release);

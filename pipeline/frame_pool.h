@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Frame slots as tokens: no free slot, no admission. A slot is free, in flight, or finished and held by the pool (as the
-// latest) and by readers.
+// Frame slots as tokens: no free slot, no admission. A slot is free, in flight, or finished and held by the pool (as
+// the latest) and by readers.
 //
 //   references of a slot:  low 32 bits: holders     bit 63: finished
 //     free       0 holders

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One sensor's mailbox: the newest scan waits, an older one that still waited is replaced. One producer, one taker; neither
-// ever waits for the other: each swaps its own scan for the one in the middle, in one instruction.
+// One sensor's mailbox: the newest scan waits, an older one that still waited is replaced. One producer, one taker;
+// neither ever waits for the other: each swaps its own scan for the one in the middle, in one instruction.
 //
 //   three scans:  being written (producer)   in the middle, fresh or stale   in hand or stale (taker)
 #pragma once

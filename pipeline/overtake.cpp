@@ -43,6 +43,7 @@ ovt_status init(T* out, size_t struct_size) {
 }
 
 size_t size_of_type(int32_t type) {
+  // clang-format off
   switch (type) {
     case OVT_I8: case OVT_U8: return 1;
     case OVT_I16: case OVT_U16: return 2;
@@ -50,6 +51,7 @@ size_t size_of_type(int32_t type) {
     case OVT_F64: return 8;
     default: return 0;
   }
+  // clang-format on
 }
 
 // A column of `count` values of an allowed type that lies within its declared bytes.
@@ -80,14 +82,16 @@ const char* const kStatusText[] = {
     "duplicate stamp",
     "late: the stamp is older than what was already taken",
     "too many: more than the capacity set at create",
-    "internal error: an exception was caught"};
+    "internal error: an exception was caught",
+};
 
 const char* const kImageName[OVT_IMAGE_COUNT] = {
-    "range", "elevation", "pixel_point", "range_filled", "elevation_filled", "angle", "angle_smooth", "nonground",
-    "range_repaired", "elevation_repaired", "nonground_repaired", "labels"};
+    "range",        "elevation", "pixel_point",    "range_filled",       "elevation_filled",   "angle",
+    "angle_smooth", "nonground", "range_repaired", "elevation_repaired", "nonground_repaired", "labels"};
 
-const char* const kStageName[OVT_STAGE_COUNT] = {"load", "project", "gaps", "angle", "smooth", "ground", "repair", "link",
-                                                 "label", "clusters", "segment", "merge", "gate", "pose", "track", "frame"};
+const char* const kStageName[OVT_STAGE_COUNT] = {"load",   "project", "gaps",  "angle",    "smooth",  "ground",
+                                                 "repair", "link",    "label", "clusters", "segment", "merge",
+                                                 "gate",   "pose",    "track", "frame"};
 
 // The reader stands on a frame.
 bool standing(ovt_reader* reader) { return reader && cpp(reader).frame; }
@@ -176,7 +180,8 @@ ovt_status ovt_create_detector(const ovt_detector_def* def, ovt_detector** out) 
   return ovt_create_detector_verbose(def, out, nullptr, 0);
 }
 
-ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_detector** out, char* error, size_t error_size) {
+ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_detector** out, char* error,
+                                       size_t error_size) {
   const auto say = [&](const char* text) {
     if (error && error_size > 0) std::snprintf(error, error_size, "%s", text);
   };
@@ -211,9 +216,10 @@ ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan) {
   if (scan->struct_size != sizeof *scan) return OVT_BAD_VERSION;
   if (scan->sensor < 0 || scan->sensor >= cpp(detector).sensor_count() || scan->count < 0) return OVT_BAD_ARGUMENT;
   const int32_t n = scan->count;
-  if (!good_column(scan->x, n, true, true) || !good_column(scan->y, n, true, true) || !good_column(scan->z, n, true, true) ||
-      !good_column(scan->layer, n, true, false) || !good_column(scan->intensity, n, false, false) ||
-      !good_column(scan->time, n, false, false) || !std::isfinite(scan->time_unit_ns))
+  if (!good_column(scan->x, n, true, true) || !good_column(scan->y, n, true, true) ||
+      !good_column(scan->z, n, true, true) || !good_column(scan->layer, n, true, false) ||
+      !good_column(scan->intensity, n, false, false) || !good_column(scan->time, n, false, false) ||
+      !std::isfinite(scan->time_unit_ns))
     return OVT_BAD_ARGUMENT;
   return guard(detector, [&] { return cpp(detector).push_scan(*scan); });
 }
@@ -350,8 +356,8 @@ ovt_status ovt_read_clusters(ovt_reader* reader, ovt_clusters* out) {
   if (!reader || !out) return OVT_BAD_ARGUMENT;
   if (!standing(reader)) return OVT_NO_FRAME;
   const MergedTable& m = cpp(reader).frame->merged;
-  *out = {m.count,   m.point_count, m.min_x_m,    m.min_y_m,    m.min_z_m,    m.max_x_m,
-          m.max_y_m, m.max_z_m,     m.center_x_m, m.center_y_m, m.center_z_m, m.stamp_ns, m.sensor_mask};
+  *out = {m.count,   m.point_count, m.min_x_m,    m.min_y_m,    m.min_z_m,  m.max_x_m,    m.max_y_m,
+          m.max_z_m, m.center_x_m,  m.center_y_m, m.center_z_m, m.stamp_ns, m.sensor_mask};
   return OVT_OK;
 }
 
@@ -399,6 +405,7 @@ ovt_status ovt_read_image(ovt_reader* reader, int32_t sensor, ovt_image_id image
     *out = {p.words, OVT_IMAGE_BITS, p.rows, p.cols, size_t(p.words_per_row) * sizeof(uint64_t)};
     return OVT_OK;
   };
+  // clang-format off
   switch (image) {
     case OVT_IMAGE_RANGE: return floats(m.range_m, m.range_m.rows);
     case OVT_IMAGE_ELEVATION: return floats(m.elevation_rad, m.range_m.rows);
@@ -414,12 +421,17 @@ ovt_status ovt_read_image(ovt_reader* reader, int32_t sensor, ovt_image_id image
     case OVT_IMAGE_LABELS: return integers(m.labels);
     case OVT_IMAGE_COUNT: break;
   }
+  // clang-format on
   return OVT_BAD_ARGUMENT;
 }
 
-const char* ovt_image_name(int32_t image) { return image >= 0 && image < OVT_IMAGE_COUNT ? kImageName[image] : nullptr; }
+const char* ovt_image_name(int32_t image) {
+  return image >= 0 && image < OVT_IMAGE_COUNT ? kImageName[image] : nullptr;
+}
 
-const char* ovt_stage_name(int32_t stage) { return stage >= 0 && stage < OVT_STAGE_COUNT ? kStageName[stage] : nullptr; }
+const char* ovt_stage_name(int32_t stage) {
+  return stage >= 0 && stage < OVT_STAGE_COUNT ? kStageName[stage] : nullptr;
+}
 
 ovt_status ovt_read_time(ovt_reader* reader, int32_t sensor, ovt_stage stage, int64_t* ns) {
   if (!reader || !ns || stage < 0 || stage >= OVT_STAGE_COUNT) return OVT_BAD_ARGUMENT;

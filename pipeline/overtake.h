@@ -15,8 +15,8 @@
  *
  * Threads: ovt_push_scan one thread per sensor; ovt_push_ego_pose, ovt_push_detections one thread each; ovt_advance,
  * ovt_flush one thread; a reader one thread. Different functions may run at the same time.
- * With worker_count 1 there are no threads at all: every push finishes the work it makes possible before it returns, and
- * all pushes of one detector belong to one thread.
+ * With worker_count 1 there are no threads at all: every push finishes the work it makes possible before it returns,
+ * and all pushes of one detector belong to one thread.
  *
  * Structs that the caller fills start with struct_size, set by their _init (or ovt_default_...) function: an old caller
  * meets a new library. Fields are appended, enum values never renumbered.
@@ -73,7 +73,7 @@ OVT_API void ovt_read_build_info(ovt_build_info* out);
 typedef struct ovt_params {
   size_t struct_size;
   double frame_period_s;             /* frame.period_s             sensors' period */
-  double frame_tolerance_s;          /* frame.tolerance_s          scans this close to a frame's first stamp belong to it */
+  double frame_tolerance_s;          /* frame.tolerance_s          scans this close to its first stamp join a frame */
   double gaps_limit_m;               /* gaps.limit_m */
   double gaps_limit_share;           /* gaps.limit_share */
   double angle_skip_rad;             /* angle.skip_deg */
@@ -162,11 +162,15 @@ typedef enum ovt_log_level { OVT_LOG_ERROR = 0, OVT_LOG_WARNING = 1, OVT_LOG_INF
 typedef struct ovt_detector ovt_detector;
 typedef struct ovt_reader ovt_reader;
 
-typedef void* ovt_alloc_fn(size_t bytes, size_t alignment, void* user);   /* null when there is none; any thread of create */
+typedef void* ovt_alloc_fn(size_t bytes, size_t alignment, void* user);   /* null: none; ovt_create_... only */
 typedef void ovt_free_fn(void* block, size_t bytes, void* user);
+/* One sentence each, on the thread where it happens: at create the ISA and the workers chosen and what is missing,
+ * later every exception caught. What happens to scans, points and tracks is counted (ovt_stats) and flagged, never
+ * logged. */
 typedef void ovt_log_fn(ovt_log_level level, const char* text, void* user);
 /* Called for every finished frame, in order, on the thread that finished it (the pushing one with worker_count 1). The
- * reader is lent for the call and stands on that frame. Must not call anything of the detector but ovt_read_...(reader). */
+ * reader is lent for the call and stands on that frame. Must not call anything of the detector but
+ * ovt_read_...(reader). */
 typedef void ovt_frame_fn(ovt_reader* reader, void* user);
 
 /* Start from ovt_default_detector_def(), then change what you mean to change. Everything is copied on create. */
@@ -224,7 +228,8 @@ OVT_API ovt_status ovt_create_detector(const ovt_detector_def* def, ovt_detector
 OVT_API ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_detector** out, char* error,
                                                size_t error_size);
 /* Order of a shut-down: stop the producers, ovt_flush if the last frames matter, destroy the readers, destroy the
- * detector. NULL is fine. Waits for frames under way; readers still alive stay valid until destroyed but get no frame. */
+ * detector. NULL is fine. Waits for frames under way; readers still alive stay valid until destroyed, without new
+ * frames. */
 OVT_API void ovt_destroy_detector(ovt_detector* detector);
 
 /* ---- input ----------------------------------------------------------------------------------------------------- */
@@ -271,7 +276,8 @@ typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } 
 
 /* Detections of another detector (radar, neural network), all of one stamp: one iteration of the tracker, in the order
  * of stamps with the frames: they close the frame that waits, so push them after the scans of their time. Columns of
- * `count`; heading and covariance may be null, or NaN per row; without cov_xy the variances are taken as independent. */
+ * `count`; heading and covariance may be null, or NaN per row; without cov_xy the variances are taken as
+ * independent. Waits while the rows pushed before still wait. */
 typedef struct ovt_external_detections {
   size_t struct_size;
   int64_t stamp_ns;
@@ -321,7 +327,8 @@ typedef struct ovt_frame_info {
   int32_t detection_count, track_count;
 } ovt_frame_info;
 
-/* Moves the reader to the latest finished frame. OVT_NO_FRAME when there is none newer: the reader stays where it is. */
+/* Moves the reader to the latest finished frame. OVT_NO_FRAME when there is none newer: the reader
+ * stays where it is. */
 OVT_API ovt_status ovt_next_frame(ovt_reader* reader, ovt_frame_info* out);
 OVT_API ovt_status ovt_read_info(ovt_reader* reader, ovt_frame_info* out);
 
@@ -358,7 +365,8 @@ typedef struct ovt_tracks {
   const int64_t* measured_ns;        /* its last measurement */
   const double *x_m, *y_m, *speed_mps, *course_rad, *yaw_rate_rps;
   const double* covariance[15];      /* lower triangle of P over (x, y, v, course, yaw rate), row by row */
-  const double* heading_rad;
+  const double* heading_rad;         /* of the last detection, turned on by the yaw rate; in the map frame the course
+                                        of a confirmed track that drives says which end is the front */
   const double *length_m, *width_m;  /* extent of the last detection */
   const int32_t *age, *hits;
   const int32_t* detection;          /* row of this frame's ovt_detections, -1 none */
@@ -429,7 +437,8 @@ typedef enum ovt_stage {
   OVT_STAGE_COUNT = 16
 } ovt_stage;
 OVT_API const char* ovt_stage_name(int32_t stage);
-/* Nanoseconds a stage took in this frame; sensor -1 for the stages of the whole frame (merge and later). -1: did not run. */
+/* Nanoseconds a stage took in this frame; sensor -1 for the stages of the whole frame (merge and later). It is -1 when
+ * the stage did not run. */
 OVT_API ovt_status ovt_read_time(ovt_reader* reader, int32_t sensor, ovt_stage stage, int64_t* ns);
 
 /* Counters since create. Every pushed scan ends in exactly one of used, dropped, late, dup. */
@@ -440,7 +449,8 @@ typedef struct ovt_stats {
   int64_t points, points_bad[16];    /* points of used scans; without a label, by reason */
   int64_t overflow_clusters, overflow_candidates, overflow_tracks;
   int64_t exceptions, deadline_missed, clock_jumps;
-  int64_t ego_poses, ego_dropped;
+  int64_t ego_poses, ego_dropped;    /* used; refused for their stamp */
+  int64_t external, external_dropped;   /* pushes of detections: used; refused as duplicate or late */
 } ovt_stats;
 OVT_API ovt_status ovt_read_stats(ovt_detector* detector, ovt_stats* out);
 

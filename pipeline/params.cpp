@@ -166,8 +166,8 @@ ovt_status ovt_set_param(ovt_params* params, const char* name, const char* value
   const char* end = value + std::strlen(value);
   const auto [at, error] = std::from_chars(value, end, number);
   if (at != end || error == std::errc::invalid_argument) return OVT_BAD_ARGUMENT;
-  if (error != std::errc()) return OVT_OUT_OF_RANGE;    // more than a double holds
-  if (!within(*row, number)) return OVT_OUT_OF_RANGE;   // also when NaN
+  if (error != std::errc()) return OVT_OUT_OF_RANGE;   // more than a double holds
+  if (!within(*row, number)) return OVT_OUT_OF_RANGE;  // also when NaN
   if (row->is_integer && number != double(int32_t(number))) return OVT_BAD_ARGUMENT;
   write(*params, *row, number);
   return OVT_OK;

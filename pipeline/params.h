@@ -34,6 +34,7 @@ const char* find_bad_param(const ovt_params& params) noexcept;
 
 SegmentParams make_segment_params(const ovt_params& params, const SensorModel& sensor) noexcept;
 DetectParams make_detect_params(const ovt_params& params) noexcept;
-TrackerParams make_tracker_params(const ovt_params& params, int32_t track_capacity, int32_t detection_capacity) noexcept;
+TrackerParams make_tracker_params(const ovt_params& params, int32_t track_capacity,
+                                  int32_t detection_capacity) noexcept;
 
 }  // namespace overtake

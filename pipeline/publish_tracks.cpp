@@ -23,11 +23,12 @@ int64_t limit_stamp(int64_t state_ns, int64_t publish_ns) {
 }
 
 // psi of the last detection, turned on by omega. An L-shape does not tell front from rear: where the track is sure to
-// drive, its course does. No heading ever measured: the course.
-double choose_heading(const Track& track, double min_speed_mps) {
+// drive, its course does. Not in the vehicle frame: there a car that is being overtaken moves backwards. No heading
+// ever measured: the course.
+double choose_heading(const Track& track, bool in_map, double min_speed_mps) {
   const MotionState& m = track.estimate.mean;
   if (!track.has_heading) return m.course_rad;
-  const bool drives = track.life.state == TrackState::kConfirmed && m.speed_mps >= min_speed_mps;
+  const bool drives = in_map && track.life.state == TrackState::kConfirmed && m.speed_mps >= min_speed_mps;
   const bool opposes = std::fabs(wrap_angle(track.heading_rad - m.course_rad)) > kHalfPi;
   return drives && opposes ? wrap_angle(track.heading_rad + kPi) : track.heading_rad;
 }
@@ -52,14 +53,14 @@ TrackEstimate read_estimate(const TrackTable& t, std::size_t i) {
   return estimate;
 }
 
-void write_track(const Track& track, TrackId id, double heading_speed_mps, TrackTable& t) {
+void write_track(const Track& track, TrackId id, double heading_rad, TrackTable& t) {
   const auto i = std::size_t(t.count++);
   t.id[i] = id;
   t.state[i] = int32_t(track.life.state);
   t.stamp_ns[i] = track.state_ns;
   t.measured_ns[i] = track.measured_ns;
   write_estimate(track.estimate, t, i);
-  t.heading_rad[i] = choose_heading(track, heading_speed_mps);
+  t.heading_rad[i] = heading_rad;
   t.length_m[i] = track.length_m;
   t.width_m[i] = track.width_m;
   t.age[i] = track.life.age;
@@ -94,7 +95,8 @@ void Tracker::snapshot(TrackTable& states) const noexcept {
   states.count = 0;
   for (std::size_t slot = 0; slot < s.tracks.size(); ++slot)
     if (const Track& track = s.tracks[slot]; track.alive)
-      write_track(track, make_track_id(uint32_t(slot), track.generation), s.params.heading_speed_mps, states);
+      write_track(track, make_track_id(uint32_t(slot), track.generation),
+                  choose_heading(track, s.in_map, s.params.heading_speed_mps), states);
 }
 
 void publish_tracks(const TrackerParams& unchecked, const TrackTable& states, int64_t publish_ns, TrackTable& tracks,

@@ -81,7 +81,7 @@ void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part)
   clock.lap(OVT_STAGE_GAPS);
   k.angle_image(p.angle_image, m.range_filled_m, m.elevation_filled_rad, m.angle_rad);
   clock.lap(OVT_STAGE_ANGLE);
-  k.smooth_sg(p.smooth_sg, model.rows - 1, m.angle_rad, m.angle_smooth_rad);
+  k.smooth_sg(p.smooth_sg, std::max(part.row_count - 1, 0), m.angle_rad, m.angle_smooth_rad);
   clock.lap(OVT_STAGE_SMOOTH);
   k.mark_ground(p.mark_ground, part.row_count, m.angle_smooth_rad, m.range_filled_m, m.pixel_point, m.nonground);
   clock.lap(OVT_STAGE_GROUND);
@@ -91,8 +91,8 @@ void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part)
   k.link_pixels(p.link_pixels, m.range_repaired_m, m.elevation_repaired_rad, m.nonground_repaired, m.link_right,
                 m.link_down);
   clock.lap(OVT_STAGE_LINK);
-  part.label_count = k.label_bfs(model.wraps, m.range_filled_m, m.nonground_repaired, m.link_right, m.link_down,
-                                 m.labels, part.queue);
+  part.label_count =
+      k.label_bfs(model.wraps, m.range_filled_m, m.nonground_repaired, m.link_right, m.link_down, m.labels, part.queue);
   k.label_points(p.label_points, m, part.points);
   clock.lap(OVT_STAGE_LABEL);
   part.cluster_overflow =
@@ -107,7 +107,7 @@ void merge_frame(const StageContext& context, Frame& frame) noexcept {
   SeamSide sides[kMaxSensors];
   for (int32_t s = 0; s < context.sensor_count; ++s) {
     const SensorPart& part = frame.sensors[s];
-    sides[s] = {part.present,  &context.sensors[s], &part.images,         &part.scan,     &part.points,
+    sides[s] = {part.present,   &context.sensors[s],  &part.images,      &part.scan,   &part.points,
                 &part.clusters, &part.cluster_points, part.row_of_label, part.stamp_ns};
   }
   frame.merged_overflow = context.kernels->merge_seams(context.detect.merge_seams, sides, context.sensor_count,
@@ -198,9 +198,8 @@ void pose_frame(const StageContext& context, Frame& frame) noexcept {
     }
 
     const Transform& mounting = context.sensors[merged.main_sensor[row]].T_vehicle_sensor;
-    const RectangleFit fit =
-        context.kernels->fit_rectangle(context.detect.fit_rectangle, frame.fit_x_m, frame.fit_y_m, count,
-                                       float(heading_ref), mounting.t[0], mounting.t[1]);
+    const RectangleFit fit = context.kernels->fit_rectangle(context.detect.fit_rectangle, frame.fit_x_m, frame.fit_y_m,
+                                                            count, float(heading_ref), mounting.t[0], mounting.t[1]);
     out.merged[i] = row;
     out.stamp_ns[i] = merged.stamp_ns[row];
     out.x_m[i] = fit.center_x_m;
@@ -277,12 +276,12 @@ void TrackStage::measure_external(Frame& frame) noexcept {
     out.length_m[i] = out.width_m[i] = kNoValue;
     out.var_x[i] = in.var_x[i];
     out.var_y[i] = in.var_y[i];
-    const bool variances_alone = in.var_x[i] == in.var_x[i] && in.cov_xy[i] != in.cov_xy[i];   // independent, then
+    const bool variances_alone = in.var_x[i] == in.var_x[i] && in.cov_xy[i] != in.cov_xy[i];  // independent, then
     out.cov_xy[i] = variances_alone ? 0.0 : in.cov_xy[i];
     if (turn) {
       ego.to_map(in.x_m[i], in.y_m[i], 0.0, out.x_m[i], out.y_m[i]);
       if (in.heading_rad[i] == in.heading_rad[i]) out.heading_rad[i] = ego.heading_to_map(in.heading_rad[i]);
-      const double c = ego.r[0], s = ego.r[3];                       // rotate the covariance
+      const double c = ego.r[0], s = ego.r[3];  // rotate the covariance
       const double xx = out.var_x[i], yy = out.var_y[i], xy = out.cov_xy[i];
       out.var_x[i] = c * c * xx - 2 * c * s * xy + s * s * yy;
       out.var_y[i] = s * s * xx + 2 * c * s * xy + c * c * yy;
@@ -292,7 +291,7 @@ void TrackStage::measure_external(Frame& frame) noexcept {
 }
 
 int32_t TrackStage::observe(const Frame& frame, ObservedSector* sectors) const noexcept {
-  if (frame.kind == FrameKind::kExternal) return -1;                 // who knows what it saw: everything
+  if (frame.kind == FrameKind::kExternal) return -1;  // who knows what it saw: everything
   int32_t count = 0;
   for (int32_t s = 0; s < context_.sensor_count; ++s) {
     if (!(frame.sensor_mask >> s & 1u)) continue;
@@ -334,7 +333,8 @@ void TrackStage::run(Frame& frame) noexcept {
 
   // Once in the map, measurements of the vehicle frame are worth nothing without a pose: the tracks only predict.
   const bool measured_in_vehicle =
-      frame.kind == FrameKind::kScans || (frame.kind == FrameKind::kExternal && frame.external_reference == OVT_REFERENCE_VEHICLE);
+      frame.kind == FrameKind::kScans ||
+      (frame.kind == FrameKind::kExternal && frame.external_reference == OVT_REFERENCE_VEHICLE);
   const bool lost = reference_ == OVT_REFERENCE_MAP && !frame.ego_known && measured_in_vehicle;
   if (lost) frame.flags |= OVT_FLAG_EGO_STALE;
 
@@ -354,11 +354,9 @@ void TrackStage::run(Frame& frame) noexcept {
     input.stamp_ns = frame.stamp_ns;
     input.detections = {m.count,    m.stamp_ns, m.x_m,   m.y_m,   m.heading_rad,
                         m.length_m, m.width_m,  m.var_x, m.var_y, m.cov_xy};
-    input.ego.known = frame.ego_known;
-    if (frame.ego_known) {
+    if (frame.ego_known) {  // which puts the tracker into the map
       const EgoPose& pose = frame.ego_state.pose;
       input.ego = {true, pose.x_m, pose.y_m, pose.yaw_rad, pose.speed_mps};
-      if (reference_ == OVT_REFERENCE_VEHICLE) input.ego = {true, 0, 0, 0, pose.speed_mps};
     }
     input.in_map = reference_ == OVT_REFERENCE_MAP;
     input.sectors = sectors;

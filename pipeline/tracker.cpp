@@ -177,6 +177,7 @@ void Tracker::step(const TrackerFrame& unchecked, TrackId* track_of_detection) n
   State& s = *state_;
   TrackerFrame frame = unchecked;
   frame.ego = make_sane(unchecked.ego);
+  s.in_map = frame.in_map;
   ++s.counts.iterations;
   for (Track& track : s.tracks)
     if (track.alive) s.bury_silent(track, frame.stamp_ns);

@@ -25,7 +25,7 @@ struct TrackerParams {
   double max_silence_s = 4.0;                              // without a hit a track dies in any case; at most 60
   double predict_step_s = 0.05;                            // longer steps are cut into such
   double horizon_s = 3.0, horizon_step_s = 0.1;
-  double heading_speed_mps = 3.0;                          // from here on a confirmed track's course turns its heading
+  double heading_speed_mps = 3.0;                          // in the map a confirmed track this fast turns its heading
   int32_t track_capacity = 256, detection_capacity = 256;
 };
 
@@ -56,7 +56,8 @@ struct TrackerFrame {
   int64_t stamp_ns = 0;                                    // the iteration's time: the frame's last stamp
   TrackerDetections detections;
   TrackerEgo ego;
-  bool in_map = true;                                      // frame of reference is the map's: births may ask the map
+  bool in_map = true;                                      // frame of reference is the map's: births may ask the map,
+                                                           // and a course says where a car's front is
   const ObservedSector* sectors = nullptr;                 // what was seen; with sector_count < 0 everything was
   int32_t sector_count = -1;
 };

@@ -64,6 +64,7 @@ struct Tracker::State {
   ProcessNoise noise, no_noise;
   TrackerCounts counts;
   int32_t alive_count = 0;
+  bool in_map = true;                                // of the last step
 
   std::vector<Track> tracks;                         // by slot
   std::vector<Candidate> candidates;                 // by (stamp, x, y, row)

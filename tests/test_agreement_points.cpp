@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The point kernels on every ISA against the twin where test_agreement's clouds do not reach: every order points may come
-// in, every field type and layout, pixels that all fight over, and fits of odd shapes.
+// The point kernels on every ISA against the twin where test_agreement's clouds do not reach: every order points may
+// come in, every field type and layout, pixels that all fight over, and fits of odd shapes.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -75,7 +75,7 @@ uint64_t run_points(const KernelTable& k, const std::vector<TestPoint>& cloud, c
   const KernelTable& twin = *find_kernels("ref");
   RangeImages& m = chain.images;
   Hash hash(1);
-  for (int32_t scan = 0; scan < 2; ++scan) {           // twice: nothing of the first may shine through
+  for (int32_t scan = 0; scan < 2; ++scan) {  // twice: nothing of the first may shine through
     k.load_points(fields, int32_t(cloud.size()), chain.scan);
     k.project_points(sensor, chain.scan, chain.points, chain.sums);
     std::sort(chain.sums.touched, chain.sums.touched + chain.sums.touched_count);
@@ -88,8 +88,9 @@ uint64_t run_points(const KernelTable& k, const std::vector<TestPoint>& cloud, c
     const int32_t rows = k.rank_layers(sensor.rows, chain.sums, chain.row_of_layer, layer_order);
     k.scatter_points(chain.scan, chain.row_of_layer, chain.points, m);
     for (int32_t r = 0; r < sensor.rows; ++r)
-      for (const void* row : {static_cast<const void*>(m.range_m.row(r)), static_cast<const void*>(m.elevation_rad.row(r)),
-                              static_cast<const void*>(m.pixel_point.row(r))})
+      for (const void* row :
+           {static_cast<const void*>(m.range_m.row(r)), static_cast<const void*>(m.elevation_rad.row(r)),
+            static_cast<const void*>(m.pixel_point.row(r))})
         hash.add_bytes(row, std::size_t(sensor.cols) * 4);
     twin.fill_gaps(chain.fill, m.range_m, m.elevation_rad, m.range_filled_m, m.elevation_filled_rad);
     twin.angle_image(chain.angle, m.range_filled_m, m.elevation_filled_rad, m.angle_rad);
@@ -99,8 +100,8 @@ uint64_t run_points(const KernelTable& k, const std::vector<TestPoint>& cloud, c
                       m.elevation_repaired_rad, m.nonground_repaired);
     twin.link_pixels(chain.links, m.range_repaired_m, m.elevation_repaired_rad, m.nonground_repaired, m.link_right,
                      m.link_down);
-    const int32_t labels = twin.label_bfs(sensor.wraps, m.range_filled_m, m.nonground_repaired, m.link_right, m.link_down,
-                                          m.labels, queue);
+    const int32_t labels = twin.label_bfs(sensor.wraps, m.range_filled_m, m.nonground_repaired, m.link_right,
+                                          m.link_down, m.labels, queue);
     k.label_points(chain.label, m, chain.points);
     hash.add_value(k.build_clusters(sensor.T_vehicle_sensor, chain.scan, chain.points, labels, clusters, members,
                                     row_of_label, cursor, order));
@@ -212,15 +213,17 @@ TEST_CASE("fit_rectangle gives the twin's bytes for any number and shape of poin
     CAPTURE(seed);
     std::mt19937_64 random(seed);
     const auto uniform = [&] { return float(random() % 65536) / 65536.0f; };
-    const int32_t count = seed < 70 ? int32_t(seed) : seed % 10 == 0 ? 4090 + int32_t(seed % 13) : int32_t(1 + random() % 900);
+    const int32_t count = seed < 70        ? int32_t(seed)
+                          : seed % 10 == 0 ? 4090 + int32_t(seed % 13)
+                                           : int32_t(1 + random() % 900);
     const int32_t shape = int32_t(seed % 5);
     std::vector<float> x, y;
     for (int32_t i = 0; i < count; ++i) {
       const float along = uniform() * 6.8f, noise = shape == 4 ? 0.0f : 0.03f * uniform();
       float u = along < 4.9f ? along : noise, v = along < 4.9f ? noise : along - 4.9f;
-      if (shape == 1) v = noise;                                           // one face
-      if (shape == 2) u = v = 0.0f;                                        // all in one place
-      if (shape == 3) u = (uniform() - 0.5f) * 1e30f, v = -0.0f;           // nonsense
+      if (shape == 1) v = noise;                                  // one face
+      if (shape == 2) u = v = 0.0f;                               // all in one place
+      if (shape == 3) u = (uniform() - 0.5f) * 1e30f, v = -0.0f;  // nonsense
       const float turn = shape == 4 ? 0.0f : 0.4f;
       x.push_back(20.0f + u - turn * v);
       y.push_back(shape == 3 ? v : -3.0f + v + turn * u);

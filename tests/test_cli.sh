@@ -2,8 +2,8 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_cli.sh OVERTAKE. The command line from outside: files and columns, same bytes, exit codes and the one
-# sentence each kind of bad input gets, Ctrl-C. Needs no recording: it makes a small scene. Exit code 0 is a pass.
+# usage: tests/test_cli.sh OVERTAKE. The command line from outside: files and columns, same bytes, exit codes and the
+# one sentence each kind of bad input gets, Ctrl-C. Needs no recording: it makes a small scene. Exit code 0 is a pass.
 set -uo pipefail
 readonly overtake=$(realpath "${1:?usage: test_cli.sh OVERTAKE}")
 readonly dir=$(mktemp -d)
@@ -93,6 +93,27 @@ printf 'stamp_ns,x_m,y_m\n2,0,0\n1,0,0\n' >back.csv
 printf 'stamp_ns,x_m,y_m\n2,0,zero\n' >word.csv
 printf 'stamp_ns,x_m,yaw_rad\n2,0,0\n' >ego.csv
 printf '0,0,5,5\n1,0,5,5\n2,0,five,5\n' >map.csv
+printf 'preset = "best"\n' >preset.toml
+printf '0,0,5\n1,0,5\n2,0,5\n' >bound.csv
+mkdir -p lone short_box bad_box small
+cp scene/000000_left.pcd lone
+for folder in short_box bad_box; do cp scene/000000_front.pcd $folder; done
+echo 1 2 3 >short_box/000000_box.txt
+echo 1 2 3 4 5 6 east >bad_box/000000_box.txt
+cp scene/000000_front.pcd small/0_front.pcd
+cat >small.toml <<'END'
+period_s = 0.05
+[[sensor]]
+name = "front"
+x_m = 0
+y_m = 0
+z_m = 1
+rows = 32
+cols = 857
+azimuth_left_deg = 60
+azimuth_right_deg = -60
+point_capacity = 100
+END
 av21=(--rig av21 --out out)
 refuse "*no: no such folder" run no "${av21[@]}"
 refuse "*empty: holds no .pcd file" run empty "${av21[@]}"
@@ -107,10 +128,15 @@ refuse "range.toml:3: tracker: tracker.confirm_hits is '3000', it takes a whole 
 refuse "group.toml:1: unknown key 'trackers'" run scene --config group.toml "${av21[@]}"
 refuse "no.toml: no such file" run scene --config no.toml "${av21[@]}"
 refuse "--preset: there is no preset 'best' (there is: paper)" run scene --preset best "${av21[@]}"
+refuse "preset.toml:1: there is no preset 'best' (there is: paper)" run scene --config preset.toml "${av21[@]}"
 refuse "--set tracker.M=3: there is no parameter 'tracker.M' *" run scene --set tracker.M=3 "${av21[@]}"
 refuse "--set tracker.confirm_hits: key=value is needed" run scene --set tracker.confirm_hits "${av21[@]}"
 refuse "--set tracker.confirm_hits=x: tracker.confirm_hits is 'x', it takes a whole number from *" run scene --set tracker.confirm_hits=x "${av21[@]}"
 refuse "--set smooth.window=99: smooth.window is '99', it takes a whole number from *" run scene --set smooth.window=99 "${av21[@]}"
+refuse "bound.csv:1: a bound has two columns, *" run scene --map bound.csv,bound.csv "${av21[@]}"
+refuse "*short_box/000000_box.txt:1: 7 numbers are needed: *" run short_box "${av21[@]}"
+refuse "*bad_box/000000_box.txt:1: 'east' is no number" run bad_box "${av21[@]}"
+refuse "*0_front.pcd: * points, but sensor 'front' has point_capacity 100" run small --rig small.toml --out out
 refuse "map.csv:3:5: 'five' is no number" run scene --map map.csv "${av21[@]}"
 refuse "no.csv: no such file" run scene --map no.csv "${av21[@]}"
 refuse "ego.csv: no column y_m or y *" run scene --ego ego.csv "${av21[@]}"
@@ -120,6 +146,7 @@ refuse "--sensor is needed: front, left, right" inspect scene --frame 3 "${av21[
 refuse "--sensor top: rig av21 has front, left, right" inspect scene --frame 3 --sensor top "${av21[@]}"
 refuse "--frame is needed: scene has frames 0 to 7" inspect scene --sensor front "${av21[@]}"
 refuse "--frame 99: scene has no such frame (there are 0 to 7)" inspect scene --frame 99 --sensor front "${av21[@]}"
+refuse "lone: frame 0 has no scan of sensor 'front'" inspect lone --frame 0 --sensor front "${av21[@]}"
 refuse "back.csv:3:1: the stamp goes back" track back.csv --out out
 refuse "word.csv:2:5: y_m 'zero' is no number" track word.csv --out out
 refuse "no.csv: no such file" track no.csv --out out

@@ -5,8 +5,10 @@
 // counters.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <stdexcept>
 #include <thread>
 
@@ -452,6 +454,58 @@ TEST_CASE("detector: capacities keep the nearest, count the rest and set the fla
   }
 }
 
+TEST_CASE("detector: point labels lead to clusters whose counts and bounds are those of their points") {
+  const Posts posts(5);
+  const ovt_points points = posts.points(7 * kMs);
+  Small small;
+  small.create();
+  REQUIRE(ovt_push_scan(small.detector, &points) == OVT_OK);
+  ovt_reader* reader = nullptr;
+  ovt_labels labels;
+  ovt_clusters clusters;
+  REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
+  CHECK(ovt_read_clusters(reader, &clusters) == OVT_NO_FRAME);
+  REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
+  REQUIRE(ovt_read_labels(reader, 0, &labels) == OVT_OK);
+  REQUIRE(ovt_read_clusters(reader, &clusters) == OVT_OK);
+  CHECK(ovt_read_clusters(reader, nullptr) == OVT_BAD_ARGUMENT);
+  REQUIRE(clusters.count == 5);
+  for (int32_t c = 0; c < clusters.count; ++c) {
+    int32_t count = 0;
+    float low_x = 1e9f, high_z = -1e9f;
+    for (int32_t i = 0; i < labels.count; ++i) {
+      if (labels.label[i] < 1 || labels.cluster_of_label[labels.label[i]] != c) continue;
+      ++count;
+      low_x = std::min(low_x, labels.x_m[i]);
+      high_z = std::max(high_z, labels.z_m[i]);
+    }
+    CHECK(count > 0);
+    CHECK(clusters.point_count[c] == count);
+    CHECK(clusters.min_x_m[c] == low_x);
+    CHECK(clusters.max_z_m[c] == high_z);
+    CHECK(clusters.stamp_ns[c] == 7 * kMs);
+    CHECK(clusters.sensor_mask[c] == 1);
+  }
+  ovt_destroy_reader(reader);
+}
+
+TEST_CASE("detector: every status has a text of its own, and the build says what it is") {
+  std::set<std::string> texts;
+  for (int32_t status = OVT_OK; status <= OVT_INTERNAL; ++status) texts.insert(ovt_status_text(ovt_status(status)));
+  CHECK(texts.size() == OVT_INTERNAL + 1);
+  REQUIRE(ovt_status_text(ovt_status(15)));
+  CHECK(texts.count(ovt_status_text(ovt_status(15))) == 0);
+
+  ovt_build_info build{};
+  ovt_read_build_info(&build);
+  CHECK(build.version == OVT_VERSION);
+  CHECK(std::string(build.version_text) == std::to_string(OVT_VERSION_MAJOR) + "." + std::to_string(OVT_VERSION_MINOR) +
+                                               "." + std::to_string(OVT_VERSION_PATCH));
+  CHECK(std::string(build.commit) != "");
+  CHECK(std::string(build.compiler) != "");
+  CHECK(std::string(build.isas).rfind("ref", 0) == 0);
+}
+
 TEST_CASE("detector: what the callback throws is counted, and the next frame works") {
   struct Thrower {
     static void throws(ovt_reader*, void*) { throw std::runtime_error("from the callback"); }
@@ -468,6 +522,35 @@ TEST_CASE("detector: what the callback throws is counted, and the next frame wor
     CHECK(ovt_flush(small.detector) == OVT_OK);
     CHECK(small.stats().frames == 10);
     CHECK(small.stats().exceptions == 10);
+  }
+}
+
+TEST_CASE("detector: the log hears what create chose, what is missing, and every exception caught") {
+  struct Listener {
+    std::vector<std::string> lines;
+    static void hear(ovt_log_level level, const char* text, void* user) {
+      static_cast<Listener*>(user)->lines.push_back(std::to_string(level) + " " + text);
+    }
+    static void throws_log(ovt_log_level, const char*, void*) { throw std::runtime_error("from the log"); }
+    static void throws(ovt_reader*, void*) { throw std::runtime_error("from the callback"); }
+  };
+  for (const bool log_throws : {false, true}) {
+    Listener listener;
+    Small small(1, 1);
+    small.def.isa = "ref";
+    small.def.user = &listener;
+    small.def.log = log_throws ? Listener::throws_log : Listener::hear;
+    small.def.on_frame = Listener::throws;
+    small.create();
+    const Posts posts(2);
+    const ovt_points points = posts.points(0);
+    CHECK(ovt_push_scan(small.detector, &points) == OVT_OK);
+    CHECK(ovt_flush(small.detector) == OVT_OK);
+    CHECK(small.stats().exceptions == 1);
+    if (log_throws) continue;
+    CHECK(listener.lines == std::vector<std::string>{"2 isa ref, 1 worker",
+                                                     "1 no map: no map gate, psi_REF is the ego heading",
+                                                     "0 on_frame threw an exception"});
   }
 }
 
@@ -602,6 +685,29 @@ TEST_CASE("detector: a pushed detection's variances alone are enough, and turn w
     CHECK(tracks.covariance[2][0] == doctest::Approx(turned ? var_x : var_y));
     ovt_destroy_reader(reader);
   }
+}
+
+TEST_CASE("detector: every push of detections is counted as used or dropped") {
+  Small small;
+  small.create();
+  const double at = 10.0;
+  const auto push = [&](int64_t stamp_ns) {
+    ovt_external_detections d;
+    ovt_external_detections_init(&d, sizeof d);
+    d.stamp_ns = stamp_ns;
+    d.count = 1;
+    d.x_m = d.y_m = &at;
+    return ovt_push_detections(small.detector, &d);
+  };
+  CHECK(push(100) == OVT_OK);
+  CHECK(push(100) == OVT_DUPLICATE);
+  CHECK(push(50) == OVT_LATE);
+  CHECK(push(200) == OVT_OK);
+  ovt_stats stats;
+  stats.struct_size = sizeof stats;
+  REQUIRE(ovt_read_stats(small.detector, &stats) == OVT_OK);
+  CHECK(stats.external == 2);
+  CHECK(stats.external_dropped == 2);
 }
 
 TEST_CASE("detector: every bad scan gets its status, and nothing changes") {

@@ -32,7 +32,7 @@ T any_size(Random& random, double range) {
   return T((random() & 1 ? 1.0 : -1.0) * std::exp2(exponent(random)));
 }
 
-TEST_CASE("atan2_f32 is within 1.6 ulp everywhere") {
+TEST_CASE("atan2_f32 is within 3.5 ulp everywhere") {
   const unsigned seed = 1;
   CAPTURE(seed);
   std::mt19937_64 random(seed);
@@ -60,7 +60,7 @@ TEST_CASE("atan2_f32 is within 1.6 ulp everywhere") {
   CAPTURE(worst_y);
   CAPTURE(worst_x);
   MESSAGE("atan2_f32: worst error " << worst << " ulp");
-  CHECK(worst <= 1.6);
+  CHECK(worst <= 3.5);
 }
 
 TEST_CASE("atan2 on the axes: zero for nothing, pi behind whatever the sign of zero") {

@@ -28,7 +28,8 @@ void count_sensor(ovt_reader* reader, int32_t s, Totals& t) {
   for (int32_t i = 0; i < labels.count; ++i) {
     if (labels.label[i] >= 0) ++t.labelled;
     const bool has_label = labels.label[i] >= 0, has_reason = labels.reason[i] != 0;
-    if (has_label == has_reason || labels.label[i] > labels.label_count || !ovt_reason_name(labels.reason[i])) ++t.nothing;
+    if (has_label == has_reason || labels.label[i] > labels.label_count || !ovt_reason_name(labels.reason[i]))
+      ++t.nothing;
   }
 
   ovt_image range, elevation, owner;
@@ -37,14 +38,16 @@ void count_sensor(ovt_reader* reader, int32_t s, Totals& t) {
   REQUIRE(ovt_read_image(reader, s, OVT_IMAGE_PIXEL_POINT, &owner) == OVT_OK);
   const io::RigSensor& sensor = t.rig->sensors[std::size_t(s)];
   const double left = sensor.azimuth_left_deg * 3.14159265358979323846 / 180.0;
-  const double span = sensor.wraps ? 6.28318530717958648
-                                   : (sensor.azimuth_left_deg - sensor.azimuth_right_deg) * 3.14159265358979323846 / 180.0;
+  const double span = sensor.wraps
+                          ? 6.28318530717958648
+                          : (sensor.azimuth_left_deg - sensor.azimuth_right_deg) * 3.14159265358979323846 / 180.0;
   const double pitch = span / range.cols;
   for (int32_t r = 0; r < range.rows; ++r)
     for (int32_t c = 0; c < range.cols; ++c) {
       const auto at = [&](const ovt_image& image, auto type) {
         using T = decltype(type);
-        return reinterpret_cast<const T*>(static_cast<const char*>(image.data) + std::size_t(r) * image.stride_bytes)[c];
+        return reinterpret_cast<const T*>(static_cast<const char*>(image.data) +
+                                          std::size_t(r) * image.stride_bytes)[c];
       };
       const int32_t i = at(owner, int32_t());
       const auto rho = double(at(range, float()));
@@ -57,8 +60,9 @@ void count_sensor(ovt_reader* reader, int32_t s, Totals& t) {
       const double tolerance = 4e-7 * rho + 1e-6;
       if (std::fabs(rho * std::sin(e) - z) > tolerance || std::fabs(rho * std::cos(e) - std::hypot(x, y)) > tolerance)
         ++t.unrestored;
-      const double azimuth = left - (c + 0.5) * pitch;       // the column's own: within half a column
-      if (std::fabs(std::remainder(std::atan2(y, x) - azimuth, 6.28318530717958648)) > 0.5 * pitch + 1e-6) ++t.unrestored;
+      const double azimuth = left - (c + 0.5) * pitch;  // the column's own: within half a column
+      if (std::fabs(std::remainder(std::atan2(y, x) - azimuth, 6.28318530717958648)) > 0.5 * pitch + 1e-6)
+        ++t.unrestored;
     }
 }
 
@@ -89,7 +93,7 @@ Totals check_recording(const char* folder, const char* rig) {
   CHECK(totals.pixels > totals.points / 2);
   totals.overflow = session.stats().overflow_clusters + session.stats().overflow_candidates;
   MESSAGE(std::string(folder) << ": " << totals.frames << " frames, " << totals.points << " points, " << totals.labelled
-                 << " labelled, " << totals.pixels << " pixels");
+                              << " labelled, " << totals.pixels << " pixels");
   return totals;
 }
 
@@ -100,7 +104,7 @@ TEST_CASE("racecar: every point has a label or a reason, and images restore thei
   const Totals t = check_recording("racecar", "av21");
   CHECK(t.sensors == 12);
   CHECK(t.points == 285573);
-  CHECK(t.overflow == 0);                    // the default capacities hold a scan without a map
+  CHECK(t.overflow == 0);  // the default capacities hold a scan without a map
 }
 TEST_CASE("kitti: every point has a label or a reason, and images restore their points") {
   OVT_NEED_RECORDED("kitti");

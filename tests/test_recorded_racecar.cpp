@@ -30,8 +30,8 @@ Box read_box(int64_t frame) {
   return b;
 }
 
-// Inner face of the outer wall in the vehicle frame, as vertical planes through these points: set by hand on pictures of
-// frames 2, 4 and 5 from above. The car keeps its distance to the wall, so one set serves all.
+// Inner face of the outer wall in the vehicle frame, as vertical planes through these points: set by hand on pictures
+// of frames 2, 4 and 5 from above. The car keeps its distance to the wall, so one set serves all.
 constexpr double kWall[][2] = {{-5.0, -9.6}, {20.0, -9.2}, {50.0, -6.7}, {70.0, -4.4}, {90.0, -1.5}, {110.0, 1.6}};
 
 // How far a point lies behind the wall's face, metres; negative on the track's side.
@@ -46,15 +46,15 @@ double behind_wall(double x, double y) {
 
 struct Seen {
   int64_t frame = 0;
-  int32_t near_box = 0;                      // detections within 3 m of the box' centre
-  double ahead_m = 0, aside_m = 0;           // of the last of them, off the box' centre along and across its yaw
-  int32_t points = 0, behind_wall = 0;       // of its cluster
-  int32_t wall_points = 0;                   // of the whole frame, within a metre behind the wall's face
+  int32_t near_box = 0;                 // detections within 3 m of the box' centre
+  double ahead_m = 0, aside_m = 0;      // of the last of them, off the box' centre along and across its yaw
+  int32_t points = 0, behind_wall = 0;  // of its cluster
+  int32_t wall_points = 0;              // of the whole frame, within a metre behind the wall's face
 };
 
 struct Run {
   std::vector<Seen> frames;
-  int32_t confirmed_on_opponent = 0;         // after the last frame
+  int32_t confirmed_on_opponent = 0;  // after the last frame
   const io::Rig rig = io::load_rig("av21");
   int64_t next = 0;
   static constexpr int64_t kFrames[] = {2, 3, 4, 5};
@@ -130,8 +130,8 @@ TEST_CASE("racecar: one detection on the opponent, centred, without a point of t
     REQUIRE(run.frames.size() == 4);
     for (const Seen& seen : run.frames) {
       CAPTURE(seen.frame);
-      CHECK(seen.wall_points > 2500);        // the planes do stand on the wall
-      if (seen.frame == 3) continue;         // its box is 2.2 m too far ahead
+      CHECK(seen.wall_points > 2500);  // the planes do stand on the wall
+      if (seen.frame == 3) continue;   // its box is 2.2 m too far ahead
       CHECK(seen.near_box == 1);
       CHECK(std::fabs(seen.aside_m) < 0.6);
       CHECK(std::fabs(seen.ahead_m) < 1.0);

@@ -105,7 +105,7 @@ TEST_CASE("scene: road, walls and fence lie on their cone and cylinders at the t
         }
       }
     for (int32_t surface = 0; surface < 7; ++surface) {
-      CAPTURE(surface);   // on a level road the inner wall hides the infield
+      CAPTURE(surface);  // on a level road the inner wall hides the infield
       CHECK((seen[surface] > 0) == (banking > 0 || surface != int32_t(SceneSurface::infield)));
     }
   }

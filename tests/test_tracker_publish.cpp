@@ -167,6 +167,17 @@ TEST_CASE("tracker: a confirmed track that drives turns a heading that opposes i
   }
 }
 
+TEST_CASE("tracker: in the vehicle frame a car that is overtaken keeps its heading, though it moves backwards") {
+  TrackerBench bench;
+  bench.frame.in_map = false;
+  for (int k = 0; k < 21; ++k) bench.step(0.05 * k, {{50 - k * 1.0, 0, 0.1}});
+  const TrackTable& t = bench.tracks();
+  REQUIRE(t.state[0] == int32_t(TrackState::kConfirmed));
+  CHECK(t.speed_mps[0] > 10);
+  CHECK(std::fabs(t.course_rad[0]) > 3);
+  CHECK(std::fabs(t.heading_rad[0] - 0.1) < 0.1);
+}
+
 TEST_CASE("tracker: a tentative track and one that stands keep the heading measured") {
   TrackerBench tentative;
   drive(tentative, 3.0, 5);

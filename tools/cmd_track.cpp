@@ -47,8 +47,7 @@ std::vector<Scan> read_scans(const std::string& path) {
     scan.heading_rad.push_back(optional(i, heading));
     scan.var_x.push_back(optional(i, var_x));
     scan.var_y.push_back(optional(i, var_y));
-    scan.cov_xy.push_back(std::isnan(scan.var_x.back()) || !std::isnan(optional(i, cov_xy)) ? optional(i, cov_xy)
-                                                                                            : 0.0);
+    scan.cov_xy.push_back(optional(i, cov_xy));
   }
   return scans;
 }

@@ -22,6 +22,12 @@ std::vector<ovt_param_info> describe_params() {
 
 std::string group_of(const std::string& name) { return name.substr(0, name.find('.')); }
 
+// At least `width` characters, the last one a space.
+std::string padded(std::string text, std::size_t width) {
+  text.resize(std::max(text.size() + 1, width), ' ');
+  return text;
+}
+
 // What is wrong with setting `name` to `value`; "" when nothing was and it is set.
 std::string set_param(ovt_params& params, const std::string& name, const std::string& value) {
   const ovt_status status = ovt_set_param(&params, name.c_str(), value.c_str());
@@ -94,7 +100,7 @@ bool read_config_file(Config& config, const Options& options) {
   config.map = reader.text_or("map", "");
   config.ego = reader.text_or("ego", "");
   config.isa = reader.text_or("isa", "");
-  config.workers = int32_t(reader.integer_or("workers", 0, 1024, config.workers));
+  config.workers = int32_t(reader.integer_or("workers", 0, 256, config.workers));
   if (options.rig.empty())
     read_rig_key(config, reader);
   else
@@ -176,13 +182,13 @@ std::string format_config(const Config& config) {
 std::string list_params() {
   std::string text;
   for (const ovt_param_info& info : describe_params()) {
-    std::string line = info.name;
-    line.resize(std::max<std::size_t>(line.size() + 1, 34), ' ');
-    std::string value;
+    std::string value, limits;
     io::append_number(value, info.value_default);
     if (*info.unit) value += " " + std::string(info.unit);
-    value.resize(std::max<std::size_t>(value.size() + 1, 20), ' ');
-    text += line + value + info.text + '\n';
+    io::append_number(limits, info.value_min);
+    limits += " to ";
+    io::append_number(limits, info.value_max);
+    text += padded(info.name, 34) + padded(value, 23) + padded(limits, 16) + info.text + '\n';
   }
   return text;
 }

@@ -52,7 +52,7 @@ int run_main(int argc, char** argv) {
   run.add_option("--ego", options.ego,
                  "CSV of ego poses: stamp_ns,x_m,y_m[,z_m][,roll_rad,pitch_rad],yaw_rad,speed_mps[,yaw_rate_rps]");
   run.add_option("--workers", options.workers, "threads; 1: none but the main one (default), 0: one per CPU")
-      ->check(CLI::Range(0, 1024));
+      ->check(CLI::Range(0, 256));
 
   CLI::App& inspect = *app.add_subcommand("inspect", "writes every image of one scan as NPY and PNG");
   add_detector(inspect, options);
@@ -65,8 +65,7 @@ int run_main(int argc, char** argv) {
   track
       .add_option("input", options.input,
                   "CSV: stamp_ns,x_m,y_m[,heading_rad][,var_x,var_y[,cov_xy]] in the map frame; rows of one stamp are "
-                  "one scan, a row "
-                  "without x and y is an empty scan")
+                  "one scan, a row without x and y is an empty scan")
       ->required();
   add_common(track, options);
   track.add_option("--ego", options.ego, "CSV of ego poses");

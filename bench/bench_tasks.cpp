@@ -1,0 +1,195 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What is not one kernel on one image: assignment, the rectangle of 500 points, points in other orders, and our
+// clusters beside those of PCL on the same non-ground points.
+#include <cmath>
+#include <random>
+
+#include "bench/work.h"
+#include "pipeline/munkres.h"
+
+#if defined(OVT_BENCH_PCL)
+#include <pcl/point_types.h>
+#include <pcl/search/kdtree.h>
+#include <pcl/segmentation/extract_clusters.h>
+#endif
+
+namespace overtake::bench {
+namespace {
+
+struct AssignPair {
+  int32_t row, column;
+  double cost;
+};
+
+// n tracks and detections, all pairs feasible.
+std::vector<AssignPair> dense_pairs(int32_t n) {
+  std::mt19937 random(5);
+  std::vector<AssignPair> pairs;
+  for (int32_t row = 0; row < n; ++row)
+    for (int32_t column = 0; column < n; ++column) pairs.push_back({row, column, double(random() % 65536) / 6553.6});
+  return pairs;
+}
+// Cars all over a field of 200 x 200 m, each seen with 1 m of noise; the tracker's gate of 8 m.
+std::vector<AssignPair> gated_pairs(int32_t n) {
+  std::mt19937 random(5);
+  const auto uniform = [&] { return double(random() % 65536) / 65536.0; };
+  std::vector<double> x, y, seen_x, seen_y;
+  for (int32_t i = 0; i < n; ++i) {
+    x.push_back(200.0 * uniform());
+    y.push_back(200.0 * uniform());
+    seen_x.push_back(x.back() + 2.0 * uniform() - 1.0);
+    seen_y.push_back(y.back() + 2.0 * uniform() - 1.0);
+  }
+  std::vector<AssignPair> pairs;
+  for (int32_t row = 0; row < n; ++row)
+    for (int32_t column = 0; column < n; ++column) {
+      const double dx = x[std::size_t(row)] - seen_x[std::size_t(column)];
+      const double dy = y[std::size_t(row)] - seen_y[std::size_t(column)];
+      if (dx * dx + dy * dy <= 64.0) pairs.push_back({row, column, dx * dx + dy * dy});
+    }
+  return pairs;
+}
+// Five random partners a row: no place on earth has such gates, all rows are one block.
+std::vector<AssignPair> tangled_pairs(int32_t n) {
+  std::mt19937 random(5);
+  std::vector<AssignPair> pairs;
+  for (int32_t row = 0; row < n; ++row)
+    for (int32_t k = 0; k < 5; ++k)
+      pairs.push_back({row, int32_t(random() % uint32_t(n)), double(random() % 65536) / 6553.6});
+  return pairs;
+}
+
+void bench_assign(benchmark::State& state, int32_t n, const std::vector<AssignPair>& pairs) {
+  Munkres munkres(n, n, int32_t(pairs.size()));
+  std::vector<int32_t> column_of_row(std::size_t(n), 0);
+  for (auto _ : state) {
+    munkres.clear(n, n);
+    for (const AssignPair& pair : pairs) munkres.add(pair.row, pair.column, pair.cost);
+    benchmark::DoNotOptimize(munkres.solve(column_of_row.data()));
+  }
+  state.SetItemsProcessed(int64_t(state.iterations()) * n);
+}
+
+// Two faces of a car, turned by 20 degrees, 1 cm of noise. The kernel fits both headings.
+void bench_rectangle(benchmark::State& state, const KernelTable* kernels) {
+  constexpr int32_t kCount = 500;
+  std::vector<float> x(kCount + kRowAlign), y(kCount + kRowAlign);
+  std::mt19937 random(3);
+  const auto uniform = [&] { return double(random() % 65536) / 65536.0; };
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const bool side = uniform() < 0.6;
+    const double along = side ? 4.9 * uniform() : 0.0, across = side ? 0.0 : 1.9 * uniform();
+    const double c = std::cos(0.35), s = std::sin(0.35);
+    x[i] = float(15.0 + c * along - s * across + 0.01 * uniform());
+    y[i] = float(3.0 + s * along + c * across + 0.01 * uniform());
+  }
+  for (auto _ : state)
+    benchmark::DoNotOptimize(
+        kernels->fit_rectangle(FitRectangleParams(), x.data(), y.data(), kCount, 0.1f, 2.3f, 0.0f));
+  state.SetItemsProcessed(int64_t(state.iterations()) * kCount);
+}
+
+// The cloud's points as another driver would deliver them.
+enum class Order { line, interleaved, firing };
+Cloud reordered(const Cloud& source, const char* name, Order order) {
+  Cloud cloud = source;
+  cloud.name += std::string("/") + name;
+  struct Key {
+    int64_t major, minor;
+    std::size_t point;
+  };
+  const SensorModel sensor = to_sensor_model(source.sensor);
+  const double left = source.sensor.azimuth_left_rad, width = left - source.sensor.azimuth_right_rad;
+  std::vector<Key> keys;
+  for (std::size_t i = 0; i < source.points.size(); ++i) {
+    const CloudPoint& p = source.points[i];
+    const double place = (left - std::atan2(double(p.y_m), double(p.x_m))) / width;  // 0 left, 1 right
+    const int64_t column = int64_t(place * sensor.cols), layer = p.layer;
+    const int64_t fine = int64_t(place * 1e6);
+    switch (order) {
+      case Order::line:
+        keys.push_back({layer, fine, i});
+        break;
+      case Order::interleaved:
+        keys.push_back({layer, fine % 500000 * 2 + fine / 500000, i});
+        break;
+      case Order::firing:
+        keys.push_back({column, layer, i});
+        break;
+    }
+  }
+  std::stable_sort(keys.begin(), keys.end(), [](const Key& a, const Key& b) {
+    return a.major != b.major ? a.major < b.major : a.minor < b.minor;
+  });
+  for (std::size_t i = 0; i < keys.size(); ++i) cloud.points[i] = source.points[keys[i].point];
+  return cloud;
+}
+
+// From the non-ground image to a label a point.
+void bench_clusters(benchmark::State& state, const KernelTable* kernels, const Cloud& cloud) {
+  Work& work = work_of(cloud);
+  for (auto _ : state)
+    for (const Step step : {Step::repair_range, Step::link_pixels, Step::label_bfs, Step::label_points})
+      work.run(*kernels, step);
+  state.SetItemsProcessed(int64_t(state.iterations()) * work.points());
+}
+
+#if defined(OVT_BENCH_PCL)
+// The same points: those on pixels of the non-ground image. Tree and clusters, as its tutorial does.
+void bench_pcl(benchmark::State& state, const Cloud& cloud) {
+  const Work& work = work_of(cloud);
+  const RangeImages& m = work.part.images;
+  const auto points = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+  for (int32_t r = 0; r < m.nonground.rows; ++r)
+    for (int32_t c = 0; c < m.nonground.cols; ++c) {
+      const int32_t i = m.pixel_point.at(r, c);
+      if (i < 0 || !m.nonground.test(r, c)) continue;
+      points->push_back({work.part.scan.x_m[i], work.part.scan.y_m[i], work.part.scan.z_m[i]});
+    }
+  for (auto _ : state) {
+    const auto tree = std::make_shared<pcl::search::KdTree<pcl::PointXYZ>>();
+    tree->setInputCloud(points);
+    pcl::EuclideanClusterExtraction<pcl::PointXYZ> extraction;
+    extraction.setClusterTolerance(0.5);
+    extraction.setSearchMethod(tree);
+    extraction.setInputCloud(points);
+    std::vector<pcl::PointIndices> clusters;
+    extraction.extract(clusters);
+    benchmark::DoNotOptimize(clusters.data());
+  }
+  state.SetItemsProcessed(int64_t(state.iterations()) * int64_t(points->size()));
+}
+#endif
+
+}  // namespace
+
+void add_tasks(const KernelTable* const* tables, int32_t table_count, const Cloud& racecar_front,
+               const Cloud& nuscenes) {
+  add("assign/dense/32", [](benchmark::State& state) { bench_assign(state, 32, dense_pairs(32)); });
+  add("assign/gated/256", [](benchmark::State& state) { bench_assign(state, 256, gated_pairs(256)); });
+  add("assign/tangled/256", [](benchmark::State& state) { bench_assign(state, 256, tangled_pairs(256)); });
+  const auto add_each = [&](const std::string& before, const std::string& after, const auto& run) {
+    for (int32_t t = 0; t < table_count; ++t)
+      add(before + "/" + tables[t]->isa + "/" + after,
+          [table = tables[t], run](benchmark::State& state) { run(state, table); });
+  };
+  add_each("fit_rectangle", "500", bench_rectangle);
+  static const Cloud orders[] = {reordered(racecar_front, "line", Order::line),
+                                 reordered(racecar_front, "interleaved", Order::interleaved),
+                                 reordered(racecar_front, "firing", Order::firing)};
+  for (const Cloud& cloud : orders)
+    add_each("segment", cloud.name,
+             [&cloud](benchmark::State& state, const KernelTable* kernels) { bench_segment(state, kernels, cloud); });
+  for (const auto& [name, cloud] : {std::pair{"racecar", &racecar_front}, std::pair{"nuscenes", &nuscenes}}) {
+    add_each("repair_link_label", name, [cloud = cloud](benchmark::State& state, const KernelTable* kernels) {
+      bench_clusters(state, kernels, *cloud);
+    });
+#if defined(OVT_BENCH_PCL)
+    add(std::string("pcl_euclidean/") + name, [cloud = cloud](benchmark::State& state) { bench_pcl(state, *cloud); });
+#endif
+  }
+}
+
+}  // namespace overtake::bench
