@@ -134,7 +134,6 @@ class Work {
                       &part.scan,
                       &part.points,
                       &part.clusters,
-                      &part.cluster_points,
                       part.row_of_label,
                       0};
         k.merge_seams(context.detect.merge_seams, sides, 3, frame.members, frame.merged, frame.seam);

@@ -20,7 +20,6 @@ struct SeamSide {
   const ScanTable* scan = nullptr;
   const PointTable* points = nullptr;
   const ClusterTable* clusters = nullptr;
-  const ClusterPointTable* cluster_points = nullptr;
   const int32_t* row_of_label = nullptr;
   int64_t stamp_ns = 0;
 };

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1a: points to spherical coordinates, without branches. The arithmetic of two atan2 sets the pace; the dividers
+// Stage 1a: points to spherical coordinates. The arithmetic of two atan2 sets the pace; the dividers
 // (two divisions, two roots) hide behind it. Blocks of points alternate with the sums of their layers, which need other
 // registers and find the block in L1.
 //

@@ -302,7 +302,7 @@ void KernelWorld::run(const KernelTable& k, Step step) {
       params.columns = shape_.cols % 2 == 0 ? std::min(shape_.cols, 8) : 1;
       SeamSide sides[3];
       for (int32_t s = 0; s < 3; ++s)
-        sides[s] = {true, &rig_[s], &images, &scan_, &points_, &clusters_, &cluster_points_, row_of_label_, 1000 * s};
+        sides[s] = {true, &rig_[s], &images, &scan_, &points_, &clusters_, row_of_label_, 1000 * s};
       merged_overflow_ = k.merge_seams(params, sides, 3, members_, merged_, seam_);
       break;
     }
