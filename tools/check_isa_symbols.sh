@@ -7,7 +7,7 @@
 # Looks through the static libraries of a build for code that a CPU without AVX could be made to run:
 #   - ymm or zmm registers outside the translation units of AVX (kernels_avx2, kernels_avx512), zmm in that of AVX2;
 #   - weak symbols in those units that do not carry their architecture's name: the linker keeps one copy of each for
-#     everybody, and it may be the one with AVX in it;
+#     everybody, and it may be the one with AVX in it (clang's __clang_call_terminate holds no vector code);
 #   - and, the other way round, that each unit's kernels hold the registers of its ISA at all.
 # Prints every finding; exit status 1 if there is one. x86-64 builds without -march=native.
 set -eu
@@ -25,7 +25,7 @@ registers() { objdump -d --no-show-raw-insn "$1" | grep -q "%$2[0-9]"; }
 
 check_unit() { # OBJECT ARCHITECTURE_PATTERN REGISTER
   registers "$1" "$3" || report "$(basename "$1"): holds no $3 register"
-  nm -C "$1" | sed -n 's/^[0-9a-f]* *[WVuwv] //p' | grep -v -e "xsimd::$2" -e simd_avx512_ -e '^DW\.ref\.' >"$work/leaks" || true
+  nm -C "$1" | sed -n 's/^[0-9a-f]* *[WVuwv] //p' | grep -v -e "xsimd::$2" -e simd_avx512_ -e __clang_call_terminate -e '^DW\.ref\.' >"$work/leaks" || true
   while read -r symbol; do
     report "$(basename "$1"): weak symbol of no ISA: $symbol"
   done <"$work/leaks"

@@ -26,7 +26,9 @@ std::atomic<int64_t> heap_calls{0};
 }  // namespace
 
 #if OVT_TEST_OWN_HEAP
-// glibc's own functions under their second names; free stays glibc's.
+// glibc's own functions under their second names; free stays glibc's. Visible, or the C++ library's operator new would
+// not find them (the build hides what it defines; clang hides these, too).
+#pragma GCC visibility push(default)
 extern "C" {
 void* __libc_malloc(std::size_t bytes);
 void* __libc_calloc(std::size_t count, std::size_t bytes);
@@ -55,6 +57,7 @@ int posix_memalign(void** block, std::size_t alignment, std::size_t bytes) {
   return *block ? 0 : ENOMEM;
 }
 }
+#pragma GCC visibility pop
 #endif
 
 namespace overtake_test {
