@@ -66,9 +66,9 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
   if (def.push_policy != OVT_PUSH_REPLACE && def.push_policy != OVT_PUSH_WAIT) return bad("push_policy is unknown");
   if (def.cluster_capacity < 1 || def.cluster_capacity > 1'000'000)
     return bad("cluster_capacity must be 1 to 1,000,000");
-  if (def.candidate_capacity < 1 || def.candidate_capacity > 65536)
-    return bad("candidate_capacity must be 1 to 65,536");
-  if (def.track_capacity < 1 || def.track_capacity > 65536) return bad("track_capacity must be 1 to 65,536");
+  if (def.candidate_capacity < 1 || def.candidate_capacity > 4096)
+    return bad("candidate_capacity must be 1 to 4,096");
+  if (def.track_capacity < 1 || def.track_capacity > 4096) return bad("track_capacity must be 1 to 4,096");
   if (def.frames_in_flight < 1 || def.frames_in_flight > 64) return bad("frames_in_flight must be 1 to 64");
   if (def.reader_capacity < 0 || def.reader_capacity > 64) return bad("reader_capacity must be 0 to 64");
   if (def.ego_pose_capacity < 1 || def.ego_pose_capacity > 1'000'000)

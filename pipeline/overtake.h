@@ -185,8 +185,8 @@ typedef struct ovt_detector_def {
   const char* isa;                   /* NULL picks the best; "ref" forces the scalar truth; see ovt_build_info.isas */
   int32_t push_policy;               /* ovt_push_policy */
   int32_t cluster_capacity;          /* per sensor and per frame, 1,024 */
-  int32_t candidate_capacity;        /* 256 */
-  int32_t track_capacity;            /* 256 */
+  int32_t candidate_capacity;        /* 256; at most 4,096, as much as the tracker takes */
+  int32_t track_capacity;            /* 256; at most 4,096 */
   int32_t frames_in_flight;          /* frames worked on at once, 3 */
   int32_t reader_capacity;           /* readers that may exist at once, 4 */
   int32_t ego_pose_capacity;         /* ego poses remembered, 1,024 */

@@ -866,6 +866,8 @@ TEST_CASE("detector: every bad def gets its status and a sentence that names the
       {[](Small& s) { s.def.cluster_capacity = 0; }, OVT_BAD_ARGUMENT, "cluster_capacity"},
       {[](Small& s) { s.def.candidate_capacity = 0; }, OVT_BAD_ARGUMENT, "candidate_capacity"},
       {[](Small& s) { s.def.track_capacity = 0; }, OVT_BAD_ARGUMENT, "track_capacity"},
+      {[](Small& s) { s.def.candidate_capacity = 4097; }, OVT_BAD_ARGUMENT, "candidate_capacity"},
+      {[](Small& s) { s.def.track_capacity = 4097; }, OVT_BAD_ARGUMENT, "track_capacity"},
       {[](Small& s) { s.def.frames_in_flight = 0; }, OVT_BAD_ARGUMENT, "frames_in_flight"},
       {[](Small& s) { s.def.reader_capacity = -1; }, OVT_BAD_ARGUMENT, "reader_capacity"},
       {[](Small& s) { s.def.ego_pose_capacity = 0; }, OVT_BAD_ARGUMENT, "ego_pose_capacity"},
