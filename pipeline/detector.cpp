@@ -199,6 +199,8 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
     }
     pthread_setname_np(intake_.native_handle(), "ovt-intake");
   }
+  runtime_.isa = context_.kernels->isa;
+  runtime_.worker_count = workers;
   const std::string workers_text = std::to_string(workers) + (workers == 1 ? " worker" : " workers");
   log(OVT_LOG_INFO, ("isa " + std::string(context_.kernels->isa) + ", " + workers_text).c_str());
   if (!context_.map) log(OVT_LOG_WARNING, "no map: no map gate, psi_REF is the ego heading");
@@ -263,7 +265,7 @@ ovt_status Detector::push_scan(const ovt_points& points) {
                               as_field(points.intensity), as_field(points.layer), as_field(points.time),
                               points.time_unit_ns};
   context_.kernels->load_points(fields, points.count, scan.table);
-  scan.load_ns = steady_now_ns() - start;
+  scan.load = {start, steady_now_ns() - start, this_worker()};
   scan.stamp_ns = points.stamp_ns;
   scan.ego_count = ego_->count();
   if (box.post()) counters_.dropped.fetch_add(1, std::memory_order_relaxed);

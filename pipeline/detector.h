@@ -61,6 +61,7 @@ class Detector {
   void publish_tracks(Reader& reader, int64_t publish_ns);
 
   void read_stats(ovt_stats& out) const;
+  const ovt_runtime_info& runtime_info() const { return runtime_; }
   int32_t sensor_count() const { return context_.sensor_count; }
   const TrackerParams& tracker_params() const { return tracker_params_; }
   Counters& counters() { return counters_; }
@@ -88,6 +89,7 @@ class Detector {
   };
 
   StageContext context_;
+  ovt_runtime_info runtime_{};
   TrackMap map_;
   int32_t point_capacity_[kMaxSensors] = {};
   TrackerParams tracker_params_;

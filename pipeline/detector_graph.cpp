@@ -50,7 +50,7 @@ void note_start(Frame& frame) noexcept {
 
 void note_end(Frame& frame) noexcept {
   const int64_t start = frame.started_ns.load(std::memory_order_relaxed);
-  if (start) frame.stage_ns[OVT_STAGE_FRAME] = steady_now_ns() - start;
+  if (start) frame.spans[OVT_STAGE_FRAME] = {start, steady_now_ns() - start, this_worker()};
 }
 
 // Nothing thrown may leave a body: the frame goes on with what it has.

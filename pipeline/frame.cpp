@@ -72,16 +72,18 @@ void reset_frame(Frame& frame) noexcept {
     part.clusters.count = part.cluster_points.count = part.label_count = part.row_count = part.cluster_overflow = 0;
     part.points.count = 0;
     std::fill(std::begin(part.reason_count), std::end(part.reason_count), 0);
-    std::fill(std::begin(part.stage_ns), std::end(part.stage_ns), int64_t(-1));
+    part.spans.reset();
   }
   frame.external.count = 0;
   frame.members.count = frame.merged.count = frame.detections.count = frame.measurements.count = 0;
   frame.tracks.count = 0;
   frame.candidate_count = frame.merged_overflow = frame.candidate_overflow = 0;
   frame.ego_known = false;
-  frame.ego = {};
-  std::fill(std::begin(frame.stage_ns), std::end(frame.stage_ns), int64_t(-1));
+  frame.ego.count = 0;
+  frame.spans.reset();
   frame.started_ns.store(0, std::memory_order_relaxed);
+  frame.pushed_ns = 0;
+  frame.latency_ns = -1;
 }
 
 }  // namespace overtake

@@ -22,6 +22,7 @@
 #include "kernels/kernel_table.h"
 #include "pipeline/ego_buffer.h"
 #include "pipeline/overtake.h"
+#include "pipeline/stage_clock.h"
 
 namespace overtake {
 
@@ -40,7 +41,7 @@ struct SensorPart {
   int32_t label_count = 0;
   int32_t cluster_overflow = 0;
   int32_t reason_count[kReasonCount] = {};     // points by reason
-  int64_t stage_ns[OVT_STAGE_COUNT] = {};
+  StageSpans spans;
   int32_t* row_of_label = nullptr;             // [label_count + 1] in clusters, -1 none
   int32_t* cluster_of_label = nullptr;         // the same in the frame's merged table; written by merge
   // scratch
@@ -106,8 +107,10 @@ struct Frame {
   int32_t reference = OVT_REFERENCE_VEHICLE;
   bool ego_known = false;
   EgoState ego_state;                          // at stamp_ns
-  int64_t stage_ns[OVT_STAGE_COUNT] = {};
+  StageSpans spans;
   std::atomic<int64_t> started_ns{0};          // steady clock, start of the first segmentation
+  int64_t pushed_ns = 0;                       // steady clock, push of its last scan
+  int64_t latency_ns = -1;                     // from there to its tracks
   // graph
   std::atomic<int32_t> pending{0};             // segmentations under way, plus one while the frame is open
   std::atomic<uint64_t> references{0};         // see frame_pool.h

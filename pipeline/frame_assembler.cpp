@@ -38,7 +38,8 @@ Taken FrameAssembler::take_scan(int32_t sensor, Scan& scan) noexcept {
   std::swap(part.scan, scan.table);
   part.present = true;
   part.stamp_ns = scan.stamp_ns;
-  part.stage_ns[OVT_STAGE_LOAD] = scan.load_ns;
+  part.spans[OVT_STAGE_LOAD] = scan.load;
+  frame.pushed_ns = std::max(frame.pushed_ns, scan.load.start_ns + scan.load.duration_ns);
   frame.sensor_mask |= bit;
   frame.first_stamp_ns = std::min(frame.first_stamp_ns, scan.stamp_ns);
   frame.stamp_ns = std::max(frame.stamp_ns, scan.stamp_ns);

@@ -12,6 +12,7 @@
 
 #include "core/table.h"
 #include "core/point_table.h"
+#include "pipeline/stage_clock.h"
 
 namespace overtake {
 
@@ -19,7 +20,7 @@ struct Scan {
   ScanTable table;
   int64_t stamp_ns = 0;
   int64_t ego_count = 0;       // ego poses that were pushed before it
-  int64_t load_ns = 0;         // time its copy took
+  StageSpan load;              // its copy
 };
 
 class Mailbox {

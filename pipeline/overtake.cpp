@@ -10,6 +10,7 @@
 #include <cstring>
 #include <string>
 
+#include "pipeline/abi.h"
 #include "pipeline/build_info.h"
 #include "pipeline/detector.h"
 
@@ -33,13 +34,18 @@ ovt_status guard(ovt_detector* detector, Body&& body) noexcept {
   }
 }
 
-template <class T>
-ovt_status init(T* out, size_t struct_size) {
-  if (!out) return OVT_BAD_ARGUMENT;
-  if (struct_size != sizeof(T)) return OVT_BAD_VERSION;
-  std::memset(out, 0, sizeof *out);
-  out->struct_size = sizeof *out;
-  return OVT_OK;
+ovt_detector_def default_detector_def() {
+  ovt_detector_def def{};
+  def.struct_size = sizeof def;
+  def.worker_count = 1;
+  def.cluster_capacity = 1024;
+  def.candidate_capacity = 256;
+  def.track_capacity = 256;
+  def.frames_in_flight = 3;
+  def.reader_capacity = 4;
+  def.ego_pose_capacity = 1024;
+  def.watchdog_ns = 1'000'000'000;
+  return def;
 }
 
 size_t size_of_type(int32_t type) {
@@ -134,46 +140,38 @@ const char* ovt_status_text(ovt_status status) {
   return index < std::size(kStatusText) ? kStatusText[index] : "unknown status";
 }
 
-void ovt_read_build_info(ovt_build_info* out) {
-  if (out) *out = {uint32_t(OVT_VERSION), kVersionText, kCommit, kCompiler, list_isas()};
+void ovt_read_build_info_sized(ovt_build_info* out, size_t out_size) {
+  if (out) give({uint32_t(OVT_VERSION), kVersionText, kCommit, kCompiler, list_isas()}, out, out_size);
 }
 
-ovt_status ovt_sensor_def_init(ovt_sensor_def* def, size_t struct_size) {
-  if (const ovt_status status = init(def, struct_size); status != OVT_OK) return status;
+ovt_status ovt_sensor_def_init(ovt_sensor_def* out, size_t struct_size) {
   constexpr double kSixtyDegrees = 1.0471975511965977;
-  def->rows = 32;
-  def->cols = 857;
-  def->azimuth_left_rad = kSixtyDegrees;
-  def->azimuth_right_rad = -kSixtyDegrees;
-  def->range_min_m = 0.5;
-  def->range_max_m = 300.0;
-  def->layer_last = 65535;
-  def->point_capacity = 65536;
-  return OVT_OK;
+  ovt_sensor_def def{};
+  def.rows = 32;
+  def.cols = 857;
+  def.azimuth_left_rad = kSixtyDegrees;
+  def.azimuth_right_rad = -kSixtyDegrees;
+  def.range_min_m = 0.5;
+  def.range_max_m = 300.0;
+  def.layer_last = 65535;
+  def.point_capacity = 65536;
+  return init(out, struct_size, def);
 }
 
-ovt_status ovt_map_def_init(ovt_map_def* def, size_t struct_size) { return init(def, struct_size); }
+ovt_status ovt_map_def_init(ovt_map_def* out, size_t struct_size) { return init(out, struct_size, {}); }
 
-ovt_status ovt_detector_def_init(ovt_detector_def* def, size_t struct_size) {
-  if (const ovt_status status = init(def, struct_size); status != OVT_OK) return status;
-  def->worker_count = 1;
-  def->cluster_capacity = 1024;
-  def->candidate_capacity = 256;
-  def->track_capacity = 256;
-  def->frames_in_flight = 3;
-  def->reader_capacity = 4;
-  def->ego_pose_capacity = 1024;
-  return OVT_OK;
+ovt_status ovt_detector_def_init(ovt_detector_def* out, size_t struct_size) {
+  return init(out, struct_size, default_detector_def());
 }
 
-ovt_status ovt_points_init(ovt_points* points, size_t struct_size) {
-  const ovt_status status = init(points, struct_size);
-  if (status == OVT_OK) points->time_unit_ns = 1.0;
-  return status;
+ovt_status ovt_points_init(ovt_points* out, size_t struct_size) {
+  ovt_points points{};
+  points.time_unit_ns = 1.0;
+  return init(out, struct_size, points);
 }
-ovt_status ovt_ego_pose_init(ovt_ego_pose* pose, size_t struct_size) { return init(pose, struct_size); }
-ovt_status ovt_external_detections_init(ovt_external_detections* detections, size_t struct_size) {
-  return init(detections, struct_size);
+ovt_status ovt_ego_pose_init(ovt_ego_pose* out, size_t struct_size) { return init(out, struct_size, {}); }
+ovt_status ovt_external_detections_init(ovt_external_detections* out, size_t struct_size) {
+  return init(out, struct_size, {});
 }
 
 ovt_status ovt_create_detector(const ovt_detector_def* def, ovt_detector** out) {
@@ -192,7 +190,8 @@ ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_detector
     say("def is null");
     return OVT_BAD_ARGUMENT;
   }
-  if (def->struct_size != sizeof *def || def->version == 0 || def->version / 10000 != OVT_VERSION_MAJOR) {
+  ovt_detector_def whole = default_detector_def();
+  if (!take(*def, whole) || def->version == 0 || def->version / 10000 != OVT_VERSION_MAJOR) {
     say("the header and the library do not fit: start from ovt_default_detector_def()");
     return OVT_BAD_VERSION;
   }
@@ -200,7 +199,7 @@ ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_detector
   std::string sentence;
   status = guard(nullptr, [&] {
     ovt_status built = OVT_INTERNAL;
-    *out = reinterpret_cast<ovt_detector*>(Detector::create(*def, built, sentence).release());
+    *out = reinterpret_cast<ovt_detector*>(Detector::create(whole, built, sentence).release());
     return built;
   });
   say(status == OVT_OK ? "" : sentence.empty() ? ovt_status_text(status) : sentence.c_str());
@@ -213,7 +212,7 @@ void ovt_destroy_detector(ovt_detector* detector) {
 
 ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan) {
   if (!detector || !scan) return OVT_BAD_ARGUMENT;
-  if (scan->struct_size != sizeof *scan) return OVT_BAD_VERSION;
+  if (!is_known_size<ovt_points>(scan->struct_size)) return OVT_BAD_VERSION;
   if (scan->sensor < 0 || scan->sensor >= cpp(detector).sensor_count() || scan->count < 0) return OVT_BAD_ARGUMENT;
   const int32_t n = scan->count;
   if (!good_column(scan->x, n, true, true) || !good_column(scan->y, n, true, true) ||
@@ -226,7 +225,7 @@ ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan) {
 
 ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose) {
   if (!detector || !pose) return OVT_BAD_ARGUMENT;
-  if (pose->struct_size != sizeof *pose) return OVT_BAD_VERSION;
+  if (!is_known_size<ovt_ego_pose>(pose->struct_size)) return OVT_BAD_VERSION;
   if (!finite({pose->x_m, pose->y_m, pose->z_m, pose->roll_rad, pose->pitch_rad, pose->yaw_rad, pose->speed_mps,
                pose->yaw_rate_rps}))
     return OVT_BAD_ARGUMENT;
@@ -235,7 +234,7 @@ ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose) {
 
 ovt_status ovt_push_detections(ovt_detector* detector, const ovt_external_detections* detections) {
   if (!detector || !detections) return OVT_BAD_ARGUMENT;
-  if (detections->struct_size != sizeof *detections) return OVT_BAD_VERSION;
+  if (!is_known_size<ovt_external_detections>(detections->struct_size)) return OVT_BAD_VERSION;
   const ovt_external_detections& d = *detections;
   if (d.count < 0 || (d.count > 0 && (!d.x_m || !d.y_m))) return OVT_BAD_ARGUMENT;
   if (d.reference != OVT_REFERENCE_VEHICLE && d.reference != OVT_REFERENCE_MAP) return OVT_BAD_ARGUMENT;
@@ -268,125 +267,129 @@ void ovt_destroy_reader(ovt_reader* reader) {
   if (reader && !cpp(reader).lent) cpp(reader).detector->destroy_reader(&cpp(reader));
 }
 
-ovt_status ovt_next_frame(ovt_reader* reader, ovt_frame_info* out) {
+ovt_status ovt_next_frame_sized(ovt_reader* reader, ovt_frame_info* out, size_t out_size) {
   if (!reader) return OVT_BAD_ARGUMENT;
+  if (out && !is_known_size<ovt_frame_info>(out_size)) return OVT_BAD_VERSION;
   const ovt_status status = cpp(reader).detector->next_frame(cpp(reader));
-  if (status == OVT_OK && out) return ovt_read_info(reader, out);
+  if (status == OVT_OK && out) return ovt_read_info_sized(reader, out, out_size);
   return status;
 }
 
-ovt_status ovt_read_info(ovt_reader* reader, ovt_frame_info* out) {
+ovt_status ovt_read_info_sized(ovt_reader* reader, ovt_frame_info* out, size_t out_size) {
   if (!reader || !out) return OVT_BAD_ARGUMENT;
   if (!standing(reader)) return OVT_NO_FRAME;
-  fill_info(*cpp(reader).frame, cpp(reader).detector->sensor_count(), out);
-  return OVT_OK;
+  ovt_frame_info info;
+  fill_info(*cpp(reader).frame, cpp(reader).detector->sensor_count(), &info);
+  return give(info, out, out_size);
 }
 
-ovt_status ovt_read_detections(ovt_reader* reader, ovt_detections* out) {
+ovt_status ovt_read_detections_sized(ovt_reader* reader, ovt_detections* out, size_t out_size) {
   if (!reader || !out) return OVT_BAD_ARGUMENT;
   if (!standing(reader)) return OVT_NO_FRAME;
   const Frame& frame = *cpp(reader).frame;
   const DetectionTable& d = frame.detections;
-  *out = {};
-  out->count = d.count;
-  out->stamp_ns = d.stamp_ns;
-  out->x_m = d.x_m;
-  out->y_m = d.y_m;
-  out->z_m = d.z_m;
-  out->heading_rad = d.heading_rad;
-  out->heading_source = d.heading_source;
-  out->length_m = d.length_m;
-  out->width_m = d.width_m;
-  out->point_count = d.point_count;
-  out->inliers_ref = d.inliers_ref;
-  out->inliers_var = d.inliers_var;
-  out->heading_ref_rad = d.heading_ref_rad;
-  out->heading_var_rad = d.heading_var_rad;
-  out->ref_x_m = d.ref_x_m;
-  out->ref_y_m = d.ref_y_m;
-  out->var_x_m = d.var_x_m;
-  out->var_y_m = d.var_y_m;
-  out->sensor_mask = d.sensor_mask;
-  out->cluster = d.merged;
-  out->map_s_m = d.map_s_m;
-  out->map_d_m = d.map_d_m;
-  out->track = frame.measurements.track;
-  return OVT_OK;
+  ovt_detections rows{};
+  rows.count = d.count;
+  rows.stamp_ns = d.stamp_ns;
+  rows.x_m = d.x_m;
+  rows.y_m = d.y_m;
+  rows.z_m = d.z_m;
+  rows.heading_rad = d.heading_rad;
+  rows.heading_source = d.heading_source;
+  rows.length_m = d.length_m;
+  rows.width_m = d.width_m;
+  rows.point_count = d.point_count;
+  rows.inliers_ref = d.inliers_ref;
+  rows.inliers_var = d.inliers_var;
+  rows.heading_ref_rad = d.heading_ref_rad;
+  rows.heading_var_rad = d.heading_var_rad;
+  rows.ref_x_m = d.ref_x_m;
+  rows.ref_y_m = d.ref_y_m;
+  rows.var_x_m = d.var_x_m;
+  rows.var_y_m = d.var_y_m;
+  rows.sensor_mask = d.sensor_mask;
+  rows.cluster = d.merged;
+  rows.map_s_m = d.map_s_m;
+  rows.map_d_m = d.map_d_m;
+  rows.track = frame.measurements.track;
+  return give(rows, out, out_size);
 }
 
-ovt_status ovt_read_tracks(ovt_reader* reader, int64_t publish_ns, ovt_tracks* out) {
+ovt_status ovt_read_tracks_sized(ovt_reader* reader, int64_t publish_ns, ovt_tracks* out, size_t out_size) {
   if (!reader || !out) return OVT_BAD_ARGUMENT;
   if (!standing(reader)) return OVT_NO_FRAME;
+  if (!is_known_size<ovt_tracks>(out_size)) return OVT_BAD_VERSION;
   Reader& r = cpp(reader);
   if (publish_ns == OVT_AT_FRAME_STAMP) publish_ns = r.frame->stamp_ns;
   r.detector->publish_tracks(r, publish_ns);
   const TrackTable& t = r.tracks;
   const PathTable& p = r.paths;
-  *out = {};
-  out->count = t.count;
-  out->publish_ns = publish_ns;
-  out->id = t.id;
-  out->state = t.state;
-  out->measured_ns = t.measured_ns;
-  out->x_m = t.x_m;
-  out->y_m = t.y_m;
-  out->speed_mps = t.speed_mps;
-  out->course_rad = t.course_rad;
-  out->yaw_rate_rps = t.yaw_rate_rps;
-  std::copy(std::begin(t.covariance), std::end(t.covariance), std::begin(out->covariance));
-  out->heading_rad = t.heading_rad;
-  out->length_m = t.length_m;
-  out->width_m = t.width_m;
-  out->age = t.age;
-  out->hits = t.hits;
-  out->detection = t.detection;
-  out->path_points = p.points_per_track;
-  out->path_step_s = r.detector->tracker_params().horizon_step_s;
-  out->path_x_m = p.x_m;
-  out->path_y_m = p.y_m;
-  out->path_course_rad = p.course_rad;
-  out->path_speed_mps = p.speed_mps;
-  out->path_var_x = p.var_x;
-  out->path_var_y = p.var_y;
-  out->path_cov_xy = p.cov_xy;
-  return OVT_OK;
+  ovt_tracks rows{};
+  rows.count = t.count;
+  rows.publish_ns = publish_ns;
+  rows.id = t.id;
+  rows.state = t.state;
+  rows.measured_ns = t.measured_ns;
+  rows.x_m = t.x_m;
+  rows.y_m = t.y_m;
+  rows.speed_mps = t.speed_mps;
+  rows.course_rad = t.course_rad;
+  rows.yaw_rate_rps = t.yaw_rate_rps;
+  std::copy(std::begin(t.covariance), std::end(t.covariance), std::begin(rows.covariance));
+  rows.heading_rad = t.heading_rad;
+  rows.length_m = t.length_m;
+  rows.width_m = t.width_m;
+  rows.age = t.age;
+  rows.hits = t.hits;
+  rows.detection = t.detection;
+  rows.path_points = p.points_per_track;
+  rows.path_step_s = r.detector->tracker_params().horizon_step_s;
+  rows.path_x_m = p.x_m;
+  rows.path_y_m = p.y_m;
+  rows.path_course_rad = p.course_rad;
+  rows.path_speed_mps = p.speed_mps;
+  rows.path_var_x = p.var_x;
+  rows.path_var_y = p.var_y;
+  rows.path_cov_xy = p.cov_xy;
+  return give(rows, out, out_size);
 }
 
-ovt_status ovt_read_clusters(ovt_reader* reader, ovt_clusters* out) {
+ovt_status ovt_read_clusters_sized(ovt_reader* reader, ovt_clusters* out, size_t out_size) {
   if (!reader || !out) return OVT_BAD_ARGUMENT;
   if (!standing(reader)) return OVT_NO_FRAME;
   const MergedTable& m = cpp(reader).frame->merged;
-  *out = {m.count,   m.point_count, m.min_x_m,    m.min_y_m,    m.min_z_m,  m.max_x_m,    m.max_y_m,
-          m.max_z_m, m.center_x_m,  m.center_y_m, m.center_z_m, m.stamp_ns, m.sensor_mask};
-  return OVT_OK;
+  const ovt_clusters rows = {m.count,   m.point_count, m.min_x_m,    m.min_y_m,    m.min_z_m,  m.max_x_m,    m.max_y_m,
+                             m.max_z_m, m.center_x_m,  m.center_y_m, m.center_z_m, m.stamp_ns, m.sensor_mask};
+  return give(rows, out, out_size);
 }
 
-ovt_status ovt_read_labels(ovt_reader* reader, int32_t sensor, ovt_labels* out) {
+ovt_status ovt_read_labels_sized(ovt_reader* reader, int32_t sensor, ovt_labels* out, size_t out_size) {
   if (!reader || !out) return OVT_BAD_ARGUMENT;
   if (!standing(reader)) return OVT_NO_FRAME;
   const SensorPart* part = part_of(reader, sensor);
   if (!part) return OVT_BAD_ARGUMENT;
   if (!part->present) return OVT_NO_FRAME;
-  *out = {};
-  out->count = part->points.count;
-  out->stamp_ns = part->stamp_ns;
-  out->label = part->points.label;
-  out->reason = part->points.reason;
-  out->label_count = part->label_count;
-  out->cluster_of_label = part->cluster_of_label;
-  out->x_m = part->scan.x_m;
-  out->y_m = part->scan.y_m;
-  out->z_m = part->scan.z_m;
-  out->intensity = part->scan.intensity;
-  out->layer = part->scan.layer;
-  return OVT_OK;
+  ovt_labels rows{};
+  rows.count = part->points.count;
+  rows.stamp_ns = part->stamp_ns;
+  rows.label = part->points.label;
+  rows.reason = part->points.reason;
+  rows.label_count = part->label_count;
+  rows.cluster_of_label = part->cluster_of_label;
+  rows.x_m = part->scan.x_m;
+  rows.y_m = part->scan.y_m;
+  rows.z_m = part->scan.z_m;
+  rows.intensity = part->scan.intensity;
+  rows.layer = part->scan.layer;
+  return give(rows, out, out_size);
 }
 
 const char* ovt_reason_name(int32_t reason) {
   return reason >= 0 && reason < kReasonCount ? reason_name(Reason(reason)) : nullptr;
 }
 
-ovt_status ovt_read_image(ovt_reader* reader, int32_t sensor, ovt_image_id image, ovt_image* out) {
+ovt_status ovt_read_image_sized(ovt_reader* reader, int32_t sensor, ovt_image_id image, ovt_image* out,
+                                size_t out_size) {
   if (!reader || !out) return OVT_BAD_ARGUMENT;
   if (!standing(reader)) return OVT_NO_FRAME;
   const SensorPart* part = part_of(reader, sensor);
@@ -394,16 +397,13 @@ ovt_status ovt_read_image(ovt_reader* reader, int32_t sensor, ovt_image_id image
   if (!part->present) return OVT_NO_FRAME;
   const RangeImages& m = part->images;
   const auto floats = [&](const Plane<float>& p, int32_t rows) {
-    *out = {p.data, OVT_IMAGE_F32, rows, p.cols, size_t(p.stride) * sizeof(float)};
-    return OVT_OK;
+    return give<ovt_image>({p.data, OVT_IMAGE_F32, rows, p.cols, size_t(p.stride) * sizeof(float)}, out, out_size);
   };
   const auto integers = [&](const Plane<int32_t>& p) {
-    *out = {p.data, OVT_IMAGE_I32, p.rows, p.cols, size_t(p.stride) * sizeof(int32_t)};
-    return OVT_OK;
+    return give<ovt_image>({p.data, OVT_IMAGE_I32, p.rows, p.cols, size_t(p.stride) * sizeof(int32_t)}, out, out_size);
   };
   const auto bits = [&](const BitPlane& p) {
-    *out = {p.words, OVT_IMAGE_BITS, p.rows, p.cols, size_t(p.words_per_row) * sizeof(uint64_t)};
-    return OVT_OK;
+    return give<ovt_image>({p.words, OVT_IMAGE_BITS, p.rows, p.cols, size_t(p.words_per_row) * sizeof(uint64_t)}, out, out_size);
   };
   // clang-format off
   switch (image) {
@@ -434,23 +434,36 @@ const char* ovt_stage_name(int32_t stage) {
 }
 
 ovt_status ovt_read_time(ovt_reader* reader, int32_t sensor, ovt_stage stage, int64_t* ns) {
-  if (!reader || !ns || stage < 0 || stage >= OVT_STAGE_COUNT) return OVT_BAD_ARGUMENT;
+  ovt_span span;
+  if (!ns) return OVT_BAD_ARGUMENT;
+  const ovt_status status = ovt_read_span_sized(reader, sensor, stage, &span, sizeof span);
+  if (status == OVT_OK) *ns = span.duration_ns;
+  return status;
+}
+
+ovt_status ovt_read_span_sized(ovt_reader* reader, int32_t sensor, ovt_stage stage, ovt_span* out, size_t out_size) {
+  if (!reader || !out || stage < 0 || stage >= OVT_STAGE_COUNT) return OVT_BAD_ARGUMENT;
   if (!standing(reader)) return OVT_NO_FRAME;
-  if (sensor == -1) {
-    *ns = cpp(reader).frame->stage_ns[stage];
-    return OVT_OK;
-  }
-  const SensorPart* part = part_of(reader, sensor);
-  if (!part) return OVT_BAD_ARGUMENT;
-  *ns = part->stage_ns[stage];
-  return OVT_OK;
+  const Frame& frame = *cpp(reader).frame;
+  const SensorPart* part = sensor == -1 ? nullptr : part_of(reader, sensor);
+  if (sensor != -1 && !part) return OVT_BAD_ARGUMENT;
+  const StageSpan& span = (part ? part->spans : frame.spans)[stage];
+  return give<ovt_span>({span.start_ns, span.duration_ns, span.worker}, out, out_size);
+}
+
+ovt_status ovt_read_runtime_info_sized(ovt_detector* detector, ovt_runtime_info* out, size_t out_size) {
+  if (!detector || !out) return OVT_BAD_ARGUMENT;
+  return give(cpp(detector).runtime_info(), out, out_size);
 }
 
 ovt_status ovt_read_stats(ovt_detector* detector, ovt_stats* out) {
   if (!detector || !out) return OVT_BAD_ARGUMENT;
-  if (out->struct_size != sizeof *out) return OVT_BAD_VERSION;
-  cpp(detector).read_stats(*out);
-  return OVT_OK;
+  const size_t size = out->struct_size;
+  if (!is_known_size<ovt_stats>(size)) return OVT_BAD_VERSION;
+  ovt_stats stats{};
+  cpp(detector).read_stats(stats);
+  stats.struct_size = size;
+  return give(stats, out, size);
 }
 
 }  // extern "C"

@@ -18,8 +18,10 @@
  * With worker_count 1 there are no threads at all: every push finishes the work it makes possible before it returns,
  * and all pushes of one detector belong to one thread.
  *
- * Structs that the caller fills start with struct_size, set by their _init (or ovt_default_...) function: an old caller
- * meets a new library. Fields are appended, enum values never renumbered.
+ * An old caller meets a new library: structs that the caller fills start with struct_size, set by their _init (or
+ * ovt_default_...) function; those that the library fills are passed with their size by the inline functions that call
+ * the ..._sized ones. Fields are appended, enum values never renumbered. A field that the caller's header did not know
+ * has its default.
  */
 #ifndef OVERTAKE_H
 #define OVERTAKE_H
@@ -28,7 +30,7 @@
 #include <stdint.h>
 
 #define OVT_VERSION_MAJOR 0
-#define OVT_VERSION_MINOR 1
+#define OVT_VERSION_MINOR 2
 #define OVT_VERSION_PATCH 0
 #define OVT_VERSION (OVT_VERSION_MAJOR * 10000 + OVT_VERSION_MINOR * 100 + OVT_VERSION_PATCH)
 
@@ -64,7 +66,8 @@ typedef struct ovt_build_info {
   const char* compiler;                                      /* "g++ 12.2.0" */
   const char* isas;                                          /* what this CPU can run here: "ref" or "ref sse2 avx2" */
 } ovt_build_info;
-OVT_API void ovt_read_build_info(ovt_build_info* out);
+OVT_API void ovt_read_build_info_sized(ovt_build_info* out, size_t out_size);
+static inline void ovt_read_build_info(ovt_build_info* out) { ovt_read_build_info_sized(out, sizeof *out); }
 
 /* ---- parameters ------------------------------------------------------------------------------------------------ */
 
@@ -119,7 +122,10 @@ typedef struct ovt_param_info {
 
 OVT_API ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* preset);   /* "paper" */
 OVT_API int32_t ovt_param_count(void);
-OVT_API ovt_status ovt_describe_param(int32_t index, ovt_param_info* out);
+OVT_API ovt_status ovt_describe_param_sized(int32_t index, ovt_param_info* out, size_t out_size);
+static inline ovt_status ovt_describe_param(int32_t index, ovt_param_info* out) {
+  return ovt_describe_param_sized(index, out, sizeof *out);
+}
 /* Text form. `value` is one number in the unit of the text form. Nothing changes unless OVT_OK. */
 OVT_API ovt_status ovt_set_param(ovt_params* params, const char* name, const char* value);
 OVT_API ovt_status ovt_get_param(const ovt_params* params, const char* name, double* value);
@@ -156,6 +162,11 @@ typedef enum ovt_push_policy {
   OVT_PUSH_REPLACE = 0,   /* live: the newest scan replaces one that waits; the producer never blocks */
   OVT_PUSH_WAIT = 1       /* replay: a push waits until there is room; nothing is dropped */
 } ovt_push_policy;
+
+enum {                               /* ovt_detector_def.memory: what to try; ovt_runtime_info says what was obtained */
+  OVT_MEMORY_LOCK = 1,               /* mlock: no page fault while running, whatever else the machine needs memory for */
+  OVT_MEMORY_HUGE = 2                /* transparent huge pages (madvise) for blocks of 2 MiB and more; not with `alloc` */
+};
 
 typedef enum ovt_log_level { OVT_LOG_ERROR = 0, OVT_LOG_WARNING = 1, OVT_LOG_INFO = 2 } ovt_log_level;
 
@@ -195,6 +206,18 @@ typedef struct ovt_detector_def {
   ovt_log_fn* log;                   /* NULL: silent */
   ovt_frame_fn* on_frame;            /* NULL: poll with a reader */
   void* user;
+  /* since 0.2 */
+  const int32_t* cpus;               /* our threads run on these CPUs only: worker i on cpus[i % cpu_count], the intake on
+                                        any of them. NULL: anywhere. worker_count 0 is then one per CPU of these */
+  int32_t cpu_count;
+  int32_t fifo_priority;             /* 1 to 99: SCHED_FIFO of our threads, where the system allows it; 0: as started */
+  int32_t memory;                    /* OVT_MEMORY_... bits */
+  int32_t spin_us;                   /* our threads look for work this long before they sleep: a wake-up less in the
+                                        latency for a busy CPU; 0 to 1,000,000, default 0 */
+  int64_t deadline_ns;               /* from the push of a frame's last scan to its tracks: later, the frame is published
+                                        with OVT_FLAG_DEADLINE_MISSED; 0: none */
+  int64_t watchdog_ns;               /* a frame in work for longer is logged and counted (stats.stalled) at the next push
+                                        or advance; 0: never; default 1 s */
 } ovt_detector_def;
 OVT_API ovt_status ovt_detector_def_init(ovt_detector_def* def, size_t struct_size);
 
@@ -231,6 +254,20 @@ OVT_API ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_
  * detector. NULL is fine. Waits for frames under way; readers still alive stay valid until destroyed, without new
  * frames. */
 OVT_API void ovt_destroy_detector(ovt_detector* detector);
+
+/* What create obtained of what the def asked for. */
+typedef struct ovt_runtime_info {
+  const char* isa;
+  int32_t worker_count;
+  int32_t pinned;                    /* threads of ours that were pinned to their CPU */
+  int32_t fifo;                      /* ... that run SCHED_FIFO */
+  int64_t memory_bytes;              /* of all blocks the detector took */
+  int64_t locked_bytes, huge_bytes;  /* of these, mlocked; advised to be huge pages */
+} ovt_runtime_info;
+OVT_API ovt_status ovt_read_runtime_info_sized(ovt_detector* detector, ovt_runtime_info* out, size_t out_size);
+static inline ovt_status ovt_read_runtime_info(ovt_detector* detector, ovt_runtime_info* out) {
+  return ovt_read_runtime_info_sized(detector, out, sizeof *out);
+}
 
 /* ---- input ----------------------------------------------------------------------------------------------------- */
 
@@ -277,7 +314,7 @@ typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } 
 /* Detections of another detector (radar, neural network), all of one stamp: one iteration of the tracker, in the order
  * of stamps with the frames: they close the frame that waits, so push them after the scans of their time. Columns of
  * `count`; heading and covariance may be null, or NaN per row; without cov_xy the variances are taken as
- * independent. Waits while the rows pushed before still wait. */
+ * independent. Rows pushed before that still wait are treated as the push policy says. */
 typedef struct ovt_external_detections {
   size_t struct_size;
   int64_t stamp_ns;
@@ -325,12 +362,22 @@ typedef struct ovt_frame_info {
   double ego_x_m, ego_y_m, ego_yaw_rad, ego_speed_mps;
   int32_t point_count, cluster_count, candidate_count;       /* candidates: before the map gate */
   int32_t detection_count, track_count;
+  /* since 0.2 */
+  uint32_t stale_mask;               /* bit s: sensor s is silent for more than 1.5 periods: nothing is known there */
+  int32_t refiltered;                /* iterations that a late stamp made the tracker run again */
+  int64_t latency_ns;                /* from the push of its last scan to its tracks, by the steady clock; -1: no scan */
 } ovt_frame_info;
 
 /* Moves the reader to the latest finished frame. OVT_NO_FRAME when there is none newer: the reader
  * stays where it is. */
-OVT_API ovt_status ovt_next_frame(ovt_reader* reader, ovt_frame_info* out);
-OVT_API ovt_status ovt_read_info(ovt_reader* reader, ovt_frame_info* out);
+OVT_API ovt_status ovt_next_frame_sized(ovt_reader* reader, ovt_frame_info* out, size_t out_size);
+OVT_API ovt_status ovt_read_info_sized(ovt_reader* reader, ovt_frame_info* out, size_t out_size);
+static inline ovt_status ovt_next_frame(ovt_reader* reader, ovt_frame_info* out) {
+  return ovt_next_frame_sized(reader, out, sizeof *out);
+}
+static inline ovt_status ovt_read_info(ovt_reader* reader, ovt_frame_info* out) {
+  return ovt_read_info_sized(reader, out, sizeof *out);
+}
 
 /* Columns of `count`, vehicle frame at each row's stamp. */
 typedef struct ovt_detections {
@@ -349,12 +396,21 @@ typedef struct ovt_detections {
   const float *map_s_m, *map_d_m;    /* centroid on the map; 0 without one */
   const uint64_t* track;             /* id it was associated with, 0 none */
 } ovt_detections;
-OVT_API ovt_status ovt_read_detections(ovt_reader* reader, ovt_detections* out);
+OVT_API ovt_status ovt_read_detections_sized(ovt_reader* reader, ovt_detections* out, size_t out_size);
+static inline ovt_status ovt_read_detections(ovt_reader* reader, ovt_detections* out) {
+  return ovt_read_detections_sized(reader, out, sizeof *out);
+}
 
 /* Publish time of ovt_read_tracks: the frame's own last stamp. */
 #define OVT_AT_FRAME_STAMP INT64_MIN
 
 typedef enum ovt_track_state { OVT_TENTATIVE = 0, OVT_CONFIRMED = 1 } ovt_track_state;
+
+typedef enum ovt_track_flag {        /* ovt_tracks.flags: a track's health */
+  OVT_TRACK_COASTING = 1,            /* this frame holds no measurement of it: predicted */
+  OVT_TRACK_UNOBSERVED = 2,          /* no sensor of this frame could see its place: no miss is counted */
+  OVT_TRACK_STALE = 4                /* its last measurement is more than 0.5 s before publish_ns */
+} ovt_track_flag;
 
 /* Columns of `count`, by slot. Frame of reference: ovt_frame_info.reference. */
 typedef struct ovt_tracks {
@@ -373,9 +429,13 @@ typedef struct ovt_tracks {
   int32_t path_points;               /* predicted path: point k of track i at [i * path_points + k] */
   double path_step_s;                /* ... is at publish_ns + (k + 1) * path_step_s */
   const double *path_x_m, *path_y_m, *path_course_rad, *path_speed_mps, *path_var_x, *path_var_y, *path_cov_xy;
+  const uint32_t* flags;             /* since 0.2: ovt_track_flag bits */
 } ovt_tracks;
 /* Tracks after this frame, a copy predicted to publish_ns. */
-OVT_API ovt_status ovt_read_tracks(ovt_reader* reader, int64_t publish_ns, ovt_tracks* out);
+OVT_API ovt_status ovt_read_tracks_sized(ovt_reader* reader, int64_t publish_ns, ovt_tracks* out, size_t out_size);
+static inline ovt_status ovt_read_tracks(ovt_reader* reader, int64_t publish_ns, ovt_tracks* out) {
+  return ovt_read_tracks_sized(reader, publish_ns, out, sizeof *out);
+}
 
 /* One row per merged cluster, before any gate. Vehicle frame. */
 typedef struct ovt_clusters {
@@ -385,7 +445,10 @@ typedef struct ovt_clusters {
   const int64_t* stamp_ns;
   const int32_t* sensor_mask;
 } ovt_clusters;
-OVT_API ovt_status ovt_read_clusters(ovt_reader* reader, ovt_clusters* out);
+OVT_API ovt_status ovt_read_clusters_sized(ovt_reader* reader, ovt_clusters* out, size_t out_size);
+static inline ovt_status ovt_read_clusters(ovt_reader* reader, ovt_clusters* out) {
+  return ovt_read_clusters_sized(reader, out, sizeof *out);
+}
 
 /* Input points of one sensor, input order. */
 typedef struct ovt_labels {
@@ -398,7 +461,10 @@ typedef struct ovt_labels {
   const float *x_m, *y_m, *z_m, *intensity;                  /* as pushed, sensor frame */
   const int32_t* layer;
 } ovt_labels;
-OVT_API ovt_status ovt_read_labels(ovt_reader* reader, int32_t sensor, ovt_labels* out);
+OVT_API ovt_status ovt_read_labels_sized(ovt_reader* reader, int32_t sensor, ovt_labels* out, size_t out_size);
+static inline ovt_status ovt_read_labels(ovt_reader* reader, int32_t sensor, ovt_labels* out) {
+  return ovt_read_labels_sized(reader, sensor, out, sizeof *out);
+}
 OVT_API const char* ovt_reason_name(int32_t reason);         /* null when there is no such reason */
 
 typedef enum ovt_image_id {
@@ -425,7 +491,11 @@ typedef struct ovt_image {
   int32_t rows, cols;
   size_t stride_bytes;
 } ovt_image;
-OVT_API ovt_status ovt_read_image(ovt_reader* reader, int32_t sensor, ovt_image_id image, ovt_image* out);
+OVT_API ovt_status ovt_read_image_sized(ovt_reader* reader, int32_t sensor, ovt_image_id image, ovt_image* out,
+                                        size_t out_size);
+static inline ovt_status ovt_read_image(ovt_reader* reader, int32_t sensor, ovt_image_id image, ovt_image* out) {
+  return ovt_read_image_sized(reader, sensor, image, out, sizeof *out);
+}
 OVT_API const char* ovt_image_name(int32_t image);           /* "range", ... null when there is no such image */
 
 typedef enum ovt_stage {
@@ -441,6 +511,17 @@ OVT_API const char* ovt_stage_name(int32_t stage);
  * the stage did not run. */
 OVT_API ovt_status ovt_read_time(ovt_reader* reader, int32_t sensor, ovt_stage stage, int64_t* ns);
 
+/* When and where a stage of this frame ran, by the steady clock. */
+typedef struct ovt_span {
+  int64_t start_ns, duration_ns;     /* duration -1: the stage did not run */
+  int32_t worker;                    /* -1 the pushing thread or the intake, else the worker's number */
+} ovt_span;
+OVT_API ovt_status ovt_read_span_sized(ovt_reader* reader, int32_t sensor, ovt_stage stage, ovt_span* out,
+                                       size_t out_size);
+static inline ovt_status ovt_read_span(ovt_reader* reader, int32_t sensor, ovt_stage stage, ovt_span* out) {
+  return ovt_read_span_sized(reader, sensor, stage, out, sizeof *out);
+}
+
 /* Counters since create. Every pushed scan ends in exactly one of used, dropped, late, dup. */
 typedef struct ovt_stats {
   size_t struct_size;
@@ -450,7 +531,13 @@ typedef struct ovt_stats {
   int64_t overflow_clusters, overflow_candidates, overflow_tracks;
   int64_t exceptions, deadline_missed, clock_jumps;
   int64_t ego_poses, ego_dropped;    /* used; refused for their stamp */
-  int64_t external, external_dropped;   /* pushes of detections: used; refused as duplicate or late */
+  int64_t external, external_dropped;   /* pushes of detections: used; replaced, or refused for their stamp */
+  /* since 0.2 */
+  int64_t in_flight;                 /* frames begun and not finished */
+  int64_t stalled;                   /* times the watchdog found a frame in work for too long */
+  int64_t refiltered;                /* frames older than the newest that were taken in by re-filtering */
+  int64_t measurements, measurements_used, measurements_unborn, measurements_rejected, measurements_late;
+                                     /* rows given to the tracker = used + unborn (no slot) + rejected + late */
 } ovt_stats;
 OVT_API ovt_status ovt_read_stats(ovt_detector* detector, ovt_stats* out);
 

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "core/math.h"
+#include "pipeline/abi.h"
 
 namespace overtake {
 namespace {
@@ -151,10 +152,9 @@ ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* p
 
 int32_t ovt_param_count(void) { return kParamCount; }
 
-ovt_status ovt_describe_param(int32_t index, ovt_param_info* out) {
+ovt_status ovt_describe_param_sized(int32_t index, ovt_param_info* out, size_t out_size) {
   if (!out || index < 0 || index >= kParamCount) return OVT_BAD_ARGUMENT;
-  *out = kParams[index].info;
-  return OVT_OK;
+  return give(kParams[index].info, out, out_size);
 }
 
 ovt_status ovt_set_param(ovt_params* params, const char* name, const char* value) {

@@ -3,7 +3,6 @@
 #include "pipeline/stages.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstring>
 #include <limits>
 
@@ -11,22 +10,6 @@
 
 namespace overtake {
 namespace {
-
-// Adds up the time between two looks, stage after stage.
-class StageClock {
- public:
-  explicit StageClock(int64_t* stage_ns) : stage_ns_(stage_ns), last_(steady_now_ns()), start_(last_) {}
-  void lap(ovt_stage stage) noexcept {
-    const int64_t now = steady_now_ns();
-    stage_ns_[stage] = now - last_;
-    last_ = now;
-  }
-  void total(ovt_stage stage) noexcept { stage_ns_[stage] = last_ - start_; }
-
- private:
-  int64_t* stage_ns_;
-  int64_t last_, start_;
-};
 
 constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
@@ -61,17 +44,12 @@ void count_reasons(const PointTable& points, int32_t* count) noexcept {
 
 }  // namespace
 
-int64_t steady_now_ns() noexcept {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
-
 void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part) noexcept {
   const KernelTable& k = *context.kernels;
   const SensorModel& model = context.sensors[sensor];
   const SegmentParams& p = context.segment[sensor];
   RangeImages& m = part.images;
-  StageClock clock(part.stage_ns);
+  StageClock clock(part.spans);
 
   k.project_points(model, part.scan, part.points, part.layer_sums);
   part.row_count = k.rank_layers(model.rows, part.layer_sums, part.row_of_layer, part.layer_order);
@@ -224,7 +202,7 @@ void pose_frame(const StageContext& context, Frame& frame) noexcept {
 
 void detect_frame(const StageContext& context, Frame& frame) noexcept {
   if (frame.kind != FrameKind::kScans) return;
-  StageClock clock(frame.stage_ns);
+  StageClock clock(frame.spans);
   merge_frame(context, frame);
   clock.lap(OVT_STAGE_MERGE);
   gate_frame(context, frame);
@@ -315,7 +293,7 @@ int32_t TrackStage::observe(const Frame& frame, ObservedSector* sectors) const n
 }
 
 void TrackStage::run(Frame& frame) noexcept {
-  StageClock clock(frame.stage_ns);
+  StageClock clock(frame.spans);
   frame.ego_known = frame.ego.at(frame.stamp_ns, frame.ego_state);
   // The tracker works in the map from the first ego pose on, in the vehicle frame until then. Changing over forgets the
   // tracks: they mean nothing in the other frame.

@@ -7,6 +7,7 @@
 #include "core/track_map.h"
 #include "pipeline/frame.h"
 #include "pipeline/params.h"
+#include "pipeline/stage_clock.h"
 
 namespace overtake {
 
@@ -19,8 +20,6 @@ struct StageContext {
   DetectParams detect;
   const TrackMap* map = nullptr;               // null: none
 };
-
-int64_t steady_now_ns() noexcept;
 
 // Range image segmentation of one sensor (paper IV-A), stages 1 to 8a.
 //   reads  part.scan        writes  all other tables and images of part

@@ -83,7 +83,7 @@ TEST_CASE("frame_pool: a slot comes back reset") {
   frame->external.count = 5;
   frame->measurements.count = 5;
   frame->sensors[0].present = true;
-  frame->stage_ns[OVT_STAGE_TRACK] = 99;
+  frame->spans[OVT_STAGE_TRACK].duration_ns = 99;
   pool.publish(frame);
   Frame* pinned = pool.pin_latest();
   REQUIRE(pinned == frame);
@@ -93,7 +93,7 @@ TEST_CASE("frame_pool: a slot comes back reset") {
   CHECK(frame->sensor_mask == 0);
   CHECK(frame->detections.count + frame->tracks.count + frame->external.count + frame->measurements.count == 0);
   CHECK_FALSE(frame->sensors[0].present);
-  CHECK(frame->stage_ns[OVT_STAGE_TRACK] == -1);
+  CHECK(frame->spans[OVT_STAGE_TRACK].duration_ns == -1);
 }
 
 TEST_CASE("frame_pool: no memory is an answer") {

@@ -1,0 +1,59 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Structs of the C API across versions: what an older caller's header did not know is never read or written.
+#pragma once
+
+#include <cstddef>
+#include <cstring>
+
+#include "pipeline/overtake.h"
+
+namespace overtake {
+
+// Sizes a struct had in the first version of this header: no caller's is smaller.
+template <class T>
+constexpr size_t kFirstSize = sizeof(T);
+template <>
+constexpr size_t kFirstSize<ovt_detector_def> = offsetof(ovt_detector_def, cpus);
+template <>
+constexpr size_t kFirstSize<ovt_frame_info> = offsetof(ovt_frame_info, stale_mask);
+template <>
+constexpr size_t kFirstSize<ovt_tracks> = offsetof(ovt_tracks, flags);
+template <>
+constexpr size_t kFirstSize<ovt_stats> = offsetof(ovt_stats, in_flight);
+
+template <class T>
+constexpr bool is_known_size(size_t struct_size) {
+  return struct_size >= kFirstSize<T> && struct_size <= sizeof(T) && struct_size % alignof(T) == 0;
+}
+
+// Copies what the caller's header knew over the defaults. Reads nothing beyond the declared size.
+template <class T>
+bool take(const T& in, T& with_defaults) {
+  const size_t size = in.struct_size;
+  if (!is_known_size<T>(size)) return false;
+  std::memcpy(static_cast<void*>(&with_defaults), &in, size);
+  with_defaults.struct_size = sizeof(T);
+  return true;
+}
+
+// Hands out what the caller's header knows. Writes nothing beyond its size.
+template <class T>
+ovt_status give(const T& value, T* out, size_t out_size) {
+  if (!is_known_size<T>(out_size)) return OVT_BAD_VERSION;
+  std::memcpy(static_cast<void*>(out), &value, out_size);
+  return OVT_OK;
+}
+
+// Zeroes a struct of a known size and sets struct_size; what it holds by default comes after.
+template <class T>
+ovt_status init(T* out, size_t struct_size, const T& defaults) {
+  if (!out) return OVT_BAD_ARGUMENT;
+  if (!is_known_size<T>(struct_size)) return OVT_BAD_VERSION;
+  std::memcpy(static_cast<void*>(out), &defaults, struct_size);
+  out->struct_size = struct_size;
+  return OVT_OK;
+}
+
+}  // namespace overtake
