@@ -17,7 +17,7 @@ constexpr size_t kFirstSize = sizeof(T);
 template <>
 constexpr size_t kFirstSize<ovt_detector_def> = offsetof(ovt_detector_def, cpus);
 template <>
-constexpr size_t kFirstSize<ovt_frame_info> = offsetof(ovt_frame_info, stale_mask);
+constexpr size_t kFirstSize<ovt_frame_info> = offsetof(ovt_frame_info, refiltered);  // stale_mask fills its padding
 template <>
 constexpr size_t kFirstSize<ovt_tracks> = offsetof(ovt_tracks, flags);
 template <>

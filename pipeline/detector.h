@@ -19,6 +19,7 @@
 #include "pipeline/frame_assembler.h"
 #include "pipeline/frame_pool.h"
 #include "pipeline/mailbox.h"
+#include "pipeline/memory.h"
 #include "pipeline/stages.h"
 
 namespace overtake {
@@ -28,6 +29,7 @@ struct Counters {
   std::atomic<int64_t> points_bad[kReasonCount] = {};
   std::atomic<int64_t> overflow_clusters{0}, overflow_candidates{0}, overflow_tracks{0};
   std::atomic<int64_t> exceptions{0}, ego_poses{0}, ego_dropped{0}, external{0}, external_dropped{0};
+  std::atomic<int64_t> deadline_missed{0}, clock_jumps{0}, stalled{0}, refiltered{0};
 };
 
 // What a reader owns: its pin on a frame, and the memory ovt_read_tracks predicts into.
@@ -61,35 +63,38 @@ class Detector {
   void publish_tracks(Reader& reader, int64_t publish_ns);
 
   void read_stats(ovt_stats& out) const;
-  const ovt_runtime_info& runtime_info() const { return runtime_; }
+  ovt_runtime_info runtime_info() const;
   int32_t sensor_count() const { return context_.sensor_count; }
   const TrackerParams& tracker_params() const { return tracker_params_; }
   Counters& counters() { return counters_; }
+  // Tests only, before the first push.
+  void set_hook(const BodyHook& hook) { context_.hook = hook; }
 
  private:
   Detector() = default;
   ovt_status build(const ovt_detector_def& def, std::string& error);
+  ovt_status build_context(const ovt_detector_def& def, const ovt_params& params, std::string& error);
+  ovt_status build_tables(const ovt_detector_def& def, const ovt_params& params, std::string& error);
+  ovt_status build_runner(const ovt_detector_def& def, const ovt_params& params, std::string& error);
+  void say_what_was_obtained(const ovt_detector_def& def) const;
   ovt_status build_reader(Reader& reader);
   void finish(Frame& frame);
   void log(ovt_log_level level, const char* text) const noexcept;
   void stop();
   void drop_owner();
+  void tell_intake();
   // intake
   void run_intake();
   bool step_intake();
   void gather();
+  bool take_scan_in_hand(int32_t sensor);
+  bool take_external_in_hand();
+  void watch_frames();
 
-  // A mailbox of one for pushed detections.
-  struct ExternalBox {
-    ExternalTable rows;
-    int64_t stamp_ns = 0, ego_count = 0;
-    int32_t reference = 0;
-    std::atomic<bool> waiting{false};
-    bool in_hand = false;                 // the intake's
-  };
-
+  Memory memory_;                           // first: every block goes back to it
   StageContext context_;
-  ovt_runtime_info runtime_{};
+  int32_t worker_count_ = 1, max_frames_ = 1;
+  bool process_locked_ = false;
   TrackMap map_;
   int32_t point_capacity_[kMaxSensors] = {};
   TrackerParams tracker_params_;
@@ -97,17 +102,17 @@ class Detector {
   ovt_frame_fn* on_frame_ = nullptr;
   ovt_log_fn* log_ = nullptr;
   void* user_ = nullptr;
-  Allocator allocator_;
+  int64_t deadline_ns_ = 0, watchdog_ns_ = 0, spin_ns_ = 0;
 
   Counters counters_;
   FramePool pool_;
-  Mailbox mailboxes_[kMaxSensors];
+  Mailbox<Scan> mailboxes_[kMaxSensors];
+  Mailbox<ExternalScan> external_;
   std::unique_ptr<EgoBuffer> ego_;
   std::unique_ptr<TrackStage> track_stage_;
+  std::unique_ptr<ThreadRoster> roster_;
   std::unique_ptr<FrameRunner> runner_;
   std::unique_ptr<FrameAssembler> assembler_;
-  Arena external_arena_;
-  ExternalBox external_;
   Reader lent_;
   int32_t reader_capacity_ = 0;
   std::atomic<int32_t> reader_count_{0};
@@ -126,6 +131,8 @@ class Detector {
   bool inline_ = true;
   Event event_;
   std::atomic<bool> stop_{false};
+  enum StartState : int32_t { kStarting, kRunning, kFailed };
+  std::atomic<StartState> start_state_{kStarting};
   std::atomic<int64_t> advance_ns_{INT64_MIN};
   std::atomic<uint64_t> advance_wanted_{0}, advance_done_{0};
   std::atomic<uint64_t> flush_wanted_{0}, flush_done_{0};

@@ -5,9 +5,12 @@
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
+#include <oneapi/tbb/task_scheduler_observer.h>
 
+#include <atomic>
 #include <memory>
 #include <mutex>
+#include <thread>
 #include <utility>
 
 namespace overtake {
@@ -38,9 +41,12 @@ class WorkerShare {
   int32_t worker_count_;
 };
 
-struct SegmentJob {
+// What runs through the graph: a frame, or (null) one of the messages of the warm-up.
+constexpr int32_t kHold = -2, kPass = -3;      // Job::sensor of these: hold the worker until all are there, or pass
+struct Job {
   Frame* frame;
   int32_t sensor;
+  int64_t order;                               // among the messages of a frame's tail: the sequencer's key
 };
 
 void note_start(Frame& frame) noexcept {
@@ -50,17 +56,47 @@ void note_start(Frame& frame) noexcept {
 
 void note_end(Frame& frame) noexcept {
   const int64_t start = frame.started_ns.load(std::memory_order_relaxed);
-  if (start) frame.spans[OVT_STAGE_FRAME] = {start, steady_now_ns() - start, this_worker()};
+  const int64_t now = steady_now_ns();
+  if (start) frame.spans[OVT_STAGE_FRAME] = {start, now - start, this_worker()};
+  if (frame.pushed_ns) frame.latency_ns = now - frame.pushed_ns;
 }
 
-// Nothing thrown may leave a body: the frame goes on with what it has.
+// Nothing thrown may leave a body: the frame goes on with what it has. False: something was thrown.
 template <class Body>
-void guard(const RunnerHooks& hooks, Body&& body) noexcept {
+bool guard(const RunnerHooks& hooks, Body&& body) noexcept {
   try {
     body();
+    return true;
   } catch (...) {
     hooks.caught();
+    return false;
   }
+}
+
+void run_segment(const StageContext& context, const RunnerHooks& hooks, Frame& frame, int32_t sensor) noexcept {
+  const bool whole = guard(hooks, [&] {
+    context.hook(Body::kSegment, frame, sensor);
+    segment_scan(context, sensor, frame.sensors[sensor]);
+  });
+  if (!whole) frame.sensors[sensor].present = false;  // half a segmentation is none
+}
+
+void run_detect(const StageContext& context, const RunnerHooks& hooks, Frame& frame) noexcept {
+  const bool whole = guard(hooks, [&] {
+    context.hook(Body::kDetect, frame);
+    detect_frame(context, frame);
+  });
+  if (!whole) frame.detections.count = 0;
+}
+
+void run_track(const StageContext& context, const RunnerHooks& hooks, TrackStage& track, Frame& frame) noexcept {
+  guard(hooks, [&] {
+    context.hook(Body::kTrack, frame);
+    track.run(frame);
+  });
+  note_end(frame);
+  guard(hooks, [&] { context.hook(Body::kFinish, frame); });
+  guard(hooks, [&] { hooks.finish(frame); });
 }
 
 }  // namespace
@@ -70,35 +106,54 @@ InlineRunner::InlineRunner(const StageContext& context, TrackStage& track, Runne
 
 void InlineRunner::start_segment(Frame& frame, int32_t sensor) {
   note_start(frame);
-  guard(hooks_, [&] { segment_scan(context_, sensor, frame.sensors[sensor]); });
+  run_segment(context_, hooks_, frame, sensor);
 }
 
 void InlineRunner::close(Frame& frame) {
-  guard(hooks_, [&] { detect_frame(context_, frame); });
-  guard(hooks_, [&] { track_.run(frame); });
-  note_end(frame);
-  guard(hooks_, [&] { hooks_.finish(frame); });
+  run_detect(context_, hooks_, frame);
+  run_track(context_, hooks_, track_, frame);
 }
 
 struct DetectorGraph::Nodes {
-  Nodes(int32_t worker_count, const StageContext& stage_context, TrackStage& track_stage, RunnerHooks runner_hooks)
-      : context(stage_context), hooks(std::move(runner_hooks)), share(worker_count), arena(worker_count, 0) {
+  Nodes(const GraphParams& graph_params, ThreadRoster& thread_roster, const StageContext& stage_context,
+        TrackStage& track_stage, RunnerHooks runner_hooks)
+      : params(graph_params),
+        context(stage_context),
+        stage(track_stage),
+        hooks(std::move(runner_hooks)),
+        share(params.worker_count),
+        arena(params.worker_count, 0),
+        observer(arena, thread_roster) {
     arena.execute([&] {
       graph = std::make_unique<flow::graph>();
-      segment = std::make_unique<SegmentNode>(*graph, flow::unlimited, [this](SegmentJob job) {
-        guard(hooks, [&] { segment_scan(context, job.sensor, job.frame->sensors[job.sensor]); });
+      segment = std::make_unique<SegmentNode>(*graph, flow::unlimited, [this](const Job& job) {
+        waiting.fetch_sub(1, std::memory_order_relaxed);
+        if (!job.frame) {
+          if (job.sensor == kHold) warm_worker();
+          return flow::continue_msg();
+        }
+        run_segment(context, hooks, *job.frame, job.sensor);
         finish_part(*job.frame);
         return flow::continue_msg();
       });
-      detect = std::make_unique<DetectNode>(*graph, flow::unlimited, [this](Frame* frame) {
-        guard(hooks, [&] { detect_frame(context, *frame); });
-        return frame;
+      detect = std::make_unique<DetectNode>(*graph, flow::unlimited, [this](const Job& job) {
+        if (job.frame) run_detect(context, hooks, *job.frame);
+        return job;
       });
-      in_order = std::make_unique<OrderNode>(*graph, [](Frame* frame) { return std::size_t(frame->sequence); });
-      track = std::make_unique<TrackNode>(*graph, flow::serial, [this, &track_stage](Frame* frame) {
-        guard(hooks, [&] { track_stage.run(*frame); });
-        note_end(*frame);
-        guard(hooks, [&] { hooks.finish(*frame); });
+      in_order = std::make_unique<OrderNode>(*graph, [](const Job& job) { return std::size_t(job.order); });
+      track = std::make_unique<TrackNode>(*graph, flow::serial, [this](const Job& job) {
+        if (!job.frame) {
+          warmed.fetch_add(1, std::memory_order_release);
+          return flow::continue_msg();
+        }
+        run_track(context, hooks, stage, *job.frame);
+        keep_awake();
+        return flow::continue_msg();
+      });
+      spin = std::make_unique<SpinNode>(*graph, flow::unlimited, [this](const flow::continue_msg&) {
+        const int64_t until = steady_now_ns() + params.spin_ns;
+        while (waiting.load(std::memory_order_relaxed) == 0 && steady_now_ns() < until) relax_cpu();
+        spinning.fetch_sub(1, std::memory_order_relaxed);
         return flow::continue_msg();
       });
       flow::make_edge(*detect, *in_order);
@@ -108,37 +163,116 @@ struct DetectorGraph::Nodes {
 
   // The frame's last segment, or its closing, sends it on.
   void finish_part(Frame& frame) {
-    if (frame.pending.fetch_sub(1, std::memory_order_acq_rel) == 1) detect->try_put(&frame);
+    if (frame.pending.fetch_sub(1, std::memory_order_acq_rel) == 1)
+      detect->try_put({&frame, -1, warm_messages() + frame.sequence});
   }
 
-  using SegmentNode = flow::function_node<SegmentJob, flow::continue_msg>;
-  using DetectNode = flow::function_node<Frame*, Frame*>;
-  using OrderNode = flow::sequencer_node<Frame*>;
-  using TrackNode = flow::function_node<Frame*, flow::continue_msg>;
+  // Workers without work look for some, for a while, before TBB puts them to sleep.
+  void keep_awake() {
+    if (params.spin_ns <= 0) return;
+    while (spinning.fetch_add(1, std::memory_order_relaxed) < params.worker_count) spin->try_put(flow::continue_msg());
+    spinning.fetch_sub(1, std::memory_order_relaxed);
+  }
+
+  // Per worker as many messages as it may have to make before others are done with.
+  int64_t messages_per_worker() const { return params.max_frames + params.worker_count; }
+  int64_t warm_messages() const { return messages_per_worker() * params.worker_count; }
+
+  // A worker's part of the warm-up: waits until all workers and the intake's messages are here, so that each of them
+  // makes its own, in an order that makes the sequencer as long as it can get.
+  void warm_worker() {
+    const auto all = [&](const std::atomic<int32_t>& count) {
+      while (count.load() < params.worker_count && steady_now_ns() < warm_until) std::this_thread::yield();
+    };
+    const int64_t number = arrived.fetch_add(1);
+    all(arrived);
+    while (!posted.load() && steady_now_ns() < warm_until) std::this_thread::yield();
+    for (int64_t k = 0; k < messages_per_worker(); ++k)
+      detect->try_put({nullptr, -1, warm_messages() - 1 - (number * messages_per_worker() + k)});
+    left.fetch_add(1);
+    all(left);
+  }
+
+  // Runs on each thread of TBB's that comes into the arena or goes.
+  class Observer final : public oneapi::tbb::task_scheduler_observer {
+   public:
+    Observer(oneapi::tbb::task_arena& arena, ThreadRoster& roster)
+        : oneapi::tbb::task_scheduler_observer(arena), roster_(roster) {
+      observe(true);
+    }
+    ~Observer() override { observe(false); }
+    void on_scheduler_entry(bool is_worker) override {
+      if (!is_worker) return;
+      const int32_t worker = oneapi::tbb::this_task_arena::current_thread_index();
+      set_this_worker(worker);
+      roster_.enter_worker(worker);
+    }
+    void on_scheduler_exit(bool is_worker) override {
+      if (!is_worker) return;
+      set_this_worker(-1);
+      roster_.leave_worker();
+    }
+
+   private:
+    ThreadRoster& roster_;
+  };
+
+  using SegmentNode = flow::function_node<Job, flow::continue_msg>;
+  using DetectNode = flow::function_node<Job, Job>;
+  using OrderNode = flow::sequencer_node<Job>;
+  using TrackNode = flow::function_node<Job, flow::continue_msg>;
+  using SpinNode = flow::function_node<flow::continue_msg, flow::continue_msg>;
+  const GraphParams params;
   const StageContext& context;
+  TrackStage& stage;
   RunnerHooks hooks;
+  std::atomic<int32_t> waiting{0};             // segmentations that no worker has begun
+  std::atomic<int32_t> spinning{0};
+  std::atomic<int32_t> arrived{0}, left{0};    // workers in the warm-up
+  std::atomic<bool> posted{false};             // the intake's part of it
+  std::atomic<int64_t> warmed{0};              // messages that came through
+  int64_t warm_until = 0;
   WorkerShare share;
   oneapi::tbb::task_arena arena;
+  Observer observer;
   std::unique_ptr<flow::graph> graph;  // made inside the arena: its tasks run there
   std::unique_ptr<SegmentNode> segment;
   std::unique_ptr<DetectNode> detect;
   std::unique_ptr<OrderNode> in_order;
   std::unique_ptr<TrackNode> track;
+  std::unique_ptr<SpinNode> spin;
 };
 
-DetectorGraph::DetectorGraph(int32_t worker_count, const StageContext& context, TrackStage& track, RunnerHooks hooks)
-    : nodes_(std::make_unique<Nodes>(worker_count, context, track, std::move(hooks))) {}
+DetectorGraph::DetectorGraph(const GraphParams& params, ThreadRoster& roster, const StageContext& context,
+                             TrackStage& track, RunnerHooks hooks)
+    : nodes_(std::make_unique<Nodes>(params, roster, context, track, std::move(hooks))) {}
 
 DetectorGraph::~DetectorGraph() {
   nodes_->arena.execute([&] { nodes_->graph->wait_for_all(); });
 }
 
+// One message a worker, each held until all have come; behind them as many as may ever wait.
+void DetectorGraph::warm_up() {
+  Nodes& n = *nodes_;
+  constexpr int64_t kPatience_ns = 500'000'000;  // for workers that never come: the system or another arena has them
+  n.warm_until = steady_now_ns() + kPatience_ns;
+  const int32_t workers = n.params.worker_count, more = n.params.max_frames * (n.context.sensor_count + 1);
+  n.waiting.fetch_add(workers + more);
+  for (int32_t i = 0; i < workers; ++i) n.segment->try_put({nullptr, kHold, 0});
+  for (int32_t i = 0; i < more; ++i) n.segment->try_put({nullptr, kPass, 0});
+  n.posted.store(true);
+  while (n.warmed.load(std::memory_order_acquire) < n.warm_messages()) std::this_thread::yield();
+}
+
 void DetectorGraph::start_segment(Frame& frame, int32_t sensor) {
   note_start(frame);
   frame.pending.fetch_add(1, std::memory_order_acq_rel);
-  nodes_->segment->try_put({&frame, sensor});
+  nodes_->waiting.fetch_add(1, std::memory_order_relaxed);
+  nodes_->segment->try_put({&frame, sensor, 0});
 }
 
 void DetectorGraph::close(Frame& frame) { nodes_->finish_part(frame); }
+
+int32_t DetectorGraph::workers_seen() const noexcept { return nodes_->arrived.load(); }
 
 }  // namespace overtake

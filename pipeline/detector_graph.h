@@ -1,8 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The paper's block diagram as a oneTBB flow graph. Messages are slot pointers, at most 16 bytes: no message costs a
-// heap call.
+// The paper's block diagram as a oneTBB flow graph. Messages are at most 24 bytes: no message costs a heap call.
 //
 //   scan 1 --> [segment] --+
 //   scan 2 --> [segment] --+--> [detect: merge, gate, pose] --> [in order] --> [track] --> publish
@@ -16,6 +15,7 @@
 
 #include "pipeline/frame_assembler.h"
 #include "pipeline/stages.h"
+#include "pipeline/threads.h"
 
 namespace overtake {
 
@@ -38,12 +38,23 @@ class InlineRunner final : public FrameRunner {
   RunnerHooks hooks_;
 };
 
+struct GraphParams {
+  int32_t worker_count = 2;
+  int32_t max_frames = 4;                      // in work at once: so much is taken from the heap in warm_up
+  int64_t spin_ns = 0;                         // workers look for work this long before they sleep
+};
+
 class DetectorGraph final : public FrameRunner {
  public:
-  DetectorGraph(int32_t worker_count, const StageContext& context, TrackStage& track, RunnerHooks hooks);
+  DetectorGraph(const GraphParams& params, ThreadRoster& roster, const StageContext& context, TrackStage& track,
+                RunnerHooks hooks);
   ~DetectorGraph() override;                   // waits for the frames under way
+  // Brings every worker into the arena and sends as many messages down every edge as may ever wait there, so that
+  // neither a thread nor a message is made later.
+  void warm_up() override;
   void start_segment(Frame& frame, int32_t sensor) override;
   void close(Frame& frame) override;
+  int32_t workers_seen() const noexcept;       // that came when they were called
 
  private:
   struct Nodes;

@@ -3,21 +3,16 @@
 #include "pipeline/ego_buffer.h"
 
 #include <algorithm>
+#include <new>
 
 #include "core/math.h"
+#include "pipeline/clock_watch.h"
 
 namespace overtake {
 namespace {
 
 // b - a in seconds, a <= b: exact to the nanosecond for stamps of today, and without overflow for any.
 double seconds_between(int64_t a, int64_t b) noexcept { return double(uint64_t(b) - uint64_t(a)) * 1e-9; }
-
-// b - a, saturated.
-int64_t difference(int64_t b, int64_t a) noexcept {
-  int64_t out;
-  if (!__builtin_sub_overflow(b, a, &out)) return out;
-  return b > a ? INT64_MAX : INT64_MIN;
-}
 
 void fill_rotation(EgoState& state) noexcept {
   double sr, cr, sp, cp, sy, cy;
@@ -34,7 +29,7 @@ void fill_rotation(EgoState& state) noexcept {
 
 EgoPose extrapolate(const EgoPose& from, int64_t stamp_ns) noexcept {
   EgoPose to = from;
-  const double dt = double(difference(stamp_ns, from.stamp_ns)) * 1e-9;
+  const double dt = double(difference_ns(stamp_ns, from.stamp_ns)) * 1e-9;
   const double half_turn = 0.5 * from.yaw_rate_rps * dt;
   double s, c;
   sin_cos_f64(from.yaw_rad + half_turn, s, c);
@@ -80,12 +75,12 @@ double EgoState::heading_to_vehicle(double heading_rad) const noexcept {
 bool EgoWindow::at(int64_t stamp_ns, EgoState& out) const noexcept {
   if (count == 0) return false;
   const EgoPose& newest = poses[count - 1];
-  out.age_ns = difference(stamp_ns, newest.stamp_ns);
+  out.age_ns = difference_ns(stamp_ns, newest.stamp_ns);
   if (out.age_ns > kEgoLostNs) return false;
   if (out.age_ns >= 0) {
     out.pose = extrapolate(newest, stamp_ns);
   } else if (stamp_ns < poses[0].stamp_ns) {
-    out.age_ns = difference(poses[0].stamp_ns, stamp_ns);
+    out.age_ns = difference_ns(poses[0].stamp_ns, stamp_ns);
     if (out.age_ns > kEgoLostNs) return false;
     out.pose = extrapolate(poses[0], stamp_ns);
   } else {
@@ -97,27 +92,47 @@ bool EgoWindow::at(int64_t stamp_ns, EgoState& out) const noexcept {
   return true;
 }
 
+EgoBuffer::EgoBuffer(int32_t capacity, const Allocator& allocator)
+    : capacity_(std::max(capacity, 2 * EgoWindow::kCapacity)) {
+  const auto carve = [&](Carver& carver) { ring_ = carver.take<EgoPose>(std::size_t(capacity_)); };
+  if (!arena_.build(allocator, carve)) throw std::bad_alloc();
+}
+
 ovt_status EgoBuffer::push(const EgoPose& pose) noexcept {
   const int64_t n = count_.load(std::memory_order_relaxed);
-  if (n > 0 && pose.stamp_ns == last_stamp_ns_) return OVT_DUPLICATE;
-  if (n > 0 && pose.stamp_ns < last_stamp_ns_) return OVT_LATE;
+  if (n > 0 && pose.stamp_ns <= last_stamp_ns_) {
+    if (pose.stamp_ns == last_stamp_ns_) return OVT_DUPLICATE;
+    if (difference_ns(last_stamp_ns_, pose.stamp_ns) <= kLateNs) return OVT_LATE;
+    older_ = older_ > 0 && pose.stamp_ns > older_ns_ ? older_ + 1 : 1;
+    older_ns_ = pose.stamp_ns;
+    if (older_ < 3) return OVT_LATE;
+    first_.store(n, std::memory_order_release);
+  }
+  older_ = 0;
   last_stamp_ns_ = pose.stamp_ns;
-  ring_[std::size_t(n) % ring_.size()] = pose;
+  ring_[n % capacity_] = pose;
   count_.store(n + 1, std::memory_order_release);
   return OVT_OK;
 }
 
-void EgoBuffer::copy_window(int64_t count, int64_t first_ns, int64_t last_ns, EgoWindow& window) const noexcept {
-  const auto capacity = int64_t(ring_.size());
-  const auto pose = [&](int64_t i) -> const EgoPose& { return ring_[std::size_t(i % capacity)]; };
+EgoMark EgoBuffer::mark() const noexcept {
+  EgoMark mark;
+  mark.count = count_.load(std::memory_order_acquire);
+  mark.first = first_.load(std::memory_order_acquire);
+  return mark;
+}
+
+void EgoBuffer::copy_window(const EgoMark& mark, int64_t first_ns, int64_t last_ns, EgoWindow& window) const noexcept {
+  const int64_t count = mark.count;
+  const auto pose = [&](int64_t i) -> const EgoPose& { return ring_[i % capacity_]; };
   // The oldest entries may be overwritten while this reads: leave a quarter of the ring alone once it is full.
   const int64_t pushed = count_.load(std::memory_order_acquire);
-  const int64_t oldest = std::min(count, std::max<int64_t>(0, pushed - capacity + capacity / 4));
+  const int64_t oldest = std::min(count, std::max(mark.first, pushed - capacity_ + capacity_ / 4));
   const auto first_after = [&](int64_t stamp_ns, int64_t reach_ns) {  // first i with pose(i).stamp - stamp > reach
     int64_t low = oldest, high = count;
     while (low < high) {
       const int64_t middle = low + (high - low) / 2;
-      if (difference(pose(middle).stamp_ns, stamp_ns) > reach_ns) {
+      if (difference_ns(pose(middle).stamp_ns, stamp_ns) > reach_ns) {
         high = middle;
       } else {
         low = middle + 1;

@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
-#include <vector>
 
+#include "core/arena.h"
 #include "pipeline/overtake.h"
 
 namespace overtake {
@@ -47,23 +47,35 @@ struct EgoWindow {
   bool at(int64_t stamp_ns, EgoState& out) const noexcept;
 };
 
+// Which poses a scan found when it was pushed: those from `first` to before `count`.
+struct EgoMark {
+  int64_t first = 0, count = 0;
+};
+
 class EgoBuffer {
  public:
-  explicit EgoBuffer(int32_t capacity) : ring_(std::size_t(std::max(capacity, 2 * EgoWindow::kCapacity))) {}
+  // Throws std::bad_alloc when there is no memory.
+  explicit EgoBuffer(int32_t capacity, const Allocator& allocator = default_allocator());
 
-  // Producer. OVT_DUPLICATE or OVT_LATE when the stamp does not grow.
+  // Producer. OVT_DUPLICATE or OVT_LATE when the stamp does not grow. The third in a row that is older by more than
+  // 0.5 s, and grows, is a clock that went back: the poses before it are forgotten.
   ovt_status push(const EgoPose& pose) noexcept;
-  // Poses pushed so far: a scan takes this along.
-  int64_t count() const noexcept { return count_.load(std::memory_order_acquire); }
-  // Consumer: of the first `count` poses those from kReachNs before first_ns to kReachNs after last_ns, with one more
-  // on either side; the newest of them where they are too many.
-  void copy_window(int64_t count, int64_t first_ns, int64_t last_ns, EgoWindow& window) const noexcept;
+  EgoMark mark() const noexcept;
+  // Consumer: of the marked poses those from kReachNs before first_ns to kReachNs after last_ns, with one more on
+  // either side; the newest of them where they are too many.
+  void copy_window(const EgoMark& mark, int64_t first_ns, int64_t last_ns, EgoWindow& window) const noexcept;
   static constexpr int64_t kReachNs = 100'000'000;
 
  private:
-  std::vector<EgoPose> ring_;
+  Arena arena_;
+  EgoPose* ring_ = nullptr;
+  int64_t capacity_;
   std::atomic<int64_t> count_{0};
-  int64_t last_stamp_ns_ = INT64_MIN;    // producer's
+  std::atomic<int64_t> first_{0};        // poses before it belong to a clock that is gone
+  // producer's
+  int64_t last_stamp_ns_ = INT64_MIN;
+  int32_t older_ = 0;                    // stamps in a row that are much older
+  int64_t older_ns_ = 0;
 };
 
 }  // namespace overtake

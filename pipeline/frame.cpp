@@ -66,6 +66,9 @@ bool build_frame(Frame& frame, const FrameSizes& sizes, const Allocator& allocat
 void reset_frame(Frame& frame) noexcept {
   frame.sensor_mask = 0;
   frame.flags = 0;
+  frame.stale_mask = 0;
+  frame.restart = false;
+  frame.refiltered = 0;
   frame.kind = FrameKind::kScans;
   for (SensorPart& part : frame.sensors) {
     part.present = false;
@@ -82,6 +85,8 @@ void reset_frame(Frame& frame) noexcept {
   frame.ego.count = 0;
   frame.spans.reset();
   frame.started_ns.store(0, std::memory_order_relaxed);
+  frame.closed_ns.store(0, std::memory_order_relaxed);
+  frame.stall_counted = false;
   frame.pushed_ns = 0;
   frame.latency_ns = -1;
 }

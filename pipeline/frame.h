@@ -91,6 +91,8 @@ struct Frame {
   SensorPart sensors[kMaxSensors];
   ExternalTable external;
   int32_t external_reference = OVT_REFERENCE_MAP;
+  uint32_t stale_mask = 0;                     // sensors silent for more than 1.5 periods
+  bool restart = false;                        // the clock jumped: tracks of before mean nothing
   // detect
   MemberTable members;
   MergedTable merged;
@@ -105,10 +107,14 @@ struct Frame {
   MeasurementTable measurements;
   TrackTable tracks;                           // states at their own stamps, as the tracker left them
   int32_t reference = OVT_REFERENCE_VEHICLE;
+  int64_t tracks_ns = 0;                       // the tracks' own time: stamp_ns, or the newest where this frame is late
+  int32_t refiltered = 0;                      // iterations run again for it
   bool ego_known = false;
   EgoState ego_state;                          // at stamp_ns
   StageSpans spans;
   std::atomic<int64_t> started_ns{0};          // steady clock, start of the first segmentation
+  std::atomic<int64_t> closed_ns{0};           // steady clock, nothing more came for it; 0: it is open
+  bool stall_counted = false;                  // intake's
   int64_t pushed_ns = 0;                       // steady clock, push of its last scan
   int64_t latency_ns = -1;                     // from there to its tracks
   // graph

@@ -48,6 +48,29 @@ Frame* FramePool::pin_latest() noexcept {
   return nullptr;
 }
 
+int64_t FramePool::count_in_flight() const noexcept {
+  int64_t count = 0;
+  for (int32_t i = 0; i < slot_count_; ++i) {
+    const uint64_t references = slots_[std::size_t(i)].references.load(std::memory_order_acquire);
+    count += (references & kHolders) == 1 && !(references & kFinished);
+  }
+  return count;
+}
+
+int32_t FramePool::count_stalled(int64_t now_ns, int64_t limit_ns) noexcept {
+  int32_t count = 0;
+  for (int32_t i = 0; i < slot_count_; ++i) {
+    Frame& frame = slots_[std::size_t(i)];
+    const uint64_t references = frame.references.load(std::memory_order_acquire);
+    if ((references & kHolders) != 1 || (references & kFinished)) continue;
+    const int64_t closed_ns = frame.closed_ns.load(std::memory_order_relaxed);
+    if (closed_ns == 0 || now_ns - closed_ns <= limit_ns || frame.stall_counted) continue;
+    frame.stall_counted = true;
+    ++count;
+  }
+  return count;
+}
+
 void FramePool::release(Frame* frame) noexcept {
   const uint64_t old = frame->references.fetch_sub(1, std::memory_order_acq_rel);
   if ((old & kHolders) == 1 && event_) event_->signal();

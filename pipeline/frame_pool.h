@@ -28,6 +28,9 @@ class FramePool {
   // Of the latest, -1 when there is none: pin_latest will not give an older one.
   int64_t latest_sequence() const noexcept { return latest_sequence_.load(std::memory_order_acquire); }
   void release(Frame* frame) noexcept;        // reader
+  int64_t count_in_flight() const noexcept;   // taken and not finished
+  // Frames that were closed more than limit_ns ago, are in flight, and were not counted before.
+  int32_t count_stalled(int64_t now_ns, int64_t limit_ns) noexcept;
   void set_event(Event* event) noexcept { event_ = event; }   // told when a slot becomes free
 
  private:

@@ -129,6 +129,10 @@ void fill_info(const Frame& frame, int32_t sensor_count, ovt_frame_info* out) {
   out->candidate_count = frame.candidate_count;
   out->detection_count = frame.detections.count;
   out->track_count = frame.tracks.count;
+  out->stale_mask = frame.stale_mask;
+  out->refiltered = frame.refiltered;
+  out->latency_ns = frame.latency_ns;
+  out->tracks_stamp_ns = frame.tracks_ns;
 }
 
 }  // namespace
@@ -320,7 +324,7 @@ ovt_status ovt_read_tracks_sized(ovt_reader* reader, int64_t publish_ns, ovt_tra
   if (!standing(reader)) return OVT_NO_FRAME;
   if (!is_known_size<ovt_tracks>(out_size)) return OVT_BAD_VERSION;
   Reader& r = cpp(reader);
-  if (publish_ns == OVT_AT_FRAME_STAMP) publish_ns = r.frame->stamp_ns;
+  if (publish_ns == OVT_AT_FRAME_STAMP) publish_ns = r.frame->tracks_ns;
   r.detector->publish_tracks(r, publish_ns);
   const TrackTable& t = r.tracks;
   const PathTable& p = r.paths;

@@ -164,8 +164,9 @@ typedef enum ovt_push_policy {
 } ovt_push_policy;
 
 enum {                               /* ovt_detector_def.memory: what to try; ovt_runtime_info says what was obtained */
-  OVT_MEMORY_LOCK = 1,               /* mlock: no page fault while running, whatever else the machine needs memory for */
-  OVT_MEMORY_HUGE = 2                /* transparent huge pages (madvise) for blocks of 2 MiB and more; not with `alloc` */
+  OVT_MEMORY_LOCK = 1,               /* mlock of the detector's blocks: they are never paged out */
+  OVT_MEMORY_HUGE = 2,               /* transparent huge pages (madvise) for blocks of 2 MiB and more; not with `alloc` */
+  OVT_MEMORY_LOCK_PROCESS = 4        /* mlockall: stacks, code and all later memory of the whole process */
 };
 
 typedef enum ovt_log_level { OVT_LOG_ERROR = 0, OVT_LOG_WARNING = 1, OVT_LOG_INFO = 2 } ovt_log_level;
@@ -263,6 +264,7 @@ typedef struct ovt_runtime_info {
   int32_t fifo;                      /* ... that run SCHED_FIFO */
   int64_t memory_bytes;              /* of all blocks the detector took */
   int64_t locked_bytes, huge_bytes;  /* of these, mlocked; advised to be huge pages */
+  int32_t process_locked;            /* non-zero: mlockall held */
 } ovt_runtime_info;
 OVT_API ovt_status ovt_read_runtime_info_sized(ovt_detector* detector, ovt_runtime_info* out, size_t out_size);
 static inline ovt_status ovt_read_runtime_info(ovt_detector* detector, ovt_runtime_info* out) {
@@ -349,7 +351,9 @@ enum {                               /* ovt_frame_info.flags */
   OVT_FLAG_OVERFLOW = 128,           /* a capacity was reached; nearest first were kept */
   OVT_FLAG_CLOCK_JUMP = 256,
   OVT_FLAG_DEADLINE_MISSED = 512,
-  OVT_FLAG_EXTERNAL = 1024           /* an iteration of pushed detections */
+  OVT_FLAG_EXTERNAL = 1024,          /* an iteration of pushed detections */
+  OVT_FLAG_OUT_OF_SEQUENCE = 2048    /* older than a frame before it: the tracker took it in at its place in time, and its
+                                        tracks are those of the newest stamp (tracks_stamp_ns) */
 };
 
 typedef struct ovt_frame_info {
@@ -366,6 +370,7 @@ typedef struct ovt_frame_info {
   uint32_t stale_mask;               /* bit s: sensor s is silent for more than 1.5 periods: nothing is known there */
   int32_t refiltered;                /* iterations that a late stamp made the tracker run again */
   int64_t latency_ns;                /* from the push of its last scan to its tracks, by the steady clock; -1: no scan */
+  int64_t tracks_stamp_ns;           /* stamp_ns, or the newest frame's where this one came out of sequence */
 } ovt_frame_info;
 
 /* Moves the reader to the latest finished frame. OVT_NO_FRAME when there is none newer: the reader
@@ -401,7 +406,7 @@ static inline ovt_status ovt_read_detections(ovt_reader* reader, ovt_detections*
   return ovt_read_detections_sized(reader, out, sizeof *out);
 }
 
-/* Publish time of ovt_read_tracks: the frame's own last stamp. */
+/* Publish time of ovt_read_tracks: the frame's own (ovt_frame_info.tracks_stamp_ns). */
 #define OVT_AT_FRAME_STAMP INT64_MIN
 
 typedef enum ovt_track_state { OVT_TENTATIVE = 0, OVT_CONFIRMED = 1 } ovt_track_state;

@@ -7,7 +7,8 @@
 namespace overtake {
 namespace {
 
-thread_local int32_t worker_number = -1;
+// initial-exec: the first use on a thread takes no memory, in a shared library either.
+[[gnu::tls_model("initial-exec")]] thread_local int32_t worker_number = -1;
 
 }  // namespace
 

@@ -294,6 +294,12 @@ int32_t TrackStage::observe(const Frame& frame, ObservedSector* sectors) const n
 
 void TrackStage::run(Frame& frame) noexcept {
   StageClock clock(frame.spans);
+  if (frame.restart) {
+    tracker_.restart();
+    newest_ns_ = INT64_MIN;
+  }
+  if (frame.kind != FrameKind::kPrediction) newest_ns_ = std::max(newest_ns_, frame.stamp_ns);
+  frame.tracks_ns = frame.kind == FrameKind::kPrediction ? frame.stamp_ns : newest_ns_;
   frame.ego_known = frame.ego.at(frame.stamp_ns, frame.ego_state);
   // The tracker works in the map from the first ego pose on, in the vehicle frame until then. Changing over forgets the
   // tracks: they mean nothing in the other frame.

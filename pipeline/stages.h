@@ -11,6 +11,16 @@
 
 namespace overtake {
 
+// Where a runner may be made to wait or throw: the tests' way in.
+enum class Body { kSegment, kDetect, kTrack, kFinish };
+struct BodyHook {
+  void (*call)(void* user, Body body, Frame& frame, int32_t sensor) = nullptr;   // sensor -1: the whole frame
+  void* user = nullptr;
+  void operator()(Body body, Frame& frame, int32_t sensor = -1) const {
+    if (call) call(user, body, frame, sensor);
+  }
+};
+
 // Everything the stages read that outlives a frame; constant after create.
 struct StageContext {
   const KernelTable* kernels = nullptr;
@@ -19,6 +29,7 @@ struct StageContext {
   SegmentParams segment[kMaxSensors];
   DetectParams detect;
   const TrackMap* map = nullptr;               // null: none
+  BodyHook hook;
 };
 
 // Range image segmentation of one sensor (paper IV-A), stages 1 to 8a.
@@ -54,6 +65,7 @@ class TrackStage {
   TrackerParams params_;
   Tracker tracker_;
   int32_t reference_ = OVT_REFERENCE_VEHICLE;
+  int64_t newest_ns_ = INT64_MIN;              // of the frames run so far
 };
 
 }  // namespace overtake

@@ -311,7 +311,7 @@ TEST_CASE("detector: an empty scan is a scan; no valid point is no data, mostly 
   }
 }
 
-TEST_CASE("detector: a stamp that does not grow is a duplicate or late, counted and not used") {
+TEST_CASE("detector: a stamp that comes again is a duplicate, an older one is used at its place, one too old is late") {
   Small small;
   small.create();
   const Posts posts(2);
@@ -319,10 +319,12 @@ TEST_CASE("detector: a stamp that does not grow is a duplicate or late, counted 
   CHECK(ovt_push_scan(small.detector, &points) == OVT_OK);
   CHECK(ovt_push_scan(small.detector, &points) == OVT_DUPLICATE);
   points.stamp_ns -= 1;
-  CHECK(ovt_push_scan(small.detector, &points) == OVT_LATE);
+  CHECK(ovt_push_scan(small.detector, &points) == OVT_OK);
+  points.stamp_ns -= 500 * kMs;
+  CHECK(ovt_push_scan(small.detector, &points) == OVT_OK);
   const ovt_stats stats = small.stats();
-  CHECK(stats.pushed == 3);
-  CHECK(stats.used == 1);
+  CHECK(stats.pushed == 4);
+  CHECK(stats.used == 2);
   CHECK(stats.dup == 1);
   CHECK(stats.late == 1);
 }
@@ -612,6 +614,7 @@ TEST_CASE("detector: pushed detections in the map and in the vehicle frame give 
     double x[2] = {}, y[2] = {}, speed[2] = {};
     for (const int32_t reference : {OVT_REFERENCE_MAP, OVT_REFERENCE_VEHICLE}) {
       Small small(0, workers);
+      small.def.push_policy = OVT_PUSH_WAIT;
       small.create();
       for (int32_t k = 0; k < 30; ++k) {
         const int64_t stamp_ns = 1 + k * 50 * kMs;
@@ -701,12 +704,13 @@ TEST_CASE("detector: every push of detections is counted as used or dropped") {
   };
   CHECK(push(100) == OVT_OK);
   CHECK(push(100) == OVT_DUPLICATE);
-  CHECK(push(50) == OVT_LATE);
+  CHECK(push(50) == OVT_OK);                 // out of sequence
+  CHECK(push(50 - 1000 * kMs) == OVT_OK);    // too old: taken, and dropped
   CHECK(push(200) == OVT_OK);
   ovt_stats stats;
   stats.struct_size = sizeof stats;
   REQUIRE(ovt_read_stats(small.detector, &stats) == OVT_OK);
-  CHECK(stats.external == 2);
+  CHECK(stats.external == 3);
   CHECK(stats.external_dropped == 2);
 }
 
@@ -873,6 +877,14 @@ TEST_CASE("detector: every bad def gets its status and a sentence that names the
       {[](Small& s) { s.def.ego_pose_capacity = 0; }, OVT_BAD_ARGUMENT, "ego_pose_capacity"},
       {[](Small& s) { s.def.alloc = [](size_t, size_t, void*) -> void* { return nullptr; }; }, OVT_BAD_ARGUMENT,
        "alloc"},
+      {[](Small& s) { s.def.cpu_count = 1; }, OVT_BAD_ARGUMENT, "cpus"},
+      {[](Small& s) { static const int32_t none = 1023; s.def.cpus = &none, s.def.cpu_count = 1; }, OVT_BAD_ARGUMENT,
+       "CPU 1023"},
+      {[](Small& s) { s.def.fifo_priority = 100; }, OVT_BAD_ARGUMENT, "fifo_priority"},
+      {[](Small& s) { s.def.memory = 8; }, OVT_BAD_ARGUMENT, "memory"},
+      {[](Small& s) { s.def.spin_us = -1; }, OVT_BAD_ARGUMENT, "spin_us"},
+      {[](Small& s) { s.def.deadline_ns = -1; }, OVT_BAD_ARGUMENT, "deadline_ns"},
+      {[](Small& s) { s.def.watchdog_ns = -1; }, OVT_BAD_ARGUMENT, "watchdog_ns"},
       {[](Small& s) { s.def.isa = "mmx"; }, OVT_UNKNOWN_NAME, "mmx"},
       {[](Small& s) { s.def.params = &(params = ovt_default_params()), params.struct_size = 1; }, OVT_BAD_VERSION,
        "params"},

@@ -103,9 +103,9 @@ TEST_CASE("ego_buffer: stamps at both ends of int64 overflow nothing") {
   CHECK(buffer.push(pose_at(0)) == OVT_OK);
   CHECK(buffer.push(pose_at(INT64_MAX)) == OVT_OK);
   EgoWindow out;
-  buffer.copy_window(3, INT64_MIN, INT64_MAX, out);
+  buffer.copy_window({0, 3}, INT64_MIN, INT64_MAX, out);
   CHECK(out.count == 3);
-  buffer.copy_window(3, INT64_MAX, INT64_MAX, out);
+  buffer.copy_window({0, 3}, INT64_MAX, INT64_MAX, out);
   REQUIRE(out.count == 2);
   CHECK(out.poses[1].stamp_ns == INT64_MAX);
 }
@@ -132,20 +132,20 @@ TEST_CASE("ego_buffer: stamps must grow") {
   CHECK(buffer.push(pose_at(10)) == OVT_OK);
   CHECK(buffer.push(pose_at(10)) == OVT_DUPLICATE);
   CHECK(buffer.push(pose_at(9)) == OVT_LATE);
-  CHECK(buffer.count() == 1);
+  CHECK(buffer.mark().count == 1);
 }
 
 TEST_CASE("ego_buffer: a frame sees the poses round it that were pushed before it, and no others") {
   EgoBuffer buffer(1024);
   for (int64_t i = 0; i < 100; ++i) REQUIRE(buffer.push(pose_at(i * 10 * kMs, double(i))) == OVT_OK);
   EgoWindow window;
-  buffer.copy_window(60, 500 * kMs, 500 * kMs, window);
+  buffer.copy_window({0, 60}, 500 * kMs, 500 * kMs, window);
   REQUIRE(window.count > 0);
   CHECK(window.poses[0].stamp_ns == 400 * kMs);                 // 100 ms before it
   CHECK(window.poses[window.count - 1].stamp_ns == 590 * kMs);  // the 60th: later ones came after the scan
-  buffer.copy_window(100, 500 * kMs, 550 * kMs, window);
+  buffer.copy_window({0, 100}, 500 * kMs, 550 * kMs, window);
   CHECK(window.poses[window.count - 1].stamp_ns == 660 * kMs);
-  buffer.copy_window(0, 500 * kMs, 500 * kMs, window);
+  buffer.copy_window({0, 0}, 500 * kMs, 500 * kMs, window);
   CHECK(window.count == 0);
 }
 
@@ -153,11 +153,11 @@ TEST_CASE("ego_buffer: a full ring keeps the newest, and what was overwritten is
   EgoBuffer buffer(512);
   for (int64_t i = 0; i < 5000; ++i) REQUIRE(buffer.push(pose_at(i * kMs, double(i))) == OVT_OK);
   EgoWindow window;
-  buffer.copy_window(5000, 4900 * kMs, 4950 * kMs, window);
+  buffer.copy_window({0, 5000}, 4900 * kMs, 4950 * kMs, window);
   REQUIRE(window.count > 0);
   for (int32_t i = 0; i < window.count; ++i) CHECK(window.poses[i].x_m == double(window.poses[i].stamp_ns / kMs));
   CHECK(window.poses[window.count - 1].stamp_ns == 4999 * kMs);
-  buffer.copy_window(1000, 900 * kMs, 950 * kMs, window);  // long gone
+  buffer.copy_window({0, 1000}, 900 * kMs, 950 * kMs, window);  // long gone
   CHECK(window.count == 0);
 }
 
@@ -165,7 +165,39 @@ TEST_CASE("ego_buffer: of too many poses in reach the newest are taken") {
   EgoBuffer buffer(4096);
   for (int64_t i = 0; i < 3000; ++i) REQUIRE(buffer.push(pose_at(i * 100'000)) == OVT_OK);  // 10 kHz
   EgoWindow window;
-  buffer.copy_window(3000, 150 * kMs, 150 * kMs, window);
+  buffer.copy_window({0, 3000}, 150 * kMs, 150 * kMs, window);
   REQUIRE(window.count == EgoWindow::kCapacity);
   CHECK(window.poses[255].stamp_ns > 250 * kMs);
+}
+
+TEST_CASE("ego_buffer: three much older stamps that grow are a clock that went back, and forget what was before") {
+  EgoBuffer buffer(16);
+  for (int64_t k = 0; k < 5; ++k) REQUIRE(buffer.push(pose_at(kToday + k * 10 * kMs, 1000)) == OVT_OK);
+  const int64_t back = kToday - 3600 * 1000 * kMs;
+  CHECK(buffer.push(pose_at(kToday - 100 * kMs)) == OVT_LATE);   // late, and no other clock
+  CHECK(buffer.push(pose_at(back)) == OVT_LATE);
+  CHECK(buffer.push(pose_at(back + 10 * kMs)) == OVT_LATE);
+  CHECK(buffer.push(pose_at(back + 5 * kMs)) == OVT_LATE);       // does not grow: begins again
+  CHECK(buffer.push(pose_at(back + 15 * kMs)) == OVT_LATE);
+  CHECK(buffer.push(pose_at(back + 25 * kMs, 7)) == OVT_OK);
+  const EgoMark mark = buffer.mark();
+  CHECK(mark.first == 5);
+  CHECK(mark.count == 6);
+  EgoWindow window;
+  buffer.copy_window(mark, back, back + 25 * kMs, window);
+  REQUIRE(window.count == 1);
+  CHECK(window.poses[0].x_m == 7);
+  buffer.copy_window({0, 5}, kToday, kToday, window);             // a frame of before still sees its own
+  CHECK(window.count == 5);
+}
+
+TEST_CASE("ego_buffer: a good stamp between two much older ones leaves the clock as it is") {
+  EgoBuffer buffer(16);
+  REQUIRE(buffer.push(pose_at(kToday)) == OVT_OK);
+  for (int64_t k = 1; k < 10; ++k) {
+    CHECK(buffer.push(pose_at(k * kMs)) == OVT_LATE);
+    CHECK(buffer.push(pose_at((100 + k) * kMs)) == OVT_LATE);
+    CHECK(buffer.push(pose_at(kToday + k * kMs)) == OVT_OK);
+  }
+  CHECK(buffer.mark().first == 0);
 }

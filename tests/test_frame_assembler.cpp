@@ -68,20 +68,22 @@ class Bench {
     REQUIRE(pool.build(kSlots, sizes, default_allocator()));
     REQUIRE(arena_.build(default_allocator(), [&](Carver& carver) {
       carve_table(carver, scan_.table, kCapacity);
-      carve_table(carver, rows_, kCapacity);
+      carve_table(carver, rows_.table, kCapacity);
     }));
   }
   Taken scan(int32_t sensor, int64_t ms) { return scan_ns(sensor, ms * kMs); }
   Taken scan_ns(int32_t sensor, int64_t ns) {
     scan_.stamp_ns = ns;
     scan_.table.count = 1;
-    scan_.ego_count = ego.count();
+    scan_.ego = ego.mark();
     return assembler.take_scan(sensor, scan_);
   }
   Taken external(int64_t ms, int32_t count = 2) {
-    rows_.count = count;
-    for (int32_t i = 0; i < count; ++i) rows_.x_m[i] = double(i);
-    return assembler.take_external(ms * kMs, OVT_REFERENCE_MAP, ego.count(), rows_);
+    rows_.table.count = count;
+    for (int32_t i = 0; i < count; ++i) rows_.table.x_m[i] = double(i);
+    rows_.stamp_ns = ms * kMs;
+    rows_.ego = ego.mark();
+    return assembler.take_external(rows_);
   }
   void sweep(int64_t ms, std::vector<int32_t> sensors = {0, 1, 2}) {
     for (const int32_t s : sensors) CHECK(scan(s, ms + s) == Taken::kUsed);
@@ -102,7 +104,7 @@ class Bench {
   }
   Arena arena_;
   Scan scan_;
-  ExternalTable rows_;
+  ExternalScan rows_;
 };
 
 }  // namespace
@@ -184,18 +186,105 @@ TEST_CASE("frame_assembler: a sensor that never spoke is waited for during 75 ms
   for (std::size_t k = 0; k < bench.count(); ++k) CHECK(bench.runner.closed[k].mask == 3);
 }
 
-TEST_CASE("frame_assembler: a scan older than what was closed is late, one that still fits the open frame is not") {
+TEST_CASE("frame_assembler: a scan older than what was closed is a frame of its own, out of sequence") {
   Bench bench;
   bench.sweep(100);
-  CHECK(bench.scan(0, 102) == Taken::kLate);
-  CHECK(bench.scan(1, 50) == Taken::kLate);
+  CHECK(bench.scan(1, 50) == Taken::kUsed);
+  REQUIRE(bench.count() == 2);
+  CHECK(bench.last().sequence == 1);
+  CHECK(bench.last().mask == 2);
+  CHECK(bench.last().last_ms == 50);
+  CHECK((bench.last().flags & OVT_FLAG_OUT_OF_SEQUENCE) != 0);
+  CHECK((bench.runner.closed[0].flags & OVT_FLAG_OUT_OF_SEQUENCE) == 0);
+
   CHECK(bench.scan(0, 150) == Taken::kUsed);
   CHECK(bench.scan(1, 140) == Taken::kUsed);  // older than the first, within the tolerance
-  CHECK(bench.scan(2, 104) == Taken::kLate);
+  CHECK(bench.count() == 2);
+  CHECK(bench.scan(2, 104) == Taken::kUsed);  // between the closed frame and the one that waits, which goes on waiting
+  REQUIRE(bench.count() == 3);
+  CHECK(bench.last().first_ms == 104);
+  CHECK((bench.last().flags & OVT_FLAG_OUT_OF_SEQUENCE) == 0);
   CHECK(bench.scan(2, 141) == Taken::kUsed);
+  REQUIRE(bench.count() == 4);
+  CHECK(bench.last().sequence == 3);
   CHECK(bench.last().first_ms == 140);
   CHECK(bench.last().last_ms == 150);
+  CHECK(bench.last().mask == 7);
+}
+
+TEST_CASE("frame_assembler: a scan is late when it is more than half a second old") {
+  Bench bench;
+  bench.sweep(1000);                           // 1000, 1001, 1002 ms
+  CHECK(bench.scan(0, 502) == Taken::kUsed);   // the edge
+  CHECK(bench.scan(0, 501) == Taken::kLate);
+  CHECK(bench.scan_ns(1, 502 * kMs - 1) == Taken::kLate);
   CHECK(bench.count() == 2);
+}
+
+TEST_CASE("frame_assembler: a stamp that a sensor has used before is a duplicate, also out of sequence") {
+  Bench bench;
+  for (int64_t k = 0; k < 5; ++k) bench.sweep(50 * k);
+  CHECK(bench.scan(0, 100) == Taken::kDuplicate);
+  CHECK(bench.scan(1, 151) == Taken::kDuplicate);
+  CHECK(bench.scan(0, 101) == Taken::kUsed);   // another sensor's stamp
+  CHECK(bench.scan(0, 101) == Taken::kDuplicate);
+  CHECK(bench.count() == 6);
+}
+
+TEST_CASE("frame_assembler: after a gap of over a second the third stamp that agrees starts anew") {
+  Bench bench;
+  for (int64_t k = 0; k < 3; ++k) bench.sweep(50 * k);
+  for (int64_t k = 0; k < 2; ++k)
+    for (const int32_t s : {0, 1, 2}) CHECK(bench.scan(s, 5000 + 50 * k + s) == Taken::kDropped);
+  CHECK(bench.count() == 3);
+  bench.sweep(5100);
+  REQUIRE(bench.count() == 4);
+  CHECK(bench.last().mask == 7);
+  CHECK((bench.last().flags & OVT_FLAG_CLOCK_JUMP) != 0);
+  CHECK(bench.assembler.clock_jumps() == 1);
+  CHECK(bench.assembler.take_late_before_jump() == 0);
+  bench.sweep(5150);
+  CHECK((bench.last().flags & OVT_FLAG_CLOCK_JUMP) == 0);
+}
+
+TEST_CASE("frame_assembler: a clock that went back is believed at the third stamp, and the two before it were dropped") {
+  Bench bench;
+  bench.sweep(100'000);
+  for (int64_t k = 0; k < 2; ++k)
+    for (const int32_t s : {0, 1, 2}) CHECK(bench.scan(s, 50 * k + s) == Taken::kLate);
+  bench.sweep(100);
+  CHECK((bench.last().flags & OVT_FLAG_CLOCK_JUMP) != 0);
+  CHECK((bench.last().flags & OVT_FLAG_OUT_OF_SEQUENCE) == 0);
+  CHECK(bench.assembler.take_late_before_jump() == 6);
+  CHECK(bench.assembler.take_late_before_jump() == 0);
+}
+
+TEST_CASE("frame_assembler: one sensor's bad clock moves nobody, two of three do") {
+  Bench bench;
+  bench.sweep(0);
+  for (int64_t k = 1; k < 10; ++k) {
+    CHECK(bench.scan(0, 50 * k) == Taken::kUsed);
+    CHECK(bench.scan(1, 50 * k + 1) == Taken::kUsed);
+    CHECK(bench.scan(2, 60'000 + 50 * k) == Taken::kDropped);
+  }
+  CHECK(bench.assembler.clock_jumps() == 0);
+  for (int64_t k = 0; k < 3; ++k) {
+    CHECK(bench.scan(0, 500 + 50 * k) == Taken::kUsed);
+    const Taken before = k < 2 ? Taken::kDropped : Taken::kUsed;
+    const Taken first = bench.scan(1, 60'500 + 50 * k);
+    CHECK(first == before);
+    if (k < 2) CHECK(bench.scan(2, 60'500 + 50 * k) == Taken::kDropped);
+  }
+  CHECK(bench.assembler.clock_jumps() == 1);
+}
+
+TEST_CASE("frame_assembler: stamps that do not agree with each other are no clock") {
+  Bench bench;
+  bench.sweep(100'000);
+  for (const int64_t ms : {10'000, 20'000, 30'000, 29'000, 28'000, 50'000, 52'000, 54'000})
+    CHECK(bench.scan(0, ms) == Taken::kLate);
+  for (const int64_t ms : {200'000, 300'000, 400'000}) CHECK(bench.scan(0, ms) == Taken::kDropped);
+  CHECK(bench.assembler.clock_jumps() == 0);
 }
 
 TEST_CASE("frame_assembler: flush closes the open frame once") {
@@ -207,11 +296,11 @@ TEST_CASE("frame_assembler: flush closes the open frame once") {
   bench.assembler.flush();
   REQUIRE(bench.count() == 1);
   CHECK(bench.last().mask == 2);
-  CHECK(bench.scan(0, 100) == Taken::kLate);
+  CHECK(bench.scan(0, 100) == Taken::kUsed);  // a frame of its own: its frame is closed
   CHECK(bench.scan(0, 101) == Taken::kUsed);
   bench.assembler.flush();
-  CHECK(bench.count() == 2);
-  CHECK(bench.assembler.admitted() == 2);
+  CHECK(bench.count() == 3);
+  CHECK(bench.assembler.admitted() == 3);
 }
 
 TEST_CASE("frame_assembler: advance closes what waited 75 ms and predicts when nothing came for as long") {
@@ -244,17 +333,21 @@ TEST_CASE("frame_assembler: pushed detections are a frame of their own, in the o
   CHECK(bench.last().kind == FrameKind::kExternal);
   CHECK(bench.last().flags == OVT_FLAG_EXTERNAL);
   CHECK(bench.last().external_count == 2);
-  CHECK(bench.scan(0, 89) == Taken::kLate);  // before the first frame of scans as well as after it
   bench.scan(0, 100);
-  CHECK(bench.external(99) == Taken::kLate);
+  CHECK(bench.external(95) == Taken::kUsed);   // before the open frame, which goes on waiting
+  REQUIRE(bench.count() == 2);
+  CHECK((bench.last().flags & OVT_FLAG_OUT_OF_SEQUENCE) == 0);
   bench.scan(1, 110);
-  CHECK(bench.external(105) == Taken::kLate);  // between the stamps of the open frame: would go back
-  CHECK(bench.count() == 1);
+  CHECK(bench.external(105) == Taken::kUsed);  // between the stamps of the open frame, which is then late itself
+  CHECK(bench.count() == 3);
   CHECK(bench.external(111) == Taken::kUsed);
-  REQUIRE(bench.count() == 3);
-  CHECK(bench.runner.closed[1].mask == 3);
-  CHECK(bench.runner.closed[1].last_ms == 110);
-  CHECK(bench.external(110) == Taken::kLate);
+  REQUIRE(bench.count() == 5);
+  CHECK(bench.runner.closed[3].mask == 3);
+  CHECK(bench.runner.closed[3].last_ms == 110);
+  CHECK((bench.runner.closed[3].flags & OVT_FLAG_OUT_OF_SEQUENCE) == 0);
+  CHECK(bench.external(109) == Taken::kUsed);
+  CHECK(bench.last().flags == (OVT_FLAG_EXTERNAL | OVT_FLAG_OUT_OF_SEQUENCE));
+  CHECK(bench.external(109) == Taken::kDuplicate);
 }
 
 TEST_CASE("frame_assembler: pushed detections and scans of one stamp are both used, in either order") {
@@ -288,11 +381,17 @@ TEST_CASE("frame_assembler: without a free slot nothing is taken and the sequenc
 TEST_CASE("frame_assembler: stamps at both ends of int64") {
   Bench bench;
   CHECK(bench.scan_ns(0, INT64_MIN) == Taken::kUsed);
-  CHECK(bench.scan_ns(1, INT64_MAX) == Taken::kUsed);
-  bench.assembler.flush();
-  CHECK(bench.count() == 2);
+  CHECK(bench.scan_ns(1, INT64_MAX) == Taken::kDropped);
+  CHECK(bench.scan_ns(2, 0) == Taken::kDropped);
+  CHECK(bench.scan_ns(1, INT64_MIN) == Taken::kUsed);
+  for (const int64_t back : {2, 1}) CHECK(bench.scan_ns(0, INT64_MAX - back * kMs) == Taken::kDropped);
+  CHECK(bench.scan_ns(0, INT64_MAX) == Taken::kUsed);  // the third that agrees
+  CHECK(bench.assembler.clock_jumps() == 1);
   CHECK(bench.scan_ns(2, INT64_MIN) == Taken::kLate);
-  CHECK(bench.scan_ns(2, INT64_MAX) == Taken::kLate);
+  CHECK(bench.scan_ns(2, INT64_MAX) == Taken::kUsed);
+  CHECK(bench.assembler.advance(INT64_MIN));
+  CHECK(bench.assembler.advance(INT64_MAX));
+  bench.assembler.flush();
 }
 
 TEST_CASE("frame_assembler: a frame sees the ego poses pushed before its last scan") {

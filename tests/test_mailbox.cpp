@@ -15,9 +15,9 @@ namespace {
 
 constexpr int32_t kPoints = 64;
 
-void build(Mailbox& box) { REQUIRE(box.build(kPoints, default_allocator())); }
+void build(Mailbox<Scan>& box) { REQUIRE(box.build(kPoints, default_allocator())); }
 
-bool post(Mailbox& box, int64_t number) {
+bool post(Mailbox<Scan>& box, int64_t number) {
   Scan& scan = box.writable();
   scan.stamp_ns = number;
   scan.table.count = kPoints;
@@ -34,7 +34,7 @@ bool is_whole(const Scan& scan) {
 }  // namespace
 
 TEST_CASE("mailbox: an empty one gives nothing") {
-  Mailbox box;
+  Mailbox<Scan> box;
   build(box);
   bool replaced = true;
   CHECK_FALSE(box.take(replaced));
@@ -42,7 +42,7 @@ TEST_CASE("mailbox: an empty one gives nothing") {
 }
 
 TEST_CASE("mailbox: a newer scan replaces the one that waits, the one in hand stays whole") {
-  Mailbox box;
+  Mailbox<Scan> box;
   build(box);
   bool replaced = true;
   CHECK_FALSE(post(box, 1));
@@ -65,7 +65,7 @@ TEST_CASE("mailbox: a newer scan replaces the one that waits, the one in hand st
 
 TEST_CASE("mailbox: a race of 100,000 posts loses none and tears none") {
   constexpr int64_t kPosts = 100000;
-  Mailbox box;
+  Mailbox<Scan> box;
   build(box);
   std::atomic<bool> done{false};
   int64_t replaced_waiting = 0;
@@ -101,7 +101,7 @@ TEST_CASE("mailbox: a race of 100,000 posts loses none and tears none") {
 
 TEST_CASE("mailbox: a producer that waits until its scan is taken loses none") {
   constexpr int64_t kPosts = 20000;
-  Mailbox box;
+  Mailbox<Scan> box;
   build(box);
   int64_t replaced_waiting = 0;
   std::thread producer([&] {

@@ -1,0 +1,291 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Create: checks the whole def before anything is taken, then takes all memory and all threads there will ever be.
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <system_error>
+
+#include "core/math.h"
+#include "pipeline/abi.h"
+#include "pipeline/detector.h"
+
+namespace overtake {
+namespace {
+
+std::string field(const char* array, int32_t index, const char* name) {
+  return std::string(array) + "[" + std::to_string(index) + "]." + name;
+}
+
+// The first thing wrong with a sensor's def, or null.
+const char* find_bad_sensor_field(const ovt_sensor_def& def) {
+  for (double v : {def.x_m, def.y_m, def.z_m})
+    if (!(std::fabs(v) <= 1000.0)) return "x_m, y_m, z_m must be within 1000 m";
+  for (double v : {def.roll_rad, def.pitch_rad, def.yaw_rad})
+    if (!(std::fabs(v) <= 7.0)) return "roll_rad, pitch_rad, yaw_rad must be within +-7 rad";
+  if (def.rows < 1 || def.rows > 1024) return "rows must be 1 to 1024";
+  if (def.cols < 1 || def.cols > 16384) return "cols must be 1 to 16384";
+  if (!(std::fabs(def.azimuth_left_rad) <= 7.0)) return "azimuth_left_rad must be within +-7 rad";
+  if (!def.wraps && !(def.azimuth_right_rad < def.azimuth_left_rad &&
+                      def.azimuth_left_rad - def.azimuth_right_rad <= 6.2831853071795873))
+    return "azimuth_right_rad must be right of azimuth_left_rad by at most a full turn";
+  if (!(def.range_min_m >= 0 && def.range_min_m < def.range_max_m && def.range_max_m <= 10000.0))
+    return "range_min_m and range_max_m must satisfy 0 <= min < max <= 10000";
+  if (def.layer_first < 0 || def.layer_last > 65535 || def.layer_first > def.layer_last)
+    return "layer_first and layer_last must satisfy 0 <= first <= last <= 65535";
+  if (def.point_capacity < 1 || def.point_capacity > 16'000'000) return "point_capacity must be 1 to 16,000,000";
+  return nullptr;
+}
+
+// The caller's array has elements of the caller's size.
+const ovt_sensor_def& sensor_at(const ovt_detector_def& def, int32_t i) {
+  const char* first = reinterpret_cast<const char*>(def.sensors);
+  return *reinterpret_cast<const ovt_sensor_def*>(first + std::size_t(i) * def.sensors[0].struct_size);
+}
+
+std::string count_of(int32_t obtained, int32_t wanted) {
+  return std::to_string(obtained) + " of " + std::to_string(wanted);
+}
+
+}  // namespace
+
+std::unique_ptr<Detector> Detector::create(const ovt_detector_def& def, ovt_status& status, std::string& error) {
+  std::unique_ptr<Detector> detector(new Detector);
+  status = detector->build(def, error);
+  if (status != OVT_OK) return nullptr;
+  return detector;
+}
+
+ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
+  const auto bad = [&](const std::string& sentence) {
+    error = sentence;
+    return OVT_BAD_ARGUMENT;
+  };
+  if (def.sensor_count < 0 || def.sensor_count > OVT_MAX_SENSORS) return bad("sensor_count must be 0 to 8");
+  if (def.sensor_count > 0 && !def.sensors) return bad("sensors is null");
+  if (def.worker_count < 0 || def.worker_count > 256) return bad("worker_count must be 0 to 256");
+  if (def.push_policy != OVT_PUSH_REPLACE && def.push_policy != OVT_PUSH_WAIT) return bad("push_policy is unknown");
+  if (def.cluster_capacity < 1 || def.cluster_capacity > 1'000'000)
+    return bad("cluster_capacity must be 1 to 1,000,000");
+  if (def.candidate_capacity < 1 || def.candidate_capacity > 4096)
+    return bad("candidate_capacity must be 1 to 4,096");
+  if (def.track_capacity < 1 || def.track_capacity > 4096) return bad("track_capacity must be 1 to 4,096");
+  if (def.frames_in_flight < 1 || def.frames_in_flight > 64) return bad("frames_in_flight must be 1 to 64");
+  if (def.reader_capacity < 0 || def.reader_capacity > 64) return bad("reader_capacity must be 0 to 64");
+  if (def.ego_pose_capacity < 1 || def.ego_pose_capacity > 1'000'000)
+    return bad("ego_pose_capacity must be 1 to 1,000,000");
+  if ((def.alloc == nullptr) != (def.free == nullptr)) return bad("alloc and free go together");
+  if (def.cpu_count < 0 || def.cpu_count > 1024 || (def.cpu_count > 0) != (def.cpus != nullptr))
+    return bad("cpus and cpu_count go together: 1 to 1,024 CPUs, or none");
+  for (int32_t i = 0; i < def.cpu_count; ++i)
+    if (!is_usable_cpu(def.cpus[i])) return bad(field("cpus", i, "this process may not use CPU ") +
+                                                std::to_string(def.cpus[i]));
+  if (def.fifo_priority < 0 || def.fifo_priority > 99) return bad("fifo_priority must be 0 to 99");
+  if (def.memory & ~(OVT_MEMORY_LOCK | OVT_MEMORY_HUGE | OVT_MEMORY_LOCK_PROCESS))
+    return bad("memory has an unknown bit");
+  if (def.spin_us < 0 || def.spin_us > 1'000'000) return bad("spin_us must be 0 to 1,000,000");
+  if (def.deadline_ns < 0) return bad("deadline_ns must be 0 or more");
+  if (def.watchdog_ns < 0) return bad("watchdog_ns must be 0 or more");
+
+  ovt_params params = ovt_default_params();
+  if (def.params && !take(*def.params, params)) {
+    error = "params.struct_size is unknown";
+    return OVT_BAD_VERSION;
+  }
+  if (const char* name = find_bad_param(params)) {
+    error = std::string("parameter ") + name + " is outside its limits";
+    return OVT_OUT_OF_RANGE;
+  }
+  user_ = def.user;
+  on_frame_ = def.on_frame;
+  log_ = def.log;
+  push_waits_ = def.push_policy == OVT_PUSH_WAIT;
+  deadline_ns_ = def.deadline_ns;
+  watchdog_ns_ = def.watchdog_ns;
+  spin_ns_ = int64_t(def.spin_us) * 1000;
+  reader_capacity_ = def.reader_capacity;
+  worker_count_ = def.worker_count > 0 ? def.worker_count : def.cpu_count > 0 ? def.cpu_count : count_usable_cpus();
+  inline_ = worker_count_ == 1;
+  memory_.set_up(def.alloc ? Allocator{def.alloc, def.free, def.user} : Allocator{}, def.memory);
+
+  ovt_status status = build_context(def, params, error);
+  if (status == OVT_OK) status = build_tables(def, params, error);
+  if (status == OVT_OK) status = build_runner(def, params, error);
+  if (status != OVT_OK) return status;
+  process_locked_ = (def.memory & OVT_MEMORY_LOCK_PROCESS) && mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+  say_what_was_obtained(def);
+  return OVT_OK;
+}
+
+// Sensors, parameters, map, kernels: everything constant.
+ovt_status Detector::build_context(const ovt_detector_def& def, const ovt_params& params, std::string& error) {
+  const auto bad = [&](const std::string& sentence) {
+    error = sentence;
+    return OVT_BAD_ARGUMENT;
+  };
+  context_.kernels = find_kernels(def.isa);
+  if (!context_.kernels) {
+    error = std::string("isa \"") + def.isa + "\" is unknown or this CPU lacks it";
+    return OVT_UNKNOWN_NAME;
+  }
+  context_.sensor_count = def.sensor_count;
+  for (int32_t s = 0; s < def.sensor_count; ++s) {
+    ovt_sensor_def in = ovt_default_sensor_def();
+    const ovt_sensor_def& given = sensor_at(def, s);
+    if (given.struct_size != def.sensors[0].struct_size || !take(given, in)) {
+      error = field("sensors", s, "struct_size is unknown");
+      return OVT_BAD_VERSION;
+    }
+    if (const char* wrong = find_bad_sensor_field(in)) return bad(field("sensors", s, wrong));
+    SensorModel& model = context_.sensors[s];
+    model = make_sensor_model(in.rows, in.cols, in.azimuth_left_rad, in.azimuth_right_rad, in.wraps != 0,
+                              in.range_min_m, in.range_max_m);
+    model.layer_first = in.layer_first;
+    model.layer_last = in.layer_last;
+    model.T_vehicle_sensor = make_transform(in.x_m, in.y_m, in.z_m, in.roll_rad, in.pitch_rad, in.yaw_rad);
+    model.mounting_yaw_rad = float(wrap_angle(in.yaw_rad));
+    context_.segment[s] = make_segment_params(params, model);
+    point_capacity_[s] = in.point_capacity;
+  }
+  context_.detect = make_detect_params(params);
+
+  if (!def.map) return OVT_OK;
+  ovt_map_def m = ovt_default_map_def();
+  if (!take(*def.map, m)) {
+    error = "map.struct_size is unknown";
+    return OVT_BAD_VERSION;
+  }
+  const char* wrong = nullptr;
+  bool good = false;
+  if (m.left_x_m || m.right_x_m) {
+    if (!m.left_x_m || !m.left_y_m || !m.right_x_m || !m.right_y_m) return bad("map: a column of a bound is null");
+    good = map_.build_from_bounds(m.left_x_m, m.left_y_m, m.left_count, m.right_x_m, m.right_y_m, m.right_count,
+                                  m.closed != 0, &wrong);
+  } else {
+    if (!m.x_m || !m.y_m || !m.width_left_m || !m.width_right_m) return bad("map: a column is null");
+    good = map_.build(m.x_m, m.y_m, m.width_left_m, m.width_right_m, m.banking_rad, m.count, m.closed != 0, &wrong);
+  }
+  if (!good) return bad(std::string("map: ") + wrong);
+  context_.map = &map_;
+  return OVT_OK;
+}
+
+// Frames, mailboxes, ego poses, tracker, the callback's reader: all memory.
+ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params& params, std::string& error) {
+  const auto no_memory = [&](const char* what) {
+    error = std::string("no memory for ") + what;
+    return OVT_NO_MEMORY;
+  };
+  const Allocator allocator = memory_.allocator();
+  tracker_params_ = make_tracker_params(params, def.track_capacity, def.candidate_capacity);
+  FrameSizes sizes;
+  sizes.sensors = context_.sensors;
+  sizes.point_capacity = point_capacity_;
+  sizes.sensor_count = context_.sensor_count;
+  sizes.cluster_capacity = def.cluster_capacity;
+  sizes.candidate_capacity = def.candidate_capacity;
+  sizes.track_capacity = def.track_capacity;
+  sizes.external_capacity = def.candidate_capacity;
+  sizes.merge_columns = params.merge_columns;
+  // In work; one more for a late scan while a frame waits for its sensors; the latest; and one for each reader.
+  max_frames_ = (inline_ ? 1 : def.frames_in_flight) + 1;
+  if (!pool_.build(max_frames_ + 1 + def.reader_capacity, sizes, allocator)) return no_memory("frames");
+  for (int32_t s = 0; s < context_.sensor_count; ++s)
+    if (!mailboxes_[s].build(point_capacity_[s], allocator)) return no_memory("mailboxes");
+  if (!external_.build(def.candidate_capacity, allocator)) return no_memory("pushed detections");
+  ego_ = std::make_unique<EgoBuffer>(def.ego_pose_capacity, allocator);
+  track_stage_ = std::make_unique<TrackStage>(context_, tracker_params_);
+  if (build_reader(lent_) != OVT_OK) return no_memory("the callback's reader");
+  lent_.lent = true;
+  return OVT_OK;
+}
+
+// The runner and, but with worker_count 1, its threads.
+ovt_status Detector::build_runner(const ovt_detector_def& def, const ovt_params& params, std::string& error) {
+  ThreadSettings settings;
+  settings.cpus.assign(def.cpus, def.cpus + def.cpu_count);
+  settings.fifo_priority = def.fifo_priority;
+  roster_ = std::make_unique<ThreadRoster>(std::move(settings), worker_count_);
+  RunnerHooks hooks;
+  hooks.finish = [this](Frame& frame) { finish(frame); };
+  hooks.caught = [this] {
+    counters_.exceptions.fetch_add(1, std::memory_order_relaxed);
+    log(OVT_LOG_ERROR, "an exception was caught in a stage; its frame goes on with what it has");
+  };
+  if (inline_) {
+    runner_ = std::make_unique<InlineRunner>(context_, *track_stage_, std::move(hooks));
+  } else {
+    GraphParams graph;
+    graph.worker_count = worker_count_;
+    graph.max_frames = max_frames_;
+    graph.spin_ns = spin_ns_;
+    runner_ = std::make_unique<DetectorGraph>(graph, *roster_, context_, *track_stage_, std::move(hooks));
+  }
+  AssemblerParams assembly;
+  assembly.sensor_count = context_.sensor_count;
+  const auto to_ns = [](double seconds) { return int64_t(seconds * 1e9 + 0.5); };
+  assembly.period_ns = to_ns(params.frame_period_s);
+  assembly.tolerance_ns = to_ns(params.frame_tolerance_s);
+  assembly.wait_ns = to_ns(1.5 * params.frame_period_s);
+  assembly.predict_after_ns = to_ns(params.tracker_predict_after * params.frame_period_s);
+  assembler_ = std::make_unique<FrameAssembler>(assembly, pool_, *ego_, *runner_);
+  if (inline_) return OVT_OK;
+
+  pool_.set_event(&event_);
+  try {
+    intake_ = std::thread([this] { run_intake(); });
+  } catch (const std::system_error&) {
+    error = "the system refused a thread";
+    return OVT_NO_THREADS;
+  }
+  start_state_.wait(kStarting, std::memory_order_acquire);
+  if (start_state_.load(std::memory_order_acquire) == kRunning) return OVT_OK;
+  error = "the graph could not be started";
+  return OVT_NO_MEMORY;
+}
+
+ovt_runtime_info Detector::runtime_info() const {
+  ovt_runtime_info info{};
+  info.isa = context_.kernels->isa;
+  info.worker_count = worker_count_;
+  info.pinned = roster_->pinned();
+  info.fifo = roster_->fifo();
+  info.memory_bytes = memory_.bytes();
+  info.locked_bytes = memory_.locked_bytes();
+  info.huge_bytes = memory_.huge_bytes();
+  info.process_locked = process_locked_ ? 1 : 0;
+  return info;
+}
+
+void Detector::say_what_was_obtained(const ovt_detector_def& def) const {
+  const ovt_runtime_info info = runtime_info();
+  log(OVT_LOG_INFO, ("isa " + std::string(info.isa) + ", " + std::to_string(info.worker_count) +
+                     (inline_ ? " worker" : " workers"))
+                        .c_str());
+  if (!context_.map) log(OVT_LOG_WARNING, "no map: no map gate, psi_REF is the ego heading");
+  const int32_t threads = worker_count_ + 1;
+  const auto tell = [&](bool whole, const std::string& text) {
+    log(whole ? OVT_LOG_INFO : OVT_LOG_WARNING, text.c_str());
+  };
+  if (inline_ && (def.cpu_count > 0 || def.fifo_priority > 0))
+    log(OVT_LOG_WARNING, "worker_count 1 has no threads of its own: cpus and fifo_priority change nothing");
+  if (!inline_ && def.cpu_count > 0)
+    tell(info.pinned == threads, "pinned to their CPUs: " + count_of(info.pinned, threads) + " threads");
+  if (!inline_ && def.fifo_priority > 0)
+    tell(info.fifo == threads, "SCHED_FIFO: " + count_of(info.fifo, threads) +
+                                   " threads (needs CAP_SYS_NICE or a limit on rtprio)");
+  const auto megabytes = [](int64_t bytes) { return std::to_string(bytes >> 20) + " MiB"; };
+  if (def.memory & OVT_MEMORY_LOCK)
+    tell(info.locked_bytes == info.memory_bytes, "locked: " + megabytes(info.locked_bytes) + " of " +
+                                                     megabytes(info.memory_bytes) + " (limit on memlock)");
+  if (def.memory & OVT_MEMORY_HUGE)
+    tell(info.huge_bytes > 0, "huge pages: " + megabytes(info.huge_bytes) + " of " + megabytes(info.memory_bytes));
+  if (def.memory & OVT_MEMORY_LOCK_PROCESS)
+    tell(process_locked_, process_locked_ ? "mlockall: the whole process" : "mlockall: refused (limit on memlock)");
+}
+
+}  // namespace overtake

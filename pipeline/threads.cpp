@@ -1,0 +1,93 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/threads.h"
+
+#include <pthread.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+namespace overtake {
+namespace {
+
+// What a thread was before it became ours.
+struct Before {
+  bool taken = false, pinned = false, fifo = false;
+  cpu_set_t cpus;
+  int policy = SCHED_OTHER;
+  sched_param param{};
+  char name[16] = "";
+};
+// initial-exec: the first use on a thread takes no memory, in a shared library either.
+[[gnu::tls_model("initial-exec")]] thread_local Before before;
+
+}  // namespace
+
+int32_t count_usable_cpus() noexcept {
+  cpu_set_t set;
+  if (sched_getaffinity(0, sizeof set, &set) == 0) return std::max(1, CPU_COUNT(&set));
+  return 1;
+}
+
+bool is_usable_cpu(int32_t cpu) noexcept {
+  cpu_set_t set;
+  return cpu >= 0 && cpu < CPU_SETSIZE && sched_getaffinity(0, sizeof set, &set) == 0 && CPU_ISSET(cpu, &set);
+}
+
+ThreadRoster::ThreadRoster(ThreadSettings settings, int32_t worker_count)
+    : settings_(std::move(settings)), obtained_(std::size_t(worker_count) + 1) {}
+
+uint8_t ThreadRoster::apply(int32_t first_cpu, int32_t cpu_count) const noexcept {
+  uint8_t obtained = 0;
+  if (cpu_count > 0) {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    for (int32_t i = first_cpu; i < first_cpu + cpu_count; ++i) CPU_SET(settings_.cpus[std::size_t(i)], &set);
+    if (sched_setaffinity(0, sizeof set, &set) == 0) obtained |= kPinned;
+  }
+  if (settings_.fifo_priority > 0) {
+    sched_param param{};
+    param.sched_priority = settings_.fifo_priority;
+    if (pthread_setschedparam(pthread_self(), SCHED_FIFO, &param) == 0) obtained |= kFifo;
+  }
+  return obtained;
+}
+
+void ThreadRoster::enter_worker(int32_t worker) noexcept {
+  if (worker < 0 || std::size_t(worker) + 1 >= obtained_.size()) return;
+  if (!before.taken) {
+    before.taken = true;
+    pthread_getname_np(pthread_self(), before.name, sizeof before.name);
+    sched_getaffinity(0, sizeof before.cpus, &before.cpus);
+    pthread_getschedparam(pthread_self(), &before.policy, &before.param);
+  }
+  char name[16];
+  std::snprintf(name, sizeof name, "ovt-worker-%d", worker % 1000);
+  pthread_setname_np(pthread_self(), name);
+  const bool pins = !settings_.cpus.empty();
+  const uint8_t obtained = apply(pins ? worker % int32_t(settings_.cpus.size()) : 0, pins ? 1 : 0);
+  before.pinned = obtained & kPinned;
+  before.fifo = obtained & kFifo;
+  obtained_[std::size_t(worker)].store(obtained, std::memory_order_relaxed);
+}
+
+void ThreadRoster::leave_worker() noexcept {
+  if (!before.taken) return;
+  before.taken = false;
+  if (before.pinned) sched_setaffinity(0, sizeof before.cpus, &before.cpus);
+  if (before.fifo) pthread_setschedparam(pthread_self(), before.policy, &before.param);
+  pthread_setname_np(pthread_self(), before.name);
+}
+
+void ThreadRoster::enter_intake() noexcept {
+  pthread_setname_np(pthread_self(), "ovt-intake");
+  obtained_.back().store(apply(0, int32_t(settings_.cpus.size())), std::memory_order_relaxed);
+}
+
+int32_t ThreadRoster::count(uint8_t bit) const noexcept {
+  return int32_t(std::count_if(obtained_.begin(), obtained_.end(),
+                               [bit](const auto& o) { return o.load(std::memory_order_relaxed) & bit; }));
+}
+
+}  // namespace overtake

@@ -1,0 +1,324 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What may go wrong below or around the detector: exceptions, deadlines, hangs, clocks, older callers, threads and
+// memory that the system does not give.
+#include <doctest/doctest.h>
+#include <dirent.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstring>
+#include <fstream>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "pipeline/detector.h"
+#include "tests/support/detector_bench.h"
+
+using namespace overtake_test;
+using overtake::Body;
+using overtake::BodyHook;
+
+namespace {
+
+constexpr int64_t kMs = 1'000'000;
+
+void set_hook(DetectorBench& bench, void (*call)(void*, Body, overtake::Frame&, int32_t), void* user) {
+  reinterpret_cast<overtake::Detector*>(bench.detector)->set_hook(BodyHook{call, user});
+}
+
+void sleep_ms(int64_t ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
+
+// Names of this process' threads, and the CPUs each may use.
+std::multiset<std::string> threads_on(int32_t cpu, const std::string& prefix) {
+  std::multiset<std::string> found;
+  DIR* folder = opendir("/proc/self/task");
+  REQUIRE(folder);
+  while (const dirent* entry = readdir(folder)) {
+    const std::string task = std::string("/proc/self/task/") + entry->d_name;
+    std::string name;
+    std::getline(std::ifstream(task + "/comm") >> std::ws, name);
+    cpu_set_t set;
+    if (name.rfind(prefix, 0) != 0 || sched_getaffinity(std::stoi(entry->d_name), sizeof set, &set) != 0) continue;
+    if (cpu < 0 || (CPU_COUNT(&set) == 1 && CPU_ISSET(cpu, &set))) found.insert(name);
+  }
+  closedir(folder);
+  return found;
+}
+
+int32_t first_cpu() {
+  cpu_set_t set;
+  sched_getaffinity(0, sizeof set, &set);
+  int32_t cpu = 0;
+  while (!CPU_ISSET(cpu, &set)) ++cpu;
+  return cpu;
+}
+
+}  // namespace
+
+TEST_CASE("detector faults: an exception in any stage is caught and counted, and the next frame is as if nothing was") {
+  DetectorBench good({.workers = 1});
+  good.create();
+  for (std::size_t k = 0; k < 6; ++k) good.push_frame(k);
+  good.flush();
+
+  struct Fault {
+    Body body;
+    int32_t sensor;
+    int32_t seen = 0;
+  };
+  for (const int32_t workers : {1, 2})
+    for (const Body body : {Body::kSegment, Body::kDetect, Body::kTrack, Body::kFinish}) {
+      CAPTURE(workers);
+      CAPTURE(int32_t(body));
+      Fault fault{body, body == Body::kSegment ? 0 : -1};
+      DetectorBench bench({.workers = workers});
+      bench.create();
+      set_hook(
+          bench,
+          [](void* user, Body at, overtake::Frame&, int32_t sensor) {
+            auto& f = *static_cast<Fault*>(user);
+            if (at == f.body && sensor == f.sensor && f.seen++ == 2) throw std::runtime_error("injected");
+          },
+          &fault);
+      for (std::size_t k = 0; k < 6; ++k) bench.push_frame(k);
+      bench.flush();
+      CHECK(bench.stats().exceptions == 1);
+      CHECK(adds_up(bench.stats()));
+      REQUIRE(bench.records.size() == 6);
+      for (std::size_t k = 0; k < 6; ++k) {
+        CAPTURE(k);
+        CHECK(bench.records[k].info.sequence == int64_t(k));
+        if (k != 2) CHECK(bench.records[k].detections == good.records[k].detections);
+      }
+      if (body == Body::kSegment) CHECK(bench.records[2].detections != good.records[2].detections);
+    }
+}
+
+TEST_CASE("detector faults: a frame beyond its deadline is published with a flag and counted") {
+  for (const int32_t workers : {1, 2}) {
+    DetectorBench bench({.workers = workers});
+    bench.def.deadline_ns = 10'000 * kMs;
+    bench.create();
+    for (std::size_t k = 0; k < 3; ++k) bench.push_frame(k);
+    bench.flush();
+    CHECK(bench.stats().deadline_missed == 0);
+    bench.destroy();
+
+    bench.records.clear();
+    bench.def.deadline_ns = 20 * kMs;
+    bench.create();
+    set_hook(
+        bench,
+        [](void*, Body at, overtake::Frame& frame, int32_t) {
+          if (at == Body::kTrack && frame.sequence == 1) sleep_ms(25);
+        },
+        nullptr);
+    for (std::size_t k = 0; k < 3; ++k) bench.push_frame(k), bench.flush();
+    REQUIRE(bench.records.size() == 3);
+    CHECK((bench.records[1].info.flags & OVT_FLAG_DEADLINE_MISSED) != 0);
+    CHECK(bench.stats().deadline_missed >= 1);  // a busy machine may miss more
+  }
+}
+
+TEST_CASE("detector faults: the watchdog tells of a frame that hangs, once, and all goes on when it does") {
+  DetectorBench bench({.workers = 2});
+  static std::atomic<int32_t> told;
+  told = 0;
+  bench.def.watchdog_ns = 20 * kMs;
+  bench.def.log = [](ovt_log_level level, const char* text, void*) {
+    if (level == OVT_LOG_ERROR && std::strstr(text, "watchdog")) ++told;
+  };
+  bench.create();
+  std::atomic<bool> released{false};
+  set_hook(
+      bench,
+      [](void* user, Body at, overtake::Frame& frame, int32_t) {
+        auto& go_on = *static_cast<std::atomic<bool>*>(user);
+        while (at == Body::kTrack && frame.sequence == 1 && !go_on) sleep_ms(1);
+      },
+      &released);
+  bench.push_frame(0);
+  bench.push_frame(1);
+  sleep_ms(60);
+  CHECK(bench.stats().in_flight >= 1);
+  for (int32_t i = 0; i < 2; ++i) {
+    bench.push_scan(2, i);  // each push gives the watchdog a look; the frame stays open
+    sleep_ms(20);
+  }
+  CHECK(bench.stats().stalled == 1);
+  CHECK(told == 1);
+  released = true;
+  bench.flush();
+  CHECK(bench.stats().in_flight == 0);
+  CHECK(bench.records.size() == 3);
+}
+
+TEST_CASE("detector faults: an older caller's structs are taken and filled up to their size, and not beyond") {
+  DetectorBench bench({.workers = 1});
+  bench.def.struct_size = offsetof(ovt_detector_def, cpus);
+  bench.def.cpus = reinterpret_cast<const int32_t*>(std::uintptr_t(1));  // nobody may look
+  bench.def.cpu_count = 12345;
+  bench.def.fifo_priority = -7;
+  bench.create();
+  bench.push_frame(0);
+  bench.flush();
+  ovt_reader* reader = nullptr;
+  REQUIRE(ovt_create_reader(bench.detector, &reader) == OVT_OK);
+
+  const auto check = [](auto&& call, auto& out, std::size_t older, std::size_t first_unknown) {
+    std::memset(static_cast<void*>(&out), 0x5a, sizeof out);
+    CHECK(call(&out, older - 8) == OVT_BAD_VERSION);
+    CHECK(call(&out, sizeof out + 8) == OVT_BAD_VERSION);
+    CHECK(call(&out, older + 1) == OVT_BAD_VERSION);
+    const auto* bytes = reinterpret_cast<const unsigned char*>(&out);
+    const auto untouched = [&](std::size_t from) {
+      return std::all_of(bytes + from, bytes + sizeof out, [](unsigned char b) { return b == 0x5a; });
+    };
+    CHECK(untouched(0));
+    CHECK(call(&out, older) == OVT_OK);
+    CHECK(untouched(first_unknown));
+    CHECK_FALSE(untouched(0));
+  };
+  ovt_frame_info info;
+  std::size_t first = offsetof(ovt_frame_info, refiltered);
+  check([&](auto* out, std::size_t size) { return ovt_next_frame_sized(reader, out, size); }, info, first, first);
+  check([&](auto* out, std::size_t size) { return ovt_read_info_sized(reader, out, size); }, info, first, first);
+  ovt_tracks tracks;
+  first = offsetof(ovt_tracks, flags);
+  check([&](auto* out, std::size_t size) { return ovt_read_tracks_sized(reader, OVT_AT_FRAME_STAMP, out, size); },
+        tracks, first, first);
+  ovt_stats stats;
+  std::memset(&stats, 0x5a, sizeof stats);
+  stats.struct_size = offsetof(ovt_stats, in_flight);
+  CHECK(ovt_read_stats(bench.detector, &stats) == OVT_OK);
+  CHECK(stats.used == 3);
+  CHECK(stats.in_flight == 0x5a5a5a5a5a5a5a5a);
+  ovt_destroy_reader(reader);
+
+  ovt_detector_def def;
+  std::memset(static_cast<void*>(&def), 0x5a, sizeof def);
+  CHECK(ovt_detector_def_init(&def, offsetof(ovt_detector_def, cpus)) == OVT_OK);
+  CHECK(def.struct_size == offsetof(ovt_detector_def, cpus));
+  CHECK(def.cpu_count == 0x5a5a5a5a);
+}
+
+TEST_CASE("detector faults: workers and intake are named and run on the CPUs of the def, and say so") {
+  const int32_t cpu = first_cpu();
+  DetectorBench bench({.workers = 2});
+  bench.def.cpus = &cpu;
+  bench.def.cpu_count = 1;
+  bench.def.fifo_priority = 1;
+  bench.create();
+  ovt_runtime_info info;
+  REQUIRE(ovt_read_runtime_info(bench.detector, &info) == OVT_OK);
+  CHECK(info.worker_count == 2);
+  CHECK(info.pinned == 3);
+  CHECK((info.fifo == 0 || info.fifo == 3));  // with or without the right to it
+  CHECK(threads_on(cpu, "ovt-intake").size() == 1);
+  for (std::size_t k = 0; k < 3; ++k) bench.push_frame(k);
+  bench.flush();
+  CHECK(bench.records.size() == 3);
+  bench.destroy();
+  CHECK(threads_on(-1, "ovt-intake").empty());
+
+  DetectorBench counted({.workers = 0});  // as many workers as CPUs named
+  const int32_t twice[2] = {cpu, cpu};
+  counted.def.cpus = twice;
+  counted.def.cpu_count = 2;
+  counted.create();
+  REQUIRE(ovt_read_runtime_info(counted.detector, &info) == OVT_OK);
+  CHECK(info.worker_count == 2);
+}
+
+TEST_CASE("detector faults: what of the memory was locked and huge is told, and results are the same") {
+  std::vector<FrameRecord> expected;
+  for (const int32_t flags : {0, int32_t(OVT_MEMORY_LOCK), OVT_MEMORY_LOCK | OVT_MEMORY_HUGE}) {
+    CAPTURE(flags);
+    DetectorBench bench({.workers = 1});
+    bench.def.memory = flags;
+    bench.create();
+    ovt_runtime_info info;
+    REQUIRE(ovt_read_runtime_info(bench.detector, &info) == OVT_OK);
+    CHECK(info.memory_bytes > 0);
+    CHECK(info.locked_bytes <= info.memory_bytes);
+    CHECK(info.huge_bytes <= info.memory_bytes);
+    CHECK((info.locked_bytes > 0) <= ((flags & OVT_MEMORY_LOCK) != 0));
+    CHECK((info.huge_bytes > 0) <= ((flags & OVT_MEMORY_HUGE) != 0));
+    CHECK(info.process_locked == 0);
+    for (std::size_t k = 0; k < 3; ++k) bench.push_frame(k);
+    bench.flush();
+    if (expected.empty()) expected = bench.records;
+    CHECK(bench.records == expected);
+  }
+}
+
+TEST_CASE("detector faults: threads that look for work before they sleep give the same bytes") {
+  std::vector<FrameRecord> expected;
+  for (const int32_t spin_us : {0, 200}) {
+    DetectorBench bench({.workers = 2});
+    bench.def.spin_us = spin_us;
+    bench.create();
+    for (std::size_t k = 0; k < 8; ++k) {
+      bench.push_frame(k);
+      if (k % 3 == 0) sleep_ms(2);
+    }
+    bench.flush();
+    if (expected.empty()) expected = bench.records;
+    CHECK(bench.records.size() == 8);
+    CHECK(bench.records == expected);
+  }
+}
+
+TEST_CASE("detector faults: a clock that jumps restarts the tracker at the third stamp, and no id comes again") {
+  for (const int32_t workers : {1, 2})
+    for (const int64_t jump_ns : {3'600'000 * kMs, -3'600'000 * kMs}) {
+      CAPTURE(jump_ns);
+      DetectorBench bench({.workers = workers, .map = false});
+      std::set<uint64_t> before, after;
+      struct Seen {
+        std::set<uint64_t>* ids;
+        std::vector<uint32_t> flags;
+      } seen{&before, {}};
+      bench.def.user = &seen;
+      bench.def.on_frame = [](ovt_reader* reader, void* user) {
+        auto& s = *static_cast<Seen*>(user);
+        ovt_tracks tracks;
+        ovt_frame_info info;
+        ovt_read_info(reader, &info);
+        ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks);
+        s.ids->insert(tracks.id, tracks.id + tracks.count);
+        s.flags.push_back(info.flags);
+      };
+      bench.create();
+      const auto push = [&](std::size_t k, int64_t shift_ns) {
+        for (int32_t s = 0; s < 3; ++s) {
+          const overtake::SceneFrame& frame = demo_frame(k);
+          const ovt_points points = points_of(frame.scan[s], s, frame.stamp_ns + shift_ns);
+          REQUIRE(ovt_push_scan(bench.detector, &points) == OVT_OK);
+        }
+      };
+      for (std::size_t k = 0; k < 4; ++k) push(k, 0);
+      bench.flush();
+      seen.ids = &after;
+      for (std::size_t k = 4; k < 9; ++k) push(k, jump_ns);
+      bench.flush();
+      const ovt_stats stats = bench.stats();
+      CHECK(adds_up(stats));
+      CHECK(stats.clock_jumps == 1);
+      CHECK(stats.used == 12 + 9);
+      CHECK(stats.dropped == 6);
+      CHECK(stats.late == 0);
+      REQUIRE(seen.flags.size() == 7);
+      for (std::size_t i = 0; i < 7; ++i) CHECK(((seen.flags[i] & OVT_FLAG_CLOCK_JUMP) != 0) == (i == 4));
+      CHECK(!before.empty());
+      CHECK(!after.empty());
+      for (const uint64_t id : after) CHECK(before.count(id) == 0);
+    }
+}
