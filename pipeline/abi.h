@@ -15,13 +15,13 @@ namespace overtake {
 template <class T>
 constexpr size_t kFirstSize = sizeof(T);
 template <>
-constexpr size_t kFirstSize<ovt_detector_def> = offsetof(ovt_detector_def, cpus);
+inline constexpr size_t kFirstSize<ovt_detector_def> = offsetof(ovt_detector_def, cpus);
 template <>
-constexpr size_t kFirstSize<ovt_frame_info> = offsetof(ovt_frame_info, refiltered);  // stale_mask fills its padding
+inline constexpr size_t kFirstSize<ovt_frame_info> = offsetof(ovt_frame_info, refiltered);  // stale_mask fills its padding
 template <>
-constexpr size_t kFirstSize<ovt_tracks> = offsetof(ovt_tracks, flags);
+inline constexpr size_t kFirstSize<ovt_tracks> = offsetof(ovt_tracks, flags);
 template <>
-constexpr size_t kFirstSize<ovt_stats> = offsetof(ovt_stats, in_flight);
+inline constexpr size_t kFirstSize<ovt_stats> = offsetof(ovt_stats, in_flight);
 
 template <class T>
 constexpr bool is_known_size(size_t struct_size) {
