@@ -1,0 +1,148 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Producers faster than the pipeline: the newest scan is the one that is used, every other one is counted, nobody waits
+// and nothing grows.
+#include <doctest/doctest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cinttypes>
+#include <cstdio>
+#include <fstream>
+#include <thread>
+#include <vector>
+
+#include "pipeline/detector.h"
+#include "tests/support/detector_bench.h"
+#include "tests/support/heap_calls.h"
+
+using namespace overtake_test;
+using overtake::steady_now_ns;
+
+namespace {
+
+constexpr int64_t kMs = 1'000'000, kPeriod = 5 * kMs;   // 200 Hz
+constexpr int32_t kPoints = 64;                         // a push that is nearly all but its copy
+
+int64_t resident_pages() {
+  int64_t all = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> all >> resident;
+  return resident;
+}
+
+struct Age {
+  std::vector<int64_t> ns;   // of the scans' data when their segmentation began
+  std::atomic<int64_t> slowest_ns{0};   // time a frame spent in the slow stage
+};
+
+struct Outcome {
+  ovt_stats stats;
+  std::vector<int64_t> push_ns;
+  int64_t pages_grown = 0, heap_calls = 0;
+};
+
+// Three producers at 200 Hz against a tracker that takes 25 ms a frame.
+Outcome flood(double seconds, Age& age) {
+  DetectorBench bench({.workers = 2, .push_policy = OVT_PUSH_REPLACE, .map = false, .record = false});
+  bench.params.frame_period_s = 0.005;
+  bench.params.frame_tolerance_s = 0.0025;
+  bench.create();
+  age.ns.reserve(std::size_t(seconds * 1000));
+  reinterpret_cast<overtake::Detector*>(bench.detector)
+      ->set_hook({[](void* user, overtake::Body at, overtake::Frame& frame, int32_t sensor) {
+                    auto& a = *static_cast<Age*>(user);
+                    if (at == overtake::Body::kTrack) {
+                      const int64_t from = steady_now_ns();
+                      std::this_thread::sleep_for(std::chrono::milliseconds(25));
+                      a.slowest_ns = std::max(a.slowest_ns.load(), steady_now_ns() - from);  // one frame at a time
+                    } else if (at == overtake::Body::kFinish) {
+                      for (int32_t s = 0; s < 3; ++s) {
+                        const overtake::SensorPart& part = frame.sensors[s];
+                        const overtake::StageSpan& load = part.spans[OVT_STAGE_LOAD];
+                        if (part.present && a.ns.size() < a.ns.capacity())
+                          a.ns.push_back(part.spans[OVT_STAGE_PROJECT].start_ns - load.start_ns - load.duration_ns);
+                      }
+                    }
+                    static_cast<void>(sensor);
+                  },
+                  &age});
+  const auto count = int64_t(seconds * 1e9) / kPeriod;
+  std::vector<std::vector<int64_t>> push_ns(3, std::vector<int64_t>(std::size_t(count)));
+  std::vector<float> x(kPoints, 20.0f), y(kPoints, 1.0f), z(kPoints, 0.5f);
+  const std::vector<uint8_t> layer(kPoints, 3);
+  Outcome out;
+  std::atomic<int64_t> pages{0}, heap{0};
+  const int64_t start = steady_now_ns() + 20 * kMs;
+  const auto produce = [&](int32_t sensor) {
+    ovt_points points;
+    ovt_points_init(&points, sizeof points);
+    points.sensor = sensor;
+    points.count = kPoints;
+    points.x = column_of(x, OVT_F32);
+    points.y = column_of(y, OVT_F32);
+    points.z = column_of(z, OVT_F32);
+    points.layer = column_of(layer, OVT_U8);
+    for (int64_t k = 0; k < count; ++k) {
+      const int64_t due = start + k * kPeriod;
+      timespec at{due / 1'000'000'000, due % 1'000'000'000};
+      clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr);
+      points.stamp_ns = k * kPeriod;
+      const int64_t before = steady_now_ns();
+      if (ovt_push_scan(bench.detector, &points) != OVT_OK) return;
+      push_ns[std::size_t(sensor)][std::size_t(k)] = steady_now_ns() - before;
+      if (sensor == 0 && k == count / 10) {            // what the first pushes touch is touched
+        pages = resident_pages();
+        heap = can_count_heap_calls() ? count_heap_calls() : 0;
+      }
+    }
+  };
+  std::thread a(produce, 0), b(produce, 1), c(produce, 2);
+  a.join(), b.join(), c.join();
+  out.heap_calls = can_count_heap_calls() ? count_heap_calls() - heap : 0;
+  out.pages_grown = resident_pages() - pages;
+  bench.flush();
+  out.stats = bench.stats();
+  for (const std::vector<int64_t>& sensor : push_ns) out.push_ns.insert(out.push_ns.end(), sensor.begin(), sensor.end());
+  return out;
+}
+
+int64_t quantile(std::vector<int64_t> v, double q) {
+  std::sort(v.begin(), v.end());
+  return v.empty() ? 0 : v[std::min(v.size() - 1, std::size_t(q * double(v.size())))];
+}
+
+void check_flood(double seconds) {
+  Age age;
+  const Outcome out = flood(seconds, age);
+  const ovt_stats& s = out.stats;
+  char text[400];
+  std::snprintf(text, sizeof text,
+                "pushed %" PRId64 " used %" PRId64 " dropped %" PRId64 " late %" PRId64 " frames %" PRId64
+                "; push p50 %.1f p99 %.1f max %.1f us; age p50 %.1f p99 %.1f max %.1f ms, slow stage at most %.1f ms; "
+                "%" PRId64 " pages, %" PRId64 " heap calls",
+                s.pushed, s.used, s.dropped, s.late, s.frames, double(quantile(out.push_ns, 0.5)) * 1e-3,
+                double(quantile(out.push_ns, 0.99)) * 1e-3, double(quantile(out.push_ns, 1)) * 1e-3,
+                double(quantile(age.ns, 0.5)) * 1e-6, double(quantile(age.ns, 0.99)) * 1e-6,
+                double(quantile(age.ns, 1)) * 1e-6, double(age.slowest_ns) * 1e-6, out.pages_grown,
+                out.heap_calls);
+  MESSAGE(text);
+  CHECK(s.pushed == int64_t(out.push_ns.size()));
+  CHECK(s.pushed == s.used + s.dropped);
+  CHECK(s.dropped * 2 >= s.pushed);
+  CHECK(s.in_flight == 0);
+  CHECK(out.heap_calls <= 0);
+  CHECK(out.pages_grown * sysconf(_SC_PAGESIZE) <= 256 * 1024);
+  REQUIRE(!age.ns.empty());
+  // What is taken is the newest there was: at most a period of the flood old, when a frame's slot became free.
+  CHECK(quantile(age.ns, 0.99) <= kPeriod + age.slowest_ns);
+}
+
+}  // namespace
+
+TEST_CASE("flood: three sensors at 200 Hz against a slow tracker, for two seconds") { check_flood(2); }
+
+TEST_SUITE("long") {
+  TEST_CASE("flood: three sensors at 200 Hz against a slow tracker, for a minute") { check_flood(60); }
+}
