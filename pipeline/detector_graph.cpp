@@ -106,6 +106,7 @@ InlineRunner::InlineRunner(const StageContext& context, TrackStage& track, Runne
 
 void InlineRunner::start_segment(Frame& frame, int32_t sensor) {
   note_start(frame);
+  context_.hook(Body::kTake, frame, sensor);
   run_segment(context_, hooks_, frame, sensor);
 }
 
@@ -266,6 +267,7 @@ void DetectorGraph::warm_up() {
 
 void DetectorGraph::start_segment(Frame& frame, int32_t sensor) {
   note_start(frame);
+  nodes_->context.hook(Body::kTake, frame, sensor);
   frame.pending.fetch_add(1, std::memory_order_acq_rel);
   nodes_->waiting.fetch_add(1, std::memory_order_relaxed);
   nodes_->segment->try_put({&frame, sensor, 0});

@@ -11,8 +11,8 @@
 
 namespace overtake {
 
-// Where a runner may be made to wait or throw: the tests' way in.
-enum class Body { kSegment, kDetect, kTrack, kFinish };
+// Where a runner may be watched, made to wait or (but for kTake, on the intake) to throw: the tests' way in.
+enum class Body { kTake, kSegment, kDetect, kTrack, kFinish };
 struct BodyHook {
   void (*call)(void* user, Body body, Frame& frame, int32_t sensor) = nullptr;   // sensor -1: the whole frame
   void* user = nullptr;
