@@ -14,6 +14,12 @@ enum class TrackState : int32_t { kTentative = 0, kConfirmed = 1 };
 inline constexpr int32_t kTrackStateSize = 5;                        // x, y, v, phi, omega
 inline constexpr int32_t kTrackCovarianceSize = 15;                  // lower triangle, row by row
 
+// Health of a track, TrackTable::flags.
+inline constexpr uint32_t kTrackCoasting = 1;                        // this frame holds no measurement of it
+inline constexpr uint32_t kTrackUnobserved = 2;                      // no sensor of this frame could see its place
+inline constexpr uint32_t kTrackStale = 4;                           // last measured over kTrackStale_s before its stamp
+inline constexpr double kTrackStale_s = 0.5;
+
 // One row per live track, by slot. Frame of reference: the map, or the vehicle where no ego pose is known.
 struct TrackTable {
   int32_t count = 0, capacity = 0;
@@ -27,6 +33,7 @@ struct TrackTable {
   double *length_m = nullptr, *width_m = nullptr;                    // extent of the last detection
   int32_t *age = nullptr, *hits = nullptr;                           // iterations lived; hits among the last N
   int32_t* detection = nullptr;                                      // row of this frame's DetectionTable, -1 none
+  uint32_t* flags = nullptr;                                         // kTrackCoasting ...
 };
 template <class F>
 void for_each_column(TrackTable& t, F&& f) {
@@ -40,6 +47,7 @@ void for_each_column(TrackTable& t, F&& f) {
   for (int32_t i = 0; i < kTrackCovarianceSize; ++i) f(kCovarianceName[i], t.covariance[i]);
   f("heading_rad", t.heading_rad); f("length_m", t.length_m);     f("width_m", t.width_m);
   f("age", t.age);                f("hits", t.hits);              f("detection", t.detection);
+  f("flags", t.flags);
 }
 
 // Predicted path of the tracks in a TrackTable: point k of track i is row i * points_per_track + k, at

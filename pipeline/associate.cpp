@@ -27,15 +27,15 @@ void read_covariance(const TrackerDetections& d, int32_t row, const double* r_di
   z.var_x = r_diag[0];
   z.var_y = r_diag[1];
   z.cov_xy = 0.0;
-  const double var_x = read_or_none(d.var_x, row, 1e-12, 1e12), var_y = read_or_none(d.var_y, row, 1e-12, 1e12);
-  const double cov_xy = d.cov_xy ? read_or_none(d.cov_xy, row, -1e12, 1e12) : 0.0;
-  if (!(var_x * var_y - cov_xy * cov_xy > 1e-9 * var_x * var_y)) return;  // also when one is NaN
+  if (!d.var_x || !d.var_y) return;
+  const double var_x = d.var_x[row], var_y = d.var_y[row], cov_xy = d.cov_xy ? d.cov_xy[row] : 0.0;
+  if (!is_position_covariance(var_x, var_y, cov_xy)) return;
   z.var_x = var_x;
   z.var_y = var_y;
   z.cov_xy = cov_xy;
 }
 
-bool read_candidate(const Tracker::State& state, const TrackerFrame& frame, int32_t row, Candidate& c) noexcept {
+bool read_candidate(const TrackerParams& params, const TrackerFrame& frame, int32_t row, Candidate& c) noexcept {
   const TrackerDetections& d = frame.detections;
   c.row = row;
   c.slot = -1;
@@ -44,7 +44,7 @@ bool read_candidate(const Tracker::State& state, const TrackerFrame& frame, int3
   c.z.y_m = d.y_m[row];
   if (!(std::fabs(c.z.x_m) <= kMaxPlace_m && std::fabs(c.z.y_m) <= kMaxPlace_m)) return false;
   if (!(std::fabs(seconds_between(frame.stamp_ns, c.stamp_ns)) <= kMaxStampSpread_s)) return false;
-  read_covariance(d, row, state.params.r_diag, c.z);
+  read_covariance(d, row, params.r_diag, c.z);
   c.heading_rad = wrap_angle(read_or_none(d.heading_rad, row, -1e6, 1e6));
   c.length_m = read_or_none(d.length_m, row, 0.0, 1e3);
   c.width_m = read_or_none(d.width_m, row, 0.0, 1e3);
@@ -100,13 +100,13 @@ class TrackAtStamp {
   bool asked_ = false, has_covariance_ = false;
 };
 
-void gate_track(Tracker::State& state, int32_t slot) noexcept {
-  const Track& track = state.tracks[std::size_t(slot)];
+void gate_track(Tracker::State& state, const Iteration& it, int32_t slot) noexcept {
+  const Track& track = state.tracks[slot];
   const MotionState& mean = track.estimate.mean;
   const double gate_m2 = state.params.gate_m * state.params.gate_m;
   TrackAtStamp at_stamp(state, track);
-  for (std::size_t i = 0; i < state.candidates.size(); ++i) {
-    const Candidate& c = state.candidates[i];
+  for (int32_t i = 0; i < it.candidate_count; ++i) {
+    const Candidate& c = it.candidates[i];
     const double dt_s = seconds_between(track.state_ns, c.stamp_ns);
     if (dt_s < -kMaxBackward_s) continue;
     // What no prediction can bring within the gate costs a distance only.
@@ -118,45 +118,53 @@ void gate_track(Tracker::State& state, int32_t slot) noexcept {
     if (!(at_stamp.distance_m2(c.z) <= gate_m2)) continue;
     Innovation innovation;
     if (!innovate(at_stamp.estimate(), c.z, &innovation) || !(innovation.d2 <= state.params.gate_d2)) continue;
-    state.munkres.add(slot, int32_t(i), innovation.d2 + innovation.log_det);
+    state.munkres.add(slot, i, innovation.d2 + innovation.log_det);
   }
 }
 
 }  // namespace
 
-void select_candidates(Tracker::State& state, const TrackerFrame& frame) noexcept {
-  const auto capacity = std::size_t(state.params.detection_capacity);
-  auto& kept = state.candidates;  // a heap with the farthest on top once it is full
-  kept.clear();
-  for (int32_t row = 0; row < frame.detections.count; ++row) {
-    Candidate c;
-    if (!read_candidate(state, frame, row, c)) {
-      ++state.counts.rejected;
-      continue;
-    }
-    if (kept.size() < capacity) {
-      kept.push_back(c);
-      if (kept.size() == capacity) std::make_heap(kept.begin(), kept.end(), is_nearer);
-      continue;
-    }
-    ++state.counts.overflow;
-    if (!is_nearer(c, kept.front())) continue;
-    std::pop_heap(kept.begin(), kept.end(), is_nearer);
-    kept.back() = c;
-    std::push_heap(kept.begin(), kept.end(), is_nearer);
-  }
-  std::sort(kept.begin(), kept.end(), is_earlier);
+bool is_position_covariance(double var_x, double var_y, double cov_xy) noexcept {
+  const auto is_variance = [](double v) { return v >= 1e-12 && v <= 1e12; };
+  if (!is_variance(var_x) || !is_variance(var_y)) return false;
+  return var_x * var_y - cov_xy * cov_xy > 1e-9 * var_x * var_y;  // not when it is NaN
 }
 
-void associate(Tracker::State& state) noexcept {
-  const auto slot_count = int32_t(state.tracks.size());
-  state.munkres.clear(slot_count, int32_t(state.candidates.size()));
+void select_candidates(const TrackerParams& params, const TrackerFrame& frame, Iteration& it) noexcept {
+  Candidate* const kept = it.candidates;  // a heap with the farthest on top once it is full
+  int32_t count = 0;
+  it.rejected = it.unread = 0;
+  for (int32_t row = 0; row < frame.detections.count; ++row) {
+    Candidate c;
+    if (!read_candidate(params, frame, row, c)) {
+      ++it.rejected;
+      continue;
+    }
+    if (count < params.detection_capacity) {
+      kept[count++] = c;
+      if (count == params.detection_capacity) std::make_heap(kept, kept + count, is_nearer);
+      continue;
+    }
+    ++it.unread;
+    if (!is_nearer(c, kept[0])) continue;
+    std::pop_heap(kept, kept + count, is_nearer);
+    kept[count - 1] = c;
+    std::push_heap(kept, kept + count, is_nearer);
+  }
+  std::sort(kept, kept + count, is_earlier);
+  it.candidate_count = count;
+}
+
+void associate(Tracker::State& state, Iteration& it) noexcept {
+  const int32_t slot_count = state.params.track_capacity;
+  for (int32_t c = 0; c < it.candidate_count; ++c) it.candidates[c].slot = -1;
+  state.munkres.clear(slot_count, it.candidate_count);
   for (int32_t slot = 0; slot < slot_count; ++slot)
-    if (state.tracks[std::size_t(slot)].alive) gate_track(state, slot);
-  state.munkres.solve(state.candidate_of_slot.data());
+    if (state.tracks[slot].alive) gate_track(state, it, slot);
+  state.munkres.solve(state.candidate_of_slot);
   for (int32_t slot = 0; slot < slot_count; ++slot) {
-    const int32_t c = state.candidate_of_slot[std::size_t(slot)];
-    if (c >= 0) state.candidates[std::size_t(c)].slot = slot;
+    const int32_t c = state.candidate_of_slot[slot];
+    if (c >= 0) it.candidates[c].slot = slot;
   }
 }
 

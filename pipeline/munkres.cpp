@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 
 #include "core/check.h"
 
@@ -12,57 +13,54 @@ namespace {
 std::size_t at(int32_t i) { return std::size_t(i); }
 }  // namespace
 
-Munkres::Munkres(int32_t max_rows, int32_t max_columns, int32_t max_pairs)
-    : max_rows_(max_rows),
-      max_columns_(max_columns),
-      scratch_(at(max_pairs)),
-      begin_(at(std::max(max_rows, max_columns)) + 2),
-      row_price_(at(max_rows)),
-      column_price_(at(max_columns)),
-      row_of_column_(at(max_columns)),
-      reach_(at(max_columns)),
-      parent_row_(at(max_columns)),
-      touched_by_(at(max_columns)),
-      settled_by_(at(max_columns)),
-      row_reach_(at(max_rows)) {
-  pairs_.reserve(at(max_pairs));
-  open_.reserve(at(max_columns));
-  tree_rows_.reserve(at(max_rows));
+Munkres::Munkres(int32_t max_rows, int32_t max_columns, int32_t max_pairs, const Allocator& allocator)
+    : max_rows_(max_rows), max_columns_(max_columns), max_pairs_(max_pairs) {
+  const bool built = arena_.build(allocator, [this](Carver& carver) {
+    pairs_ = carver.take<Pair>(at(max_pairs_));
+    scratch_ = carver.take<Pair>(at(max_pairs_));
+    begin_ = carver.take<int32_t>(at(std::max(max_rows_, max_columns_)) + 2);
+    for (Cost** column : {&row_price_, &row_reach_}) *column = carver.take<Cost>(at(max_rows_));
+    for (Cost** column : {&column_price_, &reach_}) *column = carver.take<Cost>(at(max_columns_));
+    for (int32_t** column : {&row_of_column_, &parent_row_, &touched_by_, &settled_by_, &open_})
+      *column = carver.take<int32_t>(at(max_columns_));
+    tree_rows_ = carver.take<int32_t>(at(max_rows_));
+  });
+  if (!built) throw std::bad_alloc();
 }
 
 void Munkres::clear(int32_t rows, int32_t columns) noexcept {
   OVT_CHECK(rows >= 0 && rows <= max_rows_ && columns >= 0 && columns <= max_columns_);
   rows_ = std::clamp(rows, 0, max_rows_);
   columns_ = std::clamp(columns, 0, max_columns_);
-  pairs_.clear();
+  pair_count_ = 0;
 }
 
 bool Munkres::add(int32_t row, int32_t column, double cost) noexcept {
   if (row < 0 || row >= rows_ || column < 0 || column >= columns_ || !(std::fabs(cost) <= 1e300)) return false;
-  if (pairs_.size() == scratch_.size()) return false;
-  pairs_.push_back({row, column, cost});
+  if (pair_count_ == max_pairs_) return false;
+  pairs_[pair_count_++] = {row, column, cost};
   return true;
 }
 
 // By row, then column: two stable counting sorts, the minor key first. begin_ is left with the rows' first pairs.
 void Munkres::sort_pairs() noexcept {
   auto scatter = [this](const Pair* from, Pair* to, int32_t keys, auto key_of) {
-    std::fill_n(begin_.begin(), keys + 2, 0);
-    for (std::size_t i = 0; i < pairs_.size(); ++i) ++begin_[at(key_of(from[i])) + 2];
+    std::fill_n(begin_, keys + 2, 0);
+    for (int32_t i = 0; i < pair_count_; ++i) ++begin_[at(key_of(from[i])) + 2];
     for (int32_t k = 2; k < keys + 2; ++k) begin_[at(k)] += begin_[at(k - 1)];
-    for (std::size_t i = 0; i < pairs_.size(); ++i) to[begin_[at(key_of(from[i])) + 1]++] = from[i];
+    for (int32_t i = 0; i < pair_count_; ++i) to[begin_[at(key_of(from[i])) + 1]++] = from[i];
   };
-  scatter(pairs_.data(), scratch_.data(), columns_, [](const Pair& p) { return p.column; });
-  scatter(scratch_.data(), pairs_.data(), rows_, [](const Pair& p) { return p.row; });
+  scatter(pairs_, scratch_, columns_, [](const Pair& p) { return p.column; });
+  scatter(scratch_, pairs_, rows_, [](const Pair& p) { return p.row; });
 }
 
 int32_t Munkres::solve(int32_t* column_of_row) noexcept {
   sort_pairs();
   std::fill_n(column_of_row, rows_, -1);
-  std::fill_n(row_of_column_.begin(), columns_, -1);
-  std::fill_n(column_price_.begin(), columns_, Cost{0, 0.0});
-  std::fill_n(touched_by_.begin(), columns_, -1);
-  std::fill_n(settled_by_.begin(), columns_, -1);
+  std::fill_n(row_of_column_, columns_, -1);
+  std::fill_n(column_price_, columns_, Cost{0, 0.0});
+  std::fill_n(touched_by_, columns_, -1);
+  std::fill_n(settled_by_, columns_, -1);
 
   // The cheapest column, where it is free, is the whole answer for most gated rows.
   take_cheapest(column_of_row);
@@ -88,14 +86,13 @@ void Munkres::take_cheapest(int32_t* column_of_row) noexcept {
 // Dijkstra over reduced costs from a row without partner. The path ends at a free column, or at a row of the tree that
 // is best left alone; partners shift along it.
 void Munkres::augment(int32_t from_row, int32_t* column_of_row) noexcept {
-  open_.clear();
-  tree_rows_.clear();
+  open_count_ = tree_count_ = 0;
   Cost exit_length{INT32_MAX, 0.0};  // the cheapest way to leave some row of the tree alone
   int32_t exit_row = -1, free_column = -1, row = from_row;
   Cost length{0, 0.0};
 
   for (;;) {
-    tree_rows_.push_back(row);
+    tree_rows_[tree_count_++] = row;
     row_reach_[at(row)] = length;
     const Cost base = minus(length, row_price_[at(row)]);
     const Cost leave = plus(base, {1, 0.0});
@@ -106,7 +103,7 @@ void Munkres::augment(int32_t from_row, int32_t* column_of_row) noexcept {
       const Cost via = minus(plus(base, {0, pairs_[at(i)].cost}), column_price_[c]);
       if (touched_by_[c] != search_) {
         touched_by_[c] = search_;
-        open_.push_back(int32_t(c));
+        open_[open_count_++] = int32_t(c);
       } else if (!less(via, reach_[c])) {
         continue;
       }
@@ -114,19 +111,18 @@ void Munkres::augment(int32_t from_row, int32_t* column_of_row) noexcept {
       parent_row_[c] = row;
     }
 
-    std::size_t nearest = open_.size();
-    for (std::size_t k = 0; k < open_.size(); ++k) {
-      if (nearest == open_.size()) {
+    int32_t nearest = open_count_;
+    for (int32_t k = 0; k < open_count_; ++k) {
+      if (nearest == open_count_) {
         nearest = k;
         continue;
       }
       const std::size_t a = at(open_[k]), b = at(open_[nearest]);
       if (less(reach_[a], reach_[b]) || (!less(reach_[b], reach_[a]) && a < b)) nearest = k;
     }
-    if (nearest == open_.size() || less(exit_length, reach_[at(open_[nearest])])) break;
+    if (nearest == open_count_ || less(exit_length, reach_[at(open_[nearest])])) break;
     const int32_t column = open_[nearest];
-    open_[nearest] = open_.back();
-    open_.pop_back();
+    open_[nearest] = open_[--open_count_];
     length = reach_[at(column)];
     if (row_of_column_[at(column)] < 0) {
       free_column = column;
@@ -138,7 +134,8 @@ void Munkres::augment(int32_t from_row, int32_t* column_of_row) noexcept {
 
   // New prices: every row of the tree can reach the end for the same reduced length, so it may ask that much more.
   const Cost end = free_column >= 0 ? length : exit_length;
-  for (const int32_t r : tree_rows_) {
+  for (int32_t k = 0; k < tree_count_; ++k) {
+    const int32_t r = tree_rows_[k];
     const Cost rise = minus(end, row_reach_[at(r)]);
     row_price_[at(r)] = plus(row_price_[at(r)], rise);
     if (r != from_row) {

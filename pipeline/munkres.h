@@ -10,7 +10,8 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
+
+#include "core/arena.h"
 
 namespace overtake {
 
@@ -18,7 +19,8 @@ namespace overtake {
 // and the indices only, never on the order in which pairs were added).
 class Munkres {
  public:
-  Munkres(int32_t max_rows, int32_t max_columns, int32_t max_pairs);   // the only place that allocates
+  // The only place that allocates. Throws std::bad_alloc when the allocator has no memory.
+  Munkres(int32_t max_rows, int32_t max_columns, int32_t max_pairs, const Allocator& allocator = default_allocator());
 
   void clear(int32_t rows, int32_t columns) noexcept;
   // Adds a feasible pair. Costs are finite, any sign. False when max_pairs is reached, or for a pair that is none (an
@@ -44,16 +46,19 @@ class Munkres {
   void take_cheapest(int32_t* column_of_row) noexcept;
   void augment(int32_t from_row, int32_t* column_of_row) noexcept;
 
-  int32_t rows_ = 0, columns_ = 0, max_rows_, max_columns_;
-  std::vector<Pair> pairs_, scratch_;
-  std::vector<int32_t> begin_;                              // row -> first of its sorted pairs; the sort's counters
-  std::vector<Cost> row_price_, column_price_;              // duals: cost >= their sum, equal where paired
-  std::vector<int32_t> row_of_column_;
+  Arena arena_;
+  int32_t rows_ = 0, columns_ = 0, max_rows_, max_columns_, max_pairs_;
+  int32_t pair_count_ = 0;
+  Pair *pairs_ = nullptr, *scratch_ = nullptr;
+  int32_t* begin_ = nullptr;                                // row -> first of its sorted pairs; the sort's counters
+  Cost *row_price_ = nullptr, *column_price_ = nullptr;     // duals: cost >= their sum, equal where paired
+  int32_t* row_of_column_ = nullptr;
   // One search. `mark` tells which search a column was last touched or settled by, so nothing is cleared between.
-  std::vector<Cost> reach_;                                 // column -> length of the shortest path to it
-  std::vector<int32_t> parent_row_, touched_by_, settled_by_;
-  std::vector<int32_t> open_, tree_rows_;                   // columns touched and not settled; rows in the tree
-  std::vector<Cost> row_reach_;                             // length at which a row joined the tree
+  Cost* reach_ = nullptr;                                   // column -> length of the shortest path to it
+  int32_t *parent_row_ = nullptr, *touched_by_ = nullptr, *settled_by_ = nullptr;
+  int32_t *open_ = nullptr, *tree_rows_ = nullptr;          // columns touched and not settled; rows in the tree
+  int32_t open_count_ = 0, tree_count_ = 0;
+  Cost* row_reach_ = nullptr;                               // length at which a row joined the tree
   int32_t search_ = 0;
 };
 

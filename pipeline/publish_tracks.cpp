@@ -53,9 +53,13 @@ TrackEstimate read_estimate(const TrackTable& t, std::size_t i) {
   return estimate;
 }
 
-void write_track(const Track& track, TrackId id, double heading_rad, TrackTable& t) {
+uint32_t stale_flag(int64_t measured_ns, int64_t stamp_ns) {
+  return seconds_between(measured_ns, stamp_ns) > kTrackStale_s ? kTrackStale : 0;
+}
+
+void write_track(const Track& track, double heading_rad, TrackTable& t) {
   const auto i = std::size_t(t.count++);
-  t.id[i] = id;
+  t.id[i] = track.id;
   t.state[i] = int32_t(track.life.state);
   t.stamp_ns[i] = track.state_ns;
   t.measured_ns[i] = track.measured_ns;
@@ -66,6 +70,7 @@ void write_track(const Track& track, TrackId id, double heading_rad, TrackTable&
   t.age[i] = track.life.age;
   t.hits[i] = track.life.hits();
   t.detection[i] = track.detection;
+  t.flags[i] = track.flags | stale_flag(track.measured_ns, track.state_ns);
 }
 
 void write_path(TrackEstimate estimate, const ProcessNoise& noise, double step_s, PathTable& t) {
@@ -93,10 +98,28 @@ void Tracker::snapshot(TrackTable& states) const noexcept {
   const State& s = *state_;
   OVT_CHECK(states.capacity >= s.params.track_capacity);
   states.count = 0;
-  for (std::size_t slot = 0; slot < s.tracks.size(); ++slot)
-    if (const Track& track = s.tracks[slot]; track.alive)
-      write_track(track, make_track_id(uint32_t(slot), track.generation),
-                  choose_heading(track, s.in_map, s.params.heading_speed_mps), states);
+  for (int32_t slot = 0; slot < s.params.track_capacity; ++slot) {
+    if (!s.tracks[slot].alive) continue;
+    write_track(s.tracks[slot], choose_heading(s.tracks[slot], s.in_map, s.params.heading_speed_mps), states);
+    const auto i = std::size_t(states.count - 1);
+    states.detection[i] = s.shown_detection[slot];
+    states.flags[i] = s.shown_flags[slot] | (states.flags[i] & kTrackStale);
+  }
+}
+
+void Tracker::predict(int64_t stamp_ns, TrackTable& states) const noexcept {
+  const State& s = *state_;
+  OVT_CHECK(states.capacity >= s.params.track_capacity);
+  states.count = 0;
+  for (int32_t slot = 0; slot < s.params.track_capacity; ++slot) {
+    if (!s.tracks[slot].alive || s.is_silent(s.tracks[slot], stamp_ns)) continue;
+    Track track = s.tracks[slot];
+    predict_track_to(track, s.noise, stamp_ns);
+    if (!is_sound(track.estimate)) continue;
+    track.detection = -1;
+    track.flags = kTrackCoasting | kTrackUnobserved;
+    write_track(track, choose_heading(track, s.in_map, s.params.heading_speed_mps), states);
+  }
 }
 
 void publish_tracks(const TrackerParams& unchecked, const TrackTable& states, int64_t publish_ns, TrackTable& tracks,
@@ -117,6 +140,7 @@ void publish_tracks(const TrackerParams& unchecked, const TrackTable& states, in
     tracks.heading_rad[i] = wrap_angle(tracks.heading_rad[i] + estimate.mean.yaw_rate_rps * dt_s);
     predict(estimate, noise, dt_s);
     write_estimate(estimate, tracks, i);
+    tracks.flags[i] = (tracks.flags[i] & ~kTrackStale) | stale_flag(tracks.measured_ns[i], publish_ns);
     if (paths) write_path(estimate, noise, params.horizon_step_s, *paths);
   }
 }

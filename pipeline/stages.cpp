@@ -13,11 +13,13 @@ namespace {
 
 constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
-// Position uncertainty of an extrapolated ego pose: half the largest acceleration of the car times age squared.
+// Position uncertainty of an ego pose extrapolated for long: half the largest acceleration of the car times age squared.
+// Up to 20 ms that is 5 mm and not worth a word.
 constexpr double kMaxAcceleration = 26.5;
+constexpr int64_t kEgoExactNs = 20'000'000;
 
 double ego_variance(const EgoState& ego) noexcept {
-  if (ego.age_ns <= 0) return 0.0;
+  if (ego.age_ns <= kEgoExactNs) return 0.0;
   const double age = double(ego.age_ns) * 1e-9;
   const double sigma = 0.5 * kMaxAcceleration * age * age;
   return sigma * sigma;
@@ -211,8 +213,8 @@ void detect_frame(const StageContext& context, Frame& frame) noexcept {
   clock.lap(OVT_STAGE_POSE);
 }
 
-TrackStage::TrackStage(const StageContext& context, const TrackerParams& params)
-    : context_(context), params_(params), tracker_(params, context.map) {}
+TrackStage::TrackStage(const StageContext& context, const TrackerParams& params, const Allocator& allocator)
+    : context_(context), params_(params), tracker_(params, context.map, allocator) {}
 
 void TrackStage::measure_detections(Frame& frame) noexcept {
   const DetectionTable& in = frame.detections;
@@ -246,6 +248,7 @@ void TrackStage::measure_external(Frame& frame) noexcept {
   out.count = in.count;
   const bool turn = frame.external_reference == OVT_REFERENCE_VEHICLE && reference_ == OVT_REFERENCE_MAP;
   const EgoState& ego = frame.ego_state;
+  const double variance = turn ? ego_variance(ego) : 0.0;
   for (int32_t i = 0; i < in.count; ++i) {
     out.stamp_ns[i] = frame.stamp_ns;
     out.x_m[i] = in.x_m[i];
@@ -264,6 +267,15 @@ void TrackStage::measure_external(Frame& frame) noexcept {
       out.var_x[i] = c * c * xx - 2 * c * s * xy + s * s * yy;
       out.var_y[i] = s * s * xx + 2 * c * s * xy + c * c * yy;
       out.cov_xy[i] = c * s * (xx - yy) + (c * c - s * s) * xy;
+      if (variance > 0) {
+        if (!is_position_covariance(out.var_x[i], out.var_y[i], out.cov_xy[i])) {  // the tracker's R stands in
+          out.var_x[i] = params_.r_diag[0];
+          out.var_y[i] = params_.r_diag[1];
+          out.cov_xy[i] = 0.0;
+        }
+        out.var_x[i] += variance;
+        out.var_y[i] += variance;
+      }
     }
   }
 }
@@ -302,11 +314,11 @@ void TrackStage::run(Frame& frame) noexcept {
   frame.tracks_ns = frame.kind == FrameKind::kPrediction ? frame.stamp_ns : newest_ns_;
   frame.ego_known = frame.ego.at(frame.stamp_ns, frame.ego_state);
   // The tracker works in the map from the first ego pose on, in the vehicle frame until then. Changing over forgets the
-  // tracks: they mean nothing in the other frame.
+  // tracks: they mean nothing in the other frame. A prediction changes nothing, so not that either.
   const bool in_map = frame.kind == FrameKind::kExternal && !frame.ego_known
                           ? frame.external_reference == OVT_REFERENCE_MAP
                           : frame.ego_known;
-  if (in_map && reference_ == OVT_REFERENCE_VEHICLE) {
+  if (in_map && reference_ == OVT_REFERENCE_VEHICLE && frame.kind != FrameKind::kPrediction) {
     tracker_.restart();
     reference_ = OVT_REFERENCE_MAP;
   }
@@ -325,7 +337,8 @@ void TrackStage::run(Frame& frame) noexcept {
   if (frame.kind == FrameKind::kPrediction || lost) {
     frame.measurements.count = 0;
     std::fill_n(frame.measurements.track, frame.detections.count, kNobody);
-    tracker_.predict(frame.stamp_ns);
+    tracker_.predict(frame.stamp_ns, frame.tracks);
+    last_step_ = {};
   } else {
     if (frame.kind == FrameKind::kScans) {
       measure_detections(frame);
@@ -345,9 +358,10 @@ void TrackStage::run(Frame& frame) noexcept {
     input.in_map = reference_ == OVT_REFERENCE_MAP;
     input.sectors = sectors;
     input.sector_count = observe(frame, sectors);
-    tracker_.step(input, m.track);
+    last_step_ = tracker_.step(input, m.track);
+    tracker_.snapshot(frame.tracks);
   }
-  tracker_.snapshot(frame.tracks);
+  frame.refiltered = last_step_.refiltered;
   clock.lap(OVT_STAGE_TRACK);
 }
 

@@ -51,9 +51,13 @@ void detect_frame(const StageContext& context, Frame& frame) noexcept;
 // The tracker's side: which frame of reference it works in, and the iteration itself.
 class TrackStage {
  public:
-  TrackStage(const StageContext& context, const TrackerParams& params);
+  // Throws std::bad_alloc when the allocator has no memory.
+  TrackStage(const StageContext& context, const TrackerParams& params,
+             const Allocator& allocator = default_allocator());
   //   reads  detections or external, ego   writes  measurements, tracks, reference, flags
   void run(Frame& frame) noexcept;
+  // What became of the last frame; a prediction is none.
+  StepResult last_step() const noexcept { return last_step_; }
   Tracker& tracker() noexcept { return tracker_; }
 
  private:
@@ -66,6 +70,7 @@ class TrackStage {
   Tracker tracker_;
   int32_t reference_ = OVT_REFERENCE_VEHICLE;
   int64_t newest_ns_ = INT64_MIN;              // of the frames run so far
+  StepResult last_step_;
 };
 
 }  // namespace overtake

@@ -1,11 +1,13 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One iteration, top to bottom: silence, gates and assignment, hits, misses, deaths, births.
+// One iteration, top to bottom: silence, gates and assignment, hits, misses, deaths, births. And which ones run: the new
+// one, or, for a frame out of sequence, that one and all after it.
 #include "pipeline/tracker.h"
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <tuple>
 
 #include "core/math.h"
@@ -30,10 +32,10 @@ bool is_in_sector(const ObservedSector& s, double x_m, double y_m) {
   return right_of_left_rad <= width_rad;
 }
 
-bool is_observed(const TrackerFrame& frame, const MotionState& place) {
-  if (frame.sector_count < 0) return true;
-  for (int32_t i = 0; i < frame.sector_count; ++i)
-    if (is_in_sector(frame.sectors[i], place.x_m, place.y_m)) return true;
+bool is_observed(const Iteration& it, const MotionState& place) {
+  if (it.sector_count < 0) return true;
+  for (int32_t i = 0; i < it.sector_count; ++i)
+    if (is_in_sector(it.sectors[i], place.x_m, place.y_m)) return true;
   return false;
 }
 
@@ -50,6 +52,7 @@ void take_hit(const Tracker::State& state, Track& track, const Candidate& c) {
   if (std::isfinite(c.length_m)) track.length_m = c.length_m;
   if (std::isfinite(c.width_m)) track.width_m = c.width_m;
   track.detection = c.row;
+  track.flags = 0;
   track.measured_ns = std::max(track.measured_ns, c.stamp_ns);
   if (dt_s >= 0.0)
     track.state_ns = c.stamp_ns;
@@ -57,19 +60,12 @@ void take_hit(const Tracker::State& state, Track& track, const Candidate& c) {
     predict_track(track, state.no_noise, -dt_s);
 }
 
-void predict_to(const Tracker::State& state, Track& track, int64_t stamp_ns) {
-  if (stamp_ns <= track.state_ns) return;
-  predict_track(track, state.noise, seconds_between(track.state_ns, stamp_ns));
-  track.state_ns = stamp_ns;
-}
-
-void give_birth(Tracker::State& state, Track& track, const Candidate& c, const TrackerFrame& frame,
-                const TrackerEgo& ego) {
+void give_birth(Tracker::State& state, int32_t slot, const Candidate& c, const Iteration& it) {
   const TrackerParams& p = state.params;
-  const uint32_t generation = track.generation + 1;
+  Track& track = state.tracks[slot];
   track = Track{};
   track.alive = true;
-  track.generation = generation;
+  track.id = state.runs_again ? number_birth(state.replay, slot) : state.draw_id(slot);
   track.state_ns = track.measured_ns = c.stamp_ns;
   track.detection = c.row;
   track.has_heading = std::isfinite(c.heading_rad);
@@ -80,14 +76,14 @@ void give_birth(Tracker::State& state, Track& track, const Candidate& c, const T
   MotionState& mean = track.estimate.mean;
   mean.x_m = c.z.x_m;
   mean.y_m = c.z.y_m;
-  mean.speed_mps = ego.known ? std::max(0.0, p.birth_speed_share * ego.speed_mps) : 0.0;
+  mean.speed_mps = it.ego.known ? std::max(0.0, p.birth_speed_share * it.ego.speed_mps) : 0.0;
   double var_phi = p.birth_sigma_phi * p.birth_sigma_phi;
-  if (state.map && !state.map->empty() && frame.in_map) {
+  if (state.map && !state.map->empty() && it.in_map) {
     const MapProjection lane = state.map->project(c.z.x_m, c.z.y_m);
     mean.course_rad = wrap_angle(lane.heading_rad);
     mean.yaw_rate_rps = mean.speed_mps * lane.curvature_per_m;
-  } else if (ego.known) {
-    mean.course_rad = wrap_angle(ego.heading_rad);
+  } else if (it.ego.known) {
+    mean.course_rad = wrap_angle(it.ego.heading_rad);
   } else {
     var_phi = kPi * kPi;
   }
@@ -112,17 +108,124 @@ double distance_m2(const Track& track, const TrackerEgo& ego) {
 // The first free slot; in a full table the farthest tentative track, when it is farther than the detection, makes room.
 int32_t find_slot(Tracker::State& state, const Candidate& c, const TrackerEgo& ego) {
   int32_t farthest = -1;
-  for (int32_t slot = 0; slot < int32_t(state.tracks.size()); ++slot) {
-    const Track& track = state.tracks[std::size_t(slot)];
+  for (int32_t slot = 0; slot < state.params.track_capacity; ++slot) {
+    const Track& track = state.tracks[slot];
     if (!track.alive) return slot;
     if (track.life.state == TrackState::kConfirmed) continue;
-    if (farthest < 0 || distance_m2(track, ego) > distance_m2(state.tracks[std::size_t(farthest)], ego))
-      farthest = slot;
+    if (farthest < 0 || distance_m2(track, ego) > distance_m2(state.tracks[farthest], ego)) farthest = slot;
   }
   ++state.counts.overflow;
-  if (farthest < 0 || !(distance_m2(state.tracks[std::size_t(farthest)], ego) > c.ego_distance_m2)) return -1;
-  state.bury(state.tracks[std::size_t(farthest)]);
+  if (farthest < 0 || !(distance_m2(state.tracks[farthest], ego) > c.ego_distance_m2)) {
+    ++state.counts.unborn;
+    return -1;
+  }
+  state.bury(state.tracks[farthest]);
   return farthest;
+}
+
+void update_tracks(Tracker::State& s, Iteration& it) {
+  for (int32_t slot = 0; slot < s.params.track_capacity; ++slot) {
+    Track& track = s.tracks[slot];
+    if (!track.alive) continue;
+    track.detection = -1;
+    const int32_t hit = s.candidate_of_slot[slot];
+    bool lives = true;
+    if (hit >= 0) {
+      take_hit(s, track, it.candidates[hit]);
+      it.track[hit] = track.id;
+      ++s.counts.hits;
+      lives = track.life.record(true, s.life_cycle);
+    } else {
+      predict_track_to(track, s.noise, it.stamp_ns);
+      track.flags = kTrackCoasting | kTrackUnobserved;
+      if (is_observed(it, track.estimate.mean)) {  // what no sensor could see is no iteration
+        track.flags = kTrackCoasting;
+        ++s.counts.misses;
+        lives = track.life.record(false, s.life_cycle);
+      }
+    }
+    if (!lives || !is_sound(track.estimate)) s.bury(track);
+  }
+}
+
+// Nearest first: what is born early is never put out for a later one, and row order does not matter.
+void give_births(Tracker::State& s, Iteration& it) {
+  int32_t count = 0;
+  for (int32_t i = 0; i < it.candidate_count; ++i)
+    if (it.candidates[i].slot < 0) s.newborn[count++] = i;
+  std::sort(s.newborn, s.newborn + count, [&it](int32_t a, int32_t b) {
+    const double da = it.candidates[a].ego_distance_m2, db = it.candidates[b].ego_distance_m2;
+    return std::tie(da, a) < std::tie(db, b);
+  });
+  for (int32_t i = 0; i < count; ++i) {
+    Candidate& c = it.candidates[s.newborn[i]];
+    const int32_t slot = find_slot(s, c, it.ego);
+    if (slot < 0) continue;
+    give_birth(s, slot, c, it);
+    c.slot = slot;
+    it.track[s.newborn[i]] = s.tracks[slot].id;
+  }
+}
+
+// From the tracks before it and what it was given alone: run again, it does the same.
+void run_iteration(Tracker::State& s, Iteration& it) {
+  s.in_map = it.in_map;
+  ++s.counts.iterations;
+  s.counts.rejected += it.rejected;
+  s.counts.unborn += it.unread;
+  s.counts.overflow += it.unread;
+  std::fill_n(it.track, it.candidate_count, kNobody);
+  for (int32_t slot = 0; slot < s.params.track_capacity; ++slot)
+    if (Track& track = s.tracks[slot]; track.alive && s.is_silent(track, it.stamp_ns)) s.bury(track);
+  associate(s, it);
+  update_tracks(s, it);
+  give_births(s, it);
+}
+
+void read_frame(const TrackerParams& params, const TrackerFrame& frame, Iteration& it) {
+  TrackerFrame sane = frame;
+  sane.ego = make_sane(frame.ego);
+  it.stamp_ns = frame.stamp_ns;
+  it.ego = sane.ego;
+  it.in_map = frame.in_map;
+  it.sector_count = std::min(frame.sector_count, kMaxSectors);
+  std::copy_n(frame.sectors, std::max(it.sector_count, 0), it.sectors);
+  select_candidates(params, sane, it);
+}
+
+// Back to the tracks before the iteration that now is at `place`, and from there on again.
+void run_again(Tracker::State& s, int32_t place) {
+  Iteration& inserted = s.history.at(place);
+  std::swap(inserted.before, s.history.at(place + 1).before);
+  s.restore(inserted.before);
+  s.runs_again = true;
+  s.replay.birth_count = 0;
+  for (int32_t i = place; i < s.history.count(); ++i) {
+    Iteration& it = s.history.at(i);
+    s.replay.iteration = i;
+    if (i == place) {
+      std::fill_n(it.track_before, it.candidate_count, kNobody);
+    } else {
+      s.save(it.before);
+      std::swap(it.track, it.track_before);
+    }
+    run_iteration(s, it);
+  }
+  s.runs_again = false;
+  settle_ids(s, place);
+}
+
+void show_nothing(Tracker::State& s) {
+  std::fill_n(s.shown_detection, s.params.track_capacity, -1);
+  std::fill_n(s.shown_flags, s.params.track_capacity, kTrackCoasting);
+}
+
+// What the frame that was given last says of this track, and its rows of their tracks.
+void show(Tracker::State& s, int32_t slot, const Track& track, TrackId* track_of_detection) {
+  if (track_of_detection && track.detection >= 0) track_of_detection[track.detection] = track.id;
+  if (!s.tracks[slot].alive || s.tracks[slot].id != track.id) return;
+  s.shown_detection[slot] = track.detection;
+  s.shown_flags[slot] = track.flags;
 }
 
 }  // namespace
@@ -131,6 +234,8 @@ TrackerParams make_sane(TrackerParams p) noexcept {
   p.window = std::clamp(p.window, 1, kMaxWindow);
   p.track_capacity = std::clamp(p.track_capacity, 1, 4096);
   p.detection_capacity = std::clamp(p.detection_capacity, 1, 4096);
+  p.history_iterations = std::clamp(p.history_iterations, 1, 256);
+  p.history_s = p.history_s >= 0.0 ? std::min(p.history_s, kMaxPredict_s) : 0.0;
   p.max_silence_s = p.max_silence_s >= 0.0 ? std::min(p.max_silence_s, kMaxPredict_s) : kMaxPredict_s;
   p.predict_step_s = p.predict_step_s >= 1e-3 ? p.predict_step_s : 1e-3;
   p.horizon_step_s = p.horizon_step_s >= 1e-3 ? std::min(p.horizon_step_s, kMaxPredict_s) : 1e-3;
@@ -145,17 +250,39 @@ ProcessNoise make_process_noise(const TrackerParams& params) noexcept {
   return noise;
 }
 
-Tracker::State::State(const TrackerParams& p, const TrackMap* m)
+Tracker::State::State(const TrackerParams& p, const TrackMap* m, const Allocator& allocator)
     : params(make_sane(p)),
       map(m),
       life_cycle{params.window, params.confirm_hits, params.keep_hits},
       noise(make_process_noise(params)),
       no_noise{{}, params.predict_step_s},
-      tracks(std::size_t(params.track_capacity)),
-      candidate_of_slot(std::size_t(params.track_capacity), -1),
-      munkres(params.track_capacity, params.detection_capacity, params.track_capacity * params.detection_capacity) {
-  candidates.reserve(std::size_t(params.detection_capacity));
-  newborn.reserve(std::size_t(params.detection_capacity));
+      munkres(params.track_capacity, params.detection_capacity, params.track_capacity * params.detection_capacity,
+              allocator) {
+  const auto slots = std::size_t(params.track_capacity), rows = std::size_t(params.detection_capacity);
+  const std::size_t rows_kept = rows * std::size_t(params.history_iterations);
+  const bool built = arena.build(allocator, [&](Carver& carver) {
+    tracks = carver.take<Track>(slots);
+    generation = carver.take<uint32_t>(slots);
+    candidate_of_slot = carver.take<int32_t>(slots);
+    newborn = carver.take<int32_t>(rows);
+    shown_detection = carver.take<int32_t>(slots);
+    shown_flags = carver.take<uint32_t>(slots);
+    history.carve(carver, params);
+    replay.births = carver.take<ReplayBirth>(rows_kept);
+    replay.votes = carver.take<ReplayVote>(rows_kept);
+    replay.known = carver.take<TrackId>(rows_kept);
+    replay.taken = carver.take<bool>(rows_kept);
+    replay.held = carver.take<int32_t>(slots);
+    replay.held_until = carver.take<int32_t>(slots);
+    replay.held_id = carver.take<TrackId>(slots);
+  });
+  if (!built) throw std::bad_alloc();
+  std::fill_n(tracks, slots, Track{});
+  show_nothing(*this);
+}
+
+bool Tracker::State::is_silent(const Track& track, int64_t now_ns) const {
+  return seconds_between(track.measured_ns, now_ns) > params.max_silence_s;
 }
 
 void Tracker::State::bury(Track& track) {
@@ -164,83 +291,74 @@ void Tracker::State::bury(Track& track) {
   --alive_count;
 }
 
-bool Tracker::State::bury_silent(Track& track, int64_t now_ns) {
-  if (!(seconds_between(track.measured_ns, now_ns) > params.max_silence_s)) return false;
-  bury(track);
-  return true;
-}
+TrackId Tracker::State::draw_id(int32_t slot) { return make_track_id(uint32_t(slot), ++generation[slot]); }
 
-Tracker::Tracker(const TrackerParams& params, const TrackMap* map) : state_(std::make_unique<State>(params, map)) {}
-Tracker::~Tracker() = default;
-
-void Tracker::step(const TrackerFrame& unchecked, TrackId* track_of_detection) noexcept {
-  State& s = *state_;
-  TrackerFrame frame = unchecked;
-  frame.ego = make_sane(unchecked.ego);
-  s.in_map = frame.in_map;
-  ++s.counts.iterations;
-  for (Track& track : s.tracks)
-    if (track.alive) s.bury_silent(track, frame.stamp_ns);
-
-  select_candidates(s, frame);
-  associate(s);
-
-  for (std::size_t slot = 0; slot < s.tracks.size(); ++slot) {
-    Track& track = s.tracks[slot];
-    if (!track.alive) continue;
-    track.detection = -1;
-    const int32_t hit = s.candidate_of_slot[slot];
-    bool lives = true;
-    if (hit >= 0) {
-      take_hit(s, track, s.candidates[std::size_t(hit)]);
-      ++s.counts.hits;
-      lives = track.life.record(true, s.life_cycle);
-    } else {
-      predict_to(s, track, frame.stamp_ns);
-      if (is_observed(frame, track.estimate.mean)) {  // what no sensor could see is no iteration
-        ++s.counts.misses;
-        lives = track.life.record(false, s.life_cycle);
-      }
-    }
-    if (!lives || !is_sound(track.estimate)) s.bury(track);
-  }
-
-  // Nearest first: what is born early is never put out for a later one, and row order does not matter.
-  s.newborn.clear();
-  for (int32_t i = 0; i < int32_t(s.candidates.size()); ++i)
-    if (s.candidates[std::size_t(i)].slot < 0) s.newborn.push_back(i);
-  std::sort(s.newborn.begin(), s.newborn.end(), [&s](int32_t a, int32_t b) {
-    const double da = s.candidates[std::size_t(a)].ego_distance_m2, db = s.candidates[std::size_t(b)].ego_distance_m2;
-    return std::tie(da, a) < std::tie(db, b);
-  });
-  for (const int32_t i : s.newborn) {
-    const Candidate& c = s.candidates[std::size_t(i)];
-    const int32_t slot = find_slot(s, c, frame.ego);
-    if (slot >= 0) give_birth(s, s.tracks[std::size_t(slot)], c, frame, frame.ego);
-  }
-
-  if (!track_of_detection) return;
-  std::fill_n(track_of_detection, frame.detections.count, kNobody);
-  for (std::size_t slot = 0; slot < s.tracks.size(); ++slot) {
-    const Track& track = s.tracks[slot];
-    if (track.alive && track.detection >= 0)
-      track_of_detection[track.detection] = make_track_id(uint32_t(slot), track.generation);
+void Tracker::State::save(SavedTracks& saved) const {
+  saved.count = 0;
+  saved.counts = counts;
+  for (int32_t slot = 0; slot < params.track_capacity; ++slot) {
+    if (!tracks[slot].alive) continue;
+    saved.slot[saved.count] = slot;
+    saved.track[saved.count++] = tracks[slot];
   }
 }
 
-void Tracker::predict(int64_t stamp_ns) noexcept {
+void Tracker::State::restore(const SavedTracks& saved) {
+  for (int32_t slot = 0; slot < params.track_capacity; ++slot) tracks[slot].alive = false;
+  for (int32_t i = 0; i < saved.count; ++i) tracks[saved.slot[i]] = saved.track[i];
+  alive_count = saved.count;
+  const TrackerCounts all = counts;
+  counts = saved.counts;
+  counts.measurements = all.measurements;
+  counts.late = all.late;
+  counts.late_frames = all.late_frames;
+  counts.replays = all.replays;
+  counts.refiltered = all.refiltered;
+}
+
+Tracker::Tracker(const TrackerParams& params, const TrackMap* map, const Allocator& allocator) {
+  void* place = nullptr;
+  if (!arena_.build(allocator, [&place](Carver& carver) { place = carver.take<State>(1); })) throw std::bad_alloc();
+  state_ = new (place) State(params, map, allocator);
+}
+Tracker::~Tracker() { state_->~State(); }
+
+StepResult Tracker::step(const TrackerFrame& frame, TrackId* track_of_detection) noexcept {
   State& s = *state_;
-  for (Track& track : s.tracks) {
-    if (!track.alive || s.bury_silent(track, stamp_ns)) continue;
-    track.detection = -1;
-    predict_to(s, track, stamp_ns);
-    if (!is_sound(track.estimate)) s.bury(track);
+  const int32_t rows = std::max(frame.detections.count, 0);
+  s.counts.measurements += rows;
+  if (track_of_detection) std::fill_n(track_of_detection, rows, kNobody);
+  show_nothing(s);
+  int32_t place = s.history.find_place(frame.stamp_ns);
+  if (place < 0) {
+    s.counts.late += rows;
+    ++s.counts.late_frames;
+    return {.late = true, .refiltered = 0};
   }
+
+  const int32_t refiltered = s.history.count() - place;
+  Iteration& it = s.history.insert(place);
+  read_frame(s.params, frame, it);
+  if (refiltered == 0) {
+    s.save(it.before);
+    run_iteration(s, it);
+    for (int32_t slot = 0; slot < s.params.track_capacity; ++slot)
+      if (s.tracks[slot].alive) show(s, slot, s.tracks[slot], track_of_detection);
+  } else {
+    run_again(s, place);
+    ++s.counts.replays;
+    s.counts.refiltered += refiltered;
+    const SavedTracks& after = s.history.at(place + 1).before;
+    for (int32_t i = 0; i < after.count; ++i) show(s, after.slot[i], after.track[i], track_of_detection);
+  }
+  return {.late = false, .refiltered = refiltered};
 }
 
 void Tracker::restart() noexcept {
-  for (Track& track : state_->tracks) track.alive = false;
-  state_->alive_count = 0;
+  State& s = *state_;
+  for (int32_t slot = 0; slot < s.params.track_capacity; ++slot) s.tracks[slot].alive = false;
+  s.alive_count = 0;
+  s.history.clear();
 }
 
 int32_t Tracker::track_count() const noexcept { return state_->alive_count; }

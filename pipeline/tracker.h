@@ -2,12 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Multi-target tracker (paper IV-C, eqs. 6 and 7): constant velocity and turn rate EKF with variable step, Mahalanobis
-// gating, Munkres assignment, M/N life cycle. One thread at a time. Nothing allocates after construction.
+// gating, Munkres assignment, M/N life cycle; frames out of sequence by filtering again. One thread at a time. Nothing
+// allocates after construction.
 #pragma once
 
 #include <cstdint>
-#include <memory>
 
+#include "core/arena.h"
 #include "core/sensor_model.h"
 #include "core/track_map.h"
 #include "core/track_table.h"
@@ -26,6 +27,8 @@ struct TrackerParams {
   double predict_step_s = 0.05;                            // longer steps are cut into such
   double horizon_s = 3.0, horizon_step_s = 0.1;
   double heading_speed_mps = 3.0;                          // in the map a confirmed track this fast turns its heading
+  double history_s = 0.5;                                  // a frame this much older than the newest is taken in, at
+  int32_t history_iterations = 32;                         // most so many iterations back (1..256); takes memory for each
   int32_t track_capacity = 256, detection_capacity = 256;
 };
 
@@ -59,21 +62,36 @@ struct TrackerFrame {
   bool in_map = true;                                      // frame of reference is the map's: births may ask the map,
                                                            // and a course says where a car's front is
   const ObservedSector* sectors = nullptr;                 // what was seen; with sector_count < 0 everything was
-  int32_t sector_count = -1;
+  int32_t sector_count = -1;                               // beyond kMaxSectors they are not read
 };
+inline constexpr int32_t kMaxSectors = 16;
 
+// What came of everything so far. An iteration that ran again counts once, by how it went the last time; so the first
+// two lines are those of the same frames in sorted order. Every row ends in exactly one place:
+// measurements = hits + births + unborn + rejected + late.
 struct TrackerCounts {
   int64_t iterations = 0, births = 0, deaths = 0, hits = 0, misses = 0;
-  int64_t overflow = 0;                                    // tracks not born or put out, detections beyond capacity
-  int64_t rejected = 0;                                    // detections that are no measurement
+  int64_t overflow = 0;                                    // unborn, and tracks put out for nearer ones
+  int64_t unborn = 0;                                      // rows that found no slot, or beyond detection_capacity
+  int64_t rejected = 0;                                    // rows that are no measurement
+  int64_t measurements = 0;                                // rows given to step
+  int64_t late = 0;                                        // rows of frames too old to be taken in
+  int64_t late_frames = 0;
+  int64_t replays = 0;                                     // frames taken in out of sequence
+  int64_t refiltered = 0;                                  // iterations that ran again for them
+};
+
+struct StepResult {
+  bool late = false;                                       // too old: nothing changed
+  int32_t refiltered = 0;                                  // iterations that ran again; 0 for a frame in sequence
 };
 
 class Tracker {
  public:
   struct State;                                            // pipeline/tracker_state.h
 
-  // `map` may be null or empty; it must outlive the tracker.
-  Tracker(const TrackerParams& params, const TrackMap* map);
+  // `map` may be null or empty; it must outlive the tracker. Throws std::bad_alloc when the allocator has no memory.
+  Tracker(const TrackerParams& params, const TrackMap* map, const Allocator& allocator = default_allocator());
   ~Tracker();
   Tracker(const Tracker&) = delete;
   Tracker& operator=(const Tracker&) = delete;
@@ -82,15 +100,24 @@ class Tracker {
   // without detection is predicted to the frame's stamp. A detection up to 0.5 s older than its track's state (scans
   // overlap by a few ms) measures where the track was: the state goes back without process noise, takes it and returns;
   // a track's time never goes back.
+  //
+  // A frame older than the newest goes to its place in time (after those of equal stamp), and what came after it runs
+  // again: states, covariances, life cycles and slots are, bit for bit, those of a tracker that was given the same
+  // frames in sorted order. Ids stay with their cars: a track born in what ran again takes the id under which its
+  // measurements were known. Older than history_s, than the history holds, or than the first frame since restart():
+  // late, nothing changes.
+  //
   // track_of_detection[detections.count], may be null: the id each detection went to (also a newborn's).
-  void step(const TrackerFrame& frame, TrackId* track_of_detection) noexcept;
-  // A pure prediction: moves every track to stamp_ns; no iteration. Tracks die of silence here too.
-  void predict(int64_t stamp_ns) noexcept;
+  StepResult step(const TrackerFrame& frame, TrackId* track_of_detection) noexcept;
   // Forgets every track; ids are never reused.
   void restart() noexcept;
 
-  // All tracks as they are, each at its own time, ordered by slot. Capacity at least track_capacity.
+  // All tracks as they are, each at its own time, ordered by slot. Capacity at least track_capacity. `detection` and
+  // `flags` are about the frame that was given last, also where it was an old one.
   void snapshot(TrackTable& states) const noexcept;
+  // A pure prediction: the same with each track moved on to stamp_ns, without those that silence or unsound numbers end
+  // by then. The tracker itself stays as it is: what it becomes must not depend on the times somebody named.
+  void predict(int64_t stamp_ns, TrackTable& states) const noexcept;
   // Copies of all tracks predicted to publish_ns (the state itself stays), ordered by slot, and their paths from there.
   // Before a track's own time: exactly the way back, without noise. More than 60 s from it: 60 s, and stamp_ns says so.
   // The tables' capacities must be at least track_capacity and track_capacity * path_points(); paths may be null.
@@ -101,9 +128,12 @@ class Tracker {
   TrackerCounts counts() const noexcept;
 
  private:
-  std::unique_ptr<State> state_;
+  Arena arena_;                                            // of the state
+  State* state_ = nullptr;
 };
 
+// Whether a detection's own covariance counts: positive definite, variances of 1e-12 to 1e12 m^2. Else R stands in.
+bool is_position_covariance(double var_x, double var_y, double cov_xy) noexcept;
 // Points of a predicted path.
 int32_t count_path_points(const TrackerParams& params) noexcept;
 // What Tracker::publish does, from a snapshot (which may be `tracks` itself), on any thread.

@@ -154,16 +154,21 @@ TEST_CASE("tracker: without a hit for longer than max_silence_s a track dies in 
   CHECK(bench.tracker.track_count() == 0);
 }
 
-TEST_CASE("tracker: silence kills in a pure prediction too, and that is no iteration") {
+TEST_CASE("tracker: a pure prediction leaves out what silence has ended, and the tracker as it is") {
   TrackerBench bench;
   for (int k = 0; k < 10; ++k) bench.step(0.05 * k, {{10, 0}});
-  for (int k = 0; k < 70; ++k) bench.tracker.predict(overtake_test::to_ns(0.5 + 0.05 * k));
-  CHECK(bench.tracks().count == 1);
-  CHECK(bench.tracks().age[0] == 10);
-  CHECK(bench.tracks().hits[0] == 10);
+  REQUIRE(bench.predicted_to(4.45).count == 1);  // 4 s after its last hit
+  CHECK(bench.predicted_to(4.45).age[0] == 10);
+  CHECK(bench.predicted_to(4.45).hits[0] == 10);
+  CHECK(bench.predicted_to(4.45).stamp_ns[0] == overtake_test::to_ns(4.45));
+  CHECK(bench.predicted_to(4.45).flags[0] == (kTrackCoasting | kTrackUnobserved | kTrackStale));
+  CHECK(bench.predicted_to(4.46).count == 0);
+  CHECK(bench.tracker.track_count() == 1);
   CHECK(bench.tracker.counts().iterations == 10);
-  bench.tracker.predict(overtake_test::to_ns(0.45 + 4.01));
+  CHECK(bench.tracker.counts().deaths == 0);
+  bench.step(4.46, {});  // the next iteration buries it
   CHECK(bench.tracker.track_count() == 0);
+  CHECK(bench.tracker.counts().deaths == 1);
 }
 
 TEST_CASE("tracker: a detection that comes after the silence makes a new track") {

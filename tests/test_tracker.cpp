@@ -286,7 +286,7 @@ TEST_CASE("tracker: no noise is counted twice where scans overlap") {
   late.step(0.0, {{0, 0}});
   sorted.step(0.0, {{0, 0}});
   for (int k = 1; k <= 20; ++k) {
-    late.tracker.predict(to_ns(0.05 * k));
+    late.step(0.05 * k, {});  // leaves the state at the frame's stamp
     late.step(0.05 * k, {{0, 0, kNan, 0.005}});
     sorted.step(0.05 * k - 0.005, {{0, 0}});
   }

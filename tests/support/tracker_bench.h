@@ -75,7 +75,7 @@ class TrackerBench {
                         .var_x = var_x_.data(),
                         .var_y = var_y_.data(),
                         .cov_xy = cov_xy_.data()};
-    tracker.step(frame, ids.data());
+    last = tracker.step(frame, ids.data());
     last_ns_ = stamp_ns;
     return ids;
   }
@@ -87,11 +87,23 @@ class TrackerBench {
     tracker.publish(stamp_ns, tracks_, &paths_);
     return tracks_;
   }
+  // A pure prediction.
+  const overtake::TrackTable& predicted_to(double time_s) { return predicted_to_ns(to_ns(time_s)); }
+  const overtake::TrackTable& predicted_to_ns(int64_t stamp_ns) {
+    tracker.predict(stamp_ns, tracks_);
+    return tracks_;
+  }
+  // As they are.
+  const overtake::TrackTable& snapshot() {
+    tracker.snapshot(tracks_);
+    return tracks_;
+  }
   const overtake::PathTable& paths() const { return paths_; }   // of the last call of tracks...
 
   overtake::Tracker tracker;
   overtake::TrackerFrame frame;
   std::vector<overtake::TrackId> ids;                      // of the last step
+  overtake::StepResult last;
 
  private:
   overtake::Arena arena_;

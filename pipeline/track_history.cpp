@@ -1,0 +1,60 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/track_history.h"
+
+#include <algorithm>
+
+namespace overtake {
+
+void TrackHistory::carve(Carver& carver, const TrackerParams& params) {
+  const auto tracks = std::size_t(params.track_capacity), candidates = std::size_t(params.detection_capacity);
+  capacity_ = params.history_iterations;
+  span_s_ = params.history_s;
+  iterations_ = carver.take<Iteration>(std::size_t(capacity_));
+  order_ = carver.take<int32_t>(std::size_t(capacity_));
+  for (int32_t i = 0; i < capacity_; ++i) {
+    Iteration kept{};
+    kept.candidates = carver.take<Candidate>(candidates);
+    kept.track = carver.take<TrackId>(candidates);
+    kept.track_before = carver.take<TrackId>(candidates);
+    kept.before.slot = carver.take<int32_t>(tracks);
+    kept.before.track = carver.take<Track>(tracks);
+    if (!iterations_) continue;  // the carver only measures
+    iterations_[i] = kept;
+    order_[i] = i;
+  }
+}
+
+int32_t TrackHistory::find_place(int64_t stamp_ns) const noexcept {
+  if (count_ == 0) return 0;
+  const int64_t newest_ns = at(count_ - 1).stamp_ns;
+  if (stamp_ns >= newest_ns) return count_;
+  if (seconds_between(stamp_ns, newest_ns) > span_s_) return -1;
+  int32_t place = count_ - 1;
+  while (place > 0 && at(place - 1).stamp_ns > stamp_ns) --place;
+  const bool is_known = place > 0 || (reaches_back_ && count_ < capacity_);
+  return is_known ? place : -1;
+}
+
+Iteration& TrackHistory::insert(int32_t& place) noexcept {
+  int32_t free = count_;
+  if (count_ == capacity_) {
+    reaches_back_ = false;
+    free = 0;
+    if (place > 0) --place;
+  } else {
+    ++count_;
+  }
+  if (free < place)
+    std::rotate(order_ + free, order_ + free + 1, order_ + place + 1);
+  else
+    std::rotate(order_ + place, order_ + free, order_ + free + 1);
+  return at(place);
+}
+
+void TrackHistory::clear() noexcept {
+  count_ = 0;
+  reaches_back_ = false;
+}
+
+}  // namespace overtake

@@ -1,0 +1,486 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Frames out of sequence: the same states as in sorted order, ids that stay with their cars, every measurement
+// accounted for.
+#include "pipeline/track_history.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <map>
+#include <random>
+#include <set>
+#include <string>
+
+#include "core/math.h"
+#include "tests/support/tracker_bench.h"
+
+namespace {
+
+using namespace overtake;
+using overtake_test::is_finite;
+using overtake_test::kNan;
+using overtake_test::TestDetection;
+using overtake_test::to_ns;
+using overtake_test::TrackerBench;
+
+struct TestFrame {
+  int64_t stamp_ns = 0;
+  std::vector<TestDetection> detections;
+  TrackerEgo ego;
+  std::vector<ObservedSector> sectors;
+  int32_t sector_count = -1;
+  std::vector<int> car;                      // of each detection; -1 clutter
+};
+
+double uniform(std::mt19937_64& random, double low, double high) {
+  return low + (high - low) * double(random() >> 11) / 9007199254740992.0;
+}
+
+// Two sources of different rates watch cars that come and go, with clutter: births and deaths all the time.
+std::vector<TestFrame> make_frames(uint64_t seed, int32_t cars, double seconds, double clutter) {
+  std::mt19937_64 random(seed);
+  std::vector<TestFrame> frames;
+  for (const int64_t period_ns : {to_ns(0.05), to_ns(0.037)})
+    for (int64_t stamp_ns = 0; stamp_ns < to_ns(seconds); stamp_ns += period_ns) {
+      TestFrame f;
+      f.stamp_ns = stamp_ns;
+      f.ego = {random() % 4 != 0, uniform(random, -5, 5), 0, 0.1, 40};
+      if (random() % 3 == 0) {
+        f.sectors.push_back({0, 0, 2.0, uniform(random, -2, 0), 0, 200});
+        f.sector_count = 1;
+      }
+      for (int car = 0; car < cars; ++car) {
+        const double t_s = double(stamp_ns) * 1e-9;
+        if (std::fmod(t_s + 0.37 * car, 1.7) < 0.6 || uniform(random, 0, 1) < 0.1) continue;  // out of sight for 0.6 s
+        const double radius = 30 + 11 * car, angle = car + (15 + car) * t_s / radius;
+        f.detections.push_back({radius * std::cos(angle) + uniform(random, -0.3, 0.3),
+                                radius * std::sin(angle) + uniform(random, -0.3, 0.3), wrap_angle(angle + kHalfPi),
+                                uniform(random, -0.01, 0.03), 4.9, 1.9});
+        f.car.push_back(car);
+      }
+      while (uniform(random, 0, 1) < clutter) {
+        f.detections.push_back({uniform(random, -150, 150), uniform(random, -150, 150)});
+        f.car.push_back(-1);
+      }
+      if (random() % 8 == 0) f.detections.push_back({kNan, 0}), f.car.push_back(-1);
+      frames.push_back(std::move(f));
+    }
+  return frames;
+}
+
+bool is_earlier(const TestFrame& a, const TestFrame& b) { return a.stamp_ns < b.stamp_ns; }
+
+// Frames arrive up to `delay_s` late.
+void delay(std::vector<TestFrame>& frames, double delay_s, uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::vector<std::pair<double, std::size_t>> arrival;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    arrival.emplace_back(double(frames[i].stamp_ns) * 1e-9 + uniform(random, 0, delay_s), i);
+  std::sort(arrival.begin(), arrival.end());
+  std::vector<TestFrame> delayed;
+  for (const auto& [time_s, i] : arrival) delayed.push_back(frames[i]);
+  frames = std::move(delayed);
+}
+
+const std::vector<TrackId>& give(TrackerBench& bench, const TestFrame& f) {
+  bench.frame.ego = f.ego;
+  bench.frame.sectors = f.sectors.data();
+  bench.frame.sector_count = f.sector_count;
+  return bench.step_ns(f.stamp_ns, f.detections);
+}
+
+// Everything, by slot, but the ids and what is about the frame given last.
+uint64_t hash_states(TrackerBench& bench) {
+  const TrackTable& t = bench.snapshot();
+  Hash hash;
+  hash.add_value(t.count);
+  for_each_column(const_cast<TrackTable&>(t), [&](const char* name, auto* column) {
+    const std::string text = name;
+    if (text != "id" && text != "detection" && text != "flags")
+      hash.add_bytes(column, std::size_t(t.count) * sizeof(*column));
+  });
+  return hash.value();
+}
+
+bool adds_up(const TrackerCounts& c) {
+  return c.measurements == c.hits + c.births + c.unborn + c.rejected + c.late;
+}
+
+void check_same_counts(const TrackerCounts& a, const TrackerCounts& b) {
+  CHECK(a.iterations == b.iterations);
+  CHECK(a.births == b.births);
+  CHECK(a.deaths == b.deaths);
+  CHECK(a.hits == b.hits);
+  CHECK(a.misses == b.misses);
+  CHECK(a.overflow == b.overflow);
+  CHECK(a.unborn == b.unborn);
+  CHECK(a.rejected == b.rejected);
+  CHECK(a.measurements == b.measurements);
+  CHECK(a.late == b.late);
+}
+
+}  // namespace
+
+TEST_CASE("track history: frames in any order within half a second leave the states of sorted order, bit for bit") {
+  int64_t replays = 0, deaths = 0, overflow = 0;
+  for (uint64_t seed = 1; seed <= 24; ++seed) {
+    TrackerParams p;
+    if (seed % 3 == 0) p.track_capacity = 12, p.detection_capacity = 10;  // full tables
+    if (seed % 3 == 1) p.max_silence_s = 0.3, p.window = 8, p.confirm_hits = 3, p.keep_hits = 2;  // many deaths
+    std::vector<TestFrame> frames = make_frames(seed, 10, 3.0, 0.5);
+    delay(frames, seed % 2 ? 0.45 : 0.15, seed);
+    TrackerBench shuffled(p), sorted(p);
+    std::vector<TestFrame> so_far;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      give(shuffled, frames[i]);
+      REQUIRE_FALSE(shuffled.last.late);
+      so_far.push_back(frames[i]);
+      CAPTURE(seed);
+      CAPTURE(i);
+      if (i % 23 == 22 || i + 1 == frames.size()) {  // also on the way
+        TrackerBench fresh(p);
+        std::stable_sort(so_far.begin(), so_far.end(), is_earlier);
+        for (const TestFrame& f : so_far) give(fresh, f);
+        REQUIRE(fresh.tracker.counts().replays == 0);
+        REQUIRE(shuffled.tracker.track_count() == fresh.tracker.track_count());
+        REQUIRE(hash_states(shuffled) == hash_states(fresh));
+        check_same_counts(shuffled.tracker.counts(), fresh.tracker.counts());
+        REQUIRE(adds_up(shuffled.tracker.counts()));
+      }
+    }
+    replays += shuffled.tracker.counts().replays;
+    deaths += shuffled.tracker.counts().deaths;
+    overflow += shuffled.tracker.counts().overflow;
+    CHECK(shuffled.tracker.counts().refiltered >= shuffled.tracker.counts().replays);
+  }
+  CHECK(replays > 1000);
+  CHECK(deaths > 500);
+  CHECK(overflow > 500);
+}
+
+TEST_CASE("track history: predictions and published copies between the frames change nothing") {
+  std::vector<TestFrame> frames = make_frames(77, 8, 3.0, 0.4);
+  delay(frames, 0.2, 5);
+  TrackerBench quiet, asked;
+  for (const TestFrame& f : frames) {
+    give(quiet, f);
+    give(asked, f);
+    asked.predicted_to_ns(f.stamp_ns + 70'000'000);
+    asked.tracks_at_ns(f.stamp_ns - 30'000'000);
+    REQUIRE(hash_states(quiet) == hash_states(asked));
+  }
+}
+
+TEST_CASE("track history: a frame of equal stamp goes after those already there") {
+  for (const bool swapped : {false, true}) {
+    TrackerBench late, sorted;
+    const std::vector<TestDetection> a = {{10, 0}}, b = {{10, 1}};
+    for (TrackerBench* bench : {&late, &sorted}) bench->step(0.0, {{10, 0}});
+    sorted.step(0.1, swapped ? b : a);
+    sorted.step(0.1, swapped ? a : b);
+    sorted.step(0.2, {});
+    late.step(0.1, swapped ? b : a);
+    late.step(0.2, {});
+    late.step(0.1, swapped ? a : b);
+    CHECK(late.last.refiltered == 1);
+    CHECK(hash_states(late) == hash_states(sorted));
+  }
+}
+
+TEST_CASE("track history: half a second back is taken in, more is late and changes nothing") {
+  for (const int64_t too_much_ns : {0, 1}) {
+    TrackerBench bench;
+    for (int k = 0; k <= 20; ++k) bench.step(0.05 * k, {{10, 0}});
+    const uint64_t before = hash_states(bench);
+    bench.step_ns(to_ns(0.5) - too_much_ns, {{10, 0.1}, {40, 0}});
+    CHECK(bench.last.late == (too_much_ns > 0));
+    CHECK((hash_states(bench) == before) == bench.last.late);
+    CHECK((bench.ids[0] == kNobody) == bench.last.late);
+    const TrackerCounts c = bench.tracker.counts();
+    CHECK(c.late == 2 * too_much_ns);
+    CHECK(c.late_frames == too_much_ns);
+    CHECK(c.replays == 1 - too_much_ns);
+    CHECK(c.refiltered == 10 * (1 - too_much_ns));
+    CHECK(adds_up(c));
+  }
+}
+
+TEST_CASE("track history: what is older than the history holds, or than the first frame since a restart, is late") {
+  TrackerParams p;
+  p.history_iterations = 4;
+  TrackerBench bench(p);
+  for (int k = 0; k < 6; ++k) bench.step(0.01 * k, {{10, 0}});  // holds 0.02 to 0.05
+  bench.step(0.015, {{10, 0}});
+  CHECK(bench.last.late);
+  bench.step(0.025, {{10, 0}});
+  CHECK(bench.last.refiltered == 3);
+  bench.step(0.02, {{10, 0}});  // now it holds 0.025 to 0.05
+  CHECK(bench.last.late);
+
+  TrackerBench restarted;
+  restarted.step(1.0, {{10, 0}});
+  restarted.step(0.9, {{10, 0}});  // nothing came before: that is known
+  CHECK(restarted.last.refiltered == 1);
+  restarted.tracker.restart();
+  restarted.step(1.0, {{10, 0}});
+  CHECK_FALSE(restarted.last.late);
+  restarted.step(0.9, {{10, 0}});
+  CHECK(restarted.last.late);
+  restarted.step(1.1, {{10, 0}});
+  restarted.step(1.0, {{10, 0}});
+  CHECK(restarted.last.refiltered == 1);
+}
+
+TEST_CASE("track history: with room for one iteration every older frame is late") {
+  TrackerParams p;
+  p.history_iterations = 1;
+  TrackerBench bench(p);
+  bench.step(0.1, {{10, 0}});
+  bench.step(0.2, {{10, 0}});
+  bench.step(0.15, {{10, 0}});
+  CHECK(bench.last.late);
+  CHECK(bench.tracker.counts().hits == 1);
+}
+
+TEST_CASE("track history: a track born later in time than an older frame's keeps its id when that frame comes") {
+  TrackerBench bench;
+  bench.step(0.0, {});
+  bench.step(0.10, {{50, 0}});
+  const TrackId published = bench.ids[0];
+  bench.step(0.15, {{50, 0}});
+  bench.step(0.05, {{50, 0}});  // in sorted order the car is born here
+  CHECK(bench.ids[0] == published);
+  REQUIRE(bench.snapshot().count == 1);
+  CHECK(bench.snapshot().id[0] == published);
+  CHECK(bench.snapshot().age[0] == 3);
+  // A new car draws an id nobody had.
+  bench.step(0.20, {{50, 0}, {90, 0}});
+  CHECK(bench.ids[0] == published);
+  CHECK(bench.ids[1] != published);
+}
+
+TEST_CASE("track history: two cars that change slots keep their ids") {
+  TrackerBench bench;
+  bench.step(0.0, {});
+  bench.step(0.10, {{20, 0}, {50, 0}});  // nearest first: slots 0 and 1
+  const TrackId near = bench.ids[0], far = bench.ids[1];
+  bench.step(0.15, {{20, 0}, {50, 0}});
+  bench.step(0.05, {{50, 0}});  // in sorted order the far one is born first, in slot 0
+  const TrackTable& t = bench.snapshot();
+  REQUIRE(t.count == 2);
+  CHECK(t.x_m[0] == doctest::Approx(50));
+  CHECK(t.id[0] == far);
+  CHECK(t.id[1] == near);
+  bench.step(0.20, {{20, 0}, {50, 0}, {80, 0}});
+  CHECK(bench.ids[0] == near);
+  CHECK(bench.ids[1] == far);
+  CHECK(bench.ids[2] != near);
+  CHECK(bench.ids[2] != far);
+}
+
+TEST_CASE("track history: a track that an older frame ends hands its id to the one that follows its car") {
+  TrackerParams p;
+  p.window = 4;
+  p.confirm_hits = 4;  // a tentative track dies of its first miss
+  p.keep_hits = 1;
+  TrackerBench bench(p);
+  bench.step(0.00, {{30, 0}});
+  const TrackId published = bench.ids[0];
+  bench.step(0.10, {{30, 0}});
+  bench.step(0.15, {{30, 0}});
+  CHECK(bench.ids[0] == published);
+  bench.step(0.05, {});  // a miss
+  REQUIRE(bench.snapshot().count == 1);
+  CHECK(bench.snapshot().age[0] == 2);
+  CHECK(bench.snapshot().id[0] == published);
+  CHECK(bench.tracker.counts().deaths == 1);
+  CHECK(bench.tracker.counts().births == 2);
+}
+
+TEST_CASE("track history: a snapshot after an older frame speaks of that frame's rows") {
+  TrackerBench bench;
+  bench.step(0.00, {{30, 0}, {60, 0}});
+  bench.step(0.10, {{60, 0}, {30, 0}});
+  bench.step(0.05, {{90, 0}, {30, 0}});
+  const TrackTable& t = bench.snapshot();
+  REQUIRE(t.count == 3);
+  CHECK(t.detection[0] == 1);
+  CHECK(t.flags[0] == 0);
+  CHECK(t.detection[1] == -1);
+  CHECK(t.flags[1] == kTrackCoasting);
+  CHECK(t.detection[2] == 0);
+  CHECK(bench.ids[0] == t.id[2]);
+  CHECK(bench.ids[1] == t.id[0]);
+  bench.step(-9.0, {{30, 0}});  // too old: it says nothing of any track
+  CHECK(bench.last.late);
+  for (int i = 0; i < 3; ++i) CHECK(bench.snapshot().detection[i] == -1);
+  for (int i = 0; i < 3; ++i) CHECK(bench.snapshot().flags[i] == kTrackCoasting);
+}
+
+TEST_CASE("track history: flags say coasting, unobserved and stale") {
+  TrackerBench bench;
+  bench.step(0.0, {{30, 0}, {-31, 0}});
+  CHECK(bench.snapshot().flags[0] == 0);
+  const ObservedSector ahead = {0, 0, 1, -1, 0, 100};
+  bench.frame.sectors = &ahead;
+  bench.frame.sector_count = 1;
+  bench.step(0.5, {});
+  CHECK(bench.snapshot().flags[0] == kTrackCoasting);
+  CHECK(bench.snapshot().flags[1] == (kTrackCoasting | kTrackUnobserved));
+  CHECK(bench.tracks_at(0.5).flags[0] == kTrackCoasting);
+  CHECK(bench.tracks_at(0.500001).flags[0] == (kTrackCoasting | kTrackStale));
+  bench.step(0.6, {{30, 0}});
+  CHECK(bench.snapshot().flags[0] == 0);
+  CHECK(bench.snapshot().flags[1] == (kTrackCoasting | kTrackUnobserved | kTrackStale));
+  CHECK(bench.tracks_at(0.1).flags[1] == (kTrackCoasting | kTrackUnobserved));  // published for before
+}
+
+TEST_CASE("track history: under reordering a car that is always seen keeps one id, and no id is ever another car's") {
+  for (uint64_t seed = 1; seed <= 12; ++seed) {
+    // Cars far apart, each seen in every frame: whatever the order, one track each.
+    std::mt19937_64 random(seed);
+    std::vector<TestFrame> frames;
+    for (const int64_t period_ns : {to_ns(0.05), to_ns(0.037), to_ns(0.08)})
+      for (int64_t stamp_ns = 0; stamp_ns < to_ns(4); stamp_ns += period_ns) {
+        TestFrame f;
+        f.stamp_ns = stamp_ns;
+        for (int car = 0; car < 6; ++car) {
+          const double t_s = double(stamp_ns) * 1e-9 - 0.4 * car;  // the cars turn up one after the other
+          if (t_s < 0) continue;
+          f.detections.push_back({60.0 * car + 10 * t_s + uniform(random, -0.3, 0.3), uniform(random, -0.3, 0.3)});
+          f.car.push_back(car);
+        }
+        frames.push_back(std::move(f));
+      }
+    delay(frames, 0.3, seed);
+    TrackerBench bench;
+    std::map<TrackId, int> car_of;
+    std::map<int, std::set<TrackId>> ids_of;
+    for (const TestFrame& f : frames) {
+      const std::vector<TrackId>& ids = give(bench, f);
+      REQUIRE_FALSE(bench.last.late);
+      for (std::size_t i = 0; i < ids.size(); ++i) {
+        REQUIRE(ids[i] != kNobody);
+        const auto [at, fresh] = car_of.emplace(ids[i], f.car[i]);
+        CAPTURE(seed);
+        REQUIRE(at->second == f.car[i]);
+        ids_of[f.car[i]].insert(ids[i]);
+      }
+      std::set<TrackId> published;
+      const TrackTable& t = bench.snapshot();
+      for (int32_t i = 0; i < t.count; ++i) REQUIRE(published.insert(t.id[i]).second);
+    }
+    CHECK(bench.tracker.counts().replays > 50);
+    REQUIRE(ids_of.size() == 6);
+    for (const auto& [car, ids] : ids_of) CHECK(ids.size() == 1);
+  }
+}
+
+TEST_CASE("track history: among births, deaths and full tables no two tracks ever share an id, and none comes back") {
+  for (uint64_t seed = 1; seed <= 8; ++seed) {
+    TrackerParams p;
+    p.track_capacity = 14;
+    p.max_silence_s = 0.3;
+    p.window = 8;
+    p.confirm_hits = 3;
+    p.keep_hits = 2;
+    std::vector<TestFrame> frames = make_frames(100 + seed, 10, 6.0, 0.6);
+    delay(frames, 0.3, seed);
+    TrackerBench bench(p);
+    std::map<TrackId, int64_t> last_seen_ns;
+    int64_t newest_ns = 0;
+    for (const TestFrame& f : frames) {
+      give(bench, f);
+      newest_ns = std::max(newest_ns, f.stamp_ns);
+      const TrackTable& t = bench.snapshot();
+      std::set<TrackId> now;
+      for (int32_t i = 0; i < t.count; ++i) {
+        CAPTURE(seed);
+        REQUIRE(now.insert(t.id[i]).second);
+        REQUIRE(slot_of(t.id[i]) < uint32_t(p.track_capacity));
+        // A track may be back within the window that can still change; not after.
+        const auto [at, fresh] = last_seen_ns.emplace(t.id[i], newest_ns);
+        REQUIRE(newest_ns - at->second <= to_ns(p.history_s + 0.1));
+        at->second = newest_ns;
+      }
+      for (std::size_t i = 0; i < bench.ids.size(); ++i)
+        for (std::size_t k = 0; k < i; ++k) REQUIRE((bench.ids[i] == kNobody || bench.ids[i] != bench.ids[k]));
+    }
+    CHECK(bench.tracker.counts().deaths > 30);
+  }
+}
+
+// Duplicates, reordering, jumps, the edges of int64, and what upstream does about it: a restart after three late frames.
+namespace {
+void run_random_stamps(int32_t steps) {
+  constexpr int64_t kFirst = std::numeric_limits<int64_t>::min(), kLast = std::numeric_limits<int64_t>::max();
+  const int64_t edges[] = {kFirst, kFirst + 1, kFirst + to_ns(0.3), -1, 0, 1, kLast - to_ns(0.3), kLast - 1, kLast};
+  std::mt19937_64 random(1234);
+  TrackerParams p;
+  p.track_capacity = 24;
+  p.detection_capacity = 12;
+  p.horizon_s = 0.3;
+  TrackerBench bench(p);
+  int64_t now_ns = 0, rows = 0;
+  int32_t late_in_a_row = 0;
+  for (int32_t n = 0; n < steps; ++n) {
+    int64_t stamp_ns = now_ns;
+    const auto kind = random() % 100;
+    if (kind < 60) {
+      now_ns = int64_t(uint64_t(now_ns) + random() % 60'000'000);
+      stamp_ns = now_ns;
+    } else if (kind < 90) {
+      stamp_ns = int64_t(uint64_t(now_ns) - random() % 400'000'000);
+    } else if (kind < 97) {
+      // the same stamp again
+    } else if (kind < 98) {
+      now_ns = stamp_ns = int64_t(random());
+    } else if (kind < 99) {
+      now_ns = stamp_ns = edges[random() % std::size(edges)];
+    } else {
+      stamp_ns = int64_t(uint64_t(now_ns) + random() % 4'000'000'000 - 2'000'000'000);
+    }
+    bench.frame.ego = {random() % 2 == 0, 0, 0, 0, 30};
+    std::vector<TestDetection> detections(random() % 16);
+    for (TestDetection& d : detections) {
+      const int car = int(random() % 14);
+      d = {15.0 * car + uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -3, 3)};
+      if (random() % 20 == 0) d.x_m = uniform(random, -200, 400);
+      if (random() % 50 == 0) d.y_m = kNan;
+      if (random() % 4 == 0) d.var_x = d.var_y = std::pow(10.0, uniform(random, -3, 3));
+    }
+    rows += int64_t(detections.size());
+    bench.step_ns(stamp_ns, detections);
+    late_in_a_row = bench.last.late ? late_in_a_row + 1 : 0;
+    if (late_in_a_row == 3) {
+      bench.tracker.restart();
+      late_in_a_row = 0;
+    }
+    const TrackerCounts c = bench.tracker.counts();
+    CAPTURE(n);
+    REQUIRE(c.measurements == rows);
+    REQUIRE(adds_up(c));
+    REQUIRE(is_finite(bench.snapshot()));
+    if (n % 16 == 0) {
+      REQUIRE(is_finite(bench.tracks_at_ns(edges[random() % std::size(edges)])));
+      REQUIRE(is_finite(bench.paths()));
+      REQUIRE(is_finite(bench.predicted_to_ns(int64_t(random()))));
+    }
+  }
+  const TrackerCounts c = bench.tracker.counts();
+  for (const int64_t count : {c.births, c.deaths, c.hits, c.misses, c.overflow, c.unborn, c.rejected, c.late, c.replays})
+    CHECK(count > steps / 1000);
+}
+}  // namespace
+
+TEST_CASE("track history: 20,000 frames with random stamps, every measurement accounted for, every number finite") {
+  run_random_stamps(20'000);
+}
+
+TEST_SUITE("long") {
+  TEST_CASE("track history: a million frames with random stamps, every measurement accounted for, every number finite") {
+    run_random_stamps(1'000'000);
+  }
+}
