@@ -17,7 +17,7 @@ inline constexpr int32_t kTrackCovarianceSize = 15;                  // lower tr
 // Health of a track, TrackTable::flags.
 inline constexpr uint32_t kTrackCoasting = 1;                        // this frame holds no measurement of it
 inline constexpr uint32_t kTrackUnobserved = 2;                      // no sensor of this frame could see its place
-inline constexpr uint32_t kTrackStale = 4;                           // last measured over kTrackStale_s before its stamp
+inline constexpr uint32_t kTrackStale = 4;                           // last measured more than kTrackStale_s ago
 inline constexpr double kTrackStale_s = 0.5;
 
 // One row per live track, by slot. Frame of reference: the map, or the vehicle where no ego pose is known.

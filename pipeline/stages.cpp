@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
-// Position uncertainty of an ego pose extrapolated for long: half the largest acceleration of the car times age squared.
-// Up to 20 ms that is 5 mm and not worth a word.
+// Position uncertainty of an extrapolated ego pose: half the largest acceleration of the car times age squared. Up to
+// 20 ms that is 5 mm and counts as none.
 constexpr double kMaxAcceleration = 26.5;
 constexpr int64_t kEgoExactNs = 20'000'000;
 

@@ -29,6 +29,40 @@ void symmetrise(TrackEstimate& e) {
       e.covariance[r][c] = e.covariance[c][r] = 0.5 * (e.covariance[r][c] + e.covariance[c][r]);
 }
 
+// Whether rounding cannot have taken positive definiteness: by P = L D L^T, the determinant of the correlations is a
+// bound for their least eigenvalue (at least 0.4 times it).
+bool is_surely_positive(const TrackEstimate& e) {
+  constexpr double kLeast = 1e-13;
+  const auto& p = e.covariance;
+  double ld[kTrackStateSize][kTrackStateSize];  // below the diagonal: L D
+  double inverse[kTrackStateSize], pivots = 1.0, variances = kLeast;
+  for (int r = 0; r < kTrackStateSize; ++r) {
+    double pivot = p[r][r];
+    for (int c = 0; c < r; ++c) {
+      double sum = p[r][c];
+      for (int k = 0; k < c; ++k) sum -= ld[r][k] * ld[c][k] * inverse[k];
+      ld[r][c] = sum;
+      pivot -= sum * sum * inverse[c];
+    }
+    if (!(pivot > 0.0)) return false;
+    if (r + 1 < kTrackStateSize) inverse[r] = 1.0 / pivot;
+    pivots *= pivot;
+    variances *= p[r][r];
+  }
+  return pivots >= variances && variances < 1e300;
+}
+
+// Positive definiteness is lost where variances lie far apart (a measurement of micrometres beside one of kilometres,
+// the way back after a minute without any). Then all variances grow by 1e-11 of themselves, or what more it takes.
+//
+// A look costs a tenth of an update. A few steps ahead add more noise than their rounding takes, and an update takes
+// little where the measurement is no thousand times finer than the track; so in traffic few need one.
+bool is_wide(const TrackEstimate& e) { return !(e.covariance[0][0] + e.covariance[1][1] < 1e6); }
+void keep_positive(TrackEstimate& e) {
+  for (double share = 1e-11; share <= 1.0 && !is_surely_positive(e); share *= 10.0)
+    for (int i = 0; i < kTrackStateSize; ++i) e.covariance[i][i] *= 1.0 + share;
+}
+
 // P <- F P F^T. F is the identity but for seven entries, so it is two passes of row (then column) additions: 70
 // multiply-adds instead of 250. Rows x, y and phi read only rows below them that are still unchanged.
 void transport(TrackEstimate& e, const MotionJacobian& f) {
@@ -76,6 +110,7 @@ void predict(TrackEstimate& estimate, const ProcessNoise& noise, double dt_s) no
       for (int i = 0; i < kTrackStateSize; ++i) estimate.covariance[i][i] += noise.variance_per_s[i] * step_s;
   }
   symmetrise(estimate);
+  if (steps > 8 || dt_s < 0.0 || is_wide(estimate)) keep_positive(estimate);
 }
 
 bool innovate(const TrackEstimate& estimate, const PositionMeasurement& z, Innovation* out) noexcept {
@@ -90,6 +125,7 @@ bool innovate(const TrackEstimate& estimate, const PositionMeasurement& z, Innov
 bool update(TrackEstimate& estimate, const PositionMeasurement& z) noexcept {
   const Innovator s = make_innovator(estimate, z);
   if (!s.sound) return false;
+  const bool was_wide = is_wide(estimate);
   auto p = matrix_of(estimate);
   Matrix2 s_inverse, r;
   s_inverse << s.yy / s.det, -s.xy / s.det, -s.xy / s.det, s.xx / s.det;
@@ -112,6 +148,7 @@ bool update(TrackEstimate& estimate, const PositionMeasurement& z) noexcept {
   p.noalias() = kept * keep.transpose();
   p.noalias() += gain_r * gain.transpose();
   symmetrise(estimate);
+  if (was_wide || z.var_x * z.var_y - z.cov_xy * z.cov_xy < 1e-6 * s.det) keep_positive(estimate);
   turn_round(estimate);
   return true;
 }

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The tracker's last iterations: what each was given, and the tracks before it, so that an older frame can be put in its
-// place in time and what came after it run again.
+// The tracker's last iterations: what each was given, and the tracks before it, so that an older frame can be put in
+// its place in time and what came after it run again.
 //
 //   oldest                                            newest
 //   | tracks 0 | input 0 | tracks 1 | input 1 | ... | input n | -> the tracks as they are
@@ -88,8 +88,9 @@ struct ReplayIds {
   ReplayVote* votes = nullptr;
   TrackId* known = nullptr;                          // the earlier ids, ascending
   bool* taken = nullptr;
-  int32_t *held = nullptr, *held_until = nullptr;    // slots of the tracks put back, by id; by slot: their last iteration
-  TrackId* held_id = nullptr;                        // by slot
+  int32_t* held = nullptr;                           // slots of the tracks put back, by id
+  TrackId* held_id = nullptr;                        // by slot: its track's id
+  int32_t* held_until = nullptr;                     // by slot: the last iteration in which it lives or measures
 };
 
 class TrackHistory {
@@ -98,7 +99,7 @@ class TrackHistory {
   // Where a frame of this stamp goes: among the iterations, after those of equal stamp; count() when it is the newest.
   // -1: late.
   int32_t find_place(int64_t stamp_ns) const noexcept;
-  // Makes room there; the oldest iteration is forgotten when the history is full. Returns the iteration and where it is.
+  // Makes room there, and says where it is then: the oldest iteration is forgotten when the history is full.
   Iteration& insert(int32_t& place) noexcept;
   // Forgets everything; nothing may come before the next iteration.
   void clear() noexcept;

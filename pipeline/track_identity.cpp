@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Ids after iterations ran again. A track that was put back keeps its id. One that was born while they ran again is, for
-// whoever reads the ids, the earlier track with which it shares most measurements; an id goes to one track only, and
-// never to two that lived at one time.
+// Ids after iterations ran again. A track that was put back keeps its id. One that was born while they ran again is,
+// for whoever reads the ids, the earlier track with which it shares most measurements; an id goes to one track only,
+// and never to two that lived at one time.
 #include <algorithm>
 #include <tuple>
 

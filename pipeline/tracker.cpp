@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One iteration, top to bottom: silence, gates and assignment, hits, misses, deaths, births. And which ones run: the new
-// one, or, for a frame out of sequence, that one and all after it.
+// One iteration, top to bottom: silence, gates and assignment, hits, misses, deaths, births. And which ones run: the
+// new one, or, for a frame out of sequence, that one and all after it.
 #include "pipeline/tracker.h"
 
 #include <algorithm>

@@ -28,7 +28,7 @@ struct TrackerParams {
   double horizon_s = 3.0, horizon_step_s = 0.1;
   double heading_speed_mps = 3.0;                          // in the map a confirmed track this fast turns its heading
   double history_s = 0.5;                                  // a frame this much older than the newest is taken in, at
-  int32_t history_iterations = 32;                         // most so many iterations back (1..256); takes memory for each
+  int32_t history_iterations = 32;                         // most so many iterations back (1..256)
   int32_t track_capacity = 256, detection_capacity = 256;
 };
 

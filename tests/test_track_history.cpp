@@ -412,7 +412,7 @@ TEST_CASE("track history: among births, deaths and full tables no two tracks eve
   }
 }
 
-// Duplicates, reordering, jumps, the edges of int64, and what upstream does about it: a restart after three late frames.
+// Duplicates, reordering, jumps, the edges of int64, and what is done upstream: a restart after three late frames.
 namespace {
 void run_random_stamps(int32_t steps) {
   constexpr int64_t kFirst = std::numeric_limits<int64_t>::min(), kLast = std::numeric_limits<int64_t>::max();
@@ -470,7 +470,8 @@ void run_random_stamps(int32_t steps) {
     }
   }
   const TrackerCounts c = bench.tracker.counts();
-  for (const int64_t count : {c.births, c.deaths, c.hits, c.misses, c.overflow, c.unborn, c.rejected, c.late, c.replays})
+  for (const int64_t count :
+       {c.births, c.deaths, c.hits, c.misses, c.overflow, c.unborn, c.rejected, c.late, c.replays})
     CHECK(count > steps / 1000);
 }
 }  // namespace
@@ -480,7 +481,7 @@ TEST_CASE("track history: 20,000 frames with random stamps, every measurement ac
 }
 
 TEST_SUITE("long") {
-  TEST_CASE("track history: a million frames with random stamps, every measurement accounted for, every number finite") {
+  TEST_CASE("track history: a million frames with random stamps, all measurements accounted for, all numbers finite") {
     run_random_stamps(1'000'000);
   }
 }
