@@ -3,17 +3,19 @@
 //
 // Frames out of sequence: the same states as in sorted order, ids that stay with their cars, every measurement
 // accounted for.
-#include "pipeline/track_history.h"
-
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <map>
+#include <new>
 #include <random>
 #include <set>
 #include <string>
 
 #include "core/math.h"
+#include "pipeline/tracker_state.h"
+#include "tests/support/heap_calls.h"
 #include "tests/support/tracker_bench.h"
 
 namespace {
@@ -317,6 +319,91 @@ TEST_CASE("track history: a snapshot after an older frame speaks of that frame's
   CHECK(bench.last.late);
   for (int i = 0; i < 3; ++i) CHECK(bench.snapshot().detection[i] == -1);
   for (int i = 0; i < 3; ++i) CHECK(bench.snapshot().flags[i] == kTrackCoasting);
+}
+
+TEST_CASE("track history: a track that died since an older frame lends nothing to the one in its slot now") {
+  TrackerParams p;
+  p.window = 4;
+  p.confirm_hits = 4;  // a tentative track dies of its first miss
+  TrackerBench bench(p);
+  bench.step(0.00, {});
+  bench.step(0.10, {{50, 0}});
+  const TrackId published = bench.ids[0];
+  bench.step(0.05, {{20, 0}});  // born in slot 0, dead at 0.10, when the other takes the slot
+  REQUIRE(bench.snapshot().count == 1);
+  CHECK(bench.snapshot().id[0] == published);
+  CHECK(bench.snapshot().detection[0] == -1);
+  CHECK(bench.snapshot().flags[0] == kTrackCoasting);
+  CHECK(bench.ids[0] != kNobody);
+  CHECK(bench.ids[0] != published);
+}
+
+TEST_CASE("track history: of two tracks that were one, the one that lives has the id, then the one with more of it") {
+  for (const bool second_lives : {false, true}) {
+    TrackerParams p;
+    p.track_capacity = 2;
+    p.detection_capacity = 2;
+    Tracker::State state(p, nullptr, default_allocator());
+    const TrackId earlier = state.draw_id(1);
+    state.replay.birth_count = 0;
+    TrackId number[2];
+    // Four iterations ran again; one row each, once all of one track, now the first three of one, the last of another.
+    for (int32_t i = 0; i < 4; ++i) {
+      int32_t place = i;
+      Iteration& it = state.history.insert(place);
+      REQUIRE(place == i);
+      state.replay.iteration = i;
+      if (i == 0) number[0] = number_birth(state.replay, 0);
+      if (i == 3) number[1] = number_birth(state.replay, 1);
+      it.stamp_ns = i;
+      it.candidate_count = 1;
+      it.candidates[0] = Candidate{};
+      it.track_before[0] = earlier;
+      it.track[0] = number[i == 3];
+      it.before.count = 0;
+    }
+    const int32_t living = second_lives ? 1 : 0;
+    state.tracks[living].alive = true;
+    state.tracks[living].id = number[living];
+    settle_ids(state, 0);
+    CHECK(state.tracks[living].id == earlier);
+    for (int32_t i = 0; i < 4; ++i) CHECK((state.history.at(i).track[0] == earlier) == ((i == 3) == second_lives));
+    CHECK(state.replay.births[1 - living].id != earlier);
+    CHECK(state.replay.births[1 - living].id != kNobody);
+  }
+}
+
+TEST_CASE("tracker: all memory comes from the allocator; each of its refusals is bad_alloc and leaves no block behind") {
+  struct Heap {
+    int32_t live = 0, calls = 0, refused = -1;
+  } heap;
+  Allocator allocator;
+  allocator.user = &heap;
+  allocator.allocate = [](size_t bytes, size_t alignment, void* user) -> void* {
+    Heap& h = *static_cast<Heap*>(user);
+    if (h.calls++ == h.refused) return nullptr;
+    ++h.live;
+    return std::aligned_alloc(alignment, bytes);
+  };
+  allocator.release = [](void* block, size_t, void* user) {
+    --static_cast<Heap*>(user)->live;
+    std::free(block);
+  };
+  int32_t needed = 0;
+  {
+    const int64_t before = overtake_test::count_heap_calls();
+    const Tracker tracker(TrackerParams{}, nullptr, allocator);
+    needed = heap.calls;
+    if (overtake_test::can_count_heap_calls()) CHECK(overtake_test::count_heap_calls() - before == needed);
+    CHECK(heap.live == needed);
+  }
+  CHECK(heap.live == 0);
+  REQUIRE(needed > 0);
+  for (int32_t k = 0; k < needed; ++k) {
+    heap = {.live = 0, .calls = 0, .refused = k};
+    CHECK_THROWS_AS(Tracker(TrackerParams{}, nullptr, allocator), std::bad_alloc);
+    CHECK(heap.live == 0);
+  }
 }
 
 TEST_CASE("track history: flags say coasting, unobserved and stale") {

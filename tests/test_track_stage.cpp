@@ -1,0 +1,147 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The tracker's side of a frame: what pushed detections become, and what a frame without ego pose leaves alone.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "pipeline/stages.h"
+
+namespace {
+
+using namespace overtake;
+
+constexpr int64_t kMs = 1'000'000;
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+struct Bench {
+  StageContext context;
+  TrackStage stage{context, TrackerParams{}};
+  Frame frame;
+
+  Bench() {
+    FrameSizes sizes;
+    sizes.candidate_capacity = sizes.track_capacity = sizes.external_capacity = 256;
+    sizes.cluster_capacity = 16;
+    REQUIRE(build_frame(frame, sizes, default_allocator()));
+  }
+
+  // One pushed detection 20 m ahead. The ego pose, at the origin and turned left, is `age_ns` old; < 0: none.
+  void run(int64_t stamp_ns, int64_t age_ns, int32_t reference = OVT_REFERENCE_VEHICLE, double var_x = kNan,
+           double var_y = kNan, double cov_xy = kNan) {
+    reset_frame(frame);
+    frame.kind = FrameKind::kExternal;
+    frame.stamp_ns = stamp_ns;
+    frame.external_reference = reference;
+    frame.ego.count = age_ns < 0 ? 0 : 1;
+    frame.ego.poses[0] = {};
+    frame.ego.poses[0].stamp_ns = stamp_ns - age_ns;
+    frame.ego.poses[0].yaw_rad = 1.5707963267948966;
+    frame.external.count = 1;
+    frame.external.x_m[0] = 20;
+    frame.external.y_m[0] = 0;
+    frame.external.heading_rad[0] = kNan;
+    frame.external.var_x[0] = var_x;
+    frame.external.var_y[0] = var_y;
+    frame.external.cov_xy[0] = cov_xy;
+    stage.run(frame);
+  }
+  void predict(int64_t stamp_ns) {
+    reset_frame(frame);
+    frame.kind = FrameKind::kPrediction;
+    frame.stamp_ns = stamp_ns;
+    frame.ego.count = 0;
+    stage.run(frame);
+  }
+};
+
+// Half the largest acceleration times age squared, squared.
+double extra_variance(double age_s) { return std::pow(0.5 * 26.5 * age_s * age_s, 2); }
+
+}  // namespace
+
+TEST_CASE("track stage: pushed detections of the vehicle frame get the uncertainty of an old ego pose, from 20 ms on") {
+  for (const int64_t age_ms : {0, 20, 21, 90, 400}) {
+    CAPTURE(age_ms);
+    const double extra = age_ms > 20 ? extra_variance(double(age_ms) * 1e-3) : 0.0;
+    Bench bench;
+    bench.run(1000 * kMs, age_ms * kMs, OVT_REFERENCE_VEHICLE, 1, 4, 0.5);
+    REQUIRE(bench.frame.tracks.count == 1);
+    CHECK(bench.frame.reference == OVT_REFERENCE_MAP);
+    CHECK(bench.frame.tracks.y_m[0] == doctest::Approx(20));
+    CHECK(bench.frame.tracks.covariance[0][0] == doctest::Approx(4 + extra).epsilon(1e-12));  // turned left
+    CHECK(bench.frame.tracks.covariance[1][0] == doctest::Approx(-0.5));
+    CHECK(bench.frame.tracks.covariance[2][0] == doctest::Approx(1 + extra).epsilon(1e-12));
+
+    Bench without;  // of their own: the parameters' R
+    without.run(1000 * kMs, age_ms * kMs);
+    CHECK(without.frame.tracks.covariance[0][0] == doctest::Approx(5 + extra).epsilon(1e-12));
+    CHECK(without.frame.tracks.covariance[2][0] == doctest::Approx(5 + extra).epsilon(1e-12));
+
+    Bench senseless;  // is none
+    senseless.run(1000 * kMs, age_ms * kMs, OVT_REFERENCE_VEHICLE, 1, 1, 2);
+    CHECK(senseless.frame.tracks.covariance[0][0] == doctest::Approx(5 + extra).epsilon(1e-12));
+
+    Bench in_map;  // does not ask the pose
+    in_map.run(1000 * kMs, age_ms * kMs, OVT_REFERENCE_MAP, 1, 4, 0.5);
+    CHECK(in_map.frame.tracks.covariance[0][0] == 1);
+    CHECK(in_map.frame.tracks.covariance[2][0] == 4);
+  }
+}
+
+TEST_CASE("track stage: an older frame is filtered again and says how much, one too old is late") {
+  Bench bench;
+  for (int k = 0; k < 6; ++k) bench.run((1000 + 50 * k) * kMs, 0);
+  CHECK(bench.stage.last_step().refiltered == 0);
+  const TrackId id = bench.frame.measurements.track[0];
+  bench.run(1120 * kMs, 0);
+  CHECK_FALSE(bench.stage.last_step().late);
+  CHECK(bench.stage.last_step().refiltered == 3);
+  CHECK(bench.frame.measurements.track[0] == id);
+  REQUIRE(bench.frame.tracks.count == 1);
+  CHECK(bench.frame.tracks.id[0] == id);
+  CHECK(bench.frame.tracks.detection[0] == 0);
+  CHECK(bench.frame.tracks.hits[0] == 7);
+  CHECK(bench.frame.tracks.measured_ns[0] == 1250 * kMs);
+  bench.run(700 * kMs, 0);
+  CHECK(bench.stage.last_step().late);
+  CHECK(bench.frame.measurements.track[0] == kNobody);
+  CHECK(bench.frame.tracks.hits[0] == 7);
+}
+
+TEST_CASE("track stage: a prediction and a frame whose ego pose is lost leave the tracks as they are") {
+  Bench asked, quiet;
+  for (Bench* bench : {&asked, &quiet})
+    for (int k = 0; k < 10; ++k) bench->run((1000 + 50 * k) * kMs, 0);
+  asked.predict(1510 * kMs);
+  REQUIRE(asked.frame.tracks.count == 1);
+  CHECK(asked.frame.tracks.stamp_ns[0] == 1510 * kMs);
+  CHECK(asked.frame.tracks.flags[0] == (kTrackCoasting | kTrackUnobserved));
+  CHECK(asked.frame.tracks.detection[0] == -1);
+  asked.run(1530 * kMs, -1);  // in the map, but where is the car?
+  CHECK(asked.frame.tracks.stamp_ns[0] == 1530 * kMs);
+  CHECK(asked.frame.measurements.count == 0);
+  CHECK((asked.frame.flags & OVT_FLAG_EGO_STALE) != 0);
+  for (Bench* bench : {&asked, &quiet}) bench->run(1550 * kMs, 0);
+  CHECK(hash_table(asked.frame.tracks, 0) == hash_table(quiet.frame.tracks, 0));
+}
+
+TEST_CASE("track stage: a prediction does not change the tracks over to the map") {
+  Bench bench;
+  for (int k = 0; k < 5; ++k) bench.run((1000 + 50 * k) * kMs, -1);
+  REQUIRE(bench.frame.reference == OVT_REFERENCE_VEHICLE);
+  reset_frame(bench.frame);
+  bench.frame.kind = FrameKind::kPrediction;
+  bench.frame.stamp_ns = 1300 * kMs;
+  bench.frame.ego.count = 1;
+  bench.frame.ego.poses[0] = {};
+  bench.frame.ego.poses[0].stamp_ns = 1300 * kMs;
+  bench.stage.run(bench.frame);
+  CHECK(bench.frame.reference == OVT_REFERENCE_VEHICLE);
+  CHECK(bench.frame.tracks.count == 1);
+  bench.run(1350 * kMs, 0);
+  CHECK(bench.frame.reference == OVT_REFERENCE_MAP);
+  CHECK(bench.frame.tracks.hits[0] == 1);
+}
