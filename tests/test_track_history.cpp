@@ -33,7 +33,7 @@ struct TestFrame {
   TrackerEgo ego;
   std::vector<ObservedSector> sectors;
   int32_t sector_count = -1;
-  std::vector<int> car;                      // of each detection; -1 clutter
+  std::vector<int> car;  // of each detection; -1 clutter
 };
 
 double uniform(std::mt19937_64& random, double low, double high) {
@@ -106,9 +106,7 @@ uint64_t hash_states(TrackerBench& bench) {
   return hash.value();
 }
 
-bool adds_up(const TrackerCounts& c) {
-  return c.measurements == c.hits + c.births + c.unborn + c.rejected + c.late;
-}
+bool adds_up(const TrackerCounts& c) { return c.measurements == c.hits + c.births + c.unborn + c.rejected + c.late; }
 
 void check_same_counts(const TrackerCounts& a, const TrackerCounts& b) {
   CHECK(a.iterations == b.iterations);
@@ -129,7 +127,7 @@ TEST_CASE("track history: frames in any order within half a second leave the sta
   int64_t replays = 0, deaths = 0, overflow = 0;
   for (uint64_t seed = 1; seed <= 24; ++seed) {
     TrackerParams p;
-    if (seed % 3 == 0) p.track_capacity = 12, p.detection_capacity = 10;  // full tables
+    if (seed % 3 == 0) p.track_capacity = 12, p.detection_capacity = 10;                          // full tables
     if (seed % 3 == 1) p.max_silence_s = 0.3, p.window = 8, p.confirm_hits = 3, p.keep_hits = 2;  // many deaths
     std::vector<TestFrame> frames = make_frames(seed, 10, 3.0, 0.5);
     delay(frames, seed % 2 ? 0.45 : 0.15, seed);
@@ -339,7 +337,8 @@ TEST_CASE("track history: a track that died since an older frame lends nothing t
 }
 
 TEST_CASE("track history: of two tracks that were one, the one that lives has the id, then the one with more of it") {
-  for (const bool second_lives : {false, true}) {
+  for (const int32_t living : {1, 2, 3}) {  // bit 0: the first, bit 1: the second
+    const int32_t keeper = living == 2 ? 1 : 0;
     TrackerParams p;
     p.track_capacity = 2;
     p.detection_capacity = 2;
@@ -362,18 +361,20 @@ TEST_CASE("track history: of two tracks that were one, the one that lives has th
       it.track[0] = number[i == 3];
       it.before.count = 0;
     }
-    const int32_t living = second_lives ? 1 : 0;
-    state.tracks[living].alive = true;
-    state.tracks[living].id = number[living];
+    for (int32_t slot = 0; slot < 2; ++slot) {
+      state.tracks[slot].alive = (living >> slot & 1) != 0;
+      state.tracks[slot].id = number[slot];
+    }
     settle_ids(state, 0);
-    CHECK(state.tracks[living].id == earlier);
-    for (int32_t i = 0; i < 4; ++i) CHECK((state.history.at(i).track[0] == earlier) == ((i == 3) == second_lives));
-    CHECK(state.replay.births[1 - living].id != earlier);
-    CHECK(state.replay.births[1 - living].id != kNobody);
+    CHECK(state.tracks[keeper].id == earlier);
+    for (int32_t i = 0; i < 4; ++i) CHECK((state.history.at(i).track[0] == earlier) == ((i == 3 ? 1 : 0) == keeper));
+    CHECK(state.replay.births[1 - keeper].id != earlier);
+    CHECK(state.replay.births[1 - keeper].id != kNobody);
   }
 }
 
-TEST_CASE("tracker: all memory comes from the allocator; each of its refusals is bad_alloc and leaves no block behind") {
+TEST_CASE(
+    "tracker: all memory comes from the allocator; each of its refusals is bad_alloc and leaves no block behind") {
   struct Heap {
     int32_t live = 0, calls = 0, refused = -1;
   } heap;
