@@ -272,8 +272,15 @@ void Detector::finish(Frame& frame) {
   add(counters_.overflow_clusters, frame.merged_overflow);
   add(counters_.overflow_candidates, frame.candidate_overflow);
   if (frame.merged_overflow || frame.candidate_overflow) frame.flags |= OVT_FLAG_OVERFLOW;
-  const int64_t track_overflow = track_stage_->tracker().counts().overflow;
-  if (counters_.overflow_tracks.exchange(track_overflow, std::memory_order_relaxed) != track_overflow)
+  const TrackerCounts tracked = track_stage_->tracker().counts();
+  const auto set = [](std::atomic<int64_t>& counter, int64_t n) { counter.store(n, std::memory_order_relaxed); };
+  set(counters_.measurements, tracked.measurements);
+  set(counters_.measurements_used, tracked.hits + tracked.births);
+  set(counters_.measurements_unborn, tracked.unborn);
+  set(counters_.measurements_rejected, tracked.rejected);
+  set(counters_.measurements_late, tracked.late);
+  const int64_t track_overflow = tracked.overflow;
+  if (track_overflow > counters_.overflow_tracks.exchange(track_overflow, std::memory_order_relaxed))  // a replay may lower it
     frame.flags |= OVT_FLAG_OVERFLOW;
 
   if (frame.restart) add(counters_.clock_jumps, 1);
@@ -366,6 +373,11 @@ void Detector::read_stats(ovt_stats& out) const {
   out.stalled = get(counters_.stalled);
   out.refiltered = get(counters_.refiltered);
   out.in_flight = pool_.count_in_flight();
+  out.measurements = get(counters_.measurements);
+  out.measurements_used = get(counters_.measurements_used);
+  out.measurements_unborn = get(counters_.measurements_unborn);
+  out.measurements_rejected = get(counters_.measurements_rejected);
+  out.measurements_late = get(counters_.measurements_late);
   out.ego_poses = get(counters_.ego_poses);
   out.ego_dropped = get(counters_.ego_dropped);
   out.external = get(counters_.external);

@@ -30,6 +30,8 @@ struct Counters {
   std::atomic<int64_t> overflow_clusters{0}, overflow_candidates{0}, overflow_tracks{0};
   std::atomic<int64_t> exceptions{0}, ego_poses{0}, ego_dropped{0}, external{0}, external_dropped{0};
   std::atomic<int64_t> deadline_missed{0}, clock_jumps{0}, stalled{0}, refiltered{0};
+  std::atomic<int64_t> measurements{0}, measurements_used{0}, measurements_unborn{0};
+  std::atomic<int64_t> measurements_rejected{0}, measurements_late{0};
 };
 
 // What a reader owns: its pin on a frame, and the memory ovt_read_tracks predicts into.

@@ -198,7 +198,7 @@ ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params&
     if (!mailboxes_[s].build(point_capacity_[s], allocator)) return no_memory("mailboxes");
   if (!external_.build(def.candidate_capacity, allocator)) return no_memory("pushed detections");
   ego_ = std::make_unique<EgoBuffer>(def.ego_pose_capacity, allocator);
-  track_stage_ = std::make_unique<TrackStage>(context_, tracker_params_);
+  track_stage_ = std::make_unique<TrackStage>(context_, tracker_params_, allocator);
   if (build_reader(lent_) != OVT_OK) return no_memory("the callback's reader");
   lent_.lent = true;
   return OVT_OK;

@@ -355,6 +355,7 @@ ovt_status ovt_read_tracks_sized(ovt_reader* reader, int64_t publish_ns, ovt_tra
   rows.path_var_x = p.var_x;
   rows.path_var_y = p.var_y;
   rows.path_cov_xy = p.cov_xy;
+  rows.flags = t.flags;
   return give(rows, out, out_size);
 }
 

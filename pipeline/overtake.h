@@ -52,7 +52,7 @@ typedef enum ovt_status {
   OVT_NO_THREADS = 6,       /* the system refused a thread */
   OVT_NO_FRAME = 7,         /* the reader has no (new) finished frame */
   OVT_DUPLICATE = 8,        /* stamp equal to the last one of that sensor or stream; counted, not used */
-  OVT_LATE = 9,             /* stamp older than what was already taken; counted, not used */
+  OVT_LATE = 9,             /* ego pose older than the last one; counted, not used */
   OVT_TOO_MANY = 10,        /* more points, readers or rows than the def's capacity */
   OVT_INTERNAL = 11         /* an exception was caught; counted, the next call works */
 } ovt_status;
@@ -298,7 +298,11 @@ typedef struct ovt_points {
 } ovt_points;
 OVT_API ovt_status ovt_points_init(ovt_points* points, size_t struct_size);
 
-/* Copies one scan into its sensor's mailbox; one that still waited there is dropped and counted (OVT_PUSH_REPLACE). */
+/* Copies one scan into its sensor's mailbox; one that still waited there is dropped and counted (OVT_PUSH_REPLACE).
+ * Stamps decide what becomes of it: the sensor's last stamp again is OVT_DUPLICATE; up to 0.5 s older than the newest
+ * of all sensors it is a frame of its own that the tracker takes in at its place in time; older it is counted `late`;
+ * after a gap of over 1 s, or when a clock went back, the third stamp in a row that agrees is believed
+ * (OVT_FLAG_CLOCK_JUMP: the tracker starts anew), the two before it are `dropped`. */
 OVT_API ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan);
 
 typedef struct ovt_ego_pose {
@@ -308,7 +312,8 @@ typedef struct ovt_ego_pose {
   double speed_mps, yaw_rate_rps;                            /* along x; about z */
 } ovt_ego_pose;
 OVT_API ovt_status ovt_ego_pose_init(ovt_ego_pose* pose, size_t struct_size);
-/* A frame uses the poses pushed before its last scan. */
+/* A frame uses the poses pushed before its last scan. Stamps grow; the third in a row that is over 0.5 s older, and
+ * grows, is a clock that went back. */
 OVT_API ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose);
 
 typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } ovt_reference;
