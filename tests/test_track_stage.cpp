@@ -99,6 +99,7 @@ TEST_CASE("track stage: an older frame is filtered again and says how much, one 
   bench.run(1120 * kMs, 0);
   CHECK_FALSE(bench.stage.last_step().late);
   CHECK(bench.stage.last_step().refiltered == 3);
+  CHECK(bench.frame.refiltered == 3);
   CHECK(bench.frame.measurements.track[0] == id);
   REQUIRE(bench.frame.tracks.count == 1);
   CHECK(bench.frame.tracks.id[0] == id);
