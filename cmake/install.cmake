@@ -1,0 +1,39 @@
+# Copyright 2026 The Overtake authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# cmake --install: headers, libovertake.so, CMake and pkg-config packages, the command line, rigs and examples. The tree
+# may be moved afterwards: every path in it is relative.
+include(CMakePackageConfigHelpers)
+set(cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/overtake)
+set(doc_dir ${CMAKE_INSTALL_DATADIR}/doc/overtake)
+
+install(FILES ${PROJECT_SOURCE_DIR}/pipeline/overtake.h ${PROJECT_SOURCE_DIR}/pipeline/overtake.hpp
+        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/overtake)
+install(TARGETS overtake_shared EXPORT overtake-shared)
+install(EXPORT overtake-shared NAMESPACE overtake:: DESTINATION ${cmake_dir})
+set(OVT_PC_STATIC "")
+if(OVT_STATIC)
+  install(TARGETS overtake_static EXPORT overtake-static)
+  install(EXPORT overtake-static NAMESPACE overtake:: DESTINATION ${cmake_dir})
+  set(OVT_PC_STATIC "Libs.private: -ltbb -lstdc++ -lm -lpthread\n")
+endif()
+
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/overtake-config.cmake.in ${PROJECT_BINARY_DIR}/overtake-config.cmake
+                              INSTALL_DESTINATION ${cmake_dir} NO_SET_AND_CHECK_MACRO)
+# As the library itself judges a caller's header: the same major version.
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/overtake-config-version.cmake COMPATIBILITY SameMajorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/overtake-config.cmake ${PROJECT_BINARY_DIR}/overtake-config-version.cmake
+        DESTINATION ${cmake_dir})
+
+file(RELATIVE_PATH OVT_PREFIX_FROM_PC /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+string(REGEX REPLACE "/$" "" OVT_PREFIX_FROM_PC ${OVT_PREFIX_FROM_PC})
+configure_file(${CMAKE_CURRENT_LIST_DIR}/overtake.pc.in ${PROJECT_BINARY_DIR}/overtake.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/overtake.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/examples DESTINATION ${doc_dir})
+install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md DESTINATION ${doc_dir})
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${doc_dir} RENAME copyright)
+if(OVT_TOOLS)
+  install(TARGETS overtake)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/rigs DESTINATION ${CMAKE_INSTALL_DATADIR}/overtake FILES_MATCHING PATTERN *.toml)
+endif()
