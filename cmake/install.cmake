@@ -15,6 +15,7 @@ set(OVT_PC_STATIC "")
 if(OVT_STATIC)
   install(TARGETS overtake_static EXPORT overtake-static)
   install(EXPORT overtake-static NAMESPACE overtake:: DESTINATION ${cmake_dir})
+  install(FILES ${CMAKE_CURRENT_LIST_DIR}/overtake-static-config.cmake DESTINATION ${cmake_dir})
   set(OVT_PC_STATIC "Libs.private: -ltbb -lstdc++ -lm -lpthread\n")
 endif()
 

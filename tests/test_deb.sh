@@ -1,0 +1,81 @@
+#!/bin/bash
+# Copyright 2026 The Overtake authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: tests/test_deb.sh BUILD_FOLDER CC. cpack's Debian package: its dependencies are this system's package names, it
+# holds what it should, dpkg itself installs it into an empty root (with this system's package database, so that it judges
+# the dependencies), and from there the command line and a program built on the library run. Nothing of this system changes.
+set -uo pipefail
+build=$(realpath "${1:?usage: test_deb.sh BUILD_FOLDER CC}")
+readonly build cc=${2:?}
+for tool in cpack dpkg dpkg-deb dpkg-shlibdeps fakeroot pkg-config; do
+  command -v $tool >/dev/null || { echo "skipped: deb: no $tool (tools/setup --dev)"; exit 77; }
+done
+readonly work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+failures=0
+fail() {
+  echo "FAILED: $*"
+  failures=$((failures + 1))
+}
+expect() {
+  local name=$1
+  shift
+  "$@" >"$work/log" 2>&1 || { fail "$name: exit code $?: $(tail -n 30 "$work/log")"; return 1; }
+}
+
+(cd "$work" && expect cpack cpack --config "$build/CPackConfig.cmake" -G DEB -B "$work/packages") || exit 1
+debs=("$work"/packages/overtake_*.deb)
+[[ ${#debs[@]} == 1 && -f ${debs[0]} ]] || { fail "cpack made no package"; exit 1; }
+readonly deb=${debs[0]}
+
+depends=$(dpkg-deb --field "$deb" Depends)
+for package in libc6 libstdc++6 libtbb; do
+  [[ $depends == *"$package"* ]] || fail "does not depend on $package: $depends"
+done
+[[ $depends != *-dev* && $depends != *eigen* ]] || fail "depends on what only a build needs: $depends"
+[[ $(dpkg-deb --field "$deb" Architecture) == "$(dpkg --print-architecture)" ]] || fail "wrong architecture"
+[[ $(dpkg-deb --field "$deb" Package) == overtake ]] || fail "wrong name"
+expect control dpkg-deb --control "$deb" "$work/control"
+grep -qx 'libovertake 0 overtake (>= [0-9.]*)' "$work/control/shlibs" || fail "packages built on it would not know: $(cat "$work/control/shlibs")"
+
+# ---- dpkg installs it into a root of its own
+readonly root=$work/root
+mkdir -p "$root"/var/lib/dpkg/{info,updates,triggers} "$root"/etc "$work/bin"
+cp /var/lib/dpkg/status "$root/var/lib/dpkg/status"
+sed -i '/^Package: overtake$/,/^$/d' "$root/var/lib/dpkg/status"
+printf '#!/bin/sh\nexec /sbin/ldconfig -C "%s/etc/ld.so.cache" -f /dev/null -n "%s/usr/lib"\n' "$root" "$root" >"$work/bin/ldconfig"
+chmod +x "$work/bin/ldconfig"
+dpkg_there() {
+  PATH=$work/bin:$PATH:/sbin:/usr/sbin fakeroot dpkg --root="$root" --log=/dev/null --force-not-root \
+    --force-script-chrootless "$@"
+}
+expect "dpkg --install" dpkg_there --install "$deb"
+dpkg_there --status overtake 2>/dev/null | grep -qx 'Status: install ok installed' || fail "dpkg does not call it installed"
+expect "dpkg --verify" dpkg_there --verify overtake
+[[ -z $(cat "$work/log") ]] || fail "dpkg --verify: $(cat "$work/log")"
+
+# ---- and there it runs
+library=$(find "$root/usr/lib" -name libovertake.so.0)
+readonly libdir=${library%/*}
+expect "overtake --version" "$root/usr/bin/overtake" --version
+expect "overtake scene" "$root/usr/bin/overtake" scene --out "$work/scene" --frames 2
+expect "overtake run" "$root/usr/bin/overtake" run "$work/scene" --rig av21 --out "$work/run" --quiet
+[[ -s $work/run/tracks.csv ]] || fail "the packaged overtake wrote no tracks.csv"
+export PKG_CONFIG_PATH=$libdir/pkgconfig
+read -ra flags <<<"$(pkg-config --cflags --libs overtake)"
+expect "an example" "$cc" -std=c99 -o "$work/poll_tracks" "$root/usr/share/doc/overtake/examples/poll_tracks.c" "${flags[@]}" -lm
+expect "the example" env LD_LIBRARY_PATH="$libdir" "$work/poll_tracks"
+! readelf -SW "$libdir/libovertake.so.0" | grep -q '\.debug_info' || fail "the package holds the debug information"
+[[ -n $(find "$work/packages" -name 'overtake-dbgsym_*.ddeb') ]] || fail "there is no package with the symbols"
+
+expect "dpkg --remove" dpkg_there --remove overtake
+[[ ! -e $root/usr ]] || fail "removed, but left: $(find "$root/usr")"
+
+# A dependency that is not there: dpkg refuses.
+sed -i '/^Package: libtbb12$/,/^$/d' "$root/var/lib/dpkg/status"
+dpkg_there --install "$deb" >"$work/log" 2>&1 && fail "dpkg installs it without libtbb12"
+grep -q 'depends on libtbb12' "$work/log" || fail "dpkg does not miss libtbb12: $(cat "$work/log")"
+
+((failures == 0)) && echo "packaged, installed by dpkg, run, removed; Depends: $depends"
+((failures == 0))
