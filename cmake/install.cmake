@@ -19,7 +19,8 @@ if(OVT_STATIC)
   set(OVT_PC_STATIC "Libs.private: -ltbb -lstdc++ -lm -lpthread\n")
 endif()
 
-configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/overtake-config.cmake.in ${PROJECT_BINARY_DIR}/overtake-config.cmake
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/overtake-config.cmake.in
+                              ${PROJECT_BINARY_DIR}/overtake-config.cmake
                               INSTALL_DESTINATION ${cmake_dir} NO_SET_AND_CHECK_MACRO)
 # As the library itself judges a caller's header: the same major version.
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/overtake-config-version.cmake COMPATIBILITY SameMajorVersion)
@@ -36,5 +37,6 @@ install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${doc_dir} RENAME copyright)
 if(OVT_TOOLS)
   install(TARGETS overtake)
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/rigs DESTINATION ${CMAKE_INSTALL_DATADIR}/overtake FILES_MATCHING PATTERN *.toml)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/rigs DESTINATION ${CMAKE_INSTALL_DATADIR}/overtake
+          FILES_MATCHING PATTERN *.toml)
 endif()

@@ -7,8 +7,8 @@ set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VENDOR "The Overtake authors")
 set(CPACK_PACKAGE_CONTACT "The Overtake authors <overtake@localhost>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "detects and tracks vehicles with LiDAR at racing speed")
-set(CPACK_PACKAGE_DESCRIPTION "Scans of one to eight LiDAR sensors in; positions, headings, speeds and predicted paths of the
-other cars out. Library with a C API (header, CMake and pkg-config packages,
+set(CPACK_PACKAGE_DESCRIPTION "Scans of one to eight LiDAR sensors in; positions, headings,
+speeds and predicted paths of the other cars out. Library with a C API (header, CMake and pkg-config packages,
 examples), and the command line overtake for recordings.")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)

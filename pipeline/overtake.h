@@ -180,9 +180,10 @@ typedef void ovt_free_fn(void* block, size_t bytes, void* user);
  * later every exception caught. What happens to scans, points and tracks is counted (ovt_stats) and flagged, never
  * logged. */
 typedef void ovt_log_fn(ovt_log_level level, const char* text, void* user);
-/* Called for every finished frame, in order, on the thread that finished it (the pushing one with worker_count 1). The
- * reader is lent for the call and stands on that frame. Must not call anything of the detector but
- * ovt_read_...(reader). */
+/* Called for every finished frame, in order, one call at a time, on the thread that finished it: with worker_count 1 the
+ * one whose push, advance or flush did, else one of the library's. The next frame's tracks wait for it, and other readers
+ * see the frame only afterwards. The reader is lent for the call and stands on that frame. Must not call anything of the
+ * detector but ovt_read_...(reader). */
 typedef void ovt_frame_fn(ovt_reader* reader, void* user);
 
 /* Start from ovt_default_detector_def(), then change what you mean to change. Everything is copied on create. */

@@ -21,7 +21,8 @@ fail() {
   failures=$((failures + 1))
 }
 
-tools/abi_baseline --check --library "$library" || fail "the interface is not that of tests/abi (tools/abi_baseline writes it anew)"
+tools/abi_baseline --check --library "$library" ||
+  fail "the interface is not that of tests/abi (tools/abi_baseline writes it anew)"
 
 # variant NAME HEADER_SED: a library of the same functions, whose bodies lead nowhere; its header in NAME/.
 include=(-I .)
@@ -68,5 +69,5 @@ link same "$work/same/hidden.map"
 check same && fail "a missing function is not found"
 grep -q 'ovt_flush' "$work/same/report" || fail "ovt_flush is missing and not named: $(cat "$work/same/report")"
 
-((failures == 0)) && echo "the interface is the baseline's; an inserted, a narrowed and an added member, a constant and a function are found"
+((failures == 0)) && echo "the interface is the baseline's; a changed member, constant or function would be found"
 ((failures == 0))

@@ -2,9 +2,9 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_deb.sh BUILD_FOLDER CC. cpack's Debian package: its dependencies are this system's package names, it
-# holds what it should, dpkg itself installs it into an empty root (with this system's package database, so that it judges
-# the dependencies), and from there the command line and a program built on the library run. Nothing of this system changes.
+# usage: tests/test_deb.sh BUILD_FOLDER CC. cpack's Debian package: its dependencies are this system's package names,
+# dpkg itself installs it into an empty root (with this system's package database, so that it judges the dependencies),
+# and from there the command line and a program built on the library run. Nothing of this system changes.
 set -uo pipefail
 build=$(realpath "${1:?usage: test_deb.sh BUILD_FOLDER CC}")
 readonly build cc=${2:?}
@@ -37,21 +37,24 @@ done
 [[ $(dpkg-deb --field "$deb" Architecture) == "$(dpkg --print-architecture)" ]] || fail "wrong architecture"
 [[ $(dpkg-deb --field "$deb" Package) == overtake ]] || fail "wrong name"
 expect control dpkg-deb --control "$deb" "$work/control"
-grep -qx 'libovertake 0 overtake (>= [0-9.]*)' "$work/control/shlibs" || fail "packages built on it would not know: $(cat "$work/control/shlibs")"
+grep -qx 'libovertake 0 overtake (>= [0-9.]*)' "$work/control/shlibs" ||
+  fail "packages built on it would not know: $(cat "$work/control/shlibs")"
 
 # ---- dpkg installs it into a root of its own
 readonly root=$work/root
 mkdir -p "$root"/var/lib/dpkg/{info,updates,triggers} "$root"/etc "$work/bin"
 cp /var/lib/dpkg/status "$root/var/lib/dpkg/status"
 sed -i '/^Package: overtake$/,/^$/d' "$root/var/lib/dpkg/status"
-printf '#!/bin/sh\nexec /sbin/ldconfig -C "%s/etc/ld.so.cache" -f /dev/null -n "%s/usr/lib"\n' "$root" "$root" >"$work/bin/ldconfig"
+printf '#!/bin/sh\nexec /sbin/ldconfig -C "%s" -f /dev/null -n "%s"\n' "$root/etc/ld.so.cache" "$root/usr/lib" \
+  >"$work/bin/ldconfig"
 chmod +x "$work/bin/ldconfig"
 dpkg_there() {
   PATH=$work/bin:$PATH:/sbin:/usr/sbin fakeroot dpkg --root="$root" --log=/dev/null --force-not-root \
     --force-script-chrootless "$@"
 }
 expect "dpkg --install" dpkg_there --install "$deb"
-dpkg_there --status overtake 2>/dev/null | grep -qx 'Status: install ok installed' || fail "dpkg does not call it installed"
+dpkg_there --status overtake 2>/dev/null | grep -qx 'Status: install ok installed' ||
+  fail "dpkg does not call it installed"
 expect "dpkg --verify" dpkg_there --verify overtake
 [[ -z $(cat "$work/log") ]] || fail "dpkg --verify: $(cat "$work/log")"
 
@@ -64,7 +67,8 @@ expect "overtake run" "$root/usr/bin/overtake" run "$work/scene" --rig av21 --ou
 [[ -s $work/run/tracks.csv ]] || fail "the packaged overtake wrote no tracks.csv"
 export PKG_CONFIG_PATH=$libdir/pkgconfig
 read -ra flags <<<"$(pkg-config --cflags --libs overtake)"
-expect "an example" "$cc" -std=c99 -o "$work/poll_tracks" "$root/usr/share/doc/overtake/examples/poll_tracks.c" "${flags[@]}" -lm
+readonly example=$root/usr/share/doc/overtake/examples/poll_tracks.c
+expect "an example" "$cc" -std=c99 -o "$work/poll_tracks" "$example" "${flags[@]}" -lm
 expect "the example" env LD_LIBRARY_PATH="$libdir" "$work/poll_tracks"
 ! readelf -SW "$libdir/libovertake.so.0" | grep -q '\.debug_info' || fail "the package holds the debug information"
 [[ -n $(find "$work/packages" -name 'overtake-dbgsym_*.ddeb') ]] || fail "there is no package with the symbols"

@@ -32,7 +32,8 @@ for file in include/overtake/overtake.h include/overtake/overtake.hpp bin/overta
   share/doc/overtake/copyright share/doc/overtake/examples/poll_tracks.c; do
   [[ -f $prefix/$file ]] || fail "$file is not installed"
 done
-[[ $(find "$prefix/include" -type f | wc -l) == 2 ]] || fail "headers of our own are installed: $(find "$prefix/include" -type f)"
+[[ $(find "$prefix/include" -type f | wc -l) == 2 ]] ||
+  fail "headers of our own are installed: $(find "$prefix/include" -type f)"
 [[ $(readlink "$libdir/libovertake.so") == libovertake.so.0 ]] || fail "libovertake.so is no link to libovertake.so.0"
 
 # What the library is made of is nobody's business: no name of it, and no path of this machine, in what is installed.
@@ -44,26 +45,32 @@ texts=("$prefix"/include/overtake/* "$libdir"/cmake/overtake/overtake-{shared,co
 # ---- the command line and its rigs
 expect "overtake --version" "$prefix/bin/overtake" --version
 expect "overtake scene" "$prefix/bin/overtake" scene --out "$work/scene" --frames 2
-expect "overtake run" "$prefix/bin/overtake" run "$work/scene" --rig "$prefix/share/overtake/rigs/av21.toml" --out "$work/run" --quiet
+readonly rig=$prefix/share/overtake/rigs/av21.toml
+expect "overtake run" "$prefix/bin/overtake" run "$work/scene" --rig "$rig" --out "$work/run" --quiet
 [[ -s $work/run/tracks.csv ]] || fail "the installed overtake wrote no tracks.csv"
 
 # ---- CMake: find_package finds it by prefix alone
 examples=$prefix/share/doc/overtake/examples
 env CC="$cc" CXX="$cxx" cmake -S "$examples" -B "$work/cmake" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_BUILD_TYPE=Release \
-  -DCMAKE_C_FLAGS="${strict[*]}" -DCMAKE_CXX_FLAGS="${strict[*]}" >"$work/log" 2>&1 || fail "cmake: $(tail -n 30 "$work/log")"
+  -DCMAKE_C_FLAGS="${strict[*]}" -DCMAKE_CXX_FLAGS="${strict[*]}" >"$work/log" 2>&1 ||
+    fail "cmake: $(tail -n 30 "$work/log")"
 expect "build by CMake" cmake --build "$work/cmake" --parallel 2
 for example in poll_tracks on_frame producers; do
   expect "$example by CMake" "$work/cmake/$example"
-  ldd "$work/cmake/$example" | grep -qF "$(realpath "$libdir")/libovertake.so.0" || fail "$example does not use the installed library"
+  ldd "$work/cmake/$example" | grep -qF "$(realpath "$libdir")/libovertake.so.0" ||
+    fail "$example does not use the installed library"
   ! readelf -dW "$work/cmake/$example" | grep NEEDED | grep -i tbb || fail "$example names oneTBB"
 done
 
 # A version that does not fit is not found.
 for version in 0.9 1.0; do
   mkdir -p "$work/wrong"
-  printf 'cmake_minimum_required(VERSION 3.16)\nproject(wrong C)\nfind_package(overtake %s REQUIRED)\n' $version >"$work/wrong/CMakeLists.txt"
-  cmake -S "$work/wrong" -B "$work/wrong/$version" -DCMAKE_PREFIX_PATH="$prefix" >"$work/log" 2>&1 && fail "find_package(overtake $version) is content"
-  grep -q 'version: 0\.[0-9.]*$' "$work/log" || fail "find_package(overtake $version) does not say what there is: $(cat "$work/log")"
+  printf 'cmake_minimum_required(VERSION 3.16)\nproject(wrong C)\nfind_package(overtake %s REQUIRED)\n' $version \
+    >"$work/wrong/CMakeLists.txt"
+  cmake -S "$work/wrong" -B "$work/wrong/$version" -DCMAKE_PREFIX_PATH="$prefix" >"$work/log" 2>&1 &&
+    fail "find_package(overtake $version) is content"
+  grep -q 'version: 0\.[0-9.]*$' "$work/log" ||
+    fail "find_package(overtake $version) does not say what there is: $(cat "$work/log")"
 done
 
 # ---- pkg-config and plain compilers
@@ -73,17 +80,20 @@ if command -v pkg-config >/dev/null; then
   read -ra cflags <<<"$(pkg-config --cflags overtake)"
   read -ra libs <<<"$(pkg-config --libs overtake)"
   for example in poll_tracks on_frame; do
-    expect "$cc $example" "$cc" -std=c99 "${strict[@]}" "${cflags[@]}" -o "$work/$example" "$examples/$example.c" "${libs[@]}" -lm
+    expect "$cc $example" "$cc" -std=c99 "${strict[@]}" "${cflags[@]}" -o "$work/$example" "$examples/$example.c" \
+      "${libs[@]}" -lm
   done
-  expect "$cxx producers" "$cxx" -std=c++20 "${strict[@]}" "${cflags[@]}" -o "$work/producers" "$examples/producers.cpp" "${libs[@]}" -pthread
+  expect "$cxx producers" "$cxx" -std=c++20 "${strict[@]}" "${cflags[@]}" -o "$work/producers" \
+    "$examples/producers.cpp" "${libs[@]}" -pthread
   for example in poll_tracks on_frame producers; do
     expect "$example by pkg-config" env LD_LIBRARY_PATH="$libdir" "$work/$example"
   done
+  alone=("${strict[@]}" "${cflags[@]}" -fsyntax-only -include overtake/overtake.h)
   for standard in c99 c11; do
-    expect "$standard" "$cc" -std=$standard "${strict[@]}" "${cflags[@]}" -fsyntax-only -include overtake/overtake.h -x c /dev/null
+    expect "$standard" "$cc" -std=$standard "${alone[@]}" -x c /dev/null
   done
   for standard in c++17 c++20; do
-    expect "$standard" "$cxx" -std=$standard "${strict[@]}" "${cflags[@]}" -fsyntax-only -include overtake/overtake.h -x c++ /dev/null
+    expect "$standard" "$cxx" -std=$standard "${alone[@]}" -x c++ /dev/null
   done
 else
   echo "skipped: install: the part that needs pkg-config (tools/setup --dev)"

@@ -46,13 +46,15 @@ if expect "configure" cmake -S "$work/theirs" -B "$work/build" "${options[@]}" -
   ldd "$work/build/theirs" | grep -q 'libovertake.so.0 => .*/build/' || fail "it does not use the library built with it"
   command=$(grep '"command"' "$work/build/compile_commands.json" | grep 'poll_tracks.c')
   [[ -n $command ]] || fail "no command compiles poll_tracks.c"
-  [[ $command != *-ffp-contract* && $command != *-Werror* && $command != *"-I$source_dir "* ]] || fail "flags of ours: $command"
+  [[ $command != *-ffp-contract* && $command != *-Werror* && $command != *"-I$source_dir "* ]] ||
+    fail "flags of ours: $command"
   expect "install" cmake --install "$work/build" --prefix "$work/theirs_installed"
   [[ -z $(find "$work/theirs_installed" -name 'overtake*' 2>/dev/null) ]] || fail "their install installs ours"
 fi
 
-if expect "configure with OVT_STATIC" cmake -S "$source_dir" -B "$work/static" "${options[@]}" -DOVT_STATIC=ON -DOVT_TOOLS=OFF \
-  -DOVT_TESTS=OFF -DOVT_BENCH=OFF && expect "build the static library" cmake --build "$work/static" --parallel 2 &&
+if expect "configure with OVT_STATIC" cmake -S "$source_dir" -B "$work/static" "${options[@]}" -DOVT_STATIC=ON \
+  -DOVT_TOOLS=OFF -DOVT_TESTS=OFF -DOVT_BENCH=OFF &&
+  expect "build the static library" cmake --build "$work/static" --parallel 2 &&
   expect "install it" cmake --install "$work/static" --prefix "$work/prefix"; then
   mkdir "$work/user"
   cat >"$work/user/CMakeLists.txt" <<END

@@ -107,7 +107,8 @@ int run() {
   std::printf("%lld scans pushed: %lld used, %lld dropped\n", static_cast<long long>(stats.pushed),
               static_cast<long long>(stats.used), static_cast<long long>(stats.dropped));
   const int64_t accounted = stats.used + stats.dropped + stats.late + stats.dup;
-  return stats.pushed == 3 * kScans && accounted == stats.pushed && confirmed == 1 && std::abs(speed_mps - kCarSpeed) < 3.0 ? 0 : 1;
+  const bool adds_up = stats.pushed == 3 * kScans && accounted == stats.pushed;
+  return adds_up && confirmed == 1 && std::abs(speed_mps - kCarSpeed) < 3.0 ? 0 : 1;
 }
 
 }  // namespace
