@@ -49,12 +49,14 @@ struct PointTable {
   int32_t* column = nullptr;                  // project_points; -1 for a dropped point
   int32_t* pixel = nullptr;                   // scatter_points: row * stride + column in the images, -1 none
   int32_t* label = nullptr;                   // label_points
+  uint8_t* lost = nullptr;                    // scatter_points: 1 where another point holds its pixel, else 0
   uint8_t* reason = nullptr;                  // Reason; project_points, scatter_points, label_points
 };
 template <class F>
 void for_each_column(PointTable& t, F&& f) {
   f("range_m", t.range_m);  f("elevation_rad", t.elevation_rad);  f("column", t.column);
-  f("pixel", t.pixel);      f("label", t.label);                  f("reason", t.reason);
+  f("pixel", t.pixel);      f("label", t.label);
+  f("lost", t.lost);        f("reason", t.reason);
 }
 
 }  // namespace overtake

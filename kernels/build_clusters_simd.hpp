@@ -17,27 +17,29 @@
 
 namespace overtake::simd {
 
-// Calls f(indices, labels, count) for the points of clusters, in input order, kSize of them at a time, at last fewer.
-// The arrays may be read, and written, up to kSize.
-template <class A, class F>
-OVT_INLINE void for_each_packed(const int32_t* labels, int32_t count, F&& f) {
-  constexpr int32_t kRoom = 256;
-  int32_t index[kRoom + kSize<A>], label[kRoom + kSize<A>];
+// The points of clusters, in input order: their rows and labels to the front of two columns with room for all points
+// (a whole number of vectors). Returns how many.
+template <class A>
+OVT_INLINE int32_t pack_points(const int32_t* labels, int32_t count, int32_t* index, int32_t* label) {
   int32_t held = 0;
   for (int32_t i = 0; i < count; i += kSize<A>) {
     const Int<A> own = Int<A>::load(labels + i);
     const Mask<A> in = (own > Int<A>(kLabelGround)) & Mask<A>::first(count - i);
+    const uint32_t bits = in.bits();
+    if (bits == 0) continue;
     store_packed(in, Int<A>::count_from(i), index + held);
     store_packed(in, own, label + held);
-    held += count_bits(in.bits());
-    if (held < kRoom - kSize<A>) continue;
-    int32_t k = 0;
-    for (; k + kSize<A> <= held; k += kSize<A>) f(index + k, label + k, kSize<A>);
-    Int<A>::load(index + k).store(index);
-    Int<A>::load(label + k).store(label);
-    held -= k;
+    held += count_bits(bits);
   }
-  for (int32_t k = 0; k < held; k += kSize<A>) f(index + k, label + k, held - k < kSize<A> ? held - k : kSize<A>);
+  return held;
+}
+
+// Calls f(first, count) for whole vectors of the packed points, at last fewer.
+template <class A, class F>
+OVT_INLINE void for_each_packed(int32_t held, F&& f) {
+  int32_t k = 0;
+  for (; k + kSize<A> <= held; k += kSize<A>) f(k, kSize<A>);
+  if (k < held) f(k, held - k);
 }
 
 // Calls f(label, mask) for each label among the first `count` lanes. Short vectors go point by point.
@@ -104,10 +106,11 @@ OVT_INLINE void reduce_points(const ScanTable& scan, const PointTable& points, c
   while (k + kSize<A> <= count) {
     Int<A> low(0), high(0);
     for (int32_t vectors = 0; vectors < kMostVectors && k + kSize<A> <= count; ++vectors, k += kSize<A>) {
-      const Int<A> at = Int<A>::load(index + k), time = gather(scan.time_offset_ns, at);
+      const NearRows<A> at(index + k, Mask<A>(true), scan.capacity);
+      const Int<A> time = at.get(scan.time_offset_ns);
       low = low + (time & Int<A>(0xffff));
       high = high + (time >> 16);
-      nearest = min_of(nearest, gather(points.range_m, at));
+      nearest = min_of(nearest, at.get(points.range_m));
     }
     int32_t lows[kSize<A>], highs[kSize<A>];
     low.store(lows);
@@ -158,7 +161,12 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
                        int32_t label_count, ClusterTable& clusters, ClusterPointTable& cluster_points,
                        int32_t* row_of_label, int32_t* cursor, int32_t* order) noexcept {
   for (int32_t label = 0; label <= label_count; ++label) cursor[label] = 0;
-  for_each_packed<A>(points.label, scan.count, [&](const int32_t*, const int32_t* label, int32_t n) __attribute__((always_inline)) {
+  // Columns of the output that are not needed before the end.
+  int32_t* packed_index = reinterpret_cast<int32_t*>(cluster_points.x_m);
+  int32_t* packed_label = reinterpret_cast<int32_t*>(cluster_points.y_m);
+  const int32_t held = pack_points<A>(points.label, scan.count, packed_index, packed_label);
+  for_each_packed<A>(held, [&](int32_t first, int32_t n) __attribute__((always_inline)) {
+    const int32_t* label = packed_label + first;
     if constexpr (kSize<A> == 4) {
       for (int32_t k = 0; k < n; ++k) ++cursor[label[k]];
     } else {
@@ -171,14 +179,12 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
   if (!all_fit) {                                          // the nearest stay; until the rows are known, row_of_label holds
     for (int32_t label = 0; label <= label_count; ++label) // the ranges' bits, which order as the ranges do
       row_of_label[label] = std::numeric_limits<int32_t>::max();
-    for_each_packed<A>(points.label, scan.count, [&](const int32_t* index, const int32_t* label, int32_t n) __attribute__((always_inline)) {
-      for (int32_t k = 0; k < n; ++k) {
-        int32_t bits;
-        __builtin_memcpy(&bits, points.range_m + index[k], sizeof bits);
-        int32_t& least = row_of_label[label[k]];
-        least = bits < least ? bits : least;
-      }
-    });
+    for (int32_t k = 0; k < held; ++k) {
+      int32_t bits;
+      __builtin_memcpy(&bits, points.range_m + packed_index[k], sizeof bits);
+      int32_t& least = row_of_label[packed_label[k]];
+      least = bits < least ? bits : least;
+    }
   }
   ref::choose_labels(label_count, clusters.capacity, cursor, row_of_label, order);
 
@@ -199,7 +205,8 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
   OVT_CHECK(begin <= cluster_points.capacity);
 
   int32_t* point_out = cluster_points.point;
-  for_each_packed<A>(points.label, scan.count, [&](int32_t* index, const int32_t* label, int32_t n) __attribute__((always_inline)) {
+  for_each_packed<A>(held, [&](int32_t first, int32_t n) __attribute__((always_inline)) {
+    const int32_t *index = packed_index + first, *label = packed_label + first;
     if constexpr (kSize<A> == 4) {
       for (int32_t k = 0; k < n; ++k)
         if (all_fit || row_of_label[label[k]] >= 0) point_out[cursor[label[k]]++] = index[k];
@@ -216,13 +223,16 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
     }
   });
 
+  const Transform T = T_vehicle_sensor;                    // no store can change it, nor the columns
+  const float *x_m = scan.x_m, *y_m = scan.y_m, *z_m = scan.z_m;
+  float *x_out = cluster_points.x_m, *y_out = cluster_points.y_m, *z_out = cluster_points.z_m;
   for (int32_t k = 0; k < begin; k += kSize<A>) {
-    const Int<A> at = select(Mask<A>::first(begin - k), Int<A>::load(point_out + k), Int<A>(0));
+    const NearRows<A> from(point_out + k, Mask<A>::first(begin - k), scan.capacity);
     Float<A> x, y, z;
-    transform_point(T_vehicle_sensor, gather(scan.x_m, at), gather(scan.y_m, at), gather(scan.z_m, at), x, y, z);
-    x.store(cluster_points.x_m + k);
-    y.store(cluster_points.y_m + k);
-    z.store(cluster_points.z_m + k);
+    transform_point(T, from.get(x_m), from.get(y_m), from.get(z_m), x, y, z);
+    x.store(x_out + k);
+    y.store(y_out + k);
+    z.store(z_out + k);
   }
   for (int32_t row = 0; row < clusters.count; ++row) sum_up_cluster<A>(scan, points, cluster_points, clusters, row);
   return found - clusters.count;

@@ -12,8 +12,9 @@ namespace overtake {
 // The label a pixel gives: its own return takes the pixel's label when |r - r_repaired| < own_limit_m, else (a repaired
 // ground pixel whose return is elsewhere) ground. A point that lost its pixel takes the same when its range is within
 // loser_limit_m of the winner's; else none: nearer is kDust, farther kSecondReturn.
-//   reads    points range_m pixel reason; images range_m range_repaired_m pixel_point labels
-//   writes   points label reason         cost  one gather a point      agrees  exactly on every ISA
+//   reads    points range_m pixel lost; images range_m range_repaired_m pixel_point labels
+//   writes   points label; reason of points with a pixel
+//   cost     a pass over pixels, a store a cluster's point     agrees  exactly on every ISA
 struct LabelPointsParams {
   float own_limit_m = 0.5f, loser_limit_m = 0.5f;
 };

@@ -28,8 +28,7 @@ void label_points(const LabelPointsParams& params, const RangeImages& images, Po
     if (pixel < 0) continue;  // it has its reason already
     OVT_CHECK(images.pixel_point.data[pixel] != kNoPoint);
 
-    // Zero for the winner itself.
-    const float behind_m = points.range_m[i] - images.range_m.data[pixel];
+    const float behind_m = points.lost[i] ? points.range_m[i] - images.range_m.data[pixel] : 0.0f;
     if (std::fabs(behind_m) <= params.loser_limit_m) {
       points.label[i] = label_of_pixel(params, images, pixel);
       points.reason[i] = uint8_t(Reason::kLabelled);

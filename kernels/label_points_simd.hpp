@@ -1,8 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// End of stage 7: every input point gathers its pixel. The repaired range is asked for only where a vector holds a
-// cluster's point.
+// End of stage 7: every input point gets its pixel's label. Most points are ground and hold their pixel, so first all are
+// taken for that; the points that hold a cluster's pixel are told by a pass over the pixels, and those that lost theirs
+// (a few in a hundred) ask for themselves.
 #pragma once
 
 #include "core/math.h"
@@ -11,33 +12,67 @@
 
 namespace overtake::simd {
 
+// A repaired pixel says nothing about its own return, unless that lies where the repair is.
+OVT_INLINE int32_t label_of_pixel(const RangeImages& images, float own_limit_m, int32_t pixel) {
+  const int32_t label = images.labels.data[pixel];
+  const bool here = abs_of(images.range_m.data[pixel] - images.range_repaired_m.data[pixel]) < own_limit_m;
+  return label > kLabelGround && !here ? kLabelGround : label;
+}
+
 template <class A>
 void label_points(const LabelPointsParams& params, const RangeImages& images, PointTable& points) noexcept {
-  const float *image_range = images.range_m.data, *repaired = images.range_repaired_m.data, *range_m = points.range_m;
-  const int32_t *labels = images.labels.data, *pixels = points.pixel, count = points.count;
-  int32_t* label_out = points.label;
-  uint8_t* reason_out = points.reason;
-  const Float<A> zero(0.0f), loser_limit(params.loser_limit_m), own_limit(params.own_limit_m);
-  const auto is = [](Reason reason) __attribute__((always_inline)) { return Int<A>(int32_t(reason)); };
+  const int32_t *pixels = points.pixel, count = points.count;
+  const float *range_m = points.range_m, *image_range = images.range_m.data;
+  int32_t* labels = points.label;
+  uint8_t *reasons = points.reason;
+  const uint8_t* lost = points.lost;
+  const Int<A> ground(kLabelGround), none(kLabelNone), labelled(int32_t(Reason::kLabelled));
   for (int32_t i = 0; i < count; i += kSize<A>) {
-    const Int<A> pixel = Int<A>::load(pixels + i);
-    const Mask<A> has = (pixel > Int<A>(-1)) & Mask<A>::first(count - i);
-    const Int<A> at = select(has, pixel, Int<A>(0));
-    const Float<A> pixel_range = gather(image_range, at);
-    Int<A> label = gather(labels, at);
-    const Mask<A> cluster = has & (label > Int<A>(kLabelGround));
-    if (cluster.any()) {
-      // A repaired pixel says nothing about its own return, unless that lies where the repair is.
-      const Mask<A> far = ~(abs_of(pixel_range - gather(repaired, at)) < own_limit);
-      label = select(cluster & far, Int<A>(kLabelGround), label);
+    const Mask<A> has = Int<A>::load(pixels + i) > Int<A>(-1);
+    select(has, ground, none).store(labels + i);
+    if ((~has & Mask<A>::first(count - i)).any())
+      store_bytes(select(has, labelled, load_bytes<A>(reasons + i)), reasons + i);
+    else
+      store_bytes(labelled, reasons + i);
+  }
+
+  // Points and labels in pairs, told once a row: stores here and there go better without the wide loads between them.
+  constexpr int32_t kRoom = 1024;
+  int32_t point[kRoom + kSize<A>], label[kRoom + kSize<A>];
+  const Float<A> own_limit(params.own_limit_m);
+  const auto tell = [&](int32_t held) __attribute__((always_inline)) {
+    for (int32_t k = 0; k < held; ++k) labels[point[k]] = label[k];
+  };
+  for (int32_t r = 0; r < images.labels.rows; ++r) {
+    const int32_t *own_labels = images.labels.row(r), *winners = images.pixel_point.row(r);
+    const float *own = images.range_m.row(r), *repaired = images.range_repaired_m.row(r);
+    int32_t held = 0;
+    for (int32_t c = 0; c < images.labels.cols; c += kSize<A>) {
+      const Int<A> own_label = Int<A>::load(own_labels + c);
+      const Mask<A> cluster = (own_label > ground) & Mask<A>::first(images.labels.cols - c);
+      if (!cluster.any()) continue;
+      const Int<A> winner = Int<A>::load(winners + c);
+      const Mask<A> here = abs_of(Float<A>::load(own + c) - Float<A>::load(repaired + c)) < own_limit;
+      const Mask<A> told = cluster & here & (winner > Int<A>(kNoPoint));
+      store_packed(told, winner, point + held);
+      store_packed(told, own_label, label + held);
+      held += count_bits(told.bits());
+      if (held < kRoom) continue;
+      tell(held);
+      held = 0;
     }
-    // Zero for the winner itself.
-    const Float<A> behind = Float<A>::load(range_m + i) - pixel_range;
-    const Mask<A> near = abs_of(behind) <= loser_limit;
-    select(has & near, label, Int<A>(kLabelNone)).store(label_out + i);
-    const Int<A> lost = select(behind < zero, is(Reason::kDust), is(Reason::kSecondReturn));
-    const Int<A> reason = select(near, is(Reason::kLabelled), lost);
-    store_bytes(select(has, reason, load_bytes<A>(reason_out + i)), reason_out + i);
+    tell(held);
+  }
+
+  for (int32_t i = 0; i < count; i += kSize<A>) {
+    const Mask<A> losers = (load_bytes<A>(lost + i) > Int<A>(0)) & Mask<A>::first(count - i);
+    for (uint32_t bits = losers.bits(); bits != 0; bits &= bits - 1) {
+      const int32_t l = i + lowest_bit(bits), pixel = pixels[l];
+      const float behind = range_m[l] - image_range[pixel];
+      const bool near = abs_of(behind) <= params.loser_limit_m;
+      labels[l] = near ? label_of_pixel(images, params.own_limit_m, pixel) : kLabelNone;
+      reasons[l] = uint8_t(near ? Reason::kLabelled : behind < 0.0f ? Reason::kDust : Reason::kSecondReturn);
+    }
   }
 }
 

@@ -11,7 +11,7 @@ namespace overtake {
 
 // Several points on one pixel: the largest intensity wins (less likely dust); ties: nearer, then first in input order.
 //   reads    scan layer intensity; points range_m elevation_rad column; row_of_layer
-//   writes   images range_m elevation_rad pixel_point, every pixel [rows x cols]; points pixel, and reason =
+//   writes   images range_m elevation_rad pixel_point, every pixel [rows x cols]; points pixel lost, and reason =
 //            kLayerDropped (then pixel = -1)
 //   cost     one scattered record a point              agrees  exactly on every ISA
 namespace ref {

@@ -20,6 +20,7 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
 
   for (int32_t i = 0; i < points.count; ++i) {
     points.pixel[i] = -1;
+    points.lost[i] = 0;
     if (Reason(points.reason[i]) != Reason::kLabelled) continue;
     const int32_t row = row_of_layer[scan.layer[i]];
     if (row < 0) {
@@ -34,6 +35,7 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
     const int32_t old = winner.data[pixel];
     const bool wins = old == kNoPoint || scan.intensity[i] > scan.intensity[old] ||
                       (scan.intensity[i] == scan.intensity[old] && points.range_m[i] < points.range_m[old]);
+    if (old != kNoPoint) points.lost[wins ? old : i] = 1;
     if (!wins) continue;
     winner.data[pixel] = i;
     images.range_m.data[pixel] = points.range_m[i];

@@ -3,14 +3,13 @@
 //
 // Stage 1c: points to pixels, in three steps.
 //
-//   1  pixel of each point, kSize at a time; every point claims its pixel, so the last one holds it
+//   1  block by block, the pixel of each point, kSize at a time; then every point claims its pixel, so the last one holds it
 //   2  the points that do not hold theirs (a few in a hundred) against whoever does
-//   3  range and elevation of the winners: gathered in tiles of kSize columns and all rows, whose points lie together
-//      whether they came line by line or column by column
+//   3  range and elevation of the winners, in tiles of kSize columns and all rows, whose points lie together whether
+//      they came line by line or column by column
 //
 // Which of two points wins is a total order (brightness, nearness, input order), so the order of asking does not matter.
-// Asking while claiming lost by far (50 us instead of 13): neighbours often share a pixel, and the processor has to
-// restart a load that ran ahead of the store it depends on. A point without a pixel claims the lead of row 0 (plane.h).
+// A point without a pixel claims the lead of row 0 (plane.h).
 #pragma once
 
 #include "core/math.h"
@@ -19,12 +18,16 @@
 
 namespace overtake::simd {
 
-// The brightest is the least likely dust; then the nearest; then whoever was there.
-OVT_INLINE void challenge_winner(const float* intensity, const float* range_m, int32_t i, int32_t* winner) {
+// One that does not hold its pixel against the one that does: the brightest is the least likely dust; then the nearest; then
+// whoever was there.
+OVT_INLINE void challenge_winner(const float* intensity, const float* range_m, int32_t i, int32_t* winner,
+                                 uint8_t* lost) {
   const int32_t other = *winner;
   const float light = intensity[i], other_light = intensity[other], near = range_m[i], other_near = range_m[other];
   const bool first = (near < other_near) | ((near == other_near) & (i < other));
-  *winner = (light > other_light) | ((light == other_light) & first) ? i : other;
+  const bool wins = (light > other_light) | ((light == other_light) & first);
+  *winner = wins ? i : other;
+  lost[wins ? other : i] = 1;
 }
 
 template <class A>
@@ -37,7 +40,8 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
   const int32_t count = points.count, *layers = scan.layer, *columns = points.column;
   const float *intensity = scan.intensity, *range_m = points.range_m, *elevation_rad = points.elevation_rad;
   int32_t *pixels = points.pixel, *winners = winner.data;
-  uint8_t* reasons = points.reason;
+  uint8_t *reasons = points.reason, *lost = points.lost;
+  winners[-1] = kNoPoint;
   const Int<A> none(-1), stride(winner.stride);
   Int<A> layer_a(kNoLayer), layer_b(kNoLayer), row_a(-1), row_b(-1);
   // Pixels of a block, then its claims: scattered stores in flight hold up wide loads that share their low address bits.
@@ -61,18 +65,24 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
       store_bytes(select(dropped, Int<A>(int32_t(Reason::kLayerDropped)), reason), reasons + i);
     const Int<A> pixel = select(row < Int<A>(0), none, row * stride + Int<A>::load(columns + i));
     pixel.store(pixels + i);
+    store_bytes(Int<A>(0), lost + i);
 
     const int32_t end = i + kSize<A> < count ? i + kSize<A> : count;
-    if (end % kBlock == 0 || end == count)
-      for (; claimed < end; ++claimed) winners[pixels[claimed]] = claimed;
+    if (end % kBlock != 0 && end != count) continue;
+    for (; claimed < end; ++claimed) winners[pixels[claimed]] = claimed;
   }
 
-  for (int32_t i = 0; i < count; i += kSize<A>) {
-    const Int<A> pixel = Int<A>::load(pixels + i);
-    const Mask<A> lost = (pixel > none) & ~(gather(winners, pixel) == Int<A>::count_from(i)) & Mask<A>::first(count - i);
-    for (uint32_t bits = lost.bits(); bits != 0; bits &= bits - 1) {
-      const int32_t l = i + lowest_bit(bits);
-      challenge_winner(intensity, range_m, l, winners + pixels[l]);
+  // A few vectors at a time: most of them hold a late one.
+  for (int32_t i = 0; i < count; i += 4 * kSize<A>) {
+    uint64_t late = 0;
+    for (int32_t k = 0; k < 4 * kSize<A> && i + k < count; k += kSize<A>) {
+      const Int<A> pixel = Int<A>::load(pixels + i + k);
+      const Mask<A> held = gather(winners, pixel) == Int<A>::count_from(i + k);
+      late |= uint64_t(((pixel > none) & ~held & Mask<A>::first(count - i - k)).bits()) << k;
+    }
+    for (; late != 0; late &= late - 1) {
+      const int32_t l = i + lowest_bit(late);
+      challenge_winner(intensity, range_m, l, winners + pixels[l], lost);
     }
   }
 
@@ -83,9 +93,9 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
       const Mask<A> has = (point > none) & Mask<A>::first(winner.cols - c);
       Float<A> range = no_return, elevation = level;
       if (has.any()) {
-        const Int<A> at = select(has, point, Int<A>(0));
-        range = select(has, gather(range_m, at), no_return);
-        elevation = select(has, gather(elevation_rad, at), level);
+        const NearRows<A> rows(winner.row(r) + c, has, points.capacity);
+        range = select(has, rows.get(range_m), no_return);
+        elevation = select(has, rows.get(elevation_rad), level);
       }
       range.store(images.range_m.row(r) + c);
       elevation.store(images.elevation_rad.row(r) + c);

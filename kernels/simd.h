@@ -128,9 +128,6 @@ template <class A> OVT_INLINE Int<A> gather(const int32_t* base, Int<A> index) {
 // Lane i gets lane index[i] of the table, 0 <= index[i] < kSize.
 template <class A> OVT_INLINE Int<A> permute(Int<A> table, Int<A> index) { return Native<A>::permute(table.v, index.v); }
 
-// Lane i gets the number of set bits among bits 1 .. i (bit 0 does not count, so the sum is less than kSize).
-template <class A> OVT_INLINE Int<A> count_starts(uint32_t bits) { return Native<A>::count_starts(bits); }
-
 OVT_INLINE int32_t count_bits(uint64_t bits) {
 #if defined(__POPCNT__) || defined(__aarch64__)
   return __builtin_popcountll(bits);
@@ -141,6 +138,63 @@ OVT_INLINE int32_t count_bits(uint64_t bits) {
 #endif
 }
 OVT_INLINE int32_t lowest_bit(uint64_t bits) { return __builtin_ctzll(bits); }
+OVT_INLINE int32_t highest_bit(uint64_t bits) { return 63 - __builtin_clzll(bits); }
+
+// Whether the ISA looks values up in registers; else the next two are not there.
+template <class A> inline constexpr bool kPermutes = kSize<A> > 4;
+
+// Lane i gets value index[i] of four vectors in a row, 0 <= index[i] < 4 kSize.
+template <class A>
+OVT_INLINE Int<A> permute(Int<A> t0, Int<A> t1, Int<A> t2, Int<A> t3, Int<A> index) {
+  return Native<A>::permute4(t0.v, t1.v, t2.v, t3.v, index.v);
+}
+
+// Rows of a table that mostly lie near each other, because they came from the sensor one after the other: a gather from
+// columns of it reads whole vectors, then, and picks from these. Built for the lanes of `in`, of which there is at least
+// one; the others give anything. `at` is where the rows lie in memory.
+template <class A>
+struct NearRows {
+  static constexpr int32_t kWindow = 4 * kSize<A>;
+  Int<A> row, offset;
+  int32_t begin = 0;
+  bool near = false;
+
+  OVT_INLINE NearRows(const int32_t* at, Mask<A> in, int32_t capacity) {
+    row = select(in, Int<A>::load(at), Int<A>(0));
+    if constexpr (kPermutes<A>) {
+      const uint32_t bits = in.bits();
+      const int32_t first = at[lowest_bit(bits)], last = at[highest_bit(bits)];
+      begin = first + (last - first) / 2 - kWindow / 2;   // the rows may fall as well as rise
+      begin = begin < capacity - kWindow ? begin : capacity - kWindow;
+      begin = begin > 0 ? begin : 0;
+      offset = row - Int<A>(begin);
+      near = capacity >= kWindow && !(in & ~((offset & Int<A>(~(kWindow - 1))) == Int<A>(0))).any();
+    }
+  }
+  OVT_INLINE Int<A> get(const int32_t* column) const {
+    if constexpr (kPermutes<A>)
+      if (near) {
+        const int32_t* v = column + begin;
+        return permute(Int<A>::load(v), Int<A>::load(v + kSize<A>), Int<A>::load(v + 2 * kSize<A>),
+                       Int<A>::load(v + 3 * kSize<A>), offset);
+      }
+    return gather(column, row);
+  }
+  OVT_INLINE Float<A> get(const float* column) const {
+    if constexpr (kPermutes<A>)
+      if (near) {
+        const float* v = column + begin;
+        return float_of_bits(permute(bits_of(Float<A>::load(v)), bits_of(Float<A>::load(v + kSize<A>)),
+                                     bits_of(Float<A>::load(v + 2 * kSize<A>)), bits_of(Float<A>::load(v + 3 * kSize<A>)),
+                                     offset));
+      }
+    return gather(column, row);
+  }
+};
+
+// Lane i gets the number of set bits among bits 1 .. i (bit 0 does not count, so the sum is less than kSize).
+template <class A> OVT_INLINE Int<A> count_starts(uint32_t bits) { return Native<A>::count_starts(bits); }
+
 
 // Writes the lanes of the mask only; the others' memory must be readable and may be rewritten with what it holds.
 template <class A> OVT_INLINE void store_where(Mask<A> m, Float<A> a, float* at) { Native<A>::store_where(m.v, a.v, at); }
@@ -351,6 +405,13 @@ struct Native<xsimd::avx2> {
   OVT_INLINE static F keep(M m, F a) { return F(_mm256_and_ps(m, a)); }
   OVT_INLINE static F add_where(M m, F a, F b) { return F(_mm256_add_ps(a, _mm256_and_ps(m, b))); }
   OVT_INLINE static I permute(I table, I index) { return I(_mm256_permutevar8x32_epi32(table, index)); }
+  OVT_INLINE static I permute4(I t0, I t1, I t2, I t3, I index) {
+    const __m256 bit3 = _mm256_castsi256_ps(_mm256_slli_epi32(index, 28));
+    const __m256 bit4 = _mm256_castsi256_ps(_mm256_slli_epi32(index, 27));
+    const auto pick = [=](I t) __attribute__((always_inline)) { return _mm256_castsi256_ps(_mm256_permutevar8x32_epi32(t, index)); };
+    const __m256 low = _mm256_blendv_ps(pick(t0), pick(t1), bit3), high = _mm256_blendv_ps(pick(t2), pick(t3), bit3);
+    return I(_mm256_castps_si256(_mm256_blendv_ps(low, high, bit4)));
+  }
   // One bit a byte, times 0x0101...: each byte is the sum of itself and all below.
   OVT_INLINE static I count_starts(uint32_t bits) {
     const uint64_t bytes = _pdep_u64(bits & 0xfeu, 0x0101010101010101u) * 0x0101010101010101u;
@@ -438,6 +499,11 @@ struct Native<xsimd::avx512bw> {
   OVT_INLINE static F keep(M m, F a) { return F(_mm512_maskz_mov_ps(k(m), a)); }
   OVT_INLINE static F add_where(M m, F a, F b) { return F(_mm512_mask_add_ps(a, k(m), a, b)); }
   OVT_INLINE static I permute(I table, I index) { return I(_mm512_permutexvar_epi32(index, table)); }
+  OVT_INLINE static I permute4(I t0, I t1, I t2, I t3, I index) {
+    const __mmask16 high = _mm512_test_epi32_mask(index, _mm512_set1_epi32(32));
+    return I(_mm512_mask_blend_epi32(high, _mm512_permutex2var_epi32(t0, index, t1),
+                                     _mm512_permutex2var_epi32(t2, index, t3)));
+  }
   // One bit a byte, times 0x0101...: each byte is the sum of itself and all below.
   OVT_INLINE static I count_starts(uint32_t bits) {
     constexpr uint64_t kOnes = 0x0101010101010101u;

@@ -29,9 +29,16 @@ struct Labels {
   int32_t add(int32_t pixel, float range_m, Reason reason = Reason::kLabelled) {
     const int32_t i = points.count++;
     points.pixel[i] = pixel;
+    points.lost[i] = 0;
     points.range_m[i] = range_m;
     points.reason[i] = uint8_t(reason);
     points.label[i] = 12345;
+    return i;
+  }
+  // Of one that lost the pixel.
+  int32_t add_loser(int32_t pixel, float range_m) {
+    const int32_t i = add(pixel, range_m);
+    points.lost[i] = 1;
     return i;
   }
   void run() { ref::label_points({}, images, points); }
@@ -69,7 +76,7 @@ TEST_CASE("label_points: a repaired pixel's own return takes the label only with
 
 TEST_CASE("label_points: a loser within 0.5 m of the winner takes the pixel's label") {
   Labels l;
-  const int32_t nearer = l.add(0, 19.5f), farther = l.add(0, 20.5f), over_repair = l.add(1, 30.25f);
+  const int32_t nearer = l.add_loser(0, 19.5f), farther = l.add_loser(0, 20.5f), over_repair = l.add_loser(1, 30.25f);
   l.run();
   CHECK(l.points.label[nearer] == 7);
   CHECK(l.points.label[farther] == 7);
@@ -78,7 +85,7 @@ TEST_CASE("label_points: a loser within 0.5 m of the winner takes the pixel's la
 
 TEST_CASE("label_points: a loser more than 0.5 m nearer is dust, farther a second return") {
   Labels l;
-  const int32_t dust = l.add(0, 19.25f), second = l.add(0, 20.75f);
+  const int32_t dust = l.add_loser(0, 19.25f), second = l.add_loser(0, 20.75f);
   l.run();
   CHECK(l.points.label[dust] == kLabelNone);
   CHECK(l.reason(dust) == Reason::kDust);

@@ -50,6 +50,15 @@ TEST_CASE("scatter_points writes the winner's range and elevation, and every oth
     }
 }
 
+TEST_CASE("scatter_points: every point but the winner has lost its pixel, whoever held it in between") {
+  // On one pixel the second outshines the first, the third is as bright and nearer, the fourth fainter; a fifth elsewhere.
+  const std::vector<TestPoint> cloud = {{10, 1, 0, 5}, {20, 2, 0, 9}, {10, 1, 0, 9}, {5, 0.5f, 0, 7}, {10, -4, 0, 1}};
+  const SegmentChain chain = scattered(cloud);
+  const int32_t lost[5] = {1, 1, 0, 1, 0};
+  for (int32_t i = 0; i < 5; ++i) CHECK(int32_t(chain.points.lost[i]) == lost[i]);
+  CHECK(chain.points.pixel[4] != chain.points.pixel[2]);
+}
+
 TEST_CASE("scatter_points: a point whose layer found no row says so") {
   const SegmentChain chain = scattered(
       {{10, 0, 2, 1, 1}, {10, 1, 2, 1, 1}, {10, 0, 1, 1, 2}, {10, 1, 1, 1, 2}, {10, 0, 0, 1, 3}, {-1, 0, 0, 1, 1}});
