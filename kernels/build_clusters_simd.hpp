@@ -68,9 +68,9 @@ struct FewValues {
   OVT_INLINE float high() const { return max_of(max_of(v[0], v[2]), max_of(v[1], v[3])); }
 };
 
-// The same of many values.
+// The same of many values, of which `room` may be read.
 template <class A>
-OVT_INLINE void reduce_values(const float* v, int32_t count, float& low_out, float& high_out, float& sum_out) {
+OVT_INLINE void reduce_values(const float* v, int32_t count, int32_t room, float& low_out, float& high_out, float& sum_out) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   constexpr int32_t kGroups = kLanes / kSize<A>;
   Float<A> low[kGroups], high[kGroups], sum[kGroups];
@@ -84,9 +84,14 @@ OVT_INLINE void reduce_values(const float* v, int32_t count, float& low_out, flo
       sum[g] = sum[g] + value;
     }
     if (k >= count) continue;
-    float tail[kSize<A>] = {};
-    for (int32_t l = 0; k + l < count; ++l) tail[l] = v[k + l];
-    const Float<A> value = Float<A>::load(tail);
+    Float<A> value;
+    if (k + kSize<A> <= room) {                            // points of the next cluster
+      value = Float<A>::load(v + k);
+    } else {
+      float tail[kSize<A>] = {};
+      for (int32_t l = 0; k + l < count; ++l) tail[l] = v[k + l];
+      value = Float<A>::load(tail);
+    }
     const Mask<A> in = Mask<A>::first(count - k);
     low[g] = select(in, min_of(low[g], value), low[g]);
     high[g] = select(in, max_of(high[g], value), high[g]);
@@ -136,7 +141,7 @@ OVT_INLINE void sum_up_cluster(const ScanTable& scan, const PointTable& points, 
   float* out_sum[3] = {clusters.sum_x_m, clusters.sum_y_m, clusters.sum_z_m};
   if (count > 4) {
     for (int32_t a = 0; a < 3; ++a)
-      reduce_values<A>(axis[a], count, out_min[a][row], out_max[a][row], out_sum[a][row]);
+      reduce_values<A>(axis[a], count, from.count - begin, out_min[a][row], out_max[a][row], out_sum[a][row]);
     reduce_points<A>(scan, points, from.point + begin, count, clusters.sum_offset_ns[row], clusters.nearest_m[row]);
     return;
   }

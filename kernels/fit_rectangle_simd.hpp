@@ -93,16 +93,17 @@ OVT_INLINE HeadingBounds turn_points(FitPoints<A>& points, HeadingAxes axes) {
   return {any_lane_min(low_1), any_lane_max(high_1), any_lane_min(low_2), any_lane_max(high_2)};
 }
 
-// One group of kSize lanes of the sums.
+// One group of kSize lanes of the sums. A count needs no lanes: it is exact in any order.
 template <class A>
 struct EdgeLanes {
-  Float<A> count_1{0.0f}, sum_1{0.0f}, square_1{0.0f}, sum_2{0.0f}, square_2{0.0f};
+  int32_t count_1 = 0;
+  Float<A> sum_1{0.0f}, square_1{0.0f}, sum_2{0.0f}, square_2{0.0f};
 
   OVT_INLINE void add(Mask<A> in, Float<A> d1, Float<A> d2) {
     const Mask<A> closer_2 = d2 < d1;
     const Mask<A> in_1 = in & ~closer_2, in_2 = in & closer_2;
     const Float<A> d = min_of(d2, d1), square = d * d;      // the closer one
-    count_1 = add_where(in_1, count_1, Float<A>(1.0f));
+    count_1 += count_bits(in_1.bits());
     sum_1 = add_where(in_1, sum_1, d);
     square_1 = add_where(in_1, square_1, square);
     sum_2 = add_where(in_2, sum_2, d);
@@ -110,14 +111,14 @@ struct EdgeLanes {
   }
 };
 
+// The sums of one heading: set 1, its squares, set 2, its squares to `sums`. Returns the count of set 1.
 template <class A>
-EdgeSums sum_edges(const void* context, HeadingAxes axes) noexcept {
-  // The measures may use the points' own scratch: they are called by one thread, one at a time.
-  FitPoints<A>& points = *static_cast<FitPoints<A>*>(const_cast<void*>(context));
+OVT_INLINE float sum_edges_to(FitPoints<A>& points, HeadingAxes axes, float* sums) {
   constexpr int32_t kGroups = FitPoints<A>::kGroups;
   const HeadingBounds b = turn_points(points, axes);
   const Float<A> low_1(b.low_1), high_1(b.high_1), low_2(b.low_2), high_2(b.high_2);
-  Float<A> count_1[kGroups], sum_1[kGroups], square_1[kGroups], sum_2[kGroups], square_2[kGroups];
+  Float<A> sum_1[kGroups], square_1[kGroups], sum_2[kGroups], square_2[kGroups];
+  int32_t count_1 = 0;
   for (int32_t g = 0; g < kGroups; ++g) {
     EdgeLanes<A> lanes;
     const auto add = [&](int32_t k, Mask<A> in) __attribute__((always_inline)) {
@@ -127,11 +128,21 @@ EdgeSums sum_edges(const void* context, HeadingAxes axes) noexcept {
     int32_t k = g * kSize<A>;
     for (; k + kSize<A> <= points.count; k += kLanes) add(k, Mask<A>(true));
     if (k < points.count) add(k, Mask<A>::first(points.count - k));
-    count_1[g] = lanes.count_1;
+    count_1 += lanes.count_1;
     sum_1[g] = lanes.sum_1, square_1[g] = lanes.square_1;
     sum_2[g] = lanes.sum_2, square_2[g] = lanes.square_2;
   }
-  return {lane_sum(count_1), lane_sum(sum_1), lane_sum(square_1), lane_sum(sum_2), lane_sum(square_2)};
+  lane_sums(sum_1, square_1, sum_2, square_2, sums);
+  return float(count_1);
+}
+
+template <class A>
+EdgeSums sum_edges(const void* context, HeadingAxes axes) noexcept {
+  // The measures may use the points' own scratch: they are called by one thread, one at a time.
+  FitPoints<A>& points = *static_cast<FitPoints<A>*>(const_cast<void*>(context));
+  float sums[4];
+  const float count_1 = sum_edges_to(points, axes, sums);
+  return {count_1, sums[0], sums[1], sums[2], sums[3]};
 }
 
 // The cost of all whole degrees. Few points leave most lanes of the loops above empty, so they are turned round: a lane is
@@ -177,6 +188,47 @@ OVT_INLINE void cost_of_few(const FitPoints<A>& points, const float* degree_cos,
   (variance_of(e.count_1, e.sum_1, e.square_1) + variance_of(in_2, e.sum_2, e.square_2)).store(cost);
 }
 
+// All whole degrees where one register holds the fixed shape's lanes: while the edges of one heading are summed, the points
+// are turned to the next. The two keep different units of the processor busy.
+template <class A>
+OVT_INLINE void cost_by_turns(FitPoints<A>& points, float* cost) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  HeadingBounds b = turn_points(points, {kHeadingGrid.degree_cos[0], kHeadingGrid.degree_sin[0]});
+  const int32_t whole = points.count / kSize<A> * kSize<A>;
+  float counts[kDegreesPadded], sums[4][kDegreesPadded];
+  for (int32_t d = 0; d < kDegreeCount; ++d) {
+    const HeadingAxes next = {kHeadingGrid.degree_cos[d + 1], kHeadingGrid.degree_sin[d + 1]};   // the last one is not used
+    const Float<A> low_1(b.low_1), high_1(b.high_1), low_2(b.low_2), high_2(b.high_2), c(next.c), s(next.s);
+    Float<A> next_low_1(kInfinity), next_high_1(-kInfinity), next_low_2(kInfinity), next_high_2(-kInfinity);
+    EdgeLanes<A> lanes;
+    const auto step = [&](int32_t k, Mask<A> in) __attribute__((always_inline)) {
+      const Float<A> c1 = Float<A>::load(points.first_m + k), c2 = Float<A>::load(points.second_m + k);
+      lanes.add(in, min_of(c1 - low_1, high_1 - c1), min_of(c2 - low_2, high_2 - c2));
+      const Float<A> x = Float<A>::load(points.x_m + k), y = Float<A>::load(points.y_m + k);
+      const Float<A> n1 = x * c + y * s, n2 = y * c - x * s;
+      n1.store(points.first_m + k);
+      n2.store(points.second_m + k);
+      next_low_1 = min_of(next_low_1, n1);
+      next_high_1 = max_of(next_high_1, n1);
+      next_low_2 = min_of(next_low_2, n2);
+      next_high_2 = max_of(next_high_2, n2);
+    };
+    for (int32_t k = 0; k < whole; k += kSize<A>) step(k, Mask<A>(true));
+    if (whole < points.count) step(whole, Mask<A>::first(points.count - whole));
+    float own[4];
+    lane_sums(&lanes.sum_1, &lanes.square_1, &lanes.sum_2, &lanes.square_2, own);
+    counts[d] = float(lanes.count_1);
+    for (int32_t k = 0; k < 4; ++k) sums[k][d] = own[k];
+    b = {any_lane_min(next_low_1), any_lane_max(next_high_1), any_lane_min(next_low_2), any_lane_max(next_high_2)};
+  }
+  for (int32_t d = kDegreeCount; d < kDegreesPadded; ++d) counts[d] = sums[0][d] = sums[1][d] = sums[2][d] = sums[3][d] = 0.0f;
+  for (int32_t d = 0; d < kDegreeCount; d += kSize<A>) {
+    const Float<A> in_1 = Float<A>::load(counts + d), in_2 = Float<A>(float(points.count)) - in_1;
+    (variance_of(in_1, Float<A>::load(sums[0] + d), Float<A>::load(sums[1] + d)) +
+     variance_of(in_2, Float<A>::load(sums[2] + d), Float<A>::load(sums[3] + d))).store(cost + d);
+  }
+}
+
 template <class A>
 void cost_degrees(const void* context, float* cost) noexcept {
   const FitPoints<A>& points = *static_cast<const FitPoints<A>*>(context);
@@ -185,6 +237,7 @@ void cost_degrees(const void* context, float* cost) noexcept {
       cost_of_few(points, kHeadingGrid.degree_cos + d, kHeadingGrid.degree_sin + d, cost + d);
     return;
   }
+  if constexpr (kSize<A> == kLanes) return cost_by_turns(const_cast<FitPoints<A>&>(points), cost);
   for (int32_t d = 0; d < kDegreeCount; ++d) {
     const EdgeSums e = sum_edges<A>(context, {kHeadingGrid.degree_cos[d], kHeadingGrid.degree_sin[d]});
     cost[d] = variance_of(e.count_1, e.sum_1, e.square_1) +

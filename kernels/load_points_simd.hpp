@@ -198,50 +198,54 @@ OVT_INLINE bool is_xyzi(FieldPlan* const* found, int32_t found_count) {
   return true;
 }
 
-// Straight to the columns, or else block by block: the words of the windows to a buffer in L1, from there field by field.
+// One window of a record, and the fields in it.
+struct RecordWindow {
+  const char* data = nullptr;          // in record 0
+  FieldPlan* found[kFieldCount] = {};
+  int32_t found_count = 0;
+};
+
+// Records [begin, end), whole vectors, at most kRecordBlock: straight to the columns, or else the words of the window to a
+// buffer in L1 and from there field by field.
+inline constexpr int32_t kRecordBlock = 512;
+
 template <class A>
-OVT_INLINE void load_window(const char* window, std::ptrdiff_t stride, FieldPlan* const* found, int32_t found_count,
-                            double unit_ns, int32_t count) {
-  constexpr int32_t kBlock = 512;
-  alignas(64) int32_t words[4][kBlock];
-  int32_t used = 0;
-  for (int32_t f = 0; f < found_count; ++f) used |= 1 << found[f]->word;
-  const int32_t whole = (count - 1) / kSize<A> * kSize<A>;          // all before the last record
-  if (is_xyzi(found, found_count)) {
+OVT_INLINE void load_window(const RecordWindow& window, std::ptrdiff_t stride, double unit_ns, int32_t begin, int32_t end) {
+  FieldPlan* const* found = window.found;
+  const char* data = window.data;
+  if (is_xyzi(found, window.found_count)) {
     const FieldPlan x = *found[0], y = *found[1], z = *found[2], intensity = *found[3];
-    for (int32_t i = 0; i < whole; i += kSize<A>) {
+    for (int32_t i = begin; i < end; i += kSize<A>) {
       Int<A> word[4];
-      load_records(window + std::ptrdiff_t(i) * stride, stride, word[0], word[1], word[2], word[3]);
+      load_records(data + std::ptrdiff_t(i) * stride, stride, word[0], word[1], word[2], word[3]);
       store_field<FieldKind::kCoordinate>(x, word[0], unit_ns, i);
       store_field<FieldKind::kCoordinate>(y, word[1], unit_ns, i);
       store_field<FieldKind::kCoordinate>(z, word[2], unit_ns, i);
       store_field<FieldKind::kIntensityFloat>(intensity, word[3], unit_ns, i);
     }
-    for (int32_t f = 0; f < found_count; ++f) load_gathered<A>(*found[f], unit_ns, whole, count);
     return;
   }
-  for (int32_t begin = 0; begin < whole; begin += kBlock) {
-    const int32_t end = begin + kBlock < whole ? begin + kBlock : whole;
-    for (int32_t i = begin; i < end; i += kSize<A>) {
-      Int<A> word[4];
-      load_records(window + std::ptrdiff_t(i) * stride, stride, word[0], word[1], word[2], word[3]);
-      for (int32_t w = 0; w < 4; ++w)
-        if (used >> w & 1) word[w].store(words[w] + (i - begin));
-    }
-    for (int32_t f = 0; f < found_count; ++f) {
-      const int32_t* word = words[found[f]->word];
-      const int32_t shift = found[f]->shift;
-      const Int<A> own(found[f]->bytes == 4 ? -1 : found[f]->bytes == 2 ? 0xffff : 0xff);
-      store_rows<A>(*found[f], unit_ns, begin, end, [=](int32_t i) __attribute__((always_inline)) {
-        return (Int<A>::load(word + (i - begin)) >> shift) & own;
-      });
-    }
+  alignas(64) int32_t words[4][kRecordBlock];
+  int32_t used = 0;
+  for (int32_t f = 0; f < window.found_count; ++f) used |= 1 << found[f]->word;
+  for (int32_t i = begin; i < end; i += kSize<A>) {
+    Int<A> word[4];
+    load_records(data + std::ptrdiff_t(i) * stride, stride, word[0], word[1], word[2], word[3]);
+    for (int32_t w = 0; w < 4; ++w)
+      if (used >> w & 1) word[w].store(words[w] + (i - begin));
   }
-  for (int32_t f = 0; f < found_count; ++f) load_gathered<A>(*found[f], unit_ns, whole, count);
+  for (int32_t f = 0; f < window.found_count; ++f) {
+    const int32_t* word = words[found[f]->word];
+    const int32_t shift = found[f]->shift;
+    const Int<A> own(found[f]->bytes == 4 ? -1 : found[f]->bytes == 2 ? 0xffff : 0xff);
+    store_rows<A>(*found[f], unit_ns, begin, end, [=](int32_t i) __attribute__((always_inline)) {
+      return (Int<A>::load(word + (i - begin)) >> shift) & own;
+    });
+  }
 }
 
-// The fields that share x's stride as records. Reads nothing before the first value and nothing after the first word of
-// the last record's first value.
+// The fields that share x's stride as records, block by block, so that the second window finds them in L1. Reads nothing
+// before the first value and nothing after the first word of the last record's first value.
 template <class A>
 OVT_INLINE void load_windows(FieldPlan* plans, double unit_ns, int32_t count) {
   const std::ptrdiff_t stride = plans[0].stride;
@@ -252,19 +256,28 @@ OVT_INLINE void load_windows(FieldPlan* plans, double unit_ns, int32_t count) {
       if (plans[f].bytes == 4 && plans[f].stride == stride && plans[f].data < first && first - plans[f].data < stride)
         first = plans[f].data;
   const char* const last = first + (stride - (kWindowBytes - 4));   // where a window may begin at the latest
-  for (int32_t pass = 0; pass < 2; ++pass) {
+  RecordWindow windows[2];
+  int32_t window_count = 0;
+  for (; window_count < 2; ++window_count) {
     const char* window = nullptr;                                    // the first value of this record that is left
     for (int32_t f = 0; f < kFieldCount; ++f) {
       const FieldPlan& plan = plans[f];
       const bool left = plan.bytes > 0 && plan.stride == stride && plan.word < 0 && plan.data >= first;
       if (left && plan.data - first < stride && (!window || plan.data < window)) window = plan.data;
     }
-    if (!window) return;
+    if (!window) break;
     if (window > last) window = last;
-    FieldPlan* found[kFieldCount];
-    const int32_t found_count = find_in_window(plans, window, stride, found);
-    load_window<A>(window, stride, found, found_count, unit_ns, count);
+    RecordWindow& own = windows[window_count];
+    own.data = window;
+    own.found_count = find_in_window(plans, window, stride, own.found);
   }
+  const int32_t whole = (count - 1) / kSize<A> * kSize<A>;          // all before the last record
+  for (int32_t begin = 0; begin < whole; begin += kRecordBlock) {
+    const int32_t end = begin + kRecordBlock < whole ? begin + kRecordBlock : whole;
+    for (int32_t w = 0; w < window_count; ++w) load_window<A>(windows[w], stride, unit_ns, begin, end);
+  }
+  for (int32_t w = 0; w < window_count; ++w)
+    for (int32_t f = 0; f < windows[w].found_count; ++f) load_gathered<A>(*windows[w].found[f], unit_ns, whole, count);
 }
 
 template <class A>

@@ -246,6 +246,19 @@ template <class A> OVT_INLINE float lane_max(Float<A>* v) { return fold_lanes(v,
 template <class A> OVT_INLINE float any_lane_min(Float<A> v) { return fold_vector(v, [](Float<A> a, Float<A> b) __attribute__((always_inline)) { return min_of(a, b); }); }
 template <class A> OVT_INLINE float any_lane_max(Float<A> v) { return fold_vector(v, [](Float<A> a, Float<A> b) __attribute__((always_inline)) { return max_of(a, b); }); }
 
+// lane_sum of four at once, to four floats: the same additions, in registers that hold lanes of all four.
+template <class A>
+OVT_INLINE void lane_sums(Float<A>* v0, Float<A>* v1, Float<A>* v2, Float<A>* v3, float* out) {
+  if constexpr (kPermutes<A>) {
+    Float<A>* const v[4] = {v0, v1, v2, v3};
+    if constexpr (kSize<A> == 8)
+      for (int32_t i = 0; i < 4; ++i) v[i][0] = v[i][0] + v[i][1];
+    Native<A>::fold_four(v0[0].v, v1[0].v, v2[0].v, v3[0].v, out);
+  } else {
+    out[0] = lane_sum(v0), out[1] = lane_sum(v1), out[2] = lane_sum(v2), out[3] = lane_sum(v3);
+  }
+}
+
 // Two values abreast: a function of core/math.h on a Pair is two chains of dependent operations in lockstep, which keeps
 // the arithmetic units busy where one chain would wait for its own results.
 template <class V, class M>
@@ -473,6 +486,17 @@ struct Native<xsimd::avx2> {
     return I(_mm256_inserti128_si256(_mm256_castsi128_si256(scale_half(_mm256_cvtps_pd(low), unit)),
                                      scale_half(_mm256_cvtps_pd(high), unit), 1));
   }
+  // Halves 4 apart, then quarters 2 and 1 apart, of four vectors.
+  OVT_INLINE static __m128 fold_quarters(__m256 a, __m256 b, __m256 c, __m256 d) {
+    const auto half = [](__m256 v) __attribute__((always_inline)) {
+      return _mm_add_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
+    };
+    const __m128 p = half(a), q = half(b), r = half(c), s = half(d);
+    const __m128 pq = _mm_add_ps(_mm_movelh_ps(p, q), _mm_movehl_ps(q, p));
+    const __m128 rs = _mm_add_ps(_mm_movelh_ps(r, s), _mm_movehl_ps(s, r));
+    return _mm_add_ps(_mm_shuffle_ps(pq, rs, _MM_SHUFFLE(2, 0, 2, 0)), _mm_shuffle_ps(pq, rs, _MM_SHUFFLE(3, 1, 3, 1)));
+  }
+  OVT_INLINE static void fold_four(F a, F b, F c, F d, float* out) { _mm_storeu_ps(out, fold_quarters(a, b, c, d)); }
   template <int32_t kApart>
   OVT_INLINE static F swap_lanes(F a) {
     if constexpr (kApart == 4) return F(_mm256_permute2f128_ps(a, a, 1));
@@ -561,6 +585,19 @@ struct Native<xsimd::avx512bw> {
     const __m256 low = _mm512_castps512_ps256(a), high = _mm512_extractf32x8_ps(a, 1);
     return I(_mm512_inserti64x4(_mm512_castsi256_si512(scale_half(_mm512_cvtps_pd(low), unit)),
                                 scale_half(_mm512_cvtps_pd(high), unit), 1));
+  }
+  // 8, 4, 2 and 1 apart.
+  OVT_INLINE static void fold_four(F a, F b, F c, F d, float* out) {
+    const auto two = [](__m512 v, __m512 w) __attribute__((always_inline)) {
+      return _mm512_add_ps(_mm512_shuffle_f32x4(v, w, _MM_SHUFFLE(1, 0, 1, 0)),
+                           _mm512_shuffle_f32x4(v, w, _MM_SHUFFLE(3, 2, 3, 2)));
+    };
+    const __m512 ab = two(a, b), cd = two(c, d);
+    const __m512 all = _mm512_add_ps(_mm512_shuffle_f32x4(ab, cd, _MM_SHUFFLE(2, 0, 2, 0)),
+                                     _mm512_shuffle_f32x4(ab, cd, _MM_SHUFFLE(3, 1, 3, 1)));
+    const __m512 twos = _mm512_add_ps(all, _mm512_permute_ps(all, _MM_SHUFFLE(1, 0, 3, 2)));
+    const __m512 ones = _mm512_add_ps(twos, _mm512_permute_ps(twos, _MM_SHUFFLE(2, 3, 0, 1)));
+    _mm_storeu_ps(out, _mm512_castps512_ps128(_mm512_maskz_compress_ps(0x1111, ones)));   // one of each quarter
   }
   template <int32_t kApart>
   OVT_INLINE static F swap_lanes(F a) {
