@@ -13,7 +13,7 @@ namespace overtake {
 // ground pixel whose return is elsewhere) ground. A point that lost its pixel takes the same when its range is within
 // loser_limit_m of the winner's; else none: nearer is kDust, farther kSecondReturn.
 //   reads    points range_m pixel lost; images range_m range_repaired_m pixel_point labels
-//   writes   points label; reason of points with a pixel
+//   writes   points label; reason of those that lost their pixel (a winner's is kLabelled already)
 //   cost     a pass over pixels, a store a cluster's point     agrees  exactly on every ISA
 struct LabelPointsParams {
   float own_limit_m = 0.5f, loser_limit_m = 0.5f;

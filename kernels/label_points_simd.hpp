@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // End of stage 7: every input point gets its pixel's label. Most points are ground and hold their pixel, so first all are
-// taken for that; the points that hold a cluster's pixel are told by a pass over the pixels, and those that lost theirs
-// (a few in a hundred) ask for themselves.
+// taken for that, but those that lost theirs (a few in a hundred), which ask for themselves; the points that hold a
+// cluster's pixel are told by a pass over the pixels.
 #pragma once
 
 #include "core/math.h"
@@ -26,14 +26,17 @@ void label_points(const LabelPointsParams& params, const RangeImages& images, Po
   int32_t* labels = points.label;
   uint8_t *reasons = points.reason;
   const uint8_t* lost = points.lost;
-  const Int<A> ground(kLabelGround), none(kLabelNone), labelled(int32_t(Reason::kLabelled));
+  const Int<A> ground(kLabelGround), none(kLabelNone);
   for (int32_t i = 0; i < count; i += kSize<A>) {
-    const Mask<A> has = Int<A>::load(pixels + i) > Int<A>(-1);
-    select(has, ground, none).store(labels + i);
-    if ((~has & Mask<A>::first(count - i)).any())
-      store_bytes(select(has, labelled, load_bytes<A>(reasons + i)), reasons + i);
-    else
-      store_bytes(labelled, reasons + i);
+    select(Int<A>::load(pixels + i) > Int<A>(-1), ground, none).store(labels + i);
+    const Mask<A> losers = (load_bytes<A>(lost + i) > Int<A>(0)) & Mask<A>::first(count - i);
+    for (uint32_t bits = losers.bits(); bits != 0; bits &= bits - 1) {
+      const int32_t l = i + lowest_bit(bits), pixel = pixels[l];
+      const float behind = range_m[l] - image_range[pixel];
+      const bool near = abs_of(behind) <= params.loser_limit_m;
+      labels[l] = near ? label_of_pixel(images, params.own_limit_m, pixel) : kLabelNone;
+      reasons[l] = uint8_t(near ? Reason::kLabelled : behind < 0.0f ? Reason::kDust : Reason::kSecondReturn);
+    }
   }
 
   // Points and labels in pairs, told once a row: stores here and there go better without the wide loads between them.
@@ -62,17 +65,6 @@ void label_points(const LabelPointsParams& params, const RangeImages& images, Po
       held = 0;
     }
     tell(held);
-  }
-
-  for (int32_t i = 0; i < count; i += kSize<A>) {
-    const Mask<A> losers = (load_bytes<A>(lost + i) > Int<A>(0)) & Mask<A>::first(count - i);
-    for (uint32_t bits = losers.bits(); bits != 0; bits &= bits - 1) {
-      const int32_t l = i + lowest_bit(bits), pixel = pixels[l];
-      const float behind = range_m[l] - image_range[pixel];
-      const bool near = abs_of(behind) <= params.loser_limit_m;
-      labels[l] = near ? label_of_pixel(images, params.own_limit_m, pixel) : kLabelNone;
-      reasons[l] = uint8_t(near ? Reason::kLabelled : behind < 0.0f ? Reason::kDust : Reason::kSecondReturn);
-    }
   }
 }
 

@@ -47,8 +47,8 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
   // Pixels of a block, then its claims: scattered stores in flight hold up wide loads that share their low address bits.
   constexpr int32_t kBlock = 512;
   for (int32_t i = 0, claimed = 0; i < count; i += kSize<A>) {
-    const Int<A> reason = load_bytes<A>(reasons + i);
-    const Mask<A> valid = (reason == Int<A>(int32_t(Reason::kLabelled))) & Mask<A>::first(count - i);
+    const Int<A> column = Int<A>::load(columns + i);
+    const Mask<A> valid = (column > none) & Mask<A>::first(count - i);
     const Int<A> layer = select(valid, Int<A>::load(layers + i), Int<A>(0));
     // Mostly the layers of one line, or of two heads' lines interleaved.
     if ((valid & ~((layer == layer_a) | (layer == layer_b))).any()) {
@@ -62,8 +62,8 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
     row = select(valid, row, none);
     const Mask<A> dropped = valid & (row < Int<A>(0));
     if (dropped.any())
-      store_bytes(select(dropped, Int<A>(int32_t(Reason::kLayerDropped)), reason), reasons + i);
-    const Int<A> pixel = select(row < Int<A>(0), none, row * stride + Int<A>::load(columns + i));
+      store_bytes(select(dropped, Int<A>(int32_t(Reason::kLayerDropped)), load_bytes<A>(reasons + i)), reasons + i);
+    const Int<A> pixel = select(row < Int<A>(0), none, row * stride + column);
     pixel.store(pixels + i);
     store_bytes(Int<A>(0), lost + i);
 

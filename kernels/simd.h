@@ -164,8 +164,10 @@ struct NearRows {
     if constexpr (kPermutes<A>) {
       const uint32_t bits = in.bits();
       const int32_t first = at[lowest_bit(bits)], last = at[highest_bit(bits)];
-      begin = first + (last - first) / 2 - kWindow / 2;   // the rows may fall as well as rise
-      begin = begin < capacity - kWindow ? begin : capacity - kWindow;
+      // The rows may fall as well as rise. A window of whole cache lines is read faster than it is placed well.
+      begin = (first + (last - first) / 2 - (kWindow - kSize<A>) / 2) & ~(kSize<A> - 1);
+      const int32_t latest = (capacity & ~(kSize<A> - 1)) - kWindow;
+      begin = begin < latest ? begin : latest;
       begin = begin > 0 ? begin : 0;
       offset = row - Int<A>(begin);
       near = capacity >= kWindow && !(in & ~((offset & Int<A>(~(kWindow - 1))) == Int<A>(0))).any();
