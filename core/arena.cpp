@@ -14,8 +14,8 @@ namespace overtake {
 namespace {
 
 // A scan touches a few MB of its slot here and there: in pages of 4 kB that is more than the CPU's page tables in cache
-// hold, and a segmentation takes a tenth longer. So large blocks begin on a huge page and ask for more of them; where the
-// system has none, nothing is lost but the rest of the last one.
+// hold (three sensors' chain took about a tenth longer, on a noisy machine). So large blocks begin on a huge page and ask
+// for more of them; where the system has none, nothing is lost but the rest of the last one.
 constexpr std::size_t kHugePage = std::size_t(2) << 20;
 
 void* allocate_block(size_t bytes, size_t alignment, void*) {
