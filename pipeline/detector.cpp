@@ -55,6 +55,7 @@ ovt_status Detector::push_scan(const ovt_points& points) {
   if (push_waits_ && !inline_) box.wait_until_taken();
   Scan& scan = box.writable();
   const int64_t start = steady_now_ns();
+  probe_stage_begin(-1, s, OVT_STAGE_LOAD, points.stamp_ns);
   const auto as_field = [](const ovt_column& c) {
     return PointField{c.data, std::ptrdiff_t(c.stride), FieldType(c.type)};
   };
@@ -63,9 +64,13 @@ ovt_status Detector::push_scan(const ovt_points& points) {
                               points.time_unit_ns};
   context_.kernels->load_points(fields, points.count, scan.table);
   scan.load = {start, steady_now_ns() - start, this_worker()};
+  probe_stage_end(-1, s, OVT_STAGE_LOAD, points.stamp_ns);
   scan.stamp_ns = points.stamp_ns;
   scan.ego = ego_->mark();
-  if (box.post()) counters_.dropped.fetch_add(1, std::memory_order_relaxed);
+  if (box.post()) {
+    counters_.dropped.fetch_add(1, std::memory_order_relaxed);
+    probe_drop(s, box.writable().stamp_ns);  // given back by the exchange
+  }
   tell_intake();
   return OVT_OK;
 }
@@ -100,7 +105,10 @@ ovt_status Detector::push_detections(const ovt_external_detections& in) {
   scan.stamp_ns = in.stamp_ns;
   scan.reference = in.reference;
   scan.ego = ego_->mark();
-  if (external_.post()) counters_.external_dropped.fetch_add(1, std::memory_order_relaxed);
+  if (external_.post()) {
+    counters_.external_dropped.fetch_add(1, std::memory_order_relaxed);
+    probe_drop(-1, external_.writable().stamp_ns);
+  }
   tell_intake();
   return OVT_OK;
 }
@@ -177,16 +185,20 @@ void Detector::watch_frames() {
 // Takes what waits in hand until a pass over all boxes finds nothing new: then everything that was pushed before
 // anything in hand is in hand as well, and the smallest stamp is really the next.
 void Detector::gather() {
-  const auto take = [&](auto& box, std::atomic<int64_t>& dropped) {
+  const auto take = [&](int32_t sensor, auto& box, std::atomic<int64_t>& dropped) {
     if (box.in_hand() && push_waits_) return false;
     bool replaced = false;
+    const int64_t held_ns = box.in_hand() ? box.in_hand()->stamp_ns : 0;
     if (!box.take(replaced)) return false;
-    if (replaced) dropped.fetch_add(1, std::memory_order_relaxed);
+    if (replaced) {
+      dropped.fetch_add(1, std::memory_order_relaxed);
+      probe_drop(sensor, held_ns);
+    }
     return true;
   };
   for (bool found = true; found;) {
-    found = take(external_, counters_.external_dropped);
-    for (int32_t s = 0; s < context_.sensor_count; ++s) found |= take(mailboxes_[s], counters_.dropped);
+    found = take(-1, external_, counters_.external_dropped);
+    for (int32_t s = 0; s < context_.sensor_count; ++s) found |= take(s, mailboxes_[s], counters_.dropped);
   }
 }
 
@@ -204,7 +216,10 @@ bool Detector::take_scan_in_hand(int32_t sensor) {
     case Taken::kNoSlot: return false;
     case Taken::kUsed: add(counters_.used, 1); break;
     case Taken::kLate: add(counters_.late, 1); break;
-    case Taken::kDropped: add(counters_.dropped, 1); break;
+    case Taken::kDropped:
+      add(counters_.dropped, 1);
+      probe_drop(sensor, mailboxes_[sensor].in_hand()->stamp_ns);
+      break;
     case Taken::kDuplicate: add(counters_.dup, 1); break;
   }
   if (const int32_t n = assembler_->take_late_before_jump()) {
@@ -288,6 +303,7 @@ void Detector::finish(Frame& frame) {
   if (deadline_ns_ > 0 && frame.latency_ns > deadline_ns_) {
     frame.flags |= OVT_FLAG_DEADLINE_MISSED;
     add(counters_.deadline_missed, 1);
+    probe_deadline(frame.sequence, frame.latency_ns);
   }
 
   if (on_frame_) {

@@ -9,6 +9,7 @@
 #include <iterator>
 
 #include "pipeline/overtake.h"
+#include "pipeline/probes.h"
 
 namespace overtake {
 
@@ -31,23 +32,34 @@ struct StageSpans {
   void reset() noexcept { std::fill(std::begin(of), std::end(of), StageSpan{}); }
 };
 
-// Stage after stage: each begins where the one before it ended.
+// What the probes are told about the work.
+struct StageTag {
+  int64_t sequence, stamp_ns;
+  int32_t sensor;
+};
+
+// Stage after stage, `first` to `last` in the order of their numbers: each begins where the one before it ended.
 class StageClock {
  public:
-  explicit StageClock(StageSpans& spans) noexcept
-      : spans_(spans), start_(steady_now_ns()), last_(start_), worker_(this_worker()) {}
+  StageClock(StageSpans& spans, const StageTag& tag, ovt_stage first, ovt_stage last) noexcept
+      : spans_(spans), tag_(tag), start_(steady_now_ns()), last_(start_), worker_(this_worker()), last_stage_(last) {
+    probe_stage_begin(tag_.sequence, tag_.sensor, first, tag_.stamp_ns);
+  }
   void lap(ovt_stage stage) noexcept {
     const int64_t now = steady_now_ns();
     spans_[stage] = {last_, now - last_, worker_};
     last_ = now;
+    probe_stage_end(tag_.sequence, tag_.sensor, stage, tag_.stamp_ns);
+    if (stage != last_stage_) probe_stage_begin(tag_.sequence, tag_.sensor, stage + 1, tag_.stamp_ns);
   }
   // From the first stage's start to the last one's end.
   void total(ovt_stage stage) noexcept { spans_[stage] = {start_, last_ - start_, worker_}; }
 
  private:
   StageSpans& spans_;
+  StageTag tag_;
   int64_t start_, last_;
-  int32_t worker_;
+  int32_t worker_, last_stage_;
 };
 
 }  // namespace overtake

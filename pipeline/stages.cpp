@@ -51,7 +51,7 @@ void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part)
   const SensorModel& model = context.sensors[sensor];
   const SegmentParams& p = context.segment[sensor];
   RangeImages& m = part.images;
-  StageClock clock(part.spans);
+  StageClock clock(part.spans, {-1, part.stamp_ns, sensor}, OVT_STAGE_PROJECT, OVT_STAGE_CLUSTERS);
 
   k.project_points(model, part.scan, part.points, part.layer_sums);
   part.row_count = k.rank_layers(model.rows, part.layer_sums, part.row_of_layer, part.layer_order);
@@ -204,7 +204,7 @@ void pose_frame(const StageContext& context, Frame& frame) noexcept {
 
 void detect_frame(const StageContext& context, Frame& frame) noexcept {
   if (frame.kind != FrameKind::kScans) return;
-  StageClock clock(frame.spans);
+  StageClock clock(frame.spans, {frame.sequence, frame.stamp_ns, -1}, OVT_STAGE_MERGE, OVT_STAGE_POSE);
   merge_frame(context, frame);
   clock.lap(OVT_STAGE_MERGE);
   gate_frame(context, frame);
@@ -305,7 +305,7 @@ int32_t TrackStage::observe(const Frame& frame, ObservedSector* sectors) const n
 }
 
 void TrackStage::run(Frame& frame) noexcept {
-  StageClock clock(frame.spans);
+  StageClock clock(frame.spans, {frame.sequence, frame.stamp_ns, -1}, OVT_STAGE_TRACK, OVT_STAGE_TRACK);
   if (frame.restart) {
     tracker_.restart();
     newest_ns_ = INT64_MIN;

@@ -1,0 +1,41 @@
+#!/bin/bash
+# Copyright 2026 The Overtake authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: tests/test_probes.sh EXECUTABLE WITH_PROBES. What a profiler needs is in the built file: a build id, symbols,
+# frame pointers, and the USDT probes with as many arguments as pipeline/probes.h says. WITH_PROBES is 0 where the build
+# had no sys/sdt.h. Exit code 0 is a pass, 77 with a line "skipped: ..." a skip.
+set -uo pipefail
+readonly binary=${1:?usage: test_probes.sh EXECUTABLE WITH_PROBES} with_probes=${2:?}
+failures=0
+fail() {
+  echo "FAILED: $*"
+  failures=$((failures + 1))
+}
+command -v readelf >/dev/null || { echo "skipped: probes: no readelf (binutils)"; exit 77; }
+
+notes=$(readelf --notes --wide "$binary") || fail "$binary: readelf cannot read it"
+grep -q 'Build ID: [0-9a-f]\{16\}' <<<"$notes" || fail "$binary has no build id"
+[[ $(readelf --symbols --wide "$binary") == *segment_scan* ]] || fail "$binary has lost its symbols"
+
+# "Name: drop" is followed by a line "Arguments: -4@%edi 8@%rsi": one word an argument.
+expect_probe() { # NAME ARGUMENTS
+  local counts
+  counts=$(awk -v name="$1" '
+    /Provider:/ { ours = $NF == "overtake" }
+    /Name:/ { named = ours && $2 == name }
+    /Arguments:/ && named { print NF - 1 }' <<<"$notes" | sort -u)
+  [[ -n $counts ]] || fail "no probe overtake:$1"
+  [[ -z $counts || $counts == "$2" ]] || fail "overtake:$1 has $counts arguments, not $2"
+}
+if ((with_probes)); then
+  expect_probe stage_begin 4
+  expect_probe stage_end 4
+  expect_probe drop 2
+  expect_probe deadline 2
+elif grep -q 'Provider: overtake' <<<"$notes"; then
+  fail "a build without sys/sdt.h has probes"
+fi
+((failures == 0)) || exit 1
+((with_probes)) || { echo "skipped: USDT probes: built without sys/sdt.h (systemtap-sdt-dev)"; exit 77; }
+echo "build id, symbols and probes are there"
