@@ -5,12 +5,20 @@
 #include <cmath>
 
 #include "tools/io/error.h"
-#include "tools/io/map_file.h"
 
 namespace overtake::cli {
 namespace {
 
 constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
+
+ovt_column to_column(const io::PcdColumn& column) {
+  static constexpr int32_t kType[] = {OVT_F32, OVT_F64, OVT_I8,  OVT_U8,   OVT_I16,
+                                      OVT_U16, OVT_I32, OVT_U32, OVT_NONE, OVT_NONE};
+  if (column.bytes.empty()) return {nullptr, 0, 0, OVT_NONE};
+  return {column.data(), column.bytes.size(), io::size_of(column.type), kType[std::size_t(column.type)]};
+}
+
+}  // namespace
 
 ovt_sensor_def to_sensor_def(const io::RigSensor& sensor) {
   ovt_sensor_def def = ovt_default_sensor_def();
@@ -33,7 +41,6 @@ ovt_sensor_def to_sensor_def(const io::RigSensor& sensor) {
   return def;
 }
 
-// Borrows the vectors of `map`.
 ovt_map_def to_map_def(const io::MapData& map) {
   ovt_map_def def = ovt_default_map_def();
   def.closed = map.closed;
@@ -55,14 +62,37 @@ ovt_map_def to_map_def(const io::MapData& map) {
   return def;
 }
 
-ovt_column to_column(const io::PcdColumn& column) {
-  static constexpr int32_t kType[] = {OVT_F32, OVT_F64, OVT_I8,  OVT_U8,   OVT_I16,
-                                      OVT_U16, OVT_I32, OVT_U32, OVT_NONE, OVT_NONE};
-  if (column.bytes.empty()) return {nullptr, 0, 0, OVT_NONE};
-  return {column.data(), column.bytes.size(), io::size_of(column.type), kType[std::size_t(column.type)]};
+ovt_points to_points(const io::SensorScan& scan) {
+  ovt_points points;
+  ovt_points_init(&points, sizeof points);
+  points.sensor = scan.sensor;
+  points.count = scan.count;
+  points.stamp_ns = scan.stamp_ns;
+  points.x = to_column(scan.x);
+  points.y = to_column(scan.y);
+  points.z = to_column(scan.z);
+  points.layer = to_column(scan.layer);
+  points.intensity = to_column(scan.intensity);
+  if (!scan.time_offset_ns.empty())
+    points.time = {scan.time_offset_ns.data(), scan.time_offset_ns.size() * 4, 4, OVT_I32};
+  points.time_unit_ns = 1;
+  return points;
 }
 
-}  // namespace
+ovt_ego_pose to_pose(const io::EgoRow& row) {
+  ovt_ego_pose pose;
+  ovt_ego_pose_init(&pose, sizeof pose);
+  pose.stamp_ns = row.stamp_ns;
+  pose.x_m = row.x_m;
+  pose.y_m = row.y_m;
+  pose.z_m = row.z_m;
+  pose.roll_rad = row.roll_rad;
+  pose.pitch_rad = row.pitch_rad;
+  pose.yaw_rad = row.yaw_rad;
+  pose.speed_mps = row.speed_mps;
+  pose.yaw_rate_rps = row.yaw_rate_rps;
+  return pose;
+}
 
 void check(ovt_status status, const std::string& what) {
   if (status != OVT_OK) throw io::Error(what, 0, ovt_status_text(status));
@@ -102,17 +132,7 @@ Session::~Session() { ovt_destroy_detector(detector_); }
 void Session::push_ego_until(int64_t stamp_ns) {
   while (next_ego_ < ego_.size() && (next_ego_ == 0 || ego_[next_ego_ - 1].stamp_ns < stamp_ns)) {
     const io::EgoRow& row = ego_[next_ego_++];
-    ovt_ego_pose pose;
-    ovt_ego_pose_init(&pose, sizeof pose);
-    pose.stamp_ns = row.stamp_ns;
-    pose.x_m = row.x_m;
-    pose.y_m = row.y_m;
-    pose.z_m = row.z_m;
-    pose.roll_rad = row.roll_rad;
-    pose.pitch_rad = row.pitch_rad;
-    pose.yaw_rad = row.yaw_rad;
-    pose.speed_mps = row.speed_mps;
-    pose.yaw_rate_rps = row.yaw_rate_rps;
+    const ovt_ego_pose pose = to_pose(row);
     check(ovt_push_ego_pose(detector_, &pose), "ego pose " + std::to_string(row.stamp_ns));
   }
 }
@@ -126,19 +146,7 @@ void Session::push(const io::FrameScans& frame) {
       throw io::Error(scan.path, 0,
                       std::to_string(scan.count) + " points, but sensor '" + sensor.name + "' has point_capacity " +
                           std::to_string(sensor.point_capacity));
-    ovt_points points;
-    ovt_points_init(&points, sizeof points);
-    points.sensor = scan.sensor;
-    points.count = scan.count;
-    points.stamp_ns = scan.stamp_ns;
-    points.x = to_column(scan.x);
-    points.y = to_column(scan.y);
-    points.z = to_column(scan.z);
-    points.layer = to_column(scan.layer);
-    points.intensity = to_column(scan.intensity);
-    if (!scan.time_offset_ns.empty())
-      points.time = {scan.time_offset_ns.data(), scan.time_offset_ns.size() * 4, 4, OVT_I32};
-    points.time_unit_ns = 1;
+    const ovt_points points = to_points(scan);
     const ovt_status status = ovt_push_scan(detector_, &points);
     if (status != OVT_DUPLICATE && status != OVT_LATE) check(status, scan.path);
   }

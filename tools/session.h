@@ -11,12 +11,19 @@
 #include "pipeline/overtake.h"
 #include "tools/config.h"
 #include "tools/io/ego_file.h"
+#include "tools/io/map_file.h"
 #include "tools/io/recording.h"
 
 namespace overtake::cli {
 
 // Throws io::Error with the status' own sentence unless OVT_OK.
 void check(ovt_status status, const std::string& what);
+
+// What is read from files as the C API takes it. to_map_def and to_points borrow the vectors of what they are given.
+ovt_sensor_def to_sensor_def(const io::RigSensor& sensor);
+ovt_map_def to_map_def(const io::MapData& map);
+ovt_points to_points(const io::SensorScan& scan);
+ovt_ego_pose to_pose(const io::EgoRow& row);
 
 class Session {
  public:

@@ -1,0 +1,49 @@
+#!/bin/bash
+# Copyright 2026 The Overtake authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: tests/test_bench_latency.sh BENCH_LATENCY OVERTAKE. The program from outside: files it writes, a recording as its
+# input, exit codes. Exit code 0 is a pass.
+set -uo pipefail
+bench=$(realpath "${1:?usage: test_bench_latency.sh BENCH_LATENCY OVERTAKE}")
+overtake=$(realpath "${2:?}")
+readonly bench overtake
+dir=$(mktemp -d)
+readonly dir
+trap 'rm -rf "$dir"' EXIT
+cd "$dir" || exit 1
+failures=0
+fail() {
+  echo "FAILED: $*"
+  failures=$((failures + 1))
+}
+
+"$bench" --frames 4 --warmup 1 --rate 5 --json --out run.json --hgrm run.hgrm >stdout 2>stderr || fail "a plain run: $(head -c 400 stderr)"
+cmp -s stdout run.json || fail "--json and --out do not say the same"
+awk '/"end_to_end": / { here = 1 } here && /"p50_us": [0-9]/ { found = 1 } /}/ { here = 0 } END { exit !found }' run.json ||
+  fail "no end_to_end.p50_us"
+for file in run.hgrm run.hgrm.noise; do
+  grep -q '^#\[Max     = .*Total count    = *[1-4]\]$' "$file" || fail "$file counts not up to four frames"
+done
+
+"$overtake" scene --frames 3 --out scene >/dev/null || fail "no scene"
+"$bench" --input scene --rig av21 --map scene/map.csv --ego scene/ego.csv --loop closed --workers 1 --frames 5 --warmup 1 \
+  >stdout 2>stderr || fail "a recording: $(head -c 400 stderr)"
+grep -q '^input: recording, 3 frames of 3 sensors' stdout || fail "the recording is not named: $(grep '^input' stdout)"
+grep -q '^  end to end  *5 ' stdout || fail "not five frames: $(grep '^  end to end' stdout)"
+
+for usage in "--frames 0" "--cpus 1,x" "--loop round" "fly" "--map scene/map.csv"; do
+  # shellcheck disable=SC2086
+  "$bench" $usage >stdout 2>stderr
+  code=$?
+  ((code == 2)) && [[ -s stderr && ! -s stdout ]] || fail "bench_latency $usage: exit code $code, not 2, or no word"
+done
+for failing in "--input nowhere" "--isa mmx --frames 1" "--cpus 1000 --frames 1"; do
+  # shellcheck disable=SC2086
+  "$bench" $failing >stdout 2>stderr
+  code=$?
+  ((code == 1)) && [[ $(wc -l <stderr) == 1 && $(cat stderr) == bench_latency:* ]] ||
+    fail "bench_latency $failing: exit code $code, not 1, or not one line: $(head -c 400 stderr)"
+done
+((failures == 0)) && echo "all checks of bench_latency passed"
+((failures == 0))
