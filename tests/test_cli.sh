@@ -58,6 +58,10 @@ grep -q '^confirm_hits = 3$' run/config.toml || fail "config.toml lacks what --s
 expect "quiet" "${run[@]}" --quiet --out again && [[ ! -s stdout && ! -s stderr ]] || fail "--quiet prints"
 expect "config" "$overtake" run scene --config run/config.toml --out from_config
 expect "workers" "${run[@]}" --workers 3 --out workers
+expect "trace" "${run[@]}" --workers 2 --out traced --trace trace.json
+[[ $(grep -c '"name":"track"' trace.json) == 8 ]] || fail "trace.json lacks frames"
+[[ $(tail -n 1 trace.json) == "]}" ]] || fail "trace.json does not end"
+cmp -s workers/tracks.csv traced/tracks.csv || fail "--trace changes the tracks"
 expect "a worker per CPU" "${run[@]}" --workers 0 --out workers_0
 expect "isa" "${run[@]}" --isa ref --out isa
 for other in again from_config workers workers_0 isa; do
@@ -149,6 +153,7 @@ refuse "--frame 99: scene has no such frame (there are 0 to 7)" inspect scene --
 refuse "lone: frame 0 has no scan of sensor 'front'" inspect lone --frame 0 --sensor front "${av21[@]}"
 refuse "back.csv:3:1: the stamp goes back" track back.csv --out out
 refuse "word.csv:2:5: y_m 'zero' is no number" track word.csv --out out
+refuse "no/trace.json: cannot be written: No such file or directory" run scene "${av21[@]}" --trace no/trace.json
 refuse "no.csv: no such file" track no.csv --out out
 for usage in "" "run" "run scene --rig av21" "run scene --rig av21 --out out --workers -1" "fly scene"; do
   # shellcheck disable=SC2086

@@ -18,6 +18,7 @@
 #include "tools/io/text.h"
 #include "tools/result_files.h"
 #include "tools/session.h"
+#include "tools/trace_file.h"
 
 namespace overtake::cli {
 namespace {
@@ -76,11 +77,14 @@ constexpr double kDegreesPerRadian = 180.0 / 3.14159265358979323846;
 // Receives the frames in order, on whichever thread finished them.
 class RunResult {
  public:
-  RunResult(const std::string& folder, const io::Rig& rig)
+  // trace: file for the stages' spans, "" for none.
+  RunResult(const std::string& folder, const io::Rig& rig, const std::string& trace)
       : rig_(rig),
         detections_(folder + "/detections.csv", kDetectionsHeader),
         tracks_(folder + "/tracks.csv", kTracksHeader),
-        timing_(folder + "/timing.csv", kTimingHeader) {}
+        timing_(folder + "/timing.csv", kTimingHeader) {
+    if (!trace.empty()) trace_.emplace(trace, rig);
+  }
 
   // Before its scans are pushed: which frame a stamp belongs to.
   void announce(const io::FrameScans& frame) {
@@ -102,6 +106,11 @@ class RunResult {
   void rethrow_failure() {
     const std::lock_guard lock(mutex_);
     if (failure_) std::rethrow_exception(failure_);
+  }
+
+  void finish_trace() {
+    const std::lock_guard lock(mutex_);
+    if (trace_) trace_->finish();
   }
 
   int64_t frame_count() const { return frame_count_; }
@@ -129,6 +138,7 @@ class RunResult {
     write_detections(detections_, frame, detections);
     write_tracks(tracks_, frame, tracks);
     write_times(timing_, frame, info.stamp_ns, rig_, reader);
+    if (trace_) trace_->add(frame, reader);
     detections_.flush();  // Ctrl-C, or worse, keeps what is done
     tracks_.flush();
     timing_.flush();
@@ -192,6 +202,7 @@ class RunResult {
   const io::Rig rig_;
   std::mutex mutex_;
   io::CsvWriter detections_, tracks_, timing_;
+  std::optional<TraceFile> trace_;
   std::map<int64_t, Announced> announced_;  // by stamp
   std::exception_ptr failure_;
   int64_t frame_count_ = 0;
@@ -247,7 +258,7 @@ int run_command(const Options& options) {
     throw io::Error("", 0, "--rig is needed: a TOML file, or " + io::join(io::builtin_rig_names(), ", "));
   const io::Recording recording(config.input, config.rig);
   make_folder(options.out);
-  RunResult result(options.out, config.rig);
+  RunResult result(options.out, config.rig, options.trace);
   Session session(config, &RunResult::on_frame, &result);
   io::write_whole_file(options.out + "/config.toml", format_config(config));
 
@@ -262,6 +273,7 @@ int run_command(const Options& options) {
   }
   session.flush();
   result.rethrow_failure();
+  result.finish_trace();
   progress.clear();
   if (!options.quiet) {
     std::printf("%s\n%s", result.format_frames().c_str(), result.format_times().c_str());

@@ -53,6 +53,8 @@ int run_main(int argc, char** argv) {
                  "CSV of ego poses: stamp_ns,x_m,y_m[,z_m][,roll_rad,pitch_rad],yaw_rad,speed_mps[,yaw_rate_rps]");
   run.add_option("--workers", options.workers, "threads; 1: none but the main one (default), 0: one per CPU")
       ->check(CLI::Range(0, 256));
+  run.add_option("--trace", options.trace,
+                 "FILE: every stage of every frame on its thread, as Chrome trace JSON (ui.perfetto.dev)");
 
   CLI::App& inspect = *app.add_subcommand("inspect", "writes every image of one scan as NPY and PNG");
   add_detector(inspect, options);
