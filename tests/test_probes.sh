@@ -18,7 +18,8 @@ notes=$(readelf --notes --wide "$binary") || fail "$binary: readelf cannot read 
 grep -q 'Build ID: [0-9a-f]\{16\}' <<<"$notes" || fail "$binary has no build id"
 [[ $(readelf --symbols --wide "$binary") == *segment_scan* ]] || fail "$binary has lost its symbols"
 
-# "Name: drop" is followed by a line "Arguments: -4@%edi 8@%rsi": one word an argument.
+# "Name: drop" is followed by a line "Arguments: -4@%edi 8@%rsi": one word an argument. A constant (-4@$7) would make perf
+# refuse the probe.
 expect_probe() { # NAME ARGUMENTS
   local counts
   counts=$(awk -v name="$1" '
@@ -26,6 +27,8 @@ expect_probe() { # NAME ARGUMENTS
     /Name:/ { named = ours && $2 == name }
     /Arguments:/ && named { print NF - 1 }' <<<"$notes" | sort -u)
   [[ -n $counts ]] || fail "no probe overtake:$1"
+  awk -v name="$1" '/Name:/ { named = $2 == name } /Arguments:.*@\$/ && named { exit 1 }' <<<"$notes" ||
+    fail "overtake:$1 has a constant among its arguments"
   [[ -z $counts || $counts == "$2" ]] || fail "overtake:$1 has $counts arguments, not $2"
 }
 if ((with_probes)); then
