@@ -52,7 +52,7 @@ class LatencyRunner {
     create_detector();
     NoiseDef noise_def;
     noise_def.cpus = def_.cpus.empty() ? usable : def_.cpus;
-    noise_def.fifo_priority = def_.fifo_priority;
+    noise_def.fifo_priority = def_.fifo_priority > 0 ? std::min(def_.fifo_priority + 1, 99) : 0;  // ours is no noise
     noise_def.window_ns = def_.noise_window_ns;
     noise_def.tick_count = frame_count_;
     if (def_.cold) noise_def.evict_bytes = run_.evicted_bytes = largest_cache_bytes() * 5 / 4;

@@ -1,8 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the machine takes of a thread that does nothing: one thread a CPU, of the same policy as the workers, that wakes
-// once a frame, in the middle between two arrivals, and then spins for a while.
+// What the machine takes of a thread that does nothing: one thread a CPU, with the drivers' policy (under SCHED_FIFO one
+// step above the workers, so that a worker that spins is no noise; without it, it is), that wakes once a frame, in the
+// middle between two arrivals, and then spins for a while.
 //
 //   late      its wake-up after the time it asked for
 //   stolen    what the spinning loop did not get of the CPU: the sum of all gaps in its clock of more than 2 us, until it
