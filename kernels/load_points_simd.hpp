@@ -37,13 +37,14 @@ struct FieldPlan {
 
   // The value's bits, zero-extended.
   OVT_INLINE int32_t bits_at(int32_t i) const {
+    if (bytes == 0) return 0;          // its data may be null
     const char* at = data + std::ptrdiff_t(i) * stride;
     uint32_t value = 0;
     if (bytes == 4) {
       std::memcpy(&value, at, 4);
     } else if (bytes == 2) {
       std::memcpy(&value, at, 2);
-    } else if (bytes == 1) {
+    } else {
       std::memcpy(&value, at, 1);
     }
     return int32_t(value);

@@ -8,12 +8,16 @@
 
 namespace overtake::io {
 
+void throw_toml_broken() { throw TomlBroken(); }
+
 toml::table parse_toml(const std::string& path_in_errors, std::string_view text) {
   try {
     return toml::parse(text, path_in_errors);
   } catch (const toml::parse_error& error) {
     throw Error(path_in_errors, int64_t(error.source().begin.line), std::string(error.description()),
                 int64_t(error.source().begin.column));
+  } catch (const TomlBroken&) {
+    throw Error(path_in_errors, 0, "is no TOML: a key, a table's name or a value is malformed");
   }
 }
 

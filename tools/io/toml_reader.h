@@ -10,10 +10,10 @@
 #include <set>
 #include <string>
 #include <string_view>
-#include <toml++/toml.h>
 #include <vector>
 
 #include "tools/io/error.h"
+#include "tools/io/toml_parser.h"
 
 namespace overtake::io {
 
