@@ -42,9 +42,12 @@ class Guarded {
 
   // Name of the first piece whose guards changed; empty: none.
   std::string broken() const {
+    unsigned char whole[kFence];
+    std::memset(whole, kGuard, kFence);
     for (const Piece& piece : pieces_)
-      for (std::size_t i = 0; i < kFence; ++i)
-        if (piece.base[i] != kGuard || piece.base[kFence + piece.bytes + i] != kGuard) return piece.name;
+      if (std::memcmp(piece.base, whole, kFence) != 0 ||
+          std::memcmp(piece.base + kFence + piece.bytes, whole, kFence) != 0)
+        return piece.name;
     return "";
   }
 

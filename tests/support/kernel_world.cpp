@@ -25,6 +25,7 @@ const char* const kBitsName[4] = {"nonground", "nonground_repaired", "link_right
 
 template <class T>
 std::string compare_values(const std::string& name, const T* a, const T* b, std::size_t count) {
+  if (count == 0 || std::memcmp(a, b, count * sizeof(T)) == 0) return "";
   for (std::size_t i = 0; i < count; ++i)
     if (std::memcmp(a + i, b + i, sizeof(T)) != 0)
       return name + "[" + std::to_string(i) + "] is " + std::to_string(a[i]) + " by one, " + std::to_string(b[i]) +
@@ -63,7 +64,7 @@ BitPlane KernelWorld::bits_of(int32_t i) const {
   return bits[i];
 }
 
-KernelWorld::KernelWorld(Shape shape, uint64_t seed) : shape_(shape), random_(seed) {
+KernelWorld::KernelWorld(Shape shape, uint64_t seed, int32_t cluster_capacity) : shape_(shape), random_(seed) {
   const int32_t rows = shape.rows, cols = shape.cols;
   const bool wraps = seed % 2 == 1;
   const double left = wraps ? kPi : kPi / 3, right = wraps ? -kPi : -kPi / 3;
@@ -90,10 +91,10 @@ KernelWorld::KernelWorld(Shape shape, uint64_t seed) : shape_(shape), random_(se
   row_of_label_ = g.take<int32_t>("row_of_label", pixels + 1);
   cursor_ = g.take<int32_t>("cursor", pixels + 1);
   order_ = g.take<int32_t>("order", pixels + 1);
-  g.take_table("clusters", clusters_, seed % 3 == 0 ? 16 : 1024);
+  g.take_table("clusters", clusters_, seed % 3 == 0 ? 16 : cluster_capacity);
   g.take_table("cluster_points", cluster_points_, shape.points);
-  g.take_table("members", members_, 3 * 1024);
-  g.take_table("merged", merged_, 1024);
+  g.take_table("members", members_, 3 * cluster_capacity);
+  g.take_table("merged", merged_, cluster_capacity);
   g.take_table("gate_input", gate_input_, std::max(shape.points, 1));
   kept_ = g.take<int32_t>("kept", std::size_t(gate_input_.capacity));
   seam_.capacity = rows * std::min(cols, 8);
@@ -137,7 +138,7 @@ void KernelWorld::fill_tables() {
   }
 }
 
-void KernelWorld::fill_cloud() {
+void KernelWorld::take_layers() {
   sums_.touched = guarded_.take<int32_t>("touched", kLayerIds);
   sums_.point_count = guarded_.take<int32_t>("point_count", kLayerIds);
   sums_.elevation_sum = guarded_.take<int64_t>("elevation_sum", kLayerIds);
@@ -145,6 +146,31 @@ void KernelWorld::fill_cloud() {
   std::fill_n(sums_.elevation_sum, kLayerIds, int64_t(0));
   row_of_layer_ = guarded_.take<int32_t>("row_of_layer", kLayerIds);
   layer_order_ = guarded_.take<int32_t>("layer_order", kLayerIds);
+}
+
+void KernelWorld::fill_cloud_from(const unsigned char* bytes, std::size_t size) {
+  take_layers();
+  raw_.resize(std::size_t(shape_.points));
+  auto* out = reinterpret_cast<unsigned char*>(raw_.data());
+  for (std::size_t i = 0; i < raw_.size() * sizeof(RawPoint); ++i) out[i] = size ? bytes[i % size] : 0;
+}
+
+// Range: 0 a hole, else up to 128 m; elevation: of the row, or anywhere.
+void KernelWorld::overlay_noise(const unsigned char* bytes, std::size_t size) {
+  std::size_t next = 0;
+  const auto byte = [&] { return size ? bytes[next++ % size] : uint8_t(0); };
+  for (int32_t i = 0; i < kPlanes; i += 2)
+    for (int32_t r = 0; r < shape_.rows; ++r)
+      for (int32_t c = 0; c < shape_.cols; ++c) {
+        const int32_t coarse = byte(), fine = byte(), tilt = byte();
+        planes_of(images, i)->row(r)[c] = coarse < 64 ? kNoReturn : 0.5f * float(coarse) + 0.001f * float(fine);
+        planes_of(images, i + 1)->row(r)[c] =
+            tilt < 8 ? 0.19f * float(tilt * 2 - 8) : 0.3f - 0.02f * float(r) + 0.0001f * float(tilt);
+      }
+}
+
+void KernelWorld::fill_cloud() {
+  take_layers();
   const int32_t rows = std::max(shape_.rows, 1), cols = std::max(shape_.cols, 1);
   const bool scan_order = chance(50);
   const int32_t layers = rows + int32_t(random_() % 3);  // some have no row

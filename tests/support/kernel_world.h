@@ -28,12 +28,16 @@ struct Shape {
 
 class KernelWorld {
  public:
-  KernelWorld(Shape shape, uint64_t seed);
+  KernelWorld(Shape shape, uint64_t seed, int32_t cluster_capacity = 1024);
 
   // Seeded contents. A cloud feeds the chain from load_points on.
   void fill_cloud();
+  // A cloud of the given bytes, 27 a point, over and over; instead of fill_cloud().
+  void fill_cloud_from(const unsigned char* bytes, std::size_t size);
   // Pixels without any order, as inputs of the image kernels.
   void fill_noise();
+  // Its ranges and elevations from the given bytes, 3 a pixel, over and over; after fill_noise().
+  void overlay_noise(const unsigned char* bytes, std::size_t size);
   // Runs one kernel of the table on what the world holds.
   void run(const KernelTable& kernels, Step step);
   // Padding is never meaningful: NaN wherever it may be written.
@@ -59,6 +63,7 @@ class KernelWorld {
   float uniform(float low, float high) { return low + (high - low) * float(random_() % 65536) / 65536.0f; }
   bool chance(int32_t percent) { return int32_t(random_() % 100) < percent; }
   void fill_tables();
+  void take_layers();
 
   Shape shape_;
   std::mt19937_64 random_;

@@ -1,0 +1,92 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Every kernel on every ISA this CPU has, against the scalar twin: on clouds of any bytes from the first kernel to the
+// last, and each image kernel on images of any content. Same bytes, and nothing beside the outputs.
+#include <algorithm>
+
+#include "tests/fuzz/bytes.h"
+#include "tests/support/kernel_world.h"
+
+using namespace overtake;
+using test::KernelWorld;
+using test::Step;
+
+namespace {
+
+struct Kernel {
+  Step step;
+  const char* name;
+};
+constexpr Kernel kKernels[] = {
+#define OVT_KERNEL(name, agreement) {Step::name, #name},
+#include "kernels/kernels.def"
+#undef OVT_KERNEL
+};
+
+// The point kernels' tables have an entry per layer id, a megabyte a world: images alone are a hundred times as fast.
+enum class Input { image, cloud };
+
+struct Case {
+  Input input;
+  test::Shape shape;
+  uint64_t seed;
+  std::string_view bytes;
+};
+
+KernelWorld make_world(const Case& c) {
+  const auto* bytes = reinterpret_cast<const unsigned char*>(c.bytes.data());
+  KernelWorld world(c.shape, c.seed, 48);
+  if (c.input == Input::cloud) {
+    world.fill_cloud_from(bytes, c.bytes.size());
+  } else {
+    world.fill_noise();
+    world.overlay_noise(bytes, c.bytes.size());
+  }
+  return world;
+}
+
+void compare(KernelWorld& truth, KernelWorld& world, const Kernel& kernel, const char* isa) {
+  const std::string difference = KernelWorld::difference(truth, world), broken = world.broken();
+  if (difference.empty() && broken.empty()) return;
+  std::fprintf(stderr, "%s/%s: %s; wrote past the ends of: %s\n", kernel.name, isa, difference.c_str(), broken.c_str());
+  std::abort();
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
+  fuzz::Bytes in(data, size);
+  Case c;
+  c.input = in.chance(2) ? Input::cloud : Input::image;
+  c.shape = {in.in(1, 6), in.in(1, 40), in.in(0, 60)};
+  if (in.chance(16)) c.shape.cols = in.in(60, 130);
+  c.seed = in.byte();
+  const int32_t first = in.in(int32_t(Step::fill_gaps), int32_t(Step::label_bfs));
+  c.bytes = in.rest();
+
+  const KernelTable* tables[16] = {};
+  const int32_t table_count = list_kernels(tables);
+  if (c.input == Input::cloud) {
+    KernelWorld truth = make_world(c);
+    for (const Kernel& kernel : kKernels) truth.run(*tables[0], kernel.step);
+    for (int32_t t = 1; t < table_count; ++t) {
+      KernelWorld world = make_world(c);
+      world.poison_padding();
+      for (const Kernel& kernel : kKernels) world.run(*tables[t], kernel.step);
+      compare(truth, world, {Step::load_points, "one of the chain's kernels"}, tables[t]->isa);
+    }
+    return 0;
+  }
+  // One kernel on images that no chain would make, so that none depends on what the one before it keeps to.
+  const Kernel& kernel = kKernels[first];
+  KernelWorld truth = make_world(c);
+  truth.run(*tables[0], kernel.step);
+  for (int32_t t = 1; t < table_count; ++t) {
+    KernelWorld world = make_world(c);
+    world.poison_padding();
+    world.run(*tables[t], kernel.step);
+    compare(truth, world, kernel, tables[t]->isa);
+  }
+  return 0;
+}

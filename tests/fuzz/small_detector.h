@@ -1,0 +1,262 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A detector of small images, and what every finished frame of any detector keeps to.
+#pragma once
+
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <mutex>
+#include <vector>
+
+#include "pipeline/overtake.h"
+#include "tests/fuzz/bytes.h"
+
+namespace overtake::fuzz {
+
+inline void require_finite(const double* column, int32_t count) {
+  for (int32_t i = 0; i < count; ++i) OVT_FUZZ_REQUIRE(std::isfinite(column[i]));
+}
+inline void require_finite(const float* column, int32_t count) {
+  for (int32_t i = 0; i < count; ++i) OVT_FUZZ_REQUIRE(std::isfinite(column[i]));
+}
+
+// Reads all there is: under the address sanitizer a column that is too short shows.
+inline void check_frame(ovt_reader* reader, int32_t sensor_count) {
+  ovt_frame_info info;
+  OVT_FUZZ_REQUIRE(ovt_read_info(reader, &info) == OVT_OK);
+  OVT_FUZZ_REQUIRE(info.first_stamp_ns <= info.stamp_ns);
+  OVT_FUZZ_REQUIRE(info.sensor_mask >> sensor_count == 0);
+
+  ovt_detections d;
+  OVT_FUZZ_REQUIRE(ovt_read_detections(reader, &d) == OVT_OK);
+  OVT_FUZZ_REQUIRE(d.count == info.detection_count);
+  for (const float* c : {d.x_m, d.y_m, d.z_m, d.heading_rad, d.length_m, d.width_m, d.ref_x_m, d.ref_y_m, d.var_x_m,
+                         d.var_y_m, d.map_s_m, d.map_d_m})
+    require_finite(c, d.count);
+
+  ovt_clusters clusters;
+  OVT_FUZZ_REQUIRE(ovt_read_clusters(reader, &clusters) == OVT_OK);
+  for (const float* c : {clusters.min_x_m, clusters.min_y_m, clusters.min_z_m, clusters.max_x_m, clusters.max_y_m,
+                         clusters.max_z_m, clusters.center_x_m, clusters.center_y_m, clusters.center_z_m})
+    require_finite(c, clusters.count);
+  for (int32_t i = 0; i < d.count; ++i) OVT_FUZZ_REQUIRE(d.cluster[i] >= 0 && d.cluster[i] < clusters.count);
+
+  ovt_tracks t;
+  OVT_FUZZ_REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
+  for (const double* c : {t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps, t.heading_rad, t.length_m, t.width_m})
+    require_finite(c, t.count);
+  for (const double* c : t.covariance) require_finite(c, t.count);
+  for (const double* c :
+       {t.path_x_m, t.path_y_m, t.path_course_rad, t.path_speed_mps, t.path_var_x, t.path_var_y, t.path_cov_xy})
+    require_finite(c, t.count * t.path_points);
+  for (int32_t i = 0; i < t.count; ++i) {
+    OVT_FUZZ_REQUIRE(t.id[i] != 0);
+    OVT_FUZZ_REQUIRE(t.detection[i] >= -1);
+    for (int32_t k = 0; k < i; ++k) OVT_FUZZ_REQUIRE(t.id[k] != t.id[i]);
+    for (const int32_t diagonal : {0, 2, 5, 9, 14}) OVT_FUZZ_REQUIRE(t.covariance[diagonal][i] > 0);
+  }
+
+  for (int32_t s = 0; s < sensor_count; ++s) {
+    ovt_labels l;
+    const bool present = info.sensor_mask >> s & 1u;
+    OVT_FUZZ_REQUIRE((ovt_read_labels(reader, s, &l) == OVT_OK) == present);
+    if (!present) continue;
+    for (int32_t i = 0; i < l.count; ++i) {   // a label or a reason
+      OVT_FUZZ_REQUIRE(l.label[i] >= -1 && l.label[i] <= l.label_count);
+      OVT_FUZZ_REQUIRE((l.label[i] >= 0) == (l.reason[i] == 0));
+      OVT_FUZZ_REQUIRE(ovt_reason_name(l.reason[i]) != nullptr);
+    }
+    for (int32_t i = 0; i <= l.label_count; ++i)
+      OVT_FUZZ_REQUIRE(l.cluster_of_label[i] >= -1 && l.cluster_of_label[i] < clusters.count);
+    for (int32_t id = 0; id < OVT_IMAGE_COUNT; ++id) {
+      ovt_image image;
+      OVT_FUZZ_REQUIRE(ovt_read_image(reader, s, ovt_image_id(id), &image) == OVT_OK);
+      uint64_t sum = 0;
+      const std::size_t bytes = image.type == OVT_IMAGE_BITS ? std::size_t(image.cols + 63) / 64 * 8
+                                                             : std::size_t(image.cols) * 4;
+      for (int32_t r = 0; r < image.rows; ++r)
+        for (std::size_t b = 0; b < bytes; b += 4) {
+          uint32_t word;
+          std::memcpy(&word, static_cast<const char*>(image.data) + std::size_t(r) * image.stride_bytes + b, 4);
+          sum += word;
+        }
+      volatile uint64_t read = sum;   // the reading is the test
+      (void)read;
+    }
+  }
+}
+
+// Frames as they finish: in order, without holes.
+struct FrameWatch {
+  int32_t sensor_count = 0;
+  int64_t frames = 0;
+  static void on_frame(ovt_reader* reader, void* user) {
+    auto& watch = *static_cast<FrameWatch*>(user);
+    ovt_frame_info info;
+    OVT_FUZZ_REQUIRE(ovt_read_info(reader, &info) == OVT_OK);
+    OVT_FUZZ_REQUIRE(info.sequence == watch.frames++);
+    check_frame(reader, watch.sensor_count);
+  }
+};
+
+// Blocks are kept from one input to the next, by their exact size: the sanitizer's fences stay where they are, and
+// making a detector costs no page faults. What is kept is bounded.
+class BlockPool {
+ public:
+  static void* take(std::size_t bytes, std::size_t alignment, void*) {
+    BlockPool& pool = instance();
+    {
+      const std::lock_guard<std::mutex> lock(pool.mutex_);
+      std::vector<void*>& kept = pool.kept_[bytes];
+      if (!kept.empty()) {
+        void* block = kept.back();
+        kept.pop_back();
+        pool.kept_bytes_ -= bytes;
+        return block;
+      }
+    }
+    return std::aligned_alloc(alignment, bytes);
+  }
+  static void give(void* block, std::size_t bytes, void*) {
+    BlockPool& pool = instance();
+    const std::lock_guard<std::mutex> lock(pool.mutex_);
+    if (pool.kept_bytes_ + bytes > (std::size_t(256) << 20)) {
+      std::free(block);
+      return;
+    }
+    pool.kept_[bytes].push_back(block);
+    pool.kept_bytes_ += bytes;
+  }
+
+ private:
+  static BlockPool& instance() {
+    static BlockPool* pool = new BlockPool;   // outlives every detector
+    return *pool;
+  }
+  std::mutex mutex_;
+  std::map<std::size_t, std::vector<void*>> kept_;
+  std::size_t kept_bytes_ = 0;
+};
+
+struct SmallDef {
+  std::vector<ovt_sensor_def> sensors;
+  ovt_params params;
+  ovt_detector_def def;
+  SmallDef() = default;
+  SmallDef(const SmallDef&) = delete;
+};
+
+// Sensors of up to 12 x 70 pixels, side by side; small capacities, so that they are reached.
+inline void draw_def(Bytes& in, int32_t sensor_count, SmallDef& out) {
+  out.def = ovt_default_detector_def();
+  out.params = ovt_default_params();
+  out.params.tracker_confirm_hits = 3, out.params.tracker_keep_hits = 2;
+  out.params.tracker_horizon_s = 0.3;
+  for (int32_t s = 0; s < sensor_count; ++s) {
+    ovt_sensor_def sensor = ovt_default_sensor_def();
+    sensor.yaw_rad = 2.0943951023931953 * s;
+    sensor.z_m = 1.0;
+    static constexpr int32_t kRows[] = {1, 2, 5, 12}, kCols[] = {1, 17, 40, 70};
+    sensor.rows = kRows[in.in(0, 3)], sensor.cols = kCols[in.in(0, 3)];
+    sensor.wraps = in.chance(64);
+    if (sensor.wraps) sensor.azimuth_left_rad = 3.141592653589793;
+    sensor.point_capacity = 200;
+    out.sensors.push_back(sensor);
+  }
+  out.def.sensors = out.sensors.data();
+  out.def.sensor_count = sensor_count;
+  out.def.params = &out.params;
+  static constexpr int32_t kCapacity[] = {1, 5, 20, 40};
+  out.def.cluster_capacity = kCapacity[in.in(0, 3)];
+  out.def.candidate_capacity = kCapacity[in.in(0, 2)];
+  out.def.track_capacity = kCapacity[in.in(0, 2)];
+  out.def.frames_in_flight = 1;
+  out.def.alloc = BlockPool::take;
+  out.def.free = BlockPool::give;
+  out.def.reader_capacity = 1;
+  out.def.ego_pose_capacity = in.in(1, 30);
+}
+
+inline ovt_stats stats_of(ovt_detector* detector) {
+  ovt_stats stats{};
+  stats.struct_size = sizeof stats;
+  OVT_FUZZ_REQUIRE(ovt_read_stats(detector, &stats) == OVT_OK);
+  return stats;
+}
+
+inline ovt_ego_pose draw_ego(Bytes& in, int64_t stamp_ns) {
+  ovt_ego_pose pose;
+  ovt_ego_pose_init(&pose, sizeof pose);
+  pose.stamp_ns = stamp_ns;
+  pose.x_m = in.chance(8) ? in.raw<double>() : in.in(-100, 100);
+  pose.y_m = in.in(-10, 10);
+  pose.yaw_rad = in.chance(8) ? in.raw<double>() : 0.1 * in.in(-31, 31);
+  pose.speed_mps = in.chance(8) ? in.raw<double>() : in.in(0, 90);
+  return pose;
+}
+
+// Rows of pushed detections: near ones, far ones, and any numbers.
+struct Rows {
+  double x[8], y[8], heading[8], var_x[8], var_y[8], cov[8];
+  ovt_external_detections draw(Bytes& in, int64_t stamp_ns) {
+    ovt_external_detections d;
+    ovt_external_detections_init(&d, sizeof d);
+    d.stamp_ns = stamp_ns;
+    d.count = in.in(0, 8);
+    d.reference = in.in(0, 1);
+    const bool wild = in.chance(40), covariance = in.chance(80);
+    for (int32_t i = 0; i < d.count; ++i) {
+      x[i] = wild ? in.raw<double>() : 0.5 * in.in(-120, 120);
+      y[i] = wild ? in.raw<double>() : 0.5 * in.in(-20, 20);
+      heading[i] = wild ? in.raw<double>() : std::nan("");
+      if (!covariance) continue;
+      var_x[i] = wild ? in.raw<double>() : 0.1 * in.in(0, 20);
+      var_y[i] = wild ? in.raw<double>() : 0.1 * in.in(0, 20);
+      cov[i] = wild ? in.raw<double>() : 0.1 * in.in(-10, 10);
+    }
+    d.x_m = x, d.y_m = y;
+    if (wild) d.heading_rad = heading;
+    if (covariance) d.var_x = var_x, d.var_y = var_y, d.cov_xy = in.chance(128) ? cov : nullptr;
+    return d;
+  }
+};
+
+// A wall of posts with the input's noise: what becomes clusters, detections and tracks.
+struct Cloud {
+  std::vector<float> x, y, z;
+  std::vector<uint16_t> layer;
+  void draw(Bytes& in, int32_t count, const ovt_sensor_def& sensor) {
+    x.clear(), y.clear(), z.clear(), layer.clear();
+    const double half = sensor.wraps ? 3.141592653589793 : 1.0471975511965976;
+    const int32_t post = in.in(2, 12), near = in.in(3, 30), drift = in.in(0, 20);
+    const bool wild = in.chance(40);
+    for (int32_t i = 0; i < count; ++i) {
+      const int32_t row = i % sensor.rows, column = i / sensor.rows;
+      const double azimuth = half - 2 * half * (column + 0.5) / sensor.cols;
+      const double elevation = 0.1 - 0.03 * row;
+      double range = column % post < post - 1 ? near + 0.05 * drift + 3 * (column / post % 5) : 60;
+      const uint8_t noise = in.byte();
+      if (noise < 8) range += 0.5 * noise;
+      float point[3] = {float(range * std::cos(azimuth)), float(range * std::sin(azimuth)), float(range * elevation)};
+      if (wild && noise % 8 == 0) point[noise / 8 % 3] = in.raw<float>();
+      x.push_back(point[0]), y.push_back(point[1]), z.push_back(point[2]);
+      layer.push_back(uint16_t(wild && noise == 255 ? in.raw<uint16_t>() : row));
+    }
+  }
+  ovt_points points(int32_t sensor, int64_t stamp_ns) const {
+    ovt_points out;
+    ovt_points_init(&out, sizeof out);
+    out.sensor = sensor;
+    out.stamp_ns = stamp_ns;
+    out.count = int32_t(x.size());
+    out.x = {x.data(), x.size() * 4, 4, OVT_F32};
+    out.y = {y.data(), y.size() * 4, 4, OVT_F32};
+    out.z = {z.data(), z.size() * 4, 4, OVT_F32};
+    out.layer = {layer.data(), layer.size() * 2, 2, OVT_U16};
+    return out;
+  }
+};
+
+}  // namespace overtake::fuzz

@@ -1,0 +1,230 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The same used scans in the same frames give the same bytes, whatever order they come in and however many workers there
+// are; and a sensor that dies and returns leaves the others' detections as if it had never been there.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <barrier>
+#include <random>
+#include <thread>
+
+#include "tests/support/detector_bench.h"
+
+using namespace overtake_test;
+
+namespace {
+
+constexpr int64_t kMs = 1'000'000;
+constexpr int32_t kWorkers[] = {1, 2, 3, 4, 8};
+constexpr int32_t kOrders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+
+// Every eighth point: what is compared are orders, not clouds.
+const std::vector<std::array<overtake::SceneScan, 3>>& thin_frames() {
+  static const auto frames = [] {
+    std::vector<std::array<overtake::SceneScan, 3>> all(12);
+    for (std::size_t k = 0; k < all.size(); ++k)
+      for (std::size_t s = 0; s < 3; ++s) {
+        const overtake::SceneScan& whole = demo_frame(k).scan[s];
+        overtake::SceneScan& thin = all[k][s];
+        for (std::size_t i = 0; i < whole.x_m.size(); i += 8) {
+          thin.x_m.push_back(whole.x_m[i]);
+          thin.y_m.push_back(whole.y_m[i]);
+          thin.z_m.push_back(whole.z_m[i]);
+          thin.layer.push_back(whole.layer[i]);
+          thin.intensity.push_back(whole.intensity[i]);
+          thin.time_offset_s.push_back(whole.time_offset_s[i]);
+        }
+      }
+    return all;
+  }();
+  return frames;
+}
+
+struct Push {
+  std::size_t frame;
+  int32_t sensor;
+};
+
+// Stamps of the three sensors within a frame differ by up to the tolerance, another one every frame is the first.
+int64_t stamp_of(const Push& push) {
+  constexpr int64_t kPhase[3] = {0, 11 * kMs, 24 * kMs};
+  return 1000 * kMs + int64_t(push.frame) * 50 * kMs + kPhase[(std::size_t(push.sensor) + push.frame) % 3];
+}
+
+struct Thin : DetectorBench {
+  explicit Thin(int32_t workers) : DetectorBench({.workers = workers}) {
+    for (ovt_sensor_def& sensor : sensors) sensor.cols = 107;
+    create();
+  }
+  void push_one(const Push& p) {
+    const ovt_points points = points_of(thin_frames()[p.frame][std::size_t(p.sensor)], p.sensor, stamp_of(p));
+    REQUIRE(ovt_push_scan(detector, &points) == OVT_OK);
+  }
+  // Poses of the whole sweep, before its first scan.
+  void push_poses(std::size_t frame) {
+    for (int64_t t = 0; t < 50; t += 10) {
+      ovt_ego_pose pose;
+      ovt_ego_pose_init(&pose, sizeof pose);
+      pose.stamp_ns = 1000 * kMs + (int64_t(frame) * 50 + t) * kMs;
+      const overtake::ScenePose p = demo_scene().ego_at(double(pose.stamp_ns - 1000 * kMs) * 1e-9);
+      pose.x_m = p.x_m, pose.y_m = p.y_m, pose.z_m = p.z_m, pose.yaw_rad = p.yaw_rad;
+      pose.speed_mps = p.speed_mps, pose.yaw_rate_rps = p.yaw_rate_rps;
+      REQUIRE(ovt_push_ego_pose(detector, &pose) == OVT_OK);
+    }
+  }
+};
+
+// Frames 0 to frame_count - 1, all sensors in the order of `orders`, one order a frame.
+std::vector<FrameRecord> run_orders(int32_t workers, std::size_t frame_count, const std::vector<int32_t>& orders) {
+  Thin bench(workers);
+  for (std::size_t k = 0; k < frame_count; ++k) {
+    bench.push_poses(k);
+    for (const int32_t s : kOrders[orders[k % orders.size()]]) bench.push_one({k, s});
+  }
+  bench.flush();
+  CHECK(bench.stats().used == int64_t(3 * frame_count));
+  CHECK(adds_up(bench.stats()));
+  return bench.records;
+}
+
+// Those of `subset` are dead in frames first to last; else their scans come before, or after, the others'.
+std::vector<FrameRecord> run_alive(int32_t workers, std::size_t frame_count, uint32_t subset, std::size_t first,
+                                   std::size_t last, bool before = true) {
+  Thin bench(workers);
+  for (std::size_t k = 0; k < frame_count; ++k) {
+    bench.push_poses(k);
+    for (const bool turn : {before, !before})
+      for (int32_t s = 0; s < 3; ++s)
+        if (bool(subset >> s & 1u) == turn && (!turn || k < first || k > last)) bench.push_one({k, s});
+  }
+  bench.flush();
+  CHECK(adds_up(bench.stats()));
+  CHECK(bench.stats().used == bench.stats().pushed);
+  return bench.records;
+}
+
+// The records by their frame's time, which a record of any subset of the sensors has in common.
+std::size_t frame_of(const FrameRecord& record) {
+  return std::size_t((record.info.stamp_ns - 1000 * kMs) / (50 * kMs));
+}
+
+}  // namespace
+
+TEST_CASE("arrival: any order of three sensors' scans and any number of workers give the same bytes") {
+  constexpr std::size_t kFrames = 4;
+  const std::vector<FrameRecord> expected = run_orders(1, kFrames, {0});
+  REQUIRE(expected.size() == kFrames);
+  int32_t detections = 0;
+  for (const FrameRecord& record : expected) {
+    CHECK(record.info.sensor_mask == 7);
+    CHECK(record.info.stamp_ns - record.info.first_stamp_ns == 24 * kMs);
+    detections += record.info.detection_count;
+  }
+  CHECK(detections > 0);
+  for (const int32_t workers : kWorkers)
+    for (int32_t order = 0; order < 6; ++order) {
+      CAPTURE(workers);
+      CAPTURE(order);
+      CHECK(run_orders(workers, kFrames, {order}) == expected);
+    }
+}
+
+TEST_CASE("arrival: another order in every frame, so that neighbouring frames interleave, gives the same bytes") {
+  constexpr std::size_t kFrames = 6;
+  const std::vector<FrameRecord> expected = run_orders(1, kFrames, {0});
+  std::mt19937 random(3);
+  for (const int32_t workers : kWorkers)
+    for (int32_t repeat = 0; repeat < 3; ++repeat) {
+      std::vector<int32_t> orders(kFrames);
+      for (int32_t& order : orders) order = int32_t(random() % 6);
+      CAPTURE(workers);
+      CAPTURE(repeat);
+      CHECK(run_orders(workers, kFrames, orders) == expected);
+    }
+}
+
+TEST_CASE("arrival: three threads that push at the same time give the same bytes") {
+  constexpr std::size_t kFrames = 8;
+  const std::vector<FrameRecord> expected = run_orders(1, kFrames, {0});
+  for (const int32_t workers : {2, 3, 4, 8}) {
+    CAPTURE(workers);
+    Thin bench(workers);
+    bench.push_poses(0);
+    // All of a frame before any of the next: which scan comes first within it, the scheduler says.
+    std::size_t next = 0;
+    const auto poses = [&]() noexcept {
+      if (++next < kFrames) bench.push_poses(next);
+    };
+    std::barrier meet(3, poses);
+    std::vector<std::thread> threads;
+    for (int32_t s = 0; s < 3; ++s)
+      threads.emplace_back([&, s] {
+        for (std::size_t k = 0; k < kFrames; ++k) {
+          bench.push_one({k, s});
+          meet.arrive_and_wait();
+        }
+      });
+    for (std::thread& thread : threads) thread.join();
+    bench.flush();
+    CHECK(bench.records == expected);
+  }
+}
+
+namespace {
+
+constexpr std::size_t kDeathFrames = 12, kFirstDead = 4, kLastDead = 7;
+
+// Every frame but that of the return, in which a scan may come too late to join the others'.
+void check_death(const std::vector<FrameRecord>& dies, const std::vector<FrameRecord>& never,
+                 const std::vector<FrameRecord>& whole, uint32_t subset) {
+  uint32_t returned = 0;
+  for (const FrameRecord& record : dies) {
+    const std::size_t k = frame_of(record);
+    CAPTURE(k);
+    if (k == kLastDead + 1) {
+      returned |= record.info.sensor_mask;
+      continue;
+    }
+    const bool dead = k >= kFirstDead && k <= kLastDead;
+    const FrameRecord& same = dead ? never[k] : whole[k];
+    CHECK(record.info.sensor_mask == (dead ? 7u & ~subset : 7u));
+    CHECK(record.detections == same.detections);
+    CHECK(record.labels == same.labels);
+    CHECK(record.images == same.images);
+    CHECK(((record.info.flags & OVT_FLAG_SENSOR_MISSING) != 0) == dead);
+    // Silent for more than 1.5 periods: not in its first missing frame, but in each later one.
+    CHECK(((record.info.flags & OVT_FLAG_SENSOR_STALE) != 0) == (dead && k > kFirstDead));
+  }
+  CHECK(returned == 7u);   // every sensor's first scan is used, the returning ones' too
+}
+
+}  // namespace
+
+TEST_CASE("death: every subset of three sensors dies and returns, and the others' detections never notice") {
+  const std::vector<FrameRecord> whole = run_alive(1, kDeathFrames, 0, 0, 0);
+  REQUIRE(whole.size() == kDeathFrames);
+  for (uint32_t subset = 1; subset < 8; ++subset) {
+    const std::vector<FrameRecord> never = run_alive(1, kDeathFrames, subset, 0, kDeathFrames);
+    REQUIRE(never.size() == (subset == 7 ? 0 : kDeathFrames));
+    for (const int32_t workers : {1, 3}) {
+      CAPTURE(workers);
+      CAPTURE(subset);
+      const std::vector<FrameRecord> dies = run_alive(workers, kDeathFrames, subset, kFirstDead, kLastDead);
+      CHECK(dies.size() >= (subset == 7 ? kDeathFrames - (kLastDead - kFirstDead + 1) : kDeathFrames));
+      check_death(dies, never, whole, subset);
+    }
+  }
+}
+
+TEST_CASE("death: a sensor that returns behind the others of its frame is used all the same") {
+  const std::vector<FrameRecord> whole = run_alive(1, kDeathFrames, 0, 0, 0);
+  for (uint32_t subset = 1; subset < 7; ++subset)
+    for (const int32_t workers : {1, 3}) {
+      CAPTURE(workers);
+      CAPTURE(subset);
+      const std::vector<FrameRecord> never = run_alive(1, kDeathFrames, subset, 0, kDeathFrames);
+      check_death(run_alive(workers, kDeathFrames, subset, kFirstDead, kLastDead, false), never, whole, subset);
+    }
+}
