@@ -126,7 +126,7 @@ bool run_child(What what, int64_t k, int32_t workers, bool warm, Outcome& outcom
     close(ends[0]);
     report = ends[1];
     for (const int ending : {SIGABRT, SIGSEGV, SIGALRM}) std::signal(ending, report_and_end);
-    alarm(5);                        // one that never returns ends, too
+    alarm(20);                       // one that never returns ends, too
     if (freopen("/dev/null", "w", stderr) == nullptr) _exit(4);   // terminate's own words
     const Outcome mine = try_one(what, k, workers, warm);
     _exit(write(ends[1], &mine, sizeof mine) == sizeof mine ? 0 : 4);
