@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The tracker alone: any detections at any stamps, predictions and restarts. Every number it publishes is finite, every
-// covariance positive definite, no id comes twice and every detection is accounted for.
+// The tracker alone: any detections at any stamps, and restarts. Every number it publishes is finite, every
+// covariance positive definite, no id comes twice and every row ends in one place.
 #include <cmath>
 #include <set>
 
@@ -48,8 +48,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
     const int32_t what = in.in(0, 31);
     if (what == 0) {
       bench.tracker.restart();
-    } else if (what == 1) {
-      bench.tracker.predict(stamp_ns);
     } else {
       const bool wild = in.chance(24);
       detections.resize(std::size_t(in.in(0, 6)));
@@ -78,15 +76,17 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
     std::set<TrackId> now;
     for (std::size_t i = 0; i < std::size_t(t.count); ++i) {
       OVT_FUZZ_REQUIRE(is_positive_definite(t, i));
-      OVT_FUZZ_REQUIRE(t.id[i] != kNobody && dead.count(t.id[i]) == 0 && now.insert(t.id[i]).second);
+      OVT_FUZZ_REQUIRE(t.id[i] != kNobody && now.insert(t.id[i]).second);
+      // What runs again may bring an id back to its car; without that no dead one returns.
+      OVT_FUZZ_REQUIRE(dead.count(t.id[i]) == 0 || bench.tracker.counts().replays > 0);
     }
     for (const TrackId id : alive)
       if (now.count(id) == 0) dead.insert(id);
     alive = now;
   }
   const TrackerCounts counts = bench.tracker.counts();
-  OVT_FUZZ_REQUIRE(counts.hits + counts.births + counts.rejected <= given);
-  OVT_FUZZ_REQUIRE(counts.hits + counts.births + counts.rejected + counts.overflow >= given);
+  OVT_FUZZ_REQUIRE(counts.measurements == given);
+  OVT_FUZZ_REQUIRE(counts.measurements == counts.hits + counts.births + counts.unborn + counts.rejected + counts.late);
   OVT_FUZZ_REQUIRE(counts.births - counts.deaths >= bench.tracker.track_count());
   return 0;
 }
