@@ -6,34 +6,12 @@
 #include <cstdlib>
 #include <utility>
 
-#if defined(__linux__)
-#include <sys/mman.h>
-#endif
-
 namespace overtake {
-namespace {
-
-// A scan touches a few MB of its slot here and there: in pages of 4 kB that is more than the CPU's page tables in cache
-// hold (three sensors' chain took about a tenth longer, on a noisy machine). So large blocks begin on a huge page and ask
-// for more of them; where the system has none, nothing is lost but the rest of the last one.
-constexpr std::size_t kHugePage = std::size_t(2) << 20;
-
-void* allocate_block(size_t bytes, size_t alignment, void*) {
-  // aligned_alloc wants a size that is a multiple of the alignment; a block from the arena always is.
-  if (bytes < kHugePage) return std::aligned_alloc(alignment, bytes);
-  bytes = (bytes + kHugePage - 1) / kHugePage * kHugePage;
-  void* block = std::aligned_alloc(kHugePage, bytes);
-#if defined(__linux__) && defined(MADV_HUGEPAGE)
-  if (block != nullptr) madvise(block, bytes, MADV_HUGEPAGE);
-#endif
-  return block;
-}
-
-}  // namespace
 
 Allocator default_allocator() noexcept {
   Allocator a;
-  a.allocate = allocate_block;
+  // aligned_alloc wants a size that is a multiple of the alignment; a block from the arena always is.
+  a.allocate = [](size_t bytes, size_t alignment, void*) { return std::aligned_alloc(alignment, bytes); };
   a.release = [](void* block, size_t, void*) { std::free(block); };
   return a;
 }

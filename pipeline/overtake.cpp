@@ -45,6 +45,7 @@ ovt_detector_def default_detector_def() {
   def.reader_capacity = 4;
   def.ego_pose_capacity = 1024;
   def.watchdog_ns = 1'000'000'000;
+  def.memory = OVT_MEMORY_HUGE;
   return def;
 }
 

@@ -213,7 +213,7 @@ typedef struct ovt_detector_def {
                                         any of them. NULL: anywhere. worker_count 0 is then one per CPU of these */
   int32_t cpu_count;
   int32_t fifo_priority;             /* 1 to 99: SCHED_FIFO of our threads, where the system allows it; 0: as started */
-  int32_t memory;                    /* OVT_MEMORY_... bits */
+  int32_t memory;                    /* OVT_MEMORY_... bits; default OVT_MEMORY_HUGE */
   int32_t spin_us;                   /* our threads look for work this long before they sleep: a wake-up less in the
                                         latency for a busy CPU; 0 to 1,000,000, default 0 */
   int64_t deadline_ns;               /* from the push of a frame's last scan to its tracks: later, the frame is published
