@@ -194,7 +194,7 @@ ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params&
   sizes.merge_columns = params.merge_columns;
   // In work; one more for a late scan while a frame waits for its sensors; the latest; and one for each reader.
   max_frames_ = (inline_ ? 1 : def.frames_in_flight) + 1;
-  if (!pool_.build(max_frames_ + 1 + def.reader_capacity, sizes, allocator)) return no_memory("frames");
+  if (!pool_.build(max_frames_ + 1 + def.reader_capacity, max_frames_, sizes, allocator)) return no_memory("frames");
   for (int32_t s = 0; s < context_.sensor_count; ++s)
     if (!mailboxes_[s].build(point_capacity_[s], allocator)) return no_memory("mailboxes");
   if (!external_.build(def.candidate_capacity, allocator)) return no_memory("pushed detections");
@@ -238,7 +238,7 @@ ovt_status Detector::build_runner(const ovt_detector_def& def, const ovt_params&
 
   pool_.set_event(&event_);
   try {
-    intake_ = std::thread([this] { run_intake(); });
+    intake_ = std::thread([this] { runner_->host([this] { run_intake(); }); });
   } catch (const std::system_error&) {
     error = "the system refused a thread";
     return OVT_NO_THREADS;
@@ -283,8 +283,8 @@ void Detector::say_what_was_obtained(const ovt_detector_def& def) const {
   if (def.memory & OVT_MEMORY_LOCK)
     tell(info.locked_bytes == info.memory_bytes, "locked: " + megabytes(info.locked_bytes) + " of " +
                                                      megabytes(info.memory_bytes) + " (limit on memlock)");
-  if (def.memory & OVT_MEMORY_HUGE)
-    tell(info.huge_bytes > 0, "huge pages: " + megabytes(info.huge_bytes) + " of " + megabytes(info.memory_bytes));
+  if (memory_.huge_refused_bytes() > 0)
+    tell(false, "huge pages: refused for " + megabytes(memory_.huge_refused_bytes()));
   if (def.memory & OVT_MEMORY_LOCK_PROCESS)
     tell(process_locked_, process_locked_ ? "mlockall: the whole process" : "mlockall: refused (limit on memlock)");
 }

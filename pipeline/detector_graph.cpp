@@ -41,8 +41,11 @@ class WorkerShare {
   int32_t worker_count_;
 };
 
+// For workers that do not come: the system has none, or another arena of the process has them.
+constexpr int64_t kPatience_ns = 2'000'000'000;
+
 // What runs through the graph: a frame, or (null) one of the messages of the warm-up.
-constexpr int32_t kHold = -2, kPass = -3;      // Job::sensor of these: hold the worker until all are there, or pass
+constexpr int32_t kHold = -2, kPass = -3, kRelease = -4;   // Job::sensor of these: all workers are held, it passes, ...
 struct Job {
   Frame* frame;
   int32_t sensor;
@@ -122,8 +125,9 @@ struct DetectorGraph::Nodes {
         context(stage_context),
         stage(track_stage),
         hooks(std::move(runner_hooks)),
+        roster(thread_roster),
         share(params.worker_count),
-        arena(params.worker_count, 0),
+        arena(params.worker_count + 1, 1),  // one place is the intake's
         observer(arena, thread_roster) {
     arena.execute([&] {
       graph = std::make_unique<flow::graph>();
@@ -131,6 +135,7 @@ struct DetectorGraph::Nodes {
         waiting.fetch_sub(1, std::memory_order_relaxed);
         if (!job.frame) {
           if (job.sensor == kHold) warm_worker();
+          if (job.sensor == kRelease) release_worker();
           return flow::continue_msg();
         }
         run_segment(context, hooks, *job.frame, job.sensor);
@@ -194,6 +199,13 @@ struct DetectorGraph::Nodes {
     all(left);
   }
 
+  // A worker gives back what it got, together with all the others.
+  void release_worker() {
+    released.fetch_add(1);
+    while (released.load() < params.worker_count && steady_now_ns() < warm_until) std::this_thread::yield();
+    roster.release_worker();
+  }
+
   // Runs on each thread of TBB's that comes into the arena or goes.
   class Observer final : public oneapi::tbb::task_scheduler_observer {
    public:
@@ -204,14 +216,13 @@ struct DetectorGraph::Nodes {
     ~Observer() override { observe(false); }
     void on_scheduler_entry(bool is_worker) override {
       if (!is_worker) return;
-      const int32_t worker = oneapi::tbb::this_task_arena::current_thread_index();
+      const int32_t worker = oneapi::tbb::this_task_arena::current_thread_index() - 1;   // behind the intake's place
       set_this_worker(worker);
       roster_.enter_worker(worker);
     }
     void on_scheduler_exit(bool is_worker) override {
       if (!is_worker) return;
       set_this_worker(-1);
-      roster_.leave_worker();
     }
 
    private:
@@ -229,7 +240,9 @@ struct DetectorGraph::Nodes {
   RunnerHooks hooks;
   std::atomic<int32_t> waiting{0};             // segmentations that no worker has begun
   std::atomic<int32_t> spinning{0};
+  ThreadRoster& roster;
   std::atomic<int32_t> arrived{0}, left{0};    // workers in the warm-up
+  std::atomic<int32_t> released{0};
   std::atomic<bool> posted{false};             // the intake's part of it
   std::atomic<int64_t> warmed{0};              // messages that came through
   int64_t warm_until = 0;
@@ -249,13 +262,21 @@ DetectorGraph::DetectorGraph(const GraphParams& params, ThreadRoster& roster, co
     : nodes_(std::make_unique<Nodes>(params, roster, context, track, std::move(hooks))) {}
 
 DetectorGraph::~DetectorGraph() {
-  nodes_->arena.execute([&] { nodes_->graph->wait_for_all(); });
+  Nodes& n = *nodes_;
+  n.arena.execute([&] { n.graph->wait_for_all(); });
+  n.warm_until = steady_now_ns() + kPatience_ns;
+  n.arena.execute([&] {
+    for (int32_t i = 0; i < n.params.worker_count; ++i) n.segment->try_put({nullptr, kRelease, 0});
+    while (n.released.load() < n.params.worker_count && steady_now_ns() < n.warm_until) std::this_thread::yield();
+    n.graph->wait_for_all();
+  });
 }
+
+void DetectorGraph::host(const std::function<void()>& loop) { nodes_->arena.execute(loop); }
 
 // One message a worker, each held until all have come; behind them as many as may ever wait.
 void DetectorGraph::warm_up() {
   Nodes& n = *nodes_;
-  constexpr int64_t kPatience_ns = 500'000'000;  // for workers that never come: the system or another arena has them
   n.warm_until = steady_now_ns() + kPatience_ns;
   const int32_t workers = n.params.worker_count, more = n.params.max_frames * (n.context.sensor_count + 1);
   n.waiting.fetch_add(workers + more);

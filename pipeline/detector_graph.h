@@ -49,6 +49,9 @@ class DetectorGraph final : public FrameRunner {
   DetectorGraph(const GraphParams& params, ThreadRoster& roster, const StageContext& context, TrackStage& track,
                 RunnerHooks hooks);
   ~DetectorGraph() override;                   // waits for the frames under way
+  // The loop is a guest of the arena for as long as it runs: what it sends goes into a pool of its own, which takes no
+  // memory; from outside, TBB's queue takes a block every 64 messages.
+  void host(const std::function<void()>& loop) override;
   // Brings every worker into the arena and sends as many messages down every edge as may ever wait there, so that
   // neither a thread nor a message is made later.
   void warm_up() override;

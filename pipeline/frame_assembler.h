@@ -10,6 +10,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "pipeline/clock_watch.h"
@@ -23,7 +24,9 @@ namespace overtake {
 class FrameRunner {
  public:
   virtual ~FrameRunner() = default;
-  // On the thread that will call the other two, before the first frame: may take memory and threads.
+  // Runs the intake's loop, which is what calls the other two, where that must be.
+  virtual void host(const std::function<void()>& loop) { loop(); }
+  // In that loop, before the first frame: may take memory and threads.
   virtual void warm_up() {}
   virtual void start_segment(Frame& frame, int32_t sensor) = 0;   // sensors[sensor].scan is ready
   virtual void close(Frame& frame) = 0;                           // nothing more comes for it

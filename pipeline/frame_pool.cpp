@@ -6,10 +6,12 @@
 
 namespace overtake {
 
-bool FramePool::build(int32_t slot_count, const FrameSizes& sizes, const Allocator& allocator) {
+bool FramePool::build(int32_t slot_count, int32_t max_in_flight, const FrameSizes& sizes,
+                      const Allocator& allocator) {
   slots_.reset(new (std::nothrow) Frame[std::size_t(slot_count)]);
   if (!slots_) return false;
   slot_count_ = slot_count;
+  max_in_flight_ = max_in_flight;
   for (int32_t i = 0; i < slot_count; ++i)
     if (!build_frame(slots_[std::size_t(i)], sizes, allocator)) return false;
   return true;
@@ -17,10 +19,12 @@ bool FramePool::build(int32_t slot_count, const FrameSizes& sizes, const Allocat
 
 // The lowest free slot: the one used last is the likeliest to be in the cache.
 Frame* FramePool::acquire() noexcept {
+  if (in_flight_.load(std::memory_order_acquire) >= max_in_flight_) return nullptr;
   for (int32_t i = 0; i < slot_count_; ++i) {
     Frame& frame = slots_[std::size_t(i)];
     uint64_t old = frame.references.load(std::memory_order_acquire);
     if ((old & kHolders) == 0 && frame.references.compare_exchange_strong(old, 1, std::memory_order_acq_rel)) {
+      in_flight_.fetch_add(1, std::memory_order_relaxed);
       reset_frame(frame);
       return &frame;
     }
@@ -33,6 +37,7 @@ void FramePool::publish(Frame* frame) noexcept {
   frame->references.store(kFinished | 1, std::memory_order_release);
   Frame* old = latest_.exchange(frame, std::memory_order_acq_rel);
   latest_sequence_.store(sequence, std::memory_order_release);
+  in_flight_.fetch_sub(1, std::memory_order_release);
   if (old) release(old);
 }
 
@@ -46,15 +51,6 @@ Frame* FramePool::pin_latest() noexcept {
       return frame;
   }
   return nullptr;
-}
-
-int64_t FramePool::count_in_flight() const noexcept {
-  int64_t count = 0;
-  for (int32_t i = 0; i < slot_count_; ++i) {
-    const uint64_t references = slots_[std::size_t(i)].references.load(std::memory_order_acquire);
-    count += (references & kHolders) == 1 && !(references & kFinished);
-  }
-  return count;
 }
 
 int32_t FramePool::count_stalled(int64_t now_ns, int64_t limit_ns) noexcept {

@@ -20,7 +20,10 @@ namespace overtake {
 
 class FramePool {
  public:
-  [[nodiscard]] bool build(int32_t slot_count, const FrameSizes& sizes, const Allocator& allocator);
+  // At most max_in_flight slots are taken and not finished at a time: data waits in the mailboxes, where the newest
+  // replaces it, not in the graph.
+  [[nodiscard]] bool build(int32_t slot_count, int32_t max_in_flight, const FrameSizes& sizes,
+                           const Allocator& allocator);
 
   Frame* acquire() noexcept;                  // intake: a free slot, reset, or null
   void publish(Frame* frame) noexcept;        // pipeline: finished, and the latest from now on
@@ -28,7 +31,7 @@ class FramePool {
   // Of the latest, -1 when there is none: pin_latest will not give an older one.
   int64_t latest_sequence() const noexcept { return latest_sequence_.load(std::memory_order_acquire); }
   void release(Frame* frame) noexcept;        // reader
-  int64_t count_in_flight() const noexcept;   // taken and not finished
+  int64_t count_in_flight() const noexcept { return in_flight_.load(std::memory_order_acquire); }
   // Frames that were closed more than limit_ns ago, are in flight, and were not counted before.
   int32_t count_stalled(int64_t now_ns, int64_t limit_ns) noexcept;
   void set_event(Event* event) noexcept { event_ = event; }   // told when a slot becomes free
@@ -37,7 +40,8 @@ class FramePool {
   static constexpr uint64_t kFinished = uint64_t(1) << 63;
   static constexpr uint64_t kHolders = 0xffffffffu;
   std::unique_ptr<Frame[]> slots_;
-  int32_t slot_count_ = 0;
+  int32_t slot_count_ = 0, max_in_flight_ = 0;
+  std::atomic<int32_t> in_flight_{0};         // taken and not finished
   std::atomic<Frame*> latest_{nullptr};
   std::atomic<int64_t> latest_sequence_{-1};
   Event* event_ = nullptr;

@@ -40,8 +40,10 @@ void* Memory::allocate(size_t bytes, size_t alignment) noexcept {
                      : base_.allocate(bytes, alignment, base_.user);
   if (!block) return nullptr;
   bytes_.fetch_add(int64_t(bytes), std::memory_order_relaxed);
-  if (huge && madvise(block, bytes, MADV_HUGEPAGE) == 0)
-    huge_bytes_.fetch_add(int64_t(bytes), std::memory_order_relaxed);
+  if (huge) {
+    const bool obtained = madvise(block, bytes, MADV_HUGEPAGE) == 0;
+    (obtained ? huge_bytes_ : huge_refused_bytes_).fetch_add(int64_t(bytes), std::memory_order_relaxed);
+  }
   if (lock_ && mlock(block, bytes) == 0) locked_bytes_.fetch_add(int64_t(bytes), std::memory_order_relaxed);
   return block;
 }

@@ -26,6 +26,7 @@ class Memory {
   int64_t bytes() const noexcept { return bytes_.load(std::memory_order_relaxed); }
   int64_t locked_bytes() const noexcept { return locked_bytes_.load(std::memory_order_relaxed); }
   int64_t huge_bytes() const noexcept { return huge_bytes_.load(std::memory_order_relaxed); }
+  int64_t huge_refused_bytes() const noexcept { return huge_refused_bytes_.load(std::memory_order_relaxed); }
 
  private:
   void* allocate(size_t bytes, size_t alignment) noexcept;
@@ -33,7 +34,7 @@ class Memory {
 
   Allocator base_;
   bool lock_ = false, huge_ = false;
-  std::atomic<int64_t> bytes_{0}, locked_bytes_{0}, huge_bytes_{0};
+  std::atomic<int64_t> bytes_{0}, locked_bytes_{0}, huge_bytes_{0}, huge_refused_bytes_{0};
 };
 
 }  // namespace overtake

@@ -11,9 +11,11 @@
 namespace overtake {
 namespace {
 
-// What a thread was before it became ours.
+// What a thread was before it became ours, and whose it is.
 struct Before {
-  bool taken = false, pinned = false, fifo = false;
+  uint64_t owner = 0;                // a roster's id, 0 none
+  int32_t worker = -1;
+  bool pinned = false, fifo = false;
   cpu_set_t cpus;
   int policy = SCHED_OTHER;
   sched_param param{};
@@ -21,6 +23,11 @@ struct Before {
 };
 // initial-exec: the first use on a thread takes no memory, in a shared library either.
 [[gnu::tls_model("initial-exec")]] thread_local Before before;
+
+uint64_t next_roster_id() noexcept {
+  static std::atomic<uint64_t> last{0};
+  return last.fetch_add(1, std::memory_order_relaxed) + 1;
+}
 
 }  // namespace
 
@@ -36,7 +43,7 @@ bool is_usable_cpu(int32_t cpu) noexcept {
 }
 
 ThreadRoster::ThreadRoster(ThreadSettings settings, int32_t worker_count)
-    : settings_(std::move(settings)), obtained_(std::size_t(worker_count) + 1) {}
+    : id_(next_roster_id()), settings_(std::move(settings)), obtained_(std::size_t(worker_count) + 1) {}
 
 uint8_t ThreadRoster::apply(int32_t first_cpu, int32_t cpu_count) const noexcept {
   uint8_t obtained = 0;
@@ -56,8 +63,8 @@ uint8_t ThreadRoster::apply(int32_t first_cpu, int32_t cpu_count) const noexcept
 
 void ThreadRoster::enter_worker(int32_t worker) noexcept {
   if (worker < 0 || std::size_t(worker) + 1 >= obtained_.size()) return;
-  if (!before.taken) {
-    before.taken = true;
+  if (before.owner == id_ && before.worker == worker) return;
+  if (before.owner == 0) {
     pthread_getname_np(pthread_self(), before.name, sizeof before.name);
     sched_getaffinity(0, sizeof before.cpus, &before.cpus);
     pthread_getschedparam(pthread_self(), &before.policy, &before.param);
@@ -67,17 +74,19 @@ void ThreadRoster::enter_worker(int32_t worker) noexcept {
   pthread_setname_np(pthread_self(), name);
   const bool pins = !settings_.cpus.empty();
   const uint8_t obtained = apply(pins ? worker % int32_t(settings_.cpus.size()) : 0, pins ? 1 : 0);
-  before.pinned = obtained & kPinned;
-  before.fifo = obtained & kFifo;
+  before.owner = id_;
+  before.worker = worker;
+  before.pinned |= (obtained & kPinned) != 0;
+  before.fifo |= (obtained & kFifo) != 0;
   obtained_[std::size_t(worker)].store(obtained, std::memory_order_relaxed);
 }
 
-void ThreadRoster::leave_worker() noexcept {
-  if (!before.taken) return;
-  before.taken = false;
+void ThreadRoster::release_worker() noexcept {
+  if (before.owner != id_) return;
   if (before.pinned) sched_setaffinity(0, sizeof before.cpus, &before.cpus);
   if (before.fifo) pthread_setschedparam(pthread_self(), before.policy, &before.param);
   pthread_setname_np(pthread_self(), before.name);
+  before = Before{};
 }
 
 void ThreadRoster::enter_intake() noexcept {

@@ -1,8 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What our threads run as: name, CPU, SCHED_FIFO. TBB's workers belong to the whole process, so what is changed on the
-// way into our arena is put back on the way out.
+// What our threads run as: name, CPU, SCHED_FIFO. TBB's workers belong to the whole process: each takes our settings
+// when it first comes into the arena, keeps them while it sleeps (it must wake up with its priority), and gets its own
+// back when the detector is destroyed.
 #pragma once
 
 #include <sched.h>
@@ -27,9 +28,9 @@ class ThreadRoster {
  public:
   ThreadRoster(ThreadSettings settings, int32_t worker_count);
 
-  // On the thread itself. Worker i is pinned to cpus[i % n]; the intake may use any of them.
+  // On the thread itself. Worker i is pinned to cpus[i % n]; the intake may use any of them. Cheap when it is already so.
   void enter_worker(int32_t worker) noexcept;
-  void leave_worker() noexcept;
+  void release_worker() noexcept;
   void enter_intake() noexcept;
 
   int32_t pinned() const noexcept { return count(kPinned); }
@@ -39,6 +40,7 @@ class ThreadRoster {
   static constexpr uint8_t kPinned = 1, kFifo = 2;
   uint8_t apply(int32_t first_cpu, int32_t cpu_count) const noexcept;
   int32_t count(uint8_t bit) const noexcept;
+  const uint64_t id_;                                // no two in a process
   ThreadSettings settings_;
   std::vector<std::atomic<uint8_t>> obtained_;       // [worker_count + 1]: the last is the intake's
 };

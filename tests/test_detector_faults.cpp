@@ -355,7 +355,7 @@ TEST_CASE("detector faults: late scans are taken in at their place, the tracks a
         for (const double* c : {t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps}) l.state.push_back(c[i]);
         for (const double* c : t.covariance) l.state.push_back(c[i]);
         if (t.state[i] == OVT_CONFIRMED) l.confirmed.insert(t.id[i]);
-        CHECK((t.flags[i] & OVT_TRACK_STALE) == 0);
+        CHECK(((t.flags[i] & OVT_TRACK_STALE) != 0) == (info.tracks_stamp_ns - t.measured_ns[i] > 500 * kMs));
         CHECK(((t.flags[i] & OVT_TRACK_COASTING) == 0) == (t.detection[i] >= 0));
       }
     };

@@ -65,7 +65,7 @@ class Bench {
     sizes.point_capacity = capacity;
     sizes.sensor_count = kSensors;
     sizes.cluster_capacity = sizes.candidate_capacity = sizes.track_capacity = sizes.external_capacity = kCapacity;
-    REQUIRE(pool.build(kSlots, sizes, default_allocator()));
+    REQUIRE(pool.build(kSlots, kSlots, sizes, default_allocator()));
     REQUIRE(arena_.build(default_allocator(), [&](Carver& carver) {
       carve_table(carver, scan_.table, kCapacity);
       carve_table(carver, rows_.table, kCapacity);

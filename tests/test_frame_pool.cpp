@@ -33,7 +33,7 @@ Frame* finish_one(FramePool& pool, int64_t sequence) {
 
 TEST_CASE("frame_pool: as many frames in flight as slots, and no reader sees one of them") {
   FramePool pool;
-  REQUIRE(pool.build(3, small_sizes(), default_allocator()));
+  REQUIRE(pool.build(3, 3, small_sizes(), default_allocator()));
   Frame* frames[3];
   for (Frame*& frame : frames) REQUIRE((frame = pool.acquire()) != nullptr);
   CHECK(frames[0] != frames[1]);
@@ -46,7 +46,7 @@ TEST_CASE("frame_pool: as many frames in flight as slots, and no reader sees one
 
 TEST_CASE("frame_pool: the latest stays until the next is published, a pinned one until its readers let go") {
   FramePool pool;
-  REQUIRE(pool.build(3, small_sizes(), default_allocator()));
+  REQUIRE(pool.build(3, 3, small_sizes(), default_allocator()));
   Event event;
   pool.set_event(&event);
   Frame* first = finish_one(pool, 0);
@@ -73,7 +73,7 @@ TEST_CASE("frame_pool: the latest stays until the next is published, a pinned on
 
 TEST_CASE("frame_pool: a slot comes back reset") {
   FramePool pool;
-  REQUIRE(pool.build(1, small_sizes(), default_allocator()));
+  REQUIRE(pool.build(1, 1, small_sizes(), default_allocator()));
   Frame* frame = pool.acquire();
   REQUIRE(frame);
   frame->flags = 7;
@@ -99,14 +99,14 @@ TEST_CASE("frame_pool: a slot comes back reset") {
 TEST_CASE("frame_pool: no memory is an answer") {
   const Allocator none = {[](size_t, size_t, void*) -> void* { return nullptr; }, [](void*, size_t, void*) {}, nullptr};
   FramePool pool;
-  CHECK_FALSE(pool.build(2, small_sizes(), none));
+  CHECK_FALSE(pool.build(2, 2, small_sizes(), none));
 }
 
 TEST_CASE("frame_pool: readers race a publisher and never see a frame change under them or go back") {
   constexpr int64_t kFrames = 30000;
   constexpr int kReaders = 3;
   FramePool pool;
-  REQUIRE(pool.build(2 + kReaders, small_sizes(), default_allocator()));
+  REQUIRE(pool.build(2 + kReaders, 2 + kReaders, small_sizes(), default_allocator()));
   std::atomic<bool> done{false};
   std::atomic<int64_t> wrong{0}, seen{0};
   std::thread readers[kReaders];
@@ -132,4 +132,20 @@ TEST_CASE("frame_pool: readers race a publisher and never see a frame change und
   done.store(true);
   for (std::thread& reader : readers) reader.join();
   CHECK(wrong.load() == 0);
+}
+
+TEST_CASE("frame_pool: no more frames are in flight than it was built for, however many slots are free") {
+  FramePool pool;
+  REQUIRE(pool.build(5, 2, small_sizes(), default_allocator()));
+  Frame* a = pool.acquire();
+  Frame* b = pool.acquire();
+  REQUIRE(a);
+  REQUIRE(b);
+  CHECK(pool.count_in_flight() == 2);
+  CHECK(pool.acquire() == nullptr);
+  pool.publish(a);
+  CHECK(pool.count_in_flight() == 1);
+  CHECK(pool.acquire() != nullptr);
+  CHECK(pool.acquire() == nullptr);
+  pool.publish(b);
 }
