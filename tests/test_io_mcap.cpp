@@ -1,0 +1,200 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tests/support/temp_folder.h"
+#include "tools/io/bytes.h"
+#include "tools/io/error.h"
+#include "tools/io/mcap_format.h"
+#include "tools/io/mcap_reader.h"
+#include "tools/io/mcap_writer.h"
+#include "tools/io/text.h"
+
+namespace io = overtake::io;
+using overtake::TempFolder;
+
+namespace {
+
+struct Line {
+  std::string topic, data;
+  int64_t log_ns;
+  uint32_t sequence;
+  bool operator==(const Line&) const = default;
+};
+
+// 40 messages on two topics, of 0 to 900 bytes.
+std::vector<Line> write_log(const std::string& path, const io::McapOptions& options) {
+  io::McapWriter log(path, options);
+  const uint16_t schema = log.add_schema("a/msg/A", "ros2msg", "uint8 x\n");
+  const uint16_t topics[] = {log.add_channel(schema, "/one", "cdr", {{"offered", "yes"}}),
+                             log.add_channel(0, "/two", "json")};
+  std::vector<Line> lines;
+  for (int i = 0; i < 40; ++i) {
+    std::string data(std::size_t(i * 23 % 900), char('a' + i % 26));
+    for (std::size_t k = 0; k < data.size(); k += 3) data[k] = char(k * 7 + std::size_t(i));
+    log.write(topics[i % 2], 1000 + i * 10, data);
+    lines.push_back({i % 2 ? "/two" : "/one", data, 1000 + i * 10, uint32_t(i / 2)});
+  }
+  log.add_attachment("config.toml", "application/toml", "a = 1\n", 77);
+  log.add_metadata("race", {{"track", "oval"}});
+  log.close();
+  return lines;
+}
+
+std::vector<Line> read_log(io::McapReader& reader) {
+  std::vector<Line> lines;
+  io::McapMessage message;
+  while (reader.next(message))
+    lines.push_back({reader.channels().at(message.channel_id).topic, std::string(message.data), message.log_ns,
+                     message.sequence});
+  return lines;
+}
+
+std::vector<io::McapOptions> all_options() {
+  std::vector<io::McapOptions> all;
+  for (const char* compression : {"none", "lz4", "zstd"})
+    for (const uint64_t chunk : {uint64_t(0), uint64_t(1), uint64_t(2000), uint64_t(1) << 20})
+      for (const bool index : {true, false}) {
+        io::McapOptions options;
+        options.compression = compression;
+        options.chunk_bytes = chunk;
+        options.index = index;
+        options.crc = chunk != 2000 || index;
+        all.push_back(options);
+      }
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("an MCAP file gives back every message, attachment and metadata, whatever its chunks and compression") {
+  const TempFolder folder;
+  for (const io::McapOptions& options : all_options()) {
+    const std::string path = folder.path("a.mcap");
+    const auto written = write_log(path, options);
+    CAPTURE(options.compression);
+    CAPTURE(options.chunk_bytes);
+    io::McapReader reader(path);
+    CHECK(read_log(reader) == written);
+    CHECK(reader.damage() == "");
+    CHECK(reader.profile() == "ros2");
+    REQUIRE(reader.attachments().size() == 1);
+    CHECK(reader.attachments()[0].data == "a = 1\n");
+    CHECK(reader.metadata().at("race").at("track") == "oval");
+    CHECK(reader.channels().at(1).metadata.at("offered") == "yes");
+    CHECK(reader.schemas().at(1).name == "a/msg/A");
+    CHECK((reader.chunk_count() > 0) == (options.chunk_bytes > 0));
+  }
+}
+
+TEST_CASE("an MCAP file cut off anywhere gives a beginning of its messages, and says so") {
+  const TempFolder folder;
+  for (const char* compression : {"none", "lz4", "zstd"})
+    for (const uint64_t chunk : {uint64_t(0), uint64_t(4000)}) {
+      io::McapOptions options;
+      options.compression = compression;
+      options.chunk_bytes = chunk;
+      const auto written = write_log(folder.path("whole.mcap"), options);
+      const std::string whole = io::read_whole_file(folder.path("whole.mcap"));
+      std::size_t data_end = whole.size(), most = 0;
+      for (std::size_t size = 8; size < whole.size(); size += 97) {
+        io::write_whole_file(folder.path("cut.mcap"), std::string_view(whole).substr(0, size));
+        io::McapReader reader(folder.path("cut.mcap"));
+        const auto read = read_log(reader);
+        REQUIRE(read.size() <= written.size());
+        CHECK(std::equal(read.begin(), read.end(), written.begin()));
+        CHECK(read.size() >= most);                        // more of the file never gives fewer messages
+        most = read.size();
+        if (read.size() < written.size()) {
+          CHECK(reader.damage().find("damaged at byte") == 0);
+          data_end = size;
+        }
+      }
+      CHECK(most == written.size());
+      CHECK(data_end < whole.size());
+      if (chunk == 4000 && std::string(compression) == "none") {
+        // Within a chunk: what came whole is delivered.
+        io::write_whole_file(folder.path("cut.mcap"), std::string_view(whole).substr(0, 2500));
+        io::McapReader reader(folder.path("cut.mcap"));
+        CHECK(read_log(reader).size() > 3);
+        CHECK(reader.damage().find("are there") != std::string::npos);
+      }
+    }
+}
+
+TEST_CASE("a flipped bit in an MCAP chunk is found by its checksum; the chunks before it are delivered") {
+  const TempFolder folder;
+  io::McapOptions options;
+  options.compression = "none";
+  options.chunk_bytes = 2000;
+  const auto written = write_log(folder.path("a.mcap"), options);
+  std::string bytes = io::read_whole_file(folder.path("a.mcap"));
+  const std::size_t at = bytes.find(written[20].data.substr(1, 40));
+  REQUIRE(at != std::string::npos);
+  bytes[at + 5] = char(bytes[at + 5] ^ 4);
+  io::write_whole_file(folder.path("a.mcap"), bytes);
+  io::McapReader reader(folder.path("a.mcap"));
+  const auto read = read_log(reader);
+  CHECK(read.size() > 5);
+  CHECK(read.size() <= 20);
+  CHECK(std::equal(read.begin(), read.end(), written.begin()));
+  CHECK(reader.damage().find("a chunk fails its checksum") != std::string::npos);
+}
+
+TEST_CASE("an MCAP file's summary holds statistics, index and checksum that fit its messages") {
+  const TempFolder folder;
+  io::McapOptions options;
+  options.chunk_bytes = 2000;
+  write_log(folder.path("a.mcap"), options);
+  const std::string bytes = io::read_whole_file(folder.path("a.mcap"));
+  REQUIRE(bytes.size() > 37);
+  io::ByteReader footer(std::string_view(bytes).substr(bytes.size() - 37, 29));
+  CHECK(footer.value<uint8_t>() == 2);
+  CHECK(footer.value<uint64_t>() == 20);
+  const auto summary = footer.value<uint64_t>(), offsets = footer.value<uint64_t>();
+  const auto crc = footer.value<uint32_t>();
+  CHECK(io::update_crc32(0, std::string_view(bytes).substr(summary, bytes.size() - 12 - summary)) == crc);
+  io::ByteReader records(std::string_view(bytes).substr(summary, offsets - summary));
+  std::map<uint8_t, int> kinds;
+  uint64_t indexed = 0, messages = 0;
+  while (!records.empty() && records.ok()) {
+    const auto opcode = records.value<uint8_t>();
+    io::ByteReader content(records.take(records.value<uint64_t>()));
+    ++kinds[opcode];
+    if (opcode == uint8_t(io::McapOp::kStatistics)) messages = content.value<uint64_t>();
+    if (opcode != uint8_t(io::McapOp::kChunkIndex)) continue;
+    content.value<uint64_t>();
+    content.value<uint64_t>();
+    const auto at = content.value<uint64_t>(), length = content.value<uint64_t>();
+    CHECK(uint8_t(bytes[at]) == uint8_t(io::McapOp::kChunk));
+    const uint8_t behind = uint8_t(bytes[at + length]);
+    CHECK(behind == uint8_t(io::McapOp::kMessageIndex));
+    io::ByteReader map(content.text());
+    while (!map.empty()) {
+      const auto channel = map.value<uint16_t>();
+      io::ByteReader index(std::string_view(bytes).substr(map.value<uint64_t>() + 9));
+      CHECK(index.value<uint16_t>() == channel);
+      indexed += index.value<uint32_t>() / 16;
+    }
+  }
+  CHECK(records.ok());
+  CHECK(messages == 40);
+  CHECK(indexed == 40);
+  CHECK(kinds[uint8_t(io::McapOp::kAttachmentIndex)] == 1);
+  CHECK(kinds[uint8_t(io::McapOp::kMetadataIndex)] == 1);
+  CHECK(kinds[uint8_t(io::McapOp::kChannel)] == 2);
+}
+
+TEST_CASE("what is no MCAP file is refused with a sentence") {
+  const TempFolder folder;
+  io::write_whole_file(folder.path("a.mcap"), "hello there, this is text");
+  CHECK_THROWS_WITH_AS(io::McapReader(folder.path("a.mcap")), doctest::Contains("is no MCAP file"), io::Error);
+  io::write_whole_file(folder.path("b.mcap"), std::string("\x89MCAP1\r\n", 8));
+  CHECK_THROWS_WITH_AS(io::McapReader(folder.path("b.mcap")), doctest::Contains("another major version"), io::Error);
+  CHECK_THROWS_AS(io::McapReader(folder.path("none.mcap")), io::Error);
+}

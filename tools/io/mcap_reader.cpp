@@ -1,0 +1,223 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/io/mcap_reader.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+
+#include "tools/io/bytes.h"
+#include "tools/io/error.h"
+#include "tools/io/mcap_format.h"
+
+namespace overtake::io {
+namespace {
+
+std::map<std::string, std::string> read_map(ByteReader& reader) {
+  std::map<std::string, std::string> out;
+  ByteReader pairs(reader.text());
+  while (!pairs.empty() && pairs.ok()) {
+    const std::string key(pairs.text());
+    out[key] = std::string(pairs.text());
+  }
+  return out;
+}
+
+}  // namespace
+
+McapReader::McapReader(const std::string& path) : path_(path) {
+  std::error_code code;
+  if (std::filesystem::is_directory(path, code)) throw Error(path, 0, "is a folder");
+  file_bytes_ = std::filesystem::file_size(path, code);
+  file_ = code ? nullptr : std::fopen(path.c_str(), "rb");
+  if (!file_) throw Error(path, 0, "cannot be read: " + std::string(std::strerror(code ? code.value() : errno)));
+  std::string magic;
+  if (!read_file(kMcapMagic.size(), magic) || magic != kMcapMagic) {
+    std::fclose(file_);
+    file_ = nullptr;
+    const bool other = magic.size() == 8 && magic.compare(0, 5, kMcapMagic.substr(0, 5)) == 0;
+    throw Error(path, 0, other ? "is MCAP of another major version than 0" : "is no MCAP file: its first bytes differ");
+  }
+}
+
+McapReader::~McapReader() {
+  if (file_) std::fclose(file_);
+}
+
+void McapReader::fail(uint64_t at, const std::string& sentence) {
+  if (damage_.empty()) damage_ = "damaged at byte " + std::to_string(at) + ": " + sentence;
+  ended_ = true;
+}
+
+bool McapReader::read_file(uint64_t size, std::string& out) {
+  const uint64_t left = file_bytes_ - std::min(file_bytes_, offset_);
+  out.resize(std::size_t(std::min(size, left)));       // a declared length is not believed before the file agrees
+  const std::size_t got = out.empty() ? 0 : std::fread(out.data(), 1, out.size(), file_);
+  out.resize(got);
+  offset_ += got;
+  return got == size;
+}
+
+// One record of the file. Messages come from take_record; a chunk is opened and read on by next().
+bool McapReader::next_record() {
+  record_at_ = offset_;
+  std::string head;
+  if (!read_file(kMcapRecordHead, head)) {
+    fail(record_at_, "the file ends in the middle, without its footer");
+    return false;
+  }
+  ByteReader reader(head);
+  const auto opcode = reader.value<uint8_t>();
+  const auto size = reader.value<uint64_t>();
+  if (McapOp(opcode) == McapOp::kDataEnd || McapOp(opcode) == McapOp::kFooter) {
+    ended_ = true;                                       // what follows is the summary: nothing new
+    if (file_bytes_ - std::min(file_bytes_, offset_) < size) fail(record_at_, "the file ends in the middle");
+    return false;
+  }
+  if (opcode == 0) {
+    fail(record_at_, "a record of kind 0, which there is not");
+    return false;
+  }
+  const bool whole = read_file(size, record_);
+  opcode_ = opcode;
+  if (McapOp(opcode) == McapOp::kChunk) {
+    open_chunk(record_, !whole);
+    return !ended_;
+  }
+  if (!whole)
+    fail(record_at_, "a record of " + std::to_string(size) + " bytes, of which " + std::to_string(record_.size()) +
+                         " are there");
+  return whole;
+}
+
+void McapReader::open_chunk(std::string_view content, bool cut) {
+  ByteReader reader(content);
+  reader.value<uint64_t>();                              // first and last time: the messages say so themselves
+  reader.value<uint64_t>();
+  const auto size = reader.value<uint64_t>();
+  const auto crc = reader.value<uint32_t>();
+  const std::string compression(reader.text().substr(0, 64));
+  const auto packed = reader.value<uint64_t>();
+  if (!reader.ok()) return fail(record_at_, "a chunk ends in its head");
+  std::string_view bytes = reader.rest();
+  if (packed < bytes.size()) bytes = bytes.substr(0, std::size_t(packed));
+  const bool short_of = bytes.size() < packed;
+  std::string wrong = decompress_chunk(compression, bytes, size, chunk_);
+  if (cut || short_of)
+    wrong = "a chunk of " + std::to_string(packed) + " bytes, of which " + std::to_string(bytes.size()) + " are there";
+  else if (wrong.empty() && crc != 0 && update_crc32(0, chunk_) != crc)
+    return fail(record_at_, "a chunk fails its checksum");
+  else if (!wrong.empty())
+    wrong = "a chunk cannot be unpacked: " + wrong;
+  chunk_damage_ = wrong;                                 // said when what could be unpacked is delivered
+  chunk_rest_ = chunk_;
+  ++chunk_count_;
+  ++compressions_[compression.empty() ? "none" : compression];
+}
+
+bool McapReader::take_record(uint8_t opcode, std::string_view content, McapMessage* message) {
+  ByteReader reader(content);
+  switch (McapOp(opcode)) {
+    case McapOp::kHeader:
+      profile_ = std::string(reader.text());
+      reader.text();
+      break;
+    case McapOp::kSchema: {
+      const auto id = reader.value<uint16_t>();
+      McapSchema schema;
+      schema.name = std::string(reader.text());
+      schema.encoding = std::string(reader.text());
+      schema.data = std::string(reader.text());
+      if (reader.ok() && id != 0) schemas_[id] = std::move(schema);
+      break;
+    }
+    case McapOp::kChannel: {
+      const auto id = reader.value<uint16_t>();
+      McapChannel channel;
+      channel.schema_id = reader.value<uint16_t>();
+      channel.topic = std::string(reader.text());
+      channel.message_encoding = std::string(reader.text());
+      channel.metadata = read_map(reader);
+      if (!reader.ok()) break;
+      const auto known = channels_.find(id);
+      if (known != channels_.end() && known->second.topic != channel.topic) {
+        fail(record_at_, "topic " + std::to_string(id) + " is described twice, differently");
+        return false;
+      }
+      channels_[id] = std::move(channel);
+      break;
+    }
+    case McapOp::kMessage: {
+      message->channel_id = reader.value<uint16_t>();
+      message->sequence = reader.value<uint32_t>();
+      message->log_ns = int64_t(reader.value<uint64_t>());
+      message->publish_ns = int64_t(reader.value<uint64_t>());
+      message->data = reader.rest();
+      if (!reader.ok()) break;
+      if (!channels_.contains(message->channel_id)) {
+        fail(record_at_, "a message of topic " + std::to_string(message->channel_id) + ", which was not described");
+        return false;
+      }
+      return true;
+    }
+    case McapOp::kAttachment: {
+      McapAttachment attachment;
+      attachment.log_ns = int64_t(reader.value<uint64_t>());
+      reader.value<uint64_t>();
+      attachment.name = std::string(reader.text());
+      attachment.media_type = std::string(reader.text());
+      attachment.data = std::string(reader.take(reader.value<uint64_t>()));
+      const auto crc = reader.value<uint32_t>();
+      if (!reader.ok()) break;
+      if (crc != 0 && update_crc32(0, content.substr(0, content.size() - reader.rest().size() - 4)) != crc) {
+        fail(record_at_, "attachment '" + attachment.name.substr(0, 64) + "' fails its checksum");
+        return false;
+      }
+      attachments_.push_back(std::move(attachment));
+      break;
+    }
+    case McapOp::kMetadata: {
+      const std::string name(reader.text());
+      metadata_[name] = read_map(reader);
+      break;
+    }
+    default:
+      break;                                             // indexes, and kinds that later versions add
+  }
+  if (!reader.ok()) fail(record_at_, "a record of kind " + std::to_string(opcode) + " is shorter than its content");
+  return false;
+}
+
+bool McapReader::next(McapMessage& out) {
+  while (true) {
+    if (chunk_rest_.empty()) {
+      if (!chunk_damage_.empty()) {
+        fail(record_at_, chunk_damage_);
+        chunk_damage_.clear();
+      }
+      if (ended_ || !next_record()) return false;
+      if (McapOp(opcode_) == McapOp::kChunk) continue;
+      if (take_record(opcode_, record_, &out)) return true;
+      if (ended_) return false;
+      continue;
+    }
+    ByteReader reader(chunk_rest_);
+    const auto opcode = reader.value<uint8_t>();
+    const auto size = reader.value<uint64_t>();
+    const std::string_view content = reader.take(size);
+    if (!reader.ok() || opcode == 0) {
+      chunk_rest_ = {};
+      if (chunk_damage_.empty()) chunk_damage_ = "a record in a chunk does not end within it";
+      continue;
+    }
+    chunk_rest_ = reader.rest();
+    if (take_record(opcode, content, &out)) return true;
+    if (ended_) {
+      chunk_rest_ = {};
+      chunk_damage_.clear();
+      return false;
+    }
+  }
+}
+
+}  // namespace overtake::io

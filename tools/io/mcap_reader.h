@@ -1,0 +1,85 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Reads MCAP files from front to back, in the order they were written; the index is not needed and not believed. The
+// file may be cut off, bit-flipped or lie about its counts: every message before the damage is delivered, then
+// damage() says where and what it is. A chunk that fails its checksum is damaged as a whole.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace overtake::io {
+
+struct McapSchema {
+  std::string name, encoding, data;
+};
+
+struct McapChannel {
+  std::string topic, message_encoding;
+  uint16_t schema_id = 0;                  // 0: none
+  std::map<std::string, std::string> metadata;
+};
+
+struct McapMessage {
+  uint16_t channel_id = 0;
+  uint32_t sequence = 0;
+  int64_t log_ns = 0, publish_ns = 0;
+  std::string_view data;                   // until the next call of next()
+};
+
+struct McapAttachment {
+  std::string name, media_type, data;
+  int64_t log_ns = 0;
+};
+
+class McapReader {
+ public:
+  // Throws Error: no such file, no MCAP, another major version.
+  explicit McapReader(const std::string& path);
+  ~McapReader();
+  McapReader(const McapReader&) = delete;
+  McapReader& operator=(const McapReader&) = delete;
+
+  bool next(McapMessage& out);             // false: the end, or damage
+  // Why reading ended before the end of the file's data: "" where it did not.
+  const std::string& damage() const { return damage_; }
+  const std::string& path() const { return path_; }
+  const std::string& profile() const { return profile_; }
+  // Known so far: a message's channel always is.
+  const std::map<uint16_t, McapChannel>& channels() const { return channels_; }
+  const std::map<uint16_t, McapSchema>& schemas() const { return schemas_; }
+  const std::vector<McapAttachment>& attachments() const { return attachments_; }
+  const std::map<std::string, std::map<std::string, std::string>>& metadata() const { return metadata_; }
+  uint64_t chunk_count() const { return chunk_count_; }
+  const std::map<std::string, uint64_t>& compressions() const { return compressions_; }   // chunks of each
+  uint64_t position() const { return offset_; }
+  uint64_t file_bytes() const { return file_bytes_; }
+
+ private:
+  bool read_file(uint64_t size, std::string& out);       // false: fewer bytes are left; those are in `out`
+  bool next_record();
+  void open_chunk(std::string_view content, bool cut);
+  bool take_record(uint8_t opcode, std::string_view content, McapMessage* message);
+  void fail(uint64_t at, const std::string& sentence);
+
+  std::string path_, profile_, damage_;
+  std::FILE* file_ = nullptr;
+  uint64_t file_bytes_ = 0, offset_ = 0, record_at_ = 0;
+  bool ended_ = false;
+  uint8_t opcode_ = 0;                                   // of record_
+  std::string record_, chunk_, chunk_damage_;            // of the file; what its chunk holds
+  std::string_view chunk_rest_;
+  std::map<uint16_t, McapChannel> channels_;
+  std::map<uint16_t, McapSchema> schemas_;
+  std::vector<McapAttachment> attachments_;
+  std::map<std::string, std::map<std::string, std::string>> metadata_;
+  std::map<std::string, uint64_t> compressions_;
+  uint64_t chunk_count_ = 0;
+};
+
+}  // namespace overtake::io
