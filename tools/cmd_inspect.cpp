@@ -10,6 +10,7 @@
 #include "tools/commands.h"
 #include "tools/console.h"
 #include "tools/io/error.h"
+#include "tools/io/scan_stream.h"
 #include "tools/io/npy.h"
 #include "tools/io/text.h"
 #include "tools/session.h"
@@ -26,16 +27,23 @@ int32_t choose_sensor(const io::Rig& rig, const std::string& name) {
   return sensor;
 }
 
-io::FrameScans choose_frame(const io::Recording& recording, int64_t frame) {
-  const std::string range = std::to_string(recording.frame_number(0)) + " to " +
-                            std::to_string(recording.frame_number(recording.frame_count() - 1));
-  if (frame < 0 && recording.frame_count() == 1) return recording.read(0);
-  if (frame < 0) throw io::Error("", 0, "--frame is needed: " + recording.path() + " has frames " + range);
-  const int64_t index = recording.find_frame(frame);
-  if (index < 0)
-    throw io::Error("--frame " + std::to_string(frame), 0,
-                    recording.path() + " has no such frame (there are " + range + ")");
-  return recording.read(std::size_t(index));
+io::FrameScans choose_frame(const std::string& input, const io::Rig& rig, int64_t wanted) {
+  const auto stream = io::open_scans(input, rig);
+  io::FrameScans frame, first;
+  int64_t count = 0, last = 0;
+  while (stream->next(frame)) {
+    if (wanted >= 0 && frame.frame == wanted) return frame;
+    last = frame.frame;
+    if (count++ == 0) first = std::move(frame);
+    if (wanted < 0 && count > 1) break;
+  }
+  if (count == 0) throw io::Error(input, 0, "holds no scan" + (stream->damage().empty() ? "" : ": " + stream->damage()));
+  if (wanted < 0 && count == 1) return first;
+  if (wanted < 0)
+    throw io::Error("", 0, "--frame is needed: " + input + " has several, from " + std::to_string(first.frame) + " on");
+  throw io::Error("--frame " + std::to_string(wanted), 0,
+                  input + " has no such frame (there are " + std::to_string(first.frame) + " to " +
+                      std::to_string(last) + ")");
 }
 
 DenseImage read_image(ovt_reader* reader, int32_t sensor, int32_t id) {
@@ -155,11 +163,10 @@ int inspect_command(const Options& options) {
   if (!config.has_rig)
     throw io::Error("", 0, "--rig is needed: a TOML file, or " + io::join(io::builtin_rig_names(), ", "));
   const int32_t sensor = choose_sensor(config.rig, options.sensor);
-  const io::Recording recording(config.input, config.rig);
-  io::FrameScans frame = choose_frame(recording, options.frame);
+  io::FrameScans frame = choose_frame(config.input, config.rig, options.frame);
   std::erase_if(frame.scans, [sensor](const io::SensorScan& scan) { return scan.sensor != sensor; });
   if (frame.scans.empty())
-    throw io::Error(recording.path(), 0,
+    throw io::Error(config.input, 0,
                     "frame " + std::to_string(frame.frame) + " has no scan of sensor '" + options.sensor + "'");
 
   Session session(config, nullptr, nullptr);

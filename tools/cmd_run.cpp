@@ -15,6 +15,7 @@
 #include "tools/console.h"
 #include "tools/io/box_file.h"
 #include "tools/io/error.h"
+#include "tools/io/scan_stream.h"
 #include "tools/io/text.h"
 #include "tools/result_files.h"
 #include "tools/session.h"
@@ -89,7 +90,7 @@ class RunResult {
   // Before its scans are pushed: which frame a stamp belongs to.
   void announce(const io::FrameScans& frame) {
     const std::lock_guard lock(mutex_);
-    const Announced announced{frame.frame, io::read_box_beside(frame)};
+    const Announced announced{frame.frame, frame.opponent ? frame.opponent : io::read_box_beside(frame)};
     for (const io::SensorScan& scan : frame.scans) announced_[scan.stamp_ns] = announced;
   }
 
@@ -118,6 +119,7 @@ class RunResult {
   std::string format_times() const;
   std::string format_tracks() const { return last_tracks_.format(); }
   std::size_t confirmed_count() const { return confirmed_count_; }
+  uint64_t hash() const { return hash_.value(); }
   bool any_box() const { return any_box_; }
   uint32_t flags_of_all() const { return flags_of_all_; }
 
@@ -135,6 +137,7 @@ class RunResult {
     announced_.erase(announced_.begin(), known);
     const int64_t frame = announced.frame;
 
+    add_to_hash(hash_, info, detections, tracks);
     write_detections(detections_, frame, detections);
     write_tracks(tracks_, frame, tracks);
     write_times(timing_, frame, info.stamp_ns, rig_, reader);
@@ -205,6 +208,7 @@ class RunResult {
   std::optional<TraceFile> trace_;
   std::map<int64_t, Announced> announced_;  // by stamp
   std::exception_ptr failure_;
+  Hash hash_;
   int64_t frame_count_ = 0;
   uint32_t flags_of_all_ = 0;
   std::map<int32_t, std::vector<double>> times_us_;
@@ -252,24 +256,48 @@ void print_notes(uint32_t flags, const ovt_stats& stats) {
 
 }  // namespace
 
+namespace {
+
+// How the lines of sensors without a field for them were found: said once a sensor.
+class LineNotes {
+ public:
+  void add(const io::FrameScans& frame) {
+    for (const io::SensorScan& scan : frame.scans)
+      if (!scan.lines_how.empty()) notes_.emplace(scan.sensor, scan.lines_how);
+  }
+  void print(const io::Rig& rig) const {
+    for (const auto& [sensor, how] : notes_)
+      std::printf("note: the clouds of sensor '%s' say no lines: %s\n", rig.sensors[std::size_t(sensor)].name.c_str(),
+                  how.c_str());
+  }
+
+ private:
+  std::map<int32_t, std::string> notes_;
+};
+
+}  // namespace
+
 int run_command(const Options& options) {
   const Config config = load_config(options);
   if (!config.has_rig)
     throw io::Error("", 0, "--rig is needed: a TOML file, or " + io::join(io::builtin_rig_names(), ", "));
-  const io::Recording recording(config.input, config.rig);
+  const auto stream = io::open_scans(config.input, config.rig);
   make_folder(options.out);
   RunResult result(options.out, config.rig, options.trace);
   Session session(config, &RunResult::on_frame, &result);
   io::write_whole_file(options.out + "/config.toml", format_config(config));
 
   catch_interrupt();
-  Progress progress(int64_t(recording.frame_count()), options.quiet);
-  for (std::size_t i = 0; i < recording.frame_count() && !interrupted(); ++i) {
-    const io::FrameScans frame = recording.read(i);
+  Progress progress(1000, options.quiet);
+  LineNotes lines;
+  io::FrameScans frame;
+  while (!interrupted() && stream->next(frame)) {
+    lines.add(frame);
+    if (config.ego.empty()) session.add_ego(stream->take_ego());
     result.announce(frame);
     session.push(frame);
     result.rethrow_failure();
-    progress.show(int64_t(i) + 1);
+    progress.show(int64_t(1000 * stream->progress()));
   }
   session.flush();
   result.rethrow_failure();
@@ -284,8 +312,15 @@ int run_command(const Options& options) {
     }
     std::printf("\n%lld frames. Written to %s: detections.csv tracks.csv timing.csv config.toml\n",
                 static_cast<long long>(result.frame_count()), options.out.c_str());
-    if (result.any_box()) std::printf("note: the opponent shown is the track nearest to the box in FRAME_box.txt\n");
+    std::printf("Hash of all detections and tracks: %016llx\n", static_cast<unsigned long long>(result.hash()));
+    if (result.any_box()) std::printf("note: the opponent shown is the track nearest to where the recording says it is\n");
+    lines.print(config.rig);
     print_notes(result.flags_of_all(), session.stats());
+  }
+  if (!stream->damage().empty()) {
+    std::fprintf(stderr, "overtake: %s: %s; what came before it is done\n", config.input.c_str(),
+                 stream->damage().c_str());
+    return kDamaged;
   }
   if (interrupted())
     std::fprintf(stderr, "overtake: interrupted after %lld frames; what is done is kept\n",

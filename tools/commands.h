@@ -13,5 +13,6 @@ int inspect_command(const Options& options);
 int track_command(const Options& options);
 
 inline constexpr int kInterrupted = 130;
+inline constexpr int kDamaged = 3;             // the recording ended in damage; results up to there are whole
 
 }  // namespace overtake::cli

@@ -6,6 +6,7 @@
 
 #include <string>
 
+#include "core/hash.h"
 #include "pipeline/overtake.h"
 #include "tools/io/csv.h"
 #include "tools/io/rig.h"
@@ -25,6 +26,9 @@ void write_detections(io::CsvWriter& csv, int64_t frame, const ovt_detections& d
 void write_tracks(io::CsvWriter& csv, int64_t frame, const ovt_tracks& tracks);
 // sensor: its name, or empty for the stages of the whole frame. Stages that did not run are left out.
 void write_times(io::CsvWriter& csv, int64_t frame, int64_t stamp_ns, const io::Rig& rig, ovt_reader* reader);
+
+// Of everything a frame publishes but its number and times: equal for the same scans, from whatever file they came.
+void add_to_hash(Hash& hash, const ovt_frame_info& info, const ovt_detections& detections, const ovt_tracks& tracks);
 
 double read_time_us(ovt_reader* reader, int32_t sensor, ovt_stage stage);   // NaN: did not run
 

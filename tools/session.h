@@ -33,6 +33,8 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
+  // Poses of the recording itself, behind those there are.
+  void add_ego(const std::vector<io::EgoRow>& rows) { ego_.insert(ego_.end(), rows.begin(), rows.end()); }
   // Ego poses up to the first one at or after the stamp.
   void push_ego_until(int64_t stamp_ns);
   // The poses a frame's points need, then its scans. A scan the library calls late or a duplicate is not an error: the

@@ -11,10 +11,6 @@
 
 namespace overtake::io {
 
-struct Box {
-  double x_m = 0, y_m = 0, z_m = 0, length_m = 0, width_m = 0, height_m = 0, yaw_rad = 0;
-};
-
 // Nothing where there is no such file. Throws Error where it is no box.
 std::optional<Box> read_box_beside(const FrameScans& frame);
 

@@ -188,6 +188,47 @@ bool McapReader::take_record(uint8_t opcode, std::string_view content, McapMessa
   return false;
 }
 
+bool McapReader::read_summary() {
+  constexpr uint64_t kFooter = kMcapRecordHead + 20, kTail = kFooter + 8;
+  std::string tail;
+  if (file_bytes_ < offset_ + kTail || std::fseek(file_, -long(kTail), SEEK_END) != 0) return false;
+  tail.resize(kTail);
+  if (std::fread(tail.data(), 1, tail.size(), file_) != tail.size()) return false;
+  ByteReader footer(tail);
+  if (McapOp(footer.value<uint8_t>()) != McapOp::kFooter || footer.value<uint64_t>() != 20) return false;
+  const auto start = footer.value<uint64_t>();
+  footer.value<uint64_t>();
+  const auto crc = footer.value<uint32_t>();
+  if (start < kMcapMagic.size() || start > file_bytes_ - kTail || crc == 0) return false;
+  constexpr uint64_t kMost = uint64_t(1) << 28;
+  if (file_bytes_ - kTail - start > kMost || std::fseek(file_, long(start), SEEK_SET) != 0) return false;
+  offset_ = start;
+  std::string summary;
+  if (!read_file(file_bytes_ - 12 - start, summary) || update_crc32(0, summary) != crc) return false;
+  ByteReader records(std::string_view(summary).substr(0, summary.size() - (kFooter - 4)));
+  McapMessage none;
+  while (!records.empty()) {
+    const auto opcode = records.value<uint8_t>();
+    const std::string_view content = records.take(records.value<uint64_t>());
+    if (!records.ok()) break;
+    if (McapOp(opcode) == McapOp::kSchema || McapOp(opcode) == McapOp::kChannel) take_record(opcode, content, &none);
+  }
+  return records.ok() && damage_.empty() && !channels_.empty();
+}
+
+void McapReader::list_channels() {
+  if (read_summary()) return;
+  channels_.clear();
+  schemas_.clear();
+  damage_.clear();
+  ended_ = false;
+  offset_ = kMcapMagic.size();
+  std::fseek(file_, long(offset_), SEEK_SET);
+  McapMessage message;
+  while (next(message)) {
+  }
+}
+
 bool McapReader::next(McapMessage& out) {
   while (true) {
     if (chunk_rest_.empty()) {

@@ -46,6 +46,9 @@ class McapReader {
   McapReader& operator=(const McapReader&) = delete;
 
   bool next(McapMessage& out);             // false: the end, or damage
+  // Finds every channel and schema, in the summary where that passes its checksum, else by reading the whole file.
+  // Nothing is to be read afterwards.
+  void list_channels();
   // Why reading ended before the end of the file's data: "" where it did not.
   const std::string& damage() const { return damage_; }
   const std::string& path() const { return path_; }
@@ -65,6 +68,7 @@ class McapReader {
   bool next_record();
   void open_chunk(std::string_view content, bool cut);
   bool take_record(uint8_t opcode, std::string_view content, McapMessage* message);
+  bool read_summary();
   void fail(uint64_t at, const std::string& sentence);
 
   std::string path_, profile_, damage_;

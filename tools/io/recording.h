@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A recording: a folder of PCD scans FRAME_SENSOR.pcd, or FRAME.pcd where there is one sensor or the rig says that one
-// cloud holds all sensors; or one such file. FRAME is a number and is what "frame" means everywhere; it may also stand
+// A folder of scans FRAME_SENSOR.pcd, or FRAME.pcd where there is one sensor or the rig says that one cloud holds all
+// sensors; or one such file. KITTI's .bin files (x y z intensity as float32, no header) go by the same names. FRAME is a number and is what "frame" means everywhere; it may also stand
 // at the end, after an underscore (log7_000012.pcd).
 //
 // Stamps: absolute times in the cloud's time field, else FRAME x period; a FRAME of 12 digits and more is a time
@@ -13,33 +13,14 @@
 #include <string>
 #include <vector>
 
-#include "tools/io/pcd.h"
 #include "tools/io/rig.h"
+#include "tools/io/sensor_scan.h"
 
 namespace overtake::io {
 
-// One scan of one sensor, sensor frame. Columns keep the types of the file.
-struct SensorScan {
-  int32_t sensor = 0;                // of the rig
-  std::string path;
-  int64_t stamp_ns = 0;
-  int32_t count = 0;
-  PcdColumn x, y, z, layer, intensity;             // intensity without bytes: the file has none
-  std::vector<int32_t> time_offset_ns;             // empty: the file has no time
-  // Where the scan is part of a shared cloud: row of each point in the file, and the file's number of points. Empty:
-  // all.
-  std::vector<int32_t> input_index;
-  int32_t input_count = 0;
-};
-
-struct FrameScans {
-  int64_t frame = 0;
-  std::vector<SensorScan> scans;     // ordered by sensor; a missing sensor is missing
-};
-
 class Recording {
  public:
-  // Throws Error: no such folder, no PCD in it, a name without a frame number, a sensor that the rig does not have, a
+  // Throws Error: no such folder, no scan in it, a name without a frame number, a sensor that the rig does not have, a
   // file without a sensor where the rig has several, two files of one scan.
   Recording(const std::string& path, Rig rig);
 

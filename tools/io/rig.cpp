@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/io/rig.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <set>
 
@@ -18,6 +19,14 @@ TimeUnit read_time_unit(TomlReader& reader) {
   for (int32_t i = 0; i < 5; ++i)
     if (unit == kTimeUnits[i]) return TimeUnit(i);
   reader.fail(reader.line_of("time_unit"), "'time_unit' is \"" + unit + "\", not auto, s, ms, us or ns");
+}
+
+std::vector<std::string> read_topics(TomlReader& reader, const std::string& key) {
+  const auto topics = reader.texts(key);
+  for (const std::string& topic : topics)
+    if (topic.empty() || topic[0] != '/' || std::count(topic.begin(), topic.end(), '*') > 1)
+      reader.fail(reader.line_of(key), "topic '" + topic + "' must start with / and hold one * at most");
+  return topics;
 }
 
 RigSensor read_sensor(TomlReader& reader) {
@@ -58,6 +67,8 @@ RigSensor read_sensor(TomlReader& reader) {
   if (sensor.layer_first > sensor.layer_last)
     reader.fail(reader.line_of("layer_last"), "'layer_last' must not be smaller than 'layer_first'");
   sensor.point_capacity = int32_t(reader.integer_or("point_capacity", 1, 1 << 24, sensor.point_capacity));
+  sensor.topics = read_topics(reader, "topics");
+  sensor.frame_id = reader.text_or("frame_id", "");
   reader.finish();
   return sensor;
 }
@@ -74,6 +85,12 @@ Rig read_rig(TomlReader& reader) {
   rig.cloud_in_vehicle_frame = frame == "vehicle";
   rig.shared_cloud = reader.boolean_or("shared_cloud", false);
   rig.time_unit = read_time_unit(reader);
+  if (reader.has("topics")) {
+    TomlReader topics(reader.path(), *reader.tables("topics")[0], "topics");
+    rig.ego_topics = read_topics(topics, "ego");
+    rig.opponent_topics = read_topics(topics, "opponent");
+    topics.finish();
+  }
 
   const auto tables = reader.tables("sensor");
   if (tables.empty()) reader.fail(reader.line(), "no [[sensor]]");
@@ -138,6 +155,13 @@ std::string format_rig(const Rig& rig, const std::string& prefix) {
                      (rig.cloud_in_vehicle_frame ? "vehicle" : "sensor") +
                      "\"\nshared_cloud = " + (rig.shared_cloud ? "true" : "false") + "\ntime_unit = \"" +
                      kTimeUnits[int32_t(rig.time_unit)] + "\"\n";
+  const auto texts = [](const char* key, const std::vector<std::string>& values) {
+    std::string out;
+    for (const std::string& value : values) out += (out.empty() ? "" : ", ") + toml_string(value);
+    return values.empty() ? out : std::string(key) + " = [" + out + "]\n";
+  };
+  if (!rig.ego_topics.empty() || !rig.opponent_topics.empty())
+    text += "\n[" + prefix + "topics]\n" + texts("ego", rig.ego_topics) + texts("opponent", rig.opponent_topics);
   for (const RigSensor& s : rig.sensors) {
     text += "\n[[" + prefix + "sensor]]\nname = " + toml_string(s.name) + '\n';
     text += number("x_m", s.x_m) + number("y_m", s.y_m) + number("z_m", s.z_m);
@@ -146,7 +170,8 @@ std::string format_rig(const Rig& rig, const std::string& prefix) {
     text += s.wraps ? "wraps = true\n" : number("azimuth_right_deg", s.azimuth_right_deg);
     text += number("range_min_m", s.range_min_m) + number("range_max_m", s.range_max_m);
     text += integer("layer_first", s.layer_first) + integer("layer_last", s.layer_last);
-    text += integer("point_capacity", s.point_capacity);
+    text += integer("point_capacity", s.point_capacity) + texts("topics", s.topics);
+    if (!s.frame_id.empty()) text += "frame_id = " + toml_string(s.frame_id) + '\n';
   }
   return text;
 }

@@ -9,6 +9,9 @@
 //                                 # subtracted; its mounting must not turn
 //   shared_cloud = false          # true: one cloud a frame holds the points of all sensors, told apart by their layers
 //   time_unit = "auto"            # of a time field: "s", "ms", "us", "ns"; auto: floats are s, integers ns
+//   [topics]                      # of recordings with topics (rosbag2, MCAP); lists, the first that is there counts
+//   ego = ["/ego/odometry"]       # poses of the ego vehicle (default), nav_msgs/msg/Odometry
+//   opponent = ["/opponent/odometry"]   # of another car: truth, shown and never used
 //   [[sensor]]                    # 1 to 8 of them
 //   name = "front"                # FRAME_front.pcd
 //   x_m = 2.342   y_m = 0.0   z_m = 0.646   roll_deg = 0   pitch_deg = 0   yaw_deg = 0   # mounting, sensor to vehicle
@@ -17,6 +20,10 @@
 //   wraps = false                                           # true: a full turn (left edge 180 unless given)
 //   range_min_m = 0.5   range_max_m = 300
 //   layer_first = 0   layer_last = 65535                    # others are dropped, or another sensor's
+//   topics = ["/front/points"]                              # default: /NAME/points, /luminar_NAME_points and the like
+//   frame_id = "front"                                      # of its clouds, and of its link in a URDF; default: any
+// A topic may hold one *, which stands for the same text in all topics of the ego vehicle ("/vehicle_*/local_odometry")
+// and for another one in the opponent's.
 //   point_capacity = 65536
 #pragma once
 
@@ -38,6 +45,8 @@ struct RigSensor {
   double range_min_m = 0.5, range_max_m = 300;
   int32_t layer_first = 0, layer_last = 65535;
   int32_t point_capacity = 65536;
+  std::vector<std::string> topics;
+  std::string frame_id;
 };
 
 struct Rig {
@@ -46,6 +55,7 @@ struct Rig {
   bool cloud_in_vehicle_frame = false;
   bool shared_cloud = false;
   TimeUnit time_unit = TimeUnit::kAuto;
+  std::vector<std::string> ego_topics, opponent_topics;
   std::vector<RigSensor> sensors;
 
   int64_t period_ns() const { return int64_t(period_s * 1e9 + 0.5); }

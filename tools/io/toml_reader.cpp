@@ -81,6 +81,20 @@ std::string TomlReader::text(const std::string& key, const std::string* fallback
   return node->as_string()->get();
 }
 
+std::vector<std::string> TomlReader::texts(const std::string& key) {
+  const toml::node* node = find(key, false);
+  if (!node) return {};
+  if (node->is_string()) return {text(key)};
+  std::vector<std::string> out;
+  const toml::array* array = node->as_array();
+  if (!array) fail(line_of(key), "'" + key + "' is neither a text nor a list of texts");
+  for (const toml::node& element : *array) {
+    if (!element.is_string()) fail(line_of(key), "'" + key + "' holds what is no text in quotes");
+    out.push_back(element.as_string()->get());
+  }
+  return out;
+}
+
 std::vector<const toml::table*> TomlReader::tables(const std::string& key) {
   std::vector<const toml::table*> out;
   const toml::node* node = find(key, false);

@@ -45,6 +45,8 @@ class TomlReader {
   std::string text(const std::string& key, const std::string* fallback = nullptr);
   std::string text_or(const std::string& key, const std::string& fallback) { return text(key, &fallback); }
   bool is_text(const std::string& key) const;
+  // A text or an array of texts; empty when the key is missing.
+  std::vector<std::string> texts(const std::string& key);
 
   // Tables of an array of tables ([[key]]), or of one table; empty when the key is missing.
   std::vector<const toml::table*> tables(const std::string& key);

@@ -1,0 +1,45 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Recordings with topics, read from front to back: MCAP files, rosbag2 .db3 files, rosbag2 folders of either.
+// Messages before a damage are delivered; damage() then says where and what it is.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace overtake::io {
+
+struct BagTopic {
+  std::string name, type, encoding;  // "/front/points", "sensor_msgs/msg/PointCloud2", "cdr"
+};
+
+struct BagMessage {
+  int32_t topic = 0;                 // of topics()
+  int64_t log_ns = 0;
+  uint64_t number = 0;               // of the message in the recording, from 0
+  std::string_view data;             // until the next call of next()
+};
+
+class BagReader {
+ public:
+  virtual ~BagReader() = default;
+  virtual bool next(BagMessage& out) = 0;          // false: the end, or damage
+  virtual const std::vector<BagTopic>& topics() const = 0;   // all of them, from the start on
+  virtual const std::string& damage() const = 0;   // "": none so far
+  virtual double progress() const = 0;             // share of the recording read, 0 to 1
+  virtual std::string describe() const = 0;        // "MCAP, 12 chunks (zstd)": of what was read so far
+};
+
+// Whether open_bag takes it: by its first bytes, or by what the folder holds.
+bool is_bag(const std::string& path);
+// Throws Error.
+std::unique_ptr<BagReader> open_bag(const std::string& path);
+
+std::unique_ptr<BagReader> open_db3(const std::string& path);
+std::unique_ptr<BagReader> open_mcap(const std::string& path);
+
+}  // namespace overtake::io

@@ -1,0 +1,60 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Scans and ego poses out of a recording with topics.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tools/io/bag_reader.h"
+#include "tools/io/ros_messages.h"
+#include "tools/io/scan_stream.h"
+
+namespace overtake::io {
+
+// Which topic plays which part, found by the names the rig gives and the types the recording gives.
+struct TopicRoles {
+  std::vector<int32_t> sensor_of;          // per topic: sensor of the rig, -1 none
+  int32_t ego = -1, opponent = -1;         // topics
+};
+TopicRoles find_topic_roles(const std::vector<BagTopic>& topics, const Rig& rig);
+// "/a (sensor_msgs/msg/PointCloud2), ..." for error texts.
+std::string list_topics(const std::vector<BagTopic>& topics, const std::string& type);
+// The topics a sensor of the rig is looked for under.
+std::vector<std::string> topics_of(const RigSensor& sensor);
+std::vector<std::string> ego_topics_of(const Rig& rig);
+std::vector<std::string> opponent_topics_of(const Rig& rig);
+
+// Throws std::runtime_error or Error where the message is no cloud, or has no field that is needed.
+SensorScan scan_of_message(const std::string& place, std::string_view data, const Rig& rig, int32_t sensor);
+EgoRow ego_of_odometry(const Odometry& odometry);
+bool is_type(const BagTopic& topic, const char* name);
+
+class BagStream : public ScanStream {
+ public:
+  BagStream(const std::string& path, const Rig& rig);
+  bool next(FrameScans& out) override;
+  std::vector<EgoRow> take_ego() override;
+  const std::string& damage() const override { return damage_; }
+  double progress() const override { return bag_->progress(); }
+
+ private:
+  bool read_message();               // false: the end
+  void add_scan(SensorScan scan);
+  void set_opponent(FrameScans& frame) const;
+
+  std::string path_, damage_;
+  const Rig rig_;
+  std::unique_ptr<BagReader> bag_;
+  TopicRoles roles_;
+  std::deque<FrameScans> frames_;    // the last one is open
+  std::vector<EgoRow> ego_new_;
+  std::deque<EgoRow> ego_, opponent_;     // the last seconds of them
+  int64_t last_ego_ns_ = INT64_MIN, next_frame_ = 0;
+  bool ended_ = false;
+};
+
+}  // namespace overtake::io

@@ -1,0 +1,115 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/io/cloud_message.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "tools/io/error.h"
+#include "tools/io/text.h"
+
+namespace overtake::io {
+namespace {
+
+constexpr PcdType kPcdType[] = {PcdType::kFloat32, PcdType::kInt8,  PcdType::kUint8,   PcdType::kInt16,  PcdType::kUint16,
+                                PcdType::kInt32,   PcdType::kUint32, PcdType::kFloat32, PcdType::kFloat64};
+constexpr const char* kTypeName[] = {"type 0", "int8", "uint8", "int16", "uint16", "int32", "uint32", "float32",
+                                     "float64"};
+
+bool is_known(uint8_t datatype) { return datatype >= PointField::kInt8 && datatype <= PointField::kFloat64; }
+
+// One value of each point; Size is known to the compiler, so a value is one load and one store.
+template <std::size_t Size>
+void copy_values(const PointCloud2& cloud, std::size_t row_step, std::size_t offset, unsigned char* out) {
+  for (std::size_t r = 0; r < cloud.height; ++r) {
+    const char* point = cloud.data.data() + r * row_step + offset;
+    for (std::size_t c = 0; c < cloud.width; ++c, point += cloud.point_step, out += Size) {
+      std::memcpy(out, point, Size);
+      if (cloud.is_bigendian) std::reverse(out, out + Size);
+    }
+  }
+}
+
+}  // namespace
+
+Pcd read_cloud_message(const std::string& path, const PointCloud2& cloud) {
+  const uint64_t count = uint64_t(cloud.width) * cloud.height;
+  if (count > uint64_t(INT32_MAX)) throw Error(path, 0, "declares " + std::to_string(count) + " points");
+  const uint64_t row = uint64_t(cloud.width) * cloud.point_step;
+  const uint64_t row_step = cloud.height > 1 ? cloud.row_step : row;
+  if (row_step < row) throw Error(path, 0, "its rows are shorter than their points: row_step is too small");
+  const uint64_t needed = count == 0 ? 0 : (uint64_t(cloud.height) - 1) * row_step + row;
+  if (needed > cloud.data.size())
+    throw Error(path, 0,
+                "declares " + std::to_string(count) + " points of " + std::to_string(cloud.point_step) +
+                    " bytes, but holds " + std::to_string(cloud.data.size()) + " bytes");
+  Pcd pcd;
+  pcd.header.points = pcd.header.width = int64_t(count);
+  pcd.header.point_bytes = cloud.point_step;
+  for (const PointField& field : cloud.fields)
+    pcd.header.fields.push_back({field.name, is_known(field.datatype) ? kPcdType[field.datatype] : PcdType::kUint8,
+                                 is_known(field.datatype) && field.count <= 1 ? 1 : int64_t(field.count) + 2});
+  pcd.columns.resize(pcd.header.fields.size());
+  for (const PcdRole role :
+       {PcdRole::kX, PcdRole::kY, PcdRole::kZ, PcdRole::kIntensity, PcdRole::kLayer, PcdRole::kTime}) {
+    const int32_t index = find_role(pcd.header, role);
+    if (index < 0) continue;
+    const PointField& field = cloud.fields[std::size_t(index)];
+    PcdColumn& column = pcd.columns[std::size_t(index)];
+    column.type = kPcdType[field.datatype];
+    const std::size_t size = size_of(column.type);
+    if (count > 0 && uint64_t(field.offset) + size > cloud.point_step)
+      throw Error(path, 0,
+                  "field '" + field.name + "' lies at byte " + std::to_string(field.offset) + ", outside of a point of " +
+                      std::to_string(cloud.point_step) + " bytes");
+    column.bytes.resize(std::size_t(count) * size);
+    const auto copy = size == 1 ? copy_values<1> : size == 2 ? copy_values<2> : size == 4 ? copy_values<4>
+                                                                                           : copy_values<8>;
+    if (count > 0) copy(cloud, std::size_t(row_step), field.offset, column.bytes.data());
+  }
+  return pcd;
+}
+
+std::string make_cloud_message(const Pcd& pcd, const RosHeader& header, PointCloud2& cloud) {
+  static constexpr uint8_t kDatatype[] = {PointField::kFloat32, PointField::kFloat64, PointField::kInt8,
+                                          PointField::kUint8,   PointField::kInt16,   PointField::kUint16,
+                                          PointField::kInt32,   PointField::kUint32,  0, 0};
+  cloud = PointCloud2();
+  cloud.header = header;
+  cloud.is_dense = true;
+  std::vector<std::size_t> kept;
+  std::size_t step = 0, count = 0;
+  for (std::size_t f = 0; f < pcd.columns.size(); ++f) {
+    const PcdField& field = pcd.header.fields[f];
+    const uint8_t datatype = kDatatype[std::size_t(field.type)];
+    if (datatype == 0 || field.count != 1) continue;       // 64-bit integers and arrays: PointCloud2 has none
+    kept.push_back(f);
+    cloud.fields.push_back({field.name, uint32_t(step), datatype, 1});
+    step += size_of(field.type);
+    count = pcd.columns[f].values();
+  }
+  std::string data(step * count, '\0');
+  std::size_t offset = 0;
+  for (const std::size_t f : kept) {
+    const std::size_t size = size_of(pcd.columns[f].type);
+    for (std::size_t i = 0; i < count; ++i)
+      std::memcpy(data.data() + i * step + offset, pcd.columns[f].bytes.data() + i * size, size);
+    offset += size;
+  }
+  cloud.width = uint32_t(count);
+  cloud.point_step = uint32_t(step);
+  cloud.row_step = uint32_t(step * count);
+  return data;
+}
+
+std::string describe_layout(const PointCloud2& cloud) {
+  std::vector<std::string> words;
+  for (const PointField& field : cloud.fields) {
+    const std::string type = is_known(field.datatype) ? kTypeName[field.datatype] : "type " + std::to_string(field.datatype);
+    words.push_back(field.name + " " + type + (field.count > 1 ? "[" + std::to_string(field.count) + "]" : "") + " at " +
+                    std::to_string(field.offset));
+  }
+  return join(words, ", ") + "; " + std::to_string(cloud.point_step) + " bytes a point";
+}
+
+}  // namespace overtake::io

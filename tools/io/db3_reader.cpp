@@ -1,0 +1,123 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// rosbag2's SQLite files: topics(id, name, type, serialization_format), messages(id, topic_id, timestamp, data). Read in
+// the order of the ids, which is the order of recording and needs no index.
+#include <sqlite3.h>
+
+#include <filesystem>
+#include <map>
+
+#include "tools/io/bag_reader.h"
+#include "tools/io/error.h"
+
+namespace overtake::io {
+namespace {
+
+struct CloseDb {
+  void operator()(sqlite3* db) const { sqlite3_close(db); }
+};
+struct EndStatement {
+  void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
+};
+
+class Db3Reader : public BagReader {
+ public:
+  explicit Db3Reader(const std::string& path) : path_(path) {
+    sqlite3* raw = nullptr;
+    const int code = sqlite3_open_v2(path.c_str(), &raw, SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX, nullptr);
+    db_.reset(raw);
+    if (code != SQLITE_OK) fail("cannot be opened");
+    // The file is a stranger's: nothing in its schema may run.
+    sqlite3_db_config(raw, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+    sqlite3_db_config(raw, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+    sqlite3_limit(raw, SQLITE_LIMIT_LENGTH, 1 << 30);
+    std::error_code size_code;
+    const auto bytes = std::filesystem::file_size(path, size_code);
+    row_limit_ = size_code ? 1 : bytes / 4;      // a row takes more; a tree with loops does not go on for ever
+    read_topics();
+    messages_ = prepare("SELECT id, topic_id, timestamp, data FROM messages ORDER BY id");
+    last_id_ = largest_id();
+  }
+
+  bool next(BagMessage& out) override {
+    if (!damage_.empty() || ended_) return false;
+    while (true) {
+      const int code = sqlite3_step(messages_.get());
+      if (code == SQLITE_DONE) {
+        ended_ = true;
+        return false;
+      }
+      if (code != SQLITE_ROW) return stop(std::string("SQLite says ") + sqlite3_errmsg(db_.get()));
+      const int64_t id = sqlite3_column_int64(messages_.get(), 0);
+      if ((number_ > 0 && id <= id_) || number_ >= row_limit_) return stop("the message numbers do not grow");
+      id_ = id;
+      const auto topic = index_of_.find(sqlite3_column_int64(messages_.get(), 1));
+      if (topic == index_of_.end()) return stop("a message of a topic that is not in the table of topics");
+      const void* data = sqlite3_column_blob(messages_.get(), 3);
+      const int size = sqlite3_column_bytes(messages_.get(), 3);
+      if (!data && size > 0) return stop("a message cannot be read");
+      out.topic = topic->second;
+      out.log_ns = sqlite3_column_int64(messages_.get(), 2);
+      out.number = number_++;
+      out.data = {static_cast<const char*>(data), std::size_t(size)};
+      return true;
+    }
+  }
+
+  const std::vector<BagTopic>& topics() const override { return topics_; }
+  const std::string& damage() const override { return damage_; }
+  double progress() const override { return ended_ || last_id_ <= 0 ? 1 : double(id_) / double(last_id_); }
+  std::string describe() const override { return "rosbag2, SQLite (.db3)"; }
+
+ private:
+  [[noreturn]] void fail(const std::string& what) {
+    throw Error(path_, 0, what + ": SQLite says " + (db_ ? sqlite3_errmsg(db_.get()) : "out of memory"));
+  }
+
+  bool stop(const std::string& what) {
+    damage_ = "damaged after message " + std::to_string(number_) + ": " + what;
+    return false;
+  }
+
+  std::unique_ptr<sqlite3_stmt, EndStatement> prepare(const char* sql) {
+    sqlite3_stmt* raw = nullptr;
+    if (sqlite3_prepare_v2(db_.get(), sql, -1, &raw, nullptr) != SQLITE_OK) fail("is no rosbag2 recording");
+    return std::unique_ptr<sqlite3_stmt, EndStatement>(raw);
+  }
+
+  void read_topics() {
+    const auto rows = prepare("SELECT id, name, type, serialization_format FROM topics ORDER BY id");
+    const auto text = [&](int column) {
+      const auto* chars = sqlite3_column_text(rows.get(), column);
+      return chars ? std::string(reinterpret_cast<const char*>(chars)) : std::string();
+    };
+    int code = SQLITE_ROW;
+    while ((code = sqlite3_step(rows.get())) == SQLITE_ROW) {
+      index_of_[sqlite3_column_int64(rows.get(), 0)] = int32_t(topics_.size());
+      topics_.push_back({text(1), text(2), text(3)});
+      if (topics_.size() > 65536) throw Error(path_, 0, "its table of topics is damaged: more than 65536 rows");
+    }
+    if (code != SQLITE_DONE) fail("its table of topics is damaged");
+  }
+
+  int64_t largest_id() {
+    const auto row = prepare("SELECT MAX(id) FROM messages");
+    return sqlite3_step(row.get()) == SQLITE_ROW ? sqlite3_column_int64(row.get(), 0) : 0;
+  }
+
+  std::string path_, damage_;
+  std::unique_ptr<sqlite3, CloseDb> db_;
+  std::unique_ptr<sqlite3_stmt, EndStatement> messages_;
+  std::vector<BagTopic> topics_;
+  std::map<int64_t, int32_t> index_of_;
+  int64_t id_ = 0, last_id_ = 0;
+  uint64_t number_ = 0, row_limit_ = 0;
+  bool ended_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<BagReader> open_db3(const std::string& path) { return std::make_unique<Db3Reader>(path); }
+
+}  // namespace overtake::io
