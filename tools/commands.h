@@ -11,8 +11,11 @@ namespace overtake::cli {
 int run_command(const Options& options);
 int inspect_command(const Options& options);
 int track_command(const Options& options);
+int info_command(const Options& options);
+int doctor_command(const Options& options);
 
 inline constexpr int kInterrupted = 130;
-inline constexpr int kDamaged = 3;             // the recording ended in damage; results up to there are whole
+// The recording ends in damage (results up to there are whole), or doctor found something wrong.
+inline constexpr int kDamaged = 3;
 
 }  // namespace overtake::cli

@@ -8,6 +8,7 @@
 #include "tools/io/error.h"
 #include "tools/io/rig_toml.h"
 #include "tools/io/text.h"
+#include "tools/io/urdf.h"
 
 namespace overtake::cli {
 namespace {
@@ -126,6 +127,10 @@ Config load_config(const Options& options) {
   if (!options.rig.empty()) {
     config.rig = io::load_rig(options.rig);
     config.has_rig = true;
+  }
+  if (!options.urdf.empty()) {
+    if (!config.has_rig) throw Error("--urdf " + options.urdf, 0, "needs a rig: it says which sensors there are");
+    io::mount_by_urdf(config.rig, options.urdf);
   }
   if (!options.map.empty()) config.map = options.map;
   if (!options.ego.empty()) config.ego = options.ego;

@@ -21,7 +21,7 @@ namespace overtake::cli {
 // As given on the command line; empty or negative where not given.
 struct Options {
   std::string command, input, out;
-  std::string rig, preset, map, ego, config, isa, sensor, trace;
+  std::string rig, urdf, preset, map, ego, config, isa, sensor, trace, mcap;
   std::vector<std::string> set;      // key=value
   int32_t workers = -1;
   int64_t frame = -1;

@@ -8,11 +8,15 @@
 
 #include "tools/cmd_scene.h"
 #include "tools/commands.h"
+#include "tools/io/rig.h"
+#include "tools/io/text.h"
 
 namespace overtake::cli {
 namespace {
 
 constexpr int kFailed = 1, kBadUsage = 2;
+constexpr const char* kInputText =
+    "folder of scans (FRAME_SENSOR.pcd, FRAME.pcd, KITTI's .bin) or one such file; rosbag2 folder or .db3; MCAP";
 
 std::string version_text() {
   ovt_build_info build;
@@ -34,9 +38,10 @@ void add_common(CLI::App& command, Options& options) {
 }
 
 void add_detector(CLI::App& command, Options& options) {
-  command.add_option("input", options.input, "folder of scans FRAME_SENSOR.pcd or FRAME.pcd, or one such file")
-      ->required();
-  command.add_option("--rig", options.rig, "sensors: a TOML file, or av21, hdl64, hdl32, nuscenes, av2");
+  command.add_option("input", options.input, kInputText)->required();
+  command.add_option("--rig", options.rig, "sensors: a TOML file, or " + io::join(io::builtin_rig_names(), ", "));
+  command.add_option("--urdf", options.urdf,
+                     "FILE[,LINK]: mounting of the rig's sensors from a URDF, as seen from LINK (default: its root)");
   command.add_option("--isa", options.isa, "force an instruction set (ref: the scalar truth)");
 }
 
@@ -72,6 +77,14 @@ int run_main(int argc, char** argv) {
   add_common(track, options);
   track.add_option("--ego", options.ego, "CSV of ego poses");
 
+  CLI::App& info = *app.add_subcommand("info", "says what a recording holds");
+  info.add_option("input", options.input, kInputText)->required();
+
+  CLI::App& doctor = *app.add_subcommand("doctor", "says what is wrong with a recording for a rig, and what to do");
+  add_detector(doctor, options);
+  doctor.add_option("--config", options.config, "TOML file with the rig");
+  doctor.add_option("--ego", options.ego, "CSV of ego poses, as for run");
+
   add_scene_command(app);
   CLI::App& params = *app.add_subcommand("params", "lists the parameters");
 
@@ -86,6 +99,8 @@ int run_main(int argc, char** argv) {
   }
   if (run.parsed()) return options.command = "run", run_command(options);
   if (inspect.parsed()) return options.command = "inspect", inspect_command(options);
+  if (info.parsed()) return options.command = "info", info_command(options);
+  if (doctor.parsed()) return options.command = "doctor", doctor_command(options);
   if (track.parsed()) return options.command = "track", track_command(options);
   return 0;  // scene has done its work while it was parsed
 }

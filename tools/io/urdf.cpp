@@ -1,0 +1,118 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/io/urdf.h"
+
+#include <tinyxml2.h>
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "tools/io/error.h"
+#include "tools/io/text.h"
+
+namespace overtake::io {
+namespace {
+
+constexpr double kDegrees = 180 / 3.14159265358979323846;
+
+struct Transform {
+  std::array<double, 9> r = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  std::array<double, 3> t = {0, 0, 0};
+};
+
+Transform operator*(const Transform& a, const Transform& b) {
+  Transform out;
+  for (std::size_t i = 0; i < 3; ++i) {
+    out.t[i] = a.t[i];
+    for (std::size_t k = 0; k < 3; ++k) out.t[i] += a.r[3 * i + k] * b.t[k];
+    for (std::size_t j = 0; j < 3; ++j) {
+      out.r[3 * i + j] = 0;
+      for (std::size_t k = 0; k < 3; ++k) out.r[3 * i + j] += a.r[3 * i + k] * b.r[3 * k + j];
+    }
+  }
+  return out;
+}
+
+Transform make_transform(const std::array<double, 3>& xyz, const std::array<double, 3>& rpy) {
+  const double cr = std::cos(rpy[0]), sr = std::sin(rpy[0]), cp = std::cos(rpy[1]), sp = std::sin(rpy[1]);
+  const double cy = std::cos(rpy[2]), sy = std::sin(rpy[2]);
+  return {{cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, sy * cp, sy * sp * sr + cy * cr,
+           sy * sp * cr - cy * sr, -sp, cp * sr, cp * cr},
+          xyz};
+}
+
+struct Joint {
+  std::string parent;
+  Transform parent_child;
+};
+
+std::string attribute(const std::string& path, const tinyxml2::XMLElement* element, const char* child, const char* name) {
+  const tinyxml2::XMLElement* found = element->FirstChildElement(child);
+  const char* value = found ? found->Attribute(name) : nullptr;
+  if (!value) throw Error(path, element->GetLineNum(), std::string("a joint without <") + child + " " + name + "=...>");
+  return value;
+}
+
+std::array<double, 3> three_numbers(const std::string& path, const tinyxml2::XMLElement* origin, const char* name) {
+  std::array<double, 3> out = {0, 0, 0};
+  const char* value = origin ? origin->Attribute(name) : nullptr;
+  if (!value) return out;
+  const auto words = split_words(value);
+  bool fine = words.size() == 3;
+  for (std::size_t i = 0; fine && i < 3; ++i) fine = parse_number(words[i], out[i]) && std::isfinite(out[i]);
+  if (!fine) throw Error(path, origin->GetLineNum(), std::string(name) + " is not three numbers");
+  return out;
+}
+
+double tidy(double value) { return std::round(value * 1e9) / 1e9; }     // sin(pi) is no place to be
+
+}  // namespace
+
+void mount_by_urdf(Rig& rig, const std::string& file_and_link) {
+  const auto comma = file_and_link.rfind(',');
+  const std::string path = file_and_link.substr(0, comma);
+  const std::string text = read_whole_file(path);
+  tinyxml2::XMLDocument document;
+  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
+    throw Error(path, document.ErrorLineNum(), "is no XML: " + std::string(document.ErrorName()));
+  const tinyxml2::XMLElement* robot = document.FirstChildElement("robot");
+  if (!robot) throw Error(path, 0, "is no URDF: it has no <robot>");
+  std::map<std::string, Joint> joint_above;                // by child link
+  std::set<std::string> links;
+  for (auto* link = robot->FirstChildElement("link"); link; link = link->NextSiblingElement("link"))
+    if (const char* name = link->Attribute("name")) links.insert(name);
+  for (auto* joint = robot->FirstChildElement("joint"); joint; joint = joint->NextSiblingElement("joint")) {
+    const tinyxml2::XMLElement* origin = joint->FirstChildElement("origin");
+    joint_above[attribute(path, joint, "child", "link")] = {
+        attribute(path, joint, "parent", "link"),
+        make_transform(three_numbers(path, origin, "xyz"), three_numbers(path, origin, "rpy"))};
+  }
+  const std::string base = comma == std::string::npos ? "" : file_and_link.substr(comma + 1);
+  if (!base.empty() && !links.contains(base)) throw Error(path, 0, "has no link '" + base + "'");
+  for (RigSensor& sensor : rig.sensors) {
+    const std::string link = links.contains(sensor.frame_id) ? sensor.frame_id : sensor.name;
+    if (!links.contains(link))
+      throw Error(path, 0, "has no link '" + (sensor.frame_id.empty() ? sensor.name : sensor.frame_id) + "' for sensor '" +
+                               sensor.name + "' (frame_id in the rig file names it)");
+    Transform T_base_sensor;
+    std::string at = link;
+    std::size_t steps = 0;
+    while (at != base && joint_above.contains(at)) {
+      if (++steps > joint_above.size()) throw Error(path, 0, "link '" + link + "' hangs in a circle of joints");
+      T_base_sensor = joint_above[at].parent_child * T_base_sensor;
+      at = joint_above[at].parent;
+    }
+    if (!base.empty() && at != base) throw Error(path, 0, "link '" + link + "' does not hang on link '" + base + "'");
+    const auto& r = T_base_sensor.r;
+    sensor.x_m = tidy(T_base_sensor.t[0]);
+    sensor.y_m = tidy(T_base_sensor.t[1]);
+    sensor.z_m = tidy(T_base_sensor.t[2]);
+    sensor.roll_deg = tidy(std::atan2(r[7], r[8]) * kDegrees);
+    sensor.pitch_deg = tidy(std::atan2(-r[6], std::hypot(r[7], r[8])) * kDegrees);
+    sensor.yaw_deg = tidy(std::atan2(r[3], r[0]) * kDegrees);
+  }
+}
+
+}  // namespace overtake::io
