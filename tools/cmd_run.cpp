@@ -17,6 +17,7 @@
 #include "tools/io/error.h"
 #include "tools/io/scan_stream.h"
 #include "tools/io/text.h"
+#include "tools/mcap_view.h"
 #include "tools/result_files.h"
 #include "tools/session.h"
 #include "tools/trace_file.h"
@@ -87,6 +88,14 @@ class RunResult {
     if (!trace.empty()) trace_.emplace(trace, rig);
   }
 
+  // Where the frames are to go besides; outlives this.
+  void set_view(McapView* view) { view_ = view; }
+  // Not from the callback: the library's counters are not to be asked for there.
+  void add_counters(const ovt_stats& stats) {
+    const std::lock_guard lock(mutex_);
+    if (frame_count_ > 0) view_->add_counters(last_stamp_ns_, stats);
+  }
+
   // Before its scans are pushed: which frame a stamp belongs to.
   void announce(const io::FrameScans& frame) {
     const std::lock_guard lock(mutex_);
@@ -137,6 +146,8 @@ class RunResult {
     announced_.erase(announced_.begin(), known);
     const int64_t frame = announced.frame;
 
+    if (view_) view_->add(reader);
+    last_stamp_ns_ = info.stamp_ns;
     add_to_hash(hash_, info, detections, tracks);
     write_detections(detections_, frame, detections);
     write_tracks(tracks_, frame, tracks);
@@ -208,6 +219,8 @@ class RunResult {
   std::optional<TraceFile> trace_;
   std::map<int64_t, Announced> announced_;  // by stamp
   std::exception_ptr failure_;
+  McapView* view_ = nullptr;
+  int64_t last_stamp_ns_ = 0;
   Hash hash_;
   int64_t frame_count_ = 0;
   uint32_t flags_of_all_ = 0;
@@ -284,6 +297,9 @@ int run_command(const Options& options) {
   const auto stream = io::open_scans(config.input, config.rig);
   make_folder(options.out);
   RunResult result(options.out, config.rig, options.trace);
+  std::optional<McapView> view;
+  if (!options.mcap.empty()) view.emplace(options.mcap, config);
+  result.set_view(view ? &*view : nullptr);
   Session session(config, &RunResult::on_frame, &result);
   io::write_whole_file(options.out + "/config.toml", format_config(config));
 
@@ -297,11 +313,16 @@ int run_command(const Options& options) {
     result.announce(frame);
     session.push(frame);
     result.rethrow_failure();
+    if (view) result.add_counters(session.stats());
     progress.show(int64_t(1000 * stream->progress()));
   }
   session.flush();
   result.rethrow_failure();
   result.finish_trace();
+  if (view) {
+    result.add_counters(session.stats());
+    view->close();
+  }
   progress.clear();
   if (!options.quiet) {
     std::printf("%s\n%s", result.format_frames().c_str(), result.format_times().c_str());

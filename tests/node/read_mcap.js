@@ -1,0 +1,133 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// usage: node tests/node/read_mcap.js FILE.mcap [TOPIC...]
+//
+// Reads an MCAP file with other people's code: once by its index, once as a stream (which checks every checksum). Decodes
+// every message by its own schema, checks JSON against its JSON Schema, compares the Foxglove types with @foxglove/schemas, and
+// wants each TOPIC to hold messages. Exit code 77 and a line "skipped: ..." where the node modules are missing.
+"use strict";
+const fs = require("fs");
+
+let core, protobuf, descriptor, Ajv, fzstd, lz4, rosmsg, ros2, schemas;
+try {
+  core = require("@mcap/core");
+  protobuf = require("protobufjs");
+  descriptor = require("protobufjs/ext/descriptor");
+  Ajv = require("ajv/dist/2020").default;
+  fzstd = require("fzstd");
+  lz4 = require("lz4js");
+  rosmsg = require("@foxglove/rosmsg");
+  ros2 = require("@foxglove/rosmsg2-serialization");
+  schemas = require("@foxglove/schemas/internal");
+} catch (error) {
+  if (error.code !== "MODULE_NOT_FOUND") throw error;
+  console.log("skipped: node modules for tests are not installed (tools/setup --node)");
+  process.exit(77);
+}
+
+const [path, ...wanted] = process.argv.slice(2);
+const fail = (text) => { console.log("FAILED: " + text); process.exitCode = 1; };
+const decompressHandlers = {
+  zstd: (bytes, size) => { const out = fzstd.decompress(bytes); if (BigInt(out.length) !== size) fail("zstd size"); return out; },
+  lz4: (bytes, size) => { const out = lz4.decompress(bytes); if (BigInt(out.length) !== size) fail("lz4 size"); return out; },
+};
+
+// The types of a message, as published: field name -> number, type, repeated.
+function published(name) {
+  const schema = schemas.foxgloveMessageSchemas[name];
+  const enums = Object.values(schemas.foxgloveEnumSchemas).filter((e) => e.parentSchemaName === name);
+  return protobuf.parse(schemas.generateProto(schema, enums), { keepCase: true }).root.lookupType("foxglove." + name);
+}
+const shape = (type) => Object.fromEntries(type.fieldsArray.map((f) => [f.name,
+  f.id + " " + f.type.replace(/^\.?(google\.protobuf|foxglove)\.(\w+\.)*/, "").replace(/^.*\./, "") + (f.repeated ? "[]" : "")]));
+
+const compared = new Set();
+function compareType(type) {
+  if (compared.has(type.fullName) || !type.fullName.startsWith(".foxglove.")) return;
+  compared.add(type.fullName);
+  const ours = shape(type), theirs = shape(published(type.name));
+  // The published schemas may grow by fields we do not write; what we have must be theirs.
+  for (const [field, text] of Object.entries(ours))
+    if (theirs[field] !== text) fail(`${type.fullName}.${field} is ${text}, published is ${theirs[field]}`);
+  for (const field of Object.keys(theirs))
+    if (!(field in ours)) fail(`${type.fullName} lacks the published field ${field}`);
+  for (const nested of type.nestedArray)
+    if (nested instanceof protobuf.Enum) {
+      const enums = Object.values(schemas.foxgloveEnumSchemas).find((e) => e.parentSchemaName === type.name);
+      for (const value of enums.values)
+        if (nested.values[value.name] !== value.value) fail(`${nested.fullName}.${value.name} differs`);
+    }
+  for (const field of type.fieldsArray) {
+    field.resolve();
+    if (field.resolvedType instanceof protobuf.Type) compareType(field.resolvedType);
+  }
+}
+
+// Returns a function that throws where a message is not what its schema says.
+function decoderOf(schema, encoding) {
+  const text = () => new TextDecoder().decode(schema.data);
+  if (encoding === "protobuf") {
+    const root = protobuf.Root.fromDescriptor(descriptor.FileDescriptorSet.decode(schema.data));
+    const type = root.lookupType(schema.name);
+    root.resolveAll();
+    compareType(type);
+    return (data) => { const message = type.decode(data); const wrong = type.verify(message); if (wrong) throw Error(wrong); return message; };
+  }
+  if (encoding === "json") {
+    const validate = new Ajv({ strict: true, allowUnionTypes: true }).compile(JSON.parse(text()));
+    return (data) => {
+      const value = JSON.parse(new TextDecoder().decode(data));
+      if (!validate(value)) throw Error(JSON.stringify(validate.errors[0]));
+      return value;
+    };
+  }
+  const reader = new ros2.MessageReader(rosmsg.parse(text(), { ros2: true }));
+  return (data) => reader.readMessage(data);
+}
+
+async function main() {
+  const bytes = fs.readFileSync(path);
+  const readable = { size: async () => BigInt(bytes.length),
+                     read: async (offset, size) => bytes.subarray(Number(offset), Number(offset + size)) };
+  // As a stream: order of the file, every checksum.
+  const stream = new core.McapStreamReader({ validateCrcs: true, decompressHandlers });
+  stream.append(bytes);
+  const counts = new Map(), topics = new Map(), schemaOf = new Map(), decoders = new Map();
+  let total = 0, dataEnd = false, attachments = 0;
+  for (let record; (record = stream.nextRecord()); ) {
+    if (record.type === "Schema") schemaOf.set(record.id, record);
+    if (record.type === "Channel") topics.set(record.id, record);
+    if (record.type === "Attachment") ++attachments;
+    if (record.type === "DataEnd") dataEnd = true;
+    if (record.type !== "Message") continue;
+    const channel = topics.get(record.channelId);
+    if (!decoders.has(channel.id)) decoders.set(channel.id, decoderOf(schemaOf.get(channel.schemaId), channel.messageEncoding));
+    try {
+      decoders.get(channel.id)(record.data);
+    } catch (error) {
+      fail(`message ${total} on ${channel.topic}: ${error.message}`);
+    }
+    counts.set(channel.topic, (counts.get(channel.topic) ?? 0) + 1);
+    ++total;
+  }
+  if (!stream.done() || !dataEnd) fail("the stream does not end as it should");
+  // By the index.
+  const indexed = await core.McapIndexedReader.Initialize({ readable, decompressHandlers });
+  let byIndex = 0, last = 0n;
+  for await (const message of indexed.readMessages()) {
+    if (message.logTime < last) fail("the index does not give the order of log times");
+    last = message.logTime;
+    ++byIndex;
+  }
+  if (byIndex !== total || Number(indexed.statistics.messageCount) !== total) fail(`${total} messages, ${byIndex} by the index`);
+  let indexedAttachments = 0;
+  for await (const attachment of indexed.readAttachments()) indexedAttachments += attachment.data.length > 0 ? 1 : 0;
+  if (indexedAttachments !== attachments) fail("attachments differ");
+  for (const topic of wanted)
+    if (!counts.get(topic)) fail(`nothing on ${topic}`);
+  console.log(`${total} messages on ${counts.size} topics, ${schemaOf.size} schemas, ${attachments} attachments: all decoded, ` +
+              `${compared.size} Foxglove types as published`);
+}
+
+main().catch((error) => { fail(error.stack); });

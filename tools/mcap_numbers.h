@@ -1,0 +1,21 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A frame's numbers as JSON, and the JSON Schema of each: "overtake.Detections", "overtake.Tracks", "overtake.Times",
+// "overtake.Counters". Stamps are strings of ns (JSON's numbers lose digits beyond 2^53); what is not finite is null.
+#pragma once
+
+#include <string>
+
+#include "pipeline/overtake.h"
+#include "tools/io/rig.h"
+
+namespace overtake::cli {
+
+std::string number_schema(const std::string& name);
+std::string format_detections(const ovt_frame_info& info, const ovt_detections& detections);
+std::string format_tracks(const ovt_frame_info& info, const ovt_tracks& tracks);
+std::string format_times(ovt_reader* reader, const ovt_frame_info& info, const io::Rig& rig);
+std::string format_counters(const ovt_stats& stats);
+
+}  // namespace overtake::cli
