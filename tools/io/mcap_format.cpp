@@ -113,7 +113,8 @@ std::string compress_chunk(const std::string& compression, int32_t level, std::s
   throw std::runtime_error("there is no compression '" + compression + "' (there are none, lz4 and zstd)");
 }
 
-std::string decompress_chunk(std::string_view compression, std::string_view bytes, uint64_t size, std::string& out) {
+std::string decompress_chunk(std::string_view compression, std::string_view bytes, uint64_t size, std::string& out,
+                             bool& damaged) {
   out.clear();
   std::string wrong;
   if (compression.empty())
@@ -123,8 +124,9 @@ std::string decompress_chunk(std::string_view compression, std::string_view byte
   else if (compression == "zstd")
     wrong = decompress_zstd(bytes, size, out);
   else
-    return "its compression '" + std::string(compression.substr(0, 32)) + "' is none of lz4 and zstd";
-  if (!wrong.empty()) return wrong;
+    return damaged = true, "its compression '" + std::string(compression.substr(0, 32)) + "' is none of lz4 and zstd";
+  damaged = !wrong.empty();
+  if (damaged) return wrong;
   if (out.size() == size) return "";
   const bool more = out.size() > size;
   if (more) out.resize(std::size_t(size));

@@ -102,13 +102,15 @@ void McapReader::open_chunk(std::string_view content, bool cut) {
   std::string_view bytes = reader.rest();
   if (packed < bytes.size()) bytes = bytes.substr(0, std::size_t(packed));
   const bool short_of = bytes.size() < packed;
-  std::string wrong = decompress_chunk(compression, bytes, size, chunk_);
-  if (cut || short_of)
-    wrong = "a chunk of " + std::to_string(packed) + " bytes, of which " + std::to_string(bytes.size()) + " are there";
-  else if (wrong.empty() && crc != 0 && update_crc32(0, chunk_) != crc)
+  bool damaged = false;
+  std::string wrong = decompress_chunk(compression, bytes, size, chunk_, damaged);
+  const bool ends_early = cut || short_of;
+  if (!wrong.empty() && (damaged || !ends_early))          // what came out before the damage was seen may be wrong already
+    return fail(record_at_, "a chunk cannot be unpacked: " + wrong);
+  if (!ends_early && crc != 0 && update_crc32(0, chunk_) != crc)
     return fail(record_at_, "a chunk fails its checksum");
-  else if (!wrong.empty())
-    wrong = "a chunk cannot be unpacked: " + wrong;
+  if (ends_early)
+    wrong = "a chunk of " + std::to_string(packed) + " bytes, of which " + std::to_string(bytes.size()) + " are there";
   chunk_damage_ = wrong;                                 // said when what could be unpacked is delivered
   chunk_rest_ = chunk_;
   ++chunk_count_;

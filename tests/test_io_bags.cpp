@@ -1,0 +1,282 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tests/support/bags.h"
+#include "tests/support/recorded.h"
+#include "tests/support/temp_folder.h"
+#include "tools/io/bag_stream.h"
+#include "tools/io/cloud_message.h"
+#include "tools/io/kitti_bin.h"
+#include "tools/io/line_recovery.h"
+#include "tools/io/recording.h"
+#include "tools/io/scan_stream.h"
+
+using namespace overtake;
+using namespace overtake::test;
+
+namespace {
+
+constexpr int32_t kLines = 16, kShots = 200, kFrames = 10;
+constexpr int64_t kPeriodNs = 50'000'000;
+
+// The same scans as PCD files, as KITTI's files and as messages.
+std::vector<Recorded> write_scans(const TempFolder& folder) {
+  std::vector<Recorded> messages;
+  for (int32_t frame = 0; frame < kFrames; ++frame) {
+    const io::Pcd pcd = swept_cloud(kLines, kShots, 0.2 * frame);
+    char name[32];
+    std::snprintf(name, sizeof name, "%06d", frame);
+    io::write_pcd(folder.path(std::string("pcd/") + name + ".pcd"), pcd);
+    std::string bin;
+    for (std::size_t i = 0; i < std::size_t(pcd.header.points); ++i)
+      for (std::size_t c = 0; c < 4; ++c) bin.append(reinterpret_cast<const char*>(pcd.columns[c].bytes.data()) + 4 * i, 4);
+    folder.write(std::string("bin/") + name + ".bin", bin);
+    messages.push_back(cloud_of(pcd, "/front/points", frame * kPeriodNs));
+  }
+  return messages;
+}
+
+std::vector<Recorded> with_ego(std::vector<Recorded> messages) {
+  for (Recorded& pose : straight_drive("/ego/odometry", 0, (kFrames + 2) * kPeriodNs)) messages.push_back(std::move(pose));
+  std::stable_sort(messages.begin(), messages.end(),
+                   [](const Recorded& a, const Recorded& b) { return a.stamp_ns < b.stamp_ns; });
+  return messages;
+}
+
+}  // namespace
+
+TEST_CASE("bags: PCD, KITTI, db3 and MCAP of the same scans give one hash, whatever the chunks and the compression") {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder.path("pcd"));
+  const auto messages = write_scans(folder);
+  const io::Rig rig = swept_rig(kLines);
+  int64_t frames = 0, detections = 0;
+  const uint64_t expected = hash_of_run(folder.path("pcd"), rig, "", &frames, &detections);
+  CHECK(frames == kFrames);
+  CHECK(detections >= kFrames);                            // the car at least
+  CHECK(hash_of_run(folder.path("bin"), rig) == expected);
+  write_db3(folder.path("a.db3"), messages);
+  CHECK(hash_of_run(folder.path("a.db3"), rig) == expected);
+  for (const char* compression : {"none", "lz4", "zstd"})
+    for (const uint64_t chunk : {0, 1, 100'000, 1 << 22})
+      for (const bool index : {true, false}) {
+        CAPTURE(compression);
+        CAPTURE(chunk);
+        io::McapOptions options;
+        options.compression = compression;
+        options.chunk_bytes = chunk;
+        options.index = index;
+        write_mcap(folder.path("a.mcap"), messages, options);
+        CHECK(hash_of_run(folder.path("a.mcap"), rig) == expected);
+      }
+  auto other = messages;
+  other[3] = cloud_of(swept_cloud(kLines, kShots, 0.7), "/front/points", 3 * kPeriodNs);
+  write_db3(folder.path("b.db3"), other);
+  CHECK(hash_of_run(folder.path("b.db3"), rig) != expected);
+}
+
+TEST_CASE("bags: ego poses of the recording itself are used, wherever their messages lie") {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder.path("pcd"));
+  const auto clouds = write_scans(folder);
+  const auto messages = with_ego(clouds);
+  const io::Rig rig = swept_rig(kLines);
+  write_db3(folder.path("a.db3"), messages);
+  write_mcap(folder.path("a.mcap"), messages);
+  const uint64_t expected = hash_of_run(folder.path("a.db3"), rig);
+  CHECK(hash_of_run(folder.path("a.mcap"), rig) == expected);
+  write_db3(folder.path("none.db3"), clouds);
+  CHECK(hash_of_run(folder.path("none.db3"), rig) != expected);
+  // A recorder that was 30 ms late with its poses changes nothing.
+  auto late = messages;
+  for (Recorded& message : late)
+    if (message.type == io::kOdometryName) message.stamp_ns += 30'000'000;
+  std::stable_sort(late.begin(), late.end(), [](const Recorded& a, const Recorded& b) { return a.stamp_ns < b.stamp_ns; });
+  write_db3(folder.path("late.db3"), late);
+  CHECK(hash_of_run(folder.path("late.db3"), rig) == expected);
+}
+
+TEST_CASE("bags: rosbag2 folders are read file by file, in the order of their numbers") {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder.path("pcd"));
+  const auto messages = write_scans(folder);
+  const io::Rig rig = swept_rig(kLines);
+  std::filesystem::create_directories(folder.path("bag"));
+  folder.write("bag/metadata.yaml", "rosbag2_bagfile_information: {}\n");
+  for (std::size_t part = 0; part < 11; ++part)            // race_10 is not before race_2
+    write_db3(folder.path("bag/race_" + std::to_string(part) + ".db3"),
+              part < 10 ? std::vector<Recorded>{messages[part]} : std::vector<Recorded>{});
+  std::filesystem::remove(folder.path("bag/race_10.db3"));
+  CHECK(hash_of_run(folder.path("bag"), rig) == hash_of_run(folder.path("pcd"), rig));
+}
+
+TEST_CASE("bags: topics are found by the rig's names; one * stands for the ego vehicle in all of them") {
+  const std::vector<io::BagTopic> topics = {{"/vehicle_5/local_odometry", io::kOdometryName, "cdr"},
+                                            {"/vehicle_3/local_odometry", io::kOdometryName, "cdr"},
+                                            {"/vehicle_3/luminar_left_points", io::kPointCloud2Name, "cdr"},
+                                            {"/vehicle_3/luminar_front_points", io::kPointCloud2Name, "cdr"},
+                                            {"/vehicle_3/luminar_right_points", "sensor_msgs/msg/Image", "cdr"}};
+  const io::TopicRoles roles = io::find_topic_roles(topics, io::load_rig("racecar"));
+  CHECK(roles.sensor_of == std::vector<int32_t>{-1, -1, 1, 0, -1});
+  CHECK(roles.ego == 1);
+  CHECK(roles.opponent == 0);
+  const io::TopicRoles none = io::find_topic_roles(topics, io::load_rig("hdl64"));
+  CHECK(none.sensor_of == std::vector<int32_t>{-1, -1, -1, -1, -1});   // two clouds: which one is not guessed
+}
+
+TEST_CASE("bags: the opponent's odometry says where it is in the vehicle frame") {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder.path("pcd"));
+  auto messages = with_ego(write_scans(folder));
+  io::Odometry other;
+  for (int32_t k = 0; k < 12; ++k) {
+    other.header = {k * kPeriodNs, "map"};
+    other.pose.x_m = 25 + 30 * 0.05 * k;
+    other.pose.y_m = -2;
+    messages.push_back({"/opponent/odometry", io::kOdometryName, io::encode_odometry(other), k * kPeriodNs});
+  }
+  std::stable_sort(messages.begin(), messages.end(),
+                   [](const Recorded& a, const Recorded& b) { return a.stamp_ns < b.stamp_ns; });
+  write_mcap(folder.path("a.mcap"), messages);
+  const auto stream = io::open_scans(folder.path("a.mcap"), swept_rig(kLines));
+  io::FrameScans frame;
+  int32_t seen = 0;
+  while (stream->next(frame)) {
+    if (!frame.opponent) continue;
+    ++seen;
+    CHECK(frame.opponent->x_m == doctest::Approx(25).epsilon(1e-6));
+    CHECK(frame.opponent->y_m == doctest::Approx(-2));
+  }
+  CHECK(seen >= kFrames - 1);
+}
+
+TEST_CASE("bags: a recording without the rig's topics is refused, naming those it has") {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder.path("pcd"));
+  write_db3(folder.path("a.db3"), write_scans(folder));
+  const std::string error = error_of([&] { io::open_scans(folder.path("a.db3"), io::load_rig("racecar")); });
+  CHECK(error.find("no topic of the rig's sensors is in it") != std::string::npos);
+  CHECK(error.find("/front/points (sensor_msgs/msg/PointCloud2)") != std::string::npos);
+  folder.write("b.db3", "SQLite format 3");
+  CHECK(error_of([&] { io::open_scans(folder.path("b.db3"), swept_rig(kLines)); }).find("is neither MCAP nor SQLite") !=
+        std::string::npos);
+  folder.write("c.db3", std::string("SQLite format 3\0", 16) + std::string(5000, 'x'));
+  CHECK(error_of([&] { io::open_scans(folder.path("c.db3"), swept_rig(kLines)); }).find("SQLite says") != std::string::npos);
+}
+
+TEST_CASE("cloud messages: rows with padding, big-endian values, layouts that do not fit") {
+  std::string data(2 * 3 * 12, '\0');                      // 2 rows of 2 points of 12 bytes and 12 bytes of padding
+  io::PointCloud2 cloud;
+  cloud.height = cloud.width = 2;
+  cloud.point_step = 12;
+  cloud.row_step = 36;
+  cloud.is_bigendian = true;
+  cloud.fields = {{"x", 0, io::PointField::kFloat32, 1}, {"Ring", 4, io::PointField::kUint16, 1},
+                  {"cov", 6, io::PointField::kUint8, 3}};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const float x = float(i) + 0.5f;
+    const std::size_t at = i / 2 * 36 + i % 2 * 12;
+    for (std::size_t b = 0; b < 4; ++b) data[at + b] = reinterpret_cast<const char*>(&x)[3 - b];
+    data[at + 5] = char(7 + i);
+  }
+  cloud.data = data;
+  const io::Pcd pcd = io::read_cloud_message("m", cloud);
+  const int32_t ring = io::find_role(pcd.header, io::PcdRole::kLayer);
+  REQUIRE(ring == 1);
+  for (std::size_t i = 0; i < 4; ++i) {
+    CHECK(pcd.columns[0].value(i) == double(i) + 0.5);
+    CHECK(pcd.columns[1].integer(i) == int64_t(7 + i));
+  }
+  io::PointCloud2 wrong = cloud;
+  wrong.row_step = 20;
+  CHECK(error_of([&] { io::read_cloud_message("m", wrong); }) == "m: its rows are shorter than their points: row_step is too small");
+  wrong = cloud;
+  wrong.height = 3;
+  CHECK(error_of([&] { io::read_cloud_message("m", wrong); }) == "m: declares 6 points of 12 bytes, but holds 72 bytes");
+  wrong = cloud;
+  wrong.fields[0].offset = 9;
+  CHECK(error_of([&] { io::read_cloud_message("m", wrong); }) == "m: field 'x' lies at byte 9, outside of a point of 12 bytes");
+  wrong = cloud;
+  wrong.width = wrong.height = 0xffffffff;
+  CHECK(error_of([&] { io::read_cloud_message("m", wrong); }).find("m: declares ") == 0);
+}
+
+TEST_CASE("lines are recovered from a sweep, from two heads, from a turn, from elevations; else not at all") {
+  const auto lines_of = [](const io::Pcd& pcd, const io::RigSensor& sensor) {
+    const auto floats = [&](int i) { return static_cast<const float*>(pcd.columns[std::size_t(i)].data()); };
+    return io::recover_lines(floats(0), floats(1), floats(2), int32_t(pcd.header.points), sensor);
+  };
+  const io::Pcd swept = swept_cloud(kLines, kShots, 0);
+  const io::RigSensor sensor = swept_rig(kLines).sensors[0];
+  const auto order = lines_of(swept, sensor);
+  REQUIRE(order.line.size() == std::size_t(swept.header.points));
+  CHECK(order.how == "16 lines recovered from the order of the points (one sweep a line)");
+  for (std::size_t i = 0; i < order.line.size(); ++i) REQUIRE(order.line[i] == swept.columns[4].integer(i));
+
+  // The same points in an order that says nothing: each line is one elevation.
+  io::Pcd mixed = swept;
+  const auto count = std::size_t(swept.header.points);
+  for (std::size_t c = 0; c < 5; ++c) {
+    const std::size_t size = io::size_of(swept.columns[c].type);
+    for (std::size_t i = 0; i < count; ++i)
+      std::memcpy(mixed.columns[c].bytes.data() + i * size, swept.columns[c].bytes.data() + (i * 1009) % count * size, size);
+  }
+  const auto elevation = lines_of(mixed, sensor);
+  CHECK(elevation.how == "16 lines recovered from the elevations of the points");
+  for (std::size_t i = 0; i < elevation.line.size(); ++i) REQUIRE(elevation.line[i] == mixed.columns[4].integer(i));
+
+  for (std::size_t i = 0; i < count; ++i) {                // elevations all over: nothing to go by
+    const float z = float(i % 977) * 0.01f;
+    std::memcpy(mixed.columns[2].bytes.data() + 4 * i, &z, 4);
+  }
+  CHECK(lines_of(mixed, sensor).line.empty());
+}
+
+TEST_CASE("lines of recorded KITTI scans are recovered as they are, and the hash is that of the PCD files") {
+  OVT_NEED_RECORDED("kitti/000000.pcd");
+  const TempFolder folder;
+  std::filesystem::create_directories(folder.path("pcd"));
+  for (const char* name : {"000000", "000001", "000002"}) {
+    const io::Pcd pcd = io::read_pcd(recorded(std::string("kitti/") + name + ".pcd"));
+    io::write_pcd(folder.path(std::string("pcd/") + name + ".pcd"), pcd);
+    std::string bin;
+    for (std::size_t i = 0; i < std::size_t(pcd.header.points); ++i)
+      for (std::size_t c = 0; c < 4; ++c) bin.append(reinterpret_cast<const char*>(pcd.columns[c].bytes.data()) + 4 * i, 4);
+    folder.write(std::string("bin/") + name + ".bin", bin);
+  }
+  const io::Rig rig = io::load_rig("hdl64");
+  CHECK(hash_of_run(folder.path("bin"), rig) == hash_of_run(folder.path("pcd"), rig));
+}
+
+TEST_CASE("lines of recorded Luminar scans are recovered but for 4 % of the points") {
+  OVT_NEED_RECORDED("racecar/000002_front.pcd");
+  const io::Rig rig = io::load_rig("av21");
+  for (std::size_t s = 0; s < 3; ++s) {
+    const io::Pcd pcd = io::read_pcd(recorded("racecar/000002_" + rig.sensors[s].name + ".pcd"));
+    const auto floats = [&](const char* name) { return static_cast<const float*>(pcd.find(name)->data()); };
+    const auto count = int32_t(pcd.header.points);
+    const auto lines = io::recover_lines(floats("x"), floats("y"), floats("z"), count, rig.sensors[s]);
+    REQUIRE(lines.line.size() == std::size_t(count));
+    std::map<std::pair<int64_t, int64_t>, int64_t> together;
+    for (std::size_t i = 0; i < lines.line.size(); ++i) ++together[{lines.line[i], pcd.find("ring")->integer(i)}];
+    std::map<int64_t, int64_t> best;
+    for (const auto& [pair, n] : together) best[pair.first] = std::max(best[pair.first], n);
+    int64_t agreed = 0;
+    for (const auto& [line, n] : best) agreed += n;
+    CHECK(agreed > count * 96 / 100);
+  }
+}
+
+TEST_CASE("KITTI files: a cut point is named") {
+  const TempFolder folder;
+  const std::string path = folder.write("000000.bin", std::string(37, 'a'));
+  CHECK(error_of([&] { io::read_kitti_bin(path); }).find("ends within point 2") != std::string::npos);
+}
