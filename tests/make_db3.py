@@ -2,12 +2,14 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/make_db3.py SCANS OUT.db3 [--layout ring|none|line_index] [--vehicle N] [--ego ego.csv] [--fault NAME]
+# usage: tests/make_db3.py SCANS OUT.db3 [--layout ring|none|line_index] [--vehicle N] [--ego ego.csv] [--fault NAME|all]
 #
 # A rosbag2 recording out of a folder of binary PCD scans FRAME_SENSOR.pcd, written with Python's sqlite3 and a CDR encoder of
 # its own: shares nothing with what reads it. Three layouts Luminar's drivers have used: float32 ring; no ring;
-# line_index (uint16) at byte 44 of 56. --fault seeds one thing that is wrong; the list is in FAULTS below.
+# line_index (uint16) at byte 44 of 56. --fault seeds one thing that is wrong; the list is in FAULTS below. With all OUT.db3 is a
+# folder and gets FAULT.db3 for each.
 import argparse
+import functools
 import math
 import os
 import re
@@ -78,6 +80,7 @@ def odometry_message(stamp_ns, x, y, z, roll, pitch, yaw, speed, yaw_rate):
     return cdr.bytes()
 
 
+@functools.lru_cache(None)
 def read_pcd(path):
     raw = open(path, "rb").read()
     end = raw.index(b"DATA binary\n") + len(b"DATA binary\n")
@@ -188,8 +191,17 @@ def main():
     parser.add_argument("--layout", default="ring", choices=["ring", "none", "line_index"])
     parser.add_argument("--vehicle", default="3")
     parser.add_argument("--ego")
-    parser.add_argument("--fault", choices=FAULTS)
+    parser.add_argument("--fault", choices=FAULTS + ["all"])
     args = parser.parse_args()
+    if args.fault != "all":
+        return write(args)
+    for fault in FAULTS:
+        layout = "none" if fault == "shuffled" else args.layout
+        write(argparse.Namespace(**{**vars(args), "fault": fault, "layout": layout,
+                                    "out": os.path.join(args.out, fault + ".db3")}))
+
+
+def write(args):
     vehicle = "/vehicle_" + args.vehicle if args.vehicle else ""
     messages = list(cloud_messages(args.scans, args.layout, vehicle, args.fault))
     if args.ego and args.fault != "ego_missing":

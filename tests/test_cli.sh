@@ -120,11 +120,11 @@ point_capacity = 100
 END
 av21=(--rig av21 --out out)
 refuse "*no: no such folder" run no "${av21[@]}"
-refuse "*empty: holds no .pcd file" run empty "${av21[@]}"
+refuse "*empty: holds nothing that is read: no .pcd, .bin, .db3 or .mcap file" run empty "${av21[@]}"
 refuse "*1_rear.pcd: rig av21 has no sensor 'rear' (it has front, left, right)" run strangers "${av21[@]}"
 refuse "*1_front.pcd: the data ends at field '*' of point *; * points are declared" run cut "${av21[@]}"
 refuse "*1_front.pcd: rig hdl64 has no sensor 'front' (it has top)" run cut --rig hdl64 --out out
-refuse "--rig is needed: a TOML file, or av21, hdl64, hdl32, nuscenes, av2" run scene --out out
+refuse "--rig is needed: a TOML file, or av21, racecar, hdl64, hdl32, nuscenes, av2" run scene --out out
 refuse "av22: neither a file nor one of the built-in rigs *" run scene --rig av22 --out out
 refuse "rig.toml:3: sensor 1: 'name' is missing" run scene --rig rig.toml --out out
 refuse "config.toml:3: tracker: unknown key 'confirm'" run scene --config config.toml "${av21[@]}"
@@ -148,7 +148,7 @@ refuse "--isa z80: *" run scene --isa z80 "${av21[@]}"
 refuse "file/out: the folder cannot be made" run scene --rig av21 --out file/out
 refuse "--sensor is needed: front, left, right" inspect scene --frame 3 "${av21[@]}"
 refuse "--sensor top: rig av21 has front, left, right" inspect scene --frame 3 --sensor top "${av21[@]}"
-refuse "--frame is needed: scene has frames 0 to 7" inspect scene --sensor front "${av21[@]}"
+refuse "--frame is needed: scene has several, from 0 on" inspect scene --sensor front "${av21[@]}"
 refuse "--frame 99: scene has no such frame (there are 0 to 7)" inspect scene --frame 99 --sensor front "${av21[@]}"
 refuse "lone: frame 0 has no scan of sensor 'front'" inspect lone --frame 0 --sensor front "${av21[@]}"
 refuse "back.csv:3:1: the stamp goes back" track back.csv --out out

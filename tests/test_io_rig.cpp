@@ -128,5 +128,5 @@ TEST_CASE("rig: each kind of bad file gets its sentence with the line") {
     CHECK_MESSAGE(error.rfind(row.sentence, 0) == 0, error);
   }
   const std::string error = error_of([] { io::load_rig("av22"); });
-  CHECK(error == "av22: neither a file nor one of the built-in rigs av21, hdl64, hdl32, nuscenes, av2");
+  CHECK(error == "av22: neither a file nor one of the built-in rigs av21, racecar, hdl64, hdl32, nuscenes, av2");
 }

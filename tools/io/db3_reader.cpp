@@ -28,9 +28,10 @@ class Db3Reader : public BagReader {
     const int code = sqlite3_open_v2(path.c_str(), &raw, SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX, nullptr);
     db_.reset(raw);
     if (code != SQLITE_OK) fail("cannot be opened");
-    // The file is a stranger's: nothing in its schema may run.
-    sqlite3_db_config(raw, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+    // The file is a stranger's: nothing in its schema may run. A file shorter than it says is read as far as it goes: SQLite
+    // only does that where the schema may be written, which this file, opened for reading, cannot be.
     sqlite3_db_config(raw, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+    sqlite3_db_config(raw, SQLITE_DBCONFIG_WRITABLE_SCHEMA, 1, nullptr);
     sqlite3_limit(raw, SQLITE_LIMIT_LENGTH, 1 << 30);
     std::error_code size_code;
     const auto bytes = std::filesystem::file_size(path, size_code);

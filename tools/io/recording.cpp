@@ -56,7 +56,7 @@ std::vector<std::string> list_files(const std::string& path) {
   }
   if (code) throw Error(path, 0, "cannot be listed: " + code.message());
   if (files.empty()) files = std::move(bin_files);
-  if (files.empty()) throw Error(path, 0, "holds no .pcd file");
+  if (files.empty()) throw Error(path, 0, "holds nothing that is read: no .pcd, .bin, .db3 or .mcap file");
   std::sort(files.begin(), files.end());
   return files;
 }

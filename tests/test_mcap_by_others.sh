@@ -1,0 +1,44 @@
+#!/bin/bash
+# Copyright 2026 The Overtake authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: tests/test_mcap_by_others.sh OVERTAKE WRITE_LOG. What we write as MCAP is read by @mcap/core: the view of a simulated
+# overtake, and logs in every compression. Exit code 77 where node or its modules are missing.
+set -uo pipefail
+readonly overtake=$(realpath "$1") write_log=$(realpath "$2")
+readonly reader=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)/node/read_mcap.js
+command -v node >/dev/null || { echo "skipped: node is not installed (tools/setup --node)"; exit 77; }
+readonly dir=$(mktemp -d)
+trap 'rm -rf "$dir"' EXIT
+cd "$dir" || exit 1
+failures=0
+
+# read_back FILE TOPIC...
+read_back() {
+  node "$reader" "$@" >read.txt 2>&1
+  local code=$?
+  cat read.txt
+  ((code == 77)) && exit 77
+  ((code == 0)) || failures=$((failures + 1))
+}
+
+for compression in none lz4 zstd; do
+  for chunk in 1 2000 1000000; do
+    "$write_log" log.mcap $compression $chunk || failures=$((failures + 1))
+    read_back log.mcap /front/points /ego/odometry /tf_static
+  done
+done
+
+"$overtake" scene --out scene --frames 12 >/dev/null || failures=$((failures + 1))
+"$overtake" run scene --rig av21 --ego scene/ego.csv --map scene/map.csv --out run --mcap view.mcap --quiet || failures=$((failures + 1))
+read_back view.mcap /map /tf /front/points /left/points /right/points /front/image/range /front/image/labels /detections \
+  /detections/numbers /tracks /tracks/numbers /times /counters
+grep -q ', 1 attachments: all decoded' read.txt || { echo "FAILED: the configuration is not attached"; failures=$((failures + 1)); }
+
+# A reader that accepts anything shows nothing: a flipped byte must be noticed.
+size=$(stat -c %s view.mcap)
+printf '\x55\x55\x55' | dd of=view.mcap bs=1 seek=$((size / 2)) conv=notrunc status=none
+node "$reader" view.mcap >read.txt 2>&1 && { echo "FAILED: a damaged file was read without a word"; failures=$((failures + 1)); }
+"$overtake" info view.mcap >info.txt 2>err.txt
+(($? == 3)) && grep -q 'damaged at byte' err.txt || { echo "FAILED: our own reader does not notice the damage"; failures=$((failures + 1)); }
+((failures == 0))

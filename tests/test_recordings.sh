@@ -1,0 +1,112 @@
+#!/bin/bash
+# Copyright 2026 The Overtake authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: tests/test_recordings.sh OVERTAKE. Recordings of ROS 2 written by an independent program (make_db3.py): every layout is
+# read, info says what is there, doctor finds each seeded fault and says the sentence for it. Exit code 0 is a pass.
+set -uo pipefail
+readonly overtake=$(realpath "${1:?usage: test_recordings.sh OVERTAKE}")
+readonly make_db3=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)/make_db3.py
+command -v python3 >/dev/null || { echo "skipped: python3 is not installed"; exit 77; }
+readonly dir=$(mktemp -d)
+trap 'rm -rf "$dir"' EXIT
+cd "$dir" || exit 1
+failures=0
+
+fail() {
+  echo "FAILED: $*"
+  failures=$((failures + 1))
+}
+
+"$overtake" scene --out scene --frames 7 >/dev/null || fail "no scene"
+
+# hash_of ARGUMENTS...: what overtake run prints, and its notes in notes.txt.
+hash_of() {
+  "$overtake" run "$@" --map scene/map.csv --out out >stdout.txt 2>stderr.txt || fail "run $*: $(head -c 300 stderr.txt)"
+  grep '^note: the clouds' stdout.txt >notes.txt
+  sed -n 's/^Hash of all detections and tracks: //p' stdout.txt
+}
+
+# ---- the three layouts
+expected=$(hash_of scene --rig av21 --ego scene/ego.csv)
+[[ $expected =~ ^[0-9a-f]{16}$ ]] || fail "run prints no hash"
+for layout in ring line_index none; do
+  python3 "$make_db3" scene $layout.db3 --layout $layout --ego scene/ego.csv || fail "make_db3 $layout"
+  found=$(hash_of $layout.db3 --rig racecar --ego scene/ego.csv)
+  if [[ $layout == none ]]; then
+    [[ $(grep -c "lines recovered from the order of the points (two heads" notes.txt) == 3 ]] || fail "recovered lines are not said"
+    [[ -n $found ]] || fail "layout none gives no hash"
+  else
+    [[ $found == "$expected" ]] || fail "layout $layout: hash $found, PCD files have $expected"
+    [[ ! -s notes.txt ]] || fail "layout $layout: $(cat notes.txt)"
+  fi
+done
+own=$(hash_of ring.db3 --rig racecar)                        # ego poses of the recording
+[[ -n $own && $own == "$(hash_of line_index.db3 --rig racecar)" ]] || fail "the layouts differ with their own ego poses"
+python3 "$make_db3" scene bare.db3 --vehicle '' --ego scene/ego.csv
+[[ $(hash_of bare.db3 --rig racecar) == "$own" ]] || fail "topics without a vehicle's name are not found"
+"$overtake" inspect ring.db3 --rig racecar --frame 2 --sensor left --out images >/dev/null || fail "inspect of a db3"
+"$overtake" inspect scene --rig racecar --frame 2 --sensor left --out images_pcd >/dev/null
+cmp images/labels.npy images_pcd/labels.npy || fail "inspect sees other labels in a db3"
+
+# ---- info
+"$overtake" info line_index.db3 >info.txt || fail "info"
+for text in "rosbag2, SQLite (.db3)" "from 0.000 to 0.400 s" "/vehicle_3/luminar_front_points .* 7 .* 20.0 .* frame luminar_front" \
+  "/vehicle_3/local_odometry .* base_link in map" "line_index uint16 at 44, .*; 56 bytes a point"; do
+  grep -q "$text" info.txt || fail "info does not say '$text': $(head -20 info.txt)"
+done
+"$overtake" info scene | grep -q 'FRAME_front.pcd .* 7 .*ring uint16' || fail "info of a folder"
+
+# ---- doctor: nothing wrong with what is right, and one sentence a fault
+"$overtake" doctor ring.db3 --rig racecar >doctor.txt || fail "doctor of a good recording: $(cat doctor.txt)"
+grep -q '^Nothing is wrong with ring.db3 for rig racecar.$' doctor.txt || fail "doctor of a good recording says $(cat doctor.txt)"
+"$overtake" doctor scene --rig av21 --ego scene/ego.csv >doctor.txt || fail "doctor of a good folder: $(cat doctor.txt)"
+mkdir faults
+python3 "$make_db3" scene faults --ego scene/ego.csv --fault all || fail "make_db3 --fault all"
+seen=0
+while IFS='|' read -r fault sentence; do
+  [[ -n $fault ]] || continue
+  "$overtake" doctor faults/$fault.db3 --rig racecar >doctor.txt 2>stderr.txt
+  code=$?
+  seen=$((seen + 1))
+  if [[ $sentence == note* ]]; then ((code == 0)); else ((code == 3)); fi || fail "$fault: exit code $code $(head -c 300 stderr.txt)"
+  grep -qE -- "^$sentence" doctor.txt || fail "$fault: not '$sentence' but $(cat doctor.txt)"
+done <<'END'
+frame_id|WRONG  sensor 'front': its clouds are in frame 'base_link', the rig expects 'luminar_front'
+vehicle_frame|WRONG  sensor 'left': [0-9]+ % of its points lie outside of its field of view .* the cloud is in the vehicle frame
+unordered|WRONG  sensor 'front': its stamps go back 1 time, first at scan 4 by 0.070 s
+duplicate|WRONG  sensor 'left': 1 scan with the stamp of the scan before
+millimetres|WRONG  sensor 'right': half of its points are more than [0-9]+ m away: the unit looks like millimetres
+empty_sensor|WRONG  sensor 'right': all 7 scans are empty
+missing_sensor|WRONG  sensor 'left': there is no scan of it \(looked for /vehicle_\*/luminar_left_points
+mounting_height|WRONG  sensor 'front': the road lies 0\.[78][0-9] m above where its mounting puts it
+mounting_pitch|WRONG  sensor 'front': the road is tilted by [56]\.[0-9] deg along
+gap|note   sensor 'front': 1 gap between scans, the longest 0.10 s
+time_unit|WRONG  sensor 'front': the times of its points span [0-9.]+ s within a scan of 0.050 s
+nan|WRONG  sensor 'front': 67 % of its points are NaN
+ego_degrees|WRONG  ego: its yaw does not fit its motion
+ego_missing|note   ego: there are no ego poses: tracks will be in the vehicle frame
+ego_clock|WRONG  ego: its poses \(40.00 to 40.[0-9]+ s\) and the scans of sensor 'front' .* are of different times
+short_cloud|WRONG  sensor 'front': 1 of 7 scans cannot be read; the first: message [0-9]+: declares [0-9]+ points
+swapped|WRONG  sensor 'left': its clouds are in frame 'luminar_right', the rig expects 'luminar_left'
+period|WRONG  sensor 'front': its scans come every 0.1000 s, the rig says 0.0500 s
+float_lines|WRONG  sensor 'front': its line numbers are no whole numbers \(0.50\)
+shuffled|WRONG  sensor 'front': 7 of 7 scans cannot be read; the first: message 0: no field gives the layer .* neither the order nor the elevations
+cdr_cut|WRONG  sensor 'front': 1 of 7 scans cannot be read; the first: message [0-9]+ is no sensor_msgs/msg/PointCloud2
+bad_row|WRONG  recording: damaged after message 9: a message of a topic that is not in the table of topics
+END
+[[ $seen == "$(find faults -name '*.db3' | wc -l)" ]] || fail "$seen faults have a sentence, $(find faults -name '*.db3' | wc -l) are seeded"
+"$overtake" doctor none.db3 --rig racecar | grep -q "^note   sensor 'front': its clouds say no lines: 3[0-9] lines recovered" ||
+  fail "doctor does not say that lines were recovered"
+"$overtake" doctor ring.db3 --rig hdl64 >doctor.txt
+grep -q 'no topic of the rig.s sensors is in it; clouds in it: /vehicle_3/luminar_front_points' doctor.txt || fail "wrong rig: $(cat doctor.txt)"
+
+# ---- damage: what came before it is done, and the exit code says so
+head -c $(($(stat -c %s ring.db3) * 2 / 3)) ring.db3 >cut.db3
+"$overtake" run cut.db3 --rig racecar --out cut >stdout.txt 2>stderr.txt
+code=$?
+((code == 3 || code == 1)) && grep -q 'SQLite says' stderr.txt || fail "a cut db3: exit code $code, $(cat stderr.txt)"
+[[ $(wc -l <cut/timing.csv) -gt 1 ]] || fail "a cut db3 gives no frame"
+
+((failures == 0)) && echo "all recording checks passed"
+((failures == 0))
