@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
-#include <cstring>
 #include <algorithm>
+#include <cstring>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -37,7 +37,8 @@ std::vector<Recorded> write_scans(const TempFolder& folder) {
     io::write_pcd(folder.path(std::string("pcd/") + name + ".pcd"), pcd);
     std::string bin;
     for (std::size_t i = 0; i < std::size_t(pcd.header.points); ++i)
-      for (std::size_t c = 0; c < 4; ++c) bin.append(reinterpret_cast<const char*>(pcd.columns[c].bytes.data()) + 4 * i, 4);
+      for (std::size_t c = 0; c < 4; ++c)
+        bin.append(reinterpret_cast<const char*>(pcd.columns[c].bytes.data()) + 4 * i, 4);
     folder.write(std::string("bin/") + name + ".bin", bin);
     messages.push_back(cloud_of(pcd, "/front/points", frame * kPeriodNs));
   }
@@ -45,7 +46,8 @@ std::vector<Recorded> write_scans(const TempFolder& folder) {
 }
 
 std::vector<Recorded> with_ego(std::vector<Recorded> messages) {
-  for (Recorded& pose : straight_drive("/ego/odometry", 0, (kFrames + 2) * kPeriodNs)) messages.push_back(std::move(pose));
+  for (Recorded& pose : straight_drive("/ego/odometry", 0, (kFrames + 2) * kPeriodNs))
+    messages.push_back(std::move(pose));
   std::stable_sort(messages.begin(), messages.end(),
                    [](const Recorded& a, const Recorded& b) { return a.stamp_ns < b.stamp_ns; });
   return messages;
@@ -61,7 +63,7 @@ TEST_CASE("bags: PCD, KITTI, db3 and MCAP of the same scans give one hash, whate
   int64_t frames = 0, detections = 0;
   const uint64_t expected = hash_of_run(folder.path("pcd"), rig, "", &frames, &detections);
   CHECK(frames == kFrames);
-  CHECK(detections >= kFrames);                            // the car at least
+  CHECK(detections >= kFrames);  // the car at least
   CHECK(hash_of_run(folder.path("bin"), rig) == expected);
   write_db3(folder.path("a.db3"), messages);
   CHECK(hash_of_run(folder.path("a.db3"), rig) == expected);
@@ -99,7 +101,8 @@ TEST_CASE("bags: ego poses of the recording itself are used, wherever their mess
   auto late = messages;
   for (Recorded& message : late)
     if (message.type == io::kOdometryName) message.stamp_ns += 30'000'000;
-  std::stable_sort(late.begin(), late.end(), [](const Recorded& a, const Recorded& b) { return a.stamp_ns < b.stamp_ns; });
+  std::stable_sort(late.begin(), late.end(),
+                   [](const Recorded& a, const Recorded& b) { return a.stamp_ns < b.stamp_ns; });
   write_db3(folder.path("late.db3"), late);
   CHECK(hash_of_run(folder.path("late.db3"), rig) == expected);
 }
@@ -111,7 +114,7 @@ TEST_CASE("bags: rosbag2 folders are read file by file, in the order of their nu
   const io::Rig rig = swept_rig(kLines);
   std::filesystem::create_directories(folder.path("bag"));
   folder.write("bag/metadata.yaml", "rosbag2_bagfile_information: {}\n");
-  for (std::size_t part = 0; part < 11; ++part)            // race_10 is not before race_2
+  for (std::size_t part = 0; part < 11; ++part)  // race_10 is not before race_2
     write_db3(folder.path("bag/race_" + std::to_string(part) + ".db3"),
               part < 10 ? std::vector<Recorded>{messages[part]} : std::vector<Recorded>{});
   std::filesystem::remove(folder.path("bag/race_10.db3"));
@@ -129,7 +132,7 @@ TEST_CASE("bags: topics are found by the rig's names; one * stands for the ego v
   CHECK(roles.ego == 1);
   CHECK(roles.opponent == 0);
   const io::TopicRoles none = io::find_topic_roles(topics, io::load_rig("hdl64"));
-  CHECK(none.sensor_of == std::vector<int32_t>{-1, -1, -1, -1, -1});   // two clouds: which one is not guessed
+  CHECK(none.sensor_of == std::vector<int32_t>{-1, -1, -1, -1, -1});  // two clouds: which one is not guessed
 }
 
 TEST_CASE("bags: the opponent's odometry says where it is in the vehicle frame") {
@@ -169,17 +172,19 @@ TEST_CASE("bags: a recording without the rig's topics is refused, naming those i
   CHECK(error_of([&] { io::open_scans(folder.path("b.db3"), swept_rig(kLines)); }).find("is neither MCAP nor SQLite") !=
         std::string::npos);
   folder.write("c.db3", std::string("SQLite format 3\0", 16) + std::string(5000, 'x'));
-  CHECK(error_of([&] { io::open_scans(folder.path("c.db3"), swept_rig(kLines)); }).find("SQLite says") != std::string::npos);
+  CHECK(error_of([&] { io::open_scans(folder.path("c.db3"), swept_rig(kLines)); }).find("SQLite says") !=
+        std::string::npos);
 }
 
 TEST_CASE("cloud messages: rows with padding, big-endian values, layouts that do not fit") {
-  std::string data(2 * 3 * 12, '\0');                      // 2 rows of 2 points of 12 bytes and 12 bytes of padding
+  std::string data(2 * 3 * 12, '\0');  // 2 rows of 2 points of 12 bytes and 12 bytes of padding
   io::PointCloud2 cloud;
   cloud.height = cloud.width = 2;
   cloud.point_step = 12;
   cloud.row_step = 36;
   cloud.is_bigendian = true;
-  cloud.fields = {{"x", 0, io::PointField::kFloat32, 1}, {"Ring", 4, io::PointField::kUint16, 1},
+  cloud.fields = {{"x", 0, io::PointField::kFloat32, 1},
+                  {"Ring", 4, io::PointField::kUint16, 1},
                   {"cov", 6, io::PointField::kUint8, 3}};
   for (std::size_t i = 0; i < 4; ++i) {
     const float x = float(i) + 0.5f;
@@ -197,13 +202,16 @@ TEST_CASE("cloud messages: rows with padding, big-endian values, layouts that do
   }
   io::PointCloud2 wrong = cloud;
   wrong.row_step = 20;
-  CHECK(error_of([&] { io::read_cloud_message("m", wrong); }) == "m: its rows are shorter than their points: row_step is too small");
+  CHECK(error_of([&] { io::read_cloud_message("m", wrong); }) ==
+        "m: its rows are shorter than their points: row_step is too small");
   wrong = cloud;
   wrong.height = 3;
-  CHECK(error_of([&] { io::read_cloud_message("m", wrong); }) == "m: declares 6 points of 12 bytes, but holds 72 bytes");
+  CHECK(error_of([&] { io::read_cloud_message("m", wrong); }) ==
+        "m: declares 6 points of 12 bytes, but holds 72 bytes");
   wrong = cloud;
   wrong.fields[0].offset = 9;
-  CHECK(error_of([&] { io::read_cloud_message("m", wrong); }) == "m: field 'x' lies at byte 9, outside of a point of 12 bytes");
+  CHECK(error_of([&] { io::read_cloud_message("m", wrong); }) ==
+        "m: field 'x' lies at byte 9, outside of a point of 12 bytes");
   wrong = cloud;
   wrong.width = wrong.height = 0xffffffff;
   CHECK(error_of([&] { io::read_cloud_message("m", wrong); }).find("m: declares ") == 0);
@@ -227,13 +235,14 @@ TEST_CASE("lines are recovered from a sweep, from two heads, from a turn, from e
   for (std::size_t c = 0; c < 5; ++c) {
     const std::size_t size = io::size_of(swept.columns[c].type);
     for (std::size_t i = 0; i < count; ++i)
-      std::memcpy(mixed.columns[c].bytes.data() + i * size, swept.columns[c].bytes.data() + (i * 1009) % count * size, size);
+      std::memcpy(mixed.columns[c].bytes.data() + i * size, swept.columns[c].bytes.data() + (i * 1009) % count * size,
+                  size);
   }
   const auto elevation = lines_of(mixed, sensor);
   CHECK(elevation.how == "16 lines recovered from the elevations of the points");
   for (std::size_t i = 0; i < elevation.line.size(); ++i) REQUIRE(elevation.line[i] == mixed.columns[4].integer(i));
 
-  for (std::size_t i = 0; i < count; ++i) {                // elevations all over: nothing to go by
+  for (std::size_t i = 0; i < count; ++i) {  // elevations all over: nothing to go by
     const float z = float(i % 977) * 0.01f;
     std::memcpy(mixed.columns[2].bytes.data() + 4 * i, &z, 4);
   }
@@ -249,7 +258,8 @@ TEST_CASE("lines of recorded KITTI scans are recovered as they are, and the hash
     io::write_pcd(folder.path(std::string("pcd/") + name + ".pcd"), pcd);
     std::string bin;
     for (std::size_t i = 0; i < std::size_t(pcd.header.points); ++i)
-      for (std::size_t c = 0; c < 4; ++c) bin.append(reinterpret_cast<const char*>(pcd.columns[c].bytes.data()) + 4 * i, 4);
+      for (std::size_t c = 0; c < 4; ++c)
+        bin.append(reinterpret_cast<const char*>(pcd.columns[c].bytes.data()) + 4 * i, 4);
     folder.write(std::string("bin/") + name + ".bin", bin);
   }
   const io::Rig rig = io::load_rig("hdl64");

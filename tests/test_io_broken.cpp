@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Mutated files of every format: an error or what came before the damage, never a crash. 2,000 a format where a sanitizer
-// watches, 200 elsewhere.
+// Mutated files of every format: an error or what came before the damage, never a crash. 2,000 a format where a
+// sanitizer watches, 200 elsewhere.
 #include <doctest/doctest.h>
 
 #include <filesystem>
@@ -66,7 +66,8 @@ std::string mutate(std::string bytes, std::size_t from, Random& random) {
                                                     {0, 0, 0, 128, 0, 0, 0, 0},
                                                     {255, 255, 255, 255, 255, 255, 255, 127}};
       const unsigned char* huge = kHuge[random.below(4)];
-      for (std::size_t i = 0; i < (random.below(2) ? 8u : 4u) && at + i < bytes.size(); ++i) bytes[at + i] = char(huge[i]);
+      for (std::size_t i = 0; i < (random.below(2) ? 8u : 4u) && at + i < bytes.size(); ++i)
+        bytes[at + i] = char(huge[i]);
       break;
     }
     case 3:
@@ -129,8 +130,8 @@ void break_files(const TempFolder& folder, const std::string& name, const std::s
     for (const uint64_t scan : scans) REQUIRE(known.contains(scan));
   }
   CHECK(behind_header * 2 > kFiles);
-  CHECK(complaints * 10 > kFiles);                         // it does notice
-  CHECK((intact.size() == 1 || partly > 0));               // and delivers what came before
+  CHECK(complaints * 10 > kFiles);            // it does notice
+  CHECK((intact.size() == 1 || partly > 0));  // and delivers what came before
 }
 
 std::vector<Recorded> small_recording() {
@@ -179,7 +180,8 @@ TEST_CASE("broken files: PCD, each encoding") {
     io::Pcd pcd = swept_cloud(kLines, kShots, 0);
     pcd.header.encoding = encoding;
     const std::string whole = io::format_pcd(pcd);
-    break_files(folder, "e" + std::to_string(int(encoding)) + "_000001.pcd", whole, whole.find("DATA"), swept_rig(kLines), false);
+    break_files(folder, "e" + std::to_string(int(encoding)) + "_000001.pcd", whole, whole.find("DATA"),
+                swept_rig(kLines), false);
   }
 }
 
@@ -188,7 +190,8 @@ TEST_CASE("broken files: KITTI") {
   const io::Pcd pcd = swept_cloud(kLines, kShots, 0);
   std::string bin;
   for (std::size_t i = 0; i < std::size_t(pcd.header.points); ++i)
-    for (std::size_t c = 0; c < 4; ++c) bin.append(reinterpret_cast<const char*>(pcd.columns[c].bytes.data()) + 4 * i, 4);
+    for (std::size_t c = 0; c < 4; ++c)
+      bin.append(reinterpret_cast<const char*>(pcd.columns[c].bytes.data()) + 4 * i, 4);
   break_files(folder, "000001.bin", bin, 16, swept_rig(kLines), false);
 }
 

@@ -50,8 +50,8 @@ std::vector<Line> read_log(io::McapReader& reader) {
   std::vector<Line> lines;
   io::McapMessage message;
   while (reader.next(message))
-    lines.push_back({reader.channels().at(message.channel_id).topic, std::string(message.data), message.log_ns,
-                     message.sequence});
+    lines.push_back(
+        {reader.channels().at(message.channel_id).topic, std::string(message.data), message.log_ns, message.sequence});
   return lines;
 }
 
@@ -108,7 +108,7 @@ TEST_CASE("an MCAP file cut off anywhere gives a beginning of its messages, and 
         const auto read = read_log(reader);
         REQUIRE(read.size() <= written.size());
         CHECK(std::equal(read.begin(), read.end(), written.begin()));
-        CHECK(read.size() >= most);                        // more of the file never gives fewer messages
+        CHECK(read.size() >= most);  // more of the file never gives fewer messages
         most = read.size();
         if (read.size() < written.size()) {
           CHECK(reader.damage().find("damaged at byte") == 0);

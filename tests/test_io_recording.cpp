@@ -157,7 +157,8 @@ TEST_CASE("recording: each kind of bad input gets its sentence") {
   const std::string good = cloud("1 2 3 4\n");
   CHECK(error(folder.path("no"), av21) == folder.path("no") + ": no such folder");
   folder.write("empty/readme.txt", "");
-  CHECK(error(folder.path("empty"), av21) == folder.path("empty") + ": holds nothing that is read: no .pcd, .bin, .db3 or .mcap file");
+  CHECK(error(folder.path("empty"), av21) ==
+        folder.path("empty") + ": holds nothing that is read: no .pcd, .bin, .db3 or .mcap file");
   std::string path = folder.write("a/rear.pcd", good);
   CHECK(error(folder.path("a"), av21) ==
         path + ": its name has no frame number; FRAME_SENSOR.pcd or FRAME.pcd is needed");
@@ -172,8 +173,9 @@ TEST_CASE("recording: each kind of bad input gets its sentence") {
   path = folder.write("e/99999999999999999999.pcd", good);
   CHECK(error(folder.path("e"), hdl64) == path + ": its frame number does not fit 64 bits");
   path = folder.write("f/1.pcd", cloud("1 2 3 4\n", "x y z colour"));
-  CHECK(error(path, hdl64) == path + ": no field gives the layer (looked for " + io::role_aliases(io::PcdRole::kLayer) +
-                                  "; there are x, y, z, colour); neither the order nor the elevations of the points show lines");
+  CHECK(error(path, hdl64) ==
+        path + ": no field gives the layer (looked for " + io::role_aliases(io::PcdRole::kLayer) +
+            "; there are x, y, z, colour); neither the order nor the elevations of the points show lines");
   path = folder.write("f/2.pcd", cloud("1 2 3 4\n", "x z w ring"));
   CHECK(error(path, hdl64).rfind(path + ": no field gives y", 0) == 0);
   path = folder.write("f/3.pcd", cloud("1 2 3 4\n", "x y z ring", "4 4 4 2", "F I F U"));

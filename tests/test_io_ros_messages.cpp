@@ -48,22 +48,22 @@ TEST_CASE("the CDR bytes of a PointCloud2 are those of the wire format") {
   PointCloud2 cloud;
   cloud.header = {2'000'000'003, "a"};
   cloud.data = "xyz";
-  const unsigned char expected[] = {0, 1, 0, 0,                          // CDR, little-endian
-                                    2, 0, 0, 0, 3, 0, 0, 0,              // stamp
-                                    2, 0, 0, 0, 'a', 0, 0, 0,            // string with its zero, padded to 4
-                                    1, 0, 0, 0, 0, 0, 0, 0,              // height, width
-                                    0, 0, 0, 0,                          // no fields
-                                    0, 0, 0, 0,                          // is_bigendian, padding
-                                    0, 0, 0, 0, 0, 0, 0, 0,              // point_step, row_step
-                                    3, 0, 0, 0, 'x', 'y', 'z', 0};       // data, is_dense
+  const unsigned char expected[] = {0, 1, 0, 0,                     // CDR, little-endian
+                                    2, 0, 0, 0, 3,   0,   0,   0,   // stamp
+                                    2, 0, 0, 0, 'a', 0,   0,   0,   // string with its zero, padded to 4
+                                    1, 0, 0, 0, 0,   0,   0,   0,   // height, width
+                                    0, 0, 0, 0,                     // no fields
+                                    0, 0, 0, 0,                     // is_bigendian, padding
+                                    0, 0, 0, 0, 0,   0,   0,   0,   // point_step, row_step
+                                    3, 0, 0, 0, 'x', 'y', 'z', 0};  // data, is_dense
   const std::string bytes = encode_point_cloud2(cloud);
   REQUIRE(bytes.size() == sizeof expected);
   CHECK(std::memcmp(bytes.data(), expected, sizeof expected) == 0);
 }
 
 TEST_CASE("big-endian CDR is read, too") {
-  const unsigned char bytes[] = {0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0, 4, 'm', 'a', 'p', 0, 0, 0, 0, 2,
-                                 'c', 0};
+  const unsigned char bytes[] = {0, 0, 0, 0, 0, 0,   0,   1,   0, 0, 0, 2, 0, 0,   0,
+                                 3, 0, 0, 0, 4, 'm', 'a', 'p', 0, 0, 0, 0, 2, 'c', 0};
   std::string text(reinterpret_cast<const char*>(bytes), sizeof bytes);
   text.resize(4 + 20 + 8 + 72, '\0');
   const auto transforms = decode_transforms(text);

@@ -13,17 +13,21 @@ using namespace overtake;
 namespace {
 
 io::Rig one_sensor(const std::string& frame_id) {
-  return io::parse_rig("r", "period_s = 0.05\n[[sensor]]\nname = \"front\"\nx_m = 0.0\ny_m = 0.0\nz_m = 0.0\nrows = 8\ncols = 64\n"
-                            "wraps = true\nframe_id = \"" + frame_id + "\"\n");
+  return io::parse_rig(
+      "r",
+      "period_s = 0.05\n[[sensor]]\nname = \"front\"\nx_m = 0.0\ny_m = 0.0\nz_m = 0.0\nrows = 8\ncols = 64\n"
+      "wraps = true\nframe_id = \"" +
+          frame_id + "\"\n");
 }
 
 std::string joint(const std::string& parent, const std::string& child, const std::string& origin) {
-  return "<joint name=\"" + parent + child + "\" type=\"fixed\"><parent link=\"" + parent + "\"/><child link=\"" + child + "\"/>" +
-         origin + "</joint>\n";
+  return "<joint name=\"" + parent + child + "\" type=\"fixed\"><parent link=\"" + parent + "\"/><child link=\"" +
+         child + "\"/>" + origin + "</joint>\n";
 }
 
 std::string robot(const std::string& joints) {
-  return "<?xml version=\"1.0\"?>\n<robot name=\"car\">\n<link name=\"road\"/>\n<link name=\"axle\"/>\n<link name=\"lidar\"/>\n" +
+  return "<?xml version=\"1.0\"?>\n<robot name=\"car\">\n<link name=\"road\"/>\n<link name=\"axle\"/>\n<link "
+         "name=\"lidar\"/>\n" +
          joints + "</robot>\n";
 }
 
@@ -31,12 +35,12 @@ std::string robot(const std::string& joints) {
 
 TEST_CASE("URDF: a sensor's mounting is the chain of joints from its link to the base") {
   const TempFolder folder;
-  const std::string path = folder.write(
-      "car.urdf", robot(joint("road", "axle", "<origin xyz=\"0 0 0.2\" rpy=\"0 0 1.5707963267948966\"/>") +
-                        joint("axle", "lidar", "<origin xyz=\"2 1 0.5\" rpy=\"0 0.1 0\"/>")));
+  const std::string path =
+      folder.write("car.urdf", robot(joint("road", "axle", "<origin xyz=\"0 0 0.2\" rpy=\"0 0 1.5707963267948966\"/>") +
+                                     joint("axle", "lidar", "<origin xyz=\"2 1 0.5\" rpy=\"0 0.1 0\"/>")));
   io::Rig rig = one_sensor("lidar");
   io::mount_by_urdf(rig, path);
-  CHECK(rig.sensors[0].x_m == doctest::Approx(-1));        // axle's x is road's y
+  CHECK(rig.sensors[0].x_m == doctest::Approx(-1));  // axle's x is road's y
   CHECK(rig.sensors[0].y_m == doctest::Approx(2));
   CHECK(rig.sensors[0].z_m == doctest::Approx(0.7));
   CHECK(rig.sensors[0].yaw_deg == doctest::Approx(90));

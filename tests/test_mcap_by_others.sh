@@ -2,8 +2,8 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_mcap_by_others.sh OVERTAKE WRITE_LOG. What we write as MCAP is read by @mcap/core: the view of a simulated
-# overtake, and logs in every compression. Exit code 77 where node or its modules are missing.
+# usage: tests/test_mcap_by_others.sh OVERTAKE WRITE_LOG. What we write as MCAP is read by @mcap/core: the view of a
+# simulated overtake, and logs in every compression. Exit code 77 where node or its modules are missing.
 set -uo pipefail
 readonly overtake=$(realpath "$1") write_log=$(realpath "$2")
 readonly reader=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)/node/read_mcap.js

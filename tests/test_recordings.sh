@@ -2,8 +2,9 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_recordings.sh OVERTAKE. Recordings of ROS 2 written by an independent program (make_db3.py): every layout is
-# read, info says what is there, doctor finds each seeded fault and says the sentence for it. Exit code 0 is a pass.
+# usage: tests/test_recordings.sh OVERTAKE. Recordings of ROS 2 written by an independent program (make_db3.py): every
+# layout is read, info says what is there, doctor finds each seeded fault and says the sentence for it. Exit code 0 is
+# a pass.
 set -uo pipefail
 readonly overtake=$(realpath "${1:?usage: test_recordings.sh OVERTAKE}")
 readonly make_db3=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)/make_db3.py

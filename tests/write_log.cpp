@@ -4,9 +4,9 @@
 // usage: write_log OUT.mcap COMPRESSION CHUNK_BYTES
 //        write_log --speed FOLDER SECONDS
 //
-// The first writes a small log of clouds, odometry, transforms, an attachment and metadata. The second measures how fast
-// clouds of three sensors at 20 Hz (27 thousand points each, noisy ranges) stream from db3 and MCAP, in multiples of real
-// time.
+// The first writes a small log of clouds, odometry, transforms, an attachment and metadata. The second measures how
+// fast clouds of three sensors at 20 Hz (27 thousand points each, noisy ranges) stream from db3 and MCAP, in multiples
+// of real time.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -80,7 +80,8 @@ void measure_all(const std::string& folder, double seconds) {
   std::vector<Recorded> messages;
   for (int32_t frame = 0; frame < int32_t(seconds * 20); ++frame)
     for (const char* sensor : {"front", "left", "right"})
-      messages.push_back(cloud_of(noisy_cloud(uint64_t(frame % 7)), std::string("/") + sensor + "/points", frame * 50'000'000));
+      messages.push_back(
+          cloud_of(noisy_cloud(uint64_t(frame % 7)), std::string("/") + sensor + "/points", frame * 50'000'000));
   write_db3(folder + "/speed.db3", messages);
   for (const char* compression : {"none", "lz4", "zstd"}) {
     io::McapOptions options;

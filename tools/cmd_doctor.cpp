@@ -23,8 +23,9 @@ void examine_bag(const Config& config, Doctor& doctor, std::vector<Finding>& fin
   bool any = false;
   for (const int32_t sensor : roles.sensor_of) any = any || sensor >= 0;
   if (!any)
-    findings.push_back({true, "recording", "no topic of the rig's sensors is in it; clouds in it: " +
-                                               io::list_topics(bag->topics(), io::kPointCloud2Name),
+    findings.push_back({true, "recording",
+                        "no topic of the rig's sensors is in it; clouds in it: " +
+                            io::list_topics(bag->topics(), io::kPointCloud2Name),
                         "give the rig that fits (--rig), or name the topics in the rig file"});
   int64_t bad_poses = 0;
   io::BagMessage message;
@@ -59,7 +60,7 @@ void examine_folder(const Config& config, Doctor& doctor) {
     try {
       for (const io::SensorScan& scan : recording.read(i).scans) doctor.add_scan(scan);
     } catch (const io::Error& error) {
-      int32_t sensor = 0;                                  // of the file's name
+      int32_t sensor = 0;  // of the file's name
       const std::string stem = std::filesystem::path(error.file()).stem().string();
       for (int32_t s = 0; s < int32_t(config.rig.sensors.size()); ++s)
         if (stem.ends_with("_" + config.rig.sensors[std::size_t(s)].name)) sensor = s;
@@ -94,8 +95,8 @@ int doctor_command(const Options& options) {
   if (wrong == 0)
     std::printf("Nothing is wrong with %s for rig %s.\n", config.input.c_str(), config.rig.name.c_str());
   else
-    std::printf("%lld %s wrong with %s for rig %s.\n", static_cast<long long>(wrong), wrong == 1 ? "thing is" : "things are",
-                config.input.c_str(), config.rig.name.c_str());
+    std::printf("%lld %s wrong with %s for rig %s.\n", static_cast<long long>(wrong),
+                wrong == 1 ? "thing is" : "things are", config.input.c_str(), config.rig.name.c_str());
   return wrong == 0 ? 0 : kDamaged;
 }
 

@@ -64,7 +64,8 @@ int describe_bag(const std::string& path) {
   std::printf("%s: %s\n", path.c_str(), bag->describe().c_str());
   if (first_ns <= last_ns)
     std::printf("from %s to %s s, %s s\n\n", fixed(double(first_ns) * 1e-9, 3).c_str(),
-                fixed(double(last_ns) * 1e-9, 3).c_str(), fixed((double(last_ns) - double(first_ns)) * 1e-9, 3).c_str());
+                fixed(double(last_ns) * 1e-9, 3).c_str(),
+                fixed((double(last_ns) - double(first_ns)) * 1e-9, 3).c_str());
   TextTable table({"topic", "messages", "Hz", "MB", "type", "frame"});
   for (std::size_t i = 0; i < infos.size(); ++i) {
     const TopicInfo& info = infos[i];
@@ -101,7 +102,7 @@ int describe_folder(const std::string& path) {
   } else {
     throw io::Error(path, 0, "no such file or folder");
   }
-  std::map<std::string, std::vector<std::string>> scans;   // by kind and sensor
+  std::map<std::string, std::vector<std::string>> scans;  // by kind and sensor
   for (const std::string& file : files) {
     const std::string kind = io::lower_case(fs::path(file).extension().string());
     if (kind != ".pcd" && kind != ".bin") continue;
@@ -117,7 +118,7 @@ int describe_folder(const std::string& path) {
     const bool kitti = name.ends_with(".bin");
     const io::Pcd pcd = kitti ? io::read_kitti_bin(list[0]) : io::Pcd{io::read_pcd_header(list[0]), {}};
     std::vector<std::string> fields;
-    static constexpr const char* kType[] = {"float32", "float64", "int8",  "uint8", "int16",
+    static constexpr const char* kType[] = {"float32", "float64", "int8",   "uint8", "int16",
                                             "uint16",  "int32",   "uint32", "int64", "uint64"};
     for (const io::PcdField& field : pcd.header.fields)
       fields.push_back(field.name + " " + kType[std::size_t(field.type)]);

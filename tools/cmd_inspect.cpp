@@ -37,7 +37,8 @@ io::FrameScans choose_frame(const std::string& input, const io::Rig& rig, int64_
     if (count++ == 0) first = std::move(frame);
     if (wanted < 0 && count > 1) break;
   }
-  if (count == 0) throw io::Error(input, 0, "holds no scan" + (stream->damage().empty() ? "" : ": " + stream->damage()));
+  if (count == 0)
+    throw io::Error(input, 0, "holds no scan" + (stream->damage().empty() ? "" : ": " + stream->damage()));
   if (wanted < 0 && count == 1) return first;
   if (wanted < 0)
     throw io::Error("", 0, "--frame is needed: " + input + " has several, from " + std::to_string(first.frame) + " on");

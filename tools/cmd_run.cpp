@@ -334,7 +334,8 @@ int run_command(const Options& options) {
     std::printf("\n%lld frames. Written to %s: detections.csv tracks.csv timing.csv config.toml\n",
                 static_cast<long long>(result.frame_count()), options.out.c_str());
     std::printf("Hash of all detections and tracks: %016llx\n", static_cast<unsigned long long>(result.hash()));
-    if (result.any_box()) std::printf("note: the opponent shown is the track nearest to where the recording says it is\n");
+    if (result.any_box())
+      std::printf("note: the opponent shown is the track nearest to where the recording says it is\n");
     lines.print(config.rig);
     print_notes(result.flags_of_all(), session.stats());
   }

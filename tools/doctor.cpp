@@ -124,27 +124,33 @@ void Doctor::judge_presence(std::size_t i, std::vector<Finding>& out) const {
   const io::RigSensor& model = rig_.sensors[i];
   const std::string about = "sensor '" + model.name + "'";
   if (s.scans == 0)
-    return out.push_back({true, about, "there is no scan of it (looked for " + io::join(io::topics_of(model), ", ") + ", or FRAME_" +
+    return out.push_back({true, about,
+                          "there is no scan of it (looked for " + io::join(io::topics_of(model), ", ") + ", or FRAME_" +
                               model.name + ".pcd)",
                           "name its topic in the rig file (topics = [\"/...\"] in its [[sensor]]), or take it out of "
                           "the rig; overtake info lists the topics"});
   if (s.errors > 0)
-    out.push_back({true, about, std::to_string(s.errors) + " of " + std::to_string(s.scans) + " scans cannot be read; the first: " +
-                                    s.first_error,
-                   s.first_error.find("no field gives the layer") != std::string::npos
-                       ? "record a ring field, or keep the order in which the points were taken; then lines are recovered"
-                       : "check the recording of these messages; the others can be used"});
+    out.push_back(
+        {true, about,
+         std::to_string(s.errors) + " of " + std::to_string(s.scans) +
+             " scans cannot be read; the first: " + s.first_error,
+         s.first_error.find("no field gives the layer") != std::string::npos
+             ? "record a ring field, or keep the order in which the points were taken; then lines are recovered"
+             : "check the recording of these messages; the others can be used"});
   if (s.empty == s.scans)
     out.push_back({true, about, "all " + std::to_string(s.scans) + " scans are empty",
                    "check the sensor and its driver, and that this is the topic with its points"});
   else if (s.empty > 0)
     out.push_back({false, about, std::to_string(s.empty) + " of " + std::to_string(s.scans) + " scans are empty", ""});
   if (s.most_points > model.point_capacity)
-    out.push_back({true, about, "a scan has " + std::to_string(s.most_points) + " points, the rig takes " +
-                                    std::to_string(model.point_capacity),
+    out.push_back({true, about,
+                   "a scan has " + std::to_string(s.most_points) + " points, the rig takes " +
+                       std::to_string(model.point_capacity),
                    "set point_capacity = " + std::to_string(s.most_points + s.most_points / 4) + " in the rig file"});
-  if (!model.frame_id.empty() && !s.frame_ids.empty() && !(s.frame_ids.size() == 1 && s.frame_ids.contains(model.frame_id)))
-    out.push_back({true, about, "its clouds are in frame " + frame_names(s.frame_ids) + ", the rig expects '" + model.frame_id + "'",
+  if (!model.frame_id.empty() && !s.frame_ids.empty() &&
+      !(s.frame_ids.size() == 1 && s.frame_ids.contains(model.frame_id)))
+    out.push_back({true, about,
+                   "its clouds are in frame " + frame_names(s.frame_ids) + ", the rig expects '" + model.frame_id + "'",
                    "if topics of two sensors are swapped, swap them in the rig; if the cloud was transformed, record "
                    "the sensor's own; else set frame_id in the rig file"});
 }
@@ -156,37 +162,48 @@ void Doctor::judge_points(std::size_t i, std::vector<Finding>& out) const {
   const int64_t good = s.points - s.bad;
   if (s.points == 0) return;
   if (s.bad * 2 > s.points)
-    out.push_back({true, about, percent(s.bad, s.points) + " of its points are NaN, infinite or at the sensor's own place",
+    out.push_back({true, about,
+                   percent(s.bad, s.points) + " of its points are NaN, infinite or at the sensor's own place",
                    "check the driver's handling of beams without return; such points are dropped"});
   const double range = median(s.ranges_m);
   if (good > 0 && range > 1000)
-    out.push_back({true, about, "half of its points are more than " + number(range, 0) + " m away: the unit looks like "
-                                    "millimetres", "convert the coordinates to metres"});
+    out.push_back({true, about,
+                   "half of its points are more than " + number(range, 0) +
+                       " m away: the unit looks like "
+                       "millimetres",
+                   "convert the coordinates to metres"});
   else if (good > 0 && s.far_points * 5 > good)
-    out.push_back({true, about, percent(s.far_points, good) + " of its points are beyond range_max_m = " + number(model.range_max_m, 0),
-                   "check the unit of the coordinates, or raise range_max_m in the rig file"});
+    out.push_back(
+        {true, about,
+         percent(s.far_points, good) + " of its points are beyond range_max_m = " + number(model.range_max_m, 0),
+         "check the unit of the coordinates, or raise range_max_m in the rig file"});
   else if (good > 0 && s.near_points * 2 > good)
-    out.push_back({true, about, percent(s.near_points, good) + " of its points are nearer than range_min_m = " + number(model.range_min_m, 1),
-                   "check the unit of the coordinates (kilometres?), or lower range_min_m in the rig file"});
+    out.push_back(
+        {true, about,
+         percent(s.near_points, good) + " of its points are nearer than range_min_m = " + number(model.range_min_m, 1),
+         "check the unit of the coordinates (kilometres?), or lower range_min_m in the rig file"});
   if (good > 0 && s.outside * 5 > good) {
     const bool turned = s.outside_if_vehicle * 20 < good;
-    out.push_back({true, about,
-                   percent(s.outside, good) + " of its points lie outside of its field of view (" + number(model.azimuth_right_deg, 0) +
-                       " to " + number(model.azimuth_left_deg, 0) + " deg); seen are " + number(s.azimuth_low_deg, 0) + " to " +
-                       number(s.azimuth_high_deg, 0) + " deg" +
-                       (turned ? ", which fits the mounting: the cloud is in the vehicle frame, not the sensor's" : ""),
-                   turned ? "record the sensor's own cloud, or give a rig with cloud_frame = \"vehicle\""
-                          : "check the sensor's axes (x forward, y left) and azimuth_left_deg, azimuth_right_deg of the rig"});
+    out.push_back(
+        {true, about,
+         percent(s.outside, good) + " of its points lie outside of its field of view (" +
+             number(model.azimuth_right_deg, 0) + " to " + number(model.azimuth_left_deg, 0) + " deg); seen are " +
+             number(s.azimuth_low_deg, 0) + " to " + number(s.azimuth_high_deg, 0) + " deg" +
+             (turned ? ", which fits the mounting: the cloud is in the vehicle frame, not the sensor's" : ""),
+         turned ? "record the sensor's own cloud, or give a rig with cloud_frame = \"vehicle\""
+                : "check the sensor's axes (x forward, y left) and azimuth_left_deg, azimuth_right_deg of the rig"});
   }
   if (s.odd_layers > 0)
     out.push_back({true, about, "its line numbers are no whole numbers (" + number(s.odd_layer, 2) + ")",
                    "check which field is taken for the ring: overtake info shows the layout"});
   if (!s.lines_how.empty())
-    out.push_back({false, about, "its clouds say no lines: " + s.lines_how,
-                   "check that the sensor has about that many (the rig's image has " + std::to_string(model.rows) + " rows)"});
+    out.push_back(
+        {false, about, "its clouds say no lines: " + s.lines_how,
+         "check that the sensor has about that many (the rig's image has " + std::to_string(model.rows) + " rows)"});
   else if (int64_t(s.layers.size()) > model.rows)
-    out.push_back({true, about, "its clouds have " + std::to_string(s.layers.size()) + " lines, the rig's image " +
-                                    std::to_string(model.rows) + " rows",
+    out.push_back({true, about,
+                   "its clouds have " + std::to_string(s.layers.size()) + " lines, the rig's image " +
+                       std::to_string(model.rows) + " rows",
                    "set rows = " + std::to_string(s.layers.size()) + " in the rig file"});
 }
 
@@ -194,24 +211,30 @@ void Doctor::judge_time(std::size_t i, std::vector<Finding>& out) const {
   const Sensor& s = sensors_[i];
   const std::string about = "sensor '" + rig_.sensors[i].name + "'";
   if (s.backward > 0)
-    out.push_back({true, about, "its stamps go back " + counted(s.backward, "time") + ", first at scan " +
-                                    std::to_string(s.first_back_scan) + " by " + number(seconds(s.first_back_ns), 3) + " s",
-                   "sort the recording by header stamp, or check the sensor's clock; late scans are used only within 0.5 s"});
+    out.push_back(
+        {true, about,
+         "its stamps go back " + counted(s.backward, "time") + ", first at scan " + std::to_string(s.first_back_scan) +
+             " by " + number(seconds(s.first_back_ns), 3) + " s",
+         "sort the recording by header stamp, or check the sensor's clock; late scans are used only within 0.5 s"});
   if (s.repeated > 0)
     out.push_back({true, about, counted(s.repeated, "scan") + " with the stamp of the scan before",
                    "each scan needs a stamp of its own; repeated ones are not used"});
   const int64_t step = median(s.steps_ns);
   if (step > 0 && std::fabs(seconds(step) / rig_.period_s - 1) > 0.2)
-    out.push_back({true, about, "its scans come every " + number(seconds(step), 4) + " s, the rig says " + number(rig_.period_s, 4) + " s",
-                   "set period_s = " + number(seconds(step), 4) + " in the rig file"});
+    out.push_back(
+        {true, about,
+         "its scans come every " + number(seconds(step), 4) + " s, the rig says " + number(rig_.period_s, 4) + " s",
+         "set period_s = " + number(seconds(step), 4) + " in the rig file"});
   else if (s.gaps > 0)
-    out.push_back({false, about, counted(s.gaps, "gap") + " between scans, the longest " + number(seconds(s.longest_gap_ns), 2) + " s",
-                   ""});
+    out.push_back(
+        {false, about,
+         counted(s.gaps, "gap") + " between scans, the longest " + number(seconds(s.longest_gap_ns), 2) + " s", ""});
   if (s.time_span_s > 3 * rig_.period_s) {
     const double factor = s.time_span_s / rig_.period_s;
     const char* unit = factor > 3e5 ? "a millionth" : "a thousandth";
-    out.push_back({true, about, "the times of its points span " + number(s.time_span_s, 2) + " s within a scan of " +
-                                    number(rig_.period_s, 3) + " s",
+    out.push_back({true, about,
+                   "the times of its points span " + number(s.time_span_s, 2) + " s within a scan of " +
+                       number(rig_.period_s, 3) + " s",
                    std::string("set time_unit in the rig file; ") + unit + " of what is taken now would fit"});
   }
 }
@@ -229,18 +252,22 @@ void Doctor::judge_mounting(std::size_t i, std::vector<Finding>& out) const {
   }
   const double off = median(height), nose = median(pitch) * kDegrees, side = median(roll) * kDegrees;
   if (std::fabs(off) > 0.3)
-    out.push_back({true, about, "the road lies " + number(std::fabs(off), 2) + " m " + (off > 0 ? "above" : "below") +
-                                    " where its mounting puts it",
-                   "z_m = " + number(model.z_m - off, 2) + " would fit (heights count from the road, not from the axle)"});
+    out.push_back(
+        {true, about,
+         "the road lies " + number(std::fabs(off), 2) + " m " + (off > 0 ? "above" : "below") +
+             " where its mounting puts it",
+         "z_m = " + number(model.z_m - off, 2) + " would fit (heights count from the road, not from the axle)"});
   if (std::fabs(nose) > 3.5 || std::fabs(side) > 3.5)
-    out.push_back({true, about, "the road is tilted by " + number(nose, 1) + " deg along and " + number(side, 1) +
-                                    " deg across the vehicle",
-                   "check roll_deg and pitch_deg of its mounting (a banked road alone does not tilt in the vehicle's frame)"});
+    out.push_back(
+        {true, about,
+         "the road is tilted by " + number(nose, 1) + " deg along and " + number(side, 1) + " deg across the vehicle",
+         "check roll_deg and pitch_deg of its mounting (a banked road alone does not tilt in the vehicle's frame)"});
 }
 
 void Doctor::judge_ego(std::vector<Finding>& out) const {
   if (ego_.empty())
-    return out.push_back({false, "ego", "there are no ego poses: tracks will be in the vehicle frame, and no map can be used",
+    return out.push_back({false, "ego",
+                          "there are no ego poses: tracks will be in the vehicle frame, and no map can be used",
                           "name their topic in the rig file ([topics] ego = [\"/...\"]), or give --ego FILE"});
   int64_t first = INT64_MAX, last = INT64_MIN, backward = 0, moving = 0, crooked = 0, fast = 0;
   std::vector<int64_t> steps;
@@ -263,8 +290,9 @@ void Doctor::judge_ego(std::vector<Finding>& out) const {
     out.push_back({true, "ego", "the stamps of its poses go back " + counted(backward, "time"),
                    "sort them by stamp; poses that are late are not used"});
   if (moving > 10 && crooked * 2 > moving)
-    out.push_back({true, "ego", "its yaw does not fit its motion: they differ by more than 20 deg in " + percent(crooked, moving) +
-                                    " of the time",
+    out.push_back({true, "ego",
+                   "its yaw does not fit its motion: they differ by more than 20 deg in " + percent(crooked, moving) +
+                       " of the time",
                    "check the unit (radians) and the convention of the yaw (0 along x, growing to the left)"});
   if (moving > 10 && fast * 2 > moving)
     out.push_back({true, "ego", "its speed does not fit its motion in " + percent(fast, moving) + " of the time",
@@ -275,9 +303,10 @@ void Doctor::judge_ego(std::vector<Finding>& out) const {
   for (std::size_t i = 0; i < sensors_.size(); ++i) {
     const Sensor& s = sensors_[i];
     if (s.scans == s.errors || (s.first_ns <= last && first <= s.last_ns)) continue;
-    out.push_back({true, "ego", "its poses (" + number(seconds(first), 2) + " to " + number(seconds(last), 2) + " s) and the scans of sensor '" +
-                                    rig_.sensors[i].name + "' (" + number(seconds(s.first_ns), 2) + " to " + number(seconds(s.last_ns), 2) +
-                                    " s) are of different times",
+    out.push_back({true, "ego",
+                   "its poses (" + number(seconds(first), 2) + " to " + number(seconds(last), 2) +
+                       " s) and the scans of sensor '" + rig_.sensors[i].name + "' (" + number(seconds(s.first_ns), 2) +
+                       " to " + number(seconds(s.last_ns), 2) + " s) are of different times",
                    "bring both to one clock"});
     break;
   }

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What is wrong with a recording for a rig, in sentences a person can act on. Fed with scans and poses in the order of the
-// recording; nothing here needs the detector.
+// What is wrong with a recording for a rig, in sentences a person can act on. Fed with scans and poses in the order of
+// the recording; nothing here needs the detector.
 #pragma once
 
 #include <cstdint>

@@ -25,8 +25,8 @@ Matrix rotation(const io::RigSensor& s) {
            {-sp, cp * sr, cp * cr}}};
 }
 
-// Vehicle frame, 3 to 30 m away from the sensor, in the vehicle's own lane: a banked road is level to the vehicle there and
-// bends beside it. Not far above the sensor, even where its height is wrong.
+// Vehicle frame, 3 to 30 m away from the sensor, in the vehicle's own lane: a banked road is level to the vehicle there
+// and bends beside it. Not far above the sensor, even where its height is wrong.
 std::vector<Point> low_points(const io::SensorScan& scan, const io::RigSensor& sensor) {
   constexpr double kLane = 4;
   const Matrix r = rotation(sensor);
@@ -47,9 +47,9 @@ std::vector<Point> low_points(const io::SensorScan& scan, const io::RigSensor& s
 std::optional<std::array<double, 3>> plane_through(const Point& p, const Point& q, const Point& s) {
   const double dx1 = q.x - p.x, dy1 = q.y - p.y, dz1 = q.z - p.z, dx2 = s.x - p.x, dy2 = s.y - p.y, dz2 = s.z - p.z;
   const double det = dx1 * dy2 - dx2 * dy1;
-  if (std::fabs(det) < 1) return std::nullopt;             // nearly one line
+  if (std::fabs(det) < 1) return std::nullopt;  // nearly one line
   const double b = (dz1 * dy2 - dz2 * dy1) / det, c = (dx1 * dz2 - dx2 * dz1) / det;
-  if (std::hypot(b, c) > 0.4) return std::nullopt;         // a wall
+  if (std::hypot(b, c) > 0.4) return std::nullopt;  // a wall
   return std::array<double, 3>{p.z - b * p.x - c * p.y, b, c};
 }
 
@@ -58,7 +58,7 @@ std::optional<std::array<double, 3>> plane_through(const Point& p, const Point& 
 std::optional<Ground> fit_ground(const io::SensorScan& scan, const io::RigSensor& sensor) {
   const auto points = low_points(scan, sensor);
   if (points.size() < 200) return std::nullopt;
-  uint64_t state = 88172645463325252u;                     // the same draws for the same scan
+  uint64_t state = 88172645463325252u;  // the same draws for the same scan
   const auto draw = [&] {
     state ^= state << 13;
     state ^= state >> 7;
@@ -77,7 +77,7 @@ std::optional<Ground> fit_ground(const io::SensorScan& scan, const io::RigSensor
       count += std::fabs((*plane)[0] + (*plane)[1] * points[i].x + (*plane)[2] * points[i].y - points[i].z) < 0.06;
     if (count > best_count) best_count = count, best = *plane;
   }
-  if (best_count * step * 4 < points.size()) return std::nullopt;   // not a quarter of them: no road
+  if (best_count * step * 4 < points.size()) return std::nullopt;  // not a quarter of them: no road
   return Ground{best[0] + best[1] * sensor.x_m + best[2] * sensor.y_m, -std::atan(best[1]), std::atan(best[2])};
 }
 

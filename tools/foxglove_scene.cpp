@@ -78,7 +78,7 @@ foxglove::SceneEntity& add_entity(foxglove::SceneUpdate& update, int64_t stamp_n
   set_stamp(*entity.mutable_timestamp(), stamp_ns);
   entity.set_frame_id(frame);
   entity.set_id(id);
-  entity.mutable_lifetime();                               // 0: until it is deleted
+  entity.mutable_lifetime();  // 0: until it is deleted
   return entity;
 }
 

@@ -33,28 +33,39 @@ Json point_counts() { return list(integer()); }
 Json make_schema(const std::string& name) {
   Json stamped = {{"stamp_ns", text()}};
   if (name == "overtake.Detections") {
-    stamped["detections"] =
-        rows({"x_m", "y_m", "z_m", "heading_rad", "heading_ref_rad", "heading_var_rad", "ref_x_m", "ref_y_m", "var_x_m",
-              "var_y_m", "length_m", "width_m", "map_s_m", "map_d_m"},
-             {{"stamp_ns", text()}, {"heading_source", {{"enum", {"ref", "var"}}}}, {"points", integer()},
-              {"inliers_ref", integer()}, {"inliers_var", integer()}, {"sensor_mask", integer()}, {"track", text()}});
+    stamped["detections"] = rows({"x_m", "y_m", "z_m", "heading_rad", "heading_ref_rad", "heading_var_rad", "ref_x_m",
+                                  "ref_y_m", "var_x_m", "var_y_m", "length_m", "width_m", "map_s_m", "map_d_m"},
+                                 {{"stamp_ns", text()},
+                                  {"heading_source", {{"enum", {"ref", "var"}}}},
+                                  {"points", integer()},
+                                  {"inliers_ref", integer()},
+                                  {"inliers_var", integer()},
+                                  {"sensor_mask", integer()},
+                                  {"track", text()}});
   } else if (name == "overtake.Tracks") {
     stamped["frame"] = {{"enum", {"map", "vehicle"}}};
     stamped["path_step_s"] = number_or_null();
-    Json path = schema_object({{"x_m", list(number_or_null())}, {"y_m", list(number_or_null())},
-                               {"var_x", list(number_or_null())}, {"var_y", list(number_or_null())},
+    Json path = schema_object({{"x_m", list(number_or_null())},
+                               {"y_m", list(number_or_null())},
+                               {"var_x", list(number_or_null())},
+                               {"var_y", list(number_or_null())},
                                {"cov_xy", list(number_or_null())}});
     stamped["tracks"] =
         rows({"x_m", "y_m", "speed_mps", "course_rad", "yaw_rate_rps", "heading_rad", "length_m", "width_m"},
-             {{"id", text()}, {"state", {{"enum", {"tentative", "confirmed"}}}}, {"measured_ns", text()}, {"age", integer()},
-              {"hits", integer()}, {"covariance", list(number_or_null())}, {"path", path}});
+             {{"id", text()},
+              {"state", {{"enum", {"tentative", "confirmed"}}}},
+              {"measured_ns", text()},
+              {"age", integer()},
+              {"hits", integer()},
+              {"covariance", list(number_or_null())},
+              {"path", path}});
   } else if (name == "overtake.Times") {
     stamped["stages"] = rows({"us"}, {{"sensor", text()}, {"stage", text()}});
   } else {
     stamped = Json::object();
-    for (const char* key : {"pushed", "used", "dropped", "late", "dup", "frames", "points", "overflow_clusters",
-                            "overflow_candidates", "overflow_tracks", "exceptions", "deadline_missed", "clock_jumps",
-                            "ego_poses", "ego_dropped"})
+    for (const char* key :
+         {"pushed", "used", "dropped", "late", "dup", "frames", "points", "overflow_clusters", "overflow_candidates",
+          "overflow_tracks", "exceptions", "deadline_missed", "clock_jumps", "ego_poses", "ego_dropped"})
       stamped[key] = integer();
     stamped["points_bad"] = point_counts();
   }
@@ -137,7 +148,7 @@ std::string format_times(ovt_reader* reader, const ovt_frame_info& info, const i
   for (int32_t sensor = -1; sensor < int32_t(rig.sensors.size()); ++sensor)
     for (int32_t stage = 0; stage < OVT_STAGE_COUNT; ++stage) {
       const double us = read_time_us(reader, sensor, ovt_stage(stage));
-      if (us != us) continue;                              // did not run
+      if (us != us) continue;  // did not run
       list.push_back({{"sensor", sensor < 0 ? "" : rig.sensors[std::size_t(sensor)].name},
                       {"stage", ovt_stage_name(stage)},
                       {"us", us}});

@@ -45,7 +45,7 @@ McapView::McapView(const std::string& path, const Config& config)
         options.profile = "";
         return options;
       }()) {
-  if (!config.map.empty()) io::read_map(config.map);       // an unreadable one is said before any work is done
+  if (!config.map.empty()) io::read_map(config.map);  // an unreadable one is said before any work is done
 }
 
 uint16_t McapView::channel(const std::string& topic, const std::string& schema) {
@@ -65,7 +65,7 @@ void McapView::add(ovt_reader* reader) {
   check(ovt_read_detections(reader, &detections), "detections");
   check(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks), "tracks");
   last_ns_ = std::max(last_ns_, info.stamp_ns);
-  if (info.stamp_ns < 0) return;                           // MCAP knows no time before 1970
+  if (info.stamp_ns < 0) return;  // MCAP knows no time before 1970
   if (!map_written_) add_map(info.stamp_ns);
   map_written_ = true;
   add_transforms(info);
@@ -105,7 +105,7 @@ void McapView::add_clouds(ovt_reader* reader, const ovt_frame_info& info) {
   constexpr std::size_t kStride = 29;
   for (int32_t s = 0; s < int32_t(config_.rig.sensors.size()); ++s) {
     ovt_labels labels;
-    if (ovt_read_labels(reader, s, &labels) != OVT_OK) continue;         // not in this frame
+    if (ovt_read_labels(reader, s, &labels) != OVT_OK) continue;  // not in this frame
     const std::string& name = config_.rig.sensors[std::size_t(s)].name;
     foxglove::PointCloud cloud;
     set_stamp(*cloud.mutable_timestamp(), labels.stamp_ns);
@@ -140,8 +140,8 @@ void McapView::add_clouds(ovt_reader* reader, const ovt_frame_info& info) {
 
 void McapView::add_images(ovt_reader* reader, int32_t sensor, int64_t stamp_ns) {
   const std::string& name = config_.rig.sensors[std::size_t(sensor)].name;
-  for (const ovt_image_id id : {OVT_IMAGE_RANGE, OVT_IMAGE_ANGLE_SMOOTH, OVT_IMAGE_NONGROUND, OVT_IMAGE_RANGE_REPAIRED,
-                                OVT_IMAGE_LABELS}) {
+  for (const ovt_image_id id :
+       {OVT_IMAGE_RANGE, OVT_IMAGE_ANGLE_SMOOTH, OVT_IMAGE_NONGROUND, OVT_IMAGE_RANGE_REPAIRED, OVT_IMAGE_LABELS}) {
     ovt_image image;
     if (ovt_read_image(reader, sensor, id, &image) != OVT_OK) continue;
     const std::size_t rows = std::size_t(image.rows), cols = std::size_t(image.cols);
@@ -178,8 +178,8 @@ void McapView::add_detections(const ovt_frame_info& info, const ovt_detections& 
   for (int32_t i = 0; i < d.count; ++i) {
     auto& entity = add_entity(update, d.stamp_ns[i], kVehicleFrame, "detection " + std::to_string(i));
     const double x = double(d.x_m[i]), y = double(d.y_m[i]), z = double(d.z_m[i]);
-    add_cube(entity, {x, y, z}, double(d.heading_rad[i]), config_.params.vehicle_length_m, config_.params.vehicle_width_m,
-             1.0, {0.2, 0.6, 1.0, 0.4});
+    add_cube(entity, {x, y, z}, double(d.heading_rad[i]), config_.params.vehicle_length_m,
+             config_.params.vehicle_width_m, 1.0, {0.2, 0.6, 1.0, 0.4});
     add_arrow(entity, {double(d.ref_x_m[i]), double(d.ref_y_m[i]), z + 0.6}, double(d.heading_ref_rad[i]),
               {1.0, 1.0, 1.0, d.heading_source[i] == 0 ? 1.0 : 0.3});
     add_arrow(entity, {double(d.var_x_m[i]), double(d.var_y_m[i]), z + 0.6}, double(d.heading_var_rad[i]),
@@ -233,7 +233,7 @@ void McapView::add_map(int64_t stamp_ns) {
       const std::size_t a = i > 0 ? i - 1 : map.closed ? count - 1 : i, b = i + 1 < count ? i + 1 : map.closed ? 0 : i;
       const double dx = map.x_m[b] - map.x_m[a], dy = map.y_m[b] - map.y_m[a];
       const double norm = std::max(1e-9, std::hypot(dx, dy));
-      const double nx = -dy / norm, ny = dx / norm;        // to the left
+      const double nx = -dy / norm, ny = dx / norm;  // to the left
       left.push_back({map.x_m[i] + nx * map.width_left_m[i], map.y_m[i] + ny * map.width_left_m[i], 0});
       right.push_back({map.x_m[i] - nx * map.width_right_m[i], map.y_m[i] - ny * map.width_right_m[i], 0});
     }

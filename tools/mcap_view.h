@@ -1,12 +1,13 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the pipeline saw, as an MCAP file that opens in Foxglove and its kin (protobuf messages of Foxglove's schemas; numbers
-// as JSON with a JSON Schema):
+// What the pipeline saw, as an MCAP file that opens in Foxglove and its kin (protobuf messages of Foxglove's schemas;
+// numbers as JSON with a JSON Schema):
 //
 //   /tf                      FrameTransform   map to vehicle (where the ego pose is known), vehicle to each sensor
 //   /SENSOR/points           PointCloud       x y z intensity layer, label, cluster, reason; sensor frame
-//   /SENSOR/image/NAME       RawImage         range, angle_smooth, range_repaired (32FC1), nonground (mono8), labels (rgb8)
+//   /SENSOR/image/NAME       RawImage         range, angle_smooth, range_repaired (32FC1), nonground (mono8), labels
+// (rgb8)
 //   /detections, /tracks     SceneUpdate      candidates with both headings; tracks with covariance and predicted path
 //   /map                     SceneUpdate      centre line and bounds, once
 //   /detections/numbers, /tracks/numbers, /times, /counters       JSON: all columns; ns per stage; ovt_stats

@@ -56,8 +56,9 @@ int run_main(int argc, char** argv) {
   add_common(run, options);
   run.add_option("--ego", options.ego,
                  "CSV of ego poses: stamp_ns,x_m,y_m[,z_m][,roll_rad,pitch_rad],yaw_rad,speed_mps[,yaw_rate_rps]");
-  run.add_option("--mcap", options.mcap, "also writes what the pipeline saw, to open in Foxglove: clouds with labels, "
-                                         "images, candidates, tracks, map, times, counters");
+  run.add_option("--mcap", options.mcap,
+                 "also writes what the pipeline saw, to open in Foxglove: clouds with labels, "
+                 "images, candidates, tracks, map, times, counters");
   run.add_option("--workers", options.workers, "threads; 1: none but the main one (default), 0: one per CPU")
       ->check(CLI::Range(0, 256));
   run.add_option("--trace", options.trace,

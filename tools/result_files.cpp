@@ -41,7 +41,8 @@ void add_to_hash(Hash& hash, const ovt_frame_info& info, const ovt_detections& d
   for (const int32_t v : {info.reference, info.ego_known, info.point_count, info.cluster_count}) hash.add_value(v);
   for (const double v : {info.ego_x_m, info.ego_y_m, info.ego_yaw_rad, info.ego_speed_mps}) hash.add_value(v);
   add_columns(hash, d.count, d.stamp_ns, d.x_m, d.y_m, d.z_m, d.heading_rad, d.heading_source, d.length_m, d.width_m,
-              d.point_count, d.inliers_ref, d.inliers_var, d.heading_ref_rad, d.heading_var_rad, d.sensor_mask, d.track);
+              d.point_count, d.inliers_ref, d.inliers_var, d.heading_ref_rad, d.heading_var_rad, d.sensor_mask,
+              d.track);
   add_columns(hash, t.count, t.id, t.state, t.measured_ns, t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps,
               t.heading_rad, t.length_m, t.width_m, t.age, t.hits);
   for (const double* column : t.covariance) add_columns(hash, t.count, column);

@@ -3,9 +3,10 @@
 //
 // usage: node tests/node/read_mcap.js FILE.mcap [TOPIC...]
 //
-// Reads an MCAP file with other people's code: once by its index, once as a stream (which checks every checksum). Decodes
-// every message by its own schema, checks JSON against its JSON Schema, compares the Foxglove types with @foxglove/schemas, and
-// wants each TOPIC to hold messages. Exit code 77 and a line "skipped: ..." where the node modules are missing.
+// Reads an MCAP file with other people's code: once by its index, once as a stream (which checks every checksum).
+// Decodes every message by its own schema, checks JSON against its JSON Schema, compares the Foxglove types with
+// @foxglove/schemas, and wants each TOPIC to hold messages. Exit code 77 and a line "skipped: ..." where the node
+// modules are missing.
 "use strict";
 const fs = require("fs");
 

@@ -32,12 +32,13 @@ io::Pcd swept_cloud(int32_t lines, int32_t shots, double shift_m, bool with_ring
   std::vector<uint16_t> ring;
   for (int32_t line = 0; line < lines; ++line)
     for (int32_t shot = 0; shot < shots; ++shot) {
-      if ((line * 31 + shot * 17) % 97 == 0) continue;     // a hole now and then
+      if ((line * 31 + shot * 17) % 97 == 0) continue;  // a hole now and then
       const double elevation = (4.0 - 16.0 * line / lines) / 57.29578;
       const double azimuth = (59.5 - 119.0 * shot / (shots - 1)) / 57.29578;
       const double wall = (20 + shift_m) / std::cos(azimuth), ground = elevation < 0 ? 1.5 / -std::tan(elevation) : 1e9;
       // A car's back, 1.9 m wide, 12 m ahead.
-      const double car = std::fabs(12 * std::tan(azimuth)) < 0.95 && elevation < 0 ? (12 + shift_m) / std::cos(azimuth) : 1e9;
+      const double car =
+          std::fabs(12 * std::tan(azimuth)) < 0.95 && elevation < 0 ? (12 + shift_m) / std::cos(azimuth) : 1e9;
       const double range = std::min({wall, ground, car});
       x.push_back(float(range * std::cos(azimuth)));
       y.push_back(float(range * std::sin(azimuth)));
@@ -61,8 +62,11 @@ io::Pcd swept_cloud(int32_t lines, int32_t shots, double shift_m, bool with_ring
 }
 
 io::Rig swept_rig(int32_t lines) {
-  return io::parse_rig("swept", "name = \"swept\"\nperiod_s = 0.05\n[[sensor]]\nname = \"front\"\nx_m = 0.0\ny_m = 0.0\nz_m = 1.5\n"
-                                "rows = " + std::to_string(lines) + "\ncols = 240\nazimuth_left_deg = 60.0\nazimuth_right_deg = -60.0\n");
+  return io::parse_rig(
+      "swept",
+      "name = \"swept\"\nperiod_s = 0.05\n[[sensor]]\nname = \"front\"\nx_m = 0.0\ny_m = 0.0\nz_m = 1.5\n"
+      "rows = " +
+          std::to_string(lines) + "\ncols = 240\nazimuth_left_deg = 60.0\nazimuth_right_deg = -60.0\n");
 }
 
 Recorded cloud_of(const io::Pcd& pcd, const std::string& topic, int64_t stamp_ns, const std::string& frame_id) {
@@ -90,7 +94,8 @@ void write_mcap(const std::string& path, const std::vector<Recorded>& messages, 
   for (const Recorded& message : messages) {
     if (!channels.contains(message.topic)) {
       const bool cloud = message.type == io::kPointCloud2Name;
-      const uint16_t schema = log.add_schema(message.type, "ros2msg", cloud ? io::kPointCloud2Schema : io::kOdometrySchema);
+      const uint16_t schema =
+          log.add_schema(message.type, "ros2msg", cloud ? io::kPointCloud2Schema : io::kOdometrySchema);
       channels[message.topic] = log.add_channel(schema, message.topic, "cdr");
     }
     log.write(channels[message.topic], message.stamp_ns, message.data);
@@ -105,12 +110,13 @@ void write_db3(const std::string& path, const std::vector<Recorded>& messages) {
     if (code != SQLITE_OK && code != SQLITE_DONE) throw std::runtime_error(sqlite3_errmsg(db));
   };
   check(sqlite3_open(path.c_str(), &db));
-  check(sqlite3_exec(db,
-                     "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, "
-                     "serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL);"
-                     "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, "
-                     "data BLOB NOT NULL); BEGIN",
-                     nullptr, nullptr, nullptr));
+  check(sqlite3_exec(
+      db,
+      "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, "
+      "serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL);"
+      "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, "
+      "data BLOB NOT NULL); BEGIN",
+      nullptr, nullptr, nullptr));
   std::map<std::string, int64_t> topics;
   const auto bind = [&](const char* sql, auto&& f) {
     sqlite3_stmt* statement = nullptr;

@@ -19,12 +19,13 @@ struct Recorded {
   int64_t stamp_ns;
 };
 
-// A wall and a road seen by a sensor of `lines` lines that sweeps from left to right, `shots` a line; the wall is 20 m +
-// `shift_m` ahead. Columns x y z intensity ring (uint16).
+// A wall and a road seen by a sensor of `lines` lines that sweeps from left to right, `shots` a line; the wall is 20 m
+// + `shift_m` ahead. Columns x y z intensity ring (uint16).
 io::Pcd swept_cloud(int32_t lines, int32_t shots, double shift_m, bool with_ring = true);
 io::Rig swept_rig(int32_t lines);                 // one sensor "front" that fits it
 
-Recorded cloud_of(const io::Pcd& pcd, const std::string& topic, int64_t stamp_ns, const std::string& frame_id = "front");
+Recorded cloud_of(const io::Pcd& pcd, const std::string& topic, int64_t stamp_ns,
+                  const std::string& frame_id = "front");
 // Poses of a straight drive at 30 m/s, each 10 ms.
 std::vector<Recorded> straight_drive(const std::string& topic, int64_t from_ns, int64_t to_ns);
 
@@ -32,7 +33,7 @@ void write_mcap(const std::string& path, const std::vector<Recorded>& messages, 
 void write_db3(const std::string& path, const std::vector<Recorded>& messages);
 
 // Of all frames a detector finishes on this input (result_files.h); empty ego_csv: poses of the recording itself.
-uint64_t hash_of_run(const std::string& input, const io::Rig& rig, const std::string& ego_csv = "", int64_t* frames = nullptr,
-                     int64_t* detections = nullptr);
+uint64_t hash_of_run(const std::string& input, const io::Rig& rig, const std::string& ego_csv = "",
+                     int64_t* frames = nullptr, int64_t* detections = nullptr);
 
 }  // namespace overtake::test

@@ -46,8 +46,8 @@ class McapBag : public BagReader {
     for (const auto& [id, channel] : first.channels()) {
       index_of_[id] = int32_t(topics_.size());
       const auto schema = first.schemas().find(channel.schema_id);
-      topics_.push_back({channel.topic, schema == first.schemas().end() ? "" : schema->second.name,
-                         channel.message_encoding});
+      topics_.push_back(
+          {channel.topic, schema == first.schemas().end() ? "" : schema->second.name, channel.message_encoding});
     }
   }
 
@@ -55,12 +55,12 @@ class McapBag : public BagReader {
     McapMessage message;
     if (!reader_.next(message)) return false;
     const auto topic = index_of_.find(message.channel_id);
-    if (topic == index_of_.end()) {                        // the summary did not know it
+    if (topic == index_of_.end()) {  // the summary did not know it
       index_of_[message.channel_id] = int32_t(topics_.size());
       const McapChannel& channel = reader_.channels().at(message.channel_id);
       const auto schema = reader_.schemas().find(channel.schema_id);
-      topics_.push_back({channel.topic, schema == reader_.schemas().end() ? "" : schema->second.name,
-                         channel.message_encoding});
+      topics_.push_back(
+          {channel.topic, schema == reader_.schemas().end() ? "" : schema->second.name, channel.message_encoding});
     }
     out.topic = index_of_[message.channel_id];
     out.log_ns = message.log_ns;
@@ -123,9 +123,7 @@ class SplitBag : public BagReader {
 
   const std::vector<BagTopic>& topics() const override { return topics_; }
   const std::string& damage() const override { return damage_; }
-  double progress() const override {
-    return part_ ? (double(at_) + part_->progress()) / double(files_.size()) : 1.0;
-  }
+  double progress() const override { return part_ ? (double(at_) + part_->progress()) / double(files_.size()) : 1.0; }
   std::string describe() const override {
     return std::to_string(files_.size()) + " files, " + (part_ ? part_ : open_bag(files_.back()))->describe();
   }
@@ -136,9 +134,7 @@ class SplitBag : public BagReader {
       if (topics_[i].name == name) return int32_t(i);
     return -1;
   }
-  void open() {
-    part_ = at_ < files_.size() ? std::shared_ptr<BagReader>(open_bag(files_[at_])) : nullptr;
-  }
+  void open() { part_ = at_ < files_.size() ? std::shared_ptr<BagReader>(open_bag(files_[at_])) : nullptr; }
 
   std::vector<std::string> files_;
   std::vector<BagTopic> topics_;

@@ -14,7 +14,7 @@
 namespace overtake::io {
 namespace {
 
-constexpr std::size_t kMostWaiting = 64;           // frames held back for an ego pose that may never come
+constexpr std::size_t kMostWaiting = 64;  // frames held back for an ego pose that may never come
 constexpr std::size_t kMostPoses = 4096;
 
 // What the * of a pattern stands for in a topic; nothing where it does not fit.
@@ -45,9 +45,7 @@ std::optional<EgoRow> pose_at(const std::deque<EgoRow>& rows, int64_t stamp_ns) 
   return row;
 }
 
-uint64_t distance_ns(int64_t a, int64_t b) {
-  return a > b ? uint64_t(a) - uint64_t(b) : uint64_t(b) - uint64_t(a);
-}
+uint64_t distance_ns(int64_t a, int64_t b) { return a > b ? uint64_t(a) - uint64_t(b) : uint64_t(b) - uint64_t(a); }
 
 void remember(std::deque<EgoRow>& rows, const EgoRow& row) {
   if (!rows.empty() && row.stamp_ns <= rows.back().stamp_ns) return;
@@ -85,7 +83,7 @@ std::string list_topics(const std::vector<BagTopic>& topics, const std::string& 
 TopicRoles find_topic_roles(const std::vector<BagTopic>& topics, const Rig& rig) {
   TopicRoles roles;
   roles.sensor_of.assign(topics.size(), -1);
-  std::optional<std::string> vehicle;              // what * stands for
+  std::optional<std::string> vehicle;  // what * stands for
   // Every channel of a topic's name plays its part.
   const auto find = [&](const std::vector<std::string>& patterns, const char* type, bool same_vehicle) {
     for (const std::string& pattern : patterns)
@@ -128,8 +126,8 @@ SensorScan scan_of_message(const std::string& place, std::string_view data, cons
 
 EgoRow ego_of_odometry(const Odometry& o) {
   const RollPitchYaw angles = rotation_of(o.pose);
-  return {o.header.stamp_ns, o.pose.x_m,       o.pose.y_m,     o.pose.z_m, angles.roll_rad,
-          angles.pitch_rad,  angles.yaw_rad,   o.vx_mps,       o.wz_rps};
+  return {o.header.stamp_ns, o.pose.x_m,     o.pose.y_m, o.pose.z_m, angles.roll_rad,
+          angles.pitch_rad,  angles.yaw_rad, o.vx_mps,   o.wz_rps};
 }
 
 BagStream::BagStream(const std::string& path, const Rig& rig) : path_(path), rig_(rig), bag_(open_bag(path)) {
@@ -138,8 +136,9 @@ BagStream::BagStream(const std::string& path, const Rig& rig) : path_(path), rig
     std::vector<std::string> looked;
     for (const RigSensor& sensor : rig_.sensors) looked.push_back(topics_of(sensor)[0]);
     throw Error(path, 0,
-                "no topic of the rig's sensors is in it (looked for " + join(looked, ", ") + " and the like; clouds in it: " +
-                    list_topics(bag_->topics(), kPointCloud2Name) + "). Name the topics in the rig file");
+                "no topic of the rig's sensors is in it (looked for " + join(looked, ", ") +
+                    " and the like; clouds in it: " + list_topics(bag_->topics(), kPointCloud2Name) +
+                    "). Name the topics in the rig file");
   }
 }
 
@@ -172,7 +171,8 @@ bool BagStream::read_message() {
     const int32_t sensor = topic < roles_.sensor_of.size() ? roles_.sensor_of[topic] : -1;
     if (sensor >= 0 && !rig_.shared_cloud) add_scan(scan_of_message(place, message.data, rig_, sensor));
     if (sensor >= 0 && rig_.shared_cloud)
-      for (int32_t s = 0; s < int32_t(rig_.sensors.size()); ++s) add_scan(scan_of_message(place, message.data, rig_, s));
+      for (int32_t s = 0; s < int32_t(rig_.sensors.size()); ++s)
+        add_scan(scan_of_message(place, message.data, rig_, s));
     if (message.topic == roles_.ego) {
       const EgoRow row = ego_of_odometry(decode_odometry(message.data));
       last_ego_ns_ = std::max(last_ego_ns_, row.stamp_ns);
@@ -215,8 +215,8 @@ void BagStream::set_opponent(FrameScans& frame) const {
   if (!ego || !other) return;
   const double dx = other->x_m - ego->x_m, dy = other->y_m - ego->y_m;
   const double c = std::cos(ego->yaw_rad), s = std::sin(ego->yaw_rad);
-  frame.opponent = Box{dx * c + dy * s, dy * c - dx * s, other->z_m - ego->z_m, 4.921, 1.886, 1.0,
-                       other->yaw_rad - ego->yaw_rad};
+  frame.opponent =
+      Box{dx * c + dy * s, dy * c - dx * s, other->z_m - ego->z_m, 4.921, 1.886, 1.0, other->yaw_rad - ego->yaw_rad};
 }
 
 }  // namespace overtake::io

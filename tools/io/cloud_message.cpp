@@ -11,10 +11,11 @@
 namespace overtake::io {
 namespace {
 
-constexpr PcdType kPcdType[] = {PcdType::kFloat32, PcdType::kInt8,  PcdType::kUint8,   PcdType::kInt16,  PcdType::kUint16,
-                                PcdType::kInt32,   PcdType::kUint32, PcdType::kFloat32, PcdType::kFloat64};
-constexpr const char* kTypeName[] = {"type 0", "int8", "uint8", "int16", "uint16", "int32", "uint32", "float32",
-                                     "float64"};
+constexpr PcdType kPcdType[] = {PcdType::kFloat32, PcdType::kInt8,    PcdType::kUint8,
+                                PcdType::kInt16,   PcdType::kUint16,  PcdType::kInt32,
+                                PcdType::kUint32,  PcdType::kFloat32, PcdType::kFloat64};
+constexpr const char* kTypeName[] = {"type 0", "int8",   "uint8",   "int16",  "uint16",
+                                     "int32",  "uint32", "float32", "float64"};
 
 bool is_known(uint8_t datatype) { return datatype >= PointField::kInt8 && datatype <= PointField::kFloat64; }
 
@@ -60,20 +61,29 @@ Pcd read_cloud_message(const std::string& path, const PointCloud2& cloud) {
     const std::size_t size = size_of(column.type);
     if (count > 0 && uint64_t(field.offset) + size > cloud.point_step)
       throw Error(path, 0,
-                  "field '" + field.name + "' lies at byte " + std::to_string(field.offset) + ", outside of a point of " +
-                      std::to_string(cloud.point_step) + " bytes");
+                  "field '" + field.name + "' lies at byte " + std::to_string(field.offset) +
+                      ", outside of a point of " + std::to_string(cloud.point_step) + " bytes");
     column.bytes.resize(std::size_t(count) * size);
-    const auto copy = size == 1 ? copy_values<1> : size == 2 ? copy_values<2> : size == 4 ? copy_values<4>
-                                                                                           : copy_values<8>;
+    const auto copy = size == 1   ? copy_values<1>
+                      : size == 2 ? copy_values<2>
+                      : size == 4 ? copy_values<4>
+                                  : copy_values<8>;
     if (count > 0) copy(cloud, std::size_t(row_step), field.offset, column.bytes.data());
   }
   return pcd;
 }
 
 std::string make_cloud_message(const Pcd& pcd, const RosHeader& header, PointCloud2& cloud) {
-  static constexpr uint8_t kDatatype[] = {PointField::kFloat32, PointField::kFloat64, PointField::kInt8,
-                                          PointField::kUint8,   PointField::kInt16,   PointField::kUint16,
-                                          PointField::kInt32,   PointField::kUint32,  0, 0};
+  static constexpr uint8_t kDatatype[] = {PointField::kFloat32,
+                                          PointField::kFloat64,
+                                          PointField::kInt8,
+                                          PointField::kUint8,
+                                          PointField::kInt16,
+                                          PointField::kUint16,
+                                          PointField::kInt32,
+                                          PointField::kUint32,
+                                          0,
+                                          0};
   cloud = PointCloud2();
   cloud.header = header;
   cloud.is_dense = true;
@@ -82,7 +92,7 @@ std::string make_cloud_message(const Pcd& pcd, const RosHeader& header, PointClo
   for (std::size_t f = 0; f < pcd.columns.size(); ++f) {
     const PcdField& field = pcd.header.fields[f];
     const uint8_t datatype = kDatatype[std::size_t(field.type)];
-    if (datatype == 0 || field.count != 1) continue;       // 64-bit integers and arrays: PointCloud2 has none
+    if (datatype == 0 || field.count != 1) continue;  // 64-bit integers and arrays: PointCloud2 has none
     kept.push_back(f);
     cloud.fields.push_back({field.name, uint32_t(step), datatype, 1});
     step += size_of(field.type);
@@ -105,9 +115,10 @@ std::string make_cloud_message(const Pcd& pcd, const RosHeader& header, PointClo
 std::string describe_layout(const PointCloud2& cloud) {
   std::vector<std::string> words;
   for (const PointField& field : cloud.fields) {
-    const std::string type = is_known(field.datatype) ? kTypeName[field.datatype] : "type " + std::to_string(field.datatype);
-    words.push_back(field.name + " " + type + (field.count > 1 ? "[" + std::to_string(field.count) + "]" : "") + " at " +
-                    std::to_string(field.offset));
+    const std::string type =
+        is_known(field.datatype) ? kTypeName[field.datatype] : "type " + std::to_string(field.datatype);
+    words.push_back(field.name + " " + type + (field.count > 1 ? "[" + std::to_string(field.count) + "]" : "") +
+                    " at " + std::to_string(field.offset));
   }
   return join(words, ", ") + "; " + std::to_string(cloud.point_step) + " bytes a point";
 }

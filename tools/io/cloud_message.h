@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A PointCloud2 as columns, in whatever layout it comes: fields by name, offset and type, rows with padding, either byte
-// order.
+// A PointCloud2 as columns, in whatever layout it comes: fields by name, offset and type, rows with padding, either
+// byte order.
 #pragma once
 
 #include <string>
@@ -13,8 +13,8 @@
 
 namespace overtake::io {
 
-// The fields that mean something to a scan (find_role); others are not copied, so theirs are empty columns. Throws Error
-// where the layout does not fit the data; `path` names the message.
+// The fields that mean something to a scan (find_role); others are not copied, so theirs are empty columns. Throws
+// Error where the layout does not fit the data; `path` names the message.
 Pcd read_cloud_message(const std::string& path, const PointCloud2& cloud);
 
 // The other way: the columns of `pcd` one behind the other in each point, without padding. Returns the data the message

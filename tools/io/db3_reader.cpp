@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// rosbag2's SQLite files: topics(id, name, type, serialization_format), messages(id, topic_id, timestamp, data). Read in
-// the order of the ids, which is the order of recording and needs no index.
+// rosbag2's SQLite files: topics(id, name, type, serialization_format), messages(id, topic_id, timestamp, data). Read
+// in the order of the ids, which is the order of recording and needs no index.
 #include <sqlite3.h>
 
 #include <filesystem>
@@ -28,14 +28,14 @@ class Db3Reader : public BagReader {
     const int code = sqlite3_open_v2(path.c_str(), &raw, SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX, nullptr);
     db_.reset(raw);
     if (code != SQLITE_OK) fail("cannot be opened");
-    // The file is a stranger's: nothing in its schema may run. A file shorter than it says is read as far as it goes: SQLite
-    // only does that where the schema may be written, which this file, opened for reading, cannot be.
+    // The file is a stranger's: nothing in its schema may run. A file shorter than it says is read as far as it goes:
+    // SQLite only does that where the schema may be written, which this file, opened for reading, cannot be.
     sqlite3_db_config(raw, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
     sqlite3_db_config(raw, SQLITE_DBCONFIG_WRITABLE_SCHEMA, 1, nullptr);
     sqlite3_limit(raw, SQLITE_LIMIT_LENGTH, 1 << 30);
     std::error_code size_code;
     const auto bytes = std::filesystem::file_size(path, size_code);
-    row_limit_ = size_code ? 1 : bytes / 4;      // a row takes more; a tree with loops does not go on for ever
+    row_limit_ = size_code ? 1 : bytes / 4;  // a row takes more; a tree with loops does not go on for ever
     read_topics();
     messages_ = prepare("SELECT id, topic_id, timestamp, data FROM messages ORDER BY id");
     last_id_ = largest_id();

@@ -14,8 +14,9 @@ Pcd read_kitti_bin(const std::string& path) {
   const std::string bytes = read_whole_file(path);
   if (bytes.size() % kPoint != 0)
     throw Error(path, 0,
-                "ends within point " + std::to_string(bytes.size() / kPoint) + ": a point takes 16 bytes (x y z "
-                "intensity as float32)");
+                "ends within point " + std::to_string(bytes.size() / kPoint) +
+                    ": a point takes 16 bytes (x y z "
+                    "intensity as float32)");
   if (bytes.size() / kPoint > std::size_t(INT32_MAX)) throw Error(path, 0, "holds too many points");
   Pcd pcd;
   const std::size_t count = bytes.size() / kPoint;

@@ -14,7 +14,7 @@ constexpr uint16_t kNoLine = 65535;
 struct Guess {
   std::vector<uint16_t> line;
   int32_t count = 0;
-  double disorder = 1;               // share of the steps that fit no sweep
+  double disorder = 1;  // share of the steps that fit no sweep
 };
 
 // A full turn a line. The lines meet at one azimuth: the first point's, or the multiple of 90 degrees just before it.
@@ -34,7 +34,7 @@ Guess guess_turns(const std::vector<float>& azimuth_deg, bool to_right) {
       if (turned - quarter < kNear) seam = quarter;
     }
     const double phase = turned - seam - std::floor(turned - seam);
-    const bool before_seam = line >= 0 && phase > 1 - kSeam && reached < kSeam;   // noise at the start of a line
+    const bool before_seam = line >= 0 && phase > 1 - kSeam && reached < kSeam;  // noise at the start of a line
     if (line < 0 || phase < reached - kBack) {
       if (line >= 65533) return Guess();
       ++line;
@@ -52,8 +52,8 @@ Guess guess_turns(const std::vector<float>& azimuth_deg, bool to_right) {
   return guess;
 }
 
-// One head, or two that sweep half of the field of view each, at the same time. Two heads overlap in the middle: what is
-// seen there belongs to the end of a line or to the start of one, by what else was seen at that time.
+// One head, or two that sweep half of the field of view each, at the same time. Two heads overlap in the middle: what
+// is seen there belongs to the end of a line or to the start of one, by what else was seen at that time.
 Guess guess_sweeps(const std::vector<float>& azimuth_deg, int32_t heads, bool to_right, const RigSensor& sensor) {
   constexpr double kBack = 0.33, kJump = 0.05, kOverlap = 0.016, kOverlapBack = 0.008, kLate = 0.7;
   constexpr int32_t kStragglers = 64;
@@ -64,13 +64,14 @@ Guess guess_sweeps(const std::vector<float>& azimuth_deg, int32_t heads, bool to
   int32_t line = -1, since_start = 0;
   for (std::size_t i = 0; i < azimuth_deg.size(); ++i) {
     if (std::isnan(azimuth_deg[i])) continue;
-    double at = (sensor.azimuth_left_deg - double(azimuth_deg[i])) / (sensor.azimuth_left_deg - sensor.azimuth_right_deg);
+    double at =
+        (sensor.azimuth_left_deg - double(azimuth_deg[i])) / (sensor.azimuth_left_deg - sensor.azimuth_right_deg);
     if (!to_right) at = 1 - at;
     const bool overlap = heads == 2 && std::fabs(at - 0.5) < kOverlap;
     const double phase = std::clamp(heads == 1 ? at : at < 0.5 ? 2 * at : 2 * at - 1, 0.0, 1.0);
     const bool starts = overlap ? reached > 0.5 && at < last_overlap - kOverlapBack : phase < reached - kBack;
     if (line > 0 && !overlap && reached < 1 - kLate && phase > kLate && since_start < kStragglers) {
-      guess.line[i] = uint16_t(line - 1);                // one head ends its line while the other starts the next
+      guess.line[i] = uint16_t(line - 1);  // one head ends its line while the other starts the next
       ++since_start;
       continue;
     }
@@ -106,7 +107,7 @@ Guess guess_elevation(const std::vector<float>& elevation_deg, int32_t rows) {
   std::size_t loose = 0, begin = 0;
   for (std::size_t i = 1; i <= sorted.size(); ++i) {
     if (i < sorted.size() && sorted[i - 1] - sorted[i] <= gap) continue;
-    if (sorted[begin] - sorted[i - 1] > 8 * gap) loose += i - begin;   // no line is that thick
+    if (sorted[begin] - sorted[i - 1] > 8 * gap) loose += i - begin;  // no line is that thick
     if (i < sorted.size()) tops.push_back(sorted[i]);
     begin = i;
   }
@@ -147,8 +148,7 @@ RecoveredLines recover_lines(const float* x_m, const float* y_m, const float* z_
       continue;
     }
     consider(guess_sweeps(azimuth_deg, 1, to_right, sensor), "the order of the points (one sweep a line)");
-    consider(guess_sweeps(azimuth_deg, 2, to_right, sensor),
-             "the order of the points (two heads, half a line each)");
+    consider(guess_sweeps(azimuth_deg, 2, to_right, sensor), "the order of the points (two heads, half a line each)");
   }
   constexpr double kAccepted = 0.02;
   if (best.disorder > kAccepted) {

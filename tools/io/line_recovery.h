@@ -21,7 +21,8 @@ struct RecoveredLines {
 
 // Order: the azimuth sweeps over the field of view (one head, two heads with half of it each, a full turn) and jumps
 // back where a line ends; a line is counted where it starts, so a line without any return is not. Elevation: points
-// of one line lie closer together than neighbouring lines; line 0 is the highest. Columns of `count` floats, sensor frame.
+// of one line lie closer together than neighbouring lines; line 0 is the highest. Columns of `count` floats, sensor
+// frame.
 RecoveredLines recover_lines(const float* x_m, const float* y_m, const float* z_m, int32_t count,
                              const RigSensor& sensor);
 

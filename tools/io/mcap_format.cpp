@@ -13,7 +13,7 @@
 namespace overtake::io {
 namespace {
 
-constexpr std::size_t kStep = std::size_t(1) << 20;   // output grows by this much at least
+constexpr std::size_t kStep = std::size_t(1) << 20;  // output grows by this much at least
 
 struct FreeLz4 {
   void operator()(LZ4F_dctx* context) const { LZ4F_freeDecompressionContext(context); }
@@ -45,7 +45,7 @@ std::string decompress_lz4(std::string_view bytes, uint64_t size, std::string& o
     }
     used += written;
     bytes.remove_prefix(read);
-    if (used > size || code == 0) break;              // too much, or the frame is complete
+    if (used > size || code == 0) break;  // too much, or the frame is complete
     if (bytes.empty() && written == 0) break;
     if (read == 0 && written == 0) break;
   }

@@ -28,8 +28,8 @@ uint32_t update_crc32(uint32_t crc, std::string_view bytes);
 std::string compress_chunk(const std::string& compression, int32_t level, std::string_view bytes);
 
 // Decompresses until `size` bytes are there or the input ends or is damaged: what came out until then is in `out`.
-// Returns "" when exactly `size` bytes came out, else why not; `damaged` when that is not just that the input ends. Memory
-// grows with what really comes out, not with `size`.
+// Returns "" when exactly `size` bytes came out, else why not; `damaged` when that is not just that the input ends.
+// Memory grows with what really comes out, not with `size`.
 std::string decompress_chunk(std::string_view compression, std::string_view bytes, uint64_t size, std::string& out,
                              bool& damaged);
 

@@ -51,7 +51,7 @@ void McapReader::fail(uint64_t at, const std::string& sentence) {
 
 bool McapReader::read_file(uint64_t size, std::string& out) {
   const uint64_t left = file_bytes_ - std::min(file_bytes_, offset_);
-  out.resize(std::size_t(std::min(size, left)));       // a declared length is not believed before the file agrees
+  out.resize(std::size_t(std::min(size, left)));  // a declared length is not believed before the file agrees
   const std::size_t got = out.empty() ? 0 : std::fread(out.data(), 1, out.size(), file_);
   out.resize(got);
   offset_ += got;
@@ -70,7 +70,7 @@ bool McapReader::next_record() {
   const auto opcode = reader.value<uint8_t>();
   const auto size = reader.value<uint64_t>();
   if (McapOp(opcode) == McapOp::kDataEnd || McapOp(opcode) == McapOp::kFooter) {
-    ended_ = true;                                       // what follows is the summary: nothing new
+    ended_ = true;  // what follows is the summary: nothing new
     if (file_bytes_ - std::min(file_bytes_, offset_) < size) fail(record_at_, "the file ends in the middle");
     return false;
   }
@@ -85,14 +85,14 @@ bool McapReader::next_record() {
     return !ended_;
   }
   if (!whole)
-    fail(record_at_, "a record of " + std::to_string(size) + " bytes, of which " + std::to_string(record_.size()) +
-                         " are there");
+    fail(record_at_,
+         "a record of " + std::to_string(size) + " bytes, of which " + std::to_string(record_.size()) + " are there");
   return whole;
 }
 
 void McapReader::open_chunk(std::string_view content, bool cut) {
   ByteReader reader(content);
-  reader.value<uint64_t>();                              // first and last time: the messages say so themselves
+  reader.value<uint64_t>();  // first and last time: the messages say so themselves
   reader.value<uint64_t>();
   const auto size = reader.value<uint64_t>();
   const auto crc = reader.value<uint32_t>();
@@ -105,13 +105,12 @@ void McapReader::open_chunk(std::string_view content, bool cut) {
   bool damaged = false;
   std::string wrong = decompress_chunk(compression, bytes, size, chunk_, damaged);
   const bool ends_early = cut || short_of;
-  if (!wrong.empty() && (damaged || !ends_early))          // what came out before the damage was seen may be wrong already
+  if (!wrong.empty() && (damaged || !ends_early))  // what came out before the damage was seen may be wrong already
     return fail(record_at_, "a chunk cannot be unpacked: " + wrong);
-  if (!ends_early && crc != 0 && update_crc32(0, chunk_) != crc)
-    return fail(record_at_, "a chunk fails its checksum");
+  if (!ends_early && crc != 0 && update_crc32(0, chunk_) != crc) return fail(record_at_, "a chunk fails its checksum");
   if (ends_early)
     wrong = "a chunk of " + std::to_string(packed) + " bytes, of which " + std::to_string(bytes.size()) + " are there";
-  chunk_damage_ = wrong;                                 // said when what could be unpacked is delivered
+  chunk_damage_ = wrong;  // said when what could be unpacked is delivered
   chunk_rest_ = chunk_;
   ++chunk_count_;
   ++compressions_[compression.empty() ? "none" : compression];
@@ -184,7 +183,7 @@ bool McapReader::take_record(uint8_t opcode, std::string_view content, McapMessa
       break;
     }
     default:
-      break;                                             // indexes, and kinds that later versions add
+      break;  // indexes, and kinds that later versions add
   }
   if (!reader.ok()) fail(record_at_, "a record of kind " + std::to_string(opcode) + " is shorter than its content");
   return false;

@@ -36,7 +36,7 @@ class Decoder {
     cdr_.deserialize(out);
     return out;
   }
-  bool flag() { return value<uint8_t>() != 0; }          // a bool other than 0 and 1 is no reason to stop
+  bool flag() { return value<uint8_t>() != 0; }  // a bool other than 0 and 1 is no reason to stop
   // Bytes of a sequence or a string, in place.
   std::string_view bytes() {
     const auto count = value<uint32_t>();
@@ -44,7 +44,7 @@ class Decoder {
     const std::string_view out(cdr_.getCurrentPosition(), count);
     if (count > 0) {
       cdr_.jump(count - 1);
-      value<char>();                                     // jump() alone forgets that what follows needs aligning
+      value<char>();  // jump() alone forgets that what follows needs aligning
     }
     return out;
   }

@@ -1,9 +1,10 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The ROS 2 messages recordings are made of, to and from their CDR bytes (encapsulation included), and their definitions
-// as MCAP wants them (encoding "ros2msg"): sensor_msgs/msg/PointCloud2, nav_msgs/msg/Odometry, tf2_msgs/msg/TFMessage.
-// Decoders take either byte order and throw std::runtime_error with a sentence where the bytes do not fit.
+// The ROS 2 messages recordings are made of, to and from their CDR bytes (encapsulation included), and their
+// definitions as MCAP wants them (encoding "ros2msg"): sensor_msgs/msg/PointCloud2, nav_msgs/msg/Odometry,
+// tf2_msgs/msg/TFMessage. Decoders take either byte order and throw std::runtime_error with a sentence where the bytes
+// do not fit.
 #pragma once
 
 #include <array>

@@ -19,8 +19,8 @@ namespace overtake::io {
 class ScanStream {
  public:
   virtual ~ScanStream() = default;
-  // The next frame; false: the end, or damage. Frames of recordings with topics are numbered from 0 as they come, and one
-  // holds the scans of half a period. Throws Error where what is read is no scan.
+  // The next frame; false: the end, or damage. Frames of recordings with topics are numbered from 0 as they come, and
+  // one holds the scans of half a period. Throws Error where what is read is no scan.
   virtual bool next(FrameScans& out) = 0;
   // Ego poses of the recording itself, in its order, at least up to a period behind the scans delivered so far (where
   // there are any); each is returned once.

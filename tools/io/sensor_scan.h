@@ -42,9 +42,9 @@ struct FrameScans {
 };
 
 // The points of one sensor out of a cloud; `path` names it in errors. Layers that belong to another sensor of a shared
-// cloud are left out; layers that belong to none stay in, so that they are counted as bad. Where no field gives the layer,
-// lines are recovered (line_recovery.h) and lines_how says so. Throws Error where that is not possible, or a field that
-// is needed is missing.
+// cloud are left out; layers that belong to none stay in, so that they are counted as bad. Where no field gives the
+// layer, lines are recovered (line_recovery.h) and lines_how says so. Throws Error where that is not possible, or a
+// field that is needed is missing.
 SensorScan make_scan(const std::string& path, Pcd pcd, const Rig& rig, int32_t sensor, int64_t stamp_ns);
 
 }  // namespace overtake::io

@@ -48,7 +48,8 @@ struct Joint {
   Transform parent_child;
 };
 
-std::string attribute(const std::string& path, const tinyxml2::XMLElement* element, const char* child, const char* name) {
+std::string attribute(const std::string& path, const tinyxml2::XMLElement* element, const char* child,
+                      const char* name) {
   const tinyxml2::XMLElement* found = element->FirstChildElement(child);
   const char* value = found ? found->Attribute(name) : nullptr;
   if (!value) throw Error(path, element->GetLineNum(), std::string("a joint without <") + child + " " + name + "=...>");
@@ -66,7 +67,7 @@ std::array<double, 3> three_numbers(const std::string& path, const tinyxml2::XML
   return out;
 }
 
-double tidy(double value) { return std::round(value * 1e9) / 1e9; }     // sin(pi) is no place to be
+double tidy(double value) { return std::round(value * 1e9) / 1e9; }  // sin(pi) is no place to be
 
 }  // namespace
 
@@ -79,7 +80,7 @@ void mount_by_urdf(Rig& rig, const std::string& file_and_link) {
     throw Error(path, document.ErrorLineNum(), "is no XML: " + std::string(document.ErrorName()));
   const tinyxml2::XMLElement* robot = document.FirstChildElement("robot");
   if (!robot) throw Error(path, 0, "is no URDF: it has no <robot>");
-  std::map<std::string, Joint> joint_above;                // by child link
+  std::map<std::string, Joint> joint_above;  // by child link
   std::set<std::string> links;
   for (auto* link = robot->FirstChildElement("link"); link; link = link->NextSiblingElement("link"))
     if (const char* name = link->Attribute("name")) links.insert(name);
@@ -94,8 +95,9 @@ void mount_by_urdf(Rig& rig, const std::string& file_and_link) {
   for (RigSensor& sensor : rig.sensors) {
     const std::string link = links.contains(sensor.frame_id) ? sensor.frame_id : sensor.name;
     if (!links.contains(link))
-      throw Error(path, 0, "has no link '" + (sensor.frame_id.empty() ? sensor.name : sensor.frame_id) + "' for sensor '" +
-                               sensor.name + "' (frame_id in the rig file names it)");
+      throw Error(path, 0,
+                  "has no link '" + (sensor.frame_id.empty() ? sensor.name : sensor.frame_id) + "' for sensor '" +
+                      sensor.name + "' (frame_id in the rig file names it)");
     Transform T_base_sensor;
     std::string at = link;
     std::size_t steps = 0;
