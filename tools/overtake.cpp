@@ -1,12 +1,13 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The command line: overtake run | inspect | track | scene | params.
+// The command line: overtake run | inspect | track | scene | simulate | params.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 
 #include "tools/cmd_scene.h"
+#include "tools/cmd_simulate.h"
 #include "tools/commands.h"
 #include "tools/io/rig.h"
 #include "tools/io/text.h"
@@ -89,6 +90,7 @@ int run_main(int argc, char** argv) {
   doctor.add_option("--ego", options.ego, "CSV of ego poses, as for run");
 
   add_scene_command(app);
+  add_simulate_command(app);
   CLI::App& params = *app.add_subcommand("params", "lists the parameters");
 
   try {
@@ -105,7 +107,7 @@ int run_main(int argc, char** argv) {
   if (info.parsed()) return options.command = "info", info_command(options);
   if (doctor.parsed()) return options.command = "doctor", doctor_command(options);
   if (track.parsed()) return options.command = "track", track_command(options);
-  return 0;  // scene has done its work while it was parsed
+  return 0;  // scene and simulate have done their work while they were parsed
 }
 
 }  // namespace

@@ -1,0 +1,89 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/cmd_simulate.h"
+
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "tools/console.h"
+#include "tools/io/error.h"
+#include "tools/io/text.h"
+#include "tools/sim/race_log.h"
+
+namespace overtake::cli {
+namespace {
+
+struct SimulateOptions {
+  std::string scenario, out, ego;
+  double seconds = 0;
+  uint64_t seed = 1;
+  int32_t workers = 0;
+  bool quiet = false;
+};
+
+bool ends_with(const std::string& text, const std::string& tail) {
+  return text.size() >= tail.size() && text.compare(text.size() - tail.size(), tail.size(), tail) == 0;
+}
+
+void simulate(const SimulateOptions& options) {
+  sim::Scenario scenario = sim::load_scenario(options.scenario);
+  if (!options.ego.empty()) {
+    if (scenario.find_car(options.ego) < 0)
+      throw io::Error(options.scenario, 0, "no car is named '" + options.ego + "'");
+    scenario.ego = options.ego;
+  }
+  std::unique_ptr<sim::Simulator> simulator;
+  try {
+    simulator = std::make_unique<sim::Simulator>(scenario, options.seed, options.seconds, options.workers);
+  } catch (const std::invalid_argument& error) {
+    throw io::Error(options.scenario, 0, error.what());
+  }
+  auto log = ends_with(options.out, ".mcap") ? sim::make_mcap_log(options.out, *simulator, options.seed)
+                                             : sim::make_folder_log(options.out, *simulator, options.seed);
+  catch_interrupt();
+  const auto begin = std::chrono::steady_clock::now();
+  Progress progress(simulator->sweep_count(), options.quiet);
+  int64_t points = 0, beams = 0, split = 0;
+  int32_t done = 0;
+  for (; done < simulator->sweep_count() && !interrupted(); ++done) {
+    const sim::Sweep sweep = simulator->sweep(done);
+    log->write(done, sweep);
+    for (const sim::Scan& scan : sweep.scans) points += int64_t(scan.size()), beams += scan.beams, split += scan.split_beams;
+    progress.show(done + 1);
+  }
+  log->close();
+  progress.clear();
+  if (options.quiet) return;
+  const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  std::printf("%s, seed %llu: %d sweeps (%.1f s of race), %lld points of %lld beams, %.1f %% of them split; %.1f s on %d workers\n",
+              scenario.name.c_str(), static_cast<unsigned long long>(options.seed), done, simulator->seconds(),
+              static_cast<long long>(points), static_cast<long long>(beams), 100.0 * double(split) / double(beams > 0 ? beams : 1),
+              took, simulator->worker_count());
+  std::printf("%s\n", options.out.c_str());
+}
+
+}  // namespace
+
+CLI::App& add_simulate_command(CLI::App& app) {
+  auto options = std::make_shared<SimulateOptions>();
+  CLI::App& command = *app.add_subcommand("simulate", "drives a simulated race and writes its log");
+  command.add_option("scenario", options->scenario,
+                     "TOML file, or one that is built in: " + io::join(sim::builtin_scenario_names(), ", "))
+      ->required();
+  command.add_option("--out", options->out, "LOG.mcap, or a folder of PCD scans and tables")->required();
+  command.add_option("--seed", options->seed, "seed of everything random")->capture_default_str();
+  command.add_option("--seconds", options->seconds, "end earlier")->check(CLI::Range(0.05, 36000.0));
+  command.add_option("--ego", options->ego, "the car that carries the sensors");
+  command.add_option("--workers", options->workers, "threads, 0: one per CPU; the result is the same")
+      ->check(CLI::Range(0, 256));
+  command.add_flag("--quiet", options->quiet, "print nothing but errors");
+  command.callback([options] { simulate(*options); });
+  return command;
+}
+
+}  // namespace overtake::cli

@@ -1,0 +1,214 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+#include "tools/sim/bvh.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace overtake::sim {
+namespace {
+
+constexpr int kBins = 16, kLeaf = 3, kDepthMost = 60;
+constexpr double kGrow = 2e-3;         // metres: covers what float loses up to a few kilometres from the origin
+constexpr double kRimTolerance = 1e-12;
+
+double component(Vec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+
+struct Box {
+  Vec3 low{1e30, 1e30, 1e30}, high{-1e30, -1e30, -1e30};
+  void add(Vec3 p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  void add(const Box& o) { add(o.low), add(o.high); }
+  double area() const {
+    const Vec3 e = high - low;
+    return e.x < 0 ? 0 : e.x * e.y + e.y * e.z + e.z * e.x;
+  }
+};
+
+Box box_of(const Triangle& t) {
+  Box box;
+  box.add(t.a), box.add(t.b), box.add(t.c);
+  return box;
+}
+
+}  // namespace
+
+Bvh::Bvh(const Mesh& mesh) : triangles_(mesh.triangles) {
+  if (triangles_.empty()) return;
+  Box all;
+  for (std::size_t i = 0; i < triangles_.size(); ++i) {
+    const Triangle& t = triangles_[i];
+    const Vec3 n = cross(t.b - t.a, t.c - t.a);
+    const double size = length(n);
+    normal_.push_back(size > 0 ? n * (1 / size) : Vec3{0, 0, 1});
+    order_.push_back(int32_t(i));
+    all.add(box_of(t));
+  }
+  center_ = (all.low + all.high) * 0.5;
+  for (const Triangle& t : triangles_)
+    for (const Vec3 p : {t.a, t.b, t.c}) radius_ = std::max(radius_, length(p - center_));
+  nodes_.reserve(2 * triangles_.size());
+  nodes_.emplace_back();
+  split(0, 0, int32_t(triangles_.size()), 0);
+  for (const int32_t i : order_) {
+    const Triangle& t = triangles_[std::size_t(i)];
+    edges_.push_back({t.a, t.b - t.a, t.c - t.a, i});
+  }
+  order_.clear();
+  order_.shrink_to_fit();
+}
+
+void Bvh::split(std::size_t node, int32_t begin, int32_t end, int depth) {
+  Box box, centers;
+  for (int32_t i = begin; i < end; ++i) {
+    const Box b = box_of(triangles_[std::size_t(order_[std::size_t(i)])]);
+    box.add(b);
+    centers.add((b.low + b.high) * 0.5);
+  }
+  for (int k = 0; k < 3; ++k) {
+    nodes_[node].low[k] = float(component(box.low, k) - kGrow);
+    nodes_[node].high[k] = float(component(box.high, k) + kGrow);
+  }
+  nodes_[node].first = begin;
+  nodes_[node].count = end - begin;
+  if (end - begin <= kLeaf || depth >= kDepthMost) return;
+
+  double best = std::numeric_limits<double>::max();
+  int best_axis = -1, best_bin = 0;
+  const auto bin_of = [&](int32_t i, int axis) {
+    const Box b = box_of(triangles_[std::size_t(i)]);
+    const double low = component(centers.low, axis), size = component(centers.high, axis) - low;
+    return std::min(kBins - 1, int((component((b.low + b.high) * 0.5, axis) - low) / size * kBins));
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    if (component(centers.high, axis) - component(centers.low, axis) < 1e-9) continue;
+    Box bins[kBins];
+    int counts[kBins] = {};
+    for (int32_t i = begin; i < end; ++i) {
+      const int32_t t = order_[std::size_t(i)];
+      const int b = bin_of(t, axis);
+      bins[b].add(box_of(triangles_[std::size_t(t)]));
+      ++counts[b];
+    }
+    double right_cost[kBins] = {};
+    Box right;
+    int right_count = 0;
+    for (int b = kBins - 1; b > 0; --b) {
+      if (counts[b]) right.add(bins[b]);
+      right_count += counts[b];
+      right_cost[b] = right.area() * right_count;
+    }
+    Box left;
+    int left_count = 0;
+    for (int b = 0; b + 1 < kBins; ++b) {
+      if (counts[b]) left.add(bins[b]);
+      left_count += counts[b];
+      const double cost = left.area() * left_count + right_cost[b + 1];
+      if (left_count > 0 && left_count < end - begin && cost < best) best = cost, best_axis = axis, best_bin = b;
+    }
+  }
+  if (best_axis < 0) return;
+  const auto middle = std::stable_partition(order_.begin() + begin, order_.begin() + end,
+                                            [&](int32_t i) { return bin_of(i, best_axis) <= best_bin; });
+  const int32_t cut = int32_t(middle - order_.begin());
+  const std::size_t child = nodes_.size();
+  nodes_.emplace_back();
+  nodes_.emplace_back();
+  nodes_[node].first = int32_t(child);
+  nodes_[node].count = 0;
+  split(child, begin, cut, depth + 1);
+  split(child + 1, cut, end, depth + 1);
+}
+
+Hit Bvh::cast(Vec3 origin, Vec3 direction, double near_m, double far_m) const {
+  Hit hit;
+  if (nodes_.empty()) return hit;
+  double far = far_m;
+  const float o[3] = {float(origin.x), float(origin.y), float(origin.z)};
+  float inverse[3];
+  for (int k = 0; k < 3; ++k) {
+    const double d = component(direction, k);
+    inverse[k] = float(1 / (std::fabs(d) > 1e-12 ? d : d < 0 ? -1e-12 : 1e-12));
+  }
+  float far_f = float(far * (1 + 1e-6));
+  // Entry of the ray into a box, or a number above the nearest hit so far.
+  const auto enter = [&](const Node& n) {
+    float low = 0, high = far_f;
+    for (int k = 0; k < 3; ++k) {
+      const float u = (n.low[k] - o[k]) * inverse[k], v = (n.high[k] - o[k]) * inverse[k];
+      low = std::max(low, std::min(u, v));
+      high = std::min(high, std::max(u, v));
+    }
+    return low <= high * 1.000001f ? low : std::numeric_limits<float>::infinity();
+  };
+  struct Waiting {
+    int32_t node;
+    float entry;
+  };
+  Waiting stack[kDepthMost + 4];
+  int depth = 0;
+  const float root = enter(nodes_[0]);
+  if (root <= far_f) stack[depth++] = {0, root};
+  while (depth > 0) {
+    const Waiting top = stack[--depth];
+    if (top.entry > far_f) continue;
+    const Node* node = &nodes_[std::size_t(top.node)];
+    while (node->count == 0) {
+      const int32_t child = node->first;
+      float a = enter(nodes_[std::size_t(child)]), b = enter(nodes_[std::size_t(child) + 1]);
+      int32_t first = child, second = child + 1;
+      if (b < a) std::swap(a, b), std::swap(first, second);
+      if (a > far_f) break;
+      if (b <= far_f) stack[depth++] = {second, b};
+      node = &nodes_[std::size_t(first)];
+    }
+    for (int32_t i = node->first; i < node->first + node->count; ++i) {
+      const Edges& e = edges_[std::size_t(i)];
+      const Vec3 p = cross(direction, e.ac);
+      const double det = dot(e.ab, p);
+      if (det == 0) continue;
+      const double inv = 1 / det;
+      const Vec3 to = origin - e.a;
+      const double u = dot(to, p) * inv;
+      if (u < -kRimTolerance || u > 1 + kRimTolerance) continue;
+      const Vec3 q = cross(to, e.ab);
+      const double v = dot(direction, q) * inv;
+      if (v < -kRimTolerance || u + v > 1 + kRimTolerance) continue;
+      const double t = dot(e.ac, q) * inv;
+      if (t <= near_m || t >= far_m) continue;
+      if (t < far || (t == far && e.index < hit.triangle)) {
+        far = t;
+        far_f = float(far * (1 + 1e-6));
+        hit = {t, e.index};
+      }
+    }
+  }
+  return hit;
+}
+
+Hit Bvh::cast_brute_force(Vec3 origin, Vec3 direction, double near_m, double far_m) const {
+  Hit hit;
+  double far = far_m;
+  for (std::size_t i = 0; i < triangles_.size(); ++i) {
+    const Triangle& t = triangles_[i];
+    const Vec3 n = cross(t.b - t.a, t.c - t.a);
+    const double speed = dot(n, direction);
+    if (speed == 0) continue;
+    const double range = dot(n, t.a - origin) / speed;
+    if (range <= near_m || range >= far) continue;
+    const Vec3 p = origin + direction * range;
+    const double slack = -1e-12 * dot(n, n);
+    if (dot(n, cross(t.b - t.a, p - t.a)) < slack || dot(n, cross(t.c - t.b, p - t.b)) < slack ||
+        dot(n, cross(t.a - t.c, p - t.c)) < slack)
+      continue;
+    far = range;
+    hit = {range, int32_t(i)};
+  }
+  return hit;
+}
+
+}  // namespace overtake::sim

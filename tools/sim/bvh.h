@@ -1,0 +1,58 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Nearest hit of a ray among triangles: a bounding volume hierarchy (binned surface-area heuristic, Wald 2007) of float
+// boxes grown outwards, so that they never lose a triangle; triangles are met in double (Moeller & Trumbore 1997).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "tools/sim/mesh.h"
+
+namespace overtake::sim {
+
+struct Hit {
+  double range_m = 0;                 // along the unit direction
+  int32_t triangle = -1;              // of the mesh, -1: none
+};
+
+class Bvh {
+ public:
+  Bvh() = default;
+  explicit Bvh(const Mesh& mesh);
+
+  // Nearest hit with near_m < range < far_m. The direction need not be exactly of unit length.
+  Hit cast(Vec3 origin, Vec3 direction, double near_m, double far_m) const;
+  // The same without the hierarchy and by another formula: plane, then the side of each edge.
+  Hit cast_brute_force(Vec3 origin, Vec3 direction, double near_m, double far_m) const;
+
+  Vec3 normal(int32_t triangle) const { return normal_[std::size_t(triangle)]; }
+  const Triangle& triangle(int32_t i) const { return triangles_[std::size_t(i)]; }
+  std::size_t size() const { return triangles_.size(); }
+  Vec3 center() const { return center_; }
+  double radius_m() const { return radius_; }
+
+ private:
+  struct Node {                        // inner: children at first and first + 1; leaf: count triangles from first
+    float low[3];
+    int32_t first;
+    float high[3];
+    int32_t count;
+  };
+  struct Edges {
+    Vec3 a, ab, ac;
+    int32_t index;
+  };
+  void split(std::size_t node, int32_t begin, int32_t end, int depth);
+
+  std::vector<Triangle> triangles_;
+  std::vector<Vec3> normal_;
+  std::vector<Node> nodes_;
+  std::vector<Edges> edges_;           // in leaf order
+  std::vector<int32_t> order_;         // while building
+  Vec3 center_;
+  double radius_ = 0;
+};
+
+}  // namespace overtake::sim

@@ -1,0 +1,98 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+
+#include "tools/io/csv.h"
+#include "tools/io/error.h"
+#include "tools/io/pcd.h"
+#include "tools/io/text.h"
+#include "tools/sim/race_log.h"
+
+namespace overtake::sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+template <class T>
+void add_column(io::Pcd& pcd, const char* name, io::PcdType type, const std::vector<T>& values) {
+  pcd.header.fields.push_back({name, type, 1});
+  io::PcdColumn column;
+  column.type = type;
+  column.bytes.resize(values.size() * sizeof(T));
+  if (!values.empty()) std::memcpy(column.bytes.data(), values.data(), column.bytes.size());
+  pcd.columns.push_back(std::move(column));
+}
+
+class FolderLog : public RaceLog {
+ public:
+  FolderLog(const std::string& folder, const Simulator& simulator, uint64_t seed)
+      : folder_(make(folder)), world_(simulator.world()), truth_((folder_ / "truth.csv").string(), kTruthHeader) {
+    io::write_whole_file((folder_ / "rig.toml").string(), rig_text(simulator));
+    io::write_whole_file((folder_ / "map.csv").string(), map_text(simulator));
+    std::string note = "scenario " + simulator.scenario().name + "\nseed " + std::to_string(seed) + "\nego " +
+                       simulator.scenario().ego + "\n";
+    io::write_whole_file((folder_ / "scenario.txt").string(), note);
+    io::CsvWriter ego((folder_ / "ego.csv").string(),
+                      "stamp_ns,x_m,y_m,z_m,roll_rad,pitch_rad,yaw_rad,speed_mps,yaw_rate_rps,publish_ns");
+    for (const EgoPose& p : simulator.ego_poses()) {
+      ego.cell(p.stamp_ns).cell(p.x_m).cell(p.y_m).cell(p.z_m).cell(p.roll_rad).cell(p.pitch_rad).cell(p.yaw_rad);
+      ego.cell(p.speed_mps).cell(p.yaw_rate_rps).cell(p.publish_ns).end_row();
+    }
+    ego.flush();
+  }
+
+  void write(int32_t index, const Sweep& sweep) override {
+    for (int32_t s = 0; s < kSensors; ++s) {
+      const Scan& scan = sweep.scans[std::size_t(s)];
+      std::vector<int64_t> time(scan.size());
+      for (std::size_t i = 0; i < time.size(); ++i) time[i] = sweep.stamp_ns[s] + int64_t(scan.time_ns[i]);
+      io::Pcd pcd;
+      pcd.header.encoding = io::PcdEncoding::kBinary;
+      add_column(pcd, "x", io::PcdType::kFloat32, scan.x_m);
+      add_column(pcd, "y", io::PcdType::kFloat32, scan.y_m);
+      add_column(pcd, "z", io::PcdType::kFloat32, scan.z_m);
+      add_column(pcd, "intensity", io::PcdType::kFloat32, scan.intensity);
+      add_column(pcd, "ring", io::PcdType::kUint16, scan.ring);
+      add_column(pcd, "t", io::PcdType::kInt64, time);
+      add_column(pcd, "surface", io::PcdType::kUint16, scan.surface);
+      add_column(pcd, "return", io::PcdType::kUint8, scan.return_number);
+      char name[32];
+      std::snprintf(name, sizeof name, "%06d_%s.pcd", index, kSensorName[s]);
+      io::write_pcd((folder_ / name).string(), pcd);
+    }
+    for (const TruthRow& r : truth_at(world_, double(sweep.begin_ns) * 1e-9)) {
+      truth_.cell(index).cell(sweep.begin_ns).cell(r.car).cell(std::string_view(r.name)).cell(int32_t(r.is_ego));
+      truth_.cell(r.center.x).cell(r.center.y).cell(r.center.z);
+      truth_.cell(r.angles.roll).cell(r.angles.pitch).cell(r.angles.yaw).cell(wrap_angle(r.state.course_rad));
+      truth_.cell(r.state.speed_mps).cell(r.state.yaw_rate_rps).cell(r.state.accel_along_mps2);
+      truth_.cell(r.state.accel_across_mps2).cell(r.state.s_m).cell(r.state.d_m).cell(kCarLengthM).cell(kCarWidthM);
+      truth_.cell(r.in_ego.x).cell(r.in_ego.y).cell(r.heading_in_ego);
+      truth_.end_row();
+    }
+  }
+
+  void close() override { truth_.flush(); }
+
+ private:
+  static fs::path make(const std::string& folder) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error) throw io::Error(folder, 0, "the folder could not be made: " + error.message());
+    return folder;
+  }
+
+  fs::path folder_;
+  const World& world_;
+  io::CsvWriter truth_;
+};
+
+}  // namespace
+
+std::unique_ptr<RaceLog> make_folder_log(const std::string& folder, const Simulator& simulator, uint64_t seed) {
+  return std::make_unique<FolderLog>(folder, simulator, seed);
+}
+
+}  // namespace overtake::sim

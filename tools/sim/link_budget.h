@@ -1,0 +1,38 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// How much of a pulse comes back, and whether it is noticed.
+//
+//   signal = S0 * g / 0.1 * (250 m / R)^2 * exp(-2 a (R - 250 m)) * stretch      in units of the receiver's noise
+//
+// g is what the surface returns (material.h). A pulse is noticed where signal + noise > threshold, noise normal with
+// sigma 1. S0 is such that a 10 % Lambertian target seen head-on is noticed at 250 m with probability 0.9 (the maker's
+// figure of range). A slanted surface spreads the pulse over `spread` metres of range; a matched filter then loses with
+// the root of it: stretch = (1 + (spread / pulse)^2)^(-1/4). That is why asphalt at grazing angles vanishes early.
+#pragma once
+
+#include "tools/sim/sim_math.h"
+
+namespace overtake::sim {
+
+inline constexpr double kThreshold = 5;                          // in sigma: one false alarm in 3.5 million
+inline constexpr double kSignalAtReference = kThreshold + 1.2815515655446004;   // 0.9 quantile above it
+inline constexpr double kReferenceRange = 250, kReferenceReflectivity = 0.1;
+inline constexpr double kExtinction = 1e-4;                      // per metre, clear air
+inline constexpr double kPulse = 0.6;                            // metres of range: 4 ns
+
+inline double received_signal(double g, double range_m) {
+  return kSignalAtReference * g / kReferenceReflectivity * square(kReferenceRange / range_m) *
+         exp_of(-2 * kExtinction * (range_m - kReferenceRange));
+}
+// The reflectivity that a signal means at a range, as sensors report it.
+inline double reported_intensity(double signal, double range_m) {
+  return signal / received_signal(1, range_m);
+}
+// Of a beam so wide on a surface whose normal makes this angle with the beam.
+inline double stretch_loss(double range_m, double beam_rad, double cos_incidence) {
+  const double c = clamp(std::fabs(cos_incidence), 1e-4, 1), spread = range_m * beam_rad * std::sqrt(1 - c * c) / c;
+  return 1 / std::sqrt(std::sqrt(1 + square(spread / kPulse)));
+}
+
+}  // namespace overtake::sim

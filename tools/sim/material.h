@@ -1,0 +1,77 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What surfaces send back at 1550 nm, and what surfaces there are. A material returns the reflectivity of a white
+// Lambertian target seen head-on that would send back as much:
+//
+//     g(theta) = diffuse * (A cos theta + B sin^2 theta)      rough diffuse, Oren & Nayar 1994, light from where one looks
+//              + gloss * exp(-(theta / gloss_width)^2)         mirror-like lobe of lacquer, carbon, glass
+//              + retro * cos theta                             reflectors
+//
+// A = 1 - s^2 / (2 (s^2 + 0.33)), B = 0.45 s^2 / (s^2 + 0.09), s the roughness (standard deviation of facet slopes).
+// Asphalt is rough: it keeps a part of its brightness at grazing angles, a painted car does not.
+#pragma once
+
+#include <cstdint>
+
+#include "tools/sim/sim_math.h"
+
+namespace overtake::sim {
+
+enum class MaterialId : uint8_t {
+  asphalt, white_line, concrete, grass, safer_wall, steel, fence_wire, sign, building, reflector,
+  paint, dark_carbon, tyre, alloy, lamp, truck, debris, count
+};
+
+struct Material {
+  double diffuse, roughness, gloss, gloss_width_rad, retro;
+  double coverage;                    // share of a beam that meets something; the rest goes on (wire mesh)
+};
+
+// Estimates from the literature on 1.5 um reflectances of such surfaces, rounded; none is fitted to a recording.
+inline const Material& material_of(MaterialId id) {
+  static constexpr Material kMaterials[int(MaterialId::count)] = {
+      {0.25, 0.35, 0, 1, 0, 1},          // asphalt
+      {0.50, 0.35, 0, 1, 0.1, 1},        // white line: paint with some glass beads
+      {0.40, 0.30, 0, 1, 0, 1},          // concrete
+      {0.35, 0.60, 0, 1, 0, 1},          // grass
+      {0.60, 0.15, 0, 1, 0, 1},          // SAFER wall: painted steel tubes, white
+      {0.40, 0.10, 0.5, 0.15, 0, 1},     // galvanised steel: posts, gantries
+      {0.40, 0.30, 0, 1, 0, 0.10},       // wire mesh: a tenth of the area is wire
+      {0.55, 0.10, 0, 1, 0.5, 1},        // signs
+      {0.35, 0.30, 0, 1, 0, 1},          // stands, buildings
+      {0.30, 0.10, 0, 1, 30, 1},         // retro-reflectors
+      {0.30, 0.05, 1.0, 0.10, 0, 1},     // lacquered bodywork
+      {0.02, 0.05, 0.8, 0.08, 0, 1},     // bare carbon: black, mirror-like
+      {0.025, 0.30, 0.02, 0.30, 0, 1},   // tyres
+      {0.30, 0.10, 0.5, 0.12, 0, 1},     // rims, uprights
+      {0.20, 0.10, 0, 1, 12, 1},         // rain light
+      {0.45, 0.10, 0.5, 0.10, 0, 1},     // parked trucks
+      {0.10, 0.40, 0, 1, 0, 1},          // debris: rubber and carbon
+  };
+  return kMaterials[int(id)];
+}
+
+inline double returned_share(const Material& m, double cos_incidence) {
+  const double c = clamp(cos_incidence, 0, 1), s2 = square(m.roughness);
+  const double a = 1 - 0.5 * s2 / (s2 + 0.33), b = 0.45 * s2 / (s2 + 0.09);
+  double g = m.diffuse * (a * c + b * (1 - c * c)) + m.retro * c;
+  if (m.gloss > 0) {
+    const double theta2 = 2 * (1 - c);  // theta^2 but for 1 % at 20 deg
+    g += m.gloss * exp_of(-theta2 / square(m.gloss_width_rad));
+  }
+  return g;
+}
+
+// The truth of a point. Cars are car + number in the scenario.
+enum class Surface : uint16_t {
+  none = 0, road, apron_grass, outer_wall, inner_wall, fence_post, fence_wire, gantry_sign, building, parked_vehicle,
+  smoke_dust, debris, blooming, car = 100
+};
+inline const char* surface_name(uint16_t surface) {
+  constexpr const char* kNames[] = {"none", "road", "apron_grass", "outer_wall", "inner_wall", "fence_post", "fence_wire",
+                                    "gantry_sign", "building", "parked_vehicle", "smoke_dust", "debris", "blooming"};
+  return surface < 13 ? kNames[surface] : surface >= uint16_t(Surface::car) ? "car" : "unknown";
+}
+
+}  // namespace overtake::sim

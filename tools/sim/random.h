@@ -1,0 +1,40 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Random numbers that belong to a place, not to an order: every draw is a function of the seed and of what it is for
+// (sensor, scan, line, shot ...). So nothing depends on which thread came first. SplitMix64 (Steele, Lea, Flood 2014).
+#pragma once
+
+#include <cstdint>
+
+#include "tools/sim/sim_math.h"
+
+namespace overtake::sim {
+
+inline uint64_t mix_bits(uint64_t v) {
+  v += 0x9e3779b97f4a7c15u;
+  v = (v ^ (v >> 30)) * 0xbf58476d1ce4e5b9u;
+  v = (v ^ (v >> 27)) * 0x94d049bb133111ebu;
+  return v ^ (v >> 31);
+}
+
+class Random {
+ public:
+  explicit Random(uint64_t seed) : state_(mix_bits(seed)) {}
+  // A generator of its own for a part of the whole.
+  Random branch(uint64_t key) const { return Random(state_ ^ mix_bits(key + 0x632be59bd9b4e019u)); }
+
+  uint64_t bits() { return mix_bits(state_ += 0x9e3779b97f4a7c15u); }
+  double uniform() { return (double(bits() >> 11) + 0.5) * 0x1p-53; }   // (0, 1)
+  double uniform(double low, double high) { return low + (high - low) * uniform(); }
+  // Normal by Box and Muller, one of the pair; at most 8.6 sigma.
+  double normal() {
+    const double radius = std::sqrt(-2 * log_of(uniform()));
+    return radius * cos_of(2 * kPi * uniform());
+  }
+
+ private:
+  uint64_t state_;
+};
+
+}  // namespace overtake::sim

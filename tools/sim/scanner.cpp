@@ -1,0 +1,302 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+#include "tools/sim/scanner.h"
+
+#include <algorithm>
+
+#include "tools/sim/link_budget.h"
+
+namespace overtake::sim {
+namespace {
+
+constexpr int32_t kHeads = 2, kBeams = kHeads * kShots, kLayers = 3;
+constexpr double kBloomFrom = 3;         // reflectivity from which the optics' skirts show
+constexpr int32_t kBloomReach = 3;       // shots to either side
+
+// What one ray met: more than one thing only behind wire mesh.
+struct Layers {
+  BeamHit hit[kLayers];
+  int32_t count = 0;
+};
+
+struct LineWork {
+  LineView view;
+  double begin_s = 0, top_rad = 0, fall_rad = 0;
+  bool missing = false;
+  std::vector<Layers> middle;            // [shot][head]
+  Scan out;
+};
+
+struct Contribution {
+  double range_m, g;                     // g: reflectivity times its share of the beam
+  uint16_t surface;
+};
+
+struct JobWork {
+  const ScanJob* job;
+  std::vector<LineWork> lines;
+  PuffCloud smoke;
+  std::vector<SinCos> azimuth;           // [shot][head]
+};
+
+double shot_share(int32_t shot) { return double(shot) / kShots; }
+
+Ray make_ray(const JobWork& work, const LineWork& line, int32_t beam, double aside_rad, double up_rad) {
+  const double share = shot_share(beam / kHeads);
+  SinCos a = work.azimuth[std::size_t(beam)];
+  if (aside_rad != 0) a = {a.sin + a.cos * aside_rad, a.cos - a.sin * aside_rad};
+  const SinCos e = sin_cos(line.top_rad + line.fall_rad * share + up_rad);
+  const Mounting& mounting = work.job->mounting;
+  const Rigid ego = blend(line.view.ego[0], line.view.ego[1], share);
+  Ray ray;
+  ray.origin_vehicle = mounting.real.place;
+  ray.direction_vehicle = normalized(mounting.real.rotation * Vec3{e.cos * a.cos, e.cos * a.sin, e.sin});
+  ray.origin_map = ego * ray.origin_vehicle;
+  ray.direction_map = ego.rotation * ray.direction_vehicle;
+  return ray;
+}
+
+Layers cast_layers(const JobWork& work, const LineWork& line, int32_t beam, const Ray& ray) {
+  const double share = shot_share(beam / kHeads);
+  Layers layers;
+  double near_m = 0.02;
+  while (layers.count < kLayers) {
+    const BeamHit hit = cast(*work.job->world, line.view, share, ray, near_m, work.job->errors->range_max_m);
+    if (hit.surface == uint16_t(Surface::none)) break;
+    layers.hit[layers.count++] = hit;
+    if (material_of(hit.material).coverage >= 1) break;
+    near_m = hit.range_m + 1e-3;
+  }
+  return layers;
+}
+
+void begin_line(JobWork& work, int32_t number) {
+  const ScanJob& job = *work.job;
+  LineWork& line = work.lines[std::size_t(number)];
+  const double lines = double(work.lines.size());
+  line.begin_s = job.begin_s + number * kLinePeriod;
+  line.view = LineView::make(*job.world, line.begin_s, line.begin_s + kSweepShare * kLinePeriod);
+  line.top_rad = job.pattern->elevation(number / lines, line.begin_s);
+  line.fall_rad = job.pattern->elevation((number + kSweepShare) / lines, line.begin_s) - line.top_rad;
+  line.missing = job.random.branch(uint64_t(number) + 1000000).uniform() < job.errors->missing_line_share;
+  line.middle.resize(kBeams);
+  for (int32_t beam = 0; beam < kBeams && !line.missing; ++beam)
+    line.middle[std::size_t(beam)] = cast_layers(work, line, beam, make_ray(work, line, beam, 0, 0));
+}
+
+// Whether two neighbouring beams met the same surface: on a smooth one the range changes little, or as it does on the
+// other side.
+bool alike(const Layers& a, const Layers& b) {
+  if (a.count != b.count) return false;
+  for (int32_t i = 0; i < a.count; ++i) {
+    const BeamHit &p = a.hit[i], &q = b.hit[i];
+    if (p.surface != q.surface || p.material != q.material) return false;
+    const double slack = p.cos_incidence < 0.3 ? 0.1 : 0.02;   // a floor or wall seen at a grazing angle
+    if (std::fabs(p.range_m - q.range_m) > 0.3 + slack * std::min(p.range_m, q.range_m)) return false;
+  }
+  return true;
+}
+
+bool meets_car(const Layers& layers) {
+  for (int32_t i = 0; i < layers.count; ++i)
+    if (layers.hit[i].surface >= uint16_t(Surface::car)) return true;
+  return false;
+}
+
+bool may_meet_car(const JobWork& work, const LineWork& line, const Ray& ray) {
+  const Bvh& car = work.job->world->car;
+  for (const Rigid& pose : line.view.cars[0]) {
+    const Vec3 to = pose * car.center() - ray.origin_map;
+    const double along = dot(to, ray.direction_map);
+    if (along > 0 && dot(to, to) - along * along < square(car.radius_m() + 0.3)) return true;
+  }
+  return false;
+}
+
+bool needs_split(const JobWork& work, int32_t number, int32_t beam, const Ray& ray) {
+  const LineWork& line = work.lines[std::size_t(number)];
+  const Layers& own = line.middle[std::size_t(beam)];
+  if (meets_car(own) || may_meet_car(work, line, ray)) return true;
+  for (const int32_t other : {beam - kHeads, beam + kHeads})
+    if (other >= 0 && other < kBeams && !alike(own, line.middle[std::size_t(other)])) return true;
+  for (const int32_t other : {number - 1, number + 1}) {
+    if (other < 0 || other >= int32_t(work.lines.size())) continue;
+    const LineWork& next = work.lines[std::size_t(other)];
+    if (next.missing) continue;
+    const Layers& hit = next.middle[std::size_t(beam)];
+    // Floors run away from row to row: only what is met counts there.
+    if (own.count != hit.count) return true;
+    for (int32_t i = 0; i < own.count; ++i)
+      if (own.hit[i].surface != hit.hit[i].surface) return true;
+  }
+  return false;
+}
+
+void add_layers(const Layers& layers, double share, double beam_rad, std::vector<Contribution>& out) {
+  for (int32_t i = 0; i < layers.count; ++i) {
+    const BeamHit& hit = layers.hit[i];
+    const Material& material = material_of(hit.material);
+    const double g = returned_share(material, hit.cos_incidence) * stretch_loss(hit.range_m, beam_rad, hit.cos_incidence);
+    out.push_back({hit.range_m, share * material.coverage * g, hit.surface});
+    share *= 1 - material.coverage;
+  }
+}
+
+// What lies within a pulse's length becomes one echo: range by energy, surface of the strongest.
+void merge_echoes(std::vector<Contribution>& list) {
+  std::sort(list.begin(), list.end(), [](const Contribution& a, const Contribution& b) {
+    return a.range_m != b.range_m ? a.range_m < b.range_m : a.surface != b.surface ? a.surface < b.surface : a.g < b.g;
+  });
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < list.size();) {
+    Contribution echo = list[i];
+    double strongest = echo.g, moment = echo.g * echo.range_m;
+    std::size_t j = i + 1;
+    for (; j < list.size() && list[j].range_m - list[i].range_m < kPulse; ++j) {
+      echo.g += list[j].g;
+      moment += list[j].g * list[j].range_m;
+      if (list[j].g > strongest) strongest = list[j].g, echo.surface = list[j].surface;
+    }
+    if (echo.g > 0) echo.range_m = moment / echo.g;
+    list[kept++] = echo;
+    i = j;
+  }
+  list.resize(kept);
+}
+
+void emit(const JobWork& work, const LineWork& line, int32_t number, int32_t beam, std::vector<Contribution>& echoes,
+          Random& dice, Scan& out) {
+  const SensorErrors& errors = *work.job->errors;
+  struct Found {
+    Contribution echo;
+    double signal;
+  };
+  Found found[2];
+  int32_t count = 0;
+  for (const Contribution& echo : echoes) {
+    if (echo.range_m < errors.range_min_m || echo.range_m > errors.range_max_m) continue;
+    const double mean = received_signal(echo.g, echo.range_m);
+    if (mean < kThreshold - 6) continue;               // six sigma below: never
+    const double signal = mean * (1 + 0.1 * clamp(dice.normal(), -3, 3) * (mean > 50)) + dice.normal();
+    if (signal <= kThreshold) continue;
+    const int32_t most = errors.second_returns ? 2 : 1;
+    if (count < most)
+      found[count++] = {echo, signal};
+    else if (signal > std::min(found[0].signal, found[most - 1].signal))
+      found[most == 2 && found[0].signal > found[1].signal ? 1 : 0] = {echo, signal};
+  }
+  if (count == 2 && found[1].echo.range_m < found[0].echo.range_m) std::swap(found[0], found[1]);
+  const double share = shot_share(beam / kHeads);
+  const SinCos a = work.azimuth[std::size_t(beam)], e = sin_cos(line.top_rad + line.fall_rad * share);
+  const double late = (double(number) + kSweepShare * (beam + 0.5) / kBeams) * kLinePeriod;
+  for (int32_t i = 0; i < count; ++i) {
+    const double range = found[i].echo.range_m + errors.range_noise_m * dice.normal();
+    const double intensity = clamp(reported_intensity(found[i].signal, found[i].echo.range_m), 0, 4095.0 / 2048);
+    out.x_m.push_back(float(range * e.cos * a.cos));
+    out.y_m.push_back(float(range * e.cos * a.sin));
+    out.z_m.push_back(float(range * e.sin));
+    out.intensity.push_back(float(std::floor(intensity * 2048) / 2048));
+    out.ring.push_back(uint16_t(number));
+    out.surface.push_back(found[i].echo.surface);
+    out.time_ns.push_back(uint32_t(late * 1e9 + 0.5));
+    out.return_number.push_back(uint8_t(i));
+  }
+}
+
+struct Bloom {
+  int32_t beam;
+  double range_m, g;
+};
+
+void finish_line(JobWork& work, int32_t number) {
+  LineWork& line = work.lines[std::size_t(number)];
+  if (line.missing) return;
+  const ScanJob& job = *work.job;
+  const double beam_rad = job.errors->beam_rad, off = 0.3 * beam_rad;
+  std::vector<Bloom> blooms;
+  for (int32_t beam = 0; beam < kBeams; ++beam) {
+    const Layers& layers = line.middle[std::size_t(beam)];
+    if (layers.count == 0) continue;
+    const BeamHit& last = layers.hit[layers.count - 1];
+    const Material& material = material_of(last.material);
+    if (material.retro < 1) continue;
+    const double g = returned_share(material, last.cos_incidence);
+    if (g > kBloomFrom) blooms.push_back({beam, last.range_m, g});
+  }
+  std::vector<Contribution> echoes;
+  std::vector<SmokeReturn> smoke;
+  line.out.beams = kBeams;
+  line.out.lines = 1;
+  for (int32_t beam = 0; beam < kBeams; ++beam) {
+    Random dice = job.random.branch(uint64_t(number) * kBeams + uint64_t(beam));
+    const Ray ray = make_ray(work, line, beam, 0, 0);
+    echoes.clear();
+    if (beam_rad > 0 && needs_split(work, number, beam, ray)) {
+      ++line.out.split_beams;
+      add_layers(line.middle[std::size_t(beam)], 0.4, beam_rad * 0.5, echoes);
+      for (int32_t corner = 0; corner < 4; ++corner) {
+        const Ray part = make_ray(work, line, beam, corner & 1 ? off : -off, corner & 2 ? off : -off);
+        add_layers(cast_layers(work, line, beam, part), 0.15, beam_rad * 0.5, echoes);
+      }
+    } else {
+      add_layers(line.middle[std::size_t(beam)], 1, beam_rad, echoes);
+    }
+    for (const Bloom& bloom : blooms) {
+      const int32_t shots = std::abs(bloom.beam - beam) / kHeads;
+      if ((bloom.beam - beam) % kHeads == 0 && shots > 0 && shots <= kBloomReach)
+        echoes.push_back({bloom.range_m, bloom.g * exp_of(-2.5 * shots), uint16_t(Surface::blooming)});
+    }
+    if (!work.smoke.puffs.empty()) {
+      smoke.clear();
+      double far = job.errors->range_max_m;
+      if (!echoes.empty()) far = std::min(far, echoes.front().range_m);
+      const double left = cross_smoke(work.smoke, ray.origin_map, ray.direction_map, far, dice, smoke);
+      for (Contribution& echo : echoes) echo.g *= left;
+      for (const SmokeReturn& s : smoke)
+        echoes.push_back({s.range_m, kSmokeReflectivity * s.share, uint16_t(Surface::smoke_dust)});
+    }
+    merge_echoes(echoes);
+    emit(work, line, number, beam, echoes, dice, line.out);
+  }
+}
+
+template <class T>
+void append_column(std::vector<T>& to, const std::vector<T>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+}  // namespace
+
+void Scan::append(const Scan& o) {
+  append_column(x_m, o.x_m), append_column(y_m, o.y_m), append_column(z_m, o.z_m);
+  append_column(intensity, o.intensity), append_column(ring, o.ring), append_column(surface, o.surface);
+  append_column(time_ns, o.time_ns), append_column(return_number, o.return_number);
+  lines += o.lines, beams += o.beams, split_beams += o.split_beams;
+}
+
+std::vector<Scan> take_scans(const std::vector<ScanJob>& jobs, Workers& workers) {
+  std::vector<JobWork> works(jobs.size());
+  std::vector<std::pair<int32_t, int32_t>> tasks;
+  for (std::size_t j = 0; j < jobs.size(); ++j) {
+    works[j].job = &jobs[j];
+    works[j].lines.resize(std::size_t(jobs[j].pattern->lines()));
+    works[j].smoke = puffs_at(jobs[j].world->puff_sources, jobs[j].begin_s, jobs[j].world->puff_random);
+    for (int32_t shot = 0; shot < kShots; ++shot)
+      for (int32_t head = 0; head < kHeads; ++head)
+        works[j].azimuth.push_back(sin_cos(kAzimuthLeft - head * 60 * kDegree - (shot + 0.5) * kShotStep));
+    for (int32_t line = 0; line < int32_t(works[j].lines.size()); ++line) tasks.push_back({int32_t(j), line});
+  }
+  workers.for_each(int32_t(tasks.size()), [&](int32_t i) {
+    begin_line(works[std::size_t(tasks[std::size_t(i)].first)], tasks[std::size_t(i)].second);
+  });
+  workers.for_each(int32_t(tasks.size()), [&](int32_t i) {
+    finish_line(works[std::size_t(tasks[std::size_t(i)].first)], tasks[std::size_t(i)].second);
+  });
+  std::vector<Scan> scans(jobs.size());
+  for (std::size_t j = 0; j < jobs.size(); ++j)
+    for (const LineWork& line : works[j].lines) scans[j].append(line.out);
+  return scans;
+}
+
+}  // namespace overtake::sim

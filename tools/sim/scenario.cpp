@@ -1,0 +1,240 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+#include "tools/sim/scenario.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <stdexcept>
+
+#include "tools/io/text.h"
+#include "tools/io/toml_reader.h"
+#include "tools/sim/overtake_plan.h"
+#include "tools/sim/scenario_toml.h"
+
+namespace overtake::sim {
+namespace {
+
+using io::TomlReader;
+constexpr double kMostTime = 36000;
+
+double kmh(double v) { return v / 3.6; }
+
+ScanPattern read_pattern(TomlReader& toml, ScanPattern p) {
+  if (toml.has("pattern")) {
+    try {
+      p.kind = pattern_kind(toml.text("pattern"));
+    } catch (const std::invalid_argument& error) {
+      toml.fail(toml.line_of("pattern"), error.what());
+    }
+  }
+  p.rate_hz = toml.number_or("rate_hz", 1, 30, p.rate_hz);
+  p.fov_top_rad = toml.number_or("fov_top_deg", -15, 15, p.fov_top_rad / kDegree) * kDegree;
+  p.fov_bottom_rad = toml.number_or("fov_bottom_deg", -15, 15, p.fov_bottom_rad / kDegree) * kDegree;
+  p.center_rad = toml.number_or("center_deg", -15, 15, p.center_rad / kDegree) * kDegree;
+  p.sigma_rad = toml.number_or("sigma_deg", 0.2, 30, p.sigma_rad / kDegree) * kDegree;
+  p.dense_share = toml.number_or("dense_share", 0.05, 1, p.dense_share);
+  p.drift_rad = toml.number_or("drift_deg", 0, 5, p.drift_rad / kDegree) * kDegree;
+  p.drift_period_s = toml.number_or("drift_period_s", 0.1, kMostTime, p.drift_period_s);
+  if (p.fov_top_rad <= p.fov_bottom_rad) toml.fail(toml.line(), "fov_top_deg must be above fov_bottom_deg");
+  return p;
+}
+
+void read_sensors(Scenario& scenario, TomlReader& toml) {
+  SensorErrors& e = scenario.errors;
+  scenario.seam_strip_m = toml.number_or("seam_strip_m", 0.2, 0.9, scenario.seam_strip_m);
+  e.range_noise_m = toml.number_or("range_noise_m", 0, 1, e.range_noise_m);
+  e.beam_rad = toml.number_or("beam_mrad", 0, 10, e.beam_rad * 1e3) * 1e-3;
+  e.missing_line_share = toml.number_or("missing_line_share", 0, 1, e.missing_line_share);
+  e.clock_jitter_s = toml.number_or("clock_jitter_s", 0, 0.01, e.clock_jitter_s);
+  e.mounting_error_m = toml.number_or("mounting_error_m", 0, 0.5, e.mounting_error_m);
+  e.mounting_error_rad = toml.number_or("mounting_error_deg", 0, 5, e.mounting_error_rad / kDegree) * kDegree;
+  e.range_min_m = toml.number_or("range_min_m", 0.1, 50, e.range_min_m);
+  e.range_max_m = toml.number_or("range_max_m", 10, 300, e.range_max_m);
+  e.second_returns = toml.boolean_or("second_returns", e.second_returns);
+  scenario.patterns = {{0, read_pattern(toml, ScanPattern())}};
+  for (const toml::table* table : toml.tables("change")) {
+    TomlReader change(toml.path(), *table, "sensors.change");
+    const double at = change.number("at_s", 0, kMostTime);
+    if (at < scenario.patterns.back().at_s) change.fail(change.line_of("at_s"), "changes must be in order of time");
+    scenario.patterns.push_back({at, read_pattern(change, scenario.patterns.back().pattern)});
+    change.finish();
+  }
+  toml.finish();
+}
+
+void read_localisation(LocalisationErrors& e, TomlReader& toml) {
+  e.rate_hz = toml.number_or("rate_hz", 1, 1000, e.rate_hz);
+  e.position_noise_m = toml.number_or("position_noise_m", 0, 10, e.position_noise_m);
+  e.drift_m = toml.number_or("drift_m", 0, 10, e.drift_m);
+  e.drift_time_s = toml.number_or("drift_time_s", 0.1, kMostTime, e.drift_time_s);
+  e.heading_noise_rad = toml.number_or("heading_noise_deg", 0, 20, e.heading_noise_rad / kDegree) * kDegree;
+  e.speed_noise_mps = toml.number_or("speed_noise_mps", 0, 10, e.speed_noise_mps);
+  e.yaw_rate_noise_rps = toml.number_or("yaw_rate_noise_rps", 0, 1, e.yaw_rate_noise_rps);
+  e.latency_s = toml.number_or("latency_s", 0, 1, e.latency_s);
+  for (const toml::table* table : toml.tables("jump")) {
+    TomlReader jump(toml.path(), *table, "localisation.jump");
+    e.jumps.push_back({jump.number("at_s", 0, kMostTime), jump.number("x_m", -100, 100), jump.number("y_m", -100, 100),
+                       jump.number("over_s", 0, kMostTime)});
+    jump.finish();
+  }
+  for (const toml::table* table : toml.tables("drop_out")) {
+    TomlReader out(toml.path(), *table, "localisation.drop_out");
+    e.drop_outs.push_back({out.number("at_s", 0, kMostTime), out.number("over_s", 0, kMostTime)});
+    out.finish();
+  }
+  toml.finish();
+}
+
+CarPlan read_car(TomlReader& toml) {
+  CarPlan car;
+  car.name = toml.text("name");
+  toml.name_it("car '" + car.name + "'");
+  car.start_s_m = toml.number_or("start_s_m", -1e5, 1e5, 0);
+  car.start_d_m = toml.number_or("start_d_m", -30, 30, 0);
+  car.start_speed_mps = kmh(toml.number_or("speed_kmh", 0, 278, 200));
+  for (const toml::table* table : toml.tables("speed")) {
+    TomlReader change(toml.path(), *table, toml.where() + ".speed");
+    car.speed.push_back({change.number("at_s", 0, kMostTime), kmh(change.number("kmh", 0, 278)),
+                         change.number("over_s", 0.01, kMostTime)});
+    change.finish();
+  }
+  for (const toml::table* table : toml.tables("lane")) {
+    TomlReader change(toml.path(), *table, toml.where() + ".lane");
+    car.lane.push_back({change.number("at_s", 0, kMostTime), change.number("d_m", -30, 30),
+                        change.number("over_s", 0.01, kMostTime)});
+    change.finish();
+  }
+  for (const toml::table* table : toml.tables("spin")) {
+    TomlReader spin(toml.path(), *table, toml.where() + ".spin");
+    car.spin.push_back({spin.number("at_s", 0, kMostTime), spin.number("turns", -10, 10),
+                        spin.number("over_s", 0.1, kMostTime)});
+    spin.finish();
+  }
+  toml.finish();
+  return car;
+}
+
+std::vector<int64_t> read_seeds(TomlReader& toml, const toml::table& table, const std::string& key) {
+  std::vector<int64_t> seeds;
+  toml.mark_read(key);
+  if (!table.contains(key)) return seeds;
+  const toml::array* array = table[key].as_array();
+  if (!array) toml.fail(toml.line_of(key), key + " is a list of integers");
+  for (const auto& element : *array) {
+    const auto value = element.value<int64_t>();
+    if (!value || *value < 0) toml.fail(toml.line_of(key), key + " is a list of integers of at least 0");
+    seeds.push_back(*value);
+  }
+  return seeds;
+}
+
+void read_overtakes(Scenario& scenario, TomlReader& toml) {
+  std::vector<Overtake> list;
+  for (const toml::table* table : toml.tables("overtake")) {
+    TomlReader reader(toml.path(), *table, "overtake");
+    Overtake o;
+    o.ego_passes = reader.text("passer") == "ego";
+    o.passer_mps = kmh(reader.number("passer_kmh", 50, 278));
+    o.passed_mps = kmh(reader.number("passed_kmh", 50, 278));
+    const std::string side = reader.text("side");
+    if (side != "left" && side != "right") reader.fail(reader.line_of("side"), "side is left or right");
+    o.on_left = side == "left";
+    o.defends = reader.boolean_or("defends", false);
+    if (o.passer_mps <= o.passed_mps) reader.fail(reader.line_of("passer_kmh"), "the passer must be the faster one");
+    if (!list.empty() && list.back().ego_passes == o.ego_passes)
+      reader.fail(reader.line(), "overtakes alternate: who was passed is next to pass");
+    reader.finish();
+    list.push_back(o);
+  }
+  if (list.empty()) return;
+  if (scenario.cars.size() != 2) toml.fail(toml.line_of("overtake"), "overtakes need two cars, ego and another");
+  plan_overtakes(list, scenario.cars[0], scenario.cars[1], scenario.seconds);
+}
+
+}  // namespace
+
+int32_t Scenario::find_car(const std::string& car) const {
+  for (std::size_t i = 0; i < cars.size(); ++i)
+    if (cars[i].name == car) return int32_t(i);
+  return -1;
+}
+
+const ScanPattern& Scenario::pattern_at(double time_s) const {
+  std::size_t i = patterns.size() - 1;
+  while (i > 0 && patterns[i].at_s > time_s + 1e-9) --i;
+  return patterns[i].pattern;
+}
+
+Scenario parse_scenario(const std::string& path, std::string_view text) {
+  const toml::table root = io::parse_toml(path, text);
+  TomlReader toml(path, root);
+  Scenario scenario;
+  scenario.name = toml.text_or("name", std::filesystem::path(path).stem().string());
+  scenario.track = toml.text_or("track", "oval");
+  if (scenario.track != "oval" && scenario.track != "road") toml.fail(toml.line_of("track"), "track is oval or road");
+  scenario.ego = toml.text_or("ego", "ego");
+  scenario.seconds = toml.number_or("seconds", 0.05, kMostTime, 20);
+  scenario.map_error_m = toml.number_or("map_error_m", 0, 5, scenario.map_error_m);
+  scenario.map_wave_m = toml.number_or("map_wave_m", 10, 5000, scenario.map_wave_m);
+  scenario.tune_seeds = read_seeds(toml, root, "tune_seeds");
+  scenario.test_seeds = read_seeds(toml, root, "test_seeds");
+  for (const int64_t seed : scenario.test_seeds)
+    if (std::count(scenario.tune_seeds.begin(), scenario.tune_seeds.end(), seed))
+      toml.fail(toml.line_of("test_seeds"), "seed " + std::to_string(seed) + " is in both lists");
+  scenario.patterns = {{0, ScanPattern()}};
+  for (const toml::table* table : toml.tables("sensors")) {
+    TomlReader reader(path, *table, "sensors");
+    read_sensors(scenario, reader);
+  }
+  for (const toml::table* table : toml.tables("localisation")) {
+    TomlReader reader(path, *table, "localisation");
+    read_localisation(scenario.localisation, reader);
+  }
+  for (const toml::table* table : toml.tables("car")) {
+    TomlReader reader(path, *table, "car");
+    scenario.cars.push_back(read_car(reader));
+    if (scenario.find_car(scenario.cars.back().name) != int32_t(scenario.cars.size()) - 1)
+      reader.fail(reader.line(), "two cars have this name");
+  }
+  if (scenario.find_car(scenario.ego) < 0) toml.fail(toml.line(), "no car is named '" + scenario.ego + "', the ego");
+  read_overtakes(scenario, toml);
+  for (const toml::table* table : toml.tables("smoke")) {
+    TomlReader reader(path, *table, "smoke");
+    Puffs puffs{reader.text("car"), reader.number("from_s", 0, kMostTime), reader.number("to_s", 0, kMostTime),
+                reader.number_or("per_s", 1, 200, 40), reader.number_or("density_pm", 0.001, 10, 0.3),
+                reader.number_or("life_s", 0.1, 60, 3)};
+    if (scenario.find_car(puffs.car) < 0) reader.fail(reader.line_of("car"), "no car is named '" + puffs.car + "'");
+    scenario.puffs.push_back(puffs);
+    reader.finish();
+  }
+  for (const toml::table* table : toml.tables("debris")) {
+    TomlReader reader(path, *table, "debris");
+    scenario.debris.push_back({reader.number("s_m", -1e5, 1e5), reader.number("d_m", -30, 30),
+                               reader.number_or("size_m", 0.02, 3, 0.4)});
+    reader.finish();
+  }
+  toml.finish();
+  return scenario;
+}
+
+Scenario load_scenario(const std::string& file_or_name) {
+  if (!std::filesystem::exists(file_or_name))
+    for (int32_t i = 0; i < kBuiltinScenarioCount; ++i)
+      if (file_or_name == kBuiltinScenarios[i].name)
+        return parse_scenario(file_or_name, kBuiltinScenarios[i].text);
+  if (!std::filesystem::exists(file_or_name))
+    throw io::Error(file_or_name, 0,
+                    "is no file and no built-in scenario; built in are " + io::join(builtin_scenario_names(), ", "));
+  return parse_scenario(file_or_name, io::read_whole_file(file_or_name));
+}
+
+std::vector<std::string> builtin_scenario_names() {
+  std::vector<std::string> names;
+  for (int32_t i = 0; i < kBuiltinScenarioCount; ++i) names.push_back(kBuiltinScenarios[i].name);
+  return names;
+}
+
+}  // namespace overtake::sim

@@ -1,0 +1,64 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What happens in a simulated race: a TOML file (README.md lists the keys) read into plain data.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/sim/ego_localisation.h"
+#include "tools/sim/motion.h"
+#include "tools/sim/scan_pattern.h"
+
+namespace overtake::sim {
+
+struct SensorErrors {
+  double range_noise_m = 0.01;           // one sigma
+  double beam_rad = 0.0015;              // full width of a beam (4 sigma of its energy)
+  double missing_line_share = 0;         // of lines that never come
+  double clock_jitter_s = 0.0002;        // of a scan's stamp, one sigma
+  double mounting_error_m = 0.005, mounting_error_rad = 0.1 * kDegree;    // one sigma each axis, one draw a run
+  double range_min_m = 0.5, range_max_m = 300;
+  bool second_returns = true;
+};
+
+struct PatternChange {
+  double at_s;
+  ScanPattern pattern;
+};
+
+struct Puffs {                           // tyre smoke or dust behind a car
+  std::string car;
+  double from_s, to_s, per_s, density_pm, life_s;
+};
+
+struct Debris {
+  double s_m, d_m, size_m;
+};
+
+struct Scenario {
+  std::string name, track = "oval", ego = "ego";
+  double seconds = 20;
+  std::vector<int64_t> tune_seeds, test_seeds;
+  double seam_strip_m = 0.82;            // blind strip between front and side sensors
+  double map_error_m = 0.05, map_wave_m = 200;   // survey error of the written map: one sigma, correlation length
+  std::vector<PatternChange> patterns;   // at least one, the first from the start
+  SensorErrors errors;
+  LocalisationErrors localisation;
+  std::vector<CarPlan> cars;
+  std::vector<Puffs> puffs;
+  std::vector<Debris> debris;
+
+  int32_t find_car(const std::string& car) const;      // -1: none
+  const ScanPattern& pattern_at(double time_s) const;
+};
+
+// Throw io::Error with file and line.
+Scenario load_scenario(const std::string& file_or_name);
+Scenario parse_scenario(const std::string& path_in_errors, std::string_view text);
+std::vector<std::string> builtin_scenario_names();
+
+}  // namespace overtake::sim

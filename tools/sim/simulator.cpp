@@ -1,0 +1,110 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+#include "tools/sim/simulator.h"
+
+#include <algorithm>
+
+namespace overtake::sim {
+namespace {
+
+enum Stream : uint64_t { kMountingStream = 1, kScanStream, kClockStream, kEgoStream, kMapStream, kPuffStream };
+
+}  // namespace
+
+Simulator::Simulator(const Scenario& scenario, uint64_t seed, double seconds, int32_t worker_count)
+    : scenario_(scenario),
+      random_(seed),
+      seconds_(seconds > 0 ? std::min(seconds, scenario.seconds) : scenario.seconds),
+      world_(std::make_unique<World>(scenario)),
+      workers_(std::make_unique<Workers>(worker_count)),
+      rig_(io::load_rig("av21")) {
+  world_->puff_random = random_.branch(kPuffStream);
+  // The side sensors move forward or back until the strip between the fields of view is as wide as asked for.
+  io::RigSensor &front = rig_.sensors[0], &left = rig_.sensors[1], &right = rig_.sensors[2];
+  const SinCos edge = sin_cos(60 * kDegree);
+  left.x_m = right.x_m = front.x_m - (scenario.seam_strip_m - left.y_m * edge.cos) / edge.sin;
+  double fastest = 0;
+  for (const PatternChange& change : scenario_.patterns) fastest = std::max(fastest, double(change.pattern.lines()));
+  rig_.period_s = 1 / scenario_.patterns.front().pattern.rate_hz;
+  for (int32_t s = 0; s < kSensors; ++s) {
+    io::RigSensor& sensor = rig_.sensors[std::size_t(s)];
+    sensor.rows = int32_t(fastest);
+    sensor.range_max_m = scenario_.errors.range_max_m;
+    sensor.range_min_m = scenario_.errors.range_min_m;
+    Mounting& m = mounting_[s];
+    m.nominal = {rotation_of(sensor.roll_deg * kDegree, sensor.pitch_deg * kDegree, sensor.yaw_deg * kDegree),
+                 {sensor.x_m, sensor.y_m, sensor.z_m}};
+    Random dice = random_.branch(kMountingStream).branch(uint64_t(s));
+    const double size = scenario_.errors.mounting_error_m, turn = scenario_.errors.mounting_error_rad;
+    const Rigid error{rotation_of(turn * dice.normal(), turn * dice.normal(), turn * dice.normal()),
+                      {size * dice.normal(), size * dice.normal(), size * dice.normal()}};
+    m.real = m.nominal * error;
+  }
+  for (double t = 0; t < seconds_ - 1e-9;) {
+    begin_s_.push_back(t);
+    t += 1 / scenario_.pattern_at(t).rate_hz;
+  }
+}
+
+Sweep Simulator::sweep(int32_t index) {
+  Sweep sweep;
+  const double begin = begin_s_[std::size_t(index)];
+  sweep.begin_ns = int64_t(begin * 1e9 + 0.5);
+  std::vector<ScanJob> jobs;
+  for (int32_t s = 0; s < kSensors; ++s) {
+    Random clock = random_.branch(kClockStream).branch(uint64_t(index)).branch(uint64_t(s));
+    const double off = scenario_.errors.clock_jitter_s * clamp(clock.normal(), -4, 4);
+    sweep.stamp_ns[s] = std::max<int64_t>(0, sweep.begin_ns + int64_t(std::floor(off * 1e9 + 0.5)));
+    jobs.push_back({world_.get(), &scenario_.pattern_at(begin), &scenario_.errors, mounting_[s], begin, s,
+                    random_.branch(kScanStream).branch(uint64_t(index)).branch(uint64_t(s))});
+  }
+  sweep.scans = take_scans(jobs, *workers_);
+  return sweep;
+}
+
+std::vector<EgoPose> Simulator::ego_poses() const {
+  return localise(*world_->motions[std::size_t(world_->ego)], scenario_.localisation, seconds_ + 0.2,
+                  random_.branch(kEgoStream));
+}
+
+// Survey error: a smooth random wave across the line and in both widths, made of the harmonics longer than map_wave_m.
+SurveyedMap Simulator::map() const {
+  const Track& track = world_->track;
+  const int32_t harmonics = std::max(1, int32_t(track.length_m() / scenario_.map_wave_m));
+  struct Wave {
+    std::vector<double> sine, cosine;
+  };
+  Wave waves[3];
+  for (int32_t w = 0; w < 3; ++w) {
+    Random dice = random_.branch(kMapStream).branch(uint64_t(w));
+    for (int32_t h = 0; h < harmonics; ++h) {
+      waves[w].sine.push_back(dice.normal() / std::sqrt(double(harmonics)));
+      waves[w].cosine.push_back(dice.normal() / std::sqrt(double(harmonics)));
+    }
+  }
+  const auto error = [&](int32_t w, double s) {
+    double sum = 0;
+    for (int32_t h = 0; h < harmonics; ++h) {
+      const SinCos a = sin_cos(2 * kPi * (h + 1) * s / track.length_m());
+      sum += waves[w].sine[std::size_t(h)] * a.sin + waves[w].cosine[std::size_t(h)] * a.cos;
+    }
+    return scenario_.map_error_m * sum;
+  };
+  SurveyedMap map;
+  const int32_t count = int32_t(track.length_m() / 2);
+  for (int32_t i = 0; i < count; ++i) {
+    const double s = track.length_m() * i / count;
+    const TrackPoint p = track.at(s);
+    const SinCos h = sin_cos(p.heading_rad);
+    const double off = error(0, s);
+    map.x_m.push_back(p.x - off * h.sin);
+    map.y_m.push_back(p.y + off * h.cos);
+    map.width_left_m.push_back(p.width_left_m + error(1, s));
+    map.width_right_m.push_back(p.width_right_m + error(2, s));
+    map.banking_rad.push_back(p.banking_rad);
+  }
+  return map;
+}
+
+}  // namespace overtake::sim

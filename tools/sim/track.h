@@ -1,0 +1,56 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A closed race track as a surface over (s, d): s along the centre line in driving direction, d to the left of it, both
+// in metres and horizontal. Curvature, banking and widths are smooth everywhere.
+//
+//     z  ^            outer wall |            A banked road is straight across: z = z_center - d tan(banking); with
+//        |                   __/ |            banking > 0 the right side is the higher one (left turns).
+//        |            __--''                  Beyond the left edge lie the apron and grass, level at the edge's height;
+//        +-----____-''------------> -d        beyond the right edge the road goes on up to the wall.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tools/sim/sim_math.h"
+
+namespace overtake::sim {
+
+struct TrackPoint {
+  double x, y, z, heading_rad, curvature_pm, banking_rad, width_left_m, width_right_m;
+};
+
+struct SurfaceFrame {
+  Vec3 place, along, left, up;         // unit vectors; left and along span the tangent plane
+};
+
+class Track {
+ public:
+  // Built in: "oval" (2.45 km, Las Vegas like, from published figures) and "road" (a Fourier curve with slopes, left and
+  // right turns). Throws std::invalid_argument on another name.
+  static Track make(const std::string& name);
+
+  const std::string& name() const { return name_; }
+  double length_m() const { return length_; }
+  double wall_behind_edge_m() const { return 0.8; }
+  double apron_m() const { return apron_; }
+  double wrap(double s) const { return s - length_ * std::floor(s / length_); }
+
+  TrackPoint at(double s) const;
+  double height(double s, double d) const;
+  SurfaceFrame frame(double s, double d) const;
+  Vec3 place(double s, double d) const;
+
+ private:
+  void fill_oval();
+  void fill_road();
+  void close(double spare_x, double spare_y);
+
+  std::string name_;
+  double length_ = 0, step_ = 0, apron_ = 4.5;
+  std::vector<TrackPoint> points_;       // every step_ metres, point 0 at s = 0
+};
+
+}  // namespace overtake::sim

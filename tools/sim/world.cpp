@@ -1,0 +1,83 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+#include "tools/sim/world.h"
+
+namespace overtake::sim {
+namespace {
+
+Mesh make_all_that_stands(const Track& track, const Scenario& scenario) {
+  Mesh mesh = make_surroundings(track);
+  mesh.material = MaterialId::debris;
+  mesh.surface = Surface::debris;
+  for (const Debris& piece : scenario.debris) {
+    const SurfaceFrame f = track.frame(piece.s_m, piece.d_m);
+    const double half = piece.size_m / 2;
+    const Rigid foot = Rigid{{f.along, f.left, f.up}, f.place} * Rigid{rotation_about_z(piece.s_m), {}};
+    mesh.add_box(foot, {-half, -half * 0.6, 0}, {half, half * 0.6, half * 0.5});
+  }
+  return mesh;
+}
+
+}  // namespace
+
+World::World(const Scenario& scenario)
+    : track(Track::make(scenario.track)),
+      surroundings(make_all_that_stands(track, scenario)),
+      car(make_race_car(Surface::car)),
+      ego(scenario.find_car(scenario.ego)) {
+  for (const CarPlan& plan : scenario.cars)
+    motions.push_back(std::make_unique<Motion>(track, plan, scenario.seconds));
+  for (const Puffs& p : scenario.puffs)
+    puff_sources.push_back({motions[std::size_t(scenario.find_car(p.car))].get(), p.from_s, p.to_s, p.per_s, p.density_pm,
+                            p.life_s, puff_sources.size()});
+}
+
+LineView LineView::make(const World& world, double begin_s, double end_s) {
+  LineView view;
+  for (int32_t i = 0; i < int32_t(world.motions.size()); ++i) {
+    const Motion& motion = *world.motions[std::size_t(i)];
+    const Rigid begin = motion.at(begin_s).T_map_vehicle, end = motion.at(end_s).T_map_vehicle;
+    if (i == world.ego) {
+      view.ego[0] = begin, view.ego[1] = end;
+    } else {
+      view.cars[0].push_back(begin), view.cars[1].push_back(end);
+      view.numbers.push_back(i);
+    }
+  }
+  return view;
+}
+
+BeamHit cast(const World& world, const LineView& view, double share, const Ray& ray, double near_m, double far_m) {
+  BeamHit best;
+  double far = far_m;
+  const Hit own = world.car.cast(ray.origin_vehicle, ray.direction_vehicle, near_m, far);
+  if (own.triangle >= 0) {
+    const Triangle& t = world.car.triangle(own.triangle);
+    far = own.range_m;
+    best = {own.range_m, std::fabs(dot(world.car.normal(own.triangle), ray.direction_vehicle)),
+            uint16_t(uint16_t(Surface::car) + world.ego), t.material};
+  }
+  for (std::size_t i = 0; i < view.numbers.size(); ++i) {
+    // A ball round the car first; a car moves a few centimetres within a line.
+    const Vec3 to = view.cars[0][i] * world.car.center() - ray.origin_map;
+    const double along = dot(to, ray.direction_map), radius = world.car.radius_m() + 0.3;
+    if (along < -radius || along - radius > far || dot(to, to) - along * along > radius * radius) continue;
+    const Rigid pose = blend(view.cars[0][i], view.cars[1][i], share);
+    const Vec3 origin = pose.inverse_times(ray.origin_map), direction = pose.rotation.transposed_times(ray.direction_map);
+    const Hit hit = world.car.cast(origin, direction, near_m, far);
+    if (hit.triangle < 0) continue;
+    far = hit.range_m;
+    best = {hit.range_m, std::fabs(dot(world.car.normal(hit.triangle), direction)),
+            uint16_t(uint16_t(Surface::car) + view.numbers[i]), world.car.triangle(hit.triangle).material};
+  }
+  const Hit hit = world.surroundings.cast(ray.origin_map, ray.direction_map, near_m, far);
+  if (hit.triangle >= 0) {
+    const Triangle& t = world.surroundings.triangle(hit.triangle);
+    best = {hit.range_m, std::fabs(dot(world.surroundings.normal(hit.triangle), ray.direction_map)), uint16_t(t.surface),
+            t.material};
+  }
+  return best;
+}
+
+}  // namespace overtake::sim

@@ -1,0 +1,53 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Everything a beam can meet: the surroundings, the cars where they are at that moment, the own car, smoke.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "tools/sim/bvh.h"
+#include "tools/sim/scenario.h"
+#include "tools/sim/smoke.h"
+
+namespace overtake::sim {
+
+struct World {
+  Track track;
+  Bvh surroundings;                      // map frame
+  Bvh car;                               // vehicle frame; one shape for all
+  std::vector<std::unique_ptr<Motion>> motions;   // by car of the scenario
+  int32_t ego = 0;
+  std::vector<PuffSource> puff_sources;
+  Random puff_random{0};                 // the same for all sensors and scans of a run
+
+  // Throws std::invalid_argument where a plan is beyond what a car can do.
+  explicit World(const Scenario& scenario);
+};
+
+// What a beam met. surface: Surface, cars numbered from Surface::car.
+struct BeamHit {
+  double range_m = 0;
+  double cos_incidence = 0;
+  uint16_t surface = 0;                  // none: nothing within range
+  MaterialId material = MaterialId::asphalt;
+};
+
+// The cars and the ego as one line of a scan sees them: poses at its begin and end, straight in between.
+struct LineView {
+  Rigid ego[2];
+  std::vector<Rigid> cars[2];
+  std::vector<int32_t> numbers;          // of the cars, the ego left out
+
+  static LineView make(const World& world, double begin_s, double end_s);
+};
+
+struct Ray {
+  Vec3 origin_map, direction_map, origin_vehicle, direction_vehicle;
+};
+
+// The nearest hit beyond near_m at `share` of the line's time.
+BeamHit cast(const World& world, const LineView& view, double share, const Ray& ray, double near_m, double far_m);
+
+}  // namespace overtake::sim
