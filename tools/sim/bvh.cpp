@@ -16,6 +16,10 @@ constexpr double kRimTolerance = 1e-12;
 
 double component(Vec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
+// Four floats that are computed with together (a vector type of g++ and clang; every machine of ours has one).
+using Four = float __attribute__((vector_size(16)));
+Four load(const float* p) { return Four{p[0], p[1], p[2], p[3]}; }
+
 struct Box {
   Vec3 low{1e30, 1e30, 1e30}, high{-1e30, -1e30, -1e30};
   void add(Vec3 p) {
@@ -51,9 +55,11 @@ Bvh::Bvh(const Mesh& mesh) : triangles_(mesh.triangles) {
   center_ = (all.low + all.high) * 0.5;
   for (const Triangle& t : triangles_)
     for (const Vec3 p : {t.a, t.b, t.c}) radius_ = std::max(radius_, length(p - center_));
-  nodes_.reserve(2 * triangles_.size());
-  nodes_.emplace_back();
+  branches_.reserve(2 * triangles_.size());
+  branches_.emplace_back();
   split(0, 0, int32_t(triangles_.size()), 0);
+  widen(0);
+  branches_ = {};
   for (const int32_t i : order_) {
     const Triangle& t = triangles_[std::size_t(i)];
     edges_.push_back({t.a, t.b - t.a, t.c - t.a, i});
@@ -62,7 +68,7 @@ Bvh::Bvh(const Mesh& mesh) : triangles_(mesh.triangles) {
   order_.shrink_to_fit();
 }
 
-void Bvh::split(std::size_t node, int32_t begin, int32_t end, int depth) {
+void Bvh::split(std::size_t branch, int32_t begin, int32_t end, int depth) {
   Box box, centers;
   for (int32_t i = begin; i < end; ++i) {
     const Box b = box_of(triangles_[std::size_t(order_[std::size_t(i)])]);
@@ -70,11 +76,11 @@ void Bvh::split(std::size_t node, int32_t begin, int32_t end, int depth) {
     centers.add((b.low + b.high) * 0.5);
   }
   for (int k = 0; k < 3; ++k) {
-    nodes_[node].low[k] = float(component(box.low, k) - kGrow);
-    nodes_[node].high[k] = float(component(box.high, k) + kGrow);
+    branches_[branch].low[k] = float(component(box.low, k) - kGrow);
+    branches_[branch].high[k] = float(component(box.high, k) + kGrow);
   }
-  nodes_[node].first = begin;
-  nodes_[node].count = end - begin;
+  branches_[branch].first = begin;
+  branches_[branch].count = end - begin;
   if (end - begin <= kLeaf || depth >= kDepthMost) return;
 
   double best = std::numeric_limits<double>::max();
@@ -115,13 +121,45 @@ void Bvh::split(std::size_t node, int32_t begin, int32_t end, int depth) {
   const auto middle = std::stable_partition(order_.begin() + begin, order_.begin() + end,
                                             [&](int32_t i) { return bin_of(i, best_axis) <= best_bin; });
   const int32_t cut = int32_t(middle - order_.begin());
-  const std::size_t child = nodes_.size();
-  nodes_.emplace_back();
-  nodes_.emplace_back();
-  nodes_[node].first = int32_t(child);
-  nodes_[node].count = 0;
+  const std::size_t child = branches_.size();
+  branches_.emplace_back();
+  branches_.emplace_back();
+  branches_[branch].first = int32_t(child);
+  branches_[branch].count = 0;
   split(child, begin, cut, depth + 1);
   split(child + 1, cut, end, depth + 1);
+}
+
+// A node of four boxes: the branch's children, the largest of them replaced by theirs.
+int32_t Bvh::widen(int32_t branch) {
+  std::vector<int32_t> children{branch};
+  while (children.size() < 4) {
+    int32_t best = -1;
+    float best_area = -1;
+    for (std::size_t i = 0; i < children.size(); ++i) {
+      const Branch& b = branches_[std::size_t(children[i])];
+      const float x = b.high[0] - b.low[0], y = b.high[1] - b.low[1], z = b.high[2] - b.low[2];
+      if (b.count == 0 && x * y + y * z + z * x > best_area) best = int32_t(i), best_area = x * y + y * z + z * x;
+    }
+    if (best < 0) break;
+    const int32_t first = branches_[std::size_t(children[std::size_t(best)])].first;
+    children[std::size_t(best)] = first;
+    children.push_back(first + 1);
+  }
+  const std::size_t self = nodes_.size();
+  nodes_.emplace_back();
+  for (std::size_t i = 0; i < 4; ++i) {
+    const bool used = i < children.size();
+    const Branch b = branches_[std::size_t(used ? children[i] : branch)];
+    for (int k = 0; k < 3; ++k) {
+      nodes_[self].low[k][i] = used ? b.low[k] : 3e38f;      // met by no ray
+      nodes_[self].high[k][i] = used ? b.high[k] : 3e38f;
+    }
+    nodes_[self].count[i] = used ? b.count : -1;
+    const int32_t child = !used || b.count > 0 ? b.first : widen(children[i]);
+    nodes_[self].child[i] = child;
+  }
+  return int32_t(self);
 }
 
 Hit Bvh::cast(Vec3 origin, Vec3 direction, double near_m, double far_m) const {
@@ -135,38 +173,37 @@ Hit Bvh::cast(Vec3 origin, Vec3 direction, double near_m, double far_m) const {
     inverse[k] = float(1 / (std::fabs(d) > 1e-12 ? d : d < 0 ? -1e-12 : 1e-12));
   }
   float far_f = float(far * (1 + 1e-6));
-  // Entry of the ray into a box, or a number above the nearest hit so far.
-  const auto enter = [&](const Node& n) {
-    float low = 0, high = far_f;
-    for (int k = 0; k < 3; ++k) {
-      const float u = (n.low[k] - o[k]) * inverse[k], v = (n.high[k] - o[k]) * inverse[k];
-      low = std::max(low, std::min(u, v));
-      high = std::min(high, std::max(u, v));
-    }
-    return low <= high * 1.000001f ? low : std::numeric_limits<float>::infinity();
-  };
   struct Waiting {
-    int32_t node;
+    int32_t child, count;
     float entry;
   };
-  Waiting stack[kDepthMost + 4];
+  Waiting stack[3 * kDepthMost + 8];
   int depth = 0;
-  const float root = enter(nodes_[0]);
-  if (root <= far_f) stack[depth++] = {0, root};
+  stack[depth++] = {0, 0, 0};
   while (depth > 0) {
     const Waiting top = stack[--depth];
     if (top.entry > far_f) continue;
-    const Node* node = &nodes_[std::size_t(top.node)];
-    while (node->count == 0) {
-      const int32_t child = node->first;
-      float a = enter(nodes_[std::size_t(child)]), b = enter(nodes_[std::size_t(child) + 1]);
-      int32_t first = child, second = child + 1;
-      if (b < a) std::swap(a, b), std::swap(first, second);
-      if (a > far_f) break;
-      if (b <= far_f) stack[depth++] = {second, b};
-      node = &nodes_[std::size_t(first)];
+    if (top.count == 0) {
+      const Node& node = nodes_[std::size_t(top.child)];
+      Four low{0, 0, 0, 0}, high{far_f, far_f, far_f, far_f};
+      for (int k = 0; k < 3; ++k) {
+        const Four u = (load(node.low[k]) - o[k]) * inverse[k], v = (load(node.high[k]) - o[k]) * inverse[k];
+        const Four enter = u < v ? u : v, leave = u < v ? v : u;
+        low = low < enter ? enter : low;
+        high = high < leave ? high : leave;
+      }
+      const auto met = low <= high * 1.000001f;
+      // The nearest on top of the stack.
+      const int begin = depth;
+      for (int i = 0; i < 4; ++i) {
+        if (!met[i] || node.count[i] < 0) continue;
+        int j = depth++;
+        for (; j > begin && stack[j - 1].entry < low[i]; --j) stack[j] = stack[j - 1];
+        stack[j] = {node.child[i], node.count[i], low[i]};
+      }
+      continue;
     }
-    for (int32_t i = node->first; i < node->first + node->count; ++i) {
+    for (int32_t i = top.child; i < top.child + top.count; ++i) {
       const Edges& e = edges_[std::size_t(i)];
       const Vec3 p = cross(direction, e.ac);
       const double det = dot(e.ab, p);

@@ -34,20 +34,27 @@ class Bvh {
   double radius_m() const { return radius_; }
 
  private:
-  struct Node {                        // inner: children at first and first + 1; leaf: count triangles from first
+  struct Branch {                      // while building: children at first and first + 1; leaf: count triangles from first
     float low[3];
     int32_t first;
     float high[3];
     int32_t count;
   };
+  // Four boxes side by side; child: a node, or where count > 0 the first of so many triangles. Empty: count < 0.
+  struct Node {
+    float low[3][4], high[3][4];
+    int32_t child[4], count[4];
+  };
   struct Edges {
     Vec3 a, ab, ac;
     int32_t index;
   };
-  void split(std::size_t node, int32_t begin, int32_t end, int depth);
+  void split(std::size_t branch, int32_t begin, int32_t end, int depth);
+  int32_t widen(int32_t branch);
 
   std::vector<Triangle> triangles_;
   std::vector<Vec3> normal_;
+  std::vector<Branch> branches_;       // while building
   std::vector<Node> nodes_;
   std::vector<Edges> edges_;           // in leaf order
   std::vector<int32_t> order_;         // while building

@@ -3,8 +3,9 @@
 //
 // An open-wheel race car of the Dallara AV-21's size. Lengths from published figures of the car (4.921 x 1.886 m, wheel
 // base 2.971 m); shapes by eye. The rear wing sits as low as on ovals: seen from the side sensors its end plates and
-// main plane fill the last degrees before straight back, where the recorded scans have none of their own car's points
-// and nothing of the road behind.
+// main plane fill the last 7 degrees before straight back at 0.3 to 5 degrees below the horizon, where the recorded side
+// scans have nothing of the road behind. The tyres' tops stand 0.57 m over the road of the vehicle frame: that is where
+// the recorded front scans see them (0.87 m off, 5.7 degrees down), though the tyre's own radius would put them higher.
 #include "tools/sim/mesh.h"
 
 namespace overtake::sim {
@@ -53,7 +54,7 @@ void add_wing(Mesh& mesh, double x_front, double x_rear, double z_front, double 
 }  // namespace
 
 Mesh make_race_car(Surface surface) {
-  constexpr double kFrontAxle = 2.971, kFrontRadius = 0.33, kRearRadius = 0.35;
+  constexpr double kFrontAxle = 2.971, kFrontRadius = 0.285, kRearRadius = 0.29;
   constexpr double kTip = kCarCenterXM + kCarLengthM / 2, kTail = kCarCenterXM - kCarLengthM / 2;
   constexpr double kHalfWidth = kCarWidthM / 2;
   const Rigid here;
@@ -96,13 +97,13 @@ Mesh make_race_car(Surface surface) {
     const double front = side * (kHalfWidth - 0.27), rear = side * (kHalfWidth - 0.37);
     add_tube(mesh, {3.25, side * 0.18, 0.22}, {kFrontAxle, front, 0.20}, 0.014);
     add_tube(mesh, {2.65, side * 0.22, 0.22}, {kFrontAxle, front, 0.20}, 0.014);
-    add_tube(mesh, {3.20, side * 0.18, 0.40}, {kFrontAxle, front, 0.44}, 0.014);
-    add_tube(mesh, {2.65, side * 0.22, 0.46}, {kFrontAxle, front, 0.44}, 0.014);
+    add_tube(mesh, {3.20, side * 0.18, 0.40}, {kFrontAxle, front, 0.42}, 0.014);
+    add_tube(mesh, {2.65, side * 0.22, 0.46}, {kFrontAxle, front, 0.42}, 0.014);
     add_tube(mesh, {3.08, side * 0.19, 0.42}, {kFrontAxle, front, 0.22}, 0.012);
     add_tube(mesh, {0.42, side * 0.13, 0.24}, {0, rear, 0.22}, 0.016);
     add_tube(mesh, {-0.30, side * 0.11, 0.24}, {0, rear, 0.22}, 0.016);
-    add_tube(mesh, {0.38, side * 0.13, 0.42}, {0, rear, 0.48}, 0.016);
-    add_tube(mesh, {-0.28, side * 0.11, 0.42}, {0, rear, 0.48}, 0.016);
+    add_tube(mesh, {0.38, side * 0.13, 0.42}, {0, rear, 0.46}, 0.016);
+    add_tube(mesh, {-0.28, side * 0.11, 0.42}, {0, rear, 0.46}, 0.016);
     add_tube(mesh, {0.00, side * 0.12, 0.35}, {0, rear, 0.35}, 0.025);  // drive shaft
     // Mirrors stand out of the tub.
     mesh.material = MaterialId::paint;
@@ -111,12 +112,12 @@ Mesh make_race_car(Surface surface) {
   }
   // Rear wing with end plates, two pylons; crash structure, diffuser, rain light.
   mesh.material = MaterialId::dark_carbon;
-  add_wing(mesh, -0.38, -0.80, 0.64, 0.71, 0.58, 0.025);
-  add_wing(mesh, -0.72, kTail + 0.01, 0.72, 0.78, 0.58, 0.015);
+  add_wing(mesh, -0.38, -0.80, 0.60, 0.66, 0.58, 0.025);
+  add_wing(mesh, -0.72, kTail + 0.01, 0.67, 0.73, 0.58, 0.015);
   mesh.material = MaterialId::paint;
   for (const double side : {1.0, -1.0}) {
-    mesh.add_box(here, {kTail, side * 0.59 - 0.008, 0.46}, {-0.34, side * 0.59 + 0.008, 0.80});
-    mesh.add_box(here, {-0.66, side * 0.08 - 0.008, 0.36}, {-0.50, side * 0.08 + 0.008, 0.66});
+    mesh.add_box(here, {kTail, side * 0.59 - 0.008, 0.48}, {-0.34, side * 0.59 + 0.008, 0.74});
+    mesh.add_box(here, {-0.66, side * 0.08 - 0.008, 0.36}, {-0.50, side * 0.08 + 0.008, 0.62});
   }
   mesh.material = MaterialId::dark_carbon;
   mesh.add_quad({0.25, -0.45, 0.05}, {0.25, 0.45, 0.05}, {-0.55, 0.45, 0.24}, {-0.55, -0.45, 0.24});

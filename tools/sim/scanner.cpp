@@ -42,6 +42,10 @@ struct JobWork {
 
 double shot_share(int32_t shot) { return double(shot) / kShots; }
 
+double azimuth_of(int32_t beam) {
+  return kAzimuthLeft - (beam % kHeads) * 60 * kDegree - (beam / kHeads + 0.5) * kShotStep;
+}
+
 Ray make_ray(const JobWork& work, const LineWork& line, int32_t beam, double aside_rad, double up_rad) {
   const double share = shot_share(beam / kHeads);
   SinCos a = work.azimuth[std::size_t(beam)];
@@ -57,16 +61,36 @@ Ray make_ray(const JobWork& work, const LineWork& line, int32_t beam, double asi
   return ray;
 }
 
-Layers cast_layers(const JobWork& work, const LineWork& line, int32_t beam, const Ray& ray) {
+// A beam meets wires of a mesh or slips through between them; then they stop a share of it. Near the sensor the beam is
+// narrower than a mesh, and most of them slip through.
+bool meets_wire(const SensorErrors& errors, BeamHit& hit, Random& dice) {
+  const double wire = material_of(hit.material).wire_m;
+  if (wire == 0) return true;
+  const double across = kMeshPitch, along = kMeshPitch * std::max(hit.cos_incidence, 0.05);
+  const double reach = wire + 0.5 * errors.beam_rad * hit.range_m;       // half of the energy lies in half the width
+  const double missed = (1 - std::min(1.0, reach / across)) * (1 - std::min(1.0, reach / along));
+  const double stopped = 1 - (1 - wire / across) * (1 - std::min(1.0, wire / along));
+  if (dice.uniform() < missed) return false;
+  hit.coverage = std::min(1.0, stopped / (1 - missed));
+  hit.cos_incidence = 0.7;                                              // wires are round
+  return true;
+}
+
+// The rays of one beam agree on whether it meets a wire.
+Layers cast_layers(const JobWork& work, const LineWork& line, int32_t number, int32_t beam, const Ray& ray) {
+  const ScanJob& job = *work.job;
   const double share = shot_share(beam / kHeads);
+  const bool own_car = job.own_car->may_meet(azimuth_of(beam), line.top_rad + line.fall_rad * share);
+  Random dice = job.random.branch(uint64_t(number) * kBeams + uint64_t(beam) + (uint64_t(1) << 40));
   Layers layers;
   double near_m = 0.02;
   while (layers.count < kLayers) {
-    const BeamHit hit = cast(*work.job->world, line.view, share, ray, near_m, work.job->errors->range_max_m);
+    BeamHit hit = cast(*job.world, line.view, share, ray, own_car, near_m, job.errors->range_max_m);
     if (hit.surface == uint16_t(Surface::none)) break;
-    layers.hit[layers.count++] = hit;
-    if (material_of(hit.material).coverage >= 1) break;
     near_m = hit.range_m + 1e-3;
+    if (!meets_wire(*job.errors, hit, dice)) continue;
+    layers.hit[layers.count++] = hit;
+    if (hit.coverage >= 1) break;
   }
   return layers;
 }
@@ -82,25 +106,28 @@ void begin_line(JobWork& work, int32_t number) {
   line.missing = job.random.branch(uint64_t(number) + 1000000).uniform() < job.errors->missing_line_share;
   line.middle.resize(kBeams);
   for (int32_t beam = 0; beam < kBeams && !line.missing; ++beam)
-    line.middle[std::size_t(beam)] = cast_layers(work, line, beam, make_ray(work, line, beam, 0, 0));
+    line.middle[std::size_t(beam)] = 
+        cast_layers(work, line, number, beam, make_ray(work, line, beam, 0, 0));
 }
 
-// Whether two neighbouring beams met the same surface: on a smooth one the range changes little, or as it does on the
-// other side.
+// What stopped the beam for good, behind wires: a surface, or nothing (surface 0).
+BeamHit solid_hit(const Layers& layers) {
+  if (layers.count == 0 || layers.hit[layers.count - 1].coverage < 1) return BeamHit();
+  return layers.hit[layers.count - 1];
+}
+
+// Whether two beams side by side met the same surface at about the same range.
 bool alike(const Layers& a, const Layers& b) {
-  if (a.count != b.count) return false;
-  for (int32_t i = 0; i < a.count; ++i) {
-    const BeamHit &p = a.hit[i], &q = b.hit[i];
-    if (p.surface != q.surface || p.material != q.material) return false;
-    const double slack = p.cos_incidence < 0.3 ? 0.1 : 0.02;   // a floor or wall seen at a grazing angle
-    if (std::fabs(p.range_m - q.range_m) > 0.3 + slack * std::min(p.range_m, q.range_m)) return false;
-  }
-  return true;
+  const BeamHit p = solid_hit(a), q = solid_hit(b);
+  if (p.surface != q.surface || p.material != q.material) return false;
+  const double slack = p.cos_incidence < 0.3 ? 0.1 : 0.02;   // a floor or wall seen at a grazing angle
+  return std::fabs(p.range_m - q.range_m) < 0.3 + slack * std::min(p.range_m, q.range_m);
 }
 
-bool meets_car(const Layers& layers) {
+bool meets_car(const JobWork& work, const Layers& layers) {
+  const uint16_t own = uint16_t(uint16_t(Surface::car) + work.job->world->ego);
   for (int32_t i = 0; i < layers.count; ++i)
-    if (layers.hit[i].surface >= uint16_t(Surface::car)) return true;
+    if (layers.hit[i].surface >= uint16_t(Surface::car) && layers.hit[i].surface != own) return true;
   return false;
 }
 
@@ -117,29 +144,28 @@ bool may_meet_car(const JobWork& work, const LineWork& line, const Ray& ray) {
 bool needs_split(const JobWork& work, int32_t number, int32_t beam, const Ray& ray) {
   const LineWork& line = work.lines[std::size_t(number)];
   const Layers& own = line.middle[std::size_t(beam)];
-  if (meets_car(own) || may_meet_car(work, line, ray)) return true;
+  if (meets_car(work, own) || may_meet_car(work, line, ray)) return true;
   for (const int32_t other : {beam - kHeads, beam + kHeads})
     if (other >= 0 && other < kBeams && !alike(own, line.middle[std::size_t(other)])) return true;
   for (const int32_t other : {number - 1, number + 1}) {
     if (other < 0 || other >= int32_t(work.lines.size())) continue;
     const LineWork& next = work.lines[std::size_t(other)];
     if (next.missing) continue;
-    const Layers& hit = next.middle[std::size_t(beam)];
     // Floors run away from row to row: only what is met counts there.
-    if (own.count != hit.count) return true;
-    for (int32_t i = 0; i < own.count; ++i)
-      if (own.hit[i].surface != hit.hit[i].surface) return true;
+    if (solid_hit(own).surface != solid_hit(next.middle[std::size_t(beam)]).surface) return true;
   }
   return false;
 }
 
-void add_layers(const Layers& layers, double share, double beam_rad, std::vector<Contribution>& out) {
+void add_layers(const JobWork& work, const Layers& layers, double share, double beam_rad, std::vector<Contribution>& out) {
+  const uint16_t own_car = uint16_t(uint16_t(Surface::car) + work.job->world->ego);
   for (int32_t i = 0; i < layers.count; ++i) {
     const BeamHit& hit = layers.hit[i];
-    const Material& material = material_of(hit.material);
-    const double g = returned_share(material, hit.cos_incidence) * stretch_loss(hit.range_m, beam_rad, hit.cos_incidence);
-    out.push_back({hit.range_m, share * material.coverage * g, hit.surface});
-    share *= 1 - material.coverage;
+    if (hit.surface == own_car && !work.job->errors->report_own_car) return;
+    const double g = returned_share(material_of(hit.material), hit.cos_incidence) *
+                     stretch_loss(hit.range_m, beam_rad, hit.cos_incidence);
+    out.push_back({hit.range_m, share * hit.coverage * g, hit.surface});
+    share *= 1 - hit.coverage;
   }
 }
 
@@ -234,13 +260,13 @@ void finish_line(JobWork& work, int32_t number) {
     echoes.clear();
     if (beam_rad > 0 && needs_split(work, number, beam, ray)) {
       ++line.out.split_beams;
-      add_layers(line.middle[std::size_t(beam)], 0.4, beam_rad * 0.5, echoes);
+      add_layers(work, line.middle[std::size_t(beam)], 0.4, beam_rad * 0.5, echoes);
       for (int32_t corner = 0; corner < 4; ++corner) {
         const Ray part = make_ray(work, line, beam, corner & 1 ? off : -off, corner & 2 ? off : -off);
-        add_layers(cast_layers(work, line, beam, part), 0.15, beam_rad * 0.5, echoes);
+        add_layers(work, cast_layers(work, line, number, beam, part), 0.15, beam_rad * 0.5, echoes);
       }
     } else {
-      add_layers(line.middle[std::size_t(beam)], 1, beam_rad, echoes);
+      add_layers(work, line.middle[std::size_t(beam)], 1, beam_rad, echoes);
     }
     for (const Bloom& bloom : blooms) {
       const int32_t shots = std::abs(bloom.beam - beam) / kHeads;
@@ -284,7 +310,7 @@ std::vector<Scan> take_scans(const std::vector<ScanJob>& jobs, Workers& workers)
     works[j].smoke = puffs_at(jobs[j].world->puff_sources, jobs[j].begin_s, jobs[j].world->puff_random);
     for (int32_t shot = 0; shot < kShots; ++shot)
       for (int32_t head = 0; head < kHeads; ++head)
-        works[j].azimuth.push_back(sin_cos(kAzimuthLeft - head * 60 * kDegree - (shot + 0.5) * kShotStep));
+        works[j].azimuth.push_back(sin_cos(azimuth_of(shot * kHeads + head)));
     for (int32_t line = 0; line < int32_t(works[j].lines.size()); ++line) tasks.push_back({int32_t(j), line});
   }
   workers.for_each(int32_t(tasks.size()), [&](int32_t i) {

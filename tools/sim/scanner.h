@@ -40,6 +40,7 @@ struct ScanJob {
   const ScanPattern* pattern;
   const SensorErrors* errors;
   Mounting mounting;
+  const OwnCarMask* own_car;
   double begin_s;
   int32_t sensor;
   Random random;                         // of this sensor and scan

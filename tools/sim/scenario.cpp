@@ -54,6 +54,7 @@ void read_sensors(Scenario& scenario, TomlReader& toml) {
   e.range_min_m = toml.number_or("range_min_m", 0.1, 50, e.range_min_m);
   e.range_max_m = toml.number_or("range_max_m", 10, 300, e.range_max_m);
   e.second_returns = toml.boolean_or("second_returns", e.second_returns);
+  e.report_own_car = toml.boolean_or("report_own_car", e.report_own_car);
   scenario.patterns = {{0, read_pattern(toml, ScanPattern())}};
   for (const toml::table* table : toml.tables("change")) {
     TomlReader change(toml.path(), *table, "sensors.change");

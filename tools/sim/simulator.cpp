@@ -40,6 +40,7 @@ Simulator::Simulator(const Scenario& scenario, uint64_t seed, double seconds, in
     const Rigid error{rotation_of(turn * dice.normal(), turn * dice.normal(), turn * dice.normal()),
                       {size * dice.normal(), size * dice.normal(), size * dice.normal()}};
     m.real = m.nominal * error;
+    own_car_[s] = OwnCarMask(*world_, m.real);
   }
   for (double t = 0; t < seconds_ - 1e-9;) {
     begin_s_.push_back(t);
@@ -56,7 +57,7 @@ Sweep Simulator::sweep(int32_t index) {
     Random clock = random_.branch(kClockStream).branch(uint64_t(index)).branch(uint64_t(s));
     const double off = scenario_.errors.clock_jitter_s * clamp(clock.normal(), -4, 4);
     sweep.stamp_ns[s] = std::max<int64_t>(0, sweep.begin_ns + int64_t(std::floor(off * 1e9 + 0.5)));
-    jobs.push_back({world_.get(), &scenario_.pattern_at(begin), &scenario_.errors, mounting_[s], begin, s,
+    jobs.push_back({world_.get(), &scenario_.pattern_at(begin), &scenario_.errors, mounting_[s], &own_car_[s], begin, s,
                     random_.branch(kScanStream).branch(uint64_t(index)).branch(uint64_t(s))});
   }
   sweep.scans = take_scans(jobs, *workers_);

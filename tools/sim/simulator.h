@@ -47,6 +47,7 @@ class Simulator {
   std::unique_ptr<Workers> workers_;
   io::Rig rig_;
   Mounting mounting_[kSensors];
+  OwnCarMask own_car_[kSensors];
   std::vector<double> begin_s_;
 };
 

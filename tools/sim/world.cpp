@@ -19,6 +19,9 @@ Mesh make_all_that_stands(const Track& track, const Scenario& scenario) {
   return mesh;
 }
 
+constexpr double kCell = 0.5 * kDegree, kMaskAzimuth = 64 * kDegree, kMaskElevation = 20 * kDegree;
+constexpr int32_t kMaskCols = 256, kMaskRows = 80, kRaysACell = 3;   // 0.17 deg apart: 7 mm on what is 2.4 m away
+
 }  // namespace
 
 World::World(const Scenario& scenario)
@@ -31,6 +34,31 @@ World::World(const Scenario& scenario)
   for (const Puffs& p : scenario.puffs)
     puff_sources.push_back({motions[std::size_t(scenario.find_car(p.car))].get(), p.from_s, p.to_s, p.per_s, p.density_pm,
                             p.life_s, puff_sources.size()});
+}
+
+OwnCarMask::OwnCarMask(const World& world, const Rigid& T) : cells_(kMaskRows * kMaskCols) {
+  std::vector<uint8_t> seen(cells_.size());
+  for (int32_t r = 0; r < kMaskRows * kRaysACell; ++r)
+    for (int32_t c = 0; c < kMaskCols * kRaysACell; ++c) {
+      const SinCos e = sin_cos((r + 0.5) * kCell / kRaysACell - kMaskElevation);
+      const SinCos a = sin_cos((c + 0.5) * kCell / kRaysACell - kMaskAzimuth);
+      const Vec3 direction = T.rotation * Vec3{e.cos * a.cos, e.cos * a.sin, e.sin};
+      if (world.car.cast(T.place, direction, 0.02, 10).triangle >= 0)
+        seen[std::size_t(r / kRaysACell * kMaskCols + c / kRaysACell)] = 1;
+    }
+  for (int32_t r = 0; r < kMaskRows; ++r)
+    for (int32_t c = 0; c < kMaskCols; ++c)
+      for (int32_t i = -1; i <= 1; ++i)
+        for (int32_t j = -1; j <= 1; ++j)
+          if (r + i >= 0 && r + i < kMaskRows && c + j >= 0 && c + j < kMaskCols &&
+              seen[std::size_t((r + i) * kMaskCols + c + j)])
+            cells_[std::size_t(r * kMaskCols + c)] = 1;
+}
+
+bool OwnCarMask::may_meet(double azimuth_rad, double elevation_rad) const {
+  const double r = (elevation_rad + kMaskElevation) / kCell, c = (azimuth_rad + kMaskAzimuth) / kCell;
+  if (cells_.empty() || r < 0 || c < 0 || r >= kMaskRows || c >= kMaskCols) return true;
+  return cells_[std::size_t(int32_t(r) * kMaskCols + int32_t(c))] != 0;
 }
 
 LineView LineView::make(const World& world, double begin_s, double end_s) {
@@ -48,15 +76,16 @@ LineView LineView::make(const World& world, double begin_s, double end_s) {
   return view;
 }
 
-BeamHit cast(const World& world, const LineView& view, double share, const Ray& ray, double near_m, double far_m) {
+BeamHit cast(const World& world, const LineView& view, double share, const Ray& ray, bool own_car, double near_m,
+             double far_m) {
   BeamHit best;
   double far = far_m;
-  const Hit own = world.car.cast(ray.origin_vehicle, ray.direction_vehicle, near_m, far);
+  const Hit own = own_car ? world.car.cast(ray.origin_vehicle, ray.direction_vehicle, near_m, far) : Hit();
   if (own.triangle >= 0) {
     const Triangle& t = world.car.triangle(own.triangle);
     far = own.range_m;
     best = {own.range_m, std::fabs(dot(world.car.normal(own.triangle), ray.direction_vehicle)),
-            uint16_t(uint16_t(Surface::car) + world.ego), t.material};
+            uint16_t(uint16_t(Surface::car) + world.ego), t.material, 1};
   }
   for (std::size_t i = 0; i < view.numbers.size(); ++i) {
     // A ball round the car first; a car moves a few centimetres within a line.
@@ -69,13 +98,13 @@ BeamHit cast(const World& world, const LineView& view, double share, const Ray& 
     if (hit.triangle < 0) continue;
     far = hit.range_m;
     best = {hit.range_m, std::fabs(dot(world.car.normal(hit.triangle), direction)),
-            uint16_t(uint16_t(Surface::car) + view.numbers[i]), world.car.triangle(hit.triangle).material};
+            uint16_t(uint16_t(Surface::car) + view.numbers[i]), world.car.triangle(hit.triangle).material, 1};
   }
   const Hit hit = world.surroundings.cast(ray.origin_map, ray.direction_map, near_m, far);
   if (hit.triangle >= 0) {
     const Triangle& t = world.surroundings.triangle(hit.triangle);
     best = {hit.range_m, std::fabs(dot(world.surroundings.normal(hit.triangle), ray.direction_map)), uint16_t(t.surface),
-            t.material};
+            t.material, 1};
   }
   return best;
 }

@@ -32,6 +32,7 @@ struct BeamHit {
   double cos_incidence = 0;
   uint16_t surface = 0;                  // none: nothing within range
   MaterialId material = MaterialId::asphalt;
+  double coverage = 1;                   // share of the beam that is stopped here
 };
 
 // The cars and the ego as one line of a scan sees them: poses at its begin and end, straight in between.
@@ -47,7 +48,20 @@ struct Ray {
   Vec3 origin_map, direction_map, origin_vehicle, direction_vehicle;
 };
 
-// The nearest hit beyond near_m at `share` of the line's time.
-BeamHit cast(const World& world, const LineView& view, double share, const Ray& ray, double near_m, double far_m);
+// Where a sensor may see its own car: a grid of directions, cells grown by one all round. Outside of it nothing of the
+// own car is in the way, and no time is lost on asking.
+class OwnCarMask {
+ public:
+  OwnCarMask() = default;
+  OwnCarMask(const World& world, const Rigid& T_vehicle_sensor);
+  bool may_meet(double azimuth_rad, double elevation_rad) const;
+
+ private:
+  std::vector<uint8_t> cells_;
+};
+
+// The nearest hit beyond near_m at `share` of the line's time. own_car: whether the own car may be in the way.
+BeamHit cast(const World& world, const LineView& view, double share, const Ray& ray, bool own_car, double near_m,
+             double far_m);
 
 }  // namespace overtake::sim
