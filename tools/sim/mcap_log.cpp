@@ -111,7 +111,7 @@ class McapLog : public RaceLog {
   void flush(int64_t until_ns) {
     while (!waiting_.empty() && waiting_.begin()->first < until_ns) {
       const auto& [time, message] = *waiting_.begin();
-      log_.write(message.channel, time, message.data, message.publish_ns);
+      log_.write(message.channel, kEpochNs + time, message.data, kEpochNs + message.publish_ns);
       waiting_.erase(waiting_.begin());
     }
   }
@@ -121,7 +121,7 @@ class McapLog : public RaceLog {
     for (int32_t s = 0; s < kSensors; ++s) {
       const Rigid& nominal = simulator_.mounting(s).nominal;
       io::RosTransform t;
-      t.header = {0, "base_link"};
+      t.header = {kEpochNs, "base_link"};
       t.child_frame_id = kSensorName[s];
       t.pose.x_m = nominal.place.x, t.pose.y_m = nominal.place.y, t.pose.z_m = nominal.place.z;
       set_rotation(t.pose, nominal.rotation);
@@ -132,7 +132,7 @@ class McapLog : public RaceLog {
 
   static io::PointCloud2 cloud_of(int64_t stamp_ns, int32_t sensor, std::size_t count, uint32_t step, const std::string& data) {
     io::PointCloud2 cloud;
-    cloud.header = {stamp_ns, kSensorName[sensor]};
+    cloud.header = {kEpochNs + stamp_ns, kSensorName[sensor]};
     cloud.width = uint32_t(count);
     cloud.point_step = step;
     cloud.row_step = uint32_t(data.size());
@@ -170,7 +170,7 @@ class McapLog : public RaceLog {
     for (; next_ego_ < ego_.size() && ego_[next_ego_].stamp_ns <= until_ns; ++next_ego_) {
       const EgoPose& p = ego_[next_ego_];
       io::Odometry message;
-      message.header = {p.stamp_ns, "map"};
+      message.header = {kEpochNs + p.stamp_ns, "map"};
       message.child_frame_id = "base_link";
       message.pose.x_m = p.x_m, message.pose.y_m = p.y_m, message.pose.z_m = p.z_m;
       set_rotation(message.pose, rotation_of(p.roll_rad, p.pitch_rad, p.yaw_rad));
@@ -183,10 +183,10 @@ class McapLog : public RaceLog {
   }
 
   void queue_truth(int32_t index, int64_t stamp_ns) {
-    std::string json = "{\"frame\":" + std::to_string(index) + ",\"stamp_ns\":" + std::to_string(stamp_ns) + ",\"cars\":[";
+    std::string json = "{\"frame\":" + std::to_string(index) + ",\"stamp_ns\":" + std::to_string(kEpochNs + stamp_ns) + ",\"cars\":[";
     for (const TruthRow& r : truth_at(simulator_.world(), double(stamp_ns) * 1e-9)) {
       io::Odometry message;
-      message.header = {stamp_ns, "map"};
+      message.header = {kEpochNs + stamp_ns, "map"};
       message.child_frame_id = r.name;
       message.pose.x_m = r.center.x, message.pose.y_m = r.center.y, message.pose.z_m = r.center.z;
       if (r.is_ego) {  // the ego's own frame is at its rear axle

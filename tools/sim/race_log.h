@@ -12,6 +12,9 @@
 
 namespace overtake::sim {
 
+// Written times count from here (14 November 2023), so that readers take them for points in time.
+inline constexpr int64_t kEpochNs = 1'700'000'000'000'000'000;
+
 class RaceLog {
  public:
   virtual ~RaceLog() = default;
