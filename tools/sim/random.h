@@ -27,14 +27,23 @@ class Random {
   uint64_t bits() { return mix_bits(state_ += 0x9e3779b97f4a7c15u); }
   double uniform() { return (double(bits() >> 11) + 0.5) * 0x1p-53; }   // (0, 1)
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
-  // Normal by Box and Muller, one of the pair; at most 8.6 sigma.
+  // Normal by Box and Muller; at most 8.6 sigma. The second of a pair waits for the next call.
   double normal() {
+    if (has_second_) {
+      has_second_ = false;
+      return second_;
+    }
     const double radius = std::sqrt(-2 * log_of(uniform()));
-    return radius * cos_of(2 * kPi * uniform());
+    const SinCos angle = sin_cos(2 * kPi * uniform());
+    second_ = radius * angle.sin;
+    has_second_ = true;
+    return radius * angle.cos;
   }
 
  private:
   uint64_t state_;
+  double second_ = 0;
+  bool has_second_ = false;
 };
 
 }  // namespace overtake::sim

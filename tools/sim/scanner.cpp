@@ -25,6 +25,10 @@ struct LineWork {
   double begin_s = 0, top_rad = 0, fall_rad = 0;
   bool missing = false;
   std::vector<Layers> middle;            // [shot][head]
+  struct CarCone {
+    double azimuth_rad, elevation_rad, radius_rad;       // sensor frame, generous
+  };
+  std::vector<CarCone> cars;
   Scan out;
 };
 
@@ -105,9 +109,21 @@ void begin_line(JobWork& work, int32_t number) {
   line.fall_rad = job.pattern->elevation((number + kSweepShare) / lines, line.begin_s) - line.top_rad;
   line.missing = job.random.branch(uint64_t(number) + 1000000).uniform() < job.errors->missing_line_share;
   line.middle.resize(kBeams);
+  const Rigid sensor = line.view.ego[0] * job.mounting.real;
+  for (const Rigid& car : line.view.cars[0]) {
+    const Vec3 to = sensor.inverse_times(car * job.world->car.center());
+    const double away = length(to), radius = job.world->car.radius_m() + 0.3;
+    line.cars.push_back({atan2_of(to.y, to.x), atan2_of(to.z, std::sqrt(to.x * to.x + to.y * to.y)),
+                         away > radius ? asin_of(radius / away) + kDegree : kPi});
+  }
   for (int32_t beam = 0; beam < kBeams && !line.missing; ++beam)
     line.middle[std::size_t(beam)] = 
         cast_layers(work, line, number, beam, make_ray(work, line, beam, 0, 0));
+}
+
+// Road, apron and grass are one floor: no edge of range lies between them.
+uint16_t floor_as_one(uint16_t surface) {
+  return surface == uint16_t(Surface::apron_grass) ? uint16_t(Surface::road) : surface;
 }
 
 // What stopped the beam for good, behind wires: a surface, or nothing (surface 0).
@@ -119,7 +135,7 @@ BeamHit solid_hit(const Layers& layers) {
 // Whether two beams side by side met the same surface at about the same range.
 bool alike(const Layers& a, const Layers& b) {
   const BeamHit p = solid_hit(a), q = solid_hit(b);
-  if (p.surface != q.surface || p.material != q.material) return false;
+  if (floor_as_one(p.surface) != floor_as_one(q.surface)) return false;
   const double slack = p.cos_incidence < 0.3 ? 0.1 : 0.02;   // a floor or wall seen at a grazing angle
   return std::fabs(p.range_m - q.range_m) < 0.3 + slack * std::min(p.range_m, q.range_m);
 }
@@ -131,20 +147,19 @@ bool meets_car(const JobWork& work, const Layers& layers) {
   return false;
 }
 
-bool may_meet_car(const JobWork& work, const LineWork& line, const Ray& ray) {
-  const Bvh& car = work.job->world->car;
-  for (const Rigid& pose : line.view.cars[0]) {
-    const Vec3 to = pose * car.center() - ray.origin_map;
-    const double along = dot(to, ray.direction_map);
-    if (along > 0 && dot(to, to) - along * along < square(car.radius_m() + 0.3)) return true;
-  }
+bool may_meet_car(const LineWork& line, int32_t beam) {
+  const double azimuth = azimuth_of(beam), elevation = line.top_rad + line.fall_rad * shot_share(beam / kHeads);
+  for (const auto& car : line.cars)
+    if (std::fabs(wrap_angle(azimuth - car.azimuth_rad)) < car.radius_rad &&
+        std::fabs(elevation - car.elevation_rad) < car.radius_rad)
+      return true;
   return false;
 }
 
-bool needs_split(const JobWork& work, int32_t number, int32_t beam, const Ray& ray) {
+bool needs_split(const JobWork& work, int32_t number, int32_t beam) {
   const LineWork& line = work.lines[std::size_t(number)];
   const Layers& own = line.middle[std::size_t(beam)];
-  if (meets_car(work, own) || may_meet_car(work, line, ray)) return true;
+  if (meets_car(work, own) || may_meet_car(line, beam)) return true;
   for (const int32_t other : {beam - kHeads, beam + kHeads})
     if (other >= 0 && other < kBeams && !alike(own, line.middle[std::size_t(other)])) return true;
   for (const int32_t other : {number - 1, number + 1}) {
@@ -152,7 +167,7 @@ bool needs_split(const JobWork& work, int32_t number, int32_t beam, const Ray& r
     const LineWork& next = work.lines[std::size_t(other)];
     if (next.missing) continue;
     // Floors run away from row to row: only what is met counts there.
-    if (solid_hit(own).surface != solid_hit(next.middle[std::size_t(beam)]).surface) return true;
+    if (floor_as_one(solid_hit(own).surface) != floor_as_one(solid_hit(next.middle[std::size_t(beam)]).surface)) return true;
   }
   return false;
 }
@@ -256,9 +271,8 @@ void finish_line(JobWork& work, int32_t number) {
   line.out.lines = 1;
   for (int32_t beam = 0; beam < kBeams; ++beam) {
     Random dice = job.random.branch(uint64_t(number) * kBeams + uint64_t(beam));
-    const Ray ray = make_ray(work, line, beam, 0, 0);
     echoes.clear();
-    if (beam_rad > 0 && needs_split(work, number, beam, ray)) {
+    if (beam_rad > 0 && needs_split(work, number, beam)) {
       ++line.out.split_beams;
       add_layers(work, line.middle[std::size_t(beam)], 0.4, beam_rad * 0.5, echoes);
       for (int32_t corner = 0; corner < 4; ++corner) {
@@ -275,6 +289,7 @@ void finish_line(JobWork& work, int32_t number) {
     }
     if (!work.smoke.puffs.empty()) {
       smoke.clear();
+      const Ray ray = make_ray(work, line, beam, 0, 0);
       double far = job.errors->range_max_m;
       if (!echoes.empty()) far = std::min(far, echoes.front().range_m);
       const double left = cross_smoke(work.smoke, ray.origin_map, ray.direction_map, far, dice, smoke);
