@@ -31,7 +31,7 @@ struct ScanPattern {
   double dense_share = 0.42;             // horizon_dense: k
   double drift_rad = 0, drift_period_s = 10;      // the whole pattern swings slowly up and down
 
-  int32_t lines() const { return int32_t(640 / rate_hz + 0.5); }
+  int32_t lines() const { return int32_t(640 / rate_hz + 1e-9); }
   double elevation(double u, double time_s) const;
 };
 

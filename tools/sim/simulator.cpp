@@ -42,9 +42,9 @@ Simulator::Simulator(const Scenario& scenario, uint64_t seed, double seconds, in
     m.real = m.nominal * error;
     own_car_[s] = OwnCarMask(*world_, m.real);
   }
-  for (double t = 0; t < seconds_ - 1e-9;) {
-    begin_s_.push_back(t);
-    t += 1 / scenario_.pattern_at(t).rate_hz;
+  for (int64_t ns = 0; double(ns) * 1e-9 < seconds_ - 1e-9;) {
+    begin_s_.push_back(double(ns) * 1e-9);
+    ns += int64_t(1e9 / scenario_.pattern_at(double(ns) * 1e-9).rate_hz + 0.5);
   }
 }
 

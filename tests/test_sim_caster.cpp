@@ -1,0 +1,124 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The ray caster against brute force and against formulas.
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "tools/sim/bvh.h"
+#include "tools/sim/random.h"
+#include "tools/sim/track.h"
+
+using namespace overtake::sim;
+
+namespace {
+
+Vec3 any_direction(Random& dice) {
+  for (;;) {
+    const Vec3 v{dice.uniform(-1, 1), dice.uniform(-1, 1), dice.uniform(-1, 1)};
+    const double size = length(v);
+    if (size > 0.1 && size < 1) return v * (1 / size);
+  }
+}
+
+// Compares `rays` random rays; returns how many hit something.
+int64_t compare(const Bvh& bvh, int64_t rays, double reach, uint64_t seed) {
+  Random dice(seed);
+  int64_t hits = 0, apart = 0;
+  for (int64_t i = 0; i < rays; ++i) {
+    const Vec3 at = bvh.center() + Vec3{dice.uniform(-reach, reach), dice.uniform(-reach, reach),
+                                        dice.uniform(-reach / 4, reach / 4)};
+    const Vec3 aim = bvh.center() + any_direction(dice) * dice.uniform(0, 0.8 * bvh.radius_m());
+    const Vec3 direction = normalized(aim - at);
+    const Hit quick = bvh.cast(at, direction, 0.02, 300), slow = bvh.cast_brute_force(at, direction, 0.02, 300);
+    hits += slow.triangle >= 0;
+    // On an edge the two formulas may differ in the last bit on whether it is hit at all.
+    if ((quick.triangle < 0) != (slow.triangle < 0) || std::fabs(quick.range_m - slow.range_m) > 1e-3) ++apart;
+  }
+  CHECK(apart <= rays / 1000000);
+  return hits;
+}
+
+Mesh random_soup(int count, uint64_t seed) {
+  Random dice(seed);
+  Mesh mesh;
+  for (int i = 0; i < count; ++i) {
+    const Vec3 at{dice.uniform(-20, 20), dice.uniform(-20, 20), dice.uniform(-5, 5)};
+    mesh.add_triangle(at, at + any_direction(dice) * dice.uniform(0.01, 3), at + any_direction(dice) * dice.uniform(0.01, 3));
+  }
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("sim: the caster agrees with brute force to 1 mm on triangles anywhere and on a race car") {
+  CHECK(compare(Bvh(random_soup(400, 1)), 20000, 30, 2) > 2000);
+  CHECK(compare(Bvh(make_race_car(Surface::car)), 5000, 12, 3) > 1000);
+}
+
+TEST_SUITE("long") {
+  TEST_CASE("sim: the caster agrees with brute force to 1 mm on a million rays") {
+    CHECK(compare(Bvh(make_race_car(Surface::car)), 700000, 15, 4) > 100000);
+    CHECK(compare(Bvh(random_soup(500, 5)), 280000, 30, 6) > 30000);
+    // A piece of the track as it is, coordinates hundreds of metres from the origin.
+    Mesh piece;
+    for (const Triangle& t : make_surroundings(Track::make("oval")).triangles)
+      if (std::hypot(t.a.x - 300, t.a.y - 60) < 40) piece.triangles.push_back(t);
+    CHECK(piece.triangles.size() > 500);
+    CHECK(compare(Bvh(piece), 20000, 60, 7) > 5000);
+  }
+}
+
+TEST_CASE("sim: closed-form scenes agree with their formulas") {
+  Mesh floor;
+  floor.add_quad({-500, -500, 0}, {500, -500, 0}, {500, 500, 0}, {-500, 500, 0});
+  const Bvh ground(floor);
+  Mesh pipe;  // a fine cylinder round the z axis
+  constexpr int kSides = 4000;
+  for (int i = 0; i < kSides; ++i) {
+    const SinCos a = sin_cos(2 * kPi * i / kSides), b = sin_cos(2 * kPi * (i + 1) / kSides);
+    pipe.add_quad({50 * a.cos, 50 * a.sin, -10}, {50 * b.cos, 50 * b.sin, -10}, {50 * b.cos, 50 * b.sin, 10},
+                  {50 * a.cos, 50 * a.sin, 10});
+  }
+  const Bvh wall(pipe);
+  Random dice(8);
+  for (int i = 0; i < 5000; ++i) {
+    const double azimuth = dice.uniform(-kPi, kPi), down = dice.uniform(0.01, 1.2), height = dice.uniform(0.3, 2);
+    const SinCos a = sin_cos(azimuth), e = sin_cos(-down);
+    const Vec3 direction{e.cos * a.cos, e.cos * a.sin, e.sin};
+    REQUIRE(ground.cast({3, 4, height}, direction, 0.02, 300).range_m == doctest::Approx(height / std::sin(down)));
+    // |o + t d| = 50 in the plane.
+    const double x = dice.uniform(-30, 30), y = dice.uniform(-30, 30), up = dice.uniform(-0.05, 0.05);
+    const Vec3 flat{std::cos(up) * a.cos, std::cos(up) * a.sin, std::sin(up)};
+    const double b = (x * a.cos + y * a.sin), c = x * x + y * y - 2500;
+    const double expected = (-b + std::sqrt(b * b - c)) / std::cos(up);
+    REQUIRE(std::fabs(wall.cast({x, y, 0}, flat, 0.02, 300).range_m - expected) < 1e-3);
+  }
+  CHECK(ground.cast({0, 0, 1}, {0, 0, 1}, 0.02, 300).triangle == -1);
+  CHECK(ground.cast({0, 0, 1}, {0, 0, -1}, 0.02, 0.9).triangle == -1);      // beyond far
+  CHECK(ground.cast({0, 0, 1}, {0, 0, -1}, 1.5, 300).triangle == -1);       // before near
+  CHECK(Bvh(Mesh()).cast({0, 0, 1}, {0, 0, -1}, 0, 300).triangle == -1);
+}
+
+TEST_CASE("sim: the race car has its size and a few thousand triangles, and its sensors look out of it") {
+  const Mesh car = make_race_car(Surface::car);
+  CHECK(car.triangles.size() > 1000);
+  CHECK(car.triangles.size() < 6000);
+  Vec3 low{9, 9, 9}, high{-9, -9, -9};
+  for (const Triangle& t : car.triangles)
+    for (const Vec3 p : {t.a, t.b, t.c}) {
+      low = {std::fmin(low.x, p.x), std::fmin(low.y, p.y), std::fmin(low.z, p.z)};
+      high = {std::fmax(high.x, p.x), std::fmax(high.y, p.y), std::fmax(high.z, p.z)};
+    }
+  CHECK(high.x - low.x == doctest::Approx(kCarLengthM).epsilon(0.005));
+  CHECK(high.y - low.y == doctest::Approx(kCarWidthM).epsilon(0.005));
+  CHECK((high.x + low.x) / 2 == doctest::Approx(kCarCenterXM).epsilon(0.01));
+  CHECK(low.z >= -0.001);
+  // The way ahead of each sensor is free.
+  const Bvh bvh(car);
+  CHECK(bvh.cast({2.342, 0, 0.646}, {1, 0, 0}, 0.001, 10).triangle == -1);
+  const SinCos out = sin_cos(120 * kDegree);
+  CHECK(bvh.cast({1.549, 0.267, 0.741}, {out.cos, out.sin, 0}, 0.001, 10).triangle == -1);
+  CHECK(bvh.cast({1.549, -0.267, 0.741}, {out.cos, -out.sin, 0}, 0.001, 10).triangle == -1);
+}

@@ -1,0 +1,264 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the simulated LiDARs see: pattern, times, returns, and that all of it lies where the world is.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "core/hash.h"
+#include "tools/sim/link_budget.h"
+#include "tools/sim/race_log.h"
+
+using namespace overtake;
+using namespace overtake::sim;
+
+namespace {
+
+Scenario exact(const std::string& name) {
+  Scenario s = load_scenario(name);
+  s.errors.range_noise_m = 0, s.errors.clock_jitter_s = 0;
+  s.errors.mounting_error_m = s.errors.mounting_error_rad = 0;
+  return s;
+}
+
+int32_t count_surface(const Sweep& sweep, Surface surface) {
+  int32_t count = 0;
+  for (const Scan& scan : sweep.scans) count += int32_t(std::count(scan.surface.begin(), scan.surface.end(), uint16_t(surface)));
+  return count;
+}
+
+constexpr uint64_t kGoldenSweep = 3706939455545586264u;    // scenario overtake, seed 11, sweep 1
+
+uint64_t hash_of(const Sweep& sweep) {
+  Hash h;
+  for (int32_t s = 0; s < kSensors; ++s) {
+    const Scan& scan = sweep.scans[std::size_t(s)];
+    h.add_value(sweep.stamp_ns[s]);
+    h.add_bytes(scan.x_m.data(), scan.size() * sizeof(float)), h.add_bytes(scan.y_m.data(), scan.size() * sizeof(float));
+    h.add_bytes(scan.z_m.data(), scan.size() * sizeof(float)), h.add_bytes(scan.intensity.data(), scan.size() * sizeof(float));
+    h.add_bytes(scan.ring.data(), scan.size() * sizeof(uint16_t)), h.add_bytes(scan.surface.data(), scan.size() * sizeof(uint16_t));
+    h.add_bytes(scan.time_ns.data(), scan.size() * sizeof(uint32_t));
+  }
+  return h.value();
+}
+
+}  // namespace
+
+TEST_CASE("sim: 10 % Lambertian is noticed at 250 m with probability 0.9, and the budget falls as physics says") {
+  Random dice(1);
+  int noticed = 0;
+  for (int i = 0; i < 100000; ++i) noticed += received_signal(0.1, 250) + dice.normal() > kThreshold;
+  CHECK(noticed / 1e5 == doctest::Approx(0.9).epsilon(0.005));
+  CHECK(received_signal(0.1, 125) / received_signal(0.1, 250) == doctest::Approx(4 * std::exp(2e-4 * 125)));
+  CHECK(received_signal(0.2, 80) / received_signal(0.1, 80) == doctest::Approx(2));
+  CHECK(reported_intensity(received_signal(0.37, 61), 61) == doctest::Approx(0.37));
+  CHECK(stretch_loss(50, 0.0015, 1) == doctest::Approx(1));
+  CHECK(stretch_loss(80, 0.0015, 0.65 / 80) < 0.25);
+}
+
+TEST_CASE("sim: scan patterns go down, keep to their field of view, and are dense where they say") {
+  ScanPattern p;
+  CHECK(p.lines() == 32);
+  for (const char* name : {"uniform", "gaussian", "horizon_dense"}) {
+    p.kind = pattern_kind(name);
+    double last = 1;
+    for (int i = 0; i <= 320; ++i) {
+      const double e = p.elevation(i / 320.0, 0);
+      CHECK(e < last);
+      CHECK(e <= p.fov_top_rad + 1e-9);
+      CHECK(e >= p.fov_bottom_rad - 1e-9);
+      last = e;
+    }
+    const double middle = p.elevation(15.5 / 32, 0) - p.elevation(16.5 / 32, 0), edge = p.elevation(0.5 / 32, 0) - p.elevation(1.5 / 32, 0);
+    if (p.kind == PatternKind::uniform) {
+      CHECK(middle == doctest::Approx(edge));
+      CHECK(middle / kDegree == doctest::Approx(14.0 / 32));
+    } else {
+      CHECK(middle < 0.7 * edge);
+    }
+  }
+  p.rate_hz = 1;
+  CHECK(p.lines() == 640);
+  p.rate_hz = 30;
+  CHECK(p.lines() == 21);
+  p.rate_hz = 25;
+  CHECK(p.lines() == 25);     // a scan ends before the next one begins
+  p.drift_rad = 0.01, p.drift_period_s = 4;
+  CHECK(p.elevation(0.5, 1) - p.elevation(0.5, 0) == doctest::Approx(0.01));
+  for (const double q : {0.001, 0.1, 0.5, 0.8, 0.9999}) CHECK(normal_distribution(normal_quantile(q)) == doctest::Approx(q));
+  CHECK(kSignalAtReference - kThreshold == doctest::Approx(normal_quantile(0.9)).epsilon(1e-9));
+}
+
+TEST_CASE("sim: one seed gives one hash, whatever the workers and the order; another seed gives another") {
+  const Scenario scenario = load_scenario("overtake");
+  Simulator one(scenario, 11, 0.4, 1), three(scenario, 11, 0.4, 3), other(scenario, 12, 0.4, 1);
+  const uint64_t later = hash_of(three.sweep(5)), hash = hash_of(one.sweep(1));
+  CHECK(hash == hash_of(three.sweep(1)));
+  CHECK(later == hash_of(one.sweep(5)));
+  CHECK(hash != later);
+  CHECK(hash != hash_of(other.sweep(1)));
+  // The same on every compiler and machine. Where the simulator changes on purpose, put the new value here.
+  CHECK(hash == kGoldenSweep);
+}
+
+TEST_CASE("sim: without errors every point lies on what it is said to have hit, at the time it was taken") {
+  Scenario scenario = exact("overtake");
+  scenario.errors.beam_rad = 0;
+  Simulator simulator(scenario, 1, 6, 2);
+  const World& world = simulator.world();
+  const Sweep sweep = simulator.sweep(110);
+  int32_t road = 0, wall = 0, car = 0;
+  for (int32_t s = 0; s < kSensors; ++s) {
+    const Scan& scan = sweep.scans[std::size_t(s)];
+    for (std::size_t i = 0; i < scan.size(); ++i) {
+      const double t = double(sweep.begin_ns + scan.time_ns[i]) * 1e-9;
+      const Vec3 p = world.motions[0]->at(t).T_map_vehicle *
+                     (simulator.mounting(s).nominal * Vec3{double(scan.x_m[i]), double(scan.y_m[i]), double(scan.z_m[i])});
+      if (scan.surface[i] == uint16_t(Surface::car) + 1) {
+        const Vec3 in_car = world.motions[1]->at(t).T_map_vehicle.inverse_times(p);
+        REQUIRE(std::fabs(in_car.x - kCarCenterXM) < kCarLengthM / 2 + 0.01);
+        REQUIRE(std::fabs(in_car.y) < kCarWidthM / 2 + 0.01);
+        REQUIRE(in_car.z > -0.01);
+        REQUIRE(in_car.z < 1.1);
+        ++car;
+      } else if (scan.surface[i] == uint16_t(Surface::road) || scan.surface[i] == uint16_t(Surface::outer_wall)) {
+        // Along the centre line: the nearest of all its metres.
+        double best = 1e18, best_s = 0;
+        const double ego_s = world.motions[0]->at(t).s_m;
+        for (double at = ego_s - 150; at < ego_s + 150; at += 0.5) {
+          const TrackPoint q = world.track.at(at);
+          const double off = square(p.x - q.x) + square(p.y - q.y);
+          if (off < best) best = off, best_s = at;
+        }
+        const TrackPoint q = world.track.at(best_s);
+        const double d = -(p.x - q.x) * std::sin(q.heading_rad) + (p.y - q.y) * std::cos(q.heading_rad);
+        if (std::fabs(best_s - ego_s) > 148) continue;   // beyond what was looked at
+        if (scan.surface[i] == uint16_t(Surface::road)) {
+          REQUIRE(std::fabs(p.z - world.track.height(best_s, d)) < 0.02);
+          ++road;
+        } else {
+          REQUIRE(d < -q.width_right_m - world.track.wall_behind_edge_m() + 0.02);
+          REQUIRE(d > -q.width_right_m - world.track.wall_behind_edge_m() - 0.65);
+          ++wall;
+        }
+      }
+      if (i % 7) ++i;  // every point of a sample is enough
+    }
+  }
+  CHECK(road > 2000);
+  CHECK(wall > 500);
+  CHECK(car > 20);
+}
+
+TEST_CASE("sim: lines, heads and times of a scan are those of the pattern") {
+  Simulator simulator(exact("overtake"), 1, 0.3, 1);
+  const Sweep sweep = simulator.sweep(2);
+  const Scan& scan = sweep.scans[1];
+  CHECK(sweep.begin_ns == 100'000'000);
+  CHECK(scan.lines == 32);
+  CHECK(scan.beams == 32 * 2 * kShots);
+  std::map<uint16_t, std::pair<double, int>> elevation;
+  uint32_t last = 0;
+  int32_t changes = 0, neighbours = 0;
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    CHECK(scan.time_ns[i] >= last);
+    last = scan.time_ns[i];
+    const double azimuth = std::atan2(double(scan.y_m[i]), double(scan.x_m[i])) / kDegree;
+    CHECK(std::fabs(azimuth) < 60.2);
+    auto& e = elevation[scan.ring[i]];
+    e.first += std::atan2(double(scan.z_m[i]), std::hypot(double(scan.x_m[i]), double(scan.y_m[i])));
+    ++e.second;
+    if (i > 0 && scan.ring[i] == scan.ring[i - 1] && scan.return_number[i] == 0) {
+      ++neighbours;
+      changes += (azimuth > 0) != (scan.y_m[i - 1] > 0);
+    }
+  }
+  CHECK(last < 50'000'000);
+  CHECK(last > 45'000'000);
+  CHECK(changes > neighbours * 0.8);     // the heads' points come in turn
+  REQUIRE(elevation.size() == 32);
+  for (uint16_t ring = 0; ring + 1 < 32; ++ring) {
+    const double step = elevation[ring].first / elevation[ring].second - elevation[uint16_t(ring + 1)].first / elevation[uint16_t(ring + 1)].second;
+    CHECK(step / kDegree == doctest::Approx(14.0 / 32).epsilon(0.15));
+  }
+}
+
+TEST_CASE("sim: the pattern changes in mid-run, lines go missing, the seam strip is as wide as asked for") {
+  Scenario scenario = load_scenario("pattern_change");
+  scenario.errors.missing_line_share = 0.1;
+  Simulator simulator(scenario, 1, 8, 1);
+  int32_t before = 0, after = 0;
+  for (int32_t i = 0; i < simulator.sweep_count(); ++i) (simulator.sweep_begin_s(i) < 7 ? before : after) += 1;
+  CHECK(before == 140);
+  CHECK(after == 25);
+  const Sweep early = simulator.sweep(3), late = simulator.sweep(simulator.sweep_count() - 1);
+  int32_t early_lines = 0, late_lines = 0;
+  for (const Scan& s : early.scans) early_lines += s.lines;
+  for (const Scan& s : late.scans) late_lines += s.lines;
+  CHECK(early_lines > 96 - 25);
+  CHECK(early_lines < 96);
+  CHECK(late_lines <= 3 * 25);
+  for (const double strip : {0.40, 0.82}) {
+    scenario.seam_strip_m = strip;
+    const Simulator moved(scenario, 1, 0.1, 1);
+    const Vec3 front = moved.mounting(0).nominal.place, left = moved.mounting(1).nominal.place;
+    // Between two parallel rays at +60 degrees, one from each sensor.
+    CHECK((front.x - left.x) * std::sin(60 * kDegree) + left.y * std::cos(60 * kDegree) == doctest::Approx(strip));
+  }
+}
+
+TEST_CASE("sim: the own rear wing hides what is behind, its own car is not reported") {
+  Simulator simulator(exact("blind_zone"), 1, 0.2, 1);
+  const Sweep sweep = simulator.sweep(0);
+  CHECK(count_surface(sweep, Surface::car) == 0);
+  Scenario bare = exact("blind_zone");
+  bare.errors.report_own_car = true;
+  Simulator seen(bare, 1, 0.2, 1);
+  const Sweep own = seen.sweep(0);
+  CHECK(count_surface(own, Surface::car) > 300);
+  // Straight back, 1 to 3 degrees down, the left sensor has nothing of the road; 20 degrees aside it has.
+  int32_t behind = 0, aside = 0;
+  const Scan& left = sweep.scans[1];
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    const double azimuth = std::atan2(double(left.y_m[i]), double(left.x_m[i])) / kDegree;
+    const double elevation = std::atan2(double(left.z_m[i]), std::hypot(double(left.x_m[i]), double(left.y_m[i]))) / kDegree;
+    if (elevation > -1 || elevation < -2.5) continue;
+    behind += azimuth > 54 && azimuth < 60;
+    aside += azimuth > 34 && azimuth < 40;
+  }
+  CHECK(behind == 0);
+  CHECK(aside > 100);
+}
+
+TEST_CASE("sim: edges give second returns, smoke is seen and hides, a reflector blooms") {
+  Simulator race(load_scenario("overtake"), 1, 6, 2);
+  const Sweep sweep = race.sweep(100);
+  int32_t second = 0, points = 0;
+  for (const Scan& s : sweep.scans) second += int32_t(std::count(s.return_number.begin(), s.return_number.end(), 1)), points += int32_t(s.size());
+  CHECK(second > 50);
+  CHECK(second < points / 10);
+  Scenario single = load_scenario("overtake");
+  single.errors.second_returns = false;
+  Simulator strongest(single, 1, 6, 2);
+  for (const Scan& s : strongest.sweep(100).scans) CHECK(std::count(s.return_number.begin(), s.return_number.end(), 1) == 0);
+
+  Scenario with = load_scenario("smoke"), without = with;
+  without.puffs.clear();
+  Simulator smoke(with, 1, 4, 2), clear(without, 1, 4, 2);
+  const Sweep hazy = smoke.sweep(60), clean = clear.sweep(60);
+  CHECK(count_surface(hazy, Surface::smoke_dust) > 100);
+  CHECK(count_surface(clean, Surface::smoke_dust) == 0);
+  const auto car = Surface(uint16_t(Surface::car) + 1);
+  CHECK(count_surface(clean, car) > 60);
+  CHECK(count_surface(hazy, car) < 0.8 * count_surface(clean, car));
+
+  Scenario pit = load_scenario("empty_track");
+  Simulator lap(pit, 1, 12, 2);
+  int32_t blooming = 0;
+  for (int32_t i = 90; i < 120; i += 3) blooming += count_surface(lap.sweep(i), Surface::blooming);
+  CHECK(blooming > 0);
+}
