@@ -7,8 +7,10 @@
 //
 // g is what the surface returns (material.h). A pulse is noticed where signal + noise > threshold, noise normal with
 // sigma 1. S0 is such that a 10 % Lambertian target seen head-on is noticed at 250 m with probability 0.9 (the maker's
-// figure of range). A slanted surface spreads the pulse over `spread` metres of range; a matched filter then loses with
-// the root of it: stretch = (1 + (spread / pulse)^2)^(-1/4). That is why asphalt at grazing angles vanishes early.
+// figure of range). A slanted surface spreads the pulse over `spread` metres of range; a receiver that waits for the peak
+// to pass its threshold loses by that: stretch = (1 + (spread / pulse)^2)^(-1/2). That is why asphalt at grazing angles
+// vanishes early. (A matched filter would lose with the root of it only, and see the road at three times the range of
+// the recorded scans.) The reported intensity is the pulse's energy, which the spread leaves alone.
 #pragma once
 
 #include "tools/sim/sim_math.h"
@@ -25,14 +27,10 @@ inline double received_signal(double g, double range_m) {
   return kSignalAtReference * g / kReferenceReflectivity * square(kReferenceRange / range_m) *
          exp_of(-2 * kExtinction * (range_m - kReferenceRange));
 }
-// The reflectivity that a signal means at a range, as sensors report it.
-inline double reported_intensity(double signal, double range_m) {
-  return signal / received_signal(1, range_m);
-}
 // Of a beam so wide on a surface whose normal makes this angle with the beam.
 inline double stretch_loss(double range_m, double beam_rad, double cos_incidence) {
   const double c = clamp(std::fabs(cos_incidence), 1e-4, 1), spread = range_m * beam_rad * std::sqrt(1 - c * c) / c;
-  return 1 / std::sqrt(std::sqrt(1 + square(spread / kPulse)));
+  return 1 / std::sqrt(1 + square(spread / kPulse));
 }
 
 }  // namespace overtake::sim

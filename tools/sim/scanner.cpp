@@ -34,6 +34,7 @@ struct LineWork {
 
 struct Contribution {
   double range_m, g;                     // g: reflectivity times its share of the beam
+  double peak;                           // what of g is left at the peak of the pulse
   uint16_t surface;
 };
 
@@ -177,11 +178,17 @@ void add_layers(const JobWork& work, const Layers& layers, double share, double 
   for (int32_t i = 0; i < layers.count; ++i) {
     const BeamHit& hit = layers.hit[i];
     if (hit.surface == own_car && !work.job->errors->report_own_car) return;
-    const double g = returned_share(material_of(hit.material), hit.cos_incidence) *
-                     stretch_loss(hit.range_m, beam_rad, hit.cos_incidence);
-    out.push_back({hit.range_m, share * hit.coverage * g, hit.surface});
+    const double g = share * hit.coverage * returned_share(material_of(hit.material), hit.cos_incidence);
+    out.push_back({hit.range_m, g, g * stretch_loss(hit.range_m, beam_rad, hit.cos_incidence), hit.surface});
     share *= 1 - hit.coverage;
   }
+}
+
+// A floor or wall seen at a grazing angle smears its echo, but it stays one: the rays across a beam sample it only here
+// and there.
+bool one_surface(const Contribution& a, const Contribution& b) {
+  return floor_as_one(a.surface) == floor_as_one(b.surface) && a.surface <= uint16_t(Surface::inner_wall) &&
+         b.range_m - a.range_m < 0.15 * a.range_m;
 }
 
 // What lies within a pulse's length becomes one echo: range by energy, surface of the strongest.
@@ -194,8 +201,11 @@ void merge_echoes(std::vector<Contribution>& list) {
     Contribution echo = list[i];
     double strongest = echo.g, moment = echo.g * echo.range_m;
     std::size_t j = i + 1;
-    for (; j < list.size() && list[j].range_m - list[i].range_m < kPulse; ++j) {
+    for (; j < list.size() &&
+           (list[j].range_m - list[i].range_m < kPulse || one_surface(list[j - 1], list[j]));
+         ++j) {
       echo.g += list[j].g;
+      echo.peak += list[j].peak;
       moment += list[j].g * list[j].range_m;
       if (list[j].g > strongest) strongest = list[j].g, echo.surface = list[j].surface;
     }
@@ -211,21 +221,21 @@ void emit(const JobWork& work, const LineWork& line, int32_t number, int32_t bea
   const SensorErrors& errors = *work.job->errors;
   struct Found {
     Contribution echo;
-    double signal;
+    double signal, mean;
   };
   Found found[2];
   int32_t count = 0;
   for (const Contribution& echo : echoes) {
     if (echo.range_m < errors.range_min_m || echo.range_m > errors.range_max_m) continue;
-    const double mean = received_signal(echo.g, echo.range_m);
+    const double mean = received_signal(echo.peak, echo.range_m);
     if (mean < kThreshold - 6) continue;               // six sigma below: never
     const double signal = mean * (1 + 0.1 * clamp(dice.normal(), -3, 3) * (mean > 50)) + dice.normal();
     if (signal <= kThreshold) continue;
     const int32_t most = errors.second_returns ? 2 : 1;
     if (count < most)
-      found[count++] = {echo, signal};
+      found[count++] = {echo, signal, mean};
     else if (signal > std::min(found[0].signal, found[most - 1].signal))
-      found[most == 2 && found[0].signal > found[1].signal ? 1 : 0] = {echo, signal};
+      found[most == 2 && found[0].signal > found[1].signal ? 1 : 0] = {echo, signal, mean};
   }
   if (count == 2 && found[1].echo.range_m < found[0].echo.range_m) std::swap(found[0], found[1]);
   const double share = shot_share(beam / kHeads);
@@ -233,7 +243,7 @@ void emit(const JobWork& work, const LineWork& line, int32_t number, int32_t bea
   const double late = (double(number) + kSweepShare * (beam + 0.5) / kBeams) * kLinePeriod;
   for (int32_t i = 0; i < count; ++i) {
     const double range = found[i].echo.range_m + errors.range_noise_m * dice.normal();
-    const double intensity = clamp(reported_intensity(found[i].signal, found[i].echo.range_m), 0, 4095.0 / 2048);
+    const double intensity = clamp(found[i].echo.g * found[i].signal / found[i].mean, 0, 4095.0 / 2048);
     out.x_m.push_back(float(range * e.cos * a.cos));
     out.y_m.push_back(float(range * e.cos * a.sin));
     out.z_m.push_back(float(range * e.sin));
@@ -274,10 +284,10 @@ void finish_line(JobWork& work, int32_t number) {
     echoes.clear();
     if (beam_rad > 0 && needs_split(work, number, beam)) {
       ++line.out.split_beams;
-      add_layers(work, line.middle[std::size_t(beam)], 0.4, beam_rad * 0.5, echoes);
+      add_layers(work, line.middle[std::size_t(beam)], 0.4, beam_rad, echoes);
       for (int32_t corner = 0; corner < 4; ++corner) {
         const Ray part = make_ray(work, line, beam, corner & 1 ? off : -off, corner & 2 ? off : -off);
-        add_layers(work, cast_layers(work, line, number, beam, part), 0.15, beam_rad * 0.5, echoes);
+        add_layers(work, cast_layers(work, line, number, beam, part), 0.15, beam_rad, echoes);
       }
     } else {
       add_layers(work, line.middle[std::size_t(beam)], 1, beam_rad, echoes);
@@ -285,7 +295,7 @@ void finish_line(JobWork& work, int32_t number) {
     for (const Bloom& bloom : blooms) {
       const int32_t shots = std::abs(bloom.beam - beam) / kHeads;
       if ((bloom.beam - beam) % kHeads == 0 && shots > 0 && shots <= kBloomReach)
-        echoes.push_back({bloom.range_m, bloom.g * exp_of(-2.5 * shots), uint16_t(Surface::blooming)});
+        echoes.push_back({bloom.range_m, bloom.g * exp_of(-2.5 * shots), bloom.g * exp_of(-2.5 * shots), uint16_t(Surface::blooming)});
     }
     if (!work.smoke.puffs.empty()) {
       smoke.clear();
@@ -293,9 +303,9 @@ void finish_line(JobWork& work, int32_t number) {
       double far = job.errors->range_max_m;
       if (!echoes.empty()) far = std::min(far, echoes.front().range_m);
       const double left = cross_smoke(work.smoke, ray.origin_map, ray.direction_map, far, dice, smoke);
-      for (Contribution& echo : echoes) echo.g *= left;
+      for (Contribution& echo : echoes) echo.g *= left, echo.peak *= left;
       for (const SmokeReturn& s : smoke)
-        echoes.push_back({s.range_m, kSmokeReflectivity * s.share, uint16_t(Surface::smoke_dust)});
+        echoes.push_back({s.range_m, kSmokeReflectivity * s.share, kSmokeReflectivity * s.share, uint16_t(Surface::smoke_dust)});
     }
     merge_echoes(echoes);
     emit(work, line, number, beam, echoes, dice, line.out);
