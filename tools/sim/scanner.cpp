@@ -305,7 +305,8 @@ void finish_line(JobWork& work, int32_t number) {
       const double left = cross_smoke(work.smoke, ray.origin_map, ray.direction_map, far, dice, smoke);
       for (Contribution& echo : echoes) echo.g *= left, echo.peak *= left;
       for (const SmokeReturn& s : smoke)
-        echoes.push_back({s.range_m, kSmokeReflectivity * s.share, kSmokeReflectivity * s.share, uint16_t(Surface::smoke_dust)});
+        echoes.push_back({s.range_m, kSmokeReflectivity * s.share,
+                          kSmokeReflectivity * s.share * kPulse / (kPulse + s.depth_m), uint16_t(Surface::smoke_dust)});
     }
     merge_echoes(echoes);
     emit(work, line, number, beam, echoes, dice, line.out);

@@ -205,7 +205,7 @@ Scenario parse_scenario(const std::string& path, std::string_view text) {
   for (const toml::table* table : toml.tables("smoke")) {
     TomlReader reader(path, *table, "smoke");
     Puffs puffs{reader.text("car"), reader.number("from_s", 0, kMostTime), reader.number("to_s", 0, kMostTime),
-                reader.number_or("per_s", 1, 200, 40), reader.number_or("density_pm", 0.001, 10, 0.3),
+                reader.number_or("per_s", 1, 200, 40), reader.number_or("density_pm", 0.001, 10, 0.1),
                 reader.number_or("life_s", 0.1, 60, 3)};
     if (scenario.find_car(puffs.car) < 0) reader.fail(reader.line_of("car"), "no car is named '" + puffs.car + "'");
     scenario.puffs.push_back(puffs);

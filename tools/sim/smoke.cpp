@@ -49,8 +49,8 @@ double cross_smoke(const PuffCloud& cloud, Vec3 origin, Vec3 direction, double f
     if (aside2 > 6 * r2 || along < 0) continue;
     const double depth = puff.extinction_pm * 1.7724538509055160 * puff.radius_m * exp_of(-aside2 / r2);
     const double range = along + 0.7071067811865476 * puff.radius_m * random.normal();
-    if (depth < 1e-4 || range < 0.5 || range > far_m) continue;
-    out.push_back({range, depth});
+    if (depth < 1e-3 || range < 0.5 || range > far_m) continue;
+    out.push_back({range, depth, 1.8 * puff.radius_m});
     depth_sum += depth;
   }
   std::sort(out.begin() + std::ptrdiff_t(begin), out.end(),

@@ -35,6 +35,7 @@ inline constexpr double kSmokeReflectivity = 0.08;       // of a thick cloud: pi
 
 struct SmokeReturn {
   double range_m, share;                 // share of the beam's energy on its way back, before the surface behind
+  double depth_m;                        // of the puff along the beam: its echo is spread over so much
 };
 // Returns along a ray up to range far_m, appended to `out`; the value is what is left for the surface behind.
 double cross_smoke(const PuffCloud& cloud, Vec3 origin, Vec3 direction, double far_m, Random& random,
