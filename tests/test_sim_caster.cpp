@@ -27,8 +27,8 @@ int64_t compare(const Bvh& bvh, int64_t rays, double reach, uint64_t seed) {
   Random dice(seed);
   int64_t hits = 0, apart = 0;
   for (int64_t i = 0; i < rays; ++i) {
-    const Vec3 at = bvh.center() + Vec3{dice.uniform(-reach, reach), dice.uniform(-reach, reach),
-                                        dice.uniform(-reach / 4, reach / 4)};
+    const Vec3 at = bvh.center() +
+                    Vec3{dice.uniform(-reach, reach), dice.uniform(-reach, reach), dice.uniform(-reach / 4, reach / 4)};
     const Vec3 aim = bvh.center() + any_direction(dice) * dice.uniform(0, 0.8 * bvh.radius_m());
     const Vec3 direction = normalized(aim - at);
     const Hit quick = bvh.cast(at, direction, 0.02, 300), slow = bvh.cast_brute_force(at, direction, 0.02, 300);
@@ -45,7 +45,8 @@ Mesh random_soup(int count, uint64_t seed) {
   Mesh mesh;
   for (int i = 0; i < count; ++i) {
     const Vec3 at{dice.uniform(-20, 20), dice.uniform(-20, 20), dice.uniform(-5, 5)};
-    mesh.add_triangle(at, at + any_direction(dice) * dice.uniform(0.01, 3), at + any_direction(dice) * dice.uniform(0.01, 3));
+    mesh.add_triangle(at, at + any_direction(dice) * dice.uniform(0.01, 3),
+                      at + any_direction(dice) * dice.uniform(0.01, 3));
   }
   return mesh;
 }
@@ -96,8 +97,8 @@ TEST_CASE("sim: closed-form scenes agree with their formulas") {
     REQUIRE(std::fabs(wall.cast({x, y, 0}, flat, 0.02, 300).range_m - expected) < 1e-3);
   }
   CHECK(ground.cast({0, 0, 1}, {0, 0, 1}, 0.02, 300).triangle == -1);
-  CHECK(ground.cast({0, 0, 1}, {0, 0, -1}, 0.02, 0.9).triangle == -1);      // beyond far
-  CHECK(ground.cast({0, 0, 1}, {0, 0, -1}, 1.5, 300).triangle == -1);       // before near
+  CHECK(ground.cast({0, 0, 1}, {0, 0, -1}, 0.02, 0.9).triangle == -1);  // beyond far
+  CHECK(ground.cast({0, 0, 1}, {0, 0, -1}, 1.5, 300).triangle == -1);   // before near
   CHECK(Bvh(Mesh()).cast({0, 0, 1}, {0, 0, -1}, 0, 300).triangle == -1);
 }
 

@@ -112,8 +112,9 @@ TEST_CASE("sim: a folder holds the same, and the readers of recordings take it")
   CHECK(truth.row_count() == 4);
   // The opponent in the ego's frame and in the map are one place.
   const CarState state = simulator.world().motions[0]->at(0.05);
-  const Vec3 p = state.T_map_vehicle.inverse_times(
-      {truth.number(3, truth.need({"x_m"})), truth.number(3, truth.need({"y_m"})), truth.number(3, truth.need({"z_m"}))});
+  const Vec3 p =
+      state.T_map_vehicle.inverse_times({truth.number(3, truth.need({"x_m"})), truth.number(3, truth.need({"y_m"})),
+                                         truth.number(3, truth.need({"z_m"}))});
   CHECK(p.x == doctest::Approx(truth.number(3, truth.need({"ego_x_m"}))));
   CHECK(p.y == doctest::Approx(truth.number(3, truth.need({"ego_y_m"}))));
 }

@@ -51,8 +51,7 @@ TEST_CASE("sim: a car's centre of gravity moves as its speed and course say, its
     // The rear wheels roll along the body but for their slip, which cornering in the road's plane explains.
     const double side = state.course_rad - state.heading_rad;
     const TrackPoint p = track.at(state.s_m);
-    const double in_plane =
-        state.accel_across_mps2 * std::cos(p.banking_rad) - kGravity * std::sin(p.banking_rad);
+    const double in_plane = state.accel_across_mps2 * std::cos(p.banking_rad) - kGravity * std::sin(p.banking_rad);
     const double rolling = state.speed_mps / kRearAxleToCg * (side + in_plane / kSlipStiffness);
     REQUIRE(std::fabs(rolling - state.yaw_rate_rps) < 0.02);
     most_slip = std::fmax(most_slip, std::fabs(in_plane / kSlipStiffness));
@@ -61,7 +60,7 @@ TEST_CASE("sim: a car's centre of gravity moves as its speed and course say, its
       for (const double y : {-0.8, 0.8}) {
         const Vec3 foot = state.T_map_vehicle * Vec3{x, y, 0};
         const Vec3 road = track.place(state.s_m + (x - kRearAxleToCg) / (1 - p.curvature_pm * state.d_m),
-                                        state.d_m + y * std::cos(p.banking_rad));
+                                      state.d_m + y * std::cos(p.banking_rad));
         REQUIRE(std::fabs(foot.z - road.z) < 0.05);
       }
   }
@@ -144,7 +143,7 @@ TEST_CASE("sim: every built-in scenario can be driven, and no seed is both for t
       for (const TruthRow& r : rows) {
         most = std::fmax(most, r.state.speed_mps);
         const TrackPoint p = world.track.at(r.state.s_m);
-        REQUIRE(r.state.d_m < p.width_left_m - 0.9);       // on the road
+        REQUIRE(r.state.d_m < p.width_left_m - 0.9);  // on the road
         REQUIRE(r.state.d_m > -p.width_right_m + 0.9);
         if (r.is_ego) continue;
         // No two cars in one place: side by side is 1.9 m apart, or else a car's length.
@@ -191,7 +190,7 @@ TEST_CASE("sim: a scenario file that is wrong is refused with file and line") {
   CHECK(refused("ego = \"b\"\n" + car).find("no car is named 'b'") != std::string::npos);
   CHECK(refused(car + car).find("two cars have this name") != std::string::npos);
   CHECK(refused("tune_seeds = [1, 2]\ntest_seeds = [2]\n" + car).find("race.toml:2: ") == 0);
-  CHECK(refused(car + "[sensors]\npattern = \"spiral\"\n") .find("race.toml:4: sensors: no scan pattern is named") == 0);
+  CHECK(refused(car + "[sensors]\npattern = \"spiral\"\n").find("race.toml:4: sensors: no scan pattern is named") == 0);
   CHECK(refused(car + "[sensors]\nfov_top_deg = 1\nfov_bottom_deg = 2\n").find("must be above") != std::string::npos);
   CHECK(refused(car + "[[smoke]]\ncar = \"x\"\nfrom_s = 1\nto_s = 2\n").find("race.toml:4: ") == 0);
   CHECK_THROWS_AS(load_scenario("no_such_race"), io::Error);

@@ -27,20 +27,24 @@ Scenario exact(const std::string& name) {
 
 int32_t count_surface(const Sweep& sweep, Surface surface) {
   int32_t count = 0;
-  for (const Scan& scan : sweep.scans) count += int32_t(std::count(scan.surface.begin(), scan.surface.end(), uint16_t(surface)));
+  for (const Scan& scan : sweep.scans)
+    count += int32_t(std::count(scan.surface.begin(), scan.surface.end(), uint16_t(surface)));
   return count;
 }
 
-constexpr uint64_t kGoldenSweep = 15816031735432137104u;    // scenario overtake, seed 11, sweep 1
+constexpr uint64_t kGoldenSweep = 15816031735432137104u;  // scenario overtake, seed 11, sweep 1
 
 uint64_t hash_of(const Sweep& sweep) {
   Hash h;
   for (int32_t s = 0; s < kSensors; ++s) {
     const Scan& scan = sweep.scans[std::size_t(s)];
     h.add_value(sweep.stamp_ns[s]);
-    h.add_bytes(scan.x_m.data(), scan.size() * sizeof(float)), h.add_bytes(scan.y_m.data(), scan.size() * sizeof(float));
-    h.add_bytes(scan.z_m.data(), scan.size() * sizeof(float)), h.add_bytes(scan.intensity.data(), scan.size() * sizeof(float));
-    h.add_bytes(scan.ring.data(), scan.size() * sizeof(uint16_t)), h.add_bytes(scan.surface.data(), scan.size() * sizeof(uint16_t));
+    h.add_bytes(scan.x_m.data(), scan.size() * sizeof(float)),
+        h.add_bytes(scan.y_m.data(), scan.size() * sizeof(float));
+    h.add_bytes(scan.z_m.data(), scan.size() * sizeof(float)),
+        h.add_bytes(scan.intensity.data(), scan.size() * sizeof(float));
+    h.add_bytes(scan.ring.data(), scan.size() * sizeof(uint16_t)),
+        h.add_bytes(scan.surface.data(), scan.size() * sizeof(uint16_t));
     h.add_bytes(scan.time_ns.data(), scan.size() * sizeof(uint32_t));
   }
   return h.value();
@@ -72,7 +76,8 @@ TEST_CASE("sim: scan patterns go down, keep to their field of view, and are dens
       CHECK(e >= p.fov_bottom_rad - 1e-9);
       last = e;
     }
-    const double middle = p.elevation(15.5 / 32, 0) - p.elevation(16.5 / 32, 0), edge = p.elevation(0.5 / 32, 0) - p.elevation(1.5 / 32, 0);
+    const double middle = p.elevation(15.5 / 32, 0) - p.elevation(16.5 / 32, 0),
+                 edge = p.elevation(0.5 / 32, 0) - p.elevation(1.5 / 32, 0);
     if (p.kind == PatternKind::uniform) {
       CHECK(middle == doctest::Approx(edge));
       CHECK(middle / kDegree == doctest::Approx(14.0 / 32));
@@ -85,10 +90,11 @@ TEST_CASE("sim: scan patterns go down, keep to their field of view, and are dens
   p.rate_hz = 30;
   CHECK(p.lines() == 21);
   p.rate_hz = 25;
-  CHECK(p.lines() == 25);     // a scan ends before the next one begins
+  CHECK(p.lines() == 25);  // a scan ends before the next one begins
   p.drift_rad = 0.01, p.drift_period_s = 4;
   CHECK(p.elevation(0.5, 1) - p.elevation(0.5, 0) == doctest::Approx(0.01));
-  for (const double q : {0.001, 0.1, 0.5, 0.8, 0.9999}) CHECK(normal_distribution(normal_quantile(q)) == doctest::Approx(q));
+  for (const double q : {0.001, 0.1, 0.5, 0.8, 0.9999})
+    CHECK(normal_distribution(normal_quantile(q)) == doctest::Approx(q));
   CHECK(kSignalAtReference - kThreshold == doctest::Approx(normal_quantile(0.9)).epsilon(1e-9));
 }
 
@@ -115,8 +121,9 @@ TEST_CASE("sim: without errors every point lies on what it is said to have hit, 
     const Scan& scan = sweep.scans[std::size_t(s)];
     for (std::size_t i = 0; i < scan.size(); ++i) {
       const double t = double(sweep.begin_ns + scan.time_ns[i]) * 1e-9;
-      const Vec3 p = world.motions[0]->at(t).T_map_vehicle *
-                     (simulator.mounting(s).nominal * Vec3{double(scan.x_m[i]), double(scan.y_m[i]), double(scan.z_m[i])});
+      const Vec3 p =
+          world.motions[0]->at(t).T_map_vehicle *
+          (simulator.mounting(s).nominal * Vec3{double(scan.x_m[i]), double(scan.y_m[i]), double(scan.z_m[i])});
       if (scan.surface[i] == uint16_t(Surface::car) + 1) {
         const Vec3 in_car = world.motions[1]->at(t).T_map_vehicle.inverse_times(p);
         REQUIRE(std::fabs(in_car.x - kCarCenterXM) < kCarLengthM / 2 + 0.01);
@@ -135,7 +142,7 @@ TEST_CASE("sim: without errors every point lies on what it is said to have hit, 
         }
         const TrackPoint q = world.track.at(best_s);
         const double d = -(p.x - q.x) * std::sin(q.heading_rad) + (p.y - q.y) * std::cos(q.heading_rad);
-        if (std::fabs(best_s - ego_s) > 148) continue;   // beyond what was looked at
+        if (std::fabs(best_s - ego_s) > 148) continue;  // beyond what was looked at
         if (scan.surface[i] == uint16_t(Surface::road)) {
           REQUIRE(std::fabs(p.z - world.track.height(best_s, d)) < 0.04);
           ++road;
@@ -178,10 +185,11 @@ TEST_CASE("sim: lines, heads and times of a scan are those of the pattern") {
   }
   CHECK(last < 50'000'000);
   CHECK(last > 45'000'000);
-  CHECK(changes > neighbours * 0.8);     // the heads' points come in turn
+  CHECK(changes > neighbours * 0.8);  // the heads' points come in turn
   REQUIRE(elevation.size() == 32);
   for (uint16_t ring = 0; ring + 1 < 32; ++ring) {
-    const double step = elevation[ring].first / elevation[ring].second - elevation[uint16_t(ring + 1)].first / elevation[uint16_t(ring + 1)].second;
+    const double step = elevation[ring].first / elevation[ring].second -
+                        elevation[uint16_t(ring + 1)].first / elevation[uint16_t(ring + 1)].second;
     CHECK(step / kDegree == doctest::Approx(14.0 / 32).epsilon(0.15));
   }
 }
@@ -224,7 +232,8 @@ TEST_CASE("sim: the own rear wing hides what is behind, its own car is not repor
   const Scan& left = sweep.scans[1];
   for (std::size_t i = 0; i < left.size(); ++i) {
     const double azimuth = std::atan2(double(left.y_m[i]), double(left.x_m[i])) / kDegree;
-    const double elevation = std::atan2(double(left.z_m[i]), std::hypot(double(left.x_m[i]), double(left.y_m[i]))) / kDegree;
+    const double elevation =
+        std::atan2(double(left.z_m[i]), std::hypot(double(left.x_m[i]), double(left.y_m[i]))) / kDegree;
     if (elevation > -1 || elevation < -2.5) continue;
     behind += azimuth > 54 && azimuth < 60;
     aside += azimuth > 34 && azimuth < 40;
@@ -237,13 +246,15 @@ TEST_CASE("sim: edges give second returns, smoke is seen and hides, a reflector 
   Simulator race(load_scenario("overtake"), 1, 6, 2);
   const Sweep sweep = race.sweep(100);
   int32_t second = 0, points = 0;
-  for (const Scan& s : sweep.scans) second += int32_t(std::count(s.return_number.begin(), s.return_number.end(), 1)), points += int32_t(s.size());
+  for (const Scan& s : sweep.scans)
+    second += int32_t(std::count(s.return_number.begin(), s.return_number.end(), 1)), points += int32_t(s.size());
   CHECK(second > 50);
   CHECK(second < points / 10);
   Scenario single = load_scenario("overtake");
   single.errors.second_returns = false;
   Simulator strongest(single, 1, 6, 2);
-  for (const Scan& s : strongest.sweep(100).scans) CHECK(std::count(s.return_number.begin(), s.return_number.end(), 1) == 0);
+  for (const Scan& s : strongest.sweep(100).scans)
+    CHECK(std::count(s.return_number.begin(), s.return_number.end(), 1) == 0);
 
   Scenario with = load_scenario("smoke"), without = with;
   without.puffs.clear();

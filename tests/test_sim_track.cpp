@@ -71,8 +71,8 @@ TEST_CASE("sim: place, heading, curvature, banking and height of both tracks are
     for (double s = 0.13; s < track.length_m(); s += 0.37) {
       const TrackPoint a = track.at(s - 0.25), b = track.at(s), c = track.at(s + 0.25);
       const double dx = c.x - a.x, dy = c.y - a.y;
-      REQUIRE(std::hypot(dx, dy) == doctest::Approx(0.5).epsilon(1e-3));             // s is the length along the line
-      REQUIRE(std::fabs(wrap_angle(std::atan2(dy, dx) - b.heading_rad)) < 1e-4);     // heading is its tangent
+      REQUIRE(std::hypot(dx, dy) == doctest::Approx(0.5).epsilon(1e-3));          // s is the length along the line
+      REQUIRE(std::fabs(wrap_angle(std::atan2(dy, dx) - b.heading_rad)) < 1e-4);  // heading is its tangent
       REQUIRE(std::fabs(wrap_angle(c.heading_rad - a.heading_rad) / 0.5 - b.curvature_pm) < 1e-4);
       REQUIRE(std::fabs(c.curvature_pm - a.curvature_pm) < 2e-4);
       REQUIRE(std::fabs(c.banking_rad - a.banking_rad) < 0.003);

@@ -19,7 +19,7 @@ namespace overtake::cli {
 namespace {
 
 struct SimulateOptions {
-  std::string scenario, out, ego;
+  std::string scenario, out, ego, pattern;
   double seconds = 0;
   uint64_t seed = 1;
   int32_t workers = 0;
@@ -37,6 +37,8 @@ void simulate(const SimulateOptions& options) {
       throw io::Error(options.scenario, 0, "no car is named '" + options.ego + "'");
     scenario.ego = options.ego;
   }
+  if (!options.pattern.empty())
+    for (sim::PatternChange& change : scenario.patterns) change.pattern.kind = sim::pattern_kind(options.pattern);
   std::unique_ptr<sim::Simulator> simulator;
   try {
     simulator = std::make_unique<sim::Simulator>(scenario, options.seed, options.seconds, options.workers);
@@ -53,17 +55,20 @@ void simulate(const SimulateOptions& options) {
   for (; done < simulator->sweep_count() && !interrupted(); ++done) {
     const sim::Sweep sweep = simulator->sweep(done);
     log->write(done, sweep);
-    for (const sim::Scan& scan : sweep.scans) points += int64_t(scan.size()), beams += scan.beams, split += scan.split_beams;
+    for (const sim::Scan& scan : sweep.scans)
+      points += int64_t(scan.size()), beams += scan.beams, split += scan.split_beams;
     progress.show(done + 1);
   }
   log->close();
   progress.clear();
   if (options.quiet) return;
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  std::printf("%s, seed %llu: %d sweeps (%.1f s of race), %lld points of %lld beams, %.1f %% of them split; %.1f s on %d workers\n",
-              scenario.name.c_str(), static_cast<unsigned long long>(options.seed), done, simulator->seconds(),
-              static_cast<long long>(points), static_cast<long long>(beams), 100.0 * double(split) / double(beams > 0 ? beams : 1),
-              took, simulator->worker_count());
+  const double share = 100.0 * double(split) / double(beams > 0 ? beams : 1);
+  std::printf(
+      "%s, seed %llu: %d sweeps (%.1f s of race), %lld points of %lld beams, %.1f %% of them split; %.1f s on %d "
+      "workers\n",
+      scenario.name.c_str(), static_cast<unsigned long long>(options.seed), done, simulator->seconds(),
+      static_cast<long long>(points), static_cast<long long>(beams), share, took, simulator->worker_count());
   std::printf("%s\n", options.out.c_str());
 }
 
@@ -72,13 +77,16 @@ void simulate(const SimulateOptions& options) {
 CLI::App& add_simulate_command(CLI::App& app) {
   auto options = std::make_shared<SimulateOptions>();
   CLI::App& command = *app.add_subcommand("simulate", "drives a simulated race and writes its log");
-  command.add_option("scenario", options->scenario,
-                     "TOML file, or one that is built in: " + io::join(sim::builtin_scenario_names(), ", "))
+  command
+      .add_option("scenario", options->scenario,
+                  "TOML file, or one that is built in: " + io::join(sim::builtin_scenario_names(), ", "))
       ->required();
   command.add_option("--out", options->out, "LOG.mcap, or a folder of PCD scans and tables")->required();
   command.add_option("--seed", options->seed, "seed of everything random")->capture_default_str();
   command.add_option("--seconds", options->seconds, "end earlier")->check(CLI::Range(0.05, 36000.0));
   command.add_option("--ego", options->ego, "the car that carries the sensors");
+  command.add_option("--pattern", options->pattern, "another distribution of the lines over the field of view")
+      ->check(CLI::IsMember({"uniform", "gaussian", "horizon_dense"}));
   command.add_option("--workers", options->workers, "threads, 0: one per CPU; the result is the same")
       ->check(CLI::Range(0, 256));
   command.add_flag("--quiet", options->quiet, "print nothing but errors");

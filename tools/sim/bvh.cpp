@@ -11,7 +11,7 @@ namespace overtake::sim {
 namespace {
 
 constexpr int kBins = 16, kLeaf = 3, kDepthMost = 60;
-constexpr double kGrow = 2e-3;         // metres: covers what float loses up to a few kilometres from the origin
+constexpr double kGrow = 2e-3;  // metres: covers what float loses up to a few kilometres from the origin
 constexpr double kRimTolerance = 1e-12;
 
 double component(Vec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
@@ -152,7 +152,7 @@ int32_t Bvh::widen(int32_t branch) {
     const bool used = i < children.size();
     const Branch b = branches_[std::size_t(used ? children[i] : branch)];
     for (int k = 0; k < 3; ++k) {
-      nodes_[self].low[k][i] = used ? b.low[k] : 3e38f;      // met by no ray
+      nodes_[self].low[k][i] = used ? b.low[k] : 3e38f;  // met by no ray
       nodes_[self].high[k][i] = used ? b.high[k] : 3e38f;
     }
     nodes_[self].count[i] = used ? b.count : -1;

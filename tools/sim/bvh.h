@@ -34,7 +34,8 @@ class Bvh {
   double radius_m() const { return radius_; }
 
  private:
-  struct Branch {                      // while building: children at first and first + 1; leaf: count triangles from first
+  // While building: children at first and first + 1; a leaf: count triangles from first.
+  struct Branch {
     float low[3];
     int32_t first;
     float high[3];

@@ -3,9 +3,10 @@
 //
 // An open-wheel race car of the Dallara AV-21's size. Lengths from published figures of the car (4.921 x 1.886 m, wheel
 // base 2.971 m); shapes by eye. The rear wing sits as low as on ovals: seen from the side sensors its end plates and
-// main plane fill the last 7 degrees before straight back at 0.3 to 5 degrees below the horizon, where the recorded side
-// scans have nothing of the road behind. The tyres' tops stand 0.57 m over the road of the vehicle frame: that is where
-// the recorded front scans see them (0.87 m off, 5.7 degrees down), though the tyre's own radius would put them higher.
+// main plane fill the last 7 degrees before straight back at 0.3 to 5 degrees below the horizon, where the recorded
+// side scans have nothing of the road behind. The tyres' tops stand 0.57 m over the road of the vehicle frame: that is
+// where the recorded front scans see them (0.87 m off, 5.7 degrees down), though the tyre's own radius would put them
+// higher.
 #include "tools/sim/mesh.h"
 
 namespace overtake::sim {
@@ -33,7 +34,8 @@ void add_tube(Mesh& mesh, Vec3 from, Vec3 to, double radius) {
 }
 
 // A wing element of a chord at an angle, cambered: a loft over its span.
-void add_wing(Mesh& mesh, double x_front, double x_rear, double z_front, double z_rear, double half_span, double thickness) {
+void add_wing(Mesh& mesh, double x_front, double x_rear, double z_front, double z_rear, double half_span,
+              double thickness) {
   std::vector<std::vector<Vec3>> rings;
   for (int k = -4; k <= 4; ++k) {
     const double y = half_span * k / 4;

@@ -38,7 +38,13 @@ class FolderLog : public RaceLog {
     io::CsvWriter ego((folder_ / "ego.csv").string(),
                       "stamp_ns,x_m,y_m,z_m,roll_rad,pitch_rad,yaw_rad,speed_mps,yaw_rate_rps,publish_ns");
     for (const EgoPose& p : simulator.ego_poses()) {
-      ego.cell(kEpochNs + p.stamp_ns).cell(p.x_m).cell(p.y_m).cell(p.z_m).cell(p.roll_rad).cell(p.pitch_rad).cell(p.yaw_rad);
+      ego.cell(kEpochNs + p.stamp_ns)
+          .cell(p.x_m)
+          .cell(p.y_m)
+          .cell(p.z_m)
+          .cell(p.roll_rad)
+          .cell(p.pitch_rad)
+          .cell(p.yaw_rad);
       ego.cell(p.speed_mps).cell(p.yaw_rate_rps).cell(kEpochNs + p.publish_ns).end_row();
     }
     ego.flush();
@@ -64,7 +70,11 @@ class FolderLog : public RaceLog {
       io::write_pcd((folder_ / name).string(), pcd);
     }
     for (const TruthRow& r : truth_at(world_, double(sweep.begin_ns) * 1e-9)) {
-      truth_.cell(index).cell(kEpochNs + sweep.begin_ns).cell(r.car).cell(std::string_view(r.name)).cell(int32_t(r.is_ego));
+      truth_.cell(index)
+          .cell(kEpochNs + sweep.begin_ns)
+          .cell(r.car)
+          .cell(std::string_view(r.name))
+          .cell(int32_t(r.is_ego));
       truth_.cell(r.center.x).cell(r.center.y).cell(r.center.z);
       truth_.cell(r.angles.roll).cell(r.angles.pitch).cell(r.angles.yaw).cell(wrap_angle(r.state.course_rad));
       truth_.cell(r.state.speed_mps).cell(r.state.yaw_rate_rps).cell(r.state.accel_along_mps2);

@@ -7,9 +7,10 @@
 //
 // g is what the surface returns (material.h). A pulse is noticed where signal + noise > threshold, noise normal with
 // sigma 1. S0 is such that a 10 % Lambertian target seen head-on is noticed at 250 m with probability 0.9 (the maker's
-// figure of range). A slanted surface spreads the pulse over `spread` metres of range; a receiver that waits for the peak
-// to pass its threshold loses by that: stretch = (1 + (spread / pulse)^2)^(-1/2). That is why asphalt at grazing angles
-// vanishes early. (A matched filter would lose with the root of it only, and see the road at three times the range of
+// figure of range). A slanted surface spreads the pulse over `spread` metres of range; a receiver that waits for the
+// peak to pass its threshold loses by that: stretch = (1 + (spread / pulse)^2)^(-1/2). That is why asphalt at
+// grazing angles vanishes early. (A matched filter would lose with the root of it only, and see the road at three
+// times the range of
 // the recorded scans.) The reported intensity is the pulse's energy, which the spread leaves alone.
 #pragma once
 

@@ -4,7 +4,7 @@
 // What surfaces send back at 1550 nm, and what surfaces there are. A material returns the reflectivity of a white
 // Lambertian target seen head-on that would send back as much:
 //
-//     g(theta) = diffuse * (A cos theta + B sin^2 theta)      rough diffuse, Oren & Nayar 1994, light from where one looks
+//     g(theta) = diffuse * (A cos theta + B sin^2 theta)      rough diffuse (Oren & Nayar 1994), lit from the eye
 //              + gloss * exp(-(theta / gloss_width)^2)         mirror-like lobe of lacquer, carbon, glass
 //              + retro * cos theta                             reflectors
 //
@@ -71,8 +71,9 @@ enum class Surface : uint16_t {
   smoke_dust, debris, blooming, car = 100
 };
 inline const char* surface_name(uint16_t surface) {
-  constexpr const char* kNames[] = {"none", "road", "apron_grass", "outer_wall", "inner_wall", "fence_post", "fence_wire",
-                                    "gantry_sign", "building", "parked_vehicle", "smoke_dust", "debris", "blooming"};
+  constexpr const char* kNames[] = {"none", "road", "apron_grass", "outer_wall", "inner_wall", "fence_post",
+                                    "fence_wire", "gantry_sign", "building",
+                                    "parked_vehicle", "smoke_dust", "debris", "blooming"};
   return surface < 13 ? kNames[surface] : surface >= uint16_t(Surface::car) ? "car" : "unknown";
 }
 

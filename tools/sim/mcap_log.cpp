@@ -16,7 +16,8 @@ constexpr const char* kCarsSchema = R"({"title":"overtake.CarStates","type":"obj
 "frame":{"type":"integer"},"stamp_ns":{"type":"integer"},"cars":{"type":"array","items":{"type":"object","properties":{
 "car":{"type":"integer"},"name":{"type":"string"},"is_ego":{"type":"boolean"},
 "x_m":{"type":"number"},"y_m":{"type":"number"},"z_m":{"type":"number"},
-"roll_rad":{"type":"number"},"pitch_rad":{"type":"number"},"heading_rad":{"type":"number"},"course_rad":{"type":"number"},
+"roll_rad":{"type":"number"},"pitch_rad":{"type":"number"},
+"heading_rad":{"type":"number"},"course_rad":{"type":"number"},
 "speed_mps":{"type":"number"},"yaw_rate_rps":{"type":"number"},
 "accel_along_mps2":{"type":"number"},"accel_across_mps2":{"type":"number"},
 "s_m":{"type":"number"},"d_m":{"type":"number"},"length_m":{"type":"number"},"width_m":{"type":"number"}}}}}})";
@@ -77,8 +78,12 @@ class McapLog : public RaceLog {
     }
     static_channel_ = log_.add_channel(transforms, "/tf_static", "cdr");
     queue(0, static_channel_, 0, mounting());
-    log_.add_metadata("overtake", {{"writer", "overtake simulate"}, {"simulated", "true"}, {"scenario", scenario.name},
-                                   {"seed", std::to_string(seed)}, {"ego", scenario.ego}, {"track", scenario.track}});
+    log_.add_metadata("overtake", {{"writer", "overtake simulate"},
+                                   {"simulated", "true"},
+                                   {"scenario", scenario.name},
+                                   {"seed", std::to_string(seed)},
+                                   {"ego", scenario.ego},
+                                   {"track", scenario.track}});
     log_.add_attachment("rig.toml", "application/toml", rig_text(simulator));
     log_.add_attachment("map.csv", "text/csv", map_text(simulator));
   }
@@ -106,7 +111,7 @@ class McapLog : public RaceLog {
     std::string data;
   };
   void queue(int64_t log_ns, uint16_t channel, int64_t publish_ns, std::string data) {
-    waiting_.emplace(log_ns, Message{channel, publish_ns, std::move(data)});   // equal times keep their order
+    waiting_.emplace(log_ns, Message{channel, publish_ns, std::move(data)});  // equal times keep their order
   }
   void flush(int64_t until_ns) {
     while (!waiting_.empty() && waiting_.begin()->first < until_ns) {
@@ -130,7 +135,8 @@ class McapLog : public RaceLog {
     return io::encode_transforms(list);
   }
 
-  static io::PointCloud2 cloud_of(int64_t stamp_ns, int32_t sensor, std::size_t count, uint32_t step, const std::string& data) {
+  static io::PointCloud2 cloud_of(int64_t stamp_ns, int32_t sensor, std::size_t count, uint32_t step,
+                                  const std::string& data) {
     io::PointCloud2 cloud;
     cloud.header = {kEpochNs + stamp_ns, kSensorName[sensor]};
     cloud.width = uint32_t(count);
@@ -150,9 +156,9 @@ class McapLog : public RaceLog {
       put(data, scan.ring[i]), put(data, scan.time_ns[i]);
     }
     io::PointCloud2 cloud = cloud_of(sweep.stamp_ns[s], s, scan.size(), 22, data);
-    cloud.fields = {{"x", 0, io::PointField::kFloat32, 1},         {"y", 4, io::PointField::kFloat32, 1},
-                    {"z", 8, io::PointField::kFloat32, 1},         {"intensity", 12, io::PointField::kFloat32, 1},
-                    {"ring", 16, io::PointField::kUint16, 1},      {"t", 18, io::PointField::kUint32, 1}};
+    cloud.fields = {{"x", 0, io::PointField::kFloat32, 1},    {"y", 4, io::PointField::kFloat32, 1},
+                    {"z", 8, io::PointField::kFloat32, 1},    {"intensity", 12, io::PointField::kFloat32, 1},
+                    {"ring", 16, io::PointField::kUint16, 1}, {"t", 18, io::PointField::kUint32, 1}};
     return io::encode_point_cloud2(cloud);
   }
 
@@ -174,7 +180,8 @@ class McapLog : public RaceLog {
       message.child_frame_id = "base_link";
       message.pose.x_m = p.x_m, message.pose.y_m = p.y_m, message.pose.z_m = p.z_m;
       set_rotation(message.pose, rotation_of(p.roll_rad, p.pitch_rad, p.yaw_rad));
-      const double place = square(errors.position_noise_m) + square(errors.drift_m), turn = square(errors.heading_noise_rad);
+      const double place = square(errors.position_noise_m) + square(errors.drift_m),
+                   turn = square(errors.heading_noise_rad);
       for (std::size_t k = 0; k < 6; ++k) message.pose_covariance[7 * k] = k < 3 ? place : turn;
       message.vx_mps = p.speed_mps;
       message.wz_rps = p.yaw_rate_rps;
@@ -183,7 +190,8 @@ class McapLog : public RaceLog {
   }
 
   void queue_truth(int32_t index, int64_t stamp_ns) {
-    std::string json = "{\"frame\":" + std::to_string(index) + ",\"stamp_ns\":" + std::to_string(kEpochNs + stamp_ns) + ",\"cars\":[";
+    std::string json =
+        "{\"frame\":" + std::to_string(index) + ",\"stamp_ns\":" + std::to_string(kEpochNs + stamp_ns) + ",\"cars\":[";
     for (const TruthRow& r : truth_at(simulator_.world(), double(stamp_ns) * 1e-9)) {
       io::Odometry message;
       message.header = {kEpochNs + stamp_ns, "map"};
@@ -207,13 +215,23 @@ class McapLog : public RaceLog {
 
   static void append_json(std::string& json, const TruthRow& r) {
     if (json.back() != '[') json += ',';
-    json += "{\"car\":" + std::to_string(r.car) + ",\"name\":\"" + r.name + "\",\"is_ego\":" + (r.is_ego ? "true" : "false");
-    const std::pair<const char*, double> numbers[] = {
-        {"x_m", r.center.x}, {"y_m", r.center.y}, {"z_m", r.center.z}, {"roll_rad", r.angles.roll},
-        {"pitch_rad", r.angles.pitch}, {"heading_rad", r.angles.yaw}, {"course_rad", wrap_angle(r.state.course_rad)},
-        {"speed_mps", r.state.speed_mps}, {"yaw_rate_rps", r.state.yaw_rate_rps},
-        {"accel_along_mps2", r.state.accel_along_mps2}, {"accel_across_mps2", r.state.accel_across_mps2},
-        {"s_m", r.state.s_m}, {"d_m", r.state.d_m}, {"length_m", kCarLengthM}, {"width_m", kCarWidthM}};
+    json += "{\"car\":" + std::to_string(r.car) + ",\"name\":\"" + r.name +
+            "\",\"is_ego\":" + (r.is_ego ? "true" : "false");
+    const std::pair<const char*, double> numbers[] = {{"x_m", r.center.x},
+                                                      {"y_m", r.center.y},
+                                                      {"z_m", r.center.z},
+                                                      {"roll_rad", r.angles.roll},
+                                                      {"pitch_rad", r.angles.pitch},
+                                                      {"heading_rad", r.angles.yaw},
+                                                      {"course_rad", wrap_angle(r.state.course_rad)},
+                                                      {"speed_mps", r.state.speed_mps},
+                                                      {"yaw_rate_rps", r.state.yaw_rate_rps},
+                                                      {"accel_along_mps2", r.state.accel_along_mps2},
+                                                      {"accel_across_mps2", r.state.accel_across_mps2},
+                                                      {"s_m", r.state.s_m},
+                                                      {"d_m", r.state.d_m},
+                                                      {"length_m", kCarLengthM},
+                                                      {"width_m", kCarWidthM}};
     for (const auto& [name, value] : numbers) {
       json += std::string(",\"") + name + "\":";
       io::append_number(json, value);
@@ -226,7 +244,8 @@ class McapLog : public RaceLog {
   std::vector<EgoPose> ego_;
   std::size_t next_ego_ = 0;
   std::multimap<int64_t, Message> waiting_;
-  uint16_t cloud_channel_[kSensors], surface_channel_[kSensors], ego_channel_, ego_truth_channel_, cars_channel_, static_channel_;
+  uint16_t cloud_channel_[kSensors], surface_channel_[kSensors], ego_channel_, ego_truth_channel_, cars_channel_,
+      static_channel_;
   std::vector<uint16_t> car_channel_;
 };
 

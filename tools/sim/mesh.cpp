@@ -41,8 +41,8 @@ void Mesh::add_cylinder(Vec3 from, Vec3 to, double radius, int sides, double sho
     return corners;
   };
   if (shoulder_m > 0)
-    add_loft({ring(from, radius - shoulder_m), ring(from + axis * shoulder_m, radius), ring(to - axis * shoulder_m, radius),
-              ring(to, radius - shoulder_m)});
+    add_loft({ring(from, radius - shoulder_m), ring(from + axis * shoulder_m, radius),
+              ring(to - axis * shoulder_m, radius), ring(to, radius - shoulder_m)});
   else
     add_loft({ring(from, radius), ring(to, radius)});
 }

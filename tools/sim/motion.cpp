@@ -30,7 +30,8 @@ Planned planned(double start, const std::vector<Change>& changes, Target&& targe
 
 [[noreturn]] void refuse(const CarPlan& plan, double t, const char* what, double value, double most) {
   char text[200];
-  std::snprintf(text, sizeof text, "car '%s' at %.2f s: %s %.1f is beyond %.1f", plan.name.c_str(), t, what, value, most);
+  std::snprintf(text, sizeof text, "car '%s' at %.2f s: %s %.1f is beyond %.1f", plan.name.c_str(), t, what, value,
+                most);
   throw std::invalid_argument(text);
 }
 
@@ -54,9 +55,11 @@ Motion::Motion(const Track& track, const CarPlan& plan, double seconds) : track_
   for (int64_t i = 0; i < count; ++i) {
     const double t = double(i) * kStep;
     const auto speed_at = [&](double at) {
-      return planned(plan.start_speed_mps, plan.speed, [](const SpeedChange& c) { return c.speed_mps; }, at);
+      return planned(
+          plan.start_speed_mps, plan.speed, [](const SpeedChange& c) { return c.speed_mps; }, at);
     };
-    const Planned v = speed_at(t), d = planned(plan.start_d_m, plan.lane, [](const LaneChange& c) { return c.d_m; }, t);
+    const Planned v = speed_at(t), d = planned(
+                                       plan.start_d_m, plan.lane, [](const LaneChange&c) { return c.d_m; }, t);
     const TrackPoint p = track.at(s);
     const double forward = std::sqrt(std::max(0.0, v.value * v.value - d.rate * d.rate));
     const SinCos h = sin_cos(p.heading_rad);
@@ -69,7 +72,8 @@ Motion::Motion(const Track& track, const CarPlan& plan, double seconds) : track_
     if (i > 0) row.course = last_course + wrap_angle(row.course - last_course);
     last_course = row.course;
     const double track_turn = p.curvature_pm * forward / (1 - p.curvature_pm * d.value);
-    const double course_rate = track_turn + (v.value > 0.1 ? (d.second * forward - d.rate * v.rate) / square(v.value) : 0);
+    const double course_rate =
+        track_turn + (v.value > 0.1 ? (d.second * forward - d.rate * v.rate) / square(v.value) : 0);
     row.along = v.rate;
     row.across = v.value * course_rate;
     // In the plane of the banked road gravity helps.
@@ -79,8 +83,10 @@ Motion::Motion(const Track& track, const CarPlan& plan, double seconds) : track_
     if (std::fabs(v.rate) > kMostAlong) refuse(plan, t, "acceleration along in m/s2", v.rate, kMostAlong);
     if (std::fabs(in_plane) > kMostAcross) refuse(plan, t, "acceleration across in m/s2", in_plane, kMostAcross);
 
-    // d(body)/dt = v / l_r (course - slip - body), small angles; over a step its exact solution with a steady course rate.
-    const double slip = -in_plane / kSlipStiffness;  // of the rear wheels, which slide outwards: the body points inwards
+    // d(body)/dt = v / l_r (course - slip - body), small angles; over a step its exact solution with a steady course
+    // rate.
+    const double slip =
+        -in_plane / kSlipStiffness;  // of the rear wheels, which slide outwards: the body points inwards
     const double target = row.course - slip, rate = v.value / kRearAxleToCg;
     const double lag = rate > 0.1 ? course_rate / rate : 0;
     if (i == 0) body = target - lag;
@@ -94,7 +100,9 @@ Motion::Motion(const Track& track, const CarPlan& plan, double seconds) : track_
     row.yaw_rate = (body - before + next_spin - spin) / kStep;
     rows_.push_back(row);
     const Planned half = speed_at(t + kStep / 2);
-    const double d_half = planned(plan.start_d_m, plan.lane, [](const LaneChange& c) { return c.d_m; }, t + kStep / 2).value;
+    const double d_half = planned(
+                              plan.start_d_m, plan.lane, [](const LaneChange& c) { return c.d_m; }, t + kStep / 2)
+                              .value;
     s += std::max(0.0, half.value * (forward / std::max(v.value, 1e-9))) * kStep /
          (1 - track.at(s + forward * kStep / 2).curvature_pm * d_half);
   }
@@ -105,7 +113,8 @@ CarState Motion::at(double time_s) const {
   const std::size_t i = std::size_t(position);
   const double t = position - double(i);
   const Row &a = rows_[i], &b = rows_[i + 1];
-  const double h00 = (1 + 2 * t) * square(1 - t), h10 = t * square(1 - t), h01 = t * t * (3 - 2 * t), h11 = t * t * (t - 1);
+  const double h00 = (1 + 2 * t) * square(1 - t), h10 = t * square(1 - t), h01 = t * t * (3 - 2 * t),
+               h11 = t * t * (t - 1);
   const double x = h00 * a.x + h10 * kStep * a.vx + h01 * b.x + h11 * kStep * b.vx;
   const double y = h00 * a.y + h10 * kStep * a.vy + h01 * b.y + h11 * kStep * b.vy;
   CarState state;

@@ -8,7 +8,7 @@
 namespace overtake::sim {
 namespace {
 
-constexpr double kLane = 2.3;            // both keep so far from the centre line, on different sides, when side by side
+constexpr double kLane = 2.3;  // both keep so far from the centre line, on different sides, when side by side
 constexpr double kTurnOutGap = 42, kBackGap = 30, kLaneTime = 2.6;
 
 }  // namespace
@@ -44,7 +44,7 @@ void plan_overtakes(const std::vector<Overtake>& list, CarPlan& ego, CarPlan& ot
       cars[q]->speed.push_back({now, o.passed_mps, over});
     }
     const double closing = o.passer_mps - o.passed_mps;
-    const double gained = over * ((speed[p] - speed[q]) + closing) / 2;   // while speeds change
+    const double gained = over * ((speed[p] - speed[q]) + closing) / 2;  // while speeds change
     const double side = o.on_left ? kLane : -kLane;
     const auto time_of_gap = [&](double gap) { return now + over + (gap + kOvertakeGap - gained) / closing; };
     // The passed car keeps to the other side in good time; the passer turns out behind it.

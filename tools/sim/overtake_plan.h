@@ -15,8 +15,8 @@ struct Overtake {
   double passer_mps = 70, passed_mps = 60;
 };
 
-// Fills start, speed and lane of both cars and sets the time they take. From one overtake to the next the gap (centre to
-// centre, along the track) goes from -kOvertakeGap to +kOvertakeGap, seen from the passer.
+// Fills start, speed and lane of both cars and sets the time they take. From one overtake to the next the gap (centre
+// to centre, along the track) goes from -kOvertakeGap to +kOvertakeGap, seen from the passer.
 inline constexpr double kOvertakeGap = 95;
 void plan_overtakes(const std::vector<Overtake>& list, CarPlan& ego, CarPlan& other, double& seconds);
 

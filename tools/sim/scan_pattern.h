@@ -37,7 +37,7 @@ struct ScanPattern {
 
 inline constexpr int32_t kShots = 440;                   // a head and line
 inline constexpr double kShotStep = 0.1366 * kDegree;
-inline constexpr double kAzimuthLeft = 60.1 * kDegree;   // of the left head's first shot; the right head's is 60 deg less
+inline constexpr double kAzimuthLeft = 60.1 * kDegree;   // of the left head's first shot; the right one's: 60 deg less
 inline constexpr double kLinePeriod = 1.0 / 640, kSweepShare = 0.42;
 
 // Throws std::invalid_argument. "uniform", "gaussian", "horizon_dense".

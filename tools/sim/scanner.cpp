@@ -11,8 +11,8 @@ namespace overtake::sim {
 namespace {
 
 constexpr int32_t kHeads = 2, kBeams = kHeads * kShots, kLayers = 3;
-constexpr double kBloomFrom = 3;         // reflectivity from which the optics' skirts show
-constexpr int32_t kBloomReach = 3;       // shots to either side
+constexpr double kBloomFrom = 3;    // reflectivity from which the optics' skirts show
+constexpr int32_t kBloomReach = 3;  // shots to either side
 
 // What one ray met: more than one thing only behind wire mesh.
 struct Layers {
@@ -24,17 +24,17 @@ struct LineWork {
   LineView view;
   double begin_s = 0, top_rad = 0, fall_rad = 0;
   bool missing = false;
-  std::vector<Layers> middle;            // [shot][head]
+  std::vector<Layers> middle;  // [shot][head]
   struct CarCone {
-    double azimuth_rad, elevation_rad, radius_rad;       // sensor frame, generous
+    double azimuth_rad, elevation_rad, radius_rad;  // sensor frame, generous
   };
   std::vector<CarCone> cars;
   Scan out;
 };
 
 struct Contribution {
-  double range_m, g;                     // g: reflectivity times its share of the beam
-  double peak;                           // what of g is left at the peak of the pulse
+  double range_m, g;  // g: reflectivity times its share of the beam
+  double peak;        // what of g is left at the peak of the pulse
   uint16_t surface;
 };
 
@@ -42,7 +42,7 @@ struct JobWork {
   const ScanJob* job;
   std::vector<LineWork> lines;
   PuffCloud smoke;
-  std::vector<SinCos> azimuth;           // [shot][head]
+  std::vector<SinCos> azimuth;  // [shot][head]
 };
 
 double shot_share(int32_t shot) { return double(shot) / kShots; }
@@ -72,12 +72,12 @@ bool meets_wire(const SensorErrors& errors, BeamHit& hit, Random& dice) {
   const double wire = material_of(hit.material).wire_m;
   if (wire == 0) return true;
   const double across = kMeshPitch, along = kMeshPitch * std::max(hit.cos_incidence, 0.05);
-  const double reach = wire + 0.5 * errors.beam_rad * hit.range_m;       // half of the energy lies in half the width
+  const double reach = wire + 0.5 * errors.beam_rad * hit.range_m;  // half of the energy lies in half the width
   const double missed = (1 - std::min(1.0, reach / across)) * (1 - std::min(1.0, reach / along));
   const double stopped = 1 - (1 - wire / across) * (1 - std::min(1.0, wire / along));
   if (dice.uniform() < missed) return false;
   hit.coverage = std::min(1.0, stopped / (1 - missed));
-  hit.cos_incidence = 0.7;                                              // wires are round
+  hit.cos_incidence = 0.7;  // wires are round
   return true;
 }
 
@@ -118,8 +118,7 @@ void begin_line(JobWork& work, int32_t number) {
                          away > radius ? asin_of(radius / away) + kDegree : kPi});
   }
   for (int32_t beam = 0; beam < kBeams && !line.missing; ++beam)
-    line.middle[std::size_t(beam)] = 
-        cast_layers(work, line, number, beam, make_ray(work, line, beam, 0, 0));
+    line.middle[std::size_t(beam)] = cast_layers(work, line, number, beam, make_ray(work, line, beam, 0, 0));
 }
 
 // Road, apron and grass are one floor: no edge of range lies between them.
@@ -137,7 +136,7 @@ BeamHit solid_hit(const Layers& layers) {
 bool alike(const Layers& a, const Layers& b) {
   const BeamHit p = solid_hit(a), q = solid_hit(b);
   if (floor_as_one(p.surface) != floor_as_one(q.surface)) return false;
-  const double slack = p.cos_incidence < 0.3 ? 0.1 : 0.02;   // a floor or wall seen at a grazing angle
+  const double slack = p.cos_incidence < 0.3 ? 0.1 : 0.02;  // a floor or wall seen at a grazing angle
   return std::fabs(p.range_m - q.range_m) < 0.3 + slack * std::min(p.range_m, q.range_m);
 }
 
@@ -168,12 +167,14 @@ bool needs_split(const JobWork& work, int32_t number, int32_t beam) {
     const LineWork& next = work.lines[std::size_t(other)];
     if (next.missing) continue;
     // Floors run away from row to row: only what is met counts there.
-    if (floor_as_one(solid_hit(own).surface) != floor_as_one(solid_hit(next.middle[std::size_t(beam)]).surface)) return true;
+    if (floor_as_one(solid_hit(own).surface) != floor_as_one(solid_hit(next.middle[std::size_t(beam)]).surface))
+      return true;
   }
   return false;
 }
 
-void add_layers(const JobWork& work, const Layers& layers, double share, double beam_rad, std::vector<Contribution>& out) {
+void add_layers(const JobWork& work, const Layers& layers, double share, double beam_rad,
+                std::vector<Contribution>& out) {
   const uint16_t own_car = uint16_t(uint16_t(Surface::car) + work.job->world->ego);
   for (int32_t i = 0; i < layers.count; ++i) {
     const BeamHit& hit = layers.hit[i];
@@ -201,9 +202,7 @@ void merge_echoes(std::vector<Contribution>& list) {
     Contribution echo = list[i];
     double strongest = echo.g, moment = echo.g * echo.range_m;
     std::size_t j = i + 1;
-    for (; j < list.size() &&
-           (list[j].range_m - list[i].range_m < kPulse || one_surface(list[j - 1], list[j]));
-         ++j) {
+    for (; j < list.size() && (list[j].range_m - list[i].range_m < kPulse || one_surface(list[j - 1], list[j])); ++j) {
       echo.g += list[j].g;
       echo.peak += list[j].peak;
       moment += list[j].g * list[j].range_m;
@@ -228,7 +227,7 @@ void emit(const JobWork& work, const LineWork& line, int32_t number, int32_t bea
   for (const Contribution& echo : echoes) {
     if (echo.range_m < errors.range_min_m || echo.range_m > errors.range_max_m) continue;
     const double mean = received_signal(echo.peak, echo.range_m);
-    if (mean < kThreshold - 6) continue;               // six sigma below: never
+    if (mean < kThreshold - 6) continue;  // six sigma below: never
     const double signal = mean * (1 + 0.1 * clamp(dice.normal(), -3, 3) * (mean > 50)) + dice.normal();
     if (signal <= kThreshold) continue;
     const int32_t most = errors.second_returns ? 2 : 1;
@@ -295,7 +294,8 @@ void finish_line(JobWork& work, int32_t number) {
     for (const Bloom& bloom : blooms) {
       const int32_t shots = std::abs(bloom.beam - beam) / kHeads;
       if ((bloom.beam - beam) % kHeads == 0 && shots > 0 && shots <= kBloomReach)
-        echoes.push_back({bloom.range_m, bloom.g * exp_of(-2.5 * shots), bloom.g * exp_of(-2.5 * shots), uint16_t(Surface::blooming)});
+        echoes.push_back({bloom.range_m, bloom.g * exp_of(-2.5 * shots), bloom.g * exp_of(-2.5 * shots),
+                          uint16_t(Surface::blooming)});
     }
     if (!work.smoke.puffs.empty()) {
       smoke.clear();

@@ -3,9 +3,9 @@
 //
 // One scan of one sensor: beams through the world, returns through the link budget.
 //
-// A first pass casts the middle of every beam. Where a beam's neighbours in its line or in the lines above and below met
-// something else, or something nearer or farther, and wherever a car may be, a second pass casts four more rays across
-// the beam: what they meet within a pulse's length mixes into one range, the rest becomes a second return.
+// A first pass casts the middle of every beam. Where a beam's neighbours in its line or in the lines above and below
+// met something else, or something nearer or farther, and wherever a car may be, a second pass casts four more rays
+// across the beam: what they meet within a pulse's length mixes into one range, the rest becomes a second return.
 #pragma once
 
 #include <cstdint>

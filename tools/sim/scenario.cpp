@@ -104,14 +104,14 @@ CarPlan read_car(TomlReader& toml) {
   }
   for (const toml::table* table : toml.tables("lane")) {
     TomlReader change(toml.path(), *table, toml.where() + ".lane");
-    car.lane.push_back({change.number("at_s", 0, kMostTime), change.number("d_m", -30, 30),
-                        change.number("over_s", 0.01, kMostTime)});
+    car.lane.push_back(
+        {change.number("at_s", 0, kMostTime), change.number("d_m", -30, 30), change.number("over_s", 0.01, kMostTime)});
     change.finish();
   }
   for (const toml::table* table : toml.tables("spin")) {
     TomlReader spin(toml.path(), *table, toml.where() + ".spin");
-    car.spin.push_back({spin.number("at_s", 0, kMostTime), spin.number("turns", -10, 10),
-                        spin.number("over_s", 0.1, kMostTime)});
+    car.spin.push_back(
+        {spin.number("at_s", 0, kMostTime), spin.number("turns", -10, 10), spin.number("over_s", 0.1, kMostTime)});
     spin.finish();
   }
   toml.finish();
@@ -204,8 +204,11 @@ Scenario parse_scenario(const std::string& path, std::string_view text) {
   read_overtakes(scenario, toml);
   for (const toml::table* table : toml.tables("smoke")) {
     TomlReader reader(path, *table, "smoke");
-    Puffs puffs{reader.text("car"), reader.number("from_s", 0, kMostTime), reader.number("to_s", 0, kMostTime),
-                reader.number_or("per_s", 1, 200, 40), reader.number_or("density_pm", 0.001, 10, 0.1),
+    Puffs puffs{reader.text("car"),
+                reader.number("from_s", 0, kMostTime),
+                reader.number("to_s", 0, kMostTime),
+                reader.number_or("per_s", 1, 200, 40),
+                reader.number_or("density_pm", 0.001, 10, 0.1),
                 reader.number_or("life_s", 0.1, 60, 3)};
     if (scenario.find_car(puffs.car) < 0) reader.fail(reader.line_of("car"), "no car is named '" + puffs.car + "'");
     scenario.puffs.push_back(puffs);
@@ -213,8 +216,8 @@ Scenario parse_scenario(const std::string& path, std::string_view text) {
   }
   for (const toml::table* table : toml.tables("debris")) {
     TomlReader reader(path, *table, "debris");
-    scenario.debris.push_back({reader.number("s_m", -1e5, 1e5), reader.number("d_m", -30, 30),
-                               reader.number_or("size_m", 0.02, 3, 0.4)});
+    scenario.debris.push_back(
+        {reader.number("s_m", -1e5, 1e5), reader.number("d_m", -30, 30), reader.number_or("size_m", 0.02, 3, 0.4)});
     reader.finish();
   }
   toml.finish();
@@ -224,8 +227,7 @@ Scenario parse_scenario(const std::string& path, std::string_view text) {
 Scenario load_scenario(const std::string& file_or_name) {
   if (!std::filesystem::exists(file_or_name))
     for (int32_t i = 0; i < kBuiltinScenarioCount; ++i)
-      if (file_or_name == kBuiltinScenarios[i].name)
-        return parse_scenario(file_or_name, kBuiltinScenarios[i].text);
+      if (file_or_name == kBuiltinScenarios[i].name) return parse_scenario(file_or_name, kBuiltinScenarios[i].text);
   if (!std::filesystem::exists(file_or_name))
     throw io::Error(file_or_name, 0,
                     "is no file and no built-in scenario; built in are " + io::join(builtin_scenario_names(), ", "));

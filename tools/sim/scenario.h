@@ -23,7 +23,7 @@ struct SensorErrors {
   double mounting_error_m = 0.005, mounting_error_rad = 0.1 * kDegree;    // one sigma each axis, one draw a run
   double range_min_m = 0.5, range_max_m = 300;
   bool second_returns = true;
-  bool report_own_car = false;           // its own car hides the world in any case; recorded scans hold no returns of it
+  bool report_own_car = false;           // it hides the world in any case; recorded scans hold no returns of it
 };
 
 struct PatternChange {

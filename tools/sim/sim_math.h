@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The simulator's own mathematics: double, made of + - * / and sqrt only, so that one seed gives the same bytes on every
-// machine and compiler (build with -ffp-contract=off). It shares nothing with core/math.h: what is judged must not
-// stand on the same functions as its judge.
+// The simulator's own mathematics: double, made of + - * / and sqrt only, so that one seed gives the same bytes on
+// every machine and compiler (build with -ffp-contract=off). It shares nothing with core/math.h: what is judged must
+// not stand on the same functions as its judge.
 #pragma once
 
 #include <bit>

@@ -19,14 +19,15 @@ PuffCloud puffs_at(const std::vector<PuffSource>& sources, double time_s, const 
       const CarState car = source.car->at(born);
       const double side = i % 2 ? 0.75 : -0.75;
       const SinCos course = sin_cos(car.course_rad);
-      const double speed = 0.35 * car.speed_mps, slowed = 0.6 * (1 - exp_of(-age / 0.6));   // metres a m/s
+      const double speed = 0.35 * car.speed_mps, slowed = 0.6 * (1 - exp_of(-age / 0.6));  // metres a m/s
       Puff puff;
-      puff.center = car.T_map_vehicle * Vec3{dice.uniform(-0.5, 0.2), side + 0.15 * dice.normal(), dice.uniform(0.1, 0.4)};
+      puff.center =
+          car.T_map_vehicle * Vec3{dice.uniform(-0.5, 0.2), side + 0.15 * dice.normal(), dice.uniform(0.1, 0.4)};
       puff.center = puff.center + Vec3{course.cos, course.sin, 0} * (speed * slowed) +
                     Vec3{0.8 + 0.5 * dice.normal(), -0.4 + 0.5 * dice.normal(), 0.5 + 0.2 * dice.normal()} * age;
       puff.radius_m = 0.25 + 0.9 * std::sqrt(age);
-      puff.extinction_pm = source.density_pm * exp_of(-2.5 * age / source.life_s) * dice.uniform(0.5, 1.5) *
-                           square(0.5 / puff.radius_m);
+      puff.extinction_pm =
+          source.density_pm * exp_of(-2.5 * age / source.life_s) * dice.uniform(0.5, 1.5) * square(0.5 / puff.radius_m);
       cloud.puffs.push_back(puff);
     }
   }

@@ -16,7 +16,7 @@ namespace overtake::sim {
 namespace {
 
 constexpr double kWallHeight = 1.07, kFenceTop = 6.7, kPostSpacing = 6, kLine = 0.15, kCell = 1.0;
-constexpr double kPitHalf = 260;       // the pit lane reaches so far before and behind the start line
+constexpr double kPitHalf = 260;  // the pit lane reaches so far before and behind the start line
 
 struct Builder {
   const Track& track;
@@ -68,7 +68,8 @@ void Builder::add_road() {
     add_strip(0, length, kCell, [&](double s) {
       const TrackPoint p = track.at(s);
       const double right = -p.width_right_m + kLine, left = p.width_left_m - kLine;
-      return Pair{at(s, lerp(right, left, double(lane) / kLanes), 0), at(s, lerp(right, left, (lane + 1.0) / kLanes), 0)};
+      return Pair{at(s, lerp(right, left, double(lane) / kLanes), 0),
+                  at(s, lerp(right, left, (lane + 1.0) / kLanes), 0)};
     });
   add_strip(0, length, kCell, [&](double s) {  // from the outer line to the wall
     const double right = -track.at(s).width_right_m;
@@ -104,12 +105,15 @@ void Builder::add_walls() {
   const auto outer = [&](double s) { return -track.at(s).width_right_m - track.wall_behind_edge_m(); };
   use(MaterialId::safer_wall, Surface::outer_wall);
   add_strip(0, length, kCell, [&](double s) { return Pair{at(s, outer(s), 0), at(s, outer(s), kWallHeight)}; });
-  add_strip(0, length, kCell,
-            [&](double s) { return Pair{at(s, outer(s), kWallHeight), at(s, outer(s) - 0.6, kWallHeight)}; });
+  add_strip(0, length, kCell, [&](double s) {
+    return Pair{at(s, outer(s), kWallHeight), at(s, outer(s) - 0.6, kWallHeight)};
+  });
   // A band of advertisement on the wall, every other 20 m.
   use(MaterialId::sign, Surface::outer_wall);
   for (double s = 0; s + 20 < length; s += 40)
-    add_strip(s, s + 12, kCell, [&](double u) { return Pair{at(u, outer(u) + 0.01, 0.3), at(u, outer(u) + 0.01, 0.9)}; });
+    add_strip(s, s + 12, kCell, [&](double u) {
+      return Pair{at(u, outer(u) + 0.01, 0.3), at(u, outer(u) + 0.01, 0.9)};
+    });
   use(MaterialId::concrete, Surface::inner_wall);
   const double from = is_oval() ? kPitHalf : 0, to = is_oval() ? length - kPitHalf : length;
   add_strip(from, to, 2, [&](double s) {
@@ -128,8 +132,9 @@ void Builder::add_fence() {
   const auto line = [&](double s) { return -track.at(s).width_right_m - track.wall_behind_edge_m() - 0.45; };
   if (!is_oval()) return;
   use(MaterialId::fence_wire, Surface::fence_wire);
-  add_strip(0, length, kPostSpacing / 2,
-            [&](double s) { return Pair{at(s, line(s), kWallHeight), at(s, line(s), kFenceTop)}; });
+  add_strip(0, length, kPostSpacing / 2, [&](double s) {
+    return Pair{at(s, line(s), kWallHeight), at(s, line(s), kFenceTop)};
+  });
   use(MaterialId::steel, Surface::fence_post);
   const int posts = int(length / kPostSpacing);
   for (int i = 0; i < posts; ++i) {
@@ -137,8 +142,9 @@ void Builder::add_fence() {
     mesh.add_box(foot, {-0.07, -0.17, 0}, {0.07, -0.03, kFenceTop});
   }
   for (const double height : {2.6, 4.3, 6.5})  // cables
-    add_strip(0, length, kPostSpacing / 2,
-              [&](double s) { return Pair{at(s, line(s) + 0.02, height), at(s, line(s) + 0.02, height + 0.025)}; });
+    add_strip(0, length, kPostSpacing / 2, [&](double s) {
+      return Pair{at(s, line(s) + 0.02, height), at(s, line(s) + 0.02, height + 0.025)};
+    });
 }
 
 void Builder::add_gantries() {
@@ -187,9 +193,12 @@ void Builder::add_stands() {
     for (int row = 0; row < 24; ++row) {
       const double d = 0.9 * row, h = 0.45 * row;
       use(MaterialId::building, Surface::building);
-      add_strip(from, to, 10, [&](double s) { return Pair{at(s, back(s) - d, 1.2 + h), at(s, back(s) - d, 1.65 + h)}; });
-      add_strip(from, to, 10,
-                [&](double s) { return Pair{at(s, back(s) - d, 1.65 + h), at(s, back(s) - d - 0.9, 1.65 + h)}; });
+      add_strip(from, to, 10, [&](double s) {
+        return Pair{at(s, back(s) - d, 1.2 + h), at(s, back(s) - d, 1.65 + h)};
+      });
+      add_strip(from, to, 10, [&](double s) {
+        return Pair{at(s, back(s) - d, 1.65 + h), at(s, back(s) - d - 0.9, 1.65 + h)};
+      });
     }
   }
   // Elsewhere: poles and buildings some way off, the same ones in every run.
@@ -225,7 +234,8 @@ void Builder::add_pit() {
     mesh.add_box(foot, {-3.2, -1.0, 0.4}, {1.6, 1.0, 2.6});
     mesh.add_box(foot, {1.6, -1.0, 0.4}, {3.0, 1.0, 2.0});
     use(MaterialId::tyre, Surface::parked_vehicle);
-    for (const double x : {-2.2, 2.0}) mesh.add_cylinder(foot * Vec3{x, -1.02, 0.4}, foot * Vec3{x, 1.02, 0.4}, 0.4, 16);
+    for (const double x : {-2.2, 2.0})
+      mesh.add_cylinder(foot * Vec3{x, -1.02, 0.4}, foot * Vec3{x, 1.02, 0.4}, 0.4, 16);
   }
 }
 

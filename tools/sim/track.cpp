@@ -156,8 +156,9 @@ void Track::fill_road() {
   for (int i = 0; i < count; ++i) {
     const double s = i * step_;
     const auto after = std::upper_bound(arc.begin(), arc.end(), s) - arc.begin();
-    double u = (double(after) - 1 + (s - arc[std::size_t(after) - 1]) /
-                                        (arc[std::size_t(after)] - arc[std::size_t(after) - 1])) * du;
+    double u = (double(after) - 1 +
+                (s - arc[std::size_t(after) - 1]) / (arc[std::size_t(after)] - arc[std::size_t(after) - 1])) *
+               du;
     const Curve c = curve(u);
     const double v = std::sqrt(c.dx * c.dx + c.dy * c.dy);
     TrackPoint p{};
@@ -180,13 +181,15 @@ TrackPoint Track::at(double s) const {
   const TrackPoint& a = points_[i];
   TrackPoint b = points_[j];
   // Place and heading by Hermite's cubic with the exact slopes, the rest straight between points half a metre apart.
-  const double h00 = (1 + 2 * t) * square(1 - t), h10 = t * square(1 - t), h01 = t * t * (3 - 2 * t), h11 = t * t * (t - 1);
+  const double h00 = (1 + 2 * t) * square(1 - t), h10 = t * square(1 - t), h01 = t * t * (3 - 2 * t),
+               h11 = t * t * (t - 1);
   const SinCos ca = sin_cos(a.heading_rad), cb = sin_cos(b.heading_rad);
   b.heading_rad = a.heading_rad + wrap_angle(b.heading_rad - a.heading_rad);
   TrackPoint p;
   p.x = h00 * a.x + h10 * step_ * ca.cos + h01 * b.x + h11 * step_ * cb.cos;
   p.y = h00 * a.y + h10 * step_ * ca.sin + h01 * b.y + h11 * step_ * cb.sin;
-  p.heading_rad = h00 * a.heading_rad + h10 * step_ * a.curvature_pm + h01 * b.heading_rad + h11 * step_ * b.curvature_pm;
+  p.heading_rad =
+      h00 * a.heading_rad + h10 * step_ * a.curvature_pm + h01 * b.heading_rad + h11 * step_ * b.curvature_pm;
   const auto slope = [&](std::size_t k) {
     return (points_[k + 1 < n ? k + 1 : 0].z - points_[k > 0 ? k - 1 : n - 1].z) / 2;
   };

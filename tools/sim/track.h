@@ -28,8 +28,8 @@ struct SurfaceFrame {
 
 class Track {
  public:
-  // Built in: "oval" (2.45 km, Las Vegas like, from published figures) and "road" (a Fourier curve with slopes, left and
-  // right turns). Throws std::invalid_argument on another name.
+  // Built in: "oval" (2.45 km, Las Vegas like, from published figures) and "road" (a Fourier curve with slopes, left
+  // and right turns). Throws std::invalid_argument on another name.
   static Track make(const std::string& name);
 
   const std::string& name() const { return name_; }

@@ -20,7 +20,7 @@ Mesh make_all_that_stands(const Track& track, const Scenario& scenario) {
 }
 
 constexpr double kCell = 0.5 * kDegree, kMaskAzimuth = 64 * kDegree, kMaskElevation = 20 * kDegree;
-constexpr int32_t kMaskCols = 256, kMaskRows = 80, kRaysACell = 3;   // 0.17 deg apart: 7 mm on what is 2.4 m away
+constexpr int32_t kMaskCols = 256, kMaskRows = 80, kRaysACell = 3;  // 0.17 deg apart: 7 mm on what is 2.4 m away
 
 }  // namespace
 
@@ -29,11 +29,10 @@ World::World(const Scenario& scenario)
       surroundings(make_all_that_stands(track, scenario)),
       car(make_race_car(Surface::car)),
       ego(scenario.find_car(scenario.ego)) {
-  for (const CarPlan& plan : scenario.cars)
-    motions.push_back(std::make_unique<Motion>(track, plan, scenario.seconds));
+  for (const CarPlan& plan : scenario.cars) motions.push_back(std::make_unique<Motion>(track, plan, scenario.seconds));
   for (const Puffs& p : scenario.puffs)
-    puff_sources.push_back({motions[std::size_t(scenario.find_car(p.car))].get(), p.from_s, p.to_s, p.per_s, p.density_pm,
-                            p.life_s, puff_sources.size()});
+    puff_sources.push_back({motions[std::size_t(scenario.find_car(p.car))].get(), p.from_s, p.to_s, p.per_s,
+                            p.density_pm, p.life_s, puff_sources.size()});
 }
 
 OwnCarMask::OwnCarMask(const World& world, const Rigid& T) : cells_(kMaskRows * kMaskCols) {
@@ -93,7 +92,8 @@ BeamHit cast(const World& world, const LineView& view, double share, const Ray& 
     const double along = dot(to, ray.direction_map), radius = world.car.radius_m() + 0.3;
     if (along < -radius || along - radius > far || dot(to, to) - along * along > radius * radius) continue;
     const Rigid pose = blend(view.cars[0][i], view.cars[1][i], share);
-    const Vec3 origin = pose.inverse_times(ray.origin_map), direction = pose.rotation.transposed_times(ray.direction_map);
+    const Vec3 origin = pose.inverse_times(ray.origin_map),
+               direction = pose.rotation.transposed_times(ray.direction_map);
     const Hit hit = world.car.cast(origin, direction, near_m, far);
     if (hit.triangle < 0) continue;
     far = hit.range_m;
@@ -103,8 +103,8 @@ BeamHit cast(const World& world, const LineView& view, double share, const Ray& 
   const Hit hit = world.surroundings.cast(ray.origin_map, ray.direction_map, near_m, far);
   if (hit.triangle >= 0) {
     const Triangle& t = world.surroundings.triangle(hit.triangle);
-    best = {hit.range_m, std::fabs(dot(world.surroundings.normal(hit.triangle), ray.direction_map)), uint16_t(t.surface),
-            t.material, 1};
+    best = {hit.range_m, std::fabs(dot(world.surroundings.normal(hit.triangle), ray.direction_map)),
+            uint16_t(t.surface), t.material, 1};
   }
   return best;
 }
