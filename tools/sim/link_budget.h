@@ -10,8 +10,8 @@
 // figure of range). A slanted surface spreads the pulse over `spread` metres of range; a receiver that waits for the
 // peak to pass its threshold loses by that: stretch = (1 + (spread / pulse)^2)^(-1/2). That is why asphalt at
 // grazing angles vanishes early. (A matched filter would lose with the root of it only, and see the road at three
-// times the range of
-// the recorded scans.) The reported intensity is the pulse's energy, which the spread leaves alone.
+// times the range of the
+// recorded scans.) The reported intensity is the pulse's energy, which the spread leaves alone.
 #pragma once
 
 #include "tools/sim/sim_math.h"

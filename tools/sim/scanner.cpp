@@ -228,7 +228,8 @@ void emit(const JobWork& work, const LineWork& line, int32_t number, int32_t bea
     if (echo.range_m < errors.range_min_m || echo.range_m > errors.range_max_m) continue;
     const double mean = received_signal(echo.peak, echo.range_m);
     if (mean < kThreshold - 6) continue;  // six sigma below: never
-    const double signal = mean * (1 + 0.1 * clamp(dice.normal(), -3, 3) * (mean > 50)) + dice.normal();
+    const double speckle = 0.1 * clamp(dice.normal(), -3, 3), noise = dice.normal();
+    const double signal = mean * (mean > 50 ? 1 + speckle : 1) + noise;
     if (signal <= kThreshold) continue;
     const int32_t most = errors.second_returns ? 2 : 1;
     if (count < most)

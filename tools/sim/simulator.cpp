@@ -37,8 +37,10 @@ Simulator::Simulator(const Scenario& scenario, uint64_t seed, double seconds, in
                  {sensor.x_m, sensor.y_m, sensor.z_m}};
     Random dice = random_.branch(kMountingStream).branch(uint64_t(s));
     const double size = scenario_.errors.mounting_error_m, turn = scenario_.errors.mounting_error_rad;
-    const Rigid error{rotation_of(turn * dice.normal(), turn * dice.normal(), turn * dice.normal()),
-                      {size * dice.normal(), size * dice.normal(), size * dice.normal()}};
+    double draw[6];  // drawn in order: the order in which arguments are computed is the compiler's
+    for (double& d : draw) d = dice.normal();
+    const Rigid error{rotation_of(turn * draw[0], turn * draw[1], turn * draw[2]),
+                      {size * draw[3], size * draw[4], size * draw[5]}};
     m.real = m.nominal * error;
     own_car_[s] = OwnCarMask(*world_, m.real);
   }

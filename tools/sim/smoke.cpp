@@ -43,7 +43,6 @@ double cross_smoke(const PuffCloud& cloud, Vec3 origin, Vec3 direction, double f
   const double middle = dot(cloud.center - origin, direction);
   if (length(cloud.center - origin - direction * middle) > cloud.radius_m) return 1;
   const std::size_t begin = out.size();
-  double depth_sum = 0;
   for (const Puff& puff : cloud.puffs) {
     const Vec3 to = puff.center - origin;
     const double along = dot(to, direction), aside2 = dot(to, to) - along * along, r2 = square(puff.radius_m);
@@ -52,7 +51,6 @@ double cross_smoke(const PuffCloud& cloud, Vec3 origin, Vec3 direction, double f
     const double range = along + 0.7071067811865476 * puff.radius_m * random.normal();
     if (depth < 1e-3 || range < 0.5 || range > far_m) continue;
     out.push_back({range, depth, 1.8 * puff.radius_m});
-    depth_sum += depth;
   }
   std::sort(out.begin() + std::ptrdiff_t(begin), out.end(),
             [](const SmokeReturn& a, const SmokeReturn& b) { return a.range_m < b.range_m; });
