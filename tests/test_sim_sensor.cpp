@@ -32,7 +32,7 @@ int32_t count_surface(const Sweep& sweep, Surface surface) {
   return count;
 }
 
-constexpr uint64_t kGoldenSweep = 15816031735432137104u;  // scenario overtake, seed 11, sweep 1
+constexpr uint64_t kGoldenSweep = 15932641852269546199u;  // scenario overtake, seed 11, sweep 1
 
 uint64_t hash_of(const Sweep& sweep) {
   Hash h;
