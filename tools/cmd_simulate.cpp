@@ -6,6 +6,7 @@
 #include <CLI/Formatter.hpp>
 #include <chrono>
 #include <cstdio>
+#include <future>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -52,13 +53,16 @@ void simulate(const SimulateOptions& options) {
   Progress progress(simulator->sweep_count(), options.quiet);
   int64_t points = 0, beams = 0, split = 0;
   int32_t done = 0;
+  std::future<void> writing;
   for (; done < simulator->sweep_count() && !interrupted(); ++done) {
-    const sim::Sweep sweep = simulator->sweep(done);
-    log->write(done, sweep);
-    for (const sim::Scan& scan : sweep.scans)
+    auto sweep = std::make_shared<const sim::Sweep>(simulator->sweep(done));
+    if (writing.valid()) writing.get();  // one sweep is written while the next one is simulated
+    writing = std::async(std::launch::async, [&log, sweep, done] { log->write(done, *sweep); });
+    for (const sim::Scan& scan : sweep->scans)
       points += int64_t(scan.size()), beams += scan.beams, split += scan.split_beams;
     progress.show(done + 1);
   }
+  if (writing.valid()) writing.get();
   log->close();
   progress.clear();
   if (options.quiet) return;

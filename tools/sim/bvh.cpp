@@ -60,7 +60,9 @@ Bvh::Bvh(const Mesh& mesh) : triangles_(mesh.triangles) {
   split(0, 0, int32_t(triangles_.size()), 0);
   widen(0);
   branches_ = {};
+  place_.resize(triangles_.size());
   for (const int32_t i : order_) {
+    place_[std::size_t(i)] = int32_t(edges_.size());
     const Triangle& t = triangles_[std::size_t(i)];
     edges_.push_back({t.a, t.b - t.a, t.c - t.a, i});
   }
@@ -162,7 +164,7 @@ int32_t Bvh::widen(int32_t branch) {
   return int32_t(self);
 }
 
-Hit Bvh::cast(Vec3 origin, Vec3 direction, double near_m, double far_m) const {
+Hit Bvh::cast(Vec3 origin, Vec3 direction, double near_m, double far_m, int32_t likely) const {
   Hit hit;
   if (nodes_.empty()) return hit;
   double far = far_m;
@@ -173,6 +175,26 @@ Hit Bvh::cast(Vec3 origin, Vec3 direction, double near_m, double far_m) const {
     inverse[k] = float(1 / (std::fabs(d) > 1e-12 ? d : d < 0 ? -1e-12 : 1e-12));
   }
   float far_f = float(far * (1 + 1e-6));
+  const auto meet = [&](const Edges& e) {
+    const Vec3 p = cross(direction, e.ac);
+    const double det = dot(e.ab, p);
+    if (det == 0) return;
+    const double inv = 1 / det;
+    const Vec3 to = origin - e.a;
+    const double u = dot(to, p) * inv;
+    if (u < -kRimTolerance || u > 1 + kRimTolerance) return;
+    const Vec3 q = cross(to, e.ab);
+    const double v = dot(direction, q) * inv;
+    if (v < -kRimTolerance || u + v > 1 + kRimTolerance) return;
+    const double t = dot(e.ac, q) * inv;
+    if (t <= near_m || t >= far_m) return;
+    if (t < far || (t == far && e.index < hit.triangle)) {
+      far = t;
+      far_f = float(far * (1 + 1e-6));
+      hit = {t, e.index};
+    }
+  };
+  if (likely >= 0) meet(edges_[std::size_t(place_[std::size_t(likely)])]);
   struct Waiting {
     int32_t child, count;
     float entry;
@@ -204,24 +226,7 @@ Hit Bvh::cast(Vec3 origin, Vec3 direction, double near_m, double far_m) const {
       continue;
     }
     for (int32_t i = top.child; i < top.child + top.count; ++i) {
-      const Edges& e = edges_[std::size_t(i)];
-      const Vec3 p = cross(direction, e.ac);
-      const double det = dot(e.ab, p);
-      if (det == 0) continue;
-      const double inv = 1 / det;
-      const Vec3 to = origin - e.a;
-      const double u = dot(to, p) * inv;
-      if (u < -kRimTolerance || u > 1 + kRimTolerance) continue;
-      const Vec3 q = cross(to, e.ab);
-      const double v = dot(direction, q) * inv;
-      if (v < -kRimTolerance || u + v > 1 + kRimTolerance) continue;
-      const double t = dot(e.ac, q) * inv;
-      if (t <= near_m || t >= far_m) continue;
-      if (t < far || (t == far && e.index < hit.triangle)) {
-        far = t;
-        far_f = float(far * (1 + 1e-6));
-        hit = {t, e.index};
-      }
+      meet(edges_[std::size_t(i)]);
     }
   }
   return hit;

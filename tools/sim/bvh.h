@@ -22,8 +22,9 @@ class Bvh {
   Bvh() = default;
   explicit Bvh(const Mesh& mesh);
 
-  // Nearest hit with near_m < range < far_m. The direction need not be exactly of unit length.
-  Hit cast(Vec3 origin, Vec3 direction, double near_m, double far_m) const;
+  // Nearest hit with near_m < range < far_m. The direction need not be exactly of unit length. A triangle that is likely
+  // hit (the neighbouring ray's) may be given: it is met first, which bounds the search; the result is the same.
+  Hit cast(Vec3 origin, Vec3 direction, double near_m, double far_m, int32_t likely = -1) const;
   // The same without the hierarchy and by another formula: plane, then the side of each edge.
   Hit cast_brute_force(Vec3 origin, Vec3 direction, double near_m, double far_m) const;
 
@@ -58,6 +59,7 @@ class Bvh {
   std::vector<Branch> branches_;       // while building
   std::vector<Node> nodes_;
   std::vector<Edges> edges_;           // in leaf order
+  std::vector<int32_t> place_;         // of each triangle in edges_
   std::vector<int32_t> order_;         // while building
   Vec3 center_;
   double radius_ = 0;

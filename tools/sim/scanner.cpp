@@ -81,8 +81,11 @@ bool meets_wire(const SensorErrors& errors, BeamHit& hit, Random& dice) {
   return true;
 }
 
+int32_t last_triangle(const Layers& layers) { return layers.count > 0 ? layers.hit[layers.count - 1].triangle : -1; }
+
 // The rays of one beam agree on whether it meets a wire.
-Layers cast_layers(const JobWork& work, const LineWork& line, int32_t number, int32_t beam, const Ray& ray) {
+Layers cast_layers(const JobWork& work, const LineWork& line, int32_t number, int32_t beam, const Ray& ray,
+                   int32_t likely) {
   const ScanJob& job = *work.job;
   const double share = shot_share(beam / kHeads);
   const bool own_car = job.own_car->may_meet(azimuth_of(beam), line.top_rad + line.fall_rad * share);
@@ -90,7 +93,7 @@ Layers cast_layers(const JobWork& work, const LineWork& line, int32_t number, in
   Layers layers;
   double near_m = 0.02;
   while (layers.count < kLayers) {
-    BeamHit hit = cast(*job.world, line.view, share, ray, own_car, near_m, job.errors->range_max_m);
+    BeamHit hit = cast(*job.world, line.view, share, ray, own_car, near_m, job.errors->range_max_m, likely);
     if (hit.surface == uint16_t(Surface::none)) break;
     near_m = hit.range_m + 1e-3;
     if (!meets_wire(*job.errors, hit, dice)) continue;
@@ -117,8 +120,10 @@ void begin_line(JobWork& work, int32_t number) {
     line.cars.push_back({atan2_of(to.y, to.x), atan2_of(to.z, std::sqrt(to.x * to.x + to.y * to.y)),
                          away > radius ? asin_of(radius / away) + kDegree : kPi});
   }
-  for (int32_t beam = 0; beam < kBeams && !line.missing; ++beam)
-    line.middle[std::size_t(beam)] = cast_layers(work, line, number, beam, make_ray(work, line, beam, 0, 0));
+  for (int32_t beam = 0; beam < kBeams && !line.missing; ++beam) {
+    const int32_t likely = beam >= kHeads ? last_triangle(line.middle[std::size_t(beam - kHeads)]) : -1;
+    line.middle[std::size_t(beam)] = cast_layers(work, line, number, beam, make_ray(work, line, beam, 0, 0), likely);
+  }
 }
 
 // Road, apron and grass are one floor: no edge of range lies between them.
@@ -284,10 +289,11 @@ void finish_line(JobWork& work, int32_t number) {
     echoes.clear();
     if (beam_rad > 0 && needs_split(work, number, beam)) {
       ++line.out.split_beams;
+      const int32_t likely = last_triangle(line.middle[std::size_t(beam)]);
       add_layers(work, line.middle[std::size_t(beam)], 0.4, beam_rad, echoes);
       for (int32_t corner = 0; corner < 4; ++corner) {
         const Ray part = make_ray(work, line, beam, corner & 1 ? off : -off, corner & 2 ? off : -off);
-        add_layers(work, cast_layers(work, line, number, beam, part), 0.15, beam_rad, echoes);
+        add_layers(work, cast_layers(work, line, number, beam, part, likely), 0.15, beam_rad, echoes);
       }
     } else {
       add_layers(work, line.middle[std::size_t(beam)], 1, beam_rad, echoes);

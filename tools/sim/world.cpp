@@ -76,15 +76,19 @@ LineView LineView::make(const World& world, double begin_s, double end_s) {
 }
 
 BeamHit cast(const World& world, const LineView& view, double share, const Ray& ray, bool own_car, double near_m,
-             double far_m) {
+             double far_m, int32_t likely) {
   BeamHit best;
   double far = far_m;
   const Hit own = own_car ? world.car.cast(ray.origin_vehicle, ray.direction_vehicle, near_m, far) : Hit();
   if (own.triangle >= 0) {
     const Triangle& t = world.car.triangle(own.triangle);
     far = own.range_m;
-    best = {own.range_m, std::fabs(dot(world.car.normal(own.triangle), ray.direction_vehicle)),
-            uint16_t(uint16_t(Surface::car) + world.ego), t.material, 1};
+    best = {own.range_m,
+            std::fabs(dot(world.car.normal(own.triangle), ray.direction_vehicle)),
+            uint16_t(uint16_t(Surface::car) + world.ego),
+            t.material,
+            1,
+            -1};
   }
   for (std::size_t i = 0; i < view.numbers.size(); ++i) {
     // A ball round the car first; a car moves a few centimetres within a line.
@@ -97,14 +101,22 @@ BeamHit cast(const World& world, const LineView& view, double share, const Ray& 
     const Hit hit = world.car.cast(origin, direction, near_m, far);
     if (hit.triangle < 0) continue;
     far = hit.range_m;
-    best = {hit.range_m, std::fabs(dot(world.car.normal(hit.triangle), direction)),
-            uint16_t(uint16_t(Surface::car) + view.numbers[i]), world.car.triangle(hit.triangle).material, 1};
+    best = {hit.range_m,
+            std::fabs(dot(world.car.normal(hit.triangle), direction)),
+            uint16_t(uint16_t(Surface::car) + view.numbers[i]),
+            world.car.triangle(hit.triangle).material,
+            1,
+            -1};
   }
-  const Hit hit = world.surroundings.cast(ray.origin_map, ray.direction_map, near_m, far);
+  const Hit hit = world.surroundings.cast(ray.origin_map, ray.direction_map, near_m, far, likely);
   if (hit.triangle >= 0) {
     const Triangle& t = world.surroundings.triangle(hit.triangle);
-    best = {hit.range_m, std::fabs(dot(world.surroundings.normal(hit.triangle), ray.direction_map)),
-            uint16_t(t.surface), t.material, 1};
+    best = {hit.range_m,
+            std::fabs(dot(world.surroundings.normal(hit.triangle), ray.direction_map)),
+            uint16_t(t.surface),
+            t.material,
+            1,
+            hit.triangle};
   }
   return best;
 }

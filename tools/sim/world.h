@@ -33,6 +33,7 @@ struct BeamHit {
   uint16_t surface = 0;                  // none: nothing within range
   MaterialId material = MaterialId::asphalt;
   double coverage = 1;                   // share of the beam that is stopped here
+  int32_t triangle = -1;                 // of the surroundings, -1: a car's
 };
 
 // The cars and the ego as one line of a scan sees them: poses at its begin and end, straight in between.
@@ -61,7 +62,8 @@ class OwnCarMask {
 };
 
 // The nearest hit beyond near_m at `share` of the line's time. own_car: whether the own car may be in the way.
+// likely: a triangle of the surroundings that is probably hit, -1: none; the result does not depend on it.
 BeamHit cast(const World& world, const LineView& view, double share, const Ray& ray, bool own_car, double near_m,
-             double far_m);
+             double far_m, int32_t likely);
 
 }  // namespace overtake::sim
