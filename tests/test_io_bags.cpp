@@ -68,7 +68,7 @@ TEST_CASE("bags: PCD, KITTI, db3 and MCAP of the same scans give one hash, whate
   write_db3(folder.path("a.db3"), messages);
   CHECK(hash_of_run(folder.path("a.db3"), rig) == expected);
   for (const char* compression : {"none", "lz4", "zstd"})
-    for (const uint64_t chunk : {0, 1, 100'000, 1 << 22})
+    for (const uint64_t chunk : {uint64_t(0), uint64_t(1), uint64_t(100'000), uint64_t(1) << 22})
       for (const bool index : {true, false}) {
         CAPTURE(compression);
         CAPTURE(chunk);
