@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The command line: overtake run | inspect | track | scene | simulate | params.
+// The command line: overtake run | inspect | track | info | doctor | scene | simulate | params.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
