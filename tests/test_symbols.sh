@@ -40,8 +40,8 @@ while read -r needed; do
 done < <(sed -n 's/.*(NEEDED).*\[\(.*\)\]$/\1/p' <<<"$dynamic")
 [[ $dynamic != *RPATH* && $dynamic != *RUNPATH* ]] || fail "holds a search path"
 [[ $dynamic != *TEXTREL* ]] || fail "is not position independent"
-readelf -lW "$library" | grep GNU_STACK | grep -q 'RW  ' || fail "its stack is executable"
-readelf -nW "$library" | grep -q 'Build ID' || fail "has no build id"
+[[ $(readelf -lW "$library" | grep GNU_STACK) == *'RW  '* ]] || fail "its stack is executable"
+[[ $(readelf -nW "$library") == *'Build ID'* ]] || fail "has no build id"
 
 ((failures == 0)) && echo "$(wc -w <<<"$exported") functions exported, as declared; nothing else"
 ((failures == 0))
