@@ -57,7 +57,7 @@ env CC="$cc" CXX="$cxx" cmake -S "$examples" -B "$work/cmake" -DCMAKE_PREFIX_PAT
 expect "build by CMake" cmake --build "$work/cmake" --parallel 2
 for example in poll_tracks on_frame producers; do
   expect "$example by CMake" "$work/cmake/$example"
-  ldd "$work/cmake/$example" | grep -qF "$(realpath "$libdir")/libovertake.so.0" ||
+  [[ $(ldd "$work/cmake/$example") == *"$(realpath "$libdir")/libovertake.so.0"* ]] ||
     fail "$example does not use the installed library"
   ! readelf -dW "$work/cmake/$example" | grep NEEDED | grep -i tbb || fail "$example names oneTBB"
 done

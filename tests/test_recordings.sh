@@ -56,7 +56,7 @@ for text in "rosbag2, SQLite (.db3)" "from 0.000 to 0.400 s" "/vehicle_3/luminar
   "/vehicle_3/local_odometry .* base_link in map" "line_index uint16 at 44, .*; 56 bytes a point"; do
   grep -q "$text" info.txt || fail "info does not say '$text': $(head -20 info.txt)"
 done
-"$overtake" info scene | grep -q 'FRAME_front.pcd .* 7 .*ring uint16' || fail "info of a folder"
+grep -q 'FRAME_front.pcd .* 7 .*ring uint16' <<<"$("$overtake" info scene)" || fail "info of a folder"
 
 # ---- doctor: nothing wrong with what is right, and one sentence a fault
 "$overtake" doctor ring.db3 --rig racecar >doctor.txt || fail "doctor of a good recording: $(cat doctor.txt)"
@@ -97,7 +97,7 @@ cdr_cut|WRONG  sensor 'front': 1 of 7 scans cannot be read; the first: message [
 bad_row|WRONG  recording: damaged after message 9: a message of a topic that is not in the table of topics
 END
 [[ $seen == "$(find faults -name '*.db3' | wc -l)" ]] || fail "$seen faults have a sentence, $(find faults -name '*.db3' | wc -l) are seeded"
-"$overtake" doctor none.db3 --rig racecar | grep -q "^note   sensor 'front': its clouds say no lines: 3[0-9] lines recovered" ||
+grep -q "^note   sensor 'front': its clouds say no lines: 3[0-9] lines recovered" <<<"$("$overtake" doctor none.db3 --rig racecar)" ||
   fail "doctor does not say that lines were recovered"
 "$overtake" doctor ring.db3 --rig hdl64 >doctor.txt
 grep -q 'no topic of the rig.s sensors is in it; clouds in it: /vehicle_3/luminar_front_points' doctor.txt || fail "wrong rig: $(cat doctor.txt)"
