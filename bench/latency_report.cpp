@@ -75,7 +75,7 @@ LatencyReport make_report(const LatencyRun& run, const LatencyRunDef& def) {
       continue;
     }
     report.end_to_end.record(latency_ns);
-    if (frame.sensor_mask != frame.expected_mask) ++report.incomplete;
+    if (frame.sensor_mask != frame.expected_mask || frame.parts > 1) ++report.incomplete;
     if (frame.flags & OVT_FLAG_DEADLINE_MISSED) ++report.deadline_missed;
     int64_t segmented_ns = 0;
     for (int32_t s = -1; s < run.sensor_count; ++s)

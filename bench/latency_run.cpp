@@ -100,15 +100,19 @@ class LatencyRunner {
     const int64_t k = runner.input_.frame_of_stamp(info.first_stamp_ns);
     if (k < 0 || k >= runner.frame_count_) return;
     FrameSample& sample = runner.run_.frames[std::size_t(k)];
+    const bool first = sample.parts++ == 0;      // a scan that came too late for its frame is one of its own
     sample.published_ns = published_ns;
     sample.sequence = info.sequence;
-    sample.sensor_mask = info.sensor_mask;
+    sample.sensor_mask |= info.sensor_mask;
     sample.flags = info.flags;
     const int32_t sensors = runner.run_.sensor_count;
     ovt_span* span = &runner.run_.spans[std::size_t(k) * (std::size_t(sensors) + 1) * OVT_STAGE_COUNT];
     for (int32_t s = 0; s <= sensors; ++s)
       for (int32_t stage = 0; stage < OVT_STAGE_COUNT; ++stage, ++span)
-        if (ovt_read_span(reader, s < sensors ? s : -1, ovt_stage(stage), span) != OVT_OK) *span = {0, -1, -1};
+        if (ovt_span read; ovt_read_span(reader, s < sensors ? s : -1, ovt_stage(stage), &read) == OVT_OK &&
+                           read.duration_ns >= 0)
+          *span = read;
+    if (!first) return;
     runner.published_.fetch_add(1, std::memory_order_release);
     runner.published_.notify_all();
   }

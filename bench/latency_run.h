@@ -37,6 +37,7 @@ struct FrameSample {
   int64_t published_ns = 0;                      // start of on_frame; 0: never, its scans were replaced
   int64_t sequence = -1;
   uint32_t expected_mask = 0, sensor_mask = 0, flags = 0;
+  int32_t parts = 0;                             // 2: a late scan became a frame of its own; the last one counts
 };
 
 struct LatencyRun {
