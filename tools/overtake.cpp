@@ -1,11 +1,12 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The command line: overtake run | inspect | track | info | doctor | scene | simulate | params.
+// The command line: overtake run | inspect | track | info | doctor | scene | simulate | evaluate | merge | params.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 
+#include "tools/cmd_evaluate.h"
 #include "tools/cmd_scene.h"
 #include "tools/cmd_simulate.h"
 #include "tools/commands.h"
@@ -91,6 +92,8 @@ int run_main(int argc, char** argv) {
 
   add_scene_command(app);
   add_simulate_command(app);
+  add_evaluate_command(app);
+  add_merge_command(app);
   CLI::App& params = *app.add_subcommand("params", "lists the parameters");
 
   try {
@@ -107,7 +110,7 @@ int run_main(int argc, char** argv) {
   if (info.parsed()) return options.command = "info", info_command(options);
   if (doctor.parsed()) return options.command = "doctor", doctor_command(options);
   if (track.parsed()) return options.command = "track", track_command(options);
-  return 0;  // scene and simulate have done their work while they were parsed
+  return 0;  // scene, simulate, evaluate and merge have done their work while they were parsed
 }
 
 }  // namespace

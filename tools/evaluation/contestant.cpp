@@ -1,0 +1,138 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+#include "tools/evaluation/contestant.h"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+#include <random>
+
+#include "tools/io/error.h"
+#include "tools/io/text.h"
+
+namespace overtake::evaluation {
+namespace {
+
+io::PcdColumn take(const io::PcdColumn& column, const std::vector<int32_t>& rows) {
+  io::PcdColumn out;
+  out.type = column.type;
+  if (column.bytes.empty()) return out;
+  const std::size_t size = io::size_of(column.type);
+  out.bytes.resize(rows.size() * size);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    std::memcpy(&out.bytes[i * size], &column.bytes[std::size_t(rows[i]) * size], size);
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::string> variant_names() { return {"ground", "cars", "ego", "shuffled", "late_truth"}; }
+
+LogFrame take_points(const LogFrame& frame, const std::vector<std::vector<int32_t>>& rows) {
+  LogFrame out;
+  out.scans.frame = frame.scans.frame;
+  for (std::size_t k = 0; k < frame.scans.scans.size(); ++k) {
+    const io::SensorScan& from = frame.scans.scans[k];
+    io::SensorScan scan;
+    scan.sensor = from.sensor, scan.path = from.path, scan.stamp_ns = from.stamp_ns, scan.frame_id = from.frame_id;
+    scan.count = int32_t(rows[k].size());
+    scan.x = take(from.x, rows[k]), scan.y = take(from.y, rows[k]), scan.z = take(from.z, rows[k]);
+    scan.layer = take(from.layer, rows[k]), scan.intensity = take(from.intensity, rows[k]);
+    std::vector<uint16_t> surface;
+    for (const int32_t r : rows[k]) {
+      surface.push_back(frame.surface[k][std::size_t(r)]);
+      if (!from.time_offset_ns.empty()) scan.time_offset_ns.push_back(from.time_offset_ns[std::size_t(r)]);
+    }
+    out.scans.scans.push_back(std::move(scan));
+    out.surface.push_back(std::move(surface));
+  }
+  return out;
+}
+
+Contestant::Contestant(const std::string& name, const SimulatedLog& log, const std::string& map_file)
+    : name_(name), log_(log) {
+  cli::Options options;
+  const std::size_t at = name.find('@'), colon = name.find(':');
+  options.preset = name.substr(0, std::min(at, colon));
+  if (at != std::string::npos) options.set.push_back(name.substr(at + 1));
+  if (at == std::string::npos && colon != std::string::npos) {
+    variant_ = name.substr(colon + 1);
+    const auto known = variant_names();
+    if (std::find(known.begin(), known.end(), variant_) == known.end())
+      throw io::Error("--preset " + name, 0, "no variant '" + variant_ + "'; there are " + io::join(known, ", "));
+  }
+  cli::Config config = cli::load_config(options);
+  config.map = map_file;
+  config.rig = log.rig();
+  config.has_rig = true;
+  config.params.frame_period_s = log.rig().period_s;
+  if (variant_ == "ground") config.params.ground_threshold_rad = 0;
+  judge_ = std::make_unique<Judge>(log, config.params, variant_ == "late_truth" ? log.rig().period_ns() : 0);
+  session_ = std::make_unique<cli::Session>(config, &Contestant::on_frame, this);
+}
+
+void Contestant::on_frame(ovt_reader* reader, void* self) {
+  auto& contestant = *static_cast<Contestant*>(self);
+  if (contestant.failure_) return;
+  try {
+    contestant.judge_->add(reader);
+  } catch (...) {  // must not travel through the library
+    contestant.failure_ = std::current_exception();
+  }
+}
+
+// What the localisation has published when the sweep ends, or the truth at 100 Hz.
+void Contestant::push_poses(int64_t until_ns) {
+  std::vector<io::EgoRow> rows;
+  if (variant_ == "ego") {
+    if (next_true_ns_ == INT64_MIN) next_true_ns_ = until_ns - 2 * log_.rig().period_ns();
+    for (; next_true_ns_ <= until_ns; next_true_ns_ += 10'000'000)
+      for (const CarTruth& c : log_.cars_at(next_true_ns_))
+        if (c.is_ego)
+          rows.push_back({next_true_ns_, c.x_m, c.y_m, c.z_m, c.roll_rad, c.pitch_rad, c.heading_rad, c.speed_mps,
+                          c.yaw_rate_rps});
+  } else {
+    const auto& poses = log_.poses();
+    for (; next_pose_ < poses.size() && poses[next_pose_].publish_ns <= until_ns; ++next_pose_)
+      rows.push_back(poses[next_pose_].row);
+  }
+  session_->add_ego(rows);
+}
+
+void Contestant::push(const LogFrame& frame) {
+  const LogFrame* input = &frame;
+  LogFrame changed;
+  if (variant_ == "ground" || variant_ == "cars" || variant_ == "shuffled") {
+    std::vector<std::vector<int32_t>> rows;
+    for (const std::vector<uint16_t>& surface : frame.surface) {
+      std::vector<int32_t> keep;
+      for (std::size_t i = 0; i < surface.size(); ++i) {
+        const Kind kind = kind_of(surface[i]);
+        if (variant_ == "shuffled" || kind == Kind::kCar || (variant_ == "ground" && kind != Kind::kGround))
+          keep.push_back(int32_t(i));
+      }
+      if (variant_ == "shuffled") {
+        std::mt19937_64 random(uint64_t(frame.scans.frame));
+        for (std::size_t i = keep.size(); i > 1; --i) std::swap(keep[i - 1], keep[std::size_t(random() % i)]);
+      }
+      rows.push_back(std::move(keep));
+    }
+    changed = take_points(frame, rows);
+    input = &changed;
+  }
+  int64_t first_ns = INT64_MAX;
+  for (const io::SensorScan& scan : input->scans.scans) first_ns = std::min(first_ns, scan.stamp_ns);
+  push_poses(first_ns + log_.rig().period_ns());
+  judge_->expect(*input);
+  session_->push(input->scans);
+  session_->flush();                                       // a sensor may be missing: the frame ends here
+  if (failure_) std::rethrow_exception(failure_);
+}
+
+void Contestant::finish() {
+  session_->flush();
+  if (failure_) std::rethrow_exception(failure_);
+}
+
+}  // namespace overtake::evaluation

@@ -1,0 +1,14 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// From the runs of a folder: metrics.json, summary tables as CSV, and report.html, one file with all its pictures as SVG.
+#pragma once
+
+#include <string>
+
+namespace overtake::evaluation {
+
+// `print`: the headline numbers to stdout as well. Throws io::Error.
+void write_report(const std::string& out, bool print);
+
+}  // namespace overtake::evaluation

@@ -1,0 +1,155 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+#include "tools/evaluation/run_logs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "tools/console.h"
+#include "tools/evaluation/contestant.h"
+#include "tools/io/error.h"
+#include "tools/io/text.h"
+
+namespace overtake::evaluation {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string folder_of(const std::string& out, const std::string& contestant, const std::string& log) {
+  return out + "/runs/" + contestant + "/" + log;
+}
+
+bool is_done(const std::string& folder) { return fs::exists(folder + "/about.json"); }
+
+std::string about_text(const std::string& contestant, const SimulatedLog& log, int64_t frames) {
+  ovt_build_info build;
+  ovt_read_build_info(&build);
+  nlohmann::json about(log.about());
+  about["contestant"] = contestant;
+  about["frames"] = std::to_string(frames);
+  about["period_s"] = nlohmann::json(log.rig().period_s).dump();
+  about["commit"] = build.commit;
+  about["damage"] = log.damage();
+  return about.dump(1) + "\n";
+}
+
+// False: interrupted.
+bool run_log(const RunOptions& options, const std::string& path, const std::vector<std::string>& names) {
+  const std::string log_name = fs::path(path).stem().string();
+  std::vector<std::string> todo;
+  for (const std::string& name : names)
+    if (!is_done(folder_of(options.out, name, log_name))) todo.push_back(name);
+  if (todo.empty()) {
+    if (!options.quiet) std::printf("%s: done before\n", log_name.c_str());
+    return true;
+  }
+  SimulatedLog log(path);
+  cli::make_folder(options.out + "/maps");
+  const std::string map_file = options.out + "/maps/" + log_name + ".csv";
+  io::write_whole_file(map_file, log.map_text());
+  std::vector<std::unique_ptr<Contestant>> contestants;
+  for (const std::string& name : todo) contestants.push_back(std::make_unique<Contestant>(name, log, map_file));
+  contestants[0]->judge().use_baselines(todo[0] == names[0] ? options.every : 0);
+
+  cli::Progress progress(1000, options.quiet);
+  LogFrame frame;
+  int64_t frames = 0;
+  for (; frames < options.most_frames && log.next(frame); ++frames) {
+    if (cli::interrupted()) return false;
+    for (auto& contestant : contestants)
+      if (contestant->name().find('@') == std::string::npos || frames % options.every == 0) contestant->push(frame);
+    progress.show(int64_t(1000 * log.progress()));
+  }
+  progress.clear();
+  for (auto& contestant : contestants) {
+    contestant->finish();
+    const std::string folder = folder_of(options.out, contestant->name(), log_name);
+    cli::make_folder(folder);
+    write_tables(folder, contestant->judge().tables());
+    io::write_whole_file(folder + "/about.json", about_text(contestant->name(), log, frames));
+  }
+  if (!options.quiet)
+    std::printf("%s: %lld frames, %zu contestants%s%s\n", log_name.c_str(), static_cast<long long>(frames),
+                contestants.size(), log.damage().empty() ? "" : "; the log is damaged: ", log.damage().c_str());
+  return true;
+}
+
+}  // namespace
+
+std::vector<std::string> sweep_values(const std::string& text) {
+  if (text.empty()) return {};
+  const std::size_t equals = text.find('='), first = text.find(':', equals), second = text.find(':', first + 1);
+  double from = 0, to = 0, step = 0;
+  const auto part = [&](std::size_t begin, std::size_t end) {
+    return std::string_view(text).substr(begin + 1, end == std::string::npos ? end : end - begin - 1);
+  };
+  const bool good = equals != std::string::npos && first != std::string::npos && second != std::string::npos &&
+                    io::parse_number(part(equals, first), from) && io::parse_number(part(first, second), to) &&
+                    io::parse_number(part(second, std::string::npos), step);
+  if (!good || !(step > 0) || !(to >= from) || (to - from) / step > 1000)
+    throw io::Error("--sweep " + text, 0, "not of the form group.name=FROM:TO:STEP with at most 1,000 steps");
+  std::vector<std::string> values;
+  for (int32_t k = 0; from + k * step <= to + 1e-9 * step; ++k) {
+    std::string value = text.substr(0, equals + 1);
+    io::append_number(value, std::round((from + k * step) * 1e9) / 1e9);
+    values.push_back(value);
+  }
+  return values;
+}
+
+bool run_logs(const RunOptions& options) {
+  std::vector<std::string> names = options.presets;
+  for (const std::string& value : sweep_values(options.sweep)) names.push_back(options.presets[0] + "@" + value);
+  std::set<std::string> stems;
+  for (const std::string& log : options.logs)
+    if (!stems.insert(fs::path(log).stem().string()).second)
+      throw io::Error(log, 0, "two logs have this name: their results would lie in one folder");
+  cli::catch_interrupt();
+  for (const std::string& log : options.logs)
+    if (!run_log(options, log, names)) return false;
+  return true;
+}
+
+std::vector<Run> read_runs(const std::string& out) {
+  std::vector<Run> runs;
+  std::vector<fs::path> folders;
+  if (!fs::is_directory(out + "/runs")) throw io::Error(out, 0, "holds no runs of overtake evaluate");
+  for (const auto& contestant : fs::directory_iterator(out + "/runs"))
+    for (const auto& log : fs::directory_iterator(contestant.path()))
+      if (is_done(log.path().string())) folders.push_back(log.path());
+  std::sort(folders.begin(), folders.end());
+  for (const fs::path& folder : folders) {
+    Run run{folder.parent_path().filename().string(), folder.filename().string(), {}, {}};
+    try {
+      run.about = nlohmann::json::parse(io::read_whole_file(folder.string() + "/about.json"))
+                      .get<std::map<std::string, std::string>>();
+    } catch (const nlohmann::json::exception& error) {
+      throw io::Error(folder.string() + "/about.json", 0, error.what());
+    }
+    run.tables = read_tables(folder.string());
+    runs.push_back(std::move(run));
+  }
+  return runs;
+}
+
+void merge_runs(const std::vector<std::string>& from, const std::string& out) {
+  for (const std::string& folder : from)
+    for (const Run& run : read_runs(folder)) {
+      const std::string source = folder_of(folder, run.contestant, run.log),
+                        target = folder_of(out, run.contestant, run.log);
+      if (is_done(target)) {
+        if (io::read_whole_file(source + "/cars.csv") != io::read_whole_file(target + "/cars.csv"))
+          throw io::Error(source, 0, "differs from the run of the same name in " + out);
+        continue;
+      }
+      cli::make_folder(target);
+      write_tables(target, run.tables);
+      io::write_whole_file(target + "/about.json", io::read_whole_file(source + "/about.json"));
+    }
+}
+
+}  // namespace overtake::evaluation

@@ -1,0 +1,42 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Contestants on logs, and the folder of their results:
+//
+//   OUT/runs/CONTESTANT/LOG/*.csv       the judge's tables (judge.h)
+//   OUT/runs/CONTESTANT/LOG/about.json  what was run; written last: a run without it is done again
+//   OUT/metrics.json  OUT/report.html  OUT/*.csv    made from all the runs there are
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tools/evaluation/judge.h"
+
+namespace overtake::evaluation {
+
+struct RunOptions {
+  std::vector<std::string> logs, presets;
+  std::string out, sweep;                    // "group.name=FROM:TO:STEP" or ""
+  int32_t every = 10;                        // frames between two of the baselines and of the sweep
+  int64_t most_frames = INT64_MAX;
+  bool quiet = false;
+};
+
+// Throws io::Error. Returns false when interrupted: the logs done are kept.
+bool run_logs(const RunOptions& options);
+
+struct Run {
+  std::string contestant, log;
+  std::map<std::string, std::string> about;
+  Tables tables;
+};
+std::vector<Run> read_runs(const std::string& out);        // all that are whole, by name
+// Copies the whole runs of `from` that `out` has not. Throws io::Error: a folder without runs, or two different runs of
+// one contestant and log.
+void merge_runs(const std::vector<std::string>& from, const std::string& out);
+// {"group.name=1", "group.name=1.5", ...}. Throws io::Error where the text is no such range.
+std::vector<std::string> sweep_values(const std::string& text);
+
+}  // namespace overtake::evaluation
