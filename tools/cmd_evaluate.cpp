@@ -25,7 +25,8 @@ CLI::App& add_evaluate_command(CLI::App& app) {
                   "shuffled, late_truth")
       ->delimiter(',')
       ->required();
-  command.add_option("--out", options->out, "folder for the results; runs that are in it are not done again")->required();
+  command.add_option("--out", options->out, "folder for the results; runs that are in it are not done again")
+      ->required();
   command.add_option("--sweep", options->sweep, "group.name=FROM:TO:STEP: the first preset with each of these values");
   command.add_option("--every", options->every, "frames between two of the sweep and of the baselines")
       ->check(CLI::Range(1, 1000))

@@ -16,8 +16,7 @@ namespace overtake::baselines {
 // at most two cells apart on each axis.
 std::vector<int32_t> cluster_points(const std::vector<float>& x_m, const std::vector<float>& y_m,
                                     const std::vector<float>& z_m, double radius_m) {
-  if (x_m.size() != y_m.size() || x_m.size() != z_m.size())
-    throw std::invalid_argument("x, y and z differ in length");
+  if (x_m.size() != y_m.size() || x_m.size() != z_m.size()) throw std::invalid_argument("x, y and z differ in length");
   if (!(radius_m > 0)) throw std::invalid_argument("the radius must be positive");
   const std::size_t n = x_m.size();
   const double cell_m = radius_m / std::sqrt(3.0) * (1 - 1e-9), radius2 = radius_m * radius_m;

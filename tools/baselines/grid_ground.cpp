@@ -12,8 +12,7 @@ namespace overtake::baselines {
 
 std::vector<bool> mark_nonground(const std::vector<float>& x_m, const std::vector<float>& y_m,
                                  const std::vector<float>& z_m, const GridGroundParams& params) {
-  if (x_m.size() != y_m.size() || x_m.size() != z_m.size())
-    throw std::invalid_argument("x, y and z differ in length");
+  if (x_m.size() != y_m.size() || x_m.size() != z_m.size()) throw std::invalid_argument("x, y and z differ in length");
   const int64_t half = int64_t(std::ceil(params.reach_m / params.cell_m)), width = 2 * half;
   struct Cell {
     float low = std::numeric_limits<float>::infinity(), high = -std::numeric_limits<float>::infinity();

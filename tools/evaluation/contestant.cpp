@@ -126,7 +126,7 @@ void Contestant::push(const LogFrame& frame) {
   push_poses(first_ns + log_.rig().period_ns());
   judge_->expect(*input);
   session_->push(input->scans);
-  session_->flush();                                       // a sensor may be missing: the frame ends here
+  session_->flush();  // a sensor may be missing: the frame ends here
   if (failure_) std::rethrow_exception(failure_);
 }
 

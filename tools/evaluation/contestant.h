@@ -22,7 +22,7 @@
 
 namespace overtake::evaluation {
 
-std::vector<std::string> variant_names();                  // without the preset
+std::vector<std::string> variant_names();  // without the preset
 
 class Contestant {
  public:

@@ -21,8 +21,8 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 // Rows are the axes of the vehicle in the map (roll, then pitch, then yaw).
 std::array<std::array<double, 3>, 3> axes_of(double roll, double pitch, double yaw) {
-  const double cr = std::cos(roll), sr = std::sin(roll), cp = std::cos(pitch), sp = std::sin(pitch),
-               cy = std::cos(yaw), sy = std::sin(yaw);
+  const double cr = std::cos(roll), sr = std::sin(roll), cp = std::cos(pitch), sp = std::sin(pitch), cy = std::cos(yaw),
+               sy = std::sin(yaw);
   return {{{cy * cp, sy * cp, -sp},
            {cy * sp * sr - sy * cr, sy * sp * sr + cy * cr, cp * sr},
            {cy * sp * cr + sy * sr, sy * sp * cr - cy * sr, cp * cr}}};
@@ -41,11 +41,14 @@ Kind kind_of(uint16_t surface) {
   if (surface >= uint16_t(Surface::car)) return Kind::kCar;
   switch (Surface(surface)) {
     case Surface::road:
-    case Surface::apron_grass: return Kind::kGround;
+    case Surface::apron_grass:
+      return Kind::kGround;
     case Surface::none:
     case Surface::smoke_dust:
-    case Surface::blooming: return Kind::kNoise;
-    default: return Kind::kObstacle;
+    case Surface::blooming:
+      return Kind::kNoise;
+    default:
+      return Kind::kObstacle;
   }
 }
 
@@ -58,9 +61,9 @@ Tables make_tables() {
   t["clusters"] = Table({"frame", "clusters", "mixed_other", "mixed_cars"});
   t["detections"] = Table({"frame", "car", "ahead_m", "left_m", "points", "heading_source", "x_map_m", "y_map_m",
                            "x_veh_m", "y_veh_m", "heading_rad"});
-  t["tracks"] = Table({"frame", "time_s", "id", "confirmed", "car", "ahead_m", "x_m", "y_m", "x_map_m", "y_map_m",
-                       "x_veh_m", "y_veh_m", "speed_mps", "heading_rad", "course_rad", "yaw_rate_rps", "nees",
-                       "age_s"});
+  t["tracks"] =
+      Table({"frame", "time_s", "id", "confirmed", "car", "ahead_m", "x_m", "y_m", "x_map_m", "y_map_m", "x_veh_m",
+             "y_veh_m", "speed_mps", "heading_rad", "course_rad", "yaw_rate_rps", "nees", "age_s"});
   t["innovations"] = Table({"frame", "car", "nis"});
   t["grid"] = Table({"frame", "tp", "fp", "fn", "tn"});
   t["euclid"] = Table({"frame", "radius_m", "car", "clusters"});
@@ -84,7 +87,9 @@ Tables read_tables(const std::string& folder) {
 Seen see(const CarTruth& from, double x_m, double y_m, double z_m) {
   const auto axes = axes_of(from.roll_rad, from.pitch_rad, from.heading_rad);
   const double d[3] = {x_m - from.x_m, y_m - from.y_m, z_m - from.z_m};
-  const auto along = [&](const std::array<double, 3>& axis) { return d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2]; };
+  const auto along = [&](const std::array<double, 3>& axis) {
+    return d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];
+  };
   return {along(axes[0]), along(axes[1])};
 }
 
@@ -99,7 +104,11 @@ int32_t nearest_car(const std::vector<CarTruth>& cars, double x_m, double y_m) {
 }
 
 Judge::Judge(const SimulatedLog& log, const ovt_params& params, int64_t truth_shift_ns)
-    : log_(log), truth_shift_ns_(truth_shift_ns), r_x_(params.tracker_r_x), r_y_(params.tracker_r_y), tables_(make_tables()) {}
+    : log_(log),
+      truth_shift_ns_(truth_shift_ns),
+      r_x_(params.tracker_r_x),
+      r_y_(params.tracker_r_y),
+      tables_(make_tables()) {}
 
 void Judge::add(ovt_reader* reader) {
   if (!frame_) throw std::runtime_error("a frame came that nobody pushed");
@@ -115,7 +124,7 @@ void Judge::add(ovt_reader* reader) {
   points_.clear(), clusters_.clear(), boxed_.clear(), detected_.clear(), tentative_.clear(), confirmed_.clear();
   const std::vector<CarTruth> cars = cars_at(publish_ns);
   const CarTruth* ego = ego_of(cars);
-  if (!ego) return;                                        // past the end of the truth
+  if (!ego) return;  // past the end of the truth
   add_labels(reader, cars);
   add_detections(info, detections);
   cli::check(ovt_read_tracks(reader, publish_ns, &tracks), "tracks");
@@ -136,7 +145,7 @@ void Judge::add_labels(ovt_reader* reader, const std::vector<CarTruth>& cars) {
     bool other = false;
   };
   std::map<int32_t, Content> of_cluster;
-  std::map<int32_t, std::set<std::pair<int32_t, int32_t>>> of_car;     // clusters, and labels that fit none
+  std::map<int32_t, std::set<std::pair<int32_t, int32_t>>> of_car;  // clusters, and labels that fit none
   CloudPoints cloud;
   const bool baselines = baselines_every_ > 0 && frame_->scans.frame % baselines_every_ == 0;
   for (std::size_t k = 0; k < frame_->scans.scans.size(); ++k) {
@@ -144,13 +153,13 @@ void Judge::add_labels(ovt_reader* reader, const std::vector<CarTruth>& cars) {
     ovt_labels labels;
     cli::check(ovt_read_labels(reader, sensor, &labels), "labels");
     const std::vector<uint16_t>& surface = frame_->surface[k];
-    if (labels.count == 0) continue;                       // the library has no scan of this sensor
+    if (labels.count == 0) continue;  // the library has no scan of this sensor
     if (std::size_t(labels.count) != surface.size()) throw std::runtime_error("labels and truth differ in length");
     const io::RigSensor& mount = log_.rig().sensors[std::size_t(sensor)];
     constexpr double kRadian = M_PI / 180;
     const auto turned = axes_of(mount.roll_deg * kRadian, mount.pitch_deg * kRadian, mount.yaw_deg * kRadian);
     double tp = 0, fp = 0, fn = 0, tn = 0, none = 0;
-    std::map<std::pair<int32_t, int32_t>, std::pair<double, double>> found;   // (car, 10 m) -> points, found
+    std::map<std::pair<int32_t, int32_t>, std::pair<double, double>> found;  // (car, 10 m) -> points, found
     for (int32_t i = 0; i < labels.count; ++i) {
       const Kind kind = kind_of(surface[std::size_t(i)]);
       const int32_t label = labels.label[i];
@@ -186,8 +195,8 @@ void Judge::add_labels(ovt_reader* reader, const std::vector<CarTruth>& cars) {
     }
     tables_["scans"].add({frame_number_, double(sensor), tp, fp, fn, tn, none});
     for (const auto& [where, count] : found)
-      tables_["car_points"].add({frame_number_, double(sensor), double(where.first), 10.0 * where.second,
-                                 count.first, count.second});
+      tables_["car_points"].add(
+          {frame_number_, double(sensor), double(where.first), 10.0 * where.second, count.first, count.second});
   }
   mixed_other_ = mixed_cars_ = 0;
   for (const auto& [cluster, content] : of_cluster) {
@@ -232,8 +241,7 @@ void Judge::add_detections(const ovt_frame_info& info, const ovt_detections& d) 
     double x = pose.x_m, y = pose.y_m;
     for (std::size_t k = 0; k < 3; ++k) x += axes[k][0] * in[k], y += axes[k][1] * in[k];
     const double ch = std::cos(double(d.heading_rad[i])), sh = std::sin(double(d.heading_rad[i]));
-    const double heading =
-        std::atan2(axes[0][1] * ch + axes[1][1] * sh, axes[0][0] * ch + axes[1][0] * sh);
+    const double heading = std::atan2(axes[0][1] * ch + axes[1][1] * sh, axes[0][0] * ch + axes[1][0] * sh);
     const std::vector<CarTruth> cars = cars_at(d.stamp_ns[i]);
     const int32_t c = info.ego_known ? nearest_car(cars, x, y) : -1;
     const CarTruth* ego = ego_of(cars);
@@ -255,14 +263,14 @@ void Judge::add_detections(const ovt_frame_info& info, const ovt_detections& d) 
     const double innovation[2] = {x - p.x_m - p.speed_mps * dt * std::cos(p.course_rad),
                                   y - p.y_m - p.speed_mps * dt * std::sin(p.course_rad)};
     const double s[3] = {p.xx + r_x_, p.xy, p.yy + r_y_};
-    tables_["innovations"].add({frame_number_, c < 0 ? -1.0 : double(cars[std::size_t(c)].car),
-                                metrics::normalized_square(innovation, s, 2)});
+    tables_["innovations"].add(
+        {frame_number_, c < 0 ? -1.0 : double(cars[std::size_t(c)].car), metrics::normalized_square(innovation, s, 2)});
   }
 }
 
 void Judge::add_tracks(const ovt_frame_info& info, const ovt_tracks& t, const std::vector<CarTruth>& cars) {
   prior_.clear();
-  if (info.reference != OVT_REFERENCE_MAP) return;         // without ego: nothing to compare with
+  if (info.reference != OVT_REFERENCE_MAP) return;  // without ego: nothing to compare with
   const CarTruth& ego = *ego_of(cars);
   const double ce = std::cos(ego.heading_rad), se = std::sin(ego.heading_rad);
   for (int32_t i = 0; i < t.count; ++i) {

@@ -13,11 +13,12 @@
 //   innovations one per detection that updated a track: NIS
 //   times       one per stage that ran: nanoseconds
 //   grid        the 2.5-D grid on the points with a label: as scans, of all sensors
-//   euclid      Euclidean clusters of the points found to be non-ground, by radius: one per car, car -1 for the mixed ones
+//   euclid      Euclidean clusters of the points found to be non-ground, by radius: one per car, car -1 for the mixed
+//   ones
 //
 // Detections are compared with the truth at their own stamp, tracks at publish time, which is the end of the sweep: the
-// frame's stamp plus a period. Errors are estimate minus truth, in the map; "veh" is the same error turned into the true
-// ego's frame. A detection or a track is at the nearest car within the gate, else false.
+// frame's stamp plus a period. Errors are estimate minus truth, in the map; "veh" is the same error turned into the
+// true ego's frame. A detection or a track is at the nearest car within the gate, else false.
 #pragma once
 
 #include <map>
@@ -59,10 +60,10 @@ class Judge {
     double x_m, y_m, speed_mps, course_rad, xx, xy, yy;
     int64_t stamp_ns;
   };
-  struct CloudPoints {                       // of all sensors, vehicle frame; points with a label
+  struct CloudPoints {  // of all sensors, vehicle frame; points with a label
     std::vector<float> x_m, y_m, z_m;
     std::vector<uint16_t> surface;
-    std::vector<bool> found;                 // non-ground
+    std::vector<bool> found;  // non-ground
   };
   void add_labels(ovt_reader* reader, const std::vector<CarTruth>& cars);
   void add_boxed(const ovt_clusters& clusters, const std::vector<CarTruth>& cars);

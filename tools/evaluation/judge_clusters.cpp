@@ -26,10 +26,9 @@ void Judge::add_boxed(const ovt_clusters& clusters, const std::vector<CarTruth>&
       return std::fabs(ct * dx + st * dy) <= kHalfLength && std::fabs(ct * dy - st * dx) <= kHalfWidth;
     };
     for (int32_t i = 0; i < clusters.count; ++i)
-      boxed_[c.car] += inside(clusters.min_x_m[i], clusters.min_y_m[i]) &&
-                       inside(clusters.max_x_m[i], clusters.max_y_m[i]) &&
-                       inside(clusters.min_x_m[i], clusters.max_y_m[i]) &&
-                       inside(clusters.max_x_m[i], clusters.min_y_m[i]);
+      boxed_[c.car] +=
+          inside(clusters.min_x_m[i], clusters.min_y_m[i]) && inside(clusters.max_x_m[i], clusters.max_y_m[i]) &&
+          inside(clusters.min_x_m[i], clusters.max_y_m[i]) && inside(clusters.max_x_m[i], clusters.min_y_m[i]);
   }
 }
 

@@ -1,2 +1,168 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
 #include "tools/evaluation/report.h"
-namespace overtake::evaluation { void write_report(const std::string&, bool) {} }
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "tools/console.h"
+#include "tools/evaluation/figures.h"
+#include "tools/evaluation/report_pages.h"
+#include "tools/io/text.h"
+
+namespace overtake::evaluation {
+namespace {
+
+using Json = nlohmann::json;  // NaN is written as null
+
+Json json_of(const metrics::Summary& s) {
+  return {{"count", s.count}, {"mean", s.mean}, {"deviation", s.deviation},
+          {"p5", s.p5},       {"p25", s.p25},   {"median", s.median},
+          {"p75", s.p75},     {"p95", s.p95},   {"min", s.least},
+          {"max", s.most}};
+}
+Json json_of(const metrics::Share& s) {
+  return {{"hits", s.hits}, {"trials", s.trials}, {"value", s.value}, {"low", s.low}, {"high", s.high}};
+}
+
+Json json_of(const GroundFigures& g) {
+  return {{"tpr", json_of(metrics::summarize(g.tpr))},
+          {"ppv", json_of(metrics::summarize(g.ppv))},
+          {"f1", json_of(metrics::summarize(g.f1))}};
+}
+
+Json json_of(const Figures& f) {
+  Json j = {{"contestant", f.contestant}, {"scenario", f.scenario}, {"runs", f.runs},
+            {"frames", f.frames},         {"seconds", f.seconds},   {"gate_m", kGateM}};
+  j["ground"] = json_of(f.ground);
+  if (!f.grid.tpr.empty()) j["ground_grid_2_5d"] = json_of(f.grid);
+  for (const auto& [range, points] : f.car_points)
+    j["car_points_found"].push_back(
+        {{"range_m", range}, {"points", points.first}, {"share", points.second / points.first}});
+  j["clustering"] = {{"clusters_per_car", json_of(metrics::summarize(f.clusters_per_car))},
+                     {"clusters_in_box_per_car", json_of(metrics::summarize(f.boxed_per_car))},
+                     {"mixed_with_other", json_of(metrics::summarize(f.mixed_other))},
+                     {"mixed_cars", json_of(metrics::summarize(f.mixed_cars))}};
+  for (const auto& [radius, clusters] : f.euclid_clusters) {
+    const auto mixed = f.euclid_mixed.find(radius);
+    j["euclidean"].push_back(
+        {{"radius_m", radius},
+         {"clusters_per_car", json_of(metrics::summarize(clusters))},
+         {"mixed_with_other",
+          json_of(metrics::summarize(mixed == f.euclid_mixed.end() ? std::vector<double>() : mixed->second))}});
+  }
+  for (const DistanceBin& b : f.distance)
+    j["distance"].push_back({{"middle_m", b.middle_m},
+                             {"events", b.events},
+                             {"detected", json_of(b.detected)},
+                             {"confirmed", json_of(b.confirmed)},
+                             {"false_detections_per_frame", b.false_detections},
+                             {"false_confirmed_per_frame", b.false_confirmed}});
+  for (const auto& [name, values] : f.detection_errors)
+    j["detection_errors"][name] = json_of(metrics::summarize(values));
+  for (const auto& [name, values] : f.track_errors) j["track_errors"][name] = json_of(metrics::summarize(values));
+  const TrackFigures& t = f.tracks;
+  j["tracking"] = {{"mota", t.mot.mota()},
+                   {"motp_m", t.mot.motp_m()},
+                   {"objects", t.mot.objects},
+                   {"misses", t.mot.misses},
+                   {"false_positives", t.mot.false_positives},
+                   {"switches", t.mot.switches},
+                   {"fragments", t.mot.fragments},
+                   {"hota", t.hota.hota},
+                   {"det_a", t.hota.detection},
+                   {"ass_a", t.hota.association},
+                   {"loc_a", t.hota.localisation},
+                   {"gospa_m", json_of(t.gospa_m)},
+                   {"time_to_confirm_s", json_of(t.time_to_confirm_s)},
+                   {"longest_gap_s", json_of(t.longest_gap_s)},
+                   {"data_age_s", json_of(t.data_age_s)},
+                   {"nees", json_of(t.nees)},
+                   {"nees_consistent", {t.nees_low, t.nees_high}},
+                   {"nis", json_of(t.nis)},
+                   {"nis_consistent", {t.nis_low, t.nis_high}},
+                   {"cars_seen", t.cars_seen},
+                   {"never_confirmed", t.never_confirmed},
+                   {"false_confirmed_tracks", t.false_tracks},
+                   {"false_confirmed_tracks_per_hour", t.false_per_hour}};
+  return j;
+}
+
+void write_csvs(const std::string& out, const std::vector<Figures>& all) {
+  std::string distance =
+      "contestant,scenario,middle_m,frames,events,detected,detected_low,detected_high,confirmed,confirmed_low,"
+      "confirmed_high,false_detections_per_frame,false_confirmed_per_frame\n";
+  std::string errors = "contestant,scenario,of,error,count,mean,deviation,p5,p25,median,p75,p95\n";
+  const auto put = [](std::string& text, const std::vector<double>& values) {
+    for (const double v : values) text += ',', io::append_number(text, v);
+    text += '\n';
+  };
+  for (const Figures& f : all) {
+    for (const DistanceBin& b : f.distance) {
+      distance += f.contestant + "," + f.scenario;
+      put(distance,
+          {b.middle_m, double(b.detected.trials), double(b.events), b.detected.value, b.detected.low, b.detected.high,
+           b.confirmed.value, b.confirmed.low, b.confirmed.high, b.false_detections, b.false_confirmed});
+    }
+    for (const bool is_track : {false, true})
+      for (const auto& [name, values] : is_track ? f.track_errors : f.detection_errors) {
+        const metrics::Summary s = metrics::summarize(values);
+        errors += f.contestant + "," + f.scenario + (is_track ? ",tracks," : ",detections,") + name;
+        put(errors, {double(s.count), s.mean, s.deviation, s.p5, s.p25, s.median, s.p75, s.p95});
+      }
+  }
+  io::write_whole_file(out + "/detection_by_distance.csv", distance);
+  io::write_whole_file(out + "/errors.csv", errors);
+}
+
+}  // namespace
+
+std::string cpu_name() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);)
+    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
+  return "unknown CPU";
+}
+
+void write_report(const std::string& out, bool print) {
+  const std::vector<Run> runs = read_runs(out);
+  const std::vector<Figures> all = make_figures(runs);
+  Json metrics, times;
+  metrics["simulated"] = true;
+  metrics["figures"] = Json::array();
+  for (const Run& run : runs)
+    metrics["runs"].push_back({{"contestant", run.contestant}, {"log", run.log}, {"about", run.about}});
+  times["cpu"] = cpu_name();
+  for (const Figures& f : all) {
+    metrics["figures"].push_back(json_of(f));
+    for (const auto& [stage, values] : f.times_ms)
+      times["times_ms"][f.contestant][f.scenario][stage] = json_of(metrics::summarize(values));
+  }
+  io::write_whole_file(out + "/metrics.json", metrics.dump(1) + "\n");
+  io::write_whole_file(out + "/times.json", times.dump(1) + "\n");  // apart: no two runs agree in them
+  write_csvs(out, all);
+  io::write_whole_file(out + "/report.html", format_report(all, runs));
+  if (!print) return;
+  cli::TextTable table({"contestant", "scenario", "frames", "TPR", "F1", "clusters/car", "MOTA", "HOTA", "GOSPA m",
+                        "confirm s", "false/h", "switches"});
+  for (const Figures& f : all) {
+    if (f.contestant.find('@') != std::string::npos) continue;
+    const TrackFigures& t = f.tracks;
+    table.add({f.contestant, f.scenario, std::to_string(f.frames), cli::fixed(metrics::summarize(f.ground.tpr).mean, 3),
+               cli::fixed(metrics::summarize(f.ground.f1).mean, 3),
+               cli::fixed(metrics::summarize(f.clusters_per_car).mean, 2), cli::fixed(t.mot.mota(), 3),
+               cli::fixed(t.hota.hota, 3), cli::fixed(t.gospa_m.mean, 2), cli::fixed(t.time_to_confirm_s.median, 2),
+               cli::fixed(t.false_per_hour, 0), std::to_string(t.mot.switches)});
+  }
+  std::printf(
+      "%s\nAll of it simulated. Written to %s: report.html metrics.json times.json detection_by_distance.csv "
+      "errors.csv runs/\n",
+      table.format().c_str(), out.c_str());
+}
+
+}  // namespace overtake::evaluation

@@ -1,7 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From the runs of a folder: metrics.json, summary tables as CSV, and report.html, one file with all its pictures as SVG.
+// From the runs of a folder: metrics.json, summary tables as CSV, and report.html, one file with all its pictures as
+// SVG.
 #pragma once
 
 #include <string>

@@ -18,8 +18,8 @@ namespace overtake::evaluation {
 
 struct RunOptions {
   std::vector<std::string> logs, presets;
-  std::string out, sweep;                    // "group.name=FROM:TO:STEP" or ""
-  int32_t every = 10;                        // frames between two of the baselines and of the sweep
+  std::string out, sweep;  // "group.name=FROM:TO:STEP" or ""
+  int32_t every = 10;      // frames between two of the baselines and of the sweep
   int64_t most_frames = INT64_MAX;
   bool quiet = false;
 };
@@ -32,7 +32,7 @@ struct Run {
   std::map<std::string, std::string> about;
   Tables tables;
 };
-std::vector<Run> read_runs(const std::string& out);        // all that are whole, by name
+std::vector<Run> read_runs(const std::string& out);  // all that are whole, by name
 // Copies the whole runs of `from` that `out` has not. Throws io::Error: a folder without runs, or two different runs of
 // one contestant and log.
 void merge_runs(const std::vector<std::string>& from, const std::string& out);

@@ -82,8 +82,8 @@ bool SimulatedLog::read_message() {
     const io::RollPitchYaw angles = io::rotation_of(odometry.pose);
     const io::RosPose& p = odometry.pose;
     if (topic == "/ego/odometry") {
-      const io::EgoRow row{odometry.header.stamp_ns, p.x_m,           p.y_m,          p.z_m, angles.roll_rad,
-                           angles.pitch_rad,         angles.yaw_rad,  odometry.vx_mps, odometry.wz_rps};
+      const io::EgoRow row{odometry.header.stamp_ns, p.x_m,          p.y_m,           p.z_m,          angles.roll_rad,
+                           angles.pitch_rad,         angles.yaw_rad, odometry.vx_mps, odometry.wz_rps};
       poses_.push_back({row, message.publish_ns});
     } else {
       ego_truth_[odometry.header.stamp_ns] = {
@@ -130,7 +130,7 @@ bool SimulatedLog::next(LogFrame& out) {
     out.scans.scans.push_back(std::move(half.scan));
     out.surface.push_back(std::move(half.surface));
   }
-  if (out.scans.scans.empty()) return next(out);           // the log is cut between a scan and its truth
+  if (out.scans.scans.empty()) return next(out);  // the log is cut between a scan and its truth
   return true;
 }
 

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A log of `overtake simulate` (MCAP) with its truth, read once from front to back: each sweep with the surface of every
-// point, the localisation as far as it had been published, and where every car truly was.
+// A log of `overtake simulate` (MCAP) with its truth, read once from front to back: each sweep with the surface of
+// every point, the localisation as far as it had been published, and where every car truly was.
 #pragma once
 
 #include <deque>
@@ -32,12 +32,12 @@ struct PublishedPose {
 
 struct TruthFrame {
   int64_t stamp_ns = 0;
-  std::vector<CarTruth> cars;                // by number
+  std::vector<CarTruth> cars;  // by number
 };
 
 struct LogFrame {
   io::FrameScans scans;
-  std::vector<std::vector<uint16_t>> surface;      // of each scan's points
+  std::vector<std::vector<uint16_t>> surface;  // of each scan's points
 };
 
 class SimulatedLog {
@@ -47,13 +47,13 @@ class SimulatedLog {
 
   const io::Rig& rig() const { return rig_; }
   const std::string& map_text() const { return map_text_; }
-  const std::map<std::string, std::string>& about() const { return about_; }   // scenario, seed, ego
+  const std::map<std::string, std::string>& about() const { return about_; }  // scenario, seed, ego
   // The next sweep; truth and poses are known to two periods behind it. False: the end, or damage.
   bool next(LogFrame& out);
   const std::string& damage() const { return reader_.damage(); }
   double progress() const { return double(reader_.position()) / double(reader_.file_bytes()); }
 
-  const std::vector<PublishedPose>& poses() const { return poses_; }    // so far, in order
+  const std::vector<PublishedPose>& poses() const { return poses_; }  // so far, in order
   // Every car at a time (linear between sweeps, angles the short way; held for 0.1 s past the ends). Empty: not known.
   std::vector<CarTruth> cars_at(int64_t stamp_ns) const;
 
@@ -73,11 +73,11 @@ class SimulatedLog {
     std::vector<uint16_t> surface;
     bool has_scan = false, has_surface = false;
   };
-  std::map<std::pair<int64_t, int32_t>, Half> waiting_;    // by stamp and sensor
+  std::map<std::pair<int64_t, int32_t>, Half> waiting_;  // by stamp and sensor
   int64_t newest_ns_ = INT64_MIN, frame_ = 0;
   bool ended_ = false;
 };
 
-double wrap_angle(double rad);                             // to -pi .. pi
+double wrap_angle(double rad);  // to -pi .. pi
 
 }  // namespace overtake::evaluation

@@ -182,8 +182,7 @@ std::string violin_plot(const Axes& axes, const std::vector<Violin>& violins) {
   if (y_low == y_high) {
     y_low = std::numeric_limits<double>::infinity(), y_high = -y_low;
     for (const auto& s : summaries)
-      if (s.count > 0)
-        y_low = std::min({y_low, s.p5, s.mean}), y_high = std::max({y_high, s.p95, s.mean});
+      if (s.count > 0) y_low = std::min({y_low, s.p5, s.mean}), y_high = std::max({y_high, s.p95, s.mean});
     const double margin = 0.06 * (y_high - y_low);
     y_low -= margin, y_high += margin;
   }

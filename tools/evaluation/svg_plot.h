@@ -13,8 +13,8 @@ namespace overtake::evaluation {
 
 struct Series {
   std::string name, color;
-  std::vector<double> x, y, low, high;       // low, high: a band, or empty; NaN ends a line
-  bool dots = false, bars = false;           // bars: low..high as an error bar at each dot
+  std::vector<double> x, y, low, high;  // low, high: a band, or empty; NaN ends a line
+  bool dots = false, bars = false;      // bars: low..high as an error bar at each dot
 };
 
 // One distribution. Drawn from its 5th to its 95th percentile with quartiles (line), median (dot) and mean (bar).
@@ -25,7 +25,7 @@ struct Violin {
 
 struct Axes {
   std::string title, x_label, y_label;
-  double x_low = 0, x_high = 0, y_low = 0, y_high = 0;     // low == high: from the data
+  double x_low = 0, x_high = 0, y_low = 0, y_high = 0;  // low == high: from the data
   int32_t width = 640, height = 300;
 };
 

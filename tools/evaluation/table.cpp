@@ -59,8 +59,8 @@ Table read_table(const std::string& path) {
     }
     if (line_number > 0) {
       if (row.size() != table.columns.size())
-        throw io::Error(path, line_number + 1, std::to_string(row.size()) + " cells instead of " +
-                                                   std::to_string(table.columns.size()));
+        throw io::Error(path, line_number + 1,
+                        std::to_string(row.size()) + " cells instead of " + std::to_string(table.columns.size()));
       table.add(row);
     }
     at = end + 1;

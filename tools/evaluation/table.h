@@ -13,16 +13,16 @@ namespace overtake::evaluation {
 
 struct Table {
   std::vector<std::string> columns;
-  std::vector<double> cells;                 // row-major; NaN: not known
+  std::vector<double> cells;  // row-major; NaN: not known
 
   explicit Table(std::vector<std::string> names = {}) : columns(std::move(names)) {}
   std::size_t rows() const { return columns.empty() ? 0 : cells.size() / columns.size(); }
   double at(std::size_t row, std::size_t column) const { return cells[row * columns.size() + column]; }
-  std::size_t column(const std::string& name) const;     // throws std::out_of_range naming it
-  void add(const std::vector<double>& row);              // throws std::invalid_argument: not as long as the columns
+  std::size_t column(const std::string& name) const;  // throws std::out_of_range naming it
+  void add(const std::vector<double>& row);           // throws std::invalid_argument: not as long as the columns
 };
 
-void write_table(const std::string& path, const Table& table);      // CSV. Throws io::Error
-Table read_table(const std::string& path);                          // Throws io::Error with file and line
+void write_table(const std::string& path, const Table& table);  // CSV. Throws io::Error
+Table read_table(const std::string& path);                      // Throws io::Error with file and line
 
 }  // namespace overtake::evaluation

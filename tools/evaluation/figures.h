@@ -1,0 +1,61 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The numbers behind the figures of one contestant on one scenario, pooled over its runs (logs, seeds).
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tools/evaluation/run_logs.h"
+#include "tools/metrics/clear_mot.h"
+#include "tools/metrics/hota.h"
+#include "tools/metrics/summary.h"
+
+namespace overtake::evaluation {
+
+inline constexpr double kBinM = 10;
+inline constexpr int32_t kMinCarPoints = 5;  // a car with fewer points is not asked for its clusters
+
+struct GroundFigures {
+  std::vector<double> tpr, ppv, f1;  // a value a scan; NaN where it is not defined
+};
+
+struct DistanceBin {  // longitudinal, ego to car
+  double middle_m = 0;
+  metrics::Share detected, confirmed;  // of the frames a car is there; intervals by event
+  int64_t events = 0;
+  double false_detections = 0, false_confirmed = 0;  // per frame, at this distance
+};
+
+struct TrackFigures {
+  metrics::ClearMotCounts mot;
+  metrics::HotaResult hota;  // the mean over the runs
+  metrics::Summary gospa_m, nees, nis, time_to_confirm_s, longest_gap_s, data_age_s;
+  double nees_low = 0, nees_high = 0, nis_low = 0, nis_high = 0;  // 95 % of a consistent filter's mean lies in here
+  int64_t cars_seen = 0, never_confirmed = 0, false_tracks = 0;
+  double false_per_hour = 0;
+};
+
+struct Figures {
+  std::string contestant, scenario;
+  int64_t runs = 0, frames = 0;
+  double seconds = 0;
+  GroundFigures ground, grid;
+  std::map<double, std::pair<double, double>> car_points;                        // range -> points, found
+  std::vector<double> clusters_per_car, boxed_per_car, mixed_other, mixed_cars;  // a value a frame with a car in it
+  std::map<double, std::vector<double>> euclid_clusters, euclid_mixed;           // by radius
+  std::vector<DistanceBin> distance;
+  std::map<std::string, std::vector<double>> detection_errors, track_errors;  // by column; those at a car
+  TrackFigures tracks;
+  std::map<std::string, std::vector<double>> times_ms;  // by stage; a value a scan or frame
+};
+
+// Throws what read tables throw where a column is missing.
+std::vector<Figures> make_figures(const std::vector<Run>& runs);  // by contestant, then scenario
+
+// The event a row belongs to: the passing nearest in time. `ahead_m` in order of time; events count from 0.
+std::vector<int32_t> events_of(const std::vector<double>& ahead_m);
+
+}  // namespace overtake::evaluation

@@ -1,0 +1,17 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The report as one HTML file. The figures show the scenario with most frames, the tables all.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/evaluation/figures.h"
+
+namespace overtake::evaluation {
+
+std::string format_report(const std::vector<Figures>& all, const std::vector<Run>& runs);
+std::string cpu_name();
+
+}  // namespace overtake::evaluation
