@@ -111,11 +111,12 @@ Judge::Judge(const SimulatedLog& log, const ovt_params& params, int64_t truth_sh
       tables_(make_tables()) {}
 
 void Judge::add(ovt_reader* reader) {
-  if (!frame_) throw std::runtime_error("a frame came that nobody pushed");
   ovt_frame_info info;
   ovt_detections detections;
   ovt_tracks tracks;
   cli::check(ovt_read_info(reader, &info), "frame");
+  if (info.sensor_mask == 0) return;  // a prediction over a gap
+  if (!frame_) throw std::runtime_error("a frame came that nobody pushed");
   cli::check(ovt_read_detections(reader, &detections), "detections");
   if (first_ns_ < 0) first_ns_ = info.first_stamp_ns;
   frame_number_ = double(frame_->scans.frame);
@@ -125,7 +126,7 @@ void Judge::add(ovt_reader* reader) {
   const std::vector<CarTruth> cars = cars_at(publish_ns);
   const CarTruth* ego = ego_of(cars);
   if (!ego) return;  // past the end of the truth
-  add_labels(reader, cars);
+  add_labels(reader, info, cars);
   add_detections(info, detections);
   cli::check(ovt_read_tracks(reader, publish_ns, &tracks), "tracks");
   add_tracks(info, tracks, cars);
@@ -139,7 +140,7 @@ void Judge::add(ovt_reader* reader) {
   }
 }
 
-void Judge::add_labels(ovt_reader* reader, const std::vector<CarTruth>& cars) {
+void Judge::add_labels(ovt_reader* reader, const ovt_frame_info& info, const std::vector<CarTruth>& cars) {
   struct Content {
     std::set<int32_t> cars;
     bool other = false;
@@ -150,6 +151,7 @@ void Judge::add_labels(ovt_reader* reader, const std::vector<CarTruth>& cars) {
   const bool baselines = baselines_every_ > 0 && frame_->scans.frame % baselines_every_ == 0;
   for (std::size_t k = 0; k < frame_->scans.scans.size(); ++k) {
     const int32_t sensor = frame_->scans.scans[k].sensor;
+    if (!(info.sensor_mask >> sensor & 1)) continue;
     ovt_labels labels;
     cli::check(ovt_read_labels(reader, sensor, &labels), "labels");
     const std::vector<uint16_t>& surface = frame_->surface[k];

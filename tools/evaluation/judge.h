@@ -51,6 +51,7 @@ class Judge {
 
   // The frame whose scans are pushed next.
   void expect(const LogFrame& frame) { frame_ = &frame; }
+  void expect_nothing() { frame_ = nullptr; }
   // The library's callback body. Throws std::runtime_error: a frame that nobody expects.
   void add(ovt_reader* reader);
   const Tables& tables() const { return tables_; }
@@ -65,7 +66,7 @@ class Judge {
     std::vector<uint16_t> surface;
     std::vector<bool> found;  // non-ground
   };
-  void add_labels(ovt_reader* reader, const std::vector<CarTruth>& cars);
+  void add_labels(ovt_reader* reader, const ovt_frame_info& info, const std::vector<CarTruth>& cars);
   void add_boxed(const ovt_clusters& clusters, const std::vector<CarTruth>& cars);
   void add_baselines(const CloudPoints& cloud);
   void add_detections(const ovt_frame_info& info, const ovt_detections& detections);
