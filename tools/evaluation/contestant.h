@@ -7,7 +7,7 @@
 //   paper:ground        oracle: no ground point is in the clouds, by truth, and every pixel left is non-ground
 //   paper:cars          oracle: only the points of cars are in the clouds: ground and clusters of cars are perfect
 //   paper:ego           oracle: the true ego pose, at once
-//   paper:shuffled      control: the points of each scan in a random order; nothing but times may change
+//   paper:shuffled      control: the points of each scan in a random order; no count may change, places by a rounding
 //   paper:late_truth    control: held against the truth of one period later; errors must grow by what a car drives
 //   paper@NAME=VALUE    one parameter changed (--sweep)
 #pragma once

@@ -313,7 +313,8 @@ std::string oracle_section(const std::vector<Figures>& all, const Figures& f) {
   return "<h2>Oracles and controls</h2>\n" +
          paragraph(
              "ground: no ground point in the clouds; cars: only points of cars; ego: the true ego pose. What one of "
-             "them gains is what that part costs. shuffled: rows of each scan in random order, must change nothing; "
+             "them gains is what that part costs. shuffled: rows of each scan in random order, may change nothing but "
+             "the last digits; "
              "late_truth: truth of one period later, must hurt.") +
          table_html(rows);
 }

@@ -1,0 +1,199 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The evaluation: numbers from hand-made runs, and a short simulated race with its negative controls.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "tools/evaluation/figures.h"
+#include "tools/evaluation/report.h"
+#include "tools/evaluation/run_logs.h"
+#include "tools/evaluation/svg_plot.h"
+#include "tools/io/error.h"
+#include "tools/io/text.h"
+#include "tools/sim/race_log.h"
+
+using namespace overtake;
+using namespace overtake::evaluation;
+using doctest::Approx;
+
+namespace {
+
+std::string fresh_folder(const std::string& name) {
+  const auto path = std::filesystem::temp_directory_path() / ("overtake_test_" + name);
+  std::filesystem::remove_all(path);
+  std::filesystem::create_directories(path);
+  return path.string();
+}
+
+// Ten frames, one car that stays 45 m ahead: detected in the first 6, followed in the last 4; a false detection and a
+// false confirmed track 35 m behind in every second frame.
+Run hand_made_run() {
+  Run run{"paper", "log", {{"scenario", "hand"}, {"period_s", "0.05"}}, make_tables()};
+  for (int32_t k = 0; k < 10; ++k) {
+    const double frame = k, time = 0.05 * k;
+    run.tables["clusters"].add({frame, 7, k == 3 ? 1.0 : 0.0, 0});
+    run.tables["scans"].add({frame, 0, 80, 20, 20, 100, 0});
+    run.tables["cars"].add({frame, time, 1, 45, 0, 45, 0, 20, 2, 1, k < 6 ? 1.0 : 0.0, 0, k >= 6 ? 1.0 : 0.0});
+    if (k % 2 == 0) {
+      run.tables["detections"].add({frame, -1, -35, 0, 9, 0, NAN, NAN, NAN, NAN, NAN});
+      run.tables["tracks"].add(
+          {frame, time, 99, 1, -1, -35, -35, 0, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, 0.05});
+    }
+    if (k >= 6)
+      run.tables["tracks"].add({frame, time, 5, 1, 1, 45, 45.5, 0, 0.5, 0, 0.5, 0, 1, 0.1, 0.2, 0.3, 5, 0.05});
+  }
+  return run;
+}
+
+}  // namespace
+
+TEST_CASE("a table written is the table read, NaN included, and a bad cell is named with its line") {
+  const std::string folder = fresh_folder("table");
+  Table table({"a", "b"});
+  table.add({1.25, NAN});
+  table.add({-3, 1e300});
+  write_table(folder + "/t.csv", table);
+  const Table back = read_table(folder + "/t.csv");
+  CHECK(back.columns == table.columns);
+  REQUIRE(back.rows() == 2);
+  CHECK(back.at(0, 0) == 1.25);
+  CHECK(std::isnan(back.at(0, 1)));
+  CHECK(back.at(1, back.column("b")) == 1e300);
+  CHECK_THROWS_AS(table.add({1}), std::invalid_argument);
+  io::write_whole_file(folder + "/bad.csv", "a,b\n1,2\n1,x\n");
+  CHECK_THROWS_WITH_AS(read_table(folder + "/bad.csv"), doctest::Contains("bad.csv:3"), io::Error);
+}
+
+TEST_CASE("a sweep names each value, and a bad one is refused") {
+  CHECK(sweep_values("cluster.threshold_deg=1:2:0.5") ==
+        std::vector<std::string>{"cluster.threshold_deg=1", "cluster.threshold_deg=1.5", "cluster.threshold_deg=2"});
+  CHECK(sweep_values("").empty());
+  for (const char* bad : {"x", "x=1", "x=1:2", "x=2:1:1", "x=1:2:0", "x=1:2:z", "x=0:1:1e-9"})
+    CHECK_THROWS_AS(sweep_values(bad), io::Error);
+}
+
+TEST_CASE("events: a row belongs to the passing nearest in time") {
+  // ahead falls through 0 between rows 1 and 2, rises through it between rows 7 and 8; half-way is row 5
+  CHECK(events_of({2, 1, -1, -2, -3, -3, -2, -1, 1, 2}) == std::vector<int32_t>{0, 0, 0, 0, 0, 0, 1, 1, 1, 1});
+  CHECK(events_of({5, 4, 3}) == std::vector<int32_t>{0, 0, 0});
+}
+
+TEST_CASE("figures: probability by distance, false positives, ground and tracking of a run made by hand") {
+  const std::vector<Figures> all = make_figures({hand_made_run()});
+  REQUIRE(all.size() == 1);
+  const Figures& f = all[0];
+  CHECK(f.frames == 10);
+  CHECK(f.seconds == Approx(0.5));
+  const DistanceBin& there = f.distance[14];  // 40 to 50 m
+  CHECK(there.middle_m == 45);
+  CHECK(there.detected.value == Approx(0.6));
+  CHECK(there.confirmed.value == Approx(0.4));
+  CHECK(f.distance[13].detected.trials == 0);
+  CHECK(f.distance[6].false_detections == Approx(0.5));  // -40 to -30 m
+  CHECK(f.distance[6].false_confirmed == Approx(0.5));
+  CHECK(metrics::summarize(f.ground.tpr).mean == Approx(0.8));
+  CHECK(metrics::summarize(f.ground.f1).mean == Approx(0.8));
+  CHECK(metrics::summarize(f.clusters_per_car).mean == Approx(2));
+  CHECK(metrics::summarize(f.mixed_other).mean == Approx(0.1));
+  // 10 objects: 4 matched, 6 missed; 5 false
+  CHECK(f.tracks.mot.mota() == Approx(1 - 11.0 / 10));
+  CHECK(f.tracks.mot.motp_m() == Approx(0.5));
+  CHECK(f.tracks.time_to_confirm_s.mean == Approx(0.3));
+  CHECK(f.tracks.false_tracks == 1);
+  CHECK(f.tracks.false_per_hour == Approx(7200));
+  CHECK(f.track_errors.at("speed_mps") == std::vector<double>(4, 1.0));
+}
+
+TEST_CASE("plots: ticks are round and inside, text is escaped, what is not there is not drawn") {
+  CHECK(round_ticks(0, 1) == std::vector<double>{0, 0.2, 0.4, 0.6000000000000001, 0.8, 1});
+  CHECK(round_ticks(1, 1).empty());
+  CHECK(round_ticks(0, NAN).empty());
+  CHECK(escape_xml("a<b & \"c\"") == "a&lt;b &amp; &quot;c&quot;");
+  const std::string line =
+      line_plot({"t", "x", "y"}, {{"s", "red", {0, 1, 2, 3}, {1, NAN, 2, 3}, {}, {}, true, false}});
+  CHECK(line.find("nan") == std::string::npos);
+  std::size_t dots = 0;
+  for (std::size_t at = 0; (at = line.find("<circle", at)) != std::string::npos; ++at) ++dots;
+  CHECK(dots == 3);
+  const std::string violin = violin_plot({"t", "", ""}, {{"none", "red", {}}, {"one", "blue", {2, 2, 2}}});
+  CHECK(violin.find("no data") != std::string::npos);
+  CHECK(violin.find("nan") == std::string::npos);
+}
+
+TEST_CASE("a simulated race: shuffled rows change nothing, a late truth is off by what the car drives") {
+  const std::string folder = fresh_folder("race"), log = folder + "/race.mcap";
+  {
+    const sim::Scenario scenario = sim::load_scenario("overtake");
+    sim::Simulator simulator(scenario, 1, 0.8, 2);
+    const auto out = sim::make_mcap_log(log, simulator, 1);
+    for (int32_t k = 0; k < simulator.sweep_count(); ++k) out->write(k, simulator.sweep(k));
+    out->close();
+  }
+  RunOptions options;
+  options.logs = {log};
+  options.presets = {"paper", "paper:shuffled", "paper:late_truth", "paper:ground", "paper:cars", "paper:ego"};
+  options.sweep = "cluster.threshold_deg=2:4:2";
+  options.out = folder + "/out";
+  options.quiet = true;
+  REQUIRE(run_logs(options));
+  std::map<std::string, Run> runs;
+  for (Run& run : read_runs(options.out)) runs[run.contestant] = std::move(run);
+  REQUIRE(runs.size() == 8);
+  const Tables& plain = runs["paper"].tables;
+  CHECK(plain.at("clusters").rows() >= 15);
+  CHECK(plain.at("grid").rows() == 2);  // frames 0 and 10
+
+  // The order of the points decides the order of sums, so places may move by a rounding; nothing that is counted does.
+  const std::string of_plain = options.out + "/runs/paper/race/",
+                    of_shuffled = options.out + "/runs/paper:shuffled/race/";
+  for (const char* name : {"scans.csv", "cars.csv", "clusters.csv"})
+    CHECK(io::read_whole_file(of_plain + name) == io::read_whole_file(of_shuffled + name));
+  for (const char* name : {"detections", "tracks"}) {
+    const Table &a = plain.at(name), &b = runs["paper:shuffled"].tables.at(name);
+    REQUIRE(a.cells.size() == b.cells.size());
+    CHECK(a.rows() > 0);
+    for (std::size_t i = 0; i < a.cells.size(); ++i)
+      CHECK((std::isnan(a.cells[i]) == std::isnan(b.cells[i]) && !(std::fabs(a.cells[i] - b.cells[i]) > 1e-3)));
+  }
+
+  // Each detection at the car in both: the errors differ by what the car drives in a period, about 60 m/s * 0.05 s.
+  const Table &now = plain.at("detections"), &late = runs["paper:late_truth"].tables.at("detections");
+  REQUIRE(now.rows() == late.rows());
+  const std::size_t car = now.column("car"), x = now.column("x_map_m"), y = now.column("y_map_m");
+  int32_t compared = 0;
+  for (std::size_t r = 0; r < now.rows(); ++r) {
+    if (now.at(r, car) < 0 || late.at(r, car) < 0) continue;
+    const double drive = std::hypot(now.at(r, x) - late.at(r, x), now.at(r, y) - late.at(r, y));
+    CHECK(drive > 1.5);
+    CHECK(drive < 4.0);
+    ++compared;
+  }
+  CHECK(compared > 0);
+
+  // Without the ground's points nothing is taken for it wrongly; with cars' points only nothing can be mixed.
+  for (std::size_t r = 0; r < runs["paper:cars"].tables.at("clusters").rows(); ++r)
+    CHECK(runs["paper:cars"].tables.at("clusters").at(r, 2) == 0);
+
+  write_report(options.out, false);
+  const std::string html = io::read_whole_file(options.out + "/report.html");
+  CHECK(html.find("<svg") != std::string::npos);
+  CHECK(html.find("simulated") != std::string::npos);
+  CHECK(html.find("src=") == std::string::npos);  // one file, nothing fetched
+  CHECK(html.find("<script") == std::string::npos);
+
+  // Done runs are kept; merging them elsewhere gives the same numbers; contradicting ones are refused.
+  REQUIRE(run_logs(options));
+  merge_runs({options.out}, folder + "/merged");
+  write_report(folder + "/merged", false);
+  CHECK(io::read_whole_file(folder + "/merged/metrics.json") == io::read_whole_file(options.out + "/metrics.json"));
+  io::write_whole_file(of_plain + "cars.csv",
+                       io::read_whole_file(of_plain + "cars.csv") + "999,9,1,0,0,0,0,0,0,0,0,0,0\n");
+  CHECK_THROWS_WITH_AS(merge_runs({options.out}, folder + "/merged"), doctest::Contains("differs"), io::Error);
+
+  options.presets = {"paper:nonsense"};
+  CHECK_THROWS_WITH_AS(run_logs(options), doctest::Contains("no variant 'nonsense'"), io::Error);
+  std::filesystem::remove_all(folder);
+}
