@@ -339,7 +339,8 @@ std::string format_report(const std::vector<Figures>& all, const std::vector<Run
     if (!first || run.contestant.find('@') == std::string::npos) first = &run;
     ++count;
   }
-  for (const auto& [log, entry] : of_log) {
+  for (const auto& [log, of_this_log] : of_log) {
+    const auto& entry = of_this_log;  // a lambda captures no structured binding in clang 14
     const auto about = [&](const char* key) {
       const auto found = entry.first->about.find(key);
       return found == entry.first->about.end() ? std::string("-") : found->second;
