@@ -151,7 +151,7 @@ TEST_CASE("continuity: a car lost until it leaves has a gap to its end") {
 
 TEST_CASE("false tracks are those that never were at a car") {
   FalseTracks f;
-  for (const uint64_t track : {1, 2, 2, 3}) f.add(track, false);
+  for (const uint64_t track : {1u, 2u, 2u, 3u}) f.add(track, false);
   f.add(1, true);
   CHECK(f.count() == 2);
   CHECK(f.per_hour(1800) == Approx(4));

@@ -115,7 +115,8 @@ TEST_CASE("spans on one lane of a trace never overlap: one is inside another or 
       lanes[event.at("tid")].push_back({begin_ns, begin_ns + ns_of(event.at("dur")), event.at("name")});
     }
     REQUIRE_FALSE(lanes.empty());
-    for (auto& [lane, slices] : lanes) {
+    for (auto& [number, slices] : lanes) {
+      const int32_t lane = number;  // CAPTURE's lambda captures no structured binding in clang 14
       CAPTURE(lane);
       std::stable_sort(slices.begin(), slices.end(), [](const Slice& a, const Slice& b) {
         return a.begin_ns != b.begin_ns ? a.begin_ns < b.begin_ns : a.end_ns > b.end_ns;
