@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include "tests/support/temp_folder.h"
+#include "tools/io/toml_reader.h"
 
 using namespace overtake;
 using io::Rig;
@@ -129,4 +130,14 @@ TEST_CASE("rig: each kind of bad file gets its sentence with the line") {
   }
   const std::string error = error_of([] { io::load_rig("av22"); });
   CHECK(error == "av22: neither a file nor one of the built-in rigs av21, racecar, hdl64, hdl32, nuscenes, av2");
+}
+
+TEST_CASE("toml: what is not ASCII stands in strings and comments only, and texts that break the parser are errors") {
+  const auto error = [](const char* text) { return error_of([&] { io::parse_toml("t.toml", text); }); };
+  CHECK(error("\xef\xbb\xbf# M\xc3\xbcller\nname = \"B\xc3\xa4r \\\" \xc3\xa4\" # \xc3\xa4 \"\nx = '\xc3\xb6'\n").empty());
+  CHECK(error("y = \"\"\"\n\xc3\xbc \"quoted\" \xc3\xbc\n\"\"\"\nz = '''\n\xc3\xbc '\n'''\n").empty());
+  CHECK(error("roll_de\xca\xae = 1\n").find("t.toml:1") != std::string::npos);
+  CHECK(error("a = 1\n\nb = \"\xc3\xa4\"\nb\xc3\xa4 = 2\n").find("t.toml:4") != std::string::npos);
+  CHECK(error("a = \"open\nb\xc3\xa4 = 1\n").find("t.toml:2") != std::string::npos);
+  CHECK_FALSE(error("[!]\n").empty());
 }

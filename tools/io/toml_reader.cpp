@@ -3,14 +3,54 @@
 #include "tools/io/toml_reader.h"
 
 #include <algorithm>
+#include <string_view>
 
 #include "tools/io/text.h"
 
 namespace overtake::io {
 
+namespace {
+
+// TOML is ASCII outside of strings and comments, and toml++ runs into undefined behaviour on some letters there. The line
+// of the first byte that is not, 0 when there is none. Ends of lines end comments and strings of one line.
+int64_t find_stray_byte(std::string_view text) {
+  int64_t line = 1;
+  std::size_t i = text.substr(0, 3) == "\xef\xbb\xbf" ? 3 : 0;  // a byte order mark
+  std::string_view end;                                          // of what is open: a quote, three of them, or '#'
+  for (; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '\n') {
+      ++line;
+      if (end.size() == 1) end = {};
+    } else if (end == "#") {
+      continue;
+    } else if (!end.empty()) {
+      if (c == '\\' && end[0] == '"' && i + 1 < text.size() && text[i + 1] != '\n') {
+        ++i;
+      } else if (text.substr(i, end.size()) == end) {
+        i += end.size() - 1;
+        end = {};
+      }
+    } else if (c == '#') {
+      end = "#";
+    } else if (c == '"' || c == '\'') {
+      const std::string_view three = c == '"' ? R"(""")" : "'''";
+      end = text.substr(i, 3) == three ? three : three.substr(0, 1);
+      i += end.size() - 1;
+    } else if (static_cast<unsigned char>(c) >= 0x80) {
+      return line;
+    }
+  }
+  return 0;
+}
+
+}  // namespace
+
 void throw_toml_broken() { throw TomlBroken(); }
 
 toml::table parse_toml(const std::string& path_in_errors, std::string_view text) {
+  if (const int64_t line = find_stray_byte(text))
+    throw Error(path_in_errors, line, "holds a character that is not ASCII outside of strings and comments");
   try {
     return toml::parse(text, path_in_errors);
   } catch (const toml::parse_error& error) {
