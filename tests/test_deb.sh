@@ -53,7 +53,7 @@ dpkg_there() {
     --force-script-chrootless "$@"
 }
 expect "dpkg --install" dpkg_there --install "$deb"
-dpkg_there --status overtake 2>/dev/null | grep -qx 'Status: install ok installed' ||
+grep -qx 'Status: install ok installed' <<<"$(dpkg_there --status overtake 2>/dev/null)" ||
   fail "dpkg does not call it installed"
 expect "dpkg --verify" dpkg_there --verify overtake
 [[ -z $(cat "$work/log") ]] || fail "dpkg --verify: $(cat "$work/log")"
@@ -70,7 +70,7 @@ read -ra flags <<<"$(pkg-config --cflags --libs overtake)"
 readonly example=$root/usr/share/doc/overtake/examples/poll_tracks.c
 expect "an example" "$cc" -std=c99 -o "$work/poll_tracks" "$example" "${flags[@]}" -lm
 expect "the example" env LD_LIBRARY_PATH="$libdir" "$work/poll_tracks"
-! readelf -SW "$libdir/libovertake.so.0" | grep -q '\.debug_info' || fail "the package holds the debug information"
+[[ $(readelf -SW "$libdir/libovertake.so.0") != *.debug_info* ]] || fail "the package holds the debug information"
 [[ -n $(find "$work/packages" -name 'overtake-dbgsym_*.ddeb') ]] || fail "there is no package with the symbols"
 
 expect "dpkg --remove" dpkg_there --remove overtake
