@@ -6,6 +6,7 @@
 
 #include "core/math.h"
 #include "kernels/angle_image.h"
+#include "kernels/float_pair.h"
 #include "kernels/simd.h"
 
 namespace overtake::simd {

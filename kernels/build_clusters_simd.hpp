@@ -12,6 +12,7 @@
 #include "core/math.h"
 #include "core/reduce.h"
 #include "kernels/build_clusters.h"
+#include "kernels/near_rows.h"
 #include "kernels/simd.h"
 #include "kernels/transform_point.h"
 

@@ -13,7 +13,7 @@
 #include "kernels/merge_seams.h"
 #include "kernels/transform_point.h"
 
-namespace overtake::ref {
+namespace overtake {
 namespace {
 
 __extension__ typedef __int128 Int128;
@@ -67,8 +67,8 @@ int32_t collect_columns(const SeamSide& side, int32_t member_begin, int32_t firs
 }
 
 // Eq. 4: the last K columns of the left sensor against the first K of the right one.
-void join_over_seam(const MergeSeamsParams& params, const SeamSide* sides, const int32_t* member_begin, int32_t left,
-                    int32_t right, SeamScratch& scratch) {
+void join_over_seam(FindNearFn* find_near, const MergeSeamsParams& params, const SeamSide* sides,
+                    const int32_t* member_begin, int32_t left, int32_t right, SeamScratch& scratch) {
   const int32_t left_cols = sides[left].images->pixel_point.cols;
   const int32_t right_cols = sides[right].images->pixel_point.cols;
   const int32_t left_count =
@@ -76,21 +76,14 @@ void join_over_seam(const MergeSeamsParams& params, const SeamSide* sides, const
   const int32_t right_count =
       collect_columns(sides[right], member_begin[right], 0, std::min(params.columns, right_cols), scratch, 1);
   const float limit = params.distance_m * params.distance_m;
-  const float *right_x = scratch.x_m[1], *right_y = scratch.y_m[1], *right_z = scratch.z_m[1];
+  const float* const near_to[3] = {scratch.x_m[1], scratch.y_m[1], scratch.z_m[1]};
   for (int32_t a = 0; a < left_count; ++a) {
-    const float x = scratch.x_m[0][a], y = scratch.y_m[0][a], z = scratch.z_m[0][a];
-    const auto is_near = [&](int32_t b) {
-      const float dx = x - right_x[b], dy = y - right_y[b], dz = z - right_z[b];
-      return (dx * dx + dy * dy) + dz * dz < limit;
-    };
-    int32_t near = 0;  // without branches first: most points are near none
-    for (int32_t b = 0; b < right_count; ++b) near |= is_near(b);
-    if (near == 0) continue;
+    const float place[3] = {scratch.x_m[0][a], scratch.y_m[0][a], scratch.z_m[0][a]};
     int32_t last = -1;  // most neighbours in a column are of one cluster
-    for (int32_t b = 0; b < right_count; ++b) {
+    for (int32_t b = find_near(near_to, 0, right_count, place, limit); b < right_count;
+         b = find_near(near_to, b + 1, right_count, place, limit)) {
       const int32_t member = scratch.member[1][b];
-      if (member == last || !is_near(b)) continue;
-      join(scratch.parent, scratch.member[0][a], member);
+      if (member != last) join(scratch.parent, scratch.member[0][a], member);
       last = member;
     }
   }
@@ -286,8 +279,8 @@ void sum_up_joined(const SeamSide* sides, MemberTable& members, MergedTable& mer
 
 }  // namespace
 
-int32_t merge_seams(const MergeSeamsParams& params, const SeamSide* sides, int32_t sensor_count, MemberTable& members,
-                    MergedTable& merged, SeamScratch& scratch) noexcept {
+int32_t merge_seams_by(FindNearFn* find_near, const MergeSeamsParams& params, const SeamSide* sides,
+                       int32_t sensor_count, MemberTable& members, MergedTable& merged, SeamScratch& scratch) noexcept {
   OVT_CHECK(sensor_count >= 0 && sensor_count <= kMaxSensors);
   int32_t member_begin[kMaxSensors + 1] = {};
   list_members(sides, sensor_count, members, scratch.parent, member_begin);
@@ -299,7 +292,7 @@ int32_t merge_seams(const MergeSeamsParams& params, const SeamSide* sides, int32
   const int32_t seams = find_seams(sensors, sensor_count, left, right);
   for (int32_t i = 0; i < seams; ++i)
     if (sides[left[i]].present && sides[right[i]].present)
-      join_over_seam(params, sides, member_begin, left[i], right[i], scratch);
+      join_over_seam(find_near, params, sides, member_begin, left[i], right[i], scratch);
 
   const int32_t overflow = number_rows(sides, members, merged, scratch);
   copy_roots(sides, sensor_count, member_begin, members, merged);
@@ -307,4 +300,25 @@ int32_t merge_seams(const MergeSeamsParams& params, const SeamSide* sides, int32
   return overflow;
 }
 
-}  // namespace overtake::ref
+namespace ref {
+
+int32_t find_near(const float* const column[3], int32_t begin, int32_t end, const float place[3], float limit) {
+  const float *const column_x = column[0], *const column_y = column[1], *const column_z = column[2];
+  const auto is_near = [&](int32_t i) {
+    const float dx = place[0] - column_x[i], dy = place[1] - column_y[i], dz = place[2] - column_z[i];
+    return (dx * dx + dy * dy) + dz * dz < limit;
+  };
+  int32_t any = 0;  // without branches first: most points are near none
+  for (int32_t i = begin; i < end; ++i) any |= is_near(i);
+  if (any == 0) return end;
+  while (!is_near(begin)) ++begin;
+  return begin;
+}
+
+int32_t merge_seams(const MergeSeamsParams& params, const SeamSide* sides, int32_t sensor_count, MemberTable& members,
+                    MergedTable& merged, SeamScratch& scratch) noexcept {
+  return merge_seams_by(&find_near, params, sides, sensor_count, members, merged, scratch);
+}
+
+}  // namespace ref
+}  // namespace overtake

@@ -14,6 +14,7 @@
 
 #include "core/math.h"
 #include "kernels/scatter_points.h"
+#include "kernels/near_rows.h"
 #include "kernels/simd.h"
 
 namespace overtake::simd {

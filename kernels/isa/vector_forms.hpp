@@ -14,6 +14,7 @@
 #include "kernels/link_pixels_simd.hpp"
 #include "kernels/load_points_simd.hpp"
 #include "kernels/mark_ground_simd.hpp"
+#include "kernels/merge_seams_simd.hpp"
 #include "kernels/project_points_simd.hpp"
 #include "kernels/repair_range_simd.hpp"
 #include "kernels/scatter_points_simd.hpp"
@@ -26,7 +27,6 @@ namespace overtake::simd {
   template <class A>        \
   inline constexpr auto name = &ref::name
 OVT_TWIN_ONLY(rank_layers);
-OVT_TWIN_ONLY(merge_seams);
 OVT_TWIN_ONLY(gate_clusters);
 #undef OVT_TWIN_ONLY
 
