@@ -100,19 +100,41 @@ class TrackAtStamp {
   bool asked_ = false, has_covariance_ = false;
 };
 
+// How far from its state a track may be matched after so long.
+double reach_m2(const Tracker::State& state, const Track& track, double dt_s) noexcept {
+  const double reach_m = (state.params.gate_m + track.estimate.mean.speed_mps * std::fabs(dt_s)) * (1.0 + 1e-9);
+  return reach_m * reach_m;
+}
+
+// The candidates that some prediction may bring within the gate, in state.within_reach: a distance each, no branch.
+// Candidates are in stamp order, so the first or the last is the farthest away in time.
+int32_t find_within_reach(Tracker::State& state, const Iteration& it, const Track& track) noexcept {
+  const int32_t last = it.candidate_count - 1;
+  const double most_m2 = std::max(reach_m2(state, track, seconds_between(track.state_ns, it.candidates[0].stamp_ns)),
+                                  reach_m2(state, track, seconds_between(track.state_ns, it.candidates[last].stamp_ns)));
+  const double x_m = track.estimate.mean.x_m, y_m = track.estimate.mean.y_m;
+  int32_t count = 0;
+  for (int32_t i = 0; i <= last; ++i) {
+    const double dx = state.candidate_x_m[i] - x_m, dy = state.candidate_y_m[i] - y_m;
+    state.within_reach[count] = i;
+    count += dx * dx + dy * dy <= most_m2;
+  }
+  return count;
+}
+
 void gate_track(Tracker::State& state, const Iteration& it, int32_t slot) noexcept {
   const Track& track = state.tracks[slot];
   const MotionState& mean = track.estimate.mean;
   const double gate_m2 = state.params.gate_m * state.params.gate_m;
   TrackAtStamp at_stamp(state, track);
-  for (int32_t i = 0; i < it.candidate_count; ++i) {
+  const int32_t near_count = find_within_reach(state, it, track);
+  for (int32_t k = 0; k < near_count; ++k) {
+    const int32_t i = state.within_reach[k];
     const Candidate& c = it.candidates[i];
     const double dt_s = seconds_between(track.state_ns, c.stamp_ns);
     if (dt_s < -kMaxBackward_s) continue;
-    // What no prediction can bring within the gate costs a distance only.
-    const double reach_m = (state.params.gate_m + mean.speed_mps * std::fabs(dt_s)) * (1.0 + 1e-9);
     const double dx = c.z.x_m - mean.x_m, dy = c.z.y_m - mean.y_m;
-    if (!(dx * dx + dy * dy <= reach_m * reach_m)) continue;
+    if (!(dx * dx + dy * dy <= reach_m2(state, track, dt_s))) continue;
 
     at_stamp.go_to(c.stamp_ns);
     if (!(at_stamp.distance_m2(c.z) <= gate_m2)) continue;
@@ -159,8 +181,13 @@ void associate(Tracker::State& state, Iteration& it) noexcept {
   const int32_t slot_count = state.params.track_capacity;
   for (int32_t c = 0; c < it.candidate_count; ++c) it.candidates[c].slot = -1;
   state.munkres.clear(slot_count, it.candidate_count);
-  for (int32_t slot = 0; slot < slot_count; ++slot)
-    if (state.tracks[slot].alive) gate_track(state, it, slot);
+  for (int32_t i = 0; i < it.candidate_count; ++i) {
+    state.candidate_x_m[i] = it.candidates[i].z.x_m;
+    state.candidate_y_m[i] = it.candidates[i].z.y_m;
+  }
+  if (it.candidate_count > 0)
+    for (int32_t slot = 0; slot < slot_count; ++slot)
+      if (state.tracks[slot].alive) gate_track(state, it, slot);
   state.munkres.solve(state.candidate_of_slot);
   for (int32_t slot = 0; slot < slot_count; ++slot) {
     const int32_t c = state.candidate_of_slot[slot];

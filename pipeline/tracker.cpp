@@ -264,6 +264,9 @@ Tracker::State::State(const TrackerParams& p, const TrackMap* m, const Allocator
     tracks = carver.take<Track>(slots);
     generation = carver.take<uint32_t>(slots);
     candidate_of_slot = carver.take<int32_t>(slots);
+    candidate_x_m = carver.take<double>(rows);
+    candidate_y_m = carver.take<double>(rows);
+    within_reach = carver.take<int32_t>(rows);
     newborn = carver.take<int32_t>(rows);
     shown_detection = carver.take<int32_t>(slots);
     shown_flags = carver.take<uint32_t>(slots);

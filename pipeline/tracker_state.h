@@ -43,6 +43,8 @@ struct Tracker::State {
   Track* tracks = nullptr;                           // by slot
   uint32_t* generation = nullptr;                    // by slot: grows with each id drawn, never goes back
   int32_t* candidate_of_slot = nullptr;
+  double *candidate_x_m = nullptr, *candidate_y_m = nullptr;   // of the iteration that runs
+  int32_t* within_reach = nullptr;                   // candidates near the track that is asked
   int32_t* newborn = nullptr;                        // candidates that give birth, nearest first
   int32_t* shown_detection = nullptr;                // by slot: of the frame given last, where TrackTable::detection
   uint32_t* shown_flags = nullptr;                   // and flags come from
