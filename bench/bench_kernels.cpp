@@ -22,40 +22,23 @@ struct Traffic {
 Traffic traffic_of(Step step) {
   using Item = Traffic::Item;
   switch (step) {
-    case Step::load_points:
-      return {Item::point, 24 + 24};
-    case Step::project_points:
-      return {Item::point, 16 + 13};
-    case Step::rank_layers:
-      return {Item::layer, 24};
-    case Step::scatter_points:
-      return {Item::point, 20 + 17};
-    case Step::fill_gaps:
-      return {Item::pixel, 8 + 8};
-    case Step::angle_image:
-      return {Item::pixel, 8 + 4};
-    case Step::smooth_sg:
-      return {Item::pixel, 4 + 4};
-    case Step::mark_ground:
-      return {Item::pixel, 12};
-    case Step::repair_range:
-      return {Item::pixel, 8 + 8};
-    case Step::link_pixels:
-      return {Item::pixel, 8};
-    case Step::label_bfs:
-      return {Item::pixel, 4 + 4};
-    case Step::label_points:
-      return {Item::point, 20 + 5};
-    case Step::build_clusters:
-      return {Item::point, 20 + 16};
-    case Step::merge_seams:
-      return {Item::cluster, 120};
-    case Step::gate_clusters:
-      return {Item::cluster, 32};
-    case Step::fit_rectangle:
-      return {Item::fit_point, 8};
-    case Step::kCount:
-      break;
+    case Step::load_points: return {Item::point, 24 + 24};
+    case Step::project_points: return {Item::point, 16 + 13};
+    case Step::rank_layers: return {Item::layer, 24};
+    case Step::scatter_points: return {Item::point, 20 + 17};
+    case Step::fill_gaps: return {Item::pixel, 8 + 8};
+    case Step::angle_image: return {Item::pixel, 8 + 4};
+    case Step::smooth_sg: return {Item::pixel, 4 + 4};
+    case Step::mark_ground: return {Item::pixel, 12};
+    case Step::repair_range: return {Item::pixel, 8 + 8};
+    case Step::link_pixels: return {Item::pixel, 8};
+    case Step::label_bfs: return {Item::pixel, 4 + 4};
+    case Step::label_points: return {Item::point, 20 + 5};
+    case Step::build_clusters: return {Item::point, 20 + 16};
+    case Step::merge_seams: return {Item::cluster, 120};
+    case Step::gate_clusters: return {Item::cluster, 32};
+    case Step::fit_rectangle: return {Item::fit_point, 8};
+    case Step::kCount: break;
   }
   return {Item::pixel, 0};
 }

@@ -32,8 +32,7 @@ int run_main(int argc, char** argv) {
     io::write_whole_file(options.hgrm, report.end_to_end.format_hgrm(1000));
     io::write_whole_file(options.hgrm + ".noise", report.noise.format_hgrm(1000));
   }
-  std::fputs(options.json ? json.c_str()
-                          : format_text(report, run, options.run, input.source(), environment).c_str(),
+  std::fputs(options.json ? json.c_str() : format_text(report, run, options.run, input.source(), environment).c_str(),
              stdout);
   return report.end_to_end.count() > 0 ? 0 : kFailed;
 }

@@ -109,15 +109,9 @@ Cloud reordered(const Cloud& source, const char* name, Order order) {
     const int64_t column = int64_t(place * sensor.cols), layer = p.layer;
     const int64_t fine = int64_t(place * 1e6);
     switch (order) {
-      case Order::line:
-        keys.push_back({layer, fine, i});
-        break;
-      case Order::interleaved:
-        keys.push_back({layer, fine % 500000 * 2 + fine / 500000, i});
-        break;
-      case Order::firing:
-        keys.push_back({column, layer, i});
-        break;
+      case Order::line: keys.push_back({layer, fine, i}); break;
+      case Order::interleaved: keys.push_back({layer, fine % 500000 * 2 + fine / 500000, i}); break;
+      case Order::firing: keys.push_back({column, layer, i}); break;
     }
   }
   std::stable_sort(keys.begin(), keys.end(), [](const Key& a, const Key& b) {

@@ -47,9 +47,20 @@ bool has_word(const std::string& text, const std::string& word) {
 
 // The words of the kernel's command line that decide about latency.
 std::string latency_words() {
-  static constexpr const char* kNames[] = {"isolcpus", "nohz",         "nohz_full", "rcu_nocbs",   "idle",
-                                           "preempt",  "irqaffinity", "threadirqs", "mitigations", "intel_pstate",
-                                           "nosmt",    "skew_tick",   "tsc",        "processor.max_cstate",
+  static constexpr const char* kNames[] = {"isolcpus",
+                                           "nohz",
+                                           "nohz_full",
+                                           "rcu_nocbs",
+                                           "idle",
+                                           "preempt",
+                                           "irqaffinity",
+                                           "threadirqs",
+                                           "mitigations",
+                                           "intel_pstate",
+                                           "nosmt",
+                                           "skew_tick",
+                                           "tsc",
+                                           "processor.max_cstate",
                                            "intel_idle.max_cstate"};
   std::istringstream words(first_line("/proc/cmdline"));
   std::string found;

@@ -95,7 +95,7 @@ std::string Histogram::format_hgrm(double unit) const {
              1 / (1 - level / 100));
       const double halvings = std::floor(std::log2(100 / (100 - level))) + 1;
       level += 100 / (kTicksPerHalving * std::exp2(halvings));
-      if (seen == count_) break;                 // one line above the last value, then the end
+      if (seen == count_) break;  // one line above the last value, then the end
     }
   }
   append(text, "%12.3f %2.12f %10lld\n", double(max_) / unit, 1.0, static_cast<long long>(count_));

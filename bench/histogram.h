@@ -17,13 +17,13 @@ namespace overtake::bench {
 
 class Histogram {
  public:
-  void record(int64_t value);                    // a negative one counts as 0
+  void record(int64_t value);  // a negative one counts as 0
   void add(const Histogram& other);
 
   int64_t count() const { return count_; }
   int64_t min() const { return count_ ? min_ : 0; }
-  int64_t max() const { return max_; }           // exact, as is min
-  double mean() const;                           // this and the next from the buckets' middles
+  int64_t max() const { return max_; }  // exact, as is min
+  double mean() const;                  // this and the next from the buckets' middles
   double deviation() const;
   // The value that `percent` of all values do not exceed (nearest rank), at most 1/1024 too large; 0 when empty.
   int64_t percentile(double percent) const;
@@ -38,7 +38,7 @@ class Histogram {
 
  private:
   double middle_of(int32_t bucket) const;
-  std::vector<int64_t> counts_;                  // as long as the largest value asks for
+  std::vector<int64_t> counts_;  // as long as the largest value asks for
   int64_t count_ = 0, min_ = INT64_MAX, max_ = 0;
 };
 

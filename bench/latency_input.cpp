@@ -20,8 +20,13 @@ constexpr int32_t kPosesPerFrame = 5;            // of the scene: 100 Hz
 std::vector<char> to_records(const SceneScan& scan) {
   std::vector<char> bytes(scan.x_m.size() * sizeof(CloudPoint));
   for (std::size_t i = 0; i < scan.x_m.size(); ++i) {
-    const CloudPoint point{scan.x_m[i],   scan.y_m[i], scan.z_m[i], scan.intensity[i],
-                           scan.layer[i], 0,           uint32_t(std::lround(double(scan.time_offset_s[i]) * 1e9))};
+    const CloudPoint point{scan.x_m[i],
+                           scan.y_m[i],
+                           scan.z_m[i],
+                           scan.intensity[i],
+                           scan.layer[i],
+                           0,
+                           uint32_t(std::lround(double(scan.time_offset_s[i]) * 1e9))};
     std::memcpy(bytes.data() + i * sizeof point, &point, sizeof point);
   }
   return bytes;
@@ -47,8 +52,8 @@ ovt_points to_points(int32_t sensor, const std::vector<char>& records) {
 }
 
 ovt_ego_pose to_pose(int64_t stamp_ns, const ScenePose& at) {
-  return cli::to_pose({stamp_ns, at.x_m, at.y_m, at.z_m, at.roll_rad, at.pitch_rad, at.yaw_rad, at.speed_mps,
-                       at.yaw_rate_rps});
+  return cli::to_pose(
+      {stamp_ns, at.x_m, at.y_m, at.z_m, at.roll_rad, at.pitch_rad, at.yaw_rad, at.speed_mps, at.yaw_rate_rps});
 }
 
 }  // namespace

@@ -20,26 +20,26 @@
 namespace overtake::bench {
 
 struct ReplayScan {
-  int64_t offset_ns;                 // of its stamp after its frame's first one
-  ovt_points points;                 // borrowed from the input; the stamp is set at the push
+  int64_t offset_ns;  // of its stamp after its frame's first one
+  ovt_points points;  // borrowed from the input; the stamp is set at the push
 };
 
 struct ReplayDef {
-  std::string recording, rig, map, ego;          // files and names as `overtake run` takes them; recording "": the scene
+  std::string recording, rig, map, ego;  // files and names as `overtake run` takes them; recording "": the scene
   int32_t scene_frames = 60;
   uint64_t scene_seed = 1;
 };
 
 class LatencyInput {
  public:
-  explicit LatencyInput(const ReplayDef& def);   // throws io::Error
+  explicit LatencyInput(const ReplayDef& def);  // throws io::Error
   LatencyInput(const LatencyInput&) = delete;
   LatencyInput& operator=(const LatencyInput&) = delete;
 
-  const std::string& source() const { return source_; }        // in words
-  int64_t period_ns() const { return period_ns_; }             // of the stamps
+  const std::string& source() const { return source_; }  // in words
+  int64_t period_ns() const { return period_ns_; }       // of the stamps
   int32_t sensor_count() const { return int32_t(sensors_.size()); }
-  void fill(ovt_detector_def& def) const;                      // sensors and map; borrows
+  void fill(ovt_detector_def& def) const;  // sensors and map; borrows
 
   // Frame k of the run, k >= 0. Null: that sensor has no scan in it.
   const ReplayScan* scan(int64_t k, int32_t sensor) const;
@@ -58,11 +58,11 @@ class LatencyInput {
   io::MapData map_;
   ovt_map_def map_def_;
   bool has_map_ = false;
-  std::vector<std::vector<ReplayScan>> frames_;                // [frame][sensor]; points.struct_size 0: none
+  std::vector<std::vector<ReplayScan>> frames_;  // [frame][sensor]; points.struct_size 0: none
   // owners of what is borrowed
   std::vector<std::vector<char>> scene_points_;
   std::vector<io::FrameScans> recorded_;
-  std::vector<int64_t> recorded_stamp_ns_;                     // first stamp per frame
+  std::vector<int64_t> recorded_stamp_ns_;  // first stamp per frame
   std::vector<io::EgoRow> ego_;
   std::unique_ptr<Scene> scene_;
 };

@@ -33,7 +33,8 @@ ParsedOptions parse_latency_options(int argc, const char* const* argv) {
   double deadline_us = 0;
   bool lock = false, huge = false;
 
-  auto* input = app.add_option("--input", o.input.recording, "recording instead of the demo scene, as for overtake run");
+  auto* input =
+      app.add_option("--input", o.input.recording, "recording instead of the demo scene, as for overtake run");
   app.add_option("--rig", o.input.rig, "its sensors")->needs(input)->capture_default_str();
   app.add_option("--map", o.input.map, "its track map")->needs(input);
   app.add_option("--ego", o.input.ego, "its ego poses")->needs(input);
@@ -65,8 +66,9 @@ ParsedOptions parse_latency_options(int argc, const char* const* argv) {
       ->capture_default_str();
   app.add_flag("--json", o.json, "print JSON instead of tables");
   app.add_option("--out", o.out, "write the JSON to this file");
-  app.add_option("--hgrm", o.hgrm, "write the end-to-end histogram (HdrHistogram percentiles, us) to this file, and the "
-                                   "noise beside it to FILE.noise");
+  app.add_option("--hgrm", o.hgrm,
+                 "write the end-to-end histogram (HdrHistogram percentiles, us) to this file, and the "
+                 "noise beside it to FILE.noise");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -7,8 +7,8 @@
 //
 // wake_driver: from the scheduled arrival to the start of the copy, per scan (in the closed loop, and where one thread
 // pushes all scans because the library has none, the sensors before it are in it).
-// hand_over: from the end of a scan's copy to the start of its segmentation. gather: from the last segmentation's end to
-// the merge. publish: from the tracks to on_frame.
+// hand_over: from the end of a scan's copy to the start of its segmentation. gather: from the last segmentation's end
+// to the merge. publish: from the tracks to on_frame.
 #include "bench/latency_report.h"
 
 #include <algorithm>
@@ -52,8 +52,8 @@ std::string cpus_text(const std::vector<int32_t>& cpus) {
 std::string policy_text(const LatencyRun& run, const LatencyRunDef& def) {
   if (def.fifo_priority == 0) return "as started";
   return "SCHED_FIFO " + std::to_string(def.fifo_priority) + " asked for: " + std::to_string(run.runtime.fifo) +
-         " library threads and " + std::to_string(run.measuring_fifo) + " of " +
-         std::to_string(run.measuring_threads) + " measuring ones have it";
+         " library threads and " + std::to_string(run.measuring_fifo) + " of " + std::to_string(run.measuring_threads) +
+         " measuring ones have it";
 }
 
 }  // namespace
@@ -80,12 +80,13 @@ LatencyReport make_report(const LatencyRun& run, const LatencyRunDef& def) {
     int64_t segmented_ns = 0;
     for (int32_t s = -1; s < run.sensor_count; ++s)
       for (int32_t i = 0; i < OVT_STAGE_COUNT; ++i)
-        if (const ovt_span& span = run.span(k, s, ovt_stage(i)); span.duration_ns >= 0) stage[i].record(span.duration_ns);
+        if (const ovt_span& span = run.span(k, s, ovt_stage(i)); span.duration_ns >= 0)
+          stage[i].record(span.duration_ns);
     for (int32_t s = 0; s < run.sensor_count; ++s) {
       const ovt_span& load = run.span(k, s, OVT_STAGE_LOAD);
       const ovt_span& segment = run.span(k, s, OVT_STAGE_SEGMENT);
       if (load.duration_ns < 0 || segment.duration_ns < 0) continue;
-      int64_t due_ns = frame.due_ns;             // of the frame's last scan
+      int64_t due_ns = frame.due_ns;  // of the frame's last scan
       if (!def.closed_loop) {
         int32_t last = s;
         while (frame.expected_mask >> (last + 1)) ++last;

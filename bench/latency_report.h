@@ -15,18 +15,18 @@ namespace overtake::bench {
 
 // A way station of the latency, in the order in which they happen. Stages of a sensor count once per scan.
 struct StageHistogram {
-  std::string name;                  // ovt_stage_name, or wake_driver, hand_over, gather, publish (see the .cpp)
+  std::string name;  // ovt_stage_name, or wake_driver, hand_over, gather, publish (see the .cpp)
   Histogram histogram;
 };
 
 struct LatencyReport {
   Histogram end_to_end, warmup;
-  int64_t warmup_first_ns = 0;       // of the very first frame; 0: no warm-up
-  int64_t missing = 0;               // frames behind the warm-up whose scans were all replaced: in no histogram
-  int64_t incomplete = 0;            // ... published without one of their scans, or in parts
+  int64_t warmup_first_ns = 0;  // of the very first frame; 0: no warm-up
+  int64_t missing = 0;          // frames behind the warm-up whose scans were all replaced: in no histogram
+  int64_t incomplete = 0;       // ... published without one of their scans, or in parts
   int64_t deadline_missed = 0;
   std::vector<StageHistogram> stages;
-  Histogram late, stolen, noise;     // see noise_floor.h
+  Histogram late, stolen, noise;  // see noise_floor.h
 };
 
 LatencyReport make_report(const LatencyRun& run, const LatencyRunDef& def);

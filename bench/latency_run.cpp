@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One period of the open loop, from one arrival to the next (noise at half time, poses 10 ms before the next arrival, or
-// a fifth of the period where that is less):
+// One period of the open loop, from one arrival to the next (noise at half time, poses 10 ms before the next arrival,
+// or a fifth of the period where that is less):
 //
 //   |scans  ->  tracks         |noise, caches emptied                |poses      |scans
 //   due k                      due k + period / 2                                due k + 1
@@ -20,7 +20,7 @@
 namespace overtake::bench {
 namespace {
 
-constexpr int64_t kStartAfterNs = 50'000'000;    // from the last set-up to the first arrival
+constexpr int64_t kStartAfterNs = 50'000'000;  // from the last set-up to the first arrival
 
 struct DetectorHandle {
   ovt_detector* detector = nullptr;
@@ -88,7 +88,7 @@ class LatencyRunner {
     if (status != OVT_OK) throw io::Error("", 0, *error ? error : ovt_status_text(status));
     cli::check(ovt_read_runtime_info(handle_.detector, &run_.runtime), "what create obtained");
     run_.isa = run_.runtime.isa;
-    run_.runtime.isa = nullptr;                  // the detector's; gone before the report is written
+    run_.runtime.isa = nullptr;  // the detector's; gone before the report is written
   }
 
   // Frames come in order, one call at a time.
@@ -100,7 +100,7 @@ class LatencyRunner {
     const int64_t k = runner.input_.frame_of_stamp(info.first_stamp_ns);
     if (k < 0 || k >= runner.frame_count_) return;
     FrameSample& sample = runner.run_.frames[std::size_t(k)];
-    const bool first = sample.parts++ == 0;      // a scan that came too late for its frame is one of its own
+    const bool first = sample.parts++ == 0;  // a scan that came too late for its frame is one of its own
     sample.published_ns = published_ns;
     sample.sequence = info.sequence;
     sample.sensor_mask |= info.sensor_mask;
@@ -109,8 +109,8 @@ class LatencyRunner {
     ovt_span* span = &runner.run_.spans[std::size_t(k) * (std::size_t(sensors) + 1) * OVT_STAGE_COUNT];
     for (int32_t s = 0; s <= sensors; ++s)
       for (int32_t stage = 0; stage < OVT_STAGE_COUNT; ++stage, ++span)
-        if (ovt_span read; ovt_read_span(reader, s < sensors ? s : -1, ovt_stage(stage), &read) == OVT_OK &&
-                           read.duration_ns >= 0)
+        if (ovt_span read;
+            ovt_read_span(reader, s < sensors ? s : -1, ovt_stage(stage), &read) == OVT_OK && read.duration_ns >= 0)
           *span = read;
     if (!first) return;
     runner.published_.fetch_add(1, std::memory_order_release);
@@ -153,7 +153,7 @@ class LatencyRunner {
     noise_->start_schedule(start_ns_ + period_ns_ / 2, period_ns_);
     const int64_t poses_before_ns = std::min<int64_t>(10'000'000, period_ns_ / 5);
     std::vector<std::thread> drivers;
-    if (run_.runtime.worker_count == 1) {        // all pushes belong to one thread
+    if (run_.runtime.worker_count == 1) {  // all pushes belong to one thread
       drivers.emplace_back([&, this] {
         become_driver("bench-drivers");
         std::vector<ovt_ego_pose> poses;
@@ -221,7 +221,7 @@ class LatencyRunner {
   std::atomic<int64_t> published_{0};
   std::atomic<int32_t> failed_{OVT_OK}, fifo_drivers_{0};
   std::unique_ptr<NoiseFloor> noise_;
-  DetectorHandle handle_;                        // goes first: nothing calls on_frame behind it
+  DetectorHandle handle_;  // goes first: nothing calls on_frame behind it
 };
 
 }  // namespace

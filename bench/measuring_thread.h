@@ -10,14 +10,14 @@
 
 namespace overtake::bench {
 
-int64_t now_ns() noexcept;                       // CLOCK_MONOTONIC: the library's steady clock
-void sleep_until(int64_t at_ns) noexcept;        // absolute: a late wake-up does not move the ones behind it
+int64_t now_ns() noexcept;                 // CLOCK_MONOTONIC: the library's steady clock
+void sleep_until(int64_t at_ns) noexcept;  // absolute: a late wake-up does not move the ones behind it
 
-std::vector<int32_t> usable_cpus();              // of the calling thread's affinity mask
+std::vector<int32_t> usable_cpus();  // of the calling thread's affinity mask
 // The calling thread, from here on. False: the system refused.
 bool run_on(const std::vector<int32_t>& cpus) noexcept;
-bool run_fifo(int32_t priority) noexcept;        // 0: leaves it as it is, true
-void name_thread(const char* name) noexcept;     // 15 characters
+bool run_fifo(int32_t priority) noexcept;     // 0: leaves it as it is, true
+void name_thread(const char* name) noexcept;  // 15 characters
 
 // "2,3" or "0-3,8". Throws std::invalid_argument with a sentence that names the word at fault.
 std::vector<int32_t> parse_cpus(const std::string& text);

@@ -11,7 +11,7 @@
 namespace overtake::bench {
 
 int64_t measure_stolen_ns(int64_t window_ns) noexcept {
-  constexpr int64_t kGapNs = 2'000;              // two readings of the clock are some 50 ns apart
+  constexpr int64_t kGapNs = 2'000;  // two readings of the clock are some 50 ns apart
   const int64_t start = now_ns();
   int64_t last = start, stolen = 0;
   while (last - start - stolen < window_ns) {
@@ -23,7 +23,7 @@ int64_t measure_stolen_ns(int64_t window_ns) noexcept {
 }
 
 void CacheEvictor::walk() noexcept {
-  for (std::size_t i = 0; i < block_.size(); i += 8) sum_ += block_[i]++;      // a cache line each
+  for (std::size_t i = 0; i < block_.size(); i += 8) sum_ += block_[i]++;  // a cache line each
 }
 
 std::size_t largest_cache_bytes() {

@@ -1,13 +1,13 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the machine takes of a thread that does nothing: one thread a CPU, with the drivers' policy (under SCHED_FIFO one
-// step above the workers, so that a worker that spins is no noise; without it, it is), that wakes once a frame, in the
-// middle between two arrivals, and then spins for a while.
+// What the machine takes of a thread that does nothing: one thread a CPU, with the drivers' policy (under SCHED_FIFO
+// one step above the workers, so that a worker that spins is no noise; without it, it is), that wakes once a frame, in
+// the middle between two arrivals, and then spins for a while.
 //
 //   late      its wake-up after the time it asked for
-//   stolen    what the spinning loop did not get of the CPU: the sum of all gaps in its clock of more than 2 us, until it
-//             has had `window_ns` of its own; other threads, interrupts and the hypervisor look the same from here
+//   stolen    what the spinning loop did not get of the CPU: all gaps in its clock of more than 2 us, until it has had
+//             `window_ns` of its own; other threads, interrupts and the hypervisor look the same from here
 //   noise     late + stolen of one wake-up: what a frame of that length would have lost
 //
 // Of several CPUs the worst at each wake-up counts. The same threads empty the caches between frames (--cold).
@@ -21,7 +21,7 @@
 namespace overtake::bench {
 
 struct NoiseSample {
-  int64_t late_ns = -1, stolen_ns = -1;          // -1: not measured
+  int64_t late_ns = -1, stolen_ns = -1;  // -1: not measured
 };
 
 // Until the caller has had window_ns.
@@ -42,17 +42,17 @@ class CacheEvictor {
 std::size_t largest_cache_bytes();
 
 struct NoiseDef {
-  std::vector<int32_t> cpus;                     // one thread each
+  std::vector<int32_t> cpus;  // one thread each
   int32_t fifo_priority = 0;
   int64_t window_ns = 1'000'000;
-  std::size_t evict_bytes = 0;                   // each thread walks that much; 0: caches stay as they are
+  std::size_t evict_bytes = 0;  // each thread walks that much; 0: caches stay as they are
   int32_t tick_count = 0;
 };
 
 class NoiseFloor {
  public:
-  explicit NoiseFloor(const NoiseDef& def);      // memory and threads; they wait for what comes first
-  ~NoiseFloor();                                 // ticks that are left are not done
+  explicit NoiseFloor(const NoiseDef& def);  // memory and threads; they wait for what comes first
+  ~NoiseFloor();                             // ticks that are left are not done
   NoiseFloor(const NoiseFloor&) = delete;
   NoiseFloor& operator=(const NoiseFloor&) = delete;
 
@@ -61,7 +61,7 @@ class NoiseFloor {
   // Closed loop: the next tick now; returns when every thread has done it. No wake-up is timed.
   void tick();
 
-  int32_t fifo_count() const { return fifo_count_.load(); }    // threads that run SCHED_FIFO
+  int32_t fifo_count() const { return fifo_count_.load(); }  // threads that run SCHED_FIFO
   // Waits for the ticks of a schedule, ends the threads; the worst of all of them, per tick.
   std::vector<NoiseSample> take();
 
@@ -72,7 +72,7 @@ class NoiseFloor {
   void join();
 
   NoiseDef def_;
-  std::vector<std::vector<NoiseSample>> samples_;              // per thread and tick
+  std::vector<std::vector<NoiseSample>> samples_;  // per thread and tick
   std::vector<CacheEvictor> evictors_;
   std::vector<std::thread> threads_;
   std::atomic<int32_t> mode_{kWaiting}, wanted_{0}, done_{0}, ready_{0}, fifo_count_{0};

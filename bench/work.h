@@ -73,9 +73,7 @@ class Work {
     RangeImages& m = part.images;
     LayerSums& sums = part.layer_sums;
     switch (step) {
-      case Step::load_points:
-        load(k);
-        break;
+      case Step::load_points: load(k); break;
       case Step::project_points:
         for (const LayerSum& layer : layers_) sums.point_count[layer.id] = 0, sums.elevation_sum[layer.id] = 0;
         k.project_points(sensor, part.scan, part.points, sums);
@@ -91,18 +89,14 @@ class Work {
         }
         part.row_count = k.rank_layers(sensor.rows, sums, part.row_of_layer, part.layer_order);
         break;
-      case Step::scatter_points:
-        k.scatter_points(part.scan, part.row_of_layer, part.points, m);
-        break;
+      case Step::scatter_points: k.scatter_points(part.scan, part.row_of_layer, part.points, m); break;
       case Step::fill_gaps:
         k.fill_gaps(p.fill_gaps, m.range_m, m.elevation_rad, m.range_filled_m, m.elevation_filled_rad);
         break;
       case Step::angle_image:
         k.angle_image(p.angle_image, m.range_filled_m, m.elevation_filled_rad, m.angle_rad);
         break;
-      case Step::smooth_sg:
-        k.smooth_sg(p.smooth_sg, sensor.rows - 1, m.angle_rad, m.angle_smooth_rad);
-        break;
+      case Step::smooth_sg: k.smooth_sg(p.smooth_sg, sensor.rows - 1, m.angle_rad, m.angle_smooth_rad); break;
       case Step::mark_ground:
         k.mark_ground(p.mark_ground, part.row_count, m.angle_smooth_rad, m.range_filled_m, m.pixel_point, m.nonground);
         break;
@@ -118,9 +112,7 @@ class Work {
         part.label_count = k.label_bfs(sensor.wraps, m.range_filled_m, m.nonground_repaired, m.link_right, m.link_down,
                                        m.labels, part.queue);
         break;
-      case Step::label_points:
-        k.label_points(p.label_points, m, part.points);
-        break;
+      case Step::label_points: k.label_points(p.label_points, m, part.points); break;
       case Step::build_clusters:
         k.build_clusters(sensor.T_vehicle_sensor, part.scan, part.points, part.label_count, part.clusters,
                          part.cluster_points, part.row_of_label, part.cursor, part.order);
@@ -128,20 +120,11 @@ class Work {
       case Step::merge_seams: {
         SeamSide sides[3];
         for (int32_t s = 0; s < 3; ++s)
-          sides[s] = {true,
-                      &context.sensors[s],
-                      &m,
-                      &part.scan,
-                      &part.points,
-                      &part.clusters,
-                      part.row_of_label,
-                      0};
+          sides[s] = {true, &context.sensors[s], &m, &part.scan, &part.points, &part.clusters, part.row_of_label, 0};
         k.merge_seams(context.detect.merge_seams, sides, 3, frame.members, frame.merged, frame.seam);
         break;
       }
-      case Step::gate_clusters:
-        k.gate_clusters(context.detect.gate_clusters, frame.merged, frame.kept);
-        break;
+      case Step::gate_clusters: k.gate_clusters(context.detect.gate_clusters, frame.merged, frame.kept); break;
       case Step::fit_rectangle: {
         // The largest cluster, at most 500 points of it.
         int32_t row = 0;
@@ -153,8 +136,7 @@ class Work {
                                                  part.cluster_points.y_m + begin, fit_count, 0.1f, 0.0f, 0.0f));
         break;
       }
-      case Step::kCount:
-        break;
+      case Step::kCount: break;
     }
   }
 

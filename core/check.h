@@ -8,17 +8,18 @@
 #include <cstdlib>
 
 #define OVT_INLINE inline __attribute__((always_inline))
+#define OVT_INLINED __attribute__((always_inline))  // of a lambda: [&](int32_t i) OVT_INLINED { ... }
 #define OVT_RESTRICT __restrict__
 
 // A broken contract inside the library (never a bad argument from outside, never bad luck on track).
 // On in debug and in optimised test builds (-DOVT_CHECKS=ON), nothing in release.
 #if defined(OVT_ENABLE_CHECKS)
-#define OVT_CHECK(condition)                                                                  \
-  do {                                                                                        \
-    if (!(condition)) {                                                                       \
-      std::fprintf(stderr, "%s:%d: broken contract: %s\n", __FILE__, __LINE__, #condition);   \
-      std::abort();                                                                           \
-    }                                                                                         \
+#define OVT_CHECK(condition)                                                                \
+  do {                                                                                      \
+    if (!(condition)) {                                                                     \
+      std::fprintf(stderr, "%s:%d: broken contract: %s\n", __FILE__, __LINE__, #condition); \
+      std::abort();                                                                         \
+    }                                                                                       \
   } while (false)
 #else
 #define OVT_CHECK(condition) static_cast<void>(0)

@@ -16,14 +16,15 @@ namespace overtake {
 // One row per cluster of one sensor, in label order.
 struct ClusterTable {
   int32_t count = 0, capacity = 0;
-  int32_t* label = nullptr;                                  // in the sensor's label image
-  int32_t *point_begin = nullptr, *point_count = nullptr;    // span in ClusterPointTable
+  int32_t* label = nullptr;                                // in the sensor's label image
+  int32_t *point_begin = nullptr, *point_count = nullptr;  // span in ClusterPointTable
   float *min_x_m = nullptr, *min_y_m = nullptr, *min_z_m = nullptr;
   float *max_x_m = nullptr, *max_y_m = nullptr, *max_z_m = nullptr;
-  float *sum_x_m = nullptr, *sum_y_m = nullptr, *sum_z_m = nullptr;   // over points; centroid = sum / count
-  int64_t* sum_offset_ns = nullptr;                          // sum of the points' time offsets after the scan's stamp
-  float* nearest_m = nullptr;                                // smallest range of a point, from the sensor
+  float *sum_x_m = nullptr, *sum_y_m = nullptr, *sum_z_m = nullptr;  // over points; centroid = sum / count
+  int64_t* sum_offset_ns = nullptr;  // sum of the points' time offsets after the scan's stamp
+  float* nearest_m = nullptr;        // smallest range of a point, from the sensor
 };
+// clang-format off
 template <class F>
 void for_each_column(ClusterTable& t, F&& f) {
   f("label", t.label);        f("point_begin", t.point_begin);  f("point_count", t.point_count);
@@ -32,18 +33,21 @@ void for_each_column(ClusterTable& t, F&& f) {
   f("sum_x_m", t.sum_x_m);    f("sum_y_m", t.sum_y_m);          f("sum_z_m", t.sum_z_m);
   f("sum_offset_ns", t.sum_offset_ns);                          f("nearest_m", t.nearest_m);
 }
+// clang-format on
 
 // Points of one sensor that belong to a kept cluster, grouped by cluster (label order), input order within. Vehicle
 // frame.
 struct ClusterPointTable {
   int32_t count = 0, capacity = 0;
   float *x_m = nullptr, *y_m = nullptr, *z_m = nullptr;
-  int32_t* point = nullptr;                                  // row in the ScanTable
+  int32_t* point = nullptr;  // row in the ScanTable
 };
+// clang-format off
 template <class F>
 void for_each_column(ClusterPointTable& t, F&& f) {
   f("x_m", t.x_m);  f("y_m", t.y_m);  f("z_m", t.z_m);  f("point", t.point);
 }
+// clang-format on
 
 // One row per cluster of the frame, after merging across sensors. Ordered by (lowest sensor, label) of its members.
 struct MergedTable {
@@ -51,13 +55,14 @@ struct MergedTable {
   int32_t* point_count = nullptr;
   float *min_x_m = nullptr, *min_y_m = nullptr, *min_z_m = nullptr;
   float *max_x_m = nullptr, *max_y_m = nullptr, *max_z_m = nullptr;
-  float *center_x_m = nullptr, *center_y_m = nullptr, *center_z_m = nullptr;   // centroid of the points
-  int64_t* stamp_ns = nullptr;                               // mean of its points' stamps
-  int32_t* sensor_mask = nullptr;                            // bit s: sensor s holds points of it
-  int32_t* main_sensor = nullptr;                            // the one that saw most of the points
-  int32_t* first_member = nullptr;                           // row in MemberTable
+  float *center_x_m = nullptr, *center_y_m = nullptr, *center_z_m = nullptr;  // centroid of the points
+  int64_t* stamp_ns = nullptr;                                                // mean of its points' stamps
+  int32_t* sensor_mask = nullptr;                                             // bit s: sensor s holds points of it
+  int32_t* main_sensor = nullptr;                                             // the one that saw most of the points
+  int32_t* first_member = nullptr;                                            // row in MemberTable
   float* nearest_m = nullptr;
 };
+// clang-format off
 template <class F>
 void for_each_column(MergedTable& t, F&& f) {
   f("point_count", t.point_count);
@@ -67,18 +72,21 @@ void for_each_column(MergedTable& t, F&& f) {
   f("stamp_ns", t.stamp_ns);      f("sensor_mask", t.sensor_mask); f("main_sensor", t.main_sensor);
   f("first_member", t.first_member);                              f("nearest_m", t.nearest_m);
 }
+// clang-format on
 
 // One row per cluster of any sensor of the frame: sensor 0's clusters, then sensor 1's, ...
 struct MemberTable {
   int32_t count = 0, capacity = 0;
-  int32_t *sensor = nullptr, *cluster = nullptr;             // row `cluster` of that sensor's ClusterTable
-  int32_t* next_member = nullptr;                            // next of the same merged cluster, -1 ends
-  int32_t* merged = nullptr;                                 // row in MergedTable, -1 when that table was full
+  int32_t *sensor = nullptr, *cluster = nullptr;  // row `cluster` of that sensor's ClusterTable
+  int32_t* next_member = nullptr;                 // next of the same merged cluster, -1 ends
+  int32_t* merged = nullptr;                      // row in MergedTable, -1 when that table was full
 };
+// clang-format off
 template <class F>
 void for_each_column(MemberTable& t, F&& f) {
   f("sensor", t.sensor);  f("cluster", t.cluster);  f("next_member", t.next_member);  f("merged", t.merged);
 }
+// clang-format on
 
 // Heading of a detection came from the map's centre line (or the ego heading) or from the points.
 enum class HeadingSource : int32_t { kRef = 0, kVar = 1 };
@@ -86,20 +94,21 @@ enum class HeadingSource : int32_t { kRef = 0, kVar = 1 };
 // One row per vehicle candidate with its pose. Vehicle frame at the ego pose of stamp_ns. Ordered as MergedTable.
 struct DetectionTable {
   int32_t count = 0, capacity = 0;
-  int32_t* merged = nullptr;                                 // row in MergedTable
-  int64_t* stamp_ns = nullptr;                               // the cluster's own time
-  float *x_m = nullptr, *y_m = nullptr, *z_m = nullptr;      // centre of the imposed rectangle, z of the centroid
+  int32_t* merged = nullptr;                             // row in MergedTable
+  int64_t* stamp_ns = nullptr;                           // the cluster's own time
+  float *x_m = nullptr, *y_m = nullptr, *z_m = nullptr;  // centre of the imposed rectangle, z of the centroid
   float* heading_rad = nullptr;
-  int32_t* heading_source = nullptr;                         // HeadingSource
-  float *length_m = nullptr, *width_m = nullptr;             // the points' extent along and across the heading
+  int32_t* heading_source = nullptr;              // HeadingSource
+  float *length_m = nullptr, *width_m = nullptr;  // the points' extent along and across the heading
   int32_t* point_count = nullptr;
-  int32_t *inliers_ref = nullptr, *inliers_var = nullptr;    // points in either imposed rectangle (eq. 5)
+  int32_t *inliers_ref = nullptr, *inliers_var = nullptr;  // points in either imposed rectangle (eq. 5)
   float *heading_ref_rad = nullptr, *heading_var_rad = nullptr;
-  float *ref_x_m = nullptr, *ref_y_m = nullptr;              // centre of the rectangle imposed at heading_ref
-  float *var_x_m = nullptr, *var_y_m = nullptr;              // and at heading_var
+  float *ref_x_m = nullptr, *ref_y_m = nullptr;  // centre of the rectangle imposed at heading_ref
+  float *var_x_m = nullptr, *var_y_m = nullptr;  // and at heading_var
   int32_t* sensor_mask = nullptr;
-  float *map_s_m = nullptr, *map_d_m = nullptr;              // centroid on the centre line; 0 without a map
+  float *map_s_m = nullptr, *map_d_m = nullptr;  // centroid on the centre line; 0 without a map
 };
+// clang-format off
 template <class F>
 void for_each_column(DetectionTable& t, F&& f) {
   f("merged", t.merged);            f("stamp_ns", t.stamp_ns);
@@ -111,5 +120,6 @@ void for_each_column(DetectionTable& t, F&& f) {
   f("ref_x_m", t.ref_x_m);  f("ref_y_m", t.ref_y_m);  f("var_x_m", t.var_x_m);  f("var_y_m", t.var_y_m);
   f("sensor_mask", t.sensor_mask);  f("map_s_m", t.map_s_m);            f("map_d_m", t.map_d_m);
 }
+// clang-format on
 
 }  // namespace overtake

@@ -26,7 +26,7 @@ namespace overtake {
 inline constexpr double kPi = 3.14159265358979323846;
 inline constexpr double kHalfPi = 1.57079632679489661923;
 inline constexpr double kTwoPi = 6.28318530717958647693;
-inline constexpr float kPiF = 3.14159265358979323846f;   // 8.7e-8 above pi
+inline constexpr float kPiF = 3.14159265358979323846f;  // 8.7e-8 above pi
 inline constexpr float kHalfPiF = 1.57079632679489661923f;
 inline constexpr float kTwoPiF = 6.28318530717958647693f;
 
@@ -36,9 +36,6 @@ OVT_INLINE float select(bool mask, float yes, float no) { return mask ? yes : no
 OVT_INLINE float abs_of(float v) { return __builtin_fabsf(v); }
 OVT_INLINE float min_of(float a, float b) { return a < b ? a : b; }
 OVT_INLINE float max_of(float a, float b) { return a > b ? a : b; }
-
-OVT_INLINE float sqrt_f32(float v) { return __builtin_sqrtf(v); }
-OVT_INLINE double sqrt_f64(double v) { return __builtin_sqrt(v); }
 
 // ---- float, scalar and vector ---------------------------------------------------------------------------------------
 
@@ -129,13 +126,13 @@ OVT_INLINE void sin_cos_of(V a, V& s, V& c) {
   // q = k modulo 4 as -2, -1, 0, 1 or 2. Odd quarters swap sine and cosine.
   const V q = k - V(4.0f) * round_of(k * V(0.25f));
   const V size = abs_of(q);
-  const V one_quarter = V(1.0f) - abs_of(size - V(1.0f));   // 1 in odd quarters, 0 in even ones
+  const V one_quarter = V(1.0f) - abs_of(size - V(1.0f));  // 1 in odd quarters, 0 in even ones
   const auto odd = one_quarter > V(0.5f);
   const V sin_u = select(odd, cos_r, sin_r);
   const V cos_u = select(odd, sin_r, cos_r);
   const V sin_n = zero - sin_u, cos_n = zero - cos_u;
-  s = select(q < V(-0.5f), sin_n, select(q > V(1.5f), sin_n, sin_u));   // -2, -1, 2
-  c = select(q > V(0.5f), cos_n, select(q < V(-1.5f), cos_n, cos_u));   // 1, 2, -2
+  s = select(q < V(-0.5f), sin_n, select(q > V(1.5f), sin_n, sin_u));  // -2, -1, 2
+  c = select(q > V(0.5f), cos_n, select(q < V(-1.5f), cos_n, cos_u));  // 1, 2, -2
 }
 
 // The same for |a| <= pi/2 (elevations, column pitches) at half the cost; absolute error <= 1.8e-7 (1.5 * 2^-23). The
@@ -172,7 +169,7 @@ inline double atan2_f64(double y, double x) {
   const bool steep = ay > ax;
   const double longer = steep ? ay : ax, shorter = steep ? ax : ay;
   const double t = longer > 0.0 ? shorter / longer : 0.0;
-  if (!(longer > 0.0 && t <= 1.0)) return 0.0;   // the origin; infinite or NaN arguments end here as well
+  if (!(longer > 0.0 && t <= 1.0)) return 0.0;  // the origin; infinite or NaN arguments end here as well
   const int32_t quarter = t < 0.1875 ? 0 : int32_t(t * 4.0 + 0.5);
   const double c = 0.25 * quarter;
   const double u = quarter == 0 ? t : (t - c) / (1.0 + t * c);
@@ -197,38 +194,44 @@ inline void sin_cos_f64(double a, double& s, double& c) {
   const int64_t k = int64_t(turns < 0.0 ? turns - 0.5 : turns + 0.5);
   const double kd = double(k);
   const double high = a - kd * 1.5707963267341256, middle = kd * 6.077100506303966e-11, near = high - middle;
-  const double r = near + (((high - near) - middle) - kd * 2.0222662487959506e-21);   // with the rounding error of near
+  const double r = near + (((high - near) - middle) - kd * 2.0222662487959506e-21);  // with the rounding error of near
   const double z = r * r;
-  double ps = 1.0 / 355687428096000.0;                    // 1/17!
-  ps = ps * z - 1.0 / 1307674368000.0;                    // 1/15!
-  ps = ps * z + 1.0 / 6227020800.0;                       // 1/13!
-  ps = ps * z - 1.0 / 39916800.0;                         // 1/11!
-  ps = ps * z + 1.0 / 362880.0;                           // 1/9!
-  ps = ps * z - 1.0 / 5040.0;                             // 1/7!
-  ps = ps * z + 1.0 / 120.0;                              // 1/5!
-  ps = ps * z - 1.0 / 6.0;                                // 1/3!
+  double ps = 1.0 / 355687428096000.0;  // 1/17!
+  ps = ps * z - 1.0 / 1307674368000.0;  // 1/15!
+  ps = ps * z + 1.0 / 6227020800.0;     // 1/13!
+  ps = ps * z - 1.0 / 39916800.0;       // 1/11!
+  ps = ps * z + 1.0 / 362880.0;         // 1/9!
+  ps = ps * z - 1.0 / 5040.0;           // 1/7!
+  ps = ps * z + 1.0 / 120.0;            // 1/5!
+  ps = ps * z - 1.0 / 6.0;              // 1/3!
   const double sin_r = r + r * (z * ps);
-  double pc = 1.0 / 20922789888000.0;                     // 1/16!
-  pc = pc * z - 1.0 / 87178291200.0;                      // 1/14!
-  pc = pc * z + 1.0 / 479001600.0;                        // 1/12!
-  pc = pc * z - 1.0 / 3628800.0;                          // 1/10!
-  pc = pc * z + 1.0 / 40320.0;                            // 1/8!
-  pc = pc * z - 1.0 / 720.0;                              // 1/6!
-  pc = pc * z + 1.0 / 24.0;                               // 1/4!
+  double pc = 1.0 / 20922789888000.0;  // 1/16!
+  pc = pc * z - 1.0 / 87178291200.0;   // 1/14!
+  pc = pc * z + 1.0 / 479001600.0;     // 1/12!
+  pc = pc * z - 1.0 / 3628800.0;       // 1/10!
+  pc = pc * z + 1.0 / 40320.0;         // 1/8!
+  pc = pc * z - 1.0 / 720.0;           // 1/6!
+  pc = pc * z + 1.0 / 24.0;            // 1/4!
   const double half_z = 0.5 * z, near_one = 1.0 - half_z;
-  const double cos_r = near_one + (((1.0 - near_one) - half_z) + z * z * pc);   // 1 - z/2 with its rounding error
+  const double cos_r = near_one + (((1.0 - near_one) - half_z) + z * z * pc);  // 1 - z/2 with its rounding error
   switch (k & 3) {
-    case 0: s = sin_r; c = cos_r; break;
-    case 1: s = cos_r; c = -sin_r; break;
-    case 2: s = -sin_r; c = -cos_r; break;
-    default: s = -cos_r; c = sin_r; break;
+    case 0:
+      s = sin_r;
+      c = cos_r;
+      break;
+    case 1:
+      s = cos_r;
+      c = -sin_r;
+      break;
+    case 2:
+      s = -sin_r;
+      c = -cos_r;
+      break;
+    default:
+      s = -cos_r;
+      c = sin_r;
+      break;
   }
-}
-
-inline double tan_f64(double a) {
-  double s, c;
-  sin_cos_f64(a, s, c);
-  return s / c;
 }
 
 // Natural logarithm of a normal x > 0, error <= 2 ulp. x = 2^e m, m in [sqrt 1/2, sqrt 2), and with s = (m-1)/(m+1):
@@ -258,7 +261,7 @@ inline double wrap_angle(double a) {
   if (a > -kPi && a <= kPi) return a;
   if (!(std::fabs(a) <= 1e15)) return std::numeric_limits<double>::quiet_NaN();
   double r;
-  if (std::fabs(a) <= 3.0 * kPi) {                        // the common case; -pi becomes pi
+  if (std::fabs(a) <= 3.0 * kPi) {  // the common case; -pi becomes pi
     r = a > 0.0 ? a - kTwoPi : a + kTwoPi;
   } else {
     const double turns = a * 0.15915494309189535;

@@ -19,11 +19,11 @@
 
 namespace overtake {
 
-inline constexpr int32_t kRowAlign = 16;      // 4-byte elements: one cache line, one AVX-512 register
-inline constexpr int32_t kRowPad = 16;        // columns of padding on either side of a row
+inline constexpr int32_t kRowAlign = 16;  // 4-byte elements: one cache line, one AVX-512 register
+inline constexpr int32_t kRowPad = 16;    // columns of padding on either side of a row
 inline constexpr std::size_t kCacheLine = 64;
-inline constexpr float kNoReturn = 0.0f;      // range of a pixel whose beam never came back
-inline constexpr int32_t kNoPoint = -1;       // pixel_point of a pixel without a point of its own
+inline constexpr float kNoReturn = 0.0f;  // range of a pixel whose beam never came back
+inline constexpr int32_t kNoPoint = -1;   // pixel_point of a pixel without a point of its own
 
 OVT_INLINE constexpr int32_t round_up(int32_t n, int32_t multiple) { return (n + multiple - 1) / multiple * multiple; }
 

@@ -6,26 +6,16 @@ namespace overtake {
 
 const char* reason_name(Reason reason) noexcept {
   switch (reason) {  // no default: the compiler points out a reason without a name
-    case Reason::kLabelled:
-      return "labelled";
-    case Reason::kNotFinite:
-      return "not_finite";
-    case Reason::kZeroRange:
-      return "zero_range";
-    case Reason::kRangeLimit:
-      return "range_limit";
-    case Reason::kBadLayer:
-      return "bad_layer";
-    case Reason::kOutsideAzimuth:
-      return "outside_azimuth";
-    case Reason::kLayerDropped:
-      return "layer_dropped";
-    case Reason::kDust:
-      return "dust";
-    case Reason::kSecondReturn:
-      return "second_return";
-    case Reason::kCount:
-      break;
+    case Reason::kLabelled: return "labelled";
+    case Reason::kNotFinite: return "not_finite";
+    case Reason::kZeroRange: return "zero_range";
+    case Reason::kRangeLimit: return "range_limit";
+    case Reason::kBadLayer: return "bad_layer";
+    case Reason::kOutsideAzimuth: return "outside_azimuth";
+    case Reason::kLayerDropped: return "layer_dropped";
+    case Reason::kDust: return "dust";
+    case Reason::kSecondReturn: return "second_return";
+    case Reason::kCount: break;
   }
   return "unknown";
 }

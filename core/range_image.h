@@ -13,8 +13,8 @@
 namespace overtake {
 
 // Angles are 0 (level) to pi/2 (upright); these mark pairs without one.
-inline constexpr float kAngleUndefined = -1.0f;   // a pixel of the pair is missing: not "ground"
-inline constexpr float kAngleSkipped = -2.0f;     // the two layers almost touch
+inline constexpr float kAngleUndefined = -1.0f;  // a pixel of the pair is missing: not "ground"
+inline constexpr float kAngleSkipped = -2.0f;    // the two layers almost touch
 
 struct RangeImages {
   Plane<float> range_m, elevation_rad;                    // winners; kNoReturn where no point fell (paper: R, E)
@@ -24,8 +24,8 @@ struct RangeImages {
   BitPlane nonground;                                     // before repair
   Plane<float> range_repaired_m, elevation_repaired_rad;  // repaired non-ground image: 0 where not in it
   BitPlane nonground_repaired;
-  BitPlane link_right, link_down;                         // pixel joins its right / lower neighbour (eq. 2)
-  Plane<int32_t> labels;                                  // kLabelNone, kLabelGround, clusters 1, 2, ... (L)
+  BitPlane link_right, link_down;  // pixel joins its right / lower neighbour (eq. 2)
+  Plane<int32_t> labels;           // kLabelNone, kLabelGround, clusters 1, 2, ... (L)
 };
 
 inline void carve_range_images(Carver& carver, RangeImages& m, int32_t rows, int32_t cols) {

@@ -21,15 +21,15 @@ Transform make_transform(double x_m, double y_m, double z_m, double roll_rad, do
 
 struct SensorModel {
   int32_t rows = 32, cols = 857;
-  float azimuth_left_rad = 0;        // left edge of column 0, counter-clockwise from the sensor's x axis
-  float pitch_rad = 0;               // width of a column
-  float inverse_pitch = 0;           // columns a radian
+  float azimuth_left_rad = 0;  // left edge of column 0, counter-clockwise from the sensor's x axis
+  float pitch_rad = 0;         // width of a column
+  float inverse_pitch = 0;     // columns a radian
   float sin_pitch = 0, cos_pitch = 1;
-  bool wraps = false;                // the columns cover a full turn: column 0 is the right neighbour of the last
+  bool wraps = false;  // the columns cover a full turn: column 0 is the right neighbour of the last
   float range_min_m = 0, range_max_m = 0;
   int32_t layer_first = 0, layer_last = 65535;
   Transform T_vehicle_sensor;
-  float mounting_yaw_rad = 0;        // azimuth of the sensor's x axis in the vehicle frame, in (-pi, pi]
+  float mounting_yaw_rad = 0;  // azimuth of the sensor's x axis in the vehicle frame, in (-pi, pi]
 };
 
 // azimuth_right < azimuth_left; for a sensor that wraps the right edge is left - 2 pi.

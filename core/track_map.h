@@ -14,15 +14,15 @@
 
 namespace overtake {
 
-struct MapPose {                     // a place on the centre line
+struct MapPose {  // a place on the centre line
   double x_m, y_m, heading_rad, curvature_per_m, width_left_m, width_right_m, banking_rad;
 };
 
 struct MapProjection {
-  double s_m, d_m;                   // d > 0 left of the centre line
+  double s_m, d_m;  // d > 0 left of the centre line
   double heading_rad, curvature_per_m, width_left_m, width_right_m;
-  bool inside;                       // -width_right <= d <= width_left, and not beyond the ends of an open line
-  int32_t segment;                   // hint for the next projection nearby
+  bool inside;      // -width_right <= d <= width_left, and not beyond the ends of an open line
+  int32_t segment;  // hint for the next projection nearby
 };
 
 // Map points farther than this from the origin are nowhere: refused by build, never inside for project.
@@ -71,7 +71,7 @@ class TrackMap {
   // Heading and curvature are interpolated along s. Without a nearest place (an empty map, a point that is not finite
   // or beyond kMaxMapCoordinate): not inside, segment -1, d infinite, the rest 0.
   MapProjection project(double x_m, double y_m, int32_t hint = -1) const noexcept;
-  MapPose at(double s_m) const noexcept;     // wrapped on a closed line, clamped on an open one; NaN counts as 0
+  MapPose at(double s_m) const noexcept;  // wrapped on a closed line, clamped on an open one; NaN counts as 0
 
  private:
   struct Box {

@@ -24,11 +24,11 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
                        int32_t label_count, ClusterTable& clusters, ClusterPointTable& cluster_points,
                        int32_t* row_of_label, int32_t* cursor, int32_t* order) noexcept;
 
-// The step of it that sorts. point_count and nearest_bits [label_count + 1] hold how many points a label has and the bits
-// of its smallest range, which need not be known when all labels with points fit. Writes the labels that get a row, in
-// label order, into order; returns how many carry points at all.
+// The step of it that sorts. point_count and nearest_bits [label_count + 1] hold how many points a label has and the
+// bits of its smallest range, which need not be known when all labels with points fit. Writes the labels that get a
+// row, in label order, into order; returns how many carry points at all.
 int32_t choose_labels(int32_t label_count, int32_t capacity, const int32_t* point_count, const int32_t* nearest_bits,
                       int32_t* order) noexcept;
-}
+}  // namespace ref
 
 }  // namespace overtake

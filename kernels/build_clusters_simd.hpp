@@ -1,10 +1,10 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Labels to clusters. Ground is most of a scan and is left behind first, by packing; what remains is handled by groups of
-// equal labels within a vector, because a counter per point waits for the point before. Then all points are taken to the
-// vehicle frame in one sweep, cluster borders or not, and each cluster is summed up: the many of a few points (two in
-// three have one) as scalars, the others in vectors, both in the shape of core/reduce.h.
+// Labels to clusters. Ground is most of a scan and is left behind first, by packing; what remains is handled by groups
+// of equal labels within a vector, because a counter per point waits for the point before. Then all points are taken to
+// the vehicle frame in one sweep, cluster borders or not, and each cluster is summed up: the many of a few points (two
+// in three have one) as scalars, the others in vectors, both in the shape of core/reduce.h.
 #pragma once
 
 #include <limits>
@@ -62,16 +62,15 @@ struct FewValues {
   OVT_INLINE FewValues(const float* values, int32_t count, float rest) {
     for (int32_t k = 0; k < 4; ++k) v[k] = k < count ? values[k < count ? k : 0] : rest;
   }
-  OVT_INLINE float sum() const {
-    return ((0.0f + v[0]) + (0.0f + v[2])) + ((0.0f + v[1]) + (0.0f + v[3]));
-  }
+  OVT_INLINE float sum() const { return ((0.0f + v[0]) + (0.0f + v[2])) + ((0.0f + v[1]) + (0.0f + v[3])); }
   OVT_INLINE float low() const { return min_of(min_of(v[0], v[2]), min_of(v[1], v[3])); }
   OVT_INLINE float high() const { return max_of(max_of(v[0], v[2]), max_of(v[1], v[3])); }
 };
 
 // The same of many values, of which `room` may be read.
 template <class A>
-OVT_INLINE void reduce_values(const float* v, int32_t count, int32_t room, float& low_out, float& high_out, float& sum_out) {
+OVT_INLINE void reduce_values(const float* v, int32_t count, int32_t room, float& low_out, float& high_out,
+                              float& sum_out) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   constexpr int32_t kGroups = kLanes / kSize<A>;
   Float<A> low[kGroups], high[kGroups], sum[kGroups];
@@ -86,7 +85,7 @@ OVT_INLINE void reduce_values(const float* v, int32_t count, int32_t room, float
     }
     if (k >= count) continue;
     Float<A> value;
-    if (k + kSize<A> <= room) {                            // points of the next cluster
+    if (k + kSize<A> <= room) {  // points of the next cluster
       value = Float<A>::load(v + k);
     } else {
       float tail[kSize<A>] = {};
@@ -171,20 +170,20 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
   int32_t* packed_index = reinterpret_cast<int32_t*>(cluster_points.x_m);
   int32_t* packed_label = reinterpret_cast<int32_t*>(cluster_points.y_m);
   const int32_t held = pack_points<A>(points.label, scan.count, packed_index, packed_label);
-  for_each_packed<A>(held, [&](int32_t first, int32_t n) __attribute__((always_inline)) {
+  for_each_packed<A>(held, [&](int32_t first, int32_t n) OVT_INLINED {
     const int32_t* label = packed_label + first;
     if constexpr (kSize<A> == 4) {
       for (int32_t k = 0; k < n; ++k) ++cursor[label[k]];
     } else {
-      for_each_label<A>(label, n, [&](int32_t own, uint32_t same) __attribute__((always_inline)) { cursor[own] += count_bits(same); });
+      for_each_label<A>(label, n, [&](int32_t own, uint32_t same) OVT_INLINED { cursor[own] += count_bits(same); });
     }
   });
   int32_t found = 0;
   for (int32_t label = 1; label <= label_count; ++label) found += cursor[label] > 0;
   const bool all_fit = found <= clusters.capacity;
-  if (!all_fit) {                                          // the nearest stay; until the rows are known, row_of_label holds
-    for (int32_t label = 0; label <= label_count; ++label) // the ranges' bits, which order as the ranges do
-      row_of_label[label] = std::numeric_limits<int32_t>::max();
+  if (!all_fit) {
+    // The nearest stay; until the rows are known, row_of_label holds the ranges' bits, which order as the ranges do.
+    for (int32_t label = 0; label <= label_count; ++label) row_of_label[label] = std::numeric_limits<int32_t>::max();
     for (int32_t k = 0; k < held; ++k) {
       int32_t bits;
       __builtin_memcpy(&bits, points.range_m + packed_index[k], sizeof bits);
@@ -211,14 +210,14 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
   OVT_CHECK(begin <= cluster_points.capacity);
 
   int32_t* point_out = cluster_points.point;
-  for_each_packed<A>(held, [&](int32_t first, int32_t n) __attribute__((always_inline)) {
+  for_each_packed<A>(held, [&](int32_t first, int32_t n) OVT_INLINED {
     const int32_t *index = packed_index + first, *label = packed_label + first;
     if constexpr (kSize<A> == 4) {
       for (int32_t k = 0; k < n; ++k)
         if (all_fit || row_of_label[label[k]] >= 0) point_out[cursor[label[k]]++] = index[k];
     } else {
       const Int<A> all = Int<A>::load(index);
-      for_each_label<A>(label, n, [&](int32_t own, uint32_t same) __attribute__((always_inline)) {
+      for_each_label<A>(label, n, [&](int32_t own, uint32_t same) OVT_INLINED {
         if (!all_fit && row_of_label[own] < 0) return;
         int32_t packed[kSize<A>];
         store_packed(Mask<A>::from_bits(same), all, packed);
@@ -229,7 +228,7 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
     }
   });
 
-  const Transform T = T_vehicle_sensor;                    // no store can change it, nor the columns
+  const Transform T = T_vehicle_sensor;  // no store can change it, nor the columns
   const float *x_m = scan.x_m, *y_m = scan.y_m, *z_m = scan.z_m;
   float *x_out = cluster_points.x_m, *y_out = cluster_points.y_m, *z_out = cluster_points.z_m;
   for (int32_t k = 0; k < begin; k += kSize<A>) {

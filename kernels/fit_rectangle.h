@@ -10,17 +10,17 @@ namespace overtake {
 
 struct FitRectangleParams {
   float length_m = 4.921f, width_m = 1.886f;
-  float margin_m = 0.10f;                       // a point this far outside the rectangle still counts
-  int32_t min_var_points = 5;                   // fewer: psi_VAR = psi_REF
+  float margin_m = 0.10f;      // a point this far outside the rectangle still counts
+  int32_t min_var_points = 5;  // fewer: psi_VAR = psi_REF
 };
 
 struct RectangleFit {
-  float heading_ref_rad, heading_var_rad;       // directed, in (-pi, pi]
-  int32_t inliers_ref, inliers_var;             // |P_REF|, |P_VAR|
-  bool from_var;                                // eq. 5 chose psi_VAR
-  float heading_rad, center_x_m, center_y_m;    // of the chosen one
-  float ref_x_m, ref_y_m, var_x_m, var_y_m;     // centres of both imposed rectangles
-  float extent_length_m, extent_width_m;        // of the points, along and across heading_rad
+  float heading_ref_rad, heading_var_rad;     // directed, in (-pi, pi]
+  int32_t inliers_ref, inliers_var;           // |P_REF|, |P_VAR|
+  bool from_var;                              // eq. 5 chose psi_VAR
+  float heading_rad, center_x_m, center_y_m;  // of the chosen one
+  float ref_x_m, ref_y_m, var_x_m, var_y_m;   // centres of both imposed rectangles
+  float extent_length_m, extent_width_m;      // of the points, along and across heading_rad
 };
 
 // Points x, y [count >= 1] of one cluster; the sensor that saw most of them at (sensor_x, sensor_y); same frame all.

@@ -44,8 +44,8 @@ struct EdgeSums {
   float count_1, sum_1, square_1, sum_2, square_2;
 };
 
-// Mean of the squares minus square of the mean; an empty set has none. Sound here, because the values are distances to an
-// edge that the points of the set lie along: they are small where it matters, near the minimum.
+// Mean of the squares minus square of the mean; an empty set has none. Sound here, because the values are distances to
+// an edge that the points of the set lie along: they are small where it matters, near the minimum.
 template <class V>
 OVT_INLINE V variance_of(V count, V sum, V square_sum) {
   const V zero(0.0f);

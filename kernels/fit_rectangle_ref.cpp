@@ -17,9 +17,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // behind must not change its corner by rounding noise.
 constexpr float kMiddle_m = 1.0e-3f;
 
-float offset(float v, float origin) {
-  return max_of(min_of(v - origin, kFitOffsetLimit_m), 0.0f - kFitOffsetLimit_m);
-}
+float offset(float v, float origin) { return max_of(min_of(v - origin, kFitOffsetLimit_m), 0.0f - kFitOffsetLimit_m); }
 
 // ---- the loops over the points --------------------------------------------------------------------------------------
 
@@ -211,8 +209,8 @@ RectangleFit fit_rectangle_by(const RectangleMeasures& measures, const FitRectan
 RectangleFit ref::fit_rectangle(const FitRectangleParams& params, const float* x_m, const float* y_m, int32_t count,
                                 float heading_ref_rad, float sensor_x_m, float sensor_y_m) noexcept {
   const Points points{x_m, y_m, count};
-  return fit_rectangle_by({&points, &cost_degrees, &bound, &sum_edges, &count_inside}, params, x_m, y_m, count, heading_ref_rad,
-                          sensor_x_m, sensor_y_m);
+  return fit_rectangle_by({&points, &cost_degrees, &bound, &sum_edges, &count_inside}, params, x_m, y_m, count,
+                          heading_ref_rad, sensor_x_m, sensor_y_m);
 }
 
 }  // namespace overtake

@@ -23,10 +23,10 @@ inline constexpr int32_t kMostFitPoints = 4096;
 template <class A>
 struct FitPoints {
   static constexpr int32_t kGroups = kLanes / kSize<A>;
-  int32_t count, padded;                                   // padded: whole blocks of kLanes, filled up with the first point
+  int32_t count, padded;  // padded: whole blocks of kLanes, filled up with the first point
   alignas(64) float x_m[kMostFitPoints];
   alignas(64) float y_m[kMostFitPoints];
-  alignas(64) float first_m[kMostFitPoints];               // on the axes of the heading at hand
+  alignas(64) float first_m[kMostFitPoints];  // on the axes of the heading at hand
   alignas(64) float second_m[kMostFitPoints];
 
   OVT_INLINE void read(const float* x, const float* y, int32_t n) {
@@ -102,7 +102,7 @@ struct EdgeLanes {
   OVT_INLINE void add(Mask<A> in, Float<A> d1, Float<A> d2) {
     const Mask<A> closer_2 = d2 < d1;
     const Mask<A> in_1 = in & ~closer_2, in_2 = in & closer_2;
-    const Float<A> d = min_of(d2, d1), square = d * d;      // the closer one
+    const Float<A> d = min_of(d2, d1), square = d * d;  // the closer one
     count_1 += count_bits(in_1.bits());
     sum_1 = add_where(in_1, sum_1, d);
     square_1 = add_where(in_1, square_1, square);
@@ -121,7 +121,7 @@ OVT_INLINE float sum_edges_to(FitPoints<A>& points, HeadingAxes axes, float* sum
   int32_t count_1 = 0;
   for (int32_t g = 0; g < kGroups; ++g) {
     EdgeLanes<A> lanes;
-    const auto add = [&](int32_t k, Mask<A> in) __attribute__((always_inline)) {
+    const auto add = [&](int32_t k, Mask<A> in) OVT_INLINED {
       const Float<A> c1 = Float<A>::load(points.first_m + k), c2 = Float<A>::load(points.second_m + k);
       lanes.add(in, min_of(c1 - low_1, high_1 - c1), min_of(c2 - low_2, high_2 - c2));
     };
@@ -145,8 +145,8 @@ EdgeSums sum_edges(const void* context, HeadingAxes axes) noexcept {
   return {count_1, sums[0], sums[1], sums[2], sums[3]};
 }
 
-// The cost of all whole degrees. Few points leave most lanes of the loops above empty, so they are turned round: a lane is
-// a heading, and the twin's 16 lanes are 16 registers' worth of memory. A cluster of ten points costs a tenth.
+// The cost of all whole degrees. Few points leave most lanes of the loops above empty, so they are turned round: a lane
+// is a heading, and the twin's 16 lanes are 16 registers' worth of memory. A cluster of ten points costs a tenth.
 inline constexpr int32_t kFewPoints = 48;
 
 template <class A>
@@ -165,7 +165,7 @@ OVT_INLINE void cost_of_few(const FitPoints<A>& points, const float* degree_cos,
   struct {
     Float<A> count_1, sum_1, square_1, sum_2, square_2;
   } lane[kLanes];
-  const int32_t lanes = points.count < kLanes ? points.count : kLanes;   // the others would stay +0
+  const int32_t lanes = points.count < kLanes ? points.count : kLanes;  // the others would stay +0
   for (int32_t k = 0; k < points.count; ++k) {
     const Float<A> d1 = min_of(first[k] - low_1, high_1 - first[k]), d2 = min_of(second[k] - low_2, high_2 - second[k]);
     const Mask<A> closer_2 = d2 < d1;
@@ -181,15 +181,16 @@ OVT_INLINE void cost_of_few(const FitPoints<A>& points, const float* degree_cos,
   for (int32_t apart = kLanes / 2; apart > 0; apart /= 2)
     for (int32_t i = 0; i < apart && i + apart < lanes; ++i) {
       auto &l = lane[i], &m = lane[i + apart];
-      l = {l.count_1 + m.count_1, l.sum_1 + m.sum_1, l.square_1 + m.square_1, l.sum_2 + m.sum_2, l.square_2 + m.square_2};
+      l = {l.count_1 + m.count_1, l.sum_1 + m.sum_1, l.square_1 + m.square_1, l.sum_2 + m.sum_2,
+           l.square_2 + m.square_2};
     }
   const auto& e = lane[0];
   const Float<A> in_2 = Float<A>(float(points.count)) - e.count_1;
   (variance_of(e.count_1, e.sum_1, e.square_1) + variance_of(in_2, e.sum_2, e.square_2)).store(cost);
 }
 
-// All whole degrees where one register holds the fixed shape's lanes: while the edges of one heading are summed, the points
-// are turned to the next. The two keep different units of the processor busy.
+// All whole degrees where one register holds the fixed shape's lanes: while the edges of one heading are summed, the
+// points are turned to the next. The two keep different units of the processor busy.
 template <class A>
 OVT_INLINE void cost_by_turns(FitPoints<A>& points, float* cost) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -197,11 +198,12 @@ OVT_INLINE void cost_by_turns(FitPoints<A>& points, float* cost) {
   const int32_t whole = points.count / kSize<A> * kSize<A>;
   float counts[kDegreesPadded], sums[4][kDegreesPadded];
   for (int32_t d = 0; d < kDegreeCount; ++d) {
-    const HeadingAxes next = {kHeadingGrid.degree_cos[d + 1], kHeadingGrid.degree_sin[d + 1]};   // the last one is not used
+    const HeadingAxes next = {kHeadingGrid.degree_cos[d + 1],
+                              kHeadingGrid.degree_sin[d + 1]};  // the last one is not used
     const Float<A> low_1(b.low_1), high_1(b.high_1), low_2(b.low_2), high_2(b.high_2), c(next.c), s(next.s);
     Float<A> next_low_1(kInfinity), next_high_1(-kInfinity), next_low_2(kInfinity), next_high_2(-kInfinity);
     EdgeLanes<A> lanes;
-    const auto step = [&](int32_t k, Mask<A> in) __attribute__((always_inline)) {
+    const auto step = [&](int32_t k, Mask<A> in) OVT_INLINED {
       const Float<A> c1 = Float<A>::load(points.first_m + k), c2 = Float<A>::load(points.second_m + k);
       lanes.add(in, min_of(c1 - low_1, high_1 - c1), min_of(c2 - low_2, high_2 - c2));
       const Float<A> x = Float<A>::load(points.x_m + k), y = Float<A>::load(points.y_m + k);
@@ -221,11 +223,13 @@ OVT_INLINE void cost_by_turns(FitPoints<A>& points, float* cost) {
     for (int32_t k = 0; k < 4; ++k) sums[k][d] = own[k];
     b = {any_lane_min(next_low_1), any_lane_max(next_high_1), any_lane_min(next_low_2), any_lane_max(next_high_2)};
   }
-  for (int32_t d = kDegreeCount; d < kDegreesPadded; ++d) counts[d] = sums[0][d] = sums[1][d] = sums[2][d] = sums[3][d] = 0.0f;
+  for (int32_t d = kDegreeCount; d < kDegreesPadded; ++d)
+    counts[d] = sums[0][d] = sums[1][d] = sums[2][d] = sums[3][d] = 0.0f;
   for (int32_t d = 0; d < kDegreeCount; d += kSize<A>) {
     const Float<A> in_1 = Float<A>::load(counts + d), in_2 = Float<A>(float(points.count)) - in_1;
     (variance_of(in_1, Float<A>::load(sums[0] + d), Float<A>::load(sums[1] + d)) +
-     variance_of(in_2, Float<A>::load(sums[2] + d), Float<A>::load(sums[3] + d))).store(cost + d);
+     variance_of(in_2, Float<A>::load(sums[2] + d), Float<A>::load(sums[3] + d)))
+        .store(cost + d);
   }
 }
 
@@ -240,8 +244,8 @@ void cost_degrees(const void* context, float* cost) noexcept {
   if constexpr (kSize<A> == kLanes) return cost_by_turns(const_cast<FitPoints<A>&>(points), cost);
   for (int32_t d = 0; d < kDegreeCount; ++d) {
     const EdgeSums e = sum_edges<A>(context, {kHeadingGrid.degree_cos[d], kHeadingGrid.degree_sin[d]});
-    cost[d] = variance_of(e.count_1, e.sum_1, e.square_1) +
-              variance_of(float(points.count) - e.count_1, e.sum_2, e.square_2);
+    cost[d] =
+        variance_of(e.count_1, e.sum_1, e.square_1) + variance_of(float(points.count) - e.count_1, e.sum_2, e.square_2);
   }
 }
 
@@ -266,8 +270,8 @@ RectangleFit fit_rectangle(const FitRectangleParams& params, const float* x_m, c
     return ref::fit_rectangle(params, x_m, y_m, count, heading_ref_rad, sensor_x_m, sensor_y_m);
   FitPoints<A> points;
   points.read(x_m, y_m, count);
-  return fit_rectangle_by({&points, &cost_degrees<A>, &bound_points<A>, &sum_edges<A>, &count_inside<A>}, params, x_m, y_m, count,
-                          heading_ref_rad, sensor_x_m, sensor_y_m);
+  return fit_rectangle_by({&points, &cost_degrees<A>, &bound_points<A>, &sum_edges<A>, &count_inside<A>}, params, x_m,
+                          y_m, count, heading_ref_rad, sensor_x_m, sensor_y_m);
 }
 
 }  // namespace overtake::simd

@@ -8,8 +8,8 @@
 
 namespace overtake::simd {
 
-// Two values abreast: a function of core/math.h on a Pair is two chains of dependent operations in lockstep, which keeps
-// the arithmetic units busy where one chain would wait for its own results.
+// Two values abreast: a function of core/math.h on a Pair is two chains of dependent operations in lockstep, which
+// keeps the arithmetic units busy where one chain would wait for its own results.
 template <class V, class M>
 struct Pair {
   V a, b;
@@ -36,11 +36,14 @@ struct Pair {
   OVT_INLINE friend Pair operator/(Pair v, Pair w) { return {v.a / w.a, v.b / w.b}; }
   OVT_INLINE friend Masks operator<(Pair v, Pair w) { return {v.a < w.a, v.b < w.b}; }
   OVT_INLINE friend Masks operator>(Pair v, Pair w) { return {v.a > w.a, v.b > w.b}; }
-  OVT_INLINE friend Pair select(Masks m, Pair yes, Pair no) { return {select(m.a, yes.a, no.a), select(m.b, yes.b, no.b)}; }
+  OVT_INLINE friend Pair select(Masks m, Pair yes, Pair no) {
+    return {select(m.a, yes.a, no.a), select(m.b, yes.b, no.b)};
+  }
   OVT_INLINE friend Pair abs_of(Pair v) { return {abs_of(v.a), abs_of(v.b)}; }
   OVT_INLINE friend Pair min_of(Pair v, Pair w) { return {min_of(v.a, w.a), min_of(v.b, w.b)}; }
   OVT_INLINE friend Pair max_of(Pair v, Pair w) { return {max_of(v.a, w.a), max_of(v.b, w.b)}; }
 };
-template <class A> using FloatPair = Pair<Float<A>, Mask<A>>;
+template <class A>
+using FloatPair = Pair<Float<A>, Mask<A>>;
 
 }  // namespace overtake::simd

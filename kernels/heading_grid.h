@@ -13,13 +13,13 @@ namespace overtake {
 
 inline constexpr int32_t kHeadingsPerDegree = 16;
 inline constexpr int32_t kDegreeCount = 90;
-inline constexpr int32_t kDegreesPadded = 96;                // whole vectors
+inline constexpr int32_t kDegreesPadded = 96;  // whole vectors
 inline constexpr int32_t kHeadingCount = kDegreeCount * kHeadingsPerDegree;
 
 // Filled when the program or the shared library is loaded; read-only after that.
 struct HeadingGrid {
   float cos[kHeadingCount], sin[kHeadingCount];
-  alignas(64) float degree_cos[kDegreesPadded], degree_sin[kDegreesPadded];   // of the whole degrees; then zeros
+  alignas(64) float degree_cos[kDegreesPadded], degree_sin[kDegreesPadded];  // of the whole degrees; then zeros
   HeadingGrid() noexcept;
 };
 extern const HeadingGrid kHeadingGrid;

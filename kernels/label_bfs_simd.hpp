@@ -8,7 +8,7 @@
 //   run          0 0 1 . 2 2      run a pixel is in, is how many begin up to it: a count of bits.
 //
 // The root of a set is its lowest run, which holds the cluster's first pixel: numbering the roots in order numbers the
-// clusters as the search of the twin does. A parent is never higher than its run, so one pass turns parents into labels.
+// clusters as the search of the twin does. A parent is never higher than its run, so one pass makes labels of them.
 #pragma once
 
 #include "core/point_table.h"
@@ -20,8 +20,8 @@ namespace overtake::simd {
 // One row of the image as bits, read word by word from the left.
 struct RunRow {
   const uint64_t *nonground, *right;
-  int32_t runs = 0;              // that began before the current word
-  uint64_t carry = 0;            // bit 0: the last pixel of the word before has a link to its right
+  int32_t runs = 0;    // that began before the current word
+  uint64_t carry = 0;  // bit 0: the last pixel of the word before has a link to its right
   uint64_t bits = 0, links = 0, starts = 0;
 
   OVT_INLINE RunRow(ConstBitPlane nonground_bits, ConstBitPlane link_right, int32_t r, int32_t first_run)

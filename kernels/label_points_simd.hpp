@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// End of stage 7: every input point gets its pixel's label. Most points are ground and hold their pixel, so first all are
-// taken for that, but those that lost theirs (a few in a hundred), which ask for themselves; the points that hold a
+// End of stage 7: every input point gets its pixel's label. Most points are ground and hold their pixel, so first all
+// are taken for that, but those that lost theirs (a few in a hundred), which ask for themselves; the points that hold a
 // cluster's pixel are told by a pass over the pixels.
 #pragma once
 
@@ -24,7 +24,7 @@ void label_points(const LabelPointsParams& params, const RangeImages& images, Po
   const int32_t *pixels = points.pixel, count = points.count;
   const float *range_m = points.range_m, *image_range = images.range_m.data;
   int32_t* labels = points.label;
-  uint8_t *reasons = points.reason;
+  uint8_t* reasons = points.reason;
   const uint8_t* lost = points.lost;
   const Int<A> ground(kLabelGround), none(kLabelNone);
   for (int32_t i = 0; i < count; i += kSize<A>) {
@@ -43,7 +43,7 @@ void label_points(const LabelPointsParams& params, const RangeImages& images, Po
   constexpr int32_t kRoom = 1024;
   int32_t point[kRoom + kSize<A>], label[kRoom + kSize<A>];
   const Float<A> own_limit(params.own_limit_m);
-  const auto tell = [&](int32_t held) __attribute__((always_inline)) {
+  const auto tell = [&](int32_t held) OVT_INLINED {
     for (int32_t k = 0; k < held; ++k) labels[point[k]] = label[k];
   };
   for (int32_t r = 0; r < images.labels.rows; ++r) {

@@ -22,7 +22,7 @@ struct PointField {
 
 struct PointFields {
   PointField x, y, z, intensity, layer, time;
-  double time_unit_ns = 1.0;           // value of `time` times this is the offset after the scan's stamp
+  double time_unit_ns = 1.0;  // value of `time` times this is the offset after the scan's stamp
 };
 
 // Copies `count` points into columns, converting types.

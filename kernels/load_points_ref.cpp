@@ -50,30 +50,14 @@ void load_column(const PointField& field, int32_t count, Out* out, Out absent, C
     case FieldType::kNone:
       for (int32_t i = 0; i < count; ++i) out[i] = absent;
       break;
-    case FieldType::kFloat32:
-      walk(float());
-      break;
-    case FieldType::kFloat64:
-      walk(double());
-      break;
-    case FieldType::kInt8:
-      walk(int8_t());
-      break;
-    case FieldType::kUint8:
-      walk(uint8_t());
-      break;
-    case FieldType::kInt16:
-      walk(int16_t());
-      break;
-    case FieldType::kUint16:
-      walk(uint16_t());
-      break;
-    case FieldType::kInt32:
-      walk(int32_t());
-      break;
-    case FieldType::kUint32:
-      walk(uint32_t());
-      break;
+    case FieldType::kFloat32: walk(float()); break;
+    case FieldType::kFloat64: walk(double()); break;
+    case FieldType::kInt8: walk(int8_t()); break;
+    case FieldType::kUint8: walk(uint8_t()); break;
+    case FieldType::kInt16: walk(int16_t()); break;
+    case FieldType::kUint16: walk(uint16_t()); break;
+    case FieldType::kInt32: walk(int32_t()); break;
+    case FieldType::kUint32: walk(uint32_t()); break;
   }
 }
 

@@ -21,23 +21,32 @@ namespace overtake::simd {
 
 // What a field's bits become on the way.
 enum class FieldKind : int32_t {
-  kAbsentFloat, kAbsentInt, kCoordinate, kIntensityFloat, kIntensityInteger, kLayerFloat, kLayerInteger, kLayerNarrow,
-  kTimeFloat, kTimeInt32, kTimeUint32
+  kAbsentFloat,
+  kAbsentInt,
+  kCoordinate,
+  kIntensityFloat,
+  kIntensityInteger,
+  kLayerFloat,
+  kLayerInteger,
+  kLayerNarrow,
+  kTimeFloat,
+  kTimeInt32,
+  kTimeUint32
 };
 enum class FieldUse : int32_t { kCoordinate, kIntensity, kLayer, kTime };
 
 struct FieldPlan {
   const char* data = nullptr;
   std::ptrdiff_t stride = 0;
-  int32_t bytes = 0;                   // of a value; 0: absent
+  int32_t bytes = 0;  // of a value; 0: absent
   FieldKind kind = FieldKind::kAbsentFloat;
   float* out_float = nullptr;
   int32_t* out_int = nullptr;
-  int32_t word = -1, shift = 0;        // in a window
+  int32_t word = -1, shift = 0;  // in a window
 
   // The value's bits, zero-extended.
   OVT_INLINE int32_t bits_at(int32_t i) const {
-    if (bytes == 0) return 0;          // its data may be null
+    if (bytes == 0) return 0;  // its data may be null
     const char* at = data + std::ptrdiff_t(i) * stride;
     uint32_t value = 0;
     if (bytes == 4) {
@@ -60,8 +69,7 @@ OVT_INLINE bool plan_field(const PointField& field, FieldUse use, double unit_ns
   plan.out_int = out_int;
   plan.kind = out_float ? FieldKind::kAbsentFloat : FieldKind::kAbsentInt;
   switch (field.type) {
-    case FieldType::kNone:
-      return true;
+    case FieldType::kNone: return true;
     case FieldType::kFloat32:
       plan.bytes = 4;
       plan.kind = use == FieldUse::kCoordinate  ? FieldKind::kCoordinate
@@ -77,12 +85,11 @@ OVT_INLINE bool plan_field(const PointField& field, FieldUse use, double unit_ns
     case FieldType::kInt32:
     case FieldType::kUint32:
       plan.bytes = 4;
-      plan.kind = use == FieldUse::kLayer                ? FieldKind::kLayerInteger
+      plan.kind = use == FieldUse::kLayer           ? FieldKind::kLayerInteger
                   : field.type == FieldType::kInt32 ? FieldKind::kTimeInt32
-                                                         : FieldKind::kTimeUint32;
+                                                    : FieldKind::kTimeUint32;
       return use == FieldUse::kLayer || (use == FieldUse::kTime && unit_ns == 1.0);
-    default:
-      return false;
+    default: return false;
   }
 }
 
@@ -114,7 +121,7 @@ OVT_INLINE void store_field(const FieldPlan& plan, Int<A> bits, double unit_ns, 
     select(bits < Int<A>(-kLimit), Int<A>(-kLimit), bits).store(plan.out_int + i);
   } else if constexpr (kKind == FieldKind::kTimeUint32) {
     select(bits < Int<A>(0), Int<A>(kLimit), bits).store(plan.out_int + i);
-  } else {                                                 // kLayerNarrow, kAbsentInt
+  } else {  // kLayerNarrow, kAbsentInt
     bits.store(plan.out_int + i);
   }
 }
@@ -122,10 +129,10 @@ OVT_INLINE void store_field(const FieldPlan& plan, Int<A> bits, double unit_ns, 
 // Rows [begin, end), whole vectors, from read(row). The kind is asked once.
 template <class A, class Read>
 OVT_INLINE void store_rows(const FieldPlan& plan, double unit_ns, int32_t begin, int32_t end, Read&& read) {
-  const FieldPlan own = plan;                              // no store can change it
+  const FieldPlan own = plan;  // no store can change it
   switch (own.kind) {
-#define OVT_STORE(name)                                                                        \
-  case FieldKind::name:                                                                        \
+#define OVT_STORE(name)                                                                                     \
+  case FieldKind::name:                                                                                     \
     for (int32_t i = begin; i < end; i += kSize<A>) store_field<FieldKind::name>(own, read(i), unit_ns, i); \
     return;
     OVT_STORE(kAbsentFloat)
@@ -146,7 +153,7 @@ OVT_INLINE void store_rows(const FieldPlan& plan, double unit_ns, int32_t begin,
 // Rows [begin, count) value by value.
 template <class A>
 OVT_INLINE void load_gathered(const FieldPlan& plan, double unit_ns, int32_t begin, int32_t count) {
-  store_rows<A>(plan, unit_ns, begin, count, [&](int32_t i) __attribute__((always_inline)) {
+  store_rows<A>(plan, unit_ns, begin, count, [&](int32_t i) OVT_INLINED {
     int32_t bits[kSize<A>] = {};
     for (int32_t l = 0; l < kSize<A> && i + l < count; ++l) bits[l] = plan.bits_at(i + l);
     return Int<A>::load(bits);
@@ -160,17 +167,14 @@ OVT_INLINE int32_t load_column(const FieldPlan& plan, double unit_ns, int32_t co
   const int32_t end = count / kSize<A> * kSize<A>;
   const char* data = plan.data;
   if (plan.bytes == 4)
-    store_rows<A>(plan, unit_ns, 0, end, [=](int32_t i) __attribute__((always_inline)) {
-      return Int<A>::load(reinterpret_cast<const int32_t*>(data) + i);
-    });
+    store_rows<A>(plan, unit_ns, 0, end,
+                  [=](int32_t i) OVT_INLINED { return Int<A>::load(reinterpret_cast<const int32_t*>(data) + i); });
   else if (plan.bytes == 2)
-    store_rows<A>(plan, unit_ns, 0, end, [=](int32_t i) __attribute__((always_inline)) {
-      return load_words<A>(reinterpret_cast<const uint16_t*>(data) + i);
-    });
+    store_rows<A>(plan, unit_ns, 0, end,
+                  [=](int32_t i) OVT_INLINED { return load_words<A>(reinterpret_cast<const uint16_t*>(data) + i); });
   else
-    store_rows<A>(plan, unit_ns, 0, end, [=](int32_t i) __attribute__((always_inline)) {
-      return load_bytes<A>(reinterpret_cast<const uint8_t*>(data) + i);
-    });
+    store_rows<A>(plan, unit_ns, 0, end,
+                  [=](int32_t i) OVT_INLINED { return load_bytes<A>(reinterpret_cast<const uint8_t*>(data) + i); });
   return end;
 }
 
@@ -195,23 +199,25 @@ OVT_INLINE int32_t find_in_window(FieldPlan* plans, const char* window, std::ptr
 OVT_INLINE bool is_xyzi(FieldPlan* const* found, int32_t found_count) {
   if (found_count != 4) return false;
   for (int32_t f = 0; f < 4; ++f)
-    if (found[f]->word != f || found[f]->kind != (f < 3 ? FieldKind::kCoordinate : FieldKind::kIntensityFloat)) return false;
+    if (found[f]->word != f || found[f]->kind != (f < 3 ? FieldKind::kCoordinate : FieldKind::kIntensityFloat))
+      return false;
   return true;
 }
 
 // One window of a record, and the fields in it.
 struct RecordWindow {
-  const char* data = nullptr;          // in record 0
+  const char* data = nullptr;  // in record 0
   FieldPlan* found[kFieldCount] = {};
   int32_t found_count = 0;
 };
 
-// Records [begin, end), whole vectors, at most kRecordBlock: straight to the columns, or else the words of the window to a
-// buffer in L1 and from there field by field.
+// Records [begin, end), whole vectors, at most kRecordBlock: straight to the columns, or else the words of the window
+// to a buffer in L1 and from there field by field.
 inline constexpr int32_t kRecordBlock = 512;
 
 template <class A>
-OVT_INLINE void load_window(const RecordWindow& window, std::ptrdiff_t stride, double unit_ns, int32_t begin, int32_t end) {
+OVT_INLINE void load_window(const RecordWindow& window, std::ptrdiff_t stride, double unit_ns, int32_t begin,
+                            int32_t end) {
   FieldPlan* const* found = window.found;
   const char* data = window.data;
   if (is_xyzi(found, window.found_count)) {
@@ -239,14 +245,13 @@ OVT_INLINE void load_window(const RecordWindow& window, std::ptrdiff_t stride, d
     const int32_t* word = words[found[f]->word];
     const int32_t shift = found[f]->shift;
     const Int<A> own(found[f]->bytes == 4 ? -1 : found[f]->bytes == 2 ? 0xffff : 0xff);
-    store_rows<A>(*found[f], unit_ns, begin, end, [=](int32_t i) __attribute__((always_inline)) {
-      return (Int<A>::load(word + (i - begin)) >> shift) & own;
-    });
+    store_rows<A>(*found[f], unit_ns, begin, end,
+                  [=](int32_t i) OVT_INLINED { return (Int<A>::load(word + (i - begin)) >> shift) & own; });
   }
 }
 
-// The fields that share x's stride as records, block by block, so that the second window finds them in L1. Reads nothing
-// before the first value and nothing after the first word of the last record's first value.
+// The fields that share x's stride as records, block by block, so that the second window finds them in L1. Reads
+// nothing before the first value and nothing after the first word of the last record's first value.
 template <class A>
 OVT_INLINE void load_windows(FieldPlan* plans, double unit_ns, int32_t count) {
   const std::ptrdiff_t stride = plans[0].stride;
@@ -256,11 +261,11 @@ OVT_INLINE void load_windows(FieldPlan* plans, double unit_ns, int32_t count) {
     for (int32_t f = 0; f < kFieldCount; ++f)
       if (plans[f].bytes == 4 && plans[f].stride == stride && plans[f].data < first && first - plans[f].data < stride)
         first = plans[f].data;
-  const char* const last = first + (stride - (kWindowBytes - 4));   // where a window may begin at the latest
+  const char* const last = first + (stride - (kWindowBytes - 4));  // where a window may begin at the latest
   RecordWindow windows[2];
   int32_t window_count = 0;
   for (; window_count < 2; ++window_count) {
-    const char* window = nullptr;                                    // the first value of this record that is left
+    const char* window = nullptr;  // the first value of this record that is left
     for (int32_t f = 0; f < kFieldCount; ++f) {
       const FieldPlan& plan = plans[f];
       const bool left = plan.bytes > 0 && plan.stride == stride && plan.word < 0 && plan.data >= first;
@@ -272,7 +277,7 @@ OVT_INLINE void load_windows(FieldPlan* plans, double unit_ns, int32_t count) {
     own.data = window;
     own.found_count = find_in_window(plans, window, stride, own.found);
   }
-  const int32_t whole = (count - 1) / kSize<A> * kSize<A>;          // all before the last record
+  const int32_t whole = (count - 1) / kSize<A> * kSize<A>;  // all before the last record
   for (int32_t begin = 0; begin < whole; begin += kRecordBlock) {
     const int32_t end = begin + kRecordBlock < whole ? begin + kRecordBlock : whole;
     for (int32_t w = 0; w < window_count; ++w) load_window<A>(windows[w], stride, unit_ns, begin, end);
@@ -299,7 +304,8 @@ void load_points(const PointFields& fields, int32_t count, ScanTable& scan) noex
 
   load_windows<A>(plans, unit_ns, count);
   for (const FieldPlan& plan : plans)
-    if (plan.word < 0) load_gathered<A>(plan, unit_ns, plan.bytes > 0 ? load_column<A>(plan, unit_ns, count) : 0, count);
+    if (plan.word < 0)
+      load_gathered<A>(plan, unit_ns, plan.bytes > 0 ? load_column<A>(plan, unit_ns, count) : 0, count);
 }
 
 }  // namespace overtake::simd

@@ -13,7 +13,7 @@ void mark_ground(const MarkGroundParams& params, int32_t row_count, Plane<const 
   OVT_CHECK(row_count >= 0 && row_count <= nonground.rows);
   for (int32_t w = 0; w < nonground.words_per_row; ++w) {
     const int32_t begin = 64 * w, end = begin + 64 < nonground.cols ? begin + 64 : nonground.cols;
-    uint64_t below = 0;   // columns with a return in a lower row
+    uint64_t below = 0;  // columns with a return in a lower row
     for (int32_t r = nonground.rows - 1; r >= 0; --r) {
       uint64_t word = 0, returns = 0;
       for (int32_t c = begin; c < end; ++c) {
@@ -26,7 +26,7 @@ void mark_ground(const MarkGroundParams& params, int32_t row_count, Plane<const 
         if (range_filled_m.row(r)[c] > 0.0f && (steep || unknown)) word |= bit;
         if (has_return) returns |= bit;
       }
-      nonground.row(r)[w] = r < row_count - 1 ? word : 0;   // the last row has no pair below
+      nonground.row(r)[w] = r < row_count - 1 ? word : 0;  // the last row has no pair below
       below |= returns;
     }
   }

@@ -18,7 +18,7 @@ void mark_ground(const MarkGroundParams& params, int32_t row_count, Plane<const 
   for (int32_t w = 0; w < nonground.words_per_row; ++w) {
     const int32_t begin = 64 * w, end = begin + 64 < nonground.cols ? begin + 64 : nonground.cols;
     const uint64_t inside = end - begin < 64 ? (uint64_t(1) << (end - begin)) - 1 : ~uint64_t(0);
-    uint64_t below = 0;   // columns with a return in a lower row
+    uint64_t below = 0;  // columns with a return in a lower row
     for (int32_t r = nonground.rows - 1; r >= 0; --r) {
       uint64_t steep = 0, unknown = 0, returns = 0;
       for (int32_t c = begin; c < end; c += kSize<A>) {

@@ -25,8 +25,8 @@ struct SeamSide {
 };
 
 struct MergeSeamsParams {
-  float distance_m = 1.80f;                     // th_mrg
-  int32_t columns = 1;                          // K
+  float distance_m = 1.80f;  // th_mrg
+  int32_t columns = 1;       // K
 };
 
 // Pairs (left sensor, right sensor): the right edge of the first meets the left edge of the second. From the mounting
@@ -44,12 +44,12 @@ int32_t find_seams(const SensorModel* sensors, int32_t sensor_count, int32_t lef
 //   center   sums of the members in member order, divided by the count; stamp = mean of the points' stamps (integer,
 //            rounded toward minus infinity)
 //   scratch  seam: two columns sets of K * rows points (x y z member)     agrees  exactly on every ISA
-struct SeamScratch {                            // capacity kSeamSlots pixels on either side
+struct SeamScratch {  // capacity kSeamSlots pixels on either side
   float *x_m[2] = {}, *y_m[2] = {}, *z_m[2] = {};
   int32_t* member[2] = {};
-  int32_t* parent = nullptr;                    // union-find, one per member
-  int32_t* order = nullptr;                     // one per merged row
-  int32_t capacity = 0;                         // points on one side of a seam
+  int32_t* parent = nullptr;  // union-find, one per member
+  int32_t* order = nullptr;   // one per merged row
+  int32_t capacity = 0;       // points on one side of a seam
 };
 
 // The one step with lanes: the first of places begin .. end - 1 of the columns that is closer than the root of limit to
@@ -62,6 +62,6 @@ namespace ref {
 FindNearFn find_near;
 int32_t merge_seams(const MergeSeamsParams& params, const SeamSide* sides, int32_t sensor_count, MemberTable& members,
                     MergedTable& merged, SeamScratch& scratch) noexcept;
-}
+}  // namespace ref
 
 }  // namespace overtake

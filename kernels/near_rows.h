@@ -9,8 +9,8 @@
 namespace overtake::simd {
 
 // Rows of a table that mostly lie near each other, because they came from the sensor one after the other: a gather from
-// columns of it reads whole vectors, then, and picks from these. Built for the lanes of `in`, of which there is at least
-// one; the others give anything. `at` is where the rows lie in memory.
+// columns of it reads whole vectors, then, and picks from these. Built for the lanes of `in`, of which there is at
+// least one; the others give anything. `at` is where the rows lie in memory.
 template <class A>
 struct NearRows {
   static constexpr int32_t kWindow = 4 * kSize<A>;
@@ -46,8 +46,8 @@ struct NearRows {
       if (near) {
         const float* v = column + begin;
         return float_of_bits(permute(bits_of(Float<A>::load(v)), bits_of(Float<A>::load(v + kSize<A>)),
-                                     bits_of(Float<A>::load(v + 2 * kSize<A>)), bits_of(Float<A>::load(v + 3 * kSize<A>)),
-                                     offset));
+                                     bits_of(Float<A>::load(v + 2 * kSize<A>)),
+                                     bits_of(Float<A>::load(v + 3 * kSize<A>)), offset));
       }
     return gather(column, row);
   }

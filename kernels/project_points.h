@@ -12,12 +12,12 @@ namespace overtake {
 // Per layer id of one scan: how many valid points, and the sum of their elevations as integers of 2^-24 rad, so that
 // the sum is the same in any order. Indexed by layer id; `touched` lists the ids in use (in any order).
 inline constexpr int32_t kLayerIds = 65536;
-inline constexpr float kElevationUnit = 16777216.0f;   // 2^24 a radian
+inline constexpr float kElevationUnit = 16777216.0f;  // 2^24 a radian
 struct LayerSums {
   int32_t touched_count = 0;
-  int32_t* touched = nullptr;          // [kLayerIds]
-  int32_t* point_count = nullptr;      // [kLayerIds], all zero between scans
-  int64_t* elevation_sum = nullptr;    // [kLayerIds], all zero between scans
+  int32_t* touched = nullptr;        // [kLayerIds]
+  int32_t* point_count = nullptr;    // [kLayerIds], all zero between scans
+  int64_t* elevation_sum = nullptr;  // [kLayerIds], all zero between scans
 };
 
 // r = |p|, azimuth a = atan2(y, x), elevation e = atan2(z, hypot(x, y)), column = floor((a_left - a) / pitch)

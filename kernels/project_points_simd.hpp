@@ -66,7 +66,7 @@ OVT_INLINE void sum_layers(const ScanTable& scan, const PointTable& points, int3
     const Int<A> layer = Int<A>::load(layers + i);
     const Mask<A> valid = (Int<A>::load(columns + i) > Int<A>(-1)) & Mask<A>::first(end - i);
     const Int<A> units = to_int(Float<A>::load(elevations + i) * Float<A>(kElevationUnit));
-    const Mask<A> in_a = valid & (layer == a.layer), in_b = valid & ~in_a & (layer == b.layer);   // a and b may be one
+    const Mask<A> in_a = valid & (layer == a.layer), in_b = valid & ~in_a & (layer == b.layer);  // a and b may be one
     if (!(valid & ~(in_a | in_b)).any()) {
       a.add(in_a, units);
       b.add(in_b, units);
@@ -99,7 +99,7 @@ OVT_INLINE void sum_layers(const ScanTable& scan, const PointTable& points, int3
 // The sensor's numbers, one in all lanes.
 template <class A>
 struct Projector {
-  static constexpr float kFarthest_m = 1e18f, kNearest_m = 1e-12f;   // as the twin
+  static constexpr float kFarthest_m = 1e18f, kNearest_m = 1e-12f;  // as the twin
   Float<A> nearest, farthest, nearest_at_all, left, inverse_pitch, cols;
   Int<A> layer_below, layer_last, outside;
 
@@ -126,7 +126,7 @@ struct Projector {
 
   // The first reason that holds, so they are asked in reverse. x, y, z as they came.
   OVT_INLINE Int<A> reason_of(Float<A> x, Float<A> y, Float<A> z, Float<A> range, Int<A> layer, Int<A> column) const {
-    const auto is = [](Reason reason) __attribute__((always_inline)) { return Int<A>(int32_t(reason)); };
+    const auto is = [](Reason reason) OVT_INLINED { return Int<A>(int32_t(reason)); };
     const Float<A> largest(std::numeric_limits<float>::max());
     const Mask<A> finite = (abs_of(x) <= largest) & (abs_of(y) <= largest) & (abs_of(z) <= largest);
     const Float<A> coordinate = max_of(max_of(abs_of(x), abs_of(y)), abs_of(z));

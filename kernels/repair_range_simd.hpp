@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 6: repair of the non-ground range image, NGRIR (eq. 3), on words of 64 columns. Which pixels have a pair k apart
-// is known from two shifted words; ranges are read only where one has, and that is rare.
+// Stage 6: repair of the non-ground range image, NGRIR (eq. 3), on words of 64 columns. Which pixels have a pair k
+// apart is known from two shifted words; ranges are read only where one has, and that is rare.
 //
 //   bits of c - k      . . # # # .      & bits of c + k      & not non-ground itself
 #pragma once
@@ -25,25 +25,27 @@ OVT_INLINE uint64_t bits_from_right(const uint64_t* words, int32_t w, int32_t wo
 // are the pixels with a pair.
 template <class A>
 OVT_INLINE Mask<A> repair_pixels(const float* range_m, const float* elevation_rad, const uint64_t* pair, int32_t half,
-                                 int32_t shift, Float<A> limit_m, Float<A>& range_mean_m, Float<A>& elevation_mean_rad) {
+                                 int32_t shift, Float<A> limit_m, Float<A>& range_mean_m,
+                                 Float<A>& elevation_mean_rad) {
   const Float<A> zero(0.0f);
   Float<A> range_sum = zero, elevation_sum = zero, pixels = zero;
   for (int32_t k = 1; k <= half; ++k) {
     const Float<A> left = Float<A>::load(range_m - k), right = Float<A>::load(range_m + k);
     const Mask<A> has = Mask<A>::from_bits(uint32_t(pair[k] >> shift)) & (abs_of(left - right) < limit_m);
     range_sum = add_where(has, range_sum, left + right);
-    elevation_sum = add_where(has, elevation_sum, Float<A>::load(elevation_rad - k) + Float<A>::load(elevation_rad + k));
+    elevation_sum =
+        add_where(has, elevation_sum, Float<A>::load(elevation_rad - k) + Float<A>::load(elevation_rad + k));
     pixels = add_where(has, pixels, Float<A>(2.0f));
   }
   const Mask<A> repaired = pixels > zero;
-  range_mean_m = range_sum / pixels;   // 0 / 0 where it is not
+  range_mean_m = range_sum / pixels;  // 0 / 0 where it is not
   elevation_mean_rad = elevation_sum / pixels;
   return repaired;
 }
 
 // One pixel near the edge of an image whose columns wrap; it is not non-ground.
-OVT_INLINE void repair_wrapped_pixel(const float* range_m, const float* elevation_rad, ConstBitPlane nonground, int32_t r,
-                                     int32_t c, int32_t half, float limit_m, float* range_out_m,
+OVT_INLINE void repair_wrapped_pixel(const float* range_m, const float* elevation_rad, ConstBitPlane nonground,
+                                     int32_t r, int32_t c, int32_t half, float limit_m, float* range_out_m,
                                      float* elevation_out_rad, BitPlane nonground_repaired) {
   const int32_t cols = nonground.cols;
   float range_sum = 0.0f, elevation_sum = 0.0f, pixels = 0.0f;

@@ -3,24 +3,24 @@
 //
 // Stage 1c: points to pixels, in three steps.
 //
-//   1  block by block, the pixel of each point, kSize at a time; then every point claims its pixel, so the last one holds it
-//   2  the points that do not hold theirs (a few in a hundred) against whoever does
-//   3  range and elevation of the winners, in tiles of kSize columns and all rows, whose points lie together whether
+//   1  block by block, the pixel of each point, kSize at a time; then every point claims its pixel, so the last one
+//   holds it 2  the points that do not hold theirs (a few in a hundred) against whoever does 3  range and elevation of
+//   the winners, in tiles of kSize columns and all rows, whose points lie together whether
 //      they came line by line or column by column
 //
-// Which of two points wins is a total order (brightness, nearness, input order), so the order of asking does not matter.
-// A point without a pixel claims the lead of row 0 (plane.h).
+// Which of two points wins is a total order (brightness, nearness, input order), so the order of asking does not
+// matter. A point without a pixel claims the lead of row 0 (plane.h).
 #pragma once
 
 #include "core/math.h"
-#include "kernels/scatter_points.h"
 #include "kernels/near_rows.h"
+#include "kernels/scatter_points.h"
 #include "kernels/simd.h"
 
 namespace overtake::simd {
 
-// One that does not hold its pixel against the one that does: the brightest is the least likely dust; then the nearest; then
-// whoever was there.
+// One that does not hold its pixel against the one that does: the brightest is the least likely dust; then the nearest;
+// then whoever was there.
 OVT_INLINE void challenge_winner(const float* intensity, const float* range_m, int32_t i, int32_t* winner,
                                  uint8_t* lost) {
   const int32_t other = *winner;
@@ -45,7 +45,7 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
   winners[-1] = kNoPoint;
   const Int<A> none(-1), stride(winner.stride);
   Int<A> layer_a(kNoLayer), layer_b(kNoLayer), row_a(-1), row_b(-1);
-  // Pixels of a block, then its claims: scattered stores in flight hold up wide loads that share their low address bits.
+  // Pixels of a block, then its claims: scattered stores in flight hold up wide loads of the same low address bits.
   constexpr int32_t kBlock = 512;
   for (int32_t i = 0, claimed = 0; i < count; i += kSize<A>) {
     const Int<A> column = Int<A>::load(columns + i);

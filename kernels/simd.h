@@ -1,16 +1,15 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The shim: with simd_<isa>.h, which hold the intrinsics, all that knows what differs between ISAs and between versions of
-// xsimd.
+// The shim: with simd_<isa>.h, which hold the intrinsics, all that knows how ISAs and versions of xsimd differ.
 //
 //   Float<A>, Int<A>   kSize values of 4 bytes        Mask<A>   one truth value a lane
 //
-// A is an xsimd architecture. Every name here is a template on it or always inlined, so nothing built for one ISA can be
-// linked into another; keep the kernels so, too: no std:: function, no inline function without OVT_INLINE.
-// Each operation gives the bytes the scalar twin gets: + - * / sqrt are IEEE, min and max are `a < b ? a : b` and
-// `a > b ? a : b` (the second operand on a tie or a NaN), comparisons with NaN are false except !=. There is no fused
-// multiply-add and nothing approximate.
+// A is an xsimd architecture. Every name here is a template on it or always inlined, so nothing built for one ISA can
+// be linked into another; keep the kernels so, too: no std:: function, no inline function without OVT_INLINE. Each
+// operation gives the bytes the scalar twin gets: + - * / sqrt are IEEE, min and max are `a < b ? a : b` and `a > b ? a
+// : b` (the second operand on a tie or a NaN), comparisons with NaN are false except !=. There is no fused multiply-add
+// and nothing approximate.
 //
 // Loads and stores need no alignment: on aligned data they cost the same.
 #pragma once
@@ -26,7 +25,8 @@ namespace overtake::simd {
 template <class A>
 inline constexpr int32_t kSize = int32_t(xsimd::batch<float, A>::size);
 
-template <class A> struct Native;   // the intrinsics, one specialisation per ISA, in simd_<isa>.h
+template <class A>
+struct Native;  // the intrinsics, one specialisation per ISA, in simd_<isa>.h
 
 template <class A>
 struct Mask {
@@ -63,9 +63,9 @@ struct Int {
   OVT_INLINE static Int count_from(int32_t begin) { return Int(begin) + Native<A>::iota(); }
   OVT_INLINE friend Int operator+(Int a, Int b) { return a.v + b.v; }
   OVT_INLINE friend Int operator-(Int a, Int b) { return a.v - b.v; }
-  OVT_INLINE friend Int operator*(Int a, Int b) { return a.v * b.v; }   // the low 32 bits
+  OVT_INLINE friend Int operator*(Int a, Int b) { return a.v * b.v; }  // the low 32 bits
   OVT_INLINE friend Int operator&(Int a, Int b) { return a.v & b.v; }
-  OVT_INLINE friend Int operator>>(Int a, int32_t places) { return a.v >> places; }   // fills with the sign
+  OVT_INLINE friend Int operator>>(Int a, int32_t places) { return a.v >> places; }  // fills with the sign
   OVT_INLINE friend Int operator|(Int a, Int b) { return a.v | b.v; }
   OVT_INLINE friend Int operator^(Int a, Int b) { return a.v ^ b.v; }
   OVT_INLINE friend Mask<A> operator==(Int a, Int b) { return Native<A>::equal(a.v, b.v); }
@@ -98,30 +98,75 @@ struct Float {
 
 // What core/math.h's templates ask of a value type. Its forms for float stay in sight.
 using overtake::abs_of, overtake::max_of, overtake::min_of, overtake::select;
-template <class A> OVT_INLINE Float<A> select(Mask<A> m, Float<A> yes, Float<A> no) { return xsimd::select(m.v, yes.v, no.v); }
-template <class A> OVT_INLINE Int<A> select(Mask<A> m, Int<A> yes, Int<A> no) { return Native<A>::select(m.v, yes.v, no.v); }
-template <class A> OVT_INLINE Float<A> abs_of(Float<A> a) { return xsimd::abs(a.v); }
-template <class A> OVT_INLINE Float<A> min_of(Float<A> a, Float<A> b) { return Native<A>::min(a.v, b.v); }
-template <class A> OVT_INLINE Float<A> max_of(Float<A> a, Float<A> b) { return Native<A>::max(a.v, b.v); }
-template <class A> OVT_INLINE Float<A> sqrt_of(Float<A> a) { return Native<A>::sqrt(a.v); }
+template <class A>
+OVT_INLINE Float<A> select(Mask<A> m, Float<A> yes, Float<A> no) {
+  return xsimd::select(m.v, yes.v, no.v);
+}
+template <class A>
+OVT_INLINE Int<A> select(Mask<A> m, Int<A> yes, Int<A> no) {
+  return Native<A>::select(m.v, yes.v, no.v);
+}
+template <class A>
+OVT_INLINE Float<A> abs_of(Float<A> a) {
+  return xsimd::abs(a.v);
+}
+template <class A>
+OVT_INLINE Float<A> min_of(Float<A> a, Float<A> b) {
+  return Native<A>::min(a.v, b.v);
+}
+template <class A>
+OVT_INLINE Float<A> max_of(Float<A> a, Float<A> b) {
+  return Native<A>::max(a.v, b.v);
+}
+template <class A>
+OVT_INLINE Float<A> sqrt_of(Float<A> a) {
+  return Native<A>::sqrt(a.v);
+}
 
 // a + b where the mask holds, elsewhere a + 0, which is a (a -0 must not come here).
-template <class A> OVT_INLINE Float<A> add_where(Mask<A> m, Float<A> a, Float<A> b) { return Native<A>::add_where(m.v, a.v, b.v); }
+template <class A>
+OVT_INLINE Float<A> add_where(Mask<A> m, Float<A> a, Float<A> b) {
+  return Native<A>::add_where(m.v, a.v, b.v);
+}
 // Where the mask holds, the value, elsewhere +0.
-template <class A> OVT_INLINE Float<A> keep(Mask<A> m, Float<A> a) { return Native<A>::keep(m.v, a.v); }
+template <class A>
+OVT_INLINE Float<A> keep(Mask<A> m, Float<A> a) {
+  return Native<A>::keep(m.v, a.v);
+}
 
 // Conversions: to_int cuts off the fraction (|a| < 2^31), the other two keep the bits.
-template <class A> OVT_INLINE Int<A> to_int(Float<A> a) { return Native<A>::to_int(a.v); }
-template <class A> OVT_INLINE Float<A> to_float(Int<A> a) { return Native<A>::to_float(a.v); }
-template <class A> OVT_INLINE Int<A> bits_of(Float<A> a) { return Native<A>::bits_of(a.v); }
-template <class A> OVT_INLINE Float<A> float_of_bits(Int<A> a) { return Native<A>::float_of_bits(a.v); }
+template <class A>
+OVT_INLINE Int<A> to_int(Float<A> a) {
+  return Native<A>::to_int(a.v);
+}
+template <class A>
+OVT_INLINE Float<A> to_float(Int<A> a) {
+  return Native<A>::to_float(a.v);
+}
+template <class A>
+OVT_INLINE Int<A> bits_of(Float<A> a) {
+  return Native<A>::bits_of(a.v);
+}
+template <class A>
+OVT_INLINE Float<A> float_of_bits(Int<A> a) {
+  return Native<A>::float_of_bits(a.v);
+}
 
 // base[index] per lane. Every lane's index must be readable.
-template <class A> OVT_INLINE Float<A> gather(const float* base, Int<A> index) { return Native<A>::gather(base, index.v); }
-template <class A> OVT_INLINE Int<A> gather(const int32_t* base, Int<A> index) { return Native<A>::gather(base, index.v); }
+template <class A>
+OVT_INLINE Float<A> gather(const float* base, Int<A> index) {
+  return Native<A>::gather(base, index.v);
+}
+template <class A>
+OVT_INLINE Int<A> gather(const int32_t* base, Int<A> index) {
+  return Native<A>::gather(base, index.v);
+}
 
 // Lane i gets lane index[i] of the table, 0 <= index[i] < kSize.
-template <class A> OVT_INLINE Int<A> permute(Int<A> table, Int<A> index) { return Native<A>::permute(table.v, index.v); }
+template <class A>
+OVT_INLINE Int<A> permute(Int<A> table, Int<A> index) {
+  return Native<A>::permute(table.v, index.v);
+}
 
 OVT_INLINE int32_t count_bits(uint64_t bits) {
 #if defined(__POPCNT__) || defined(__aarch64__)
@@ -136,7 +181,8 @@ OVT_INLINE int32_t lowest_bit(uint64_t bits) { return __builtin_ctzll(bits); }
 OVT_INLINE int32_t highest_bit(uint64_t bits) { return 63 - __builtin_clzll(bits); }
 
 // Whether the ISA looks values up in registers; else the next two are not there.
-template <class A> inline constexpr bool kPermutes = kSize<A> > 4;
+template <class A>
+inline constexpr bool kPermutes = kSize<A> > 4;
 
 // Lane i gets value index[i] of four vectors in a row, 0 <= index[i] < 4 kSize.
 template <class A>
@@ -145,19 +191,40 @@ OVT_INLINE Int<A> permute(Int<A> t0, Int<A> t1, Int<A> t2, Int<A> t3, Int<A> ind
 }
 
 // Lane i gets the number of set bits among bits 1 .. i (bit 0 does not count, so the sum is less than kSize).
-template <class A> OVT_INLINE Int<A> count_starts(uint32_t bits) { return Native<A>::count_starts(bits); }
+template <class A>
+OVT_INLINE Int<A> count_starts(uint32_t bits) {
+  return Native<A>::count_starts(bits);
+}
 
 // Writes the lanes of the mask only; the others' memory must be readable and may be rewritten with what it holds.
-template <class A> OVT_INLINE void store_where(Mask<A> m, Float<A> a, float* at) { Native<A>::store_where(m.v, a.v, at); }
-template <class A> OVT_INLINE void store_where(Mask<A> m, Int<A> a, int32_t* at) { Native<A>::store_where(m.v, a.v, at); }
+template <class A>
+OVT_INLINE void store_where(Mask<A> m, Float<A> a, float* at) {
+  Native<A>::store_where(m.v, a.v, at);
+}
+template <class A>
+OVT_INLINE void store_where(Mask<A> m, Int<A> a, int32_t* at) {
+  Native<A>::store_where(m.v, a.v, at);
+}
 
 // The lanes of the mask, packed, to `at`; up to kSize places are written. Follow with at += count_bits(m.bits()).
-template <class A> OVT_INLINE void store_packed(Mask<A> m, Int<A> a, int32_t* at) { Native<A>::store_packed(m.v, a.v, at); }
+template <class A>
+OVT_INLINE void store_packed(Mask<A> m, Int<A> a, int32_t* at) {
+  Native<A>::store_packed(m.v, a.v, at);
+}
 
 // The low byte of each lane.
-template <class A> OVT_INLINE void store_bytes(Int<A> a, uint8_t* at) { Native<A>::store_bytes(a.v, at); }
-template <class A> OVT_INLINE Int<A> load_bytes(const uint8_t* at) { return Native<A>::load_bytes(at); }
-template <class A> OVT_INLINE Int<A> load_words(const uint16_t* at) { return Native<A>::load_words(at); }
+template <class A>
+OVT_INLINE void store_bytes(Int<A> a, uint8_t* at) {
+  Native<A>::store_bytes(a.v, at);
+}
+template <class A>
+OVT_INLINE Int<A> load_bytes(const uint8_t* at) {
+  return Native<A>::load_bytes(at);
+}
+template <class A>
+OVT_INLINE Int<A> load_words(const uint16_t* at) {
+  return Native<A>::load_words(at);
+}
 
 // Records of four words, `stride` bytes apart: word k of record i to lane i of column k. Need not be aligned.
 template <class A>
@@ -168,17 +235,26 @@ OVT_INLINE void load_records(const char* at, std::ptrdiff_t stride, Int<A>& colu
 
 // a * unit by double arithmetic, cut off at +-(2^31 - 1), to the nearest integer, halves away from zero. A NaN gives
 // anything. |a| is cut off at 1e200 first, so that infinity times a unit of zero is zero.
-template <class A> OVT_INLINE Int<A> scale_to_int(Float<A> a, double unit) { return Native<A>::scale_to_int(a.v, unit); }
+template <class A>
+OVT_INLINE Int<A> scale_to_int(Float<A> a, double unit) {
+  return Native<A>::scale_to_int(a.v, unit);
+}
 
 // Lane i gets lane i ^ kApart, kApart a power of two below kSize.
-template <int32_t kApart, class A> OVT_INLINE Float<A> swap_lanes(Float<A> a) { return Native<A>::template swap_lanes<kApart>(a.v); }
-template <class A> OVT_INLINE float first_lane(Float<A> a) { return a.v.get(0); }
+template <int32_t kApart, class A>
+OVT_INLINE Float<A> swap_lanes(Float<A> a) {
+  return Native<A>::template swap_lanes<kApart>(a.v);
+}
+template <class A>
+OVT_INLINE float first_lane(Float<A> a) {
+  return a.v.get(0);
+}
 
 // Over the lanes of one vector, where it makes no difference which of -0 and +0 comes out.
 template <class A, class F>
 OVT_INLINE float fold_vector(Float<A> v, F&& f) {
-  if constexpr (kSize<A> > 8) v = f(v, swap_lanes<8>(v));
-  if constexpr (kSize<A> > 4) v = f(v, swap_lanes<4>(v));
+  if constexpr (kSize < A >> 8) v = f(v, swap_lanes<8>(v));
+  if constexpr (kSize < A >> 4) v = f(v, swap_lanes<4>(v));
   v = f(v, swap_lanes<2>(v));
   return first_lane(f(v, swap_lanes<1>(v)));
 }
@@ -190,12 +266,27 @@ OVT_INLINE float fold_lanes(Float<A>* v, F&& f) {
     for (int32_t i = 0; i < apart; ++i) v[i] = f(v[i], v[i + apart]);
   return fold_vector(v[0], f);
 }
-template <class A> OVT_INLINE float lane_sum(Float<A>* v) { return fold_lanes(v, [](Float<A> a, Float<A> b) __attribute__((always_inline)) { return a + b; }); }
-template <class A> OVT_INLINE float lane_min(Float<A>* v) { return fold_lanes(v, [](Float<A> a, Float<A> b) __attribute__((always_inline)) { return min_of(a, b); }); }
-template <class A> OVT_INLINE float lane_max(Float<A>* v) { return fold_lanes(v, [](Float<A> a, Float<A> b) __attribute__((always_inline)) { return max_of(a, b); }); }
+template <class A>
+OVT_INLINE float lane_sum(Float<A>* v) {
+  return fold_lanes(v, [](Float<A> a, Float<A> b) OVT_INLINED { return a + b; });
+}
+template <class A>
+OVT_INLINE float lane_min(Float<A>* v) {
+  return fold_lanes(v, [](Float<A> a, Float<A> b) OVT_INLINED { return min_of(a, b); });
+}
+template <class A>
+OVT_INLINE float lane_max(Float<A>* v) {
+  return fold_lanes(v, [](Float<A> a, Float<A> b) OVT_INLINED { return max_of(a, b); });
+}
 
-template <class A> OVT_INLINE float any_lane_min(Float<A> v) { return fold_vector(v, [](Float<A> a, Float<A> b) __attribute__((always_inline)) { return min_of(a, b); }); }
-template <class A> OVT_INLINE float any_lane_max(Float<A> v) { return fold_vector(v, [](Float<A> a, Float<A> b) __attribute__((always_inline)) { return max_of(a, b); }); }
+template <class A>
+OVT_INLINE float any_lane_min(Float<A> v) {
+  return fold_vector(v, [](Float<A> a, Float<A> b) OVT_INLINED { return min_of(a, b); });
+}
+template <class A>
+OVT_INLINE float any_lane_max(Float<A> v) {
+  return fold_vector(v, [](Float<A> a, Float<A> b) OVT_INLINED { return max_of(a, b); });
+}
 
 // lane_sum of four at once, to four floats: the same additions, in registers that hold lanes of all four.
 template <class A>

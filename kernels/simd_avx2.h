@@ -30,7 +30,7 @@ struct Native<xsimd::avx2> {
   OVT_INLINE static I permute4(I t0, I t1, I t2, I t3, I index) {
     const __m256 bit3 = _mm256_castsi256_ps(_mm256_slli_epi32(index, 28));
     const __m256 bit4 = _mm256_castsi256_ps(_mm256_slli_epi32(index, 27));
-    const auto pick = [=](I t) __attribute__((always_inline)) { return _mm256_castsi256_ps(_mm256_permutevar8x32_epi32(t, index)); };
+    const auto pick = [=](I t) OVT_INLINED { return _mm256_castsi256_ps(_mm256_permutevar8x32_epi32(t, index)); };
     const __m256 low = _mm256_blendv_ps(pick(t0), pick(t1), bit3), high = _mm256_blendv_ps(pick(t2), pick(t3), bit3);
     return I(_mm256_castps_si256(_mm256_blendv_ps(low, high, bit4)));
   }
@@ -39,9 +39,7 @@ struct Native<xsimd::avx2> {
     const uint64_t bytes = _pdep_u64(bits & 0xfeu, 0x0101010101010101u) * 0x0101010101010101u;
     return I(_mm256_cvtepu8_epi32(_mm_cvtsi64_si128(int64_t(bytes))));
   }
-  OVT_INLINE static I select(M m, I yes, I no) {
-    return I(_mm256_blendv_epi8(no, yes, _mm256_castps_si256(m)));
-  }
+  OVT_INLINE static I select(M m, I yes, I no) { return I(_mm256_blendv_epi8(no, yes, _mm256_castps_si256(m))); }
   OVT_INLINE static M equal(I a, I b) { return M(_mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b))); }
   OVT_INLINE static M greater(I a, I b) { return M(_mm256_castsi256_ps(_mm256_cmpgt_epi32(a, b))); }
   OVT_INLINE static I to_int(F a) { return I(_mm256_cvttps_epi32(a)); }
@@ -51,9 +49,7 @@ struct Native<xsimd::avx2> {
   OVT_INLINE static F gather(const float* base, I index) { return F(_mm256_i32gather_ps(base, index, 4)); }
   OVT_INLINE static I gather(const int32_t* base, I index) { return I(_mm256_i32gather_epi32(base, index, 4)); }
   OVT_INLINE static void store_where(M m, F a, float* at) { _mm256_maskstore_ps(at, _mm256_castps_si256(m), a); }
-  OVT_INLINE static void store_where(M m, I a, int32_t* at) {
-    _mm256_maskstore_epi32(at, _mm256_castps_si256(m), a);
-  }
+  OVT_INLINE static void store_where(M m, I a, int32_t* at) { _mm256_maskstore_epi32(at, _mm256_castps_si256(m), a); }
   // Which lanes: their numbers as nibbles, the wanted ones pulled together.
   OVT_INLINE static void store_packed(M m, I a, int32_t* at) {
     const uint64_t wanted = _pdep_u64(bits_of_mask(m), 0x1111111111111111u) * 15u;
@@ -72,7 +68,7 @@ struct Native<xsimd::avx2> {
     return I(_mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(at))));
   }
   OVT_INLINE static void load_records(const char* at, std::ptrdiff_t stride, I& c0, I& c1, I& c2, I& c3) {
-    const auto record = [=](int32_t i) __attribute__((always_inline)) {   // i and i + 4
+    const auto record = [=](int32_t i) OVT_INLINED {  // i and i + 4
       return _mm256_inserti128_si256(
           _mm256_castsi128_si256(_mm_loadu_si128(reinterpret_cast<const __m128i*>(at + i * stride))),
           _mm_loadu_si128(reinterpret_cast<const __m128i*>(at + (i + 4) * stride)), 1);
@@ -97,9 +93,8 @@ struct Native<xsimd::avx2> {
   }
   // Halves 4 apart, then quarters 2 and 1 apart, of four vectors.
   OVT_INLINE static __m128 fold_quarters(__m256 a, __m256 b, __m256 c, __m256 d) {
-    const auto half = [](__m256 v) __attribute__((always_inline)) {
-      return _mm_add_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
-    };
+    const auto half = [](__m256 v)
+                          OVT_INLINED { return _mm_add_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1)); };
     const __m128 p = half(a), q = half(b), r = half(c), s = half(d);
     const __m128 pq = _mm_add_ps(_mm_movelh_ps(p, q), _mm_movehl_ps(q, p));
     const __m128 rs = _mm_add_ps(_mm_movelh_ps(r, s), _mm_movehl_ps(s, r));

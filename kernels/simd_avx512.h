@@ -61,10 +61,9 @@ struct Native<xsimd::avx512bw> {
     return I(_mm512_cvtepu16_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(at))));
   }
   OVT_INLINE static void load_records(const char* at, std::ptrdiff_t stride, I& c0, I& c1, I& c2, I& c3) {
-    const auto record = [=](int32_t i) __attribute__((always_inline)) {   // i, i + 4, i + 8 and i + 12
-      const auto part = [=](int32_t j) __attribute__((always_inline)) {
-        return _mm_loadu_si128(reinterpret_cast<const __m128i*>(at + j * stride));
-      };
+    const auto record = [=](int32_t i) OVT_INLINED {  // i, i + 4, i + 8 and i + 12
+      const auto part = [=](int32_t j)
+                            OVT_INLINED { return _mm_loadu_si128(reinterpret_cast<const __m128i*>(at + j * stride)); };
       __m512i r = _mm512_castsi128_si512(part(i));
       r = _mm512_inserti32x4(r, part(i + 4), 1);
       r = _mm512_inserti32x4(r, part(i + 8), 2);
@@ -90,7 +89,7 @@ struct Native<xsimd::avx512bw> {
   }
   // 8, 4, 2 and 1 apart.
   OVT_INLINE static void fold_four(F a, F b, F c, F d, float* out) {
-    const auto two = [](__m512 v, __m512 w) __attribute__((always_inline)) {
+    const auto two = [](__m512 v, __m512 w) OVT_INLINED {
       return _mm512_add_ps(_mm512_shuffle_f32x4(v, w, _MM_SHUFFLE(1, 0, 1, 0)),
                            _mm512_shuffle_f32x4(v, w, _MM_SHUFFLE(3, 2, 3, 2)));
     };
@@ -99,7 +98,7 @@ struct Native<xsimd::avx512bw> {
                                      _mm512_shuffle_f32x4(ab, cd, _MM_SHUFFLE(3, 1, 3, 1)));
     const __m512 twos = _mm512_add_ps(all, _mm512_permute_ps(all, _MM_SHUFFLE(1, 0, 3, 2)));
     const __m512 ones = _mm512_add_ps(twos, _mm512_permute_ps(twos, _MM_SHUFFLE(2, 3, 0, 1)));
-    _mm_storeu_ps(out, _mm512_castps512_ps128(_mm512_maskz_compress_ps(0x1111, ones)));   // one of each quarter
+    _mm_storeu_ps(out, _mm512_castps512_ps128(_mm512_maskz_compress_ps(0x1111, ones)));  // one of each quarter
   }
   template <int32_t kApart>
   OVT_INLINE static F swap_lanes(F a) {

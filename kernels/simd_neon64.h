@@ -67,7 +67,7 @@ struct Native<xsimd::neon64> {
     int32_t v[4];
     a.store_unaligned(v);
     const uint32_t bits = bits_of_mask(m), b0 = bits & 1, b1 = bits >> 1 & 1, b2 = bits >> 2 & 1;
-    at[0] = v[0];                  // an unwanted one is overwritten by the next
+    at[0] = v[0];  // an unwanted one is overwritten by the next
     at[b0] = v[1];
     at[b0 + b1] = v[2];
     at[b0 + b1 + b2] = v[3];

@@ -63,7 +63,7 @@ struct Native<xsimd::sse2> {
     alignas(16) int32_t v[4];
     a.store_aligned(v);
     const uint32_t bits = bits_of_mask(m), b0 = bits & 1, b1 = bits >> 1 & 1, b2 = bits >> 2 & 1;
-    at[0] = v[0];                  // an unwanted one is overwritten by the next
+    at[0] = v[0];  // an unwanted one is overwritten by the next
     at[b0] = v[1];
     at[b0 + b1] = v[2];
     at[b0 + b1 + b2] = v[3];
@@ -84,9 +84,8 @@ struct Native<xsimd::sse2> {
     return I(_mm_unpacklo_epi16(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(at)), _mm_setzero_si128()));
   }
   OVT_INLINE static void load_records(const char* at, std::ptrdiff_t stride, I& c0, I& c1, I& c2, I& c3) {
-    const auto record = [=](int32_t i) __attribute__((always_inline)) {
-      return _mm_loadu_si128(reinterpret_cast<const __m128i*>(at + i * stride));
-    };
+    const auto record = [=](int32_t i)
+                            OVT_INLINED { return _mm_loadu_si128(reinterpret_cast<const __m128i*>(at + i * stride)); };
     const __m128i r0 = record(0), r1 = record(1), r2 = record(2), r3 = record(3);
     const __m128i a = _mm_unpacklo_epi32(r0, r1), b = _mm_unpacklo_epi32(r2, r3);
     const __m128i c = _mm_unpackhi_epi32(r0, r1), d = _mm_unpackhi_epi32(r2, r3);
@@ -101,7 +100,8 @@ struct Native<xsimd::sse2> {
     return _mm_cvttpd_epi32(_mm_add_pd(v, _mm_or_pd(_mm_and_pd(v, sign), _mm_set1_pd(0.5))));
   }
   OVT_INLINE static I scale_to_int(F a, double unit) {
-    return I(_mm_unpacklo_epi64(scale_half(_mm_cvtps_pd(a), unit), scale_half(_mm_cvtps_pd(_mm_movehl_ps(a, a)), unit)));
+    return I(
+        _mm_unpacklo_epi64(scale_half(_mm_cvtps_pd(a), unit), scale_half(_mm_cvtps_pd(_mm_movehl_ps(a, a)), unit)));
   }
   template <int32_t kApart>
   OVT_INLINE static F swap_lanes(F a) {

@@ -27,7 +27,7 @@ OVT_INLINE void smooth_row(const SmoothTaps& tap, int32_t taps, const float* own
   const Float<A> zero(0.0f), undefined(kAngleUndefined);
   for (int32_t c = 0; c < cols; c += kSize<A>) {
     const Float<A> own = Float<A>::load(own_row + c);
-    if (!(own != undefined).any()) {   // sky, and rows without a layer: whole vectors of it
+    if (!(own != undefined).any()) {  // sky, and rows without a layer: whole vectors of it
       undefined.store(out + c);
       continue;
     }

@@ -110,8 +110,9 @@ double reach_m2(const Tracker::State& state, const Track& track, double dt_s) no
 // Candidates are in stamp order, so the first or the last is the farthest away in time.
 int32_t find_within_reach(Tracker::State& state, const Iteration& it, const Track& track) noexcept {
   const int32_t last = it.candidate_count - 1;
-  const double most_m2 = std::max(reach_m2(state, track, seconds_between(track.state_ns, it.candidates[0].stamp_ns)),
-                                  reach_m2(state, track, seconds_between(track.state_ns, it.candidates[last].stamp_ns)));
+  const double most_m2 =
+      std::max(reach_m2(state, track, seconds_between(track.state_ns, it.candidates[0].stamp_ns)),
+               reach_m2(state, track, seconds_between(track.state_ns, it.candidates[last].stamp_ns)));
   const double x_m = track.estimate.mean.x_m, y_m = track.estimate.mean.y_m;
   int32_t count = 0;
   for (int32_t i = 0; i <= last; ++i) {

@@ -9,6 +9,6 @@ namespace overtake {
 extern const char* const kVersionText;
 extern const char* const kCommit;
 extern const char* const kCompiler;
-const char* list_isas() noexcept;      // "ref sse2 avx2": what this CPU can run, worst first
+const char* list_isas() noexcept;  // "ref sse2 avx2": what this CPU can run, worst first
 
 }  // namespace overtake

@@ -25,14 +25,14 @@ inline int64_t difference_ns(int64_t a, int64_t b) noexcept {
   return a > b ? INT64_MAX : INT64_MIN;
 }
 
-inline constexpr int64_t kLateNs = 500'000'000;       // a stamp this much older is still taken, out of sequence
-inline constexpr int64_t kMaxGapNs = 1'000'000'000;   // a longer gap is a clock that jumped, until three agree
+inline constexpr int64_t kLateNs = 500'000'000;      // a stamp this much older is still taken, out of sequence
+inline constexpr int64_t kMaxGapNs = 1'000'000'000;  // a longer gap is a clock that jumped, until three agree
 
 enum class Believe { kGood, kBehind, kAhead, kJump };
 
 class ClockWatch {
  public:
-  static constexpr int32_t kExternal = kMaxSensors;   // the source of pushed detections
+  static constexpr int32_t kExternal = kMaxSensors;  // the source of pushed detections
   static constexpr int32_t kSources = kMaxSensors + 1;
 
   explicit ClockWatch(int64_t period_ns) noexcept : max_gap_ns_(std::max(kMaxGapNs, 3 * period_ns)) {}
@@ -47,11 +47,11 @@ class ClockWatch {
 
  private:
   struct Source {
-    int64_t good_at = -1;          // judgements so far, when its last good stamp came
-    int32_t suspects = 0;          // in a row, and growing
-    int32_t behind = 0;            // of these
-    int64_t suspect_ns = 0;        // the last
-    int64_t suspect_at = -1;       // judgements so far, when the first came
+    int64_t good_at = -1;     // judgements so far, when its last good stamp came
+    int32_t suspects = 0;     // in a row, and growing
+    int32_t behind = 0;       // of these
+    int64_t suspect_ns = 0;   // the last
+    int64_t suspect_at = -1;  // judgements so far, when the first came
   };
   bool outvotes(int32_t source) const noexcept;
 

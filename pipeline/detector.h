@@ -37,7 +37,7 @@ struct Counters {
 // What a reader owns: its pin on a frame, and the memory ovt_read_tracks predicts into.
 struct Reader {
   class Detector* detector = nullptr;
-  bool lent = false;                      // the callback's: destroyed with the detector
+  bool lent = false;  // the callback's: destroyed with the detector
   Frame* frame = nullptr;
   int64_t seen_sequence = -1;
   Arena arena;
@@ -93,7 +93,7 @@ class Detector {
   bool take_external_in_hand();
   void watch_frames();
 
-  Memory memory_;                           // first: every block goes back to it
+  Memory memory_;  // first: every block goes back to it
   StageContext context_;
   int32_t worker_count_ = 1, max_frames_ = 1;
   bool process_locked_ = false;
@@ -118,7 +118,7 @@ class Detector {
   Reader lent_;
   int32_t reader_capacity_ = 0;
   std::atomic<int32_t> reader_count_{0};
-  std::atomic<int32_t> owners_{1};          // the caller's handle and every reader
+  std::atomic<int32_t> owners_{1};  // the caller's handle and every reader
   std::atomic<bool> closed_{false};
 
   // producers'

@@ -71,8 +71,7 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
   if (def.push_policy != OVT_PUSH_REPLACE && def.push_policy != OVT_PUSH_WAIT) return bad("push_policy is unknown");
   if (def.cluster_capacity < 1 || def.cluster_capacity > 1'000'000)
     return bad("cluster_capacity must be 1 to 1,000,000");
-  if (def.candidate_capacity < 1 || def.candidate_capacity > 4096)
-    return bad("candidate_capacity must be 1 to 4,096");
+  if (def.candidate_capacity < 1 || def.candidate_capacity > 4096) return bad("candidate_capacity must be 1 to 4,096");
   if (def.track_capacity < 1 || def.track_capacity > 4096) return bad("track_capacity must be 1 to 4,096");
   if (def.frames_in_flight < 1 || def.frames_in_flight > 64) return bad("frames_in_flight must be 1 to 64");
   if (def.reader_capacity < 0 || def.reader_capacity > 64) return bad("reader_capacity must be 0 to 64");
@@ -82,8 +81,8 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
   if (def.cpu_count < 0 || def.cpu_count > 1024 || (def.cpu_count > 0) != (def.cpus != nullptr))
     return bad("cpus and cpu_count go together: 1 to 1,024 CPUs, or none");
   for (int32_t i = 0; i < def.cpu_count; ++i)
-    if (!is_usable_cpu(def.cpus[i])) return bad(field("cpus", i, "this process may not use CPU ") +
-                                                std::to_string(def.cpus[i]));
+    if (!is_usable_cpu(def.cpus[i]))
+      return bad(field("cpus", i, "this process may not use CPU ") + std::to_string(def.cpus[i]));
   if (def.fifo_priority < 0 || def.fifo_priority > 99) return bad("fifo_priority must be 0 to 99");
   if (def.memory & ~(OVT_MEMORY_LOCK | OVT_MEMORY_HUGE | OVT_MEMORY_LOCK_PROCESS))
     return bad("memory has an unknown bit");
@@ -117,7 +116,7 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
   if (status == OVT_OK) status = build_runner(def, params, error);
   if (status != OVT_OK) return status;
   process_locked_ = (def.memory & OVT_MEMORY_LOCK_PROCESS) && mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
-  (void)steady_now_ns();   // the kernel's clock page: its first touch is a fault, and no lock covers it
+  (void)steady_now_ns();  // the kernel's clock page: its first touch is a fault, and no lock covers it
   say_what_was_obtained(def);
   return OVT_OK;
 }
@@ -264,9 +263,9 @@ ovt_runtime_info Detector::runtime_info() const {
 
 void Detector::say_what_was_obtained(const ovt_detector_def& def) const {
   const ovt_runtime_info info = runtime_info();
-  log(OVT_LOG_INFO, ("isa " + std::string(info.isa) + ", " + std::to_string(info.worker_count) +
-                     (inline_ ? " worker" : " workers"))
-                        .c_str());
+  log(OVT_LOG_INFO,
+      ("isa " + std::string(info.isa) + ", " + std::to_string(info.worker_count) + (inline_ ? " worker" : " workers"))
+          .c_str());
   if (!context_.map) log(OVT_LOG_WARNING, "no map: no map gate, psi_REF is the ego heading");
   const int32_t threads = worker_count_ + 1;
   const auto tell = [&](bool whole, const std::string& text) {
@@ -277,12 +276,12 @@ void Detector::say_what_was_obtained(const ovt_detector_def& def) const {
   if (!inline_ && def.cpu_count > 0)
     tell(info.pinned == threads, "pinned to their CPUs: " + count_of(info.pinned, threads) + " threads");
   if (!inline_ && def.fifo_priority > 0)
-    tell(info.fifo == threads, "SCHED_FIFO: " + count_of(info.fifo, threads) +
-                                   " threads (needs CAP_SYS_NICE or a limit on rtprio)");
+    tell(info.fifo == threads,
+         "SCHED_FIFO: " + count_of(info.fifo, threads) + " threads (needs CAP_SYS_NICE or a limit on rtprio)");
   const auto megabytes = [](int64_t bytes) { return std::to_string(bytes >> 20) + " MiB"; };
   if (def.memory & OVT_MEMORY_LOCK)
-    tell(info.locked_bytes == info.memory_bytes, "locked: " + megabytes(info.locked_bytes) + " of " +
-                                                     megabytes(info.memory_bytes) + " (limit on memlock)");
+    tell(info.locked_bytes == info.memory_bytes,
+         "locked: " + megabytes(info.locked_bytes) + " of " + megabytes(info.memory_bytes) + " (limit on memlock)");
   if (memory_.huge_refused_bytes() > 0)
     tell(false, "huge pages: refused for " + megabytes(memory_.huge_refused_bytes()));
   if (def.memory & OVT_MEMORY_LOCK_PROCESS)

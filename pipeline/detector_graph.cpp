@@ -45,11 +45,11 @@ class WorkerShare {
 constexpr int64_t kPatience_ns = 2'000'000'000;
 
 // What runs through the graph: a frame, or (null) one of the messages of the warm-up.
-constexpr int32_t kHold = -2, kPass = -3, kRelease = -4;   // Job::sensor of these: all workers are held, it passes, ...
+constexpr int32_t kHold = -2, kPass = -3, kRelease = -4;  // Job::sensor of these: all workers are held, it passes, ...
 struct Job {
   Frame* frame;
   int32_t sensor;
-  int64_t order;                               // among the messages of a frame's tail: the sequencer's key
+  int64_t order;  // among the messages of a frame's tail: the sequencer's key
 };
 
 void note_start(Frame& frame) noexcept {
@@ -216,7 +216,7 @@ struct DetectorGraph::Nodes {
     ~Observer() override { observe(false); }
     void on_scheduler_entry(bool is_worker) override {
       if (!is_worker) return;
-      const int32_t worker = oneapi::tbb::this_task_arena::current_thread_index() - 1;   // behind the intake's place
+      const int32_t worker = oneapi::tbb::this_task_arena::current_thread_index() - 1;  // behind the intake's place
       set_this_worker(worker);
       roster_.enter_worker(worker);
     }
@@ -238,13 +238,13 @@ struct DetectorGraph::Nodes {
   const StageContext& context;
   TrackStage& stage;
   RunnerHooks hooks;
-  std::atomic<int32_t> waiting{0};             // segmentations that no worker has begun
+  std::atomic<int32_t> waiting{0};  // segmentations that no worker has begun
   std::atomic<int32_t> spinning{0};
   ThreadRoster& roster;
-  std::atomic<int32_t> arrived{0}, left{0};    // workers in the warm-up
+  std::atomic<int32_t> arrived{0}, left{0};  // workers in the warm-up
   std::atomic<int32_t> released{0};
-  std::atomic<bool> posted{false};             // the intake's part of it
-  std::atomic<int64_t> warmed{0};              // messages that came through
+  std::atomic<bool> posted{false};  // the intake's part of it
+  std::atomic<int64_t> warmed{0};   // messages that came through
   int64_t warm_until = 0;
   WorkerShare share;
   oneapi::tbb::task_arena arena;

@@ -21,8 +21,8 @@ namespace overtake {
 
 // What both runners call back: counting and publishing belong to the detector.
 struct RunnerHooks {
-  std::function<void(Frame&)> finish;          // after the tracker, frame after frame
-  std::function<void()> caught;                // an exception was caught; the frame goes on
+  std::function<void(Frame&)> finish;  // after the tracker, frame after frame
+  std::function<void()> caught;        // an exception was caught; the frame goes on
 };
 
 // worker_count 1: everything in the calling thread.
@@ -40,15 +40,15 @@ class InlineRunner final : public FrameRunner {
 
 struct GraphParams {
   int32_t worker_count = 2;
-  int32_t max_frames = 4;                      // in work at once: so much is taken from the heap in warm_up
-  int64_t spin_ns = 0;                         // workers look for work this long before they sleep
+  int32_t max_frames = 4;  // in work at once: so much is taken from the heap in warm_up
+  int64_t spin_ns = 0;     // workers look for work this long before they sleep
 };
 
 class DetectorGraph final : public FrameRunner {
  public:
   DetectorGraph(const GraphParams& params, ThreadRoster& roster, const StageContext& context, TrackStage& track,
                 RunnerHooks hooks);
-  ~DetectorGraph() override;                   // waits for the frames under way
+  ~DetectorGraph() override;  // waits for the frames under way
   // The loop is a guest of the arena for as long as it runs: what it sends goes into a pool of its own, which takes no
   // memory; from outside, TBB's queue takes a block every 64 messages.
   void host(const std::function<void()>& loop) override;
@@ -57,7 +57,7 @@ class DetectorGraph final : public FrameRunner {
   void warm_up() override;
   void start_segment(Frame& frame, int32_t sensor) override;
   void close(Frame& frame) override;
-  int32_t workers_seen() const noexcept;       // that came when they were called
+  int32_t workers_seen() const noexcept;  // that came when they were called
 
  private:
   struct Nodes;

@@ -23,18 +23,18 @@ struct EgoPose {
 struct EgoState {
   EgoPose pose;
   double r[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  int64_t age_ns = 0;                    // how far from the nearest pose known; 0 or less: interpolated
+  int64_t age_ns = 0;  // how far from the nearest pose known; 0 or less: interpolated
 
   void to_map(double x, double y, double z, double& map_x, double& map_y) const noexcept {
     map_x = r[0] * x + r[1] * y + r[2] * z + pose.x_m;
     map_y = r[3] * x + r[4] * y + r[5] * z + pose.y_m;
   }
   double heading_to_map(double heading_rad) const noexcept;
-  double heading_to_vehicle(double heading_rad) const noexcept;   // of a level direction in the map
+  double heading_to_vehicle(double heading_rad) const noexcept;  // of a level direction in the map
 };
 
-inline constexpr int64_t kEgoFreshNs = 100'000'000;    // older: EGO_STALE, no map gate
-inline constexpr int64_t kEgoLostNs = 500'000'000;     // older: tracks only predict
+inline constexpr int64_t kEgoFreshNs = 100'000'000;  // older: EGO_STALE, no map gate
+inline constexpr int64_t kEgoLostNs = 500'000'000;   // older: tracks only predict
 
 // The poses a frame may use, those round its time, ascending stamps.
 struct EgoWindow {
@@ -71,10 +71,10 @@ class EgoBuffer {
   EgoPose* ring_ = nullptr;
   int64_t capacity_;
   std::atomic<int64_t> count_{0};
-  std::atomic<int64_t> first_{0};        // poses before it belong to a clock that is gone
+  std::atomic<int64_t> first_{0};  // poses before it belong to a clock that is gone
   // producer's
   int64_t last_stamp_ns_ = INT64_MIN;
-  int32_t older_ = 0;                    // stamps in a row that are much older
+  int32_t older_ = 0;  // stamps in a row that are much older
   int64_t older_ns_ = 0;
 };
 

@@ -15,7 +15,7 @@ class Event {
   // Sleeps until anything was signalled after `seen` was looked at.
   void wait(uint32_t seen) const noexcept { count_.wait(seen, std::memory_order_acquire); }
   void signal() noexcept {
-    count_.fetch_add(1, std::memory_order_seq_cst);   // not after notify_all looks for sleepers, on any CPU
+    count_.fetch_add(1, std::memory_order_seq_cst);  // not after notify_all looks for sleepers, on any CPU
     count_.notify_all();
   }
 

@@ -37,16 +37,16 @@ struct SensorPart {
   RangeImages images;
   ClusterTable clusters;
   ClusterPointTable cluster_points;
-  int32_t row_count = 0;                       // layers found
+  int32_t row_count = 0;  // layers found
   int32_t label_count = 0;
   int32_t cluster_overflow = 0;
-  int32_t reason_count[kReasonCount] = {};     // points by reason
+  int32_t reason_count[kReasonCount] = {};  // points by reason
   StageSpans spans;
-  int32_t* row_of_label = nullptr;             // [label_count + 1] in clusters, -1 none
-  int32_t* cluster_of_label = nullptr;         // the same in the frame's merged table; written by merge
+  int32_t* row_of_label = nullptr;      // [label_count + 1] in clusters, -1 none
+  int32_t* cluster_of_label = nullptr;  // the same in the frame's merged table; written by merge
   // scratch
   LayerSums layer_sums;
-  int32_t *row_of_layer = nullptr, *layer_order = nullptr;   // [kLayerIds]
+  int32_t *row_of_layer = nullptr, *layer_order = nullptr;  // [kLayerIds]
   int32_t *queue = nullptr, *cursor = nullptr, *order = nullptr;
 };
 
@@ -57,11 +57,13 @@ struct ExternalTable {
   int32_t count = 0, capacity = 0;
   double *x_m = nullptr, *y_m = nullptr, *heading_rad = nullptr, *var_x = nullptr, *var_y = nullptr, *cov_xy = nullptr;
 };
+// clang-format off
 template <class F>
 void for_each_column(ExternalTable& t, F&& f) {
   f("x_m", t.x_m);      f("y_m", t.y_m);      f("heading_rad", t.heading_rad);
   f("var_x", t.var_x);  f("var_y", t.var_y);  f("cov_xy", t.cov_xy);
 }
+// clang-format on
 
 // Detections in the tracker's frame of reference.
 struct MeasurementTable {
@@ -71,6 +73,7 @@ struct MeasurementTable {
   double *var_x = nullptr, *var_y = nullptr, *cov_xy = nullptr;
   TrackId* track = nullptr;
 };
+// clang-format off
 template <class F>
 void for_each_column(MeasurementTable& t, F&& f) {
   f("stamp_ns", t.stamp_ns);
@@ -79,6 +82,7 @@ void for_each_column(MeasurementTable& t, F&& f) {
   f("var_x", t.var_x);        f("var_y", t.var_y);      f("cov_xy", t.cov_xy);
   f("track", t.track);
 }
+// clang-format on
 
 struct Frame {
   Arena arena;
@@ -91,40 +95,40 @@ struct Frame {
   SensorPart sensors[kMaxSensors];
   ExternalTable external;
   int32_t external_reference = OVT_REFERENCE_MAP;
-  uint32_t stale_mask = 0;                     // sensors silent for more than 1.5 periods
-  bool restart = false;                        // the clock jumped: tracks of before mean nothing
+  uint32_t stale_mask = 0;  // sensors silent for more than 1.5 periods
+  bool restart = false;     // the clock jumped: tracks of before mean nothing
   // detect
   MemberTable members;
   MergedTable merged;
   SeamScratch seam;
-  int32_t* kept = nullptr;                     // rows of merged that pass the gates
+  int32_t* kept = nullptr;  // rows of merged that pass the gates
   int32_t candidate_count = 0;
   DetectionTable detections;
-  float *fit_x_m = nullptr, *fit_y_m = nullptr;   // points of one candidate
+  float *fit_x_m = nullptr, *fit_y_m = nullptr;  // points of one candidate
   int32_t fit_capacity = 0;
   int32_t merged_overflow = 0, candidate_overflow = 0;
   // track
   MeasurementTable measurements;
-  TrackTable tracks;                           // states at their own stamps, as the tracker left them
+  TrackTable tracks;  // states at their own stamps, as the tracker left them
   int32_t reference = OVT_REFERENCE_VEHICLE;
-  int64_t tracks_ns = 0;                       // the tracks' own time: stamp_ns, or the newest where this frame is late
-  int32_t refiltered = 0;                      // iterations run again for it
+  int64_t tracks_ns = 0;   // the tracks' own time: stamp_ns, or the newest where this frame is late
+  int32_t refiltered = 0;  // iterations run again for it
   bool ego_known = false;
-  EgoState ego_state;                          // at stamp_ns
+  EgoState ego_state;  // at stamp_ns
   StageSpans spans;
-  std::atomic<int64_t> started_ns{0};          // steady clock, start of the first segmentation
-  std::atomic<int64_t> closed_ns{0};           // steady clock, nothing more came for it; 0: it is open
-  bool stall_counted = false;                  // intake's
-  int64_t pushed_ns = 0;                       // steady clock, push of its last scan
-  int64_t latency_ns = -1;                     // from there to its tracks
+  std::atomic<int64_t> started_ns{0};  // steady clock, start of the first segmentation
+  std::atomic<int64_t> closed_ns{0};   // steady clock, nothing more came for it; 0: it is open
+  bool stall_counted = false;          // intake's
+  int64_t pushed_ns = 0;               // steady clock, push of its last scan
+  int64_t latency_ns = -1;             // from there to its tracks
   // graph
-  std::atomic<int32_t> pending{0};             // segmentations under way, plus one while the frame is open
-  std::atomic<uint64_t> references{0};         // see frame_pool.h
+  std::atomic<int32_t> pending{0};      // segmentations under way, plus one while the frame is open
+  std::atomic<uint64_t> references{0};  // see frame_pool.h
 };
 
 struct FrameSizes {
   const SensorModel* sensors = nullptr;
-  const int32_t* point_capacity = nullptr;     // per sensor
+  const int32_t* point_capacity = nullptr;  // per sensor
   int32_t sensor_count = 0;
   int32_t cluster_capacity = 0, candidate_capacity = 0, track_capacity = 0, external_capacity = 0;
   int32_t merge_columns = 1;

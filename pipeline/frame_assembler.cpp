@@ -37,8 +37,8 @@ Taken FrameAssembler::check_stamp(int32_t source, int64_t stamp_ns) noexcept {
 Taken FrameAssembler::take_scan(int32_t sensor, Scan& scan) noexcept {
   if (const Taken verdict = check_stamp(sensor, scan.stamp_ns); verdict != Taken::kNoSlot) return verdict;
   const uint32_t bit = 1u << sensor;
-  const bool joins = open_ && !(open_->sensor_mask & bit) &&
-                     distance_ns(scan.stamp_ns, open_->first_stamp_ns) <= params_.tolerance_ns;
+  const bool joins =
+      open_ && !(open_->sensor_mask & bit) && distance_ns(scan.stamp_ns, open_->first_stamp_ns) <= params_.tolerance_ns;
   if (!joins) {
     if (belongs_before(scan.stamp_ns)) {
       Frame* frame = open(scan.stamp_ns, FrameKind::kScans);

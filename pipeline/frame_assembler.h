@@ -5,8 +5,8 @@
 // every sensor that is not silent is in it, when a scan arrives that does not belong to it, or when the caller names a
 // time that is too late for it. Segmentation starts with each scan, not with the frame's last.
 //
-// A scan older than what was closed, or than the frame that waits, is a frame of its own: the tracker takes it in at its
-// place in time. A frame's sequence number is that of its closing.
+// A scan older than what was closed, or than the frame that waits, is a frame of its own: the tracker takes it in at
+// its place in time. A frame's sequence number is that of its closing.
 #pragma once
 
 #include <algorithm>
@@ -28,14 +28,14 @@ class FrameRunner {
   virtual void host(const std::function<void()>& loop) { loop(); }
   // In that loop, before the first frame: may take memory and threads.
   virtual void warm_up() {}
-  virtual void start_segment(Frame& frame, int32_t sensor) = 0;   // sensors[sensor].scan is ready
-  virtual void close(Frame& frame) = 0;                           // nothing more comes for it
+  virtual void start_segment(Frame& frame, int32_t sensor) = 0;  // sensors[sensor].scan is ready
+  virtual void close(Frame& frame) = 0;                          // nothing more comes for it
 };
 
 struct AssemblerParams {
   int32_t sensor_count = 0;
   int64_t period_ns = 50'000'000, tolerance_ns = 25'000'000;
-  int64_t wait_ns = 75'000'000;        // after a frame's first stamp; older, ovt_advance closes it
+  int64_t wait_ns = 75'000'000;  // after a frame's first stamp; older, ovt_advance closes it
   int64_t predict_after_ns = 75'000'000;
 };
 
@@ -62,7 +62,7 @@ class FrameAssembler {
   // False when a frame slot was needed and none is free: try again.
   bool advance(int64_t now_ns) noexcept;
   void flush() noexcept { close_open(); }
-  int64_t admitted() const noexcept { return next_sequence_; }   // frames closed so far
+  int64_t admitted() const noexcept { return next_sequence_; }  // frames closed so far
   // Scans that were answered kLate, and turned out to be of the clock that is now believed: dropped, then. Since the
   // last call.
   int32_t take_late_before_jump() noexcept { return std::exchange(late_before_jump_, 0); }
@@ -98,14 +98,14 @@ class FrameAssembler {
   Frame* open_ = nullptr;
   EgoMark open_mark_;
   int64_t next_sequence_ = 0;
-  bool started_ = false;                               // a scan was taken
-  bool restart_next_ = false;                          // the next frame is the first of another clock
+  bool started_ = false;       // a scan was taken
+  bool restart_next_ = false;  // the next frame is the first of another clock
   int32_t late_before_jump_ = 0;
   int64_t clock_jumps_ = 0;
   bool closed_any_ = false;
-  int64_t closed_stamp_ns_ = 0;                        // newest stamp of the closed frames, predictions apart
+  int64_t closed_stamp_ns_ = 0;  // newest stamp of the closed frames, predictions apart
   FrameKind closed_kind_ = FrameKind::kScans;
-  int64_t seen_ns_[kMaxSensors] = {};                  // newest scan of each sensor; before its first: the first frame's
+  int64_t seen_ns_[kMaxSensors] = {};  // newest scan of each sensor; before its first: the first frame's
   // A stamp is judged once, also when no slot was free and the scan is offered again.
   bool judged_ = false;
   int32_t judged_source_ = 0;

@@ -6,8 +6,7 @@
 
 namespace overtake {
 
-bool FramePool::build(int32_t slot_count, int32_t max_in_flight, const FrameSizes& sizes,
-                      const Allocator& allocator) {
+bool FramePool::build(int32_t slot_count, int32_t max_in_flight, const FrameSizes& sizes, const Allocator& allocator) {
   slots_.reset(new (std::nothrow) Frame[std::size_t(slot_count)]);
   if (!slots_) return false;
   slot_count_ = slot_count;

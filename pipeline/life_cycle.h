@@ -20,12 +20,12 @@ namespace overtake {
 inline constexpr int32_t kMaxWindow = 64;
 
 struct LifeCycleParams {
-  int32_t window, confirm_hits, keep_hits;   // N in 1..kMaxWindow, M_c, M_e
+  int32_t window, confirm_hits, keep_hits;  // N in 1..kMaxWindow, M_c, M_e
 };
 
 struct LifeCycle {
-  uint64_t history = 0;                      // bit k: hit k iterations ago
-  int32_t age = 0;                           // iterations lived
+  uint64_t history = 0;  // bit k: hit k iterations ago
+  int32_t age = 0;       // iterations lived
   TrackState state = TrackState::kTentative;
 
   int32_t hits() const { return std::popcount(history); }

@@ -11,8 +11,8 @@
 #include <atomic>
 #include <cstdint>
 
-#include "core/table.h"
 #include "core/point_table.h"
+#include "core/table.h"
 #include "pipeline/ego_buffer.h"
 #include "pipeline/stage_clock.h"
 
@@ -21,11 +21,11 @@ namespace overtake {
 struct Scan {
   ScanTable table;
   int64_t stamp_ns = 0;
-  EgoMark ego;                 // ego poses that were pushed before it
-  StageSpan load;              // its copy
+  EgoMark ego;     // ego poses that were pushed before it
+  StageSpan load;  // its copy
 };
 
-template <class Letter>   // with a `table`
+template <class Letter>  // with a `table`
 class Mailbox {
  public:
   [[nodiscard]] bool build(int32_t row_capacity, const Allocator& allocator) {
@@ -49,7 +49,7 @@ class Mailbox {
 
   // Taker: takes the waiting letter in hand (giving back an older one in hand: true in `replaced`). False: none waits.
   bool take(bool& replaced) noexcept {
-    if (!(middle_.load(std::memory_order_acquire) & kFresh)) return false;   // only the taker makes it stale
+    if (!(middle_.load(std::memory_order_acquire) & kFresh)) return false;  // only the taker makes it stale
     reading_ = middle_.exchange(reading_, std::memory_order_seq_cst) & kIndex;
     middle_.notify_all();
     replaced = in_hand_;
@@ -63,10 +63,10 @@ class Mailbox {
   static constexpr int32_t kIndex = 3, kFresh = 4;
   Arena arena_;
   Letter letters_[3];
-  std::atomic<int32_t> middle_{1};   // index, and whether it waits to be taken
-  int32_t writing_ = 0;              // producer's
-  int32_t reading_ = 2;              // taker's
-  bool in_hand_ = false;             // taker's: what it reads is not done with
+  std::atomic<int32_t> middle_{1};  // index, and whether it waits to be taken
+  int32_t writing_ = 0;             // producer's
+  int32_t reading_ = 2;             // taker's
+  bool in_hand_ = false;            // taker's: what it reads is not done with
 };
 
 }  // namespace overtake

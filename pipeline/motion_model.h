@@ -13,7 +13,7 @@
 namespace overtake {
 
 struct MotionState {
-  double x_m = 0, y_m = 0, speed_mps = 0, course_rad = 0, yaw_rate_rps = 0;   // course wrapped to (-pi, pi]
+  double x_m = 0, y_m = 0, speed_mps = 0, course_rad = 0, yaw_rate_rps = 0;  // course wrapped to (-pi, pi]
 };
 
 // What differs from the identity in d next / d state. The rest: speed and yaw rate stay, x and y carry over.

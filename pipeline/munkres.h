@@ -50,15 +50,15 @@ class Munkres {
   int32_t rows_ = 0, columns_ = 0, max_rows_, max_columns_, max_pairs_;
   int32_t pair_count_ = 0;
   Pair *pairs_ = nullptr, *scratch_ = nullptr;
-  int32_t* begin_ = nullptr;                                // row -> first of its sorted pairs; the sort's counters
-  Cost *row_price_ = nullptr, *column_price_ = nullptr;     // duals: cost >= their sum, equal where paired
+  int32_t* begin_ = nullptr;                             // row -> first of its sorted pairs; the sort's counters
+  Cost *row_price_ = nullptr, *column_price_ = nullptr;  // duals: cost >= their sum, equal where paired
   int32_t* row_of_column_ = nullptr;
   // One search. `mark` tells which search a column was last touched or settled by, so nothing is cleared between.
-  Cost* reach_ = nullptr;                                   // column -> length of the shortest path to it
+  Cost* reach_ = nullptr;  // column -> length of the shortest path to it
   int32_t *parent_row_ = nullptr, *touched_by_ = nullptr, *settled_by_ = nullptr;
-  int32_t *open_ = nullptr, *tree_rows_ = nullptr;          // columns touched and not settled; rows in the tree
+  int32_t *open_ = nullptr, *tree_rows_ = nullptr;  // columns touched and not settled; rows in the tree
   int32_t open_count_ = 0, tree_count_ = 0;
-  Cost* row_reach_ = nullptr;                               // length at which a row joined the tree
+  Cost* row_reach_ = nullptr;  // length at which a row joined the tree
   int32_t search_ = 0;
 };
 

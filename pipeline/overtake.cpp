@@ -409,7 +409,8 @@ ovt_status ovt_read_image_sized(ovt_reader* reader, int32_t sensor, ovt_image_id
     return give<ovt_image>({p.data, OVT_IMAGE_I32, p.rows, p.cols, size_t(p.stride) * sizeof(int32_t)}, out, out_size);
   };
   const auto bits = [&](const BitPlane& p) {
-    return give<ovt_image>({p.words, OVT_IMAGE_BITS, p.rows, p.cols, size_t(p.words_per_row) * sizeof(uint64_t)}, out, out_size);
+    return give<ovt_image>({p.words, OVT_IMAGE_BITS, p.rows, p.cols, size_t(p.words_per_row) * sizeof(uint64_t)}, out,
+                           out_size);
   };
   // clang-format off
   switch (image) {

@@ -26,7 +26,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "overtake.h"   // its neighbour, wherever both are installed
+#include "overtake.h"  // its neighbour, wherever both are installed
 
 namespace ovt {
 
@@ -53,9 +53,9 @@ class [[nodiscard]] Result {
   Result(ovt_status status, const T& value) noexcept : status_(status), value_(value) {}
   explicit operator bool() const noexcept { return status_ == OVT_OK; }
   ovt_status status() const noexcept { return status_; }
-  const T& operator*() const noexcept { return value_; }              // zeros unless OVT_OK
+  const T& operator*() const noexcept { return value_; }  // zeros unless OVT_OK
   const T* operator->() const noexcept { return &value_; }
-  const T& value() const { return check(status_), value_; }           // throws Error
+  const T& value() const { return check(status_), value_; }  // throws Error
 
  private:
   ovt_status status_;
@@ -69,10 +69,14 @@ constexpr int32_t kTypeOf = [] {
   static_assert(std::is_arithmetic_v<T> && !std::is_same_v<T, bool>, "a column holds numbers");
   static_assert(std::is_floating_point_v<T> ? sizeof(T) == 4 || sizeof(T) == 8 : sizeof(T) <= 4,
                 "a column holds float, double, or integers of up to 32 bits");
-  if constexpr (std::is_floating_point_v<T>) return sizeof(T) == 4 ? OVT_F32 : OVT_F64;
-  else if constexpr (sizeof(T) == 1) return std::is_signed_v<T> ? OVT_I8 : OVT_U8;
-  else if constexpr (sizeof(T) == 2) return std::is_signed_v<T> ? OVT_I16 : OVT_U16;
-  else return std::is_signed_v<T> ? OVT_I32 : OVT_U32;
+  if constexpr (std::is_floating_point_v<T>)
+    return sizeof(T) == 4 ? OVT_F32 : OVT_F64;
+  else if constexpr (sizeof(T) == 1)
+    return std::is_signed_v<T> ? OVT_I8 : OVT_U8;
+  else if constexpr (sizeof(T) == 2)
+    return std::is_signed_v<T> ? OVT_I16 : OVT_U16;
+  else
+    return std::is_signed_v<T> ? OVT_I32 : OVT_U32;
 }();
 
 // What a column may borrow: an array, a vector, a span; no temporary that owns its elements.
@@ -158,21 +162,27 @@ struct Table {
 
  protected:
   template <class T>
-  std::span<const T> column(const T* first) const noexcept { return {first, first ? size() : 0}; }
+  std::span<const T> column(const T* first) const noexcept {
+    return {first, first ? size() : 0};
+  }
 };
 
 struct Detections : Table<ovt_detections> {
+  // clang-format off
   OVT_COLUMN(stamp_ns) OVT_COLUMN(x_m) OVT_COLUMN(y_m) OVT_COLUMN(z_m) OVT_COLUMN(heading_rad)
   OVT_COLUMN(heading_source) OVT_COLUMN(length_m) OVT_COLUMN(width_m) OVT_COLUMN(point_count)
   OVT_COLUMN(inliers_ref) OVT_COLUMN(inliers_var) OVT_COLUMN(heading_ref_rad) OVT_COLUMN(heading_var_rad)
   OVT_COLUMN(ref_x_m) OVT_COLUMN(ref_y_m) OVT_COLUMN(var_x_m) OVT_COLUMN(var_y_m) OVT_COLUMN(sensor_mask)
   OVT_COLUMN(cluster) OVT_COLUMN(map_s_m) OVT_COLUMN(map_d_m) OVT_COLUMN(track)
+  // clang-format on
 };
 
 struct Tracks : Table<ovt_tracks> {
+  // clang-format off
   OVT_COLUMN(id) OVT_COLUMN(state) OVT_COLUMN(measured_ns) OVT_COLUMN(x_m) OVT_COLUMN(y_m) OVT_COLUMN(speed_mps)
   OVT_COLUMN(course_rad) OVT_COLUMN(yaw_rate_rps) OVT_COLUMN(heading_rad) OVT_COLUMN(length_m) OVT_COLUMN(width_m)
   OVT_COLUMN(age) OVT_COLUMN(hits) OVT_COLUMN(detection) OVT_COLUMN(flags)
+  // clang-format on
   // Element k of the covariance's lower triangle, row by row: 0 <= k < 15.
   std::span<const double> covariance(int32_t k) const noexcept { return column(c.covariance[k]); }
   // Predicted path of one track: c.path_points values, c.path_step_s apart.
@@ -193,14 +203,18 @@ struct Tracks : Table<ovt_tracks> {
 };
 
 struct Clusters : Table<ovt_clusters> {
+  // clang-format off
   OVT_COLUMN(point_count) OVT_COLUMN(min_x_m) OVT_COLUMN(min_y_m) OVT_COLUMN(min_z_m) OVT_COLUMN(max_x_m)
   OVT_COLUMN(max_y_m) OVT_COLUMN(max_z_m) OVT_COLUMN(center_x_m) OVT_COLUMN(center_y_m) OVT_COLUMN(center_z_m)
   OVT_COLUMN(stamp_ns) OVT_COLUMN(sensor_mask)
+  // clang-format on
 };
 
 struct Labels : Table<ovt_labels> {
+  // clang-format off
   OVT_COLUMN(label) OVT_COLUMN(reason) OVT_COLUMN(x_m) OVT_COLUMN(y_m) OVT_COLUMN(z_m) OVT_COLUMN(intensity)
   OVT_COLUMN(layer)
+  // clang-format on
   // By label, 0 to c.label_count.
   std::span<const int32_t> cluster_of_label() const noexcept {
     return {c.cluster_of_label, c.cluster_of_label ? std::size_t(c.label_count) + 1 : 0};

@@ -39,8 +39,7 @@ inline void probe_stage_begin(int64_t sequence, int32_t sensor, int32_t stage, i
              seen_by_probe(stamp_ns));
 }
 inline void probe_stage_end(int64_t sequence, int32_t sensor, int32_t stage, int64_t stamp_ns) noexcept {
-  OVT_PROBE4(stage_end, seen_by_probe(sequence), seen_by_probe(sensor), seen_by_probe(stage),
-             seen_by_probe(stamp_ns));
+  OVT_PROBE4(stage_end, seen_by_probe(sequence), seen_by_probe(sensor), seen_by_probe(stage), seen_by_probe(stamp_ns));
 }
 inline void probe_drop(int32_t sensor, int64_t stamp_ns) noexcept {
   OVT_PROBE2(drop, seen_by_probe(sensor), seen_by_probe(stamp_ns));

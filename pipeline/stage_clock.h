@@ -21,7 +21,7 @@ int32_t this_worker() noexcept;
 void set_this_worker(int32_t worker) noexcept;
 
 struct StageSpan {
-  int64_t start_ns = 0, duration_ns = -1;      // steady clock; -1: did not run
+  int64_t start_ns = 0, duration_ns = -1;  // steady clock; -1: did not run
   int32_t worker = -1;
 };
 

@@ -87,8 +87,8 @@ void merge_frame(const StageContext& context, Frame& frame) noexcept {
   SeamSide sides[kMaxSensors];
   for (int32_t s = 0; s < context.sensor_count; ++s) {
     const SensorPart& part = frame.sensors[s];
-    sides[s] = {part.present,   &context.sensors[s],  &part.images,      &part.scan,   &part.points,
-                &part.clusters, part.row_of_label, part.stamp_ns};
+    sides[s] = {part.present, &context.sensors[s], &part.images,      &part.scan,
+                &part.points, &part.clusters,      part.row_of_label, part.stamp_ns};
   }
   frame.merged_overflow = context.kernels->merge_seams(context.detect.merge_seams, sides, context.sensor_count,
                                                        frame.members, frame.merged, frame.seam);

@@ -14,7 +14,7 @@ namespace overtake {
 // Where a runner may be watched, made to wait or (but for kTake, on the intake) to throw: the tests' way in.
 enum class Body { kTake, kSegment, kDetect, kTrack, kFinish };
 struct BodyHook {
-  void (*call)(void* user, Body body, Frame& frame, int32_t sensor) = nullptr;   // sensor -1: the whole frame
+  void (*call)(void* user, Body body, Frame& frame, int32_t sensor) = nullptr;  // sensor -1: the whole frame
   void* user = nullptr;
   void operator()(Body body, Frame& frame, int32_t sensor = -1) const {
     if (call) call(user, body, frame, sensor);
@@ -28,7 +28,7 @@ struct StageContext {
   SensorModel sensors[kMaxSensors];
   SegmentParams segment[kMaxSensors];
   DetectParams detect;
-  const TrackMap* map = nullptr;               // null: none
+  const TrackMap* map = nullptr;  // null: none
   BodyHook hook;
 };
 
@@ -69,7 +69,7 @@ class TrackStage {
   TrackerParams params_;
   Tracker tracker_;
   int32_t reference_ = OVT_REFERENCE_VEHICLE;
-  int64_t newest_ns_ = INT64_MIN;              // of the frames run so far
+  int64_t newest_ns_ = INT64_MIN;  // of the frames run so far
   StepResult last_step_;
 };
 

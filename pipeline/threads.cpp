@@ -13,7 +13,7 @@ namespace {
 
 // What a thread was before it became ours, and whose it is.
 struct Before {
-  uint64_t owner = 0;                // a roster's id, 0 none
+  uint64_t owner = 0;  // a roster's id, 0 none
   int32_t worker = -1;
   bool pinned = false, fifo = false;
   cpu_set_t cpus;

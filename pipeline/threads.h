@@ -15,8 +15,8 @@
 namespace overtake {
 
 struct ThreadSettings {
-  std::vector<int32_t> cpus;         // empty: anywhere
-  int32_t fifo_priority = 0;         // 0: as it is
+  std::vector<int32_t> cpus;  // empty: anywhere
+  int32_t fifo_priority = 0;  // 0: as it is
 };
 
 // CPUs this process may use.
@@ -28,7 +28,7 @@ class ThreadRoster {
  public:
   ThreadRoster(ThreadSettings settings, int32_t worker_count);
 
-  // On the thread itself. Worker i is pinned to cpus[i % n]; the intake may use any of them. Cheap when it is already so.
+  // On the thread itself. Worker i is pinned to cpus[i % n]; the intake may use any. Cheap when it is already so.
   void enter_worker(int32_t worker) noexcept;
   void release_worker() noexcept;
   void enter_intake() noexcept;
@@ -40,9 +40,9 @@ class ThreadRoster {
   static constexpr uint8_t kPinned = 1, kFifo = 2;
   uint8_t apply(int32_t first_cpu, int32_t cpu_count) const noexcept;
   int32_t count(uint8_t bit) const noexcept;
-  const uint64_t id_;                                // no two in a process
+  const uint64_t id_;  // no two in a process
   ThreadSettings settings_;
-  std::vector<std::atomic<uint8_t>> obtained_;       // [worker_count + 1]: the last is the intake's
+  std::vector<std::atomic<uint8_t>> obtained_;  // [worker_count + 1]: the last is the intake's
 };
 
 // A pause in a loop that waits for another thread.

@@ -12,7 +12,7 @@ namespace overtake {
 
 struct TrackEstimate {
   MotionState mean;
-  double covariance[kTrackStateSize][kTrackStateSize] = {};   // symmetric
+  double covariance[kTrackStateSize][kTrackStateSize] = {};  // symmetric
 };
 
 // Growth of the variances a second (Q scales with dt), and the longest step one linearisation may stand for.
@@ -26,8 +26,8 @@ struct PositionMeasurement {
 };
 
 struct Innovation {
-  double d2 = 0;         // squared Mahalanobis distance
-  double log_det = 0;    // ln det S
+  double d2 = 0;       // squared Mahalanobis distance
+  double log_det = 0;  // ln det S
 };
 
 // Moves the estimate by dt_s. The mean is exact for any dt; the covariance goes in equal steps <= max_step_s. Backward

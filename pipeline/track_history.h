@@ -28,10 +28,10 @@ inline double seconds_between(int64_t from_ns, int64_t to_ns) {
 struct Candidate {
   int64_t stamp_ns;
   PositionMeasurement z;
-  double heading_rad, length_m, width_m;             // NaN: none
+  double heading_rad, length_m, width_m;  // NaN: none
   double ego_distance_m2;
-  int32_t row;                                       // in TrackerDetections
-  int32_t slot;                                      // of the track that took it or that it gave birth to, -1 none
+  int32_t row;   // in TrackerDetections
+  int32_t slot;  // of the track that took it or that it gave birth to, -1 none
 };
 
 // One slot. What is estimated holds at state_ns.
@@ -42,10 +42,10 @@ struct Track {
   int64_t state_ns = 0, measured_ns = 0;
   TrackEstimate estimate;
   bool has_heading = false;
-  double heading_rad = 0;                            // of the last detection that had one, turned on by omega
-  double length_m = 0, width_m = 0;                  // 0: never measured
-  int32_t detection = -1;                            // row of the last step's detection
-  uint32_t flags = 0;                                // of the last step; kTrackStale is found when published
+  double heading_rad = 0;            // of the last detection that had one, turned on by omega
+  double length_m = 0, width_m = 0;  // 0: never measured
+  int32_t detection = -1;            // row of the last step's detection
+  uint32_t flags = 0;                // of the last step; kTrackStale is found when published
 };
 
 // The live tracks at one time.
@@ -60,20 +60,20 @@ struct Iteration {
   int64_t stamp_ns;
   TrackerEgo ego;
   bool in_map;
-  int32_t sector_count;                              // -1: everything was seen
+  int32_t sector_count;  // -1: everything was seen
   ObservedSector sectors[kMaxSectors];
-  int32_t rejected, unread;                          // rows that are no measurement; beyond capacity
+  int32_t rejected, unread;  // rows that are no measurement; beyond capacity
   int32_t candidate_count;
-  Candidate* candidates;                             // by (stamp, x, y, row)
-  TrackId* track;                                    // by candidate: whose measurement it is, kNobody none
-  TrackId* track_before;                             // the same, before it ran again
+  Candidate* candidates;  // by (stamp, x, y, row)
+  TrackId* track;         // by candidate: whose measurement it is, kNobody none
+  TrackId* track_before;  // the same, before it ran again
   SavedTracks before;
 };
 
 // What is known of a track that was born while iterations ran again.
 struct ReplayBirth {
   int32_t iteration, slot;
-  TrackId id;                                        // found by settle_ids
+  TrackId id;  // found by settle_ids
   bool alive;
 };
 // Measurements that one such track shares with an earlier one.
@@ -82,15 +82,15 @@ struct ReplayVote {
   int32_t birth, count;
 };
 struct ReplayIds {
-  int32_t iteration = 0;                             // the one that runs
+  int32_t iteration = 0;  // the one that runs
   int32_t birth_count = 0;
   ReplayBirth* births = nullptr;
   ReplayVote* votes = nullptr;
-  TrackId* known = nullptr;                          // the earlier ids, ascending
+  TrackId* known = nullptr;  // the earlier ids, ascending
   bool* taken = nullptr;
-  int32_t* held = nullptr;                           // slots of the tracks put back, by id
-  TrackId* held_id = nullptr;                        // by slot: its track's id
-  int32_t* held_until = nullptr;                     // by slot: the last iteration in which it lives or measures
+  int32_t* held = nullptr;        // slots of the tracks put back, by id
+  TrackId* held_id = nullptr;     // by slot: its track's id
+  int32_t* held_until = nullptr;  // by slot: the last iteration in which it lives or measures
 };
 
 class TrackHistory {
@@ -111,9 +111,9 @@ class TrackHistory {
  private:
   int32_t count_ = 0, capacity_ = 0;
   double span_s_ = 0;
-  bool reaches_back_ = true;                         // whether what came before the oldest is known: nothing did
+  bool reaches_back_ = true;  // whether what came before the oldest is known: nothing did
   Iteration* iterations_ = nullptr;
-  int32_t* order_ = nullptr;                         // by time -> in iterations_; those of no use follow
+  int32_t* order_ = nullptr;  // by time -> in iterations_; those of no use follow
 };
 
 }  // namespace overtake

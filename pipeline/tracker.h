@@ -16,19 +16,19 @@
 namespace overtake {
 
 struct TrackerParams {
-  double q_diag[5] = {0.005, 0.005, 0.5, 0.005, 0.0005};   // per q_step_s, scales with dt
+  double q_diag[5] = {0.005, 0.005, 0.5, 0.005, 0.0005};  // per q_step_s, scales with dt
   double q_step_s = 0.05;
-  double r_diag[2] = {5.0, 5.0};                           // m^2; a detection may carry its own
+  double r_diag[2] = {5.0, 5.0};  // m^2; a detection may carry its own
   double birth_sigma_v = 20.0, birth_sigma_phi = 0.2, birth_sigma_omega = 0.1;
-  double birth_speed_share = 0.8;                          // of the ego speed
+  double birth_speed_share = 0.8;  // of the ego speed
   double gate_d2 = 9.21, gate_m = 8.0;
-  int32_t window = 20, confirm_hits = 6, keep_hits = 5;    // N (1..64), M_c, M_e
-  double max_silence_s = 4.0;                              // without a hit a track dies in any case; at most 60
-  double predict_step_s = 0.05;                            // longer steps are cut into such
+  int32_t window = 20, confirm_hits = 6, keep_hits = 5;  // N (1..64), M_c, M_e
+  double max_silence_s = 4.0;                            // without a hit a track dies in any case; at most 60
+  double predict_step_s = 0.05;                          // longer steps are cut into such
   double horizon_s = 3.0, horizon_step_s = 0.1;
-  double heading_speed_mps = 3.0;                          // in the map a confirmed track this fast turns its heading
-  double history_s = 0.5;                                  // a frame this much older than the newest is taken in, at
-  int32_t history_iterations = 32;                         // most so many iterations back (1..256)
+  double heading_speed_mps = 3.0;   // in the map a confirmed track this fast turns its heading
+  double history_s = 0.5;           // a frame this much older than the newest is taken in, at
+  int32_t history_iterations = 32;  // most so many iterations back (1..256)
   int32_t track_capacity = 256, detection_capacity = 256;
 };
 
@@ -39,14 +39,14 @@ struct TrackerDetections {
   int32_t count = 0;
   const int64_t* stamp_ns = nullptr;
   const double *x_m = nullptr, *y_m = nullptr;
-  const double* heading_rad = nullptr;                     // null or NaN: none
-  const double *length_m = nullptr, *width_m = nullptr;    // extent; null or NaN: none
-  const double *var_x = nullptr, *var_y = nullptr, *cov_xy = nullptr;   // null, or not positive definite: r_diag
+  const double* heading_rad = nullptr;                                 // null or NaN: none
+  const double *length_m = nullptr, *width_m = nullptr;                // extent; null or NaN: none
+  const double *var_x = nullptr, *var_y = nullptr, *cov_xy = nullptr;  // null, or not positive definite: r_diag
 };
 
 // A sector that a sensor of this frame saw, in the tracker's frame of reference.
 struct ObservedSector {
-  double x_m, y_m, left_rad, right_rad;                    // right < left, left - right <= 2 pi
+  double x_m, y_m, left_rad, right_rad;  // right < left, left - right <= 2 pi
   double range_min_m, range_max_m;
 };
 
@@ -56,13 +56,13 @@ struct TrackerEgo {
 };
 
 struct TrackerFrame {
-  int64_t stamp_ns = 0;                                    // the iteration's time: the frame's last stamp
+  int64_t stamp_ns = 0;  // the iteration's time: the frame's last stamp
   TrackerDetections detections;
   TrackerEgo ego;
-  bool in_map = true;                                      // frame of reference is the map's: births may ask the map,
-                                                           // and a course says where a car's front is
-  const ObservedSector* sectors = nullptr;                 // what was seen; with sector_count < 0 everything was
-  int32_t sector_count = -1;                               // beyond kMaxSectors they are not read
+  bool in_map = true;                       // frame of reference is the map's: births may ask the map,
+                                            // and a course says where a car's front is
+  const ObservedSector* sectors = nullptr;  // what was seen; with sector_count < 0 everything was
+  int32_t sector_count = -1;                // beyond kMaxSectors they are not read
 };
 inline constexpr int32_t kMaxSectors = 16;
 
@@ -71,24 +71,24 @@ inline constexpr int32_t kMaxSectors = 16;
 // measurements = hits + births + unborn + rejected + late.
 struct TrackerCounts {
   int64_t iterations = 0, births = 0, deaths = 0, hits = 0, misses = 0;
-  int64_t overflow = 0;                                    // unborn, and tracks put out for nearer ones
-  int64_t unborn = 0;                                      // rows that found no slot, or beyond detection_capacity
-  int64_t rejected = 0;                                    // rows that are no measurement
-  int64_t measurements = 0;                                // rows given to step
-  int64_t late = 0;                                        // rows of frames too old to be taken in
+  int64_t overflow = 0;      // unborn, and tracks put out for nearer ones
+  int64_t unborn = 0;        // rows that found no slot, or beyond detection_capacity
+  int64_t rejected = 0;      // rows that are no measurement
+  int64_t measurements = 0;  // rows given to step
+  int64_t late = 0;          // rows of frames too old to be taken in
   int64_t late_frames = 0;
-  int64_t replays = 0;                                     // frames taken in out of sequence
-  int64_t refiltered = 0;                                  // iterations that ran again for them
+  int64_t replays = 0;     // frames taken in out of sequence
+  int64_t refiltered = 0;  // iterations that ran again for them
 };
 
 struct StepResult {
-  bool late = false;                                       // too old: nothing changed
-  int32_t refiltered = 0;                                  // iterations that ran again; 0 for a frame in sequence
+  bool late = false;       // too old: nothing changed
+  int32_t refiltered = 0;  // iterations that ran again; 0 for a frame in sequence
 };
 
 class Tracker {
  public:
-  struct State;                                            // pipeline/tracker_state.h
+  struct State;  // pipeline/tracker_state.h
 
   // `map` may be null or empty; it must outlive the tracker. Throws std::bad_alloc when the allocator has no memory.
   Tracker(const TrackerParams& params, const TrackMap* map, const Allocator& allocator = default_allocator());
@@ -128,7 +128,7 @@ class Tracker {
   TrackerCounts counts() const noexcept;
 
  private:
-  Arena arena_;                                            // of the state
+  Arena arena_;  // of the state
   State* state_ = nullptr;
 };
 

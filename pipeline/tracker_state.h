@@ -11,9 +11,9 @@
 
 namespace overtake {
 
-inline constexpr double kMaxPlace_m = 1e8;           // farther from the origin is no place
-inline constexpr double kMaxStampSpread_s = 1.0;     // a detection's stamp lies this near to its frame's
-inline constexpr double kMaxBackward_s = 0.5;        // a track goes back so far to take an older detection
+inline constexpr double kMaxPlace_m = 1e8;        // farther from the origin is no place
+inline constexpr double kMaxStampSpread_s = 1.0;  // a detection's stamp lies this near to its frame's
+inline constexpr double kMaxBackward_s = 0.5;     // a track goes back so far to take an older detection
 inline constexpr double kMaxPredict_s = 60.0;
 
 // Moves an estimate together with the heading that turns with it.
@@ -31,26 +31,26 @@ inline void predict_track_to(Track& track, const ProcessNoise& noise, int64_t st
 struct Tracker::State {
   State(const TrackerParams& p, const TrackMap* m, const Allocator& allocator);
 
-  Arena arena;                                       // of everything below but the assignment's
+  Arena arena;  // of everything below but the assignment's
   TrackerParams params;
   const TrackMap* map;
   LifeCycleParams life_cycle;
   ProcessNoise noise, no_noise;
   TrackerCounts counts;
   int32_t alive_count = 0;
-  bool in_map = true;                                // of the newest iteration
+  bool in_map = true;  // of the newest iteration
 
-  Track* tracks = nullptr;                           // by slot
-  uint32_t* generation = nullptr;                    // by slot: grows with each id drawn, never goes back
+  Track* tracks = nullptr;         // by slot
+  uint32_t* generation = nullptr;  // by slot: grows with each id drawn, never goes back
   int32_t* candidate_of_slot = nullptr;
-  double *candidate_x_m = nullptr, *candidate_y_m = nullptr;   // of the iteration that runs
-  int32_t* within_reach = nullptr;                   // candidates near the track that is asked
-  int32_t* newborn = nullptr;                        // candidates that give birth, nearest first
-  int32_t* shown_detection = nullptr;                // by slot: of the frame given last, where TrackTable::detection
-  uint32_t* shown_flags = nullptr;                   // and flags come from
+  double *candidate_x_m = nullptr, *candidate_y_m = nullptr;  // of the iteration that runs
+  int32_t* within_reach = nullptr;                            // candidates near the track that is asked
+  int32_t* newborn = nullptr;                                 // candidates that give birth, nearest first
+  int32_t* shown_detection = nullptr;  // by slot: of the frame given last, where TrackTable::detection
+  uint32_t* shown_flags = nullptr;     // and flags come from
   Munkres munkres;
   TrackHistory history;
-  bool runs_again = false;                           // an iteration that ran before: ids are found out afterwards
+  bool runs_again = false;  // an iteration that ran before: ids are found out afterwards
   ReplayIds replay;
 
   bool is_silent(const Track& track, int64_t now_ns) const;

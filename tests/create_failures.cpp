@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// create_failures [--list] [--inline]: every k-th heap request during create is refused, whoever makes it (this library, the C++
-// library, libtbb), then every k-th thread; each k in a child process of its own. What must come out:
+// create_failures [--list] [--inline]: every k-th heap request during create is refused, whoever makes it (this
+// library, the C++ library, libtbb), then every k-th thread; each k in a child process of its own. What must come out:
 //   - a request of ours: OVT_NO_MEMORY (a thread: OVT_NO_THREADS), nothing kept, and the next create works;
 //   - a request inside libtbb: the same where libtbb reports it. Where it ends the process instead, or never returns,
 //     it is listed (--list): pipeline/README.md says which. Nor does its flow graph give back all that a node took
@@ -28,10 +28,10 @@ namespace {
 
 enum class What { heap, thread };
 
-struct Outcome {                     // what a child reports
+struct Outcome {  // what a child reports
   bool reached, created, out_is_null, next_works, in_tbb;
   ovt_status status;
-  int64_t kept;                      // blocks after the failure, beyond those before
+  int64_t kept;  // blocks after the failure, beyond those before
   char where[400];
 };
 
@@ -126,8 +126,8 @@ bool run_child(What what, int64_t k, int32_t workers, bool warm, Outcome& outcom
     close(ends[0]);
     report = ends[1];
     for (const int ending : {SIGABRT, SIGSEGV, SIGALRM}) std::signal(ending, report_and_end);
-    alarm(20);                       // one that never returns ends, too
-    if (freopen("/dev/null", "w", stderr) == nullptr) _exit(4);   // terminate's own words
+    alarm(20);                                                   // one that never returns ends, too
+    if (freopen("/dev/null", "w", stderr) == nullptr) _exit(4);  // terminate's own words
     const Outcome mine = try_one(what, k, workers, warm);
     _exit(write(ends[1], &mine, sizeof mine) == sizeof mine ? 0 : 4);
   }
@@ -171,16 +171,17 @@ void try_all(What what, int32_t workers, bool warm, bool list) {
       }
       continue;
     }
-    if (!o.reached) break;           // create asks less often
+    if (!o.reached) break;  // create asks less often
     (o.in_tbb ? theirs : ours) += 1;
-    if (o.created) {                 // whoever asked can do without
+    if (o.created) {  // whoever asked can do without
       ++absorbed;
       if (list) std::printf("  done without: %s %lld: %s\n", kind, static_cast<long long>(k), o.where);
       if (!o.next_works) complain(kind, k, "a detector that was created does not work", o);
       continue;
     }
     // A thread that could not be had for want of memory is a thread that could not be had.
-    if (o.status != expected && o.status != OVT_NO_THREADS) complain(kind, k, std::string("status: ") + ovt_status_text(o.status), o);
+    if (o.status != expected && o.status != OVT_NO_THREADS)
+      complain(kind, k, std::string("status: ") + ovt_status_text(o.status), o);
     if (!o.out_is_null) complain(kind, k, "a failed create left a pointer", o);
     if (!o.next_works) complain(kind, k, "the next create does not work", o);
     const int64_t kept = o.kept - whole.kept;
@@ -189,11 +190,13 @@ void try_all(What what, int32_t workers, bool warm, bool list) {
       std::printf("  keeps %lld blocks: %s %lld: %s\n", static_cast<long long>(kept), kind, static_cast<long long>(k),
                   o.where);
   }
-  std::printf("%d workers, %s, %ss: %lld of ours and %lld of libtbb's gave a status (%lld of them done without), %lld of "
-              "libtbb's ended the process, or never returned\n",
-              workers, warm ? "not the first" : "the first", kind, static_cast<long long>(ours),
-              static_cast<long long>(theirs), static_cast<long long>(absorbed), static_cast<long long>(ended));
-  if (ours + theirs + ended == 0 && (what == What::heap || workers > 1)) complain(kind, 0, "nothing was refused", whole);
+  std::printf(
+      "%d workers, %s, %ss: %lld of ours and %lld of libtbb's gave a status (%lld of them done without), %lld of "
+      "libtbb's ended the process, or never returned\n",
+      workers, warm ? "not the first" : "the first", kind, static_cast<long long>(ours), static_cast<long long>(theirs),
+      static_cast<long long>(absorbed), static_cast<long long>(ended));
+  if (ours + theirs + ended == 0 && (what == What::heap || workers > 1))
+    complain(kind, 0, "nothing was refused", whole);
 }
 
 }  // namespace
@@ -211,7 +214,6 @@ int main(int argc, char** argv) {
   }
   for (int32_t workers = 1; workers <= most_workers; ++workers)
     for (const bool warm : {false, true}) {
-
       try_all(What::heap, workers, warm, list);
       try_all(What::thread, workers, warm, list);
     }

@@ -66,7 +66,7 @@ int32_t race_in_callback() {
   empty.x.type = empty.y.type = empty.z.type = OVT_F32;
   empty.layer.type = OVT_U8;
   ovt_push_scan(detector, &empty);
-  usleep(300000);                    // no order, only time
+  usleep(300000);  // no order, only time
   const int32_t seen = frame.count;
   ovt_destroy_detector(detector);
   return seen;

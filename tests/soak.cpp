@@ -6,9 +6,9 @@
 //
 //   overtake_soak [--frames N] [--seed N] [--workers A,B,...]
 //
-// A story: three sensors, ego poses, pushed detections, readers; now and then a sensor is silent for a while, points are
-// NaN, stamps jump, come twice or in the wrong order, poses stop, a cloud is huge or empty, a reader is made again, the
-// caller names the time. After the stories a flood by three threads into a detector that drops: counters only.
+// A story: three sensors, ego poses, pushed detections, readers; now and then a sensor is silent for a while, points
+// are NaN, stamps jump, come twice or in the wrong order, poses stop, a cloud is huge or empty, a reader is made again,
+// the caller names the time. After the stories a flood by three threads into a detector that drops: counters only.
 #include <malloc.h>
 #include <unistd.h>
 
@@ -150,12 +150,13 @@ class Story {
     ovt_stats stats{};
     stats.struct_size = sizeof stats;
     ovt_read_stats(detector_, &stats);
-    std::printf("%d workers: %lld frames, %lld detections, %lld tracks; scans %lld = %lld used + %lld dropped + %lld late "
-                "+ %lld twice; exceptions %lld; memory +%lld KiB, heap +%lld bytes; hash %016llx\n",
-                def_.worker_count, (long long)counts.frames, (long long)counts.detections, (long long)counts.tracks,
-                (long long)stats.pushed, (long long)stats.used, (long long)stats.dropped, (long long)stats.late,
-                (long long)stats.dup, (long long)stats.exceptions, (long long)(rss_most - rss_start),
-                (long long)(heap_end - heap_start), (unsigned long long)counts.hash);
+    std::printf(
+        "%d workers: %lld frames, %lld detections, %lld tracks; scans %lld = %lld used + %lld dropped + %lld late "
+        "+ %lld twice; exceptions %lld; memory +%lld KiB, heap +%lld bytes; hash %016llx\n",
+        def_.worker_count, (long long)counts.frames, (long long)counts.detections, (long long)counts.tracks,
+        (long long)stats.pushed, (long long)stats.used, (long long)stats.dropped, (long long)stats.late,
+        (long long)stats.dup, (long long)stats.exceptions, (long long)(rss_most - rss_start),
+        (long long)(heap_end - heap_start), (unsigned long long)counts.hash);
     require(stats.pushed == pushed.scans, "a push was not counted, or counted twice");
     require(stats.pushed == stats.used + stats.dropped + stats.late + stats.dup, "the scans do not add up");
     require(stats.dropped == 0 || stats.clock_jumps > 0, "a scan was dropped though pushes wait");
@@ -169,7 +170,7 @@ class Story {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
     require(heap_end - heap_start < 4096, "the heap grew");
 #endif
-    ovt_destroy_detector(detector_);   // the reader outlives it
+    ovt_destroy_detector(detector_);  // the reader outlives it
     require(ovt_next_frame(reader_, nullptr) == OVT_NO_FRAME, "a frame after the end");
     ovt_destroy_reader(reader_);
     return true;
@@ -189,7 +190,8 @@ class Story {
     cloud_ = thin_cloud(std::size_t(k), sensor);
     if (chance(5)) cloud_.clear();
     if (chance(5))
-      while (cloud_.size() < std::size_t(kCapacity)) cloud_.push_back(cloud_.empty() ? GoldenPoint{} : cloud_[cloud_.size() / 2]);
+      while (cloud_.size() < std::size_t(kCapacity))
+        cloud_.push_back(cloud_.empty() ? GoldenPoint{} : cloud_[cloud_.size() / 2]);
     if (chance(30)) {
       const int32_t bad = in(1, 999);
       for (GoldenPoint& point : cloud_)
@@ -199,7 +201,7 @@ class Story {
     const ovt_status status = ovt_push_scan(detector_, &points);
     require(status == OVT_OK || status == OVT_DUPLICATE || status == OVT_LATE, ovt_status_text(status));
     ++pushed.scans;
-    if (chance(10)) {                  // the same again
+    if (chance(10)) {  // the same again
       ovt_push_scan(detector_, &points);
       ++pushed.scans;
     }
@@ -207,7 +209,7 @@ class Story {
 
   void step(int64_t k) {
     now_ns_ += 50 * kMs;
-    if (chance(2)) {                   // the clock jumps
+    if (chance(2)) {  // the clock jumps
       settle();
       now_ns_ += (chance(500) ? 1 : -1) * in(100, 4000) * kMs;
       if (chance(100)) now_ns_ = chance(500) ? 0 : int64_t(random_());
@@ -223,7 +225,7 @@ class Story {
       }
     for (int32_t s = 0; s < kSensors; ++s) {
       if (k < silent_until_[s]) continue;
-      if (chance(3)) {                 // one that should have come before
+      if (chance(3)) {  // one that should have come before
         settle();
         push_scan(k, s, now_ns_ - in(1, 700) * kMs);
         settle();

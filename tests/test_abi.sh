@@ -5,21 +5,13 @@
 # usage: tests/test_abi.sh LIBOVERTAKE_SO CXX [INCLUDE_FOLDER...]. The library keeps the binary interface of tests/abi.
 # And that this would be noticed at all: the API's files are compiled against headers with a change each, and every
 # change must be found.
-set -uo pipefail
+# shellcheck source=tests/support/shell_test.sh
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 readonly library=${1:?usage: test_abi.sh LIBOVERTAKE_SO CXX} cxx=${2:?}
 shift 2
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 1
-for tool in abidw abidiff; do
-  command -v $tool >/dev/null || { echo "skipped: abi: no $tool (tools/setup --dev)"; exit 77; }
-done
+need abi "tools/setup --dev" abidw abidiff
 [[ -f tests/abi/overtake_$(uname -m).abi ]] || { echo "skipped: abi: no baseline for $(uname -m)"; exit 77; }
-readonly work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-failures=0
-fail() {
-  echo "FAILED: $*"
-  failures=$((failures + 1))
-}
 
 tools/abi_baseline --check --library "$library" ||
   fail "the interface is not that of tests/abi (tools/abi_baseline writes it anew)"

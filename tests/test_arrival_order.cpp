@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The same used scans in the same frames give the same bytes, whatever order they come in and however many workers there
-// are; and a sensor that dies and returns leaves the others' detections as if it had never been there.
+// The same used scans in the same frames give the same bytes, whatever order they come in and however many workers
+// there are; and a sensor that dies and returns leaves the others' detections as if it had never been there.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -197,7 +197,7 @@ void check_death(const std::vector<FrameRecord>& dies, const std::vector<FrameRe
     // Silent for more than 1.5 periods: not in its first missing frame, but in each later one.
     CHECK(((record.info.flags & OVT_FLAG_SENSOR_STALE) != 0) == (dead && k > kFirstDead));
   }
-  CHECK(returned == 7u);   // every sensor's first scan is used, the returning ones' too
+  CHECK(returned == 7u);  // every sensor's first scan is used, the returning ones' too
 }
 
 }  // namespace

@@ -53,10 +53,36 @@ TEST_CASE("bench_latency reads lists and ranges of CPUs and refuses what is none
 }
 
 TEST_CASE("bench_latency's command line reaches the run, and bad words end it with exit code 2") {
-  const ParsedOptions parsed =
-      parse({"--loop", "closed", "--rate", "40", "--cpus", "0,1", "--fifo", "20", "--isa", "ref", "--workers", "3",
-             "--spin-us", "50", "--cold", "--lock", "--huge", "--frames", "12", "--warmup", "4", "--deadline-us", "1.5",
-             "--json", "--hgrm", "a.hgrm", "--out", "a.json", "--stagger-us", "7"});
+  const ParsedOptions parsed = parse({"--loop",
+                                      "closed",
+                                      "--rate",
+                                      "40",
+                                      "--cpus",
+                                      "0,1",
+                                      "--fifo",
+                                      "20",
+                                      "--isa",
+                                      "ref",
+                                      "--workers",
+                                      "3",
+                                      "--spin-us",
+                                      "50",
+                                      "--cold",
+                                      "--lock",
+                                      "--huge",
+                                      "--frames",
+                                      "12",
+                                      "--warmup",
+                                      "4",
+                                      "--deadline-us",
+                                      "1.5",
+                                      "--json",
+                                      "--hgrm",
+                                      "a.hgrm",
+                                      "--out",
+                                      "a.json",
+                                      "--stagger-us",
+                                      "7"});
   REQUIRE(parsed.run);
   const LatencyRunDef& run = parsed.options.run;
   CHECK(run.closed_loop);
@@ -82,9 +108,13 @@ TEST_CASE("bench_latency's command line reaches the run, and bad words end it wi
   CHECK(plain.options.input.recording.empty());
   CHECK(parse({"--help"}).exit_code == 0);
   CHECK_FALSE(parse({"--help"}).run);
-  for (const std::vector<const char*>& bad :
-       {std::vector<const char*>{"--cpus", "x"}, {"--frames", "0"}, {"--fifo", "100"}, {"--loop", "round"}, {"--fly"},
-        {"--rate", "-1"}, {"--map", "track.csv"}}) {
+  for (const std::vector<const char*>& bad : {std::vector<const char*>{"--cpus", "x"},
+                                              {"--frames", "0"},
+                                              {"--fifo", "100"},
+                                              {"--loop", "round"},
+                                              {"--fly"},
+                                              {"--rate", "-1"},
+                                              {"--map", "track.csv"}}) {
     CAPTURE(bad[0]);
     CHECK_FALSE(parse(bad).run);
     CHECK(parse(bad).exit_code == 2);
@@ -100,7 +130,7 @@ TEST_CASE("every frame of a run is in a histogram: end to end once, a sensor's s
       LatencyRunDef def = short_run();
       def.closed_loop = closed;
       def.workers = workers;
-      def.rate_hz = 4;                           // a busy machine still keeps up
+      def.rate_hz = 4;  // a busy machine still keeps up
       const LatencyRun run = run_latency(small_scene(), def);
       const LatencyReport report = make_report(run, def);
       CHECK(run.stats.pushed == 3 * 11);
@@ -111,7 +141,8 @@ TEST_CASE("every frame of a run is in a histogram: end to end once, a sensor's s
       CHECK(report.warmup.count() <= 3);
       CHECK(report.noise.count() == 8);
       CHECK(report.late.count() == (closed ? 0 : 8));
-      if (run.stats.used < run.stats.pushed || report.incomplete > 0) continue;       // the machine was away for a quarter of a second
+      if (run.stats.used < run.stats.pushed || report.incomplete > 0)
+        continue;  // the machine was away for a quarter of a second
       CHECK(report.warmup.count() == 3);
       CHECK(report.warmup_first_ns > 0);
       std::set<std::string> names;

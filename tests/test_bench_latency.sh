@@ -4,19 +4,12 @@
 #
 # usage: tests/test_bench_latency.sh BENCH_LATENCY OVERTAKE. The program from outside: files it writes, a recording as its
 # input, exit codes. Exit code 0 is a pass.
-set -uo pipefail
+# shellcheck source=tests/support/shell_test.sh
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 bench=$(realpath "${1:?usage: test_bench_latency.sh BENCH_LATENCY OVERTAKE}")
 overtake=$(realpath "${2:?}")
 readonly bench overtake
-dir=$(mktemp -d)
-readonly dir
-trap 'rm -rf "$dir"' EXIT
-cd "$dir" || exit 1
-failures=0
-fail() {
-  echo "FAILED: $*"
-  failures=$((failures + 1))
-}
+cd "$work" || exit 1
 
 "$bench" --frames 4 --warmup 1 --rate 5 --json --out run.json --hgrm run.hgrm >stdout 2>stderr || fail "a plain run: $(head -c 400 stderr)"
 cmp -s stdout run.json || fail "--json and --out do not say the same"

@@ -19,7 +19,7 @@ int main(void) {
   ovt_reader* reader;
   if (ovt_create_detector(&def, &detector) || ovt_create_reader(detector, &reader)) return 1;
   ovt_tracks tracks = {0};
-  for (int k = 0; k < 20; ++k) { /* 20 scans, 50 ms apart; a pose by ovt_push_ego_pose would put the tracks in the map */
+  for (int k = 0; k < 20; ++k) { /* 20 scans, 50 ms apart; ovt_push_ego_pose would put the tracks into the map */
     ovt_points scan;
     ovt_points_init(&scan, sizeof scan);
     scan.stamp_ns = k * INT64_C(50000000);

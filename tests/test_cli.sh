@@ -4,17 +4,10 @@
 #
 # usage: tests/test_cli.sh OVERTAKE. The command line from outside: files and columns, same bytes, exit codes and the
 # one sentence each kind of bad input gets, Ctrl-C. Needs no recording: it makes a small scene. Exit code 0 is a pass.
-set -uo pipefail
+# shellcheck source=tests/support/shell_test.sh
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 readonly overtake=$(realpath "${1:?usage: test_cli.sh OVERTAKE}")
-readonly dir=$(mktemp -d)
-trap 'rm -rf "$dir"' EXIT
-cd "$dir" || exit 1
-failures=0
-
-fail() {
-  echo "FAILED: $*"
-  failures=$((failures + 1))
-}
+cd "$work" || exit 1
 
 # expect NAME COMMAND...: succeeds.
 expect() {

@@ -78,7 +78,7 @@ TEST_CASE("contract: over a gap of 0.2 to 1 s a track is predicted in steps of 5
       REQUIRE(bench->last().ids.size() == 1);
       CHECK(bench->last().ids[0] == id);
       CHECK((bench->last().info.flags & OVT_FLAG_CLOCK_JUMP) == 0);
-      CHECK(bench->last().age[0] == 21);                     // no misses in between: nobody could see it
+      CHECK(bench->last().age[0] == 21);  // no misses in between: nobody could see it
     }
     // A time that was only named changes nothing, and the covariance grew as in steps.
     CHECK(gap.last().x == stepped.last().x);

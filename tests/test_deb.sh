@@ -5,24 +5,11 @@
 # usage: tests/test_deb.sh BUILD_FOLDER CC. cpack's Debian package: its dependencies are this system's package names,
 # dpkg itself installs it into an empty root (with this system's package database, so that it judges the dependencies),
 # and from there the command line and a program built on the library run. Nothing of this system changes.
-set -uo pipefail
+# shellcheck source=tests/support/shell_test.sh
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 build=$(realpath "${1:?usage: test_deb.sh BUILD_FOLDER CC}")
 readonly build cc=${2:?}
-for tool in cpack dpkg dpkg-deb dpkg-shlibdeps fakeroot pkg-config; do
-  command -v $tool >/dev/null || { echo "skipped: deb: no $tool (tools/setup --dev)"; exit 77; }
-done
-readonly work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-failures=0
-fail() {
-  echo "FAILED: $*"
-  failures=$((failures + 1))
-}
-expect() {
-  local name=$1
-  shift
-  "$@" >"$work/log" 2>&1 || { fail "$name: exit code $?: $(tail -n 30 "$work/log")"; return 1; }
-}
+need deb "tools/setup --dev" cpack dpkg dpkg-deb dpkg-shlibdeps fakeroot pkg-config
 
 (cd "$work" && expect cpack cpack --config "$build/CPackConfig.cmake" -G DEB -B "$work/packages") || exit 1
 debs=("$work"/packages/overtake_*.deb)

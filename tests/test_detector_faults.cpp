@@ -3,8 +3,8 @@
 //
 // What may go wrong below or around the detector: exceptions, deadlines, hangs, clocks, older callers, threads and
 // memory that the system does not give.
-#include <doctest/doctest.h>
 #include <dirent.h>
+#include <doctest/doctest.h>
 #include <sched.h>
 
 #include <algorithm>
@@ -71,7 +71,7 @@ TEST_CASE("detector faults: an exception in any stage is caught and counted, and
   struct Fault {
     Body body;
     int32_t sensor;
-    int64_t stamp_ns;                          // of the frame's first scan, and of that sensor's
+    int64_t stamp_ns;  // of the frame's first scan, and of that sensor's
   };
   for (const int32_t workers : {1, 2})
     for (const Body body : {Body::kSegment, Body::kDetect, Body::kTrack, Body::kFinish}) {
@@ -331,7 +331,7 @@ TEST_CASE("detector faults: late scans are taken in at their place, the tracks a
   struct Last {
     std::vector<double> state;
     std::vector<uint64_t> ids;
-    std::set<uint64_t> confirmed;                // ids published as confirmed, ever
+    std::set<uint64_t> confirmed;  // ids published as confirmed, ever
     int32_t late_frames = 0, refiltered = 0, frames = 0;
   };
   const auto run = [](int32_t workers, const std::vector<std::size_t>& order) {
@@ -383,9 +383,9 @@ TEST_CASE("detector faults: late scans are taken in at their place, the tracks a
     CHECK(mixed.frames == 12);
     CHECK(mixed.late_frames == 4);
     CHECK(mixed.refiltered == 1 + 1 + 2 + 2);
-    CHECK(mixed.state == sorted.state);          // bit for bit
+    CHECK(mixed.state == sorted.state);  // bit for bit
     CHECK(!mixed.confirmed.empty());
-    for (const uint64_t id : mixed.confirmed)    // once published, it stays with its car
+    for (const uint64_t id : mixed.confirmed)  // once published, it stays with its car
       CHECK(std::count(mixed.ids.begin(), mixed.ids.end(), id) == 1);
   }
 }

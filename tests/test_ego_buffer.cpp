@@ -174,10 +174,10 @@ TEST_CASE("ego_buffer: three much older stamps that grow are a clock that went b
   EgoBuffer buffer(16);
   for (int64_t k = 0; k < 5; ++k) REQUIRE(buffer.push(pose_at(kToday + k * 10 * kMs, 1000)) == OVT_OK);
   const int64_t back = kToday - 3600 * 1000 * kMs;
-  CHECK(buffer.push(pose_at(kToday - 100 * kMs)) == OVT_LATE);   // late, and no other clock
+  CHECK(buffer.push(pose_at(kToday - 100 * kMs)) == OVT_LATE);  // late, and no other clock
   CHECK(buffer.push(pose_at(back)) == OVT_LATE);
   CHECK(buffer.push(pose_at(back + 10 * kMs)) == OVT_LATE);
-  CHECK(buffer.push(pose_at(back + 5 * kMs)) == OVT_LATE);       // does not grow: begins again
+  CHECK(buffer.push(pose_at(back + 5 * kMs)) == OVT_LATE);  // does not grow: begins again
   CHECK(buffer.push(pose_at(back + 15 * kMs)) == OVT_LATE);
   CHECK(buffer.push(pose_at(back + 25 * kMs, 7)) == OVT_OK);
   const EgoMark mark = buffer.mark();
@@ -187,7 +187,7 @@ TEST_CASE("ego_buffer: three much older stamps that grow are a clock that went b
   buffer.copy_window(mark, back, back + 25 * kMs, window);
   REQUIRE(window.count == 1);
   CHECK(window.poses[0].x_m == 7);
-  buffer.copy_window({0, 5}, kToday, kToday, window);             // a frame of before still sees its own
+  buffer.copy_window({0, 5}, kToday, kToday, window);  // a frame of before still sees its own
   CHECK(window.count == 5);
 }
 

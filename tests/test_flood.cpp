@@ -23,8 +23,8 @@ using overtake::steady_now_ns;
 
 namespace {
 
-constexpr int64_t kMs = 1'000'000, kPeriod = 5 * kMs;   // 200 Hz
-constexpr int32_t kPoints = 64;                         // a push that is nearly all but its copy
+constexpr int64_t kMs = 1'000'000, kPeriod = 5 * kMs;  // 200 Hz
+constexpr int32_t kPoints = 64;                        // a push that is nearly all but its copy
 
 int64_t resident_pages() {
   int64_t all = 0, resident = 0;
@@ -33,11 +33,11 @@ int64_t resident_pages() {
 }
 
 struct Age {
-  std::vector<int64_t> ns;                     // of the scans' data when their segmentation began
-  std::vector<int64_t> newer;                  // scans of that sensor pushed since, when one was taken
+  std::vector<int64_t> ns;     // of the scans' data when their segmentation began
+  std::vector<int64_t> newer;  // scans of that sensor pushed since, when one was taken
   std::atomic<int64_t> posted[3] = {-1, -1, -1};
-  int64_t last = 0;                            // scan of each sensor: nothing newer ever replaces it
-  std::atomic<int64_t> slowest_ns{0};   // time a frame spent in the slow stage
+  int64_t last = 0;                    // scan of each sensor: nothing newer ever replaces it
+  std::atomic<int64_t> slowest_ns{0};  // time a frame spent in the slow stage
 };
 
 struct Outcome {
@@ -100,7 +100,7 @@ Outcome flood(double seconds, Age& age) {
       if (ovt_push_scan(bench.detector, &points) != OVT_OK) return;
       push_ns[std::size_t(sensor)][std::size_t(k)] = steady_now_ns() - before;
       age.posted[sensor] = k;
-      if (sensor == 0 && k == count / 10) {            // what the first pushes touch is touched
+      if (sensor == 0 && k == count / 10) {  // what the first pushes touch is touched
         pages = resident_pages();
         heap = can_count_heap_calls() ? count_heap_calls() : 0;
       }
@@ -112,7 +112,8 @@ Outcome flood(double seconds, Age& age) {
   out.pages_grown = resident_pages() - pages;
   bench.flush();
   out.stats = bench.stats();
-  for (const std::vector<int64_t>& sensor : push_ns) out.push_ns.insert(out.push_ns.end(), sensor.begin(), sensor.end());
+  for (const std::vector<int64_t>& sensor : push_ns)
+    out.push_ns.insert(out.push_ns.end(), sensor.begin(), sensor.end());
   return out;
 }
 
@@ -128,14 +129,15 @@ void check_flood(double seconds) {
   char text[500];
   std::snprintf(text, sizeof text,
                 "pushed %" PRId64 " used %" PRId64 " dropped %" PRId64 " late %" PRId64 " frames %" PRId64
-                "; push p50 %.1f p99 %.1f max %.1f us; age p50 %.1f p99 %.1f max %.1f ms, slow stage at most %.1f ms; newer scans when one was taken: p99 %" PRId64 "; "
+                "; push p50 %.1f p99 %.1f max %.1f us; age p50 %.1f p99 %.1f max %.1f ms, slow stage at most %.1f ms; "
+                "newer scans when one was taken: p99 %" PRId64
+                "; "
                 "%" PRId64 " pages, %" PRId64 " heap calls",
                 s.pushed, s.used, s.dropped, s.late, s.frames, double(quantile(out.push_ns, 0.5)) * 1e-3,
                 double(quantile(out.push_ns, 0.99)) * 1e-3, double(quantile(out.push_ns, 1)) * 1e-3,
                 double(quantile(age.ns, 0.5)) * 1e-6, double(quantile(age.ns, 0.99)) * 1e-6,
-                double(quantile(age.ns, 1)) * 1e-6, double(age.slowest_ns) * 1e-6,
-                quantile(age.newer, 0.99), out.pages_grown,
-                out.heap_calls);
+                double(quantile(age.ns, 1)) * 1e-6, double(age.slowest_ns) * 1e-6, quantile(age.newer, 0.99),
+                out.pages_grown, out.heap_calls);
   MESSAGE(text);
   CHECK(s.pushed == int64_t(out.push_ns.size()));
   CHECK(s.pushed == s.used + s.dropped);
@@ -147,7 +149,7 @@ void check_flood(double seconds) {
   REQUIRE(!age.ns.empty());
   // What is taken is the newest there was; one more may be pushed on the way.
   CHECK(quantile(age.newer, 0.99) <= 1);
-  CHECK(quantile(age.ns, 0.9) <= kPeriod + age.slowest_ns);   // a busy machine may keep one waiting
+  CHECK(quantile(age.ns, 0.9) <= kPeriod + age.slowest_ns);  // a busy machine may keep one waiting
 }
 
 }  // namespace

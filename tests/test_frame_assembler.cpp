@@ -214,8 +214,8 @@ TEST_CASE("frame_assembler: a scan older than what was closed is a frame of its 
 
 TEST_CASE("frame_assembler: a scan is late when it is more than half a second old") {
   Bench bench;
-  bench.sweep(1000);                           // 1000, 1001, 1002 ms
-  CHECK(bench.scan(0, 502) == Taken::kUsed);   // the edge
+  bench.sweep(1000);                          // 1000, 1001, 1002 ms
+  CHECK(bench.scan(0, 502) == Taken::kUsed);  // the edge
   CHECK(bench.scan(0, 501) == Taken::kLate);
   CHECK(bench.scan_ns(1, 502 * kMs - 1) == Taken::kLate);
   CHECK(bench.count() == 2);
@@ -226,7 +226,7 @@ TEST_CASE("frame_assembler: a stamp that a sensor has used before is a duplicate
   for (int64_t k = 0; k < 5; ++k) bench.sweep(50 * k);
   CHECK(bench.scan(0, 100) == Taken::kDuplicate);
   CHECK(bench.scan(1, 151) == Taken::kDuplicate);
-  CHECK(bench.scan(0, 101) == Taken::kUsed);   // another sensor's stamp
+  CHECK(bench.scan(0, 101) == Taken::kUsed);  // another sensor's stamp
   CHECK(bench.scan(0, 101) == Taken::kDuplicate);
   CHECK(bench.count() == 6);
 }
@@ -247,7 +247,8 @@ TEST_CASE("frame_assembler: after a gap of over a second the third stamp that ag
   CHECK((bench.last().flags & OVT_FLAG_CLOCK_JUMP) == 0);
 }
 
-TEST_CASE("frame_assembler: a clock that went back is believed at the third stamp, and the two before it were dropped") {
+TEST_CASE(
+    "frame_assembler: a clock that went back is believed at the third stamp, and the two before it were dropped") {
   Bench bench;
   bench.sweep(100'000);
   for (int64_t k = 0; k < 2; ++k)
@@ -334,7 +335,7 @@ TEST_CASE("frame_assembler: pushed detections are a frame of their own, in the o
   CHECK(bench.last().flags == OVT_FLAG_EXTERNAL);
   CHECK(bench.last().external_count == 2);
   bench.scan(0, 100);
-  CHECK(bench.external(95) == Taken::kUsed);   // before the open frame, which goes on waiting
+  CHECK(bench.external(95) == Taken::kUsed);  // before the open frame, which goes on waiting
   REQUIRE(bench.count() == 2);
   CHECK((bench.last().flags & OVT_FLAG_OUT_OF_SEQUENCE) == 0);
   bench.scan(1, 110);

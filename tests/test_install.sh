@@ -4,22 +4,10 @@
 #
 # usage: tests/test_install.sh BUILD_FOLDER CC CXX. What a user gets: the build is installed to a folder, that folder is
 # moved, and there the examples are built twice, by CMake and by hand with pkg-config, and run.
-set -uo pipefail
+# shellcheck source=tests/support/shell_test.sh
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 build=$(realpath "${1:?usage: test_install.sh BUILD_FOLDER CC CXX}")
 readonly build cc=${2:?} cxx=${3:?}
-readonly work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-failures=0
-fail() {
-  echo "FAILED: $*"
-  failures=$((failures + 1))
-}
-# expect NAME COMMAND...: succeeds.
-expect() {
-  local name=$1
-  shift
-  "$@" >"$work/log" 2>&1 || { fail "$name: exit code $?: $(tail -n 30 "$work/log")"; return 1; }
-}
 readonly strict=(-pedantic -Wall -Wextra -Wconversion -Wshadow -Werror)
 unset CMAKE_PREFIX_PATH PKG_CONFIG_PATH LD_LIBRARY_PATH
 

@@ -198,19 +198,18 @@ TEST_CASE("atan2_f64 is within 2 ulp everywhere") {
   CHECK(worst <= 2.0);
 }
 
-TEST_CASE("sin_cos_f64 and tan_f64 are within 2 and 4 ulp") {
+TEST_CASE("sin_cos_f64 is within 2 ulp") {
   const unsigned seed = 5;
   CAPTURE(seed);
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> few(-7.0, 7.0), many(-1.6e6, 1.6e6);
   std::uniform_int_distribution<int> quarter(-1000, 1000);
-  double worst = 0.0, worst_tan = 0.0, worst_a = 0.0;
+  double worst = 0.0, worst_a = 0.0;
   const auto look = [&](double a) {
     double s, c;
     sin_cos_f64(a, s, c);
     const double error = std::max(ulps(s, std::sin(Wide(a))), ulps(c, std::cos(Wide(a))));
     if (error > worst) worst = error, worst_a = a;
-    worst_tan = std::max(worst_tan, ulps(tan_f64(a), std::tan(Wide(a))));
   };
   for (int i = 0; i < 500000; ++i) {
     look(few(random));
@@ -219,9 +218,8 @@ TEST_CASE("sin_cos_f64 and tan_f64 are within 2 and 4 ulp") {
     look(quarter(random) * kHalfPi + 1e-5 * few(random));
   }
   CAPTURE(worst_a);
-  MESSAGE("sin_cos_f64: worst error " << worst << " ulp, tan_f64 " << worst_tan << " ulp");
+  MESSAGE("sin_cos_f64: worst error " << worst << " ulp");
   CHECK(worst <= 2.0);
-  CHECK(worst_tan <= 4.0);
   double s, c;
   sin_cos_f64(0.0, s, c);
   CHECK(s == 0.0);
@@ -306,11 +304,7 @@ TEST_CASE("sinc is sin x / x, one at zero, without a step between its two forms"
   CHECK(sinc(1e-160) == 1.0);
 }
 
-TEST_CASE("hypot_f64 and the square roots are correctly rounded") {
-  CHECK(hypot_f64(3.0, 4.0) == 5.0);
-  CHECK(sqrt_f32(2.0f) == 1.41421356f);
-  CHECK(sqrt_f64(2.0) == 1.4142135623730951);
-}
+TEST_CASE("hypot_f64 of whole numbers is whole") { CHECK(hypot_f64(3.0, 4.0) == 5.0); }
 
 }  // namespace
 }  // namespace overtake

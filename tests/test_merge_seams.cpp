@@ -137,9 +137,8 @@ struct Frame {
       sides[s].sensor = &rig[s].model;
       if (!rig[s].present) continue;  // all else of an absent sensor is null
       fill(rig[s], s);
-      sides[s] = {true,           &rig[s].model, &images[s],         &scan[s],
-                  &points[s],     &clusters[s],  row_of_label[s].data(),
-                  rig[s].stamp_ns};
+      sides[s] = {true,         &rig[s].model,          &images[s],     &scan[s], &points[s],
+                  &clusters[s], row_of_label[s].data(), rig[s].stamp_ns};
     }
     overflow = ref::merge_seams(params, sides.data(), int32_t(rig.size()), members, merged, scratch);
   }

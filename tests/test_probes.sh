@@ -5,14 +5,10 @@
 # usage: tests/test_probes.sh EXECUTABLE WITH_PROBES. What a profiler needs is in the built file: a build id, symbols,
 # frame pointers, and the USDT probes with as many arguments as pipeline/probes.h says. WITH_PROBES is 0 where the build
 # had no sys/sdt.h. Exit code 0 is a pass, 77 with a line "skipped: ..." a skip.
-set -uo pipefail
+# shellcheck source=tests/support/shell_test.sh
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 readonly binary=${1:?usage: test_probes.sh EXECUTABLE WITH_PROBES} with_probes=${2:?}
-failures=0
-fail() {
-  echo "FAILED: $*"
-  failures=$((failures + 1))
-}
-command -v readelf >/dev/null || { echo "skipped: probes: no readelf (binutils)"; exit 77; }
+need probes binutils readelf
 
 notes=$(readelf --notes --wide "$binary") || fail "$binary: readelf cannot read it"
 grep -q 'Build ID: [0-9a-f]\{16\}' <<<"$notes" || fail "$binary has no build id"

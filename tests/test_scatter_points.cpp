@@ -51,7 +51,7 @@ TEST_CASE("scatter_points writes the winner's range and elevation, and every oth
 }
 
 TEST_CASE("scatter_points: every point but the winner has lost its pixel, whoever held it in between") {
-  // On one pixel the second outshines the first, the third is as bright and nearer, the fourth fainter; a fifth elsewhere.
+  // On one pixel the second outshines the first, the third is as bright and nearer, the fourth fainter; one elsewhere.
   const std::vector<TestPoint> cloud = {{10, 1, 0, 5}, {20, 2, 0, 9}, {10, 1, 0, 9}, {5, 0.5f, 0, 7}, {10, -4, 0, 1}};
   const SegmentChain chain = scattered(cloud);
   const int32_t lost[5] = {1, 1, 0, 1, 0};

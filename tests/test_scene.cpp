@@ -86,9 +86,7 @@ TEST_CASE("scene: road, walls and fence lie on their cone and cylinders at the t
             REQUIRE(std::fabs(p.z + (def.radius_m - inner) * tan_banking) < 1e-3);
             REQUIRE(rho < inner + 1e-3);
             break;
-          case SceneSurface::inner_wall:
-            REQUIRE(std::fabs(rho - inner) < 1e-3);
-            break;
+          case SceneSurface::inner_wall: REQUIRE(std::fabs(rho - inner) < 1e-3); break;
           case SceneSurface::outer_wall:
             REQUIRE(std::fabs(rho - outer) < 1e-3);
             REQUIRE((over_edge > -1e-2 && over_edge < 1.1 + 1e-3));
@@ -97,11 +95,8 @@ TEST_CASE("scene: road, walls and fence lie on their cone and cylinders at the t
             REQUIRE(std::fabs(rho - outer) < 1e-3);
             REQUIRE((over_edge > 1.1 - 1e-3 && over_edge < 7.0 + 1e-3));
             break;
-          case SceneSurface::building:
-            REQUIRE((rho < inner - 29 || rho > outer + 21));
-            break;
-          case SceneSurface::opponent:
-            break;
+          case SceneSurface::building: REQUIRE((rho < inner - 29 || rho > outer + 21)); break;
+          case SceneSurface::opponent: break;
         }
       }
     for (int32_t surface = 0; surface < 7; ++surface) {

@@ -143,29 +143,16 @@ std::vector<TestPoint> random_cloud(std::mt19937& random, const SensorModel& sen
                    layer * 97};
     float* const coordinate[3] = {&p.x_m, &p.y_m, &p.z_m};
     switch (random() % 16) {
-      case 0:
-        *coordinate[random() % 3] = pick(random, {kNan, kInf, -kInf});
-        break;
-      case 1:
-        *coordinate[random() % 3] = pick(random, {3e38f, -3e38f, FLT_MAX, 1e19f, 1e18f});
-        break;
-      case 2:
-        p.x_m = p.y_m = p.z_m = pick(random, {0.0f, -0.0f, FLT_MIN / 8, 1e-20f});
-        break;
-      case 3:
-        p.layer = pick(random, {-1.0f, 65536.0f, 0.5f, 1e30f, kNan, kInf, 65535.0f});
-        break;
-      case 4:
-        p.intensity = pick(random, {kNan, kInf, -kInf, -1.0f, 1e-42f});
-        break;
-      case 5:
-        *coordinate[random() % 3] = pick(random, {0.0f, -0.0f, 1e-30f, -1e-42f});
-        break;
+      case 0: *coordinate[random() % 3] = pick(random, {kNan, kInf, -kInf}); break;
+      case 1: *coordinate[random() % 3] = pick(random, {3e38f, -3e38f, FLT_MAX, 1e19f, 1e18f}); break;
+      case 2: p.x_m = p.y_m = p.z_m = pick(random, {0.0f, -0.0f, FLT_MIN / 8, 1e-20f}); break;
+      case 3: p.layer = pick(random, {-1.0f, 65536.0f, 0.5f, 1e30f, kNan, kInf, 65535.0f}); break;
+      case 4: p.intensity = pick(random, {kNan, kInf, -kInf, -1.0f, 1e-42f}); break;
+      case 5: *coordinate[random() % 3] = pick(random, {0.0f, -0.0f, 1e-30f, -1e-42f}); break;
       case 6:
         if (!cloud.empty()) p = cloud[random() % cloud.size()];
         break;
-      default:
-        break;
+      default: break;
     }
     cloud.push_back(p);
   }

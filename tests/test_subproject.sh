@@ -5,21 +5,10 @@
 # usage: tests/test_subproject.sh SOURCE_FOLDER CC CXX. Overtake inside another project, by FetchContent (which is
 # add_subdirectory): overtake::overtake as installed, no tests, tools or install rules of ours, and no flags of ours on
 # theirs. And the static library, installed, in a C program. Two builds of the library without optimisation.
-set -uo pipefail
+# shellcheck source=tests/support/shell_test.sh
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 source_dir=$(realpath "${1:?usage: test_subproject.sh SOURCE_FOLDER CC CXX}")
 readonly source_dir cc=${2:?} cxx=${3:?}
-readonly work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-failures=0
-fail() {
-  echo "FAILED: $*"
-  failures=$((failures + 1))
-}
-expect() {
-  local name=$1
-  shift
-  "$@" >"$work/log" 2>&1 || { fail "$name: exit code $?: $(tail -n 30 "$work/log")"; return 1; }
-}
 export CC=$cc CXX=$cxx
 options=(-DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O0)
 if command -v ninja >/dev/null; then options+=(-G Ninja); fi

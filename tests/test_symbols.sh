@@ -4,17 +4,12 @@
 #
 # usage: tests/test_symbols.sh LIBOVERTAKE_SO LIBOVT_A. What libovertake.so shows the world: exactly the functions the
 # header declares, SONAME libovertake.so.0, no other libraries than it must, nothing that a loader could misuse.
-set -euo pipefail
+# shellcheck source=tests/support/shell_test.sh
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
+set -e
 readonly library=${1:?usage: test_symbols.sh LIBOVERTAKE_SO LIBOVT_A} archive=${2:?}
 readonly header=$(dirname "${BASH_SOURCE[0]}")/../pipeline/overtake.h
-for tool in readelf nm; do
-  command -v $tool >/dev/null || { echo "skipped: symbols: no $tool (binutils)"; exit 77; }
-done
-failures=0
-fail() {
-  echo "FAILED: $*"
-  failures=$((failures + 1))
-}
+need symbols binutils readelf nm
 
 exported=$(nm -D --defined-only "$library" | awk '$2 != "A" { sub(/@.*/, "", $3); print $3 }' | sort)
 declared=$(sed 's,/\*.*\*/,,' "$header" | grep -oP '^OVT_API [^(]*\b\Kovt_[a-z_]+(?=\()' | sort)

@@ -64,7 +64,7 @@ TEST_CASE("a trace holds every stage of every frame once, a sensor's under its n
   for (const int32_t workers : {1, 3}) {
     CAPTURE(workers);
     const Json json = trace_scene(workers, io::load_rig("av21"));
-    std::map<std::string, int32_t> seen;         // "7 front project"
+    std::map<std::string, int32_t> seen;  // "7 front project"
     std::map<int32_t, std::string> lane_name;
     std::set<int32_t> lanes;
     std::map<int64_t, int32_t> begun, ended;
@@ -130,7 +130,7 @@ TEST_CASE("spans on one lane of a trace never overlap: one is inside another or 
         }
         CAPTURE(slice.name);
         CAPTURE(open.back().name);
-        CHECK(open.back().name == "segment");    // the only stage that holds others
+        CHECK(open.back().name == "segment");  // the only stage that holds others
         CHECK(slice.end_ns <= open.back().end_ns);
         CHECK(slice.name != "segment");
         open.push_back(slice);

@@ -33,8 +33,7 @@ ovt_points wrapped_scan(const overtake::SceneScan& from, int32_t sensor, int64_t
 
 void push_frame(ovt::Detector& detector, std::size_t index) {
   const overtake::SceneFrame& frame = demo_frame(index);
-  for (int32_t s = 0; s < 3; ++s)
-    REQUIRE(detector.push(wrapped_scan(frame.scan[s], s, frame.stamp_ns)) == OVT_OK);
+  for (int32_t s = 0; s < 3; ++s) REQUIRE(detector.push(wrapped_scan(frame.scan[s], s, frame.stamp_ns)) == OVT_OK);
 }
 
 // Counts the bytes a detector holds.
@@ -239,7 +238,7 @@ TEST_CASE("a column of records ends with its last value, not with the last recor
   CHECK(ovt::column(numbers).type == OVT_F64);
   CHECK(ovt::column(std::span<const uint32_t>()).type == OVT_U32);
   CHECK(ovt::Borrowed<std::vector<float>&>);
-  CHECK_FALSE(ovt::Borrowed<std::vector<float>>);      // a temporary's points would be gone before the push
+  CHECK_FALSE(ovt::Borrowed<std::vector<float>>);  // a temporary's points would be gone before the push
 }
 
 TEST_CASE("a handler hears every frame in order: on the pushing thread with one worker, on another with two") {

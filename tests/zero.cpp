@@ -7,7 +7,7 @@
 //   zero --workers N --frames N
 //
 // malloc and its family are this program's own (support/heap_calls). With a graph libtbb must run from a folder without
-// libtbbmalloc, so that TBB's allocator is malloc, too; else it ends with an error (tests/CMakeLists.txt has the folder).
+// libtbbmalloc, so that TBB's allocator is malloc, too; else it ends with an error (tests/CMakeLists.txt).
 #include <sys/resource.h>
 
 #include <alloca.h>
@@ -29,7 +29,7 @@ using namespace overtake::test;
 namespace {
 
 constexpr int32_t kSensors = kGoldenSensors, kScene = 12;
-constexpr int32_t kEvery = 16;                            // of the golden scene's points: many frames in little time
+constexpr int32_t kEvery = 16;  // of the golden scene's points: many frames in little time
 
 struct Numbers {
   int64_t heap_calls, page_faults;
@@ -193,7 +193,7 @@ int main(int argc, char** argv) {
         for (int32_t sensor = s; sensor < kSensors; sensor += producers) {
           if (sensor == 0) {
             ovt_ego_pose pose = golden_ego(golden_stamp_ns(int32_t(k), 0));
-            pose.x_m = 40;   // on the spot, or the map ends after a while
+            pose.x_m = 40;  // on the spot, or the map ends after a while
             if (ovt_push_ego_pose(detector, &pose) != OVT_OK) refused.fetch_add(1);
           }
           push(k, sensor);
@@ -229,14 +229,14 @@ int main(int argc, char** argv) {
   turn.give(frames);
   for (std::thread& thread : threads) thread.join();
   ovt_read_stats(detector, &stats);
-  std::printf("workers %d, %lld frames, %lld tracks read: %lld heap calls (%lld of them in the first frame), %lld page "
-              "faults (%lld); %lld bytes locked\n",
-              workers, static_cast<long long>(stats.frames), static_cast<long long>(seen.tracks.load()),
-              static_cast<long long>(after.heap_calls - before.heap_calls),
-              static_cast<long long>(first.heap_calls - before.heap_calls),
-              static_cast<long long>(after.page_faults - before.page_faults),
-              static_cast<long long>(first.page_faults - before.page_faults),
-              static_cast<long long>(runtime.locked_bytes));
+  std::printf(
+      "workers %d, %lld frames, %lld tracks read: %lld heap calls (%lld of them in the first frame), %lld page "
+      "faults (%lld); %lld bytes locked\n",
+      workers, static_cast<long long>(stats.frames), static_cast<long long>(seen.tracks.load()),
+      static_cast<long long>(after.heap_calls - before.heap_calls),
+      static_cast<long long>(first.heap_calls - before.heap_calls),
+      static_cast<long long>(after.page_faults - before.page_faults),
+      static_cast<long long>(first.page_faults - before.page_faults), static_cast<long long>(runtime.locked_bytes));
   require(refused.load() == 0, "a push was refused");
   require(stats.frames == frames && seen.frames.load() == frames, "not every frame came");
   require(seen.tracks.load() > frames, "hardly a track: the scene is not what it should be");

@@ -64,12 +64,12 @@ inline int64_t next_stamp(Bytes& in, int64_t stamp_ns) {
 }
 
 // What a target promises. A broken promise ends the run with its sentence; the fuzzer keeps the input.
-#define OVT_FUZZ_REQUIRE(condition)                                                   \
-  do {                                                                                \
-    if (!(condition)) {                                                               \
-      std::fprintf(stderr, "%s:%d: broken: %s\n", __FILE__, __LINE__, #condition);     \
-      std::abort();                                                                   \
-    }                                                                                 \
+#define OVT_FUZZ_REQUIRE(condition)                                                \
+  do {                                                                             \
+    if (!(condition)) {                                                            \
+      std::fprintf(stderr, "%s:%d: broken: %s\n", __FILE__, __LINE__, #condition); \
+      std::abort();                                                                \
+    }                                                                              \
   } while (0)
 
 }  // namespace overtake::fuzz

@@ -62,7 +62,7 @@ void ask(const TrackMap& map, const Line& line, fuzz::Bytes& in) {
       OVT_FUZZ_REQUIRE(std::isfinite(v));
     hint = in.chance(128) ? p.segment : in.in(-3, map.segment_count() + 2);
     const auto n = line.x.size();
-    for (std::size_t i = 0; i + 1 < n; ++i) {   // no corner and no segment is nearer
+    for (std::size_t i = 0; i + 1 < n; ++i) {  // no corner and no segment is nearer
       const SegmentFoot f = find_foot(line.x[i], line.y[i], line.x[i + 1], line.y[i + 1], x, y);
       OVT_FUZZ_REQUIRE(p.d_m * p.d_m <= f.distance2 * (1 + 1e-9) + 1e-9);
     }

@@ -13,7 +13,7 @@ using namespace overtake;
 
 namespace {
 
-constexpr int64_t kFarNs = INT64_MAX / 2;   // beyond, a detection's own stamp might not be one
+constexpr int64_t kFarNs = INT64_MAX / 2;  // beyond, a detection's own stamp might not be one
 
 // Cholesky of the lower triangle, row by row, scaled to a unit diagonal: the state's units differ by far.
 bool is_positive_definite(const TrackTable& t, std::size_t i) {
@@ -23,7 +23,7 @@ bool is_positive_definite(const TrackTable& t, std::size_t i) {
     for (int32_t c = 0; c <= r; ++c) {
       double sum = t.covariance[r * (r + 1) / 2 + c][i] * scale[r] * scale[c];
       for (int32_t k = 0; k < c; ++k) sum -= l[r][k] * l[c][k];
-      if (r == c && !(sum > -1e-9)) return false;   // rounding alone is no fault
+      if (r == c && !(sum > -1e-9)) return false;  // rounding alone is no fault
       l[r][c] = r == c ? std::sqrt(std::fmax(sum, 1e-12)) : sum / l[c][c];
     }
   return true;

@@ -75,24 +75,25 @@ void write_clouds() {
 }
 
 void write_tables() {
-  const char* const tables[] = {
-      "x_m;y_m\n1;2\n3;4\n", "# a,b\n1,2\n-3.5,4e2\n", "1 2 3\n4 5 6\n\n7 8 9\n",
-      "stamp_ns,x_m,y_m\n9223372036854775807,nan,inf\n"};
+  const char* const tables[] = {"x_m;y_m\n1;2\n3;4\n", "# a,b\n1,2\n-3.5,4e2\n", "1 2 3\n4 5 6\n\n7 8 9\n",
+                                "stamp_ns,x_m,y_m\n9223372036854775807,nan,inf\n"};
   int32_t number = 0;
   for (const char* table : tables) write_seed("csv", number++, '\0' + std::string(table));
-  write_seed("csv", number++, std::string(1, '\4') + "stamp_ns,x_m,y_m,yaw_rad,speed_mps\n0,1,2,0.1,30\n10000000,1.3,2,0.1,30\n");
+  write_seed("csv", number++,
+             std::string(1, '\4') + "stamp_ns,x_m,y_m,yaw_rad,speed_mps\n0,1,2,0.1,30\n10000000,1.3,2,0.1,30\n");
   write_seed("csv", number++, std::string(1, '\4') + "time,x,y,z,psi\n0.01,1,2,0,0.1\n0.02,1.3,2,0,0.1\n");
-  write_seed("csv", number++, std::string(1, '\5') + "0 2 Car 0 1 -1.79 296 161 455 292 2.0 1.8 4.4 -4.5 1.8 13.4 -2.1\n");
+  write_seed("csv", number++,
+             std::string(1, '\5') + "0 2 Car 0 1 -1.79 296 161 455 292 2.0 1.8 4.4 -4.5 1.8 13.4 -2.1\n");
   write_seed("csv", number++, std::string(1, '\6') + "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0.5 0 1 0 0 0 0 1 1.25\n");
   write_seed("csv", number++,
              std::string(1, '\7') + "R0_rect: 1 0 0 0 1 0 0 0 1\nTr_velo_to_cam: 0 -1 0 0 0 0 -1 0 1 0 0 0\n");
 }
 
 void write_maps() {
-  const char* const maps[] = {
-      "x_m,y_m,w_tr_right_m,w_tr_left_m\n0,0,5,5\n10,0,5,5\n20,3,5,6\n30,9,5,6\n",
-      "x_ref_m;y_ref_m;width_right_m;width_left_m;x_normvec_m;y_normvec_m\n0;0;4;4;0;-1\n10;0;4;4;0;-1\n20;0;4;4;0;-1\n",
-      "0 0 5 5\n10 0 5 5\n20 5 5 5\n0 0 5 5\n"};
+  const char* const maps[] = {"x_m,y_m,w_tr_right_m,w_tr_left_m\n0,0,5,5\n10,0,5,5\n20,3,5,6\n30,9,5,6\n",
+                              "x_ref_m;y_ref_m;width_right_m;width_left_m;x_normvec_m;y_normvec_m\n0;0;4;4;0;-1\n10;0;"
+                              "4;4;0;-1\n20;0;4;4;0;-1\n",
+                              "0 0 5 5\n10 0 5 5\n20 5 5 5\n0 0 5 5\n"};
   int32_t number = 0;
   for (const char* map : maps) write_seed("maps", number++, "\1\1" + std::string(map));
   const char* const bounds = "x,y\n0,5\n10,5\n20,5\n30,5\n";
@@ -102,7 +103,7 @@ void write_maps() {
     std::string bytes(std::size_t(100 + 60 * i), '\0');
     for (char& byte : bytes) byte = char(random() % 256);
     bytes[0] = '\0';
-    if (i % 2) bytes[4] = char(200);   // corners a few metres apart
+    if (i % 2) bytes[4] = char(200);  // corners a few metres apart
     write_seed("maps", number++, bytes);
   }
 }

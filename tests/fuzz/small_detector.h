@@ -45,7 +45,8 @@ inline void check_frame(ovt_reader* reader, int32_t sensor_count) {
 
   ovt_tracks t;
   OVT_FUZZ_REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
-  for (const double* c : {t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps, t.heading_rad, t.length_m, t.width_m})
+  for (const double* c :
+       {t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps, t.heading_rad, t.length_m, t.width_m})
     require_finite(c, t.count);
   for (const double* c : t.covariance) require_finite(c, t.count);
   for (const double* c :
@@ -63,7 +64,7 @@ inline void check_frame(ovt_reader* reader, int32_t sensor_count) {
     const bool present = info.sensor_mask >> s & 1u;
     OVT_FUZZ_REQUIRE((ovt_read_labels(reader, s, &l) == OVT_OK) == present);
     if (!present) continue;
-    for (int32_t i = 0; i < l.count; ++i) {   // a label or a reason
+    for (int32_t i = 0; i < l.count; ++i) {  // a label or a reason
       OVT_FUZZ_REQUIRE(l.label[i] >= -1 && l.label[i] <= l.label_count);
       OVT_FUZZ_REQUIRE((l.label[i] >= 0) == (l.reason[i] == 0));
       OVT_FUZZ_REQUIRE(ovt_reason_name(l.reason[i]) != nullptr);
@@ -74,15 +75,15 @@ inline void check_frame(ovt_reader* reader, int32_t sensor_count) {
       ovt_image image;
       OVT_FUZZ_REQUIRE(ovt_read_image(reader, s, ovt_image_id(id), &image) == OVT_OK);
       uint64_t sum = 0;
-      const std::size_t bytes = image.type == OVT_IMAGE_BITS ? std::size_t(image.cols + 63) / 64 * 8
-                                                             : std::size_t(image.cols) * 4;
+      const std::size_t bytes =
+          image.type == OVT_IMAGE_BITS ? std::size_t(image.cols + 63) / 64 * 8 : std::size_t(image.cols) * 4;
       for (int32_t r = 0; r < image.rows; ++r)
         for (std::size_t b = 0; b < bytes; b += 4) {
           uint32_t word;
           std::memcpy(&word, static_cast<const char*>(image.data) + std::size_t(r) * image.stride_bytes + b, 4);
           sum += word;
         }
-      volatile uint64_t read = sum;   // the reading is the test
+      volatile uint64_t read = sum;  // the reading is the test
       (void)read;
     }
   }
@@ -132,7 +133,7 @@ class BlockPool {
 
  private:
   static BlockPool& instance() {
-    static BlockPool* pool = new BlockPool;   // outlives every detector
+    static BlockPool* pool = new BlockPool;  // outlives every detector
     return *pool;
   }
   std::mutex mutex_;

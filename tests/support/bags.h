@@ -22,7 +22,7 @@ struct Recorded {
 // A wall and a road seen by a sensor of `lines` lines that sweeps from left to right, `shots` a line; the wall is 20 m
 // + `shift_m` ahead. Columns x y z intensity ring (uint16).
 io::Pcd swept_cloud(int32_t lines, int32_t shots, double shift_m, bool with_ring = true);
-io::Rig swept_rig(int32_t lines);                 // one sensor "front" that fits it
+io::Rig swept_rig(int32_t lines);  // one sensor "front" that fits it
 
 Recorded cloud_of(const io::Pcd& pcd, const std::string& topic, int64_t stamp_ns,
                   const std::string& frame_id = "front");

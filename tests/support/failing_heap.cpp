@@ -12,23 +12,12 @@
 #include <cstdio>
 #include <cstring>
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define OVT_TEST_OWN_HEAP 0
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
-#define OVT_TEST_OWN_HEAP 0
-#endif
-#endif
-#if !defined(OVT_TEST_OWN_HEAP)
-#define OVT_TEST_OWN_HEAP 1
-#endif
-
 namespace {
 
 std::atomic<int64_t> heap_count{0}, heap_refused{0}, thread_count{0}, thread_refused{0}, live{0};
 std::atomic<int32_t> depth_refused{0};
 void* frames_refused[48];
-thread_local bool inside = false;    // of a backtrace, whose own requests are not counted
+thread_local bool inside = false;  // of a backtrace, whose own requests are not counted
 
 void note() {
   inside = true;
@@ -36,54 +25,21 @@ void note() {
   inside = false;
 }
 
-// Whether this request is to be refused.
-[[maybe_unused]] bool refuse() {
-  if (inside) return false;
-  if (heap_count.fetch_add(1) + 1 != heap_refused.load()) return false;
+[[maybe_unused]] bool allow_request() {
+  if (inside) return true;
+  if (heap_count.fetch_add(1) + 1 != heap_refused.load()) return true;
   note();
-  return true;
+  return false;
 }
-
-[[maybe_unused]] void* given(void* block) {
-  if (block) live.fetch_add(1);
-  return block;
-}
+[[maybe_unused]] void count_blocks(int change) { live.fetch_add(change); }
 
 }  // namespace
+
+#include "tests/support/own_heap.h"
 
 #if OVT_TEST_OWN_HEAP
 #pragma GCC visibility push(default)
 extern "C" {
-void* __libc_malloc(std::size_t bytes);
-void* __libc_calloc(std::size_t count, std::size_t bytes);
-void* __libc_realloc(void* block, std::size_t bytes);
-void* __libc_memalign(std::size_t alignment, std::size_t bytes);
-void __libc_free(void* block);
-
-void* malloc(std::size_t bytes) { return refuse() ? (errno = ENOMEM, nullptr) : given(__libc_malloc(bytes)); }
-void* calloc(std::size_t count, std::size_t bytes) {
-  return refuse() ? (errno = ENOMEM, nullptr) : given(__libc_calloc(count, bytes));
-}
-void* realloc(void* block, std::size_t bytes) {
-  if (refuse()) return errno = ENOMEM, nullptr;
-  void* moved = __libc_realloc(block, bytes);
-  if (!block && moved) live.fetch_add(1);
-  if (block && bytes == 0) live.fetch_sub(1);
-  return moved;
-}
-void* memalign(std::size_t alignment, std::size_t bytes) {
-  return refuse() ? (errno = ENOMEM, nullptr) : given(__libc_memalign(alignment, bytes));
-}
-void* aligned_alloc(std::size_t alignment, std::size_t bytes) { return memalign(alignment, bytes); }
-int posix_memalign(void** block, std::size_t alignment, std::size_t bytes) {
-  *block = memalign(alignment, bytes);
-  return *block ? 0 : ENOMEM;
-}
-void free(void* block) {
-  if (block) live.fetch_sub(1);
-  __libc_free(block);
-}
-
 int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*run)(void*), void* argument) {
   using Create = int(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
   static Create* const create = reinterpret_cast<Create*>(dlsym(RTLD_NEXT, "pthread_create"));

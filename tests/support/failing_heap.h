@@ -15,9 +15,9 @@ bool can_refuse();
 // From now on counts; the `request`-th (from 1) is refused. 0: none is.
 void refuse_heap(int64_t request);
 void refuse_thread(int64_t request);
-int64_t heap_requests();             // since refuse_heap()
-int64_t thread_requests();           // since refuse_thread()
-int64_t live_blocks();               // given and not given back
+int64_t heap_requests();    // since refuse_heap()
+int64_t thread_requests();  // since refuse_thread()
+int64_t live_blocks();      // given and not given back
 
 // Who asked for what was refused: the object files and functions on the stack, innermost first. Call describe_refusal()
 // outside of a refusal; prepare_refusal() once before the first (it takes the memory that a backtrace needs).

@@ -52,7 +52,7 @@ class FrameHash {
 
   void add_sensor(ovt_reader* reader, int32_t sensor) {
     ovt_labels l;
-    if (ovt_read_labels(reader, sensor, &l) != OVT_OK) return hash_.add_value(-1);   // not in this frame
+    if (ovt_read_labels(reader, sensor, &l) != OVT_OK) return hash_.add_value(-1);  // not in this frame
     add(l.count, l.label, l.reason, l.x_m, l.y_m, l.z_m, l.intensity, l.layer);
     add(l.label_count + 1, l.cluster_of_label);
     for (int32_t id = 0; id < OVT_IMAGE_COUNT; ++id) {

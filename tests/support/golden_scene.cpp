@@ -117,26 +117,13 @@ std::vector<GoldenPoint> golden_cloud(int32_t frame, int32_t sensor) {
                         0,
                         uint32_t(layer) * 1400000u + uint32_t(i) * 1000u};
       switch (dice / 8192 % 2048) {
-        case 0:
-          point.x_m = std::numeric_limits<float>::quiet_NaN();
-          break;
-        case 1:
-          point.z_m = std::numeric_limits<float>::infinity();
-          break;
-        case 2:
-          point.x_m = point.y_m = point.z_m = 0.0f;
-          break;
-        case 3:
-          point.layer = 65000;
-          break;
-        case 4:
-          point.y_m = 1e-40f;
-          break;  // subnormal
-        case 5:
-          cloud.push_back(point);
-          break;  // twice the same
-        default:
-          break;
+        case 0: point.x_m = std::numeric_limits<float>::quiet_NaN(); break;
+        case 1: point.z_m = std::numeric_limits<float>::infinity(); break;
+        case 2: point.x_m = point.y_m = point.z_m = 0.0f; break;
+        case 3: point.layer = 65000; break;
+        case 4: point.y_m = 1e-40f; break;      // subnormal
+        case 5: cloud.push_back(point); break;  // twice the same
+        default: break;
       }
       cloud.push_back(point);
     }

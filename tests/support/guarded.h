@@ -53,7 +53,7 @@ class Guarded {
 
  private:
   static constexpr std::size_t kFence = 128;
-  static constexpr unsigned char kGuard = 0xa5, kPoison = 0xff;   // poison: NaN as a float, -1 as an integer
+  static constexpr unsigned char kGuard = 0xa5, kPoison = 0xff;  // poison: NaN as a float, -1 as an integer
 
   struct Piece {
     std::string name;

@@ -270,15 +270,9 @@ void KernelWorld::run(const KernelTable& k, Step step) {
       k.load_points(fields, int32_t(raw_.size()), scan_);
       break;
     }
-    case Step::project_points:
-      k.project_points(sensor, scan_, points_, sums_);
-      break;
-    case Step::rank_layers:
-      row_count = k.rank_layers(sensor.rows, sums_, row_of_layer_, layer_order_);
-      break;
-    case Step::scatter_points:
-      k.scatter_points(scan_, row_of_layer_, points_, m);
-      break;
+    case Step::project_points: k.project_points(sensor, scan_, points_, sums_); break;
+    case Step::rank_layers: row_count = k.rank_layers(sensor.rows, sums_, row_of_layer_, layer_order_); break;
+    case Step::scatter_points: k.scatter_points(scan_, row_of_layer_, points_, m); break;
     case Step::fill_gaps:
       k.fill_gaps(FillGapsParams(), m.range_m, m.elevation_rad, m.range_filled_m, m.elevation_filled_rad);
       break;
@@ -315,9 +309,7 @@ void KernelWorld::run(const KernelTable& k, Step step) {
       cluster_count = k.label_bfs(sensor.wraps, m.range_filled_m, m.nonground_repaired, m.link_right, m.link_down,
                                   m.labels, queue_);
       break;
-    case Step::label_points:
-      k.label_points(LabelPointsParams(), m, points_);
-      break;
+    case Step::label_points: k.label_points(LabelPointsParams(), m, points_); break;
     case Step::build_clusters:
       cluster_overflow_ = k.build_clusters(sensor.T_vehicle_sensor, scan_, points_, cluster_count, clusters_,
                                            cluster_points_, row_of_label_, cursor_, order_);
@@ -332,9 +324,7 @@ void KernelWorld::run(const KernelTable& k, Step step) {
       merged_overflow_ = k.merge_seams(params, sides, 3, members_, merged_, seam_);
       break;
     }
-    case Step::gate_clusters:
-      kept_count_ = k.gate_clusters(GateClustersParams(), gate_input_, kept_);
-      break;
+    case Step::gate_clusters: kept_count_ = k.gate_clusters(GateClustersParams(), gate_input_, kept_); break;
     case Step::fit_rectangle:
       if (fit_count_ > 0)
         fit_ = k.fit_rectangle(FitRectangleParams(), fit_x_m_, fit_y_m_, fit_count_, 0.3f, 1.0f, -0.5f);

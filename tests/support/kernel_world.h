@@ -53,7 +53,7 @@ class KernelWorld {
   BitPlane bits_of(int32_t i) const;
 
  private:
-  struct RawPoint {             // 27 bytes: nothing is aligned in a caller's memory
+  struct RawPoint {  // 27 bytes: nothing is aligned in a caller's memory
     float x_m, y_m, z_m, intensity;
     uint16_t layer;
     uint32_t time_ns;
@@ -72,7 +72,7 @@ class KernelWorld {
   ScanTable scan_;
   PointTable points_;
   LayerSums sums_;
-  int32_t *row_of_layer_ = nullptr, *layer_order_ = nullptr;   // with the cloud only
+  int32_t *row_of_layer_ = nullptr, *layer_order_ = nullptr;  // with the cloud only
   int32_t *queue_, *row_of_label_, *cursor_, *order_, *kept_;
   ClusterTable clusters_;
   ClusterPointTable cluster_points_;

@@ -31,10 +31,10 @@ inline bool is_recorded(const std::string& file) {
 }  // namespace overtake
 
 // At the start of a case, once a file or folder; ends the case where that is missing.
-#define OVT_NEED_RECORDED(file)                          \
-  do {                                                   \
-    if (!overtake::is_recorded(file)) {                  \
+#define OVT_NEED_RECORDED(file)                                     \
+  do {                                                              \
+    if (!overtake::is_recorded(file)) {                             \
       MESSAGE("skipped: " << std::string(file) << " is not there"); \
-      return;                                            \
-    }                                                    \
+      return;                                                       \
+    }                                                               \
   } while (false)

@@ -1,7 +1,8 @@
 /* Copyright 2026 The Overtake authors
  * SPDX-License-Identifier: Apache-2.0
  *
- * One LiDAR 1.2 m above a level road and the tail of a car ahead, 1.9 x 1.2 m, one beam a pixel: what test_c_api.c pushes.
+ * One LiDAR 1.2 m above a level road and the tail of a car ahead, 1.9 x 1.2 m, one beam a pixel: what test_c_api.c
+ * pushes.
  */
 #ifndef OVERTAKE_SMALL_SCENE_H
 #define OVERTAKE_SMALL_SCENE_H

@@ -26,7 +26,7 @@ inline int64_t to_ns(double s) { return int64_t(std::llround(s * 1e9)); }
 struct TestDetection {
   double x_m = 0, y_m = 0;
   double heading_rad = kNan;
-  double late_s = 0;                                       // own stamp: the frame's minus this
+  double late_s = 0;  // own stamp: the frame's minus this
   double length_m = kNan, width_m = kNan;
   double var_x = kNan, var_y = kNan, cov_xy = kNan;
 };
@@ -98,11 +98,11 @@ class TrackerBench {
     tracker.snapshot(tracks_);
     return tracks_;
   }
-  const overtake::PathTable& paths() const { return paths_; }   // of the last call of tracks...
+  const overtake::PathTable& paths() const { return paths_; }  // of the last call of tracks...
 
   overtake::Tracker tracker;
   overtake::TrackerFrame frame;
-  std::vector<overtake::TrackId> ids;                      // of the last step
+  std::vector<overtake::TrackId> ids;  // of the last step
   overtake::StepResult last;
 
  private:
@@ -118,8 +118,8 @@ class TrackerBench {
 inline bool is_finite(const overtake::TrackTable& t) {
   for (int32_t k = 0; k < t.count; ++k) {
     const auto i = std::size_t(k);
-    for (const double* column : {t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps, t.heading_rad, t.length_m,
-                                 t.width_m})
+    for (const double* column :
+         {t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps, t.heading_rad, t.length_m, t.width_m})
       if (!std::isfinite(column[i])) return false;
     for (const double* column : t.covariance)
       if (!std::isfinite(column[i])) return false;

@@ -1,0 +1,76 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// malloc and its family as this program's own. The one file that includes this has before it, in scope:
+//   bool allow_request()              before each request; false refuses it
+//   void count_blocks(int change)     after it: +1 a block was handed out, -1 one came back
+// OVT_TEST_OWN_HEAP is 0, and nothing is defined, under a sanitizer, which brings its own, and without glibc.
+//
+// The blocks are glibc's, by its functions' second names. Visible, or the C++ library's operator new would miss them
+// (the build hides what it defines; clang hides these, too).
+#pragma once
+
+#include <cerrno>
+#include <cstddef>
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define OVT_TEST_OWN_HEAP 0
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
+#define OVT_TEST_OWN_HEAP 0
+#endif
+#endif
+#if !defined(OVT_TEST_OWN_HEAP)
+#if defined(__GLIBC__)
+#define OVT_TEST_OWN_HEAP 1
+#else
+#define OVT_TEST_OWN_HEAP 0
+#endif
+#endif
+
+#if OVT_TEST_OWN_HEAP
+#pragma GCC visibility push(default)
+extern "C" {
+void* __libc_malloc(std::size_t bytes);
+void* __libc_calloc(std::size_t count, std::size_t bytes);
+void* __libc_realloc(void* block, std::size_t bytes);
+void* __libc_memalign(std::size_t alignment, std::size_t bytes);
+void __libc_free(void* block);
+
+void* malloc(std::size_t bytes) {
+  if (!allow_request()) return errno = ENOMEM, nullptr;
+  void* block = __libc_malloc(bytes);
+  if (block) count_blocks(1);
+  return block;
+}
+void* calloc(std::size_t count, std::size_t bytes) {
+  if (!allow_request()) return errno = ENOMEM, nullptr;
+  void* block = __libc_calloc(count, bytes);
+  if (block) count_blocks(1);
+  return block;
+}
+void* realloc(void* block, std::size_t bytes) {
+  if (!allow_request()) return errno = ENOMEM, nullptr;
+  void* moved = __libc_realloc(block, bytes);
+  if (!block && moved) count_blocks(1);
+  if (block && bytes == 0) count_blocks(-1);
+  return moved;
+}
+void* memalign(std::size_t alignment, std::size_t bytes) {
+  if (!allow_request()) return errno = ENOMEM, nullptr;
+  void* block = __libc_memalign(alignment, bytes);
+  if (block) count_blocks(1);
+  return block;
+}
+void* aligned_alloc(std::size_t alignment, std::size_t bytes) { return memalign(alignment, bytes); }
+int posix_memalign(void** block, std::size_t alignment, std::size_t bytes) {
+  *block = memalign(alignment, bytes);
+  return *block ? 0 : ENOMEM;
+}
+void free(void* block) {
+  if (block) count_blocks(-1);
+  __libc_free(block);
+}
+}
+#pragma GCC visibility pop
+#endif

@@ -1,0 +1,32 @@
+# Copyright 2026 The Overtake authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# What every test written in bash begins with; sourced. Gives $work, a folder that goes with the test, and counts
+# failures.
+set -uo pipefail
+work=$(mktemp -d)
+readonly work
+trap 'rm -rf "$work"' EXIT
+failures=0
+
+fail() {
+  echo "FAILED: $*"
+  failures=$((failures + 1))
+}
+
+# need NAME WHERE TOOL...: without one of the tools the test NAME is skipped; WHERE has them.
+need() {
+  local name=$1 where=$2 tool
+  shift 2
+  for tool; do
+    command -v "$tool" >/dev/null || { echo "skipped: $name: no $tool ($where)"; exit 77; }
+  done
+}
+
+# expect NAME COMMAND...: succeeds.
+expect() {
+  local name=$1
+  shift
+  "$@" >"$work/log" 2>&1 || { fail "$name: exit code $?: $(tail -n 30 "$work/log")"; return 1; }
+}
+

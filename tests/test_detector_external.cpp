@@ -1,0 +1,122 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Detections of another detector, pushed through the C API: both references, covariances, counters.
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "tests/support/one_sensor_detector.h"
+
+using namespace overtake_test;
+
+namespace {
+
+constexpr int64_t kMs = 1'000'000;
+
+}  // namespace
+
+TEST_CASE("detector: pushed detections in the map and in the vehicle frame give the same tracks, without any LiDAR") {
+  for (const int32_t workers : {1, 2}) {
+    double x[2] = {}, y[2] = {}, speed[2] = {};
+    for (const int32_t reference : {OVT_REFERENCE_MAP, OVT_REFERENCE_VEHICLE}) {
+      Small small(0, workers);
+      small.def.push_policy = OVT_PUSH_WAIT;
+      small.create();
+      for (int32_t k = 0; k < 30; ++k) {
+        const int64_t stamp_ns = 1 + k * 50 * kMs;
+        ovt_ego_pose pose;
+        ovt_ego_pose_init(&pose, sizeof pose);
+        pose.stamp_ns = stamp_ns;
+        pose.x_m = 100 + 2.5 * k, pose.y_m = -30, pose.yaw_rad = 0.4, pose.speed_mps = 50;
+        REQUIRE(ovt_push_ego_pose(small.detector, &pose) == OVT_OK);
+        const double map_x = 120 + 2 * k, map_y = 10 + k;
+        const double dx = map_x - pose.x_m, dy = map_y - pose.y_m, c = std::cos(0.4), s = std::sin(0.4);
+        const bool in_map = reference == OVT_REFERENCE_MAP;
+        const double px = in_map ? map_x : c * dx + s * dy, py = in_map ? map_y : -s * dx + c * dy;
+        ovt_external_detections d;
+        ovt_external_detections_init(&d, sizeof d);
+        d.stamp_ns = stamp_ns;
+        d.count = 1;
+        d.reference = reference;
+        d.x_m = &px;
+        d.y_m = &py;
+        CHECK(ovt_push_detections(small.detector, &d) == OVT_OK);
+        CHECK(ovt_push_detections(small.detector, &d) == OVT_DUPLICATE);
+      }
+      CHECK(ovt_flush(small.detector) == OVT_OK);
+      ovt_reader* reader = nullptr;
+      ovt_tracks tracks;
+      REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
+      REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
+      REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks) == OVT_OK);
+      CHECK(small.latest.info.reference == OVT_REFERENCE_MAP);
+      CHECK((small.latest.info.flags & OVT_FLAG_EXTERNAL) != 0);
+      CHECK(small.latest.calls == 30);
+      REQUIRE(tracks.count == 1);
+      CHECK(tracks.state[0] == OVT_CONFIRMED);
+      x[reference] = tracks.x_m[0], y[reference] = tracks.y_m[0], speed[reference] = tracks.speed_mps[0];
+      ovt_destroy_reader(reader);
+    }
+    CHECK(x[0] == doctest::Approx(x[1]).epsilon(1e-9));
+    CHECK(y[0] == doctest::Approx(y[1]).epsilon(1e-9));
+    CHECK(x[1] == doctest::Approx(178).epsilon(0.01));
+    CHECK(y[1] == doctest::Approx(39).epsilon(0.05));
+    CHECK(speed[1] == doctest::Approx(20 * std::sqrt(5.0)).epsilon(0.03));
+    CHECK(speed[0] == doctest::Approx(speed[1]).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("detector: a pushed detection's variances alone are enough, and turn with the vehicle") {
+  const double at = 5, var_x = 0.04, var_y = 1.0, quarter = 1.5707963267948966;
+  for (const bool turned : {false, true}) {
+    Small small(0);
+    small.create();
+    if (turned) {
+      ovt_ego_pose pose;
+      ovt_ego_pose_init(&pose, sizeof pose);
+      pose.yaw_rad = quarter;
+      REQUIRE(ovt_push_ego_pose(small.detector, &pose) == OVT_OK);
+    }
+    ovt_external_detections d;
+    ovt_external_detections_init(&d, sizeof d);
+    d.count = 1;
+    d.x_m = d.y_m = &at;
+    d.var_x = &var_x;
+    d.var_y = &var_y;
+    REQUIRE(ovt_push_detections(small.detector, &d) == OVT_OK);
+    ovt_reader* reader = nullptr;
+    ovt_tracks tracks;
+    REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
+    REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
+    REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks) == OVT_OK);
+    REQUIRE(tracks.count == 1);
+    CHECK(tracks.covariance[0][0] == doctest::Approx(turned ? var_y : var_x));
+    CHECK(tracks.covariance[2][0] == doctest::Approx(turned ? var_x : var_y));
+    ovt_destroy_reader(reader);
+  }
+}
+
+TEST_CASE("detector: every push of detections is counted as used or dropped") {
+  Small small;
+  small.create();
+  const double at = 10.0;
+  const auto push = [&](int64_t stamp_ns) {
+    ovt_external_detections d;
+    ovt_external_detections_init(&d, sizeof d);
+    d.stamp_ns = stamp_ns;
+    d.count = 1;
+    d.x_m = d.y_m = &at;
+    return ovt_push_detections(small.detector, &d);
+  };
+  CHECK(push(100) == OVT_OK);
+  CHECK(push(100) == OVT_DUPLICATE);
+  CHECK(push(50) == OVT_OK);               // out of sequence
+  CHECK(push(50 - 1000 * kMs) == OVT_OK);  // too old: taken, and dropped
+  CHECK(push(200) == OVT_OK);
+  ovt_stats stats;
+  stats.struct_size = sizeof stats;
+  REQUIRE(ovt_read_stats(small.detector, &stats) == OVT_OK);
+  CHECK(stats.external == 3);
+  CHECK(stats.external_dropped == 2);
+}
