@@ -58,6 +58,34 @@ TEST_CASE("sim: the caster agrees with brute force to 1 mm on triangles anywhere
   CHECK(compare(Bvh(make_race_car(Surface::car)), 5000, 12, 3) > 1000);
 }
 
+TEST_CASE("sim: four rays cast together hit what each hits alone, alike or not, near and far as each says") {
+  Random dice(9);
+  for (const Bvh& bvh : {Bvh(random_soup(400, 1)), Bvh(make_race_car(Surface::car)), Bvh(Mesh())}) {
+    int32_t hits = 0;
+    for (int i = 0; i < 4000; ++i) {
+      const Vec3 at = bvh.center() + any_direction(dice) * dice.uniform(0, 30), aim = any_direction(dice);
+      const double spread = i % 2 ? 0.01 : 2;  // nearly alike; in all directions
+      Vec3 origin[Bvh::kPack], direction[Bvh::kPack];
+      double near_m[Bvh::kPack], far_m[Bvh::kPack];
+      Hit together[Bvh::kPack];
+      for (int k = 0; k < Bvh::kPack; ++k) {
+        origin[k] = at + any_direction(dice) * 0.01;
+        direction[k] = normalized((i % 4 < 2 ? aim : bvh.center() - at) + any_direction(dice) * spread);
+        near_m[k] = dice.uniform(0, 5), far_m[k] = k == i % 7 ? -1 : dice.uniform(5, 60);
+      }
+      const int32_t likely = i % 3 && bvh.size() > 0 ? int32_t(dice.bits() % bvh.size()) : -1;
+      bvh.cast_pack(origin, direction, near_m, far_m, likely, together);
+      for (int k = 0; k < Bvh::kPack; ++k) {
+        const Hit alone = far_m[k] > 0 ? bvh.cast(origin[k], direction[k], near_m[k], far_m[k]) : Hit();
+        REQUIRE(together[k].triangle == alone.triangle);
+        REQUIRE(together[k].range_m == alone.range_m);
+        hits += alone.triangle >= 0;
+      }
+    }
+    if (bvh.size() > 0) CHECK(hits > 1000);
+  }
+}
+
 TEST_SUITE("long") {
   TEST_CASE("sim: the caster agrees with brute force to 1 mm on a million rays") {
     CHECK(compare(Bvh(make_race_car(Surface::car)), 700000, 15, 4) > 100000);

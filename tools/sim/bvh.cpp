@@ -18,7 +18,37 @@ double component(Vec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : 
 
 // Four floats that are computed with together (a vector type of g++ and clang; every machine of ours has one).
 using Four = float __attribute__((vector_size(16)));
+using FourInts = int32_t __attribute__((vector_size(16)));
+using Two = double __attribute__((vector_size(16)));
+using TwoWords = int64_t __attribute__((vector_size(16)));
 Four load(const float* p) { return Four{p[0], p[1], p[2], p[3]}; }
+Four all_of(float v) { return Four{v, v, v, v}; }
+Two both_of(double v) { return Two{v, v}; }
+Four least(Four a, Four b) { return a < b ? a : b; }
+Four greatest(Four a, Four b) { return a > b ? a : b; }
+float least_of(Four v) {
+  const float a = v[0] < v[1] ? v[0] : v[1], b = v[2] < v[3] ? v[2] : v[3];
+  return a < b ? a : b;
+}
+// Bit 0: one of the first two lanes, bit 1: one of the last two.
+int32_t halves_of(FourInts mask) {
+  const TwoWords words = TwoWords(mask);
+  return int32_t(words[0] != 0) | int32_t(words[1] != 0) << 1;
+}
+
+// Two rays' vectors, and their products by the same steps as Vec3's.
+struct TwoVec {
+  Two x, y, z;
+  TwoVec operator-(Vec3 o) const { return {x - both_of(o.x), y - both_of(o.y), z - both_of(o.z)}; }
+};
+Two dot(Vec3 a, const TwoVec& b) { return both_of(a.x) * b.x + both_of(a.y) * b.y + both_of(a.z) * b.z; }
+Two dot(const TwoVec& a, const TwoVec& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+TwoVec cross(const TwoVec& a, Vec3 v) {
+  const TwoVec b{both_of(v.x), both_of(v.y), both_of(v.z)};
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+float inverse_of(double d) { return float(1 / (std::fabs(d) > 1e-12 ? d : d < 0 ? -1e-12 : 1e-12)); }
 
 struct Box {
   Vec3 low{1e30, 1e30, 1e30}, high{-1e30, -1e30, -1e30};
@@ -170,10 +200,7 @@ Hit Bvh::cast(Vec3 origin, Vec3 direction, double near_m, double far_m, int32_t 
   double far = far_m;
   const float o[3] = {float(origin.x), float(origin.y), float(origin.z)};
   float inverse[3];
-  for (int k = 0; k < 3; ++k) {
-    const double d = component(direction, k);
-    inverse[k] = float(1 / (std::fabs(d) > 1e-12 ? d : d < 0 ? -1e-12 : 1e-12));
-  }
+  for (int k = 0; k < 3; ++k) inverse[k] = inverse_of(component(direction, k));
   float far_f = float(far * (1 + 1e-6));
   const auto meet = [&](const Edges& e) {
     const Vec3 p = cross(direction, e.ac);
@@ -230,6 +257,98 @@ Hit Bvh::cast(Vec3 origin, Vec3 direction, double near_m, double far_m, int32_t 
     }
   }
   return hit;
+}
+
+void Bvh::cast_pack(const Vec3* origin, const Vec3* direction, const double* near_m, const double* far_m,
+                    int32_t likely, Hit* out) const {
+  static_assert(kPack == 4);
+  double far[kPack];
+  Four o[3], inverse[3], far_f;
+  TwoVec from[2], along[2];
+  Two begin[2], end[2];
+  float farthest = -1;
+  for (int i = 0; i < kPack; ++i) {
+    out[i] = Hit();
+    far[i] = far_m[i];
+    far_f[i] = float(far[i] * (1 + 1e-6));
+    farthest = std::max(farthest, far_f[i]);
+    for (int k = 0; k < 3; ++k) {
+      o[k][i] = float(component(origin[i], k));
+      inverse[k][i] = inverse_of(component(direction[i], k));
+    }
+    const int half = i / 2, lane = i % 2;
+    from[half].x[lane] = origin[i].x, from[half].y[lane] = origin[i].y, from[half].z[lane] = origin[i].z;
+    along[half].x[lane] = direction[i].x, along[half].y[lane] = direction[i].y, along[half].z[lane] = direction[i].z;
+    begin[half][lane] = near_m[i], end[half][lane] = far_m[i];
+  }
+  if (nodes_.empty() || farthest <= 0) return;
+  bool back[3], alike = true;  // whether the rays go backwards along an axis
+  for (int k = 0; k < 3; ++k) {
+    back[k] = inverse[k][0] < 0;
+    for (int i = 1; i < kPack; ++i) alike = alike && (inverse[k][i] < 0) == back[k];
+  }
+  if (!alike) {  // rare: they do not enter boxes by the same sides
+    for (int i = 0; i < kPack; ++i)
+      if (far_m[i] > 0) out[i] = cast(origin[i], direction[i], near_m[i], far_m[i], likely);
+    return;
+  }
+  const auto meet = [&](const Edges& e, int32_t halves) {
+    for (int half = 0; half < 2; ++half) {
+      if ((halves >> half & 1) == 0) continue;
+      const TwoVec p = cross(along[half], e.ac);
+      const Two inv = 1 / dot(e.ab, p);  // of a ray in the triangle's plane: infinite, and no comparison holds
+      const TwoVec to = from[half] - e.a;
+      const Two u = dot(to, p) * inv;
+      const TwoVec q = cross(to, e.ab);
+      const Two v = dot(along[half], q) * inv, t = dot(e.ac, q) * inv;
+      const auto met = (u >= -kRimTolerance) & (u <= 1 + kRimTolerance) & (v >= -kRimTolerance) &
+                       (u + v <= 1 + kRimTolerance) & (t > begin[half]) & (t < end[half]);
+      if ((met[0] | met[1]) == 0) continue;
+      for (int lane = 0; lane < 2; ++lane) {
+        const int i = 2 * half + lane;
+        if (met[lane] == 0 || !(t[lane] < far[i] || (t[lane] == far[i] && e.index < out[i].triangle))) continue;
+        far[i] = t[lane];
+        far_f[i] = float(far[i] * (1 + 1e-6));
+        out[i] = {t[lane], e.index};
+      }
+    }
+    farthest = std::max(std::max(far_f[0], far_f[1]), std::max(far_f[2], far_f[3]));
+  };
+  if (likely >= 0) meet(edges_[std::size_t(place_[std::size_t(likely)])], 3);
+  struct Waiting {
+    int32_t child, count;
+    float entry;
+    int32_t halves;
+  };
+  Waiting stack[3 * kDepthMost + 8];
+  int depth = 0;
+  stack[depth++] = {0, 0, 0, 3};
+  while (depth > 0) {
+    const Waiting top = stack[--depth];
+    if (top.entry > farthest) continue;
+    if (top.count > 0) {
+      for (int32_t i = top.child; i < top.child + top.count; ++i) meet(edges_[std::size_t(i)], top.halves);
+      continue;
+    }
+    const Node& node = nodes_[std::size_t(top.child)];
+    const int first = depth;
+    for (int c = 0; c < 4 && node.count[c] >= 0; ++c) {
+      Four low = all_of(0), high = far_f;
+      for (int k = 0; k < 3; ++k) {
+        const float(*planes)[4] = back[k] ? node.high : node.low;
+        const float(*others)[4] = back[k] ? node.low : node.high;
+        low = greatest(low, (all_of(planes[k][c]) - o[k]) * inverse[k]);
+        high = least(high, (all_of(others[k][c]) - o[k]) * inverse[k]);
+      }
+      const FourInts met = low <= high * 1.000001f;
+      const int32_t halves = halves_of(met);
+      if (halves == 0) continue;
+      const float entry = least_of(met ? low : all_of(3e38f));
+      int j = depth++;
+      for (; j > first && stack[j - 1].entry < entry; --j) stack[j] = stack[j - 1];
+      stack[j] = {node.child[c], node.count[c], entry, halves};
+    }
+  }
 }
 
 Hit Bvh::cast_brute_force(Vec3 origin, Vec3 direction, double near_m, double far_m) const {

@@ -25,6 +25,11 @@ class Bvh {
   // Nearest hit with near_m < range < far_m. The direction need not be exactly of unit length. A triangle that is likely
   // hit (the neighbouring ray's) may be given: it is met first, which bounds the search; the result is the same.
   Hit cast(Vec3 origin, Vec3 direction, double near_m, double far_m, int32_t likely = -1) const;
+  // The same for kPack rays side by side, which should run nearly alike: they go down the hierarchy together. Ray i has
+  // a far_m[i] <= 0 where it is not to be cast. Each hit is what cast() says.
+  static constexpr int32_t kPack = 4;
+  void cast_pack(const Vec3* origin, const Vec3* direction, const double* near_m, const double* far_m, int32_t likely,
+                 Hit* out) const;
   // The same without the hierarchy and by another formula: plane, then the side of each edge.
   Hit cast_brute_force(Vec3 origin, Vec3 direction, double near_m, double far_m) const;
 

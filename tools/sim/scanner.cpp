@@ -4,6 +4,7 @@
 #include "tools/sim/scanner.h"
 
 #include <algorithm>
+#include <span>
 
 #include "tools/sim/link_budget.h"
 
@@ -14,17 +15,23 @@ constexpr int32_t kHeads = 2, kBeams = kHeads * kShots, kLayers = 3;
 constexpr double kBloomFrom = 3;    // reflectivity from which the optics' skirts show
 constexpr int32_t kBloomReach = 3;  // shots to either side
 
-// What one ray met: more than one thing only behind wire mesh.
-struct Layers {
-  BeamHit hit[kLayers];
-  int32_t count = 0;
-};
+// What one ray met, nearest first: more than one thing only behind wire mesh.
+using Layers = std::span<const BeamHit>;
 
 struct LineWork {
   LineView view;
   double begin_s = 0, top_rad = 0, fall_rad = 0;
   bool missing = false;
-  std::vector<Layers> middle;  // [shot][head]
+  std::vector<SinCos> elevation;  // [shot]
+  std::vector<BeamHit> hits;      // of the middle rays, in the order they were cast
+  struct Span {
+    int32_t begin, count;
+  };
+  std::vector<Span> spans;  // in `hits`: [shot][head]
+  Layers middle(int32_t beam) const {
+    const Span& span = spans[std::size_t(beam)];
+    return {hits.data() + span.begin, std::size_t(span.count)};
+  }
   struct CarCone {
     double azimuth_rad, elevation_rad, radius_rad;  // sensor frame, generous
   };
@@ -55,7 +62,8 @@ Ray make_ray(const JobWork& work, const LineWork& line, int32_t beam, double asi
   const double share = shot_share(beam / kHeads);
   SinCos a = work.azimuth[std::size_t(beam)];
   if (aside_rad != 0) a = {a.sin + a.cos * aside_rad, a.cos - a.sin * aside_rad};
-  const SinCos e = sin_cos(line.top_rad + line.fall_rad * share + up_rad);
+  const SinCos e =
+      up_rad == 0 ? line.elevation[std::size_t(beam / kHeads)] : sin_cos(line.top_rad + line.fall_rad * share + up_rad);
   const Mounting& mounting = work.job->mounting;
   const Rigid ego = blend(line.view.ego[0], line.view.ego[1], share);
   Ray ray;
@@ -81,26 +89,45 @@ bool meets_wire(const SensorErrors& errors, BeamHit& hit, Random& dice) {
   return true;
 }
 
-int32_t last_triangle(const Layers& layers) { return layers.count > 0 ? layers.hit[layers.count - 1].triangle : -1; }
+int32_t last_triangle(Layers layers) { return layers.empty() ? -1 : layers.back().triangle; }
 
-// The rays of one beam agree on whether it meets a wire.
-Layers cast_layers(const JobWork& work, const LineWork& line, int32_t number, int32_t beam, const Ray& ray,
-                   int32_t likely) {
+struct PackHits {
+  BeamHit hit[Bvh::kPack][kLayers];
+  int32_t count[Bvh::kPack] = {};
+  Layers of(int32_t ray) const { return {hit[ray], std::size_t(count[ray])}; }
+};
+
+// Casts a pack on until each ray is stopped or gone. The rays of one beam agree on whether it meets a wire.
+void cast_layers(const JobWork& work, const LineWork& line, int32_t number, const int32_t (&beams)[Bvh::kPack],
+                 const Ray (&rays)[Bvh::kPack], int32_t likely, PackHits& out) {
   const ScanJob& job = *work.job;
-  const double share = shot_share(beam / kHeads);
-  const bool own_car = job.own_car->may_meet(azimuth_of(beam), line.top_rad + line.fall_rad * share);
-  Random dice = job.random.branch(uint64_t(number) * kBeams + uint64_t(beam) + (uint64_t(1) << 40));
-  Layers layers;
-  double near_m = 0.02;
-  while (layers.count < kLayers) {
-    BeamHit hit = cast(*job.world, line.view, share, ray, own_car, near_m, job.errors->range_max_m, likely);
-    if (hit.surface == uint16_t(Surface::none)) break;
-    near_m = hit.range_m + 1e-3;
-    if (!meets_wire(*job.errors, hit, dice)) continue;
-    layers.hit[layers.count++] = hit;
-    if (hit.coverage >= 1) break;
+  RayCast pack[Bvh::kPack];
+  Random dice[Bvh::kPack] = {Random(0), Random(0), Random(0), Random(0)};
+  for (int32_t i = 0; i < Bvh::kPack; ++i) {
+    const double share = shot_share(beams[i] / kHeads);
+    const bool own_car = job.own_car->may_meet(azimuth_of(beams[i]), line.top_rad + line.fall_rad * share);
+    pack[i] = {rays[i], share, own_car, true, 0.02, {}};
+    dice[i] = job.random.branch(uint64_t(number) * kBeams + uint64_t(beams[i]) + (uint64_t(1) << 40));
+    out.count[i] = 0;
   }
-  return layers;
+  for (bool more = true; more;) {
+    cast(*job.world, line.view, pack, job.errors->range_max_m, likely);
+    more = false;
+    for (int32_t i = 0; i < Bvh::kPack; ++i) {
+      RayCast& ray = pack[i];
+      if (!ray.active) continue;
+      if (ray.hit.surface == uint16_t(Surface::none)) {
+        ray.active = false;
+        continue;
+      }
+      ray.near_m = ray.hit.range_m + 1e-3;
+      if (meets_wire(*job.errors, ray.hit, dice[i])) {
+        out.hit[i][out.count[i]++] = ray.hit;
+        ray.active = ray.hit.coverage < 1 && out.count[i] < kLayers;
+      }
+      more = more || ray.active;
+    }
+  }
 }
 
 void begin_line(JobWork& work, int32_t number) {
@@ -112,7 +139,10 @@ void begin_line(JobWork& work, int32_t number) {
   line.top_rad = job.pattern->elevation(number / lines, line.begin_s);
   line.fall_rad = job.pattern->elevation((number + kSweepShare) / lines, line.begin_s) - line.top_rad;
   line.missing = job.random.branch(uint64_t(number) + 1000000).uniform() < job.errors->missing_line_share;
-  line.middle.resize(kBeams);
+  for (int32_t shot = 0; shot < kShots; ++shot)
+    line.elevation.push_back(sin_cos(line.top_rad + line.fall_rad * shot_share(shot)));
+  line.hits.reserve(kBeams);
+  line.spans.resize(kBeams);
   const Rigid sensor = line.view.ego[0] * job.mounting.real;
   for (const Rigid& car : line.view.cars[0]) {
     const Vec3 to = sensor.inverse_times(car * job.world->car.center());
@@ -120,9 +150,24 @@ void begin_line(JobWork& work, int32_t number) {
     line.cars.push_back({atan2_of(to.y, to.x), atan2_of(to.z, std::sqrt(to.x * to.x + to.y * to.y)),
                          away > radius ? asin_of(radius / away) + kDegree : kPi});
   }
-  for (int32_t beam = 0; beam < kBeams && !line.missing; ++beam) {
-    const int32_t likely = beam >= kHeads ? last_triangle(line.middle[std::size_t(beam - kHeads)]) : -1;
-    line.middle[std::size_t(beam)] = cast_layers(work, line, number, beam, make_ray(work, line, beam, 0, 0), likely);
+  static_assert(kShots % Bvh::kPack == 0);
+  PackHits met;
+  for (int32_t head = 0; head < kHeads && !line.missing; ++head) {
+    int32_t likely = -1;
+    for (int32_t shot = 0; shot < kShots; shot += Bvh::kPack) {
+      int32_t beams[Bvh::kPack];
+      Ray rays[Bvh::kPack];
+      for (int32_t i = 0; i < Bvh::kPack; ++i) {
+        beams[i] = (shot + i) * kHeads + head;
+        rays[i] = make_ray(work, line, beams[i], 0, 0);
+      }
+      cast_layers(work, line, number, beams, rays, likely, met);
+      for (int32_t i = 0; i < Bvh::kPack; ++i) {
+        line.spans[std::size_t(beams[i])] = {int32_t(line.hits.size()), met.count[i]};
+        line.hits.insert(line.hits.end(), met.hit[i], met.hit[i] + met.count[i]);
+      }
+      likely = last_triangle(met.of(Bvh::kPack - 1));
+    }
   }
 }
 
@@ -132,23 +177,23 @@ uint16_t floor_as_one(uint16_t surface) {
 }
 
 // What stopped the beam for good, behind wires: a surface, or nothing (surface 0).
-BeamHit solid_hit(const Layers& layers) {
-  if (layers.count == 0 || layers.hit[layers.count - 1].coverage < 1) return BeamHit();
-  return layers.hit[layers.count - 1];
+const BeamHit& solid_hit(Layers layers) {
+  static const BeamHit kNothing;
+  return layers.empty() || layers.back().coverage < 1 ? kNothing : layers.back();
 }
 
 // Whether two beams side by side met the same surface at about the same range.
-bool alike(const Layers& a, const Layers& b) {
-  const BeamHit p = solid_hit(a), q = solid_hit(b);
+bool alike(Layers a, Layers b) {
+  const BeamHit &p = solid_hit(a), &q = solid_hit(b);
   if (floor_as_one(p.surface) != floor_as_one(q.surface)) return false;
   const double slack = p.cos_incidence < 0.3 ? 0.1 : 0.02;  // a floor or wall seen at a grazing angle
   return std::fabs(p.range_m - q.range_m) < 0.3 + slack * std::min(p.range_m, q.range_m);
 }
 
-bool meets_car(const JobWork& work, const Layers& layers) {
+bool meets_car(const JobWork& work, Layers layers) {
   const uint16_t own = uint16_t(uint16_t(Surface::car) + work.job->world->ego);
-  for (int32_t i = 0; i < layers.count; ++i)
-    if (layers.hit[i].surface >= uint16_t(Surface::car) && layers.hit[i].surface != own) return true;
+  for (const BeamHit& hit : layers)
+    if (hit.surface >= uint16_t(Surface::car) && hit.surface != own) return true;
   return false;
 }
 
@@ -163,26 +208,23 @@ bool may_meet_car(const LineWork& line, int32_t beam) {
 
 bool needs_split(const JobWork& work, int32_t number, int32_t beam) {
   const LineWork& line = work.lines[std::size_t(number)];
-  const Layers& own = line.middle[std::size_t(beam)];
+  const Layers own = line.middle(beam);
   if (meets_car(work, own) || may_meet_car(line, beam)) return true;
   for (const int32_t other : {beam - kHeads, beam + kHeads})
-    if (other >= 0 && other < kBeams && !alike(own, line.middle[std::size_t(other)])) return true;
+    if (other >= 0 && other < kBeams && !alike(own, line.middle(other))) return true;
   for (const int32_t other : {number - 1, number + 1}) {
     if (other < 0 || other >= int32_t(work.lines.size())) continue;
     const LineWork& next = work.lines[std::size_t(other)];
     if (next.missing) continue;
     // Floors run away from row to row: only what is met counts there.
-    if (floor_as_one(solid_hit(own).surface) != floor_as_one(solid_hit(next.middle[std::size_t(beam)]).surface))
-      return true;
+    if (floor_as_one(solid_hit(own).surface) != floor_as_one(solid_hit(next.middle(beam)).surface)) return true;
   }
   return false;
 }
 
-void add_layers(const JobWork& work, const Layers& layers, double share, double beam_rad,
-                std::vector<Contribution>& out) {
+void add_layers(const JobWork& work, Layers layers, double share, double beam_rad, std::vector<Contribution>& out) {
   const uint16_t own_car = uint16_t(uint16_t(Surface::car) + work.job->world->ego);
-  for (int32_t i = 0; i < layers.count; ++i) {
-    const BeamHit& hit = layers.hit[i];
+  for (const BeamHit& hit : layers) {
     if (hit.surface == own_car && !work.job->errors->report_own_car) return;
     const double g = share * hit.coverage * returned_share(material_of(hit.material), hit.cos_incidence);
     out.push_back({hit.range_m, g, g * stretch_loss(hit.range_m, beam_rad, hit.cos_incidence), hit.surface});
@@ -243,8 +285,7 @@ void emit(const JobWork& work, const LineWork& line, int32_t number, int32_t bea
       found[most == 2 && found[0].signal > found[1].signal ? 1 : 0] = {echo, signal, mean};
   }
   if (count == 2 && found[1].echo.range_m < found[0].echo.range_m) std::swap(found[0], found[1]);
-  const double share = shot_share(beam / kHeads);
-  const SinCos a = work.azimuth[std::size_t(beam)], e = sin_cos(line.top_rad + line.fall_rad * share);
+  const SinCos a = work.azimuth[std::size_t(beam)], e = line.elevation[std::size_t(beam / kHeads)];
   const double late = (double(number) + kSweepShare * (beam + 0.5) / kBeams) * kLinePeriod;
   for (int32_t i = 0; i < count; ++i) {
     const double range = found[i].echo.range_m + errors.range_noise_m * dice.normal();
@@ -272,9 +313,9 @@ void finish_line(JobWork& work, int32_t number) {
   const double beam_rad = job.errors->beam_rad, off = 0.3 * beam_rad;
   std::vector<Bloom> blooms;
   for (int32_t beam = 0; beam < kBeams; ++beam) {
-    const Layers& layers = line.middle[std::size_t(beam)];
-    if (layers.count == 0) continue;
-    const BeamHit& last = layers.hit[layers.count - 1];
+    const Layers layers = line.middle(beam);
+    if (layers.empty()) continue;
+    const BeamHit& last = layers.back();
     const Material& material = material_of(last.material);
     if (material.retro < 1) continue;
     const double g = returned_share(material, last.cos_incidence);
@@ -282,6 +323,7 @@ void finish_line(JobWork& work, int32_t number) {
   }
   std::vector<Contribution> echoes;
   std::vector<SmokeReturn> smoke;
+  PackHits met;
   line.out.beams = kBeams;
   line.out.lines = 1;
   for (int32_t beam = 0; beam < kBeams; ++beam) {
@@ -289,14 +331,15 @@ void finish_line(JobWork& work, int32_t number) {
     echoes.clear();
     if (beam_rad > 0 && needs_split(work, number, beam)) {
       ++line.out.split_beams;
-      const int32_t likely = last_triangle(line.middle[std::size_t(beam)]);
-      add_layers(work, line.middle[std::size_t(beam)], 0.4, beam_rad, echoes);
-      for (int32_t corner = 0; corner < 4; ++corner) {
-        const Ray part = make_ray(work, line, beam, corner & 1 ? off : -off, corner & 2 ? off : -off);
-        add_layers(work, cast_layers(work, line, number, beam, part, likely), 0.15, beam_rad, echoes);
-      }
+      const int32_t likely = last_triangle(line.middle(beam));
+      add_layers(work, line.middle(beam), 0.4, beam_rad, echoes);
+      Ray parts[Bvh::kPack];
+      for (int32_t corner = 0; corner < Bvh::kPack; ++corner)
+        parts[corner] = make_ray(work, line, beam, corner & 1 ? off : -off, corner & 2 ? off : -off);
+      cast_layers(work, line, number, {beam, beam, beam, beam}, parts, likely, met);
+      for (int32_t corner = 0; corner < Bvh::kPack; ++corner) add_layers(work, met.of(corner), 0.15, beam_rad, echoes);
     } else {
-      add_layers(work, line.middle[std::size_t(beam)], 1, beam_rad, echoes);
+      add_layers(work, line.middle(beam), 1, beam_rad, echoes);
     }
     for (const Bloom& bloom : blooms) {
       const int32_t shots = std::abs(bloom.beam - beam) / kHeads;

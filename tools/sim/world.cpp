@@ -75,11 +75,13 @@ LineView LineView::make(const World& world, double begin_s, double end_s) {
   return view;
 }
 
-BeamHit cast(const World& world, const LineView& view, double share, const Ray& ray, bool own_car, double near_m,
-             double far_m, int32_t likely) {
-  BeamHit best;
-  double far = far_m;
-  const Hit own = own_car ? world.car.cast(ray.origin_vehicle, ray.direction_vehicle, near_m, far) : Hit();
+namespace {
+
+// The nearest car; returns how far to look on.
+double cast_cars(const World& world, const LineView& view, RayCast& beam, double far) {
+  const Ray& ray = beam.ray;
+  BeamHit& best = beam.hit;
+  const Hit own = beam.own_car ? world.car.cast(ray.origin_vehicle, ray.direction_vehicle, beam.near_m, far) : Hit();
   if (own.triangle >= 0) {
     const Triangle& t = world.car.triangle(own.triangle);
     far = own.range_m;
@@ -95,10 +97,10 @@ BeamHit cast(const World& world, const LineView& view, double share, const Ray& 
     const Vec3 to = view.cars[0][i] * world.car.center() - ray.origin_map;
     const double along = dot(to, ray.direction_map), radius = world.car.radius_m() + 0.3;
     if (along < -radius || along - radius > far || dot(to, to) - along * along > radius * radius) continue;
-    const Rigid pose = blend(view.cars[0][i], view.cars[1][i], share);
+    const Rigid pose = blend(view.cars[0][i], view.cars[1][i], beam.share);
     const Vec3 origin = pose.inverse_times(ray.origin_map),
                direction = pose.rotation.transposed_times(ray.direction_map);
-    const Hit hit = world.car.cast(origin, direction, near_m, far);
+    const Hit hit = world.car.cast(origin, direction, beam.near_m, far);
     if (hit.triangle < 0) continue;
     far = hit.range_m;
     best = {hit.range_m,
@@ -108,17 +110,33 @@ BeamHit cast(const World& world, const LineView& view, double share, const Ray& 
             1,
             -1};
   }
-  const Hit hit = world.surroundings.cast(ray.origin_map, ray.direction_map, near_m, far, likely);
-  if (hit.triangle >= 0) {
-    const Triangle& t = world.surroundings.triangle(hit.triangle);
-    best = {hit.range_m,
-            std::fabs(dot(world.surroundings.normal(hit.triangle), ray.direction_map)),
-            uint16_t(t.surface),
-            t.material,
-            1,
-            hit.triangle};
+  return far;
+}
+
+}  // namespace
+
+void cast(const World& world, const LineView& view, RayCast (&pack)[Bvh::kPack], double far_m, int32_t likely) {
+  Vec3 origin[Bvh::kPack], direction[Bvh::kPack];
+  double near[Bvh::kPack], far[Bvh::kPack];
+  Hit hits[Bvh::kPack];
+  for (int32_t i = 0; i < Bvh::kPack; ++i) {
+    RayCast& beam = pack[i];
+    beam.hit = BeamHit();
+    origin[i] = beam.ray.origin_map, direction[i] = beam.ray.direction_map;
+    near[i] = beam.near_m;
+    far[i] = beam.active ? cast_cars(world, view, beam, far_m) : -1;
   }
-  return best;
+  world.surroundings.cast_pack(origin, direction, near, far, likely, hits);
+  for (int32_t i = 0; i < Bvh::kPack; ++i) {
+    if (hits[i].triangle < 0) continue;
+    const Triangle& t = world.surroundings.triangle(hits[i].triangle);
+    pack[i].hit = {hits[i].range_m,
+                   std::fabs(dot(world.surroundings.normal(hits[i].triangle), direction[i])),
+                   uint16_t(t.surface),
+                   t.material,
+                   1,
+                   hits[i].triangle};
+  }
 }
 
 }  // namespace overtake::sim

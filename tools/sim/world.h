@@ -61,9 +61,17 @@ class OwnCarMask {
   std::vector<uint8_t> cells_;
 };
 
-// The nearest hit beyond near_m at `share` of the line's time. own_car: whether the own car may be in the way.
-// likely: a triangle of the surroundings that is probably hit, -1: none; the result does not depend on it.
-BeamHit cast(const World& world, const LineView& view, double share, const Ray& ray, bool own_car, double near_m,
-             double far_m, int32_t likely);
+// One ray of a pack.
+struct RayCast {
+  Ray ray;
+  double share;                          // of the line's time
+  bool own_car;                          // whether the own car may be in the way
+  bool active;                           // whether it is to be cast
+  double near_m;                         // hits nearer than this do not count
+  BeamHit hit;                           // the nearest one
+};
+// Rays of one line that run nearly alike. likely: a triangle of the surroundings that is probably hit, -1: none; the
+// result does not depend on it.
+void cast(const World& world, const LineView& view, RayCast (&pack)[Bvh::kPack], double far_m, int32_t likely);
 
 }  // namespace overtake::sim
