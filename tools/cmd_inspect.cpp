@@ -10,9 +10,10 @@
 #include "tools/commands.h"
 #include "tools/console.h"
 #include "tools/io/error.h"
-#include "tools/io/scan_stream.h"
 #include "tools/io/npy.h"
+#include "tools/io/scan_stream.h"
 #include "tools/io/text.h"
+#include "tools/scan_picture.h"
 #include "tools/session.h"
 #include "tools/views.h"
 
@@ -42,9 +43,9 @@ io::FrameScans choose_frame(const std::string& input, const io::Rig& rig, int64_
   if (wanted < 0 && count == 1) return first;
   if (wanted < 0)
     throw io::Error("", 0, "--frame is needed: " + input + " has several, from " + std::to_string(first.frame) + " on");
-  throw io::Error("--frame " + std::to_string(wanted), 0,
-                  input + " has no such frame (there are " + std::to_string(first.frame) + " to " +
-                      std::to_string(last) + ")");
+  throw io::Error(
+      "--frame " + std::to_string(wanted), 0,
+      input + " has no such frame (there are " + std::to_string(first.frame) + " to " + std::to_string(last) + ")");
 }
 
 DenseImage read_image(ovt_reader* reader, int32_t sensor, int32_t id) {
@@ -139,6 +140,17 @@ void write_points(const std::string& folder, const PointResult& points, const ov
                 draw_top_view(labels.x_m, labels.y_m, by_reason, 80, "points without a label, sensor frame"));
 }
 
+// The scan as it came.
+void write_scan(const std::string& folder, const io::SensorScan& scan, const std::string& caption) {
+  std::vector<float> x, y, z;
+  for (std::size_t i = 0; i < std::size_t(scan.count); ++i) {
+    x.push_back(float(scan.x.value(i)));
+    y.push_back(float(scan.y.value(i)));
+    z.push_back(float(scan.z.value(i)));
+  }
+  io::write_png(folder + "/scan.png", draw_scan({x.data(), y.data(), z.data(), x.size(), nullptr}, caption));
+}
+
 void print_summary(const Options& options, const io::SensorScan& scan, const ovt_labels& labels,
                    const PointResult& points, const std::vector<std::string>& reasons) {
   std::map<uint8_t, int64_t> counts;
@@ -152,8 +164,8 @@ void print_summary(const Options& options, const io::SensorScan& scan, const ovt
   for (const auto& [reason, count] : counts)
     if (reason > 0) std::printf("  %lld without a label: %s\n", static_cast<long long>(count), reasons[reason].c_str());
   std::printf(
-      "Written to %s: every image as .npy and .png, strip.png with four of them, point_label.npy,\n"
-      "point_reason.npy, reasons.json, config.toml\n",
+      "Written to %s: every image as .npy and .png, strip.png with four of them, scan.png,\n"
+      "point_label.npy, point_reason.npy, reasons.json, config.toml\n",
       options.out.c_str());
 }
 
@@ -191,7 +203,7 @@ int inspect_command(const Options& options) {
     return images[OVT_IMAGE_RANGE];
   };
   for (const auto& [id, image] : images) write_image(options.out, image, returns_of(id));
-  std::vector<io::Picture> strip;   // the way of one scan at a glance
+  std::vector<io::Picture> strip;  // the way of one scan at a glance
   for (int32_t id : {OVT_IMAGE_RANGE, OVT_IMAGE_ANGLE_SMOOTH, OVT_IMAGE_RANGE_REPAIRED, OVT_IMAGE_LABELS})
     strip.push_back(draw_image(images[id], returns_of(id)));
   io::write_png(options.out + "/strip.png", stack_pictures(strip));
@@ -201,6 +213,8 @@ int inspect_command(const Options& options) {
   const auto reasons = reason_names();
   const PointResult points = spread_points(labels, frame.scans[0], reasons);
   write_points(options.out, points, labels);
+  write_scan(options.out, frame.scans[0],
+             "frame " + std::to_string(frame.frame) + " " + config.rig.sensors[std::size_t(sensor)].name);
   io::write_whole_file(options.out + "/reasons.json", format_reasons(reasons));
   io::write_whole_file(options.out + "/config.toml", format_config(config));
   if (!options.quiet) print_summary(options, frame.scans[0], labels, points, reasons);

@@ -14,14 +14,15 @@
 #include "tools/console.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
+#include "tools/race_picture.h"
 #include "tools/sim/race_log.h"
 
 namespace overtake::cli {
 namespace {
 
 struct SimulateOptions {
-  std::string scenario, out, ego, pattern;
-  double seconds = 0;
+  std::string scenario, out, ego, pattern, pictures;
+  double seconds = 0, picture_at = -1;
   uint64_t seed = 1;
   int32_t workers = 0;
   bool quiet = false;
@@ -46,6 +47,12 @@ void simulate(const SimulateOptions& options) {
   } catch (const std::invalid_argument& error) {
     throw io::Error(options.scenario, 0, error.what());
   }
+  if (!options.pictures.empty()) {
+    const double at = options.picture_at >= 0 ? options.picture_at : simulator->seconds() / 2;
+    write_race_pictures(options.pictures, *simulator, at);
+    if (!options.quiet) std::printf("%s: above.png front.png left.png right.png\n", options.pictures.c_str());
+  }
+  if (options.out.empty()) return;
   auto log = ends_with(options.out, ".mcap") ? sim::make_mcap_log(options.out, *simulator, options.seed)
                                              : sim::make_folder_log(options.out, *simulator, options.seed);
   catch_interrupt();
@@ -85,7 +92,12 @@ CLI::App& add_simulate_command(CLI::App& app) {
       .add_option("scenario", options->scenario,
                   "TOML file, or one that is built in: " + io::join(sim::builtin_scenario_names(), ", "))
       ->required();
-  command.add_option("--out", options->out, "LOG.mcap, or a folder of PCD scans and tables")->required();
+  auto* out = command.add_option("--out", options->out, "LOG.mcap, or a folder of PCD scans and tables");
+  auto* pictures = command.add_option("--pictures", options->pictures,
+                                      "folder for pictures of one moment: from above, and of each sensor's scan");
+  command.add_option("--picture-at", options->picture_at, "the moment in seconds (default: half-way)")
+      ->needs(pictures)
+      ->check(CLI::Range(0.0, 36000.0));
   command.add_option("--seed", options->seed, "seed of everything random")->capture_default_str();
   command.add_option("--seconds", options->seconds, "end earlier")->check(CLI::Range(0.05, 36000.0));
   command.add_option("--ego", options->ego, "the car that carries the sensors");
@@ -94,7 +106,10 @@ CLI::App& add_simulate_command(CLI::App& app) {
   command.add_option("--workers", options->workers, "threads, 0: one per CPU; the result is the same")
       ->check(CLI::Range(0, 256));
   command.add_flag("--quiet", options->quiet, "print nothing but errors");
-  command.callback([options] { simulate(*options); });
+  command.callback([options, out, pictures] {
+    if (out->count() + pictures->count() == 0) throw CLI::RequiredError("--out or --pictures");
+    simulate(*options);
+  });
   return command;
 }
 
