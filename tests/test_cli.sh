@@ -117,7 +117,7 @@ refuse "*empty: holds nothing that is read: no .pcd, .bin, .db3 or .mcap file" r
 refuse "*1_rear.pcd: rig av21 has no sensor 'rear' (it has front, left, right)" run strangers "${av21[@]}"
 refuse "*1_front.pcd: the data ends at field '*' of point *; * points are declared" run cut "${av21[@]}"
 refuse "*1_front.pcd: rig hdl64 has no sensor 'front' (it has top)" run cut --rig hdl64 --out out
-refuse "--rig is needed: a TOML file, or av21, racecar, hdl64, hdl32, nuscenes, av2" run scene --out out
+refuse "--rig is needed (the recording holds none): a TOML file, or av21, racecar, hdl64, hdl32, nuscenes, av2" run scene --out out
 refuse "av22: neither a file nor one of the built-in rigs *" run scene --rig av22 --out out
 refuse "rig.toml:3: sensor 1: 'name' is missing" run scene --rig rig.toml --out out
 refuse "config.toml:3: tracker: unknown key 'confirm'" run scene --config config.toml "${av21[@]}"
@@ -154,6 +154,39 @@ for usage in "" "run" "run scene --rig av21" "run scene --rig av21 --out out --w
   code=$?
   ((code == 2)) && [[ -s stderr ]] || fail "overtake $usage: exit code $code, not 2, or no word"
 done
+
+# ---- a simulated log is run by its own rig, map and ego poses; what is given wins
+expect "simulate a log" "$overtake" simulate demo --seed 3 --seconds 0.5 --out race.mcap --quiet
+expect "simulate a folder" "$overtake" simulate demo --seed 3 --seconds 0.5 --out race --quiet
+run_hash() {
+  "$overtake" run "$@" --out own >stdout 2>stderr || fail "run $*: $(cat stderr)"
+  sed -n 's/^Hash of all detections and tracks: //p' stdout
+}
+own=$(run_hash race.mcap)
+[[ -n $own ]] || fail "a log alone gives no hash"
+grep -q '^note: the rig and the map are from the log itself$' stdout || fail "the log's own rig and map are not said: $(cat stdout)"
+grep -q 'no ego poses\|no map' stdout && fail "the log's own poses or map are not used: $(cat stdout)"
+[[ $(run_hash race.mcap --rig race/rig.toml --map race/map.csv) == "$own" ]] || fail "the log's own rig and map are not those of the folder"
+grep -q 'from the log itself' stdout && fail "what is given is said to be the log's"
+[[ $(run_hash scene --rig race.mcap --map race.mcap) == "$(run_hash scene --rig race/rig.toml --map race/map.csv)" ]] ||
+  fail "--rig and --map do not take a log"
+[[ $(run_hash race.mcap --map none) != "$own" ]] || fail "--map none changes nothing"
+grep -q '^note: no map' stdout || fail "--map none: $(cat stdout)"
+run_hash race.mcap --rig race/rig.toml --ego race/ego.csv >/dev/null
+grep -q '^note: the map is from the log itself$' stdout || fail "a rig and poses given, the map the log's: $(cat stdout)"
+[[ $(run_hash race.mcap --config own/config.toml) == "$(run_hash race.mcap --ego race/ego.csv)" ]] || fail "config.toml does not repeat it"
+expect "inspect of a log alone" "$overtake" inspect race.mcap --frame 3 --sensor front --out look --quiet
+[[ -s look/scan.png ]] || fail "inspect draws no scan.png"
+expect "doctor of a log alone" "$overtake" doctor race.mcap
+
+# ---- pictures of a race
+expect "pictures" "$overtake" simulate demo --pictures pictures --picture-at 1.5
+for picture in above front left right; do
+  [[ $(head -c 4 pictures/$picture.png | tail -c 3) == PNG ]] || fail "no picture $picture.png"
+done
+"$overtake" simulate demo >stdout 2>stderr
+code=$?
+((code == 2)) && grep -q -- '--out or --pictures' stderr || fail "simulate without an output: exit code $code, $(cat stderr)"
 
 # ---- Ctrl-C keeps what is done
 mkdir long

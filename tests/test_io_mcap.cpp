@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/support/temp_folder.h"
+#include "tools/io/bag_reader.h"
 #include "tools/io/bytes.h"
 #include "tools/io/error.h"
 #include "tools/io/mcap_format.h"
@@ -90,6 +91,35 @@ TEST_CASE("an MCAP file gives back every message, attachment and metadata, whate
     CHECK(reader.schemas().at(1).name == "a/msg/A");
     CHECK((reader.chunk_count() > 0) == (options.chunk_bytes > 0));
   }
+}
+
+TEST_CASE("what is attached to an MCAP file is found wherever it lies, and nothing where there is none") {
+  const TempFolder folder;
+  for (const io::McapOptions& options : all_options()) {
+    const std::string path = folder.path("a.mcap");
+    {
+      io::McapWriter log(path, options);
+      const uint16_t channel = log.add_channel(log.add_schema("a/msg/A", "ros2msg", "int32 a"), "/a", "cdr");
+      log.add_attachment("first", "text/plain", "before");
+      for (int32_t i = 0; i < 50; ++i) log.write(channel, i, std::string(200, char(i)));
+      log.add_attachment("last", "text/plain", "behind");
+      log.close();
+    }
+    CHECK(io::read_attached(path, "first") == "before");
+    CHECK(io::read_attached(path, "last") == "behind");
+    CHECK_FALSE(io::read_attached(path, "rig.toml").has_value());
+    std::string bytes = io::read_whole_file(path);
+    bytes[bytes.rfind("behind")] = 'B';
+    io::write_whole_file(path, bytes);
+    CHECK(io::read_attached(path, "first") == "before");
+    CHECK(io::read_attached(path, "last").has_value() ==
+          !options.crc);  // an attachment that fails its checksum is none
+    io::write_whole_file(path, std::string_view(bytes).substr(0, bytes.size() / 2));
+    CHECK(io::read_attached(path, "first") == "before");
+    CHECK_FALSE(io::read_attached(path, "last").has_value());
+  }
+  CHECK_FALSE(io::read_attached(folder.write("a.txt", "no MCAP"), "first").has_value());
+  CHECK_FALSE(io::read_attached(folder.path("nothing"), "first").has_value());
 }
 
 TEST_CASE("an MCAP file cut off anywhere gives a beginning of its messages, and says so") {

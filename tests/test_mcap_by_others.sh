@@ -2,8 +2,9 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_mcap_by_others.sh OVERTAKE WRITE_LOG. What we write as MCAP is read by @mcap/core: the view of a
-# simulated overtake, and logs in every compression. Exit code 77 where node or its modules are missing.
+# usage: tests/test_mcap_by_others.sh OVERTAKE WRITE_LOG [SECONDS]. What we write as MCAP is read by @mcap/core: logs in
+# every compression, a simulated overtake and the pipeline's view of it. With SECONDS: the log of so much of a whole race
+# instead. Exit code 77 where node or its modules are missing.
 set -uo pipefail
 readonly overtake=$(realpath "$1") write_log=$(realpath "$2")
 readonly reader=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)/node/read_mcap.js
@@ -22,6 +23,20 @@ read_back() {
   ((code == 0)) || failures=$((failures + 1))
 }
 
+readonly race_topics=(/front/points /left/points /right/points /truth/front/surface /truth/left/surface /truth/right/surface
+  /truth/cars /truth/ego/odometry /ego/odometry /opponent/odometry /tf_static)
+readonly view_topics=(/map /tf /front/points /left/points /right/points /front/image/range /front/image/labels /detections
+  /detections/numbers /tracks /tracks/numbers /times /counters)
+
+if [[ -n ${3:-} ]]; then
+  "$overtake" simulate las_vegas_15 --seed 1 --seconds "$3" --out race.mcap || exit 1
+  ls -l race.mcap
+  read_back race.mcap "${race_topics[@]}"
+  grep -q ', 2 attachments: all decoded' read.txt || { echo "FAILED: map and rig are not attached"; failures=$((failures + 1)); }
+  ((failures == 0))
+  exit
+fi
+
 for compression in none lz4 zstd; do
   for chunk in 1 2000 1000000; do
     "$write_log" log.mcap $compression $chunk || failures=$((failures + 1))
@@ -29,10 +44,10 @@ for compression in none lz4 zstd; do
   done
 done
 
-"$overtake" scene --out scene --frames 12 >/dev/null || failures=$((failures + 1))
-"$overtake" run scene --rig av21 --ego scene/ego.csv --map scene/map.csv --out run --mcap view.mcap --quiet || failures=$((failures + 1))
-read_back view.mcap /map /tf /front/points /left/points /right/points /front/image/range /front/image/labels /detections \
-  /detections/numbers /tracks /tracks/numbers /times /counters
+"$overtake" simulate demo --seed 1 --seconds 2 --out race.mcap --quiet || failures=$((failures + 1))
+read_back race.mcap "${race_topics[@]}"
+"$overtake" run race.mcap --out run --mcap view.mcap --quiet || failures=$((failures + 1))
+read_back view.mcap "${view_topics[@]}"
 grep -q ', 1 attachments: all decoded' read.txt || { echo "FAILED: the configuration is not attached"; failures=$((failures + 1)); }
 
 # A reader that accepts anything shows nothing: a flipped byte must be noticed.

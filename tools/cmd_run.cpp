@@ -293,7 +293,9 @@ class LineNotes {
 int run_command(const Options& options) {
   const Config config = load_config(options);
   if (!config.has_rig)
-    throw io::Error("", 0, "--rig is needed: a TOML file, or " + io::join(io::builtin_rig_names(), ", "));
+    throw io::Error(
+        "", 0,
+        "--rig is needed (the recording holds none): a TOML file, or " + io::join(io::builtin_rig_names(), ", "));
   const auto stream = io::open_scans(config.input, config.rig);
   make_folder(options.out);
   RunResult result(options.out, config.rig, options.trace);
@@ -336,6 +338,10 @@ int run_command(const Options& options) {
     std::printf("Hash of all detections and tracks: %016llx\n", static_cast<unsigned long long>(result.hash()));
     if (result.any_box())
       std::printf("note: the opponent shown is the track nearest to where the recording says it is\n");
+    if (config.own_rig || config.own_map)
+      std::printf("note: the %s from the log itself\n", !config.own_map   ? "rig is"
+                                                        : !config.own_rig ? "map is"
+                                                                          : "rig and the map are");
     lines.print(config.rig);
     print_notes(result.flags_of_all(), session.stats());
   }

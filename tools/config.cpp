@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/io/bag_reader.h"
 #include "tools/io/error.h"
 #include "tools/io/rig_toml.h"
 #include "tools/io/text.h"
@@ -111,6 +112,19 @@ bool read_config_file(Config& config, const Options& options) {
   return period_set;
 }
 
+// A log that holds its own rig and map is read by them where none are given.
+void take_what_the_log_holds(Config& config, const Options& options) {
+  if (options.command == "track" || options.input.empty()) return;
+  if (!config.has_rig && io::read_attached(options.input, "rig.toml")) {
+    config.rig = io::load_rig(options.input);
+    config.has_rig = config.own_rig = true;
+  }
+  if (config.map.empty() && options.command == "run" && io::read_attached(options.input, "map.csv")) {
+    config.map = options.input;
+    config.own_map = true;
+  }
+}
+
 }  // namespace
 
 Config load_config(const Options& options) {
@@ -128,11 +142,13 @@ Config load_config(const Options& options) {
     config.rig = io::load_rig(options.rig);
     config.has_rig = true;
   }
+  if (!options.map.empty()) config.map = options.map;
+  take_what_the_log_holds(config, options);
+  if (config.map == "none") config.map.clear();
   if (!options.urdf.empty()) {
     if (!config.has_rig) throw Error("--urdf " + options.urdf, 0, "needs a rig: it says which sensors there are");
     io::mount_by_urdf(config.rig, options.urdf);
   }
-  if (!options.map.empty()) config.map = options.map;
   if (!options.ego.empty()) config.ego = options.ego;
   if (!options.isa.empty()) config.isa = options.isa;
   if (options.workers >= 0) config.workers = options.workers;

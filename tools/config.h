@@ -7,6 +7,9 @@
 //   preset = "paper"   map = "FILE"   ego = "FILE"   workers = 1   isa = "ref"      (all optional)
 //   rig = "NAME or FILE", or the table [rig] with its [[rig.sensor]] (see tools/io/rig.h)
 //   [tracker]   confirm_hits = 3      (any parameter "group.name"; overtake params lists them)
+//
+// An MCAP log that holds a rig (attachment rig.toml) or a map (map.csv) is read by them where none are given; its ego
+// poses likewise. map = "none": no map all the same.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +35,7 @@ struct Config {
   std::string command, input, preset = "paper", map, ego, isa;
   int32_t workers = 1;
   ovt_params params;
-  bool has_rig = false;
+  bool has_rig = false, own_rig = false, own_map = false;  // own: out of the input itself, an MCAP log
   io::Rig rig;
 };
 

@@ -34,14 +34,18 @@ void add_common(CLI::App& command, Options& options) {
       ->take_all();
   command.add_option("--config", options.config,
                      "TOML file: parameters, rig, map, ego (every result has one beside it)");
-  command.add_option("--map", options.map, "track map: centre line with widths, or two bounds FILE1,FILE2");
+  command.add_option("--map", options.map,
+                     "track map: centre line with widths, or two bounds FILE1,FILE2; none: without (default: the map "
+                     "that an MCAP log holds, if any)");
   command.add_option("--out", options.out, "folder for the results, made if needed")->required();
   command.add_flag("--quiet", options.quiet, "print nothing but errors");
 }
 
 void add_detector(CLI::App& command, Options& options) {
   command.add_option("input", options.input, kInputText)->required();
-  command.add_option("--rig", options.rig, "sensors: a TOML file, or " + io::join(io::builtin_rig_names(), ", "));
+  command.add_option("--rig", options.rig,
+                     "sensors: a TOML file, or " + io::join(io::builtin_rig_names(), ", ") +
+                         " (default: the rig that an MCAP log holds, if any)");
   command.add_option("--urdf", options.urdf,
                      "FILE[,LINK]: mounting of the rig's sensors from a URDF, as seen from LINK (default: its root)");
   command.add_option("--isa", options.isa, "force an instruction set (ref: the scalar truth)");
@@ -57,7 +61,8 @@ int run_main(int argc, char** argv) {
   add_detector(run, options);
   add_common(run, options);
   run.add_option("--ego", options.ego,
-                 "CSV of ego poses: stamp_ns,x_m,y_m[,z_m][,roll_rad,pitch_rad],yaw_rad,speed_mps[,yaw_rate_rps]");
+                 "CSV of ego poses: stamp_ns,x_m,y_m[,z_m][,roll_rad,pitch_rad],yaw_rad,speed_mps[,yaw_rate_rps] "
+                 "(default: the recording's own, if any)");
   run.add_option("--mcap", options.mcap,
                  "also writes what the pipeline saw, to open in Foxglove: clouds with labels, "
                  "images, candidates, tracks, map, times, counters");

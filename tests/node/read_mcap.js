@@ -88,15 +88,29 @@ function decoderOf(schema, encoding) {
 }
 
 async function main() {
-  const bytes = fs.readFileSync(path);
-  const readable = { size: async () => BigInt(bytes.length),
-                     read: async (offset, size) => bytes.subarray(Number(offset), Number(offset + size)) };
-  // As a stream: order of the file, every checksum.
+  const file = fs.openSync(path, "r"), size = fs.fstatSync(file).size;
+  const read = (offset, length) => {
+    const bytes = new Uint8Array(length);
+    if (fs.readSync(file, bytes, 0, length, offset) !== length) throw Error("the file became shorter");
+    return bytes;
+  };
+  const readable = { size: async () => BigInt(size),
+                     read: async (offset, length) => read(Number(offset), Number(length)) };
+  // As a stream: order of the file, every checksum. Piece by piece: a race does not fit into one buffer.
   const stream = new core.McapStreamReader({ validateCrcs: true, decompressHandlers });
-  stream.append(bytes);
+  let appended = 0;
+  const nextRecord = () => {
+    for (;;) {
+      const record = stream.nextRecord();
+      if (record || appended === size) return record;
+      const length = Math.min(16 << 20, size - appended);
+      stream.append(read(appended, length));
+      appended += length;
+    }
+  };
   const counts = new Map(), topics = new Map(), schemaOf = new Map(), decoders = new Map();
   let total = 0, dataEnd = false, attachments = 0;
-  for (let record; (record = stream.nextRecord()); ) {
+  for (let record; (record = nextRecord()); ) {
     if (record.type === "Schema") schemaOf.set(record.id, record);
     if (record.type === "Channel") topics.set(record.id, record);
     if (record.type === "Attachment") ++attachments;

@@ -158,6 +158,15 @@ std::vector<std::string> bag_files(const std::string& folder) {
 
 }  // namespace
 
+std::optional<std::string> read_attached(const std::string& path, const std::string& name) {
+  if (!is_mcap(path)) return std::nullopt;
+  McapReader reader(path);
+  reader.list_attachments();
+  for (const McapAttachment& attachment : reader.attachments())
+    if (attachment.name == name) return attachment.data;
+  return std::nullopt;
+}
+
 bool is_bag(const std::string& path) {
   std::error_code code;
   if (fs::is_directory(path, code)) return !bag_files(path).empty();

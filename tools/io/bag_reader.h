@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -36,6 +37,10 @@ class BagReader {
 
 // Whether open_bag takes it: by its first bytes, or by what the folder holds.
 bool is_bag(const std::string& path);
+// What is attached to an MCAP file under a name: the log's own rig.toml or map.csv. Nothing where the file is no
+// MCAP file, or holds no such attachment.
+std::optional<std::string> read_attached(const std::string& path, const std::string& name);
+
 // Throws Error.
 std::unique_ptr<BagReader> open_bag(const std::string& path);
 

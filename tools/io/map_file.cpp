@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "tools/io/bag_reader.h"
 #include "tools/io/csv.h"
 #include "tools/io/error.h"
 
@@ -72,8 +73,8 @@ std::vector<double> pick_width(const Csv& csv, const Line& line, int32_t column)
   return widths;
 }
 
-MapData read_center_line(const std::string& path) {
-  const Csv csv = Csv::read(path);
+MapData read_center_line(const Csv& csv) {
+  const std::string& path = csv.path();
   if (csv.column_count() == 2) throw Error(path, 0, "is one bound; a map of bounds needs two files, FILE1,FILE2");
   if (!csv.has_header() && csv.column_count() != 4 && csv.column_count() != 5)
     throw Error(path, csv.line(0), "no header line names the columns");
@@ -158,8 +159,11 @@ MapData read_bounds(const std::string& path_a, const std::string& path_b) {
 
 MapData read_map(const std::string& path_or_two_paths) {
   const auto comma = path_or_two_paths.find(',');
-  if (comma == std::string::npos || std::filesystem::exists(path_or_two_paths))
-    return read_center_line(path_or_two_paths);
+  if (comma == std::string::npos || std::filesystem::exists(path_or_two_paths)) {
+    if (auto own = read_attached(path_or_two_paths, "map.csv"))
+      return read_center_line(Csv::parse(path_or_two_paths + ": map.csv", std::move(*own)));
+    return read_center_line(Csv::read(path_or_two_paths));
+  }
   return read_bounds(path_or_two_paths.substr(0, comma), path_or_two_paths.substr(comma + 1));
 }
 

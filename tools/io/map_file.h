@@ -6,6 +6,7 @@
 //   - race line tables: x_ref_m, y_ref_m, width_right_m, width_left_m, x_normvec_m, y_normvec_m [, banking_rad] ...
 //     with right bound = ref + normvec * width_right, left bound = ref - normvec * width_left
 //   - two bounds, "FILE1,FILE2": x, y each, in either order and direction; the first one's points run as one drives
+//   - an MCAP log with an attachment map.csv of one of the first two forms
 // The points run in driving direction, left is left of it. A line whose ends meet is closed.
 #pragma once
 

@@ -230,6 +230,31 @@ void McapReader::list_channels() {
   }
 }
 
+void McapReader::list_attachments() {
+  attachments_.clear();
+  offset_ = kMcapMagic.size();
+  std::fseek(file_, long(offset_), SEEK_SET);
+  std::string head;
+  McapMessage none;
+  for (;;) {
+    record_at_ = offset_;
+    if (!read_file(kMcapRecordHead, head)) return;
+    ByteReader reader(head);
+    const auto opcode = reader.value<uint8_t>();
+    const auto size = reader.value<uint64_t>();
+    if (McapOp(opcode) == McapOp::kDataEnd || McapOp(opcode) == McapOp::kFooter) return;
+    if (size > file_bytes_ - offset_) return;
+    if (McapOp(opcode) == McapOp::kAttachment) {
+      if (!read_file(size, record_)) return;
+      take_record(opcode, record_, &none);
+      if (!damage_.empty()) return;
+    } else {
+      offset_ += size;
+      if (std::fseek(file_, long(offset_), SEEK_SET) != 0) return;
+    }
+  }
+}
+
 bool McapReader::next(McapMessage& out) {
   while (true) {
     if (chunk_rest_.empty()) {

@@ -49,6 +49,9 @@ class McapReader {
   // Finds every channel and schema, in the summary where that passes its checksum, else by reading the whole file.
   // Nothing is to be read afterwards.
   void list_channels();
+  // Finds every attachment without reading what lies between them; damage ends the search. Nothing is to be read
+  // afterwards.
+  void list_attachments();
   // Why reading ended before the end of the file's data: "" where it did not.
   const std::string& damage() const { return damage_; }
   const std::string& path() const { return path_; }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <set>
 
+#include "tools/io/bag_reader.h"
 #include "tools/io/rig_toml.h"
 #include "tools/io/text.h"
 
@@ -141,6 +142,7 @@ Rig load_rig(const std::string& file_or_name) {
   std::error_code code;
   if (!std::filesystem::exists(file_or_name, code))
     throw Error(file_or_name, 0, "neither a file nor one of the built-in rigs " + join(builtin_rig_names(), ", "));
+  if (const auto own = read_attached(file_or_name, "rig.toml")) return parse_rig(file_or_name + ": rig.toml", *own);
   return parse_rig(file_or_name, read_whole_file(file_or_name));
 }
 
