@@ -11,6 +11,7 @@
 
 #include "tools/baselines/euclidean_clusters.h"
 #include "tools/baselines/grid_ground.h"
+#include "tools/baselines/label_ground.h"
 
 using namespace overtake::baselines;
 
@@ -61,4 +62,45 @@ TEST_CASE("euclidean_clusters refuses what it cannot cluster") {
   CHECK_THROWS_AS(cluster_points({0}, {0}, {0}, 0), std::invalid_argument);
   CHECK_THROWS_AS(cluster_points({NAN}, {0}, {0}, 1), std::invalid_argument);
   CHECK_THROWS_AS(cluster_points({0}, {}, {0}, 1), std::invalid_argument);
+}
+
+TEST_CASE("label_ground: a road and a wall are told apart, and a lone wrong normal is outvoted") {
+  // rings of a road out to 20 m, a wall at x = 22 from the road up to 1 m
+  std::vector<float> x, y, z;
+  std::vector<bool> expected;
+  for (float r = 5; r <= 20; r += 0.5f)
+    for (float a = -0.5f; a <= 0.5f; a += 0.02f) {
+      x.push_back(r * std::cos(a)), y.push_back(r * std::sin(a)), z.push_back(0.005f * float(x.size() % 3));
+      expected.push_back(false);
+    }
+  for (float h = 0.3f; h <= 1.3f; h += 0.1f)
+    for (float side = -5; side <= 5; side += 0.2f) {
+      x.push_back(24), y.push_back(side), z.push_back(h);
+      expected.push_back(true);
+    }
+  CHECK(label_nonground(x, y, z) == expected);
+  // a bank of 20 degrees is still ground, one of 60 is none
+  for (const double bank_deg : {20.0, 60.0}) {
+    std::vector<float> bx, by, bz;
+    for (float u = 0; u < 4; u += 0.25f)
+      for (float v = 0; v < 4; v += 0.25f) {
+        bx.push_back(u), by.push_back(v * float(std::cos(bank_deg * M_PI / 180)));
+        bz.push_back(v * float(std::sin(bank_deg * M_PI / 180)));
+      }
+    CHECK(label_nonground(bx, by, bz) == std::vector<bool>(bx.size(), bank_deg > 40));
+  }
+}
+
+TEST_CASE("label_ground: a line has no normal, so its neighbours decide; nothing and nonsense are no crash") {
+  // far lines of a road, 3 m apart, their points 5 cm apart: the nearest 12 of a point lie on its own line
+  std::vector<float> x, y, z;
+  for (float line = 30; line <= 33; line += 3)
+    for (float side = -1; side <= 1; side += 0.05f) x.push_back(line), y.push_back(side), z.push_back(0);
+  CHECK(label_nonground(x, y, z) == std::vector<bool>(x.size(), false));
+  CHECK(label_nonground({}, {}, {}).empty());
+  CHECK(label_nonground({NAN}, {0}, {0}) == std::vector<bool>{false});
+  CHECK_THROWS_AS(label_nonground({1}, {0}, {}), std::invalid_argument);
+  LabelGroundParams bad;
+  bad.neighbours = 2;
+  CHECK_THROWS_AS(label_nonground({1}, {0}, {0}, bad), std::invalid_argument);
 }

@@ -4,7 +4,9 @@
 // GOSPA, HOTA, NEES, gaps and distributions on cases whose answer is known in closed form.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
 
 #include "tools/metrics/consistency.h"
@@ -118,6 +120,116 @@ TEST_CASE("hota: false tracks and misses lower the detection by TP / (TP + FN + 
     hota.add_frame(places({{1, 0}}), k < 2 ? places({{10, 0}, {20, 90}}) : places({{20, 90}}));
   CHECK(hota.result().detection == Approx(2.0 / 8));
   CHECK(hota.result().association == Approx(2.0 / 4));
+}
+
+TEST_CASE("hota: two objects, a switch, a miss and a false track worked by hand") {
+  // frame   object 1: track      object 2: track    false      Likeness 1 - d / 4 with d = 1: 0.75 for 2-20, 1 for the
+  // rest.
+  //   0     10 at 0              20 at 1 m
+  //   1     10 at 0              20 at 1 m
+  //   2     30 at 0              none
+  //   3     30 at 0              20 at 1 m          40
+  // alpha <= 0.75 (15 of 19): TP 7, FN 1, FP 1: DetA 7/9. A(1,10) = 2 / (4 + 2 - 2) = 1/2, A(1,30) = 1/2,
+  // A(2,20) = 3 / (4 + 3 - 3) = 3/4: AssA = (2/2 + 2/2 + 3 * 3/4) / 7 = 17/28.
+  // above (4 of 19): TP 4, FN 4, FP 4: DetA 1/3, AssA 1/2.
+  Hota hota(4.0);
+  for (int32_t k = 0; k < 4; ++k) {
+    Line tracks = {{k < 2 ? 10u : 30u, 0}};
+    if (k != 2) tracks.push_back({20, 51});
+    if (k == 3) tracks.push_back({40, 90});
+    hota.add_frame(places({{1, 0}, {2, 50}}), places(tracks));
+  }
+  const HotaResult r = hota.result();
+  CHECK(r.hota_of_alpha[14] == Approx(std::sqrt(7.0 / 9 * 17 / 28)));
+  CHECK(r.hota_of_alpha[15] == Approx(std::sqrt(1.0 / 3 / 2)));
+  CHECK(r.detection == Approx((15 * 7.0 / 9 + 4.0 / 3) / 19));
+  CHECK(r.association == Approx((15 * 17.0 / 28 + 4 * 0.5) / 19));
+  CHECK(r.localisation == Approx((15 * (4 + 3 * 0.75) / 7 + 4 * 1.0) / 19));
+}
+
+TEST_CASE("hota: ids that hold for 1/n of a sequence have an association of 1/n, however good each piece is") {
+  for (const uint64_t pieces : {2u, 10u, 40u}) {
+    Hota whole, cut;
+    for (uint64_t k = 0; k < 400; ++k) {
+      const uint64_t piece = k * pieces / 400;
+      whole.add_frame(places({{1, 0}}), places({{100 + piece, 0}}));
+      cut.add_frame(places({{1000 + piece, 0}}), places({{100 + piece, 0}}));  // the same as sequences of their own
+    }
+    CHECK(whole.result().association == Approx(1.0 / double(pieces)));
+    CHECK(cut.result().hota == Approx(1));
+  }
+}
+
+namespace {
+
+// HOTA at one alpha written straight from the paper: all matchings of a frame tried, the global alignment as in eq. 16.
+double plain_hota(const std::vector<std::pair<std::vector<MotPlace>, std::vector<MotPlace>>>& frames, double zero_m,
+                  double alpha) {
+  const auto alike = [&](const MotPlace& a, const MotPlace& b) {
+    return std::max(0.0, 1 - std::hypot(a.x_m - b.x_m, a.y_m - b.y_m) / zero_m);
+  };
+  std::map<std::pair<uint64_t, uint64_t>, double> potential, matched;
+  std::map<uint64_t, double> of_object, of_track;
+  double objects = 0, tracks = 0;
+  for (const auto& [o, t] : frames) {
+    for (const MotPlace& a : o) ++of_object[a.id], ++objects;
+    for (const MotPlace& b : t) ++of_track[b.id], ++tracks;
+    for (const MotPlace& a : o)
+      for (const MotPlace& b : t) {
+        double row = 0, column = 0;
+        for (const MotPlace& c : t) row += alike(a, c);
+        for (const MotPlace& c : o) column += alike(c, b);
+        if (row + column > 0) potential[{a.id, b.id}] += alike(a, b) / (row + column - alike(a, b));
+      }
+  }
+  double tp = 0;
+  for (const auto& [o, t] : frames) {
+    std::vector<int32_t> order(std::max(o.size(), t.size()), -1), best;
+    for (std::size_t j = 0; j < t.size(); ++j) order[j] = int32_t(j);
+    std::sort(order.begin(), order.end());
+    double most = -1;
+    do {
+      double sum = 0;
+      for (std::size_t i = 0; i < o.size(); ++i)
+        if (order[i] >= 0) {
+          const MotPlace& b = t[std::size_t(order[i])];
+          const double p = potential[{o[i].id, b.id}];
+          sum += p / (of_object[o[i].id] + of_track[b.id] - p) * alike(o[i], b);
+        }
+      if (sum > most + 1e-12) most = sum, best = order;
+    } while (std::next_permutation(order.begin(), order.end()));
+    for (std::size_t i = 0; i < o.size(); ++i)
+      if (best[i] >= 0 && alike(o[i], t[std::size_t(best[i])]) >= alpha - 1e-9 &&
+          alike(o[i], t[std::size_t(best[i])]) > 0)
+        ++matched[{o[i].id, t[std::size_t(best[i])].id}], ++tp;
+  }
+  double association = 0;
+  for (const auto& [ids, n] : matched) association += n * n / (of_object[ids.first] + of_track[ids.second] - n);
+  return tp > 0 ? std::sqrt(tp / (objects + tracks - tp) * association / tp) : 0;
+}
+
+}  // namespace
+
+TEST_CASE("hota agrees with the definition written down plainly, every matching of a frame tried") {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> place(0, 6);
+  for (int32_t round = 0; round < 60; ++round) {
+    std::vector<std::pair<std::vector<MotPlace>, std::vector<MotPlace>>> frames;
+    Hota hota(4.0);
+    for (int32_t k = 0; k < 6; ++k) {
+      std::vector<MotPlace> objects, tracks;
+      for (uint64_t id = 1; id <= 3; ++id)
+        if (random() % 4) objects.push_back({id, place(random), place(random)});
+      for (uint64_t id = 10; id <= 13; ++id)
+        if (random() % 3) tracks.push_back({id, place(random), place(random)});
+      frames.push_back({objects, tracks});
+      hota.add_frame(objects, tracks);
+    }
+    const HotaResult r = hota.result();
+    CAPTURE(round);
+    for (const int32_t a : {1, 5, 10, 15, 19})
+      CHECK(r.hota_of_alpha[std::size_t(a - 1)] == Approx(plain_hota(frames, 4.0, 0.05 * a)));
+  }
 }
 
 TEST_CASE("normalized_square is e^2 / variance, and sees correlation") {

@@ -4,6 +4,7 @@
 #include "tools/evaluation/contestant.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <numeric>
 #include <random>
@@ -27,7 +28,46 @@ io::PcdColumn take(const io::PcdColumn& column, const std::vector<int32_t>& rows
 
 }  // namespace
 
-std::vector<std::string> variant_names() { return {"ground", "cars", "ego", "shuffled", "late_truth"}; }
+std::vector<std::string> variant_names() {
+  return {"ground", "clusters", "heading", "relay", "ego", "mounting", "empty", "shuffled", "late_truth"};
+}
+
+// Signs that differ from sensor to sensor and from axis to axis: the bits of a small hash.
+io::Rig misplace(io::Rig rig) {
+  for (std::size_t k = 0; k < rig.sensors.size(); ++k) {
+    const uint64_t bits = (k + 1) * 0x9e3779b97f4a7c15u;
+    const auto sign = [bits](int32_t axis) { return bits >> (20 + 5 * axis) & 1 ? 1.0 : -1.0; };
+    io::RigSensor& s = rig.sensors[k];
+    s.x_m += 0.02 * sign(0), s.y_m += 0.02 * sign(1), s.z_m += 0.02 * sign(2);
+    s.roll_deg += 0.2 * sign(3), s.pitch_deg += 0.2 * sign(4), s.yaw_deg += 0.2 * sign(5);
+  }
+  return rig;
+}
+
+namespace {
+
+// Of each column of the sensor's image the lowest point that is ground.
+std::vector<bool> lowest_ground(const io::SensorScan& scan, const std::vector<uint16_t>& surface,
+                                const io::RigSensor& sensor) {
+  std::vector<int32_t> lowest(std::size_t(sensor.cols), -1);
+  std::vector<double> tangent(std::size_t(sensor.cols), 0.0);
+  for (std::size_t i = 0; i < surface.size(); ++i) {
+    if (kind_of(surface[i]) != Kind::kGround) continue;
+    const double x = scan.x.value(i), y = scan.y.value(i), z = scan.z.value(i);
+    const double from_left = sensor.azimuth_left_deg - std::atan2(y, x) * 180 / M_PI;
+    const double column = from_left / (sensor.azimuth_left_deg - sensor.azimuth_right_deg) * sensor.cols;
+    if (!(column >= 0 && column < sensor.cols)) continue;
+    const std::size_t c = std::size_t(column);
+    const double t = z / std::hypot(x, y);
+    if (lowest[c] < 0 || t < tangent[c]) lowest[c] = int32_t(i), tangent[c] = t;
+  }
+  std::vector<bool> keep(surface.size(), false);
+  for (const int32_t i : lowest)
+    if (i >= 0) keep[std::size_t(i)] = true;
+  return keep;
+}
+
+}  // namespace
 
 LogFrame take_points(const LogFrame& frame, const std::vector<std::vector<int32_t>>& rows) {
   LogFrame out;
@@ -41,16 +81,16 @@ LogFrame take_points(const LogFrame& frame, const std::vector<std::vector<int32_
     scan.layer = take(from.layer, rows[k]), scan.intensity = take(from.intensity, rows[k]);
     std::vector<uint16_t> surface;
     for (const int32_t r : rows[k]) {
-      surface.push_back(frame.surface[k][std::size_t(r)]);
+      if (!frame.surface.empty()) surface.push_back(frame.surface[k][std::size_t(r)]);
       if (!from.time_offset_ns.empty()) scan.time_offset_ns.push_back(from.time_offset_ns[std::size_t(r)]);
     }
     out.scans.scans.push_back(std::move(scan));
-    out.surface.push_back(std::move(surface));
+    if (!frame.surface.empty()) out.surface.push_back(std::move(surface));
   }
   return out;
 }
 
-Contestant::Contestant(const std::string& name, const SimulatedLog& log, const std::string& map_file)
+Contestant::Contestant(const std::string& name, const RaceLog& log, const std::string& map_file)
     : name_(name), log_(log) {
   cli::Options options;
   const std::size_t at = name.find('@'), colon = name.find(':');
@@ -64,11 +104,13 @@ Contestant::Contestant(const std::string& name, const SimulatedLog& log, const s
   }
   cli::Config config = cli::load_config(options);
   config.map = map_file;
-  config.rig = log.rig();
+  config.rig = variant_ == "mounting" ? misplace(log.rig()) : log.rig();
   config.has_rig = true;
   config.params.frame_period_s = log.rig().period_s;
   if (variant_ == "ground") config.params.ground_threshold_rad = 0;
   judge_ = std::make_unique<Judge>(log, config.params, variant_ == "late_truth" ? log.rig().period_ns() : 0);
+  if (variant_ == "heading" || variant_ == "clusters" || variant_ == "relay")
+    relay_ = std::make_unique<Relay>(variant_, log, config);
   session_ = std::make_unique<cli::Session>(config, &Contestant::on_frame, this);
 }
 
@@ -76,7 +118,10 @@ void Contestant::on_frame(ovt_reader* reader, void* self) {
   auto& contestant = *static_cast<Contestant*>(self);
   if (contestant.failure_) return;
   try {
-    contestant.judge_->add(reader);
+    ovt_frame_info info;
+    cli::check(ovt_read_info(reader, &info), "frame");
+    const bool relayed = contestant.relay_ && info.sensor_mask != 0 && contestant.input_;
+    contestant.judge_->add(reader, relayed ? &contestant.relay_->run(reader, *contestant.input_) : nullptr);
   } catch (...) {  // must not travel through the library
     contestant.failure_ = std::current_exception();
   }
@@ -98,22 +143,28 @@ void Contestant::push_poses(int64_t until_ns) {
       rows.push_back(poses[next_pose_].row);
   }
   session_->add_ego(rows);
+  if (relay_) relay_->add_poses(rows);
 }
 
 void Contestant::push(const LogFrame& frame) {
   const LogFrame* input = &frame;
   LogFrame changed;
-  if (variant_ == "ground" || variant_ == "cars" || variant_ == "shuffled") {
+  if (variant_ == "ground" || variant_ == "empty" || variant_ == "shuffled") {
+    if (frame.surface.size() != frame.scans.scans.size() && variant_ != "shuffled")
+      throw io::Error(name_, 0, "the log does not say what each point lies on");
     std::vector<std::vector<int32_t>> rows;
-    for (const std::vector<uint16_t>& surface : frame.surface) {
+    for (std::size_t k = 0; k < frame.scans.scans.size(); ++k) {
+      const io::SensorScan& scan = frame.scans.scans[k];
+      std::vector<bool> lowest;
+      if (variant_ == "ground")
+        lowest = lowest_ground(scan, frame.surface[k], log_.rig().sensors[std::size_t(scan.sensor)]);
       std::vector<int32_t> keep;
-      for (std::size_t i = 0; i < surface.size(); ++i) {
-        const Kind kind = kind_of(surface[i]);
-        if (variant_ == "shuffled" || kind == Kind::kCar || (variant_ == "ground" && kind != Kind::kGround))
-          keep.push_back(int32_t(i));
+      for (int32_t i = 0; i < scan.count; ++i) {
+        const Kind kind = frame.surface.empty() ? Kind::kGround : kind_of(frame.surface[k][std::size_t(i)]);
+        if (variant_ == "shuffled" || (variant_ == "empty" && kind != Kind::kCar && kind != Kind::kNoise) ||
+            (variant_ == "ground" && (is_positive(kind) || lowest[std::size_t(i)])))
+          keep.push_back(i);
       }
-      // A sensor that sees no car is not a silent one: one point stays, and a lone point is ground.
-      if (keep.empty() && !surface.empty()) keep.push_back(0);
       if (variant_ == "shuffled") {
         std::mt19937_64 random(uint64_t(frame.scans.frame));
         for (std::size_t i = keep.size(); i > 1; --i) std::swap(keep[i - 1], keep[std::size_t(random() % i)]);
@@ -127,6 +178,7 @@ void Contestant::push(const LogFrame& frame) {
   for (const io::SensorScan& scan : input->scans.scans) first_ns = std::min(first_ns, scan.stamp_ns);
   push_poses(first_ns + log_.rig().period_ns());
   judge_->expect(*input);
+  input_ = input;
   try {
     session_->push(input->scans);
     session_->flush();  // a sensor may be missing: the frame ends here
@@ -134,6 +186,7 @@ void Contestant::push(const LogFrame& frame) {
     failure_ = std::current_exception();
   }
   judge_->expect_nothing();
+  input_ = nullptr;
   if (failure_) std::rethrow_exception(failure_);
 }
 

@@ -4,9 +4,15 @@
 // A preset on a log: the pipeline, what its input is changed to first, and its judge.
 //
 //   paper               the preset as it is
-//   paper:ground        oracle: no ground point is in the clouds, by truth, and every pixel left is non-ground
-//   paper:cars          oracle: only the points of cars are in the clouds: ground and clusters of cars are perfect
+//   paper:ground        oracle: of the ground's points only the lowest one of each column is left (the bottom row is
+//                       ground by definition), and everything else that is not level is non-ground
+//   paper:clusters      oracle: each car is one cluster of its own non-ground points, and there are no others (relay.h)
+//   paper:heading       oracle: the rectangles at cars are laid by the true heading (relay.h)
+//   paper:relay         what the two above have in common with the preset: their way to the tracker (relay.h)
 //   paper:ego           oracle: the true ego pose, at once
+//   paper:mounting      each sensor is taken to sit 2 cm and 0.2 deg off on every axis, in signs of its own
+//   paper:empty         control: an empty track, no point of a car is in the clouds, nor of what cars cause (blooming,
+//                       smoke); what is found at cars is chance
 //   paper:shuffled      control: the points of each scan in a random order; no count may change, places by a rounding
 //   paper:late_truth    control: held against the truth of one period later; errors must grow by what a car drives
 //   paper@NAME=VALUE    one parameter changed (--sweep)
@@ -18,16 +24,21 @@
 #include <vector>
 
 #include "tools/evaluation/judge.h"
+#include "tools/evaluation/relay.h"
 #include "tools/session.h"
 
 namespace overtake::evaluation {
 
 std::vector<std::string> variant_names();  // without the preset
 
+// The rig with its sensors 2 cm and 0.2 deg off on every axis.
+io::Rig misplace(io::Rig rig);
+
 class Contestant {
  public:
-  // `map_file`: the log's map. Throws io::Error: no such preset, variant or parameter.
-  Contestant(const std::string& name, const SimulatedLog& log, const std::string& map_file);
+  // `map_file`: the log's map, "" none. Throws io::Error: no such preset, variant or parameter, or one that needs to
+  // know what each point lies on where the log does not say it.
+  Contestant(const std::string& name, const RaceLog& log, const std::string& map_file);
   // Frames in order. Throws what the library or the judge throws.
   void push(const LogFrame& frame);
   void finish();
@@ -40,8 +51,10 @@ class Contestant {
   void push_poses(int64_t until_ns);
 
   std::string name_, variant_;
-  const SimulatedLog& log_;
+  const RaceLog& log_;
   std::unique_ptr<Judge> judge_;
+  std::unique_ptr<Relay> relay_;
+  const LogFrame* input_ = nullptr;
   std::unique_ptr<cli::Session> session_;
   std::exception_ptr failure_;
   std::size_t next_pose_ = 0;

@@ -6,22 +6,27 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "pipeline/overtake.h"
-#include "tools/metrics/consistency.h"
-#include "tools/metrics/gospa.h"
+#include "tools/evaluation/figures_parts.h"
 
 namespace overtake::evaluation {
-namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
 std::vector<double> column_of(const Table& table, const std::string& name) {
   const std::size_t c = table.column(name);
   std::vector<double> out;
   for (std::size_t r = 0; r < table.rows(); ++r) out.push_back(table.at(r, c));
   return out;
 }
+
+int32_t bin_of(double ahead_m) {
+  return ahead_m >= kNearestM && ahead_m < kFarthestM ? int32_t((ahead_m - kNearestM) / kBinM) : -1;
+}
+
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNearM = 60;
 
 void add_ground(const Table& scans, GroundFigures& out) {
   const auto tp = column_of(scans, "tp"), fp = column_of(scans, "fp"), fn = column_of(scans, "fn");
@@ -35,26 +40,38 @@ void add_ground(const Table& scans, GroundFigures& out) {
 void add_clusters(const Run& run, Figures& out) {
   const Table &cars = run.tables.at("cars"), &clusters = run.tables.at("clusters"), &euclid = run.tables.at("euclid");
   const auto frame = column_of(cars, "frame"), points = column_of(cars, "points"), of = column_of(cars, "clusters"),
-             boxed = column_of(cars, "boxed");
-  std::map<double, bool> with_car;
+             boxed = column_of(cars, "boxed"), number = column_of(cars, "car"), ahead = column_of(cars, "ahead_m");
+  const bool known = run.tables.at("scans").rows() > 0;  // else nobody knows a car's points: those that are near count
+  std::set<std::pair<double, double>> with_car;
+  std::set<double> frames;
   for (std::size_t i = 0; i < frame.size(); ++i) {
-    if (points[i] < kMinCarPoints) continue;
-    with_car[frame[i]] = true;
+    if (known ? points[i] < kMinCarPoints : std::fabs(ahead[i]) > kNearM) continue;
+    with_car.insert({frame[i], number[i]});
+    frames.insert(frame[i]);
     out.clusters_per_car.push_back(of[i]);
     out.boxed_per_car.push_back(boxed[i]);
   }
   const auto at = column_of(clusters, "frame"), other = column_of(clusters, "mixed_other"),
              two = column_of(clusters, "mixed_cars");
   for (std::size_t i = 0; i < at.size(); ++i)
-    if (with_car.count(at[i])) out.mixed_other.push_back(other[i]), out.mixed_cars.push_back(two[i]);
+    if (frames.count(at[i])) out.mixed_other.push_back(other[i]), out.mixed_cars.push_back(two[i]);
   const auto radius = column_of(euclid, "radius_m"), car = column_of(euclid, "car"),
-             count = column_of(euclid, "clusters"), when = column_of(euclid, "frame");
+             count = column_of(euclid, "clusters"), boxes = column_of(euclid, "boxed"),
+             when = column_of(euclid, "frame");
   for (std::size_t i = 0; i < radius.size(); ++i)
-    if (with_car.count(when[i])) (car[i] < 0 ? out.euclid_mixed : out.euclid_clusters)[radius[i]].push_back(count[i]);
-}
-
-int32_t bin_of(double ahead_m) {
-  return ahead_m >= kNearestM && ahead_m < kFarthestM ? int32_t((ahead_m - kNearestM) / kBinM) : -1;
+    if (with_car.count({when[i], car[i]}))
+      out.euclid_clusters[radius[i]].push_back(count[i]), out.euclid_boxed[radius[i]].push_back(boxes[i]);
+  const Table &mixed = run.tables.at("euclid_mixed"), &by_size = run.tables.at("boxes");
+  const auto m_frame = column_of(mixed, "frame"), m_radius = column_of(mixed, "radius_m");
+  for (auto [to, name] : {std::pair(&out.euclid_mixed, "mixed_other"), std::pair(&out.euclid_mixed_cars, "mixed_cars"),
+                          std::pair(&out.euclid_mixed_by_size, "mixed_by_size")}) {
+    const auto values = column_of(mixed, name);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (frames.count(m_frame[i])) (*to)[m_radius[i]].push_back(values[i]);
+  }
+  const auto b_frame = column_of(by_size, "frame"), b_mixed = column_of(by_size, "mixed_by_size");
+  for (std::size_t i = 0; i < b_frame.size(); ++i)
+    if (frames.count(b_frame[i])) out.mixed_by_size.push_back(b_mixed[i]);
 }
 
 struct BinCounts {
@@ -109,83 +126,20 @@ void add_errors(const Run& run, Figures& out) {
   }
 }
 
-struct TrackSamples {
-  std::vector<double> gospa, nees, nis, to_confirm, gap, age;
-  double hota[4] = {0, 0, 0, 0};
-  int64_t runs = 0;
-};
-
-// Cars count from kNearestM to kFarthestM, whether a beam meets them or not; a track at a car farther out is not false.
-void add_tracks(const Run& run, Figures& out, TrackSamples& samples) {
-  const Table &cars = run.tables.at("cars"), &tracks = run.tables.at("tracks");
-  struct Frame {
-    std::vector<metrics::MotPlace> objects, tracks;
-  };
-  std::map<double, Frame> frames;
-  for (const double f : column_of(run.tables.at("clusters"), "frame")) frames[f];
-  metrics::Continuity continuity;
-  metrics::FalseTracks false_tracks;
-  const auto frame = column_of(cars, "frame"), time = column_of(cars, "time_s"), car = column_of(cars, "car"),
-             ahead = column_of(cars, "ahead_m"), x = column_of(cars, "x_m"), y = column_of(cars, "y_m"),
-             confirmed = column_of(cars, "confirmed");
-  for (std::size_t i = 0; i < frame.size(); ++i) {
-    if (bin_of(ahead[i]) < 0) continue;
-    frames[frame[i]].objects.push_back({uint64_t(car[i]), x[i], y[i]});
-    continuity.add(time[i], uint64_t(car[i]), confirmed[i] > 0);
+// Lateral errors where the ego turns left, and elsewhere.
+void add_lean(const Run& run, Figures& out) {
+  constexpr double kTurnRps = 0.05;
+  const Table &ego = run.tables.at("ego"), &detections = run.tables.at("detections");
+  std::map<double, double> yaw_rate;
+  const auto frame = column_of(ego, "frame"), rate = column_of(ego, "yaw_rate_rps");
+  for (std::size_t i = 0; i < frame.size(); ++i) yaw_rate[frame[i]] = rate[i];
+  const auto at = column_of(detections, "frame"), car = column_of(detections, "car"),
+             across = column_of(detections, "y_veh_m");
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const auto turn = yaw_rate.find(at[i]);
+    if (car[i] >= 0 && turn != yaw_rate.end())
+      (turn->second > kTurnRps ? out.across_in_left_turns : out.across_elsewhere).push_back(across[i]);
   }
-  const auto t_frame = column_of(tracks, "frame"), id = column_of(tracks, "id"), t_car = column_of(tracks, "car"),
-             t_confirmed = column_of(tracks, "confirmed"), t_ahead = column_of(tracks, "ahead_m"),
-             t_x = column_of(tracks, "x_m"), t_y = column_of(tracks, "y_m"), nees = column_of(tracks, "nees"),
-             age = column_of(tracks, "age_s");
-  for (std::size_t i = 0; i < t_frame.size(); ++i) {
-    if (t_confirmed[i] <= 0) continue;
-    false_tracks.add(uint64_t(id[i]), t_car[i] >= 0);
-    if (bin_of(t_ahead[i]) >= 0) frames[t_frame[i]].tracks.push_back({uint64_t(id[i]), t_x[i], t_y[i]});
-    if (t_car[i] >= 0) samples.nees.push_back(nees[i]), samples.age.push_back(age[i]);
-  }
-  metrics::ClearMot mot(kGateM);
-  metrics::Hota hota(kGateM);
-  for (const auto& [number, f] : frames) {
-    mot.add_frame(f.objects, f.tracks);
-    hota.add_frame(f.objects, f.tracks);
-    samples.gospa.push_back(metrics::gospa(f.objects, f.tracks).distance_m);
-  }
-  out.tracks.mot += mot.counts();
-  const metrics::HotaResult h = hota.result();
-  if (std::isfinite(h.hota)) {
-    samples.hota[0] += h.hota, samples.hota[1] += h.detection, samples.hota[2] += h.association;
-    samples.hota[3] += std::isfinite(h.localisation) ? h.localisation : 0;
-    ++samples.runs;
-  }
-  out.tracks.false_tracks += false_tracks.count();
-  for (const metrics::Presence& p : continuity.presences()) {
-    ++out.tracks.cars_seen;
-    out.tracks.never_confirmed += std::isnan(p.time_to_confirm_s);
-    samples.to_confirm.push_back(p.time_to_confirm_s);
-    if (!std::isnan(p.time_to_confirm_s)) samples.gap.push_back(p.longest_gap_s);
-  }
-  const Table& innovations = run.tables.at("innovations");
-  const auto nis = column_of(innovations, "nis"), n_car = column_of(innovations, "car");
-  for (std::size_t i = 0; i < nis.size(); ++i)
-    if (n_car[i] >= 0) samples.nis.push_back(nis[i]);
-}
-
-void finish_tracks(Figures& out, const TrackSamples& s) {
-  TrackFigures& t = out.tracks;
-  t.gospa_m = metrics::summarize(s.gospa), t.nees = metrics::summarize(s.nees), t.nis = metrics::summarize(s.nis);
-  t.time_to_confirm_s = metrics::summarize(s.to_confirm), t.longest_gap_s = metrics::summarize(s.gap);
-  t.data_age_s = metrics::summarize(s.age);
-  t.false_per_hour = out.seconds > 0 ? double(t.false_tracks) * 3600 / out.seconds : kNan;
-  const double n = double(s.runs);
-  t.hota.hota = s.hota[0] / n, t.hota.detection = s.hota[1] / n;  // NaN without a run
-  t.hota.association = s.hota[2] / n, t.hota.localisation = s.hota[3] / n;
-  const auto bounds = [](const metrics::Summary& of, double degrees, double& low, double& high) {
-    const double count = double(std::max<int64_t>(of.count, 1));
-    low = metrics::chi_square_quantile(0.025, degrees * count) / count;
-    high = metrics::chi_square_quantile(0.975, degrees * count) / count;
-  };
-  bounds(t.nees, 5, t.nees_low, t.nees_high);
-  bounds(t.nis, 2, t.nis_low, t.nis_high);
 }
 
 void add_times(const Run& run, Figures& out) {
@@ -233,6 +187,12 @@ std::vector<Figures> make_figures(const std::vector<Run>& runs) {
       f.seconds += frames * (period == run.about.end() ? 0.05 : std::stod(period->second));
       add_ground(run.tables.at("scans"), f.ground);
       add_ground(run.tables.at("grid"), f.grid);
+      add_ground(run.tables.at("auto_label"), f.auto_label);
+      add_ground(run.tables.at("scans_auto"), f.ground_auto);
+      add_ground(run.tables.at("grid_auto"), f.grid_auto);
+      const Table& seams = run.tables.at("seams");
+      for (const double joined : column_of(seams, "joined")) ++f.seams.trials, f.seams.hits += joined > 0;
+      add_lean(run, f);
       const Table& points = run.tables.at("car_points");
       const auto range = column_of(points, "range_m"), count = column_of(points, "points"),
                  found = column_of(points, "found");

@@ -15,7 +15,7 @@
 
 namespace overtake::evaluation {
 
-inline constexpr double kBinM = 10;
+inline constexpr double kBinM = 10, kWindowS = 20;
 inline constexpr int32_t kMinCarPoints = 5;  // a car with fewer points is not asked for its clusters
 
 struct GroundFigures {
@@ -31,7 +31,10 @@ struct DistanceBin {  // longitudinal, ego to car
 
 struct TrackFigures {
   metrics::ClearMotCounts mot;
-  metrics::HotaResult hota;  // the mean over the runs
+  metrics::HotaResult hota;         // the mean over the runs, a race as one sequence
+  metrics::HotaResult hota_window;  // the same with every 20 s a sequence of its own: ids need to hold for so long only
+  double gospa_located_m2 = 0, gospa_missed_m2 = 0, gospa_false_m2 = 0;  // means of the parts of its square
+  int64_t doubles = 0;  // false positives at a car that has another track
   metrics::Summary gospa_m, nees, nis, time_to_confirm_s, longest_gap_s, data_age_s;
   double nees_low = 0, nees_high = 0, nis_low = 0, nis_high = 0;  // 95 % of a consistent filter's mean lies in here
   int64_t cars_seen = 0, never_confirmed = 0, false_tracks = 0;
@@ -42,10 +45,16 @@ struct Figures {
   std::string contestant, scenario;
   int64_t runs = 0, frames = 0;
   double seconds = 0;
-  GroundFigures ground, grid;
+  GroundFigures ground, grid;                                                    // against the surface truth
+  GroundFigures ground_auto, grid_auto;                                          // against the automatic labels
+  GroundFigures auto_label;                                                      // these against the truth
   std::map<double, std::pair<double, double>> car_points;                        // range -> points, found
   std::vector<double> clusters_per_car, boxed_per_car, mixed_other, mixed_cars;  // a value a frame with a car in it
-  std::map<double, std::vector<double>> euclid_clusters, euclid_mixed;           // by radius
+  std::vector<double> mixed_by_size;                                             // the same by the paper's rule
+  std::map<double, std::vector<double>> euclid_clusters, euclid_boxed;           // by radius, as above
+  std::map<double, std::vector<double>> euclid_mixed, euclid_mixed_cars, euclid_mixed_by_size;
+  metrics::Group seams;                                        // cars over a seam; those in one cluster
+  std::vector<double> across_in_left_turns, across_elsewhere;  // y_veh_m of detections at a car
   std::vector<DistanceBin> distance;
   std::map<std::string, std::vector<double>> detection_errors, track_errors;  // by column; those at a car
   TrackFigures tracks;

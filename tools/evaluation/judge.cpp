@@ -19,21 +19,6 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// Rows are the axes of the vehicle in the map (roll, then pitch, then yaw).
-std::array<std::array<double, 3>, 3> axes_of(double roll, double pitch, double yaw) {
-  const double cr = std::cos(roll), sr = std::sin(roll), cp = std::cos(pitch), sp = std::sin(pitch), cy = std::cos(yaw),
-               sy = std::sin(yaw);
-  return {{{cy * cp, sy * cp, -sp},
-           {cy * sp * sr - sy * cr, sy * sp * sr + cy * cr, cp * sr},
-           {cy * sp * cr + sy * sr, sy * sp * cr - cy * sr, cp * cr}}};
-}
-
-const CarTruth* ego_of(const std::vector<CarTruth>& cars) {
-  for (const CarTruth& c : cars)
-    if (c.is_ego) return &c;
-  return nullptr;
-}
-
 }  // namespace
 
 Kind kind_of(uint16_t surface) {
@@ -52,6 +37,8 @@ Kind kind_of(uint16_t surface) {
   }
 }
 
+int32_t car_of(uint16_t surface) { return kind_of(surface) == Kind::kCar ? surface - int32_t(sim::Surface::car) : -1; }
+
 Tables make_tables() {
   Tables t;
   t["scans"] = Table({"frame", "sensor", "tp", "fp", "fn", "tn", "unlabelled"});
@@ -65,8 +52,13 @@ Tables make_tables() {
       Table({"frame", "time_s", "id", "confirmed", "car", "ahead_m", "x_m", "y_m", "x_map_m", "y_map_m", "x_veh_m",
              "y_veh_m", "speed_mps", "heading_rad", "course_rad", "yaw_rate_rps", "nees", "age_s"});
   t["innovations"] = Table({"frame", "car", "nis"});
-  t["grid"] = Table({"frame", "tp", "fp", "fn", "tn"});
-  t["euclid"] = Table({"frame", "radius_m", "car", "clusters"});
+  t["boxes"] = Table({"frame", "mixed_by_size"});
+  t["seams"] = Table({"frame", "car", "sensors", "joined"});
+  t["ego"] = Table({"frame", "time_s", "speed_mps", "yaw_rate_rps"});
+  for (const char* name : {"grid", "auto_label", "scans_auto", "grid_auto"})
+    t[name] = Table({"frame", "sensor", "tp", "fp", "fn", "tn"});
+  t["euclid"] = Table({"frame", "radius_m", "car", "clusters", "boxed"});
+  t["euclid_mixed"] = Table({"frame", "radius_m", "mixed_other", "mixed_cars", "mixed_by_size"});
   t["times"] = Table({"frame", "sensor", "stage", "ns"});
   return t;
 }
@@ -84,40 +76,18 @@ Tables read_tables(const std::string& folder) {
   return tables;
 }
 
-Seen see(const CarTruth& from, double x_m, double y_m, double z_m) {
-  const auto axes = axes_of(from.roll_rad, from.pitch_rad, from.heading_rad);
-  const double d[3] = {x_m - from.x_m, y_m - from.y_m, z_m - from.z_m};
-  const auto along = [&](const std::array<double, 3>& axis) {
-    return d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];
-  };
-  return {along(axes[0]), along(axes[1])};
-}
-
-int32_t nearest_car(const std::vector<CarTruth>& cars, double x_m, double y_m) {
-  int32_t best = -1;
-  double best_m = kGateM;
-  for (std::size_t i = 0; i < cars.size(); ++i) {
-    const double d = std::hypot(cars[i].x_m - x_m, cars[i].y_m - y_m);
-    if (!cars[i].is_ego && d <= best_m) best = int32_t(i), best_m = d;
-  }
-  return best;
-}
-
-Judge::Judge(const SimulatedLog& log, const ovt_params& params, int64_t truth_shift_ns)
+Judge::Judge(const RaceLog& log, const ovt_params& params, int64_t truth_shift_ns)
     : log_(log),
       truth_shift_ns_(truth_shift_ns),
       r_x_(params.tracker_r_x),
       r_y_(params.tracker_r_y),
       tables_(make_tables()) {}
 
-void Judge::add(ovt_reader* reader) {
+void Judge::add(ovt_reader* reader, const Relayed* relayed) {
   ovt_frame_info info;
-  ovt_detections detections;
-  ovt_tracks tracks;
   cli::check(ovt_read_info(reader, &info), "frame");
   if (info.sensor_mask == 0) return;  // a prediction over a gap
   if (!frame_) throw std::runtime_error("a frame came that nobody pushed");
-  cli::check(ovt_read_detections(reader, &detections), "detections");
   if (first_ns_ < 0) first_ns_ = info.first_stamp_ns;
   frame_number_ = double(frame_->scans.frame);
   const int64_t publish_ns = info.first_stamp_ns + log_.rig().period_ns();
@@ -126,9 +96,14 @@ void Judge::add(ovt_reader* reader) {
   const std::vector<CarTruth> cars = cars_at(publish_ns);
   const CarTruth* ego = ego_of(cars);
   if (!ego) return;  // past the end of the truth
-  add_labels(reader, info, cars);
-  add_detections(info, detections);
-  cli::check(ovt_read_tracks(reader, publish_ns, &tracks), "tracks");
+  tables_["ego"].add({frame_number_, time_s_, ego->speed_mps, ego->yaw_rate_rps});
+  add_labels(reader, info);
+  ovt_detections detections;
+  cli::check(ovt_read_detections(reader, &detections), "detections");
+  add_detections(info, relayed ? relayed->detections : detections);
+  ovt_tracks tracks{};
+  if (ovt_reader* const of_tracks = relayed ? relayed->tracks : reader)
+    cli::check(ovt_read_tracks(of_tracks, publish_ns, &tracks), "tracks");
   add_tracks(info, tracks, cars);
   add_times(reader);
   for (const CarTruth& c : cars) {
@@ -140,110 +115,89 @@ void Judge::add(ovt_reader* reader) {
   }
 }
 
-void Judge::add_labels(ovt_reader* reader, const ovt_frame_info& info, const std::vector<CarTruth>& cars) {
-  struct Content {
-    std::set<int32_t> cars;
-    bool other = false;
+// Where the cars are for a sweep's points: at its middle, so that what they drive against the ego in half a sweep is
+// the most a point may be off.
+void Judge::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
+  const std::vector<CarPlace> places = place_cars(cars_at(info.first_stamp_ns + log_.rig().period_ns() / 2));
+  ClusterTally tally(places);
+  struct Seam {
+    int64_t points = 0;
+    std::set<int64_t> clusters;
   };
-  std::map<int32_t, Content> of_cluster;
-  std::map<int32_t, std::set<std::pair<int32_t, int32_t>>> of_car;  // clusters, and labels that fit none
-  CloudPoints cloud;
-  const bool baselines = baselines_every_ > 0 && frame_->scans.frame % baselines_every_ == 0;
+  std::map<int32_t, std::map<int32_t, Seam>> seams;  // car, sensor
+  is_due_ = baselines_every_ > 0 && frame_->scans.frame % baselines_every_ == 0;
+  due_ = CloudPoints();
+  due_.cars = places;
   for (std::size_t k = 0; k < frame_->scans.scans.size(); ++k) {
     const int32_t sensor = frame_->scans.scans[k].sensor;
     if (!(info.sensor_mask >> sensor & 1)) continue;
     ovt_labels labels;
     cli::check(ovt_read_labels(reader, sensor, &labels), "labels");
-    const std::vector<uint16_t>& surface = frame_->surface[k];
     if (labels.count == 0) continue;  // the library has no scan of this sensor
-    if (std::size_t(labels.count) != surface.size()) throw std::runtime_error("labels and truth differ in length");
-    const io::RigSensor& mount = log_.rig().sensors[std::size_t(sensor)];
-    constexpr double kRadian = M_PI / 180;
-    const auto turned = axes_of(mount.roll_deg * kRadian, mount.pitch_deg * kRadian, mount.yaw_deg * kRadian);
+    const bool known = k < frame_->surface.size();
+    if (known && std::size_t(labels.count) != frame_->surface[k].size())
+      throw std::runtime_error("labels and truth differ in length");
+    const Mounting mounting(log_.rig().sensors[std::size_t(sensor)]);
     double tp = 0, fp = 0, fn = 0, tn = 0, none = 0;
     std::map<std::pair<int32_t, int32_t>, std::pair<double, double>> found;  // (car, 10 m) -> points, found
     for (int32_t i = 0; i < labels.count; ++i) {
-      const Kind kind = kind_of(surface[std::size_t(i)]);
-      const int32_t label = labels.label[i];
-      const bool positive = kind == Kind::kCar || kind == Kind::kObstacle;
-      const int32_t car = kind == Kind::kCar ? surface[std::size_t(i)] - int32_t(sim::Surface::car) : -1;
+      const uint16_t surface = known ? frame_->surface[k][std::size_t(i)] : uint16_t(0);
+      const Kind kind = known ? kind_of(surface) : Kind::kGround;
+      const int32_t label = labels.label[i], car = known ? car_of(surface) : -1;
       if (car >= 0) ++points_[car];
       if (label < 0) {
         ++none;
         continue;
       }
-      (label > 0 ? (positive ? tp : fp) : (positive ? fn : tn)) += 1;
-      if (baselines) {
-        const double p[3] = {double(labels.x_m[i]), double(labels.y_m[i]), double(labels.z_m[i])};
-        double v[3] = {mount.x_m, mount.y_m, mount.z_m};
-        for (std::size_t a = 0; a < 3; ++a)
-          for (std::size_t b = 0; b < 3; ++b) v[b] += turned[a][b] * p[a];
-        cloud.x_m.push_back(float(v[0])), cloud.y_m.push_back(float(v[1])), cloud.z_m.push_back(float(v[2]));
-        cloud.surface.push_back(surface[std::size_t(i)]), cloud.found.push_back(label > 0);
-      }
+      (label > 0 ? (is_positive(kind) ? tp : fp) : (is_positive(kind) ? fn : tn)) += 1;
+      const float x = labels.x_m[i], y = labels.y_m[i], z = labels.z_m[i];
       if (car >= 0) {
-        const float x = labels.x_m[i], y = labels.y_m[i], z = labels.z_m[i];
         auto& [points, hits] = found[{car, int32_t(std::sqrt(x * x + y * y + z * z) / 10)}];
         points += 1, hits += label > 0;
       }
-      if (label <= 0) continue;
-      const int32_t cluster = labels.cluster_of_label[label];
-      if (car >= 0) of_car[car].insert(cluster >= 0 ? std::pair(-1, cluster) : std::pair(sensor, label));
-      if (cluster < 0) continue;
-      if (car >= 0)
-        of_cluster[cluster].cars.insert(car);
-      else if (kind == Kind::kObstacle)
-        of_cluster[cluster].other = true;
+      if (label == 0 && !is_due_) continue;
+      const std::array<double, 3> at = mounting.to_vehicle(x, y, z);
+      if (is_due_) {
+        due_.x_m.push_back(float(at[0])), due_.y_m.push_back(float(at[1])), due_.z_m.push_back(float(at[2]));
+        due_.found.push_back(label > 0), due_.sensor.push_back(sensor);
+        if (known) due_.surface.push_back(surface);
+      }
+      if (label == 0) continue;
+      const int32_t row = labels.cluster_of_label[label];  // -1: it found no room in the table, and is a cluster still
+      const int64_t cluster = row >= 0 ? row : -1 - (int64_t(sensor) << 32 | label);
+      tally.add(cluster, at, kind, car);
+      if (car >= 0) ++seams[car][sensor].points, seams[car][sensor].clusters.insert(cluster);
     }
-    tables_["scans"].add({frame_number_, double(sensor), tp, fp, fn, tn, none});
+    if (known) tables_["scans"].add({frame_number_, double(sensor), tp, fp, fn, tn, none});
     for (const auto& [where, count] : found)
       tables_["car_points"].add(
           {frame_number_, double(sensor), double(where.first), 10.0 * where.second, count.first, count.second});
   }
-  mixed_other_ = mixed_cars_ = 0;
-  for (const auto& [cluster, content] : of_cluster) {
-    mixed_other_ += !content.cars.empty() && content.other;
-    mixed_cars_ += content.cars.size() > 1;
-  }
-  for (const CarTruth& c : cars) clusters_[c.car] = int64_t(of_car[c.car].size());
+  for (const auto& [car, count] : tally.of_car()) clusters_[car] = count.clusters, boxed_[car] = count.inside;
+  const ClusterTally::Mixed mixed = tally.mixed();
   ovt_clusters clusters;
   cli::check(ovt_read_clusters(reader, &clusters), "clusters");
-  tables_["clusters"].add({frame_number_, double(clusters.count), double(mixed_other_), double(mixed_cars_)});
-  add_boxed(clusters, cars);
-  if (baselines) add_baselines(cloud);
-}
-
-// As published up to now: between two poses linear, behind the last one driven on.
-io::EgoRow Judge::published_pose(int64_t stamp_ns) const {
-  const auto& poses = log_.poses();
-  const auto above = std::lower_bound(poses.begin(), poses.end(), stamp_ns,
-                                      [](const PublishedPose& p, int64_t t) { return p.row.stamp_ns < t; });
-  if (poses.empty()) return {};
-  if (above == poses.end() || above == poses.begin()) {
-    io::EgoRow row = above == poses.end() ? poses.back().row : poses.front().row;
-    const double dt = double(stamp_ns - row.stamp_ns) * 1e-9;
-    row.x_m += row.speed_mps * dt * std::cos(row.yaw_rad), row.y_m += row.speed_mps * dt * std::sin(row.yaw_rad);
-    row.yaw_rad += row.yaw_rate_rps * dt;
-    return row;
+  tables_["clusters"].add({frame_number_, double(clusters.count), double(mixed.other), double(mixed.cars)});
+  tables_["boxes"].add({frame_number_, double(mixed.by_size)});
+  for (const auto& [car, of_sensor] : seams) {
+    std::set<int64_t> common;
+    double sensors = 0;
+    for (const auto& [sensor, seam] : of_sensor) {
+      if (seam.points < 3) continue;
+      std::set<int64_t> both;
+      for (const int64_t cluster : seam.clusters)
+        if (sensors == 0 || common.count(cluster)) both.insert(cluster);
+      common = std::move(both), ++sensors;
+    }
+    if (sensors > 1) tables_["seams"].add({frame_number_, double(car), sensors, common.empty() ? 0.0 : 1.0});
   }
-  const io::EgoRow &a = (above - 1)->row, &b = above->row;
-  const double w = double(stamp_ns - a.stamp_ns) / double(b.stamp_ns - a.stamp_ns);
-  io::EgoRow row = a;
-  row.x_m += w * (b.x_m - a.x_m), row.y_m += w * (b.y_m - a.y_m), row.z_m += w * (b.z_m - a.z_m);
-  row.roll_rad += w * wrap_angle(b.roll_rad - a.roll_rad), row.pitch_rad += w * wrap_angle(b.pitch_rad - a.pitch_rad);
-  row.yaw_rad += w * wrap_angle(b.yaw_rad - a.yaw_rad);
-  return row;
 }
 
 void Judge::add_detections(const ovt_frame_info& info, const ovt_detections& d) {
   for (int32_t i = 0; i < d.count; ++i) {
-    const io::EgoRow pose = published_pose(d.stamp_ns[i]);
-    const auto axes = axes_of(pose.roll_rad, pose.pitch_rad, pose.yaw_rad);
-    const double in[3] = {d.x_m[i], d.y_m[i], d.z_m[i]};
-    double x = pose.x_m, y = pose.y_m;
-    for (std::size_t k = 0; k < 3; ++k) x += axes[k][0] * in[k], y += axes[k][1] * in[k];
-    const double ch = std::cos(double(d.heading_rad[i])), sh = std::sin(double(d.heading_rad[i]));
-    const double heading = std::atan2(axes[0][1] * ch + axes[1][1] * sh, axes[0][0] * ch + axes[1][0] * sh);
+    const io::EgoRow pose = pose_at(log_.poses(), d.stamp_ns[i]);
+    const MapPlace at = to_map(pose, double(d.x_m[i]), double(d.y_m[i]), double(d.z_m[i]), double(d.heading_rad[i]));
+    const double x = at.x_m, y = at.y_m, heading = at.heading_rad;
     const std::vector<CarTruth> cars = cars_at(d.stamp_ns[i]);
     const int32_t c = info.ego_known ? nearest_car(cars, x, y) : -1;
     const CarTruth* ego = ego_of(cars);

@@ -5,16 +5,24 @@
 //
 //   scans       one per scan: tp fp fn tn of non-ground (points with a label), points without one
 //   car_points  one per car, scan and 10 m of range: its points, and those found to be non-ground
-//   cars        one per car and frame: place, points, clusters that hold one of its points, clusters wholly inside its
-//               box made 1 m larger on each side (the paper's rule), detected, confirmed track
+//   cars        one per car and frame: place, points, clusters by truth and by the paper's rule (cluster_tally.h:
+//   boxed),
+//               detected, confirmed track
 //   clusters    one per frame: clusters that mix a car with something else, or two cars
+//   boxes       one per frame: mixed clusters by the paper's rule
+//   seams       one per car that several sensors see with 3 non-ground points or more: whether one cluster holds a
+//               point of each of them
+//   ego         one per frame: the true speed and yaw rate
 //   detections  one per detection: place, the car it is at (-1 none) and its errors
 //   tracks      one per track: the same with speed, course, yaw rate, NEES, age of its data
 //   innovations one per detection that updated a track: NIS
 //   times       one per stage that ran: nanoseconds
-//   grid        the 2.5-D grid on the points with a label: as scans, of all sensors
-//   euclid      Euclidean clusters of the points found to be non-ground, by radius: one per car, car -1 for the mixed
-//   ones
+// and, every so many frames (judge_baselines.cpp), on the points with a label:
+//   grid        the 2.5-D grid: as scans
+//   auto_label  the automatic labels (tools/baselines/label_ground.h) against the truth: as scans
+//   scans_auto  grid_auto    the pipeline and the grid against the automatic labels: as scans
+//   euclid      Euclidean clusters of the points found to be non-ground, by radius: one per car, by truth and inside
+//   euclid_mixed    the same: mixed ones of the frame
 //
 // Detections are compared with the truth at their own stamp, tracks at publish time, which is the end of the sweep: the
 // frame's stamp plus a period. Errors are estimate minus truth, in the map; "veh" is the same error turned into the
@@ -26,7 +34,9 @@
 #include <vector>
 
 #include "pipeline/overtake.h"
-#include "tools/evaluation/simulated_log.h"
+#include "tools/evaluation/cluster_tally.h"
+#include "tools/evaluation/places.h"
+#include "tools/evaluation/race_log.h"
 #include "tools/evaluation/table.h"
 
 namespace overtake::evaluation {
@@ -34,18 +44,34 @@ namespace overtake::evaluation {
 inline constexpr double kGateM = 4.0, kNearestM = -100, kFarthestM = 150;
 
 // What a surface counts as. Noise (smoke, blooming) counts as ground: nothing to find, as in the paper.
-enum class Kind { kGround, kNoise, kObstacle, kCar };
 Kind kind_of(uint16_t surface);
+inline bool is_positive(Kind kind) { return kind == Kind::kCar || kind == Kind::kObstacle; }
+int32_t car_of(uint16_t surface);  // -1: not of a car
+
+// The points of a frame that have a label, vehicle frame.
+struct CloudPoints {
+  std::vector<float> x_m, y_m, z_m;
+  std::vector<uint16_t> surface;  // empty where the log has no truth of points
+  std::vector<bool> found;        // non-ground
+  std::vector<int32_t> sensor;
+  std::vector<CarPlace> cars;
+};
 
 using Tables = std::map<std::string, Table>;
 Tables make_tables();
 void write_tables(const std::string& folder, const Tables& tables);
 Tables read_tables(const std::string& folder);
 
+// Who else speaks of a frame's detections and tracks (oracles of later stages); the columns outlive the call.
+struct Relayed {
+  ovt_detections detections;
+  ovt_reader* tracks = nullptr;  // stands on the frame of these detections; null: no tracks
+};
+
 class Judge {
  public:
   // truth_shift_ns: negative control, compares with the truth of so much later.
-  Judge(const SimulatedLog& log, const ovt_params& params, int64_t truth_shift_ns = 0);
+  Judge(const RaceLog& log, const ovt_params& params, int64_t truth_shift_ns = 0);
   // Every so many frames the baselines (tools/baselines) judge the same clouds; 0: never.
   void use_baselines(int32_t every) { baselines_every_ = every; }
 
@@ -53,7 +79,9 @@ class Judge {
   void expect(const LogFrame& frame) { frame_ = &frame; }
   void expect_nothing() { frame_ = nullptr; }
   // The library's callback body. Throws std::runtime_error: a frame that nobody expects.
-  void add(ovt_reader* reader);
+  void add(ovt_reader* reader, const Relayed* relayed = nullptr);
+  // The baselines on the last frame, where they are due: slow, and apart from the library's times.
+  void judge_baselines();
   const Tables& tables() const { return tables_; }
 
  private:
@@ -61,22 +89,16 @@ class Judge {
     double x_m, y_m, speed_mps, course_rad, xx, xy, yy;
     int64_t stamp_ns;
   };
-  struct CloudPoints {  // of all sensors, vehicle frame; points with a label
-    std::vector<float> x_m, y_m, z_m;
-    std::vector<uint16_t> surface;
-    std::vector<bool> found;  // non-ground
-  };
-  void add_labels(ovt_reader* reader, const ovt_frame_info& info, const std::vector<CarTruth>& cars);
-  void add_boxed(const ovt_clusters& clusters, const std::vector<CarTruth>& cars);
-  void add_baselines(const CloudPoints& cloud);
+  void add_labels(ovt_reader* reader, const ovt_frame_info& info);
   void add_detections(const ovt_frame_info& info, const ovt_detections& detections);
   void add_tracks(const ovt_frame_info& info, const ovt_tracks& tracks, const std::vector<CarTruth>& cars);
   void add_times(ovt_reader* reader);
-  io::EgoRow published_pose(int64_t stamp_ns) const;
+  void add_ground_baselines(const CloudPoints& cloud);
+  void add_euclid(const CloudPoints& cloud);
 
   std::vector<CarTruth> cars_at(int64_t stamp_ns) const { return log_.cars_at(stamp_ns + truth_shift_ns_); }
 
-  const SimulatedLog& log_;
+  const RaceLog& log_;
   const int64_t truth_shift_ns_;
   int32_t baselines_every_ = 0;
   const double r_x_, r_y_;
@@ -87,15 +109,8 @@ class Judge {
   double frame_number_ = 0, time_s_ = 0;
   // Of the frame at work, by car.
   std::map<int32_t, int64_t> points_, clusters_, boxed_, detected_, tentative_, confirmed_;
-  int64_t mixed_other_ = 0, mixed_cars_ = 0;
+  CloudPoints due_;  // for the baselines
+  bool is_due_ = false;
 };
-
-// A place in the map seen from a car's frame (x forward, y left), by its full attitude.
-struct Seen {
-  double ahead_m, left_m;
-};
-Seen see(const CarTruth& from, double x_m, double y_m, double z_m);
-// The nearest car but the ego within the gate: its row in `cars`, -1 none.
-int32_t nearest_car(const std::vector<CarTruth>& cars, double x_m, double y_m);
 
 }  // namespace overtake::evaluation

@@ -12,6 +12,7 @@
 
 #include "tools/console.h"
 #include "tools/evaluation/figures.h"
+#include "tools/evaluation/measures_json.h"
 #include "tools/evaluation/report_pages.h"
 #include "tools/io/text.h"
 
@@ -90,6 +91,7 @@ Json json_of(const Figures& f) {
                    {"never_confirmed", t.never_confirmed},
                    {"false_confirmed_tracks", t.false_tracks},
                    {"false_confirmed_tracks_per_hour", t.false_per_hour}};
+  add_measures(f, j);
   return j;
 }
 
@@ -135,6 +137,7 @@ void write_report(const std::string& out, bool print) {
   Json metrics, times;
   metrics["simulated"] = true;
   metrics["figures"] = Json::array();
+  metrics["judgements"] = judgements_json(all);
   for (const Run& run : runs)
     metrics["runs"].push_back({{"contestant", run.contestant}, {"log", run.log}, {"about", run.about}});
   times["cpu"] = cpu_name();

@@ -6,13 +6,16 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "tools/console.h"
 #include "tools/evaluation/contestant.h"
+#include "tools/evaluation/simulated_log.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
+#include "tools/sim/workers.h"
 
 namespace overtake::evaluation {
 namespace {
@@ -25,7 +28,7 @@ std::string folder_of(const std::string& out, const std::string& contestant, con
 
 bool is_done(const std::string& folder) { return fs::exists(folder + "/about.json"); }
 
-std::string about_text(const std::string& contestant, const SimulatedLog& log, int64_t frames) {
+std::string about_text(const std::string& contestant, const RaceLog& log, int64_t frames) {
   ovt_build_info build;
   ovt_read_build_info(&build);
   nlohmann::json about(log.about());
@@ -58,10 +61,16 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
   cli::Progress progress(1000, options.quiet);
   LogFrame frame;
   int64_t frames = 0;
+  sim::Workers workers(options.workers);
   for (; frames < options.most_frames && log.next(frame); ++frames) {
     if (cli::interrupted()) return false;
-    for (auto& contestant : contestants)
-      if (contestant->name().find('@') == std::string::npos || frames % options.every == 0) contestant->push(frame);
+    // The first one alone: its times are those of the report. The others, and what follows the first, at once.
+    contestants[0]->push(frame);
+    std::vector<std::function<void()>> jobs = {[&] { contestants[0]->judge().judge_baselines(); }};
+    for (std::size_t k = 1; k < contestants.size(); ++k)
+      if (contestants[k]->name().find('@') == std::string::npos || frames % options.every == 0)
+        jobs.push_back([&, k] { contestants[k]->push(frame); });
+    workers.for_each(int32_t(jobs.size()), [&](int32_t k) { jobs[std::size_t(k)](); });
     progress.show(int64_t(1000 * log.progress()));
   }
   progress.clear();

@@ -10,52 +10,32 @@
 #include <string>
 #include <vector>
 
-#include "tools/io/ego_file.h"
+#include "tools/evaluation/race_log.h"
 #include "tools/io/mcap_reader.h"
-#include "tools/io/rig.h"
-#include "tools/io/sensor_scan.h"
 
 namespace overtake::evaluation {
-
-// Map frame; a car's middle on the road, the ego's rear axle.
-struct CarTruth {
-  int32_t car = 0;
-  bool is_ego = false;
-  double x_m = 0, y_m = 0, z_m = 0, roll_rad = 0, pitch_rad = 0, heading_rad = 0;
-  double course_rad = 0, speed_mps = 0, yaw_rate_rps = 0;
-};
-
-struct PublishedPose {
-  io::EgoRow row;
-  int64_t publish_ns = 0;
-};
 
 struct TruthFrame {
   int64_t stamp_ns = 0;
   std::vector<CarTruth> cars;  // by number
 };
 
-struct LogFrame {
-  io::FrameScans scans;
-  std::vector<std::vector<uint16_t>> surface;  // of each scan's points
-};
-
-class SimulatedLog {
+class SimulatedLog : public RaceLog {
  public:
   // Throws io::Error: no MCAP, not written by overtake simulate, without rig or map.
   explicit SimulatedLog(const std::string& path);
 
-  const io::Rig& rig() const { return rig_; }
-  const std::string& map_text() const { return map_text_; }
-  const std::map<std::string, std::string>& about() const { return about_; }  // scenario, seed, ego
+  const io::Rig& rig() const override { return rig_; }
+  const std::string& map_text() const override { return map_text_; }
+  const std::map<std::string, std::string>& about() const override { return about_; }  // scenario, seed, ego
   // The next sweep; truth and poses are known to two periods behind it. False: the end, or damage.
-  bool next(LogFrame& out);
-  const std::string& damage() const { return reader_.damage(); }
-  double progress() const { return double(reader_.position()) / double(reader_.file_bytes()); }
+  bool next(LogFrame& out) override;
+  const std::string& damage() const override { return reader_.damage(); }
+  double progress() const override { return double(reader_.position()) / double(reader_.file_bytes()); }
 
-  const std::vector<PublishedPose>& poses() const { return poses_; }  // so far, in order
+  const std::vector<PublishedPose>& poses() const override { return poses_; }  // so far, in order
   // Every car at a time (linear between sweeps, angles the short way; held for 0.1 s past the ends). Empty: not known.
-  std::vector<CarTruth> cars_at(int64_t stamp_ns) const;
+  std::vector<CarTruth> cars_at(int64_t stamp_ns) const override;
 
  private:
   bool read_message();
@@ -77,7 +57,5 @@ class SimulatedLog {
   int64_t newest_ns_ = INT64_MIN, frame_ = 0;
   bool ended_ = false;
 };
-
-double wrap_angle(double rad);  // to -pi .. pi
 
 }  // namespace overtake::evaluation

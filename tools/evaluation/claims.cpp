@@ -1,0 +1,322 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+#include "tools/evaluation/claims.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace overtake::evaluation {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kDegree = M_PI / 180;
+
+double mean_of(const std::vector<double>& values) { return metrics::summarize(values).mean; }
+
+// Of the bins whose middle lies in between: a share, or a sum a frame.
+double share_between(const Figures& f, double from_m, double to_m, metrics::Share DistanceBin::*share) {
+  int64_t hits = 0, trials = 0;
+  for (const DistanceBin& b : f.distance)
+    if (b.middle_m > from_m && b.middle_m < to_m) hits += (b.*share).hits, trials += (b.*share).trials;
+  return trials > 0 ? double(hits) / double(trials) : kNan;
+}
+double sum_between(const Figures& f, double from_m, double to_m, double DistanceBin::*rate) {
+  double sum = 0;
+  for (const DistanceBin& b : f.distance)
+    if (b.middle_m > from_m && b.middle_m < to_m) sum += b.*rate;
+  return sum;
+}
+
+// The outer edge of the farthest bin in a direction (1 ahead, -1 behind) where the probability is reached.
+double farthest_m(const Figures& f, double direction, double probability) {
+  double edge = kNan;
+  for (const DistanceBin& b : f.distance)
+    if (b.middle_m * direction > 0 && b.detected.trials > 0 && b.detected.value >= probability)
+      if (std::isnan(edge) || std::fabs(b.middle_m) + kBinM / 2 > edge) edge = std::fabs(b.middle_m) + kBinM / 2;
+  return edge;
+}
+
+struct Check {
+  Claim claim;
+  Check(const char* name, const char* text) { claim.name = name, claim.text = text; }
+  Check& number(const char* name, double value) {
+    claim.numbers.push_back({name, value});
+    return *this;
+  }
+  Claim holds(bool it_does) {
+    claim.known =
+        std::all_of(claim.numbers.begin(), claim.numbers.end(), [](const Number& n) { return std::isfinite(n.value); });
+    claim.holds = claim.known && it_does;
+    return claim;
+  }
+};
+
+Claim check_ground(const char* name, const char* text, const GroundFigures& ours, const GroundFigures& grid) {
+  const auto tpr = metrics::summarize(ours.tpr), ppv = metrics::summarize(ours.ppv), f1 = metrics::summarize(ours.f1);
+  const auto grid_tpr = metrics::summarize(grid.tpr), grid_ppv = metrics::summarize(grid.ppv),
+             grid_f1 = metrics::summarize(grid.f1);
+  return Check(name, text)
+      .number("tpr", tpr.mean)
+      .number("tpr_grid", grid_tpr.mean)
+      .number("tpr_deviation", tpr.deviation)
+      .number("tpr_deviation_grid", grid_tpr.deviation)
+      .number("f1", f1.mean)
+      .number("f1_grid", grid_f1.mean)
+      .number("f1_deviation", f1.deviation)
+      .number("f1_deviation_grid", grid_f1.deviation)
+      .number("ppv", ppv.mean)
+      .number("ppv_grid", grid_ppv.mean)
+      .holds(tpr.mean > grid_tpr.mean && tpr.deviation < grid_tpr.deviation && f1.mean > grid_f1.mean &&
+             f1.deviation < grid_f1.deviation && ppv.mean < grid_ppv.mean);
+}
+
+// Against the radius that does best by itself: the least sum of clusters too many and mixed ones.
+Claim check_clusters(const char* name, const char* text, const std::vector<double>& per_car,
+                     const std::vector<double>& mixed, const std::map<double, std::vector<double>>& euclid_per_car,
+                     const std::map<double, std::vector<double>>& euclid_mixed) {
+  double best = kNan, radius = kNan, clusters = kNan, joined = kNan;
+  for (const auto& [r, values] : euclid_per_car) {
+    const auto at = euclid_mixed.find(r);
+    if (at == euclid_mixed.end()) continue;
+    const double c = mean_of(values), m = mean_of(at->second), sum = std::fabs(c - 1) + m;
+    if (std::isnan(best) || sum < best) best = sum, radius = r, clusters = c, joined = m;
+  }
+  return Check(name, text)
+      .number("clusters_per_car", mean_of(per_car))
+      .number("mixed_per_frame", mean_of(mixed))
+      .number("euclidean_radius_m", radius)
+      .number("clusters_per_car_euclidean", clusters)
+      .number("mixed_per_frame_euclidean", joined)
+      .holds(mean_of(per_car) > clusters && mean_of(mixed) < joined);
+}
+
+void check_detection(const Figures& f, std::vector<Claim>& out) {
+  constexpr auto detected = &DistanceBin::detected, confirmed = &DistanceBin::confirmed;
+  const double dip = share_between(f, -40, -20, detected), nearer = share_between(f, -20, 0, detected),
+               beyond = share_between(f, -60, -40, detected), kept = share_between(f, -40, -20, confirmed);
+  out.push_back(Check("dip_behind", "the probability of detection dips 20 to 40 m behind (own rear wing)")
+                    .number("detected_20_to_40_m_behind", dip)
+                    .number("detected_0_to_20_m_behind", nearer)
+                    .number("detected_40_to_60_m_behind", beyond)
+                    .holds(dip < nearer && dip < beyond));
+  out.push_back(Check("track_over_dip", "there the probability of a confirmed track is above that of a detection")
+                    .number("confirmed_20_to_40_m_behind", kept)
+                    .number("detected_20_to_40_m_behind", dip)
+                    .holds(kept > dip));
+  const double ahead = farthest_m(f, 1, 0.1), behind = farthest_m(f, -1, 0.1), half = farthest_m(f, 1, 0.5);
+  out.push_back(
+      Check("range",
+            "seen (one frame in ten) to 90 m ahead and 85 m behind, in half of the frames to 80 m "
+            "ahead; a bin of 10 m either way")
+          .number("seen_ahead_m", ahead)
+          .number("seen_behind_m", behind)
+          .number("half_ahead_m", half)
+          .holds(std::fabs(ahead - 90) <= kBinM && std::fabs(behind - 85) <= kBinM && std::fabs(half - 80) <= kBinM));
+  const double raw = sum_between(f, kNearestM, kFarthestM, &DistanceBin::false_detections),
+               tracked = sum_between(f, kNearestM, kFarthestM, &DistanceBin::false_confirmed);
+  out.push_back(
+      Check("false_tracks_rare", "confirmed false tracks are far rarer than false detections (a fifth at most)")
+          .number("false_detections_per_frame", raw)
+          .number("false_confirmed_per_frame", tracked)
+          .holds(tracked < raw / 5));
+}
+
+void check_errors(const Figures& f, std::vector<Claim>& out) {
+  const auto of = [](const std::map<std::string, std::vector<double>>& errors, const char* name) {
+    const auto at = errors.find(name);
+    return at == errors.end() ? std::vector<double>() : at->second;
+  };
+  std::vector<double> heading = of(f.detection_errors, "heading_rad");
+  for (double& h : heading) h /= kDegree;
+  const std::vector<double> modes = modes_of(heading, -30, 30);
+  Check humps("heading_humps", "the raw heading error has two humps");
+  humps.number("humps", heading.empty() ? kNan : double(modes.size()));
+  for (std::size_t i = 0; i < std::min<std::size_t>(modes.size(), 4); ++i)
+    humps.number(("hump_" + std::to_string(i + 1) + "_deg").c_str(), modes[i]);
+  out.push_back(humps.holds(modes.size() == 2));
+
+  const metrics::Summary left = metrics::summarize(f.across_in_left_turns),
+                         rest = metrics::summarize(f.across_elsewhere);
+  out.push_back(Check("lean_right",
+                      "in left turns the lateral error leans to the right: mean below zero, and the left "
+                      "tail (5 %) longer than the right one about the median")
+                    .number("mean_m", left.mean)
+                    .number("median_m", left.median)
+                    .number("p5_m", left.p5)
+                    .number("p95_m", left.p95)
+                    .number("mean_elsewhere_m", rest.count > 0 ? rest.mean : 0)
+                    .holds(left.mean < 0 && left.median - left.p5 > left.p95 - left.median));
+  const double dx = mean_of(of(f.detection_errors, "x_veh_m")), dy = mean_of(of(f.detection_errors, "y_veh_m")),
+               tx = mean_of(of(f.track_errors, "x_veh_m")), ty = mean_of(of(f.track_errors, "y_veh_m"));
+  out.push_back(Check("tracks_less_biased", "tracks are less biased than detections, along and across the own car")
+                    .number("detections_x_m", dx)
+                    .number("tracks_x_m", tx)
+                    .number("detections_y_m", dy)
+                    .number("tracks_y_m", ty)
+                    .holds(std::fabs(tx) < std::fabs(dx) && std::fabs(ty) < std::fabs(dy)));
+}
+
+double joined_share(const Figures& f) {
+  return f.seams.trials > 0 ? double(f.seams.hits) / double(f.seams.trials) : kNan;
+}
+
+}  // namespace
+
+std::vector<double> modes_of(const std::vector<double>& values, double from, double to) {
+  constexpr double kBin = 0.5;
+  const std::size_t n = std::size_t((to - from) / kBin);
+  std::vector<double> counts(n, 0), smooth(n, 0);
+  for (const double v : values)
+    if (v >= from && v < to) counts[std::min(n - 1, std::size_t((v - from) / kBin))] += 1;
+  for (std::size_t i = 0; i < n; ++i)
+    for (int64_t k = -1; k <= 1; ++k)
+      if (const int64_t j = int64_t(i) + k; j >= 0 && j < int64_t(n)) smooth[i] += counts[std::size_t(j)] / 3;
+  const double highest = n ? *std::max_element(smooth.begin(), smooth.end()) : 0;
+  std::vector<std::size_t> peaks;
+  double valley = 0;  // since the last peak
+  for (std::size_t i = 0; i < n; ++i) {
+    valley = std::min(valley, smooth[i]);
+    const bool rises = i == 0 || smooth[i] > smooth[i - 1];
+    std::size_t end = i;
+    while (end + 1 < n && smooth[end + 1] == smooth[i]) ++end;
+    if (!rises || smooth[i] <= 0 || smooth[i] < highest / 10 || (end + 1 < n && smooth[end + 1] > smooth[i])) continue;
+    if (!peaks.empty() && valley > 0.8 * std::min(smooth[peaks.back()], smooth[i])) {
+      if (smooth[i] > smooth[peaks.back()]) peaks.back() = i, valley = smooth[i];
+      continue;
+    }
+    peaks.push_back(i);
+    valley = smooth[i];
+  }
+  std::vector<double> out;
+  for (const std::size_t p : peaks) out.push_back(from + (double(p) + 0.5) * kBin);
+  return out;
+}
+
+const Figures* find_figures(const std::vector<Figures>& all, const std::string& contestant,
+                            const std::string& scenario) {
+  for (const Figures& f : all)
+    if (f.contestant == contestant && f.scenario == scenario) return &f;
+  return nullptr;
+}
+
+std::vector<Claim> check_claims(const Figures& f, const std::vector<Figures>& all) {
+  std::vector<Claim> out;
+  out.push_back(
+      check_ground("ground_by_truth",
+                   "ground removal has a higher and steadier TPR and F1 than the 2.5-D grid, and a lower PPV; "
+                   "by surface truth",
+                   f.ground, f.grid));
+  out.push_back(check_ground("ground_by_labels", "the same by automatic labels", f.ground_auto, f.grid_auto));
+  out.push_back(
+      check_clusters("clusters_by_truth",
+                     "more car splits and fewer mixed clusters than Euclidean clustering at its best radius; by "
+                     "surface truth",
+                     f.clusters_per_car, f.mixed_other, f.euclid_clusters, f.euclid_mixed));
+  out.push_back(check_clusters("clusters_by_boxes", "the same by the paper's rule (boxes)", f.boxed_per_car,
+                               f.mixed_by_size, f.euclid_boxed, f.euclid_mixed_by_size));
+  check_detection(f, out);
+  const Figures* ego = find_figures(all, f.contestant + ":ego", f.scenario);
+  constexpr auto rate = &DistanceBin::false_detections;
+  const double there = sum_between(f, -90, -70, rate), everywhere = sum_between(f, kNearestM, kFarthestM, rate);
+  const double with_truth = ego ? sum_between(*ego, -90, -70, rate) : kNan;
+  out.push_back(Check("false_behind",
+                      "false detections gather 70 to 90 m behind and come from the ego's heading error: "
+                      "more than an even spread would give, and gone (to a fifth) with the true pose")
+                    .number("per_frame_70_to_90_m_behind", there)
+                    .number("per_frame_everywhere", everywhere)
+                    .number("share_70_to_90_m_behind", everywhere > 0 ? there / everywhere : kNan)
+                    .number("share_if_even", 20 / (kFarthestM - kNearestM))
+                    .number("per_frame_there_with_true_pose", with_truth)
+                    .holds(there / everywhere > 20 / (kFarthestM - kNearestM) && with_truth < there / 5));
+  check_errors(f, out);
+  const Figures* off = find_figures(all, f.contestant + ":mounting", f.scenario);
+  const double off_joined = off ? joined_share(*off) : kNan, off_clusters = off ? mean_of(off->clusters_per_car) : kNan;
+  out.push_back(Check("mounting",
+                      "merging withstands mounting errors of 2 cm and 0.2 deg: cars over a seam stay one "
+                      "cluster (5 points of a hundred lost at most)")
+                    .number("joined_over_seams", joined_share(f))
+                    .number("joined_over_seams_misplaced", off_joined)
+                    .number("clusters_per_car", mean_of(f.clusters_per_car))
+                    .number("clusters_per_car_misplaced", off_clusters)
+                    .holds(joined_share(f) - off_joined <= 0.05));
+  return out;
+}
+
+std::vector<Claim> check_controls(const Figures& f, const std::vector<Figures>& all) {
+  const auto detected = [](const Figures* of) {
+    return of ? share_between(*of, kNearestM, kFarthestM, &DistanceBin::detected) : kNan;
+  };
+  const auto number_of_hits = [](const Figures& of) {
+    double hits = 0;
+    for (const DistanceBin& b : of.distance) hits += double(b.detected.hits + b.confirmed.hits);
+    return hits;
+  };
+  const auto mean_size = [](const Figures& of, const char* name) {
+    const auto at = of.detection_errors.find(name);
+    std::vector<double> sizes;
+    if (at != of.detection_errors.end())
+      for (const double v : at->second) sizes.push_back(std::fabs(v));
+    return mean_of(sizes);
+  };
+  std::vector<Claim> out;
+  if (f.tracks.mot.objects == 0)
+    out.push_back(Check("empty_track", "on a track without cars nothing is detected at a car, and all tracks are false")
+                      .number("detected_at_a_car", number_of_hits(f))
+                      .number("false_confirmed_tracks_per_hour", f.tracks.false_per_hour)
+                      .holds(number_of_hits(f) == 0 && f.tracks.mot.matches == 0));
+  if (const Figures* empty = find_figures(all, f.contestant + ":empty", f.scenario))
+    out.push_back(
+        Check("no_car_points", "without the points of cars nearly nothing is detected at one (a tenth at most)")
+            .number("detected", detected(&f))
+            .number("detected_without_points", detected(empty))
+            .holds(detected(empty) <= detected(&f) / 10));
+  if (const Figures* shuffled = find_figures(all, f.contestant + ":shuffled", f.scenario)) {
+    const double moved = std::fabs(mean_size(*shuffled, "x_veh_m") - mean_size(f, "x_veh_m"));
+    out.push_back(
+        Check("shuffled_rows", "the order of the points changes no count, and places by less than a millimetre")
+            .number("hits", number_of_hits(f))
+            .number("hits_shuffled", number_of_hits(*shuffled))
+            .number("mean_error_moved_m", moved)
+            .holds(number_of_hits(*shuffled) == number_of_hits(f) && moved < 1e-3));
+  }
+  if (const Figures* late = find_figures(all, f.contestant + ":late_truth", f.scenario))
+    out.push_back(Check("late_truth", "against the truth of the next frame the error along grows by metres")
+                      .number("mean_error_along_m", mean_size(f, "x_veh_m"))
+                      .number("mean_error_along_late_m", mean_size(*late, "x_veh_m"))
+                      .holds(mean_size(*late, "x_veh_m") > mean_size(f, "x_veh_m") + 1));
+  return out;
+}
+
+std::vector<Cost> find_costs(const Figures& f, const std::vector<Figures>& all) {
+  const auto heading = [](const Figures& of) {
+    const auto at = of.track_errors.find("heading_rad");
+    if (at == of.track_errors.end()) return kNan;
+    std::vector<double> absolute;
+    for (const double v : at->second) absolute.push_back(std::fabs(v) / kDegree);
+    return mean_of(absolute);
+  };
+  const Figures* relay = find_figures(all, f.contestant + ":relay", f.scenario);
+  std::vector<Cost> out;
+  for (const auto& [oracle, base] :
+       {std::pair("ground", &f), std::pair("clusters", relay), std::pair("heading", relay), std::pair("ego", &f)}) {
+    const Figures* o = find_figures(all, f.contestant + ":" + oracle, f.scenario);
+    if (!o || !base) continue;
+    const TrackFigures &a = base->tracks, &b = o->tracks;
+    Cost c;
+    c.oracle = oracle, c.against = base->contestant;
+    c.located_m2 = a.gospa_located_m2 - b.gospa_located_m2, c.missed_m2 = a.gospa_missed_m2 - b.gospa_missed_m2;
+    c.false_m2 = a.gospa_false_m2 - b.gospa_false_m2;
+    c.gospa_m2 = c.located_m2 + c.missed_m2 + c.false_m2;
+    c.hota = b.hota_window.hota - a.hota_window.hota;
+    c.detected = share_between(*o, kNearestM, kFarthestM, &DistanceBin::detected) -
+                 share_between(*base, kNearestM, kFarthestM, &DistanceBin::detected);
+    c.false_per_hour = a.false_per_hour - b.false_per_hour;
+    c.heading_deg = heading(*base) - heading(*o);
+    out.push_back(c);
+  }
+  std::sort(out.begin(), out.end(), [](const Cost& a, const Cost& b) { return a.gospa_m2 > b.gospa_m2; });
+  return out;
+}
+
+}  // namespace overtake::evaluation

@@ -1,0 +1,25 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the parts of figures.cpp share.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/evaluation/figures.h"
+
+namespace overtake::evaluation {
+
+std::vector<double> column_of(const Table& table, const std::string& name);
+int32_t bin_of(double ahead_m);  // of distance, -1: outside
+
+struct TrackSamples {
+  std::vector<double> gospa, located, missed, false_tracks, nees, nis, to_confirm, gap, age;
+  metrics::HotaResult hota, hota_window;  // sums over the runs
+  int64_t runs = 0;
+};
+void add_tracks(const Run& run, Figures& out, TrackSamples& samples);
+void finish_tracks(Figures& out, const TrackSamples& samples);
+
+}  // namespace overtake::evaluation

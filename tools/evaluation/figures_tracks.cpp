@@ -1,0 +1,128 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// How well cars are followed: CLEAR MOT, HOTA, GOSPA, consistency, gaps, of confirmed tracks at publish time.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "tools/evaluation/figures_parts.h"
+#include "tools/metrics/consistency.h"
+#include "tools/metrics/gospa.h"
+
+namespace overtake::evaluation {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+// Tracks that are left over at a car which has another one.
+int64_t count_doubles(const std::vector<metrics::MotPlace>& objects, const std::vector<metrics::MotPlace>& tracks,
+                      const std::vector<int32_t>& track_of_object) {
+  int64_t doubles = 0;
+  for (std::size_t j = 0; j < tracks.size(); ++j) {
+    if (std::find(track_of_object.begin(), track_of_object.end(), int32_t(j)) != track_of_object.end()) continue;
+    doubles += std::any_of(objects.begin(), objects.end(), [&](const metrics::MotPlace& o) {
+      return std::hypot(o.x_m - tracks[j].x_m, o.y_m - tracks[j].y_m) <= kGateM;
+    });
+  }
+  return doubles;
+}
+
+}  // namespace
+
+// Cars count from kNearestM to kFarthestM, whether a beam meets them or not; a track at a car farther out is not false.
+void add_tracks(const Run& run, Figures& out, TrackSamples& samples) {
+  const Table &cars = run.tables.at("cars"), &tracks = run.tables.at("tracks");
+  struct Frame {
+    double time_s = 0;
+    std::vector<metrics::MotPlace> objects, tracks;
+  };
+  std::map<double, Frame> frames;
+  std::set<std::pair<double, double>> here;  // frame, car
+  for (const double f : column_of(run.tables.at("clusters"), "frame")) frames[f];
+  metrics::Continuity continuity;
+  metrics::FalseTracks false_tracks;
+  const auto frame = column_of(cars, "frame"), time = column_of(cars, "time_s"), car = column_of(cars, "car"),
+             ahead = column_of(cars, "ahead_m"), x = column_of(cars, "x_m"), y = column_of(cars, "y_m"),
+             confirmed = column_of(cars, "confirmed");
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    frames[frame[i]].time_s = time[i];
+    if (bin_of(ahead[i]) < 0) continue;
+    here.insert({frame[i], car[i]});
+    frames[frame[i]].objects.push_back({uint64_t(car[i]), x[i], y[i]});
+    continuity.add(time[i], uint64_t(car[i]), confirmed[i] > 0);
+  }
+  const auto t_frame = column_of(tracks, "frame"), id = column_of(tracks, "id"), t_car = column_of(tracks, "car"),
+             t_confirmed = column_of(tracks, "confirmed"), t_ahead = column_of(tracks, "ahead_m"),
+             t_x = column_of(tracks, "x_m"), t_y = column_of(tracks, "y_m"), nees = column_of(tracks, "nees"),
+             age = column_of(tracks, "age_s");
+  for (std::size_t i = 0; i < t_frame.size(); ++i) {
+    if (t_confirmed[i] <= 0) continue;
+    false_tracks.add(uint64_t(id[i]), t_car[i] >= 0);
+    if (t_car[i] < 0 ? bin_of(t_ahead[i]) >= 0 : here.count({t_frame[i], t_car[i]}) > 0)
+      frames[t_frame[i]].tracks.push_back({uint64_t(id[i]), t_x[i], t_y[i]});
+    if (t_car[i] >= 0) samples.nees.push_back(nees[i]), samples.age.push_back(age[i]);
+  }
+  metrics::ClearMot mot(kGateM);
+  metrics::Hota hota(kGateM), hota_window(kGateM);
+  for (const auto& [number, f] : frames) {
+    mot.add_frame(f.objects, f.tracks);
+    hota.add_frame(f.objects, f.tracks);
+    const auto window = [&](std::vector<metrics::MotPlace> places) {
+      for (metrics::MotPlace& p : places) p.id += uint64_t(std::floor(f.time_s / kWindowS)) << 56;
+      return places;
+    };
+    hota_window.add_frame(window(f.objects), window(f.tracks));
+    const metrics::Gospa g = metrics::gospa(f.objects, f.tracks);
+    samples.gospa.push_back(g.distance_m), samples.located.push_back(g.localisation);
+    samples.missed.push_back(g.missed), samples.false_tracks.push_back(g.false_tracks);
+    out.tracks.doubles += count_doubles(f.objects, f.tracks, mot.track_of_object());
+  }
+  out.tracks.mot += mot.counts();
+  const metrics::HotaResult whole = hota.result(), window = hota_window.result();
+  if (std::isfinite(whole.hota)) {
+    for (const auto& [to, h] : {std::pair(&samples.hota, &whole), std::pair(&samples.hota_window, &window)}) {
+      to->hota += h->hota, to->detection += h->detection, to->association += h->association;
+      to->localisation += std::isfinite(h->localisation) ? h->localisation : 0;
+    }
+    ++samples.runs;
+  }
+  out.tracks.false_tracks += false_tracks.count();
+  for (const metrics::Presence& p : continuity.presences()) {
+    ++out.tracks.cars_seen;
+    out.tracks.never_confirmed += std::isnan(p.time_to_confirm_s);
+    samples.to_confirm.push_back(p.time_to_confirm_s);
+    if (!std::isnan(p.time_to_confirm_s)) samples.gap.push_back(p.longest_gap_s);
+  }
+  const Table& innovations = run.tables.at("innovations");
+  const auto nis = column_of(innovations, "nis"), n_car = column_of(innovations, "car");
+  for (std::size_t i = 0; i < nis.size(); ++i)
+    if (n_car[i] >= 0) samples.nis.push_back(nis[i]);
+}
+
+void finish_tracks(Figures& out, const TrackSamples& s) {
+  TrackFigures& t = out.tracks;
+  t.gospa_m = metrics::summarize(s.gospa), t.nees = metrics::summarize(s.nees), t.nis = metrics::summarize(s.nis);
+  t.time_to_confirm_s = metrics::summarize(s.to_confirm), t.longest_gap_s = metrics::summarize(s.gap);
+  t.data_age_s = metrics::summarize(s.age);
+  t.false_per_hour = out.seconds > 0 ? double(t.false_tracks) * 3600 / out.seconds : kNan;
+  t.gospa_located_m2 = metrics::summarize(s.located).mean;
+  t.gospa_missed_m2 = metrics::summarize(s.missed).mean;
+  t.gospa_false_m2 = metrics::summarize(s.false_tracks).mean;
+  const double n = double(s.runs);  // NaN without a run
+  for (const auto& [to, h] : {std::pair(&t.hota, &s.hota), std::pair(&t.hota_window, &s.hota_window)}) {
+    to->hota = h->hota / n, to->detection = h->detection / n;
+    to->association = h->association / n, to->localisation = h->localisation / n;
+  }
+  const auto bounds = [](const metrics::Summary& of, double degrees, double& low, double& high) {
+    const double count = double(std::max<int64_t>(of.count, 1));
+    low = metrics::chi_square_quantile(0.025, degrees * count) / count;
+    high = metrics::chi_square_quantile(0.975, degrees * count) / count;
+  };
+  bounds(t.nees, 5, t.nees_low, t.nees_high);
+  bounds(t.nis, 2, t.nis_low, t.nis_high);
+}
+
+}  // namespace overtake::evaluation

@@ -1,0 +1,119 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+#include "tools/evaluation/places.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tools/evaluation/judge.h"
+
+namespace overtake::evaluation {
+
+Rotation axes_of(double roll, double pitch, double yaw) {
+  const double cr = std::cos(roll), sr = std::sin(roll), cp = std::cos(pitch), sp = std::sin(pitch), cy = std::cos(yaw),
+               sy = std::sin(yaw);
+  return {{{cy * cp, sy * cp, -sp},
+           {cy * sp * sr - sy * cr, sy * sp * sr + cy * cr, cp * sr},
+           {cy * sp * cr + sy * sr, sy * sp * cr - cy * sr, cp * cr}}};
+}
+
+Mounting::Mounting(const io::RigSensor& s) : at_{s.x_m, s.y_m, s.z_m} {
+  constexpr double kRadian = M_PI / 180;
+  turned_ = axes_of(s.roll_deg * kRadian, s.pitch_deg * kRadian, s.yaw_deg * kRadian);
+}
+
+std::array<double, 3> Mounting::to_vehicle(float x_m, float y_m, float z_m) const {
+  const double p[3] = {double(x_m), double(y_m), double(z_m)};
+  std::array<double, 3> v = at_;
+  for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t b = 0; b < 3; ++b) v[b] += turned_[a][b] * p[a];
+  return v;
+}
+
+MapPlace to_map(const io::EgoRow& pose, double x_m, double y_m, double z_m, double heading_rad) {
+  const Rotation axes = axes_of(pose.roll_rad, pose.pitch_rad, pose.yaw_rad);
+  const double in[3] = {x_m, y_m, z_m};
+  MapPlace out{pose.x_m, pose.y_m, 0};
+  for (std::size_t k = 0; k < 3; ++k) out.x_m += axes[k][0] * in[k], out.y_m += axes[k][1] * in[k];
+  const double ch = std::cos(heading_rad), sh = std::sin(heading_rad);
+  out.heading_rad = std::atan2(axes[0][1] * ch + axes[1][1] * sh, axes[0][0] * ch + axes[1][0] * sh);
+  return out;
+}
+
+double heading_from_map(double roll, double pitch, double yaw, double heading_rad) {
+  const Rotation axes = axes_of(roll, pitch, yaw);
+  const double c = std::cos(heading_rad), s = std::sin(heading_rad);
+  return std::atan2(axes[0][0] * s - axes[0][1] * c, axes[1][1] * c - axes[1][0] * s);
+}
+
+double heading_in_vehicle(double roll, double pitch, double yaw, double heading_rad) {
+  const Rotation axes = axes_of(roll, pitch, yaw);
+  const double c = std::cos(heading_rad), s = std::sin(heading_rad);
+  return std::atan2(axes[1][0] * c + axes[1][1] * s, axes[0][0] * c + axes[0][1] * s);
+}
+
+io::EgoRow pose_at(const std::vector<PublishedPose>& poses, int64_t stamp_ns) {
+  const auto above = std::lower_bound(poses.begin(), poses.end(), stamp_ns,
+                                      [](const PublishedPose& p, int64_t t) { return p.row.stamp_ns < t; });
+  if (poses.empty()) return {};
+  if (above == poses.end() || above == poses.begin()) {
+    io::EgoRow row = above == poses.end() ? poses.back().row : poses.front().row;
+    const double dt = double(stamp_ns - row.stamp_ns) * 1e-9;
+    row.x_m += row.speed_mps * dt * std::cos(row.yaw_rad), row.y_m += row.speed_mps * dt * std::sin(row.yaw_rad);
+    row.yaw_rad += row.yaw_rate_rps * dt;
+    return row;
+  }
+  const io::EgoRow &a = (above - 1)->row, &b = above->row;
+  const double w = double(stamp_ns - a.stamp_ns) / double(b.stamp_ns - a.stamp_ns);
+  io::EgoRow row = a;
+  row.x_m += w * (b.x_m - a.x_m), row.y_m += w * (b.y_m - a.y_m), row.z_m += w * (b.z_m - a.z_m);
+  row.roll_rad += w * wrap_angle(b.roll_rad - a.roll_rad), row.pitch_rad += w * wrap_angle(b.pitch_rad - a.pitch_rad);
+  row.yaw_rad += w * wrap_angle(b.yaw_rad - a.yaw_rad);
+  return row;
+}
+
+const CarTruth* ego_of(const std::vector<CarTruth>& cars) {
+  for (const CarTruth& c : cars)
+    if (c.is_ego) return &c;
+  return nullptr;
+}
+
+Seen see(const CarTruth& from, double x_m, double y_m, double z_m) {
+  const Rotation axes = axes_of(from.roll_rad, from.pitch_rad, from.heading_rad);
+  const double d[3] = {x_m - from.x_m, y_m - from.y_m, z_m - from.z_m};
+  const auto along = [&](const std::array<double, 3>& axis) {
+    return d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];
+  };
+  return {along(axes[0]), along(axes[1])};
+}
+
+int32_t nearest_car(const std::vector<CarTruth>& cars, double x_m, double y_m) {
+  int32_t best = -1;
+  double best_m = kGateM;
+  for (std::size_t i = 0; i < cars.size(); ++i) {
+    const double d = std::hypot(cars[i].x_m - x_m, cars[i].y_m - y_m);
+    if (!cars[i].is_ego && d <= best_m) best = int32_t(i), best_m = d;
+  }
+  return best;
+}
+
+bool CarPlace::holds(double x_m, double y_m, double margin_m) const {
+  const double dx = x_m - ahead_m, dy = y_m - left_m;
+  return std::fabs(cos_turn * dx + sin_turn * dy) <= kCarLengthM / 2 + margin_m &&
+         std::fabs(cos_turn * dy - sin_turn * dx) <= kCarWidthM / 2 + margin_m;
+}
+
+std::vector<CarPlace> place_cars(const std::vector<CarTruth>& cars) {
+  std::vector<CarPlace> out;
+  const CarTruth* ego = ego_of(cars);
+  for (const CarTruth& c : cars) {
+    if (c.is_ego || !ego) continue;
+    const Seen at = see(*ego, c.x_m, c.y_m, c.z_m);
+    const double turn = c.heading_rad - ego->heading_rad;
+    out.push_back({c.car, at.ahead_m, at.left_m, std::cos(turn), std::sin(turn)});
+  }
+  return out;
+}
+
+}  // namespace overtake::evaluation
