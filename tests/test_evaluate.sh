@@ -31,6 +31,27 @@ for bad in "--shard 3/2" "--shard 0/1" "--shard x" "--seeds abc" "--jobs 0" "--n
   if run --out "$folder/bad" $bad >/dev/null 2>"$folder/log"; then fail "$bad was taken"; fi
   grep -q "tools/evaluate: " "$folder/log" || fail "$bad gave no sentence"
 done
+ones_of() { tail -c +129 "$1" | tr -d '\000' | wc -c; }  # ones of a NPY of bytes
+race=$folder/race
+"$1" simulate overtake --seconds 0.15 --quiet --out "$race"
+"$1" label "$race" --rig "$race/rig.toml" --frame 1 --out "$folder/labels" >"$folder/log"
+grep -q "front" "$folder/log" || fail "label says nothing of the front sensor"
+[[ $(ls "$folder/labels" | wc -l) == 4 ]] || fail "label: not one file a sensor and one table"
+while IFS=, read -r frame sensor points obstacles; do
+  [[ $frame == frame ]] && continue
+  [[ $(ones_of "$folder/labels/${frame}_${sensor}_labels.npy") == "$obstacles" ]] || fail "label: $sensor's count"
+  ((points > 10000 && obstacles > 100 && obstacles < points)) || fail "label: $obstacles of $points are obstacles"
+done <"$folder/labels/labels.csv"
+if "$1" label "$race" --rig "$race/rig.toml" --frame 99 --out "$folder/x" 2>"$folder/error"; then fail "frame 99"; fi
+grep -q "no scan of that frame" "$folder/error" || fail "label of a frame that is not there gave no sentence"
+
+tune=$folder/a/logs/overtake_1001_0.4s.mcap
+[[ -f $tune ]] || tune=$folder/b/logs/overtake_1001_0.4s.mcap
+"$1" evaluate "$tune" --tune --frames 1 --out "$folder/tune" >"$folder/log"
+grep -q "^grid *best: cell_m=" "$folder/log" || fail "tuning found no grid"
+[[ $(grep -c "^grid," "$folder/tune/tuning.csv") == 42 ]] || fail "tuning did not try every grid"
+if "$1" evaluate --out "$folder/x" 2>/dev/null; then fail "evaluate without a log was taken"; fi
+
 if "$1" evaluate "$folder/log" --preset paper --out "$folder/x" 2>"$folder/error"; then fail "a text is no log"; fi
 grep -q "overtake: $folder/log" "$folder/error" || fail "the error does not name the file"
 echo "ok"

@@ -6,25 +6,57 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "tools/commands.h"
 #include "tools/console.h"
+#include "tools/evaluation/contestant.h"
+#include "tools/evaluation/recorded.h"
 #include "tools/evaluation/report.h"
 #include "tools/evaluation/run_logs.h"
+#include "tools/evaluation/scaling.h"
+#include "tools/evaluation/tune.h"
 #include "tools/io/text.h"
 
 namespace overtake::cli {
 
+namespace {
+
+struct EvaluateOptions : evaluation::RunOptions {
+  std::string recordings;
+  bool tune = false, scaling = false, all_variants = false;
+};
+
+void evaluate(EvaluateOptions& options) {
+  if (options.logs.empty() && options.recordings.empty()) throw CLI::RequiredError("LOG or --recordings");
+  const std::string preset = options.presets.empty() ? "paper" : options.presets[0];
+  if (!options.recordings.empty())
+    evaluation::judge_recordings(options.recordings, preset, options.out, !options.quiet);
+  if (options.logs.empty()) return;
+  if (options.tune)
+    return evaluation::tune_baselines(options.logs, options.every, options.most_frames, options.workers, options.out,
+                                      !options.quiet);
+  if (options.presets.empty()) throw CLI::RequiredError("--preset");
+  if (options.all_variants)
+    for (const std::string& variant : evaluation::variant_names()) options.presets.push_back(preset + ":" + variant);
+  if (options.scaling) evaluation::measure_scaling(options.logs[0], preset, options.out, !options.quiet);
+  if (!evaluation::run_logs(options)) throw CLI::RuntimeError(kInterrupted);
+  evaluation::write_report(options.out, !options.quiet);
+}
+
+}  // namespace
+
 CLI::App& add_evaluate_command(CLI::App& app) {
-  auto options = std::make_shared<evaluation::RunOptions>();
+  auto options = std::make_shared<EvaluateOptions>();
   CLI::App& command = *app.add_subcommand("evaluate", "presets on simulated logs, held against their truth");
-  command.add_option("logs", options->logs, "MCAP logs of overtake simulate")->required();
+  command.add_option("logs", options->logs,
+                     "MCAP logs of overtake simulate; with --rig, recordings that hold the odometry of two cars");
   command
       .add_option("--preset", options->presets,
-                  "NAME or NAME:VARIANT, several with commas; variants (oracles and controls): ground, cars, ego, "
-                  "shuffled, late_truth")
-      ->delimiter(',')
-      ->required();
+                  "NAME or NAME:VARIANT, several with commas; variants (oracles and controls): " +
+                      io::join(evaluation::variant_names(), ", "))
+      ->delimiter(',');
+  command.add_flag("--variants", options->all_variants, "the first preset with every variant as well");
   command.add_option("--out", options->out, "folder for the results; runs that are in it are not done again")
       ->required();
   command.add_option("--sweep", options->sweep, "group.name=FROM:TO:STEP: the first preset with each of these values");
@@ -32,11 +64,17 @@ CLI::App& add_evaluate_command(CLI::App& app) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   command.add_option("--frames", options->most_frames, "end each log after so many")->check(CLI::Range(1, 1000000000));
+  command.add_option("--workers", options->workers, "runs at once, 0: one per CPU; the numbers are the same")
+      ->check(CLI::Range(0, 256));
+  command.add_option("--rig", options->rig, "sensors and topics of recordings whose truth is the odometry of two cars");
+  command.add_option("--map", options->map, "track map of these recordings");
+  command.add_option("--recordings", options->recordings,
+                     "folder of the recorded data sets: judges what is there of them (recordings.json)");
+  command.add_flag("--tune", options->tune,
+                   "instead: tries parameters of the grid and of the automatic labels (tuning.csv)");
+  command.add_flag("--scaling", options->scaling, "also: time against sensors and workers (scaling.json)");
   command.add_flag("--quiet", options->quiet, "print nothing but errors");
-  command.callback([options] {
-    if (!evaluation::run_logs(*options)) throw CLI::RuntimeError(kInterrupted);
-    evaluation::write_report(options->out, !options->quiet);
-  });
+  command.callback([options] { evaluate(*options); });
   return command;
 }
 

@@ -1,12 +1,14 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The command line: overtake run | inspect | track | info | doctor | scene | simulate | evaluate | merge | params.
+// The command line: overtake run | inspect | track | info | doctor | scene | simulate | evaluate | merge |
+// label | params.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 
 #include "tools/cmd_evaluate.h"
+#include "tools/cmd_label.h"
 #include "tools/cmd_scene.h"
 #include "tools/cmd_simulate.h"
 #include "tools/commands.h"
@@ -99,6 +101,7 @@ int run_main(int argc, char** argv) {
   add_simulate_command(app);
   add_evaluate_command(app);
   add_merge_command(app);
+  add_label_command(app);
   CLI::App& params = *app.add_subcommand("params", "lists the parameters");
 
   try {
@@ -115,7 +118,7 @@ int run_main(int argc, char** argv) {
   if (info.parsed()) return options.command = "info", info_command(options);
   if (doctor.parsed()) return options.command = "doctor", doctor_command(options);
   if (track.parsed()) return options.command = "track", track_command(options);
-  return 0;  // scene, simulate, evaluate and merge have done their work while they were parsed
+  return 0;  // scene, simulate, evaluate, merge and label have done their work while they were parsed
 }
 
 }  // namespace

@@ -3,9 +3,13 @@
 //
 #include "tools/evaluation/measures_json.h"
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "tools/evaluation/claims.h"
+#include "tools/io/error.h"
+#include "tools/io/text.h"
 
 namespace overtake::evaluation {
 namespace {
@@ -87,6 +91,35 @@ Json judgements_json(const std::vector<Figures>& all) {
     out.push_back(std::move(j));
   }
   return out;
+}
+
+nlohmann::json times_json(const Figures& f) {
+  const auto sum = [&](const char* stage) {
+    const auto at = f.times_ms.find(stage);
+    double total = 0;
+    if (at != f.times_ms.end())
+      for (const double v : at->second) total += v;
+    return total;
+  };
+  const auto frame = f.times_ms.find("frame");
+  if (frame == f.times_ms.end()) return nullptr;
+  const metrics::Summary s = metrics::summarize(frame->second);
+  return {{"frame_ms", brief(frame->second)},
+          {"frames_per_second", 1000 / s.mean},
+          {"segmentation_share", sum("segment") / sum("frame")}};  // inline: the sensors one after the other
+}
+
+void add_measured(const std::string& out, nlohmann::json& metrics, nlohmann::json& times) {
+  for (const auto& [file, to, key] :
+       {std::tuple("recordings.json", &metrics, "recordings"), std::tuple("scaling.json", &times, "scaling")}) {
+    const std::string path = out + "/" + file;
+    if (!std::filesystem::exists(path)) continue;
+    try {
+      (*to)[key] = Json::parse(io::read_whole_file(path));
+    } catch (const Json::exception& error) {
+      throw io::Error(path, 0, error.what());
+    }
+  }
 }
 
 }  // namespace overtake::evaluation

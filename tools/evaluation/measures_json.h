@@ -5,6 +5,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 #include <vector>
 
 #include "tools/evaluation/figures.h"
@@ -15,5 +16,10 @@ namespace overtake::evaluation {
 void add_measures(const Figures& figures, nlohmann::json& entry);
 // [{"preset", "scenario", "claims": [...], "costs": [...], "controls": [...]}]: of each preset and scenario.
 nlohmann::json judgements_json(const std::vector<Figures>& all);
+
+// {"frame_ms", "frames_per_second", "segmentation_share"}: of the frame's time by the clock, one frame at a time.
+nlohmann::json times_json(const Figures& figures);
+// What is measured once and lies beside the runs: recordings.json into `metrics`, scaling.json into `times`.
+void add_measured(const std::string& out, nlohmann::json& metrics, nlohmann::json& times);
 
 }  // namespace overtake::evaluation

@@ -146,6 +146,8 @@ void write_report(const std::string& out, bool print) {
     for (const auto& [stage, values] : f.times_ms)
       times["times_ms"][f.contestant][f.scenario][stage] = json_of(metrics::summarize(values));
   }
+  for (const Figures& f : all) times["summary"][f.contestant][f.scenario] = times_json(f);
+  add_measured(out, metrics, times);
   io::write_whole_file(out + "/metrics.json", metrics.dump(1) + "\n");
   io::write_whole_file(out + "/times.json", times.dump(1) + "\n");  // apart: no two runs agree in them
   write_csvs(out, all);

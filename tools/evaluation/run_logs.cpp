@@ -12,6 +12,7 @@
 
 #include "tools/console.h"
 #include "tools/evaluation/contestant.h"
+#include "tools/evaluation/odometry_log.h"
 #include "tools/evaluation/simulated_log.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
@@ -40,6 +41,11 @@ std::string about_text(const std::string& contestant, const RaceLog& log, int64_
   return about.dump(1) + "\n";
 }
 
+std::unique_ptr<RaceLog> open_log(const RunOptions& options, const std::string& path) {
+  if (options.rig.empty()) return std::make_unique<SimulatedLog>(path);
+  return std::make_unique<OdometryLog>(path, io::load_rig(options.rig), options.map);
+}
+
 // False: interrupted.
 bool run_log(const RunOptions& options, const std::string& path, const std::vector<std::string>& names) {
   const std::string log_name = fs::path(path).stem().string();
@@ -50,10 +56,14 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
     if (!options.quiet) std::printf("%s: done before\n", log_name.c_str());
     return true;
   }
-  SimulatedLog log(path);
-  cli::make_folder(options.out + "/maps");
-  const std::string map_file = options.out + "/maps/" + log_name + ".csv";
-  io::write_whole_file(map_file, log.map_text());
+  const std::unique_ptr<RaceLog> opened = open_log(options, path);
+  RaceLog& log = *opened;
+  std::string map_file;
+  if (!log.map_text().empty()) {
+    cli::make_folder(options.out + "/maps");
+    map_file = options.out + "/maps/" + log_name + ".csv";
+    io::write_whole_file(map_file, log.map_text());
+  }
   std::vector<std::unique_ptr<Contestant>> contestants;
   for (const std::string& name : todo) contestants.push_back(std::make_unique<Contestant>(name, log, map_file));
   contestants[0]->judge().use_baselines(todo[0] == names[0] ? options.every : 0);
@@ -146,6 +156,12 @@ std::vector<Run> read_runs(const std::string& out) {
 }
 
 void merge_runs(const std::vector<std::string>& from, const std::string& out) {
+  for (const char* name : {"scaling.json", "recordings.json", "tuning.csv"})  // measured once, wherever that was
+    for (const std::string& folder : from)
+      if (fs::exists(folder + "/" + name) && !fs::exists(out + "/" + name)) {
+        cli::make_folder(out);
+        fs::copy_file(folder + "/" + name, out + "/" + name);
+      }
   for (const std::string& folder : from)
     for (const Run& run : read_runs(folder)) {
       const std::string source = folder_of(folder, run.contestant, run.log),

@@ -19,7 +19,9 @@ namespace overtake::evaluation {
 struct RunOptions {
   std::vector<std::string> logs, presets;
   std::string out, sweep;  // "group.name=FROM:TO:STEP" or ""
-  int32_t every = 10;      // frames between two of the baselines and of the sweep
+  std::string rig,
+      map;             // of recordings whose truth is the odometry of two cars; without rig: logs of overtake simulate
+  int32_t every = 10;  // frames between two of the baselines and of the sweep
   int64_t most_frames = INT64_MAX;
   int32_t workers = 0;  // contestants at once; 0: one a CPU
   bool quiet = false;

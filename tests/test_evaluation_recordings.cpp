@@ -1,0 +1,142 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The evaluation where no simulator says the truth: pose histories of two cars, automatic labels, recorded data sets.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/recorded.h"
+#include "tests/support/temp_folder.h"
+#include "tools/evaluation/figures.h"
+#include "tools/evaluation/odometry_log.h"
+#include "tools/evaluation/pose_history.h"
+#include "tools/evaluation/recorded.h"
+#include "tools/evaluation/simulated_log.h"
+#include "tools/evaluation/tune.h"
+#include "tools/io/error.h"
+#include "tools/io/text.h"
+#include "tools/sim/race_log.h"
+
+using namespace overtake;
+using namespace overtake::evaluation;
+using doctest::Approx;
+
+namespace {
+
+io::EgoRow row_at(double time_s, double x_m, double y_m, double yaw_rad) {
+  io::EgoRow row;
+  row.stamp_ns = int64_t(std::llround(time_s * 1e9)), row.x_m = x_m, row.y_m = y_m, row.yaw_rad = yaw_rad;
+  return row;
+}
+
+}  // namespace
+
+TEST_CASE("pose_history: constant acceleration comes back exactly, between the stamps as well") {
+  PoseHistory history(0.15);
+  for (int32_t k = 100; k >= 0; --k) {            // any order
+    const double t = 0.02 * k + (k % 3) * 0.002;  // uneven
+    history.add(row_at(t, 1e5 + 40 * t + 2 * t * t, -3 * t, 3.1 + 0.2 * t));
+  }
+  const auto car = history.at(1'013'000'000);
+  REQUIRE(car);
+  const double t = 1.013;
+  CHECK(car->x_m == Approx(1e5 + 40 * t + 2 * t * t).epsilon(1e-10));
+  CHECK(car->y_m == Approx(-3 * t).epsilon(1e-6));
+  CHECK(car->speed_mps == Approx(std::hypot(40 + 4 * t, 3)).epsilon(1e-6));
+  CHECK(car->course_rad == Approx(std::atan2(-3, 40 + 4 * t)).epsilon(1e-6));
+  CHECK(car->heading_rad == Approx(std::remainder(3.1 + 0.2 * t, 2 * M_PI)).epsilon(1e-6));  // over the jump at pi
+  CHECK(car->yaw_rate_rps == Approx(0.2).epsilon(1e-6));
+  CHECK(!history.at(-500'000'000));
+  CHECK(!history.at(2'500'000'000));
+}
+
+TEST_CASE("pose_history: noise is smoothed, a gap is no answer, a standing car keeps its heading") {
+  PoseHistory noisy(0.15);
+  double raw = 0, smooth = 0;
+  for (int32_t k = 0; k < 400; ++k)
+    if (k < 200 || k > 260) noisy.add(row_at(0.01 * k, 0.4 * k + (k % 2 ? 0.1 : -0.1), 0, 0));
+  for (int32_t k = 20; k < 180; ++k) {
+    raw += 0.1 * 0.1;
+    smooth += std::pow(noisy.at(k * 10'000'000)->x_m - 0.4 * k, 2);
+  }
+  CHECK(smooth < raw / 20);
+  CHECK(!noisy.at(2'300'000'000));
+  PoseHistory still(0.15);
+  for (int32_t k = 0; k < 100; ++k) still.add(row_at(0.01 * k, 5, 6, 1.2));
+  CHECK(still.at(500'000'000)->course_rad == Approx(1.2));
+  CHECK(still.at(500'000'000)->speed_mps == Approx(0));
+}
+
+TEST_CASE("odometry of two cars is a truth: a simulated log read as a recording says the same of the cars") {
+  const TempFolder folder;
+  const std::string log = folder.path("race.mcap"), rig_file = folder.path("rig.toml");
+  {
+    const sim::Scenario scenario = sim::load_scenario("overtake");
+    sim::Simulator simulator(scenario, 1, 0.8, 2);
+    const auto out = sim::make_mcap_log(log, simulator, 1);
+    for (int32_t k = 0; k < simulator.sweep_count(); ++k) out->write(k, simulator.sweep(k));
+    out->close();
+  }
+  SimulatedLog truth(log);
+  OdometryLog recorded(log, truth.rig(), "");
+  LogFrame a, b;
+  int32_t frames = 0, compared = 0;
+  while (truth.next(a) && recorded.next(b)) {
+    ++frames;
+    REQUIRE(a.scans.scans.size() == b.scans.scans.size());
+    CHECK(b.surface.empty());
+    const int64_t stamp = a.scans.scans[0].stamp_ns;
+    const auto exact = truth.cars_at(stamp), smoothed = recorded.cars_at(stamp);
+    if (smoothed.empty()) continue;  // the ends have poses on one side only
+    ++compared;
+    REQUIRE(smoothed.size() == 2);
+    CHECK(std::hypot(exact[1].x_m - smoothed[1].x_m, exact[1].y_m - smoothed[1].y_m) < 0.02);
+    CHECK(std::hypot(exact[0].x_m - smoothed[0].x_m, exact[0].y_m - smoothed[0].y_m) < 0.15);  // the localisation's own
+    CHECK(std::fabs(exact[1].speed_mps - smoothed[1].speed_mps) < 0.3);
+    CHECK(std::fabs(wrap_angle(exact[1].heading_rad - smoothed[1].heading_rad)) < 0.01);
+  }
+  CHECK(frames >= 15);
+  CHECK(compared >= 10);
+
+  io::write_whole_file(folder.path("map.csv"), truth.map_text());
+  io::write_whole_file(rig_file, io::format_rig(truth.rig()));
+  RunOptions options;
+  options.logs = {log}, options.presets = {"paper"}, options.out = folder.path("out"), options.quiet = true;
+  options.rig = rig_file, options.map = folder.path("map.csv"), options.every = 5;
+  REQUIRE(run_logs(options));
+  const std::vector<Figures> figures = make_figures(read_runs(options.out));
+  REQUIRE(figures.size() == 1);
+  CHECK(figures[0].ground.tpr.empty());  // nobody knows
+  CHECK(figures[0].ground_auto.tpr.size() >= 6);
+  CHECK(metrics::summarize(figures[0].ground_auto.f1).mean > 0.7);
+  CHECK(figures[0].tracks.mot.objects > 5);
+  options.presets = {"paper:ground"};
+  CHECK_THROWS_WITH_AS(run_logs(options), doctest::Contains("does not say what each point lies on"), io::Error);
+}
+
+TEST_CASE("recorded data: the opponent is found in the racecar frames, and the tracker follows real traffic") {
+  OVT_NEED_RECORDED("racecar");
+  OVT_NEED_RECORDED("kitti/tracking");
+  const TempFolder folder;
+  const nlohmann::json json = judge_recordings(recorded(""), "paper", folder.path("out"), false);
+  CHECK(std::filesystem::exists(folder.path("out") + "/recordings.json"));
+  REQUIRE(json["racecar"]["frames"].size() == 4);
+  for (const auto& frame : json["racecar"]["frames"]) {
+    CHECK(frame["detections_within_4_m"] == 1);
+    CHECK(frame["of_them_outside_the_box"] == 0);
+    if (frame["frame"] == 3) continue;  // its box is 2.2 m too far ahead
+    CHECK(frame["clusters_in_box"] == 1);
+    CHECK(std::fabs(frame["off_along_m"].get<double>()) < 1);
+    CHECK(std::fabs(frame["off_across_m"].get<double>()) < 0.6);
+    CHECK(frame["ground_by_auto_label"]["pipeline"]["f1"].get<double>() > 0.85);
+  }
+  for (const auto& [sequence, tracks] : json["kitti_tracks"].items()) {
+    CAPTURE(sequence);
+    CHECK(tracks["mota"].get<double>() > 0.7);
+    CHECK(tracks["hota"].get<double>() > 0.6);
+  }
+  CHECK_THROWS_AS(judge_recordings(folder.path("nothing"), "paper", folder.path("out"), false), io::Error);
+}

@@ -1,0 +1,51 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+#include "tools/evaluation/odometry_log.h"
+
+#include <filesystem>
+
+#include "tools/io/bag_stream.h"
+#include "tools/io/error.h"
+#include "tools/io/text.h"
+
+namespace overtake::evaluation {
+
+// Twice through the recording: first the poses, of which those behind a scan are needed as well, then the scans.
+OdometryLog::OdometryLog(const std::string& path, const io::Rig& rig, const std::string& map_file) : rig_(rig) {
+  const std::unique_ptr<io::BagReader> bag = io::open_bag(path);
+  const io::TopicRoles roles = io::find_topic_roles(bag->topics(), rig);
+  if (roles.ego < 0 || roles.opponent < 0)
+    throw io::Error(path, 0,
+                    std::string(roles.ego < 0 ? "no odometry of the ego" : "no odometry of an opponent") +
+                        " under the rig's topics; there are " + io::list_topics(bag->topics(), ""));
+  io::BagMessage message;
+  while (bag->next(message)) {
+    if (message.topic != roles.ego && message.topic != roles.opponent) continue;
+    const io::EgoRow row = io::ego_of_odometry(io::decode_odometry(message.data));
+    (message.topic == roles.ego ? ego_ : opponent_).add(row);
+    if (message.topic == roles.ego && (poses_.empty() || poses_.back().row.stamp_ns < row.stamp_ns))
+      poses_.push_back({row, row.stamp_ns});
+  }
+  if (!map_file.empty()) map_text_ = io::read_whole_file(map_file);
+  about_ = {{"scenario", std::filesystem::path(path).stem().string()},
+            {"simulated", "false"},
+            {"truth", "odometry of the two cars, smoothed"},
+            {"recording", std::filesystem::path(path).filename().string()}};
+  stream_ = io::open_scans(path, rig);
+}
+
+bool OdometryLog::next(LogFrame& out) {
+  out = LogFrame();
+  return stream_->next(out.scans);
+}
+
+std::vector<CarTruth> OdometryLog::cars_at(int64_t stamp_ns) const {
+  std::optional<CarTruth> ego = ego_.at(stamp_ns), opponent = opponent_.at(stamp_ns);
+  if (!ego || !opponent) return {};
+  ego->is_ego = true;
+  opponent->car = 1;
+  return {*ego, *opponent};
+}
+
+}  // namespace overtake::evaluation

@@ -1,0 +1,39 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A recording with topics that holds the odometry of the ego and of an opponent: the truth is where the two say they
+// were (pose_history.h). What each point lies on nobody knows. The opponent's place is taken for its middle.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "tools/evaluation/pose_history.h"
+#include "tools/io/scan_stream.h"
+
+namespace overtake::evaluation {
+
+class OdometryLog : public RaceLog {
+ public:
+  // `map_file`: "" none. Throws io::Error: no recording with topics, no scans, no odometry of ego or opponent.
+  OdometryLog(const std::string& path, const io::Rig& rig, const std::string& map_file);
+
+  const io::Rig& rig() const override { return rig_; }
+  const std::string& map_text() const override { return map_text_; }
+  const std::map<std::string, std::string>& about() const override { return about_; }
+  bool next(LogFrame& out) override;
+  const std::string& damage() const override { return stream_->damage(); }
+  double progress() const override { return stream_->progress(); }
+  const std::vector<PublishedPose>& poses() const override { return poses_; }
+  std::vector<CarTruth> cars_at(int64_t stamp_ns) const override;
+
+ private:
+  const io::Rig rig_;
+  std::string map_text_;
+  std::map<std::string, std::string> about_;
+  PoseHistory ego_, opponent_;
+  std::vector<PublishedPose> poses_;
+  std::unique_ptr<io::ScanStream> stream_;
+};
+
+}  // namespace overtake::evaluation

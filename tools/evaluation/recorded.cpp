@@ -1,0 +1,257 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+#include "tools/evaluation/recorded.h"
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "tools/baselines/grid_ground.h"
+#include "tools/baselines/label_ground.h"
+#include "tools/console.h"
+#include "tools/evaluation/places.h"
+#include "tools/evaluation/recorded_tracks.h"
+#include "tools/io/box_file.h"
+#include "tools/io/csv.h"
+#include "tools/io/error.h"
+#include "tools/io/text.h"
+#include "tools/session.h"
+
+namespace overtake::evaluation {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+constexpr double kNear = 2.0, kOversize = 1.0, kRange = 20;
+
+struct KnownBox {  // vehicle frame
+  double x_m, y_m, yaw_rad, length_m, width_m;
+  int64_t points;
+  bool is_vehicle;
+};
+
+bool holds(const KnownBox& b, double x_m, double y_m, double margin_m) {
+  const double c = std::cos(b.yaw_rad), s = std::sin(b.yaw_rad), dx = x_m - b.x_m, dy = y_m - b.y_m;
+  return std::fabs(c * dx + s * dy) <= b.length_m / 2 + margin_m &&
+         std::fabs(c * dy - s * dx) <= b.width_m / 2 + margin_m;
+}
+
+struct Seen {
+  std::vector<std::array<double, 2>> detections;
+  std::vector<int32_t> cluster_of_detection;
+  struct Point {
+    std::array<double, 3> at;
+    int32_t sensor, cluster;
+    bool found;
+  };
+  std::vector<Point> points;  // with a label
+};
+
+// One frame's detections and points, vehicle frame.
+struct Look {
+  const io::Rig* rig;
+  Seen seen;
+  static void on_frame(ovt_reader* reader, void* self) { static_cast<Look*>(self)->read(reader); }
+  void read(ovt_reader* reader) {
+    seen = Seen();
+    ovt_detections d;
+    if (ovt_read_detections(reader, &d) != OVT_OK) return;
+    for (int32_t i = 0; i < d.count; ++i) {
+      seen.detections.push_back({double(d.x_m[i]), double(d.y_m[i])});
+      seen.cluster_of_detection.push_back(d.cluster[i]);
+    }
+    for (int32_t s = 0; s < int32_t(rig->sensors.size()); ++s) {
+      ovt_labels l;
+      if (ovt_read_labels(reader, s, &l) != OVT_OK) continue;
+      const Mounting mounting(rig->sensors[std::size_t(s)]);
+      for (int32_t i = 0; i < l.count; ++i)
+        if (l.label[i] >= 0)
+          seen.points.push_back({mounting.to_vehicle(l.x_m[i], l.y_m[i], l.z_m[i]), s,
+                                 l.label[i] > 0 ? l.cluster_of_label[l.label[i]] : -1, l.label[i] > 0});
+    }
+  }
+};
+
+struct Scores {
+  double tp = 0, fp = 0, fn = 0;
+  void add(bool found, bool positive) { tp += found && positive, fp += found && !positive, fn += !found && positive; }
+  Json json() const { return {{"tpr", tp / (tp + fn)}, {"ppv", tp / (tp + fp)}, {"f1", 2 * tp / (2 * tp + fp + fn)}}; }
+};
+
+// Ours and the grid against the automatic labels of one frame.
+Json judge_ground(const Seen& seen, std::size_t sensors) {
+  std::vector<float> x, y, z;
+  for (const Seen::Point& p : seen.points)
+    x.push_back(float(p.at[0])), y.push_back(float(p.at[1])), z.push_back(float(p.at[2]));
+  const std::vector<bool> grid = baselines::mark_nonground(x, y, z);
+  Scores ours, of_grid;
+  for (int32_t s = 0; s < int32_t(sensors); ++s) {
+    std::vector<float> sx, sy, sz;
+    std::vector<std::size_t> row;
+    for (std::size_t i = 0; i < seen.points.size(); ++i)
+      if (seen.points[i].sensor == s) sx.push_back(x[i]), sy.push_back(y[i]), sz.push_back(z[i]), row.push_back(i);
+    const std::vector<bool> labels = baselines::label_nonground(sx, sy, sz);
+    for (std::size_t i = 0; i < row.size(); ++i)
+      ours.add(seen.points[row[i]].found, labels[i]), of_grid.add(grid[row[i]], labels[i]);
+  }
+  return {{"pipeline", ours.json()}, {"grid_2_5d", of_grid.json()}};
+}
+
+cli::Config config_of(const std::string& preset, const std::string& rig) {
+  cli::Options options;
+  options.preset = preset, options.rig = rig;
+  return cli::load_config(options);
+}
+
+Json judge_racecar(const std::string& folder, const std::string& preset) {
+  const cli::Config config = config_of(preset, "av21");
+  Look look{&config.rig, {}};
+  cli::Session session(config, &Look::on_frame, &look);
+  const io::Recording recording(folder, config.rig);
+  Json out = {{"frames", Json::array()}};
+  for (std::size_t k = 0; k < recording.frame_count(); ++k) {
+    const io::FrameScans frame = recording.read(k);
+    session.push(frame);
+    session.flush();
+    const auto box = io::read_box_beside(frame);
+    if (!box) continue;
+    const KnownBox opponent{box->x_m, box->y_m, box->yaw_rad, kCarLengthM, kCarWidthM, 0, true};
+    Json row = {{"frame", frame.frame}, {"opponent_ahead_m", box->x_m}};
+    int32_t at = 0;
+    for (std::size_t i = 0; i < look.seen.detections.size(); ++i) {
+      const double dx = look.seen.detections[i][0] - box->x_m, dy = look.seen.detections[i][1] - box->y_m;
+      if (std::hypot(dx, dy) > 4.0) continue;
+      const double c = std::cos(box->yaw_rad), s = std::sin(box->yaw_rad);
+      row["off_along_m"] = c * dx + s * dy, row["off_across_m"] = c * dy - s * dx;
+      const int32_t cluster = look.seen.cluster_of_detection[i];
+      int64_t points = 0, outside = 0;
+      for (const Seen::Point& p : look.seen.points)
+        if (p.cluster == cluster && cluster >= 0) ++points, outside += !holds(opponent, p.at[0], p.at[1], 2.5);
+      row["points_of_its_cluster"] = points, row["of_them_outside_the_box"] = outside;
+      ++at;
+    }
+    row["detections_within_4_m"] = at, row["detections"] = look.seen.detections.size();
+    std::map<int32_t, std::pair<int64_t, int64_t>> inside;  // cluster -> points, of them inside
+    for (const Seen::Point& p : look.seen.points)
+      if (p.cluster >= 0) ++inside[p.cluster].first, inside[p.cluster].second += holds(opponent, p.at[0], p.at[1], 1);
+    int64_t whole = 0;
+    for (const auto& [cluster, n] : inside) whole += n.first == n.second;
+    row["clusters_in_box"] = whole;
+    row["ground_by_auto_label"] = judge_ground(look.seen, config.rig.sensors.size());
+    out["frames"].push_back(row);
+  }
+  return out;
+}
+
+Json judge_sweep(const std::string& folder, const std::string& preset, const std::string& rig,
+                 const std::vector<KnownBox>& boxes) {
+  const cli::Config config = config_of(preset, rig);
+  Look look{&config.rig, {}};
+  cli::Session session(config, &Look::on_frame, &look);
+  const io::Recording recording(folder, config.rig);
+  session.push(recording.read(0));
+  session.flush();
+  struct Bin {
+    int64_t boxes = 0, found = 0, false_detections = 0;
+  };
+  std::map<int32_t, Bin> bins;
+  const double longest = config.params.vehicle_length_m * (1 + config.params.gate_slack);
+  const auto near = [](const KnownBox& b, const std::array<double, 2>& d, double gate) {
+    return std::hypot(b.x_m - d[0], b.y_m - d[1]) <= gate;
+  };
+  for (const KnownBox& b : boxes) {
+    if (!b.is_vehicle || b.length_m > longest || b.points < 3) continue;
+    Bin& bin = bins[int32_t(std::hypot(b.x_m, b.y_m) / kRange)];
+    ++bin.boxes;
+    for (const auto& d : look.seen.detections)
+      if (near(b, d, kNear)) {
+        ++bin.found;
+        break;
+      }
+  }
+  for (const auto& d : look.seen.detections) {
+    bool at_any = false;
+    for (const KnownBox& b : boxes) at_any = at_any || near(b, d, kNear) || holds(b, d[0], d[1], kOversize);
+    bins[int32_t(std::hypot(d[0], d[1]) / kRange)].false_detections += !at_any;
+  }
+  Json out = {{"gate_m", kNear}, {"detections", look.seen.detections.size()}, {"by_range", Json::array()}};
+  out["ground_by_auto_label"] = judge_ground(look.seen, config.rig.sensors.size());
+  for (const auto& [range, b] : bins)
+    out["by_range"].push_back({{"from_m", range * kRange},
+                               {"to_m", (range + 1) * kRange},
+                               {"boxes", b.boxes},
+                               {"detected", b.found},
+                               {"detections_at_no_box", b.false_detections}});
+  return out;
+}
+
+std::vector<fs::path> files_with(const std::string& folder, const std::string& tail) {
+  std::vector<fs::path> out;
+  if (!fs::is_directory(folder)) return out;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name.size() > tail.size() && name.compare(name.size() - tail.size(), tail.size(), tail) == 0)
+      out.push_back(entry.path());
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+// `stamp`: of the rows that count; empty: all. The sensor's frame is turned to the vehicle's where one is given.
+std::vector<KnownBox> read_boxes(const std::string& path, const std::string& stamp, const io::RigSensor* sensor) {
+  const io::Csv csv = io::Csv::read(path);
+  const int32_t category = csv.need({"category"}), x = csv.need({"x_m"}), y = csv.need({"y_m"}), z = csv.need({"z_m"}),
+                yaw = csv.need({"yaw_rad"}), length = csv.need({"length_m"}), width = csv.need({"width_m"}),
+                points = csv.need({"points"}), at = csv.find({"timestamp_ns"});
+  std::vector<KnownBox> out;
+  for (std::size_t i = 0; i < csv.row_count(); ++i) {
+    if (!stamp.empty() && csv.text(i, at) != stamp) continue;
+    std::array<double, 3> p = {csv.number(i, x), csv.number(i, y), csv.number(i, z)};
+    double turn = csv.number(i, yaw);
+    if (sensor) {
+      p = Mounting(*sensor).to_vehicle(float(p[0]), float(p[1]), float(p[2]));
+      turn += sensor->yaw_deg * M_PI / 180;
+    }
+    out.push_back({p[0], p[1], turn, csv.number(i, length), csv.number(i, width), csv.integer(i, points),
+                   is_vehicle_category(csv.text(i, category))});
+  }
+  return out;
+}
+
+}  // namespace
+
+nlohmann::json judge_recordings(const std::string& folder, const std::string& preset, const std::string& out,
+                                bool print) {
+  Json json = {{"simulated", false}, {"preset", preset}};
+  if (fs::is_directory(folder + "/racecar")) json["racecar"] = judge_racecar(folder + "/racecar", preset);
+  for (const fs::path& file : files_with(folder + "/av2", ".pcd")) {
+    const std::string stem = file.stem().string(), log = stem.substr(0, stem.find('_'));
+    const std::string boxes = folder + "/av2/" + log + "_boxes.csv";
+    if (fs::exists(boxes))
+      json["av2_sweep"] =
+          judge_sweep(file.string(), preset, "av2", read_boxes(boxes, stem.substr(stem.find('_') + 1), nullptr));
+  }
+  for (const fs::path& file : files_with(folder + "/nuscenes", ".pcd")) {
+    const std::string boxes = folder + "/nuscenes/" + file.stem().string() + "_boxes.csv";
+    const io::Rig rig = io::load_rig("nuscenes");
+    if (fs::exists(boxes))
+      json["nuscenes_sweep"] = judge_sweep(file.string(), preset, "nuscenes", read_boxes(boxes, "", &rig.sensors[0]));
+  }
+  for (const fs::path& file : files_with(folder + "/kitti/tracking", "_labels.txt")) {
+    const std::string sequence = file.filename().string().substr(0, 4);
+    json["kitti_tracks"][sequence] = judge_kitti_tracks(folder + "/kitti/tracking", sequence, preset);
+  }
+  for (const fs::path& file : files_with(folder + "/av2", "_boxes.csv")) {
+    const std::string log = file.filename().string().substr(0, file.filename().string().find('_'));
+    json["av2_tracks"][log] = judge_av2_tracks(folder + "/av2", log, preset);
+  }
+  if (json.size() == 2) throw io::Error(folder, 0, "holds none of racecar, av2, nuscenes, kitti/tracking");
+  cli::make_folder(out);
+  io::write_whole_file(out + "/recordings.json", json.dump(1) + "\n");
+  if (print) std::printf("%s\nRecorded. Written to %s/recordings.json\n", json.dump(1).c_str(), out.c_str());
+  return json;
+}
+
+}  // namespace overtake::evaluation
