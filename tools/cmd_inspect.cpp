@@ -3,7 +3,6 @@
 //
 // overtake inspect: every image of one sensor's scan as NPY and PNG, and the label and reason of every input point.
 #include <cstdio>
-#include <cstring>
 #include <map>
 #include <memory>
 
@@ -46,37 +45,6 @@ io::FrameScans choose_frame(const std::string& input, const io::Rig& rig, int64_
   throw io::Error(
       "--frame " + std::to_string(wanted), 0,
       input + " has no such frame (there are " + std::to_string(first.frame) + " to " + std::to_string(last) + ")");
-}
-
-DenseImage read_image(ovt_reader* reader, int32_t sensor, int32_t id) {
-  ovt_image image;
-  check(ovt_read_image(reader, sensor, ovt_image_id(id), &image), ovt_image_name(id));
-  DenseImage out;
-  out.name = ovt_image_name(id);
-  out.rows = image.rows;
-  out.cols = image.cols;
-  out.is_float = image.type == OVT_IMAGE_F32;
-  out.is_bits = image.type == OVT_IMAGE_BITS;
-  const std::size_t cols = std::size_t(image.cols), pixels = std::size_t(image.rows) * cols;
-  if (out.is_float)
-    out.real.resize(pixels);
-  else
-    out.integer.resize(pixels);
-  for (int32_t r = 0; r < image.rows; ++r) {
-    const char* row = static_cast<const char*>(image.data) + std::size_t(r) * image.stride_bytes;
-    const std::size_t at = std::size_t(r) * cols;
-    if (out.is_float)
-      std::memcpy(out.real.data() + at, row, cols * sizeof(float));
-    else if (!out.is_bits)
-      std::memcpy(out.integer.data() + at, row, cols * sizeof(int32_t));
-    else
-      for (std::size_t c = 0; c < cols; ++c) {
-        uint64_t word;
-        std::memcpy(&word, row + c / 64 * 8, sizeof word);
-        out.integer[at + c] = int32_t(word >> (c % 64) & 1);
-      }
-  }
-  return out;
 }
 
 void write_image(const std::string& folder, const DenseImage& image, const DenseImage& returns) {

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "tools/console.h"
+#include "tools/session.h"
 
 namespace overtake::cli {
 namespace {
@@ -27,14 +29,6 @@ Limits find_limits(std::vector<float> values) {
   return limits.high > limits.low ? limits : Limits{limits.low, limits.low + 1};
 }
 
-io::ImageStyle make_style(const DenseImage& image) {
-  io::ImageStyle style;
-  style.zoom_x = std::max(1, 1714 / std::max(1, image.cols));
-  style.zoom_y = std::max(2, 420 / std::max(1, image.rows));
-  style.caption = image.name;
-  return style;
-}
-
 template <class Share>
 std::vector<Rgb> color_shares(const DenseImage& image, Share&& share_of) {
   std::vector<Rgb> colors(image.real.size(), kBlack);
@@ -45,53 +39,45 @@ std::vector<Rgb> color_shares(const DenseImage& image, Share&& share_of) {
   return colors;
 }
 
-io::Picture draw_range(const DenseImage& image) {
+ColoredImage color_range(const DenseImage& image) {
   std::vector<float> known;
   for (const float r : image.real)
     if (r > 0) known.push_back(r);
   const Limits limits = find_limits(known);
   const double low = std::log(limits.low), high = std::log(limits.high);  // near detail and far cars in one picture
-  io::ImageStyle style = make_style(image);
-  style.scaled = true;
-  style.low_text = fixed(limits.low, 1) + " m";
-  style.high_text = fixed(limits.high, 1) + " m (log)";
   const auto share_of = [&](std::size_t i) {
     return image.real[i] > 0 ? (std::log(double(image.real[i])) - low) / (high - low) : NAN;
   };
-  return io::render_image(image.rows, image.cols, color_shares(image, share_of), style);
+  return {color_shares(image, share_of), fixed(limits.low, 1) + " m", fixed(limits.high, 1) + " m (log)"};
 }
 
-io::Picture draw_elevation(const DenseImage& image, const DenseImage& returns) {
+ColoredImage color_elevation(const DenseImage& image, const DenseImage& returns) {
   std::vector<float> known;
   for (std::size_t i = 0; i < image.real.size(); ++i)
     if (returns.real[i] > 0) known.push_back(image.real[i]);
   const Limits limits = find_limits(known);
-  io::ImageStyle style = make_style(image);
-  style.scaled = true;
-  style.low_text = fixed(limits.low * kDegreesPerRadian, 1) + " deg";
-  style.high_text = fixed(limits.high * kDegreesPerRadian, 1) + " deg";
   const auto share_of = [&](std::size_t i) {
     return returns.real[i] > 0 ? (double(image.real[i]) - limits.low) / (limits.high - limits.low) : NAN;
   };
-  return io::render_image(image.rows, image.cols, color_shares(image, share_of), style);
+  return {color_shares(image, share_of), fixed(limits.low * kDegreesPerRadian, 1) + " deg",
+          fixed(limits.high * kDegreesPerRadian, 1) + " deg"};
 }
 
-io::Picture draw_angle(const DenseImage& image) {
-  io::ImageStyle style = make_style(image);
-  style.scaled = true;
-  style.low_text = "level 0";
-  style.high_text = "90 deg upright";
+ColoredImage color_angle(const DenseImage& image) {
   auto colors =
       color_shares(image, [&](std::size_t i) { return image.real[i] >= 0 ? double(image.real[i]) / kHalfPi : NAN; });
   for (std::size_t i = 0; i < colors.size(); ++i)
     if (image.real[i] < -1.5f) colors[i] = kUndefined;  // skipped
-  return io::render_image(image.rows, image.cols, colors, style);
+  return {colors, "level 0", "90 deg upright"};
 }
 
-io::Picture draw_integers(const DenseImage& image, const DenseImage& returns) {
-  io::ImageStyle style = make_style(image);
+int32_t largest_of(const DenseImage& image) {
+  return image.integer.empty() ? 0 : *std::max_element(image.integer.begin(), image.integer.end());
+}
+
+ColoredImage color_integers(const DenseImage& image, const DenseImage& returns) {
   std::vector<Rgb> colors(image.integer.size(), kBlack);
-  const int32_t largest = image.integer.empty() ? 0 : *std::max_element(image.integer.begin(), image.integer.end());
+  const int32_t largest = largest_of(image);
   for (std::size_t i = 0; i < colors.size(); ++i) {
     const int32_t value = image.integer[i];
     if (image.is_bits)
@@ -101,17 +87,59 @@ io::Picture draw_integers(const DenseImage& image, const DenseImage& returns) {
     else if (value >= 0)
       colors[i] = io::scale_color(double(value) / std::max(1, largest));
   }
-  if (!image.is_bits) style.caption += " 0 to " + std::to_string(largest);
-  return io::render_image(image.rows, image.cols, colors, style);
+  return {colors, "", ""};
 }
 
 }  // namespace
 
+DenseImage read_image(ovt_reader* reader, int32_t sensor, int32_t id) {
+  ovt_image image;
+  check(ovt_read_image(reader, sensor, ovt_image_id(id), &image), ovt_image_name(id));
+  DenseImage out;
+  out.name = ovt_image_name(id);
+  out.rows = image.rows;
+  out.cols = image.cols;
+  out.is_float = image.type == OVT_IMAGE_F32;
+  out.is_bits = image.type == OVT_IMAGE_BITS;
+  const std::size_t cols = std::size_t(image.cols), pixels = std::size_t(image.rows) * cols;
+  if (out.is_float)
+    out.real.resize(pixels);
+  else
+    out.integer.resize(pixels);
+  for (int32_t r = 0; r < image.rows; ++r) {
+    const char* row = static_cast<const char*>(image.data) + std::size_t(r) * image.stride_bytes;
+    const std::size_t at = std::size_t(r) * cols;
+    if (out.is_float)
+      std::memcpy(out.real.data() + at, row, cols * sizeof(float));
+    else if (!out.is_bits)
+      std::memcpy(out.integer.data() + at, row, cols * sizeof(int32_t));
+    else
+      for (std::size_t c = 0; c < cols; ++c) {
+        uint64_t word;
+        std::memcpy(&word, row + c / 64 * 8, sizeof word);
+        out.integer[at + c] = int32_t(word >> (c % 64) & 1);
+      }
+  }
+  return out;
+}
+
+ColoredImage color_image(const DenseImage& image, const DenseImage& returns) {
+  if (!image.is_float) return color_integers(image, returns);
+  if (image.name.rfind("angle", 0) == 0) return color_angle(image);
+  if (image.name.rfind("elevation", 0) == 0) return color_elevation(image, returns);
+  return color_range(image);
+}
+
 io::Picture draw_image(const DenseImage& image, const DenseImage& returns) {
-  if (!image.is_float) return draw_integers(image, returns);
-  if (image.name.rfind("angle", 0) == 0) return draw_angle(image);
-  if (image.name.rfind("elevation", 0) == 0) return draw_elevation(image, returns);
-  return draw_range(image);
+  const ColoredImage colored = color_image(image, returns);
+  io::ImageStyle style;
+  style.zoom_x = std::max(1, 1714 / std::max(1, image.cols));
+  style.zoom_y = std::max(2, 420 / std::max(1, image.rows));
+  style.caption = image.name;
+  if (!image.is_float && !image.is_bits) style.caption += " 0 to " + std::to_string(largest_of(image));
+  style.scaled = !colored.low_text.empty();
+  style.low_text = colored.low_text, style.high_text = colored.high_text;
+  return io::render_image(image.rows, image.cols, colored.colors, style);
 }
 
 io::Picture draw_top_view(const float* x_m, const float* y_m, const std::vector<Rgb>& colors, double reach_m,

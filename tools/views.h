@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/overtake.h"
 #include "tools/io/image.h"
 
 namespace overtake::cli {
@@ -20,6 +21,16 @@ struct DenseImage {
   std::vector<float> real;
   std::vector<int32_t> integer;
 };
+
+// The image `id` of a sensor's scan in the reader's frame. Throws io::Error.
+DenseImage read_image(ovt_reader* reader, int32_t sensor, int32_t id);
+
+// A colour for every pixel, and what the ends of the scale stand for ("": the colours are no scale).
+struct ColoredImage {
+  std::vector<io::Rgb> colors;
+  std::string low_text, high_text;
+};
+ColoredImage color_image(const DenseImage& image, const DenseImage& returns);
 
 // `returns` is the range image (0: no return): what lies outside of it is drawn black in the images that need it.
 io::Picture draw_image(const DenseImage& image, const DenseImage& returns);

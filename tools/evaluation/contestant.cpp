@@ -91,7 +91,7 @@ LogFrame take_points(const LogFrame& frame, const std::vector<std::vector<int32_
 }
 
 Contestant::Contestant(const std::string& name, const RaceLog& log, const std::string& map_file)
-    : name_(name), log_(log) {
+    : name_(name), log_(log), map_file_(map_file) {
   cli::Options options;
   const std::size_t at = name.find('@'), colon = name.find(':');
   options.preset = name.substr(0, std::min(at, colon));
@@ -108,11 +108,14 @@ Contestant::Contestant(const std::string& name, const RaceLog& log, const std::s
   config.has_rig = true;
   config.params.frame_period_s = log.rig().period_s;
   if (variant_ == "ground") config.params.ground_threshold_rad = 0;
+  params_ = config.params;
   judge_ = std::make_unique<Judge>(log, config.params, variant_ == "late_truth" ? log.rig().period_ns() : 0);
   if (variant_ == "heading" || variant_ == "clusters" || variant_ == "relay")
     relay_ = std::make_unique<Relay>(variant_, log, config);
   session_ = std::make_unique<cli::Session>(config, &Contestant::on_frame, this);
 }
+
+void Contestant::take_pictures() { album_ = std::make_unique<Album>(log_, params_, map_file_); }
 
 void Contestant::on_frame(ovt_reader* reader, void* self) {
   auto& contestant = *static_cast<Contestant*>(self);
@@ -122,6 +125,7 @@ void Contestant::on_frame(ovt_reader* reader, void* self) {
     cli::check(ovt_read_info(reader, &info), "frame");
     const bool relayed = contestant.relay_ && info.sensor_mask != 0 && contestant.input_;
     contestant.judge_->add(reader, relayed ? &contestant.relay_->run(reader, *contestant.input_) : nullptr);
+    if (contestant.album_) contestant.album_->look(reader);
   } catch (...) {  // must not travel through the library
     contestant.failure_ = std::current_exception();
   }
@@ -179,6 +183,7 @@ void Contestant::push(const LogFrame& frame) {
   push_poses(first_ns + log_.rig().period_ns());
   judge_->expect(*input);
   input_ = input;
+  if (album_) album_->expect(*input);
   try {
     session_->push(input->scans);
     session_->flush();  // a sensor may be missing: the frame ends here

@@ -23,6 +23,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/evaluation/album.h"
 #include "tools/evaluation/judge.h"
 #include "tools/evaluation/relay.h"
 #include "tools/session.h"
@@ -45,6 +46,8 @@ class Contestant {
 
   const std::string& name() const { return name_; }
   Judge& judge() { return *judge_; }
+  void take_pictures();                                // from now on
+  const Album* album() const { return album_.get(); }  // null: takes none
 
  private:
   static void on_frame(ovt_reader* reader, void* self);
@@ -55,6 +58,9 @@ class Contestant {
   std::unique_ptr<Judge> judge_;
   std::unique_ptr<Relay> relay_;
   const LogFrame* input_ = nullptr;
+  const std::string map_file_;
+  ovt_params params_;
+  std::unique_ptr<Album> album_;
   std::unique_ptr<cli::Session> session_;
   std::exception_ptr failure_;
   std::size_t next_pose_ = 0;

@@ -13,6 +13,7 @@
 #include "tools/console.h"
 #include "tools/evaluation/figures.h"
 #include "tools/evaluation/measures_json.h"
+#include "tools/evaluation/report_html.h"
 #include "tools/evaluation/report_pages.h"
 #include "tools/io/text.h"
 
@@ -151,7 +152,9 @@ void write_report(const std::string& out, bool print) {
   io::write_whole_file(out + "/metrics.json", metrics.dump(1) + "\n");
   io::write_whole_file(out + "/times.json", times.dump(1) + "\n");  // apart: no two runs agree in them
   write_csvs(out, all);
-  io::write_whole_file(out + "/report.html", format_report(all, runs));
+  std::vector<std::string> folders;
+  for (const Run& run : runs) folders.push_back(out + "/runs/" + run.contestant + "/" + run.log);
+  io::write_whole_file(out + "/report.html", format_report(all, runs, best_pictures(folders)));
   if (!print) return;
   cli::TextTable table({"contestant", "scenario", "frames", "TPR", "F1", "clusters/car", "MOTA", "HOTA", "GOSPA m",
                         "confirm s", "false/h", "switches"});

@@ -4,14 +4,16 @@
 // The report as one HTML file. The figures show the scenario with most frames, the tables all.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
+#include "tools/evaluation/album.h"
 #include "tools/evaluation/figures.h"
 
 namespace overtake::evaluation {
 
-std::string format_report(const std::vector<Figures>& all, const std::vector<Run>& runs);
-std::string cpu_name();
+std::string format_report(const std::vector<Figures>& all, const std::vector<Run>& runs,
+                          const std::map<std::string, NamedPicture>& pictures);
 
 }  // namespace overtake::evaluation

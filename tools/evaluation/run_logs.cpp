@@ -67,6 +67,8 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
   std::vector<std::unique_ptr<Contestant>> contestants;
   for (const std::string& name : todo) contestants.push_back(std::make_unique<Contestant>(name, log, map_file));
   contestants[0]->judge().use_baselines(todo[0] == names[0] ? options.every : 0);
+  for (auto& contestant : contestants)
+    if (contestant->name().find_first_of(":@") == std::string::npos) contestant->take_pictures();
 
   cli::Progress progress(1000, options.quiet);
   LogFrame frame;
@@ -89,6 +91,7 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
     const std::string folder = folder_of(options.out, contestant->name(), log_name);
     cli::make_folder(folder);
     write_tables(folder, contestant->judge().tables());
+    if (const Album* album = contestant->album()) write_pictures(folder, album->finish());
     io::write_whole_file(folder + "/about.json", about_text(contestant->name(), log, frames));
   }
   if (!options.quiet)
@@ -173,6 +176,7 @@ void merge_runs(const std::vector<std::string>& from, const std::string& out) {
       }
       cli::make_folder(target);
       write_tables(target, run.tables);
+      copy_pictures(source, target);
       io::write_whole_file(target + "/about.json", io::read_whole_file(source + "/about.json"));
     }
 }

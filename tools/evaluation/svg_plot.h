@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/evaluation/svg.h"
+
 namespace overtake::evaluation {
 
 struct Series {
@@ -27,6 +29,7 @@ struct Axes {
   std::string title, x_label, y_label;
   double x_low = 0, x_high = 0, y_low = 0, y_high = 0;  // low == high: from the data
   int32_t width = 640, height = 300;
+  bool legend_left = false;  // else where the lines leave more room
 };
 
 std::string line_plot(const Axes& axes, const std::vector<Series>& series);
@@ -34,6 +37,5 @@ std::string violin_plot(const Axes& axes, const std::vector<Violin>& violins);
 
 // 5 to 9 round numbers from low to high, both within. Empty unless low < high, both finite.
 std::vector<double> round_ticks(double low, double high);
-std::string escape_xml(const std::string& text);
 
 }  // namespace overtake::evaluation

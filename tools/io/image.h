@@ -23,6 +23,7 @@ struct Picture {
 };
 
 void write_png(const std::string& path, const Picture& picture);
+std::string encode_png(const Picture& picture);  // the bytes of such a file
 Picture read_png(const std::string& path);
 
 // share 0..1 (clamped) from dark blue to yellow; lightness grows evenly, so that it also reads in grey.

@@ -7,12 +7,31 @@
 
 namespace overtake::io {
 
-void write_png(const std::string& path, const Picture& picture) {
+namespace {
+
+png_image describe(const Picture& picture) {
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   image.width = png_uint_32(picture.width);
   image.height = png_uint_32(picture.height);
   image.format = PNG_FORMAT_RGB;
+  return image;
+}
+
+}  // namespace
+
+std::string encode_png(const Picture& picture) {
+  png_image image = describe(picture);
+  std::string out(std::size_t(PNG_IMAGE_PNG_SIZE_MAX(image)), '\0');
+  png_alloc_size_t size = out.size();
+  if (!png_image_write_to_memory(&image, out.data(), &size, 0, picture.pixels.data(), 0, nullptr))
+    throw Error("PNG", 0, std::string("cannot be made: ") + image.message);
+  out.resize(size);
+  return out;
+}
+
+void write_png(const std::string& path, const Picture& picture) {
+  png_image image = describe(picture);
   if (!png_image_write_to_file(&image, path.c_str(), 0, picture.pixels.data(), 0, nullptr))
     throw Error(path, 0, std::string("cannot be written: ") + image.message);
 }

@@ -1,0 +1,60 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "tools/console.h"
+#include "tools/evaluation/album.h"
+#include "tools/io/error.h"
+#include "tools/io/text.h"
+
+namespace overtake::evaluation {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string folder_of(const std::string& run_folder) { return run_folder + "/pictures"; }
+
+}  // namespace
+
+void write_pictures(const std::string& run_folder, const std::vector<NamedPicture>& pictures) {
+  cli::make_folder(folder_of(run_folder));
+  nlohmann::json list = nlohmann::json::array();
+  for (const NamedPicture& p : pictures) {
+    list.push_back({{"name", p.name}, {"caption", p.caption}, {"score", p.score}});
+    io::write_whole_file(folder_of(run_folder) + "/" + p.name + ".svg", p.svg);
+  }
+  io::write_whole_file(folder_of(run_folder) + "/pictures.json", list.dump(1) + "\n");
+}
+
+std::map<std::string, NamedPicture> best_pictures(const std::vector<std::string>& run_folders) {
+  std::map<std::string, NamedPicture> best;
+  for (const std::string& run_folder : run_folders) {
+    const std::string folder = folder_of(run_folder), path = folder + "/pictures.json";
+    if (!fs::exists(path)) continue;
+    try {
+      for (const auto& entry : nlohmann::json::parse(io::read_whole_file(path))) {
+        NamedPicture p{entry.at("name"), "", entry.at("caption"), entry.at("score")};
+        const auto kept = best.find(p.name);
+        if (kept != best.end() && kept->second.score >= p.score) continue;
+        p.svg = io::read_whole_file(folder + "/" + p.name + ".svg");
+        p.caption = fs::path(run_folder).filename().string() + ", " + p.caption;
+        best[p.name] = std::move(p);
+      }
+    } catch (const nlohmann::json::exception& error) {
+      throw io::Error(path, 0, error.what());
+    }
+  }
+  return best;
+}
+
+void copy_pictures(const std::string& from_run_folder, const std::string& to_run_folder) {
+  if (!fs::exists(folder_of(from_run_folder))) return;
+  std::error_code error;
+  fs::copy(folder_of(from_run_folder), folder_of(to_run_folder),
+           fs::copy_options::recursive | fs::copy_options::overwrite_existing, error);
+  if (error) throw io::Error(folder_of(to_run_folder), 0, "cannot be written: " + error.message());
+}
+
+}  // namespace overtake::evaluation

@@ -1,0 +1,79 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Pictures of single moments, as SVG (clouds and images are pixels inside). album.h chooses the moments.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/io/map_file.h"
+#include "tools/io/rig.h"
+#include "tools/views.h"
+
+namespace overtake::evaluation {
+
+struct PictureTime {
+  int64_t frame = -1;
+  double time_s = 0;  // since the first frame
+};
+
+// One scan of one sensor on its way through segmentation.
+struct StripMoment {
+  PictureTime at;
+  std::string sensor;
+  double azimuth_left_deg = 60, azimuth_right_deg = -60;
+  cli::DenseImage range, angle, smooth, repaired, labels;
+  struct Point {
+    float azimuth_rad, elevation_rad, range_m;
+    int32_t label;  // as in ovt_labels
+  };
+  std::vector<Point> points;
+  double car_m = 0;  // distance of the car in it
+  int64_t car_points = 0;
+};
+std::string draw_strip(const StripMoment& moment);
+
+// A rectangle seen from above, vehicle frame.
+struct Outline {
+  double x_m = 0, y_m = 0, heading_rad = 0, length_m = 0, width_m = 0;
+};
+
+// The clouds of all sensors, vehicle frame.
+struct CloudMoment {
+  PictureTime at;
+  struct Point {
+    float x_m, y_m, z_m, intensity;
+    int32_t cluster;  // merged cluster, -1 ground or noise, -2 without a label
+  };
+  std::vector<Point> points;
+  Outline car;                 // the true one
+  std::string sensors;         // that see the car
+  std::vector<int64_t> parts;  // points of the car's cluster by each of them
+};
+std::string draw_clouds(const CloudMoment& moment, const io::Rig& rig);
+
+// A detection with both of its fits, vehicle frame.
+struct FitMoment {
+  PictureTime at;
+  double slip_rad = 0;                          // true heading minus true course
+  std::vector<std::pair<float, float>> points;  // x, y
+  Outline truth, by_map, by_points;             // psi_REF, psi_VAR
+  int64_t inside_map = 0, inside_points = 0;
+  bool points_chosen = false;
+};
+std::string draw_fits(const std::vector<FitMoment>& moments);
+
+// Sensors and fields of view from above; blind strips are measured between neighbouring edges.
+std::string draw_rig(const io::Rig& rig, double length_m, double width_m);
+
+// Where the ego drove and where cars passed each other.
+struct RacePath {
+  struct Step {
+    double time_s, x_m, y_m, ahead_m;  // of the ego; ahead_m: of one other car
+  };
+  std::vector<Step> steps;
+};
+std::string draw_race(const io::MapData& map, const RacePath& path);
+
+}  // namespace overtake::evaluation

@@ -1,0 +1,44 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Pieces of the report's page and its sections.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/evaluation/album.h"
+#include "tools/evaluation/figures.h"
+
+namespace overtake::evaluation {
+
+inline constexpr const char* kBlue = "#2f7fd0";
+inline constexpr const char* kOrange = "#e07b16";
+inline constexpr const char* kGreen = "#2f9e44";
+inline constexpr const char* kPurple = "#9b5fc0";
+inline constexpr double kDegrees = 180 / 3.14159265358979323846;
+
+using Rows = std::vector<std::vector<std::string>>;  // the first one is the head
+
+std::string table_html(const Rows& rows);
+std::string paragraph(const std::string& text);
+std::string heading(const std::string& id, const std::string& text);
+std::string page_begin(const std::string& title);  // with the style sheet, light and dark
+std::string page_end();
+std::string mean_and_deviation(const std::vector<double>& values, int32_t digits);
+
+// Sections; `f` is what the figures show.
+std::string ground_section(const Figures& f);
+std::string clustering_section(const std::vector<Figures>& all, const Figures& f);
+std::string detection_section(const Figures& f);
+std::string error_section(const Figures& f);
+std::string time_section(const Figures& f);
+std::string claims_section(const std::vector<Figures>& all, const Figures& f);
+std::string oracle_section(const std::vector<Figures>& all, const Figures& f);
+std::string scenario_section(const std::vector<Figures>& all, const std::vector<Run>& runs);
+std::string picture_section(const std::map<std::string, NamedPicture>& pictures, const Figures& f);
+std::string parameter_section();
+
+std::string cpu_name();
+
+}  // namespace overtake::evaluation
