@@ -79,8 +79,8 @@ std::string picture_section(const std::map<std::string, NamedPicture>& pictures,
   static constexpr Shown kKinds[] = {
       {"race", "The race", "Where the ego drove and where one car passed the other.", "no log of a race"},
       {"strip", "One scan on its way",
-       "From the cloud to the labels. Rows of the images are scan lines, columns azimuths; the right side of (a) and "
-       "(g) is what the sensor gave, line by line.",
+       "From the cloud to the labels. Rows of the images are scan lines, columns azimuths; (c) and (d) have one row "
+       "less, as they stand between two lines.",
        "no log has a car 10 to 25 m away in one scan"},
       {"clouds", "The clouds of all sensors, and merged",
        "Each point in the frame of the vehicle. The strip between the fields of view is blind; the two parts of the "

@@ -175,25 +175,40 @@ std::string error_section(const Figures& f) {
 }
 
 std::string time_section(const Figures& f) {
-  std::vector<Violin> violins;
-  std::vector<std::vector<std::string>> rows = {{"stage", "count", "mean ms", "p5", "median", "p95", "max"}};
-  for (const auto& [stage, values] : f.times_ms) {
-    const metrics::Summary s = metrics::summarize(values);
-    rows.push_back({stage, std::to_string(s.count), cli::fixed(s.mean, 3), cli::fixed(s.p5, 3), cli::fixed(s.median, 3),
-                    cli::fixed(s.p95, 3), cli::fixed(s.most, 3)});
+  static constexpr const char* kStages[] = {"load",   "project", "gaps",  "angle",    "smooth",  "ground",
+                                            "repair", "link",    "label", "clusters", "segment", "merge",
+                                            "gate",   "pose",    "track", "frame"};
+  const auto of = [&](const char* stage) {
+    const auto found = f.times_ms.find(stage);
+    return metrics::summarize(found == f.times_ms.end() ? std::vector<double>() : found->second);
+  };
+  const metrics::Summary frame = of("frame"), segment = of("segment");
+  Rows rows = {{"stage", "of", "count", "mean ms", "p5", "median", "p95", "max", "median / frame"}};
+  for (const char* stage : kStages) {
+    const metrics::Summary s = of(stage);
+    if (s.count == 0) continue;
+    const bool of_scan = s.count > frame.count;
+    rows.push_back({stage, of_scan ? "a scan" : "a frame", std::to_string(s.count), cli::fixed(s.mean, 3),
+                    cli::fixed(s.p5, 3), cli::fixed(s.median, 3), cli::fixed(s.p95, 3), cli::fixed(s.most, 3),
+                    cli::fixed(100 * s.median / frame.median, 0) + " %"});
   }
-  for (const char* stage : {"load", "segment", "merge", "gate", "pose", "track", "frame"})
+  std::string plots;
+  for (const char* stage : {"segment", "merge", "gate", "pose", "track", "frame"})
     if (const auto found = f.times_ms.find(stage); found != f.times_ms.end())
-      violins.push_back({stage, kBlue, found->second});
-  const auto frame = f.times_ms.find("frame");
-  const double mean = frame == f.times_ms.end() ? NAN : metrics::summarize(frame->second).mean;
+      plots += violin_plot({stage, "", "time [ms]", 0, 0, 0, 0, 156, 280},
+                           {{of(stage).count > frame.count ? "a scan" : "a frame", kBlue, found->second}});
+  const double scans = frame.count > 0 ? double(segment.count) / double(frame.count) : NAN;
   return heading("times", "Times") +
-         paragraph("On " + cpu_name() +
-                   ", one worker, beside whatever else the machine did; a value a scan (segment) or a "
-                   "frame. Mean frame: " +
-                   cli::fixed(mean, 2) + " ms, " + cli::fixed(1000 / mean, 0) + " frames a second could be done.") +
-         violin_plot({"Computation time of each module", "", "time [ms]", 0, 0, 0, 0, 900, 340}, violins) +
-         table_html(rows);
+         paragraph(
+             "On " + cpu_name() +
+             ", one worker, while other work ran beside it: medians say more than means, and each module has a "
+             "scale of its own. A median frame (" +
+             cli::fixed(scans, 0) + " scans one after the other) takes " + cli::fixed(frame.median, 2) + " ms (mean " +
+             cli::fixed(frame.mean, 2) + "), of which segmentation is " +
+             cli::fixed(100 * scans * segment.median / frame.median, 0) + " %; " + cli::fixed(1000 / frame.median, 0) +
+             " frames a second could be done where the sensors give 20. The paper: 26 ms on a 2.0 GHz Xeon, three "
+             "sensors side by side, 38 Hz.") +
+         plots + table_html(rows);
 }
 
 }  // namespace overtake::evaluation

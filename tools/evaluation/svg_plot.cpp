@@ -15,7 +15,9 @@ namespace {
 
 std::string tick_text(double value, double step) {
   char text[32];
-  const int digits = std::clamp(int(std::ceil(-std::log10(step) - 1e-9)), 0, 6);
+  int digits = 0;  // as many as the step has: 2.5 has one
+  for (double scaled = step; digits < 6 && std::fabs(scaled - std::round(scaled)) > 1e-6 * scaled; scaled *= 10)
+    ++digits;
   std::snprintf(text, sizeof text, "%.*f", digits, std::fabs(value) < 1e-12 ? 0.0 : value);
   return text;
 }
