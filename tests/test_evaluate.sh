@@ -3,7 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: test_evaluate.sh OVERTAKE
-# tools/evaluate: two shards merged say what one run says, a second call does nothing again, bad options are refused.
+# tools/evaluate: two shards merged say what one run says, a second call does nothing again, one that was killed goes on
+# to the same end, bad options are refused.
 set -euo pipefail
 build=$(dirname "$1")
 cd "$(dirname "$0")/.."
@@ -26,6 +27,19 @@ run --out "$folder/b" --shard 2/2 >/dev/null
 [[ $(ls "$folder/a/parts" "$folder/b/parts" | grep -c 1001) == 2 ]] || fail "shards are no partition"
 "$1" merge "$folder"/a/parts/* "$folder"/b/parts/* --out "$folder/merged" >/dev/null
 cmp "$folder/whole/metrics.json" "$folder/merged/metrics.json" || fail "shards merged differ from the whole"
+# Killed in the middle, with everything it started; whatever it had reached, the next call ends where the whole one did.
+setsid tools/evaluate --build "$build" --set overtake,empty_track --seconds 0.4 --sweep none --out "$folder/killed" \
+  >"$folder/log" 2>&1 &
+killed=$!
+for ((k = 0; k < 600; ++k)); do
+  [[ -z $(ls "$folder/killed/logs" 2>/dev/null) ]] || break
+  sleep 0.1
+done
+kill -KILL -- "-$killed" 2>/dev/null || fail "it ended before it could be killed"
+wait "$killed" 2>/dev/null || true
+[[ ! -f $folder/killed/metrics.json ]] || fail "it was whole before it was killed"
+run --out "$folder/killed" >/dev/null
+cmp "$folder/whole/metrics.json" "$folder/killed/metrics.json" || fail "killed and gone on differs from the whole"
 for bad in "--shard 3/2" "--shard 0/1" "--shard x" "--seeds abc" "--jobs 0" "--nonsense"; do
   # shellcheck disable=SC2086
   if run --out "$folder/bad" $bad >/dev/null 2>"$folder/log"; then fail "$bad was taken"; fi

@@ -15,7 +15,7 @@ namespace {
 
 std::string time_text(const Figures& f, const char* stage) {
   const auto found = f.times_ms.find(stage);
-  return found == f.times_ms.end() ? "" : cli::fixed(metrics::summarize(found->second).mean, 2) + " ms";
+  return found == f.times_ms.end() ? "" : cli::fixed(metrics::summarize(found->second).median, 2) + " ms";
 }
 
 // The paper's block scheme with what goes in and the mean times of this report.
@@ -92,8 +92,8 @@ std::string picture_section(const std::map<std::string, NamedPicture>& pictures,
        "no log has a car that begins to spin and is detected on the way (tools/evaluate adds spin_near)"},
       {"sensors", "Sensors and fields of view", "Blind strips as the mounting says.", "no rig"}};
   std::string html = heading("blocks", "The pipeline") +
-                     paragraph("Blue: mean time of this report's runs; segmentation: of one sensor.") + draw_blocks(f) +
-                     heading("pictures", "Pictures");
+                     paragraph("Blue: median time of this report's runs; segmentation: of one sensor.") +
+                     draw_blocks(f) + heading("pictures", "Pictures");
   for (const Shown& kind : kKinds) {
     const auto found = pictures.find(kind.name);
     html += "<h3 id=\"" + std::string(kind.name) + "\">" + escape_xml(kind.title) + "</h3>\n";

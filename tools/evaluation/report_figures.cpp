@@ -3,6 +3,7 @@
 //
 // The paper's result figures.
 #include "tools/evaluation/report_html.h"
+#include "tools/evaluation/report_pages.h"
 
 #include <algorithm>
 #include <cmath>
@@ -50,7 +51,8 @@ std::string clustering_section(const std::vector<Figures>& all, const Figures& f
   std::string html =
       heading("clustering", "Clustering") +
       paragraph("Cars with " + std::to_string(kMinCarPoints) +
-                " points or more; bars are one standard deviation. Mixed: a cluster that holds points of a "
+                " points or more; bars are one standard deviation either way, down to 0 at most. Mixed: a cluster that "
+                "holds points of a "
                 "car and of a wall, fence or any other obstacle, by truth, per frame with a car. Euclidean "
                 "clustering (own implementation of PCL's rule) on the points the pipeline found to be "
                 "non-ground. Both curves on some frames only (--every).");
@@ -64,14 +66,18 @@ std::string clustering_section(const std::vector<Figures>& all, const Figures& f
   const auto add = [](Series& s, double x, const std::vector<double>& values) {
     const metrics::Summary of = metrics::summarize(values);
     s.x.push_back(x), s.y.push_back(of.mean);
-    s.low.push_back(of.mean - of.deviation), s.high.push_back(of.mean + of.deviation);
+    s.low.push_back(std::max(0.0, of.mean - of.deviation)), s.high.push_back(of.mean + of.deviation);
   };
   for (const Figures* g : sweep) add(clusters, angle(g), g->clusters_per_car), add(mixed, angle(g), g->mixed_other);
   Series euclid{"Euclidean", kOrange, {}, {}, {}, {}, true, true}, euclid_mixed = euclid;
   for (const auto& [radius, values] : f.euclid_clusters) add(euclid, radius, values);
   for (const auto& [radius, values] : f.euclid_mixed) add(euclid_mixed, radius, values);
+  const auto reach = [](const Series& of) {  // of x, from 0 on
+    return std::pair(0.0, of.x.empty() ? 1.0 : 1.05 * *std::max_element(of.x.begin(), of.x.end()));
+  };
   // Both methods on one scale, each against its own parameter.
-  const auto pair = [](const std::string& title, const std::string& y_label, const Series& ours, const Series& theirs) {
+  const auto pair = [&](const std::string& title, const std::string& y_label, const Series& ours,
+                        const Series& theirs) {
     double low = 0, high = 0;
     for (const Series* s : {&ours, &theirs})
       for (std::size_t i = 0; i < s->y.size(); ++i) {
@@ -81,9 +87,12 @@ std::string clustering_section(const std::vector<Figures>& all, const Figures& f
     high += 0.08 * (high - low);
     std::string plots;
     if (!ours.x.empty())
-      plots += line_plot({title + ": proposed", "th_seg [deg]", y_label, 0, 0, low, high, 484, 290}, {ours});
-    return plots +
-           line_plot({title + ": Euclidean", "clustering radius [m]", y_label, 0, 0, low, high, 484, 290}, {theirs});
+      plots += line_plot(
+          {title + ": proposed", "th_seg [deg]", y_label, reach(ours).first, reach(ours).second, low, high, 484, 290},
+          {ours});
+    return plots + line_plot({title + ": Euclidean", "clustering radius [m]", y_label, reach(theirs).first,
+                              reach(theirs).second, low, high, 484, 290},
+                             {theirs});
   };
   html += pair("(a) Clusters per car", "clusters", clusters, euclid);
   html += pair("(b) Mixed clusters", "clusters a frame", mixed, euclid_mixed);
@@ -169,7 +178,7 @@ std::string error_section(const Figures& f) {
                       cli::fixed(s.p95, 3)});
       violins.push_back(std::move(v));
     }
-    if (!violins.empty()) html += violin_plot({kind.title, "", kind.title, 0, 0, 0, 0, 238, 300}, violins);
+    if (!violins.empty()) html += violin_plot({kind.title, "", "error", 0, 0, 0, 0, 238, 300}, violins);
   }
   return html + table_html(rows);
 }

@@ -39,6 +39,8 @@ std::string scenario_section(const std::vector<Figures>& all, const std::vector<
 std::string picture_section(const std::map<std::string, NamedPicture>& pictures, const Figures& f);
 std::string parameter_section();
 
-std::string cpu_name();
+// What of scaling.json and recordings.json is in the folder: "" where there is none. Throws io::Error: a damaged file.
+std::string scaling_section(const std::string& out);
+std::string recordings_section(const std::string& out);
 
 }  // namespace overtake::evaluation

@@ -116,14 +116,14 @@ std::string headline_table(const Figures& f) {
         deviation(f.track_errors, "speed_mps", 1) + "; " + deviation(f.track_errors, "course_rad", kDegrees)},
        {"MOTA; HOTA; GOSPA m; id switches", cli::fixed(t.mot.mota(), 3) + "; " + cli::fixed(t.hota.hota, 3) + "; " +
                                                 cli::fixed(t.gospa_m.mean, 2) + "; " + std::to_string(t.mot.switches)},
-       {"mean time of a frame on one core",
-        cli::fixed(frame == f.times_ms.end() ? NAN : metrics::summarize(frame->second).mean, 2) + " ms"}});
+       {"median time of a frame on one core",
+        cli::fixed(frame == f.times_ms.end() ? NAN : metrics::summarize(frame->second).median, 2) + " ms"}});
 }
 
 }  // namespace
 
 std::string format_report(const std::vector<Figures>& all, const std::vector<Run>& runs,
-                          const std::map<std::string, NamedPicture>& pictures) {
+                          const std::map<std::string, NamedPicture>& pictures, const std::string& out) {
   const Figures* main = nullptr;
   for (const Figures& f : all)
     if (f.contestant.find_first_of("@:") == std::string::npos && (!main || f.frames > main->frames)) main = &f;
@@ -137,9 +137,9 @@ std::string format_report(const std::vector<Figures>& all, const std::vector<Run
                     std::to_string(main->runs) + " log(s), " + std::to_string(main->frames) + " frames, " +
                     cli::fixed(main->seconds, 0) + " s.");
   html += headline_table(*main) + index_section() + claims_section(all, *main) + oracle_section(all, *main) +
-          scenario_section(all, runs) + picture_section(pictures, *main) + time_section(*main) + ground_section(*main) +
-          clustering_section(all, *main) + detection_section(*main) + error_section(*main) + ways_section() +
-          parameter_section() + log_section(runs);
+          scenario_section(all, runs) + picture_section(pictures, *main) + time_section(*main) + scaling_section(out) +
+          ground_section(*main) + clustering_section(all, *main) + detection_section(*main) + error_section(*main) +
+          recordings_section(out) + ways_section() + parameter_section() + log_section(runs);
   return html + page_end();
 }
 

@@ -14,6 +14,8 @@
 namespace overtake::evaluation {
 
 std::string format_report(const std::vector<Figures>& all, const std::vector<Run>& runs,
-                          const std::map<std::string, NamedPicture>& pictures);
+                          const std::map<std::string, NamedPicture>& pictures, const std::string& out);
+
+std::string cpu_name();
 
 }  // namespace overtake::evaluation

@@ -29,7 +29,7 @@ class Canvas {
       : svg(axes.width, axes.height), axes_(axes), x_low_(x_low), x_high_(x_high), y_low_(y_low), y_high_(y_high) {
     if (!(x_low_ < x_high_)) x_low_ -= 0.5, x_high_ = x_low_ + 1;
     if (!(y_low_ < y_high_)) y_low_ -= 0.5, y_high_ = y_low_ + 1;
-    svg.text(axes.width / 2.0, 16, axes.title, "middle", " font-size=\"13\" font-weight=\"bold\"");
+    svg.text((kLeft + axes.width - kRight) / 2, 16, axes.title, "middle", " font-size=\"13\" font-weight=\"bold\"");
     svg.text((kLeft + axes.width - kRight) / 2, axes.height - 6, axes.x_label, "middle");
     svg.upward_text(13, (kTop + axes.height - kBottom) / 2, axes.y_label);
     const double right = axes_.width - kRight;

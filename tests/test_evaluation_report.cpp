@@ -1,0 +1,185 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a person sees of an evaluation: pictures of single moments, and a report that is whole.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include "tests/support/temp_folder.h"
+#include "tools/evaluation/album.h"
+#include "tools/evaluation/first_seen.h"
+#include "tools/evaluation/report.h"
+#include "tools/evaluation/run_logs.h"
+#include "tools/evaluation/svg.h"
+#include "tools/evaluation/svg_plot.h"
+#include "tools/io/error.h"
+#include "tools/io/text.h"
+#include "tools/sim/race_log.h"
+
+using namespace overtake;
+using namespace overtake::evaluation;
+using doctest::Approx;
+
+namespace {
+
+std::size_t count_of(const std::string& text, const std::string& word) {
+  std::size_t count = 0;
+  for (std::size_t at = 0; (at = text.find(word, at)) != std::string::npos; at += word.size()) ++count;
+  return count;
+}
+
+// What stands between `before` and the next quote, wherever it occurs.
+std::set<std::string> all_after(const std::string& text, const std::string& before) {
+  std::set<std::string> out;
+  for (std::size_t at = 0; (at = text.find(before, at)) != std::string::npos;) {
+    at += before.size();
+    out.insert(text.substr(at, text.find('"', at) - at));
+  }
+  return out;
+}
+
+void simulate(const std::string& scenario_name, double seconds, const std::string& path) {
+  const sim::Scenario scenario = sim::load_scenario(scenario_name);
+  sim::Simulator simulator(scenario, 1, seconds, 2);
+  const auto out = sim::make_mcap_log(path, simulator, 1);
+  for (int32_t k = 0; k < simulator.sweep_count(); ++k) out->write(k, simulator.sweep(k));
+  out->close();
+}
+
+}  // namespace
+
+TEST_CASE("base64: the test vectors of RFC 4648") {
+  const char* plain[] = {"", "f", "fo", "foo", "foob", "fooba", "foobar"};
+  const char* encoded[] = {"", "Zg==", "Zm8=", "Zm9v", "Zm9vYg==", "Zm9vYmE=", "Zm9vYmFy"};
+  for (int32_t k = 0; k < 7; ++k) CHECK(encode_base64(plain[k]) == encoded[k]);
+  CHECK(encode_base64("\xff\xfe\xfd") == "//79");
+}
+
+TEST_CASE("svg: numbers are short, a tick has the digits of its step") {
+  CHECK(svg_number(1.5) == "1.5");
+  CHECK(svg_number(-0.001) == "0");
+  CHECK(svg_number(100) == "100");
+  CHECK(svg_number(2.346) == "2.35");
+  const std::string plot = line_plot({"t", "x", "y", 0, 15}, {{"s", "red", {0, 15}, {0, 15}, {}, {}, true, false}});
+  for (const char* tick : {">2.5<", ">5.0<", ">12.5<"}) CHECK(plot.find(tick) != std::string::npos);
+}
+
+TEST_CASE(
+    "rig picture: the blind strips of the AV-21 are 0.82 m in front and 0.53 m behind; an overlap is called one") {
+  io::Rig rig = io::load_rig("av21");
+  const std::string picture = draw_rig(rig, 4.921, 1.886);
+  CHECK(count_of(picture, "blind 0.82 m") == 2);
+  CHECK(count_of(picture, "blind 0.53 m") == 1);
+  rig.sensors[1].x_m += 2;  // left, now before the front one
+  CHECK(count_of(draw_rig(rig, 4.921, 1.886), "overlap") == 1);
+}
+
+TEST_CASE("fits: each panel says which rectangle was taken and how many points are inside") {
+  FitMoment m;
+  m.points = {{20.0f, 1.0f}, {20.5f, 1.0f}, {21.0f, 1.2f}};
+  m.truth = m.by_map = {20, 1, 0, 4.9, 1.9};
+  m.by_points = {20, 1, 0.5, 4.9, 1.9};
+  m.inside_map = 2, m.inside_points = 3, m.points_chosen = true;
+  FitMoment other = m;
+  other.points_chosen = false;
+  const std::string picture = draw_fits({m, other});
+  CHECK(picture.find("psi_REF 2, psi_VAR 3 of 3; taken: psi_VAR") != std::string::npos);
+  CHECK(picture.find("taken: psi_REF") != std::string::npos);
+  CHECK(count_of(picture, "<circle") == 6);
+  CHECK(count_of(picture, "<polygon") == 6);
+}
+
+TEST_CASE("pictures: of one name the one with the highest score is shown, a damaged list is named") {
+  const TempFolder folder;
+  const std::string a = folder.path("a"), b = folder.path("b"), none = folder.path("none");
+  write_pictures(a, {{"strip", "<svg>low</svg>", "low", 3}, {"rig", "<svg>first</svg>", "first", 0}});
+  write_pictures(b, {{"strip", "<svg>high</svg>", "high", 5}, {"rig", "<svg>second</svg>", "second", 0}});
+  const auto best = best_pictures({a, b, none});
+  CHECK(best.size() == 2);
+  CHECK(best.at("strip").svg == "<svg>high</svg>");
+  CHECK(best.at("strip").caption == "b, high");
+  CHECK(best.at("rig").svg == "<svg>first</svg>");
+  copy_pictures(a, none);
+  CHECK(best_pictures({none}).at("strip").svg == "<svg>low</svg>");
+  io::write_whole_file(b + "/pictures/pictures.json", "[{]");
+  CHECK_THROWS_WITH_AS(best_pictures({a, b}), doctest::Contains("pictures.json"), io::Error);
+}
+
+TEST_CASE("first seen: from a car's first row within reach to its first detection, and where its track was confirmed") {
+  Run run{"paper", "log", {{"scenario", "hand"}}, make_tables()};
+  const auto add = [&](double time, double car, double ahead, double detections, double confirmed) {
+    run.tables["cars"].add({0, time, car, ahead, 0, 0, 0, 20, 1, 1, detections, 0, confirmed});
+  };
+  add(0.0, 1, 160, 0, 0);  // out of reach
+  add(1.0, 1, 140, 0, 0);
+  add(1.0, 2, 50, 1, 0);
+  add(1.5, 1, 120, 1, 0);
+  add(2.0, 1, 100, 0, 1);
+  add(2.5, 1, 80, 1, 1);
+  add(2.5, 3, 20, 0, 0);  // never
+  const FirstSeen first = first_seen({run}, "paper", "hand");
+  CHECK(first.detected_s.count == 2);
+  CHECK(first.detected_s.least == Approx(0));
+  CHECK(first.detected_s.most == Approx(0.5));
+  CHECK(first.confirmed_m.count == 1);
+  CHECK(first.confirmed_m.mean == Approx(100));
+  CHECK(first_seen({run}, "paper", "other").detected_s.count == 0);
+}
+
+TEST_CASE("a report answers each figure of the paper, fetches nothing, and is the same after a merge") {
+  const TempFolder folder;
+  const std::string log = folder.path("spin_near.mcap"), out = folder.path("out");
+  simulate("spin_near", 1.0, log);
+  RunOptions options;
+  options.logs = {log};
+  options.presets = {"paper", "paper:ego"};
+  options.out = out;
+  options.quiet = true;
+  REQUIRE(run_logs(options));
+  const std::string pictures = out + "/runs/paper/spin_near/pictures/";
+  for (const char* name : {"race", "sensors"}) CHECK(std::filesystem::exists(pictures + name + ".svg"));
+  CHECK(!std::filesystem::exists(out + "/runs/paper:ego/spin_near/pictures"));  // what it is, not what it might be
+  write_report(out, false);
+  const std::string html = io::read_whole_file(out + "/report.html");
+
+  // Every place that is linked to is there, and every figure of the paper has one.
+  const std::set<std::string> links = all_after(html, "href=\"#"), places = all_after(html, "id=\"");
+  for (const std::string& link : links) CHECK_MESSAGE(places.count(link) == 1, link);
+  for (const char* figure : {"race", "ways", "blocks", "strip", "clouds", "fits", "sensors", "times", "ground",
+                             "clustering", "detection", "errors", "parameters", "claims", "cost", "scenarios"})
+    CHECK_MESSAGE(links.count(figure) == 1, figure);
+  for (const std::string& target : all_after(html, "href=\""))
+    CHECK((target[0] == '#' || target.rfind("data:image/png;base64,", 0) == 0));
+  for (const char* fetching : {"src=", "<script", "<link", "@import", "url(http"})
+    CHECK_MESSAGE(html.find(fetching) == std::string::npos, fetching);
+  CHECK(html.find("prefers-color-scheme:dark") != std::string::npos);
+  CHECK(html.find("class=\"simulated\"") != std::string::npos);
+  CHECK(html.find(">nan<") == std::string::npos);
+  CHECK(html.find("=\"nan\"") == std::string::npos);
+
+  merge_runs({out}, folder.path("merged"));
+  write_report(folder.path("merged"), false);
+  CHECK(io::read_whole_file(folder.path("merged") + "/report.html") == html);
+}
+
+TEST_CASE("the album finds the strip, the seam and the spin of a simulated race" * doctest::test_suite("long")) {
+  const TempFolder folder;
+  const std::string log = folder.path("spin_near.mcap"), out = folder.path("out");
+  simulate("spin_near", 5.5, log);
+  RunOptions options;
+  options.logs = {log};
+  options.presets = {"paper"};
+  options.out = out;
+  options.quiet = true;
+  REQUIRE(run_logs(options));
+  const auto pictures = best_pictures({out + "/runs/paper/spin_near"});
+  REQUIRE(pictures.count("strip") == 1);
+  REQUIRE(pictures.count("clouds") == 1);
+  REQUIRE(pictures.count("fits") == 1);
+  CHECK(count_of(pictures.at("strip").svg, "data:image/png;base64,") == 2 + 5 + 5);  // clouds, images, scales
+  CHECK(count_of(pictures.at("clouds").svg, "data:image/png;base64,") == 2);
+  CHECK(count_of(pictures.at("fits").svg, "true slip angle") == 3);
+}
