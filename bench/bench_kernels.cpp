@@ -91,6 +91,7 @@ void bench_chain(benchmark::State& state, const char* isa, const std::vector<Clo
   def.sensors = sensors.data();
   def.sensor_count = int32_t(sensors.size());
   def.worker_count = 1;
+  def.keep_images = 0;
   def.isa = isa;
   ovt_detector* detector = nullptr;
   if (ovt_create_detector(&def, &detector) != OVT_OK) return state.SkipWithError("no detector");
@@ -170,7 +171,7 @@ void bench_segment(benchmark::State& state, const KernelTable* kernels, const Cl
   work.context.kernels = kernels;
   for (auto _ : state) {
     work.load(*kernels);
-    segment_scan(work.context, 0, work.part);
+    segment_scan(work.context, 0, work.part, work.scratch);
   }
   state.SetItemsProcessed(int64_t(state.iterations()) * work.points());
   state.SetBytesProcessed(int64_t(state.iterations()) * work.points() * int64_t(sizeof(CloudPoint)));

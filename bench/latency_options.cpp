@@ -57,6 +57,7 @@ ParsedOptions parse_latency_options(int argc, const char* const* argv) {
   app.add_option("--isa", o.run.isa, "force an instruction set (ref: the scalar truth)");
   app.add_flag("--cold", o.run.cold, "every CPU walks more memory than the largest cache between two frames");
   app.add_flag("--lock", lock, "lock the library's memory");
+  app.add_flag("--keep-images", o.run.keep_images, "frames keep every image for their readers");
   app.add_flag("--huge", huge, "huge pages for the library's memory");
   app.add_option("--deadline-us", deadline_us, "count frames later than this after their last push")
       ->check(CLI::Range(0.0, 1e9));

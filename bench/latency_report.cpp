@@ -130,12 +130,12 @@ std::string format_text(const LatencyReport& report, const LatencyRun& run, cons
   char line[400];
   std::snprintf(line, sizeof line,
                 "input: %s\nrun: %s loop, %.6g Hz, %d frames after %d of warm-up, CPUs %s%s\nlibrary: isa %s, %d "
-                "workers, %d threads pinned, spin %d us, %.1f MiB (%.1f locked, %.1f huge)\npolicy: %s\n",
+                "workers, %d threads pinned, spin %d us, images %s, %.1f MiB (%.1f locked, %.1f huge)\npolicy: %s\n",
                 source.c_str(), def.closed_loop ? "closed" : "open", run.rate_hz, def.frames, def.warmup,
                 cpus_text(def.cpus).c_str(), def.cold ? ", caches emptied between frames" : "", run.isa.c_str(),
-                run.runtime.worker_count, run.runtime.pinned, def.spin_us, double(run.runtime.memory_bytes) / 1048576,
-                double(run.runtime.locked_bytes) / 1048576, double(run.runtime.huge_bytes) / 1048576,
-                policy_text(run, def).c_str());
+                run.runtime.worker_count, run.runtime.pinned, def.spin_us, def.keep_images ? "kept" : "not kept",
+                double(run.runtime.memory_bytes) / 1048576, double(run.runtime.locked_bytes) / 1048576,
+                double(run.runtime.huge_bytes) / 1048576, policy_text(run, def).c_str());
   text += line;
   std::snprintf(line, sizeof line, "\n  %-14s %8s %10s %10s %10s %10s %10s\n", "us", "count", "p50", "p90", "p99",
                 "p99.9", "max");
@@ -195,6 +195,7 @@ std::string format_json(const LatencyReport& report, const LatencyRun& run, cons
                      {"isa", def.isa},
                      {"cold", def.cold},
                      {"memory", def.memory},
+                     {"keep_images", def.keep_images},
                      {"deadline_us", double(def.deadline_ns) / 1000},
                      {"frames", def.frames},
                      {"warmup", def.warmup}};

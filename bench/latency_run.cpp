@@ -80,6 +80,7 @@ class LatencyRunner {
     detector_def.fifo_priority = def_.fifo_priority;
     detector_def.spin_us = def_.spin_us;
     detector_def.memory = def_.memory;
+    detector_def.keep_images = def_.keep_images;
     detector_def.deadline_ns = def_.deadline_ns;
     detector_def.on_frame = &LatencyRunner::on_frame;
     detector_def.user = this;

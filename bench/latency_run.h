@@ -26,8 +26,9 @@ struct LatencyRunDef {
   int32_t fifo_priority = 0, spin_us = 0;
   int32_t memory = 0;  // OVT_MEMORY_... bits
   int64_t deadline_ns = 0;
-  std::string isa;    // empty: the best
-  bool cold = false;  // caches emptied between frames
+  std::string isa;           // empty: the best
+  bool cold = false;         // caches emptied between frames
+  bool keep_images = false;  // as ovt_detector_def.keep_images
   int64_t noise_window_ns = 1'000'000;
 };
 

@@ -46,7 +46,8 @@ class Work {
     }
     context.detect = make_detect_params(params);
     sizes.merge_columns = context.detect.merge_seams.columns;
-    if (!build_frame(frame, sizes, default_allocator())) std::abort();
+    if (!build_frame(frame, sizes, default_allocator()) || !build_scratch(scratch, sizes, default_allocator()))
+      std::abort();
     const KernelTable& ref = *find_kernels("ref");
     for (int32_t s = 0; s < int32_t(Step::kCount); ++s) run(ref, Step(s));
   }
@@ -71,7 +72,7 @@ class Work {
     const SensorModel& sensor = context.sensors[0];
     const SegmentParams& p = context.segment[0];
     RangeImages& m = part.images;
-    LayerSums& sums = part.layer_sums;
+    LayerSums& sums = scratch.layer_sums;
     switch (step) {
       case Step::load_points: load(k); break;
       case Step::project_points:
@@ -87,9 +88,9 @@ class Work {
           sums.point_count[layer.id] = layer.points;
           sums.elevation_sum[layer.id] = layer.elevation;
         }
-        part.row_count = k.rank_layers(sensor.rows, sums, part.row_of_layer, part.layer_order);
+        part.row_count = k.rank_layers(sensor.rows, sums, scratch.row_of_layer, scratch.layer_order);
         break;
-      case Step::scatter_points: k.scatter_points(part.scan, part.row_of_layer, part.points, m); break;
+      case Step::scatter_points: k.scatter_points(part.scan, scratch.row_of_layer, part.points, m); break;
       case Step::fill_gaps:
         k.fill_gaps(p.fill_gaps, m.range_m, m.elevation_rad, m.range_filled_m, m.elevation_filled_rad);
         break;
@@ -110,12 +111,12 @@ class Work {
         break;
       case Step::label_bfs:
         part.label_count = k.label_bfs(sensor.wraps, m.range_filled_m, m.nonground_repaired, m.link_right, m.link_down,
-                                       m.labels, part.queue);
+                                       m.labels, scratch.queue);
         break;
       case Step::label_points: k.label_points(p.label_points, m, part.points); break;
       case Step::build_clusters:
         k.build_clusters(sensor.T_vehicle_sensor, part.scan, part.points, part.label_count, part.clusters,
-                         part.cluster_points, part.row_of_label, part.cursor, part.order);
+                         part.cluster_points, part.row_of_label, scratch.cursor, scratch.order);
         break;
       case Step::merge_seams: {
         SeamSide sides[3];
@@ -147,6 +148,7 @@ class Work {
   StageContext context;
   Frame frame;
   SensorPart& part = frame.sensors[0];
+  SegmentScratch scratch;
   int32_t fit_count = 0;
 
  private:

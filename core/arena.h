@@ -39,9 +39,7 @@ class Carver {
 
   template <class T>
   Plane<T> take_plane(int32_t rows, int32_t cols) {
-    const int32_t stride = round_up(cols + kRowPad, kRowAlign);
-    T* lead = take<T>(std::size_t(rows) * std::size_t(stride) + 2 * kRowPad);
-    return {lead ? lead + kRowPad : nullptr, rows, cols, stride};
+    return plane_of(take<T>(plane_elements(rows, cols)), rows, cols);
   }
 
   BitPlane take_bits(int32_t rows, int32_t cols) {

@@ -42,6 +42,16 @@ struct Plane {
   OVT_INLINE operator Plane<const T>() const { return {data, rows, cols, stride}; }
 };
 
+// Memory of a plane, and the plane in it.
+inline int32_t plane_stride(int32_t cols) { return round_up(cols + kRowPad, kRowAlign); }
+inline std::size_t plane_elements(int32_t rows, int32_t cols) {
+  return std::size_t(rows) * std::size_t(plane_stride(cols)) + 2 * kRowPad;
+}
+template <class T>
+Plane<T> plane_of(T* memory, int32_t rows, int32_t cols) {
+  return {memory ? memory + kRowPad : nullptr, rows, cols, plane_stride(cols)};
+}
+
 // One bit a pixel, 64 columns a word, column c in bit c % 64 of word c / 64. Bits at and after cols are zero: whoever
 // writes a row keeps them so.
 template <class Word>

@@ -67,6 +67,7 @@ class Detector {
   void read_stats(ovt_stats& out) const;
   ovt_runtime_info runtime_info() const;
   int32_t sensor_count() const { return context_.sensor_count; }
+  bool keeps_images() const { return keep_images_; }
   const TrackerParams& tracker_params() const { return tracker_params_; }
   Counters& counters() { return counters_; }
   // Tests only, before the first push.
@@ -95,8 +96,9 @@ class Detector {
 
   Memory memory_;  // first: every block goes back to it
   StageContext context_;
+  std::unique_ptr<SegmentScratch[]> scratch_;  // by thread of the arena; one with worker_count 1
   int32_t worker_count_ = 1, max_frames_ = 1;
-  bool process_locked_ = false;
+  bool process_locked_ = false, keep_images_ = true;
   TrackMap map_;
   int32_t point_capacity_[kMaxSensors] = {};
   TrackerParams tracker_params_;

@@ -191,9 +191,16 @@ ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params&
   sizes.track_capacity = def.track_capacity;
   sizes.external_capacity = def.candidate_capacity;
   sizes.merge_columns = params.merge_columns;
+  sizes.keep_images = keep_images_ = def.keep_images != 0;
   // In work; one more for a late scan while a frame waits for its sensors; the latest; and one for each reader.
   max_frames_ = (inline_ ? 1 : def.frames_in_flight) + 1;
   if (!pool_.build(max_frames_ + 1 + def.reader_capacity, max_frames_, sizes, allocator)) return no_memory("frames");
+  const int32_t threads = inline_ ? 1 : worker_count_ + 1;  // the arena has a place for the intake
+  scratch_.reset(new (std::nothrow) SegmentScratch[std::size_t(threads)]);
+  if (!scratch_) return no_memory("the workers");
+  for (int32_t i = 0; i < threads; ++i)
+    if (!build_scratch(scratch_[std::size_t(i)], sizes, allocator)) return no_memory("the workers");
+  context_.scratch = scratch_.get();
   for (int32_t s = 0; s < context_.sensor_count; ++s)
     if (!mailboxes_[s].build(point_capacity_[s], allocator)) return no_memory("mailboxes");
   if (!external_.build(def.candidate_capacity, allocator)) return no_memory("pushed detections");

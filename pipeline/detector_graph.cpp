@@ -76,10 +76,11 @@ bool guard(const RunnerHooks& hooks, Body&& body) noexcept {
   }
 }
 
-void run_segment(const StageContext& context, const RunnerHooks& hooks, Frame& frame, int32_t sensor) noexcept {
+void run_segment(const StageContext& context, const RunnerHooks& hooks, Frame& frame, int32_t sensor,
+                 int32_t thread) noexcept {
   const bool whole = guard(hooks, [&] {
     context.hook(Body::kSegment, frame, sensor);
-    segment_scan(context, sensor, frame.sensors[sensor]);
+    segment_scan(context, sensor, frame.sensors[sensor], context.scratch[thread]);
   });
   if (!whole) frame.sensors[sensor].present = false;  // half a segmentation is none
 }
@@ -110,7 +111,7 @@ InlineRunner::InlineRunner(const StageContext& context, TrackStage& track, Runne
 void InlineRunner::start_segment(Frame& frame, int32_t sensor) {
   note_start(frame);
   context_.hook(Body::kTake, frame, sensor);
-  run_segment(context_, hooks_, frame, sensor);
+  run_segment(context_, hooks_, frame, sensor, 0);
 }
 
 void InlineRunner::close(Frame& frame) {
@@ -138,7 +139,7 @@ struct DetectorGraph::Nodes {
           if (job.sensor == kRelease) release_worker();
           return flow::continue_msg();
         }
-        run_segment(context, hooks, *job.frame, job.sensor);
+        run_segment(context, hooks, *job.frame, job.sensor, oneapi::tbb::this_task_arena::current_thread_index());
         finish_part(*job.frame);
         return flow::continue_msg();
       });

@@ -8,23 +8,23 @@ namespace overtake {
 namespace {
 
 void carve_sensor(Carver& carver, SensorPart& part, const SensorModel& sensor, int32_t point_capacity,
-                  int32_t cluster_capacity) {
+                  int32_t cluster_capacity, bool keep_images) {
   carve_table(carver, part.scan, point_capacity);
-  carve_table(carver, part.points, point_capacity);
-  carve_range_images(carver, part.images, sensor.rows, sensor.cols);
+  if (keep_images) {
+    carve_table(carver, part.points, point_capacity);
+    carve_range_images(carver, part.images, sensor.rows, sensor.cols);
+  } else {
+    PointTable& points = part.points;
+    points.capacity = round_up(point_capacity, kRowAlign);
+    points.label = carver.take<int32_t>(std::size_t(points.capacity));
+    points.reason = carver.take<uint8_t>(std::size_t(points.capacity));
+    part.images.pixel_point = carver.take_plane<int32_t>(sensor.rows, sensor.cols);
+  }
   carve_table(carver, part.clusters, cluster_capacity);
   carve_table(carver, part.cluster_points, point_capacity);
-  part.layer_sums.touched = carver.take<int32_t>(kLayerIds);
-  part.layer_sums.point_count = carver.take<int32_t>(kLayerIds);
-  part.layer_sums.elevation_sum = carver.take<int64_t>(kLayerIds);
-  part.row_of_layer = carver.take<int32_t>(kLayerIds);
-  part.layer_order = carver.take<int32_t>(kLayerIds);
   const std::size_t pixels = std::size_t(sensor.rows) * std::size_t(sensor.cols);  // as many labels at the most
-  part.queue = carver.take<int32_t>(pixels);
   part.row_of_label = carver.take<int32_t>(pixels + 1);
   part.cluster_of_label = carver.take<int32_t>(pixels + 1);
-  part.cursor = carver.take<int32_t>(pixels + 1);
-  part.order = carver.take<int32_t>(pixels + 1);
 }
 
 }  // namespace
@@ -40,7 +40,7 @@ bool build_frame(Frame& frame, const FrameSizes& sizes, const Allocator& allocat
   const int32_t measurements = std::max(sizes.candidate_capacity, sizes.external_capacity);
   return frame.arena.build(allocator, [&](Carver& carver) {
     for (int32_t s = 0; s < sizes.sensor_count; ++s)
-      carve_sensor(carver, frame.sensors[s], sizes.sensors[s], sizes.point_capacity[s], clusters);
+      carve_sensor(carver, frame.sensors[s], sizes.sensors[s], sizes.point_capacity[s], clusters, sizes.keep_images);
     carve_table(carver, frame.external, sizes.external_capacity);
     carve_table(carver, frame.members, members);
     carve_table(carver, frame.merged, clusters);

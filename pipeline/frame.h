@@ -33,8 +33,8 @@ struct SensorPart {
   bool present = false;
   int64_t stamp_ns = 0;
   ScanTable scan;
-  PointTable points;
-  RangeImages images;
+  PointTable points;   // without kept images: but for label and reason, memory of whoever segmented it last
+  RangeImages images;  // the same, but for pixel_point
   ClusterTable clusters;
   ClusterPointTable cluster_points;
   int32_t row_count = 0;  // layers found
@@ -44,10 +44,6 @@ struct SensorPart {
   StageSpans spans;
   int32_t* row_of_label = nullptr;      // [label_count + 1] in clusters, -1 none
   int32_t* cluster_of_label = nullptr;  // the same in the frame's merged table; written by merge
-  // scratch
-  LayerSums layer_sums;
-  int32_t *row_of_layer = nullptr, *layer_order = nullptr;  // [kLayerIds]
-  int32_t *queue = nullptr, *cursor = nullptr, *order = nullptr;
 };
 
 enum class FrameKind : int32_t { kScans, kExternal, kPrediction };
@@ -132,6 +128,7 @@ struct FrameSizes {
   int32_t sensor_count = 0;
   int32_t cluster_capacity = 0, candidate_capacity = 0, track_capacity = 0, external_capacity = 0;
   int32_t merge_columns = 1;
+  bool keep_images = true;
 };
 
 // Carves every table of a frame from one block.

@@ -46,6 +46,7 @@ ovt_detector_def default_detector_def() {
   def.ego_pose_capacity = 1024;
   def.watchdog_ns = 1'000'000'000;
   def.memory = OVT_MEMORY_HUGE;
+  def.keep_images = 1;
   return def;
 }
 
@@ -90,6 +91,7 @@ const char* const kStatusText[] = {
     "late: the stamp is older than what was already taken",
     "too many: more than the capacity set at create",
     "internal error: an exception was caught",
+    "the def said that frames need not keep it",
 };
 
 const char* const kImageName[OVT_IMAGE_COUNT] = {
@@ -401,6 +403,8 @@ ovt_status ovt_read_image_sized(ovt_reader* reader, int32_t sensor, ovt_image_id
   const SensorPart* part = part_of(reader, sensor);
   if (!part) return OVT_BAD_ARGUMENT;
   if (!part->present) return OVT_NO_FRAME;
+  if (image < 0 || image >= OVT_IMAGE_COUNT) return OVT_BAD_ARGUMENT;
+  if (image != OVT_IMAGE_PIXEL_POINT && !cpp(reader).detector->keeps_images()) return OVT_NOT_KEPT;
   const RangeImages& m = part->images;
   const auto floats = [&](const Plane<float>& p, int32_t rows) {
     return give<ovt_image>({p.data, OVT_IMAGE_F32, rows, p.cols, size_t(p.stride) * sizeof(float)}, out, out_size);

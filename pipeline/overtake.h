@@ -23,7 +23,7 @@
  * the ..._sized ones. Fields are appended, enum values never renumbered. A field that the caller's header did not know
  * has its default.
  */
-/* clang-format off: comments stand in columns */
+/* clang-format off */
 #ifndef OVERTAKE_H
 #define OVERTAKE_H
 
@@ -45,27 +45,28 @@ extern "C" {
 
 typedef enum ovt_status {
   OVT_OK = 0,
-  OVT_BAD_ARGUMENT = 1, /* a null, a count, stride, type or value out of its bounds; nothing changed */
-  OVT_BAD_VERSION = 2,  /* header and library do not fit, or struct_size is unknown; nothing changed */
-  OVT_UNKNOWN_NAME = 3, /* no preset, parameter or ISA of that name */
-  OVT_OUT_OF_RANGE = 4, /* a parameter's value is outside its limits */
-  OVT_NO_MEMORY = 5,    /* the allocator had none; nothing was kept */
-  OVT_NO_THREADS = 6,   /* the system refused a thread */
-  OVT_NO_FRAME = 7,     /* the reader has no (new) finished frame */
-  OVT_DUPLICATE = 8,    /* stamp equal to the last one of that sensor or stream; counted, not used */
-  OVT_LATE = 9,         /* ego pose older than the last one; counted, not used */
-  OVT_TOO_MANY = 10,    /* more points, readers or rows than the def's capacity */
-  OVT_INTERNAL = 11     /* an exception was caught; counted, the next call works */
+  OVT_BAD_ARGUMENT = 1,     /* a null, a count, stride, type or value out of its bounds; nothing changed */
+  OVT_BAD_VERSION = 2,      /* header and library do not fit, or struct_size is unknown; nothing changed */
+  OVT_UNKNOWN_NAME = 3,     /* no preset, parameter or ISA of that name */
+  OVT_OUT_OF_RANGE = 4,     /* a parameter's value is outside its limits */
+  OVT_NO_MEMORY = 5,        /* the allocator had none; nothing was kept */
+  OVT_NO_THREADS = 6,       /* the system refused a thread */
+  OVT_NO_FRAME = 7,         /* the reader has no (new) finished frame */
+  OVT_DUPLICATE = 8,        /* stamp equal to the last one of that sensor or stream; counted, not used */
+  OVT_LATE = 9,             /* ego pose older than the last one; counted, not used */
+  OVT_TOO_MANY = 10,        /* more points, readers or rows than the def's capacity */
+  OVT_INTERNAL = 11,        /* an exception was caught; counted, the next call works */
+  OVT_NOT_KEPT = 12         /* the def said that frames need not keep it */
 } ovt_status;
 
-OVT_API const char* ovt_status_text(ovt_status status); /* one sentence, static memory, never null */
+OVT_API const char* ovt_status_text(ovt_status status);      /* one sentence, static memory, never null */
 
 typedef struct ovt_build_info {
-  uint32_t version;         /* OVT_VERSION of the library */
-  const char* version_text; /* "0.1.0" */
-  const char* commit;       /* git commit it was built from, or "unknown" */
-  const char* compiler;     /* "g++ 12.2.0" */
-  const char* isas;         /* what this CPU can run here: "ref" or "ref sse2 avx2" */
+  uint32_t version;                                          /* OVT_VERSION of the library */
+  const char* version_text;                                  /* "0.1.0" */
+  const char* commit;                                        /* git commit it was built from, or "unknown" */
+  const char* compiler;                                      /* "g++ 12.2.0" */
+  const char* isas;                                          /* what this CPU can run here: "ref" or "ref sse2 avx2" */
 } ovt_build_info;
 OVT_API void ovt_read_build_info_sized(ovt_build_info* out, size_t out_size);
 static inline void ovt_read_build_info(ovt_build_info* out) { ovt_read_build_info_sized(out, sizeof *out); }
@@ -76,52 +77,52 @@ static inline void ovt_read_build_info(ovt_build_info* out) { ovt_read_build_inf
  * angles in degrees: ovt_describe_param lists them with units, limits and meaning. */
 typedef struct ovt_params {
   size_t struct_size;
-  double frame_period_s;           /* frame.period_s             sensors' period */
-  double frame_tolerance_s;        /* frame.tolerance_s          scans this close to its first stamp join a frame */
-  double gaps_limit_m;             /* gaps.limit_m */
-  double gaps_limit_share;         /* gaps.limit_share */
-  double angle_skip_rad;           /* angle.skip_deg */
-  int32_t smooth_window;           /* smooth.window              sz_SG */
-  int32_t smooth_order;            /* smooth.order */
-  double ground_threshold_rad;     /* ground.threshold_deg       th_gnd */
-  int32_t repair_window;           /* repair.window              w_s, columns */
-  double repair_range_limit_m;     /* repair.range_limit_m       th_r */
-  double cluster_threshold_rad;    /* cluster.threshold_deg      th_seg */
-  double label_own_limit_m;        /* label.own_limit_m */
-  double label_loser_limit_m;      /* label.loser_limit_m */
-  double merge_distance_m;         /* merge.distance_m           th_mrg */
-  int32_t merge_columns;           /* merge.columns              K */
-  int32_t gate_min_points;         /* gate.min_points */
-  double gate_slack;               /* gate.slack                 share of the vehicle's length */
-  double gate_map_margin_m;        /* gate.map_margin_m          this far outside the track still counts */
-  double vehicle_length_m;         /* vehicle.length_m           of the cars to find */
-  double vehicle_width_m;          /* vehicle.width_m */
-  double pose_margin_m;            /* pose.margin_m */
-  int32_t pose_min_var_points;     /* pose.min_var_points */
-  double tracker_q_x, tracker_q_y; /* tracker.q_x ...            Q_diag, per 50 ms */
+  double frame_period_s;             /* frame.period_s             sensors' period */
+  double frame_tolerance_s;          /* frame.tolerance_s          scans this close to its first stamp join a frame */
+  double gaps_limit_m;               /* gaps.limit_m */
+  double gaps_limit_share;           /* gaps.limit_share */
+  double angle_skip_rad;             /* angle.skip_deg */
+  int32_t smooth_window;             /* smooth.window              sz_SG */
+  int32_t smooth_order;              /* smooth.order */
+  double ground_threshold_rad;       /* ground.threshold_deg       th_gnd */
+  int32_t repair_window;             /* repair.window              w_s, columns */
+  double repair_range_limit_m;       /* repair.range_limit_m       th_r */
+  double cluster_threshold_rad;      /* cluster.threshold_deg      th_seg */
+  double label_own_limit_m;          /* label.own_limit_m */
+  double label_loser_limit_m;        /* label.loser_limit_m */
+  double merge_distance_m;           /* merge.distance_m           th_mrg */
+  int32_t merge_columns;             /* merge.columns              K */
+  int32_t gate_min_points;           /* gate.min_points */
+  double gate_slack;                 /* gate.slack                 share of the vehicle's length */
+  double gate_map_margin_m;          /* gate.map_margin_m          this far outside the track still counts */
+  double vehicle_length_m;           /* vehicle.length_m           of the cars to find */
+  double vehicle_width_m;            /* vehicle.width_m */
+  double pose_margin_m;              /* pose.margin_m */
+  int32_t pose_min_var_points;       /* pose.min_var_points */
+  double tracker_q_x, tracker_q_y;   /* tracker.q_x ...            Q_diag, per 50 ms */
   double tracker_q_speed, tracker_q_course, tracker_q_yaw_rate;
-  double tracker_r_x, tracker_r_y; /* tracker.r_x tracker.r_y    R_diag, m^2 */
+  double tracker_r_x, tracker_r_y;   /* tracker.r_x tracker.r_y    R_diag, m^2 */
   double tracker_birth_sigma_speed, tracker_birth_sigma_course_rad, tracker_birth_sigma_yaw_rate;
-  double tracker_birth_speed_share; /* tracker.birth_speed_share  of the ego speed */
-  double tracker_gate_d2;           /* tracker.gate_d2            Mahalanobis distance squared */
-  double tracker_gate_m;            /* tracker.gate_m             distance */
-  int32_t tracker_window;           /* tracker.window             N */
-  int32_t tracker_confirm_hits;     /* tracker.confirm_hits       M_c */
-  int32_t tracker_keep_hits;        /* tracker.keep_hits          M_e */
-  double tracker_max_silence_s;     /* tracker.max_silence_s */
-  double tracker_predict_after;     /* tracker.predict_after      periods without a frame until tracks are predicted */
+  double tracker_birth_speed_share;  /* tracker.birth_speed_share  of the ego speed */
+  double tracker_gate_d2;            /* tracker.gate_d2            Mahalanobis distance squared */
+  double tracker_gate_m;             /* tracker.gate_m             distance */
+  int32_t tracker_window;            /* tracker.window             N */
+  int32_t tracker_confirm_hits;      /* tracker.confirm_hits       M_c */
+  int32_t tracker_keep_hits;         /* tracker.keep_hits          M_e */
+  double tracker_max_silence_s;      /* tracker.max_silence_s */
+  double tracker_predict_after;      /* tracker.predict_after      periods without a frame until tracks are predicted */
   double tracker_horizon_s, tracker_horizon_step_s;
 } ovt_params;
 
 typedef struct ovt_param_info {
-  const char* name; /* "tracker.confirm_hits" */
-  const char* unit; /* of the text form: "m", "deg", "" */
-  const char* text; /* one sentence */
+  const char* name;                  /* "tracker.confirm_hits" */
+  const char* unit;                  /* of the text form: "m", "deg", "" */
+  const char* text;                  /* one sentence */
   int32_t is_integer;
-  double value_default, value_min, value_max; /* in the unit of the text form; default of preset "paper" */
+  double value_default, value_min, value_max;   /* in the unit of the text form; default of preset "paper" */
 } ovt_param_info;
 
-OVT_API ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* preset); /* "paper" */
+OVT_API ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* preset);   /* "paper" */
 OVT_API int32_t ovt_param_count(void);
 OVT_API ovt_status ovt_describe_param_sized(int32_t index, ovt_param_info* out, size_t out_size);
 static inline ovt_status ovt_describe_param(int32_t index, ovt_param_info* out) {
@@ -137,13 +138,13 @@ enum { OVT_MAX_SENSORS = 8 };
 
 typedef struct ovt_sensor_def {
   size_t struct_size;
-  double x_m, y_m, z_m, roll_rad, pitch_rad, yaw_rad; /* T_vehicle_sensor */
-  int32_t rows, cols;                                 /* image size; any, default 32 x 857 */
-  double azimuth_left_rad, azimuth_right_rad;         /* left and right edge of the image, default +-60 deg */
-  int32_t wraps;                   /* non-zero: the columns cover a full turn starting at azimuth_left */
-  double range_min_m, range_max_m; /* points outside are dropped */
-  int32_t layer_first, layer_last; /* layers of this sensor; others are dropped */
-  int32_t point_capacity;          /* points a scan may hold */
+  double x_m, y_m, z_m, roll_rad, pitch_rad, yaw_rad;        /* T_vehicle_sensor */
+  int32_t rows, cols;                /* image size; any, default 32 x 857 */
+  double azimuth_left_rad, azimuth_right_rad;                /* left and right edge of the image, default +-60 deg */
+  int32_t wraps;                     /* non-zero: the columns cover a full turn starting at azimuth_left */
+  double range_min_m, range_max_m;   /* points outside are dropped */
+  int32_t layer_first, layer_last;   /* layers of this sensor; others are dropped */
+  int32_t point_capacity;            /* points a scan may hold */
 } ovt_sensor_def;
 OVT_API ovt_status ovt_sensor_def_init(ovt_sensor_def* def, size_t struct_size);
 
@@ -151,23 +152,23 @@ OVT_API ovt_status ovt_sensor_def_init(ovt_sensor_def* def, size_t struct_size);
  * bounds (then centre_* and width_* are null). */
 typedef struct ovt_map_def {
   size_t struct_size;
-  int32_t closed; /* non-zero: the last point is followed by the first */
+  int32_t closed;                    /* non-zero: the last point is followed by the first */
   int32_t count;
-  const double *x_m, *y_m, *width_left_m, *width_right_m, *banking_rad; /* banking may be null */
+  const double *x_m, *y_m, *width_left_m, *width_right_m, *banking_rad;   /* banking may be null */
   int32_t left_count, right_count;
   const double *left_x_m, *left_y_m, *right_x_m, *right_y_m;
 } ovt_map_def;
 OVT_API ovt_status ovt_map_def_init(ovt_map_def* def, size_t struct_size);
 
 typedef enum ovt_push_policy {
-  OVT_PUSH_REPLACE = 0, /* live: the newest scan replaces one that waits; the producer never blocks */
-  OVT_PUSH_WAIT = 1     /* replay: a push waits until there is room; nothing is dropped */
+  OVT_PUSH_REPLACE = 0,   /* live: the newest scan replaces one that waits; the producer never blocks */
+  OVT_PUSH_WAIT = 1       /* replay: a push waits until there is room; nothing is dropped */
 } ovt_push_policy;
 
-enum {                             /* ovt_detector_def.memory: what to try; ovt_runtime_info says what was obtained */
-       OVT_MEMORY_LOCK = 1,        /* mlock of the detector's blocks: they are never paged out */
-       OVT_MEMORY_HUGE = 2,        /* transparent huge pages (madvise) for blocks of 2 MiB and more; not with `alloc` */
-       OVT_MEMORY_LOCK_PROCESS = 4 /* mlockall: stacks, code and all later memory of the whole process */
+enum {                               /* ovt_detector_def.memory: what to try; ovt_runtime_info says what was obtained */
+  OVT_MEMORY_LOCK = 1,               /* mlock of the detector's blocks: they are never paged out */
+  OVT_MEMORY_HUGE = 2,               /* transparent huge pages (madvise) for blocks of 2 MiB and more; not with `alloc` */
+  OVT_MEMORY_LOCK_PROCESS = 4        /* mlockall: stacks, code and all later memory of the whole process */
 };
 
 typedef enum ovt_log_level { OVT_LOG_ERROR = 0, OVT_LOG_WARNING = 1, OVT_LOG_INFO = 2 } ovt_log_level;
@@ -175,52 +176,55 @@ typedef enum ovt_log_level { OVT_LOG_ERROR = 0, OVT_LOG_WARNING = 1, OVT_LOG_INF
 typedef struct ovt_detector ovt_detector;
 typedef struct ovt_reader ovt_reader;
 
-typedef void* ovt_alloc_fn(size_t bytes, size_t alignment, void* user); /* null: none; ovt_create_... only */
+typedef void* ovt_alloc_fn(size_t bytes, size_t alignment, void* user);   /* null: none; ovt_create_... only */
 typedef void ovt_free_fn(void* block, size_t bytes, void* user);
 /* One sentence each, on the thread where it happens: at create the ISA and the workers chosen and what is missing,
  * later every exception caught. What happens to scans, points and tracks is counted (ovt_stats) and flagged, never
  * logged. */
 typedef void ovt_log_fn(ovt_log_level level, const char* text, void* user);
-/* Called for every finished frame, in order, one call at a time, on the thread that finished it: with worker_count 1
- * the one whose push, advance or flush did, else one of the library's. The next frame's tracks wait for it, and other
- * readers see the frame only afterwards. The reader is lent for the call and stands on that frame. Must not call
- * anything of the detector but ovt_read_...(reader). */
+/* Called for every finished frame, in order, one call at a time, on the thread that finished it: with worker_count 1 the
+ * one whose push, advance or flush did, else one of the library's. The next frame's tracks wait for it, and other readers
+ * see the frame only afterwards. The reader is lent for the call and stands on that frame. Must not call anything of the
+ * detector but ovt_read_...(reader). */
 typedef void ovt_frame_fn(ovt_reader* reader, void* user);
 
 /* Start from ovt_default_detector_def(), then change what you mean to change. Everything is copied on create. */
 typedef struct ovt_detector_def {
   size_t struct_size;
-  uint32_t version; /* OVT_VERSION of the caller's header */
+  uint32_t version;                  /* OVT_VERSION of the caller's header */
   const ovt_sensor_def* sensors;
-  int32_t sensor_count;       /* 1 to 8; 0: no LiDAR, the tracker alone on pushed detections */
-  const ovt_params* params;   /* NULL: preset paper */
-  const ovt_map_def* map;     /* NULL: no map; psi_REF is the ego heading and no map gate applies */
-  int32_t worker_count;       /* 1: no graph, no threads; n: a graph on n workers; 0: one per usable CPU */
-  const char* isa;            /* NULL picks the best; "ref" forces the scalar truth; see ovt_build_info.isas */
-  int32_t push_policy;        /* ovt_push_policy */
-  int32_t cluster_capacity;   /* per sensor and per frame, 1,024 */
-  int32_t candidate_capacity; /* 256; at most 4,096, as much as the tracker takes */
-  int32_t track_capacity;     /* 256; at most 4,096 */
-  int32_t frames_in_flight;   /* frames worked on at once, 3 */
-  int32_t reader_capacity;    /* readers that may exist at once, 4 */
-  int32_t ego_pose_capacity;  /* ego poses remembered, 1,024 */
-  ovt_alloc_fn* alloc;        /* NULL: the C library's */
+  int32_t sensor_count;              /* 1 to 8; 0: no LiDAR, the tracker alone on pushed detections */
+  const ovt_params* params;          /* NULL: preset paper */
+  const ovt_map_def* map;            /* NULL: no map; psi_REF is the ego heading and no map gate applies */
+  int32_t worker_count;              /* 1: no graph, no threads; n: a graph on n workers; 0: one per usable CPU */
+  const char* isa;                   /* NULL picks the best; "ref" forces the scalar truth; see ovt_build_info.isas */
+  int32_t push_policy;               /* ovt_push_policy */
+  int32_t cluster_capacity;          /* per sensor and per frame, 1,024 */
+  int32_t candidate_capacity;        /* 256; at most 4,096, as much as the tracker takes */
+  int32_t track_capacity;            /* 256; at most 4,096 */
+  int32_t frames_in_flight;          /* frames worked on at once, 3 */
+  int32_t reader_capacity;           /* readers that may exist at once, 4 */
+  int32_t ego_pose_capacity;         /* ego poses remembered, 1,024 */
+  ovt_alloc_fn* alloc;               /* NULL: the C library's */
   ovt_free_fn* free;
-  ovt_log_fn* log;        /* NULL: silent */
-  ovt_frame_fn* on_frame; /* NULL: poll with a reader */
+  ovt_log_fn* log;                   /* NULL: silent */
+  ovt_frame_fn* on_frame;            /* NULL: poll with a reader */
   void* user;
   /* since 0.2 */
-  const int32_t* cpus; /* our threads run on these CPUs only: worker i on cpus[i % cpu_count], the intake on
-                          any of them. NULL: anywhere. worker_count 0 is then one per CPU of these */
+  const int32_t* cpus;               /* our threads run on these CPUs only: worker i on cpus[i % cpu_count], the intake on
+                                        any of them. NULL: anywhere. worker_count 0 is then one per CPU of these */
   int32_t cpu_count;
-  int32_t fifo_priority; /* 1 to 99: SCHED_FIFO of our threads, where the system allows it; 0: as started */
-  int32_t memory;        /* OVT_MEMORY_... bits; default OVT_MEMORY_HUGE */
-  int32_t spin_us;       /* our threads look for work this long before they sleep: a wake-up less in the
-                            latency for a busy CPU; 0 to 1,000,000, default 0 */
-  int64_t deadline_ns;   /* from the push of a frame's last scan to its tracks: later, the frame is published
-                            with OVT_FLAG_DEADLINE_MISSED; 0: none */
-  int64_t watchdog_ns;   /* a frame in work for longer is logged and counted (stats.stalled) at the next push
-                            or advance; 0: never; default 1 s */
+  int32_t fifo_priority;             /* 1 to 99: SCHED_FIFO of our threads, where the system allows it; 0: as started */
+  int32_t memory;                    /* OVT_MEMORY_... bits; default OVT_MEMORY_HUGE */
+  int32_t spin_us;                   /* our threads look for work this long before they sleep: a wake-up less in the
+                                        latency for a busy CPU; 0 to 1,000,000, default 0 */
+  int64_t deadline_ns;               /* from the push of a frame's last scan to its tracks: later, the frame is published
+                                        with OVT_FLAG_DEADLINE_MISSED; 0: none */
+  int64_t watchdog_ns;               /* a frame in work for longer is logged and counted (stats.stalled) at the next push
+                                        or advance; 0: never; default 1 s */
+  int32_t keep_images;               /* non-zero, the default: a frame keeps every image for ovt_read_image; 0: only
+                                        OVT_IMAGE_PIXEL_POINT. The others are each worker's scratch, then, which stays
+                                        in its cache: about half the memory, and less time */
 } ovt_detector_def;
 OVT_API ovt_status ovt_detector_def_init(ovt_detector_def* def, size_t struct_size);
 
@@ -262,11 +266,11 @@ OVT_API void ovt_destroy_detector(ovt_detector* detector);
 typedef struct ovt_runtime_info {
   const char* isa;
   int32_t worker_count;
-  int32_t pinned;                   /* threads of ours that were pinned to their CPU */
-  int32_t fifo;                     /* ... that run SCHED_FIFO */
-  int64_t memory_bytes;             /* of all blocks the detector took */
-  int64_t locked_bytes, huge_bytes; /* of these, mlocked; advised to be huge pages */
-  int32_t process_locked;           /* non-zero: mlockall held */
+  int32_t pinned;                    /* threads of ours that were pinned to their CPU */
+  int32_t fifo;                      /* ... that run SCHED_FIFO */
+  int64_t memory_bytes;              /* of all blocks the detector took */
+  int64_t locked_bytes, huge_bytes;  /* of these, mlocked; advised to be huge pages */
+  int32_t process_locked;            /* non-zero: mlockall held */
 } ovt_runtime_info;
 OVT_API ovt_status ovt_read_runtime_info_sized(ovt_detector* detector, ovt_runtime_info* out, size_t out_size);
 static inline ovt_status ovt_read_runtime_info(ovt_detector* detector, ovt_runtime_info* out) {
@@ -276,23 +280,15 @@ static inline ovt_status ovt_read_runtime_info(ovt_detector* detector, ovt_runti
 /* ---- input ----------------------------------------------------------------------------------------------------- */
 
 typedef enum ovt_type {
-  OVT_NONE = 0,
-  OVT_F32 = 1,
-  OVT_F64 = 2,
-  OVT_I8 = 3,
-  OVT_U8 = 4,
-  OVT_I16 = 5,
-  OVT_U16 = 6,
-  OVT_I32 = 7,
-  OVT_U32 = 8
+  OVT_NONE = 0, OVT_F32 = 1, OVT_F64 = 2, OVT_I8 = 3, OVT_U8 = 4, OVT_I16 = 5, OVT_U16 = 6, OVT_I32 = 7, OVT_U32 = 8
 } ovt_type;
 
 /* One field of a scan: value i lies at (const char*)data + i * stride. OVT_NONE: absent. */
 typedef struct ovt_column {
   const void* data;
-  size_t size_bytes; /* readable bytes from data on; nothing beyond is read */
-  size_t stride;     /* at least the type's size and a multiple of it; data aligned to the type */
-  int32_t type;      /* ovt_type */
+  size_t size_bytes;                 /* readable bytes from data on; nothing beyond is read */
+  size_t stride;                     /* at least the type's size and a multiple of it; data aligned to the type */
+  int32_t type;                      /* ovt_type */
 } ovt_column;
 
 /* One scan of one sensor, sensor frame. x y z float32 or float64; layer any integer or float32 that holds integers
@@ -300,8 +296,8 @@ typedef struct ovt_column {
  * time_unit_ns. */
 typedef struct ovt_points {
   size_t struct_size;
-  int32_t sensor; /* index in the def */
-  int32_t count;  /* may be 0: an empty scan is a scan */
+  int32_t sensor;                    /* index in the def */
+  int32_t count;                     /* may be 0: an empty scan is a scan */
   int64_t stamp_ns;
   ovt_column x, y, z, layer, intensity, time;
   double time_unit_ns;
@@ -318,8 +314,8 @@ OVT_API ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan)
 typedef struct ovt_ego_pose {
   size_t struct_size;
   int64_t stamp_ns;
-  double x_m, y_m, z_m, roll_rad, pitch_rad, yaw_rad; /* T_map_vehicle */
-  double speed_mps, yaw_rate_rps;                     /* along x; about z */
+  double x_m, y_m, z_m, roll_rad, pitch_rad, yaw_rad;        /* T_map_vehicle */
+  double speed_mps, yaw_rate_rps;                            /* along x; about z */
 } ovt_ego_pose;
 OVT_API ovt_status ovt_ego_pose_init(ovt_ego_pose* pose, size_t struct_size);
 /* A frame uses the poses pushed before its last scan. Stamps grow; the third in a row that is over 0.5 s older, and
@@ -336,7 +332,7 @@ typedef struct ovt_external_detections {
   size_t struct_size;
   int64_t stamp_ns;
   int32_t count;
-  int32_t reference; /* ovt_reference of x, y, heading and covariance */
+  int32_t reference;                 /* ovt_reference of x, y, heading and covariance */
   const double *x_m, *y_m, *heading_rad, *var_x, *var_y, *cov_xy;
 } ovt_external_detections;
 OVT_API ovt_status ovt_external_detections_init(ovt_external_detections* detections, size_t struct_size);
@@ -356,36 +352,36 @@ OVT_API ovt_status ovt_create_reader(ovt_detector* detector, ovt_reader** out);
 OVT_API void ovt_destroy_reader(ovt_reader* reader);
 
 enum {                               /* ovt_frame_info.flags */
-       OVT_FLAG_NO_EGO = 1,          /* no ego pose: tracks are in the vehicle frame */
-       OVT_FLAG_NO_MAP = 2,          /* no map: no map gate, psi_REF is the ego heading */
-       OVT_FLAG_SENSOR_MISSING = 4,  /* not every sensor is in this frame */
-       OVT_FLAG_SENSOR_STALE = 8,    /* a sensor is silent for more than 1.5 periods */
-       OVT_FLAG_EGO_STALE = 16,      /* the ego pose is older than 100 ms */
-       OVT_FLAG_CLOUD_DEGRADED = 32, /* more than half of a scan's points are bad */
-       OVT_FLAG_NO_DATA = 64,        /* no valid point at all: not "all clear" */
-       OVT_FLAG_OVERFLOW = 128,      /* a capacity was reached; nearest first were kept */
-       OVT_FLAG_CLOCK_JUMP = 256,
-       OVT_FLAG_DEADLINE_MISSED = 512,
-       OVT_FLAG_EXTERNAL = 1024,       /* an iteration of pushed detections */
-       OVT_FLAG_OUT_OF_SEQUENCE = 2048 /* older than a frame before it: the tracker took it in at its place in time, and
-                                          its tracks are those of the newest stamp (tracks_stamp_ns) */
+  OVT_FLAG_NO_EGO = 1,               /* no ego pose: tracks are in the vehicle frame */
+  OVT_FLAG_NO_MAP = 2,               /* no map: no map gate, psi_REF is the ego heading */
+  OVT_FLAG_SENSOR_MISSING = 4,       /* not every sensor is in this frame */
+  OVT_FLAG_SENSOR_STALE = 8,         /* a sensor is silent for more than 1.5 periods */
+  OVT_FLAG_EGO_STALE = 16,           /* the ego pose is older than 100 ms */
+  OVT_FLAG_CLOUD_DEGRADED = 32,      /* more than half of a scan's points are bad */
+  OVT_FLAG_NO_DATA = 64,             /* no valid point at all: not "all clear" */
+  OVT_FLAG_OVERFLOW = 128,           /* a capacity was reached; nearest first were kept */
+  OVT_FLAG_CLOCK_JUMP = 256,
+  OVT_FLAG_DEADLINE_MISSED = 512,
+  OVT_FLAG_EXTERNAL = 1024,          /* an iteration of pushed detections */
+  OVT_FLAG_OUT_OF_SEQUENCE = 2048    /* older than a frame before it: the tracker took it in at its place in time, and its
+                                        tracks are those of the newest stamp (tracks_stamp_ns) */
 };
 
 typedef struct ovt_frame_info {
-  int64_t sequence;                 /* from 0, no holes */
-  int64_t first_stamp_ns, stamp_ns; /* first and last scan's stamp */
-  uint32_t sensor_mask;             /* bit s: sensor s is in it */
+  int64_t sequence;                  /* from 0, no holes */
+  int64_t first_stamp_ns, stamp_ns;  /* first and last scan's stamp */
+  uint32_t sensor_mask;              /* bit s: sensor s is in it */
   uint32_t flags;
-  int32_t reference; /* ovt_reference of the tracks */
-  int32_t ego_known; /* the pose at stamp_ns */
+  int32_t reference;                 /* ovt_reference of the tracks */
+  int32_t ego_known;                 /* the pose at stamp_ns */
   double ego_x_m, ego_y_m, ego_yaw_rad, ego_speed_mps;
-  int32_t point_count, cluster_count, candidate_count; /* candidates: before the map gate */
+  int32_t point_count, cluster_count, candidate_count;       /* candidates: before the map gate */
   int32_t detection_count, track_count;
   /* since 0.2 */
-  uint32_t stale_mask;     /* bit s: sensor s is silent for more than 1.5 periods: nothing is known there */
-  int32_t refiltered;      /* iterations that a late stamp made the tracker run again */
-  int64_t latency_ns;      /* from the push of its last scan to its tracks, by the steady clock; -1: no scan */
-  int64_t tracks_stamp_ns; /* stamp_ns, or the newest frame's where this one came out of sequence */
+  uint32_t stale_mask;               /* bit s: sensor s is silent for more than 1.5 periods: nothing is known there */
+  int32_t refiltered;                /* iterations that a late stamp made the tracker run again */
+  int64_t latency_ns;                /* from the push of its last scan to its tracks, by the steady clock; -1: no scan */
+  int64_t tracks_stamp_ns;           /* stamp_ns, or the newest frame's where this one came out of sequence */
 } ovt_frame_info;
 
 /* Moves the reader to the latest finished frame. OVT_NO_FRAME when there is none newer: the reader
@@ -403,18 +399,18 @@ static inline ovt_status ovt_read_info(ovt_reader* reader, ovt_frame_info* out) 
 typedef struct ovt_detections {
   int32_t count;
   const int64_t* stamp_ns;
-  const float *x_m, *y_m, *z_m; /* centre of the imposed rectangle; z of the centroid */
+  const float *x_m, *y_m, *z_m;      /* centre of the imposed rectangle; z of the centroid */
   const float* heading_rad;
-  const int32_t* heading_source;   /* 0 map or ego heading (psi_REF), 1 points (psi_VAR) */
-  const float *length_m, *width_m; /* extent of the points along and across the heading */
+  const int32_t* heading_source;     /* 0 map or ego heading (psi_REF), 1 points (psi_VAR) */
+  const float *length_m, *width_m;   /* extent of the points along and across the heading */
   const int32_t* point_count;
   const int32_t *inliers_ref, *inliers_var;
   const float *heading_ref_rad, *heading_var_rad;
-  const float *ref_x_m, *ref_y_m, *var_x_m, *var_y_m; /* centres of both rectangles */
+  const float *ref_x_m, *ref_y_m, *var_x_m, *var_y_m;        /* centres of both rectangles */
   const int32_t* sensor_mask;
-  const int32_t* cluster;         /* merged cluster; see ovt_labels.cluster_of_label */
-  const float *map_s_m, *map_d_m; /* centroid on the map; 0 without one */
-  const uint64_t* track;          /* id it was associated with, 0 none */
+  const int32_t* cluster;            /* merged cluster; see ovt_labels.cluster_of_label */
+  const float *map_s_m, *map_d_m;    /* centroid on the map; 0 without one */
+  const uint64_t* track;             /* id it was associated with, 0 none */
 } ovt_detections;
 OVT_API ovt_status ovt_read_detections_sized(ovt_reader* reader, ovt_detections* out, size_t out_size);
 static inline ovt_status ovt_read_detections(ovt_reader* reader, ovt_detections* out) {
@@ -426,31 +422,30 @@ static inline ovt_status ovt_read_detections(ovt_reader* reader, ovt_detections*
 
 typedef enum ovt_track_state { OVT_TENTATIVE = 0, OVT_CONFIRMED = 1 } ovt_track_state;
 
-typedef enum ovt_track_flag {                         /* ovt_tracks.flags: a track's health */
-                              OVT_TRACK_COASTING = 1, /* this frame holds no measurement of it: predicted */
-                              OVT_TRACK_UNOBSERVED =
-                                  2,              /* no sensor of this frame could see its place: no miss is counted */
-                              OVT_TRACK_STALE = 4 /* its last measurement is more than 0.5 s before publish_ns */
+typedef enum ovt_track_flag {        /* ovt_tracks.flags: a track's health */
+  OVT_TRACK_COASTING = 1,            /* this frame holds no measurement of it: predicted */
+  OVT_TRACK_UNOBSERVED = 2,          /* no sensor of this frame could see its place: no miss is counted */
+  OVT_TRACK_STALE = 4                /* its last measurement is more than 0.5 s before publish_ns */
 } ovt_track_flag;
 
 /* Columns of `count`, by slot. Frame of reference: ovt_frame_info.reference. */
 typedef struct ovt_tracks {
   int32_t count;
   int64_t publish_ns;
-  const uint64_t* id;         /* never 0, never reused */
-  const int32_t* state;       /* ovt_track_state */
-  const int64_t* measured_ns; /* its last measurement */
+  const uint64_t* id;                /* never 0, never reused */
+  const int32_t* state;              /* ovt_track_state */
+  const int64_t* measured_ns;        /* its last measurement */
   const double *x_m, *y_m, *speed_mps, *course_rad, *yaw_rate_rps;
-  const double* covariance[15];     /* lower triangle of P over (x, y, v, course, yaw rate), row by row */
-  const double* heading_rad;        /* of the last detection, turned on by the yaw rate; in the map frame the course
-                                       of a confirmed track that drives says which end is the front */
-  const double *length_m, *width_m; /* extent of the last detection */
+  const double* covariance[15];      /* lower triangle of P over (x, y, v, course, yaw rate), row by row */
+  const double* heading_rad;         /* of the last detection, turned on by the yaw rate; in the map frame the course
+                                        of a confirmed track that drives says which end is the front */
+  const double *length_m, *width_m;  /* extent of the last detection */
   const int32_t *age, *hits;
-  const int32_t* detection; /* row of this frame's ovt_detections, -1 none */
-  int32_t path_points;      /* predicted path: point k of track i at [i * path_points + k] */
-  double path_step_s;       /* ... is at publish_ns + (k + 1) * path_step_s */
+  const int32_t* detection;          /* row of this frame's ovt_detections, -1 none */
+  int32_t path_points;               /* predicted path: point k of track i at [i * path_points + k] */
+  double path_step_s;                /* ... is at publish_ns + (k + 1) * path_step_s */
   const double *path_x_m, *path_y_m, *path_course_rad, *path_speed_mps, *path_var_x, *path_var_y, *path_cov_xy;
-  const uint32_t* flags; /* since 0.2: ovt_track_flag bits */
+  const uint32_t* flags;             /* since 0.2: ovt_track_flag bits */
 } ovt_tracks;
 /* Tracks after this frame, a copy predicted to publish_ns. */
 OVT_API ovt_status ovt_read_tracks_sized(ovt_reader* reader, int64_t publish_ns, ovt_tracks* out, size_t out_size);
@@ -475,18 +470,18 @@ static inline ovt_status ovt_read_clusters(ovt_reader* reader, ovt_clusters* out
 typedef struct ovt_labels {
   int32_t count;
   int64_t stamp_ns;
-  const int32_t* label;  /* -1 none, 0 ground, clusters of this sensor from 1 */
-  const uint8_t* reason; /* 0 labelled, else why not: ovt_reason_name */
+  const int32_t* label;              /* -1 none, 0 ground, clusters of this sensor from 1 */
+  const uint8_t* reason;             /* 0 labelled, else why not: ovt_reason_name */
   int32_t label_count;
-  const int32_t* cluster_of_label; /* [label_count + 1]: row in ovt_clusters, -1 none (ground, or did not fit) */
-  const float *x_m, *y_m, *z_m, *intensity; /* as pushed, sensor frame */
+  const int32_t* cluster_of_label;   /* [label_count + 1]: row in ovt_clusters, -1 none (ground, or did not fit) */
+  const float *x_m, *y_m, *z_m, *intensity;                  /* as pushed, sensor frame */
   const int32_t* layer;
 } ovt_labels;
 OVT_API ovt_status ovt_read_labels_sized(ovt_reader* reader, int32_t sensor, ovt_labels* out, size_t out_size);
 static inline ovt_status ovt_read_labels(ovt_reader* reader, int32_t sensor, ovt_labels* out) {
   return ovt_read_labels_sized(reader, sensor, out, sizeof *out);
 }
-OVT_API const char* ovt_reason_name(int32_t reason); /* null when there is no such reason */
+OVT_API const char* ovt_reason_name(int32_t reason);         /* null when there is no such reason */
 
 typedef enum ovt_image_id {
   OVT_IMAGE_RANGE = 0,               /* f32 m, 0 empty */
@@ -507,8 +502,8 @@ typedef enum ovt_image_id {
 typedef enum ovt_image_type { OVT_IMAGE_F32 = 0, OVT_IMAGE_I32 = 1, OVT_IMAGE_BITS = 2 } ovt_image_type;
 
 typedef struct ovt_image {
-  const void* data; /* row r at (const char*)data + r * stride_bytes; row 0 top, column 0 left */
-  int32_t type;     /* ovt_image_type; bits: uint64 words, column c in bit c % 64 of word c / 64 */
+  const void* data;                  /* row r at (const char*)data + r * stride_bytes; row 0 top, column 0 left */
+  int32_t type;                      /* ovt_image_type; bits: uint64 words, column c in bit c % 64 of word c / 64 */
   int32_t rows, cols;
   size_t stride_bytes;
 } ovt_image;
@@ -517,25 +512,14 @@ OVT_API ovt_status ovt_read_image_sized(ovt_reader* reader, int32_t sensor, ovt_
 static inline ovt_status ovt_read_image(ovt_reader* reader, int32_t sensor, ovt_image_id image, ovt_image* out) {
   return ovt_read_image_sized(reader, sensor, image, out, sizeof *out);
 }
-OVT_API const char* ovt_image_name(int32_t image); /* "range", ... null when there is no such image */
+OVT_API const char* ovt_image_name(int32_t image);           /* "range", ... null when there is no such image */
 
 typedef enum ovt_stage {
-  OVT_STAGE_LOAD = 0,
-  OVT_STAGE_PROJECT = 1,
-  OVT_STAGE_GAPS = 2,
-  OVT_STAGE_ANGLE = 3,
-  OVT_STAGE_SMOOTH = 4,
-  OVT_STAGE_GROUND = 5,
-  OVT_STAGE_REPAIR = 6,
-  OVT_STAGE_LINK = 7,
-  OVT_STAGE_LABEL = 8,
-  OVT_STAGE_CLUSTERS = 9,
-  OVT_STAGE_SEGMENT = 10, /* 1..9 of one sensor, from start to end */
-  OVT_STAGE_MERGE = 11,
-  OVT_STAGE_GATE = 12,
-  OVT_STAGE_POSE = 13,
-  OVT_STAGE_TRACK = 14,
-  OVT_STAGE_FRAME = 15, /* from the start of the frame's first segmentation to tracks ready */
+  OVT_STAGE_LOAD = 0, OVT_STAGE_PROJECT = 1, OVT_STAGE_GAPS = 2, OVT_STAGE_ANGLE = 3, OVT_STAGE_SMOOTH = 4,
+  OVT_STAGE_GROUND = 5, OVT_STAGE_REPAIR = 6, OVT_STAGE_LINK = 7, OVT_STAGE_LABEL = 8, OVT_STAGE_CLUSTERS = 9,
+  OVT_STAGE_SEGMENT = 10,            /* 1..9 of one sensor, from start to end */
+  OVT_STAGE_MERGE = 11, OVT_STAGE_GATE = 12, OVT_STAGE_POSE = 13, OVT_STAGE_TRACK = 14,
+  OVT_STAGE_FRAME = 15,              /* from the start of the frame's first segmentation to tracks ready */
   OVT_STAGE_COUNT = 16
 } ovt_stage;
 OVT_API const char* ovt_stage_name(int32_t stage);
@@ -545,8 +529,8 @@ OVT_API ovt_status ovt_read_time(ovt_reader* reader, int32_t sensor, ovt_stage s
 
 /* When and where a stage of this frame ran, by the steady clock. */
 typedef struct ovt_span {
-  int64_t start_ns, duration_ns; /* duration -1: the stage did not run */
-  int32_t worker;                /* -1 the pushing thread or the intake, else the worker's number */
+  int64_t start_ns, duration_ns;     /* duration -1: the stage did not run */
+  int32_t worker;                    /* -1 the pushing thread or the intake, else the worker's number */
 } ovt_span;
 OVT_API ovt_status ovt_read_span_sized(ovt_reader* reader, int32_t sensor, ovt_stage stage, ovt_span* out,
                                        size_t out_size);
@@ -559,17 +543,17 @@ typedef struct ovt_stats {
   size_t struct_size;
   int64_t pushed, used, dropped, late, dup;
   int64_t frames;
-  int64_t points, points_bad[16]; /* points of used scans; without a label, by reason */
+  int64_t points, points_bad[16];    /* points of used scans; without a label, by reason */
   int64_t overflow_clusters, overflow_candidates, overflow_tracks;
   int64_t exceptions, deadline_missed, clock_jumps;
-  int64_t ego_poses, ego_dropped;     /* used; refused for their stamp */
-  int64_t external, external_dropped; /* pushes of detections: used; replaced, or refused for their stamp */
+  int64_t ego_poses, ego_dropped;    /* used; refused for their stamp */
+  int64_t external, external_dropped;   /* pushes of detections: used; replaced, or refused for their stamp */
   /* since 0.2 */
-  int64_t in_flight;  /* frames begun and not finished */
-  int64_t stalled;    /* times the watchdog found a frame in work for too long */
-  int64_t refiltered; /* frames older than the newest that were taken in by re-filtering */
+  int64_t in_flight;                 /* frames begun and not finished */
+  int64_t stalled;                   /* times the watchdog found a frame in work for too long */
+  int64_t refiltered;                /* frames older than the newest that were taken in by re-filtering */
   int64_t measurements, measurements_used, measurements_unborn, measurements_rejected, measurements_late;
-  /* rows given to the tracker = used + unborn (no slot) + rejected + late */
+                                     /* rows given to the tracker = used + unborn (no slot) + rejected + late */
 } ovt_stats;
 OVT_API ovt_status ovt_read_stats(ovt_detector* detector, ovt_stats* out);
 

@@ -46,16 +46,17 @@ void count_reasons(const PointTable& points, int32_t* count) noexcept {
 
 }  // namespace
 
-void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part) noexcept {
+void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept {
+  lend(scratch, context.sensors[sensor], part);
   const KernelTable& k = *context.kernels;
   const SensorModel& model = context.sensors[sensor];
   const SegmentParams& p = context.segment[sensor];
   RangeImages& m = part.images;
   StageClock clock(part.spans, {-1, part.stamp_ns, sensor}, OVT_STAGE_PROJECT, OVT_STAGE_CLUSTERS);
 
-  k.project_points(model, part.scan, part.points, part.layer_sums);
-  part.row_count = k.rank_layers(model.rows, part.layer_sums, part.row_of_layer, part.layer_order);
-  k.scatter_points(part.scan, part.row_of_layer, part.points, m);
+  k.project_points(model, part.scan, part.points, scratch.layer_sums);
+  part.row_count = k.rank_layers(model.rows, scratch.layer_sums, scratch.row_of_layer, scratch.layer_order);
+  k.scatter_points(part.scan, scratch.row_of_layer, part.points, m);
   clock.lap(OVT_STAGE_PROJECT);
   k.fill_gaps(p.fill_gaps, m.range_m, m.elevation_rad, m.range_filled_m, m.elevation_filled_rad);
   clock.lap(OVT_STAGE_GAPS);
@@ -71,13 +72,13 @@ void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part)
   k.link_pixels(p.link_pixels, m.range_repaired_m, m.elevation_repaired_rad, m.nonground_repaired, m.link_right,
                 m.link_down);
   clock.lap(OVT_STAGE_LINK);
-  part.label_count =
-      k.label_bfs(model.wraps, m.range_filled_m, m.nonground_repaired, m.link_right, m.link_down, m.labels, part.queue);
+  part.label_count = k.label_bfs(model.wraps, m.range_filled_m, m.nonground_repaired, m.link_right, m.link_down,
+                                 m.labels, scratch.queue);
   k.label_points(p.label_points, m, part.points);
   clock.lap(OVT_STAGE_LABEL);
   part.cluster_overflow =
       k.build_clusters(model.T_vehicle_sensor, part.scan, part.points, part.label_count, part.clusters,
-                       part.cluster_points, part.row_of_label, part.cursor, part.order);
+                       part.cluster_points, part.row_of_label, scratch.cursor, scratch.order);
   count_reasons(part.points, part.reason_count);
   clock.lap(OVT_STAGE_CLUSTERS);
   clock.total(OVT_STAGE_SEGMENT);

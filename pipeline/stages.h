@@ -7,6 +7,7 @@
 #include "core/track_map.h"
 #include "pipeline/frame.h"
 #include "pipeline/params.h"
+#include "pipeline/segment_scratch.h"
 #include "pipeline/stage_clock.h"
 
 namespace overtake {
@@ -28,13 +29,14 @@ struct StageContext {
   SensorModel sensors[kMaxSensors];
   SegmentParams segment[kMaxSensors];
   DetectParams detect;
-  const TrackMap* map = nullptr;  // null: none
+  const TrackMap* map = nullptr;      // null: none
+  SegmentScratch* scratch = nullptr;  // one for each thread that segments
   BodyHook hook;
 };
 
 // Range image segmentation of one sensor (paper IV-A), stages 1 to 8a.
-//   reads  part.scan        writes  all other tables and images of part
-void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part) noexcept;
+//   reads  part.scan        writes  all other tables and images of part, and the calling thread's scratch
+void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept;
 
 // Merge across sensors (eq. 4).   reads  sensors[*]   writes  members, merged
 void merge_frame(const StageContext& context, Frame& frame) noexcept;

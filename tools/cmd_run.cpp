@@ -291,7 +291,8 @@ class LineNotes {
 }  // namespace
 
 int run_command(const Options& options) {
-  const Config config = load_config(options);
+  Config config = load_config(options);
+  config.keep_images = !options.mcap.empty();  // the view shows them, nothing else here
   if (!config.has_rig)
     throw io::Error(
         "", 0,

@@ -25,7 +25,7 @@ namespace overtake::cli {
 struct Options {
   std::string command, input, out;
   std::string rig, urdf, preset, map, ego, config, isa, sensor, trace, mcap;
-  std::vector<std::string> set;      // key=value
+  std::vector<std::string> set;  // key=value
   int32_t workers = -1;
   int64_t frame = -1;
   bool quiet = false;
@@ -35,6 +35,7 @@ struct Config {
   std::string command, input, preset = "paper", map, ego, isa;
   int32_t workers = 1;
   ovt_params params;
+  bool keep_images = true;                                 // false: nobody reads them (ovt_detector_def.keep_images)
   bool has_rig = false, own_rig = false, own_map = false;  // own: out of the input itself, an MCAP log
   io::Rig rig;
 };

@@ -118,6 +118,7 @@ Session::Session(const Config& config, ovt_frame_fn* on_frame, void* user)
   def.worker_count = config.workers;
   def.isa = config.isa.empty() ? nullptr : config.isa.c_str();
   def.push_policy = OVT_PUSH_WAIT;
+  def.keep_images = config.keep_images;
   def.on_frame = on_frame;
   def.user = user;
   char error[256] = "";

@@ -1,0 +1,160 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Frames that keep no images: the workers' scratch holds them, whatever was in it before, for sensors of any shape.
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <random>
+#include <vector>
+
+#include "core/hash.h"
+#include "core/table.h"
+#include "pipeline/stages.h"
+#include "tests/support/detector_bench.h"
+#include "tests/support/segment_chain.h"
+
+namespace {
+
+using namespace overtake;
+using namespace overtake_test;
+
+// A ground plane with boxes on it and a few points anywhere, among them none that is a point.
+std::vector<test::TestPoint> make_cloud(const SensorModel& sensor, int32_t seed) {
+  std::mt19937 random{uint32_t(seed)};
+  std::uniform_real_distribution<float> share(0.0f, 1.0f);
+  std::vector<test::TestPoint> cloud;
+  for (int32_t r = 0; r < sensor.rows; ++r)
+    for (int32_t c = 0; c < sensor.cols; ++c) {
+      const float azimuth = sensor.azimuth_left_rad - (float(c) + 0.5f) * sensor.pitch_rad;
+      const float elevation = 0.05f - 0.008f * float(r);
+      const bool box = (c / 25) % 3 == seed % 3;
+      float range = elevation < -0.01f ? 0.7f / -elevation : 90.0f;
+      if (box) range = std::min(range, 12.0f + float(c / 25));
+      if (share(random) < 0.1f) range *= share(random);
+      if (share(random) < 0.05f) continue;
+      const float level = range * std::cos(elevation);
+      cloud.push_back(
+          {level * std::cos(azimuth), level * std::sin(azimuth), range * std::sin(elevation), share(random), float(r)});
+      if (share(random) < 0.02f) cloud.back().x_m = NAN;
+    }
+  return cloud;
+}
+
+struct World {
+  StageContext context;
+  FrameSizes sizes;
+  Frame frame;
+  SegmentScratch scratch;
+  std::vector<int32_t> capacity;
+
+  explicit World(bool keep_images) {
+    context.sensor_count = 2;
+    context.sensors[0] = make_sensor_model(32, 857, 1.0471975, -1.0471975, false, 0.5, 300.0);
+    context.sensors[1] = make_sensor_model(19, 301, 3.0, -3.2, true, 0.5, 300.0);
+    for (int32_t s = 0; s < 2; ++s) {
+      context.sensors[s].layer_last = 65535;
+      context.segment[s] = make_segment_params(ovt_default_params(), context.sensors[s]);
+      capacity.push_back(context.sensors[s].rows * context.sensors[s].cols);
+    }
+    sizes.sensors = context.sensors;
+    sizes.point_capacity = capacity.data();
+    sizes.sensor_count = 2;
+    sizes.cluster_capacity = 1024;
+    sizes.candidate_capacity = sizes.track_capacity = sizes.external_capacity = 16;
+    sizes.keep_images = keep_images;
+    REQUIRE(build_frame(frame, sizes, default_allocator()));
+    REQUIRE(build_scratch(scratch, sizes, default_allocator()));
+  }
+
+  // What later stages and readers get of the scan.
+  uint64_t segment(const KernelTable& kernels, int32_t sensor, const std::vector<test::TestPoint>& cloud) {
+    context.kernels = &kernels;
+    SensorPart& part = frame.sensors[sensor];
+    kernels.load_points(test::fields_of(cloud), int32_t(cloud.size()), part.scan);
+    std::fill(std::begin(part.reason_count), std::end(part.reason_count), 0);
+    segment_scan(context, sensor, part, scratch);
+    Hash hash(hash_table(part.clusters, hash_table(part.cluster_points, 0)));
+    hash.add_value(part.label_count);
+    hash.add_bytes(part.points.label, cloud.size() * 4);
+    hash.add_bytes(part.points.reason, cloud.size());
+    hash.add_bytes(part.reason_count, sizeof part.reason_count);
+    hash.add_bytes(part.row_of_label, std::size_t(part.label_count + 1) * 4);
+    for (int32_t r = 0; r < context.sensors[sensor].rows; ++r)
+      hash.add_bytes(part.images.pixel_point.row(r), std::size_t(context.sensors[sensor].cols) * 4);
+    CHECK(part.clusters.count > 3);
+    return hash.value();
+  }
+};
+
+void soil(SegmentScratch& scratch, const World& world) {
+  std::size_t plane = 0, words = 0, points = 0;
+  for (int32_t s = 0; s < 2; ++s) {
+    const SensorModel& model = world.context.sensors[s];
+    plane = std::max(plane, plane_elements(model.rows, model.cols));
+    words = std::max(words, std::size_t(model.rows) * std::size_t((model.cols + 63) / 64));
+    points = std::max(points, std::size_t(world.capacity[std::size_t(s)]));
+  }
+  for (float* data : scratch.plane) std::memset(data, 0xa5, plane * sizeof *data);
+  for (uint64_t* data : scratch.bits) std::memset(data, 0xa5, words * sizeof *data);
+  std::memset(scratch.range_m, 0xa5, points * 4);
+  std::memset(scratch.elevation_rad, 0xa5, points * 4);
+  std::memset(scratch.column, 0xa5, points * 4);
+  std::memset(scratch.pixel, 0xa5, points * 4);
+  std::memset(scratch.lost, 0xa5, points);
+}
+
+TEST_CASE("segment_scratch: shared by sensors of two shapes and soiled before each scan, it changes no byte") {
+  for (const char* isa : {"ref", "sse2", "avx2", "avx512", "neon64"}) {
+    const KernelTable* kernels = find_kernels(isa);
+    if (!kernels) continue;
+    CAPTURE(isa);
+    World kept(true), lent(false);
+    for (int32_t k = 0; k < 6; ++k) {
+      const int32_t sensor = k % 2;
+      const auto cloud = make_cloud(kept.context.sensors[sensor], k);
+      soil(lent.scratch, lent);
+      CHECK(lent.segment(*kernels, sensor, cloud) == kept.segment(*kernels, sensor, cloud));
+    }
+  }
+}
+
+TEST_CASE("detector: without kept images everything else is the same bytes, on any number of workers") {
+  std::vector<FrameRecord> expected;
+  int64_t kept_bytes = 0;
+  for (const int32_t workers : {1, 2, 4})
+    for (const int32_t keep : {1, 0}) {
+      DetectorBench bench({.workers = workers});
+      bench.def.keep_images = keep;
+      bench.create();
+      for (std::size_t k = 0; k < 8; ++k) bench.push_frame(k, {0, 1, 2});
+      bench.flush();
+      REQUIRE(bench.records.size() == 8);
+      if (expected.empty()) expected = bench.records;
+      for (std::size_t k = 0; k < 8; ++k) {
+        CHECK(bench.records[k].detections == expected[k].detections);
+        CHECK(bench.records[k].tracks == expected[k].tracks);
+        CHECK(bench.records[k].labels == expected[k].labels);
+      }
+      ovt_runtime_info info;
+      REQUIRE(ovt_read_runtime_info(bench.detector, &info) == OVT_OK);
+      if (workers == 1 && keep) kept_bytes = info.memory_bytes;
+      if (workers == 1 && !keep) CHECK(info.memory_bytes < kept_bytes * 3 / 4);
+
+      ovt_reader* reader = nullptr;
+      REQUIRE(ovt_create_reader(bench.detector, &reader) == OVT_OK);
+      REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
+      for (int32_t id = 0; id < OVT_IMAGE_COUNT; ++id) {
+        ovt_image image{};
+        const bool there = keep || id == OVT_IMAGE_PIXEL_POINT;
+        CHECK(ovt_read_image(reader, 0, ovt_image_id(id), &image) == (there ? OVT_OK : OVT_NOT_KEPT));
+        CHECK((image.data != nullptr) == there);
+      }
+      CHECK(ovt_read_image(reader, 0, OVT_IMAGE_COUNT, nullptr) == OVT_BAD_ARGUMENT);
+      ovt_image image;
+      CHECK(ovt_read_image(reader, 0, OVT_IMAGE_COUNT, &image) == OVT_BAD_ARGUMENT);
+      ovt_destroy_reader(reader);
+    }
+}
+
+}  // namespace
