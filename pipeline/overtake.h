@@ -167,7 +167,7 @@ typedef enum ovt_push_policy {
 
 enum {                               /* ovt_detector_def.memory: what to try; ovt_runtime_info says what was obtained */
   OVT_MEMORY_LOCK = 1,               /* mlock of the detector's blocks: they are never paged out */
-  OVT_MEMORY_HUGE = 2,               /* transparent huge pages (madvise) for blocks of 2 MiB and more; not with `alloc` */
+  OVT_MEMORY_HUGE = 2,               /* transparent huge pages (madvise) for blocks from 2 MiB on; not with `alloc` */
   OVT_MEMORY_LOCK_PROCESS = 4        /* mlockall: stacks, code and all later memory of the whole process */
 };
 
@@ -182,10 +182,10 @@ typedef void ovt_free_fn(void* block, size_t bytes, void* user);
  * later every exception caught. What happens to scans, points and tracks is counted (ovt_stats) and flagged, never
  * logged. */
 typedef void ovt_log_fn(ovt_log_level level, const char* text, void* user);
-/* Called for every finished frame, in order, one call at a time, on the thread that finished it: with worker_count 1 the
- * one whose push, advance or flush did, else one of the library's. The next frame's tracks wait for it, and other readers
- * see the frame only afterwards. The reader is lent for the call and stands on that frame. Must not call anything of the
- * detector but ovt_read_...(reader). */
+/* Called for every finished frame, in order, one call at a time, on the thread that finished it: with worker_count 1
+ * the one whose push, advance or flush did, else one of the library's. The next frame's tracks wait for it, and other
+ * readers see the frame only afterwards. The reader is lent for the call and stands on that frame. Must not call
+ * anything of the detector but ovt_read_...(reader). */
 typedef void ovt_frame_fn(ovt_reader* reader, void* user);
 
 /* Start from ovt_default_detector_def(), then change what you mean to change. Everything is copied on create. */
@@ -211,17 +211,17 @@ typedef struct ovt_detector_def {
   ovt_frame_fn* on_frame;            /* NULL: poll with a reader */
   void* user;
   /* since 0.2 */
-  const int32_t* cpus;               /* our threads run on these CPUs only: worker i on cpus[i % cpu_count], the intake on
-                                        any of them. NULL: anywhere. worker_count 0 is then one per CPU of these */
+  const int32_t* cpus;               /* our threads run on these CPUs only: worker i on cpus[i % cpu_count], the intake
+                                        on any of them. NULL: anywhere. worker_count 0 is then one per CPU of these */
   int32_t cpu_count;
   int32_t fifo_priority;             /* 1 to 99: SCHED_FIFO of our threads, where the system allows it; 0: as started */
   int32_t memory;                    /* OVT_MEMORY_... bits; default OVT_MEMORY_HUGE */
   int32_t spin_us;                   /* our threads look for work this long before they sleep: a wake-up less in the
                                         latency for a busy CPU; 0 to 1,000,000, default 0 */
-  int64_t deadline_ns;               /* from the push of a frame's last scan to its tracks: later, the frame is published
-                                        with OVT_FLAG_DEADLINE_MISSED; 0: none */
-  int64_t watchdog_ns;               /* a frame in work for longer is logged and counted (stats.stalled) at the next push
-                                        or advance; 0: never; default 1 s */
+  int64_t deadline_ns;               /* from the push of a frame's last scan to its tracks: later, the frame is
+                                        published with OVT_FLAG_DEADLINE_MISSED; 0: none */
+  int64_t watchdog_ns;               /* a frame in work for longer is logged and counted (stats.stalled) at the next
+                                        push or advance; 0: never; default 1 s */
   int32_t keep_images;               /* non-zero, the default: a frame keeps every image for ovt_read_image; 0: only
                                         OVT_IMAGE_PIXEL_POINT. The others are each worker's scratch, then, which stays
                                         in its cache: about half the memory, and less time */
@@ -363,8 +363,8 @@ enum {                               /* ovt_frame_info.flags */
   OVT_FLAG_CLOCK_JUMP = 256,
   OVT_FLAG_DEADLINE_MISSED = 512,
   OVT_FLAG_EXTERNAL = 1024,          /* an iteration of pushed detections */
-  OVT_FLAG_OUT_OF_SEQUENCE = 2048    /* older than a frame before it: the tracker took it in at its place in time, and its
-                                        tracks are those of the newest stamp (tracks_stamp_ns) */
+  OVT_FLAG_OUT_OF_SEQUENCE = 2048    /* older than a frame before it: the tracker took it in at its place in time, and
+                                        its tracks are those of the newest stamp (tracks_stamp_ns) */
 };
 
 typedef struct ovt_frame_info {
@@ -380,7 +380,7 @@ typedef struct ovt_frame_info {
   /* since 0.2 */
   uint32_t stale_mask;               /* bit s: sensor s is silent for more than 1.5 periods: nothing is known there */
   int32_t refiltered;                /* iterations that a late stamp made the tracker run again */
-  int64_t latency_ns;                /* from the push of its last scan to its tracks, by the steady clock; -1: no scan */
+  int64_t latency_ns;                /* from its last scan's push to its tracks, by the steady clock; -1: no scan */
   int64_t tracks_stamp_ns;           /* stamp_ns, or the newest frame's where this one came out of sequence */
 } ovt_frame_info;
 

@@ -10,7 +10,6 @@
 #include <CLI/Formatter.hpp>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -28,28 +27,18 @@ struct SceneOptions {
   uint64_t seed = 1;
 };
 
-template <class T>
-void add_column(io::Pcd& pcd, const char* name, io::PcdType type, const std::vector<T>& values) {
-  pcd.header.fields.push_back({name, type, 1});
-  io::PcdColumn column;
-  column.type = type;
-  column.bytes.resize(values.size() * sizeof(T));
-  if (!values.empty()) std::memcpy(column.bytes.data(), values.data(), column.bytes.size());
-  pcd.columns.push_back(std::move(column));
-}
-
 void write_scan(const std::string& path, const SceneScan& scan) {
   std::vector<uint32_t> time_ns(scan.time_offset_s.size());
   for (std::size_t i = 0; i < time_ns.size(); ++i)
     time_ns[i] = uint32_t(std::lround(double(scan.time_offset_s[i]) * 1e9));
   io::Pcd pcd;
   pcd.header.encoding = io::PcdEncoding::kBinary;
-  add_column(pcd, "x", io::PcdType::kFloat32, scan.x_m);
-  add_column(pcd, "y", io::PcdType::kFloat32, scan.y_m);
-  add_column(pcd, "z", io::PcdType::kFloat32, scan.z_m);
-  add_column(pcd, "intensity", io::PcdType::kFloat32, scan.intensity);
-  add_column(pcd, "ring", io::PcdType::kUint16, scan.layer);
-  add_column(pcd, "t", io::PcdType::kUint32, time_ns);
+  io::add_column(pcd, "x", io::PcdType::kFloat32, scan.x_m);
+  io::add_column(pcd, "y", io::PcdType::kFloat32, scan.y_m);
+  io::add_column(pcd, "z", io::PcdType::kFloat32, scan.z_m);
+  io::add_column(pcd, "intensity", io::PcdType::kFloat32, scan.intensity);
+  io::add_column(pcd, "ring", io::PcdType::kUint16, scan.layer);
+  io::add_column(pcd, "t", io::PcdType::kUint32, time_ns);
   io::write_pcd(path, pcd);
 }
 

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 
 #include "tools/io/csv.h"
@@ -15,16 +14,6 @@ namespace overtake::sim {
 namespace {
 
 namespace fs = std::filesystem;
-
-template <class T>
-void add_column(io::Pcd& pcd, const char* name, io::PcdType type, const std::vector<T>& values) {
-  pcd.header.fields.push_back({name, type, 1});
-  io::PcdColumn column;
-  column.type = type;
-  column.bytes.resize(values.size() * sizeof(T));
-  if (!values.empty()) std::memcpy(column.bytes.data(), values.data(), column.bytes.size());
-  pcd.columns.push_back(std::move(column));
-}
 
 class FolderLog : public RaceLog {
  public:
@@ -57,14 +46,14 @@ class FolderLog : public RaceLog {
       for (std::size_t i = 0; i < time.size(); ++i) time[i] = kEpochNs + sweep.stamp_ns[s] + int64_t(scan.time_ns[i]);
       io::Pcd pcd;
       pcd.header.encoding = io::PcdEncoding::kBinary;
-      add_column(pcd, "x", io::PcdType::kFloat32, scan.x_m);
-      add_column(pcd, "y", io::PcdType::kFloat32, scan.y_m);
-      add_column(pcd, "z", io::PcdType::kFloat32, scan.z_m);
-      add_column(pcd, "intensity", io::PcdType::kFloat32, scan.intensity);
-      add_column(pcd, "ring", io::PcdType::kUint16, scan.ring);
-      add_column(pcd, "t", io::PcdType::kInt64, time);
-      add_column(pcd, "surface", io::PcdType::kUint16, scan.surface);
-      add_column(pcd, "return", io::PcdType::kUint8, scan.return_number);
+      io::add_column(pcd, "x", io::PcdType::kFloat32, scan.x_m);
+      io::add_column(pcd, "y", io::PcdType::kFloat32, scan.y_m);
+      io::add_column(pcd, "z", io::PcdType::kFloat32, scan.z_m);
+      io::add_column(pcd, "intensity", io::PcdType::kFloat32, scan.intensity);
+      io::add_column(pcd, "ring", io::PcdType::kUint16, scan.ring);
+      io::add_column(pcd, "t", io::PcdType::kInt64, time);
+      io::add_column(pcd, "surface", io::PcdType::kUint16, scan.surface);
+      io::add_column(pcd, "return", io::PcdType::kUint8, scan.return_number);
       char name[32];
       std::snprintf(name, sizeof name, "%06d_%s.pcd", index, kSensorName[s]);
       io::write_pcd((folder_ / name).string(), pcd);
