@@ -172,7 +172,8 @@ TEST_CASE("claims and costs come out of the figures, and what was not measured i
   f.ground.ppv = {0.7, 0.7}, f.grid.ppv = {0.9, 0.9};
   for (double m = -95; m < 150; m += 10) {
     const int64_t hits = m > -40 && m < -20 ? 10 : std::fabs(m) < 80 ? 90 : 2;
-    f.distance.push_back({m, {hits, 100, double(hits) / 100}, {95, 100, 0.95}, 5, 0.4, 0.01});
+    f.distance.push_back(
+        {m, {hits, 100, double(hits) / 100}, {95, 100, 0.95}, 5, m > -90 && m < -70 ? 0.1 : 0.4, 0.01});
   }
   const auto verdict = [](const std::vector<Claim>& claims, const std::string& name) {
     for (const Claim& c : claims)
@@ -180,20 +181,23 @@ TEST_CASE("claims and costs come out of the figures, and what was not measured i
     return -2;
   };
   std::vector<Claim> claims = check_claims(f, {f});
-  CHECK(verdict(claims, "ground_by_truth") == 1);
-  CHECK(verdict(claims, "ground_by_labels") == -1);
+  for (const char* name : {"ground_tpr_higher_by_truth", "ground_tpr_steadier_by_truth", "ground_f1_higher_by_truth",
+                           "ground_f1_steadier_by_truth", "ground_ppv_lower_by_truth"})
+    CHECK(verdict(claims, name) == 1);
+  CHECK(verdict(claims, "ground_f1_higher_by_labels") == -1);
   CHECK(verdict(claims, "dip_behind") == 1);
   CHECK(verdict(claims, "track_over_dip") == 1);
-  CHECK(verdict(claims, "range") == 1);  // 80 m: a bin from 90 and from 85
+  for (const char* name : {"seen_ahead", "seen_behind", "half_ahead"}) CHECK(verdict(claims, name) == 1);
   CHECK(verdict(claims, "false_tracks_rare") == 1);
-  CHECK(verdict(claims, "false_behind") == -1);
+  CHECK(verdict(claims, "false_gather_behind") == 0);
+  CHECK(verdict(claims, "false_behind_by_heading") == -1);
   CHECK(verdict(claims, "mounting") == -1);
   std::swap(f.ground, f.grid);
   for (DistanceBin& b : f.distance) b.detected.hits = 90, b.detected.value = 0.9;
   claims = check_claims(f, {f});
-  CHECK(verdict(claims, "ground_by_truth") == 0);
+  CHECK(verdict(claims, "ground_tpr_higher_by_truth") == 0);
   CHECK(verdict(claims, "dip_behind") == 0);
-  CHECK(verdict(claims, "range") == 0);
+  CHECK(verdict(claims, "half_ahead") == 0);
 
   Figures ground = f, ego = f;
   ground.contestant = "paper:ground", ego.contestant = "paper:ego";

@@ -134,11 +134,13 @@ void add_lean(const Run& run, Figures& out) {
   const auto frame = column_of(ego, "frame"), rate = column_of(ego, "yaw_rate_rps");
   for (std::size_t i = 0; i < frame.size(); ++i) yaw_rate[frame[i]] = rate[i];
   const auto at = column_of(detections, "frame"), car = column_of(detections, "car"),
-             across = column_of(detections, "y_veh_m");
+             across = column_of(detections, "y_veh_m"), ahead = column_of(detections, "ahead_m");
   for (std::size_t i = 0; i < at.size(); ++i) {
     const auto turn = yaw_rate.find(at[i]);
-    if (car[i] >= 0 && turn != yaw_rate.end())
-      (turn->second > kTurnRps ? out.across_in_left_turns : out.across_elsewhere).push_back(across[i]);
+    if (car[i] < 0 || turn == yaw_rate.end()) continue;
+    const bool left = turn->second > kTurnRps;
+    (left ? out.across_in_left_turns : out.across_elsewhere).push_back(across[i]);
+    if (left) (ahead[i] > 0 ? out.across_left_ahead : out.across_left_behind).push_back(across[i]);
   }
 }
 

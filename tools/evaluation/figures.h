@@ -53,7 +53,8 @@ struct Figures {
   std::vector<double> mixed_by_size;                                             // the same by the paper's rule
   std::map<double, std::vector<double>> euclid_clusters, euclid_boxed;           // by radius, as above
   std::map<double, std::vector<double>> euclid_mixed, euclid_mixed_cars, euclid_mixed_by_size;
-  metrics::Group seams;                                        // cars over a seam; those in one cluster
+  metrics::Group seams;                                       // cars over a seam; those in one cluster
+  std::vector<double> across_left_ahead, across_left_behind;  // of across_in_left_turns: the car before, behind the ego
   std::vector<double> across_in_left_turns, across_elsewhere;  // y_veh_m of detections at a car
   std::vector<DistanceBin> distance;
   std::map<std::string, std::vector<double>> detection_errors, track_errors;  // by column; those at a car
