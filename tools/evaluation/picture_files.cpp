@@ -51,6 +51,7 @@ std::map<std::string, NamedPicture> best_pictures(const std::vector<std::string>
 
 void copy_pictures(const std::string& from_run_folder, const std::string& to_run_folder) {
   if (!fs::exists(folder_of(from_run_folder))) return;
+  cli::make_folder(to_run_folder);
   std::error_code error;
   fs::copy(folder_of(from_run_folder), folder_of(to_run_folder),
            fs::copy_options::recursive | fs::copy_options::overwrite_existing, error);
