@@ -13,6 +13,7 @@
 #include "tools/console.h"
 #include "tools/evaluation/figures.h"
 #include "tools/evaluation/measures_json.h"
+#include "tools/evaluation/report_html.h"
 #include "tools/evaluation/report_pages.h"
 #include "tools/io/text.h"
 
@@ -153,7 +154,11 @@ void write_report(const std::string& out, bool print) {
   write_csvs(out, all);
   std::vector<std::string> folders;
   for (const Run& run : runs) folders.push_back(out + "/runs/" + run.contestant + "/" + run.log);
-  io::write_whole_file(out + "/report.html", format_report(all, runs, best_pictures(folders), out));
+  auto pictures = best_pictures(folders);
+  io::write_whole_file(out + "/report.html", format_report(all, runs, pictures, out));
+  if (const Figures* main = main_figures(all)) pictures["detection"].svg = detection_plot(*main);
+  cli::make_folder(out + "/pictures");
+  for (const auto& [name, picture] : pictures) io::write_whole_file(out + "/pictures/" + name + ".svg", picture.svg);
   if (!print) return;
   cli::TextTable table({"contestant", "scenario", "frames", "TPR", "F1", "clusters/car", "MOTA", "HOTA", "GOSPA m",
                         "confirm s", "false/h", "switches"});

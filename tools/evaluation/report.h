@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // From the runs of a folder: metrics.json, summary tables as CSV, and report.html, one file with all its pictures as
-// SVG.
+// SVG; pictures/ holds some of them as files.
 #pragma once
 
 #include <string>

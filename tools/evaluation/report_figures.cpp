@@ -105,19 +105,27 @@ std::string clustering_section(const std::vector<Figures>& all, const Figures& f
   return html;
 }
 
-std::string detection_section(const Figures& f) {
+std::string detection_plot(const Figures& f) {
   Series detected{"detected", kGreen, {}, {}, {}, {}, true, false},
       confirmed{"confirmed track", kPurple, {}, {}, {}, {}, true, false};
+  for (const DistanceBin& b : f.distance) {
+    detected.x.push_back(b.middle_m), detected.y.push_back(b.detected.value);
+    detected.low.push_back(b.detected.low), detected.high.push_back(b.detected.high);
+    confirmed.x.push_back(b.middle_m), confirmed.y.push_back(b.confirmed.value);
+    confirmed.low.push_back(b.confirmed.low), confirmed.high.push_back(b.confirmed.high);
+  }
+  return line_plot({"Probability of detection and of a confirmed track (simulated)", "longitudinal distance [m]",
+                    "share", kNearestM, kFarthestM, 0, 1, 860, 320, false, true},
+                   {detected, confirmed});
+}
+
+std::string detection_section(const Figures& f) {
   Series false_detected{"false detections", kGreen, {}, {}, {}, {}, true, false},
       false_confirmed{"false confirmed tracks", kPurple, {}, {}, {}, {}, true, false};
   std::vector<std::vector<std::string>> rows = {{"distance m", "frames", "events", "detected", "95 %", "confirmed",
                                                  "95 %", "false det./frame", "false tracks/frame"}};
   const auto percent = [](double v) { return cli::fixed(100 * v, 0); };
   for (const DistanceBin& b : f.distance) {
-    detected.x.push_back(b.middle_m), detected.y.push_back(b.detected.value);
-    detected.low.push_back(b.detected.low), detected.high.push_back(b.detected.high);
-    confirmed.x.push_back(b.middle_m), confirmed.y.push_back(b.confirmed.value);
-    confirmed.low.push_back(b.confirmed.low), confirmed.high.push_back(b.confirmed.high);
     false_detected.x.push_back(b.middle_m), false_detected.y.push_back(b.false_detections);
     false_confirmed.x.push_back(b.middle_m), false_confirmed.y.push_back(b.false_confirmed);
     rows.push_back({cli::fixed(b.middle_m - kBinM / 2, 0) + " to " + cli::fixed(b.middle_m + kBinM / 2, 0),
@@ -133,9 +141,7 @@ std::string detection_section(const Figures& f) {
              cli::fixed(kGateM, 1) +
              " m of the car's true centre; everything else is false. Bands: 95 % by drawing the overtaking events "
              "again with replacement (Wilson's interval where there is one event).") +
-         line_plot({"Probability of detection and of a confirmed track", "longitudinal distance [m]", "share",
-                    kNearestM, kFarthestM, 0, 1, 860, 320},
-                   {detected, confirmed}) +
+         detection_plot(f) +
          line_plot({"False positives per frame", "longitudinal distance [m]", "per frame and 10 m", kNearestM,
                     kFarthestM, 0, 0, 860, 280},
                    {false_detected, false_confirmed}) +

@@ -30,6 +30,7 @@ std::string mean_and_deviation(const std::vector<double>& values, int32_t digits
 // Sections; `f` is what the figures show.
 std::string ground_section(const Figures& f);
 std::string clustering_section(const std::vector<Figures>& all, const Figures& f);
+std::string detection_plot(const Figures& f);
 std::string detection_section(const Figures& f);
 std::string error_section(const Figures& f);
 std::string time_section(const Figures& f);

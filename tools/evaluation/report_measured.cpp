@@ -89,14 +89,15 @@ std::string scaling_section(const std::string& out) {
         series.push_back(s);
         for (const double v : s.y) high = std::max(high, v);
       }
-      return line_plot({title, "sensors", y, 0, 8.5, 0, 1.1 * high, 484, 290}, series);
+      return line_plot({title, "sensors", y, 0, 8.5, 0, 1.4 * high, 484, 290}, series);
     };
     return "<h3 id=\"scaling\">Against sensors and workers</h3>\n" +
            paragraph(
                "One frame at a time, from the push of its first scan to its tracks; frames a second where frames "
                "may overlap. On " +
                (json.contains("cpu") ? cell_text(json["cpu"]) : "this CPU") + ", load average at the start " +
-               (json.contains("load_average_at_start") ? cell_text(json["load_average_at_start"]) : "not known") + ".") +
+               (json.contains("load_average_at_start") ? cell_text(json["load_average_at_start"]) : "not known") +
+               ".") +
            plot("Time of a frame", "median [ms]", latency) + plot("Frames a second", "1/s", rate);
   } catch (const Json::exception& error) {
     throw io::Error(path, 0, error.what());

@@ -122,11 +122,16 @@ std::string headline_table(const Figures& f) {
 
 }  // namespace
 
-std::string format_report(const std::vector<Figures>& all, const std::vector<Run>& runs,
-                          const std::map<std::string, NamedPicture>& pictures, const std::string& out) {
+const Figures* main_figures(const std::vector<Figures>& all) {
   const Figures* main = nullptr;
   for (const Figures& f : all)
     if (f.contestant.find_first_of("@:") == std::string::npos && (!main || f.frames > main->frames)) main = &f;
+  return main;
+}
+
+std::string format_report(const std::vector<Figures>& all, const std::vector<Run>& runs,
+                          const std::map<std::string, NamedPicture>& pictures, const std::string& out) {
+  const Figures* main = main_figures(all);
   std::string html = page_begin("Overtake evaluation") + "<p><span class=\"simulated\">simulated</span> " +
                      escape_xml(
                          "Race, sensors, localisation errors and truth come from the simulator "

@@ -13,6 +13,8 @@
 
 namespace overtake::evaluation {
 
+// What the figures show: of the presets as they are the one with most frames; null: there is none.
+const Figures* main_figures(const std::vector<Figures>& all);
 std::string format_report(const std::vector<Figures>& all, const std::vector<Run>& runs,
                           const std::map<std::string, NamedPicture>& pictures, const std::string& out);
 

@@ -139,7 +139,8 @@ std::string line_plot(const Axes& axes, const std::vector<Series>& series) {
       }
   const bool left = axes.legend_left || room[0] < 0.85 * room[1];
   for (std::size_t i = 0; i < series.size(); ++i) {
-    const double y = Canvas::kTop + 14 + 14 * double(i);
+    const double y = axes.legend_low ? canvas.bottom() - 10 - 14 * double(series.size() - 1 - i)
+                                     : Canvas::kTop + 14 + 14 * double(i);
     const double x = left ? Canvas::kLeft + 26 : axes.width - Canvas::kRight - 8;
     canvas.svg.text(left ? x + 5 : x - 22, y + 4, series[i].name, left ? "start" : "end");
     canvas.svg.line({x - 18, y}, {x, y}, stroke_of(series[i].color, "3"));

@@ -30,6 +30,7 @@ struct Axes {
   double x_low = 0, x_high = 0, y_low = 0, y_high = 0;  // low == high: from the data
   int32_t width = 640, height = 300;
   bool legend_left = false;  // else where the lines leave more room
+  bool legend_low = false;
 };
 
 std::string line_plot(const Axes& axes, const std::vector<Series>& series);
