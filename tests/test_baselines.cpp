@@ -18,7 +18,7 @@ using namespace overtake::baselines;
 TEST_CASE("grid_ground: points of a cell higher than the threshold are non-ground, its lowest ones included") {
   // side view, cells of 0.5 m:   | . 0.1 |  ground    | 0 .. 0.3 |  obstacle    | 0.25 alone |  ground
   const std::vector<float> x = {0.1f, 0.4f, 0.6f, 0.9f, -0.1f}, y(5, 0.2f), z = {0, 0.1f, 0, 0.3f, 0.25f};
-  CHECK(mark_nonground(x, y, z) == std::vector<bool>{false, false, true, true, false});
+  CHECK(mark_nonground(x, y, z, {0.5, 0.2, 150}) == std::vector<bool>{false, false, true, true, false});
 }
 
 TEST_CASE("grid_ground: a point out of reach or without a height is ground") {

@@ -16,11 +16,12 @@
 
 namespace overtake::baselines {
 
+// Tuned like the grid.
 struct LabelGroundParams {
-  int32_t neighbours = 12, most = 96;  // of the plane: at first, and doubled up to
-  double spread = 0.15;                // a plane: second extent of the neighbours over their first
-  double flat_deg = 40;                // a normal this close to the vertical is ground; a banked turn has 20 deg
-  int32_t voters = 12;
+  int32_t neighbours = 8, most = 96;  // of the plane: at first, and doubled up to
+  double spread = 0.15;               // a plane: second extent of the neighbours over their first
+  double flat_deg = 30;               // a normal this close to the vertical is ground; a banked turn has 20 deg
+  int32_t voters = 24;
 };
 
 // Points in a frame whose z is up; true: non-ground. Points that are not finite are ground. Throws
