@@ -25,23 +25,28 @@ double ego_variance(const EgoState& ego) noexcept {
   return sigma * sigma;
 }
 
-// Nearly every point is labelled (0), so eight at once mostly are: a plain histogram cost a sixth of the segmentation.
+// Sixteen at a time, a tally of each reason in every lane: a plain histogram cost a sixth of the segmentation, a look at
+// eight points together whether one of them has a reason a twenty-fifth.
 void count_reasons(const PointTable& points, int32_t* count) noexcept {
   static_assert(int32_t(Reason::kLabelled) == 0);
-  int32_t i = 0, without = 0;
-  const auto add = [&](uint8_t reason) {
-    if (reason == 0) return;
-    ++count[reason];
-    ++without;
-  };
-  for (; i + 8 <= points.count; i += 8) {
-    uint64_t eight;
-    std::memcpy(&eight, points.reason + i, sizeof eight);
-    if (eight == 0) continue;
-    for (int32_t k = 0; k < 8; ++k) add(points.reason[i + k]);
+  using Bytes = uint8_t __attribute__((vector_size(16)));
+  constexpr int32_t kLanes = 16, kBlock = 255 * kLanes;  // a lane counts to 255
+  const int32_t whole = points.count / kLanes * kLanes;
+  for (int32_t begin = 0; begin < whole; begin += kBlock) {
+    Bytes tally[kReasonCount] = {};
+    for (int32_t i = begin; i < std::min(begin + kBlock, whole); i += kLanes) {
+      Bytes reasons;
+      std::memcpy(&reasons, points.reason + i, sizeof reasons);
+      for (int32_t k = 1; k < kReasonCount; ++k) tally[k] -= Bytes(reasons == uint8_t(k));  // true is -1
+    }
+    for (int32_t k = 1; k < kReasonCount; ++k)
+      for (int32_t lane = 0; lane < kLanes; ++lane) count[k] += tally[k][lane];
   }
-  for (; i < points.count; ++i) add(points.reason[i]);
-  count[0] += points.count - without;
+  for (int32_t i = whole; i < points.count; ++i)
+    if (points.reason[i] != 0) ++count[points.reason[i]];
+  int32_t without = 0;
+  for (int32_t k = 1; k < kReasonCount; ++k) without += count[k];
+  count[0] = points.count - without;
 }
 
 }  // namespace
