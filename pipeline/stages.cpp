@@ -25,8 +25,8 @@ double ego_variance(const EgoState& ego) noexcept {
   return sigma * sigma;
 }
 
-// Sixteen at a time, a tally of each reason in every lane: a plain histogram cost a sixth of the segmentation, a look at
-// eight points together whether one of them has a reason a twenty-fifth.
+// Sixteen at a time, a tally of each reason in every lane: a plain histogram cost a sixth of the segmentation, eight
+// points together, asked whether one of them has a reason, a sixteenth.
 void count_reasons(const PointTable& points, int32_t* count) noexcept {
   static_assert(int32_t(Reason::kLabelled) == 0);
   using Bytes = uint8_t __attribute__((vector_size(16)));
