@@ -19,7 +19,7 @@ std::string ground_section(const Figures& f) {
       paragraph(
           "A scan of one sensor a value; positive is non-ground by the simulator's truth; smoke and "
           "blooming count as ground. Points without a label (second returns, dust) are left out for "
-          "both. The grid (Himmelsbach 2009, 0.5 m cells, 0.2 m, not tuned) has one value a frame of "
+          "both. The grid (Himmelsbach 2009, tuned on the tune seed, see README) has one value a frame of "
           "all sensors. Shape: 5th to 95th percentile; thick line: quartiles; circle: median; red: mean.");
   const auto plot = [&](const char* title, const std::vector<double>& ours, const std::vector<double>& grid) {
     return violin_plot({title, "", "share, a value a scan", 0, 0, 0, 0, 310, 320},
