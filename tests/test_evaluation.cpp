@@ -185,6 +185,8 @@ TEST_CASE("claims and costs come out of the figures, and what was not measured i
                            "ground_f1_steadier_by_truth", "ground_ppv_lower_by_truth"})
     CHECK(verdict(claims, name) == 1);
   CHECK(verdict(claims, "ground_f1_higher_by_labels") == -1);
+  CHECK(verdict(claims, "clusters_by_truth") == -1);
+  CHECK(verdict(claims, "clusters_by_boxes") == -1);
   CHECK(verdict(claims, "dip_behind") == 1);
   CHECK(verdict(claims, "track_over_dip") == 1);
   for (const char* name : {"seen_ahead", "seen_behind", "half_ahead"}) CHECK(verdict(claims, name) == 1);
@@ -198,6 +200,13 @@ TEST_CASE("claims and costs come out of the figures, and what was not measured i
   CHECK(verdict(claims, "ground_tpr_higher_by_truth") == 0);
   CHECK(verdict(claims, "dip_behind") == 0);
   CHECK(verdict(claims, "half_ahead") == 0);
+
+  f.clusters_per_car = {2, 2},
+  f.mixed_other = {0, 0};  // 0.5 m: 4 and none; 2 m: 1 and a mixed one in every second frame
+  f.euclid_clusters = {{0.5, {4, 4}}, {2, {1, 1}}}, f.euclid_mixed = {{0.5, {0, 0}}, {2, {1, 0}}};
+  CHECK(verdict(check_claims(f, {f}), "clusters_by_truth") == 1);
+  f.mixed_other = {1, 1};
+  CHECK(verdict(check_claims(f, {f}), "clusters_by_truth") == 0);
 
   Figures ground = f, ego = f;
   ground.contestant = "paper:ground", ego.contestant = "paper:ego";
