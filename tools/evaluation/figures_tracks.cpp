@@ -70,8 +70,9 @@ void add_tracks(const Run& run, Figures& out, TrackSamples& samples) {
   for (const auto& [number, f] : frames) {
     mot.add_frame(f.objects, f.tracks);
     hota.add_frame(f.objects, f.tracks);
-    const auto window = [&](std::vector<metrics::MotPlace> places) {
-      for (metrics::MotPlace& p : places) p.id += uint64_t(std::floor(f.time_s / kWindowS)) << 56;
+    const uint64_t sequence = uint64_t(std::floor(f.time_s / kWindowS)) << 56;
+    const auto window = [sequence](std::vector<metrics::MotPlace> places) {
+      for (metrics::MotPlace& p : places) p.id += sequence;
       return places;
     };
     hota_window.add_frame(window(f.objects), window(f.tracks));
