@@ -128,18 +128,18 @@ TEST_CASE("sim: range noise, clock jitter and mounting errors are as large as th
   Scenario jittery = without_errors("overtake");
   jittery.errors.clock_jitter_s = 0.0002;
   jittery.errors.range_max_m = 1;  // nothing to cast for
-  Simulator clock(jittery, 3, 10, 2);
+  Simulator clock(jittery, 3, 2.6, 2);
   double jitter = 0;
   int32_t stamps = 0;
-  for (int32_t i = 1; i < 200; ++i) {
+  for (int32_t i = 1; i < 50; ++i) {
     const Sweep sweep = clock.sweep(i);
     for (const int64_t stamp : sweep.stamp_ns) jitter += square(double(stamp - sweep.begin_ns) * 1e-9), ++stamps;
   }
-  CHECK(std::sqrt(jitter / stamps) / 0.0002 == doctest::Approx(1).epsilon(0.05));
+  CHECK(std::sqrt(jitter / stamps) / 0.0002 == doctest::Approx(1).epsilon(0.08));
 
   double places = 0, turns = 0;
   int32_t axes = 0;
-  for (uint64_t seed = 1; seed <= 40; ++seed) {
+  for (uint64_t seed = 1; seed <= 10; ++seed) {
     const Simulator moved(load_scenario("overtake"), seed, 0.1, 1);
     for (int32_t s = 0; s < kSensors; ++s) {
       const Mounting& m = moved.mounting(s);
@@ -151,8 +151,8 @@ TEST_CASE("sim: range noise, clock jitter and mounting errors are as large as th
       places += dot(off, off), turns += square(angles.roll) + square(angles.pitch) + square(angles.yaw), axes += 3;
     }
   }
-  CHECK(std::sqrt(places / axes) / 0.005 == doctest::Approx(1).epsilon(0.05));
-  CHECK(std::sqrt(turns / axes) / (0.1 * kDegree) == doctest::Approx(1).epsilon(0.05));
+  CHECK(std::sqrt(places / axes) / 0.005 == doctest::Approx(1).epsilon(0.08));
+  CHECK(std::sqrt(turns / axes) / (0.1 * kDegree) == doctest::Approx(1).epsilon(0.08));
   // The nominal mounting is the AV-21's.
   const Simulator nominal(load_scenario("overtake"), 1, 0.1, 1);
   CHECK(nominal.mounting(0).nominal.place.z == doctest::Approx(0.646));
