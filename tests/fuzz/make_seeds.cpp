@@ -90,12 +90,12 @@ void write_tables() {
 }
 
 void write_maps() {
-  const char* const maps[] = {"x_m,y_m,w_tr_right_m,w_tr_left_m\n0,0,5,5\n10,0,5,5\n20,3,5,6\n30,9,5,6\n",
-                              "x_ref_m;y_ref_m;width_right_m;width_left_m;x_normvec_m;y_normvec_m\n0;0;4;4;0;-1\n10;0;"
-                              "4;4;0;-1\n20;0;4;4;0;-1\n",
+  const std::string maps[] = {"x_m,y_m,w_tr_right_m,w_tr_left_m\n0,0,5,5\n10,0,5,5\n20,3,5,6\n30,9,5,6\n",
+                              std::string("x_ref_m;y_ref_m;width_right_m;width_left_m;x_normvec_m;y_normvec_m\n") +
+                                  "0;0;4;4;0;-1\n10;0;4;4;0;-1\n20;0;4;4;0;-1\n",
                               "0 0 5 5\n10 0 5 5\n20 5 5 5\n0 0 5 5\n"};
   int32_t number = 0;
-  for (const char* map : maps) write_seed("maps", number++, "\1\1" + std::string(map));
+  for (const std::string& map : maps) write_seed("maps", number++, "\1\1" + map);
   const char* const bounds = "x,y\n0,5\n10,5\n20,5\n30,5\n";
   write_seed("maps", number++, std::string("\1\4") + bounds + "x,y\n0,0\n10,0\n20,0\n30,0");
   std::mt19937 random(5);
