@@ -134,7 +134,8 @@ TEST_CASE("recorded data: the opponent is found in the racecar frames, and the t
     CHECK(frame["ground_by_auto_label"]["pipeline"]["f1"].get<double>() > 0.85);
   }
   for (const auto& [sequence, tracks] : json["kitti_tracks"].items()) {
-    CAPTURE(sequence);
+    const std::string name = sequence;  // clang 14 captures no structured binding
+    CAPTURE(name);
     CHECK(tracks["mota"].get<double>() > 0.7);
     CHECK(tracks["hota"].get<double>() > 0.6);
   }
