@@ -10,15 +10,21 @@ namespace overtake::evaluation {
 namespace {
 
 constexpr const char* kStyle = R"css(
-:root{color-scheme:light dark;--page:#fff;--ink:#222;--soft:#666;--card:#fff;--edge:#d0d0d0;--grid:#e4e4e4;--zero:#999;--head:#f3f4f6}
-@media (prefers-color-scheme:dark){:root{--page:#16181d;--ink:#e4e6ea;--soft:#a0a4ab;--card:#1d2026;--edge:#3a3f48;--grid:#31353d;--zero:#777;--head:#262a31}}
-body{font-family:"DejaVu Sans",Helvetica,Arial,sans-serif;font-size:14px;line-height:1.45;max-width:1000px;margin:2em auto;padding:0 1em;background:var(--page);color:var(--ink)}
-h1{margin-bottom:0}h2{margin:2.2em 0 .4em;border-bottom:1px solid var(--edge);padding-bottom:.2em}h3{margin:1.6em 0 .3em}
+:root{color-scheme:light dark;--page:#fff;--ink:#222;--soft:#666;--card:#fff;--edge:#d0d0d0;--grid:#e4e4e4;
+--zero:#999;--head:#f3f4f6}
+@media (prefers-color-scheme:dark){:root{--page:#16181d;--ink:#e4e6ea;--soft:#a0a4ab;--card:#1d2026;--edge:#3a3f48;
+--grid:#31353d;--zero:#777;--head:#262a31}}
+body{font-family:"DejaVu Sans",Helvetica,Arial,sans-serif;font-size:14px;line-height:1.45;max-width:1000px;
+margin:2em auto;padding:0 1em;background:var(--page);color:var(--ink)}
+h1{margin-bottom:0}h2{margin:2.2em 0 .4em;border-bottom:1px solid var(--edge);padding-bottom:.2em}
+h3{margin:1.6em 0 .3em}
 a{color:#4c8fe0}p{margin:.5em 0}.note{color:var(--soft);font-size:13px}
-.simulated{display:inline-block;background:#b8500b;color:#fff;padding:1px 8px;border-radius:3px;font-size:13px;font-weight:bold}
+.simulated{display:inline-block;background:#b8500b;color:#fff;padding:1px 8px;border-radius:3px;font-size:13px;
+font-weight:bold}
 .wide{overflow-x:auto}table{border-collapse:collapse;font-size:12px;margin:.8em 0}
 td,th{border:1px solid var(--edge);padding:3px 7px;text-align:right;vertical-align:top}th{background:var(--head)}
-td:first-child,th:first-child{text-align:left}td{white-space:nowrap}table.words td{white-space:normal}table.words td{text-align:left}table.words th{text-align:left}
+td:first-child,th:first-child{text-align:left}td{white-space:nowrap}table.words td{white-space:normal}
+table.words td{text-align:left}table.words th{text-align:left}
 td.yes{color:#2f9e44;font-weight:bold}td.no{color:#e05252;font-weight:bold}
 svg{margin:4px 4px 4px 0;max-width:100%;height:auto}svg svg{margin:0}
 svg text.ink{fill:var(--ink)}svg .ink:not(text){stroke:var(--ink)}svg circle.ink{fill:var(--ink);stroke:none}
