@@ -66,10 +66,11 @@ double EgoState::heading_to_map(double heading_rad) const noexcept {
   return atan2_f64(r[3] * c + r[4] * s, r[0] * c + r[1] * s);
 }
 
+// The inverse: on a bank a direction in the vehicle's plane is not the map's one seen from the side.
 double EgoState::heading_to_vehicle(double heading_rad) const noexcept {
   double s, c;
   sin_cos_f64(heading_rad, s, c);
-  return atan2_f64(r[1] * c + r[4] * s, r[0] * c + r[3] * s);
+  return atan2_f64(r[0] * s - r[3] * c, r[4] * c - r[1] * s);
 }
 
 bool EgoWindow::at(int64_t stamp_ns, EgoState& out) const noexcept {

@@ -30,7 +30,7 @@ struct EgoState {
     map_y = r[3] * x + r[4] * y + r[5] * z + pose.y_m;
   }
   double heading_to_map(double heading_rad) const noexcept;
-  double heading_to_vehicle(double heading_rad) const noexcept;  // of a level direction in the map
+  double heading_to_vehicle(double heading_rad) const noexcept;  // the inverse
 };
 
 inline constexpr int64_t kEgoFreshNs = 100'000'000;  // older: EGO_STALE, no map gate

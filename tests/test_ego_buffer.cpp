@@ -121,7 +121,7 @@ TEST_CASE("ego_buffer: headings go to the map and back through roll and pitch") 
   CHECK(std::atan2(y - 2, x - 1) == doctest::Approx(0.7));
   CHECK(state.heading_to_map(0) == doctest::Approx(0.7));
   for (const double heading : {-2.0, -0.3, 0.0, 0.4, 1.9})  // a banked road bends headings by a percent or so
-    CHECK(state.heading_to_vehicle(state.heading_to_map(heading)) == doctest::Approx(heading).epsilon(0.03));
+    CHECK(state.heading_to_vehicle(state.heading_to_map(heading)) == doctest::Approx(heading).epsilon(1e-12));
   window.poses[0].roll_rad = window.poses[0].pitch_rad = 0;
   REQUIRE(window.at(0, state));
   CHECK(state.heading_to_vehicle(state.heading_to_map(-2.0)) == doctest::Approx(-2.0).epsilon(1e-12));
