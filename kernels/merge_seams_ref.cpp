@@ -308,11 +308,16 @@ int32_t find_near(const float* const column[3], int32_t begin, int32_t end, cons
     const float dx = place[0] - column_x[i], dy = place[1] - column_y[i], dz = place[2] - column_z[i];
     return (dx * dx + dy * dy) + dz * dz < limit;
   };
-  int32_t any = 0;  // without branches first: most points are near none
-  for (int32_t i = begin; i < end; ++i) any |= is_near(i);
-  if (any == 0) return end;
-  while (!is_near(begin)) ++begin;
-  return begin;
+  constexpr int32_t kBlock = 64;  // without branches first: most points are near none
+  for (; begin < end; begin += kBlock) {
+    const int32_t block_end = end - begin < kBlock ? end : begin + kBlock;
+    int32_t any = 0;
+    for (int32_t i = begin; i < block_end; ++i) any |= is_near(i);
+    if (any == 0) continue;
+    while (!is_near(begin)) ++begin;
+    return begin;
+  }
+  return end;
 }
 
 int32_t merge_seams(const MergeSeamsParams& params, const SeamSide* sides, int32_t sensor_count, MemberTable& members,

@@ -17,8 +17,7 @@ constexpr size_t kFirstSize = sizeof(T);
 template <>
 inline constexpr size_t kFirstSize<ovt_detector_def> = offsetof(ovt_detector_def, cpus);
 template <>
-inline constexpr size_t kFirstSize<ovt_frame_info> = offsetof(ovt_frame_info,
-                                                              refiltered);  // stale_mask fills its padding
+inline constexpr size_t kFirstSize<ovt_frame_info> = offsetof(ovt_frame_info, refiltered);  // stale_mask fills padding
 template <>
 inline constexpr size_t kFirstSize<ovt_tracks> = offsetof(ovt_tracks, flags);
 template <>

@@ -295,8 +295,8 @@ void Detector::finish(Frame& frame) {
   set(counters_.measurements_rejected, tracked.rejected);
   set(counters_.measurements_late, tracked.late);
   const int64_t track_overflow = tracked.overflow;
-  if (track_overflow >
-      counters_.overflow_tracks.exchange(track_overflow, std::memory_order_relaxed))  // a replay may lower it
+  // A replay may lower it.
+  if (track_overflow > counters_.overflow_tracks.exchange(track_overflow, std::memory_order_relaxed))
     frame.flags |= OVT_FLAG_OVERFLOW;
 
   if (frame.restart) add(counters_.clock_jumps, 1);

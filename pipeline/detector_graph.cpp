@@ -13,6 +13,8 @@
 #include <thread>
 #include <utility>
 
+#include "core/check.h"
+
 namespace overtake {
 namespace flow = oneapi::tbb::flow;
 namespace {
@@ -139,7 +141,9 @@ struct DetectorGraph::Nodes {
           if (job.sensor == kRelease) release_worker();
           return flow::continue_msg();
         }
-        run_segment(context, hooks, *job.frame, job.sensor, oneapi::tbb::this_task_arena::current_thread_index());
+        const int32_t thread = oneapi::tbb::this_task_arena::current_thread_index();
+        OVT_CHECK(thread >= 0 && thread <= params.worker_count);
+        run_segment(context, hooks, *job.frame, job.sensor, thread);
         finish_part(*job.frame);
         return flow::continue_msg();
       });

@@ -224,7 +224,7 @@ typedef struct ovt_detector_def {
                                         push or advance; 0: never; default 1 s */
   int32_t keep_images;               /* non-zero, the default: a frame keeps every image for ovt_read_image; 0: only
                                         OVT_IMAGE_PIXEL_POINT. The others are each worker's scratch, then, which stays
-                                        in its cache: about half the memory, and less time */
+                                        in its cache: less time, and less memory unless there are many workers */
 } ovt_detector_def;
 OVT_API ovt_status ovt_detector_def_init(ovt_detector_def* def, size_t struct_size);
 
@@ -507,6 +507,8 @@ typedef struct ovt_image {
   int32_t rows, cols;
   size_t stride_bytes;
 } ovt_image;
+/* OVT_NO_FRAME where the frame holds no scan of that sensor, OVT_NOT_KEPT without keep_images (but for
+ * OVT_IMAGE_PIXEL_POINT). */
 OVT_API ovt_status ovt_read_image_sized(ovt_reader* reader, int32_t sensor, ovt_image_id image, ovt_image* out,
                                         size_t out_size);
 static inline ovt_status ovt_read_image(ovt_reader* reader, int32_t sensor, ovt_image_id image, ovt_image* out) {

@@ -32,6 +32,7 @@ void count_reasons(const PointTable& points, int32_t* count) noexcept {
   using Bytes = uint8_t __attribute__((vector_size(16)));
   constexpr int32_t kLanes = 16, kBlock = 255 * kLanes;  // a lane counts to 255
   const int32_t whole = points.count / kLanes * kLanes;
+  std::fill_n(count, kReasonCount, 0);
   for (int32_t begin = 0; begin < whole; begin += kBlock) {
     Bytes tally[kReasonCount] = {};
     for (int32_t i = begin; i < std::min(begin + kBlock, whole); i += kLanes) {

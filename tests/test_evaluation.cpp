@@ -172,8 +172,12 @@ TEST_CASE("claims and costs come out of the figures, and what was not measured i
   f.ground.ppv = {0.7, 0.7}, f.grid.ppv = {0.9, 0.9};
   for (double m = -95; m < 150; m += 10) {
     const int64_t hits = m > -40 && m < -20 ? 10 : std::fabs(m) < 80 ? 90 : 2;
-    f.distance.push_back(
-        {m, {hits, 100, double(hits) / 100}, {95, 100, 0.95}, 5, m > -90 && m < -70 ? 0.1 : 0.4, 0.01});
+    f.distance.push_back({m,
+                          {hits, 100, double(hits) / 100, double(hits - 2) / 100, double(hits + 2) / 100},
+                          {95, 100, 0.95},
+                          5,
+                          m > -90 && m < -70 ? 0.1 : 0.4,
+                          0.01});
   }
   const auto verdict = [](const std::vector<Claim>& claims, const std::string& name) {
     for (const Claim& c : claims)

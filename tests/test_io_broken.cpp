@@ -51,9 +51,7 @@ std::string mutate(std::string bytes, std::size_t from, Random& random) {
   const std::size_t at = from + random.below(bytes.size() - from);
   const std::size_t length = std::min(bytes.size() - at, 1 + random.below(random.below(8) ? 16 : 4096));
   switch (random.below(6)) {
-    case 0:
-      bytes.resize(at);
-      break;
+    case 0: bytes.resize(at); break;
     case 1:
       for (std::size_t n = 1 + random.below(8); n > 0; --n) {
         const std::size_t place = std::min(bytes.size() - 1, at + random.below(32));
@@ -70,14 +68,9 @@ std::string mutate(std::string bytes, std::size_t from, Random& random) {
         bytes[at + i] = char(huge[i]);
       break;
     }
-    case 3:
-      bytes.erase(at, length);
-      break;
-    case 4:
-      bytes.insert(at, bytes.substr(at, length));
-      break;
-    default:
-      std::fill_n(bytes.begin() + std::ptrdiff_t(at), length, '\0');
+    case 3: bytes.erase(at, length); break;
+    case 4: bytes.insert(at, bytes.substr(at, length)); break;
+    default: std::fill_n(bytes.begin() + std::ptrdiff_t(at), length, '\0');
   }
   return bytes;
 }

@@ -134,7 +134,8 @@ TEST_CASE("rig: each kind of bad file gets its sentence with the line") {
 
 TEST_CASE("toml: what is not ASCII stands in strings and comments only, and texts that break the parser are errors") {
   const auto error = [](const char* text) { return error_of([&] { io::parse_toml("t.toml", text); }); };
-  CHECK(error("\xef\xbb\xbf# M\xc3\xbcller\nname = \"B\xc3\xa4r \\\" \xc3\xa4\" # \xc3\xa4 \"\nx = '\xc3\xb6'\n").empty());
+  CHECK(error("\xef\xbb\xbf# M\xc3\xbcller\nname = \"B\xc3\xa4r \\\" \xc3\xa4\" # \xc3\xa4 \"\nx = '\xc3\xb6'\n")
+            .empty());
   CHECK(error("y = \"\"\"\n\xc3\xbc \"quoted\" \xc3\xbc\n\"\"\"\nz = '''\n\xc3\xbc '\n'''\n").empty());
   CHECK(error("roll_de\xca\xae = 1\n").find("t.toml:1") != std::string::npos);
   CHECK(error("a = 1\n\nb = \"\xc3\xa4\"\nb\xc3\xa4 = 2\n").find("t.toml:4") != std::string::npos);

@@ -145,6 +145,7 @@ int main(int argc, char** argv) {
   def.params = &params;
   def.map = &map.def;
   def.worker_count = workers;
+  def.keep_images = workers == 1;
   def.push_policy = OVT_PUSH_WAIT;
   def.cluster_capacity = 200, def.candidate_capacity = 32, def.track_capacity = 32;
   def.memory = OVT_MEMORY_LOCK | OVT_MEMORY_LOCK_PROCESS;

@@ -74,7 +74,9 @@ void examine_folder(const Config& config, Doctor& doctor) {
 int doctor_command(const Options& options) {
   const Config config = load_config(options);
   if (!config.has_rig)
-    throw io::Error("", 0, "--rig is needed (the recording holds none): a TOML file, or " + io::join(io::builtin_rig_names(), ", "));
+    throw io::Error(
+        "", 0,
+        "--rig is needed (the recording holds none): a TOML file, or " + io::join(io::builtin_rig_names(), ", "));
   catch_interrupt();
   Doctor doctor(config.rig);
   std::vector<Finding> findings;

@@ -142,7 +142,9 @@ void print_summary(const Options& options, const io::SensorScan& scan, const ovt
 int inspect_command(const Options& options) {
   const Config config = load_config(options);
   if (!config.has_rig)
-    throw io::Error("", 0, "--rig is needed (the recording holds none): a TOML file, or " + io::join(io::builtin_rig_names(), ", "));
+    throw io::Error(
+        "", 0,
+        "--rig is needed (the recording holds none): a TOML file, or " + io::join(io::builtin_rig_names(), ", "));
   const int32_t sensor = choose_sensor(config.rig, options.sensor);
   io::FrameScans frame = choose_frame(config.input, config.rig, options.frame);
   std::erase_if(frame.scans, [sensor](const io::SensorScan& scan) { return scan.sensor != sensor; });

@@ -38,7 +38,7 @@ class TextTable {
   std::vector<std::vector<std::string>> rows_;
 };
 
-std::string fixed(double value, int32_t digits);      // "-" for NaN
+std::string fixed(double value, int32_t digits);  // "-" for NaN
 
 // From now on the first Ctrl-C (or SIGTERM) only sets a flag; the second one ends the program at once.
 void catch_interrupt();

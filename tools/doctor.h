@@ -19,15 +19,15 @@
 namespace overtake::cli {
 
 struct Finding {
-  bool wrong = false;                // else a note: it works, and a person may want to know
-  std::string about;                 // "sensor 'front'", "ego", "recording"
+  bool wrong = false;  // else a note: it works, and a person may want to know
+  std::string about;   // "sensor 'front'", "ego", "recording"
   std::string sentence, advice;
 };
 
 // The road as a sensor sees it, in the vehicle frame by the rig's mounting: it should lie at height 0, level.
 struct Ground {
-  double height_m;                   // under the sensor
-  double pitch_rad, roll_rad;        // of the plane: nose-down slope along x, slope along y
+  double height_m;             // under the sensor
+  double pitch_rad, roll_rad;  // of the plane: nose-down slope along x, slope along y
 };
 // The plane with the most points near it among those 3 to 30 m away; nothing where too few lie on one.
 std::optional<Ground> fit_ground(const io::SensorScan& scan, const io::RigSensor& sensor);
@@ -37,7 +37,7 @@ class Doctor {
   explicit Doctor(const io::Rig& rig);
 
   void add_scan(const io::SensorScan& scan);
-  void add_error(int32_t sensor, const std::string& sentence);     // a scan that could not be read
+  void add_error(int32_t sensor, const std::string& sentence);  // a scan that could not be read
   void add_ego(const io::EgoRow& row);
   std::vector<Finding> findings() const;
 
@@ -53,7 +53,7 @@ class Doctor {
     std::string lines_how, first_error;
     std::vector<int64_t> steps_ns;
     std::vector<Ground> grounds;
-    std::vector<double> ranges_m;      // some of them
+    std::vector<double> ranges_m;  // some of them
   };
   void look_at_points(const io::SensorScan& scan, const io::RigSensor& model, Sensor& s) const;
   void judge_presence(std::size_t i, std::vector<Finding>& out) const;

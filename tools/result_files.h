@@ -30,6 +30,6 @@ void write_times(io::CsvWriter& csv, int64_t frame, int64_t stamp_ns, const io::
 // Of everything a frame publishes but its number and times: equal for the same scans, from whatever file they came.
 void add_to_hash(Hash& hash, const ovt_frame_info& info, const ovt_detections& detections, const ovt_tracks& tracks);
 
-double read_time_us(ovt_reader* reader, int32_t sensor, ovt_stage stage);   // NaN: did not run
+double read_time_us(ovt_reader* reader, int32_t sensor, ovt_stage stage);  // NaN: did not run
 
 }  // namespace overtake::cli

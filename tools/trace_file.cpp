@@ -15,13 +15,13 @@ namespace overtake::cli {
 namespace {
 
 constexpr std::size_t kWriteBytes = 1 << 16;
-constexpr int32_t kFirstLane = 1;                // tid of worker -1, the pushing thread
+constexpr int32_t kFirstLane = 1;  // tid of worker -1, the pushing thread
 
 // The segmentation before what it holds: it starts at the same nanosecond as its first stage.
-constexpr int32_t kOrder[] = {OVT_STAGE_LOAD,   OVT_STAGE_SEGMENT,  OVT_STAGE_PROJECT, OVT_STAGE_GAPS,
-                              OVT_STAGE_ANGLE,  OVT_STAGE_SMOOTH,   OVT_STAGE_GROUND,  OVT_STAGE_REPAIR,
-                              OVT_STAGE_LINK,   OVT_STAGE_LABEL,    OVT_STAGE_CLUSTERS, OVT_STAGE_MERGE,
-                              OVT_STAGE_GATE,   OVT_STAGE_POSE,     OVT_STAGE_TRACK,   OVT_STAGE_FRAME};
+constexpr int32_t kOrder[] = {OVT_STAGE_LOAD,  OVT_STAGE_SEGMENT, OVT_STAGE_PROJECT,  OVT_STAGE_GAPS,
+                              OVT_STAGE_ANGLE, OVT_STAGE_SMOOTH,  OVT_STAGE_GROUND,   OVT_STAGE_REPAIR,
+                              OVT_STAGE_LINK,  OVT_STAGE_LABEL,   OVT_STAGE_CLUSTERS, OVT_STAGE_MERGE,
+                              OVT_STAGE_GATE,  OVT_STAGE_POSE,    OVT_STAGE_TRACK,    OVT_STAGE_FRAME};
 static_assert(sizeof kOrder / sizeof *kOrder == OVT_STAGE_COUNT);
 
 // JSON string; names come from files.
@@ -72,14 +72,17 @@ void TraceFile::add(int64_t frame, ovt_reader* reader) {
     first_ns_ = INT64_MAX;
     for (const ovt_span& span : spans)
       if (span.duration_ns >= 0) first_ns_ = std::min(first_ns_, span.start_ns);
-    if (first_ns_ == INT64_MAX) return;          // nothing ran
+    if (first_ns_ == INT64_MAX) return;  // nothing ran
   }
   for (int32_t s = -1; s < sensors; ++s)
     for (const int32_t i : kOrder) {
       const ovt_span& span = span_of(s, i);
       if (span.duration_ns < 0) continue;
-      if (i == OVT_STAGE_FRAME) add_frame(span, info.sequence, frame);
-      else add_span(ovt_stage_name(i), span, info.sequence, frame, s < 0 ? nullptr : sensor_names_[std::size_t(s)].c_str());
+      if (i == OVT_STAGE_FRAME)
+        add_frame(span, info.sequence, frame);
+      else
+        add_span(ovt_stage_name(i), span, info.sequence, frame,
+                 s < 0 ? nullptr : sensor_names_[std::size_t(s)].c_str());
     }
   if (pending_.size() >= kWriteBytes) write(false);
 }

@@ -24,7 +24,7 @@ class TraceFile {
  public:
   // Creates the file. Throws io::Error.
   TraceFile(std::string path, const io::Rig& rig);
-  ~TraceFile();                                  // finishes it as far as it can
+  ~TraceFile();  // finishes it as far as it can
   TraceFile(const TraceFile&) = delete;
   TraceFile& operator=(const TraceFile&) = delete;
 
@@ -36,15 +36,15 @@ class TraceFile {
  private:
   void add_span(const char* name, const ovt_span& span, int64_t sequence, int64_t frame, const char* sensor);
   void add_frame(const ovt_span& span, int64_t sequence, int64_t frame);
-  void append_time(int64_t ns);                  // as microseconds
+  void append_time(int64_t ns);  // as microseconds
   void write(bool last);
 
   std::string path_, pending_;
-  std::vector<std::string> sensor_names_;        // as JSON strings
+  std::vector<std::string> sensor_names_;  // as JSON strings
   void* file_ = nullptr;
   bool any_ = false;
   int64_t first_ns_ = 0;
-  int32_t worker_count_ = 0;                     // lanes seen, besides the pushing thread's
+  int32_t worker_count_ = 0;  // lanes seen, besides the pushing thread's
 };
 
 }  // namespace overtake::cli

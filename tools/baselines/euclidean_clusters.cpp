@@ -1,6 +1,5 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-//
 #include "tools/baselines/euclidean_clusters.h"
 
 #include <algorithm>

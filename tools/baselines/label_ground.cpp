@@ -1,6 +1,5 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-//
 #include "tools/baselines/label_ground.h"
 
 #include <Eigen/Eigenvalues>

@@ -1,6 +1,5 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-//
 #include "tools/evaluation/claims.h"
 
 #include <algorithm>
@@ -72,7 +71,7 @@ void check_ground(const std::string& by, const GroundFigures& ours, const Ground
   compare("ppv_lower", "a lower mean", a, b, a < b);
 }
 
-// Against the radius that does best by itself: the least sum of clusters too many and mixed ones.
+// Against the radius that does best by itself, of those tried: the least sum of clusters too many and mixed ones.
 Claim check_clusters(const char* name, const char* text, const std::vector<double>& per_car,
                      const std::vector<double>& mixed, const std::map<double, std::vector<double>>& euclid_per_car,
                      const std::map<double, std::vector<double>>& euclid_mixed) {
@@ -113,11 +112,13 @@ void check_detection(const Figures& f, std::vector<Claim>& out) {
                       .number("paper_m", expected_m)
                       .number("found_m", found_m)
                       .holds(std::fabs(found_m - expected_m) <= kBinM));
-  double falls_m = kFarthestM;  // the near edge of the nearest bin ahead below a half
+  double falls_m = kFarthestM;  // the near edge of the nearest bin ahead that is surely below a half
   for (const DistanceBin& b : f.distance)
-    if (b.middle_m > 0 && b.detected.trials > 0 && b.detected.value < 0.5)
+    if (b.middle_m > 0 && b.detected.trials > 0 && b.detected.high < 0.5)
       falls_m = std::min(falls_m, b.middle_m - kBinM / 2);
-  out.push_back(Check("half_ahead", "the probability falls below a half 80 m ahead, a bin of 10 m either way")
+  out.push_back(Check("half_ahead",
+                      "the probability falls below a half (its interval as well) 80 m ahead, a bin of 10 m "
+                      "either way")
                     .number("paper_m", 80)
                     .number("falls_below_half_m", falls_m)
                     .number("farthest_with_half_m", farthest_m(f, 1, 0.5))

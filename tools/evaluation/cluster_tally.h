@@ -3,10 +3,9 @@
 //
 // Counts how a frame's clusters fit its cars, whoever made the clusters:
 //   by truth         clusters with a point of the car; mixed ones: points of a car and of another obstacle, of two cars
-//   by the paper     clusters wholly inside the car's rectangle made 1 m larger on each side; a mixed one has a point
-//   in
-//                    the car's rectangle (0.3 m larger) and is longer than a car with 10 % slack (x, y or z of its
-//                    bounds)
+//   by the paper     clusters wholly inside the car's rectangle made 1 m larger on each side; a mixed one has a
+//                    point in the car's rectangle (0.3 m larger) and is longer than a car with 10 % slack (x, y or z of
+//                    its bounds)
 // The paper's rule needs no surfaces, only where the cars are. Vehicle frame.
 #pragma once
 

@@ -45,13 +45,14 @@ struct Figures {
   std::string contestant, scenario;
   int64_t runs = 0, frames = 0;
   double seconds = 0;
-  GroundFigures ground, grid;                                                    // against the surface truth
-  GroundFigures ground_auto, grid_auto;                                          // against the automatic labels
-  GroundFigures auto_label;                                                      // these against the truth
-  std::map<double, std::pair<double, double>> car_points;                        // range -> points, found
-  std::vector<double> clusters_per_car, boxed_per_car, mixed_other, mixed_cars;  // a value a frame with a car in it
-  std::vector<double> mixed_by_size;                                             // the same by the paper's rule
-  std::map<double, std::vector<double>> euclid_clusters, euclid_boxed;           // by radius, as above
+  GroundFigures ground, grid;                              // against the surface truth
+  GroundFigures ground_auto, grid_auto;                    // against the automatic labels
+  GroundFigures auto_label;                                // these against the truth
+  std::map<double, std::pair<double, double>> car_points;  // range -> points, found
+  std::vector<double> clusters_per_car, boxed_per_car, mixed_other,
+      mixed_cars;                                                       // a value a car and frame; mixed: a frame
+  std::vector<double> mixed_by_size;                                    // the same by the paper's rule
+  std::map<double, std::vector<double>> euclid_clusters, euclid_boxed;  // by radius, as above
   std::map<double, std::vector<double>> euclid_mixed, euclid_mixed_cars, euclid_mixed_by_size;
   metrics::Group seams;                                       // cars over a seam; those in one cluster
   std::vector<double> across_left_ahead, across_left_behind;  // of across_in_left_turns: the car before, behind the ego

@@ -1,6 +1,5 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-//
 #include "tools/evaluation/judge.h"
 
 #include <algorithm>
@@ -26,14 +25,11 @@ Kind kind_of(uint16_t surface) {
   if (surface >= uint16_t(Surface::car)) return Kind::kCar;
   switch (Surface(surface)) {
     case Surface::road:
-    case Surface::apron_grass:
-      return Kind::kGround;
+    case Surface::apron_grass: return Kind::kGround;
     case Surface::none:
     case Surface::smoke_dust:
-    case Surface::blooming:
-      return Kind::kNoise;
-    default:
-      return Kind::kObstacle;
+    case Surface::blooming: return Kind::kNoise;
+    default: return Kind::kObstacle;
   }
 }
 

@@ -5,9 +5,8 @@
 //
 //   scans       one per scan: tp fp fn tn of non-ground (points with a label), points without one
 //   car_points  one per car, scan and 10 m of range: its points, and those found to be non-ground
-//   cars        one per car and frame: place, points, clusters by truth and by the paper's rule (cluster_tally.h:
-//   boxed),
-//               detected, confirmed track
+//   cars        one per car and frame: place, points, clusters by truth and by the paper's rule
+//               (cluster_tally.h: boxed), detected, confirmed track
 //   clusters    one per frame: clusters that mix a car with something else, or two cars
 //   boxes       one per frame: mixed clusters by the paper's rule
 //   seams       one per car that several sensors see with 3 non-ground points or more: whether one cluster holds a

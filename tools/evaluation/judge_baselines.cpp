@@ -60,7 +60,7 @@ void Judge::add_euclid(const CloudPoints& cloud) {
     any_car = any_car || (cloud.surface.empty() ? !cloud.cars.empty() : car_of(cloud.surface[i]) >= 0);
   }
   if (!any_car) return;
-  for (const double radius : {0.2, 0.3, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0}) {
+  for (const double radius : {0.2, 0.3, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0}) {
     const std::vector<int32_t> cluster = baselines::cluster_points(x, y, z, radius);
     ClusterTally tally(cloud.cars);
     for (std::size_t i = 0; i < row.size(); ++i) {

@@ -19,8 +19,9 @@ std::string ground_section(const Figures& f) {
       paragraph(
           "A scan of one sensor a value; positive is non-ground by the simulator's truth; smoke and "
           "blooming count as ground. Points without a label (second returns, dust) are left out for "
-          "both. The grid (Himmelsbach 2009, tuned on the tune seed, see README) has one value a frame of "
-          "all sensors. Shape: 5th to 95th percentile; thick line: quartiles; circle: median; red: mean.");
+          "both. The grid (Himmelsbach 2009, tuned on the tune seed, see README) is run on all sensors' points at "
+          "once; a value a scan of some frames (--every). Shape: 5th to 95th percentile; thick line: quartiles; "
+          "circle: median; red: mean.");
   const auto plot = [&](const char* title, const std::vector<double>& ours, const std::vector<double>& grid) {
     return violin_plot({title, "", "share, a value a scan", 0, 0, 0, 0, 310, 320},
                        {{"proposed", kBlue, ours}, {"2.5-D grid", kOrange, grid}});
@@ -30,8 +31,7 @@ std::string ground_section(const Figures& f) {
   if (!f.ground_auto.tpr.empty()) {
     html += paragraph(
         "The same against the paper's automatic labels (normals of fitted planes, threshold, nearest neighbours), "
-        "every "
-        "tenth frame. The labels themselves against the truth: TPR " +
+        "some frames (--every). The labels themselves against the truth: TPR " +
         mean_and_deviation(f.auto_label.tpr, 3) + ", PPV " + mean_and_deviation(f.auto_label.ppv, 3) + ", F1 " +
         mean_and_deviation(f.auto_label.f1, 3) + ".");
     html += plot("TPR, automatic labels", f.ground_auto.tpr, f.grid_auto.tpr) +

@@ -21,7 +21,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr int kScans = 40;
 constexpr int64_t kPeriodNs = 50'000'000;
-constexpr double kEgoSpeed = 60.0, kCarSpeed = 70.0;   // m/s: the car ahead pulls away
+constexpr double kEgoSpeed = 60.0, kCarSpeed = 70.0;  // m/s: the car ahead pulls away
 
 Clock::time_point due(Clock::time_point start, int scan) { return start + std::chrono::nanoseconds(scan * kPeriodNs); }
 
@@ -98,7 +98,7 @@ int run() {
     take_newest();
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
-  producers.clear();                // the order of a shut-down: producers, flush, readers, detector
+  producers.clear();  // the order of a shut-down: producers, flush, readers, detector
   ovt::check(detector.flush());
   take_newest();
 

@@ -19,20 +19,20 @@ struct BagTopic {
 };
 
 struct BagMessage {
-  int32_t topic = 0;                 // of topics()
+  int32_t topic = 0;  // of topics()
   int64_t log_ns = 0;
-  uint64_t number = 0;               // of the message in the recording, from 0
-  std::string_view data;             // until the next call of next()
+  uint64_t number = 0;    // of the message in the recording, from 0
+  std::string_view data;  // until the next call of next()
 };
 
 class BagReader {
  public:
   virtual ~BagReader() = default;
-  virtual bool next(BagMessage& out) = 0;          // false: the end, or damage
-  virtual const std::vector<BagTopic>& topics() const = 0;   // all of them, from the start on
-  virtual const std::string& damage() const = 0;   // "": none so far
-  virtual double progress() const = 0;             // share of the recording read, 0 to 1
-  virtual std::string describe() const = 0;        // "MCAP, 12 chunks (zstd)": of what was read so far
+  virtual bool next(BagMessage& out) = 0;                   // false: the end, or damage
+  virtual const std::vector<BagTopic>& topics() const = 0;  // all of them, from the start on
+  virtual const std::string& damage() const = 0;            // "": none so far
+  virtual double progress() const = 0;                      // share of the recording read, 0 to 1
+  virtual std::string describe() const = 0;                 // "MCAP, 12 chunks (zstd)": of what was read so far
 };
 
 // Whether open_bag takes it: by its first bytes, or by what the folder holds.

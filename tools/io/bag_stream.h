@@ -17,8 +17,8 @@ namespace overtake::io {
 
 // Which topic plays which part, found by the names the rig gives and the types the recording gives.
 struct TopicRoles {
-  std::vector<int32_t> sensor_of;          // per topic: sensor of the rig, -1 none
-  int32_t ego = -1, opponent = -1;         // topics
+  std::vector<int32_t> sensor_of;   // per topic: sensor of the rig, -1 none
+  int32_t ego = -1, opponent = -1;  // topics
 };
 TopicRoles find_topic_roles(const std::vector<BagTopic>& topics, const Rig& rig);
 // "/a (sensor_msgs/msg/PointCloud2), ..." for error texts.
@@ -42,7 +42,7 @@ class BagStream : public ScanStream {
   double progress() const override { return bag_->progress(); }
 
  private:
-  bool read_message();               // false: the end
+  bool read_message();  // false: the end
   void add_scan(SensorScan scan);
   void set_opponent(FrameScans& frame) const;
 
@@ -50,9 +50,9 @@ class BagStream : public ScanStream {
   const Rig rig_;
   std::unique_ptr<BagReader> bag_;
   TopicRoles roles_;
-  std::deque<FrameScans> frames_;    // the last one is open
+  std::deque<FrameScans> frames_;  // the last one is open
   std::vector<EgoRow> ego_new_;
-  std::deque<EgoRow> ego_, opponent_;     // the last seconds of them
+  std::deque<EgoRow> ego_, opponent_;  // the last seconds of them
   int64_t last_ego_ns_ = INT64_MIN, next_frame_ = 0;
   bool ended_ = false;
 };

@@ -23,7 +23,7 @@ class Csv {
   std::size_t row_count() const { return lines_.size(); }
   std::size_t column_count() const { return column_count_; }
   bool has_header() const { return !names_.empty(); }
-  const std::vector<std::string>& names() const { return names_; }   // as written, trimmed
+  const std::vector<std::string>& names() const { return names_; }  // as written, trimmed
 
   // Column whose name is one of `names` (the first of them that exists); case, and a unit in brackets as in `x(m)`, do
   // not count. -1: none. need() throws instead, naming what it looked for.
@@ -37,11 +37,11 @@ class Csv {
   int64_t line(std::size_t row) const { return lines_[row].number; }
   [[noreturn]] void fail(std::size_t row, int32_t column, const std::string& sentence) const;
 
-  std::vector<double> numbers(int32_t column) const;               // the whole column
+  std::vector<double> numbers(int32_t column) const;  // the whole column
 
  private:
   struct Cell {
-    std::size_t begin, size;         // in text_
+    std::size_t begin, size;  // in text_
   };
   struct Line {
     int64_t number;
@@ -49,7 +49,7 @@ class Csv {
   };
   std::string path_, text_;
   std::vector<std::string> names_;
-  std::vector<Cell> cells_;          // row-major
+  std::vector<Cell> cells_;  // row-major
   std::vector<Line> lines_;
   std::size_t column_count_ = 0;
 };
@@ -64,9 +64,9 @@ class CsvWriter {
   CsvWriter& operator=(const CsvWriter&) = delete;
 
   template <class T>
-  CsvWriter& cell(T value);          // double, float, int32_t, int64_t, uint64_t, std::string_view
+  CsvWriter& cell(T value);  // double, float, int32_t, int64_t, uint64_t, std::string_view
   void end_row();
-  void flush();                      // what was written is in the file. Throws Error when the disk is full.
+  void flush();  // what was written is in the file. Throws Error when the disk is full.
 
  private:
   std::string path_, pending_;

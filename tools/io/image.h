@@ -16,7 +16,7 @@ using Rgb = std::array<uint8_t, 3>;
 
 struct Picture {
   int32_t width = 0, height = 0;
-  std::vector<Rgb> pixels;           // row-major, top row first
+  std::vector<Rgb> pixels;  // row-major, top row first
 
   Picture(int32_t w, int32_t h, Rgb fill = {0, 0, 0});
   Rgb& at(int32_t x, int32_t y) { return pixels[std::size_t(y) * std::size_t(width) + std::size_t(x)]; }

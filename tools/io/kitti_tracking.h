@@ -19,14 +19,14 @@ struct RigidTransform {
   double rotation[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   double translation_m[3] = {0, 0, 0};
 
-  void apply(const double in[3], double out[3]) const;   // in and out may be the same
+  void apply(const double in[3], double out[3]) const;  // in and out may be the same
   RigidTransform inverse() const;
-  RigidTransform after(const RigidTransform& first) const;   // first `first`, then this
+  RigidTransform after(const RigidTransform& first) const;  // first `first`, then this
 };
 
 struct KittiLabel {
-  int32_t frame = 0, track = -1;     // track -1: DontCare
-  std::string type;                  // Car, Van, Truck, Tram, Pedestrian, ..., DontCare
+  int32_t frame = 0, track = -1;  // track -1: DontCare
+  std::string type;               // Car, Van, Truck, Tram, Pedestrian, ..., DontCare
   double height_m = 0, width_m = 0, length_m = 0;
   double x_m = 0, y_m = 0, z_m = 0;  // centre of the box' bottom, camera frame
   double rotation_y_rad = 0;
@@ -34,14 +34,14 @@ struct KittiLabel {
 
 // All throw Error with file and line.
 std::vector<KittiLabel> read_kitti_labels(const std::string& path);
-std::vector<RigidTransform> read_kitti_poses(const std::string& path);         // T_firstcamera_camera, one a frame
-RigidTransform read_kitti_camera_mounting(const std::string& calib_path);      // T_velodyne_camera
+std::vector<RigidTransform> read_kitti_poses(const std::string& path);     // T_firstcamera_camera, one a frame
+RigidTransform read_kitti_camera_mounting(const std::string& calib_path);  // T_velodyne_camera
 
 // One sequence: FOLDER/SSSS_labels.txt, SSSS_poses.txt, SSSS_calib.txt. World: the Velodyne's frame in frame 0, x
 // forward, y left, z up.
 struct KittiSequence {
   std::vector<KittiLabel> labels;
-  std::vector<RigidTransform> T_world_camera;   // one a frame
+  std::vector<RigidTransform> T_world_camera;  // one a frame
 
   // Centre of the label's box (half its height above its bottom) in the world. Its frame must be one of the poses'.
   void place(const KittiLabel& label, double world_m[3]) const;

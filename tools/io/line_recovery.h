@@ -14,9 +14,9 @@
 namespace overtake::io {
 
 struct RecoveredLines {
-  std::vector<uint16_t> line;        // one a point; empty: not to be recovered. 65535: no valid point
+  std::vector<uint16_t> line;  // one a point; empty: not to be recovered. 65535: no valid point
   int32_t count = 0;
-  std::string how;                   // "32 lines recovered from the order of the points (one sweep a line)"
+  std::string how;  // "32 lines recovered from the order of the points (one sweep a line)"
 };
 
 // Order: the azimuth sweeps over the field of view (one head, two heads with half of it each, a full turn) and jumps

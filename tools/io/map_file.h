@@ -17,8 +17,8 @@ namespace overtake::io {
 
 struct MapData {
   bool closed = false;
-  std::vector<double> x_m, y_m, width_left_m, width_right_m, banking_rad;   // banking may be empty
-  std::vector<double> left_x_m, left_y_m, right_x_m, right_y_m;             // two bounds, else empty
+  std::vector<double> x_m, y_m, width_left_m, width_right_m, banking_rad;  // banking may be empty
+  std::vector<double> left_x_m, left_y_m, right_x_m, right_y_m;            // two bounds, else empty
   bool is_bounds() const { return !left_x_m.empty(); }
 };
 

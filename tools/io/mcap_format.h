@@ -14,11 +14,24 @@
 namespace overtake::io {
 
 inline constexpr std::string_view kMcapMagic("\x89MCAP0\r\n", 8);
-inline constexpr uint64_t kMcapRecordHead = 9;      // opcode and length
+inline constexpr uint64_t kMcapRecordHead = 9;  // opcode and length
 
 enum class McapOp : uint8_t {
-  kHeader = 1, kFooter, kSchema, kChannel, kMessage, kChunk, kMessageIndex, kChunkIndex, kAttachment,
-  kAttachmentIndex, kStatistics, kMetadata, kMetadataIndex, kSummaryOffset, kDataEnd
+  kHeader = 1,
+  kFooter,
+  kSchema,
+  kChannel,
+  kMessage,
+  kChunk,
+  kMessageIndex,
+  kChunkIndex,
+  kAttachment,
+  kAttachmentIndex,
+  kStatistics,
+  kMetadata,
+  kMetadataIndex,
+  kSummaryOffset,
+  kDataEnd
 };
 
 // CRC-32 as in zip and PNG, continued from `crc`; 0 starts.

@@ -182,8 +182,7 @@ bool McapReader::take_record(uint8_t opcode, std::string_view content, McapMessa
       metadata_[name] = read_map(reader);
       break;
     }
-    default:
-      break;  // indexes, and kinds that later versions add
+    default: break;  // indexes, and kinds that later versions add
   }
   if (!reader.ok()) fail(record_at_, "a record of kind " + std::to_string(opcode) + " is shorter than its content");
   return false;

@@ -21,7 +21,7 @@ struct McapSchema {
 
 struct McapChannel {
   std::string topic, message_encoding;
-  uint16_t schema_id = 0;                  // 0: none
+  uint16_t schema_id = 0;  // 0: none
   std::map<std::string, std::string> metadata;
 };
 
@@ -29,7 +29,7 @@ struct McapMessage {
   uint16_t channel_id = 0;
   uint32_t sequence = 0;
   int64_t log_ns = 0, publish_ns = 0;
-  std::string_view data;                   // until the next call of next()
+  std::string_view data;  // until the next call of next()
 };
 
 struct McapAttachment {
@@ -45,7 +45,7 @@ class McapReader {
   McapReader(const McapReader&) = delete;
   McapReader& operator=(const McapReader&) = delete;
 
-  bool next(McapMessage& out);             // false: the end, or damage
+  bool next(McapMessage& out);  // false: the end, or damage
   // Finds every channel and schema, in the summary where that passes its checksum, else by reading the whole file.
   // Nothing is to be read afterwards.
   void list_channels();
@@ -62,12 +62,12 @@ class McapReader {
   const std::vector<McapAttachment>& attachments() const { return attachments_; }
   const std::map<std::string, std::map<std::string, std::string>>& metadata() const { return metadata_; }
   uint64_t chunk_count() const { return chunk_count_; }
-  const std::map<std::string, uint64_t>& compressions() const { return compressions_; }   // chunks of each
+  const std::map<std::string, uint64_t>& compressions() const { return compressions_; }  // chunks of each
   uint64_t position() const { return offset_; }
   uint64_t file_bytes() const { return file_bytes_; }
 
  private:
-  bool read_file(uint64_t size, std::string& out);       // false: fewer bytes are left; those are in `out`
+  bool read_file(uint64_t size, std::string& out);  // false: fewer bytes are left; those are in `out`
   bool next_record();
   void open_chunk(std::string_view content, bool cut);
   bool take_record(uint8_t opcode, std::string_view content, McapMessage* message);
@@ -78,8 +78,8 @@ class McapReader {
   std::FILE* file_ = nullptr;
   uint64_t file_bytes_ = 0, offset_ = 0, record_at_ = 0;
   bool ended_ = false;
-  uint8_t opcode_ = 0;                                   // of record_
-  std::string record_, chunk_, chunk_damage_;            // of the file; what its chunk holds
+  uint8_t opcode_ = 0;                         // of record_
+  std::string record_, chunk_, chunk_damage_;  // of the file; what its chunk holds
   std::string_view chunk_rest_;
   std::map<uint16_t, McapChannel> channels_;
   std::map<uint16_t, McapSchema> schemas_;

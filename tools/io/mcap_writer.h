@@ -34,7 +34,7 @@ struct McapOptions {
 class McapWriter {
  public:
   explicit McapWriter(const std::string& path, const McapOptions& options = {});
-  ~McapWriter();                     // closes; call close() yourself to learn of a full disk
+  ~McapWriter();  // closes; call close() yourself to learn of a full disk
   McapWriter(const McapWriter&) = delete;
   McapWriter& operator=(const McapWriter&) = delete;
 
@@ -48,7 +48,7 @@ class McapWriter {
   void add_attachment(const std::string& name, const std::string& media_type, std::string_view data,
                       int64_t log_ns = 0);
   void add_metadata(const std::string& name, const std::map<std::string, std::string>& entries);
-  void close();                      // ends the chunk, writes the summary; nothing may follow
+  void close();  // ends the chunk, writes the summary; nothing may follow
 
   uint64_t message_count() const { return message_count_; }
 
@@ -57,7 +57,7 @@ class McapWriter {
     std::string record;
     uint32_t sequence = 0;
     uint64_t count = 0;
-    std::string index;               // of the chunk under way: pairs of time and offset
+    std::string index;  // of the chunk under way: pairs of time and offset
   };
   void put(std::string_view bytes);
   void put_record(uint8_t opcode, std::string_view content);
@@ -70,15 +70,15 @@ class McapWriter {
   std::FILE* file_ = nullptr;
   uint64_t offset_ = 0;
   uint32_t data_crc_ = 0;
-  std::vector<std::string> schemas_; // content of record id - 1
-  std::vector<Channel> channels_;    // id - 1
-  std::vector<bool> described_;      // channel: is in the data section already
+  std::vector<std::string> schemas_;  // content of record id - 1
+  std::vector<Channel> channels_;     // id - 1
+  std::vector<bool> described_;       // channel: is in the data section already
   std::vector<bool> schema_described_;
   std::string chunk_;
   uint64_t chunk_first_ns_ = 0, chunk_last_ns_ = 0, chunk_messages_ = 0;
   uint64_t message_count_ = 0, chunk_count_ = 0, first_ns_ = 0, last_ns_ = 0;
   uint32_t attachment_count_ = 0, metadata_count_ = 0;
-  std::string chunk_indexes_, attachment_indexes_, metadata_indexes_;    // records
+  std::string chunk_indexes_, attachment_indexes_, metadata_indexes_;  // records
 };
 
 }  // namespace overtake::io

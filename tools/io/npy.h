@@ -15,7 +15,7 @@ void write_npy(const std::string& path, const int32_t* data, const std::vector<i
 void write_npy(const std::string& path, const uint8_t* data, const std::vector<int64_t>& shape);
 
 struct Npy {
-  std::string type;                  // "<f4", "<i4" or "|u1"
+  std::string type;  // "<f4", "<i4" or "|u1"
   std::vector<int64_t> shape;
   std::string bytes;
   int64_t values() const;

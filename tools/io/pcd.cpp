@@ -28,26 +28,16 @@ int64_t saturate(double value) {
 template <class F>
 auto with_value(const PcdColumn& column, std::size_t i, F&& f) {
   switch (column.type) {
-    case PcdType::kFloat32:
-      return f(load<float>(column, i));
-    case PcdType::kFloat64:
-      return f(load<double>(column, i));
-    case PcdType::kInt8:
-      return f(load<int8_t>(column, i));
-    case PcdType::kUint8:
-      return f(load<uint8_t>(column, i));
-    case PcdType::kInt16:
-      return f(load<int16_t>(column, i));
-    case PcdType::kUint16:
-      return f(load<uint16_t>(column, i));
-    case PcdType::kInt32:
-      return f(load<int32_t>(column, i));
-    case PcdType::kUint32:
-      return f(load<uint32_t>(column, i));
-    case PcdType::kInt64:
-      return f(load<int64_t>(column, i));
-    case PcdType::kUint64:
-      break;
+    case PcdType::kFloat32: return f(load<float>(column, i));
+    case PcdType::kFloat64: return f(load<double>(column, i));
+    case PcdType::kInt8: return f(load<int8_t>(column, i));
+    case PcdType::kUint8: return f(load<uint8_t>(column, i));
+    case PcdType::kInt16: return f(load<int16_t>(column, i));
+    case PcdType::kUint16: return f(load<uint16_t>(column, i));
+    case PcdType::kInt32: return f(load<int32_t>(column, i));
+    case PcdType::kUint32: return f(load<uint32_t>(column, i));
+    case PcdType::kInt64: return f(load<int64_t>(column, i));
+    case PcdType::kUint64: break;
   }
   return f(load<uint64_t>(column, i));
 }

@@ -144,22 +144,14 @@ bool store_text(PcdType type, std::string_view text, unsigned char* out) {
       std::memcpy(out, &narrow, sizeof narrow);
       return true;
     }
-    case PcdType::kInt8:
-      return store_integer<int8_t>(text, out);
-    case PcdType::kUint8:
-      return store_integer<uint8_t>(text, out);
-    case PcdType::kInt16:
-      return store_integer<int16_t>(text, out);
-    case PcdType::kUint16:
-      return store_integer<uint16_t>(text, out);
-    case PcdType::kInt32:
-      return store_integer<int32_t>(text, out);
-    case PcdType::kUint32:
-      return store_integer<uint32_t>(text, out);
-    case PcdType::kInt64:
-      return store_integer<int64_t>(text, out);
-    case PcdType::kUint64:
-      return store_integer<uint64_t>(text, out);
+    case PcdType::kInt8: return store_integer<int8_t>(text, out);
+    case PcdType::kUint8: return store_integer<uint8_t>(text, out);
+    case PcdType::kInt16: return store_integer<int16_t>(text, out);
+    case PcdType::kUint16: return store_integer<uint16_t>(text, out);
+    case PcdType::kInt32: return store_integer<int32_t>(text, out);
+    case PcdType::kUint32: return store_integer<uint32_t>(text, out);
+    case PcdType::kInt64: return store_integer<int64_t>(text, out);
+    case PcdType::kUint64: return store_integer<uint64_t>(text, out);
   }
   return false;
 }
@@ -210,15 +202,9 @@ Pcd parse_pcd(const std::string& path_in_errors, const std::string& bytes) {
   Pcd pcd;
   pcd.header = parse_pcd_header(path_in_errors, bytes);
   switch (pcd.header.encoding) {
-    case PcdEncoding::kAscii:
-      read_ascii(path_in_errors, bytes, pcd);
-      break;
-    case PcdEncoding::kBinary:
-      read_binary(path_in_errors, bytes, pcd);
-      break;
-    case PcdEncoding::kBinaryCompressed:
-      read_compressed(path_in_errors, bytes, pcd);
-      break;
+    case PcdEncoding::kAscii: read_ascii(path_in_errors, bytes, pcd); break;
+    case PcdEncoding::kBinary: read_binary(path_in_errors, bytes, pcd); break;
+    case PcdEncoding::kBinaryCompressed: read_compressed(path_in_errors, bytes, pcd); break;
   }
   return pcd;
 }

@@ -18,15 +18,12 @@ void append_value(std::string& text, const PcdColumn& column, std::size_t i) {
       std::memcpy(&narrow, column.bytes.data() + i * sizeof narrow, sizeof narrow);
       append_number(text, narrow);
       break;
-    case PcdType::kFloat64:
-      append_number(text, column.value(i));
-      break;
+    case PcdType::kFloat64: append_number(text, column.value(i)); break;
     case PcdType::kUint64:
       std::memcpy(&wide, column.bytes.data() + i * sizeof wide, sizeof wide);
       append_number(text, wide);
       break;
-    default:
-      append_number(text, column.integer(i));
+    default: append_number(text, column.integer(i));
   }
 }
 

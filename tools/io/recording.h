@@ -26,7 +26,7 @@ class Recording {
 
   std::size_t frame_count() const { return frames_.size(); }
   int64_t frame_number(std::size_t i) const { return frames_[i].number; }
-  int64_t find_frame(int64_t number) const;        // index, -1: none
+  int64_t find_frame(int64_t number) const;  // index, -1: none
   // Reads the frame's files. Throws Error.
   FrameScans read(std::size_t i) const;
   const Rig& rig() const { return rig_; }
@@ -39,7 +39,7 @@ class Recording {
   };
   std::string path_;
   Rig rig_;
-  std::vector<Entry> frames_;        // by number
+  std::vector<Entry> frames_;  // by number
 };
 
 // FRAME x period, or FRAME itself where it is a time. Throws when it does not fit 64 bits.

@@ -59,8 +59,8 @@ struct Rig {
   std::vector<RigSensor> sensors;
 
   int64_t period_ns() const { return int64_t(period_s * 1e9 + 0.5); }
-  int32_t find(std::string_view sensor_name) const;    // -1: none
-  std::string sensor_names() const;                    // "front, left, right"
+  int32_t find(std::string_view sensor_name) const;  // -1: none
+  std::string sensor_names() const;                  // "front, left, right"
 };
 
 // A file, or the name of a built-in rig. Throws Error with file and line.

@@ -23,18 +23,18 @@ struct RosHeader {
 struct PointField {
   enum Type : uint8_t { kInt8 = 1, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat32, kFloat64 };
   std::string name;
-  uint32_t offset = 0;               // bytes from the start of the point
+  uint32_t offset = 0;  // bytes from the start of the point
   uint8_t datatype = kFloat32;
   uint32_t count = 1;
 };
 
 struct PointCloud2 {
   RosHeader header;
-  uint32_t height = 1, width = 0;    // points: height * width
+  uint32_t height = 1, width = 0;  // points: height * width
   std::vector<PointField> fields;
   bool is_bigendian = false;
   uint32_t point_step = 0, row_step = 0;
-  std::string_view data;             // borrowed: of the message decoded, or of whoever encodes
+  std::string_view data;  // borrowed: of the message decoded, or of whoever encodes
   bool is_dense = false;
 };
 
@@ -46,16 +46,16 @@ struct RosPose {
 struct Odometry {
   RosHeader header;
   std::string child_frame_id;
-  RosPose pose;                      // of the child frame in header.frame_id
+  RosPose pose;  // of the child frame in header.frame_id
   std::array<double, 36> pose_covariance{};
-  double vx_mps = 0, vy_mps = 0, vz_mps = 0, wx_rps = 0, wy_rps = 0, wz_rps = 0;   // in the child frame
+  double vx_mps = 0, vy_mps = 0, vz_mps = 0, wx_rps = 0, wy_rps = 0, wz_rps = 0;  // in the child frame
   std::array<double, 36> twist_covariance{};
 };
 
 struct RosTransform {
   RosHeader header;
   std::string child_frame_id;
-  RosPose pose;                      // of the child frame in header.frame_id
+  RosPose pose;  // of the child frame in header.frame_id
 };
 
 // The quaternion of roll, pitch and yaw (about z, then y, then x), and back.
@@ -66,7 +66,7 @@ struct RollPitchYaw {
 RollPitchYaw rotation_of(const RosPose& pose);
 
 std::string encode_point_cloud2(const PointCloud2& cloud);
-PointCloud2 decode_point_cloud2(std::string_view bytes);       // data stays in `bytes`
+PointCloud2 decode_point_cloud2(std::string_view bytes);  // data stays in `bytes`
 std::string encode_odometry(const Odometry& odometry);
 Odometry decode_odometry(std::string_view bytes);
 std::string encode_transforms(const std::vector<RosTransform>& transforms);

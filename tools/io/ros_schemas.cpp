@@ -4,9 +4,10 @@
 // Definitions as MCAP's "ros2msg" wants them: the message, then every type it is made of behind a line of =.
 #include "tools/io/ros_messages.h"
 
-#define OVT_MSG(name) "================================================================================\nMSG: " name "\n"
-#define OVT_HEADER                               \
-  OVT_MSG("std_msgs/Header")                     \
+#define OVT_MSG(name) \
+  "================================================================================\nMSG: " name "\n"
+#define OVT_HEADER           \
+  OVT_MSG("std_msgs/Header") \
   "builtin_interfaces/Time stamp\n"              \
   "string frame_id\n" OVT_MSG("builtin_interfaces/Time") \
   "int32 sec\n"                                  \

@@ -25,8 +25,8 @@ class ScanStream {
   // Ego poses of the recording itself, in its order, at least up to a period behind the scans delivered so far (where
   // there are any); each is returned once.
   virtual std::vector<EgoRow> take_ego() { return {}; }
-  virtual const std::string& damage() const = 0;   // why the end came too early; "": it did not
-  virtual double progress() const = 0;             // 0 to 1
+  virtual const std::string& damage() const = 0;  // why the end came too early; "": it did not
+  virtual double progress() const = 0;            // 0 to 1
 };
 
 // Throws Error: not there, of no known kind, without a scan of the rig's sensors.

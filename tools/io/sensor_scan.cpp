@@ -15,16 +15,11 @@ namespace {
 
 int64_t unit_ns(TimeUnit unit, const PcdColumn& column) {
   switch (unit) {
-    case TimeUnit::kSeconds:
-      return 1e9;
-    case TimeUnit::kMilliseconds:
-      return 1e6;
-    case TimeUnit::kMicroseconds:
-      return 1e3;
-    case TimeUnit::kNanoseconds:
-      return 1;
-    case TimeUnit::kAuto:
-      break;
+    case TimeUnit::kSeconds: return 1e9;
+    case TimeUnit::kMilliseconds: return 1e6;
+    case TimeUnit::kMicroseconds: return 1e3;
+    case TimeUnit::kNanoseconds: return 1;
+    case TimeUnit::kAuto: break;
   }
   return is_float(column.type) ? 1'000'000'000 : 1;
 }

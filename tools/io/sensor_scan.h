@@ -16,18 +16,18 @@ namespace overtake::io {
 
 // One scan of one sensor, sensor frame. Columns keep the types of the file.
 struct SensorScan {
-  int32_t sensor = 0;                // of the rig
+  int32_t sensor = 0;  // of the rig
   std::string path;
   int64_t stamp_ns = 0;
   int32_t count = 0;
-  PcdColumn x, y, z, layer, intensity;             // intensity without bytes: the file has none
-  std::vector<int32_t> time_offset_ns;             // empty: the file has no time
+  PcdColumn x, y, z, layer, intensity;  // intensity without bytes: the file has none
+  std::vector<int32_t> time_offset_ns;  // empty: the file has no time
   // Where the scan is part of a shared cloud: row of each point in the file, and the file's number of points. Empty:
   // all.
   std::vector<int32_t> input_index;
   int32_t input_count = 0;
-  std::string lines_how;             // how the lines were recovered; "": a field of the file says them
-  std::string frame_id;              // what the recording says; "": nothing
+  std::string lines_how;  // how the lines were recovered; "": a field of the file says them
+  std::string frame_id;   // what the recording says; "": nothing
 };
 
 // Where the opponent is known to be, vehicle frame, centre of the box.
@@ -37,8 +37,8 @@ struct Box {
 
 struct FrameScans {
   int64_t frame = 0;
-  std::vector<SensorScan> scans;     // ordered by sensor; a missing sensor is missing
-  std::optional<Box> opponent;       // where the recording says it itself
+  std::vector<SensorScan> scans;  // ordered by sensor; a missing sensor is missing
+  std::optional<Box> opponent;    // where the recording says it itself
 };
 
 // The points of one sensor out of a cloud; `path` names it in errors. Layers that belong to another sensor of a shared

@@ -7,8 +7,8 @@
 
 namespace overtake::io {
 
-struct TomlBroken {};                        // parse_toml makes it an Error
-[[noreturn]] void throw_toml_broken();       // toml_reader.cpp
+struct TomlBroken {};                   // parse_toml makes it an Error
+[[noreturn]] void throw_toml_broken();  // toml_reader.cpp
 
 }  // namespace overtake::io
 

@@ -11,12 +11,12 @@ namespace overtake::io {
 
 namespace {
 
-// TOML is ASCII outside of strings and comments, and toml++ runs into undefined behaviour on some letters there. The line
-// of the first byte that is not, 0 when there is none. Ends of lines end comments and strings of one line.
+// TOML is ASCII outside of strings and comments, and toml++ runs into undefined behaviour on some letters there. The
+// line of the first byte that is not, 0 when there is none. Ends of lines end comments and strings of one line.
 int64_t find_stray_byte(std::string_view text) {
   int64_t line = 1;
   std::size_t i = text.substr(0, 3) == "\xef\xbb\xbf" ? 3 : 0;  // a byte order mark
-  std::string_view end;                                          // of what is open: a quote, three of them, or '#'
+  std::string_view end;                                         // of what is open: a quote, three of them, or '#'
   for (; i < text.size(); ++i) {
     const char c = text[i];
     if (c == '\n') {

@@ -54,7 +54,7 @@ class TomlReader {
   // Keys in file order that nobody read yet.
   std::vector<std::string> unread() const;
   void mark_read(const std::string& key) { read_.insert(key); }
-  void finish() const;               // throws on the first unread key
+  void finish() const;  // throws on the first unread key
 
   [[noreturn]] void fail(int64_t line, const std::string& sentence) const;
 
@@ -66,7 +66,7 @@ class TomlReader {
   std::set<std::string> read_;
 };
 
-std::string toml_string(std::string_view text);   // quoted and escaped
+std::string toml_string(std::string_view text);  // quoted and escaped
 // A number that TOML reads back as the same float: 1.0, not 1.
 std::string toml_number(double value);
 

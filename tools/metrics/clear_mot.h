@@ -23,14 +23,14 @@ struct MotPlace {
 
 struct ClearMotCounts {
   int64_t frames = 0;
-  int64_t objects = 0, tracks = 0;           // rows of all frames; objects = matches + misses
+  int64_t objects = 0, tracks = 0;  // rows of all frames; objects = matches + misses
   int64_t matches = 0, misses = 0, false_positives = 0;
-  int64_t switches = 0;                      // matched to another track than last time
-  int64_t fragments = 0;                     // matched again after misses (frames without the object are none)
-  double distance_m = 0;                     // sum over the matches
+  int64_t switches = 0;   // matched to another track than last time
+  int64_t fragments = 0;  // matched again after misses (frames without the object are none)
+  double distance_m = 0;  // sum over the matches
 
-  double mota() const;                       // 1 - (misses + false positives + switches) / objects; NaN: no objects
-  double motp_m() const;                     // mean distance of the matches; NaN: no match
+  double mota() const;    // 1 - (misses + false positives + switches) / objects; NaN: no objects
+  double motp_m() const;  // mean distance of the matches; NaN: no match
   ClearMotCounts& operator+=(const ClearMotCounts& other);
 };
 
@@ -48,7 +48,7 @@ class ClearMot {
  private:
   struct Memory {
     uint64_t track = 0;
-    bool missed = false;                     // since it was last matched
+    bool missed = false;  // since it was last matched
   };
   void keep_last(const std::vector<MotPlace>& objects, const std::vector<MotPlace>& tracks);
   void pair_rest(const std::vector<MotPlace>& objects, const std::vector<MotPlace>& tracks);
@@ -56,8 +56,8 @@ class ClearMot {
 
   double gate_m_;
   ClearMotCounts counts_;
-  std::map<uint64_t, Memory> memory_;        // of every object that ever matched
-  std::map<uint64_t, uint64_t> holder_;      // track -> the object that had it last
+  std::map<uint64_t, Memory> memory_;    // of every object that ever matched
+  std::map<uint64_t, uint64_t> holder_;  // track -> the object that had it last
   std::vector<int32_t> track_of_object_;
   std::vector<bool> track_taken_;
 };

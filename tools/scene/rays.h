@@ -14,7 +14,7 @@ struct Vec3 {
 };
 
 struct Ray {
-  Vec3 from, along;                  // along is a unit vector
+  Vec3 from, along;  // along is a unit vector
 };
 
 struct Hit {

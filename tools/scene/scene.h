@@ -23,23 +23,23 @@
 namespace overtake {
 
 inline constexpr int32_t kSceneSensors = 3;
-inline constexpr int32_t kSceneLayers = 32;         // layer 0 looks up most
-inline constexpr int32_t kSceneShots = 440;         // a line and head; a full line has twice as many points
+inline constexpr int32_t kSceneLayers = 32;  // layer 0 looks up most
+inline constexpr int32_t kSceneShots = 440;  // a line and head; a full line has twice as many points
 inline constexpr const char* kSceneSensorName[kSceneSensors] = {"front", "left", "right"};
 
 enum class SceneSurface : uint8_t { road, infield, inner_wall, outer_wall, fence, building, opponent };
 
 struct SceneDef {
-  double radius_m = 400, banking_rad = 0.0872664626;          // of the centre line; 5 deg, outside higher
-  double width_left_m = 8, width_right_m = 6;                 // of the track, as in the map
-  double wall_behind_edge_m = 1;                              // the road goes on up to the walls
+  double radius_m = 400, banking_rad = 0.0872664626;  // of the centre line; 5 deg, outside higher
+  double width_left_m = 8, width_right_m = 6;         // of the track, as in the map
+  double wall_behind_edge_m = 1;                      // the road goes on up to the walls
   double ego_speed_mps = 64, opponent_speed_mps = 50;
-  double ego_d_m = -2.2, opponent_d_m = 1.8;                  // offset from the centre line, positive left
-  double start_gap_m = 45;                                    // along the centre line, rear axle to car's middle
+  double ego_d_m = -2.2, opponent_d_m = 1.8;  // offset from the centre line, positive left
+  double start_gap_m = 45;                    // along the centre line, rear axle to car's middle
   bool has_opponent = true;
-  double period_s = 0.05, sweep_s = 0.045;                    // frame k starts at k * period_s
-  double range_max_m = 200, range_noise_m = 0.01;             // noise: one sigma, at most 3.5
-  double missing_share = 0.002;                               // of the returns, besides ground seen at grazing angles
+  double period_s = 0.05, sweep_s = 0.045;         // frame k starts at k * period_s
+  double range_max_m = 200, range_noise_m = 0.01;  // noise: one sigma, at most 3.5
+  double missing_share = 0.002;                    // of the returns, besides ground seen at grazing angles
 };
 
 // A car's pose. The origin lies on the road: under the rear axle of the ego, under the middle of the opponent.
@@ -52,14 +52,14 @@ struct ScenePose {
 struct SceneScan {
   std::vector<float> x_m, y_m, z_m, intensity, time_offset_s;
   std::vector<uint16_t> layer;
-  std::vector<SceneSurface> surface;                          // what was hit
+  std::vector<SceneSurface> surface;  // what was hit
 };
 
 struct SceneFrame {
-  int64_t stamp_ns;                                           // start of all three scans
+  int64_t stamp_ns;  // start of all three scans
   SceneScan scan[kSceneSensors];
-  ScenePose ego, opponent;                                    // at stamp_ns, map frame
-  double opponent_x_m, opponent_y_m, opponent_z_m, opponent_yaw_rad;   // at stamp_ns, vehicle frame
+  ScenePose ego, opponent;                                            // at stamp_ns, map frame
+  double opponent_x_m, opponent_y_m, opponent_z_m, opponent_yaw_rad;  // at stamp_ns, vehicle frame
 };
 
 // The centre line in driving direction, closed, about 2 m a point.
@@ -68,7 +68,7 @@ struct SceneMap {
 };
 
 struct SceneMounting {
-  double x_m, y_m, z_m, yaw_rad;                              // T_vehicle_sensor
+  double x_m, y_m, z_m, yaw_rad;  // T_vehicle_sensor
 };
 
 class Scene {
@@ -82,7 +82,7 @@ class Scene {
   const SceneDef& def() const { return def_; }
 
   static SceneMounting mounting(int32_t sensor);
-  static double layer_elevation_rad(int32_t layer);           // in the middle of the left head's half
+  static double layer_elevation_rad(int32_t layer);  // in the middle of the left head's half
   static constexpr double kOpponentLengthM = 4.9, kOpponentWidthM = 1.9;
 
  private:
@@ -90,7 +90,7 @@ class Scene {
 
   uint64_t seed_;
   SceneDef def_;
-  std::vector<double> beam_;                                  // [layer][shot][head] unit vectors, sensor frame
+  std::vector<double> beam_;  // [layer][shot][head] unit vectors, sensor frame
 };
 
 }  // namespace overtake

@@ -13,8 +13,8 @@
 namespace overtake::sim {
 
 struct Hit {
-  double range_m = 0;                 // along the unit direction
-  int32_t triangle = -1;              // of the mesh, -1: none
+  double range_m = 0;     // along the unit direction
+  int32_t triangle = -1;  // of the mesh, -1: none
 };
 
 class Bvh {
@@ -22,8 +22,8 @@ class Bvh {
   Bvh() = default;
   explicit Bvh(const Mesh& mesh);
 
-  // Nearest hit with near_m < range < far_m. The direction need not be exactly of unit length. A triangle that is likely
-  // hit (the neighbouring ray's) may be given: it is met first, which bounds the search; the result is the same.
+  // Nearest hit with near_m < range < far_m. The direction need not be exactly of unit length. A triangle that is
+  // likely hit (the neighbouring ray's) may be given: it is met first, which bounds the search; the result is the same.
   Hit cast(Vec3 origin, Vec3 direction, double near_m, double far_m, int32_t likely = -1) const;
   // The same for kPack rays side by side, which should run nearly alike: they go down the hierarchy together. Ray i has
   // a far_m[i] <= 0 where it is not to be cast. Each hit is what cast() says.
@@ -61,11 +61,11 @@ class Bvh {
 
   std::vector<Triangle> triangles_;
   std::vector<Vec3> normal_;
-  std::vector<Branch> branches_;       // while building
+  std::vector<Branch> branches_;  // while building
   std::vector<Node> nodes_;
-  std::vector<Edges> edges_;           // in leaf order
-  std::vector<int32_t> place_;         // of each triangle in edges_
-  std::vector<int32_t> order_;         // while building
+  std::vector<Edges> edges_;    // in leaf order
+  std::vector<int32_t> place_;  // of each triangle in edges_
+  std::vector<int32_t> order_;  // while building
   Vec3 center_;
   double radius_ = 0;
 };

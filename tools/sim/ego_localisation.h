@@ -13,19 +13,19 @@
 namespace overtake::sim {
 
 struct Jump {
-  double at_s, x_m, y_m, over_s;         // the position is off by this for so long
+  double at_s, x_m, y_m, over_s;  // the position is off by this for so long
 };
 struct DropOut {
-  double at_s, over_s;                   // nothing is published
+  double at_s, over_s;  // nothing is published
 };
 
 struct LocalisationErrors {
   double rate_hz = 100;
-  double position_noise_m = 0.01;        // RTK: white part, one sigma an axis
-  double drift_m = 0.02, drift_time_s = 20;      // and a slow one (Gauss-Markov)
+  double position_noise_m = 0.01;            // RTK: white part, one sigma an axis
+  double drift_m = 0.02, drift_time_s = 20;  // and a slow one (Gauss-Markov)
   double heading_noise_rad = 0.1 * kDegree;
   double speed_noise_mps = 0.05, yaw_rate_noise_rps = 0.005;
-  double latency_s = 0.02;               // the message is this late; its stamp is right
+  double latency_s = 0.02;  // the message is this late; its stamp is right
   std::vector<Jump> jumps;
   std::vector<DropOut> drop_outs;
 };

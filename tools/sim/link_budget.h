@@ -18,11 +18,11 @@
 
 namespace overtake::sim {
 
-inline constexpr double kThreshold = 5;                          // in sigma: one false alarm in 3.5 million
-inline constexpr double kSignalAtReference = kThreshold + 1.2815515655446004;   // 0.9 quantile above it
+inline constexpr double kThreshold = 5;  // in sigma: one false alarm in 3.5 million
+inline constexpr double kSignalAtReference = kThreshold + 1.2815515655446004;  // 0.9 quantile above it
 inline constexpr double kReferenceRange = 250, kReferenceReflectivity = 0.1;
-inline constexpr double kExtinction = 1e-4;                      // per metre, clear air
-inline constexpr double kPulse = 0.6;                            // metres of range: 4 ns
+inline constexpr double kExtinction = 1e-4;  // per metre, clear air
+inline constexpr double kPulse = 0.6;        // metres of range: 4 ns
 
 inline double received_signal(double g, double range_m) {
   return kSignalAtReference * g / kReferenceReflectivity * square(kReferenceRange / range_m) *

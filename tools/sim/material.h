@@ -19,13 +19,29 @@
 namespace overtake::sim {
 
 enum class MaterialId : uint8_t {
-  asphalt, white_line, concrete, grass, safer_wall, steel, fence_wire, sign, building, reflector,
-  paint, dark_carbon, tyre, alloy, lamp, truck, debris, count
+  asphalt,
+  white_line,
+  concrete,
+  grass,
+  safer_wall,
+  steel,
+  fence_wire,
+  sign,
+  building,
+  reflector,
+  paint,
+  dark_carbon,
+  tyre,
+  alloy,
+  lamp,
+  truck,
+  debris,
+  count
 };
 
 struct Material {
   double diffuse, roughness, gloss, gloss_width_rad, retro;
-  double wire_m;                      // 0: solid; else a mesh of wires so thick, kMeshPitch apart
+  double wire_m;  // 0: solid; else a mesh of wires so thick, kMeshPitch apart
 };
 
 inline constexpr double kMeshPitch = 0.05;
@@ -33,23 +49,23 @@ inline constexpr double kMeshPitch = 0.05;
 // Estimates from the literature on 1.5 um reflectances of such surfaces, rounded; none is fitted to a recording.
 inline const Material& material_of(MaterialId id) {
   static constexpr Material kMaterials[int(MaterialId::count)] = {
-      {0.25, 0.35, 0, 1, 0, 0},          // asphalt
-      {0.50, 0.35, 0, 1, 0.1, 0},        // white line: paint with some glass beads
-      {0.40, 0.30, 0, 1, 0, 0},          // concrete
-      {0.35, 0.60, 0, 1, 0, 0},          // grass
-      {0.60, 0.15, 0, 1, 0, 0},          // SAFER wall: painted steel tubes, white
-      {0.40, 0.10, 0.5, 0.15, 0, 0},     // galvanised steel: posts, gantries
-      {0.40, 0.30, 0, 1, 0, 0.0025},     // wire mesh
-      {0.55, 0.10, 0, 1, 0.5, 0},        // signs
-      {0.35, 0.30, 0, 1, 0, 0},          // stands, buildings
-      {0.30, 0.10, 0, 1, 30, 0},         // retro-reflectors
-      {0.30, 0.05, 1.0, 0.10, 0, 0},     // lacquered bodywork
-      {0.02, 0.05, 0.8, 0.08, 0, 0},     // bare carbon: black, mirror-like
-      {0.025, 0.30, 0.02, 0.30, 0, 0},   // tyres
-      {0.30, 0.10, 0.5, 0.12, 0, 0},     // rims, uprights
-      {0.20, 0.10, 0, 1, 12, 0},         // rain light
-      {0.45, 0.10, 0.5, 0.10, 0, 0},     // parked trucks
-      {0.10, 0.40, 0, 1, 0, 0},          // debris: rubber and carbon
+      {0.25, 0.35, 0, 1, 0, 0},         // asphalt
+      {0.50, 0.35, 0, 1, 0.1, 0},       // white line: paint with some glass beads
+      {0.40, 0.30, 0, 1, 0, 0},         // concrete
+      {0.35, 0.60, 0, 1, 0, 0},         // grass
+      {0.60, 0.15, 0, 1, 0, 0},         // SAFER wall: painted steel tubes, white
+      {0.40, 0.10, 0.5, 0.15, 0, 0},    // galvanised steel: posts, gantries
+      {0.40, 0.30, 0, 1, 0, 0.0025},    // wire mesh
+      {0.55, 0.10, 0, 1, 0.5, 0},       // signs
+      {0.35, 0.30, 0, 1, 0, 0},         // stands, buildings
+      {0.30, 0.10, 0, 1, 30, 0},        // retro-reflectors
+      {0.30, 0.05, 1.0, 0.10, 0, 0},    // lacquered bodywork
+      {0.02, 0.05, 0.8, 0.08, 0, 0},    // bare carbon: black, mirror-like
+      {0.025, 0.30, 0.02, 0.30, 0, 0},  // tyres
+      {0.30, 0.10, 0.5, 0.12, 0, 0},    // rims, uprights
+      {0.20, 0.10, 0, 1, 12, 0},        // rain light
+      {0.45, 0.10, 0.5, 0.10, 0, 0},    // parked trucks
+      {0.10, 0.40, 0, 1, 0, 0},         // debris: rubber and carbon
   };
   return kMaterials[int(id)];
 }
@@ -67,13 +83,25 @@ inline double returned_share(const Material& m, double cos_incidence) {
 
 // The truth of a point. Cars are car + number in the scenario.
 enum class Surface : uint16_t {
-  none = 0, road, apron_grass, outer_wall, inner_wall, fence_post, fence_wire, gantry_sign, building, parked_vehicle,
-  smoke_dust, debris, blooming, car = 100
+  none = 0,
+  road,
+  apron_grass,
+  outer_wall,
+  inner_wall,
+  fence_post,
+  fence_wire,
+  gantry_sign,
+  building,
+  parked_vehicle,
+  smoke_dust,
+  debris,
+  blooming,
+  car = 100
 };
 inline const char* surface_name(uint16_t surface) {
-  constexpr const char* kNames[] = {"none", "road", "apron_grass", "outer_wall", "inner_wall", "fence_post",
-                                    "fence_wire", "gantry_sign", "building",
-                                    "parked_vehicle", "smoke_dust", "debris", "blooming"};
+  constexpr const char* kNames[] = {"none",       "road",       "apron_grass", "outer_wall", "inner_wall",
+                                    "fence_post", "fence_wire", "gantry_sign", "building",   "parked_vehicle",
+                                    "smoke_dust", "debris",     "blooming"};
   return surface < 13 ? kNames[surface] : surface >= uint16_t(Surface::car) ? "car" : "unknown";
 }
 

@@ -18,7 +18,7 @@ struct Triangle {
 
 struct Mesh {
   std::vector<Triangle> triangles;
-  MaterialId material = MaterialId::concrete;     // of what is added next
+  MaterialId material = MaterialId::concrete;  // of what is added next
   Surface surface = Surface::none;
 
   void add_triangle(Vec3 a, Vec3 b, Vec3 c) { triangles.push_back({a, b, c, material, surface}); }
@@ -27,7 +27,7 @@ struct Mesh {
   // Rings of equally many corners, one after the other, joined by quads; closed at both ends.
   void add_loft(const std::vector<std::vector<Vec3>>& rings);
   void add_cylinder(Vec3 from, Vec3 to, double radius, int sides, double shoulder_m = 0);
-  void add_mesh(const Rigid& pose, const Mesh& other);   // with its own materials, but this mesh's surface
+  void add_mesh(const Rigid& pose, const Mesh& other);  // with its own materials, but this mesh's surface
 };
 
 // An AV-21-like open-wheel car in the vehicle frame (rear axle, on the road): 4.921 m long, 1.886 m wide.

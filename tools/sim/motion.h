@@ -19,33 +19,33 @@
 namespace overtake::sim {
 
 struct SpeedChange {
-  double at_s, speed_mps, over_s;        // a smooth step from the speed before
+  double at_s, speed_mps, over_s;  // a smooth step from the speed before
 };
 struct LaneChange {
   double at_s, d_m, over_s;
 };
 struct Spin {
-  double at_s, turns, over_s;            // of the body over its course; positive to the left
+  double at_s, turns, over_s;  // of the body over its course; positive to the left
 };
 
 struct CarPlan {
   std::string name;
   double start_s_m = 0, start_d_m = 0, start_speed_mps = 60;
-  std::vector<SpeedChange> speed;        // in order of time, not overlapping
+  std::vector<SpeedChange> speed;  // in order of time, not overlapping
   std::vector<LaneChange> lane;
   std::vector<Spin> spin;
 };
 
 inline constexpr double kRearAxleToCg = 1.6, kWheelBase = 2.971;
-inline constexpr double kSlipStiffness = 700;            // m/s^2 per radian: 1.8 deg at 22 m/s^2
+inline constexpr double kSlipStiffness = 700;  // m/s^2 per radian: 1.8 deg at 22 m/s^2
 inline constexpr double kMostAlong = 18.5, kMostAcross = 26.5, kMostSpeed = 278 / 3.6;
 
 struct CarState {
-  Rigid T_map_vehicle;                   // rear axle on the road; the body stands on the banked surface
-  double speed_mps, yaw_rate_rps;        // of the reference point (centre of gravity) along its course; of the body
-  double heading_rad, course_rad;        // horizontal
+  Rigid T_map_vehicle;             // rear axle on the road; the body stands on the banked surface
+  double speed_mps, yaw_rate_rps;  // of the reference point (centre of gravity) along its course; of the body
+  double heading_rad, course_rad;  // horizontal
   double accel_along_mps2, accel_across_mps2;
-  double s_m, d_m;                       // of the centre of gravity; s counts on over laps
+  double s_m, d_m;  // of the centre of gravity; s counts on over laps
 };
 
 class Motion {

@@ -19,7 +19,7 @@ class RaceLog {
  public:
   virtual ~RaceLog() = default;
   virtual void write(int32_t index, const Sweep& sweep) = 0;
-  virtual void close() = 0;              // throws io::Error when the disk is full
+  virtual void close() = 0;  // throws io::Error when the disk is full
 };
 
 // A folder as `overtake run` reads it:

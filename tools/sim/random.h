@@ -25,7 +25,7 @@ class Random {
   Random branch(uint64_t key) const { return Random(state_ ^ mix_bits(key + 0x632be59bd9b4e019u)); }
 
   uint64_t bits() { return mix_bits(state_ += 0x9e3779b97f4a7c15u); }
-  double uniform() { return (double(bits() >> 11) + 0.5) * 0x1p-53; }   // (0, 1)
+  double uniform() { return (double(bits() >> 11) + 0.5) * 0x1p-53; }  // (0, 1)
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
   // Normal by Box and Muller; at most 8.6 sigma. The second of a pair waits for the next call.
   double normal() {

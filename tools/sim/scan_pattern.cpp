@@ -1,6 +1,5 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-//
 #include "tools/sim/scan_pattern.h"
 
 #include <stdexcept>
@@ -45,8 +44,7 @@ double ScanPattern::elevation(double u, double time_s) const {
   const double drift = drift_rad == 0 ? 0 : drift_rad * sin_of(2 * kPi * time_s / drift_period_s);
   const double middle = (fov_top_rad + fov_bottom_rad) / 2, half = (fov_top_rad - fov_bottom_rad) / 2;
   switch (kind) {
-    case PatternKind::uniform:
-      return fov_top_rad + (fov_bottom_rad - fov_top_rad) * u + drift;
+    case PatternKind::uniform: return fov_top_rad + (fov_bottom_rad - fov_top_rad) * u + drift;
     case PatternKind::gaussian: {
       const double top = normal_distribution((fov_top_rad - center_rad) / sigma_rad);
       const double bottom = normal_distribution((fov_bottom_rad - center_rad) / sigma_rad);

@@ -24,20 +24,20 @@ enum class PatternKind : uint8_t { uniform, gaussian, horizon_dense };
 
 struct ScanPattern {
   PatternKind kind = PatternKind::uniform;
-  double rate_hz = 20;                   // 1 to 30; 640 lines a second are shared among the scans
-  double fov_top_rad = 7 * kDegree, fov_bottom_rad = -7 * kDegree;        // within +-15 deg
-  double center_rad = 0;                 // of the dense part
-  double sigma_rad = 3.2 * kDegree;      // gaussian
-  double dense_share = 0.42;             // horizon_dense: k
-  double drift_rad = 0, drift_period_s = 10;      // the whole pattern swings slowly up and down
+  double rate_hz = 20;  // 1 to 30; 640 lines a second are shared among the scans
+  double fov_top_rad = 7 * kDegree, fov_bottom_rad = -7 * kDegree;  // within +-15 deg
+  double center_rad = 0;                                            // of the dense part
+  double sigma_rad = 3.2 * kDegree;                                 // gaussian
+  double dense_share = 0.42;                                        // horizon_dense: k
+  double drift_rad = 0, drift_period_s = 10;                        // the whole pattern swings slowly up and down
 
   int32_t lines() const { return int32_t(640 / rate_hz + 1e-9); }
   double elevation(double u, double time_s) const;
 };
 
-inline constexpr int32_t kShots = 440;                   // a head and line
+inline constexpr int32_t kShots = 440;  // a head and line
 inline constexpr double kShotStep = 0.1366 * kDegree;
-inline constexpr double kAzimuthLeft = 60.1 * kDegree;   // of the left head's first shot; the right one's: 60 deg less
+inline constexpr double kAzimuthLeft = 60.1 * kDegree;  // of the left head's first shot; the right one's: 60 deg less
 inline constexpr double kLinePeriod = 1.0 / 640, kSweepShare = 0.42;
 
 // Throws std::invalid_argument. "uniform", "gaussian", "horizon_dense".
@@ -45,6 +45,6 @@ PatternKind pattern_kind(const std::string& name);
 
 // Inverse of the normal distribution, 0 < p < 1; by bisection.
 double normal_quantile(double p);
-double normal_distribution(double x);    // absolute error below 1e-12
+double normal_distribution(double x);  // absolute error below 1e-12
 
 }  // namespace overtake::sim

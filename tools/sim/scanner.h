@@ -23,8 +23,8 @@ inline constexpr const char* kSensorName[kSensors] = {"front", "left", "right"};
 struct Scan {
   std::vector<float> x_m, y_m, z_m, intensity;
   std::vector<uint16_t> ring, surface;
-  std::vector<uint32_t> time_ns;         // after the scan's begin
-  std::vector<uint8_t> return_number;    // 0 first, 1 second
+  std::vector<uint32_t> time_ns;       // after the scan's begin
+  std::vector<uint8_t> return_number;  // 0 first, 1 second
   int32_t lines = 0, beams = 0, split_beams = 0;
 
   std::size_t size() const { return x_m.size(); }
@@ -32,7 +32,7 @@ struct Scan {
 };
 
 struct Mounting {
-  Rigid nominal, real;                   // T_vehicle_sensor: as the rig says, and where it really sits
+  Rigid nominal, real;  // T_vehicle_sensor: as the rig says, and where it really sits
 };
 
 struct ScanJob {
@@ -43,7 +43,7 @@ struct ScanJob {
   const OwnCarMask* own_car;
   double begin_s;
   int32_t sensor;
-  Random random;                         // of this sensor and scan
+  Random random;  // of this sensor and scan
 };
 
 // All jobs together, shared among the workers; the result does not depend on their number.

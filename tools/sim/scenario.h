@@ -16,14 +16,14 @@
 namespace overtake::sim {
 
 struct SensorErrors {
-  double range_noise_m = 0.01;           // one sigma
-  double beam_rad = 0.0015;              // full width of a beam (4 sigma of its energy)
-  double missing_line_share = 0;         // of lines that never come
-  double clock_jitter_s = 0.0002;        // of a scan's stamp, one sigma
-  double mounting_error_m = 0.005, mounting_error_rad = 0.1 * kDegree;    // one sigma each axis, one draw a run
+  double range_noise_m = 0.01;                                          // one sigma
+  double beam_rad = 0.0015;                                             // full width of a beam (4 sigma of its energy)
+  double missing_line_share = 0;                                        // of lines that never come
+  double clock_jitter_s = 0.0002;                                       // of a scan's stamp, one sigma
+  double mounting_error_m = 0.005, mounting_error_rad = 0.1 * kDegree;  // one sigma each axis, one draw a run
   double range_min_m = 0.5, range_max_m = 300;
   bool second_returns = true;
-  bool report_own_car = false;           // it hides the world in any case; recorded scans hold no returns of it
+  bool report_own_car = false;  // it hides the world in any case; recorded scans hold no returns of it
 };
 
 struct PatternChange {
@@ -31,7 +31,7 @@ struct PatternChange {
   ScanPattern pattern;
 };
 
-struct Puffs {                           // tyre smoke or dust behind a car
+struct Puffs {  // tyre smoke or dust behind a car
   std::string car;
   double from_s, to_s, per_s, density_pm, life_s;
 };
@@ -44,16 +44,16 @@ struct Scenario {
   std::string name, track = "oval", ego = "ego";
   double seconds = 20;
   std::vector<int64_t> tune_seeds, test_seeds;
-  double seam_strip_m = 0.82;            // blind strip between front and side sensors
-  double map_error_m = 0.05, map_wave_m = 200;   // survey error of the written map: one sigma, correlation length
-  std::vector<PatternChange> patterns;   // at least one, the first from the start
+  double seam_strip_m = 0.82;                   // blind strip between front and side sensors
+  double map_error_m = 0.05, map_wave_m = 200;  // survey error of the written map: one sigma, correlation length
+  std::vector<PatternChange> patterns;          // at least one, the first from the start
   SensorErrors errors;
   LocalisationErrors localisation;
   std::vector<CarPlan> cars;
   std::vector<Puffs> puffs;
   std::vector<Debris> debris;
 
-  int32_t find_car(const std::string& car) const;      // -1: none
+  int32_t find_car(const std::string& car) const;  // -1: none
   const ScanPattern& pattern_at(double time_s) const;
 };
 

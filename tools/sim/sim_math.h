@@ -147,7 +147,7 @@ inline RollPitchYaw angles_of(const Mat3& m) {
   return {atan2_of(m.y.z, m.z.z), -asin_of(clamp(m.x.z, -1, 1)), atan2_of(m.x.y, m.x.x)};
 }
 
-struct Rigid {                        // T_outer_inner
+struct Rigid {  // T_outer_inner
   Mat3 rotation;
   Vec3 place;
   Vec3 operator*(Vec3 p) const { return rotation * p + place; }

@@ -11,13 +11,13 @@
 
 namespace overtake::sim {
 
-struct Sweep {                           // the scans of all sensors that belong together
-  int64_t begin_ns;                      // true time
-  int64_t stamp_ns[kSensors];            // as the sensor's clock says
-  std::vector<Scan> scans;               // by sensor
+struct Sweep {                 // the scans of all sensors that belong together
+  int64_t begin_ns;            // true time
+  int64_t stamp_ns[kSensors];  // as the sensor's clock says
+  std::vector<Scan> scans;     // by sensor
 };
 
-struct SurveyedMap {                     // centre line in driving direction, closed
+struct SurveyedMap {  // centre line in driving direction, closed
   std::vector<double> x_m, y_m, width_left_m, width_right_m, banking_rad;
 };
 
@@ -28,12 +28,12 @@ class Simulator {
 
   int32_t sweep_count() const { return int32_t(begin_s_.size()); }
   double sweep_begin_s(int32_t index) const { return begin_s_[std::size_t(index)]; }
-  Sweep sweep(int32_t index);            // depends on seed and index alone
+  Sweep sweep(int32_t index);  // depends on seed and index alone
   double seconds() const { return seconds_; }
 
   const Scenario& scenario() const { return scenario_; }
   const World& world() const { return *world_; }
-  const io::Rig& rig() const { return rig_; }            // the nominal mounting: what a pipeline is told
+  const io::Rig& rig() const { return rig_; }  // the nominal mounting: what a pipeline is told
   const Mounting& mounting(int32_t sensor) const { return mounting_[sensor]; }
   int32_t worker_count() const { return workers_->count(); }
   std::vector<EgoPose> ego_poses() const;

@@ -31,11 +31,11 @@ struct PuffCloud {
 };
 PuffCloud puffs_at(const std::vector<PuffSource>& sources, double time_s, const Random& random);
 
-inline constexpr double kSmokeReflectivity = 0.08;       // of a thick cloud: pi / (2 x lidar ratio), ratio 20 sr
+inline constexpr double kSmokeReflectivity = 0.08;  // of a thick cloud: pi / (2 x lidar ratio), ratio 20 sr
 
 struct SmokeReturn {
-  double range_m, share;                 // share of the beam's energy on its way back, before the surface behind
-  double depth_m;                        // of the puff along the beam: its echo is spread over so much
+  double range_m, share;  // share of the beam's energy on its way back, before the surface behind
+  double depth_m;         // of the puff along the beam: its echo is spread over so much
 };
 // Returns along a ray up to range far_m, appended to `out`; the value is what is left for the surface behind.
 double cross_smoke(const PuffCloud& cloud, Vec3 origin, Vec3 direction, double far_m, Random& random,

@@ -23,7 +23,7 @@ struct TrackPoint {
 };
 
 struct SurfaceFrame {
-  Vec3 place, along, left, up;         // unit vectors; left and along span the tangent plane
+  Vec3 place, along, left, up;  // unit vectors; left and along span the tangent plane
 };
 
 class Track {
@@ -50,7 +50,7 @@ class Track {
 
   std::string name_;
   double length_ = 0, step_ = 0, apron_ = 4.5;
-  std::vector<TrackPoint> points_;       // every step_ metres, point 0 at s = 0
+  std::vector<TrackPoint> points_;  // every step_ metres, point 0 at s = 0
 };
 
 }  // namespace overtake::sim

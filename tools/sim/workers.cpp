@@ -1,6 +1,5 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-//
 #include "tools/sim/workers.h"
 
 #include <algorithm>

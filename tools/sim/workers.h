@@ -17,7 +17,7 @@ namespace overtake::sim {
 
 class Workers {
  public:
-  explicit Workers(int32_t count);       // 0: one a CPU
+  explicit Workers(int32_t count);  // 0: one a CPU
   ~Workers();
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
