@@ -199,7 +199,7 @@ TEST_CASE("claims and costs come out of the figures, and what was not measured i
   CHECK(verdict(claims, "false_behind_by_heading") == -1);
   CHECK(verdict(claims, "mounting") == -1);
   std::swap(f.ground, f.grid);
-  for (DistanceBin& b : f.distance) b.detected.hits = 90, b.detected.value = 0.9;
+  for (DistanceBin& b : f.distance) b.detected = {90, 100, 0.9, 0.88, 0.92};
   claims = check_claims(f, {f});
   CHECK(verdict(claims, "ground_tpr_higher_by_truth") == 0);
   CHECK(verdict(claims, "dip_behind") == 0);
