@@ -170,8 +170,11 @@ grep -q 'no ego poses\|no map' stdout && fail "the log's own poses or map are no
 grep -q 'from the log itself' stdout && fail "what is given is said to be the log's"
 [[ $(run_hash scene --rig race.mcap --map race.mcap) == "$(run_hash scene --rig race/rig.toml --map race/map.csv)" ]] ||
   fail "--rig and --map do not take a log"
-[[ $(run_hash race.mcap --map none) != "$own" ]] || fail "--map none changes nothing"
+without=$(run_hash race.mcap --map none)
+[[ $without != "$own" ]] || fail "--map none changes nothing"
 grep -q '^note: no map' stdout || fail "--map none: $(cat stdout)"
+cp own/config.toml without.toml
+[[ $(run_hash race.mcap --config without.toml) == "$without" ]] || fail "config.toml does not repeat --map none"
 run_hash race.mcap --rig race/rig.toml --ego race/ego.csv >/dev/null
 grep -q '^note: the map is from the log itself$' stdout || fail "a rig and poses given, the map the log's: $(cat stdout)"
 [[ $(run_hash race.mcap --config own/config.toml) == "$(run_hash race.mcap --ego race/ego.csv)" ]] || fail "config.toml does not repeat it"

@@ -180,7 +180,7 @@ std::string format_config(const Config& config) {
   line("command", config.command);
   line("input", config.input);
   line("preset", config.preset);
-  line("map", config.map);
+  line("map", config.map.empty() ? "none" : config.map);  // else a log's own map would be taken the next time
   line("ego", config.ego);
   line("isa", config.isa);
   text += "workers = " + std::to_string(config.workers) + '\n';
