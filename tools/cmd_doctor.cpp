@@ -11,7 +11,6 @@
 #include "tools/io/bag_stream.h"
 #include "tools/io/error.h"
 #include "tools/io/recording.h"
-#include "tools/io/text.h"
 
 namespace overtake::cli {
 namespace {
@@ -72,11 +71,7 @@ void examine_folder(const Config& config, Doctor& doctor) {
 }  // namespace
 
 int doctor_command(const Options& options) {
-  const Config config = load_config(options);
-  if (!config.has_rig)
-    throw io::Error(
-        "", 0,
-        "--rig is needed (the recording holds none): a TOML file, or " + io::join(io::builtin_rig_names(), ", "));
+  const Config config = load_config_with_rig(options);
   catch_interrupt();
   Doctor doctor(config.rig);
   std::vector<Finding> findings;

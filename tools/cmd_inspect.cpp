@@ -140,11 +140,7 @@ void print_summary(const Options& options, const io::SensorScan& scan, const ovt
 }  // namespace
 
 int inspect_command(const Options& options) {
-  const Config config = load_config(options);
-  if (!config.has_rig)
-    throw io::Error(
-        "", 0,
-        "--rig is needed (the recording holds none): a TOML file, or " + io::join(io::builtin_rig_names(), ", "));
+  const Config config = load_config_with_rig(options);
   const int32_t sensor = choose_sensor(config.rig, options.sensor);
   io::FrameScans frame = choose_frame(config.input, config.rig, options.frame);
   std::erase_if(frame.scans, [sensor](const io::SensorScan& scan) { return scan.sensor != sensor; });

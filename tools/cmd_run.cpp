@@ -291,12 +291,8 @@ class LineNotes {
 }  // namespace
 
 int run_command(const Options& options) {
-  Config config = load_config(options);
+  Config config = load_config_with_rig(options);
   config.keep_images = !options.mcap.empty();  // the view shows them, nothing else here
-  if (!config.has_rig)
-    throw io::Error(
-        "", 0,
-        "--rig is needed (the recording holds none): a TOML file, or " + io::join(io::builtin_rig_names(), ", "));
   const auto stream = io::open_scans(config.input, config.rig);
   make_folder(options.out);
   RunResult result(options.out, config.rig, options.trace);

@@ -169,6 +169,15 @@ Config load_config(const Options& options) {
   return config;
 }
 
+Config load_config_with_rig(const Options& options) {
+  Config config = load_config(options);
+  if (!config.has_rig)
+    throw Error(
+        "", 0,
+        "--rig is needed (the recording holds none): a TOML file, or " + io::join(io::builtin_rig_names(), ", "));
+  return config;
+}
+
 std::string format_config(const Config& config) {
   ovt_build_info build;
   ovt_read_build_info(&build);

@@ -42,6 +42,8 @@ struct Config {
 
 // Throws io::Error. A rig's period becomes frame.period_s unless that is set.
 Config load_config(const Options& options);
+// The same for a command that reads scans: throws as well where there is no rig.
+Config load_config_with_rig(const Options& options);
 std::string format_config(const Config& config);
 
 // The parameters with units, defaults and limits, a line each.
