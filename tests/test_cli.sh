@@ -118,6 +118,7 @@ refuse "*1_rear.pcd: rig av21 has no sensor 'rear' (it has front, left, right)" 
 refuse "*1_front.pcd: the data ends at field '*' of point *; * points are declared" run cut "${av21[@]}"
 refuse "*1_front.pcd: rig hdl64 has no sensor 'front' (it has top)" run cut --rig hdl64 --out out
 refuse "--rig is needed (the recording holds none): a TOML file, or av21, racecar, hdl64, hdl32, nuscenes, av2" run scene --out out
+refuse "--rig is needed (the recording holds none): *" label scene --out out
 refuse "av22: neither a file nor one of the built-in rigs *" run scene --rig av22 --out out
 refuse "rig.toml:3: sensor 1: 'name' is missing" run scene --rig rig.toml --out out
 refuse "config.toml:3: tracker: unknown key 'confirm'" run scene --config config.toml "${av21[@]}"
@@ -181,6 +182,9 @@ grep -q '^note: the map is from the log itself$' stdout || fail "a rig and poses
 expect "inspect of a log alone" "$overtake" inspect race.mcap --frame 3 --sensor front --out look --quiet
 [[ -s look/scan.png ]] || fail "inspect draws no scan.png"
 expect "doctor of a log alone" "$overtake" doctor race.mcap
+expect "label of a log alone" "$overtake" label race.mcap --frame 3 --out labels_own --quiet
+expect "label with its rig" "$overtake" label race.mcap --rig race/rig.toml --frame 3 --out labels_given --quiet
+diff -rq labels_own labels_given || fail "label takes another rig than the log's"
 
 # ---- pictures of a race
 expect "pictures" "$overtake" simulate demo --pictures pictures --picture-at 1.5

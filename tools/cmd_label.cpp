@@ -39,7 +39,9 @@ std::vector<uint8_t> label_scan(const io::SensorScan& scan, const io::RigSensor&
 }
 
 void label(const LabelOptions& options) {
-  const io::Rig rig = io::load_rig(options.rig);
+  Options given;
+  given.command = "label", given.input = options.input, given.rig = options.rig;
+  const io::Rig rig = load_config_with_rig(given).rig;
   const auto stream = io::open_scans(options.input, rig);
   make_folder(options.out);
   catch_interrupt();
@@ -79,7 +81,8 @@ CLI::App& add_label_command(CLI::App& app) {
   auto options = std::make_shared<LabelOptions>();
   CLI::App& command = *app.add_subcommand("label", "ground and obstacles of every point, by planes and votes");
   command.add_option("input", options->input, "a recording, as for run")->required();
-  command.add_option("--rig", options->rig, "sensors: a TOML file or a built-in rig")->required();
+  command.add_option("--rig", options->rig,
+                     "sensors: a TOML file or a built-in rig (default: the rig that an MCAP log holds, if any)");
   command.add_option("--out", options->out, "folder for the labels")->required();
   command.add_option("--frame", options->frame, "this frame only")->check(CLI::NonNegativeNumber);
   command.add_option("--every", options->every, "every so many frames")->check(CLI::Range(1, 1000000));
