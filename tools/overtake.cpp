@@ -29,7 +29,8 @@ std::string version_text() {
          "\nISAs     " + build.isas;
 }
 
-void add_common(CLI::App& command, Options& options) {
+// map_default: what is taken without --map.
+void add_common(CLI::App& command, Options& options, const std::string& map_default = "none") {
   command.add_option("--preset", options.preset, "parameters to start from (paper)");
   command.add_option("--set", options.set, "key=value: one parameter (overtake params lists them); may be repeated")
       ->expected(1)
@@ -37,8 +38,8 @@ void add_common(CLI::App& command, Options& options) {
   command.add_option("--config", options.config,
                      "TOML file: parameters, rig, map, ego (every result has one beside it)");
   command.add_option("--map", options.map,
-                     "track map: centre line with widths, or two bounds FILE1,FILE2; none: without (default: the map "
-                     "that an MCAP log holds, if any)");
+                     "track map: centre line with widths, or two bounds FILE1,FILE2; none: without (default: " +
+                         map_default + ")");
   command.add_option("--out", options.out, "folder for the results, made if needed")->required();
   command.add_flag("--quiet", options.quiet, "print nothing but errors");
 }
@@ -61,7 +62,7 @@ int run_main(int argc, char** argv) {
 
   CLI::App& run = *app.add_subcommand("run", "detects and tracks on a recording");
   add_detector(run, options);
-  add_common(run, options);
+  add_common(run, options, "the map that an MCAP log holds, if any");
   run.add_option("--ego", options.ego,
                  "CSV of ego poses: stamp_ns,x_m,y_m[,z_m][,roll_rad,pitch_rad],yaw_rad,speed_mps[,yaw_rate_rps] "
                  "(default: the recording's own, if any)");
