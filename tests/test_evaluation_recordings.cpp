@@ -101,6 +101,11 @@ TEST_CASE("odometry of two cars is a truth: a simulated log read as a recording 
   CHECK(frames >= 15);
   CHECK(compared >= 10);
 
+  CHECK(OdometryLog(log, truth.rig(), log).map_text() == truth.map_text());
+  const std::string bound = folder.path("bound.csv");
+  io::write_whole_file(bound, "0,0\n1,0\n2,0\n3,0\n");
+  CHECK_THROWS_WITH_AS(OdometryLog(log, truth.rig(), bound + "," + bound), doctest::Contains("two bounds"), io::Error);
+
   io::write_whole_file(folder.path("map.csv"), truth.map_text());
   io::write_whole_file(rig_file, io::format_rig(truth.rig()));
   RunOptions options;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/support/bags.h"
 #include "tests/support/recorded.h"
 #include "tests/support/temp_folder.h"
 #include "tools/io/csv.h"
@@ -161,6 +162,9 @@ TEST_CASE("map file: each kind of bad file gets its sentence") {
     const std::string error = error_of([&] { io::read_map(path); });
     CHECK_MESSAGE(error.rfind(path + row.sentence, 0) == 0, error);
   }
+  const std::string log = folder.path("log.mcap");
+  test::write_mcap(log, test::straight_drive("/odometry", 0, 100'000'000));
+  CHECK(error_of([&] { io::read_map(log); }) == log + ": holds no map (attachment map.csv of an MCAP log)");
   Circle closed, open;
   open.open = true;
   const std::string a = folder.write("a.csv", closed.bound(95)), b = folder.write("b.csv", open.bound(103));

@@ -66,7 +66,8 @@ CLI::App& add_evaluate_command(CLI::App& app) {
   command.add_option("--workers", options->workers, "runs at once, 0: one per CPU; the numbers are the same")
       ->check(CLI::Range(0, 256));
   command.add_option("--rig", options->rig, "sensors and topics of recordings whose truth is the odometry of two cars");
-  command.add_option("--map", options->map, "track map of these recordings");
+  command.add_option("--map", options->map,
+                     "track map of these recordings: centre line with widths, or an MCAP log that holds one");
   command.add_option("--recordings", options->recordings,
                      "folder of the recorded data sets: judges what is there of them (recordings.json)");
   command.add_flag("--tune", options->tune,

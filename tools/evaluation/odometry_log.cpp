@@ -3,12 +3,25 @@
 #include "tools/evaluation/odometry_log.h"
 
 #include <filesystem>
+#include <optional>
 
 #include "tools/io/bag_stream.h"
 #include "tools/io/error.h"
+#include "tools/io/map_file.h"
 #include "tools/io/text.h"
 
 namespace overtake::evaluation {
+namespace {
+
+// Of a map file, or of the map that an MCAP log holds: the text goes beside the results, so it must be one file.
+std::string read_map_text(const std::string& path) {
+  if (io::read_map(path).is_bounds())
+    throw io::Error("--map " + path, 0, "two bounds: here a centre line with its widths is needed");
+  if (std::optional<std::string> own = io::read_attached(path, "map.csv")) return *own;
+  return io::read_whole_file(path);
+}
+
+}  // namespace
 
 // Twice through the recording: first the poses, of which those behind a scan are needed as well, then the scans.
 OdometryLog::OdometryLog(const std::string& path, const io::Rig& rig, const std::string& map_file) : rig_(rig) {
@@ -26,7 +39,7 @@ OdometryLog::OdometryLog(const std::string& path, const io::Rig& rig, const std:
     if (message.topic == roles.ego && (poses_.empty() || poses_.back().row.stamp_ns < row.stamp_ns))
       poses_.push_back({row, row.stamp_ns});
   }
-  if (!map_file.empty()) map_text_ = io::read_whole_file(map_file);
+  if (!map_file.empty()) map_text_ = read_map_text(map_file);
   about_ = {{"scenario", std::filesystem::path(path).stem().string()},
             {"simulated", "false"},
             {"truth", "odometry of the two cars, smoothed"},

@@ -15,7 +15,8 @@ namespace overtake::evaluation {
 
 class OdometryLog : public RaceLog {
  public:
-  // `map_file`: "" none. Throws io::Error: no recording with topics, no scans, no odometry of ego or opponent.
+  // `map_file`: a centre line, or an MCAP log that holds one; "" none. Throws io::Error: no recording with topics, no
+  // scans, no odometry of ego or opponent, a map of two bounds.
   OdometryLog(const std::string& path, const io::Rig& rig, const std::string& map_file);
 
   const io::Rig& rig() const override { return rig_; }

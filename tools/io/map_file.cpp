@@ -162,6 +162,8 @@ MapData read_map(const std::string& path_or_two_paths) {
   if (comma == std::string::npos || std::filesystem::exists(path_or_two_paths)) {
     if (auto own = read_attached(path_or_two_paths, "map.csv"))
       return read_center_line(Csv::parse(path_or_two_paths + ": map.csv", std::move(*own)));
+    if (is_bag(path_or_two_paths))
+      throw Error(path_or_two_paths, 0, "holds no map (attachment map.csv of an MCAP log)");
     return read_center_line(Csv::read(path_or_two_paths));
   }
   return read_bounds(path_or_two_paths.substr(0, comma), path_or_two_paths.substr(comma + 1));
