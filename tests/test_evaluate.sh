@@ -5,67 +5,73 @@
 # usage: test_evaluate.sh OVERTAKE
 # tools/evaluate: two shards merged say what one run says, a second call does nothing again, one that was killed goes on
 # to the same end, bad options are refused.
-set -euo pipefail
-build=$(dirname "$1")
+# shellcheck source=tests/support/shell_test.sh
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
+set -e  # what fails without a word ends the test
+overtake=$(realpath "${1:?usage: test_evaluate.sh OVERTAKE}")
+build=$(dirname "$overtake")
+readonly overtake build
 cd "$(dirname "$0")/.."
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-fail() {
-  echo "FAILED: $*"
-  exit 1
-}
 run() { tools/evaluate --build "$build" --set overtake,empty_track --seconds 0.4 --sweep none "$@"; }
 
-run --out "$folder/whole" >"$folder/log"
-grep -q "simulated" "$folder/log" || fail "nothing was simulated"
-before=$(stat -c %Y "$folder/whole/parts/overtake_1001_0.4s/metrics.json")
-run --out "$folder/whole" >"$folder/log"
-[[ $(grep -c "done before" "$folder/log") == 2 ]] || fail "a done job was done again"
-[[ $(stat -c %Y "$folder/whole/parts/overtake_1001_0.4s/metrics.json") == "$before" ]] || fail "a done part was written"
-run --out "$folder/a" --shard 1/2 >/dev/null
-run --out "$folder/b" --shard 2/2 >/dev/null
-[[ $(ls "$folder/a/parts" "$folder/b/parts" | grep -c 1001) == 2 ]] || fail "shards are no partition"
-"$1" merge "$folder"/a/parts/* "$folder"/b/parts/* --out "$folder/merged" >/dev/null
-cmp "$folder/whole/metrics.json" "$folder/merged/metrics.json" || fail "shards merged differ from the whole"
+run --out "$work/whole" >"$work/log"
+grep -q "simulated" "$work/log" || fail "nothing was simulated"
+before=$(stat -c %Y "$work/whole/parts/overtake_1001_0.4s/metrics.json")
+run --out "$work/whole" >"$work/log"
+[[ $(grep -c "done before" "$work/log") == 2 ]] || fail "a done job was done again"
+[[ $(stat -c %Y "$work/whole/parts/overtake_1001_0.4s/metrics.json") == "$before" ]] || fail "a done part was written"
+# What is measured once, beside the parts (of so short a race only where it lies there already).
+"$overtake" evaluate "$work/whole/logs/overtake_1001_0.4s.mcap" --preset paper --scaling --frames 1 --quiet \
+  --out "$work/times"
+mkdir "$work/a"
+cp "$work/times/scaling.json" "$work/a"
+run --out "$work/a" --shard 1/2 >/dev/null
+run --out "$work/b" --shard 2/2 >/dev/null
+[[ $(ls "$work/a/parts" "$work/b/parts" | grep -c 1001) == 2 ]] || fail "shards are no partition"
+"$overtake" merge "$work"/a/parts/* "$work"/b/parts/* --out "$work/merged" >/dev/null
+cmp "$work/whole/metrics.json" "$work/merged/metrics.json" || fail "shards merged differ from the whole"
+cmp "$work/times/scaling.json" "$work/merged/scaling.json" || fail "shards merged lack the times against workers"
+grep -qi "against sensors and workers" "$work/merged/report.html" || fail "the merged report lacks them"
 # Killed in the middle, with everything it started; whatever it had reached, the next call ends where the whole one did.
-setsid tools/evaluate --build "$build" --set overtake,empty_track --seconds 0.4 --sweep none --out "$folder/killed" \
-  >"$folder/log" 2>&1 &
+setsid tools/evaluate --build "$build" --set overtake,empty_track --seconds 0.4 --sweep none --out "$work/killed" \
+  >"$work/log" 2>&1 &
 killed=$!
 for ((k = 0; k < 600; ++k)); do
-  [[ -z $(ls "$folder/killed/logs" 2>/dev/null) ]] || break
+  [[ -z $(ls "$work/killed/logs" 2>/dev/null) ]] || break
   sleep 0.1
 done
 kill -KILL -- "-$killed" 2>/dev/null || fail "it ended before it could be killed"
 wait "$killed" 2>/dev/null || true
-[[ ! -f $folder/killed/metrics.json ]] || fail "it was whole before it was killed"
-run --out "$folder/killed" >/dev/null
-cmp "$folder/whole/metrics.json" "$folder/killed/metrics.json" || fail "killed and gone on differs from the whole"
+[[ ! -f $work/killed/metrics.json ]] || fail "it was whole before it was killed"
+run --out "$work/killed" >/dev/null
+cmp "$work/whole/metrics.json" "$work/killed/metrics.json" || fail "killed and gone on differs from the whole"
 for bad in "--shard 3/2" "--shard 0/1" "--shard x" "--seeds abc" "--jobs 0" "--nonsense"; do
   # shellcheck disable=SC2086
-  if run --out "$folder/bad" $bad >/dev/null 2>"$folder/log"; then fail "$bad was taken"; fi
-  grep -q "tools/evaluate: " "$folder/log" || fail "$bad gave no sentence"
+  if run --out "$work/bad" $bad >/dev/null 2>"$work/log"; then fail "$bad was taken"; fi
+  grep -q "tools/evaluate: " "$work/log" || fail "$bad gave no sentence"
 done
 ones_of() { tail -c +129 "$1" | tr -d '\000' | wc -c; }  # ones of a NPY of bytes
-race=$folder/race
-"$1" simulate overtake --seconds 0.15 --quiet --out "$race"
-"$1" label "$race" --rig "$race/rig.toml" --frame 1 --out "$folder/labels" >"$folder/log"
-grep -q "front" "$folder/log" || fail "label says nothing of the front sensor"
-[[ $(ls "$folder/labels" | wc -l) == 4 ]] || fail "label: not one file a sensor and one table"
+race=$work/race
+"$overtake" simulate overtake --seconds 0.15 --quiet --out "$race"
+"$overtake" label "$race" --rig "$race/rig.toml" --frame 1 --out "$work/labels" >"$work/log"
+grep -q "front" "$work/log" || fail "label says nothing of the front sensor"
+[[ $(ls "$work/labels" | wc -l) == 4 ]] || fail "label: not one file a sensor and one table"
 while IFS=, read -r frame sensor points obstacles; do
   [[ $frame == frame ]] && continue
-  [[ $(ones_of "$folder/labels/${frame}_${sensor}_labels.npy") == "$obstacles" ]] || fail "label: $sensor's count"
+  [[ $(ones_of "$work/labels/${frame}_${sensor}_labels.npy") == "$obstacles" ]] || fail "label: $sensor's count"
   ((points > 10000 && obstacles > 100 && obstacles < points)) || fail "label: $obstacles of $points are obstacles"
-done <"$folder/labels/labels.csv"
-if "$1" label "$race" --rig "$race/rig.toml" --frame 99 --out "$folder/x" 2>"$folder/error"; then fail "frame 99"; fi
-grep -q "no scan of that frame" "$folder/error" || fail "label of a frame that is not there gave no sentence"
+done <"$work/labels/labels.csv"
+if "$overtake" label "$race" --rig "$race/rig.toml" --frame 99 --out "$work/x" 2>"$work/error"; then fail "frame 99"; fi
+grep -q "no scan of that frame" "$work/error" || fail "label of a frame that is not there gave no sentence"
 
-tune=$folder/a/logs/overtake_1001_0.4s.mcap
-[[ -f $tune ]] || tune=$folder/b/logs/overtake_1001_0.4s.mcap
-"$1" evaluate "$tune" --tune --frames 1 --out "$folder/tune" >"$folder/log"
-grep -q "^grid *best: cell_m=" "$folder/log" || fail "tuning found no grid"
-[[ $(grep -c "^grid," "$folder/tune/tuning.csv") == 42 ]] || fail "tuning did not try every grid"
-if "$1" evaluate --out "$folder/x" 2>/dev/null; then fail "evaluate without a log was taken"; fi
+tune=$work/a/logs/overtake_1001_0.4s.mcap
+[[ -f $tune ]] || tune=$work/b/logs/overtake_1001_0.4s.mcap
+"$overtake" evaluate "$tune" --tune --frames 1 --out "$work/tune" >"$work/log"
+grep -q "^grid *best: cell_m=" "$work/log" || fail "tuning found no grid"
+[[ $(grep -c "^grid," "$work/tune/tuning.csv") == 42 ]] || fail "tuning did not try every grid"
+if "$overtake" evaluate --out "$work/x" 2>/dev/null; then fail "evaluate without a log was taken"; fi
 
-if "$1" evaluate "$folder/log" --preset paper --out "$folder/x" 2>"$folder/error"; then fail "a text is no log"; fi
-grep -q "overtake: $folder/log" "$folder/error" || fail "the error does not name the file"
-echo "ok"
+if "$overtake" evaluate "$work/log" --preset paper --out "$work/x" 2>"$work/error"; then fail "a text is no log"; fi
+grep -q "overtake: $work/log" "$work/error" || fail "the error does not name the file"
+((failures == 0)) && echo "all evaluation checks passed"
+((failures == 0))
