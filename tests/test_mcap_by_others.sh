@@ -5,14 +5,12 @@
 # usage: tests/test_mcap_by_others.sh OVERTAKE WRITE_LOG [SECONDS]. What we write as MCAP is read by @mcap/core: logs in
 # every compression, a simulated overtake and the pipeline's view of it. With SECONDS: the log of so much of a whole race
 # instead. Exit code 77 where node or its modules are missing.
-set -uo pipefail
+# shellcheck source=tests/support/shell_test.sh
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 readonly overtake=$(realpath "$1") write_log=$(realpath "$2")
 readonly reader=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)/node/read_mcap.js
-command -v node >/dev/null || { echo "skipped: node is not installed (tools/setup --node)"; exit 77; }
-readonly dir=$(mktemp -d)
-trap 'rm -rf "$dir"' EXIT
-cd "$dir" || exit 1
-failures=0
+need "MCAP by others" "tools/setup --node" node
+cd "$work" || exit 1
 
 # read_back FILE TOPIC...
 read_back() {
@@ -20,7 +18,7 @@ read_back() {
   local code=$?
   cat read.txt
   ((code == 77)) && exit 77
-  ((code == 0)) || failures=$((failures + 1))
+  ((code == 0)) || fail "read_mcap.js $*: exit code $code"
 }
 
 readonly race_topics=(/front/points /left/points /right/points /truth/front/surface /truth/left/surface /truth/right/surface
@@ -32,28 +30,28 @@ if [[ -n ${3:-} ]]; then
   "$overtake" simulate las_vegas_15 --seed 1 --seconds "$3" --out race.mcap || exit 1
   ls -l race.mcap
   read_back race.mcap "${race_topics[@]}"
-  grep -q ', 2 attachments: all decoded' read.txt || { echo "FAILED: map and rig are not attached"; failures=$((failures + 1)); }
+  grep -q ', 2 attachments: all decoded' read.txt || fail "map and rig are not attached"
   ((failures == 0))
   exit
 fi
 
 for compression in none lz4 zstd; do
   for chunk in 1 2000 1000000; do
-    "$write_log" log.mcap $compression $chunk || failures=$((failures + 1))
+    "$write_log" log.mcap $compression $chunk || fail "write_log $compression $chunk"
     read_back log.mcap /front/points /ego/odometry /tf_static
   done
 done
 
-"$overtake" simulate demo --seed 1 --seconds 2 --out race.mcap --quiet || failures=$((failures + 1))
+"$overtake" simulate demo --seed 1 --seconds 2 --out race.mcap --quiet || fail "no race.mcap"
 read_back race.mcap "${race_topics[@]}"
-"$overtake" run race.mcap --out run --mcap view.mcap --quiet || failures=$((failures + 1))
+"$overtake" run race.mcap --out run --mcap view.mcap --quiet || fail "no view.mcap"
 read_back view.mcap "${view_topics[@]}"
-grep -q ', 1 attachments: all decoded' read.txt || { echo "FAILED: the configuration is not attached"; failures=$((failures + 1)); }
+grep -q ', 1 attachments: all decoded' read.txt || fail "the configuration is not attached"
 
 # A reader that accepts anything shows nothing: a flipped byte must be noticed.
 size=$(stat -c %s view.mcap)
 printf '\x55\x55\x55' | dd of=view.mcap bs=1 seek=$((size / 2)) conv=notrunc status=none
-node "$reader" view.mcap >read.txt 2>&1 && { echo "FAILED: a damaged file was read without a word"; failures=$((failures + 1)); }
+node "$reader" view.mcap >read.txt 2>&1 && fail "a damaged file was read without a word"
 "$overtake" info view.mcap >info.txt 2>err.txt
-(($? == 3)) && grep -q 'damaged at byte' err.txt || { echo "FAILED: our own reader does not notice the damage"; failures=$((failures + 1)); }
+(($? == 3)) && grep -q 'damaged at byte' err.txt || fail "our own reader does not notice the damage"
 ((failures == 0))

@@ -5,19 +5,12 @@
 # usage: tests/test_recordings.sh OVERTAKE. Recordings of ROS 2 written by an independent program (make_db3.py): every
 # layout is read, info says what is there, doctor finds each seeded fault and says the sentence for it. Exit code 0 is
 # a pass.
-set -uo pipefail
+# shellcheck source=tests/support/shell_test.sh
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 readonly overtake=$(realpath "${1:?usage: test_recordings.sh OVERTAKE}")
 readonly make_db3=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)/make_db3.py
-command -v python3 >/dev/null || { echo "skipped: python3 is not installed"; exit 77; }
-readonly dir=$(mktemp -d)
-trap 'rm -rf "$dir"' EXIT
-cd "$dir" || exit 1
-failures=0
-
-fail() {
-  echo "FAILED: $*"
-  failures=$((failures + 1))
-}
+need "recordings" "tools/setup" python3
+cd "$work" || exit 1
 
 "$overtake" scene --out scene --frames 7 >/dev/null || fail "no scene"
 
