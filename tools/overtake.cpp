@@ -37,9 +37,9 @@ void add_common(CLI::App& command, Options& options, const std::string& map_defa
       ->take_all();
   command.add_option("--config", options.config,
                      "TOML file: parameters, rig, map, ego (every result has one beside it)");
-  command.add_option("--map", options.map,
-                     "track map: centre line with widths, or two bounds FILE1,FILE2; none: without (default: " +
-                         map_default + ")");
+  command.add_option(
+      "--map", options.map,
+      "track map: centre line with widths, or two bounds FILE1,FILE2; none: without (default: " + map_default + ")");
   command.add_option("--out", options.out, "folder for the results, made if needed")->required();
   command.add_flag("--quiet", options.quiet, "print nothing but errors");
 }
