@@ -140,5 +140,7 @@ TEST_CASE("toml: what is not ASCII stands in strings and comments only, and text
   CHECK(error("roll_de\xca\xae = 1\n").find("t.toml:1") != std::string::npos);
   CHECK(error("a = 1\n\nb = \"\xc3\xa4\"\nb\xc3\xa4 = 2\n").find("t.toml:4") != std::string::npos);
   CHECK(error("a = \"open\nb\xc3\xa4 = 1\n").find("t.toml:2") != std::string::npos);
+  CHECK(error("a = 1\nme = \"\"\"\"race\\\\\\\xcf\x8fp\n").find("t.toml:2") !=
+        std::string::npos);  // an escape of such a letter
   CHECK_FALSE(error("[!]\n").empty());
 }

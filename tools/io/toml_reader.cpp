@@ -11,8 +11,9 @@ namespace overtake::io {
 
 namespace {
 
-// TOML is ASCII outside of strings and comments, and toml++ runs into undefined behaviour on some letters there. The
-// line of the first byte that is not, 0 when there is none. Ends of lines end comments and strings of one line.
+// TOML is ASCII outside of strings and comments and behind a backslash, and toml++ runs into undefined behaviour on
+// some letters there. The line of the first byte that is not, 0 when there is none. Ends of lines end comments and
+// strings of one line.
 int64_t find_stray_byte(std::string_view text) {
   int64_t line = 1;
   std::size_t i = text.substr(0, 3) == "\xef\xbb\xbf" ? 3 : 0;  // a byte order mark
@@ -26,7 +27,7 @@ int64_t find_stray_byte(std::string_view text) {
       continue;
     } else if (!end.empty()) {
       if (c == '\\' && end[0] == '"' && i + 1 < text.size() && text[i + 1] != '\n') {
-        ++i;
+        if (static_cast<unsigned char>(text[++i]) >= 0x80) return line;
       } else if (text.substr(i, end.size()) == end) {
         i += end.size() - 1;
         end = {};
@@ -50,7 +51,8 @@ void throw_toml_broken() { throw TomlBroken(); }
 
 toml::table parse_toml(const std::string& path_in_errors, std::string_view text) {
   if (const int64_t line = find_stray_byte(text))
-    throw Error(path_in_errors, line, "holds a character that is not ASCII outside of strings and comments");
+    throw Error(path_in_errors, line,
+                "holds a character that is not ASCII outside of strings and comments or behind a backslash");
   try {
     return toml::parse(text, path_in_errors);
   } catch (const toml::parse_error& error) {
