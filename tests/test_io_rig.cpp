@@ -142,5 +142,8 @@ TEST_CASE("toml: what is not ASCII stands in strings and comments only, and text
   CHECK(error("a = \"open\nb\xc3\xa4 = 1\n").find("t.toml:2") != std::string::npos);
   CHECK(error("a = 1\nme = \"\"\"\"race\\\\\\\xcf\x8fp\n").find("t.toml:2") !=
         std::string::npos);  // an escape of such a letter
+  CHECK(error("a = 1\nb = 18'\xc3\xa4'\n").find("t.toml:2") != std::string::npos);
+  CHECK(error("a = 1\nb = 18\x01\n").find("t.toml:2") != std::string::npos);
+  CHECK(error("a = [\"x\",\"y\"]\nb.\"c\" = {d=\"e\"}\n\"f\" = 'g'\n").empty());
   CHECK_FALSE(error("[!]\n").empty());
 }

@@ -11,7 +11,8 @@ namespace overtake::io {
 
 namespace {
 
-// TOML is ASCII outside of strings and comments and behind a backslash, and toml++ runs into undefined behaviour on
+// TOML is ASCII outside of strings and comments and behind a backslash, has no control characters, and a quote begins a
+// string only where a key or a value may begin, and toml++ runs into undefined behaviour on
 // some letters there. The line of the first byte that is not, 0 when there is none. Ends of lines end comments and
 // strings of one line.
 int64_t find_stray_byte(std::string_view text) {
@@ -20,6 +21,7 @@ int64_t find_stray_byte(std::string_view text) {
   std::string_view end;                                         // of what is open: a quote, three of them, or '#'
   for (; i < text.size(); ++i) {
     const char c = text[i];
+    if (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\r' && c != '\t') return line;
     if (c == '\n') {
       ++line;
       if (end.size() == 1) end = {};
@@ -35,6 +37,7 @@ int64_t find_stray_byte(std::string_view text) {
     } else if (c == '#') {
       end = "#";
     } else if (c == '"' || c == '\'') {
+      if (i > 0 && std::string_view(" \t\r\n=[{,.\xbf").find(text[i - 1]) == std::string_view::npos) return line;
       const std::string_view three = c == '"' ? R"(""")" : "'''";
       end = text.substr(i, 3) == three ? three : three.substr(0, 1);
       i += end.size() - 1;
@@ -52,7 +55,8 @@ void throw_toml_broken() { throw TomlBroken(); }
 toml::table parse_toml(const std::string& path_in_errors, std::string_view text) {
   if (const int64_t line = find_stray_byte(text))
     throw Error(path_in_errors, line,
-                "holds a character that is not ASCII outside of strings and comments or behind a backslash");
+                "holds a character where none such may be: not ASCII outside of strings and comments, a control "
+                "character, or a quote within a word");
   try {
     return toml::parse(text, path_in_errors);
   } catch (const toml::parse_error& error) {
