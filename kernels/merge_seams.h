@@ -52,14 +52,14 @@ struct SeamScratch {
   int32_t capacity = 0;       // points on one side of a seam
 };
 
-// The one step with lanes: the first of places begin .. end - 1 of the columns that is closer than the root of limit to
-// (x, y, z), else end. `column`: x, y, z; readable up to the next multiple of 16 places.
-using FindNearFn = int32_t(const float* const column[3], int32_t begin, int32_t end, const float place[3], float limit);
+// The one step with lanes: which of the places begin .. begin + 15 of the columns are closer than the root of limit to
+// (x, y, z), a bit each. `column`: x, y, z, all 16 places readable; begin is a multiple of 16.
+using NearBitsFn = uint32_t(const float* const column[3], int32_t begin, const float place[3], float limit);
 // Everything else is one code on every ISA: mostly moving columns, which the compiler does well.
-int32_t merge_seams_by(FindNearFn* find_near, const MergeSeamsParams& params, const SeamSide* sides,
+int32_t merge_seams_by(NearBitsFn* near_bits, const MergeSeamsParams& params, const SeamSide* sides,
                        int32_t sensor_count, MemberTable& members, MergedTable& merged, SeamScratch& scratch) noexcept;
 namespace ref {
-FindNearFn find_near;
+NearBitsFn near_bits;
 int32_t merge_seams(const MergeSeamsParams& params, const SeamSide* sides, int32_t sensor_count, MemberTable& members,
                     MergedTable& merged, SeamScratch& scratch) noexcept;
 }  // namespace ref

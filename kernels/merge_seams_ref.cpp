@@ -67,7 +67,7 @@ int32_t collect_columns(const SeamSide& side, int32_t member_begin, int32_t firs
 }
 
 // Eq. 4: the last K columns of the left sensor against the first K of the right one.
-void join_over_seam(FindNearFn* find_near, const MergeSeamsParams& params, const SeamSide* sides,
+void join_over_seam(NearBitsFn* near_bits, const MergeSeamsParams& params, const SeamSide* sides,
                     const int32_t* member_begin, int32_t left, int32_t right, SeamScratch& scratch) {
   const int32_t left_cols = sides[left].images->pixel_point.cols;
   const int32_t right_cols = sides[right].images->pixel_point.cols;
@@ -80,11 +80,14 @@ void join_over_seam(FindNearFn* find_near, const MergeSeamsParams& params, const
   for (int32_t a = 0; a < left_count; ++a) {
     const float place[3] = {scratch.x_m[0][a], scratch.y_m[0][a], scratch.z_m[0][a]};
     int32_t last = -1;  // most neighbours in a column are of one cluster
-    for (int32_t b = find_near(near_to, 0, right_count, place, limit); b < right_count;
-         b = find_near(near_to, b + 1, right_count, place, limit)) {
-      const int32_t member = scratch.member[1][b];
-      if (member != last) join(scratch.parent, scratch.member[0][a], member);
-      last = member;
+    for (int32_t begin = 0; begin < right_count; begin += kRowAlign) {
+      uint32_t bits = near_bits(near_to, begin, place, limit);
+      if (right_count - begin < kRowAlign) bits &= (1u << (right_count - begin)) - 1u;
+      for (; bits != 0; bits &= bits - 1) {
+        const int32_t member = scratch.member[1][begin + __builtin_ctz(bits)];
+        if (member != last) join(scratch.parent, scratch.member[0][a], member);
+        last = member;
+      }
     }
   }
 }
@@ -279,7 +282,7 @@ void sum_up_joined(const SeamSide* sides, MemberTable& members, MergedTable& mer
 
 }  // namespace
 
-int32_t merge_seams_by(FindNearFn* find_near, const MergeSeamsParams& params, const SeamSide* sides,
+int32_t merge_seams_by(NearBitsFn* near_bits, const MergeSeamsParams& params, const SeamSide* sides,
                        int32_t sensor_count, MemberTable& members, MergedTable& merged, SeamScratch& scratch) noexcept {
   OVT_CHECK(sensor_count >= 0 && sensor_count <= kMaxSensors);
   int32_t member_begin[kMaxSensors + 1] = {};
@@ -292,7 +295,7 @@ int32_t merge_seams_by(FindNearFn* find_near, const MergeSeamsParams& params, co
   const int32_t seams = find_seams(sensors, sensor_count, left, right);
   for (int32_t i = 0; i < seams; ++i)
     if (sides[left[i]].present && sides[right[i]].present)
-      join_over_seam(find_near, params, sides, member_begin, left[i], right[i], scratch);
+      join_over_seam(near_bits, params, sides, member_begin, left[i], right[i], scratch);
 
   const int32_t overflow = number_rows(sides, members, merged, scratch);
   copy_roots(sides, sensor_count, member_begin, members, merged);
@@ -302,27 +305,22 @@ int32_t merge_seams_by(FindNearFn* find_near, const MergeSeamsParams& params, co
 
 namespace ref {
 
-int32_t find_near(const float* const column[3], int32_t begin, int32_t end, const float place[3], float limit) {
-  const float *const column_x = column[0], *const column_y = column[1], *const column_z = column[2];
-  const auto is_near = [&](int32_t i) {
-    const float dx = place[0] - column_x[i], dy = place[1] - column_y[i], dz = place[2] - column_z[i];
-    return (dx * dx + dy * dy) + dz * dz < limit;
-  };
-  constexpr int32_t kBlock = 64;  // without branches first: most points are near none
-  for (; begin < end; begin += kBlock) {
-    const int32_t block_end = end - begin < kBlock ? end : begin + kBlock;
-    int32_t any = 0;
-    for (int32_t i = begin; i < block_end; ++i) any |= is_near(i);
-    if (any == 0) continue;
-    while (!is_near(begin)) ++begin;
-    return begin;
+uint32_t near_bits(const float* const column[3], int32_t begin, const float place[3], float limit) {
+  int32_t near[kRowAlign], any = 0;  // most points are near none
+  for (int32_t k = 0; k < kRowAlign; ++k) {
+    const int32_t i = begin + k;
+    const float dx = place[0] - column[0][i], dy = place[1] - column[1][i], dz = place[2] - column[2][i];
+    any |= near[k] = (dx * dx + dy * dy) + dz * dz < limit;
   }
-  return end;
+  uint32_t bits = 0;
+  if (any)
+    for (int32_t k = 0; k < kRowAlign; ++k) bits |= uint32_t(near[k]) << k;
+  return bits;
 }
 
 int32_t merge_seams(const MergeSeamsParams& params, const SeamSide* sides, int32_t sensor_count, MemberTable& members,
                     MergedTable& merged, SeamScratch& scratch) noexcept {
-  return merge_seams_by(&find_near, params, sides, sensor_count, members, merged, scratch);
+  return merge_seams_by(&near_bits, params, sides, sensor_count, members, merged, scratch);
 }
 
 }  // namespace ref

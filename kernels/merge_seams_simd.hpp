@@ -10,23 +10,21 @@
 namespace overtake::simd {
 
 template <class A>
-int32_t find_near(const float* const column[3], int32_t begin, int32_t end, const float place[3], float limit) {
-  const float *const column_x = column[0], *const column_y = column[1], *const column_z = column[2];
+uint32_t near_bits(const float* const column[3], int32_t begin, const float place[3], float limit) {
   const Float<A> x(place[0]), y(place[1]), z(place[2]), near_limit(limit);
-  for (int32_t i = begin & ~(kSize<A> - 1); i < end; i += kSize<A>) {  // whole vectors: nothing beyond is read
-    const Float<A> dx = x - Float<A>::load(column_x + i), dy = y - Float<A>::load(column_y + i),
-                   dz = z - Float<A>::load(column_z + i);
-    const Mask<A> asked = Mask<A>::first(end - i) & ~Mask<A>::first(begin - i);
-    const Mask<A> is_near = ((dx * dx + dy * dy) + dz * dz < near_limit) & asked;
-    if (const uint32_t bits = is_near.bits()) return i + lowest_bit(bits);
+  uint32_t bits = 0;
+  for (int32_t k = 0; k < kRowAlign; k += kSize<A>) {
+    const Float<A> dx = x - Float<A>::load(column[0] + begin + k), dy = y - Float<A>::load(column[1] + begin + k),
+                   dz = z - Float<A>::load(column[2] + begin + k);
+    bits |= uint32_t(((dx * dx + dy * dy) + dz * dz < near_limit).bits()) << k;
   }
-  return end;
+  return bits;
 }
 
 template <class A>
 int32_t merge_seams(const MergeSeamsParams& params, const SeamSide* sides, int32_t sensor_count, MemberTable& members,
                     MergedTable& merged, SeamScratch& scratch) noexcept {
-  return merge_seams_by(&find_near<A>, params, sides, sensor_count, members, merged, scratch);
+  return merge_seams_by(&near_bits<A>, params, sides, sensor_count, members, merged, scratch);
 }
 
 }  // namespace overtake::simd

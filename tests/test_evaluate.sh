@@ -4,7 +4,7 @@
 #
 # usage: test_evaluate.sh OVERTAKE
 # tools/evaluate: two shards merged say what one run says, a second call does nothing again, one that was killed goes on
-# to the same end, bad options are refused.
+# to the same end, what another build has left is done again, bad options are refused.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 set -e  # what fails without a word ends the test
@@ -45,7 +45,17 @@ wait "$killed" 2>/dev/null || true
 [[ ! -f $work/killed/metrics.json ]] || fail "it was whole before it was killed"
 run --out "$work/killed" >/dev/null
 cmp "$work/whole/metrics.json" "$work/killed/metrics.json" || fail "killed and gone on differs from the whole"
-for bad in "--shard 3/2" "--shard 0/1" "--shard x" "--seeds abc" "--jobs 0" "--nonsense"; do
+# What another build has left: its parts and its merged runs.
+for about in "$work"/killed/{,parts/overtake_1001_0.4s/}runs/paper/overtake_1001_0.4s/about.json; do
+  sed -i 's/"commit": "[^"]*"/"commit": "another"/' "$about"
+done
+echo another >"$work/killed/parts/overtake_1001_0.4s/done"
+run --out "$work/killed" >"$work/log"
+grep -q "overtake_1001.*another build" "$work/log" || fail "another build's part was taken for this one's"
+grep -q "empty_track_1001.*done before$" "$work/log" || fail "this build's part was not"
+grep -rqs '"another"' "$work/killed" && fail "another build's runs are left"
+cmp "$work/whole/metrics.json" "$work/killed/metrics.json" || fail "done again differs"
+for bad in "--seeds 1,x" "--set overtake,nonsense" "--shard 3/2" "--shard 0/1" "--shard x" "--seeds abc" "--jobs 0" "--nonsense"; do
   # shellcheck disable=SC2086
   if run --out "$work/bad" $bad >/dev/null 2>"$work/log"; then fail "$bad was taken"; fi
   grep -q "tools/evaluate: " "$work/log" || fail "$bad gave no sentence"

@@ -28,6 +28,24 @@ std::string folder_of(const std::string& out, const std::string& contestant, con
 
 bool is_done(const std::string& folder) { return fs::exists(folder + "/about.json"); }
 
+std::map<std::string, std::string> read_about(const std::string& folder) {
+  const std::string file = folder + "/about.json";
+  try {
+    return nlohmann::json::parse(io::read_whole_file(file)).get<std::map<std::string, std::string>>();
+  } catch (const nlohmann::json::exception& error) {
+    throw io::Error(file, 0, error.what());
+  }
+}
+
+std::string commit_of(const std::string& folder) { return read_about(folder)["commit"]; }
+
+// What another build has left is run again: a report is of one build.
+bool is_done_by_this_build(const std::string& folder) {
+  ovt_build_info build;
+  ovt_read_build_info(&build);
+  return is_done(folder) && commit_of(folder) == build.commit;
+}
+
 std::string about_text(const std::string& contestant, const RaceLog& log, int64_t frames) {
   ovt_build_info build;
   ovt_read_build_info(&build);
@@ -50,7 +68,7 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
   const std::string log_name = fs::path(path).stem().string();
   std::vector<std::string> todo;
   for (const std::string& name : names)
-    if (!is_done(folder_of(options.out, name, log_name))) todo.push_back(name);
+    if (!is_done_by_this_build(folder_of(options.out, name, log_name))) todo.push_back(name);
   if (todo.empty()) {
     if (!options.quiet) std::printf("%s: done before\n", log_name.c_str());
     return true;
@@ -144,13 +162,7 @@ std::vector<Run> read_runs(const std::string& out) {
       if (is_done(log.path().string())) folders.push_back(log.path());
   std::sort(folders.begin(), folders.end());
   for (const fs::path& folder : folders) {
-    Run run{folder.parent_path().filename().string(), folder.filename().string(), {}, {}};
-    try {
-      run.about = nlohmann::json::parse(io::read_whole_file(folder.string() + "/about.json"))
-                      .get<std::map<std::string, std::string>>();
-    } catch (const nlohmann::json::exception& error) {
-      throw io::Error(folder.string() + "/about.json", 0, error.what());
-    }
+    Run run{folder.parent_path().filename().string(), folder.filename().string(), read_about(folder.string()), {}};
     run.tables = read_tables(folder.string());
     runs.push_back(std::move(run));
   }
@@ -168,11 +180,12 @@ void merge_runs(const std::vector<std::string>& from, const std::string& out) {
     for (const Run& run : read_runs(folder)) {
       const std::string source = folder_of(folder, run.contestant, run.log),
                         target = folder_of(out, run.contestant, run.log);
-      if (is_done(target)) {
+      if (is_done(target) && commit_of(target) == commit_of(source)) {
         if (io::read_whole_file(source + "/cars.csv") != io::read_whole_file(target + "/cars.csv"))
           throw io::Error(source, 0, "differs from the run of the same name in " + out);
         continue;
       }
+      fs::remove_all(target);  // of another build
       cli::make_folder(target);
       write_tables(target, run.tables);
       copy_pictures(source, target);
