@@ -4,6 +4,7 @@
 // From a frame's rows to pairs of track and detection: usable rows, gates, global nearest neighbour.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <tuple>
 
@@ -64,46 +65,64 @@ bool is_nearer(const Candidate& a, const Candidate& b) noexcept {
 }
 
 // A track predicted to the stamp it was last asked for: the detections of a frame come in stamp order, most of them
-// with few stamps, and most pairs are too far apart to need the covariance.
+// with few stamps, and most pairs are too far apart to need the covariance. What is predicted stays for the update.
 class TrackAtStamp {
  public:
-  TrackAtStamp(const Tracker::State& state, const Track& track) : state_(state), track_(track) {}
+  TrackAtStamp(const Tracker::State& state, const Track& track, Prediction& prediction)
+      : state_(state), track_(track), prediction_(prediction) {
+    prediction_.there = false;
+  }
 
   void go_to(int64_t stamp_ns) noexcept {
     if (asked_ && stamp_ns == stamp_ns_) return;
     asked_ = true;
     stamp_ns_ = stamp_ns;
     dt_s_ = seconds_between(track_.state_ns, stamp_ns);
-    place_ = advance(track_.estimate.mean, dt_s_);
-    has_covariance_ = false;
+    at_.state = advance(track_.estimate.mean, dt_s_, &at_.jacobian);
   }
   double distance_m2(const PositionMeasurement& z) const noexcept {
-    const double dx = z.x_m - place_.x_m, dy = z.y_m - place_.y_m;
+    const double dx = z.x_m - at_.state.x_m, dy = z.y_m - at_.state.y_m;
     return dx * dx + dy * dy;
   }
   const TrackEstimate& estimate() noexcept {
-    if (!has_covariance_) {
-      estimate_ = track_.estimate;
-      overtake::predict(estimate_, state_.noise, dt_s_);
-      has_covariance_ = true;
+    if (!prediction_.is_at(stamp_ns_)) {
+      prediction_ = {true, stamp_ns_, track_.estimate};
+      overtake::predict(prediction_.estimate, state_.noise, dt_s_, &at_);
     }
-    return estimate_;
+    return prediction_.estimate;
   }
 
  private:
   const Tracker::State& state_;
   const Track& track_;
+  Prediction& prediction_;
   int64_t stamp_ns_ = 0;
   double dt_s_ = 0;
-  MotionState place_;
-  TrackEstimate estimate_;
-  bool asked_ = false, has_covariance_ = false;
+  Advanced at_;
+  bool asked_ = false;
 };
 
 // How far from its state a track may be matched after so long.
 double reach_m2(const Tracker::State& state, const Track& track, double dt_s) noexcept {
   const double reach_m = (state.params.gate_m + track.estimate.mean.speed_mps * std::fabs(dt_s)) * (1.0 + 1e-9);
   return reach_m * reach_m;
+}
+
+// Whether one of eight candidates is so near: most are not.
+constexpr int32_t kBlock = 8;
+bool is_any_near(const Tracker::State& state, int32_t first, double x_m, double y_m, double most_m2) noexcept {
+  using Pair = double __attribute__((vector_size(16)));
+  using Bits = int64_t __attribute__((vector_size(16)));
+  const Pair x = {x_m, x_m}, y = {y_m, y_m}, most = {most_m2, most_m2};
+  Bits near = {0, 0};
+  for (int32_t i = first; i < first + kBlock; i += 2) {
+    Pair cx, cy;
+    std::memcpy(&cx, state.candidate_x_m + i, sizeof cx);
+    std::memcpy(&cy, state.candidate_y_m + i, sizeof cy);
+    const Pair dx = cx - x, dy = cy - y;
+    near |= Bits(dx * dx + dy * dy <= most);
+  }
+  return (near[0] | near[1]) != 0;
 }
 
 // The candidates that some prediction may bring within the gate, in state.within_reach: a distance each, no branch.
@@ -116,6 +135,10 @@ int32_t find_within_reach(Tracker::State& state, const Iteration& it, const Trac
   const double x_m = track.estimate.mean.x_m, y_m = track.estimate.mean.y_m;
   int32_t count = 0;
   for (int32_t i = 0; i <= last; ++i) {
+    if (i % kBlock == 0 && i + kBlock <= last + 1 && !is_any_near(state, i, x_m, y_m, most_m2)) {
+      i += kBlock - 1;
+      continue;
+    }
     const double dx = state.candidate_x_m[i] - x_m, dy = state.candidate_y_m[i] - y_m;
     state.within_reach[count] = i;
     count += dx * dx + dy * dy <= most_m2;
@@ -127,7 +150,7 @@ void gate_track(Tracker::State& state, const Iteration& it, int32_t slot) noexce
   const Track& track = state.tracks[slot];
   const MotionState& mean = track.estimate.mean;
   const double gate_m2 = state.params.gate_m * state.params.gate_m;
-  TrackAtStamp at_stamp(state, track);
+  TrackAtStamp at_stamp(state, track, state.predictions[slot]);
   const int32_t near_count = find_within_reach(state, it, track);
   for (int32_t k = 0; k < near_count; ++k) {
     const int32_t i = state.within_reach[k];
@@ -186,9 +209,8 @@ void associate(Tracker::State& state, Iteration& it) noexcept {
     state.candidate_x_m[i] = it.candidates[i].z.x_m;
     state.candidate_y_m[i] = it.candidates[i].z.y_m;
   }
-  if (it.candidate_count > 0)
-    for (int32_t slot = 0; slot < slot_count; ++slot)
-      if (state.tracks[slot].alive) gate_track(state, it, slot);
+  for (int32_t slot = 0; it.candidate_count > 0 && slot < slot_count; ++slot)
+    if (state.tracks[slot].alive) gate_track(state, it, slot);
   state.munkres.solve(state.candidate_of_slot);
   for (int32_t slot = 0; slot < slot_count; ++slot) {
     const int32_t c = state.candidate_of_slot[slot];

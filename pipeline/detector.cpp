@@ -167,7 +167,7 @@ void Detector::run_intake() {
     watch_frames();
     if (spin_ns_ > 0) {
       const int64_t until = steady_now_ns() + spin_ns_;
-      while (event_.look() == seen && steady_now_ns() < until) relax_cpu();
+      while (event_.look() == seen && steady_now_ns() < until) idle_briefly();
     }
     event_.wait(seen);
   }

@@ -152,6 +152,7 @@ ovt_status Detector::build_context(const ovt_detector_def& def, const ovt_params
     point_capacity_[s] = in.point_capacity;
   }
   context_.detect = make_detect_params(params);
+  context_.candidate_capacity = def.candidate_capacity;
 
   if (!def.map) return OVT_OK;
   ovt_map_def m = ovt_default_map_def();

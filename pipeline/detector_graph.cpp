@@ -83,6 +83,7 @@ void run_segment(const StageContext& context, const RunnerHooks& hooks, Frame& f
   const bool whole = guard(hooks, [&] {
     context.hook(Body::kSegment, frame, sensor);
     segment_scan(context, sensor, frame.sensors[sensor], context.scratch[thread]);
+    pose_clusters(context, sensor, frame.sensors[sensor], context.scratch[thread]);
   });
   if (!whole) frame.sensors[sensor].present = false;  // half a segmentation is none
 }
@@ -144,6 +145,7 @@ struct DetectorGraph::Nodes {
         const int32_t thread = oneapi::tbb::this_task_arena::current_thread_index();
         OVT_CHECK(thread >= 0 && thread <= params.worker_count);
         run_segment(context, hooks, *job.frame, job.sensor, thread);
+        keep_awake();  // first: of what a body sends, its thread runs the last first
         finish_part(*job.frame);
         return flow::continue_msg();
       });
@@ -163,7 +165,7 @@ struct DetectorGraph::Nodes {
       });
       spin = std::make_unique<SpinNode>(*graph, flow::unlimited, [this](const flow::continue_msg&) {
         const int64_t until = steady_now_ns() + params.spin_ns;
-        while (waiting.load(std::memory_order_relaxed) == 0 && steady_now_ns() < until) relax_cpu();
+        while (waiting.load(std::memory_order_relaxed) == 0 && steady_now_ns() < until) idle_briefly();
         spinning.fetch_sub(1, std::memory_order_relaxed);
         return flow::continue_msg();
       });

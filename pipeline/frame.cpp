@@ -22,6 +22,8 @@ void carve_sensor(Carver& carver, SensorPart& part, const SensorModel& sensor, i
   }
   carve_table(carver, part.clusters, cluster_capacity);
   carve_table(carver, part.cluster_points, point_capacity);
+  part.fits.fitted = carver.take<uint8_t>(std::size_t(cluster_capacity));
+  part.fits.fit = carver.take<RectangleFit>(std::size_t(cluster_capacity));
   const std::size_t pixels = std::size_t(sensor.rows) * std::size_t(sensor.cols);  // as many labels at the most
   part.row_of_label = carver.take<int32_t>(pixels + 1);
   part.cluster_of_label = carver.take<int32_t>(pixels + 1);
@@ -73,7 +75,7 @@ void reset_frame(Frame& frame) noexcept {
   for (SensorPart& part : frame.sensors) {
     part.present = false;
     part.clusters.count = part.cluster_points.count = part.label_count = part.row_count = part.cluster_overflow = 0;
-    part.points.count = 0;
+    part.points.count = part.fits.count = 0;
     std::fill(std::begin(part.reason_count), std::end(part.reason_count), 0);
     part.spans.reset();
   }

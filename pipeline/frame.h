@@ -28,6 +28,13 @@ namespace overtake {
 
 inline constexpr int32_t kReasonCount = int32_t(Reason::kCount);
 
+// Rectangles of clusters of one sensor, fitted before anybody knows whether another sensor sees a part of the same car.
+struct ClusterFits {
+  int32_t count = 0;          // 0: none was fitted; else the ClusterTable's
+  uint8_t* fitted = nullptr;  // 1: the row's fit is there
+  RectangleFit* fit = nullptr;
+};
+
 // One sensor's part of a frame.
 struct SensorPart {
   bool present = false;
@@ -42,6 +49,7 @@ struct SensorPart {
   int32_t cluster_overflow = 0;
   int32_t reason_count[kReasonCount] = {};  // points by reason
   StageSpans spans;
+  ClusterFits fits;
   int32_t* row_of_label = nullptr;      // [label_count + 1] in clusters, -1 none
   int32_t* cluster_of_label = nullptr;  // the same in the frame's merged table; written by merge
 };

@@ -28,6 +28,11 @@ struct MotionJacobian {
   double x_v, x_phi, x_omega, y_v, y_phi, y_omega, phi_omega;
 };
 
+struct Advanced {
+  MotionState state;
+  MotionJacobian jacobian;
+};
+
 // The state dt_s later (earlier if negative: exactly the way back). `jacobian` may be null.
 MotionState advance(const MotionState& state, double dt_s, MotionJacobian* jacobian = nullptr) noexcept;
 

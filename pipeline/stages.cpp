@@ -90,6 +90,34 @@ void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part,
   clock.total(OVT_STAGE_SEGMENT);
 }
 
+void pose_clusters(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept {
+  if (context.map) return;
+  StageClock clock(part.spans, {-1, part.stamp_ns, sensor}, OVT_STAGE_POSE, OVT_STAGE_POSE);
+  const ClusterTable& clusters = part.clusters;
+  const ClusterPointTable& points = part.cluster_points;
+  MergedTable alone;  // as it is merged if no other sensor adds to it
+  alone.count = clusters.count;
+  alone.point_count = clusters.point_count;
+  alone.min_x_m = clusters.min_x_m, alone.max_x_m = clusters.max_x_m;
+  alone.min_y_m = clusters.min_y_m, alone.max_y_m = clusters.max_y_m;
+  alone.min_z_m = clusters.min_z_m, alone.max_z_m = clusters.max_z_m;
+  int32_t* kept = scratch.order;
+  const int32_t count = context.kernels->gate_clusters(context.detect.gate_clusters, alone, kept);
+  if (count <= context.candidate_capacity) {  // else only the frame knows which of them stay
+    const Transform& mounting = context.sensors[sensor].T_vehicle_sensor;
+    std::fill_n(part.fits.fitted, clusters.count, uint8_t(0));
+    for (int32_t i = 0; i < count; ++i) {
+      const int32_t row = kept[i], begin = clusters.point_begin[row];
+      part.fits.fit[row] =
+          context.kernels->fit_rectangle(context.detect.fit_rectangle, points.x_m + begin, points.y_m + begin,
+                                         clusters.point_count[row], 0.0f, mounting.t[0], mounting.t[1]);
+      part.fits.fitted[row] = 1;
+    }
+    part.fits.count = clusters.count;
+  }
+  clock.lap(OVT_STAGE_POSE);
+}
+
 void merge_frame(const StageContext& context, Frame& frame) noexcept {
   SeamSide sides[kMaxSensors];
   for (int32_t s = 0; s < context.sensor_count; ++s) {
@@ -156,20 +184,27 @@ void pose_frame(const StageContext& context, Frame& frame) noexcept {
   DetectionTable& out = frame.detections;
   EgoState ego;
   int32_t hint = -1;
+  const auto fit_of = [&](int32_t row, double heading_ref) {
+    const int32_t first = merged.first_member[row];
+    const SensorPart& part = frame.sensors[members.sensor[first]];
+    const int32_t cluster = members.cluster[first];
+    const bool alone = members.next_member[first] < 0;
+    if (alone && part.fits.count > 0 && part.fits.fitted[cluster]) return part.fits.fit[cluster];
+    int32_t count = 0;
+    for (int32_t m = first; m >= 0; m = members.next_member[m]) {
+      const SensorPart& source = frame.sensors[members.sensor[m]];
+      const int32_t begin = source.clusters.point_begin[members.cluster[m]];
+      const int32_t points = std::min(source.clusters.point_count[members.cluster[m]], frame.fit_capacity - count);
+      std::copy_n(source.cluster_points.x_m + begin, points, frame.fit_x_m + count);
+      std::copy_n(source.cluster_points.y_m + begin, points, frame.fit_y_m + count);
+      count += points;
+    }
+    const Transform& mounting = context.sensors[merged.main_sensor[row]].T_vehicle_sensor;
+    return context.kernels->fit_rectangle(context.detect.fit_rectangle, frame.fit_x_m, frame.fit_y_m, count,
+                                          float(heading_ref), mounting.t[0], mounting.t[1]);
+  };
   for (int32_t i = 0; i < out.count; ++i) {
     const int32_t row = frame.kept[i];
-
-    // Gather the points, member after member.
-    int32_t count = 0;
-    for (int32_t m = merged.first_member[row]; m >= 0; m = members.next_member[m]) {
-      const SensorPart& part = frame.sensors[members.sensor[m]];
-      const int32_t begin = part.clusters.point_begin[members.cluster[m]];
-      const int32_t end = begin + part.clusters.point_count[members.cluster[m]];
-      for (int32_t j = begin; j < end && count < frame.fit_capacity; ++j, ++count) {
-        frame.fit_x_m[count] = part.cluster_points.x_m[j];
-        frame.fit_y_m[count] = part.cluster_points.y_m[j];
-      }
-    }
 
     // psi_REF: the centre line's heading where the centroid is, else straight ahead.
     double heading_ref = 0.0;
@@ -184,9 +219,7 @@ void pose_frame(const StageContext& context, Frame& frame) noexcept {
       out.map_d_m[i] = float(place.d_m);
     }
 
-    const Transform& mounting = context.sensors[merged.main_sensor[row]].T_vehicle_sensor;
-    const RectangleFit fit = context.kernels->fit_rectangle(context.detect.fit_rectangle, frame.fit_x_m, frame.fit_y_m,
-                                                            count, float(heading_ref), mounting.t[0], mounting.t[1]);
+    const RectangleFit fit = fit_of(row, heading_ref);
     out.merged[i] = row;
     out.stamp_ns[i] = merged.stamp_ns[row];
     out.x_m[i] = fit.center_x_m;

@@ -29,6 +29,7 @@ struct StageContext {
   SensorModel sensors[kMaxSensors];
   SegmentParams segment[kMaxSensors];
   DetectParams detect;
+  int32_t candidate_capacity = 0;
   const TrackMap* map = nullptr;      // null: none
   SegmentScratch* scratch = nullptr;  // one for each thread that segments
   BodyHook hook;
@@ -38,13 +39,19 @@ struct StageContext {
 //   reads  part.scan        writes  all other tables and images of part, and the calling thread's scratch
 void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept;
 
+// The poses (10) of one sensor's clusters, where they depend on nothing but its own points: without a map, psi_REF is
+// straight ahead. pose_frame takes those of clusters that no other sensor adds to, so that most of its work is done
+// while other sensors' scans are still to come or in other hands.
+//   reads  part.clusters, cluster_points     writes  part.fits, the calling thread's scratch
+void pose_clusters(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept;
+
 // Merge across sensors (eq. 4).   reads  sensors[*]   writes  members, merged
 void merge_frame(const StageContext& context, Frame& frame) noexcept;
 
 // Size and map gate (IV-B).   reads  merged, ego   writes  kept, candidate_count, detections.count and map columns
 void gate_frame(const StageContext& context, Frame& frame) noexcept;
 
-// Two headings and the rectangle (eq. 5).   reads  kept, cluster points, ego   writes  detections
+// Two headings and the rectangle (eq. 5).   reads  kept, cluster points, fits, ego   writes  detections
 void pose_frame(const StageContext& context, Frame& frame) noexcept;
 
 // merge, gate, pose, each with its time.

@@ -96,16 +96,21 @@ Innovator make_innovator(const TrackEstimate& e, const PositionMeasurement& z) {
 
 }  // namespace
 
-void predict(TrackEstimate& estimate, const ProcessNoise& noise, double dt_s) noexcept {
+void predict(TrackEstimate& estimate, const ProcessNoise& noise, double dt_s, const Advanced* whole) noexcept {
   if (dt_s == 0.0) return;
   const double ratio = std::fabs(dt_s) / noise.max_step_s;
   // A hair of slack, so that 50 ms are one step of 50 ms whatever the last digit of the division.
   const int steps = ratio >= kMaxSteps ? kMaxSteps : 1 + int(ratio * (1.0 - 1e-9));
   const double step_s = dt_s / steps;
   for (int k = 0; k < steps; ++k) {
-    MotionJacobian f;
-    estimate.mean = advance(estimate.mean, step_s, &f);
-    transport(estimate, f);
+    Advanced next;
+    if (steps > 1 || !whole) {
+      next.state = advance(estimate.mean, step_s, &next.jacobian);
+      whole = nullptr;
+    }
+    const Advanced& to = whole ? *whole : next;
+    estimate.mean = to.state;
+    transport(estimate, to.jacobian);
     if (step_s > 0.0)
       for (int i = 0; i < kTrackStateSize; ++i) estimate.covariance[i][i] += noise.variance_per_s[i] * step_s;
   }

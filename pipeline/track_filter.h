@@ -31,8 +31,9 @@ struct Innovation {
 };
 
 // Moves the estimate by dt_s. The mean is exact for any dt; the covariance goes in equal steps <= max_step_s. Backward
-// (dt_s < 0) there is no process noise: the way back undoes the motion, it does not forget anything new.
-void predict(TrackEstimate& estimate, const ProcessNoise& noise, double dt_s) noexcept;
+// (dt_s < 0) there is no process noise: the way back undoes the motion, it does not forget anything new. `whole`: where
+// the mean is after dt_s, when that is known already; a prediction in one step need not find it again.
+void predict(TrackEstimate& estimate, const ProcessNoise& noise, double dt_s, const Advanced* whole = nullptr) noexcept;
 
 // False when S is not positive definite (then the pair is impossible).
 bool innovate(const TrackEstimate& estimate, const PositionMeasurement& z, Innovation* out) noexcept;

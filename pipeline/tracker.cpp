@@ -41,9 +41,15 @@ bool is_observed(const Iteration& it, const MotionState& place) {
 
 // A detection older than the state measures where the track was: back without noise, update, and back to the state's
 // time without noise, so that no noise counts twice and time never goes back.
-void take_hit(const Tracker::State& state, Track& track, const Candidate& c) {
+void take_hit(const Tracker::State& state, int32_t slot, const Candidate& c) {
+  Track& track = state.tracks[slot];
   const double dt_s = seconds_between(track.state_ns, c.stamp_ns);
-  predict_track(track, state.noise, dt_s);
+  if (const Prediction& gated = state.predictions[slot]; gated.is_at(c.stamp_ns)) {
+    turn_heading(track, dt_s);
+    track.estimate = gated.estimate;
+  } else {
+    predict_track(track, state.noise, dt_s);
+  }
   update(track.estimate, c.z);
   if (std::isfinite(c.heading_rad)) {
     track.has_heading = true;
@@ -131,7 +137,7 @@ void update_tracks(Tracker::State& s, Iteration& it) {
     const int32_t hit = s.candidate_of_slot[slot];
     bool lives = true;
     if (hit >= 0) {
-      take_hit(s, track, it.candidates[hit]);
+      take_hit(s, slot, it.candidates[hit]);
       it.track[hit] = track.id;
       ++s.counts.hits;
       lives = track.life.record(true, s.life_cycle);
@@ -264,6 +270,7 @@ Tracker::State::State(const TrackerParams& p, const TrackMap* m, const Allocator
     tracks = carver.take<Track>(slots);
     generation = carver.take<uint32_t>(slots);
     candidate_of_slot = carver.take<int32_t>(slots);
+    predictions = carver.take<Prediction>(slots);
     candidate_x_m = carver.take<double>(rows);
     candidate_y_m = carver.take<double>(rows);
     within_reach = carver.take<int32_t>(rows);

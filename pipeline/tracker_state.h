@@ -16,9 +16,20 @@ inline constexpr double kMaxStampSpread_s = 1.0;  // a detection's stamp lies th
 inline constexpr double kMaxBackward_s = 0.5;     // a track goes back so far to take an older detection
 inline constexpr double kMaxPredict_s = 60.0;
 
+// A track at the stamp of a detection it was gated with.
+struct Prediction {
+  bool there = false;
+  int64_t stamp_ns = 0;
+  TrackEstimate estimate;
+  bool is_at(int64_t ns) const noexcept { return there && stamp_ns == ns; }
+};
+
 // Moves an estimate together with the heading that turns with it.
-inline void predict_track(Track& track, const ProcessNoise& noise, double dt_s) {
+inline void turn_heading(Track& track, double dt_s) {
   track.heading_rad = wrap_angle(track.heading_rad + track.estimate.mean.yaw_rate_rps * dt_s);
+}
+inline void predict_track(Track& track, const ProcessNoise& noise, double dt_s) {
+  turn_heading(track, dt_s);
   predict(track.estimate, noise, dt_s);
 }
 // The same to a stamp; a track's time never goes back.
@@ -43,6 +54,7 @@ struct Tracker::State {
   Track* tracks = nullptr;         // by slot
   uint32_t* generation = nullptr;  // by slot: grows with each id drawn, never goes back
   int32_t* candidate_of_slot = nullptr;
+  Prediction* predictions = nullptr;  // by slot: of the iteration that runs, where there was a candidate
   double *candidate_x_m = nullptr, *candidate_y_m = nullptr;  // of the iteration that runs
   int32_t* within_reach = nullptr;                            // candidates near the track that is asked
   int32_t* newborn = nullptr;                                 // candidates that give birth, nearest first

@@ -1,0 +1,83 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Poses fitted behind each sensor's segmentation, before the frame is whole: they change no byte of what comes out.
+#include <doctest/doctest.h>
+
+#include "pipeline/detector.h"
+#include "tests/support/detector_bench.h"
+
+namespace {
+
+using namespace overtake;
+using namespace overtake_test;
+
+struct Watch {
+  bool forgets = false;       // what was fitted ahead
+  int32_t fitted = 0;         // clusters, over all frames
+  int32_t used = 0;           // detections of clusters that are alone
+  int32_t joined = 0;         // and of those that several sensors see
+  int32_t fitted_joined = 0;  // these were fitted ahead as well, in part
+
+  static void look(void* user, Body body, Frame& frame, int32_t) {
+    auto& watch = *static_cast<Watch*>(user);
+    if (body == Body::kDetect)
+      for (SensorPart& part : frame.sensors) {
+        for (int32_t i = 0; i < part.fits.count; ++i) watch.fitted += part.fits.fitted[i];
+        if (watch.forgets) part.fits.count = 0;
+      }
+    if (body != Body::kTrack) return;
+    for (int32_t i = 0; i < frame.detections.count; ++i) {
+      const int32_t first = frame.merged.first_member[frame.detections.merged[i]];
+      const ClusterFits& fits = frame.sensors[frame.members.sensor[first]].fits;
+      const bool there = fits.count > 0 && fits.fitted[frame.members.cluster[first]];
+      const bool alone = frame.members.next_member[first] < 0;
+      watch.used += alone && there;
+      watch.joined += !alone;
+      watch.fitted_joined += !alone && there;
+    }
+  }
+};
+
+// Frames in which the opponent goes by, over two seams.
+std::vector<FrameRecord> run(Watch& watch, int32_t workers, bool map, int32_t candidates) {
+  DetectorBench bench({.workers = workers, .map = map});
+  bench.def.candidate_capacity = candidates;
+  bench.create();
+  reinterpret_cast<Detector*>(bench.detector)->set_hook({&Watch::look, &watch});
+  for (std::size_t k = 62; k < 74; ++k) bench.push_frame(k, {0, 1, 2});
+  bench.flush();
+  return bench.records;
+}
+
+TEST_CASE("pose_clusters: what was fitted ahead is what the whole frame's fits give, joined clusters included") {
+  for (const int32_t workers : {1, 3}) {
+    Watch ahead, whole;
+    whole.forgets = true;
+    const std::vector<FrameRecord> with = run(ahead, workers, false, 256), without = run(whole, workers, false, 256);
+    REQUIRE(with.size() == 12);
+    CHECK(with == without);
+    CHECK(ahead.used > 50);
+    CHECK(whole.used == 0);
+    CHECK(ahead.joined > 0);
+    CHECK(ahead.fitted_joined > 0);  // and must not be taken
+    CHECK(ahead.joined == whole.joined);
+  }
+}
+
+TEST_CASE("pose_clusters: a sensor with more candidates than a frame holds fits none ahead") {
+  Watch all, few, whole;
+  whole.forgets = true;
+  run(all, 1, false, 256);
+  const std::vector<FrameRecord> with = run(few, 1, false, 2), without = run(whole, 1, false, 2);
+  CHECK(with == without);
+  CHECK(few.fitted < all.fitted);
+}
+
+TEST_CASE("pose_clusters: with a map, where the heading hangs on the ego pose, nothing is fitted ahead") {
+  Watch watch;
+  CHECK(run(watch, 1, true, 256).size() == 12);
+  CHECK(watch.fitted == 0);
+}
+
+}  // namespace
