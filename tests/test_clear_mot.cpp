@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // CLEAR MOT on scenes small enough to count by hand. All on a line: {id, x}. Objects have digits, tracks 10, 20, ...
+#include "tests/support/metric_lines.h"
 #include "tools/metrics/clear_mot.h"
 
 #include <doctest/doctest.h>
@@ -12,16 +13,10 @@
 #include <random>
 
 using namespace overtake::metrics;
+using overtake_test::Line;
+using overtake_test::places;
 
 namespace {
-
-using Line = std::vector<std::pair<uint64_t, double>>;
-
-std::vector<MotPlace> places(const Line& line) {
-  std::vector<MotPlace> out;
-  for (const auto& [id, x] : line) out.push_back({id, x, 0.0});
-  return out;
-}
 
 void add(ClearMot& mot, const Line& objects, const Line& tracks) { mot.add_frame(places(objects), places(tracks)); }
 

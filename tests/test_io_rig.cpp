@@ -128,6 +128,11 @@ TEST_CASE("rig: each kind of bad file gets its sentence with the line") {
     const std::string error = error_of([&] { io::parse_rig("f", row.text); });
     CHECK_MESSAGE(error.rfind(row.sentence, 0) == 0, error);
   }
+  const TempFolder folder;
+  folder.write("empty.mcap", "no magic, but its name says what it should be");
+  const std::string log = error_of([&] { io::load_rig(folder.path("empty.mcap")); });
+  CHECK(log.find("empty.mcap") != std::string::npos);
+  CHECK(log.find("holds no rig.toml") != std::string::npos);
   const std::string error = error_of([] { io::load_rig("av22"); });
   CHECK(error == "av22: neither a file nor one of the built-in rigs av21, racecar, hdl64, hdl32, nuscenes, av2");
 }
@@ -145,5 +150,6 @@ TEST_CASE("toml: what is not ASCII stands in strings and comments only, and text
   CHECK(error("a = 1\nb = 18'\xc3\xa4'\n").find("t.toml:2") != std::string::npos);
   CHECK(error("a = 1\nb = 18\x01\n").find("t.toml:2") != std::string::npos);
   CHECK(error("a = [\"x\",\"y\"]\nb.\"c\" = {d=\"e\"}\n\"f\" = 'g'\n").empty());
+  CHECK(error("a = \"\"\"two of its own\"\"\"\"\"\nb = '''one''''\nc = \"\"\"\"\"\"\n").empty());
   CHECK_FALSE(error("[!]\n").empty());
 }

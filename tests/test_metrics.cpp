@@ -9,6 +9,7 @@
 #include <map>
 #include <random>
 
+#include "tests/support/metric_lines.h"
 #include "tools/metrics/consistency.h"
 #include "tools/metrics/gospa.h"
 #include "tools/metrics/hota.h"
@@ -16,16 +17,10 @@
 
 using namespace overtake::metrics;
 using doctest::Approx;
+using overtake_test::Line;
+using overtake_test::places;
 
 namespace {
-
-using Line = std::vector<std::pair<uint64_t, double>>;
-
-std::vector<MotPlace> places(const Line& line) {
-  std::vector<MotPlace> out;
-  for (const auto& [id, x] : line) out.push_back({id, x, 0.0});
-  return out;
-}
 
 // The least over all pairings, by trying every one.
 double brute_gospa(const std::vector<MotPlace>& objects, const std::vector<MotPlace>& tracks, std::size_t i,

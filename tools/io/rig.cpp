@@ -143,6 +143,7 @@ Rig load_rig(const std::string& file_or_name) {
   if (!std::filesystem::exists(file_or_name, code))
     throw Error(file_or_name, 0, "neither a file nor one of the built-in rigs " + join(builtin_rig_names(), ", "));
   if (const auto own = read_attached(file_or_name, "rig.toml")) return parse_rig(file_or_name + ": rig.toml", *own);
+  if (is_bag(file_or_name)) throw Error(file_or_name, 0, "a log that holds no rig.toml: give a rig's file or name");
   return parse_rig(file_or_name, read_whole_file(file_or_name));
 }
 

@@ -12,9 +12,8 @@ namespace overtake::io {
 namespace {
 
 // TOML is ASCII outside of strings and comments and behind a backslash, has no control characters, and a quote begins a
-// string only where a key or a value may begin, and toml++ runs into undefined behaviour on
-// some letters there. The line of the first byte that is not, 0 when there is none. Ends of lines end comments and
-// strings of one line.
+// string only where a key or a value may begin; toml++ runs into undefined behaviour on some letters there. The line of
+// the first byte that is not, 0 when there is none. Ends of lines end comments and strings of one line.
 int64_t find_stray_byte(std::string_view text) {
   int64_t line = 1;
   std::size_t i = text.substr(0, 3) == "\xef\xbb\xbf" ? 3 : 0;  // a byte order mark
@@ -32,7 +31,8 @@ int64_t find_stray_byte(std::string_view text) {
         if (static_cast<unsigned char>(text[++i]) >= 0x80) return line;
       } else if (text.substr(i, end.size()) == end) {
         i += end.size() - 1;
-        end = {};
+        for (int more = 0; end.size() == 3 && more < 2 && text.substr(i + 1, 1) == end.substr(0, 1); ++more) ++i;
+        end = {};  // up to two quotes of the string's own may stand before the three
       }
     } else if (c == '#') {
       end = "#";
