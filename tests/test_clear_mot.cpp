@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // CLEAR MOT on scenes small enough to count by hand. All on a line: {id, x}. Objects have digits, tracks 10, 20, ...
-#include "tests/support/metric_lines.h"
 #include "tools/metrics/clear_mot.h"
 
 #include <doctest/doctest.h>
@@ -11,6 +10,8 @@
 #include <cmath>
 #include <limits>
 #include <random>
+
+#include "tests/support/metric_lines.h"
 
 using namespace overtake::metrics;
 using overtake_test::Line;

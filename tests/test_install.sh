@@ -87,5 +87,5 @@ else
   echo "skipped: install: the part that needs pkg-config (tools/setup --dev)"
 fi
 
-((failures == 0)) && echo "installed, moved, built on and run"
-((failures == 0))
+passed && echo "installed, moved, built on and run"
+passed

@@ -65,5 +65,5 @@ END
   fi
 fi
 
-((failures == 0)) && echo "built inside another project, and as a static library"
-((failures == 0))
+passed && echo "built inside another project, and as a static library"
+passed

@@ -1,17 +1,18 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# What every test written in bash begins with; sourced. Gives $work, a folder that goes with the test, and counts
-# failures.
+# What every test written in bash begins with; sourced. Gives $work, a folder that goes with the test, and notes
+# failures, those in a subshell too: `passed` at the end is the test's exit code.
 set -uo pipefail
 work=$(mktemp -d)
 readonly work
-trap 'rm -rf "$work"' EXIT
-failures=0
+trap 'rm -rf "$work" "$work.failed"' EXIT
 
 fail() {
-  echo "FAILED: $*"
-  failures=$((failures + 1))
+  echo "FAILED: $*" | tee -a "$work.failed" >&2
+}
+passed() {
+  [[ ! -s $work.failed ]]
 }
 
 # need NAME WHERE TOOL...: without one of the tools the test NAME is skipped; WHERE has them.
