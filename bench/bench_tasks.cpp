@@ -73,12 +73,11 @@ void bench_assign(benchmark::State& state, int32_t n, const std::vector<AssignPa
 }
 
 // Two faces of a car, turned by 20 degrees, 1 cm of noise. The kernel fits both headings.
-void bench_rectangle(benchmark::State& state, const KernelTable* kernels) {
-  constexpr int32_t kCount = 500;
-  std::vector<float> x(kCount + kRowAlign), y(kCount + kRowAlign);
+void bench_rectangle(benchmark::State& state, const KernelTable* kernels, int32_t count) {
+  std::vector<float> x(std::size_t(count + kRowAlign)), y(std::size_t(count + kRowAlign));
   std::mt19937 random(3);
   const auto uniform = [&] { return double(random() % 65536) / 65536.0; };
-  for (std::size_t i = 0; i < kCount; ++i) {
+  for (std::size_t i = 0; i < std::size_t(count); ++i) {
     const bool side = uniform() < 0.6;
     const double along = side ? 4.9 * uniform() : 0.0, across = side ? 0.0 : 1.9 * uniform();
     const double c = std::cos(0.35), s = std::sin(0.35);
@@ -86,9 +85,8 @@ void bench_rectangle(benchmark::State& state, const KernelTable* kernels) {
     y[i] = float(3.0 + s * along + c * across + 0.01 * uniform());
   }
   for (auto _ : state)
-    benchmark::DoNotOptimize(
-        kernels->fit_rectangle(FitRectangleParams(), x.data(), y.data(), kCount, 0.1f, 2.3f, 0.0f));
-  state.SetItemsProcessed(int64_t(state.iterations()) * kCount);
+    benchmark::DoNotOptimize(kernels->fit_rectangle(FitRectangleParams(), x.data(), y.data(), count, 0.1f, 2.3f, 0.0f));
+  state.SetItemsProcessed(int64_t(state.iterations()) * count);
 }
 
 // The cloud's points as another driver would deliver them.
@@ -169,7 +167,9 @@ void add_tasks(const KernelTable* const* tables, int32_t table_count, const Clou
       add(before + "/" + tables[t]->isa + "/" + after,
           [table = tables[t], run](benchmark::State& state) { run(state, table); });
   };
-  add_each("fit_rectangle", "500", bench_rectangle);
+  for (const int32_t count : {500, 2000, 7500})  // ahead, near by, alongside
+    add_each("fit_rectangle", std::to_string(count),
+             [count](benchmark::State& state, const KernelTable* kernels) { bench_rectangle(state, kernels, count); });
   static const Cloud orders[] = {reordered(racecar_front, "line", Order::line),
                                  reordered(racecar_front, "interleaved", Order::interleaved),
                                  reordered(racecar_front, "firing", Order::firing)};

@@ -17,13 +17,40 @@
 
 namespace overtake::simd {
 
-// A car is a few hundred points; more than this go to the twin.
+// A car is a few hundred points, and copies of them stay in the cache. More go block by block: see ManyPoints.
 inline constexpr int32_t kMostFitPoints = 4096;
+template <class A>
+inline constexpr int32_t kFitGroups = kLanes / kSize<A>;
+
+OVT_INLINE float offset_one(float v, float origin) {
+  return max_of(min_of(v - origin, kFitOffsetLimit_m), 0.0f - kFitOffsetLimit_m);
+}
+template <class A>
+OVT_INLINE Float<A> offset(Float<A> v, float origin) {
+  return max_of(min_of(v - Float<A>(origin), Float<A>(kFitOffsetLimit_m)), Float<A>(0.0f - kFitOffsetLimit_m));
+}
+// Offsets from the first point to whole blocks of kLanes, filled up with it. Returns the padded count.
+template <class A>
+OVT_INLINE int32_t copy_offsets(const float* x, const float* y, int32_t n, float first_x, float first_y, float* to_x,
+                                float* to_y) {
+  const int32_t padded = round_up(n, kLanes);
+  int32_t k = 0;
+  for (; k + kSize<A> <= n; k += kSize<A>) {
+    offset(Float<A>::load(x + k), first_x).store(to_x + k);
+    offset(Float<A>::load(y + k), first_y).store(to_y + k);
+  }
+  for (; k < n; ++k) {
+    to_x[k] = offset_one(x[k], first_x);
+    to_y[k] = offset_one(y[k], first_y);
+  }
+  for (; k < padded; ++k) to_x[k] = to_y[k] = 0.0f;
+  return padded;
+}
 
 template <class A>
 struct FitPoints {
-  static constexpr int32_t kGroups = kLanes / kSize<A>;
-  int32_t count, padded;  // padded: whole blocks of kLanes, filled up with the first point
+  static constexpr int32_t kGroups = kFitGroups<A>;
+  int32_t count, padded;
   alignas(64) float x_m[kMostFitPoints];
   alignas(64) float y_m[kMostFitPoints];
   alignas(64) float first_m[kMostFitPoints];  // on the axes of the heading at hand
@@ -31,47 +58,43 @@ struct FitPoints {
 
   OVT_INLINE void read(const float* x, const float* y, int32_t n) {
     count = n;
-    padded = round_up(n, kLanes);
-    int32_t k = 0;
-    for (; k + kSize<A> <= n; k += kSize<A>) {
-      offset(Float<A>::load(x + k), x[0]).store(x_m + k);
-      offset(Float<A>::load(y + k), y[0]).store(y_m + k);
-    }
-    for (; k < n; ++k) {
-      x_m[k] = offset_one(x[k], x[0]);
-      y_m[k] = offset_one(y[k], y[0]);
-    }
-    for (; k < padded; ++k) x_m[k] = y_m[k] = 0.0f;
-  }
-  OVT_INLINE static Float<A> offset(Float<A> v, float origin) {
-    return max_of(min_of(v - Float<A>(origin), Float<A>(kFitOffsetLimit_m)), Float<A>(0.0f - kFitOffsetLimit_m));
-  }
-  OVT_INLINE static float offset_one(float v, float origin) {
-    return max_of(min_of(v - origin, kFitOffsetLimit_m), 0.0f - kFitOffsetLimit_m);
+    padded = copy_offsets<A>(x, y, n, x[0], y[0], x_m, y_m);
   }
 };
 
-// The bounds in the twin's shape, zeros of either sign included.
+// The bounds in the twin's shape, zeros of either sign included, of points that come in blocks.
+template <class A>
+struct BoundLanes {
+  static constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  Float<A> low_1[kFitGroups<A>], high_1[kFitGroups<A>], low_2[kFitGroups<A>], high_2[kFitGroups<A>];
+
+  OVT_INLINE BoundLanes() {
+    for (int32_t g = 0; g < kFitGroups<A>; ++g) {
+      low_1[g] = low_2[g] = Float<A>(kInfinity);
+      high_1[g] = high_2[g] = Float<A>(-kInfinity);
+    }
+  }
+  OVT_INLINE void add(const float* block_x, const float* block_y, int32_t n, HeadingAxes axes) {
+    for (int32_t g = 0; g < kFitGroups<A>; ++g)
+      for (int32_t k = g * kSize<A>; k < n; k += kLanes) {
+        const Float<A> x = Float<A>::load(block_x + k), y = Float<A>::load(block_y + k);
+        const Float<A> c1 = axes.first(x, y), c2 = axes.second(x, y);
+        const Mask<A> in = Mask<A>::first(n - k);
+        low_1[g] = min_of(low_1[g], select(in, c1, Float<A>(kInfinity)));
+        high_1[g] = max_of(high_1[g], select(in, c1, Float<A>(-kInfinity)));
+        low_2[g] = min_of(low_2[g], select(in, c2, Float<A>(kInfinity)));
+        high_2[g] = max_of(high_2[g], select(in, c2, Float<A>(-kInfinity)));
+      }
+  }
+  OVT_INLINE HeadingBounds bounds() { return {lane_min(low_1), lane_max(high_1), lane_min(low_2), lane_max(high_2)}; }
+};
+
 template <class A>
 HeadingBounds bound_points(const void* context, HeadingAxes axes) noexcept {
   const FitPoints<A>& points = *static_cast<const FitPoints<A>*>(context);
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  constexpr int32_t kGroups = FitPoints<A>::kGroups;
-  Float<A> low_1[kGroups], high_1[kGroups], low_2[kGroups], high_2[kGroups];
-  for (int32_t g = 0; g < kGroups; ++g) {
-    low_1[g] = low_2[g] = Float<A>(kInfinity);
-    high_1[g] = high_2[g] = Float<A>(-kInfinity);
-    for (int32_t k = g * kSize<A>; k < points.count; k += kLanes) {
-      const Float<A> x = Float<A>::load(points.x_m + k), y = Float<A>::load(points.y_m + k);
-      const Float<A> c1 = axes.first(x, y), c2 = axes.second(x, y);
-      const Mask<A> in = Mask<A>::first(points.count - k);
-      low_1[g] = min_of(low_1[g], select(in, c1, Float<A>(kInfinity)));
-      high_1[g] = max_of(high_1[g], select(in, c1, Float<A>(-kInfinity)));
-      low_2[g] = min_of(low_2[g], select(in, c2, Float<A>(kInfinity)));
-      high_2[g] = max_of(high_2[g], select(in, c2, Float<A>(-kInfinity)));
-    }
-  }
-  return {lane_min(low_1), lane_max(high_1), lane_min(low_2), lane_max(high_2)};
+  BoundLanes<A> lanes;
+  lanes.add(points.x_m, points.y_m, points.count, axes);
+  return lanes.bounds();
 }
 
 // The same for the sums below, where the sign of a zero is lost anyway: any order will do, and the first point, which
@@ -250,24 +273,162 @@ void cost_degrees(const void* context, float* cost) noexcept {
 }
 
 template <class A>
-int32_t count_inside(const void* context, HeadingAxes axes, HeadingBox box) noexcept {
-  const FitPoints<A>& points = *static_cast<const FitPoints<A>*>(context);
+OVT_INLINE int32_t count_in_block(const float* block_x, const float* block_y, int32_t n, HeadingAxes axes,
+                                  HeadingBox box) {
   int32_t inside = 0;
-  for (int32_t k = 0; k < points.count; k += kSize<A>) {
-    const Float<A> x = Float<A>::load(points.x_m + k), y = Float<A>::load(points.y_m + k);
+  for (int32_t k = 0; k < n; k += kSize<A>) {
+    const Float<A> x = Float<A>::load(block_x + k), y = Float<A>::load(block_y + k);
     const Mask<A> in = (abs_of(axes.first(x, y) - Float<A>(box.center_1)) <= Float<A>(box.reach_1)) &
                        (abs_of(axes.second(x, y) - Float<A>(box.center_2)) <= Float<A>(box.reach_2)) &
-                       Mask<A>::first(points.count - k);
+                       Mask<A>::first(n - k);
     inside += count_bits(in.bits());
   }
+  return inside;
+}
+template <class A>
+int32_t count_inside(const void* context, HeadingAxes axes, HeadingBox box) noexcept {
+  const FitPoints<A>& points = *static_cast<const FitPoints<A>*>(context);
+  return count_in_block<A>(points.x_m, points.y_m, points.count, axes, box);
+}
+
+// A car alongside is thousands of points. Neither is its copy kept nor are its points turned and stored: a block at a
+// time is copied, and all headings see it while it is in L1.
+template <class A>
+struct ManyPoints {
+  static constexpr int32_t kBlock = 512;  // whole kLanes: a point's lane is the same in its block
+  const float *x_m, *y_m;
+  int32_t count;
+
+  template <class F>
+  OVT_INLINE void each_block(F&& work) const {
+    alignas(64) float block_x[kBlock], block_y[kBlock];
+    for (int32_t begin = 0; begin < count; begin += kBlock) {
+      const int32_t n = count - begin < kBlock ? count - begin : kBlock;
+      copy_offsets<A>(x_m + begin, y_m + begin, n, x_m[0], y_m[0], block_x, block_y);
+      work(block_x, block_y, n);
+    }
+  }
+};
+
+// One heading's bounds where the sign of a zero is of no interest: see turn_points.
+template <class A>
+struct ManyBounds {
+  Float<A> low_1{BoundLanes<A>::kInfinity}, high_1{-BoundLanes<A>::kInfinity};
+  Float<A> low_2{BoundLanes<A>::kInfinity}, high_2{-BoundLanes<A>::kInfinity};
+
+  OVT_INLINE void add(const float* block_x, const float* block_y, int32_t n, HeadingAxes axes) {
+    ManyBounds b = *this;
+    for (int32_t k = 0; k < n; k += kSize<A>) {
+      const Float<A> x = Float<A>::load(block_x + k), y = Float<A>::load(block_y + k);
+      const Float<A> c1 = axes.first(x, y), c2 = axes.second(x, y);
+      b.low_1 = min_of(b.low_1, c1);
+      b.high_1 = max_of(b.high_1, c1);
+      b.low_2 = min_of(b.low_2, c2);
+      b.high_2 = max_of(b.high_2, c2);
+    }
+    *this = b;
+  }
+  OVT_INLINE HeadingBounds bounds() const {
+    return {any_lane_min(low_1), any_lane_max(high_1), any_lane_min(low_2), any_lane_max(high_2)};
+  }
+};
+
+// One heading's sums over points that come in blocks.
+template <class A>
+struct ManyEdges {
+  EdgeLanes<A> groups[kFitGroups<A>];
+
+  OVT_INLINE void add(const float* block_x, const float* block_y, int32_t n, HeadingAxes axes, HeadingBounds b) {
+    const Float<A> low_1(b.low_1), high_1(b.high_1), low_2(b.low_2), high_2(b.high_2);
+    for (int32_t g = 0; g < kFitGroups<A>; ++g) {
+      EdgeLanes<A> lanes = groups[g];
+      const auto add_one = [&](int32_t k, Mask<A> in) OVT_INLINED {
+        const Float<A> x = Float<A>::load(block_x + k), y = Float<A>::load(block_y + k);
+        const Float<A> c1 = axes.first(x, y), c2 = axes.second(x, y);
+        lanes.add(in, min_of(c1 - low_1, high_1 - c1), min_of(c2 - low_2, high_2 - c2));
+      };
+      int32_t k = g * kSize<A>;
+      for (; k + kSize<A> <= n; k += kLanes) add_one(k, Mask<A>(true));
+      if (k < n) add_one(k, Mask<A>::first(n - k));
+      groups[g] = lanes;
+    }
+  }
+  OVT_INLINE EdgeSums sums() {
+    constexpr int32_t kGroups = kFitGroups<A>;
+    Float<A> sum_1[kGroups], square_1[kGroups], sum_2[kGroups], square_2[kGroups];
+    int32_t count_1 = 0;
+    for (int32_t g = 0; g < kGroups; ++g) {
+      count_1 += groups[g].count_1;
+      sum_1[g] = groups[g].sum_1, square_1[g] = groups[g].square_1;
+      sum_2[g] = groups[g].sum_2, square_2[g] = groups[g].square_2;
+    }
+    float own[4];
+    lane_sums(sum_1, square_1, sum_2, square_2, own);
+    return {float(count_1), own[0], own[1], own[2], own[3]};
+  }
+};
+
+template <class A>
+HeadingBounds bound_many(const void* context, HeadingAxes axes) noexcept {
+  BoundLanes<A> lanes;
+  static_cast<const ManyPoints<A>*>(context)->each_block([&](const float* x, const float* y, int32_t n)
+                                                             OVT_INLINED { lanes.add(x, y, n, axes); });
+  return lanes.bounds();
+}
+
+// The sums of kHeadings headings, each block read once for all of them.
+template <class A, int32_t kHeadings>
+OVT_INLINE void sum_headings(const ManyPoints<A>& points, const HeadingAxes* axes, EdgeSums* sums) {
+  ManyBounds<A> bounds[kHeadings];
+  points.each_block([&](const float* x, const float* y, int32_t n) OVT_INLINED {
+    for (int32_t h = 0; h < kHeadings; ++h) bounds[h].add(x, y, n, axes[h]);
+  });
+  HeadingBounds known[kHeadings];
+  for (int32_t h = 0; h < kHeadings; ++h) known[h] = bounds[h].bounds();
+  ManyEdges<A> edges[kHeadings];
+  points.each_block([&](const float* x, const float* y, int32_t n) OVT_INLINED {
+    for (int32_t h = 0; h < kHeadings; ++h) edges[h].add(x, y, n, axes[h], known[h]);
+  });
+  for (int32_t h = 0; h < kHeadings; ++h) sums[h] = edges[h].sums();
+}
+
+template <class A>
+EdgeSums sum_many(const void* context, HeadingAxes axes) noexcept {
+  EdgeSums sums;
+  sum_headings<A, 1>(*static_cast<const ManyPoints<A>*>(context), &axes, &sums);
+  return sums;
+}
+
+template <class A>
+void cost_many(const void* context, float* cost) noexcept {
+  const ManyPoints<A>& points = *static_cast<const ManyPoints<A>*>(context);
+  HeadingAxes axes[kDegreeCount];
+  for (int32_t d = 0; d < kDegreeCount; ++d) axes[d] = {kHeadingGrid.degree_cos[d], kHeadingGrid.degree_sin[d]};
+  EdgeSums sums[kDegreeCount];
+  sum_headings<A, kDegreeCount>(points, axes, sums);
+  for (int32_t d = 0; d < kDegreeCount; ++d) {
+    const EdgeSums& e = sums[d];
+    cost[d] =
+        variance_of(e.count_1, e.sum_1, e.square_1) + variance_of(float(points.count) - e.count_1, e.sum_2, e.square_2);
+  }
+}
+
+template <class A>
+int32_t count_inside_many(const void* context, HeadingAxes axes, HeadingBox box) noexcept {
+  int32_t inside = 0;
+  static_cast<const ManyPoints<A>*>(context)->each_block(
+      [&](const float* x, const float* y, int32_t n) OVT_INLINED { inside += count_in_block<A>(x, y, n, axes, box); });
   return inside;
 }
 
 template <class A>
 RectangleFit fit_rectangle(const FitRectangleParams& params, const float* x_m, const float* y_m, int32_t count,
                            float heading_ref_rad, float sensor_x_m, float sensor_y_m) noexcept {
-  if (count > kMostFitPoints)
-    return ref::fit_rectangle(params, x_m, y_m, count, heading_ref_rad, sensor_x_m, sensor_y_m);
+  if (count > kMostFitPoints) {
+    const ManyPoints<A> many{x_m, y_m, count};
+    return fit_rectangle_by({&many, &cost_many<A>, &bound_many<A>, &sum_many<A>, &count_inside_many<A>}, params, x_m,
+                            y_m, count, heading_ref_rad, sensor_x_m, sensor_y_m);
+  }
   FitPoints<A> points;
   points.read(x_m, y_m, count);
   return fit_rectangle_by({&points, &cost_degrees<A>, &bound_points<A>, &sum_edges<A>, &count_inside<A>}, params, x_m,
