@@ -3,9 +3,9 @@
 //
 // Stage 10: the loops over the points behind fit_rectangle; the search is the twin's (fit_rectangle_measures.h).
 //
-// One heading is two passes over points that stay in L1: the first turns them to the heading's axes, stores that and
-// finds the bounds, the second sums. Lanes of the fixed shape that do not fit one register are summed one group of
-// kSize lanes after the other, which needs fewer registers than all at once.
+// One heading is two passes over points that stay in L1 (thousands do not: ManyPoints): the first turns them to the
+// heading's axes, stores that and finds the bounds, the second sums. Lanes of the fixed shape that do not fit one
+// register are summed one group of kSize lanes after the other, which needs fewer registers than all at once.
 #pragma once
 
 #include <limits>
@@ -292,7 +292,7 @@ int32_t count_inside(const void* context, HeadingAxes axes, HeadingBox box) noex
 }
 
 // A car alongside is thousands of points. Neither is its copy kept nor are its points turned and stored: a block at a
-// time is copied, and all headings see it while it is in L1.
+// time is copied, and as many headings as are asked for see it while it is in L1.
 template <class A>
 struct ManyPoints {
   static constexpr int32_t kBlock = 512;  // whole kLanes: a point's lane is the same in its block
@@ -421,18 +421,24 @@ int32_t count_inside_many(const void* context, HeadingAxes axes, HeadingBox box)
   return inside;
 }
 
+// A function of its own: its stack is not wanted where there are more.
 template <class A>
-RectangleFit fit_rectangle(const FitRectangleParams& params, const float* x_m, const float* y_m, int32_t count,
-                           float heading_ref_rad, float sensor_x_m, float sensor_y_m) noexcept {
-  if (count > kMostFitPoints) {
-    const ManyPoints<A> many{x_m, y_m, count};
-    return fit_rectangle_by({&many, &cost_many<A>, &bound_many<A>, &sum_many<A>, &count_inside_many<A>}, params, x_m,
-                            y_m, count, heading_ref_rad, sensor_x_m, sensor_y_m);
-  }
+[[gnu::noinline]] RectangleFit fit_copied(const FitRectangleParams& params, const float* x_m, const float* y_m,
+                                          int32_t count, float heading_ref_rad, float sensor_x_m,
+                                          float sensor_y_m) noexcept {
   FitPoints<A> points;
   points.read(x_m, y_m, count);
   return fit_rectangle_by({&points, &cost_degrees<A>, &bound_points<A>, &sum_edges<A>, &count_inside<A>}, params, x_m,
                           y_m, count, heading_ref_rad, sensor_x_m, sensor_y_m);
+}
+
+template <class A>
+RectangleFit fit_rectangle(const FitRectangleParams& params, const float* x_m, const float* y_m, int32_t count,
+                           float heading_ref_rad, float sensor_x_m, float sensor_y_m) noexcept {
+  if (count <= kMostFitPoints) return fit_copied<A>(params, x_m, y_m, count, heading_ref_rad, sensor_x_m, sensor_y_m);
+  const ManyPoints<A> many{x_m, y_m, count};
+  return fit_rectangle_by({&many, &cost_many<A>, &bound_many<A>, &sum_many<A>, &count_inside_many<A>}, params, x_m, y_m,
+                          count, heading_ref_rad, sensor_x_m, sensor_y_m);
 }
 
 }  // namespace overtake::simd

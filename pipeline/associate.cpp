@@ -125,7 +125,8 @@ bool is_any_near(const Tracker::State& state, int32_t first, double x_m, double 
   return (near[0] | near[1]) != 0;
 }
 
-// The candidates that some prediction may bring within the gate, in state.within_reach: a distance each, no branch.
+// The candidates that some prediction may bring within the gate, in state.within_reach; eight that are all too far are
+// passed over at once.
 // Candidates are in stamp order, so the first or the last is the farthest away in time.
 int32_t find_within_reach(Tracker::State& state, const Iteration& it, const Track& track) noexcept {
   const int32_t last = it.candidate_count - 1;
@@ -209,8 +210,9 @@ void associate(Tracker::State& state, Iteration& it) noexcept {
     state.candidate_x_m[i] = it.candidates[i].z.x_m;
     state.candidate_y_m[i] = it.candidates[i].z.y_m;
   }
-  for (int32_t slot = 0; it.candidate_count > 0 && slot < slot_count; ++slot)
-    if (state.tracks[slot].alive) gate_track(state, it, slot);
+  if (it.candidate_count > 0)
+    for (int32_t slot = 0; slot < slot_count; ++slot)
+      if (state.tracks[slot].alive) gate_track(state, it, slot);
   state.munkres.solve(state.candidate_of_slot);
   for (int32_t slot = 0; slot < slot_count; ++slot) {
     const int32_t c = state.candidate_of_slot[slot];

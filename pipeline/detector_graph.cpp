@@ -47,7 +47,8 @@ class WorkerShare {
 constexpr int64_t kPatience_ns = 2'000'000'000;
 
 // What runs through the graph: a frame, or (null) one of the messages of the warm-up.
-constexpr int32_t kHold = -2, kPass = -3, kRelease = -4;  // Job::sensor of these: all workers are held, it passes, ...
+// Job::sensor of the warm-up's messages: all workers are held, it passes, they let go. Of a frame: it is `waiting`.
+constexpr int32_t kHold = -2, kPass = -3, kRelease = -4, kAwaited = -5;
 struct Job {
   Frame* frame;
   int32_t sensor;
@@ -146,10 +147,11 @@ struct DetectorGraph::Nodes {
         OVT_CHECK(thread >= 0 && thread <= params.worker_count);
         run_segment(context, hooks, *job.frame, job.sensor, thread);
         keep_awake();  // first: of what a body sends, its thread runs the last first
-        finish_part(*job.frame);
+        finish_part(*job.frame, false);
         return flow::continue_msg();
       });
       detect = std::make_unique<DetectNode>(*graph, flow::unlimited, [this](const Job& job) {
+        if (job.sensor == kAwaited) waiting.fetch_sub(1, std::memory_order_relaxed);
         if (job.frame) run_detect(context, hooks, *job.frame);
         return job;
       });
@@ -174,15 +176,17 @@ struct DetectorGraph::Nodes {
     });
   }
 
-  // The frame's last segment, or its closing, sends it on.
-  void finish_part(Frame& frame) {
-    if (frame.pending.fetch_sub(1, std::memory_order_acq_rel) == 1)
-      detect->try_put({&frame, -1, warm_messages() + frame.sequence});
+  // The frame's last segment, or its closing, sends it on. The intake runs nothing itself: what it sends a worker must
+  // come for.
+  void finish_part(Frame& frame, bool by_intake) {
+    if (frame.pending.fetch_sub(1, std::memory_order_acq_rel) != 1) return;
+    if (by_intake) waiting.fetch_add(1, std::memory_order_relaxed);
+    detect->try_put({&frame, by_intake ? kAwaited : -1, warm_messages() + frame.sequence});
   }
 
   // Workers without work look for some, for a while, before TBB puts them to sleep.
   void keep_awake() {
-    if (params.spin_ns <= 0) return;
+    if (params.spin_ns <= 0 || waiting.load(std::memory_order_relaxed) > 0) return;
     while (spinning.fetch_add(1, std::memory_order_relaxed) < params.worker_count) spin->try_put(flow::continue_msg());
     spinning.fetch_sub(1, std::memory_order_relaxed);
   }
@@ -245,7 +249,7 @@ struct DetectorGraph::Nodes {
   const StageContext& context;
   TrackStage& stage;
   RunnerHooks hooks;
-  std::atomic<int32_t> waiting{0};  // segmentations that no worker has begun
+  std::atomic<int32_t> waiting{0};  // of what the intake sent: no worker has begun it
   std::atomic<int32_t> spinning{0};
   ThreadRoster& roster;
   std::atomic<int32_t> arrived{0}, left{0};  // workers in the warm-up
@@ -301,7 +305,7 @@ void DetectorGraph::start_segment(Frame& frame, int32_t sensor) {
   nodes_->segment->try_put({&frame, sensor, 0});
 }
 
-void DetectorGraph::close(Frame& frame) { nodes_->finish_part(frame); }
+void DetectorGraph::close(Frame& frame) { nodes_->finish_part(frame, true); }
 
 int32_t DetectorGraph::workers_seen() const noexcept { return nodes_->arrived.load(); }
 

@@ -37,7 +37,7 @@ bool build_frame(Frame& frame, const FrameSizes& sizes, const Allocator& allocat
     points += sizes.point_capacity[s];
     seam_points = std::max(seam_points, sizes.sensors[s].rows * std::min(sizes.merge_columns, sizes.sensors[s].cols));
   }
-  const int32_t clusters = sizes.cluster_capacity;
+  const int32_t clusters = round_up(sizes.cluster_capacity, kRowAlign);  // as tables are: what is beside them, too
   const int32_t members = clusters * std::max(sizes.sensor_count, 1);
   const int32_t measurements = std::max(sizes.candidate_capacity, sizes.external_capacity);
   return frame.arena.build(allocator, [&](Carver& carver) {

@@ -29,7 +29,7 @@ struct StageContext {
   SensorModel sensors[kMaxSensors];
   SegmentParams segment[kMaxSensors];
   DetectParams detect;
-  int32_t candidate_capacity = 0;
+  int32_t candidate_capacity = 0;     // of a frame
   const TrackMap* map = nullptr;      // null: none
   SegmentScratch* scratch = nullptr;  // one for each thread that segments
   BodyHook hook;

@@ -45,8 +45,8 @@ class ThreadRoster {
   std::vector<std::atomic<uint8_t>> obtained_;  // [worker_count + 1]: the last is the intake's
 };
 
-// About a microsecond in a loop that looks for work. Another thread that waits for this CPU gets it: with SCHED_FIFO it
-// would wait for the end of the loop, and be it the very one with the work.
+// About a microsecond in a loop that looks for work. A thread of the same priority that waits for this CPU gets it:
+// with SCHED_FIFO it would wait for the end of the loop, and be it the very one with the work.
 inline void idle_briefly() noexcept {
   for (int32_t i = 0; i < 16; ++i) {
 #if defined(__x86_64__)

@@ -102,13 +102,11 @@ void predict(TrackEstimate& estimate, const ProcessNoise& noise, double dt_s, co
   // A hair of slack, so that 50 ms are one step of 50 ms whatever the last digit of the division.
   const int steps = ratio >= kMaxSteps ? kMaxSteps : 1 + int(ratio * (1.0 - 1e-9));
   const double step_s = dt_s / steps;
+  const bool is_known = whole && steps == 1;
   for (int k = 0; k < steps; ++k) {
     Advanced next;
-    if (steps > 1 || !whole) {
-      next.state = advance(estimate.mean, step_s, &next.jacobian);
-      whole = nullptr;
-    }
-    const Advanced& to = whole ? *whole : next;
+    if (!is_known) next.state = advance(estimate.mean, step_s, &next.jacobian);
+    const Advanced& to = is_known ? *whole : next;
     estimate.mean = to.state;
     transport(estimate, to.jacobian);
     if (step_s > 0.0)

@@ -280,6 +280,38 @@ TEST_CASE("detector faults: threads that look for work before they sleep give th
   }
 }
 
+TEST_CASE("detector faults: what the intake closes does not wait for threads that still look for work") {
+  DetectorBench bench({.workers = 2});
+  bench.def.spin_us = 1'000'000;  // from the last scan on
+  bench.create();
+  ovt_reader* reader = nullptr;
+  REQUIRE(ovt_create_reader(bench.detector, &reader) == OVT_OK);
+  const auto comes = [&](int64_t sequence) {  // while they spin
+    ovt_frame_info info{};
+    info.sequence = -1;
+    for (int32_t k = 0; k < 400 && info.sequence < sequence; ++k) {
+      sleep_ms(1);
+      if (ovt_next_frame(reader, nullptr) == OVT_OK) ovt_read_info(reader, &info);
+    }
+    return info.sequence == sequence;
+  };
+  bench.push_frame(0);
+  CHECK(comes(0));
+  const double place_m = 30;
+  ovt_external_detections d;
+  ovt_external_detections_init(&d, sizeof d);
+  d.stamp_ns = demo_frame(0).stamp_ns + 10 * kMs;
+  d.count = 1;
+  d.x_m = d.y_m = &place_m;
+  REQUIRE(ovt_push_detections(bench.detector, &d) == OVT_OK);
+  CHECK(comes(1));
+  bench.push_frame(1, {0, 1});
+  sleep_ms(50);  // both are segmented, the third sensor is waited for
+  REQUIRE(ovt_advance(bench.detector, demo_frame(3).stamp_ns) == OVT_OK);
+  CHECK(comes(2));
+  ovt_destroy_reader(reader);
+}
+
 TEST_CASE("detector faults: a clock that jumps restarts the tracker at the third stamp, and no id comes again") {
   for (const int32_t workers : {1, 2})
     for (const int64_t jump_ns : {3'600'000 * kMs, -3'600'000 * kMs}) {

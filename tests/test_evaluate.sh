@@ -55,6 +55,11 @@ grep -q "overtake_1001.*another build" "$work/log" || fail "another build's part
 grep -q "empty_track_1001.*done before$" "$work/log" || fail "this build's part was not"
 grep -rqs '"another"' "$work/killed" && fail "another build's runs are left"
 cmp "$work/whole/metrics.json" "$work/killed/metrics.json" || fail "done again differs"
+cp -r "$work/whole/parts/overtake_1001_0.4s" "$work/mixed"
+sed -i 's/"commit": "[^"]*"/"commit": "another"/' "$work/mixed/runs/paper/overtake_1001_0.4s/about.json"
+"$overtake" merge "$work/mixed" "$work/whole/parts/empty_track_1001_0.4s" --out "$work/x" >/dev/null 2>"$work/error" &&
+  fail "runs of two builds were merged"
+grep -q "of build another" "$work/error" || fail "merging two builds gave no sentence"
 for bad in "--seeds 1,x" "--set overtake,nonsense" "--shard 3/2" "--shard 0/1" "--shard x" "--seeds abc" "--jobs 0" "--nonsense"; do
   # shellcheck disable=SC2086
   if run --out "$work/bad" $bad >/dev/null 2>"$work/log"; then fail "$bad was taken"; fi

@@ -14,8 +14,9 @@ using namespace overtake_test;
 
 struct Watch {
   bool forgets = false;       // what was fitted ahead
+  bool lies = false;          // about it
   int32_t fitted = 0;         // clusters, over all frames
-  int32_t used = 0;           // detections of clusters that are alone
+  int32_t used = 0;           // detections of clusters that are alone and fitted ahead
   int32_t joined = 0;         // and of those that several sensors see
   int32_t fitted_joined = 0;  // these were fitted ahead as well, in part
 
@@ -25,6 +26,7 @@ struct Watch {
       for (SensorPart& part : frame.sensors) {
         for (int32_t i = 0; i < part.fits.count; ++i) watch.fitted += part.fits.fitted[i];
         if (watch.forgets) part.fits.count = 0;
+        for (int32_t i = 0; watch.lies && i < part.fits.count; ++i) part.fits.fit[i].extent_width_m += 1.0f;
       }
     if (body != Body::kTrack) return;
     for (int32_t i = 0; i < frame.detections.count; ++i) {
@@ -40,9 +42,10 @@ struct Watch {
 };
 
 // Frames in which the opponent goes by, over two seams.
-std::vector<FrameRecord> run(Watch& watch, int32_t workers, bool map, int32_t candidates) {
+std::vector<FrameRecord> run(Watch& watch, int32_t workers, bool map, int32_t candidates, int32_t clusters = 1024) {
   DetectorBench bench({.workers = workers, .map = map});
   bench.def.candidate_capacity = candidates;
+  bench.def.cluster_capacity = clusters;
   bench.create();
   reinterpret_cast<Detector*>(bench.detector)->set_hook({&Watch::look, &watch});
   for (std::size_t k = 62; k < 74; ++k) bench.push_frame(k, {0, 1, 2});
@@ -72,6 +75,19 @@ TEST_CASE("pose_clusters: a sensor with more candidates than a frame holds fits 
   const std::vector<FrameRecord> with = run(few, 1, false, 2), without = run(whole, 1, false, 2);
   CHECK(with == without);
   CHECK(few.fitted < all.fitted);
+}
+
+TEST_CASE("pose_clusters: they are what the detections are made of") {
+  Watch honest, liar;
+  liar.lies = true;
+  CHECK_FALSE(run(honest, 1, false, 256) == run(liar, 1, false, 256));
+}
+
+TEST_CASE("pose_clusters: room for as many as the rounded table of clusters holds") {
+  Watch ahead, whole;
+  whole.forgets = true;
+  CHECK(run(ahead, 1, false, 256, 1) == run(whole, 1, false, 256, 1));
+  CHECK(ahead.fitted > 12 * 3);  // more than one a scan
 }
 
 TEST_CASE("pose_clusters: with a map, where the heading hangs on the ego pose, nothing is fitted ahead") {

@@ -157,11 +157,17 @@ class RunResult {
     tracks_.flush();
     timing_.flush();
 
+    double pose_us = 0;  // without a map most of it is done sensor by sensor
     for (int32_t sensor = -1; sensor < int32_t(rig_.sensors.size()); ++sensor)
       for (int32_t stage = 0; stage < OVT_STAGE_COUNT; ++stage) {
         const double us = read_time_us(reader, sensor, ovt_stage(stage));
-        if (!std::isnan(us)) times_us_[stage].push_back(us);
+        if (std::isnan(us)) continue;
+        if (stage == OVT_STAGE_POSE)
+          pose_us += us;
+        else
+          times_us_[stage].push_back(us);
       }
+    if (!std::isnan(read_time_us(reader, -1, OVT_STAGE_POSE))) times_us_[OVT_STAGE_POSE].push_back(pose_us);
     add_row(announced, info, tracks, read_time_us(reader, -1, OVT_STAGE_FRAME));
     list_tracks(info, tracks);
     flags_of_all_ |= info.flags;

@@ -37,13 +37,15 @@ std::map<std::string, std::string> read_about(const std::string& folder) {
   }
 }
 
-std::string commit_of(const std::string& folder) { return read_about(folder)["commit"]; }
-
-// What another build has left is run again: a report is of one build.
+// What another build has left, or a run that is damaged, is run again.
 bool is_done_by_this_build(const std::string& folder) {
   ovt_build_info build;
   ovt_read_build_info(&build);
-  return is_done(folder) && commit_of(folder) == build.commit;
+  try {
+    return is_done(folder) && read_about(folder)["commit"] == build.commit;
+  } catch (const io::Error&) {
+    return false;
+  }
 }
 
 std::string about_text(const std::string& contestant, const RaceLog& log, int64_t frames) {
@@ -106,6 +108,7 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
   for (auto& contestant : contestants) {
     contestant->finish();
     const std::string folder = folder_of(options.out, contestant->name(), log_name);
+    fs::remove_all(folder);  // what another build has left
     cli::make_folder(folder);
     write_tables(folder, contestant->judge().tables());
     if (const Album* album = contestant->album()) write_pictures(folder, album->finish());
@@ -165,6 +168,10 @@ std::vector<Run> read_runs(const std::string& out) {
     Run run{folder.parent_path().filename().string(), folder.filename().string(), read_about(folder.string()), {}};
     run.tables = read_tables(folder.string());
     runs.push_back(std::move(run));
+    if (runs.back().about["commit"] != runs.front().about["commit"])
+      throw io::Error(folder.string(), 0,
+                      "is of build " + runs.back().about["commit"] + ", other runs of this report of build " +
+                          runs.front().about["commit"] + ": evaluate the log again, or delete the folder");
   }
   return runs;
 }
@@ -180,12 +187,11 @@ void merge_runs(const std::vector<std::string>& from, const std::string& out) {
     for (const Run& run : read_runs(folder)) {
       const std::string source = folder_of(folder, run.contestant, run.log),
                         target = folder_of(out, run.contestant, run.log);
-      if (is_done(target) && commit_of(target) == commit_of(source)) {
+      if (is_done(target)) {
         if (io::read_whole_file(source + "/cars.csv") != io::read_whole_file(target + "/cars.csv"))
           throw io::Error(source, 0, "differs from the run of the same name in " + out);
         continue;
       }
-      fs::remove_all(target);  // of another build
       cli::make_folder(target);
       write_tables(target, run.tables);
       copy_pictures(source, target);

@@ -4,7 +4,8 @@
 // Contestants on logs, and the folder of their results:
 //
 //   OUT/runs/CONTESTANT/LOG/*.csv       the judge's tables (judge.h)
-//   OUT/runs/CONTESTANT/LOG/about.json  what was run; written last: a run without it is done again
+//   OUT/runs/CONTESTANT/LOG/about.json  what was run, by which build; written last: without it, or by another build, a
+//                                       run is done again
 //   OUT/metrics.json  OUT/report.html  OUT/*.csv    made from all the runs there are
 #pragma once
 
@@ -35,7 +36,8 @@ struct Run {
   std::map<std::string, std::string> about;
   Tables tables;
 };
-std::vector<Run> read_runs(const std::string& out);  // all that are whole, by name
+// All that are whole, by name. Throws io::Error: a folder without runs, or runs of two builds.
+std::vector<Run> read_runs(const std::string& out);
 // Copies the whole runs of `from` that `out` has not. Throws io::Error: a folder without runs, or two different runs of
 // one contestant and log.
 void merge_runs(const std::vector<std::string>& from, const std::string& out);
