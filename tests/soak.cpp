@@ -127,7 +127,7 @@ class Story {
     def_.params = &params_;
     def_.map = &map_.def;
     def_.worker_count = workers;
-    def_.keep_images = workers == 2 ? 0 : 1;  // changes no result
+    def_.keep_images = options.seed % 2 == 0 ? 0 : 1;
     def_.push_policy = OVT_PUSH_WAIT;
     def_.cluster_capacity = 200, def_.candidate_capacity = 60, def_.track_capacity = 40;
     def_.on_frame = check_frame;
