@@ -4,6 +4,8 @@
 // Poses fitted behind each sensor's segmentation, before the frame is whole: they change no byte of what comes out.
 #include <doctest/doctest.h>
 
+#include <atomic>
+
 #include "pipeline/detector.h"
 #include "tests/support/detector_bench.h"
 
@@ -13,12 +15,12 @@ using namespace overtake;
 using namespace overtake_test;
 
 struct Watch {
-  bool forgets = false;       // what was fitted ahead
-  bool lies = false;          // about it
-  int32_t fitted = 0;         // clusters, over all frames
-  int32_t used = 0;           // detections of clusters that are alone and fitted ahead
-  int32_t joined = 0;         // and of those that several sensors see
-  int32_t fitted_joined = 0;  // these were fitted ahead as well, in part
+  bool forgets = false;            // what was fitted ahead
+  bool lies = false;               // about it
+  std::atomic<int32_t> fitted{0};  // clusters, over all frames; detection is side by side
+  int32_t used = 0;                // detections of clusters that are alone and fitted ahead
+  int32_t joined = 0;              // and of those that several sensors see
+  int32_t fitted_joined = 0;       // these were fitted ahead as well, in part
 
   static void look(void* user, Body body, Frame& frame, int32_t) {
     auto& watch = *static_cast<Watch*>(user);
