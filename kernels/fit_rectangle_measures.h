@@ -55,6 +55,11 @@ OVT_INLINE V variance_of(V count, V sum, V square_sum) {
   return select(any, max_of(square_sum / n - mean * mean, zero), zero);
 }
 
+// The cost of a heading: the variance of the distances in either set, added.
+OVT_INLINE float edge_variance(const EdgeSums& e, int32_t count) {
+  return variance_of(e.count_1, e.sum_1, e.square_1) + variance_of(float(count) - e.count_1, e.sum_2, e.square_2);
+}
+
 // `points` is the implementation's own; each is called once or more per heading.
 struct RectangleMeasures {
   const void* points;

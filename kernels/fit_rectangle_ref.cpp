@@ -63,11 +63,6 @@ EdgeSums sum_edges(const void* context, HeadingAxes axes) noexcept {
   return {lane_sum(count_1), lane_sum(sum_1), lane_sum(square_1), lane_sum(sum_2), lane_sum(square_2)};
 }
 
-// Variance of the distances in either set, added.
-float edge_variance(const EdgeSums& e, int32_t count) {
-  return variance_of(e.count_1, e.sum_1, e.square_1) + variance_of(float(count) - e.count_1, e.sum_2, e.square_2);
-}
-
 void cost_degrees(const void* context, float* cost) noexcept {
   for (int32_t degree = 0; degree < kDegreeCount; ++degree) {
     const HeadingAxes axes = {kHeadingGrid.degree_cos[degree], kHeadingGrid.degree_sin[degree]};

@@ -134,38 +134,51 @@ struct EdgeLanes {
   }
 };
 
-// The sums of one heading: set 1, its squares, set 2, its squares to `sums`. Returns the count of set 1.
+// The sums of one heading in the twin's shape, of points that come in blocks.
 template <class A>
-OVT_INLINE float sum_edges_to(FitPoints<A>& points, HeadingAxes axes, float* sums) {
-  constexpr int32_t kGroups = FitPoints<A>::kGroups;
-  const HeadingBounds b = turn_points(points, axes);
-  const Float<A> low_1(b.low_1), high_1(b.high_1), low_2(b.low_2), high_2(b.high_2);
-  Float<A> sum_1[kGroups], square_1[kGroups], sum_2[kGroups], square_2[kGroups];
+struct EdgeGroups {
   int32_t count_1 = 0;
-  for (int32_t g = 0; g < kGroups; ++g) {
-    EdgeLanes<A> lanes;
-    const auto add = [&](int32_t k, Mask<A> in) OVT_INLINED {
-      const Float<A> c1 = Float<A>::load(points.first_m + k), c2 = Float<A>::load(points.second_m + k);
-      lanes.add(in, min_of(c1 - low_1, high_1 - c1), min_of(c2 - low_2, high_2 - c2));
-    };
-    int32_t k = g * kSize<A>;
-    for (; k + kSize<A> <= points.count; k += kLanes) add(k, Mask<A>(true));
-    if (k < points.count) add(k, Mask<A>::first(points.count - k));
-    count_1 += lanes.count_1;
-    sum_1[g] = lanes.sum_1, square_1[g] = lanes.square_1;
-    sum_2[g] = lanes.sum_2, square_2[g] = lanes.square_2;
+  Float<A> sum_1[kFitGroups<A>], square_1[kFitGroups<A>], sum_2[kFitGroups<A>], square_2[kFitGroups<A>];
+
+  OVT_INLINE EdgeGroups() {
+    for (int32_t g = 0; g < kFitGroups<A>; ++g) sum_1[g] = square_1[g] = sum_2[g] = square_2[g] = Float<A>(0.0f);
   }
-  lane_sums(sum_1, square_1, sum_2, square_2, sums);
-  return float(count_1);
-}
+  // turned(k, c1, c2): the coordinates of points k .. k + kSize - 1 of the block on the axes of the heading.
+  template <class F>
+  OVT_INLINE void add(int32_t n, HeadingBounds b, F&& turned) {
+    const Float<A> low_1(b.low_1), high_1(b.high_1), low_2(b.low_2), high_2(b.high_2);
+    for (int32_t g = 0; g < kFitGroups<A>; ++g) {
+      EdgeLanes<A> lanes{0, sum_1[g], square_1[g], sum_2[g], square_2[g]};  // in registers, which this table is not
+      const auto add_one = [&](int32_t k, Mask<A> in) OVT_INLINED {
+        Float<A> c1, c2;
+        turned(k, c1, c2);
+        lanes.add(in, min_of(c1 - low_1, high_1 - c1), min_of(c2 - low_2, high_2 - c2));
+      };
+      int32_t k = g * kSize<A>;
+      for (; k + kSize<A> <= n; k += kLanes) add_one(k, Mask<A>(true));
+      if (k < n) add_one(k, Mask<A>::first(n - k));
+      count_1 += lanes.count_1;
+      sum_1[g] = lanes.sum_1, square_1[g] = lanes.square_1;
+      sum_2[g] = lanes.sum_2, square_2[g] = lanes.square_2;
+    }
+  }
+  OVT_INLINE EdgeSums sums() {
+    float own[4];
+    lane_sums(sum_1, square_1, sum_2, square_2, own);
+    return {float(count_1), own[0], own[1], own[2], own[3]};
+  }
+};
 
 template <class A>
 EdgeSums sum_edges(const void* context, HeadingAxes axes) noexcept {
   // The measures may use the points' own scratch: they are called by one thread, one at a time.
   FitPoints<A>& points = *static_cast<FitPoints<A>*>(const_cast<void*>(context));
-  float sums[4];
-  const float count_1 = sum_edges_to(points, axes, sums);
-  return {count_1, sums[0], sums[1], sums[2], sums[3]};
+  const HeadingBounds bounds = turn_points(points, axes);
+  EdgeGroups<A> edges;
+  edges.add(points.count, bounds, [&](int32_t k, Float<A>& c1, Float<A>& c2) OVT_INLINED {
+    c1 = Float<A>::load(points.first_m + k), c2 = Float<A>::load(points.second_m + k);
+  });
+  return edges.sums();
 }
 
 // The cost of all whole degrees. Few points leave most lanes of the loops above empty, so they are turned round: a lane
@@ -265,11 +278,9 @@ void cost_degrees(const void* context, float* cost) noexcept {
     return;
   }
   if constexpr (kSize<A> == kLanes) return cost_by_turns(const_cast<FitPoints<A>&>(points), cost);
-  for (int32_t d = 0; d < kDegreeCount; ++d) {
-    const EdgeSums e = sum_edges<A>(context, {kHeadingGrid.degree_cos[d], kHeadingGrid.degree_sin[d]});
+  for (int32_t d = 0; d < kDegreeCount; ++d)
     cost[d] =
-        variance_of(e.count_1, e.sum_1, e.square_1) + variance_of(float(points.count) - e.count_1, e.sum_2, e.square_2);
-  }
+        edge_variance(sum_edges<A>(context, {kHeadingGrid.degree_cos[d], kHeadingGrid.degree_sin[d]}), points.count);
 }
 
 template <class A>
@@ -333,41 +344,6 @@ struct ManyBounds {
   }
 };
 
-// One heading's sums over points that come in blocks.
-template <class A>
-struct ManyEdges {
-  EdgeLanes<A> groups[kFitGroups<A>];
-
-  OVT_INLINE void add(const float* block_x, const float* block_y, int32_t n, HeadingAxes axes, HeadingBounds b) {
-    const Float<A> low_1(b.low_1), high_1(b.high_1), low_2(b.low_2), high_2(b.high_2);
-    for (int32_t g = 0; g < kFitGroups<A>; ++g) {
-      EdgeLanes<A> lanes = groups[g];
-      const auto add_one = [&](int32_t k, Mask<A> in) OVT_INLINED {
-        const Float<A> x = Float<A>::load(block_x + k), y = Float<A>::load(block_y + k);
-        const Float<A> c1 = axes.first(x, y), c2 = axes.second(x, y);
-        lanes.add(in, min_of(c1 - low_1, high_1 - c1), min_of(c2 - low_2, high_2 - c2));
-      };
-      int32_t k = g * kSize<A>;
-      for (; k + kSize<A> <= n; k += kLanes) add_one(k, Mask<A>(true));
-      if (k < n) add_one(k, Mask<A>::first(n - k));
-      groups[g] = lanes;
-    }
-  }
-  OVT_INLINE EdgeSums sums() {
-    constexpr int32_t kGroups = kFitGroups<A>;
-    Float<A> sum_1[kGroups], square_1[kGroups], sum_2[kGroups], square_2[kGroups];
-    int32_t count_1 = 0;
-    for (int32_t g = 0; g < kGroups; ++g) {
-      count_1 += groups[g].count_1;
-      sum_1[g] = groups[g].sum_1, square_1[g] = groups[g].square_1;
-      sum_2[g] = groups[g].sum_2, square_2[g] = groups[g].square_2;
-    }
-    float own[4];
-    lane_sums(sum_1, square_1, sum_2, square_2, own);
-    return {float(count_1), own[0], own[1], own[2], own[3]};
-  }
-};
-
 template <class A>
 HeadingBounds bound_many(const void* context, HeadingAxes axes) noexcept {
   BoundLanes<A> lanes;
@@ -385,9 +361,13 @@ OVT_INLINE void sum_headings(const ManyPoints<A>& points, const HeadingAxes* axe
   });
   HeadingBounds known[kHeadings];
   for (int32_t h = 0; h < kHeadings; ++h) known[h] = bounds[h].bounds();
-  ManyEdges<A> edges[kHeadings];
-  points.each_block([&](const float* x, const float* y, int32_t n) OVT_INLINED {
-    for (int32_t h = 0; h < kHeadings; ++h) edges[h].add(x, y, n, axes[h], known[h]);
+  EdgeGroups<A> edges[kHeadings];
+  points.each_block([&](const float* block_x, const float* block_y, int32_t n) OVT_INLINED {
+    for (int32_t h = 0; h < kHeadings; ++h)
+      edges[h].add(n, known[h], [&](int32_t k, Float<A>& c1, Float<A>& c2) OVT_INLINED {
+        const Float<A> x = Float<A>::load(block_x + k), y = Float<A>::load(block_y + k);
+        c1 = axes[h].first(x, y), c2 = axes[h].second(x, y);
+      });
   });
   for (int32_t h = 0; h < kHeadings; ++h) sums[h] = edges[h].sums();
 }
@@ -406,11 +386,7 @@ void cost_many(const void* context, float* cost) noexcept {
   for (int32_t d = 0; d < kDegreeCount; ++d) axes[d] = {kHeadingGrid.degree_cos[d], kHeadingGrid.degree_sin[d]};
   EdgeSums sums[kDegreeCount];
   sum_headings<A, kDegreeCount>(points, axes, sums);
-  for (int32_t d = 0; d < kDegreeCount; ++d) {
-    const EdgeSums& e = sums[d];
-    cost[d] =
-        variance_of(e.count_1, e.sum_1, e.square_1) + variance_of(float(points.count) - e.count_1, e.sum_2, e.square_2);
-  }
+  for (int32_t d = 0; d < kDegreeCount; ++d) cost[d] = edge_variance(sums[d], points.count);
 }
 
 template <class A>

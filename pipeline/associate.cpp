@@ -108,7 +108,7 @@ double reach_m2(const Tracker::State& state, const Track& track, double dt_s) no
   return reach_m * reach_m;
 }
 
-// Whether one of eight candidates is so near: most are not.
+// Whether one of kBlock candidates is so near: most are not.
 constexpr int32_t kBlock = 8;
 bool is_any_near(const Tracker::State& state, int32_t first, double x_m, double y_m, double most_m2) noexcept {
   using Pair = double __attribute__((vector_size(16)));
@@ -125,9 +125,8 @@ bool is_any_near(const Tracker::State& state, int32_t first, double x_m, double 
   return (near[0] | near[1]) != 0;
 }
 
-// The candidates that some prediction may bring within the gate, in state.within_reach; eight that are all too far are
-// passed over at once.
-// Candidates are in stamp order, so the first or the last is the farthest away in time.
+// The candidates that some prediction may bring within the gate, in state.within_reach; a block that is too far as a
+// whole is passed over. Candidates are in stamp order, so the first or the last is the farthest away in time.
 int32_t find_within_reach(Tracker::State& state, const Iteration& it, const Track& track) noexcept {
   const int32_t last = it.candidate_count - 1;
   const double most_m2 =
@@ -135,14 +134,14 @@ int32_t find_within_reach(Tracker::State& state, const Iteration& it, const Trac
                reach_m2(state, track, seconds_between(track.state_ns, it.candidates[last].stamp_ns)));
   const double x_m = track.estimate.mean.x_m, y_m = track.estimate.mean.y_m;
   int32_t count = 0;
-  for (int32_t i = 0; i <= last; ++i) {
-    if (i % kBlock == 0 && i + kBlock <= last + 1 && !is_any_near(state, i, x_m, y_m, most_m2)) {
-      i += kBlock - 1;
-      continue;
+  for (int32_t begin = 0; begin <= last; begin += kBlock) {
+    const int32_t end = std::min(begin + kBlock, last + 1);
+    if (end - begin == kBlock && !is_any_near(state, begin, x_m, y_m, most_m2)) continue;
+    for (int32_t i = begin; i < end; ++i) {
+      const double dx = state.candidate_x_m[i] - x_m, dy = state.candidate_y_m[i] - y_m;
+      state.within_reach[count] = i;
+      count += dx * dx + dy * dy <= most_m2;
     }
-    const double dx = state.candidate_x_m[i] - x_m, dy = state.candidate_y_m[i] - y_m;
-    state.within_reach[count] = i;
-    count += dx * dx + dy * dy <= most_m2;
   }
   return count;
 }

@@ -33,6 +33,9 @@ struct ClusterFits {
   int32_t count = 0;          // 0: none was fitted; else the ClusterTable's
   uint8_t* fitted = nullptr;  // 1: the row's fit is there
   RectangleFit* fit = nullptr;
+  const RectangleFit* find(int32_t cluster) const noexcept {
+    return count > 0 && fitted[cluster] ? &fit[cluster] : nullptr;
+  }
 };
 
 // One sensor's part of a frame.

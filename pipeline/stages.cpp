@@ -188,20 +188,27 @@ void pose_frame(const StageContext& context, Frame& frame) noexcept {
     const int32_t first = merged.first_member[row];
     const SensorPart& part = frame.sensors[members.sensor[first]];
     const int32_t cluster = members.cluster[first];
-    const bool alone = members.next_member[first] < 0;
-    if (alone && part.fits.count > 0 && part.fits.fitted[cluster]) return part.fits.fit[cluster];
-    int32_t count = 0;
-    for (int32_t m = first; m >= 0; m = members.next_member[m]) {
-      const SensorPart& source = frame.sensors[members.sensor[m]];
-      const int32_t begin = source.clusters.point_begin[members.cluster[m]];
-      const int32_t points = std::min(source.clusters.point_count[members.cluster[m]], frame.fit_capacity - count);
-      std::copy_n(source.cluster_points.x_m + begin, points, frame.fit_x_m + count);
-      std::copy_n(source.cluster_points.y_m + begin, points, frame.fit_y_m + count);
-      count += points;
+    const float* x_m = part.cluster_points.x_m + part.clusters.point_begin[cluster];
+    const float* y_m = part.cluster_points.y_m + part.clusters.point_begin[cluster];
+    int32_t count = part.clusters.point_count[cluster];
+    if (members.next_member[first] < 0) {
+      if (const RectangleFit* ahead = part.fits.find(cluster)) return *ahead;
+    } else {  // points of several sensors: brought together
+      count = 0;
+      for (int32_t m = first; m >= 0; m = members.next_member[m]) {
+        const SensorPart& source = frame.sensors[members.sensor[m]];
+        const int32_t begin = source.clusters.point_begin[members.cluster[m]];
+        const int32_t points = std::min(source.clusters.point_count[members.cluster[m]], frame.fit_capacity - count);
+        std::copy_n(source.cluster_points.x_m + begin, points, frame.fit_x_m + count);
+        std::copy_n(source.cluster_points.y_m + begin, points, frame.fit_y_m + count);
+        count += points;
+      }
+      x_m = frame.fit_x_m;
+      y_m = frame.fit_y_m;
     }
     const Transform& mounting = context.sensors[merged.main_sensor[row]].T_vehicle_sensor;
-    return context.kernels->fit_rectangle(context.detect.fit_rectangle, frame.fit_x_m, frame.fit_y_m, count,
-                                          float(heading_ref), mounting.t[0], mounting.t[1]);
+    return context.kernels->fit_rectangle(context.detect.fit_rectangle, x_m, y_m, count, float(heading_ref),
+                                          mounting.t[0], mounting.t[1]);
   };
   for (int32_t i = 0; i < out.count; ++i) {
     const int32_t row = frame.kept[i];

@@ -219,5 +219,4 @@ for table in long_run/*.csv; do
 done
 [[ -s long_run/config.toml ]] || fail "no config.toml after Ctrl-C"
 
-passed && echo "all command line checks passed"
-passed
+passed "all command line checks passed"

@@ -68,5 +68,4 @@ sed -i '/^Package: libtbb12$/,/^$/d' "$root/var/lib/dpkg/status"
 dpkg_there --install "$deb" >"$work/log" 2>&1 && fail "dpkg installs it without libtbb12"
 grep -q 'depends on libtbb12' "$work/log" || fail "dpkg does not miss libtbb12: $(cat "$work/log")"
 
-passed && echo "packaged, installed by dpkg, run, removed; Depends: $depends"
-passed
+passed "packaged, installed by dpkg, run, removed; Depends: $depends"

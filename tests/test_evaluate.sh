@@ -88,5 +88,4 @@ if "$overtake" evaluate --out "$work/x" 2>/dev/null; then fail "evaluate without
 
 if "$overtake" evaluate "$work/log" --preset paper --out "$work/x" 2>"$work/error"; then fail "a text is no log"; fi
 grep -q "overtake: $work/log" "$work/error" || fail "the error does not name the file"
-passed && echo "all evaluation checks passed"
-passed
+passed "all evaluation checks passed"

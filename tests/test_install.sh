@@ -87,5 +87,4 @@ else
   echo "skipped: install: the part that needs pkg-config (tools/setup --dev)"
 fi
 
-passed && echo "installed, moved, built on and run"
-passed
+passed "installed, moved, built on and run"

@@ -102,5 +102,4 @@ code=$?
 ((code == 3 || code == 1)) && grep -q 'SQLite says' stderr.txt || fail "a cut db3: exit code $code, $(cat stderr.txt)"
 [[ $(wc -l <cut/timing.csv) -gt 1 ]] || fail "a cut db3 gives no frame"
 
-passed && echo "all recording checks passed"
-passed
+passed "all recording checks passed"

@@ -65,5 +65,4 @@ END
   fi
 fi
 
-passed && echo "built inside another project, and as a static library"
-passed
+passed "built inside another project, and as a static library"

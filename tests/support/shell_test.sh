@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # What every test written in bash begins with; sourced. Gives $work, a folder that goes with the test, and notes
-# failures, those in a subshell too: `passed` at the end is the test's exit code.
+# failures, those in a subshell too: `passed [SENTENCE]` at the end is the test's exit code.
 set -uo pipefail
 work=$(mktemp -d)
 readonly work
@@ -12,7 +12,7 @@ fail() {
   echo "FAILED: $*" | tee -a "$work.failed" >&2
 }
 passed() {
-  [[ ! -s $work.failed ]]
+  [[ ! -s $work.failed ]] && echo "${1:-passed}"
 }
 
 # need NAME WHERE TOOL...: without one of the tools the test NAME is skipped; WHERE has them.
