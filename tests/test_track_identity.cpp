@@ -1,0 +1,229 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Ids under frames out of sequence: one stays with its car, and none is ever another's.
+#include <doctest/doctest.h>
+
+#include <map>
+#include <random>
+#include <set>
+
+#include "pipeline/tracker_state.h"
+#include "tests/support/track_frames.h"
+
+namespace {
+
+using namespace overtake;
+using overtake_test::delay;
+using overtake_test::give;
+using overtake_test::make_frames;
+using overtake_test::TestFrame;
+using overtake_test::to_ns;
+using overtake_test::TrackerBench;
+using overtake_test::uniform;
+
+}  // namespace
+
+TEST_CASE("track identity: a track born later in time than an older frame's keeps its id when that frame comes") {
+  TrackerBench bench;
+  bench.step(0.0, {});
+  bench.step(0.10, {{50, 0}});
+  const TrackId published = bench.ids[0];
+  bench.step(0.15, {{50, 0}});
+  bench.step(0.05, {{50, 0}});  // in sorted order the car is born here
+  CHECK(bench.ids[0] == published);
+  REQUIRE(bench.snapshot().count == 1);
+  CHECK(bench.snapshot().id[0] == published);
+  CHECK(bench.snapshot().age[0] == 3);
+  // A new car draws an id nobody had.
+  bench.step(0.20, {{50, 0}, {90, 0}});
+  CHECK(bench.ids[0] == published);
+  CHECK(bench.ids[1] != published);
+}
+
+TEST_CASE("track identity: two cars that change slots keep their ids") {
+  TrackerBench bench;
+  bench.step(0.0, {});
+  bench.step(0.10, {{20, 0}, {50, 0}});  // nearest first: slots 0 and 1
+  const TrackId near = bench.ids[0], far = bench.ids[1];
+  bench.step(0.15, {{20, 0}, {50, 0}});
+  bench.step(0.05, {{50, 0}});  // in sorted order the far one is born first, in slot 0
+  const TrackTable& t = bench.snapshot();
+  REQUIRE(t.count == 2);
+  CHECK(t.x_m[0] == doctest::Approx(50));
+  CHECK(t.id[0] == far);
+  CHECK(t.id[1] == near);
+  bench.step(0.20, {{20, 0}, {50, 0}, {80, 0}});
+  CHECK(bench.ids[0] == near);
+  CHECK(bench.ids[1] == far);
+  CHECK(bench.ids[2] != near);
+  CHECK(bench.ids[2] != far);
+}
+
+TEST_CASE("track identity: a track that an older frame ends hands its id to the one that follows its car") {
+  TrackerParams p;
+  p.window = 4;
+  p.confirm_hits = 4;  // a tentative track dies of its first miss
+  p.keep_hits = 1;
+  TrackerBench bench(p);
+  bench.step(0.00, {{30, 0}});
+  const TrackId published = bench.ids[0];
+  bench.step(0.10, {{30, 0}});
+  bench.step(0.15, {{30, 0}});
+  CHECK(bench.ids[0] == published);
+  bench.step(0.05, {});  // a miss
+  REQUIRE(bench.snapshot().count == 1);
+  CHECK(bench.snapshot().age[0] == 2);
+  CHECK(bench.snapshot().id[0] == published);
+  CHECK(bench.tracker.counts().deaths == 1);
+  CHECK(bench.tracker.counts().births == 2);
+}
+
+TEST_CASE("track identity: a snapshot after an older frame speaks of that frame's rows") {
+  TrackerBench bench;
+  bench.step(0.00, {{30, 0}, {60, 0}});
+  bench.step(0.10, {{60, 0}, {30, 0}});
+  bench.step(0.05, {{90, 0}, {30, 0}});
+  const TrackTable& t = bench.snapshot();
+  REQUIRE(t.count == 3);
+  CHECK(t.detection[0] == 1);
+  CHECK(t.flags[0] == 0);
+  CHECK(t.detection[1] == -1);
+  CHECK(t.flags[1] == kTrackCoasting);
+  CHECK(t.detection[2] == 0);
+  CHECK(bench.ids[0] == t.id[2]);
+  CHECK(bench.ids[1] == t.id[0]);
+  bench.step(-9.0, {{30, 0}});  // too old: it says nothing of any track
+  CHECK(bench.last.late);
+  for (int i = 0; i < 3; ++i) CHECK(bench.snapshot().detection[i] == -1);
+  for (int i = 0; i < 3; ++i) CHECK(bench.snapshot().flags[i] == kTrackCoasting);
+}
+
+TEST_CASE("track identity: a track that died since an older frame lends nothing to the one in its slot now") {
+  TrackerParams p;
+  p.window = 4;
+  p.confirm_hits = 4;  // a tentative track dies of its first miss
+  TrackerBench bench(p);
+  bench.step(0.00, {});
+  bench.step(0.10, {{50, 0}});
+  const TrackId published = bench.ids[0];
+  bench.step(0.05, {{20, 0}});  // born in slot 0, dead at 0.10, when the other takes the slot
+  REQUIRE(bench.snapshot().count == 1);
+  CHECK(bench.snapshot().id[0] == published);
+  CHECK(bench.snapshot().detection[0] == -1);
+  CHECK(bench.snapshot().flags[0] == kTrackCoasting);
+  CHECK(bench.ids[0] != kNobody);
+  CHECK(bench.ids[0] != published);
+}
+
+TEST_CASE("track identity: of two tracks that were one, the one that lives has the id, then the one with more of it") {
+  for (const int32_t living : {1, 2, 3}) {  // bit 0: the first, bit 1: the second
+    const int32_t keeper = living == 2 ? 1 : 0;
+    TrackerParams p;
+    p.track_capacity = 2;
+    p.detection_capacity = 2;
+    Tracker::State state(p, nullptr, default_allocator());
+    const TrackId earlier = state.draw_id(1);
+    state.replay.birth_count = 0;
+    TrackId number[2];
+    // Four iterations ran again; one row each, once all of one track, now the first three of one, the last of another.
+    for (int32_t i = 0; i < 4; ++i) {
+      int32_t place = i;
+      Iteration& it = state.history.insert(place);
+      REQUIRE(place == i);
+      state.replay.iteration = i;
+      if (i == 0) number[0] = number_birth(state.replay, 0);
+      if (i == 3) number[1] = number_birth(state.replay, 1);
+      it.stamp_ns = i;
+      it.candidate_count = 1;
+      it.candidates[0] = Candidate{};
+      it.track_before[0] = earlier;
+      it.track[0] = number[i == 3];
+      it.before.count = 0;
+    }
+    for (int32_t slot = 0; slot < 2; ++slot) {
+      state.tracks[slot].alive = (living >> slot & 1) != 0;
+      state.tracks[slot].id = number[slot];
+    }
+    settle_ids(state, 0);
+    CHECK(state.tracks[keeper].id == earlier);
+    for (int32_t i = 0; i < 4; ++i) CHECK((state.history.at(i).track[0] == earlier) == ((i == 3 ? 1 : 0) == keeper));
+    CHECK(state.replay.births[1 - keeper].id != earlier);
+    CHECK(state.replay.births[1 - keeper].id != kNobody);
+  }
+}
+
+TEST_CASE("track identity: under reordering a car that is always seen keeps one id, and no id is ever another car's") {
+  for (uint64_t seed = 1; seed <= 12; ++seed) {
+    // Cars far apart, each seen in every frame: whatever the order, one track each.
+    std::mt19937_64 random(seed);
+    std::vector<TestFrame> frames;
+    for (const int64_t period_ns : {to_ns(0.05), to_ns(0.037), to_ns(0.08)})
+      for (int64_t stamp_ns = 0; stamp_ns < to_ns(4); stamp_ns += period_ns) {
+        TestFrame f;
+        f.stamp_ns = stamp_ns;
+        for (int car = 0; car < 6; ++car) {
+          const double t_s = double(stamp_ns) * 1e-9 - 0.4 * car;  // the cars turn up one after the other
+          if (t_s < 0) continue;
+          f.detections.push_back({60.0 * car + 10 * t_s + uniform(random, -0.3, 0.3), uniform(random, -0.3, 0.3)});
+          f.car.push_back(car);
+        }
+        frames.push_back(std::move(f));
+      }
+    delay(frames, 0.3, seed);
+    TrackerBench bench;
+    std::map<TrackId, int> car_of;
+    std::map<int, std::set<TrackId>> ids_of;
+    for (const TestFrame& f : frames) {
+      const std::vector<TrackId>& ids = give(bench, f);
+      REQUIRE_FALSE(bench.last.late);
+      for (std::size_t i = 0; i < ids.size(); ++i) {
+        REQUIRE(ids[i] != kNobody);
+        const auto [at, fresh] = car_of.emplace(ids[i], f.car[i]);
+        CAPTURE(seed);
+        REQUIRE(at->second == f.car[i]);
+        ids_of[f.car[i]].insert(ids[i]);
+      }
+      std::set<TrackId> published;
+      const TrackTable& t = bench.snapshot();
+      for (int32_t i = 0; i < t.count; ++i) REQUIRE(published.insert(t.id[i]).second);
+    }
+    CHECK(bench.tracker.counts().replays > 50);
+    REQUIRE(ids_of.size() == 6);
+    for (const auto& [car, ids] : ids_of) CHECK(ids.size() == 1);
+  }
+}
+
+TEST_CASE("track identity: among births, deaths and full tables no two tracks ever share an id, and none comes back") {
+  for (uint64_t seed = 1; seed <= 8; ++seed) {
+    TrackerParams p;
+    p.track_capacity = 14;
+    p.max_silence_s = 0.3;
+    p.window = 8;
+    p.confirm_hits = 3;
+    p.keep_hits = 2;
+    std::vector<TestFrame> frames = make_frames(100 + seed, 10, 6.0, 0.6);
+    delay(frames, 0.3, seed);
+    TrackerBench bench(p);
+    std::map<TrackId, int64_t> last_seen_ns;
+    int64_t newest_ns = 0;
+    for (const TestFrame& f : frames) {
+      give(bench, f);
+      newest_ns = std::max(newest_ns, f.stamp_ns);
+      const TrackTable& t = bench.snapshot();
+      std::set<TrackId> now;
+      for (int32_t i = 0; i < t.count; ++i) {
+        CAPTURE(seed);
+        REQUIRE(now.insert(t.id[i]).second);
+        REQUIRE(slot_of(t.id[i]) < uint32_t(p.track_capacity));
+        // A track may be back within the window that can still change; not after.
+        const auto [at, fresh] = last_seen_ns.emplace(t.id[i], newest_ns);
+        REQUIRE(newest_ns - at->second <= to_ns(p.history_s + 0.1));
+        at->second = newest_ns;
+      }
+      for (std::size_t i = 0; i < bench.ids.size(); ++i)
+        for (std::size_t k = 0; k < i; ++k) REQUIRE((bench.ids[i] == kNobody || bench.ids[i] != bench.ids[k]));
+    }
+    CHECK(bench.tracker.counts().deaths > 30);
+  }
+}
