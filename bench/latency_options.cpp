@@ -39,16 +39,18 @@ ParsedOptions parse_latency_options(int argc, const char* const* argv) {
   app.add_option("--map", o.input.map, "its track map")->needs(input);
   app.add_option("--ego", o.input.ego, "its ego poses")->needs(input);
   app.add_option("--seed", o.input.scene_seed, "of the demo scene")->capture_default_str();
-  app.add_option("--loop", loop, "open: scans arrive by the clock; closed: the next frame when the last is done")
-      ->check(CLI::IsMember({"open", "closed"}))
-      ->capture_default_str();
-  app.add_option("--rate", o.run.rate_hz, "open loop: scans a second of each sensor; default as recorded (20)")
-      ->check(CLI::Range(0.1, 10000.0));
-  app.add_option("--stagger-us", o.run.stagger_us, "open loop: sensor s arrives s times this later")
-      ->check(CLI::Range(0, 1000000));
+  auto* loop_option =
+      app.add_option("--loop", loop, "open: scans arrive by the clock; closed: the next frame when the last is done")
+          ->check(CLI::IsMember({"open", "closed"}))
+          ->capture_default_str();
+  auto* rate =
+      app.add_option("--rate", o.run.rate_hz, "open loop: scans a second of each sensor; default as recorded (20)")
+          ->check(CLI::Range(0.1, 10000.0));
+  auto* stagger = app.add_option("--stagger-us", o.run.stagger_us, "open loop: sensor s arrives s times this later")
+                      ->check(CLI::Range(0, 1000000));
   app.add_option("--cpus", cpus, "everything runs on these: \"2,3\", \"0-1\"; worker i is pinned to the i-th")
       ->check(check_cpus);
-  app.add_option("--workers", o.run.workers, "1: no threads of the library; 0: one per CPU (default)")
+  app.add_option("--workers", o.run.workers, "1: no threads of the library; 0: one per CPU, two at least (default)")
       ->check(CLI::Range(0, 256));
   app.add_option("--fifo", o.run.fifo_priority, "SCHED_FIFO of the library's threads; drivers run one step above")
       ->check(CLI::Range(0, 99));
@@ -72,6 +74,10 @@ ParsedOptions parse_latency_options(int argc, const char* const* argv) {
                  "noise beside it to FILE.noise");
   try {
     app.parse(argc, argv);
+    for (const CLI::Option* open_only : {rate, stagger})
+      if (loop == "closed" && open_only->count() > 0)
+        throw CLI::ValidationError(loop_option->get_name(), "closed goes without " + open_only->get_name() +
+                                                                ": the next frame comes when the last is done");
   } catch (const CLI::ParseError& error) {
     std::ostringstream text;
     parsed.exit_code = app.exit(error, text, text) == 0 ? 0 : kBadUsage;

@@ -130,13 +130,14 @@ std::string format_text(const LatencyReport& report, const LatencyRun& run, cons
                         const std::string& source, const EnvironmentSheet& environment) {
   std::string text;
   for (const auto& [name, value] : environment) text += name + ": " + value + "\n";
-  char line[400];
+  char line[400], loop[64] = "closed loop";
+  if (!def.closed_loop) std::snprintf(loop, sizeof loop, "open loop, %.6g Hz", run.rate_hz);
   std::snprintf(line, sizeof line,
-                "input: %s\nrun: %s loop, %.6g Hz, %d frames after %d of warm-up, CPUs %s%s\nlibrary: isa %s, %d "
+                "input: %s\nrun: %s, %d frames after %d of warm-up, CPUs %s%s\nlibrary: isa %s, %d "
                 "workers, %d threads pinned, spin %d us, images %s, %.1f MiB (%.1f locked, %.1f huge)\npolicy: %s\n",
-                source.c_str(), def.closed_loop ? "closed" : "open", run.rate_hz, def.frames, def.warmup,
-                cpus_text(def.cpus).c_str(), def.cold ? ", caches emptied between frames" : "", run.isa.c_str(),
-                run.runtime.worker_count, run.runtime.pinned, def.spin_us, def.keep_images ? "kept" : "not kept",
+                source.c_str(), loop, def.frames, def.warmup, cpus_text(def.cpus).c_str(),
+                def.cold ? ", caches emptied between frames" : "", run.isa.c_str(), run.runtime.worker_count,
+                run.runtime.pinned, def.spin_us, def.keep_images ? "kept" : "not kept",
                 double(run.runtime.memory_bytes) / 1048576, double(run.runtime.locked_bytes) / 1048576,
                 double(run.runtime.huge_bytes) / 1048576, policy_text(run, def).c_str());
   text += line;

@@ -15,6 +15,8 @@ namespace overtake {
 template <class T>
 constexpr size_t kFirstSize = sizeof(T);
 template <>
+inline constexpr size_t kFirstSize<ovt_params> = offsetof(ovt_params, tracker_horizon_step_s) + sizeof(double);
+template <>
 inline constexpr size_t kFirstSize<ovt_detector_def> = offsetof(ovt_detector_def, cpus);
 template <>
 inline constexpr size_t kFirstSize<ovt_frame_info> = offsetof(ovt_frame_info, refiltered);  // stale_mask fills padding

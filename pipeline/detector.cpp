@@ -40,7 +40,29 @@ void Detector::drop_owner() {
 
 // ---- producers ----------------------------------------------------------------------------------------------------
 
+// With worker_count 1 the caller is the intake and everything else, one at a time: false when somebody is inside.
+class Detector::Turn {
+ public:
+  explicit Turn(Detector& detector)
+      : detector_(detector), mine_(!detector.inline_ || !detector.inside_.exchange(true, std::memory_order_acquire)) {
+    if (!mine_ && !detector.told_wrong_thread_.exchange(true, std::memory_order_relaxed))
+      detector.log(OVT_LOG_ERROR, "worker_count 1: a second thread, or a callback, called while one was inside");
+  }
+  ~Turn() {
+    if (mine_) detector_.inside_.store(false, std::memory_order_release);
+  }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+  explicit operator bool() const noexcept { return mine_; }
+
+ private:
+  Detector& detector_;
+  const bool mine_;
+};
+
 ovt_status Detector::push_scan(const ovt_points& points) {
+  const Turn turn(*this);
+  if (!turn) return OVT_WRONG_THREAD;
   if (points.count > point_capacity_[points.sensor]) return OVT_TOO_MANY;
   counters_.pushed.fetch_add(1, std::memory_order_relaxed);
   const int32_t s = points.sensor;
@@ -83,6 +105,8 @@ ovt_status Detector::push_ego_pose(const ovt_ego_pose& in) {
 }
 
 ovt_status Detector::push_detections(const ovt_external_detections& in) {
+  const Turn turn(*this);
+  if (!turn) return OVT_WRONG_THREAD;
   if (in.count > external_.writable().table.capacity) return OVT_TOO_MANY;
   if (last_external_.any && in.stamp_ns == last_external_.last_ns) {
     counters_.external_dropped.fetch_add(1, std::memory_order_relaxed);
@@ -123,6 +147,8 @@ void Detector::tell_intake() {
 }
 
 ovt_status Detector::advance(int64_t now_ns) {
+  const Turn turn(*this);
+  if (!turn) return OVT_WRONG_THREAD;
   if (inline_) {
     assembler_->advance(now_ns);
     return OVT_OK;
@@ -136,6 +162,8 @@ ovt_status Detector::advance(int64_t now_ns) {
 }
 
 ovt_status Detector::flush() {
+  const Turn turn(*this);
+  if (!turn) return OVT_WRONG_THREAD;
   if (inline_) {
     assembler_->flush();
     return OVT_OK;

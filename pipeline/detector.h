@@ -86,6 +86,7 @@ class Detector {
   void stop();
   void drop_owner();
   void tell_intake();
+  class Turn;
   // intake
   void run_intake();
   bool step_intake();
@@ -133,6 +134,7 @@ class Detector {
 
   // between callers and the intake thread
   bool inline_ = true;
+  std::atomic<bool> inside_{false}, told_wrong_thread_{false};  // inline
   Event event_;
   std::atomic<bool> stop_{false};
   enum StartState : int32_t { kStarting, kRunning, kFailed };

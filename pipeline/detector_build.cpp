@@ -82,7 +82,7 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
     return bad("cpus and cpu_count go together: 1 to 1,024 CPUs, or none");
   for (int32_t i = 0; i < def.cpu_count; ++i)
     if (!is_usable_cpu(def.cpus[i]))
-      return bad(field("cpus", i, "this process may not use CPU ") + std::to_string(def.cpus[i]));
+      return bad("cpus[" + std::to_string(i) + "]: this process may not use CPU " + std::to_string(def.cpus[i]));
   if (def.fifo_priority < 0 || def.fifo_priority > 99) return bad("fifo_priority must be 0 to 99");
   if (def.memory & ~(OVT_MEMORY_LOCK | OVT_MEMORY_HUGE | OVT_MEMORY_LOCK_PROCESS))
     return bad("memory has an unknown bit");
@@ -95,8 +95,8 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
     error = "params.struct_size is unknown";
     return OVT_BAD_VERSION;
   }
-  if (const char* name = find_bad_param(params)) {
-    error = std::string("parameter ") + name + " is outside its limits";
+  if (const std::string wrong = find_bad_param(params); !wrong.empty()) {
+    error = "parameter " + wrong;
     return OVT_OUT_OF_RANGE;
   }
   user_ = def.user;
@@ -107,7 +107,9 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
   watchdog_ns_ = def.watchdog_ns;
   spin_ns_ = int64_t(def.spin_us) * 1000;
   reader_capacity_ = def.reader_capacity;
-  worker_count_ = def.worker_count > 0 ? def.worker_count : def.cpu_count > 0 ? def.cpu_count : count_usable_cpus();
+  // Chosen by us it is never one, which has rules of its own for threads.
+  worker_count_ =
+      def.worker_count > 0 ? def.worker_count : std::max(def.cpu_count > 0 ? def.cpu_count : count_usable_cpus(), 2);
   inline_ = worker_count_ == 1;
   memory_.set_up(def.alloc ? Allocator{def.alloc, def.free, def.user} : Allocator{}, def.memory);
 
@@ -251,15 +253,19 @@ ovt_status Detector::build_runner(const ovt_detector_def& def, const ovt_params&
     return OVT_NO_THREADS;
   }
   start_state_.wait(kStarting, std::memory_order_acquire);
-  if (start_state_.load(std::memory_order_acquire) == kRunning) return OVT_OK;
-  error = "the graph could not be started";
-  return OVT_NO_MEMORY;
+  if (start_state_.load(std::memory_order_acquire) != kRunning) {
+    error = "the graph could not be started";
+    return OVT_NO_MEMORY;
+  }
+  if (runner_->workers() > 0) return OVT_OK;
+  error = "oneTBB has no thread for us: the process allows it none (tbb::global_control) or others have them all";
+  return OVT_NO_THREADS;
 }
 
 ovt_runtime_info Detector::runtime_info() const {
   ovt_runtime_info info{};
   info.isa = context_.kernels->isa;
-  info.worker_count = worker_count_;
+  info.worker_count = runner_->workers();
   info.pinned = roster_->pinned();
   info.fifo = roster_->fifo();
   info.memory_bytes = memory_.bytes();
@@ -274,6 +280,10 @@ void Detector::say_what_was_obtained(const ovt_detector_def& def) const {
   log(OVT_LOG_INFO,
       ("isa " + std::string(info.isa) + ", " + std::to_string(info.worker_count) + (inline_ ? " worker" : " workers"))
           .c_str());
+  if (info.worker_count < worker_count_)
+    log(OVT_LOG_WARNING, ("workers: " + count_of(info.worker_count, worker_count_) +
+                          " (the process allows oneTBB no more, or others have them: tbb::global_control)")
+                             .c_str());
   if (!context_.map) log(OVT_LOG_WARNING, "no map: no map gate, psi_REF is the ego heading");
   const int32_t threads = worker_count_ + 1;
   const auto tell = [&](bool whole, const std::string& text) {

@@ -7,6 +7,7 @@
 #include <oneapi/tbb/task_arena.h>
 #include <oneapi/tbb/task_scheduler_observer.h>
 
+#include <algorithm>
 #include <atomic>
 #include <memory>
 #include <mutex>
@@ -27,6 +28,8 @@ class WorkerShare {
   ~WorkerShare() { change(-worker_count_); }
   WorkerShare(const WorkerShare&) = delete;
   WorkerShare& operator=(const WorkerShare&) = delete;
+  // Workers, for all of the process, by everybody's controls.
+  static int32_t count_allowed() { return int32_t(Control::active_value(Control::max_allowed_parallelism)) - 1; }
 
  private:
   using Control = oneapi::tbb::global_control;
@@ -86,15 +89,25 @@ void run_segment(const StageContext& context, const RunnerHooks& hooks, Frame& f
     segment_scan(context, sensor, frame.sensors[sensor], context.scratch[thread]);
     pose_clusters(context, sensor, frame.sensors[sensor], context.scratch[thread]);
   });
-  if (!whole) frame.sensors[sensor].present = false;  // half a segmentation is none
+  if (whole) return;
+  frame.sensors[sensor].present = false;  // half a segmentation is none
+  frame.sensors[sensor].failed = true;
 }
 
 void run_detect(const StageContext& context, const RunnerHooks& hooks, Frame& frame) noexcept {
+  for (int32_t s = 0; s < context.sensor_count; ++s)
+    if (frame.sensors[s].failed) {  // as if it had not come: it saw nothing
+      frame.sensor_mask &= ~(1u << s);
+      frame.flags |= OVT_FLAG_SENSOR_MISSING | OVT_FLAG_EXCEPTION;
+    }
   const bool whole = guard(hooks, [&] {
     context.hook(Body::kDetect, frame);
     detect_frame(context, frame);
   });
-  if (!whole) frame.detections.count = 0;
+  if (whole) return;
+  frame.detections.count = 0;
+  frame.failed = true;
+  frame.flags |= OVT_FLAG_EXCEPTION;
 }
 
 void run_track(const StageContext& context, const RunnerHooks& hooks, TrackStage& track, Frame& frame) noexcept {
@@ -132,7 +145,8 @@ struct DetectorGraph::Nodes {
         hooks(std::move(runner_hooks)),
         roster(thread_roster),
         share(params.worker_count),
-        arena(params.worker_count + 1, 1),  // one place is the intake's
+        expected(std::min(params.worker_count, WorkerShare::count_allowed())),
+        arena(expected + 1, 1),  // one place is the intake's
         observer(arena, thread_roster) {
     arena.execute([&] {
       graph = std::make_unique<flow::graph>();
@@ -199,21 +213,25 @@ struct DetectorGraph::Nodes {
   // makes its own, in an order that makes the sequencer as long as it can get.
   void warm_worker() {
     const auto all = [&](const std::atomic<int32_t>& count) {
-      while (count.load() < params.worker_count && steady_now_ns() < warm_until) std::this_thread::yield();
+      while (count.load() < expected && steady_now_ns() < warm_until) std::this_thread::yield();
     };
     const int64_t number = arrived.fetch_add(1);
+    const int32_t now_here = here.fetch_add(1) + 1;
+    for (int32_t most = most_here.load(); most < now_here && !most_here.compare_exchange_weak(most, now_here);) {
+    }
     all(arrived);
     while (!posted.load() && steady_now_ns() < warm_until) std::this_thread::yield();
     for (int64_t k = 0; k < messages_per_worker(); ++k)
       detect->try_put({nullptr, -1, warm_messages() - 1 - (number * messages_per_worker() + k)});
     left.fetch_add(1);
     all(left);
+    here.fetch_sub(1);
   }
 
   // A worker gives back what it got, together with all the others.
   void release_worker() {
     released.fetch_add(1);
-    while (released.load() < params.worker_count && steady_now_ns() < warm_until) std::this_thread::yield();
+    while (released.load() < most_here.load() && steady_now_ns() < warm_until) std::this_thread::yield();
     roster.release_worker();
   }
 
@@ -252,12 +270,14 @@ struct DetectorGraph::Nodes {
   std::atomic<int32_t> waiting{0};  // of what the intake sent: no worker has begun it
   std::atomic<int32_t> spinning{0};
   ThreadRoster& roster;
-  std::atomic<int32_t> arrived{0}, left{0};  // workers in the warm-up
+  std::atomic<int32_t> arrived{0}, left{0};    // workers' messages of the warm-up that were begun; that end
+  std::atomic<int32_t> here{0}, most_here{0};  // workers in it; the most at once: so many there are
   std::atomic<int32_t> released{0};
   std::atomic<bool> posted{false};  // the intake's part of it
   std::atomic<int64_t> warmed{0};   // messages that came through
   int64_t warm_until = 0;
   WorkerShare share;
+  const int32_t expected;  // workers; more than the process allows are not asked for: TBB would say so on stderr
   oneapi::tbb::task_arena arena;
   Observer observer;
   std::unique_ptr<flow::graph> graph;  // made inside the arena: its tasks run there
@@ -274,11 +294,12 @@ DetectorGraph::DetectorGraph(const GraphParams& params, ThreadRoster& roster, co
 
 DetectorGraph::~DetectorGraph() {
   Nodes& n = *nodes_;
+  const int32_t workers = n.most_here.load();
   n.arena.execute([&] { n.graph->wait_for_all(); });
   n.warm_until = steady_now_ns() + kPatience_ns;
   n.arena.execute([&] {
-    for (int32_t i = 0; i < n.params.worker_count; ++i) n.segment->try_put({nullptr, kRelease, 0});
-    while (n.released.load() < n.params.worker_count && steady_now_ns() < n.warm_until) std::this_thread::yield();
+    for (int32_t i = 0; i < workers; ++i) n.segment->try_put({nullptr, kRelease, 0});
+    while (n.released.load() < workers && steady_now_ns() < n.warm_until) std::this_thread::yield();
     n.graph->wait_for_all();
   });
 }
@@ -288,13 +309,16 @@ void DetectorGraph::host(const std::function<void()>& loop) { nodes_->arena.exec
 // One message a worker, each held until all have come; behind them as many as may ever wait.
 void DetectorGraph::warm_up() {
   Nodes& n = *nodes_;
-  n.warm_until = steady_now_ns() + kPatience_ns;
+  n.warm_until = steady_now_ns() + (n.expected > 0 ? kPatience_ns : 0);
   const int32_t workers = n.params.worker_count, more = n.params.max_frames * (n.context.sensor_count + 1);
   n.waiting.fetch_add(workers + more);
   for (int32_t i = 0; i < workers; ++i) n.segment->try_put({nullptr, kHold, 0});
   for (int32_t i = 0; i < more; ++i) n.segment->try_put({nullptr, kPass, 0});
   n.posted.store(true);
-  while (n.warmed.load(std::memory_order_acquire) < n.warm_messages()) std::this_thread::yield();
+  // A worker that does not come leaves its messages to the others, which have waited for it. Without any nothing comes.
+  while (n.warmed.load(std::memory_order_acquire) < n.warm_messages() &&
+         (n.arrived.load() > 0 || steady_now_ns() < n.warm_until))
+    std::this_thread::yield();
 }
 
 void DetectorGraph::start_segment(Frame& frame, int32_t sensor) {
@@ -307,6 +331,6 @@ void DetectorGraph::start_segment(Frame& frame, int32_t sensor) {
 
 void DetectorGraph::close(Frame& frame) { nodes_->finish_part(frame, true); }
 
-int32_t DetectorGraph::workers_seen() const noexcept { return nodes_->arrived.load(); }
+int32_t DetectorGraph::workers() const noexcept { return nodes_->most_here.load(); }
 
 }  // namespace overtake

@@ -57,7 +57,7 @@ class DetectorGraph final : public FrameRunner {
   void warm_up() override;
   void start_segment(Frame& frame, int32_t sensor) override;
   void close(Frame& frame) override;
-  int32_t workers_seen() const noexcept;  // that came when they were called
+  int32_t workers() const noexcept override;
 
  private:
   struct Nodes;

@@ -87,6 +87,8 @@ bool EgoWindow::at(int64_t stamp_ns, EgoState& out) const noexcept {
   } else {
     const EgoPose* after =
         std::upper_bound(poses, poses + count, stamp_ns, [](int64_t t, const EgoPose& p) { return t < p.stamp_ns; });
+    out.age_ns = std::min(difference_ns(stamp_ns, after[-1].stamp_ns), difference_ns(after[0].stamp_ns, stamp_ns));
+    if (out.age_ns > kEgoLostNs) return false;
     out.pose = interpolate(after[-1], after[0], stamp_ns);
   }
   fill_rotation(out);

@@ -23,7 +23,7 @@ struct EgoPose {
 struct EgoState {
   EgoPose pose;
   double r[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  int64_t age_ns = 0;  // how far from the nearest pose known; 0 or less: interpolated
+  int64_t age_ns = 0;  // how far from the nearest pose known
 
   void to_map(double x, double y, double z, double& map_x, double& map_y) const noexcept {
     map_x = r[0] * x + r[1] * y + r[2] * z + pose.x_m;
@@ -43,7 +43,7 @@ struct EgoWindow {
   EgoPose poses[kCapacity];
 
   // Interpolates (linear, the yaw the short way round) or extrapolates (constant speed and yaw rate). False when no
-  // pose is known, or the newest is older than kEgoLostNs, or stamp_ns lies more than that before the oldest.
+  // pose is known within kEgoLostNs of stamp_ns, before or after.
   bool at(int64_t stamp_ns, EgoState& out) const noexcept;
 };
 

@@ -69,11 +69,11 @@ void reset_frame(Frame& frame) noexcept {
   frame.sensor_mask = 0;
   frame.flags = 0;
   frame.stale_mask = 0;
-  frame.restart = false;
+  frame.restart = frame.failed = false;
   frame.refiltered = 0;
   frame.kind = FrameKind::kScans;
   for (SensorPart& part : frame.sensors) {
-    part.present = false;
+    part.present = part.failed = false;
     part.clusters.count = part.cluster_points.count = part.label_count = part.row_count = part.cluster_overflow = 0;
     part.points.count = part.fits.count = 0;
     std::fill(std::begin(part.reason_count), std::end(part.reason_count), 0);

@@ -41,6 +41,7 @@ struct ClusterFits {
 // One sensor's part of a frame.
 struct SensorPart {
   bool present = false;
+  bool failed = false;  // its segmentation threw: not present then
   int64_t stamp_ns = 0;
   ScanTable scan;
   PointTable points;   // without kept images: but for label and reason, memory of whoever segmented it last
@@ -104,6 +105,7 @@ struct Frame {
   int32_t external_reference = OVT_REFERENCE_MAP;
   uint32_t stale_mask = 0;  // sensors silent for more than 1.5 periods
   bool restart = false;     // the clock jumped: tracks of before mean nothing
+  bool failed = false;      // detect threw: nothing is known of this frame, the tracks only predict
   // detect
   MemberTable members;
   MergedTable merged;

@@ -65,6 +65,7 @@ Taken FrameAssembler::take_external(ExternalScan& scan) noexcept {
   const int32_t source = ClockWatch::kExternal;
   if (const Taken verdict = check_stamp(source, scan.stamp_ns); verdict != Taken::kNoSlot) return verdict;
   if (open_ && scan.stamp_ns >= open_->stamp_ns) close_open();
+  if (!started_ && !closed_any_) std::fill(std::begin(seen_ns_), std::end(seen_ns_), scan.stamp_ns);
   Frame* frame = open(scan.stamp_ns, FrameKind::kExternal);
   if (!frame) return Taken::kNoSlot;
   judged_ = false;
@@ -135,13 +136,12 @@ void FrameAssembler::close(Frame& frame, const EgoMark& mark) noexcept {
     }
   }
   ego_.copy_window(mark, frame.first_stamp_ns, frame.stamp_ns, frame.ego);
-  if (frame.kind == FrameKind::kScans) {
-    for (int32_t s = 0; s < params_.sensor_count; ++s) {
-      if (!(frame.sensor_mask >> s & 1u)) frame.flags |= OVT_FLAG_SENSOR_MISSING;
-      if (difference_ns(frame.stamp_ns, seen_ns_[s]) > params_.wait_ns) frame.stale_mask |= 1u << s;
-    }
-    if (frame.stale_mask) frame.flags |= OVT_FLAG_SENSOR_STALE;
+  if (frame.kind == FrameKind::kPrediction) frame.flags |= OVT_FLAG_PREDICTION | OVT_FLAG_NO_DATA;
+  for (int32_t s = 0; s < params_.sensor_count; ++s) {
+    if (frame.kind != FrameKind::kExternal && !(frame.sensor_mask >> s & 1u)) frame.flags |= OVT_FLAG_SENSOR_MISSING;
+    if (difference_ns(frame.stamp_ns, seen_ns_[s]) > params_.wait_ns) frame.stale_mask |= 1u << s;
   }
+  if (frame.stale_mask) frame.flags |= OVT_FLAG_SENSOR_STALE;
   frame.closed_ns.store(steady_now_ns(), std::memory_order_relaxed);
   runner_.close(frame);
 }

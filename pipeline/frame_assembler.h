@@ -28,6 +28,7 @@ class FrameRunner {
   virtual void host(const std::function<void()>& loop) { loop(); }
   // In that loop, before the first frame: may take memory and threads.
   virtual void warm_up() {}
+  virtual int32_t workers() const noexcept { return 1; }         // that came in the warm-up
   virtual void start_segment(Frame& frame, int32_t sensor) = 0;  // sensors[sensor].scan is ready
   virtual void close(Frame& frame) = 0;                          // nothing more comes for it
 };

@@ -40,14 +40,16 @@ void FramePool::publish(Frame* frame) noexcept {
   if (old) release(old);
 }
 
-// Between the two loads the latest may have been replaced, freed and taken again: then it is not finished, or it is
-// finished again and as good as any.
+// Between the two loads the latest may have been replaced, freed, taken again and finished again: pinned, it is looked
+// at once more, for it may be one that is not the latest yet, and the next pin would go back.
 Frame* FramePool::pin_latest() noexcept {
   while (Frame* frame = latest_.load(std::memory_order_acquire)) {
     uint64_t old = frame->references.load(std::memory_order_acquire);
-    if ((old & kFinished) && (old & kHolders) > 0 &&
-        frame->references.compare_exchange_weak(old, old + 1, std::memory_order_acq_rel))
-      return frame;
+    if (!(old & kFinished) || (old & kHolders) == 0 ||
+        !frame->references.compare_exchange_weak(old, old + 1, std::memory_order_acq_rel))
+      continue;
+    if (latest_.load(std::memory_order_acquire) == frame) return frame;
+    release(frame);
   }
   return nullptr;
 }

@@ -5,6 +5,7 @@
 #include <sys/mman.h>
 
 #include <algorithm>
+#include <cstring>
 
 #include "pipeline/overtake.h"
 
@@ -14,6 +15,7 @@ namespace {
 // A scan touches a few MB of its slot here and there: in pages of 4 kB that is more than the CPU's page tables in cache
 // hold (three sensors' chain took about a tenth longer, on a noisy machine).
 constexpr size_t kHugePage = size_t(2) << 20;
+constexpr size_t kPage = 4096;
 
 }  // namespace
 
@@ -33,25 +35,45 @@ Allocator Memory::allocator() noexcept {
   return a;
 }
 
-void* Memory::allocate(size_t bytes, size_t alignment) noexcept {
+// Locks do not nest, so no two blocks may share a page that one of them unlocks. What was obtained for a block stands
+// in its last bytes.
+Memory::Size Memory::size_of(size_t bytes, size_t alignment) const noexcept {
   const bool huge = huge_ && bytes >= kHugePage;
-  // aligned_alloc wants a multiple of the alignment; release() gives back the block whatever its size.
-  void* block = huge ? base_.allocate((bytes + kHugePage - 1) / kHugePage * kHugePage, kHugePage, base_.user)
-                     : base_.allocate(bytes, alignment, base_.user);
+  if (!huge && !lock_) return {bytes, alignment};
+  const size_t page = huge ? kHugePage : kPage;
+  return {(bytes + sizeof(Obtained) + page - 1) / page * page, std::max(page, alignment)};
+}
+
+void* Memory::allocate(size_t bytes, size_t alignment) noexcept {
+  const Size size = size_of(bytes, alignment);
+  void* block = base_.allocate(size.bytes, size.alignment, base_.user);
   if (!block) return nullptr;
   bytes_.fetch_add(int64_t(bytes), std::memory_order_relaxed);
-  if (huge) {
-    const bool obtained = madvise(block, bytes, MADV_HUGEPAGE) == 0;
-    (obtained ? huge_bytes_ : huge_refused_bytes_).fetch_add(int64_t(bytes), std::memory_order_relaxed);
+  if (size.bytes == bytes) return block;
+  Obtained obtained;
+  if (size.alignment == kHugePage) {
+    obtained.huge = madvise(block, size.bytes, MADV_HUGEPAGE) == 0;
+    (obtained.huge ? huge_bytes_ : huge_refused_bytes_).fetch_add(int64_t(bytes), std::memory_order_relaxed);
   }
-  if (lock_ && mlock(block, bytes) == 0) locked_bytes_.fetch_add(int64_t(bytes), std::memory_order_relaxed);
+  obtained.locked = lock_ && mlock(block, size.bytes) == 0;
+  if (obtained.locked) locked_bytes_.fetch_add(int64_t(bytes), std::memory_order_relaxed);
+  std::memcpy(static_cast<char*>(block) + size.bytes - sizeof obtained, &obtained, sizeof obtained);
   return block;
 }
 
 void Memory::release(void* block, size_t bytes) noexcept {
-  if (lock_) munlock(block, bytes);
+  const Size size = size_of(bytes, 1);
   bytes_.fetch_sub(int64_t(bytes), std::memory_order_relaxed);
-  base_.release(block, bytes, base_.user);
+  if (size.bytes != bytes) {
+    Obtained obtained;
+    std::memcpy(&obtained, static_cast<char*>(block) + size.bytes - sizeof obtained, sizeof obtained);
+    if (obtained.huge) huge_bytes_.fetch_sub(int64_t(bytes), std::memory_order_relaxed);
+    if (obtained.locked) {
+      locked_bytes_.fetch_sub(int64_t(bytes), std::memory_order_relaxed);
+      munlock(block, size.bytes);
+    }
+  }
+  base_.release(block, size.bytes, base_.user);
 }
 
 }  // namespace overtake

@@ -29,6 +29,13 @@ class Memory {
   int64_t huge_refused_bytes() const noexcept { return huge_refused_bytes_.load(std::memory_order_relaxed); }
 
  private:
+  struct Size {
+    size_t bytes, alignment;
+  };
+  struct Obtained {
+    bool huge = false, locked = false;
+  };
+  Size size_of(size_t bytes, size_t alignment) const noexcept;  // of the block that is taken for it
   void* allocate(size_t bytes, size_t alignment) noexcept;
   void release(void* block, size_t bytes) noexcept;
 

@@ -92,6 +92,7 @@ const char* const kStatusText[] = {
     "too many: more than the capacity set at create",
     "internal error: an exception was caught",
     "the def said that frames need not keep it",
+    "wrong thread: with worker_count 1 another thread is in a call already",
 };
 
 const char* const kImageName[OVT_IMAGE_COUNT] = {
@@ -466,6 +467,8 @@ ovt_status ovt_read_runtime_info_sized(ovt_detector* detector, ovt_runtime_info*
   if (!detector || !out) return OVT_BAD_ARGUMENT;
   return give(cpp(detector).runtime_info(), out, out_size);
 }
+
+ovt_status ovt_stats_init(ovt_stats* out, size_t struct_size) { return init(out, struct_size, {}); }
 
 ovt_status ovt_read_stats(ovt_detector* detector, ovt_stats* out) {
   if (!detector || !out) return OVT_BAD_ARGUMENT;

@@ -13,14 +13,18 @@
  *   ... ovt_push_ego_pose(detector, &pose); ovt_push_scan(detector, &scan); ...          (any thread, one per sensor)
  *   if (ovt_next_frame(reader, &info) == OVT_OK) ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks);
  *
- * Threads: ovt_push_scan one thread per sensor; ovt_push_ego_pose, ovt_push_detections one thread each; ovt_advance,
- * ovt_flush one thread; a reader one thread. Different functions may run at the same time.
- * With worker_count 1 there are no threads at all: every push finishes the work it makes possible before it returns,
- * and all pushes of one detector belong to one thread.
+ * Threads, worker_count other than 1: ovt_push_scan one thread per sensor; ovt_push_ego_pose, ovt_push_detections one
+ * thread each; ovt_advance and ovt_flush one thread for both; a reader one thread; ovt_read_stats,
+ * ovt_read_runtime_info, ovt_create_reader, ovt_destroy_reader any (the def's alloc and free run on the thread that
+ * creates and destroys). All of these may run at the same time. ovt_destroy_detector: when no other call is in the
+ * detector, but for the readers'.
+ * With worker_count 1, the default, there are no threads at all: every push finishes the work it makes possible before
+ * it returns, and ovt_push_scan, ovt_push_detections, ovt_advance, ovt_flush belong to one thread together; a second
+ * one that comes while it is inside gets OVT_WRONG_THREAD.
  *
- * An old caller meets a new library: structs that the caller fills start with struct_size, set by their _init (or
- * ovt_default_...) function; those that the library fills are passed with their size by the inline functions that call
- * the ..._sized ones. Fields are appended, enum values never renumbered. A field that the caller's header did not know
+ * An old caller meets a new library: structs that the caller fills (and ovt_stats) start with struct_size, set by their
+ * _init (or ovt_default_...) function; those that the library fills are passed with their size by the inline functions
+ * that call the ..._sized ones. Fields are appended, enum values never renumbered. A field that the caller's header did not know
  * has its default.
  */
 /* clang-format off */
@@ -56,14 +60,15 @@ typedef enum ovt_status {
   OVT_LATE = 9,             /* ego pose older than the last one; counted, not used */
   OVT_TOO_MANY = 10,        /* more points, readers or rows than the def's capacity */
   OVT_INTERNAL = 11,        /* an exception was caught; counted, the next call works */
-  OVT_NOT_KEPT = 12         /* the def said that frames need not keep it */
+  OVT_NOT_KEPT = 12,        /* the def said that frames need not keep it */
+  OVT_WRONG_THREAD = 13     /* worker_count 1, and another thread (or a callback) is in a call already; nothing changed */
 } ovt_status;
 
 OVT_API const char* ovt_status_text(ovt_status status);      /* one sentence, static memory, never null */
 
 typedef struct ovt_build_info {
   uint32_t version;                                          /* OVT_VERSION of the library */
-  const char* version_text;                                  /* "0.1.0" */
+  const char* version_text;                                  /* "0.2.0" */
   const char* commit;                                        /* git commit it was built from, or "unknown" */
   const char* compiler;                                      /* "g++ 12.2.0" */
   const char* isas;                                          /* what this CPU can run here: "ref" or "ref sse2 avx2" */
@@ -166,9 +171,11 @@ typedef enum ovt_push_policy {
 } ovt_push_policy;
 
 enum {                               /* ovt_detector_def.memory: what to try; ovt_runtime_info says what was obtained */
-  OVT_MEMORY_LOCK = 1,               /* mlock of the detector's blocks: they are never paged out */
+  OVT_MEMORY_LOCK = 1,               /* mlock of the detector's blocks: they are never paged out. Stacks and code may
+                                        still fault, see OVT_MEMORY_LOCK_PROCESS */
   OVT_MEMORY_HUGE = 2,               /* transparent huge pages (madvise) for blocks from 2 MiB on; not with `alloc` */
-  OVT_MEMORY_LOCK_PROCESS = 4        /* mlockall: stacks, code and all later memory of the whole process */
+  OVT_MEMORY_LOCK_PROCESS = 4        /* mlockall: stacks, code and all later memory of the whole process; stays after
+                                        the detector. With it and OVT_MEMORY_LOCK no page fault after create */
 };
 
 typedef enum ovt_log_level { OVT_LOG_ERROR = 0, OVT_LOG_WARNING = 1, OVT_LOG_INFO = 2 } ovt_log_level;
@@ -196,7 +203,8 @@ typedef struct ovt_detector_def {
   int32_t sensor_count;              /* 1 to 8; 0: no LiDAR, the tracker alone on pushed detections */
   const ovt_params* params;          /* NULL: preset paper */
   const ovt_map_def* map;            /* NULL: no map; psi_REF is the ego heading and no map gate applies */
-  int32_t worker_count;              /* 1: no graph, no threads; n: a graph on n workers; 0: one per usable CPU */
+  int32_t worker_count;              /* 1: no graph, no threads; n: a graph on n workers; 0: one per usable CPU,
+                                        two at least */
   const char* isa;                   /* NULL picks the best; "ref" forces the scalar truth; see ovt_build_info.isas */
   int32_t push_policy;               /* ovt_push_policy */
   int32_t cluster_capacity;          /* per sensor and per frame, 1,024 */
@@ -221,7 +229,8 @@ typedef struct ovt_detector_def {
   int64_t deadline_ns;               /* from the push of a frame's last scan to its tracks: later, the frame is
                                         published with OVT_FLAG_DEADLINE_MISSED; 0: none */
   int64_t watchdog_ns;               /* a frame in work for longer is logged and counted (stats.stalled) at the next
-                                        push or advance; 0: never; default 1 s */
+                                        push or advance; 0: never; default 1 s. Nothing with worker_count 1: there the
+                                        frame is in work while the caller waits */
   int32_t keep_images;               /* non-zero, the default: a frame keeps every image for ovt_read_image; 0: only
                                         OVT_IMAGE_PIXEL_POINT. The others are each worker's scratch, then, which stays
                                         in its cache: less time, and less memory unless there are many workers */
@@ -262,7 +271,8 @@ OVT_API ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_
  * frames. */
 OVT_API void ovt_destroy_detector(ovt_detector* detector);
 
-/* What create obtained of what the def asked for. */
+/* What create obtained of what the def asked for. worker_count is less where something else in the process limits the
+ * threads of the scheduler below; where it leaves none create fails with OVT_NO_THREADS. */
 typedef struct ovt_runtime_info {
   const char* isa;
   int32_t worker_count;
@@ -338,8 +348,10 @@ typedef struct ovt_external_detections {
 OVT_API ovt_status ovt_external_detections_init(ovt_external_detections* detections, size_t struct_size);
 OVT_API ovt_status ovt_push_detections(ovt_detector* detector, const ovt_external_detections* detections);
 
-/* Names the time: closes a frame that waits for a sensor longer than the tolerance, and predicts the tracks when none
- * came for a while (tracker.predict_after). In replay and live use alike; the library never asks a clock. */
+/* Names the time: closes a frame that has waited for a sensor for 1.5 periods since its first stamp, and predicts the
+ * tracks when no frame came for a while (tracker.predict_after; OVT_FLAG_PREDICTION). Where another sensor goes on, its
+ * next scan closes the frame sooner: this is for when all are silent. In replay and live use alike; the library never
+ * asks a clock. */
 OVT_API ovt_status ovt_advance(ovt_detector* detector, int64_t now_ns);
 /* Closes the waiting frame and returns when every pushed scan is finished. */
 OVT_API ovt_status ovt_flush(ovt_detector* detector);
@@ -354,17 +366,20 @@ OVT_API void ovt_destroy_reader(ovt_reader* reader);
 enum {                               /* ovt_frame_info.flags */
   OVT_FLAG_NO_EGO = 1,               /* no ego pose: tracks are in the vehicle frame */
   OVT_FLAG_NO_MAP = 2,               /* no map: no map gate, psi_REF is the ego heading */
-  OVT_FLAG_SENSOR_MISSING = 4,       /* not every sensor is in this frame */
-  OVT_FLAG_SENSOR_STALE = 8,         /* a sensor is silent for more than 1.5 periods */
+  OVT_FLAG_SENSOR_MISSING = 4,       /* not every sensor is in this frame (not said of pushed detections) */
+  OVT_FLAG_SENSOR_STALE = 8,         /* a sensor is silent for more than 1.5 periods (stale_mask: which) */
   OVT_FLAG_EGO_STALE = 16,           /* the ego pose is older than 100 ms */
   OVT_FLAG_CLOUD_DEGRADED = 32,      /* more than half of a scan's points are bad */
-  OVT_FLAG_NO_DATA = 64,             /* no valid point at all: not "all clear" */
+  OVT_FLAG_NO_DATA = 64,             /* no valid point at all, or a prediction: not "all clear" */
   OVT_FLAG_OVERFLOW = 128,           /* a capacity was reached; nearest first were kept */
   OVT_FLAG_CLOCK_JUMP = 256,
   OVT_FLAG_DEADLINE_MISSED = 512,
   OVT_FLAG_EXTERNAL = 1024,          /* an iteration of pushed detections */
-  OVT_FLAG_OUT_OF_SEQUENCE = 2048    /* older than a frame before it: the tracker took it in at its place in time, and
+  OVT_FLAG_OUT_OF_SEQUENCE = 2048,   /* older than a frame before it: the tracker took it in at its place in time, and
                                         its tracks are those of the newest stamp (tracks_stamp_ns) */
+  OVT_FLAG_PREDICTION = 4096,        /* ovt_advance named this time: no sensor is in it, the tracks are predicted */
+  OVT_FLAG_EXCEPTION = 8192          /* a stage threw: the sensors it belonged to are not in the frame, or, behind the
+                                        segmentation, nothing is detected and the tracks are predicted */
 };
 
 typedef struct ovt_frame_info {
@@ -541,7 +556,8 @@ static inline ovt_status ovt_read_span(ovt_reader* reader, int32_t sensor, ovt_s
   return ovt_read_span_sized(reader, sensor, stage, out, sizeof *out);
 }
 
-/* Counters since create. Every pushed scan ends in exactly one of used, dropped, late, dup. */
+/* Counters since create. Every pushed scan ends in exactly one of used, dropped, late, dup. Filled by
+ * ovt_read_stats up to its struct_size: start from ovt_default_stats(). */
 typedef struct ovt_stats {
   size_t struct_size;
   int64_t pushed, used, dropped, late, dup;
@@ -558,6 +574,12 @@ typedef struct ovt_stats {
   int64_t measurements, measurements_used, measurements_unborn, measurements_rejected, measurements_late;
                                      /* rows given to the tracker = used + unborn (no slot) + rejected + late */
 } ovt_stats;
+OVT_API ovt_status ovt_stats_init(ovt_stats* stats, size_t struct_size);
+static inline ovt_stats ovt_default_stats(void) {
+  ovt_stats stats;
+  ovt_stats_init(&stats, sizeof stats);
+  return stats;
+}
 OVT_API ovt_status ovt_read_stats(ovt_detector* detector, ovt_stats* out);
 
 #ifdef __cplusplus

@@ -71,18 +71,40 @@ bool within(const ParamRow& row, double value) noexcept {
   return value >= row.info.value_min - slack && value <= row.info.value_max + slack;
 }
 
+// Whether a struct of that size holds it: an older caller's ends before.
+bool is_within(const ParamRow& row, std::size_t struct_size) noexcept {
+  return row.offset + (row.is_integer ? sizeof(int32_t) : sizeof(double)) <= struct_size;
+}
+
 }  // namespace
 
-const char* find_bad_param(const ovt_params& params) noexcept {
-  for (const ParamRow& row : kParams)
-    if (!within(row, read(params, row))) return row.info.name;
-  if (params.smooth_window % 2 == 0) return "smooth.window";
-  if (params.smooth_order >= params.smooth_window) return "smooth.order";
-  if (params.repair_window % 2 == 0) return "repair.window";
-  if (params.tracker_confirm_hits > params.tracker_window) return "tracker.confirm_hits";
-  if (params.tracker_keep_hits > params.tracker_window) return "tracker.keep_hits";
-  if (params.tracker_horizon_s / params.tracker_horizon_step_s > 1000.0) return "tracker.horizon_step_s";
-  return nullptr;
+std::string find_bad_param(const ovt_params& params) {
+  const auto text = [](double value) {
+    char digits[32];
+    return std::string(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
+  };
+  for (const ParamRow& row : kParams) {
+    const double value = read(params, row);
+    if (!within(row, value))
+      return std::string(row.info.name) + " is " + text(value) + ", outside of " + text(row.info.value_min) + " to " +
+             text(row.info.value_max);
+  }
+  const auto must = [&](const char* name, double value, const char* rule, double limit) {
+    return std::string(name) + " is " + text(value) + " and must " + rule + " (" + text(limit) + ")";
+  };
+  if (params.smooth_window % 2 == 0) return "smooth.window is " + text(params.smooth_window) + " and must be odd";
+  if (params.smooth_order >= params.smooth_window)
+    return must("smooth.order", params.smooth_order, "be below smooth.window", params.smooth_window);
+  if (params.repair_window % 2 == 0) return "repair.window is " + text(params.repair_window) + " and must be odd";
+  if (params.tracker_confirm_hits > params.tracker_window)
+    return must("tracker.confirm_hits", params.tracker_confirm_hits, "not exceed tracker.window",
+                params.tracker_window);
+  if (params.tracker_keep_hits > params.tracker_window)
+    return must("tracker.keep_hits", params.tracker_keep_hits, "not exceed tracker.window", params.tracker_window);
+  if (params.tracker_horizon_s / params.tracker_horizon_step_s > 1000.0)
+    return must("tracker.horizon_step_s", params.tracker_horizon_step_s,
+                "be a thousandth of tracker.horizon_s at least", params.tracker_horizon_s);
+  return "";
 }
 
 SegmentParams make_segment_params(const ovt_params& params, const SensorModel& sensor) noexcept {
@@ -142,11 +164,12 @@ extern "C" {
 
 ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* preset) {
   if (!params || !preset) return OVT_BAD_ARGUMENT;
-  if (struct_size != sizeof(ovt_params)) return OVT_BAD_VERSION;
+  if (!is_known_size<ovt_params>(struct_size)) return OVT_BAD_VERSION;
   if (std::strcmp(preset, "paper") != 0) return OVT_UNKNOWN_NAME;
-  std::memset(params, 0, sizeof *params);
-  params->struct_size = sizeof *params;
-  for (const ParamRow& row : kParams) write(*params, row, row.info.value_default);
+  std::memset(static_cast<void*>(params), 0, struct_size);
+  params->struct_size = struct_size;
+  for (const ParamRow& row : kParams)
+    if (is_within(row, struct_size)) write(*params, row, row.info.value_default);
   return OVT_OK;
 }
 
@@ -159,9 +182,9 @@ ovt_status ovt_describe_param_sized(int32_t index, ovt_param_info* out, size_t o
 
 ovt_status ovt_set_param(ovt_params* params, const char* name, const char* value) {
   if (!params || !name || !value) return OVT_BAD_ARGUMENT;
-  if (params->struct_size != sizeof *params) return OVT_BAD_VERSION;
+  if (!is_known_size<ovt_params>(params->struct_size)) return OVT_BAD_VERSION;
   const ParamRow* row = find(name);
-  if (!row) return OVT_UNKNOWN_NAME;
+  if (!row || !is_within(*row, params->struct_size)) return OVT_UNKNOWN_NAME;
   double number = 0;
   const char* end = value + std::strlen(value);
   const auto [at, error] = std::from_chars(value, end, number);
@@ -175,9 +198,9 @@ ovt_status ovt_set_param(ovt_params* params, const char* name, const char* value
 
 ovt_status ovt_get_param(const ovt_params* params, const char* name, double* value) {
   if (!params || !name || !value) return OVT_BAD_ARGUMENT;
-  if (params->struct_size != sizeof *params) return OVT_BAD_VERSION;
+  if (!is_known_size<ovt_params>(params->struct_size)) return OVT_BAD_VERSION;
   const ParamRow* row = find(name);
-  if (!row) return OVT_UNKNOWN_NAME;
+  if (!row || !is_within(*row, params->struct_size)) return OVT_UNKNOWN_NAME;
   *value = read(*params, *row);
   return OVT_OK;
 }

@@ -4,6 +4,8 @@
 // The C API's parameters and what the stages make of them.
 #pragma once
 
+#include <string>
+
 #include "kernels/kernel_table.h"
 #include "pipeline/overtake.h"
 #include "pipeline/tracker.h"
@@ -29,8 +31,8 @@ struct DetectParams {
   double map_margin_m = 0;
 };
 
-// Null when every value lies in its limits and they fit each other, else the text name of the parameter at fault.
-const char* find_bad_param(const ovt_params& params) noexcept;
+// "" when every value lies in its limits and they fit each other, else what is wrong, the parameter's text name first.
+std::string find_bad_param(const ovt_params& params);
 
 SegmentParams make_segment_params(const ovt_params& params, const SensorModel& sensor) noexcept;
 DetectParams make_detect_params(const ovt_params& params) noexcept;

@@ -381,7 +381,7 @@ void TrackStage::run(Frame& frame) noexcept {
   const bool lost = reference_ == OVT_REFERENCE_MAP && !frame.ego_known && measured_in_vehicle;
   if (lost) frame.flags |= OVT_FLAG_EGO_STALE;
 
-  if (frame.kind == FrameKind::kPrediction || lost) {
+  if (frame.kind == FrameKind::kPrediction || lost || frame.failed) {
     frame.measurements.count = 0;
     std::fill_n(frame.measurements.track, frame.detections.count, kNobody);
     tracker_.predict(frame.stamp_ns, frame.tracks);

@@ -218,6 +218,57 @@ TEST_CASE("death: every subset of three sensors dies and returns, and the others
   }
 }
 
+TEST_CASE("death: while every sensor is silent, predictions and pushed detections say so") {
+  for (const int32_t workers : {1, 2}) {
+    CAPTURE(workers);
+    Thin bench(workers);
+    for (std::size_t k = 0; k < 4; ++k) {
+      bench.push_poses(k);
+      for (int32_t s = 0; s < 3; ++s) bench.push_one({k, s});
+    }
+    const int64_t last_ns = 1000 * kMs + 3 * 50 * kMs + 24 * kMs;
+    for (int64_t k = 1; k <= 4; ++k) REQUIRE(ovt_advance(bench.detector, last_ns + k * 50 * kMs) == OVT_OK);
+    ovt_external_detections radar;
+    ovt_external_detections_init(&radar, sizeof radar);
+    const double x_m = 30, y_m = 0;
+    radar.count = 1, radar.x_m = &x_m, radar.y_m = &y_m, radar.reference = OVT_REFERENCE_MAP;
+    radar.stamp_ns = last_ns + 300 * kMs;
+    REQUIRE(ovt_push_detections(bench.detector, &radar) == OVT_OK);
+    bench.flush();
+    REQUIRE(bench.records.size() == 4 + 3 + 1);  // 50 ms behind the last scans is no time to predict
+    for (std::size_t i = 0; i < bench.records.size(); ++i) {
+      CAPTURE(i);
+      const ovt_frame_info& info = bench.records[i].info;
+      const auto says = [&](uint32_t flag) { return (info.flags & flag) != 0; };
+      const bool predicted = i >= 4 && i < 7, pushed = i == 7;
+      CHECK(says(OVT_FLAG_PREDICTION) == predicted);
+      CHECK(says(OVT_FLAG_NO_DATA) == predicted);
+      CHECK(says(OVT_FLAG_SENSOR_MISSING) == predicted);
+      CHECK(says(OVT_FLAG_SENSOR_STALE) == (predicted || pushed));
+      CHECK(info.stale_mask == (predicted || pushed ? 7u : 0u));
+      CHECK(says(OVT_FLAG_EXTERNAL) == pushed);
+    }
+  }
+}
+
+TEST_CASE("death: sensors of which no scan ever came are stale once anything else has come for long enough") {
+  Thin bench(1);
+  ovt_external_detections radar;
+  ovt_external_detections_init(&radar, sizeof radar);
+  for (int64_t k = 0; k < 3; ++k) {
+    radar.stamp_ns = 1000 * kMs + k * 50 * kMs;
+    REQUIRE(ovt_push_detections(bench.detector, &radar) == OVT_OK);
+  }
+  for (int32_t s = 0; s < 3; ++s) bench.push_one({3, s});
+  bench.flush();
+  REQUIRE(bench.records.size() == 4);
+  CHECK(bench.records[0].info.stale_mask == 0);
+  CHECK(bench.records[1].info.stale_mask == 0);
+  CHECK(bench.records[2].info.stale_mask == 7);
+  CHECK(bench.records[3].info.stale_mask == 0);
+  CHECK(bench.records[3].info.sensor_mask == 7);  // waited for one another
+}
+
 TEST_CASE("death: a sensor that returns behind the others of its frame is used all the same") {
   const std::vector<FrameRecord> whole = run_alive(1, kDeathFrames, 0, 0, 0);
   for (uint32_t subset = 1; subset < 7; ++subset)

@@ -54,7 +54,7 @@ TEST_CASE("bench_latency reads lists and ranges of CPUs and refuses what is none
 
 TEST_CASE("bench_latency's command line reaches the run, and bad words end it with exit code 2") {
   const ParsedOptions parsed = parse({"--loop",
-                                      "closed",
+                                      "open",
                                       "--rate",
                                       "40",
                                       "--cpus",
@@ -85,7 +85,8 @@ TEST_CASE("bench_latency's command line reaches the run, and bad words end it wi
                                       "7"});
   REQUIRE(parsed.run);
   const LatencyRunDef& run = parsed.options.run;
-  CHECK(run.closed_loop);
+  CHECK_FALSE(run.closed_loop);
+  CHECK(parse({"--loop", "closed"}).options.run.closed_loop);
   CHECK(run.rate_hz == 40);
   CHECK(run.cpus == std::vector<int32_t>{0, 1});
   CHECK(run.fifo_priority == 20);

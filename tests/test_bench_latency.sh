@@ -25,7 +25,7 @@ done
 grep -q '^input: recording, 3 frames of 3 sensors' stdout || fail "the recording is not named: $(grep '^input' stdout)"
 grep -q '^  end to end  *5 ' stdout || fail "not five frames: $(grep '^  end to end' stdout)"
 
-for usage in "--frames 0" "--cpus 1,x" "--loop round" "fly" "--map scene/map.csv"; do
+for usage in "--frames 0" "--cpus 1,x" "--loop round" "--loop closed --rate 30" "--loop closed --stagger-us 5" "fly" "--map scene/map.csv"; do
   # shellcheck disable=SC2086
   "$bench" $usage >stdout 2>stderr
   code=$?

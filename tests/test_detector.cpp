@@ -342,7 +342,9 @@ TEST_CASE("detector: advance closes a frame that waits for a sensor, and predict
     CHECK(bench.records[4].info.sensor_mask == 0);
     CHECK(bench.records[4].info.stamp_ns == 300 * kMs);
     CHECK(bench.records[4].info.track_count == bench.records[3].info.track_count);
-    CHECK((bench.records[4].info.flags & OVT_FLAG_NO_DATA) == 0);
+    CHECK((bench.records[3].info.flags & OVT_FLAG_PREDICTION) == 0);
+    CHECK((bench.records[4].info.flags & OVT_FLAG_PREDICTION) != 0);
+    CHECK((bench.records[4].info.flags & OVT_FLAG_NO_DATA) != 0);
   }
 }
 

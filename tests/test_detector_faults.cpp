@@ -19,6 +19,7 @@
 #include <thread>
 
 #include "pipeline/detector.h"
+#include "tests/support/can_lock.h"
 #include "tests/support/detector_bench.h"
 
 using namespace overtake_test;
@@ -100,8 +101,46 @@ TEST_CASE("detector faults: an exception in any stage is caught and counted, and
         CHECK(bench.records[k].info.sequence == int64_t(k));
         if (k != 2) CHECK(bench.records[k].detections == good.records[k].detections);
       }
+      const ovt_frame_info& faulty = bench.records[2].info;
+      const bool known = body == Body::kSegment || body == Body::kDetect;
+      for (std::size_t k = 0; k < 6; ++k)
+        CHECK(((bench.records[k].info.flags & OVT_FLAG_EXCEPTION) != 0) == (known && k == 2));
+      CHECK(faulty.sensor_mask == (body == Body::kSegment ? 6u : 7u));
+      CHECK(((faulty.flags & OVT_FLAG_SENSOR_MISSING) != 0) == (body == Body::kSegment));
       if (body == Body::kSegment) CHECK(bench.records[2].detections != good.records[2].detections);
+      if (body == Body::kDetect) CHECK(faulty.detection_count == 0);
     }
+}
+
+TEST_CASE("detector faults: when detecting threw, no track pays: they are predicted, and none has grown older") {
+  for (const int32_t workers : {1, 2}) {
+    DetectorBench bench({.workers = workers, .record = false});
+    struct Seen {
+      std::vector<std::vector<int32_t>> age;
+      std::vector<int64_t> stamp_ns;
+    } seen;
+    bench.def.user = &seen;
+    bench.def.on_frame = [](ovt_reader* reader, void* user) {
+      ovt_tracks t;
+      ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t);
+      static_cast<Seen*>(user)->age.emplace_back(t.age, t.age + t.count);
+      static_cast<Seen*>(user)->stamp_ns.push_back(t.publish_ns);
+    };
+    bench.create();
+    set_hook(
+        bench,
+        [](void*, Body at, overtake::Frame& frame, int32_t) {
+          if (at == Body::kDetect && frame.sequence == 3) throw std::runtime_error("injected");
+        },
+        nullptr);
+    for (std::size_t k = 0; k < 5; ++k) bench.push_frame(k);
+    bench.flush();
+    REQUIRE(seen.age.size() == 5);
+    REQUIRE(!seen.age[2].empty());
+    CHECK(seen.age[3] == seen.age[2]);
+    CHECK(seen.stamp_ns[3] == demo_frame(3).stamp_ns);
+    CHECK(seen.age[4] != seen.age[3]);
+  }
 }
 
 TEST_CASE("detector faults: a frame beyond its deadline is published with a flag and counted") {
@@ -254,13 +293,55 @@ TEST_CASE("detector faults: what of the memory was locked and huge is told, and 
     CHECK(info.locked_bytes <= info.memory_bytes);
     CHECK(info.huge_bytes <= info.memory_bytes);
     CHECK((info.locked_bytes > 0) <= ((flags & OVT_MEMORY_LOCK) != 0));
+    if ((flags & OVT_MEMORY_LOCK) && can_lock(info.memory_bytes)) CHECK(info.locked_bytes == info.memory_bytes);
     CHECK((info.huge_bytes > 0) <= ((flags & OVT_MEMORY_HUGE) != 0));
     CHECK(info.process_locked == 0);
     for (std::size_t k = 0; k < 3; ++k) bench.push_frame(k);
     bench.flush();
     if (expected.empty()) expected = bench.records;
     CHECK(bench.records == expected);
+
+    for (int32_t i = 0; i < 3; ++i) {  // what a reader takes it gives back
+      ovt_reader* reader = nullptr;
+      REQUIRE(ovt_create_reader(bench.detector, &reader) == OVT_OK);
+      ovt_runtime_info with;
+      REQUIRE(ovt_read_runtime_info(bench.detector, &with) == OVT_OK);
+      CHECK(with.memory_bytes > info.memory_bytes);
+      CHECK((with.locked_bytes > info.locked_bytes) <= (info.locked_bytes > 0));
+      ovt_destroy_reader(reader);
+      ovt_runtime_info without;
+      REQUIRE(ovt_read_runtime_info(bench.detector, &without) == OVT_OK);
+      CHECK(without.memory_bytes == info.memory_bytes);
+      CHECK(without.locked_bytes == info.locked_bytes);
+      CHECK(without.huge_bytes == info.huge_bytes);
+    }
   }
+}
+
+TEST_CASE("detector faults: a detector that goes leaves the locked pages of the others locked") {
+  const auto locked_kb = [] {
+    std::string line;
+    for (std::ifstream status("/proc/self/status"); std::getline(status, line);)
+      if (line.rfind("VmLck:", 0) == 0) return std::atol(line.c_str() + 6);
+    return 0L;
+  };
+  // So small that the heap puts their blocks side by side.
+  const auto make_small = [](DetectorBench& bench) {
+    bench.def.memory = OVT_MEMORY_LOCK;
+    for (ovt_sensor_def& sensor : bench.sensors) sensor.rows = 4, sensor.cols = 16, sensor.point_capacity = 64;
+    bench.def.cluster_capacity = bench.def.candidate_capacity = bench.def.track_capacity = 16;
+    bench.def.ego_pose_capacity = 16;
+    bench.create();
+  };
+  DetectorBench first({.workers = 1, .map = false}), goes({.workers = 1, .map = false}),
+      second({.workers = 1, .map = false});
+  const long before = locked_kb();
+  make_small(first);
+  const long alone = locked_kb() - before;
+  make_small(goes);
+  make_small(second);
+  goes.destroy();
+  CHECK(locked_kb() - before >= 2 * alone);
 }
 
 TEST_CASE("detector faults: threads that look for work before they sleep give the same bytes") {

@@ -3,6 +3,7 @@
 //
 // The evaluation: numbers from hand-made runs, and a short simulated race with its negative controls.
 #include <doctest/doctest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -25,7 +26,7 @@ using doctest::Approx;
 namespace {
 
 std::string fresh_folder(const std::string& name) {
-  const auto path = std::filesystem::temp_directory_path() / ("overtake_test_" + name);
+  const auto path = std::filesystem::temp_directory_path() / ("overtake_" + std::to_string(getpid()) + "_" + name);
   std::filesystem::remove_all(path);
   std::filesystem::create_directories(path);
   return path.string();

@@ -1,0 +1,166 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Threads that are not as the def has them: calls where one is inside already, one CPU, a process that gives oneTBB
+// few threads or none.
+#include <doctest/doctest.h>
+#include <oneapi/tbb/global_control.h>
+#include <sched.h>
+
+#include <atomic>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "pipeline/detector.h"
+#include "tests/support/detector_bench.h"
+
+using namespace overtake_test;
+using overtake::Body;
+using overtake::BodyHook;
+
+namespace {
+
+struct Log {
+  std::vector<std::string> lines;
+  bool holds(const std::string& text) const {
+    for (const std::string& line : lines)
+      if (line.find(text) != std::string::npos) return true;
+    return false;
+  }
+};
+
+void keep_log(DetectorBench& bench, Log& log) {
+  bench.def.user = &log;
+  bench.def.log = [](ovt_log_level, const char* text, void* user) { static_cast<Log*>(user)->lines.push_back(text); };
+}
+
+ovt_status try_create(DetectorBench& bench, std::string& error) {
+  char text[256];
+  const ovt_status status = ovt_create_detector_verbose(&bench.def, &bench.detector, text, sizeof text);
+  error = text;
+  return status;
+}
+
+}  // namespace
+
+TEST_CASE("detector threads: with worker_count 1 a second thread is refused while one is inside, and nothing happens") {
+  DetectorBench bench({.workers = 1, .record = false});
+  Log log;
+  keep_log(bench, log);
+  bench.create();
+  bench.push_frame(0);
+  struct Meeting {
+    std::atomic<bool> inside{false}, done{false};
+  } meeting;
+  reinterpret_cast<overtake::Detector*>(bench.detector)
+      ->set_hook(BodyHook{[](void* user, Body at, overtake::Frame&, int32_t) {
+                            auto& m = *static_cast<Meeting*>(user);
+                            if (at != Body::kTrack) return;
+                            m.inside.store(true);
+                            while (!m.done.load()) std::this_thread::yield();
+                          },
+                          &meeting});
+  std::thread pusher([&] { bench.push_frame(1); });
+  while (!meeting.inside.load()) std::this_thread::yield();
+  const ovt_stats before = bench.stats();
+  ovt_external_detections none;
+  ovt_external_detections_init(&none, sizeof none);
+  CHECK(bench.push_scan(2, 0) == OVT_WRONG_THREAD);
+  CHECK(ovt_push_detections(bench.detector, &none) == OVT_WRONG_THREAD);
+  CHECK(ovt_advance(bench.detector, INT64_MAX) == OVT_WRONG_THREAD);
+  CHECK(ovt_flush(bench.detector) == OVT_WRONG_THREAD);
+  CHECK(bench.stats().pushed == before.pushed);
+  meeting.done.store(true);
+  pusher.join();
+  CHECK(log.holds("a second thread"));
+  CHECK(bench.push_scan(2, 0) == OVT_OK);  // one after the other is fine
+  bench.flush();
+  CHECK(bench.stats().frames == 3);
+  CHECK(adds_up(bench.stats()));
+}
+
+TEST_CASE("detector threads: with worker_count 1 a callback that pushes is refused") {
+  DetectorBench bench({.workers = 1, .record = false});
+  struct Call {
+    DetectorBench* bench;
+    ovt_status status = OVT_OK;
+  } call{&bench};
+  bench.def.user = &call;
+  bench.def.on_frame = [](ovt_reader*, void* user) {
+    auto& c = *static_cast<Call*>(user);
+    c.status = ovt_advance(c.bench->detector, 0);
+  };
+  bench.create();
+  bench.push_frame(0);
+  CHECK(call.status == OVT_WRONG_THREAD);
+}
+
+TEST_CASE("detector threads: worker_count 0 has threads of its own on one CPU, too: a thread a sensor may push") {
+  cpu_set_t all, one;
+  REQUIRE(sched_getaffinity(0, sizeof all, &all) == 0);
+  int32_t cpu = 0;
+  while (!CPU_ISSET(cpu, &all)) ++cpu;
+  CPU_ZERO(&one);
+  CPU_SET(cpu, &one);
+  REQUIRE(sched_setaffinity(0, sizeof one, &one) == 0);
+  {
+    DetectorBench bench({.workers = 0});
+    bench.create();
+    ovt_runtime_info info;
+    REQUIRE(ovt_read_runtime_info(bench.detector, &info) == OVT_OK);
+    CHECK(info.worker_count == 2);
+    for (std::size_t k = 0; k < 4; ++k) {
+      bench.push_ego(k);
+      (void)demo_frame(k);
+      std::vector<std::thread> threads;
+      std::atomic<int32_t> taken{0};
+      for (int32_t s = 0; s < 3; ++s) threads.emplace_back([&, s] { taken += bench.push_scan(k, s) == OVT_OK; });
+      for (std::thread& thread : threads) thread.join();
+      CHECK(taken == 3);
+    }
+    bench.flush();
+    CHECK(bench.records.size() == 4);
+  }
+  REQUIRE(sched_setaffinity(0, sizeof all, &all) == 0);
+}
+
+TEST_CASE(
+    "detector threads: where the process gives oneTBB no thread create says so, where it gives fewer it goes on") {
+  using oneapi::tbb::global_control;
+  DetectorBench good({.workers = 1});
+  good.create();
+  for (std::size_t k = 0; k < 3; ++k) good.push_frame(k);
+  good.flush();
+
+  std::string error;
+  {
+    const global_control none(global_control::max_allowed_parallelism, 1);
+    DetectorBench bench({.workers = 2});
+    CHECK(try_create(bench, error) == OVT_NO_THREADS);
+    CHECK(error.find("global_control") != std::string::npos);
+    CHECK(bench.detector == nullptr);
+  }
+  {
+    const global_control one(global_control::max_allowed_parallelism, 2);
+    Log log;
+    DetectorBench bench({.workers = 2, .record = false});
+    keep_log(bench, log);
+    REQUIRE(try_create(bench, error) == OVT_OK);
+    ovt_runtime_info info;
+    REQUIRE(ovt_read_runtime_info(bench.detector, &info) == OVT_OK);
+    CHECK(info.worker_count == 1);
+    CHECK(log.holds("workers: 1 of 2"));
+    for (std::size_t k = 0; k < 3; ++k) bench.push_frame(k);
+    bench.flush();
+    CHECK(bench.stats().frames == 3);
+  }
+  DetectorBench bench({.workers = 2});
+  REQUIRE(try_create(bench, error) == OVT_OK);
+  ovt_runtime_info info;
+  REQUIRE(ovt_read_runtime_info(bench.detector, &info) == OVT_OK);
+  CHECK(info.worker_count == 2);
+  for (std::size_t k = 0; k < 3; ++k) bench.push_frame(k);
+  bench.flush();
+  CHECK(bench.records == good.records);
+}
