@@ -24,8 +24,8 @@
  *
  * An old caller meets a new library: structs that the caller fills (and ovt_stats) start with struct_size, set by their
  * _init (or ovt_default_...) function; those that the library fills are passed with their size by the inline functions
- * that call the ..._sized ones. Fields are appended, enum values never renumbered. A field that the caller's header did not know
- * has its default.
+ * that call the ..._sized ones. Fields are appended, enum values never renumbered. A field that the caller's header did
+ * not know has its default.
  */
 /* clang-format off */
 #ifndef OVERTAKE_H
@@ -61,7 +61,7 @@ typedef enum ovt_status {
   OVT_TOO_MANY = 10,        /* more points, readers or rows than the def's capacity */
   OVT_INTERNAL = 11,        /* an exception was caught; counted, the next call works */
   OVT_NOT_KEPT = 12,        /* the def said that frames need not keep it */
-  OVT_WRONG_THREAD = 13     /* worker_count 1, and another thread (or a callback) is in a call already; nothing changed */
+  OVT_WRONG_THREAD = 13     /* worker_count 1 and a call is under way: another thread's, or this is a callback */
 } ovt_status;
 
 OVT_API const char* ovt_status_text(ovt_status status);      /* one sentence, static memory, never null */
