@@ -89,8 +89,8 @@ LogFrame take_points(const LogFrame& frame, const std::vector<std::vector<int32_
   return out;
 }
 
-Contestant::Contestant(const std::string& name, const RaceLog& log, const std::string& map_file)
-    : name_(name), log_(log), map_file_(map_file) {
+Contestant::Contestant(const std::string& name, const RaceLog& log, const std::string& map_file, int32_t every)
+    : name_(name), log_(log), every_(is_of_sweep(name) ? every : 1), map_file_(map_file) {
   cli::Options options;
   const std::size_t at = name.find('@'), colon = name.find(':');
   options.preset = name.substr(0, std::min(at, colon));
@@ -105,7 +105,10 @@ Contestant::Contestant(const std::string& name, const RaceLog& log, const std::s
   config.map = map_file;
   config.rig = variant_ == "mounting" ? misplace(log.rig()) : log.rig();
   config.has_rig = true;
-  config.params.frame_period_s = log.rig().period_s;
+  std::string period;
+  io::append_number(period, log.rig().period_s * every_);
+  if (ovt_set_param(&config.params, "frame.period_s", period.c_str()) != OVT_OK)
+    throw io::Error("--every " + std::to_string(every), 0, "a sweep needs frames that are at most 10 s apart");
   if (variant_ == "ground") config.params.ground_threshold_rad = 0;
   params_ = config.params;
   judge_ = std::make_unique<Judge>(log, config.params, variant_ == "late_truth" ? log.rig().period_ns() : 0);
@@ -180,6 +183,7 @@ void Contestant::push(const LogFrame& frame) {
   int64_t first_ns = INT64_MAX;
   for (const io::SensorScan& scan : input->scans.scans) first_ns = std::min(first_ns, scan.stamp_ns);
   push_poses(first_ns + log_.rig().period_ns());
+  ++frames_;
   judge_->expect(*input);
   input_ = input;
   if (album_) album_->expect(*input);

@@ -84,7 +84,8 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
     io::write_whole_file(map_file, log.map_text());
   }
   std::vector<std::unique_ptr<Contestant>> contestants;
-  for (const std::string& name : todo) contestants.push_back(std::make_unique<Contestant>(name, log, map_file));
+  for (const std::string& name : todo)
+    contestants.push_back(std::make_unique<Contestant>(name, log, map_file, options.every));
   contestants[0]->judge().use_baselines(todo[0] == names[0] ? options.every : 0);
   for (auto& contestant : contestants)
     if (contestant->name().find_first_of(":@") == std::string::npos) contestant->take_pictures();
@@ -96,11 +97,10 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
   for (; frames < options.most_frames && log.next(frame); ++frames) {
     if (cli::interrupted()) return false;
     // The first one alone: its times are those of the report. The others, and what follows the first, at once.
-    contestants[0]->push(frame);
+    if (contestants[0]->takes(frames)) contestants[0]->push(frame);
     std::vector<std::function<void()>> jobs = {[&] { contestants[0]->judge().judge_baselines(); }};
     for (std::size_t k = 1; k < contestants.size(); ++k)
-      if (contestants[k]->name().find('@') == std::string::npos || frames % options.every == 0)
-        jobs.push_back([&, k] { contestants[k]->push(frame); });
+      if (contestants[k]->takes(frames)) jobs.push_back([&, k] { contestants[k]->push(frame); });
     workers.for_each(int32_t(jobs.size()), [&](int32_t k) { jobs[std::size_t(k)](); });
     progress.show(int64_t(1000 * log.progress()));
   }
@@ -112,7 +112,7 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
     cli::make_folder(folder);
     write_tables(folder, contestant->judge().tables());
     if (const Album* album = contestant->album()) write_pictures(folder, album->finish());
-    io::write_whole_file(folder + "/about.json", about_text(contestant->name(), log, frames));
+    io::write_whole_file(folder + "/about.json", about_text(contestant->name(), log, contestant->frames()));
   }
   if (!options.quiet)
     std::printf("%s: %lld frames, %zu contestants%s%s\n", log_name.c_str(), static_cast<long long>(frames),
