@@ -4,10 +4,12 @@
 // Which frames a contestant is given, and which runs are kept: both are invisible in a report that is wrong.
 #include <doctest/doctest.h>
 
-#include <cmath>
+#include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "tests/support/temp_folder.h"
+#include "tools/evaluation/kept_runs.h"
 #include "tools/evaluation/report.h"
 #include "tools/evaluation/run_logs.h"
 #include "tools/io/error.h"
@@ -73,4 +75,96 @@ TEST_CASE("a sweep at the preset's own value finds the preset's own clusters on 
   }
   options.every = 1000, options.out = folder.path("far");  // 50 s
   CHECK_THROWS_WITH_AS(run_logs(options), doctest::Contains("--every 1000"), io::Error);
+}
+
+TEST_CASE("a run is kept for the same question only: other frames, another --every, another log of the name are run") {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder.path("other"));
+  simulate(folder.path("race.mcap"), 0.3, 1);
+  simulate(folder.path("other/race.mcap"), 0.3, 2);
+  RunOptions options;
+  options.logs = {folder.path("race.mcap")};
+  options.presets = {"paper", "paper:relay"};
+  options.sweep = "cluster.threshold_deg=4:4:1";
+  options.out = folder.path("out");
+  options.quiet = true;
+  // Which contestants the next call runs again: those whose table does not hold what was put into it.
+  const auto run_again = [&] {
+    const std::string table = "/race/cars.csv", mark = "kept";
+    std::string again;
+    for (const char* name : {"paper", "paper:relay", "paper@cluster.threshold_deg=4"})
+      if (std::filesystem::exists(options.out + "/runs/" + name + table))
+        io::write_whole_file(options.out + "/runs/" + name + table, mark);
+    REQUIRE(run_logs(options));
+    for (const char* name : {"paper", "paper:relay", "paper@cluster.threshold_deg=4"})
+      if (io::read_whole_file(options.out + "/runs/" + name + table) != mark) again += std::string(name) + " ";
+    return again;
+  };
+  const std::string all = "paper paper:relay paper@cluster.threshold_deg=4 ";
+  options.most_frames = 2;
+  CHECK(run_again() == all);
+  CHECK(run_again() == "");
+  options.most_frames = INT64_MAX;
+  CHECK(run_again() == all);
+  CHECK(run_again() == "");
+  options.every = 3;  // the baselines beside the first one, and the sweep
+  CHECK(run_again() == "paper paper@cluster.threshold_deg=4 ");
+  options.logs = {folder.path("other/race.mcap")};
+  CHECK(run_again() == all);
+  CHECK(run_again() == "");
+  std::filesystem::copy_file(folder.path("other/race.mcap"), folder.path("race.mcap"),
+                             std::filesystem::copy_options::overwrite_existing);
+  options.logs = {folder.path("race.mcap")};
+  CHECK(run_again() == "");  // the same log elsewhere
+  std::swap(options.presets[0], options.presets[1]), options.sweep = "";
+  CHECK(run_again() == "paper paper:relay ");  // the baselines are beside the other one
+}
+
+TEST_CASE("hash_input: a file's bytes at both ends, its size, a folder's files, and what it is read with") {
+  const TempFolder folder;
+  const std::string two(std::size_t(3) << 20, 'x');
+  const auto hash = [&](const std::string& text) { return hash_input(folder.write("a", text), ""); };
+  const std::string first = hash(two);
+  CHECK(hash(two) == first);
+  CHECK(hash("y" + two.substr(1)) != first);
+  CHECK(hash(two.substr(1) + "y") != first);
+  CHECK(hash(two + "x") != first);
+  CHECK(hash_input(folder.write("a", two), "rig") != first);
+  folder.write("bag/1", "one"), folder.write("bag/2", "two");
+  const std::string bag = hash_input(folder.path("bag"), "");
+  folder.write("bag/2", "six");
+  CHECK(hash_input(folder.path("bag"), "") != bag);
+  CHECK(error_of([&] { hash_input(folder.path("none"), ""); }) == folder.path("none") + ": no such file");
+}
+
+TEST_CASE("the report names the CPUs of its runs, and metrics.json is the same from any of them") {
+  const TempFolder folder;
+  simulate(folder.path("race.mcap"), 0.3, 1);
+  simulate(folder.path("race_2.mcap"), 0.3, 2);
+  RunOptions options;
+  options.logs = {folder.path("race.mcap"), folder.path("race_2.mcap")};
+  options.presets = {"paper"};
+  options.out = folder.path("out");
+  options.quiet = true;
+  REQUIRE(run_logs(options));
+  write_report(options.out, false);
+  const auto cpu_of = [&] {
+    return nlohmann::json::parse(io::read_whole_file(options.out + "/times.json")).at("cpu").get<std::string>();
+  };
+  const std::string metrics = io::read_whole_file(options.out + "/metrics.json");
+  CHECK(cpu_of().find(',') == std::string::npos);
+  for (const char* log : {"race", "race_2"}) {
+    const std::string run = options.out + "/runs/paper/" + log;
+    About about = read_about(run);
+    CHECK(about.at("cpu") == cpu_of());
+    about["cpu"] = "Engine of " + std::string(log), about["input"] = log;
+    write_about(run, about);
+  }
+  merge_runs({options.out}, folder.path("merged"));
+  options.out = folder.path("merged");
+  write_report(options.out, false);
+  CHECK(cpu_of() == "Engine of race, Engine of race_2");
+  CHECK(io::read_whole_file(options.out + "/report.html").find("On Engine of race, Engine of race_2, one worker") !=
+        std::string::npos);
+  CHECK(io::read_whole_file(options.out + "/metrics.json") == metrics);
 }

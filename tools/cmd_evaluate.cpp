@@ -56,7 +56,7 @@ CLI::App& add_evaluate_command(CLI::App& app) {
                       io::join(evaluation::variant_names(), ", "))
       ->delimiter(',');
   command.add_flag("--variants", options->all_variants, "the first preset with every variant as well");
-  command.add_option("--out", options->out, "folder for the results; what this build has run into it is not run again")
+  command.add_option("--out", options->out, "folder for the results; what this build has run into it with the same options is kept")
       ->required();
   command.add_option("--sweep", options->sweep, "group.name=FROM:TO:STEP: the first preset with each of these values");
   command.add_option("--every", options->every, "frames between two of the sweep and of the baselines")

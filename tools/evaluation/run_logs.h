@@ -4,8 +4,8 @@
 // Contestants on logs, and the folder of their results:
 //
 //   OUT/runs/CONTESTANT/LOG/*.csv       the judge's tables (judge.h)
-//   OUT/runs/CONTESTANT/LOG/about.json  what was run, by which build; written last: without it, or by another build, a
-//                                       run is done again
+//   OUT/runs/CONTESTANT/LOG/about.json  what was run, by which build and with what (kept_runs.h); written last: without
+//                                       it, or where that differs, a run is done again
 //   OUT/metrics.json  OUT/report.html  OUT/*.csv    made from all the runs there are
 #pragma once
 
