@@ -34,6 +34,9 @@ namespace overtake::evaluation {
 std::vector<std::string> variant_names();  // without the preset
 inline bool is_of_sweep(const std::string& name) { return name.find('@') != std::string::npos; }
 
+// Throws io::Error where no contestant has that name: no such preset, variant or parameter, or no such value.
+void check_contestant(const std::string& name);
+
 // The rig with its sensors 2 cm and 0.2 deg off on every axis.
 io::Rig misplace(io::Rig rig);
 

@@ -85,6 +85,7 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
     if (contestant->name().find_first_of(":@") == std::string::npos) contestant->take_pictures();
 
   cli::Progress progress(1000, options.quiet);
+  if (options.progress_s >= 0) progress.print_lines(log_name + ": evaluated", options.progress_s);
   LogFrame frame;
   int64_t frames = 0;
   sim::Workers workers(options.workers);
@@ -144,9 +145,24 @@ std::vector<std::string> sweep_values(const std::string& text) {
   return values;
 }
 
-bool run_logs(const RunOptions& options) {
+std::vector<std::string> contestant_names(const RunOptions& options) {
+  if (options.presets.empty()) throw io::Error("--preset", 0, "is needed");
+  for (const std::string& name : options.presets) check_contestant(name);
   std::vector<std::string> names = options.presets;
-  for (const std::string& value : sweep_values(options.sweep)) names.push_back(options.presets[0] + "@" + value);
+  for (const std::string& value : sweep_values(options.sweep)) {
+    names.push_back(options.presets[0] + "@" + value);
+    try {
+      check_contestant(names.back());
+    } catch (const io::Error& error) {
+      const std::string sentence = error.what();  // of --set NAME=VALUE, which nobody has typed
+      throw io::Error("--sweep " + options.sweep, 0, sentence.substr(sentence.find(": ") + 2));
+    }
+  }
+  return names;
+}
+
+bool run_logs(const RunOptions& options) {
+  const std::vector<std::string> names = contestant_names(options);
   std::set<std::string> stems;
   for (const std::string& log : options.logs)
     if (!stems.insert(fs::path(log).stem().string()).second)
