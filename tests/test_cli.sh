@@ -119,6 +119,10 @@ refuse "*1_front.pcd: the data ends at field '*' of point *; * points are declar
 refuse "*1_front.pcd: rig hdl64 has no sensor 'front' (it has top)" run cut --rig hdl64 --out out
 refuse "--rig is needed (the recording holds none): a TOML file, or av21, racecar, hdl64, hdl32, nuscenes, av2" run scene --out out
 refuse "--rig is needed (the recording holds none): *" label scene --out out
+for command in label run doctor "inspect --frame 0 --sensor front"; do
+  # shellcheck disable=SC2086
+  refuse "nope.mcap: no such file" $command nope.mcap $([[ $command == doctor ]] || echo --out out)
+done
 refuse "av22: neither a file nor one of the built-in rigs *" run scene --rig av22 --out out
 refuse "rig.toml:3: sensor 1: 'name' is missing" run scene --rig rig.toml --out out
 refuse "config.toml:3: tracker: unknown key 'confirm'" run scene --config config.toml "${av21[@]}"

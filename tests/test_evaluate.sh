@@ -15,7 +15,10 @@ cd "$(dirname "$0")/.."
 run() { tools/evaluate --build "$build" --set overtake,empty_track --seconds 0.4 --sweep none "$@"; }
 
 run --out "$work/whole" >"$work/log"
-grep -q "simulated" "$work/log" || fail "nothing was simulated"
+for line in '1/2\] overtake_1001_0.4s: simulating' '1/2\] overtake_1001_0.4s: evaluating' \
+  '2/2\] empty_track_1001_0.4s: evaluated, [0-9]* s in all'; do
+  [[ $(grep -c "^\[$line" "$work/log") == 1 ]] || fail "no line '$line': $(cat "$work/log")"
+done
 before=$(stat -c %Y "$work/whole/parts/overtake_1001_0.4s/metrics.json")
 run --out "$work/whole" >"$work/log"
 [[ $(grep -c "done before" "$work/log") == 2 ]] || fail "a done job was done again"
@@ -60,10 +63,21 @@ sed -i 's/"commit": "[^"]*"/"commit": "another"/' "$work/mixed/runs/paper/overta
 "$overtake" merge "$work/mixed" "$work/whole/parts/empty_track_1001_0.4s" --out "$work/x" >/dev/null 2>"$work/error" &&
   fail "runs of two builds were merged"
 grep -q "of build another" "$work/error" || fail "merging two builds gave no sentence"
-for bad in "--seeds 1,x" "--set overtake,nonsense" "--shard 3/2" "--shard 0/1" "--shard x" "--seeds abc" "--jobs 0" "--nonsense"; do
+refuse() {  # OPTIONS: with exit code 2 and a sentence, the last line, before anything is simulated
+  local code=0
   # shellcheck disable=SC2086
-  if run --out "$work/bad" $bad >/dev/null 2>"$work/log"; then fail "$bad was taken"; fi
-  grep -q "tools/evaluate: " "$work/log" || fail "$bad gave no sentence"
+  run --out "$work/bad" $1 >/dev/null 2>"$work/log" || code=$?
+  ((code == 2)) || fail "$1: exit code $code, not 2"
+  [[ $(tail -n 1 "$work/log") == "tools/evaluate: "* ]] || fail "$1 gave no sentence: $(cat "$work/log")"
+  [[ -z $(ls "$work/bad/logs" 2>/dev/null) ]] || fail "$1: found out after a simulation"
+}
+for bad in "--sweep cluster.nonsense=1:2:1" "--sweep cluster.threshold_deg=80:100:10" "--sweep x" "--preset best" \
+  "--preset paper,paper:nonsense" "--preset paper@x=1"; do
+  refuse "$bad"
+  [[ $(wc -l <"$work/log") == 1 ]] || fail "$bad: more than a sentence: $(cat "$work/log")"
+done
+for bad in "--seeds 1,x" "--set overtake,nonsense" "--shard 3/2" "--shard 0/1" "--shard x" "--seeds abc" "--jobs 0" "--nonsense"; do
+  refuse "$bad"
 done
 ones_of() { tail -c +129 "$1" | tr -d '\000' | wc -c; }  # ones of a NPY of bytes
 race=$work/race
@@ -78,6 +92,15 @@ while IFS=, read -r frame sensor points obstacles; do
 done <"$work/labels/labels.csv"
 if "$overtake" label "$race" --rig "$race/rig.toml" --frame 99 --out "$work/x" 2>"$work/error"; then fail "frame 99"; fi
 grep -q "no scan of that frame" "$work/error" || fail "label of a frame that is not there gave no sentence"
+
+log=$work/whole/logs/overtake_1001_0.4s.mcap
+"$overtake" evaluate "$log" --preset paper --frames 3 --quiet --progress 0 --out "$work/lines" >"$work/log" 2>&1
+[[ $(grep -cE "^overtake_1001_0.4s: evaluated [0-9.]+ %, [0-9]+ s so far$" "$work/log") == 3 && $(wc -l <"$work/log") == 3 ]] ||
+  fail "--progress: not a line a frame: $(cat "$work/log")"
+"$overtake" evaluate "$log" --preset paper --frames 2 --out "$work/lines" >"$work/log"
+grep -q "paper was run before with another --frames; again" "$work/log" || fail "other frames were not run, or not said"
+"$overtake" evaluate "$log" --preset paper --frames 2 --out "$work/lines" >"$work/log"
+grep -q "done before" "$work/log" || fail "the same frames were run again"
 
 tune=$work/a/logs/overtake_1001_0.4s.mcap
 [[ -f $tune ]] || tune=$work/b/logs/overtake_1001_0.4s.mcap

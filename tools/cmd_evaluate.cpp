@@ -23,12 +23,19 @@ namespace {
 
 struct EvaluateOptions : evaluation::RunOptions {
   std::string recordings;
-  bool tune = false, scaling = false, all_variants = false;
+  bool tune = false, scaling = false, all_variants = false, check = false;
 };
 
 void evaluate(EvaluateOptions& options) {
-  if (options.logs.empty() && options.recordings.empty()) throw CLI::RequiredError("LOG or --recordings");
+  if (options.logs.empty() && options.recordings.empty() && !options.check)
+    throw CLI::RequiredError("LOG or --recordings");
   const std::string preset = options.presets.empty() ? "paper" : options.presets[0];
+  if (options.all_variants)
+    for (const std::string& variant : evaluation::variant_names()) options.presets.push_back(preset + ":" + variant);
+  if (options.check) {
+    evaluation::contestant_names(options);
+    return;
+  }
   if (!options.recordings.empty())
     evaluation::judge_recordings(options.recordings, preset, options.out, !options.quiet);
   if (options.logs.empty()) return;
@@ -36,8 +43,6 @@ void evaluate(EvaluateOptions& options) {
     return evaluation::tune_baselines(options.logs, options.every, options.most_frames, options.workers, options.out,
                                       !options.quiet);
   if (options.presets.empty()) throw CLI::RequiredError("--preset");
-  if (options.all_variants)
-    for (const std::string& variant : evaluation::variant_names()) options.presets.push_back(preset + ":" + variant);
   if (options.scaling) evaluation::measure_scaling(options.logs[0], preset, options.out, !options.quiet);
   if (!evaluation::run_logs(options)) throw CLI::RuntimeError(kInterrupted);
   evaluation::write_report(options.out, !options.quiet);
@@ -56,7 +61,9 @@ CLI::App& add_evaluate_command(CLI::App& app) {
                       io::join(evaluation::variant_names(), ", "))
       ->delimiter(',');
   command.add_flag("--variants", options->all_variants, "the first preset with every variant as well");
-  command.add_option("--out", options->out, "folder for the results; what this build has run into it is not run again")
+  command
+      .add_option("--out", options->out,
+                  "folder for the results; what this build has run into it with the same options is kept")
       ->required();
   command.add_option("--sweep", options->sweep, "group.name=FROM:TO:STEP: the first preset with each of these values");
   command.add_option("--every", options->every, "frames between two of the sweep and of the baselines")
@@ -74,6 +81,10 @@ CLI::App& add_evaluate_command(CLI::App& app) {
                    "instead: tries parameters of the grid and of the automatic labels (tuning.csv)");
   command.add_flag("--scaling", options->scaling, "also: time against sensors and workers (scaling.json)");
   command.add_flag("--quiet", options->quiet, "print nothing but errors");
+  command
+      .add_option("--progress", options->progress_s, "a line every so many seconds instead of the bar, quiet or not")
+      ->check(CLI::Range(0.0, 36000.0));
+  command.add_flag("--check", options->check, "only: whether --preset and --sweep can be run; needs no log");
   command.callback([options] { evaluate(*options); });
   return command;
 }

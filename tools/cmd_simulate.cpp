@@ -22,7 +22,7 @@ namespace {
 
 struct SimulateOptions {
   std::string scenario, out, ego, pattern, pictures;
-  double seconds = 0, picture_at = -1;
+  double seconds = 0, picture_at = -1, progress_s = -1;
   uint64_t seed = 1;
   int32_t workers = 0;
   bool quiet = false;
@@ -58,6 +58,8 @@ void simulate(const SimulateOptions& options) {
   catch_interrupt();
   const auto begin = std::chrono::steady_clock::now();
   Progress progress(simulator->sweep_count(), options.quiet);
+  if (options.progress_s >= 0)
+    progress.print_lines(scenario.name + " seed " + std::to_string(options.seed) + ": simulated", options.progress_s);
   int64_t points = 0, beams = 0, split = 0;
   int32_t done = 0;
   std::future<void> writing;
@@ -106,6 +108,9 @@ CLI::App& add_simulate_command(CLI::App& app) {
   command.add_option("--workers", options->workers, "threads, 0: one per CPU; the result is the same")
       ->check(CLI::Range(0, 256));
   command.add_flag("--quiet", options->quiet, "print nothing but errors");
+  command
+      .add_option("--progress", options->progress_s, "a line every so many seconds instead of the bar, quiet or not")
+      ->check(CLI::Range(0.0, 36000.0));
   command.callback([options, out, pictures] {
     if (out->count() + pictures->count() == 0) throw CLI::RequiredError("--out or --pictures");
     simulate(*options);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "tools/io/bag_reader.h"
 #include "tools/io/error.h"
@@ -171,6 +172,7 @@ Config load_config(const Options& options) {
 
 Config load_config_with_rig(const Options& options) {
   Config config = load_config(options);
+  if (!config.has_rig && !std::filesystem::exists(options.input)) throw Error(options.input, 0, "no such file");
   if (!config.has_rig)
     throw Error(
         "", 0,

@@ -22,7 +22,23 @@ extern "C" void note_interrupt(int) { interrupt_seen = 1; }
 
 Progress::Progress(int64_t total, bool quiet) : total_(total), visible_(!quiet && total > 0 && isatty(STDERR_FILENO)) {}
 
+void Progress::print_lines(const std::string& what, double every_s) {
+  what_ = what, every_s_ = every_s;
+  visible_ = false;
+  begin_ = last_line_ = std::chrono::steady_clock::now();
+}
+
+void Progress::show_line(int64_t done) {
+  const auto now = std::chrono::steady_clock::now();
+  if (std::chrono::duration<double>(now - last_line_).count() < every_s_) return;
+  last_line_ = now;
+  const double percent = total_ > 0 ? 100.0 * double(done) / double(total_) : 100;
+  std::fprintf(stderr, "%s %.1f %%, %.0f s so far\n", what_.c_str(), percent,
+               std::chrono::duration<double>(now - begin_).count());
+}
+
 void Progress::show(int64_t done) {
+  if (!what_.empty()) return show_line(done);
   const int64_t percent = total_ > 0 ? done * 100 / total_ : 100;
   if (!visible_ || percent == shown_percent_) return;
   shown_percent_ = percent;

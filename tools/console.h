@@ -4,25 +4,34 @@
 // What a person sees: a progress bar on a terminal, a table, and Ctrl-C that ends a run in order.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 namespace overtake::cli {
 
-// Drawn on stderr, only where that is a terminal.
+// Drawn on stderr, only where that is a terminal; as lines where asked for, wherever that goes.
 class Progress {
  public:
   Progress(int64_t total, bool quiet);
   ~Progress() { clear(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
+  // Instead of the bar, quiet or not: "WHAT 12.5 %, 40 s so far", a line of its own every so many seconds, so that
+  // several programs may say so on one terminal.
+  void print_lines(const std::string& what, double every_s);
   void show(int64_t done);
   void clear();
 
  private:
+  void show_line(int64_t done);
+
   int64_t total_, shown_percent_ = -1;
   bool visible_;
+  std::string what_;  // "": the bar
+  double every_s_ = 0;
+  std::chrono::steady_clock::time_point begin_, last_line_;
 };
 
 // Columns are as wide as their widest cell, numbers to the right.

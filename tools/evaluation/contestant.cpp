@@ -66,6 +66,22 @@ std::vector<bool> lowest_ground(const io::SensorScan& scan, const std::vector<ui
   return keep;
 }
 
+// The preset's parameters with the one that is changed.
+cli::Config read_name(const std::string& name, std::string& variant) {
+  cli::Options options;
+  if (name.empty()) throw io::Error("--preset", 0, "a name is empty");
+  const std::size_t at = name.find('@'), colon = name.find(':');
+  options.preset = name.substr(0, std::min(at, colon));
+  if (at != std::string::npos) options.set.push_back(name.substr(at + 1));
+  if (at == std::string::npos && colon != std::string::npos) {
+    variant = name.substr(colon + 1);
+    const auto known = variant_names();
+    if (std::find(known.begin(), known.end(), variant) == known.end())
+      throw io::Error("--preset " + name, 0, "no variant '" + variant + "'; there are " + io::join(known, ", "));
+  }
+  return cli::load_config(options);
+}
+
 }  // namespace
 
 LogFrame take_points(const LogFrame& frame, const std::vector<std::vector<int32_t>>& rows) {
@@ -89,23 +105,21 @@ LogFrame take_points(const LogFrame& frame, const std::vector<std::vector<int32_
   return out;
 }
 
-Contestant::Contestant(const std::string& name, const RaceLog& log, const std::string& map_file)
-    : name_(name), log_(log), map_file_(map_file) {
-  cli::Options options;
-  const std::size_t at = name.find('@'), colon = name.find(':');
-  options.preset = name.substr(0, std::min(at, colon));
-  if (at != std::string::npos) options.set.push_back(name.substr(at + 1));
-  if (at == std::string::npos && colon != std::string::npos) {
-    variant_ = name.substr(colon + 1);
-    const auto known = variant_names();
-    if (std::find(known.begin(), known.end(), variant_) == known.end())
-      throw io::Error("--preset " + name, 0, "no variant '" + variant_ + "'; there are " + io::join(known, ", "));
-  }
-  cli::Config config = cli::load_config(options);
+void check_contestant(const std::string& name) {
+  std::string variant;
+  read_name(name, variant);
+}
+
+Contestant::Contestant(const std::string& name, const RaceLog& log, const std::string& map_file, int32_t every)
+    : name_(name), log_(log), every_(is_of_sweep(name) ? every : 1), map_file_(map_file) {
+  cli::Config config = read_name(name, variant_);
   config.map = map_file;
   config.rig = variant_ == "mounting" ? misplace(log.rig()) : log.rig();
   config.has_rig = true;
-  config.params.frame_period_s = log.rig().period_s;
+  std::string period;
+  io::append_number(period, log.rig().period_s * every_);
+  if (ovt_set_param(&config.params, "frame.period_s", period.c_str()) != OVT_OK)
+    throw io::Error("--every " + std::to_string(every), 0, "a sweep needs frames that are at most 10 s apart");
   if (variant_ == "ground") config.params.ground_threshold_rad = 0;
   params_ = config.params;
   judge_ = std::make_unique<Judge>(log, config.params, variant_ == "late_truth" ? log.rig().period_ns() : 0);
@@ -180,6 +194,7 @@ void Contestant::push(const LogFrame& frame) {
   int64_t first_ns = INT64_MAX;
   for (const io::SensorScan& scan : input->scans.scans) first_ns = std::min(first_ns, scan.stamp_ns);
   push_poses(first_ns + log_.rig().period_ns());
+  ++frames_;
   judge_->expect(*input);
   input_ = input;
   if (album_) album_->expect(*input);

@@ -15,7 +15,8 @@
 //                       smoke); what is found at cars is chance
 //   paper:shuffled      control: the points of each scan in a random order; no count may change, places by a rounding
 //   paper:late_truth    control: held against the truth of one period later; errors must grow by what a car drives
-//   paper@NAME=VALUE    one parameter changed (--sweep)
+//   paper@NAME=VALUE    one parameter changed (--sweep); given every N-th frame only. The library is told that a frame
+//                       comes that seldom: else it would take all sensors for silent and no longer wait for any
 #pragma once
 
 #include <exception>
@@ -31,17 +32,25 @@
 namespace overtake::evaluation {
 
 std::vector<std::string> variant_names();  // without the preset
+inline bool is_of_sweep(const std::string& name) { return name.find('@') != std::string::npos; }
+
+// Throws io::Error where no contestant has that name: no such preset, variant or parameter, or no such value.
+void check_contestant(const std::string& name);
 
 // The rig with its sensors 2 cm and 0.2 deg off on every axis.
 io::Rig misplace(io::Rig rig);
 
 class Contestant {
  public:
-  // `map_file`: the log's map, "" none. Throws io::Error: no such preset, variant or parameter, or one that needs to
-  // know what each point lies on where the log does not say it.
-  Contestant(const std::string& name, const RaceLog& log, const std::string& map_file);
+  // `map_file`: the log's map, "" none. `every`: frames between two that one of a sweep is given. Throws io::Error: no
+  // such preset, variant or parameter, one that needs to know what each point lies on where the log does not say it,
+  // or more time between two frames than the library can be told of.
+  Contestant(const std::string& name, const RaceLog& log, const std::string& map_file, int32_t every = 1);
+  // Whether the log's n-th frame is for this contestant, from 0 on.
+  bool takes(int64_t n) const { return n % every_ == 0; }
   // Frames in order. Throws what the library or the judge throws.
   void push(const LogFrame& frame);
+  int64_t frames() const { return frames_; }  // that were pushed
   void finish();
 
   const std::string& name() const { return name_; }
@@ -55,6 +64,8 @@ class Contestant {
 
   std::string name_, variant_;
   const RaceLog& log_;
+  int32_t every_;
+  int64_t frames_ = 0;
   std::unique_ptr<Judge> judge_;
   std::unique_ptr<Relay> relay_;
   const LogFrame* input_ = nullptr;

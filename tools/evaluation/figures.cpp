@@ -186,6 +186,8 @@ std::vector<Figures> make_figures(const std::vector<Run>& runs) {
       const double frames = double(run.tables.at("clusters").rows());
       frames_judged += frames;
       f.frames += int64_t(frames);
+      const auto cpu = run.about.find("cpu");
+      f.cpus.insert(cpu == run.about.end() ? "unknown CPU" : cpu->second);
       const auto period = run.about.find("period_s");
       f.seconds += frames * (period == run.about.end() ? 0.05 : std::stod(period->second));
       add_ground(run.tables.at("scans"), f.ground);

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -61,6 +62,7 @@ struct Figures {
   std::map<std::string, std::vector<double>> detection_errors, track_errors;  // by column; those at a car
   TrackFigures tracks;
   std::map<std::string, std::vector<double>> times_ms;  // by stage; a value a scan or frame
+  std::set<std::string> cpus;                           // these times are of
 };
 
 // Throws what read tables throw where a column is missing.

@@ -11,6 +11,7 @@
 
 #include "tools/console.h"
 #include "tools/evaluation/figures.h"
+#include "tools/evaluation/kept_runs.h"
 #include "tools/evaluation/measures_json.h"
 #include "tools/evaluation/report_html.h"
 #include "tools/evaluation/report_pages.h"
@@ -139,8 +140,10 @@ void write_report(const std::string& out, bool print) {
   metrics["figures"] = Json::array();
   metrics["judgements"] = judgements_json(all);
   for (const Run& run : runs)
-    metrics["runs"].push_back({{"contestant", run.contestant}, {"log", run.log}, {"about", run.about}});
-  times["cpu"] = cpu_name();
+    metrics["runs"].push_back({{"contestant", run.contestant}, {"log", run.log}, {"about", portable(run.about)}});
+  std::set<std::string> cpus;  // of the runs: the machine that reports may be another
+  for (const Figures& f : all) cpus.insert(f.cpus.begin(), f.cpus.end());
+  times["cpu"] = io::join({cpus.begin(), cpus.end()}, ", ");
   for (const Figures& f : all) {
     metrics["figures"].push_back(json_of(f));
     for (const auto& [stage, values] : f.times_ms)

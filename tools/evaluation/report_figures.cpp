@@ -10,6 +10,7 @@
 
 #include "tools/console.h"
 #include "tools/evaluation/svg_plot.h"
+#include "tools/io/text.h"
 
 namespace overtake::evaluation {
 
@@ -215,7 +216,7 @@ std::string time_section(const Figures& f) {
   const double scans = frame.count > 0 ? double(segment.count) / double(frame.count) : NAN;
   return heading("times", "Times") +
          paragraph(
-             "On " + cpu_name() +
+             "On " + io::join({f.cpus.begin(), f.cpus.end()}, ", ") +
              ", one worker, while other work ran beside it: medians say more than means, and each module has a "
              "scale of its own. A median frame (" +
              cli::fixed(scans, 0) + " scans one after the other) takes " + cli::fixed(frame.median, 2) + " ms (mean " +

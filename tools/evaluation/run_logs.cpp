@@ -11,7 +11,9 @@
 
 #include "tools/console.h"
 #include "tools/evaluation/contestant.h"
+#include "tools/evaluation/kept_runs.h"
 #include "tools/evaluation/odometry_log.h"
+#include "tools/evaluation/report_pages.h"
 #include "tools/evaluation/simulated_log.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
@@ -28,36 +30,20 @@ std::string folder_of(const std::string& out, const std::string& contestant, con
 
 bool is_done(const std::string& folder) { return fs::exists(folder + "/about.json"); }
 
-std::map<std::string, std::string> read_about(const std::string& folder) {
-  const std::string file = folder + "/about.json";
-  try {
-    return nlohmann::json::parse(io::read_whole_file(file)).get<std::map<std::string, std::string>>();
-  } catch (const nlohmann::json::exception& error) {
-    throw io::Error(file, 0, error.what());
-  }
-}
-
-// What another build has left, or a run that is damaged, is run again.
-bool is_done_by_this_build(const std::string& folder) {
+// What a run must have been made with to be kept.
+About wanted_of(const RunOptions& options, const std::string& name, bool with_baselines, const std::string& input) {
   ovt_build_info build;
   ovt_read_build_info(&build);
-  try {
-    return is_done(folder) && read_about(folder)["commit"] == build.commit;
-  } catch (const io::Error&) {
-    return false;
-  }
+  return {{"commit", build.commit},
+          {"every", with_baselines || is_of_sweep(name) ? std::to_string(options.every) : "none"},
+          {"frame_limit", options.most_frames == INT64_MAX ? "none" : std::to_string(options.most_frames)},
+          {"input", input}};
 }
 
-std::string about_text(const std::string& contestant, const RaceLog& log, int64_t frames) {
-  ovt_build_info build;
-  ovt_read_build_info(&build);
-  nlohmann::json about(log.about());
-  about["contestant"] = contestant;
-  about["frames"] = std::to_string(frames);
-  about["period_s"] = nlohmann::json(log.rig().period_s).dump();
-  about["commit"] = build.commit;
-  about["damage"] = log.damage();
-  return about.dump(1) + "\n";
+// What the log is read with: the contents, since a path says nothing of them.
+std::string text_of_input(const RunOptions& options) {
+  if (options.rig.empty()) return "";
+  return io::format_rig(io::load_rig(options.rig)) + (fs::exists(options.map) ? hash_input(options.map, "") : "");
 }
 
 std::unique_ptr<RaceLog> open_log(const RunOptions& options, const std::string& path) {
@@ -68,9 +54,17 @@ std::unique_ptr<RaceLog> open_log(const RunOptions& options, const std::string& 
 // False: interrupted.
 bool run_log(const RunOptions& options, const std::string& path, const std::vector<std::string>& names) {
   const std::string log_name = fs::path(path).stem().string();
+  const std::string input = hash_input(path, text_of_input(options));
+  std::map<std::string, About> wanted;
   std::vector<std::string> todo;
-  for (const std::string& name : names)
-    if (!is_done_by_this_build(folder_of(options.out, name, log_name))) todo.push_back(name);
+  for (const std::string& name : names) {
+    wanted[name] = wanted_of(options, name, name == names[0], input);
+    const std::string why = why_not_kept(folder_of(options.out, name, log_name), wanted[name]);
+    if (why.empty()) continue;
+    todo.push_back(name);
+    if (!options.quiet && why != kNotThere)
+      std::printf("%s: %s was run before with %s; again\n", log_name.c_str(), name.c_str(), why.c_str());
+  }
   if (todo.empty()) {
     if (!options.quiet) std::printf("%s: done before\n", log_name.c_str());
     return true;
@@ -84,23 +78,24 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
     io::write_whole_file(map_file, log.map_text());
   }
   std::vector<std::unique_ptr<Contestant>> contestants;
-  for (const std::string& name : todo) contestants.push_back(std::make_unique<Contestant>(name, log, map_file));
+  for (const std::string& name : todo)
+    contestants.push_back(std::make_unique<Contestant>(name, log, map_file, options.every));
   contestants[0]->judge().use_baselines(todo[0] == names[0] ? options.every : 0);
   for (auto& contestant : contestants)
     if (contestant->name().find_first_of(":@") == std::string::npos) contestant->take_pictures();
 
   cli::Progress progress(1000, options.quiet);
+  if (options.progress_s >= 0) progress.print_lines(log_name + ": evaluated", options.progress_s);
   LogFrame frame;
   int64_t frames = 0;
   sim::Workers workers(options.workers);
   for (; frames < options.most_frames && log.next(frame); ++frames) {
     if (cli::interrupted()) return false;
     // The first one alone: its times are those of the report. The others, and what follows the first, at once.
-    contestants[0]->push(frame);
+    if (contestants[0]->takes(frames)) contestants[0]->push(frame);
     std::vector<std::function<void()>> jobs = {[&] { contestants[0]->judge().judge_baselines(); }};
     for (std::size_t k = 1; k < contestants.size(); ++k)
-      if (contestants[k]->name().find('@') == std::string::npos || frames % options.every == 0)
-        jobs.push_back([&, k] { contestants[k]->push(frame); });
+      if (contestants[k]->takes(frames)) jobs.push_back([&, k] { contestants[k]->push(frame); });
     workers.for_each(int32_t(jobs.size()), [&](int32_t k) { jobs[std::size_t(k)](); });
     progress.show(int64_t(1000 * log.progress()));
   }
@@ -108,11 +103,18 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
   for (auto& contestant : contestants) {
     contestant->finish();
     const std::string folder = folder_of(options.out, contestant->name(), log_name);
-    fs::remove_all(folder);  // what another build has left
+    fs::remove_all(folder);  // what another build or other options have left
     cli::make_folder(folder);
     write_tables(folder, contestant->judge().tables());
     if (const Album* album = contestant->album()) write_pictures(folder, album->finish());
-    io::write_whole_file(folder + "/about.json", about_text(contestant->name(), log, frames));
+    About about = log.about();
+    for (const auto& [key, value] : wanted[contestant->name()]) about[key] = value;
+    about["contestant"] = contestant->name();
+    about["frames"] = std::to_string(contestant->frames());
+    about["period_s"] = nlohmann::json(log.rig().period_s).dump();
+    about["damage"] = log.damage();
+    about["cpu"] = cpu_name();
+    write_about(folder, about);
   }
   if (!options.quiet)
     std::printf("%s: %lld frames, %zu contestants%s%s\n", log_name.c_str(), static_cast<long long>(frames),
@@ -143,9 +145,24 @@ std::vector<std::string> sweep_values(const std::string& text) {
   return values;
 }
 
-bool run_logs(const RunOptions& options) {
+std::vector<std::string> contestant_names(const RunOptions& options) {
+  if (options.presets.empty()) throw io::Error("--preset", 0, "is needed");
+  for (const std::string& name : options.presets) check_contestant(name);
   std::vector<std::string> names = options.presets;
-  for (const std::string& value : sweep_values(options.sweep)) names.push_back(options.presets[0] + "@" + value);
+  for (const std::string& value : sweep_values(options.sweep)) {
+    names.push_back(options.presets[0] + "@" + value);
+    try {
+      check_contestant(names.back());
+    } catch (const io::Error& error) {
+      const std::string sentence = error.what();  // of --set NAME=VALUE, which nobody has typed
+      throw io::Error("--sweep " + options.sweep, 0, sentence.substr(sentence.find(": ") + 2));
+    }
+  }
+  return names;
+}
+
+bool run_logs(const RunOptions& options) {
+  const std::vector<std::string> names = contestant_names(options);
   std::set<std::string> stems;
   for (const std::string& log : options.logs)
     if (!stems.insert(fs::path(log).stem().string()).second)

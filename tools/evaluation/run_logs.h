@@ -4,8 +4,8 @@
 // Contestants on logs, and the folder of their results:
 //
 //   OUT/runs/CONTESTANT/LOG/*.csv       the judge's tables (judge.h)
-//   OUT/runs/CONTESTANT/LOG/about.json  what was run, by which build; written last: without it, or by another build, a
-//                                       run is done again
+//   OUT/runs/CONTESTANT/LOG/about.json  what was run, by which build and with what (kept_runs.h); written last: without
+//                                       it, or where that differs, a run is done again
 //   OUT/metrics.json  OUT/report.html  OUT/*.csv    made from all the runs there are
 #pragma once
 
@@ -26,7 +26,11 @@ struct RunOptions {
   int64_t most_frames = INT64_MAX;
   int32_t workers = 0;  // contestants at once; 0: one a CPU
   bool quiet = false;
+  double progress_s = -1;  // seconds between two lines that say how far it is; negative: a bar on a terminal
 };
+
+// The presets and the sweep's values of the first one. Throws io::Error where one of them cannot be run.
+std::vector<std::string> contestant_names(const RunOptions& options);
 
 // Throws io::Error. Returns false when interrupted: the logs done are kept.
 bool run_logs(const RunOptions& options);

@@ -1,0 +1,170 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Which frames a contestant is given, and which runs are kept: both are invisible in a report that is wrong.
+#include <doctest/doctest.h>
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/temp_folder.h"
+#include "tools/evaluation/kept_runs.h"
+#include "tools/evaluation/report.h"
+#include "tools/evaluation/run_logs.h"
+#include "tools/io/error.h"
+#include "tools/sim/race_log.h"
+
+using namespace overtake;
+using namespace overtake::evaluation;
+
+namespace {
+
+void simulate(const std::string& path, double seconds, uint64_t seed) {
+  const sim::Scenario scenario = sim::load_scenario("blind_zone");  // begins with a car over a seam
+  sim::Simulator simulator(scenario, seed, seconds, 2);
+  const auto out = sim::make_mcap_log(path, simulator, seed);
+  for (int32_t k = 0; k < simulator.sweep_count(); ++k) out->write(k, simulator.sweep(k));
+  out->close();
+}
+
+std::map<std::string, Run> runs_of(const std::string& out) {
+  std::map<std::string, Run> runs;
+  for (Run& run : read_runs(out)) runs[run.contestant] = std::move(run);
+  return runs;
+}
+
+// The rows of every N-th frame; the first column is the frame.
+Table every_nth(const Table& table, int64_t n) {
+  Table out(table.columns);
+  const std::size_t width = table.columns.size();
+  for (std::size_t r = 0; r < table.rows(); ++r)
+    if (int64_t(table.at(r, 0)) % n == 0)
+      out.cells.insert(out.cells.end(), table.cells.begin() + int64_t(r * width),
+                       table.cells.begin() + int64_t((r + 1) * width));
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("a sweep at the preset's own value finds the preset's own clusters on every N-th frame") {
+  const TempFolder folder;
+  simulate(folder.path("race.mcap"), 2.3, 1);  // 46 sweeps
+  RunOptions options;
+  options.logs = {folder.path("race.mcap")};
+  options.presets = {"paper"};
+  options.sweep = "cluster.threshold_deg=2.5:2.5:1";
+  options.quiet = true;
+  for (const int32_t every : {7, 22}) {  // 22: 1.1 s, which looks like a clock that jumped where frames come at 20 Hz
+    CAPTURE(every);
+    options.every = every, options.out = folder.path(std::to_string(every));
+    RunOptions before = options;
+    before.sweep = "";
+    if (every == 22) REQUIRE(run_logs(before));  // the sweep comes later, alone
+    REQUIRE(run_logs(options));
+    auto runs = runs_of(options.out);
+    const Run &all = runs.at("paper"), &some = runs.at("paper@cluster.threshold_deg=2.5");
+    CHECK(all.tables.at("clusters").rows() == 46);
+    CHECK(some.tables.at("clusters").rows() == std::size_t((46 + every - 1) / every));
+    CHECK(some.about.at("frames") == std::to_string((46 + every - 1) / every));
+    CHECK(some.tables.at("seams").rows() > 0);
+    for (const char* name : {"scans", "clusters", "boxes", "seams", "car_points"}) {
+      CAPTURE(name);
+      CHECK(every_nth(all.tables.at(name), every).cells == some.tables.at(name).cells);
+    }
+  }
+  options.every = 1000, options.out = folder.path("far");  // 50 s
+  CHECK_THROWS_WITH_AS(run_logs(options), doctest::Contains("--every 1000"), io::Error);
+}
+
+TEST_CASE("a run is kept for the same question only: other frames, another --every, another log of the name are run") {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder.path("other"));
+  simulate(folder.path("race.mcap"), 0.3, 1);
+  simulate(folder.path("other/race.mcap"), 0.3, 2);
+  RunOptions options;
+  options.logs = {folder.path("race.mcap")};
+  options.presets = {"paper", "paper:relay"};
+  options.sweep = "cluster.threshold_deg=4:4:1";
+  options.out = folder.path("out");
+  options.quiet = true;
+  // Which contestants the next call runs again: those whose table does not hold what was put into it.
+  const auto run_again = [&] {
+    const std::string table = "/race/cars.csv", mark = "kept";
+    std::string again;
+    for (const char* name : {"paper", "paper:relay", "paper@cluster.threshold_deg=4"})
+      if (std::filesystem::exists(options.out + "/runs/" + name + table))
+        io::write_whole_file(options.out + "/runs/" + name + table, mark);
+    REQUIRE(run_logs(options));
+    for (const char* name : {"paper", "paper:relay", "paper@cluster.threshold_deg=4"})
+      if (io::read_whole_file(options.out + "/runs/" + name + table) != mark) again += std::string(name) + " ";
+    return again;
+  };
+  const std::string all = "paper paper:relay paper@cluster.threshold_deg=4 ";
+  options.most_frames = 2;
+  CHECK(run_again() == all);
+  CHECK(run_again() == "");
+  options.most_frames = INT64_MAX;
+  CHECK(run_again() == all);
+  CHECK(run_again() == "");
+  options.every = 3;  // the baselines beside the first one, and the sweep
+  CHECK(run_again() == "paper paper@cluster.threshold_deg=4 ");
+  options.logs = {folder.path("other/race.mcap")};
+  CHECK(run_again() == all);
+  CHECK(run_again() == "");
+  std::filesystem::copy_file(folder.path("other/race.mcap"), folder.path("race.mcap"),
+                             std::filesystem::copy_options::overwrite_existing);
+  options.logs = {folder.path("race.mcap")};
+  CHECK(run_again() == "");  // the same log elsewhere
+  std::swap(options.presets[0], options.presets[1]), options.sweep = "";
+  CHECK(run_again() == "paper paper:relay ");  // the baselines are beside the other one
+}
+
+TEST_CASE("hash_input: a file's bytes at both ends, its size, a folder's files, and what it is read with") {
+  const TempFolder folder;
+  const std::string two(std::size_t(3) << 20, 'x');
+  const auto hash = [&](const std::string& text) { return hash_input(folder.write("a", text), ""); };
+  const std::string first = hash(two);
+  CHECK(hash(two) == first);
+  CHECK(hash("y" + two.substr(1)) != first);
+  CHECK(hash(two.substr(1) + "y") != first);
+  CHECK(hash(two + "x") != first);
+  CHECK(hash_input(folder.write("a", two), "rig") != first);
+  folder.write("bag/1", "one"), folder.write("bag/2", "two");
+  const std::string bag = hash_input(folder.path("bag"), "");
+  folder.write("bag/2", "six");
+  CHECK(hash_input(folder.path("bag"), "") != bag);
+  CHECK(error_of([&] { hash_input(folder.path("none"), ""); }) == folder.path("none") + ": no such file");
+}
+
+TEST_CASE("the report names the CPUs of its runs, and metrics.json is the same from any of them") {
+  const TempFolder folder;
+  simulate(folder.path("race.mcap"), 0.3, 1);
+  simulate(folder.path("race_2.mcap"), 0.3, 2);
+  RunOptions options;
+  options.logs = {folder.path("race.mcap"), folder.path("race_2.mcap")};
+  options.presets = {"paper"};
+  options.out = folder.path("out");
+  options.quiet = true;
+  REQUIRE(run_logs(options));
+  write_report(options.out, false);
+  const auto cpu_of = [&] {
+    return nlohmann::json::parse(io::read_whole_file(options.out + "/times.json")).at("cpu").get<std::string>();
+  };
+  const std::string metrics = io::read_whole_file(options.out + "/metrics.json");
+  CHECK(cpu_of().find(',') == std::string::npos);
+  for (const char* log : {"race", "race_2"}) {
+    const std::string run = options.out + "/runs/paper/" + log;
+    About about = read_about(run);
+    CHECK(about.at("cpu") == cpu_of());
+    about["cpu"] = "Engine of " + std::string(log), about["input"] = log;
+    write_about(run, about);
+  }
+  merge_runs({options.out}, folder.path("merged"));
+  options.out = folder.path("merged");
+  write_report(options.out, false);
+  CHECK(cpu_of() == "Engine of race, Engine of race_2");
+  CHECK(io::read_whole_file(options.out + "/report.html").find("On Engine of race, Engine of race_2, one worker") !=
+        std::string::npos);
+  CHECK(io::read_whole_file(options.out + "/metrics.json") == metrics);
+}

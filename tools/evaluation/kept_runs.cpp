@@ -1,0 +1,87 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/evaluation/kept_runs.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "core/hash.h"
+#include "tools/io/error.h"
+#include "tools/io/text.h"
+
+namespace overtake::evaluation {
+namespace {
+
+namespace fs = std::filesystem;
+
+void add_file(const fs::path& path, Hash& hash) {
+  constexpr std::streamoff kPart = 1 << 20;
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  const std::streamoff size = file.tellg();
+  if (!file || size < 0) throw io::Error(path.string(), 0, "cannot be read");
+  hash.add_value(int64_t(size));
+  std::vector<char> bytes(std::size_t(std::min(size, kPart)));
+  for (const std::streamoff begin : {std::streamoff(0), size - std::streamoff(bytes.size())}) {
+    file.seekg(begin);
+    file.read(bytes.data(), std::streamsize(bytes.size()));
+    hash.add_bytes(bytes.data(), bytes.size());
+  }
+}
+
+}  // namespace
+
+About read_about(const std::string& folder) {
+  const std::string file = folder + "/about.json";
+  try {
+    return nlohmann::json::parse(io::read_whole_file(file)).get<About>();
+  } catch (const nlohmann::json::exception& error) {
+    throw io::Error(file, 0, error.what());
+  }
+}
+
+void write_about(const std::string& folder, const About& about) {
+  io::write_whole_file(folder + "/about.json", nlohmann::json(about).dump(1) + "\n");
+}
+
+About portable(About about) {
+  about.erase("input"), about.erase("cpu");
+  return about;
+}
+
+std::string hash_input(const std::string& log, const std::string& more) {
+  if (!fs::exists(log)) throw io::Error(log, 0, "no such file");
+  std::vector<fs::path> files = {log};
+  if (fs::is_directory(log)) {
+    files.clear();
+    for (const auto& entry : fs::recursive_directory_iterator(log))
+      if (entry.is_regular_file()) files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+  }
+  Hash hash;
+  for (const fs::path& file : files) add_file(file, hash);
+  hash.add_bytes(more.data(), more.size());
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash.value()));
+  return text;
+}
+
+std::string why_not_kept(const std::string& folder, const About& wanted) {
+  if (!fs::exists(folder + "/about.json")) return kNotThere;
+  About found;
+  try {
+    found = read_about(folder);
+  } catch (const io::Error&) {
+    return "a damaged about.json";
+  }
+  const About words = {
+      {"commit", "build"}, {"every", "--every"}, {"frame_limit", "--frames"}, {"input", "log, rig or map"}};
+  std::vector<std::string> differ;
+  for (const auto& [key, value] : wanted)
+    if (found[key] != value) differ.push_back(words.count(key) ? words.at(key) : key);
+  return differ.empty() ? "" : "another " + io::join(differ, ", another ");
+}
+
+}  // namespace overtake::evaluation
