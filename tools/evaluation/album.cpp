@@ -25,6 +25,8 @@ constexpr std::size_t kSlips = std::size(kSlipDeg);
 Album::Album(const RaceLog& log, const ovt_params& params, const std::string& map_file)
     : log_(log), params_(params), map_file_(map_file), fits_(kSlips) {
   for (const io::RigSensor& s : log.rig().sensors) mountings_.emplace_back(s);
+  const auto said = log.about().find("simulated");
+  race_.simulated = said == log.about().end() || said->second != "false";
 }
 
 Album::Cars Album::cars_at(int64_t stamp_ns) const {

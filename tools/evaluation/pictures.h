@@ -73,6 +73,7 @@ struct RacePath {
     double time_s, x_m, y_m, ahead_m;  // of the ego; ahead_m: of one other car
   };
   std::vector<Step> steps;
+  bool simulated = true;  // else recorded
 };
 std::string draw_race(const io::MapData& map, const RacePath& path);
 
