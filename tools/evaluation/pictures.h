@@ -62,7 +62,7 @@ struct FitMoment {
   int64_t inside_map = 0, inside_points = 0;
   bool points_chosen = false;
 };
-std::string draw_fits(const std::vector<FitMoment>& moments);
+std::string draw_fits(const std::vector<FitMoment>& moments, bool simulated = true);
 
 // Sensors and fields of view from above; blind strips are measured between neighbouring edges.
 std::string draw_rig(const io::Rig& rig, double length_m, double width_m);
