@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <set>
 
 #include "tools/evaluation/claims.h"
 #include "tools/evaluation/cluster_tally.h"
@@ -206,6 +207,27 @@ TEST_CASE("claims and costs come out of the figures, and what was not measured i
   CHECK(verdict(claims, "dip_behind") == 0);
   CHECK(verdict(claims, "half_ahead") == 0);
 
+  // Never below a half, and cars were there: it does not hold. No car beyond 100 m: nobody knows.
+  const auto number = [](const std::vector<Claim>& of, const std::string& name, const std::string& key) {
+    for (const Claim& c : of)
+      for (const Number& n : c.numbers)
+        if (c.name == name && n.name == key) return n.value;
+    return -1.0;
+  };
+  CHECK(std::isnan(number(claims, "half_ahead", "falls_below_half_m")));
+  CHECK(number(claims, "seen_ahead", "farthest_car_m") == 150);
+  CHECK(verdict(claims, "seen_ahead") == 0);
+  Figures near = f;
+  for (DistanceBin& b : near.distance)
+    if (std::fabs(b.middle_m) > 85) b.detected = {0, 0, NAN, 0, 1};
+  const std::vector<Claim> of_near = check_claims(near, {near});
+  for (const char* name : {"seen_ahead", "seen_behind", "half_ahead"}) CHECK(verdict(of_near, name) == -1);
+  CHECK(number(of_near, "seen_ahead", "farthest_car_m") == 90);
+  std::set<std::string> sentences;
+  for (const Claim& c : claims) sentences.insert(c.text);
+  CHECK(sentences.size() == claims.size());  // each is understood alone
+  CHECK(sentences.count("ground removal, F1: a smaller deviation over the scans than the 2.5-D grid, by truth") == 1);
+
   f.clusters_per_car = {2, 2},
   f.mixed_other = {0, 0};  // 0.5 m: 4 and none; 2 m: 1 and a mixed one in every second frame
   f.euclid_clusters = {{0.5, {4, 4}}, {2, {1, 1}}}, f.euclid_mixed = {{0.5, {0, 0}}, {2, {1, 0}}};
@@ -222,6 +244,73 @@ TEST_CASE("claims and costs come out of the figures, and what was not measured i
   CHECK(costs[0].gospa_m2 == Approx(4));
   CHECK(costs[0].false_m2 == Approx(4));
   CHECK(costs[1].gospa_m2 == Approx(1));
+}
+
+TEST_CASE("controls: chance explains some detections without points, and a late truth needs a car that moves") {
+  const auto verdict = [](const std::vector<Claim>& controls, const std::string& name) {
+    for (const Claim& c : controls)
+      if (c.name == name) return c.known ? (c.holds ? 1 : 0) : -1;
+    return -2;
+  };
+  Figures f, empty, late;
+  f.contestant = "paper", empty.contestant = "paper:empty", late.contestant = "paper:late_truth";
+  f.scenario = empty.scenario = late.scenario = "hand";
+  f.tracks.mot.objects = 100;
+  f.distance = {{5, {90, 100, 0.9}, {90, 100, 0.9}, 1, 0.5, 0}};
+  // 0.5 a frame and 10 m: 0.4 within the gate, which is met in 1 - exp(-0.4) = 0.33 of the frames.
+  for (const auto& [hits, expected] : {std::pair(30, 1), std::pair(44, 1), std::pair(60, 0)}) {
+    empty.distance = {{5, {hits, 100, hits / 100.0}, {}, 1, 0.5, 0}};
+    CHECK(verdict(check_controls(f, {f, empty}), "no_car_points") == expected);
+  }
+  empty.distance = {{5, {3, 100, 0.03}, {}, 1, 0, 0}};  // no false ones anywhere: 3 are too many
+  CHECK(verdict(check_controls(f, {f, empty}), "no_car_points") == 0);
+
+  CHECK(verdict(check_controls(f, {f, late}), "late_truth") == -1);  // only standing cars
+  f.along_moving_m = {0.5, 0.7}, late.along_moving_m = {2.5, 2.1};
+  CHECK(verdict(check_controls(f, {f, late}), "late_truth") == 1);
+  late.along_moving_m = {0.5, 0.7};
+  CHECK(verdict(check_controls(f, {f, late}), "late_truth") == 0);
+}
+
+TEST_CASE("figures: who moves, how close cars are, and what a recording does not know") {
+  Run run = hand_made_run();
+  for (int32_t k = 0; k < 10; ++k) {  // a second car beside the first one drives 2 m a frame, the first one stands
+    run.tables["cars"].add({double(k), 0.05 * k, 2, 45, 6, 45.0 + 2 * k, 6, 20, 1, 1, 1, 0, 0});
+    run.tables["detections"].add({double(k), 2, 45, 6, 9, 0, 0, 0, -0.25, 0, 0});
+    run.tables["detections"].add({double(k), 1, 45, 0, 9, 0, 0, 0, 3, 0, 0});
+    for (const double radius : {0.5, 2.0}) {
+      run.tables["euclid"].add({double(k), radius, 1, 3, 2});
+      run.tables["euclid_mixed"].add({double(k), radius, 1, 0, 4});
+    }
+    run.tables["boxes"].add({double(k), 1});
+  }
+  const Figures f = make_figures({run})[0];
+  CHECK(f.along_moving_m == std::vector<double>(10, 0.25));
+  CHECK(f.most_cars == 2);
+  CHECK(f.closest_cars_m == Approx(6));
+  CHECK(f.surface_known);
+  CHECK(f.euclid_clusters.size() == 2);
+
+  // The same without what each point lies on: by the paper's rule it is measured, by truth it is not.
+  Run recorded = run;
+  recorded.log = "recorded", recorded.about["simulated"] = "false";
+  recorded.tables["scans"] = make_tables()["scans"];
+  const Figures r = make_figures({recorded})[0];
+  CHECK(!r.surface_known);
+  for (const auto* values : {&r.clusters_per_car, &r.mixed_other, &r.mixed_cars}) CHECK(values->empty());
+  CHECK(r.euclid_clusters.empty());
+  CHECK(r.euclid_mixed.empty());
+  CHECK(r.boxed_per_car == std::vector<double>(20, 1));
+  CHECK(r.mixed_by_size == std::vector<double>(10, 1));
+  CHECK(r.euclid_boxed.at(2) == std::vector<double>(10, 2));
+  CHECK(r.euclid_mixed_by_size.at(2) == std::vector<double>(10, 4));
+  for (const Claim& c : check_claims(r, {r}))
+    if (c.name == "clusters_by_truth" || c.name == "ground_tpr_higher_by_truth") CHECK(!c.known);
+
+  CHECK(origin_of({run}) == Origin::kSimulated);
+  CHECK(origin_of({recorded}) == Origin::kRecorded);
+  CHECK(origin_of({run, recorded}) == Origin::kMixed);
+  CHECK(make_figures({run, recorded})[0].origin == Origin::kMixed);  // of one scenario
 }
 
 TEST_CASE("plots: ticks are round and inside, text is escaped, what is not there is not drawn") {

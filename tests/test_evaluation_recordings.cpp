@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "tests/support/recorded.h"
 #include "tests/support/temp_folder.h"
@@ -14,6 +15,7 @@
 #include "tools/evaluation/odometry_log.h"
 #include "tools/evaluation/pose_history.h"
 #include "tools/evaluation/recorded.h"
+#include "tools/evaluation/report.h"
 #include "tools/evaluation/simulated_log.h"
 #include "tools/evaluation/tune.h"
 #include "tools/io/error.h"
@@ -74,7 +76,7 @@ TEST_CASE("odometry of two cars is a truth: a simulated log read as a recording 
   const TempFolder folder;
   const std::string log = folder.path("race.mcap"), rig_file = folder.path("rig.toml");
   {
-    const sim::Scenario scenario = sim::load_scenario("overtake");
+    const sim::Scenario scenario = sim::load_scenario("spin_near");
     sim::Simulator simulator(scenario, 1, 0.8, 2);
     const auto out = sim::make_mcap_log(log, simulator, 1);
     for (int32_t k = 0; k < simulator.sweep_count(); ++k) out->write(k, simulator.sweep(k));
@@ -118,6 +120,46 @@ TEST_CASE("odometry of two cars is a truth: a simulated log read as a recording 
   CHECK(figures[0].ground_auto.tpr.size() >= 6);
   CHECK(metrics::summarize(figures[0].ground_auto.f1).mean > 0.7);
   CHECK(figures[0].tracks.mot.objects > 5);
+  for (const char* unknown : {"points", "clusters"}) {
+    const Table cars = read_runs(options.out)[0].tables.at("cars");
+    REQUIRE(cars.rows() > 0);
+    for (std::size_t r = 0; r < cars.rows(); ++r) CHECK(std::isnan(cars.at(r, cars.column(unknown))));
+  }
+
+  // The report of a recording says so, draws what it measured by the paper's rule and nothing by a truth it has not.
+  write_report(options.out, false);
+  const nlohmann::json json = nlohmann::json::parse(io::read_whole_file(options.out + "/metrics.json"));
+  CHECK(json["simulated"] == false);
+  CHECK(json["figures"][0]["clustering"]["clusters_per_car"]["mean"].is_null());
+  CHECK(json["figures"][0]["clustering"]["clusters_in_box_per_car"]["count"] > 0);
+  CHECK(json["figures"][0]["euclidean"][0]["clusters_per_car"]["mean"].is_null());
+  CHECK(json["figures"][0]["euclidean"][0]["clusters_in_box_per_car"]["count"] > 0);
+  std::set<std::string> unmeasured;
+  for (const auto& claim : json["judgements"][0]["claims"])
+    if (claim["verdict"] == "not measured") unmeasured.insert(claim["name"]);
+  for (const char* name : {"clusters_by_truth", "ground_tpr_higher_by_truth", "mounting"})
+    CHECK_MESSAGE(unmeasured.count(name) == 1, name);
+  CHECK(unmeasured.count("ground_tpr_higher_by_labels") == 0);
+  const std::string html = io::read_whole_file(options.out + "/report.html");
+  for (const char* said :
+       {"class=\"recorded\"", "The recorded race from above", "Recorded: race", ">not measured",
+        "no log says what each point lies on", "(c) Clusters in a car", "confirmed track (recorded)"})
+    CHECK_MESSAGE(html.find(said) != std::string::npos, said);
+  for (const char* untrue :
+       {"class=\"simulated\"", "No number here", "The simulated race", "Simulated:", "figures (simulated)", "no data",
+        "against the truth: TPR", "(a) Clusters per car", "10 to 25 m away"})
+    CHECK_MESSAGE(html.find(untrue) == std::string::npos, untrue);
+
+  // Beside a simulated log both are named.
+  RunOptions simulated;
+  simulated.logs = {log}, simulated.presets = {"paper"}, simulated.out = folder.path("simulated");
+  simulated.quiet = true, simulated.most_frames = 2;
+  REQUIRE(run_logs(simulated));
+  std::filesystem::rename(simulated.out + "/runs/paper/race", options.out + "/runs/paper/other");
+  write_report(options.out, false);
+  CHECK(nlohmann::json::parse(io::read_whole_file(options.out + "/metrics.json"))["simulated"] == "some");
+  CHECK(io::read_whole_file(options.out + "/report.html").find(">simulated and recorded<") != std::string::npos);
+
   options.presets = {"paper:ground"};
   CHECK_THROWS_WITH_AS(run_logs(options), doctest::Contains("does not say what each point lies on"), io::Error);
 }

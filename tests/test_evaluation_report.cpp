@@ -12,6 +12,7 @@
 #include "tools/evaluation/album.h"
 #include "tools/evaluation/first_seen.h"
 #include "tools/evaluation/report.h"
+#include "tools/evaluation/report_html.h"
 #include "tools/evaluation/run_logs.h"
 #include "tools/evaluation/svg.h"
 #include "tools/evaluation/svg_plot.h"
@@ -90,6 +91,47 @@ TEST_CASE("fits: each panel says which rectangle was taken and how many points a
   CHECK(picture.find("taken: psi_REF") != std::string::npos);
   CHECK(count_of(picture, "<circle") == 6);
   CHECK(count_of(picture, "<polygon") == 6);
+  CHECK(picture.find("A simulated car") != std::string::npos);
+  CHECK(draw_fits({m, other}, false).find("imulated") == std::string::npos);
+}
+
+TEST_CASE("clustering: by truth and by the paper's rule against both parameters, two cars in one where there are two") {
+  Figures f;
+  f.contestant = "paper", f.scenario = "hand", f.surface_known = true, f.most_cars = 2, f.closest_cars_m = 3.5;
+  f.clusters_per_car = {2, 1}, f.boxed_per_car = {1, 1}, f.mixed_other = f.mixed_cars = f.mixed_by_size = {0, 0};
+  for (const double radius : {0.5, 2.0}) {
+    f.euclid_clusters[radius] = f.euclid_boxed[radius] = {1, 3};
+    f.euclid_mixed[radius] = f.euclid_mixed_cars[radius] = f.euclid_mixed_by_size[radius] = {0, 0};
+  }
+  Figures swept = f;
+  swept.contestant = "paper@cluster.threshold_deg=4";
+  const std::string none = clustering_section({f, swept}, f);
+  for (const char* title :
+       {"(a) Clusters per car", "(b) Mixed with other", "(c) Clusters in a car's box", "(d) Longer than a car"})
+    for (const char* of : {": proposed<", ": Euclidean<"})
+      CHECK_MESSAGE(none.find(escape_xml(title) + of) != std::string::npos, title);
+  CHECK(none.find("3.5 m or more between their middles): none, by either method") != std::string::npos);
+  CHECK(none.find("(e)") == std::string::npos);
+  f.euclid_mixed_cars[2.0] = {1, 0};
+  const std::string some = clustering_section({f, swept}, f);
+  CHECK(some.find("(e) Two cars in one: proposed<") != std::string::npos);
+  CHECK(some.find("(e) Two cars in one: Euclidean<") != std::string::npos);
+  f.most_cars = 1;
+  CHECK(clustering_section({f}, f).find("no log with two opponents at once") != std::string::npos);
+}
+
+TEST_CASE("legend: above the frame where that is asked for, and a line without a name has none") {
+  const Series line{"name of it", "red", {0, 1}, {0, 1}, {}, {}, true, false};
+  Axes axes{"t", "x", "y"};
+  CHECK(line_plot(axes, {line}).find("y=\"16\" text-anchor=\"end\"") == std::string::npos);
+  axes.legend_above = true;
+  const std::string above = line_plot(axes, {line});
+  CHECK(above.find("y=\"16\" text-anchor=\"end\"") != std::string::npos);
+  CHECK(count_of(above, "name of it") == 1);
+  Series nameless = line;
+  nameless.name = "";
+  CHECK(count_of(line_plot({"t", "x", "y"}, {nameless}), "stroke-width=\"3\"") == 0);
+  CHECK(count_of(line_plot({"t", "x", "y"}, {line}), "stroke-width=\"3\"") == 1);
 }
 
 TEST_CASE("pictures: of one name the one with the highest score is shown, a damaged list is named") {

@@ -25,6 +25,8 @@ constexpr std::size_t kSlips = std::size(kSlipDeg);
 Album::Album(const RaceLog& log, const ovt_params& params, const std::string& map_file)
     : log_(log), params_(params), map_file_(map_file), fits_(kSlips) {
   for (const io::RigSensor& s : log.rig().sensors) mountings_.emplace_back(s);
+  const auto said = log.about().find("simulated");
+  race_.simulated = said == log.about().end() || said->second != "false";
 }
 
 Album::Cars Album::cars_at(int64_t stamp_ns) const {
@@ -196,8 +198,8 @@ std::vector<NamedPicture> Album::finish() const {
   for (const FitMoment& m : fits_)
     if (m.at.frame >= 0) fits.push_back(m);
   if (fits.size() == kSlips)
-    out.push_back(
-        {"fits", draw_fits(fits), "both rectangles of a car that begins to slide", double(fits[1].points.size())});
+    out.push_back({"fits", draw_fits(fits, race_.simulated), "both rectangles of a car that begins to slide",
+                   double(fits[1].points.size())});
   out.push_back(
       {"sensors", draw_rig(log_.rig(), params_.vehicle_length_m, params_.vehicle_width_m), log_.rig().name, 0});
   const io::MapData map = io::read_map(map_file_);

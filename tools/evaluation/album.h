@@ -25,6 +25,7 @@ namespace overtake::evaluation {
 struct NamedPicture {
   std::string name, svg, caption;
   double score = 0;
+  std::string log = {};  // of the run it was found in
 };
 
 class Album {

@@ -3,6 +3,7 @@
 #include "tools/evaluation/claims.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <tuple>
@@ -37,16 +38,30 @@ double farthest_m(const Figures& f, double direction, double probability) {
   return edge;
 }
 
+// The outer edge of the farthest bin in a direction in which a car was at all.
+double farthest_car_m(const Figures& f, double direction) { return farthest_m(f, direction, 0); }
+
 struct Check {
   Claim claim;
+  bool has_case = true;
   Check(std::string name, std::string text) { claim.name = std::move(name), claim.text = std::move(text); }
   Check& number(const char* name, double value) {
     claim.numbers.push_back({name, value});
     return *this;
   }
+  // One that may be missing: `none` says what that means.
+  Check& extra(const char* name, double value, const char* none) {
+    claim.numbers.push_back({name, value, none, false});
+    return *this;
+  }
+  // Without a case of what the sentence is about it is not measured.
+  Check& needs(bool it_is_there) {
+    has_case = has_case && it_is_there;
+    return *this;
+  }
   Claim holds(bool it_does) {
-    claim.known =
-        std::all_of(claim.numbers.begin(), claim.numbers.end(), [](const Number& n) { return std::isfinite(n.value); });
+    claim.known = has_case && std::all_of(claim.numbers.begin(), claim.numbers.end(),
+                                          [](const Number& n) { return !n.is_needed || std::isfinite(n.value); });
     claim.holds = claim.known && it_does;
     return claim;
   }
@@ -54,21 +69,25 @@ struct Check {
 
 void check_ground(const std::string& by, const GroundFigures& ours, const GroundFigures& grid,
                   std::vector<Claim>& out) {
-  const std::string what = "ground removal against the 2.5-D grid, by " + by;
-  const auto compare = [&](const std::string& name, const std::string& text, double a, double b, bool holds) {
-    out.push_back(Check("ground_" + name + "_by_" + by, what + ": " + text)
+  const auto compare = [&](const std::string& metric, const std::string& name, const std::string& text, double a,
+                           double b, bool holds) {
+    std::string capitals = metric;
+    for (char& c : capitals) c = char(std::toupper(static_cast<unsigned char>(c)));
+    out.push_back(Check("ground_" + metric + "_" + name + "_by_" + by,
+                        "ground removal, " + capitals + ": " + text + " than the 2.5-D grid, by " +
+                            (by == "truth" ? "truth" : "automatic labels"))
                       .number("pipeline", a)
                       .number("grid_2_5d", b)
                       .holds(holds));
   };
   for (const auto& [name, values] : {std::pair("tpr", &GroundFigures::tpr), std::pair("f1", &GroundFigures::f1)}) {
     const metrics::Summary a = metrics::summarize(ours.*values), b = metrics::summarize(grid.*values);
-    compare(std::string(name) + "_higher", "a higher mean", a.mean, b.mean, a.mean > b.mean);
-    compare(std::string(name) + "_steadier", "a smaller deviation over the scans", a.deviation, b.deviation,
+    compare(name, "higher", "a higher mean", a.mean, b.mean, a.mean > b.mean);
+    compare(name, "steadier", "a smaller deviation over the scans", a.deviation, b.deviation,
             a.deviation < b.deviation);
   }
   const double a = mean_of(ours.ppv), b = mean_of(grid.ppv);
-  compare("ppv_lower", "a lower mean", a, b, a < b);
+  compare("ppv", "lower", "a lower mean", a, b, a < b);
 }
 
 // Against the radius that does best by itself, of those tried: the least sum of clusters too many and mixed ones.
@@ -100,28 +119,35 @@ void check_detection(const Figures& f, std::vector<Claim>& out) {
                     .number("detected_0_to_20_m_behind", nearer)
                     .number("detected_40_to_60_m_behind", beyond)
                     .holds(dip < nearer && dip < beyond));
-  out.push_back(Check("track_over_dip", "there the probability of a confirmed track is above that of a detection")
-                    .number("confirmed_20_to_40_m_behind", kept)
-                    .number("detected_20_to_40_m_behind", dip)
-                    .holds(kept > dip));
-  const double ahead = farthest_m(f, 1, 0.1), behind = farthest_m(f, -1, 0.1);
-  for (const auto& [name, expected_m, found_m] : {std::tuple("ahead", 90.0, ahead), std::tuple("behind", 85.0, behind)})
-    out.push_back(Check(std::string("seen_") + name, "seen (in one frame of ten) to " +
+  out.push_back(
+      Check("track_over_dip", "20 to 40 m behind the probability of a confirmed track is above that of a detection")
+          .number("confirmed_20_to_40_m_behind", kept)
+          .number("detected_20_to_40_m_behind", dip)
+          .holds(kept > dip));
+  // Only where cars were beyond the place named: what they came no farther than is no limit of the method.
+  for (const auto& [name, expected_m, direction] : {std::tuple("ahead", 90.0, 1.0), std::tuple("behind", 85.0, -1.0)}) {
+    const double found_m = farthest_m(f, direction, 0.1), there_m = farthest_car_m(f, direction);
+    out.push_back(Check(std::string("seen_") + name, "cars are seen (in one frame of ten) to " +
                                                          std::to_string(int32_t(expected_m)) + " m " + name +
                                                          ", a bin of 10 m either way")
                       .number("paper_m", expected_m)
-                      .number("found_m", found_m)
+                      .extra("found_m", found_m, "nowhere")
+                      .number("farthest_car_m", there_m)
+                      .needs(there_m > expected_m + kBinM)
                       .holds(std::fabs(found_m - expected_m) <= kBinM));
-  double falls_m = kFarthestM;  // the near edge of the nearest bin ahead that is surely below a half
+  }
+  double falls_m = kNan;  // the near edge of the nearest bin ahead that is surely below a half
   for (const DistanceBin& b : f.distance)
     if (b.middle_m > 0 && b.detected.trials > 0 && b.detected.high < 0.5)
-      falls_m = std::min(falls_m, b.middle_m - kBinM / 2);
+      falls_m = std::fmin(falls_m, b.middle_m - kBinM / 2);
   out.push_back(Check("half_ahead",
-                      "the probability falls below a half (its interval as well) 80 m ahead, a bin of 10 m "
-                      "either way")
+                      "the probability of detection falls below a half (its interval as well) 80 m ahead, a bin of "
+                      "10 m either way")
                     .number("paper_m", 80)
-                    .number("falls_below_half_m", falls_m)
-                    .number("farthest_with_half_m", farthest_m(f, 1, 0.5))
+                    .extra("falls_below_half_m", falls_m, "never")
+                    .extra("farthest_with_half_m", farthest_m(f, 1, 0.5), "nowhere")
+                    .number("farthest_car_m", farthest_car_m(f, 1))
+                    .needs(std::isfinite(falls_m) || farthest_car_m(f, 1) > 80 + kBinM)
                     .holds(std::fabs(falls_m - 80) <= kBinM));
   const double raw = sum_between(f, kNearestM, kFarthestM, &DistanceBin::false_detections),
                tracked = sum_between(f, kNearestM, kFarthestM, &DistanceBin::false_confirmed);
@@ -149,7 +175,7 @@ void check_errors(const Figures& f, std::vector<Claim>& out) {
   const metrics::Summary left = metrics::summarize(f.across_in_left_turns),
                          rest = metrics::summarize(f.across_elsewhere);
   out.push_back(Check("lean_right",
-                      "in left turns the lateral error leans to the right: mean below zero, and the left "
+                      "in left turns the lateral error of detections leans to the right: mean below zero, and the left "
                       "tail (5 %) longer than the right one about the median")
                     .number("mean_m", left.mean)
                     .number("median_m", left.median)
@@ -167,6 +193,18 @@ void check_errors(const Figures& f, std::vector<Claim>& out) {
                     .number("detections_y_m", dy)
                     .number("tracks_y_m", ty)
                     .holds(std::fabs(tx) < std::fabs(dx) && std::fabs(ty) < std::fabs(dy)));
+}
+
+// The share of the frames with a car in which a false detection lies within the gate of it, were those of each bin
+// spread evenly along it: 1 - exp(-n), n false ones on 2 kGateM of road. A little high, as beside the car some lie
+// farther off than the gate.
+double chance_share(const Figures& f) {
+  double hits = 0, trials = 0;
+  for (const DistanceBin& b : f.distance) {
+    hits += double(b.detected.trials) * -std::expm1(-b.false_detections * 2 * kGateM / kBinM);
+    trials += double(b.detected.trials);
+  }
+  return trials > 0 ? hits / trials : kNan;
 }
 
 double joined_share(const Figures& f) {
@@ -220,8 +258,10 @@ std::vector<Claim> check_claims(const Figures& f, const std::vector<Figures>& al
                                "more car splits and fewer mixed clusters than Euclidean clustering at its best radius; "
                                "by surface truth",
                                f.clusters_per_car, f.mixed_other, f.euclid_clusters, f.euclid_mixed));
-  out.push_back(check_clusters("clusters_by_boxes", "the same by the paper's rule (boxes)", f.boxed_per_car,
-                               f.mixed_by_size, f.euclid_boxed, f.euclid_mixed_by_size));
+  out.push_back(check_clusters("clusters_by_boxes",
+                               "more car splits and fewer mixed clusters than Euclidean clustering at its best radius; "
+                               "by the paper's rule (boxes)",
+                               f.boxed_per_car, f.mixed_by_size, f.euclid_boxed, f.euclid_mixed_by_size));
   check_detection(f, out);
   const Figures* ego = find_figures(all, f.contestant + ":ego", f.scenario);
   constexpr auto rate = &DistanceBin::false_detections;
@@ -278,11 +318,15 @@ std::vector<Claim> check_controls(const Figures& f, const std::vector<Figures>& 
                       .number("false_confirmed_tracks_per_hour", f.tracks.false_per_hour)
                       .holds(number_of_hits(f) == 0 && f.tracks.mot.matches == 0));
   if (const Figures* empty = find_figures(all, f.contestant + ":empty", f.scenario))
+    // False detections gather at walls, where the cars drive, and not evenly over a bin: hence half as much again.
     out.push_back(
-        Check("no_car_points", "without the points of cars nearly nothing is detected at one (a tenth at most)")
+        Check("no_car_points",
+              "without the points of cars no more is detected at them than false detections that lie there by chance "
+              "(1.5 times that at most), and less than half of what is detected with them")
             .number("detected", detected(&f))
             .number("detected_without_points", detected(empty))
-            .holds(detected(empty) <= detected(&f) / 10));
+            .number("by_chance", chance_share(*empty))
+            .holds(detected(empty) <= 1.5 * chance_share(*empty) && detected(empty) < detected(&f) / 2));
   if (const Figures* shuffled = find_figures(all, f.contestant + ":shuffled", f.scenario)) {
     const double moved = std::fabs(mean_size(*shuffled, "x_veh_m") - mean_size(f, "x_veh_m"));
     out.push_back(
@@ -293,10 +337,12 @@ std::vector<Claim> check_controls(const Figures& f, const std::vector<Figures>& 
             .holds(number_of_hits(*shuffled) == number_of_hits(f) && moved < 1e-3));
   }
   if (const Figures* late = find_figures(all, f.contestant + ":late_truth", f.scenario))
-    out.push_back(Check("late_truth", "against the truth of the next frame the error along grows by metres")
-                      .number("mean_error_along_m", mean_size(f, "x_veh_m"))
-                      .number("mean_error_along_late_m", mean_size(*late, "x_veh_m"))
-                      .holds(mean_size(*late, "x_veh_m") > mean_size(f, "x_veh_m") + 1));
+    out.push_back(Check("late_truth",
+                        "against the truth of the next frame the error along grows by more than a metre, at cars that "
+                        "drive 1.5 m or more in a frame")
+                      .number("mean_error_along_m", mean_of(f.along_moving_m))
+                      .number("mean_error_along_late_m", mean_of(late->along_moving_m))
+                      .holds(mean_of(late->along_moving_m) > mean_of(f.along_moving_m) + 1));
   return out;
 }
 

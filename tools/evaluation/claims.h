@@ -14,17 +14,19 @@ namespace overtake::evaluation {
 struct Number {
   std::string name;
   double value = 0;
+  std::string none = "-";  // what it means that there is no value
+  bool is_needed = true;   // without it nothing can be said
 };
 
 struct Claim {
   std::string name, text;
   std::vector<Number> numbers;
-  bool known = false, holds = false;  // known: every number is there
+  bool known = false, holds = false;  // known: all that is needed is there
 };
 // Of a preset's figures, by the variants and sweeps of it among `all` on the same scenario.
 std::vector<Claim> check_claims(const Figures& preset, const std::vector<Figures>& all);
 
-// Negative controls: what must not work does not, and by as much as it must not.
+// Negative controls: what must not work does not, and by as much as it must not. One that is not known had no case.
 std::vector<Claim> check_controls(const Figures& preset, const std::vector<Figures>& all);
 
 struct Cost {

@@ -25,7 +25,6 @@ int32_t bin_of(double ahead_m) {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kNearM = 60;
 
 void add_ground(const Table& scans, GroundFigures& out) {
   const auto tp = column_of(scans, "tp"), fp = column_of(scans, "fp"), fn = column_of(scans, "fn");
@@ -36,34 +35,39 @@ void add_ground(const Table& scans, GroundFigures& out) {
   }
 }
 
+bool knows_surface(const Run& run) { return run.tables.at("scans").rows() > 0; }
+
 void add_clusters(const Run& run, Figures& out) {
   const Table &cars = run.tables.at("cars"), &clusters = run.tables.at("clusters"), &euclid = run.tables.at("euclid");
   const auto frame = column_of(cars, "frame"), points = column_of(cars, "points"), of = column_of(cars, "clusters"),
              boxed = column_of(cars, "boxed"), number = column_of(cars, "car"), ahead = column_of(cars, "ahead_m");
-  const bool known = run.tables.at("scans").rows() > 0;  // else nobody knows a car's points: those that are near count
+  const bool known = knows_surface(run);  // else those that are near count, and nothing is counted by truth
   std::set<std::pair<double, double>> with_car;
   std::set<double> frames;
   for (std::size_t i = 0; i < frame.size(); ++i) {
-    if (known ? points[i] < kMinCarPoints : std::fabs(ahead[i]) > kNearM) continue;
+    if (known ? points[i] < kMinCarPoints : std::fabs(ahead[i]) > kNearCarM) continue;
     with_car.insert({frame[i], number[i]});
     frames.insert(frame[i]);
-    out.clusters_per_car.push_back(of[i]);
+    if (known) out.clusters_per_car.push_back(of[i]);
     out.boxed_per_car.push_back(boxed[i]);
   }
   const auto at = column_of(clusters, "frame"), other = column_of(clusters, "mixed_other"),
              two = column_of(clusters, "mixed_cars");
   for (std::size_t i = 0; i < at.size(); ++i)
-    if (frames.count(at[i])) out.mixed_other.push_back(other[i]), out.mixed_cars.push_back(two[i]);
+    if (known && frames.count(at[i])) out.mixed_other.push_back(other[i]), out.mixed_cars.push_back(two[i]);
   const auto radius = column_of(euclid, "radius_m"), car = column_of(euclid, "car"),
              count = column_of(euclid, "clusters"), boxes = column_of(euclid, "boxed"),
              when = column_of(euclid, "frame");
   for (std::size_t i = 0; i < radius.size(); ++i)
-    if (with_car.count({when[i], car[i]}))
-      out.euclid_clusters[radius[i]].push_back(count[i]), out.euclid_boxed[radius[i]].push_back(boxes[i]);
+    if (with_car.count({when[i], car[i]})) {
+      if (known) out.euclid_clusters[radius[i]].push_back(count[i]);
+      out.euclid_boxed[radius[i]].push_back(boxes[i]);
+    }
   const Table &mixed = run.tables.at("euclid_mixed"), &by_size = run.tables.at("boxes");
   const auto m_frame = column_of(mixed, "frame"), m_radius = column_of(mixed, "radius_m");
   for (auto [to, name] : {std::pair(&out.euclid_mixed, "mixed_other"), std::pair(&out.euclid_mixed_cars, "mixed_cars"),
                           std::pair(&out.euclid_mixed_by_size, "mixed_by_size")}) {
+    if (!known && to != &out.euclid_mixed_by_size) continue;
     const auto values = column_of(mixed, name);
     for (std::size_t i = 0; i < values.size(); ++i)
       if (frames.count(m_frame[i])) (*to)[m_radius[i]].push_back(values[i]);
@@ -125,6 +129,37 @@ void add_errors(const Run& run, Figures& out) {
   }
 }
 
+// How many cars are there at once and how close, and the errors at those that move.
+void add_movers(const Run& run, Figures& out) {
+  const Table &cars = run.tables.at("cars"), &detections = run.tables.at("detections");
+  const auto frame = column_of(cars, "frame"), number = column_of(cars, "car"), ahead = column_of(cars, "ahead_m"),
+             x = column_of(cars, "x_m"), y = column_of(cars, "y_m");
+  std::map<double, std::vector<std::size_t>> here;  // rows, by frame
+  std::map<double, std::size_t> last;               // row, by car
+  std::map<std::pair<double, double>, bool> moves;  // frame, car
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    if (bin_of(ahead[i]) >= 0) {
+      std::vector<std::size_t>& others = here[frame[i]];
+      for (const std::size_t k : others)
+        out.closest_cars_m = std::fmin(out.closest_cars_m, std::hypot(x[i] - x[k], y[i] - y[k]));
+      others.push_back(i);
+      out.most_cars = std::max(out.most_cars, int32_t(others.size()));
+    }
+    if (const auto before = last.find(number[i]); before != last.end()) {
+      const std::size_t k = before->second;
+      const bool is_fast = std::hypot(x[i] - x[k], y[i] - y[k]) >= kMovesM * (frame[i] - frame[k]);
+      moves[{frame[i], number[i]}] = is_fast;
+      moves.try_emplace({frame[k], number[k]}, is_fast);  // the first row of a car
+    }
+    last[number[i]] = i;
+  }
+  const auto at = column_of(detections, "frame"), car = column_of(detections, "car"),
+             along = column_of(detections, "x_veh_m");
+  for (std::size_t i = 0; i < at.size(); ++i)
+    if (const auto found = moves.find({at[i], car[i]}); found != moves.end() && found->second)
+      out.along_moving_m.push_back(std::fabs(along[i]));
+}
+
 // Lateral errors where the ego turns left, and elsewhere.
 void add_lean(const Run& run, Figures& out) {
   constexpr double kTurnRps = 0.05;
@@ -167,6 +202,17 @@ std::vector<int32_t> events_of(const std::vector<double>& ahead_m) {
   return events;
 }
 
+bool is_simulated(const Run& run) {
+  const auto said = run.about.find("simulated");
+  return said == run.about.end() || said->second != "false";
+}
+
+Origin origin_of(const std::vector<Run>& runs) {
+  const auto simulated = std::count_if(runs.begin(), runs.end(), is_simulated);
+  if (simulated == std::ptrdiff_t(runs.size())) return Origin::kSimulated;
+  return simulated == 0 ? Origin::kRecorded : Origin::kMixed;
+}
+
 std::vector<Figures> make_figures(const std::vector<Run>& runs) {
   std::map<std::pair<std::string, std::string>, std::vector<const Run*>> groups;
   for (const Run& run : runs) {
@@ -178,11 +224,15 @@ std::vector<Figures> make_figures(const std::vector<Run>& runs) {
     Figures f;
     f.contestant = key.first, f.scenario = key.second;
     f.runs = int64_t(members.size());
+    f.closest_cars_m = kNan;
+    f.origin = is_simulated(*members[0]) ? Origin::kSimulated : Origin::kRecorded;
     std::vector<BinCounts> bins(std::size_t((kFarthestM - kNearestM) / kBinM));
     TrackSamples samples;
     double frames_judged = 0;
     for (std::size_t k = 0; k < members.size(); ++k) {
       const Run& run = *members[k];
+      if (is_simulated(run) != is_simulated(*members[0])) f.origin = Origin::kMixed;
+      f.surface_known = f.surface_known || knows_surface(run);
       const double frames = double(run.tables.at("clusters").rows());
       frames_judged += frames;
       f.frames += int64_t(frames);
@@ -206,6 +256,7 @@ std::vector<Figures> make_figures(const std::vector<Run>& runs) {
       add_clusters(run, f);
       add_distance(run, k, bins);
       add_errors(run, f);
+      add_movers(run, f);
       add_tracks(run, f, samples);
       add_times(run, f);
     }

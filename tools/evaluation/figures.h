@@ -18,6 +18,12 @@ namespace overtake::evaluation {
 
 inline constexpr double kBinM = 10, kWindowS = 20;
 inline constexpr int32_t kMinCarPoints = 5;  // a car with fewer points is not asked for its clusters
+inline constexpr double kNearCarM = 60;      // where nobody knows a car's points: one farther off is not asked
+inline constexpr double kMovesM = 1.5;       // of a car in a frame, against the map
+
+enum class Origin { kSimulated, kRecorded, kMixed };
+bool is_simulated(const Run& run);
+Origin origin_of(const std::vector<Run>& runs);
 
 struct GroundFigures {
   std::vector<double> tpr, ppv, f1;  // a value a scan; NaN where it is not defined
@@ -45,6 +51,10 @@ struct TrackFigures {
 struct Figures {
   std::string contestant, scenario;
   int64_t runs = 0, frames = 0;
+  Origin origin = Origin::kSimulated;
+  bool surface_known = false;  // what each point lies on; else all that needs it is empty
+  int32_t most_cars = 0;       // within reach at once, the ego apart
+  double closest_cars_m = 0;   // between the middles of two of them; NaN: never two
   double seconds = 0;
   GroundFigures ground, grid;                              // against the surface truth
   GroundFigures ground_auto, grid_auto;                    // against the automatic labels
@@ -58,6 +68,7 @@ struct Figures {
   metrics::Group seams;                                       // cars over a seam; those in one cluster
   std::vector<double> across_left_ahead, across_left_behind;  // of across_in_left_turns: the car before, behind the ego
   std::vector<double> across_in_left_turns, across_elsewhere;  // y_veh_m of detections at a car
+  std::vector<double> along_moving_m;                          // size of x_veh_m, of detections at a car that moves
   std::vector<DistanceBin> distance;
   std::map<std::string, std::vector<double>> detection_errors, track_errors;  // by column; those at a car
   TrackFigures tracks;

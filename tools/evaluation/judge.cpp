@@ -102,11 +102,12 @@ void Judge::add(ovt_reader* reader, const Relayed* relayed) {
     cli::check(ovt_read_tracks(of_tracks, publish_ns, &tracks), "tracks");
   add_tracks(info, tracks, cars);
   add_times(reader);
+  const auto by_truth = [&](double count) { return frame_->surface.empty() ? kNan : count; };
   for (const CarTruth& c : cars) {
     if (c.is_ego) continue;
     const Seen seen = see(*ego, c.x_m, c.y_m, c.z_m);
     tables_["cars"].add({frame_number_, time_s_, double(c.car), seen.ahead_m, seen.left_m, c.x_m, c.y_m,
-                         double(points_[c.car]), double(clusters_[c.car]), double(boxed_[c.car]),
+                         by_truth(double(points_[c.car])), by_truth(double(clusters_[c.car])), double(boxed_[c.car]),
                          double(detected_[c.car]), double(tentative_[c.car]), double(confirmed_[c.car])});
   }
 }
@@ -173,7 +174,9 @@ void Judge::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
   const ClusterTally::Mixed mixed = tally.mixed();
   ovt_clusters clusters;
   cli::check(ovt_read_clusters(reader, &clusters), "clusters");
-  tables_["clusters"].add({frame_number_, double(clusters.count), double(mixed.other), double(mixed.cars)});
+  const bool known = !frame_->surface.empty();
+  tables_["clusters"].add(
+      {frame_number_, double(clusters.count), known ? double(mixed.other) : kNan, known ? double(mixed.cars) : kNan});
   tables_["boxes"].add({frame_number_, double(mixed.by_size)});
   for (const auto& [car, of_sensor] : seams) {
     std::set<int64_t> common;

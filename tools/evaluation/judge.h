@@ -8,6 +8,7 @@
 //   cars        one per car and frame: place, points, clusters by truth and by the paper's rule
 //               (cluster_tally.h: boxed), detected, confirmed track
 //   clusters    one per frame: clusters that mix a car with something else, or two cars
+//               (NaN, like points and clusters of cars and of euclid: a log that does not say what each point lies on)
 //   boxes       one per frame: mixed clusters by the paper's rule
 //   seams       one per car that several sensors see with 3 non-ground points or more: whether one cluster holds a
 //               point of each of them

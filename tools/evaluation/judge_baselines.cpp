@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What others make of the same points of the same frame.
+#include <cmath>
 #include <map>
 
 #include "tools/baselines/euclidean_clusters.h"
@@ -60,6 +61,7 @@ void Judge::add_euclid(const CloudPoints& cloud) {
     any_car = any_car || (cloud.surface.empty() ? !cloud.cars.empty() : car_of(cloud.surface[i]) >= 0);
   }
   if (!any_car) return;
+  const auto by_truth = [&](double count) { return cloud.surface.empty() ? NAN : count; };
   for (const double radius : {0.2, 0.3, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0}) {
     const std::vector<int32_t> cluster = baselines::cluster_points(x, y, z, radius);
     ClusterTally tally(cloud.cars);
@@ -70,9 +72,10 @@ void Judge::add_euclid(const CloudPoints& cloud) {
                 known ? car_of(surface) : -1);
     }
     for (const auto& [car, of] : tally.of_car())
-      tables_["euclid"].add({frame, radius, double(car), double(of.clusters), double(of.inside)});
+      tables_["euclid"].add({frame, radius, double(car), by_truth(double(of.clusters)), double(of.inside)});
     const ClusterTally::Mixed mixed = tally.mixed();
-    tables_["euclid_mixed"].add({frame, radius, double(mixed.other), double(mixed.cars), double(mixed.by_size)});
+    tables_["euclid_mixed"].add(
+        {frame, radius, by_truth(double(mixed.other)), by_truth(double(mixed.cars)), double(mixed.by_size)});
   }
 }
 

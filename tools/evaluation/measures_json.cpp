@@ -54,12 +54,12 @@ void add_measures(const Figures& f, Json& entry) {
     const auto found = of.find(radius);
     return brief(found == of.end() ? std::vector<double>() : found->second);
   };
-  if (!f.euclid_clusters.empty()) {
+  if (!f.euclid_boxed.empty()) {
     entry["euclidean"] = Json::array();
-    for (const auto& [radius, clusters] : f.euclid_clusters)
+    for (const auto& [radius, boxed] : f.euclid_boxed)
       entry["euclidean"].push_back({{"radius_m", radius},
-                                    {"clusters_per_car", brief(clusters)},
-                                    {"clusters_in_box_per_car", at(f.euclid_boxed, radius)},
+                                    {"clusters_per_car", at(f.euclid_clusters, radius)},
+                                    {"clusters_in_box_per_car", brief(boxed)},
                                     {"mixed_with_other", at(f.euclid_mixed, radius)},
                                     {"mixed_cars", at(f.euclid_mixed_cars, radius)},
                                     {"mixed_by_size", at(f.euclid_mixed_by_size, radius)}});

@@ -38,7 +38,8 @@ std::map<std::string, NamedPicture> best_pictures(const std::vector<std::string>
         const auto kept = best.find(p.name);
         if (kept != best.end() && kept->second.score >= p.score) continue;
         p.svg = io::read_whole_file(folder + "/" + p.name + ".svg");
-        p.caption = fs::path(run_folder).filename().string() + ", " + p.caption;
+        p.log = fs::path(run_folder).filename().string();
+        p.caption = p.log + ", " + p.caption;
         best[p.name] = std::move(p);
       }
     } catch (const nlohmann::json::exception& error) {

@@ -63,11 +63,11 @@ void add_panel(Svg& svg, double left, const FitMoment& m) {
 
 }  // namespace
 
-std::string draw_fits(const std::vector<FitMoment>& moments) {
+std::string draw_fits(const std::vector<FitMoment>& moments, bool simulated) {
   constexpr double kStep = kPanel + 30;
   Svg svg(int32_t(44 + kStep * double(std::max<std::size_t>(moments.size(), 1))), int32_t(kTop + kPanel + 58));
-  svg.text(12, 20, "A simulated car entering a spin: both rectangles", "start",
-           " font-size=\"13\" font-weight=\"bold\"");
+  svg.text(12, 20, std::string(simulated ? "A simulated" : "A recorded") + " car entering a spin: both rectangles",
+           "start", " font-size=\"13\" font-weight=\"bold\"");
   for (std::size_t k = 0; k < moments.size(); ++k) add_panel(svg, 44 + kStep * double(k), moments[k]);
   svg.upward_text(14, kTop + kPanel / 2, "x, vehicle [m]");
   const double y = kTop + kPanel + 46;

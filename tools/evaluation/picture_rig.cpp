@@ -139,8 +139,8 @@ std::string draw_race(const io::MapData& map, const RacePath& path) {
   }
   const double seconds = path.steps.empty() ? 0 : path.steps.back().time_s;
   svg.text(kWidth / 2.0, 16,
-           "The simulated race from above: " + cli::fixed(seconds, 0) + " s, " + std::to_string(passings) +
-               (passings == 1 ? " passing" : " passings"),
+           std::string(path.simulated ? "The simulated" : "The recorded") + " race from above: " +
+               cli::fixed(seconds, 0) + " s, " + std::to_string(passings) + (passings == 1 ? " passing" : " passings"),
            "middle", " font-size=\"13\" font-weight=\"bold\"");
   const double y = height - 12;
   svg.line({20, y - 4}, {20 + 100 * scale, y - 4}, " class=\"ink\" stroke=\"#333\" stroke-width=\"3\"");

@@ -62,7 +62,7 @@ struct FitMoment {
   int64_t inside_map = 0, inside_points = 0;
   bool points_chosen = false;
 };
-std::string draw_fits(const std::vector<FitMoment>& moments);
+std::string draw_fits(const std::vector<FitMoment>& moments, bool simulated = true);
 
 // Sensors and fields of view from above; blind strips are measured between neighbouring edges.
 std::string draw_rig(const io::Rig& rig, double length_m, double width_m);
@@ -73,6 +73,7 @@ struct RacePath {
     double time_s, x_m, y_m, ahead_m;  // of the ego; ahead_m: of one other car
   };
   std::vector<Step> steps;
+  bool simulated = true;  // else recorded
 };
 std::string draw_race(const io::MapData& map, const RacePath& path);
 

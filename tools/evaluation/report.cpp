@@ -50,14 +50,6 @@ Json json_of(const Figures& f) {
                      {"clusters_in_box_per_car", json_of(metrics::summarize(f.boxed_per_car))},
                      {"mixed_with_other", json_of(metrics::summarize(f.mixed_other))},
                      {"mixed_cars", json_of(metrics::summarize(f.mixed_cars))}};
-  for (const auto& [radius, clusters] : f.euclid_clusters) {
-    const auto mixed = f.euclid_mixed.find(radius);
-    j["euclidean"].push_back(
-        {{"radius_m", radius},
-         {"clusters_per_car", json_of(metrics::summarize(clusters))},
-         {"mixed_with_other",
-          json_of(metrics::summarize(mixed == f.euclid_mixed.end() ? std::vector<double>() : mixed->second))}});
-  }
   for (const DistanceBin& b : f.distance)
     j["distance"].push_back({{"middle_m", b.middle_m},
                              {"events", b.events},
@@ -136,7 +128,8 @@ void write_report(const std::string& out, bool print) {
   const std::vector<Run> runs = read_runs(out);
   const std::vector<Figures> all = make_figures(runs);
   Json metrics, times;
-  metrics["simulated"] = true;
+  const Origin origin = origin_of(runs);
+  metrics["simulated"] = origin == Origin::kMixed ? Json("some") : Json(origin == Origin::kSimulated);
   metrics["figures"] = Json::array();
   metrics["judgements"] = judgements_json(all);
   for (const Run& run : runs)
@@ -173,10 +166,12 @@ void write_report(const std::string& out, bool print) {
                cli::fixed(t.hota.hota, 3), cli::fixed(t.gospa_m.mean, 2), cli::fixed(t.time_to_confirm_s.median, 2),
                cli::fixed(t.false_per_hour, 0), std::to_string(t.mot.switches)});
   }
-  std::printf(
-      "%s\nAll of it simulated. Written to %s: report.html metrics.json times.json detection_by_distance.csv "
-      "errors.csv runs/\n",
-      table.format().c_str(), out.c_str());
+  std::printf("%s\n%s Written to %s: report.html metrics.json times.json detection_by_distance.csv errors.csv runs/\n",
+              table.format().c_str(),
+              origin == Origin::kSimulated  ? "All of it simulated."
+              : origin == Origin::kRecorded ? "All of it recorded."
+                                            : "Some of it simulated, some recorded: each run's about.json says which.",
+              out.c_str());
 }
 
 }  // namespace overtake::evaluation

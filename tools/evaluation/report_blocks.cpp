@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Pictures of the method and of single moments, and the parameters.
+#include <algorithm>
 #include <cmath>
 
 #include "pipeline/overtake.h"
@@ -72,7 +73,8 @@ std::string draw_blocks(const Figures& f) {
 
 }  // namespace
 
-std::string picture_section(const std::map<std::string, NamedPicture>& pictures, const Figures& f) {
+std::string picture_section(const std::map<std::string, NamedPicture>& pictures, const Figures& f,
+                            const std::vector<Run>& runs) {
   struct Shown {
     const char *name, *title, *words, *missing;
   };
@@ -80,7 +82,8 @@ std::string picture_section(const std::map<std::string, NamedPicture>& pictures,
       {"race", "The race", "Where the ego drove and where one car passed the other.", "no log of a race"},
       {"strip", "One scan on its way",
        "From the cloud to the labels. Rows of the images are scan lines, columns azimuths; (c) and (d) have one row "
-       "less, as they stand between two lines.",
+       "less, as they stand between two lines. The colours of (b) and (e) end at the 0.5th and "
+       "the 99.5th percentile of each image, beyond that all are alike: the same range has two colours in the two.",
        "no log has a car 10 to 25 m away in one scan"},
       {"clouds", "The clouds of all sensors, and merged",
        "Each point in the frame of the vehicle. The strip between the fields of view is blind; the two parts of the "
@@ -91,17 +94,29 @@ std::string picture_section(const std::map<std::string, NamedPicture>& pictures,
        "whose rectangle of known size holds more points is taken, psi_REF where they hold as many.",
        "no log has a car that begins to spin and is detected on the way (tools/evaluate adds spin_near)"},
       {"sensors", "Sensors and fields of view", "Blind strips as the mounting says.", "no rig"}};
+  const bool knows_points =
+      std::any_of(runs.begin(), runs.end(), [](const Run& r) { return r.tables.at("scans").rows() > 0; });
+  const auto is_recorded = [&](const std::string& log) {
+    return std::any_of(runs.begin(), runs.end(), [&](const Run& r) { return r.log == log && !is_simulated(r); });
+  };
   std::string html = heading("blocks", "The pipeline") +
                      paragraph("Blue: median time of this report's runs; segmentation: of one sensor.") +
                      draw_blocks(f) + heading("pictures", "Pictures");
   for (const Shown& kind : kKinds) {
     const auto found = pictures.find(kind.name);
     html += "<h3 id=\"" + std::string(kind.name) + "\">" + escape_xml(kind.title) + "</h3>\n";
-    if (found == pictures.end())
-      html += "<p class=\"note\">Not here: " + escape_xml(kind.missing) + ".</p>\n";
-    else
-      html += paragraph(kind.words) + "<p class=\"note\">Simulated: " + escape_xml(found->second.caption) + ".</p>\n" +
-              found->second.svg;
+    if (found == pictures.end()) {
+      const bool is_by_points = kind.name == std::string("strip") || kind.name == std::string("clouds");
+      html +=
+          "<p class=\"note\">Not here: " +
+          escape_xml(is_by_points && !knows_points ? "chosen by a car's points, and no log says what each point lies on"
+                                                   : kind.missing) +
+          ".</p>\n";
+    } else {
+      html += paragraph(kind.words) + "<p class=\"note\">" +
+              (is_recorded(found->second.log) ? "Recorded: " : "Simulated: ") + escape_xml(found->second.caption) +
+              ".</p>\n" + found->second.svg;
+    }
   }
   return html;
 }

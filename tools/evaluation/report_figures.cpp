@@ -7,103 +7,183 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
+#include "tools/baselines/grid_ground.h"
 #include "tools/console.h"
 #include "tools/evaluation/svg_plot.h"
 #include "tools/io/text.h"
 
 namespace overtake::evaluation {
 
+namespace {
+
+constexpr baselines::GridGroundParams kGrid;
+constexpr int32_t kFewPoints = 100;  // a share of fewer says nothing
+
+}  // namespace
+
 std::string ground_section(const Figures& f) {
   std::string html =
       heading("ground", "Ground removal") +
       paragraph(
-          "A scan of one sensor a value; positive is non-ground by the simulator's truth; smoke and "
-          "blooming count as ground. Points without a label (second returns, dust) are left out for "
-          "both. The grid (Himmelsbach 2009, tuned on the tune seed, see README) is run on all sensors' points at "
-          "once; a value a scan of some frames (--every). Shape: 5th to 95th percentile; thick line: quartiles; "
-          "circle: median; red: mean.");
+          (f.surface_known
+               ? std::string(
+                     "A scan of one sensor a value; positive is non-ground by the simulator's truth; smoke and "
+                     "blooming count as ground. Points without a label (second returns, dust) are left out for both. ")
+               : std::string("By truth not measured: no log says what each point lies on. A scan of one sensor a "
+                             "value. ")) +
+          "The grid (Himmelsbach 2009: cells of " + cli::fixed(kGrid.cell_m, 2) +
+          " m, non-ground where the points of "
+          "a cell differ by more than " +
+          cli::fixed(kGrid.height_m, 1) +
+          " m in height; tuned on the tune seed) is "
+          "run on all sensors' points at once; a value a scan of some frames (--every). Shape: 5th to 95th percentile; "
+          "thick line: quartiles; circle: median; red: mean.");
   const auto plot = [&](const char* title, const std::vector<double>& ours, const std::vector<double>& grid) {
     return violin_plot({title, "", "share, a value a scan", 0, 0, 0, 0, 310, 320},
                        {{"proposed", kBlue, ours}, {"2.5-D grid", kOrange, grid}});
   };
-  html += plot("TPR", f.ground.tpr, f.grid.tpr) + plot("PPV", f.ground.ppv, f.grid.ppv) +
-          plot("F1", f.ground.f1, f.grid.f1);
+  if (f.surface_known)
+    html += plot("TPR", f.ground.tpr, f.grid.tpr) + plot("PPV", f.ground.ppv, f.grid.ppv) +
+            plot("F1", f.ground.f1, f.grid.f1);
   if (!f.ground_auto.tpr.empty()) {
     html += paragraph(
-        "The same against the paper's automatic labels (normals of fitted planes, threshold, nearest neighbours), "
-        "some frames (--every). The labels themselves against the truth: TPR " +
-        mean_and_deviation(f.auto_label.tpr, 3) + ", PPV " + mean_and_deviation(f.auto_label.ppv, 3) + ", F1 " +
-        mean_and_deviation(f.auto_label.f1, 3) + ".");
+        std::string(f.surface_known ? "The same against" : "Against") +
+        " the paper's automatic labels (normals of fitted planes, threshold, nearest neighbours), some frames "
+        "(--every)." +
+        (f.auto_label.tpr.empty()
+             ? std::string()
+             : " The labels themselves against the truth: TPR " + mean_and_deviation(f.auto_label.tpr, 3) + ", PPV " +
+                   mean_and_deviation(f.auto_label.ppv, 3) + ", F1 " + mean_and_deviation(f.auto_label.f1, 3) + "."));
     html += plot("TPR, automatic labels", f.ground_auto.tpr, f.grid_auto.tpr) +
             plot("PPV, automatic labels", f.ground_auto.ppv, f.grid_auto.ppv) +
             plot("F1, automatic labels", f.ground_auto.f1, f.grid_auto.f1);
   }
   Series share{"found to be non-ground", kBlue, {}, {}, {}, {}, true, false};
   for (const auto& [range, points] : f.car_points) {
-    if (range >= 150) continue;
+    if (range >= 150 || points.first < kFewPoints) continue;
     share.x.push_back(range + 5), share.y.push_back(points.second / points.first);
   }
-  html += line_plot({"TPR on the points of cars alone", "range [m]", "share", 0, 150, 0, 1.0, 640, 280}, {share});
+  if (!share.x.empty())
+    html += line_plot(
+                {"TPR on the points of cars alone", "range [m]", "share", 0, 150, 0, 1.0, 640, 280, false, false, true},
+                {share}) +
+            paragraph("Bins of 10 m; those with fewer than " + std::to_string(kFewPoints) + " points are left out.");
   return html;
 }
+
+namespace {
+
+Series curve(const char* color) { return {"", color, {}, {}, {}, {}, true, true}; }
+
+void add_to(Series& s, double x, const std::vector<double>& values) {
+  const metrics::Summary of = metrics::summarize(values);
+  if (of.count == 0) return;
+  s.x.push_back(x), s.y.push_back(of.mean);
+  s.low.push_back(std::max(0.0, of.mean - of.deviation)), s.high.push_back(of.mean + of.deviation);
+}
+
+using ByFrame = std::vector<double> Figures::*;
+using ByRadius = std::map<double, std::vector<double>> Figures::*;
+
+// Both methods on one scale, each against its own parameter. "": nothing was measured.
+std::string clustering_plots(const std::vector<Figures>& all, const Figures& f, const std::string& title,
+                             const char* y_label, ByFrame ours_of, ByRadius theirs_of) {
+  Series ours = curve(kBlue), theirs = curve(kOrange);
+  const std::string prefix = f.contestant + "@cluster.threshold_deg=";
+  std::map<double, const Figures*> sweep;
+  for (const Figures& g : all)
+    if (g.scenario == f.scenario && g.contestant.rfind(prefix, 0) == 0)
+      sweep[std::stod(g.contestant.substr(prefix.size()))] = &g;
+  for (const auto& [angle, g] : sweep) add_to(ours, angle, g->*ours_of);
+  for (const auto& [radius, values] : f.*theirs_of) add_to(theirs, radius, values);
+  double high = 0;
+  for (const Series* s : {&ours, &theirs})
+    for (const double v : s->high) high = std::max(high, v);
+  if (high == 0) high = 1;  // no mixed cluster at all: a flat line is the answer
+  std::string plots;
+  for (const auto& [s, of, x_label] :
+       {std::tuple(&ours, ": proposed", "th_seg [deg]"), std::tuple(&theirs, ": Euclidean", "clustering radius [m]")})
+    if (!s->x.empty())
+      plots += line_plot({title + of, x_label, y_label, 0, 1.05 * s->x.back(), 0, 1.08 * high, 484, 290}, {*s});
+  return plots;
+}
+
+// The scenario with most opponents at once; null: none has two whose points are known.
+const Figures* crowded(const std::vector<Figures>& all, const std::string& contestant) {
+  const Figures* most = nullptr;
+  for (const Figures& g : all)
+    if (g.contestant == contestant && g.most_cars > 1 && g.surface_known && (!most || g.most_cars > most->most_cars))
+      most = &g;
+  return most;
+}
+
+// Clusters with points of two cars. Where no method ever made one, a sentence says more than empty plots.
+std::string two_cars(const std::vector<Figures>& all, const Figures& many) {
+  const std::string where = "in scenario " + many.scenario + " (" + std::to_string(many.most_cars) +
+                            " opponents at once, " + cli::fixed(many.closest_cars_m, 1) +
+                            " m or more between their middles)";
+  const auto any = [](const std::vector<double>& counts) {
+    return std::any_of(counts.begin(), counts.end(), [](double c) { return c > 0; });
+  };
+  const bool is_seen = std::any_of(all.begin(), all.end(),
+                                   [&](const Figures& g) {
+                                     return g.scenario == many.scenario &&
+                                            g.contestant.rfind(many.contestant, 0) == 0 && any(g.mixed_cars);
+                                   }) ||
+                       std::any_of(many.euclid_mixed_cars.begin(), many.euclid_mixed_cars.end(),
+                                   [&](const auto& of_radius) { return any(of_radius.second); });
+  if (!is_seen)
+    return paragraph("Two cars in one cluster, by truth, " + where +
+                     ": none, by either method, at no th_seg and no "
+                     "radius tried.");
+  return paragraph("Two cars in one cluster, by truth, " + where + ":") +
+         clustering_plots(all, many, "(e) Two cars in one", "clusters a frame", &Figures::mixed_cars,
+                          &Figures::euclid_mixed_cars);
+}
+
+}  // namespace
 
 std::string clustering_section(const std::vector<Figures>& all, const Figures& f) {
   std::string html =
       heading("clustering", "Clustering") +
-      paragraph("Cars with " + std::to_string(kMinCarPoints) +
-                " points or more; bars are one standard deviation either way, down to 0 at most. Mixed: a cluster that "
-                "holds points of a "
-                "car and of a wall, fence or any other obstacle, by truth, per frame with a car. Euclidean "
-                "clustering (own implementation of PCL's rule) on the points the pipeline found to be "
-                "non-ground. Both curves on some frames only (--every).");
-  Series clusters{"proposed", kBlue, {}, {}, {}, {}, true, true}, mixed = clusters;
-  const std::string prefix = f.contestant + "@cluster.threshold_deg=";
-  std::vector<const Figures*> sweep;
-  for (const Figures& g : all)
-    if (g.scenario == f.scenario && g.contestant.rfind(prefix, 0) == 0) sweep.push_back(&g);
-  const auto angle = [&](const Figures* g) { return std::stod(g->contestant.substr(prefix.size())); };
-  std::sort(sweep.begin(), sweep.end(), [&](auto a, auto b) { return angle(a) < angle(b); });
-  const auto add = [](Series& s, double x, const std::vector<double>& values) {
-    const metrics::Summary of = metrics::summarize(values);
-    s.x.push_back(x), s.y.push_back(of.mean);
-    s.low.push_back(std::max(0.0, of.mean - of.deviation)), s.high.push_back(of.mean + of.deviation);
-  };
-  for (const Figures* g : sweep) add(clusters, angle(g), g->clusters_per_car), add(mixed, angle(g), g->mixed_other);
-  Series euclid{"Euclidean", kOrange, {}, {}, {}, {}, true, true}, euclid_mixed = euclid;
-  for (const auto& [radius, values] : f.euclid_clusters) add(euclid, radius, values);
-  for (const auto& [radius, values] : f.euclid_mixed) add(euclid_mixed, radius, values);
-  const auto reach = [](const Series& of) {  // of x, from 0 on
-    return std::pair(0.0, of.x.empty() ? 1.0 : 1.05 * *std::max_element(of.x.begin(), of.x.end()));
-  };
-  // Both methods on one scale, each against its own parameter.
-  const auto pair = [&](const std::string& title, const std::string& y_label, const Series& ours,
-                        const Series& theirs) {
-    double low = 0, high = 0;
-    for (const Series* s : {&ours, &theirs})
-      for (std::size_t i = 0; i < s->y.size(); ++i) {
-        if (std::isfinite(s->low[i])) low = std::min(low, s->low[i]);
-        if (std::isfinite(s->high[i])) high = std::max(high, s->high[i]);
-      }
-    high += 0.08 * (high - low);
-    std::string plots;
-    if (!ours.x.empty())
-      plots += line_plot(
-          {title + ": proposed", "th_seg [deg]", y_label, reach(ours).first, reach(ours).second, low, high, 484, 290},
-          {ours});
-    return plots + line_plot({title + ": Euclidean", "clustering radius [m]", y_label, reach(theirs).first,
-                              reach(theirs).second, low, high, 484, 290},
-                             {theirs});
-  };
-  html += pair("(a) Clusters per car", "clusters", clusters, euclid);
-  html += pair("(b) Mixed clusters", "clusters a frame", mixed, euclid_mixed);
-  if (sweep.empty()) html += paragraph("No sweep of th_seg was run: give --sweep cluster.threshold_deg=1:10:1.5.");
+      paragraph(
+          "Bars are one standard deviation either way, down to 0 at most. Euclidean clustering (own "
+          "implementation of PCL's rule) on the points the pipeline found to be non-ground. All curves on some "
+          "frames only (--every).");
+  if (f.surface_known)
+    html += paragraph("By truth: cars with " + std::to_string(kMinCarPoints) +
+                      " points or more; a mixed cluster holds points of a car and of a wall, fence or any other "
+                      "obstacle; a value a frame with a car.") +
+            clustering_plots(all, f, "(a) Clusters per car", "clusters", &Figures::clusters_per_car,
+                             &Figures::euclid_clusters) +
+            clustering_plots(all, f, "(b) Mixed with other", "clusters a frame", &Figures::mixed_other,
+                             &Figures::euclid_mixed);
+  else
+    html += paragraph("By truth not measured: no log says what each point lies on. Cars up to " +
+                      cli::fixed(kNearCarM, 0) + " m away count.");
   html += paragraph(
-      "All frames, preset as it is: clusters per car " + mean_and_deviation(f.clusters_per_car, 2) +
-      "; wholly inside the car's box made 1 m larger (the paper's rule) " + mean_and_deviation(f.boxed_per_car, 2) +
-      "; mixed with other " + mean_and_deviation(f.mixed_other, 3) + ", by the paper's rule (larger than a car) " +
-      mean_and_deviation(f.mixed_by_size, 3) + "; two cars in one " + mean_and_deviation(f.mixed_cars, 3) + ".");
-  return html;
+              "By the paper's rule: clusters wholly inside the car's box made 1 m larger on each side; a mixed "
+              "one has a point at the car and is longer than a car with 10 % slack.") +
+          clustering_plots(all, f, "(c) Clusters in a car's box", "clusters", &Figures::boxed_per_car,
+                           &Figures::euclid_boxed) +
+          clustering_plots(all, f, "(d) Longer than a car", "clusters a frame", &Figures::mixed_by_size,
+                           &Figures::euclid_mixed_by_size);
+  const Figures* many = crowded(all, f.contestant);
+  html += many ? two_cars(all, *many) : paragraph("Two cars in one cluster: no log with two opponents at once.");
+  const std::string prefix = f.contestant + "@cluster.threshold_deg=";
+  if (std::none_of(all.begin(), all.end(), [&](const Figures& g) { return g.contestant.rfind(prefix, 0) == 0; }))
+    html += paragraph("No sweep of th_seg was run: give --sweep cluster.threshold_deg=1:10:1.5.");
+  html += paragraph("All frames, preset as it is:");
+  Rows rows = {{"scenario", "clusters per car, by truth", "mixed with other", "two cars in one",
+                "clusters in a car's box", "longer than a car"}};
+  for (const Figures* g : {&f, many == &f ? nullptr : many})
+    if (g)
+      rows.push_back({g->scenario, mean_and_deviation(g->clusters_per_car, 2), mean_and_deviation(g->mixed_other, 3),
+                      g->most_cars > 1 ? mean_and_deviation(g->mixed_cars, 3) : "one car at a time",
+                      mean_and_deviation(g->boxed_per_car, 2), mean_and_deviation(g->mixed_by_size, 3)});
+  return html + table_html(rows);
 }
 
 std::string detection_plot(const Figures& f) {
@@ -115,8 +195,8 @@ std::string detection_plot(const Figures& f) {
     confirmed.x.push_back(b.middle_m), confirmed.y.push_back(b.confirmed.value);
     confirmed.low.push_back(b.confirmed.low), confirmed.high.push_back(b.confirmed.high);
   }
-  return line_plot({"Probability of detection and of a confirmed track (simulated)", "longitudinal distance [m]",
-                    "share", kNearestM, kFarthestM, 0, 1, 860, 320, false, true},
+  return line_plot({"Probability of detection and of a confirmed track (" + words_of(f.origin) + ")",
+                    "longitudinal distance [m]", "share", kNearestM, kFarthestM, 0, 1, 860, 320, false, true},
                    {detected, confirmed});
 }
 
@@ -144,7 +224,7 @@ std::string detection_section(const Figures& f) {
              "again with replacement (Wilson's interval where there is one event).") +
          detection_plot(f) +
          line_plot({"False positives per frame", "longitudinal distance [m]", "per frame and 10 m", kNearestM,
-                    kFarthestM, 0, 0, 860, 280},
+                    kFarthestM, 0, 0, 860, 280, false, false, true},
                    {false_detected, false_confirmed}) +
          "<details><summary>counts</summary>" + table_html(rows) + "</details>\n";
 }

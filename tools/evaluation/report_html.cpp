@@ -20,10 +20,13 @@ h3{margin:1.6em 0 .3em}
 a{color:#4c8fe0}p{margin:.5em 0}.note{color:var(--soft);font-size:13px}
 .simulated{display:inline-block;background:#b8500b;color:#fff;padding:1px 8px;border-radius:3px;font-size:13px;
 font-weight:bold}
+.recorded{display:inline-block;background:#2f6f4f;color:#fff;padding:1px 8px;border-radius:3px;font-size:13px;
+font-weight:bold}
 .wide{overflow-x:auto}table{border-collapse:collapse;font-size:12px;margin:.8em 0}
 td,th{border:1px solid var(--edge);padding:3px 7px;text-align:right;vertical-align:top}th{background:var(--head)}
 td:first-child,th:first-child{text-align:left}td{white-space:nowrap}table.words td{white-space:normal}
 table.words td{text-align:left}table.words th{text-align:left}
+table.words td.yes,table.words td.no,table.words td.unknown{white-space:nowrap}
 td.yes{color:#2f9e44;font-weight:bold}td.no{color:#e05252;font-weight:bold}
 svg{margin:4px 4px 4px 0;max-width:100%;height:auto}svg svg{margin:0}
 svg text.ink{fill:var(--ink)}svg .ink:not(text){stroke:var(--ink)}svg circle.ink{fill:var(--ink);stroke:none}
@@ -60,7 +63,14 @@ std::string page_end() { return "</body></html>\n"; }
 
 std::string mean_and_deviation(const std::vector<double>& values, int32_t digits) {
   const metrics::Summary s = metrics::summarize(values);
+  if (s.count == 0) return "not measured";
   return cli::fixed(s.mean, digits) + " +- " + cli::fixed(s.deviation, digits);
+}
+
+std::string words_of(Origin origin) {
+  return origin == Origin::kSimulated  ? "simulated"
+         : origin == Origin::kRecorded ? "recorded"
+                                       : "simulated and recorded";
 }
 
 }  // namespace overtake::evaluation

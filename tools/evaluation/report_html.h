@@ -25,7 +25,8 @@ std::string paragraph(const std::string& text);
 std::string heading(const std::string& id, const std::string& text);
 std::string page_begin(const std::string& title);  // with the style sheet, light and dark
 std::string page_end();
-std::string mean_and_deviation(const std::vector<double>& values, int32_t digits);
+std::string mean_and_deviation(const std::vector<double>& values, int32_t digits);  // no value: "not measured"
+std::string words_of(Origin origin);  // "simulated", "recorded", "simulated and recorded"
 
 // Sections; `f` is what the figures show.
 std::string ground_section(const Figures& f);
@@ -37,7 +38,8 @@ std::string time_section(const Figures& f);
 std::string claims_section(const std::vector<Figures>& all, const Figures& f);
 std::string oracle_section(const std::vector<Figures>& all, const Figures& f);
 std::string scenario_section(const std::vector<Figures>& all, const std::vector<Run>& runs);
-std::string picture_section(const std::map<std::string, NamedPicture>& pictures, const Figures& f);
+std::string picture_section(const std::map<std::string, NamedPicture>& pictures, const Figures& f,
+                            const std::vector<Run>& runs);
 std::string parameter_section();
 
 // What of scaling.json and recordings.json is in the folder: "" where there is none. Throws io::Error: a damaged file.

@@ -17,7 +17,7 @@ std::string index_section() {
     const char *paper, *id, *here;
   };
   static constexpr Entry kEntries[] = {
-      {"1 Photograph of the race", "race", "the simulated race from above"},
+      {"1 Photograph of the race", "race", "from above"},
       {"2 Ways to detect and track vehicles", "ways", "what is taken here and what it is compared with"},
       {"3 Block scheme", "blocks", "the pipeline with its times"},
       {"4 Steps of the segmentation", "strip", "one scan on its way"},
@@ -61,7 +61,7 @@ std::string ways_section() {
 }
 
 std::string log_section(const std::vector<Run>& runs) {
-  Rows rows = {{"log", "contestants", "scenario", "seed", "ego", "frames", "note"}};
+  Rows rows = {{"log", "is", "contestants", "scenario", "seed", "ego", "frames", "note"}};
   std::map<std::string, std::pair<const Run*, int64_t>> of_log;
   for (const Run& run : runs) {
     auto& [first, count] = of_log[run.log];
@@ -75,10 +75,29 @@ std::string log_section(const std::vector<Run>& runs) {
       return found == entry.first->about.end() ? std::string("-") : found->second;
     };
     const std::string damage = about("damage");
-    rows.push_back({log, std::to_string(entry.second), about("scenario"), about("seed"), about("ego"), about("frames"),
+    rows.push_back({log, is_simulated(*entry.first) ? "simulated" : "recorded", std::to_string(entry.second),
+                    about("scenario"), about("seed"), about("ego"), about("frames"),
                     damage == "-" || damage.empty() ? "" : "cut off: " + damage});
   }
   return heading("logs", "Logs") + table_html(rows);
+}
+
+// Where all of it comes from.
+std::string origin_line(Origin origin) {
+  const std::string by_simulator =
+                        "Race, sensors, localisation errors and truth come from the simulator (tools/sim/README.md).",
+                    by_record =
+                        "Scans and poses are recorded; where the cars truly were is taken from their odometry. What "
+                        "each point lies on is not known: ground is judged by the automatic labels alone, clusters by "
+                        "the paper's rule, and what needs more is not measured.";
+  const std::string words =
+      origin == Origin::kSimulated ? by_simulator + " No number here is one of a real car."
+      : origin == Origin::kRecorded
+          ? by_record
+          : "Some logs are simulated, others recorded (see the logs). Simulated: " + by_simulator +
+                " Recorded: " + by_record;
+  return "<p><span class=\"" + std::string(origin == Origin::kRecorded ? "recorded" : "simulated") + "\">" +
+         words_of(origin) + "</span> " + escape_xml(words) + "</p>\n";
 }
 
 // The headline numbers of the figures' scenario.
@@ -96,15 +115,21 @@ std::string headline_table(const Figures& f) {
     const metrics::Summary s = metrics::summarize(found->second);
     return cli::fixed(s.mean * scale, 2) + " +- " + cli::fixed(s.deviation * scale, 2);
   };
+  const auto three = [](const GroundFigures& g) {
+    if (metrics::summarize(g.f1).count == 0) return std::string("not measured");
+    return cli::fixed(metrics::summarize(g.tpr).mean, 3) + ", " + cli::fixed(metrics::summarize(g.ppv).mean, 3) + ", " +
+           cli::fixed(metrics::summarize(g.f1).mean, 3);
+  };
   const TrackFigures& t = f.tracks;
   const auto frame = f.times_ms.find("frame");
   return table_html(
-      {{"simulated", f.scenario},
-       {"ground removal: TPR, PPV, F1", cli::fixed(metrics::summarize(f.ground.tpr).mean, 3) + ", " +
-                                            cli::fixed(metrics::summarize(f.ground.ppv).mean, 3) + ", " +
-                                            cli::fixed(metrics::summarize(f.ground.f1).mean, 3)},
-       {"clusters per car; mixed with other, a frame",
+      {{words_of(f.origin), f.scenario},
+       {"ground removal by truth: TPR, PPV, F1", three(f.ground)},
+       {"the same by automatic labels (some frames)", three(f.ground_auto)},
+       {"clusters per car; mixed with other, a frame; by truth",
         mean_and_deviation(f.clusters_per_car, 2) + "; " + mean_and_deviation(f.mixed_other, 3)},
+       {"clusters in a car's box; longer than a car, a frame; by the paper's rule",
+        mean_and_deviation(f.boxed_per_car, 2) + "; " + mean_and_deviation(f.mixed_by_size, 3)},
        {"frames with a car (-100 to +150 m): detected; with a confirmed track",
         percent(hits) + "; " + percent(confirmed)},
        {"false detections a frame; false confirmed tracks an hour",
@@ -113,8 +138,9 @@ std::string headline_table(const Figures& f) {
         deviation(f.track_errors, "x_veh_m", 1) + "; " + deviation(f.track_errors, "y_veh_m", 1)},
        {"tracks: speed m/s; course deg",
         deviation(f.track_errors, "speed_mps", 1) + "; " + deviation(f.track_errors, "course_rad", kDegrees)},
-       {"MOTA; HOTA; GOSPA m; id switches", cli::fixed(t.mot.mota(), 3) + "; " + cli::fixed(t.hota.hota, 3) + "; " +
-                                                cli::fixed(t.gospa_m.mean, 2) + "; " + std::to_string(t.mot.switches)},
+       {"MOTA; HOTA of the whole race, of 20 s; GOSPA m; id switches",
+        cli::fixed(t.mot.mota(), 3) + "; " + cli::fixed(t.hota.hota, 3) + ", " + cli::fixed(t.hota_window.hota, 3) +
+            "; " + cli::fixed(t.gospa_m.mean, 2) + "; " + std::to_string(t.mot.switches)},
        {"median time of a frame on one core",
         cli::fixed(frame == f.times_ms.end() ? NAN : metrics::summarize(frame->second).median, 2) + " ms"}});
 }
@@ -131,19 +157,15 @@ const Figures* main_figures(const std::vector<Figures>& all) {
 std::string format_report(const std::vector<Figures>& all, const std::vector<Run>& runs,
                           const std::map<std::string, NamedPicture>& pictures, const std::string& out) {
   const Figures* main = main_figures(all);
-  std::string html = page_begin("Overtake evaluation") + "<p><span class=\"simulated\">simulated</span> " +
-                     escape_xml(
-                         "Race, sensors, localisation errors and truth come from the simulator "
-                         "(tools/sim/README.md). No number here is one of a real car.") +
-                     "</p>\n";
+  std::string html = page_begin("Overtake evaluation") + origin_line(origin_of(runs));
   if (!main) return html + "<p>No run of a preset as it is.</p>\n" + log_section(runs) + page_end();
   html += paragraph("Figures: contestant " + main->contestant + " on scenario " + main->scenario + ", " +
                     std::to_string(main->runs) + " log(s), " + std::to_string(main->frames) + " frames, " +
                     cli::fixed(main->seconds, 0) + " s.");
   html += headline_table(*main) + index_section() + claims_section(all, *main) + oracle_section(all, *main) +
-          scenario_section(all, runs) + picture_section(pictures, *main) + time_section(*main) + scaling_section(out) +
-          ground_section(*main) + clustering_section(all, *main) + detection_section(*main) + error_section(*main) +
-          recordings_section(out) + ways_section() + parameter_section() + log_section(runs);
+          scenario_section(all, runs) + picture_section(pictures, *main, runs) + time_section(*main) +
+          scaling_section(out) + ground_section(*main) + clustering_section(all, *main) + detection_section(*main) +
+          error_section(*main) + recordings_section(out) + ways_section() + parameter_section() + log_section(runs);
   return html + page_end();
 }
 

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
+#include <map>
 
 #include "tools/console.h"
 #include "tools/evaluation/claims.h"
@@ -17,34 +19,87 @@ namespace overtake::evaluation {
 
 namespace {
 
-// "detected 3 m" and so on: names of numbers are words joined by underscores.
+// Names of numbers are words joined by underscores, a unit last: "found_m" of 3 is "found: 3 m".
 std::string numbers_text(const std::vector<Number>& numbers) {
   std::string out;
   for (const Number& n : numbers) {
-    char value[32];
-    std::snprintf(value, sizeof value, "%.3g", n.value);
-    std::string name = n.name;
+    static const std::map<std::string, std::string> kNames = {
+        {"grid_2_5d", "2.5-D grid"}, {"farthest_car", "farthest a car was"},
+        {"p5", "5th percentile"},    {"p95", "95th percentile"},
+        {"hump_1", "1st hump"},      {"hump_2", "2nd hump"},
+        {"hump_3", "3rd hump"},      {"hump_4", "4th hump"}};
+    std::string name = n.name, unit;
+    for (const char* end : {"_m", "_deg"})
+      if (const std::size_t length = std::strlen(end);
+          name.size() > length && name.compare(name.size() - length, length, end) == 0) {
+        unit = " " + name.substr(name.size() - length + 1);
+        name.resize(name.size() - length);
+      }
+    if (const auto known = kNames.find(name); known != kNames.end()) name = known->second;
     std::replace(name.begin(), name.end(), '_', ' ');
-    out += (out.empty() ? "" : "; ") + name + " " + (std::isfinite(n.value) ? value : "-");
+    char value[32];
+    std::snprintf(value, sizeof value, std::fabs(n.value) < 1000 ? "%.3g" : "%.0f", n.value);
+    out += (out.empty() ? "" : "; ") + name + ": " + (std::isfinite(n.value) ? value + unit : n.none);
   }
   return out;
 }
 
-std::string claims_html(const char* first, const std::vector<Claim>& claims) {
+std::string verdict_cell(const Claim& c) {
+  return !c.known  ? "<td class=\"unknown\">not measured</td>"
+         : c.holds ? "<td class=\"yes\">holds</td>"
+                   : "<td class=\"no\">does not hold</td>";
+}
+
+std::string claims_html(const char* first, const std::vector<Claim>& claims, Origin origin) {
   std::string html = "<div class=\"wide\"><table class=\"words\"><tr><th>" + std::string(first) +
-                     "</th><th>here</th><th>figures (simulated)</th></tr>\n";
+                     "</th><th>here</th><th>figures (" + words_of(origin) + ")</th></tr>\n";
   for (const Claim& c : claims)
-    html += "<tr><td>" + escape_xml(c.text) + "</td>" +
-            (!c.known  ? "<td>not measured</td>"
-             : c.holds ? "<td class=\"yes\">holds</td>"
-                       : "<td class=\"no\">does not hold</td>") +
-            "<td>" + escape_xml(numbers_text(c.numbers)) + "</td></tr>\n";
+    html += "<tr><td>" + escape_xml(c.text) + "</td>" + verdict_cell(c) + "<td>" + escape_xml(numbers_text(c.numbers)) +
+            "</td></tr>\n";
   return html + "</table></div>\n";
+}
+
+// Of every preset and scenario, so that none that fails stays unseen. "": no control was run.
+std::string controls_html(const std::vector<Figures>& all) {
+  std::vector<std::pair<std::string, std::string>> controls;  // sentence, rows
+  for (const Figures& f : all) {
+    if (f.contestant.find_first_of("@:") != std::string::npos) continue;
+    for (const Claim& c : check_controls(f, all)) {
+      auto at = std::find_if(controls.begin(), controls.end(), [&](const auto& k) { return k.first == c.text; });
+      if (at == controls.end()) at = controls.insert(at, {c.text, ""});
+      at->second += "<tr><td>" + escape_xml(f.contestant + ", " + f.scenario) + "</td>" + verdict_cell(c) + "<td>" +
+                    escape_xml(numbers_text(c.numbers)) + "</td></tr>\n";
+    }
+  }
+  if (controls.empty()) return "";
+  std::string html = "<h3 id=\"controls\">Controls</h3>\n" +
+                     paragraph(
+                         "What must be so if the numbers are to be believed, in every scenario. Not measured: "
+                         "there is no car, or none that moves.");
+  for (const auto& [text, rows] : controls)
+    html += paragraph("Must be: " + text + ".") +
+            "<div class=\"wide\"><table class=\"words\"><tr><th>contestant, scenario</th><th>here</th><th>figures</th>"
+            "</tr>\n" +
+            rows + "</table></div>\n";
+  return html;
+}
+
+// What is odd at first sight in the table of scenarios.
+std::string heading_notes(const std::vector<Figures>& all) {
+  const auto has = [&](const char* scenario) {
+    return std::any_of(all.begin(), all.end(), [&](const Figures& f) { return f.scenario == scenario; });
+  };
+  std::string notes;
+  if (has("spin") || has("spin_near"))
+    notes += "A spin ends with the car backwards, while psi_REF points forward along the track: errors near 180 deg. ";
+  if (has("stopped_car"))
+    notes += "The stopped car stands at 72 deg across the track, and where psi_REF is taken the error is as large.";
+  return notes.empty() ? "" : paragraph(notes);
 }
 
 // The preset and its variants side by side.
 std::string variant_table(const std::vector<Figures>& all, const Figures& f) {
-  Rows rows = {{"contestant", "detected", "MOTA", "HOTA", "GOSPA m", "x veh |p95| m", "y veh |p95| m",
+  Rows rows = {{"contestant", "detected", "MOTA", "HOTA (race)", "GOSPA m", "x veh |p95| m", "y veh |p95| m",
                 "false det./frame", "false tracks/h"}};
   for (const Figures& g : all) {
     if (g.scenario != f.scenario || g.contestant.find('@') != std::string::npos) continue;
@@ -70,13 +125,13 @@ std::string variant_table(const std::vector<Figures>& all, const Figures& f) {
 
 std::string claims_section(const std::vector<Figures>& all, const Figures& f) {
   return heading("claims", "What the paper says, and what is seen here") +
-         paragraph("On scenario " + f.scenario + "; not measured: the runs or the cars for it are missing.") +
-         claims_html("claim of the paper", check_claims(f, all));
+         paragraph("On scenario " + f.scenario +
+                   "; not measured: the runs, the cars at that distance or the truth of points for it are missing.") +
+         claims_html("claim of the paper", check_claims(f, all), f.origin);
 }
 
 std::string oracle_section(const std::vector<Figures>& all, const Figures& f) {
   const std::vector<Cost> costs = find_costs(f, all);
-  const std::vector<Claim> controls = check_controls(f, all);
   const std::string variants = variant_table(all, f);
   std::string html = heading("cost", "What costs most, by oracles");
   if (costs.empty())
@@ -97,15 +152,14 @@ std::string oracle_section(const std::vector<Figures>& all, const Figures& f) {
             "negative: it became worse.") +
         table_html(rows);
   if (!variants.empty()) html += variants;
-  if (!controls.empty()) html += "<h3 id=\"controls\">Controls</h3>\n" + claims_html("what must be so", controls);
-  return html;
+  return html + controls_html(all);
 }
 
 std::string scenario_section(const std::vector<Figures>& all, const std::vector<Run>& runs) {
   Rows rows = {{"contestant", "scenario", "frames", "cars, never confirmed", "first detection s", "confirmed s", "at m",
                 "heading error deg, detections", "tracks", "id switches", "longest gap s",
                 "false confirmed tracks (an hour)"}};
-  Rows more = {{"contestant", "scenario", "frames with a car", "fragments", "MOTA", "MOTP m", "HOTA", "GOSPA m",
+  Rows more = {{"contestant", "scenario", "frames with a car", "fragments", "MOTA", "MOTP m", "HOTA (race)", "GOSPA m",
                 "NEES (5)", "NIS (2)", "data age ms"}};
   for (const Figures& f : all) {
     if (f.contestant.find_first_of("@:") != std::string::npos) continue;
@@ -135,7 +189,7 @@ std::string scenario_section(const std::vector<Figures>& all, const std::vector<
              "car's first moment within that reach, at m: how far ahead it was when its track was confirmed. Heading "
              "errors: median of the absolute error (95th percentile) of those at a car. Longest gap: without a "
              "confirmed track, of any car once confirmed.") +
-         table_html(rows) +
+         table_html(rows) + heading_notes(all) +
          paragraph("CLEAR MOT and HOTA with the gate of " + cli::fixed(kGateM, 1) +
                    " m, GOSPA with c = 2 m, p = 2. Consistent would be NEES 5 and NIS 2. Data age: publish time minus "
                    "the track's last measurement.") +

@@ -61,6 +61,8 @@ class Canvas {
   double x_low_, x_high_, y_low_, y_high_;
 };
 
+constexpr double kLetterPx = 5.9;  // of a letter in the legend, about
+
 std::string stroke_of(const std::string& color, const char* width) {
   return " stroke=\"" + color + "\" stroke-width=\"" + width + "\"";
 }
@@ -137,7 +139,14 @@ std::string line_plot(const Axes& axes, const std::vector<Series>& series) {
         side = std::max(side, canvas.bottom() - canvas.py(line.y[i]));
       }
   const bool left = axes.legend_left || room[0] < 0.85 * room[1];
-  for (std::size_t i = 0; i < series.size(); ++i) {
+  double right = axes.width - Canvas::kRight;
+  for (std::size_t i = series.size(); axes.legend_above && i-- > 0;
+       right -= 36 + kLetterPx * double(series[i].name.size())) {
+    canvas.svg.text(right - 23, 16, series[i].name, "end");
+    canvas.svg.line({right - 18, 12}, {right, 12}, stroke_of(series[i].color, "3"));
+  }
+  for (std::size_t i = 0; i < series.size() && !axes.legend_above; ++i) {
+    if (series[i].name.empty()) continue;
     const double y = axes.legend_low ? canvas.bottom() - 10 - 14 * double(series.size() - 1 - i)
                                      : Canvas::kTop + 14 + 14 * double(i);
     const double x = left ? Canvas::kLeft + 26 : axes.width - Canvas::kRight - 8;

@@ -14,7 +14,7 @@
 namespace overtake::evaluation {
 
 struct Series {
-  std::string name, color;
+  std::string name, color;              // "": not in the legend
   std::vector<double> x, y, low, high;  // low, high: a band, or empty; NaN ends a line
   bool dots = false, bars = false;      // bars: low..high as an error bar at each dot
 };
@@ -31,6 +31,7 @@ struct Axes {
   int32_t width = 640, height = 300;
   bool legend_left = false;  // else where the lines leave more room
   bool legend_low = false;
+  bool legend_above = false;  // at the right end of the title's line, clear of the lines
 };
 
 std::string line_plot(const Axes& axes, const std::vector<Series>& series);
