@@ -201,7 +201,7 @@ struct DetectorGraph::Nodes {
   // Workers without work look for some, for a while, before TBB puts them to sleep.
   void keep_awake() {
     if (params.spin_ns <= 0 || waiting.load(std::memory_order_relaxed) > 0) return;
-    while (spinning.fetch_add(1, std::memory_order_relaxed) < params.worker_count) spin->try_put(flow::continue_msg());
+    while (spinning.fetch_add(1, std::memory_order_relaxed) < expected) spin->try_put(flow::continue_msg());
     spinning.fetch_sub(1, std::memory_order_relaxed);
   }
 

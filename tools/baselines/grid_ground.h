@@ -10,7 +10,7 @@
 
 namespace overtake::baselines {
 
-// Tuned for F1 on the first 40 s of las_vegas_15, tune seed 1 (overtake evaluate --tune; tools/evaluation/README.md).
+// Tuned for F1 on las_vegas_15, the five tune seeds (overtake evaluate --tune; tools/evaluation/README.md).
 struct GridGroundParams {
   double cell_m = 0.75, height_m = 0.3, reach_m = 150;  // points farther out than reach count as ground
 };

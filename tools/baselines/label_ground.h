@@ -16,7 +16,7 @@
 
 namespace overtake::baselines {
 
-// Tuned like the grid.
+// Tuned in the same way on the first of them.
 struct LabelGroundParams {
   int32_t neighbours = 8, most = 96;  // of the plane: at first, and doubled up to
   double spread = 0.15;               // a plane: second extent of the neighbours over their first
