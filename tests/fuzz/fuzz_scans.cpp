@@ -46,6 +46,11 @@ void draw_field(Bytes& in, int32_t count, int32_t usual, Field& out) {
   out.column = {in.chance(250) ? at : nullptr, bytes, stride, type};
 }
 
+// Past the end of int64 it goes round.
+int64_t later_ms(int64_t stamp_ns, int32_t ms) {
+  return int64_t(uint64_t(stamp_ns) + uint64_t(int64_t(ms) * 1'000'000));
+}
+
 struct Life {
   SmallDef small;
   FrameWatch watch;
@@ -70,7 +75,7 @@ struct Life {
   void push(Bytes& in) {
     ovt_points points;
     ovt_points_init(&points, sizeof points);
-    stamp_ns = in.chance(230) ? stamp_ns + in.in(0, 60) * 1'000'000 : next_stamp(in, stamp_ns);
+    stamp_ns = in.chance(230) ? later_ms(stamp_ns, in.in(0, 60)) : next_stamp(in, stamp_ns);
     points.stamp_ns = stamp_ns;
     points.sensor = in.chance(250) ? in.in(0, watch.sensor_count - 1) : in.in(-1, 9);
     Cloud cloud;
@@ -144,7 +149,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
     if (what < 20 || what == 31) {
       life.push(in);
     } else if (what < 23) {
-      const ovt_ego_pose pose = draw_ego(in, life.stamp_ns + in.in(-20, 20) * 1'000'000);
+      const ovt_ego_pose pose = draw_ego(in, later_ms(life.stamp_ns, in.in(-20, 20)));
       ovt_push_ego_pose(life.detector, &pose);
     } else if (what < 25) {
       Rows rows;

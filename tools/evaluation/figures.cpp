@@ -238,6 +238,8 @@ std::vector<Figures> make_figures(const std::vector<Run>& runs) {
       f.frames += int64_t(frames);
       const auto cpu = run.about.find("cpu");
       f.cpus.insert(cpu == run.about.end() ? "unknown CPU" : cpu->second);
+      const auto every = run.about.find("every");
+      if (every != run.about.end() && every->second != "none") f.every.insert(every->second);
       const auto period = run.about.find("period_s");
       f.seconds += frames * (period == run.about.end() ? 0.05 : std::stod(period->second));
       add_ground(run.tables.at("scans"), f.ground);

@@ -74,6 +74,7 @@ struct Figures {
   TrackFigures tracks;
   std::map<std::string, std::vector<double>> times_ms;  // by stage; a value a scan or frame
   std::set<std::string> cpus;                           // these times are of
+  std::set<std::string> every;                          // baselines, labels and sweeps: every so many frames
 };
 
 // Throws what read tables throw where a column is missing.

@@ -21,6 +21,13 @@ namespace {
 constexpr baselines::GridGroundParams kGrid;
 constexpr int32_t kFewPoints = 100;  // a share of fewer says nothing
 
+// What takes long is measured on some frames: which.
+std::string some_frames(const Figures& f) {
+  if (f.every == std::set<std::string>{"1"}) return "every frame";
+  return "one frame in " + (f.every.empty() ? "some" : io::join({f.every.begin(), f.every.end()}, " or ")) +
+         " (--every)";
+}
+
 }  // namespace
 
 std::string ground_section(const Figures& f) {
@@ -37,8 +44,10 @@ std::string ground_section(const Figures& f) {
           " m, non-ground where the points of "
           "a cell differ by more than " +
           cli::fixed(kGrid.height_m, 1) +
-          " m in height; tuned on the tune seed) is "
-          "run on all sensors' points at once; a value a scan of some frames (--every). Shape: 5th to 95th percentile; "
+          " m in height; tuned on the tune seeds) is "
+          "run on all sensors' points at once; a value a scan, " +
+          some_frames(f) +
+          ". Shape: 5th to 95th percentile; "
           "thick line: quartiles; circle: median; red: mean.");
   const auto plot = [&](const char* title, const std::vector<double>& ours, const std::vector<double>& grid) {
     return violin_plot({title, "", "share, a value a scan", 0, 0, 0, 0, 310, 320},
@@ -50,8 +59,8 @@ std::string ground_section(const Figures& f) {
   if (!f.ground_auto.tpr.empty()) {
     html += paragraph(
         std::string(f.surface_known ? "The same against" : "Against") +
-        " the paper's automatic labels (normals of fitted planes, threshold, nearest neighbours), some frames "
-        "(--every)." +
+        " the paper's automatic labels (normals of fitted planes, threshold, nearest neighbours), " + some_frames(f) +
+        "." +
         (f.auto_label.tpr.empty()
              ? std::string()
              : " The labels themselves against the truth: TPR " + mean_and_deviation(f.auto_label.tpr, 3) + ", PPV " +
@@ -150,8 +159,8 @@ std::string clustering_section(const std::vector<Figures>& all, const Figures& f
       heading("clustering", "Clustering") +
       paragraph(
           "Bars are one standard deviation either way, down to 0 at most. Euclidean clustering (own "
-          "implementation of PCL's rule) on the points the pipeline found to be non-ground. All curves on some "
-          "frames only (--every).");
+          "implementation of PCL's rule) on the points the pipeline found to be non-ground. All curves: " +
+          some_frames(f) + ".");
   if (f.surface_known)
     html += paragraph("By truth: cars with " + std::to_string(kMinCarPoints) +
                       " points or more; a mixed cluster holds points of a car and of a wall, fence or any other "
