@@ -62,7 +62,7 @@ class LatencyRunner {
     def_.closed_loop ? run_closed() : run_open();
     run_.noise = noise_->take();
     run_.measuring_fifo += noise_->fifo_count();
-    run_.stats.struct_size = sizeof run_.stats;
+    run_.stats = ovt_default_stats();
     cli::check(ovt_read_stats(handle_.detector, &run_.stats), "counters");
     if (failed_.load() != OVT_OK) cli::check(ovt_status(failed_.load()), "a push in the run");
     return std::move(run_);

@@ -285,7 +285,7 @@ void Detector::say_what_was_obtained(const ovt_detector_def& def) const {
                           " (the process allows oneTBB no more, or others have them: tbb::global_control)")
                              .c_str());
   if (!context_.map) log(OVT_LOG_WARNING, "no map: no map gate, psi_REF is the ego heading");
-  const int32_t threads = worker_count_ + 1;
+  const int32_t threads = info.worker_count + 1;
   const auto tell = [&](bool whole, const std::string& text) {
     log(whole ? OVT_LOG_INFO : OVT_LOG_WARNING, text.c_str());
   };

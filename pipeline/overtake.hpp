@@ -305,8 +305,7 @@ class Detector {
   [[nodiscard]] ovt_status flush() noexcept { return ovt_flush(detector_); }
 
   ovt_stats stats() const {
-    ovt_stats stats{};
-    stats.struct_size = sizeof stats;
+    ovt_stats stats = ovt_default_stats();
     check(ovt_read_stats(detector_, &stats));
     return stats;
   }

@@ -149,8 +149,7 @@ class Story {
     require(ovt_flush(detector_) == OVT_OK, "flush");
     const int64_t heap_end = heap_bytes();
     rss_most = std::max(rss_most, resident_kib());
-    ovt_stats stats{};
-    stats.struct_size = sizeof stats;
+    ovt_stats stats = ovt_default_stats();
     ovt_read_stats(detector_, &stats);
     std::printf(
         "%d workers: %lld frames, %lld detections, %lld tracks; scans %lld = %lld used + %lld dropped + %lld late "
@@ -298,8 +297,7 @@ void flood(const Options& options) {
     });
   for (std::thread& thread : threads) thread.join();
   ovt_flush(detector);
-  ovt_stats stats{};
-  stats.struct_size = sizeof stats;
+  ovt_stats stats = ovt_default_stats();
   ovt_read_stats(detector, &stats);
   const int64_t grown = resident_kib() - rss_start;
   std::printf("flood: scans %lld = %lld used + %lld dropped + %lld late; %lld frames; memory +%lld KiB\n",

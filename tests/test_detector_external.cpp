@@ -114,8 +114,7 @@ TEST_CASE("detector: every push of detections is counted as used or dropped") {
   CHECK(push(50) == OVT_OK);               // out of sequence
   CHECK(push(50 - 1000 * kMs) == OVT_OK);  // too old: taken, and dropped
   CHECK(push(200) == OVT_OK);
-  ovt_stats stats;
-  stats.struct_size = sizeof stats;
+  ovt_stats stats = ovt_default_stats();
   REQUIRE(ovt_read_stats(small.detector, &stats) == OVT_OK);
   CHECK(stats.external == 3);
   CHECK(stats.external_dropped == 2);

@@ -245,6 +245,12 @@ TEST_CASE("detector faults: an older caller's structs are taken and filled up to
   CHECK(stats.in_flight == 0x5a5a5a5a5a5a5a5a);
   ovt_destroy_reader(reader);
 
+  std::memset(&stats, 0x5a, sizeof stats);
+  CHECK(ovt_stats_init(&stats, offsetof(ovt_stats, in_flight)) == OVT_OK);
+  CHECK(stats.struct_size == offsetof(ovt_stats, in_flight));
+  CHECK(stats.used == 0);
+  CHECK(stats.in_flight == 0x5a5a5a5a5a5a5a5a);
+  CHECK(ovt_stats_init(&stats, 4) == OVT_BAD_VERSION);
   ovt_detector_def def;
   std::memset(static_cast<void*>(&def), 0x5a, sizeof def);
   CHECK(ovt_detector_def_init(&def, offsetof(ovt_detector_def, cpus)) == OVT_OK);

@@ -215,8 +215,7 @@ int main(int argc, char** argv) {
   });
   touch_stack();
   while (turn.ready.load() < int64_t(threads.size())) std::this_thread::yield();
-  ovt_stats stats{};
-  stats.struct_size = sizeof stats;
+  ovt_stats stats = ovt_default_stats();
   const auto everyone = int64_t(threads.size());
 
   const Numbers before = count();

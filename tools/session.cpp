@@ -156,8 +156,7 @@ void Session::push(const io::FrameScans& frame) {
 }
 
 ovt_stats Session::stats() const {
-  ovt_stats stats;
-  stats.struct_size = sizeof stats;
+  ovt_stats stats = ovt_default_stats();
   check(ovt_read_stats(detector_, &stats), "counters");
   return stats;
 }

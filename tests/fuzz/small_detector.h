@@ -181,8 +181,7 @@ inline void draw_def(Bytes& in, int32_t sensor_count, SmallDef& out) {
 }
 
 inline ovt_stats stats_of(ovt_detector* detector) {
-  ovt_stats stats{};
-  stats.struct_size = sizeof stats;
+  ovt_stats stats = ovt_default_stats();
   OVT_FUZZ_REQUIRE(ovt_read_stats(detector, &stats) == OVT_OK);
   return stats;
 }

@@ -229,8 +229,7 @@ class DetectorBench {
   }
   void flush() { REQUIRE(ovt_flush(detector) == OVT_OK); }
   ovt_stats stats() const {
-    ovt_stats out{};
-    out.struct_size = sizeof out;
+    ovt_stats out = ovt_default_stats();
     REQUIRE(ovt_read_stats(detector, &out) == OVT_OK);
     return out;
   }

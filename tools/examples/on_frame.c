@@ -87,8 +87,7 @@ int main(void) {
     status = ovt_push_scan(detector, &scan); /* copied: `points` may be filled again */
   }
   if (status == OVT_OK) status = ovt_flush(detector);
-  ovt_stats stats;
-  stats.struct_size = sizeof stats;
+  ovt_stats stats = ovt_default_stats();
   if (status == OVT_OK) status = ovt_read_stats(detector, &stats);
   ovt_destroy_detector(detector); /* no callback after this */
 
