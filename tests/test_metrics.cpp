@@ -10,6 +10,7 @@
 #include <random>
 
 #include "tests/support/metric_lines.h"
+#include "tools/metrics/assignment.h"
 #include "tools/metrics/consistency.h"
 #include "tools/metrics/gospa.h"
 #include "tools/metrics/hota.h"
@@ -309,4 +310,40 @@ TEST_CASE("chi_square_quantile agrees with the table") {
   CHECK(chi_square_quantile(0.95, 5) == Approx(11.070).epsilon(5e-3));
   CHECK(chi_square_quantile(0.975, 100) == Approx(129.561).epsilon(5e-3));
   CHECK(chi_square_quantile(0.025, 100) == Approx(74.222).epsilon(5e-3));
+}
+
+TEST_CASE("assign finds the least cost among all assignments, rows alone included") {
+  for (uint64_t seed = 1; seed <= 300; ++seed) {
+    CAPTURE(seed);
+    std::mt19937_64 random(seed);
+    const auto draw = [&] { return double(random() >> 11) * 0x1p-53; };
+    const int32_t rows = int32_t(random() % 6), columns = int32_t(random() % 6);
+    const double alone = 0.2 + draw();
+    std::vector<double> cost(std::size_t(rows * columns));
+    for (double& c : cost) c = random() % 3 == 0 ? kForbidden : draw() - 0.1;
+    const auto cost_of = [&](int32_t i, int32_t j) { return cost[std::size_t(i * columns + j)]; };
+    std::vector<bool> taken(std::size_t(columns), false);
+    const auto least = [&](auto&& self, int32_t i) -> double {
+      if (i == rows) return 0;
+      double best = alone + self(self, i + 1);
+      for (int32_t j = 0; j < columns; ++j) {
+        if (taken[std::size_t(j)] || cost_of(i, j) == kForbidden) continue;
+        taken[std::size_t(j)] = true;
+        best = std::min(best, cost_of(i, j) + self(self, i + 1));
+        taken[std::size_t(j)] = false;
+      }
+      return best;
+    };
+    const std::vector<int32_t> column_of = assign(rows, columns, alone, cost_of);
+    double sum = 0;
+    std::vector<bool> seen(std::size_t(columns), false);
+    for (int32_t i = 0; i < rows; ++i) {
+      const int32_t j = column_of[std::size_t(i)];
+      sum += j < 0 ? alone : cost_of(i, j);
+      if (j < 0) continue;
+      CHECK_FALSE(seen[std::size_t(j)]);
+      seen[std::size_t(j)] = true;
+    }
+    CHECK(sum == Approx(least(least, 0)).epsilon(1e-12));
+  }
 }

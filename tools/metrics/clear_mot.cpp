@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "pipeline/munkres.h"
+#include "tools/metrics/assignment.h"
 
 namespace overtake::metrics {
 namespace {
@@ -58,24 +58,14 @@ void ClearMot::keep_last(const std::vector<MotPlace>& objects, const std::vector
 }
 
 void ClearMot::pair_rest(const std::vector<MotPlace>& objects, const std::vector<MotPlace>& tracks) {
-  struct Pair {
-    int32_t object, track;
-    double distance_m;
-  };
-  std::vector<Pair> pairs;
-  for (std::size_t i = 0; i < objects.size(); ++i)
-    for (std::size_t j = 0; j < tracks.size() && track_of_object_[i] < 0; ++j) {
-      const double apart_m = distance_m(objects[i], tracks[j]);
-      if (!track_taken_[j] && apart_m <= gate_m_) pairs.push_back({int32_t(i), int32_t(j), apart_m});
-    }
-  if (pairs.empty()) return;
-
-  const int32_t rows = int32_t(objects.size()), columns = int32_t(tracks.size());
-  Munkres munkres(rows, columns, int32_t(pairs.size()));
-  munkres.clear(rows, columns);
-  for (const Pair& pair : pairs) munkres.add(pair.object, pair.track, pair.distance_m);
-  std::vector<int32_t> track_of_row(objects.size(), -1);
-  munkres.solve(track_of_row.data());
+  // More than any number of pairs costs: as many pairs as the gate allows, then the nearest.
+  const double alone = 1.0 + 1e3 * gate_m_ * double(objects.size() + 1);
+  const std::vector<int32_t> track_of_row =
+      assign(int32_t(objects.size()), int32_t(tracks.size()), alone, [&](int32_t i, int32_t j) {
+        if (track_of_object_[std::size_t(i)] >= 0 || track_taken_[std::size_t(j)]) return kForbidden;
+        const double apart_m = distance_m(objects[std::size_t(i)], tracks[std::size_t(j)]);
+        return apart_m <= gate_m_ ? apart_m : kForbidden;
+      });
   for (std::size_t i = 0; i < objects.size(); ++i) {
     if (track_of_row[i] < 0) continue;
     track_of_object_[i] = track_of_row[i];

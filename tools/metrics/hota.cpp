@@ -8,7 +8,7 @@
 #include <map>
 #include <utility>
 
-#include "pipeline/munkres.h"
+#include "tools/metrics/assignment.h"
 
 namespace overtake::metrics {
 namespace {
@@ -54,24 +54,13 @@ HotaResult Hota::result() const {
   for (const Frame& f : frames_) {
     const int32_t n = int32_t(f.objects.size()), m = int32_t(f.tracks.size());
     if (n == 0 || m == 0) continue;
-    // Weights are positive, so of the complete pairings with stand-ins of weight 0 the best is the best of all.
-    Munkres solver(n + m, n + m, (n + m) * (n + m));
-    solver.clear(n + m, n + m);
-    for (int32_t i = 0; i < n + m; ++i)
-      for (int32_t j = 0; j < n + m; ++j) {
-        double weight = 0;
-        if (i < n && j < m) {
-          const MotPlace &o = f.objects[std::size_t(i)], &t = f.tracks[std::size_t(j)];
-          const double s = likeness(o, t);
-          if (s <= 0) continue;
-          weight = s * together[{o.id, t.id}];
-        }
-        solver.add(i, j, -weight);
-      }
-    std::vector<int32_t> column(std::size_t(n + m), -1);
-    solver.solve(column.data());
+    const std::vector<int32_t> column = assign(n, m, 0.0, [&](int32_t i, int32_t j) {
+      const MotPlace &o = f.objects[std::size_t(i)], &t = f.tracks[std::size_t(j)];
+      const double s = likeness(o, t);
+      return s > 0 ? -s * together[{o.id, t.id}] : kForbidden;
+    });
     for (int32_t i = 0; i < n; ++i)
-      if (const int32_t j = column[std::size_t(i)]; j >= 0 && j < m) {
+      if (const int32_t j = column[std::size_t(i)]; j >= 0) {
         const MotPlace &o = f.objects[std::size_t(i)], &t = f.tracks[std::size_t(j)];
         matches.push_back({{o.id, t.id}, likeness(o, t)});
       }
