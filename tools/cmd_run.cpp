@@ -13,6 +13,7 @@
 
 #include "tools/commands.h"
 #include "tools/console.h"
+#include "tools/frame_picture.h"
 #include "tools/io/box_file.h"
 #include "tools/io/error.h"
 #include "tools/io/scan_stream.h"
@@ -90,6 +91,11 @@ class RunResult {
 
   // Where the frames are to go besides; outlives this.
   void set_view(McapView* view) { view_ = view; }
+  // Draws one frame to a file. The parameters are borrowed.
+  void draw_at(int64_t frame, const std::string& path, const ovt_params& params) {
+    picture_ = {frame, path, &params, false};
+  }
+  bool drew() const { return picture_.done; }
   // Not from the callback: the library's counters are not to be asked for there.
   void add_counters(const ovt_stats& stats) {
     const std::lock_guard lock(mutex_);
@@ -153,6 +159,14 @@ class RunResult {
     write_tracks(tracks_, frame, tracks);
     write_times(timing_, frame, info.stamp_ns, rig_, reader);
     if (trace_) trace_->add(frame, reader);
+    if (picture_.params && frame == picture_.frame) {
+      const std::string caption = "frame " + std::to_string(frame) +
+                                  ", grid 10 m: points of detections and their "
+                                  "rectangles, confirmed tracks with id, speed, path over " +
+                                  fixed(tracks.path_points * tracks.path_step_s, 1) + " s and its 95 % ellipses";
+      io::write_png(picture_.path, draw_frame(reader, rig_, *picture_.params, caption));
+      picture_.done = true;
+    }
     detections_.flush();  // Ctrl-C, or worse, keeps what is done
     tracks_.flush();
     timing_.flush();
@@ -226,6 +240,12 @@ class RunResult {
   std::map<int64_t, Announced> announced_;  // by stamp
   std::exception_ptr failure_;
   McapView* view_ = nullptr;
+  struct {
+    int64_t frame = -1;
+    std::string path;
+    const ovt_params* params = nullptr;
+    bool done = false;
+  } picture_;
   int64_t last_stamp_ns_ = 0;
   Hash hash_;
   int64_t frame_count_ = 0;
@@ -305,6 +325,9 @@ int run_command(const Options& options) {
   std::optional<McapView> view;
   if (!options.mcap.empty()) view.emplace(options.mcap, config);
   result.set_view(view ? &*view : nullptr);
+  if (options.picture_at >= 0)
+    result.draw_at(options.picture_at, options.out + "/frame_" + std::to_string(options.picture_at) + ".png",
+                   config.params);
   Session session(config, &RunResult::on_frame, &result);
   io::write_whole_file(options.out + "/config.toml", format_config(config));
 

@@ -27,7 +27,7 @@ struct Options {
   std::string rig, urdf, preset, map, ego, config, isa, sensor, trace, mcap;
   std::vector<std::string> set;  // key=value
   int32_t workers = -1;
-  int64_t frame = -1;
+  int64_t frame = -1, picture_at = -1;
   bool quiet = false;
 };
 

@@ -74,6 +74,10 @@ int run_main(int argc, char** argv) {
   run.add_option("--trace", options.trace,
                  "FILE: every stage of every frame on its thread, as Chrome trace JSON (ui.perfetto.dev)");
 
+  run.add_option("--picture-at", options.picture_at,
+                 "FRAME: draws that frame from above, with detections, tracks and paths, to frame_FRAME.png")
+      ->check(CLI::Range(int64_t(0), INT64_MAX));
+
   CLI::App& inspect = *app.add_subcommand("inspect", "writes every image of one scan as NPY and PNG");
   add_detector(inspect, options);
   add_common(inspect, options);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/canvas.h"
 #include "tools/console.h"
 #include "tools/scan_picture.h"
 #include "tools/sim/race_log.h"
@@ -17,32 +18,7 @@ using io::Rgb;
 using sim::Vec3;
 
 constexpr Rgb kInk = {230, 230, 230}, kEdge = {120, 120, 130}, kWall = {200, 200, 210}, kPaper = {12, 12, 16};
-constexpr int32_t kHead = 20, kWidth = 1400;
-
-// A part of a plane on paper: x up and y left, or east right and north up, as the two corners say.
-class Canvas {
- public:
-  Canvas(double left, double top, double pixels_per_m, int32_t width, int32_t height)
-      : picture(width, height, kPaper), left_(left), top_(top), scale_(pixels_per_m) {}
-
-  void dot(double right_m, double up_m, Rgb color, int32_t size) {
-    const double x = (right_m - left_) * scale_, y = (top_ - up_m) * scale_ + kHead;
-    if (!(x >= 0) || !(y >= kHead) || x >= picture.width || y >= picture.height) return;
-    for (int32_t dy = 0; dy < size; ++dy)
-      for (int32_t dx = 0; dx < size; ++dx)
-        picture.at(std::min(int32_t(x) + dx, picture.width - 1), std::min(int32_t(y) + dy, picture.height - 1)) = color;
-  }
-  void line(double right1, double up1, double right2, double up2, Rgb color, int32_t size) {
-    const int32_t steps = 1 + int32_t(std::hypot(right2 - right1, up2 - up1) * scale_);
-    for (int32_t i = 0; i <= steps; ++i)
-      dot(sim::lerp(right1, right2, double(i) / steps), sim::lerp(up1, up2, double(i) / steps), color, size);
-  }
-
-  io::Picture picture;
-
- private:
-  double left_, top_, scale_;
-};
+constexpr int32_t kWidth = 1400;
 
 Rgb car_color(std::size_t car) { return surface_color(uint16_t(uint16_t(sim::Surface::car) + car)); }
 
@@ -62,7 +38,7 @@ void draw_track(Canvas& canvas, const sim::Track& track, double step_m, ToPaper&
     for (double s = 0; s < track.length_m(); s += step_m) {
       const Vec3 a = to_paper(track.place(s, offset(track.at(s)))),
                  b = to_paper(track.place(s + step_m, offset(track.at(s + step_m))));
-      canvas.line(a.x, a.y, b.x, b.y, color, 1);
+      canvas.line({a.x, a.y}, {b.x, b.y}, color, 1);
     }
   };
   draw([](const sim::TrackPoint& p) { return p.width_left_m; }, kEdge);
@@ -81,14 +57,14 @@ void draw_cars(Canvas& canvas, const sim::Simulator& simulator, double at_s, ToP
     Vec3 last = middle(0);
     for (double t = 0.1; t <= simulator.seconds(); t += 0.1) {
       const Vec3 next = middle(t);
-      canvas.line(last.x, last.y, next.x, next.y, faint, 1);
+      canvas.line({last.x, last.y}, {next.x, next.y}, faint, 1);
       last = next;
     }
-    for (double t = 0; t <= simulator.seconds(); t += 1) canvas.dot(middle(t).x, middle(t).y, full, 3);
+    for (double t = 0; t <= simulator.seconds(); t += 1) canvas.dot({middle(t).x, middle(t).y}, full, 3);
     std::vector<Vec3> corners;
     for (const Vec3 corner : outline(motions[car]->at(at_s))) corners.push_back(to_paper(corner));
     for (std::size_t i = 1; i < corners.size(); ++i)
-      canvas.line(corners[i - 1].x, corners[i - 1].y, corners[i].x, corners[i].y, full, 2);
+      canvas.line({corners[i - 1].x, corners[i - 1].y}, {corners[i].x, corners[i].y}, full, 2);
   }
 }
 
@@ -101,7 +77,7 @@ io::Picture draw_overview(const sim::Simulator& simulator, double at_s) {
     low_y = std::min(low_y, p.y - 30), high_y = std::max(high_y, p.y + 30);
   }
   const double scale = kWidth / (high_x - low_x);
-  Canvas canvas(low_x, high_y, scale, kWidth, kHead + int32_t((high_y - low_y) * scale));
+  Canvas canvas(low_x, high_y, scale, kWidth, int32_t((high_y - low_y) * scale), kPaper);
   const auto flat = [](Vec3 p) { return p; };
   draw_track(canvas, track, 5, flat);
   draw_cars(canvas, simulator, at_s, flat);
@@ -126,7 +102,7 @@ io::Picture draw_surroundings(const sim::Simulator& simulator, const sim::Sweep&
   const sim::Motion& ego = *world.motions[std::size_t(world.ego)];
   const sim::Rigid frame = ego.at(at_s).T_map_vehicle;
   const auto to_ego = [&](Vec3 p) { return frame.inverse_times(p); };
-  Canvas canvas(-kBehind, kAside, scale, kWidth, kHead + int32_t(2 * kAside * scale));
+  Canvas canvas(-kBehind, kAside, scale, kWidth, int32_t(2 * kAside * scale), kPaper);
   draw_track(canvas, world.track, 1, to_ego);
   for (int32_t s = 0; s < sim::kSensors; ++s) {
     const sim::Scan& scan = sweep.scans[std::size_t(s)];
@@ -134,7 +110,7 @@ io::Picture draw_surroundings(const sim::Simulator& simulator, const sim::Sweep&
       const sim::Rigid now = ego.at(at_s + double(scan.time_ns[i]) * 1e-9).T_map_vehicle;
       const Vec3 p = to_ego(
           now * (simulator.mounting(s).nominal * Vec3{double(scan.x_m[i]), double(scan.y_m[i]), double(scan.z_m[i])}));
-      canvas.dot(p.x, p.y, surface_color(scan.surface[i]), scan.surface[i] >= uint16_t(sim::Surface::car) ? 3 : 1);
+      canvas.dot({p.x, p.y}, surface_color(scan.surface[i]), scan.surface[i] >= uint16_t(sim::Surface::car) ? 3 : 1);
     }
   }
   draw_cars(canvas, simulator, at_s, to_ego);
