@@ -9,9 +9,15 @@
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 build=$(realpath "${1:?usage: test_deb.sh BUILD_FOLDER CC}")
 readonly build cc=${2:?}
-need deb "tools/setup --dev" cpack dpkg dpkg-deb dpkg-shlibdeps fakeroot pkg-config
+need deb "tools/setup --dev" cmake dpkg dpkg-deb dpkg-shlibdeps fakeroot file pkg-config
+make_deb=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)/tools/install/make_deb.cmake
+readonly make_deb
 
-(cd "$work" && expect cpack cpack --config "$build/CPackConfig.cmake" -G DEB -B "$work/packages") || exit 1
+# As the README's command does, after it has built what it packs.
+grep -q -e '--target deb' README.md || fail "the README does not say how the package is made"
+[[ $(cmake --build "$build" --target help) == *$'\n'deb:* ]] || fail "there is no target deb"
+pack() { env "$@" cmake -D CONFIG="$build/CPackConfig.cmake" -D OUT="$work/packages" -P "$make_deb"; }
+expect "make_deb.cmake" pack || exit 1
 debs=("$work"/packages/overtake_*.deb)
 [[ ${#debs[@]} == 1 && -f ${debs[0]} ]] || { fail "cpack made no package"; exit 1; }
 readonly deb=${debs[0]}
@@ -26,6 +32,12 @@ done
 expect control dpkg-deb --control "$deb" "$work/control"
 grep -qx 'libovertake 0 overtake (>= [0-9.]*)' "$work/control/shlibs" ||
   fail "packages built on it would not know: $(cat "$work/control/shlibs")"
+
+# Without the programs it needs it says who has them.
+mkdir "$work/few"
+ln -s "$(command -v cmake)" "$work/few/cmake"
+! pack PATH="$work/few" >"$work/log" 2>&1 || fail "packs without file and dpkg-shlibdeps"
+grep -q 'needs file, dpkg-shlibdeps: run tools/setup --package' "$work/log" || fail "no word of what is missing: $(cat "$work/log")"
 
 # ---- dpkg installs it into a root of its own
 readonly root=$work/root

@@ -2,12 +2,13 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_install.sh BUILD_FOLDER CC CXX. What a user gets: the build is installed to a folder, that folder is
-# moved, and there the examples are built twice, by CMake and by hand with pkg-config, and run.
+# usage: tests/test_install.sh BUILD_FOLDER CC CXX [HARDENED]. What a user gets: the build is installed to a folder, that
+# folder is moved, and there the examples are built twice, by CMake and by hand with pkg-config, and run. HARDENED 1: the
+# build claims to be hardened (OVT_HARDEN in an optimised build).
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
-build=$(realpath "${1:?usage: test_install.sh BUILD_FOLDER CC CXX}")
-readonly build cc=${2:?} cxx=${3:?}
+build=$(realpath "${1:?usage: test_install.sh BUILD_FOLDER CC CXX [HARDENED]}")
+readonly build cc=${2:?} cxx=${3:?} hardened=${4:-0}
 readonly strict=(-pedantic -Wall -Wextra -Wconversion -Wshadow -Werror)
 unset CMAKE_PREFIX_PATH PKG_CONFIG_PATH LD_LIBRARY_PATH
 
@@ -29,6 +30,20 @@ texts=("$prefix"/include/overtake/* "$libdir"/cmake/overtake/overtake-{shared,co
 [[ -f $libdir/libovertake.a ]] || texts+=("$libdir"/pkgconfig/*)      # the static library's users do need oneTBB
 ! grep -niE 'tbb|eigen|xsimd' "${texts[@]}" || fail "a library inside shows in the interface"
 ! grep -nF -e "$build" -e "$work" "${texts[@]}" || fail "a path of this machine is installed"
+
+# ---- hardened: nothing is resolved lazily, relocated data is read-only, the stack and what is copied are guarded
+if ((hardened)); then
+  for file in "$libdir/libovertake.so.0" "$prefix/bin/overtake"; do
+    dynamic=$(readelf -dW "$file") segments=$(readelf -lW "$file") symbols=$(readelf -W --dyn-syms "$file")
+    grep -qE 'FLAGS_1.*\bNOW\b' <<<"$dynamic" || fail "$file: symbols are resolved lazily (no -z now)"
+    grep -q 'GNU_RELRO' <<<"$segments" || fail "$file: relocated data stays writable (no -z relro)"
+    grep -qE 'GNU_STACK.* RW ' <<<"$segments" || fail "$file: the stack is executable"
+    grep -q ' UND __stack_chk_fail' <<<"$symbols" || fail "$file: no stack protector"
+    grep -qE ' UND __[a-z]+_chk\b' <<<"$symbols" || fail "$file: no checked copies (_FORTIFY_SOURCE)"
+    ! grep -q TEXTREL <<<"$dynamic" || fail "$file: code is relocated"
+  done
+  grep -qE 'FLAGS_1.*\bPIE\b' <<<"$(readelf -dW "$prefix/bin/overtake")" || fail "overtake does not move (no PIE)"
+fi
 
 # ---- the command line and its rigs
 expect "overtake --version" "$prefix/bin/overtake" --version

@@ -109,7 +109,7 @@ void write_points(const std::string& folder, const PointResult& points, const ov
 }
 
 // The scan as it came.
-void write_scan(const std::string& folder, const io::SensorScan& scan, const std::string& caption) {
+void write_scan_images(const std::string& folder, const io::SensorScan& scan, const std::string& caption) {
   std::vector<float> x, y, z;
   for (std::size_t i = 0; i < std::size_t(scan.count); ++i) {
     x.push_back(float(scan.x.value(i)));
@@ -179,8 +179,8 @@ int inspect_command(const Options& options) {
   const auto reasons = reason_names();
   const PointResult points = spread_points(labels, frame.scans[0], reasons);
   write_points(options.out, points, labels);
-  write_scan(options.out, frame.scans[0],
-             "frame " + std::to_string(frame.frame) + " " + config.rig.sensors[std::size_t(sensor)].name);
+  write_scan_images(options.out, frame.scans[0],
+                    "frame " + std::to_string(frame.frame) + " " + config.rig.sensors[std::size_t(sensor)].name);
   io::write_whole_file(options.out + "/reasons.json", format_reasons(reasons));
   io::write_whole_file(options.out + "/config.toml", format_config(config));
   if (!options.quiet) print_summary(options, frame.scans[0], labels, points, reasons);

@@ -30,11 +30,13 @@ inline bool is_recorded(const std::string& file) {
 
 }  // namespace overtake
 
+#define OVT_WHERE_TO_GET " (README.md, \"Recorded data\", says where to get it)"
+
 // At the start of a case, once a file or folder; ends the case where that is missing.
-#define OVT_NEED_RECORDED(file)                                     \
-  do {                                                              \
-    if (!overtake::is_recorded(file)) {                             \
-      MESSAGE("skipped: " << std::string(file) << " is not there"); \
-      return;                                                       \
-    }                                                               \
+#define OVT_NEED_RECORDED(file)                                                         \
+  do {                                                                                  \
+    if (!overtake::is_recorded(file)) {                                                 \
+      MESSAGE("skipped: " << std::string(file) << " is not there" << OVT_WHERE_TO_GET); \
+      return;                                                                           \
+    }                                                                                   \
   } while (false)

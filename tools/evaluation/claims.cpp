@@ -8,10 +8,10 @@
 #include <limits>
 #include <tuple>
 
+#include "tools/evaluation/numbers.h"
+
 namespace overtake::evaluation {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kDegree = M_PI / 180;
 
 double mean_of(const std::vector<double>& values) { return metrics::summarize(values).mean; }
 

@@ -9,6 +9,7 @@
 
 #include "pipeline/overtake.h"
 #include "tools/evaluation/figures_parts.h"
+#include "tools/evaluation/numbers.h"
 
 namespace overtake::evaluation {
 std::vector<double> column_of(const Table& table, const std::string& name) {
@@ -23,8 +24,6 @@ int32_t bin_of(double ahead_m) {
 }
 
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 void add_ground(const Table& scans, GroundFigures& out) {
   const auto tp = column_of(scans, "tp"), fp = column_of(scans, "fp"), fn = column_of(scans, "fn");

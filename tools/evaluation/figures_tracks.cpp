@@ -9,13 +9,12 @@
 #include <set>
 
 #include "tools/evaluation/figures_parts.h"
+#include "tools/evaluation/numbers.h"
 #include "tools/metrics/consistency.h"
 #include "tools/metrics/gospa.h"
 
 namespace overtake::evaluation {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 // Tracks that are left over at a car which has another one.
 int64_t count_doubles(const std::vector<metrics::MotPlace>& objects, const std::vector<metrics::MotPlace>& tracks,

@@ -9,16 +9,13 @@
 #include <set>
 #include <stdexcept>
 
+#include "tools/evaluation/numbers.h"
 #include "tools/metrics/consistency.h"
 #include "tools/session.h"
 #include "tools/sim/material.h"
 
 namespace overtake::evaluation {
-namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-}  // namespace
+namespace {}  // namespace
 
 Kind kind_of(uint16_t surface) {
   using sim::Surface;

@@ -22,7 +22,7 @@ Json brief(const std::vector<double>& values) {
 }
 Json brief(const GroundFigures& g) { return {{"tpr", brief(g.tpr)}, {"ppv", brief(g.ppv)}, {"f1", brief(g.f1)}}; }
 
-Json json_of(const Claim& c) {
+Json json_of_claim(const Claim& c) {
   Json numbers = Json::object();
   for (const Number& n : c.numbers) numbers[n.name] = n.value;
   Json j = {{"name", c.name}, {"claim", c.text}, {"numbers", numbers}};
@@ -30,7 +30,7 @@ Json json_of(const Claim& c) {
   return j;
 }
 
-Json json_of(const Cost& c) {
+Json json_of_cost(const Cost& c) {
   return {{"oracle", c.oracle},
           {"against", c.against},
           {"gospa_square_saved_m2", c.gospa_m2},
@@ -84,9 +84,9 @@ Json judgements_json(const std::vector<Figures>& all) {
   for (const Figures& f : all) {
     if (f.contestant.find_first_of(":@") != std::string::npos) continue;
     Json j = {{"preset", f.contestant}, {"scenario", f.scenario}};
-    for (const Claim& c : check_claims(f, all)) j["claims"].push_back(json_of(c));
-    for (const Cost& c : find_costs(f, all)) j["costs"].push_back(json_of(c));
-    for (const Claim& c : check_controls(f, all)) j["controls"].push_back(json_of(c));
+    for (const Claim& c : check_claims(f, all)) j["claims"].push_back(json_of_claim(c));
+    for (const Cost& c : find_costs(f, all)) j["costs"].push_back(json_of_cost(c));
+    for (const Claim& c : check_controls(f, all)) j["controls"].push_back(json_of_claim(c));
     out.push_back(std::move(j));
   }
   return out;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tools/console.h"
+#include "tools/evaluation/numbers.h"
 #include "tools/evaluation/pictures.h"
 #include "tools/evaluation/svg.h"
 #include "tools/metrics/summary.h"
@@ -14,7 +15,6 @@ namespace overtake::evaluation {
 namespace {
 
 constexpr int32_t kWidth = 920, kHeight = 340;
-constexpr double kDegree = M_PI / 180;
 
 // Parallel projection from above, behind and the right: x of the vehicle runs up and to the left.
 class Camera {

@@ -15,7 +15,7 @@ constexpr const char* kPointsColor = "#e07b16";
 constexpr double kPanel = 296, kReach = 4.2, kTop = 66;
 
 // One moment from above, x of the vehicle frame up, y to the left, round the true middle of the car.
-void add_panel(Svg& svg, double left, const FitMoment& m) {
+void add_fit_panel(Svg& svg, double left, const FitMoment& m) {
   const double scale = kPanel / (2 * kReach);
   const auto at = [&](double x, double y) {
     return SvgPoint{left + kPanel / 2 - scale * (y - m.truth.y_m), kTop + kPanel / 2 - scale * (x - m.truth.x_m)};
@@ -68,7 +68,7 @@ std::string draw_fits(const std::vector<FitMoment>& moments, bool simulated) {
   Svg svg(int32_t(44 + kStep * double(std::max<std::size_t>(moments.size(), 1))), int32_t(kTop + kPanel + 58));
   svg.text(12, 20, std::string(simulated ? "A simulated" : "A recorded") + " car entering a spin: both rectangles",
            "start", " font-size=\"13\" font-weight=\"bold\"");
-  for (std::size_t k = 0; k < moments.size(); ++k) add_panel(svg, 44 + kStep * double(k), moments[k]);
+  for (std::size_t k = 0; k < moments.size(); ++k) add_fit_panel(svg, 44 + kStep * double(k), moments[k]);
   svg.upward_text(14, kTop + kPanel / 2, "x, vehicle [m]");
   const double y = kTop + kPanel + 46;
   double x = 44;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tools/console.h"
+#include "tools/evaluation/numbers.h"
 #include "tools/evaluation/pictures.h"
 #include "tools/evaluation/svg.h"
 #include "tools/sim/mesh.h"
@@ -13,7 +14,6 @@
 namespace overtake::evaluation {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
 constexpr const char* kColors[] = {"#2f7fd0", "#2f9e44", "#e07b16", "#9b5fc0",
                                    "#c0392b", "#1aa3a3", "#8a6d3b", "#7f7f7f"};
 

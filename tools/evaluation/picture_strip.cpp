@@ -11,9 +11,9 @@
 namespace overtake::evaluation {
 namespace {
 
-constexpr int32_t kWidth = 920;
+constexpr int32_t kStripWidth = 920;
 constexpr double kLeft = 62, kRight = 12, kImage = 64, kCloud = 150, kHead = 17, kGap = 9;
-constexpr double kInside = kWidth - kLeft - kRight, kDegrees = 180 / M_PI;
+constexpr double kInside = kStripWidth - kLeft - kRight, kDegreesPerRadian = 180 / M_PI;
 
 // A colour bar with its ends, right-aligned over a panel.
 void add_scale(Svg& svg, double top, const std::string& low, const std::string& high) {
@@ -21,8 +21,8 @@ void add_scale(Svg& svg, double top, const std::string& low, const std::string& 
   constexpr double kBar = 110;
   io::Picture bar(kSteps, 1);
   for (int32_t k = 0; k < kSteps; ++k) bar.at(k, 0) = io::scale_color(double(k) / (kSteps - 1));
-  const double right = kWidth - kRight - 6.2 * double(high.size()) - 4;
-  svg.text(kWidth - kRight, top + 11, high, "end");
+  const double right = kStripWidth - kRight - 6.2 * double(high.size()) - 4;
+  svg.text(kStripWidth - kRight, top + 11, high, "end");
   svg.image(right - kBar, top + 3, kBar, 9, bar);
   svg.text(right - kBar - 4, top + 11, low, "end");
 }
@@ -56,9 +56,9 @@ double add_cloud(Svg& svg, double top, const std::string& title, const StripMome
   constexpr int32_t kCols = 1300, kRows = 225;
   io::Picture picture(kCols, kRows);
   for (const StripMoment::Point& p : m.points) {
-    const double x =
-        (m.azimuth_left_deg - double(p.azimuth_rad) * kDegrees) / (m.azimuth_left_deg - m.azimuth_right_deg) * kCols;
-    const double y = (e.high_deg - double(p.elevation_rad) * kDegrees) / (e.high_deg - e.low_deg) * kRows;
+    const double x = (m.azimuth_left_deg - double(p.azimuth_rad) * kDegreesPerRadian) /
+                     (m.azimuth_left_deg - m.azimuth_right_deg) * kCols;
+    const double y = (e.high_deg - double(p.elevation_rad) * kDegreesPerRadian) / (e.high_deg - e.low_deg) * kRows;
     for (int32_t k = 0; k < 4; ++k) {
       const int32_t px = int32_t(std::floor(x)) + k % 2, py = int32_t(std::floor(y)) + k / 2;
       if (px >= 0 && px < kCols && py >= 0 && py < kRows) picture.at(px, py) = color_of(p);
@@ -80,11 +80,11 @@ double add_cloud(Svg& svg, double top, const std::string& title, const StripMome
 }  // namespace
 
 std::string draw_strip(const StripMoment& m) {
-  Svg svg(kWidth, int32_t(26 + 5 * (kHead + kImage + kGap) + 2 * (kHead + kCloud + kGap) + 28));
+  Svg svg(kStripWidth, int32_t(26 + 5 * (kHead + kImage + kGap) + 2 * (kHead + kCloud + kGap) + 28));
   std::vector<double> ranges, elevations;
   for (const StripMoment::Point& p : m.points) {
     ranges.push_back(double(p.range_m));
-    elevations.push_back(double(p.elevation_rad) * kDegrees);
+    elevations.push_back(double(p.elevation_rad) * kDegreesPerRadian);
   }
   std::sort(ranges.begin(), ranges.end());
   const metrics::Summary elevation = metrics::summarize(elevations);
@@ -92,7 +92,7 @@ std::string draw_strip(const StripMoment& m) {
   const double low = std::log(std::max(metrics::percentile(ranges, 0.005), 0.1)),
                high = std::log(std::max(metrics::percentile(ranges, 0.995), 0.2));
 
-  svg.text(kWidth / 2.0, 16,
+  svg.text(kStripWidth / 2.0, 16,
            "One simulated scan, sensor " + m.sensor + ", frame " + std::to_string(m.at.frame) + ": a car " +
                cli::fixed(m.car_m, 0) + " m away",
            "middle", " font-size=\"13\" font-weight=\"bold\"");

@@ -37,7 +37,7 @@ bool holds(const KnownBox& b, double x_m, double y_m, double margin_m) {
          std::fabs(c * dy - s * dx) <= b.width_m / 2 + margin_m;
 }
 
-struct Seen {
+struct SeenFrame {
   std::vector<std::array<double, 2>> detections;
   std::vector<int32_t> cluster_of_detection;
   struct Point {
@@ -51,10 +51,10 @@ struct Seen {
 // One frame's detections and points, vehicle frame.
 struct Look {
   const io::Rig* rig;
-  Seen seen;
+  SeenFrame seen;
   static void on_frame(ovt_reader* reader, void* self) { static_cast<Look*>(self)->read(reader); }
   void read(ovt_reader* reader) {
-    seen = Seen();
+    seen = SeenFrame();
     ovt_detections d;
     if (ovt_read_detections(reader, &d) != OVT_OK) return;
     for (int32_t i = 0; i < d.count; ++i) {
@@ -80,9 +80,9 @@ struct Scores {
 };
 
 // Ours and the grid against the automatic labels of one frame.
-Json judge_ground(const Seen& seen, std::size_t sensors) {
+Json judge_ground(const SeenFrame& seen, std::size_t sensors) {
   std::vector<float> x, y, z;
-  for (const Seen::Point& p : seen.points)
+  for (const SeenFrame::Point& p : seen.points)
     x.push_back(float(p.at[0])), y.push_back(float(p.at[1])), z.push_back(float(p.at[2]));
   const std::vector<bool> grid = baselines::mark_nonground(x, y, z);
   Scores ours, of_grid;
@@ -126,14 +126,14 @@ Json judge_racecar(const std::string& folder, const std::string& preset) {
       row["off_along_m"] = c * dx + s * dy, row["off_across_m"] = c * dy - s * dx;
       const int32_t cluster = look.seen.cluster_of_detection[i];
       int64_t points = 0, outside = 0;
-      for (const Seen::Point& p : look.seen.points)
+      for (const SeenFrame::Point& p : look.seen.points)
         if (p.cluster == cluster && cluster >= 0) ++points, outside += !holds(opponent, p.at[0], p.at[1], 2.5);
       row["points_of_its_cluster"] = points, row["of_them_outside_the_box"] = outside;
       ++at;
     }
     row["detections_within_4_m"] = at, row["detections"] = look.seen.detections.size();
     std::map<int32_t, std::pair<int64_t, int64_t>> inside;  // cluster -> points, of them inside
-    for (const Seen::Point& p : look.seen.points)
+    for (const SeenFrame::Point& p : look.seen.points)
       if (p.cluster >= 0) ++inside[p.cluster].first, inside[p.cluster].second += holds(opponent, p.at[0], p.at[1], 1);
     int64_t whole = 0;
     for (const auto& [cluster, n] : inside) whole += n.first == n.second;

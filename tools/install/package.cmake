@@ -1,8 +1,8 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# cpack -G DEB in a build folder: one Debian package of all that is installed, stripped, and one with the symbols.
-# dpkg-shlibdeps finds what it depends on.
+# cmake --build FOLDER --target deb: one Debian package of all that is installed, stripped, and one with the symbols, in
+# FOLDER. dpkg-shlibdeps finds what it depends on.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VENDOR "The Overtake authors")
 set(CPACK_PACKAGE_CONTACT "The Overtake authors <overtake@localhost>")
@@ -18,3 +18,8 @@ set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)       # so that dpkg-shlibdeps of a
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY ">=")
 set(CPACK_DEBIAN_DEBUGINFO_PACKAGE ON)
 include(CPack)
+
+add_custom_target(deb
+  COMMAND ${CMAKE_COMMAND} -D CONFIG=${PROJECT_BINARY_DIR}/CPackConfig.cmake -D OUT=${PROJECT_BINARY_DIR}
+          -P ${CMAKE_CURRENT_LIST_DIR}/make_deb.cmake
+  DEPENDS product USES_TERMINAL VERBATIM COMMENT "Packing the library and the command line")

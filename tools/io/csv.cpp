@@ -42,7 +42,7 @@ bool no_number(const std::vector<std::string_view>& cells) {
   return true;
 }
 
-std::string plain_name(std::string_view name) { return lower_case(trim(name.substr(0, name.find('(')))); }
+std::string name_without_unit(std::string_view name) { return lower_case(trim(name.substr(0, name.find('(')))); }
 
 std::vector<std::string> to_strings(const std::vector<std::string_view>& cells) { return {cells.begin(), cells.end()}; }
 
@@ -95,7 +95,7 @@ Csv Csv::parse(const std::string& path_in_errors, std::string text) {
 int32_t Csv::find(std::initializer_list<std::string_view> names) const {
   for (const auto& wanted : names)
     for (std::size_t i = 0; i < names_.size(); ++i)
-      if (plain_name(names_[i]) == wanted) return int32_t(i);
+      if (name_without_unit(names_[i]) == wanted) return int32_t(i);
   return -1;
 }
 

@@ -9,7 +9,7 @@
 namespace overtake::sim {
 namespace {
 
-constexpr double kStep = 0.002;
+constexpr double kStepS = 0.002;
 
 // Value, rate and second rate of a plan of smooth steps.
 struct Planned {
@@ -49,10 +49,10 @@ Motion::Motion(const Track& track, const CarPlan& plan, double seconds) : track_
   check_order(plan, plan.speed, "changes of speed overlap: the end of the one before,");
   check_order(plan, plan.lane, "changes of lane overlap: the end of the one before,");
   check_order(plan, plan.spin, "spins overlap: the end of the one before,");
-  const int64_t count = int64_t(seconds / kStep) + 600;  // a second more: the last scan reaches beyond the end
+  const int64_t count = int64_t(seconds / kStepS) + 600;  // a second more: the last scan reaches beyond the end
   double s = plan.start_s_m, body = 0, last_course = 0;
   for (int64_t i = 0; i < count; ++i) {
-    const double t = double(i) * kStep;
+    const double t = double(i) * kStepS;
     const auto speed_at = [&](double at) {
       return planned(
           plan.start_speed_mps, plan.speed, [](const SpeedChange& c) { return c.speed_mps; }, at);
@@ -93,29 +93,29 @@ Motion::Motion(const Track& track, const CarPlan& plan, double seconds) : track_
     for (const Spin& c : plan.spin) spin += c.turns * 2 * kPi * smooth_step((t - c.at_s) / c.over_s);
     row.heading = body + spin;
     const double before = body;
-    body = target + course_rate * kStep - lag + (body - target + lag) * exp_of(-rate * kStep);
+    body = target + course_rate * kStepS - lag + (body - target + lag) * exp_of(-rate * kStepS);
     double next_spin = 0;
-    for (const Spin& c : plan.spin) next_spin += c.turns * 2 * kPi * smooth_step((t + kStep - c.at_s) / c.over_s);
-    row.yaw_rate = (body - before + next_spin - spin) / kStep;
+    for (const Spin& c : plan.spin) next_spin += c.turns * 2 * kPi * smooth_step((t + kStepS - c.at_s) / c.over_s);
+    row.yaw_rate = (body - before + next_spin - spin) / kStepS;
     rows_.push_back(row);
-    const Planned half = speed_at(t + kStep / 2);
+    const Planned half = speed_at(t + kStepS / 2);
     const double d_half = planned(
-                              plan.start_d_m, plan.lane, [](const LaneChange& c) { return c.d_m; }, t + kStep / 2)
+                              plan.start_d_m, plan.lane, [](const LaneChange& c) { return c.d_m; }, t + kStepS / 2)
                               .value;
-    s += std::max(0.0, half.value * (forward / std::max(v.value, 1e-9))) * kStep /
-         (1 - track.at(s + forward * kStep / 2).curvature_pm * d_half);
+    s += std::max(0.0, half.value * (forward / std::max(v.value, 1e-9))) * kStepS /
+         (1 - track.at(s + forward * kStepS / 2).curvature_pm * d_half);
   }
 }
 
 CarState Motion::at(double time_s) const {
-  const double position = clamp(time_s / kStep, 0, double(rows_.size()) - 1.000001);
+  const double position = clamp(time_s / kStepS, 0, double(rows_.size()) - 1.000001);
   const std::size_t i = std::size_t(position);
   const double t = position - double(i);
   const Row &a = rows_[i], &b = rows_[i + 1];
   const double h00 = (1 + 2 * t) * square(1 - t), h10 = t * square(1 - t), h01 = t * t * (3 - 2 * t),
                h11 = t * t * (t - 1);
-  const double x = h00 * a.x + h10 * kStep * a.vx + h01 * b.x + h11 * kStep * b.vx;
-  const double y = h00 * a.y + h10 * kStep * a.vy + h01 * b.y + h11 * kStep * b.vy;
+  const double x = h00 * a.x + h10 * kStepS * a.vx + h01 * b.x + h11 * kStepS * b.vx;
+  const double y = h00 * a.y + h10 * kStepS * a.vy + h01 * b.y + h11 * kStepS * b.vy;
   CarState state;
   state.heading_rad = lerp(a.heading, b.heading, t);
   state.course_rad = lerp(a.course, b.course, t);

@@ -18,7 +18,7 @@ Mesh make_all_that_stands(const Track& track, const Scenario& scenario) {
   return mesh;
 }
 
-constexpr double kCell = 0.5 * kDegree, kMaskAzimuth = 64 * kDegree, kMaskElevation = 20 * kDegree;
+constexpr double kMaskCell = 0.5 * kDegree, kMaskAzimuth = 64 * kDegree, kMaskElevation = 20 * kDegree;
 constexpr int32_t kMaskCols = 256, kMaskRows = 80, kRaysACell = 3;  // 0.17 deg apart: 7 mm on what is 2.4 m away
 
 }  // namespace
@@ -38,8 +38,8 @@ OwnCarMask::OwnCarMask(const World& world, const Rigid& T) : cells_(kMaskRows * 
   std::vector<uint8_t> seen(cells_.size());
   for (int32_t r = 0; r < kMaskRows * kRaysACell; ++r)
     for (int32_t c = 0; c < kMaskCols * kRaysACell; ++c) {
-      const SinCos e = sin_cos((r + 0.5) * kCell / kRaysACell - kMaskElevation);
-      const SinCos a = sin_cos((c + 0.5) * kCell / kRaysACell - kMaskAzimuth);
+      const SinCos e = sin_cos((r + 0.5) * kMaskCell / kRaysACell - kMaskElevation);
+      const SinCos a = sin_cos((c + 0.5) * kMaskCell / kRaysACell - kMaskAzimuth);
       const Vec3 direction = T.rotation * Vec3{e.cos * a.cos, e.cos * a.sin, e.sin};
       if (world.car.cast(T.place, direction, 0.02, 10).triangle >= 0)
         seen[std::size_t(r / kRaysACell * kMaskCols + c / kRaysACell)] = 1;
@@ -54,7 +54,7 @@ OwnCarMask::OwnCarMask(const World& world, const Rigid& T) : cells_(kMaskRows * 
 }
 
 bool OwnCarMask::may_meet(double azimuth_rad, double elevation_rad) const {
-  const double r = (elevation_rad + kMaskElevation) / kCell, c = (azimuth_rad + kMaskAzimuth) / kCell;
+  const double r = (elevation_rad + kMaskElevation) / kMaskCell, c = (azimuth_rad + kMaskAzimuth) / kMaskCell;
   if (cells_.empty() || r < 0 || c < 0 || r >= kMaskRows || c >= kMaskCols) return true;
   return cells_[std::size_t(int32_t(r) * kMaskCols + int32_t(c))] != 0;
 }

@@ -1,0 +1,29 @@
+# Copyright 2026 The Overtake authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# Sourced by tools/setup and tools/demo.
+# shellcheck shell=bash
+
+# show_progress NAME LOG: what is read goes to LOG. Lines that begin with [DONE/TOTAL] are shown as progress: on one line
+# that is rewritten where the output is a terminal, else as a line each tenth of the way.
+show_progress() {
+  local name=$1 log=$2 line count total tenth=0 begin=$SECONDS rest text=''
+  while IFS= read -r line || [[ -n $line ]]; do
+    printf '%s\n' "$line" >>"$log"
+    [[ $line =~ ^\[([0-9]+)/([0-9]+)\] ]] || continue
+    count=${BASH_REMATCH[1]} total=${BASH_REMATCH[2]}
+    ((count > 0 && total > 0)) || continue
+    rest=''
+    if ((count < total && count * 10 >= total)); then
+      rest=", about $(((SECONDS - begin) * (total - count) / count)) s to go"
+    fi
+    text="$name [$count/$total] $((SECONDS - begin)) s$rest"
+    if [[ -t 1 ]]; then
+      printf '\r%s\033[K' "$text"
+    elif ((count * 10 / total > tenth)); then
+      tenth=$((count * 10 / total))
+      printf '%s\n' "$text"
+    fi
+  done
+  if [[ -t 1 && -n $text ]]; then printf '\n'; fi
+}
