@@ -20,7 +20,7 @@ using namespace overtake::evaluation;
 
 namespace {
 
-void simulate(const std::string& path, double seconds, uint64_t seed) {
+void simulate_race(const std::string& path, double seconds, uint64_t seed) {
   const sim::Scenario scenario = sim::load_scenario("blind_zone");  // begins with a car over a seam
   sim::Simulator simulator(scenario, seed, seconds, 2);
   const auto out = sim::make_mcap_log(path, simulator, seed);
@@ -49,7 +49,7 @@ Table every_nth(const Table& table, int64_t n) {
 
 TEST_CASE("a sweep at the preset's own value finds the preset's own clusters on every N-th frame") {
   const TempFolder folder;
-  simulate(folder.path("race.mcap"), 2.3, 1);  // 46 sweeps
+  simulate_race(folder.path("race.mcap"), 2.3, 1);  // 46 sweeps
   RunOptions options;
   options.logs = {folder.path("race.mcap")};
   options.presets = {"paper"};
@@ -80,8 +80,8 @@ TEST_CASE("a sweep at the preset's own value finds the preset's own clusters on 
 TEST_CASE("a run is kept for the same question only: other frames, another --every, another log of the name are run") {
   const TempFolder folder;
   std::filesystem::create_directories(folder.path("other"));
-  simulate(folder.path("race.mcap"), 0.3, 1);
-  simulate(folder.path("other/race.mcap"), 0.3, 2);
+  simulate_race(folder.path("race.mcap"), 0.3, 1);
+  simulate_race(folder.path("other/race.mcap"), 0.3, 2);
   RunOptions options;
   options.logs = {folder.path("race.mcap")};
   options.presets = {"paper", "paper:relay"};
@@ -139,8 +139,8 @@ TEST_CASE("hash_input: a file's bytes at both ends, its size, a folder's files, 
 
 TEST_CASE("the report names the CPUs of its runs, and metrics.json is the same from any of them") {
   const TempFolder folder;
-  simulate(folder.path("race.mcap"), 0.3, 1);
-  simulate(folder.path("race_2.mcap"), 0.3, 2);
+  simulate_race(folder.path("race.mcap"), 0.3, 1);
+  simulate_race(folder.path("race_2.mcap"), 0.3, 2);
   RunOptions options;
   options.logs = {folder.path("race.mcap"), folder.path("race_2.mcap")};
   options.presets = {"paper"};
