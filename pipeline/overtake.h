@@ -301,6 +301,22 @@ typedef struct ovt_column {
   int32_t type;                      /* ovt_type */
 } ovt_column;
 
+/* A member of an array of records: scan.x = OVT_FIELD(points, count, x, OVT_F32). `records` is the array, or a pointer
+ * to its first record, never null, and is evaluated three times. size_bytes reaches from the first record's member to
+ * the end of the last record; 0 where count is 0 or less. */
+static inline ovt_column ovt_make_column(const void* records, const void* member, int64_t count, size_t record_size,
+                                         int32_t type) {
+  ovt_column column;
+  column.data = member;
+  column.size_bytes =
+    count > 0 ? (size_t)count * record_size - (size_t)((const char*)member - (const char*)records) : 0;
+  column.stride = record_size;
+  column.type = type;
+  return column;
+}
+#define OVT_FIELD(records, count, member, type) \
+  ovt_make_column((records), &(records)->member, (int64_t)(count), sizeof *(records), (type))
+
 /* One scan of one sensor, sensor frame. x y z float32 or float64; layer any integer or float32 that holds integers
  * 0..65535; intensity any type; time any type, optional: the point's offset after the scan's stamp in units of
  * time_unit_ns. */

@@ -2,10 +2,15 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# The README's C example is tests/test_c_api.c, line for line.
+# The README's examples are tests/test_c_api.c and tests/test_cpp_api.cpp, line for line, and they need no file but the
+# installed headers.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-example=$(sed -n '/README begin/,/README end/p' tests/test_c_api.c | sed '1d;$d')
-quoted=$(sed -n '/^```c$/,/^```$/p' README.md | sed '1d;$d')
-[ -n "$example" ] || { echo "tests/test_c_api.c has no example between its markers"; exit 1; }
-diff <(echo "$example") <(echo "$quoted") || { echo "README.md and tests/test_c_api.c differ"; exit 1; }
+for file in test_c_api.c test_cpp_api.cpp; do
+  example=$(sed -n '/README begin/,/README end/p' tests/$file | sed '1d;$d')
+  quoted=$(sed -n "/^\`\`\`${file##*.}\$/,/^\`\`\`\$/p" README.md | sed '1d;$d')
+  [ -n "$example" ] || { echo "tests/$file has no example between its markers"; exit 1; }
+  diff <(echo "$example") <(echo "$quoted") || { echo "README.md and tests/$file differ"; exit 1; }
+  # shellcheck disable=SC2016
+  ! grep -n '#include "' <<<"$example" || { echo "README.md includes what is not installed"; exit 1; }
+done

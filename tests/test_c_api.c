@@ -4,10 +4,31 @@
  * The library from plain C99: the README's example, word for word. One LiDAR sees a car drive away for a second.
  */
 /* README begin */
+#include <math.h>
+#include <overtake/overtake.h>
 #include <stdio.h>
 
-#include "pipeline/overtake.h"
-#include "tests/support/small_scene.h" /* cloud[], look(): a simulated scan with a car so far ahead */
+typedef struct point {
+  float x, y, z;
+  uint16_t layer;
+} point;
+static point cloud[32 * 857];
+
+/* Yours come from a driver. Here: the road under a LiDAR and the tail of a car so far ahead; how many points. */
+static int look(double ahead_m) {
+  int count = 0;
+  for (int r = 0; r < 32; ++r)
+    for (int c = 0; c < 857; ++c) {
+      const double azimuth = 1.0472 - 0.0024438 * (c + 0.5), left = tan(azimuth);
+      const double up = tan(0.0873 - 0.0108 * r) / cos(azimuth);
+      const int on_car = fabs(ahead_m * left) < 0.95 && fabs(ahead_m * up + 0.6) < 0.6;
+      const double x = on_car ? ahead_m : up < -0.01 ? -1.2 / up : 0;
+      if (x <= 0 || x > 150) continue;
+      const point p = {(float)x, (float)(x * left), (float)(x * up), (uint16_t)r};
+      cloud[count++] = p;
+    }
+  return count;
+}
 
 int main(void) {
   ovt_sensor_def sensor = ovt_default_sensor_def(); /* 32 x 857 pixels over 120 degrees, looking ahead */
@@ -24,10 +45,10 @@ int main(void) {
     ovt_points_init(&scan, sizeof scan);
     scan.stamp_ns = k * INT64_C(50000000);
     scan.count = look(20.0 + 0.5 * k);
-    scan.x = (ovt_column){&cloud->x, sizeof cloud, sizeof *cloud, OVT_F32};
-    scan.y = (ovt_column){&cloud->y, sizeof cloud - 4, sizeof *cloud, OVT_F32};
-    scan.z = (ovt_column){&cloud->z, sizeof cloud - 8, sizeof *cloud, OVT_F32};
-    scan.layer = (ovt_column){&cloud->layer, sizeof cloud - 12, sizeof *cloud, OVT_U16};
+    scan.x = OVT_FIELD(cloud, scan.count, x, OVT_F32);
+    scan.y = OVT_FIELD(cloud, scan.count, y, OVT_F32);
+    scan.z = OVT_FIELD(cloud, scan.count, z, OVT_F32);
+    scan.layer = OVT_FIELD(cloud, scan.count, layer, OVT_U16);
     if (ovt_push_scan(detector, &scan) || ovt_next_frame(reader, NULL)) return 1;
     if (ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks)) return 1;
     for (int i = 0; i < tracks.count; ++i) printf("x %5.2f m  %5.2f m/s\n", tracks.x_m[i], tracks.speed_mps[i]);

@@ -39,12 +39,18 @@ run=("$overtake" run scene --rig av21 --ego scene/ego.csv --map scene/map.csv --
 expect "run" "${run[@]}" --out run
 grep -q '^ *scan  *points' stdout || fail "run prints no table"
 has_header run/detections.csv frame,stamp_ns,x_m,y_m,z_m,heading_rad,heading_source,length_m,width_m,points,inliers_ref,inliers_var,heading_ref_rad,heading_var_rad,sensor_mask
-has_header run/tracks.csv stamp_ns,id,state,frame,x_m,y_m,speed_mps,course_rad,yaw_rate_rps,heading_rad,age,hits,var_x,var_y
+has_header run/tracks.csv stamp_ns,id,state,frame,x_m,y_m,speed_mps,course_rad,yaw_rate_rps,heading_rad,age,hits,var_x,var_y,ahead_m,left_m,name
 has_header run/timing.csv frame,stamp_ns,sensor,stage,time_us
 for table in run/*.csv; do
   awk -F, 'NR == 1 { n = NF } NF != n { exit 1 }' "$table" || fail "$table: a row is not as long as the header"
 done
 [[ $(awk -F, 'NR > 1 { print $1 }' run/timing.csv | sort -un | tr '\n' ' ') == "0 1 2 3 4 5 6 7 " ]] || fail "timing.csv lacks frames"
+# The opponent's columns in the ego vehicle's frame are the truth's, and the name is the id's slot and generation.
+awk -F, 'NR == FNR { if ($1 == 7) { x = $3; y = $4 } next }
+  FNR > 1 && $4 == 7 && ($15 - x) ^ 2 + ($16 - y) ^ 2 < 9 { near = 1 }
+  FNR > 1 { split($17, part, ":"); if (part[2] * 4294967296 + part[1] != $2) wrong = 1 }
+  END { exit !near || wrong }' scene/truth.csv run/tracks.csv || fail "ahead_m, left_m, name of tracks.csv: $(tail -n 3 run/tracks.csv)"
+grep -qE '^ +[0-9]+:[0-9]+ +map ' stdout || fail "run's table does not name tracks by slot and generation: $(cat stdout)"
 grep -q ',confirmed,7,' run/tracks.csv || fail "no confirmed track at the end of the scene"
 grep -q '^confirm_hits = 3$' run/config.toml || fail "config.toml lacks what --set said"
 
@@ -75,6 +81,11 @@ grep -q "'descr': '<f4'.*'shape': (32, 857)" <(head -c 128 images/range.npy | tr
 expect "track" "$overtake" track detections.csv --out track
 [[ $(awk -F, 'NR > 1 { print $2 }' track/tracks.csv | sort -u | wc -l) == 1 ]] || fail "a straight drive is not one track"
 awk -F, '$4 == 29 && ($7 < 38 || $7 > 42) { exit 1 }' track/tracks.csv || fail "2 m each 50 ms is not about 40 m/s"
+awk -F, 'NR > 1 && $15 $16 != "" { exit 1 }' track/tracks.csv || fail "track knows no ego pose, and says how far ahead a car is"
+{ echo stamp_ns,x_m,y_m,yaw_rad,speed_mps; for i in {-5..160}; do echo "$((i * 10000000)),$((i * 1)),1,0,100"; done; } >straight.csv
+expect "track with ego poses" "$overtake" track detections.csv --ego straight.csv --out track_ego
+awk -F, 'NR > 1 && $4 == 29 && ($15 + 145 - $5) ^ 2 + ($16 + 1 - $6) ^ 2 > 0.01 { exit 1 }' track_ego/tracks.csv ||
+  fail "ahead_m, left_m are not those of the ego pose: $(tail -n 1 track_ego/tracks.csv)"
 grep -q ',confirmed,30,' track/tracks.csv || fail "an empty scan is not a scan"
 
 # ---- bad input
@@ -84,6 +95,7 @@ cp scene/000000_front.pcd strangers/1_rear.pcd
 head -c 5000 scene/000000_front.pcd >cut/1_front.pcd
 printf 'period_s = 0.05\nlasers = 3\n[[sensor]]\n' >rig.toml
 printf 'workers = 1\n[tracker]\nconfirm = 3\n' >config.toml
+printf 'period_s = 0.05\nshard_cloud = true\n[[sensor]]\nname = "front"\nx_m = 0\ny_m = 0\nz_m = 1\nrows = 32\ncols = 857\nwraps = true\n' >rig_key.toml
 printf 'workers = 1\n[tracker]\nconfirm_hits = 3000\n' >range.toml
 printf '[trackers]\nconfirm_hits = 3\n' >group.toml
 printf 'stamp_ns,x_m,y_m\n2,0,0\n1,0,0\n' >back.csv
@@ -125,13 +137,20 @@ for command in label run doctor "inspect --frame 0 --sensor front"; do
 done
 refuse "av22: neither a file nor one of the built-in rigs *" run scene --rig av22 --out out
 refuse "rig.toml:3: sensor 1: 'name' is missing" run scene --rig rig.toml --out out
-refuse "config.toml:3: tracker: unknown key 'confirm'" run scene --config config.toml "${av21[@]}"
+refuse "av22: neither a file nor one of the built-in rigs *; did you mean 'av21'[?]" run scene --rig av22 --out out
+refuse "demoo: is no file and no built-in scenario; *; did you mean 'demo'[?]" simulate demoo --out out
+refuse "rig_key.toml:2: unknown key 'shard_cloud'; did you mean 'shared_cloud'[?]" run scene --rig rig_key.toml --out out
+refuse "config.toml:3: tracker: unknown key 'confirm'; did you mean 'confirm_hits'[?]" run scene --config config.toml "${av21[@]}"
 refuse "range.toml:3: tracker: tracker.confirm_hits is '3000', it takes a whole number from *" run scene --config range.toml "${av21[@]}"
 refuse "group.toml:1: unknown key 'trackers'" run scene --config group.toml "${av21[@]}"
 refuse "no.toml: no such file" run scene --config no.toml "${av21[@]}"
 refuse "--preset: there is no preset 'best' (there is: paper)" run scene --preset best "${av21[@]}"
 refuse "preset.toml:1: there is no preset 'best' (there is: paper)" run scene --config preset.toml "${av21[@]}"
 refuse "--set tracker.M=3: there is no parameter 'tracker.M' *" run scene --set tracker.M=3 "${av21[@]}"
+refuse "--set tracker.confrm_hits=3: there is no parameter 'tracker.confrm_hits' *; did you mean 'tracker.confirm_hits'[?]" \
+  run scene --set tracker.confrm_hits=3 "${av21[@]}"
+refuse "--set tracker.confirm_hits=65: tracker.confirm_hits is '65', it takes a whole number from 1 to 64 hits" \
+  run scene --set tracker.confirm_hits=65 "${av21[@]}"
 refuse "--set tracker.confirm_hits: key=value is needed" run scene --set tracker.confirm_hits "${av21[@]}"
 refuse "--set tracker.confirm_hits=x: tracker.confirm_hits is 'x', it takes a whole number from *" run scene --set tracker.confirm_hits=x "${av21[@]}"
 refuse "--set smooth.window=99: smooth.window is '99', it takes a whole number from *" run scene --set smooth.window=99 "${av21[@]}"
@@ -142,7 +161,12 @@ refuse "*0_front.pcd: * points, but sensor 'front' has point_capacity 100" run s
 refuse "map.csv:3:5: 'five' is no number" run scene --map map.csv "${av21[@]}"
 refuse "no.csv: no such file" run scene --map no.csv "${av21[@]}"
 refuse "ego.csv: no column y_m or y *" run scene --ego ego.csv "${av21[@]}"
-refuse "--isa z80: *" run scene --isa z80 "${av21[@]}"
+refuse "--isa sse9: unknown, or this CPU lacks it; it has ref*" run scene --isa sse9 "${av21[@]}"
+: >empty.mcap
+for command in info doctor run label inspect; do
+  # shellcheck disable=SC2086
+  refuse "empty.mcap: is empty (0 bytes)" $command empty.mcap $([[ $command == info || $command == doctor ]] || echo --out out)
+done
 refuse "file/out: the folder cannot be made" run scene --rig av21 --out file/out
 refuse "--sensor is needed: front, left, right" inspect scene --frame 3 "${av21[@]}"
 refuse "--sensor top: rig av21 has front, left, right" inspect scene --frame 3 --sensor top "${av21[@]}"
@@ -158,7 +182,77 @@ for usage in "" "run" "run scene --rig av21" "run scene --rig av21 --out out --w
   "$overtake" $usage >stdout 2>stderr
   code=$?
   ((code == 2)) && [[ -s stderr ]] || fail "overtake $usage: exit code $code, not 2, or no word"
+  [[ $(wc -l <stderr) == 1 && $(cat stderr) == "overtake: "* && ! -s stdout ]] || fail "overtake $usage: says $(cat stdout stderr)"
 done
+# misuse SENTENCE ARGUMENTS...: overtake says exactly that line and exits with 2.
+misuse() {
+  local sentence=$1 code
+  shift
+  "$overtake" "$@" >stdout 2>stderr
+  code=$?
+  # shellcheck disable=SC2053
+  ((code == 2)) && [[ $(cat stderr) == "overtake: "$sentence ]] || fail "$*: exit code $code, '$(cat stderr)', not '$sentence'"
+}
+rm -rf out
+misuse "a command is needed: run, inspect, track, *, params (overtake --help)"
+misuse "unknown command 'rnu'; did you mean 'run'[?] (overtake --help)" rnu scene
+misuse "unknown command 'fly' (overtake --help)" fly scene
+misuse "run: unknown option '--rgi'; did you mean '--rig'[?] (overtake run --help)" run --rgi av21 scene
+misuse "run: unknown option '--rgi'; did you mean '--rig'[?] (overtake run --help)" run scene --rgi=av21 --out out
+misuse "simulate: unknown option '--sed'; did you mean '--seed'[?] (overtake simulate --help)" simulate demo --sed 3 --out out
+misuse "run: 'b' is one argument too many (overtake run --help)" run a b --rig av21 --out out
+misuse "run: --out is required (overtake run --help)" run scene --rig av21
+misuse "run: --workers: *-1* (overtake run --help)" run scene --rig av21 --out out --workers -1
+[[ ! -e out/tracks.csv ]] || fail "a wrong command line was run"
+"$overtake" --help >stdout || fail "--help fails"
+for code in "0 done" "1 an error" "2 a wrong command line" "3 the recording is damaged" "130 ended by Ctrl-C"; do
+  grep -q "[ ;]$code" stdout || fail "--help does not say exit code $code: $(cat stdout)"
+done
+
+# ---- one of a thing has no plural
+expect "one frame" "$overtake" scene --out one --frames 1 && grep -q '^1 frame of a' stdout || fail "scene: $(cat stdout)"
+expect "run of one frame" "$overtake" run one --rig av21 --out one_run && grep -q '^1 frame[.] Written' stdout ||
+  fail "run of one frame: $(cat stdout)"
+
+# ---- JSON, for programs (an independent reader where there is one)
+read_json() {  # FILE EXPRESSION of json
+  command -v python3 >/dev/null || return 0
+  python3 -c 'import json, sys; json = json.load(open(sys.argv[1])); sys.exit(not eval(sys.argv[2]))' "$@" ||
+    fail "$1 is not so: $2: $(head -c 600 "$1")"
+}
+expect "info --json" "$overtake" info scene --json && cp stdout info.json
+read_json info.json 'json["kind"] == "a folder of scans" and [s["files"] for s in json["scans"]] == [8, 8, 8] and json["first_ns"] is None'
+expect "params --json" "$overtake" params --json && cp stdout params.json
+read_json params.json '{"name": "tracker.confirm_hits", "min": 1, "max": 64}.items() <= [p for p in json["parameters"] if p["name"] == "tracker.confirm_hits"][0].items()'
+[[ $(grep -c '"name"' params.json) == $("$overtake" params | wc -l) ]] || fail "params --json lists others than params"
+expect "doctor --json" "$overtake" doctor scene --rig av21 --json && cp stdout doctor.json
+read_json doctor.json 'json["wrong"] == 0 and json["rig"] == "av21" and json["findings"][0]["severity"] == "note"'
+
+# ---- doctor names the wrong rig: exit code 3, no error
+# diagnose SENTENCE ARGUMENTS...: doctor prints that line (a pattern of grep).
+diagnose() {
+  local sentence=$1 code
+  shift
+  "$overtake" doctor "$@" >stdout 2>stderr
+  code=$?
+  ((code == 3)) && grep -q -- "$sentence" stdout && [[ ! -s stderr ]] ||
+    fail "doctor $*: exit code $code, not '$sentence' but $(cat stdout stderr)"
+}
+diagnose "^WRONG  recording: its files are of sensors front, left, right; rig hdl64 has 1 sensor: top$" scene --rig hdl64
+grep -q -- '--rig av21' stdout || fail "doctor does not name the rig that fits: $(cat stdout)"
+diagnose "^WRONG  recording: its files are of sensors front, left, right; rig av2 expects one cloud a frame" scene --rig av2
+mkdir unnamed
+cp scene/000000_front.pcd unnamed/000000.pcd
+diagnose "^WRONG  recording: its files name no sensor (FRAME.pcd); rig av21 has 3 sensors: front, left, right (FRAME_SENSOR.pcd)$" unnamed --rig av21
+diagnose "^WRONG  sensor 'top': its clouds have 32 lines only, the rig's image 64 rows" unnamed --rig hdl64
+grep -q "^note   sensor 'top': its points cover 1[23][05] deg; the rig says that it sees a full turn$" stdout || fail "no full turn: $(cat stdout)"
+expect "a rig to change" "$overtake" run one --rig av21 --out rig_of && sed -n '/^\[rig\]/,$p' rig_of/config.toml |
+  sed 's/^\[rig\]$//; s/^\[\[rig\./[[/; s/^yaw_deg = 120/yaw_deg = +120/; s/^yaw_deg = -120/yaw_deg = 120/; s/^yaw_deg = +120/yaw_deg = -120/' >swapped.toml
+for pair in "left|right" "right|left"; do
+  diagnose "^WRONG  sensor '${pair%|*}': it seems to be turned as the rig says of sensor '${pair#*|}': of the upright" scene --rig swapped.toml
+done
+grep -q 'roll_deg and pitch_deg' stdout && fail "the yaws are exchanged, and doctor says roll and pitch: $(cat stdout)"
+grep -q "^note   rig: nothing is wrong with its first scans for rig av21" stdout || fail "doctor does not name the right rig: $(cat stdout)"
 
 # ---- a simulated log is run by its own rig, map and ego poses; what is given wins
 expect "simulate a log" "$overtake" simulate demo --seed 3 --seconds 0.5 --out race.mcap --quiet

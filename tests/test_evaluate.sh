@@ -99,6 +99,7 @@ log=$work/whole/logs/overtake_1001_0.4s.mcap
   fail "--progress: not a line a frame: $(cat "$work/log")"
 "$overtake" evaluate "$log" --preset paper --frames 2 --out "$work/lines" >"$work/log"
 grep -q "paper was run before with another --frames; again" "$work/log" || fail "other frames were not run, or not said"
+grep -q ": 2 frames, 1 contestant$" "$work/log" || fail "the frames and the one contestant are not counted: $(cat "$work/log")"
 "$overtake" evaluate "$log" --preset paper --frames 2 --out "$work/lines" >"$work/log"
 grep -q "done before" "$work/log" || fail "the same frames were run again"
 

@@ -403,7 +403,7 @@ TEST_CASE("a simulated race: shuffled rows change nothing, a late truth is off b
 
   // The order of the points decides the order of sums, so places may move by a rounding; nothing that is counted does.
   const std::string of_plain = options.out + "/runs/paper/race/",
-                    of_shuffled = options.out + "/runs/paper:shuffled/race/";
+                    of_shuffled = options.out + "/runs/paper+shuffled/race/";
   for (const char* name : {"scans.csv", "cars.csv", "clusters.csv"})
     CHECK(io::read_whole_file(of_plain + name) == io::read_whole_file(of_shuffled + name));
   for (const char* name : {"detections", "tracks"}) {

@@ -183,7 +183,7 @@ TEST_CASE("a report answers each figure of the paper, fetches nothing, and is th
   REQUIRE(run_logs(options));
   const std::string pictures = out + "/runs/paper/spin_near/pictures/";
   for (const char* name : {"race", "sensors"}) CHECK(std::filesystem::exists(pictures + name + ".svg"));
-  CHECK(!std::filesystem::exists(out + "/runs/paper:ego/spin_near/pictures"));  // what it is, not what it might be
+  CHECK(!std::filesystem::exists(out + "/runs/paper+ego/spin_near/pictures"));  // what it is, not what it might be
   write_report(out, false);
   const std::string html = io::read_whole_file(out + "/report.html");
 

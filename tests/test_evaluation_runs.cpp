@@ -93,11 +93,12 @@ TEST_CASE("a run is kept for the same question only: other frames, another --eve
     const std::string table = "/race/cars.csv", mark = "kept";
     std::string again;
     for (const char* name : {"paper", "paper:relay", "paper@cluster.threshold_deg=4"})
-      if (std::filesystem::exists(options.out + "/runs/" + name + table))
-        io::write_whole_file(options.out + "/runs/" + name + table, mark);
+      if (std::filesystem::exists(options.out + "/runs/" + folder_name(name) + table))
+        io::write_whole_file(options.out + "/runs/" + folder_name(name) + table, mark);
     REQUIRE(run_logs(options));
     for (const char* name : {"paper", "paper:relay", "paper@cluster.threshold_deg=4"})
-      if (io::read_whole_file(options.out + "/runs/" + name + table) != mark) again += std::string(name) + " ";
+      if (io::read_whole_file(options.out + "/runs/" + folder_name(name) + table) != mark)
+        again += std::string(name) + " ";
     return again;
   };
   const std::string all = "paper paper:relay paper@cluster.threshold_deg=4 ";
@@ -118,6 +119,46 @@ TEST_CASE("a run is kept for the same question only: other frames, another --eve
   CHECK(run_again() == "");  // the same log elsewhere
   std::swap(options.presets[0], options.presets[1]), options.sweep = "";
   CHECK(run_again() == "paper paper:relay ");  // the baselines are beside the other one
+}
+
+TEST_CASE("no folder of a result has a colon in its name, and earlier results whose folders have one are kept") {
+  namespace fs = std::filesystem;
+  const TempFolder folder;
+  simulate(folder.path("race.mcap"), 0.3, 1);
+  RunOptions options;
+  options.logs = {folder.path("race.mcap")};
+  options.presets = {"paper", "paper:relay"};
+  options.out = folder.path("out");
+  options.most_frames = 2;
+  options.quiet = true;
+  REQUIRE(run_logs(options));
+  for (const auto& entry : fs::recursive_directory_iterator(options.out))
+    CHECK_MESSAGE(entry.path().filename().string().find(':') == std::string::npos, entry.path().string());
+  const auto names = [&](const std::string& out) {
+    std::string text;
+    for (const Run& run : read_runs(out)) text += run.contestant + " ";
+    return text;
+  };
+  CHECK(names(options.out) == "paper paper:relay ");
+
+  const fs::path now = options.out + "/runs/paper+relay", before = options.out + "/runs/paper:relay";
+  const auto first_run = fs::last_write_time(now / "race/about.json");
+  fs::rename(now, before);
+  CHECK(names(options.out) == "paper paper:relay ");
+  merge_runs({options.out}, folder.path("merged"));
+  CHECK(names(folder.path("merged")) == "paper paper:relay ");
+  CHECK(fs::exists(folder.path("merged") + "/runs/paper+relay/race/about.json"));
+  REQUIRE(run_logs(options));
+  CHECK(!fs::exists(before));
+  CHECK(fs::last_write_time(now / "race/about.json") == first_run);  // kept, not run again
+
+  fs::create_directories(before / "race");
+  CHECK(error_of([&] { run_logs(options); }) ==
+        before.string() + ": holds runs of the same contestant as " + now.string());
+  fs::remove_all(before);
+  fs::rename(now, options.out + "/runs/paper+other");
+  CHECK(error_of([&] { read_runs(options.out); }) ==
+        options.out + "/runs/paper+other/race: is of contestant 'paper:relay', its folder has another name");
 }
 
 TEST_CASE("hash_input: a file's bytes at both ends, its size, a folder's files, and what it is read with") {

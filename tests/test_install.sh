@@ -21,6 +21,18 @@ for file in include/overtake/overtake.h include/overtake/overtake.hpp bin/overta
   share/doc/overtake/copyright share/doc/overtake/examples/poll_tracks.c; do
   [[ -f $prefix/$file ]] || fail "$file is not installed"
 done
+readonly docs=$prefix/share/doc/overtake
+links=0
+while IFS= read -r document; do  # every link within the documents leads to what is installed, too
+  while IFS= read -r link; do
+    links=$((links + 1))
+    [[ -e $(dirname "$document")/$link ]] || fail "${document#"$docs"/} links to $link, which is not installed"
+  done < <(grep -o '](\([^)#]*\))' "$document" | sed 's/^](//; s/)$//' | grep -v '://')
+done < <(find "$docs" -name '*.md')
+((links >= 20)) || fail "$links links in the installed documents"
+for word in 'azimuth_left_deg = ' '/SENSOR/points' 'it seems to be turned as the rig says'; do
+  grep -qF -- "$word" "$docs/tools/io/README.md" || fail "the format of rigs or logs is not installed"
+done
 [[ $(find "$prefix/include" -type f | wc -l) == 2 ]] ||
   fail "headers of our own are installed: $(find "$prefix/include" -type f)"
 [[ $(readlink "$libdir/libovertake.so") == libovertake.so.0 ]] || fail "libovertake.so is no link to libovertake.so.0"

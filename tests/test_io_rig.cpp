@@ -134,7 +134,9 @@ TEST_CASE("rig: each kind of bad file gets its sentence with the line") {
   CHECK(log.find("empty.mcap") != std::string::npos);
   CHECK(log.find("holds no rig.toml") != std::string::npos);
   const std::string error = error_of([] { io::load_rig("av22"); });
-  CHECK(error == "av22: neither a file nor one of the built-in rigs av21, racecar, hdl64, hdl32, nuscenes, av2");
+  CHECK(error ==
+        "av22: neither a file nor one of the built-in rigs av21, racecar, hdl64, hdl32, nuscenes, av2; did you mean "
+        "'av21'?");
 }
 
 TEST_CASE("toml: what is not ASCII stands in strings and comments only, and texts that break the parser are errors") {

@@ -51,6 +51,17 @@ for text in "rosbag2, SQLite (.db3)" "from 0.000 to 0.400 s" "/vehicle_3/luminar
 done
 grep -q 'FRAME_front.pcd .* 7 .*ring uint16' <<<"$("$overtake" info scene)" || fail "info of a folder"
 
+"$overtake" info line_index.db3 --json >info.json || fail "info --json"
+python3 - >stdout.txt 2>&1 <<'END' || fail "info --json: $(cat stdout.txt)"
+import json
+info = json.load(open('info.json'))
+topic = [t for t in info['topics'] if t['name'] == '/vehicle_3/luminar_front_points'][0]
+assert info['damage'] == '' and info['scans'] == [] and info['last_ns'] - info['first_ns'] == 400_000_000, info
+assert topic['messages'] == 7 and abs(topic['rate_hz'] - 20) < 1e-9 and topic['type'] == 'sensor_msgs/msg/PointCloud2', topic
+assert topic['frame'] == 'luminar_front' and topic['points'] > 7 * 10000 and topic['undecoded'] == 0, topic
+assert 'line_index uint16 at 44' in topic['layout'], topic
+END
+
 # ---- doctor: nothing wrong with what is right, and one sentence a fault
 "$overtake" doctor ring.db3 --rig racecar >doctor.txt || fail "doctor of a good recording: $(cat doctor.txt)"
 grep -q '^Nothing is wrong with ring.db3 for rig racecar.$' doctor.txt || fail "doctor of a good recording says $(cat doctor.txt)"
@@ -93,6 +104,7 @@ END
 grep -q "^note   sensor 'front': its clouds say no lines: 3[0-9] lines recovered" <<<"$("$overtake" doctor none.db3 --rig racecar)" ||
   fail "doctor does not say that lines were recovered"
 "$overtake" doctor ring.db3 --rig hdl64 >doctor.txt
+grep -q -- '--rig racecar' doctor.txt || fail "doctor does not name the rig whose topics fit: $(cat doctor.txt)"
 grep -q 'no topic of the rig.s sensors is in it; clouds in it: /vehicle_3/luminar_front_points' doctor.txt || fail "wrong rig: $(cat doctor.txt)"
 
 # ---- damage: what came before it is done, and the exit code says so

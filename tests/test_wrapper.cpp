@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <string>
@@ -63,6 +64,28 @@ struct Listener {
 };
 
 }  // namespace
+
+TEST_CASE("OVT_FIELD is a member of records: from the first one's to the end of the last record") {
+  struct Record {
+    float x;
+    uint16_t layer, unused;
+    double time_s;
+  };
+  const std::array<Record, 5> records = {};
+  const Record* const first = records.data();
+  const ovt_column layer = OVT_FIELD(first, records.size(), layer, OVT_U16);
+  CHECK(layer.data == &first->layer);
+  CHECK(layer.size_bytes == sizeof records - offsetof(Record, layer));
+  CHECK(layer.stride == sizeof(Record));
+  CHECK(layer.type == OVT_U16);
+  const Record array[3] = {};
+  const ovt_column time = OVT_FIELD(array, 3, time_s, OVT_F64);
+  CHECK(time.data == &array[0].time_s);
+  CHECK(static_cast<const char*>(time.data) + time.size_bytes == reinterpret_cast<const char*>(array + 3));
+  for (const int32_t none : {0, -1}) CHECK(OVT_FIELD(array, none, x, OVT_F32).size_bytes == 0);
+  const ovt_column span = ovt::column(records, &Record::x), field = OVT_FIELD(first, 5, x, OVT_F32);
+  CHECK((span.data == field.data && span.stride == field.stride && span.type == field.type));
+}
 
 TEST_CASE("the wrapper's spans are the C API's columns, not copies of them") {
   const std::array<ovt_sensor_def, 3> sensors = demo_sensors();

@@ -16,6 +16,8 @@
 #include "tools/io/error.h"
 #include "tools/io/kitti_bin.h"
 #include "tools/io/text.h"
+#include "tools/io/words.h"
+#include "tools/report_json.h"
 
 namespace overtake::cli {
 namespace {
@@ -34,7 +36,7 @@ void look_into(const io::BagTopic& topic, std::string_view data, TopicInfo& info
       const io::PointCloud2 cloud = io::decode_point_cloud2(data);
       info.points += int64_t(cloud.width) * cloud.height;
       if (info.layout.empty()) info.layout = io::describe_layout(cloud);
-      if (info.frame.empty()) info.frame = "frame " + cloud.header.frame_id;
+      if (info.frame.empty()) info.frame = cloud.header.frame_id;
     } else if (io::is_type(topic, io::kOdometryName) && info.frame.empty()) {
       const io::Odometry odometry = io::decode_odometry(data);
       info.frame = odometry.child_frame_id + " in " + odometry.header.frame_id;
@@ -44,10 +46,14 @@ void look_into(const io::BagTopic& topic, std::string_view data, TopicInfo& info
   }
 }
 
-int describe_bag(const std::string& path) {
+std::string seconds(int64_t ns) { return fixed(double(ns) * 1e-9, 3); }
+
+RecordingInfo look_into_bag(const std::string& path) {
   const auto bag = io::open_bag(path);
   std::vector<TopicInfo> infos;
-  int64_t first_ns = INT64_MAX, last_ns = INT64_MIN;
+  RecordingInfo out;
+  out.path = path;
+  out.first_ns = INT64_MAX, out.last_ns = INT64_MIN;
   io::BagMessage message;
   while (!interrupted() && bag->next(message)) {
     if (std::size_t(message.topic) >= infos.size()) infos.resize(bag->topics().size());
@@ -56,41 +62,47 @@ int describe_bag(const std::string& path) {
     info.first_ns = std::min(info.first_ns, message.log_ns);
     info.last_ns = std::max(info.last_ns, message.log_ns);
     info.bytes += message.data.size();
-    first_ns = std::min(first_ns, message.log_ns);
-    last_ns = std::max(last_ns, message.log_ns);
+    out.first_ns = std::min(out.first_ns, message.log_ns);
+    out.last_ns = std::max(out.last_ns, message.log_ns);
     look_into(bag->topics()[std::size_t(message.topic)], message.data, info);
   }
   infos.resize(bag->topics().size());
-  std::printf("%s: %s\n", path.c_str(), bag->describe().c_str());
-  if (first_ns <= last_ns)
-    std::printf("from %s to %s s, %s s\n\n", fixed(double(first_ns) * 1e-9, 3).c_str(),
-                fixed(double(last_ns) * 1e-9, 3).c_str(),
-                fixed((double(last_ns) - double(first_ns)) * 1e-9, 3).c_str());
-  TextTable table({"topic", "messages", "Hz", "MB", "type", "frame"});
+  out.kind = bag->describe();
+  out.damage = bag->damage();
   for (std::size_t i = 0; i < infos.size(); ++i) {
     const TopicInfo& info = infos[i];
     const double span_s = (double(info.last_ns) - double(info.first_ns)) * 1e-9;
-    table.add({bag->topics()[i].name, std::to_string(info.messages),
-               fixed(info.messages > 1 && span_s > 0 ? double(info.messages - 1) / span_s : NAN, 1),
-               fixed(double(info.bytes) * 1e-6, 1), bag->topics()[i].type, info.frame});
+    const double rate_hz = info.messages > 1 && span_s > 0 ? double(info.messages - 1) / span_s : NAN;
+    const io::BagTopic& topic = bag->topics()[i];
+    out.topics.push_back({topic.name, topic.type, info.frame, info.layout, info.messages, info.points, info.undecoded,
+                          rate_hz, info.bytes});
   }
-  std::fputs(table.format().c_str(), stdout);
-  for (std::size_t i = 0; i < infos.size(); ++i) {
-    const TopicInfo& info = infos[i];
-    const char* name = bag->topics()[i].name.c_str();
-    if (!info.layout.empty())
-      std::printf("\n%s: %lld points a cloud; %s\n", name, static_cast<long long>(info.points / info.messages),
-                  info.layout.c_str());
-    if (info.undecoded > 0)
-      std::printf("%s: %lld messages are not what their type says\n", name, static_cast<long long>(info.undecoded));
-  }
-  if (bag->damage().empty()) return 0;
-  std::fprintf(stderr, "overtake: %s: %s; the lines above are about what came before it\n", path.c_str(),
-               bag->damage().c_str());
-  return kDamaged;
+  return out;
 }
 
-int describe_folder(const std::string& path) {
+void print_bag(const RecordingInfo& info) {
+  std::printf("%s: %s\n", info.path.c_str(), info.kind.c_str());
+  if (info.first_ns <= info.last_ns)
+    std::printf("from %s to %s s, %s s\n\n", seconds(info.first_ns).c_str(), seconds(info.last_ns).c_str(),
+                fixed((double(info.last_ns) - double(info.first_ns)) * 1e-9, 3).c_str());
+  TextTable table({"topic", "messages", "Hz", "MB", "type", "frame"});
+  for (const RecordingInfo::Topic& topic : info.topics)
+    table.add({topic.name, std::to_string(topic.messages), fixed(topic.rate_hz, 1),
+               fixed(double(topic.bytes) * 1e-6, 1), topic.type,
+               topic.layout.empty() ? topic.frame : "frame " + topic.frame});
+  std::fputs(table.format().c_str(), stdout);
+  for (const RecordingInfo::Topic& topic : info.topics) {
+    if (!topic.layout.empty())
+      std::printf("\n%s: %s a cloud; %s\n", topic.name.c_str(),
+                  io::counted(topic.points / topic.messages, "point").c_str(), topic.layout.c_str());
+    if (topic.undecoded > 0)
+      std::printf("%s: %s not what %s type says\n", topic.name.c_str(),
+                  io::counted(topic.undecoded, "message is", "messages are").c_str(),
+                  topic.undecoded == 1 ? "its" : "their");
+  }
+}
+
+RecordingInfo look_into_folder(const std::string& path) {
   std::error_code code;
   std::vector<std::string> files;
   if (fs::is_directory(path, code)) {
@@ -112,8 +124,9 @@ int describe_folder(const std::string& path) {
     scans[(digits && first != std::string::npos ? "FRAME" + stem.substr(first) : "FRAME") + kind].push_back(file);
   }
   if (scans.empty()) throw io::Error(path, 0, "holds nothing that is read: no .pcd, .bin, .db3 or .mcap");
-  std::printf("%s: %s\n\n", path.c_str(), fs::is_directory(path, code) ? "a folder of scans" : "one scan");
-  TextTable table({"scans", "files", "first", "points of the first", "fields"});
+  RecordingInfo out;
+  out.path = path;
+  out.kind = fs::is_directory(path, code) ? "a folder of scans" : "one scan";
   for (const auto& [name, list] : scans) {
     const bool kitti = name.ends_with(".bin");
     const io::Pcd pcd = kitti ? io::read_kitti_bin(list[0]) : io::Pcd{io::read_pcd_header(list[0]), {}};
@@ -122,18 +135,34 @@ int describe_folder(const std::string& path) {
                                             "uint16",  "int32",   "uint32", "int64", "uint64"};
     for (const io::PcdField& field : pcd.header.fields)
       fields.push_back(field.name + " " + kType[std::size_t(field.type)]);
-    table.add({name, std::to_string(list.size()), fs::path(list[0]).filename().string(),
-               std::to_string(pcd.header.points), io::join(fields, ", ")});
+    out.scans.push_back(
+        {name, fs::path(list[0]).filename().string(), io::join(fields, ", "), int64_t(list.size()), pcd.header.points});
   }
+  return out;
+}
+
+void print_folder(const RecordingInfo& info) {
+  std::printf("%s: %s\n\n", info.path.c_str(), info.kind.c_str());
+  TextTable table({"scans", "files", "first", "points of the first", "fields"});
+  for (const RecordingInfo::Scans& s : info.scans)
+    table.add({s.name, std::to_string(s.files), s.first_file, std::to_string(s.points), s.fields});
   std::fputs(table.format().c_str(), stdout);
-  return 0;
 }
 
 }  // namespace
 
 int info_command(const Options& options) {
   catch_interrupt();
-  return io::is_bag(options.input) ? describe_bag(options.input) : describe_folder(options.input);
+  const bool is_bag = io::is_bag(options.input);
+  const RecordingInfo info = is_bag ? look_into_bag(options.input) : look_into_folder(options.input);
+  if (options.json)
+    std::fputs(info_json(info).c_str(), stdout);
+  else
+    is_bag ? print_bag(info) : print_folder(info);
+  if (info.damage.empty()) return 0;
+  std::fprintf(stderr, "overtake: %s: %s; what is said is about what came before it\n", info.path.c_str(),
+               info.damage.c_str());
+  return kDamaged;
 }
 
 }  // namespace overtake::cli

@@ -12,6 +12,7 @@
 #include "tools/io/npy.h"
 #include "tools/io/scan_stream.h"
 #include "tools/io/text.h"
+#include "tools/io/words.h"
 #include "tools/scan_picture.h"
 #include "tools/session.h"
 #include "tools/views.h"
@@ -23,7 +24,12 @@ int32_t choose_sensor(const io::Rig& rig, const std::string& name) {
   if (name.empty() && rig.sensors.size() == 1) return 0;
   if (name.empty()) throw io::Error("", 0, "--sensor is needed: " + rig.sensor_names());
   const int32_t sensor = rig.find(name);
-  if (sensor < 0) throw io::Error("--sensor " + name, 0, "rig " + rig.name + " has " + rig.sensor_names());
+  if (sensor < 0) {
+    std::vector<std::string> names;
+    for (const io::RigSensor& known : rig.sensors) names.push_back(known.name);
+    throw io::Error("--sensor " + name, 0,
+                    "rig " + rig.name + " has " + rig.sensor_names() + io::did_you_mean(name, names));
+  }
   return sensor;
 }
 
@@ -127,8 +133,9 @@ void print_summary(const Options& options, const io::SensorScan& scan, const ovt
     ++counts[points.reason[i]];
     ground += points.label[i] == 0;
   }
-  std::printf("%s: %d points, %lld ground, %lld in %d clusters\n", scan.path.c_str(), scan.input_count,
-              static_cast<long long>(ground), static_cast<long long>(counts[0] - ground), labels.label_count);
+  std::printf("%s: %s, %lld ground, %lld in %s\n", scan.path.c_str(), io::counted(scan.input_count, "point").c_str(),
+              static_cast<long long>(ground), static_cast<long long>(counts[0] - ground),
+              io::counted(labels.label_count, "cluster").c_str());
   for (const auto& [reason, count] : counts)
     if (reason > 0) std::printf("  %lld without a label: %s\n", static_cast<long long>(count), reasons[reason].c_str());
   std::printf(

@@ -18,6 +18,7 @@
 #include "tools/io/error.h"
 #include "tools/io/scan_stream.h"
 #include "tools/io/text.h"
+#include "tools/io/words.h"
 #include "tools/mcap_view.h"
 #include "tools/result_files.h"
 #include "tools/session.h"
@@ -30,17 +31,6 @@ struct Announced {
   int64_t frame = 0;
   std::optional<io::Box> box;  // where the opponent is known to be
 };
-
-// Of a track in the ego vehicle's frame, whatever frame the tracks are in.
-struct Place {
-  double ahead_m, left_m;
-};
-Place place_of(const ovt_frame_info& info, const ovt_tracks& tracks, int32_t i) {
-  if (info.reference == OVT_REFERENCE_VEHICLE) return {tracks.x_m[i], tracks.y_m[i]};
-  const double dx = tracks.x_m[i] - info.ego_x_m, dy = tracks.y_m[i] - info.ego_y_m;
-  const double c = std::cos(info.ego_yaw_rad), s = std::sin(info.ego_yaw_rad);
-  return {dx * c + dy * s, dy * c - dx * s};
-}
 
 double distance(const ovt_frame_info& info, const ovt_tracks& tracks, int32_t i) {
   const Place place = place_of(info, tracks, i);
@@ -156,7 +146,7 @@ class RunResult {
     last_stamp_ns_ = info.stamp_ns;
     add_to_hash(hash_, info, detections, tracks);
     write_detections(detections_, frame, detections);
-    write_tracks(tracks_, frame, tracks);
+    write_tracks(tracks_, frame, info, tracks);
     write_times(timing_, frame, info.stamp_ns, rig_, reader);
     if (trace_) trace_->add(frame, reader);
     if (picture_.params && frame == picture_.frame) {
@@ -221,7 +211,7 @@ class RunResult {
     order.resize(std::min<std::size_t>(order.size(), 10));
     last_tracks_ = make_track_table();
     for (const int32_t i : order)
-      last_tracks_.add({std::to_string(tracks.id[i]), info.reference == OVT_REFERENCE_MAP ? "map" : "vehicle",
+      last_tracks_.add({track_name(tracks.id[i]), info.reference == OVT_REFERENCE_MAP ? "map" : "vehicle",
                         fixed(tracks.x_m[i], 2), fixed(tracks.y_m[i], 2), fixed(tracks.speed_mps[i], 1),
                         fixed(tracks.course_rad[i] * kDegreesPerRadian, 1),
                         fixed(tracks.heading_rad[i] * kDegreesPerRadian, 1), fixed(tracks.length_m[i], 2),
@@ -229,7 +219,7 @@ class RunResult {
   }
 
   static TextTable make_track_table() {
-    return TextTable({"id", "in frame", "x m", "y m", "speed m/s", "course deg", "heading deg", "seen length m",
+    return TextTable({"name", "in frame", "x m", "y m", "speed m/s", "course deg", "heading deg", "seen length m",
                       "seen width m", "hits", "age"});
   }
 
@@ -287,10 +277,10 @@ void print_notes(uint32_t flags, const ovt_stats& stats) {
   for (const auto& note : kNotes)
     if (flags & note.flag) std::printf("note: %s\n", note.text);
   if (stats.pushed != stats.used)
-    std::printf("note: of %lld scans %lld were not used (late %lld, repeated stamp %lld, dropped %lld)\n",
-                static_cast<long long>(stats.pushed), static_cast<long long>(stats.pushed - stats.used),
-                static_cast<long long>(stats.late), static_cast<long long>(stats.dup),
-                static_cast<long long>(stats.dropped));
+    std::printf("note: of %s %lld %s not used (late %lld, repeated stamp %lld, dropped %lld)\n",
+                io::counted(stats.pushed, "scan").c_str(), static_cast<long long>(stats.pushed - stats.used),
+                stats.pushed - stats.used == 1 ? "was" : "were", static_cast<long long>(stats.late),
+                static_cast<long long>(stats.dup), static_cast<long long>(stats.dropped));
 }
 
 }  // namespace
@@ -355,12 +345,12 @@ int run_command(const Options& options) {
   if (!options.quiet) {
     std::printf("%s\n%s", result.format_frames().c_str(), result.format_times().c_str());
     if (result.confirmed_count() > 0) {
-      std::printf("\n%zu confirmed tracks at the end%s:\n%s", result.confirmed_count(),
+      std::printf("\n%s at the end%s:\n%s", io::counted(int64_t(result.confirmed_count()), "confirmed track").c_str(),
                   result.confirmed_count() > 10 ? ", ten of them (all are in tracks.csv)" : "",
                   result.format_tracks().c_str());
     }
-    std::printf("\n%lld frames. Written to %s: detections.csv tracks.csv timing.csv config.toml\n",
-                static_cast<long long>(result.frame_count()), options.out.c_str());
+    std::printf("\n%s. Written to %s: detections.csv tracks.csv timing.csv config.toml\n",
+                io::counted(result.frame_count(), "frame").c_str(), options.out.c_str());
     std::printf("Hash of all detections and tracks: %016llx\n", static_cast<unsigned long long>(result.hash()));
     if (result.any_box())
       std::printf("note: the opponent shown is the track nearest to where the recording says it is\n");
@@ -377,8 +367,8 @@ int run_command(const Options& options) {
     return kDamaged;
   }
   if (interrupted())
-    std::fprintf(stderr, "overtake: interrupted after %lld frames; what is done is kept\n",
-                 static_cast<long long>(result.frame_count()));
+    std::fprintf(stderr, "overtake: interrupted after %s; what is done is kept\n",
+                 io::counted(result.frame_count(), "frame").c_str());
   return interrupted() ? kInterrupted : 0;
 }
 

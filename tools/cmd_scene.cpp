@@ -16,6 +16,7 @@
 
 #include "tools/io/csv.h"
 #include "tools/io/pcd.h"
+#include "tools/io/words.h"
 #include "tools/scene/scene.h"
 
 namespace overtake::cli {
@@ -83,7 +84,7 @@ void write_scene(const SceneOptions& options) {
   truth.flush();
   write_ego((out / "ego.csv").string(), scene, (options.frames + 1) * scene.def().period_s);
   write_map((out / "map.csv").string(), scene.map());
-  std::printf("%d frames of a simulated overtake in %s\n", options.frames, options.out.c_str());
+  std::printf("%s of a simulated overtake in %s\n", io::counted(options.frames, "frame").c_str(), options.out.c_str());
 }
 
 }  // namespace

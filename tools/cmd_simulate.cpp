@@ -14,6 +14,7 @@
 #include "tools/console.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
+#include "tools/io/words.h"
 #include "tools/race_picture.h"
 #include "tools/sim/race_log.h"
 
@@ -77,11 +78,10 @@ void simulate(const SimulateOptions& options) {
   if (options.quiet) return;
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const double share = 100.0 * double(split) / double(beams > 0 ? beams : 1);
-  std::printf(
-      "%s, seed %llu: %d sweeps (%.1f s of race), %lld points of %lld beams, %.1f %% of them split; %.1f s on %d "
-      "workers\n",
-      scenario.name.c_str(), static_cast<unsigned long long>(options.seed), done, simulator->seconds(),
-      static_cast<long long>(points), static_cast<long long>(beams), share, took, simulator->worker_count());
+  std::printf("%s, seed %llu: %s (%.1f s of race), %lld points of %lld beams, %.1f %% of them split; %.1f s on %s\n",
+              scenario.name.c_str(), static_cast<unsigned long long>(options.seed), io::counted(done, "sweep").c_str(),
+              simulator->seconds(), static_cast<long long>(points), static_cast<long long>(beams), share, took,
+              io::counted(simulator->worker_count(), "worker").c_str());
   std::printf("%s\n", options.out.c_str());
 }
 

@@ -11,6 +11,7 @@
 #include "tools/io/csv.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
+#include "tools/io/words.h"
 #include "tools/result_files.h"
 #include "tools/session.h"
 
@@ -105,7 +106,7 @@ int track_command(const Options& options) {
     ovt_tracks tracks;
     check(ovt_next_frame(reader.get(), &info), "scan " + std::to_string(scans[done].stamp_ns));
     check(ovt_read_tracks(reader.get(), OVT_AT_FRAME_STAMP, &tracks), "tracks");
-    write_tracks(tracks_csv, int64_t(done), tracks);
+    write_tracks(tracks_csv, int64_t(done), info, tracks);
     for (int32_t i = 0; i < tracks.count; ++i) {
       seen.insert(tracks.id[i]);
       if (tracks.state[i] == OVT_CONFIRMED) confirmed.insert(tracks.id[i]);
@@ -115,9 +116,12 @@ int track_command(const Options& options) {
   tracks_csv.flush();
   progress.clear();
   if (!options.quiet)
-    std::printf("%zu scans, %zu tracks, %zu of them confirmed. Written to %s: tracks.csv config.toml\n", done,
-                seen.size(), confirmed.size(), options.out.c_str());
-  if (interrupted()) std::fprintf(stderr, "overtake: interrupted after %zu scans; what is done is kept\n", done);
+    std::printf("%s, %s, %zu of them confirmed. Written to %s: tracks.csv config.toml\n",
+                io::counted(int64_t(done), "scan").c_str(), io::counted(int64_t(seen.size()), "track").c_str(),
+                confirmed.size(), options.out.c_str());
+  if (interrupted())
+    std::fprintf(stderr, "overtake: interrupted after %s; what is done is kept\n",
+                 io::counted(int64_t(done), "scan").c_str());
   return interrupted() ? kInterrupted : 0;
 }
 

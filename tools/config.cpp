@@ -11,6 +11,7 @@
 #include "tools/io/rig_toml.h"
 #include "tools/io/text.h"
 #include "tools/io/urdf.h"
+#include "tools/io/words.h"
 
 namespace overtake::cli {
 namespace {
@@ -31,6 +32,11 @@ std::string padded(std::string text, std::size_t width) {
   return text;
 }
 
+// 64 for a whole number, else 64.0.
+std::string limit_text(const ovt_param_info& info, double value) {
+  return info.is_integer ? std::to_string(std::llround(value)) : io::toml_number(value);
+}
+
 // What is wrong with setting `name` to `value`; "" when nothing was and it is set.
 std::string set_param(ovt_params& params, const std::string& name, const std::string& value) {
   const ovt_status status = ovt_set_param(&params, name.c_str(), value.c_str());
@@ -38,10 +44,12 @@ std::string set_param(ovt_params& params, const std::string& name, const std::st
   for (const ovt_param_info& info : describe_params()) {
     if (name != info.name) continue;
     const std::string kind = info.is_integer ? "a whole number" : "a number";
-    return name + " is '" + value + "', it takes " + kind + " from " + io::toml_number(info.value_min) + " to " +
-           io::toml_number(info.value_max) + (*info.unit ? " " + std::string(info.unit) : "");
+    return name + " is '" + value + "', it takes " + kind + " from " + limit_text(info, info.value_min) + " to " +
+           limit_text(info, info.value_max) + (*info.unit ? " " + std::string(info.unit) : "");
   }
-  return "there is no parameter '" + name + "' (overtake params lists them)";
+  std::vector<std::string> names;
+  for (const ovt_param_info& info : describe_params()) names.emplace_back(info.name);
+  return "there is no parameter '" + name + "' (overtake params lists them)" + io::did_you_mean(name, names);
 }
 
 void init_params(Config& config, const std::string& file, int64_t line) {
@@ -83,6 +91,8 @@ bool read_params(Config& config, io::TomlReader& reader) {
       if (!wrong.empty()) part.fail(part.line_of(key), wrong);
       period_set = period_set || name == "frame.period_s";
     }
+    for (const ovt_param_info& info : all)  // what finish() may propose
+      if (group_of(info.name) == group) part.mark_read(std::string(info.name).substr(group.size() + 1));
     part.finish();
   }
   return period_set;
@@ -173,6 +183,7 @@ Config load_config(const Options& options) {
 Config load_config_with_rig(const Options& options) {
   Config config = load_config(options);
   if (!config.has_rig && !std::filesystem::exists(options.input)) throw Error(options.input, 0, "no such file");
+  if (!config.has_rig && io::is_bag(options.input)) io::open_bag(options.input);  // throws what is wrong with the file
   if (!config.has_rig)
     throw Error(
         "", 0,

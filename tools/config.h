@@ -28,7 +28,7 @@ struct Options {
   std::vector<std::string> set;  // key=value
   int32_t workers = -1;
   int64_t frame = -1, picture_at = -1;
-  bool quiet = false;
+  bool quiet = false, json = false;
 };
 
 struct Config {

@@ -8,9 +8,12 @@
 
 #include "tools/io/bag_stream.h"
 #include "tools/io/text.h"
+#include "tools/io/words.h"
 
 namespace overtake::cli {
 namespace {
+
+using io::counted;
 
 constexpr double kDegrees = 180 / 3.14159265358979323846;
 
@@ -18,11 +21,6 @@ std::string number(double value, int32_t digits) {
   char text[64];
   std::snprintf(text, sizeof text, "%.*f", digits, value);
   return text;
-}
-
-// "1 gap", "3 gaps"
-std::string counted(int64_t count, const std::string& noun) {
-  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
 std::string percent(int64_t part, int64_t whole) {
@@ -56,7 +54,7 @@ std::string frame_names(const std::set<std::string>& names) {
 
 }  // namespace
 
-Doctor::Doctor(const io::Rig& rig) : rig_(rig), sensors_(rig.sensors.size()) {}
+Doctor::Doctor(const io::Rig& rig) : rig_(rig), sensors_(rig.sensors.size()), walls_(rig.sensors.size()) {}
 
 void Doctor::add_error(int32_t sensor, const std::string& sentence) {
   Sensor& s = sensors_[std::size_t(sensor)];
@@ -89,7 +87,10 @@ void Doctor::add_scan(const io::SensorScan& scan) {
     const auto [low, high] = std::minmax_element(scan.time_offset_ns.begin(), scan.time_offset_ns.end());
     s.time_span_s = std::max(s.time_span_s, (double(*high) - double(*low)) * 1e-9);
   }
-  if (s.scans <= 20 || s.scans % 100 == 0) look_at_points(scan, rig_.sensors[std::size_t(scan.sensor)], s);
+  if (s.scans > 20 && s.scans % 100 != 0) return;
+  look_at_points(scan, rig_.sensors[std::size_t(scan.sensor)], s);
+  s.shapes.add(scan);
+  walls_[std::size_t(scan.sensor)].add(scan, rig_.sensors[std::size_t(scan.sensor)]);
 }
 
 void Doctor::look_at_points(const io::SensorScan& scan, const io::RigSensor& model, Sensor& s) const {
@@ -105,6 +106,7 @@ void Doctor::look_at_points(const io::SensorScan& scan, const io::RigSensor& mod
     s.outside += !in_view(azimuth, model);
     s.azimuth_low_deg = std::min(s.azimuth_low_deg, azimuth);
     s.azimuth_high_deg = std::max(s.azimuth_high_deg, azimuth);
+    s.seen[std::min<std::size_t>(71, std::size_t((azimuth + 180) / 5))] = true;
     s.outside_if_vehicle += !in_view(std::atan2(y - model.y_m, x - model.x_m) * kDegrees - model.yaw_deg, model);
     s.far_points += range > model.range_max_m;
     s.near_points += range < model.range_min_m;
@@ -132,21 +134,24 @@ void Doctor::judge_presence(std::size_t i, std::vector<Finding>& out) const {
   if (s.errors > 0)
     out.push_back(
         {true, about,
-         std::to_string(s.errors) + " of " + std::to_string(s.scans) +
-             " scans cannot be read; the first: " + s.first_error,
+         std::to_string(s.errors) + " of " + counted(s.scans, "scan") + " cannot be read; the first: " + s.first_error,
          s.first_error.find("no field gives the layer") != std::string::npos
              ? "record a ring field, or keep the order in which the points were taken; then lines are recovered"
              : "check the recording of these messages; the others can be used"});
   if (s.empty == s.scans)
-    out.push_back({true, about, "all " + std::to_string(s.scans) + " scans are empty",
+    out.push_back({true, about,
+                   s.scans == 1 ? "its scan is empty" : "all " + std::to_string(s.scans) + " scans are empty",
                    "check the sensor and its driver, and that this is the topic with its points"});
   else if (s.empty > 0)
-    out.push_back({false, about, std::to_string(s.empty) + " of " + std::to_string(s.scans) + " scans are empty", ""});
+    out.push_back(
+        {false, about,
+         std::to_string(s.empty) + " of " + counted(s.scans, "scan") + (s.empty == 1 ? " is empty" : " are empty"),
+         ""});
   if (s.most_points > model.point_capacity)
-    out.push_back({true, about,
-                   "a scan has " + std::to_string(s.most_points) + " points, the rig takes " +
-                       std::to_string(model.point_capacity),
-                   "set point_capacity = " + std::to_string(s.most_points + s.most_points / 4) + " in the rig file"});
+    out.push_back(
+        {true, about,
+         "a scan has " + counted(s.most_points, "point") + ", the rig takes " + std::to_string(model.point_capacity),
+         "set point_capacity = " + std::to_string(s.most_points + s.most_points / 4) + " in the rig file"});
   if (!model.frame_id.empty() && !s.frame_ids.empty() &&
       !(s.frame_ids.size() == 1 && s.frame_ids.contains(model.frame_id)))
     out.push_back({true, about,
@@ -205,6 +210,57 @@ void Doctor::judge_points(std::size_t i, std::vector<Finding>& out) const {
                    "its clouds have " + std::to_string(s.layers.size()) + " lines, the rig's image " +
                        std::to_string(model.rows) + " rows",
                    "set rows = " + std::to_string(s.layers.size()) + " in the rig file"});
+  else if (s.layers.size() > 1 && int64_t(s.layers.size()) * 5 <= model.rows * 3)
+    out.push_back({true, about,
+                   "its clouds have " + std::to_string(s.layers.size()) + " lines only, the rig's image " +
+                       std::to_string(model.rows) + " rows: this is another sensor's rig",
+                   "give the rig of this sensor, or set rows = " + std::to_string(s.layers.size()) +
+                       " in the rig file: rows without points break what hangs together"});
+  const auto seen = std::count(s.seen.begin(), s.seen.end(), true);
+  if (model.wraps && good > 0 && seen <= 36)
+    out.push_back({false, about,
+                   "its points cover " + std::to_string(5 * seen) + " deg; the rig says that it sees a full turn",
+                   "fine where the recording was cut to one side; else give the rig of this sensor"});
+}
+
+bool Doctor::judge_lines(std::size_t i, std::vector<Finding>& out) const {
+  const Sensor& s = sensors_[i];
+  const io::RigSensor& model = rig_.sensors[i];
+  if (!model.wraps) return true;  // others may bend their lines as they like
+  if (!s.lines_how.empty() || s.odd_layers > 0 || s.outside * 5 > s.points || s.shapes.one_sensor()) return true;
+  const LineShapes::Spread spread = s.shapes.spread();
+  std::string sentence = "along a line the elevation changes by " + number(spread.along_deg, 1) + " deg (lines are " +
+                         number(spread.apart_deg, 1) + " deg apart): these are not the lines of one sensor at " +
+                         (rig_.cloud_in_vehicle_frame ? "the place that the rig says" : "the cloud's origin");
+  const auto sources = s.shapes.sources();
+  for (const LineShapes::Source& source : sources) {
+    const bool moved = rig_.cloud_in_vehicle_frame;  // the sensor's place was subtracted from the points
+    sentence += std::string(&source == sources.data() ? "; " : ", ") + "lines " + std::to_string(source.first_line) +
+                " to " + std::to_string(source.last_line) +
+                " are seen from x_m = " + number(source.x_m + (moved ? model.x_m : 0), 2) +
+                " y_m = " + number(source.y_m + (moved ? model.y_m : 0), 2) +
+                " z_m = " + number(source.z_m + (moved ? model.z_m : 0), 2);
+  }
+  out.push_back({true, "sensor '" + model.name + "'", sentence,
+                 sources.size() == 2
+                     ? "one cloud holds two sensors: give a rig with shared_cloud = true, cloud_frame = \"vehicle\" "
+                       "and these places and lines (rig av2 is one)"
+                 : sources.size() == 1 ? "record the sensor's own cloud, or give a rig with cloud_frame = \"vehicle\" "
+                                         "and this place"
+                                       : "give the rig of this sensor; overtake info shows the layout of the cloud"});
+  return false;
+}
+
+void Doctor::judge_yaw(std::size_t i, std::size_t owner, std::vector<Finding>& out) const {
+  const io::RigSensor &model = rig_.sensors[i], &other = rig_.sensors[owner];
+  const auto share = [&](double yaw_deg) { return number(100 * walls_[i].share_along(yaw_deg), 0) + " %"; };
+  out.push_back({true, "sensor '" + model.name + "'",
+                 "it seems to be turned as the rig says of sensor '" + other.name +
+                     "': of the upright surfaces that it "
+                     "sees " +
+                     share(model.yaw_deg) + " run along the vehicle by its own yaw_deg = " + number(model.yaw_deg, 1) +
+                     ", " + share(other.yaw_deg) + " by yaw_deg = " + number(other.yaw_deg, 1),
+                 "exchange the yaw of the two in the rig file, or their topics or files"});
 }
 
 void Doctor::judge_time(std::size_t i, std::vector<Finding>& out) const {
@@ -314,11 +370,16 @@ void Doctor::judge_ego(std::vector<Finding>& out) const {
 
 std::vector<Finding> Doctor::findings() const {
   std::vector<Finding> out;
+  const std::vector<std::size_t> owner = find_swapped_yaws(rig_, walls_);
   for (std::size_t i = 0; i < sensors_.size(); ++i) {
     judge_presence(i, out);
     judge_points(i, out);
     judge_time(i, out);
-    judge_mounting(i, out);
+    if (!judge_lines(i, out)) continue;
+    if (owner[i] != i)  // the road is tilted by that, too
+      judge_yaw(i, owner[i], out);
+    else
+      judge_mounting(i, out);
   }
   judge_ego(out);
   return out;

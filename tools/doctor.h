@@ -5,6 +5,7 @@
 // the recording; nothing here needs the detector.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -12,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/doctor_lines.h"
+#include "tools/doctor_walls.h"
 #include "tools/io/ego_file.h"
 #include "tools/io/rig.h"
 #include "tools/io/sensor_scan.h"
@@ -53,17 +56,24 @@ class Doctor {
     std::string lines_how, first_error;
     std::vector<int64_t> steps_ns;
     std::vector<Ground> grounds;
-    std::vector<double> ranges_m;  // some of them
+    std::vector<double> ranges_m;    // some of them
+    std::array<bool, 72> seen = {};  // azimuths, 5 degrees each
+    LineShapes shapes;
   };
   void look_at_points(const io::SensorScan& scan, const io::RigSensor& model, Sensor& s) const;
   void judge_presence(std::size_t i, std::vector<Finding>& out) const;
   void judge_points(std::size_t i, std::vector<Finding>& out) const;
   void judge_time(std::size_t i, std::vector<Finding>& out) const;
+  // False where the lines are not those of one sensor at the cloud's origin: then its mounting says nothing.
+  bool judge_lines(std::size_t i, std::vector<Finding>& out) const;
+  // `owner`: the sensor whose yaw it seems to have.
+  void judge_yaw(std::size_t i, std::size_t owner, std::vector<Finding>& out) const;
   void judge_mounting(std::size_t i, std::vector<Finding>& out) const;
   void judge_ego(std::vector<Finding>& out) const;
 
   const io::Rig rig_;
   std::vector<Sensor> sensors_;
+  std::vector<WallDirections> walls_;
   std::vector<io::EgoRow> ego_;
 };
 

@@ -4,6 +4,7 @@
 // The command line: overtake run | inspect | track | info | doctor | scene | simulate | evaluate | merge |
 // label | params.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 
@@ -14,13 +15,21 @@
 #include "tools/commands.h"
 #include "tools/io/rig.h"
 #include "tools/io/text.h"
+#include "tools/io/words.h"
+#include "tools/report_json.h"
 
 namespace overtake::cli {
 namespace {
 
 constexpr int kFailed = 1, kBadUsage = 2;
+constexpr const char* kExitCodes =
+    "Exit codes: 0 done; 1 an error; 2 a wrong command line; 3 the recording is damaged (what came before it is "
+    "done),\n"
+    "or doctor found something wrong; 130 ended by Ctrl-C (what is done is kept).";
 constexpr const char* kInputText =
     "folder of scans (FRAME_SENSOR.pcd, FRAME.pcd, KITTI's .bin) or one such file; rosbag2 folder or .db3; MCAP";
+
+constexpr const char* kJsonText = "one JSON object instead of text (its keys: tools/README.md)";
 
 std::string version_text() {
   ovt_build_info build;
@@ -54,9 +63,42 @@ void add_detector(CLI::App& command, Options& options) {
   command.add_option("--isa", options.isa, "force an instruction set (ref: the scalar truth)");
 }
 
+std::vector<std::string> command_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+  return names;
+}
+
+// What is wrong with the command line, in one sentence. CLI11 looks for what is missing first; a word that nobody knows
+// explains more, since it may be the missing one.
+std::string usage_error(const CLI::App& app, const std::vector<std::string>& words, const CLI::ParseError& error) {
+  const auto names = command_names(app);
+  const std::string help = " (overtake --help)";
+  if (words.empty()) return "a command is needed: " + io::join(names, ", ") + help;
+  const auto first = std::find_if(words.begin(), words.end(), [](const auto& word) { return !word.starts_with("-"); });
+  if (first != words.end() && std::find(names.begin(), names.end(), *first) == names.end())
+    return "unknown command '" + *first + "'" + io::did_you_mean(*first, names) + help;
+  const auto parsed = app.get_subcommands();
+  const CLI::App& command = parsed.empty() ? app : *parsed[0];
+  const std::string place = parsed.empty() ? "" : command.get_name() + ": ";
+  const std::string its_help = parsed.empty() ? help : " (overtake " + command.get_name() + " --help)";
+  std::vector<std::string> options;
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
+  const auto rest = app.remaining(true);
+  for (const std::string& word : rest)
+    if (word.starts_with("-")) {
+      const std::string name = word.substr(0, word.find('='));
+      return place + "unknown option '" + name + "'" + io::did_you_mean(name, options) + its_help;
+    }
+  if (!rest.empty()) return place + "'" + rest[0] + "' is one argument too many" + its_help;
+  return place + error.what() + its_help;
+}
+
 int run_main(int argc, char** argv) {
   CLI::App app("Sees and tracks other cars with LiDAR.", "overtake");
   app.require_subcommand(1);
+  app.footer(kExitCodes);
   app.set_version_flag("--version", version_text);
   Options options;
 
@@ -97,10 +139,13 @@ int run_main(int argc, char** argv) {
   CLI::App& info = *app.add_subcommand("info", "says what a recording holds");
   info.add_option("input", options.input, kInputText)->required();
 
+  info.add_flag("--json", options.json, kJsonText);
+
   CLI::App& doctor = *app.add_subcommand("doctor", "says what is wrong with a recording for a rig, and what to do");
   add_detector(doctor, options);
   doctor.add_option("--config", options.config, "TOML file with the rig");
   doctor.add_option("--ego", options.ego, "CSV of ego poses, as for run");
+  doctor.add_flag("--json", options.json, kJsonText);
 
   add_scene_command(app);
   add_simulate_command(app);
@@ -108,14 +153,18 @@ int run_main(int argc, char** argv) {
   add_merge_command(app);
   add_label_command(app);
   CLI::App& params = *app.add_subcommand("params", "lists the parameters");
+  params.add_flag("--json", options.json, kJsonText);
 
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kBadUsage;
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    if (dynamic_cast<const CLI::RuntimeError*>(&error)) return error.get_exit_code();
+    std::fprintf(stderr, "overtake: %s\n", usage_error(app, {argv + 1, argv + argc}, error).c_str());
+    return kBadUsage;
   }
   if (params.parsed()) {
-    std::fputs(list_params().c_str(), stdout);
+    std::fputs((options.json ? params_json() : list_params()).c_str(), stdout);
     return 0;
   }
   if (run.parsed()) return options.command = "run", run_command(options);

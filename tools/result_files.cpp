@@ -15,13 +15,33 @@ void write_detections(io::CsvWriter& csv, int64_t frame, const ovt_detections& d
   }
 }
 
-void write_tracks(io::CsvWriter& csv, int64_t frame, const ovt_tracks& t) {
+Place place_of(const ovt_frame_info& info, const ovt_tracks& tracks, int32_t i) {
+  if (info.reference == OVT_REFERENCE_VEHICLE) return {tracks.x_m[i], tracks.y_m[i]};
+  if (!info.ego_known) return {std::nan(""), std::nan("")};
+  const double dx = tracks.x_m[i] - info.ego_x_m, dy = tracks.y_m[i] - info.ego_y_m;
+  const double c = std::cos(info.ego_yaw_rad), s = std::sin(info.ego_yaw_rad);
+  return {dx * c + dy * s, dy * c - dx * s};
+}
+
+std::string track_name(uint64_t id) { return std::to_string(id & 0xffffffff) + ":" + std::to_string(id >> 32); }
+
+void write_tracks(io::CsvWriter& csv, int64_t frame, const ovt_frame_info& info, const ovt_tracks& t) {
+  const auto cell_if_known = [&](double value) {
+    if (std::isnan(value))
+      csv.cell(std::string_view());
+    else
+      csv.cell(value);
+  };
   for (int32_t i = 0; i < t.count; ++i) {
     csv.cell(t.publish_ns).cell(t.id[i]);
     csv.cell(std::string_view(t.state[i] == OVT_CONFIRMED ? "confirmed" : "tentative")).cell(frame);
     csv.cell(t.x_m[i]).cell(t.y_m[i]).cell(t.speed_mps[i]).cell(t.course_rad[i]).cell(t.yaw_rate_rps[i]);
     csv.cell(t.heading_rad[i]).cell(t.age[i]).cell(t.hits[i]);
-    csv.cell(t.covariance[0][i]).cell(t.covariance[2][i]).end_row();  // lower triangle: xx, yx, yy
+    csv.cell(t.covariance[0][i]).cell(t.covariance[2][i]);  // lower triangle: xx, yx, yy
+    const Place place = place_of(info, t, i);
+    cell_if_known(place.ahead_m);
+    cell_if_known(place.left_m);
+    csv.cell(std::string_view(track_name(t.id[i]))).end_row();
   }
 }
 

@@ -17,18 +17,30 @@ inline constexpr const char* kDetectionsHeader =
     "frame,stamp_ns,x_m,y_m,z_m,heading_rad,heading_source,length_m,width_m,points,inliers_ref,inliers_var,"
     "heading_ref_rad,heading_var_rad,sensor_mask";
 inline constexpr const char* kTracksHeader =
-    "stamp_ns,id,state,frame,x_m,y_m,speed_mps,course_rad,yaw_rate_rps,heading_rad,age,hits,var_x,var_y";
+    "stamp_ns,id,state,frame,x_m,y_m,speed_mps,course_rad,yaw_rate_rps,heading_rad,age,hits,var_x,var_y,ahead_m,left_m,"
+    "name";
 inline constexpr const char* kTimingHeader = "frame,stamp_ns,sensor,stage,time_us";
 
 // heading_source: ref (map or ego heading) or var (the points).
 void write_detections(io::CsvWriter& csv, int64_t frame, const ovt_detections& detections);
-// state: tentative or confirmed.
-void write_tracks(io::CsvWriter& csv, int64_t frame, const ovt_tracks& tracks);
+// state: tentative or confirmed. ahead_m, left_m: in the ego vehicle's frame at the frame's stamp, empty where the
+// tracks are in the map and no ego pose is known. name: track_name of the id.
+void write_tracks(io::CsvWriter& csv, int64_t frame, const ovt_frame_info& info, const ovt_tracks& tracks);
 // sensor: its name, or empty for the stages of the whole frame. Stages that did not run are left out.
 void write_times(io::CsvWriter& csv, int64_t frame, int64_t stamp_ns, const io::Rig& rig, ovt_reader* reader);
 
 // Of everything a frame publishes but its number and times: equal for the same scans, from whatever file they came.
 void add_to_hash(Hash& hash, const ovt_frame_info& info, const ovt_detections& detections, const ovt_tracks& tracks);
+
+// Of a track at the frame's stamp in the ego vehicle's frame, whatever frame the tracks are in; NaN where that is not
+// known.
+struct Place {
+  double ahead_m, left_m;
+};
+Place place_of(const ovt_frame_info& info, const ovt_tracks& tracks, int32_t i);
+
+// "34:1", slot and generation: an id of 64 bits for people.
+std::string track_name(uint64_t id);
 
 double read_time_us(ovt_reader* reader, int32_t sensor, ovt_stage stage);  // NaN: did not run
 

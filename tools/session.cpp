@@ -123,9 +123,12 @@ Session::Session(const Config& config, ovt_frame_fn* on_frame, void* user)
   def.user = user;
   char error[256] = "";
   const ovt_status status = ovt_create_detector_verbose(&def, &detector_, error, sizeof error);
-  if (status != OVT_OK)
-    throw io::Error(status == OVT_UNKNOWN_NAME ? "--isa " + config.isa : "", 0,
-                    *error ? error : ovt_status_text(status));
+  if (status == OVT_UNKNOWN_NAME) {
+    ovt_build_info build;
+    ovt_read_build_info(&build);
+    throw io::Error("--isa " + config.isa, 0, "unknown, or this CPU lacks it; it has " + std::string(build.isas));
+  }
+  if (status != OVT_OK) throw io::Error("", 0, *error ? error : ovt_status_text(status));
 }
 
 Session::~Session() { ovt_destroy_detector(detector_); }

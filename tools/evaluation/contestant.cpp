@@ -10,6 +10,7 @@
 
 #include "tools/io/error.h"
 #include "tools/io/text.h"
+#include "tools/io/words.h"
 
 namespace overtake::evaluation {
 namespace {
@@ -77,7 +78,9 @@ cli::Config read_name(const std::string& name, std::string& variant) {
     variant = name.substr(colon + 1);
     const auto known = variant_names();
     if (std::find(known.begin(), known.end(), variant) == known.end())
-      throw io::Error("--preset " + name, 0, "no variant '" + variant + "'; there are " + io::join(known, ", "));
+      throw io::Error(
+          "--preset " + name, 0,
+          "no variant '" + variant + "'; there are " + io::join(known, ", ") + io::did_you_mean(variant, known));
   }
   return cli::load_config(options);
 }

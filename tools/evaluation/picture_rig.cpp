@@ -9,6 +9,7 @@
 #include "tools/evaluation/numbers.h"
 #include "tools/evaluation/pictures.h"
 #include "tools/evaluation/svg.h"
+#include "tools/io/words.h"
 #include "tools/sim/mesh.h"
 
 namespace overtake::evaluation {
@@ -139,8 +140,8 @@ std::string draw_race(const io::MapData& map, const RacePath& path) {
   }
   const double seconds = path.steps.empty() ? 0 : path.steps.back().time_s;
   svg.text(kWidth / 2.0, 16,
-           std::string(path.simulated ? "The simulated" : "The recorded") + " race from above: " +
-               cli::fixed(seconds, 0) + " s, " + std::to_string(passings) + (passings == 1 ? " passing" : " passings"),
+           std::string(path.simulated ? "The simulated" : "The recorded") +
+               " race from above: " + cli::fixed(seconds, 0) + " s, " + io::counted(passings, "passing"),
            "middle", " font-size=\"13\" font-weight=\"bold\"");
   const double y = height - 12;
   svg.line({20, y - 4}, {20 + 100 * scale, y - 4}, " class=\"ink\" stroke=\"#333\" stroke-width=\"3\"");

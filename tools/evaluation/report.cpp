@@ -148,7 +148,7 @@ void write_report(const std::string& out, bool print) {
   io::write_whole_file(out + "/times.json", times.dump(1) + "\n");  // apart: no two runs agree in them
   write_csvs(out, all);
   std::vector<std::string> folders;
-  for (const Run& run : runs) folders.push_back(out + "/runs/" + run.contestant + "/" + run.log);
+  for (const Run& run : runs) folders.push_back(run.folder);
   auto pictures = best_pictures(folders);
   io::write_whole_file(out + "/report.html", format_report(all, runs, pictures, out));
   if (const Figures* main = main_figures(all)) pictures["detection"].svg = detection_plot(*main);

@@ -11,6 +11,7 @@
 #include "tools/evaluation/svg_plot.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
+#include "tools/io/words.h"
 
 namespace overtake::evaluation {
 namespace {
@@ -76,7 +77,7 @@ std::string scaling_section(const std::string& out) {
       const int32_t workers = cell.at("workers");
       for (auto* of : {&latency, &rate}) {
         Series& s = (*of)[workers];
-        s.name = std::to_string(workers) + (workers == 1 ? " worker" : " workers");
+        s.name = io::counted(workers, "worker");
         s.color = colors[std::size_t(workers - 1) % 4], s.dots = true;
         s.x.push_back(cell.at("sensors"));
         s.y.push_back(cell.at(of == &latency ? "median_ms" : "frames_per_second"));

@@ -7,6 +7,7 @@
 #include "tools/console.h"
 #include "tools/evaluation/report_html.h"
 #include "tools/evaluation/svg.h"
+#include "tools/io/words.h"
 
 namespace overtake::evaluation {
 namespace {
@@ -160,7 +161,7 @@ std::string format_report(const std::vector<Figures>& all, const std::vector<Run
   std::string html = page_begin("Overtake evaluation") + origin_line(origin_of(runs));
   if (!main) return html + "<p>No run of a preset as it is.</p>\n" + log_section(runs) + page_end();
   html += paragraph("Figures: contestant " + main->contestant + " on scenario " + main->scenario + ", " +
-                    std::to_string(main->runs) + " log(s), " + std::to_string(main->frames) + " frames, " +
+                    io::counted(main->runs, "log") + ", " + io::counted(main->frames, "frame") + ", " +
                     cli::fixed(main->seconds, 0) + " s.");
   html += headline_table(*main) + index_section() + claims_section(all, *main) + oracle_section(all, *main) +
           scenario_section(all, runs) + picture_section(pictures, *main, runs) + time_section(*main) +

@@ -17,6 +17,7 @@
 #include "tools/evaluation/simulated_log.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
+#include "tools/io/words.h"
 #include "tools/sim/workers.h"
 
 namespace overtake::evaluation {
@@ -25,7 +26,21 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string folder_of(const std::string& out, const std::string& contestant, const std::string& log) {
-  return out + "/runs/" + contestant + "/" + log;
+  return out + "/runs/" + folder_name(contestant) + "/" + log;
+}
+
+// Results of before have contestants' names as they are.
+void rename_folders(const std::string& out) {
+  std::error_code code;
+  std::vector<fs::path> old;
+  for (fs::directory_iterator at(out + "/runs", code), end; !code && at != end; at.increment(code))
+    if (at->path().filename().string().find(':') != std::string::npos) old.push_back(at->path());
+  for (const fs::path& path : old) {
+    const fs::path to = path.parent_path() / folder_name(path.filename().string());
+    if (fs::exists(to)) throw io::Error(path.string(), 0, "holds runs of the same contestant as " + to.string());
+    fs::rename(path, to, code);
+    if (code) throw io::Error(path.string(), 0, "cannot be renamed to " + to.string() + ": " + code.message());
+  }
 }
 
 bool is_done(const std::string& folder) { return fs::exists(folder + "/about.json"); }
@@ -117,12 +132,18 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
     write_about(folder, about);
   }
   if (!options.quiet)
-    std::printf("%s: %lld frames, %zu contestants%s%s\n", log_name.c_str(), static_cast<long long>(frames),
-                contestants.size(), log.damage().empty() ? "" : "; the log is damaged: ", log.damage().c_str());
+    std::printf("%s: %s, %s%s%s\n", log_name.c_str(), io::counted(frames, "frame").c_str(),
+                io::counted(int64_t(contestants.size()), "contestant").c_str(),
+                log.damage().empty() ? "" : "; the log is damaged: ", log.damage().c_str());
   return true;
 }
 
 }  // namespace
+
+std::string folder_name(std::string contestant) {
+  std::replace(contestant.begin(), contestant.end(), ':', '+');
+  return contestant;
+}
 
 std::vector<std::string> sweep_values(const std::string& text) {
   if (text.empty()) return {};
@@ -168,6 +189,7 @@ bool run_logs(const RunOptions& options) {
     if (!stems.insert(fs::path(log).stem().string()).second)
       throw io::Error(log, 0, "two logs have this name: their results would lie in one folder");
   cli::catch_interrupt();
+  rename_folders(options.out);
   for (const std::string& log : options.logs)
     if (!run_log(options, log, names)) return false;
   return true;
@@ -182,7 +204,12 @@ std::vector<Run> read_runs(const std::string& out) {
       if (is_done(log.path().string())) folders.push_back(log.path());
   std::sort(folders.begin(), folders.end());
   for (const fs::path& folder : folders) {
-    Run run{folder.parent_path().filename().string(), folder.filename().string(), read_about(folder.string()), {}};
+    Run run{"", folder.filename().string(), read_about(folder.string()), {}};
+    const std::string name = folder.parent_path().filename().string();
+    run.folder = folder.string();
+    run.contestant = run.about.count("contestant") ? run.about["contestant"] : name;
+    if (folder_name(run.contestant) != folder_name(name))
+      throw io::Error(folder.string(), 0, "is of contestant '" + run.contestant + "', its folder has another name");
     run.tables = read_tables(folder.string());
     runs.push_back(std::move(run));
     if (runs.back().about["commit"] != runs.front().about["commit"])
@@ -202,8 +229,7 @@ void merge_runs(const std::vector<std::string>& from, const std::string& out) {
       }
   for (const std::string& folder : from)
     for (const Run& run : read_runs(folder)) {
-      const std::string source = folder_of(folder, run.contestant, run.log),
-                        target = folder_of(out, run.contestant, run.log);
+      const std::string source = run.folder, target = folder_of(out, run.contestant, run.log);
       if (is_done(target)) {
         if (io::read_whole_file(source + "/cars.csv") != io::read_whole_file(target + "/cars.csv"))
           throw io::Error(source, 0, "differs from the run of the same name in " + out);

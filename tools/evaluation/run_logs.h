@@ -3,7 +3,7 @@
 //
 // Contestants on logs, and the folder of their results:
 //
-//   OUT/runs/CONTESTANT/LOG/*.csv       the judge's tables (judge.h)
+//   OUT/runs/CONTESTANT/LOG/*.csv       the judge's tables (judge.h); CONTESTANT is its folder_name()
 //   OUT/runs/CONTESTANT/LOG/about.json  what was run, by which build and with what (kept_runs.h); written last: without
 //                                       it, or where that differs, a run is done again
 //   OUT/metrics.json  OUT/report.html  OUT/*.csv    made from all the runs there are
@@ -29,6 +29,9 @@ struct RunOptions {
   double progress_s = -1;  // seconds between two lines that say how far it is; negative: a bar on a terminal
 };
 
+// The contestant's name with + for each colon ("paper+clusters"): scp and rsync take a colon for the end of a host's
+// name, and Windows allows none. Folders of earlier results with a colon are renamed by run_logs, and read as they are.
+std::string folder_name(std::string contestant);
 // The presets and the sweep's values of the first one. Throws io::Error where one of them cannot be run.
 std::vector<std::string> contestant_names(const RunOptions& options);
 
@@ -39,6 +42,7 @@ struct Run {
   std::string contestant, log;
   std::map<std::string, std::string> about;
   Tables tables;
+  std::string folder = {};  // where it was read from
 };
 // All that are whole, by name. Throws io::Error: a folder without runs, or runs of two builds.
 std::vector<Run> read_runs(const std::string& out);

@@ -42,12 +42,6 @@ static void on_log(ovt_log_level level, const char* text, void* user) {
   fprintf(stderr, "%s: %s\n", level == OVT_LOG_ERROR ? "error" : level == OVT_LOG_WARNING ? "warning" : "note", text);
 }
 
-static ovt_column column_of(const void* first, ovt_type type, int32_t count) {
-  const size_t begins_at = (size_t)((const char*)first - (const char*)points);
-  const ovt_column column = {first, (size_t)count * sizeof *points - begins_at, sizeof *points, type};
-  return column;
-}
-
 int main(void) {
   enum { SCANS = 40 };
   listener heard = {0};
@@ -80,10 +74,10 @@ int main(void) {
     ovt_points_init(&scan, sizeof scan);
     scan.stamp_ns = k * INT64_C(50000000);
     scan.count = simulate_scan(points, 0.0, 40.0 - 0.25 * k, 1.0);
-    scan.x = column_of(&points->x, OVT_F32, scan.count);
-    scan.y = column_of(&points->y, OVT_F32, scan.count);
-    scan.z = column_of(&points->z, OVT_F32, scan.count);
-    scan.layer = column_of(&points->layer, OVT_U16, scan.count);
+    scan.x = OVT_FIELD(points, scan.count, x, OVT_F32);
+    scan.y = OVT_FIELD(points, scan.count, y, OVT_F32);
+    scan.z = OVT_FIELD(points, scan.count, z, OVT_F32);
+    scan.layer = OVT_FIELD(points, scan.count, layer, OVT_U16);
     status = ovt_push_scan(detector, &scan); /* copied: `points` may be filled again */
   }
   if (status == OVT_OK) status = ovt_flush(detector);

@@ -12,12 +12,6 @@
 
 static scan_point points[SCAN_CAPACITY];
 
-static ovt_column column_of(const void* first, ovt_type type, int32_t count) {
-  const size_t begins_at = (size_t)((const char*)first - (const char*)points);
-  const ovt_column column = {first, (size_t)count * sizeof *points - begins_at, sizeof *points, type};
-  return column;
-}
-
 int main(void) {
   ovt_sensor_def sensor = ovt_default_sensor_def();
   sensor.z_m = 1.2;
@@ -41,11 +35,11 @@ int main(void) {
     ovt_points_init(&scan, sizeof scan);
     scan.stamp_ns = k * INT64_C(50000000);
     scan.count = simulate_scan(points, 0.0, 20.0 + 0.5 * k, 0.0);
-    scan.x = column_of(&points->x, OVT_F32, scan.count);
-    scan.y = column_of(&points->y, OVT_F32, scan.count);
-    scan.z = column_of(&points->z, OVT_F32, scan.count);
-    scan.layer = column_of(&points->layer, OVT_U16, scan.count);
-    scan.intensity = column_of(&points->intensity, OVT_F32, scan.count);
+    scan.x = OVT_FIELD(points, scan.count, x, OVT_F32);
+    scan.y = OVT_FIELD(points, scan.count, y, OVT_F32);
+    scan.z = OVT_FIELD(points, scan.count, z, OVT_F32);
+    scan.layer = OVT_FIELD(points, scan.count, layer, OVT_U16);
+    scan.intensity = OVT_FIELD(points, scan.count, intensity, OVT_F32);
     status = ovt_push_scan(detector, &scan);
 
     ovt_tracks tracks = {0};

@@ -186,6 +186,7 @@ std::unique_ptr<BagReader> open_bag(const std::string& path) {
   if (is_mcap(path)) return open_mcap(path);
   if (is_db3(path)) return open_db3(path);
   if (!fs::exists(path, code)) throw Error(path, 0, "no such file");
+  if (fs::is_regular_file(path, code) && fs::file_size(path, code) == 0) throw Error(path, 0, "is empty (0 bytes)");
   throw Error(path, 0, "is neither MCAP nor SQLite (rosbag2): its first bytes differ");
 }
 

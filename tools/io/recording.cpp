@@ -120,6 +120,13 @@ FrameScans Recording::read(std::size_t i) const {
   return frame;
 }
 
+std::set<std::string> sensor_names_in(const std::string& path) {
+  std::set<std::string> names;
+  for (const std::string& file : list_files(path))
+    names.insert(parse_scan_name(file, fs::path(file).stem().string()).sensor);
+  return names;
+}
+
 int64_t stamp_of_frame(const std::string& path_in_errors, int64_t frame, int64_t period_ns) {
   int64_t factor = period_ns;
   if (frame >= 100'000'000'000'000'000)

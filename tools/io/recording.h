@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,10 @@ class Recording {
   Rig rig_;
   std::vector<Entry> frames_;  // by number
 };
+
+// The sensors that the files' names name: {"front", "left"}, "" for a file that names none. Throws Error: no such
+// folder, no scan in it.
+std::set<std::string> sensor_names_in(const std::string& path);
 
 // FRAME x period, or FRAME itself where it is a time. Throws when it does not fit 64 bits.
 int64_t stamp_of_frame(const std::string& path_in_errors, int64_t frame, int64_t period_ns);

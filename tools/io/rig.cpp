@@ -9,6 +9,7 @@
 #include "tools/io/bag_reader.h"
 #include "tools/io/rig_toml.h"
 #include "tools/io/text.h"
+#include "tools/io/words.h"
 
 namespace overtake::io {
 namespace {
@@ -141,7 +142,9 @@ Rig load_rig(const std::string& file_or_name) {
     if (file_or_name == kBuiltinRigs[i].name) return parse_rig(file_or_name, kBuiltinRigs[i].text);
   std::error_code code;
   if (!std::filesystem::exists(file_or_name, code))
-    throw Error(file_or_name, 0, "neither a file nor one of the built-in rigs " + join(builtin_rig_names(), ", "));
+    throw Error(file_or_name, 0,
+                "neither a file nor one of the built-in rigs " + join(builtin_rig_names(), ", ") +
+                    did_you_mean(file_or_name, builtin_rig_names()));
   if (const auto own = read_attached(file_or_name, "rig.toml")) return parse_rig(file_or_name + ": rig.toml", *own);
   if (is_bag(file_or_name)) throw Error(file_or_name, 0, "a log that holds no rig.toml: give a rig's file or name");
   return parse_rig(file_or_name, read_whole_file(file_or_name));

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "tools/io/text.h"
+#include "tools/io/words.h"
 
 namespace overtake::io {
 
@@ -167,7 +168,9 @@ std::vector<std::string> TomlReader::unread() const {
 
 void TomlReader::finish() const {
   const auto keys = unread();
-  if (!keys.empty()) fail(line_of(keys[0]), "unknown key '" + keys[0] + "'");
+  if (keys.empty()) return;
+  const std::vector<std::string> known(read_.begin(), read_.end());
+  fail(line_of(keys[0]), "unknown key '" + keys[0] + "'" + did_you_mean(keys[0], known));
 }
 
 std::string toml_string(std::string_view text) {

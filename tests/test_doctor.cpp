@@ -1,0 +1,225 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What doctor says of the wrong rig: sensors whose yaw was exchanged, several sensors in one cloud, another sensor's
+// number of lines; and that it says none of this of the right one.
+#include "tools/doctor.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/recorded.h"
+#include "tools/io/recording.h"
+#include "tools/scene/scene.h"
+
+using namespace overtake;
+using cli::Doctor;
+using cli::Finding;
+
+namespace {
+
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+template <class T>
+io::PcdColumn column_of(const std::vector<T>& values, io::PcdType type) {
+  io::Pcd pcd;
+  io::add_column(pcd, "c", type, values);
+  return pcd.columns[0];
+}
+
+io::SensorScan scan_of(int32_t sensor, int64_t stamp_ns, const std::vector<float>& x, const std::vector<float>& y,
+                       const std::vector<float>& z, const std::vector<uint16_t>& layer) {
+  io::SensorScan scan;
+  scan.sensor = sensor;
+  scan.stamp_ns = stamp_ns;
+  scan.count = scan.input_count = int32_t(x.size());
+  scan.x = column_of(x, io::PcdType::kFloat32);
+  scan.y = column_of(y, io::PcdType::kFloat32);
+  scan.z = column_of(z, io::PcdType::kFloat32);
+  scan.layer = column_of(layer, io::PcdType::kUint16);
+  return scan;
+}
+
+// "sensor 'left': its sentence", of what is wrong.
+std::vector<std::string> wrong_with(const Doctor& doctor) {
+  std::vector<std::string> out;
+  for (const Finding& finding : doctor.findings())
+    if (finding.wrong) out.push_back(finding.about + ": " + finding.sentence);
+  return out;
+}
+
+int32_t find_sentence(const std::vector<std::string>& sentences, const std::string& part) {
+  return int32_t(
+      std::count_if(sentences.begin(), sentences.end(), [&](const auto& s) { return s.find(part) != s.npos; }));
+}
+
+// A rig in which sensor i has the yaw of sensor owner[i], and who is said to have whose.
+struct Turned {
+  io::Rig rig;
+  std::vector<std::string> expected;
+};
+Turned turn(const io::Rig& rig, const std::vector<std::size_t>& owner) {
+  Turned turned{rig, {}};
+  for (std::size_t i = 0; i < owner.size(); ++i) turned.rig.sensors[i].yaw_deg = rig.sensors[owner[i]].yaw_deg;
+  for (std::size_t i = 0; i < owner.size(); ++i)  // whose yaw in the turned rig is the one that it has
+    for (std::size_t j = 0; j < owner.size() && owner[i] != i; ++j)
+      if (owner[j] == i)
+        turned.expected.push_back("sensor '" + rig.sensors[i].name +
+                                  "': it seems to be turned as the rig says of sensor '" + rig.sensors[j].name + "'");
+  return turned;
+}
+
+// All orders of the yaws: exactly the sensors that were exchanged are named, with whom, and nothing else is wrong.
+template <class Feed>
+void check_all_orders(const io::Rig& rig, Feed&& feed) {
+  std::vector<std::size_t> owner = {0, 1, 2};
+  int32_t orders = 0;
+  do {
+    const Turned turned = turn(rig, owner);
+    Doctor doctor(turned.rig);
+    feed(doctor);
+    const auto wrong = wrong_with(doctor);
+    INFO(owner[0], owner[1], owner[2]);
+    REQUIRE(wrong.size() == turned.expected.size());
+    for (std::size_t k = 0; k < wrong.size(); ++k) CHECK_MESSAGE(wrong[k].starts_with(turned.expected[k]), wrong[k]);
+    ++orders;
+  } while (std::next_permutation(owner.begin(), owner.end()));
+  CHECK(orders == 6);
+}
+
+// A spinning sensor `up` over the vehicle's frame that sees a road and walls on both sides, lines 0.75 degrees apart.
+struct Spinning {
+  double ahead_m, up_m;
+  uint16_t first_line;
+};
+void add_spin(const Spinning& at, bool vehicle_frame, std::vector<float>& x, std::vector<float>& y,
+              std::vector<float>& z, std::vector<uint16_t>& layer) {
+  for (int32_t line = 0; line < 32; ++line)
+    for (int32_t c = 0; c < 900; ++c) {
+      const double azimuth = 0.4 * kDegree * c, up = std::tan((10 - 0.75 * line) * kDegree);
+      const double aside = std::sin(azimuth), wall = aside > 0 ? 4 : 9;
+      double range = std::fabs(aside) > 0.02 ? wall / std::fabs(aside) : 1000;
+      if (up < 0) range = std::min(range, -at.up_m / up);
+      if (range > 100) continue;
+      x.push_back(float(range * std::cos(azimuth) + (vehicle_frame ? at.ahead_m : 0)));
+      y.push_back(float(range * std::sin(azimuth)));
+      z.push_back(float(range * up + (vehicle_frame ? at.up_m : 0)));
+      layer.push_back(uint16_t(at.first_line + line));
+    }
+}
+
+std::vector<std::string> examine_spins(const std::string& rig, const std::vector<Spinning>& sensors,
+                                       bool vehicle_frame) {
+  std::vector<float> x, y, z;
+  std::vector<uint16_t> layer;
+  for (const Spinning& sensor : sensors) add_spin(sensor, vehicle_frame, x, y, z, layer);
+  Doctor doctor(io::load_rig(rig));
+  for (int32_t k = 0; k < 4; ++k) doctor.add_scan(scan_of(0, k * 100'000'000, x, y, z, layer));
+  return wrong_with(doctor);
+}
+
+std::vector<std::string> examine_recorded(const char* folder, const char* name) {
+  const io::Rig rig = io::load_rig(name);
+  const io::Recording recording(recorded(folder), rig);
+  Doctor doctor(rig);
+  for (std::size_t i = 0; i < recording.frame_count(); ++i)
+    for (const io::SensorScan& scan : recording.read(i).scans) doctor.add_scan(scan);
+  return wrong_with(doctor);
+}
+
+}  // namespace
+
+TEST_CASE("doctor: exchanged yaws are named, on a simulated road") {
+  const Scene scene(1);
+  std::vector<SceneFrame> frames;
+  for (int32_t k = 0; k < 4; ++k) frames.push_back(scene.frame(k));
+  check_all_orders(io::load_rig("av21"), [&](Doctor& doctor) {
+    for (const SceneFrame& frame : frames)
+      for (int32_t s = 0; s < kSceneSensors; ++s) {
+        const SceneScan& from = frame.scan[s];
+        doctor.add_scan(scan_of(s, frame.stamp_ns, from.x_m, from.y_m, from.z_m, from.layer));
+      }
+  });
+}
+
+TEST_CASE("doctor: where nothing stands along the road no yaw is judged") {
+  const io::Rig rig = io::load_rig("av21");
+  const Turned turned = turn(rig, {0, 2, 1});
+  Doctor doctor(turned.rig);
+  const SceneFrame frame = Scene(1).frame(0);
+  for (int32_t s = 0; s < kSceneSensors; ++s) {
+    const SceneScan& from = frame.scan[s];
+    SceneScan road;
+    for (std::size_t i = 0; i < from.x_m.size(); ++i) {
+      if (from.surface[i] != SceneSurface::road) continue;
+      road.x_m.push_back(from.x_m[i]), road.y_m.push_back(from.y_m[i]), road.z_m.push_back(from.z_m[i]);
+      road.layer.push_back(from.layer[i]);
+    }
+    for (int32_t k = 0; k < 4; ++k)
+      doctor.add_scan(scan_of(s, k * 50'000'000, road.x_m, road.y_m, road.z_m, road.layer));
+  }
+  CHECK(find_sentence(wrong_with(doctor), "turned as the rig says") == 0);
+}
+
+TEST_CASE("doctor: two sensors in one cloud are no sensor of 64 lines, and their places are said") {
+  const auto wrong = examine_spins("hdl64", {{1.35, 1.64, 0}, {1.35, 1.52, 32}}, true);
+  REQUIRE(wrong.size() == 1);
+  CHECK_MESSAGE(wrong[0].find("along a line the elevation changes by") != std::string::npos, wrong[0]);
+  CHECK_MESSAGE(wrong[0].find("lines 0 to 31 are seen from x_m = 1.3") != std::string::npos, wrong[0]);
+  CHECK_MESSAGE(wrong[0].find("z_m = 1.64, lines 32 to 63 are seen from") != std::string::npos, wrong[0]);
+  CHECK_MESSAGE(wrong[0].ends_with("z_m = 1.52"), wrong[0]);
+}
+
+TEST_CASE("doctor: a sensor's cloud in the vehicle frame is told by its lines, and its place is said") {
+  const auto wrong = examine_spins("hdl32", {{0.94, 1.84, 0}}, true);
+  REQUIRE(find_sentence(wrong, "along a line the elevation changes by") == 1);
+  CHECK(find_sentence(wrong, "lines 0 to 31 are seen from x_m = 0.9") == 1);
+  CHECK(find_sentence(wrong, "the road lies") == 0);  // which is the same fault
+  for (const std::string& sentence : examine_spins("hdl32", {{0.94, 1.84, 0}}, false))
+    CHECK_MESSAGE(sentence.find("its scans come every") != std::string::npos, sentence);
+}
+
+TEST_CASE("doctor: a rig with twice the lines of the clouds is another sensor's") {
+  const auto wrong = examine_spins("hdl64", {{0.76, 1.73, 0}}, false);
+  REQUIRE(wrong.size() == 1);
+  CHECK(wrong[0].starts_with("sensor 'top': its clouds have 32 lines only, the rig's image 64 rows"));
+}
+
+TEST_CASE("recorded: doctor tells Argoverse's two sensors in one cloud from a sensor of 64 lines") {
+  OVT_NEED_RECORDED("av2");
+  CHECK(examine_recorded("av2", "av2").empty());
+  const auto wrong = examine_recorded("av2", "hdl64");
+  REQUIRE(wrong.size() == 1);
+  const char* places = "lines 0 to 31 are seen from x_m = 1.3";
+  CHECK_MESSAGE(wrong[0].find(places) != std::string::npos, wrong[0]);
+  CHECK_MESSAGE(wrong[0].find("z_m = 1.64, lines 32 to 63 are seen from") != std::string::npos, wrong[0]);
+}
+
+TEST_CASE(
+    "recorded: doctor finds KITTI right for its sensor, and by its lines wrong for two others in the vehicle's frame") {
+  OVT_NEED_RECORDED("kitti");
+  CHECK(examine_recorded("kitti", "hdl64").empty());
+  const auto wrong = examine_recorded("kitti", "av2");
+  CHECK(find_sentence(wrong, "along a line the elevation changes by") > 0);
+  CHECK(find_sentence(wrong, "the road lies") == 0);
+}
+
+TEST_CASE("recorded: doctor finds nuScenes right for its sensor, and wrong for one of 64 lines") {
+  OVT_NEED_RECORDED("nuscenes");
+  CHECK(examine_recorded("nuscenes", "nuscenes").empty());
+  CHECK(find_sentence(examine_recorded("nuscenes", "hdl64"), "32 lines only") == 1);
+}
+
+TEST_CASE("recorded: exchanged yaws of the race car's three sensors are named") {
+  OVT_NEED_RECORDED("racecar");
+  const io::Rig rig = io::load_rig("av21");
+  const io::Recording recording(recorded("racecar"), rig);
+  std::vector<io::FrameScans> frames;
+  for (std::size_t i = 0; i < recording.frame_count(); ++i) frames.push_back(recording.read(i));
+  check_all_orders(rig, [&](Doctor& doctor) {
+    for (const io::FrameScans& frame : frames)
+      for (const io::SensorScan& scan : frame.scans) doctor.add_scan(scan);
+  });
+}

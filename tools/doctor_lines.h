@@ -1,0 +1,54 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Whether the lines of a cloud are those of one spinning sensor at the cloud's own origin: along a line the elevation
+// is the same, or nearly. Where it is not, from which places the lines are.
+//
+//   one sensor, its own frame     two sensors, the vehicle's frame: the elevation of a line falls with the distance
+//          o------- line 1          o-------         line 1, from here
+//          |\------ line 2           o------         line 33, from there
+//                                  + origin
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "tools/io/sensor_scan.h"
+
+namespace overtake::cli {
+
+class LineShapes {
+ public:
+  // A share of the points, those of the first scans only. Needs x, y, z and layers as numbers.
+  void add(const io::SensorScan& scan);
+
+  // Medians over the lines: degrees from the 10 % lowest to the 10 % highest elevations along a line, and between two
+  // lines. 0 where there are fewer than 8 lines of 50 points.
+  struct Spread {
+    double along_deg = 0, apart_deg = 0;
+  };
+  Spread spread() const;
+  // Of a spinning sensor: a line varies by up to a degree (parallax of its lasers).
+  bool one_sensor() const;
+
+  // The place in the cloud's frame from which a run of lines is seen at elevations of their own.
+  struct Source {
+    int64_t first_line = 0, last_line = 0;
+    double x_m = 0, y_m = 0, z_m = 0;
+  };
+  std::vector<Source> sources() const;  // one or two; empty where no place explains the lines
+
+ private:
+  struct Point {
+    float x, y, z;
+  };
+  std::map<int64_t, std::vector<Point>> lines_;
+  int32_t scans_ = 0;
+
+  struct Cone;  // of a line: z = height + slope * distance
+  static Cone fit_cone(const std::vector<Point>& line, double x_m, double y_m);
+  double misfit(double x_m, double y_m) const;
+};
+
+}  // namespace overtake::cli
