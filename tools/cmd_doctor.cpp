@@ -10,6 +10,7 @@
 #include "tools/doctor.h"
 #include "tools/io/bag_stream.h"
 #include "tools/io/error.h"
+#include "tools/io/map_file.h"
 #include "tools/io/recording.h"
 
 namespace overtake::cli {
@@ -75,6 +76,7 @@ int doctor_command(const Options& options) {
   catch_interrupt();
   Doctor doctor(config.rig);
   std::vector<Finding> findings;
+  if (!config.map.empty()) doctor.set_map(io::read_map(config.map), config.map, config.params);
   if (!config.ego.empty())
     for (const io::EgoRow& row : io::read_ego_file(config.ego)) doctor.add_ego(row);
   if (io::is_bag(config.input))
