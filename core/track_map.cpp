@@ -31,6 +31,7 @@ const char* find_fault(const double* x, const double* y, const double* left, con
     if (std::fabs(x[i]) > kMaxMapCoordinate || std::fabs(y[i]) > kMaxMapCoordinate)
       return "a track map's point lies more than 1e8 m from the origin";
     if (left[i] < 0 || right[i] < 0) return "a track map's width is negative";
+    if (left[i] > kMaxMapWidth || right[i] > kMaxMapWidth) return "a track map's width is over 4e8 m";
     if (i > 0 && hypot_f64(x[i] - x[i - 1], y[i] - y[i - 1]) < kCoincident_m)
       return "two neighbouring points of a track map are the same";
   }
@@ -233,6 +234,29 @@ MapProjection TrackMap::project(double x_m, double y_m, int32_t hint) const noex
   out.width_right_m = mix(width_right_[a], width_right_[b], t);
   out.inside = -out.width_right_m <= out.d_m && out.d_m <= out.width_left_m && !nearest.beyond_the_ends();
   return out;
+}
+
+double TrackMap::measure_outside(double x_m, double y_m, int32_t* hint) const noexcept {
+  const MapProjection place = project(x_m, y_m, *hint);
+  if (place.segment < 0) return kInfinity;
+  *hint = place.segment;
+  if (place.inside) return 0.0;
+  double ahead = 0.0, left = place.d_m;
+  if (!closed_) {  // beyond an end the edges are taken to go straight on
+    const auto go_on = [&](std::size_t from, std::size_t to) {
+      const double ux = x_[to] - x_[from], uy = y_[to] - y_[from], length = hypot_f64(ux, uy);
+      const double px = x_m - x_[to], py = y_m - y_[to];
+      const double along = (px * ux + py * uy) / length;
+      if (along <= 0.0) return;
+      ahead = along;
+      left = (ux * py - uy * px) / length;
+      if (from > to) left = -left;  // looking back along the line
+    };
+    if (place.s_m <= 0.0) go_on(1, 0);
+    if (place.s_m >= s_.back()) go_on(x_.size() - 2, x_.size() - 1);
+  }
+  const double aside = std::max({left - place.width_left_m, -left - place.width_right_m, 0.0});
+  return hypot_f64(ahead, aside);
 }
 
 MapPose TrackMap::at(double s_m) const noexcept {

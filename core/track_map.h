@@ -27,6 +27,8 @@ struct MapProjection {
 
 // Map points farther than this from the origin are nowhere: refused by build, never inside for project.
 inline constexpr double kMaxMapCoordinate = 1e8;
+// No track is wider: it would hold every such point.
+inline constexpr double kMaxMapWidth = 4.0 * kMaxMapCoordinate;
 
 // Nearest point to p on the segment from a to b, which is a + t (b - a) kept within the box of a and b.
 struct SegmentFoot {
@@ -71,6 +73,9 @@ class TrackMap {
   // Heading and curvature are interpolated along s. Without a nearest place (an empty map, a point that is not finite
   // or beyond kMaxMapCoordinate): not inside, segment -1, d infinite, the rest 0.
   MapProjection project(double x_m, double y_m, int32_t hint = -1) const noexcept;
+  // How far a point lies outside of the track: 0 on it, else the distance from its edge, or from the end of an open
+  // line. Infinite where project finds no nearest place.
+  double measure_outside(double x_m, double y_m, int32_t* hint) const noexcept;
   MapPose at(double s_m) const noexcept;  // wrapped on a closed line, clamped on an open one; NaN counts as 0
 
  private:

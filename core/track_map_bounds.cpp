@@ -16,7 +16,7 @@ constexpr double kMinStep_m = 1e-3;  // of the centre line: nearer midpoints are
 
 // A bound as a line of its own, wide enough that `inside` only says: not beyond the ends.
 bool build_bound(TrackMap& line, const double* x_m, const double* y_m, int32_t count, bool closed, const char** error) {
-  const std::vector<double> wide(std::size_t(count > 0 ? count : 0), 4.0 * kMaxMapCoordinate);
+  const std::vector<double> wide(std::size_t(count > 0 ? count : 0), kMaxMapWidth);
   return line.build(x_m, y_m, wide.data(), wide.data(), nullptr, count, closed, error);
 }
 

@@ -46,7 +46,7 @@ bool read_candidate(const TrackerParams& params, const TrackerFrame& frame, int3
   if (!(std::fabs(c.z.x_m) <= kMaxPlace_m && std::fabs(c.z.y_m) <= kMaxPlace_m)) return false;
   if (!(std::fabs(seconds_between(frame.stamp_ns, c.stamp_ns)) <= kMaxStampSpread_s)) return false;
   read_covariance(d, row, params.r_diag, c.z);
-  c.heading_rad = wrap_angle(read_or_none(d.heading_rad, row, -1e6, 1e6));
+  c.heading_rad = wrap_angle(read_or_none(d.heading_rad, row, -kMaxAngle_rad, kMaxAngle_rad));
   c.length_m = read_or_none(d.length_m, row, 0.0, 1e3);
   c.width_m = read_or_none(d.width_m, row, 0.0, 1e3);
   const double dx = c.z.x_m - (frame.ego.known ? frame.ego.x_m : 0.0);

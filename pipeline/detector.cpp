@@ -307,6 +307,7 @@ void Detector::finish(Frame& frame) {
     points += part.points.count;
     valid += part.points.count - bad;
     if (2 * bad > part.points.count) frame.flags |= OVT_FLAG_CLOUD_DEGRADED;
+    add(counters_.points_clustered, part.cluster_points.count);
     add(counters_.overflow_clusters, part.cluster_overflow);
     if (part.cluster_overflow) frame.flags |= OVT_FLAG_OVERFLOW;
   }
@@ -315,6 +316,12 @@ void Detector::finish(Frame& frame) {
   add(counters_.overflow_clusters, frame.merged_overflow);
   add(counters_.overflow_candidates, frame.candidate_overflow);
   if (frame.merged_overflow || frame.candidate_overflow) frame.flags |= OVT_FLAG_OVERFLOW;
+  add(counters_.clusters, frame.merged.count);
+  add(counters_.gated_points, frame.gated_points);
+  add(counters_.gated_size, frame.gated_size);
+  add(counters_.gated_map, frame.gated_map);
+  add(counters_.detections, frame.detections.count);
+  add(counters_.measurements_lost, frame.lost_rows);
   const TrackerCounts tracked = track_stage_->tracker().counts();
   const auto set = [](std::atomic<int64_t>& counter, int64_t n) { counter.store(n, std::memory_order_relaxed); };
   set(counters_.measurements, tracked.measurements);
@@ -322,6 +329,12 @@ void Detector::finish(Frame& frame) {
   set(counters_.measurements_unborn, tracked.unborn);
   set(counters_.measurements_rejected, tracked.rejected);
   set(counters_.measurements_late, tracked.late);
+  set(counters_.tracks_born, tracked.births);
+  set(counters_.tracks_missed, tracked.missed);
+  set(counters_.tracks_silent, tracked.silent);
+  set(counters_.tracks_displaced, tracked.displaced);
+  set(counters_.tracks_unsound, tracked.unsound);
+  set(counters_.tracks_forgotten, tracked.forgotten);
   const int64_t track_overflow = tracked.overflow;
   // A replay may lower it.
   if (track_overflow > counters_.overflow_tracks.exchange(track_overflow, std::memory_order_relaxed))
@@ -423,6 +436,19 @@ void Detector::read_stats(ovt_stats& out) const {
   out.measurements_unborn = get(counters_.measurements_unborn);
   out.measurements_rejected = get(counters_.measurements_rejected);
   out.measurements_late = get(counters_.measurements_late);
+  out.measurements_lost = get(counters_.measurements_lost);
+  out.points_clustered = get(counters_.points_clustered);
+  out.clusters = get(counters_.clusters);
+  out.gated_points = get(counters_.gated_points);
+  out.gated_size = get(counters_.gated_size);
+  out.gated_map = get(counters_.gated_map);
+  out.detections = get(counters_.detections);
+  out.tracks_born = get(counters_.tracks_born);
+  out.tracks_missed = get(counters_.tracks_missed);
+  out.tracks_silent = get(counters_.tracks_silent);
+  out.tracks_displaced = get(counters_.tracks_displaced);
+  out.tracks_unsound = get(counters_.tracks_unsound);
+  out.tracks_forgotten = get(counters_.tracks_forgotten);
   out.ego_poses = get(counters_.ego_poses);
   out.ego_dropped = get(counters_.ego_dropped);
   out.external = get(counters_.external);

@@ -31,7 +31,10 @@ struct Counters {
   std::atomic<int64_t> exceptions{0}, ego_poses{0}, ego_dropped{0}, external{0}, external_dropped{0};
   std::atomic<int64_t> deadline_missed{0}, clock_jumps{0}, stalled{0}, refiltered{0};
   std::atomic<int64_t> measurements{0}, measurements_used{0}, measurements_unborn{0};
-  std::atomic<int64_t> measurements_rejected{0}, measurements_late{0};
+  std::atomic<int64_t> measurements_rejected{0}, measurements_late{0}, measurements_lost{0};
+  std::atomic<int64_t> points_clustered{0}, clusters{0}, gated_points{0}, gated_size{0}, gated_map{0}, detections{0};
+  std::atomic<int64_t> tracks_born{0}, tracks_missed{0}, tracks_silent{0}, tracks_displaced{0}, tracks_unsound{0};
+  std::atomic<int64_t> tracks_forgotten{0};
 };
 
 // What a reader owns: its pin on a frame, and the memory ovt_read_tracks predicts into.

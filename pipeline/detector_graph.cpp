@@ -111,10 +111,11 @@ void run_detect(const StageContext& context, const RunnerHooks& hooks, Frame& fr
 }
 
 void run_track(const StageContext& context, const RunnerHooks& hooks, TrackStage& track, Frame& frame) noexcept {
-  guard(hooks, [&] {
-    context.hook(Body::kTrack, frame);
-    track.run(frame);
-  });
+  if (!guard(hooks, [&] { context.hook(Body::kTrack, frame); })) {  // without a flag its tracks would only be missing
+    frame.failed = true;
+    frame.flags |= OVT_FLAG_EXCEPTION;
+  }
+  track.run(frame);
   note_end(frame);
   guard(hooks, [&] { context.hook(Body::kFinish, frame); });
   guard(hooks, [&] { hooks.finish(frame); });

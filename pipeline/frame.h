@@ -116,12 +116,16 @@ struct Frame {
   float *fit_x_m = nullptr, *fit_y_m = nullptr;  // points of one candidate
   int32_t fit_capacity = 0;
   int32_t merged_overflow = 0, candidate_overflow = 0;
+  int32_t gated_points = 0, gated_size = 0, gated_map = 0;
+  double ego_off_map_m = 0;  // how far the ego pose lies outside of the track
+  bool map_holds = false;    // there is one, and the ego pose is not beyond its margin: gate and pose may ask it
   // track
   MeasurementTable measurements;
   TrackTable tracks;  // states at their own stamps, as the tracker left them
   int32_t reference = OVT_REFERENCE_VEHICLE;
   int64_t tracks_ns = 0;   // the tracks' own time: stamp_ns, or the newest where this frame is late
   int32_t refiltered = 0;  // iterations run again for it
+  int32_t lost_rows = 0;   // detections or pushed rows that the tracker was not given
   bool ego_known = false;
   EgoState ego_state;  // at stamp_ns
   StageSpans spans;

@@ -74,8 +74,8 @@ bool good_column(const ovt_column& c, int32_t count, bool required, bool floatin
   return c.size_bytes >= size && (c.size_bytes - size) / c.stride >= size_t(count - 1);
 }
 
-bool finite(std::initializer_list<double> values) {
-  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+bool within(double limit, std::initializer_list<double> values) {  // not when it is NaN
+  return std::all_of(values.begin(), values.end(), [=](double v) { return std::fabs(v) <= limit; });
 }
 
 const char* const kStatusText[] = {
@@ -137,6 +137,11 @@ void fill_info(const Frame& frame, int32_t sensor_count, ovt_frame_info* out) {
   out->refiltered = frame.refiltered;
   out->latency_ns = frame.latency_ns;
   out->tracks_stamp_ns = frame.tracks_ns;
+  out->ego_off_map_m = frame.ego_off_map_m;
+  out->gated_points = frame.gated_points;
+  out->gated_size = frame.gated_size;
+  out->gated_map = frame.gated_map;
+  out->overflow_candidates = frame.candidate_overflow;
 }
 
 }  // namespace
@@ -234,8 +239,9 @@ ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan) {
 ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose) {
   if (!detector || !pose) return OVT_BAD_ARGUMENT;
   if (!is_known_size<ovt_ego_pose>(pose->struct_size)) return OVT_BAD_VERSION;
-  if (!finite({pose->x_m, pose->y_m, pose->z_m, pose->roll_rad, pose->pitch_rad, pose->yaw_rad, pose->speed_mps,
-               pose->yaw_rate_rps}))
+  if (!within(kMaxPlace_m, {pose->x_m, pose->y_m, pose->z_m}) ||
+      !within(kMaxAngle_rad, {pose->roll_rad, pose->pitch_rad, pose->yaw_rad}) ||
+      !within(kMaxSpeed_mps, {pose->speed_mps}) || !within(kMaxYawRate_rps, {pose->yaw_rate_rps}))
     return OVT_BAD_ARGUMENT;
   return guard(detector, [&] { return cpp(detector).push_ego_pose(*pose); });
 }

@@ -117,6 +117,8 @@ typedef struct ovt_params {
   double tracker_max_silence_s;      /* tracker.max_silence_s */
   double tracker_predict_after;      /* tracker.predict_after      periods without a frame until tracks are predicted */
   double tracker_horizon_s, tracker_horizon_step_s;
+  /* since 0.2 */
+  double gate_ego_margin_m;          /* gate.ego_margin_m          ego farther out: the map is not used */
 } ovt_params;
 
 typedef struct ovt_param_info {
@@ -154,7 +156,7 @@ typedef struct ovt_sensor_def {
 OVT_API ovt_status ovt_sensor_def_init(ovt_sensor_def* def, size_t struct_size);
 
 /* Track map. Columns of `count` points in driving direction; copied on create. Either a centre line with widths, or two
- * bounds (then centre_* and width_* are null). */
+ * bounds (then centre_* and width_* are null). Points beyond 1e8 m and widths beyond 4e8 m are OVT_BAD_ARGUMENT. */
 typedef struct ovt_map_def {
   size_t struct_size;
   int32_t closed;                    /* non-zero: the last point is followed by the first */
@@ -345,7 +347,8 @@ typedef struct ovt_ego_pose {
 } ovt_ego_pose;
 OVT_API ovt_status ovt_ego_pose_init(ovt_ego_pose* pose, size_t struct_size);
 /* A frame uses the poses pushed before its last scan. Stamps grow; the third in a row that is over 0.5 s older, and
- * grows, is a clock that went back. */
+ * grows, is a clock that went back. OVT_BAD_ARGUMENT for a value that is no pose of a car: x, y or z beyond 1e8 m, an
+ * angle beyond 1e6 rad, a speed beyond 1e3 m/s, a yaw rate beyond 100 rad/s, NaN. Such a pose is not used. */
 OVT_API ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose);
 
 typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } ovt_reference;
@@ -394,8 +397,12 @@ enum {                               /* ovt_frame_info.flags */
   OVT_FLAG_OUT_OF_SEQUENCE = 2048,   /* older than a frame before it: the tracker took it in at its place in time, and
                                         its tracks are those of the newest stamp (tracks_stamp_ns) */
   OVT_FLAG_PREDICTION = 4096,        /* ovt_advance named this time: no sensor is in it, the tracks are predicted */
-  OVT_FLAG_EXCEPTION = 8192          /* a stage threw: the sensors it belonged to are not in the frame, or, behind the
+  OVT_FLAG_EXCEPTION = 8192,         /* a stage threw: the sensors it belonged to are not in the frame, or, behind the
                                         segmentation, nothing is detected and the tracks are predicted */
+  OVT_FLAG_EGO_OFF_MAP = 16384       /* the ego pose lies outside of the track by more than gate.ego_margin_m (a jump, a
+                                        wrong map, the pit lane): the map is not used in this frame. No map gate,
+                                        psi_REF is the ego heading, map_s_m and map_d_m are 0, and new tracks take the
+                                        ego course */
 };
 
 typedef struct ovt_frame_info {
@@ -413,6 +420,14 @@ typedef struct ovt_frame_info {
   int32_t refiltered;                /* iterations that a late stamp made the tracker run again */
   int64_t latency_ns;                /* from its last scan's push to its tracks, by the steady clock; -1: no scan */
   int64_t tracks_stamp_ns;           /* stamp_ns, or the newest frame's where this one came out of sequence */
+  double ego_off_map_m;              /* how far the ego pose lies outside of the track, at most while this frame was
+                                        taken: 0 on the track, and without a map or a pose; at most 1e9. See
+                                        OVT_FLAG_EGO_OFF_MAP */
+  int32_t gated_points, gated_size;  /* clusters of fewer points than gate.min_points; longer than a vehicle */
+  int32_t gated_map;                 /* candidates outside of the track */
+  int32_t overflow_candidates;       /* candidates beyond candidate_capacity */
+                                     /* cluster_count = gated_points + gated_size + candidate_count;
+                                        candidate_count = gated_map + overflow_candidates + detection_count */
 } ovt_frame_info;
 
 /* Moves the reader to the latest finished frame. OVT_NO_FRAME when there is none newer: the reader
@@ -425,6 +440,11 @@ static inline ovt_status ovt_next_frame(ovt_reader* reader, ovt_frame_info* out)
 static inline ovt_status ovt_read_info(ovt_reader* reader, ovt_frame_info* out) {
   return ovt_read_info_sized(reader, out, sizeof *out);
 }
+
+/* No float or double that the library hands out is NaN or infinite, whatever was pushed, but for the points of
+ * ovt_labels, which are as they were pushed. What is not known is 0 and said by another field: the ego pose by
+ * ovt_frame_info.ego_known, map_s_m and map_d_m by OVT_FLAG_NO_MAP, OVT_FLAG_EGO_OFF_MAP and the age of the ego pose,
+ * length_m and width_m of a track by being 0 (only pushed detections made it). */
 
 /* Columns of `count`, vehicle frame at each row's stamp. */
 typedef struct ovt_detections {
@@ -440,7 +460,7 @@ typedef struct ovt_detections {
   const float *ref_x_m, *ref_y_m, *var_x_m, *var_y_m;        /* centres of both rectangles */
   const int32_t* sensor_mask;
   const int32_t* cluster;            /* merged cluster; see ovt_labels.cluster_of_label */
-  const float *map_s_m, *map_d_m;    /* centroid on the map; 0 without one */
+  const float *map_s_m, *map_d_m;    /* centroid on the map; 0 without map or ego pose, or when that is off it */
   const uint64_t* track;             /* id it was associated with, 0 none */
 } ovt_detections;
 OVT_API ovt_status ovt_read_detections_sized(ovt_reader* reader, ovt_detections* out, size_t out_size);
@@ -505,7 +525,7 @@ typedef struct ovt_labels {
   const uint8_t* reason;             /* 0 labelled, else why not: ovt_reason_name */
   int32_t label_count;
   const int32_t* cluster_of_label;   /* [label_count + 1]: row in ovt_clusters, -1 none (ground, or did not fit) */
-  const float *x_m, *y_m, *z_m, *intensity;                  /* as pushed, sensor frame */
+  const float *x_m, *y_m, *z_m, *intensity;                  /* as pushed, sensor frame: NaN and infinity, too */
   const int32_t* layer;
 } ovt_labels;
 OVT_API ovt_status ovt_read_labels_sized(ovt_reader* reader, int32_t sensor, ovt_labels* out, size_t out_size);
@@ -589,6 +609,20 @@ typedef struct ovt_stats {
   int64_t refiltered;                /* frames older than the newest that were taken in by re-filtering */
   int64_t measurements, measurements_used, measurements_unborn, measurements_rejected, measurements_late;
                                      /* rows given to the tracker = used + unborn (no slot) + rejected + late */
+  /* What became of every point, cluster, detection and track of the finished frames, so that none goes unseen. */
+  int64_t points_clustered;          /* points in clusters; the rest of `points` has a reason (points_bad), is ground,
+                                        or belongs to a cluster that did not fit */
+  int64_t clusters, gated_points, gated_size, gated_map;
+                                     /* clusters = gated (as in ovt_frame_info) + overflow_candidates + detections */
+  int64_t detections;                /* rows of ovt_detections */
+  int64_t measurements_lost;         /* detections and pushed rows that were not given to the tracker: without an ego
+                                        pose (OVT_FLAG_EGO_STALE), or where a stage threw (OVT_FLAG_EXCEPTION) */
+  int64_t tracks_born;               /* = tracks alive + the five below */
+  int64_t tracks_missed;             /* ended by the life cycle: too few hits */
+  int64_t tracks_silent;             /* ... by tracker.max_silence_s without a measurement */
+  int64_t tracks_displaced;          /* ... tentative, for a nearer detection in a full table */
+  int64_t tracks_unsound;            /* ... as their numbers were lost */
+  int64_t tracks_forgotten;          /* ... by a jump of the clock, or by the first ego pose */
 } ovt_stats;
 OVT_API ovt_status ovt_stats_init(ovt_stats* stats, size_t struct_size);
 static inline ovt_stats ovt_default_stats(void) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/params.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cstddef>
 #include <cstring>
@@ -128,6 +129,8 @@ DetectParams make_detect_params(const ovt_params& params) noexcept {
   out.fit_rectangle = {float(params.vehicle_length_m), float(params.vehicle_width_m), float(params.pose_margin_m),
                        params.pose_min_var_points};
   out.map_margin_m = params.gate_map_margin_m;
+  out.vehicle_width_m = params.vehicle_width_m;
+  out.ego_margin_m = std::max(params.gate_ego_margin_m, params.gate_map_margin_m);
   return out;
 }
 

@@ -29,6 +29,8 @@ struct DetectParams {
   GateClustersParams gate_clusters;
   FitRectangleParams fit_rectangle;
   double map_margin_m = 0;
+  double ego_margin_m = 0;  // not less than map_margin_m
+  double vehicle_width_m = 0;
 };
 
 // "" when every value lies in its limits and they fit each other, else what is wrong, the parameter's text name first.

@@ -141,21 +141,55 @@ void merge_frame(const StageContext& context, Frame& frame) noexcept {
   }
 }
 
+// Once for the whole frame: clusters lie at their own times, and where the pose jumped in between, a gate that asked
+// each one's own pose would drop those of one side without a word. Asked are the times of scans and clusters and every
+// pose between them.
+void find_ego_on_map(const StageContext& context, Frame& frame) noexcept {
+  constexpr double kNowhere_m = 1e9;
+  frame.ego_off_map_m = 0.0;
+  frame.map_holds = context.map != nullptr;
+  if (!context.map) return;
+  int64_t first_ns = frame.first_stamp_ns, last_ns = frame.stamp_ns;
+  for (int32_t i = 0; i < frame.merged.count; ++i) {
+    first_ns = std::min(first_ns, frame.merged.stamp_ns[i]);
+    last_ns = std::max(last_ns, frame.merged.stamp_ns[i]);
+  }
+  double off_m = 0.0;
+  int32_t hint = -1;
+  const auto ask = [&](const EgoPose& pose) {
+    off_m = std::max(off_m, context.map->measure_outside(pose.x_m, pose.y_m, &hint));
+  };
+  EgoState ego;
+  for (const int64_t stamp_ns : {first_ns, frame.stamp_ns, last_ns})
+    if (frame.ego.at(stamp_ns, ego)) ask(ego.pose);
+  for (int32_t i = 0; i < frame.ego.count; ++i)
+    if (const EgoPose& pose = frame.ego.poses[i]; pose.stamp_ns > first_ns && pose.stamp_ns < last_ns) ask(pose);
+  frame.ego_off_map_m = std::min(off_m, kNowhere_m);
+  frame.map_holds = off_m <= context.detect.ego_margin_m;
+}
+
 void gate_frame(const StageContext& context, Frame& frame) noexcept {
   const MergedTable& merged = frame.merged;
   DetectionTable& detections = frame.detections;
-  int32_t kept = context.kernels->gate_clusters(context.detect.gate_clusters, merged, frame.kept);
+  const GateClustersParams& by_size = context.detect.gate_clusters;
+  int32_t kept = context.kernels->gate_clusters(by_size, merged, frame.kept);
   frame.candidate_count = kept;
+  frame.gated_points = 0;
+  for (int32_t i = 0; i < merged.count; ++i) frame.gated_points += merged.point_count[i] < by_size.min_points;
+  frame.gated_size = merged.count - frame.gated_points - kept;
 
-  // The map gate works while the ego pose is known and fresh; each centroid goes to the map at its cluster's own time.
-  // The last answer is the next one's hint: neighbours in the table are mostly neighbours on the track.
+  // The map gate works while the ego pose is known, fresh and on the map; each centroid goes to the map at its
+  // cluster's own time. The last answer is the next one's hint: neighbours in the table are mostly neighbours on the
+  // track. Where the ego vehicle itself is out, by little, what is in its way is no scenery: a vehicle's width farther
+  // out stays.
+  const double out_m = frame.ego_off_map_m > 0.0 ? frame.ego_off_map_m + context.detect.vehicle_width_m : 0.0;
+  const double margin = out_m > 0.0 ? std::max(context.detect.map_margin_m, out_m) : context.detect.map_margin_m;
   EgoState ego;
   const auto on_track = [&](int32_t row, MapProjection& place) {
-    if (!context.map || !frame.ego.at(merged.stamp_ns[row], ego) || ego.age_ns > kEgoFreshNs) return true;
+    if (!frame.map_holds || !frame.ego.at(merged.stamp_ns[row], ego) || ego.age_ns > kEgoFreshNs) return true;
     double x, y;
     ego.to_map(double(merged.center_x_m[row]), double(merged.center_y_m[row]), double(merged.center_z_m[row]), x, y);
     place = context.map->project(x, y, place.segment);
-    const double margin = context.detect.map_margin_m;
     const bool within = place.d_m <= place.width_left_m + margin && place.d_m >= -place.width_right_m - margin;
     return within && (margin > 0 || place.inside);
   };
@@ -164,6 +198,7 @@ void gate_frame(const StageContext& context, Frame& frame) noexcept {
   int32_t count = 0;
   for (int32_t i = 0; i < kept; ++i)
     if (on_track(frame.kept[i], place)) frame.kept[count++] = frame.kept[i];
+  frame.gated_map = kept - count;
 
   // More than fit: the nearest stay, in table order. Rarely runs, so it may be quadratic in what is dropped.
   frame.candidate_overflow = 0;
@@ -213,10 +248,11 @@ void pose_frame(const StageContext& context, Frame& frame) noexcept {
   for (int32_t i = 0; i < out.count; ++i) {
     const int32_t row = frame.kept[i];
 
-    // psi_REF: the centre line's heading where the centroid is, else straight ahead.
+    // psi_REF: the centre line's heading where the centroid is, else straight ahead: also when the ego pose is off the
+    // map, as the line's heading at some other place is worth less than the ego vehicle's own.
     double heading_ref = 0.0;
     out.map_s_m[i] = out.map_d_m[i] = 0.0f;
-    if (context.map && frame.ego.at(merged.stamp_ns[row], ego)) {
+    if (frame.map_holds && frame.ego.at(merged.stamp_ns[row], ego)) {
       double x, y;
       ego.to_map(double(merged.center_x_m[row]), double(merged.center_y_m[row]), double(merged.center_z_m[row]), x, y);
       const MapProjection place = context.map->project(x, y, hint);
@@ -250,10 +286,14 @@ void pose_frame(const StageContext& context, Frame& frame) noexcept {
 }
 
 void detect_frame(const StageContext& context, Frame& frame) noexcept {
-  if (frame.kind != FrameKind::kScans) return;
+  if (frame.kind != FrameKind::kScans) {
+    find_ego_on_map(context, frame);
+    return;
+  }
   StageClock clock(frame.spans, {frame.sequence, frame.stamp_ns, -1}, OVT_STAGE_MERGE, OVT_STAGE_POSE);
   merge_frame(context, frame);
   clock.lap(OVT_STAGE_MERGE);
+  find_ego_on_map(context, frame);
   gate_frame(context, frame);
   clock.lap(OVT_STAGE_GATE);
   pose_frame(context, frame);
@@ -373,6 +413,8 @@ void TrackStage::run(Frame& frame) noexcept {
   if (reference_ == OVT_REFERENCE_VEHICLE) frame.flags |= OVT_FLAG_NO_EGO;
   if (frame.ego_known && frame.ego_state.age_ns > kEgoFreshNs) frame.flags |= OVT_FLAG_EGO_STALE;
   if (!context_.map) frame.flags |= OVT_FLAG_NO_MAP;
+  if (frame.failed) find_ego_on_map(context_, frame);
+  if (context_.map && !frame.map_holds) frame.flags |= OVT_FLAG_EGO_OFF_MAP;
 
   // Once in the map, measurements of the vehicle frame are worth nothing without a pose: the tracks only predict.
   const bool measured_in_vehicle =
@@ -383,6 +425,7 @@ void TrackStage::run(Frame& frame) noexcept {
 
   if (frame.kind == FrameKind::kPrediction || lost || frame.failed) {
     frame.measurements.count = 0;
+    frame.lost_rows = frame.kind == FrameKind::kExternal ? frame.external.count : frame.detections.count;
     std::fill_n(frame.measurements.track, frame.detections.count, kNobody);
     tracker_.predict(frame.stamp_ns, frame.tracks);
     last_step_ = {};
@@ -403,6 +446,7 @@ void TrackStage::run(Frame& frame) noexcept {
       input.ego = {true, pose.x_m, pose.y_m, pose.yaw_rad, pose.speed_mps};
     }
     input.in_map = reference_ == OVT_REFERENCE_MAP;
+    input.ask_map = frame.map_holds;
     input.sectors = sectors;
     input.sector_count = observe(frame, sectors);
     last_step_ = tracker_.step(input, m.track);

@@ -48,10 +48,15 @@ void pose_clusters(const StageContext& context, int32_t sensor, SensorPart& part
 // Merge across sensors (eq. 4).   reads  sensors[*]   writes  members, merged
 void merge_frame(const StageContext& context, Frame& frame) noexcept;
 
-// Size and map gate (IV-B).   reads  merged, ego   writes  kept, candidate_count, detections.count and map columns
+// Whether the map may be asked in this frame: not when the ego pose is outside of it, wherever it was while the frame
+// was taken.   reads  ego, merged.stamp_ns   writes  ego_off_map_m, map_holds
+void find_ego_on_map(const StageContext& context, Frame& frame) noexcept;
+
+// Size and map gate (IV-B).   reads  merged, ego, map_holds   writes  kept, candidate_count, gated_...,
+// detections.count
 void gate_frame(const StageContext& context, Frame& frame) noexcept;
 
-// Two headings and the rectangle (eq. 5).   reads  kept, cluster points, fits, ego   writes  detections
+// Two headings and the rectangle (eq. 5).   reads  kept, cluster points, fits, ego, map_holds   writes  detections
 void pose_frame(const StageContext& context, Frame& frame) noexcept;
 
 // merge, gate, pose, each with its time.

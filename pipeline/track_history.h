@@ -59,7 +59,7 @@ struct SavedTracks {
 struct Iteration {
   int64_t stamp_ns;
   TrackerEgo ego;
-  bool in_map;
+  bool in_map, ask_map;
   int32_t sector_count;  // -1: everything was seen
   ObservedSector sectors[kMaxSectors];
   int32_t rejected, unread;  // rows that are no measurement; beyond capacity

@@ -18,7 +18,7 @@ namespace {
 
 TrackerEgo make_sane(const TrackerEgo& ego) {
   const bool finite = std::fabs(ego.x_m) <= kMaxPlace_m && std::fabs(ego.y_m) <= kMaxPlace_m &&
-                      std::fabs(ego.heading_rad) <= 1e6 && std::fabs(ego.speed_mps) <= 1e3;
+                      std::fabs(ego.heading_rad) <= kMaxAngle_rad && std::fabs(ego.speed_mps) <= kMaxSpeed_mps;
   return ego.known && finite ? ego : TrackerEgo{};
 }
 
@@ -84,7 +84,7 @@ void give_birth(Tracker::State& state, int32_t slot, const Candidate& c, const I
   mean.y_m = c.z.y_m;
   mean.speed_mps = it.ego.known ? std::max(0.0, p.birth_speed_share * it.ego.speed_mps) : 0.0;
   double var_phi = p.birth_sigma_phi * p.birth_sigma_phi;
-  if (state.map && !state.map->empty() && it.in_map) {
+  if (state.map && !state.map->empty() && it.in_map && it.ask_map) {
     const MapProjection lane = state.map->project(c.z.x_m, c.z.y_m);
     mean.course_rad = wrap_angle(lane.heading_rad);
     mean.yaw_rate_rps = mean.speed_mps * lane.curvature_per_m;
@@ -125,7 +125,7 @@ int32_t find_slot(Tracker::State& state, const Candidate& c, const TrackerEgo& e
     ++state.counts.unborn;
     return -1;
   }
-  state.bury(state.tracks[farthest]);
+  state.bury(state.tracks[farthest], state.counts.displaced);
   return farthest;
 }
 
@@ -150,7 +150,10 @@ void update_tracks(Tracker::State& s, Iteration& it) {
         lives = track.life.record(false, s.life_cycle);
       }
     }
-    if (!lives || !is_sound(track.estimate)) s.bury(track);
+    if (!lives)
+      s.bury(track, s.counts.missed);
+    else if (!is_sound(track.estimate))
+      s.bury(track, s.counts.unsound);
   }
 }
 
@@ -182,7 +185,7 @@ void run_iteration(Tracker::State& s, Iteration& it) {
   s.counts.overflow += it.unread;
   std::fill_n(it.track, it.candidate_count, kNobody);
   for (int32_t slot = 0; slot < s.params.track_capacity; ++slot)
-    if (Track& track = s.tracks[slot]; track.alive && s.is_silent(track, it.stamp_ns)) s.bury(track);
+    if (Track& track = s.tracks[slot]; track.alive && s.is_silent(track, it.stamp_ns)) s.bury(track, s.counts.silent);
   associate(s, it);
   update_tracks(s, it);
   give_births(s, it);
@@ -194,6 +197,7 @@ void read_frame(const TrackerParams& params, const TrackerFrame& frame, Iteratio
   it.stamp_ns = frame.stamp_ns;
   it.ego = sane.ego;
   it.in_map = frame.in_map;
+  it.ask_map = frame.ask_map;
   it.sector_count = std::min(frame.sector_count, kMaxSectors);
   std::copy_n(frame.sectors, std::max(it.sector_count, 0), it.sectors);
   select_candidates(params, sane, it);
@@ -295,8 +299,9 @@ bool Tracker::State::is_silent(const Track& track, int64_t now_ns) const {
   return seconds_between(track.measured_ns, now_ns) > params.max_silence_s;
 }
 
-void Tracker::State::bury(Track& track) {
+void Tracker::State::bury(Track& track, int64_t& reason) {
   track.alive = false;
+  ++reason;
   ++counts.deaths;
   --alive_count;
 }
@@ -366,8 +371,8 @@ StepResult Tracker::step(const TrackerFrame& frame, TrackId* track_of_detection)
 
 void Tracker::restart() noexcept {
   State& s = *state_;
-  for (int32_t slot = 0; slot < s.params.track_capacity; ++slot) s.tracks[slot].alive = false;
-  s.alive_count = 0;
+  for (int32_t slot = 0; slot < s.params.track_capacity; ++slot)
+    if (s.tracks[slot].alive) s.bury(s.tracks[slot], s.counts.forgotten);
   s.history.clear();
 }
 

@@ -15,6 +15,9 @@
 
 namespace overtake {
 
+// Beyond these a number is nothing of a car's.
+inline constexpr double kMaxPlace_m = 1e8, kMaxAngle_rad = 1e6, kMaxSpeed_mps = 1e3, kMaxYawRate_rps = 100.0;
+
 struct TrackerParams {
   double q_diag[5] = {0.005, 0.005, 0.5, 0.005, 0.0005};  // per q_step_s, scales with dt
   double q_step_s = 0.05;
@@ -59,18 +62,24 @@ struct TrackerFrame {
   int64_t stamp_ns = 0;  // the iteration's time: the frame's last stamp
   TrackerDetections detections;
   TrackerEgo ego;
-  bool in_map = true;                       // frame of reference is the map's: births may ask the map,
-                                            // and a course says where a car's front is
+  bool in_map = true;                       // frame of reference is the map's: a course says where a car's front is
+  bool ask_map = true;                      // births may ask the map, where in_map
   const ObservedSector* sectors = nullptr;  // what was seen; with sector_count < 0 everything was
   int32_t sector_count = -1;                // beyond kMaxSectors they are not read
 };
 inline constexpr int32_t kMaxSectors = 16;
 
-// What came of everything so far. An iteration that ran again counts once, by how it went the last time; so the first
-// two lines are those of the same frames in sorted order. Every row ends in exactly one place:
+// What came of everything so far. An iteration that ran again counts once, by how it went the last time; so all down
+// to `rejected` are those of the same frames in sorted order. Every row ends in exactly one place:
 // measurements = hits + births + unborn + rejected + late.
 struct TrackerCounts {
   int64_t iterations = 0, births = 0, deaths = 0, hits = 0, misses = 0;
+  // Deaths, each for one reason: deaths = missed + silent + displaced + unsound + forgotten.
+  int64_t missed = 0;        // too few hits among the last iterations
+  int64_t silent = 0;        // no hit for max_silence_s
+  int64_t displaced = 0;     // put out for a nearer detection
+  int64_t unsound = 0;       // the numbers were lost
+  int64_t forgotten = 0;     // by restart()
   int64_t overflow = 0;      // unborn, and tracks put out for nearer ones
   int64_t unborn = 0;        // rows that found no slot, or beyond detection_capacity
   int64_t rejected = 0;      // rows that are no measurement

@@ -11,7 +11,6 @@
 
 namespace overtake {
 
-inline constexpr double kMaxPlace_m = 1e8;        // farther from the origin is no place
 inline constexpr double kMaxStampSpread_s = 1.0;  // a detection's stamp lies this near to its frame's
 inline constexpr double kMaxBackward_s = 0.5;     // a track goes back so far to take an older detection
 inline constexpr double kMaxPredict_s = 60.0;
@@ -66,7 +65,7 @@ struct Tracker::State {
   ReplayIds replay;
 
   bool is_silent(const Track& track, int64_t now_ns) const;
-  void bury(Track& track);
+  void bury(Track& track, int64_t& reason);  // one of the counts
   TrackId draw_id(int32_t slot);
   // What is put back when iterations run again: live tracks, and the counts of what came of them.
   void save(SavedTracks& saved) const;

@@ -284,6 +284,24 @@ expect "label of a log alone" "$overtake" label race.mcap --frame 3 --out labels
 expect "label with its rig" "$overtake" label race.mcap --rig race/rig.toml --frame 3 --out labels_given --quiet
 diff -rq labels_own labels_given || fail "label takes another rig than the log's"
 
+# ---- a map that the ego vehicle never enters: said, with exit code 3; doctor finds it
+printf 'x_m,y_m,w_tr_right_m,w_tr_left_m\n5000,5000,8,8\n5100,5000,8,8\n5200,5000,8,8\n' >elsewhere.csv
+off='the ego vehicle is outside of this map in [0-9]* of [0-9]* frames, by up to [0-9]*[.][0-9] m'
+"$overtake" run race.mcap --map elsewhere.csv --out elsewhere >stdout 2>stderr
+code=$?
+((code == 3)) && grep -q "^overtake: elsewhere.csv: $off" stderr || fail "run on a wrong map: exit code $code, $(cat stderr)"
+"$overtake" run race.mcap --out own >stdout 2>stderr && ! grep -q "$off" stdout stderr || fail "the log's own map is said to be wrong"
+"$overtake" doctor race.mcap --map elsewhere.csv >stdout
+code=$?
+((code == 3)) && grep -q '^WRONG  map: the ego vehicle is outside of elsewhere.csv in [0-9]* of [0-9]* poses' stdout ||
+  fail "doctor on a wrong map: exit code $code, $(cat stdout)"
+"$overtake" doctor race --rig race/rig.toml --map race/map.csv --ego race/ego.csv >stdout || fail "doctor on the right map: $(cat stdout)"
+awk -F, 'BEGIN { OFS = "," } NR > 1 && NR < 8 { $2 += 3000 } 1' race/ego.csv >jump.csv  # a pose that jumps for a moment
+"$overtake" run race.mcap --ego jump.csv --out jump >stdout 2>stderr || fail "a pose that jumps: $(cat stderr)"
+grep -q "^note: $off" stdout || fail "a pose that jumps is not said: $(cat stdout)"
+"$overtake" doctor race.mcap --ego jump.csv >stdout || fail "doctor on a pose that jumps: $(cat stdout)"
+grep -q '^note   map: the ego vehicle is outside of race.mcap in 6 of [0-9]* poses' stdout || fail "doctor on a pose that jumps: $(cat stdout)"
+
 # ---- pictures of a race
 expect "pictures" "$overtake" simulate demo --pictures pictures --picture-at 1.5
 for picture in above front left right; do

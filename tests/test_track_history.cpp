@@ -43,12 +43,20 @@ uint64_t hash_states(TrackerBench& bench) {
   return hash.value();
 }
 
-bool adds_up(const TrackerCounts& c) { return c.measurements == c.hits + c.births + c.unborn + c.rejected + c.late; }
+bool adds_up(const TrackerCounts& c) {
+  return c.measurements == c.hits + c.births + c.unborn + c.rejected + c.late &&
+         c.deaths == c.missed + c.silent + c.displaced + c.unsound + c.forgotten;
+}
 
 void check_same_counts(const TrackerCounts& a, const TrackerCounts& b) {
   CHECK(a.iterations == b.iterations);
   CHECK(a.births == b.births);
   CHECK(a.deaths == b.deaths);
+  CHECK(a.missed == b.missed);
+  CHECK(a.silent == b.silent);
+  CHECK(a.displaced == b.displaced);
+  CHECK(a.unsound == b.unsound);
+  CHECK(a.forgotten == b.forgotten);
   CHECK(a.hits == b.hits);
   CHECK(a.misses == b.misses);
   CHECK(a.overflow == b.overflow);

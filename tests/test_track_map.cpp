@@ -336,12 +336,44 @@ TEST_CASE("a bad map is refused with a sentence and leaves the old one as it was
     bad = good;
     (bad.*column)[0] = -0.1;
     refuse(bad, true, "a track map's width is negative");
+    (bad.*column)[0] = 4.1e8;
+    refuse(bad, true, "a track map's width is over 4e8 m");
   }
   const char* error = "";
   CHECK_FALSE(map.build(good.x.data(), nullptr, good.left.data(), good.right.data(), nullptr, 20, true, &error));
   CHECK(std::string(error) == "a track map needs columns x, y, width left and width right");
   CHECK(map.build(good.x.data(), good.y.data(), good.left.data(), good.right.data(), nullptr, 20, true, &error));
   CHECK(map.at(10.0).banking_rad == 0.0);
+}
+
+TEST_CASE("a point outside of the track knows how far: from its edge, or from the end of an open line") {
+  Line line;
+  for (int i = 0; i <= 10; ++i) line.add(10.0 * i, 0.0);  // 5 m to the left, 4 m to the right
+  TrackMap open;
+  REQUIRE(line.build(open, false));
+  struct Row {
+    double x, y, outside;
+  };
+  for (const Row& row : {Row{50, 0, 0}, Row{50, 5, 0}, Row{50, -4, 0}, Row{50, 6.5, 1.5}, Row{50, -6.5, 2.5},
+                         Row{0, 0, 0}, Row{100, 5, 0}, Row{-3, 0, 3}, Row{-3, 5, 3}, Row{-3, -4, 3}, Row{-3, 9, 5},
+                         Row{-3, -8, 5}, Row{103, 9, 5}, Row{103, -8, 5}, Row{103, 2, 3}, Row{1e8, 0, 1e8 - 100}}) {
+    CAPTURE(row.x);
+    CAPTURE(row.y);
+    int32_t hint = -1;
+    CHECK(open.measure_outside(row.x, row.y, &hint) == doctest::Approx(row.outside).epsilon(1e-12));
+    CHECK(open.measure_outside(row.x, row.y, &hint) == doctest::Approx(row.outside).epsilon(1e-12));  // by its own hint
+  }
+  TrackMap ring, none;
+  REQUIRE(make_circle(50.0, 400, 0, 0).build(ring, true));  // counterclockwise: left is inside
+  int32_t hint = -1;
+  CHECK(ring.measure_outside(44.0, 0, &hint) == doctest::Approx(1.0).epsilon(1e-3));
+  CHECK(ring.measure_outside(57.0, 0, &hint) == doctest::Approx(3.0).epsilon(1e-3));
+  CHECK(ring.measure_outside(0, 0, &hint) == doctest::Approx(45.0).epsilon(1e-3));
+  CHECK(ring.measure_outside(49.0, 0, &hint) == 0.0);
+  CHECK(ring.measure_outside(kNan, 0, &hint) == kInfinity);
+  CHECK(ring.measure_outside(2e8, 0, &hint) == kInfinity);
+  hint = -1;
+  CHECK(none.measure_outside(0, 0, &hint) == kInfinity);
 }
 
 TEST_CASE("a closed line may repeat its first point at the end") {

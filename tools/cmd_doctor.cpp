@@ -12,6 +12,7 @@
 #include "tools/doctor.h"
 #include "tools/io/bag_stream.h"
 #include "tools/io/error.h"
+#include "tools/io/map_file.h"
 #include "tools/io/recording.h"
 #include "tools/io/text.h"
 #include "tools/io/words.h"
@@ -148,6 +149,7 @@ int doctor_command(const Options& options) {
   Doctor doctor(config.rig);
   std::vector<Finding> findings;
   bool fit = true;  // the recording may hold scans of the rig's sensors
+  if (!config.map.empty()) doctor.set_map(io::read_map(config.map), config.map, config.params);
   if (!config.ego.empty())
     for (const io::EgoRow& row : io::read_ego_file(config.ego)) doctor.add_ego(row);
   if (io::is_bag(config.input))

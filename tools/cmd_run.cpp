@@ -127,6 +127,13 @@ class RunResult {
   uint64_t hash() const { return hash_.value(); }
   bool any_box() const { return any_box_; }
   uint32_t flags_of_all() const { return flags_of_all_; }
+  int64_t off_map_count() const { return off_map_count_; }
+  // "" when the ego vehicle never was outside of the map by more than its margin.
+  std::string format_off_map() const {
+    if (off_map_count_ == 0) return "";
+    return "the ego vehicle is outside of this map in " + std::to_string(off_map_count_) + " of " +
+           std::to_string(frame_count_) + " frames, by up to " + fixed(off_map_m_, 1) + " m";
+  }
 
  private:
   void add(ovt_reader* reader) {
@@ -175,6 +182,10 @@ class RunResult {
     add_row(announced, info, tracks, read_time_us(reader, -1, OVT_STAGE_FRAME));
     list_tracks(info, tracks);
     flags_of_all_ |= info.flags;
+    if (info.flags & OVT_FLAG_EGO_OFF_MAP) {
+      ++off_map_count_;
+      off_map_m_ = std::max(off_map_m_, info.ego_off_map_m);
+    }
     ++frame_count_;
   }
 
@@ -240,6 +251,8 @@ class RunResult {
   Hash hash_;
   int64_t frame_count_ = 0;
   uint32_t flags_of_all_ = 0;
+  int64_t off_map_count_ = 0;  // frames in which the ego vehicle is outside of the map
+  double off_map_m_ = 0;
   std::map<int32_t, std::vector<double>> times_us_;
   bool any_box_ = false;
   std::size_t confirmed_count_ = 0;
@@ -342,6 +355,7 @@ int run_command(const Options& options) {
     view->close();
   }
   progress.clear();
+  const bool is_wrong_map = 2 * result.off_map_count() > result.frame_count();
   if (!options.quiet) {
     std::printf("%s\n%s", result.format_frames().c_str(), result.format_times().c_str());
     if (result.confirmed_count() > 0) {
@@ -360,6 +374,8 @@ int run_command(const Options& options) {
                                                                           : "rig and the map are");
     lines.print(config.rig);
     print_notes(result.flags_of_all(), session.stats());
+    if (result.off_map_count() > 0 && !is_wrong_map)
+      std::printf("note: %s: the map is not used there\n", result.format_off_map().c_str());
   }
   if (!stream->damage().empty()) {
     std::fprintf(stderr, "overtake: %s: %s; what came before it is done\n", config.input.c_str(),
@@ -369,7 +385,10 @@ int run_command(const Options& options) {
   if (interrupted())
     std::fprintf(stderr, "overtake: interrupted after %s; what is done is kept\n",
                  io::counted(result.frame_count(), "frame").c_str());
-  return interrupted() ? kInterrupted : 0;
+  if (is_wrong_map)
+    std::fprintf(stderr, "overtake: %s: %s: it is another course's, or the poses are; it was not used there\n",
+                 config.map.c_str(), result.format_off_map().c_str());
+  return interrupted() ? kInterrupted : is_wrong_map ? kDamaged : 0;
 }
 
 }  // namespace overtake::cli

@@ -15,7 +15,8 @@ int info_command(const Options& options);
 int doctor_command(const Options& options);
 
 inline constexpr int kInterrupted = 130;
-// The recording ends in damage (results up to there are whole), or doctor found something wrong.
+// The recording ends in damage (results up to there are whole), the ego vehicle is outside of the map in most frames,
+// or doctor found something wrong.
 inline constexpr int kDamaged = 3;
 
 }  // namespace overtake::cli

@@ -130,7 +130,8 @@ void take_what_the_log_holds(Config& config, const Options& options) {
     config.rig = io::load_rig(options.input);
     config.has_rig = config.own_rig = true;
   }
-  if (config.map.empty() && options.command == "run" && io::read_attached(options.input, "map.csv")) {
+  if (config.map.empty() && (options.command == "run" || options.command == "doctor") &&
+      io::read_attached(options.input, "map.csv")) {
     config.map = options.input;
     config.own_map = true;
   }

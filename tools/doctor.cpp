@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "tools/io/bag_stream.h"
+#include "tools/io/error.h"
 #include "tools/io/text.h"
 #include "tools/io/words.h"
 
@@ -368,6 +369,38 @@ void Doctor::judge_ego(std::vector<Finding>& out) const {
   }
 }
 
+void Doctor::set_map(const io::MapData& map, const std::string& file, const ovt_params& params) {
+  const char* wrong = nullptr;
+  const bool good = map.is_bounds()
+                        ? map_.build_from_bounds(map.left_x_m.data(), map.left_y_m.data(), int32_t(map.left_x_m.size()),
+                                                 map.right_x_m.data(), map.right_y_m.data(),
+                                                 int32_t(map.right_x_m.size()), map.closed, &wrong)
+                        : map_.build(map.x_m.data(), map.y_m.data(), map.width_left_m.data(), map.width_right_m.data(),
+                                     nullptr, int32_t(map.x_m.size()), map.closed, &wrong);
+  if (!good) throw io::Error(file, 0, wrong);
+  map_file_ = file;
+  map_margin_m_ = std::max(params.gate_ego_margin_m, params.gate_map_margin_m);
+}
+
+void Doctor::judge_place(std::vector<Finding>& out) const {
+  if (map_.empty() || ego_.empty()) return;
+  int64_t off = 0;
+  double farthest_m = 0;
+  int32_t hint = -1;
+  for (const io::EgoRow& row : ego_) {
+    const double m = map_.measure_outside(row.x_m, row.y_m, &hint);
+    off += m > map_margin_m_;
+    farthest_m = std::max(farthest_m, std::min(m, 1e9));
+  }
+  if (off == 0) return;
+  const bool most = 2 * off > int64_t(ego_.size());
+  out.push_back({most, "map",
+                 "the ego vehicle is outside of " + map_file_ + " in " + std::to_string(off) + " of " +
+                     counted(int64_t(ego_.size()), "pose") + ", by up to " + number(farthest_m, 1) + " m",
+                 most ? "give the map of this course, in the frame of reference of the poses (east, north)"
+                      : "the map is not used there; where it is no pit lane and no run-off, check the poses"});
+}
+
 std::vector<Finding> Doctor::findings() const {
   std::vector<Finding> out;
   const std::vector<std::size_t> owner = find_swapped_yaws(rig_, walls_);
@@ -382,6 +415,7 @@ std::vector<Finding> Doctor::findings() const {
       judge_mounting(i, out);
   }
   judge_ego(out);
+  judge_place(out);
   return out;
 }
 

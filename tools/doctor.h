@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What is wrong with a recording for a rig, in sentences a person can act on. Fed with scans and poses in the order of
-// the recording; nothing here needs the detector.
+// the recording; nothing here needs a detector.
 #pragma once
 
 #include <array>
@@ -15,7 +15,10 @@
 
 #include "tools/doctor_lines.h"
 #include "tools/doctor_walls.h"
+#include "core/track_map.h"
+#include "pipeline/overtake.h"
 #include "tools/io/ego_file.h"
+#include "tools/io/map_file.h"
 #include "tools/io/rig.h"
 #include "tools/io/sensor_scan.h"
 
@@ -42,6 +45,8 @@ class Doctor {
   void add_scan(const io::SensorScan& scan);
   void add_error(int32_t sensor, const std::string& sentence);  // a scan that could not be read
   void add_ego(const io::EgoRow& row);
+  // The map that the poses should lie on. Throws io::Error where it is none.
+  void set_map(const io::MapData& map, const std::string& file, const ovt_params& params);
   std::vector<Finding> findings() const;
 
  private:
@@ -70,11 +75,15 @@ class Doctor {
   void judge_yaw(std::size_t i, std::size_t owner, std::vector<Finding>& out) const;
   void judge_mounting(std::size_t i, std::vector<Finding>& out) const;
   void judge_ego(std::vector<Finding>& out) const;
+  void judge_place(std::vector<Finding>& out) const;
 
   const io::Rig rig_;
   std::vector<Sensor> sensors_;
   std::vector<WallDirections> walls_;
   std::vector<io::EgoRow> ego_;
+  TrackMap map_;
+  std::string map_file_;
+  double map_margin_m_ = 0;
 };
 
 }  // namespace overtake::cli

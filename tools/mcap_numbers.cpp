@@ -63,9 +63,15 @@ Json make_schema(const std::string& name) {
     stamped["stages"] = rows({"us"}, {{"sensor", text()}, {"stage", text()}});
   } else {
     stamped = Json::object();
+    // clang-format off
     for (const char* key :
          {"pushed", "used", "dropped", "late", "dup", "frames", "points", "overflow_clusters", "overflow_candidates",
-          "overflow_tracks", "exceptions", "deadline_missed", "clock_jumps", "ego_poses", "ego_dropped"})
+          "overflow_tracks", "exceptions", "deadline_missed", "clock_jumps", "ego_poses", "ego_dropped", "external",
+          "external_dropped", "points_clustered", "clusters", "gated_points", "gated_size", "gated_map", "detections",
+          "measurements", "measurements_used", "measurements_unborn", "measurements_rejected", "measurements_late",
+          "measurements_lost", "tracks_born", "tracks_missed", "tracks_silent", "tracks_displaced", "tracks_unsound",
+          "tracks_forgotten"})
+      // clang-format on
       stamped[key] = integer();
     stamped["points_bad"] = point_counts();
   }
@@ -172,6 +178,26 @@ std::string format_counters(const ovt_stats& s) {
               {"clock_jumps", s.clock_jumps},
               {"ego_poses", s.ego_poses},
               {"ego_dropped", s.ego_dropped},
+              {"external", s.external},
+              {"external_dropped", s.external_dropped},
+              {"points_clustered", s.points_clustered},
+              {"clusters", s.clusters},
+              {"gated_points", s.gated_points},
+              {"gated_size", s.gated_size},
+              {"gated_map", s.gated_map},
+              {"detections", s.detections},
+              {"measurements", s.measurements},
+              {"measurements_used", s.measurements_used},
+              {"measurements_unborn", s.measurements_unborn},
+              {"measurements_rejected", s.measurements_rejected},
+              {"measurements_late", s.measurements_late},
+              {"measurements_lost", s.measurements_lost},
+              {"tracks_born", s.tracks_born},
+              {"tracks_missed", s.tracks_missed},
+              {"tracks_silent", s.tracks_silent},
+              {"tracks_displaced", s.tracks_displaced},
+              {"tracks_unsound", s.tracks_unsound},
+              {"tracks_forgotten", s.tracks_forgotten},
               {"points_bad", std::vector<int64_t>(std::begin(s.points_bad), std::end(s.points_bad))}}
       .dump();
 }

@@ -146,6 +146,8 @@ int run_main(int argc, char** argv) {
   doctor.add_option("--config", options.config, "TOML file with the rig");
   doctor.add_option("--ego", options.ego, "CSV of ego poses, as for run");
   doctor.add_flag("--json", options.json, kJsonText);
+  doctor.add_option("--map", options.map,
+                    "map, as for run: whether the poses lie on it (default: the log's own, if any)");
 
   add_scene_command(app);
   add_simulate_command(app);

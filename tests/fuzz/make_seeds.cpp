@@ -134,7 +134,7 @@ int main(int argc, char** argv) {
     write_maps();
     write_toml();
     uint32_t seed = 1;
-    for (const char* target : {"scans", "stamps", "tracker", "kernels", "workers"}) write_noise(target, seed++);
+    for (const char* target : {"scans", "stamps", "tracker", "kernels", "workers", "api"}) write_noise(target, seed++);
   } catch (const io::Error& error) {
     std::fprintf(stderr, "fuzz_seeds: %s\n", error.what());
     return 1;

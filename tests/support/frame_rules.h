@@ -1,0 +1,170 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What every frame of every detector keeps to, whatever was pushed, read through the C API alone: each float and double
+// is a number, and what a gate or the tracker left out is counted.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <initializer_list>
+
+#include "pipeline/overtake.h"
+
+namespace overtake_test {
+
+template <class T>
+bool are_finite(const T* column, int32_t count) {
+  T sum = 0;  // of zeros, and NaN as soon as one value is none
+  for (int32_t i = 0; i < count; ++i) sum += column[i] - column[i];
+  return sum == 0;
+}
+
+#define OVT_RULE(condition) \
+  if (!(condition)) return #condition
+
+// The first rule that the frame's info and its gates break, null when none. `def_map`: the detector has a map.
+inline const char* find_broken_info(const ovt_frame_info& info, int32_t sensor_count, bool def_map) {
+  OVT_RULE(info.first_stamp_ns <= info.stamp_ns);
+  OVT_RULE((info.sensor_mask | info.stale_mask) >> sensor_count == 0);
+  OVT_RULE(std::isfinite(info.ego_x_m) && std::isfinite(info.ego_y_m));
+  OVT_RULE(std::isfinite(info.ego_yaw_rad) && std::isfinite(info.ego_speed_mps));
+  if (!info.ego_known)
+    OVT_RULE(info.ego_x_m == 0 && info.ego_y_m == 0 && info.ego_yaw_rad == 0 && info.ego_speed_mps == 0);
+  OVT_RULE(info.ego_off_map_m >= 0 && info.ego_off_map_m <= 1e9);
+  OVT_RULE(((info.flags & OVT_FLAG_NO_MAP) == 0) == def_map);
+  if (!def_map) OVT_RULE(info.ego_off_map_m == 0 && (info.flags & OVT_FLAG_EGO_OFF_MAP) == 0);
+  OVT_RULE(info.ego_off_map_m > 0 || (info.flags & OVT_FLAG_EGO_OFF_MAP) == 0);
+  // Nothing is gone without a count, and no map gate works while the map is not to be believed.
+  OVT_RULE(info.gated_points >= 0 && info.gated_size >= 0 && info.gated_map >= 0 && info.overflow_candidates >= 0);
+  OVT_RULE(info.cluster_count == info.gated_points + info.gated_size + info.candidate_count);
+  OVT_RULE(info.candidate_count == info.gated_map + info.overflow_candidates + info.detection_count);
+  if ((info.flags & (OVT_FLAG_NO_MAP | OVT_FLAG_EGO_OFF_MAP)) != 0) OVT_RULE(info.gated_map == 0);
+  OVT_RULE(info.overflow_candidates == 0 || (info.flags & OVT_FLAG_OVERFLOW) != 0);
+  return nullptr;
+}
+
+inline const char* find_broken_tracks(const ovt_tracks& t) {
+  for (const double* c :
+       {t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps, t.heading_rad, t.length_m, t.width_m})
+    OVT_RULE(are_finite(c, t.count));
+  for (const double* c : t.covariance) OVT_RULE(are_finite(c, t.count));
+  for (const double* c :
+       {t.path_x_m, t.path_y_m, t.path_course_rad, t.path_speed_mps, t.path_var_x, t.path_var_y, t.path_cov_xy})
+    OVT_RULE(are_finite(c, t.count * t.path_points));
+  OVT_RULE(std::isfinite(t.path_step_s));
+  for (int32_t i = 0; i < t.count; ++i) {
+    OVT_RULE(t.id[i] != 0);
+    for (int32_t k = 0; k < i; ++k) OVT_RULE(t.id[k] != t.id[i]);
+    OVT_RULE(t.state[i] == OVT_TENTATIVE || t.state[i] == OVT_CONFIRMED);
+    OVT_RULE(t.detection[i] >= -1 && t.hits[i] >= 0 && t.age[i] >= t.hits[i]);
+    OVT_RULE(t.length_m[i] >= 0 && t.width_m[i] >= 0);
+    for (const int32_t diagonal : {0, 2, 5, 9, 14}) OVT_RULE(t.covariance[diagonal][i] > 0);
+  }
+  return nullptr;
+}
+
+inline const char* find_broken_image(const ovt_image& image) {
+  const std::size_t bytes =
+      image.type == OVT_IMAGE_BITS ? std::size_t(image.cols + 63) / 64 * 8 : std::size_t(image.cols) * 4;
+  uint32_t sum = 0;
+  for (int32_t r = 0; r < image.rows; ++r) {
+    const char* row = static_cast<const char*>(image.data) + std::size_t(r) * image.stride_bytes;
+    if (image.type == OVT_IMAGE_F32) OVT_RULE(are_finite(reinterpret_cast<const float*>(row), image.cols));
+    for (std::size_t b = 0; b < bytes; b += 4) {  // a row that is too short shows under the address sanitizer
+      uint32_t word;
+      std::memcpy(&word, row + b, 4);
+      sum += word;
+    }
+  }
+  volatile uint32_t read = sum;
+  (void)read;
+  return nullptr;
+}
+
+inline const char* find_broken_scan(ovt_reader* reader, int32_t sensor, bool present, int32_t cluster_count) {
+  ovt_labels l;
+  OVT_RULE((ovt_read_labels(reader, sensor, &l) == OVT_OK) == present);
+  if (!present) return nullptr;
+  for (int32_t i = 0; i < l.count; ++i) {  // a label or a reason
+    OVT_RULE(l.label[i] >= -1 && l.label[i] <= l.label_count);
+    OVT_RULE((l.label[i] >= 0) == (l.reason[i] == 0));
+    OVT_RULE(ovt_reason_name(l.reason[i]) != nullptr);
+    if (l.label[i] >= 0) OVT_RULE(std::isfinite(l.x_m[i]) && std::isfinite(l.y_m[i]) && std::isfinite(l.z_m[i]));
+  }
+  for (int32_t i = 0; i <= l.label_count; ++i)
+    OVT_RULE(l.cluster_of_label[i] >= -1 && l.cluster_of_label[i] < cluster_count);
+  for (int32_t id = 0; id < OVT_IMAGE_COUNT; ++id) {
+    ovt_image image;
+    const ovt_status status = ovt_read_image(reader, sensor, ovt_image_id(id), &image);
+    OVT_RULE(status == OVT_OK || (status == OVT_NOT_KEPT && id != OVT_IMAGE_PIXEL_POINT));
+    if (status != OVT_OK) continue;
+    if (const char* broken = find_broken_image(image)) return broken;
+  }
+  return nullptr;
+}
+
+// Reads all there is. The tracks are read at the frame's own time and at publish_ns.
+inline const char* find_broken_rule(ovt_reader* reader, int32_t sensor_count, bool def_map,
+                                    std::initializer_list<int64_t> publish_ns) {
+  ovt_frame_info info;
+  OVT_RULE(ovt_read_info(reader, &info) == OVT_OK);
+  if (const char* broken = find_broken_info(info, sensor_count, def_map)) return broken;
+
+  ovt_clusters clusters;
+  OVT_RULE(ovt_read_clusters(reader, &clusters) == OVT_OK);
+  OVT_RULE(clusters.count == info.cluster_count);
+  for (const float* c : {clusters.min_x_m, clusters.min_y_m, clusters.min_z_m, clusters.max_x_m, clusters.max_y_m,
+                         clusters.max_z_m, clusters.center_x_m, clusters.center_y_m, clusters.center_z_m})
+    OVT_RULE(are_finite(c, clusters.count));
+
+  ovt_detections d;
+  OVT_RULE(ovt_read_detections(reader, &d) == OVT_OK);
+  OVT_RULE(d.count == info.detection_count);
+  for (const float* c : {d.x_m, d.y_m, d.z_m, d.heading_rad, d.length_m, d.width_m, d.heading_ref_rad,
+                         d.heading_var_rad, d.ref_x_m, d.ref_y_m, d.var_x_m, d.var_y_m, d.map_s_m, d.map_d_m})
+    OVT_RULE(are_finite(c, d.count));
+  for (int32_t i = 0; i < d.count; ++i) {
+    OVT_RULE(d.cluster[i] >= 0 && d.cluster[i] < clusters.count);
+    if ((info.flags & (OVT_FLAG_NO_MAP | OVT_FLAG_EGO_OFF_MAP)) != 0) OVT_RULE(d.map_s_m[i] == 0 && d.map_d_m[i] == 0);
+  }
+
+  for (const int64_t ns : publish_ns) {
+    ovt_tracks t;
+    OVT_RULE(ovt_read_tracks(reader, ns, &t) == OVT_OK);
+    OVT_RULE(t.count == info.track_count);
+    if (const char* broken = find_broken_tracks(t)) return broken;
+  }
+
+  for (int32_t s = -1; s < sensor_count; ++s)
+    for (int32_t stage = 0; stage < OVT_STAGE_COUNT; ++stage) {
+      ovt_span span;
+      OVT_RULE(ovt_read_span(reader, s, ovt_stage(stage), &span) == OVT_OK);
+      OVT_RULE(span.duration_ns >= -1 && span.worker >= -1);
+    }
+  for (int32_t s = 0; s < sensor_count; ++s)
+    if (const char* broken = find_broken_scan(reader, s, info.sensor_mask >> s & 1u, clusters.count)) return broken;
+  return nullptr;
+}
+
+// Sums over everything that is finished: nothing in work, no reader needed. alive: tracks after the last frame, which
+// nobody but the caller knows; -1: not asked. given: rows pushed in the pushes of detections that were used; -1 alike.
+inline const char* find_broken_sum(const ovt_stats& s, int64_t alive, int64_t given) {
+  OVT_RULE(s.pushed == s.used + s.dropped + s.late + s.dup);
+  int64_t bad = 0;
+  for (const int64_t count : s.points_bad) bad += count;
+  OVT_RULE(bad >= 0 && s.points_clustered >= 0 && s.points >= bad + s.points_clustered);
+  OVT_RULE(s.clusters == s.gated_points + s.gated_size + s.gated_map + s.overflow_candidates + s.detections);
+  OVT_RULE(s.measurements ==
+           s.measurements_used + s.measurements_unborn + s.measurements_rejected + s.measurements_late);
+  if (given >= 0) OVT_RULE(s.detections + given == s.measurements + s.measurements_lost);
+  const int64_t ended = s.tracks_missed + s.tracks_silent + s.tracks_displaced + s.tracks_unsound + s.tracks_forgotten;
+  OVT_RULE(s.tracks_born >= ended);
+  if (alive >= 0) OVT_RULE(s.tracks_born == alive + ended);
+  return nullptr;
+}
+
+#undef OVT_RULE
+
+}  // namespace overtake_test
