@@ -137,6 +137,7 @@ void fill_info(const Frame& frame, int32_t sensor_count, ovt_frame_info* out) {
   out->refiltered = frame.refiltered;
   out->latency_ns = frame.latency_ns;
   out->tracks_stamp_ns = frame.tracks_ns;
+  out->suspect_mask = frame.suspect_mask;
 }
 
 }  // namespace
