@@ -131,7 +131,8 @@ void ClockWatch::note_good(int32_t source, int64_t stamp_ns) noexcept {
   Source& s = sources_[source];
   // Behind the others without having come there step by step.
   const int64_t step_ns = s.any ? difference_ns(stamp_ns, s.good_ns) : 0;
-  if (s.any && (step_ns < period_ns_ / 2 || step_ns > tolerance_ns_ + std::max(period_ns_, s.interval_ns))) s.back = true;
+  if (s.any && (step_ns < period_ns_ / 2 || step_ns > tolerance_ns_ + std::max(period_ns_, s.interval_ns)))
+    s.back = true;
   if (step_ns > 0) s.interval_ns = std::min(step_ns, std::exchange(s.before_ns, step_ns));
   s.good_ns = s.any ? std::max(s.good_ns, stamp_ns) : stamp_ns;
   s.any = true;

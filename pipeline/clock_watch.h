@@ -9,9 +9,9 @@
 //   no other sensor is good: more than 1 s ahead            suspect
 //   else                                                    good
 //
-// A sensor is good for another one while it is not named as a suspect and the other has not been heard more than once more
-// than usual since then: judgements are counted, since the stamps of the other may be wrong. A time that the caller
-// names, 3.5 periods after a sensor's newest stamp, says the same of it. What a held stamp becomes:
+// A sensor is good for another one while it is not named as a suspect and the other has not been heard more than once
+// more than usual since then: judgements are counted, since the stamps of the other may be wrong. A time that the
+// caller names, 3.5 periods after a sensor's newest stamp, says the same of it. What a held stamp becomes:
 //
 //   the others have come near it                             good: it was only early
 //   more sensors say the same than deliver good stamps       good: a common gap. Nothing of it is lost
@@ -23,8 +23,8 @@
 // decides at once: the first stamp of all may be the wrong one.
 //
 // Two sensors are no majority. One that steps ahead is the suspect, one that steps back speaks against nobody. Two that
-// disagree without a step (a drift) are both good up to the lateness that is taken in out of sequence; farther apart the
-// one ahead is the suspect.
+// disagree without a step (a drift) are both good up to the lateness that is taken in out of sequence; farther apart
+// the one ahead is the suspect.
 //
 // Pushed detections are judged against the sensors and never move their clock; while no sensor is good they are the
 // clock. Stamps only; the process clock never enters.
@@ -48,7 +48,8 @@ inline int64_t difference_ns(int64_t a, int64_t b) noexcept {
 inline constexpr int64_t kLateNs = 500'000'000;      // a stamp this much older is still taken, out of sequence
 inline constexpr int64_t kMaxGapNs = 1'000'000'000;  // a longer gap is a clock that jumped, until three agree
 
-// kHold: keep it until take_accepted() or take_rejected() names its sensor (pushed detections: until judge_held() says).
+// kHold: keep it until take_accepted() or take_rejected() names its sensor (pushed detections: until judge_held()
+// says).
 enum class Believe { kGood, kHold, kLate, kJump };
 
 class ClockWatch {

@@ -276,9 +276,9 @@ bool Detector::take_scan_in_hand(int32_t sensor) {
   return true;
 }
 
-// The one of the smallest stamp among those whose stamps are near the one that was pushed first: scans of one frame, and
-// of neighbouring ones, in the order of time. Stamps that are far from it say nothing about the order: a source with a
-// wrong clock waits for its turn like all. -1: nothing is in hand.
+// The one of the smallest stamp among those whose stamps are near the one that was pushed first: scans of one frame,
+// and of neighbouring ones, in the order of time. Stamps that are far from it say nothing about the order: a source
+// with a wrong clock waits for its turn like all. -1: nothing is in hand.
 int32_t Detector::find_next() {
   struct Waiting {
     int64_t stamp_ns;

@@ -181,7 +181,8 @@ EgoMark EgoBuffer::mark() const noexcept {
   return mark;
 }
 
-// The oldest entries may be overwritten while the consumer reads: it leaves a quarter of the ring alone once it is full.
+// The oldest entries may be overwritten while the consumer reads: it leaves a quarter of the ring alone once it is
+// full.
 int64_t EgoBuffer::oldest_safe(const EgoMark& mark) const noexcept {
   const int64_t pushed = count_.load(std::memory_order_acquire);
   return std::min(mark.count, std::max(mark.first, pushed - capacity_ + capacity_ / 4));

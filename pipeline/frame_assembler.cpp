@@ -260,7 +260,8 @@ EgoMark FrameAssembler::watch_ego(const EgoMark& mark, Frame& frame) noexcept {
     }
     const bool step_ahead = watch.ahead > 0 && stepped;
     if (step_ahead) used.count = ego_.first_run_after(mark, watch.believed_run);
-    if (step_ahead || watch.ahead == EgoWatch::kDriftFrames || (mark.count > watch.count && lead_ns < -kLateNs)) watch.named = 3;
+    if (step_ahead || watch.ahead == EgoWatch::kDriftFrames || (mark.count > watch.count && lead_ns < -kLateNs))
+      watch.named = 3;
     watch.count = std::max(watch.count, mark.count);
   }
   if (watch.named > 0) frame.suspect_mask |= OVT_SUSPECT_EGO;

@@ -67,7 +67,7 @@ struct Settled {
 struct EgoWatch {
   static constexpr int32_t kLearnFrames = 16;
   static constexpr int32_t kDriftFrames = 8;  // one alone may have been worked on out of turn
-  int32_t frames = 0;         // that taught what is usual
+  int32_t frames = 0;                         // that taught what is usual
   int64_t usual_lead_ns = 0;  // newest pose minus the sensors' newest stamp: the most of the first frames
   int64_t believed_run = -1;  // runs up to this one are believed
   int32_t ahead = 0;          // frames in a row in which they led by more
@@ -79,7 +79,11 @@ struct EgoWatch {
 class FrameAssembler {
  public:
   FrameAssembler(const AssemblerParams& params, FramePool& pool, EgoBuffer& ego, FrameRunner& runner)
-      : params_(params), pool_(pool), ego_(ego), runner_(runner), clock_(params.sensor_count, params.period_ns, params.tolerance_ns) {}
+      : params_(params),
+        pool_(pool),
+        ego_(ego),
+        runner_(runner),
+        clock_(params.sensor_count, params.period_ns, params.tolerance_ns) {}
   // Memory for what is held. False: there is none.
   [[nodiscard]] bool build(const int32_t* point_capacity, int32_t external_capacity, const Allocator& allocator);
 
@@ -89,8 +93,8 @@ class FrameAssembler {
   Taken take_external(ExternalScan& scan) noexcept;
   // False when a frame slot was needed and none is free: try again.
   bool advance(int64_t now_ns) noexcept;
-  void flush() noexcept;  // what is still held is refused
-  int64_t admitted() const noexcept { return next_sequence_; }  // frames closed so far
+  void flush() noexcept;                                                   // what is still held is refused
+  int64_t admitted() const noexcept { return next_sequence_; }             // frames closed so far
   Settled take_settled() noexcept { return std::exchange(settled_, {}); }  // since the last call
   int64_t clock_jumps() const noexcept { return clock_jumps_; }
   int64_t near_ns() const noexcept { return clock_.near_ns(); }

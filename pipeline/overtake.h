@@ -317,9 +317,10 @@ OVT_API ovt_status ovt_points_init(ovt_points* points, size_t struct_size);
 /* Copies one scan into its sensor's mailbox; one that still waited there is dropped and counted (OVT_PUSH_REPLACE).
  * Stamps decide what becomes of it: the sensor's last stamp again is OVT_DUPLICATE; up to 0.5 s older than the newest
  * of all sensors it is a frame of its own that the tracker takes in at its place in time; older it is counted `late`.
- * A stamp ahead of the other sensors by more than frame.tolerance_s plus frame.period_s is kept until these have spoken:
- * it is used when they come near it, when more sensors say the same than go on without it (a common gap), or when no
- * other is good; else it is counted `late`, and the sensor is named in suspect_mask. ovt_flush ends the waiting: `late`.
+ * A stamp ahead of the other sensors by more than frame.tolerance_s plus frame.period_s is kept until these have
+ * spoken: it is used when they come near it, when more sensors say the same than go on without it (a common gap), or
+ * when no other is good; else it is counted `late`, and the sensor is named in suspect_mask. ovt_flush ends the
+ * waiting: `late`.
  * Of two sensors none is the majority: one that steps ahead is the suspect; two that drift apart are both used up to
  * 0.5 s less twice the sum of tolerance and period, and beyond that the one ahead is the suspect.
  * After a gap of over 1 s, or when a clock went back, the third stamp in a row that agrees is believed, when more
@@ -335,10 +336,10 @@ typedef struct ovt_ego_pose {
 } ovt_ego_pose;
 OVT_API ovt_status ovt_ego_pose_init(ovt_ego_pose* pose, size_t struct_size);
 /* A frame uses the poses pushed before its last scan. Stamps grow; the third in a row that is over 0.5 s older, and
- * grows, is a clock that went back. A pose ahead of the rhythm of those before it (by more than two intervals and 10 ms)
- * is OVT_OK and waits for the next one: when that goes on from it both are used, else it is dropped. Poses that stepped
- * ahead of the sensors by more than frame.tolerance_s plus frame.period_s, beyond what they lead by as a rule, are not
- * used while they do: frames see the poses before them, which grow old, and name OVT_SUSPECT_EGO. */
+ * grows, is a clock that went back. A pose ahead of the rhythm of those before it, by more than two intervals and
+ * 10 ms, is OVT_OK and waits for the next one: when that goes on from it both are used, else it is dropped. Poses that
+ * stepped ahead of the sensors by more than frame.tolerance_s plus frame.period_s, beyond what they lead by as a rule,
+ * are not used while they do: frames see the poses before them, which grow old, and name OVT_SUSPECT_EGO. */
 OVT_API ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose);
 
 typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } ovt_reference;
@@ -416,9 +417,9 @@ typedef struct ovt_frame_info {
   int32_t refiltered;                /* iterations that a late stamp made the tracker run again */
   int64_t latency_ns;                /* from its last scan's push to its tracks, by the steady clock; -1: no scan */
   int64_t tracks_stamp_ns;           /* stamp_ns, or the newest frame's where this one came out of sequence */
-  uint32_t suspect_mask;             /* sources of which a stamp was refused, in each frame closed from then on until the
-                                        source's third good stamp in a row (ego poses: for three frames) or a clock
-                                        jump. Bit s: sensor s; OVT_SUSPECT_... */
+  uint32_t suspect_mask;             /* sources of which a stamp was refused, in each frame closed from then on until
+                                        the source's third good stamp in a row (ego poses: for three frames) or a
+                                        clock jump. Bit s: sensor s; OVT_SUSPECT_... */
 } ovt_frame_info;
 
 /* Moves the reader to the latest finished frame. OVT_NO_FRAME when there is none newer: the reader

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // One source's clock is wrong and the others lose nothing, through the C API. Every sensor of the rig sees a car of its
-// own, which stands straight ahead of it; the pushed detections see one as well. After a good beginning the stamps of one
-// source go wrong: then all scans of the other sensors are used, their cars' tracks keep id and state, and the frames name
-// the source at fault and no other.
+// own, which stands straight ahead of it; the pushed detections see one as well. After a good beginning the stamps of
+// one source go wrong: then all scans of the other sensors are used, their cars' tracks keep id and state, and the
+// frames name the source at fault and no other.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -54,10 +54,10 @@ struct Story {
   int32_t source = 0;  // at fault: a sensor, kDetections or kEgo
   Kind kind = Kind::kNone;
   int64_t offset_ns = 0;
-  int32_t n = 1;  // one in n
+  int32_t n = 1;                       // one in n
   int32_t gap_after = -1, gap_ms = 0;  // all sources pause
   uint32_t seed = 1;
-  bool every_order = true;    // of the sensors of a round
+  bool every_order = true;                                  // of the sensors of a round
   std::array<int32_t, 8> every = {1, 1, 1, 1, 1, 1, 1, 1};  // a sensor's period, in rounds
 };
 
@@ -68,7 +68,8 @@ struct Outcome {
   int32_t poses_pushed = 0, poses_wrong = 0;
   std::vector<ovt_frame_info> frames;
   uint32_t named = 0;  // of the frames from the fault on
-  std::array<int32_t, 9> lost = {};  // frames after the beginning without the confirmed track of sensor s, or of the detections
+  std::array<int32_t, 9> lost =
+      {};  // frames after the beginning without the confirmed track of sensor s, or of the detections
 };
 
 class Run {
@@ -212,10 +213,10 @@ class Run {
 
 std::string text_of(const Story& s) {
   static const char* const kKinds[] = {"none", "constant", "drift", "jitter", "once", "one in n"};
-  return "seed " + std::to_string(s.seed) + ": " + std::to_string(s.sensors) + " sensors, " + std::to_string(s.workers) +
-         " workers" + (s.ego ? ", ego" : "") + (s.detections ? ", detections" : "") + ", source " +
-         std::to_string(s.source) + " " + kKinds[int32_t(s.kind)] + " " + std::to_string(double(s.offset_ns) * 1e-9) +
-         " s, n " + std::to_string(s.n);
+  return "seed " + std::to_string(s.seed) + ": " + std::to_string(s.sensors) + " sensors, " +
+         std::to_string(s.workers) + " workers" + (s.ego ? ", ego" : "") + (s.detections ? ", detections" : "") +
+         ", source " + std::to_string(s.source) + " " + kKinds[int32_t(s.kind)] + " " +
+         std::to_string(double(s.offset_ns) * 1e-9) + " s, n " + std::to_string(s.n);
 }
 
 // What every story promises: of all sources but the one at fault everything is used, and nobody else is named.

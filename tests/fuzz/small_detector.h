@@ -28,6 +28,9 @@ inline void check_frame(ovt_reader* reader, int32_t sensor_count) {
   OVT_FUZZ_REQUIRE(ovt_read_info(reader, &info) == OVT_OK);
   OVT_FUZZ_REQUIRE(info.first_stamp_ns <= info.stamp_ns);
   OVT_FUZZ_REQUIRE(info.sensor_mask >> sensor_count == 0);
+  OVT_FUZZ_REQUIRE((info.suspect_mask != 0) == ((info.flags & OVT_FLAG_CLOCK_SUSPECT) != 0));
+  const uint32_t others = uint32_t(OVT_SUSPECT_DETECTIONS) | uint32_t(OVT_SUSPECT_EGO);
+  OVT_FUZZ_REQUIRE((info.suspect_mask & ~others) >> sensor_count == 0);
 
   ovt_detections d;
   OVT_FUZZ_REQUIRE(ovt_read_detections(reader, &d) == OVT_OK);
