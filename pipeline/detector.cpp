@@ -293,7 +293,8 @@ int32_t Detector::find_next() {
   if (count == 0) return -1;
   for (int32_t i = 1; i < count; ++i)
     if (waiting[i].ticket < waiting[first].ticket) first = i;
-  const int64_t first_ns = waiting[first].stamp_ns, near_ns = assembler_->near_ns();
+  const int64_t first_ns = waiting[first].stamp_ns,
+                near_ns = push_waits_ ? 0 : assembler_->near_ns();  // replay: as pushed
   int32_t next = first;
   for (int32_t i = 0; i < count; ++i) {
     const int64_t before_ns = difference_ns(first_ns, waiting[i].stamp_ns);
