@@ -5,51 +5,232 @@
 namespace overtake {
 namespace {
 
-constexpr int32_t kAgreeing = 3;
+int64_t distance_ns(int64_t a, int64_t b) noexcept { return a > b ? difference_ns(a, b) : difference_ns(b, a); }
 
 }  // namespace
 
 Believe ClockWatch::judge(int32_t source, int64_t stamp_ns) noexcept {
   Source& s = sources_[source];
-  ++judged_;
+  const bool is_sensor = source != kExternal;
+  for (Heard& heard : heard_[source]) heard.since = std::min(heard.since + 1, 2 * kMaxRatio);
+  if (is_sensor) judged_ = std::min(judged_ + 1, 2 * kMaxSensors + 1);
+
+  // No sensor has spoken: what pushed detections said of the time does not bind the first one.
   const int64_t ahead = any_ ? difference_ns(stamp_ns, newest_ns_) : 0;
-  if (ahead <= max_gap_ns_ && ahead >= -kLateNs) {
-    newest_ns_ = any_ ? std::max(newest_ns_, stamp_ns) : stamp_ns;
-    any_ = true;
-    s = {};
-    s.good_at = judged_;
-    return Believe::kGood;
-  }
+  if (is_sensor && !any_sensor_ && (ahead > max_gap_ns_ || ahead < -kLateNs)) return jump(source, stamp_ns);
+
+  const Others others = look_at_others(source);
+  if (is_good(source, stamp_ns, others)) return take_good(source, stamp_ns);
+
+  const bool continued = is_sensor && !s.continued && continues(source, stamp_ns);
+  if (is_sensor && (held_ >> source & 1u)) reject(source);
   const int64_t step = difference_ns(stamp_ns, s.suspect_ns);
-  if (s.suspects == 0 || step <= 0 || step > max_gap_ns_) {
-    s.suspects = s.behind = 0;
-    s.suspect_at = judged_;
-  }
-  ++s.suspects;
+  if (s.suspects == 0 || step <= 0 || step > max_gap_ns_) s.suspects = s.late = 0;
+  s.suspects = std::min(s.suspects + 1, kAgreeing);
   s.suspect_ns = stamp_ns;
-  if (s.suspects < kAgreeing || !outvotes(source)) {
-    if (ahead < 0) ++s.behind;
-    return ahead < 0 ? Believe::kBehind : Believe::kAhead;
+  s.continued = continued;
+  const bool gap = ahead >= 0 && ahead <= max_gap_ns_;
+  if (is_sensor && (gap || starts()) && majority_says(source, stamp_ns, others))
+    return gap ? take_good(source, stamp_ns) : jump(source, stamp_ns);
+  if (s.suspects == kAgreeing && outvotes(source)) return jump(source, stamp_ns);
+  if (gap || (is_sensor && starts())) {
+    if (is_sensor) held_ |= 1u << source;
+    s.base_ns = others.newest_ns;
+    return Believe::kHold;
   }
-  behind_before_jump_ = 0;
-  for (int32_t i = 0; i < kSources; ++i) {
-    if (i != kExternal) behind_before_jump_ += std::min(sources_[i].behind, kAgreeing - 1);
-    sources_[i] = {};
+  ++s.late;
+  note_suspect(source);
+  return Believe::kLate;
+}
+
+Believe ClockWatch::judge_held(int64_t stamp_ns, int64_t base_ns) const noexcept {
+  const Others others = look_at_others(kExternal);
+  if (is_good(kExternal, stamp_ns, others)) return Believe::kGood;
+  if (others.good > 0 && difference_ns(others.newest_ns, base_ns) <= near_ns_) return Believe::kHold;
+  return Believe::kLate;
+}
+
+ClockWatch::Others ClockWatch::look_at_others(int32_t source) const noexcept {
+  Others others;
+  for (int32_t i = 0; i < kMaxSensors; ++i) {
+    const Source& other = sources_[i];
+    const Heard& heard = heard_[source][i];
+    if (i == source || !other.any || other.silent || other.back || other.suspects > 0 || other.named > 0 ||
+        heard.since > heard.rhythm() + 1)
+      continue;
+    ++others.good;
+    if (heard.since <= heard.rhythm()) ++others.fresh;
+    others.newest_ns = std::max(others.newest_ns, other.good_ns);
   }
-  s.good_at = judged_;
-  newest_ns_ = stamp_ns;
+  return others;
+}
+
+bool ClockWatch::is_good(int32_t source, int64_t stamp_ns, const Others& others) const noexcept {
+  if (!any_) return true;
+  const int64_t ahead = difference_ns(stamp_ns, newest_ns_);
+  if (ahead < -kLateNs) return false;
+  if (others.good == 0) return ahead <= max_gap_ns_;
+  const int64_t lead = difference_ns(stamp_ns, others.newest_ns);
+  if (lead <= near_ns_) return true;
+  if (source == kExternal || !continues(source, stamp_ns)) return false;
+  // No step: the others are overdue, or one of two drifts. Not farther than where the others would be late.
+  return others.fresh <= 1 && lead <= kLateNs - 2 * near_ns_;
+}
+
+// The next stamp of a sensor that goes on as it did, from its last good one or from the first on hold behind it.
+bool ClockWatch::continues(int32_t source, int64_t stamp_ns) const noexcept {
+  const Source& s = sources_[source];
+  const int64_t interval_ns = std::clamp(s.interval_ns, period_ns_, 4 * period_ns_);
+  const int64_t last_ns = (held_ >> source & 1u) && s.continued ? s.suspect_ns : s.good_ns;
+  return s.any && difference_ns(stamp_ns, last_ns) <= tolerance_ns_ + interval_ns;
+}
+
+// Two rounds are not over, and of several sensors only one has said what time it is.
+bool ClockWatch::starts() const noexcept {
+  if (sensor_count_ < 3 || judged_ > 2 * sensor_count_) return false;
+  return std::count_if(sources_, sources_ + kMaxSensors, [](const Source& s) { return s.any; }) == 1;
+}
+
+bool ClockWatch::agrees(const Source& other, int64_t stamp_ns) const noexcept {
+  const int64_t interval_ns = std::clamp(other.interval_ns, period_ns_, 4 * period_ns_);
+  return other.suspects > 0 && distance_ns(other.suspect_ns, stamp_ns) <= tolerance_ns_ + interval_ns;
+}
+
+bool ClockWatch::majority_says(int32_t source, int64_t stamp_ns, const Others& others) const noexcept {
+  int32_t agreeing = 1;
+  for (int32_t i = 0; i < kMaxSensors; ++i) agreeing += i != source && agrees(sources_[i], stamp_ns);
+  return agreeing > others.good;
+}
+
+// Sensors that agree on a jump against sensors that are good. Pushed detections have no vote, but while no sensor is
+// good they may say that the clock jumped.
+bool ClockWatch::outvotes(int32_t source) const noexcept {
+  const Others others = look_at_others(source);
+  if (source == kExternal) return others.good == 0;
+  int32_t jumped = 1;
+  for (int32_t i = 0; i < kMaxSensors; ++i)
+    jumped += i != source && sources_[i].suspects >= kAgreeing && agrees(sources_[i], sources_[source].suspect_ns);
+  return jumped > others.good;
+}
+
+Believe ClockWatch::take_good(int32_t source, int64_t stamp_ns) noexcept {
+  note_good(source, stamp_ns);
+  if (source == kExternal) return Believe::kGood;
+  if (held_ >> source & 1u) {  // of its own: before the new one when nobody else is good, else it is taken back
+    if (sources_[source].suspect_ns < stamp_ns) {
+      accept(source);
+    } else {
+      reject(source);
+    }
+  }
+  look_at_held();
+  return Believe::kGood;
+}
+
+void ClockWatch::note_good(int32_t source, int64_t stamp_ns) noexcept {
+  Source& s = sources_[source];
+  // Behind the others without having come there step by step.
+  const int64_t step_ns = s.any ? difference_ns(stamp_ns, s.good_ns) : 0;
+  if (s.any && (step_ns < period_ns_ / 2 || step_ns > tolerance_ns_ + std::max(period_ns_, s.interval_ns)))
+    s.back = true;
+  if (step_ns > 0) s.interval_ns = std::min(step_ns, std::exchange(s.before_ns, step_ns));
+  s.good_ns = s.any ? std::max(s.good_ns, stamp_ns) : stamp_ns;
+  s.any = true;
+  s.silent = s.continued = false;
+  s.suspects = s.late = 0;
+  if (s.named > 0) --s.named;
+  // Detections move the time only where no sensor is good.
+  if (source != kExternal || look_at_others(kExternal).good == 0)
+    newest_ns_ = any_ ? std::max(newest_ns_, stamp_ns) : stamp_ns;
+  any_ = true;
+  if (difference_ns(newest_ns_, stamp_ns) <= near_ns_) s.back = false;
+  if (source == kExternal) return;
+  any_sensor_ = true;
+  for (auto& who : heard_) {
+    Heard& heard = who[source];
+    if (heard.since <= kMaxRatio) {  // else it was silent, which is no rhythm
+      heard.before = heard.usual;
+      heard.usual = heard.since;
+    }
+    heard.since = 0;
+  }
+}
+
+void ClockWatch::accept(int32_t source) noexcept {
+  held_ &= ~(1u << source);
+  accepted_ |= 1u << source;
+  if (sources_[source].suspects > 0) note_good(source, sources_[source].suspect_ns);
+}
+
+void ClockWatch::reject(int32_t source) noexcept {
+  held_ &= ~(1u << source);
+  rejected_ |= 1u << source;
+  if (sources_[source].suspects > 0) ++sources_[source].late;
+  note_suspect(source);
+}
+
+void ClockWatch::reject_held() noexcept {
+  for (int32_t i = 0; i < kMaxSensors; ++i)
+    if (held_ >> i & 1u) reject(i);
+}
+
+// A good stamp came: held ones that it comes near to are good as well, and those that it speaks against are not.
+void ClockWatch::look_at_held() noexcept {
+  for (int32_t i = 0; i < kMaxSensors; ++i) {
+    if (!(held_ >> i & 1u)) continue;
+    const Others others = look_at_others(i);
+    if (others.good == 0) continue;
+    const int64_t stamp_ns = sources_[i].suspect_ns;
+    if (difference_ns(stamp_ns, others.newest_ns) <= near_ns_ && difference_ns(stamp_ns, newest_ns_) >= -kLateNs) {
+      accept(i);
+      i = -1;  // which may reach others
+    } else if (difference_ns(others.newest_ns, sources_[i].base_ns) > near_ns_) {
+      reject(i);
+    }
+  }
+}
+
+Believe ClockWatch::jump(int32_t source, int64_t stamp_ns) noexcept {
+  late_before_jump_ = 0;
+  int64_t agreed_ns[kMaxSensors];
+  uint32_t agreed = 0;
+  for (int32_t i = 0; i < kMaxSensors; ++i) {
+    const Source& s = sources_[i];
+    late_before_jump_ += std::min(s.late, kAgreeing - 1);
+    if (!(held_ >> i & 1u)) continue;
+    if (i != source && agrees(s, stamp_ns)) {
+      agreed |= 1u << i;
+      agreed_ns[i] = s.suspect_ns;
+    } else {
+      rejected_ |= 1u << i;
+    }
+  }
+  for (Source& s : sources_) s = {};
+  for (auto& who : heard_)
+    for (Heard& heard : who) heard = {};
+  held_ = 0;
+  accepted_ |= agreed;
+  judged_ = 0;
+  any_ = any_sensor_ = false;
+  note_good(source, stamp_ns);
+  for (int32_t i = 0; i < kMaxSensors; ++i)
+    if (agreed >> i & 1u) note_good(i, agreed_ns[i]);
   return Believe::kJump;
 }
 
-// Sensors that agree on a jump against sensors that were good since it began. Pushed detections have no vote, but while
-// no sensor is good they may say that the clock jumped.
-bool ClockWatch::outvotes(int32_t source) const noexcept {
-  int32_t jumped = 0, good = 0;
-  for (int32_t i = 0; i < kMaxSensors; ++i) {
-    if (sources_[i].suspects >= kAgreeing) ++jumped;
-    if (sources_[i].good_at > sources_[source].suspect_at) ++good;
+// Not at 1.5 periods, as for frames: a time named by a live caller's clock is ahead of the stamps by a sweep and by the
+// way of a scan to here. A time that is far ahead only closes what waits.
+void ClockWatch::name_time(int64_t now_ns) noexcept {
+  for (Source& s : sources_) {
+    const int64_t silence_ns = difference_ns(now_ns, s.good_ns);
+    if (s.any && silence_ns > 3 * period_ns_ + period_ns_ / 2 && silence_ns <= max_gap_ns_) s.silent = true;
   }
-  return source == kExternal ? good == 0 : jumped > good;
+}
+
+uint32_t ClockWatch::suspect_mask() const noexcept {
+  uint32_t mask = 0;
+  for (int32_t i = 0; i < kSources; ++i) mask |= uint32_t(sources_[i].named > 0) << i;
+  return mask;
 }
 
 }  // namespace overtake

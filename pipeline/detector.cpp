@@ -88,6 +88,7 @@ ovt_status Detector::push_scan(const ovt_points& points) {
   scan.load = {start, steady_now_ns() - start, this_worker()};
   probe_stage_end(-1, s, OVT_STAGE_LOAD, points.stamp_ns);
   scan.stamp_ns = points.stamp_ns;
+  scan.ticket = tickets_.fetch_add(1, std::memory_order_relaxed);
   scan.ego = ego_->mark();
   if (box.post()) {
     counters_.dropped.fetch_add(1, std::memory_order_relaxed);
@@ -101,6 +102,10 @@ ovt_status Detector::push_ego_pose(const ovt_ego_pose& in) {
   const ovt_status status = ego_->push(
       {in.stamp_ns, in.x_m, in.y_m, in.z_m, in.roll_rad, in.pitch_rad, in.yaw_rad, in.speed_mps, in.yaw_rate_rps});
   (status == OVT_OK ? counters_.ego_poses : counters_.ego_dropped).fetch_add(1, std::memory_order_relaxed);
+  if (const int32_t n = ego_->take_dropped()) {  // they were OVT_OK, to wait
+    counters_.ego_poses.fetch_sub(n, std::memory_order_relaxed);
+    counters_.ego_dropped.fetch_add(n, std::memory_order_relaxed);
+  }
   return status;
 }
 
@@ -127,6 +132,7 @@ ovt_status Detector::push_detections(const ovt_external_detections& in) {
   copy(in.var_y, rows.var_y);
   copy(in.cov_xy, rows.cov_xy);
   scan.stamp_ns = in.stamp_ns;
+  scan.ticket = tickets_.fetch_add(1, std::memory_order_relaxed);
   scan.reference = in.reference;
   scan.ego = ego_->mark();
   if (external_.post()) {
@@ -151,6 +157,7 @@ ovt_status Detector::advance(int64_t now_ns) {
   if (!turn) return OVT_WRONG_THREAD;
   if (inline_) {
     assembler_->advance(now_ns);
+    count_settled();
     return OVT_OK;
   }
   advance_ns_.store(now_ns, std::memory_order_relaxed);
@@ -166,6 +173,7 @@ ovt_status Detector::flush() {
   if (!turn) return OVT_WRONG_THREAD;
   if (inline_) {
     assembler_->flush();
+    count_settled();
     return OVT_OK;
   }
   const uint64_t ticket = flush_wanted_.fetch_add(1, std::memory_order_acq_rel) + 1;
@@ -211,7 +219,7 @@ void Detector::watch_frames() {
 }
 
 // Takes what waits in hand until a pass over all boxes finds nothing new: then everything that was pushed before
-// anything in hand is in hand as well, and the smallest stamp is really the next.
+// anything in hand is in hand as well, and the first of them is really the next.
 void Detector::gather() {
   const auto take = [&](int32_t sensor, auto& box, std::atomic<int64_t>& dropped) {
     if (box.in_hand() && push_waits_) return false;
@@ -232,30 +240,67 @@ void Detector::gather() {
 
 bool Detector::take_external_in_hand() {
   const Taken taken = assembler_->take_external(*external_.in_hand());
+  count_settled();
   if (taken == Taken::kNoSlot) return false;
-  (taken == Taken::kUsed ? counters_.external : counters_.external_dropped).fetch_add(1, std::memory_order_relaxed);
+  if (taken != Taken::kHeld)
+    (taken == Taken::kUsed ? counters_.external : counters_.external_dropped).fetch_add(1, std::memory_order_relaxed);
   external_.drop_hand();
   return true;
 }
 
+// Scans and detections that waited for the word of other sensors.
+void Detector::count_settled() {
+  const auto add = [](std::atomic<int64_t>& counter, int64_t n) {
+    if (n != 0) counter.fetch_add(n, std::memory_order_relaxed);
+  };
+  const Settled settled = assembler_->take_settled();
+  add(counters_.used, settled.used);
+  add(counters_.late, settled.late - settled.late_before_jump);
+  add(counters_.dropped, settled.late_before_jump);
+  add(counters_.external, settled.external_used);
+  add(counters_.external_dropped, settled.external_dropped);
+}
+
 bool Detector::take_scan_in_hand(int32_t sensor) {
   const auto add = [](std::atomic<int64_t>& counter, int64_t n) { counter.fetch_add(n, std::memory_order_relaxed); };
-  switch (assembler_->take_scan(sensor, *mailboxes_[sensor].in_hand())) {
+  const Taken taken = assembler_->take_scan(sensor, *mailboxes_[sensor].in_hand());
+  count_settled();
+  switch (taken) {
     case Taken::kNoSlot: return false;
     case Taken::kUsed: add(counters_.used, 1); break;
     case Taken::kLate: add(counters_.late, 1); break;
-    case Taken::kDropped:
-      add(counters_.dropped, 1);
-      probe_drop(sensor, mailboxes_[sensor].in_hand()->stamp_ns);
-      break;
     case Taken::kDuplicate: add(counters_.dup, 1); break;
-  }
-  if (const int32_t n = assembler_->take_late_before_jump()) {
-    add(counters_.late, -n);
-    add(counters_.dropped, n);
+    case Taken::kHeld: break;  // counted when it is settled
   }
   mailboxes_[sensor].drop_hand();
   return true;
+}
+
+// The one of the smallest stamp among those whose stamps are near the one that was pushed first: scans of one frame,
+// and of neighbouring ones, in the order of time. Stamps that are far from it say nothing about the order: a source
+// with a wrong clock waits for its turn like all. -1: nothing is in hand.
+int32_t Detector::find_next() {
+  struct Waiting {
+    int64_t stamp_ns;
+    uint64_t ticket;
+    int32_t source;
+  } waiting[ClockWatch::kSources];
+  int32_t count = 0, first = 0;
+  for (int32_t s = 0; s < context_.sensor_count; ++s)
+    if (const Scan* scan = mailboxes_[s].in_hand()) waiting[count++] = {scan->stamp_ns, scan->ticket, s};
+  if (const ExternalScan* external = external_.in_hand())
+    waiting[count++] = {external->stamp_ns, external->ticket, ClockWatch::kExternal};
+  if (count == 0) return -1;
+  for (int32_t i = 1; i < count; ++i)
+    if (waiting[i].ticket < waiting[first].ticket) first = i;
+  const int64_t first_ns = waiting[first].stamp_ns,
+                near_ns = push_waits_ ? 0 : assembler_->near_ns();  // replay: as pushed
+  int32_t next = first;
+  for (int32_t i = 0; i < count; ++i) {
+    const int64_t before_ns = difference_ns(first_ns, waiting[i].stamp_ns);
+    if (before_ns > 0 && before_ns <= near_ns && waiting[i].stamp_ns < waiting[next].stamp_ns) next = i;
+  }
+  return waiting[next].source;
 }
 
 bool Detector::step_intake() {
@@ -263,26 +308,21 @@ bool Detector::step_intake() {
   const uint64_t advance_wanted = advance_wanted_.load(std::memory_order_acquire);
   const uint64_t flush_wanted = flush_wanted_.load(std::memory_order_acquire);
   gather();
-  int32_t next = -1;
-  int64_t stamp = INT64_MAX;
-  for (int32_t s = 0; s < context_.sensor_count; ++s)
-    if (const Scan* scan = mailboxes_[s].in_hand(); scan && (next < 0 || scan->stamp_ns < stamp)) {
-      next = s;
-      stamp = scan->stamp_ns;
-    }
-  const ExternalScan* external = external_.in_hand();
-  if (external && (next < 0 || external->stamp_ns < stamp)) return take_external_in_hand();
-  if (next >= 0) return take_scan_in_hand(next);
+  if (const int32_t next = find_next(); next >= 0)
+    return next == ClockWatch::kExternal ? take_external_in_hand() : take_scan_in_hand(next);
   if (inline_) return false;
 
   if (advance_wanted != advance_done_.load(std::memory_order_relaxed)) {
-    if (!assembler_->advance(advance_ns_.load(std::memory_order_relaxed))) return false;
+    const bool done = assembler_->advance(advance_ns_.load(std::memory_order_relaxed));
+    count_settled();
+    if (!done) return false;
     advance_done_.store(advance_wanted, std::memory_order_release);
     advance_done_.notify_all();
     return true;
   }
   if (flush_wanted != flush_done_.load(std::memory_order_relaxed)) {
     assembler_->flush();
+    count_settled();
     if (assembler_->admitted() != counters_.frames.load(std::memory_order_acquire)) return false;
     flush_done_.store(flush_wanted, std::memory_order_release);
     flush_done_.notify_all();

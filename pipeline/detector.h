@@ -94,8 +94,10 @@ class Detector {
   void run_intake();
   bool step_intake();
   void gather();
+  int32_t find_next();
   bool take_scan_in_hand(int32_t sensor);
   bool take_external_in_hand();
+  void count_settled();
   void watch_frames();
 
   Memory memory_;  // first: every block goes back to it
@@ -134,6 +136,7 @@ class Detector {
   };
   Stamp last_stamp_[kMaxSensors];
   Stamp last_external_;
+  std::atomic<uint64_t> tickets_{0};
 
   // between callers and the intake thread
   bool inline_ = true;

@@ -243,6 +243,10 @@ ovt_status Detector::build_runner(const ovt_detector_def& def, const ovt_params&
   assembly.wait_ns = to_ns(1.5 * params.frame_period_s);
   assembly.predict_after_ns = to_ns(params.tracker_predict_after * params.frame_period_s);
   assembler_ = std::make_unique<FrameAssembler>(assembly, pool_, *ego_, *runner_);
+  if (!assembler_->build(point_capacity_, def.candidate_capacity, memory_.allocator())) {
+    error = "no memory for scans on hold";
+    return OVT_NO_MEMORY;
+  }
   if (inline_) return OVT_OK;
 
   pool_.set_event(&event_);

@@ -11,6 +11,9 @@
 namespace overtake {
 namespace {
 
+constexpr int64_t kEgoJitterNs = 10'000'000;
+constexpr int64_t kEgoSlowestNs = 150'000'000;  // while the interval is not known: 10 Hz and somewhat less
+
 // b - a in seconds, a <= b: exact to the nanosecond for stamps of today, and without overflow for any.
 double seconds_between(int64_t a, int64_t b) noexcept { return double(uint64_t(b) - uint64_t(a)) * 1e-9; }
 
@@ -97,24 +100,76 @@ bool EgoWindow::at(int64_t stamp_ns, EgoState& out) const noexcept {
 
 EgoBuffer::EgoBuffer(int32_t capacity, const Allocator& allocator)
     : capacity_(std::max(capacity, 2 * EgoWindow::kCapacity)) {
-  const auto carve = [&](Carver& carver) { ring_ = carver.take<EgoPose>(std::size_t(capacity_)); };
+  const auto carve = [&](Carver& carver) { ring_ = carver.take<Entry>(std::size_t(capacity_)); };
   if (!arena_.build(allocator, carve)) throw std::bad_alloc();
+}
+
+// A pose this much newer than the last goes on as those before it: two intervals, for one may be lost.
+int64_t EgoBuffer::rhythm_ns() const noexcept {
+  return interval_ns_ > 0 ? 2 * interval_ns_ + kEgoJitterNs : kEgoSlowestNs;
+}
+
+void EgoBuffer::append(const EgoPose& pose, bool begins_run) noexcept {
+  const int64_t n = count_.load(std::memory_order_relaxed);
+  const int64_t step_ns = n > 0 ? difference_ns(pose.stamp_ns, last_stamp_ns_) : 0;
+  if (n == 0 || begins_run) {
+    run_ = n;
+    run_from_ns_ = n > 0 && step_ns > 0 ? last_stamp_ns_ : INT64_MIN;
+    run_stamp_ns_ = pose.stamp_ns;
+  } else {
+    interval_ns_ = std::max(step_ns, interval_ns_ - interval_ns_ / 8);
+  }
+  last_stamp_ns_ = pose.stamp_ns;
+  ring_[n % capacity_] = {pose, run_};
+  count_.store(n + 1, std::memory_order_release);
+}
+
+void EgoBuffer::drop_waiting() noexcept {
+  if (!std::exchange(waits_, false)) return;
+  ++dropped_;
+  refused_.fetch_add(1, std::memory_order_release);
 }
 
 ovt_status EgoBuffer::push(const EgoPose& pose) noexcept {
   const int64_t n = count_.load(std::memory_order_relaxed);
   if (n > 0 && pose.stamp_ns <= last_stamp_ns_) {
     if (pose.stamp_ns == last_stamp_ns_) return OVT_DUPLICATE;
-    if (difference_ns(last_stamp_ns_, pose.stamp_ns) <= kLateNs) return OVT_LATE;
+    const bool undoes_step = pose.stamp_ns > run_from_ns_ && pose.stamp_ns < run_stamp_ns_;
+    if (!undoes_step && difference_ns(last_stamp_ns_, pose.stamp_ns) <= kLateNs) return OVT_LATE;
     older_ = older_ > 0 && pose.stamp_ns > older_ns_ ? older_ + 1 : 1;
     older_ns_ = pose.stamp_ns;
-    if (older_ < 3) return OVT_LATE;
+    if (older_ < 3) {
+      refused_.fetch_add(1, std::memory_order_release);
+      return OVT_LATE;
+    }
+    drop_waiting();
+    older_ = 0;
+    append(pose, true);
     first_.store(n, std::memory_order_release);
+    return OVT_OK;
   }
   older_ = 0;
-  last_stamp_ns_ = pose.stamp_ns;
-  ring_[n % capacity_] = pose;
-  count_.store(n + 1, std::memory_order_release);
+  const int64_t step_ns = n > 0 ? difference_ns(pose.stamp_ns, last_stamp_ns_) : 0;
+  if (step_ns <= rhythm_ns()) {
+    drop_waiting();
+    append(pose, false);
+    return OVT_OK;
+  }
+  if (waits_) {
+    // A slow or an interrupted source is as far from the next one as it was from the last.
+    const int64_t waited_ns = difference_ns(waiting_.stamp_ns, last_stamp_ns_);
+    const int64_t next_ns = difference_ns(pose.stamp_ns, waiting_.stamp_ns);
+    if (next_ns == 0) return OVT_DUPLICATE;
+    if (next_ns > 0 && next_ns <= std::max(rhythm_ns(), std::min(2 * waited_ns, kMaxGapNs))) {
+      waits_ = false;
+      append(waiting_, true);
+      append(pose, false);
+      return OVT_OK;
+    }
+    drop_waiting();
+  }
+  waits_ = true;
+  waiting_ = pose;
   return OVT_OK;
 }
 
@@ -122,15 +177,28 @@ EgoMark EgoBuffer::mark() const noexcept {
   EgoMark mark;
   mark.count = count_.load(std::memory_order_acquire);
   mark.first = first_.load(std::memory_order_acquire);
+  mark.refused = refused_.load(std::memory_order_acquire);
   return mark;
+}
+
+// The oldest entries may be overwritten while the consumer reads: it leaves a quarter of the ring alone once it is
+// full.
+int64_t EgoBuffer::oldest_safe(const EgoMark& mark) const noexcept {
+  const int64_t pushed = count_.load(std::memory_order_acquire);
+  return std::min(mark.count, std::max(mark.first, pushed - capacity_ + capacity_ / 4));
+}
+
+int64_t EgoBuffer::first_run_after(const EgoMark& mark, int64_t run) const noexcept {
+  const int64_t oldest = oldest_safe(mark);
+  int64_t begin = mark.count;
+  while (begin > oldest && run_at(begin - 1) > run) begin = std::max(oldest, run_at(begin - 1));
+  return begin;
 }
 
 void EgoBuffer::copy_window(const EgoMark& mark, int64_t first_ns, int64_t last_ns, EgoWindow& window) const noexcept {
   const int64_t count = mark.count;
-  const auto pose = [&](int64_t i) -> const EgoPose& { return ring_[i % capacity_]; };
-  // The oldest entries may be overwritten while this reads: leave a quarter of the ring alone once it is full.
-  const int64_t pushed = count_.load(std::memory_order_acquire);
-  const int64_t oldest = std::min(count, std::max(mark.first, pushed - capacity_ + capacity_ / 4));
+  const auto pose = [&](int64_t i) -> const EgoPose& { return ring_[i % capacity_].pose; };
+  const int64_t oldest = oldest_safe(mark);
   const auto first_after = [&](int64_t stamp_ns, int64_t reach_ns) {  // first i with pose(i).stamp - stamp > reach
     int64_t low = oldest, high = count;
     while (low < high) {

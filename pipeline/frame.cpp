@@ -68,7 +68,7 @@ bool build_frame(Frame& frame, const FrameSizes& sizes, const Allocator& allocat
 void reset_frame(Frame& frame) noexcept {
   frame.sensor_mask = 0;
   frame.flags = 0;
-  frame.stale_mask = 0;
+  frame.stale_mask = frame.suspect_mask = 0;
   frame.restart = frame.failed = false;
   frame.refiltered = 0;
   frame.kind = FrameKind::kScans;

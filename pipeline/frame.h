@@ -103,9 +103,10 @@ struct Frame {
   SensorPart sensors[kMaxSensors];
   ExternalTable external;
   int32_t external_reference = OVT_REFERENCE_MAP;
-  uint32_t stale_mask = 0;  // sensors silent for more than 1.5 periods
-  bool restart = false;     // the clock jumped: tracks of before mean nothing
-  bool failed = false;      // detect threw: nothing is known of this frame, the tracks only predict
+  uint32_t stale_mask = 0;    // sensors silent for more than 1.5 periods
+  uint32_t suspect_mask = 0;  // sources of which a stamp was refused: bit s of sensor s, OVT_SUSPECT_...
+  bool restart = false;       // the clock jumped: tracks of before mean nothing
+  bool failed = false;        // detect threw: nothing is known of this frame, the tracks only predict
   // detect
   MemberTable members;
   MergedTable merged;

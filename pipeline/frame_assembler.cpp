@@ -3,6 +3,7 @@
 #include "pipeline/frame_assembler.h"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 namespace overtake {
@@ -12,22 +13,30 @@ int64_t distance_ns(int64_t a, int64_t b) noexcept { return a > b ? difference_n
 
 }  // namespace
 
+bool FrameAssembler::build(const int32_t* point_capacity, int32_t external_capacity, const Allocator& allocator) {
+  return held_arena_.build(allocator, [&](Carver& carver) {
+    for (int32_t s = 0; s < params_.sensor_count; ++s) carve_table(carver, held_[s].table, point_capacity[s]);
+    for (HeldExternal& held : held_external_) carve_table(carver, held.scan.table, external_capacity);
+  });
+}
+
 Taken FrameAssembler::check_stamp(int32_t source, int64_t stamp_ns) noexcept {
   if (judged_ && judged_source_ == source && judged_stamp_ns_ == stamp_ns) return Taken::kNoSlot;
   if (recent_[source].holds(stamp_ns)) return Taken::kDuplicate;
-  switch (clock_.judge(source, stamp_ns)) {
-    case Believe::kBehind: return Taken::kLate;
-    case Believe::kAhead: return Taken::kDropped;
-    case Believe::kGood: break;
-    case Believe::kJump:
-      close_open();
-      for (Recent& recent : recent_) recent = {};
-      std::fill(std::begin(seen_ns_), std::end(seen_ns_), stamp_ns);
-      late_before_jump_ += clock_.behind_before_jump();
-      ++clock_jumps_;
-      closed_any_ = false;
-      restart_next_ = true;
+  const Believe verdict = clock_.judge(source, stamp_ns);
+  if (verdict == Believe::kJump) {
+    close_open();
+    for (Recent& recent : recent_) recent = {};
+    std::fill(std::begin(seen_ns_), std::end(seen_ns_), stamp_ns);
+    settled_.late_before_jump += clock_.late_before_jump();
+    ++clock_jumps_;
+    closed_any_ = false;
+    restart_next_ = true;
+    ego_watch_ = {.refused = ego_watch_.refused};
   }
+  settle();
+  if (verdict == Believe::kHold) return Taken::kHeld;
+  if (verdict == Believe::kLate) return Taken::kLate;
   judged_ = true;
   judged_source_ = source;
   judged_stamp_ns_ = stamp_ns;
@@ -35,22 +44,61 @@ Taken FrameAssembler::check_stamp(int32_t source, int64_t stamp_ns) noexcept {
 }
 
 Taken FrameAssembler::take_scan(int32_t sensor, Scan& scan) noexcept {
-  if (const Taken verdict = check_stamp(sensor, scan.stamp_ns); verdict != Taken::kNoSlot) return verdict;
-  const uint32_t bit = 1u << sensor;
-  const bool joins =
-      open_ && !(open_->sensor_mask & bit) && distance_ns(scan.stamp_ns, open_->first_stamp_ns) <= params_.tolerance_ns;
-  if (!joins) {
+  if (!place_accepted()) return Taken::kNoSlot;
+  // A held scan needs a slot soon: without one it stays where a newer one may replace it.
+  if (clock_.any() && scan.stamp_ns > clock_.newest_ns() && !joins(sensor, scan.stamp_ns) && !pool_.has_free())
+    return Taken::kNoSlot;
+  const Taken verdict = check_stamp(sensor, scan.stamp_ns);
+  if (verdict == Taken::kHeld) std::swap(held_[sensor], scan);
+  if (verdict != Taken::kNoSlot) return verdict;
+  return place_accepted() && place_scan(sensor, scan) ? Taken::kUsed : Taken::kNoSlot;
+}
+
+Taken FrameAssembler::take_external(ExternalScan& scan) noexcept {
+  if (!place_accepted()) return Taken::kNoSlot;
+  const Taken verdict = check_stamp(ClockWatch::kExternal, scan.stamp_ns);
+  if (verdict == Taken::kHeld) hold_external(scan);
+  if (verdict != Taken::kNoSlot) return verdict;
+  return place_accepted() && place_external(scan) ? Taken::kUsed : Taken::kNoSlot;
+}
+
+// What the last judgement said of the scans that were held.
+void FrameAssembler::settle() noexcept {
+  settled_.late += std::popcount(clock_.take_rejected());
+  accepted_ |= clock_.take_accepted();
+}
+
+// In the order of their stamps.
+bool FrameAssembler::place_accepted() noexcept {
+  while (accepted_) {
+    int32_t first = -1;
+    for (int32_t s = 0; s < params_.sensor_count; ++s)
+      if ((accepted_ >> s & 1u) && (first < 0 || held_[s].stamp_ns < held_[first].stamp_ns)) first = s;
+    if (!place_scan(first, held_[first])) return false;
+    accepted_ &= ~(1u << first);
+    ++settled_.used;
+  }
+  return settle_externals();
+}
+
+bool FrameAssembler::joins(int32_t sensor, int64_t stamp_ns) const noexcept {
+  return open_ && !(open_->sensor_mask >> sensor & 1u) &&
+         distance_ns(stamp_ns, open_->first_stamp_ns) <= params_.tolerance_ns;
+}
+
+bool FrameAssembler::place_scan(int32_t sensor, Scan& scan) noexcept {
+  if (!joins(sensor, scan.stamp_ns)) {
     if (belongs_before(scan.stamp_ns)) {
       Frame* frame = open(scan.stamp_ns, FrameKind::kScans);
-      if (!frame) return Taken::kNoSlot;
+      if (!frame) return false;
       const EgoMark mark = scan.ego;
       put_scan(*frame, sensor, scan);
       close(*frame, mark);
-      return Taken::kUsed;
+      return true;
     }
     close_open();
     open_ = open(scan.stamp_ns, FrameKind::kScans);
-    if (!open_) return Taken::kNoSlot;
+    if (!open_) return false;
     open_mark_ = scan.ego;
     if (!started_) std::fill(std::begin(seen_ns_), std::end(seen_ns_), scan.stamp_ns);
     started_ = true;
@@ -58,26 +106,66 @@ Taken FrameAssembler::take_scan(int32_t sensor, Scan& scan) noexcept {
   if (scan.ego.count > open_mark_.count) open_mark_ = scan.ego;
   put_scan(*open_, sensor, scan);
   if (complete()) close_open();
-  return Taken::kUsed;
+  return true;
 }
 
-Taken FrameAssembler::take_external(ExternalScan& scan) noexcept {
-  const int32_t source = ClockWatch::kExternal;
-  if (const Taken verdict = check_stamp(source, scan.stamp_ns); verdict != Taken::kNoSlot) return verdict;
+bool FrameAssembler::place_external(ExternalScan& scan) noexcept {
   if (open_ && scan.stamp_ns >= open_->stamp_ns) close_open();
   if (!started_ && !closed_any_) std::fill(std::begin(seen_ns_), std::end(seen_ns_), scan.stamp_ns);
   Frame* frame = open(scan.stamp_ns, FrameKind::kExternal);
-  if (!frame) return Taken::kNoSlot;
-  judged_ = false;
-  recent_[source].add(scan.stamp_ns);
+  if (!frame) return false;
+  forget_judged(ClockWatch::kExternal, scan.stamp_ns);
+  recent_[ClockWatch::kExternal].add(scan.stamp_ns);
   std::swap(frame->external, scan.table);
   frame->external_reference = scan.reference;
   frame->flags |= OVT_FLAG_EXTERNAL;
   close(*frame, scan.ego);
-  return Taken::kUsed;
+  return true;
+}
+
+void FrameAssembler::hold_external(ExternalScan& scan) noexcept {
+  if (held_externals_ == kHeldExternals) drop_external(0);
+  HeldExternal& held = held_external_[held_externals_++];
+  std::swap(held.scan, scan);
+  held.base_ns = clock_.newest_ns();
+}
+
+void FrameAssembler::drop_external(int32_t index) noexcept {
+  clock_.note_suspect(ClockWatch::kExternal);
+  ++settled_.external_dropped;
+  std::rotate(held_external_ + index, held_external_ + index + 1, held_external_ + held_externals_);
+  --held_externals_;
+}
+
+bool FrameAssembler::settle_externals() noexcept {
+  for (int32_t i = 0; i < held_externals_;) {
+    ExternalScan& scan = held_external_[i].scan;
+    const Believe verdict = clock_.judge_held(scan.stamp_ns, held_external_[i].base_ns);
+    if (verdict == Believe::kHold) {
+      ++i;
+    } else if (verdict == Believe::kLate) {
+      drop_external(i);
+    } else {
+      if (!place_external(scan)) return false;
+      ++settled_.external_used;
+      std::rotate(held_external_ + i, held_external_ + i + 1, held_external_ + held_externals_);
+      --held_externals_;
+    }
+  }
+  return true;
+}
+
+void FrameAssembler::flush() noexcept {
+  clock_.reject_held();
+  settle();
+  if (place_accepted())
+    while (held_externals_ > 0) drop_external(0);
+  close_open();
 }
 
 bool FrameAssembler::advance(int64_t now_ns) noexcept {
+  clock_.name_time(now_ns);
+  if (!place_accepted()) return false;
   if (open_) {
     if (difference_ns(now_ns, open_->first_stamp_ns) >= params_.wait_ns) close_open();
     return true;
@@ -99,7 +187,7 @@ Frame* FrameAssembler::open(int64_t stamp_ns, FrameKind kind) noexcept {
 }
 
 void FrameAssembler::put_scan(Frame& frame, int32_t sensor, Scan& scan) noexcept {
-  judged_ = false;
+  forget_judged(sensor, scan.stamp_ns);
   recent_[sensor].add(scan.stamp_ns);
   SensorPart& part = frame.sensors[sensor];
   std::swap(part.scan, scan.table);
@@ -135,7 +223,9 @@ void FrameAssembler::close(Frame& frame, const EgoMark& mark) noexcept {
       closed_kind_ = frame.kind;
     }
   }
-  ego_.copy_window(mark, frame.first_stamp_ns, frame.stamp_ns, frame.ego);
+  ego_.copy_window(watch_ego(mark, frame), frame.first_stamp_ns, frame.stamp_ns, frame.ego);
+  frame.suspect_mask |= clock_.suspect_mask();
+  if (frame.suspect_mask) frame.flags |= OVT_FLAG_CLOCK_SUSPECT;
   if (frame.kind == FrameKind::kPrediction) frame.flags |= OVT_FLAG_PREDICTION | OVT_FLAG_NO_DATA;
   for (int32_t s = 0; s < params_.sensor_count; ++s) {
     if (frame.kind != FrameKind::kExternal && !(frame.sensor_mask >> s & 1u)) frame.flags |= OVT_FLAG_SENSOR_MISSING;
@@ -144,6 +234,38 @@ void FrameAssembler::close(Frame& frame, const EgoMark& mark) noexcept {
   if (frame.stale_mask) frame.flags |= OVT_FLAG_SENSOR_STALE;
   frame.closed_ns.store(steady_now_ns(), std::memory_order_relaxed);
   runner_.close(frame);
+}
+
+// Which of the marked poses the frame may use. The time is the sensors' newest stamp, where there is none the frame's
+// own.
+EgoMark FrameAssembler::watch_ego(const EgoMark& mark, Frame& frame) noexcept {
+  EgoWatch& watch = ego_watch_;
+  EgoMark used = mark;
+  if (watch.named > 0) --watch.named;
+  if (mark.refused > watch.refused) watch.named = 3;
+  watch.refused = std::max(watch.refused, mark.refused);
+  if (mark.count > ego_.oldest_safe(mark)) {
+    const int64_t now_ns = clock_.any() ? clock_.newest_ns() : frame.stamp_ns;
+    const int64_t lead_ns = difference_ns(ego_.stamp_at(mark.count - 1), now_ns), run = ego_.run_at(mark.count - 1);
+    const bool stepped = watch.frames > 0 && run > watch.believed_run;
+    const bool in_sequence = frame.kind != FrameKind::kPrediction && !(frame.flags & OVT_FLAG_OUT_OF_SEQUENCE);
+    if (in_sequence && !stepped && watch.frames < EgoWatch::kLearnFrames) {
+      watch.usual_lead_ns = watch.frames == 0 ? lead_ns : std::max(watch.usual_lead_ns, lead_ns);
+      ++watch.frames;
+    }
+    if (in_sequence) {
+      const bool ahead = watch.frames > 0 && difference_ns(lead_ns, watch.usual_lead_ns) > clock_.near_ns();
+      watch.ahead = ahead ? std::min(watch.ahead + 1, EgoWatch::kDriftFrames) : 0;
+      if (!ahead) watch.believed_run = std::max(watch.believed_run, run);
+    }
+    const bool step_ahead = watch.ahead > 0 && stepped;
+    if (step_ahead) used.count = ego_.first_run_after(mark, watch.believed_run);
+    if (step_ahead || watch.ahead == EgoWatch::kDriftFrames || (mark.count > watch.count && lead_ns < -kLateNs))
+      watch.named = 3;
+    watch.count = std::max(watch.count, mark.count);
+  }
+  if (watch.named > 0) frame.suspect_mask |= OVT_SUSPECT_EGO;
+  return used;
 }
 
 // The open frame has begun later, or a frame of scans has taken the stamp; pushed detections of the same stamp leave

@@ -7,6 +7,8 @@
 //
 // A scan older than what was closed, or than the frame that waits, is a frame of its own: the tracker takes it in at
 // its place in time. A frame's sequence number is that of its closing.
+//
+// A scan whose stamp the clock watch holds is kept here, one of each sensor: the next held one replaces it.
 #pragma once
 
 #include <algorithm>
@@ -44,17 +46,46 @@ struct AssemblerParams {
 struct ExternalScan {
   ExternalTable table;
   int64_t stamp_ns = 0;
+  uint64_t ticket = 0;  // as of a Scan
   EgoMark ego;
   int32_t reference = OVT_REFERENCE_MAP;
 };
 
-// What became of a scan (or of pushed detections) that was offered. kNoSlot: offer it again.
-enum class Taken { kUsed, kLate, kDropped, kDuplicate, kNoSlot };
+// What became of a scan (or of pushed detections) that was offered. kNoSlot: offer it again. kHeld: take_settled() says
+// it later.
+enum class Taken { kUsed, kLate, kDuplicate, kNoSlot, kHeld };
+
+// What became of scans and pushed detections that were answered kHeld, or kLate before a clock jump.
+struct Settled {
+  int32_t used = 0, late = 0;
+  int32_t late_before_jump = 0;  // of the clock that is now believed: dropped, then
+  int32_t external_used = 0, external_dropped = 0;
+};
+
+// Ego poses against the sensors' time, frame by frame. Poses that stepped ahead (a run of the buffer) are believed when
+// they lead the sensors by no more than poses did before.
+struct EgoWatch {
+  static constexpr int32_t kLearnFrames = 16;
+  static constexpr int32_t kDriftFrames = 8;  // one alone may have been worked on out of turn
+  int32_t frames = 0;                         // that taught what is usual
+  int64_t usual_lead_ns = 0;  // newest pose minus the sensors' newest stamp: the most of the first frames
+  int64_t believed_run = -1;  // runs up to this one are believed
+  int32_t ahead = 0;          // frames in a row in which they led by more
+  int64_t refused = 0;        // poses that the buffer had refused by the last frame
+  int64_t count = 0;          // poses by the last frame
+  int32_t named = 0;          // frames until the poses are no suspects any more
+};
 
 class FrameAssembler {
  public:
   FrameAssembler(const AssemblerParams& params, FramePool& pool, EgoBuffer& ego, FrameRunner& runner)
-      : params_(params), pool_(pool), ego_(ego), runner_(runner), clock_(params.period_ns) {}
+      : params_(params),
+        pool_(pool),
+        ego_(ego),
+        runner_(runner),
+        clock_(params.sensor_count, params.period_ns, params.tolerance_ns) {}
+  // Memory for what is held. False: there is none.
+  [[nodiscard]] bool build(const int32_t* point_capacity, int32_t external_capacity, const Allocator& allocator);
 
   // Swaps the scan's table into the frame's.
   Taken take_scan(int32_t sensor, Scan& scan) noexcept;
@@ -62,12 +93,11 @@ class FrameAssembler {
   Taken take_external(ExternalScan& scan) noexcept;
   // False when a frame slot was needed and none is free: try again.
   bool advance(int64_t now_ns) noexcept;
-  void flush() noexcept { close_open(); }
-  int64_t admitted() const noexcept { return next_sequence_; }  // frames closed so far
-  // Scans that were answered kLate, and turned out to be of the clock that is now believed: dropped, then. Since the
-  // last call.
-  int32_t take_late_before_jump() noexcept { return std::exchange(late_before_jump_, 0); }
+  void flush() noexcept;                                                   // what is still held is refused
+  int64_t admitted() const noexcept { return next_sequence_; }             // frames closed so far
+  Settled take_settled() noexcept { return std::exchange(settled_, {}); }  // since the last call
   int64_t clock_jumps() const noexcept { return clock_jumps_; }
+  int64_t near_ns() const noexcept { return clock_.near_ns(); }
 
  private:
   // Stamps of a source that were used, to know one that comes again.
@@ -81,10 +111,30 @@ class FrameAssembler {
     void add(int64_t stamp) noexcept { stamp_ns[count++ % kCapacity] = stamp; }
   };
 
+  // Pushed detections that wait for the sensors.
+  struct HeldExternal {
+    ExternalScan scan;
+    int64_t base_ns = 0;  // the sensors' newest stamp when it came
+  };
+  static constexpr int32_t kHeldExternals = 8;
+
   // A verdict that is not kNoSlot ends it; else the stamp is believed.
   Taken check_stamp(int32_t source, int64_t stamp_ns) noexcept;
+  void settle() noexcept;
+  // False: something held is good, and there is no slot for it.
+  bool place_accepted() noexcept;
+  bool place_scan(int32_t sensor, Scan& scan) noexcept;
+  bool place_external(ExternalScan& scan) noexcept;
+  bool joins(int32_t sensor, int64_t stamp_ns) const noexcept;
+  void hold_external(ExternalScan& scan) noexcept;
+  void drop_external(int32_t index) noexcept;
+  bool settle_externals() noexcept;
+  EgoMark watch_ego(const EgoMark& mark, Frame& frame) noexcept;
   Frame* open(int64_t stamp_ns, FrameKind kind) noexcept;
   void put_scan(Frame& frame, int32_t sensor, Scan& scan) noexcept;
+  void forget_judged(int32_t source, int64_t stamp_ns) noexcept {
+    judged_ = judged_ && (judged_source_ != source || judged_stamp_ns_ != stamp_ns);
+  }
   void close(Frame& frame, const EgoMark& mark) noexcept;
   void close_open() noexcept;
   bool complete() const noexcept;
@@ -101,8 +151,14 @@ class FrameAssembler {
   int64_t next_sequence_ = 0;
   bool started_ = false;       // a scan was taken
   bool restart_next_ = false;  // the next frame is the first of another clock
-  int32_t late_before_jump_ = 0;
+  Settled settled_;
   int64_t clock_jumps_ = 0;
+  Arena held_arena_;
+  Scan held_[kMaxSensors];
+  uint32_t accepted_ = 0;  // of the held scans, those to place
+  HeldExternal held_external_[kHeldExternals];
+  int32_t held_externals_ = 0;
+  EgoWatch ego_watch_;
   bool closed_any_ = false;
   int64_t closed_stamp_ns_ = 0;  // newest stamp of the closed frames, predictions apart
   FrameKind closed_kind_ = FrameKind::kScans;

@@ -31,6 +31,13 @@ Frame* FramePool::acquire() noexcept {
   return nullptr;
 }
 
+bool FramePool::has_free() const noexcept {
+  if (in_flight_.load(std::memory_order_acquire) >= max_in_flight_) return false;
+  for (int32_t i = 0; i < slot_count_; ++i)
+    if ((slots_[std::size_t(i)].references.load(std::memory_order_acquire) & kHolders) == 0) return true;
+  return false;
+}
+
 void FramePool::publish(Frame* frame) noexcept {
   const int64_t sequence = frame->sequence;  // a reader may have let go of it by the end of this
   frame->references.store(kFinished | 1, std::memory_order_release);

@@ -26,6 +26,7 @@ class FramePool {
                            const Allocator& allocator);
 
   Frame* acquire() noexcept;            // intake: a free slot, reset, or null
+  bool has_free() const noexcept;       // intake: acquire would give one
   void publish(Frame* frame) noexcept;  // pipeline: finished, and the latest from now on
   Frame* pin_latest() noexcept;         // reader: the latest, held until release; null when there is none
   // Of the latest, -1 when there is none: pin_latest will not give an older one.

@@ -21,8 +21,9 @@ namespace overtake {
 struct Scan {
   ScanTable table;
   int64_t stamp_ns = 0;
-  EgoMark ego;     // ego poses that were pushed before it
-  StageSpan load;  // its copy
+  uint64_t ticket = 0;  // pushes before it, of all sources
+  EgoMark ego;          // ego poses that were pushed before it
+  StageSpan load;       // its copy
 };
 
 template <class Letter>  // with a `table`

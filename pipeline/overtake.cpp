@@ -142,6 +142,7 @@ void fill_info(const Frame& frame, int32_t sensor_count, ovt_frame_info* out) {
   out->gated_size = frame.gated_size;
   out->gated_map = frame.gated_map;
   out->overflow_candidates = frame.candidate_overflow;
+  out->suspect_mask = frame.suspect_mask;
 }
 
 }  // namespace

@@ -334,9 +334,16 @@ OVT_API ovt_status ovt_points_init(ovt_points* points, size_t struct_size);
 
 /* Copies one scan into its sensor's mailbox; one that still waited there is dropped and counted (OVT_PUSH_REPLACE).
  * Stamps decide what becomes of it: the sensor's last stamp again is OVT_DUPLICATE; up to 0.5 s older than the newest
- * of all sensors it is a frame of its own that the tracker takes in at its place in time; older it is counted `late`;
- * after a gap of over 1 s, or when a clock went back, the third stamp in a row that agrees is believed
- * (OVT_FLAG_CLOCK_JUMP: the tracker starts anew), the two before it are `dropped`. */
+ * of all sensors it is a frame of its own that the tracker takes in at its place in time; older it is counted `late`.
+ * A stamp ahead of the other sensors by more than frame.tolerance_s plus frame.period_s is kept until these have
+ * spoken: it is used when they come near it, when more sensors say the same than go on without it (a common gap), or
+ * when no other is good; else it is counted `late`, and the sensor is named in suspect_mask. ovt_flush ends the
+ * waiting: `late`.
+ * Of two sensors none is the majority: one that steps ahead is the suspect; two that drift apart are both used up to
+ * 0.5 s less twice the sum of tolerance and period, and beyond that the one ahead is the suspect.
+ * After a gap of over 1 s, or when a clock went back, the third stamp in a row that agrees is believed, when more
+ * sensors say so than deliver good stamps (OVT_FLAG_CLOCK_JUMP: the tracker starts anew); the two before it are
+ * `dropped`. */
 OVT_API ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan);
 
 typedef struct ovt_ego_pose {
@@ -347,8 +354,12 @@ typedef struct ovt_ego_pose {
 } ovt_ego_pose;
 OVT_API ovt_status ovt_ego_pose_init(ovt_ego_pose* pose, size_t struct_size);
 /* A frame uses the poses pushed before its last scan. Stamps grow; the third in a row that is over 0.5 s older, and
- * grows, is a clock that went back. OVT_BAD_ARGUMENT for a value that is no pose of a car: x, y or z beyond 1e8 m, an
- * angle beyond 1e6 rad, a speed beyond 1e3 m/s, a yaw rate beyond 100 rad/s, NaN. Such a pose is not used. */
+ * grows, is a clock that went back. A pose ahead of the rhythm of those before it, by more than two intervals and
+ * 10 ms, is OVT_OK and waits for the next one: when that goes on from it both are used, else it is dropped. Poses that
+ * stepped ahead of the sensors by more than frame.tolerance_s plus frame.period_s, beyond what they lead by as a rule,
+ * are not used while they do: frames see the poses before them, which grow old, and name OVT_SUSPECT_EGO.
+ * OVT_BAD_ARGUMENT for a value that is no pose of a car: x, y or z beyond 1e8 m, an angle beyond 1e6 rad, a speed beyond
+ * 1e3 m/s, a yaw rate beyond 100 rad/s, NaN. Such a pose is not used. */
 OVT_API ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose);
 
 typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } ovt_reference;
@@ -356,7 +367,11 @@ typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } 
 /* Detections of another detector (radar, neural network), all of one stamp: one iteration of the tracker, in the order
  * of stamps with the frames: they close the frame that waits, so push them after the scans of their time. Columns of
  * `count`; heading and covariance may be null, or NaN per row; without cov_xy the variances are taken as
- * independent. Rows pushed before that still wait are treated as the push policy says. */
+ * independent. Rows pushed before that still wait are treated as the push policy says.
+ * Their stamps never move the clock while a sensor delivers good ones: ahead of the sensors by more than
+ * frame.tolerance_s plus frame.period_s they are kept until the sensors come near them, or dropped
+ * (OVT_SUSPECT_DETECTIONS) when the sensors go on by more than that and are still behind, when more than eight pushes
+ * wait, or at ovt_flush. Without sensors they are the clock. */
 typedef struct ovt_external_detections {
   size_t struct_size;
   int64_t stamp_ns;
@@ -399,10 +414,16 @@ enum {                               /* ovt_frame_info.flags */
   OVT_FLAG_PREDICTION = 4096,        /* ovt_advance named this time: no sensor is in it, the tracks are predicted */
   OVT_FLAG_EXCEPTION = 8192,         /* a stage threw: the sensors it belonged to are not in the frame, or, behind the
                                         segmentation, nothing is detected and the tracks are predicted */
-  OVT_FLAG_EGO_OFF_MAP = 16384       /* the ego pose lies outside of the track by more than gate.ego_margin_m (a jump, a
+  OVT_FLAG_EGO_OFF_MAP = 16384,      /* the ego pose lies outside of the track by more than gate.ego_margin_m (a jump, a
                                         wrong map, the pit lane): the map is not used in this frame. No map gate,
                                         psi_REF is the ego heading, map_s_m and map_d_m are 0, and new tracks take the
                                         ego course */
+  OVT_FLAG_CLOCK_SUSPECT = 65536     /* stamps of a source were refused (suspect_mask: whose) */
+};
+
+enum {                               /* ovt_frame_info.suspect_mask, beside bit s for sensor s */
+  OVT_SUSPECT_DETECTIONS = 256,      /* pushed detections */
+  OVT_SUSPECT_EGO = 512              /* ego poses */
 };
 
 typedef struct ovt_frame_info {
@@ -428,6 +449,9 @@ typedef struct ovt_frame_info {
   int32_t overflow_candidates;       /* candidates beyond candidate_capacity */
                                      /* cluster_count = gated_points + gated_size + candidate_count;
                                         candidate_count = gated_map + overflow_candidates + detection_count */
+  uint32_t suspect_mask;             /* sources of which a stamp was refused, in each frame closed from then on until
+                                        the source's third good stamp in a row (ego poses: for three frames) or a
+                                        clock jump. Bit s: sensor s; OVT_SUSPECT_... */
 } ovt_frame_info;
 
 /* Moves the reader to the latest finished frame. OVT_NO_FRAME when there is none newer: the reader

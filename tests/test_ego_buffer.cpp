@@ -114,14 +114,17 @@ TEST_CASE("ego_buffer: stamps at both ends of int64 overflow nothing") {
 
   EgoBuffer buffer(16);
   CHECK(buffer.push(pose_at(INT64_MIN)) == OVT_OK);
-  CHECK(buffer.push(pose_at(0)) == OVT_OK);
-  CHECK(buffer.push(pose_at(INT64_MAX)) == OVT_OK);
+  CHECK(buffer.push(pose_at(0)) == OVT_OK);          // waits
+  CHECK(buffer.push(pose_at(INT64_MAX)) == OVT_OK);  // waits in its place
+  CHECK(buffer.take_dropped() == 1);
+  CHECK(buffer.push(pose_at(INT64_MIN + 10 * kMs)) == OVT_OK);
+  CHECK(buffer.take_dropped() == 1);
   EgoWindow out;
-  buffer.copy_window({0, 3}, INT64_MIN, INT64_MAX, out);
-  CHECK(out.count == 3);
-  buffer.copy_window({0, 3}, INT64_MAX, INT64_MAX, out);
-  REQUIRE(out.count == 2);
-  CHECK(out.poses[1].stamp_ns == INT64_MAX);
+  buffer.copy_window({0, 2}, INT64_MIN, INT64_MAX, out);
+  CHECK(out.count == 2);
+  buffer.copy_window({0, 2}, INT64_MAX, INT64_MAX, out);
+  REQUIRE(out.count == 1);
+  CHECK(out.poses[0].stamp_ns == INT64_MIN + 10 * kMs);
 }
 
 TEST_CASE("ego_buffer: headings go to the map and back through roll and pitch") {
@@ -214,4 +217,54 @@ TEST_CASE("ego_buffer: a good stamp between two much older ones leaves the clock
     CHECK(buffer.push(pose_at(kToday + k * kMs)) == OVT_OK);
   }
   CHECK(buffer.mark().first == 0);
+}
+
+TEST_CASE("ego_buffer: one pose ahead costs no good one, at any rate") {
+  for (const int64_t interval_ns : {kMs, 10 * kMs, 100 * kMs})
+    for (const int64_t ahead_ms : {450, 2000}) {
+      CAPTURE(interval_ns);
+      CAPTURE(ahead_ms);
+      EgoBuffer buffer(1024);
+      for (int64_t k = 0; k < 20; ++k) {
+        if (k == 8) CHECK(buffer.push(pose_at(kToday + k * interval_ns + ahead_ms * kMs)) == OVT_OK);
+        CHECK(buffer.push(pose_at(kToday + k * interval_ns)) == OVT_OK);
+        CHECK(buffer.take_dropped() == (k == 8 ? 1 : 0));
+      }
+      CHECK(buffer.mark().count == 20);
+      CHECK(buffer.mark().refused == 1);
+      for (int64_t i = 0; i < 20; ++i) CHECK(buffer.stamp_at(i) == kToday + i * interval_ns);
+    }
+}
+
+TEST_CASE("ego_buffer: after a pause the second pose confirms the first, and both begin a run") {
+  EgoBuffer buffer(64);
+  for (int64_t k = 0; k < 5; ++k) REQUIRE(buffer.push(pose_at(kToday + k * 10 * kMs)) == OVT_OK);
+  REQUIRE(buffer.push(pose_at(kToday + 800 * kMs)) == OVT_OK);
+  CHECK(buffer.mark().count == 5);  // it waits
+  REQUIRE(buffer.push(pose_at(kToday + 810 * kMs)) == OVT_OK);
+  CHECK(buffer.mark().count == 7);
+  CHECK(buffer.take_dropped() == 0);
+  CHECK(buffer.mark().refused == 0);
+  CHECK(buffer.run_at(4) == 0);
+  CHECK(buffer.run_at(5) == 5);
+  CHECK(buffer.run_at(6) == 5);
+  CHECK(buffer.first_run_after(buffer.mark(), 0) == 5);
+  CHECK(buffer.first_run_after(buffer.mark(), 5) == 7);
+}
+
+TEST_CASE("ego_buffer: a slow source goes on") {
+  EgoBuffer buffer(64);
+  for (int64_t k = 0; k < 20; ++k) REQUIRE(buffer.push(pose_at(kToday + k * 400 * kMs)) == OVT_OK);
+  CHECK(buffer.mark().count == 20);
+  CHECK(buffer.mark().refused == 0);
+}
+
+TEST_CASE("ego_buffer: a first pose that was wrong is given up for three that agree") {
+  EgoBuffer buffer(64);
+  REQUIRE(buffer.push(pose_at(kToday + 450 * kMs)) == OVT_OK);
+  CHECK(buffer.push(pose_at(kToday)) == OVT_LATE);
+  CHECK(buffer.push(pose_at(kToday + 10 * kMs)) == OVT_LATE);
+  for (int64_t k = 2; k < 60; ++k) CHECK(buffer.push(pose_at(kToday + k * 10 * kMs)) == OVT_OK);
+  CHECK(buffer.mark().first == 1);
+  CHECK(buffer.mark().count == 59);
 }

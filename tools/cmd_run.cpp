@@ -286,7 +286,8 @@ void print_notes(uint32_t flags, const ovt_stats& stats) {
                 {OVT_FLAG_EGO_STALE, "some frames have no recent ego pose"},
                 {OVT_FLAG_CLOUD_DEGRADED, "some scans have more bad points than good ones"},
                 {OVT_FLAG_OVERFLOW, "a capacity was reached: the nearest were kept"},
-                {OVT_FLAG_CLOCK_JUMP, "the stamps jump"}};
+                {OVT_FLAG_CLOCK_JUMP, "the stamps jump"},
+                {OVT_FLAG_CLOCK_SUSPECT, "stamps of a sensor, of detections or of ego poses do not fit the others'"}};
   for (const auto& note : kNotes)
     if (flags & note.flag) std::printf("note: %s\n", note.text);
   if (stats.pushed != stats.used)

@@ -28,6 +28,8 @@ bool are_finite(const T* column, int32_t count) {
 inline const char* find_broken_info(const ovt_frame_info& info, int32_t sensor_count, bool def_map) {
   OVT_RULE(info.first_stamp_ns <= info.stamp_ns);
   OVT_RULE((info.sensor_mask | info.stale_mask) >> sensor_count == 0);
+  OVT_RULE((info.suspect_mask != 0) == ((info.flags & OVT_FLAG_CLOCK_SUSPECT) != 0));
+  OVT_RULE((info.suspect_mask & ~uint32_t(OVT_SUSPECT_DETECTIONS | OVT_SUSPECT_EGO)) >> sensor_count == 0);
   OVT_RULE(std::isfinite(info.ego_x_m) && std::isfinite(info.ego_y_m));
   OVT_RULE(std::isfinite(info.ego_yaw_rad) && std::isfinite(info.ego_speed_mps));
   if (!info.ego_known)
