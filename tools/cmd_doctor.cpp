@@ -86,14 +86,17 @@ int doctor_command(const Options& options) {
   int64_t wrong = 0;
   for (const Finding& finding : findings) {
     wrong += finding.wrong;
-    std::printf("%s  %s: %s\n", finding.wrong ? "WRONG" : "note ", finding.about.c_str(), finding.sentence.c_str());
-    if (!finding.advice.empty()) std::printf("       -> %s\n", finding.advice.c_str());
+    std::printf("%s  %s: %s\n", finding.wrong ? "WRONG" : "note ", printable(finding.about).c_str(),
+                printable(finding.sentence).c_str());
+    if (!finding.advice.empty()) std::printf("       -> %s\n", printable(finding.advice).c_str());
   }
   if (wrong == 0)
-    std::printf("Nothing is wrong with %s for rig %s.\n", config.input.c_str(), config.rig.name.c_str());
+    std::printf("Nothing is wrong with %s for rig %s.\n", printable(config.input).c_str(),
+                printable(config.rig.name).c_str());
   else
     std::printf("%lld %s wrong with %s for rig %s.\n", static_cast<long long>(wrong),
-                wrong == 1 ? "thing is" : "things are", config.input.c_str(), config.rig.name.c_str());
+                wrong == 1 ? "thing is" : "things are", printable(config.input).c_str(),
+                printable(config.rig.name).c_str());
   return wrong == 0 ? 0 : kDamaged;
 }
 

@@ -61,7 +61,7 @@ int describe_bag(const std::string& path) {
     look_into(bag->topics()[std::size_t(message.topic)], message.data, info);
   }
   infos.resize(bag->topics().size());
-  std::printf("%s: %s\n", path.c_str(), bag->describe().c_str());
+  std::printf("%s: %s\n", printable(path).c_str(), printable(bag->describe()).c_str());
   if (first_ns <= last_ns)
     std::printf("from %s to %s s, %s s\n\n", fixed(double(first_ns) * 1e-9, 3).c_str(),
                 fixed(double(last_ns) * 1e-9, 3).c_str(),
@@ -77,16 +77,17 @@ int describe_bag(const std::string& path) {
   std::fputs(table.format().c_str(), stdout);
   for (std::size_t i = 0; i < infos.size(); ++i) {
     const TopicInfo& info = infos[i];
-    const char* name = bag->topics()[i].name.c_str();
+    const std::string name = printable(bag->topics()[i].name);
     if (!info.layout.empty())
-      std::printf("\n%s: %lld points a cloud; %s\n", name, static_cast<long long>(info.points / info.messages),
-                  info.layout.c_str());
+      std::printf("\n%s: %lld points a cloud; %s\n", name.c_str(), static_cast<long long>(info.points / info.messages),
+                  printable(info.layout).c_str());
     if (info.undecoded > 0)
-      std::printf("%s: %lld messages are not what their type says\n", name, static_cast<long long>(info.undecoded));
+      std::printf("%s: %lld messages are not what their type says\n", name.c_str(),
+                  static_cast<long long>(info.undecoded));
   }
   if (bag->damage().empty()) return 0;
-  std::fprintf(stderr, "overtake: %s: %s; the lines above are about what came before it\n", path.c_str(),
-               bag->damage().c_str());
+  std::fprintf(stderr, "overtake: %s: %s; the lines above are about what came before it\n", printable(path).c_str(),
+               printable(bag->damage()).c_str());
   return kDamaged;
 }
 
@@ -112,7 +113,7 @@ int describe_folder(const std::string& path) {
     scans[(digits && first != std::string::npos ? "FRAME" + stem.substr(first) : "FRAME") + kind].push_back(file);
   }
   if (scans.empty()) throw io::Error(path, 0, "holds nothing that is read: no .pcd, .bin, .db3 or .mcap");
-  std::printf("%s: %s\n\n", path.c_str(), fs::is_directory(path, code) ? "a folder of scans" : "one scan");
+  std::printf("%s: %s\n\n", printable(path).c_str(), fs::is_directory(path, code) ? "a folder of scans" : "one scan");
   TextTable table({"scans", "files", "first", "points of the first", "fields"});
   for (const auto& [name, list] : scans) {
     const bool kitti = name.ends_with(".bin");

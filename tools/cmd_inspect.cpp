@@ -127,7 +127,7 @@ void print_summary(const Options& options, const io::SensorScan& scan, const ovt
     ++counts[points.reason[i]];
     ground += points.label[i] == 0;
   }
-  std::printf("%s: %d points, %lld ground, %lld in %d clusters\n", scan.path.c_str(), scan.input_count,
+  std::printf("%s: %d points, %lld ground, %lld in %d clusters\n", printable(scan.path).c_str(), scan.input_count,
               static_cast<long long>(ground), static_cast<long long>(counts[0] - ground), labels.label_count);
   for (const auto& [reason, count] : counts)
     if (reason > 0) std::printf("  %lld without a label: %s\n", static_cast<long long>(count), reasons[reason].c_str());

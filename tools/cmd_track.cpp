@@ -117,6 +117,8 @@ int track_command(const Options& options) {
   if (!options.quiet)
     std::printf("%zu scans, %zu tracks, %zu of them confirmed. Written to %s: tracks.csv config.toml\n", done,
                 seen.size(), confirmed.size(), options.out.c_str());
+  if (!options.quiet)
+    for (const std::string& sentence : session.full_capacities()) std::printf("note: %s\n", sentence.c_str());
   if (interrupted()) std::fprintf(stderr, "overtake: interrupted after %zu scans; what is done is kept\n", done);
   return interrupted() ? kInterrupted : 0;
 }
