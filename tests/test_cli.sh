@@ -157,7 +157,7 @@ refuse "--set smooth.window=99: smooth.window is '99', it takes a whole number f
 refuse "bound.csv:1: a bound has two columns, *" run scene --map bound.csv,bound.csv "${av21[@]}"
 refuse "*short_box/000000_box.txt:1: 7 numbers are needed: *" run short_box "${av21[@]}"
 refuse "*bad_box/000000_box.txt:1: 'east' is no number" run bad_box "${av21[@]}"
-refuse "*0_front.pcd: * points, but sensor 'front' has point_capacity 100" run small --rig small.toml --out out
+refuse "*0_front.pcd: * points, but sensor 'front' has point_capacity 100 (--capacity points=* raises it)" run small --rig small.toml --out out
 refuse "map.csv:3:5: 'five' is no number" run scene --map map.csv "${av21[@]}"
 refuse "no.csv: no such file" run scene --map no.csv "${av21[@]}"
 refuse "ego.csv: no column y_m or y *" run scene --ego ego.csv "${av21[@]}"
@@ -253,6 +253,117 @@ for pair in "left|right" "right|left"; do
 done
 grep -q 'roll_deg and pitch_deg' stdout && fail "the yaws are exchanged, and doctor says roll and pitch: $(cat stdout)"
 grep -q "^note   rig: nothing is wrong with its first scans for rig av21" stdout || fail "doctor does not name the right rig: $(cat stdout)"
+
+# ---- capacities: from the command line and the rig, in config.toml, and named when they are reached
+expect "capacities" "${run[@]}" --capacity clusters=20 --capacity candidates=4 --capacity tracks=7 --out full
+grep -q '^note: capacity clusters (20) was reached in 8 of 8 frames: nearest first were kept; raise it with --capacity clusters=40$' stdout ||
+  fail "full clusters are not said: $(grep note stdout)"
+grep -q 'capacity [ct]ra' stdout && fail "a capacity that nothing filled is called full: $(grep note stdout)"
+expect "capacities by workers" "${run[@]}" --capacity clusters=20 --capacity candidates=4 --capacity tracks=7 --workers 2 --out full_workers
+cmp full/detections.csv full_workers/detections.csv || fail "capacities: another result with workers"
+expect "candidates that do not fit" "${run[@]}" --capacity candidates=1 --out full_candidates
+crowded=$(awk -F, 'NR > 1 { ++n[$1] } END { for (f in n) more += n[f] > 1; print more }' run/detections.csv)
+grep -q "^note: capacity candidates (1) was reached in $crowded of 8 frames: nearest first were kept; raise it with --capacity candidates=2\$" stdout ||
+  fail "candidates are more than one in $crowded frames: $(grep note stdout)"
+expect "tracks that do not fit" "${run[@]}" --capacity tracks=2 --out full_tracks
+grep -q '^note: capacity tracks (2) was reached in [1-8] of 8 frames: confirmed first, then nearest first were kept; ' stdout ||
+  fail "full tracks are not said: $(grep note stdout)"
+[[ $(awk -F, 'NR > 1 { ++n[$1] } END { for (s in n) if (n[s] > most) most = n[s]; print most }' full_tracks/tracks.csv) == 2 ]] ||
+  fail "tracks=2 gives another number of tracks"
+for capacity in 'clusters = 20' 'candidates = 4' 'tracks = 7' 'ego_poses = 1024'; do
+  grep -qx "$capacity" full/config.toml || fail "config.toml lacks $capacity"
+done
+expect "capacities by config" "$overtake" run scene --config full/config.toml --out full_again
+diff -rq -x timing.csv full full_again || fail "config.toml does not repeat --capacity"
+{ cat full/config.toml | sed -n '/^\[rig\]/,$p' | sed 's/^\[rig\]//; s/\[rig\./[/; s/\[\[rig\./[[/'; printf '[capacities]\nclusters = 20\ncandidates = 4\ntracks = 7\n'; } >full.toml
+expect "capacities by rig" "$overtake" run scene --rig full.toml "${run[@]:5}" --out full_rig
+cmp full/detections.csv full_rig/detections.csv || fail "capacities of the rig are not used"
+cmp full/tracks.csv full_rig/tracks.csv || fail "capacities of the rig are not used for the tracks"
+expect "a capacity given wins" "$overtake" run scene --rig full.toml "${run[@]:5}" --capacity clusters=1024 --capacity candidates=256 --capacity tracks=256 --out full_won
+cmp run/detections.csv full_won/detections.csv || fail "--capacity does not win over the rig's"
+expect "points" "$overtake" run small --rig small.toml --capacity points=40000 --out points
+grep -qx 'point_capacity = 40000' points/config.toml || fail "config.toml lacks --capacity points"
+expect "capacities of track" "$overtake" track detections.csv --capacity tracks=5 --out track_full
+grep -qx 'tracks = 5' track_full/config.toml || fail "track does not take --capacity"
+sed 's/^clusters = 20/clusters = 0/' full.toml >zero.toml
+sed 's/^clusters = 20/lasers = 20/' full.toml >lasers.toml
+refuse "zero.toml:*: capacities: 'clusters' is 0, its limits are 1 to 1000000" run scene --rig zero.toml --out out
+refuse "lasers.toml:*: capacities: unknown key 'lasers'" run scene --rig lasers.toml --out out
+refuse "--capacity tracks=5000: a whole number from 1 to 4096 is needed" run scene --capacity tracks=5000 "${av21[@]}"
+refuse "--capacity tracks: a whole number from 1 to 4096 is needed" run scene --capacity tracks "${av21[@]}"
+refuse "--capacity lanes=3: there is no capacity 'lanes' (there are: points, clusters, candidates, tracks, ego_poses)" run scene --capacity lanes=3 "${av21[@]}"
+refuse "--capacity points=5: needs a rig: points are of its sensors" track detections.csv --capacity points=5 --out out
+
+# ---- files that want more memory than they may have, what is no file, and what a terminal would obey
+le() {  # VALUE BYTES
+  local i
+  for ((i = 0; i < $2; ++i)); do printf "\\x$(printf %02x $(($1 >> (8 * i) & 255)))"; done
+}
+text() { le ${#1} 4; printf %s "$1"; }
+record() {  # OPCODE CONTENT_FILE
+  le "$1" 1
+  le "$(stat -c %s "$2")" 8
+  cat "$2"
+}
+mcap_head() {
+  { text "ros2$1"; text ''; } >content
+  printf '\x89MCAP0\r\n'
+  record 1 content
+}
+printf '\x02\x00\x10\x00' >zeros   # a block of Zstandard: 128 KiB of zeros
+for ((i = 0; i < 14; ++i)); do cat zeros zeros >more; mv more zeros; done
+{ printf '\x28\xb5\x2f\xfd\x00\x38'; cat zeros zeros zeros; printf '\x03\x00\x10\x00'; } >packed   # 6 GiB
+{ le 0 16; le $((100 << 30)) 8; le 0 4; text zstd; le "$(stat -c %s packed)" 8; cat packed; } >chunk
+{ mcap_head ''; record 6 chunk; } >bomb.mcap
+bomb='a chunk cannot be unpacked: it declares 100.0 GiB, its 192.0 KiB cannot hold more than 6.0 GiB'
+(ulimit -v 1000000; timeout 20 "$overtake" info bomb.mcap >stdout 2>stderr)
+code=$?
+((code == 3)) && grep -q "^overtake: bomb.mcap: damaged at byte 29: $bomb; " stderr || fail "info of a bomb: $code, $(cat stderr)"
+refuse "bomb.mcap: damaged at byte 29: $bomb" run bomb.mcap "${av21[@]}"
+"$overtake" doctor bomb.mcap --rig av21 >stdout 2>stderr
+code=$?
+((code == 3)) && grep -qF "$bomb" stdout || fail "doctor of a bomb: $code, $(cat stdout stderr)"
+mkfifo pipe
+for input in /dev/zero pipe; do
+  kind=device
+  [[ $input == pipe ]] && kind=pipe
+  refuse "$input: is a $kind, a regular file is needed" run scene --rig $input --out out
+  for option in --ego --map --config; do
+    refuse "$input: is a $kind, a regular file is needed" run scene --rig av21 "$option" $input --out out
+  done
+  refuse "$input: is a $kind, a regular file is needed" run $input "${av21[@]}"
+  refuse "$input: is a $kind, a regular file is needed" track $input --out out
+  refuse "$input: is a $kind, a regular file is needed" simulate $input --out out.mcap
+done
+truncate -s 40M big.csv
+refuse "big.csv: is 40.0 MiB long, at most 2.0 MiB are read; the memory limit is 64.0 MiB (--max-memory)" run scene "${av21[@]}" --ego big.csv --max-memory 64M
+refuse "big.csv: is 40.0 MiB long, at most 2.0 MiB are read; *" --max-memory 64M track big.csv --out out
+refuse "scene/000000_front.pcd: *the memory limit is 1.0 MiB (--max-memory)" run scene "${av21[@]}" --max-memory 1M
+"$overtake" run scene "${av21[@]}" --max-memory much >stdout 2>stderr
+code=$?
+((code == 2)) && grep -q "'much' is no size" stderr || fail "--max-memory much: exit code $code, $(cat stderr)"
+
+clear=$'\e[2J'
+{ le 1 2; le 0 2; text "/front$clear"; text cdr; le 0 4; } >channel
+{ le 1 2; le 0 4; le 5 8; le 5 8; printf x; } >message
+{ le 0 16; text "$clear.txt"; text "text/plain"; le 0 8; le 0 4; } >attachment
+{ mcap_head "$clear"; record 4 channel; record 5 message; record 9 attachment; record 2 chunk; } >escape.mcap
+for command in info doctor run; do
+  given=(--rig av21)
+  case $command in info) given=() ;; run) given+=(--out out) ;; esac
+  "$overtake" $command escape.mcap "${given[@]}" >stdout 2>stderr
+  grep -q $'\e' stdout stderr && fail "$command lets an escape sequence of the file through: $(cat -v stdout stderr)"
+  cat stdout stderr >both
+done
+"$overtake" info escape.mcap >stdout 2>stderr
+for shown in 'of profile ros2\x1b[2J' '/front\x1b[2J' 'attachment \x1b[2J.txt'; do
+  grep -qF "$shown" stdout || fail "info does not show $shown: $(cat -v stdout)"
+done
+mkdir "$clear"
+cp scene/000000_front.pcd "$clear/1_no.pcd"
+"$overtake" run "$clear" "${av21[@]}" >stdout 2>stderr
+grep -q $'\e' stdout stderr && fail "an error lets an escape sequence of a file's name through"
+grep -qF '\x1b[2J/1_no.pcd: rig av21 has no sensor' stderr || fail "an error does not show the file's name: $(cat -v stderr)"
 
 # ---- a simulated log is run by its own rig, map and ego poses; what is given wins
 expect "simulate a log" "$overtake" simulate demo --seed 3 --seconds 0.5 --out race.mcap --quiet

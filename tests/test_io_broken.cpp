@@ -1,8 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Mutated files of every format: an error or what came before the damage, never a crash. 2,000 a format where a
-// sanitizer watches, 200 elsewhere.
+// Mutated files of every format: an error or what came before the damage, never a crash, and memory within the limit.
 #include <doctest/doctest.h>
 
 #include <filesystem>
@@ -12,26 +11,27 @@
 
 #include "core/hash.h"
 #include "tests/support/bags.h"
+#include "tests/support/peak_memory.h"
 #include "tests/support/temp_folder.h"
+#include "tools/config.h"
+#include "tools/io/box_file.h"
+#include "tools/io/ego_file.h"
+#include "tools/io/image.h"
+#include "tools/io/kitti_tracking.h"
+#include "tools/io/map_file.h"
+#include "tools/io/npy.h"
 #include "tools/io/scan_stream.h"
 #include "tools/io/urdf.h"
+#include "tools/sim/scenario.h"
 
 using namespace overtake;
 using namespace overtake::test;
 
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__)
-constexpr int32_t kFiles = 2000;
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-constexpr int32_t kFiles = 2000;
-#else
-constexpr int32_t kFiles = 200;
-#endif
-#else
-constexpr int32_t kFiles = 200;
-#endif
+// Of each format: some in every run, 2,000 where a sanitizer watches and in the suite "long".
+constexpr int32_t kSome = kMemoryIsOurs ? 200 : 2000, kMany = 2000;
+constexpr uint64_t kLimit = uint64_t(64) << 20;  // no file may take more memory than that
 
 constexpr int32_t kLines = 8, kShots = 20, kFrames = 6;
 
@@ -102,8 +102,10 @@ std::vector<uint64_t> read_all(const std::string& path, const io::Rig& rig, bool
 
 // `checked`: the format notices any change of a message, so that all that is delivered is true.
 void break_files(const TempFolder& folder, const std::string& name, const std::string& whole, std::size_t header,
-                 const io::Rig& rig, bool checked) {
+                 const io::Rig& rig, bool checked, int32_t files) {
   CAPTURE(name);
+  const MemoryLimit limit(kLimit);
+  const PeakMemory peak;
   bool complained = false;
   const auto intact = read_all(folder.write(name, whole), rig, complained);
   REQUIRE_FALSE(complained);
@@ -111,7 +113,7 @@ void break_files(const TempFolder& folder, const std::string& name, const std::s
   const std::set<uint64_t> known(intact.begin(), intact.end());
   Random random{88172645463325252u + Hash(uint64_t(name.size())).value()};
   int32_t complaints = 0, behind_header = 0, partly = 0;
-  for (int32_t k = 0; k < kFiles; ++k) {
+  for (int32_t k = 0; k < files; ++k) {
     CAPTURE(k);
     const bool behind = k % 4 != 0;
     behind_header += behind;
@@ -122,9 +124,30 @@ void break_files(const TempFolder& folder, const std::string& name, const std::s
     if (!checked) continue;
     for (const uint64_t scan : scans) REQUIRE(known.contains(scan));
   }
-  CHECK(behind_header * 2 > kFiles);
-  CHECK(complaints * 10 > kFiles);            // it does notice
+  CHECK(behind_header * 2 > files);
+  CHECK(complaints * 10 > files);             // it does notice
   CHECK((intact.size() == 1 || partly > 0));  // and delivers what came before
+  if (kMemoryIsOurs) CHECK(peak.grown_bytes() < kLimit);
+}
+
+// A file that is read whole by `read`, given its path: it works, or an io::Error says why not.
+template <class F>
+void break_whole(const TempFolder& folder, const std::string& name, const std::string& whole, int32_t files, F&& read) {
+  CAPTURE(name);
+  const MemoryLimit limit(kLimit);
+  const PeakMemory peak;
+  REQUIRE(error_of([&] { read(folder.write(name, whole)); }) == "");
+  Random random{88172645463325252u + Hash(uint64_t(whole.size())).value()};
+  int32_t refused = 0;
+  for (int32_t k = 0; k < files; ++k) {
+    CAPTURE(k);
+    const std::string path = folder.write(name, mutate(whole, 0, random));
+    const std::string said = error_of([&] { read(path); });
+    if (!said.empty()) CHECK(said.size() > path.size() + 3);  // the file, and a sentence
+    refused += !said.empty();
+  }
+  CHECK(refused * 10 > files);
+  if (kMemoryIsOurs) CHECK(peak.grown_bytes() < kLimit);
 }
 
 std::vector<Recorded> small_recording() {
@@ -137,9 +160,7 @@ std::vector<Recorded> small_recording() {
   return messages;
 }
 
-}  // namespace
-
-TEST_CASE("broken files: MCAP, each compression, gives an error or true messages before the damage") {
+void break_mcap(int32_t files) {
   const TempFolder folder;
   for (const char* compression : {"none", "lz4", "zstd"}) {
     io::McapOptions options;
@@ -147,26 +168,30 @@ TEST_CASE("broken files: MCAP, each compression, gives an error or true messages
     options.chunk_bytes = 6000;
     write_mcap(folder.path("whole.mcap"), small_recording(), options);
     break_files(folder, std::string(compression) + ".mcap", io::read_whole_file(folder.path("whole.mcap")), 40,
-                swept_rig(kLines), true);
+                swept_rig(kLines), true, files);
   }
 }
 
-TEST_CASE("broken files: MCAP without chunks, checksums and index") {
+void break_unchecked_mcap(int32_t files) {
   const TempFolder folder;
-  io::McapOptions options;
-  options.chunk_bytes = 0;
-  options.crc = options.index = false;
-  write_mcap(folder.path("whole.mcap"), small_recording(), options);
-  break_files(folder, "plain.mcap", io::read_whole_file(folder.path("whole.mcap")), 40, swept_rig(kLines), false);
+  for (const uint64_t chunk_bytes : {0, 6000}) {
+    io::McapOptions options;
+    options.compression = chunk_bytes == 0 ? "none" : "zstd";
+    options.chunk_bytes = chunk_bytes;
+    options.crc = options.index = false;
+    write_mcap(folder.path("whole.mcap"), small_recording(), options);
+    break_files(folder, chunk_bytes == 0 ? "plain.mcap" : "unchecked.mcap",
+                io::read_whole_file(folder.path("whole.mcap")), 40, swept_rig(kLines), false, files);
+  }
 }
 
-TEST_CASE("broken files: db3") {
+void break_db3(int32_t files) {
   const TempFolder folder;
   write_db3(folder.path("whole.db3"), small_recording());
-  break_files(folder, "a.db3", io::read_whole_file(folder.path("whole.db3")), 100, swept_rig(kLines), false);
+  break_files(folder, "a.db3", io::read_whole_file(folder.path("whole.db3")), 100, swept_rig(kLines), false, files);
 }
 
-TEST_CASE("broken files: PCD, each encoding") {
+void break_pcd(int32_t files) {
   const TempFolder folder;
   for (const io::PcdEncoding encoding :
        {io::PcdEncoding::kAscii, io::PcdEncoding::kBinary, io::PcdEncoding::kBinaryCompressed}) {
@@ -174,34 +199,107 @@ TEST_CASE("broken files: PCD, each encoding") {
     pcd.header.encoding = encoding;
     const std::string whole = io::format_pcd(pcd);
     break_files(folder, "e" + std::to_string(int(encoding)) + "_000001.pcd", whole, whole.find("DATA"),
-                swept_rig(kLines), false);
+                swept_rig(kLines), false, files);
   }
 }
 
-TEST_CASE("broken files: KITTI") {
+void break_kitti(int32_t files) {
   const TempFolder folder;
   const io::Pcd pcd = swept_cloud(kLines, kShots, 0);
   std::string bin;
   for (std::size_t i = 0; i < std::size_t(pcd.header.points); ++i)
     for (std::size_t c = 0; c < 4; ++c)
       bin.append(reinterpret_cast<const char*>(pcd.columns[c].bytes.data()) + 4 * i, 4);
-  break_files(folder, "000001.bin", bin, 16, swept_rig(kLines), false);
+  break_files(folder, "000001.bin", bin, 16, swept_rig(kLines), false, files);
 }
 
-TEST_CASE("broken files: rigs and URDF") {
+void break_toml(int32_t files) {
   const TempFolder folder;
-  const std::string rig = io::format_rig(io::load_rig("racecar"));
-  const std::string urdf =
-      "<robot name=\"car\"><link name=\"base\"/><link name=\"front\"/>"
-      "<joint name=\"j\" type=\"fixed\"><parent link=\"base\"/><child link=\"front\"/>"
-      "<origin xyz=\"1 2 3\" rpy=\"0.1 0 -0.2\"/></joint></robot>";
-  Random random{7};
-  int32_t refused = 0;
-  for (int32_t k = 0; k < kFiles; ++k) {
-    CAPTURE(k);
-    refused += !error_of([&] { io::parse_rig("rig", mutate(rig, 0, random)); }).empty();
-    io::Rig mounted = swept_rig(kLines);
-    refused += !error_of([&] { io::mount_by_urdf(mounted, folder.write("a.urdf", mutate(urdf, 0, random))); }).empty();
+  const auto rig_of = [](const std::string& path) { io::load_rig(path); };
+  break_whole(folder, "rig.toml", io::format_rig(io::load_rig("racecar")), files, rig_of);
+  cli::Options options;
+  options.rig = "av21";
+  const std::string config = cli::format_config(cli::load_config(options));
+  break_whole(folder, "config.toml", config, files, [](const std::string& path) {
+    cli::Options by_file;
+    by_file.config = path;
+    cli::load_config(by_file);
+  });
+  break_whole(folder, "scenario.toml", io::read_whole_file("tools/sim/scenarios/three_cars.toml"), files,
+              [](const std::string& path) { sim::load_scenario(path); });
+}
+
+void break_tables(int32_t files) {
+  const TempFolder folder;
+  std::string ego = "stamp_ns,x_m,y_m,z_m,yaw_rad,speed_mps\n", map = "x_m,y_m,w_tr_right_m,w_tr_left_m\n",
+              bound = "x,y\n";
+  for (int32_t i = 0; i < 40; ++i) {
+    const std::string at = std::to_string(10 * i);
+    ego += std::to_string(10'000'000 * i) + "," + at + ".25,2,0,0.1,30\n";
+    map += at + ",0.5,5,6\n";
+    bound += at + ",4.5\n";
   }
-  CHECK(refused > kFiles / 2);
+  break_whole(folder, "ego.csv", ego, files, [](const std::string& path) { io::read_ego_file(path); });
+  break_whole(folder, "map.csv", map, files, [](const std::string& path) { io::read_map(path); });
+  const std::string other = folder.write("other.csv", "x,y\n0,-4\n100,-4\n200,-4\n390,-4\n");
+  break_whole(folder, "bound.csv", bound, files, [&](const std::string& path) { io::read_map(path + "," + other); });
+  break_whole(folder, "000001_box.txt", "12.5 -3.25 0.5 4.9 1.9 1.0 0.1\n", files, [](const std::string& path) {
+    io::FrameScans frame;
+    frame.scans.resize(1);
+    frame.scans[0].path = path.substr(0, path.rfind("_box.txt")) + ".pcd";
+    const auto box = io::read_box_beside(frame);
+    CHECK(box.has_value());
+  });
+  break_whole(folder, "labels.txt", "0 2 Car 0 1 -1.79 296 161 455 292 2.0 1.8 4.4 -4.5 1.8 13.4 -2.1\n", files,
+              [](const std::string& path) { io::read_kitti_labels(path); });
+  break_whole(folder, "poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0.5 0 1 0 0 0 0 1 1.25\n", files,
+              [](const std::string& path) { io::read_kitti_poses(path); });
+}
+
+void break_urdf(int32_t files) {
+  const TempFolder folder;
+  break_whole(folder, "a.urdf",
+              "<robot name=\"car\"><link name=\"base\"/><link name=\"front\"/>"
+              "<joint name=\"j\" type=\"fixed\"><parent link=\"base\"/><child link=\"front\"/>"
+              "<origin xyz=\"1 2 3\" rpy=\"0.1 0 -0.2\"/></joint></robot>",
+              files, [](const std::string& path) {
+                io::Rig mounted = swept_rig(kLines);
+                io::mount_by_urdf(mounted, path);
+              });
+}
+
+void break_images(int32_t files) {
+  const TempFolder folder;
+  io::Picture picture(60, 20);
+  for (int32_t i = 0; i < 1200; ++i) picture.at(i % 60, i / 60) = io::label_color(i / 7);
+  break_whole(folder, "a.png", io::encode_png(picture), files, [](const std::string& path) { io::read_png(path); });
+  std::vector<float> values(600);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = float(i) * 0.5f;
+  io::write_npy(folder.path("whole.npy"), values.data(), {20, 30});
+  break_whole(folder, "a.npy", io::read_whole_file(folder.path("whole.npy")), files, [](const std::string& path) {
+    const io::Npy npy = io::read_npy(path);
+    CHECK(npy.values() * (npy.type == "|u1" ? 1 : 4) == int64_t(npy.bytes.size()));
+  });
+}
+
+}  // namespace
+
+TEST_CASE("broken files: MCAP, each compression, gives an error or true messages before the damage") {
+  break_mcap(kSome);
+}
+TEST_CASE("broken files: MCAP without checksums and index, with chunks and without") { break_unchecked_mcap(kSome); }
+TEST_CASE("broken files: db3") { break_db3(kSome); }
+TEST_CASE("broken files: PCD, each encoding") { break_pcd(kSome); }
+TEST_CASE("broken files: KITTI") { break_kitti(kSome); }
+TEST_CASE("broken files: rigs, configurations and scenarios") { break_toml(kSome); }
+TEST_CASE("broken files: tables") { break_tables(kSome); }
+TEST_CASE("broken files: URDF") { break_urdf(kSome); }
+TEST_CASE("broken files: pictures and arrays") { break_images(kSome); }
+
+TEST_SUITE("long") {
+  TEST_CASE("broken files: 2,000 of each format") {
+    for (const auto& of_format : {break_mcap, break_unchecked_mcap, break_db3, break_pcd, break_kitti, break_toml,
+                                  break_tables, break_urdf, break_images})
+      of_format(kMany);
+  }
 }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <cstring>
 #include <stdexcept>
 #include <string>
@@ -71,6 +72,20 @@ TEST_CASE("big-endian CDR is read, too") {
   CHECK(transforms[0].header.stamp_ns == 2'000'000'003);
   CHECK(transforms[0].header.frame_id == "map");
   CHECK(transforms[0].child_frame_id == "c");
+}
+
+TEST_CASE("a quaternion of any finite numbers gives finite angles") {
+  for (const double size : {1e300, 1e154, 1.0, 1e-100, 1e-154, 1e-160, 5e-324, 0.0}) {
+    CAPTURE(size);
+    for (int32_t which = 0; which < 16; ++which) {
+      CAPTURE(which);
+      RosPose pose;
+      pose.qx = which & 1 ? size : 0, pose.qy = which & 2 ? -size : 0;
+      pose.qz = which & 4 ? size : 0, pose.qw = which & 8 ? size : 0;
+      const RollPitchYaw angles = rotation_of(pose);
+      for (const double angle : {angles.roll_rad, angles.pitch_rad, angles.yaw_rad}) CHECK(std::isfinite(angle));
+    }
+  }
 }
 
 TEST_CASE("odometry and transforms survive their CDR bytes; a rotation survives its quaternion") {

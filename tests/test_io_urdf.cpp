@@ -66,6 +66,16 @@ TEST_CASE("URDF: what is missing or wrong is named") {
   CHECK(error(robot(joint("axle", "lidar", "") + joint("lidar", "axle", ""))) ==
         ": link 'lidar' hangs in a circle of joints");
   CHECK(error(robot(joint("road", "lidar", "\n<origin xyz=\"1 2\"/>"))) == ":7: xyz is not three numbers");
+  // A mounting that no rig file may hold, near or by the sum of joints.
+  const std::string far = "<origin xyz=\"0 60 0\"/>";
+  CHECK(error(robot(joint("road", "axle", far) + joint("axle", "lidar", far))) ==
+        ": link 'lidar' lies more than 100 m from its root");
+  io::Rig rig = one_sensor("lidar");
+  io::mount_by_urdf(
+      rig, folder.write("car.urdf", robot(joint("road", "axle", far) + joint("axle", "lidar", far))) + ",axle");
+  CHECK(rig.sensors[0].y_m == 60);
+  CHECK(error(robot(joint("road", "lidar", "<origin xyz=\"1e308 0 0\"/>")), ",road") ==
+        ": link 'lidar' lies more than 100 m from 'road'");
 }
 
 TEST_CASE("URDF: the AV-21's gives the mounting of rig av21") {

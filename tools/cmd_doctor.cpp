@@ -173,14 +173,16 @@ int doctor_command(const Options& options) {
   int64_t wrong = 0;
   for (const Finding& finding : findings) {
     wrong += finding.wrong;
-    std::printf("%s  %s: %s\n", finding.wrong ? "WRONG" : "note ", finding.about.c_str(), finding.sentence.c_str());
-    if (!finding.advice.empty()) std::printf("       -> %s\n", finding.advice.c_str());
+    std::printf("%s  %s: %s\n", finding.wrong ? "WRONG" : "note ", printable(finding.about).c_str(),
+                printable(finding.sentence).c_str());
+    if (!finding.advice.empty()) std::printf("       -> %s\n", printable(finding.advice).c_str());
   }
   if (wrong == 0)
-    std::printf("Nothing is wrong with %s for rig %s.\n", config.input.c_str(), config.rig.name.c_str());
+    std::printf("Nothing is wrong with %s for rig %s.\n", printable(config.input).c_str(),
+                printable(config.rig.name).c_str());
   else
     std::printf("%s wrong with %s for rig %s.\n", io::counted(wrong, "thing is", "things are").c_str(),
-                config.input.c_str(), config.rig.name.c_str());
+                printable(config.input).c_str(), printable(config.rig.name).c_str());
   return wrong == 0 ? 0 : kDamaged;
 }
 

@@ -81,7 +81,7 @@ RecordingInfo look_into_bag(const std::string& path) {
 }
 
 void print_bag(const RecordingInfo& info) {
-  std::printf("%s: %s\n", info.path.c_str(), info.kind.c_str());
+  std::printf("%s: %s\n", printable(info.path).c_str(), printable(info.kind).c_str());
   if (info.first_ns <= info.last_ns)
     std::printf("from %s to %s s, %s s\n\n", seconds(info.first_ns).c_str(), seconds(info.last_ns).c_str(),
                 fixed((double(info.last_ns) - double(info.first_ns)) * 1e-9, 3).c_str());
@@ -93,10 +93,10 @@ void print_bag(const RecordingInfo& info) {
   std::fputs(table.format().c_str(), stdout);
   for (const RecordingInfo::Topic& topic : info.topics) {
     if (!topic.layout.empty())
-      std::printf("\n%s: %s a cloud; %s\n", topic.name.c_str(),
-                  io::counted(topic.points / topic.messages, "point").c_str(), topic.layout.c_str());
+      std::printf("\n%s: %s a cloud; %s\n", printable(topic.name).c_str(),
+                  io::counted(topic.points / topic.messages, "point").c_str(), printable(topic.layout).c_str());
     if (topic.undecoded > 0)
-      std::printf("%s: %s not what %s type says\n", topic.name.c_str(),
+      std::printf("%s: %s not what %s type says\n", printable(topic.name).c_str(),
                   io::counted(topic.undecoded, "message is", "messages are").c_str(),
                   topic.undecoded == 1 ? "its" : "their");
   }

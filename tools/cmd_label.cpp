@@ -72,7 +72,7 @@ void label(const LabelOptions& options) {
         "%s\nWritten to %s: FRAME_SENSOR_labels.npy (1 obstacle, 0 ground; points in the recording's order) "
         "labels.csv\n",
         table.format(20).c_str(), options.out.c_str());
-  if (!stream->damage().empty()) std::fprintf(stderr, "overtake: %s\n", stream->damage().c_str());
+  if (!stream->damage().empty()) std::fprintf(stderr, "overtake: %s\n", printable(stream->damage()).c_str());
 }
 
 }  // namespace

@@ -276,7 +276,8 @@ std::string RunResult::format_times() const {
   return table.format();
 }
 
-void print_notes(uint32_t flags, const ovt_stats& stats) {
+void print_notes(uint32_t flags, const Session& session) {
+  const ovt_stats stats = session.stats();
   static constexpr struct {
     uint32_t flag;
     const char* text;
@@ -285,11 +286,11 @@ void print_notes(uint32_t flags, const ovt_stats& stats) {
                 {OVT_FLAG_SENSOR_MISSING, "some frames lack a sensor"},
                 {OVT_FLAG_EGO_STALE, "some frames have no recent ego pose"},
                 {OVT_FLAG_CLOUD_DEGRADED, "some scans have more bad points than good ones"},
-                {OVT_FLAG_OVERFLOW, "a capacity was reached: the nearest were kept"},
                 {OVT_FLAG_CLOCK_JUMP, "the stamps jump"},
                 {OVT_FLAG_CLOCK_SUSPECT, "stamps of a sensor, of detections or of ego poses do not fit the others'"}};
   for (const auto& note : kNotes)
     if (flags & note.flag) std::printf("note: %s\n", note.text);
+  for (const std::string& sentence : session.full_capacities()) std::printf("note: %s\n", sentence.c_str());
   if (stats.pushed != stats.used)
     std::printf("note: of %s %lld %s not used (late %lld, repeated stamp %lld, dropped %lld)\n",
                 io::counted(stats.pushed, "scan").c_str(), static_cast<long long>(stats.pushed - stats.used),
@@ -311,7 +312,7 @@ class LineNotes {
   void print(const io::Rig& rig) const {
     for (const auto& [sensor, how] : notes_)
       std::printf("note: the clouds of sensor '%s' say no lines: %s\n", rig.sensors[std::size_t(sensor)].name.c_str(),
-                  how.c_str());
+                  printable(how).c_str());
   }
 
  private:
@@ -374,13 +375,13 @@ int run_command(const Options& options) {
                                                         : !config.own_rig ? "map is"
                                                                           : "rig and the map are");
     lines.print(config.rig);
-    print_notes(result.flags_of_all(), session.stats());
+    print_notes(result.flags_of_all(), session);
     if (result.off_map_count() > 0 && !is_wrong_map)
       std::printf("note: %s: the map is not used there\n", result.format_off_map().c_str());
   }
   if (!stream->damage().empty()) {
-    std::fprintf(stderr, "overtake: %s: %s; what came before it is done\n", config.input.c_str(),
-                 stream->damage().c_str());
+    std::fprintf(stderr, "overtake: %s: %s; what came before it is done\n", printable(config.input).c_str(),
+                 printable(stream->damage()).c_str());
     return kDamaged;
   }
   if (interrupted())

@@ -119,6 +119,8 @@ int track_command(const Options& options) {
     std::printf("%s, %s, %zu of them confirmed. Written to %s: tracks.csv config.toml\n",
                 io::counted(int64_t(done), "scan").c_str(), io::counted(int64_t(seen.size()), "track").c_str(),
                 confirmed.size(), options.out.c_str());
+  if (!options.quiet)
+    for (const std::string& sentence : session.full_capacities()) std::printf("note: %s\n", sentence.c_str());
   if (interrupted())
     std::fprintf(stderr, "overtake: interrupted after %s; what is done is kept\n",
                  io::counted(int64_t(done), "scan").c_str());

@@ -100,7 +100,7 @@ bool read_params(Config& config, io::TomlReader& reader) {
 
 // Returns whether frame.period_s was set.
 bool read_config_file(Config& config, const Options& options) {
-  const std::string text = io::read_whole_file(options.config);
+  const std::string text = io::read_whole_file(options.config, io::kMostToml);
   const toml::table table = io::parse_toml(options.config, text);
   io::TomlReader reader(options.config, table);
   reader.mark_read("command");  // what a result was made by: for people
@@ -118,9 +118,36 @@ bool read_config_file(Config& config, const Options& options) {
     read_rig_key(config, reader);
   else
     reader.mark_read("rig");
+  config.capacities = io::read_capacities(reader);
   const bool period_set = read_params(config, reader);
   reader.finish();
   return period_set;
+}
+
+// NAME=ROWS. `points` is of every sensor of the rig.
+void set_capacity(Config& config, const std::string& pair) {
+  constexpr int32_t kMostPoints = 16'000'000;
+  const auto equals = std::min(pair.find('='), pair.size());
+  const std::string name(io::trim(std::string_view(pair).substr(0, equals)));
+  const std::string_view value = io::trim(std::string_view(pair).substr(std::min(equals + 1, pair.size())));
+  const auto rows_of = [&](int32_t most) {
+    int64_t rows = 0;
+    if (!io::parse_integer(value, rows) || rows < 1 || rows > most)
+      throw Error("--capacity " + pair, 0, "a whole number from 1 to " + std::to_string(most) + " is needed");
+    return int32_t(rows);
+  };
+  if (name == "points") {
+    const int32_t rows = rows_of(kMostPoints);
+    if (!config.has_rig) throw Error("--capacity " + pair, 0, "needs a rig: points are of its sensors");
+    for (io::RigSensor& sensor : config.rig.sensors) sensor.point_capacity = rows;
+    return;
+  }
+  for (const io::CapacityKey& key : io::kCapacityKeys)
+    if (name == key.name) {
+      config.capacities.*key.rows = rows_of(key.most);
+      return;
+    }
+  throw Error("--capacity " + pair, 0, "there is no capacity '" + name + "' (there are: " + capacity_names() + ")");
 }
 
 // A log that holds its own rig and map is read by them where none are given.
@@ -170,6 +197,7 @@ Config load_config(const Options& options) {
     const std::string wrong = set_param(config.params, "frame.period_s", period);
     if (!wrong.empty()) throw Error("rig " + config.rig.name, 0, wrong);
   }
+  for (const std::string& pair : options.capacity) set_capacity(config, pair);
   for (const std::string& pair : options.set) {
     const auto equals = pair.find('=');
     if (equals == std::string::npos || equals == 0) throw Error("--set " + pair, 0, "key=value is needed");
@@ -192,6 +220,21 @@ Config load_config_with_rig(const Options& options) {
   return config;
 }
 
+io::Capacities effective_capacities(const Config& config) {
+  const ovt_detector_def def = ovt_default_detector_def();
+  io::Capacities out{def.cluster_capacity, def.candidate_capacity, def.track_capacity, def.ego_pose_capacity};
+  for (const io::CapacityKey& key : io::kCapacityKeys)
+    for (const io::Capacities& given : {config.has_rig ? config.rig.capacities : io::Capacities(), config.capacities})
+      if (given.*key.rows > 0) out.*key.rows = given.*key.rows;
+  return out;
+}
+
+std::string capacity_names() {
+  std::vector<std::string> names = {"points"};
+  for (const io::CapacityKey& key : io::kCapacityKeys) names.emplace_back(key.name);
+  return io::join(names, ", ");
+}
+
 std::string format_config(const Config& config) {
   ovt_build_info build;
   ovt_read_build_info(&build);
@@ -207,6 +250,7 @@ std::string format_config(const Config& config) {
   line("ego", config.ego);
   line("isa", config.isa);
   text += "workers = " + std::to_string(config.workers) + '\n';
+  text += io::format_capacities(effective_capacities(config));
   std::string group;
   for (const ovt_param_info& info : describe_params()) {
     const std::string name = info.name;

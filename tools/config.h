@@ -6,6 +6,7 @@
 //
 //   preset = "paper"   map = "FILE"   ego = "FILE"   workers = 1   isa = "ref"      (all optional)
 //   rig = "NAME or FILE", or the table [rig] with its [[rig.sensor]] (see tools/io/rig.h)
+//   [capacities]   clusters = 1024      (rows of the detector's tables, before the rig's: tools/io/rig.h)
 //   [tracker]   confirm_hits = 3      (any parameter "group.name"; overtake params lists them)
 //
 // An MCAP log that holds a rig (attachment rig.toml) or a map (map.csv) is read by them where none are given; its ego
@@ -25,7 +26,7 @@ namespace overtake::cli {
 struct Options {
   std::string command, input, out;
   std::string rig, urdf, preset, map, ego, config, isa, sensor, trace, mcap;
-  std::vector<std::string> set;  // key=value
+  std::vector<std::string> set, capacity;  // key=value
   int32_t workers = -1;
   int64_t frame = -1, picture_at = -1;
   bool quiet = false, json = false;
@@ -38,6 +39,7 @@ struct Config {
   bool keep_images = true;                                 // false: nobody reads them (ovt_detector_def.keep_images)
   bool has_rig = false, own_rig = false, own_map = false;  // own: out of the input itself, an MCAP log
   io::Rig rig;
+  io::Capacities capacities;  // what is not given here the rig gives, else the library's default holds
 };
 
 // Throws io::Error. A rig's period becomes frame.period_s unless that is set.
@@ -45,6 +47,11 @@ Config load_config(const Options& options);
 // The same for a command that reads scans: throws as well where there is no rig.
 Config load_config_with_rig(const Options& options);
 std::string format_config(const Config& config);
+
+// The capacities a detector is made with: the config's, the rig's, the library's default.
+io::Capacities effective_capacities(const Config& config);
+// For --capacity: "points, clusters, ...".
+std::string capacity_names();
 
 // The parameters with units, defaults and limits, a line each.
 std::string list_params();

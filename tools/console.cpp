@@ -52,6 +52,49 @@ void Progress::clear() {
   shown_percent_ = -1;
 }
 
+std::string printable(std::string_view text) {
+  std::string out;
+  char escape[16];
+  for (std::size_t i = 0; i < text.size();) {
+    // One character of UTF-8: its first byte tells how many follow.
+    const auto byte = [&](std::size_t k) { return uint32_t(static_cast<unsigned char>(text[k])); };
+    const uint32_t first = byte(i);
+    const std::size_t size = first < 0x80   ? 1
+                             : first < 0xc2 ? 0
+                             : first < 0xe0 ? 2
+                             : first < 0xf0 ? 3
+                             : first < 0xf5 ? 4
+                                            : 0;
+    uint32_t code = size <= 1 ? first : first & (0xffu >> (size + 1));
+    bool valid = size > 0 && i + size <= text.size();
+    for (std::size_t k = 1; valid && k < size; ++k) {
+      valid = (byte(i + k) & 0xc0) == 0x80;
+      code = code << 6 | (byte(i + k) & 0x3f);
+    }
+    valid = valid && !(size == 3 && (code < 0x800 || (code >= 0xd800 && code < 0xe000))) &&
+            !(size == 4 && (code < 0x10000 || code > 0x10ffff));
+    const bool control = code < 0x20 || (code >= 0x7f && code < 0xa0);
+    const bool turns = code == 0x61c || code == 0x200e || code == 0x200f || (code >= 0x2028 && code <= 0x202e) ||
+                       (code >= 0x2066 && code <= 0x2069);
+    if (valid && !control && !turns) {
+      out.append(text.substr(i, size));
+    } else {
+      if (!valid || code < 0x100)
+        std::snprintf(escape, sizeof escape, "\\x%02x", unsigned(valid ? code : first));
+      else
+        std::snprintf(escape, sizeof escape, "\\u%04x", unsigned(code));
+      out += escape;
+    }
+    i += valid ? size : 1;
+  }
+  return out;
+}
+
+void TextTable::add(std::vector<std::string> row) {
+  for (std::string& cell : row) cell = printable(cell);
+  rows_.push_back(std::move(row));
+}
+
 std::string TextTable::format(std::size_t most) const {
   const std::size_t skipped = size() > most ? size() - most : 0;
   std::vector<std::size_t> width(rows_[0].size(), 0);

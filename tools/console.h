@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace overtake::cli {
@@ -38,7 +39,7 @@ class Progress {
 class TextTable {
  public:
   explicit TextTable(std::vector<std::string> header) : rows_{std::move(header)} {}
-  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+  void add(std::vector<std::string> row);
   std::size_t size() const { return rows_.size() - 1; }
   // The last `most` rows; says how many were left out before them.
   std::string format(std::size_t most = SIZE_MAX) const;
@@ -46,6 +47,11 @@ class TextTable {
  private:
   std::vector<std::vector<std::string>> rows_;
 };
+
+// Text of a file as it may go to a terminal: a control character, an invalid byte and what turns the direction of
+// writing become \x1b or \u202e. Whatever is printed and may hold what a file says goes through here; a TextTable's
+// cells do.
+std::string printable(std::string_view text);
 
 std::string fixed(double value, int32_t digits);  // "-" for NaN
 

@@ -7,12 +7,15 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <new>
 
 #include "tools/cmd_evaluate.h"
 #include "tools/cmd_label.h"
 #include "tools/cmd_scene.h"
 #include "tools/cmd_simulate.h"
 #include "tools/commands.h"
+#include "tools/console.h"
+#include "tools/io/memory_limit.h"
 #include "tools/io/rig.h"
 #include "tools/io/text.h"
 #include "tools/io/words.h"
@@ -49,6 +52,11 @@ void add_common(CLI::App& command, Options& options, const std::string& map_defa
   command.add_option(
       "--map", options.map,
       "track map: centre line with widths, or two bounds FILE1,FILE2; none: without (default: " + map_default + ")");
+  command
+      .add_option("--capacity", options.capacity,
+                  "NAME=ROWS: how much a table of the detector holds (" + capacity_names() + "); may be repeated")
+      ->expected(1)
+      ->take_all();
   command.add_option("--out", options.out, "folder for the results, made if needed")->required();
   command.add_flag("--quiet", options.quiet, "print nothing but errors");
 }
@@ -93,6 +101,20 @@ std::string usage_error(const CLI::App& app, const std::vector<std::string>& wor
     }
   if (!rest.empty()) return place + "'" + rest[0] + "' is one argument too many" + its_help;
   return place + error.what() + its_help;
+// Of every command: no file may make its reader take more.
+void add_max_memory(CLI::App& app) {
+  app.add_option_function<std::string>(
+         "--max-memory",
+         [](const std::string& text) {
+           uint64_t bytes = 0;
+           if (!io::parse_size(text, bytes))
+             throw CLI::ValidationError("--max-memory", "'" + text + "' is no size of 1M or more (4G, 512M)");
+           io::set_memory_limit(bytes);
+         },
+         "the most that one file may take in memory, as 4G or 512M (default: half of the machine's, " +
+             io::format_size(io::memory_limit()) + ")")
+      ->type_name("SIZE");
+  for (CLI::App* command : app.get_subcommands({})) command->fallthrough();
 }
 
 int run_main(int argc, char** argv) {
@@ -156,6 +178,7 @@ int run_main(int argc, char** argv) {
   add_label_command(app);
   CLI::App& params = *app.add_subcommand("params", "lists the parameters");
   params.add_flag("--json", options.json, kJsonText);
+  add_max_memory(app);
 
   try {
     app.parse(argc, argv);
@@ -183,8 +206,11 @@ int run_main(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     return overtake::cli::run_main(argc, argv);
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "overtake: the memory is used up; --max-memory says how much a file may take (now %s)\n",
+                 overtake::io::format_size(overtake::io::memory_limit()).c_str());
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "overtake: %s\n", error.what());
+    std::fprintf(stderr, "overtake: %s\n", overtake::cli::printable(error.what()).c_str());
   } catch (...) {
     std::fprintf(stderr, "overtake: an unknown error\n");
   }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/session.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "tools/io/error.h"
@@ -99,7 +100,9 @@ void check(ovt_status status, const std::string& what) {
 }
 
 Session::Session(const Config& config, ovt_frame_fn* on_frame, void* user)
-    : period_ns_(config.has_rig ? config.rig.period_ns() : 0), rig_(config.rig) {
+    : period_ns_(config.has_rig ? config.rig.period_ns() : 0),
+      capacities_(effective_capacities(config)),
+      rig_(config.rig) {
   if (!config.ego.empty()) ego_ = io::read_ego_file(config.ego);
   io::MapData map;
   ovt_map_def map_def;
@@ -114,6 +117,10 @@ Session::Session(const Config& config, ovt_frame_fn* on_frame, void* user)
   def.sensors = sensors.data();
   def.sensor_count = int32_t(sensors.size());
   def.params = &config.params;
+  def.cluster_capacity = capacities_.clusters;
+  def.candidate_capacity = capacities_.candidates;
+  def.track_capacity = capacities_.tracks;
+  def.ego_pose_capacity = capacities_.ego_poses;
   def.map = config.map.empty() ? nullptr : &map_def;
   def.worker_count = config.workers;
   def.isa = config.isa.empty() ? nullptr : config.isa.c_str();
@@ -151,11 +158,50 @@ void Session::push(const io::FrameScans& frame) {
     if (scan.count > sensor.point_capacity)
       throw io::Error(scan.path, 0,
                       std::to_string(scan.count) + " points, but sensor '" + sensor.name + "' has point_capacity " +
-                          std::to_string(sensor.point_capacity));
+                          std::to_string(sensor.point_capacity) + " (--capacity points=" + std::to_string(scan.count) +
+                          " raises it)");
     const ovt_points points = to_points(scan);
     const ovt_status status = ovt_push_scan(detector_, &points);
     if (status != OVT_DUPLICATE && status != OVT_LATE) check(status, scan.path);
+    count_overflows();
   }
+}
+
+void Session::flush() {
+  check(ovt_flush(detector_), "finishing the last frames");
+  count_overflows();
+}
+
+void Session::count_overflows() {
+  const ovt_stats now = stats();
+  const int64_t finished = now.frames - frames_;
+  const int64_t rows[] = {now.overflow_clusters, now.overflow_candidates, now.overflow_tracks};
+  for (std::size_t i = 0; i < std::size(rows); ++i) {
+    Overflow& seen = overflows_[i];
+    const int64_t grown = rows[i] - seen.rows;  // a replay may lower the tracks'
+    if (grown > 0) seen.frames += std::max<int64_t>(1, std::min(grown, finished));
+    seen.rows = rows[i];
+  }
+  frames_ = now.frames;
+}
+
+std::vector<std::string> Session::full_capacities() const {
+  std::vector<std::string> sentences;
+  for (const Overflow& seen : overflows_) {
+    if (seen.frames == 0) continue;
+    for (const io::CapacityKey& key : io::kCapacityKeys) {
+      if (std::string_view(key.name) != seen.capacity) continue;
+      const int32_t rows = capacities_.*key.rows;
+      const bool tracks = key.rows == &io::Capacities::tracks;
+      sentences.push_back("capacity " + std::string(key.name) + " (" + std::to_string(rows) + ") was reached in " +
+                          std::to_string(seen.frames) + " of " + std::to_string(frames_) + " frames: " +
+                          (tracks ? "confirmed first, then nearest first" : "nearest first") + " were kept; " +
+                          (rows < key.most ? "raise it with --capacity " + std::string(key.name) + "=" +
+                                                 std::to_string(std::min(2 * rows, key.most))
+                                           : "that is the most there may be"));
+    }
+  }
+  return sentences;
 }
 
 ovt_stats Session::stats() const {

@@ -40,13 +40,25 @@ class Session {
   // The poses a frame's points need, then its scans. A scan the library calls late or a duplicate is not an error: the
   // library counts it.
   void push(const io::FrameScans& frame);
-  void flush() { check(ovt_flush(detector_), "finishing the last frames"); }
+  void flush();
 
   ovt_detector* detector() const { return detector_; }
   ovt_stats stats() const;
+  // In how many frames each capacity was too small so far, as sentences; none where all were large enough. The counters
+  // are looked at behind every push: with more than one worker two frames that finish together may count as one.
+  std::vector<std::string> full_capacities() const;
 
  private:
+  void count_overflows();
+
+  struct Overflow {
+    const char* capacity;
+    int64_t rows = 0, frames = 0;
+  };
   int64_t period_ns_;
+  io::Capacities capacities_;
+  int64_t frames_ = 0;
+  Overflow overflows_[3] = {{"clusters"}, {"candidates"}, {"tracks"}};
   std::vector<io::EgoRow> ego_;
   std::size_t next_ego_ = 0;
   ovt_detector* detector_ = nullptr;

@@ -3,6 +3,8 @@
 //
 // fuzz_seeds FOLDER: writes FOLDER/<target>/NN, the inputs every fuzzing run starts from. Made here, none recorded; the
 // same bytes every time.
+#include <sqlite3.h>
+
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -10,9 +12,13 @@
 #include <string>
 
 #include "pipeline/overtake.h"
+#include "tests/support/mcap_parts.h"
 #include "tools/config.h"
+#include "tools/io/cloud_message.h"
 #include "tools/io/error.h"
+#include "tools/io/mcap_writer.h"
 #include "tools/io/pcd.h"
+#include "tools/io/ros_messages.h"
 #include "tools/io/text.h"
 
 using namespace overtake;
@@ -120,6 +126,97 @@ void write_toml() {
   write_seed("toml", number++, "\4preset = \"paper\"\nworkers = 2\n[tracker]\nconfirm_hits = 3\n");
 }
 
+std::string make_cloud_bytes() {
+  io::PointCloud2 cloud;
+  const std::string data =
+      io::make_cloud_message(make_cloud(io::PcdEncoding::kBinary), {1'000'000'007, "front"}, cloud);
+  cloud.data = data;
+  return io::encode_point_cloud2(cloud);
+}
+
+std::string make_odometry() {
+  io::Odometry odometry;
+  odometry.header = {1'000'000'007, "map"};
+  odometry.child_frame_id = "base_link";
+  io::set_rotation(odometry.pose, 0.1, -0.2, 1.3);
+  odometry.vx_mps = 30;
+  return io::encode_odometry(odometry);
+}
+
+void write_messages() {
+  write_seed("cloud", 0, '\0' + make_cloud_bytes());
+  write_seed("cloud", 1, '\1' + make_cloud_bytes());
+  write_seed("messages", 0, '\0' + make_odometry());
+  io::RosTransform transform{{5, "base_link"}, "front", {}};
+  io::set_rotation(transform.pose, 0, 0, 2);
+  write_seed("messages", 1, '\1' + io::encode_transforms({transform, transform}));
+}
+
+// The first byte is the target's: a file as it is, or the records of a chunk.
+void write_mcaps() {
+  int32_t number = 0;
+  const std::string path = folder + "/a.mcap";
+  for (const char* compression : {"none", "lz4", "zstd"})
+    for (const bool crc : {true, false}) {
+      io::McapOptions options;
+      options.compression = compression;
+      options.crc = crc;
+      options.chunk_bytes = crc ? 300 : 0;
+      {
+        io::McapWriter log(path, options);
+        const uint16_t channel =
+            log.add_channel(log.add_schema("a/msg/A", "ros2msg", "int32 a"), "/a", "cdr", {{"a", "b"}});
+        for (int32_t i = 0; i < 4; ++i) log.write(channel, i, std::string(100, char(i)));
+        log.add_attachment("map.csv", "text/csv", "x,y\n");
+        log.add_metadata("race", {{"track", "oval"}});
+        log.close();
+      }
+      write_seed("mcap", number++, '\0' + io::read_whole_file(path));
+    }
+  const std::string records = test::mcap_schema(1, "a", "b") + test::mcap_channel(1, 1, "/a") +
+                              test::mcap_message(1, 5, "hello") + test::mcap_message(1, 6, std::string(200, 'a'));
+  for (int32_t kind = 1; kind <= 6; ++kind) write_seed("mcap", number++, char(kind) + records);
+  for (const char* compression : {"lz4", "zstd"})
+    write_seed("mcap", number++,
+               (*compression == 'l' ? '\7' : '\10') + std::string("\0\4\0\0", 4) +
+                   io::compress_chunk(compression, 1, records));
+  std::filesystem::remove(path);
+}
+
+void write_bags() {
+  for (const int32_t page : {512, 1024}) {
+    const std::string path = folder + "/a.db3";
+    std::filesystem::remove(path);
+    sqlite3* db = nullptr;
+    sqlite3_open(path.c_str(), &db);
+    const std::string sql =
+        "PRAGMA page_size = " + std::to_string(page) +
+        "; CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, serialization_format "
+        "TEXT "
+        "NOT NULL); CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT "
+        "NULL, "
+        "data BLOB NOT NULL); INSERT INTO topics VALUES(1, '/a', 'b/msg/B', 'cdr'), (2, '/b', 'b/msg/B', 'cdr'); "
+        "INSERT "
+        "INTO messages VALUES(1, 1, 5, x'0001000001020304'), (2, 2, 6, zeroblob(700)), (3, 1, 7, x'');";
+    if (sqlite3_exec(db, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK)
+      throw io::Error(path, 0, sqlite3_errmsg(db));
+    sqlite3_close(db);
+    write_seed("db3", page / 512, io::read_whole_file(path));
+    std::filesystem::remove(path);
+  }
+}
+
+void write_urdfs() {
+  const std::string head = "<robot name=\"car\"><link name=\"base\"/><link name=\"front\"/><link name=\"axle\"/>";
+  const auto joint = [](const std::string& parent, const std::string& child, const std::string& origin) {
+    return "<joint><parent link=\"" + parent + "\"/><child link=\"" + child + "\"/>" + origin + "</joint>";
+  };
+  const std::string origin = "<origin xyz=\"1 2 3\" rpy=\"0.1 0 -0.2\"/>";
+  write_seed("urdf", 0, '\0' + head + joint("base", "front", origin) + "</robot>");
+  write_seed("urdf", 1, '\1' + head + joint("base", "axle", origin) + joint("axle", "front", origin) + "</robot>");
+  write_seed("urdf", 2, '\0' + head + joint("front", "axle", "") + joint("axle", "front", "") + "</robot>");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -133,6 +230,11 @@ int main(int argc, char** argv) {
     write_tables();
     write_maps();
     write_toml();
+    std::filesystem::create_directories(folder);
+    write_messages();
+    write_mcaps();
+    write_bags();
+    write_urdfs();
     uint32_t seed = 1;
     for (const char* target : {"scans", "stamps", "tracker", "kernels", "workers", "api"}) write_noise(target, seed++);
   } catch (const io::Error& error) {

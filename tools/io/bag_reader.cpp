@@ -43,6 +43,7 @@ class McapBag : public BagReader {
   explicit McapBag(const std::string& path) : reader_(path) {
     McapReader first(path);
     first.list_channels();
+    damage_of_search_ = first.damage();
     for (const auto& [id, channel] : first.channels()) {
       index_of_[id] = int32_t(topics_.size());
       const auto schema = first.schemas().find(channel.schema_id);
@@ -71,6 +72,7 @@ class McapBag : public BagReader {
 
   const std::vector<BagTopic>& topics() const override { return topics_; }
   const std::string& damage() const override { return reader_.damage(); }
+  std::string damage_of_search() const override { return damage_of_search_; }
   double progress() const override {
     return double(reader_.position()) / double(std::max<uint64_t>(1, reader_.file_bytes()));
   }
@@ -90,6 +92,7 @@ class McapBag : public BagReader {
   std::vector<BagTopic> topics_;
   std::map<uint16_t, int32_t> index_of_;
   uint64_t number_ = 0;
+  std::string damage_of_search_;
 };
 
 // The parts of a recording that was split, one after the other.
@@ -100,6 +103,8 @@ class SplitBag : public BagReader {
       const auto part = open_bag(file);
       for (const BagTopic& topic : part->topics())
         if (find(topic.name) < 0) topics_.push_back(topic);
+      if (damage_of_search_.empty() && !part->damage_of_search().empty())
+        damage_of_search_ = file + ": " + part->damage_of_search();
     }
     open();
   }
@@ -123,6 +128,7 @@ class SplitBag : public BagReader {
 
   const std::vector<BagTopic>& topics() const override { return topics_; }
   const std::string& damage() const override { return damage_; }
+  std::string damage_of_search() const override { return damage_of_search_; }
   double progress() const override { return part_ ? (double(at_) + part_->progress()) / double(files_.size()) : 1.0; }
   std::string describe() const override {
     return std::to_string(files_.size()) + " files, " + (part_ ? part_ : open_bag(files_.back()))->describe();
@@ -141,7 +147,7 @@ class SplitBag : public BagReader {
   std::shared_ptr<BagReader> part_;
   std::size_t at_ = 0;
   uint64_t number_ = 0;
-  std::string damage_;
+  std::string damage_, damage_of_search_;
 };
 
 // Files of a rosbag2 folder: race_2.db3 before race_10.db3.
@@ -187,6 +193,7 @@ std::unique_ptr<BagReader> open_bag(const std::string& path) {
   if (is_db3(path)) return open_db3(path);
   if (!fs::exists(path, code)) throw Error(path, 0, "no such file");
   if (fs::is_regular_file(path, code) && fs::file_size(path, code) == 0) throw Error(path, 0, "is empty (0 bytes)");
+  refuse_special_file(path);
   throw Error(path, 0, "is neither MCAP nor SQLite (rosbag2): its first bytes differ");
 }
 

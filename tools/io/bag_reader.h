@@ -31,8 +31,10 @@ class BagReader {
   virtual bool next(BagMessage& out) = 0;                   // false: the end, or damage
   virtual const std::vector<BagTopic>& topics() const = 0;  // all of them, from the start on
   virtual const std::string& damage() const = 0;            // "": none so far
-  virtual double progress() const = 0;                      // share of the recording read, 0 to 1
-  virtual std::string describe() const = 0;                 // "MCAP, 12 chunks (zstd)": of what was read so far
+  // What ended the search for topics, before next() was called: those behind it are not in topics().
+  virtual std::string damage_of_search() const { return ""; }
+  virtual double progress() const = 0;       // share of the recording read, 0 to 1
+  virtual std::string describe() const = 0;  // "MCAP, 12 chunks (zstd)": of what was read so far
 };
 
 // Whether open_bag takes it: by its first bytes, or by what the folder holds.

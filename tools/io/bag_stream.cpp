@@ -9,6 +9,7 @@
 
 #include "tools/io/cloud_message.h"
 #include "tools/io/error.h"
+#include "tools/io/memory_limit.h"
 #include "tools/io/text.h"
 
 namespace overtake::io {
@@ -46,6 +47,13 @@ std::optional<EgoRow> pose_at(const std::deque<EgoRow>& rows, int64_t stamp_ns) 
 }
 
 uint64_t distance_ns(int64_t a, int64_t b) { return a > b ? uint64_t(a) - uint64_t(b) : uint64_t(b) - uint64_t(a); }
+
+uint64_t bytes_of(const SensorScan& scan) {
+  uint64_t bytes = sizeof scan + scan.time_offset_ns.size() * sizeof scan.time_offset_ns[0];
+  for (const PcdColumn* column : {&scan.x, &scan.y, &scan.z, &scan.layer, &scan.intensity})
+    bytes += column->bytes.size();
+  return bytes;
+}
 
 void remember(std::deque<EgoRow>& rows, const EgoRow& row) {
   if (!rows.empty() && row.stamp_ns <= rows.back().stamp_ns) return;
@@ -135,10 +143,12 @@ BagStream::BagStream(const std::string& path, const Rig& rig) : path_(path), rig
   if (std::all_of(roles_.sensor_of.begin(), roles_.sensor_of.end(), [](int32_t s) { return s < 0; })) {
     std::vector<std::string> looked;
     for (const RigSensor& sensor : rig_.sensors) looked.push_back(topics_of(sensor)[0]);
+    const std::string damage = bag_->damage_of_search();
+    if (!damage.empty() && bag_->topics().empty()) throw Error(path, 0, damage);
     throw Error(path, 0,
                 "no topic of the rig's sensors is in it (looked for " + join(looked, ", ") +
                     " and the like; clouds in it: " + list_topics(bag_->topics(), kPointCloud2Name) +
-                    "). Name the topics in the rig file");
+                    "). Name the topics in the rig file" + (damage.empty() ? "" : ". The file is " + damage));
   }
 }
 
@@ -153,6 +163,7 @@ void BagStream::add_scan(SensorScan scan) {
     open = &frames_.back();
     open->frame = next_frame_++;
   }
+  waiting_bytes_ += bytes_of(scan);
   const auto behind = std::find_if(open->scans.begin(), open->scans.end(),
                                    [&](const SensorScan& other) { return other.sensor > scan.sensor; });
   open->scans.insert(behind, std::move(scan));
@@ -165,6 +176,8 @@ bool BagStream::read_message() {
     ended_ = true;
     return false;
   }
+  const std::string beyond = beyond_memory(waiting_bytes_ + ego_rows_ * sizeof(EgoRow), "scans and poses in work");
+  if (!beyond.empty()) throw Error(path_, 0, beyond);
   const auto topic = std::size_t(message.topic);
   const std::string place = path_ + ": message " + std::to_string(message.number) + " on " + bag_->topics()[topic].name;
   try {
@@ -175,6 +188,7 @@ bool BagStream::read_message() {
         add_scan(scan_of_message(place, message.data, rig_, s));
     if (message.topic == roles_.ego) {
       const EgoRow row = ego_of_odometry(decode_odometry(message.data));
+      ++ego_rows_;
       last_ego_ns_ = std::max(last_ego_ns_, row.stamp_ns);
       ego_new_.push_back(row);
       remember(ego_, row);
@@ -203,6 +217,7 @@ bool BagStream::next(FrameScans& out) {
     if (!read_message() && frames_.empty()) return false;
   out = std::move(frames_.front());
   frames_.pop_front();
+  for (const SensorScan& scan : out.scans) waiting_bytes_ -= bytes_of(scan);
   set_opponent(out);
   return true;
 }

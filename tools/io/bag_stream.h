@@ -54,6 +54,7 @@ class BagStream : public ScanStream {
   std::vector<EgoRow> ego_new_;
   std::deque<EgoRow> ego_, opponent_;  // the last seconds of them
   int64_t last_ego_ns_ = INT64_MIN, next_frame_ = 0;
+  uint64_t waiting_bytes_ = 0, ego_rows_ = 0;  // of frames_; ever, whoever takes them keeps them
   bool ended_ = false;
 };
 

@@ -17,7 +17,8 @@ std::optional<Box> read_box_beside(const FrameScans& frame) {
   const std::string path = (scan.parent_path() / (stem.substr(0, stem.find('_')) + "_box.txt")).string();
   std::error_code code;
   if (!std::filesystem::exists(path, code)) return std::nullopt;
-  const std::string text = read_whole_file(path);
+  constexpr uint64_t kMost = 1 << 16;
+  const std::string text = read_whole_file(path, kMost);
   const auto words = split_words(text);
   Box box;
   double* const fields[] = {&box.x_m, &box.y_m, &box.z_m, &box.length_m, &box.width_m, &box.height_m, &box.yaw_rad};

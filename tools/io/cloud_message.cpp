@@ -44,6 +44,9 @@ Pcd read_cloud_message(const std::string& path, const PointCloud2& cloud) {
     throw Error(path, 0,
                 "declares " + std::to_string(count) + " points of " + std::to_string(cloud.point_step) +
                     " bytes, but holds " + std::to_string(cloud.data.size()) + " bytes");
+  constexpr uint64_t kRoles = 6, kWidest = 8;  // columns, and bytes of a value
+  check_memory(path, cloud.data.size() + std::min(count * kRoles * kWidest, kRoles * kWidest * cloud.data.size()),
+               "reading its " + std::to_string(count) + " points");
   Pcd pcd;
   pcd.header.points = pcd.header.width = int64_t(count);
   pcd.header.point_bytes = cloud.point_step;

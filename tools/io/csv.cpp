@@ -48,9 +48,10 @@ std::vector<std::string> to_strings(const std::vector<std::string_view>& cells) 
 
 }  // namespace
 
-Csv Csv::read(const std::string& path) { return parse(path, read_whole_file(path)); }
+Csv Csv::read(const std::string& path) { return parse(path, read_whole_file(path, text_limit())); }
 
 Csv Csv::parse(const std::string& path_in_errors, std::string text) {
+  check_memory(path_in_errors, text.size() * kMemoryPerText, "a table of " + format_size(text.size()));
   Csv csv;
   csv.path_ = path_in_errors;
   csv.text_ = std::move(text);

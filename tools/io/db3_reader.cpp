@@ -5,11 +5,14 @@
 // in the order of the ids, which is the order of recording and needs no index.
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 
 #include "tools/io/bag_reader.h"
 #include "tools/io/error.h"
+#include "tools/io/memory_limit.h"
+#include "tools/io/text.h"
 
 namespace overtake::io {
 namespace {
@@ -24,6 +27,8 @@ struct EndStatement {
 class Db3Reader : public BagReader {
  public:
   explicit Db3Reader(const std::string& path) : path_(path) {
+    refuse_special_file(path);
+    sqlite3_hard_heap_limit64(int64_t(memory_limit()));  // of the process
     sqlite3* raw = nullptr;
     const int code = sqlite3_open_v2(path.c_str(), &raw, SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX, nullptr);
     db_.reset(raw);
@@ -32,7 +37,9 @@ class Db3Reader : public BagReader {
     // SQLite only does that where the schema may be written, which this file, opened for reading, cannot be.
     sqlite3_db_config(raw, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
     sqlite3_db_config(raw, SQLITE_DBCONFIG_WRITABLE_SCHEMA, 1, nullptr);
-    sqlite3_limit(raw, SQLITE_LIMIT_LENGTH, 1 << 30);
+    // A view that takes the place of a table may compute for ever.
+    sqlite3_db_config(raw, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
+    sqlite3_limit(raw, SQLITE_LIMIT_LENGTH, int(std::min<uint64_t>(1 << 30, memory_limit() / 4)));
     std::error_code size_code;
     const auto bytes = std::filesystem::file_size(path, size_code);
     row_limit_ = size_code ? 1 : bytes / 4;  // a row takes more; a tree with loops does not go on for ever
@@ -93,10 +100,14 @@ class Db3Reader : public BagReader {
       const auto* chars = sqlite3_column_text(rows.get(), column);
       return chars ? std::string(reinterpret_cast<const char*>(chars)) : std::string();
     };
+    constexpr std::size_t kMostText = std::size_t(16) << 20;
+    std::size_t text_bytes = 0;
     int code = SQLITE_ROW;
     while ((code = sqlite3_step(rows.get())) == SQLITE_ROW) {
       index_of_[sqlite3_column_int64(rows.get(), 0)] = int32_t(topics_.size());
       topics_.push_back({text(1), text(2), text(3)});
+      text_bytes += topics_.back().name.size() + topics_.back().type.size() + topics_.back().encoding.size();
+      if (text_bytes > kMostText) throw Error(path_, 0, "its table of topics is damaged: more than 16 MiB of names");
       if (topics_.size() > 65536) throw Error(path_, 0, "its table of topics is damaged: more than 65536 rows");
     }
     if (code != SQLITE_DONE) fail("its table of topics is damaged");

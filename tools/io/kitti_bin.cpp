@@ -18,6 +18,7 @@ Pcd read_kitti_bin(const std::string& path) {
                     ": a point takes 16 bytes (x y z "
                     "intensity as float32)");
   if (bytes.size() / kPoint > std::size_t(INT32_MAX)) throw Error(path, 0, "holds too many points");
+  check_memory(path, 2 * uint64_t(bytes.size()), "the scan");
   Pcd pcd;
   const std::size_t count = bytes.size() / kPoint;
   pcd.header.points = pcd.header.width = int64_t(count);

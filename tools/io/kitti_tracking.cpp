@@ -14,7 +14,7 @@ namespace {
 // Calls row(words, line number) for every line that is not empty.
 template <class F>
 void for_each_line(const std::string& path, F&& row) {
-  const std::string text = read_whole_file(path);
+  const std::string text = read_whole_file(path, text_limit());
   int64_t line = 1;
   for (std::size_t begin = 0; begin < text.size(); ++line) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());

@@ -9,6 +9,7 @@
 #include "tools/io/bag_reader.h"
 #include "tools/io/csv.h"
 #include "tools/io/error.h"
+#include "tools/io/text.h"
 
 namespace overtake::io {
 namespace {
@@ -160,6 +161,7 @@ MapData read_bounds(const std::string& path_a, const std::string& path_b) {
 MapData read_map(const std::string& path_or_two_paths) {
   const auto comma = path_or_two_paths.find(',');
   if (comma == std::string::npos || std::filesystem::exists(path_or_two_paths)) {
+    refuse_special_file(path_or_two_paths);
     if (auto own = read_attached(path_or_two_paths, "map.csv"))
       return read_center_line(Csv::parse(path_or_two_paths + ": map.csv", std::move(*own)));
     if (is_bag(path_or_two_paths))

@@ -10,10 +10,15 @@
 #include <memory>
 #include <stdexcept>
 
+#include "tools/io/memory_limit.h"
+
 namespace overtake::io {
 namespace {
 
 constexpr std::size_t kStep = std::size_t(1) << 20;  // output grows by this much at least
+// Most bytes that come out of one packed byte: LZ4 lengthens a match by 255 with each byte; a block of Zstandard takes
+// 4 bytes and holds 128 KiB at most.
+constexpr uint64_t kMostOfLz4 = 255, kMostOfZstd = 32768;
 
 struct FreeLz4 {
   void operator()(LZ4F_dctx* context) const { LZ4F_freeDecompressionContext(context); }
@@ -22,9 +27,11 @@ struct FreeZstd {
   void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
 };
 
-// Room behind `used`: doubled, within `size` and one byte, so that output beyond `size` is noticed.
+// Room behind `used`: doubled, within `size` and one byte, so that output beyond `size` is noticed. Address space for
+// all of it is taken at once, so that growing copies nothing; pages come with what is written.
 void make_room(std::string& out, std::size_t used, uint64_t size) {
   if (used < out.size()) return;
+  out.reserve(std::size_t(size + 1));
   const uint64_t want = std::max<uint64_t>(used + kStep, 2 * uint64_t(used));
   out.resize(std::size_t(std::min<uint64_t>(want, size + 1)));
 }
@@ -63,6 +70,9 @@ std::string decompress_zstd(std::string_view bytes, uint64_t size, std::string& 
   }
   const std::unique_ptr<ZSTD_DCtx, FreeZstd> context(ZSTD_createDCtx());
   if (!context) throw std::bad_alloc();
+  int window_log = 27;  // Zstandard's own limit, 128 MiB
+  while (window_log > 17 && uint64_t(1) << window_log > memory_limit() / 4) --window_log;
+  ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, window_log);
   std::size_t used = 0;
   std::string wrong;
   ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};
@@ -111,6 +121,16 @@ std::string compress_chunk(const std::string& compression, int32_t level, std::s
     return out;
   }
   throw std::runtime_error("there is no compression '" + compression + "' (there are none, lz4 and zstd)");
+}
+
+std::string refuse_chunk(std::string_view compression, uint64_t packed, uint64_t size, bool whole) {
+  const uint64_t most = compression == "lz4" ? kMostOfLz4 : kMostOfZstd;
+  if (whole && (compression == "lz4" || compression == "zstd") && size / most > packed)
+    return "it declares " + format_size(size) + ", its " + format_size(packed) + " cannot hold more than " +
+           format_size(packed * most);
+  if (size > kMostMcapChunk)
+    return "it declares " + format_size(size) + ", chunks of at most " + format_size(kMostMcapChunk) + " are read";
+  return beyond_memory(packed + size, "unpacking it");
 }
 
 std::string decompress_chunk(std::string_view compression, std::string_view bytes, uint64_t size, std::string& out,

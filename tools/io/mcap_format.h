@@ -40,9 +40,15 @@ uint32_t update_crc32(uint32_t crc, std::string_view bytes);
 // compression: "" none, "lz4" (frame format), "zstd". Throw std::runtime_error on anything else.
 std::string compress_chunk(const std::string& compression, int32_t level, std::string_view bytes);
 
+// A chunk of more bytes is not unpacked (writers make chunks of a few MiB), nor one beyond the memory limit.
+inline constexpr uint64_t kMostMcapChunk = uint64_t(1) << 30;
+// Why a chunk of `packed` bytes is not to be unpacked into `size` bytes: it cannot hold them, or they are too many. "":
+// it may be. `whole`: all packed bytes are there.
+std::string refuse_chunk(std::string_view compression, uint64_t packed, uint64_t size, bool whole);
+
 // Decompresses until `size` bytes are there or the input ends or is damaged: what came out until then is in `out`.
 // Returns "" when exactly `size` bytes came out, else why not; `damaged` when that is not just that the input ends.
-// Memory grows with what really comes out, not with `size`.
+// Resident memory grows with what really comes out, not with `size`.
 std::string decompress_chunk(std::string_view compression, std::string_view bytes, uint64_t size, std::string& out,
                              bool& damaged);
 

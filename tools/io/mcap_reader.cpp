@@ -9,9 +9,13 @@
 #include "tools/io/bytes.h"
 #include "tools/io/error.h"
 #include "tools/io/mcap_format.h"
+#include "tools/io/memory_limit.h"
+#include "tools/io/text.h"
 
 namespace overtake::io {
 namespace {
+
+constexpr uint64_t kPerMapByte = 16;  // memory of a map's nodes for each byte of a record
 
 std::map<std::string, std::string> read_map(ByteReader& reader) {
   std::map<std::string, std::string> out;
@@ -28,6 +32,7 @@ std::map<std::string, std::string> read_map(ByteReader& reader) {
 McapReader::McapReader(const std::string& path) : path_(path) {
   std::error_code code;
   if (std::filesystem::is_directory(path, code)) throw Error(path, 0, "is a folder");
+  refuse_special_file(path);
   file_bytes_ = std::filesystem::file_size(path, code);
   file_ = code ? nullptr : std::fopen(path.c_str(), "rb");
   if (!file_) throw Error(path, 0, "cannot be read: " + std::string(std::strerror(code ? code.value() : errno)));
@@ -47,6 +52,15 @@ McapReader::~McapReader() {
 void McapReader::fail(uint64_t at, const std::string& sentence) {
   if (damage_.empty()) damage_ = "damaged at byte " + std::to_string(at) + ": " + sentence;
   ended_ = true;
+}
+
+// What is kept beyond a record: schemas, channels, attachments, metadata.
+bool McapReader::hold(uint64_t bytes) {
+  held_bytes_ += bytes;
+  const std::string beyond = beyond_memory(held_bytes_, "keeping its schemas, channels and attachments");
+  if (beyond.empty()) return true;
+  fail(record_at_, beyond);
+  return false;
 }
 
 bool McapReader::read_file(uint64_t size, std::string& out) {
@@ -78,6 +92,11 @@ bool McapReader::next_record() {
     fail(record_at_, "a record of kind 0, which there is not");
     return false;
   }
+  const uint64_t there = std::min(size, file_bytes_ - std::min(file_bytes_, offset_));
+  if (const std::string beyond = beyond_memory(there, "a record"); !beyond.empty()) {
+    fail(record_at_, beyond);
+    return false;
+  }
   const bool whole = read_file(size, record_);
   opcode_ = opcode;
   if (McapOp(opcode) == McapOp::kChunk) {
@@ -102,9 +121,11 @@ void McapReader::open_chunk(std::string_view content, bool cut) {
   std::string_view bytes = reader.rest();
   if (packed < bytes.size()) bytes = bytes.substr(0, std::size_t(packed));
   const bool short_of = bytes.size() < packed;
-  bool damaged = false;
-  std::string wrong = decompress_chunk(compression, bytes, size, chunk_, damaged);
   const bool ends_early = cut || short_of;
+  bool damaged = false;
+  std::string wrong = refuse_chunk(compression, bytes.size(), size, !ends_early);
+  if (!wrong.empty()) return fail(record_at_, "a chunk cannot be unpacked: " + wrong);
+  wrong = decompress_chunk(compression, bytes, size, chunk_, damaged);
   if (!wrong.empty() && (damaged || !ends_early))  // what came out before the damage was seen may be wrong already
     return fail(record_at_, "a chunk cannot be unpacked: " + wrong);
   if (!ends_early && crc != 0 && update_crc32(0, chunk_) != crc) return fail(record_at_, "a chunk fails its checksum");
@@ -129,7 +150,9 @@ bool McapReader::take_record(uint8_t opcode, std::string_view content, McapMessa
       schema.name = std::string(reader.text());
       schema.encoding = std::string(reader.text());
       schema.data = std::string(reader.text());
-      if (reader.ok() && id != 0) schemas_[id] = std::move(schema);
+      if (!reader.ok() || id == 0 || schemas_.contains(id)) break;  // writers may repeat them
+      if (!hold(content.size())) return false;
+      schemas_[id] = std::move(schema);
       break;
     }
     case McapOp::kChannel: {
@@ -145,6 +168,8 @@ bool McapReader::take_record(uint8_t opcode, std::string_view content, McapMessa
         fail(record_at_, "topic " + std::to_string(id) + " is described twice, differently");
         return false;
       }
+      if (known != channels_.end()) break;
+      if (!hold(content.size() * kPerMapByte)) return false;
       channels_[id] = std::move(channel);
       break;
     }
@@ -167,17 +192,20 @@ bool McapReader::take_record(uint8_t opcode, std::string_view content, McapMessa
       reader.value<uint64_t>();
       attachment.name = std::string(reader.text());
       attachment.media_type = std::string(reader.text());
-      attachment.data = std::string(reader.take(reader.value<uint64_t>()));
+      const std::string_view data = reader.take(reader.value<uint64_t>());
       const auto crc = reader.value<uint32_t>();
       if (!reader.ok()) break;
       if (crc != 0 && update_crc32(0, content.substr(0, content.size() - reader.rest().size() - 4)) != crc) {
         fail(record_at_, "attachment '" + attachment.name.substr(0, 64) + "' fails its checksum");
         return false;
       }
+      if (!hold(content.size())) return false;
+      attachment.data = std::string(data);
       attachments_.push_back(std::move(attachment));
       break;
     }
     case McapOp::kMetadata: {
+      if (!hold(content.size() * kPerMapByte)) return false;
       const std::string name(reader.text());
       metadata_[name] = read_map(reader);
       break;
@@ -200,8 +228,8 @@ bool McapReader::read_summary() {
   footer.value<uint64_t>();
   const auto crc = footer.value<uint32_t>();
   if (start < kMcapMagic.size() || start > file_bytes_ - kTail || crc == 0) return false;
-  constexpr uint64_t kMost = uint64_t(1) << 28;
-  if (file_bytes_ - kTail - start > kMost || std::fseek(file_, long(start), SEEK_SET) != 0) return false;
+  const uint64_t most = std::min(uint64_t(1) << 28, memory_limit() / 2);
+  if (file_bytes_ - kTail - start > most || std::fseek(file_, long(start), SEEK_SET) != 0) return false;
   offset_ = start;
   std::string summary;
   if (!read_file(file_bytes_ - 12 - start, summary) || update_crc32(0, summary) != crc) return false;
@@ -220,6 +248,7 @@ void McapReader::list_channels() {
   if (read_summary()) return;
   channels_.clear();
   schemas_.clear();
+  held_bytes_ = 0;
   damage_.clear();
   ended_ = false;
   offset_ = kMcapMagic.size();
@@ -231,6 +260,7 @@ void McapReader::list_channels() {
 
 void McapReader::list_attachments() {
   attachments_.clear();
+  held_bytes_ = 0;
   offset_ = kMcapMagic.size();
   std::fseek(file_, long(offset_), SEEK_SET);
   std::string head;
@@ -243,6 +273,7 @@ void McapReader::list_attachments() {
     const auto size = reader.value<uint64_t>();
     if (McapOp(opcode) == McapOp::kDataEnd || McapOp(opcode) == McapOp::kFooter) return;
     if (size > file_bytes_ - offset_) return;
+    if (McapOp(opcode) == McapOp::kAttachment && 2 * size > memory_limit()) return;
     if (McapOp(opcode) == McapOp::kAttachment) {
       if (!read_file(size, record_)) return;
       take_record(opcode, record_, &none);

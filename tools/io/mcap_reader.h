@@ -73,10 +73,11 @@ class McapReader {
   bool take_record(uint8_t opcode, std::string_view content, McapMessage* message);
   bool read_summary();
   void fail(uint64_t at, const std::string& sentence);
+  bool hold(uint64_t bytes);  // false, and damage: more than the memory limit would be kept
 
   std::string path_, profile_, damage_;
   std::FILE* file_ = nullptr;
-  uint64_t file_bytes_ = 0, offset_ = 0, record_at_ = 0;
+  uint64_t file_bytes_ = 0, offset_ = 0, record_at_ = 0, held_bytes_ = 0;
   bool ended_ = false;
   uint8_t opcode_ = 0;                         // of record_
   std::string record_, chunk_, chunk_damage_;  // of the file; what its chunk holds

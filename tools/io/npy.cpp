@@ -59,7 +59,7 @@ int64_t Npy::values() const {
 }
 
 Npy read_npy(const std::string& path) {
-  const std::string bytes = read_whole_file(path);
+  const std::string bytes = read_whole_file(path, memory_limit() / 2);
   if (bytes.size() < 10 || bytes.compare(0, 8, kMagic, 8) != 0) throw Error(path, 0, "not a NPY v1.0 file");
   const std::size_t length = std::size_t(uint8_t(bytes[8])) | std::size_t(uint8_t(bytes[9])) << 8;
   if (bytes.size() < 10 + length) throw Error(path, 0, "the NPY header is cut off");

@@ -12,6 +12,7 @@
 namespace overtake::io {
 namespace {
 
+constexpr std::size_t kMaxHeaderBytes = 1 << 20;
 constexpr int64_t kMaxFields = 1000, kMaxPointBytes = 1 << 20, kMaxPoints = INT32_MAX;
 
 bool type_of(char letter, int64_t size, PcdType& out) {
@@ -48,6 +49,8 @@ class Parser {
     std::size_t at = 0;
     while (header_.data_line == 0) {
       const std::size_t end = bytes_.find('\n', at);
+      if (std::min(end, bytes_.size()) > kMaxHeaderBytes)
+        throw Error(path_, 0, "no DATA line within the first MiB: not a PCD file");
       if (end == std::string::npos) throw Error(path_, 0, "no DATA line: not a PCD file, or cut off in its header");
       ++line_;
       read_line(std::string_view(bytes_).substr(at, end - at));

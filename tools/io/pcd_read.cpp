@@ -18,6 +18,12 @@
 namespace overtake::io {
 namespace {
 
+// Of a file of `file_bytes`; `copies`: of the points on the way to the columns.
+void check_points(const std::string& path, const PcdHeader& header, std::size_t file_bytes, uint64_t copies) {
+  const uint64_t points = uint64_t(header.points) * header.point_bytes;  // 31 and 20 bits
+  check_memory(path, file_bytes + points * (copies + 1), "reading its " + std::to_string(header.points) + " points");
+}
+
 std::vector<PcdColumn> make_columns(const PcdHeader& header) {
   std::vector<PcdColumn> columns;
   for (const PcdField& field : header.fields)
@@ -44,6 +50,7 @@ void read_binary(const std::string& path, const std::string& bytes, Pcd& pcd) {
     throw Error(path, 0,
                 "the data ends at " + place_of(header, available) + "; " + std::to_string(header.points) +
                     " points are declared");
+  check_points(path, header, bytes.size(), 0);
   pcd.columns = make_columns(header);
   const char* point = bytes.data() + header.data_offset;
   std::size_t offset = 0;
@@ -81,6 +88,7 @@ void read_compressed(const std::string& path, const std::string& bytes, Pcd& pcd
     throw Error(path, 0,
                 "the compressed data is corrupt: " + std::to_string(size[0]) + " bytes cannot hold " +
                     std::to_string(declared));
+  check_points(path, header, bytes.size(), 1);
   std::vector<unsigned char> raw(declared);
   const auto* packed = reinterpret_cast<const unsigned char*>(bytes.data()) + header.data_offset + sizeof size;
   if (!lzf_decompress(packed, size[0], raw.data(), raw.size())) throw Error(path, 0, "the compressed data is corrupt");
@@ -166,6 +174,7 @@ void read_ascii(const std::string& path, const std::string& bytes, Pcd& pcd) {
     throw Error(path, 0,
                 "the data is too short: " + std::to_string(available) + " bytes cannot hold the declared " +
                     std::to_string(header.points) + " points");
+  check_points(path, header, bytes.size(), 0);
   pcd.columns = make_columns(header);
   int64_t line = header.data_line, point = 0;
   std::size_t at = header.data_offset;

@@ -4,6 +4,7 @@
 
 #include "tools/io/error.h"
 #include "tools/io/image.h"
+#include "tools/io/text.h"
 
 namespace overtake::io {
 
@@ -38,13 +39,24 @@ void write_png(const std::string& path, const Picture& picture) {
 
 Picture read_png(const std::string& path) {
   constexpr png_uint_32 kMaxSide = 1 << 15;
+  constexpr uint64_t kMostOfDeflate = 1032;  // bytes that come out of one; a pixel takes a bit at least
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
-  if (!png_image_begin_read_from_file(&image, path.c_str()))
+  const std::string bytes = read_whole_file(path, memory_limit() / 2);
+  if (!png_image_begin_read_from_memory(&image, bytes.data(), bytes.size()))
     throw Error(path, 0, std::string("cannot be read: ") + image.message);
-  if (image.width > kMaxSide || image.height > kMaxSide) {
+  const uint64_t pixels = uint64_t(image.width) * image.height;
+  std::string wrong;
+  if (image.width > kMaxSide || image.height > kMaxSide)
+    wrong = "is larger than 32768 pixels a side";
+  else if (pixels / 8 / kMostOfDeflate > bytes.size())
+    wrong = "declares " + std::to_string(image.width) + " x " + std::to_string(image.height) + " pixels, which its " +
+            format_size(bytes.size()) + " cannot hold";
+  else
+    wrong = beyond_memory(bytes.size() + 2 * sizeof(Rgb) * pixels, "unpacking it");
+  if (!wrong.empty()) {
     png_image_free(&image);
-    throw Error(path, 0, "is larger than 32768 pixels a side");
+    throw Error(path, 0, wrong);
   }
   image.format = PNG_FORMAT_RGB;
   Picture picture(int32_t(image.width), int32_t(image.height));

@@ -47,6 +47,7 @@ std::vector<std::string> list_files(const std::string& path) {
   std::error_code code;
   const auto status = fs::status(path, code);
   if (!fs::exists(status)) throw Error(path, 0, "no such folder");
+  refuse_special_file(path);
   if (!fs::is_directory(status)) return {path};
   std::vector<std::string> files, bin_files;
   for (fs::directory_iterator at(path, code), end; !code && at != end; at.increment(code)) {

@@ -77,6 +77,23 @@ RigSensor read_sensor(TomlReader& reader) {
 
 }  // namespace
 
+Capacities read_capacities(TomlReader& reader) {
+  Capacities capacities;
+  if (!reader.has("capacities")) return capacities;
+  TomlReader part(reader.path(), *reader.tables("capacities")[0], "capacities");
+  for (const CapacityKey& key : kCapacityKeys)
+    if (part.has(key.name)) capacities.*key.rows = int32_t(part.integer(key.name, 1, key.most));
+  part.finish();
+  return capacities;
+}
+
+std::string format_capacities(const Capacities& capacities, const std::string& prefix) {
+  std::string text;
+  for (const CapacityKey& key : kCapacityKeys)
+    if (capacities.*key.rows > 0) text += std::string(key.name) + " = " + std::to_string(capacities.*key.rows) + '\n';
+  return text.empty() ? text : "\n[" + prefix + "capacities]\n" + text;
+}
+
 Rig read_rig(TomlReader& reader) {
   Rig rig;
   rig.name = reader.text_or("name", std::filesystem::path(reader.path()).stem().string());
@@ -93,6 +110,8 @@ Rig read_rig(TomlReader& reader) {
     rig.opponent_topics = read_topics(topics, "opponent");
     topics.finish();
   }
+
+  rig.capacities = read_capacities(reader);
 
   const auto tables = reader.tables("sensor");
   if (tables.empty()) reader.fail(reader.line(), "no [[sensor]]");
@@ -145,9 +164,10 @@ Rig load_rig(const std::string& file_or_name) {
     throw Error(file_or_name, 0,
                 "neither a file nor one of the built-in rigs " + join(builtin_rig_names(), ", ") +
                     did_you_mean(file_or_name, builtin_rig_names()));
+  refuse_special_file(file_or_name);
   if (const auto own = read_attached(file_or_name, "rig.toml")) return parse_rig(file_or_name + ": rig.toml", *own);
   if (is_bag(file_or_name)) throw Error(file_or_name, 0, "a log that holds no rig.toml: give a rig's file or name");
-  return parse_rig(file_or_name, read_whole_file(file_or_name));
+  return parse_rig(file_or_name, read_whole_file(file_or_name, kMostToml));
 }
 
 std::string format_rig(const Rig& rig, const std::string& prefix) {
@@ -168,6 +188,7 @@ std::string format_rig(const Rig& rig, const std::string& prefix) {
   };
   if (!rig.ego_topics.empty() || !rig.opponent_topics.empty())
     text += "\n[" + prefix + "topics]\n" + texts("ego", rig.ego_topics) + texts("opponent", rig.opponent_topics);
+  text += format_capacities(rig.capacities, prefix);
   for (const RigSensor& s : rig.sensors) {
     text += "\n[[" + prefix + "sensor]]\nname = " + toml_string(s.name) + '\n';
     text += number("x_m", s.x_m) + number("y_m", s.y_m) + number("z_m", s.z_m);

@@ -12,6 +12,8 @@
 //   [topics]                      # of recordings with topics (rosbag2, MCAP); lists, the first that is there counts
 //   ego = ["/ego/odometry"]       # poses of the ego vehicle (default), nav_msgs/msg/Odometry
 //   opponent = ["/opponent/odometry"]   # of another car: truth, shown and never used
+//   [capacities]                  # rows of the detector's tables; its own defaults where not given
+//   clusters = 1024   candidates = 256   tracks = 256   ego_poses = 1024
 //   [[sensor]]                    # 1 to 8 of them
 //   name = "front"                # FRAME_front.pcd
 //   x_m = 2.342   y_m = 0.0   z_m = 0.646   roll_deg = 0   pitch_deg = 0   yaw_deg = 0   # mounting, sensor to vehicle
@@ -49,12 +51,27 @@ struct RigSensor {
   std::string frame_id;
 };
 
+// Rows of the detector's tables; 0: not given.
+struct Capacities {
+  int32_t clusters = 0, candidates = 0, tracks = 0, ego_poses = 0;
+};
+struct CapacityKey {
+  const char* name;
+  int32_t Capacities::*rows;
+  int32_t most;
+};
+inline constexpr CapacityKey kCapacityKeys[] = {{"clusters", &Capacities::clusters, 1'000'000},
+                                                {"candidates", &Capacities::candidates, 4096},
+                                                {"tracks", &Capacities::tracks, 4096},
+                                                {"ego_poses", &Capacities::ego_poses, 1'000'000}};
+
 struct Rig {
   std::string name;
   double period_s = 0.05;
   bool cloud_in_vehicle_frame = false;
   bool shared_cloud = false;
   TimeUnit time_unit = TimeUnit::kAuto;
+  Capacities capacities;
   std::vector<std::string> ego_topics, opponent_topics;
   std::vector<RigSensor> sensors;
 

@@ -142,7 +142,7 @@ void set_rotation(RosPose& pose, double roll_rad, double pitch_rad, double yaw_r
 
 RollPitchYaw rotation_of(const RosPose& p) {
   const double norm2 = p.qx * p.qx + p.qy * p.qy + p.qz * p.qz + p.qw * p.qw;
-  if (!(norm2 > 0) || !std::isfinite(norm2)) return {0, 0, 0};
+  if (!(norm2 > 1e-200) || !std::isfinite(norm2)) return {0, 0, 0};  // nor what 2 / norm2 would make infinite
   const double k = 2 / norm2;
   return {std::atan2(k * (p.qw * p.qx + p.qy * p.qz), 1 - k * (p.qx * p.qx + p.qy * p.qy)),
           std::asin(std::clamp(k * (p.qw * p.qy - p.qz * p.qx), -1.0, 1.0)),
@@ -178,6 +178,9 @@ PointCloud2 decode_point_cloud2(std::string_view bytes) {
     cloud.height = in.value<uint32_t>();
     cloud.width = in.value<uint32_t>();
     const uint32_t fields = in.count(14);
+    if (fields > kMostPointFields)
+      throw std::runtime_error("it declares " + std::to_string(fields) + " fields a point, at most " +
+                               std::to_string(kMostPointFields) + " are read");
     for (uint32_t i = 0; i < fields; ++i) {
       PointField field;
       field.name = in.text();

@@ -28,6 +28,8 @@ struct PointField {
   uint32_t count = 1;
 };
 
+inline constexpr std::size_t kMostPointFields = 1000;
+
 struct PointCloud2 {
   RosHeader header;
   uint32_t height = 1, width = 0;  // points: height * width

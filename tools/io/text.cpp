@@ -2,11 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/io/text.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
+#include <cstring>
 #include <memory>
 #include <system_error>
 
@@ -19,6 +24,16 @@ struct CloseFile {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
 using File = std::unique_ptr<std::FILE, CloseFile>;
+
+struct Descriptor {
+  int number;
+  ~Descriptor() { close(number); }
+};
+
+[[noreturn]] void fail_special(const std::string& path, mode_t mode) {
+  const char* kind = S_ISFIFO(mode) ? "a pipe" : S_ISSOCK(mode) ? "a socket" : "a device";
+  throw Error(path, 0, std::string("is ") + kind + ", a regular file is needed");
+}
 
 template <class T>
 void append_shortest(std::string& text, T value) {
@@ -33,18 +48,41 @@ std::string_view without_plus(std::string_view text) {
 
 }  // namespace
 
-std::string read_whole_file(const std::string& path) {
-  std::error_code code;
-  const auto status = std::filesystem::status(path, code);
-  if (!std::filesystem::exists(status)) throw Error(path, 0, "no such file");
-  if (std::filesystem::is_directory(status)) throw Error(path, 0, "is a folder, a file is needed");
-  const File file(std::fopen(path.c_str(), "rb"));
-  if (!file) throw Error(path, 0, "cannot be read");
+std::string read_whole_file(const std::string& path, uint64_t most) {
+  // O_NONBLOCK: opening a pipe that nobody writes to would wait.
+  const int opened = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY);
+  if (opened < 0 && (errno == ENOENT || errno == ENOTDIR)) throw Error(path, 0, "no such file");
+  if (opened < 0) throw Error(path, 0, "cannot be read: " + std::string(std::strerror(errno)));
+  const Descriptor file{opened};
+  struct stat status {};
+  if (fstat(file.number, &status) != 0) throw Error(path, 0, "cannot be read");
+  if (S_ISDIR(status.st_mode)) throw Error(path, 0, "is a folder, a file is needed");
+  if (!S_ISREG(status.st_mode)) fail_special(path, status.st_mode);
+  const auto refuse = [&](uint64_t size) {
+    throw Error(path, 0,
+                "is " + format_size(size) + " long, at most " + format_size(most) + " are read" +
+                    (most < memory_limit() && most != text_limit()
+                         ? std::string()
+                         : "; the memory limit is " + format_size(memory_limit()) + " (--max-memory)"));
+  };
+  if (uint64_t(status.st_size) > most) refuse(uint64_t(status.st_size));
   std::string bytes;
+  bytes.reserve(std::size_t(status.st_size));
   char block[1 << 16];
-  for (std::size_t n; (n = std::fread(block, 1, sizeof block, file.get())) > 0;) bytes.append(block, n);
-  if (std::ferror(file.get())) throw Error(path, 0, "cannot be read to its end");
-  return bytes;
+  while (true) {
+    const ssize_t n = read(file.number, block, sizeof block);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) throw Error(path, 0, "cannot be read to its end");
+    if (n == 0) return bytes;
+    bytes.append(block, std::size_t(n));
+    if (bytes.size() > most) refuse(bytes.size());  // it grew, or its size is not known before
+  }
+}
+
+void refuse_special_file(const std::string& path) {
+  struct stat status {};
+  if (stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode))
+    fail_special(path, status.st_mode);
 }
 
 void write_whole_file(const std::string& path, std::string_view bytes) {

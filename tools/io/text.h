@@ -9,10 +9,15 @@
 #include <string_view>
 #include <vector>
 
+#include "tools/io/memory_limit.h"
+
 namespace overtake::io {
 
-// The file's bytes. Throws Error: no such file, a folder, not readable.
-std::string read_whole_file(const std::string& path);
+// The file's bytes. Throws Error: no such file, no regular file (a folder, a device, a pipe: nothing waits for one),
+// not readable, longer than `most`.
+std::string read_whole_file(const std::string& path, uint64_t most = memory_limit());
+// Throws Error unless the path is a regular file, a folder where those are allowed, or not there.
+void refuse_special_file(const std::string& path);
 // Replaces the file. Throws Error when the folder is not there or the disk is full.
 void write_whole_file(const std::string& path, std::string_view bytes);
 

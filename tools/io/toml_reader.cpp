@@ -54,6 +54,9 @@ int64_t find_stray_byte(std::string_view text) {
 void throw_toml_broken() { throw TomlBroken(); }
 
 toml::table parse_toml(const std::string& path_in_errors, std::string_view text) {
+  if (text.size() > kMostToml)
+    throw Error(path_in_errors, 0,
+                "is " + format_size(text.size()) + " long, at most " + format_size(kMostToml) + " of TOML are read");
   if (const int64_t line = find_stray_byte(text))
     throw Error(path_in_errors, line,
                 "holds a character where none such may be: not ASCII outside of strings and comments, a control "

@@ -18,6 +18,7 @@
 namespace overtake::io {
 
 // Throws Error with the line where the text is no TOML.
+inline constexpr uint64_t kMostToml = uint64_t(4) << 20;  // bytes of a document; its nodes take a multiple of that
 toml::table parse_toml(const std::string& path_in_errors, std::string_view text);
 
 class TomlReader {

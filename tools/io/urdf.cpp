@@ -16,6 +16,7 @@ namespace overtake::io {
 namespace {
 
 constexpr double kDegrees = 180 / 3.14159265358979323846;
+constexpr double kMostOffset_m = 100;  // as in a rig file
 
 struct Transform {
   std::array<double, 9> r = {1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -74,7 +75,8 @@ double tidy(double value) { return std::round(value * 1e9) / 1e9; }  // sin(pi) 
 void mount_by_urdf(Rig& rig, const std::string& file_and_link) {
   const auto comma = file_and_link.rfind(',');
   const std::string path = file_and_link.substr(0, comma);
-  const std::string text = read_whole_file(path);
+  constexpr uint64_t kMost = uint64_t(16) << 20;  // meshes are files of their own
+  const std::string text = read_whole_file(path, kMost);
   tinyxml2::XMLDocument document;
   if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
     throw Error(path, document.ErrorLineNum(), "is no XML: " + std::string(document.ErrorName()));
@@ -107,6 +109,10 @@ void mount_by_urdf(Rig& rig, const std::string& file_and_link) {
       at = joint_above[at].parent;
     }
     if (!base.empty() && at != base) throw Error(path, 0, "link '" + link + "' does not hang on link '" + base + "'");
+    for (const double v : T_base_sensor.t)
+      if (!(std::fabs(v) <= kMostOffset_m))
+        throw Error(path, 0,
+                    "link '" + link + "' lies more than 100 m from " + (base.empty() ? "its root" : "'" + base + "'"));
     const auto& r = T_base_sensor.r;
     sensor.x_m = tidy(T_base_sensor.t[0]);
     sensor.y_m = tidy(T_base_sensor.t[1]);

@@ -232,7 +232,7 @@ Scenario load_scenario(const std::string& file_or_name) {
     throw io::Error(file_or_name, 0,
                     "is no file and no built-in scenario; built in are " + io::join(builtin_scenario_names(), ", ") +
                         io::did_you_mean(file_or_name, builtin_scenario_names()));
-  return parse_scenario(file_or_name, io::read_whole_file(file_or_name));
+  return parse_scenario(file_or_name, io::read_whole_file(file_or_name, io::kMostToml));
 }
 
 std::vector<std::string> builtin_scenario_names() {

@@ -1,0 +1,59 @@
+#!/bin/bash
+# Copyright 2026 The Overtake authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: tests/test_setup.sh. What our tools do with other people's software and on shared folders, seen by stand-ins for
+# npm, dpkg-query and the compiler: tools/setup --node installs what the lock file says and runs no scripts of packages;
+# the lock file is complete and names no registry; tools/fuzz opens nothing in the temporary folder that may be a link.
+# shellcheck source=tests/support/shell_test.sh
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
+readonly project=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+readonly lock=$project/tests/node/package-lock.json
+
+# stand_in NAME LINE...: a program of that name on the PATH.
+mkdir -p "$work/bin" "$work/tree/tests/node" "$work/tree/build" "$work/tmp"
+stand_in() {
+  local name=$1
+  shift
+  printf '%s\n' '#!/bin/bash' "$@" >"$work/bin/$name"
+  chmod +x "$work/bin/$name"
+}
+export PATH=$work/bin:$PATH
+
+# ---- npm
+# shellcheck disable=SC2016
+stand_in npm 'echo "$PWD: $*" >>"$SEEN"'
+stand_in dpkg-query 'echo installed'
+stand_in apt-get 'exit 1'
+cp -r "$project/tools" "$work/tree/tools"
+cp "$project"/tests/node/*.json "$work/tree/tests/node"
+SEEN=$work/seen expect "tools/setup --node" "$work/tree/tools/setup" --node
+[[ $(cat "$work/seen") == "$(realpath "$work/tree/tests/node"): ci --ignore-scripts --no-audit --no-fund" ]] ||
+  fail "tools/setup --node calls npm as: $(cat "$work/seen")"
+mkdir -p "$work/tree/tests/node/node_modules/@mcap/core"
+: >"$work/seen"
+SEEN=$work/seen expect "tools/setup --node once more" "$work/tree/tools/setup" --node
+[[ ! -s $work/seen ]] || fail "what is installed is installed again"
+
+# ---- the lock file
+packages=$(grep -c '^    "node_modules/' "$lock") whole=$(grep -c '^      "integrity": "sha512-' "$lock")
+((packages > 9 && packages == whole)) || fail "$packages packages in the lock file, $whole with a checksum"
+grep -n '"resolved"' "$lock" && fail "the lock file names a registry"
+grep -n 'hasInstallScript' "$lock" && fail "a package wants to run a script"
+while read -r name version; do
+  grep -A 1 "^    \"node_modules/$name\": {" "$lock" | grep -q "\"version\": \"$version\"" ||
+    fail "the lock file has another version of $name than package.json ($version)"
+done < <(sed -n '/"dependencies"/,/}/s/^ *"\(.*\)": "\([0-9.]*\)",*$/\1 \2/p' "$project/tests/node/package.json")
+
+# ---- tools/fuzz
+mkdir -p "$work/lib"
+touch "$work/lib/libclang_rt.fuzzer-x86_64.a"
+stand_in clang++-14 "echo '$work/lib/libclang_rt.fuzzer-x86_64.a'"
+stand_in cmake 'exit 0'
+echo precious >"$work/victim"
+ln -s "$work/victim" "$work/tmp/overtake_fuzz_$(cd "$work/tree" && pwd | cksum | cut -d' ' -f1).lock"
+TMPDIR=$work/tmp expect "tools/fuzz --build-only" "$work/tree/tools/fuzz" --build-only
+[[ $(cat "$work/victim") == precious ]] || fail "tools/fuzz writes through a link in the temporary folder"
+[[ $(find "$work/tmp" -mindepth 1 | wc -l) == 1 ]] || fail "tools/fuzz leaves something: $(ls "$work/tmp")"
+
+passed "all checks of the tools passed"
