@@ -167,7 +167,7 @@ void gate_frame(const StageContext& context, Frame& frame) noexcept {
 
   // More than fit: the nearest stay, in table order. Rarely runs, so it may be quadratic in what is dropped.
   frame.candidate_overflow = 0;
-  while (count > detections.capacity) {
+  while (count > context.candidate_capacity) {
     int32_t farthest = 0;
     for (int32_t i = 1; i < count; ++i)
       if (merged.nearest_m[frame.kept[i]] >= merged.nearest_m[frame.kept[farthest]]) farthest = i;
@@ -409,6 +409,7 @@ void TrackStage::run(Frame& frame) noexcept {
     tracker_.snapshot(frame.tracks);
   }
   frame.refiltered = last_step_.refiltered;
+  if (last_step_.limited) frame.flags |= OVT_FLAG_WORK_LIMIT;
   clock.lap(OVT_STAGE_TRACK);
 }
 

@@ -7,6 +7,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <map>
 #include <string>
@@ -50,7 +51,8 @@ const std::map<std::string, double> kMethod = {{"frame.period_s", 0.05},
                                                {"tracker.max_silence_s", 4},
                                                {"tracker.predict_after", 1.5},
                                                {"tracker.horizon_s", 3},
-                                               {"tracker.horizon_step_s", 0.1}};
+                                               {"tracker.horizon_step_s", 0.1},
+                                               {"tracker.work_limit", 1e7}};
 
 }  // namespace
 
@@ -161,7 +163,7 @@ TEST_CASE("params: ovt_set_param refuses what is no value of the parameter, and 
   CHECK(ovt_get_param(&params, "tracker.gate", &value) == OVT_UNKNOWN_NAME);
   CHECK(ovt_get_param(&params, "tracker.gate_m", nullptr) == OVT_BAD_ARGUMENT);
   CHECK(ovt_get_param(nullptr, "tracker.gate_m", &value) == OVT_BAD_ARGUMENT);
-  params.struct_size -= 8;
+  params.struct_size = offsetof(ovt_params, tracker_horizon_step_s);  // the first version's struct went on
   CHECK(ovt_set_param(&params, "tracker.gate_m", "1") == OVT_BAD_VERSION);
   CHECK(ovt_get_param(&params, "tracker.gate_m", &value) == OVT_BAD_VERSION);
   ovt_param_info info;
