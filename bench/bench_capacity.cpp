@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What candidate_capacity and track_capacity cost at the worst: as many detections as fit, all of them in each other's
-// gates, frame after frame, and then one frame that is late. The tracker alone, through the C API; CPU time of the call.
+// gates, frame after frame, and then one frame that is late. The tracker alone, through the C API; CPU time of the
+// call.
 //
 //   bench_capacity [--side METRES] [--late SECONDS] [--limit STEPS] [--frames N] [CAPACITY...]
 #include <time.h>
@@ -68,8 +69,8 @@ void measure(int32_t capacity, const Options& options) {
   ovt_read_stats(detector, &before);
   const double late = push(0.05 * (options.frames - 1) - options.late_s + 1e-3);
   ovt_read_stats(detector, &after);
-  std::printf("| %d | %.2f | %.2f | %lld of %d | %.2f | %s |\n", capacity, sum / std::max(options.frames - 10, 1), worst,
-              static_cast<long long>(before.work_limited), options.frames, late,
+  std::printf("| %d | %.2f | %.2f | %lld of %d | %.2f | %s |\n", capacity, sum / std::max(options.frames - 10, 1),
+              worst, static_cast<long long>(before.work_limited), options.frames, late,
               after.refiltered > before.refiltered ? "taken in" : "refused");
   ovt_destroy_detector(detector);
 }
@@ -93,7 +94,9 @@ int main(int argc, char** argv) {
       capacities.push_back(std::atoi(argv[i]));
   }
   if (capacities.empty()) capacities = {64, 128, 256, 512, 1024, 2048, 4096};
-  std::printf("| capacity | mean ms | worst ms | frames at the limit | one late frame ms | |\n| --- | --- | --- | --- | --- | --- |\n");
+  std::printf(
+      "| capacity | mean ms | worst ms | frames at the limit | one late frame ms | |\n| --- | --- | --- | --- | --- | "
+      "--- |\n");
   for (const int32_t capacity : capacities) measure(capacity, options);
   return 0;
 }

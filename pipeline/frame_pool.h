@@ -27,7 +27,7 @@ class FramePool {
 
   Frame* acquire() noexcept;            // intake: a free slot, reset, or null
   void publish(Frame* frame) noexcept;  // pipeline: finished, and the latest from now on
-  Frame* pin_latest() noexcept {  // reader: the latest, held until release; null when there is none
+  Frame* pin_latest() noexcept {        // reader: the latest, held until release; null when there is none
     return pin_latest([] {});
   }
   // Of the latest, -1 when there is none: pin_latest will not give an older one.

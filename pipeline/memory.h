@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where a detector's blocks come from: the caller's allocator, or pages of their own from the system, with huge pages and
-// locking where asked for and allowed. What was obtained is counted; what was refused costs speed, never a failure.
+// Where a detector's blocks come from: the caller's allocator, or pages of their own from the system, with huge pages
+// and locking where asked for and allowed. What was obtained is counted; what was refused costs speed, never a failure.
 //
 // Pages of their own go back to the system with the block, whatever the heap would have kept, and a child process does
 // not get them (MADV_DONTFORK): a fork would make the parent's next frames copy every page they write.

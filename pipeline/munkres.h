@@ -32,7 +32,7 @@ class Munkres {
   // column_of_row[rows]: the partner or -1. Returns the number of pairs. When the searches have taken more than
   // max_steps, rows that have no partner by then take the cheapest column that is left to them, in the order of rows.
   int32_t solve(int32_t* column_of_row, int64_t max_steps = INT64_MAX) noexcept;
-  int64_t steps() const noexcept { return steps_; }             // pairs and columns looked at by the last solve
+  int64_t steps() const noexcept { return steps_; }                  // pairs and columns looked at by the last solve
   bool was_limited() const noexcept { return steps_ > max_steps_; }  // whether max_steps cut it short
 
  private:

@@ -216,10 +216,10 @@ typedef struct ovt_detector_def {
   const char* isa;                   /* NULL picks the best; "ref" forces the scalar truth; see ovt_build_info.isas */
   int32_t push_policy;               /* ovt_push_policy */
   int32_t cluster_capacity;          /* per sensor and per frame, 1,024 */
-  int32_t candidate_capacity;        /* 256; at most 4,096, as much as the tracker takes: also rows of pushed detections */
+  int32_t candidate_capacity;        /* 256; at most 4,096, as much as the tracker takes; also a push of detections */
   int32_t track_capacity;            /* 256; at most 4,096. Where all detections and tracks are in each other's gates a
                                         frame costs 0.2 ms with 64 of each, 5 with 256, 35 with 1,024, 140 with 4,096
-                                        (bench/README.md); spread over a track 256 cost 0.1 ms. tracker.work_limit */
+                                        (bench/README.md); 256 spread over 600 m x 600 m 0.5. See tracker.work_limit */
   int32_t frames_in_flight;          /* frames worked on at once, 3 */
   int32_t reader_capacity;           /* readers that may exist at once, 4 */
   int32_t ego_pose_capacity;         /* ego poses remembered, 1,024 */

@@ -349,7 +349,7 @@ StepResult Tracker::step(const TrackerFrame& frame, TrackId* track_of_detection)
     s.counts.late += rows;
     ++s.counts.late_frames;
     s.counts.refused += too_much;
-    return {.late = true, .limited = too_much, .refiltered = 0};
+    return {.late = true, .limited = too_much};
   }
 
   const int32_t refiltered = s.history.count() - place;
@@ -369,7 +369,7 @@ StepResult Tracker::step(const TrackerFrame& frame, TrackId* track_of_detection)
   }
   bool limited = false;
   for (int32_t i = place; i < s.history.count(); ++i) limited |= s.history.at(i).limited;
-  return {.late = false, .limited = limited, .refiltered = refiltered};
+  return {.late = false, .limited = limited, .refiltered = refiltered, .work = s.history.work_from(place)};
 }
 
 void Tracker::restart() noexcept {

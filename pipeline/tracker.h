@@ -88,6 +88,7 @@ struct StepResult {
   bool late = false;       // too old, or too much work: nothing changed
   bool limited = false;    // the work limit was met: late for it, or an iteration that ran was cut short
   int32_t refiltered = 0;  // iterations that ran again; 0 for a frame in sequence
+  int64_t work = 0;        // steps taken, by what work_limit counts
 };
 
 class Tracker {
@@ -145,7 +146,7 @@ class Tracker {
 bool is_position_covariance(double var_x, double var_y, double cov_xy) noexcept;
 // Points of a predicted path.
 int32_t count_path_points(const TrackerParams& params) noexcept;
-// The time nearest to publish_ns to which all tracks of an iteration at stamp_ns can be predicted: at most 59 s from it.
+// The time nearest to publish_ns to which all tracks of an iteration at stamp_ns can be predicted: at most 59 s away.
 int64_t limit_publish_ns(int64_t stamp_ns, int64_t publish_ns) noexcept;
 // What Tracker::publish does, from a snapshot (which may be `tracks` itself), on any thread.
 void publish_tracks(const TrackerParams& params, const TrackTable& states, int64_t publish_ns, TrackTable& tracks,

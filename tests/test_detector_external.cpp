@@ -50,14 +50,15 @@ TEST_CASE("detector: as many pushed rows as the def's capacity, and not one more
   }
 }
 
-TEST_CASE("detector: a late frame among dense clutter meets the work limit: flagged, counted, the tracks as they were") {
+TEST_CASE("detector: a late frame among dense clutter meets the work limit: flagged and counted, tracks as they were") {
   for (const int32_t workers : {1, 2}) {
     Small small(0, workers);
     small.create();
     std::mt19937_64 random(3);
     std::vector<double> x(256), y(256);
     const auto push = [&](int64_t stamp_ns) {
-      for (std::size_t i = 0; i < x.size(); ++i) x[i] = 6e-3 * double(random() % 1000), y[i] = 6e-3 * double(random() % 1000);
+      for (std::size_t i = 0; i < x.size(); ++i)
+        x[i] = 6e-3 * double(random() % 1000), y[i] = 6e-3 * double(random() % 1000);
       REQUIRE(push_places(small, stamp_ns, x, y) == OVT_OK);
       REQUIRE(ovt_flush(small.detector) == OVT_OK);
     };
@@ -75,8 +76,8 @@ TEST_CASE("detector: a late frame among dense clutter meets the work limit: flag
     CHECK(stats.refiltered == 0);
     CHECK(stats.measurements_late == 256);
     CHECK(stats.measurements == 13 * 256);
-    CHECK(stats.measurements == stats.measurements_used + stats.measurements_unborn + stats.measurements_rejected +
-                                    stats.measurements_late);
+    CHECK(stats.measurements ==
+          stats.measurements_used + stats.measurements_unborn + stats.measurements_rejected + stats.measurements_late);
     push(12 * 50 * kMs);
     CHECK((small.latest.info.flags & OVT_FLAG_WORK_LIMIT) == 0);
   }

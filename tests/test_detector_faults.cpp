@@ -425,7 +425,8 @@ struct Places {
     of = {d.x_m, l.x_m, t.x_m};
   }
   bool all(const char* flag) const {
-    return std::all_of(of.begin(), of.end(), [&](const void* p) { return page_flags(p).find(flag) != std::string::npos; });
+    return std::all_of(of.begin(), of.end(),
+                       [&](const void* p) { return page_flags(p).find(flag) != std::string::npos; });
   }
   bool none(const char* flag) const {
     return std::none_of(of.begin(), of.end(),
@@ -476,8 +477,8 @@ TEST_CASE("detector faults: a process that forks goes on as if it had not; the c
     CAPTURE(workers);
     DetectorBench bench({.workers = workers});
     bench.create();
-    ovt_reader* reader = nullptr;
-    REQUIRE(ovt_create_reader(bench.detector, &reader) == OVT_OK);
+    ovt_reader* reader = nullptr;  // where there is none, the detector's end is that of its blocks
+    if (workers == 2) REQUIRE(ovt_create_reader(bench.detector, &reader) == OVT_OK);
     for (std::size_t k = 0; k < 8; ++k) {
       const pid_t child = fork();
       REQUIRE(child >= 0);

@@ -146,9 +146,9 @@ TEST_CASE("frame_pool: readers race a publisher and never see a frame change und
   CHECK(wrong.load() == 0);
 }
 
-// One interleaving of a reader and two publishers, step by step: the reader knows the latest; it is replaced, freed, taken
-// again and finished, but not the latest yet.
-TEST_CASE("frame_pool: a slot that comes back finished under a reader is not the latest before it is published") {
+// One interleaving of a reader and two publishers, step by step: the reader knows the latest; it is replaced, freed,
+// taken again and finished, but not the latest yet.
+TEST_CASE("frame_pool: a slot that comes back finished under a reader is not the latest until it is published") {
   FramePool pool;
   REQUIRE(pool.build(3, 3, small_sizes(), default_allocator()));
   Frame* const first = finish_one(pool, 0);

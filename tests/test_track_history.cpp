@@ -229,8 +229,12 @@ TEST_CASE("track history: an iteration of more work than the limit is cut short,
     p.work_limit = limit;
     TrackerBench dense(p), sparse(p), sparse_unlimited;
     for (int k = 0; k < 8; ++k) {
+      const int64_t tracks = dense.tracker.track_count();
       dense.step(0.05 * k, make_clutter(100, uint64_t(k)));
       CHECK(dense.last.limited == (limit < 1e15 && k > 0));
+      // The fewest that a track may look at are 8, a pair is 16 steps; then the first search ends at once.
+      if (limit < 1e15) CHECK(dense.last.work <= tracks * 8 * 16 + 108);
+      if (limit == 1e15 && k > 0) CHECK(dense.last.work > 100 * 100 * 16);
       CHECK(dense.tracker.counts().hits + dense.tracker.counts().births == 100 * (k + 1));  // each row went somewhere
       CHECK(adds_up(dense.tracker.counts()));
       std::vector<TestDetection> cars;

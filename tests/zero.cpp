@@ -7,8 +7,9 @@
 //
 //   zero --workers N --frames N
 //
-// malloc and its family and the locks are this program's own (support/heap_calls, support/lock_calls). With a graph libtbb must run from a folder without
-// libtbbmalloc, so that TBB's allocator is malloc, too; else it ends with an error (tests/CMakeLists.txt).
+// malloc and its family and the locks are this program's own (support/heap_calls, support/lock_calls). With a graph
+// libtbb must run from a folder without libtbbmalloc, so that TBB's allocator is malloc, too; else it ends with an
+// error (tests/CMakeLists.txt).
 #include <sys/resource.h>
 
 #include <alloca.h>

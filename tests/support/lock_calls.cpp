@@ -29,17 +29,17 @@ Function* find_next(const char* name) {
 }  // namespace
 
 // What may block, with one argument or two.
-#define OVT_LOCK1(name, A)                                           \
-  int name(A a) {                                                    \
-    static int (*const next)(A) = find_next<int(A)>(#name);          \
-    note(__builtin_return_address(0));                               \
-    return next(a);                                                  \
+#define OVT_LOCK1(name, A)                                  \
+  int name(A a) {                                           \
+    static int (*const next)(A) = find_next<int(A)>(#name); \
+    note(__builtin_return_address(0));                      \
+    return next(a);                                         \
   }
-#define OVT_LOCK2(name, A, B)                                        \
-  int name(A a, B b) {                                               \
-    static int (*const next)(A, B) = find_next<int(A, B)>(#name);    \
-    note(__builtin_return_address(0));                               \
-    return next(a, b);                                               \
+#define OVT_LOCK2(name, A, B)                                     \
+  int name(A a, B b) {                                            \
+    static int (*const next)(A, B) = find_next<int(A, B)>(#name); \
+    note(__builtin_return_address(0));                            \
+    return next(a, b);                                            \
   }
 
 #pragma GCC visibility push(default)
