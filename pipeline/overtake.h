@@ -391,7 +391,7 @@ enum {                               /* ovt_frame_info.flags */
   OVT_FLAG_PREDICTION = 4096,        /* ovt_advance named this time: no sensor is in it, the tracks are predicted */
   OVT_FLAG_EXCEPTION = 8192,         /* a stage threw: the sensors it belonged to are not in the frame, or, behind the
                                         segmentation, nothing is detected and the tracks are predicted */
-  OVT_FLAG_WORK_LIMIT = 32768        /* dense clutter, more work than tracker.work_limit: a frame out of sequence was not
+  OVT_FLAG_WORK_LIMIT = 32768        /* dense clutter, more work than tracker.work_limit: a late frame was not
                                         taken in (its rows are measurements_late), or each track was compared with the
                                         nearest detections only and the assignment is not the cheapest */
 };
