@@ -146,12 +146,40 @@ int32_t find_within_reach(Tracker::State& state, const Iteration& it, const Trac
   return count;
 }
 
-void gate_track(Tracker::State& state, const Iteration& it, int32_t slot) noexcept {
+// A step is what the assignment's search needs to look at a pair or a column. To gate a pair and to sort it in costs as
+// much as so many of them; and so many detections a track may look at in any case.
+constexpr int64_t kStepsPerPair = 16;
+constexpr int64_t kFewestNear = 8;
+
+// Of the `count` candidates within reach the `most` nearest to where the track is at their time, in the same order.
+void keep_nearest(Tracker::State& state, const Iteration& it, TrackAtStamp& at_stamp, int32_t count, int32_t most) {
+  uint64_t* const nearest = state.nearest;
+  for (int32_t k = 0; k < count; ++k) {
+    const Candidate& c = it.candidates[state.within_reach[k]];
+    at_stamp.go_to(c.stamp_ns);
+    const auto distance_m2 = float(at_stamp.distance_m2(c.z));  // its bits are in the order of its value: none is < 0
+    uint32_t bits;
+    std::memcpy(&bits, &distance_m2, sizeof bits);
+    nearest[k] = uint64_t(bits) << 32 | uint32_t(state.within_reach[k]);
+  }
+  std::nth_element(nearest, nearest + most, nearest + count);
+  for (int32_t k = 0; k < most; ++k) state.within_reach[k] = int32_t(uint32_t(nearest[k]));
+  std::sort(state.within_reach, state.within_reach + most);
+}
+
+// At most `most_near` candidates are gated with the track.
+void gate_track(Tracker::State& state, Iteration& it, int32_t slot, int32_t most_near) noexcept {
   const Track& track = state.tracks[slot];
   const MotionState& mean = track.estimate.mean;
   const double gate_m2 = state.params.gate_m * state.params.gate_m;
   TrackAtStamp at_stamp(state, track, state.predictions[slot]);
-  const int32_t near_count = find_within_reach(state, it, track);
+  int32_t near_count = find_within_reach(state, it, track);
+  if (near_count > most_near) {
+    keep_nearest(state, it, at_stamp, near_count, most_near);
+    near_count = most_near;
+    it.limited = true;
+  }
+  it.work += kStepsPerPair * near_count;
   for (int32_t k = 0; k < near_count; ++k) {
     const int32_t i = state.within_reach[k];
     const Candidate& c = it.candidates[i];
@@ -209,10 +237,17 @@ void associate(Tracker::State& state, Iteration& it) noexcept {
     state.candidate_x_m[i] = it.candidates[i].z.x_m;
     state.candidate_y_m[i] = it.candidates[i].z.y_m;
   }
+  const auto limit = int64_t(state.params.work_limit);
+  const int64_t near_share = limit / 2 / kStepsPerPair / std::max(state.alive_count, 1);
+  const auto most_near = int32_t(std::min(std::max(near_share, kFewestNear), int64_t(INT32_MAX)));
+  it.work = 0;
+  it.limited = false;
   if (it.candidate_count > 0)
     for (int32_t slot = 0; slot < slot_count; ++slot)
-      if (state.tracks[slot].alive) gate_track(state, it, slot);
-  state.munkres.solve(state.candidate_of_slot);
+      if (state.tracks[slot].alive) gate_track(state, it, slot, most_near);
+  state.munkres.solve(state.candidate_of_slot, std::max(limit - it.work, int64_t(0)));
+  it.work += state.munkres.steps();
+  it.limited |= state.munkres.was_limited();
   for (int32_t slot = 0; slot < slot_count; ++slot) {
     const int32_t c = state.candidate_of_slot[slot];
     if (c >= 0) it.candidates[c].slot = slot;

@@ -5,8 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <utility>
 
 namespace overtake {
+namespace {
+// Whose on_frame this thread is in. initial-exec: the first use on a thread takes no memory.
+[[gnu::tls_model("initial-exec")]] thread_local const Detector* calling_back = nullptr;
+}  // namespace
 
 void Detector::log(ovt_log_level level, const char* text) const noexcept {
   try {
@@ -29,6 +34,7 @@ void Detector::stop() {
 }
 
 void Detector::destroy(Detector* detector) {
+  if (getpid() != detector->process_) return;
   detector->stop();
   detector->closed_.store(true, std::memory_order_release);
   detector->drop_owner();
@@ -40,13 +46,18 @@ void Detector::drop_owner() {
 
 // ---- producers ----------------------------------------------------------------------------------------------------
 
-// With worker_count 1 the caller is the intake and everything else, one at a time: false when somebody is inside.
+// With worker_count 1 the caller is the intake and everything else, one at a time: false when somebody is inside. From
+// on_frame it is false in any case: what is asked for may have to wait for on_frame's own frame.
 class Detector::Turn {
  public:
   explicit Turn(Detector& detector)
-      : detector_(detector), mine_(!detector.inline_ || !detector.inside_.exchange(true, std::memory_order_acquire)) {
+      : detector_(detector),
+        mine_(calling_back != &detector &&
+              (!detector.inline_ || !detector.inside_.exchange(true, std::memory_order_acquire))) {
     if (!mine_ && !detector.told_wrong_thread_.exchange(true, std::memory_order_relaxed))
-      detector.log(OVT_LOG_ERROR, "worker_count 1: a second thread, or a callback, called while one was inside");
+      detector.log(OVT_LOG_ERROR, calling_back == &detector
+                                      ? "on_frame called something other than ovt_read_...: refused"
+                                      : "worker_count 1: a second thread called while one was inside");
   }
   ~Turn() {
     if (mine_) detector_.inside_.store(false, std::memory_order_release);
@@ -63,9 +74,13 @@ class Detector::Turn {
 ovt_status Detector::push_scan(const ovt_points& points) {
   const Turn turn(*this);
   if (!turn) return OVT_WRONG_THREAD;
-  if (points.count > point_capacity_[points.sensor]) return OVT_TOO_MANY;
-  counters_.pushed.fetch_add(1, std::memory_order_relaxed);
   const int32_t s = points.sensor;
+  counters_.pushed.fetch_add(1, std::memory_order_relaxed);
+  if (points.count > point_capacity_[s]) {
+    counters_.dropped.fetch_add(1, std::memory_order_relaxed);
+    probe_drop(s, points.stamp_ns);
+    return OVT_TOO_MANY;
+  }
   Stamp& last = last_stamp_[s];
   if (last.any && points.stamp_ns == last.last_ns) {
     counters_.dup.fetch_add(1, std::memory_order_relaxed);
@@ -112,7 +127,11 @@ ovt_status Detector::push_ego_pose(const ovt_ego_pose& in) {
 ovt_status Detector::push_detections(const ovt_external_detections& in) {
   const Turn turn(*this);
   if (!turn) return OVT_WRONG_THREAD;
-  if (in.count > external_.writable().table.capacity) return OVT_TOO_MANY;
+  if (in.count > context_.candidate_capacity) {  // not the table's, which is rounded up
+    counters_.external_dropped.fetch_add(1, std::memory_order_relaxed);
+    probe_drop(-1, in.stamp_ns);
+    return OVT_TOO_MANY;
+  }
   if (last_external_.any && in.stamp_ns == last_external_.last_ns) {
     counters_.external_dropped.fetch_add(1, std::memory_order_relaxed);
     return OVT_DUPLICATE;
@@ -308,6 +327,7 @@ bool Detector::step_intake() {
   const uint64_t advance_wanted = advance_wanted_.load(std::memory_order_acquire);
   const uint64_t flush_wanted = flush_wanted_.load(std::memory_order_acquire);
   gather();
+  if (gather_hook_) gather_hook_(gather_user_);
   if (const int32_t next = find_next(); next >= 0)
     return next == ClockWatch::kExternal ? take_external_in_hand() : take_scan_in_hand(next);
   if (inline_) return false;
@@ -375,6 +395,7 @@ void Detector::finish(Frame& frame) {
   set(counters_.tracks_displaced, tracked.displaced);
   set(counters_.tracks_unsound, tracked.unsound);
   set(counters_.tracks_forgotten, tracked.forgotten);
+  set(counters_.work_limited, tracked.limited + tracked.refused);
   const int64_t track_overflow = tracked.overflow;
   // A replay may lower it.
   if (track_overflow > counters_.overflow_tracks.exchange(track_overflow, std::memory_order_relaxed))
@@ -390,12 +411,14 @@ void Detector::finish(Frame& frame) {
 
   if (on_frame_) {
     lent_.frame = &frame;
+    const Detector* const outer = std::exchange(calling_back, this);
     try {
       on_frame_(reinterpret_cast<ovt_reader*>(&lent_), user_);
     } catch (...) {
       add(counters_.exceptions, 1);
       log(OVT_LOG_ERROR, "on_frame threw an exception");
     }
+    calling_back = outer;
     lent_.frame = nullptr;
   }
   pool_.publish(&frame);
@@ -432,6 +455,7 @@ ovt_status Detector::create_reader(Reader** out) {
 }
 
 void Detector::destroy_reader(Reader* reader) {
+  if (getpid() != process_) return;
   if (reader->frame) pool_.release(reader->frame);
   delete reader;
   reader_count_.fetch_sub(1);
@@ -447,8 +471,10 @@ ovt_status Detector::next_frame(Reader& reader) {
   return OVT_OK;
 }
 
-void Detector::publish_tracks(Reader& reader, int64_t publish_ns) {
+int64_t Detector::publish_tracks(Reader& reader, int64_t publish_ns) {
+  publish_ns = limit_publish_ns(reader.frame->tracks_ns, publish_ns);
   overtake::publish_tracks(tracker_params_, reader.frame->tracks, publish_ns, reader.tracks, &reader.paths);
+  return publish_ns;
 }
 
 void Detector::read_stats(ovt_stats& out) const {
@@ -489,6 +515,7 @@ void Detector::read_stats(ovt_stats& out) const {
   out.tracks_displaced = get(counters_.tracks_displaced);
   out.tracks_unsound = get(counters_.tracks_unsound);
   out.tracks_forgotten = get(counters_.tracks_forgotten);
+  out.work_limited = get(counters_.work_limited);
   out.ego_poses = get(counters_.ego_poses);
   out.ego_dropped = get(counters_.ego_dropped);
   out.external = get(counters_.external);

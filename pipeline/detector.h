@@ -9,6 +9,9 @@
 // post and signal; they never allocate, never block (but for OVT_PUSH_WAIT) and never call TBB.
 #pragma once
 
+#include <sys/types.h>
+#include <unistd.h>
+
 #include <atomic>
 #include <memory>
 #include <string>
@@ -31,7 +34,7 @@ struct Counters {
   std::atomic<int64_t> exceptions{0}, ego_poses{0}, ego_dropped{0}, external{0}, external_dropped{0};
   std::atomic<int64_t> deadline_missed{0}, clock_jumps{0}, stalled{0}, refiltered{0};
   std::atomic<int64_t> measurements{0}, measurements_used{0}, measurements_unborn{0};
-  std::atomic<int64_t> measurements_rejected{0}, measurements_late{0}, measurements_lost{0};
+  std::atomic<int64_t> measurements_rejected{0}, measurements_late{0}, measurements_lost{0}, work_limited{0};
   std::atomic<int64_t> points_clustered{0}, clusters{0}, gated_points{0}, gated_size{0}, gated_map{0}, detections{0};
   std::atomic<int64_t> tracks_born{0}, tracks_missed{0}, tracks_silent{0}, tracks_displaced{0}, tracks_unsound{0};
   std::atomic<int64_t> tracks_forgotten{0};
@@ -65,7 +68,7 @@ class Detector {
   ovt_status create_reader(Reader** out);
   void destroy_reader(Reader* reader);
   ovt_status next_frame(Reader& reader);
-  void publish_tracks(Reader& reader, int64_t publish_ns);
+  int64_t publish_tracks(Reader& reader, int64_t publish_ns);  // returns what they are predicted to
 
   void read_stats(ovt_stats& out) const;
   ovt_runtime_info runtime_info() const;
@@ -75,6 +78,12 @@ class Detector {
   Counters& counters() { return counters_; }
   // Tests only, before the first push.
   void set_hook(const BodyHook& hook) { context_.hook = hook; }
+  // Tests only, the same: runs on the intake, each time it has looked into every mailbox.
+  void set_gather_hook(void (*call)(void* user), void* user) {
+    gather_hook_ = call;
+    gather_user_ = user;
+  }
+  uint64_t flushes_asked() const { return flush_wanted_.load(std::memory_order_acquire); }
 
  private:
   Detector() = default;
@@ -127,6 +136,7 @@ class Detector {
   int32_t reader_capacity_ = 0;
   std::atomic<int32_t> reader_count_{0};
   std::atomic<int32_t> owners_{1};  // the caller's handle and every reader
+  const pid_t process_ = getpid();  // a child of it has neither our threads nor our blocks
   std::atomic<bool> closed_{false};
 
   // producers'
@@ -149,6 +159,8 @@ class Detector {
   std::atomic<uint64_t> advance_wanted_{0}, advance_done_{0};
   std::atomic<uint64_t> flush_wanted_{0}, flush_done_{0};
   std::thread intake_;
+  void (*gather_hook_)(void* user) = nullptr;
+  void* gather_user_ = nullptr;
 };
 
 }  // namespace overtake

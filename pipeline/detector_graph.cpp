@@ -5,7 +5,6 @@
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
-#include <oneapi/tbb/task_scheduler_observer.h>
 
 #include <algorithm>
 #include <atomic>
@@ -87,6 +86,7 @@ void run_segment(const StageContext& context, const RunnerHooks& hooks, Frame& f
   const bool whole = guard(hooks, [&] {
     context.hook(Body::kSegment, frame, sensor);
     segment_scan(context, sensor, frame.sensors[sensor], context.scratch[thread]);
+    context.hook(Body::kPose, frame, sensor);
     pose_clusters(context, sensor, frame.sensors[sensor], context.scratch[thread]);
   });
   if (whole) return;
@@ -147,25 +147,25 @@ struct DetectorGraph::Nodes {
         roster(thread_roster),
         share(params.worker_count),
         expected(std::min(params.worker_count, WorkerShare::count_allowed())),
-        arena(expected + 1, 1),  // one place is the intake's
-        observer(arena, thread_roster) {
+        arena(expected + 1, 1) {  // one place is the intake's
     arena.execute([&] {
       graph = std::make_unique<flow::graph>();
       segment = std::make_unique<SegmentNode>(*graph, flow::unlimited, [this](const Job& job) {
+        const Visit visit(roster);
         waiting.fetch_sub(1, std::memory_order_relaxed);
         if (!job.frame) {
           if (job.sensor == kHold) warm_worker();
           if (job.sensor == kRelease) release_worker();
           return flow::continue_msg();
         }
-        const int32_t thread = oneapi::tbb::this_task_arena::current_thread_index();
-        OVT_CHECK(thread >= 0 && thread <= params.worker_count);
-        run_segment(context, hooks, *job.frame, job.sensor, thread);
+        OVT_CHECK(visit.place >= 0 && visit.place <= params.worker_count);
+        run_segment(context, hooks, *job.frame, job.sensor, visit.place);
         keep_awake();  // first: of what a body sends, its thread runs the last first
         finish_part(*job.frame, false);
         return flow::continue_msg();
       });
       detect = std::make_unique<DetectNode>(*graph, flow::unlimited, [this](const Job& job) {
+        const Visit visit(roster);
         if (job.sensor == kAwaited) waiting.fetch_sub(1, std::memory_order_relaxed);
         if (job.frame) run_detect(context, hooks, *job.frame);
         return job;
@@ -176,6 +176,7 @@ struct DetectorGraph::Nodes {
           warmed.fetch_add(1, std::memory_order_release);
           return flow::continue_msg();
         }
+        const Visit visit(roster);
         run_track(context, hooks, stage, *job.frame);
         keep_awake();
         return flow::continue_msg();
@@ -236,27 +237,19 @@ struct DetectorGraph::Nodes {
     roster.release_worker();
   }
 
-  // Runs on each thread of TBB's that comes into the arena or goes.
-  class Observer final : public oneapi::tbb::task_scheduler_observer {
-   public:
-    Observer(oneapi::tbb::task_arena& arena, ThreadRoster& roster)
-        : oneapi::tbb::task_scheduler_observer(arena), roster_(roster) {
-      observe(true);
-    }
-    ~Observer() override { observe(false); }
-    void on_scheduler_entry(bool is_worker) override {
-      if (!is_worker) return;
-      const int32_t worker = oneapi::tbb::this_task_arena::current_thread_index() - 1;  // behind the intake's place
+  // A thread that runs one of the graph's tasks. A worker takes its number and our settings with it, and has them
+  // before its first frame: each runs a task of the warm-up. (Not by a task_scheduler_observer: a worker that is still
+  // on its way out of the arena keeps the observer's proxy beyond the observer, where leak checkers find it.)
+  struct Visit {
+    explicit Visit(ThreadRoster& roster) : place(oneapi::tbb::this_task_arena::current_thread_index()) {
+      const int32_t worker = place - 1;  // behind the intake's place, which a thread that destroys has as well
       set_this_worker(worker);
-      roster_.enter_worker(worker);
+      roster.enter_worker(worker);
     }
-    void on_scheduler_exit(bool is_worker) override {
-      if (!is_worker) return;
-      set_this_worker(-1);
-    }
-
-   private:
-    ThreadRoster& roster_;
+    ~Visit() { set_this_worker(-1); }
+    Visit(const Visit&) = delete;
+    Visit& operator=(const Visit&) = delete;
+    const int32_t place;  // in the arena
   };
 
   using SegmentNode = flow::function_node<Job, flow::continue_msg>;
@@ -280,7 +273,6 @@ struct DetectorGraph::Nodes {
   WorkerShare share;
   const int32_t expected;  // workers; more than the process allows are not asked for: TBB would say so on stderr
   oneapi::tbb::task_arena arena;
-  Observer observer;
   std::unique_ptr<flow::graph> graph;  // made inside the arena: its tasks run there
   std::unique_ptr<SegmentNode> segment;
   std::unique_ptr<DetectNode> detect;

@@ -40,25 +40,19 @@ bool FramePool::has_free() const noexcept {
 
 void FramePool::publish(Frame* frame) noexcept {
   const int64_t sequence = frame->sequence;  // a reader may have let go of it by the end of this
+  mark_finished(frame);
+  make_latest(frame, sequence);
+}
+
+void FramePool::mark_finished(Frame* frame) noexcept {
   frame->references.store(kFinished | 1, std::memory_order_release);
+}
+
+void FramePool::make_latest(Frame* frame, int64_t sequence) noexcept {
   Frame* old = latest_.exchange(frame, std::memory_order_acq_rel);
   latest_sequence_.store(sequence, std::memory_order_release);
   in_flight_.fetch_sub(1, std::memory_order_release);
   if (old) release(old);
-}
-
-// Between the two loads the latest may have been replaced, freed, taken again and finished again: pinned, it is looked
-// at once more, for it may be one that is not the latest yet, and the next pin would go back.
-Frame* FramePool::pin_latest() noexcept {
-  while (Frame* frame = latest_.load(std::memory_order_acquire)) {
-    uint64_t old = frame->references.load(std::memory_order_acquire);
-    if (!(old & kFinished) || (old & kHolders) == 0 ||
-        !frame->references.compare_exchange_weak(old, old + 1, std::memory_order_acq_rel))
-      continue;
-    if (latest_.load(std::memory_order_acquire) == frame) return frame;
-    release(frame);
-  }
-  return nullptr;
 }
 
 int32_t FramePool::count_stalled(int64_t now_ns, int64_t limit_ns) noexcept {

@@ -5,6 +5,7 @@
 #include <sys/mman.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
 
 #include "pipeline/overtake.h"
@@ -17,12 +18,41 @@ namespace {
 constexpr size_t kHugePage = size_t(2) << 20;
 constexpr size_t kPage = 4096;
 
+// The sanitizer watches the ends of blocks from the heap, which are all the ends there are: then they come from there.
+#if defined(__SANITIZE_ADDRESS__)
+constexpr bool kMaps = false;
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+constexpr bool kMaps = false;
+#else
+constexpr bool kMaps = true;
+#endif
+#else
+constexpr bool kMaps = true;
+#endif
+
+// Whole pages at an address that is a multiple of `alignment`: more than is needed, and the ends given back.
+void* map_pages(size_t bytes, size_t alignment, void*) noexcept {
+  const size_t slack = alignment > kPage ? alignment : 0;
+  if (bytes + slack < bytes) return nullptr;
+  void* const whole = mmap(nullptr, bytes + slack, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (whole == MAP_FAILED) return nullptr;
+  if (slack == 0) return whole;
+  char* const from = static_cast<char*>(whole);
+  const size_t before = (alignment - reinterpret_cast<std::uintptr_t>(from) % alignment) % alignment;
+  if (before > 0) munmap(from, before);
+  munmap(from + before + bytes, slack - before);
+  return from + before;
+}
+void unmap_pages(void* block, size_t bytes, void*) noexcept { munmap(block, bytes); }
+
 }  // namespace
 
 void Memory::set_up(const Allocator& base, int32_t flags) noexcept {
+  maps_ = kMaps && !base.allocate;
   huge_ = !base.allocate && (flags & OVT_MEMORY_HUGE);
   lock_ = flags & OVT_MEMORY_LOCK;
-  base_ = base.allocate ? base : default_allocator();
+  base_ = base.allocate ? base : maps_ ? Allocator{map_pages, unmap_pages, nullptr} : default_allocator();
 }
 
 Allocator Memory::allocator() noexcept {
@@ -39,7 +69,7 @@ Allocator Memory::allocator() noexcept {
 // in its last bytes.
 Memory::Size Memory::size_of(size_t bytes, size_t alignment) const noexcept {
   const bool huge = huge_ && bytes >= kHugePage;
-  if (!huge && !lock_) return {bytes, alignment};
+  if (!huge && !lock_ && !maps_) return {bytes, alignment};
   const size_t page = huge ? kHugePage : kPage;
   return {(bytes + sizeof(Obtained) + page - 1) / page * page, std::max(page, alignment)};
 }
@@ -50,6 +80,7 @@ void* Memory::allocate(size_t bytes, size_t alignment) noexcept {
   if (!block) return nullptr;
   bytes_.fetch_add(int64_t(bytes), std::memory_order_relaxed);
   if (size.bytes == bytes) return block;
+  if (maps_) madvise(block, size.bytes, MADV_DONTFORK);  // no kernel refuses it for pages that are there
   Obtained obtained;
   if (size.alignment == kHugePage) {
     obtained.huge = madvise(block, size.bytes, MADV_HUGEPAGE) == 0;

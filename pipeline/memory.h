@@ -1,8 +1,11 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where a detector's blocks come from: the caller's allocator or the C library's, with huge pages and locking where
-// asked for and allowed. What was obtained is counted; what was refused costs speed, never a failure.
+// Where a detector's blocks come from: the caller's allocator, or pages of their own from the system, with huge pages
+// and locking where asked for and allowed. What was obtained is counted; what was refused costs speed, never a failure.
+//
+// Pages of their own go back to the system with the block, whatever the heap would have kept, and a child process does
+// not get them (MADV_DONTFORK): a fork would make the parent's next frames copy every page they write.
 #pragma once
 
 #include <atomic>
@@ -18,7 +21,7 @@ class Memory {
   Memory(const Memory&) = delete;
   Memory& operator=(const Memory&) = delete;
 
-  // `base` null functions: the C library. `flags`: OVT_MEMORY_... bits; huge pages with the C library only.
+  // `base` null functions: pages of our own. `flags`: OVT_MEMORY_... bits; huge pages with our own only.
   void set_up(const Allocator& base, int32_t flags) noexcept;
   // Hands out through this object, which must outlive every block.
   Allocator allocator() noexcept;
@@ -40,7 +43,7 @@ class Memory {
   void release(void* block, size_t bytes) noexcept;
 
   Allocator base_;
-  bool lock_ = false, huge_ = false;
+  bool maps_ = false, lock_ = false, huge_ = false;
   std::atomic<int64_t> bytes_{0}, locked_bytes_{0}, huge_bytes_{0}, huge_refused_bytes_{0};
 };
 

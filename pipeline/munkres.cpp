@@ -54,7 +54,9 @@ void Munkres::sort_pairs() noexcept {
   scatter(scratch_, pairs_, rows_, [](const Pair& p) { return p.row; });
 }
 
-int32_t Munkres::solve(int32_t* column_of_row) noexcept {
+int32_t Munkres::solve(int32_t* column_of_row, int64_t max_steps) noexcept {
+  steps_ = 0;
+  max_steps_ = max_steps;
   sort_pairs();
   std::fill_n(column_of_row, rows_, -1);
   std::fill_n(row_of_column_, columns_, -1);
@@ -64,8 +66,13 @@ int32_t Munkres::solve(int32_t* column_of_row) noexcept {
 
   // The cheapest column, where it is free, is the whole answer for most gated rows.
   take_cheapest(column_of_row);
+  const auto needs_search = [&](int32_t row) {
+    return column_of_row[row] < 0 && begin_[at(row)] < begin_[at(row + 1)];
+  };
   for (search_ = 0; search_ < rows_; ++search_)
-    if (column_of_row[search_] < 0 && begin_[at(search_)] < begin_[at(search_ + 1)]) augment(search_, column_of_row);
+    if (needs_search(search_) && !augment(search_, column_of_row)) break;
+  for (int32_t row = search_; row < rows_; ++row)
+    if (needs_search(row)) take_free(row, column_of_row);
 
   return int32_t(std::count_if(column_of_row, column_of_row + rows_, [](int32_t c) { return c >= 0; }));
 }
@@ -83,9 +90,19 @@ void Munkres::take_cheapest(int32_t* column_of_row) noexcept {
   }
 }
 
+void Munkres::take_free(int32_t row, int32_t* column_of_row) noexcept {
+  const Pair* best = nullptr;
+  for (int32_t i = begin_[at(row)]; i < begin_[at(row + 1)]; ++i)
+    if (row_of_column_[at(pairs_[at(i)].column)] < 0 && (!best || pairs_[at(i)].cost < best->cost))
+      best = &pairs_[at(i)];
+  if (!best) return;
+  row_of_column_[at(best->column)] = row;
+  column_of_row[row] = best->column;
+}
+
 // Dijkstra over reduced costs from a row without partner. The path ends at a free column, or at a row of the tree that
 // is best left alone; partners shift along it.
-void Munkres::augment(int32_t from_row, int32_t* column_of_row) noexcept {
+bool Munkres::augment(int32_t from_row, int32_t* column_of_row) noexcept {
   open_count_ = tree_count_ = 0;
   Cost exit_length{INT32_MAX, 0.0};  // the cheapest way to leave some row of the tree alone
   int32_t exit_row = -1, free_column = -1, row = from_row;
@@ -111,6 +128,8 @@ void Munkres::augment(int32_t from_row, int32_t* column_of_row) noexcept {
       parent_row_[c] = row;
     }
 
+    steps_ += begin_[at(row + 1)] - begin_[at(row)] + open_count_;
+    if (steps_ > max_steps_) return false;
     int32_t nearest = open_count_;
     for (int32_t k = 0; k < open_count_; ++k) {
       if (nearest == open_count_) {
@@ -147,7 +166,7 @@ void Munkres::augment(int32_t from_row, int32_t* column_of_row) noexcept {
   // Shift partners along the path, from its end to from_row.
   int32_t column = free_column;
   if (column < 0) {
-    if (exit_row == from_row) return;
+    if (exit_row == from_row) return true;
     column = column_of_row[exit_row];
     column_of_row[exit_row] = -1;
   }
@@ -156,7 +175,7 @@ void Munkres::augment(int32_t from_row, int32_t* column_of_row) noexcept {
     const int32_t given_up = column_of_row[r];
     column_of_row[r] = column;
     row_of_column_[at(column)] = r;
-    if (r == from_row) return;
+    if (r == from_row) return true;
     column = given_up;
   }
 }

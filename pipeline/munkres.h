@@ -7,6 +7,9 @@
 // not suffice for searches its own block only and never sees the others, so 256 x 256 gated pairs cost little more than
 // adding them. Leaving a row alone is an edge too, of a cost above any sum of costs; so costs are compared in two
 // digits, (rows left alone, cost), and no big number spoils the low digit.
+//
+// A dense block of n rows takes some n^3 steps. Where that is too long the caller limits the steps; they are counted,
+// never timed, so the answer is the same everywhere.
 #pragma once
 
 #include <cstdint>
@@ -26,8 +29,11 @@ class Munkres {
   // Adds a feasible pair. Costs are finite, any sign. False when max_pairs is reached, or for a pair that is none (an
   // index outside, a cost that is not finite).
   bool add(int32_t row, int32_t column, double cost) noexcept;
-  // column_of_row[rows]: the partner or -1. Returns the number of pairs.
-  int32_t solve(int32_t* column_of_row) noexcept;
+  // column_of_row[rows]: the partner or -1. Returns the number of pairs. When the searches have taken more than
+  // max_steps, rows that have no partner by then take the cheapest column that is left to them, in the order of rows.
+  int32_t solve(int32_t* column_of_row, int64_t max_steps = INT64_MAX) noexcept;
+  int64_t steps() const noexcept { return steps_; }                  // pairs and columns looked at by the last solve
+  bool was_limited() const noexcept { return steps_ > max_steps_; }  // whether max_steps cut it short
 
  private:
   struct Pair {
@@ -44,11 +50,13 @@ class Munkres {
 
   void sort_pairs() noexcept;
   void take_cheapest(int32_t* column_of_row) noexcept;
-  void augment(int32_t from_row, int32_t* column_of_row) noexcept;
+  bool augment(int32_t from_row, int32_t* column_of_row) noexcept;  // false, nothing changed: max_steps is reached
+  void take_free(int32_t row, int32_t* column_of_row) noexcept;
 
   Arena arena_;
   int32_t rows_ = 0, columns_ = 0, max_rows_, max_columns_, max_pairs_;
   int32_t pair_count_ = 0;
+  int64_t steps_ = 0, max_steps_ = INT64_MAX;
   Pair *pairs_ = nullptr, *scratch_ = nullptr;
   int32_t* begin_ = nullptr;                             // row -> first of its sorted pairs; the sort's counters
   Cost *row_price_ = nullptr, *column_price_ = nullptr;  // duals: cost >= their sum, equal where paired

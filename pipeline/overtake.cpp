@@ -92,7 +92,7 @@ const char* const kStatusText[] = {
     "too many: more than the capacity set at create",
     "internal error: an exception was caught",
     "the def said that frames need not keep it",
-    "wrong thread: with worker_count 1 another thread is in a call already",
+    "wrong thread: called from on_frame, or with worker_count 1 while another thread is in a call",
 };
 
 const char* const kImageName[OVT_IMAGE_COUNT] = {
@@ -336,7 +336,7 @@ ovt_status ovt_read_tracks_sized(ovt_reader* reader, int64_t publish_ns, ovt_tra
   if (!is_known_size<ovt_tracks>(out_size)) return OVT_BAD_VERSION;
   Reader& r = cpp(reader);
   if (publish_ns == OVT_AT_FRAME_STAMP) publish_ns = r.frame->tracks_ns;
-  r.detector->publish_tracks(r, publish_ns);
+  publish_ns = r.detector->publish_tracks(r, publish_ns);
   const TrackTable& t = r.tracks;
   const PathTable& p = r.paths;
   ovt_tracks rows{};

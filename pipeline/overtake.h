@@ -22,6 +22,10 @@
  * it returns, and ovt_push_scan, ovt_push_detections, ovt_advance, ovt_flush belong to one thread together; a second
  * one that comes while it is inside gets OVT_WRONG_THREAD.
  *
+ * fork(): the child may exec or exit; there ovt_destroy_... do nothing, and no other call may be made. The detector's
+ * blocks are not the child's (MADV_DONTFORK, not with `alloc`), so the parent's frames keep their pages; stacks and the
+ * heap are the process' and fault once after each fork.
+ *
  * An old caller meets a new library: structs that the caller fills (and ovt_stats) start with struct_size, set by their
  * _init (or ovt_default_...) function; those that the library fills are passed with their size by the inline functions
  * that call the ..._sized ones. Fields are appended, enum values never renumbered. A field that the caller's header did
@@ -61,7 +65,7 @@ typedef enum ovt_status {
   OVT_TOO_MANY = 10,        /* more points, readers or rows than the def's capacity */
   OVT_INTERNAL = 11,        /* an exception was caught; counted, the next call works */
   OVT_NOT_KEPT = 12,        /* the def said that frames need not keep it */
-  OVT_WRONG_THREAD = 13     /* worker_count 1 and a call is under way: another thread's, or this is a callback */
+  OVT_WRONG_THREAD = 13     /* this is on_frame, or worker_count 1 and a call of another thread is under way */
 } ovt_status;
 
 OVT_API const char* ovt_status_text(ovt_status status);      /* one sentence, static memory, never null */
@@ -119,6 +123,8 @@ typedef struct ovt_params {
   double tracker_horizon_s, tracker_horizon_step_s;
   /* since 0.2 */
   double gate_ego_margin_m;          /* gate.ego_margin_m          ego farther out: the map is not used */
+  double tracker_work_limit;         /* tracker.work_limit         steps of the tracker for one frame, some 2 ns each;
+                                        counted, never timed. OVT_FLAG_WORK_LIMIT */
 } ovt_params;
 
 typedef struct ovt_param_info {
@@ -151,7 +157,7 @@ typedef struct ovt_sensor_def {
   int32_t wraps;                     /* non-zero: the columns cover a full turn starting at azimuth_left */
   double range_min_m, range_max_m;   /* points outside are dropped */
   int32_t layer_first, layer_last;   /* layers of this sensor; others are dropped */
-  int32_t point_capacity;            /* points a scan may hold */
+  int32_t point_capacity;            /* points a scan may hold; one of more is counted (pushed, dropped) and refused */
 } ovt_sensor_def;
 OVT_API ovt_status ovt_sensor_def_init(ovt_sensor_def* def, size_t struct_size);
 
@@ -194,7 +200,8 @@ typedef void ovt_log_fn(ovt_log_level level, const char* text, void* user);
 /* Called for every finished frame, in order, one call at a time, on the thread that finished it: with worker_count 1
  * the one whose push, advance or flush did, else one of the library's. The next frame's tracks wait for it, and other
  * readers see the frame only afterwards. The reader is lent for the call and stands on that frame. Must not call
- * anything of the detector but ovt_read_...(reader). */
+ * anything of the detector but ovt_read_...(reader): ovt_push_scan, ovt_push_detections, ovt_advance and ovt_flush of
+ * the same detector return OVT_WRONG_THREAD there, ovt_destroy_detector would wait for itself. */
 typedef void ovt_frame_fn(ovt_reader* reader, void* user);
 
 /* Start from ovt_default_detector_def(), then change what you mean to change. Everything is copied on create. */
@@ -210,8 +217,10 @@ typedef struct ovt_detector_def {
   const char* isa;                   /* NULL picks the best; "ref" forces the scalar truth; see ovt_build_info.isas */
   int32_t push_policy;               /* ovt_push_policy */
   int32_t cluster_capacity;          /* per sensor and per frame, 1,024 */
-  int32_t candidate_capacity;        /* 256; at most 4,096, as much as the tracker takes */
-  int32_t track_capacity;            /* 256; at most 4,096 */
+  int32_t candidate_capacity;        /* 256; at most 4,096, as much as the tracker takes; also a push of detections */
+  int32_t track_capacity;            /* 256; at most 4,096. Where all detections and tracks are in each other's gates a
+                                        frame costs 0.2 ms with 64 of each, 5 with 256, 35 with 1,024, 140 with 4,096
+                                        (bench/README.md); 256 spread over 600 m x 600 m 0.5. See tracker.work_limit */
   int32_t frames_in_flight;          /* frames worked on at once, 3 */
   int32_t reader_capacity;           /* readers that may exist at once, 4 */
   int32_t ego_pose_capacity;         /* ego poses remembered, 1,024 */
@@ -367,7 +376,8 @@ typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } 
 /* Detections of another detector (radar, neural network), all of one stamp: one iteration of the tracker, in the order
  * of stamps with the frames: they close the frame that waits, so push them after the scans of their time. Columns of
  * `count`; heading and covariance may be null, or NaN per row; without cov_xy the variances are taken as
- * independent. Rows pushed before that still wait are treated as the push policy says.
+ * independent. Rows pushed before that still wait are treated as the push policy says. More than candidate_capacity
+ * rows: OVT_TOO_MANY, external_dropped.
  * Their stamps never move the clock while a sensor delivers good ones: ahead of the sensors by more than
  * frame.tolerance_s plus frame.period_s they are kept until the sensors come near them, or dropped
  * (OVT_SUSPECT_DETECTIONS) when the sensors go on by more than that and are still behind, when more than eight pushes
@@ -418,6 +428,9 @@ enum {                               /* ovt_frame_info.flags */
                                         wrong map, the pit lane): the map is not used in this frame. No map gate,
                                         psi_REF is the ego heading, map_s_m and map_d_m are 0, and new tracks take the
                                         ego course */
+  OVT_FLAG_WORK_LIMIT = 32768,       /* dense clutter, more work than tracker.work_limit: a late frame was not
+                                        taken in (its rows are measurements_late), or each track was compared with the
+                                        nearest detections only and the assignment is not the cheapest */
   OVT_FLAG_CLOCK_SUSPECT = 65536     /* stamps of a source were refused (suspect_mask: whose) */
 };
 
@@ -522,7 +535,8 @@ typedef struct ovt_tracks {
   const double *path_x_m, *path_y_m, *path_course_rad, *path_speed_mps, *path_var_x, *path_var_y, *path_cov_xy;
   const uint32_t* flags;             /* since 0.2: ovt_track_flag bits */
 } ovt_tracks;
-/* Tracks after this frame, a copy predicted to publish_ns. */
+/* Tracks after this frame, a copy predicted to publish_ns, but no further than 59 s from the frame's tracks_stamp_ns:
+ * out->publish_ns is the time they are really predicted to. */
 OVT_API ovt_status ovt_read_tracks_sized(ovt_reader* reader, int64_t publish_ns, ovt_tracks* out, size_t out_size);
 static inline ovt_status ovt_read_tracks(ovt_reader* reader, int64_t publish_ns, ovt_tracks* out) {
   return ovt_read_tracks_sized(reader, publish_ns, out, sizeof *out);
@@ -626,7 +640,7 @@ typedef struct ovt_stats {
   int64_t overflow_clusters, overflow_candidates, overflow_tracks;
   int64_t exceptions, deadline_missed, clock_jumps;
   int64_t ego_poses, ego_dropped;    /* used; refused for their stamp */
-  int64_t external, external_dropped;   /* pushes of detections: used; replaced, or refused for their stamp */
+  int64_t external, external_dropped;   /* pushes of detections: used; replaced, or refused for stamp or row count */
   /* since 0.2 */
   int64_t in_flight;                 /* frames begun and not finished */
   int64_t stalled;                   /* times the watchdog found a frame in work for too long */
@@ -647,6 +661,7 @@ typedef struct ovt_stats {
   int64_t tracks_displaced;          /* ... tentative, for a nearer detection in a full table */
   int64_t tracks_unsound;            /* ... as their numbers were lost */
   int64_t tracks_forgotten;          /* ... by a jump of the clock, or by the first ego pose */
+  int64_t work_limited;              /* frames that met tracker.work_limit (OVT_FLAG_WORK_LIMIT) */
 } ovt_stats;
 OVT_API ovt_status ovt_stats_init(ovt_stats* stats, size_t struct_size);
 static inline ovt_stats ovt_default_stats(void) {

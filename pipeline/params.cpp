@@ -154,6 +154,7 @@ TrackerParams make_tracker_params(const ovt_params& params, int32_t track_capaci
   out.max_silence_s = params.tracker_max_silence_s;
   out.horizon_s = params.tracker_horizon_s;
   out.horizon_step_s = params.tracker_horizon_step_s;
+  out.work_limit = params.tracker_work_limit;
   out.track_capacity = track_capacity;
   out.detection_capacity = detection_capacity;
   return out;

@@ -13,12 +13,12 @@
 namespace overtake {
 namespace {
 
-// publish_ns, but at most kMaxPredict_s from the track's own time.
-int64_t limit_stamp(int64_t state_ns, int64_t publish_ns) {
-  const double dt_s = seconds_between(state_ns, publish_ns);
-  constexpr int64_t kMost_ns = int64_t(kMaxPredict_s * 1e9);
-  if (dt_s > kMaxPredict_s) return state_ns + kMost_ns;  // no overflow: publish_ns lies beyond
-  if (dt_s < -kMaxPredict_s) return state_ns - kMost_ns;
+// publish_ns, but at most so long from the other stamp.
+int64_t limit_stamp(int64_t stamp_ns, int64_t publish_ns, double most_s) {
+  const double dt_s = seconds_between(stamp_ns, publish_ns);
+  const auto most_ns = int64_t(most_s * 1e9);
+  if (dt_s > most_s) return stamp_ns + most_ns;  // no overflow: publish_ns lies beyond
+  if (dt_s < -most_s) return stamp_ns - most_ns;
   return publish_ns;
 }
 
@@ -122,6 +122,11 @@ void Tracker::predict(int64_t stamp_ns, TrackTable& states) const noexcept {
   }
 }
 
+// A track's own time is its last measurement's, which lies this near to its iteration's.
+int64_t limit_publish_ns(int64_t stamp_ns, int64_t publish_ns) noexcept {
+  return limit_stamp(stamp_ns, publish_ns, kMaxPredict_s - kMaxStampSpread_s);
+}
+
 void publish_tracks(const TrackerParams& unchecked, const TrackTable& states, int64_t publish_ns, TrackTable& tracks,
                     PathTable* paths) noexcept {
   const TrackerParams params = make_sane(unchecked);
@@ -134,7 +139,7 @@ void publish_tracks(const TrackerParams& unchecked, const TrackTable& states, in
   }
   for (std::size_t i = 0; i < std::size_t(tracks.count); ++i) {
     const int64_t state_ns = tracks.stamp_ns[i];
-    tracks.stamp_ns[i] = limit_stamp(state_ns, publish_ns);
+    tracks.stamp_ns[i] = limit_stamp(state_ns, publish_ns, kMaxPredict_s);
     const double dt_s = seconds_between(state_ns, tracks.stamp_ns[i]);
     TrackEstimate estimate = read_estimate(tracks, i);
     tracks.heading_rad[i] = wrap_angle(tracks.heading_rad[i] + estimate.mean.yaw_rate_rps * dt_s);

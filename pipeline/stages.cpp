@@ -453,6 +453,7 @@ void TrackStage::run(Frame& frame) noexcept {
     tracker_.snapshot(frame.tracks);
   }
   frame.refiltered = last_step_.refiltered;
+  if (last_step_.limited) frame.flags |= OVT_FLAG_WORK_LIMIT;
   clock.lap(OVT_STAGE_TRACK);
 }
 

@@ -13,7 +13,8 @@
 namespace overtake {
 
 // Where a runner may be watched, made to wait or (but for kTake, on the intake) to throw: the tests' way in.
-enum class Body { kTake, kSegment, kDetect, kTrack, kFinish };
+// kSegment: before a scan's segmentation; kPose: in the middle of it, before the poses of its clusters.
+enum class Body { kTake, kSegment, kPose, kDetect, kTrack, kFinish };
 struct BodyHook {
   void (*call)(void* user, Body body, Frame& frame, int32_t sensor) = nullptr;  // sensor -1: the whole frame
   void* user = nullptr;

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What our threads run as: name, CPU, SCHED_FIFO. TBB's workers belong to the whole process: each takes our settings
-// when it first comes into the arena, keeps them while it sleeps (it must wake up with its priority), and gets its own
-// back when the detector is destroyed.
+// with its first task of ours, keeps them while it sleeps (it must wake up with its priority), and gets its own back
+// when the detector is destroyed.
 #pragma once
 
 #include <sched.h>

@@ -52,6 +52,12 @@ Iteration& TrackHistory::insert(int32_t& place) noexcept {
   return at(place);
 }
 
+int64_t TrackHistory::work_from(int32_t place) const noexcept {
+  int64_t work = 0;
+  for (; place < count_; ++place) work += at(place).work;
+  return work;
+}
+
 void TrackHistory::clear() noexcept {
   count_ = 0;
   reaches_back_ = false;

@@ -63,6 +63,8 @@ struct Iteration {
   int32_t sector_count;  // -1: everything was seen
   ObservedSector sectors[kMaxSectors];
   int32_t rejected, unread;  // rows that are no measurement; beyond capacity
+  int64_t work;              // steps it took when it ran last
+  bool limited;              // ... which the work limit cut short
   int32_t candidate_count;
   Candidate* candidates;  // by (stamp, x, y, row)
   TrackId* track;         // by candidate: whose measurement it is, kNobody none
@@ -103,6 +105,9 @@ class TrackHistory {
   Iteration& insert(int32_t& place) noexcept;
   // Forgets everything; nothing may come before the next iteration.
   void clear() noexcept;
+
+  // Steps that the iterations from `place` on took when they ran last.
+  int64_t work_from(int32_t place) const noexcept;
 
   int32_t count() const noexcept { return count_; }
   Iteration& at(int32_t place) noexcept { return iterations_[order_[place]]; }

@@ -187,6 +187,7 @@ void run_iteration(Tracker::State& s, Iteration& it) {
   for (int32_t slot = 0; slot < s.params.track_capacity; ++slot)
     if (Track& track = s.tracks[slot]; track.alive && s.is_silent(track, it.stamp_ns)) s.bury(track, s.counts.silent);
   associate(s, it);
+  s.counts.limited += it.limited;
   update_tracks(s, it);
   give_births(s, it);
 }
@@ -250,6 +251,7 @@ TrackerParams make_sane(TrackerParams p) noexcept {
   p.predict_step_s = p.predict_step_s >= 1e-3 ? p.predict_step_s : 1e-3;
   p.horizon_step_s = p.horizon_step_s >= 1e-3 ? std::min(p.horizon_step_s, kMaxPredict_s) : 1e-3;
   p.horizon_s = p.horizon_s >= 0.0 ? std::min(p.horizon_s, kMaxPredict_s) : 0.0;
+  p.work_limit = p.work_limit >= 1e4 ? std::min(p.work_limit, 1e15) : 1e4;
   return p;
 }
 
@@ -278,6 +280,7 @@ Tracker::State::State(const TrackerParams& p, const TrackMap* m, const Allocator
     candidate_x_m = carver.take<double>(rows);
     candidate_y_m = carver.take<double>(rows);
     within_reach = carver.take<int32_t>(rows);
+    nearest = carver.take<uint64_t>(rows);
     newborn = carver.take<int32_t>(rows);
     shown_detection = carver.take<int32_t>(slots);
     shown_flags = carver.take<uint32_t>(slots);
@@ -327,6 +330,7 @@ void Tracker::State::restore(const SavedTracks& saved) {
   counts.measurements = all.measurements;
   counts.late = all.late;
   counts.late_frames = all.late_frames;
+  counts.refused = all.refused;
   counts.replays = all.replays;
   counts.refiltered = all.refiltered;
 }
@@ -345,10 +349,12 @@ StepResult Tracker::step(const TrackerFrame& frame, TrackId* track_of_detection)
   if (track_of_detection) std::fill_n(track_of_detection, rows, kNobody);
   show_nothing(s);
   int32_t place = s.history.find_place(frame.stamp_ns);
-  if (place < 0) {
+  const bool too_much = place >= 0 && double(s.history.work_from(place)) > s.params.work_limit;
+  if (place < 0 || too_much) {
     s.counts.late += rows;
     ++s.counts.late_frames;
-    return {.late = true, .refiltered = 0};
+    s.counts.refused += too_much;
+    return {.late = true, .limited = too_much};
   }
 
   const int32_t refiltered = s.history.count() - place;
@@ -366,7 +372,9 @@ StepResult Tracker::step(const TrackerFrame& frame, TrackId* track_of_detection)
     const SavedTracks& after = s.history.at(place + 1).before;
     for (int32_t i = 0; i < after.count; ++i) show(s, after.slot[i], after.track[i], track_of_detection);
   }
-  return {.late = false, .refiltered = refiltered};
+  bool limited = false;
+  for (int32_t i = place; i < s.history.count(); ++i) limited |= s.history.at(i).limited;
+  return {.late = false, .limited = limited, .refiltered = refiltered, .work = s.history.work_from(place)};
 }
 
 void Tracker::restart() noexcept {

@@ -33,6 +33,7 @@ struct TrackerParams {
   double history_s = 0.5;           // a frame this much older than the newest is taken in, at
   int32_t history_iterations = 32;  // most so many iterations back (1..256)
   int32_t track_capacity = 256, detection_capacity = 256;
+  double work_limit = 1e7;  // steps of about 2 ns that a frame may take
 };
 
 // What the tracker reads of a frame. Detections in the tracker's frame of reference, any number of rows; beyond
@@ -86,13 +87,17 @@ struct TrackerCounts {
   int64_t measurements = 0;  // rows given to step
   int64_t late = 0;          // rows of frames too old to be taken in
   int64_t late_frames = 0;
+  int64_t limited = 0;     // iterations that the work limit cut short
+  int64_t refused = 0;     // late frames that were not too old, but too much work
   int64_t replays = 0;     // frames taken in out of sequence
   int64_t refiltered = 0;  // iterations that ran again for them
 };
 
 struct StepResult {
-  bool late = false;       // too old: nothing changed
+  bool late = false;       // too old, or too much work: nothing changed
+  bool limited = false;    // the work limit was met: late for it, or an iteration that ran was cut short
   int32_t refiltered = 0;  // iterations that ran again; 0 for a frame in sequence
+  int64_t work = 0;        // steps taken, by what work_limit counts
 };
 
 class Tracker {
@@ -114,7 +119,12 @@ class Tracker {
   // again: states, covariances, life cycles and slots are, bit for bit, those of a tracker that was given the same
   // frames in sorted order. Ids stay with their cars: a track born in what ran again takes the id under which its
   // measurements were known. Older than history_s, than the history holds, or than the first frame since restart():
-  // late, nothing changes.
+  // late, nothing changes. The same where the iterations that would run again took more than work_limit when they ran
+  // before.
+  //
+  // An iteration itself keeps to work_limit: half of it may go into gating, where each track then looks at the nearest
+  // detections only; what is left into the assignment, which then is not the cheapest. Work is counted in steps, never
+  // timed, so the limit is met at the same place everywhere.
   //
   // track_of_detection[detections.count], may be null: the id each detection went to (also a newborn's).
   StepResult step(const TrackerFrame& frame, TrackId* track_of_detection) noexcept;
@@ -145,6 +155,8 @@ class Tracker {
 bool is_position_covariance(double var_x, double var_y, double cov_xy) noexcept;
 // Points of a predicted path.
 int32_t count_path_points(const TrackerParams& params) noexcept;
+// The time nearest to publish_ns to which all tracks of an iteration at stamp_ns can be predicted: at most 59 s away.
+int64_t limit_publish_ns(int64_t stamp_ns, int64_t publish_ns) noexcept;
 // What Tracker::publish does, from a snapshot (which may be `tracks` itself), on any thread.
 void publish_tracks(const TrackerParams& params, const TrackTable& states, int64_t publish_ns, TrackTable& tracks,
                     PathTable* paths) noexcept;

@@ -56,6 +56,7 @@ struct Tracker::State {
   Prediction* predictions = nullptr;  // by slot: of the iteration that runs, where there was a candidate
   double *candidate_x_m = nullptr, *candidate_y_m = nullptr;  // of the iteration that runs
   int32_t* within_reach = nullptr;                            // candidates near the track that is asked
+  uint64_t* nearest = nullptr;                                // of these, when they are too many
   int32_t* newborn = nullptr;                                 // candidates that give birth, nearest first
   int32_t* shown_detection = nullptr;  // by slot: of the frame given last, where TrackTable::detection
   uint32_t* shown_flags = nullptr;     // and flags come from
@@ -77,7 +78,7 @@ TrackerParams make_sane(TrackerParams params) noexcept;
 ProcessNoise make_process_noise(const TrackerParams& params) noexcept;
 // Fills the iteration's candidates from the frame.
 void select_candidates(const TrackerParams& params, const TrackerFrame& frame, Iteration& iteration) noexcept;
-// Gates every pair and assigns: state.candidate_of_slot and Candidate::slot.
+// Gates every pair and assigns: state.candidate_of_slot and Candidate::slot, Iteration::work and limited.
 void associate(Tracker::State& state, Iteration& iteration) noexcept;
 // A number in place of an id, for a track born while iterations run again.
 TrackId number_birth(ReplayIds& replay, int32_t slot) noexcept;

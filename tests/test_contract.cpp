@@ -87,6 +87,35 @@ TEST_CASE("contract: over a gap of 0.2 to 1 s a track is predicted in steps of 5
   }
 }
 
+// The other side is given what the gap leaves out: frames, 50 ms apart, in which the car was not seen.
+TEST_CASE("contract: what is not known after a gap is what it is after as many steps of 50 ms") {
+  for (const int64_t gap_ms : {200, 500, 1000}) {
+    CAPTURE(gap_ms);
+    Watched gap({.workers = 1}), stepped({.workers = 1});
+    for (Watched* bench : {&gap, &stepped}) {
+      bench->params.tracker_keep_hits = 0;
+      bench->create();
+      for (int64_t k = 0; k < 20; ++k) bench->push_place(k * 50 * kMs, 100 + 0.5 * double(k), 50 + 0.3 * double(k));
+    }
+    const int64_t last_ns = 19 * 50 * kMs, after_ns = last_ns + gap_ms * kMs;
+    ovt_external_detections none;
+    ovt_external_detections_init(&none, sizeof none);
+    none.reference = OVT_REFERENCE_MAP;
+    for (none.stamp_ns = last_ns + 50 * kMs; none.stamp_ns < after_ns; none.stamp_ns += 50 * kMs)
+      REQUIRE(ovt_push_detections(stepped.detector, &none) == OVT_OK);
+    CHECK(stepped.seen.size() == 20 + std::size_t(gap_ms / 50) - 1);
+    none.stamp_ns = after_ns;
+    for (Watched* bench : {&gap, &stepped}) {
+      REQUIRE(ovt_push_detections(bench->detector, &none) == OVT_OK);
+      REQUIRE(bench->last().ids.size() == 1);
+    }
+    const Seen &a = gap.last(), &b = stepped.last();
+    CHECK(a.x[0] == doctest::Approx(b.x[0]).epsilon(1e-9));
+    CHECK(a.var_x[0] == doctest::Approx(b.var_x[0]).epsilon(1e-6));
+    CHECK(a.var_x[0] > 1.05 * gap.seen[19].var_x[0]);
+  }
+}
+
 TEST_CASE("contract: a longer gap is a clock jump, and the track of before does not come back") {
   Watched bench({.workers = 1, .map = false});
   bench.def.sensor_count = 0;

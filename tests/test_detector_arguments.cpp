@@ -65,6 +65,68 @@ TEST_CASE("detector: capacities keep the nearest, count the rest and set the fla
   }
 }
 
+TEST_CASE("detector: capacities that are no multiple of sixteen are kept to as well") {
+  const Posts posts(50);
+  const ovt_points points = posts.points(0);
+  Small small;
+  small.def.candidate_capacity = 5;
+  small.create();
+  REQUIRE(ovt_push_scan(small.detector, &points) == OVT_OK);
+  CHECK(small.latest.info.detection_count == 5);
+  CHECK(small.stats().overflow_candidates == small.latest.info.candidate_count - 5);
+  CHECK(small.stats().overflow_tracks == 0);  // all that is detected finds a track
+  CHECK(small.latest.info.track_count == 5);
+}
+
+TEST_CASE("detector: merged clusters that do not fit are counted, also when each sensor's own do") {
+  const Posts posts(12);
+  const auto run = [&](int32_t capacity, int32_t& clusters) {
+    Small small;
+    ovt_sensor_def sensors[2] = {small.sensor, small.sensor};
+    sensors[1].yaw_rad = 3.14159265358979323846;
+    small.def.sensors = sensors;
+    small.def.sensor_count = 2;
+    small.def.cluster_capacity = capacity;
+    small.create();
+    for (int32_t s = 0; s < 2; ++s) {
+      ovt_points points = posts.points(0);
+      points.sensor = s;
+      REQUIRE(ovt_push_scan(small.detector, &points) == OVT_OK);
+    }
+    REQUIRE(small.latest.calls == 1);
+    clusters = small.latest.info.cluster_count;
+    CHECK(((small.latest.info.flags & OVT_FLAG_OVERFLOW) != 0) == (small.stats().overflow_clusters > 0));
+    return small.stats().overflow_clusters;
+  };
+  int32_t all = 0, kept = 0;
+  CHECK(run(64, all) == 0);
+  REQUIRE(all > 16);  // both sensors'
+  REQUIRE(all / 2 <= 16);
+  CHECK(run(16, kept) == all - 16);
+  CHECK(kept == 16);
+}
+
+TEST_CASE("detector: a scan of a point too many is refused, and counted as pushed and dropped") {
+  const Posts posts(4);
+  const ovt_points points = posts.points(50);
+  for (const int32_t workers : {1, 2}) {
+    Small small(1, workers);
+    small.sensor.point_capacity = points.count - 1;
+    small.create();
+    CHECK(ovt_push_scan(small.detector, &points) == OVT_TOO_MANY);
+    ovt_stats stats = small.stats();
+    CHECK(stats.pushed == 1);
+    CHECK(stats.dropped == 1);
+    ovt_points fits = points;
+    fits.count -= 1;
+    CHECK(ovt_push_scan(small.detector, &fits) == OVT_OK);  // its stamp is not taken
+    CHECK(ovt_flush(small.detector) == OVT_OK);
+    stats = small.stats();
+    CHECK(stats.used == 1);
+    CHECK(adds_up(stats));
+  }
+}
+
 TEST_CASE("detector: every status has a text of its own, and the build says what it is") {
   std::set<std::string> texts;
   for (int32_t status = OVT_OK; status <= OVT_NOT_KEPT; ++status) texts.insert(ovt_status_text(ovt_status(status)));
@@ -232,8 +294,11 @@ TEST_CASE("detector: every bad scan gets its status, and nothing changes") {
     CAPTURE(row.what);
     ovt_points points = posts.points(0);
     row.spoil(points);
+    const ovt_stats before = small.stats();
     CHECK(ovt_push_scan(small.detector, &points) == row.status);
-    CHECK(small.stats().pushed == 0);
+    const int64_t counted = row.status == OVT_TOO_MANY ? 1 : 0;  // that one is a scan all the same
+    CHECK(small.stats().pushed == before.pushed + counted);
+    CHECK(small.stats().dropped == before.dropped + counted);
   }
   const ovt_points points = posts.points(0);
   CHECK(ovt_push_scan(nullptr, &points) == OVT_BAD_ARGUMENT);

@@ -5,6 +5,8 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <random>
+#include <vector>
 
 #include "tests/support/one_sensor_detector.h"
 
@@ -14,7 +16,97 @@ namespace {
 
 constexpr int64_t kMs = 1'000'000;
 
+ovt_status push_places(Small& small, int64_t stamp_ns, const std::vector<double>& x, const std::vector<double>& y) {
+  ovt_external_detections d;
+  ovt_external_detections_init(&d, sizeof d);
+  d.stamp_ns = stamp_ns;
+  d.count = int32_t(x.size());
+  d.reference = OVT_REFERENCE_MAP;
+  d.x_m = x.data();
+  d.y_m = y.data();
+  return ovt_push_detections(small.detector, &d);
+}
+
 }  // namespace
+
+TEST_CASE("detector: as many pushed rows as the def's capacity, and not one more; what is refused is counted") {
+  for (const int32_t capacity : {1, 4, 16, 20}) {
+    CAPTURE(capacity);
+    Small small(0);
+    small.def.candidate_capacity = capacity;
+    small.create();
+    std::vector<double> x(std::size_t(capacity) + 1), y(x.size());
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = 30.0 * double(i);
+    CHECK(push_places(small, 1, x, y) == OVT_TOO_MANY);
+    CHECK(small.stats().external_dropped == 1);
+    x.pop_back();
+    CHECK(push_places(small, 1, x, y) == OVT_OK);  // the refused push has not taken its stamp
+    const ovt_stats stats = small.stats();
+    CHECK(stats.external == 1);
+    CHECK(stats.external_dropped == 1);
+    CHECK(stats.measurements == capacity);
+    CHECK(stats.overflow_tracks == 0);
+    CHECK(small.latest.info.track_count == capacity);
+  }
+}
+
+TEST_CASE("detector: a late frame among dense clutter meets the work limit: flagged and counted, tracks as they were") {
+  for (const int32_t workers : {1, 2}) {
+    Small small(0, workers);
+    small.create();
+    std::mt19937_64 random(3);
+    std::vector<double> x(256), y(256);
+    const auto push = [&](int64_t stamp_ns) {
+      for (std::size_t i = 0; i < x.size(); ++i)
+        x[i] = 6e-3 * double(random() % 1000), y[i] = 6e-3 * double(random() % 1000);
+      REQUIRE(push_places(small, stamp_ns, x, y) == OVT_OK);
+      REQUIRE(ovt_flush(small.detector) == OVT_OK);
+    };
+    for (int64_t k = 0; k < 12; ++k) push(k * 50 * kMs);
+    CHECK((small.latest.info.flags & OVT_FLAG_WORK_LIMIT) == 0);
+    CHECK(small.stats().work_limited == 0);
+    push(151 * kMs);
+    const ovt_frame_info info = small.latest.info;
+    CHECK((info.flags & OVT_FLAG_OUT_OF_SEQUENCE) != 0);
+    CHECK((info.flags & OVT_FLAG_WORK_LIMIT) != 0);
+    CHECK(info.refiltered == 0);
+    CHECK(info.track_count == 256);
+    const ovt_stats stats = small.stats();
+    CHECK(stats.work_limited == 1);
+    CHECK(stats.refiltered == 0);
+    CHECK(stats.measurements_late == 256);
+    CHECK(stats.measurements == 13 * 256);
+    CHECK(stats.measurements ==
+          stats.measurements_used + stats.measurements_unborn + stats.measurements_rejected + stats.measurements_late);
+    push(12 * 50 * kMs);
+    CHECK((small.latest.info.flags & OVT_FLAG_WORK_LIMIT) == 0);
+  }
+}
+
+TEST_CASE("detector: tracks asked for at an absurd time say what time they are predicted to") {
+  Small small(0);
+  small.create();
+  for (int64_t k = 0; k < 4; ++k) REQUIRE(push_places(small, k * 50 * kMs, {30.0 + 2.0 * double(k)}, {5.0}) == OVT_OK);
+  ovt_reader* reader = nullptr;
+  REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
+  REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
+  const int64_t frame_ns = small.latest.info.tracks_stamp_ns, most_ns = 59'000 * kMs;
+  ovt_tracks t;
+  const auto x_at = [&](int64_t publish_ns, int64_t expected_ns) {
+    REQUIRE(ovt_read_tracks(reader, publish_ns, &t) == OVT_OK);
+    CHECK(t.publish_ns == expected_ns);
+    REQUIRE(t.count == 1);
+    return t.x_m[0];
+  };
+  const double farthest = x_at(frame_ns + most_ns, frame_ns + most_ns);
+  CHECK(x_at(INT64_MAX, frame_ns + most_ns) == farthest);
+  CHECK(x_at(frame_ns + most_ns + 1, frame_ns + most_ns) == farthest);
+  CHECK(x_at(frame_ns + most_ns - kMs, frame_ns + most_ns - kMs) != farthest);
+  const double earliest = x_at(frame_ns - most_ns, frame_ns - most_ns);
+  CHECK(x_at(INT64_MIN + 1, frame_ns - most_ns) == earliest);
+  x_at(OVT_AT_FRAME_STAMP, frame_ns);
+  ovt_destroy_reader(reader);
+}
 
 TEST_CASE("detector: pushed detections in the map and in the vehicle frame give the same tracks, without any LiDAR") {
   for (const int32_t workers : {1, 2}) {

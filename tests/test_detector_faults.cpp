@@ -6,11 +6,15 @@
 #include <dirent.h>
 #include <doctest/doctest.h>
 #include <sched.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <set>
@@ -110,6 +114,44 @@ TEST_CASE("detector faults: an exception in any stage is caught and counted, and
       if (body == Body::kSegment) CHECK(bench.records[2].detections != good.records[2].detections);
       if (body == Body::kDetect) CHECK(faulty.detection_count == 0);
       CHECK(faulty.track_count > 0);  // predicted, where nothing else can be known
+    }
+}
+
+TEST_CASE("detector faults: of a scan whose segmentation threw nothing is handed out, however far it had come") {
+  for (const int32_t workers : {1, 2})
+    for (const Body body : {Body::kSegment, Body::kPose}) {
+      CAPTURE(workers);
+      CAPTURE(int32_t(body));
+      DetectorBench bench({.workers = workers, .record = false});
+      struct Seen {
+        Body body;
+        int64_t stamp_ns;
+        std::vector<ovt_status> labels, images, others;
+      } seen{body, demo_frame(1).stamp_ns, {}, {}, {}};
+      bench.def.user = &seen;
+      bench.def.on_frame = [](ovt_reader* reader, void* user) {
+        auto& s = *static_cast<Seen*>(user);
+        ovt_labels labels;
+        ovt_image image;
+        s.labels.push_back(ovt_read_labels(reader, 1, &labels));
+        s.images.push_back(ovt_read_image(reader, 1, OVT_IMAGE_LABELS, &image));
+        s.others.push_back(ovt_read_labels(reader, 0, &labels));
+      };
+      bench.create();
+      set_hook(
+          bench,
+          [](void* user, Body at, overtake::Frame& frame, int32_t sensor) {
+            const auto& s = *static_cast<const Seen*>(user);
+            if (at == s.body && sensor == 1 && frame.sensors[1].stamp_ns == s.stamp_ns)
+              throw std::runtime_error("injected");
+          },
+          &seen);
+      for (std::size_t k = 0; k < 3; ++k) bench.push_frame(k);
+      bench.flush();
+      const std::vector<ovt_status> all(3, OVT_OK), but_one = {OVT_OK, OVT_NO_FRAME, OVT_OK};
+      CHECK(seen.labels == but_one);
+      CHECK(seen.images == but_one);
+      CHECK(seen.others == all);
     }
 }
 
@@ -345,10 +387,118 @@ TEST_CASE("detector faults: a detector that goes leaves the locked pages of the 
   const long before = locked_kb();
   make_small(first);
   const long alone = locked_kb() - before;
+  ovt_runtime_info info;
+  REQUIRE(ovt_read_runtime_info(first.detector, &info) == OVT_OK);
+  const int64_t alone_bytes = info.memory_bytes;
   make_small(goes);
   make_small(second);
   goes.destroy();
   CHECK(locked_kb() - before >= 2 * alone);
+  if (can_lock(alone_bytes)) CHECK(alone * 1024 >= alone_bytes);  // or nothing was locked to begin with
+}
+
+namespace {
+// Of the pages that hold this address in this process: their flags as the kernel says them (VmFlags of
+// /proc/self/smaps), "" where nothing is mapped.
+std::string page_flags(const void* address) {
+  const auto wanted = reinterpret_cast<std::uintptr_t>(address);
+  bool here = false;
+  std::ifstream smaps("/proc/self/smaps");
+  for (std::string line; std::getline(smaps, line);) {
+    unsigned long long from = 0, to = 0;
+    if (std::sscanf(line.c_str(), "%llx-%llx ", &from, &to) == 2) here = wanted >= from && wanted < to;
+    if (here && line.rfind("VmFlags:", 0) == 0) return line;
+  }
+  return "";
+}
+// Addresses in a frame slot, in a sensor's scan and in a reader.
+struct Places {
+  std::vector<const void*> of;
+  explicit Places(DetectorBench& bench, ovt_reader** reader) {
+    ovt_detections d;
+    ovt_labels l;
+    ovt_tracks t;
+    REQUIRE(ovt_create_reader(bench.detector, reader) == OVT_OK);
+    REQUIRE(ovt_next_frame(*reader, nullptr) == OVT_OK);
+    REQUIRE(ovt_read_detections(*reader, &d) == OVT_OK);
+    REQUIRE(ovt_read_labels(*reader, 0, &l) == OVT_OK);
+    REQUIRE(ovt_read_tracks(*reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
+    of = {d.x_m, l.x_m, t.x_m};
+  }
+  bool all(const char* flag) const {
+    return std::all_of(of.begin(), of.end(),
+                       [&](const void* p) { return page_flags(p).find(flag) != std::string::npos; });
+  }
+  bool none(const char* flag) const {
+    return std::none_of(of.begin(), of.end(),
+                        [&](const void* p) { return page_flags(p).find(flag) != std::string::npos; });
+  }
+};
+}  // namespace
+
+TEST_CASE("detector faults: a child process does not get the blocks, and the system has them back on destroy") {
+#if defined(__SANITIZE_ADDRESS__)
+  MESSAGE("skipped: with this sanitizer blocks come from its heap");
+#else
+  for (const int32_t flags : {0, int32_t(OVT_MEMORY_LOCK), int32_t(OVT_MEMORY_HUGE)}) {
+    CAPTURE(flags);
+    DetectorBench bench({.workers = 1, .record = false});
+    bench.def.memory = flags;
+    bench.create();
+    bench.push_frame(0);
+    ovt_reader* reader = nullptr;
+    const Places places(bench, &reader);
+    CHECK(places.all(" dc"));
+    ovt_destroy_reader(reader);
+    bench.destroy();
+    CHECK(places.none(" dc"));  // not mapped, or somebody else's: never pages that no child gets
+  }
+  DetectorBench own({.workers = 1, .record = false});  // the caller's pages are the caller's
+  own.def.memory = OVT_MEMORY_LOCK;
+  own.def.alloc = [](size_t bytes, size_t alignment, void*) { return std::aligned_alloc(alignment, bytes); };
+  own.def.free = [](void* block, size_t, void*) { std::free(block); };
+  own.create();
+  own.push_frame(0);
+  ovt_reader* reader = nullptr;
+  const Places places(own, &reader);
+  CHECK(places.none(" dc"));
+  ovt_destroy_reader(reader);
+#endif
+}
+
+TEST_CASE("detector faults: a process that forks goes on as if it had not; the child may destroy what it cannot use") {
+#if defined(__SANITIZE_THREAD__)
+  MESSAGE("skipped: this sanitizer forbids threads after a fork");
+#else
+  DetectorBench expected({.workers = 2});
+  expected.create();
+  for (std::size_t k = 0; k < 8; ++k) expected.push_frame(k);
+  expected.flush();
+  for (const int32_t workers : {1, 2}) {
+    CAPTURE(workers);
+    DetectorBench bench({.workers = workers});
+    bench.create();
+    ovt_reader* reader = nullptr;  // where there is none, the detector's end is that of its blocks
+    if (workers == 2) REQUIRE(ovt_create_reader(bench.detector, &reader) == OVT_OK);
+    for (std::size_t k = 0; k < 8; ++k) {
+      const pid_t child = fork();
+      REQUIRE(child >= 0);
+      if (child == 0) {  // what a host's own exit handlers may do
+        ovt_destroy_reader(reader);
+        ovt_destroy_detector(bench.detector);
+        _exit(7);
+      }
+      bench.push_frame(k);
+      int status = 0;
+      REQUIRE(waitpid(child, &status, 0) == child);
+      REQUIRE(WIFEXITED(status));
+      CHECK(WEXITSTATUS(status) == 7);
+    }
+    bench.flush();
+    CHECK(bench.records == expected.records);
+    ovt_destroy_reader(reader);
+  }
+#endif
 }
 
 TEST_CASE("detector faults: threads that look for work before they sleep give the same bytes") {

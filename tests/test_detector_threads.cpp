@@ -96,6 +96,75 @@ TEST_CASE("detector threads: with worker_count 1 a callback that pushes is refus
   CHECK(call.status == OVT_WRONG_THREAD);
 }
 
+TEST_CASE("detector threads: with any worker_count, what would wait for on_frame is refused in it") {
+  for (const int32_t workers : {1, 2}) {
+    for (const int32_t policy : {OVT_PUSH_WAIT, OVT_PUSH_REPLACE}) {
+      CAPTURE(workers);
+      DetectorBench bench({.workers = workers, .push_policy = policy, .record = false});
+      struct Call {
+        DetectorBench* bench;
+        ovt_status flush = OVT_OK, advance = OVT_OK, scan = OVT_OK, detections = OVT_OK, other = OVT_INTERNAL;
+        ovt_detector* elsewhere = nullptr;
+      } call{&bench};
+      DetectorBench elsewhere({.workers = 1, .record = false});
+      elsewhere.create();
+      call.elsewhere = elsewhere.detector;
+      bench.def.user = &call;
+      bench.def.on_frame = [](ovt_reader*, void* user) {
+        auto& c = *static_cast<Call*>(user);
+        ovt_external_detections none;
+        ovt_external_detections_init(&none, sizeof none);
+        c.flush = ovt_flush(c.bench->detector);
+        c.advance = ovt_advance(c.bench->detector, 0);
+        c.scan = c.bench->push_scan(1, 0);
+        c.detections = ovt_push_detections(c.bench->detector, &none);
+        c.other = ovt_flush(c.elsewhere);
+      };
+      (void)demo_frame(1);  // made before there are threads
+      bench.create();
+      bench.push_frame(0);
+      bench.flush();
+      for (const ovt_status status : {call.flush, call.advance, call.scan, call.detections})
+        CHECK(status == OVT_WRONG_THREAD);
+      CHECK(call.other == OVT_OK);  // another detector is none of its business
+      CHECK(bench.stats().pushed == 3);
+      CHECK(bench.push_scan(1, 0) == OVT_OK);
+      bench.destroy();  // finishes that frame, too, while there is a call to tell of
+    }
+  }
+}
+
+TEST_CASE("detector threads: a flush waits for a scan that came before it, just after the intake had looked") {
+  DetectorBench bench({.workers = 2, .push_policy = OVT_PUSH_REPLACE});
+  bench.create();
+  struct Meeting {
+    std::atomic<bool> armed{false}, looked{false}, go_on{false};
+  } meeting;
+  auto& detector = *reinterpret_cast<overtake::Detector*>(bench.detector);
+  detector.set_gather_hook(
+      [](void* user) {
+        auto& m = *static_cast<Meeting*>(user);
+        if (!m.armed.exchange(false)) return;
+        m.looked.store(true);
+        while (!m.go_on.load()) std::this_thread::yield();
+      },
+      &meeting);
+  detector.set_hook(BodyHook{[](void* user, Body at, overtake::Frame& frame, int32_t) {
+                               auto& m = *static_cast<Meeting*>(user);
+                               if (at == Body::kTrack && frame.sequence == 0) m.armed.store(true);
+                             },
+                             &meeting});
+  bench.push_frame(0);  // its end wakes the intake, which then finds nothing
+  while (!meeting.looked.load()) std::this_thread::yield();
+  while (bench.stats().frames < 1) std::this_thread::yield();
+  REQUIRE(bench.push_scan(1, 0) == OVT_OK);
+  std::thread flusher([&] { ovt_flush(bench.detector); });
+  while (detector.flushes_asked() == 0) std::this_thread::yield();
+  meeting.go_on.store(true);
+  flusher.join();
+  CHECK(bench.records.size() == 2);  // nothing but the flush closes the frame of that scan
+}
+
 TEST_CASE("detector threads: worker_count 0 has threads of its own on one CPU, too: a thread a sensor may push") {
   cpu_set_t all, one;
   REQUIRE(sched_getaffinity(0, sizeof all, &all) == 0);

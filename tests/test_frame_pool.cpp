@@ -12,6 +12,18 @@
 
 using namespace overtake;
 
+// What another thread may be in the middle of.
+namespace overtake {
+struct FramePoolSteps {
+  template <class Between>
+  static Frame* pin_latest(FramePool& pool, Between&& between) {
+    return pool.pin_latest(between);
+  }
+  static void mark_finished(FramePool& pool, Frame* frame) { pool.mark_finished(frame); }
+  static void make_latest(FramePool& pool, Frame* frame) { pool.make_latest(frame, frame->sequence); }
+};
+}  // namespace overtake
+
 namespace {
 
 FrameSizes small_sizes() {
@@ -132,6 +144,31 @@ TEST_CASE("frame_pool: readers race a publisher and never see a frame change und
   done.store(true);
   for (std::thread& reader : readers) reader.join();
   CHECK(wrong.load() == 0);
+}
+
+// One interleaving of a reader and two publishers, step by step: the reader knows the latest; it is replaced, freed,
+// taken again and finished, but not the latest yet.
+TEST_CASE("frame_pool: a slot that comes back finished under a reader is not the latest until it is published") {
+  FramePool pool;
+  REQUIRE(pool.build(3, 3, small_sizes(), default_allocator()));
+  Frame* const first = finish_one(pool, 0);
+  Frame *second = nullptr, *again = nullptr;
+  const auto meanwhile = [&] {
+    if (second) return;
+    second = finish_one(pool, 1);
+    again = pool.acquire();
+    again->sequence = 2;
+    FramePoolSteps::mark_finished(pool, again);
+  };
+  Frame* const pinned = FramePoolSteps::pin_latest(pool, meanwhile);
+  REQUIRE(again == first);  // the very slot that the reader knew
+  Frame* const next = pool.pin_latest();
+  REQUIRE(pinned);
+  REQUIRE(next);
+  CHECK(pinned->sequence == 1);
+  CHECK(next->sequence >= pinned->sequence);
+  FramePoolSteps::make_latest(pool, again);
+  CHECK(pool.pin_latest() == again);
 }
 
 TEST_CASE("frame_pool: no more frames are in flight than it was built for, however many slots are free") {

@@ -193,6 +193,47 @@ TEST_CASE("munkres refuses pairs that are none and those beyond its capacity") {
   CHECK(munkres.solve(column_of_row) == 2);
 }
 
+TEST_CASE("munkres within a limit of steps: a row takes what is left to it, the same whatever the order of pairs") {
+  constexpr int32_t kRows = 60;
+  std::mt19937_64 random(5);
+  std::vector<TestPair> pairs;
+  for (int32_t r = 0; r < kRows; ++r)
+    for (int32_t c = 0; c < kRows; ++c) pairs.push_back({r, c, double(random() % 1000)});
+  Munkres munkres(kRows, kRows, kRows * kRows);
+  const auto solve = [&](int64_t max_steps) {
+    munkres.clear(kRows, kRows);
+    for (const TestPair& p : pairs) munkres.add(p.row, p.column, p.cost);
+    std::vector<int32_t> column(kRows);
+    CHECK(munkres.solve(column.data(), max_steps) == kRows);  // a full block: everybody finds somebody
+    std::vector<int32_t> sorted = column;
+    std::sort(sorted.begin(), sorted.end());
+    CHECK(std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end());
+    return column;
+  };
+  const auto cost_of = [&](const std::vector<int32_t>& column) {
+    double cost = 0;
+    for (const TestPair& p : pairs) cost += column[std::size_t(p.row)] == p.column ? p.cost : 0;
+    return cost;
+  };
+  const std::vector<int32_t> best = solve(INT64_MAX);
+  CHECK_FALSE(munkres.was_limited());
+  const int64_t needed = munkres.steps();
+  CHECK(needed > 1000);
+  CHECK(solve(needed) == best);
+  CHECK_FALSE(munkres.was_limited());
+  double before = cost_of(best);
+  for (const int64_t limit : {needed - 1, needed / 2, int64_t(0)}) {
+    const std::vector<int32_t> limited = solve(limit);
+    CHECK(munkres.was_limited());
+    CHECK(munkres.steps() <= limit + 2 * kRows);  // no search goes far beyond it
+    CHECK(cost_of(limited) >= before);
+    before = cost_of(limited);
+    std::shuffle(pairs.begin(), pairs.end(), random);
+    CHECK(solve(limit) == limited);
+  }
+  CHECK(before > cost_of(best));
+}
+
 TEST_CASE("munkres forgets the last problem on clear") {
   Munkres munkres(3, 3, 9);
   int32_t column_of_row[3];

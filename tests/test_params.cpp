@@ -52,7 +52,8 @@ const std::map<std::string, double> kMethod = {{"frame.period_s", 0.05},
                                                {"tracker.max_silence_s", 4},
                                                {"tracker.predict_after", 1.5},
                                                {"tracker.horizon_s", 3},
-                                               {"tracker.horizon_step_s", 0.1}};
+                                               {"tracker.horizon_step_s", 0.1},
+                                               {"tracker.work_limit", 1e7}};
 
 }  // namespace
 

@@ -189,6 +189,105 @@ TEST_CASE("track history: with room for one iteration every older frame is late"
   CHECK(bench.tracker.counts().hits == 1);
 }
 
+namespace {
+// All in each other's gates.
+std::vector<TestDetection> make_clutter(int32_t count, uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::vector<TestDetection> clutter;
+  for (int32_t i = 0; i < count; ++i) clutter.push_back({uniform(random, -3, 3), uniform(random, -3, 3)});
+  return clutter;
+}
+}  // namespace
+
+TEST_CASE("track history: a late frame that is more work than the limit is late, counted, and changes nothing") {
+  // A dense iteration of 100 is 100 x 100 pairs of 16 steps, and the assignment's.
+  for (const double limit : {1.5e6, 1e7}) {
+    CAPTURE(limit);
+    TrackerParams p;
+    p.work_limit = limit;
+    TrackerBench bench(p);
+    for (int k = 0; k < 12; ++k) bench.step(0.05 * k, make_clutter(100, uint64_t(k)));
+    CHECK(bench.tracker.counts().limited == 0);
+    const uint64_t before = hash_states(bench);
+    bench.step(0.05 * 11 - 0.04, make_clutter(100, 99));  // one iteration again: in either limit
+    CHECK_FALSE(bench.last.late);
+    CHECK(bench.last.refiltered == 1);
+    CHECK(hash_states(bench) != before);
+    const uint64_t then = hash_states(bench);
+    bench.step(0.11, make_clutter(100, 98));  // ten
+    const bool refused = limit < 1e7;
+    CHECK(bench.last.late == refused);
+    CHECK(bench.last.limited == refused);
+    CHECK((hash_states(bench) == then) == refused);
+    const TrackerCounts c = bench.tracker.counts();
+    CHECK(c.refused == (refused ? 1 : 0));
+    CHECK(c.late_frames == c.refused);
+    CHECK(c.late == 100 * c.refused);
+    CHECK(adds_up(c));
+    bench.step(0.6, make_clutter(100, 12));
+    CHECK_FALSE(bench.last.late);
+    CHECK_FALSE(bench.last.limited);
+  }
+}
+
+TEST_CASE("track history: an iteration of more work than the limit is cut short, and says so; few cars never are") {
+  for (const double limit : {1e4, 1e15}) {
+    CAPTURE(limit);
+    TrackerParams p;
+    p.work_limit = limit;
+    TrackerBench dense(p), sparse(p), sparse_unlimited;
+    for (int k = 0; k < 8; ++k) {
+      const int64_t tracks = dense.tracker.track_count();
+      dense.step(0.05 * k, make_clutter(100, uint64_t(k)));
+      CHECK(dense.last.limited == (limit < 1e15 && k > 0));
+      // The fewest that a track may look at are 8, a pair is 16 steps; then the first search ends at once.
+      if (limit < 1e15) CHECK(dense.last.work <= tracks * 8 * 16 + 108);
+      if (limit == 1e15 && k > 0) CHECK(dense.last.work > 100 * 100 * 16);
+      CHECK(dense.tracker.counts().hits + dense.tracker.counts().births == 100 * (k + 1));  // each row went somewhere
+      CHECK(adds_up(dense.tracker.counts()));
+      std::vector<TestDetection> cars;
+      for (int car = 0; car < 20; ++car) cars.push_back({30.0 * car + 2.0 * k, 5.0 * (car % 3)});
+      sparse.step(0.05 * k, cars);
+      sparse_unlimited.step(0.05 * k, cars);
+      CHECK_FALSE(sparse.last.limited);
+      CHECK(hash_states(sparse) == hash_states(sparse_unlimited));
+    }
+    CHECK(dense.tracker.counts().limited == (limit < 1e15 ? 7 : 0));
+    CHECK(is_finite(dense.snapshot()));
+  }
+}
+
+TEST_CASE("track history: with a limit, too, frames taken in late leave the states of sorted order, bit for bit") {
+  TrackerParams p;
+  p.work_limit = 1e5;
+  int64_t refused = 0, taken_in = 0, limited = 0;
+  for (uint64_t seed = 1; seed <= 6; ++seed) {
+    std::vector<TestFrame> frames = make_frames(seed, 10, 2.0, 0.5), accepted;
+    for (std::size_t i = 0; i < frames.size(); ++i)
+      if (i % 16 == 0)
+        for (const TestDetection& d : make_clutter(60, i)) frames[i].detections.push_back(d);
+    delay(frames, 0.3, seed);
+    TrackerBench shuffled(p), sorted(p);
+    for (const TestFrame& f : frames) {
+      give(shuffled, f);
+      if (!shuffled.last.late) accepted.push_back(f);
+    }
+    std::stable_sort(accepted.begin(), accepted.end(), is_earlier);
+    for (const TestFrame& f : accepted) {
+      give(sorted, f);
+      CHECK_FALSE(sorted.last.late);
+    }
+    CHECK(hash_states(shuffled) == hash_states(sorted));
+    CHECK(shuffled.tracker.counts().limited == sorted.tracker.counts().limited);
+    refused += shuffled.tracker.counts().refused;
+    taken_in += shuffled.tracker.counts().replays;
+    limited += shuffled.tracker.counts().limited;
+  }
+  CHECK(refused > 10);
+  CHECK(taken_in > 100);
+  CHECK(limited > 0);
+}
+
 TEST_CASE(
     "tracker: all memory comes from the allocator; each of its refusals is bad_alloc and leaves no block behind") {
   struct Heap {

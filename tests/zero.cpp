@@ -1,13 +1,15 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// After create no heap call and, with OVT_MEMORY_LOCK, no page fault: counted over many frames from the first push on,
-// each sensor on a thread of its own that never pushed before, with a callback and a reader that read everything.
+// After create no heap call, no lock and, with OVT_MEMORY_LOCK, no page fault: counted over many frames from the first
+// push on, each sensor on a thread of its own that never pushed before, with a callback and a reader that read
+// everything.
 //
 //   zero --workers N --frames N
 //
-// malloc and its family are this program's own (support/heap_calls). With a graph libtbb must run from a folder without
-// libtbbmalloc, so that TBB's allocator is malloc, too; else it ends with an error (tests/CMakeLists.txt).
+// malloc and its family and the locks are this program's own (support/heap_calls, support/lock_calls). With a graph
+// libtbb must run from a folder without libtbbmalloc, so that TBB's allocator is malloc, too; else it ends with an
+// error (tests/CMakeLists.txt).
 #include <sys/resource.h>
 
 #include <alloca.h>
@@ -17,6 +19,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -24,6 +27,7 @@
 #include "tests/support/can_lock.h"
 #include "tests/support/golden_scene.h"
 #include "tests/support/heap_calls.h"
+#include "tests/support/lock_calls.h"
 
 using namespace overtake::test;
 
@@ -33,12 +37,12 @@ constexpr int32_t kSensors = kGoldenSensors, kScene = 12;
 constexpr int32_t kEvery = 16;  // of the golden scene's points: many frames in little time
 
 struct Numbers {
-  int64_t heap_calls, page_faults;
+  int64_t heap_calls, lock_calls, page_faults;
 };
 Numbers count() {
   rusage usage;
   getrusage(RUSAGE_SELF, &usage);
-  return {overtake_test::count_heap_calls(), usage.ru_minflt + usage.ru_majflt};
+  return {overtake_test::count_heap_calls(), overtake_test::count_lock_calls(), usage.ru_minflt + usage.ru_majflt};
 }
 
 bool is_mapped(const char* library) {
@@ -106,6 +110,14 @@ struct Turn {
     for (int64_t at; (at = done.load(std::memory_order_acquire)) < count;) done.wait(at, std::memory_order_acquire);
   }
 };
+
+// A lock of ours would be counted.
+bool can_see_locks() {
+  std::mutex mutex;
+  const int64_t before = overtake_test::count_lock_calls();
+  const std::lock_guard<std::mutex> lock(mutex);
+  return overtake_test::count_lock_calls() == before + 1;
+}
 
 bool failed = false;
 void require(bool good, const char* sentence) {
@@ -233,17 +245,20 @@ int main(int argc, char** argv) {
   for (std::thread& thread : threads) thread.join();
   ovt_read_stats(detector, &stats);
   std::printf(
-      "workers %d, %lld frames, %lld tracks read: %lld heap calls (%lld of them in the first frame), %lld page "
-      "faults (%lld); %lld bytes locked\n",
+      "workers %d, %lld frames, %lld tracks read: %lld heap calls (%lld of them in the first frame), %lld lock "
+      "calls, %lld page faults (%lld); %lld bytes locked\n",
       workers, static_cast<long long>(stats.frames), static_cast<long long>(seen.tracks.load()),
       static_cast<long long>(after.heap_calls - before.heap_calls),
       static_cast<long long>(first.heap_calls - before.heap_calls),
+      static_cast<long long>(after.lock_calls - before.lock_calls),
       static_cast<long long>(after.page_faults - before.page_faults),
       static_cast<long long>(first.page_faults - before.page_faults), static_cast<long long>(runtime.locked_bytes));
   require(refused.load() == 0, "a push was refused");
   require(stats.frames == frames && seen.frames.load() == frames, "not every frame came");
   require(seen.tracks.load() > frames, "hardly a track: the scene is not what it should be");
   require(after.heap_calls == before.heap_calls, "the heap was asked after create");
+  require(after.lock_calls == before.lock_calls, "a lock was asked for after create");
+  require(can_see_locks(), "locks are not seen: nothing was counted");
   if (can_lock) {
     require(runtime.locked_bytes == runtime.memory_bytes, "the system locks memory, and not all of it was");
     require(after.page_faults == before.page_faults, "pages faulted after create");

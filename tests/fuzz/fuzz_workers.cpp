@@ -8,11 +8,6 @@
 
 using namespace overtake::fuzz;
 
-// A worker of oneTBB's that sleeps when the process ends still holds the last arena's observer entry, 40 bytes; the
-// next arena it enters would give them back, so however many detectors there were, it is one.
-extern "C" const char* __lsan_default_suppressions();
-extern "C" const char* __lsan_default_suppressions() { return "leak:tbb::detail::r1::observe\n"; }
-
 namespace {
 
 struct Story {

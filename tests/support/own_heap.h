@@ -1,9 +1,10 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// malloc and its family as this program's own. The one file that includes this has before it, in scope:
+// malloc and its family, and mmap of memory, as this program's own. The one file that includes this has before it, in
+// scope:
 //   bool allow_request()              before each request; false refuses it
-//   void count_blocks(int change)     after it: +1 a block was handed out, -1 one came back
+//   void count_blocks(int change)     after it: +1 a block was handed out, -1 one came back; mapped memory: by pages
 // OVT_TEST_OWN_HEAP is 0, and nothing is defined, under a sanitizer, which brings its own, and without glibc.
 //
 // The blocks are glibc's, by its functions' second names. Visible, or the C++ library's operator new would miss them
@@ -29,6 +30,10 @@
 #endif
 
 #if OVT_TEST_OWN_HEAP
+#include <sys/mman.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
 #pragma GCC visibility push(default)
 extern "C" {
 void* __libc_malloc(std::size_t bytes);
@@ -70,6 +75,19 @@ int posix_memalign(void** block, std::size_t alignment, std::size_t bytes) {
 void free(void* block) {
   if (block) count_blocks(-1);
   __libc_free(block);
+}
+// The C library's own maps (of its heap, of stacks and of files) do not come by here.
+void* mmap(void* address, std::size_t bytes, int protection, int flags, int file, off_t offset) noexcept {
+  const bool is_memory = (flags & MAP_ANONYMOUS) && (protection & PROT_WRITE);
+  if (is_memory && !allow_request()) return errno = ENOMEM, MAP_FAILED;
+  const long at = syscall(SYS_mmap, address, bytes, protection, flags, file, offset);
+  if (at != -1 && is_memory) count_blocks(int((bytes + 4095) / 4096));
+  return reinterpret_cast<void*>(at);
+}
+int munmap(void* address, std::size_t bytes) noexcept {
+  const int result = int(syscall(SYS_munmap, address, bytes));
+  if (result == 0) count_blocks(-int((bytes + 4095) / 4096));
+  return result;
 }
 }
 #pragma GCC visibility pop
