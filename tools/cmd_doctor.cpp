@@ -10,6 +10,7 @@
 #include "tools/doctor.h"
 #include "tools/io/bag_stream.h"
 #include "tools/io/error.h"
+#include "tools/io/output.h"
 #include "tools/io/recording.h"
 
 namespace overtake::cli {
@@ -75,6 +76,8 @@ int doctor_command(const Options& options) {
   catch_interrupt();
   Doctor doctor(config.rig);
   std::vector<Finding> findings;
+  if (const std::string partial = io::why_partial(config.input); !partial.empty())
+    findings.push_back({true, "recording", "this log is partial: " + partial, "make it again, or use what is there"});
   if (!config.ego.empty())
     for (const io::EgoRow& row : io::read_ego_file(config.ego)) doctor.add_ego(row);
   if (io::is_bag(config.input))

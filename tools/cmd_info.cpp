@@ -15,6 +15,7 @@
 #include "tools/io/cloud_message.h"
 #include "tools/io/error.h"
 #include "tools/io/kitti_bin.h"
+#include "tools/io/output.h"
 #include "tools/io/text.h"
 
 namespace overtake::cli {
@@ -133,6 +134,9 @@ int describe_folder(const std::string& path) {
 
 int info_command(const Options& options) {
   catch_interrupt();
+  const std::string partial = io::why_partial(options.input);
+  if (!partial.empty()) std::printf("this log is partial: %s\n", partial.c_str());
+  io::check_one_kind(options.input);
   return io::is_bag(options.input) ? describe_bag(options.input) : describe_folder(options.input);
 }
 

@@ -27,6 +27,11 @@ struct Scan {
 std::vector<Scan> read_scans(const std::string& path) {
   const io::Csv csv = io::Csv::read(path);
   const int32_t stamp = csv.need({"stamp_ns", "timestamp_ns"}), x = csv.need({"x_m", "x"}), y = csv.need({"y_m", "y"});
+  if (csv.find({"heading_source"}) >= 0)
+    throw io::Error(
+        path, 0,
+        "is detections.csv of overtake run: its positions are in the vehicle frame and each row has a stamp of "
+        "its own, track needs the map frame and one stamp a scan. overtake run --set tracker.... tracks again");
   const int32_t heading = csv.find({"heading_rad", "yaw_rad"});
   const int32_t var_x = csv.find({"var_x"}), var_y = csv.find({"var_y"}), cov_xy = csv.find({"cov_xy"});
   const auto optional = [&](std::size_t row, int32_t column) {
@@ -87,7 +92,9 @@ int track_command(const Options& options) {
   config.rig = io::Rig();
   config.workers = 1;  // one scan after the other: there is nothing to do side by side
   const auto scans = read_scans(config.input);
-  make_folder(options.out);
+  io::OutputGuard guard(options.force);
+  add_inputs(guard, options, config);
+  guard.add_folder(options.out);
   io::CsvWriter tracks_csv(options.out + "/tracks.csv", kTracksHeader);
   Session session(config, nullptr, nullptr);
   const Reader reader(session);
@@ -110,14 +117,20 @@ int track_command(const Options& options) {
       seen.insert(tracks.id[i]);
       if (tracks.state[i] == OVT_CONFIRMED) confirmed.insert(tracks.id[i]);
     }
+    guard.keep();
     progress.show(int64_t(done) + 1);
   }
   tracks_csv.flush();
   progress.clear();
+  if (interrupted())
+    guard.keep();
+  else
+    guard.commit();
   if (!options.quiet)
     std::printf("%zu scans, %zu tracks, %zu of them confirmed. Written to %s: tracks.csv config.toml\n", done,
                 seen.size(), confirmed.size(), options.out.c_str());
-  if (interrupted()) std::fprintf(stderr, "overtake: interrupted after %zu scans; what is done is kept\n", done);
+  if (interrupted())
+    std::fprintf(stderr, "overtake: interrupted after %zu scans; what is done is kept, its names end in .part\n", done);
   return interrupted() ? kInterrupted : 0;
 }
 
