@@ -378,7 +378,7 @@ grep -q '^note: the rig and the map are from the log itself$' stdout || fail "th
 grep -q 'no ego poses\|no map' stdout && fail "the log's own poses or map are not used: $(cat stdout)"
 [[ $(run_hash race.mcap --rig race/rig.toml --map race/map.csv) == "$own" ]] || fail "the log's own rig and map are not those of the folder"
 grep -q 'from the log itself' stdout && fail "what is given is said to be the log's"
-[[ $(run_hash scene --rig race.mcap --map race.mcap) == "$(run_hash scene --rig race/rig.toml --map race/map.csv)" ]] ||
+[[ $(run_hash race --rig race.mcap --map race.mcap) == "$(run_hash race --rig race/rig.toml --map race/map.csv)" ]] ||
   fail "--rig and --map do not take a log"
 without=$(run_hash race.mcap --map none)
 [[ $without != "$own" ]] || fail "--map none changes nothing"
@@ -387,7 +387,8 @@ cp own/config.toml without.toml
 [[ $(run_hash race.mcap --config without.toml) == "$without" ]] || fail "config.toml does not repeat --map none"
 run_hash race.mcap --rig race/rig.toml --ego race/ego.csv >/dev/null
 grep -q '^note: the map is from the log itself$' stdout || fail "a rig and poses given, the map the log's: $(cat stdout)"
-[[ $(run_hash race.mcap --config own/config.toml) == "$(run_hash race.mcap --ego race/ego.csv)" ]] || fail "config.toml does not repeat it"
+cp own/config.toml given.toml
+[[ $(run_hash race.mcap --config given.toml) == "$(run_hash race.mcap --ego race/ego.csv)" ]] || fail "config.toml does not repeat it"
 expect "inspect of a log alone" "$overtake" inspect race.mcap --frame 3 --sensor front --out look --quiet
 [[ -s look/scan.png ]] || fail "inspect draws no scan.png"
 expect "doctor of a log alone" "$overtake" doctor race.mcap
@@ -430,20 +431,20 @@ done
 "$overtake" run long --rig av21 --out long_run --quiet >stdout 2>stderr &
 pid=$!
 for ((i = 0; i < 200; ++i)); do
-  [[ -s long_run/tracks.csv && $(wc -l <long_run/tracks.csv) -gt 20 ]] && break
+  [[ -s long_run/tracks.csv.part && $(wc -l <long_run/tracks.csv.part) -gt 20 ]] && break
   sleep 0.1
 done
 kill -INT $pid
 wait $pid
 code=$?
 ((code == 130)) || fail "after Ctrl-C the exit code is $code, not 130"
-grep -q '^overtake: interrupted after [0-9]* frames; what is done is kept$' stderr || fail "after Ctrl-C: $(cat stderr)"
+grep -q '^overtake: interrupted after [0-9]* frames; what is done is kept, its names end in .part$' stderr || fail "after Ctrl-C: $(cat stderr)"
 done_frames=$(sed 's/[^0-9]//g' stderr)
-[[ $(tail -n 1 long_run/timing.csv) == "$((done_frames - 1))",* ]] || fail "timing.csv does not end with the last frame"
+[[ $(tail -n 1 long_run/timing.csv.part) == "$((done_frames - 1))",* ]] || fail "timing.csv.part does not end with the last frame"
 ((done_frames < 2000)) || fail "Ctrl-C came too late to show anything"
-for table in long_run/*.csv; do
+for table in long_run/*.csv.part; do
   [[ -z $(tail -c 1 "$table") ]] || fail "$table ends in the middle of a row"
 done
-[[ -s long_run/config.toml ]] || fail "no config.toml after Ctrl-C"
+[[ -s long_run/config.toml.part ]] || fail "no config.toml after Ctrl-C"
 
 passed "all command line checks passed"

@@ -13,6 +13,7 @@
 #include "tools/io/bag_stream.h"
 #include "tools/io/error.h"
 #include "tools/io/map_file.h"
+#include "tools/io/output.h"
 #include "tools/io/recording.h"
 #include "tools/io/text.h"
 #include "tools/io/words.h"
@@ -149,6 +150,8 @@ int doctor_command(const Options& options) {
   Doctor doctor(config.rig);
   std::vector<Finding> findings;
   bool fit = true;  // the recording may hold scans of the rig's sensors
+  if (const std::string partial = io::why_partial(config.input); !partial.empty())
+    findings.push_back({true, "recording", "this log is partial: " + partial, "make it again, or use what is there"});
   if (!config.map.empty()) doctor.set_map(io::read_map(config.map), config.map, config.params);
   if (!config.ego.empty())
     for (const io::EgoRow& row : io::read_ego_file(config.ego)) doctor.add_ego(row);

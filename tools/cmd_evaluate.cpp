@@ -4,6 +4,7 @@
 
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -15,6 +16,7 @@
 #include "tools/evaluation/run_logs.h"
 #include "tools/evaluation/scaling.h"
 #include "tools/evaluation/tune.h"
+#include "tools/io/output.h"
 #include "tools/io/text.h"
 
 namespace overtake::cli {
@@ -23,8 +25,14 @@ namespace {
 
 struct EvaluateOptions : evaluation::RunOptions {
   std::string recordings;
-  bool tune = false, scaling = false, all_variants = false, check = false;
+  bool tune = false, scaling = false, all_variants = false, check = false, force = false;
 };
+
+// Said before hours of work.
+void check_report(io::OutputGuard& guard, const std::string& out) {
+  for (const char* name : {"metrics.json", "times.json", "report.html", "errors.csv", "detection_by_distance.csv"})
+    guard.check(out + "/" + name);
+}
 
 void evaluate(EvaluateOptions& options) {
   if (options.logs.empty() && options.recordings.empty() && !options.check)
@@ -36,16 +44,37 @@ void evaluate(EvaluateOptions& options) {
     evaluation::contestant_names(options);
     return;
   }
+  if (options.presets.empty() && !options.logs.empty() && !options.tune) throw CLI::RequiredError("--preset");
+  io::OutputGuard guard(options.force);
+  for (const std::string& log : options.logs) guard.add_input(log);
+  guard.add_input(options.rig);
+  guard.add_input(options.map);
+  if (!options.recordings.empty()) guard.add_input_tree(options.recordings);
+  guard.add_folder(options.out);
+  const bool report = !options.logs.empty() && !options.tune;
+  if (!options.recordings.empty()) guard.check(options.out + "/recordings.json");
+  if (!options.logs.empty() && options.tune) guard.check(options.out + "/tuning.csv");
+  if (report && options.scaling) guard.check(options.out + "/scaling.json");
+  if (report) check_report(guard, options.out);
   if (!options.recordings.empty())
     evaluation::judge_recordings(options.recordings, preset, options.out, !options.quiet);
+  guard.commit();
   if (options.logs.empty()) return;
-  if (options.tune)
-    return evaluation::tune_baselines(options.logs, options.every, options.most_frames, options.workers, options.out,
-                                      !options.quiet);
-  if (options.presets.empty()) throw CLI::RequiredError("--preset");
+  if (options.tune) {
+    evaluation::tune_baselines(options.logs, options.every, options.most_frames, options.workers, options.out,
+                               !options.quiet);
+    return guard.commit();
+  }
   if (options.scaling) evaluation::measure_scaling(options.logs[0], preset, options.out, !options.quiet);
-  if (!evaluation::run_logs(options)) throw CLI::RuntimeError(kInterrupted);
+  guard.commit();
+  if (!evaluation::run_logs(options)) {
+    std::fprintf(
+        stderr, "overtake: interrupted, no report; runs that are done are kept in %s, the same command goes on there\n",
+        options.out.c_str());
+    throw CLI::RuntimeError(kInterrupted);
+  }
   evaluation::write_report(options.out, !options.quiet);
+  guard.commit();
 }
 
 }  // namespace
@@ -84,6 +113,7 @@ CLI::App& add_evaluate_command(CLI::App& app) {
   command
       .add_option("--progress", options->progress_s, "a line every so many seconds instead of the bar, quiet or not")
       ->check(CLI::Range(0.0, 36000.0));
+  add_force_option(command, options->force);
   command.add_flag("--check", options->check, "only: whether --preset and --sweep can be run; needs no log");
   command.callback([options] { evaluate(*options); });
   return command;
@@ -95,9 +125,18 @@ CLI::App& add_merge_command(CLI::App& app) {
   CLI::App& command = *app.add_subcommand("merge", "puts results of overtake evaluate together and reports on all");
   command.add_option("folders", *folders, "results of overtake evaluate")->required();
   command.add_option("--out", *out, "folder for the whole")->required();
-  command.callback([folders, out] {
+  auto force = std::make_shared<bool>(false);
+  add_force_option(command, *force);
+  command.callback([folders, out, force] {
+    io::OutputGuard guard(*force);
+    for (const std::string& folder : *folders) guard.add_input_tree(folder + "/runs");
+    for (const std::string& folder : *folders)
+      for (const char* name : {"scaling.json", "recordings.json", "tuning.csv"}) guard.add_input(folder + "/" + name);
+    guard.add_folder(*out);
+    check_report(guard, *out);
     evaluation::merge_runs(*folders, *out);
     evaluation::write_report(*out, true);
+    guard.commit();
   });
   return command;
 }

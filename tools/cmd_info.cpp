@@ -15,6 +15,7 @@
 #include "tools/io/cloud_message.h"
 #include "tools/io/error.h"
 #include "tools/io/kitti_bin.h"
+#include "tools/io/output.h"
 #include "tools/io/text.h"
 #include "tools/io/words.h"
 #include "tools/report_json.h"
@@ -153,15 +154,17 @@ void print_folder(const RecordingInfo& info) {
 
 int info_command(const Options& options) {
   catch_interrupt();
+  const std::string partial = io::why_partial(options.input);
+  io::check_one_kind(options.input);
   const bool is_bag = io::is_bag(options.input);
   const RecordingInfo info = is_bag ? look_into_bag(options.input) : look_into_folder(options.input);
   if (options.json)
     std::fputs(info_json(info).c_str(), stdout);
-  else
+  else if (partial.empty() || std::printf("this log is partial: %s\n", printable(partial).c_str()) > 0)
     is_bag ? print_bag(info) : print_folder(info);
   if (info.damage.empty()) return 0;
-  std::fprintf(stderr, "overtake: %s: %s; what is said is about what came before it\n", info.path.c_str(),
-               info.damage.c_str());
+  std::fprintf(stderr, "overtake: %s: %s; what is said is about what came before it\n", printable(info.path).c_str(),
+               printable(info.damage).c_str());
   return kDamaged;
 }
 

@@ -35,6 +35,11 @@ int32_t choose_sensor(const io::Rig& rig, const std::string& name) {
 
 io::FrameScans choose_frame(const std::string& input, const io::Rig& rig, int64_t wanted) {
   const auto stream = io::open_scans(input, rig);
+  const auto lost = [&] {
+    return stream->lost_count() == 0
+               ? std::string()
+               : "; " + std::to_string(stream->lost_count()) + " could not be read, the first: " + stream->first_loss();
+  };
   io::FrameScans frame, first;
   int64_t count = 0, last = 0;
   while (stream->next(frame)) {
@@ -48,9 +53,9 @@ io::FrameScans choose_frame(const std::string& input, const io::Rig& rig, int64_
   if (wanted < 0 && count == 1) return first;
   if (wanted < 0)
     throw io::Error("", 0, "--frame is needed: " + input + " has several, from " + std::to_string(first.frame) + " on");
-  throw io::Error(
-      "--frame " + std::to_string(wanted), 0,
-      input + " has no such frame (there are " + std::to_string(first.frame) + " to " + std::to_string(last) + ")");
+  throw io::Error("--frame " + std::to_string(wanted), 0,
+                  input + " has no such frame (there are " + std::to_string(first.frame) + " to " +
+                      std::to_string(last) + ")" + lost());
 }
 
 void write_image(const std::string& folder, const DenseImage& image, const DenseImage& returns) {
@@ -147,6 +152,8 @@ void print_summary(const Options& options, const io::SensorScan& scan, const ovt
 }  // namespace
 
 int inspect_command(const Options& options) {
+  if (!options.map.empty() && options.map != "none")
+    throw io::Error("--map " + options.map, 0, "has no effect on the images of one scan: leave it out");
   const Config config = load_config_with_rig(options);
   const int32_t sensor = choose_sensor(config.rig, options.sensor);
   io::FrameScans frame = choose_frame(config.input, config.rig, options.frame);
@@ -164,7 +171,9 @@ int inspect_command(const Options& options) {
   ovt_frame_info info;
   check(ovt_next_frame(reader, &info), frame.scans[0].path);
 
-  make_folder(options.out);
+  io::OutputGuard guard(options.force);
+  add_inputs(guard, options, config);
+  guard.add_folder(options.out);
   std::map<int32_t, DenseImage> images;
   for (int32_t id = 0; id < OVT_IMAGE_COUNT; ++id) images[id] = read_image(reader, sensor, id);
   if (!frame.scans[0].input_index.empty())
@@ -190,6 +199,7 @@ int inspect_command(const Options& options) {
                     "frame " + std::to_string(frame.frame) + " " + config.rig.sensors[std::size_t(sensor)].name);
   io::write_whole_file(options.out + "/reasons.json", format_reasons(reasons));
   io::write_whole_file(options.out + "/config.toml", format_config(config));
+  guard.commit();
   if (!options.quiet) print_summary(options, frame.scans[0], labels, points, reasons);
   return 0;
 }

@@ -13,6 +13,7 @@
 #include "tools/evaluation/places.h"
 #include "tools/io/error.h"
 #include "tools/io/npy.h"
+#include "tools/io/output.h"
 #include "tools/io/scan_stream.h"
 #include "tools/io/text.h"
 
@@ -23,7 +24,7 @@ struct LabelOptions {
   std::string input, rig, out;
   int64_t frame = -1, every = 1;
   baselines::LabelGroundParams params;
-  bool quiet = false;
+  bool quiet = false, force = false;
 };
 
 std::vector<uint8_t> label_scan(const io::SensorScan& scan, const io::RigSensor& sensor,
@@ -38,12 +39,16 @@ std::vector<uint8_t> label_scan(const io::SensorScan& scan, const io::RigSensor&
   return {nonground.begin(), nonground.end()};
 }
 
-void label(const LabelOptions& options) {
+int label(const LabelOptions& options) {
   Options given;
   given.command = "label", given.input = options.input, given.rig = options.rig;
   const io::Rig rig = load_config_with_rig(given).rig;
   const auto stream = io::open_scans(options.input, rig);
-  make_folder(options.out);
+  io::OutputGuard guard(options.force);
+  add_inputs(guard, given, Config());
+  guard.add_input(options.input);
+  guard.add_folder(options.out);
+  guard.check(options.out + "/labels.csv");
   catch_interrupt();
   Progress progress(1000, options.quiet);
   std::string csv = "frame,sensor,points,obstacles\n";
@@ -61,18 +66,33 @@ void label(const LabelOptions& options) {
       io::write_npy(options.out + "/" + place + "_labels.npy", labels.data(), {int64_t(labels.size())});
       csv += std::to_string(frame.frame) + "," + sensor.name + "," + std::to_string(labels.size()) + "," +
              std::to_string(obstacles) + "\n";
+      guard.keep();
       table.add({std::to_string(frame.frame), sensor.name, std::to_string(labels.size()), std::to_string(obstacles)});
     }
   }
   progress.clear();
-  if (table.size() == 0) throw io::Error(options.input, 0, "holds no scan of that frame");
+  if (table.size() == 0 && !interrupted()) throw io::Error(options.input, 0, "holds no scan of that frame");
   io::write_whole_file(options.out + "/labels.csv", csv);
+  if (interrupted()) {
+    guard.keep();
+    std::fprintf(stderr, "overtake: interrupted after %zu scans; what is done is kept, its names end in .part\n",
+                 table.size());
+    return kInterrupted;
+  }
+  guard.commit();
   if (!options.quiet)
     std::printf(
         "%s\nWritten to %s: FRAME_SENSOR_labels.npy (1 obstacle, 0 ground; points in the recording's order) "
         "labels.csv\n",
         table.format(20).c_str(), options.out.c_str());
-  if (!stream->damage().empty()) std::fprintf(stderr, "overtake: %s\n", printable(stream->damage()).c_str());
+  if (stream->lost_count() > 0)
+    std::fprintf(stderr, "overtake: %s: %lld could not be read, the others are done; the first: %s\n",
+                 printable(options.input).c_str(), static_cast<long long>(stream->lost_count()),
+                 printable(stream->first_loss()).c_str());
+  if (!stream->damage().empty())
+    std::fprintf(stderr, "overtake: %s: %s; what came before it is done\n", printable(options.input).c_str(),
+                 printable(stream->damage()).c_str());
+  return stream->lost_count() > 0 || !stream->damage().empty() ? kDamaged : 0;
 }
 
 }  // namespace
@@ -91,7 +111,10 @@ CLI::App& add_label_command(CLI::App& app) {
       ->check(CLI::Range(1.0, 89.0));
   command.add_option("--voters", options->params.voters, "of the last step")->check(CLI::Range(1, 96));
   command.add_flag("--quiet", options->quiet, "print nothing but errors");
-  command.callback([options] { label(*options); });
+  add_force_option(command, options->force);
+  command.callback([options] {
+    if (const int code = label(*options)) throw CLI::RuntimeError(code);
+  });
   return command;
 }
 

@@ -14,7 +14,10 @@
 #include <memory>
 #include <string>
 
+#include "tools/commands.h"
+#include "tools/console.h"
 #include "tools/io/csv.h"
+#include "tools/io/output.h"
 #include "tools/io/pcd.h"
 #include "tools/io/words.h"
 #include "tools/scene/scene.h"
@@ -26,6 +29,7 @@ struct SceneOptions {
   std::string out;
   int32_t frames = 80;
   uint64_t seed = 1;
+  bool force = false;
 };
 
 void write_scan(const std::string& path, const SceneScan& scan) {
@@ -62,14 +66,18 @@ void write_map(const std::string& path, const SceneMap& map) {
   csv.flush();
 }
 
-void write_scene(const SceneOptions& options) {
+int write_scene(const SceneOptions& options) {
   const std::filesystem::path out = options.out;
-  std::filesystem::create_directories(out);
+  io::OutputGuard guard(options.force);
+  guard.add_folder(options.out);
+  for (const char* name : {"ego.csv", "map.csv"}) guard.check((out / name).string());
+  catch_interrupt();
   const Scene scene(options.seed);
   io::CsvWriter truth(
       (out / "truth.csv").string(),
       "frame,stamp_ns,x_m,y_m,z_m,heading_rad,length_m,width_m,map_x_m,map_y_m,map_heading_rad,speed_mps");
   for (int32_t index = 0; index < options.frames; ++index) {
+    if (interrupted()) return kInterrupted;
     const SceneFrame frame = scene.frame(index);
     for (int32_t s = 0; s < kSceneSensors; ++s) {
       char name[32];
@@ -80,11 +88,14 @@ void write_scene(const SceneOptions& options) {
     truth.cell(frame.opponent_yaw_rad).cell(Scene::kOpponentLengthM).cell(Scene::kOpponentWidthM);
     truth.cell(frame.opponent.x_m).cell(frame.opponent.y_m).cell(frame.opponent.yaw_rad).cell(frame.opponent.speed_mps);
     truth.end_row();
+    guard.keep();
   }
   truth.flush();
   write_ego((out / "ego.csv").string(), scene, (options.frames + 1) * scene.def().period_s);
   write_map((out / "map.csv").string(), scene.map());
+  guard.commit();
   std::printf("%s of a simulated overtake in %s\n", io::counted(options.frames, "frame").c_str(), options.out.c_str());
+  return 0;
 }
 
 }  // namespace
@@ -98,7 +109,10 @@ CLI::App& add_scene_command(CLI::App& app) {
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   command.add_option("--seed", options->seed, "seed of noise and missing points")->capture_default_str();
-  command.callback([options] { write_scene(*options); });
+  add_force_option(command, options->force);
+  command.callback([options] {
+    if (const int code = write_scene(*options)) throw CLI::RuntimeError(code);
+  });
   return command;
 }
 

@@ -6,13 +6,16 @@
 #include <CLI/Formatter.hpp>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <future>
 #include <memory>
 #include <stdexcept>
 #include <string>
 
+#include "tools/commands.h"
 #include "tools/console.h"
 #include "tools/io/error.h"
+#include "tools/io/output.h"
 #include "tools/io/text.h"
 #include "tools/io/words.h"
 #include "tools/race_picture.h"
@@ -26,14 +29,26 @@ struct SimulateOptions {
   double seconds = 0, picture_at = -1, progress_s = -1;
   uint64_t seed = 1;
   int32_t workers = 0;
-  bool quiet = false;
+  bool quiet = false, force = false;
 };
 
-bool ends_with(const std::string& text, const std::string& tail) {
-  return text.size() >= tail.size() && text.compare(text.size() - tail.size(), tail.size(), tail) == 0;
+// LOG.mcap or a folder; another extension is a slip of the keyboard.
+bool is_mcap_name(const std::string& out) {
+  namespace fs = std::filesystem;
+  const std::string extension = io::lower_case(fs::path(out).extension().string());
+  if (extension == ".mcap") return true;
+  std::error_code code;
+  const bool has_letter = extension.size() > 1 && extension.size() < 7 && extension[1] >= 'a' && extension[1] <= 'z';
+  if (has_letter && !fs::is_directory(out, code))
+    throw io::Error("--out " + out, 0,
+                    "a log's name ends in .mcap, not in " + extension + "; for a folder of this name end it with /");
+  return false;
 }
 
-void simulate(const SimulateOptions& options) {
+int simulate(const SimulateOptions& options) {
+  const bool is_mcap = is_mcap_name(options.out);
+  io::OutputGuard guard(options.force);
+  guard.add_input(options.scenario);
   sim::Scenario scenario = sim::load_scenario(options.scenario);
   if (!options.ego.empty()) {
     if (scenario.find_car(options.ego) < 0)
@@ -50,12 +65,15 @@ void simulate(const SimulateOptions& options) {
   }
   if (!options.pictures.empty()) {
     const double at = options.picture_at >= 0 ? options.picture_at : simulator->seconds() / 2;
+    guard.add_folder(options.pictures);
     write_race_pictures(options.pictures, *simulator, at);
+    guard.commit();
     if (!options.quiet) std::printf("%s: above.png front.png left.png right.png\n", options.pictures.c_str());
   }
-  if (options.out.empty()) return;
-  auto log = ends_with(options.out, ".mcap") ? sim::make_mcap_log(options.out, *simulator, options.seed)
-                                             : sim::make_folder_log(options.out, *simulator, options.seed);
+  if (options.out.empty()) return 0;
+  if (!is_mcap) guard.add_folder(options.out);
+  auto log = is_mcap ? sim::make_mcap_log(options.out, *simulator, options.seed)
+                     : sim::make_folder_log(options.out, *simulator, options.seed);
   catch_interrupt();
   const auto begin = std::chrono::steady_clock::now();
   Progress progress(simulator->sweep_count(), options.quiet);
@@ -70,12 +88,25 @@ void simulate(const SimulateOptions& options) {
     writing = std::async(std::launch::async, [&log, sweep, done] { log->write(done, *sweep); });
     for (const sim::Scan& scan : sweep->scans)
       points += int64_t(scan.size()), beams += scan.beams, split += scan.split_beams;
+    guard.keep();
     progress.show(done + 1);
   }
   if (writing.valid()) writing.get();
-  log->close();
+  const bool partial = done < simulator->sweep_count();
+  const std::string reason = partial ? "interrupted after " + std::to_string(done) + " of " +
+                                           std::to_string(simulator->sweep_count()) + " sweeps"
+                                     : "";
+  log->close(reason);
   progress.clear();
-  if (options.quiet) return;
+  if (partial) {
+    guard.keep();
+    std::fprintf(stderr, "overtake: %s; what is done is kept as %s\n", reason.c_str(),
+                 is_mcap ? (options.out + io::kPartSuffix).c_str()
+                         : (options.out + ", its names end in " + io::kPartSuffix).c_str());
+    return kInterrupted;
+  }
+  guard.commit();
+  if (options.quiet) return 0;
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const double share = 100.0 * double(split) / double(beams > 0 ? beams : 1);
   std::printf("%s, seed %llu: %s (%.1f s of race), %lld points of %lld beams, %.1f %% of them split; %.1f s on %s\n",
@@ -83,6 +114,7 @@ void simulate(const SimulateOptions& options) {
               simulator->seconds(), static_cast<long long>(points), static_cast<long long>(beams), share, took,
               io::counted(simulator->worker_count(), "worker").c_str());
   std::printf("%s\n", options.out.c_str());
+  return 0;
 }
 
 }  // namespace
@@ -107,13 +139,14 @@ CLI::App& add_simulate_command(CLI::App& app) {
       ->check(CLI::IsMember({"uniform", "gaussian", "horizon_dense"}));
   command.add_option("--workers", options->workers, "threads, 0: one per CPU; the result is the same")
       ->check(CLI::Range(0, 256));
+  add_force_option(command, options->force);
   command.add_flag("--quiet", options->quiet, "print nothing but errors");
   command
       .add_option("--progress", options->progress_s, "a line every so many seconds instead of the bar, quiet or not")
       ->check(CLI::Range(0.0, 36000.0));
   command.callback([options, out, pictures] {
     if (out->count() + pictures->count() == 0) throw CLI::RequiredError("--out or --pictures");
-    simulate(*options);
+    if (const int code = simulate(*options)) throw CLI::RuntimeError(code);
   });
   return command;
 }

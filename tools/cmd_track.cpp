@@ -28,6 +28,11 @@ struct Scan {
 std::vector<Scan> read_scans(const std::string& path) {
   const io::Csv csv = io::Csv::read(path);
   const int32_t stamp = csv.need({"stamp_ns", "timestamp_ns"}), x = csv.need({"x_m", "x"}), y = csv.need({"y_m", "y"});
+  if (csv.find({"heading_source"}) >= 0)
+    throw io::Error(
+        path, 0,
+        "is detections.csv of overtake run: its positions are in the vehicle frame and each row has a stamp of "
+        "its own, track needs the map frame and one stamp a scan. overtake run --set tracker.... tracks again");
   const int32_t heading = csv.find({"heading_rad", "yaw_rad"});
   const int32_t var_x = csv.find({"var_x"}), var_y = csv.find({"var_y"}), cov_xy = csv.find({"cov_xy"});
   const auto optional = [&](std::size_t row, int32_t column) {
@@ -88,7 +93,9 @@ int track_command(const Options& options) {
   config.rig = io::Rig();
   config.workers = 1;  // one scan after the other: there is nothing to do side by side
   const auto scans = read_scans(config.input);
-  make_folder(options.out);
+  io::OutputGuard guard(options.force);
+  add_inputs(guard, options, config);
+  guard.add_folder(options.out);
   io::CsvWriter tracks_csv(options.out + "/tracks.csv", kTracksHeader);
   Session session(config, nullptr, nullptr);
   const Reader reader(session);
@@ -111,10 +118,15 @@ int track_command(const Options& options) {
       seen.insert(tracks.id[i]);
       if (tracks.state[i] == OVT_CONFIRMED) confirmed.insert(tracks.id[i]);
     }
+    guard.keep();
     progress.show(int64_t(done) + 1);
   }
   tracks_csv.flush();
   progress.clear();
+  if (interrupted())
+    guard.keep();
+  else
+    guard.commit();
   if (!options.quiet)
     std::printf("%s, %s, %zu of them confirmed. Written to %s: tracks.csv config.toml\n",
                 io::counted(int64_t(done), "scan").c_str(), io::counted(int64_t(seen.size()), "track").c_str(),
@@ -122,7 +134,7 @@ int track_command(const Options& options) {
   if (!options.quiet)
     for (const std::string& sentence : session.full_capacities()) std::printf("note: %s\n", sentence.c_str());
   if (interrupted())
-    std::fprintf(stderr, "overtake: interrupted after %s; what is done is kept\n",
+    std::fprintf(stderr, "overtake: interrupted after %s; what is done is kept, its names end in .part\n",
                  io::counted(int64_t(done), "scan").c_str());
   return interrupted() ? kInterrupted : 0;
 }

@@ -6,6 +6,10 @@
 
 #include "tools/config.h"
 
+namespace CLI {
+class App;
+}
+
 namespace overtake::cli {
 
 int run_command(const Options& options);
@@ -13,6 +17,9 @@ int inspect_command(const Options& options);
 int track_command(const Options& options);
 int info_command(const Options& options);
 int doctor_command(const Options& options);
+
+// --force, of each command that writes files (tools/io/output.h).
+void add_force_option(CLI::App& command, bool& force);
 
 inline constexpr int kInterrupted = 130;
 // The recording ends in damage (results up to there are whole), the ego vehicle is outside of the map in most frames,

@@ -16,6 +16,7 @@
 namespace overtake::cli {
 namespace {
 
+namespace fs = std::filesystem;
 using io::Error;
 
 std::vector<ovt_param_info> describe_params() {
@@ -57,11 +58,34 @@ void init_params(Config& config, const std::string& file, int64_t line) {
     throw Error(file, line, "there is no preset '" + config.preset + "' (there is: paper)");
 }
 
+// Each path of "FILE" or "FILE1,FILE2", made by `change`.
+template <class F>
+std::string each_path(const std::string& text, F&& change) {
+  const auto comma = text.find(',');
+  if (text.empty() || text == "none") return text;
+  if (comma == std::string::npos || fs::exists(text)) return change(text);
+  return change(text.substr(0, comma)) + "," + change(text.substr(comma + 1));
+}
+
+std::string absolute_paths(const std::string& text) {
+  return each_path(text, [](const std::string& path) { return fs::absolute(path).lexically_normal().string(); });
+}
+
+// Of a config file: relative to its folder.
+std::string paths_beside(const std::string& config_file, const std::string& text) {
+  return each_path(text, [&](const std::string& path) {
+    return (fs::path(config_file).parent_path() / path).lexically_normal().string();
+  });
+}
+
 void read_rig_key(Config& config, io::TomlReader& reader) {
   if (!reader.has("rig")) return;
   config.has_rig = true;
   if (reader.is_text("rig")) {
-    config.rig = io::load_rig(reader.text("rig"));
+    const std::string rig = reader.text("rig");
+    const auto names = io::builtin_rig_names();
+    const bool builtin = std::find(names.begin(), names.end(), rig) != names.end();
+    config.rig = io::load_rig(builtin ? rig : paths_beside(reader.path(), rig));
     return;
   }
   const auto tables = reader.tables("rig");
@@ -110,8 +134,8 @@ bool read_config_file(Config& config, const Options& options) {
   else
     reader.mark_read("preset");
   init_params(config, options.config, reader.line_of("preset"));
-  config.map = reader.text_or("map", "");
-  config.ego = reader.text_or("ego", "");
+  config.map = paths_beside(options.config, reader.text_or("map", ""));
+  config.ego = paths_beside(options.config, reader.text_or("ego", ""));
   config.isa = reader.text_or("isa", "");
   config.workers = int32_t(reader.integer_or("workers", 0, 256, config.workers));
   if (options.rig.empty())
@@ -150,9 +174,29 @@ void set_capacity(Config& config, const std::string& pair) {
   throw Error("--capacity " + pair, 0, "there is no capacity '" + name + "' (there are: " + capacity_names() + ")");
 }
 
+// A file of a folder that overtake simulate wrote (its rig is the sign of one); "" where it is none.
+std::string own_file(const std::string& folder, const char* name) {
+  std::error_code code;
+  if (!fs::is_regular_file(fs::path(folder) / "rig.toml", code)) return "";
+  const fs::path path = fs::path(folder) / name;
+  return fs::is_regular_file(path, code) ? path.string() : "";
+}
+
 // A log that holds its own rig and map is read by them where none are given.
 void take_what_the_log_holds(Config& config, const Options& options) {
   if (options.command == "track" || options.input.empty()) return;
+  if (const std::string rig = own_file(options.input, "rig.toml"); !config.has_rig && !rig.empty()) {
+    config.rig = io::load_rig(rig);
+    config.has_rig = config.own_rig = true;
+  }
+  if (options.command == "run" && config.map.empty()) {
+    config.map = own_file(options.input, "map.csv");
+    config.own_map = !config.map.empty();
+  }
+  if ((options.command == "run" || options.command == "doctor") && config.ego.empty()) {
+    config.ego = own_file(options.input, "ego.csv");
+    config.own_ego = !config.ego.empty();
+  }
   if (!config.has_rig && io::read_attached(options.input, "rig.toml")) {
     config.rig = io::load_rig(options.input);
     config.has_rig = config.own_rig = true;
@@ -182,13 +226,14 @@ Config load_config(const Options& options) {
     config.has_rig = true;
   }
   if (!options.map.empty()) config.map = options.map;
+  if (!options.ego.empty()) config.ego = options.ego;
   take_what_the_log_holds(config, options);
   if (config.map == "none") config.map.clear();
+  if (config.ego == "none") config.ego.clear(), config.no_ego = true;
   if (!options.urdf.empty()) {
     if (!config.has_rig) throw Error("--urdf " + options.urdf, 0, "needs a rig: it says which sensors there are");
     io::mount_by_urdf(config.rig, options.urdf);
   }
-  if (!options.ego.empty()) config.ego = options.ego;
   if (!options.isa.empty()) config.isa = options.isa;
   if (options.workers >= 0) config.workers = options.workers;
   if (config.has_rig && !period_set) {
@@ -244,10 +289,10 @@ std::string format_config(const Config& config) {
     if (!value.empty()) text += std::string(key) + " = " + io::toml_string(value) + '\n';
   };
   line("command", config.command);
-  line("input", config.input);
+  line("input", absolute_paths(config.input));
   line("preset", config.preset);
-  line("map", config.map.empty() ? "none" : config.map);  // else a log's own map would be taken the next time
-  line("ego", config.ego);
+  line("map", config.map.empty() ? "none" : absolute_paths(config.map));  // else a log's own would be taken next time
+  line("ego", config.no_ego ? "none" : absolute_paths(config.ego));
   line("isa", config.isa);
   text += "workers = " + std::to_string(config.workers) + '\n';
   text += io::format_capacities(effective_capacities(config));
@@ -265,6 +310,11 @@ std::string format_config(const Config& config) {
   }
   if (config.has_rig) text += "\n[rig]\n" + io::format_rig(config.rig, "rig.");
   return text;
+}
+
+void add_inputs(io::OutputGuard& guard, const Options& options, const Config& config) {
+  for (const std::string& path : {config.input, config.map, config.ego, options.config, options.rig, options.urdf})
+    guard.add_input(path);
 }
 
 std::string list_params() {

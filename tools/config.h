@@ -10,7 +10,9 @@
 //   [tracker]   confirm_hits = 3      (any parameter "group.name"; overtake params lists them)
 //
 // An MCAP log that holds a rig (attachment rig.toml) or a map (map.csv) is read by them where none are given; its ego
-// poses likewise. map = "none": no map all the same.
+// poses likewise, and so are rig.toml, map.csv and ego.csv of a folder that overtake simulate wrote. map = "none",
+// ego = "none": without all the same. Relative paths in a file start at its folder; those written are absolute, so that
+// the file means the same wherever it is used.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +20,7 @@
 #include <vector>
 
 #include "pipeline/overtake.h"
+#include "tools/io/output.h"
 #include "tools/io/rig.h"
 
 namespace overtake::cli {
@@ -29,15 +32,17 @@ struct Options {
   std::vector<std::string> set, capacity;  // key=value
   int32_t workers = -1;
   int64_t frame = -1, picture_at = -1;
-  bool quiet = false, json = false;
+  bool quiet = false, json = false, force = false;
 };
 
 struct Config {
   std::string command, input, preset = "paper", map, ego, isa;
   int32_t workers = 1;
   ovt_params params;
-  bool keep_images = true;                                 // false: nobody reads them (ovt_detector_def.keep_images)
-  bool has_rig = false, own_rig = false, own_map = false;  // own: out of the input itself, an MCAP log
+  bool keep_images = true;  // false: nobody reads them (ovt_detector_def.keep_images)
+  bool has_rig = false;
+  bool own_rig = false, own_map = false, own_ego = false;  // out of the input itself: an MCAP log, a folder of simulate
+  bool no_ego = false;                                     // --ego none: not even the recording's own poses
   io::Rig rig;
   io::Capacities capacities;  // what is not given here the rig gives, else the library's default holds
 };
@@ -47,6 +52,8 @@ Config load_config(const Options& options);
 // The same for a command that reads scans: throws as well where there is no rig.
 Config load_config_with_rig(const Options& options);
 std::string format_config(const Config& config);
+// Tells the guard what the command reads.
+void add_inputs(io::OutputGuard& guard, const Options& options, const Config& config);
 
 // The capacities a detector is made with: the config's, the rig's, the library's default.
 io::Capacities effective_capacities(const Config& config);

@@ -8,9 +8,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 
-#include "tools/io/error.h"
+#include "tools/io/output.h"
 
 namespace overtake::cli {
 namespace {
@@ -134,10 +133,6 @@ void catch_interrupt() {
 
 bool interrupted() { return interrupt_seen != 0; }
 
-void make_folder(const std::string& path) {
-  std::error_code code;
-  std::filesystem::create_directories(path, code);
-  if (code || !std::filesystem::is_directory(path, code)) throw io::Error(path, 0, "the folder cannot be made");
-}
+void make_folder(const std::string& path) { io::make_output_folder(path); }
 
 }  // namespace overtake::cli

@@ -359,7 +359,19 @@ void Doctor::judge_ego(std::vector<Finding>& out) const {
     out.push_back({false, "ego", "its poses come every " + number(seconds(step), 2) + " s; 100 Hz is better", ""});
   for (std::size_t i = 0; i < sensors_.size(); ++i) {
     const Sensor& s = sensors_[i];
-    if (s.scans == s.errors || (s.first_ns <= last && first <= s.last_ns)) continue;
+    if (s.scans == s.errors) continue;
+    if (s.first_ns <= last && first <= s.last_ns) {
+      const double whole = seconds(s.last_ns) - seconds(s.first_ns);
+      const double covered =
+          std::min(seconds(s.last_ns), seconds(last)) - std::max(seconds(s.first_ns), seconds(first));
+      if (whole <= 0 || 2 * covered >= whole) continue;
+      out.push_back({true, "ego",
+                     "its poses cover only " + number(100 * covered / whole, 0) + " % of the time of the scans (" +
+                         number(seconds(first), 2) + " to " + number(seconds(last), 2) + " s of " +
+                         number(seconds(s.first_ns), 2) + " to " + number(seconds(s.last_ns), 2) + " s)",
+                     "give the poses of the whole recording"});
+      break;
+    }
     out.push_back({true, "ego",
                    "its poses (" + number(seconds(first), 2) + " to " + number(seconds(last), 2) +
                        " s) and the scans of sensor '" + rig_.sensors[i].name + "' (" + number(seconds(s.first_ns), 2) +

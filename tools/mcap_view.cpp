@@ -8,6 +8,7 @@
 #include "tools/foxglove_scene.h"
 #include "tools/io/image.h"
 #include "tools/io/map_file.h"
+#include "tools/io/output.h"
 #include "tools/mcap_numbers.h"
 #include "tools/result_files.h"
 #include "tools/session.h"
@@ -253,11 +254,12 @@ void McapView::add_counters(int64_t stamp_ns, const ovt_stats& stats) {
   log_.write(channel("/counters", "overtake.Counters"), stamp_ns, format_counters(stats));
 }
 
-void McapView::close() {
+void McapView::close(const std::string& partial) {
   log_.add_attachment("config.toml", "application/toml", format_config(config_), std::max<int64_t>(0, last_ns_));
   ovt_build_info build;
   ovt_read_build_info(&build);
   log_.add_metadata("overtake", {{"version", build.version_text}, {"commit", build.commit}, {"input", config_.input}});
+  if (!partial.empty()) log_.add_metadata(io::kPartialMetadata, {{"reason", partial}});
   log_.close();
 }
 

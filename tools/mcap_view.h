@@ -31,7 +31,8 @@ class McapView {
   // One finished frame; the reader stands on it. `stats` of that time.
   void add(ovt_reader* reader);
   void add_counters(int64_t stamp_ns, const ovt_stats& stats);
-  void close();
+  // partial: why it ends early, "" where it does not.
+  void close(const std::string& partial = "");
 
  private:
   uint16_t channel(const std::string& topic, const std::string& schema);

@@ -58,6 +58,7 @@ void add_common(CLI::App& command, Options& options, const std::string& map_defa
       ->expected(1)
       ->take_all();
   command.add_option("--out", options.out, "folder for the results, made if needed")->required();
+  add_force_option(command, options.force);
   command.add_flag("--quiet", options.quiet, "print nothing but errors");
 }
 
@@ -129,7 +130,7 @@ int run_main(int argc, char** argv) {
   add_common(run, options, "the map that an MCAP log holds, if any");
   run.add_option("--ego", options.ego,
                  "CSV of ego poses: stamp_ns,x_m,y_m[,z_m][,roll_rad,pitch_rad],yaw_rad,speed_mps[,yaw_rate_rps] "
-                 "(default: the recording's own, if any)");
+                 "(default: the recording's own, if any); none: without");
   run.add_option("--mcap", options.mcap,
                  "also writes what the pipeline saw, to open in Foxglove: clouds with labels, "
                  "images, candidates, tracks, map, times, counters");
@@ -182,6 +183,8 @@ int run_main(int argc, char** argv) {
 
   try {
     app.parse(argc, argv);
+  } catch (const CLI::RuntimeError& error) {
+    return error.get_exit_code();  // of a command: it has said why
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
     if (dynamic_cast<const CLI::RuntimeError*>(&error)) return error.get_exit_code();

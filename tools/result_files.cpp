@@ -55,18 +55,21 @@ void add_columns(Hash& hash, int32_t count, const T*... columns) {
 
 }  // namespace
 
-void add_to_hash(Hash& hash, const ovt_frame_info& info, const ovt_detections& d, const ovt_tracks& t) {
-  for (const int64_t v : {info.first_stamp_ns, info.stamp_ns}) hash.add_value(v);
-  for (const uint32_t v : {info.sensor_mask, info.flags & ~uint32_t(OVT_FLAG_DEADLINE_MISSED)}) hash.add_value(v);
-  for (const int32_t v : {info.reference, info.ego_known, info.point_count, info.cluster_count}) hash.add_value(v);
-  for (const double v : {info.ego_x_m, info.ego_y_m, info.ego_yaw_rad, info.ego_speed_mps}) hash.add_value(v);
-  add_columns(hash, d.count, d.stamp_ns, d.x_m, d.y_m, d.z_m, d.heading_rad, d.heading_source, d.length_m, d.width_m,
+void ResultHash::add(const ovt_frame_info& info, const ovt_detections& d, const ovt_tracks& t) {
+  if (!any_) first_ns_ = info.first_stamp_ns;
+  any_ = true;
+  const auto add_stamps = [&](const int64_t* stamps, int32_t count) {
+    for (int32_t i = 0; i < count; ++i) hash_.add_value(uint64_t(stamps[i]) - uint64_t(first_ns_));
+  };
+  add_columns(hash_, d.count, d.x_m, d.y_m, d.z_m, d.heading_rad, d.heading_source, d.length_m, d.width_m,
               d.point_count, d.inliers_ref, d.inliers_var, d.heading_ref_rad, d.heading_var_rad, d.sensor_mask,
               d.track);
-  add_columns(hash, t.count, t.id, t.state, t.measured_ns, t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps,
-              t.heading_rad, t.length_m, t.width_m, t.age, t.hits);
-  for (const double* column : t.covariance) add_columns(hash, t.count, column);
-  add_columns(hash, t.count * t.path_points, t.path_x_m, t.path_y_m, t.path_var_x, t.path_var_y, t.path_cov_xy);
+  add_stamps(d.stamp_ns, d.count);
+  add_columns(hash_, t.count, t.id, t.state, t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps, t.heading_rad,
+              t.length_m, t.width_m, t.age, t.hits);
+  add_stamps(t.measured_ns, t.count);
+  for (const double* column : t.covariance) add_columns(hash_, t.count, column);
+  add_columns(hash_, t.count * t.path_points, t.path_x_m, t.path_y_m, t.path_var_x, t.path_var_y, t.path_cov_xy);
 }
 
 double read_time_us(ovt_reader* reader, int32_t sensor, ovt_stage stage) {

@@ -29,8 +29,18 @@ void write_tracks(io::CsvWriter& csv, int64_t frame, const ovt_frame_info& info,
 // sensor: its name, or empty for the stages of the whole frame. Stages that did not run are left out.
 void write_times(io::CsvWriter& csv, int64_t frame, int64_t stamp_ns, const io::Rig& rig, ovt_reader* reader);
 
-// Of everything a frame publishes but its number and times: equal for the same scans, from whatever file they came.
-void add_to_hash(Hash& hash, const ovt_frame_info& info, const ovt_detections& detections, const ovt_tracks& tracks);
+// Of all detections and tracks of a run, frame by frame. Frame numbers are not in it, stamps count from the first
+// frame: the same scans at the same distance in time give the same hash, from whatever kind of file they came.
+class ResultHash {
+ public:
+  void add(const ovt_frame_info& info, const ovt_detections& detections, const ovt_tracks& tracks);
+  uint64_t value() const { return hash_.value(); }
+
+ private:
+  Hash hash_;
+  bool any_ = false;
+  int64_t first_ns_ = 0;
+};
 
 // Of a track at the frame's stamp in the ego vehicle's frame, whatever frame the tracks are in; NaN where that is not
 // known.

@@ -35,6 +35,9 @@ class Session {
 
   // Poses of the recording itself, behind those there are.
   void add_ego(const std::vector<io::EgoRow>& rows) { ego_.insert(ego_.end(), rows.begin(), rows.end()); }
+  // Of the poses there are so far; 0 where there are none.
+  int64_t ego_first_ns() const { return ego_.empty() ? 0 : ego_.front().stamp_ns; }
+  int64_t ego_last_ns() const { return ego_.empty() ? 0 : ego_.back().stamp_ns; }
   // Ego poses up to the first one at or after the stamp.
   void push_ego_until(int64_t stamp_ns);
   // The poses a frame's points need, then its scans. A scan the library calls late or a duplicate is not an error: the

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "tools/io/error.h"
+#include "tools/io/output.h"
 #include "tools/io/text.h"
 #include "tools/session.h"
 
@@ -44,9 +45,9 @@ std::string quoted(const std::string& text) {
 
 TraceFile::TraceFile(std::string path, const io::Rig& rig) : path_(std::move(path)) {
   for (const io::RigSensor& sensor : rig.sensors) sensor_names_.push_back(quoted(sensor.name));
-  file_ = std::fopen(path_.c_str(), "wb");
+  file_ = std::fopen(io::begin_output(path_).c_str(), "wb");
   if (!file_) throw io::Error(path_, 0, std::string("cannot be written: ") + std::strerror(errno));
-  pending_ = "{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n";
+  pending_ = "{\"otherData\":{\"writer\":\"overtake\"},\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n";
 }
 
 TraceFile::~TraceFile() {

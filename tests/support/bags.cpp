@@ -147,7 +147,7 @@ void write_db3(const std::string& path, const std::vector<Recorded>& messages) {
 namespace {
 
 struct RunHash {
-  Hash hash;
+  cli::ResultHash hash;
   int64_t frames = 0, detections = 0;
   static void add(ovt_reader* reader, void* user) {
     auto& self = *static_cast<RunHash*>(user);
@@ -157,7 +157,7 @@ struct RunHash {
     if (ovt_read_info(reader, &info) || ovt_read_detections(reader, &detections) ||
         ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks))
       return;
-    cli::add_to_hash(self.hash, info, detections, tracks);
+    self.hash.add(info, detections, tracks);
     ++self.frames;
     self.detections += detections.count;
   }

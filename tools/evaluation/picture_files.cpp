@@ -51,11 +51,10 @@ std::map<std::string, NamedPicture> best_pictures(const std::vector<std::string>
 
 void copy_pictures(const std::string& from_run_folder, const std::string& to_run_folder) {
   if (!fs::exists(folder_of(from_run_folder))) return;
-  cli::make_folder(to_run_folder);
-  std::error_code error;
-  fs::copy(folder_of(from_run_folder), folder_of(to_run_folder),
-           fs::copy_options::recursive | fs::copy_options::overwrite_existing, error);
-  if (error) throw io::Error(folder_of(to_run_folder), 0, "cannot be written: " + error.message());
+  cli::make_folder(folder_of(to_run_folder));
+  for (const auto& file : fs::directory_iterator(folder_of(from_run_folder)))
+    io::write_whole_file(folder_of(to_run_folder) + "/" + file.path().filename().string(),
+                         io::read_whole_file(file.path().string()));
 }
 
 }  // namespace overtake::evaluation

@@ -221,22 +221,37 @@ std::vector<KnownBox> read_boxes(const std::string& path, const std::string& sta
 
 }  // namespace
 
+namespace {
+
+// Before anything is judged: a recording without its boxes would be left out in silence.
+void check_boxes(const std::string& folder) {
+  if (fs::is_directory(folder + "/racecar") && files_with(folder + "/racecar", "_box.txt").empty())
+    throw io::Error(folder + "/racecar", 0, "holds no FRAME_box.txt: there is nothing to judge by");
+  for (const std::string set : {"av2", "nuscenes"})
+    for (const fs::path& file : files_with(folder + "/" + set, ".pcd")) {
+      const std::string stem = file.stem().string();
+      const std::string boxes = folder + "/" + set + "/" + stem.substr(0, stem.find('_')) + "_boxes.csv";
+      if (!fs::exists(boxes)) throw io::Error(boxes, 0, "no such file: there is nothing to judge " + stem + ".pcd by");
+    }
+}
+
+}  // namespace
+
 nlohmann::json judge_recordings(const std::string& folder, const std::string& preset, const std::string& out,
                                 bool print) {
+  check_boxes(folder);
   Json json = {{"simulated", false}, {"preset", preset}};
   if (fs::is_directory(folder + "/racecar")) json["racecar"] = judge_racecar(folder + "/racecar", preset);
   for (const fs::path& file : files_with(folder + "/av2", ".pcd")) {
     const std::string stem = file.stem().string(), log = stem.substr(0, stem.find('_'));
     const std::string boxes = folder + "/av2/" + log + "_boxes.csv";
-    if (fs::exists(boxes))
-      json["av2_sweep"] =
-          judge_sweep(file.string(), preset, "av2", read_boxes(boxes, stem.substr(stem.find('_') + 1), nullptr));
+    json["av2_sweep"] =
+        judge_sweep(file.string(), preset, "av2", read_boxes(boxes, stem.substr(stem.find('_') + 1), nullptr));
   }
   for (const fs::path& file : files_with(folder + "/nuscenes", ".pcd")) {
     const std::string boxes = folder + "/nuscenes/" + file.stem().string() + "_boxes.csv";
     const io::Rig rig = io::load_rig("nuscenes");
-    if (fs::exists(boxes))
-      json["nuscenes_sweep"] = judge_sweep(file.string(), preset, "nuscenes", read_boxes(boxes, "", &rig.sensors[0]));
+    json["nuscenes_sweep"] = judge_sweep(file.string(), preset, "nuscenes", read_boxes(boxes, "", &rig.sensors[0]));
   }
   for (const fs::path& file : files_with(folder + "/kitti/tracking", "_labels.txt")) {
     const std::string sequence = file.filename().string().substr(0, 4);

@@ -16,6 +16,7 @@
 #include "tools/evaluation/report_pages.h"
 #include "tools/evaluation/simulated_log.h"
 #include "tools/io/error.h"
+#include "tools/io/output.h"
 #include "tools/io/text.h"
 #include "tools/io/words.h"
 #include "tools/sim/workers.h"
@@ -77,6 +78,7 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
     const std::string why = why_not_kept(folder_of(options.out, name, log_name), wanted[name]);
     if (why.empty()) continue;
     todo.push_back(name);
+    io::check_clear_output(folder_of(options.out, name, log_name));  // said before the work is done
     if (!options.quiet && why != kNotThere)
       std::printf("%s: %s was run before with %s; again\n", log_name.c_str(), name.c_str(), why.c_str());
   }
@@ -91,6 +93,7 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
     cli::make_folder(options.out + "/maps");
     map_file = options.out + "/maps/" + log_name + ".csv";
     io::write_whole_file(map_file, log.map_text());
+    io::commit_outputs();
   }
   std::vector<std::unique_ptr<Contestant>> contestants;
   for (const std::string& name : todo)
@@ -118,7 +121,7 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
   for (auto& contestant : contestants) {
     contestant->finish();
     const std::string folder = folder_of(options.out, contestant->name(), log_name);
-    fs::remove_all(folder);  // what another build or other options have left
+    io::clear_output(folder);  // what another build or other options have left
     cli::make_folder(folder);
     write_tables(folder, contestant->judge().tables());
     if (const Album* album = contestant->album()) write_pictures(folder, album->finish());
@@ -130,6 +133,7 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
     about["damage"] = log.damage();
     about["cpu"] = cpu_name();
     write_about(folder, about);
+    io::commit_outputs();
   }
   if (!options.quiet)
     std::printf("%s: %s, %s%s%s\n", log_name.c_str(), io::counted(frames, "frame").c_str(),
@@ -225,7 +229,8 @@ void merge_runs(const std::vector<std::string>& from, const std::string& out) {
     for (const std::string& folder : from)
       if (fs::exists(folder + "/" + name) && !fs::exists(out + "/" + name)) {
         cli::make_folder(out);
-        fs::copy_file(folder + "/" + name, out + "/" + name);
+        io::write_whole_file(out + "/" + name, io::read_whole_file(folder + "/" + name));
+        io::commit_outputs();
       }
   for (const std::string& folder : from)
     for (const Run& run : read_runs(folder)) {
@@ -239,6 +244,7 @@ void merge_runs(const std::vector<std::string>& from, const std::string& out) {
       write_tables(target, run.tables);
       copy_pictures(source, target);
       io::write_whole_file(target + "/about.json", io::read_whole_file(source + "/about.json"));
+      io::commit_outputs();
     }
 }
 

@@ -11,6 +11,7 @@
 #include "tools/console.h"
 #include "tools/evaluation/report_pages.h"
 #include "tools/evaluation/simulated_log.h"
+#include "tools/io/output.h"
 #include "tools/io/text.h"
 #include "tools/metrics/summary.h"
 #include "tools/session.h"
@@ -61,6 +62,7 @@ void measure_scaling(const std::string& path, const std::string& preset, const s
   cli::make_folder(out + "/maps");
   const std::string map_file = out + "/maps/scaling.csv";
   io::write_whole_file(map_file, log.map_text());
+  io::commit_outputs();
 
   nlohmann::json json;
   double load[3] = {0, 0, 0};

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 #include <map>
 
 #include "tools/io/error.h"
@@ -173,6 +174,23 @@ std::optional<std::string> read_attached(const std::string& path, const std::str
   return std::nullopt;
 }
 
+void check_one_kind(const std::string& folder) {
+  std::map<std::string, std::string> first;  // by kind: the first name of it
+  std::error_code code;
+  for (fs::directory_iterator at(folder, code), end; !code && at != end; at.increment(code))
+    for (const char* kind : {".pcd", ".bin", ".db3", ".mcap"}) {
+      if (!has_extension(at->path(), kind)) continue;
+      const std::string name = at->path().filename().string();
+      const auto known = first.emplace(kind, name).first;
+      known->second = std::min(known->second, name);
+    }
+  if (first.size() < 2) return;
+  const std::string &one = first.begin()->first, &other = std::next(first.begin())->first;
+  throw Error(folder, 0,
+              "holds recordings of two kinds, " + one + " (" + first[one] + ") and " + other + " (" + first[other] +
+                  "): move one of them away, or name a file");
+}
+
 bool is_bag(const std::string& path) {
   std::error_code code;
   if (fs::is_directory(path, code)) return !bag_files(path).empty();
@@ -184,6 +202,7 @@ std::unique_ptr<BagReader> open_mcap(const std::string& path) { return std::make
 std::unique_ptr<BagReader> open_bag(const std::string& path) {
   std::error_code code;
   if (fs::is_directory(path, code)) {
+    check_one_kind(path);
     auto files = bag_files(path);
     if (files.empty()) throw Error(path, 0, "holds neither .db3 nor .mcap files");
     if (files.size() == 1) return open_bag(files[0]);

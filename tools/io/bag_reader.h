@@ -37,6 +37,8 @@ class BagReader {
   virtual std::string describe() const = 0;  // "MCAP, 12 chunks (zstd)": of what was read so far
 };
 
+// Throws Error where a folder holds recordings of two kinds (.pcd, .bin, .db3, .mcap): one would be left out.
+void check_one_kind(const std::string& folder);
 // Whether open_bag takes it: by its first bytes, or by what the folder holds.
 bool is_bag(const std::string& path);
 // What is attached to an MCAP file under a name: the log's own rig.toml or map.csv. Nothing where the file is no

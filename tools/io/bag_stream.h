@@ -40,6 +40,7 @@ class BagStream : public ScanStream {
   std::vector<EgoRow> take_ego() override;
   const std::string& damage() const override { return damage_; }
   double progress() const override { return bag_->progress(); }
+  bool has_ego() const override { return roles_.ego >= 0; }
 
  private:
   bool read_message();  // false: the end

@@ -4,13 +4,14 @@
 
 #include "tools/io/csv.h"
 #include "tools/io/error.h"
+#include "tools/io/output.h"
 #include "tools/io/text.h"
 
 namespace overtake::io {
 
 CsvWriter::CsvWriter(std::string path, std::string_view header) : path_(std::move(path)), pending_(header) {
   pending_ += '\n';
-  file_ = std::fopen(path_.c_str(), "wb");
+  file_ = std::fopen(begin_output(path_).c_str(), "wb");
   if (!file_) throw Error(path_, 0, "cannot be written");
 }
 

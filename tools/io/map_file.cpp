@@ -160,7 +160,10 @@ MapData read_bounds(const std::string& path_a, const std::string& path_b) {
 
 MapData read_map(const std::string& path_or_two_paths) {
   const auto comma = path_or_two_paths.find(',');
-  if (comma == std::string::npos || std::filesystem::exists(path_or_two_paths)) {
+  std::error_code code;
+  if (comma == std::string::npos && !std::filesystem::exists(path_or_two_paths, code))
+    throw Error(path_or_two_paths, 0, "no such file");
+  if (comma == std::string::npos || std::filesystem::exists(path_or_two_paths, code)) {
     refuse_special_file(path_or_two_paths);
     if (auto own = read_attached(path_or_two_paths, "map.csv"))
       return read_center_line(Csv::parse(path_or_two_paths + ": map.csv", std::move(*own)));

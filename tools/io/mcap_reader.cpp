@@ -273,8 +273,9 @@ void McapReader::list_attachments() {
     const auto size = reader.value<uint64_t>();
     if (McapOp(opcode) == McapOp::kDataEnd || McapOp(opcode) == McapOp::kFooter) return;
     if (size > file_bytes_ - offset_) return;
-    if (McapOp(opcode) == McapOp::kAttachment && 2 * size > memory_limit()) return;
-    if (McapOp(opcode) == McapOp::kAttachment) {
+    const bool is_wanted = McapOp(opcode) == McapOp::kAttachment || McapOp(opcode) == McapOp::kMetadata;
+    if (is_wanted && 2 * size > memory_limit()) return;
+    if (is_wanted) {
       if (!read_file(size, record_)) return;
       take_record(opcode, record_, &none);
       if (!damage_.empty()) return;

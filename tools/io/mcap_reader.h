@@ -49,8 +49,8 @@ class McapReader {
   // Finds every channel and schema, in the summary where that passes its checksum, else by reading the whole file.
   // Nothing is to be read afterwards.
   void list_channels();
-  // Finds every attachment without reading what lies between them; damage ends the search. Nothing is to be read
-  // afterwards.
+  // Finds every attachment and all metadata without reading what lies between them; damage ends the search. Nothing is
+  // to be read afterwards.
   void list_attachments();
   // Why reading ended before the end of the file's data: "" where it did not.
   const std::string& damage() const { return damage_; }

@@ -8,6 +8,7 @@
 #include "tools/io/bytes.h"
 #include "tools/io/error.h"
 #include "tools/io/mcap_format.h"
+#include "tools/io/output.h"
 
 namespace overtake::io {
 namespace {
@@ -34,7 +35,7 @@ McapWriter::McapWriter(const std::string& path, const McapOptions& options) : pa
   if (options_.compression == "none") options_.compression.clear();
   if (!options_.compression.empty() && options_.compression != "lz4" && options_.compression != "zstd")
     throw Error(path, 0, "there is no compression '" + options_.compression + "' (there are none, lz4 and zstd)");
-  file_ = std::fopen(path.c_str(), "wb");
+  file_ = std::fopen(begin_output(path).c_str(), "wb");
   if (!file_) throw Error(path, 0, "cannot be written: " + std::string(std::strerror(errno)));
   put(kMcapMagic);
   std::string header;

@@ -31,11 +31,7 @@ std::string encode_png(const Picture& picture) {
   return out;
 }
 
-void write_png(const std::string& path, const Picture& picture) {
-  png_image image = describe(picture);
-  if (!png_image_write_to_file(&image, path.c_str(), 0, picture.pixels.data(), 0, nullptr))
-    throw Error(path, 0, std::string("cannot be written: ") + image.message);
-}
+void write_png(const std::string& path, const Picture& picture) { write_whole_file(path, encode_png(picture)); }
 
 Picture read_png(const std::string& path) {
   constexpr png_uint_32 kMaxSide = 1 << 15;

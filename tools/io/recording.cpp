@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <map>
 
+#include "tools/io/bag_reader.h"
 #include "tools/io/error.h"
 #include "tools/io/kitti_bin.h"
+#include "tools/io/output.h"
 #include "tools/io/text.h"
 
 namespace overtake::io {
@@ -49,6 +52,7 @@ std::vector<std::string> list_files(const std::string& path) {
   if (!fs::exists(status)) throw Error(path, 0, "no such folder");
   refuse_special_file(path);
   if (!fs::is_directory(status)) return {path};
+  check_one_kind(path);
   std::vector<std::string> files, bin_files;
   for (fs::directory_iterator at(path, code), end; !code && at != end; at.increment(code)) {
     const std::string file = at->path().string();
@@ -57,7 +61,12 @@ std::vector<std::string> list_files(const std::string& path) {
   }
   if (code) throw Error(path, 0, "cannot be listed: " + code.message());
   if (files.empty()) files = std::move(bin_files);
-  if (files.empty()) throw Error(path, 0, "holds nothing that is read: no .pcd, .bin, .db3 or .mcap file");
+  if (files.empty()) {
+    const std::string partial = why_partial(path);
+    throw Error(
+        path, 0,
+        "holds nothing that is read: no .pcd, .bin, .db3 or .mcap file" + (partial.empty() ? "" : "; " + partial));
+  }
   std::sort(files.begin(), files.end());
   return files;
 }
@@ -102,7 +111,7 @@ int64_t Recording::find_frame(int64_t number) const {
   return -1;
 }
 
-FrameScans Recording::read(std::size_t i) const {
+FrameScans Recording::read(std::size_t i, std::vector<std::string>* lost) const {
   const Entry& entry = frames_[i];
   FrameScans frame;
   frame.frame = entry.number;
@@ -110,13 +119,18 @@ FrameScans Recording::read(std::size_t i) const {
     const std::string& path = entry.paths[p];
     if (path.empty()) continue;
     const int64_t stamp_ns = stamp_of_frame(path, entry.number, rig_.period_ns());
-    const Pcd pcd = is_kitti_bin(path) ? read_kitti_bin(path) : read_pcd(path);
-    if (!rig_.shared_cloud) {
-      frame.scans.push_back(make_scan(path, pcd, rig_, int32_t(p), stamp_ns));
+    std::vector<SensorScan> scans;
+    try {
+      const Pcd pcd = is_kitti_bin(path) ? read_kitti_bin(path) : read_pcd(path);
+      const int32_t first = rig_.shared_cloud ? 0 : int32_t(p);
+      const int32_t last = rig_.shared_cloud ? int32_t(rig_.sensors.size()) - 1 : first;
+      for (int32_t s = first; s <= last; ++s) scans.push_back(make_scan(path, pcd, rig_, s, stamp_ns));
+    } catch (const Error& error) {
+      if (!lost) throw;
+      lost->push_back(error.what());
       continue;
     }
-    for (int32_t s = 0; s < int32_t(rig_.sensors.size()); ++s)
-      frame.scans.push_back(make_scan(path, pcd, rig_, s, stamp_ns));
+    std::move(scans.begin(), scans.end(), std::back_inserter(frame.scans));
   }
   return frame;
 }

@@ -28,8 +28,9 @@ class Recording {
   std::size_t frame_count() const { return frames_.size(); }
   int64_t frame_number(std::size_t i) const { return frames_[i].number; }
   int64_t find_frame(int64_t number) const;  // index, -1: none
-  // Reads the frame's files. Throws Error.
-  FrameScans read(std::size_t i) const;
+  // Reads the frame's files. A file that cannot be read throws Error, or costs its scans where `lost` is given: it
+  // takes the sentences.
+  FrameScans read(std::size_t i, std::vector<std::string>* lost = nullptr) const;
   const Rig& rig() const { return rig_; }
   const std::string& path() const { return path_; }
 

@@ -4,6 +4,7 @@
 
 #include "tools/io/bag_reader.h"
 #include "tools/io/bag_stream.h"
+#include "tools/io/error.h"
 #include "tools/io/recording.h"
 
 namespace overtake::io {
@@ -13,18 +14,32 @@ class FolderStream : public ScanStream {
  public:
   FolderStream(const std::string& path, const Rig& rig) : recording_(path, rig) {}
 
+  // A file that cannot be read costs its scans; where none can be read, there is no recording.
   bool next(FrameScans& out) override {
-    if (at_ == recording_.frame_count()) return false;
-    out = recording_.read(at_++);
-    return true;
+    while (at_ < recording_.frame_count()) {
+      std::vector<std::string> lost;
+      out = recording_.read(at_++, &lost);
+      if (lost_count_ == 0 && !lost.empty()) first_loss_ = lost[0];
+      lost_count_ += int64_t(lost.size());
+      if (out.scans.empty()) continue;
+      any_ = true;
+      return true;
+    }
+    if (!any_ && lost_count_ > 0) throw Error("", 0, first_loss_);
+    return false;
   }
   const std::string& damage() const override { return none_; }
+  int64_t lost_count() const override { return lost_count_; }
+  std::string first_loss() const override { return first_loss_; }
   double progress() const override { return double(at_) / double(recording_.frame_count()); }
 
  private:
   const Recording recording_;
   const std::string none_;
+  std::string first_loss_;
   std::size_t at_ = 0;
+  int64_t lost_count_ = 0;
+  bool any_ = false;
 };
 
 }  // namespace

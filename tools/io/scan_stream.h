@@ -27,6 +27,10 @@ class ScanStream {
   virtual std::vector<EgoRow> take_ego() { return {}; }
   virtual const std::string& damage() const = 0;  // why the end came too early; "": it did not
   virtual double progress() const = 0;            // 0 to 1
+  virtual bool has_ego() const { return false; }  // whether take_ego may return any
+  // Scans of their own files that could not be read and were left out; the first one's sentence.
+  virtual int64_t lost_count() const { return 0; }
+  virtual std::string first_loss() const { return ""; }
 };
 
 // Throws Error: not there, of no known kind, without a scan of the rig's sensors.

@@ -16,6 +16,7 @@
 #include <system_error>
 
 #include "tools/io/error.h"
+#include "tools/io/output.h"
 
 namespace overtake::io {
 namespace {
@@ -86,7 +87,7 @@ void refuse_special_file(const std::string& path) {
 }
 
 void write_whole_file(const std::string& path, std::string_view bytes) {
-  File file(std::fopen(path.c_str(), "wb"));
+  File file(std::fopen(begin_output(path).c_str(), "wb"));
   if (!file) throw Error(path, 0, "cannot be written");
   const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
   if (std::fclose(file.release()) != 0 || !written) throw Error(path, 0, "cannot be written (is the disk full?)");

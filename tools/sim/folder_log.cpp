@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "tools/io/csv.h"
-#include "tools/io/error.h"
+#include "tools/io/output.h"
 #include "tools/io/pcd.h"
 #include "tools/io/text.h"
 #include "tools/sim/race_log.h"
@@ -72,13 +72,11 @@ class FolderLog : public RaceLog {
     }
   }
 
-  void close() override { truth_.flush(); }
+  void close(const std::string&) override { truth_.flush(); }  // the names of its files say that it is partial
 
  private:
   static fs::path make(const std::string& folder) {
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error) throw io::Error(folder, 0, "the folder could not be made: " + error.message());
+    io::make_output_folder(folder);
     return folder;
   }
 

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "tools/io/mcap_writer.h"
+#include "tools/io/output.h"
 #include "tools/io/ros_messages.h"
 #include "tools/io/text.h"
 #include "tools/sim/race_log.h"
@@ -94,12 +95,14 @@ class McapLog : public RaceLog {
       queue(sweep.stamp_ns[s], surface_channel_[s], sweep.stamp_ns[s], surface_message(sweep, s));
     }
     queue_truth(index, sweep.begin_ns);
+    last_begin_ns_ = sweep.begin_ns;
     flush(sweep.begin_ns - 20'000'000);  // stamps wander less than that
   }
 
-  void close() override {
-    queue_ego(INT64_MAX);
+  void close(const std::string& partial) override {
+    queue_ego(partial.empty() ? INT64_MAX : last_begin_ns_);
     flush(INT64_MAX);
+    if (!partial.empty()) log_.add_metadata(io::kPartialMetadata, {{"reason", partial}});
     log_.close();
   }
 
@@ -242,6 +245,7 @@ class McapLog : public RaceLog {
   io::McapWriter log_;
   std::vector<EgoPose> ego_;
   std::size_t next_ego_ = 0;
+  int64_t last_begin_ns_ = 0;
   std::multimap<int64_t, Message> waiting_;
   uint16_t cloud_channel_[kSensors], surface_channel_[kSensors], ego_channel_, ego_truth_channel_, cars_channel_,
       static_channel_;

@@ -19,7 +19,8 @@ class RaceLog {
  public:
   virtual ~RaceLog() = default;
   virtual void write(int32_t index, const Sweep& sweep) = 0;
-  virtual void close() = 0;  // throws io::Error when the disk is full
+  // partial: why it ends early, "" where it does not. Throws io::Error when the disk is full.
+  virtual void close(const std::string& partial = "") = 0;
 };
 
 // A folder as `overtake run` reads it:

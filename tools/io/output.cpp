@@ -1,0 +1,341 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/io/output.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "core/hash.h"
+#include "tools/io/error.h"
+#include "tools/io/mcap_format.h"
+#include "tools/io/mcap_reader.h"
+#include "tools/io/text.h"
+
+namespace overtake::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kListHead =
+    "# Results of overtake in this folder: hash, bytes, name. One that differs is overwritten with --force only.\n";
+// The first bytes of a trace (tools/trace_file.cpp).
+constexpr std::string_view kTraceHead = "{\"otherData\":{\"writer\":\"overtake\"}";
+constexpr std::streamoff kHashedBytes = 4 << 20;  // at either end of a file
+
+OutputGuard* current_guard = nullptr;
+
+// The name with its folder's links resolved: one text for one directory entry.
+std::string place_of(const std::string& path) {
+  std::error_code code;
+  const fs::path whole = fs::absolute(path, code);
+  const fs::path folder = fs::weakly_canonical(whole.parent_path(), code);
+  return code ? whole.string() : (folder / whole.filename()).string();
+}
+
+std::string digest(const std::string& path) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  const std::streamoff size = file.tellg();
+  if (!file || size < 0) return "";
+  Hash hash;
+  std::vector<char> bytes(std::size_t(std::min(size, kHashedBytes)));
+  const auto add = [&](std::streamoff begin) {
+    file.seekg(begin);
+    file.read(bytes.data(), std::streamsize(bytes.size()));
+    hash.add_bytes(bytes.data(), bytes.size());
+  };
+  add(0);
+  if (size > kHashedBytes) add(size - kHashedBytes);
+  char text[64];
+  std::snprintf(text, sizeof text, "%016llx %lld", static_cast<unsigned long long>(hash.value()),
+                static_cast<long long>(size));
+  return text;
+}
+
+// Whether the first bytes say that Overtake wrote it, or there are none.
+bool begins_like_ours(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string head(256, '\0');
+  file.read(head.data(), std::streamsize(head.size()));
+  head.resize(std::size_t(file.gcount()));
+  if (head.empty() || head.starts_with(kTraceHead)) return true;
+  if (!head.starts_with(kMcapMagic)) return false;
+  // Behind the magic: the header record with two texts, profile and library.
+  const std::size_t profile = kMcapMagic.size() + kMcapRecordHead;
+  const auto text_at = [&](std::size_t at) -> std::string_view {
+    if (at + 4 > head.size()) return {};
+    uint32_t size = 0;
+    for (std::size_t k = 0; k < 4; ++k) size |= uint32_t(uint8_t(head[at + k])) << (8 * k);
+    return size <= head.size() - at - 4 ? std::string_view(head).substr(at + 4, size) : std::string_view();
+  };
+  return text_at(profile + 4 + text_at(profile).size()) == "overtake";
+}
+
+bool is_of_recording(const fs::path& path) {
+  const std::string name = lower_case(path.filename().string()), end = lower_case(path.extension().string());
+  for (const char* known : {".pcd", ".bin", ".db3", ".mcap", ".txt"})
+    if (end == known) return true;
+  return name == "rig.toml" || name == "map.csv" || name == "ego.csv" || name == "metadata.yaml";
+}
+
+bool is_below(const std::string& place, const std::string& folder) {
+  return place.size() > folder.size() + 1 && place.starts_with(folder) && place[folder.size()] == '/';
+}
+
+}  // namespace
+
+OutputGuard::OutputGuard(bool force) : force_(force) { current_guard = this; }
+
+OutputGuard* OutputGuard::current() { return current_guard; }
+
+OutputGuard::~OutputGuard() {
+  current_guard = nullptr;
+  std::error_code code;
+  if (keep_ && !pending_.empty()) return;
+  for (const Pending& p : pending_) fs::remove(p.path + kPartSuffix, code);
+  for (const Folder& folder : folders_)
+    if (folder.made_list && folder.files.empty()) fs::remove(fs::path(folder.place) / kOutputList, code);
+  for (auto made = made_.rbegin(); made != made_.rend(); ++made)
+    if (fs::is_empty(*made, code) && !code) fs::remove(*made, code);
+}
+
+void OutputGuard::add_input(const std::string& path) {
+  const std::lock_guard lock(mutex_);
+  if (path.empty()) return;
+  inputs_.emplace_back(path, false);
+  const auto comma = path.find(',');
+  if (comma == std::string::npos || fs::exists(path)) return;
+  inputs_.emplace_back(path.substr(0, comma), false);
+  inputs_.emplace_back(path.substr(comma + 1), false);
+}
+
+void OutputGuard::add_input_tree(const std::string& folder) {
+  const std::lock_guard lock(mutex_);
+  inputs_.emplace_back(folder, true);
+}
+
+// Looked up only where an output exists already: a recording may have a hundred thousand files.
+bool OutputGuard::is_input(const std::string& path, std::string& which) {
+  const auto add = [this](const std::string& file) {
+    struct stat status {};
+    if (stat(file.c_str(), &status) == 0) input_ids_.emplace(std::pair(status.st_dev, status.st_ino), file);
+  };
+  std::error_code code;
+  for (const auto& [input, tree] : inputs_) {
+    if (inputs_listed_) break;
+    add(input);
+    if (tree) {
+      for (fs::recursive_directory_iterator at(input, code), end; !code && at != end; at.increment(code))
+        if (at->is_regular_file(code)) add(at->path().string());
+    } else if (fs::is_directory(input, code)) {
+      for (fs::directory_iterator at(input, code), end; !code && at != end; at.increment(code))
+        if (is_of_recording(at->path())) add(at->path().string());
+    }
+  }
+  inputs_listed_ = true;
+  struct stat status {};
+  if (stat(path.c_str(), &status) != 0) return false;
+  const auto found = input_ids_.find({status.st_dev, status.st_ino});
+  if (found != input_ids_.end()) which = found->second;
+  return found != input_ids_.end();
+}
+
+OutputGuard::Folder* OutputGuard::folder_of(const std::string& place) {
+  Folder* best = nullptr;
+  for (Folder& folder : folders_)
+    if (is_below(place, folder.place) && (!best || folder.place.size() > best->place.size())) best = &folder;
+  return best;
+}
+
+bool OutputGuard::is_ours(const std::string& path, const std::string& place) {
+  if (const Folder* folder = folder_of(place)) {
+    const std::string name = place.substr(folder->place.size() + 1);
+    const auto known = folder->files.find(name);
+    if (known != folder->files.end() && known->second == digest(path)) return true;
+    // Of a command that was killed: nobody else writes such names into a folder of results.
+    if (folder->has_list && name.ends_with(kPartSuffix)) return true;
+  }
+  return begins_like_ours(path);
+}
+
+void OutputGuard::check_place(const std::string& path, const std::string& place) {
+  struct stat status {};
+  if (lstat(path.c_str(), &status) != 0) return;  // where the folder is not there, opening the file says so
+  std::string which;
+  if (is_input(path, which))
+    throw Error(path, 0,
+                "is read by this command" + (which == path ? "" : " as " + which) + ": an output never replaces it");
+  if (S_ISLNK(status.st_mode)) {
+    if (force_) return;
+    throw Error(path, 0, "is a symbolic link, outputs do not follow links: remove it, or replace it with --force");
+  }
+  if (!S_ISREG(status.st_mode)) throw Error(path, 0, "is no regular file: an output never replaces it");
+  if (force_ || is_ours(path, place)) return;
+  throw Error(path, 0,
+              "exists and is no result of Overtake, or was changed since: choose another name, or give --force");
+}
+
+void OutputGuard::check(const std::string& path) {
+  const std::lock_guard lock(mutex_);
+  check_place(path, place_of(path));
+  const std::string part = path + kPartSuffix;
+  check_place(part, place_of(part));
+}
+
+std::string OutputGuard::begin(const std::string& path) {
+  const std::lock_guard lock(mutex_);
+  const std::string place = place_of(path), part = path + kPartSuffix;
+  struct stat status {};
+  const bool part_exists = lstat(part.c_str(), &status) == 0;  // else nobody here has begun it
+  for (auto p = pending_.begin(); part_exists && p != pending_.end(); ++p)
+    if (p->place == place) throw Error(path, 0, "is the name of two outputs of this command");
+  check_place(path, place);
+  check_place(part, place_of(part));
+  std::error_code code;
+  fs::remove(part, code);  // never written through: it may have other names
+  Folder* folder = folder_of(place);
+  if (folder && !folder->has_list) {
+    folder->has_list = folder->made_list = true;
+    write_list(*folder);
+  }
+  pending_.push_back({path, place});
+  return part;
+}
+
+void OutputGuard::make_folder(const std::string& path) {
+  const std::lock_guard lock(mutex_);
+  std::error_code code;
+  std::vector<std::string> missing;
+  for (fs::path at = fs::absolute(path, code).lexically_normal(); !at.empty() && !fs::exists(at, code);
+       at = at.parent_path())
+    if (at.has_filename()) missing.push_back(at.string());
+  fs::create_directories(path, code);
+  if (code || !fs::is_directory(path, code)) throw Error(path, 0, "the folder cannot be made");
+  made_.insert(made_.end(), missing.rbegin(), missing.rend());
+}
+
+void OutputGuard::add_folder(const std::string& path) {
+  make_folder(path);
+  const std::lock_guard lock(mutex_);
+  std::error_code code;
+  Folder folder;
+  folder.place = fs::canonical(path, code).string();
+  for (const Folder& known : folders_)
+    if (known.place == folder.place) return;
+  read_list(folder);
+  folders_.push_back(std::move(folder));
+}
+
+void OutputGuard::check_clear(const std::string& folder) {
+  const std::lock_guard lock(mutex_);
+  std::error_code code;
+  for (fs::recursive_directory_iterator at(folder, code), end; !code && at != end; at.increment(code))
+    if (!at->is_directory(code) || at->is_symlink(code))
+      check_place(at->path().string(), place_of(at->path().string()));
+}
+
+void OutputGuard::clear(const std::string& folder) {
+  check_clear(folder);
+  std::error_code code;
+  fs::remove_all(folder, code);
+  if (code) throw Error(folder, 0, "cannot be emptied: " + code.message());
+}
+
+void OutputGuard::keep(bool keep) {
+  const std::lock_guard lock(mutex_);
+  keep_ = keep;
+}
+
+void OutputGuard::commit() {
+  const std::lock_guard lock(mutex_);
+  std::vector<Folder*> changed;
+  for (const Pending& p : pending_) {
+    std::error_code code;
+    fs::rename(p.path + kPartSuffix, p.path, code);
+    if (code) throw Error(p.path, 0, "cannot be written: " + code.message());
+    Folder* folder = folder_of(p.place);
+    if (!folder) continue;
+    const std::string name = p.place.substr(folder->place.size() + 1);
+    if (name.find('\n') == std::string::npos) folder->files[name] = digest(p.path);
+    if (std::find(changed.begin(), changed.end(), folder) == changed.end()) changed.push_back(folder);
+  }
+  pending_.clear();
+  for (const Folder* folder : changed) write_list(*folder);
+}
+
+void OutputGuard::read_list(Folder& folder) {
+  std::ifstream file(fs::path(folder.place) / kOutputList);
+  for (std::string line; std::getline(file, line);) {
+    folder.has_list = true;
+    const auto first = line.find(' '), second = line.find(' ', first + 1);
+    if (line.starts_with("#") || first == std::string::npos || second == std::string::npos) continue;
+    folder.files[line.substr(second + 1)] = line.substr(0, second);
+  }
+}
+
+void OutputGuard::write_list(const Folder& folder) {
+  const std::string path = (fs::path(folder.place) / kOutputList).string();
+  std::string text(kListHead);
+  for (const auto& [name, value] : folder.files) text += value + ' ' + name + '\n';
+  std::error_code code;
+  fs::remove(path + kPartSuffix, code);
+  std::ofstream(path + kPartSuffix, std::ios::binary) << text;
+  fs::rename(path + kPartSuffix, path, code);
+  if (code) throw Error(path, 0, "cannot be written: " + code.message());
+}
+
+std::string begin_output(const std::string& path) { return current_guard ? current_guard->begin(path) : path; }
+
+void make_output_folder(const std::string& path) {
+  if (current_guard) return current_guard->make_folder(path);
+  std::error_code code;
+  fs::create_directories(path, code);
+  if (code || !fs::is_directory(path, code)) throw Error(path, 0, "the folder cannot be made");
+}
+
+void commit_outputs() {
+  if (current_guard) current_guard->commit();
+}
+
+void check_clear_output(const std::string& folder) {
+  if (current_guard) current_guard->check_clear(folder);
+}
+
+void clear_output(const std::string& folder) {
+  if (current_guard) return current_guard->clear(folder);
+  fs::remove_all(folder);
+}
+
+std::string why_partial(const std::string& path) {
+  const std::string by_name = "what wrote it was interrupted or failed: its name ends in .part";
+  std::error_code code;
+  if (fs::is_directory(path, code)) {
+    int64_t count = 0;
+    std::string first;
+    for (fs::directory_iterator at(path, code), end; !code && at != end; at.increment(code)) {
+      const std::string name = at->path().filename().string();
+      if (name.ends_with(".mcap"))
+        if (const std::string why = why_partial(at->path().string()); !why.empty()) return name + ": " + why;
+      if (!name.ends_with(kPartSuffix) || name.starts_with(kOutputList)) continue;
+      if (count++ == 0 || name < first) first = name;
+    }
+    if (count == 0) return "";
+    return "what wrote it was interrupted or failed: " + std::to_string(count) +
+           (count == 1 ? " name ends" : " names end") + " in .part (" + first + ")";
+  }
+  std::ifstream file(path, std::ios::binary);
+  std::string magic(kMcapMagic.size(), '\0');
+  file.read(magic.data(), std::streamsize(magic.size()));
+  if (file && magic == kMcapMagic) {
+    McapReader reader(path);
+    reader.list_attachments();
+    const auto partial = reader.metadata().find(kPartialMetadata);
+    if (partial != reader.metadata().end() && partial->second.count("reason")) return partial->second.at("reason");
+  }
+  return path.ends_with(kPartSuffix) ? by_name : "";
+}
+
+}  // namespace overtake::io
