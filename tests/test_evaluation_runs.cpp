@@ -124,7 +124,7 @@ TEST_CASE("a run is kept for the same question only: other frames, another --eve
 TEST_CASE("no folder of a result has a colon in its name, and earlier results whose folders have one are kept") {
   namespace fs = std::filesystem;
   const TempFolder folder;
-  simulate(folder.path("race.mcap"), 0.3, 1);
+  simulate_race(folder.path("race.mcap"), 0.3, 1);
   RunOptions options;
   options.logs = {folder.path("race.mcap")};
   options.presets = {"paper", "paper:relay"};

@@ -465,7 +465,8 @@ std::vector<std::vector<double>> read_numbers(const std::string& path) {
 TEST_CASE("the map of Las Vegas has the heading, curvature and s its file states") {
   const auto rows = read_numbers(recorded("traj_ltpl_cl_LVMS_GPS.csv"));
   if (rows.empty()) {
-    MESSAGE("skipped: lvms/traj_ltpl_cl_LVMS_GPS.csv is not there" << OVT_WHERE_TO_GET);
+    MESSAGE(
+        "skipped: lvms/traj_ltpl_cl_LVMS_GPS.csv is not there (README.md, \"Recorded data\", says where to get it)");
     return;
   }
   Line line;
@@ -501,7 +502,9 @@ TEST_CASE("the bounds of Las Vegas, of different point counts, give a centre lin
   const auto inner = read_numbers(recorded("lvms_inner_bound.csv")),
              outer = read_numbers(recorded("lvms_outer_bound.csv"));
   if (inner.empty() || outer.empty()) {
-    MESSAGE("skipped: lvms/lvms_inner_bound.csv or lvms_outer_bound.csv is not there" << OVT_WHERE_TO_GET);
+    MESSAGE(
+        "skipped: lvms/lvms_inner_bound.csv or lvms_outer_bound.csv is not there (README.md, \"Recorded data\", says "
+        "where to get it)");
     return;
   }
   Line left, right;

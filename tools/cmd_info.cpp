@@ -47,7 +47,7 @@ void look_into(const io::BagTopic& topic, std::string_view data, TopicInfo& info
   }
 }
 
-std::string seconds(int64_t ns) { return fixed(double(ns) * 1e-9, 3); }
+std::string format_stamp(int64_t ns) { return fixed(double(ns) * 1e-9, 3); }
 
 RecordingInfo look_into_bag(const std::string& path) {
   const auto bag = io::open_bag(path);
@@ -84,7 +84,7 @@ RecordingInfo look_into_bag(const std::string& path) {
 void print_bag(const RecordingInfo& info) {
   std::printf("%s: %s\n", printable(info.path).c_str(), printable(info.kind).c_str());
   if (info.first_ns <= info.last_ns)
-    std::printf("from %s to %s s, %s s\n\n", seconds(info.first_ns).c_str(), seconds(info.last_ns).c_str(),
+    std::printf("from %s to %s s, %s s\n\n", format_stamp(info.first_ns).c_str(), format_stamp(info.last_ns).c_str(),
                 fixed((double(info.last_ns) - double(info.first_ns)) * 1e-9, 3).c_str());
   TextTable table({"topic", "messages", "Hz", "MB", "type", "frame"});
   for (const RecordingInfo::Topic& topic : info.topics)

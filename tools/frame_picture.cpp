@@ -13,8 +13,8 @@
 namespace overtake::cli {
 namespace {
 
-constexpr io::Rgb kPaper = {14, 15, 20}, kGround = {52, 56, 66}, kPoint = {128, 132, 142}, kMeter = {30, 32, 40};
-constexpr io::Rgb kDetection = {255, 150, 30}, kTrack = {70, 170, 255}, kEgo = {235, 235, 235}, kInk = {215, 215, 220};
+constexpr io::Rgb kBackground = {14, 15, 20}, kGround = {52, 56, 66}, kPoint = {128, 132, 142}, kMeter = {30, 32, 40};
+constexpr io::Rgb kDetection = {255, 150, 30}, kTrack = {70, 170, 255}, kEgo = {235, 235, 235}, kTextColor = {215, 215, 220};
 constexpr double kAhead_m = 90, kBehind_m = 30, kAside_m = 26;
 constexpr int32_t kPixelsPerM = 24;  // before the picture is halved
 
@@ -125,7 +125,7 @@ io::Picture draw_frame(ovt_reader* reader, const io::Rig& rig, const ovt_params&
   check(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks), "tracks");
   const EgoFrame ego(info);
   Canvas canvas(-kBehind_m, kAside_m, kPixelsPerM, int32_t((kAhead_m + kBehind_m) * kPixelsPerM),
-                int32_t(2 * kAside_m * kPixelsPerM), kPaper);
+                int32_t(2 * kAside_m * kPixelsPerM), kBackground);
   for (double x = -kBehind_m; x <= kAhead_m; x += 10) canvas.line({x, -kAside_m}, {x, kAside_m}, kMeter, 2);
   for (double y = -20; y <= kAside_m; y += 10) canvas.line({-kBehind_m, y}, {kAhead_m, y}, kMeter, 2);
   draw_points(canvas, reader, rig, detections);
@@ -138,7 +138,7 @@ io::Picture draw_frame(ovt_reader* reader, const io::Rig& rig, const ovt_params&
                    kDetection, 3);
   for (int32_t i = 0; i < tracks.count; ++i)
     if (tracks.state[i] == OVT_CONFIRMED) draw_track(canvas, ego, tracks, i, params);
-  io::draw_text(canvas.picture, 12, 4, caption, kInk, 3);
+  io::draw_text(canvas.picture, 12, 4, caption, kTextColor, 3);
   return halve(canvas.picture);
 }
 

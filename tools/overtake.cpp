@@ -102,6 +102,8 @@ std::string usage_error(const CLI::App& app, const std::vector<std::string>& wor
     }
   if (!rest.empty()) return place + "'" + rest[0] + "' is one argument too many" + its_help;
   return place + error.what() + its_help;
+}
+
 // Of every command: no file may make its reader take more.
 void add_max_memory(CLI::App& app) {
   app.add_option_function<std::string>(
