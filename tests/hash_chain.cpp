@@ -143,7 +143,7 @@ void compare_recorded(const std::vector<std::string>& isas, int32_t& differences
     const char *const name = recording_of[0], *const rig = recording_of[1];
     std::error_code code;
     if (!std::filesystem::is_directory(data + "/" + name, code)) {
-      std::printf("skipped: %s is not there (README.md, \"Recorded data\", says where to get it)\n", name);
+      std::printf("skipped: %s is not there (tools/README.md, \"Recorded data\", says where to get it)\n", name);
       continue;
     }
     cli::Options options;

@@ -14,7 +14,7 @@ namespace overtake::cli {
 namespace {
 
 constexpr io::Rgb kBackground = {14, 15, 20}, kGround = {52, 56, 66}, kPoint = {128, 132, 142}, kMeter = {30, 32, 40};
-constexpr io::Rgb kDetection = {255, 150, 30}, kTrack = {70, 170, 255}, kEgo = {235, 235, 235},
+constexpr io::Rgb kDetection = {255, 150, 30}, kTrack = {70, 170, 255}, kEllipse = {38, 78, 120}, kEgo = {235, 235, 235},
                   kTextColor = {215, 215, 220};
 constexpr double kAhead_m = 90, kBehind_m = 30, kAside_m = 26;
 constexpr int32_t kPixelsPerM = 24;  // before the picture is halved
@@ -112,7 +112,7 @@ void draw_confirmed(Canvas& canvas, const EgoFrame& ego, const ovt_tracks& track
     if (std::fabs(std::remainder(at_s, 1.0)) < 0.5 * tracks.path_step_s)
       canvas.polygon(ellipse(next, tracks.path_var_x[p], tracks.path_var_y[p], tracks.path_cov_xy[p],
                              ego.in_map ? ego.yaw_rad : 0.0),
-                     kTrack, 2);
+                     kEllipse, 2);
   }
 }
 

@@ -30,7 +30,7 @@ inline bool is_recorded(const std::string& file) {
 
 }  // namespace overtake
 
-#define OVT_WHERE_TO_GET " (README.md, \"Recorded data\", says where to get it)"
+#define OVT_WHERE_TO_GET " (tools/README.md, \"Recorded data\", says where to get it)"
 
 // At the start of a case, once a file or folder; ends the case where that is missing.
 #define OVT_NEED_RECORDED(file)                                                         \
