@@ -395,7 +395,7 @@ ovt_status Detector::next_frame(Reader& reader) {
 }
 
 void Detector::publish_tracks(Reader& reader, int64_t publish_ns) {
-  overtake::publish_tracks(tracker_params_, reader.frame->tracks, publish_ns, reader.tracks, &reader.paths);
+  track_stage_->tracker().publish(reader.frame->tracks, publish_ns, reader.tracks, &reader.paths);
 }
 
 void Detector::read_stats(ovt_stats& out) const {

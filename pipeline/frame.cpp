@@ -82,7 +82,7 @@ void reset_frame(Frame& frame) noexcept {
   frame.external.count = 0;
   frame.members.count = frame.merged.count = frame.detections.count = frame.measurements.count = 0;
   frame.tracks.count = 0;
-  frame.candidate_count = frame.merged_overflow = frame.candidate_overflow = 0;
+  frame.kept_count = frame.candidate_count = frame.merged_overflow = frame.candidate_overflow = 0;
   frame.ego_known = false;
   frame.ego.count = 0;
   frame.spans.reset();

@@ -26,8 +26,6 @@
 
 namespace overtake {
 
-inline constexpr int32_t kReasonCount = int32_t(Reason::kCount);
-
 // Rectangles of clusters of one sensor, fitted before anybody knows whether another sensor sees a part of the same car.
 struct ClusterFits {
   int32_t count = 0;          // 0: none was fitted; else the ClusterTable's
@@ -111,7 +109,7 @@ struct Frame {
   MergedTable merged;
   SeamScratch seam;
   int32_t* kept = nullptr;  // rows of merged that pass the gates
-  int32_t candidate_count = 0;
+  int32_t kept_count = 0, candidate_count = 0;
   DetectionTable detections;
   float *fit_x_m = nullptr, *fit_y_m = nullptr;  // points of one candidate
   int32_t fit_capacity = 0;

@@ -351,7 +351,7 @@ ovt_status ovt_read_tracks_sized(ovt_reader* reader, int64_t publish_ns, ovt_tra
   rows.hits = t.hits;
   rows.detection = t.detection;
   rows.path_points = p.points_per_track;
-  rows.path_step_s = r.detector->tracker_params().horizon_step_s;
+  rows.path_step_s = r.detector->path_step_s();
   rows.path_x_m = p.x_m;
   rows.path_y_m = p.y_m;
   rows.path_course_rad = p.course_rad;

@@ -1,0 +1,40 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A method, which the C API calls a preset: the steps of a sensor's segmentation, the rules over a whole frame, the
+// tracker, and the defaults of the parameters. One file each (pipeline/method/paper.cpp).
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "pipeline/frame_tracker.h"
+#include "pipeline/method/step.h"
+
+namespace overtake {
+
+struct StageContext;
+
+// A rule over all sensors of a frame.
+struct FrameRule {
+  const char* name;
+  int32_t stage;    // ovt_stage: rules of one stage stand together, and share its time
+  Columns reads;    // of each sensor's segmentation, which keeps them for it
+  Columns scratch;  // what run_ahead writes, and nobody reads afterwards
+  void (*run)(const StageContext& context, Frame& frame) noexcept;
+  // What of it depends on one sensor alone: runs behind that sensor's segmentation. Null: nothing.
+  void (*run_ahead)(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept;
+};
+
+struct Method {
+  const char* name;  // as ovt_params_init takes it
+  std::span<const Step> segment;
+  std::span<const FrameRule> frame;
+  // Throws std::bad_alloc when there is no memory.
+  std::unique_ptr<FrameTracker> (*make_tracker)(const TrackerParams& params, const TrackMap* map,
+                                                const Allocator& allocator);
+};
+
+extern const Method kPaper;
+
+}  // namespace overtake
