@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <span>
 
+#include "pipeline/method/segment_columns.h"
 #include "pipeline/params.h"
 #include "pipeline/segment_scratch.h"
 
@@ -21,23 +22,6 @@ struct Segment {
   SensorPart& part;
   SegmentScratch& scratch;
 };
-
-enum class Column : int32_t {
-#define OVT_SEGMENT_COLUMN(name, view, extent) name,
-#include "pipeline/method/segment_columns.def"
-#undef OVT_SEGMENT_COLUMN
-  kCount
-};
-inline constexpr int32_t kColumnCount = int32_t(Column::kCount);
-const char* column_name(Column column) noexcept;
-
-// A set of columns, bit by bit.
-using Columns = uint64_t;
-static_assert(kColumnCount <= 64);
-template <class... C>
-constexpr Columns columns(C... column) {
-  return (Columns(0) | ... | (Columns(1) << int32_t(column)));
-}
 
 struct Step {
   const char* name;  // the kernel's
