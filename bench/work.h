@@ -21,14 +21,14 @@ namespace overtake::bench {
 
 // The kernels of the manifest.
 enum class Kernel : int32_t {
-#define OVT_KERNEL(name, agreement) name,
+#define OVT_KERNEL(name, form) name,
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
   kCount
 };
 inline const char* kernel_name(Kernel kernel) {
   constexpr const char* kName[] = {
-#define OVT_KERNEL(name, agreement) #name,
+#define OVT_KERNEL(name, form) #name,
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
   };

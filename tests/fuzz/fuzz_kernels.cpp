@@ -15,7 +15,7 @@ using test::KernelWorld;
 namespace {
 
 constexpr Kernel kKernels[] = {
-#define OVT_KERNEL(name, agreement) Kernel::name,
+#define OVT_KERNEL(name, form) Kernel::name,
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
 };

@@ -266,7 +266,7 @@ void KernelWorld::fill_noise() {
 
 const char* kernel_name(Kernel kernel) {
   constexpr const char* kName[] = {
-#define OVT_KERNEL(name, agreement) #name,
+#define OVT_KERNEL(name, form) #name,
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
   };

@@ -15,7 +15,7 @@ namespace overtake::test {
 
 // The kernels of the manifest.
 enum class Kernel : int32_t {
-#define OVT_KERNEL(name, agreement) name,
+#define OVT_KERNEL(name, form) name,
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
 };
