@@ -65,6 +65,11 @@ class Work {
     sizes.merge_columns = context.detect.merge_seams.columns;
     if (!build_frame(frame, sizes, default_allocator()) || !build_scratch(scratch, sizes, default_allocator()))
       std::abort();
+    const auto carve = [&](Carver& carver) {
+      carve_columns(carver, scratch.plan.shared, context.sensors[0], point_capacity[0], part, apart_);
+    };
+    if (!apart_.arena.build(default_allocator(), carve)) std::abort();
+    apart_.layer_sums = scratch.layer_sums;
     const KernelTable& ref = *find_kernels("ref");
     load(ref);
     for (const Step& step : kPaper.segment) run(ref, step);
@@ -88,14 +93,14 @@ class Work {
 
   // One step; what it uses up is put back: the sums of the layers.
   void run(const KernelTable& k, const Step& step) {
-    LayerSums& sums = scratch.layer_sums;
+    LayerSums& sums = apart_.layer_sums;
     const bool reads_sums = has(step.reads, Column::layer_sums), fills_sums = !has(step.writes, Column::row_of_layer);
     if (reads_sums)
       for (const LayerSum& layer : layers_) {
         sums.point_count[layer.id] = fills_sums ? 0 : layer.points;
         sums.elevation_sum[layer.id] = fills_sums ? 0 : layer.elevation;
       }
-    Segment segment = {k, context.sensors[0], context.segment[0], part, scratch};
+    Segment segment = {k, context.sensors[0], context.segment[0], part, apart_};
     step.run(segment);
     if (reads_sums && fills_sums && layers_.empty())
       for (int32_t i = 0; i < sums.touched_count; ++i)
@@ -147,6 +152,7 @@ class Work {
     int64_t elevation;
   };
   std::vector<LayerSum> layers_;
+  SegmentScratch apart_;  // columns that share no memory, so that any kernel may run after any other
 };
 
 // Worlds are built on first use and shared by all ISAs, so a filtered run builds only what it needs. They stay: under

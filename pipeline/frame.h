@@ -26,6 +26,9 @@
 
 namespace overtake {
 
+struct Method;
+extern const Method kPaper;
+
 // Rectangles of clusters of one sensor, fitted before anybody knows whether another sensor sees a part of the same car.
 struct ClusterFits {
   int32_t count = 0;          // 0: none was fitted; else the ClusterTable's
@@ -42,8 +45,9 @@ struct SensorPart {
   bool failed = false;  // its segmentation threw: not present then
   int64_t stamp_ns = 0;
   ScanTable scan;
-  PointTable points;   // without kept images: but for label and reason, memory of whoever segmented it last
-  RangeImages images;  // the same, but for pixel_point
+  // Columns that the frame keeps, see SegmentPlan; the others point to memory of whoever segmented it last.
+  PointTable points;
+  RangeImages images;
   ClusterTable clusters;
   ClusterPointTable cluster_points;
   int32_t row_count = 0;  // layers found
@@ -140,6 +144,7 @@ struct FrameSizes {
   int32_t cluster_capacity = 0, candidate_capacity = 0, track_capacity = 0, external_capacity = 0;
   int32_t merge_columns = 1;
   bool keep_images = true;
+  const Method* method = &kPaper;
 };
 
 // Carves every table of a frame from one block.

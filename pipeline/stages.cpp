@@ -28,7 +28,7 @@ double ego_variance(const EgoState& ego) noexcept {
 }  // namespace
 
 void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept {
-  lend(scratch, context.sensors[sensor], part);
+  bind_scratch(context.sensors[sensor], part, scratch);
   Segment segment = {*context.kernels, context.sensors[sensor], context.segment[sensor], part, scratch};
   StageClock clock(part.spans, {-1, part.stamp_ns, sensor});
   clock.run(context.method->segment, [&](const Step& step) { step.run(segment); });

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What each isa/kernels_<isa>.cpp builds its table from: the vector forms, and the references of the kernels without one.
+// What each isa/kernels_<isa>.cpp builds its table from: the vector forms, and the references of kernels without one.
 #pragma once
 
 #include "kernels/isa/isa.h"

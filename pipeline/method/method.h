@@ -35,6 +35,4 @@ struct Method {
                                                 const Allocator& allocator);
 };
 
-extern const Method kPaper;
-
 }  // namespace overtake

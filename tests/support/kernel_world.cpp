@@ -7,7 +7,9 @@
 #include <cstdlib>
 #include <limits>
 
+#include "core/hash.h"
 #include "core/math.h"
+#include "core/table.h"
 
 namespace overtake::test {
 namespace {
@@ -353,7 +355,52 @@ void KernelWorld::poison_padding() {
   });
 }
 
-std::string KernelWorld::difference(KernelWorld& a, KernelWorld& b) {
+void KernelWorld::poison(Columns which) {
+  for_each_segment_column(part, scratch, [&](Column column, auto extent, auto& view) {
+    if (!has(which, column) || (has(kLayers, column) && !has_layers_)) return;
+    const auto pixels = std::size_t(shape_.rows) * std::size_t(shape_.cols);
+    if constexpr (extent == Extent::pixels) {
+      if constexpr (std::is_same_v<decltype(view), BitPlane&>)
+        std::memset(view.words, 0xff, std::size_t(view.rows) * std::size_t(view.words_per_row) * 8);
+      else
+        std::memset(view.data - kRowPad, 0xff, plane_elements(view.rows, view.cols) * 4);
+    } else if constexpr (extent != Extent::own) {
+      const std::size_t count = extent == Extent::points   ? std::size_t(part.points.capacity)
+                                : extent == Extent::layers ? std::size_t(kLayerIds)
+                                                           : pixels + (extent == Extent::labels ? 1 : 0);
+      std::memset(view, 0xff, count * sizeof *view);
+    }
+  });
+}
+
+std::vector<uint64_t> KernelWorld::hash_columns() {
+  std::vector<uint64_t> hashes;
+  for_each_segment_column(part, scratch, [&](Column column, auto extent, auto& view) {
+    Hash hash;
+    if constexpr (extent == Extent::pixels) {
+      if constexpr (std::is_same_v<decltype(view), BitPlane&>)
+        hash.add_bytes(view.words, std::size_t(view.rows) * std::size_t(view.words_per_row) * 8);
+      else
+        for (int32_t r = 0; r < view.rows; ++r) hash.add_bytes(view.row(r), std::size_t(view.cols) * 4);
+    } else if constexpr (extent == Extent::points) {
+      hash.add_bytes(view, std::size_t(part.points.count) * sizeof *view);
+    } else if constexpr (extent == Extent::layers) {
+      if (has_layers_) hash.add_bytes(view, kLayerIds * sizeof *view);
+    } else if constexpr (extent == Extent::own) {
+      if (column == Column::scan) hash.add_value(hash_table(part.scan, 0));
+      if (column == Column::clusters) hash.add_value(hash_table(part.clusters, 0));
+      if (column == Column::cluster_points) hash.add_value(hash_table(part.cluster_points, 0));
+      if (column == Column::layer_sums && has_layers_)
+        hash.add_bytes(scratch.layer_sums.point_count, kLayerIds * sizeof(int32_t));
+      if constexpr (std::is_same_v<decltype(view), int32_t&>) hash.add_value(view);
+    }
+    hashes.push_back(hash.value());
+  });
+  return hashes;
+}
+
+std::string KernelWorld::difference(KernelWorld& a, KernelWorld& b, Columns which) {
+  const bool all = which == ~Columns(0);
   const auto numbers = [](KernelWorld& w) {
     return std::vector<int32_t>{w.part.row_count, w.part.label_count, w.part.cluster_overflow,
                                 w.kept_count_,    w.merged_overflow_, w.scratch.layer_sums.touched_count};
@@ -372,7 +419,7 @@ std::string KernelWorld::difference(KernelWorld& a, KernelWorld& b) {
   std::vector<void*> views;
   for_each_segment_column(b.part, b.scratch, [&](Column, auto, auto& view) { views.push_back(&view); });
   for_each_segment_column(a.part, a.scratch, [&](Column column, auto extent, auto& view) {
-    if (has(kScratch, column) || (has(kLayers, column) && !a.has_layers_)) return;
+    if (!has(which & ~kScratch, column) || (has(kLayers, column) && !a.has_layers_)) return;
     const auto& other = *static_cast<std::remove_reference_t<decltype(view)>*>(views[std::size_t(column)]);
     const std::string name = column_name(column);
     if constexpr (extent == Extent::pixels) {
@@ -384,7 +431,11 @@ std::string KernelWorld::difference(KernelWorld& a, KernelWorld& b) {
     } else if constexpr (extent == Extent::points) {
       look(compare_values(name, view, other, std::size_t(a.part.points.count)));
     } else if constexpr (extent == Extent::layers) {
-      look(compare_values(name, view, other, kLayerIds));
+      if (all) look(compare_values(name, view, other, kLayerIds));
+      for (int32_t t = 0; !all && t < a.scratch.layer_sums.touched_count; ++t) {
+        const int32_t layer = a.scratch.layer_sums.touched[t];
+        look(compare_values(name + " of " + std::to_string(layer), view + layer, other + layer, 1));
+      }
     }
   });
   if (a.has_layers_) {

@@ -43,8 +43,13 @@ class KernelWorld {
   void run_before(const KernelTable& kernels, Kernel kernel);
   // Padding is never meaningful: NaN wherever it may be written.
   void poison_padding();
-  // Where the two differ first, in words; empty: nowhere. Scratch memory and padding do not count.
-  static std::string difference(KernelWorld& a, KernelWorld& b);
+  // Fills the memory of these columns with ones: NaN, -1, every bit set.
+  void poison(Columns which);
+  // Where the two differ first in these columns, in words; empty: nowhere. Scratch memory and padding do not count, of
+  // fewer than all columns neither do layers that no point has.
+  static std::string difference(KernelWorld& a, KernelWorld& b, Columns which = ~Columns(0));
+  // A hash of what each column holds, by column.
+  std::vector<uint64_t> hash_columns();
   std::string broken() const { return guarded_.broken(); }
 
   SensorPart part;
