@@ -64,7 +64,7 @@ void check_shapes(Kernel kernel) {
   CHECK(true);  // counts: FAIL_CHECK speaks only of failures
 }
 
-#define OVT_KERNEL(name, form)      \
+#define OVT_KERNEL(name, form) \
   TEST_CASE(#name " writes the twin's bytes on every ISA and shape") { check_shapes(Kernel::name); }
 #include "kernels/kernels.def"
 #undef OVT_KERNEL

@@ -84,11 +84,11 @@ TEST_CASE("segment_memory: a column begins where one has ended, not where one st
   //   angle_smooth_rad        w---r
   //   queue                       s       scratch of the last step
   constexpr Step kSteps[] = {
-      {"0", OVT_STAGE_PROJECT, columns(), columns(range_m), columns(), &run_nothing},
-      {"1", OVT_STAGE_ANGLE, columns(range_m), columns(angle_rad), columns(), &run_nothing},
-      {"2", OVT_STAGE_SMOOTH, columns(angle_rad), columns(angle_smooth_rad), columns(), &run_nothing},
-      {"3", OVT_STAGE_GROUND, columns(angle_smooth_rad), columns(), columns(queue), &run_nothing}};
-  const Method method = {"lives", kSteps, {}, nullptr};
+      {"0", OVT_STAGE_PROJECT, columns(), columns(range_m), columns(), "", &run_nothing},
+      {"1", OVT_STAGE_ANGLE, columns(range_m), columns(angle_rad), columns(), "", &run_nothing},
+      {"2", OVT_STAGE_SMOOTH, columns(angle_rad), columns(angle_smooth_rad), columns(), "", &run_nothing},
+      {"3", OVT_STAGE_GROUND, columns(angle_smooth_rad), columns(), columns(queue), "", &run_nothing}};
+  const Method method = {"lives", kSteps, {}, nullptr, "", nullptr};
   const SegmentPlan plan = plan_segment(Rig(false, method).sizes);
   CHECK(plan.shared == columns(range_m, angle_rad, angle_smooth_rad, queue));
   const auto offset = [&](Column c) { return plan.offset[int32_t(c)]; };

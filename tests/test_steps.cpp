@@ -6,6 +6,7 @@
 
 #include <doctest/doctest.h>
 
+#include "pipeline/method/methods.h"
 #include "tests/support/kernel_world.h"
 
 namespace overtake::test {
@@ -24,18 +25,22 @@ KernelWorld make_world_before(const Method& method, const Step& last, Shape shap
   return world;
 }
 
+// Each step of each method on each ISA.
 template <class Check>
 void for_each_case(Check&& check) {
   const KernelTable* tables[16] = {};
   const int32_t table_count = list_kernels(tables);
-  for (const Step& step : kPaper.segment)
-    for (int32_t t = 0; t < table_count; ++t)
-      for (const Shape& shape : kShapes)
-        for (uint64_t seed = 1; seed <= 3; ++seed) {
-          INFO(std::string(step.name) << "/" << std::string(tables[t]->isa) << " " << shape.rows << "x" << shape.cols
-                                      << " seed " << seed);
-          check(kPaper, step, *tables[t], shape, seed);
-        }
+  const Method* methods[kMaxMethods] = {};
+  const int32_t method_count = list_methods(methods);
+  for (int32_t m = 0; m < method_count; ++m)
+    for (const Step& step : methods[m]->segment)
+      for (int32_t t = 0; t < table_count; ++t)
+        for (const Shape& shape : kShapes)
+          for (uint64_t seed = 1; seed <= 3; ++seed) {
+            INFO(std::string(methods[m]->name) << ": " << std::string(step.name) << "/" << std::string(tables[t]->isa)
+                                               << " " << shape.rows << "x" << shape.cols << " seed " << seed);
+            check(*methods[m], step, *tables[t], shape, seed);
+          }
 }
 
 TEST_CASE("steps: a step reads no column but those it declares") {

@@ -13,20 +13,44 @@ namespace overtake::rule {
 using enum Column;
 
 inline constexpr FrameRule merge_seams = {
-    "merge_seams", OVT_STAGE_MERGE, columns(scan, point_label, pixel_point, clusters, row_of_label, label_count),
-    columns(),     &merge_frame,    nullptr};
+    .name = "merge_seams",
+    .stage = OVT_STAGE_MERGE,
+    .reads = columns(scan, point_label, pixel_point, clusters, row_of_label, label_count),
+    .scratch = columns(),
+    .params = "merge",
+    .run = &merge_frame,
+    .run_ahead = nullptr};
 
-inline constexpr FrameRule keep_car_sized = {"keep_car_sized",          OVT_STAGE_GATE, columns(), columns(),
-                                             &overtake::keep_car_sized, nullptr};
+inline constexpr FrameRule keep_car_sized = {.name = "keep_car_sized",
+                                             .stage = OVT_STAGE_GATE,
+                                             .reads = columns(),
+                                             .scratch = columns(),
+                                             .params = "gate.min_points gate.slack vehicle.length_m",
+                                             .run = &overtake::keep_car_sized,
+                                             .run_ahead = nullptr};
 
-inline constexpr FrameRule keep_on_track = {"keep_on_track", OVT_STAGE_GATE,           columns(),
-                                            columns(),       &overtake::keep_on_track, nullptr};
+inline constexpr FrameRule keep_on_track = {.name = "keep_on_track",
+                                            .stage = OVT_STAGE_GATE,
+                                            .reads = columns(),
+                                            .scratch = columns(),
+                                            .params = "gate.map_margin_m",
+                                            .run = &overtake::keep_on_track,
+                                            .run_ahead = nullptr};
 
-inline constexpr FrameRule keep_nearest = {"keep_nearest", OVT_STAGE_GATE,          columns(),
-                                           columns(),      &overtake::keep_nearest, nullptr};
+inline constexpr FrameRule keep_nearest = {.name = "keep_nearest",
+                                           .stage = OVT_STAGE_GATE,
+                                           .reads = columns(),
+                                           .scratch = columns(),
+                                           .params = "",
+                                           .run = &overtake::keep_nearest,
+                                           .run_ahead = nullptr};
 
-inline constexpr FrameRule pose_by_two_headings = {
-    "pose_by_two_headings", OVT_STAGE_POSE, columns(clusters, cluster_points),
-    columns(order),         &pose_frame,    &pose_clusters};
+inline constexpr FrameRule pose_by_two_headings = {.name = "pose_by_two_headings",
+                                                   .stage = OVT_STAGE_POSE,
+                                                   .reads = columns(clusters, cluster_points),
+                                                   .scratch = columns(order),
+                                                   .params = "vehicle pose gate.min_points gate.slack",
+                                                   .run = &pose_frame,
+                                                   .run_ahead = &pose_clusters};
 
 }  // namespace overtake::rule

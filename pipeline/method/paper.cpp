@@ -41,6 +41,11 @@ std::unique_ptr<FrameTracker> make_tracker(const TrackerParams& params, const Tr
 
 }  // namespace
 
-const Method kPaper = {"paper", kSegment, kFrame, make_tracker};
+constinit const Method kPaper = {.name = "paper",
+                                 .segment = kSegment,
+                                 .frame = kFrame,
+                                 .make_tracker = make_tracker,
+                                 .tracker_params = "tracker",
+                                 .set_defaults = nullptr};
 
 }  // namespace overtake

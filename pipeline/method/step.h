@@ -28,7 +28,8 @@ struct Step {
   int32_t stage;     // ovt_stage: steps of one stage stand together, and share its time
   Columns reads;     // also what it changes only in part
   Columns writes;
-  Columns scratch;  // written, and meaningless afterwards
+  Columns scratch;     // written, and meaningless afterwards
+  const char* params;  // what it reads of ovt_params: groups and text names, one space between two
   void (*run)(Segment& s) noexcept;
 };
 

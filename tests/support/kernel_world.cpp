@@ -10,6 +10,7 @@
 #include "core/hash.h"
 #include "core/math.h"
 #include "core/table.h"
+#include "pipeline/method/methods.h"
 
 namespace overtake::test {
 namespace {
@@ -276,8 +277,11 @@ const char* kernel_name(Kernel kernel) {
 }
 
 StepOfMethod find_step(Kernel kernel) {
-  for (const Step& step : kPaper.segment)
-    if (std::strcmp(step.name, kernel_name(kernel)) == 0) return {&kPaper, &step};
+  const Method* methods[kMaxMethods] = {};
+  const int32_t count = list_methods(methods);
+  for (int32_t m = 0; m < count; ++m)
+    for (const Step& step : methods[m]->segment)
+      if (std::strcmp(step.name, kernel_name(kernel)) == 0) return {methods[m], &step};
   return {};
 }
 
