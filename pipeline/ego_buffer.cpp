@@ -117,7 +117,7 @@ void EgoBuffer::append(const EgoPose& pose, bool begins_run) noexcept {
     run_from_ns_ = n > 0 && step_ns > 0 ? last_stamp_ns_ : INT64_MIN;
     run_stamp_ns_ = pose.stamp_ns;
   } else {
-    interval_ns_ = std::max(step_ns, interval_ns_ - interval_ns_ / 8);
+    interval_ns_ = std::min(std::max(step_ns, interval_ns_ - interval_ns_ / 8), kMaxGapNs);
   }
   last_stamp_ns_ = pose.stamp_ns;
   ring_[n % capacity_] = {pose, run_};
@@ -160,7 +160,7 @@ ovt_status EgoBuffer::push(const EgoPose& pose) noexcept {
     const int64_t waited_ns = difference_ns(waiting_.stamp_ns, last_stamp_ns_);
     const int64_t next_ns = difference_ns(pose.stamp_ns, waiting_.stamp_ns);
     if (next_ns == 0) return OVT_DUPLICATE;
-    if (next_ns > 0 && next_ns <= std::max(rhythm_ns(), std::min(2 * waited_ns, kMaxGapNs))) {
+    if (next_ns > 0 && next_ns <= std::max(rhythm_ns(), std::min(2 * std::min(waited_ns, kMaxGapNs), kMaxGapNs))) {
       waits_ = false;
       append(waiting_, true);
       append(pose, false);

@@ -372,8 +372,8 @@ OVT_API ovt_status ovt_ego_pose_init(ovt_ego_pose* pose, size_t struct_size);
  * 10 ms, is OVT_OK and waits for the next one: when that goes on from it both are used, else it is dropped. Poses that
  * stepped ahead of the sensors by more than frame.tolerance_s plus frame.period_s, beyond what they lead by as a rule,
  * are not used while they do: frames see the poses before them, which grow old, and name OVT_SUSPECT_EGO.
- * OVT_BAD_ARGUMENT for a value that is no pose of a car: x, y or z beyond 1e8 m, an angle beyond 1e6 rad, a speed beyond
- * 1e3 m/s, a yaw rate beyond 100 rad/s, NaN. Such a pose is not used. */
+ * OVT_BAD_ARGUMENT for a value that is no pose of a car: x, y or z beyond 1e8 m, an angle beyond 1e6 rad, a speed
+ * beyond 1e3 m/s, a yaw rate beyond 100 rad/s, NaN. Such a pose is not used. */
 OVT_API ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose);
 
 typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } ovt_reference;

@@ -155,12 +155,13 @@ void print_folder(const RecordingInfo& info) {
 int info_command(const Options& options) {
   catch_interrupt();
   const std::string partial = io::why_partial(options.input);
+  if (!partial.empty() && !options.json) std::printf("this log is partial: %s\n", printable(partial).c_str());
   io::check_one_kind(options.input);
   const bool is_bag = io::is_bag(options.input);
   const RecordingInfo info = is_bag ? look_into_bag(options.input) : look_into_folder(options.input);
   if (options.json)
     std::fputs(info_json(info).c_str(), stdout);
-  else if (partial.empty() || std::printf("this log is partial: %s\n", printable(partial).c_str()) > 0)
+  else
     is_bag ? print_bag(info) : print_folder(info);
   if (info.damage.empty()) return 0;
   std::fprintf(stderr, "overtake: %s: %s; what is said is about what came before it\n", printable(info.path).c_str(),

@@ -138,9 +138,9 @@ void print_summary(const Options& options, const io::SensorScan& scan, const ovt
     ++counts[points.reason[i]];
     ground += points.label[i] == 0;
   }
-  std::printf("%s: %s, %lld ground, %lld in %s\n", printable(scan.path).c_str(), io::counted(scan.input_count, "point").c_str(),
-              static_cast<long long>(ground), static_cast<long long>(counts[0] - ground),
-              io::counted(labels.label_count, "cluster").c_str());
+  std::printf("%s: %s, %lld ground, %lld in %s\n", printable(scan.path).c_str(),
+              io::counted(scan.input_count, "point").c_str(), static_cast<long long>(ground),
+              static_cast<long long>(counts[0] - ground), io::counted(labels.label_count, "cluster").c_str());
   for (const auto& [reason, count] : counts)
     if (reason > 0) std::printf("  %lld without a label: %s\n", static_cast<long long>(count), reasons[reason].c_str());
   std::printf(

@@ -11,6 +11,7 @@
 #include <optional>
 #include <tuple>
 
+#include "tools/angles.h"
 #include "tools/commands.h"
 #include "tools/console.h"
 #include "tools/frame_picture.h"
@@ -52,8 +53,6 @@ int32_t nearest_track(const ovt_frame_info& info, const ovt_tracks& tracks, doub
 bool looks_like_car(const ovt_tracks& tracks, int32_t i) {
   return std::min(tracks.length_m[i], tracks.width_m[i]) > 0.5 && std::max(tracks.length_m[i], tracks.width_m[i]) > 1.2;
 }
-
-constexpr double kDegreesPerRadian = 180.0 / 3.14159265358979323846;
 
 // Receives the frames in order, on whichever thread finished them.
 class RunResult {
@@ -248,7 +247,7 @@ class RunResult {
   ResultHash hash_;
   int64_t frame_count_ = 0, ego_count_ = 0, first_stamp_ns_ = 0;
   std::map<uint32_t, int64_t> frames_with_;  // by flag
-  double off_map_m_ = 0;  // the farthest that the ego vehicle was outside of the map
+  double off_map_m_ = 0;                     // the farthest that the ego vehicle was outside of the map
   std::map<int32_t, std::vector<double>> times_us_;
   bool any_box_ = false;
   std::size_t confirmed_count_ = 0;
@@ -424,8 +423,7 @@ int run_command(const Options& options) {
   result.rethrow_failure();
   if (view) result.add_counters(session.stats());
   progress.clear();
-  const std::string partial =
-      interrupted() ? "interrupted after " + io::counted(result.frame_count(), "frame") : "";
+  const std::string partial = interrupted() ? "interrupted after " + io::counted(result.frame_count(), "frame") : "";
   if (view) view->close(partial);
   result.finish();
   if (!interrupted()) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tools/angles.h"
 #include "tools/io/bag_stream.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
@@ -16,8 +17,6 @@ namespace {
 
 using io::counted;
 
-constexpr double kDegrees = 180 / 3.14159265358979323846;
-
 std::string number(double value, int32_t digits) {
   char text[64];
   std::snprintf(text, sizeof text, "%.*f", digits, value);
@@ -26,13 +25,6 @@ std::string number(double value, int32_t digits) {
 
 std::string percent(int64_t part, int64_t whole) {
   return number(100.0 * double(part) / double(std::max<int64_t>(1, whole)), 0) + " %";
-}
-
-template <class T>
-T median(std::vector<T> values) {
-  if (values.empty()) return T();
-  std::nth_element(values.begin(), values.begin() + int64_t(values.size() / 2), values.end());
-  return values[values.size() / 2];
 }
 
 double seconds(int64_t ns) { return double(ns) * 1e-9; }
@@ -103,12 +95,13 @@ void Doctor::look_at_points(const io::SensorScan& scan, const io::RigSensor& mod
       ++s.bad;
       continue;
     }
-    const double azimuth = std::atan2(y, x) * kDegrees;
+    const double azimuth = std::atan2(y, x) * kDegreesPerRadian;
     s.outside += !in_view(azimuth, model);
     s.azimuth_low_deg = std::min(s.azimuth_low_deg, azimuth);
     s.azimuth_high_deg = std::max(s.azimuth_high_deg, azimuth);
     s.seen[std::min<std::size_t>(71, std::size_t((azimuth + 180) / 5))] = true;
-    s.outside_if_vehicle += !in_view(std::atan2(y - model.y_m, x - model.x_m) * kDegrees - model.yaw_deg, model);
+    s.outside_if_vehicle +=
+        !in_view(std::atan2(y - model.y_m, x - model.x_m) * kDegreesPerRadian - model.yaw_deg, model);
     s.far_points += range > model.range_max_m;
     s.near_points += range < model.range_min_m;
     if (i % 16 == 0) s.ranges_m.push_back(range);
@@ -307,7 +300,7 @@ void Doctor::judge_mounting(std::size_t i, std::vector<Finding>& out) const {
     pitch.push_back(ground.pitch_rad);
     roll.push_back(ground.roll_rad);
   }
-  const double off = median(height), nose = median(pitch) * kDegrees, side = median(roll) * kDegrees;
+  const double off = median(height), nose = median(pitch) * kDegreesPerRadian, side = median(roll) * kDegreesPerRadian;
   if (std::fabs(off) > 0.3)
     out.push_back(
         {true, about,

@@ -13,10 +13,10 @@
 #include <string>
 #include <vector>
 
-#include "tools/doctor_lines.h"
-#include "tools/doctor_walls.h"
 #include "core/track_map.h"
 #include "pipeline/overtake.h"
+#include "tools/doctor_lines.h"
+#include "tools/doctor_walls.h"
 #include "tools/io/ego_file.h"
 #include "tools/io/map_file.h"
 #include "tools/io/rig.h"

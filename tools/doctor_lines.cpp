@@ -1,6 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/doctor_lines.h"
+#include "tools/angles.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,17 +9,10 @@
 namespace overtake::cli {
 namespace {
 
-constexpr double kDegrees = 180 / 3.14159265358979323846;
 constexpr std::size_t kFewest = 50;  // points of a line that is judged
 constexpr double kMaxAlong_deg = 3;
 constexpr double kSameHeight_m = 0.03;  // of the lines of one sensor
 constexpr double kGoodFit_m = 0.05;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::nth_element(values.begin(), values.begin() + int64_t(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
 
 }  // namespace
 
@@ -41,14 +35,14 @@ LineShapes::Spread LineShapes::spread() const {
   for (const auto& [layer, points] : lines_) {
     if (points.size() < kFewest) continue;
     std::vector<double> elevation;
-    for (const Point& p : points) elevation.push_back(std::atan2(p.z, std::hypot(p.x, p.y)) * kDegrees);
+    for (const Point& p : points) elevation.push_back(std::atan2(p.z, std::hypot(p.x, p.y)) * kDegreesPerRadian);
     std::sort(elevation.begin(), elevation.end());
     along.push_back(elevation[elevation.size() * 9 / 10] - elevation[elevation.size() / 10]);
     middle.push_back(elevation[elevation.size() / 2]);
   }
   if (along.size() < 8) return {};
   const auto [low, high] = std::minmax_element(middle.begin(), middle.end());
-  return {median(along), (*high - *low) / double(middle.size() - 1)};
+  return {median<double>(along), (*high - *low) / double(middle.size() - 1)};
 }
 
 bool LineShapes::one_sensor() const {
@@ -118,7 +112,7 @@ std::vector<LineShapes::Source> LineShapes::sources() const {
     return std::count_if(some.begin(), some.end(), [&](double h) { return std::fabs(h - middle) < kSameHeight_m; });
   };
   const auto height_of = [&](std::size_t begin, std::size_t end) {
-    return median({heights.begin() + int64_t(begin), heights.begin() + int64_t(end)});
+    return median<double>({heights.begin() + int64_t(begin), heights.begin() + int64_t(end)});
   };
   const auto place = [&](std::size_t begin, std::size_t end) {
     return Source{layers[begin], layers[end - 1], x, y, height_of(begin, end)};

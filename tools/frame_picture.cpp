@@ -14,7 +14,8 @@ namespace overtake::cli {
 namespace {
 
 constexpr io::Rgb kBackground = {14, 15, 20}, kGround = {52, 56, 66}, kPoint = {128, 132, 142}, kMeter = {30, 32, 40};
-constexpr io::Rgb kDetection = {255, 150, 30}, kTrack = {70, 170, 255}, kEgo = {235, 235, 235}, kTextColor = {215, 215, 220};
+constexpr io::Rgb kDetection = {255, 150, 30}, kTrack = {70, 170, 255}, kEgo = {235, 235, 235},
+                  kTextColor = {215, 215, 220};
 constexpr double kAhead_m = 90, kBehind_m = 30, kAside_m = 26;
 constexpr int32_t kPixelsPerM = 24;  // before the picture is halved
 
@@ -94,7 +95,8 @@ void draw_points(Canvas& canvas, ovt_reader* reader, const io::Rig& rig, const o
     }
 }
 
-void draw_track(Canvas& canvas, const EgoFrame& ego, const ovt_tracks& tracks, int32_t i, const ovt_params& params) {
+void draw_confirmed(Canvas& canvas, const EgoFrame& ego, const ovt_tracks& tracks, int32_t i,
+                    const ovt_params& params) {
   PlanePoint last = ego.place(tracks.x_m[i], tracks.y_m[i]);
   canvas.polygon(rectangle(last, ego.heading(tracks.heading_rad[i]), params.vehicle_length_m, params.vehicle_width_m),
                  kTrack, 4);
@@ -137,7 +139,7 @@ io::Picture draw_frame(ovt_reader* reader, const io::Rig& rig, const ovt_params&
                              params.vehicle_length_m, params.vehicle_width_m),
                    kDetection, 3);
   for (int32_t i = 0; i < tracks.count; ++i)
-    if (tracks.state[i] == OVT_CONFIRMED) draw_track(canvas, ego, tracks, i, params);
+    if (tracks.state[i] == OVT_CONFIRMED) draw_confirmed(canvas, ego, tracks, i, params);
   io::draw_text(canvas.picture, 12, 4, caption, kTextColor, 3);
   return halve(canvas.picture);
 }

@@ -14,7 +14,7 @@ using Json = nlohmann::ordered_json;
 
 std::string dump(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
-Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 }  // namespace
 
@@ -31,7 +31,7 @@ std::string info_json(const RecordingInfo& info) {
     json["topics"].push_back({{"name", t.name},
                               {"type", t.type},
                               {"messages", t.messages},
-                              {"rate_hz", number_or_null(t.rate_hz)},
+                              {"rate_hz", finite_or_null(t.rate_hz)},
                               {"bytes", t.bytes},
                               {"frame", t.frame},
                               {"layout", t.layout},
@@ -66,7 +66,7 @@ std::string params_json() {
     ovt_param_info info;
     if (ovt_describe_param(i, &info) != OVT_OK) continue;
     const auto value = [&](double number) {
-      return info.is_integer ? Json(std::llround(number)) : number_or_null(number);
+      return info.is_integer ? Json(std::llround(number)) : finite_or_null(number);
     };
     json["parameters"].push_back({{"name", info.name},
                                   {"unit", info.unit},

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/angles.h"
 #include "tools/console.h"
 #include "tools/sim/material.h"
 #include "tools/views.h"
@@ -14,7 +15,6 @@ namespace {
 
 using io::Rgb;
 
-constexpr double kDegreesPerRadian = 180.0 / 3.14159265358979323846;
 constexpr Rgb kInk = {230, 230, 230}, kGrid = {40, 40, 48};
 constexpr int32_t kWidth = 1400, kHeight = 420, kHead = 20;
 constexpr double kNearest = 2, kFarthest = 200, kLowest = -2, kHighest = 4;

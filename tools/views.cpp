@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "tools/angles.h"
 #include "tools/console.h"
 #include "tools/session.h"
 
@@ -15,7 +16,7 @@ namespace {
 using io::Rgb;
 
 constexpr Rgb kBlack = {0, 0, 0}, kUndefined = {70, 30, 70}, kGround = {60, 60, 60}, kObstacle = {250, 215, 90};
-constexpr double kHalfPi = 1.57079632679489661923, kDegreesPerRadian = 180.0 / 3.14159265358979323846;
+constexpr double kHalfPi = 1.57079632679489661923;
 
 // Where the colours end: all but the outermost 0.5 % of the values on either side.
 struct Limits {

@@ -45,7 +45,14 @@ foreach(source core tests/abi)
 endforeach()
 file(WRITE ${PROJECT_BINARY_DIR}/installed/README.md "${readme}")
 install(FILES ${PROJECT_BINARY_DIR}/installed/README.md DESTINATION ${doc_dir})
-foreach(file kernels/README.md pipeline/README.md tests/README.md bench/README.md bench/flame.svg tools/README.md
+# The method's pictures go with it, the sources that it links to do not.
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/kernels/README.md)
+file(READ ${PROJECT_SOURCE_DIR}/kernels/README.md method)
+string(REGEX REPLACE "\\[([^]]*)\\]\\([^)]*\\.(h|cpp)\\)" "\\1" method "${method}")
+file(WRITE ${PROJECT_BINARY_DIR}/installed/kernels/README.md "${method}")
+install(FILES ${PROJECT_BINARY_DIR}/installed/kernels/README.md DESTINATION ${doc_dir}/kernels)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/kernels/pictures DESTINATION ${doc_dir}/kernels)
+foreach(file pipeline/README.md tests/README.md bench/README.md bench/flame.svg tools/README.md
              tools/io/README.md tools/sim/README.md tools/evaluation/README.md tools/scene/strip.png)
   cmake_path(GET file PARENT_PATH folder)
   install(FILES ${PROJECT_SOURCE_DIR}/${file} DESTINATION ${doc_dir}/${folder})

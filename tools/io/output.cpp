@@ -29,7 +29,7 @@ constexpr std::streamoff kHashedBytes = 4 << 20;  // at either end of a file
 OutputGuard* current_guard = nullptr;
 
 // The name with its folder's links resolved: one text for one directory entry.
-std::string place_of(const std::string& path) {
+std::string real_place(const std::string& path) {
   std::error_code code;
   const fs::path whole = fs::absolute(path, code);
   const fs::path folder = fs::weakly_canonical(whole.parent_path(), code);
@@ -180,20 +180,20 @@ void OutputGuard::check_place(const std::string& path, const std::string& place)
 
 void OutputGuard::check(const std::string& path) {
   const std::lock_guard lock(mutex_);
-  check_place(path, place_of(path));
+  check_place(path, real_place(path));
   const std::string part = path + kPartSuffix;
-  check_place(part, place_of(part));
+  check_place(part, real_place(part));
 }
 
 std::string OutputGuard::begin(const std::string& path) {
   const std::lock_guard lock(mutex_);
-  const std::string place = place_of(path), part = path + kPartSuffix;
+  const std::string place = real_place(path), part = path + kPartSuffix;
   struct stat status {};
   const bool part_exists = lstat(part.c_str(), &status) == 0;  // else nobody here has begun it
   for (auto p = pending_.begin(); part_exists && p != pending_.end(); ++p)
     if (p->place == place) throw Error(path, 0, "is the name of two outputs of this command");
   check_place(path, place);
-  check_place(part, place_of(part));
+  check_place(part, real_place(part));
   std::error_code code;
   fs::remove(part, code);  // never written through: it may have other names
   Folder* folder = folder_of(place);
@@ -234,7 +234,7 @@ void OutputGuard::check_clear(const std::string& folder) {
   std::error_code code;
   for (fs::recursive_directory_iterator at(folder, code), end; !code && at != end; at.increment(code))
     if (!at->is_directory(code) || at->is_symlink(code))
-      check_place(at->path().string(), place_of(at->path().string()));
+      check_place(at->path().string(), real_place(at->path().string()));
 }
 
 void OutputGuard::clear(const std::string& folder) {
