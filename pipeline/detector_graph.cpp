@@ -45,8 +45,9 @@ class WorkerShare {
   int32_t worker_count_;
 };
 
-// For workers that do not come: the system has none, or another arena of the process has them.
-constexpr int64_t kPatience_ns = 2'000'000'000;
+// How long create waits for workers that do not come: the system has none, or another arena of the process has them. A
+// machine that is loaded many times over may take seconds to start a thread. And how long destroy waits for all of them.
+constexpr int64_t kStartPatience_ns = 10'000'000'000, kPatience_ns = 2'000'000'000;
 
 // What runs through the graph: a frame, or (null) one of the messages of the warm-up.
 // Job::sensor of the warm-up's messages: all workers are held, it passes, they let go. Of a frame: it is `waiting`.
@@ -302,7 +303,7 @@ void DetectorGraph::host(const std::function<void()>& loop) { nodes_->arena.exec
 // One message a worker, each held until all have come; behind them as many as may ever wait.
 void DetectorGraph::warm_up() {
   Nodes& n = *nodes_;
-  n.warm_until = steady_now_ns() + (n.expected > 0 ? kPatience_ns : 0);
+  n.warm_until = steady_now_ns() + (n.expected > 0 ? kStartPatience_ns : 0);
   const int32_t workers = n.params.worker_count, more = n.params.max_frames * (n.context.sensor_count + 1);
   n.waiting.fetch_add(workers + more);
   for (int32_t i = 0; i < workers; ++i) n.segment->try_put({nullptr, kHold, 0});

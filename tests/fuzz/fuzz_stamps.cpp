@@ -39,7 +39,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
     } else if (what < 13) {
       const ovt_external_detections d = rows.draw(in, stamp_ns);
       const ovt_status status = ovt_push_detections(detector, &d);
-      externals += status == OVT_OK || status == OVT_DUPLICATE || status == OVT_LATE;
+      externals += status == OVT_OK || status == OVT_DUPLICATE || status == OVT_LATE || status == OVT_TOO_MANY;
     } else if (what < 15) {
       OVT_FUZZ_REQUIRE(ovt_advance(detector, stamp_ns) == OVT_OK);
     } else {
