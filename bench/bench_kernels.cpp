@@ -10,51 +10,50 @@
 #include <memory>
 
 #include "bench/work.h"
+#include "pipeline/method/steps.h"
 
 namespace overtake::bench {
 namespace {
 
-// What a kernel goes through, and the bytes it reads and writes per item.
+// What a kernel goes through, and the bytes it reads and writes: for a step, those of its columns.
 struct Traffic {
-  enum class Item { point, pixel, layer, cluster, fit_point } item;
-  int64_t bytes;
+  int64_t items, bytes;
 };
-Traffic traffic_of(Step step) {
-  using Item = Traffic::Item;
-  switch (step) {
-    case Step::load_points: return {Item::point, 24 + 24};
-    case Step::project_points: return {Item::point, 16 + 13};
-    case Step::rank_layers: return {Item::layer, 24};
-    case Step::scatter_points: return {Item::point, 20 + 17};
-    case Step::fill_gaps: return {Item::pixel, 8 + 8};
-    case Step::angle_image: return {Item::pixel, 8 + 4};
-    case Step::smooth_sg: return {Item::pixel, 4 + 4};
-    case Step::mark_ground: return {Item::pixel, 12};
-    case Step::repair_range: return {Item::pixel, 8 + 8};
-    case Step::link_pixels: return {Item::pixel, 8};
-    case Step::label_bfs: return {Item::pixel, 4 + 4};
-    case Step::label_points: return {Item::point, 20 + 5};
-    case Step::build_clusters: return {Item::point, 20 + 16};
-    case Step::merge_seams: return {Item::cluster, 120};
-    case Step::gate_clusters: return {Item::cluster, 32};
-    case Step::fit_rectangle: return {Item::fit_point, 8};
-    case Step::kCount: break;
-  }
-  return {Item::pixel, 0};
+Traffic traffic_of(const Work& work, const Step& step) {
+  const SensorPart& part = work.part;
+  Columns moved = step.reads | step.writes;
+  Traffic traffic = {work.pixels(), 0};
+  if (moved & columns_of(Extent::points)) traffic.items = work.points();
+  if (moved & columns_of(Extent::layers) && traffic.items != work.points()) traffic.items = part.row_count;
+  for_each_segment_column(part, work.scratch, [&](Column column, auto extent, const auto& view) {
+    if (!has(moved, column)) return;
+    if constexpr (extent == Extent::points) {
+      traffic.bytes += work.points() * int64_t(sizeof *view);
+    } else if constexpr (extent == Extent::pixels) {
+      if constexpr (std::is_same_v<decltype(view), const BitPlane&>)
+        traffic.bytes += work.pixels() / 8;
+      else
+        traffic.bytes += work.pixels() * int64_t(sizeof *view.data);
+    }
+  });
+  if (has(moved, Column::scan)) traffic.bytes += work.points() * 16;  // a place and one more
+  if (has(moved, Column::row_of_layer) && has(moved, Column::layer_sums)) traffic.bytes += part.row_count * 24;
+  if (has(moved, Column::cluster_points)) traffic.bytes += part.cluster_points.count * 16;
+  return traffic;
+}
+Traffic traffic_of(const Work& work, Kernel kernel) {
+  if (const Step* step = find_step(kernel)) return traffic_of(work, *step);
+  if (kernel == Kernel::load_points) return {work.points(), work.points() * (24 + 24)};
+  if (kernel == Kernel::fit_rectangle) return {work.fit_count, work.fit_count * 8};
+  return {work.frame.members.count, work.frame.members.count * int64_t(kernel == Kernel::merge_seams ? 120 : 32)};
 }
 
-void bench_kernel(benchmark::State& state, const KernelTable* kernels, Step step, const Cloud& cloud) {
+void bench_kernel(benchmark::State& state, const KernelTable* kernels, Kernel kernel, const Cloud& cloud) {
   Work& work = work_of(cloud);
-  for (auto _ : state) work.run(*kernels, step);
-  const Traffic traffic = traffic_of(step);
-  using Item = Traffic::Item;
-  const int64_t items = traffic.item == Item::point     ? work.points()
-                        : traffic.item == Item::pixel   ? work.pixels()
-                        : traffic.item == Item::layer   ? work.part.row_count
-                        : traffic.item == Item::cluster ? work.frame.members.count
-                                                        : work.fit_count;
-  state.SetItemsProcessed(int64_t(state.iterations()) * items);
-  state.SetBytesProcessed(int64_t(state.iterations()) * items * traffic.bytes);
+  for (auto _ : state) work.run(*kernels, kernel);
+  const Traffic traffic = traffic_of(work, kernel);
+  state.SetItemsProcessed(int64_t(state.iterations()) * traffic.items);
+  state.SetBytesProcessed(int64_t(state.iterations()) * traffic.bytes);
 }
 
 // Images made to hurt: repair, links and labels of a mask of non-ground pixels at equal ranges.
@@ -79,7 +78,7 @@ void bench_adversarial(benchmark::State& state, const KernelTable* kernels, cons
       }
     }
   for (auto _ : state)
-    for (const Step step : {Step::repair_range, Step::link_pixels, Step::label_bfs}) work.run(*kernels, step);
+    for (const Step& step : {step::repair_range, step::link_pixels, step::label_bfs}) work.run(*kernels, step);
   state.SetItemsProcessed(int64_t(state.iterations()) * work.pixels());
 }
 
@@ -136,11 +135,13 @@ void add_all() {
   scans.push_back(make_one_pixel_cloud());
 
   // ISAs innermost: what is compared runs close together.
-#define OVT_KERNEL(kernel, agreement)                                     \
+#define OVT_KERNEL(kernel, form)                                          \
   for (const Cloud& cloud : sizes)                                        \
     for (int32_t t = 0; t < table_count; ++t)                             \
       add(std::string(#kernel) + "/" + tables[t]->isa + "/" + cloud.name, \
-          [table = tables[t], &cloud](benchmark::State& state) { bench_kernel(state, table, Step::kernel, cloud); });
+          [table = tables[t], &cloud](benchmark::State& state) {          \
+            bench_kernel(state, table, Kernel::kernel, cloud);            \
+          });
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
   for (const Cloud& cloud : scans)

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "bench/work.h"
+#include "pipeline/method/steps.h"
 #include "pipeline/munkres.h"
 
 #if defined(OVT_BENCH_PCL)
@@ -123,7 +124,7 @@ Cloud reordered(const Cloud& source, const char* name, Order order) {
 void bench_clusters(benchmark::State& state, const KernelTable* kernels, const Cloud& cloud) {
   Work& work = work_of(cloud);
   for (auto _ : state)
-    for (const Step step : {Step::repair_range, Step::link_pixels, Step::label_bfs, Step::label_points})
+    for (const Step& step : {step::repair_range, step::link_pixels, step::label_bfs, step::label_points})
       work.run(*kernels, step);
   state.SetItemsProcessed(int64_t(state.iterations()) * work.points());
 }

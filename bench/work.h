@@ -1,13 +1,15 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Memory and contents of one sensor's stages, and a step per kernel of the manifest: what bench_kernels runs.
+// Memory and contents of one sensor's stages, and how each kernel of the manifest runs on them.
 #pragma once
 
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <functional>
 #include <string>
 #include <vector>
@@ -17,12 +19,27 @@
 
 namespace overtake::bench {
 
-enum class Step : int32_t {
-#define OVT_KERNEL(name, agreement) name,
+// The kernels of the manifest.
+enum class Kernel : int32_t {
+#define OVT_KERNEL(name, form) name,
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
   kCount
 };
+inline const char* kernel_name(Kernel kernel) {
+  constexpr const char* kName[] = {
+#define OVT_KERNEL(name, form) #name,
+#include "kernels/kernels.def"
+#undef OVT_KERNEL
+  };
+  return kName[int32_t(kernel)];
+}
+// The step that runs a kernel; null: no segmentation runs it.
+inline const Step* find_step(Kernel kernel) {
+  for (const Step& step : kPaper.segment)
+    if (std::strcmp(step.name, kernel_name(kernel)) == 0) return &step;
+  return nullptr;
+}
 
 // Memory and contents of one sensor's stages, filled by the scalar twins. Three sensors share it, so that seams exist.
 class Work {
@@ -48,8 +65,15 @@ class Work {
     sizes.merge_columns = context.detect.merge_seams.columns;
     if (!build_frame(frame, sizes, default_allocator()) || !build_scratch(scratch, sizes, default_allocator()))
       std::abort();
+    const auto carve = [&](Carver& carver) {
+      carve_columns(carver, scratch.plan.shared, context.sensors[0], point_capacity[0], part, apart_);
+    };
+    if (!apart_.arena.build(default_allocator(), carve)) std::abort();
+    apart_.layer_sums = scratch.layer_sums;
     const KernelTable& ref = *find_kernels("ref");
-    for (int32_t s = 0; s < int32_t(Step::kCount); ++s) run(ref, Step(s));
+    load(ref);
+    for (const Step& step : kPaper.segment) run(ref, step);
+    for (const Kernel kernel : {Kernel::merge_seams, Kernel::gate_clusters, Kernel::fit_rectangle}) run(ref, kernel);
   }
 
   void load(const KernelTable& k) {
@@ -67,66 +91,36 @@ class Work {
     k.load_points(fields, int32_t(cloud.points.size()), part.scan);
   }
 
-  // One kernel; what it uses up is put back.
-  void run(const KernelTable& k, Step step) {
-    const SensorModel& sensor = context.sensors[0];
-    const SegmentParams& p = context.segment[0];
-    RangeImages& m = part.images;
-    LayerSums& sums = scratch.layer_sums;
-    switch (step) {
-      case Step::load_points: load(k); break;
-      case Step::project_points:
-        for (const LayerSum& layer : layers_) sums.point_count[layer.id] = 0, sums.elevation_sum[layer.id] = 0;
-        k.project_points(sensor, part.scan, part.points, sums);
-        if (layers_.empty())
-          for (int32_t i = 0; i < sums.touched_count; ++i)
-            layers_.push_back(
-                {sums.touched[i], sums.point_count[sums.touched[i]], sums.elevation_sum[sums.touched[i]]});
-        break;
-      case Step::rank_layers:
-        for (const LayerSum& layer : layers_) {
-          sums.point_count[layer.id] = layer.points;
-          sums.elevation_sum[layer.id] = layer.elevation;
-        }
-        part.row_count = k.rank_layers(sensor.rows, sums, scratch.row_of_layer, scratch.layer_order);
-        break;
-      case Step::scatter_points: k.scatter_points(part.scan, scratch.row_of_layer, part.points, m); break;
-      case Step::fill_gaps:
-        k.fill_gaps(p.fill_gaps, m.range_m, m.elevation_rad, m.range_filled_m, m.elevation_filled_rad);
-        break;
-      case Step::angle_image:
-        k.angle_image(p.angle_image, m.range_filled_m, m.elevation_filled_rad, m.angle_rad);
-        break;
-      case Step::smooth_sg: k.smooth_sg(p.smooth_sg, sensor.rows - 1, m.angle_rad, m.angle_smooth_rad); break;
-      case Step::mark_ground:
-        k.mark_ground(p.mark_ground, part.row_count, m.angle_smooth_rad, m.range_filled_m, m.pixel_point, m.nonground);
-        break;
-      case Step::repair_range:
-        k.repair_range(p.repair_range, m.range_filled_m, m.elevation_filled_rad, m.nonground, m.range_repaired_m,
-                       m.elevation_repaired_rad, m.nonground_repaired);
-        break;
-      case Step::link_pixels:
-        k.link_pixels(p.link_pixels, m.range_repaired_m, m.elevation_repaired_rad, m.nonground_repaired, m.link_right,
-                      m.link_down);
-        break;
-      case Step::label_bfs:
-        part.label_count = k.label_bfs(sensor.wraps, m.range_filled_m, m.nonground_repaired, m.link_right, m.link_down,
-                                       m.labels, scratch.queue);
-        break;
-      case Step::label_points: k.label_points(p.label_points, m, part.points); break;
-      case Step::build_clusters:
-        k.build_clusters(sensor.T_vehicle_sensor, part.scan, part.points, part.label_count, part.clusters,
-                         part.cluster_points, part.row_of_label, scratch.cursor, scratch.order);
-        break;
-      case Step::merge_seams: {
+  // One step; what it uses up is put back: the sums of the layers.
+  void run(const KernelTable& k, const Step& step) {
+    LayerSums& sums = apart_.layer_sums;
+    const bool reads_sums = has(step.reads, Column::layer_sums), fills_sums = !has(step.writes, Column::row_of_layer);
+    if (reads_sums)
+      for (const LayerSum& layer : layers_) {
+        sums.point_count[layer.id] = fills_sums ? 0 : layer.points;
+        sums.elevation_sum[layer.id] = fills_sums ? 0 : layer.elevation;
+      }
+    Segment segment = {k, context.sensors[0], context.segment[0], part, apart_};
+    step.run(segment);
+    if (reads_sums && fills_sums && layers_.empty())
+      for (int32_t i = 0; i < sums.touched_count; ++i)
+        layers_.push_back({sums.touched[i], sums.point_count[sums.touched[i]], sums.elevation_sum[sums.touched[i]]});
+  }
+
+  void run(const KernelTable& k, Kernel kernel) {
+    if (const Step* step = find_step(kernel)) return run(k, *step);
+    switch (kernel) {
+      case Kernel::load_points: load(k); break;
+      case Kernel::merge_seams: {
         SeamSide sides[3];
         for (int32_t s = 0; s < 3; ++s)
-          sides[s] = {true, &context.sensors[s], &m, &part.scan, &part.points, &part.clusters, part.row_of_label, 0};
+          sides[s] = {true,         &context.sensors[s], &part.images,      &part.scan,
+                      &part.points, &part.clusters,      part.row_of_label, 0};
         k.merge_seams(context.detect.merge_seams, sides, 3, frame.members, frame.merged, frame.seam);
         break;
       }
-      case Step::gate_clusters: k.gate_clusters(context.detect.gate_clusters, frame.merged, frame.kept); break;
-      case Step::fit_rectangle: {
+      case Kernel::gate_clusters: k.gate_clusters(context.detect.gate_clusters, frame.merged, frame.kept); break;
+      case Kernel::fit_rectangle: {
         // The largest cluster, at most 500 points of it.
         int32_t row = 0;
         for (int32_t i = 0; i < part.clusters.count; ++i)
@@ -137,7 +131,8 @@ class Work {
                                                  part.cluster_points.y_m + begin, fit_count, 0.1f, 0.0f, 0.0f));
         break;
       }
-      case Step::kCount: break;
+      default:
+        std::fprintf(stderr, "%s: no step runs it, and Work does not either\n", kernel_name(kernel)), std::abort();
     }
   }
 
@@ -157,6 +152,7 @@ class Work {
     int64_t elevation;
   };
   std::vector<LayerSum> layers_;
+  SegmentScratch apart_;  // columns that share no memory, so that any kernel may run after any other
 };
 
 // Worlds are built on first use and shared by all ISAs, so a filtered run builds only what it needs. They stay: under

@@ -25,6 +25,7 @@ enum class Reason : uint8_t {
   kSecondReturn,    // lost its pixel and is more than 0.5 m farther than the winner
   kCount
 };
+inline constexpr int32_t kReasonCount = int32_t(Reason::kCount);
 const char* reason_name(Reason reason) noexcept;  // "labelled", "not_finite", ... as written to reasons.json
 
 // One row per input point, input order, sensor frame. Written by load_points when the scan is pushed.

@@ -4,28 +4,13 @@
 // One table of function pointers per ISA, picked once at create.
 #pragma once
 
-#include "kernels/angle_image.h"
-#include "kernels/build_clusters.h"
-#include "kernels/fill_gaps.h"
-#include "kernels/fit_rectangle.h"
-#include "kernels/gate_clusters.h"
-#include "kernels/label_bfs.h"
-#include "kernels/label_points.h"
-#include "kernels/link_pixels.h"
-#include "kernels/load_points.h"
-#include "kernels/mark_ground.h"
-#include "kernels/merge_seams.h"
-#include "kernels/project_points.h"
-#include "kernels/rank_layers.h"
-#include "kernels/repair_range.h"
-#include "kernels/scatter_points.h"
-#include "kernels/smooth_sg.h"
+#include "kernels/kernel_headers.h"  // X.h of each kernel in kernels.def, written at configure time
 
 namespace overtake {
 
 struct KernelTable {
   const char* isa;
-#define OVT_KERNEL(name, agreement) decltype(&ref::name) name;
+#define OVT_KERNEL(name, form) decltype(&ref::name) name;
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
 };

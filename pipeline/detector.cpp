@@ -473,7 +473,7 @@ ovt_status Detector::next_frame(Reader& reader) {
 
 int64_t Detector::publish_tracks(Reader& reader, int64_t publish_ns) {
   publish_ns = limit_publish_ns(reader.frame->tracks_ns, publish_ns);
-  overtake::publish_tracks(tracker_params_, reader.frame->tracks, publish_ns, reader.tracks, &reader.paths);
+  track_stage_->tracker().publish(reader.frame->tracks, publish_ns, reader.tracks, &reader.paths);
   return publish_ns;
 }
 

@@ -73,8 +73,9 @@ class Detector {
   void read_stats(ovt_stats& out) const;
   ovt_runtime_info runtime_info() const;
   int32_t sensor_count() const { return context_.sensor_count; }
+  const Method& method() const { return *context_.method; }
   bool keeps_images() const { return keep_images_; }
-  const TrackerParams& tracker_params() const { return tracker_params_; }
+  double path_step_s() const { return track_stage_->tracker().path_step_s(); }
   Counters& counters() { return counters_; }
   // Tests only, before the first push.
   void set_hook(const BodyHook& hook) { context_.hook = hook; }

@@ -13,6 +13,7 @@
 #include "core/math.h"
 #include "pipeline/abi.h"
 #include "pipeline/detector.h"
+#include "pipeline/method/methods.h"
 
 namespace overtake {
 namespace {
@@ -94,6 +95,11 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
   if (def.params && !take(*def.params, params)) {
     error = "params.struct_size is unknown";
     return OVT_BAD_VERSION;
+  }
+  context_.method = find_method(params.method ? params.method : kPaper.name);
+  if (!context_.method) {
+    error = "params.method \"" + std::string(params.method) + "\" is unknown (there is: " + join_method_names() + ")";
+    return OVT_UNKNOWN_NAME;
   }
   if (const std::string wrong = find_bad_param(params); !wrong.empty()) {
     error = "parameter " + wrong;
@@ -194,6 +200,7 @@ ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params&
   sizes.track_capacity = def.track_capacity;
   sizes.external_capacity = def.candidate_capacity;
   sizes.merge_columns = params.merge_columns;
+  sizes.method = context_.method;
   sizes.keep_images = keep_images_ = def.keep_images != 0;
   // In work; one more for a late scan while a frame waits for its sensors; the latest; and one for each reader.
   max_frames_ = (inline_ ? 1 : def.frames_in_flight) + 1;

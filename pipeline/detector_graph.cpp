@@ -88,7 +88,7 @@ void run_segment(const StageContext& context, const RunnerHooks& hooks, Frame& f
     context.hook(Body::kSegment, frame, sensor);
     segment_scan(context, sensor, frame.sensors[sensor], context.scratch[thread]);
     context.hook(Body::kPose, frame, sensor);
-    pose_clusters(context, sensor, frame.sensors[sensor], context.scratch[thread]);
+    run_ahead(context, sensor, frame.sensors[sensor], context.scratch[thread]);
   });
   if (whole) return;
   frame.sensors[sensor].present = false;  // half a segmentation is none

@@ -4,22 +4,17 @@
 
 #include <algorithm>
 
+#include "pipeline/segment_scratch.h"
+
 namespace overtake {
 namespace {
 
 void carve_sensor(Carver& carver, SensorPart& part, const SensorModel& sensor, int32_t point_capacity,
-                  int32_t cluster_capacity, bool keep_images) {
+                  int32_t cluster_capacity, Columns kept) {
   carve_table(carver, part.scan, point_capacity);
-  if (keep_images) {
-    carve_table(carver, part.points, point_capacity);
-    carve_range_images(carver, part.images, sensor.rows, sensor.cols);
-  } else {
-    PointTable& points = part.points;
-    points.capacity = round_up(point_capacity, kRowAlign);
-    points.label = carver.take<int32_t>(std::size_t(points.capacity));
-    points.reason = carver.take<uint8_t>(std::size_t(points.capacity));
-    part.images.pixel_point = carver.take_plane<int32_t>(sensor.rows, sensor.cols);
-  }
+  part.points.capacity = round_up(point_capacity, kRowAlign);
+  SegmentScratch none;  // a frame keeps no column of it
+  carve_columns(carver, kept, sensor, point_capacity, part, none);
   carve_table(carver, part.clusters, cluster_capacity);
   carve_table(carver, part.cluster_points, point_capacity);
   part.fits.fitted = carver.take<uint8_t>(std::size_t(cluster_capacity));
@@ -40,9 +35,10 @@ bool build_frame(Frame& frame, const FrameSizes& sizes, const Allocator& allocat
   const int32_t clusters = round_up(sizes.cluster_capacity, kRowAlign);  // as tables are: what is beside them, too
   const int32_t members = clusters * std::max(sizes.sensor_count, 1);
   const int32_t measurements = std::max(sizes.candidate_capacity, sizes.external_capacity);
+  const SegmentPlan plan = plan_segment(sizes);
   return frame.arena.build(allocator, [&](Carver& carver) {
     for (int32_t s = 0; s < sizes.sensor_count; ++s)
-      carve_sensor(carver, frame.sensors[s], sizes.sensors[s], sizes.point_capacity[s], clusters, sizes.keep_images);
+      carve_sensor(carver, frame.sensors[s], sizes.sensors[s], sizes.point_capacity[s], clusters, plan.kept);
     carve_table(carver, frame.external, sizes.external_capacity);
     carve_table(carver, frame.members, members);
     carve_table(carver, frame.merged, clusters);
@@ -82,7 +78,7 @@ void reset_frame(Frame& frame) noexcept {
   frame.external.count = 0;
   frame.members.count = frame.merged.count = frame.detections.count = frame.measurements.count = 0;
   frame.tracks.count = 0;
-  frame.candidate_count = frame.merged_overflow = frame.candidate_overflow = 0;
+  frame.kept_count = frame.candidate_count = frame.merged_overflow = frame.candidate_overflow = 0;
   frame.gated_points = frame.gated_size = frame.gated_map = frame.lost_rows = 0;
   frame.ego_off_map_m = 0;
   frame.map_holds = false;

@@ -26,7 +26,8 @@
 
 namespace overtake {
 
-inline constexpr int32_t kReasonCount = int32_t(Reason::kCount);
+struct Method;
+extern const Method kPaper;
 
 // Rectangles of clusters of one sensor, fitted before anybody knows whether another sensor sees a part of the same car.
 struct ClusterFits {
@@ -44,8 +45,9 @@ struct SensorPart {
   bool failed = false;  // its segmentation threw: not present then
   int64_t stamp_ns = 0;
   ScanTable scan;
-  PointTable points;   // without kept images: but for label and reason, memory of whoever segmented it last
-  RangeImages images;  // the same, but for pixel_point
+  // Columns that the frame keeps, see SegmentPlan; the others point to memory of whoever segmented it last.
+  PointTable points;
+  RangeImages images;
   ClusterTable clusters;
   ClusterPointTable cluster_points;
   int32_t row_count = 0;  // layers found
@@ -112,7 +114,7 @@ struct Frame {
   MergedTable merged;
   SeamScratch seam;
   int32_t* kept = nullptr;  // rows of merged that pass the gates
-  int32_t candidate_count = 0;
+  int32_t kept_count = 0, candidate_count = 0;
   DetectionTable detections;
   float *fit_x_m = nullptr, *fit_y_m = nullptr;  // points of one candidate
   int32_t fit_capacity = 0;
@@ -147,6 +149,7 @@ struct FrameSizes {
   int32_t cluster_capacity = 0, candidate_capacity = 0, track_capacity = 0, external_capacity = 0;
   int32_t merge_columns = 1;
   bool keep_images = true;
+  const Method* method = &kPaper;
 };
 
 // Carves every table of a frame from one block.

@@ -13,6 +13,7 @@
 #include "pipeline/abi.h"
 #include "pipeline/build_info.h"
 #include "pipeline/detector.h"
+#include "pipeline/method/methods.h"
 
 using namespace overtake;
 
@@ -93,11 +94,25 @@ const char* const kStatusText[] = {
     "internal error: an exception was caught",
     "the def said that frames need not keep it",
     "wrong thread: called from on_frame, or with worker_count 1 while another thread is in a call",
+    "not computed: the detector's method has no such image or stage",
 };
 
 const char* const kImageName[OVT_IMAGE_COUNT] = {
     "range",        "elevation", "pixel_point",    "range_filled",       "elevation_filled",   "angle",
     "angle_smooth", "nonground", "range_repaired", "elevation_repaired", "nonground_repaired", "labels"};
+
+constexpr Column kImageColumn[OVT_IMAGE_COUNT] = {Column::range_m,
+                                                  Column::elevation_rad,
+                                                  Column::pixel_point,
+                                                  Column::range_filled_m,
+                                                  Column::elevation_filled_rad,
+                                                  Column::angle_rad,
+                                                  Column::angle_smooth_rad,
+                                                  Column::nonground,
+                                                  Column::range_repaired_m,
+                                                  Column::elevation_repaired_rad,
+                                                  Column::nonground_repaired,
+                                                  Column::labels};
 
 const char* const kStageName[OVT_STAGE_COUNT] = {"load",   "project", "gaps",  "angle",    "smooth",  "ground",
                                                  "repair", "link",    "label", "clusters", "segment", "merge",
@@ -358,7 +373,7 @@ ovt_status ovt_read_tracks_sized(ovt_reader* reader, int64_t publish_ns, ovt_tra
   rows.hits = t.hits;
   rows.detection = t.detection;
   rows.path_points = p.points_per_track;
-  rows.path_step_s = r.detector->tracker_params().horizon_step_s;
+  rows.path_step_s = r.detector->path_step_s();
   rows.path_x_m = p.x_m;
   rows.path_y_m = p.y_m;
   rows.path_course_rad = p.course_rad;
@@ -412,6 +427,7 @@ ovt_status ovt_read_image_sized(ovt_reader* reader, int32_t sensor, ovt_image_id
   if (!part) return OVT_BAD_ARGUMENT;
   if (!part->present) return OVT_NO_FRAME;
   if (image < 0 || image >= OVT_IMAGE_COUNT) return OVT_BAD_ARGUMENT;
+  if (!has(find_columns(cpp(reader).detector->method()), kImageColumn[image])) return OVT_NOT_COMPUTED;
   if (image != OVT_IMAGE_PIXEL_POINT && !cpp(reader).detector->keeps_images()) return OVT_NOT_KEPT;
   const RangeImages& m = part->images;
   const auto floats = [&](const Plane<float>& p, int32_t rows) {
@@ -466,6 +482,7 @@ ovt_status ovt_read_span_sized(ovt_reader* reader, int32_t sensor, ovt_stage sta
   const Frame& frame = *cpp(reader).frame;
   const SensorPart* part = sensor == -1 ? nullptr : part_of(reader, sensor);
   if (sensor != -1 && !part) return OVT_BAD_ARGUMENT;
+  if (!has_stage(cpp(reader).detector->method(), stage)) return OVT_NOT_COMPUTED;
   const StageSpan& span = (part ? part->spans : frame.spans)[stage];
   return give<ovt_span>({span.start_ns, span.duration_ns, span.worker}, out, out_size);
 }

@@ -65,7 +65,8 @@ typedef enum ovt_status {
   OVT_TOO_MANY = 10,        /* more points, readers or rows than the def's capacity */
   OVT_INTERNAL = 11,        /* an exception was caught; counted, the next call works */
   OVT_NOT_KEPT = 12,        /* the def said that frames need not keep it */
-  OVT_WRONG_THREAD = 13     /* this is on_frame, or worker_count 1 and a call of another thread is under way */
+  OVT_WRONG_THREAD = 13,    /* this is on_frame, or worker_count 1 and a call of another thread is under way */
+  OVT_NOT_COMPUTED = 14     /* the detector's method has no such image or stage */
 } ovt_status;
 
 OVT_API const char* ovt_status_text(ovt_status status);      /* one sentence, static memory, never null */
@@ -125,6 +126,8 @@ typedef struct ovt_params {
   double gate_ego_margin_m;          /* gate.ego_margin_m          ego farther out: the map is not used */
   double tracker_work_limit;         /* tracker.work_limit         steps of the tracker for one frame, some 2 ns each;
                                         counted, never timed. OVT_FLAG_WORK_LIMIT */
+  const char* method;                /* the preset's name, as ovt_params_init sets it: which steps, rules and tracker
+                                        the detector runs. Null: "paper" */
 } ovt_params;
 
 typedef struct ovt_param_info {
@@ -137,6 +140,8 @@ typedef struct ovt_param_info {
 
 OVT_API ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* preset);   /* "paper" */
 OVT_API int32_t ovt_param_count(void);
+/* Non-zero when the method of `params` (null: paper) reads parameter `index`. The others change nothing. */
+OVT_API int32_t ovt_reads_param(const ovt_params* params, int32_t index);
 OVT_API ovt_status ovt_describe_param_sized(int32_t index, ovt_param_info* out, size_t out_size);
 static inline ovt_status ovt_describe_param(int32_t index, ovt_param_info* out) {
   return ovt_describe_param_sized(index, out, sizeof *out);
@@ -483,7 +488,8 @@ static inline ovt_status ovt_read_info(ovt_reader* reader, ovt_frame_info* out) 
  * ovt_frame_info.ego_known, map_s_m and map_d_m by OVT_FLAG_NO_MAP, OVT_FLAG_EGO_OFF_MAP and the age of the ego pose,
  * length_m and width_m of a track by being 0 (only pushed detections made it). */
 
-/* Columns of `count`, vehicle frame at each row's stamp. */
+/* Columns of `count`, vehicle frame at each row's stamp. Here and in every other table a column that the detector's
+ * method does not compute is null. */
 typedef struct ovt_detections {
   int32_t count;
   const int64_t* stamp_ns;
@@ -597,7 +603,7 @@ typedef struct ovt_image {
   size_t stride_bytes;
 } ovt_image;
 /* OVT_NO_FRAME where the frame holds no scan of that sensor, OVT_NOT_KEPT without keep_images (but for
- * OVT_IMAGE_PIXEL_POINT). */
+ * OVT_IMAGE_PIXEL_POINT), OVT_NOT_COMPUTED where the detector's method has no such image; paper has all of them. */
 OVT_API ovt_status ovt_read_image_sized(ovt_reader* reader, int32_t sensor, ovt_image_id image, ovt_image* out,
                                         size_t out_size);
 static inline ovt_status ovt_read_image(ovt_reader* reader, int32_t sensor, ovt_image_id image, ovt_image* out) {
@@ -616,7 +622,8 @@ typedef enum ovt_stage {
 OVT_API const char* ovt_stage_name(int32_t stage);
 /* Nanoseconds a stage took in this frame; sensor -1 for the stages of the whole frame (merge and later). It is -1 when
  * the stage did not run. Without a map each sensor's clusters get their poses behind its segmentation: then
- * OVT_STAGE_POSE is a stage of that sensor as well, and the frame's is what was left to do. */
+ * OVT_STAGE_POSE is a stage of that sensor as well, and the frame's is what was left to do. OVT_NOT_COMPUTED where the
+ * detector's method has no such stage; paper has all of them. */
 OVT_API ovt_status ovt_read_time(ovt_reader* reader, int32_t sensor, ovt_stage stage, int64_t* ns);
 
 /* When and where a stage of this frame ran, by the steady clock. */

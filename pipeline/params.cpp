@@ -9,6 +9,7 @@
 
 #include "core/math.h"
 #include "pipeline/abi.h"
+#include "pipeline/method/methods.h"
 
 namespace overtake {
 namespace {
@@ -169,15 +170,26 @@ extern "C" {
 ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* preset) {
   if (!params || !preset) return OVT_BAD_ARGUMENT;
   if (!is_known_size<ovt_params>(struct_size)) return OVT_BAD_VERSION;
-  if (std::strcmp(preset, "paper") != 0) return OVT_UNKNOWN_NAME;
-  std::memset(static_cast<void*>(params), 0, struct_size);
-  params->struct_size = struct_size;
-  for (const ParamRow& row : kParams)
-    if (is_within(row, struct_size)) write(*params, row, row.info.value_default);
+  const Method* method = find_method(preset);
+  if (!method) return OVT_UNKNOWN_NAME;
+  ovt_params defaults{};
+  defaults.struct_size = struct_size;
+  for (const ParamRow& row : kParams) write(defaults, row, row.info.value_default);
+  if (method->set_defaults) method->set_defaults(defaults);
+  defaults.method = method->name;
+  std::memcpy(static_cast<void*>(params), &defaults, struct_size);
   return OVT_OK;
 }
 
 int32_t ovt_param_count(void) { return kParamCount; }
+
+int32_t ovt_reads_param(const ovt_params* params, int32_t index) {
+  if (index < 0 || index >= kParamCount) return 0;
+  ovt_params given = ovt_default_params();
+  if (params && !take(*params, given)) return 0;
+  const Method* method = find_method(given.method ? given.method : kPaper.name);
+  return method && reads_param(*method, kParams[index].info.name);
+}
 
 ovt_status ovt_describe_param_sized(int32_t index, ovt_param_info* out, size_t out_size) {
   if (!out || index < 0 || index >= kParamCount) return OVT_BAD_ARGUMENT;

@@ -155,6 +155,12 @@ void Tracker::publish(int64_t publish_ns, TrackTable& tracks, PathTable* paths) 
   publish_tracks(state_->params, tracks, publish_ns, tracks, paths);
 }
 
+void Tracker::publish(const TrackTable& states, int64_t publish_ns, TrackTable& tracks,
+                      PathTable* paths) const noexcept {
+  publish_tracks(state_->params, states, publish_ns, tracks, paths);
+}
+
+double Tracker::path_step_s() const noexcept { return state_->params.horizon_step_s; }
 int32_t Tracker::path_points() const noexcept { return count_path_points(state_->params); }
 
 }  // namespace overtake

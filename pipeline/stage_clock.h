@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <iterator>
 
@@ -38,28 +39,36 @@ struct StageTag {
   int32_t sensor;
 };
 
-// Stage after stage, `first` to `last` in the order of their numbers: each begins where the one before it ended.
+// Stage after stage: each begins where the one before it ended.
 class StageClock {
  public:
-  StageClock(StageSpans& spans, const StageTag& tag, ovt_stage first, ovt_stage last) noexcept
-      : spans_(spans), tag_(tag), start_(steady_now_ns()), last_(start_), worker_(this_worker()), last_stage_(last) {
-    probe_stage_begin(tag_.sequence, tag_.sensor, first, tag_.stamp_ns);
-  }
-  void lap(ovt_stage stage) noexcept {
+  StageClock(StageSpans& spans, const StageTag& tag) noexcept
+      : spans_(spans), tag_(tag), start_(steady_now_ns()), last_(start_), worker_(this_worker()) {}
+  void begin(int32_t stage) noexcept { probe_stage_begin(tag_.sequence, tag_.sensor, stage, tag_.stamp_ns); }
+  void end(int32_t stage) noexcept {
     const int64_t now = steady_now_ns();
     spans_[stage] = {last_, now - last_, worker_};
     last_ = now;
     probe_stage_end(tag_.sequence, tag_.sensor, stage, tag_.stamp_ns);
-    if (stage != last_stage_) probe_stage_begin(tag_.sequence, tag_.sensor, stage + 1, tag_.stamp_ns);
+  }
+  // Runs each of the steps, which have a `stage`. Neighbours of one stage share its time.
+  template <class Steps, class Run>
+  void run(const Steps& steps, Run&& run_step) noexcept {
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+      const int32_t stage = steps[i].stage;
+      if (i == 0 || steps[i - 1].stage != stage) begin(stage);
+      run_step(steps[i]);
+      if (i + 1 == steps.size() || steps[i + 1].stage != stage) end(stage);
+    }
   }
   // From the first stage's start to the last one's end.
-  void total(ovt_stage stage) noexcept { spans_[stage] = {start_, last_ - start_, worker_}; }
+  void total(int32_t stage) noexcept { spans_[stage] = {start_, last_ - start_, worker_}; }
 
  private:
   StageSpans& spans_;
   StageTag tag_;
   int64_t start_, last_;
-  int32_t worker_, last_stage_;
+  int32_t worker_;
 };
 
 }  // namespace overtake

@@ -3,10 +3,10 @@
 #include "pipeline/stages.h"
 
 #include <algorithm>
-#include <cstring>
 #include <limits>
 
 #include "core/math.h"
+#include "pipeline/method/step.h"
 
 namespace overtake {
 namespace {
@@ -25,74 +25,25 @@ double ego_variance(const EgoState& ego) noexcept {
   return sigma * sigma;
 }
 
-// Sixteen at a time, a tally of each reason in every lane: a plain histogram cost a sixth of the segmentation, eight
-// points together, asked whether one of them has a reason, a sixteenth.
-void count_reasons(const PointTable& points, int32_t* count) noexcept {
-  static_assert(int32_t(Reason::kLabelled) == 0);
-  using Bytes = uint8_t __attribute__((vector_size(16)));
-  constexpr int32_t kLanes = 16, kBlock = 255 * kLanes;  // a lane counts to 255
-  const int32_t whole = points.count / kLanes * kLanes;
-  std::fill_n(count, kReasonCount, 0);
-  for (int32_t begin = 0; begin < whole; begin += kBlock) {
-    Bytes tally[kReasonCount] = {};
-    for (int32_t i = begin; i < std::min(begin + kBlock, whole); i += kLanes) {
-      Bytes reasons;
-      std::memcpy(&reasons, points.reason + i, sizeof reasons);
-      for (int32_t k = 1; k < kReasonCount; ++k) tally[k] -= Bytes(reasons == uint8_t(k));  // true is -1
-    }
-    for (int32_t k = 1; k < kReasonCount; ++k)
-      for (int32_t lane = 0; lane < kLanes; ++lane) count[k] += tally[k][lane];
-  }
-  for (int32_t i = whole; i < points.count; ++i)
-    if (points.reason[i] != 0) ++count[points.reason[i]];
-  int32_t without = 0;
-  for (int32_t k = 1; k < kReasonCount; ++k) without += count[k];
-  count[0] = points.count - without;
-}
-
 }  // namespace
 
 void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept {
-  lend(scratch, context.sensors[sensor], part);
-  const KernelTable& k = *context.kernels;
-  const SensorModel& model = context.sensors[sensor];
-  const SegmentParams& p = context.segment[sensor];
-  RangeImages& m = part.images;
-  StageClock clock(part.spans, {-1, part.stamp_ns, sensor}, OVT_STAGE_PROJECT, OVT_STAGE_CLUSTERS);
-
-  k.project_points(model, part.scan, part.points, scratch.layer_sums);
-  part.row_count = k.rank_layers(model.rows, scratch.layer_sums, scratch.row_of_layer, scratch.layer_order);
-  k.scatter_points(part.scan, scratch.row_of_layer, part.points, m);
-  clock.lap(OVT_STAGE_PROJECT);
-  k.fill_gaps(p.fill_gaps, m.range_m, m.elevation_rad, m.range_filled_m, m.elevation_filled_rad);
-  clock.lap(OVT_STAGE_GAPS);
-  k.angle_image(p.angle_image, m.range_filled_m, m.elevation_filled_rad, m.angle_rad);
-  clock.lap(OVT_STAGE_ANGLE);
-  k.smooth_sg(p.smooth_sg, std::max(part.row_count - 1, 0), m.angle_rad, m.angle_smooth_rad);
-  clock.lap(OVT_STAGE_SMOOTH);
-  k.mark_ground(p.mark_ground, part.row_count, m.angle_smooth_rad, m.range_filled_m, m.pixel_point, m.nonground);
-  clock.lap(OVT_STAGE_GROUND);
-  k.repair_range(p.repair_range, m.range_filled_m, m.elevation_filled_rad, m.nonground, m.range_repaired_m,
-                 m.elevation_repaired_rad, m.nonground_repaired);
-  clock.lap(OVT_STAGE_REPAIR);
-  k.link_pixels(p.link_pixels, m.range_repaired_m, m.elevation_repaired_rad, m.nonground_repaired, m.link_right,
-                m.link_down);
-  clock.lap(OVT_STAGE_LINK);
-  part.label_count = k.label_bfs(model.wraps, m.range_filled_m, m.nonground_repaired, m.link_right, m.link_down,
-                                 m.labels, scratch.queue);
-  k.label_points(p.label_points, m, part.points);
-  clock.lap(OVT_STAGE_LABEL);
-  part.cluster_overflow =
-      k.build_clusters(model.T_vehicle_sensor, part.scan, part.points, part.label_count, part.clusters,
-                       part.cluster_points, part.row_of_label, scratch.cursor, scratch.order);
-  count_reasons(part.points, part.reason_count);
-  clock.lap(OVT_STAGE_CLUSTERS);
+  bind_scratch(context.sensors[sensor], part, scratch);
+  Segment segment = {*context.kernels, context.sensors[sensor], context.segment[sensor], part, scratch};
+  StageClock clock(part.spans, {-1, part.stamp_ns, sensor});
+  clock.run(context.method->segment, [&](const Step& step) { step.run(segment); });
   clock.total(OVT_STAGE_SEGMENT);
+}
+
+void run_ahead(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept {
+  for (const FrameRule& rule : context.method->frame)
+    if (rule.run_ahead) rule.run_ahead(context, sensor, part, scratch);
 }
 
 void pose_clusters(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept {
   if (context.map) return;
-  StageClock clock(part.spans, {-1, part.stamp_ns, sensor}, OVT_STAGE_POSE, OVT_STAGE_POSE);
+  StageClock clock(part.spans, {-1, part.stamp_ns, sensor});
+  clock.begin(OVT_STAGE_POSE);
   const ClusterTable& clusters = part.clusters;
   const ClusterPointTable& points = part.cluster_points;
   MergedTable alone;  // as it is merged if no other sensor adds to it
@@ -115,7 +66,7 @@ void pose_clusters(const StageContext& context, int32_t sensor, SensorPart& part
     }
     part.fits.count = clusters.count;
   }
-  clock.lap(OVT_STAGE_POSE);
+  clock.end(OVT_STAGE_POSE);
 }
 
 void merge_frame(const StageContext& context, Frame& frame) noexcept {
@@ -168,16 +119,18 @@ void find_ego_on_map(const StageContext& context, Frame& frame) noexcept {
   frame.map_holds = off_m <= context.detect.ego_margin_m;
 }
 
-void gate_frame(const StageContext& context, Frame& frame) noexcept {
+void keep_car_sized(const StageContext& context, Frame& frame) noexcept {
   const MergedTable& merged = frame.merged;
-  DetectionTable& detections = frame.detections;
   const GateClustersParams& by_size = context.detect.gate_clusters;
-  int32_t kept = context.kernels->gate_clusters(by_size, merged, frame.kept);
-  frame.candidate_count = kept;
+  frame.kept_count = context.kernels->gate_clusters(by_size, merged, frame.kept);
+  frame.candidate_count = frame.kept_count;
   frame.gated_points = 0;
   for (int32_t i = 0; i < merged.count; ++i) frame.gated_points += merged.point_count[i] < by_size.min_points;
-  frame.gated_size = merged.count - frame.gated_points - kept;
+  frame.gated_size = merged.count - frame.gated_points - frame.kept_count;
+}
 
+void keep_on_track(const StageContext& context, Frame& frame) noexcept {
+  const MergedTable& merged = frame.merged;
   // The map gate works while the ego pose is known, fresh and on the map; each centroid goes to the map at its
   // cluster's own time. The last answer is the next one's hint: neighbours in the table are mostly neighbours on the
   // track. Where the ego vehicle itself is out, by little, what is in its way is no scenery: a vehicle's width farther
@@ -196,9 +149,15 @@ void gate_frame(const StageContext& context, Frame& frame) noexcept {
   MapProjection place{};
   place.segment = -1;
   int32_t count = 0;
-  for (int32_t i = 0; i < kept; ++i)
+  for (int32_t i = 0; i < frame.kept_count; ++i)
     if (on_track(frame.kept[i], place)) frame.kept[count++] = frame.kept[i];
-  frame.gated_map = kept - count;
+  frame.gated_map = frame.kept_count - count;
+  frame.kept_count = count;
+}
+
+void keep_nearest(const StageContext& context, Frame& frame) noexcept {
+  const MergedTable& merged = frame.merged;
+  int32_t count = frame.kept_count;
 
   // More than fit: the nearest stay, in table order. Rarely runs, so it may be quadratic in what is dropped.
   frame.candidate_overflow = 0;
@@ -210,13 +169,14 @@ void gate_frame(const StageContext& context, Frame& frame) noexcept {
     --count;
     ++frame.candidate_overflow;
   }
-  detections.count = count;
+  frame.kept_count = count;
 }
 
 void pose_frame(const StageContext& context, Frame& frame) noexcept {
   const MergedTable& merged = frame.merged;
   const MemberTable& members = frame.members;
   DetectionTable& out = frame.detections;
+  out.count = frame.kept_count;
   EgoState ego;
   int32_t hint = -1;
   const auto fit_of = [&](int32_t row, double heading_ref) {
@@ -287,21 +247,16 @@ void pose_frame(const StageContext& context, Frame& frame) noexcept {
 
 void detect_frame(const StageContext& context, Frame& frame) noexcept {
   if (frame.kind != FrameKind::kScans) {
-    find_ego_on_map(context, frame);
+    for (const FrameRule& rule : context.method->frame)
+      if (rule.without_scans) rule.run(context, frame);
     return;
   }
-  StageClock clock(frame.spans, {frame.sequence, frame.stamp_ns, -1}, OVT_STAGE_MERGE, OVT_STAGE_POSE);
-  merge_frame(context, frame);
-  clock.lap(OVT_STAGE_MERGE);
-  find_ego_on_map(context, frame);
-  gate_frame(context, frame);
-  clock.lap(OVT_STAGE_GATE);
-  pose_frame(context, frame);
-  clock.lap(OVT_STAGE_POSE);
+  StageClock clock(frame.spans, {frame.sequence, frame.stamp_ns, -1});
+  clock.run(context.method->frame, [&](const FrameRule& rule) { rule.run(context, frame); });
 }
 
 TrackStage::TrackStage(const StageContext& context, const TrackerParams& params, const Allocator& allocator)
-    : context_(context), params_(params), tracker_(params, context.map, allocator) {}
+    : context_(context), params_(params), tracker_(context.method->make_tracker(params, context.map, allocator)) {}
 
 void TrackStage::measure_detections(Frame& frame) noexcept {
   const DetectionTable& in = frame.detections;
@@ -392,9 +347,10 @@ int32_t TrackStage::observe(const Frame& frame, ObservedSector* sectors) const n
 }
 
 void TrackStage::run(Frame& frame) noexcept {
-  StageClock clock(frame.spans, {frame.sequence, frame.stamp_ns, -1}, OVT_STAGE_TRACK, OVT_STAGE_TRACK);
+  StageClock clock(frame.spans, {frame.sequence, frame.stamp_ns, -1});
+  clock.begin(OVT_STAGE_TRACK);
   if (frame.restart) {
-    tracker_.restart();
+    tracker_->restart();
     newest_ns_ = INT64_MIN;
   }
   if (frame.kind != FrameKind::kPrediction) newest_ns_ = std::max(newest_ns_, frame.stamp_ns);
@@ -406,7 +362,7 @@ void TrackStage::run(Frame& frame) noexcept {
                           ? frame.external_reference == OVT_REFERENCE_MAP
                           : frame.ego_known;
   if (in_map && reference_ == OVT_REFERENCE_VEHICLE && frame.kind != FrameKind::kPrediction) {
-    tracker_.restart();
+    tracker_->restart();
     reference_ = OVT_REFERENCE_MAP;
   }
   frame.reference = reference_;
@@ -427,7 +383,7 @@ void TrackStage::run(Frame& frame) noexcept {
     frame.measurements.count = 0;
     frame.lost_rows = frame.kind == FrameKind::kExternal ? frame.external.count : frame.detections.count;
     std::fill_n(frame.measurements.track, frame.detections.count, kNobody);
-    tracker_.predict(frame.stamp_ns, frame.tracks);
+    tracker_->predict(frame.stamp_ns, frame.tracks);
     last_step_ = {};
   } else {
     if (frame.kind == FrameKind::kScans) {
@@ -449,12 +405,12 @@ void TrackStage::run(Frame& frame) noexcept {
     input.ask_map = frame.map_holds;
     input.sectors = sectors;
     input.sector_count = observe(frame, sectors);
-    last_step_ = tracker_.step(input, m.track);
-    tracker_.snapshot(frame.tracks);
+    last_step_ = tracker_->step(input, m.track);
+    tracker_->snapshot(frame.tracks);
   }
   frame.refiltered = last_step_.refiltered;
   if (last_step_.limited) frame.flags |= OVT_FLAG_WORK_LIMIT;
-  clock.lap(OVT_STAGE_TRACK);
+  clock.end(OVT_STAGE_TRACK);
 }
 
 }  // namespace overtake

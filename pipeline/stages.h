@@ -6,9 +6,11 @@
 
 #include "core/track_map.h"
 #include "pipeline/frame.h"
+#include "pipeline/method/method.h"
 #include "pipeline/params.h"
 #include "pipeline/segment_scratch.h"
 #include "pipeline/stage_clock.h"
+#include "pipeline/tracker.h"
 
 namespace overtake {
 
@@ -26,6 +28,7 @@ struct BodyHook {
 // Everything the stages read that outlives a frame; constant after create.
 struct StageContext {
   const KernelTable* kernels = nullptr;
+  const Method* method = &kPaper;
   int32_t sensor_count = 0;
   SensorModel sensors[kMaxSensors];
   SegmentParams segment[kMaxSensors];
@@ -36,9 +39,12 @@ struct StageContext {
   BodyHook hook;
 };
 
-// Range image segmentation of one sensor (paper IV-A), stages 1 to 8a.
+// Range image segmentation of one sensor (paper IV-A): the method's steps.
 //   reads  part.scan        writes  all other tables and images of part, and the calling thread's scratch
 void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept;
+
+// What of the method's frame rules depends on this sensor alone.
+void run_ahead(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept;
 
 // The poses (10) of one sensor's clusters, where they depend on nothing but its own points: without a map, psi_REF is
 // straight ahead. pose_frame takes those of clusters that no other sensor adds to, so that most of its work is done
@@ -53,14 +59,20 @@ void merge_frame(const StageContext& context, Frame& frame) noexcept;
 // was taken.   reads  ego, merged.stamp_ns   writes  ego_off_map_m, map_holds
 void find_ego_on_map(const StageContext& context, Frame& frame) noexcept;
 
-// Size and map gate (IV-B).   reads  merged, ego, map_holds   writes  kept, candidate_count, gated_...,
-// detections.count
-void gate_frame(const StageContext& context, Frame& frame) noexcept;
+// Size gate (IV-B).   reads  merged   writes  kept, kept_count, candidate_count, gated_points,
+// gated_size
+void keep_car_sized(const StageContext& context, Frame& frame) noexcept;
+
+// Map gate (IV-B).   reads  kept, merged, ego, map_holds   writes  kept, kept_count, gated_map
+void keep_on_track(const StageContext& context, Frame& frame) noexcept;
+
+// As many as detections has room for.   reads  kept, merged   writes  kept, kept_count, candidate_overflow
+void keep_nearest(const StageContext& context, Frame& frame) noexcept;
 
 // Two headings and the rectangle (eq. 5).   reads  kept, cluster points, fits, ego, map_holds   writes  detections
 void pose_frame(const StageContext& context, Frame& frame) noexcept;
 
-// merge, gate, pose, each with its time.
+// The method's frame rules, each stage with its time.
 void detect_frame(const StageContext& context, Frame& frame) noexcept;
 
 // The tracker's side: which frame of reference it works in, and the iteration itself.
@@ -73,7 +85,7 @@ class TrackStage {
   void run(Frame& frame) noexcept;
   // What became of the last frame; a prediction is none.
   StepResult last_step() const noexcept { return last_step_; }
-  Tracker& tracker() noexcept { return tracker_; }
+  FrameTracker& tracker() noexcept { return *tracker_; }
 
  private:
   void measure_detections(Frame& frame) noexcept;
@@ -82,7 +94,7 @@ class TrackStage {
 
   const StageContext& context_;
   TrackerParams params_;
-  Tracker tracker_;
+  std::unique_ptr<FrameTracker> tracker_;
   int32_t reference_ = OVT_REFERENCE_VEHICLE;
   int64_t newest_ns_ = INT64_MIN;  // of the frames run so far
   StepResult last_step_;

@@ -12,6 +12,7 @@
 #include "core/sensor_model.h"
 #include "core/track_map.h"
 #include "core/track_table.h"
+#include "pipeline/frame_tracker.h"
 
 namespace overtake {
 
@@ -100,13 +101,13 @@ struct StepResult {
   int64_t work = 0;        // steps taken, by what work_limit counts
 };
 
-class Tracker {
+class Tracker final : public FrameTracker {
  public:
   struct State;  // pipeline/tracker_state.h
 
   // `map` may be null or empty; it must outlive the tracker. Throws std::bad_alloc when the allocator has no memory.
   Tracker(const TrackerParams& params, const TrackMap* map, const Allocator& allocator = default_allocator());
-  ~Tracker();
+  ~Tracker() override;
   Tracker(const Tracker&) = delete;
   Tracker& operator=(const Tracker&) = delete;
 
@@ -127,24 +128,28 @@ class Tracker {
   // timed, so the limit is met at the same place everywhere.
   //
   // track_of_detection[detections.count], may be null: the id each detection went to (also a newborn's).
-  StepResult step(const TrackerFrame& frame, TrackId* track_of_detection) noexcept;
+  StepResult step(const TrackerFrame& frame, TrackId* track_of_detection) noexcept override;
   // Forgets every track; ids are never reused.
-  void restart() noexcept;
+  void restart() noexcept override;
 
   // All tracks as they are, each at its own time, ordered by slot. Capacity at least track_capacity. `detection` and
   // `flags` are about the frame that was given last, also where it was an old one.
-  void snapshot(TrackTable& states) const noexcept;
+  void snapshot(TrackTable& states) const noexcept override;
   // A pure prediction: the same with each track moved on to stamp_ns, without those that silence or unsound numbers end
   // by then. The tracker itself stays as it is: what it becomes must not depend on the times somebody named.
-  void predict(int64_t stamp_ns, TrackTable& states) const noexcept;
+  void predict(int64_t stamp_ns, TrackTable& states) const noexcept override;
   // Copies of all tracks predicted to publish_ns (the state itself stays), ordered by slot, and their paths from there.
   // Before a track's own time: exactly the way back, without noise. More than 60 s from it: 60 s, and stamp_ns says so.
   // The tables' capacities must be at least track_capacity and track_capacity * path_points(); paths may be null.
   void publish(int64_t publish_ns, TrackTable& tracks, PathTable* paths) const noexcept;
+  // The same of a snapshot.
+  void publish(const TrackTable& states, int64_t publish_ns, TrackTable& tracks,
+               PathTable* paths) const noexcept override;
 
-  int32_t path_points() const noexcept;
+  int32_t path_points() const noexcept override;
+  double path_step_s() const noexcept override;
   int32_t track_count() const noexcept;
-  TrackerCounts counts() const noexcept;
+  TrackerCounts counts() const noexcept override;
 
  private:
   Arena arena_;  // of the state

@@ -21,6 +21,7 @@
 
 #include "pipeline/overtake.h"
 #include "tests/support/failing_heap.h"
+#include "tests/support/test_method.h"
 
 using namespace overtake_test;
 
@@ -45,7 +46,7 @@ struct Def {
     map = ovt_default_map_def();
     map.count = 20;
     map.x_m = x, map.y_m = y, map.width_left_m = map.width_right_m = width;
-    params = ovt_default_params();
+    params = overtake::test::test_params();
     def = ovt_default_detector_def();
     def.sensors = sensors;
     def.sensor_count = 2;

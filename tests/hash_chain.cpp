@@ -19,6 +19,7 @@
 #include "pipeline/overtake.h"
 #include "tests/support/frame_hash.h"
 #include "tests/support/golden_scene.h"
+#include "tests/support/test_method.h"
 
 #if defined(OVT_HASH_RECORDED)
 #include <filesystem>
@@ -59,6 +60,8 @@ Hashes hash_scene(const char* isa) {
   ovt_detector_def def = ovt_default_detector_def();
   def.sensors = sensors.data();
   def.sensor_count = kGoldenSensors;
+  const ovt_params params = test_params();
+  def.params = &params;
   def.map = &map.def;
   def.worker_count = 1;
   def.isa = isa;
@@ -188,10 +191,15 @@ int main(int argc, char** argv) {
     fail("usage: hash_chain [--isa NAME | --golden]");
   }
   int32_t differences = 0;
-  compare_golden(compare("scene", isas, hash_scene, differences), differences);
+  const Hashes scene = compare("scene", isas, hash_scene, differences);
+  if (tests_paper()) {  // the committed hashes and the recordings' are the paper's
+    compare_golden(scene, differences);
 #if defined(OVT_HASH_RECORDED)
-  compare_recorded(isas, differences);
+    compare_recorded(isas, differences);
 #endif
+  } else if (scene.detections == 0 || scene.tracks < 2) {
+    fail("the golden scene holds no cars for this method");
+  }
   for (const std::string& isa : isas) std::fprintf(stderr, "%s ", isa.c_str());
   std::fprintf(stderr, "-> %d differences\n", differences);
   return differences ? 1 : 0;

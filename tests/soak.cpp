@@ -24,6 +24,7 @@
 
 #include "tests/support/frame_hash.h"
 #include "tests/support/golden_scene.h"
+#include "tests/support/test_method.h"
 
 using namespace overtake::test;
 
@@ -120,7 +121,7 @@ class Story {
   Story(const Options& options, int32_t workers) : random_(options.seed), sensors_(golden_sensors()) {
     for (ovt_sensor_def& sensor : sensors_) sensor.cols = 107, sensor.point_capacity = kCapacity;
     cloud_.reserve(3 * kCapacity);  // ours is not to grow while the heap is watched
-    params_ = ovt_default_params();
+    params_ = overtake::test::test_params();
     params_.tracker_confirm_hits = 3, params_.tracker_keep_hits = 2;
     def_ = ovt_default_detector_def();
     def_.sensors = sensors_.data();

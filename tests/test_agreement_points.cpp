@@ -11,9 +11,11 @@
 #include <cstring>
 #include <limits>
 #include <random>
+#include <string_view>
 #include <vector>
 
 #include "core/math.h"
+#include "tests/support/kernel_world.h"
 #include "tests/support/segment_chain.h"
 
 namespace overtake::test {
@@ -59,57 +61,39 @@ std::vector<TestPoint> make_cloud(Order order, int32_t rows, int32_t cols, uint6
 // Everything the point kernels write, one kernel table from end to end; the images' own kernels are always the twins.
 uint64_t run_points(const KernelTable& k, const std::vector<TestPoint>& cloud, const PointFields& fields,
                     const SensorModel& sensor, int32_t cluster_capacity) {
-  SegmentChain chain(sensor, int32_t(cloud.size()));
-  Arena arena;
-  ClusterTable clusters;
-  ClusterPointTable members;
-  int32_t *row_of_label = nullptr, *cursor = nullptr, *order = nullptr, *layer_order = nullptr, *queue = nullptr;
-  const std::size_t pixels = std::size_t(sensor.rows) * std::size_t(sensor.cols);
-  REQUIRE(arena.build(default_allocator(), [&](Carver& carver) {
-    carve_table(carver, clusters, cluster_capacity);
-    carve_table(carver, members, int32_t(cloud.size()));
-    for (int32_t** p : {&row_of_label, &cursor, &order, &queue}) *p = carver.take<int32_t>(pixels + 1);
-    layer_order = carver.take<int32_t>(kLayerIds);
-  }));
-  clusters.capacity = cluster_capacity;
+  SegmentChain chain(sensor, int32_t(cloud.size()), cluster_capacity);
   const KernelTable& twin = *find_kernels("ref");
-  RangeImages& m = chain.images;
+  const SensorPart& part = chain.part;
+  const RangeImages& m = part.images;
+  LayerSums& sums = chain.scratch.layer_sums;
   Hash hash(1);
   for (int32_t scan = 0; scan < 2; ++scan) {  // twice: nothing of the first may shine through
-    k.load_points(fields, int32_t(cloud.size()), chain.scan);
-    k.project_points(sensor, chain.scan, chain.points, chain.sums);
-    std::sort(chain.sums.touched, chain.sums.touched + chain.sums.touched_count);
-    for (int32_t t = 0; t < chain.sums.touched_count; ++t) {
-      const int32_t layer = chain.sums.touched[t];
-      hash.add_value(layer);
-      hash.add_value(chain.sums.point_count[layer]);
-      hash.add_value(chain.sums.elevation_sum[layer]);
+    k.load_points(fields, int32_t(cloud.size()), chain.part.scan);
+    for (const Step& step : chain.method->segment) {
+      chain.run_step(step, works_on_images(&step) ? twin : k);
+      if (step.name == std::string_view("project_points")) {
+        std::sort(sums.touched, sums.touched + sums.touched_count);
+        for (int32_t t = 0; t < sums.touched_count; ++t) {
+          const int32_t layer = sums.touched[t];
+          hash.add_value(layer);
+          hash.add_value(sums.point_count[layer]);
+          hash.add_value(sums.elevation_sum[layer]);
+        }
+      }
+      if (step.name == std::string_view("scatter_points"))
+        for (int32_t r = 0; r < sensor.rows; ++r)
+          for (const void* row :
+               {static_cast<const void*>(m.range_m.row(r)), static_cast<const void*>(m.elevation_rad.row(r)),
+                static_cast<const void*>(m.pixel_point.row(r))})
+            hash.add_bytes(row, std::size_t(sensor.cols) * 4);
     }
-    const int32_t rows = k.rank_layers(sensor.rows, chain.sums, chain.row_of_layer, layer_order);
-    k.scatter_points(chain.scan, chain.row_of_layer, chain.points, m);
-    for (int32_t r = 0; r < sensor.rows; ++r)
-      for (const void* row :
-           {static_cast<const void*>(m.range_m.row(r)), static_cast<const void*>(m.elevation_rad.row(r)),
-            static_cast<const void*>(m.pixel_point.row(r))})
-        hash.add_bytes(row, std::size_t(sensor.cols) * 4);
-    twin.fill_gaps(chain.fill, m.range_m, m.elevation_rad, m.range_filled_m, m.elevation_filled_rad);
-    twin.angle_image(chain.angle, m.range_filled_m, m.elevation_filled_rad, m.angle_rad);
-    twin.smooth_sg(chain.smooth, rows > 0 ? rows - 1 : 0, m.angle_rad, m.angle_smooth_rad);
-    twin.mark_ground(chain.ground, rows, m.angle_smooth_rad, m.range_filled_m, m.pixel_point, m.nonground);
-    twin.repair_range(chain.repair, m.range_filled_m, m.elevation_filled_rad, m.nonground, m.range_repaired_m,
-                      m.elevation_repaired_rad, m.nonground_repaired);
-    twin.link_pixels(chain.links, m.range_repaired_m, m.elevation_repaired_rad, m.nonground_repaired, m.link_right,
-                     m.link_down);
-    const int32_t labels = twin.label_bfs(sensor.wraps, m.range_filled_m, m.nonground_repaired, m.link_right,
-                                          m.link_down, m.labels, queue);
-    k.label_points(chain.label, m, chain.points);
-    hash.add_value(k.build_clusters(sensor.T_vehicle_sensor, chain.scan, chain.points, labels, clusters, members,
-                                    row_of_label, cursor, order));
-    hash.add_bytes(row_of_label, (std::size_t(labels) + 1) * 4);
-    hash.add_value(hash_table(chain.scan, 2));
-    hash.add_value(hash_table(chain.points, 3));
-    hash.add_value(hash_table(clusters, 4));
-    hash.add_value(hash_table(members, 5));
+    hash.add_value(part.cluster_overflow);
+    hash.add_bytes(part.row_of_label, (std::size_t(part.label_count) + 1) * 4);
+    hash.add_bytes(part.reason_count, sizeof part.reason_count);
+    hash.add_value(hash_table(part.scan, 2));
+    hash.add_value(hash_table(part.points, 3));
+    hash.add_value(hash_table(part.clusters, 4));
+    hash.add_value(hash_table(part.cluster_points, 5));
   }
   return hash.value();
 }

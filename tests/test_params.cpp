@@ -173,7 +173,7 @@ TEST_CASE("params: ovt_set_param refuses what is no value of the parameter, and 
   CHECK(ovt_describe_param(0, nullptr) == OVT_BAD_ARGUMENT);
 }
 
-TEST_CASE("params: only preset paper exists, and its struct must have the library's size") {
+TEST_CASE("params: a preset that does not exist is refused, and so is a struct of an unknown size") {
   ovt_params params;
   CHECK(ovt_params_init(&params, sizeof params, "paper") == OVT_OK);
   CHECK(ovt_params_init(&params, sizeof params, "best") == OVT_UNKNOWN_NAME);

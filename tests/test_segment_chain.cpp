@@ -42,9 +42,9 @@ template <class Truth>
 double angle_error(const SegmentChain& chain, Truth truth) {
   double worst = 0;
   int32_t pairs = 0;
-  for (int32_t r = 0; r + 1 < chain.row_count; ++r)
+  for (int32_t r = 0; r + 1 < chain.part.row_count; ++r)
     for (int32_t c = 0; c < chain.sensor.cols; ++c) {
-      const float angle = chain.images.angle_smooth_rad.at(r, c);
+      const float angle = chain.part.images.angle_smooth_rad.at(r, c);
       if (angle == kAngleUndefined) continue;
       worst = std::fmax(worst, std::fabs(double(angle) - truth(c)));
       ++pairs;
@@ -60,18 +60,18 @@ double azimuth_of(const SensorModel& sensor, int32_t c) {
 TEST_CASE("scene: a level plane has ground angle 0 and is all ground") {
   const SegmentChain chain = seen({{kRoad}, {}}, paper_sensor());
   CHECK(angle_error(chain, [](int32_t) { return 0.0; }) < 0.01 * kDegree);
-  CHECK(chain.cluster_count == 0);
-  REQUIRE(chain.points.count > 10000);
-  for (int32_t i = 0; i < chain.points.count; ++i) REQUIRE(chain.points.label[i] == kLabelGround);
+  CHECK(chain.part.label_count == 0);
+  REQUIRE(chain.part.points.count > 10000);
+  for (int32_t i = 0; i < chain.part.points.count; ++i) REQUIRE(chain.part.points.label[i] == kLabelGround);
 }
 
 TEST_CASE("scene: a vertical wall has angle 90 deg and is one cluster, all but the bottom row") {
   const SegmentChain chain = seen({{{1, 0, 0, 20}}, {}}, paper_sensor());
   CHECK(angle_error(chain, [](int32_t) { return 90 * kDegree; }) < 0.1 * kDegree);
-  CHECK(chain.row_count == 32);
-  CHECK(chain.cluster_count == 1);
+  CHECK(chain.part.row_count == 32);
+  CHECK(chain.part.label_count == 1);
   for (int32_t r = 0; r < 32; ++r)
-    for (int32_t c = 0; c < 857; ++c) REQUIRE(chain.images.labels.at(r, c) == (r < 31 ? 1 : kLabelGround));
+    for (int32_t c = 0; c < 857; ++c) REQUIRE(chain.part.images.labels.at(r, c) == (r < 31 ? 1 : kLabelGround));
 }
 
 TEST_CASE("scene: a ramp is ground up to 20 deg") {
@@ -85,10 +85,10 @@ TEST_CASE("scene: a ramp is ground up to 20 deg") {
     const int32_t middle = 428;
     CHECK(std::fabs(azimuth_of(sensor, middle)) < 1e-6);
     int32_t steep = 0, level = 0;
-    for (int32_t r = 0; r + 1 < chain.row_count; ++r) {
-      if (chain.images.range_m.at(r, middle) == kNoReturn) continue;
-      ++(chain.images.nonground.test(r, middle) ? steep : level);
-      CHECK(double(chain.images.angle_smooth_rad.at(r, middle)) == doctest::Approx(s).epsilon(1e-3));
+    for (int32_t r = 0; r + 1 < chain.part.row_count; ++r) {
+      if (chain.part.images.range_m.at(r, middle) == kNoReturn) continue;
+      ++(chain.part.images.nonground.test(r, middle) ? steep : level);
+      CHECK(double(chain.part.images.angle_smooth_rad.at(r, middle)) == doctest::Approx(s).epsilon(1e-3));
     }
     CHECK(steep + level > 10);
     CHECK((slope_deg < 20 ? steep : level) == 0);
@@ -102,25 +102,26 @@ TEST_CASE("scene: a banked road is ground, its angle atan(tan(bank) |sin a|) in 
   const double error = angle_error(
       chain, [&](int32_t c) { return std::atan(std::tan(bank) * std::fabs(std::sin(azimuth_of(sensor, c)))); });
   CHECK(error < 0.02 * kDegree);
-  CHECK(chain.cluster_count == 0);
-  for (int32_t i = 0; i < chain.points.count; ++i) REQUIRE(chain.points.label[i] == kLabelGround);
+  CHECK(chain.part.label_count == 0);
+  for (int32_t i = 0; i < chain.part.points.count; ++i) REQUIRE(chain.part.points.label[i] == kLabelGround);
 }
 
 TEST_CASE("scene: a box on a plane is one cluster") {
   const test::SceneBox car = {{14, -3.5, -kSensorHeight_m}, {18.9, -1.6, -0.1}};
   const SegmentChain chain = seen({{kRoad}, {car}}, paper_sensor());
-  CHECK(chain.cluster_count == 1);
+  CHECK(chain.part.label_count == 1);
   int32_t on_car = 0, of_cluster = 0;
-  for (int32_t i = 0; i < chain.points.count; ++i) {
-    const double x = double(chain.scan.x_m[i]), y = double(chain.scan.y_m[i]), z = double(chain.scan.z_m[i]);
+  for (int32_t i = 0; i < chain.part.points.count; ++i) {
+    const double x = double(chain.part.scan.x_m[i]), y = double(chain.part.scan.y_m[i]),
+                 z = double(chain.part.scan.z_m[i]);
     REQUIRE(chain.reason(i) == Reason::kLabelled);
     const bool car_point = z > -kSensorHeight_m + 0.01;
     on_car += car_point;
-    of_cluster += chain.points.label[i] == 1;
+    of_cluster += chain.part.points.label[i] == 1;
     // Smoothing lets an upright pair reach two rows: road before the car's foot may join, nothing else.
-    if (chain.points.label[i] == 1) CHECK((car_point || (x > 10 && x < 14.01 && y > -4 && y < -1)));
+    if (chain.part.points.label[i] == 1) CHECK((car_point || (x > 10 && x < 14.01 && y > -4 && y < -1)));
     // and the car's faces join, but for the roof, which is level, and its last row above the road
-    if (car_point && z < -0.2 && z > -kSensorHeight_m + 0.4) CHECK(chain.points.label[i] == 1);
+    if (car_point && z < -0.2 && z > -kSensorHeight_m + 0.4) CHECK(chain.part.points.label[i] == 1);
   }
   CHECK(on_car > 300);
   CHECK(of_cluster > 300);
@@ -222,8 +223,8 @@ TEST_CASE("every input point ends with a label or a reason, whatever the cloud")
       const int32_t count = seed == 4 ? 40 : shape.rows * shape.cols + 500;
       SegmentChain chain(sensor, count);
       chain.run(random_cloud(random, sensor, count));
-      const PointTable& points = chain.points;
-      const RangeImages& m = chain.images;
+      const PointTable& points = chain.part.points;
+      const RangeImages& m = chain.part.images;
       REQUIRE(points.count == count);
       int32_t wrong = 0;
       for (int32_t i = 0; i < count; ++i) {
@@ -231,7 +232,7 @@ TEST_CASE("every input point ends with a label or a reason, whatever the cloud")
         REQUIRE(reason < Reason::kCount);
         const int32_t label = points.label[i];
         const bool labelled = reason == Reason::kLabelled;
-        wrong += labelled ? label < 0 || label > chain.cluster_count : label != kLabelNone;
+        wrong += labelled ? label < 0 || label > chain.part.label_count : label != kLabelNone;
         wrong += labelled && points.pixel[i] < 0;
         ++tally[int(reason)];
       }
@@ -239,7 +240,7 @@ TEST_CASE("every input point ends with a label or a reason, whatever the cloud")
       CHECK(values_not_finite(m) == 0);
       for (const BitPlane& bits : {m.nonground, m.nonground_repaired, m.link_right, m.link_down})
         CHECK(test::tail_is_clear(bits));
-      clusters += chain.cluster_count;
+      clusters += chain.part.label_count;
     }
   for (int reason = 0; reason < int(Reason::kCount); ++reason) {  // the clouds hold all of them
     CAPTURE(reason);
@@ -274,19 +275,20 @@ TEST_CASE("bad points change nothing: without them the result is the same, bit f
       good.run(random_cloud(random, sensor, count));  // what an earlier scan left behind must not matter either
       good.run(kept);
 
-      CHECK(good.row_count == all.row_count);
-      CHECK(good.cluster_count == all.cluster_count);
-      check_same_images(good.images, all.images);
+      CHECK(good.part.row_count == all.part.row_count);
+      CHECK(good.part.label_count == all.part.label_count);
+      check_same_images(good.part.images, all.part.images);
       int32_t wrong = 0;
       for (std::size_t k = 0; k < kept.size(); ++k) {
         const auto i = std::size_t(kept_from[k]);
-        wrong += good.points.label[k] != all.points.label[i] || good.points.reason[k] != all.points.reason[i] ||
-                 good.points.pixel[k] != all.points.pixel[i];
+        wrong += good.part.points.label[k] != all.part.points.label[i] ||
+                 good.part.points.reason[k] != all.part.points.reason[i] ||
+                 good.part.points.pixel[k] != all.part.points.pixel[i];
       }
       for (int32_t r = 0; r < shape.rows; ++r)
         for (int32_t c = 0; c < shape.cols; ++c) {
-          const int32_t winner = good.images.pixel_point.at(r, c);
-          wrong += (winner < 0 ? winner : kept_from[std::size_t(winner)]) != all.images.pixel_point.at(r, c);
+          const int32_t winner = good.part.images.pixel_point.at(r, c);
+          wrong += (winner < 0 ? winner : kept_from[std::size_t(winner)]) != all.part.images.pixel_point.at(r, c);
         }
       CHECK(wrong == 0);
     }
@@ -320,16 +322,18 @@ TEST_CASE("the images restore every pixel's point: r, e and the column hold what
   int32_t pixels = 0;
   for (int32_t r = 0; r < 32; ++r)
     for (int32_t c = 0; c < 1084; ++c) {
-      const int32_t i = chain.images.pixel_point.at(r, c);
-      CHECK((i == kNoPoint) == (chain.images.range_m.at(r, c) == kNoReturn));
+      const int32_t i = chain.part.images.pixel_point.at(r, c);
+      CHECK((i == kNoPoint) == (chain.part.images.range_m.at(r, c) == kNoReturn));
       if (i == kNoPoint) continue;
-      const double range = double(chain.images.range_m.at(r, c)), e = double(chain.images.elevation_rad.at(r, c));
-      const double x = double(chain.scan.x_m[i]), y = double(chain.scan.y_m[i]), z = double(chain.scan.z_m[i]);
+      const double range = double(chain.part.images.range_m.at(r, c)),
+                   e = double(chain.part.images.elevation_rad.at(r, c));
+      const double x = double(chain.part.scan.x_m[i]), y = double(chain.part.scan.y_m[i]),
+                   z = double(chain.part.scan.z_m[i]);
       CHECK(std::fabs(range * std::sin(e) - z) < 1e-6 * range);
       CHECK(std::fabs(range * std::cos(e) - std::hypot(x, y)) < 1e-6 * range);
       const double off = std::remainder(std::atan2(y, x) - azimuth_of(sensor, c), 360 * kDegree);
       CHECK(std::fabs(off) < 0.5 * double(sensor.pitch_rad) + 1e-5);
-      CHECK(chain.row_of_layer[chain.scan.layer[i]] == r);
+      CHECK(chain.scratch.row_of_layer[chain.part.scan.layer[i]] == r);
       ++pixels;
     }
   CHECK(pixels > 10000);
@@ -342,16 +346,16 @@ TEST_CASE("an empty scan is a scan, and so is one with all points on one pixel")
     SegmentChain chain(model_of(shape), 100);
     const std::vector<TestPoint> heap(100, TestPoint{20, 1, 2, 3, 500});
     chain.run(heap);
-    CHECK(chain.row_count == 1);
-    CHECK(chain.cluster_count == 0);  // the bottom row is ground
-    for (int32_t i = 0; i < 100; ++i) CHECK(chain.points.label[i] == kLabelGround);
+    CHECK(chain.part.row_count == 1);
+    CHECK(chain.part.label_count == 0);  // the bottom row is ground
+    for (int32_t i = 0; i < 100; ++i) CHECK(chain.part.points.label[i] == kLabelGround);
     chain.run({});
-    CHECK(chain.points.count == 0);
-    CHECK(chain.row_count == 0);
-    CHECK(chain.cluster_count == 0);
-    CHECK(values_not_finite(chain.images) == 0);
+    CHECK(chain.part.points.count == 0);
+    CHECK(chain.part.row_count == 0);
+    CHECK(chain.part.label_count == 0);
+    CHECK(values_not_finite(chain.part.images) == 0);
     for (int32_t r = 0; r < shape.rows; ++r)
-      for (int32_t c = 0; c < shape.cols; ++c) REQUIRE(chain.images.labels.at(r, c) == kLabelNone);
+      for (int32_t c = 0; c < shape.cols; ++c) REQUIRE(chain.part.images.labels.at(r, c) == kLabelNone);
   }
 }
 

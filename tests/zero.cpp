@@ -28,6 +28,7 @@
 #include "tests/support/golden_scene.h"
 #include "tests/support/heap_calls.h"
 #include "tests/support/lock_calls.h"
+#include "tests/support/test_method.h"
 
 using namespace overtake::test;
 
@@ -149,7 +150,7 @@ int main(int argc, char** argv) {
   std::vector<ovt_sensor_def> sensors = golden_sensors();
   for (ovt_sensor_def& sensor : sensors) sensor.cols = 107, sensor.point_capacity = 4096;
   const GoldenMap map;
-  ovt_params params = ovt_default_params();
+  ovt_params params = test_params();
   params.tracker_confirm_hits = 3, params.tracker_keep_hits = 2;
   Seen seen;
   ovt_detector_def def = ovt_default_detector_def();

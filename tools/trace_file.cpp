@@ -62,13 +62,14 @@ void TraceFile::add(int64_t frame, ovt_reader* reader) {
   ovt_frame_info info;
   check(ovt_read_info(reader, &info), "frame");
   const auto sensors = int32_t(sensor_names_.size());
-  std::vector<ovt_span> spans(std::size_t(sensors + 1) * OVT_STAGE_COUNT);
+  std::vector<ovt_span> spans(std::size_t(sensors + 1) * OVT_STAGE_COUNT, ovt_span{0, -1, -1});
   const auto span_of = [&](int32_t sensor, int32_t stage) -> ovt_span& {
     return spans[std::size_t(sensor + 1) * OVT_STAGE_COUNT + std::size_t(stage)];
   };
   for (int32_t s = -1; s < sensors; ++s)
     for (int32_t i = 0; i < OVT_STAGE_COUNT; ++i)
-      check(ovt_read_span(reader, s, ovt_stage(i), &span_of(s, i)), "stage times");
+      if (const ovt_status status = ovt_read_span(reader, s, ovt_stage(i), &span_of(s, i)); status != OVT_NOT_COMPUTED)
+        check(status, "stage times");
   if (!any_) {
     first_ns_ = INT64_MAX;
     for (const ovt_span& span : spans)

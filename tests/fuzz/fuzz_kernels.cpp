@@ -3,26 +3,30 @@
 //
 // Every kernel on every ISA this CPU has, against the scalar twin: on clouds of any bytes from the first kernel to the
 // last, and each image kernel on images of any content. Same bytes, and nothing beside the outputs.
-#include <algorithm>
+#include <vector>
 
 #include "tests/fuzz/bytes.h"
 #include "tests/support/kernel_world.h"
 
 using namespace overtake;
+using test::Kernel;
 using test::KernelWorld;
-using test::Step;
 
 namespace {
 
-struct Kernel {
-  Step step;
-  const char* name;
-};
 constexpr Kernel kKernels[] = {
-#define OVT_KERNEL(name, agreement) {Step::name, #name},
+#define OVT_KERNEL(name, form) Kernel::name,
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
 };
+
+// Those that read and write images alone.
+std::vector<Kernel> image_kernels() {
+  std::vector<Kernel> found;
+  for (const Kernel kernel : kKernels)
+    if (test::works_on_images(test::find_step(kernel).step)) found.push_back(kernel);
+  return found;
+}
 
 // The point kernels' tables have an entry per layer id, a megabyte a world: images alone are a hundred times as fast.
 enum class Input { image, cloud };
@@ -46,10 +50,10 @@ KernelWorld make_world(const Case& c) {
   return world;
 }
 
-void compare(KernelWorld& truth, KernelWorld& world, const Kernel& kernel, const char* isa) {
+void compare(KernelWorld& truth, KernelWorld& world, const char* kernel, const char* isa) {
   const std::string difference = KernelWorld::difference(truth, world), broken = world.broken();
   if (difference.empty() && broken.empty()) return;
-  std::fprintf(stderr, "%s/%s: %s; wrote past the ends of: %s\n", kernel.name, isa, difference.c_str(), broken.c_str());
+  std::fprintf(stderr, "%s/%s: %s; wrote past the ends of: %s\n", kernel, isa, difference.c_str(), broken.c_str());
   std::abort();
 }
 
@@ -62,31 +66,31 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
   c.shape = {in.in(1, 6), in.in(1, 40), in.in(0, 60)};
   if (in.chance(16)) c.shape.cols = in.in(60, 130);
   c.seed = in.byte();
-  const int32_t first = in.in(int32_t(Step::fill_gaps), int32_t(Step::label_bfs));
+  static const std::vector<Kernel> images = image_kernels();
+  const Kernel kernel = images[std::size_t(in.in(0, int32_t(images.size()) - 1))];
   c.bytes = in.rest();
 
   const KernelTable* tables[16] = {};
   const int32_t table_count = list_kernels(tables);
   if (c.input == Input::cloud) {
     KernelWorld truth = make_world(c);
-    for (const Kernel& kernel : kKernels) truth.run(*tables[0], kernel.step);
+    for (const Kernel each : kKernels) truth.run(*tables[0], each);
     for (int32_t t = 1; t < table_count; ++t) {
       KernelWorld world = make_world(c);
       world.poison_padding();
-      for (const Kernel& kernel : kKernels) world.run(*tables[t], kernel.step);
-      compare(truth, world, {Step::load_points, "one of the chain's kernels"}, tables[t]->isa);
+      for (const Kernel each : kKernels) world.run(*tables[t], each);
+      compare(truth, world, "one of the chain's kernels", tables[t]->isa);
     }
     return 0;
   }
   // One kernel on images that no chain would make, so that none depends on what the one before it keeps to.
-  const Kernel& kernel = kKernels[first];
   KernelWorld truth = make_world(c);
-  truth.run(*tables[0], kernel.step);
+  truth.run(*tables[0], kernel);
   for (int32_t t = 1; t < table_count; ++t) {
     KernelWorld world = make_world(c);
     world.poison_padding();
-    world.run(*tables[t], kernel.step);
-    compare(truth, world, kernel, tables[t]->isa);
+    world.run(*tables[t], kernel);
+    compare(truth, world, test::kernel_name(kernel), tables[t]->isa);
   }
   return 0;
 }

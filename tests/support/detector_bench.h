@@ -14,6 +14,7 @@
 
 #include "core/hash.h"
 #include "pipeline/overtake.h"
+#include "tests/support/test_method.h"
 #include "tools/scene/scene.h"
 
 namespace overtake_test {
@@ -165,7 +166,7 @@ class DetectorBench {
   explicit DetectorBench(const Options& options) {
     sensors = demo_sensors();
     def = ovt_default_detector_def();
-    params = ovt_default_params();
+    params = overtake::test::test_params();
     params.tracker_confirm_hits = 3;
     params.tracker_keep_hits = 2;
     def.sensors = sensors.data();

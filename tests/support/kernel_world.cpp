@@ -3,25 +3,31 @@
 #include "tests/support/kernel_world.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <limits>
 
+#include "core/hash.h"
 #include "core/math.h"
+#include "core/table.h"
+#include "pipeline/method/methods.h"
 
 namespace overtake::test {
 namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-constexpr int32_t kPlanes = 8;
 
-Plane<float>* planes_of(RangeImages& m, int32_t i) {
-  Plane<float>* const planes[kPlanes] = {
-      &m.range_m,   &m.elevation_rad,    &m.range_filled_m,   &m.elevation_filled_rad,
-      &m.angle_rad, &m.angle_smooth_rad, &m.range_repaired_m, &m.elevation_repaired_rad};
+// Each two neighbours of these are filled alike: the first with ranges, the second with angles.
+constexpr int32_t kPlanes = 8;
+Plane<float> plane_of(const RangeImages& m, int32_t i) {
+  const Plane<float> planes[kPlanes] = {m.range_m,   m.elevation_rad,    m.range_filled_m,   m.elevation_filled_rad,
+                                        m.angle_rad, m.angle_smooth_rad, m.range_repaired_m, m.elevation_repaired_rad};
   return planes[i];
 }
-const char* const kPlaneName[kPlanes] = {"range_m",   "elevation_rad",    "range_filled_m",   "elevation_filled_rad",
-                                         "angle_rad", "angle_smooth_rad", "range_repaired_m", "elevation_repaired_rad"};
-const char* const kBitsName[4] = {"nonground", "nonground_repaired", "link_right", "link_down"};
+
+constexpr Columns kImages = columns_of(Extent::pixels) | columns(Column::row_count);
+constexpr Columns kLayers = columns_of(Extent::layers) | columns(Column::layer_sums);
+constexpr Columns kScratch = columns(Column::layer_order, Column::queue, Column::cursor, Column::order);
 
 template <class T>
 std::string compare_values(const std::string& name, const T* a, const T* b, std::size_t count) {
@@ -59,11 +65,6 @@ std::string compare_tables(const std::string& name, Table& a, Table& b) {
 
 }  // namespace
 
-BitPlane KernelWorld::bits_of(int32_t i) const {
-  const BitPlane bits[4] = {images.nonground, images.nonground_repaired, images.link_right, images.link_down};
-  return bits[i];
-}
-
 KernelWorld::KernelWorld(Shape shape, uint64_t seed, int32_t cluster_capacity) : shape_(shape), random_(seed) {
   const int32_t rows = shape.rows, cols = shape.cols;
   const bool wraps = seed % 2 == 1;
@@ -77,22 +78,13 @@ KernelWorld::KernelWorld(Shape shape, uint64_t seed, int32_t cluster_capacity) :
   sensor = rig_[0];
 
   Guarded& g = guarded_;
-  g.take_table("scan", scan_, shape.points);
-  g.take_table("points", points_, shape.points);
-  for (int32_t i = 0; i < kPlanes; ++i) *planes_of(images, i) = g.take_plane<float>(kPlaneName[i], rows, cols);
-  images.pixel_point = g.take_plane<int32_t>("pixel_point", rows, cols);
-  images.labels = g.take_plane<int32_t>("labels", rows, cols);
-  images.nonground = g.take_bits("nonground", rows, cols);
-  images.nonground_repaired = g.take_bits("nonground_repaired", rows, cols);
-  images.link_right = g.take_bits("link_right", rows, cols);
-  images.link_down = g.take_bits("link_down", rows, cols);
+  g.take_table("scan", part.scan, shape.points);
+  part.points.capacity = round_up(shape.points, kRowAlign);
+  take_columns(~kLayers);
   const auto pixels = std::size_t(rows) * std::size_t(cols);
-  queue_ = g.take<int32_t>("queue", pixels);
-  row_of_label_ = g.take<int32_t>("row_of_label", pixels + 1);
-  cursor_ = g.take<int32_t>("cursor", pixels + 1);
-  order_ = g.take<int32_t>("order", pixels + 1);
-  g.take_table("clusters", clusters_, seed % 3 == 0 ? 16 : cluster_capacity);
-  g.take_table("cluster_points", cluster_points_, shape.points);
+  part.row_of_label = g.take<int32_t>("row_of_label", pixels + 1);
+  g.take_table("clusters", part.clusters, seed % 3 == 0 ? 16 : cluster_capacity);
+  g.take_table("cluster_points", part.cluster_points, shape.points);
   g.take_table("members", members_, 3 * cluster_capacity);
   g.take_table("merged", merged_, cluster_capacity);
   g.take_table("gate_input", gate_input_, std::max(shape.points, 1));
@@ -109,7 +101,31 @@ KernelWorld::KernelWorld(Shape shape, uint64_t seed, int32_t cluster_capacity) :
   seam_.order = g.take<int32_t>("seam.order", std::size_t(members_.capacity));
   fit_x_m_ = g.take<float>("fit_x_m", std::size_t(round_up(shape.points + 1, kRowAlign)) + kRowAlign);
   fit_y_m_ = g.take<float>("fit_y_m", std::size_t(round_up(shape.points + 1, kRowAlign)) + kRowAlign);
+  make_smooth_sg(cols % 3 == 0 ? 9 : 5, 2, &params_.smooth_sg);
+  params_.repair_range.wraps = params_.link_pixels.wraps = sensor.wraps;
+  params_.repair_range.half_window = cols % 3 == 0 ? kMaxRepairHalfWindow : 4;
+  params_.link_pixels.sin_pitch = sensor.sin_pitch;
+  params_.link_pixels.cos_pitch = sensor.cos_pitch;
   fill_tables();
+}
+
+void KernelWorld::take_columns(Columns which) {
+  for_each_segment_column(part, scratch, [&](Column column, auto extent, auto& view) {
+    if (!has(which, column)) return;
+    const std::string name = column_name(column);
+    const auto pixels = std::size_t(shape_.rows) * std::size_t(shape_.cols);
+    if constexpr (extent == Extent::pixels) {
+      if constexpr (std::is_same_v<decltype(view), BitPlane&>)
+        view = guarded_.take_bits(name, shape_.rows, shape_.cols);
+      else
+        view = guarded_.take_plane<std::remove_reference_t<decltype(*view.data)>>(name, shape_.rows, shape_.cols);
+    } else if constexpr (extent != Extent::own) {
+      view = guarded_.take<std::remove_reference_t<decltype(*view)>>(
+          name, extent == Extent::points   ? std::size_t(part.points.capacity)
+                : extent == Extent::layers ? std::size_t(kLayerIds)
+                                           : pixels + (extent == Extent::labels ? 1 : 0));
+    }
+  });
 }
 
 // Inputs that no earlier kernel writes: sizes of clusters, and one cluster's points along two sides of a car.
@@ -139,13 +155,14 @@ void KernelWorld::fill_tables() {
 }
 
 void KernelWorld::take_layers() {
-  sums_.touched = guarded_.take<int32_t>("touched", kLayerIds);
-  sums_.point_count = guarded_.take<int32_t>("point_count", kLayerIds);
-  sums_.elevation_sum = guarded_.take<int64_t>("elevation_sum", kLayerIds);
-  std::fill_n(sums_.point_count, kLayerIds, 0);
-  std::fill_n(sums_.elevation_sum, kLayerIds, int64_t(0));
-  row_of_layer_ = guarded_.take<int32_t>("row_of_layer", kLayerIds);
-  layer_order_ = guarded_.take<int32_t>("layer_order", kLayerIds);
+  LayerSums& sums = scratch.layer_sums;
+  sums.touched = guarded_.take<int32_t>("touched", kLayerIds);
+  sums.point_count = guarded_.take<int32_t>("point_count", kLayerIds);
+  sums.elevation_sum = guarded_.take<int64_t>("elevation_sum", kLayerIds);
+  std::fill_n(sums.point_count, kLayerIds, 0);
+  std::fill_n(sums.elevation_sum, kLayerIds, int64_t(0));
+  take_columns(kLayers);
+  has_layers_ = true;
 }
 
 void KernelWorld::fill_cloud_from(const unsigned char* bytes, std::size_t size) {
@@ -163,8 +180,8 @@ void KernelWorld::overlay_noise(const unsigned char* bytes, std::size_t size) {
     for (int32_t r = 0; r < shape_.rows; ++r)
       for (int32_t c = 0; c < shape_.cols; ++c) {
         const int32_t coarse = byte(), fine = byte(), tilt = byte();
-        planes_of(images, i)->row(r)[c] = coarse < 64 ? kNoReturn : 0.5f * float(coarse) + 0.001f * float(fine);
-        planes_of(images, i + 1)->row(r)[c] =
+        plane_of(part.images, i).row(r)[c] = coarse < 64 ? kNoReturn : 0.5f * float(coarse) + 0.001f * float(fine);
+        plane_of(part.images, i + 1).row(r)[c] =
             tilt < 8 ? 0.19f * float(tilt * 2 - 8) : 0.3f - 0.02f * float(r) + 0.0001f * float(tilt);
       }
 }
@@ -204,8 +221,9 @@ void KernelWorld::fill_cloud() {
 }
 
 void KernelWorld::fill_noise() {
+  const RangeImages& m = part.images;
   const int32_t hole = int32_t(random_() % 5) * 20, jump = 1 + int32_t(random_() % 30);
-  row_count = std::max(0, shape_.rows - int32_t(random_() % 3));
+  part.row_count = std::max(0, shape_.rows - int32_t(random_() % 3));
   constexpr float kExtreme[] = {1e18f, 1e-6f, 300.0f, 0.5f, 1.17549435e-38f};
   for (int32_t i = 0; i < kPlanes; i += 2)
     for (int32_t r = 0; r < shape_.rows; ++r) {
@@ -213,122 +231,119 @@ void KernelWorld::fill_noise() {
       for (int32_t c = 0; c < shape_.cols; ++c) {
         if (chance(jump)) range = uniform(1.0f, 60.0f);
         range += uniform(-0.05f, 0.05f);
-        planes_of(images, i)->row(r)[c] = chance(hole) ? kNoReturn : chance(1) ? kExtreme[random_() % 5] : range;
-        planes_of(images, i + 1)->row(r)[c] =
+        plane_of(part.images, i).row(r)[c] = chance(hole) ? kNoReturn : chance(1) ? kExtreme[random_() % 5] : range;
+        plane_of(part.images, i + 1).row(r)[c] =
             chance(5) ? uniform(-kHalfPiF, kHalfPiF) : 0.3f - 0.004f * float(r) + uniform(-0.0008f, 0.0008f);
       }
     }
   for (int32_t r = 0; r < shape_.rows; ++r)
     for (int32_t c = 0; c < shape_.cols; ++c) {
       const float marker = chance(60) ? kAngleUndefined : kAngleSkipped;
-      images.angle_rad.row(r)[c] = chance(hole) ? marker : chance(3) ? 0.0f : uniform(0.0f, kHalfPiF);
-      images.angle_smooth_rad.row(r)[c] = chance(hole) ? kAngleUndefined : uniform(-0.2f, 1.7f);
-      images.pixel_point.row(r)[c] = chance(hole) ? kNoPoint : c;
+      m.angle_rad.row(r)[c] = chance(hole) ? marker : chance(3) ? 0.0f : uniform(0.0f, kHalfPiF);
+      m.angle_smooth_rad.row(r)[c] = chance(hole) ? kAngleUndefined : uniform(-0.2f, 1.7f);
+      m.pixel_point.row(r)[c] = chance(hole) ? kNoPoint : c;
     }
   // Bits in runs; links only between pixels that are set.
   const int32_t density = int32_t(random_() % 6) * 20, change = 1 + int32_t(random_() % 60);
-  for (int32_t i = 0; i < 2; ++i)
+  for (const BitPlane& bits : {m.nonground, m.nonground_repaired})
     for (int32_t r = 0; r < shape_.rows; ++r) {
-      bits_of(i).clear_row(r);
+      bits.clear_row(r);
       bool on = chance(density);
       for (int32_t c = 0; c < shape_.cols; ++c) {
         if (chance(change)) on = chance(density);
-        if (on) bits_of(i).set(r, c);
+        if (on) bits.set(r, c);
       }
     }
   const int32_t joined = int32_t(random_() % 5) * 25;
-  const BitPlane set = images.nonground_repaired;
+  const BitPlane set = m.nonground_repaired;
   for (int32_t r = 0; r < shape_.rows; ++r) {
-    images.link_right.clear_row(r);
-    images.link_down.clear_row(r);
+    m.link_right.clear_row(r);
+    m.link_down.clear_row(r);
     for (int32_t c = 0; c < shape_.cols; ++c) {
       const int32_t right = c + 1 < shape_.cols ? c + 1 : sensor.wraps && c > 0 ? 0 : -1;
-      if (right >= 0 && set.test(r, c) && set.test(r, right) && chance(joined)) images.link_right.set(r, c);
-      if (r + 1 < shape_.rows && set.test(r, c) && set.test(r + 1, c) && chance(joined)) images.link_down.set(r, c);
+      if (right >= 0 && set.test(r, c) && set.test(r, right) && chance(joined)) m.link_right.set(r, c);
+      if (r + 1 < shape_.rows && set.test(r, c) && set.test(r + 1, c) && chance(joined)) m.link_down.set(r, c);
     }
   }
 }
 
-void KernelWorld::run(const KernelTable& k, Step step) {
-  RangeImages& m = images;
-  switch (step) {
-    case Step::load_points: {
-      const RawPoint* first = raw_.data();
-      const auto field = [&](const void* at, FieldType type) {
-        return PointField{at, std::ptrdiff_t(sizeof(RawPoint)), type};
-      };
-      PointFields fields;
-      if (first) {
-        const char* base = reinterpret_cast<const char*>(first);
-        fields.x = field(base, FieldType::kFloat32);
-        fields.y = field(base + 4, FieldType::kFloat32);
-        fields.z = field(base + 8, FieldType::kFloat32);
-        fields.intensity = field(base + 12, FieldType::kFloat32);
-        fields.layer = field(base + 16, FieldType::kUint16);
-        fields.time = field(base + 18, FieldType::kUint32);
-      }
-      k.load_points(fields, int32_t(raw_.size()), scan_);
-      break;
-    }
-    case Step::project_points: k.project_points(sensor, scan_, points_, sums_); break;
-    case Step::rank_layers: row_count = k.rank_layers(sensor.rows, sums_, row_of_layer_, layer_order_); break;
-    case Step::scatter_points: k.scatter_points(scan_, row_of_layer_, points_, m); break;
-    case Step::fill_gaps:
-      k.fill_gaps(FillGapsParams(), m.range_m, m.elevation_rad, m.range_filled_m, m.elevation_filled_rad);
-      break;
-    case Step::angle_image:
-      k.angle_image(AngleImageParams(), m.range_filled_m, m.elevation_filled_rad, m.angle_rad);
-      break;
-    case Step::smooth_sg: {
-      SmoothSgParams params;
-      make_smooth_sg(shape_.cols % 3 == 0 ? 9 : 5, 2, &params);
-      k.smooth_sg(params, std::max(row_count - 1, 0), m.angle_rad, m.angle_smooth_rad);
-      break;
-    }
-    case Step::mark_ground:
-      k.mark_ground(MarkGroundParams(), row_count, m.angle_smooth_rad, m.range_filled_m, m.pixel_point, m.nonground);
-      break;
-    case Step::repair_range: {
-      RepairRangeParams params;
-      params.wraps = sensor.wraps;
-      params.half_window = shape_.cols % 3 == 0 ? kMaxRepairHalfWindow : 4;
-      k.repair_range(params, m.range_filled_m, m.elevation_filled_rad, m.nonground, m.range_repaired_m,
-                     m.elevation_repaired_rad, m.nonground_repaired);
-      break;
-    }
-    case Step::link_pixels: {
-      LinkPixelsParams params;
-      params.sin_pitch = sensor.sin_pitch;
-      params.cos_pitch = sensor.cos_pitch;
-      params.wraps = sensor.wraps;
-      k.link_pixels(params, m.range_repaired_m, m.elevation_repaired_rad, m.nonground_repaired, m.link_right,
-                    m.link_down);
-      break;
-    }
-    case Step::label_bfs:
-      cluster_count = k.label_bfs(sensor.wraps, m.range_filled_m, m.nonground_repaired, m.link_right, m.link_down,
-                                  m.labels, queue_);
-      break;
-    case Step::label_points: k.label_points(LabelPointsParams(), m, points_); break;
-    case Step::build_clusters:
-      cluster_overflow_ = k.build_clusters(sensor.T_vehicle_sensor, scan_, points_, cluster_count, clusters_,
-                                           cluster_points_, row_of_label_, cursor_, order_);
-      break;
-    case Step::merge_seams: {
+const char* kernel_name(Kernel kernel) {
+  constexpr const char* kName[] = {
+#define OVT_KERNEL(name, form) #name,
+#include "kernels/kernels.def"
+#undef OVT_KERNEL
+  };
+  return kName[int32_t(kernel)];
+}
+
+StepOfMethod find_step(Kernel kernel) {
+  const Method* methods[kMaxMethods] = {};
+  const int32_t count = list_methods(methods);
+  for (int32_t m = 0; m < count; ++m)
+    for (const Step& step : methods[m]->segment)
+      if (std::strcmp(step.name, kernel_name(kernel)) == 0) return {methods[m], &step};
+  return {};
+}
+
+bool works_on_images(const Step* step) {
+  return step && ((step->reads | step->writes) & ~(kImages | columns(Column::label_count))) == 0;
+}
+
+void KernelWorld::load_points(const KernelTable& k) {
+  PointFields fields;
+  if (!raw_.empty()) {
+    const char* base = reinterpret_cast<const char*>(raw_.data());
+    const auto field = [](const void* at, FieldType type) {
+      return PointField{at, std::ptrdiff_t(sizeof(RawPoint)), type};
+    };
+    fields.x = field(base, FieldType::kFloat32);
+    fields.y = field(base + 4, FieldType::kFloat32);
+    fields.z = field(base + 8, FieldType::kFloat32);
+    fields.intensity = field(base + 12, FieldType::kFloat32);
+    fields.layer = field(base + 16, FieldType::kUint16);
+    fields.time = field(base + 18, FieldType::kUint32);
+  }
+  k.load_points(fields, int32_t(raw_.size()), part.scan);
+}
+
+void KernelWorld::run(const KernelTable& k, const Step& step) {
+  Segment segment = {k, sensor, params_, part, scratch};
+  step.run(segment);
+}
+
+void KernelWorld::run(const KernelTable& k, Kernel kernel) {
+  if (const Step* step = find_step(kernel).step) return run(k, *step);
+  switch (kernel) {
+    case Kernel::load_points: return load_points(k);
+    case Kernel::merge_seams: {
       // The same scan in all three places, so there is something on both sides of each seam.
       MergeSeamsParams params;
       params.columns = shape_.cols % 2 == 0 ? std::min(shape_.cols, 8) : 1;
       SeamSide sides[3];
       for (int32_t s = 0; s < 3; ++s)
-        sides[s] = {true, &rig_[s], &images, &scan_, &points_, &clusters_, row_of_label_, 1000 * s};
+        sides[s] = {true,         &rig_[s],       &part.images,      &part.scan,
+                    &part.points, &part.clusters, part.row_of_label, 1000 * s};
       merged_overflow_ = k.merge_seams(params, sides, 3, members_, merged_, seam_);
-      break;
+      return;
     }
-    case Step::gate_clusters: kept_count_ = k.gate_clusters(GateClustersParams(), gate_input_, kept_); break;
-    case Step::fit_rectangle:
+    case Kernel::gate_clusters: kept_count_ = k.gate_clusters(GateClustersParams(), gate_input_, kept_); return;
+    case Kernel::fit_rectangle:
       if (fit_count_ > 0)
         fit_ = k.fit_rectangle(FitRectangleParams(), fit_x_m_, fit_y_m_, fit_count_, 0.3f, 1.0f, -0.5f);
-      break;
+      return;
+    default: break;
+  }
+  std::fprintf(stderr, "%s: no step of a method runs it, and KernelWorld does not either\n", kernel_name(kernel));
+  std::abort();
+}
+
+void KernelWorld::run_before(const KernelTable& k, Kernel kernel) {
+  if (kernel == Kernel::load_points) return;
+  load_points(k);
+  const StepOfMethod found = find_step(kernel);
+  for (const Step& step : found.method->segment) {
+    if (&step == found.step) return;
+    run(k, step);
   }
 }
 
@@ -337,41 +352,104 @@ void KernelWorld::poison_padding() {
     for (int32_t i = -kRowPad; i < 0; ++i) plane.data[i] = value;
     for (int32_t r = 0; r < plane.rows; ++r) std::fill(plane.row(r) + plane.cols, plane.row(r) + plane.stride, value);
   };
-  for (int32_t i = 0; i < kPlanes; ++i) poison(*planes_of(images, i), kNan);
-  poison(images.pixel_point, int32_t(0x5a5a5a5a));
-  poison(images.labels, int32_t(0x5a5a5a5a));
+  for_each_segment_column(part, scratch, [&](Column, auto extent, auto& view) {
+    if constexpr (extent == Extent::pixels && std::is_same_v<decltype(view), Plane<float>&>) poison(view, kNan);
+    if constexpr (extent == Extent::pixels && std::is_same_v<decltype(view), Plane<int32_t>&>)
+      poison(view, int32_t(0x5a5a5a5a));
+  });
 }
 
-std::string KernelWorld::difference(KernelWorld& a, KernelWorld& b) {
+void KernelWorld::poison(Columns which) {
+  for_each_segment_column(part, scratch, [&](Column column, auto extent, auto& view) {
+    if (!has(which, column) || (has(kLayers, column) && !has_layers_)) return;
+    const auto pixels = std::size_t(shape_.rows) * std::size_t(shape_.cols);
+    if constexpr (extent == Extent::pixels) {
+      if constexpr (std::is_same_v<decltype(view), BitPlane&>)
+        std::memset(view.words, 0xff, std::size_t(view.rows) * std::size_t(view.words_per_row) * 8);
+      else
+        std::memset(view.data - kRowPad, 0xff, plane_elements(view.rows, view.cols) * 4);
+    } else if constexpr (extent != Extent::own) {
+      const std::size_t count = extent == Extent::points   ? std::size_t(part.points.capacity)
+                                : extent == Extent::layers ? std::size_t(kLayerIds)
+                                                           : pixels + (extent == Extent::labels ? 1 : 0);
+      std::memset(view, 0xff, count * sizeof *view);
+    }
+  });
+}
+
+std::vector<uint64_t> KernelWorld::hash_columns() {
+  std::vector<uint64_t> hashes;
+  for_each_segment_column(part, scratch, [&](Column column, auto extent, auto& view) {
+    Hash hash;
+    if constexpr (extent == Extent::pixels) {
+      if constexpr (std::is_same_v<decltype(view), BitPlane&>)
+        hash.add_bytes(view.words, std::size_t(view.rows) * std::size_t(view.words_per_row) * 8);
+      else
+        for (int32_t r = 0; r < view.rows; ++r) hash.add_bytes(view.row(r), std::size_t(view.cols) * 4);
+    } else if constexpr (extent == Extent::points) {
+      hash.add_bytes(view, std::size_t(part.points.count) * sizeof *view);
+    } else if constexpr (extent == Extent::layers) {
+      if (has_layers_) hash.add_bytes(view, kLayerIds * sizeof *view);
+    } else if constexpr (extent == Extent::own) {
+      if (column == Column::scan) hash.add_value(hash_table(part.scan, 0));
+      if (column == Column::clusters) hash.add_value(hash_table(part.clusters, 0));
+      if (column == Column::cluster_points) hash.add_value(hash_table(part.cluster_points, 0));
+      if (column == Column::layer_sums && has_layers_)
+        hash.add_bytes(scratch.layer_sums.point_count, kLayerIds * sizeof(int32_t));
+      if constexpr (std::is_same_v<decltype(view), int32_t&>) hash.add_value(view);
+    }
+    hashes.push_back(hash.value());
+  });
+  return hashes;
+}
+
+std::string KernelWorld::difference(KernelWorld& a, KernelWorld& b, Columns which) {
+  const bool all = which == ~Columns(0);
   const auto numbers = [](KernelWorld& w) {
-    return std::vector<int32_t>{w.row_count,   w.cluster_count,    w.cluster_overflow_,
-                                w.kept_count_, w.merged_overflow_, w.sums_.touched_count};
+    return std::vector<int32_t>{w.part.row_count, w.part.label_count, w.part.cluster_overflow,
+                                w.kept_count_,    w.merged_overflow_, w.scratch.layer_sums.touched_count};
   };
   if (numbers(a) != numbers(b)) return "a count that the kernel returns";
   std::string found;
   const auto look = [&](const std::string& what) {
     if (found.empty()) found = what;
   };
-  look(compare_tables("scan", a.scan_, b.scan_));
-  look(compare_tables("points", a.points_, b.points_));
-  look(compare_tables("clusters", a.clusters_, b.clusters_));
-  look(compare_tables("cluster_points", a.cluster_points_, b.cluster_points_));
+  if (a.part.points.count != b.part.points.count) look("points.count differs");
+  look(compare_tables("scan", a.part.scan, b.part.scan));
+  look(compare_tables("clusters", a.part.clusters, b.part.clusters));
+  look(compare_tables("cluster_points", a.part.cluster_points, b.part.cluster_points));
   look(compare_tables("members", a.members_, b.members_));
   look(compare_tables("merged", a.merged_, b.merged_));
-  for (int32_t i = 0; i < kPlanes; ++i)
-    look(compare_planes(kPlaneName[i], *planes_of(a.images, i), *planes_of(b.images, i)));
-  look(compare_planes("pixel_point", a.images.pixel_point, b.images.pixel_point));
-  look(compare_planes("labels", a.images.labels, b.images.labels));
-  for (int32_t i = 0; i < 4; ++i)
-    look(compare_values(std::string(kBitsName[i]) + " word ", a.bits_of(i).words, b.bits_of(i).words,
-                        std::size_t(a.bits_of(i).rows) * std::size_t(a.bits_of(i).words_per_row)));
-  if (a.row_of_layer_) {
-    look(compare_values("layer point_count", a.sums_.point_count, b.sums_.point_count, kLayerIds));
-    look(compare_values("layer elevation_sum", a.sums_.elevation_sum, b.sums_.elevation_sum, kLayerIds));
-    look(compare_values("row_of_layer", a.row_of_layer_, b.row_of_layer_, kLayerIds));
+  std::vector<void*> views;
+  for_each_segment_column(b.part, b.scratch, [&](Column, auto, auto& view) { views.push_back(&view); });
+  for_each_segment_column(a.part, a.scratch, [&](Column column, auto extent, auto& view) {
+    if (!has(which & ~kScratch, column) || (has(kLayers, column) && !a.has_layers_)) return;
+    const auto& other = *static_cast<std::remove_reference_t<decltype(view)>*>(views[std::size_t(column)]);
+    const std::string name = column_name(column);
+    if constexpr (extent == Extent::pixels) {
+      if constexpr (std::is_same_v<decltype(view), BitPlane&>)
+        look(compare_values(name + " word ", view.words, other.words,
+                            std::size_t(view.rows) * std::size_t(view.words_per_row)));
+      else
+        look(compare_planes(name, view, other));
+    } else if constexpr (extent == Extent::points) {
+      look(compare_values(name, view, other, std::size_t(a.part.points.count)));
+    } else if constexpr (extent == Extent::layers) {
+      if (all) look(compare_values(name, view, other, kLayerIds));
+      for (int32_t t = 0; !all && t < a.scratch.layer_sums.touched_count; ++t) {
+        const int32_t layer = a.scratch.layer_sums.touched[t];
+        look(compare_values(name + " of " + std::to_string(layer), view + layer, other + layer, 1));
+      }
+    }
+  });
+  if (a.has_layers_) {
+    const LayerSums &x = a.scratch.layer_sums, &y = b.scratch.layer_sums;
+    look(compare_values("layer point_count", x.point_count, y.point_count, kLayerIds));
+    look(compare_values("layer elevation_sum", x.elevation_sum, y.elevation_sum, kLayerIds));
   }
-  if (a.clusters_.count + b.clusters_.count > 0)
-    look(compare_values("row_of_label", a.row_of_label_, b.row_of_label_, std::size_t(a.cluster_count) + 1));
+  if (a.part.clusters.count + b.part.clusters.count > 0)
+    look(compare_values("row_of_label", a.part.row_of_label, b.part.row_of_label, std::size_t(a.part.label_count) + 1));
+  look(compare_values("reason_count", a.part.reason_count, b.part.reason_count, std::size_t(kReasonCount)));
   look(compare_values("kept", a.kept_, b.kept_, std::size_t(a.kept_count_)));
   const RectangleFit &f = a.fit_, &g = b.fit_;
   const float floats_a[] = {f.heading_ref_rad, f.heading_var_rad, f.heading_rad,   f.center_x_m,

@@ -1,23 +1,21 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Everything the kernels read and write for one sensor, behind fences, with seeded contents; a step per kernel; and the
-// comparison of two such worlds. For tests that ask whether two tables of kernels do the same.
+// Everything the kernels read and write for one sensor, behind fences, with seeded contents; each kernel run on it; and
+// the comparison of two such worlds. For tests that ask whether two tables of kernels do the same.
 #pragma once
 
 #include <cmath>
 #include <random>
 
-#include "core/range_image.h"
-#include "core/sensor_model.h"
-#include "kernels/kernel_table.h"
+#include "pipeline/method/method.h"
 #include "tests/support/guarded.h"
 
 namespace overtake::test {
 
-// The kernels in the order of the manifest, which is the order in which they run.
-enum class Step : int32_t {
-#define OVT_KERNEL(name, agreement) name,
+// The kernels of the manifest.
+enum class Kernel : int32_t {
+#define OVT_KERNEL(name, form) name,
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
 };
@@ -38,19 +36,25 @@ class KernelWorld {
   void fill_noise();
   // Its ranges and elevations from the given bytes, 3 a pixel, over and over; after fill_noise().
   void overlay_noise(const unsigned char* bytes, std::size_t size);
-  // Runs one kernel of the table on what the world holds.
-  void run(const KernelTable& kernels, Step step);
+  // Runs one kernel of the table on what the world holds, a kernel of a segmentation through its step.
+  void run(const KernelTable& kernels, Kernel kernel);
+  void run(const KernelTable& kernels, const Step& step);
+  // What runs before that kernel in a detector; before merging and what follows it, the whole segmentation.
+  void run_before(const KernelTable& kernels, Kernel kernel);
   // Padding is never meaningful: NaN wherever it may be written.
   void poison_padding();
-  // Where the two differ first, in words; empty: nowhere. Scratch memory and padding do not count.
-  static std::string difference(KernelWorld& a, KernelWorld& b);
+  // Fills the memory of these columns with ones: NaN, -1, every bit set.
+  void poison(Columns which);
+  // Where the two differ first in these columns, in words; empty: nowhere. Scratch memory and padding do not count, of
+  // fewer than all columns neither do layers that no point has.
+  static std::string difference(KernelWorld& a, KernelWorld& b, Columns which = ~Columns(0));
+  // A hash of what each column holds, by column.
+  std::vector<uint64_t> hash_columns();
   std::string broken() const { return guarded_.broken(); }
 
-  RangeImages images;
+  SensorPart part;
+  SegmentScratch scratch;
   SensorModel sensor;
-  int32_t row_count = 0;
-  int32_t cluster_count = 0;
-  BitPlane bits_of(int32_t i) const;
 
  private:
   struct RawPoint {  // 27 bytes: nothing is aligned in a caller's memory
@@ -62,27 +66,35 @@ class KernelWorld {
 
   float uniform(float low, float high) { return low + (high - low) * float(random_() % 65536) / 65536.0f; }
   bool chance(int32_t percent) { return int32_t(random_() % 100) < percent; }
-  void fill_tables();
+  void take_columns(Columns which);
   void take_layers();
+  void fill_tables();
+  void load_points(const KernelTable& kernels);
 
   Shape shape_;
   std::mt19937_64 random_;
   Guarded guarded_;
   std::vector<RawPoint> raw_;
-  ScanTable scan_;
-  PointTable points_;
-  LayerSums sums_;
-  int32_t *row_of_layer_ = nullptr, *layer_order_ = nullptr;  // with the cloud only
-  int32_t *queue_, *row_of_label_, *cursor_, *order_, *kept_;
-  ClusterTable clusters_;
-  ClusterPointTable cluster_points_;
+  SegmentParams params_;
+  bool has_layers_ = false;  // with a cloud only: a megabyte
+  int32_t* kept_;
   MemberTable members_;
   MergedTable merged_, gate_input_;
   SeamScratch seam_;
   SensorModel rig_[3];
   float *fit_x_m_, *fit_y_m_;
-  int32_t kept_count_ = 0, cluster_overflow_ = 0, merged_overflow_ = 0, fit_count_ = 0;
+  int32_t kept_count_ = 0, merged_overflow_ = 0, fit_count_ = 0;
   RectangleFit fit_{};
 };
+
+// The step that runs a kernel and the method it is found in first; a null step: no segmentation runs it.
+struct StepOfMethod {
+  const Method* method = &kPaper;
+  const Step* step = nullptr;
+};
+StepOfMethod find_step(Kernel kernel);
+const char* kernel_name(Kernel kernel);
+// Whether a step reads and writes images alone, so that images without any order are an input of it.
+bool works_on_images(const Step* step);
 
 }  // namespace overtake::test

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stages 0 to 7 of one sensor in order, by the kernels of any ISA, on memory of its own: what a test needs to see a
-// whole scan through. Preset `paper`.
+// A method's segmentation of one sensor, by the kernels of any ISA, on memory of its own: what a test needs to see a
+// whole scan through.
 #pragma once
 
 #include <cmath>
@@ -10,9 +10,8 @@
 #include <cstdlib>
 #include <vector>
 
-#include "core/range_image.h"
 #include "core/table.h"
-#include "kernels/kernel_table.h"
+#include "pipeline/method/method.h"
 
 namespace overtake::test {
 
@@ -35,67 +34,46 @@ inline PointFields fields_of(const std::vector<TestPoint>& points) {
 
 class SegmentChain {
  public:
-  SegmentChain(const SensorModel& model, int32_t capacity) : sensor(model) {
+  SegmentChain(const SensorModel& model, int32_t capacity, int32_t cluster_capacity = 1024)
+      : sensor(model), params(make_segment_params(ovt_default_params(), model)) {
+    const std::size_t pixels = std::size_t(sensor.rows) * std::size_t(sensor.cols);
     const auto carve = [&](Carver& carver) {
-      carve_table(carver, scan, capacity);
-      carve_table(carver, points, capacity);
-      carve_range_images(carver, images, sensor.rows, sensor.cols);
-      sums.touched = carver.take<int32_t>(kLayerIds);
-      sums.point_count = carver.take<int32_t>(kLayerIds);
+      carve_table(carver, part.scan, capacity);
+      carve_table(carver, part.points, capacity);
+      carve_range_images(carver, part.images, sensor.rows, sensor.cols);
+      carve_table(carver, part.clusters, cluster_capacity);
+      carve_table(carver, part.cluster_points, capacity);
+      LayerSums& sums = scratch.layer_sums;
+      for (int32_t** ids : {&sums.touched, &sums.point_count, &scratch.row_of_layer, &scratch.layer_order})
+        *ids = carver.take<int32_t>(kLayerIds);
       sums.elevation_sum = carver.take<int64_t>(kLayerIds);
-      row_of_layer = carver.take<int32_t>(kLayerIds);
-      layer_order_ = carver.take<int32_t>(kLayerIds);
-      queue_ = carver.take<int32_t>(std::size_t(sensor.rows) * std::size_t(sensor.cols));
+      for (int32_t** labels : {&part.row_of_label, &scratch.queue, &scratch.cursor, &scratch.order})
+        *labels = carver.take<int32_t>(pixels + 1);
     };
     if (!arena_.build(default_allocator(), carve)) std::abort();
-    make_smooth_sg(5, 2, &smooth);
-    repair.wraps = links.wraps = sensor.wraps;
-    links.sin_pitch = sensor.sin_pitch;
-    links.cos_pitch = sensor.cos_pitch;
+    part.clusters.capacity = cluster_capacity;
   }
 
+  void load(const PointFields& fields, int32_t count) { kernels->load_points(fields, count, part.scan); }
+  void run_step(const Step& step, const KernelTable& table) {
+    Segment segment = {table, sensor, params, part, scratch};
+    step.run(segment);
+  }
   void run(const std::vector<TestPoint>& cloud) {
-    const KernelTable& k = *kernels;
-    k.load_points(fields_of(cloud), int32_t(cloud.size()), scan);
-    k.project_points(sensor, scan, points, sums);
-    row_count = k.rank_layers(sensor.rows, sums, row_of_layer, layer_order_);
-    k.scatter_points(scan, row_of_layer, points, images);
-    k.fill_gaps(fill, images.range_m, images.elevation_rad, images.range_filled_m, images.elevation_filled_rad);
-    k.angle_image(angle, images.range_filled_m, images.elevation_filled_rad, images.angle_rad);
-    k.smooth_sg(smooth, row_count > 0 ? row_count - 1 : 0, images.angle_rad, images.angle_smooth_rad);
-    k.mark_ground(ground, row_count, images.angle_smooth_rad, images.range_filled_m, images.pixel_point,
-                  images.nonground);
-    k.repair_range(repair, images.range_filled_m, images.elevation_filled_rad, images.nonground,
-                   images.range_repaired_m, images.elevation_repaired_rad, images.nonground_repaired);
-    k.link_pixels(links, images.range_repaired_m, images.elevation_repaired_rad, images.nonground_repaired,
-                  images.link_right, images.link_down);
-    cluster_count = k.label_bfs(sensor.wraps, images.range_filled_m, images.nonground_repaired, images.link_right,
-                                images.link_down, images.labels, queue_);
-    k.label_points(label, images, points);
+    load(fields_of(cloud), int32_t(cloud.size()));
+    for (const Step& step : method->segment) run_step(step, *kernels);
   }
+  Reason reason(int32_t i) const { return Reason(part.points.reason[i]); }
 
-  Reason reason(int32_t i) const { return Reason(points.reason[i]); }
-
+  const Method* method = &kPaper;
   const KernelTable* kernels = find_kernels(nullptr);  // the best
   SensorModel sensor;
-  FillGapsParams fill;
-  AngleImageParams angle;
-  SmoothSgParams smooth;
-  MarkGroundParams ground;
-  RepairRangeParams repair;
-  LinkPixelsParams links;
-  LabelPointsParams label;
-
-  ScanTable scan;
-  PointTable points;
-  LayerSums sums;
-  RangeImages images;
-  int32_t* row_of_layer = nullptr;
-  int32_t row_count = 0, cluster_count = 0;
+  SegmentParams params;
+  SensorPart part;
+  SegmentScratch scratch;
 
  private:
   Arena arena_;
-  int32_t *layer_order_ = nullptr, *queue_ = nullptr;
 };
 
 }  // namespace overtake::test

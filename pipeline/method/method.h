@@ -1,0 +1,43 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A method, which the C API calls a preset: the steps of a sensor's segmentation, the rules over a whole frame, the
+// tracker, and the defaults of the parameters. One file each (pipeline/method/paper.cpp).
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "pipeline/frame_tracker.h"
+#include "pipeline/method/step.h"
+
+namespace overtake {
+
+struct StageContext;
+
+// A rule over all sensors of a frame.
+struct FrameRule {
+  const char* name;
+  int32_t stage;       // ovt_stage: rules of one stage stand together, and share its time
+  Columns reads;       // of each sensor's segmentation, which keeps them for it
+  Columns scratch;     // what run_ahead writes, and nobody reads afterwards
+  const char* params;  // what it reads of ovt_params: groups and text names, one space between two
+  void (*run)(const StageContext& context, Frame& frame) noexcept;
+  // What of it depends on one sensor alone: runs behind that sensor's segmentation. Null: nothing.
+  void (*run_ahead)(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept;
+  bool without_scans = false;  // runs for predictions and pushed detections, too
+};
+
+struct Method {
+  const char* name;  // as ovt_params_init takes it
+  std::span<const Step> segment;
+  std::span<const FrameRule> frame;
+  // Throws std::bad_alloc when there is no memory.
+  std::unique_ptr<FrameTracker> (*make_tracker)(const TrackerParams& params, const TrackMap* map,
+                                                const Allocator& allocator);
+  const char* tracker_params;  // what that reads of ovt_params
+  // Changes defaults that are not those of params.def. Null: none.
+  void (*set_defaults)(ovt_params& params) noexcept;
+};
+
+}  // namespace overtake

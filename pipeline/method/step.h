@@ -1,0 +1,51 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A step binds one kernel to the columns it reads and writes. The segmentation, its times and probes, the memory plan,
+// the agreement tests, the fuzzer and the benchmarks all run a kernel through its step.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "pipeline/method/segment_columns.h"
+#include "pipeline/params.h"
+#include "pipeline/segment_scratch.h"
+
+namespace overtake {
+
+// What a segmentation works on: views and constants, no memory of its own.
+struct Segment {
+  const KernelTable& kernels;
+  const SensorModel& sensor;
+  const SegmentParams& params;
+  SensorPart& part;
+  SegmentScratch& scratch;
+};
+
+struct Step {
+  const char* name;  // the kernel's
+  int32_t stage;     // ovt_stage: steps of one stage stand together, and share its time
+  Columns reads;     // also what it changes only in part
+  Columns writes;
+  Columns scratch;     // written, and meaningless afterwards
+  const char* params;  // what it reads of ovt_params: groups and text names, one space between two
+  void (*run)(Segment& s) noexcept;
+};
+
+// Every column that a step reads is given, or written by a step before it. Steps of one stage stand together.
+constexpr bool is_chain(std::span<const Step> steps, Columns given) {
+  uint64_t ended = 0;  // stages
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    if (steps[i].reads & ~given) return false;
+    given |= steps[i].writes;
+    if (i > 0 && steps[i].stage != steps[i - 1].stage) ended |= uint64_t(1) << steps[i - 1].stage;
+    if (ended >> steps[i].stage & 1) return false;
+  }
+  return true;
+}
+
+// What is there before the first step: the scan, and sums that are all zero.
+inline constexpr Columns kGivenColumns = columns(Column::scan, Column::layer_sums);
+
+}  // namespace overtake

@@ -1,0 +1,138 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// How a detector gets its method, and what it says of what that method does not compute.
+#include "pipeline/method/methods.h"
+
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <string>
+
+#include "tests/support/detector_bench.h"
+
+namespace {
+
+using namespace overtake;
+using namespace overtake_test;
+
+std::string error_of(const ovt_params& params, ovt_status wanted) {
+  DetectorBench bench({});
+  bench.def.params = &params;
+  char error[256] = "";
+  CHECK(ovt_create_detector_verbose(&bench.def, &bench.detector, error, sizeof error) == wanted);
+  return error;
+}
+
+TEST_CASE("methods: a preset names its method, and an older or zeroed struct is the paper's") {
+  ovt_params params;
+  REQUIRE(ovt_params_init(&params, sizeof params, "plain") == OVT_OK);
+  CHECK(std::string(params.method) == "plain");
+  CHECK(params.cluster_threshold_rad == 0.1);  // a default of its own
+  CHECK(params.gaps_limit_m == 1.0);           // and one that it does not change
+  CHECK(std::string(ovt_default_params().method) == "paper");
+
+  const std::size_t older = offsetof(ovt_params, method);
+  std::memset(static_cast<void*>(&params), 0xa5, sizeof params);
+  REQUIRE(ovt_params_init(&params, older, "paper") == OVT_OK);
+  CHECK(params.struct_size == older);
+  CHECK(error_of(params, OVT_OK) == "");  // the method lies beyond the struct and is not looked at
+  params = ovt_default_params();
+  params.method = nullptr;
+  CHECK(error_of(params, OVT_OK) == "");
+}
+
+TEST_CASE("methods: an unknown one is an error that names those there are") {
+  ovt_params params = ovt_default_params();
+  params.method = "Paper";
+  CHECK(error_of(params, OVT_UNKNOWN_NAME) ==
+        "params.method \"Paper\" is unknown (there is: " + join_method_names() + ")");
+  params.method = "";
+  CHECK(error_of(params, OVT_UNKNOWN_NAME) != "");
+}
+
+TEST_CASE("methods: images and stages that a method does not compute say so, all others are there") {
+  for (const int32_t keep_images : {1, 0}) {
+    DetectorBench bench({});
+    REQUIRE(ovt_params_init(&bench.params, sizeof bench.params, "plain") == OVT_OK);
+    bench.def.keep_images = keep_images;
+    bench.create();
+    bench.push_frame(0);
+    bench.flush();
+    ovt_reader* reader = nullptr;
+    REQUIRE(ovt_create_reader(bench.detector, &reader) == OVT_OK);
+    REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
+    for (int32_t id = 0; id < OVT_IMAGE_COUNT; ++id) {
+      CAPTURE(id);
+      const bool absent = id == OVT_IMAGE_ANGLE || id == OVT_IMAGE_ANGLE_SMOOTH || id == OVT_IMAGE_NONGROUND;
+      const bool kept = keep_images || id == OVT_IMAGE_PIXEL_POINT;
+      ovt_image image{};
+      CHECK(ovt_read_image(reader, 0, ovt_image_id(id), &image) == (absent ? OVT_NOT_COMPUTED
+                                                                    : kept ? OVT_OK
+                                                                           : OVT_NOT_KEPT));
+      CHECK((image.data != nullptr) == (kept && !absent));
+    }
+    for (int32_t stage = 0; stage < OVT_STAGE_COUNT; ++stage) {
+      CAPTURE(stage);
+      const bool absent = stage == OVT_STAGE_ANGLE || stage == OVT_STAGE_SMOOTH || stage == OVT_STAGE_REPAIR;
+      const bool of_frame = stage == OVT_STAGE_FRAME || (stage >= OVT_STAGE_MERGE && stage <= OVT_STAGE_TRACK);
+      ovt_span span{};
+      int64_t ns = 0;
+      CHECK(ovt_read_span(reader, of_frame ? -1 : 0, ovt_stage(stage), &span) == (absent ? OVT_NOT_COMPUTED : OVT_OK));
+      CHECK(ovt_read_time(reader, of_frame ? -1 : 0, ovt_stage(stage), &ns) == (absent ? OVT_NOT_COMPUTED : OVT_OK));
+      if (!absent && stage != OVT_STAGE_LOAD) CHECK(span.duration_ns >= 0);
+    }
+    ovt_destroy_reader(reader);
+  }
+}
+
+TEST_CASE("methods: parameters belong to the steps, rules and trackers that read them") {
+  ovt_params plain = ovt_default_params(), unknown = ovt_default_params();
+  plain.method = "plain";
+  unknown.method = "none";
+  int32_t read = 0;
+  for (int32_t i = 0; i < ovt_param_count(); ++i) {
+    ovt_param_info info;
+    REQUIRE(ovt_describe_param(i, &info) == OVT_OK);
+    const std::string name = info.name, group = name.substr(0, name.find('.'));
+    CAPTURE(name);
+    const bool absent =
+        group == "angle" || group == "smooth" || group == "ground" || group == "repair" || name == "gate.map_margin_m";
+    CHECK(ovt_reads_param(nullptr, i) != 0);
+    CHECK((ovt_reads_param(&plain, i) != 0) == !absent);
+    CHECK(ovt_reads_param(&unknown, i) == 0);
+    read += !absent;
+  }
+  CHECK(read < ovt_param_count());
+  CHECK(ovt_reads_param(nullptr, -1) == 0);
+  CHECK(ovt_reads_param(nullptr, ovt_param_count()) == 0);
+}
+
+TEST_CASE("methods: every column that a step or a rule reads is written before it") {
+  const Method* all[kMaxMethods] = {};
+  const int32_t count = list_methods(all);
+  for (int32_t m = 0; m < count; ++m) {
+    CAPTURE(std::string(all[m]->name));
+    CHECK(is_chain(all[m]->segment, kGivenColumns));
+    Columns written = kGivenColumns;
+    for (const Step& step : all[m]->segment) written |= step.writes;
+    for (const FrameRule& rule : all[m]->frame) {
+      CAPTURE(std::string(rule.name));
+      CHECK((rule.reads & ~written) == 0);
+      CHECK((rule.scratch & rule.reads) == 0);
+    }
+  }
+}
+
+TEST_CASE("methods: no two of one name, and no name of none") {
+  CHECK_FALSE(add_method(kPaper));
+  CHECK(find_method("paper") == &kPaper);
+  CHECK(find_method("") == nullptr);
+  const Method* all[kMaxMethods] = {};
+  const int32_t count = list_methods(all);
+  REQUIRE(count >= 2);
+  CHECK(all[0] == &kPaper);
+  CHECK(list_methods(nullptr) == count);
+}
+
+}  // namespace

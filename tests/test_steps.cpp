@@ -1,0 +1,84 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What each step declares is what it does: the memory plan and the order of a method stand on it.
+#include "pipeline/method/steps.h"
+
+#include <doctest/doctest.h>
+
+#include "pipeline/method/methods.h"
+#include "tests/support/kernel_world.h"
+
+namespace overtake::test {
+namespace {
+
+constexpr Shape kShapes[] = {{1, 1, 3}, {3, 17, 40}, {9, 47, 400}, {16, 128, 2500}};
+
+KernelWorld make_world_before(const Method& method, const Step& last, Shape shape, uint64_t seed) {
+  KernelWorld world(shape, seed);
+  world.fill_cloud();
+  world.run(*find_kernels("ref"), Kernel::load_points);
+  for (const Step& step : method.segment) {
+    if (&step == &last) break;
+    world.run(*find_kernels("ref"), step);
+  }
+  return world;
+}
+
+// Each step of each method on each ISA.
+template <class Check>
+void for_each_case(Check&& check) {
+  const KernelTable* tables[16] = {};
+  const int32_t table_count = list_kernels(tables);
+  const Method* methods[kMaxMethods] = {};
+  const int32_t method_count = list_methods(methods);
+  for (int32_t m = 0; m < method_count; ++m)
+    for (const Step& step : methods[m]->segment)
+      for (int32_t t = 0; t < table_count; ++t)
+        for (const Shape& shape : kShapes)
+          for (uint64_t seed = 1; seed <= 3; ++seed) {
+            INFO(std::string(methods[m]->name) << ": " << std::string(step.name) << "/" << std::string(tables[t]->isa)
+                                               << " " << shape.rows << "x" << shape.cols << " seed " << seed);
+            check(*methods[m], step, *tables[t], shape, seed);
+          }
+}
+
+TEST_CASE("steps: a step reads no column but those it declares") {
+  for_each_case([](const Method& method, const Step& step, const KernelTable& table, Shape shape, uint64_t seed) {
+    KernelWorld clean = make_world_before(method, step, shape, seed);
+    KernelWorld poisoned = make_world_before(method, step, shape, seed);
+    poisoned.poison(~step.reads);
+    clean.run(table, step);
+    poisoned.run(table, step);
+    CHECK(KernelWorld::difference(clean, poisoned, step.writes) == "");
+  });
+}
+
+TEST_CASE("steps: a step changes no column but those it declares") {
+  for_each_case([](const Method& method, const Step& step, const KernelTable& table, Shape shape, uint64_t seed) {
+    KernelWorld world = make_world_before(method, step, shape, seed);
+    world.part.points.count = world.part.scan.count;  // as the first step says
+    const std::vector<uint64_t> before = world.hash_columns();
+    world.run(table, step);
+    const std::vector<uint64_t> after = world.hash_columns();
+    for (int32_t c = 0; c < kColumnCount; ++c)
+      if (!has(step.writes | step.scratch, Column(c)) && before[std::size_t(c)] != after[std::size_t(c)])
+        FAIL_CHECK(std::string(step.name) << " changes " << std::string(column_name(Column(c))));
+  });
+  CHECK(true);  // counts: FAIL_CHECK speaks only of failures
+}
+
+TEST_CASE("steps: no chain without the step that writes what another reads, and none with a stage in two places") {
+  constexpr Step kWhole[] = {step::project_points, step::rank_layers, step::scatter_points, step::fill_gaps};
+  CHECK(is_chain(kWhole, kGivenColumns));
+  constexpr Step kWithout[] = {step::project_points, step::rank_layers, step::fill_gaps};
+  CHECK_FALSE(is_chain(kWithout, kGivenColumns));
+  constexpr Step kSwapped[] = {step::project_points, step::scatter_points, step::rank_layers};
+  CHECK_FALSE(is_chain(kSwapped, kGivenColumns));
+  constexpr Step kTorn[] = {step::project_points, step::rank_layers, step::scatter_points, step::fill_gaps,
+                            step::scatter_points};
+  CHECK_FALSE(is_chain(kTorn, kGivenColumns));
+}
+
+}  // namespace
+}  // namespace overtake::test
