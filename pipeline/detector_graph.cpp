@@ -46,7 +46,8 @@ class WorkerShare {
 };
 
 // How long create waits for workers that do not come: the system has none, or another arena of the process has them. A
-// machine that is loaded many times over may take seconds to start a thread. And how long destroy waits for all of them.
+// machine that is loaded many times over may take seconds to start a thread. And how long destroy waits for all of
+// them.
 constexpr int64_t kStartPatience_ns = 10'000'000'000, kPatience_ns = 2'000'000'000;
 
 // What runs through the graph: a frame, or (null) one of the messages of the warm-up.

@@ -14,7 +14,7 @@ make_deb=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)/tools/install/make_deb
 readonly make_deb
 
 # As the README's command does, after it has built what it packs.
-grep -q -e '--target deb' README.md || fail "the README does not say how the package is made"
+grep -q -e '--target deb' tools/examples/README.md || fail "tools/examples/README.md does not say how the package is made"
 [[ $(cmake --build "$build" --target help) == *$'\n'deb:* ]] || fail "there is no target deb"
 pack() { env "$@" cmake -D CONFIG="$build/CPackConfig.cmake" -D OUT="$work/packages" -P "$make_deb"; }
 expect "make_deb.cmake" pack || exit 1

@@ -466,7 +466,8 @@ TEST_CASE("the map of Las Vegas has the heading, curvature and s its file states
   const auto rows = read_numbers(recorded("traj_ltpl_cl_LVMS_GPS.csv"));
   if (rows.empty()) {
     MESSAGE(
-        "skipped: lvms/traj_ltpl_cl_LVMS_GPS.csv is not there (tools/README.md, \"Recorded data\", says where to get it)");
+        "skipped: lvms/traj_ltpl_cl_LVMS_GPS.csv is not there (tools/README.md, \"Recorded data\", says where to get "
+        "it)");
     return;
   }
   Line line;
@@ -503,7 +504,8 @@ TEST_CASE("the bounds of Las Vegas, of different point counts, give a centre lin
              outer = read_numbers(recorded("lvms_outer_bound.csv"));
   if (inner.empty() || outer.empty()) {
     MESSAGE(
-        "skipped: lvms/lvms_inner_bound.csv or lvms_outer_bound.csv is not there (tools/README.md, \"Recorded data\", says "
+        "skipped: lvms/lvms_inner_bound.csv or lvms_outer_bound.csv is not there (tools/README.md, \"Recorded data\", "
+        "says "
         "where to get it)");
     return;
   }

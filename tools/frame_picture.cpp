@@ -14,8 +14,8 @@ namespace overtake::cli {
 namespace {
 
 constexpr io::Rgb kBackground = {14, 15, 20}, kGround = {52, 56, 66}, kPoint = {128, 132, 142}, kMeter = {30, 32, 40};
-constexpr io::Rgb kDetection = {255, 150, 30}, kTrack = {70, 170, 255}, kEllipse = {38, 78, 120}, kEgo = {235, 235, 235},
-                  kTextColor = {215, 215, 220};
+constexpr io::Rgb kDetection = {255, 150, 30}, kTrack = {70, 170, 255}, kEllipse = {38, 78, 120},
+                  kEgo = {235, 235, 235}, kTextColor = {215, 215, 220};
 constexpr double kAhead_m = 90, kBehind_m = 30, kAside_m = 26;
 constexpr int32_t kPixelsPerM = 24;  // before the picture is halved
 

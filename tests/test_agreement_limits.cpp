@@ -1,0 +1,166 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Values that lie exactly on a limit, where < and <= part: random noise never meets one. Every ISA against the scalar
+// reference, on few round numbers.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "tests/support/images.h"
+#include "tests/support/segment_chain.h"
+
+namespace overtake::test {
+namespace {
+
+constexpr int32_t kRows = 6, kCols = 75;
+
+// Multiples of a half: sums, halves and differences are exact, and a good part of the differences are 1 and 5.
+float draw_range(std::mt19937_64& random) {
+  constexpr float kRanges_m[] = {0.0f, 4.0f, 5.0f, 5.5f, 9.0f, 10.0f, 10.5f, 14.0f};
+  return kRanges_m[random() % std::size(kRanges_m)];
+}
+
+template <class T>
+std::string draw_plane(OwnedPlane<T>& plane, int32_t rows, int32_t cols) {
+  std::string text;
+  for (int32_t r = 0; r < rows; ++r)
+    for (int32_t c = 0; c < cols; ++c) text += std::to_string(plane.at(r, c)) + (c + 1 < cols ? ' ' : '\n');
+  return text;
+}
+std::string draw_bits(OwnedBits& bits) {
+  std::string text;
+  for (int32_t r = 0; r < kRows; ++r) {
+    for (int32_t c = 0; c < kCols; ++c) text += bits.view().test(r, c) ? '#' : '.';
+    text += '\n';
+  }
+  return text;
+}
+
+// What run(table, random) writes, as text, must be the same by every table.
+template <class F>
+void check_every_isa(F&& run) {
+  const KernelTable* tables[16] = {};
+  const int32_t count = list_kernels(tables);
+  for (uint64_t seed = 1; seed <= 8; ++seed) {
+    std::string by_reference;
+    for (int32_t t = 0; t < count; ++t) {
+      INFO("isa ", std::string(tables[t]->isa), ", seed ", seed);
+      std::mt19937_64 random(seed);
+      const std::string got = run(*tables[t], random);
+      if (t == 0) by_reference = got;
+      CHECK(got == by_reference);
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("on the limit: fill_gaps") {
+  check_every_isa([](const KernelTable& k, std::mt19937_64& random) {
+    OwnedPlane<float> range(kRows, kCols), elevation(kRows, kCols), filled(kRows, kCols), e_filled(kRows, kCols);
+    for (int32_t r = 0; r < kRows; ++r)
+      for (int32_t c = 0; c < kCols; ++c) range.at(r, c) = draw_range(random), elevation.at(r, c) = 0.25f * float(r);
+    k.fill_gaps({1.0f, 0.0f}, range, elevation, filled, e_filled);
+    return draw_plane(filled, kRows, kCols) + draw_plane(e_filled, kRows, kCols);
+  });
+}
+
+TEST_CASE("on the limit: mark_ground") {
+  check_every_isa([](const KernelTable& k, std::mt19937_64& random) {
+    constexpr float kAngles[] = {0.25f, 0.5f, 0.50000006f, 1.0f, kAngleUndefined, kBesideUndefined};
+    OwnedPlane<float> angle(kRows, kCols), range(kRows, kCols);
+    OwnedPlane<int32_t> point(kRows, kCols);
+    OwnedBits nonground(kRows, kCols);
+    for (int32_t r = 0; r < kRows; ++r)
+      for (int32_t c = 0; c < kCols; ++c) {
+        angle.at(r, c) = kAngles[random() % std::size(kAngles)];
+        range.at(r, c) = draw_range(random);
+        point.at(r, c) = random() % 3 ? int32_t(random() % 100) : kNoPoint;
+      }
+    k.mark_ground({0.5f}, kRows - 1, angle, range, point, nonground);
+    return draw_bits(nonground);
+  });
+}
+
+TEST_CASE("on the limit: repair_range") {
+  check_every_isa([](const KernelTable& k, std::mt19937_64& random) {
+    OwnedPlane<float> range(kRows, kCols), elevation(kRows, kCols), repaired(kRows, kCols), e_repaired(kRows, kCols);
+    OwnedBits nonground(kRows, kCols), nonground_repaired(kRows, kCols);
+    nonground.clear();
+    for (int32_t r = 0; r < kRows; ++r)
+      for (int32_t c = 0; c < kCols; ++c) {
+        range.at(r, c) = draw_range(random), elevation.at(r, c) = 0.25f * float(c % 3);
+        if (range.at(r, c) > 0.0f && random() % 2) nonground.view().set(r, c);
+      }
+    k.repair_range({4, 5.0f, random() % 2 == 0}, range, elevation, nonground, repaired, e_repaired, nonground_repaired);
+    return draw_plane(repaired, kRows, kCols) + draw_plane(e_repaired, kRows, kCols) + draw_bits(nonground_repaired);
+  });
+}
+
+TEST_CASE("on the limit: layers, ranges and coordinates of points") {
+  const float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+  check_every_isa([&](const KernelTable& k, std::mt19937_64& random) {
+    const float layers[] = {-1.0f, 0.0f, 3.0f, 4.0f, 9.0f, 10.0f, 65535.0f, 65536.0f, 1e9f, 2.5f, nan, infinity};
+    const float ranges_m[] = {0.0f, 0.49999997f, 0.5f, 1.0f, 199.99998f, 200.0f, 200.00002f, 1e-40f, nan, infinity};
+    std::vector<TestPoint> cloud(200);
+    for (TestPoint& p : cloud) {
+      float* const axis[] = {&p.x_m, &p.y_m, &p.z_m};  // along an axis the range is exact
+      *axis[random() % 3] = ranges_m[random() % std::size(ranges_m)] * (random() % 4 ? 1.0f : -1.0f);
+      if (random() % 8 == 0) *axis[random() % 3] = nan;
+      p.layer = layers[random() % std::size(layers)];
+    }
+    SensorModel sensor = make_sensor_model(kRows, 64, 1.05, -1.05, random() % 2 == 0, 0.5, 200.0);
+    sensor.layer_first = 3;
+    sensor.layer_last = 9;
+    SegmentChain chain(sensor, int32_t(cloud.size()));
+    k.load_points(fields_of(cloud), int32_t(cloud.size()), chain.part.scan);
+    chain.run_step(chain.method->segment[0], k);  // project_points
+    std::string text;
+    for (int32_t i = 0; i < int32_t(cloud.size()); ++i)
+      text += std::to_string(chain.part.scan.layer[i]) + ' ' + std::to_string(chain.part.points.reason[i]) + ' ' +
+              std::to_string(chain.part.points.column[i]) + ' ' + std::to_string(chain.part.points.range_m[i]) + '\n';
+    return text;
+  });
+}
+
+TEST_CASE("on the limit: label_points") {
+  check_every_isa([](const KernelTable& k, std::mt19937_64& random) {
+    const SensorModel sensor = make_sensor_model(kRows, kCols, 1.05, -1.05, false, 0.5, 200.0);
+    SegmentChain chain(sensor, 2 * kRows * kCols);
+    RangeImages& m = chain.part.images;
+    PointTable& points = chain.part.points;
+    points.count = 0;
+    const auto add = [&](int32_t r, int32_t c, float range_m, bool lost) {
+      const int32_t i = points.count++;
+      points.pixel[i] = r * m.labels.stride + c;
+      points.range_m[i] = range_m;
+      points.lost[i] = lost;
+      points.reason[i] = 0;
+      return i;
+    };
+    for (int32_t r = 0; r < kRows; ++r)
+      for (int32_t c = 0; c < kCols; ++c) {
+        const float range_m = 10.0f + 0.5f * float(random() % 3);
+        m.range_m.at(r, c) = range_m;
+        m.range_repaired_m.at(r, c) = range_m + 0.25f * float(random() % 4);  // 0.5 m is the limit
+        m.labels.at(r, c) = int32_t(random() % 4);
+        m.pixel_point.at(r, c) = add(r, c, range_m, false);
+      }
+    for (int32_t k_lost = 0; k_lost < kRows * kCols; ++k_lost) {
+      const auto r = int32_t(random() % kRows), c = int32_t(random() % kCols);
+      add(r, c, m.range_m.at(r, c) + 0.25f * float(int32_t(random() % 9) - 4), true);
+    }
+    k.label_points({0.5f, 0.5f}, m, points);
+    std::string text;
+    for (int32_t i = 0; i < points.count; ++i)
+      text += std::to_string(points.label[i]) + ' ' + std::to_string(points.reason[i]) + '\n';
+    return text;
+  });
+}
+
+}  // namespace overtake::test
