@@ -56,6 +56,8 @@ grep -q '^confirm_hits = 3$' run/config.toml || fail "config.toml lacks what --s
 
 expect "quiet" "${run[@]}" --quiet --out again && [[ ! -s stdout && ! -s stderr ]] || fail "--quiet prints"
 expect "config" "$overtake" run scene --config run/config.toml --out from_config
+expect "picture of a frame" "${run[@]}" --picture-at 6 --out pictured
+[[ $(head -c 8 pictured/frame_6.png | od -An -tx1 | tr -d ' ') == 89504e470d0a1a0a ]] || fail "frame_6.png is no PNG"
 expect "workers" "${run[@]}" --workers 3 --out workers
 expect "trace" "${run[@]}" --workers 2 --out traced --trace trace.json
 [[ $(grep -c '"name":"track"' trace.json) == 8 ]] || fail "trace.json lacks frames"
@@ -136,6 +138,7 @@ for command in label run doctor "inspect --frame 0 --sensor front"; do
   refuse "nope.mcap: no such file" $command nope.mcap $([[ $command == doctor ]] || echo --out out)
 done
 refuse "av22: neither a file nor one of the built-in rigs *" run scene --rig av22 --out out
+refuse "--picture-at 600: has no effect: the recording has no frame of that number" "${run[@]:1}" --picture-at 600 --out out
 refuse "rig.toml:3: sensor 1: 'name' is missing" run scene --rig rig.toml --out out
 refuse "av22: neither a file nor one of the built-in rigs *; did you mean 'av21'[?]" run scene --rig av22 --out out
 refuse "demoo: is no file and no built-in scenario; *; did you mean 'demo'[?]" simulate demoo --out out

@@ -429,6 +429,9 @@ int run_command(const Options& options) {
   if (!interrupted()) {
     guard.keep(false);  // what follows is no result that anybody asked for
     check_ego_has_effect(config, session, result);
+    if (options.picture_at >= 0 && !result.drew())
+      throw io::Error("--picture-at " + std::to_string(options.picture_at), 0,
+                      "has no effect: the recording has no frame of that number");
     check_map_has_effect(config,
                          result.frame_count() == 0 || result.frames_with(OVT_FLAG_NO_EGO) < result.frame_count());
     guard.commit();
