@@ -102,6 +102,61 @@ TEST_CASE("on the limit: repair_range") {
   });
 }
 
+TEST_CASE("on the limit: links and labels over the seam of narrow images") {
+  for (const int32_t cols : {1, 2, 3, 5, 16, 17, 63, 64, 65}) {
+    CAPTURE(cols);
+    check_every_isa([cols](const KernelTable& k, std::mt19937_64& random) {
+      OwnedPlane<float> range(kRows, cols), elevation(kRows, cols);
+      OwnedPlane<int32_t> labels(kRows, cols);
+      OwnedBits nonground(kRows, cols), right(kRows, cols), down(kRows, cols);
+      nonground.clear();
+      for (int32_t r = 0; r < kRows; ++r)
+        for (int32_t c = 0; c < cols; ++c) {
+          range.at(r, c) = 10.0f + 0.01f * float(random() % 8), elevation.at(r, c) = -0.01f * float(r);
+          if (random() % 4) nonground.view().set(r, c);
+        }
+      LinkPixelsParams params;
+      params.wraps = true;
+      params.sin_pitch = 0.09983342f, params.cos_pitch = 0.99500417f;
+      k.link_pixels(params, range, elevation, nonground, right, down);
+      std::vector<int32_t> queue(std::size_t(kRows * cols) + 1);
+      const int32_t count = k.label_bfs(true, range, nonground, right, down, labels, queue.data());
+      std::string text = std::to_string(count) + '\n';
+      for (int32_t r = 0; r < kRows; ++r)
+        for (int32_t c = 0; c < cols; ++c) text += right.view().test(r, c) ? '>' : down.view().test(r, c) ? 'v' : '.';
+      return text + draw_plane(labels, kRows, cols);
+    });
+  }
+}
+
+TEST_CASE("on the limit: clusters that just fit their table, and times of both halves of a word") {
+  for (const int32_t capacity : {39, 40, 41}) {
+    CAPTURE(capacity);
+    check_every_isa([capacity](const KernelTable& k, std::mt19937_64& random) {
+      const SensorModel sensor = make_sensor_model(kRows, kCols, 1.05, -1.05, false, 0.5, 200.0);
+      SegmentChain chain(sensor, 800, capacity);
+      ScanTable& scan = chain.part.scan;
+      PointTable& points = chain.part.points;
+      scan.count = points.count = 800;
+      for (int32_t i = 0; i < scan.count; ++i) {
+        scan.x_m[i] = 0.5f * float(random() % 64), scan.y_m[i] = 1.0f, scan.z_m[i] = -0.5f;
+        scan.time_offset_ns[i] = int32_t(random() % 100'000'000) - 50'000'000;
+        points.range_m[i] = 1.0f + 0.5f * float(random() % 64);
+        points.label[i] = i < 40 ? i + 1 : int32_t(random() % 41);  // 40 clusters
+      }
+      chain.part.label_count = 40;
+      for (const Step& step : chain.method->segment)
+        if (step.name == std::string("build_clusters")) chain.run_step(step, k);
+      std::string text = std::to_string(chain.part.cluster_overflow) + '\n';
+      const ClusterTable& clusters = chain.part.clusters;
+      for (int32_t row = 0; row < clusters.count; ++row)
+        text += std::to_string(clusters.label[row]) + ' ' + std::to_string(clusters.point_count[row]) + ' ' +
+                std::to_string(clusters.sum_offset_ns[row]) + ' ' + std::to_string(clusters.nearest_m[row]) + '\n';
+      return text;
+    });
+  }
+}
+
 TEST_CASE("on the limit: layers, ranges and coordinates of points") {
   const float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
   check_every_isa([&](const KernelTable& k, std::mt19937_64& random) {

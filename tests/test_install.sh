@@ -7,6 +7,7 @@
 # build claims to be hardened (OVT_HARDEN in an optimised build).
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
+export CMAKE_GENERATOR=Ninja  # the default one needs make, which tools/setup does not install
 build=$(realpath "${1:?usage: test_install.sh BUILD_FOLDER CC CXX [HARDENED]}")
 readonly build cc=${2:?} cxx=${3:?} hardened=${4:-0}
 readonly strict=(-pedantic -Wall -Wextra -Wconversion -Wshadow -Werror)

@@ -19,7 +19,7 @@ steps | cmp - "$work/all" || fail "the log is not what was read"
 printf 'one\n[0/0] nothing\ntwo' | show_progress "Building" "$work/none" >"$work/shown"
 [[ ! -s $work/shown && $(cat "$work/none") == $'one\n[0/0] nothing\ntwo' ]] || fail "no progress: $(cat "$work/shown" "$work/none")"
 
-if command -v script >/dev/null; then
+if script -qec true /dev/null >/dev/null 2>&1 </dev/null; then  # there is a pseudo-terminal
   export -f steps show_progress
   export work
   script -qec "bash -c 'steps | show_progress Building \"$work/terminal\"'" /dev/null >"$work/shown" </dev/null

@@ -7,6 +7,7 @@
 # theirs. And the static library, installed, in a C program. Two builds of the library without optimisation.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
+export CMAKE_GENERATOR=Ninja  # the default one needs make, which tools/setup does not install
 source_dir=$(realpath "${1:?usage: test_subproject.sh SOURCE_FOLDER CC CXX}")
 readonly source_dir cc=${2:?} cxx=${3:?}
 export CC=$cc CXX=$cxx

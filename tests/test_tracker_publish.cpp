@@ -79,6 +79,14 @@ TEST_CASE("tracker publishes a copy predicted to the time named, and keeps its s
   CHECK(bench.tracks_at(1.0).x_m[0] == x_now);
 }
 
+TEST_CASE("tracker publishes the flag stale from half a second after the last measurement on, at the time named") {
+  TrackerBench bench;
+  drive(bench, 0.0);  // last measured at 1 s
+  CHECK((bench.tracks_at(1.5).flags[0] & kTrackStale) == 0);
+  CHECK((bench.tracks_at(1.500001).flags[0] & kTrackStale) != 0);
+  CHECK((bench.tracks_at(1.9).flags[0] & kTrackStale) != 0);
+}
+
 TEST_CASE("tracker publishes a growing covariance ahead, and behind the state's time none of the noise") {
   TrackerBench bench;
   drive(bench, kNan);
