@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Every kernel of the manifest on every ISA this CPU has, the whole segmentation of one scan, and the whole chain of
-// three. Names are paths: smooth_sg/avx2/32x857, segment/avx512/racecar_front, chain/ref/racecar. The scalar twin is
-// the ISA `ref`.
+// three. Names are paths: smooth_sg/avx2/32x857, segment/avx512/racecar_front, chain/ref/racecar. The scalar reference
+// is the ISA `ref`.
 #include <benchmark/benchmark.h>
 
 #include <map>
@@ -56,7 +56,7 @@ void bench_kernel(benchmark::State& state, const KernelTable* kernels, Kernel ke
   state.SetBytesProcessed(int64_t(state.iterations()) * traffic.bytes);
 }
 
-// Images made to hurt: repair, links and labels of a mask of non-ground pixels at equal ranges.
+// Adversarial images: repair, links and labels of a mask of non-ground pixels at equal ranges.
 void bench_adversarial(benchmark::State& state, const KernelTable* kernels, const std::string& pattern) {
   Work work(make_cloud(32, 857));
   RangeImages& m = work.part.images;

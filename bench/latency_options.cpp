@@ -56,7 +56,7 @@ ParsedOptions parse_latency_options(int argc, const char* const* argv) {
       ->check(CLI::Range(0, 99));
   app.add_option("--spin-us", o.run.spin_us, "workers look for work this long before they sleep")
       ->check(CLI::Range(0, 1000000));
-  app.add_option("--isa", o.run.isa, "force an instruction set (ref: the scalar truth)");
+  app.add_option("--isa", o.run.isa, "force an instruction set (ref: the scalar reference)");
   app.add_flag("--cold", o.run.cold, "every CPU walks more memory than the largest cache between two frames");
   app.add_flag("--lock", lock, "lock the library's memory");
   app.add_flag("--keep-images", o.run.keep_images, "frames keep every image for their readers");

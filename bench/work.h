@@ -41,7 +41,8 @@ inline const Step* find_step(Kernel kernel) {
   return nullptr;
 }
 
-// Memory and contents of one sensor's stages, filled by the scalar twins. Three sensors share it, so that seams exist.
+// Memory and contents of one sensor's stages, filled by the scalar references. Three sensors share it, so that seams
+// exist.
 class Work {
  public:
   explicit Work(const Cloud& source) : cloud(source) {

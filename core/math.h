@@ -5,9 +5,9 @@
 // everywhere we run), so that every machine, compiler and ISA computes the same bytes. libm's are not used on the data
 // path: they differ between C libraries and CPUs. Build with -ffp-contract=off.
 //
-// The float forms are templates on a value type V: float here, a vector in the SIMD kernels, so that twin and vector
-// form are one source. V needs a constructor from float, + - * /, < and >, and the free functions select, abs_of,
-// min_of, max_of. For float they are below; for a vector type they belong into that type's own namespace, where
+// The float forms are templates on a value type V: float here, a vector in the SIMD kernels, so that reference and
+// vector form are one source. V needs a constructor from float, + - * /, < and >, and the free functions select,
+// abs_of, min_of, max_of. For float they are below; for a vector type they belong into that type's own namespace, where
 // argument-dependent lookup finds them at the point of use. There is no branch on data and no unary minus (0 - v gives
 // +0 on every ISA). Arguments are finite; a NaN gives some value, never a trap of ours.
 //

@@ -3,7 +3,8 @@
 //
 // Sums, minima and maxima of one fixed shape. Adding floats in another order gives other bytes, so the order is part of
 // the result: value k goes to lane k % 16 (one AVX-512 register, two of AVX2, four of SSE and NEON), each lane in order
-// of k, and the lanes are folded pairwise, 8, 4, 2 and 1 apart. The scalar twins and the vector forms share this shape.
+// of k, and the lanes are folded pairwise, 8, 4, 2 and 1 apart. The scalar references and the vector forms share this
+// shape.
 //
 //   k:      0  1 ... 15 | 16 17 ... 31 | 32 ...          lane l = v[l] + v[l + 16] + v[l + 32] + ...
 //   fold:   l + (l + 8), l < 8;  l + (l + 4), l < 4;  l + (l + 2), l < 2;  0 + 1

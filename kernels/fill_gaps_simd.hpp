@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 2: gaps. The twin's loop, wider.
+// Stage 2: gaps. The reference's loop, wider.
 #pragma once
 
 #include "kernels/fill_gaps.h"

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 10: the loops over the points behind fit_rectangle; the search is the twin's (fit_rectangle_measures.h).
+// Stage 10: the loops over the points behind fit_rectangle; the search is the reference's (fit_rectangle_measures.h).
 //
 // One heading is two passes over points that stay in L1 (thousands do not: ManyPoints): the first turns them to the
 // heading's axes, stores that and finds the bounds, the second sums. Lanes of the fixed shape that do not fit one
@@ -62,7 +62,7 @@ struct FitPoints {
   }
 };
 
-// The bounds in the twin's shape, zeros of either sign included, of points that come in blocks.
+// The bounds in the reference's shape, zeros of either sign included, of points that come in blocks.
 template <class A>
 struct BoundLanes {
   static constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -134,7 +134,7 @@ struct EdgeLanes {
   }
 };
 
-// The sums of one heading in the twin's shape, of points that come in blocks.
+// The sums of one heading in the reference's shape, of points that come in blocks.
 template <class A>
 struct EdgeGroups {
   int32_t count_1 = 0;
@@ -182,7 +182,7 @@ EdgeSums sum_edges(const void* context, HeadingAxes axes) noexcept {
 }
 
 // The cost of all whole degrees. Few points leave most lanes of the loops above empty, so they are turned round: a lane
-// is a heading, and the twin's 16 lanes are 16 registers' worth of memory. A cluster of ten points costs a tenth.
+// is a heading, and the reference's 16 lanes are 16 registers' worth of memory. A cluster of ten points costs a tenth.
 inline constexpr int32_t kFewPoints = 48;
 
 template <class A>

@@ -17,7 +17,7 @@ struct KernelTable {
 
 // The table of a named ISA, or with null the best this CPU has. Null when the name is unknown or the CPU lacks it.
 const KernelTable* find_kernels(const char* isa) noexcept;
-// All tables this CPU can run, the scalar truth ("ref") first, best last. Returns how many; out may be null.
+// All tables this CPU can run, the scalar reference ("ref") first, best last. Returns how many; out may be null.
 int32_t list_kernels(const KernelTable** out) noexcept;
 
 }  // namespace overtake

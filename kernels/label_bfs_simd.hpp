@@ -8,7 +8,8 @@
 //   run          0 0 1 . 2 2      run a pixel is in, is how many begin up to it: a count of bits.
 //
 // The root of a set is its lowest run, which holds the cluster's first pixel: numbering the roots in order numbers the
-// clusters as the search of the twin does. A parent is never higher than its run, so one pass makes labels of them.
+// clusters as the search of the reference does. A parent is never higher than its run, so one pass makes labels of
+// them.
 #pragma once
 
 #include "core/point_table.h"

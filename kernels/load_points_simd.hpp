@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Stage 0: from the caller's layout to columns. The types that sensors and PointCloud2 use, without the detour over
-// double (every one of their values is exact in both); a scan with any other type goes to the twin.
+// double (every one of their values is exact in both); a scan with any other type goes to the reference.
 //
 //   columns    read as they lie
 //   records    | x y z i | r - t - |   one or two windows of 16 bytes a record, turned into columns kSize records at a
@@ -93,7 +93,7 @@ OVT_INLINE bool plan_field(const PointField& field, FieldUse use, double unit_ns
   }
 }
 
-// kSize values of one field, as zero-extended bits, to rows i, i + 1, ... See the twin for the rules.
+// kSize values of one field, as zero-extended bits, to rows i, i + 1, ... See the reference for the rules.
 template <FieldKind kKind, class A>
 OVT_INLINE void store_field(const FieldPlan& plan, Int<A> bits, double unit_ns, int32_t i) {
   constexpr int32_t kLimit = std::numeric_limits<int32_t>::max();

@@ -99,7 +99,7 @@ OVT_INLINE void sum_layers(const ScanTable& scan, const PointTable& points, int3
 // The sensor's numbers, one in all lanes.
 template <class A>
 struct Projector {
-  static constexpr float kFarthest_m = 1e18f, kNearest_m = 1e-12f;  // as the twin
+  static constexpr float kFarthest_m = 1e18f, kNearest_m = 1e-12f;  // as the reference
   Float<A> nearest, farthest, nearest_at_all, left, inverse_pitch, cols;
   Int<A> layer_below, layer_last, outside;
 
@@ -116,7 +116,7 @@ struct Projector {
 
   OVT_INLINE Mask<A> layer_fits(Int<A> layer) const { return (layer > layer_below) & ~(layer > layer_last); }
 
-  // Columns from the left edge: see the twin.
+  // Columns from the left edge: see the reference.
   OVT_INLINE Int<A> column_of(Float<A> azimuth) const {
     const Float<A> zero(0.0f), turn(kTwoPiF);
     const Float<A> d = left - azimuth;
@@ -138,7 +138,7 @@ struct Projector {
   }
 };
 
-// A coordinate below the twin's limit is nothing. Hardly ever is there one.
+// A coordinate below the reference's limit is nothing. Hardly ever is there one.
 template <class A>
 OVT_INLINE void clear_tiny(Float<A>& x, Float<A>& y, Float<A>& z) {
   const Float<A> zero(0.0f), limit(Projector<A>::kNearest_m);

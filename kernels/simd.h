@@ -7,9 +7,9 @@
 //
 // A is an xsimd architecture. Every name here is a template on it or always inlined, so nothing built for one ISA can
 // be linked into another; keep the kernels so, too: no std:: function, no inline function without OVT_INLINE. Each
-// operation gives the bytes the scalar twin gets: + - * / sqrt are IEEE, min and max are `a < b ? a : b` and `a > b ? a
-// : b` (the second operand on a tie or a NaN), comparisons with NaN are false except !=. There is no fused multiply-add
-// and nothing approximate.
+// operation gives the bytes the scalar reference gets: + - * / sqrt are IEEE, min and max are `a < b ? a : b` and `a >
+// b ? a : b` (the second operand on a tie or a NaN), comparisons with NaN are false except !=. There is no fused
+// multiply-add and nothing approximate.
 //
 // Loads and stores need no alignment: on aligned data they cost the same.
 #pragma once

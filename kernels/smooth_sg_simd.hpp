@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 4: Savitzky-Golay smoothing down each column. The twin's loop, wider; windows of 5 have a loop of their own, in
-// which the compiler unrolls the taps.
+// Stage 4: Savitzky-Golay smoothing down each column. The reference's loop, wider; windows of 5 have a loop of their
+// own, in which the compiler unrolls the taps.
 #pragma once
 
 #include "kernels/simd.h"

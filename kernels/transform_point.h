@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // One point through a rigid transform, in one fixed order of operations: whoever takes a scan's point to the vehicle
-// frame gets the same bytes. A template on the value type V: float in the twins, a vector in the SIMD forms.
+// frame gets the same bytes. A template on the value type V: float in the references, a vector in the SIMD forms.
 #pragma once
 
 #include "core/check.h"

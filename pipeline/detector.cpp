@@ -237,8 +237,8 @@ void Detector::watch_frames() {
   log(OVT_LOG_ERROR, "watchdog: a frame is in work for longer than watchdog_ns");
 }
 
-// Takes what waits in hand until a pass over all boxes finds nothing new: then everything that was pushed before
-// anything in hand is in hand as well, and the first of them is really the next.
+// Drains the mailboxes until a full pass finds nothing. Only then is the smallest pending stamp guaranteed to be the
+// oldest one pushed.
 void Detector::gather() {
   const auto take = [&](int32_t sensor, auto& box, std::atomic<int64_t>& dropped) {
     if (box.in_hand() && push_waits_) return false;

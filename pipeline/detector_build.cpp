@@ -113,7 +113,7 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
   watchdog_ns_ = def.watchdog_ns;
   spin_ns_ = int64_t(def.spin_us) * 1000;
   reader_capacity_ = def.reader_capacity;
-  // Chosen by us it is never one, which has rules of its own for threads.
+  // A default is at least 2: worker_count 1 has different threading rules.
   worker_count_ =
       def.worker_count > 0 ? def.worker_count : std::max(def.cpu_count > 0 ? def.cpu_count : count_usable_cpus(), 2);
   inline_ = worker_count_ == 1;

@@ -6,7 +6,7 @@
  * Units and frames: SI, radians, int64 nanoseconds. Right-handed frames, x forward, y left, z up: sensor, vehicle (rear
  * axle, on the ground), map (east, north, up). Nothing prints, aborts, throws across, or reads the environment.
  *
- * In one breath:
+ * Quick start:
  *   ovt_detector_def def = ovt_default_detector_def();
  *   def.sensors = sensors; def.sensor_count = 3;
  *   ovt_create_detector(&def, &detector); ovt_create_reader(detector, &reader);
@@ -26,7 +26,7 @@
  * blocks are not the child's (MADV_DONTFORK, not with `alloc`), so the parent's frames keep their pages; stacks and the
  * heap are the process' and fault once after each fork.
  *
- * An old caller meets a new library: structs that the caller fills (and ovt_stats) start with struct_size, set by their
+ * Compatibility: structs that the caller fills (and ovt_stats) start with struct_size, set by their
  * _init (or ovt_default_...) function; those that the library fills are passed with their size by the inline functions
  * that call the ..._sized ones. Fields are appended, enum values never renumbered. A field that the caller's header did
  * not know has its default.
@@ -64,7 +64,7 @@ typedef enum ovt_status {
   OVT_LATE = 9,             /* ego pose older than the last one; counted, not used */
   OVT_TOO_MANY = 10,        /* more points, readers or rows than the def's capacity */
   OVT_INTERNAL = 11,        /* an exception was caught; counted, the next call works */
-  OVT_NOT_KEPT = 12,        /* the def said that frames need not keep it */
+  OVT_NOT_KEPT = 12,        /* not available: keep_images was 0 at create */
   OVT_WRONG_THREAD = 13,    /* this is on_frame, or worker_count 1 and a call of another thread is under way */
   OVT_NOT_COMPUTED = 14     /* the detector's method has no such image or stage */
 } ovt_status;
@@ -198,15 +198,15 @@ typedef struct ovt_reader ovt_reader;
 
 typedef void* ovt_alloc_fn(size_t bytes, size_t alignment, void* user);   /* null: none; ovt_create_... only */
 typedef void ovt_free_fn(void* block, size_t bytes, void* user);
-/* One sentence each, on the thread where it happens: at create the ISA and the workers chosen and what is missing,
- * later every exception caught. What happens to scans, points and tracks is counted (ovt_stats) and flagged, never
+/* One sentence each, on the thread where it happens. Create logs the ISA, the workers and what the system refused; later
+ * each caught exception is logged. What happens to scans, points and tracks is counted (ovt_stats) and flagged, never
  * logged. */
 typedef void ovt_log_fn(ovt_log_level level, const char* text, void* user);
 /* Called for every finished frame, in order, one call at a time, on the thread that finished it: with worker_count 1
  * the one whose push, advance or flush did, else one of the library's. The next frame's tracks wait for it, and other
- * readers see the frame only afterwards. The reader is lent for the call and stands on that frame. Must not call
- * anything of the detector but ovt_read_...(reader): ovt_push_scan, ovt_push_detections, ovt_advance and ovt_flush of
- * the same detector return OVT_WRONG_THREAD there, ovt_destroy_detector would wait for itself. */
+ * readers see the frame only afterwards. The reader is valid during the call only and is positioned at that frame. Call
+ * nothing of the detector but ovt_read_...(reader): ovt_push_scan, ovt_push_detections, ovt_advance and ovt_flush of the
+ * same detector return OVT_WRONG_THREAD there, ovt_destroy_detector would wait for itself. */
 typedef void ovt_frame_fn(ovt_reader* reader, void* user);
 
 /* Start from ovt_default_detector_def(), then change what you mean to change. Everything is copied on create. */
@@ -219,7 +219,7 @@ typedef struct ovt_detector_def {
   const ovt_map_def* map;            /* NULL: no map; psi_REF is the ego heading and no map gate applies */
   int32_t worker_count;              /* 1: no graph, no threads; n: a graph on n workers; 0: one per usable CPU,
                                         two at least */
-  const char* isa;                   /* NULL picks the best; "ref" forces the scalar truth; see ovt_build_info.isas */
+  const char* isa;                   /* NULL picks the best; "ref" forces the scalar reference; see ovt_build_info.isas */
   int32_t push_policy;               /* ovt_push_policy */
   int32_t cluster_capacity;          /* per sensor and per frame, 1,024 */
   int32_t candidate_capacity;        /* 256; at most 4,096, as much as the tracker takes; also a push of detections */

@@ -10,7 +10,7 @@
 //   ovt::Reader reader(detector);
 //   ovt_points scan = ovt::scan(0, stamp_ns, points.size());
 //   scan.x = ovt::column(points, &Point::x);  ...
-//   if (detector.push(scan) != OVT_OK) ...                                what befalls a scan is a value
+//   if (detector.push(scan) != OVT_OK) ...                                a dropped scan is a status, not an exception
 //   if (reader.next_frame())
 //     if (const auto tracks = reader.tracks())
 //       for (double x_m : tracks->x_m()) ...

@@ -176,7 +176,7 @@ void give_births(Tracker::State& s, Iteration& it) {
   }
 }
 
-// From the tracks before it and what it was given alone: run again, it does the same.
+// A pure function of the previous tracks and this input, so a replay gives the same result.
 void run_iteration(Tracker::State& s, Iteration& it) {
   s.in_map = it.in_map;
   ++s.counts.iterations;
@@ -231,7 +231,7 @@ void show_nothing(Tracker::State& s) {
   std::fill_n(s.shown_flags, s.params.track_capacity, kTrackCoasting);
 }
 
-// What the frame that was given last says of this track, and its rows of their tracks.
+// Records, for the last frame given, which detection each track took and which track each detection went to.
 void show(Tracker::State& s, int32_t slot, const Track& track, TrackId* track_of_detection) {
   if (track_of_detection && track.detection >= 0) track_of_detection[track.detection] = track.id;
   if (!s.tracks[slot].alive || s.tracks[slot].id != track.id) return;

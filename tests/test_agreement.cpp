@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Every kernel of the manifest writes the scalar twin's bytes on every ISA this CPU has, and nothing beside its
+// Every kernel of the manifest writes the scalar reference's bytes on every ISA this CPU has, and nothing beside its
 // outputs. A new line in kernels.def is a new case here, fed through the kernel's step.
 #include <doctest/doctest.h>
 
@@ -30,7 +30,7 @@ KernelWorld make_world(Shape shape, uint64_t seed, Input input, Kernel kernel) {
   return world;
 }
 
-// Compares the outputs of one kernel on the same inputs, by the twin and by each other table.
+// Compares the outputs of one kernel on the same inputs, by the reference and by each other table.
 void check_agreement(Kernel kernel, Shape shape, uint64_t seed, Input input) {
   const KernelTable* tables[16] = {};
   const int32_t table_count = list_kernels(tables);
@@ -65,11 +65,11 @@ void check_shapes(Kernel kernel) {
 }
 
 #define OVT_KERNEL(name, form) \
-  TEST_CASE(#name " writes the twin's bytes on every ISA and shape") { check_shapes(Kernel::name); }
+  TEST_CASE(#name " writes the reference's bytes on every ISA and shape") { check_shapes(Kernel::name); }
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
 
-TEST_CASE("every kernel writes the twin's bytes on 128 x 2048 pixels") {
+TEST_CASE("every kernel writes the reference's bytes on 128 x 2048 pixels") {
 #define OVT_KERNEL(name, form) check_agreement(Kernel::name, kLargest, 5, Input::cloud);
 #include "kernels/kernels.def"
 #undef OVT_KERNEL

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The point kernels on every ISA against the twin where test_agreement's clouds do not reach: every order points may
-// come in, every field type and layout, pixels that all fight over, and fits of odd shapes.
+// The point kernels on every ISA against the reference where test_agreement's clouds do not reach: every order points
+// may come in, every field type and layout, pixels that all fight over, and fits of odd shapes.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -58,11 +58,12 @@ std::vector<TestPoint> make_cloud(Order order, int32_t rows, int32_t cols, uint6
   return cloud;
 }
 
-// Everything the point kernels write, one kernel table from end to end; the images' own kernels are always the twins.
+// Everything the point kernels write, one kernel table from end to end; the images' own kernels are always the
+// references.
 uint64_t run_points(const KernelTable& k, const std::vector<TestPoint>& cloud, const PointFields& fields,
                     const SensorModel& sensor, int32_t cluster_capacity) {
   SegmentChain chain(sensor, int32_t(cloud.size()), cluster_capacity);
-  const KernelTable& twin = *find_kernels("ref");
+  const KernelTable& reference = *find_kernels("ref");
   const SensorPart& part = chain.part;
   const RangeImages& m = part.images;
   LayerSums& sums = chain.scratch.layer_sums;
@@ -70,7 +71,7 @@ uint64_t run_points(const KernelTable& k, const std::vector<TestPoint>& cloud, c
   for (int32_t scan = 0; scan < 2; ++scan) {  // twice: nothing of the first may shine through
     k.load_points(fields, int32_t(cloud.size()), chain.part.scan);
     for (const Step& step : chain.method->segment) {
-      chain.run_step(step, works_on_images(&step) ? twin : k);
+      chain.run_step(step, works_on_images(&step) ? reference : k);
       if (step.name == std::string_view("project_points")) {
         std::sort(sums.touched, sums.touched + sums.touched_count);
         for (int32_t t = 0; t < sums.touched_count; ++t) {
@@ -116,7 +117,7 @@ void check_all(const std::vector<TestPoint>& cloud, const PointFields& fields, c
   }
 }
 
-TEST_CASE("points in any order give the twin's bytes on every ISA") {
+TEST_CASE("points in any order give the reference's bytes on every ISA") {
   for (const Order order : kOrders)
     for (uint64_t seed = 1; seed <= 4; ++seed) {
       CAPTURE(int32_t(order));
@@ -127,7 +128,7 @@ TEST_CASE("points in any order give the twin's bytes on every ISA") {
     }
 }
 
-TEST_CASE("more layers than rows and more clusters than rows of the table give the twin's bytes on every ISA") {
+TEST_CASE("more layers than rows and more clusters than rows of the table give the reference's bytes on every ISA") {
   for (const Order order : kOrders) {
     CAPTURE(int32_t(order));
     const std::vector<TestPoint> cloud = make_cloud(order, 24, 200, 9);
@@ -137,7 +138,7 @@ TEST_CASE("more layers than rows and more clusters than rows of the table give t
 }
 
 // All types of field in one record layout each; the values are random bits, so every special float comes by.
-TEST_CASE("load_points gives the twin's bytes for any type, stride and place of a field on every ISA") {
+TEST_CASE("load_points gives the reference's bytes for any type, stride and place of a field on every ISA") {
   const KernelTable* tables[16] = {};
   const int32_t table_count = list_kernels(tables);
   constexpr FieldType kTypes[] = {FieldType::kNone,   FieldType::kFloat32, FieldType::kFloat64,
@@ -190,7 +191,7 @@ TEST_CASE("load_points gives the twin's bytes for any type, stride and place of 
   }
 }
 
-TEST_CASE("fit_rectangle gives the twin's bytes for any number and shape of points on every ISA") {
+TEST_CASE("fit_rectangle gives the reference's bytes for any number and shape of points on every ISA") {
   const KernelTable* tables[16] = {};
   const int32_t table_count = list_kernels(tables);
   for (uint64_t seed = 1; seed <= 410; ++seed) {

@@ -69,7 +69,7 @@ void add_detector(CLI::App& command, Options& options) {
                          " (default: the rig that an MCAP log holds, if any)");
   command.add_option("--urdf", options.urdf,
                      "FILE[,LINK]: mounting of the rig's sensors from a URDF, as seen from LINK (default: its root)");
-  command.add_option("--isa", options.isa, "force an instruction set (ref: the scalar truth)");
+  command.add_option("--isa", options.isa, "force an instruction set (ref: the scalar reference)");
 }
 
 std::vector<std::string> command_names(const CLI::App& app) {

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Every kernel on every ISA this CPU has, against the scalar twin: on clouds of any bytes from the first kernel to the
-// last, and each image kernel on images of any content. Same bytes, and nothing beside the outputs.
+// Every kernel on every ISA this CPU has, against the scalar reference: on clouds of any bytes from the first kernel to
+// the last, and each image kernel on images of any content. Same bytes, and nothing beside the outputs.
 #include <vector>
 
 #include "tests/fuzz/bytes.h"

@@ -4,7 +4,7 @@
 #
 # tests/neon64/run.sh BUILD_FOLDER
 #
-# Cross-builds for AArch64 and runs under qemu-user: the agreement of the kernels' vector form with the scalar twins, and
+# Cross-builds for AArch64 and runs under qemu-user: the agreement of the kernels' vector form with the scalar references, and
 # the whole chain against the golden hashes, which x86 committed. Needs tools/setup --cross; without it, a skip.
 set -euo pipefail
 build=${1:?usage: tests/neon64/run.sh BUILD_FOLDER}
