@@ -204,9 +204,9 @@ typedef void ovt_free_fn(void* block, size_t bytes, void* user);
 typedef void ovt_log_fn(ovt_log_level level, const char* text, void* user);
 /* Called for every finished frame, in order, one call at a time, on the thread that finished it: with worker_count 1
  * the one whose push, advance or flush did, else one of the library's. The next frame's tracks wait for it, and other
- * readers see the frame only afterwards. The reader is valid during the call only and is positioned at that frame. Call
- * nothing of the detector but ovt_read_...(reader): ovt_push_scan, ovt_push_detections, ovt_advance and ovt_flush of the
- * same detector return OVT_WRONG_THREAD there, ovt_destroy_detector would wait for itself. */
+ * readers see the frame only afterwards. The reader is valid during the call only and is positioned at that frame.
+ * Call nothing of the detector but ovt_read_...(reader): ovt_push_scan, ovt_push_detections, ovt_advance and ovt_flush
+ * of the same detector return OVT_WRONG_THREAD there, ovt_destroy_detector would wait for itself. */
 typedef void ovt_frame_fn(ovt_reader* reader, void* user);
 
 /* Start from ovt_default_detector_def(), then change what you mean to change. Everything is copied on create. */
