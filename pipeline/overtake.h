@@ -198,9 +198,9 @@ typedef struct ovt_reader ovt_reader;
 
 typedef void* ovt_alloc_fn(size_t bytes, size_t alignment, void* user);   /* null: none; ovt_create_... only */
 typedef void ovt_free_fn(void* block, size_t bytes, void* user);
-/* One sentence each, on the thread where it happens. Create logs the ISA, the workers and what the system refused; later
- * each caught exception is logged. What happens to scans, points and tracks is counted (ovt_stats) and flagged, never
- * logged. */
+/* One sentence each, on the thread where it happens. Create logs the ISA, the workers and what the system refused;
+ * later each caught exception is logged. What happens to scans, points and tracks is counted (ovt_stats) and flagged,
+ * never logged. */
 typedef void ovt_log_fn(ovt_log_level level, const char* text, void* user);
 /* Called for every finished frame, in order, one call at a time, on the thread that finished it: with worker_count 1
  * the one whose push, advance or flush did, else one of the library's. The next frame's tracks wait for it, and other
