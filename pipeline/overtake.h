@@ -219,7 +219,7 @@ typedef struct ovt_detector_def {
   const ovt_map_def* map;            /* NULL: no map; psi_REF is the ego heading and no map gate applies */
   int32_t worker_count;              /* 1: no graph, no threads; n: a graph on n workers; 0: one per usable CPU,
                                         two at least */
-  const char* isa;                   /* NULL picks the best; "ref" forces the scalar reference; see ovt_build_info.isas */
+  const char* isa;                   /* NULL picks the best; "ref" the scalar reference; see ovt_build_info.isas */
   int32_t push_policy;               /* ovt_push_policy */
   int32_t cluster_capacity;          /* per sensor and per frame, 1,024 */
   int32_t candidate_capacity;        /* 256; at most 4,096, as much as the tracker takes; also a push of detections */
