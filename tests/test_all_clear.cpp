@@ -149,6 +149,22 @@ TEST_CASE("all clear: a pose that jumps in the middle of a sweep is off the map 
   }
 }
 
+TEST_CASE("all clear: a single pose off the map, anywhere in the sweep, is off the map for the whole frame") {
+  // Poses each 10 ms from 90 to 150 ms; the scan's stamp is 100 ms, its points are measured at 140 ms.
+  for (int64_t off = 9; off <= 15; ++off) {
+    CAPTURE(off);
+    Straight bench;
+    bench.small.create();
+    for (int64_t i = 9; i <= 15; ++i) bench.push_pose(i * 10 * kMs, 0.0, i == off ? 30.0 : 0.0);
+    bench.push_car(100 * kMs, 20.0, 0.04);
+    const bool in_sweep = off >= 10 && off <= 14;
+    CHECK(bench.last().broken == nullptr);
+    CHECK(is_off_map(bench.last()) == in_sweep);
+    CHECK(bench.last().info.ego_off_map_m == doctest::Approx(in_sweep ? 22.0 : 0.0));
+    CHECK(bench.last().info.detection_count == 1);
+  }
+}
+
 TEST_CASE("all clear: the margin round the map is a parameter, and holds beyond an open end as well") {
   struct Row {
     double ego_margin_m, map_margin_m, x_m, y_m;

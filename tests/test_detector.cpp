@@ -229,6 +229,29 @@ TEST_CASE("detector: an empty scan is a scan; no valid point is no data, mostly 
   }
 }
 
+TEST_CASE("detector: a scan of mostly dust is not degraded: its cars are seen, and the dust is counted") {
+  Posts posts(20);
+  const std::size_t count = posts.x.size();
+  std::vector<float> intensity(count, 1.0f);
+  // In front of each point of a post two dim ones, which lose the pixel.
+  for (const float share : {0.5f, 0.75f})
+    for (std::size_t i = 0; i < count; ++i) {
+      posts.x.push_back(share * posts.x[i]);
+      posts.y.push_back(share * posts.y[i]);
+      posts.z.push_back(share * posts.z[i]);
+      posts.layer.push_back(posts.layer[i]);
+      intensity.push_back(0.0f);
+    }
+  Small small;
+  small.create();
+  ovt_points points = posts.points(0);
+  points.intensity = column_of(intensity, OVT_F32);
+  CHECK(ovt_push_scan(small.detector, &points) == OVT_OK);
+  CHECK(small.stats().points_bad[7] == int64_t(2 * count));
+  CHECK((small.latest.info.flags & (OVT_FLAG_NO_DATA | OVT_FLAG_CLOUD_DEGRADED)) == 0);
+  CHECK(small.latest.info.cluster_count == 20);
+}
+
 TEST_CASE("detector: a stamp that comes again is a duplicate, an older one is used at its place, one too old is late") {
   Small small;
   small.create();

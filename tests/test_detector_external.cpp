@@ -83,6 +83,100 @@ TEST_CASE("detector: a late frame among dense clutter meets the work limit: flag
   }
 }
 
+TEST_CASE("detector: a frame in sequence whose association is cut short by the work limit is flagged and counted") {
+  for (const double limit : {1e4, 1e7}) {
+    CAPTURE(limit);
+    const bool cut = limit < 1e7;
+    ovt_params params = ovt_default_params();
+    params.tracker_work_limit = limit;
+    Small small(0);
+    small.def.params = &params;
+    small.create();
+    std::mt19937_64 random(3);
+    std::vector<double> x(100), y(100);
+    for (int64_t k = 0; k < 6; ++k) {
+      CAPTURE(k);
+      for (std::size_t i = 0; i < x.size(); ++i)
+        x[i] = 6e-3 * double(random() % 1000), y[i] = 6e-3 * double(random() % 1000);
+      REQUIRE(push_places(small, k * 50 * kMs, x, y) == OVT_OK);
+      CHECK((small.latest.info.flags & OVT_FLAG_OUT_OF_SEQUENCE) == 0);
+      // The first frame finds no track to associate with.
+      CHECK(((small.latest.info.flags & OVT_FLAG_WORK_LIMIT) != 0) == (cut && k > 0));
+      CHECK(small.stats().work_limited == (cut ? k : 0));
+    }
+    CHECK(small.stats().measurements_late == 0);
+  }
+}
+
+TEST_CASE("detector: a push without a track's car is a miss, and enough misses end the track") {
+  Small small(0);
+  small.create();
+  ovt_reader* reader = nullptr;
+  ovt_tracks t;
+  const auto push = [&](int64_t k, const std::vector<double>& x, const std::vector<double>& y) {
+    REQUIRE(push_places(small, k * 50 * kMs, x, y) == OVT_OK);
+    if (!reader) REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
+    REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
+    REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
+  };
+  push(0, {30.0}, {5.0});
+  REQUIRE(t.count == 1);
+  CHECK(t.flags[0] == 0);
+  // One hit of age 15 can still reach six hits by age 20, one of age 16 cannot.
+  for (int64_t k = 1; k < 15; ++k) {
+    CAPTURE(k);
+    push(k, {}, {});
+    REQUIRE(t.count == 1);
+    CHECK((t.flags[0] & (OVT_TRACK_COASTING | OVT_TRACK_UNOBSERVED)) == OVT_TRACK_COASTING);
+    CHECK(t.age[0] == k + 1);
+  }
+  push(15, {}, {});
+  CHECK(t.count == 0);
+  CHECK(small.stats().tracks_missed == 1);
+  CHECK(small.stats().tracks_silent == 0);
+  ovt_destroy_reader(reader);
+}
+
+TEST_CASE("detector: a scan sees what is ahead of the sensor wherever the vehicle heads in the map") {
+  for (const double yaw : {-2.5, -1.5707963267948966, 0.0, 0.7, 1.5707963267948966, 3.0}) {
+    CAPTURE(yaw);
+    Small small;  // looks 60 degrees to either side
+    small.create();
+    const auto push_pose = [&](int64_t stamp_ns) {
+      ovt_ego_pose pose;
+      ovt_ego_pose_init(&pose, sizeof pose);
+      pose.stamp_ns = stamp_ns;
+      pose.x_m = 100, pose.y_m = -40, pose.yaw_rad = yaw;
+      REQUIRE(ovt_push_ego_pose(small.detector, &pose) == OVT_OK);
+    };
+    // Two cars, 20 m ahead and 20 m to the right of the vehicle; then a scan in which neither is.
+    const double c = 20 * std::cos(yaw), s = 20 * std::sin(yaw);
+    const uint32_t coasting = OVT_TRACK_COASTING, unobserved = OVT_TRACK_UNOBSERVED;
+    push_pose(0);
+    REQUIRE(push_places(small, 0, {100 + c, 100 + s}, {-40 + s, -40 - c}) == OVT_OK);
+    push_pose(50 * kMs);
+    ovt_points empty;
+    ovt_points_init(&empty, sizeof empty);
+    empty.stamp_ns = 50 * kMs;
+    empty.x.type = empty.y.type = empty.z.type = OVT_F32;
+    empty.layer.type = OVT_U8;
+    REQUIRE(ovt_push_scan(small.detector, &empty) == OVT_OK);
+    ovt_reader* reader = nullptr;
+    ovt_tracks t;
+    REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
+    REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
+    REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
+    REQUIRE(t.count == 2);
+    for (int32_t i = 0; i < 2; ++i) {
+      const bool ahead = std::hypot(t.x_m[i] - (100 + c), t.y_m[i] - (-40 + s)) < 4;
+      CAPTURE(ahead);
+      CHECK(t.flags[i] == (ahead ? coasting : coasting | unobserved));
+      CHECK(t.age[i] == (ahead ? 2 : 1));
+    }
+    ovt_destroy_reader(reader);
+  }
+}
+
 TEST_CASE("detector: tracks asked for at an absurd time say what time they are predicted to") {
   Small small(0);
   small.create();

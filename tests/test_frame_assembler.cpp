@@ -222,6 +222,15 @@ TEST_CASE("frame_assembler: a scan is late when it is more than half a second ol
   CHECK(bench.count() == 2);
 }
 
+TEST_CASE("frame_assembler: pushed detections ahead of the sensors make no scan late") {
+  Bench bench;
+  bench.sweep(1000);                            // 1000, 1001, 1002 ms
+  CHECK(bench.external(1072) == Taken::kUsed);  // as near as the next scans may be
+  CHECK(bench.scan(0, 502) == Taken::kUsed);    // half a second before the sensors' newest stamp
+  CHECK((bench.last().flags & OVT_FLAG_OUT_OF_SEQUENCE) != 0);
+  CHECK(bench.scan(0, 501) == Taken::kLate);
+}
+
 TEST_CASE("frame_assembler: a stamp that a sensor has used before is a duplicate, also out of sequence") {
   Bench bench;
   for (int64_t k = 0; k < 5; ++k) bench.sweep(50 * k);
@@ -246,6 +255,19 @@ TEST_CASE("frame_assembler: after a gap of over a second the third stamp that ag
   CHECK(bench.assembler.take_settled().late_before_jump == 6);  // they were of the clock that is now believed
   bench.sweep(5150);
   CHECK((bench.last().flags & OVT_FLAG_CLOCK_JUMP) == 0);
+}
+
+TEST_CASE("frame_assembler: scans that were held in vain and belong to the clock that is then believed were dropped") {
+  Bench bench;
+  for (int64_t k = 0; k < 3; ++k) bench.sweep(50 * k);
+  CHECK(bench.scan(0, 1000) == Taken::kHeld);  // less than a second ahead: the others may come after
+  CHECK(bench.scan(0, 1050) == Taken::kHeld);
+  CHECK(bench.scan(0, 1150) == Taken::kUsed);  // the third that agrees, and nobody else was heard meanwhile
+  CHECK(bench.assembler.clock_jumps() == 1);
+  const Settled settled = bench.assembler.take_settled();
+  CHECK(settled.late == 2);
+  CHECK(settled.late_before_jump == 2);
+  CHECK(settled.used == 0);
 }
 
 TEST_CASE(

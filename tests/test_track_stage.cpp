@@ -28,7 +28,9 @@ struct Bench {
     REQUIRE(build_frame(frame, sizes, default_allocator()));
   }
 
-  // One pushed detection 20 m ahead. The ego pose, at the origin and turned left, is `age_ns` old; < 0: none.
+  double yaw_rad = 1.5707963267948966;
+
+  // One pushed detection 20 m ahead. The ego pose, at the origin and turned by yaw_rad, is `age_ns` old; < 0: none.
   void run(int64_t stamp_ns, int64_t age_ns, int32_t reference = OVT_REFERENCE_VEHICLE, double var_x = kNan,
            double var_y = kNan, double cov_xy = kNan) {
     reset_frame(frame);
@@ -38,7 +40,7 @@ struct Bench {
     frame.ego.count = age_ns < 0 ? 0 : 1;
     frame.ego.poses[0] = {};
     frame.ego.poses[0].stamp_ns = stamp_ns - age_ns;
-    frame.ego.poses[0].yaw_rad = 1.5707963267948966;
+    frame.ego.poses[0].yaw_rad = yaw_rad;
     frame.external.count = 1;
     frame.external.x_m[0] = 20;
     frame.external.y_m[0] = 0;
@@ -88,6 +90,23 @@ TEST_CASE("track stage: pushed detections of the vehicle frame get the uncertain
     in_map.run(1000 * kMs, age_ms * kMs, OVT_REFERENCE_MAP, 1, 4, 0.5);
     CHECK(in_map.frame.tracks.covariance[0][0] == 1);
     CHECK(in_map.frame.tracks.covariance[2][0] == 4);
+  }
+}
+
+TEST_CASE("track stage: the covariance of a detection pushed in the vehicle frame turns with the ego yaw") {
+  // An ellipse of 4 m^2 along its long axis and 1 m^2 across, the long axis at 15 degrees in the vehicle frame.
+  const double degree = 3.14159265358979323846 / 180, mean = 2.5, half = 1.5, axis = 15 * degree;
+  for (const double yaw_deg : {-150.0, -30.0, 0.0, 30.0, 60.0, 90.0, 120.0}) {
+    CAPTURE(yaw_deg);
+    Bench bench;
+    bench.yaw_rad = yaw_deg * degree;
+    bench.run(1000 * kMs, 0, OVT_REFERENCE_VEHICLE, mean + half * std::cos(2 * axis), mean - half * std::cos(2 * axis),
+              half * std::sin(2 * axis));
+    REQUIRE(bench.frame.tracks.count == 1);
+    const double turned = axis + bench.yaw_rad;
+    CHECK(bench.frame.tracks.covariance[0][0] == doctest::Approx(mean + half * std::cos(2 * turned)).epsilon(1e-12));
+    CHECK(bench.frame.tracks.covariance[1][0] == doctest::Approx(half * std::sin(2 * turned)).epsilon(1e-12));
+    CHECK(bench.frame.tracks.covariance[2][0] == doctest::Approx(mean - half * std::cos(2 * turned)).epsilon(1e-12));
   }
 }
 
