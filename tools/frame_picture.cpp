@@ -17,6 +17,7 @@ constexpr io::Rgb kBackground = {14, 15, 20}, kGround = {52, 56, 66}, kPoint = {
 constexpr io::Rgb kDetection = {255, 150, 30}, kTrack = {70, 170, 255}, kEllipse = {38, 78, 120},
                   kEgo = {235, 235, 235}, kTextColor = {215, 215, 220};
 constexpr double kAhead_m = 90, kBehind_m = 30, kAside_m = 26;
+constexpr double kMostSpread_m = 6;  // standard deviation up to which an ellipse says something
 constexpr int32_t kPixelsPerM = 24;  // before the picture is halved
 
 // The ego vehicle's frame at the frame's stamp.
@@ -109,7 +110,8 @@ void draw_confirmed(Canvas& canvas, const EgoFrame& ego, const ovt_tracks& track
     last = next;
     const double at_s = (k + 1) * tracks.path_step_s;
     if (std::fabs(std::remainder(at_s, 0.5)) < 0.5 * tracks.path_step_s) canvas.polygon({next}, kTrack, 9);
-    if (std::fabs(std::remainder(at_s, 1.0)) < 0.5 * tracks.path_step_s)
+    const bool is_known = tracks.path_var_x[p] + tracks.path_var_y[p] < kMostSpread_m * kMostSpread_m;
+    if (is_known && std::fabs(std::remainder(at_s, 1.0)) < 0.5 * tracks.path_step_s)
       canvas.polygon(ellipse(next, tracks.path_var_x[p], tracks.path_var_y[p], tracks.path_cov_xy[p],
                              ego.in_map ? ego.yaw_rad : 0.0),
                      kEllipse, 2);
