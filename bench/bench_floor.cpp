@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What this machine needs for the bare memory traffic and arithmetic of a scan, on the same scan the kernels are
-// measured on (racecar_front): the floor that tools/bench holds their times against. Plain loops, compiled for each
+// measured on (racecar_front): the floor that tools/dev/bench holds their times against. Plain loops, compiled for each
 // ISA.
 //
 //   stream_read/<isa>/<size>   stream_copy/<isa>/<size>     bandwidth of the caches and of memory

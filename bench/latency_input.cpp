@@ -7,8 +7,8 @@
 #include <cstring>
 
 #include "bench/clouds.h"
+#include "tools/client/session.h"
 #include "tools/io/error.h"
-#include "tools/session.h"
 
 namespace overtake::bench {
 namespace {

@@ -14,8 +14,8 @@
 #include <thread>
 
 #include "bench/measuring_thread.h"
+#include "tools/client/session.h"
 #include "tools/io/error.h"
-#include "tools/session.h"
 
 namespace overtake::bench {
 namespace {

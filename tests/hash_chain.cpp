@@ -5,8 +5,8 @@
 //
 // The whole chain from points to tracks, a hash a frame: of the golden scene, and of every recorded frame that is there
 // (with OVT_HASH_RECORDED; $OVERTAKE_DATA or ./recordings). All ISAs of this CPU, or the one named, must give one hash,
-// and on the golden scene that of the table below. Prints the hashes; tools/check_same_bytes compares what builds of
-// other compilers and levels print. Exit status 1 on any difference.
+// and on the golden scene that of the table below. Prints the hashes; tools/dev/check_same_bytes compares what builds
+// of other compilers and levels print. Exit status 1 on any difference.
 #include <cinttypes>
 #include <cstdio>
 #include <cstdlib>
@@ -24,7 +24,7 @@
 #if defined(OVT_HASH_RECORDED)
 #include <filesystem>
 
-#include "tools/session.h"
+#include "tools/client/session.h"
 #endif
 
 namespace overtake::test {

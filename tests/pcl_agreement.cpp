@@ -13,7 +13,7 @@
 #include <random>
 #include <vector>
 
-#include "tools/baselines/euclidean_clusters.h"
+#include "tools/evaluation/baselines/euclidean_clusters.h"
 
 namespace {
 

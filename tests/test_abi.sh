@@ -13,8 +13,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 1
 need abi "tools/setup --dev" abidw abidiff
 [[ -f tests/abi/overtake_$(uname -m).abi ]] || { echo "skipped: abi: no baseline for $(uname -m)"; exit 77; }
 
-tools/abi_baseline --check --library "$library" ||
-  fail "the interface is not that of tests/abi (tools/abi_baseline writes it anew)"
+tools/dev/abi_baseline --check --library "$library" ||
+  fail "the interface is not that of tests/abi (tools/dev/abi_baseline writes it anew)"
 
 # variant NAME HEADER_SED: a library of the same functions, whose bodies lead nowhere; its header in NAME/.
 include=(-I .)
@@ -36,7 +36,7 @@ link() {
     -o "$work/$1/libovertake.so" "$work/$1"/{overtake,params}.o || fail "variant $1 does not build"
 }
 check() {
-  tools/abi_baseline --check --library "$work/$1/libovertake.so" --header "$work/$1/pipeline/overtake.h" \
+  tools/dev/abi_baseline --check --library "$work/$1/libovertake.so" --header "$work/$1/pipeline/overtake.h" \
     >"$work/$1/report" 2>&1
 }
 

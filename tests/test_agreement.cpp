@@ -76,7 +76,7 @@ TEST_CASE("every kernel writes the reference's bytes on 128 x 2048 pixels") {
   CHECK(true);
 }
 
-// Which instructions a table's code holds, tools/check_isa_symbols.sh looks up in the machine code.
+// Which instructions a table's code holds, tools/dev/check_isa_symbols.sh looks up in the machine code.
 TEST_CASE("each table runs code of its own, and a kernel has a vector form on every ISA or on none") {
   const KernelTable* tables[16] = {};
   const int32_t table_count = list_kernels(tables);

@@ -9,9 +9,9 @@
 #include <random>
 #include <stdexcept>
 
-#include "tools/baselines/euclidean_clusters.h"
-#include "tools/baselines/grid_ground.h"
-#include "tools/baselines/label_ground.h"
+#include "tools/evaluation/baselines/euclidean_clusters.h"
+#include "tools/evaluation/baselines/grid_ground.h"
+#include "tools/evaluation/baselines/label_ground.h"
 
 using namespace overtake::baselines;
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // CLEAR MOT on scenes small enough to count by hand. All on a line: {id, x}. Objects have digits, tracks 10, 20, ...
-#include "tools/metrics/clear_mot.h"
+#include "tools/evaluation/metrics/clear_mot.h"
 
 #include <doctest/doctest.h>
 

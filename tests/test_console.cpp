@@ -1,6 +1,6 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/console.h"
+#include "tools/client/console.h"
 
 #include <doctest/doctest.h>
 

@@ -3,7 +3,7 @@
 //
 // What doctor says of the wrong rig: sensors whose yaw was exchanged, several sensors in one cloud, another sensor's
 // number of lines; and that it says none of this of the right one.
-#include "tools/doctor.h"
+#include "tools/cli/doctor.h"
 
 #include <doctest/doctest.h>
 

@@ -18,7 +18,7 @@
 #include "tools/evaluation/svg_plot.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
-#include "tools/sim/race_log.h"
+#include "tools/sim/log_writer.h"
 
 using namespace overtake;
 using namespace overtake::evaluation;

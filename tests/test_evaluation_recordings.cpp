@@ -20,7 +20,7 @@
 #include "tools/evaluation/tune.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
-#include "tools/sim/race_log.h"
+#include "tools/sim/log_writer.h"
 
 using namespace overtake;
 using namespace overtake::evaluation;

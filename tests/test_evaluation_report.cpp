@@ -14,11 +14,11 @@
 #include "tools/evaluation/report.h"
 #include "tools/evaluation/report_html.h"
 #include "tools/evaluation/run_logs.h"
-#include "tools/evaluation/svg.h"
 #include "tools/evaluation/svg_plot.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
-#include "tools/sim/race_log.h"
+#include "tools/sim/log_writer.h"
+#include "tools/view/svg.h"
 
 using namespace overtake;
 using namespace overtake::evaluation;

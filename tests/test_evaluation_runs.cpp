@@ -13,7 +13,7 @@
 #include "tools/evaluation/report.h"
 #include "tools/evaluation/run_logs.h"
 #include "tools/io/error.h"
-#include "tools/sim/race_log.h"
+#include "tools/sim/log_writer.h"
 
 using namespace overtake;
 using namespace overtake::evaluation;

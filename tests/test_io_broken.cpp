@@ -13,7 +13,7 @@
 #include "tests/support/bags.h"
 #include "tests/support/peak_memory.h"
 #include "tests/support/temp_folder.h"
-#include "tools/config.h"
+#include "tools/client/config.h"
 #include "tools/io/box_file.h"
 #include "tools/io/ego_file.h"
 #include "tools/io/image.h"

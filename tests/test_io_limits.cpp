@@ -15,7 +15,7 @@
 #include "tests/support/mcap_parts.h"
 #include "tests/support/peak_memory.h"
 #include "tests/support/temp_folder.h"
-#include "tools/config.h"
+#include "tools/client/config.h"
 #include "tools/io/bag_stream.h"
 #include "tools/io/csv.h"
 #include "tools/io/ego_file.h"

@@ -10,11 +10,11 @@
 #include <random>
 
 #include "tests/support/metric_lines.h"
-#include "tools/metrics/assignment.h"
-#include "tools/metrics/consistency.h"
-#include "tools/metrics/gospa.h"
-#include "tools/metrics/hota.h"
-#include "tools/metrics/summary.h"
+#include "tools/evaluation/metrics/assignment.h"
+#include "tools/evaluation/metrics/consistency.h"
+#include "tools/evaluation/metrics/gospa.h"
+#include "tools/evaluation/metrics/hota.h"
+#include "tools/evaluation/metrics/summary.h"
 
 using namespace overtake::metrics;
 using doctest::Approx;

@@ -6,8 +6,8 @@
 # line that is rewritten on a terminal, everything in the log.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
-# shellcheck source=tools/progress.sh
-source "$(dirname "${BASH_SOURCE[0]}")/../tools/progress.sh"
+# shellcheck source=tools/dev/progress.sh
+source "$(dirname "${BASH_SOURCE[0]}")/../tools/dev/progress.sh"
 
 steps() { for ((k = 1; k <= 188; ++k)); do printf '[%d/188] step %d\nits warning\n' $k $k; done; }
 steps | show_progress "Building" "$work/all" >"$work/shown"

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "tests/support/recorded.h"
-#include "tools/session.h"
+#include "tools/client/session.h"
 
 namespace overtake {
 namespace {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "tests/support/recorded.h"
-#include "tools/session.h"
+#include "tools/client/session.h"
 
 namespace overtake {
 namespace {

@@ -15,11 +15,11 @@
 
 #include "tests/support/recorded.h"
 #include "tests/support/temp_folder.h"
-#include "tools/commands.h"
+#include "tools/cli/commands.h"
+#include "tools/evaluation/metrics/clear_mot.h"
 #include "tools/io/csv.h"
 #include "tools/io/kitti_tracking.h"
 #include "tools/io/text.h"
-#include "tools/metrics/clear_mot.h"
 
 namespace overtake {
 namespace {

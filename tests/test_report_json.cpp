@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // --json: the keys that tools/README.md promises, with the values of the text.
-#include "tools/report_json.h"
+#include "tools/cli/report_json.h"
 
 #include <doctest/doctest.h>
 

@@ -4,7 +4,7 @@
 #
 # usage: tests/test_setup.sh. What our tools do with other people's software and on shared folders, seen by stand-ins for
 # npm, dpkg-query and the compiler: tools/setup --node installs what the lock file says and runs no scripts of packages;
-# the lock file is complete and names no registry; tools/fuzz opens nothing in the temporary folder that may be a link.
+# the lock file is complete and names no registry; tools/dev/fuzz opens nothing in the temporary folder that may be a link.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 readonly project=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -45,15 +45,15 @@ while read -r name version; do
     fail "the lock file has another version of $name than package.json ($version)"
 done < <(sed -n '/"dependencies"/,/}/s/^ *"\(.*\)": "\([0-9.]*\)",*$/\1 \2/p' "$project/tests/node/package.json")
 
-# ---- tools/fuzz
+# ---- tools/dev/fuzz
 mkdir -p "$work/lib"
 touch "$work/lib/libclang_rt.fuzzer-x86_64.a"
 stand_in clang++-14 "echo '$work/lib/libclang_rt.fuzzer-x86_64.a'"
 stand_in cmake 'exit 0'
 echo precious >"$work/victim"
 ln -s "$work/victim" "$work/tmp/overtake_fuzz_$(cd "$work/tree" && pwd | cksum | cut -d' ' -f1).lock"
-TMPDIR=$work/tmp expect "tools/fuzz --build-only" "$work/tree/tools/fuzz" --build-only
-[[ $(cat "$work/victim") == precious ]] || fail "tools/fuzz writes through a link in the temporary folder"
-[[ $(find "$work/tmp" -mindepth 1 | wc -l) == 1 ]] || fail "tools/fuzz leaves something: $(ls "$work/tmp")"
+TMPDIR=$work/tmp expect "tools/dev/fuzz --build-only" "$work/tree/tools/dev/fuzz" --build-only
+[[ $(cat "$work/victim") == precious ]] || fail "tools/dev/fuzz writes through a link in the temporary folder"
+[[ $(find "$work/tmp" -mindepth 1 | wc -l) == 1 ]] || fail "tools/dev/fuzz leaves something: $(ls "$work/tmp")"
 
 passed "all checks of the tools passed"

@@ -16,7 +16,7 @@
 #include "tools/io/mcap_reader.h"
 #include "tools/io/pcd.h"
 #include "tools/io/ros_messages.h"
-#include "tools/sim/race_log.h"
+#include "tools/sim/log_writer.h"
 
 using namespace overtake;
 using namespace overtake::sim;

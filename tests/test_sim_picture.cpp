@@ -7,9 +7,9 @@
 #include <string>
 
 #include "tests/support/temp_folder.h"
-#include "tools/race_picture.h"
-#include "tools/scan_picture.h"
 #include "tools/sim/material.h"
+#include "tools/view/race_picture.h"
+#include "tools/view/scan_picture.h"
 
 using namespace overtake;
 using namespace overtake::sim;

@@ -11,7 +11,7 @@
 
 #include "core/hash.h"
 #include "tools/sim/link_budget.h"
-#include "tools/sim/race_log.h"
+#include "tools/sim/log_writer.h"
 
 using namespace overtake;
 using namespace overtake::sim;

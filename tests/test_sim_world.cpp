@@ -11,7 +11,7 @@
 #include <string>
 
 #include "tools/io/error.h"
-#include "tools/sim/race_log.h"
+#include "tools/sim/log_writer.h"
 
 using namespace overtake;
 using namespace overtake::sim;

@@ -12,9 +12,9 @@
 
 #include "tests/support/detector_bench.h"
 #include "tests/support/temp_folder.h"
+#include "tools/cli/trace_file.h"
+#include "tools/client/session.h"
 #include "tools/io/text.h"
-#include "tools/session.h"
-#include "tools/trace_file.h"
 
 namespace overtake::cli {
 namespace {

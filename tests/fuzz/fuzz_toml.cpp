@@ -4,7 +4,7 @@
 // Rigs and configurations: any text gives one or an error with a place, and what was read is written and read back the
 // same. The first byte picks which.
 #include "tests/fuzz/memory_file.h"
-#include "tools/config.h"
+#include "tools/client/config.h"
 #include "tools/io/error.h"
 
 using namespace overtake;

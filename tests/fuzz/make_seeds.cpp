@@ -13,7 +13,7 @@
 
 #include "pipeline/overtake.h"
 #include "tests/support/mcap_parts.h"
-#include "tools/config.h"
+#include "tools/client/config.h"
 #include "tools/io/cloud_message.h"
 #include "tools/io/error.h"
 #include "tools/io/mcap_writer.h"

@@ -10,10 +10,10 @@
 #include <map>
 #include <stdexcept>
 
+#include "tools/client/result_files.h"
+#include "tools/client/session.h"
 #include "tools/io/cloud_message.h"
 #include "tools/io/scan_stream.h"
-#include "tools/result_files.h"
-#include "tools/session.h"
 
 namespace overtake::test {
 namespace {

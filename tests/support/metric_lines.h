@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/metrics/clear_mot.h"
+#include "tools/evaluation/metrics/clear_mot.h"
 
 namespace overtake_test {
 

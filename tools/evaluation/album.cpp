@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "tools/console.h"
+#include "tools/client/console.h"
+#include "tools/client/session.h"
 #include "tools/evaluation/judge.h"
-#include "tools/session.h"
 #include "tools/sim/material.h"
 
 namespace overtake::evaluation {
@@ -22,7 +22,7 @@ constexpr std::size_t kSlips = std::size(kSlipDeg);
 
 }  // namespace
 
-Album::Album(const RaceLog& log, const ovt_params& params, const std::string& map_file)
+Album::Album(const TruthLog& log, const ovt_params& params, const std::string& map_file)
     : log_(log), params_(params), map_file_(map_file), fits_(kSlips) {
   for (const io::RigSensor& s : log.rig().sensors) mountings_.emplace_back(s);
   const auto said = log.about().find("simulated");

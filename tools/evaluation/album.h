@@ -30,7 +30,7 @@ struct NamedPicture {
 
 class Album {
  public:
-  Album(const RaceLog& log, const ovt_params& params, const std::string& map_file);
+  Album(const TruthLog& log, const ovt_params& params, const std::string& map_file);
   void expect(const LogFrame& frame) { frame_ = &frame; }
   // The library's callback body, after the judge's.
   void look(ovt_reader* reader);
@@ -48,7 +48,7 @@ class Album {
   void keep_strip(ovt_reader* reader, const io::SensorScan& scan, double car_m, int64_t car_points);
   void keep_clouds(ovt_reader* reader, const Cars& cars, int32_t car);
 
-  const RaceLog& log_;
+  const TruthLog& log_;
   const ovt_params params_;
   const std::string map_file_;
   std::vector<Mounting> mountings_;

@@ -113,7 +113,7 @@ void check_contestant(const std::string& name) {
   read_name(name, variant);
 }
 
-Contestant::Contestant(const std::string& name, const RaceLog& log, const std::string& map_file, int32_t every)
+Contestant::Contestant(const std::string& name, const TruthLog& log, const std::string& map_file, int32_t every)
     : name_(name), log_(log), every_(is_of_sweep(name) ? every : 1), map_file_(map_file) {
   cli::Config config = read_name(name, variant_);
   config.map = map_file;

@@ -24,10 +24,10 @@
 #include <string>
 #include <vector>
 
+#include "tools/client/session.h"
 #include "tools/evaluation/album.h"
 #include "tools/evaluation/judge.h"
 #include "tools/evaluation/relay.h"
-#include "tools/session.h"
 
 namespace overtake::evaluation {
 
@@ -45,7 +45,7 @@ class Contestant {
   // `map_file`: the log's map, "" none. `every`: frames between two that one of a sweep is given. Throws io::Error: no
   // such preset, variant or parameter, one that needs to know what each point lies on where the log does not say it,
   // or more time between two frames than the library can be told of.
-  Contestant(const std::string& name, const RaceLog& log, const std::string& map_file, int32_t every = 1);
+  Contestant(const std::string& name, const TruthLog& log, const std::string& map_file, int32_t every = 1);
   // Whether the log's n-th frame is for this contestant, from 0 on.
   bool takes(int64_t n) const { return n % every_ == 0; }
   // Frames in order. Throws what the library or the judge throws.
@@ -63,7 +63,7 @@ class Contestant {
   void push_poses(int64_t until_ns);
 
   std::string name_, variant_;
-  const RaceLog& log_;
+  const TruthLog& log_;
   int32_t every_;
   int64_t frames_ = 0;
   std::unique_ptr<Judge> judge_;

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "tools/evaluation/metrics/clear_mot.h"
+#include "tools/evaluation/metrics/hota.h"
+#include "tools/evaluation/metrics/summary.h"
 #include "tools/evaluation/run_logs.h"
-#include "tools/metrics/clear_mot.h"
-#include "tools/metrics/hota.h"
-#include "tools/metrics/summary.h"
 
 namespace overtake::evaluation {
 

@@ -9,9 +9,9 @@
 #include <set>
 
 #include "tools/evaluation/figures_parts.h"
+#include "tools/evaluation/metrics/consistency.h"
+#include "tools/evaluation/metrics/gospa.h"
 #include "tools/evaluation/numbers.h"
-#include "tools/metrics/consistency.h"
-#include "tools/metrics/gospa.h"
 
 namespace overtake::evaluation {
 namespace {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/evaluation/metrics/summary.h"
 #include "tools/evaluation/run_logs.h"
-#include "tools/metrics/summary.h"
 
 namespace overtake::evaluation {
 

@@ -9,9 +9,9 @@
 #include <set>
 #include <stdexcept>
 
+#include "tools/client/session.h"
+#include "tools/evaluation/metrics/consistency.h"
 #include "tools/evaluation/numbers.h"
-#include "tools/metrics/consistency.h"
-#include "tools/session.h"
 #include "tools/sim/material.h"
 
 namespace overtake::evaluation {
@@ -69,7 +69,7 @@ Tables read_tables(const std::string& folder) {
   return tables;
 }
 
-Judge::Judge(const RaceLog& log, const ovt_params& params, int64_t truth_shift_ns)
+Judge::Judge(const TruthLog& log, const ovt_params& params, int64_t truth_shift_ns)
     : log_(log),
       truth_shift_ns_(truth_shift_ns),
       r_x_(params.tracker_r_x),

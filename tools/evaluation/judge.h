@@ -19,7 +19,7 @@
 //   times       one per stage that ran: nanoseconds
 // and, every so many frames (judge_baselines.cpp), on the points with a label:
 //   grid        the 2.5-D grid: as scans
-//   auto_label  the automatic labels (tools/baselines/label_ground.h) against the truth: as scans
+//   auto_label  the automatic labels (tools/evaluation/baselines/label_ground.h) against the truth: as scans
 //   scans_auto  grid_auto    the pipeline and the grid against the automatic labels: as scans
 //   euclid      Euclidean clusters of the points found to be non-ground, by radius: one per car, by truth and inside
 //   euclid_mixed    the same: mixed ones of the frame
@@ -36,8 +36,8 @@
 #include "pipeline/overtake.h"
 #include "tools/evaluation/cluster_tally.h"
 #include "tools/evaluation/places.h"
-#include "tools/evaluation/race_log.h"
 #include "tools/evaluation/table.h"
+#include "tools/evaluation/truth_log.h"
 
 namespace overtake::evaluation {
 
@@ -71,8 +71,8 @@ struct Relayed {
 class Judge {
  public:
   // truth_shift_ns: negative control, compares with the truth of so much later.
-  Judge(const RaceLog& log, const ovt_params& params, int64_t truth_shift_ns = 0);
-  // Every so many frames the baselines (tools/baselines) judge the same clouds; 0: never.
+  Judge(const TruthLog& log, const ovt_params& params, int64_t truth_shift_ns = 0);
+  // Every so many frames the baselines (tools/evaluation/baselines) judge the same clouds; 0: never.
   void use_baselines(int32_t every) { baselines_every_ = every; }
 
   // The frame whose scans are pushed next.
@@ -98,7 +98,7 @@ class Judge {
 
   std::vector<CarTruth> cars_at(int64_t stamp_ns) const { return log_.cars_at(stamp_ns + truth_shift_ns_); }
 
-  const RaceLog& log_;
+  const TruthLog& log_;
   const int64_t truth_shift_ns_;
   int32_t baselines_every_ = 0;
   const double r_x_, r_y_;

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <map>
 
-#include "tools/baselines/euclidean_clusters.h"
-#include "tools/baselines/grid_ground.h"
-#include "tools/baselines/label_ground.h"
+#include "tools/evaluation/baselines/euclidean_clusters.h"
+#include "tools/evaluation/baselines/grid_ground.h"
+#include "tools/evaluation/baselines/label_ground.h"
 #include "tools/evaluation/judge.h"
 
 namespace overtake::evaluation {

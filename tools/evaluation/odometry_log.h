@@ -13,7 +13,7 @@
 
 namespace overtake::evaluation {
 
-class OdometryLog : public RaceLog {
+class OdometryLog : public TruthLog {
  public:
   // `map_file`: a centre line, or an MCAP log that holds one; "" none. Throws io::Error: no recording with topics, no
   // scans, no odometry of ego or opponent, a map of two bounds.

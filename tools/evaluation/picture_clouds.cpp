@@ -4,12 +4,12 @@
 #include <array>
 #include <cmath>
 
-#include "tools/console.h"
+#include "tools/client/console.h"
+#include "tools/evaluation/metrics/summary.h"
 #include "tools/evaluation/numbers.h"
 #include "tools/evaluation/pictures.h"
-#include "tools/evaluation/svg.h"
-#include "tools/metrics/summary.h"
 #include "tools/sim/mesh.h"
+#include "tools/view/svg.h"
 
 namespace overtake::evaluation {
 namespace {

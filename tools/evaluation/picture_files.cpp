@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "tools/console.h"
+#include "tools/client/console.h"
 #include "tools/evaluation/album.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/console.h"
+#include "tools/client/console.h"
 #include "tools/evaluation/pictures.h"
-#include "tools/evaluation/svg.h"
+#include "tools/view/svg.h"
 
 namespace overtake::evaluation {
 namespace {

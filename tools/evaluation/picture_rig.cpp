@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/console.h"
+#include "tools/client/console.h"
 #include "tools/evaluation/numbers.h"
 #include "tools/evaluation/pictures.h"
-#include "tools/evaluation/svg.h"
 #include "tools/io/words.h"
 #include "tools/sim/mesh.h"
+#include "tools/view/svg.h"
 
 namespace overtake::evaluation {
 namespace {

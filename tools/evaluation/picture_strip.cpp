@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/console.h"
+#include "tools/client/console.h"
+#include "tools/evaluation/metrics/summary.h"
 #include "tools/evaluation/pictures.h"
-#include "tools/evaluation/svg.h"
-#include "tools/metrics/summary.h"
+#include "tools/view/svg.h"
 
 namespace overtake::evaluation {
 namespace {

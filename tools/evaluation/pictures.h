@@ -9,7 +9,7 @@
 
 #include "tools/io/map_file.h"
 #include "tools/io/rig.h"
-#include "tools/views.h"
+#include "tools/view/views.h"
 
 namespace overtake::evaluation {
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "tools/evaluation/race_log.h"
+#include "tools/evaluation/truth_log.h"
 #include "tools/io/rig.h"
 
 namespace overtake::evaluation {

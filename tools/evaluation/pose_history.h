@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "tools/evaluation/race_log.h"
+#include "tools/evaluation/truth_log.h"
 
 namespace overtake::evaluation {
 

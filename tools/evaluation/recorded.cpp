@@ -7,16 +7,16 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "tools/baselines/grid_ground.h"
-#include "tools/baselines/label_ground.h"
-#include "tools/console.h"
+#include "tools/client/console.h"
+#include "tools/client/session.h"
+#include "tools/evaluation/baselines/grid_ground.h"
+#include "tools/evaluation/baselines/label_ground.h"
 #include "tools/evaluation/places.h"
 #include "tools/evaluation/recorded_tracks.h"
 #include "tools/io/box_file.h"
 #include "tools/io/csv.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
-#include "tools/session.h"
 
 namespace overtake::evaluation {
 namespace {

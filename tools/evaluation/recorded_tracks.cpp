@@ -7,15 +7,15 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "tools/evaluation/race_log.h"
+#include "tools/client/session.h"
+#include "tools/evaluation/metrics/clear_mot.h"
+#include "tools/evaluation/metrics/gospa.h"
+#include "tools/evaluation/metrics/hota.h"
+#include "tools/evaluation/metrics/summary.h"
+#include "tools/evaluation/truth_log.h"
 #include "tools/io/csv.h"
 #include "tools/io/error.h"
 #include "tools/io/kitti_tracking.h"
-#include "tools/metrics/clear_mot.h"
-#include "tools/metrics/gospa.h"
-#include "tools/metrics/hota.h"
-#include "tools/metrics/summary.h"
-#include "tools/session.h"
 
 namespace overtake::evaluation {
 namespace {

@@ -10,7 +10,7 @@
 
 namespace overtake::evaluation {
 
-Relay::Relay(const std::string& kind, const RaceLog& log, const cli::Config& config)
+Relay::Relay(const std::string& kind, const TruthLog& log, const cli::Config& config)
     : kind_(kind), log_(log), params_(config.params) {
   if (!config.map.empty()) {
     const io::MapData map = io::read_map(config.map);

@@ -20,15 +20,15 @@
 #include <vector>
 
 #include "core/track_map.h"
+#include "tools/client/session.h"
 #include "tools/evaluation/judge.h"
-#include "tools/session.h"
 
 namespace overtake::evaluation {
 
 class Relay {
  public:
   // `kind` as above. Throws io::Error.
-  Relay(const std::string& kind, const RaceLog& log, const cli::Config& config);
+  Relay(const std::string& kind, const TruthLog& log, const cli::Config& config);
   ~Relay();
   Relay(const Relay&) = delete;
   Relay& operator=(const Relay&) = delete;
@@ -51,7 +51,7 @@ class Relay {
                              const std::vector<int32_t>& row_of_cluster) const;
 
   std::string kind_;
-  const RaceLog& log_;
+  const TruthLog& log_;
   const ovt_params params_;
   TrackMap map_;
   std::unique_ptr<cli::Session> session_;

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "tools/console.h"
+#include "tools/client/console.h"
 #include "tools/evaluation/figures.h"
 #include "tools/evaluation/kept_runs.h"
 #include "tools/evaluation/measures_json.h"

@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "pipeline/overtake.h"
-#include "tools/console.h"
+#include "tools/client/console.h"
+#include "tools/client/session.h"
 #include "tools/evaluation/report_html.h"
-#include "tools/evaluation/svg.h"
-#include "tools/session.h"
+#include "tools/view/svg.h"
 
 namespace overtake::evaluation {
 namespace {
@@ -92,7 +92,7 @@ std::string picture_section(const std::map<std::string, NamedPicture>& pictures,
       {"fits", "Both rectangles on a car that begins to spin",
        "psi_REF is the heading of the map's centre line, psi_VAR that of the points (variance criterion); the one "
        "whose rectangle of known size holds more points is taken, psi_REF where they hold as many.",
-       "no log has a car that begins to spin and is detected on the way (tools/evaluate adds spin_near)"},
+       "no log has a car that begins to spin and is detected on the way (tools/dev/evaluate_set adds spin_near)"},
       {"sensors", "Sensors and fields of view", "Blind strips as the mounting says.", "no rig"}};
   const bool knows_points =
       std::any_of(runs.begin(), runs.end(), [](const Run& r) { return r.tables.at("scans").rows() > 0; });

@@ -9,8 +9,8 @@
 #include <cmath>
 #include <tuple>
 
-#include "tools/baselines/grid_ground.h"
-#include "tools/console.h"
+#include "tools/client/console.h"
+#include "tools/evaluation/baselines/grid_ground.h"
 #include "tools/evaluation/svg_plot.h"
 #include "tools/io/text.h"
 

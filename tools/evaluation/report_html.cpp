@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/evaluation/report_html.h"
 
-#include "tools/console.h"
-#include "tools/evaluation/svg.h"
+#include "tools/client/console.h"
+#include "tools/view/svg.h"
 
 namespace overtake::evaluation {
 namespace {

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "tools/console.h"
+#include "tools/client/console.h"
 #include "tools/evaluation/report_html.h"
 #include "tools/evaluation/svg_plot.h"
 #include "tools/io/error.h"

@@ -4,10 +4,10 @@
 
 #include <cmath>
 
-#include "tools/console.h"
+#include "tools/client/console.h"
 #include "tools/evaluation/report_html.h"
-#include "tools/evaluation/svg.h"
 #include "tools/io/words.h"
+#include "tools/view/svg.h"
 
 namespace overtake::evaluation {
 namespace {

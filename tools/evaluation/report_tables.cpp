@@ -10,10 +10,10 @@
 #include <cstring>
 #include <map>
 
-#include "tools/console.h"
+#include "tools/client/console.h"
 #include "tools/evaluation/claims.h"
 #include "tools/evaluation/first_seen.h"
-#include "tools/evaluation/svg.h"
+#include "tools/view/svg.h"
 
 namespace overtake::evaluation {
 

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "tools/console.h"
+#include "tools/client/console.h"
 #include "tools/evaluation/contestant.h"
 #include "tools/evaluation/kept_runs.h"
 #include "tools/evaluation/odometry_log.h"
@@ -62,7 +62,7 @@ std::string text_of_input(const RunOptions& options) {
   return io::format_rig(io::load_rig(options.rig)) + (fs::exists(options.map) ? hash_input(options.map, "") : "");
 }
 
-std::unique_ptr<RaceLog> open_log(const RunOptions& options, const std::string& path) {
+std::unique_ptr<TruthLog> open_log(const RunOptions& options, const std::string& path) {
   if (options.rig.empty()) return std::make_unique<SimulatedLog>(path);
   return std::make_unique<OdometryLog>(path, io::load_rig(options.rig), options.map);
 }
@@ -86,8 +86,8 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
     if (!options.quiet) std::printf("%s: done before\n", log_name.c_str());
     return true;
   }
-  const std::unique_ptr<RaceLog> opened = open_log(options, path);
-  RaceLog& log = *opened;
+  const std::unique_ptr<TruthLog> opened = open_log(options, path);
+  TruthLog& log = *opened;
   std::string map_file;
   if (!log.map_text().empty()) {
     cli::make_folder(options.out + "/maps");

@@ -8,13 +8,13 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "tools/console.h"
+#include "tools/client/console.h"
+#include "tools/client/session.h"
+#include "tools/evaluation/metrics/summary.h"
 #include "tools/evaluation/report_pages.h"
 #include "tools/evaluation/simulated_log.h"
 #include "tools/io/output.h"
 #include "tools/io/text.h"
-#include "tools/metrics/summary.h"
-#include "tools/session.h"
 
 namespace overtake::evaluation {
 namespace {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/evaluation/race_log.h"
+#include "tools/evaluation/truth_log.h"
 #include "tools/io/mcap_reader.h"
 
 namespace overtake::evaluation {
@@ -20,7 +20,7 @@ struct TruthFrame {
   std::vector<CarTruth> cars;  // by number
 };
 
-class SimulatedLog : public RaceLog {
+class SimulatedLog : public TruthLog {
  public:
   // Throws io::Error: no MCAP, not written by overtake simulate, without rig or map.
   explicit SimulatedLog(const std::string& path);

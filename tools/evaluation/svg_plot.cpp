@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <limits>
 
-#include "tools/metrics/summary.h"
+#include "tools/evaluation/metrics/summary.h"
 
 namespace overtake::evaluation {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/evaluation/svg.h"
+#include "tools/view/svg.h"
 
 namespace overtake::evaluation {
 

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <functional>
 
-#include "tools/baselines/grid_ground.h"
-#include "tools/baselines/label_ground.h"
-#include "tools/console.h"
+#include "tools/client/console.h"
+#include "tools/evaluation/baselines/grid_ground.h"
+#include "tools/evaluation/baselines/label_ground.h"
 #include "tools/evaluation/judge.h"
+#include "tools/evaluation/metrics/summary.h"
 #include "tools/evaluation/simulated_log.h"
 #include "tools/io/text.h"
-#include "tools/metrics/summary.h"
 #include "tools/sim/workers.h"
 
 namespace overtake::evaluation {

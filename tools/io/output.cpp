@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kListHead =
     "# Results of overtake in this folder: hash, bytes, name. One that differs is overwritten with --force only.\n";
-// The first bytes of a trace (tools/trace_file.cpp).
+// The first bytes of a trace (tools/cli/trace_file.cpp).
 constexpr std::string_view kTraceHead = "{\"otherData\":{\"writer\":\"overtake\"}";
 constexpr std::streamoff kHashedBytes = 4 << 20;  // at either end of a file
 

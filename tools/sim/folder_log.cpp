@@ -7,14 +7,14 @@
 #include "tools/io/output.h"
 #include "tools/io/pcd.h"
 #include "tools/io/text.h"
-#include "tools/sim/race_log.h"
+#include "tools/sim/log_writer.h"
 
 namespace overtake::sim {
 namespace {
 
 namespace fs = std::filesystem;
 
-class FolderLog : public RaceLog {
+class FolderLog : public LogWriter {
  public:
   FolderLog(const std::string& folder, const Simulator& simulator, uint64_t seed)
       : folder_(make(folder)), world_(simulator.world()), truth_((folder_ / "truth.csv").string(), kTruthHeader) {
@@ -87,7 +87,7 @@ class FolderLog : public RaceLog {
 
 }  // namespace
 
-std::unique_ptr<RaceLog> make_folder_log(const std::string& folder, const Simulator& simulator, uint64_t seed) {
+std::unique_ptr<LogWriter> make_folder_log(const std::string& folder, const Simulator& simulator, uint64_t seed) {
   return std::make_unique<FolderLog>(folder, simulator, seed);
 }
 

@@ -7,7 +7,7 @@
 #include "tools/io/output.h"
 #include "tools/io/ros_messages.h"
 #include "tools/io/text.h"
-#include "tools/sim/race_log.h"
+#include "tools/sim/log_writer.h"
 
 namespace overtake::sim {
 namespace {
@@ -50,7 +50,7 @@ void put(std::string& to, T value) {
   to.append(bytes, sizeof(T));
 }
 
-class McapLog : public RaceLog {
+class McapLog : public LogWriter {
  public:
   McapLog(const std::string& path, const Simulator& simulator, uint64_t seed)
       : simulator_(simulator), log_(path), ego_(simulator.ego_poses()) {
@@ -254,7 +254,7 @@ class McapLog : public RaceLog {
 
 }  // namespace
 
-std::unique_ptr<RaceLog> make_mcap_log(const std::string& path, const Simulator& simulator, uint64_t seed) {
+std::unique_ptr<LogWriter> make_mcap_log(const std::string& path, const Simulator& simulator, uint64_t seed) {
   return std::make_unique<McapLog>(path, simulator, seed);
 }
 

@@ -1,0 +1,67 @@
+#!/bin/bash
+# Copyright 2026 The Overtake authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: test_compare_baseline.sh
+# tools/dev/compare_baseline: what it cuts away and rounds is not in the base line, what differs is told, the base line itself is its
+# own fixed point.
+# shellcheck source=tests/support/shell_test.sh
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
+need "base line" "tools/setup" python3
+cd "$(dirname "$0")/.." || exit 1
+readonly base=bench/results/evaluation_paper.json
+
+# change CODE: the base line as `d`, and `paper`, its figures of las_vegas_15, changed by some Python.
+change() {
+  python3 - "$base" "$work/metrics.json" <<END
+import copy, json, sys
+d = json.load(open(sys.argv[1]))
+paper = [f for f in d['figures'] if f['contestant'] == 'paper' and f['scenario'] == 'las_vegas_15'][0]
+$1
+json.dump(d, open(sys.argv[2], 'w'), indent=1)
+END
+}
+# compare CODE LINE [OPTION]: exit code and a line of the table (a regular expression).
+compare() {
+  local code=0
+  # shellcheck disable=SC2086
+  tools/dev/compare_baseline compare ${3:-} "$work/metrics.json" >"$work/log" 2>&1 || code=$?
+  ((code == $1)) || fail "compare: exit code $code, not $1: $(cat "$work/log")"
+  grep -qE "$2" "$work/log" || fail "compare: no '$2' in $(cat "$work/log")"
+}
+
+change "
+sweep = copy.deepcopy(paper)
+sweep['contestant'] = 'paper@cluster.threshold_deg=1'
+d['figures'].append(sweep)
+d['runs'].append(dict(d['runs'][0], contestant=sweep['contestant']))
+d['judgements'].append({'scenario': 'pit'})
+paper['sweep_of_something'] = {'values': [1]}
+paper['ground']['tpr'].update(min=0.0, max=1.0)
+paper['ground']['tpr']['mean'] += 1e-9"
+tools/dev/compare_baseline make "$work/metrics.json" >"$work/made.json" || fail "make"
+cmp "$work/made.json" $base || fail "make: not the base line again"
+compare 0 '^0 headline numbers differ, 0 '
+
+change "paper['tracking']['gospa_m']['mean'] *= 1.01; paper['tracking']['mota'] += 0.01; paper['nonsense'] = 1"
+compare 1 '^paper +las_vegas_15 +GOSPA \[m\] .* worse$'
+grep -q ' MOTA .* better$' "$work/log" || fail "compare: MOTA is not better: $(cat "$work/log")"
+grep -q '^2 headline numbers differ, 2 ' "$work/log" || fail "compare: not two numbers: $(cat "$work/log")"
+change "paper['tracking']['nees']['p75'] += 1"  # no headline
+compare 0 '^0 headline numbers differ, 1 '
+change "d['figures'] = [paper]"
+compare 1 '^missing: paper on pit$'
+compare 0 '1 of 17 figures compared$' --part
+change "d['figures'] = []"
+compare 2 'tools/dev/compare_baseline: .*holds nothing'
+change "d['runs'][0]['about']['seed'] = '7'"
+if tools/dev/compare_baseline make "$work/metrics.json" >/dev/null 2>"$work/log"; then fail "make: other seeds were taken"; fi
+grep -q 'was run with the seeds .*7' "$work/log" || fail "make: no word of the seed: $(cat "$work/log")"
+change "d['runs'][0]['about']['commit'] = 'another'"
+if tools/dev/compare_baseline make "$work/metrics.json" >/dev/null 2>"$work/log"; then fail "make: two commits were taken"; fi
+for bad in "make nope.json" "compare tests/test_compare_baseline.sh"; do
+  # shellcheck disable=SC2086
+  tools/dev/compare_baseline $bad >/dev/null 2>"$work/log"
+  (($? == 2)) && [[ $(wc -l <"$work/log") == 1 ]] || fail "$bad: no exit code 2, or no sentence: $(cat "$work/log")"
+done
+passed

@@ -1,0 +1,115 @@
+#!/bin/bash
+# Copyright 2026 The Overtake authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: test_evaluate_set.sh OVERTAKE
+# tools/dev/evaluate_set: two shards merged say what one run says, a second call does nothing again, one that was killed goes on
+# to the same end, what another build has left is done again, bad options are refused.
+# shellcheck source=tests/support/shell_test.sh
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
+set -e  # what fails without a word ends the test
+overtake=$(realpath "${1:?usage: test_evaluate_set.sh OVERTAKE}")
+build=$(dirname "$overtake")
+readonly overtake build
+cd "$(dirname "$0")/.."
+run() { tools/dev/evaluate_set --build "$build" --set overtake,empty_track --seconds 0.4 --sweep none "$@"; }
+
+run --out "$work/whole" >"$work/log"
+for line in '1/2\] overtake_1001_0.4s: simulating' '1/2\] overtake_1001_0.4s: evaluating' \
+  '2/2\] empty_track_1001_0.4s: evaluated, [0-9]* s in all'; do
+  [[ $(grep -c "^\[$line" "$work/log") == 1 ]] || fail "no line '$line': $(cat "$work/log")"
+done
+before=$(stat -c %Y "$work/whole/parts/overtake_1001_0.4s/metrics.json")
+run --out "$work/whole" >"$work/log"
+[[ $(grep -c "done before" "$work/log") == 2 ]] || fail "a done job was done again"
+[[ $(stat -c %Y "$work/whole/parts/overtake_1001_0.4s/metrics.json") == "$before" ]] || fail "a done part was written"
+# What is measured once, beside the parts (of so short a race only where it lies there already).
+"$overtake" evaluate "$work/whole/logs/overtake_1001_0.4s.mcap" --preset paper --scaling --frames 1 --quiet \
+  --out "$work/times"
+mkdir "$work/a"
+cp "$work/times/scaling.json" "$work/a"
+run --out "$work/a" --shard 1/2 >/dev/null
+run --out "$work/b" --shard 2/2 >/dev/null
+[[ $(ls "$work/a/parts" "$work/b/parts" | grep -c 1001) == 2 ]] || fail "shards are no partition"
+"$overtake" merge "$work"/a/parts/* "$work"/b/parts/* --out "$work/merged" >/dev/null
+cmp "$work/whole/metrics.json" "$work/merged/metrics.json" || fail "shards merged differ from the whole"
+cmp "$work/times/scaling.json" "$work/merged/scaling.json" || fail "shards merged lack the times against workers"
+grep -qi "against sensors and workers" "$work/merged/report.html" || fail "the merged report lacks them"
+# Killed in the middle, with everything it started; whatever it had reached, the next call ends where the whole one did.
+setsid tools/dev/evaluate_set --build "$build" --set overtake,empty_track --seconds 0.4 --sweep none --out "$work/killed" \
+  >"$work/log" 2>&1 &
+killed=$!
+for ((k = 0; k < 600; ++k)); do
+  [[ -z $(ls "$work/killed/logs" 2>/dev/null) ]] || break
+  sleep 0.1
+done
+kill -KILL -- "-$killed" 2>/dev/null || fail "it ended before it could be killed"
+wait "$killed" 2>/dev/null || true
+[[ ! -f $work/killed/metrics.json ]] || fail "it was whole before it was killed"
+run --out "$work/killed" >/dev/null
+cmp "$work/whole/metrics.json" "$work/killed/metrics.json" || fail "killed and gone on differs from the whole"
+# What another build has left: its parts and its merged runs.
+for about in "$work"/killed/{,parts/overtake_1001_0.4s/}runs/paper/overtake_1001_0.4s/about.json; do
+  sed -i 's/"commit": "[^"]*"/"commit": "another"/' "$about"
+done
+echo another >"$work/killed/parts/overtake_1001_0.4s/done"
+run --out "$work/killed" >"$work/log"
+grep -q "overtake_1001.*another build" "$work/log" || fail "another build's part was taken for this one's"
+grep -q "empty_track_1001.*done before$" "$work/log" || fail "this build's part was not"
+grep -rqs '"another"' "$work/killed" && fail "another build's runs are left"
+cmp "$work/whole/metrics.json" "$work/killed/metrics.json" || fail "done again differs"
+cp -r "$work/whole/parts/overtake_1001_0.4s" "$work/mixed"
+sed -i 's/"commit": "[^"]*"/"commit": "another"/' "$work/mixed/runs/paper/overtake_1001_0.4s/about.json"
+"$overtake" merge "$work/mixed" "$work/whole/parts/empty_track_1001_0.4s" --out "$work/x" >/dev/null 2>"$work/error" &&
+  fail "runs of two builds were merged"
+grep -q "of build another" "$work/error" || fail "merging two builds gave no sentence"
+refuse() {  # OPTIONS: with exit code 2 and a sentence, the last line, before anything is simulated
+  local code=0
+  # shellcheck disable=SC2086
+  run --out "$work/bad" $1 >/dev/null 2>"$work/log" || code=$?
+  ((code == 2)) || fail "$1: exit code $code, not 2"
+  [[ $(tail -n 1 "$work/log") == "tools/dev/evaluate_set: "* ]] || fail "$1 gave no sentence: $(cat "$work/log")"
+  [[ -z $(ls "$work/bad/logs" 2>/dev/null) ]] || fail "$1: found out after a simulation"
+}
+for bad in "--sweep cluster.nonsense=1:2:1" "--sweep cluster.threshold_deg=80:100:10" "--sweep x" "--preset best" \
+  "--preset paper,paper:nonsense" "--preset paper@x=1"; do
+  refuse "$bad"
+  [[ $(wc -l <"$work/log") == 1 ]] || fail "$bad: more than a sentence: $(cat "$work/log")"
+done
+for bad in "--seeds 1,x" "--set overtake,nonsense" "--shard 3/2" "--shard 0/1" "--shard x" "--seeds abc" "--jobs 0" "--nonsense"; do
+  refuse "$bad"
+done
+ones_of() { tail -c +129 "$1" | tr -d '\000' | wc -c; }  # ones of a NPY of bytes
+race=$work/race
+"$overtake" simulate overtake --seconds 0.15 --quiet --out "$race"
+"$overtake" label "$race" --rig "$race/rig.toml" --frame 1 --out "$work/labels" >"$work/log"
+grep -q "front" "$work/log" || fail "label says nothing of the front sensor"
+[[ $(ls "$work/labels" | wc -l) == 4 ]] || fail "label: not one file a sensor and one table"
+while IFS=, read -r frame sensor points obstacles; do
+  [[ $frame == frame ]] && continue
+  [[ $(ones_of "$work/labels/${frame}_${sensor}_labels.npy") == "$obstacles" ]] || fail "label: $sensor's count"
+  ((points > 10000 && obstacles > 100 && obstacles < points)) || fail "label: $obstacles of $points are obstacles"
+done <"$work/labels/labels.csv"
+if "$overtake" label "$race" --rig "$race/rig.toml" --frame 99 --out "$work/x" 2>"$work/error"; then fail "frame 99"; fi
+grep -q "no scan of that frame" "$work/error" || fail "label of a frame that is not there gave no sentence"
+
+log=$work/whole/logs/overtake_1001_0.4s.mcap
+"$overtake" evaluate "$log" --preset paper --frames 3 --quiet --progress 0 --out "$work/lines" >"$work/log" 2>&1
+[[ $(grep -cE "^overtake_1001_0.4s: evaluated [0-9.]+ %, [0-9]+ s so far$" "$work/log") == 3 && $(wc -l <"$work/log") == 3 ]] ||
+  fail "--progress: not a line a frame: $(cat "$work/log")"
+"$overtake" evaluate "$log" --preset paper --frames 2 --out "$work/lines" >"$work/log"
+grep -q "paper was run before with another --frames; again" "$work/log" || fail "other frames were not run, or not said"
+grep -q ": 2 frames, 1 contestant$" "$work/log" || fail "the frames and the one contestant are not counted: $(cat "$work/log")"
+"$overtake" evaluate "$log" --preset paper --frames 2 --out "$work/lines" >"$work/log"
+grep -q "done before" "$work/log" || fail "the same frames were run again"
+
+tune=$work/a/logs/overtake_1001_0.4s.mcap
+[[ -f $tune ]] || tune=$work/b/logs/overtake_1001_0.4s.mcap
+"$overtake" evaluate "$tune" --tune --frames 1 --out "$work/tune" >"$work/log"
+grep -q "^grid *best: cell_m=" "$work/log" || fail "tuning found no grid"
+[[ $(grep -c "^grid," "$work/tune/tuning.csv") == 42 ]] || fail "tuning did not try every grid"
+if "$overtake" evaluate --out "$work/x" 2>/dev/null; then fail "evaluate without a log was taken"; fi
+
+if "$overtake" evaluate "$work/log" --preset paper --out "$work/x" 2>"$work/error"; then fail "a text is no log"; fi
+grep -q "overtake: $work/log" "$work/error" || fail "the error does not name the file"
+passed "all evaluation checks passed"

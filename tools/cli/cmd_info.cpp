@@ -1,0 +1,172 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// overtake info: what a recording holds. Needs no rig.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "tools/cli/commands.h"
+#include "tools/cli/report_json.h"
+#include "tools/client/console.h"
+#include "tools/io/bag_stream.h"
+#include "tools/io/cloud_message.h"
+#include "tools/io/error.h"
+#include "tools/io/kitti_bin.h"
+#include "tools/io/output.h"
+#include "tools/io/text.h"
+#include "tools/io/words.h"
+
+namespace overtake::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct TopicInfo {
+  int64_t messages = 0, first_ns = 0, last_ns = 0, points = 0, undecoded = 0;
+  uint64_t bytes = 0;
+  std::string layout, frame;
+};
+
+void look_into(const io::BagTopic& topic, std::string_view data, TopicInfo& info) {
+  try {
+    if (io::is_type(topic, io::kPointCloud2Name)) {
+      const io::PointCloud2 cloud = io::decode_point_cloud2(data);
+      info.points += int64_t(cloud.width) * cloud.height;
+      if (info.layout.empty()) info.layout = io::describe_layout(cloud);
+      if (info.frame.empty()) info.frame = cloud.header.frame_id;
+    } else if (io::is_type(topic, io::kOdometryName) && info.frame.empty()) {
+      const io::Odometry odometry = io::decode_odometry(data);
+      info.frame = odometry.child_frame_id + " in " + odometry.header.frame_id;
+    }
+  } catch (const std::runtime_error&) {
+    ++info.undecoded;
+  }
+}
+
+std::string format_stamp(int64_t ns) { return fixed(double(ns) * 1e-9, 3); }
+
+RecordingInfo look_into_bag(const std::string& path) {
+  const auto bag = io::open_bag(path);
+  std::vector<TopicInfo> infos;
+  RecordingInfo out;
+  out.path = path;
+  out.first_ns = INT64_MAX, out.last_ns = INT64_MIN;
+  io::BagMessage message;
+  while (!interrupted() && bag->next(message)) {
+    if (std::size_t(message.topic) >= infos.size()) infos.resize(bag->topics().size());
+    TopicInfo& info = infos[std::size_t(message.topic)];
+    if (info.messages++ == 0) info.first_ns = info.last_ns = message.log_ns;
+    info.first_ns = std::min(info.first_ns, message.log_ns);
+    info.last_ns = std::max(info.last_ns, message.log_ns);
+    info.bytes += message.data.size();
+    out.first_ns = std::min(out.first_ns, message.log_ns);
+    out.last_ns = std::max(out.last_ns, message.log_ns);
+    look_into(bag->topics()[std::size_t(message.topic)], message.data, info);
+  }
+  infos.resize(bag->topics().size());
+  out.kind = bag->describe();
+  out.damage = bag->damage();
+  for (std::size_t i = 0; i < infos.size(); ++i) {
+    const TopicInfo& info = infos[i];
+    const double span_s = (double(info.last_ns) - double(info.first_ns)) * 1e-9;
+    const double rate_hz = info.messages > 1 && span_s > 0 ? double(info.messages - 1) / span_s : NAN;
+    const io::BagTopic& topic = bag->topics()[i];
+    out.topics.push_back({topic.name, topic.type, info.frame, info.layout, info.messages, info.points, info.undecoded,
+                          rate_hz, info.bytes});
+  }
+  return out;
+}
+
+void print_bag(const RecordingInfo& info) {
+  std::printf("%s: %s\n", printable(info.path).c_str(), printable(info.kind).c_str());
+  if (info.first_ns <= info.last_ns)
+    std::printf("from %s to %s s, %s s\n\n", format_stamp(info.first_ns).c_str(), format_stamp(info.last_ns).c_str(),
+                fixed((double(info.last_ns) - double(info.first_ns)) * 1e-9, 3).c_str());
+  TextTable table({"topic", "messages", "Hz", "MB", "type", "frame"});
+  for (const RecordingInfo::Topic& topic : info.topics)
+    table.add({topic.name, std::to_string(topic.messages), fixed(topic.rate_hz, 1),
+               fixed(double(topic.bytes) * 1e-6, 1), topic.type,
+               topic.layout.empty() ? topic.frame : "frame " + topic.frame});
+  std::fputs(table.format().c_str(), stdout);
+  for (const RecordingInfo::Topic& topic : info.topics) {
+    if (!topic.layout.empty())
+      std::printf("\n%s: %s a cloud; %s\n", printable(topic.name).c_str(),
+                  io::counted(topic.points / topic.messages, "point").c_str(), printable(topic.layout).c_str());
+    if (topic.undecoded > 0)
+      std::printf("%s: %s not what %s type says\n", printable(topic.name).c_str(),
+                  io::counted(topic.undecoded, "message is", "messages are").c_str(),
+                  topic.undecoded == 1 ? "its" : "their");
+  }
+}
+
+RecordingInfo look_into_folder(const std::string& path) {
+  std::error_code code;
+  std::vector<std::string> files;
+  if (fs::is_directory(path, code)) {
+    for (fs::directory_iterator at(path, code), end; !code && at != end; at.increment(code))
+      files.push_back(at->path().string());
+    std::sort(files.begin(), files.end());
+  } else if (fs::exists(path, code)) {
+    files.push_back(path);
+  } else {
+    throw io::Error(path, 0, "no such file or folder");
+  }
+  std::map<std::string, std::vector<std::string>> scans;  // by kind and sensor
+  for (const std::string& file : files) {
+    const std::string kind = io::lower_case(fs::path(file).extension().string());
+    if (kind != ".pcd" && kind != ".bin") continue;
+    const std::string stem = fs::path(file).stem().string();
+    const auto first = stem.find('_');
+    const bool digits = stem.substr(0, first).find_first_not_of("0123456789") == std::string::npos;
+    scans[(digits && first != std::string::npos ? "FRAME" + stem.substr(first) : "FRAME") + kind].push_back(file);
+  }
+  if (scans.empty()) throw io::Error(path, 0, "holds nothing that is read: no .pcd, .bin, .db3 or .mcap");
+  RecordingInfo out;
+  out.path = path;
+  out.kind = fs::is_directory(path, code) ? "a folder of scans" : "one scan";
+  for (const auto& [name, list] : scans) {
+    const bool kitti = name.ends_with(".bin");
+    const io::Pcd pcd = kitti ? io::read_kitti_bin(list[0]) : io::Pcd{io::read_pcd_header(list[0]), {}};
+    std::vector<std::string> fields;
+    static constexpr const char* kType[] = {"float32", "float64", "int8",   "uint8", "int16",
+                                            "uint16",  "int32",   "uint32", "int64", "uint64"};
+    for (const io::PcdField& field : pcd.header.fields)
+      fields.push_back(field.name + " " + kType[std::size_t(field.type)]);
+    out.scans.push_back(
+        {name, fs::path(list[0]).filename().string(), io::join(fields, ", "), int64_t(list.size()), pcd.header.points});
+  }
+  return out;
+}
+
+void print_folder(const RecordingInfo& info) {
+  std::printf("%s: %s\n\n", info.path.c_str(), info.kind.c_str());
+  TextTable table({"scans", "files", "first", "points of the first", "fields"});
+  for (const RecordingInfo::Scans& s : info.scans)
+    table.add({s.name, std::to_string(s.files), s.first_file, std::to_string(s.points), s.fields});
+  std::fputs(table.format().c_str(), stdout);
+}
+
+}  // namespace
+
+int info_command(const Options& options) {
+  catch_interrupt();
+  const std::string partial = io::why_partial(options.input);
+  if (!partial.empty() && !options.json) std::printf("this log is partial: %s\n", printable(partial).c_str());
+  io::check_one_kind(options.input);
+  const bool is_bag = io::is_bag(options.input);
+  const RecordingInfo info = is_bag ? look_into_bag(options.input) : look_into_folder(options.input);
+  if (options.json)
+    std::fputs(info_json(info).c_str(), stdout);
+  else
+    is_bag ? print_bag(info) : print_folder(info);
+  if (info.damage.empty()) return 0;
+  std::fprintf(stderr, "overtake: %s: %s; what is said is about what came before it\n", printable(info.path).c_str(),
+               printable(info.damage).c_str());
+  return kDamaged;
+}
+
+}  // namespace overtake::cli

@@ -1,0 +1,121 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/cmd_label.h"
+
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <cstdio>
+#include <memory>
+
+#include "tools/cli/commands.h"
+#include "tools/client/console.h"
+#include "tools/evaluation/baselines/label_ground.h"
+#include "tools/evaluation/places.h"
+#include "tools/io/error.h"
+#include "tools/io/npy.h"
+#include "tools/io/output.h"
+#include "tools/io/scan_stream.h"
+#include "tools/io/text.h"
+
+namespace overtake::cli {
+namespace {
+
+struct LabelOptions {
+  std::string input, rig, out;
+  int64_t frame = -1, every = 1;
+  baselines::LabelGroundParams params;
+  bool quiet = false, force = false;
+};
+
+std::vector<uint8_t> label_scan(const io::SensorScan& scan, const io::RigSensor& sensor,
+                                const baselines::LabelGroundParams& params) {
+  const evaluation::Mounting mounting(sensor);
+  std::vector<float> x, y, z;
+  for (std::size_t i = 0; i < std::size_t(scan.count); ++i) {
+    const auto at = mounting.to_vehicle(float(scan.x.value(i)), float(scan.y.value(i)), float(scan.z.value(i)));
+    x.push_back(float(at[0])), y.push_back(float(at[1])), z.push_back(float(at[2]));
+  }
+  const std::vector<bool> nonground = baselines::label_nonground(x, y, z, params);
+  return {nonground.begin(), nonground.end()};
+}
+
+int label(const LabelOptions& options) {
+  Options given;
+  given.command = "label", given.input = options.input, given.rig = options.rig;
+  const io::Rig rig = load_config_with_rig(given).rig;
+  const auto stream = io::open_scans(options.input, rig);
+  io::OutputGuard guard(options.force);
+  add_inputs(guard, given, Config());
+  guard.add_input(options.input);
+  guard.add_folder(options.out);
+  guard.check(options.out + "/labels.csv");
+  catch_interrupt();
+  Progress progress(1000, options.quiet);
+  std::string csv = "frame,sensor,points,obstacles\n";
+  TextTable table({"frame", "sensor", "points", "obstacles"});
+  io::FrameScans frame;
+  for (int64_t n = 0; stream->next(frame) && !interrupted(); ++n) {
+    progress.show(int64_t(1000 * stream->progress()));
+    if (options.frame >= 0 ? frame.frame != options.frame : n % options.every != 0) continue;
+    for (const io::SensorScan& scan : frame.scans) {
+      const io::RigSensor& sensor = rig.sensors[std::size_t(scan.sensor)];
+      const std::vector<uint8_t> labels = label_scan(scan, sensor, options.params);
+      int64_t obstacles = 0;
+      for (const uint8_t l : labels) obstacles += l;
+      const std::string place = std::to_string(frame.frame) + "_" + sensor.name;
+      io::write_npy(options.out + "/" + place + "_labels.npy", labels.data(), {int64_t(labels.size())});
+      csv += std::to_string(frame.frame) + "," + sensor.name + "," + std::to_string(labels.size()) + "," +
+             std::to_string(obstacles) + "\n";
+      guard.keep();
+      table.add({std::to_string(frame.frame), sensor.name, std::to_string(labels.size()), std::to_string(obstacles)});
+    }
+  }
+  progress.clear();
+  if (table.size() == 0 && !interrupted()) throw io::Error(options.input, 0, "holds no scan of that frame");
+  io::write_whole_file(options.out + "/labels.csv", csv);
+  if (interrupted()) {
+    guard.keep();
+    std::fprintf(stderr, "overtake: interrupted after %zu scans; what is done is kept, its names end in .part\n",
+                 table.size());
+    return kInterrupted;
+  }
+  guard.commit();
+  if (!options.quiet)
+    std::printf(
+        "%s\nWritten to %s: FRAME_SENSOR_labels.npy (1 obstacle, 0 ground; points in the recording's order) "
+        "labels.csv\n",
+        table.format(20).c_str(), options.out.c_str());
+  if (stream->lost_count() > 0)
+    std::fprintf(stderr, "overtake: %s: %lld could not be read, the others are done; the first: %s\n",
+                 printable(options.input).c_str(), static_cast<long long>(stream->lost_count()),
+                 printable(stream->first_loss()).c_str());
+  if (!stream->damage().empty())
+    std::fprintf(stderr, "overtake: %s: %s; what came before it is done\n", printable(options.input).c_str(),
+                 printable(stream->damage()).c_str());
+  return stream->lost_count() > 0 || !stream->damage().empty() ? kDamaged : 0;
+}
+
+}  // namespace
+
+CLI::App& add_label_command(CLI::App& app) {
+  auto options = std::make_shared<LabelOptions>();
+  CLI::App& command = *app.add_subcommand("label", "ground and obstacles of every point, by planes and votes");
+  command.add_option("input", options->input, "a recording, as for run")->required();
+  command.add_option("--rig", options->rig,
+                     "sensors: a TOML file or a built-in rig (default: the rig that an MCAP log holds, if any)");
+  command.add_option("--out", options->out, "folder for the labels")->required();
+  command.add_option("--frame", options->frame, "this frame only")->check(CLI::NonNegativeNumber);
+  command.add_option("--every", options->every, "every so many frames")->check(CLI::Range(1, 1000000));
+  command.add_option("--neighbours", options->params.neighbours, "of the plane, at first")->check(CLI::Range(3, 96));
+  command.add_option("--flat-deg", options->params.flat_deg, "a normal this close to the vertical is ground")
+      ->check(CLI::Range(1.0, 89.0));
+  command.add_option("--voters", options->params.voters, "of the last step")->check(CLI::Range(1, 96));
+  command.add_flag("--quiet", options->quiet, "print nothing but errors");
+  add_force_option(command, options->force);
+  command.callback([options] {
+    if (const int code = label(*options)) throw CLI::RuntimeError(code);
+  });
+  return command;
+}
+
+}  // namespace overtake::cli

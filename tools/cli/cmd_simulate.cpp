@@ -1,0 +1,154 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/cmd_simulate.h"
+
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <future>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "tools/cli/commands.h"
+#include "tools/client/console.h"
+#include "tools/io/error.h"
+#include "tools/io/output.h"
+#include "tools/io/text.h"
+#include "tools/io/words.h"
+#include "tools/sim/log_writer.h"
+#include "tools/view/race_picture.h"
+
+namespace overtake::cli {
+namespace {
+
+struct SimulateOptions {
+  std::string scenario, out, ego, pattern, pictures;
+  double seconds = 0, picture_at = -1, progress_s = -1;
+  uint64_t seed = 1;
+  int32_t workers = 0;
+  bool quiet = false, force = false;
+};
+
+// LOG.mcap or a folder; another extension is a slip of the keyboard.
+bool is_mcap_name(const std::string& out) {
+  namespace fs = std::filesystem;
+  const std::string extension = io::lower_case(fs::path(out).extension().string());
+  if (extension == ".mcap") return true;
+  std::error_code code;
+  const bool has_letter = extension.size() > 1 && extension.size() < 7 && extension[1] >= 'a' && extension[1] <= 'z';
+  if (has_letter && !fs::is_directory(out, code))
+    throw io::Error("--out " + out, 0,
+                    "a log's name ends in .mcap, not in " + extension + "; for a folder of this name end it with /");
+  return false;
+}
+
+int simulate(const SimulateOptions& options) {
+  const bool is_mcap = is_mcap_name(options.out);
+  io::OutputGuard guard(options.force);
+  guard.add_input(options.scenario);
+  sim::Scenario scenario = sim::load_scenario(options.scenario);
+  if (!options.ego.empty()) {
+    if (scenario.find_car(options.ego) < 0)
+      throw io::Error(options.scenario, 0, "no car is named '" + options.ego + "'");
+    scenario.ego = options.ego;
+  }
+  if (!options.pattern.empty())
+    for (sim::PatternChange& change : scenario.patterns) change.pattern.kind = sim::pattern_kind(options.pattern);
+  std::unique_ptr<sim::Simulator> simulator;
+  try {
+    simulator = std::make_unique<sim::Simulator>(scenario, options.seed, options.seconds, options.workers);
+  } catch (const std::invalid_argument& error) {
+    throw io::Error(options.scenario, 0, error.what());
+  }
+  if (!options.pictures.empty()) {
+    const double at = options.picture_at >= 0 ? options.picture_at : simulator->seconds() / 2;
+    guard.add_folder(options.pictures);
+    write_race_pictures(options.pictures, *simulator, at);
+    guard.commit();
+    if (!options.quiet) std::printf("%s: above.png front.png left.png right.png\n", options.pictures.c_str());
+  }
+  if (options.out.empty()) return 0;
+  if (!is_mcap) guard.add_folder(options.out);
+  auto log = is_mcap ? sim::make_mcap_log(options.out, *simulator, options.seed)
+                     : sim::make_folder_log(options.out, *simulator, options.seed);
+  catch_interrupt();
+  const auto begin = std::chrono::steady_clock::now();
+  Progress progress(simulator->sweep_count(), options.quiet);
+  if (options.progress_s >= 0)
+    progress.print_lines(scenario.name + " seed " + std::to_string(options.seed) + ": simulated", options.progress_s);
+  int64_t points = 0, beams = 0, split = 0;
+  int32_t done = 0;
+  std::future<void> writing;
+  for (; done < simulator->sweep_count() && !interrupted(); ++done) {
+    auto sweep = std::make_shared<const sim::Sweep>(simulator->sweep(done));
+    if (writing.valid()) writing.get();  // one sweep is written while the next one is simulated
+    writing = std::async(std::launch::async, [&log, sweep, done] { log->write(done, *sweep); });
+    for (const sim::Scan& scan : sweep->scans)
+      points += int64_t(scan.size()), beams += scan.beams, split += scan.split_beams;
+    guard.keep();
+    progress.show(done + 1);
+  }
+  if (writing.valid()) writing.get();
+  const bool partial = done < simulator->sweep_count();
+  const std::string reason = partial ? "interrupted after " + std::to_string(done) + " of " +
+                                           std::to_string(simulator->sweep_count()) + " sweeps"
+                                     : "";
+  log->close(reason);
+  progress.clear();
+  if (partial) {
+    guard.keep();
+    std::fprintf(stderr, "overtake: %s; what is done is kept as %s\n", reason.c_str(),
+                 is_mcap ? (options.out + io::kPartSuffix).c_str()
+                         : (options.out + ", its names end in " + io::kPartSuffix).c_str());
+    return kInterrupted;
+  }
+  guard.commit();
+  if (options.quiet) return 0;
+  const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double share = 100.0 * double(split) / double(beams > 0 ? beams : 1);
+  std::printf("%s, seed %llu: %s (%.1f s of race), %lld points of %lld beams, %.1f %% of them split; %.1f s on %s\n",
+              scenario.name.c_str(), static_cast<unsigned long long>(options.seed), io::counted(done, "sweep").c_str(),
+              simulator->seconds(), static_cast<long long>(points), static_cast<long long>(beams), share, took,
+              io::counted(simulator->worker_count(), "worker").c_str());
+  std::printf("%s\n", options.out.c_str());
+  return 0;
+}
+
+}  // namespace
+
+CLI::App& add_simulate_command(CLI::App& app) {
+  auto options = std::make_shared<SimulateOptions>();
+  CLI::App& command = *app.add_subcommand("simulate", "drives a simulated race and writes its log");
+  command
+      .add_option("scenario", options->scenario,
+                  "TOML file, or one that is built in: " + io::join(sim::builtin_scenario_names(), ", "))
+      ->required();
+  auto* out = command.add_option("--out", options->out, "LOG.mcap, or a folder of PCD scans and tables");
+  auto* pictures = command.add_option("--pictures", options->pictures,
+                                      "folder for pictures of one moment: from above, and of each sensor's scan");
+  command.add_option("--picture-at", options->picture_at, "the moment in seconds (default: half-way)")
+      ->needs(pictures)
+      ->check(CLI::Range(0.0, 36000.0));
+  command.add_option("--seed", options->seed, "seed of everything random")->capture_default_str();
+  command.add_option("--seconds", options->seconds, "end earlier")->check(CLI::Range(0.05, 36000.0));
+  command.add_option("--ego", options->ego, "the car that carries the sensors");
+  command.add_option("--pattern", options->pattern, "another distribution of the lines over the field of view")
+      ->check(CLI::IsMember({"uniform", "gaussian", "horizon_dense"}));
+  command.add_option("--workers", options->workers, "threads, 0: one per CPU; the result is the same")
+      ->check(CLI::Range(0, 256));
+  add_force_option(command, options->force);
+  command.add_flag("--quiet", options->quiet, "print nothing but errors");
+  command
+      .add_option("--progress", options->progress_s, "a line every so many seconds instead of the bar, quiet or not")
+      ->check(CLI::Range(0.0, 36000.0));
+  command.callback([options, out, pictures] {
+    if (out->count() + pictures->count() == 0) throw CLI::RequiredError("--out or --pictures");
+    if (const int code = simulate(*options)) throw CLI::RuntimeError(code);
+  });
+  return command;
+}
+
+}  // namespace overtake::cli

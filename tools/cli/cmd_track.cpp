@@ -1,0 +1,142 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// overtake track: the tracker alone on detections in the map frame; tracks.csv, config.toml.
+#include <cmath>
+#include <cstdio>
+#include <set>
+
+#include "tools/cli/commands.h"
+#include "tools/client/console.h"
+#include "tools/client/result_files.h"
+#include "tools/client/session.h"
+#include "tools/io/csv.h"
+#include "tools/io/error.h"
+#include "tools/io/text.h"
+#include "tools/io/words.h"
+
+namespace overtake::cli {
+namespace {
+
+// Detections of one stamp; columns of the same length.
+struct Scan {
+  int64_t stamp_ns = 0;
+  std::vector<double> x_m, y_m, heading_rad, var_x, var_y, cov_xy;
+};
+
+// Rows of one stamp are one scan; a row with neither x nor y only says that there was one.
+std::vector<Scan> read_scans(const std::string& path) {
+  const io::Csv csv = io::Csv::read(path);
+  const int32_t stamp = csv.need({"stamp_ns", "timestamp_ns"}), x = csv.need({"x_m", "x"}), y = csv.need({"y_m", "y"});
+  if (csv.find({"heading_source"}) >= 0)
+    throw io::Error(
+        path, 0,
+        "is detections.csv of overtake run: its positions are in the vehicle frame and each row has a stamp of "
+        "its own, track needs the map frame and one stamp a scan. overtake run --set tracker.... tracks again");
+  const int32_t heading = csv.find({"heading_rad", "yaw_rad"});
+  const int32_t var_x = csv.find({"var_x"}), var_y = csv.find({"var_y"}), cov_xy = csv.find({"cov_xy"});
+  const auto optional = [&](std::size_t row, int32_t column) {
+    return column < 0 || csv.text(row, column).empty() ? std::nan("") : csv.number(row, column);
+  };
+  std::vector<Scan> scans;
+  for (std::size_t i = 0; i < csv.row_count(); ++i) {
+    const int64_t stamp_ns = csv.integer(i, stamp);
+    if (scans.empty() || scans.back().stamp_ns != stamp_ns) {
+      if (!scans.empty() && stamp_ns < scans.back().stamp_ns) csv.fail(i, stamp, "the stamp goes back");
+      scans.emplace_back();
+      scans.back().stamp_ns = stamp_ns;
+    }
+    if (csv.text(i, x).empty() && csv.text(i, y).empty()) continue;
+    Scan& scan = scans.back();
+    scan.x_m.push_back(csv.number(i, x));
+    scan.y_m.push_back(csv.number(i, y));
+    scan.heading_rad.push_back(optional(i, heading));
+    scan.var_x.push_back(optional(i, var_x));
+    scan.var_y.push_back(optional(i, var_y));
+    scan.cov_xy.push_back(optional(i, cov_xy));
+  }
+  return scans;
+}
+
+void push_scan(const Session& session, const Scan& scan) {
+  ovt_external_detections detections;
+  ovt_external_detections_init(&detections, sizeof detections);
+  detections.stamp_ns = scan.stamp_ns;
+  detections.count = int32_t(scan.x_m.size());
+  detections.reference = OVT_REFERENCE_MAP;
+  detections.x_m = scan.x_m.data();
+  detections.y_m = scan.y_m.data();
+  detections.heading_rad = scan.heading_rad.data();
+  detections.var_x = scan.var_x.data();
+  detections.var_y = scan.var_y.data();
+  detections.cov_xy = scan.cov_xy.data();
+  check(ovt_push_detections(session.detector(), &detections), "scan " + std::to_string(scan.stamp_ns));
+}
+
+class Reader {
+ public:
+  explicit Reader(const Session& session) { check(ovt_create_reader(session.detector(), &reader_), "reader"); }
+  ~Reader() { ovt_destroy_reader(reader_); }
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+  ovt_reader* get() const { return reader_; }
+
+ private:
+  ovt_reader* reader_ = nullptr;
+};
+
+}  // namespace
+
+int track_command(const Options& options) {
+  Config config = load_config(options);
+  config.has_rig = false;  // no LiDAR here: the library's tracker alone
+  config.rig = io::Rig();
+  config.workers = 1;  // one scan after the other: there is nothing to do side by side
+  const auto scans = read_scans(config.input);
+  io::OutputGuard guard(options.force);
+  add_inputs(guard, options, config);
+  guard.add_folder(options.out);
+  io::CsvWriter tracks_csv(options.out + "/tracks.csv", kTracksHeader);
+  Session session(config, nullptr, nullptr);
+  const Reader reader(session);
+  io::write_whole_file(options.out + "/config.toml", format_config(config));
+
+  catch_interrupt();
+  Progress progress(int64_t(scans.size()), options.quiet);
+  std::set<uint64_t> seen, confirmed;
+  std::size_t done = 0;
+  for (; done < scans.size() && !interrupted(); ++done) {
+    session.push_ego_until(scans[done].stamp_ns);
+    push_scan(session, scans[done]);
+    session.flush();
+    ovt_frame_info info;
+    ovt_tracks tracks;
+    check(ovt_next_frame(reader.get(), &info), "scan " + std::to_string(scans[done].stamp_ns));
+    check(ovt_read_tracks(reader.get(), OVT_AT_FRAME_STAMP, &tracks), "tracks");
+    write_tracks(tracks_csv, int64_t(done), info, tracks);
+    for (int32_t i = 0; i < tracks.count; ++i) {
+      seen.insert(tracks.id[i]);
+      if (tracks.state[i] == OVT_CONFIRMED) confirmed.insert(tracks.id[i]);
+    }
+    guard.keep();
+    progress.show(int64_t(done) + 1);
+  }
+  tracks_csv.flush();
+  progress.clear();
+  if (interrupted())
+    guard.keep();
+  else
+    guard.commit();
+  if (!options.quiet)
+    std::printf("%s, %s, %zu of them confirmed. Written to %s: tracks.csv config.toml\n",
+                io::counted(int64_t(done), "scan").c_str(), io::counted(int64_t(seen.size()), "track").c_str(),
+                confirmed.size(), options.out.c_str());
+  if (!options.quiet)
+    for (const std::string& sentence : session.full_capacities()) std::printf("note: %s\n", sentence.c_str());
+  if (interrupted())
+    std::fprintf(stderr, "overtake: interrupted after %s; what is done is kept, its names end in .part\n",
+                 io::counted(int64_t(done), "scan").c_str());
+  return interrupted() ? kInterrupted : 0;
+}
+
+}  // namespace overtake::cli

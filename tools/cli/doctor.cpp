@@ -1,0 +1,427 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/doctor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "tools/io/angles.h"
+#include "tools/io/bag_stream.h"
+#include "tools/io/error.h"
+#include "tools/io/text.h"
+#include "tools/io/words.h"
+
+namespace overtake::cli {
+namespace {
+
+using io::counted;
+
+std::string number(double value, int32_t digits) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
+}
+
+std::string percent(int64_t part, int64_t whole) {
+  return number(100.0 * double(part) / double(std::max<int64_t>(1, whole)), 0) + " %";
+}
+
+double seconds(int64_t ns) { return double(ns) * 1e-9; }
+
+double wrap_deg(double angle) { return std::remainder(angle, 360.0); }
+
+// Whether an azimuth lies in the image, give or take 3 degrees.
+bool in_view(double azimuth_deg, const io::RigSensor& sensor) {
+  if (sensor.wraps) return true;
+  const double middle = (sensor.azimuth_left_deg + sensor.azimuth_right_deg) / 2;
+  const double half = (sensor.azimuth_left_deg - sensor.azimuth_right_deg) / 2;
+  return std::fabs(wrap_deg(azimuth_deg - middle)) <= half + 3;
+}
+
+std::string frame_names(const std::set<std::string>& names) {
+  std::vector<std::string> words;
+  for (const std::string& name : names) words.push_back("'" + name + "'");
+  return io::join(words, ", ");
+}
+
+}  // namespace
+
+Doctor::Doctor(const io::Rig& rig) : rig_(rig), sensors_(rig.sensors.size()), walls_(rig.sensors.size()) {}
+
+void Doctor::add_error(int32_t sensor, const std::string& sentence) {
+  Sensor& s = sensors_[std::size_t(sensor)];
+  ++s.scans;
+  if (s.errors++ == 0) s.first_error = sentence;
+}
+
+void Doctor::add_ego(const io::EgoRow& row) {
+  if (ego_.size() < 1'000'000) ego_.push_back(row);
+}
+
+void Doctor::add_scan(const io::SensorScan& scan) {
+  Sensor& s = sensors_[std::size_t(scan.sensor)];
+  if (s.scans == s.errors) {
+    s.first_ns = scan.stamp_ns;
+  } else {
+    const int64_t step = int64_t(uint64_t(scan.stamp_ns) - uint64_t(s.last_ns));
+    if (step < 0 && s.backward++ == 0) s.first_back_scan = s.scans, s.first_back_ns = -step;
+    s.repeated += step == 0;
+    if (step > 0) s.steps_ns.push_back(step);
+    if (step > rig_.period_ns() * 3 / 2) ++s.gaps, s.longest_gap_ns = std::max(s.longest_gap_ns, step);
+  }
+  s.last_ns = scan.stamp_ns;
+  ++s.scans;
+  s.empty += scan.count == 0;
+  s.most_points = std::max(s.most_points, scan.count);
+  if (!scan.frame_id.empty()) s.frame_ids.insert(scan.frame_id);
+  if (s.lines_how.empty()) s.lines_how = scan.lines_how;
+  if (!scan.time_offset_ns.empty()) {
+    const auto [low, high] = std::minmax_element(scan.time_offset_ns.begin(), scan.time_offset_ns.end());
+    s.time_span_s = std::max(s.time_span_s, (double(*high) - double(*low)) * 1e-9);
+  }
+  if (s.scans > 20 && s.scans % 100 != 0) return;
+  look_at_points(scan, rig_.sensors[std::size_t(scan.sensor)], s);
+  s.shapes.add(scan);
+  walls_[std::size_t(scan.sensor)].add(scan, rig_.sensors[std::size_t(scan.sensor)]);
+}
+
+void Doctor::look_at_points(const io::SensorScan& scan, const io::RigSensor& model, Sensor& s) const {
+  for (std::size_t i = 0; i < std::size_t(scan.count); ++i) {
+    const double x = scan.x.value(i), y = scan.y.value(i), z = scan.z.value(i);
+    const double range = std::sqrt(x * x + y * y + z * z);
+    ++s.points;
+    if (!(range > 0) || !std::isfinite(range)) {
+      ++s.bad;
+      continue;
+    }
+    const double azimuth = std::atan2(y, x) * kDegreesPerRadian;
+    s.outside += !in_view(azimuth, model);
+    s.azimuth_low_deg = std::min(s.azimuth_low_deg, azimuth);
+    s.azimuth_high_deg = std::max(s.azimuth_high_deg, azimuth);
+    s.seen[std::min<std::size_t>(71, std::size_t((azimuth + 180) / 5))] = true;
+    s.outside_if_vehicle +=
+        !in_view(std::atan2(y - model.y_m, x - model.x_m) * kDegreesPerRadian - model.yaw_deg, model);
+    s.far_points += range > model.range_max_m;
+    s.near_points += range < model.range_min_m;
+    if (i % 16 == 0) s.ranges_m.push_back(range);
+    const double layer = scan.layer.value(i);
+    if (layer != std::floor(layer)) {
+      if (s.odd_layers++ == 0) s.odd_layer = layer;
+    } else if (s.layers.size() < 5000 && layer >= 0 && layer < 65535) {
+      s.layers.insert(int64_t(layer));
+    }
+  }
+  if (const auto ground = fit_ground(scan, model)) s.grounds.push_back(*ground);
+}
+
+void Doctor::judge_presence(std::size_t i, std::vector<Finding>& out) const {
+  const Sensor& s = sensors_[i];
+  const io::RigSensor& model = rig_.sensors[i];
+  const std::string about = "sensor '" + model.name + "'";
+  if (s.scans == 0)
+    return out.push_back({true, about,
+                          "there is no scan of it (looked for " + io::join(io::topics_of(model), ", ") + ", or FRAME_" +
+                              model.name + ".pcd)",
+                          "name its topic in the rig file (topics = [\"/...\"] in its [[sensor]]), or take it out of "
+                          "the rig; overtake info lists the topics"});
+  if (s.errors > 0)
+    out.push_back(
+        {true, about,
+         std::to_string(s.errors) + " of " + counted(s.scans, "scan") + " cannot be read; the first: " + s.first_error,
+         s.first_error.find("no field gives the layer") != std::string::npos
+             ? "record a ring field, or keep the order in which the points were taken; then lines are recovered"
+             : "check the recording of these messages; the others can be used"});
+  if (s.empty == s.scans)
+    out.push_back({true, about,
+                   s.scans == 1 ? "its scan is empty" : "all " + std::to_string(s.scans) + " scans are empty",
+                   "check the sensor and its driver, and that this is the topic with its points"});
+  else if (s.empty > 0)
+    out.push_back(
+        {false, about,
+         std::to_string(s.empty) + " of " + counted(s.scans, "scan") + (s.empty == 1 ? " is empty" : " are empty"),
+         ""});
+  if (s.most_points > model.point_capacity)
+    out.push_back(
+        {true, about,
+         "a scan has " + counted(s.most_points, "point") + ", the rig takes " + std::to_string(model.point_capacity),
+         "set point_capacity = " + std::to_string(s.most_points + s.most_points / 4) + " in the rig file"});
+  if (!model.frame_id.empty() && !s.frame_ids.empty() &&
+      !(s.frame_ids.size() == 1 && s.frame_ids.contains(model.frame_id)))
+    out.push_back({true, about,
+                   "its clouds are in frame " + frame_names(s.frame_ids) + ", the rig expects '" + model.frame_id + "'",
+                   "if topics of two sensors are swapped, swap them in the rig; if the cloud was transformed, record "
+                   "the sensor's own; else set frame_id in the rig file"});
+}
+
+void Doctor::judge_points(std::size_t i, std::vector<Finding>& out) const {
+  const Sensor& s = sensors_[i];
+  const io::RigSensor& model = rig_.sensors[i];
+  const std::string about = "sensor '" + model.name + "'";
+  const int64_t good = s.points - s.bad;
+  if (s.points == 0) return;
+  if (s.bad * 2 > s.points)
+    out.push_back({true, about,
+                   percent(s.bad, s.points) + " of its points are NaN, infinite or at the sensor's own place",
+                   "check the driver's handling of beams without return; such points are dropped"});
+  const double range = median(s.ranges_m);
+  if (good > 0 && range > 1000)
+    out.push_back({true, about,
+                   "half of its points are more than " + number(range, 0) +
+                       " m away: the unit looks like "
+                       "millimetres",
+                   "convert the coordinates to metres"});
+  else if (good > 0 && s.far_points * 5 > good)
+    out.push_back(
+        {true, about,
+         percent(s.far_points, good) + " of its points are beyond range_max_m = " + number(model.range_max_m, 0),
+         "check the unit of the coordinates, or raise range_max_m in the rig file"});
+  else if (good > 0 && s.near_points * 2 > good)
+    out.push_back(
+        {true, about,
+         percent(s.near_points, good) + " of its points are nearer than range_min_m = " + number(model.range_min_m, 1),
+         "check the unit of the coordinates (kilometres?), or lower range_min_m in the rig file"});
+  if (good > 0 && s.outside * 5 > good) {
+    const bool turned = s.outside_if_vehicle * 20 < good;
+    out.push_back(
+        {true, about,
+         percent(s.outside, good) + " of its points lie outside of its field of view (" +
+             number(model.azimuth_right_deg, 0) + " to " + number(model.azimuth_left_deg, 0) + " deg); seen are " +
+             number(s.azimuth_low_deg, 0) + " to " + number(s.azimuth_high_deg, 0) + " deg" +
+             (turned ? ", which fits the mounting: the cloud is in the vehicle frame, not the sensor's" : ""),
+         turned ? "record the sensor's own cloud, or give a rig with cloud_frame = \"vehicle\""
+                : "check the sensor's axes (x forward, y left) and azimuth_left_deg, azimuth_right_deg of the rig"});
+  }
+  if (s.odd_layers > 0)
+    out.push_back({true, about, "its line numbers are no whole numbers (" + number(s.odd_layer, 2) + ")",
+                   "check which field is taken for the ring: overtake info shows the layout"});
+  if (!s.lines_how.empty())
+    out.push_back(
+        {false, about, "its clouds say no lines: " + s.lines_how,
+         "check that the sensor has about that many (the rig's image has " + std::to_string(model.rows) + " rows)"});
+  else if (int64_t(s.layers.size()) > model.rows)
+    out.push_back({true, about,
+                   "its clouds have " + std::to_string(s.layers.size()) + " lines, the rig's image " +
+                       std::to_string(model.rows) + " rows",
+                   "set rows = " + std::to_string(s.layers.size()) + " in the rig file"});
+  else if (s.layers.size() > 1 && int64_t(s.layers.size()) * 5 <= model.rows * 3)
+    out.push_back({true, about,
+                   "its clouds have " + std::to_string(s.layers.size()) + " lines only, the rig's image " +
+                       std::to_string(model.rows) + " rows: this is another sensor's rig",
+                   "give the rig of this sensor, or set rows = " + std::to_string(s.layers.size()) +
+                       " in the rig file: rows without points break what hangs together"});
+  const auto seen = std::count(s.seen.begin(), s.seen.end(), true);
+  if (model.wraps && good > 0 && seen <= 36)
+    out.push_back({false, about,
+                   "its points cover " + std::to_string(5 * seen) + " deg; the rig says that it sees a full turn",
+                   "fine where the recording was cut to one side; else give the rig of this sensor"});
+}
+
+bool Doctor::judge_lines(std::size_t i, std::vector<Finding>& out) const {
+  const Sensor& s = sensors_[i];
+  const io::RigSensor& model = rig_.sensors[i];
+  if (!model.wraps) return true;  // others may bend their lines as they like
+  if (!s.lines_how.empty() || s.odd_layers > 0 || s.outside * 5 > s.points || s.shapes.one_sensor()) return true;
+  const LineShapes::Spread spread = s.shapes.spread();
+  std::string sentence = "along a line the elevation changes by " + number(spread.along_deg, 1) + " deg (lines are " +
+                         number(spread.apart_deg, 1) + " deg apart): these are not the lines of one sensor at " +
+                         (rig_.cloud_in_vehicle_frame ? "the place that the rig says" : "the cloud's origin");
+  const auto sources = s.shapes.sources();
+  for (const LineShapes::Source& source : sources) {
+    const bool moved = rig_.cloud_in_vehicle_frame;  // the sensor's place was subtracted from the points
+    sentence += std::string(&source == sources.data() ? "; " : ", ") + "lines " + std::to_string(source.first_line) +
+                " to " + std::to_string(source.last_line) +
+                " are seen from x_m = " + number(source.x_m + (moved ? model.x_m : 0), 2) +
+                " y_m = " + number(source.y_m + (moved ? model.y_m : 0), 2) +
+                " z_m = " + number(source.z_m + (moved ? model.z_m : 0), 2);
+  }
+  out.push_back({true, "sensor '" + model.name + "'", sentence,
+                 sources.size() == 2
+                     ? "one cloud holds two sensors: give a rig with shared_cloud = true, cloud_frame = \"vehicle\" "
+                       "and these places and lines (rig av2 is one)"
+                 : sources.size() == 1 ? "record the sensor's own cloud, or give a rig with cloud_frame = \"vehicle\" "
+                                         "and this place"
+                                       : "give the rig of this sensor; overtake info shows the layout of the cloud"});
+  return false;
+}
+
+void Doctor::judge_yaw(std::size_t i, std::size_t owner, std::vector<Finding>& out) const {
+  const io::RigSensor &model = rig_.sensors[i], &other = rig_.sensors[owner];
+  const auto share = [&](double yaw_deg) { return number(100 * walls_[i].share_along(yaw_deg), 0) + " %"; };
+  out.push_back({true, "sensor '" + model.name + "'",
+                 "it seems to be turned as the rig says of sensor '" + other.name +
+                     "': of the upright surfaces that it "
+                     "sees " +
+                     share(model.yaw_deg) + " run along the vehicle by its own yaw_deg = " + number(model.yaw_deg, 1) +
+                     ", " + share(other.yaw_deg) + " by yaw_deg = " + number(other.yaw_deg, 1),
+                 "exchange the yaw of the two in the rig file, or their topics or files"});
+}
+
+void Doctor::judge_time(std::size_t i, std::vector<Finding>& out) const {
+  const Sensor& s = sensors_[i];
+  const std::string about = "sensor '" + rig_.sensors[i].name + "'";
+  if (s.backward > 0)
+    out.push_back(
+        {true, about,
+         "its stamps go back " + counted(s.backward, "time") + ", first at scan " + std::to_string(s.first_back_scan) +
+             " by " + number(seconds(s.first_back_ns), 3) + " s",
+         "sort the recording by header stamp, or check the sensor's clock; late scans are used only within 0.5 s"});
+  if (s.repeated > 0)
+    out.push_back({true, about, counted(s.repeated, "scan") + " with the stamp of the scan before",
+                   "each scan needs a stamp of its own; repeated ones are not used"});
+  const int64_t step = median(s.steps_ns);
+  if (step > 0 && std::fabs(seconds(step) / rig_.period_s - 1) > 0.2)
+    out.push_back(
+        {true, about,
+         "its scans come every " + number(seconds(step), 4) + " s, the rig says " + number(rig_.period_s, 4) + " s",
+         "set period_s = " + number(seconds(step), 4) + " in the rig file"});
+  else if (s.gaps > 0)
+    out.push_back(
+        {false, about,
+         counted(s.gaps, "gap") + " between scans, the longest " + number(seconds(s.longest_gap_ns), 2) + " s", ""});
+  if (s.time_span_s > 3 * rig_.period_s) {
+    const double factor = s.time_span_s / rig_.period_s;
+    const char* unit = factor > 3e5 ? "a millionth" : "a thousandth";
+    out.push_back({true, about,
+                   "the times of its points span " + number(s.time_span_s, 2) + " s within a scan of " +
+                       number(rig_.period_s, 3) + " s",
+                   std::string("set time_unit in the rig file; ") + unit + " of what is taken now would fit"});
+  }
+}
+
+void Doctor::judge_mounting(std::size_t i, std::vector<Finding>& out) const {
+  const Sensor& s = sensors_[i];
+  const io::RigSensor& model = rig_.sensors[i];
+  const std::string about = "sensor '" + model.name + "'";
+  if (s.grounds.size() < 3 || s.outside * 5 > s.points || median(s.ranges_m) > 1000) return;
+  std::vector<double> height, pitch, roll;
+  for (const Ground& ground : s.grounds) {
+    height.push_back(ground.height_m);
+    pitch.push_back(ground.pitch_rad);
+    roll.push_back(ground.roll_rad);
+  }
+  const double off = median(height), nose = median(pitch) * kDegreesPerRadian, side = median(roll) * kDegreesPerRadian;
+  if (std::fabs(off) > 0.3)
+    out.push_back(
+        {true, about,
+         "the road lies " + number(std::fabs(off), 2) + " m " + (off > 0 ? "above" : "below") +
+             " where its mounting puts it",
+         "z_m = " + number(model.z_m - off, 2) + " would fit (heights count from the road, not from the axle)"});
+  if (std::fabs(nose) > 3.5 || std::fabs(side) > 3.5)
+    out.push_back(
+        {true, about,
+         "the road is tilted by " + number(nose, 1) + " deg along and " + number(side, 1) + " deg across the vehicle",
+         "check roll_deg and pitch_deg of its mounting (a banked road alone does not tilt in the vehicle's frame)"});
+}
+
+void Doctor::judge_ego(std::vector<Finding>& out) const {
+  if (ego_.empty())
+    return out.push_back({false, "ego",
+                          "there are no ego poses: tracks will be in the vehicle frame, and no map can be used",
+                          "name their topic in the rig file ([topics] ego = [\"/...\"]), or give --ego FILE"});
+  int64_t first = INT64_MAX, last = INT64_MIN, backward = 0, moving = 0, crooked = 0, fast = 0;
+  std::vector<int64_t> steps;
+  for (std::size_t k = 0; k < ego_.size(); ++k) {
+    first = std::min(first, ego_[k].stamp_ns);
+    last = std::max(last, ego_[k].stamp_ns);
+    if (k == 0) continue;
+    const int64_t step = ego_[k].stamp_ns - ego_[k - 1].stamp_ns;
+    backward += step < 0;
+    if (step <= 0 || step > 1'000'000'000) continue;
+    steps.push_back(step);
+    const double dx = ego_[k].x_m - ego_[k - 1].x_m, dy = ego_[k].y_m - ego_[k - 1].y_m;
+    const double speed = std::hypot(dx, dy) / seconds(step);
+    if (speed < 5) continue;
+    ++moving;
+    crooked += std::fabs(std::remainder(std::atan2(dy, dx) - ego_[k].yaw_rad, 6.283185307179586)) > 0.35;
+    fast += std::fabs(speed - std::fabs(ego_[k].speed_mps)) > 0.2 * speed + 1;
+  }
+  if (backward > 0)
+    out.push_back({true, "ego", "the stamps of its poses go back " + counted(backward, "time"),
+                   "sort them by stamp; poses that are late are not used"});
+  if (moving > 10 && crooked * 2 > moving)
+    out.push_back({true, "ego",
+                   "its yaw does not fit its motion: they differ by more than 20 deg in " + percent(crooked, moving) +
+                       " of the time",
+                   "check the unit (radians) and the convention of the yaw (0 along x, growing to the left)"});
+  if (moving > 10 && fast * 2 > moving)
+    out.push_back({true, "ego", "its speed does not fit its motion in " + percent(fast, moving) + " of the time",
+                   "check the unit of the twist (m/s, along x of the vehicle) and of the stamps"});
+  const int64_t step = median(steps);
+  if (step > 100'000'000)
+    out.push_back({false, "ego", "its poses come every " + number(seconds(step), 2) + " s; 100 Hz is better", ""});
+  for (std::size_t i = 0; i < sensors_.size(); ++i) {
+    const Sensor& s = sensors_[i];
+    if (s.scans == s.errors) continue;
+    if (s.first_ns <= last && first <= s.last_ns) {
+      const double whole = seconds(s.last_ns) - seconds(s.first_ns);
+      const double covered =
+          std::min(seconds(s.last_ns), seconds(last)) - std::max(seconds(s.first_ns), seconds(first));
+      if (whole <= 0 || 2 * covered >= whole) continue;
+      out.push_back({true, "ego",
+                     "its poses cover only " + number(100 * covered / whole, 0) + " % of the time of the scans (" +
+                         number(seconds(first), 2) + " to " + number(seconds(last), 2) + " s of " +
+                         number(seconds(s.first_ns), 2) + " to " + number(seconds(s.last_ns), 2) + " s)",
+                     "give the poses of the whole recording"});
+      break;
+    }
+    out.push_back({true, "ego",
+                   "its poses (" + number(seconds(first), 2) + " to " + number(seconds(last), 2) +
+                       " s) and the scans of sensor '" + rig_.sensors[i].name + "' (" + number(seconds(s.first_ns), 2) +
+                       " to " + number(seconds(s.last_ns), 2) + " s) are of different times",
+                   "bring both to one clock"});
+    break;
+  }
+}
+
+void Doctor::set_map(const io::MapData& map, const std::string& file, const ovt_params& params) {
+  const char* wrong = nullptr;
+  const bool good = map.is_bounds()
+                        ? map_.build_from_bounds(map.left_x_m.data(), map.left_y_m.data(), int32_t(map.left_x_m.size()),
+                                                 map.right_x_m.data(), map.right_y_m.data(),
+                                                 int32_t(map.right_x_m.size()), map.closed, &wrong)
+                        : map_.build(map.x_m.data(), map.y_m.data(), map.width_left_m.data(), map.width_right_m.data(),
+                                     nullptr, int32_t(map.x_m.size()), map.closed, &wrong);
+  if (!good) throw io::Error(file, 0, wrong);
+  map_file_ = file;
+  map_margin_m_ = std::max(params.gate_ego_margin_m, params.gate_map_margin_m);
+}
+
+void Doctor::judge_place(std::vector<Finding>& out) const {
+  if (map_.empty() || ego_.empty()) return;
+  int64_t off = 0;
+  double farthest_m = 0;
+  int32_t hint = -1;
+  for (const io::EgoRow& row : ego_) {
+    const double m = map_.measure_outside(row.x_m, row.y_m, &hint);
+    off += m > map_margin_m_;
+    farthest_m = std::max(farthest_m, std::min(m, 1e9));
+  }
+  if (off == 0) return;
+  const bool most = 2 * off > int64_t(ego_.size());
+  out.push_back({most, "map",
+                 "the ego vehicle is outside of " + map_file_ + " in " + std::to_string(off) + " of " +
+                     counted(int64_t(ego_.size()), "pose") + ", by up to " + number(farthest_m, 1) + " m",
+                 most ? "give the map of this course, in the frame of reference of the poses (east, north)"
+                      : "the map is not used there; where it is no pit lane and no run-off, check the poses"});
+}
+
+std::vector<Finding> Doctor::findings() const {
+  std::vector<Finding> out;
+  const std::vector<std::size_t> owner = find_swapped_yaws(rig_, walls_);
+  for (std::size_t i = 0; i < sensors_.size(); ++i) {
+    judge_presence(i, out);
+    judge_points(i, out);
+    judge_time(i, out);
+    if (!judge_lines(i, out)) continue;
+    if (owner[i] != i)  // the road is tilted by that, too
+      judge_yaw(i, owner[i], out);
+    else
+      judge_mounting(i, out);
+  }
+  judge_ego(out);
+  judge_place(out);
+  return out;
+}
+
+}  // namespace overtake::cli

@@ -1,0 +1,89 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What is wrong with a recording for a rig, in sentences a person can act on. Fed with scans and poses in the order of
+// the recording; nothing here needs a detector.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/track_map.h"
+#include "pipeline/overtake.h"
+#include "tools/cli/doctor_lines.h"
+#include "tools/cli/doctor_walls.h"
+#include "tools/io/ego_file.h"
+#include "tools/io/map_file.h"
+#include "tools/io/rig.h"
+#include "tools/io/sensor_scan.h"
+
+namespace overtake::cli {
+
+struct Finding {
+  bool wrong = false;  // else a note: it works, and a person may want to know
+  std::string about;   // "sensor 'front'", "ego", "recording"
+  std::string sentence, advice;
+};
+
+// The road as a sensor sees it, in the vehicle frame by the rig's mounting: it should lie at height 0, level.
+struct Ground {
+  double height_m;             // under the sensor
+  double pitch_rad, roll_rad;  // of the plane: nose-down slope along x, slope along y
+};
+// The plane with the most points near it among those 3 to 30 m away; nothing where too few lie on one.
+std::optional<Ground> fit_ground(const io::SensorScan& scan, const io::RigSensor& sensor);
+
+class Doctor {
+ public:
+  explicit Doctor(const io::Rig& rig);
+
+  void add_scan(const io::SensorScan& scan);
+  void add_error(int32_t sensor, const std::string& sentence);  // a scan that could not be read
+  void add_ego(const io::EgoRow& row);
+  // The map that the poses should lie on. Throws io::Error where it is none.
+  void set_map(const io::MapData& map, const std::string& file, const ovt_params& params);
+  std::vector<Finding> findings() const;
+
+ private:
+  struct Sensor {
+    int64_t scans = 0, empty = 0, errors = 0, backward = 0, repeated = 0, gaps = 0;
+    int64_t points = 0, bad = 0, outside = 0, outside_if_vehicle = 0, far_points = 0, near_points = 0, odd_layers = 0;
+    int32_t most_points = 0;
+    int64_t first_ns = 0, last_ns = 0, longest_gap_ns = 0, first_back_scan = 0, first_back_ns = 0;
+    double time_span_s = 0, odd_layer = 0, azimuth_low_deg = 1e9, azimuth_high_deg = -1e9;
+    std::set<std::string> frame_ids;
+    std::set<int64_t> layers;
+    std::string lines_how, first_error;
+    std::vector<int64_t> steps_ns;
+    std::vector<Ground> grounds;
+    std::vector<double> ranges_m;    // some of them
+    std::array<bool, 72> seen = {};  // azimuths, 5 degrees each
+    LineShapes shapes;
+  };
+  void look_at_points(const io::SensorScan& scan, const io::RigSensor& model, Sensor& s) const;
+  void judge_presence(std::size_t i, std::vector<Finding>& out) const;
+  void judge_points(std::size_t i, std::vector<Finding>& out) const;
+  void judge_time(std::size_t i, std::vector<Finding>& out) const;
+  // False where the lines are not those of one sensor at the cloud's origin: then its mounting says nothing.
+  bool judge_lines(std::size_t i, std::vector<Finding>& out) const;
+  // `owner`: the sensor whose yaw it seems to have.
+  void judge_yaw(std::size_t i, std::size_t owner, std::vector<Finding>& out) const;
+  void judge_mounting(std::size_t i, std::vector<Finding>& out) const;
+  void judge_ego(std::vector<Finding>& out) const;
+  void judge_place(std::vector<Finding>& out) const;
+
+  const io::Rig rig_;
+  std::vector<Sensor> sensors_;
+  std::vector<WallDirections> walls_;
+  std::vector<io::EgoRow> ego_;
+  TrackMap map_;
+  std::string map_file_;
+  double map_margin_m_ = 0;
+};
+
+}  // namespace overtake::cli

@@ -1,0 +1,84 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "tools/cli/doctor.h"
+
+namespace overtake::cli {
+namespace {
+
+struct Point {
+  double x, y, z;
+};
+
+using Matrix = std::array<std::array<double, 3>, 3>;
+
+Matrix rotation(const io::RigSensor& s) {
+  constexpr double kRadians = 3.14159265358979323846 / 180;
+  const double cr = std::cos(s.roll_deg * kRadians), sr = std::sin(s.roll_deg * kRadians);
+  const double cp = std::cos(s.pitch_deg * kRadians), sp = std::sin(s.pitch_deg * kRadians);
+  const double cy = std::cos(s.yaw_deg * kRadians), sy = std::sin(s.yaw_deg * kRadians);
+  return {{{cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr},
+           {sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr},
+           {-sp, cp * sr, cp * cr}}};
+}
+
+// Vehicle frame, 3 to 30 m away from the sensor, in the vehicle's own lane: a banked road is level to the vehicle there
+// and bends beside it. Not far above the sensor, even where its height is wrong.
+std::vector<Point> low_points(const io::SensorScan& scan, const io::RigSensor& sensor) {
+  constexpr double kLane = 4;
+  const Matrix r = rotation(sensor);
+  std::vector<Point> points;
+  for (std::size_t i = 0; i < std::size_t(scan.count); ++i) {
+    const double x = scan.x.value(i), y = scan.y.value(i), z = scan.z.value(i);
+    const double range = std::hypot(x, y);
+    if (!(range > 3 && range < 30) || !std::isfinite(z)) continue;
+    const Point p = {r[0][0] * x + r[0][1] * y + r[0][2] * z + sensor.x_m,
+                     r[1][0] * x + r[1][1] * y + r[1][2] * z + sensor.y_m,
+                     r[2][0] * x + r[2][1] * y + r[2][2] * z + sensor.z_m};
+    if (p.z < sensor.z_m + 1 && std::fabs(p.y) < kLane) points.push_back(p);
+  }
+  return points;
+}
+
+// z = a + b x + c y through three points.
+std::optional<std::array<double, 3>> plane_through(const Point& p, const Point& q, const Point& s) {
+  const double dx1 = q.x - p.x, dy1 = q.y - p.y, dz1 = q.z - p.z, dx2 = s.x - p.x, dy2 = s.y - p.y, dz2 = s.z - p.z;
+  const double det = dx1 * dy2 - dx2 * dy1;
+  if (std::fabs(det) < 1) return std::nullopt;  // nearly one line
+  const double b = (dz1 * dy2 - dz2 * dy1) / det, c = (dx1 * dz2 - dx2 * dz1) / det;
+  if (std::hypot(b, c) > 0.4) return std::nullopt;  // a wall
+  return std::array<double, 3>{p.z - b * p.x - c * p.y, b, c};
+}
+
+}  // namespace
+
+std::optional<Ground> fit_ground(const io::SensorScan& scan, const io::RigSensor& sensor) {
+  const auto points = low_points(scan, sensor);
+  if (points.size() < 200) return std::nullopt;
+  uint64_t state = 88172645463325252u;  // the same draws for the same scan
+  const auto draw = [&] {
+    state ^= state << 13;
+    state ^= state >> 7;
+    state ^= state << 17;
+    return points[std::size_t(state % points.size())];
+  };
+  const std::size_t step = std::max<std::size_t>(1, points.size() / 2000);
+  std::array<double, 3> best{};
+  std::size_t best_count = 0;
+  for (int32_t k = 0; k < 300; ++k) {
+    const Point p = draw(), q = draw(), s = draw();
+    const auto plane = plane_through(p, q, s);
+    if (!plane) continue;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < points.size(); i += step)
+      count += std::fabs((*plane)[0] + (*plane)[1] * points[i].x + (*plane)[2] * points[i].y - points[i].z) < 0.06;
+    if (count > best_count) best_count = count, best = *plane;
+  }
+  if (best_count * step * 4 < points.size()) return std::nullopt;  // not a quarter of them: no road
+  return Ground{best[0] + best[1] * sensor.x_m + best[2] * sensor.y_m, -std::atan(best[1]), std::atan(best[2])};
+}
+
+}  // namespace overtake::cli

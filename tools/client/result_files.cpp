@@ -1,0 +1,91 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/client/result_files.h"
+
+#include <cmath>
+
+namespace overtake::cli {
+
+void write_detections(io::CsvWriter& csv, int64_t frame, const ovt_detections& d) {
+  for (int32_t i = 0; i < d.count; ++i) {
+    csv.cell(frame).cell(d.stamp_ns[i]).cell(d.x_m[i]).cell(d.y_m[i]).cell(d.z_m[i]).cell(d.heading_rad[i]);
+    csv.cell(std::string_view(d.heading_source[i] == 0 ? "ref" : "var"));
+    csv.cell(d.length_m[i]).cell(d.width_m[i]).cell(d.point_count[i]).cell(d.inliers_ref[i]).cell(d.inliers_var[i]);
+    csv.cell(d.heading_ref_rad[i]).cell(d.heading_var_rad[i]).cell(d.sensor_mask[i]).end_row();
+  }
+}
+
+Place place_of(const ovt_frame_info& info, const ovt_tracks& tracks, int32_t i) {
+  if (info.reference == OVT_REFERENCE_VEHICLE) return {tracks.x_m[i], tracks.y_m[i]};
+  if (!info.ego_known) return {std::nan(""), std::nan("")};
+  const double dx = tracks.x_m[i] - info.ego_x_m, dy = tracks.y_m[i] - info.ego_y_m;
+  const double c = std::cos(info.ego_yaw_rad), s = std::sin(info.ego_yaw_rad);
+  return {dx * c + dy * s, dy * c - dx * s};
+}
+
+std::string track_name(uint64_t id) { return std::to_string(id & 0xffffffff) + ":" + std::to_string(id >> 32); }
+
+void write_tracks(io::CsvWriter& csv, int64_t frame, const ovt_frame_info& info, const ovt_tracks& t) {
+  const auto cell_if_known = [&](double value) {
+    if (std::isnan(value))
+      csv.cell(std::string_view());
+    else
+      csv.cell(value);
+  };
+  for (int32_t i = 0; i < t.count; ++i) {
+    csv.cell(t.publish_ns).cell(t.id[i]);
+    csv.cell(std::string_view(t.state[i] == OVT_CONFIRMED ? "confirmed" : "tentative")).cell(frame);
+    csv.cell(t.x_m[i]).cell(t.y_m[i]).cell(t.speed_mps[i]).cell(t.course_rad[i]).cell(t.yaw_rate_rps[i]);
+    csv.cell(t.heading_rad[i]).cell(t.age[i]).cell(t.hits[i]);
+    csv.cell(t.covariance[0][i]).cell(t.covariance[2][i]);  // lower triangle: xx, yx, yy
+    const Place place = place_of(info, t, i);
+    cell_if_known(place.ahead_m);
+    cell_if_known(place.left_m);
+    csv.cell(std::string_view(track_name(t.id[i]))).end_row();
+  }
+}
+
+namespace {
+
+template <class... T>
+void add_columns(Hash& hash, int32_t count, const T*... columns) {
+  hash.add_value(count);
+  (hash.add_bytes(columns, std::size_t(count) * sizeof *columns), ...);
+}
+
+}  // namespace
+
+void ResultHash::add(const ovt_frame_info& info, const ovt_detections& d, const ovt_tracks& t) {
+  if (!any_) first_ns_ = info.first_stamp_ns;
+  any_ = true;
+  const auto add_stamps = [&](const int64_t* stamps, int32_t count) {
+    for (int32_t i = 0; i < count; ++i) hash_.add_value(uint64_t(stamps[i]) - uint64_t(first_ns_));
+  };
+  add_columns(hash_, d.count, d.x_m, d.y_m, d.z_m, d.heading_rad, d.heading_source, d.length_m, d.width_m,
+              d.point_count, d.inliers_ref, d.inliers_var, d.heading_ref_rad, d.heading_var_rad, d.sensor_mask,
+              d.track);
+  add_stamps(d.stamp_ns, d.count);
+  add_columns(hash_, t.count, t.id, t.state, t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps, t.heading_rad,
+              t.length_m, t.width_m, t.age, t.hits);
+  add_stamps(t.measured_ns, t.count);
+  for (const double* column : t.covariance) add_columns(hash_, t.count, column);
+  add_columns(hash_, t.count * t.path_points, t.path_x_m, t.path_y_m, t.path_var_x, t.path_var_y, t.path_cov_xy);
+}
+
+double read_time_us(ovt_reader* reader, int32_t sensor, ovt_stage stage) {
+  int64_t ns = -1;
+  return ovt_read_time(reader, sensor, stage, &ns) == OVT_OK && ns >= 0 ? double(ns) / 1000 : std::nan("");
+}
+
+void write_times(io::CsvWriter& csv, int64_t frame, int64_t stamp_ns, const io::Rig& rig, ovt_reader* reader) {
+  for (int32_t sensor = -1; sensor < int32_t(rig.sensors.size()); ++sensor)
+    for (int32_t stage = 0; stage < OVT_STAGE_COUNT; ++stage) {
+      const double us = read_time_us(reader, sensor, ovt_stage(stage));
+      if (std::isnan(us)) continue;
+      csv.cell(frame).cell(stamp_ns);
+      csv.cell(sensor < 0 ? std::string_view() : std::string_view(rig.sensors[std::size_t(sensor)].name));
+      csv.cell(std::string_view(ovt_stage_name(stage))).cell(us).end_row();
+    }
+}
+
+}  // namespace overtake::cli

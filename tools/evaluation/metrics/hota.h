@@ -1,0 +1,41 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// HOTA (Luiten et al. 2021): detection and association of a whole run in one number. Two places at a distance d are
+// alike by 1 - d / zero_m (0 from there on). For thresholds alpha = 0.05, 0.10, ... 0.95:
+//     TP   pairs alike by alpha or more, FN objects and FP tracks without a partner
+//     A(c) of a TP c: frames its object and its track are a pair, over frames either of them is there
+//     HOTA = sqrt(DetA AssA),   DetA = TP / (TP + FN + FP),   AssA = mean of A(c) over the TPs
+// and the mean over alpha. The pairs of a frame are those with the largest sum of likeness, each weighted by how well
+// its two ids go together over the whole run.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "tools/evaluation/metrics/clear_mot.h"
+
+namespace overtake::metrics {
+
+struct HotaResult {
+  double hota = 0, detection = 0, association = 0, localisation = 0;  // means over alpha; NaN: neither object nor track
+  std::vector<double> hota_of_alpha;                                  // 19
+};
+
+class Hota {
+ public:
+  explicit Hota(double zero_m = 2.0) : zero_m_(zero_m) {}
+  void add_frame(const std::vector<MotPlace>& objects, const std::vector<MotPlace>& tracks) {
+    frames_.push_back({objects, tracks});
+  }
+  HotaResult result() const;
+
+ private:
+  struct Frame {
+    std::vector<MotPlace> objects, tracks;
+  };
+  double zero_m_;
+  std::vector<Frame> frames_;
+};
+
+}  // namespace overtake::metrics

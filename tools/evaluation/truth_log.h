@@ -1,0 +1,53 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A log that says where the cars truly were: sweeps, the localisation as far as it had been published, and the truth.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tools/io/ego_file.h"
+#include "tools/io/rig.h"
+#include "tools/io/sensor_scan.h"
+
+namespace overtake::evaluation {
+
+// Map frame; a car's middle on the road, the ego's rear axle.
+struct CarTruth {
+  int32_t car = 0;
+  bool is_ego = false;
+  double x_m = 0, y_m = 0, z_m = 0, roll_rad = 0, pitch_rad = 0, heading_rad = 0;
+  double course_rad = 0, speed_mps = 0, yaw_rate_rps = 0;
+};
+
+struct PublishedPose {
+  io::EgoRow row;
+  int64_t publish_ns = 0;
+};
+
+struct LogFrame {
+  io::FrameScans scans;
+  std::vector<std::vector<uint16_t>> surface;  // of each scan's points; empty where nobody knows them
+};
+
+class TruthLog {
+ public:
+  virtual ~TruthLog() = default;
+  virtual const io::Rig& rig() const = 0;
+  virtual const std::string& map_text() const = 0;  // "": none
+  virtual const std::map<std::string, std::string>& about() const = 0;
+  // The next sweep; truth and poses are known to two periods behind it. False: the end, or damage.
+  virtual bool next(LogFrame& out) = 0;
+  virtual const std::string& damage() const = 0;  // why the end came too early; "": it did not
+  virtual double progress() const = 0;            // 0 to 1
+
+  virtual const std::vector<PublishedPose>& poses() const = 0;  // so far, in order
+  // Every car at a time. Empty: not known.
+  virtual std::vector<CarTruth> cars_at(int64_t stamp_ns) const = 0;
+};
+
+double wrap_angle(double rad);  // to -pi .. pi
+
+}  // namespace overtake::evaluation

@@ -1,0 +1,149 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/view/frame_picture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tools/client/console.h"
+#include "tools/client/session.h"
+#include "tools/view/canvas.h"
+
+namespace overtake::cli {
+namespace {
+
+constexpr io::Rgb kBackground = {14, 15, 20}, kGround = {52, 56, 66}, kPoint = {128, 132, 142}, kMeter = {30, 32, 40};
+constexpr io::Rgb kDetection = {255, 150, 30}, kTrack = {70, 170, 255}, kEllipse = {38, 78, 120},
+                  kEgo = {235, 235, 235}, kTextColor = {215, 215, 220};
+constexpr double kAhead_m = 90, kBehind_m = 30, kAside_m = 26;
+constexpr double kMostSpread_m = 6;  // standard deviation up to which an ellipse says something
+constexpr int32_t kPixelsPerM = 24;  // before the picture is halved
+
+// The ego vehicle's frame at the frame's stamp.
+struct EgoFrame {
+  bool in_map;
+  double x_m, y_m, c, s, yaw_rad;
+
+  explicit EgoFrame(const ovt_frame_info& info)
+      : in_map(info.reference == OVT_REFERENCE_MAP),
+        x_m(info.ego_x_m),
+        y_m(info.ego_y_m),
+        c(std::cos(info.ego_yaw_rad)),
+        s(std::sin(info.ego_yaw_rad)),
+        yaw_rad(info.ego_yaw_rad) {}
+  PlanePoint place(double x, double y) const {
+    if (!in_map) return {x, y};
+    const double dx = x - x_m, dy = y - y_m;
+    return {dx * c + dy * s, dy * c - dx * s};
+  }
+  double heading(double heading_rad) const { return in_map ? heading_rad - yaw_rad : heading_rad; }
+};
+
+std::vector<PlanePoint> rectangle(PlanePoint center, double heading_rad, double length_m, double width_m) {
+  const double c = std::cos(heading_rad), s = std::sin(heading_rad);
+  std::vector<PlanePoint> corners;
+  for (const auto& [along, across] :
+       {std::pair(0.5, 0.5), std::pair(0.5, -0.5), std::pair(-0.5, -0.5), std::pair(-0.5, 0.5)}) {
+    const double x = along * length_m, y = across * width_m;
+    corners.push_back({center.right_m + c * x - s * y, center.up_m + s * x + c * y});
+  }
+  return corners;
+}
+
+// The 95 % ellipse of a position.
+std::vector<PlanePoint> ellipse(PlanePoint center, double var_x, double var_y, double cov_xy, double turn_rad) {
+  constexpr double kScale2 = 5.991;  // chi squared, two degrees of freedom
+  const double mean = (var_x + var_y) / 2, half = (var_x - var_y) / 2, root = std::hypot(half, cov_xy);
+  const double a = std::sqrt(kScale2 * std::max(mean + root, 0.0)), b = std::sqrt(kScale2 * std::max(mean - root, 0.0));
+  const double tilt = 0.5 * std::atan2(cov_xy, half) - turn_rad;
+  std::vector<PlanePoint> points;
+  for (int i = 0; i < 48; ++i) {
+    const double t = 2 * M_PI * i / 48, x = a * std::cos(t), y = b * std::sin(t);
+    points.push_back({center.right_m + x * std::cos(tilt) - y * std::sin(tilt),
+                      center.up_m + x * std::sin(tilt) + y * std::cos(tilt)});
+  }
+  return points;
+}
+
+void draw_points(Canvas& canvas, ovt_reader* reader, const io::Rig& rig, const ovt_detections& detections) {
+  std::vector<bool> is_detection;  // by merged cluster
+  for (int32_t i = 0; i < detections.count; ++i) {
+    const auto cluster = std::size_t(detections.cluster[i]);
+    if (cluster >= is_detection.size()) is_detection.resize(cluster + 1, false);
+    is_detection[cluster] = true;
+  }
+  for (int32_t pass = 0; pass < 3; ++pass)  // ground below, detections on top
+    for (std::size_t s = 0; s < rig.sensors.size(); ++s) {
+      ovt_labels labels;
+      const ovt_status status = ovt_read_labels(reader, int32_t(s), &labels);
+      if (status == OVT_NO_FRAME) continue;
+      check(status, "labels");
+      const ovt_sensor_def mount = to_sensor_def(rig.sensors[s]);
+      const double cr = std::cos(mount.roll_rad), sr = std::sin(mount.roll_rad);
+      const double cp = std::cos(mount.pitch_rad), sp = std::sin(mount.pitch_rad);
+      const double cy = std::cos(mount.yaw_rad), sy = std::sin(mount.yaw_rad);
+      for (int32_t i = 0; i < labels.count; ++i) {
+        const int32_t label = labels.label[i], cluster = label > 0 ? labels.cluster_of_label[label] : -1;
+        const bool detected =
+            cluster >= 0 && std::size_t(cluster) < is_detection.size() && is_detection[std::size_t(cluster)];
+        if ((label < 1 ? 0 : detected ? 2 : 1) != pass) continue;
+        const double x = double(labels.x_m[i]), y = double(labels.y_m[i]), z = double(labels.z_m[i]);
+        const double px = cy * cp * x + (cy * sp * sr - sy * cr) * y + (cy * sp * cr + sy * sr) * z + mount.x_m;
+        const double py = sy * cp * x + (sy * sp * sr + cy * cr) * y + (sy * sp * cr - cy * sr) * z + mount.y_m;
+        canvas.dot({px, py}, pass == 2 ? kDetection : pass == 1 ? kPoint : kGround, pass == 2 ? 4 : 3);
+      }
+    }
+}
+
+void draw_confirmed(Canvas& canvas, const EgoFrame& ego, const ovt_tracks& tracks, int32_t i,
+                    const ovt_params& params) {
+  PlanePoint last = ego.place(tracks.x_m[i], tracks.y_m[i]);
+  canvas.polygon(rectangle(last, ego.heading(tracks.heading_rad[i]), params.vehicle_length_m, params.vehicle_width_m),
+                 kTrack, 4);
+  canvas.label(last, "ID " + std::to_string(tracks.id[i] & 0xffffffffu) + "  " + fixed(tracks.speed_mps[i], 1) + " M/S",
+               kTrack, 5, 44);
+  for (int32_t k = 0; k < tracks.path_points; ++k) {
+    const int32_t p = i * tracks.path_points + k;
+    const PlanePoint next = ego.place(tracks.path_x_m[p], tracks.path_y_m[p]);
+    canvas.line(last, next, kTrack, 3);
+    last = next;
+    const double at_s = (k + 1) * tracks.path_step_s;
+    if (std::fabs(std::remainder(at_s, 0.5)) < 0.5 * tracks.path_step_s) canvas.polygon({next}, kTrack, 9);
+    const bool is_known = tracks.path_var_x[p] + tracks.path_var_y[p] < kMostSpread_m * kMostSpread_m;
+    if (is_known && std::fabs(std::remainder(at_s, 1.0)) < 0.5 * tracks.path_step_s)
+      canvas.polygon(ellipse(next, tracks.path_var_x[p], tracks.path_var_y[p], tracks.path_cov_xy[p],
+                             ego.in_map ? ego.yaw_rad : 0.0),
+                     kEllipse, 2);
+  }
+}
+
+}  // namespace
+
+io::Picture draw_frame(ovt_reader* reader, const io::Rig& rig, const ovt_params& params, const std::string& caption) {
+  ovt_frame_info info;
+  ovt_detections detections;
+  ovt_tracks tracks;
+  check(ovt_read_info(reader, &info), "frame");
+  check(ovt_read_detections(reader, &detections), "detections");
+  check(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks), "tracks");
+  const EgoFrame ego(info);
+  Canvas canvas(-kBehind_m, kAside_m, kPixelsPerM, int32_t((kAhead_m + kBehind_m) * kPixelsPerM),
+                int32_t(2 * kAside_m * kPixelsPerM), kBackground);
+  for (double x = -kBehind_m; x <= kAhead_m; x += 10) canvas.line({x, -kAside_m}, {x, kAside_m}, kMeter, 2);
+  for (double y = -20; y <= kAside_m; y += 10) canvas.line({-kBehind_m, y}, {kAhead_m, y}, kMeter, 2);
+  draw_points(canvas, reader, rig, detections);
+  canvas.polygon(rectangle({params.vehicle_length_m * 0.3, 0}, 0, params.vehicle_length_m, params.vehicle_width_m),
+                 kEgo, 4);
+  canvas.label({-2, 1}, "EGO", kEgo, 5, 20);
+  for (int32_t i = 0; i < detections.count; ++i)
+    canvas.polygon(rectangle({double(detections.x_m[i]), double(detections.y_m[i])}, double(detections.heading_rad[i]),
+                             params.vehicle_length_m, params.vehicle_width_m),
+                   kDetection, 3);
+  for (int32_t i = 0; i < tracks.count; ++i)
+    if (tracks.state[i] == OVT_CONFIRMED) draw_confirmed(canvas, ego, tracks, i, params);
+  io::draw_text(canvas.picture, 12, 4, caption, kTextColor, 3);
+  return halve(canvas.picture);
+}
+
+}  // namespace overtake::cli
