@@ -4,7 +4,9 @@
 // The ray caster against brute force and against formulas.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "tools/sim/bvh.h"
 #include "tools/sim/random.h"
@@ -83,6 +85,31 @@ TEST_CASE("sim: four rays cast together hit what each hits alone, alike or not, 
       }
     }
     if (bvh.size() > 0) CHECK(hits > 1000);
+  }
+}
+
+TEST_CASE("sim: every instruction set of Embree gives the same hits") {
+  const Mesh soup = random_soup(400, 1);
+  std::vector<Hit> expected;
+  for (const char* isa : {"", "sse2", "sse4.2", "avx", "avx2", "avx512"}) {  // a wider one than the machine's: its own
+    const Bvh bvh(soup, isa);
+    Random dice(17);
+    std::vector<Hit> hits;
+    for (int i = 0; i < 5000; ++i) {
+      const Vec3 at = any_direction(dice) * dice.uniform(0, 30), aim = any_direction(dice);
+      Vec3 origin[Bvh::kPack], direction[Bvh::kPack];
+      const double near_m[Bvh::kPack] = {0.5, 0.5, 0.5, 0.5}, far_m[Bvh::kPack] = {60, 60, 60, 60};
+      for (Vec3& v : origin) v = at;
+      for (Vec3& v : direction) v = normalized(aim + any_direction(dice) * 0.01);
+      Hit together[Bvh::kPack];
+      bvh.cast_pack(origin, direction, near_m, far_m, -1, together);
+      hits.insert(hits.end(), together, together + Bvh::kPack);
+    }
+    if (expected.empty()) expected = hits;
+    const auto found = [](const Hit& hit) { return hit.triangle >= 0; };
+    CHECK(std::count_if(hits.begin(), hits.end(), found) > 1000);
+    CHECK(std::equal(hits.begin(), hits.end(), expected.begin(),
+                     [](const Hit& a, const Hit& b) { return a.triangle == b.triangle && a.range_m == b.range_m; }));
   }
 }
 

@@ -1,14 +1,19 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Nearest hit of a ray among triangles: a bounding volume hierarchy (binned surface-area heuristic, Wald 2007) of float
-// boxes grown outwards, so that they never lose a triangle; triangles are met in double (Moeller & Trumbore 1997).
+// Nearest hit of a ray among triangles. Embree finds the triangles whose boxes a ray enters, and this file meets them
+// in double (Moeller & Trumbore 1997). The boxes are grown outwards by more than float rounding, so that no triangle is
+// lost: a hit depends on the triangles alone, not on Embree's version nor on the ISA it runs with.
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "tools/sim/mesh.h"
+
+struct RTCSceneTy;  // of Embree
 
 namespace overtake::sim {
 
@@ -20,10 +25,13 @@ struct Hit {
 class Bvh {
  public:
   Bvh() = default;
-  explicit Bvh(const Mesh& mesh);
+  // isa: which instruction set Embree searches with (sse2, avx, avx2, avx512), "" the widest of this machine; no hit
+  // depends on it. Throws std::runtime_error when Embree cannot build the hierarchy, for instance without memory.
+  explicit Bvh(const Mesh& mesh, const std::string& isa = "");
 
-  // Nearest hit with near_m < range < far_m. The direction need not be exactly of unit length. A triangle that is
-  // likely hit (the neighbouring ray's) may be given: it is met first, which bounds the search; the result is the same.
+  // Nearest hit with near_m < range < far_m, of equal ranges the first triangle. The direction need not be exactly of
+  // unit length. A triangle that is likely hit (the neighbouring ray's) may be given: it is met first, which bounds the
+  // search; the result is the same.
   Hit cast(Vec3 origin, Vec3 direction, double near_m, double far_m, int32_t likely = -1) const;
   // The same for kPack rays side by side, which should run nearly alike: they go down the hierarchy together. Ray i has
   // a far_m[i] <= 0 where it is not to be cast. Each hit is what cast() says.
@@ -40,32 +48,15 @@ class Bvh {
   double radius_m() const { return radius_; }
 
  private:
-  // While building: children at first and first + 1; a leaf: count triangles from first.
-  struct Branch {
-    float low[3];
-    int32_t first;
-    float high[3];
-    int32_t count;
-  };
-  // Four boxes side by side; child: a node, or where count > 0 the first of so many triangles. Empty: count < 0.
-  struct Node {
-    float low[3][4], high[3][4];
-    int32_t child[4], count[4];
-  };
   struct Edges {
     Vec3 a, ab, ac;
-    int32_t index;
   };
-  void split(std::size_t branch, int32_t begin, int32_t end, int depth);
-  int32_t widen(int32_t branch);
+  struct Pack;  // kPack rays on their way
 
   std::vector<Triangle> triangles_;
   std::vector<Vec3> normal_;
-  std::vector<Branch> branches_;  // while building
-  std::vector<Node> nodes_;
-  std::vector<Edges> edges_;    // in leaf order
-  std::vector<int32_t> place_;  // of each triangle in edges_
-  std::vector<int32_t> order_;  // while building
+  std::shared_ptr<const std::vector<Edges>> edges_;  // by triangle; Embree keeps its address
+  std::shared_ptr<RTCSceneTy> scene_;
   Vec3 center_;
   double radius_ = 0;
 };
