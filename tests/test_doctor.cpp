@@ -23,10 +23,10 @@ namespace {
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
 template <class T>
-io::PcdColumn column_of(const std::vector<T>& values, io::PcdType type) {
-  io::Pcd pcd;
-  io::add_column(pcd, "c", type, values);
-  return pcd.columns[0];
+io::CloudColumn column_of(const std::vector<T>& values, io::ValueType type) {
+  io::Cloud cloud;
+  io::add_column(cloud, "c", type, values);
+  return cloud.columns[0];
 }
 
 io::SensorScan scan_of(int32_t sensor, int64_t stamp_ns, const std::vector<float>& x, const std::vector<float>& y,
@@ -35,10 +35,10 @@ io::SensorScan scan_of(int32_t sensor, int64_t stamp_ns, const std::vector<float
   scan.sensor = sensor;
   scan.stamp_ns = stamp_ns;
   scan.count = scan.input_count = int32_t(x.size());
-  scan.x = column_of(x, io::PcdType::kFloat32);
-  scan.y = column_of(y, io::PcdType::kFloat32);
-  scan.z = column_of(z, io::PcdType::kFloat32);
-  scan.layer = column_of(layer, io::PcdType::kUint16);
+  scan.x = column_of(x, io::ValueType::kFloat32);
+  scan.y = column_of(y, io::ValueType::kFloat32);
+  scan.z = column_of(z, io::ValueType::kFloat32);
+  scan.layer = column_of(layer, io::ValueType::kUint16);
   return scan;
 }
 

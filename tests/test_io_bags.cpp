@@ -16,6 +16,7 @@
 #include "tools/io/cloud_message.h"
 #include "tools/io/kitti_bin.h"
 #include "tools/io/line_recovery.h"
+#include "tools/io/pcd.h"
 #include "tools/io/recording.h"
 #include "tools/io/scan_stream.h"
 
@@ -31,16 +32,16 @@ constexpr int64_t kPeriodNs = 50'000'000;
 std::vector<Recorded> write_scans(const TempFolder& folder) {
   std::vector<Recorded> messages;
   for (int32_t frame = 0; frame < kFrames; ++frame) {
-    const io::Pcd pcd = swept_cloud(kLines, kShots, 0.2 * frame);
+    const io::Cloud cloud = swept_cloud(kLines, kShots, 0.2 * frame);
     char name[32];
     std::snprintf(name, sizeof name, "%06d", frame);
-    io::write_pcd(folder.path(std::string("pcd/") + name + ".pcd"), pcd);
+    io::write_pcd(folder.path(std::string("pcd/") + name + ".pcd"), cloud);
     std::string bin;
-    for (std::size_t i = 0; i < std::size_t(pcd.header.points); ++i)
+    for (std::size_t i = 0; i < std::size_t(cloud.points); ++i)
       for (std::size_t c = 0; c < 4; ++c)
-        bin.append(reinterpret_cast<const char*>(pcd.columns[c].bytes.data()) + 4 * i, 4);
+        bin.append(reinterpret_cast<const char*>(cloud.columns[c].bytes.data()) + 4 * i, 4);
     folder.write(std::string("bin/") + name + ".bin", bin);
-    messages.push_back(cloud_of(pcd, "/front/points", frame * kPeriodNs));
+    messages.push_back(cloud_of(cloud, "/front/points", frame * kPeriodNs));
   }
   return messages;
 }
@@ -193,12 +194,12 @@ TEST_CASE("cloud messages: rows with padding, big-endian values, layouts that do
     data[at + 5] = char(7 + i);
   }
   cloud.data = data;
-  const io::Pcd pcd = io::read_cloud_message("m", cloud);
-  const int32_t ring = io::find_role(pcd.header, io::PcdRole::kLayer);
+  const io::Cloud points = io::read_cloud_message("m", cloud);
+  const int32_t ring = io::find_role(points.fields, io::CloudRole::kLayer);
   REQUIRE(ring == 1);
   for (std::size_t i = 0; i < 4; ++i) {
-    CHECK(pcd.columns[0].value(i) == double(i) + 0.5);
-    CHECK(pcd.columns[1].integer(i) == int64_t(7 + i));
+    CHECK(points.columns[0].value(i) == double(i) + 0.5);
+    CHECK(points.columns[1].integer(i) == int64_t(7 + i));
   }
   io::PointCloud2 wrong = cloud;
   wrong.row_step = 20;
@@ -218,20 +219,20 @@ TEST_CASE("cloud messages: rows with padding, big-endian values, layouts that do
 }
 
 TEST_CASE("lines are recovered from a sweep, from two heads, from a turn, from elevations; else not at all") {
-  const auto lines_of = [](const io::Pcd& pcd, const io::RigSensor& sensor) {
-    const auto floats = [&](int i) { return static_cast<const float*>(pcd.columns[std::size_t(i)].data()); };
-    return io::recover_lines(floats(0), floats(1), floats(2), int32_t(pcd.header.points), sensor);
+  const auto lines_of = [](const io::Cloud& cloud, const io::RigSensor& sensor) {
+    const auto floats = [&](int i) { return static_cast<const float*>(cloud.columns[std::size_t(i)].data()); };
+    return io::recover_lines(floats(0), floats(1), floats(2), int32_t(cloud.points), sensor);
   };
-  const io::Pcd swept = swept_cloud(kLines, kShots, 0);
+  const io::Cloud swept = swept_cloud(kLines, kShots, 0);
   const io::RigSensor sensor = swept_rig(kLines).sensors[0];
   const auto order = lines_of(swept, sensor);
-  REQUIRE(order.line.size() == std::size_t(swept.header.points));
+  REQUIRE(order.line.size() == std::size_t(swept.points));
   CHECK(order.how == "16 lines recovered from the order of the points (one sweep a line)");
   for (std::size_t i = 0; i < order.line.size(); ++i) REQUIRE(order.line[i] == swept.columns[4].integer(i));
 
   // The same points in an order that says nothing: each line is one elevation.
-  io::Pcd mixed = swept;
-  const auto count = std::size_t(swept.header.points);
+  io::Cloud mixed = swept;
+  const auto count = std::size_t(swept.points);
   for (std::size_t c = 0; c < 5; ++c) {
     const std::size_t size = io::size_of(swept.columns[c].type);
     for (std::size_t i = 0; i < count; ++i)
@@ -254,12 +255,12 @@ TEST_CASE("lines of recorded KITTI scans are recovered as they are, and the hash
   const TempFolder folder;
   std::filesystem::create_directories(folder.path("pcd"));
   for (const char* name : {"000000", "000001", "000002"}) {
-    const io::Pcd pcd = io::read_pcd(recorded(std::string("kitti/") + name + ".pcd"));
-    io::write_pcd(folder.path(std::string("pcd/") + name + ".pcd"), pcd);
+    const io::Cloud cloud = io::read_pcd(recorded(std::string("kitti/") + name + ".pcd"));
+    io::write_pcd(folder.path(std::string("pcd/") + name + ".pcd"), cloud);
     std::string bin;
-    for (std::size_t i = 0; i < std::size_t(pcd.header.points); ++i)
+    for (std::size_t i = 0; i < std::size_t(cloud.points); ++i)
       for (std::size_t c = 0; c < 4; ++c)
-        bin.append(reinterpret_cast<const char*>(pcd.columns[c].bytes.data()) + 4 * i, 4);
+        bin.append(reinterpret_cast<const char*>(cloud.columns[c].bytes.data()) + 4 * i, 4);
     folder.write(std::string("bin/") + name + ".bin", bin);
   }
   const io::Rig rig = io::load_rig("hdl64");
@@ -270,13 +271,13 @@ TEST_CASE("lines of recorded Luminar scans are recovered but for 4 % of the poin
   OVT_NEED_RECORDED("racecar/000002_front.pcd");
   const io::Rig rig = io::load_rig("av21");
   for (std::size_t s = 0; s < 3; ++s) {
-    const io::Pcd pcd = io::read_pcd(recorded("racecar/000002_" + rig.sensors[s].name + ".pcd"));
-    const auto floats = [&](const char* name) { return static_cast<const float*>(pcd.find(name)->data()); };
-    const auto count = int32_t(pcd.header.points);
+    const io::Cloud cloud = io::read_pcd(recorded("racecar/000002_" + rig.sensors[s].name + ".pcd"));
+    const auto floats = [&](const char* name) { return static_cast<const float*>(cloud.find(name)->data()); };
+    const auto count = int32_t(cloud.points);
     const auto lines = io::recover_lines(floats("x"), floats("y"), floats("z"), count, rig.sensors[s]);
     REQUIRE(lines.line.size() == std::size_t(count));
     std::map<std::pair<int64_t, int64_t>, int64_t> together;
-    for (std::size_t i = 0; i < lines.line.size(); ++i) ++together[{lines.line[i], pcd.find("ring")->integer(i)}];
+    for (std::size_t i = 0; i < lines.line.size(); ++i) ++together[{lines.line[i], cloud.find("ring")->integer(i)}];
     std::map<int64_t, int64_t> best;
     for (const auto& [pair, n] : together) best[pair.first] = std::max(best[pair.first], n);
     int64_t agreed = 0;

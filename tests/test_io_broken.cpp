@@ -16,6 +16,7 @@
 #include "tools/client/config.h"
 #include "tools/io/box_file.h"
 #include "tools/io/ego_file.h"
+#include "tools/io/formats.h"
 #include "tools/io/image.h"
 #include "tools/io/kitti_tracking.h"
 #include "tools/io/map_file.h"
@@ -78,7 +79,7 @@ std::string mutate(std::string bytes, std::size_t from, Random& random) {
 uint64_t hash_of(const io::SensorScan& scan) {
   Hash hash;
   hash.add_value(scan.stamp_ns);
-  for (const io::PcdColumn* column : {&scan.x, &scan.y, &scan.z, &scan.layer, &scan.intensity})
+  for (const io::CloudColumn* column : {&scan.x, &scan.y, &scan.z, &scan.layer, &scan.intensity})
     hash.add_bytes(column->bytes.data(), column->bytes.size());
   return hash.value();
 }
@@ -191,26 +192,17 @@ void break_db3(int32_t files) {
   break_files(folder, "a.db3", io::read_whole_file(folder.path("whole.db3")), 100, swept_rig(kLines), false, files);
 }
 
-void break_pcd(int32_t files) {
+// Every format of clouds in the table, in each of its encodings.
+void break_clouds(int32_t files) {
   const TempFolder folder;
-  for (const io::PcdEncoding encoding :
-       {io::PcdEncoding::kAscii, io::PcdEncoding::kBinary, io::PcdEncoding::kBinaryCompressed}) {
-    io::Pcd pcd = swept_cloud(kLines, kShots, 0);
-    pcd.header.encoding = encoding;
-    const std::string whole = io::format_pcd(pcd);
-    break_files(folder, "e" + std::to_string(int(encoding)) + "_000001.pcd", whole, whole.find("DATA"),
-                swept_rig(kLines), false, files);
+  for (const io::Format& format : io::formats()) {
+    if (!format.cloud) continue;
+    int32_t number = 0;
+    for (const io::CloudExample& example : format.cloud->write_examples(swept_cloud(kLines, kShots, 0)))
+      break_files(folder, "e" + std::to_string(number++) + "_000001" + format.extension, example.bytes,
+                  example.header_bytes, swept_rig(kLines), false, files);
+    CHECK(number > 0);
   }
-}
-
-void break_kitti(int32_t files) {
-  const TempFolder folder;
-  const io::Pcd pcd = swept_cloud(kLines, kShots, 0);
-  std::string bin;
-  for (std::size_t i = 0; i < std::size_t(pcd.header.points); ++i)
-    for (std::size_t c = 0; c < 4; ++c)
-      bin.append(reinterpret_cast<const char*>(pcd.columns[c].bytes.data()) + 4 * i, 4);
-  break_files(folder, "000001.bin", bin, 16, swept_rig(kLines), false, files);
 }
 
 void break_toml(int32_t files) {
@@ -289,8 +281,7 @@ TEST_CASE("broken files: MCAP, each compression, gives an error or true messages
 }
 TEST_CASE("broken files: MCAP without checksums and index, with chunks and without") { break_unchecked_mcap(kSome); }
 TEST_CASE("broken files: db3") { break_db3(kSome); }
-TEST_CASE("broken files: PCD, each encoding") { break_pcd(kSome); }
-TEST_CASE("broken files: KITTI") { break_kitti(kSome); }
+TEST_CASE("broken files: clouds of every format, each encoding") { break_clouds(kSome); }
 TEST_CASE("broken files: rigs, configurations and scenarios") { break_toml(kSome); }
 TEST_CASE("broken files: tables") { break_tables(kSome); }
 TEST_CASE("broken files: URDF") { break_urdf(kSome); }
@@ -298,8 +289,8 @@ TEST_CASE("broken files: pictures and arrays") { break_images(kSome); }
 
 TEST_SUITE("long") {
   TEST_CASE("broken files: 2,000 of each format") {
-    for (const auto& of_format : {break_mcap, break_unchecked_mcap, break_db3, break_pcd, break_kitti, break_toml,
-                                  break_tables, break_urdf, break_images})
+    for (const auto& of_format : {break_mcap, break_unchecked_mcap, break_db3, break_clouds, break_toml, break_tables,
+                                  break_urdf, break_images})
       of_format(kMany);
   }
 }

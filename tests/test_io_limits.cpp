@@ -25,6 +25,7 @@
 #include "tools/io/map_file.h"
 #include "tools/io/mcap_reader.h"
 #include "tools/io/npy.h"
+#include "tools/io/pcd.h"
 #include "tools/io/ros_messages.h"
 #include "tools/io/scan_stream.h"
 #include "tools/io/toml_reader.h"
@@ -52,15 +53,14 @@ std::string damage_of(const std::string& path, uint64_t most) {
 }
 
 // A column of zeros for each of x y z and ring.
-io::Pcd zeros(std::size_t points) {
-  io::Pcd pcd;
-  pcd.header.points = pcd.header.width = int64_t(points);
+io::Cloud zeros(std::size_t points) {
+  io::Cloud cloud;
+  cloud.points = int64_t(points);
   for (const char* name : {"x", "y", "z", "ring"}) {
-    pcd.header.fields.push_back({name, io::PcdType::kFloat32, 1});
-    pcd.columns.push_back({io::PcdType::kFloat32, 1, std::vector<unsigned char>(points * 4)});
+    cloud.fields.push_back({name, io::ValueType::kFloat32, 1});
+    cloud.columns.push_back({io::ValueType::kFloat32, 1, std::vector<unsigned char>(points * 4)});
   }
-  pcd.header.point_bytes = 16;
-  return pcd;
+  return cloud;
 }
 
 }  // namespace
@@ -156,7 +156,7 @@ TEST_CASE("what an MCAP file makes its reader keep is within the limit: schemas,
 TEST_CASE("scans that wait for an ego pose are within the limit") {
   const TempFolder folder;
   std::vector<Recorded> messages = straight_drive("/ego/odometry", 0, 20'000'000);
-  const io::Pcd cloud = swept_cloud(8, 5000, 0);
+  const io::Cloud cloud = swept_cloud(8, 5000, 0);
   for (int64_t frame = 0; frame < 60; ++frame) messages.push_back(cloud_of(cloud, "/front/points", frame * 50'000'000));
   write_mcap(folder.path("a.mcap"), messages);
   const auto read_all = [&] {
@@ -176,17 +176,14 @@ TEST_CASE("scans that wait for an ego pose are within the limit") {
 
 TEST_CASE("point clouds are held against the limit before their points are unpacked") {
   const TempFolder folder;
-  io::Pcd pcd = zeros(1'000'000);  // 16 MB
-  pcd.header.encoding = io::PcdEncoding::kBinaryCompressed;
-  const std::string packed = folder.write("c.pcd", io::format_pcd(pcd));
+  io::Cloud cloud = zeros(1'000'000);  // 16 MB
+  const std::string packed = folder.write("c.pcd", io::format_pcd(cloud, io::PcdEncoding::kBinaryCompressed));
   CHECK(std::filesystem::file_size(packed) < kMiB);
-  pcd.header.encoding = io::PcdEncoding::kBinary;
-  const std::string plain = folder.write("b.pcd", io::format_pcd(pcd));
-  pcd.header.encoding = io::PcdEncoding::kAscii;
-  const std::string text = folder.write("a.pcd", io::format_pcd(pcd));
+  const std::string plain = folder.write("b.pcd", io::format_pcd(cloud));
+  const std::string text = folder.write("a.pcd", io::format_pcd(cloud, io::PcdEncoding::kAscii));
   const std::string bin = folder.write("000001.bin", std::string(16'000'000, '\0'));
   const std::string line = folder.write("l.pcd", "VERSION " + std::string(2 * kMiB, '7'));
-  CHECK(io::read_pcd(packed).header.points == 1'000'000);
+  CHECK(io::read_pcd(packed).points == 1'000'000);
   CHECK(error_of([&] { io::read_pcd(line); }) == line + ": no DATA line within the first MiB: not a PCD file");
   const MemoryLimit limit(20 * kMiB);
   const PeakMemory peak;

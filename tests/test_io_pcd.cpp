@@ -13,18 +13,18 @@
 #include "tests/support/temp_folder.h"
 
 using namespace overtake;
-using io::Pcd;
+using io::Cloud;
 using io::PcdEncoding;
-using io::PcdType;
+using io::ValueType;
 
 namespace {
 
 template <class T>
-void add_field(Pcd& pcd, const char* name, PcdType type, const std::vector<T>& values, int64_t count = 1) {
-  io::PcdColumn column{type, count, std::vector<unsigned char>(values.size() * sizeof(T))};
+void add_field(Cloud& cloud, const char* name, ValueType type, const std::vector<T>& values, int64_t count = 1) {
+  io::CloudColumn column{type, count, std::vector<unsigned char>(values.size() * sizeof(T))};
   if (!values.empty()) std::memcpy(column.bytes.data(), values.data(), column.bytes.size());
-  pcd.header.fields.push_back({name, type, count});
-  pcd.columns.push_back(column);
+  cloud.fields.push_back({name, type, count});
+  cloud.columns.push_back(column);
 }
 
 template <class T>
@@ -44,23 +44,23 @@ std::vector<T> extremes_and_noise(std::mt19937& random, std::size_t n) {
 }
 
 // A cloud with a field of every type, one of three values a point, and padding.
-Pcd every_type(uint32_t seed, std::size_t n) {
+Cloud every_type(uint32_t seed, std::size_t n) {
   std::mt19937 random(seed);
-  Pcd pcd;
-  add_field(pcd, "time", PcdType::kFloat64, extremes_and_noise<double>(random, n));
-  add_field(pcd, "i8", PcdType::kInt8, extremes_and_noise<int8_t>(random, n));
-  add_field(pcd, "z", PcdType::kFloat32, extremes_and_noise<float>(random, n));
-  add_field(pcd, "u8", PcdType::kUint8, extremes_and_noise<uint8_t>(random, n));
-  add_field(pcd, "i16", PcdType::kInt16, extremes_and_noise<int16_t>(random, n));
-  add_field(pcd, "u16", PcdType::kUint16, extremes_and_noise<uint16_t>(random, n));
-  add_field(pcd, "normal", PcdType::kFloat32, extremes_and_noise<float>(random, 3 * n), 3);
-  add_field(pcd, "_", PcdType::kUint8, extremes_and_noise<uint8_t>(random, n));
-  add_field(pcd, "i32", PcdType::kInt32, extremes_and_noise<int32_t>(random, n));
-  add_field(pcd, "u32", PcdType::kUint32, extremes_and_noise<uint32_t>(random, n));
-  add_field(pcd, "_", PcdType::kUint16, extremes_and_noise<uint16_t>(random, n));
-  add_field(pcd, "i64", PcdType::kInt64, extremes_and_noise<int64_t>(random, n));
-  add_field(pcd, "u64", PcdType::kUint64, extremes_and_noise<uint64_t>(random, n));
-  return pcd;
+  Cloud cloud;
+  add_field(cloud, "time", ValueType::kFloat64, extremes_and_noise<double>(random, n));
+  add_field(cloud, "i8", ValueType::kInt8, extremes_and_noise<int8_t>(random, n));
+  add_field(cloud, "z", ValueType::kFloat32, extremes_and_noise<float>(random, n));
+  add_field(cloud, "u8", ValueType::kUint8, extremes_and_noise<uint8_t>(random, n));
+  add_field(cloud, "i16", ValueType::kInt16, extremes_and_noise<int16_t>(random, n));
+  add_field(cloud, "u16", ValueType::kUint16, extremes_and_noise<uint16_t>(random, n));
+  add_field(cloud, "normal", ValueType::kFloat32, extremes_and_noise<float>(random, 3 * n), 3);
+  add_field(cloud, "_", ValueType::kUint8, extremes_and_noise<uint8_t>(random, n));
+  add_field(cloud, "i32", ValueType::kInt32, extremes_and_noise<int32_t>(random, n));
+  add_field(cloud, "u32", ValueType::kUint32, extremes_and_noise<uint32_t>(random, n));
+  add_field(cloud, "_", ValueType::kUint16, extremes_and_noise<uint16_t>(random, n));
+  add_field(cloud, "i64", ValueType::kInt64, extremes_and_noise<int64_t>(random, n));
+  add_field(cloud, "u64", ValueType::kUint64, extremes_and_noise<uint64_t>(random, n));
+  return cloud;
 }
 
 constexpr PcdEncoding kEncodings[] = {PcdEncoding::kAscii, PcdEncoding::kBinary, PcdEncoding::kBinaryCompressed};
@@ -89,93 +89,90 @@ TEST_CASE("pcd: every field type comes back bit for bit from all three encodings
   const uint32_t seed = 7;
   CAPTURE(seed);
   for (const std::size_t n : {std::size_t(8), std::size_t(9), std::size_t(1000)}) {
-    Pcd pcd = every_type(seed, n);
+    Cloud cloud = every_type(seed, n);
     for (const PcdEncoding encoding : kEncodings) {
       CAPTURE(n);
       CAPTURE(int(encoding));
-      pcd.header.encoding = encoding;
-      const Pcd back = io::parse_pcd("cloud.pcd", io::format_pcd(pcd));
-      CHECK(back.header.points == int64_t(n));
-      REQUIRE(back.columns.size() == pcd.columns.size());
-      for (std::size_t f = 0; f < pcd.columns.size(); ++f) {
-        CAPTURE(pcd.header.fields[f].name);
-        CHECK(back.columns[f].type == pcd.columns[f].type);
-        CHECK(back.columns[f].count == pcd.columns[f].count);
-        CHECK(back.columns[f].bytes == pcd.columns[f].bytes);
+      const Cloud back = io::parse_pcd("cloud.pcd", io::format_pcd(cloud, encoding));
+      CHECK(back.points == int64_t(n));
+      REQUIRE(back.columns.size() == cloud.columns.size());
+      for (std::size_t f = 0; f < cloud.columns.size(); ++f) {
+        CAPTURE(cloud.fields[f].name);
+        CHECK(back.columns[f].type == cloud.columns[f].type);
+        CHECK(back.columns[f].count == cloud.columns[f].count);
+        CHECK(back.columns[f].bytes == cloud.columns[f].bytes);
       }
     }
   }
 }
 
 TEST_CASE("pcd: a cloud without points is a cloud in all three encodings") {
-  Pcd pcd;
-  add_field(pcd, "x", PcdType::kFloat32, std::vector<float>());
-  for (const PcdEncoding encoding : kEncodings) {
-    pcd.header.encoding = encoding;
-    CHECK(io::parse_pcd("cloud.pcd", io::format_pcd(pcd)).header.points == 0);
-  }
+  Cloud cloud;
+  add_field(cloud, "x", ValueType::kFloat32, std::vector<float>());
+  for (const PcdEncoding encoding : kEncodings)
+    CHECK(io::parse_pcd("cloud.pcd", io::format_pcd(cloud, encoding)).points == 0);
 }
 
 TEST_CASE("pcd: ASCII takes nan, inf, plus signs, blank lines, CRLF and values too small for a float") {
-  const Pcd pcd = io::parse_pcd("c", header() + "nan +1.5 -inf\r\n\n1e-400 -0 1e-42\r\n");
-  CHECK(std::isnan(pcd.find("x")->value(0)));
-  CHECK(pcd.find("y")->value(0) == 1.5);
-  CHECK(pcd.find("z")->value(0) == -INFINITY);
-  CHECK(pcd.find("x")->value(1) == 0.0);
-  CHECK(pcd.find("z")->value(1) == double(1e-42f));
+  const Cloud cloud = io::parse_pcd("c", header() + "nan +1.5 -inf\r\n\n1e-400 -0 1e-42\r\n");
+  CHECK(std::isnan(cloud.find("x")->value(0)));
+  CHECK(cloud.find("y")->value(0) == 1.5);
+  CHECK(cloud.find("z")->value(0) == -INFINITY);
+  CHECK(cloud.find("x")->value(1) == 0.0);
+  CHECK(cloud.find("z")->value(1) == double(1e-42f));
 }
 
 TEST_CASE("pcd: COUNT, POINTS, HEIGHT, VIEWPOINT and VERSION may be missing, COLUMNS is FIELDS, comments are skipped") {
-  const Pcd pcd = io::parse_pcd("c", "# one\nCOLUMNS a\n# two\nSIZE 2\nTYPE U\nWIDTH 2\nDATA ascii\n65535\n3\n");
-  CHECK(pcd.header.points == 2);
-  CHECK(pcd.columns[0].integer(0) == 65535);
+  const Cloud cloud = io::parse_pcd("c", "# one\nCOLUMNS a\n# two\nSIZE 2\nTYPE U\nWIDTH 2\nDATA ascii\n65535\n3\n");
+  CHECK(cloud.points == 2);
+  CHECK(cloud.columns[0].integer(0) == 65535);
 }
 
 TEST_CASE("pcd: binary data may be longer than the points, as padded files are") {
   const std::string bytes = header("x y z", "1", "binary") + std::string(12, '\0') + "padding";
-  CHECK(io::parse_pcd("c", bytes).header.points == 1);
+  CHECK(io::parse_pcd("c", bytes).points == 1);
 }
 
 TEST_CASE("pcd: fields are found by what they mean") {
   struct Row {
     const char* name;
-    io::PcdRole role;
+    io::CloudRole role;
   };
-  const Row rows[] = {{"ring", io::PcdRole::kLayer},
-                      {"line", io::PcdRole::kLayer},
-                      {"layer", io::PcdRole::kLayer},
-                      {"channel", io::PcdRole::kLayer},
-                      {"line_index", io::PcdRole::kLayer},
-                      {"laser_number", io::PcdRole::kLayer},
-                      {"LaserNumber", io::PcdRole::kLayer},
-                      {"intensity", io::PcdRole::kIntensity},
-                      {"reflectivity", io::PcdRole::kIntensity},
-                      {"i", io::PcdRole::kIntensity},
-                      {"Intensity", io::PcdRole::kIntensity},
-                      {"t", io::PcdRole::kTime},
-                      {"time", io::PcdRole::kTime},
-                      {"timestamp", io::PcdRole::kTime},
-                      {"time_stamp", io::PcdRole::kTime},
-                      {"offset", io::PcdRole::kTime},
-                      {"offset_time", io::PcdRole::kTime},
-                      {"X", io::PcdRole::kX}};
+  const Row rows[] = {{"ring", io::CloudRole::kLayer},
+                      {"line", io::CloudRole::kLayer},
+                      {"layer", io::CloudRole::kLayer},
+                      {"channel", io::CloudRole::kLayer},
+                      {"line_index", io::CloudRole::kLayer},
+                      {"laser_number", io::CloudRole::kLayer},
+                      {"LaserNumber", io::CloudRole::kLayer},
+                      {"intensity", io::CloudRole::kIntensity},
+                      {"reflectivity", io::CloudRole::kIntensity},
+                      {"i", io::CloudRole::kIntensity},
+                      {"Intensity", io::CloudRole::kIntensity},
+                      {"t", io::CloudRole::kTime},
+                      {"time", io::CloudRole::kTime},
+                      {"timestamp", io::CloudRole::kTime},
+                      {"time_stamp", io::CloudRole::kTime},
+                      {"offset", io::CloudRole::kTime},
+                      {"offset_time", io::CloudRole::kTime},
+                      {"X", io::CloudRole::kX}};
   for (const Row& row : rows) {
     CAPTURE(row.name);
-    io::PcdHeader head;
-    head.fields = {{"azimuth", PcdType::kFloat32, 1}, {row.name, PcdType::kFloat32, 1}, {"_", PcdType::kUint8, 1}};
-    for (int32_t role = 0; role <= int32_t(io::PcdRole::kTime); ++role)
-      CHECK(io::find_role(head, io::PcdRole(role)) == (io::PcdRole(role) == row.role ? 1 : -1));
+    const std::vector<io::CloudField> fields = {
+        {"azimuth", ValueType::kFloat32, 1}, {row.name, ValueType::kFloat32, 1}, {"_", ValueType::kUint8, 1}};
+    for (int32_t role = 0; role <= int32_t(io::CloudRole::kTime); ++role)
+      CHECK(io::find_role(fields, io::CloudRole(role)) == (io::CloudRole(role) == row.role ? 1 : -1));
   }
-  io::PcdHeader both;  // the more telling name wins, whatever the order
-  both.fields = {{"channel", PcdType::kUint16, 1}, {"ring", PcdType::kUint16, 1}};
-  CHECK(io::find_role(both, io::PcdRole::kLayer) == 1);
-  both.fields[1].count = 2;  // not one value a point
-  CHECK(io::find_role(both, io::PcdRole::kLayer) == 0);
+  // The more telling name wins, whatever the order.
+  std::vector<io::CloudField> both = {{"channel", ValueType::kUint16, 1}, {"ring", ValueType::kUint16, 1}};
+  CHECK(io::find_role(both, io::CloudRole::kLayer) == 1);
+  both[1].count = 2;  // not one value a point
+  CHECK(io::find_role(both, io::CloudRole::kLayer) == 0);
 }
 
 TEST_CASE("pcd: each kind of bad file gets its sentence") {
   const std::string good = header() + "1 2 3\n4 5 6\n";
-  REQUIRE(io::parse_pcd("f", good).header.points == 2);
+  REQUIRE(io::parse_pcd("f", good).points == 2);
   struct Row {
     std::string bytes, sentence;
   };
@@ -247,22 +244,21 @@ TEST_CASE("pcd: files that are not there, folders and unwritable places get thei
   const TempFolder folder;
   CHECK(error_of([&] { io::read_pcd(folder.path("no.pcd")); }) == folder.path("no.pcd") + ": no such file");
   CHECK(error_of([&] { io::read_pcd(folder.path()); }) == folder.path() + ": is a folder, a file is needed");
-  Pcd pcd = every_type(1, 8);
-  CHECK(error_of([&] { io::write_pcd(folder.path("no/cloud.pcd"), pcd); }) ==
+  Cloud cloud = every_type(1, 8);
+  CHECK(error_of([&] { io::write_pcd(folder.path("no/cloud.pcd"), cloud); }) ==
         folder.path("no/cloud.pcd") + ": cannot be written");
-  pcd.columns[3].bytes.pop_back();
-  CHECK(error_of([&] { io::format_pcd(pcd); }) == "column 'u8' is not as long as the first one");
+  cloud.columns[3].bytes.pop_back();
+  CHECK(error_of([&] { io::format_pcd(cloud); }) == "column 'u8' is not as long as the first one");
 }
 
 TEST_CASE("pcd: no single changed or missing byte of a file makes the reader crash") {
   const uint32_t seed = 11;
   CAPTURE(seed);
   std::mt19937 random(seed);
-  Pcd pcd = every_type(seed, 12);
+  Cloud cloud = every_type(seed, 12);
   int64_t refused = 0, tried = 0;
   for (const PcdEncoding encoding : kEncodings) {
-    pcd.header.encoding = encoding;
-    const std::string good = io::format_pcd(pcd);
+    const std::string good = io::format_pcd(cloud, encoding);
     for (std::size_t i = 0; i < good.size(); ++i) {
       std::string cut = good.substr(0, i), changed = good;
       changed[i] = char(random() & 255);
@@ -276,27 +272,27 @@ TEST_CASE("pcd: no single changed or missing byte of a file makes the reader cra
 
 TEST_CASE("pcd: recorded clouds of other makers are read: binary with bytes and compressed") {
   OVT_NEED_RECORDED("formats/hesai_xt16.pcd");
-  const Pcd hesai = io::read_pcd(recorded("formats/hesai_xt16.pcd"));
-  const Pcd velodyne = io::read_pcd(recorded("formats/vlp32_compressed.pcd"));
-  CHECK(hesai.header.points == 26287);
-  CHECK(velodyne.header.points == 26216);
-  for (const Pcd* pcd : {&hesai, &velodyne}) {
-    const auto column = [&](io::PcdRole role) -> const io::PcdColumn& {
-      const int32_t field = io::find_role(pcd->header, role);
+  const Cloud hesai = io::read_pcd(recorded("formats/hesai_xt16.pcd"));
+  const Cloud velodyne = io::read_pcd(recorded("formats/vlp32_compressed.pcd"));
+  CHECK(hesai.points == 26287);
+  CHECK(velodyne.points == 26216);
+  for (const Cloud* cloud : {&hesai, &velodyne}) {
+    const auto column = [&](io::CloudRole role) -> const io::CloudColumn& {
+      const int32_t field = io::find_role(cloud->fields, role);
       REQUIRE(field >= 0);
-      return pcd->columns[std::size_t(field)];
+      return cloud->columns[std::size_t(field)];
     };
-    CHECK(pcd->header.fields[std::size_t(io::find_role(pcd->header, io::PcdRole::kLayer))].name == "channel");
-    CHECK(column(io::PcdRole::kIntensity).type == PcdType::kUint8);
-    const io::PcdColumn& distance = *pcd->find("distance");
+    CHECK(cloud->fields[std::size_t(io::find_role(cloud->fields, io::CloudRole::kLayer))].name == "channel");
+    CHECK(column(io::CloudRole::kIntensity).type == ValueType::kUint8);
+    const io::CloudColumn& distance = *cloud->find("distance");
     int64_t layers = 0, off = 0;
-    for (std::size_t i = 0; i < std::size_t(pcd->header.points); ++i) {
-      layers = std::max(layers, column(io::PcdRole::kLayer).integer(i));
-      const double range = std::hypot(column(io::PcdRole::kX).value(i), column(io::PcdRole::kY).value(i),
-                                      column(io::PcdRole::kZ).value(i));
+    for (std::size_t i = 0; i < std::size_t(cloud->points); ++i) {
+      layers = std::max(layers, column(io::CloudRole::kLayer).integer(i));
+      const double range = std::hypot(column(io::CloudRole::kX).value(i), column(io::CloudRole::kY).value(i),
+                                      column(io::CloudRole::kZ).value(i));
       off += std::fabs(range - distance.value(i)) > 0.01;  // the file's own range: all columns belong to the same point
     }
-    CHECK(layers == (pcd == &hesai ? 15 : 31));
+    CHECK(layers == (cloud == &hesai ? 15 : 31));
     CHECK(off == 0);
   }
 }

@@ -10,11 +10,12 @@
 
 #include "tests/support/recorded.h"
 #include "tests/support/temp_folder.h"
+#include "tools/io/formats.h"
 
 using namespace overtake;
-using io::PcdType;
 using io::Recording;
 using io::Rig;
+using io::ValueType;
 
 namespace {
 
@@ -113,15 +114,15 @@ TEST_CASE("recording: columns keep their types; 64-bit layers are brought to 32 
     return Recording(folder.write("3.pcd", text), rig).read(0).scans[0];
   };
   const io::SensorScan scan = read(cloud("200 0.1 2 3 -7\n", "i x y z layer", "1 8 4 4 2", "U F F F I"));
-  CHECK(scan.x.type == PcdType::kFloat64);
+  CHECK(scan.x.type == ValueType::kFloat64);
   CHECK(scan.x.value(0) == 0.1);
-  CHECK(scan.y.type == PcdType::kFloat32);
-  CHECK(scan.intensity.type == PcdType::kUint8);
+  CHECK(scan.y.type == ValueType::kFloat32);
+  CHECK(scan.intensity.type == ValueType::kUint8);
   CHECK(scan.intensity.integer(0) == 200);
-  CHECK(scan.layer.type == PcdType::kInt16);
+  CHECK(scan.layer.type == ValueType::kInt16);
   CHECK(scan.layer.integer(0) == -7);
   const io::SensorScan wide = read(cloud("1 2 3 63\n1 2 3 4294967297\n", "x y z ring", "4 4 4 8", "F F F U"));
-  CHECK(wide.layer.type == PcdType::kInt32);
+  CHECK(wide.layer.type == ValueType::kInt32);
   CHECK(wide.layer.integer(0) == 63);
   CHECK(wide.layer.integer(1) == -1);  // not layer 1
   CHECK(wide.intensity.bytes.empty());
@@ -158,7 +159,7 @@ TEST_CASE("recording: each kind of bad input gets its sentence") {
   CHECK(error(folder.path("no"), av21) == folder.path("no") + ": no such folder");
   folder.write("empty/readme.txt", "");
   CHECK(error(folder.path("empty"), av21) ==
-        folder.path("empty") + ": holds nothing that is read: no .pcd, .bin, .db3 or .mcap file");
+        folder.path("empty") + ": holds nothing that is read: no " + io::list_extensions() + " file");
   std::string path = folder.write("a/rear.pcd", good);
   CHECK(error(folder.path("a"), av21) ==
         path + ": its name has no frame number; FRAME_SENSOR.pcd or FRAME.pcd is needed");
@@ -174,7 +175,7 @@ TEST_CASE("recording: each kind of bad input gets its sentence") {
   CHECK(error(folder.path("e"), hdl64) == path + ": its frame number does not fit 64 bits");
   path = folder.write("f/1.pcd", cloud("1 2 3 4\n", "x y z colour"));
   CHECK(error(path, hdl64) ==
-        path + ": no field gives the layer (looked for " + io::role_aliases(io::PcdRole::kLayer) +
+        path + ": no field gives the layer (looked for " + io::role_aliases(io::CloudRole::kLayer) +
             "; there are x, y, z, colour); neither the order nor the elevations of the points show lines");
   path = folder.write("f/2.pcd", cloud("1 2 3 4\n", "x z w ring"));
   CHECK(error(path, hdl64).rfind(path + ": no field gives y", 0) == 0);

@@ -93,13 +93,13 @@ TEST_CASE("sim: a folder holds the same, and the readers of recordings take it")
   log->write(0, simulator.sweep(0));
   log->write(1, sweep);
   log->close();
-  const io::Pcd pcd = io::read_pcd(folder.path("race/000001_right.pcd"));
+  const io::Cloud points = io::read_pcd(folder.path("race/000001_right.pcd"));
   const Scan& scan = sweep.scans[2];
-  REQUIRE(pcd.find("x")->values() == scan.size());
+  REQUIRE(points.find("x")->values() == scan.size());
   for (std::size_t i = 0; i < scan.size(); ++i) {
-    REQUIRE(pcd.find("z")->value(i) == double(scan.z_m[i]));
-    REQUIRE(pcd.find("surface")->integer(i) == scan.surface[i]);
-    REQUIRE(pcd.find("t")->integer(i) == kEpochNs + sweep.stamp_ns[2] + scan.time_ns[i]);
+    REQUIRE(points.find("z")->value(i) == double(scan.z_m[i]));
+    REQUIRE(points.find("surface")->integer(i) == scan.surface[i]);
+    REQUIRE(points.find("t")->integer(i) == kEpochNs + sweep.stamp_ns[2] + scan.time_ns[i]);
   }
   const io::MapData map = io::read_map(folder.path("race/map.csv"));
   CHECK(map.closed);

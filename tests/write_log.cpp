@@ -47,17 +47,17 @@ void write_small(const std::string& path, const io::McapOptions& options) {
 }
 
 // Ranges that no compressor sees through, as real ones.
-io::Pcd noisy_cloud(uint64_t seed) {
-  io::Pcd pcd = swept_cloud(32, 857, 0);
+io::Cloud noisy_cloud(uint64_t seed) {
+  io::Cloud cloud = swept_cloud(32, 857, 0);
   for (std::size_t c = 0; c < 4; ++c)
-    for (std::size_t i = 0; i < std::size_t(pcd.header.points); ++i) {
+    for (std::size_t i = 0; i < std::size_t(cloud.points); ++i) {
       seed = seed * 6364136223846793005u + 1442695040888963407u;
       float value = 0;
-      std::memcpy(&value, pcd.columns[c].bytes.data() + 4 * i, 4);
+      std::memcpy(&value, cloud.columns[c].bytes.data() + 4 * i, 4);
       value += float(seed >> 40) * 1e-9f;
-      std::memcpy(pcd.columns[c].bytes.data() + 4 * i, &value, 4);
+      std::memcpy(cloud.columns[c].bytes.data() + 4 * i, &value, 4);
     }
-  return pcd;
+  return cloud;
 }
 
 void measure(const std::string& path, double seconds) {

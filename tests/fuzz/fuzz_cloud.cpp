@@ -27,7 +27,7 @@ const io::Rig& rig_of(bool shared) {
 
 void check_scan(const io::SensorScan& scan) {
   OVT_FUZZ_REQUIRE(scan.count >= 0 && scan.count <= scan.input_count);
-  for (const io::PcdColumn* column : {&scan.x, &scan.y, &scan.z, &scan.layer}) {
+  for (const io::CloudColumn* column : {&scan.x, &scan.y, &scan.z, &scan.layer}) {
     OVT_FUZZ_REQUIRE(column->values() == std::size_t(scan.count));
     for (std::size_t i = 0; i < column->values(); ++i) column->value(i);
   }

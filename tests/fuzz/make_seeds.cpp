@@ -16,8 +16,8 @@
 #include "tools/client/config.h"
 #include "tools/io/cloud_message.h"
 #include "tools/io/error.h"
+#include "tools/io/formats.h"
 #include "tools/io/mcap_writer.h"
-#include "tools/io/pcd.h"
 #include "tools/io/ros_messages.h"
 #include "tools/io/text.h"
 
@@ -44,24 +44,24 @@ void write_noise(const std::string& target, uint32_t seed) {
     }
 }
 
-io::Pcd make_cloud(io::PcdEncoding encoding) {
-  io::Pcd pcd;
-  pcd.header.encoding = encoding;
-  constexpr std::size_t kPoints = 12;
+io::Cloud make_cloud() {
+  io::Cloud cloud;
+  cloud.points = 12;
+  const auto points = std::size_t(cloud.points);
   const auto add = [&](const char* name, auto first) {
-    io::PcdColumn column;
+    io::CloudColumn column;
     using T = decltype(first);
-    column.type = std::is_same_v<T, float>      ? io::PcdType::kFloat32
-                  : std::is_same_v<T, double>   ? io::PcdType::kFloat64
-                  : std::is_same_v<T, uint16_t> ? io::PcdType::kUint16
-                                                : io::PcdType::kUint8;
-    column.bytes.resize(kPoints * sizeof(T));
-    for (std::size_t i = 0; i < kPoints; ++i) {
+    column.type = std::is_same_v<T, float>      ? io::ValueType::kFloat32
+                  : std::is_same_v<T, double>   ? io::ValueType::kFloat64
+                  : std::is_same_v<T, uint16_t> ? io::ValueType::kUint16
+                                                : io::ValueType::kUint8;
+    column.bytes.resize(points * sizeof(T));
+    for (std::size_t i = 0; i < points; ++i) {
       const T value = T(first + T(i / 3));
       std::memcpy(column.bytes.data() + i * sizeof(T), &value, sizeof value);
     }
-    pcd.header.fields.push_back({name, column.type, 1});
-    pcd.columns.push_back(column);
+    cloud.fields.push_back({name, column.type, 1});
+    cloud.columns.push_back(column);
   };
   add("x", 1.5f);
   add("y", -2.25f);
@@ -69,15 +69,19 @@ io::Pcd make_cloud(io::PcdEncoding encoding) {
   add("intensity", uint8_t(7));
   add("ring", uint16_t(3));
   add("timestamp", 0.125);
-  return pcd;
+  return cloud;
 }
 
+// The first byte is the format's place among those of clouds.
 void write_clouds() {
   int32_t number = 0;
-  for (const auto encoding : {io::PcdEncoding::kAscii, io::PcdEncoding::kBinary, io::PcdEncoding::kBinaryCompressed})
-    write_seed("pcd", number++, '\0' + io::format_pcd(make_cloud(encoding)));
-  write_seed("pcd", number++, std::string(1, '\1') + "\x40\x01" + std::string(3, '\0') + "\x1f" + std::string(32, 'a'));
-  write_seed("pcd", number++, std::string(1, '\1') + std::string("\x20\0\0\0\0a\x20\x00", 8));
+  char place = 0;
+  for (const io::Format& format : io::formats()) {
+    if (!format.cloud) continue;
+    for (const io::CloudExample& example : format.cloud->write_examples(make_cloud()))
+      write_seed("formats", number++, place + example.bytes);
+    ++place;
+  }
 }
 
 void write_tables() {
@@ -128,8 +132,7 @@ void write_toml() {
 
 std::string make_cloud_bytes() {
   io::PointCloud2 cloud;
-  const std::string data =
-      io::make_cloud_message(make_cloud(io::PcdEncoding::kBinary), {1'000'000'007, "front"}, cloud);
+  const std::string data = io::make_cloud_message(make_cloud(), {1'000'000'007, "front"}, cloud);
   cloud.data = data;
   return io::encode_point_cloud2(cloud);
 }

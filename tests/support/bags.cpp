@@ -19,15 +19,15 @@ namespace overtake::test {
 namespace {
 
 template <class T>
-io::PcdColumn column(io::PcdType type, const std::vector<T>& values) {
-  io::PcdColumn out{type, 1, std::vector<unsigned char>(values.size() * sizeof(T))};
+io::CloudColumn column(io::ValueType type, const std::vector<T>& values) {
+  io::CloudColumn out{type, 1, std::vector<unsigned char>(values.size() * sizeof(T))};
   if (!values.empty()) std::memcpy(out.bytes.data(), values.data(), out.bytes.size());
   return out;
 }
 
 }  // namespace
 
-io::Pcd swept_cloud(int32_t lines, int32_t shots, double shift_m, bool with_ring) {
+io::Cloud swept_cloud(int32_t lines, int32_t shots, double shift_m, bool with_ring) {
   std::vector<float> x, y, z, intensity;
   std::vector<uint16_t> ring;
   for (int32_t line = 0; line < lines; ++line)
@@ -46,19 +46,18 @@ io::Pcd swept_cloud(int32_t lines, int32_t shots, double shift_m, bool with_ring
       intensity.push_back(float(shot % 100));
       ring.push_back(uint16_t(line));
     }
-  io::Pcd pcd;
-  pcd.header.encoding = io::PcdEncoding::kBinary;
-  pcd.header.points = pcd.header.width = int64_t(x.size());
-  const auto add = [&](const char* name, io::PcdColumn c) {
-    pcd.header.fields.push_back({name, c.type, 1});
-    pcd.columns.push_back(std::move(c));
+  io::Cloud cloud;
+  cloud.points = int64_t(x.size());
+  const auto add = [&](const char* name, io::CloudColumn c) {
+    cloud.fields.push_back({name, c.type, 1});
+    cloud.columns.push_back(std::move(c));
   };
-  add("x", column(io::PcdType::kFloat32, x));
-  add("y", column(io::PcdType::kFloat32, y));
-  add("z", column(io::PcdType::kFloat32, z));
-  add("intensity", column(io::PcdType::kFloat32, intensity));
-  if (with_ring) add("ring", column(io::PcdType::kUint16, ring));
-  return pcd;
+  add("x", column(io::ValueType::kFloat32, x));
+  add("y", column(io::ValueType::kFloat32, y));
+  add("z", column(io::ValueType::kFloat32, z));
+  add("intensity", column(io::ValueType::kFloat32, intensity));
+  if (with_ring) add("ring", column(io::ValueType::kUint16, ring));
+  return cloud;
 }
 
 io::Rig swept_rig(int32_t lines) {
@@ -69,9 +68,9 @@ io::Rig swept_rig(int32_t lines) {
           std::to_string(lines) + "\ncols = 240\nazimuth_left_deg = 60.0\nazimuth_right_deg = -60.0\n");
 }
 
-Recorded cloud_of(const io::Pcd& pcd, const std::string& topic, int64_t stamp_ns, const std::string& frame_id) {
+Recorded cloud_of(const io::Cloud& points, const std::string& topic, int64_t stamp_ns, const std::string& frame_id) {
   io::PointCloud2 cloud;
-  const std::string data = io::make_cloud_message(pcd, {stamp_ns, frame_id}, cloud);
+  const std::string data = io::make_cloud_message(points, {stamp_ns, frame_id}, cloud);
   cloud.data = data;
   return {topic, io::kPointCloud2Name, io::encode_point_cloud2(cloud), stamp_ns};
 }

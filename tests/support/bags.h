@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/io/cloud.h"
 #include "tools/io/mcap_writer.h"
-#include "tools/io/pcd.h"
 #include "tools/io/rig.h"
 
 namespace overtake::test {
@@ -21,10 +21,10 @@ struct Recorded {
 
 // A wall and a road seen by a sensor of `lines` lines that sweeps from left to right, `shots` a line; the wall is 20 m
 // + `shift_m` ahead. Columns x y z intensity ring (uint16).
-io::Pcd swept_cloud(int32_t lines, int32_t shots, double shift_m, bool with_ring = true);
+io::Cloud swept_cloud(int32_t lines, int32_t shots, double shift_m, bool with_ring = true);
 io::Rig swept_rig(int32_t lines);  // one sensor "front" that fits it
 
-Recorded cloud_of(const io::Pcd& pcd, const std::string& topic, int64_t stamp_ns,
+Recorded cloud_of(const io::Cloud& points, const std::string& topic, int64_t stamp_ns,
                   const std::string& frame_id = "front");
 // Poses of a straight drive at 30 m/s, each 10 ms.
 std::vector<Recorded> straight_drive(const std::string& topic, int64_t from_ns, int64_t to_ns);

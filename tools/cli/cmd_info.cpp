@@ -15,7 +15,7 @@
 #include "tools/io/bag_stream.h"
 #include "tools/io/cloud_message.h"
 #include "tools/io/error.h"
-#include "tools/io/kitti_bin.h"
+#include "tools/io/formats.h"
 #include "tools/io/output.h"
 #include "tools/io/text.h"
 #include "tools/io/words.h"
@@ -117,27 +117,27 @@ RecordingInfo look_into_folder(const std::string& path) {
   }
   std::map<std::string, std::vector<std::string>> scans;  // by kind and sensor
   for (const std::string& file : files) {
-    const std::string kind = io::lower_case(fs::path(file).extension().string());
-    if (kind != ".pcd" && kind != ".bin") continue;
+    const io::Format* by_name = file == path ? io::find_format(file) : io::find_format_by_name(file);
+    if (!by_name || !by_name->cloud) continue;
+    const std::string kind = by_name->extension;
     const std::string stem = fs::path(file).stem().string();
     const auto first = stem.find('_');
     const bool digits = stem.substr(0, first).find_first_not_of("0123456789") == std::string::npos;
     scans[(digits && first != std::string::npos ? "FRAME" + stem.substr(first) : "FRAME") + kind].push_back(file);
   }
-  if (scans.empty()) throw io::Error(path, 0, "holds nothing that is read: no .pcd, .bin, .db3 or .mcap");
+  if (scans.empty()) throw io::Error(path, 0, "holds nothing that is read: no " + io::list_extensions());
   RecordingInfo out;
   out.path = path;
   out.kind = fs::is_directory(path, code) ? "a folder of scans" : "one scan";
   for (const auto& [name, list] : scans) {
-    const bool kitti = name.ends_with(".bin");
-    const io::Pcd pcd = kitti ? io::read_kitti_bin(list[0]) : io::Pcd{io::read_pcd_header(list[0]), {}};
+    const io::Cloud cloud = io::read_cloud_header(list[0]);
     std::vector<std::string> fields;
     static constexpr const char* kType[] = {"float32", "float64", "int8",   "uint8", "int16",
                                             "uint16",  "int32",   "uint32", "int64", "uint64"};
-    for (const io::PcdField& field : pcd.header.fields)
+    for (const io::CloudField& field : cloud.fields)
       fields.push_back(field.name + " " + kType[std::size_t(field.type)]);
     out.scans.push_back(
-        {name, fs::path(list[0]).filename().string(), io::join(fields, ", "), int64_t(list.size()), pcd.header.points});
+        {name, fs::path(list[0]).filename().string(), io::join(fields, ", "), int64_t(list.size()), cloud.points});
   }
   return out;
 }

@@ -36,15 +36,14 @@ void write_scan(const std::string& path, const SceneScan& scan) {
   std::vector<uint32_t> time_ns(scan.time_offset_s.size());
   for (std::size_t i = 0; i < time_ns.size(); ++i)
     time_ns[i] = uint32_t(std::lround(double(scan.time_offset_s[i]) * 1e9));
-  io::Pcd pcd;
-  pcd.header.encoding = io::PcdEncoding::kBinary;
-  io::add_column(pcd, "x", io::PcdType::kFloat32, scan.x_m);
-  io::add_column(pcd, "y", io::PcdType::kFloat32, scan.y_m);
-  io::add_column(pcd, "z", io::PcdType::kFloat32, scan.z_m);
-  io::add_column(pcd, "intensity", io::PcdType::kFloat32, scan.intensity);
-  io::add_column(pcd, "ring", io::PcdType::kUint16, scan.layer);
-  io::add_column(pcd, "t", io::PcdType::kUint32, time_ns);
-  io::write_pcd(path, pcd);
+  io::Cloud cloud;
+  io::add_column(cloud, "x", io::ValueType::kFloat32, scan.x_m);
+  io::add_column(cloud, "y", io::ValueType::kFloat32, scan.y_m);
+  io::add_column(cloud, "z", io::ValueType::kFloat32, scan.z_m);
+  io::add_column(cloud, "intensity", io::ValueType::kFloat32, scan.intensity);
+  io::add_column(cloud, "ring", io::ValueType::kUint16, scan.layer);
+  io::add_column(cloud, "t", io::ValueType::kUint32, time_ns);
+  io::write_pcd(path, cloud);
 }
 
 void write_ego(const std::string& path, const Scene& scene, double end_s) {

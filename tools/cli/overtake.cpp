@@ -16,6 +16,7 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/report_json.h"
 #include "tools/client/console.h"
+#include "tools/io/formats.h"
 #include "tools/io/memory_limit.h"
 #include "tools/io/rig.h"
 #include "tools/io/text.h"
@@ -29,8 +30,6 @@ constexpr const char* kExitCodes =
     "Exit codes: 0 done; 1 an error; 2 a wrong command line; 3 the recording is damaged (what came before it is "
     "done),\n"
     "or doctor found something wrong; 130 ended by Ctrl-C (what is done is kept).";
-constexpr const char* kInputText =
-    "folder of scans (FRAME_SENSOR.pcd, FRAME.pcd, KITTI's .bin) or one such file; rosbag2 folder or .db3; MCAP";
 
 constexpr const char* kJsonText = "one JSON object instead of text (its keys: tools/README.md)";
 
@@ -63,7 +62,7 @@ void add_common(CLI::App& command, Options& options, const std::string& map_defa
 }
 
 void add_detector(CLI::App& command, Options& options) {
-  command.add_option("input", options.input, kInputText)->required();
+  command.add_option("input", options.input, io::describe_inputs())->required();
   command.add_option("--rig", options.rig,
                      "sensors: a TOML file, or " + io::join(io::builtin_rig_names(), ", ") +
                          " (default: the rig that an MCAP log holds, if any)");
@@ -162,7 +161,7 @@ int run_main(int argc, char** argv) {
   track.add_option("--ego", options.ego, "CSV of ego poses");
 
   CLI::App& info = *app.add_subcommand("info", "says what a recording holds");
-  info.add_option("input", options.input, kInputText)->required();
+  info.add_option("input", options.input, io::describe_inputs())->required();
 
   info.add_flag("--json", options.json, kJsonText);
 

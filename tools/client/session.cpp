@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
 
-ovt_column to_column(const io::PcdColumn& column) {
+ovt_column to_column(const io::CloudColumn& column) {
   static constexpr int32_t kType[] = {OVT_F32, OVT_F64, OVT_I8,  OVT_U8,   OVT_I16,
                                       OVT_U16, OVT_I32, OVT_U32, OVT_NONE, OVT_NONE};
   if (column.bytes.empty()) return {nullptr, 0, 0, OVT_NONE};

@@ -15,8 +15,8 @@
 namespace overtake::evaluation {
 namespace {
 
-io::PcdColumn take(const io::PcdColumn& column, const std::vector<int32_t>& rows) {
-  io::PcdColumn out;
+io::CloudColumn take(const io::CloudColumn& column, const std::vector<int32_t>& rows) {
+  io::CloudColumn out;
   out.type = column.type;
   if (column.bytes.empty()) return out;
   const std::size_t size = io::size_of(column.type);

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Recordings with topics, read from front to back: MCAP files, rosbag2 .db3 files, rosbag2 folders of either.
+// Recordings with topics, read from front to back: files of a BagFormat (formats.h), rosbag2 folders of them.
 // Messages before a damage are delivered; damage() then says where and what it is.
 #pragma once
 
@@ -37,12 +37,12 @@ class BagReader {
   virtual std::string describe() const = 0;  // "MCAP, 12 chunks (zstd)": of what was read so far
 };
 
-// Throws Error where a folder holds recordings of two kinds (.pcd, .bin, .db3, .mcap): one would be left out.
+// Throws Error where a folder holds recordings of two formats (formats.h): one would be left out.
 void check_one_kind(const std::string& folder);
 // Whether open_bag takes it: by its first bytes, or by what the folder holds.
 bool is_bag(const std::string& path);
-// What is attached to an MCAP file under a name: the log's own rig.toml or map.csv. Nothing where the file is no
-// MCAP file, or holds no such attachment.
+// What is attached to a file under a name: the log's own rig.toml or map.csv. Nothing where files of its format have
+// no attachments, or this one has none of that name.
 std::optional<std::string> read_attached(const std::string& path, const std::string& name);
 
 // Throws Error.

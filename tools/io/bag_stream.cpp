@@ -50,7 +50,7 @@ uint64_t distance_ns(int64_t a, int64_t b) { return a > b ? uint64_t(a) - uint64
 
 uint64_t bytes_of(const SensorScan& scan) {
   uint64_t bytes = sizeof scan + scan.time_offset_ns.size() * sizeof scan.time_offset_ns[0];
-  for (const PcdColumn* column : {&scan.x, &scan.y, &scan.z, &scan.layer, &scan.intensity})
+  for (const CloudColumn* column : {&scan.x, &scan.y, &scan.z, &scan.layer, &scan.intensity})
     bytes += column->bytes.size();
   return bytes;
 }

@@ -11,9 +11,9 @@
 namespace overtake::io {
 namespace {
 
-constexpr PcdType kPcdType[] = {PcdType::kFloat32, PcdType::kInt8,    PcdType::kUint8,
-                                PcdType::kInt16,   PcdType::kUint16,  PcdType::kInt32,
-                                PcdType::kUint32,  PcdType::kFloat32, PcdType::kFloat64};
+constexpr ValueType kValueType[] = {ValueType::kFloat32, ValueType::kInt8,    ValueType::kUint8,
+                                    ValueType::kInt16,   ValueType::kUint16,  ValueType::kInt32,
+                                    ValueType::kUint32,  ValueType::kFloat32, ValueType::kFloat64};
 constexpr const char* kTypeName[] = {"type 0", "int8",   "uint8",   "int16",  "uint16",
                                      "int32",  "uint32", "float32", "float64"};
 
@@ -33,7 +33,7 @@ void copy_values(const PointCloud2& cloud, std::size_t row_step, std::size_t off
 
 }  // namespace
 
-Pcd read_cloud_message(const std::string& path, const PointCloud2& cloud) {
+Cloud read_cloud_message(const std::string& path, const PointCloud2& cloud) {
   const uint64_t count = uint64_t(cloud.width) * cloud.height;
   if (count > uint64_t(INT32_MAX)) throw Error(path, 0, "declares " + std::to_string(count) + " points");
   const uint64_t row = uint64_t(cloud.width) * cloud.point_step;
@@ -47,20 +47,19 @@ Pcd read_cloud_message(const std::string& path, const PointCloud2& cloud) {
   constexpr uint64_t kRoles = 6, kWidest = 8;  // columns, and bytes of a value
   check_memory(path, cloud.data.size() + std::min(count * kRoles * kWidest, kRoles * kWidest * cloud.data.size()),
                "reading its " + std::to_string(count) + " points");
-  Pcd pcd;
-  pcd.header.points = pcd.header.width = int64_t(count);
-  pcd.header.point_bytes = cloud.point_step;
+  Cloud out;
+  out.points = int64_t(count);
   for (const PointField& field : cloud.fields)
-    pcd.header.fields.push_back({field.name, is_known(field.datatype) ? kPcdType[field.datatype] : PcdType::kUint8,
-                                 is_known(field.datatype) && field.count <= 1 ? 1 : int64_t(field.count) + 2});
-  pcd.columns.resize(pcd.header.fields.size());
-  for (const PcdRole role :
-       {PcdRole::kX, PcdRole::kY, PcdRole::kZ, PcdRole::kIntensity, PcdRole::kLayer, PcdRole::kTime}) {
-    const int32_t index = find_role(pcd.header, role);
+    out.fields.push_back({field.name, is_known(field.datatype) ? kValueType[field.datatype] : ValueType::kUint8,
+                          is_known(field.datatype) && field.count <= 1 ? 1 : int64_t(field.count) + 2});
+  out.columns.resize(out.fields.size());
+  for (const CloudRole role :
+       {CloudRole::kX, CloudRole::kY, CloudRole::kZ, CloudRole::kIntensity, CloudRole::kLayer, CloudRole::kTime}) {
+    const int32_t index = find_role(out.fields, role);
     if (index < 0) continue;
     const PointField& field = cloud.fields[std::size_t(index)];
-    PcdColumn& column = pcd.columns[std::size_t(index)];
-    column.type = kPcdType[field.datatype];
+    CloudColumn& column = out.columns[std::size_t(index)];
+    column.type = kValueType[field.datatype];
     const std::size_t size = size_of(column.type);
     if (count > 0 && uint64_t(field.offset) + size > cloud.point_step)
       throw Error(path, 0,
@@ -73,10 +72,10 @@ Pcd read_cloud_message(const std::string& path, const PointCloud2& cloud) {
                                   : copy_values<8>;
     if (count > 0) copy(cloud, std::size_t(row_step), field.offset, column.bytes.data());
   }
-  return pcd;
+  return out;
 }
 
-std::string make_cloud_message(const Pcd& pcd, const RosHeader& header, PointCloud2& cloud) {
+std::string make_cloud_message(const Cloud& points, const RosHeader& header, PointCloud2& cloud) {
   static constexpr uint8_t kDatatype[] = {PointField::kFloat32,
                                           PointField::kFloat64,
                                           PointField::kInt8,
@@ -92,21 +91,21 @@ std::string make_cloud_message(const Pcd& pcd, const RosHeader& header, PointClo
   cloud.is_dense = true;
   std::vector<std::size_t> kept;
   std::size_t step = 0, count = 0;
-  for (std::size_t f = 0; f < pcd.columns.size(); ++f) {
-    const PcdField& field = pcd.header.fields[f];
+  for (std::size_t f = 0; f < points.columns.size(); ++f) {
+    const CloudField& field = points.fields[f];
     const uint8_t datatype = kDatatype[std::size_t(field.type)];
     if (datatype == 0 || field.count != 1) continue;  // 64-bit integers and arrays: PointCloud2 has none
     kept.push_back(f);
     cloud.fields.push_back({field.name, uint32_t(step), datatype, 1});
     step += size_of(field.type);
-    count = pcd.columns[f].values();
+    count = points.columns[f].values();
   }
   std::string data(step * count, '\0');
   std::size_t offset = 0;
   for (const std::size_t f : kept) {
-    const std::size_t size = size_of(pcd.columns[f].type);
+    const std::size_t size = size_of(points.columns[f].type);
     for (std::size_t i = 0; i < count; ++i)
-      std::memcpy(data.data() + i * step + offset, pcd.columns[f].bytes.data() + i * size, size);
+      std::memcpy(data.data() + i * step + offset, points.columns[f].bytes.data() + i * size, size);
     offset += size;
   }
   cloud.width = uint32_t(count);

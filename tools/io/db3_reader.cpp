@@ -11,6 +11,7 @@
 
 #include "tools/io/bag_reader.h"
 #include "tools/io/error.h"
+#include "tools/io/formats.h"
 #include "tools/io/memory_limit.h"
 #include "tools/io/text.h"
 
@@ -128,7 +129,11 @@ class Db3Reader : public BagReader {
   bool ended_ = false;
 };
 
+bool looks_like_db3(std::string_view head) { return head.starts_with(std::string_view("SQLite format 3\0", 16)); }
+
 }  // namespace
+
+const BagFormat db3_format = {looks_like_db3, open_db3, nullptr};
 
 std::unique_ptr<BagReader> open_db3(const std::string& path) { return std::make_unique<Db3Reader>(path); }
 

@@ -6,11 +6,15 @@
 
 #include <string>
 
-#include "tools/io/pcd.h"
+#include "tools/io/cloud.h"
 
 namespace overtake::io {
 
-// Throws Error: no such file, not a whole number of points.
-Pcd read_kitti_bin(const std::string& path);
+// Throw Error: no such file, not a whole number of points.
+Cloud read_kitti_bin(const std::string& path);
+Cloud parse_kitti_bin(const std::string& path_in_errors, const std::string& bytes);
+
+// The fields x, y, z and intensity (0 where there is none) of each point.
+std::string format_kitti_bin(const Cloud& cloud);
 
 }  // namespace overtake::io

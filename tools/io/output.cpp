@@ -11,6 +11,7 @@
 
 #include "core/hash.h"
 #include "tools/io/error.h"
+#include "tools/io/formats.h"
 #include "tools/io/mcap_format.h"
 #include "tools/io/mcap_reader.h"
 #include "tools/io/text.h"
@@ -76,9 +77,8 @@ bool begins_like_ours(const std::string& path) {
 
 bool is_of_recording(const fs::path& path) {
   const std::string name = lower_case(path.filename().string()), end = lower_case(path.extension().string());
-  for (const char* known : {".pcd", ".bin", ".db3", ".mcap", ".txt"})
-    if (end == known) return true;
-  return name == "rig.toml" || name == "map.csv" || name == "ego.csv" || name == "metadata.yaml";
+  return find_format_by_name(name) || end == ".txt" || name == "rig.toml" || name == "map.csv" || name == "ego.csv" ||
+         name == "metadata.yaml";
 }
 
 bool is_below(const std::string& place, const std::string& folder) {

@@ -15,16 +15,17 @@ namespace {
 constexpr std::size_t kMaxHeaderBytes = 1 << 20;
 constexpr int64_t kMaxFields = 1000, kMaxPointBytes = 1 << 20, kMaxPoints = INT32_MAX;
 
-bool type_of(char letter, int64_t size, PcdType& out) {
+bool type_of(char letter, int64_t size, ValueType& out) {
   struct Row {
     char letter;
     int64_t size;
-    PcdType type;
+    ValueType type;
   };
-  static constexpr Row kRows[] = {{'F', 4, PcdType::kFloat32}, {'F', 8, PcdType::kFloat64}, {'I', 1, PcdType::kInt8},
-                                  {'U', 1, PcdType::kUint8},   {'I', 2, PcdType::kInt16},   {'U', 2, PcdType::kUint16},
-                                  {'I', 4, PcdType::kInt32},   {'U', 4, PcdType::kUint32},  {'I', 8, PcdType::kInt64},
-                                  {'U', 8, PcdType::kUint64}};
+  static constexpr Row kRows[] = {{'F', 4, ValueType::kFloat32}, {'F', 8, ValueType::kFloat64},
+                                  {'I', 1, ValueType::kInt8},    {'U', 1, ValueType::kUint8},
+                                  {'I', 2, ValueType::kInt16},   {'U', 2, ValueType::kUint16},
+                                  {'I', 4, ValueType::kInt32},   {'U', 4, ValueType::kUint32},
+                                  {'I', 8, ValueType::kInt64},   {'U', 8, ValueType::kUint64}};
   for (const Row& row : kRows)
     if (row.letter == letter && row.size == size) {
       out = row.type;
@@ -165,7 +166,7 @@ class Parser {
     std::set<std::string> seen;
     int64_t point_bytes = 0;
     for (std::size_t i = 0; i < n; ++i) {
-      PcdField field{raw_.names[i], PcdType::kFloat32, raw_.counts[i]};
+      CloudField field{raw_.names[i], ValueType::kFloat32, raw_.counts[i]};
       if (field.name != "_" && !seen.insert(field.name).second)  // _ is padding and may repeat
         fail(raw_.fields_line, "field '" + printable(field.name) + "' is declared twice");
       if (raw_.types[i].size() != 1 || !type_of(raw_.types[i][0], raw_.sizes[i], field.type))

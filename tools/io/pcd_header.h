@@ -5,10 +5,22 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "tools/io/pcd.h"
 
 namespace overtake::io {
+
+struct PcdHeader {
+  std::string version;
+  std::vector<CloudField> fields;
+  int64_t width = 0, height = 1, points = 0;
+  double viewpoint[7] = {0, 0, 0, 1, 0, 0, 0};
+  PcdEncoding encoding = PcdEncoding::kAscii;
+  std::size_t point_bytes = 0;  // of one point in the binary encoding
+  std::size_t data_offset = 0;  // first byte after the DATA line
+  int64_t data_line = 0;        // number of the DATA line
+};
 
 // Reads up to and with the DATA line. The sizes it declares are only checked against each other here, not against the
 // file: nothing may be allocated from them yet.

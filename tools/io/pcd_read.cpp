@@ -1,15 +1,11 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <cstring>
-#include <limits>
 #include <string_view>
-#include <system_error>
-#include <type_traits>
 
 #include "tools/io/error.h"
+#include "tools/io/formats.h"
 #include "tools/io/lzf.h"
 #include "tools/io/pcd.h"
 #include "tools/io/pcd_header.h"
@@ -24,18 +20,10 @@ void check_points(const std::string& path, const PcdHeader& header, std::size_t 
   check_memory(path, file_bytes + points * (copies + 1), "reading its " + std::to_string(header.points) + " points");
 }
 
-std::vector<PcdColumn> make_columns(const PcdHeader& header) {
-  std::vector<PcdColumn> columns;
-  for (const PcdField& field : header.fields)
-    columns.push_back({field.type, field.count,
-                       std::vector<unsigned char>(std::size_t(header.points * field.count) * size_of(field.type))});
-  return columns;
-}
-
 // "field 'z' of point 17": where the data ends when only `available` bytes of points are there.
 std::string place_of(const PcdHeader& header, std::size_t available) {
   std::size_t rest = available % header.point_bytes;
-  for (const PcdField& field : header.fields) {
+  for (const CloudField& field : header.fields) {
     const std::size_t bytes = std::size_t(field.count) * size_of(field.type);
     if (rest < bytes) return "field '" + field.name + "' of point " + std::to_string(available / header.point_bytes);
     rest -= bytes;
@@ -43,18 +31,17 @@ std::string place_of(const PcdHeader& header, std::size_t available) {
   return "point " + std::to_string(available / header.point_bytes);
 }
 
-void read_binary(const std::string& path, const std::string& bytes, Pcd& pcd) {
-  const PcdHeader& header = pcd.header;
+void read_binary(const std::string& path, const std::string& bytes, const PcdHeader& header, Cloud& cloud) {
   const std::size_t available = bytes.size() - header.data_offset;
   if (available / header.point_bytes < std::size_t(header.points))
     throw Error(path, 0,
                 "the data ends at " + place_of(header, available) + "; " + std::to_string(header.points) +
                     " points are declared");
   check_points(path, header, bytes.size(), 0);
-  pcd.columns = make_columns(header);
+  cloud.columns = make_columns(header.fields, header.points);
   const char* point = bytes.data() + header.data_offset;
   std::size_t offset = 0;
-  for (PcdColumn& column : pcd.columns) {
+  for (CloudColumn& column : cloud.columns) {
     const std::size_t size = std::size_t(column.count) * size_of(column.type);
     for (std::size_t i = 0; i < std::size_t(header.points); ++i)
       std::memcpy(column.bytes.data() + i * size, point + i * header.point_bytes + offset, size);
@@ -63,8 +50,7 @@ void read_binary(const std::string& path, const std::string& bytes, Pcd& pcd) {
 }
 
 // Two uint32 sizes, then LZF of the columns one after the other.
-void read_compressed(const std::string& path, const std::string& bytes, Pcd& pcd) {
-  const PcdHeader& header = pcd.header;
+void read_compressed(const std::string& path, const std::string& bytes, const PcdHeader& header, Cloud& cloud) {
   const std::size_t available = bytes.size() - header.data_offset;
   uint32_t size[2] = {0, 0};
   if (available >= sizeof size)
@@ -72,7 +58,7 @@ void read_compressed(const std::string& path, const std::string& bytes, Pcd& pcd
   else if (header.points > 0)
     throw Error(path, 0, "the data ends before its compressed size");
   if (header.points == 0) {
-    pcd.columns = make_columns(header);
+    cloud.columns = make_columns(header.fields, header.points);
     return;
   }
   const std::size_t declared = std::size_t(header.points) * header.point_bytes;
@@ -92,82 +78,17 @@ void read_compressed(const std::string& path, const std::string& bytes, Pcd& pcd
   std::vector<unsigned char> raw(declared);
   const auto* packed = reinterpret_cast<const unsigned char*>(bytes.data()) + header.data_offset + sizeof size;
   if (!lzf_decompress(packed, size[0], raw.data(), raw.size())) throw Error(path, 0, "the compressed data is corrupt");
-  pcd.columns = make_columns(header);
+  cloud.columns = make_columns(header.fields, header.points);
   std::size_t offset = 0;
-  for (PcdColumn& column : pcd.columns) {
+  for (CloudColumn& column : cloud.columns) {
     if (!column.bytes.empty()) std::memcpy(column.bytes.data(), raw.data() + offset, column.bytes.size());
     offset += column.bytes.size();
   }
 }
 
-template <class T>
-bool store_integer(std::string_view text, unsigned char* out) {
-  if constexpr (sizeof(T) == 8 && std::is_unsigned_v<T>) {
-    uint64_t value = 0;
-    const auto digits = text.substr(text.size() > 1 && text[0] == '+');
-    int64_t small = 0;
-    if (parse_integer(digits, small)) {
-      if (small < 0) return false;
-      value = uint64_t(small);
-    } else {  // 2^63 and more
-      if (digits.size() < 19 || digits.size() > 20) return false;
-      for (const char c : digits) {
-        if (c < '0' || c > '9' || value > (UINT64_MAX - uint64_t(c - '0')) / 10) return false;
-        value = value * 10 + uint64_t(c - '0');
-      }
-    }
-    std::memcpy(out, &value, sizeof value);
-    return true;
-  } else {
-    int64_t value = 0;
-    if (!parse_integer(text, value)) return false;
-    if (value < int64_t(std::numeric_limits<T>::min()) || value > int64_t(std::numeric_limits<T>::max())) return false;
-    const T narrow = T(value);
-    std::memcpy(out, &narrow, sizeof narrow);
-    return true;
-  }
-}
-
-// The text as float; not by way of the double, which would round twice.
-bool narrow_number(std::string_view text, double value, float& out) {
-  if (text.size() > 1 && text[0] == '+') text.remove_prefix(1);
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
-  if (error != std::errc::result_out_of_range) return true;
-  out = 0;
-  return std::fabs(value) < 1;  // too small, not too large
-}
-
-bool store_text(PcdType type, std::string_view text, unsigned char* out) {
-  switch (type) {
-    case PcdType::kFloat32:
-    case PcdType::kFloat64: {
-      double value = 0;
-      if (!parse_number(text, value)) return false;
-      if (type == PcdType::kFloat64) {
-        std::memcpy(out, &value, sizeof value);
-        return true;
-      }
-      float narrow = 0;
-      if (!narrow_number(text, value, narrow)) return false;
-      std::memcpy(out, &narrow, sizeof narrow);
-      return true;
-    }
-    case PcdType::kInt8: return store_integer<int8_t>(text, out);
-    case PcdType::kUint8: return store_integer<uint8_t>(text, out);
-    case PcdType::kInt16: return store_integer<int16_t>(text, out);
-    case PcdType::kUint16: return store_integer<uint16_t>(text, out);
-    case PcdType::kInt32: return store_integer<int32_t>(text, out);
-    case PcdType::kUint32: return store_integer<uint32_t>(text, out);
-    case PcdType::kInt64: return store_integer<int64_t>(text, out);
-    case PcdType::kUint64: return store_integer<uint64_t>(text, out);
-  }
-  return false;
-}
-
-void read_ascii(const std::string& path, const std::string& bytes, Pcd& pcd) {
-  const PcdHeader& header = pcd.header;
+void read_ascii(const std::string& path, const std::string& bytes, const PcdHeader& header, Cloud& cloud) {
   int64_t values = 0;
-  for (const PcdField& field : header.fields) values += field.count;
+  for (const CloudField& field : header.fields) values += field.count;
   // A value takes a digit and a separator at least: declared counts are not believed before the file's size agrees.
   const std::size_t available = bytes.size() - header.data_offset;
   if (header.points > 0 && (available + 1) / 2 / std::size_t(values) < std::size_t(header.points))
@@ -175,7 +96,7 @@ void read_ascii(const std::string& path, const std::string& bytes, Pcd& pcd) {
                 "the data is too short: " + std::to_string(available) + " bytes cannot hold the declared " +
                     std::to_string(header.points) + " points");
   check_points(path, header, bytes.size(), 0);
-  pcd.columns = make_columns(header);
+  cloud.columns = make_columns(header.fields, header.points);
   int64_t line = header.data_line, point = 0;
   std::size_t at = header.data_offset;
   while (at < bytes.size() && point < header.points) {
@@ -189,8 +110,8 @@ void read_ascii(const std::string& path, const std::string& bytes, Pcd& pcd) {
                   "point " + std::to_string(point) + " has " + std::to_string(words.size()) +
                       " values, the header declares " + std::to_string(values));
     std::size_t word = 0;
-    for (std::size_t f = 0; f < pcd.columns.size(); ++f) {
-      PcdColumn& column = pcd.columns[f];
+    for (std::size_t f = 0; f < cloud.columns.size(); ++f) {
+      CloudColumn& column = cloud.columns[f];
       for (int64_t k = 0; k < column.count; ++k, ++word)
         if (!store_text(column.type, words[word],
                         column.bytes.data() + std::size_t(point * column.count + k) * size_of(column.type)))
@@ -207,18 +128,50 @@ void read_ascii(const std::string& path, const std::string& bytes, Pcd& pcd) {
 
 }  // namespace
 
-Pcd parse_pcd(const std::string& path_in_errors, const std::string& bytes) {
-  Pcd pcd;
-  pcd.header = parse_pcd_header(path_in_errors, bytes);
-  switch (pcd.header.encoding) {
-    case PcdEncoding::kAscii: read_ascii(path_in_errors, bytes, pcd); break;
-    case PcdEncoding::kBinary: read_binary(path_in_errors, bytes, pcd); break;
-    case PcdEncoding::kBinaryCompressed: read_compressed(path_in_errors, bytes, pcd); break;
+Cloud parse_pcd(const std::string& path_in_errors, const std::string& bytes) {
+  const PcdHeader header = parse_pcd_header(path_in_errors, bytes);
+  Cloud cloud{header.points, header.fields, {}};
+  switch (header.encoding) {
+    case PcdEncoding::kAscii: read_ascii(path_in_errors, bytes, header, cloud); break;
+    case PcdEncoding::kBinary: read_binary(path_in_errors, bytes, header, cloud); break;
+    case PcdEncoding::kBinaryCompressed: read_compressed(path_in_errors, bytes, header, cloud); break;
   }
-  return pcd;
+  return cloud;
 }
 
-Pcd read_pcd(const std::string& path) { return parse_pcd(path, read_whole_file(path)); }
-PcdHeader read_pcd_header(const std::string& path) { return parse_pcd_header(path, read_whole_file(path)); }
+Cloud read_pcd(const std::string& path) { return parse_pcd(path, read_whole_file(path)); }
+
+namespace {
+
+// A comment or a key of the header before anything else.
+bool looks_like_pcd(std::string_view head) {
+  if (head.starts_with("# .PCD")) return true;
+  while (!head.empty()) {
+    const std::string_view line = head.substr(0, head.find('\n'));
+    const auto words = split_words(line);
+    if (!words.empty() && words[0][0] != '#')
+      return words[0] == "VERSION" || words[0] == "FIELDS" || words[0] == "COLUMNS";
+    head.remove_prefix(std::min(head.size(), line.size() + 1));
+  }
+  return false;
+}
+
+Cloud header_of_pcd(const std::string& path_in_errors, const std::string& bytes) {
+  const PcdHeader header = parse_pcd_header(path_in_errors, bytes);
+  return {header.points, header.fields, {}};
+}
+
+std::vector<CloudExample> pcd_examples(const Cloud& cloud) {
+  std::vector<CloudExample> out;
+  for (const auto encoding : {PcdEncoding::kAscii, PcdEncoding::kBinary, PcdEncoding::kBinaryCompressed}) {
+    const std::string bytes = format_pcd(cloud, encoding);
+    out.push_back({bytes, bytes.find("\nDATA")});
+  }
+  return out;
+}
+
+}  // namespace
+
+const CloudFormat pcd_format = {looks_like_pcd, header_of_pcd, parse_pcd, pcd_examples};
 
 }  // namespace overtake::io

@@ -10,54 +10,36 @@
 namespace overtake::io {
 namespace {
 
-void append_value(std::string& text, const PcdColumn& column, std::size_t i) {
-  float narrow;
-  uint64_t wide;
-  switch (column.type) {
-    case PcdType::kFloat32:
-      std::memcpy(&narrow, column.bytes.data() + i * sizeof narrow, sizeof narrow);
-      append_number(text, narrow);
-      break;
-    case PcdType::kFloat64: append_number(text, column.value(i)); break;
-    case PcdType::kUint64:
-      std::memcpy(&wide, column.bytes.data() + i * sizeof wide, sizeof wide);
-      append_number(text, wide);
-      break;
-    default: append_number(text, column.integer(i));
-  }
-}
-
-std::string format_header(const Pcd& pcd, std::size_t points) {
+std::string format_header(const Cloud& cloud, std::size_t points, PcdEncoding encoding) {
   static constexpr const char* kEncoding[] = {"ascii", "binary", "binary_compressed"};
   std::string fields = "FIELDS", size = "SIZE", type = "TYPE", count = "COUNT";
-  for (const PcdField& field : pcd.header.fields) {
-    const bool is_signed = field.type == PcdType::kInt8 || field.type == PcdType::kInt16 ||
-                           field.type == PcdType::kInt32 || field.type == PcdType::kInt64;
+  for (const CloudField& field : cloud.fields) {
+    const bool is_signed = field.type == ValueType::kInt8 || field.type == ValueType::kInt16 ||
+                           field.type == ValueType::kInt32 || field.type == ValueType::kInt64;
     fields += ' ' + field.name;
     size += ' ' + std::to_string(size_of(field.type));
     type += is_float(field.type) ? " F" : is_signed ? " I" : " U";
     count += ' ' + std::to_string(field.count);
   }
   const std::string n = std::to_string(points);
-  std::string text = "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\n" + fields + '\n' + size + '\n' + type +
-                     '\n' + count + "\nWIDTH " + n + "\nHEIGHT 1\nVIEWPOINT";
-  for (const double v : pcd.header.viewpoint) append_number(text += ' ', v);
-  return text + "\nPOINTS " + n + "\nDATA " + kEncoding[std::size_t(pcd.header.encoding)] + '\n';
+  return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\n" + fields + '\n' + size + '\n' + type + '\n' +
+         count + "\nWIDTH " + n + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + n + "\nDATA " +
+         kEncoding[std::size_t(encoding)] + '\n';
 }
 
 }  // namespace
 
-std::string format_pcd(const Pcd& pcd) {
-  const auto& fields = pcd.header.fields;
-  if (fields.empty() || fields.size() != pcd.columns.size()) throw Error("", 0, "a cloud needs one column per field");
-  const std::size_t points = pcd.columns[0].values() / std::size_t(fields[0].count);
+std::string format_pcd(const Cloud& cloud, PcdEncoding encoding) {
+  const auto& fields = cloud.fields;
+  if (fields.empty() || fields.size() != cloud.columns.size()) throw Error("", 0, "a cloud needs one column per field");
+  const std::size_t points = cloud.columns[0].values() / std::size_t(fields[0].count);
   for (std::size_t f = 0; f < fields.size(); ++f)
-    if (pcd.columns[f].bytes.size() != points * std::size_t(fields[f].count) * size_of(fields[f].type))
+    if (cloud.columns[f].bytes.size() != points * std::size_t(fields[f].count) * size_of(fields[f].type))
       throw Error("", 0, "column '" + fields[f].name + "' is not as long as the first one");
-  std::string out = format_header(pcd, points);
-  if (pcd.header.encoding == PcdEncoding::kBinaryCompressed) {
+  std::string out = format_header(cloud, points, encoding);
+  if (encoding == PcdEncoding::kBinaryCompressed) {
     std::vector<unsigned char> raw;
-    for (const PcdColumn& column : pcd.columns) raw.insert(raw.end(), column.bytes.begin(), column.bytes.end());
+    for (const CloudColumn& column : cloud.columns) raw.insert(raw.end(), column.bytes.begin(), column.bytes.end());
     const auto packed = lzf_compress(raw.data(), raw.size());
     const uint32_t size[2] = {uint32_t(packed.size()), uint32_t(raw.size())};
     out.append(reinterpret_cast<const char*>(size), sizeof size);
@@ -66,23 +48,25 @@ std::string format_pcd(const Pcd& pcd) {
   }
   for (std::size_t i = 0; i < points; ++i) {
     bool first = true;
-    for (const PcdColumn& column : pcd.columns) {
+    for (const CloudColumn& column : cloud.columns) {
       const std::size_t size = size_of(column.type), per_point = std::size_t(column.count);
-      if (pcd.header.encoding == PcdEncoding::kBinary) {
+      if (encoding == PcdEncoding::kBinary) {
         const auto* at = column.bytes.data() + i * per_point * size;
         out.append(at, at + per_point * size);
         continue;
       }
       for (std::size_t k = 0; k < per_point; ++k, first = false) {
         if (!first) out += ' ';
-        append_value(out, column, i * per_point + k);
+        append_value_text(out, column, i * per_point + k);
       }
     }
-    if (pcd.header.encoding == PcdEncoding::kAscii) out += '\n';
+    if (encoding == PcdEncoding::kAscii) out += '\n';
   }
   return out;
 }
 
-void write_pcd(const std::string& path, const Pcd& pcd) { write_whole_file(path, format_pcd(pcd)); }
+void write_pcd(const std::string& path, const Cloud& cloud, PcdEncoding encoding) {
+  write_whole_file(path, format_pcd(cloud, encoding));
+}
 
 }  // namespace overtake::io

@@ -9,7 +9,7 @@
 
 #include "tools/io/bag_reader.h"
 #include "tools/io/error.h"
-#include "tools/io/kitti_bin.h"
+#include "tools/io/formats.h"
 #include "tools/io/output.h"
 #include "tools/io/text.h"
 
@@ -44,8 +44,10 @@ ScanName parse_scan_name(const std::string& path, const std::string& stem) {
   return name;
 }
 
-bool is_kitti_bin(const std::string& path) { return lower_case(fs::path(path).extension().string()) == ".bin"; }
+std::string extension_of(const std::string& path) { return fs::path(path).extension().string(); }
 
+// The file itself, or the files of a folder whose names say that they hold clouds; what they hold is for whoever opens
+// them to see.
 std::vector<std::string> list_files(const std::string& path) {
   std::error_code code;
   const auto status = fs::status(path, code);
@@ -53,19 +55,16 @@ std::vector<std::string> list_files(const std::string& path) {
   refuse_special_file(path);
   if (!fs::is_directory(status)) return {path};
   check_one_kind(path);
-  std::vector<std::string> files, bin_files;
-  for (fs::directory_iterator at(path, code), end; !code && at != end; at.increment(code)) {
-    const std::string file = at->path().string();
-    if (lower_case(at->path().extension().string()) == ".pcd") files.push_back(file);
-    if (is_kitti_bin(file)) bin_files.push_back(file);
-  }
+  std::vector<std::string> files;
+  for (fs::directory_iterator at(path, code), end; !code && at != end; at.increment(code))
+    if (const Format* format = find_format_by_name(at->path().string()); format && format->cloud)
+      files.push_back(at->path().string());
   if (code) throw Error(path, 0, "cannot be listed: " + code.message());
-  if (files.empty()) files = std::move(bin_files);
   if (files.empty()) {
     const std::string partial = why_partial(path);
     throw Error(
         path, 0,
-        "holds nothing that is read: no .pcd, .bin, .db3 or .mcap file" + (partial.empty() ? "" : "; " + partial));
+        "holds nothing that is read: no " + list_extensions() + " file" + (partial.empty() ? "" : "; " + partial));
   }
   std::sort(files.begin(), files.end());
   return files;
@@ -81,7 +80,10 @@ Recording::Recording(const std::string& path, Rig rig) : path_(path), rig_(std::
   for (const std::string& file : files) {
     ScanName name = parse_scan_name(file, fs::path(file).stem().string());
     if (name.frame < 0) {
-      if (!single_file) throw Error(file, 0, "its name has no frame number; FRAME_SENSOR.pcd or FRAME.pcd is needed");
+      if (!single_file)
+        throw Error(file, 0,
+                    "its name has no frame number; FRAME_SENSOR" + extension_of(file) + " or FRAME" +
+                        extension_of(file) + " is needed");
       name = {0, ""};
     }
     int32_t sensor = 0;
@@ -93,7 +95,7 @@ Recording::Recording(const std::string& path, Rig rig) : path_(path), rig_(std::
     } else if (!one_cloud) {
       throw Error(file, 0,
                   "its name has no sensor, and rig " + rig_.name + " has " + std::to_string(rig_.sensors.size()) +
-                      " (" + rig_.sensor_names() + "): FRAME_SENSOR.pcd is needed");
+                      " (" + rig_.sensor_names() + "): FRAME_SENSOR" + extension_of(file) + " is needed");
     }
     Entry& entry = frames[name.frame];
     entry.number = name.frame;
@@ -121,10 +123,10 @@ FrameScans Recording::read(std::size_t i, std::vector<std::string>* lost) const 
     const int64_t stamp_ns = stamp_of_frame(path, entry.number, rig_.period_ns());
     std::vector<SensorScan> scans;
     try {
-      const Pcd pcd = is_kitti_bin(path) ? read_kitti_bin(path) : read_pcd(path);
+      const Cloud cloud = read_cloud(path);
       const int32_t first = rig_.shared_cloud ? 0 : int32_t(p);
       const int32_t last = rig_.shared_cloud ? int32_t(rig_.sensors.size()) - 1 : first;
-      for (int32_t s = first; s <= last; ++s) scans.push_back(make_scan(path, pcd, rig_, s, stamp_ns));
+      for (int32_t s = first; s <= last; ++s) scans.push_back(make_scan(path, cloud, rig_, s, stamp_ns));
     } catch (const Error& error) {
       if (!lost) throw;
       lost->push_back(error.what());

@@ -1,9 +1,10 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A folder of scans FRAME_SENSOR.pcd, or FRAME.pcd where there is one sensor or the rig says that one cloud holds all
-// sensors; or one such file. KITTI's .bin files (x y z intensity as float32, no header) go by the same names. FRAME is
-// a number and is what "frame" means everywhere; it may also stand at the end, after an underscore (log7_000012.pcd).
+// A folder of scans FRAME_SENSOR.EXT, or FRAME.EXT where there is one sensor or the rig says that one cloud holds all
+// sensors; or one such file. EXT is that of a format of clouds (formats.def); what is in a file is found by looking at
+// its first bytes. FRAME is a number and is what "frame" means everywhere; it may also stand at the end, after an
+// underscore (log7_000012.pcd).
 //
 // Stamps: absolute times in the cloud's time field, else FRAME x period; a FRAME of 12 digits and more is a time
 // itself, in ms, us or ns by its size. Per-point times become offsets after the scan's stamp.

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A recording of any kind, read once from front to back: folders of PCD or KITTI files, rosbag2, MCAP. What it is is
-// found by looking at it, not at its name.
+// A recording of any format (formats.def), read once from front to back. What a file is is found by looking at it; its
+// name counts only where its bytes have no mark.
 #pragma once
 
 #include <cstdint>

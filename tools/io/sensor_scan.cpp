@@ -13,7 +13,7 @@
 namespace overtake::io {
 namespace {
 
-int64_t unit_ns(TimeUnit unit, const PcdColumn& column) {
+int64_t unit_ns(TimeUnit unit, const CloudColumn& column) {
   switch (unit) {
     case TimeUnit::kSeconds: return 1e9;
     case TimeUnit::kMilliseconds: return 1e6;
@@ -26,7 +26,7 @@ int64_t unit_ns(TimeUnit unit, const PcdColumn& column) {
 
 // Times larger than eleven days are points in time: the earliest becomes the scan's stamp. Smaller ones are offsets. A
 // NaN is no time: offset 0.
-void read_times(const PcdColumn& column, int64_t unit, SensorScan& scan) {
+void read_times(const CloudColumn& column, int64_t unit, SensorScan& scan) {
   constexpr int64_t kAbsolute = 1'000'000'000'000'000;
   const std::size_t count = column.values();
   std::vector<int64_t> times(count);
@@ -47,19 +47,19 @@ void read_times(const PcdColumn& column, int64_t unit, SensorScan& scan) {
 }
 
 // The column itself, or those of its rows that are named.
-PcdColumn take(PcdColumn& column, const std::vector<int32_t>* rows) {
+CloudColumn take(CloudColumn& column, const std::vector<int32_t>* rows) {
   if (!rows) return std::move(column);
   const std::size_t size = size_of(column.type);
-  PcdColumn out{column.type, 1, std::vector<unsigned char>(rows->size() * size)};
+  CloudColumn out{column.type, 1, std::vector<unsigned char>(rows->size() * size)};
   for (std::size_t i = 0; i < rows->size(); ++i)
     std::memcpy(out.bytes.data() + i * size, column.bytes.data() + std::size_t((*rows)[i]) * size, size);
   return out;
 }
 
 // 64-bit layers do not fit the library's types: as 32 bits, -1 (no layer) where they are too large.
-PcdColumn narrow_integers(PcdColumn column) {
+CloudColumn narrow_integers(CloudColumn column) {
   if (size_of(column.type) < 8 || is_float(column.type)) return column;
-  PcdColumn out{PcdType::kInt32, 1, std::vector<unsigned char>(column.values() * 4)};
+  CloudColumn out{ValueType::kInt32, 1, std::vector<unsigned char>(column.values() * 4)};
   for (std::size_t i = 0; i < column.values(); ++i) {
     const int64_t wide = column.integer(i);
     const int32_t narrow = wide >= 0 && wide <= INT32_MAX ? int32_t(wide) : -1;
@@ -69,8 +69,8 @@ PcdColumn narrow_integers(PcdColumn column) {
 }
 
 // The column as float, `origin` subtracted in double.
-PcdColumn shift(const PcdColumn& column, double origin) {
-  PcdColumn out{PcdType::kFloat32, 1, std::vector<unsigned char>(column.values() * 4)};
+CloudColumn shift(const CloudColumn& column, double origin) {
+  CloudColumn out{ValueType::kFloat32, 1, std::vector<unsigned char>(column.values() * 4)};
   for (std::size_t i = 0; i < column.values(); ++i) {
     const float value = float(column.value(i) - origin);
     std::memcpy(out.bytes.data() + i * 4, &value, 4);
@@ -78,21 +78,21 @@ PcdColumn shift(const PcdColumn& column, double origin) {
   return out;
 }
 
-std::string missing_role(const Pcd& pcd, PcdRole role, const char* what) {
+std::string missing_role(const Cloud& cloud, CloudRole role, const char* what) {
   std::vector<std::string> names;
-  for (const PcdField& f : pcd.header.fields) names.push_back(f.name);
+  for (const CloudField& f : cloud.fields) names.push_back(f.name);
   return std::string("no field gives ") + what + " (looked for " + role_aliases(role) + "; there are " +
          join(names, ", ") + ")";
 }
 
-PcdColumn& need_role(const std::string& path, Pcd& pcd, PcdRole role, const char* what) {
-  const int32_t field = find_role(pcd.header, role);
-  if (field < 0) throw Error(path, 0, missing_role(pcd, role, what));
-  return pcd.columns[std::size_t(field)];
+CloudColumn& need_role(const std::string& path, Cloud& cloud, CloudRole role, const char* what) {
+  const int32_t field = find_role(cloud.fields, role);
+  if (field < 0) throw Error(path, 0, missing_role(cloud, role, what));
+  return cloud.columns[std::size_t(field)];
 }
 
 // Rows of a shared cloud that are not another sensor's.
-std::vector<int32_t> own_rows(const PcdColumn& layer, const Rig& rig, int32_t sensor) {
+std::vector<int32_t> own_rows(const CloudColumn& layer, const Rig& rig, int32_t sensor) {
   std::vector<int32_t> rows;
   for (int32_t i = 0; i < int32_t(layer.values()); ++i) {
     bool foreign = false;
@@ -106,37 +106,37 @@ std::vector<int32_t> own_rows(const PcdColumn& layer, const Rig& rig, int32_t se
 }
 
 void recover_layer(const std::string& path, const RigSensor& model, const std::string& otherwise, SensorScan& scan) {
-  const PcdColumn x = shift(scan.x, 0), y = shift(scan.y, 0), z = shift(scan.z, 0);
-  const auto floats = [](const PcdColumn& column) { return static_cast<const float*>(column.data()); };
+  const CloudColumn x = shift(scan.x, 0), y = shift(scan.y, 0), z = shift(scan.z, 0);
+  const auto floats = [](const CloudColumn& column) { return static_cast<const float*>(column.data()); };
   const RecoveredLines lines = recover_lines(floats(x), floats(y), floats(z), scan.count, model);
   if (lines.line.empty() && scan.count > 0)
     throw Error(path, 0, otherwise + "; neither the order nor the elevations of the points show lines");
-  scan.layer = {PcdType::kUint16, 1, std::vector<unsigned char>(lines.line.size() * 2)};
+  scan.layer = {ValueType::kUint16, 1, std::vector<unsigned char>(lines.line.size() * 2)};
   if (scan.count > 0) std::memcpy(scan.layer.bytes.data(), lines.line.data(), scan.layer.bytes.size());
   scan.lines_how = lines.how;
 }
 
 }  // namespace
 
-SensorScan make_scan(const std::string& path, Pcd pcd, const Rig& rig, int32_t sensor, int64_t stamp_ns) {
+SensorScan make_scan(const std::string& path, Cloud cloud, const Rig& rig, int32_t sensor, int64_t stamp_ns) {
   const RigSensor& model = rig.sensors[std::size_t(sensor)];
   SensorScan scan;
   scan.sensor = sensor;
   scan.path = path;
   scan.stamp_ns = stamp_ns;
-  scan.input_count = int32_t(pcd.header.points);
+  scan.input_count = int32_t(cloud.points);
   const bool shared = rig.shared_cloud && rig.sensors.size() > 1;
-  const int32_t layer = find_role(pcd.header, PcdRole::kLayer);
-  const std::string no_layer = layer < 0 ? missing_role(pcd, PcdRole::kLayer, "the layer") : "";
+  const int32_t layer = find_role(cloud.fields, CloudRole::kLayer);
+  const std::string no_layer = layer < 0 ? missing_role(cloud, CloudRole::kLayer, "the layer") : "";
   if (shared && layer < 0) throw Error(path, 0, no_layer);
   std::vector<int32_t> own;
-  if (shared) own = own_rows(pcd.columns[std::size_t(layer)], rig, sensor);
+  if (shared) own = own_rows(cloud.columns[std::size_t(layer)], rig, sensor);
   const std::vector<int32_t>* rows = shared ? &own : nullptr;
   scan.count = shared ? int32_t(own.size()) : scan.input_count;
-  scan.x = take(need_role(path, pcd, PcdRole::kX, "x"), rows);
-  scan.y = take(need_role(path, pcd, PcdRole::kY, "y"), rows);
-  scan.z = take(need_role(path, pcd, PcdRole::kZ, "z"), rows);
-  for (const PcdColumn* column : {&scan.x, &scan.y, &scan.z})
+  scan.x = take(need_role(path, cloud, CloudRole::kX, "x"), rows);
+  scan.y = take(need_role(path, cloud, CloudRole::kY, "y"), rows);
+  scan.z = take(need_role(path, cloud, CloudRole::kZ, "z"), rows);
+  for (const CloudColumn* column : {&scan.x, &scan.y, &scan.z})
     if (!is_float(column->type)) throw Error(path, 0, "the coordinates are no floating-point numbers (TYPE F)");
   if (rig.cloud_in_vehicle_frame) {
     scan.x = shift(scan.x, model.x_m);
@@ -144,18 +144,18 @@ SensorScan make_scan(const std::string& path, Pcd pcd, const Rig& rig, int32_t s
     scan.z = shift(scan.z, model.z_m);
   }
   if (layer >= 0)
-    scan.layer = narrow_integers(take(pcd.columns[std::size_t(layer)], rows));
+    scan.layer = narrow_integers(take(cloud.columns[std::size_t(layer)], rows));
   else
     recover_layer(path, model, no_layer, scan);
-  if (scan.layer.type == PcdType::kFloat64) scan.layer = shift(scan.layer, 0);
-  const int32_t intensity = find_role(pcd.header, PcdRole::kIntensity);
+  if (scan.layer.type == ValueType::kFloat64) scan.layer = shift(scan.layer, 0);
+  const int32_t intensity = find_role(cloud.fields, CloudRole::kIntensity);
   if (intensity >= 0) {
-    scan.intensity = take(pcd.columns[std::size_t(intensity)], rows);
+    scan.intensity = take(cloud.columns[std::size_t(intensity)], rows);
     if (size_of(scan.intensity.type) == 8) scan.intensity = shift(scan.intensity, 0);
   }
-  const int32_t time = find_role(pcd.header, PcdRole::kTime);
+  const int32_t time = find_role(cloud.fields, CloudRole::kTime);
   if (time >= 0) {
-    const PcdColumn column = take(pcd.columns[std::size_t(time)], rows);
+    const CloudColumn column = take(cloud.columns[std::size_t(time)], rows);
     read_times(column, unit_ns(rig.time_unit, column), scan);
   }
   if (scan.count != scan.input_count) scan.input_index = std::move(own);

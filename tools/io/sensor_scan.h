@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/io/pcd.h"
+#include "tools/io/cloud.h"
 #include "tools/io/rig.h"
 
 namespace overtake::io {
@@ -20,8 +20,8 @@ struct SensorScan {
   std::string path;
   int64_t stamp_ns = 0;
   int32_t count = 0;
-  PcdColumn x, y, z, layer, intensity;  // intensity without bytes: the file has none
-  std::vector<int32_t> time_offset_ns;  // empty: the file has no time
+  CloudColumn x, y, z, layer, intensity;  // intensity without bytes: the file has none
+  std::vector<int32_t> time_offset_ns;    // empty: the file has no time
   // Where the scan is part of a shared cloud: row of each point in the file, and the file's number of points. Empty:
   // all.
   std::vector<int32_t> input_index;
@@ -45,6 +45,6 @@ struct FrameScans {
 // cloud are left out; layers that belong to none stay in, so that they are counted as bad. Where no field gives the
 // layer, lines are recovered (line_recovery.h) and lines_how says so. Throws Error where that is not possible, or a
 // field that is needed is missing.
-SensorScan make_scan(const std::string& path, Pcd pcd, const Rig& rig, int32_t sensor, int64_t stamp_ns);
+SensorScan make_scan(const std::string& path, Cloud cloud, const Rig& rig, int32_t sensor, int64_t stamp_ns);
 
 }  // namespace overtake::io

@@ -43,19 +43,18 @@ class FolderLog : public LogWriter {
       const Scan& scan = sweep.scans[std::size_t(s)];
       std::vector<int64_t> time(scan.size());
       for (std::size_t i = 0; i < time.size(); ++i) time[i] = kEpochNs + sweep.stamp_ns[s] + int64_t(scan.time_ns[i]);
-      io::Pcd pcd;
-      pcd.header.encoding = io::PcdEncoding::kBinary;
-      io::add_column(pcd, "x", io::PcdType::kFloat32, scan.x_m);
-      io::add_column(pcd, "y", io::PcdType::kFloat32, scan.y_m);
-      io::add_column(pcd, "z", io::PcdType::kFloat32, scan.z_m);
-      io::add_column(pcd, "intensity", io::PcdType::kFloat32, scan.intensity);
-      io::add_column(pcd, "ring", io::PcdType::kUint16, scan.ring);
-      io::add_column(pcd, "t", io::PcdType::kInt64, time);
-      io::add_column(pcd, "surface", io::PcdType::kUint16, scan.surface);
-      io::add_column(pcd, "return", io::PcdType::kUint8, scan.return_number);
+      io::Cloud cloud;
+      io::add_column(cloud, "x", io::ValueType::kFloat32, scan.x_m);
+      io::add_column(cloud, "y", io::ValueType::kFloat32, scan.y_m);
+      io::add_column(cloud, "z", io::ValueType::kFloat32, scan.z_m);
+      io::add_column(cloud, "intensity", io::ValueType::kFloat32, scan.intensity);
+      io::add_column(cloud, "ring", io::ValueType::kUint16, scan.ring);
+      io::add_column(cloud, "t", io::ValueType::kInt64, time);
+      io::add_column(cloud, "surface", io::ValueType::kUint16, scan.surface);
+      io::add_column(cloud, "return", io::ValueType::kUint8, scan.return_number);
       char name[32];
       std::snprintf(name, sizeof name, "%06d_%s.pcd", index, kSensorName[s]);
-      io::write_pcd((folder_ / name).string(), pcd);
+      io::write_pcd((folder_ / name).string(), cloud);
     }
     for (const TruthRow& r : truth_at(world_, double(sweep.begin_ns) * 1e-9)) {
       truth_.cell(index)

@@ -1,0 +1,76 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A point cloud in memory, as every reader of clouds returns it: one column per field, each in the type the recording
+// gives it. What a column means (its role) is found by its name.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace overtake::io {
+
+enum class ValueType : uint8_t { kFloat32, kFloat64, kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kInt64, kUint64 };
+
+std::size_t size_of(ValueType type);
+bool is_float(ValueType type);
+
+struct CloudField {
+  std::string name;
+  ValueType type = ValueType::kFloat32;
+  int64_t count = 1;  // values a point
+};
+
+// All values of one field, point after point, `count` values each.
+struct CloudColumn {
+  ValueType type = ValueType::kFloat32;
+  int64_t count = 1;
+  std::vector<unsigned char> bytes;
+
+  const void* data() const { return bytes.data(); }
+  std::size_t values() const { return bytes.size() / size_of(type); }
+  double value(std::size_t i) const;     // exact but for 64-bit integers beyond 2^53
+  int64_t integer(std::size_t i) const;  // exact for integers; floats truncate, saturate, NaN is 0
+};
+
+// What a column means, under the names recordings use for it.
+enum class CloudRole : uint8_t { kX, kY, kZ, kIntensity, kLayer, kTime };
+// The field of that role: the first alias in the role's list that there is (case and underscores do not count), one
+// value a point. -1: none.
+int32_t find_role(const std::vector<CloudField>& fields, CloudRole role);
+// "ring, line, layer, ..." for error texts.
+std::string role_aliases(CloudRole role);
+
+struct Cloud {
+  int64_t points = 0;
+  std::vector<CloudField> fields;
+  std::vector<CloudColumn> columns;  // as fields; of a cloud whose header alone was read: none
+
+  const CloudColumn* find(const std::string& name) const;  // exact name; null where there is none
+};
+
+// One more field of one value a point; `type` is what T is in the file.
+template <class T>
+void add_column(Cloud& cloud, const char* name, ValueType type, const std::vector<T>& values) {
+  cloud.fields.push_back({name, type, 1});
+  CloudColumn column;
+  column.type = type;
+  column.bytes.resize(values.size() * sizeof(T));
+  if (!values.empty()) std::memcpy(column.bytes.data(), values.data(), column.bytes.size());
+  cloud.columns.push_back(std::move(column));
+  cloud.points = int64_t(values.size());
+}
+
+// One value of a text file into `out`, as `type`. False: no number, or none that the type can hold.
+bool store_text(ValueType type, std::string_view text, unsigned char* out);
+// The column's i-th value as text that reads back as the same value.
+void append_value_text(std::string& text, const CloudColumn& column, std::size_t i);
+// The columns of `fields`, `points` long, all zero.
+std::vector<CloudColumn> make_columns(const std::vector<CloudField>& fields, int64_t points);
+
+}  // namespace overtake::io
