@@ -185,8 +185,12 @@ TEST_CASE("point clouds are held against the limit before their points are unpac
   const std::string line = folder.write("l.pcd", "VERSION " + std::string(2 * kMiB, '7'));
   CHECK(io::read_pcd(packed).points == 1'000'000);
   CHECK(error_of([&] { io::read_pcd(line); }) == line + ": no DATA line within the first MiB: not a PCD file");
+  std::string one_line = "FIELDS x\nSIZE 4\nTYPE F\nWIDTH 1\nDATA ascii\n";
+  for (int32_t i = 0; i < 3'000'000; ++i) one_line += " 1";
+  const std::string wide = folder.write("w.pcd", one_line);
   const MemoryLimit limit(20 * kMiB);
   const PeakMemory peak;
+  CHECK(error_of([&] { io::read_pcd(wide); }) == wide + ":6: point 0 has 3000000 values, the header declares 1");
   CHECK(has(error_of([&] { io::read_pcd(packed); }), "c.pcd: reading its 1000000 points needs 30."));
   CHECK(has(error_of([&] { io::read_pcd(plain); }), "b.pcd: reading its 1000000 points needs 30.5 MiB"));
   CHECK(has(error_of([&] { io::read_pcd(text); }), "a.pcd: reading its 1000000 points needs "));

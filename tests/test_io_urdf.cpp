@@ -59,6 +59,9 @@ TEST_CASE("URDF: what is missing or wrong is named") {
     return error_of([&] { io::mount_by_urdf(rig, path + link); }).substr(path.size());
   };
   CHECK(error("<robot>", "") == ":1: is no XML: XML_ERROR_MISMATCHED_ELEMENT");
+  std::string deep = "<robot>";
+  for (int32_t i = 0; i < 50'000; ++i) deep += "<a>";
+  CHECK(error(deep) == ":1: is no XML: XML_ELEMENT_DEPTH_EXCEEDED");
   CHECK(error("<car/>") == ": is no URDF: it has no <robot>");
   CHECK(error(robot(""), "", "mast") == ": has no link 'mast' for sensor 'front' (frame_id in the rig file names it)");
   CHECK(error(robot(""), ",boat") == ": has no link 'boat'");

@@ -1,18 +1,21 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
+#include <lzf.h>
+
 #include <algorithm>
 #include <cstring>
 #include <string_view>
 
 #include "tools/io/error.h"
 #include "tools/io/formats.h"
-#include "tools/io/lzf.h"
 #include "tools/io/pcd.h"
 #include "tools/io/pcd_header.h"
 #include "tools/io/text.h"
 
 namespace overtake::io {
 namespace {
+
+constexpr std::size_t kLzfMaxExpansion = 88;  // a copy of 3 bytes yields at most 264
 
 // Of a file of `file_bytes`; `copies`: of the points on the way to the columns.
 void check_points(const std::string& path, const PcdHeader& header, std::size_t file_bytes, uint64_t copies) {
@@ -77,7 +80,8 @@ void read_compressed(const std::string& path, const std::string& bytes, const Pc
   check_points(path, header, bytes.size(), 1);
   std::vector<unsigned char> raw(declared);
   const auto* packed = reinterpret_cast<const unsigned char*>(bytes.data()) + header.data_offset + sizeof size;
-  if (!lzf_decompress(packed, size[0], raw.data(), raw.size())) throw Error(path, 0, "the compressed data is corrupt");
+  if (lzf_decompress(packed, size[0], raw.data(), size[1]) != declared)
+    throw Error(path, 0, "the compressed data is corrupt");
   cloud.columns = make_columns(header.fields, header.points);
   std::size_t offset = 0;
   for (CloudColumn& column : cloud.columns) {
@@ -101,13 +105,14 @@ void read_ascii(const std::string& path, const std::string& bytes, const PcdHead
   std::size_t at = header.data_offset;
   while (at < bytes.size() && point < header.points) {
     const std::size_t end = std::min(bytes.find('\n', at), bytes.size());
-    const auto words = split_words(std::string_view(bytes).substr(at, end - at));
+    const std::string_view row = std::string_view(bytes).substr(at, end - at);
+    const auto words = split_words(row, std::size_t(values) + 1);  // of a row that may be the whole file
     at = end + 1;
     ++line;
     if (words.empty()) continue;
     if (int64_t(words.size()) != values)
       throw Error(path, line,
-                  "point " + std::to_string(point) + " has " + std::to_string(words.size()) +
+                  "point " + std::to_string(point) + " has " + std::to_string(count_words(row)) +
                       " values, the header declares " + std::to_string(values));
     std::size_t word = 0;
     for (std::size_t f = 0; f < cloud.columns.size(); ++f) {

@@ -1,9 +1,10 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
+#include <lzf.h>
+
 #include <cstring>
 
 #include "tools/io/error.h"
-#include "tools/io/lzf.h"
 #include "tools/io/pcd.h"
 #include "tools/io/text.h"
 
@@ -40,7 +41,10 @@ std::string format_pcd(const Cloud& cloud, PcdEncoding encoding) {
   if (encoding == PcdEncoding::kBinaryCompressed) {
     std::vector<unsigned char> raw;
     for (const CloudColumn& column : cloud.columns) raw.insert(raw.end(), column.bytes.begin(), column.bytes.end());
-    const auto packed = lzf_compress(raw.data(), raw.size());
+    // At most 104 % of the input. liblzf does not clear its table: the bytes may differ from run to run.
+    std::vector<unsigned char> packed(raw.size() + raw.size() / 16 + 64);
+    if (packed.size() > UINT32_MAX) throw Error("", 0, "a cloud of more than 4 GiB cannot be compressed");
+    packed.resize(lzf_compress(raw.data(), uint32_t(raw.size()), packed.data(), uint32_t(packed.size())));
     const uint32_t size[2] = {uint32_t(packed.size()), uint32_t(raw.size())};
     out.append(reinterpret_cast<const char*>(size), sizeof size);
     out.append(packed.begin(), packed.end());

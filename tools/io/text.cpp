@@ -113,15 +113,34 @@ std::string join(const std::vector<std::string>& words, std::string_view separat
   return text;
 }
 
-std::vector<std::string_view> split_words(std::string_view line) {
+namespace {
+
+constexpr const char* kWhite = " \t\r\n";
+
+// Takes the next word off the front; "" at the end.
+std::string_view take_word(std::string_view& line) {
+  line.remove_prefix(std::min(line.find_first_not_of(kWhite), line.size()));
+  const std::string_view word = line.substr(0, line.find_first_of(kWhite));
+  line.remove_prefix(word.size());
+  return word;
+}
+
+}  // namespace
+
+std::vector<std::string_view> split_words(std::string_view line, std::size_t most) {
   std::vector<std::string_view> words;
-  const char* white = " \t\r\n";
-  for (auto at = line.find_first_not_of(white); at != std::string_view::npos;) {
-    const auto end = std::min(line.find_first_of(white, at), line.size());
-    words.push_back(line.substr(at, end - at));
-    at = line.find_first_not_of(white, end);
+  while (words.size() < most) {
+    const std::string_view word = take_word(line);
+    if (word.empty()) break;
+    words.push_back(word);
   }
   return words;
+}
+
+std::size_t count_words(std::string_view line) {
+  std::size_t count = 0;
+  while (!take_word(line).empty()) ++count;
+  return count;
 }
 
 bool parse_number(std::string_view text, double& out) {

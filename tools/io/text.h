@@ -24,8 +24,9 @@ void write_whole_file(const std::string& path, std::string_view bytes);
 std::string_view trim(std::string_view text);
 std::string lower_case(std::string_view text);
 std::string join(const std::vector<std::string>& words, std::string_view separator);
-// Splits at runs of white space.
-std::vector<std::string_view> split_words(std::string_view line);
+// Splits at runs of white space, into the first `most` words.
+std::vector<std::string_view> split_words(std::string_view line, std::size_t most = SIZE_MAX);
+std::size_t count_words(std::string_view line);
 
 // The whole of `text` as one number (a leading + is fine), else false. "nan" and "inf" are numbers. A number too small
 // for a double is 0, one too large is not a number.
