@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "tools/cli/commands.h"
 #include "tools/client/console.h"
@@ -77,10 +78,9 @@ std::vector<std::string> reason_names() {
 }
 
 std::string format_reasons(const std::vector<std::string>& names) {
-  std::string text = "{\n";
-  for (std::size_t i = 0; i < names.size(); ++i)
-    text += "  \"" + std::to_string(i) + "\": \"" + names[i] + (i + 1 < names.size() ? "\",\n" : "\"\n");
-  return text + "}\n";
+  nlohmann::ordered_json json;
+  for (std::size_t i = 0; i < names.size(); ++i) json[std::to_string(i)] = names[i];
+  return json.dump(2) + "\n";
 }
 
 // Labels and reasons in the order of the input file. Points of a shared cloud that went to another sensor have no label

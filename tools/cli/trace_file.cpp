@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <nlohmann/json.hpp>
 
 #include "tools/client/session.h"
 #include "tools/io/error.h"
@@ -25,20 +26,9 @@ constexpr int32_t kOrder[] = {OVT_STAGE_LOAD,  OVT_STAGE_SEGMENT, OVT_STAGE_PROJ
                               OVT_STAGE_GATE,  OVT_STAGE_POSE,    OVT_STAGE_TRACK,    OVT_STAGE_FRAME};
 static_assert(sizeof kOrder / sizeof *kOrder == OVT_STAGE_COUNT);
 
-// JSON string; names come from files.
+// Names come from files: what is no UTF-8 is replaced.
 std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    if (static_cast<unsigned char>(c) < 0x20) {
-      char escape[8];
-      std::snprintf(escape, sizeof escape, "\\u%04x", unsigned(static_cast<unsigned char>(c)));
-      out += escape;
-    } else {
-      out += c;
-    }
-  }
-  return out + '"';
+  return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 }  // namespace
