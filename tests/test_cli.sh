@@ -33,6 +33,8 @@ has_header() { [[ $(head -n 1 "$1") == "$2" ]] || fail "$1 begins with $(head -n
 # ---- results
 expect "version" "$overtake" --version && grep -q '^overtake [0-9]' stdout || fail "no version"
 expect "help" "$overtake" --help
+expect "info --help" "$overtake" info --help && grep -q '^ *PCD (.pcd): ' stdout && grep -q '^ *MCAP (.mcap): ' stdout ||
+  fail "the help of info lists no formats"
 expect "params" "$overtake" params && grep -q '^tracker.confirm_hits' stdout || fail "params lists no tracker.confirm_hits"
 expect "scene" "$overtake" scene --out scene --frames 8
 run=("$overtake" run scene --rig av21 --ego scene/ego.csv --map scene/map.csv --set tracker.confirm_hits=3)

@@ -98,7 +98,10 @@ TEST_CASE("formats: what a file of a folder holds is found by looking at it, not
   CHECK(frame.scans[0].count == small_cloud().points);
   const std::string notes = folder.write("notes.dat", "no scan");
   CHECK(error_of([&] { io::read_cloud(notes); }) ==
-        notes + ": is no cloud of a format that is read: " + io::describe_inputs());
+        notes + ": is of no format that is read (" + io::list_extensions() + ")");
+  const std::string log = folder.path("log.pcd");
+  write_mcap(log, straight_drive("/ego/odometry", 0, 50'000'000));
+  CHECK(error_of([&] { io::read_cloud(log); }) == log + ": is a recording, MCAP, not one cloud");
 }
 
 TEST_CASE("formats: error texts, help and documents follow the table") {
@@ -110,6 +113,7 @@ TEST_CASE("formats: error texts, help and documents follow the table") {
     CAPTURE(format.name);
     CHECK(contains(error, format.extension));
     CHECK(contains(io::describe_inputs(), std::string(format.name) + " (" + format.extension + ")"));
+    CHECK(contains(io::list_formats(), format.text));
     if (format.bag) CHECK(contains(error_of([&] { io::open_bag(bag); }), format.name));
   }
   // The documents leave the list to the table, and name no format that is not in it.

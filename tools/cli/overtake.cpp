@@ -164,6 +164,7 @@ int run_main(int argc, char** argv) {
   info.add_option("input", options.input, io::describe_inputs())->required();
 
   info.add_flag("--json", options.json, kJsonText);
+  info.footer("Formats, found by a file's first bytes, else by its name:\n" + io::list_formats());
 
   CLI::App& doctor = *app.add_subcommand("doctor", "says what is wrong with a recording for a rig, and what to do");
   add_detector(doctor, options);

@@ -22,7 +22,8 @@ constexpr Format kFormats[] = {
 const CloudFormat& cloud_format_of(const std::string& path, const std::string& bytes) {
   const Format* format = find_format_by_mark(bytes);
   if (!format) format = find_format_by_name(path);
-  if (!format || !format->cloud) throw Error(path, 0, "is no cloud of a format that is read: " + describe_inputs());
+  if (!format) throw Error(path, 0, "is of no format that is read (" + list_extensions() + ")");
+  if (!format->cloud) throw Error(path, 0, "is a recording, " + std::string(format->name) + ", not one cloud");
   return *format->cloud;
 }
 
@@ -89,7 +90,15 @@ std::string describe_inputs() {
     std::string& list = format.cloud ? clouds : bags;
     list += (list.empty() ? "" : ", ") + std::string(format.name) + " (" + format.extension + ")";
   }
-  return "folder of scans FRAME_SENSOR or FRAME, or one such file: " + clouds + "; recording or folder of one: " + bags;
+  return "folder of scans FRAME_SENSOR.EXT or FRAME.EXT, or one such file: " + clouds +
+         "; recording with topics, or its folder: " + bags;
+}
+
+std::string list_formats() {
+  std::string out;
+  for (const Format& format : kFormats)
+    out += std::string(format.name) + " (" + format.extension + "): " + format.text + "\n";
+  return out;
 }
 
 }  // namespace overtake::io

@@ -76,5 +76,6 @@ Cloud read_cloud_header(const std::string& path);  // fields and number of point
 // For error texts and help, from the table:
 std::string list_extensions();  // ".pcd, .bin, .db3 or .mcap"
 std::string describe_inputs();  // what a recording may be, in one line
+std::string list_formats();     // one line a format: its name, its extension, what of it is read
 
 }  // namespace overtake::io
