@@ -20,9 +20,9 @@ printf 'one\n[0/0] nothing\ntwo' | show_progress "Building" "$work/none" >"$work
 [[ ! -s $work/shown && $(cat "$work/none") == $'one\n[0/0] nothing\ntwo' ]] || fail "no progress: $(cat "$work/shown" "$work/none")"
 
 if script -qec true /dev/null >/dev/null 2>&1 </dev/null; then  # there is a pseudo-terminal
-  export -f steps show_progress
-  export work
-  script -qec "bash -c 'steps | show_progress Building \"$work/terminal\"'" /dev/null >"$work/shown" </dev/null
+  # A script of its own: `script` starts $SHELL or sh, and sh hands no functions of bash on.
+  { declare -f steps show_progress; echo 'steps | show_progress Building "$1"'; } >"$work/show.sh"
+  script -qec "bash '$work/show.sh' '$work/terminal'" /dev/null >"$work/shown" </dev/null
   [[ $(grep -o $'\r''Building \[' "$work/shown" | wc -l) == 188 && $(tr -d '\r' <"$work/shown" | wc -l) == 1 ]] ||
     fail "a terminal gets more than one line: $(head -c 400 "$work/shown")"
 fi
