@@ -1,0 +1,119 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Visits what a reader hands out, by core/columns.def and pipeline/stats.def: each column of a table, each single
+// value. A hash, a file or a check that goes through these functions knows every column, those to come as well.
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <type_traits>
+
+#include "core/hash.h"
+#include "pipeline/overtake.h"
+
+namespace overtake {
+
+struct ColumnInfo {
+  const char* name;   // field of the C struct
+  const char* csv;    // name in the CSV file, "" where that has none
+  const char* words;  // names of its values from 0 on, "" where it holds numbers
+};
+
+struct ValueInfo {
+  const char* name;
+  bool measured;  // a time that no two runs agree on
+};
+
+template <class T, class Struct>
+concept OneOf = std::same_as<std::remove_const_t<T>, Struct>;  // const or not
+
+// f(ColumnInfo, column, rows) for each column, in the order of the struct; `column` is the struct's own pointer.
+template <OneOf<ovt_detections> T, class F>
+void for_each_column(T& d, F&& f) {
+  const int64_t rows = d.count;
+#define OVT_DETECTION(type, name, csv, json, words, meaning) f(ColumnInfo{#name, csv, words}, d.name, rows);
+#define OVT_DETECTION_TRACK OVT_DETECTION
+#include "core/columns.def"
+}
+
+template <OneOf<ovt_tracks> T, class F>
+void for_each_column(T& t, F&& f) {
+  const int64_t rows = t.count;
+#define OVT_TRACK(type, name, csv, json, words, meaning) f(ColumnInfo{#name, csv, words}, t.name, rows);
+#define OVT_TRACK_COVARIANCE(type, name, json, meaning) \
+  for (auto& column : t.name) f(ColumnInfo{#name, "", ""}, column, rows);
+#define OVT_PATH(type, name, json, meaning) f(ColumnInfo{"path_" #name, "", ""}, t.path_##name, rows* t.path_points);
+#include "core/columns.def"
+}
+
+template <OneOf<ovt_clusters> T, class F>
+void for_each_column(T& c, F&& f) {
+  const int64_t rows = c.count;
+#define OVT_CLUSTER(type, name, meaning) f(ColumnInfo{#name, "", ""}, c.name, rows);
+#include "core/columns.def"
+}
+
+template <OneOf<ovt_labels> T, class F>
+void for_each_column(T& l, F&& f) {
+  const int64_t rows = l.count;
+#define OVT_LABEL(type, name, table, meaning) f(ColumnInfo{#name, "", ""}, l.name, rows);
+#define OVT_LABEL_CLUSTER(type, name, meaning) f(ColumnInfo{#name, "", ""}, l.name, int64_t(l.label_count) + 1);
+#include "core/columns.def"
+}
+
+// f(ValueInfo, value) for each number that is no column, in the order of the struct; `value` is the struct's own.
+template <OneOf<ovt_detections> T, class F>
+void for_each_value(T& d, F&& f) {
+  f(ValueInfo{"count", false}, d.count);
+}
+
+template <OneOf<ovt_tracks> T, class F>
+void for_each_value(T& t, F&& f) {
+  f(ValueInfo{"count", false}, t.count);
+#define OVT_TRACKS_VALUE(type, name, json, meaning) f(ValueInfo{#name, false}, t.name);
+#include "core/columns.def"
+}
+
+template <OneOf<ovt_clusters> T, class F>
+void for_each_value(T& c, F&& f) {
+  f(ValueInfo{"count", false}, c.count);
+}
+
+template <OneOf<ovt_labels> T, class F>
+void for_each_value(T& l, F&& f) {
+  f(ValueInfo{"count", false}, l.count);
+#define OVT_LABELS_VALUE(type, name, meaning) f(ValueInfo{#name, false}, l.name);
+#include "core/columns.def"
+}
+
+template <OneOf<ovt_frame_info> T, class F>
+void for_each_value(T& info, F&& f) {
+#define OVT_FRAME_VALUE(type, name, meaning) f(ValueInfo{#name, false}, info.name);
+#define OVT_FRAME_TIME(type, name, meaning) f(ValueInfo{#name, true}, info.name);
+#include "pipeline/stats.def"
+}
+
+// f(name, counter) for each counter, in the order of the struct.
+template <OneOf<ovt_stats> T, class F>
+void for_each_counter(T& stats, F&& f) {
+#define OVT_COUNTER(name, meaning) f(#name, stats.name);
+#define OVT_COUNTERS(name, size, meaning) \
+  for (auto& counter : stats.name) f(#name, counter);
+#define OVT_GAUGE OVT_COUNTER
+#include "pipeline/stats.def"
+}
+
+// Everything in a table, or a frame's numbers, but what is measured. A column that the method does not compute is null.
+template <class Table>
+void add_to_hash(Hash& hash, const Table& table) {
+  for_each_value(table, [&](const ValueInfo& info, const auto& value) {
+    if (!info.measured) hash.add_value(value);
+  });
+  if constexpr (!std::same_as<Table, ovt_frame_info>)
+    for_each_column(table, [&](const ColumnInfo&, const auto* column, int64_t rows) {
+      if (column) hash.add_bytes(column, std::size_t(rows) * sizeof *column);
+    });
+}
+
+}  // namespace overtake
