@@ -120,5 +120,132 @@ static_assert(kSame<listed::ovt_labels, ::ovt_labels>, "a field of ovt_labels ha
 static_assert(kSame<listed::ovt_frame_info, ::ovt_frame_info>, "a field of ovt_frame_info has no line in stats.def");
 static_assert(kSame<listed::ovt_stats, ::ovt_stats>, "a field of ovt_stats has no line in stats.def");
 
+// ---- a table whose memory is the test's, and one bit of it flipped after the other
+// ------------------------------------
+
+template <class Table>
+struct Filled {
+  struct Memory {
+    ColumnInfo info;
+    std::size_t size_of_row;
+    std::vector<unsigned char> bytes;
+  };
+  Table table{};
+  std::vector<Memory> columns;
+
+  Filled() {
+    for_each_value(table, [](const ValueInfo&, auto& value) { value = 3; });
+    columns.reserve(64);
+    for_each_column(table, [&]<class T>(const ColumnInfo& info, const T*& column, int64_t rows) {
+      REQUIRE(rows >= 3);
+      std::vector<T> values(static_cast<std::size_t>(rows));
+      for (std::size_t i = 0; i < values.size(); ++i) values[i] = T(*info.words ? i % 2 : 20 + columns.size() + i);
+      Memory& memory = columns.emplace_back(Memory{info, sizeof(T), {}});
+      memory.bytes.resize(values.size() * sizeof(T));
+      std::memcpy(memory.bytes.data(), values.data(), memory.bytes.size());
+      column = reinterpret_cast<const T*>(memory.bytes.data());
+    });
+  }
+
+  // changed(info) is asked with the lowest bit of one row of one column flipped: the first row's, then the last one's.
+  template <class Changed>
+  void flip_each(Changed&& changed) {
+    for (Memory& memory : columns)
+      for (const std::size_t at : {std::size_t(0), memory.bytes.size() - memory.size_of_row}) {
+        const std::string name = memory.info.name;
+        CAPTURE(name);
+        CAPTURE(at);
+        memory.bytes[at] ^= 1;
+        changed(memory.info);
+        memory.bytes[at] ^= 1;
+      }
+  }
+};
+
+// Every column and value of the table is in the hash, but for the columns named.
+template <class Table, class HashOf>
+void check_all_are_in(Filled<Table>& filled, HashOf&& hash_of, const std::string& but_for = "") {
+  const uint64_t before = hash_of();
+  filled.flip_each([&](const ColumnInfo& info) { CHECK((hash_of() == before) == (but_for == info.name)); });
+  for_each_value(filled.table, [&](const ValueInfo& info, auto& value) {
+    const std::string name = info.name;
+    CAPTURE(name);
+    value -= 1;
+    CHECK(hash_of() != before);
+    value += 1;
+  });
+  CHECK(hash_of() == before);
+}
+
+TEST_CASE("every column and every number of a frame is in its hash; a time is not") {
+  const auto check = [](auto filled) {
+    check_all_are_in(filled, [&] {
+      test::FrameHash hash;
+      hash.add(filled.table);
+      return hash.value();
+    });
+  };
+  check(Filled<ovt_detections>());
+  check(Filled<ovt_tracks>());
+  check(Filled<ovt_clusters>());
+  check(Filled<ovt_labels>());
+
+  ovt_frame_info info{};
+  const auto hash_of_info = [&] {
+    test::FrameHash hash;
+    hash.add(info);
+    return hash.value();
+  };
+  const uint64_t before = hash_of_info();
+  for_each_value(info, [&](const ValueInfo& value_info, auto& value) {
+    const std::string name = value_info.name;
+    CAPTURE(name);
+    value = 1;
+    CHECK((hash_of_info() == before) == (name == "latency_ns"));
+    value = 0;
+  });
+}
+
+TEST_CASE("every column of detections and tracks is in one of the two hashes of a frame's record") {
+  Filled<ovt_detections> detections;
+  Filled<ovt_tracks> tracks;
+  check_all_are_in(
+      detections, [&] { return overtake_test::hash_detections(detections.table); }, "track");
+  check_all_are_in(tracks, [&] { return overtake_test::hash_tracks(tracks.table, detections.table); });
+  const uint64_t before = overtake_test::hash_tracks(tracks.table, detections.table);
+  detections.flip_each([&](const ColumnInfo& info) {
+    CHECK((overtake_test::hash_tracks(tracks.table, detections.table) != before) ==
+          (info.name == std::string("track")));
+  });
+}
+
+TEST_CASE("every column of detections and tracks is in the hash of a run; its stamps count from the first frame") {
+  Filled<ovt_detections> detections;
+  Filled<ovt_tracks> tracks;
+  ovt_frame_info info{};
+  const auto hash_of_run = [&] {
+    cli::ResultHash hash;
+    hash.add(info, detections.table, tracks.table);
+    return hash.value();
+  };
+  check_all_are_in(detections, hash_of_run);
+  check_all_are_in(tracks, hash_of_run);
+
+  const uint64_t before = hash_of_run();
+  info.first_stamp_ns += 5;
+  CHECK(hash_of_run() != before);
+  const auto add_five = [](auto& filled) {
+    for_each_value(filled.table, [](const ValueInfo&, auto& value) {
+      if constexpr (std::is_same_v<decltype(value), int64_t&>) value += 5;
+    });
+    for_each_column(filled.table, []<class T>(const ColumnInfo&, const T* column, int64_t rows) {
+      for (int64_t i = 0; std::is_same_v<T, int64_t> && i < rows; ++i) const_cast<T*>(column)[i] += 5;
+    });
+  };
+  add_five(detections);
+  add_five(tracks);
+  CHECK(hash_of_run() == before);
+}
+
 }  // namespace
 }  // namespace overtake

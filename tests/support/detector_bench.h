@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/hash.h"
+#include "pipeline/columns.h"
 #include "pipeline/overtake.h"
 #include "tests/support/test_method.h"
 #include "tools/scene/scene.h"
@@ -72,42 +73,20 @@ struct FrameRecord {
   }
 };
 
-// Detections without the track they went to: those must not depend on what was before.
-inline uint64_t hash_detections(ovt_reader* reader) {
+// Detections without the track they went to: those must not depend on what was before. hash_tracks has that column.
+inline uint64_t hash_detections(const ovt_detections& d) {
   overtake::Hash hash;
-  ovt_detections d;
-  if (ovt_read_detections(reader, &d) != OVT_OK) return 0;
-  const auto add = [&](const auto* column) { hash.add_bytes(column, std::size_t(d.count) * sizeof *column); };
   hash.add_value(d.count);
-  add(d.stamp_ns);
-  for (const float* c : {d.x_m, d.y_m, d.z_m, d.heading_rad, d.length_m, d.width_m, d.heading_ref_rad,
-                         d.heading_var_rad, d.ref_x_m, d.ref_y_m, d.var_x_m, d.var_y_m, d.map_s_m, d.map_d_m})
-    add(c);
-  for (const int32_t* c : {d.heading_source, d.point_count, d.inliers_ref, d.inliers_var, d.sensor_mask, d.cluster})
-    add(c);
+  overtake::for_each_column(d, [&](const overtake::ColumnInfo& info, const auto* column, int64_t rows) {
+    if (std::strcmp(info.name, "track") != 0) hash.add_bytes(column, std::size_t(rows) * sizeof *column);
+  });
   return hash.value();
 }
 
-inline uint64_t hash_tracks(ovt_reader* reader) {
+inline uint64_t hash_tracks(const ovt_tracks& t, const ovt_detections& d) {
   overtake::Hash hash;
-  ovt_tracks t;
-  ovt_detections d;
-  if (ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) != OVT_OK || ovt_read_detections(reader, &d) != OVT_OK) return 0;
-  const auto add = [&](const auto* column, int32_t count) {
-    hash.add_bytes(column, std::size_t(count) * sizeof *column);
-  };
-  hash.add_value(t.count);
-  add(d.track, d.count);
-  add(t.id, t.count);
-  add(t.measured_ns, t.count);
-  for (const int32_t* c : {t.state, t.age, t.hits, t.detection}) add(c, t.count);
-  for (const double* c :
-       {t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps, t.heading_rad, t.length_m, t.width_m})
-    add(c, t.count);
-  for (const double* c : t.covariance) add(c, t.count);
-  for (const double* c :
-       {t.path_x_m, t.path_y_m, t.path_course_rad, t.path_speed_mps, t.path_var_x, t.path_var_y, t.path_cov_xy})
-    add(c, t.count * t.path_points);
+  overtake::add_to_hash(hash, t);
+  hash.add_bytes(d.track, std::size_t(d.count) * sizeof *d.track);
   return hash.value();
 }
 
@@ -117,13 +96,7 @@ inline uint64_t hash_labels(ovt_reader* reader, int32_t sensor_count) {
     ovt_labels l;
     const ovt_status status = ovt_read_labels(reader, s, &l);
     hash.add_value(int32_t(status));
-    if (status != OVT_OK) continue;
-    hash.add_value(l.stamp_ns);
-    hash.add_value(l.count);
-    hash.add_bytes(l.label, std::size_t(l.count) * 4);
-    hash.add_bytes(l.reason, std::size_t(l.count));
-    hash.add_bytes(l.x_m, std::size_t(l.count) * 4);
-    hash.add_bytes(l.cluster_of_label, std::size_t(l.label_count + 1) * 4);
+    if (status == OVT_OK) overtake::add_to_hash(hash, l);
   }
   return hash.value();
 }
@@ -145,12 +118,15 @@ inline FrameRecord record_of(ovt_reader* reader, int32_t sensor_count, bool with
   FrameRecord record;
   ovt_read_info(reader, &record.info);
   record.info.latency_ns = 0;  // a time: no two runs agree on it
-  record.detections = hash_detections(reader);
-  record.tracks = hash_tracks(reader);
+  ovt_detections detections;
+  ovt_tracks tracks;
+  if (ovt_read_detections(reader, &detections) != OVT_OK ||
+      ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks) != OVT_OK)
+    return record;
+  record.detections = hash_detections(detections);
+  record.tracks = hash_tracks(tracks, detections);
   record.labels = hash_labels(reader, sensor_count);
   if (with_images) record.images = hash_images(reader, sensor_count);
-  ovt_tracks tracks;
-  ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks);
   record.track_state.assign(tracks.state, tracks.state + tracks.count);
   return record;
 }

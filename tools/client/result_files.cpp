@@ -3,6 +3,9 @@
 #include "tools/client/result_files.h"
 
 #include <cmath>
+#include <type_traits>
+
+#include "pipeline/columns.h"
 
 namespace overtake::cli {
 
@@ -45,31 +48,23 @@ void write_tracks(io::CsvWriter& csv, int64_t frame, const ovt_frame_info& info,
   }
 }
 
-namespace {
-
-template <class... T>
-void add_columns(Hash& hash, int32_t count, const T*... columns) {
-  hash.add_value(count);
-  (hash.add_bytes(columns, std::size_t(count) * sizeof *columns), ...);
-}
-
-}  // namespace
-
-void ResultHash::add(const ovt_frame_info& info, const ovt_detections& d, const ovt_tracks& t) {
+void ResultHash::add(const ovt_frame_info& info, const ovt_detections& detections, const ovt_tracks& tracks) {
   if (!any_) first_ns_ = info.first_stamp_ns;
   any_ = true;
-  const auto add_stamps = [&](const int64_t* stamps, int32_t count) {
-    for (int32_t i = 0; i < count; ++i) hash_.add_value(uint64_t(stamps[i]) - uint64_t(first_ns_));
+  const auto add_number = [&]<class T>(T value) {
+    if constexpr (std::is_same_v<T, int64_t>)  // a stamp
+      hash_.add_value(uint64_t(value) - uint64_t(first_ns_));
+    else
+      hash_.add_value(value);
   };
-  add_columns(hash_, d.count, d.x_m, d.y_m, d.z_m, d.heading_rad, d.heading_source, d.length_m, d.width_m,
-              d.point_count, d.inliers_ref, d.inliers_var, d.heading_ref_rad, d.heading_var_rad, d.sensor_mask,
-              d.track);
-  add_stamps(d.stamp_ns, d.count);
-  add_columns(hash_, t.count, t.id, t.state, t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps, t.heading_rad,
-              t.length_m, t.width_m, t.age, t.hits);
-  add_stamps(t.measured_ns, t.count);
-  for (const double* column : t.covariance) add_columns(hash_, t.count, column);
-  add_columns(hash_, t.count * t.path_points, t.path_x_m, t.path_y_m, t.path_var_x, t.path_var_y, t.path_cov_xy);
+  const auto add_value = [&](const ValueInfo&, const auto& value) { add_number(value); };
+  const auto add_column = [&](const ColumnInfo&, const auto* column, int64_t rows) {
+    for (int64_t i = 0; column && i < rows; ++i) add_number(column[i]);
+  };
+  for_each_value(detections, add_value);
+  for_each_column(detections, add_column);
+  for_each_value(tracks, add_value);
+  for_each_column(tracks, add_column);
 }
 
 double read_time_us(ovt_reader* reader, int32_t sensor, ovt_stage stage) {
