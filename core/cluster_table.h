@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Clusters of one sensor, clusters of a whole frame, vehicle candidates and detections. Vehicle frame. All of them die
-// with their frame, so none has an id: relations are index columns.
+// with their frame, so none has an id: relations are index columns. columns.def lists what a reader hands out.
 //
 //   sensor 0: ClusterTable --+
 //   sensor 1: ClusterTable --+-- merge_seams --> frame: MergedTable -- gate_clusters --> DetectionTable
@@ -52,27 +52,16 @@ void for_each_column(ClusterPointTable& t, F&& f) {
 // One row per cluster of the frame, after merging across sensors. Ordered by (lowest sensor, label) of its members.
 struct MergedTable {
   int32_t count = 0, capacity = 0;
-  int32_t* point_count = nullptr;
-  float *min_x_m = nullptr, *min_y_m = nullptr, *min_z_m = nullptr;
-  float *max_x_m = nullptr, *max_y_m = nullptr, *max_z_m = nullptr;
-  float *center_x_m = nullptr, *center_y_m = nullptr, *center_z_m = nullptr;  // centroid of the points
-  int64_t* stamp_ns = nullptr;                                                // mean of its points' stamps
-  int32_t* sensor_mask = nullptr;                                             // bit s: sensor s holds points of it
-  int32_t* main_sensor = nullptr;                                             // the one that saw most of the points
-  int32_t* first_member = nullptr;                                            // row in MemberTable
-  float* nearest_m = nullptr;
+#define OVT_CLUSTER(type, name, ...) type* name = nullptr;
+#define OVT_CLUSTER_OWN OVT_CLUSTER
+#include "core/columns.def"
 };
-// clang-format off
 template <class F>
 void for_each_column(MergedTable& t, F&& f) {
-  f("point_count", t.point_count);
-  f("min_x_m", t.min_x_m);        f("min_y_m", t.min_y_m);        f("min_z_m", t.min_z_m);
-  f("max_x_m", t.max_x_m);        f("max_y_m", t.max_y_m);        f("max_z_m", t.max_z_m);
-  f("center_x_m", t.center_x_m);  f("center_y_m", t.center_y_m);  f("center_z_m", t.center_z_m);
-  f("stamp_ns", t.stamp_ns);      f("sensor_mask", t.sensor_mask); f("main_sensor", t.main_sensor);
-  f("first_member", t.first_member);                              f("nearest_m", t.nearest_m);
+#define OVT_CLUSTER(type, name, ...) f(#name, t.name);
+#define OVT_CLUSTER_OWN OVT_CLUSTER
+#include "core/columns.def"
 }
-// clang-format on
 
 // One row per cluster of any sensor of the frame: sensor 0's clusters, then sensor 1's, ...
 struct MemberTable {
@@ -94,32 +83,13 @@ enum class HeadingSource : int32_t { kRef = 0, kVar = 1 };
 // One row per vehicle candidate with its pose. Vehicle frame at the ego pose of stamp_ns. Ordered as MergedTable.
 struct DetectionTable {
   int32_t count = 0, capacity = 0;
-  int32_t* merged = nullptr;                             // row in MergedTable
-  int64_t* stamp_ns = nullptr;                           // the cluster's own time
-  float *x_m = nullptr, *y_m = nullptr, *z_m = nullptr;  // centre of the imposed rectangle, z of the centroid
-  float* heading_rad = nullptr;
-  int32_t* heading_source = nullptr;              // HeadingSource
-  float *length_m = nullptr, *width_m = nullptr;  // the points' extent along and across the heading
-  int32_t* point_count = nullptr;
-  int32_t *inliers_ref = nullptr, *inliers_var = nullptr;  // points in either imposed rectangle (eq. 5)
-  float *heading_ref_rad = nullptr, *heading_var_rad = nullptr;
-  float *ref_x_m = nullptr, *ref_y_m = nullptr;  // centre of the rectangle imposed at heading_ref
-  float *var_x_m = nullptr, *var_y_m = nullptr;  // and at heading_var
-  int32_t* sensor_mask = nullptr;
-  float *map_s_m = nullptr, *map_d_m = nullptr;  // centroid on the centre line; 0 without a map
+#define OVT_DETECTION(type, name, ...) type* name = nullptr;
+#include "core/columns.def"
 };
-// clang-format off
 template <class F>
 void for_each_column(DetectionTable& t, F&& f) {
-  f("merged", t.merged);            f("stamp_ns", t.stamp_ns);
-  f("x_m", t.x_m);                  f("y_m", t.y_m);                    f("z_m", t.z_m);
-  f("heading_rad", t.heading_rad);  f("heading_source", t.heading_source);
-  f("length_m", t.length_m);        f("width_m", t.width_m);            f("point_count", t.point_count);
-  f("inliers_ref", t.inliers_ref);  f("inliers_var", t.inliers_var);
-  f("heading_ref_rad", t.heading_ref_rad);                              f("heading_var_rad", t.heading_var_rad);
-  f("ref_x_m", t.ref_x_m);  f("ref_y_m", t.ref_y_m);  f("var_x_m", t.var_x_m);  f("var_y_m", t.var_y_m);
-  f("sensor_mask", t.sensor_mask);  f("map_s_m", t.map_s_m);            f("map_d_m", t.map_d_m);
+#define OVT_DETECTION(type, name, ...) f(#name, t.name);
+#include "core/columns.def"
 }
-// clang-format on
 
 }  // namespace overtake

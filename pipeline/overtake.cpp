@@ -317,31 +317,11 @@ ovt_status ovt_read_detections_sized(ovt_reader* reader, ovt_detections* out, si
   if (!reader || !out) return OVT_BAD_ARGUMENT;
   if (!standing(reader)) return OVT_NO_FRAME;
   const Frame& frame = *cpp(reader).frame;
-  const DetectionTable& d = frame.detections;
   ovt_detections rows{};
-  rows.count = d.count;
-  rows.stamp_ns = d.stamp_ns;
-  rows.x_m = d.x_m;
-  rows.y_m = d.y_m;
-  rows.z_m = d.z_m;
-  rows.heading_rad = d.heading_rad;
-  rows.heading_source = d.heading_source;
-  rows.length_m = d.length_m;
-  rows.width_m = d.width_m;
-  rows.point_count = d.point_count;
-  rows.inliers_ref = d.inliers_ref;
-  rows.inliers_var = d.inliers_var;
-  rows.heading_ref_rad = d.heading_ref_rad;
-  rows.heading_var_rad = d.heading_var_rad;
-  rows.ref_x_m = d.ref_x_m;
-  rows.ref_y_m = d.ref_y_m;
-  rows.var_x_m = d.var_x_m;
-  rows.var_y_m = d.var_y_m;
-  rows.sensor_mask = d.sensor_mask;
-  rows.cluster = d.merged;
-  rows.map_s_m = d.map_s_m;
-  rows.map_d_m = d.map_d_m;
-  rows.track = frame.measurements.track;
+  rows.count = frame.detections.count;
+#define OVT_DETECTION(type, name, ...) rows.name = frame.detections.name;
+#define OVT_DETECTION_TRACK(type, name, ...) rows.name = frame.measurements.name;
+#include "core/columns.def"
   return give(rows, out, out_size);
 }
 
@@ -352,45 +332,27 @@ ovt_status ovt_read_tracks_sized(ovt_reader* reader, int64_t publish_ns, ovt_tra
   Reader& r = cpp(reader);
   if (publish_ns == OVT_AT_FRAME_STAMP) publish_ns = r.frame->tracks_ns;
   publish_ns = r.detector->publish_tracks(r, publish_ns);
-  const TrackTable& t = r.tracks;
-  const PathTable& p = r.paths;
   ovt_tracks rows{};
-  rows.count = t.count;
+  rows.count = r.tracks.count;
   rows.publish_ns = publish_ns;
-  rows.id = t.id;
-  rows.state = t.state;
-  rows.measured_ns = t.measured_ns;
-  rows.x_m = t.x_m;
-  rows.y_m = t.y_m;
-  rows.speed_mps = t.speed_mps;
-  rows.course_rad = t.course_rad;
-  rows.yaw_rate_rps = t.yaw_rate_rps;
-  std::copy(std::begin(t.covariance), std::end(t.covariance), std::begin(rows.covariance));
-  rows.heading_rad = t.heading_rad;
-  rows.length_m = t.length_m;
-  rows.width_m = t.width_m;
-  rows.age = t.age;
-  rows.hits = t.hits;
-  rows.detection = t.detection;
-  rows.path_points = p.points_per_track;
+  rows.path_points = r.paths.points_per_track;
   rows.path_step_s = r.detector->path_step_s();
-  rows.path_x_m = p.x_m;
-  rows.path_y_m = p.y_m;
-  rows.path_course_rad = p.course_rad;
-  rows.path_speed_mps = p.speed_mps;
-  rows.path_var_x = p.var_x;
-  rows.path_var_y = p.var_y;
-  rows.path_cov_xy = p.cov_xy;
-  rows.flags = t.flags;
+#define OVT_TRACK(type, name, ...) rows.name = r.tracks.name;
+#define OVT_TRACK_COVARIANCE(type, name, ...) \
+  std::copy(std::begin(r.tracks.name), std::end(r.tracks.name), std::begin(rows.name));
+#define OVT_PATH(type, name, ...) rows.path_##name = r.paths.name;
+#include "core/columns.def"
   return give(rows, out, out_size);
 }
 
 ovt_status ovt_read_clusters_sized(ovt_reader* reader, ovt_clusters* out, size_t out_size) {
   if (!reader || !out) return OVT_BAD_ARGUMENT;
   if (!standing(reader)) return OVT_NO_FRAME;
-  const MergedTable& m = cpp(reader).frame->merged;
-  const ovt_clusters rows = {m.count,   m.point_count, m.min_x_m,    m.min_y_m,    m.min_z_m,  m.max_x_m,    m.max_y_m,
-                             m.max_z_m, m.center_x_m,  m.center_y_m, m.center_z_m, m.stamp_ns, m.sensor_mask};
+  const MergedTable& merged = cpp(reader).frame->merged;
+  ovt_clusters rows{};
+  rows.count = merged.count;
+#define OVT_CLUSTER(type, name, ...) rows.name = merged.name;
+#include "core/columns.def"
   return give(rows, out, out_size);
 }
 
@@ -403,15 +365,10 @@ ovt_status ovt_read_labels_sized(ovt_reader* reader, int32_t sensor, ovt_labels*
   ovt_labels rows{};
   rows.count = part->points.count;
   rows.stamp_ns = part->stamp_ns;
-  rows.label = part->points.label;
-  rows.reason = part->points.reason;
   rows.label_count = part->label_count;
-  rows.cluster_of_label = part->cluster_of_label;
-  rows.x_m = part->scan.x_m;
-  rows.y_m = part->scan.y_m;
-  rows.z_m = part->scan.z_m;
-  rows.intensity = part->scan.intensity;
-  rows.layer = part->scan.layer;
+#define OVT_LABEL(type, name, table, ...) rows.name = part->table.name;
+#define OVT_LABEL_CLUSTER(type, name, ...) rows.name = part->name;
+#include "core/columns.def"
   return give(rows, out, out_size);
 }
 

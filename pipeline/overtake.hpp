@@ -27,6 +27,11 @@
 #include <utility>
 
 #include "overtake.h"  // its neighbour, wherever both are installed
+#if __has_include("columns.def")
+#define OVT_COLUMNS_DEF "columns.def"  // lies beside them, too
+#else
+#define OVT_COLUMNS_DEF "../core/columns.def"  // in the source tree
+#endif
 
 namespace ovt {
 
@@ -151,8 +156,8 @@ inline ovt_build_info build_info() noexcept {
 // ---- output ---------------------------------------------------------------------------------------------------------
 
 // Tables borrow the reader's memory (overtake.h says for how long). `c` is the C struct; a column is a span of
-// `c.count`, empty where the struct has none.
-#define OVT_COLUMN(name) \
+// `c.count`, empty where the struct has none. Each is named as its field of the struct; columns.def lists them.
+#define OVT_COLUMN(type, name, ...) \
   auto name() const noexcept { return column(c.name); }
 
 template <class Columns>
@@ -168,34 +173,24 @@ struct Table {
 };
 
 struct Detections : Table<ovt_detections> {
-  // clang-format off
-  OVT_COLUMN(stamp_ns) OVT_COLUMN(x_m) OVT_COLUMN(y_m) OVT_COLUMN(z_m) OVT_COLUMN(heading_rad)
-  OVT_COLUMN(heading_source) OVT_COLUMN(length_m) OVT_COLUMN(width_m) OVT_COLUMN(point_count)
-  OVT_COLUMN(inliers_ref) OVT_COLUMN(inliers_var) OVT_COLUMN(heading_ref_rad) OVT_COLUMN(heading_var_rad)
-  OVT_COLUMN(ref_x_m) OVT_COLUMN(ref_y_m) OVT_COLUMN(var_x_m) OVT_COLUMN(var_y_m) OVT_COLUMN(sensor_mask)
-  OVT_COLUMN(cluster) OVT_COLUMN(map_s_m) OVT_COLUMN(map_d_m) OVT_COLUMN(track)
-  // clang-format on
+#define OVT_DETECTION OVT_COLUMN
+#define OVT_DETECTION_TRACK OVT_COLUMN
+#include OVT_COLUMNS_DEF
 };
 
 struct Tracks : Table<ovt_tracks> {
-  // clang-format off
-  OVT_COLUMN(id) OVT_COLUMN(state) OVT_COLUMN(measured_ns) OVT_COLUMN(x_m) OVT_COLUMN(y_m) OVT_COLUMN(speed_mps)
-  OVT_COLUMN(course_rad) OVT_COLUMN(yaw_rate_rps) OVT_COLUMN(heading_rad) OVT_COLUMN(length_m) OVT_COLUMN(width_m)
-  OVT_COLUMN(age) OVT_COLUMN(hits) OVT_COLUMN(detection) OVT_COLUMN(flags)
-  // clang-format on
-  // Element k of the covariance's lower triangle, row by row: 0 <= k < 15.
-  std::span<const double> covariance(int32_t k) const noexcept { return column(c.covariance[k]); }
-  // Predicted path of one track: c.path_points values, c.path_step_s apart.
-  std::span<const double> path_x_m(std::size_t track) const noexcept { return path(c.path_x_m, track); }
-  std::span<const double> path_y_m(std::size_t track) const noexcept { return path(c.path_y_m, track); }
-  std::span<const double> path_course_rad(std::size_t track) const noexcept { return path(c.path_course_rad, track); }
-  std::span<const double> path_speed_mps(std::size_t track) const noexcept { return path(c.path_speed_mps, track); }
-  std::span<const double> path_var_x(std::size_t track) const noexcept { return path(c.path_var_x, track); }
-  std::span<const double> path_var_y(std::size_t track) const noexcept { return path(c.path_var_y, track); }
-  std::span<const double> path_cov_xy(std::size_t track) const noexcept { return path(c.path_cov_xy, track); }
+// Element k of the covariance's lower triangle, row by row: 0 <= k < 15. Predicted path of one track: c.path_points
+// values, c.path_step_s apart.
+#define OVT_TRACK OVT_COLUMN
+#define OVT_TRACK_COVARIANCE(type, name, ...) \
+  std::span<const type> name(int32_t k) const noexcept { return column(c.name[k]); }
+#define OVT_PATH(type, name, ...) \
+  std::span<const type> path_##name(std::size_t track) const noexcept { return path(c.path_##name, track); }
+#include OVT_COLUMNS_DEF
 
  private:
-  std::span<const double> path(const double* all, std::size_t track) const noexcept {
+  template <class T>
+  std::span<const T> path(const T* all, std::size_t track) const noexcept {
     const auto points = std::size_t(c.path_points);
     if (!all || track >= size()) return {};
     return {all + track * points, points};
@@ -203,24 +198,19 @@ struct Tracks : Table<ovt_tracks> {
 };
 
 struct Clusters : Table<ovt_clusters> {
-  // clang-format off
-  OVT_COLUMN(point_count) OVT_COLUMN(min_x_m) OVT_COLUMN(min_y_m) OVT_COLUMN(min_z_m) OVT_COLUMN(max_x_m)
-  OVT_COLUMN(max_y_m) OVT_COLUMN(max_z_m) OVT_COLUMN(center_x_m) OVT_COLUMN(center_y_m) OVT_COLUMN(center_z_m)
-  OVT_COLUMN(stamp_ns) OVT_COLUMN(sensor_mask)
-  // clang-format on
+#define OVT_CLUSTER OVT_COLUMN
+#include OVT_COLUMNS_DEF
 };
 
 struct Labels : Table<ovt_labels> {
-  // clang-format off
-  OVT_COLUMN(label) OVT_COLUMN(reason) OVT_COLUMN(x_m) OVT_COLUMN(y_m) OVT_COLUMN(z_m) OVT_COLUMN(intensity)
-  OVT_COLUMN(layer)
-  // clang-format on
-  // By label, 0 to c.label_count.
-  std::span<const int32_t> cluster_of_label() const noexcept {
-    return {c.cluster_of_label, c.cluster_of_label ? std::size_t(c.label_count) + 1 : 0};
-  }
+// cluster_of_label: by label, 0 to c.label_count.
+#define OVT_LABEL OVT_COLUMN
+#define OVT_LABEL_CLUSTER(type, name, ...) \
+  std::span<const type> name() const noexcept { return {c.name, c.name ? std::size_t(c.label_count) + 1 : 0}; }
+#include OVT_COLUMNS_DEF
 };
 #undef OVT_COLUMN
+#undef OVT_COLUMNS_DEF
 
 struct Image {
   ovt_image c{};

@@ -223,7 +223,7 @@ void pose_frame(const StageContext& context, Frame& frame) noexcept {
     }
 
     const RectangleFit fit = fit_of(row, heading_ref);
-    out.merged[i] = row;
+    out.cluster[i] = row;
     out.stamp_ns[i] = merged.stamp_ns[row];
     out.x_m[i] = fit.center_x_m;
     out.y_m[i] = fit.center_y_m;

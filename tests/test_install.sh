@@ -18,8 +18,8 @@ mv "$work/first" "$work/moved"
 readonly prefix=$work/moved
 library=$(find "$prefix" -name libovertake.so.0)
 readonly libdir=${library%/*}
-for file in include/overtake/overtake.h include/overtake/overtake.hpp bin/overtake share/overtake/rigs/av21.toml \
-  share/doc/overtake/copyright share/doc/overtake/examples/poll_tracks.c; do
+for file in include/overtake/overtake.h include/overtake/overtake.hpp include/overtake/columns.def bin/overtake \
+  share/overtake/rigs/av21.toml share/doc/overtake/copyright share/doc/overtake/examples/poll_tracks.c; do
   [[ -f $prefix/$file ]] || fail "$file is not installed"
 done
 readonly docs=$prefix/share/doc/overtake
@@ -34,7 +34,7 @@ done < <(find "$docs" -name '*.md')
 for word in 'azimuth_left_deg = ' '/SENSOR/points' 'it seems to be turned as the rig says'; do
   grep -qF -- "$word" "$docs/tools/io/README.md" || fail "the format of rigs or logs is not installed"
 done
-[[ $(find "$prefix/include" -type f | wc -l) == 2 ]] ||
+[[ $(find "$prefix/include" -type f | wc -l) == 3 ]] ||
   fail "headers of our own are installed: $(find "$prefix/include" -type f)"
 [[ $(readlink "$libdir/libovertake.so") == libovertake.so.0 ]] || fail "libovertake.so is no link to libovertake.so.0"
 

@@ -32,7 +32,7 @@ struct Watch {
       }
     if (body != Body::kTrack) return;
     for (int32_t i = 0; i < frame.detections.count; ++i) {
-      const int32_t first = frame.merged.first_member[frame.detections.merged[i]];
+      const int32_t first = frame.merged.first_member[frame.detections.cluster[i]];
       const bool there = frame.sensors[frame.members.sensor[first]].fits.find(frame.members.cluster[first]) != nullptr;
       const bool alone = frame.members.next_member[first] < 0;
       watch.used += alone && there;

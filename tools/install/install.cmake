@@ -8,7 +8,7 @@ set(cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/overtake)
 set(doc_dir ${CMAKE_INSTALL_DATADIR}/doc/overtake)
 
 install(FILES ${PROJECT_SOURCE_DIR}/pipeline/overtake.h ${PROJECT_SOURCE_DIR}/pipeline/overtake.hpp
-        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/overtake)
+        ${PROJECT_SOURCE_DIR}/core/columns.def DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/overtake)
 install(TARGETS overtake_shared EXPORT overtake-shared)
 install(EXPORT overtake-shared NAMESPACE overtake:: DESTINATION ${cmake_dir})
 set(product overtake_shared)
