@@ -5,10 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <type_traits>
 #include <utility>
+
+#include "pipeline/frame_flags.h"
 
 namespace overtake {
 namespace {
+static_assert(kReasonCount <= int32_t(std::extent_v<decltype(ovt_stats::points_bad)>));
 // Whose on_frame this thread is in. initial-exec: the first use on a thread takes no memory.
 [[gnu::tls_model("initial-exec")]] thread_local const Detector* calling_back = nullptr;
 }  // namespace
@@ -355,27 +359,16 @@ bool Detector::step_intake() {
 
 void Detector::finish(Frame& frame) {
   const auto add = [](std::atomic<int64_t>& counter, int64_t n) { counter.fetch_add(n, std::memory_order_relaxed); };
-  int64_t points = 0, valid = 0;
   for (int32_t s = 0; s < context_.sensor_count; ++s) {
-    SensorPart& part = frame.sensors[s];
+    const SensorPart& part = frame.sensors[s];
     if (!part.present) continue;
-    int64_t bad = 0;
-    for (int32_t r = 1; r < kReasonCount; ++r) {
-      add(counters_.points_bad[r], part.reason_count[r]);
-      if (r < int32_t(Reason::kDust)) bad += part.reason_count[r];
-    }
-    points += part.points.count;
-    valid += part.points.count - bad;
-    if (2 * bad > part.points.count) frame.flags |= OVT_FLAG_CLOUD_DEGRADED;
+    for (int32_t r = 1; r < kReasonCount; ++r) add(counters_.points_bad[r], part.reason_count[r]);
+    add(counters_.points, part.points.count);
     add(counters_.points_clustered, part.cluster_points.count);
     add(counters_.overflow_clusters, part.cluster_overflow);
-    if (part.cluster_overflow) frame.flags |= OVT_FLAG_OVERFLOW;
   }
-  add(counters_.points, points);
-  if (frame.kind == FrameKind::kScans && valid == 0) frame.flags |= OVT_FLAG_NO_DATA;
   add(counters_.overflow_clusters, frame.merged_overflow);
   add(counters_.overflow_candidates, frame.candidate_overflow);
-  if (frame.merged_overflow || frame.candidate_overflow) frame.flags |= OVT_FLAG_OVERFLOW;
   add(counters_.clusters, frame.merged.count);
   add(counters_.gated_points, frame.gated_points);
   add(counters_.gated_size, frame.gated_size);
@@ -396,15 +389,15 @@ void Detector::finish(Frame& frame) {
   set(counters_.tracks_unsound, tracked.unsound);
   set(counters_.tracks_forgotten, tracked.forgotten);
   set(counters_.work_limited, tracked.limited + tracked.refused);
-  const int64_t track_overflow = tracked.overflow;
   // A replay may lower it.
-  if (track_overflow > counters_.overflow_tracks.exchange(track_overflow, std::memory_order_relaxed))
-    frame.flags |= OVT_FLAG_OVERFLOW;
-
+  const bool tracks_overflowed =
+      tracked.overflow > counters_.overflow_tracks.exchange(tracked.overflow, std::memory_order_relaxed);
   if (frame.restart) add(counters_.clock_jumps, 1);
   if (frame.refiltered > 0) add(counters_.refiltered, 1);
-  if (deadline_ns_ > 0 && frame.latency_ns > deadline_ns_) {
-    frame.flags |= OVT_FLAG_DEADLINE_MISSED;
+
+  const uint32_t flags = flags_of(frame, context_.sensor_count, tracks_overflowed, deadline_ns_);
+  frame.flags |= flags;
+  if (flags & OVT_FLAG_DEADLINE_MISSED) {
     add(counters_.deadline_missed, 1);
     probe_deadline(frame.sequence, frame.latency_ns);
   }
@@ -479,47 +472,11 @@ int64_t Detector::publish_tracks(Reader& reader, int64_t publish_ns) {
 
 void Detector::read_stats(ovt_stats& out) const {
   const auto get = [](const std::atomic<int64_t>& counter) { return counter.load(std::memory_order_relaxed); };
-  out.pushed = get(counters_.pushed);
-  out.used = get(counters_.used);
-  out.dropped = get(counters_.dropped);
-  out.late = get(counters_.late);
-  out.dup = get(counters_.dup);
-  out.frames = get(counters_.frames);
-  out.points = get(counters_.points);
-  std::fill(std::begin(out.points_bad), std::end(out.points_bad), int64_t(0));
-  for (int32_t r = 0; r < kReasonCount; ++r) out.points_bad[r] = get(counters_.points_bad[r]);
-  out.overflow_clusters = get(counters_.overflow_clusters);
-  out.overflow_candidates = get(counters_.overflow_candidates);
-  out.overflow_tracks = get(counters_.overflow_tracks);
-  out.exceptions = get(counters_.exceptions);
-  out.deadline_missed = get(counters_.deadline_missed);
-  out.clock_jumps = get(counters_.clock_jumps);
-  out.stalled = get(counters_.stalled);
-  out.refiltered = get(counters_.refiltered);
-  out.in_flight = pool_.count_in_flight();
-  out.measurements = get(counters_.measurements);
-  out.measurements_used = get(counters_.measurements_used);
-  out.measurements_unborn = get(counters_.measurements_unborn);
-  out.measurements_rejected = get(counters_.measurements_rejected);
-  out.measurements_late = get(counters_.measurements_late);
-  out.measurements_lost = get(counters_.measurements_lost);
-  out.points_clustered = get(counters_.points_clustered);
-  out.clusters = get(counters_.clusters);
-  out.gated_points = get(counters_.gated_points);
-  out.gated_size = get(counters_.gated_size);
-  out.gated_map = get(counters_.gated_map);
-  out.detections = get(counters_.detections);
-  out.tracks_born = get(counters_.tracks_born);
-  out.tracks_missed = get(counters_.tracks_missed);
-  out.tracks_silent = get(counters_.tracks_silent);
-  out.tracks_displaced = get(counters_.tracks_displaced);
-  out.tracks_unsound = get(counters_.tracks_unsound);
-  out.tracks_forgotten = get(counters_.tracks_forgotten);
-  out.work_limited = get(counters_.work_limited);
-  out.ego_poses = get(counters_.ego_poses);
-  out.ego_dropped = get(counters_.ego_dropped);
-  out.external = get(counters_.external);
-  out.external_dropped = get(counters_.external_dropped);
+#define OVT_COUNTER(name, ...) out.name = get(counters_.name);
+#define OVT_COUNTERS(name, size, ...) \
+  for (int32_t i = 0; i < size; ++i) out.name[i] = get(counters_.name[i]);
+#define OVT_GAUGE(name, ...) out.name = pool_.count_##name();
+#include "pipeline/stats.def"
 }
 
 }  // namespace overtake

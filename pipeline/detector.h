@@ -27,17 +27,11 @@
 
 namespace overtake {
 
+// stats.def: one a line.
 struct Counters {
-  std::atomic<int64_t> pushed{0}, used{0}, dropped{0}, late{0}, dup{0}, frames{0}, points{0};
-  std::atomic<int64_t> points_bad[kReasonCount] = {};
-  std::atomic<int64_t> overflow_clusters{0}, overflow_candidates{0}, overflow_tracks{0};
-  std::atomic<int64_t> exceptions{0}, ego_poses{0}, ego_dropped{0}, external{0}, external_dropped{0};
-  std::atomic<int64_t> deadline_missed{0}, clock_jumps{0}, stalled{0}, refiltered{0};
-  std::atomic<int64_t> measurements{0}, measurements_used{0}, measurements_unborn{0};
-  std::atomic<int64_t> measurements_rejected{0}, measurements_late{0}, measurements_lost{0}, work_limited{0};
-  std::atomic<int64_t> points_clustered{0}, clusters{0}, gated_points{0}, gated_size{0}, gated_map{0}, detections{0};
-  std::atomic<int64_t> tracks_born{0}, tracks_missed{0}, tracks_silent{0}, tracks_displaced{0}, tracks_unsound{0};
-  std::atomic<int64_t> tracks_forgotten{0};
+#define OVT_COUNTER(name, ...) std::atomic<int64_t> name{0};
+#define OVT_COUNTERS(name, size, ...) std::atomic<int64_t> name[size] = {};
+#include "pipeline/stats.def"
 };
 
 // What a reader owns: its pin on a frame, and the memory ovt_read_tracks predicts into.

@@ -9,16 +9,31 @@
 #include <cstdint>
 #include <cstring>
 #include <initializer_list>
+#include <type_traits>
 
+#include "pipeline/columns.h"
 #include "pipeline/overtake.h"
 
 namespace overtake_test {
 
 template <class T>
-bool are_finite(const T* column, int32_t count) {
+bool are_finite(const T* column, int64_t count) {
   T sum = 0;  // of zeros, and NaN as soon as one value is none
-  for (int32_t i = 0; i < count; ++i) sum += column[i] - column[i];
+  for (int64_t i = 0; i < count; ++i) sum += column[i] - column[i];
   return sum == 0;
+}
+
+// Every column of floats and every float that a table hands out.
+template <class Table>
+bool is_all_finite(const Table& table) {
+  bool finite = true;
+  overtake::for_each_column(table, [&]<class T>(const overtake::ColumnInfo&, const T* column, int64_t rows) {
+    if constexpr (std::is_floating_point_v<T>) finite &= are_finite(column, rows);
+  });
+  overtake::for_each_value(table, [&](const overtake::ValueInfo&, auto value) {
+    if constexpr (std::is_floating_point_v<decltype(value)>) finite &= bool(std::isfinite(value));
+  });
+  return finite;
 }
 
 #define OVT_RULE(condition) \
@@ -48,14 +63,7 @@ inline const char* find_broken_info(const ovt_frame_info& info, int32_t sensor_c
 }
 
 inline const char* find_broken_tracks(const ovt_tracks& t) {
-  for (const double* c :
-       {t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps, t.heading_rad, t.length_m, t.width_m})
-    OVT_RULE(are_finite(c, t.count));
-  for (const double* c : t.covariance) OVT_RULE(are_finite(c, t.count));
-  for (const double* c :
-       {t.path_x_m, t.path_y_m, t.path_course_rad, t.path_speed_mps, t.path_var_x, t.path_var_y, t.path_cov_xy})
-    OVT_RULE(are_finite(c, t.count * t.path_points));
-  OVT_RULE(std::isfinite(t.path_step_s));
+  OVT_RULE(is_all_finite(t));
   for (int32_t i = 0; i < t.count; ++i) {
     OVT_RULE(t.id[i] != 0);
     for (int32_t k = 0; k < i; ++k) OVT_RULE(t.id[k] != t.id[i]);
@@ -117,16 +125,12 @@ inline const char* find_broken_rule(ovt_reader* reader, int32_t sensor_count, bo
   ovt_clusters clusters;
   OVT_RULE(ovt_read_clusters(reader, &clusters) == OVT_OK);
   OVT_RULE(clusters.count == info.cluster_count);
-  for (const float* c : {clusters.min_x_m, clusters.min_y_m, clusters.min_z_m, clusters.max_x_m, clusters.max_y_m,
-                         clusters.max_z_m, clusters.center_x_m, clusters.center_y_m, clusters.center_z_m})
-    OVT_RULE(are_finite(c, clusters.count));
+  OVT_RULE(is_all_finite(clusters));
 
   ovt_detections d;
   OVT_RULE(ovt_read_detections(reader, &d) == OVT_OK);
   OVT_RULE(d.count == info.detection_count);
-  for (const float* c : {d.x_m, d.y_m, d.z_m, d.heading_rad, d.length_m, d.width_m, d.heading_ref_rad,
-                         d.heading_var_rad, d.ref_x_m, d.ref_y_m, d.var_x_m, d.var_y_m, d.map_s_m, d.map_d_m})
-    OVT_RULE(are_finite(c, d.count));
+  OVT_RULE(is_all_finite(d));
   for (int32_t i = 0; i < d.count; ++i) {
     OVT_RULE(d.cluster[i] >= 0 && d.cluster[i] < clusters.count);
     if ((info.flags & (OVT_FLAG_NO_MAP | OVT_FLAG_EGO_OFF_MAP)) != 0) OVT_RULE(d.map_s_m[i] == 0 && d.map_d_m[i] == 0);

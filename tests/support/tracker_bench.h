@@ -114,25 +114,21 @@ class TrackerBench {
   int64_t last_ns_ = 0;
 };
 
-// Whether every number of every published row is finite; covariances must be positive on their diagonals.
+// Whether every number of every row is finite; covariances must be positive on their diagonals.
+template <class Table>
+bool has_finite_columns(const Table& t) {
+  bool finite = true;
+  for_each_column(const_cast<Table&>(t), [&](const char*, const auto* column) {
+    for (int32_t k = 0; k < t.count; ++k) finite &= bool(std::isfinite(double(column[k])));
+  });
+  return finite;
+}
 inline bool is_finite(const overtake::TrackTable& t) {
-  for (int32_t k = 0; k < t.count; ++k) {
-    const auto i = std::size_t(k);
-    for (const double* column :
-         {t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps, t.heading_rad, t.length_m, t.width_m})
-      if (!std::isfinite(column[i])) return false;
-    for (const double* column : t.covariance)
-      if (!std::isfinite(column[i])) return false;
-    for (const int32_t diagonal : {0, 2, 5, 9, 14})
-      if (!(t.covariance[diagonal][i] > 0)) return false;
-  }
-  return true;
-}
-inline bool is_finite(const overtake::PathTable& t) {
   for (int32_t k = 0; k < t.count; ++k)
-    for (const double* column : {t.x_m, t.y_m, t.course_rad, t.speed_mps, t.var_x, t.var_y, t.cov_xy})
-      if (!std::isfinite(column[std::size_t(k)])) return false;
-  return true;
+    for (const int32_t diagonal : {0, 2, 5, 9, 14})
+      if (!(t.covariance[diagonal][k] > 0)) return false;
+  return has_finite_columns(t);
 }
+inline bool is_finite(const overtake::PathTable& t) { return has_finite_columns(t); }
 
 }  // namespace overtake_test

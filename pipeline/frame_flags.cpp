@@ -1,0 +1,25 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/frame_flags.h"
+
+namespace overtake {
+
+uint32_t flags_of(const Frame& frame, int32_t sensor_count, bool tracks_overflowed, int64_t deadline_ns) noexcept {
+  uint32_t flags = 0;
+  int64_t usable = 0;
+  for (int32_t s = 0; s < sensor_count; ++s) {
+    const SensorPart& part = frame.sensors[s];
+    if (!part.present) continue;
+    int64_t bad = 0;
+    for (int32_t r = 1; r < int32_t(Reason::kDust); ++r) bad += part.reason_count[r];
+    usable += part.points.count - bad;
+    if (2 * bad > part.points.count) flags |= OVT_FLAG_CLOUD_DEGRADED;
+    if (part.cluster_overflow) flags |= OVT_FLAG_OVERFLOW;
+  }
+  if (frame.kind == FrameKind::kScans && usable == 0) flags |= OVT_FLAG_NO_DATA;
+  if (frame.merged_overflow || frame.candidate_overflow || tracks_overflowed) flags |= OVT_FLAG_OVERFLOW;
+  if (deadline_ns > 0 && frame.latency_ns > deadline_ns) flags |= OVT_FLAG_DEADLINE_MISSED;
+  return flags;
+}
+
+}  // namespace overtake

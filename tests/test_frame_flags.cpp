@@ -1,0 +1,94 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a finished frame's own numbers say of it. The counters beside them: test_detector, test_all_clear.
+#include "pipeline/frame_flags.h"
+
+#include <doctest/doctest.h>
+
+#include <memory>
+
+namespace overtake {
+namespace {
+
+constexpr int64_t kNoDeadline = 0;
+
+// Two sensors of 100 good points each.
+std::unique_ptr<Frame> make_frame() {
+  auto frame = std::make_unique<Frame>();
+  for (int32_t s = 0; s < 2; ++s) {
+    frame->sensors[s].present = true;
+    frame->sensors[s].points.count = 100;
+  }
+  return frame;
+}
+
+uint32_t ask(const Frame& frame, bool tracks_overflowed = false, int64_t deadline_ns = kNoDeadline) {
+  return flags_of(frame, 2, tracks_overflowed, deadline_ns);
+}
+
+int32_t& count_of(Frame& frame, int32_t sensor, Reason reason) {
+  return frame.sensors[sensor].reason_count[int32_t(reason)];
+}
+
+TEST_CASE("flags_of: a good frame has none, and flags of the stages are neither read nor repeated") {
+  auto frame = make_frame();
+  CHECK(ask(*frame) == 0);
+  frame->flags = OVT_FLAG_NO_EGO | OVT_FLAG_OVERFLOW;
+  CHECK(ask(*frame) == 0);
+}
+
+TEST_CASE("flags_of: a cloud is degraded where more than half of a sensor's points are unusable") {
+  auto frame = make_frame();
+  count_of(*frame, 1, Reason::kNotFinite) = 20;
+  count_of(*frame, 1, Reason::kLayerDropped) = 30;
+  CHECK(ask(*frame) == 0);
+  count_of(*frame, 1, Reason::kZeroRange) = 1;
+  CHECK(ask(*frame) == OVT_FLAG_CLOUD_DEGRADED);
+  count_of(*frame, 1, Reason::kZeroRange) = 0;
+  count_of(*frame, 1, Reason::kDust) = 25;  // seen, and behind or before another point
+  count_of(*frame, 1, Reason::kSecondReturn) = 25;
+  CHECK(ask(*frame) == 0);
+  count_of(*frame, 1, Reason::kZeroRange) = 1;
+  frame->sensors[1].present = false;
+  CHECK(ask(*frame) == 0);
+}
+
+TEST_CASE("flags_of: no data where no scan holds a usable point; pushed detections and predictions have none to hold") {
+  auto frame = make_frame();
+  count_of(*frame, 0, Reason::kRangeLimit) = 100;
+  count_of(*frame, 1, Reason::kRangeLimit) = 99;
+  CHECK(ask(*frame) == OVT_FLAG_CLOUD_DEGRADED);
+  count_of(*frame, 1, Reason::kRangeLimit) = 100;
+  CHECK(ask(*frame) == (OVT_FLAG_CLOUD_DEGRADED | OVT_FLAG_NO_DATA));
+  for (SensorPart& part : frame->sensors) part.present = false;
+  CHECK(ask(*frame) == OVT_FLAG_NO_DATA);
+  for (const FrameKind kind : {FrameKind::kExternal, FrameKind::kPrediction}) {
+    frame->kind = kind;
+    CHECK(ask(*frame) == 0);
+  }
+}
+
+TEST_CASE("flags_of: overflow where any of the tables was too small") {
+  for (int32_t table = 0; table < 4; ++table) {
+    CAPTURE(table);
+    auto frame = make_frame();
+    if (table == 0) frame->sensors[1].cluster_overflow = 1;
+    if (table == 1) frame->merged_overflow = 1;
+    if (table == 2) frame->candidate_overflow = 1;
+    CHECK(ask(*frame, table == 3) == OVT_FLAG_OVERFLOW);
+  }
+}
+
+TEST_CASE("flags_of: the deadline is missed beyond it, and never where there is none") {
+  auto frame = make_frame();
+  frame->latency_ns = 1000;
+  CHECK(ask(*frame, false, 1000) == 0);
+  CHECK(ask(*frame, false, 999) == OVT_FLAG_DEADLINE_MISSED);
+  CHECK(ask(*frame) == 0);
+  frame->latency_ns = -1;  // no scan
+  CHECK(ask(*frame, false, 1) == 0);
+}
+
+}  // namespace
+}  // namespace overtake
