@@ -7,9 +7,13 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -18,7 +22,9 @@
 #include "core/hash.h"
 #include "tests/support/detector_bench.h"
 #include "tests/support/frame_hash.h"
+#include "tests/support/temp_folder.h"
 #include "tools/client/result_files.h"
+#include "tools/view/mcap_numbers.h"
 
 namespace overtake {
 namespace {
@@ -245,6 +251,134 @@ TEST_CASE("every column of detections and tracks is in the hash of a run; its st
   add_five(detections);
   add_five(tracks);
   CHECK(hash_of_run() == before);
+}
+
+// ---- files ----------------------------------------------------------------------------------------------------------
+
+using Json = nlohmann::ordered_json;
+
+std::vector<std::string> keys_of(const Json& object) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : object.items()) keys.push_back(key);
+  return keys;
+}
+
+TEST_CASE("every column and value of detections and tracks is in the JSON, and the schema has the same keys") {
+  const ovt_frame_info info{};
+  const auto check = [&](auto filled, auto format, const std::string& schema_name, const std::string& rows) {
+    const auto text = [&] { return format(info, filled.table); };
+    const std::string before = text();
+    filled.flip_each([&](const ColumnInfo&) { CHECK(text() != before); });
+    for_each_value(filled.table, [&](const ValueInfo& value_info, auto& value) {
+      const std::string name = value_info.name;
+      CAPTURE(name);
+      value -= 1;
+      CHECK(text() != before);
+      value += 1;
+    });
+    const Json json = Json::parse(before), schema = Json::parse(cli::number_schema(schema_name)).at("properties");
+    CHECK(keys_of(json) == keys_of(schema));
+    REQUIRE(json.at(rows).size() == 3);
+    const Json& row = json.at(rows).at(0);
+    const Json& row_schema = schema.at(rows).at("items").at("properties");
+    CHECK(keys_of(row) == keys_of(row_schema));
+    for (const auto& [key, value] : row.items()) {
+      CAPTURE(key);
+      const Json& of = row_schema.at(key);
+      if (of.contains("enum"))
+        CHECK(std::count(of["enum"].begin(), of["enum"].end(), value) == 1);
+      else if (of["type"] == "string")
+        CHECK(value.is_string());
+      else if (of["type"] == "integer")
+        CHECK(value.is_number_integer());
+      else
+        CHECK((value.is_number_float() || value.is_array() || value.is_object()));
+      if (key != "path") CHECK(of.at("description").get<std::string>() != "");
+    }
+  };
+  check(Filled<ovt_detections>(), cli::format_detections, "overtake.Detections", "detections");
+  check(Filled<ovt_tracks>(), cli::format_tracks, "overtake.Tracks", "tracks");
+
+  const Filled<ovt_detections> d;
+  const Json row = Json::parse(cli::format_detections(info, d.table)).at("detections").at(1);
+  CHECK(row.at("heading_source") == "var");
+  CHECK(row.at("points") == d.table.point_count[1]);
+  CHECK(row.at("track") == std::to_string(d.table.track[1]));
+  CHECK(row.at("map_d_m") == d.table.map_d_m[1]);
+  const Filled<ovt_tracks> t;
+  const Json track = Json::parse(cli::format_tracks(info, t.table)).at("tracks").at(1);
+  CHECK(track.at("state") == "confirmed");
+  CHECK(track.at("measured_ns") == std::to_string(t.table.measured_ns[1]));
+  CHECK(track.at("flags") == t.table.flags[1]);
+  CHECK(track.at("covariance").at(14) == t.table.covariance[14][1]);
+  CHECK(track.at("path").at("cov_xy") == std::vector<double>(t.table.path_cov_xy + 3, t.table.path_cov_xy + 6));
+}
+
+TEST_CASE("every counter is in the JSON by its name, and in its schema") {
+  ovt_stats stats = ovt_default_stats();
+  int64_t n = 100;
+  for_each_counter(stats, [&](const char*, int64_t& counter) { counter = n++; });
+  const Json json = Json::parse(cli::format_counters(stats));
+  CHECK(keys_of(json) == keys_of(Json::parse(cli::number_schema("overtake.Counters")).at("properties")));
+  std::size_t bad = 0;
+  for_each_counter(stats, [&](const char* name, int64_t counter) {
+    CAPTURE(name);
+    const Json& value = json.at(name);
+    CHECK((value.is_array() ? value.at(bad++) : value) == counter);
+  });
+  CHECK(bad == std::size(stats.points_bad));
+  CHECK(json.size() + bad - 1 == std::size_t(n - 100));
+}
+
+TEST_CASE("the CSV files keep their columns; each is the one its header names") {
+  const TempFolder folder;
+  const ovt_frame_info info{};
+  const auto read = [&] {
+    std::ifstream file(folder.path("table.csv"));
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  Filled<ovt_detections> detections;
+  const auto detections_csv = [&] {
+    io::CsvWriter csv(folder.path("table.csv"), cli::detections_header());
+    cli::write_detections(csv, 7, detections.table);
+    csv.flush();
+    return read();
+  };
+  CHECK(cli::detections_header() ==
+        "frame,stamp_ns,x_m,y_m,z_m,heading_rad,heading_source,length_m,width_m,points,inliers_ref,inliers_var,"
+        "heading_ref_rad,heading_var_rad,sensor_mask");
+  CHECK(detections_csv().substr(cli::detections_header().size()) ==
+        "\n7,20,21,22,23,24,ref,26,27,28,29,30,31,32,37"
+        "\n7,21,22,23,24,25,var,27,28,29,30,31,32,33,38"
+        "\n7,22,23,24,25,26,ref,28,29,30,31,32,33,34,39\n");
+  const std::string before = detections_csv();
+  detections.flip_each([&](const ColumnInfo& column) { CHECK((detections_csv() != before) == (*column.csv != 0)); });
+
+  Filled<ovt_tracks> tracks;
+  const auto tracks_csv = [&] {
+    io::CsvWriter csv(folder.path("table.csv"), cli::tracks_header());
+    cli::write_tracks(csv, 7, info, tracks.table);
+    csv.flush();
+    return read();
+  };
+  CHECK(cli::tracks_header() ==
+        "stamp_ns,id,state,frame,x_m,y_m,speed_mps,course_rad,yaw_rate_rps,heading_rad,age,hits,var_x,var_y,ahead_m,"
+        "left_m,"
+        "name");
+  CHECK(tracks_csv().substr(cli::tracks_header().size()) ==
+        "\n3,20,tentative,7,23,24,25,26,27,43,46,47,28,30,23,24,20:0"
+        "\n3,21,confirmed,7,24,25,26,27,28,44,47,48,29,31,24,25,21:0"
+        "\n3,22,tentative,7,25,26,27,28,29,45,48,49,30,32,25,26,22:0\n");
+  const std::string tracks_before = tracks_csv();
+  std::size_t variances = 0;
+  tracks.flip_each([&](const ColumnInfo& column) {
+    const bool changed = tracks_csv() != tracks_before;
+    if (column.name == std::string("covariance"))
+      variances += changed;
+    else
+      CHECK(changed == (*column.csv != 0));
+  });
+  CHECK(variances == 4);  // var_x and var_y of the first and the last row
 }
 
 }  // namespace

@@ -60,8 +60,8 @@ class RunResult {
   // trace: file for the stages' spans, "" for none.
   RunResult(const std::string& folder, const io::Rig& rig, const std::string& trace)
       : rig_(rig),
-        detections_(folder + "/detections.csv", kDetectionsHeader),
-        tracks_(folder + "/tracks.csv", kTracksHeader),
+        detections_(folder + "/detections.csv", detections_header()),
+        tracks_(folder + "/tracks.csv", tracks_header()),
         timing_(folder + "/timing.csv", kTimingHeader) {
     if (!trace.empty()) trace_.emplace(trace, rig);
   }

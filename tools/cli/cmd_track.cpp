@@ -96,7 +96,7 @@ int track_command(const Options& options) {
   io::OutputGuard guard(options.force);
   add_inputs(guard, options, config);
   guard.add_folder(options.out);
-  io::CsvWriter tracks_csv(options.out + "/tracks.csv", kTracksHeader);
+  io::CsvWriter tracks_csv(options.out + "/tracks.csv", tracks_header());
   Session session(config, nullptr, nullptr);
   const Reader reader(session);
   io::write_whole_file(options.out + "/config.toml", format_config(config));

@@ -3,18 +3,53 @@
 #include "tools/client/result_files.h"
 
 #include <cmath>
+#include <string_view>
 #include <type_traits>
 
 #include "pipeline/columns.h"
 
 namespace overtake::cli {
 
+std::string_view word_of(std::string_view words, int64_t value) {
+  for (; value > 0 && words.find(' ') != std::string_view::npos; --value) words.remove_prefix(words.find(' ') + 1);
+  return words.substr(0, words.find(' '));
+}
+
+namespace {
+
+template <class T>
+void write_cell(io::CsvWriter& csv, const char* words, T value) {
+  if (*words)
+    csv.cell(word_of(words, int64_t(value)));
+  else if constexpr (std::is_floating_point_v<T> || std::is_same_v<T, uint64_t>)
+    csv.cell(value);
+  else
+    csv.cell(int64_t(value));
+}
+
+// The cells' names, each behind a comma. What is not of the row stands where the file has always had it.
+template <class Table>
+std::string names_of_cells(const char* behind_state) {
+  std::string names;
+  Table none{};
+  for_each_column(none, [&](const ColumnInfo& column, auto*, int64_t) {
+    if (*column.csv) names += std::string(",") + column.csv;
+    if (std::string_view(column.csv) == "state") names += behind_state;
+  });
+  return names;
+}
+
+}  // namespace
+
+std::string detections_header() { return "frame" + names_of_cells<ovt_detections>(""); }
+
 void write_detections(io::CsvWriter& csv, int64_t frame, const ovt_detections& d) {
   for (int32_t i = 0; i < d.count; ++i) {
-    csv.cell(frame).cell(d.stamp_ns[i]).cell(d.x_m[i]).cell(d.y_m[i]).cell(d.z_m[i]).cell(d.heading_rad[i]);
-    csv.cell(std::string_view(d.heading_source[i] == 0 ? "ref" : "var"));
-    csv.cell(d.length_m[i]).cell(d.width_m[i]).cell(d.point_count[i]).cell(d.inliers_ref[i]).cell(d.inliers_var[i]);
-    csv.cell(d.heading_ref_rad[i]).cell(d.heading_var_rad[i]).cell(d.sensor_mask[i]).end_row();
+    csv.cell(frame);
+    for_each_column(d, [&](const ColumnInfo& column, const auto* values, int64_t) {
+      if (*column.csv) write_cell(csv, column.words, values[i]);
+    });
+    csv.end_row();
   }
 }
 
@@ -28,6 +63,10 @@ Place place_of(const ovt_frame_info& info, const ovt_tracks& tracks, int32_t i) 
 
 std::string track_name(uint64_t id) { return std::to_string(id & 0xffffffff) + ":" + std::to_string(id >> 32); }
 
+std::string tracks_header() {
+  return "stamp_ns" + names_of_cells<ovt_tracks>(",frame") + ",var_x,var_y,ahead_m,left_m,name";
+}
+
 void write_tracks(io::CsvWriter& csv, int64_t frame, const ovt_frame_info& info, const ovt_tracks& t) {
   const auto cell_if_known = [&](double value) {
     if (std::isnan(value))
@@ -36,10 +75,11 @@ void write_tracks(io::CsvWriter& csv, int64_t frame, const ovt_frame_info& info,
       csv.cell(value);
   };
   for (int32_t i = 0; i < t.count; ++i) {
-    csv.cell(t.publish_ns).cell(t.id[i]);
-    csv.cell(std::string_view(t.state[i] == OVT_CONFIRMED ? "confirmed" : "tentative")).cell(frame);
-    csv.cell(t.x_m[i]).cell(t.y_m[i]).cell(t.speed_mps[i]).cell(t.course_rad[i]).cell(t.yaw_rate_rps[i]);
-    csv.cell(t.heading_rad[i]).cell(t.age[i]).cell(t.hits[i]);
+    csv.cell(t.publish_ns);
+    for_each_column(t, [&](const ColumnInfo& column, const auto* values, int64_t) {
+      if (*column.csv) write_cell(csv, column.words, values[i]);
+      if (std::string_view(column.csv) == "state") csv.cell(frame);
+    });
     csv.cell(t.covariance[0][i]).cell(t.covariance[2][i]);  // lower triangle: xx, yx, yy
     const Place place = place_of(info, t, i);
     cell_if_known(place.ahead_m);

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "core/hash.h"
 #include "pipeline/overtake.h"
@@ -13,14 +14,14 @@
 
 namespace overtake::cli {
 
-inline constexpr const char* kDetectionsHeader =
-    "frame,stamp_ns,x_m,y_m,z_m,heading_rad,heading_source,length_m,width_m,points,inliers_ref,inliers_var,"
-    "heading_ref_rad,heading_var_rad,sensor_mask";
-inline constexpr const char* kTracksHeader =
-    "stamp_ns,id,state,frame,x_m,y_m,speed_mps,course_rad,yaw_rate_rps,heading_rad,age,hits,var_x,var_y,ahead_m,left_m,"
-    "name";
 inline constexpr const char* kTimingHeader = "frame,stamp_ns,sensor,stage,time_us";
 
+// The name of a value: the one of that number in `words`, which spaces part (core/columns.def).
+std::string_view word_of(std::string_view words, int64_t value);
+// The columns that core/columns.def names for CSV files, and what is about the frame; detections_header, tracks_header:
+// their first line.
+std::string detections_header();
+std::string tracks_header();
 // heading_source: ref (map or ego heading) or var (the points).
 void write_detections(io::CsvWriter& csv, int64_t frame, const ovt_detections& detections);
 // state: tentative or confirmed. ahead_m, left_m: in the ego vehicle's frame at the frame's stamp, empty where the

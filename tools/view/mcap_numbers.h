@@ -1,8 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A frame's numbers as JSON, and the JSON Schema of each: "overtake.Detections", "overtake.Tracks", "overtake.Times",
-// "overtake.Counters". Stamps are strings of ns (JSON's numbers lose digits beyond 2^53); what is not finite is null.
+// A frame's numbers as JSON, by core/columns.def and pipeline/stats.def, and the JSON Schema of each:
+// "overtake.Detections", "overtake.Tracks", "overtake.Times", "overtake.Counters". Stamps are strings of ns (JSON's
+// numbers lose digits beyond 2^53); what is not finite is null.
 #pragma once
 
 #include <string>
