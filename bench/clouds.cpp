@@ -9,13 +9,12 @@
 #include <random>
 #include <system_error>
 
+#include "tests/support/scene.h"
+#include "tools/io/angles.h"
 #include "tools/io/recording.h"
-#include "tools/scene/scene.h"
 
 namespace overtake::bench {
 namespace {
-
-constexpr double kDegree = 3.14159265358979323846 / 180.0;
 
 // As the tests find them.
 std::string data_folder() {
@@ -32,11 +31,11 @@ ovt_sensor_def to_sensor_def(const io::RigSensor& sensor) {
   def.x_m = sensor.x_m;
   def.y_m = sensor.y_m;
   def.z_m = sensor.z_m;
-  def.yaw_rad = sensor.yaw_deg * kDegree;
+  def.yaw_rad = io::rad(sensor.yaw_deg);
   def.rows = sensor.rows;
   def.cols = sensor.cols;
-  def.azimuth_left_rad = sensor.azimuth_left_deg * kDegree;
-  def.azimuth_right_rad = sensor.azimuth_right_deg * kDegree;
+  def.azimuth_left_rad = io::rad(sensor.azimuth_left_deg);
+  def.azimuth_right_rad = io::rad(sensor.azimuth_right_deg);
   def.wraps = sensor.wraps;
   def.range_min_m = sensor.range_min_m;
   def.range_max_m = sensor.range_max_m;
@@ -83,9 +82,9 @@ Cloud make_cloud(int32_t rows, int32_t cols) {
   const auto uniform = [&] { return double(random() % 65536) / 65536.0; };
   for (int32_t r = 0; r < rows; ++r)
     for (int32_t c = 0; c < cols; ++c) {
-      const double elevation = (8.0 - 30.0 * (r + 0.5) / rows) * kDegree;
+      const double elevation = io::rad(8.0 - 30.0 * (r + 0.5) / rows);
       const double left = sensor.azimuth_left_deg;
-      const double azimuth = (left - (left - sensor.azimuth_right_deg) * (c + 0.5) / cols) * kDegree;
+      const double azimuth = io::rad(left - (left - sensor.azimuth_right_deg) * (c + 0.5) / cols);
       const double dx = std::cos(elevation) * std::cos(azimuth), dy = std::cos(elevation) * std::sin(azimuth);
       const double dz = std::sin(elevation);
       double range = dz < 0 ? -1.8 / dz : 1000.0;

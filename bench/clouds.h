@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the benchmarks run on: recorded scans where they are present, else the scene of tools/scene; and seeded ones of
-// any size that look like them (pure noise would flatter code without branches).
+// What the benchmarks run on: recorded scans where they are present, else the scene of tests/support/scene.h; and
+// seeded ones of any size that look like them (pure noise would flatter code without branches).
 #pragma once
 
 #include <cstdint>

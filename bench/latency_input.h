@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "pipeline/overtake.h"
+#include "tests/support/scene.h"
 #include "tools/io/ego_file.h"
 #include "tools/io/map_file.h"
 #include "tools/io/recording.h"
-#include "tools/scene/scene.h"
 
 namespace overtake::bench {
 

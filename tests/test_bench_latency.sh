@@ -2,12 +2,12 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_bench_latency.sh BENCH_LATENCY OVERTAKE. The program from outside: files it writes, a recording as its
+# usage: tests/test_bench_latency.sh BENCH_LATENCY WRITE_SCENE. The program from outside: files it writes, a recording as its
 # input, exit codes. Exit code 0 is a pass.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
-bench=$(realpath "${1:?usage: test_bench_latency.sh BENCH_LATENCY OVERTAKE}")
-overtake=$(realpath "${2:?}")
+bench=$(realpath "${1:?usage: test_bench_latency.sh BENCH_LATENCY WRITE_SCENE}")
+write_scene=$(realpath "${2:?}")
 readonly bench overtake
 cd "$work" || exit 1
 
@@ -19,7 +19,7 @@ for file in run.hgrm run.hgrm.noise; do
   grep -q '^#\[Max     = .*Total count    = *[1-4]\]$' "$file" || fail "$file counts not up to four frames"
 done
 
-"$overtake" scene --frames 3 --out scene >/dev/null || fail "no scene"
+"$write_scene" scene 3 || fail "no scene"
 "$bench" --input scene --rig av21 --map scene/map.csv --ego scene/ego.csv --loop closed --workers 1 --frames 5 --warmup 1 \
   >stdout 2>stderr || fail "a recording: $(head -c 400 stderr)"
 grep -q '^input: recording, 3 frames of 3 sensors' stdout || fail "the recording is not named: $(grep '^input' stdout)"

@@ -2,11 +2,11 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_cli.sh OVERTAKE. The command line from outside: files and columns, same bytes, exit codes and the
+# usage: tests/test_cli.sh OVERTAKE WRITE_SCENE. The command line from outside: files and columns, same bytes, exit codes and the
 # one sentence each kind of bad input gets, Ctrl-C. Needs no recording: it makes a small scene. Exit code 0 is a pass.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
-readonly overtake=$(realpath "${1:?usage: test_cli.sh OVERTAKE}")
+readonly overtake=$(realpath "${1:?usage: test_cli.sh OVERTAKE WRITE_SCENE}") write_scene=$(realpath "${2:?}")
 cd "$work" || exit 1
 
 # expect NAME COMMAND...: succeeds.
@@ -36,7 +36,7 @@ expect "help" "$overtake" --help
 expect "info --help" "$overtake" info --help && grep -q '^ *PCD (.pcd): ' stdout && grep -q '^ *MCAP (.mcap): ' stdout ||
   fail "the help of info lists no formats"
 expect "params" "$overtake" params && grep -q '^tracker.confirm_hits' stdout || fail "params lists no tracker.confirm_hits"
-expect "scene" "$overtake" scene --out scene --frames 8
+expect "scene" "$write_scene" scene 8
 run=("$overtake" run scene --rig av21 --ego scene/ego.csv --map scene/map.csv --set tracker.confirm_hits=3)
 expect "run" "${run[@]}" --out run
 grep -q '^ *scan  *points' stdout || fail "run prints no table"
@@ -214,8 +214,18 @@ for code in "0 done" "1 an error" "2 a wrong command line" "3 the recording is d
   grep -q "[ ;]$code" stdout || fail "--help does not say exit code $code: $(cat stdout)"
 done
 
+# ---- a command that is gone works for one more version, says what to use, and nothing names it
+expect "scene" "$overtake" scene --frames 2 --seed 3 --out gone.d
+[[ $(cat stderr) == "overtake: scene is gone"*"use: overtake simulate demo --seconds 0.1 --seed 3 --out gone.d" ]] || fail "scene says $(cat stderr)"
+expect "what it says" "$overtake" simulate demo --seconds 0.1 --seed 3 --out instead
+diff -r gone.d instead || fail "scene does something else than it says"
+"$overtake" scene --frames 121 --out too_many 2>stderr && fail "scene --frames 121 passes"
+[[ $(tail -n 1 stderr) == "overtake: --frames 121: the scenario demo has 120 frames; "* && ! -e too_many ]] || fail "scene --frames 121: $(cat stderr)"
+grep -qw scene <("$overtake" --help; "$overtake" 2>&1; "$overtake" scen 2>&1) && fail "overtake names the command that is gone"
+
 # ---- one of a thing has no plural
-expect "one frame" "$overtake" scene --out one --frames 1 && grep -q '^1 frame of a' stdout || fail "scene: $(cat stdout)"
+expect "one sweep" "$overtake" simulate demo --seconds 0.05 --out one_sweep && grep -q ': 1 sweep (' stdout || fail "simulate: $(cat stdout)"
+expect "one frame" "$write_scene" one 1
 expect "run of one frame" "$overtake" run one --rig av21 --out one_run && grep -q '^1 frame[.] Written' stdout ||
   fail "run of one frame: $(cat stdout)"
 

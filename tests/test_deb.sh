@@ -61,7 +61,7 @@ expect "dpkg --verify" dpkg_there --verify overtake
 library=$(find "$root/usr/lib" -name libovertake.so.0)
 readonly libdir=${library%/*}
 expect "overtake --version" "$root/usr/bin/overtake" --version
-expect "overtake scene" "$root/usr/bin/overtake" scene --out "$work/scene" --frames 2
+expect "overtake simulate" "$root/usr/bin/overtake" simulate demo --seconds 0.1 --out "$work/scene" --quiet
 expect "overtake run" "$root/usr/bin/overtake" run "$work/scene" --rig av21 --out "$work/run" --quiet
 [[ -s $work/run/tracks.csv ]] || fail "the packaged overtake wrote no tracks.csv"
 export PKG_CONFIG_PATH=$libdir/pkgconfig

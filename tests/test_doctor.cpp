@@ -11,8 +11,8 @@
 #include <cmath>
 
 #include "tests/support/recorded.h"
+#include "tests/support/scene.h"
 #include "tools/io/recording.h"
-#include "tools/scene/scene.h"
 
 using namespace overtake;
 using cli::Doctor;

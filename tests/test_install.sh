@@ -60,7 +60,7 @@ fi
 
 # ---- the command line and its rigs
 expect "overtake --version" "$prefix/bin/overtake" --version
-expect "overtake scene" "$prefix/bin/overtake" scene --out "$work/scene" --frames 2
+expect "overtake simulate" "$prefix/bin/overtake" simulate demo --seconds 0.1 --out "$work/scene" --quiet
 readonly rig=$prefix/share/overtake/rigs/av21.toml
 expect "overtake run" "$prefix/bin/overtake" run "$work/scene" --rig "$rig" --out "$work/run" --quiet
 [[ -s $work/run/tracks.csv ]] || fail "the installed overtake wrote no tracks.csv"

@@ -2,12 +2,12 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_outputs.sh OVERTAKE. What the command line does to files: no output replaces an input or a file of
+# usage: tests/test_outputs.sh OVERTAKE WRITE_SCENE. What the command line does to files: no output replaces an input or a file of
 # somebody else, what is not finished has names that end in .part and is said to be partial, config.toml means the same
 # everywhere, options without effect are errors. Makes its own recordings. Exit code 0 is a pass.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
-readonly overtake=$(realpath "${1:?usage: test_outputs.sh OVERTAKE}")
+readonly overtake=$(realpath "${1:?usage: test_outputs.sh OVERTAKE WRITE_SCENE}") write_scene=$(realpath "${2:?}")
 cd "$work" || exit 1
 
 expect() {  # NAME COMMAND...: succeeds
@@ -40,7 +40,7 @@ no_parts() { [[ -z $(find "$1" -name '*.part') ]] || fail "$1 holds $(find "$1" 
 
 expect "a log" "$overtake" simulate demo --seed 3 --seconds 0.3 --out race.mcap --quiet
 expect "a folder" "$overtake" simulate demo --seed 3 --seconds 0.3 --out race --quiet
-expect "scene" "$overtake" scene --out scene --frames 6
+expect "scene" "$write_scene" scene 6
 for folder in . race scene; do no_parts $folder; done
 
 # ---- an input is never replaced, under whatever name
@@ -93,7 +93,7 @@ expect "again, ours now" "$overtake" run scene --rig av21 --out first --quiet
 mkdir mine
 for name in tracks.csv labels.csv truth.csv scan.png metrics.json rig.toml above.png; do echo "mine" >mine/$name; done
 for words in "tracks.csv run scene --rig av21" "tracks.csv track seen.csv" "labels.csv label scene --rig av21 --frame 0" \
-  "truth.csv scene --frames 1" "scan.png inspect scene --rig av21 --frame 0 --sensor front" \
+  "scan.png inspect scene --rig av21 --frame 0 --sensor front" \
   "metrics.json evaluate race.mcap --preset paper --frames 1"; do
   name=${words%% *}
   # shellcheck disable=SC2086

@@ -13,9 +13,10 @@
 #include <set>
 #include <sstream>
 
+#include "pipeline/overtake.h"
 #include "tests/support/recorded.h"
 #include "tests/support/temp_folder.h"
-#include "tools/cli/commands.h"
+#include "tools/cli/command_line.h"
 #include "tools/evaluation/metrics/clear_mot.h"
 #include "tools/io/csv.h"
 #include "tools/io/kitti_tracking.h"
@@ -293,18 +294,15 @@ TEST_CASE("lvms: overtake track writes what the C API returns") {
   OVT_NEED_RECORDED(kTrajectory);
   const std::vector<Detection> detections = detect(read_trajectory(), 1);
   const TempFolder folder;
-  cli::Options options;
-  options.command = "track";
-  options.input = folder.path("detections.csv");
-  options.out = folder.path("out");
-  options.quiet = true;
+  const std::string input = folder.path("detections.csv"), out = folder.path("out");
   {
-    io::CsvWriter csv(options.input, "stamp_ns,x_m,y_m");
+    io::CsvWriter csv(input, "stamp_ns,x_m,y_m");
     for (const Detection& d : detections) csv.cell(d.stamp_ns).cell(d.x_m).cell(d.y_m).end_row();
   }
-  REQUIRE(cli::track_command(options) == 0);
+  const char* const words[] = {"overtake", "track", input.c_str(), "--out", out.c_str(), "--quiet"};
+  REQUIRE(cli::run_command_line(6, words) == 0);
 
-  const io::Csv csv = io::Csv::read(options.out + "/tracks.csv");
+  const io::Csv csv = io::Csv::read(out + "/tracks.csv");
   REQUIRE(csv.row_count() == detections.size());  // one track, in every scan
   const int32_t stamp = csv.need({"stamp_ns"}), id = csv.need({"id"}), state = csv.need({"state"});
   const int32_t frame = csv.need({"frame"}), x = csv.need({"x_m"}), y = csv.need({"y_m"});

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The simulated overtake: its points lie where geometry says, its truth belongs to its points.
-#include "tools/scene/scene.h"
+#include "tests/support/scene.h"
 
 #include <doctest/doctest.h>
 

@@ -15,8 +15,8 @@
 #include "core/hash.h"
 #include "pipeline/columns.h"
 #include "pipeline/overtake.h"
+#include "tests/support/scene.h"
 #include "tests/support/test_method.h"
-#include "tools/scene/scene.h"
 
 namespace overtake_test {
 

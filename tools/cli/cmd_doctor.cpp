@@ -7,7 +7,8 @@
 #include <filesystem>
 #include <set>
 
-#include "tools/cli/commands.h"
+#include "tools/cli/command.h"
+#include "tools/cli/command_options.h"
 #include "tools/cli/doctor.h"
 #include "tools/cli/report_json.h"
 #include "tools/client/console.h"
@@ -21,6 +22,10 @@
 
 namespace overtake::cli {
 namespace {
+
+struct DoctorOptions : Options {
+  bool json = false;
+};
 
 constexpr std::size_t kTried = 3;  // frames by which another rig is judged
 
@@ -142,9 +147,17 @@ void examine_folder(const Config& config, Doctor& doctor) {
   }
 }
 
-}  // namespace
+void add_doctor_options(CLI::App& command, DoctorOptions& options) {
+  options.command = "doctor";
+  add_detector_options(command, options);
+  command.add_option("--config", options.config, "TOML file with the rig");
+  command.add_option("--ego", options.ego, "CSV of ego poses, as for run");
+  add_json_option(command, options.json);
+  command.add_option("--map", options.map,
+                     "map, as for run: whether the poses lie on it (default: the log's own, if any)");
+}
 
-int doctor_command(const Options& options) {
+int examine(const DoctorOptions& options) {
   const Config config = load_config_with_rig(options);
   catch_interrupt();
   Doctor doctor(config.rig);
@@ -187,6 +200,13 @@ int doctor_command(const Options& options) {
     std::printf("%s wrong with %s for rig %s.\n", io::counted(wrong, "thing is", "things are").c_str(),
                 printable(config.input).c_str(), printable(config.rig.name).c_str());
   return wrong == 0 ? 0 : kDamaged;
+}
+
+}  // namespace
+
+Command doctor_command() {
+  return make_command("doctor", "says what is wrong with a recording for a rig, and what to do", kListed,
+                      add_doctor_options, examine);
 }
 
 }  // namespace overtake::cli

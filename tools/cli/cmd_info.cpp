@@ -9,7 +9,8 @@
 #include <map>
 #include <set>
 
-#include "tools/cli/commands.h"
+#include "tools/cli/command.h"
+#include "tools/cli/command_options.h"
 #include "tools/cli/report_json.h"
 #include "tools/client/console.h"
 #include "tools/io/bag_stream.h"
@@ -24,6 +25,11 @@ namespace overtake::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+struct InfoOptions {
+  std::string input;
+  bool json = false;
+};
 
 struct TopicInfo {
   int64_t messages = 0, first_ns = 0, last_ns = 0, points = 0, undecoded = 0;
@@ -150,9 +156,13 @@ void print_folder(const RecordingInfo& info) {
   std::fputs(table.format().c_str(), stdout);
 }
 
-}  // namespace
+void add_info_options(CLI::App& command, InfoOptions& options) {
+  command.add_option("input", options.input, io::describe_inputs())->required();
+  add_json_option(command, options.json);
+  command.footer("Formats, found by a file's first bytes, else by its name:\n" + io::list_formats());
+}
 
-int info_command(const Options& options) {
+int print_info(const InfoOptions& options) {
   catch_interrupt();
   const std::string partial = io::why_partial(options.input);
   if (!partial.empty() && !options.json) std::printf("this log is partial: %s\n", printable(partial).c_str());
@@ -167,6 +177,12 @@ int info_command(const Options& options) {
   std::fprintf(stderr, "overtake: %s: %s; what is said is about what came before it\n", printable(info.path).c_str(),
                printable(info.damage).c_str());
   return kDamaged;
+}
+
+}  // namespace
+
+Command info_command() {
+  return make_command("info", "says what a recording holds", kListed, add_info_options, print_info);
 }
 
 }  // namespace overtake::cli

@@ -7,7 +7,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "tools/cli/commands.h"
+#include "tools/cli/command.h"
+#include "tools/cli/command_options.h"
 #include "tools/client/console.h"
 #include "tools/client/session.h"
 #include "tools/io/error.h"
@@ -20,6 +21,11 @@
 
 namespace overtake::cli {
 namespace {
+
+struct InspectOptions : Options {
+  std::string sensor;
+  int64_t frame = -1;
+};
 
 int32_t choose_sensor(const io::Rig& rig, const std::string& name) {
   if (name.empty() && rig.sensors.size() == 1) return 0;
@@ -57,6 +63,18 @@ io::FrameScans choose_frame(const std::string& input, const io::Rig& rig, int64_
   throw io::Error("--frame " + std::to_string(wanted), 0,
                   input + " has no such frame (there are " + std::to_string(first.frame) + " to " +
                       std::to_string(last) + ")" + lost());
+}
+
+// The range image that says which pixels of image `id` are returns: its own stage's, else any that there is.
+DenseImage returns_of(const std::map<int32_t, DenseImage>& images, int32_t id) {
+  const int32_t own = id == OVT_IMAGE_ELEVATION_FILLED     ? OVT_IMAGE_RANGE_FILLED
+                      : id == OVT_IMAGE_ELEVATION_REPAIRED ? OVT_IMAGE_RANGE_REPAIRED
+                                                           : OVT_IMAGE_RANGE;
+  for (const int32_t range : {own, int32_t(OVT_IMAGE_RANGE), int32_t(OVT_IMAGE_RANGE_FILLED)})
+    if (const auto known = images.find(range); known != images.end()) return known->second;
+  DenseImage all = images.at(id);
+  all.real.assign(std::size_t(all.rows) * std::size_t(all.cols), 1.0f);
+  return all;
 }
 
 void write_image(const std::string& folder, const DenseImage& image, const DenseImage& returns) {
@@ -130,6 +148,14 @@ void write_scan_images(const std::string& folder, const io::SensorScan& scan, co
   io::write_png(folder + "/scan.png", draw_scan({x.data(), y.data(), z.data(), x.size(), nullptr}, caption));
 }
 
+// The images that the preset's method does not compute.
+std::string absent_images(const std::map<int32_t, DenseImage>& images) {
+  std::vector<std::string> names;
+  for (int32_t id = 0; id < OVT_IMAGE_COUNT; ++id)
+    if (!images.contains(id)) names.emplace_back(ovt_image_name(id));
+  return io::join(names, ", ");
+}
+
 void print_summary(const Options& options, const io::SensorScan& scan, const ovt_labels& labels,
                    const PointResult& points, const std::vector<std::string>& reasons) {
   std::map<uint8_t, int64_t> counts;
@@ -149,9 +175,7 @@ void print_summary(const Options& options, const io::SensorScan& scan, const ovt
       options.out.c_str());
 }
 
-}  // namespace
-
-int inspect_command(const Options& options) {
+int inspect(const InspectOptions& options) {
   if (!options.map.empty() && options.map != "none")
     throw io::Error("--map " + options.map, 0, "has no effect on the images of one scan: leave it out");
   const Config config = load_config_with_rig(options);
@@ -174,20 +198,15 @@ int inspect_command(const Options& options) {
   io::OutputGuard guard(options.force);
   add_inputs(guard, options, config);
   guard.add_folder(options.out);
-  std::map<int32_t, DenseImage> images;
-  for (int32_t id = 0; id < OVT_IMAGE_COUNT; ++id) images[id] = read_image(reader, sensor, id);
-  if (!frame.scans[0].input_index.empty())
-    for (int32_t& point : images[OVT_IMAGE_PIXEL_POINT].integer)
+  std::map<int32_t, DenseImage> images = read_images(reader, sensor);
+  if (const auto owner_image = images.find(OVT_IMAGE_PIXEL_POINT);
+      owner_image != images.end() && !frame.scans[0].input_index.empty())
+    for (int32_t& point : owner_image->second.integer)
       if (point >= 0) point = frame.scans[0].input_index[std::size_t(point)];  // rows of the input file
-  const auto returns_of = [&](int32_t id) -> const DenseImage& {
-    if (id == OVT_IMAGE_ELEVATION_FILLED) return images[OVT_IMAGE_RANGE_FILLED];
-    if (id == OVT_IMAGE_ELEVATION_REPAIRED) return images[OVT_IMAGE_RANGE_REPAIRED];
-    return images[OVT_IMAGE_RANGE];
-  };
-  for (const auto& [id, image] : images) write_image(options.out, image, returns_of(id));
+  for (const auto& [id, image] : images) write_image(options.out, image, returns_of(images, id));
   std::vector<io::Picture> strip;  // the way of one scan at a glance
   for (int32_t id : {OVT_IMAGE_RANGE, OVT_IMAGE_ANGLE_SMOOTH, OVT_IMAGE_RANGE_REPAIRED, OVT_IMAGE_LABELS})
-    strip.push_back(draw_image(images[id], returns_of(id)));
+    if (images.contains(id)) strip.push_back(draw_image(images.at(id), returns_of(images, id)));
   io::write_png(options.out + "/strip.png", stack_pictures(strip));
 
   ovt_labels labels;
@@ -201,7 +220,25 @@ int inspect_command(const Options& options) {
   io::write_whole_file(options.out + "/config.toml", format_config(config));
   guard.commit();
   if (!options.quiet) print_summary(options, frame.scans[0], labels, points, reasons);
+  if (const std::string absent = absent_images(images); !options.quiet && !absent.empty())
+    std::printf("note: preset %s does not compute %s\n", config.preset.c_str(), absent.c_str());
   return 0;
+}
+
+void add_inspect_options(CLI::App& command, InspectOptions& options) {
+  options.command = "inspect";
+  add_detector_options(command, options);
+  add_common_options(command, options);
+  command.add_option("--frame", options.frame,
+                     "the number in the scan's file name (may be left out where there is one frame)");
+  command.add_option("--sensor", options.sensor, "sensor of the rig (may be left out where it has one)");
+}
+
+}  // namespace
+
+Command inspect_command() {
+  return make_command("inspect", "writes every image of one scan as NPY and PNG", kListed, add_inspect_options,
+                      inspect);
 }
 
 }  // namespace overtake::cli

@@ -1,13 +1,11 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/cli/cmd_label.h"
-
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
+//
+// overtake label: ground and obstacles of a recording's points without a human, by the paper's automatic labelling.
 #include <cstdio>
-#include <memory>
 
-#include "tools/cli/commands.h"
+#include "tools/cli/command.h"
+#include "tools/cli/command_options.h"
 #include "tools/client/console.h"
 #include "tools/evaluation/baselines/label_ground.h"
 #include "tools/evaluation/places.h"
@@ -95,27 +93,26 @@ int label(const LabelOptions& options) {
   return stream->lost_count() > 0 || !stream->damage().empty() ? kDamaged : 0;
 }
 
+void add_label_options(CLI::App& command, LabelOptions& options) {
+  command.add_option("input", options.input, "a recording, as for run")->required();
+  command.add_option("--rig", options.rig,
+                     "sensors: a TOML file or a built-in rig (default: the rig that an MCAP log holds, if any)");
+  command.add_option("--out", options.out, "folder for the labels")->required();
+  command.add_option("--frame", options.frame, "this frame only")->check(CLI::NonNegativeNumber);
+  command.add_option("--every", options.every, "every so many frames")->check(CLI::Range(1, 1000000));
+  command.add_option("--neighbours", options.params.neighbours, "of the plane, at first")->check(CLI::Range(3, 96));
+  command.add_option("--flat-deg", options.params.flat_deg, "a normal this close to the vertical is ground")
+      ->check(CLI::Range(1.0, 89.0));
+  command.add_option("--voters", options.params.voters, "of the last step")->check(CLI::Range(1, 96));
+  add_quiet_option(command, options.quiet);
+  add_force_option(command, options.force);
+}
+
 }  // namespace
 
-CLI::App& add_label_command(CLI::App& app) {
-  auto options = std::make_shared<LabelOptions>();
-  CLI::App& command = *app.add_subcommand("label", "ground and obstacles of every point, by planes and votes");
-  command.add_option("input", options->input, "a recording, as for run")->required();
-  command.add_option("--rig", options->rig,
-                     "sensors: a TOML file or a built-in rig (default: the rig that an MCAP log holds, if any)");
-  command.add_option("--out", options->out, "folder for the labels")->required();
-  command.add_option("--frame", options->frame, "this frame only")->check(CLI::NonNegativeNumber);
-  command.add_option("--every", options->every, "every so many frames")->check(CLI::Range(1, 1000000));
-  command.add_option("--neighbours", options->params.neighbours, "of the plane, at first")->check(CLI::Range(3, 96));
-  command.add_option("--flat-deg", options->params.flat_deg, "a normal this close to the vertical is ground")
-      ->check(CLI::Range(1.0, 89.0));
-  command.add_option("--voters", options->params.voters, "of the last step")->check(CLI::Range(1, 96));
-  command.add_flag("--quiet", options->quiet, "print nothing but errors");
-  add_force_option(command, options->force);
-  command.callback([options] {
-    if (const int code = label(*options)) throw CLI::RuntimeError(code);
-  });
-  return command;
+Command label_command() {
+  return make_command("label", "ground and obstacles of every point, by planes and votes", kListed, add_label_options,
+                      label);
 }
 
 }  // namespace overtake::cli

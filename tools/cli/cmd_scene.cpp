@@ -1,29 +1,21 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-//   FRAME_front.pcd, FRAME_left.pcd, FRAME_right.pcd   x y z intensity ring t (ns after the stamp), sensor frame, raw
-//   ego.csv     poses at 100 Hz, map frame                map.csv   centre line, widths and banking
-//   truth.csv   the opponent at each frame's stamp: middle of the car on the road, vehicle frame and map frame
-#include "tools/cli/cmd_scene.h"
-
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <cmath>
+// overtake scene: gone. In this version it still says so and does what took its place, `overtake simulate demo`.
 #include <cstdio>
 #include <filesystem>
-#include <memory>
-#include <string>
 
-#include "tools/cli/commands.h"
+#include "tools/cli/cmd_simulate.h"
+#include "tools/cli/command.h"
+#include "tools/cli/command_options.h"
 #include "tools/client/console.h"
-#include "tools/io/csv.h"
-#include "tools/io/output.h"
-#include "tools/io/pcd.h"
-#include "tools/io/words.h"
-#include "tools/scene/scene.h"
+#include "tools/io/error.h"
+#include "tools/sim/scenario.h"
 
 namespace overtake::cli {
 namespace {
+
+constexpr double kFrame_s = 0.05;
 
 struct SceneOptions {
   std::string out;
@@ -32,87 +24,40 @@ struct SceneOptions {
   bool force = false;
 };
 
-void write_scan(const std::string& path, const SceneScan& scan) {
-  std::vector<uint32_t> time_ns(scan.time_offset_s.size());
-  for (std::size_t i = 0; i < time_ns.size(); ++i)
-    time_ns[i] = uint32_t(std::lround(double(scan.time_offset_s[i]) * 1e9));
-  io::Cloud cloud;
-  io::add_column(cloud, "x", io::ValueType::kFloat32, scan.x_m);
-  io::add_column(cloud, "y", io::ValueType::kFloat32, scan.y_m);
-  io::add_column(cloud, "z", io::ValueType::kFloat32, scan.z_m);
-  io::add_column(cloud, "intensity", io::ValueType::kFloat32, scan.intensity);
-  io::add_column(cloud, "ring", io::ValueType::kUint16, scan.layer);
-  io::add_column(cloud, "t", io::ValueType::kUint32, time_ns);
-  io::write_pcd(path, cloud);
+void add_scene_options(CLI::App& command, SceneOptions& options) {
+  command.add_option("--out", options.out, "folder for the scans, made if needed")->required();
+  command.add_option("--frames", options.frames, "number of frames, 50 ms each")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command.add_option("--seed", options.seed, "seed of everything random")->capture_default_str();
+  add_force_option(command, options.force);
 }
 
-void write_ego(const std::string& path, const Scene& scene, double end_s) {
-  io::CsvWriter csv(path, "stamp_ns,x_m,y_m,z_m,roll_rad,pitch_rad,yaw_rad,speed_mps,yaw_rate_rps");
-  for (int64_t stamp_ns = 0; double(stamp_ns) * 1e-9 <= end_s; stamp_ns += 10'000'000) {
-    const ScenePose pose = scene.ego_at(double(stamp_ns) * 1e-9);
-    csv.cell(stamp_ns).cell(pose.x_m).cell(pose.y_m).cell(pose.z_m).cell(pose.roll_rad).cell(pose.pitch_rad);
-    csv.cell(pose.yaw_rad).cell(pose.speed_mps).cell(pose.yaw_rate_rps).end_row();
-  }
-  csv.flush();
-}
-
-void write_map(const std::string& path, const SceneMap& map) {
-  io::CsvWriter csv(path, "x_m,y_m,w_tr_right_m,w_tr_left_m,banking_rad");
-  for (std::size_t i = 0; i < map.x_m.size(); ++i) {
-    csv.cell(map.x_m[i]).cell(map.y_m[i]).cell(map.width_right_m[i]).cell(map.width_left_m[i]);
-    csv.cell(map.banking_rad[i]).end_row();
-  }
-  csv.flush();
-}
-
-int write_scene(const SceneOptions& options) {
-  const std::filesystem::path out = options.out;
-  io::OutputGuard guard(options.force);
-  guard.add_folder(options.out);
-  for (const char* name : {"ego.csv", "map.csv"}) guard.check((out / name).string());
-  catch_interrupt();
-  const Scene scene(options.seed);
-  io::CsvWriter truth(
-      (out / "truth.csv").string(),
-      "frame,stamp_ns,x_m,y_m,z_m,heading_rad,length_m,width_m,map_x_m,map_y_m,map_heading_rad,speed_mps");
-  for (int32_t index = 0; index < options.frames; ++index) {
-    if (interrupted()) return kInterrupted;
-    const SceneFrame frame = scene.frame(index);
-    for (int32_t s = 0; s < kSceneSensors; ++s) {
-      char name[32];
-      std::snprintf(name, sizeof name, "%06d_%s.pcd", index, kSceneSensorName[s]);
-      write_scan((out / name).string(), frame.scan[s]);
-    }
-    truth.cell(index).cell(frame.stamp_ns).cell(frame.opponent_x_m).cell(frame.opponent_y_m).cell(frame.opponent_z_m);
-    truth.cell(frame.opponent_yaw_rad).cell(Scene::kOpponentLengthM).cell(Scene::kOpponentWidthM);
-    truth.cell(frame.opponent.x_m).cell(frame.opponent.y_m).cell(frame.opponent.yaw_rad).cell(frame.opponent.speed_mps);
-    truth.end_row();
-    guard.keep();
-  }
-  truth.flush();
-  write_ego((out / "ego.csv").string(), scene, (options.frames + 1) * scene.def().period_s);
-  write_map((out / "map.csv").string(), scene.map());
-  guard.commit();
-  std::printf("%s of a simulated overtake in %s\n", io::counted(options.frames, "frame").c_str(), options.out.c_str());
-  return 0;
+int simulate_instead(const SceneOptions& options) {
+  SimulateOptions simulated;
+  simulated.scenario = "demo";
+  simulated.out = options.out;
+  if (std::filesystem::path(options.out).has_extension()) simulated.out += '/';  // a folder, whatever it is called
+  simulated.seconds = options.frames * kFrame_s;
+  simulated.seed = options.seed;
+  simulated.force = options.force;
+  std::fprintf(stderr,
+               "overtake: scene is gone and its name goes with the next version; use: overtake simulate demo "
+               "--seconds %g --seed %llu --out %s\n",
+               simulated.seconds, static_cast<unsigned long long>(options.seed), printable(options.out).c_str());
+  const double longest_s = sim::load_scenario("demo").seconds;
+  if (simulated.seconds > longest_s + kFrame_s / 2)
+    throw io::Error("--frames " + std::to_string(options.frames), 0,
+                    "the scenario demo has " + std::to_string(int32_t(longest_s / kFrame_s + 0.5)) +
+                        " frames; overtake simulate --help lists longer ones");
+  return simulate(simulated);
 }
 
 }  // namespace
 
-CLI::App& add_scene_command(CLI::App& app) {
-  auto options = std::make_shared<SceneOptions>();
-  CLI::App& command =
-      *app.add_subcommand("scene", "writes a simulated overtake: scans of rig av21, ego poses, map, truth");
-  command.add_option("--out", options->out, "folder for the scans, made if needed")->required();
-  command.add_option("--frames", options->frames, "number of frames, 50 ms each; the ego is past after 70")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
-  command.add_option("--seed", options->seed, "seed of noise and missing points")->capture_default_str();
-  add_force_option(command, options->force);
-  command.callback([options] {
-    if (const int code = write_scene(*options)) throw CLI::RuntimeError(code);
-  });
-  return command;
+Command scene_command() {
+  return make_command("scene", "gone: overtake simulate demo does its work", kHidden, add_scene_options,
+                      simulate_instead);
 }
 
 }  // namespace overtake::cli

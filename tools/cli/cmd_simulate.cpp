@@ -1,9 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/cli/cmd_simulate.h"
-
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
+//
+// overtake simulate: drives a scenario of tools/sim and writes what its sensors, localisation and truth say.
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -12,7 +10,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "tools/cli/commands.h"
+#include "tools/cli/cmd_simulate.h"
+#include "tools/cli/command.h"
+#include "tools/cli/command_options.h"
 #include "tools/client/console.h"
 #include "tools/io/error.h"
 #include "tools/io/output.h"
@@ -23,14 +23,6 @@
 
 namespace overtake::cli {
 namespace {
-
-struct SimulateOptions {
-  std::string scenario, out, ego, pattern, pictures;
-  double seconds = 0, picture_at = -1, progress_s = -1;
-  uint64_t seed = 1;
-  int32_t workers = 0;
-  bool quiet = false, force = false;
-};
 
 // LOG.mcap or a folder; another extension is a slip of the keyboard.
 bool is_mcap_name(const std::string& out) {
@@ -45,7 +37,10 @@ bool is_mcap_name(const std::string& out) {
   return false;
 }
 
+}  // namespace
+
 int simulate(const SimulateOptions& options) {
+  if (options.out.empty() && options.pictures.empty()) throw CLI::RequiredError("--out or --pictures");
   const bool is_mcap = is_mcap_name(options.out);
   io::OutputGuard guard(options.force);
   guard.add_input(options.scenario);
@@ -117,38 +112,37 @@ int simulate(const SimulateOptions& options) {
   return 0;
 }
 
-}  // namespace
+namespace {
 
-CLI::App& add_simulate_command(CLI::App& app) {
-  auto options = std::make_shared<SimulateOptions>();
-  CLI::App& command = *app.add_subcommand("simulate", "drives a simulated race and writes its log");
+void add_simulate_options(CLI::App& command, SimulateOptions& options) {
   command
-      .add_option("scenario", options->scenario,
+      .add_option("scenario", options.scenario,
                   "TOML file, or one that is built in: " + io::join(sim::builtin_scenario_names(), ", "))
       ->required();
-  auto* out = command.add_option("--out", options->out, "LOG.mcap, or a folder of PCD scans and tables");
-  auto* pictures = command.add_option("--pictures", options->pictures,
+  command.add_option("--out", options.out, "LOG.mcap, or a folder of PCD scans and tables");
+  auto* pictures = command.add_option("--pictures", options.pictures,
                                       "folder for pictures of one moment: from above, and of each sensor's scan");
-  command.add_option("--picture-at", options->picture_at, "the moment in seconds (default: half-way)")
+  command.add_option("--picture-at", options.picture_at, "the moment in seconds (default: half-way)")
       ->needs(pictures)
       ->check(CLI::Range(0.0, 36000.0));
-  command.add_option("--seed", options->seed, "seed of everything random")->capture_default_str();
-  command.add_option("--seconds", options->seconds, "end earlier")->check(CLI::Range(0.05, 36000.0));
-  command.add_option("--ego", options->ego, "the car that carries the sensors");
-  command.add_option("--pattern", options->pattern, "another distribution of the lines over the field of view")
+  command.add_option("--seed", options.seed, "seed of everything random")->capture_default_str();
+  command.add_option("--seconds", options.seconds, "end earlier")->check(CLI::Range(0.05, 36000.0));
+  command.add_option("--ego", options.ego, "the car that carries the sensors");
+  command.add_option("--pattern", options.pattern, "another distribution of the lines over the field of view")
       ->check(CLI::IsMember({"uniform", "gaussian", "horizon_dense"}));
-  command.add_option("--workers", options->workers, "threads, 0: one per CPU; the result is the same")
+  command.add_option("--workers", options.workers, "threads, 0: one per CPU; the result is the same")
       ->check(CLI::Range(0, 256));
-  add_force_option(command, options->force);
-  command.add_flag("--quiet", options->quiet, "print nothing but errors");
-  command
-      .add_option("--progress", options->progress_s, "a line every so many seconds instead of the bar, quiet or not")
+  add_force_option(command, options.force);
+  add_quiet_option(command, options.quiet);
+  command.add_option("--progress", options.progress_s, "a line every so many seconds instead of the bar, quiet or not")
       ->check(CLI::Range(0.0, 36000.0));
-  command.callback([options, out, pictures] {
-    if (out->count() + pictures->count() == 0) throw CLI::RequiredError("--out or --pictures");
-    if (const int code = simulate(*options)) throw CLI::RuntimeError(code);
-  });
-  return command;
+}
+
+}  // namespace
+
+Command simulate_command() {
+  return make_command("simulate", "drives a simulated race and writes its log", kListed, add_simulate_options,
+                      simulate);
 }
 
 }  // namespace overtake::cli

@@ -2,12 +2,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <CLI/App.hpp>
+#include <cstdint>
+#include <string>
 
 namespace overtake::cli {
 
-// `overtake simulate`: drives a scenario of tools/sim and writes what its sensors, localisation and truth say.
-// It runs while the arguments are parsed. Throws io::Error.
-CLI::App& add_simulate_command(CLI::App& app);
+struct SimulateOptions {
+  std::string scenario, out, ego, pattern, pictures;
+  double seconds = 0, picture_at = -1, progress_s = -1;
+  uint64_t seed = 1;
+  int32_t workers = 0;
+  bool quiet = false, force = false;
+};
+
+// `overtake simulate`: the exit code. Throws io::Error; CLI::ParseError where there is nothing to write.
+int simulate(const SimulateOptions& options);
 
 }  // namespace overtake::cli

@@ -6,7 +6,8 @@
 #include <cstdio>
 #include <set>
 
-#include "tools/cli/commands.h"
+#include "tools/cli/command.h"
+#include "tools/cli/command_options.h"
 #include "tools/client/console.h"
 #include "tools/client/result_files.h"
 #include "tools/client/session.h"
@@ -85,9 +86,18 @@ class Reader {
   ovt_reader* reader_ = nullptr;
 };
 
-}  // namespace
+void add_track_options(CLI::App& command, Options& options) {
+  options.command = "track";
+  command
+      .add_option("input", options.input,
+                  "CSV: stamp_ns,x_m,y_m[,heading_rad][,var_x,var_y[,cov_xy]] in the map frame; rows of one stamp are "
+                  "one scan, a row without x and y is an empty scan")
+      ->required();
+  add_common_options(command, options);
+  command.add_option("--ego", options.ego, "CSV of ego poses");
+}
 
-int track_command(const Options& options) {
+int track(const Options& options) {
   Config config = load_config(options);
   config.has_rig = false;  // no LiDAR here: the library's tracker alone
   config.rig = io::Rig();
@@ -137,6 +147,12 @@ int track_command(const Options& options) {
     std::fprintf(stderr, "overtake: interrupted after %s; what is done is kept, its names end in .part\n",
                  io::counted(int64_t(done), "scan").c_str());
   return interrupted() ? kInterrupted : 0;
+}
+
+}  // namespace
+
+Command track_command() {
+  return make_command("track", "the tracker alone on detections", kListed, add_track_options, track);
 }
 
 }  // namespace overtake::cli

@@ -1,17 +1,55 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// Options that several commands share.
-#include <CLI/CLI.hpp>
+#include "tools/cli/command_options.h"
 
-#include "tools/cli/commands.h"
+#include "tools/io/formats.h"
+#include "tools/io/rig.h"
+#include "tools/io/text.h"
 
 namespace overtake::cli {
+
+void add_common_options(CLI::App& command, Options& options, const std::string& map_default) {
+  command.add_option("--preset", options.preset, "parameters to start from (paper)");
+  command.add_option("--set", options.set, "key=value: one parameter (overtake params lists them); may be repeated")
+      ->expected(1)
+      ->take_all();
+  command.add_option("--config", options.config,
+                     "TOML file: parameters, rig, map, ego (every result has one beside it)");
+  command.add_option(
+      "--map", options.map,
+      "track map: centre line with widths, or two bounds FILE1,FILE2; none: without (default: " + map_default + ")");
+  command
+      .add_option("--capacity", options.capacity,
+                  "NAME=ROWS: how much a table of the detector holds (" + capacity_names() + "); may be repeated")
+      ->expected(1)
+      ->take_all();
+  command.add_option("--out", options.out, "folder for the results, made if needed")->required();
+  add_force_option(command, options.force);
+  add_quiet_option(command, options.quiet);
+}
+
+void add_detector_options(CLI::App& command, Options& options) {
+  command.add_option("input", options.input, io::describe_inputs())->required();
+  command.add_option("--rig", options.rig,
+                     "sensors: a TOML file, or " + io::join(io::builtin_rig_names(), ", ") +
+                         " (default: the rig that an MCAP log holds, if any)");
+  command.add_option("--urdf", options.urdf,
+                     "FILE[,LINK]: mounting of the rig's sensors from a URDF, as seen from LINK (default: its root)");
+  command.add_option("--isa", options.isa, "force an instruction set (ref: the scalar reference)");
+}
 
 void add_force_option(CLI::App& command, bool& force) {
   command.add_flag("--force", force,
                    "also overwrite files that are no earlier results of Overtake (never what is read); without it "
                    "only results that were not changed since are overwritten");
+}
+
+void add_quiet_option(CLI::App& command, bool& quiet) {
+  command.add_flag("--quiet", quiet, "print nothing but errors");
+}
+
+void add_json_option(CLI::App& command, bool& json) {
+  command.add_flag("--json", json, "one JSON object instead of text (its keys: tools/README.md)");
 }
 
 }  // namespace overtake::cli

@@ -95,13 +95,12 @@ void Doctor::look_at_points(const io::SensorScan& scan, const io::RigSensor& mod
       ++s.bad;
       continue;
     }
-    const double azimuth = std::atan2(y, x) * kDegreesPerRadian;
+    const double azimuth = io::deg(std::atan2(y, x));
     s.outside += !in_view(azimuth, model);
     s.azimuth_low_deg = std::min(s.azimuth_low_deg, azimuth);
     s.azimuth_high_deg = std::max(s.azimuth_high_deg, azimuth);
     s.seen[std::min<std::size_t>(71, std::size_t((azimuth + 180) / 5))] = true;
-    s.outside_if_vehicle +=
-        !in_view(std::atan2(y - model.y_m, x - model.x_m) * kDegreesPerRadian - model.yaw_deg, model);
+    s.outside_if_vehicle += !in_view(io::deg(std::atan2(y - model.y_m, x - model.x_m)) - model.yaw_deg, model);
     s.far_points += range > model.range_max_m;
     s.near_points += range < model.range_min_m;
     if (i % 16 == 0) s.ranges_m.push_back(range);
@@ -300,7 +299,7 @@ void Doctor::judge_mounting(std::size_t i, std::vector<Finding>& out) const {
     pitch.push_back(ground.pitch_rad);
     roll.push_back(ground.roll_rad);
   }
-  const double off = median(height), nose = median(pitch) * kDegreesPerRadian, side = median(roll) * kDegreesPerRadian;
+  const double off = median(height), nose = io::deg(median(pitch)), side = io::deg(median(roll));
   if (std::fabs(off) > 0.3)
     out.push_back(
         {true, about,
@@ -333,7 +332,7 @@ void Doctor::judge_ego(std::vector<Finding>& out) const {
     const double speed = std::hypot(dx, dy) / seconds(step);
     if (speed < 5) continue;
     ++moving;
-    crooked += std::fabs(std::remainder(std::atan2(dy, dx) - ego_[k].yaw_rad, 6.283185307179586)) > 0.35;
+    crooked += std::fabs(io::wrap_angle(std::atan2(dy, dx) - ego_[k].yaw_rad)) > 0.35;
     fast += std::fabs(speed - std::fabs(ego_[k].speed_mps)) > 0.2 * speed + 1;
   }
   if (backward > 0)

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tools/cli/doctor.h"
+#include "tools/io/angles.h"
 
 namespace overtake::cli {
 namespace {
@@ -16,10 +17,9 @@ struct Point {
 using Matrix = std::array<std::array<double, 3>, 3>;
 
 Matrix rotation(const io::RigSensor& s) {
-  constexpr double kRadians = 3.14159265358979323846 / 180;
-  const double cr = std::cos(s.roll_deg * kRadians), sr = std::sin(s.roll_deg * kRadians);
-  const double cp = std::cos(s.pitch_deg * kRadians), sp = std::sin(s.pitch_deg * kRadians);
-  const double cy = std::cos(s.yaw_deg * kRadians), sy = std::sin(s.yaw_deg * kRadians);
+  const double cr = std::cos(io::rad(s.roll_deg)), sr = std::sin(io::rad(s.roll_deg));
+  const double cp = std::cos(io::rad(s.pitch_deg)), sp = std::sin(io::rad(s.pitch_deg));
+  const double cy = std::cos(io::rad(s.yaw_deg)), sy = std::sin(io::rad(s.yaw_deg));
   return {{{cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr},
            {sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr},
            {-sp, cp * sr, cp * cr}}};

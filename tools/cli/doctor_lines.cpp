@@ -35,7 +35,7 @@ LineShapes::Spread LineShapes::spread() const {
   for (const auto& [layer, points] : lines_) {
     if (points.size() < kFewest) continue;
     std::vector<double> elevation;
-    for (const Point& p : points) elevation.push_back(std::atan2(p.z, std::hypot(p.x, p.y)) * kDegreesPerRadian);
+    for (const Point& p : points) elevation.push_back(io::deg(std::atan2(p.z, std::hypot(p.x, p.y))));
     std::sort(elevation.begin(), elevation.end());
     along.push_back(elevation[elevation.size() * 9 / 10] - elevation[elevation.size() / 10]);
     middle.push_back(elevation[elevation.size() / 2]);

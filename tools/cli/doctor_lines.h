@@ -10,6 +10,7 @@
 //                                  + origin
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <vector>
@@ -17,6 +18,14 @@
 #include "tools/io/sensor_scan.h"
 
 namespace overtake::cli {
+
+// The upper one of the two in the middle; 0 of none.
+template <class T>
+T median(std::vector<T> values) {
+  if (values.empty()) return T();
+  std::nth_element(values.begin(), values.begin() + int64_t(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
 
 class LineShapes {
  public:

@@ -1,6 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/cli/doctor_walls.h"
+#include "tools/io/angles.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +11,6 @@
 namespace overtake::cli {
 namespace {
 
-constexpr double kRadians = 3.14159265358979323846 / 180;
 constexpr double kLowest_m = 0.4, kHighest_m = 4;  // above the road: not the road, not a stand's roof
 constexpr double kFarthest_m = 40;
 constexpr double kLongest_m = 2, kWidest_rad = 0.03;  // between two points of one surface
@@ -32,8 +32,8 @@ void WallDirections::add(const io::SensorScan& scan, const io::RigSensor& sensor
   struct Point {
     double azimuth, x, y;
   };
-  const double cr = std::cos(sensor.roll_deg * kRadians), sr = std::sin(sensor.roll_deg * kRadians);
-  const double cp = std::cos(sensor.pitch_deg * kRadians), sp = std::sin(sensor.pitch_deg * kRadians);
+  const double cr = std::cos(io::rad(sensor.roll_deg)), sr = std::sin(io::rad(sensor.roll_deg));
+  const double cp = std::cos(io::rad(sensor.pitch_deg)), sp = std::sin(io::rad(sensor.pitch_deg));
   std::map<double, std::vector<Point>> lines;
   for (std::size_t i = 0; i < std::size_t(scan.count); ++i) {
     const double x = scan.x.value(i), y = scan.y.value(i), z = scan.z.value(i), layer = scan.layer.value(i);
@@ -48,7 +48,7 @@ void WallDirections::add(const io::SensorScan& scan, const io::RigSensor& sensor
       const Point &a = line[i], &b = line[i + 3];
       const double length = std::hypot(b.x - a.x, b.y - a.y);
       if (b.azimuth - a.azimuth > kWidest_rad || length > kLongest_m || length < 0.05) continue;
-      const double direction = fold(std::atan2(b.y - a.y, b.x - a.x) / kRadians);
+      const double direction = fold(io::deg(std::atan2(b.y - a.y, b.x - a.x)));
       length_m_[std::min<std::size_t>(35, std::size_t(direction / 5))] += length;
     }
   }

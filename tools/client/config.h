@@ -28,11 +28,10 @@ namespace overtake::cli {
 // As given on the command line; empty or negative where not given.
 struct Options {
   std::string command, input, out;
-  std::string rig, urdf, preset, map, ego, config, isa, sensor, trace, mcap;
+  std::string rig, urdf, preset, map, ego, config, isa;
   std::vector<std::string> set, capacity;  // key=value
   int32_t workers = -1;
-  int64_t frame = -1, picture_at = -1;
-  bool quiet = false, json = false, force = false;
+  bool quiet = false, force = false;
 };
 
 struct Config {

@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/io/angles.h"
 #include "tools/io/error.h"
 
 namespace overtake::cli {
 namespace {
-
-constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
 
 ovt_column to_column(const io::CloudColumn& column) {
   static constexpr int32_t kType[] = {OVT_F32, OVT_F64, OVT_I8,  OVT_U8,   OVT_I16,
@@ -26,13 +25,13 @@ ovt_sensor_def to_sensor_def(const io::RigSensor& sensor) {
   def.x_m = sensor.x_m;
   def.y_m = sensor.y_m;
   def.z_m = sensor.z_m;
-  def.roll_rad = sensor.roll_deg * kRadiansPerDegree;
-  def.pitch_rad = sensor.pitch_deg * kRadiansPerDegree;
-  def.yaw_rad = sensor.yaw_deg * kRadiansPerDegree;
+  def.roll_rad = io::rad(sensor.roll_deg);
+  def.pitch_rad = io::rad(sensor.pitch_deg);
+  def.yaw_rad = io::rad(sensor.yaw_deg);
   def.rows = sensor.rows;
   def.cols = sensor.cols;
-  def.azimuth_left_rad = sensor.azimuth_left_deg * kRadiansPerDegree;
-  def.azimuth_right_rad = sensor.azimuth_right_deg * kRadiansPerDegree;
+  def.azimuth_left_rad = io::rad(sensor.azimuth_left_deg);
+  def.azimuth_right_rad = io::rad(sensor.azimuth_right_deg);
   def.wraps = sensor.wraps;
   def.range_min_m = sensor.range_min_m;
   def.range_max_m = sensor.range_max_m;

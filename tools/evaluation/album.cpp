@@ -9,6 +9,7 @@
 #include "tools/client/console.h"
 #include "tools/client/session.h"
 #include "tools/evaluation/judge.h"
+#include "tools/io/angles.h"
 #include "tools/sim/material.h"
 
 namespace overtake::evaluation {
@@ -145,7 +146,7 @@ void Album::look_at_fits(ovt_reader* reader) {
     const Cars cars = cars_at(d.stamp_ns[i]);
     if (!cars.ego || d.point_count[i] < kFitPoints) continue;
     for (const CarTruth& c : cars.all) {
-      const double slip = wrap_angle(c.heading_rad - c.course_rad), slip_deg = std::fabs(slip) * 180 / M_PI;
+      const double slip = wrap_angle(c.heading_rad - c.course_rad), slip_deg = io::deg(std::fabs(slip));
       const Seen at = see(*cars.ego, c.x_m, c.y_m, c.z_m);
       if (c.is_ego || c.speed_mps < kMovingMps ||
           std::hypot(at.ahead_m - double(d.x_m[i]), at.left_m - double(d.y_m[i])) > kGateM)

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "tools/evaluation/numbers.h"
+#include "tools/io/angles.h"
 
 namespace overtake::evaluation {
 namespace {
@@ -164,7 +165,7 @@ void check_errors(const Figures& f, std::vector<Claim>& out) {
     return at == errors.end() ? std::vector<double>() : at->second;
   };
   std::vector<double> heading = of(f.detection_errors, "heading_rad");
-  for (double& h : heading) h /= kDegree;
+  for (double& h : heading) h /= io::rad(1);
   const std::vector<double> modes = modes_of(heading, -30, 30);
   Check humps("heading_humps", "the raw heading error has two humps");
   humps.number("humps", heading.empty() ? kNan : double(modes.size()));
@@ -351,7 +352,7 @@ std::vector<Cost> find_costs(const Figures& f, const std::vector<Figures>& all) 
     const auto at = of.track_errors.find("heading_rad");
     if (at == of.track_errors.end()) return kNan;
     std::vector<double> absolute;
-    for (const double v : at->second) absolute.push_back(std::fabs(v) / kDegree);
+    for (const double v : at->second) absolute.push_back(std::fabs(v) / io::rad(1));
     return mean_of(absolute);
   };
   const Figures* relay = find_figures(all, f.contestant + ":relay", f.scenario);

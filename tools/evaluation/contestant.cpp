@@ -8,6 +8,7 @@
 #include <numeric>
 #include <random>
 
+#include "tools/io/angles.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
 #include "tools/io/words.h"
@@ -54,7 +55,7 @@ std::vector<bool> lowest_ground(const io::SensorScan& scan, const std::vector<ui
   for (std::size_t i = 0; i < surface.size(); ++i) {
     if (kind_of(surface[i]) != Kind::kGround) continue;
     const double x = scan.x.value(i), y = scan.y.value(i), z = scan.z.value(i);
-    const double from_left = sensor.azimuth_left_deg - std::atan2(y, x) * 180 / M_PI;
+    const double from_left = sensor.azimuth_left_deg - std::atan2(y, x) * 180 / io::kPi;
     const double column = from_left / (sensor.azimuth_left_deg - sensor.azimuth_right_deg) * sensor.cols;
     if (!(column >= 0 && column < sensor.cols)) continue;
     const std::size_t c = std::size_t(column);

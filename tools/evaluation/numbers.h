@@ -9,6 +9,5 @@
 namespace overtake::evaluation {
 
 inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-inline constexpr double kDegree = 3.14159265358979323846 / 180;
 
 }  // namespace overtake::evaluation

@@ -8,6 +8,7 @@
 #include "tools/evaluation/metrics/summary.h"
 #include "tools/evaluation/numbers.h"
 #include "tools/evaluation/pictures.h"
+#include "tools/io/angles.h"
 #include "tools/sim/mesh.h"
 #include "tools/view/svg.h"
 
@@ -78,7 +79,7 @@ void add_panel(Svg& svg, double top, const io::Picture& picture, const std::stri
   for (const io::RigSensor& s : rig.sensors)
     for (const double edge : {s.azimuth_left_deg, s.azimuth_right_deg}) {
       if (s.wraps) continue;
-      const double angle = (s.yaw_deg + edge) * kDegree;
+      const double angle = io::rad(s.yaw_deg + edge);
       svg.line(camera.at(s.x_m, s.y_m, 0), camera.at(s.x_m + 40 * std::cos(angle), s.y_m + 40 * std::sin(angle), 0),
                " stroke=\"#9ecbff\" stroke-width=\"1\" stroke-dasharray=\"7 5\" stroke-opacity=\"0.8\"");
     }

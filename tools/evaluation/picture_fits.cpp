@@ -5,6 +5,7 @@
 
 #include "tools/client/console.h"
 #include "tools/evaluation/pictures.h"
+#include "tools/io/angles.h"
 #include "tools/view/svg.h"
 
 namespace overtake::evaluation {
@@ -52,7 +53,7 @@ void add_fit_panel(Svg& svg, double left, const FitMoment& m) {
   svg.rectangle(left, kTop, kPanel, kPanel, " fill=\"none\"" + std::string(kInkLine));
   svg.text(left + kPanel / 2, kTop - 24,
            "t = " + cli::fixed(m.at.time_s, 2) + " s, true slip angle " +
-               cli::fixed(std::fabs(m.slip_rad) * 180 / M_PI, 0) + " deg",
+               cli::fixed(io::deg(std::fabs(m.slip_rad)), 0) + " deg",
            "middle", " font-weight=\"bold\"");
   svg.text(left + kPanel / 2, kTop - 8,
            "inside: psi_REF " + std::to_string(m.inside_map) + ", psi_VAR " + std::to_string(m.inside_points) + " of " +

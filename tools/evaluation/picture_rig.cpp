@@ -8,6 +8,7 @@
 #include "tools/client/console.h"
 #include "tools/evaluation/numbers.h"
 #include "tools/evaluation/pictures.h"
+#include "tools/io/angles.h"
 #include "tools/io/words.h"
 #include "tools/sim/mesh.h"
 #include "tools/view/svg.h"
@@ -24,7 +25,7 @@ struct Edge {
 
 // Width of the strip between two parallel edges that neither sensor sees; negative: both see it. NaN: not parallel.
 double strip_between(const Edge& left_edge, const Edge& right_edge) {
-  if (std::fabs(std::remainder(left_edge.angle_rad - right_edge.angle_rad, 2 * M_PI)) > 1 * kDegree) return NAN;
+  if (std::fabs(io::wrap_angle(left_edge.angle_rad - right_edge.angle_rad)) > io::rad(1)) return NAN;
   return -std::sin(left_edge.angle_rad) * (right_edge.x_m - left_edge.x_m) +
          std::cos(left_edge.angle_rad) * (right_edge.y_m - left_edge.y_m);
 }
@@ -61,7 +62,7 @@ std::string draw_rig(const io::Rig& rig, double length_m, double width_m) {
   for (std::size_t k = 0; k < sensors.size(); ++k) {
     const io::RigSensor& s = sensors[k];
     const std::string color = kColors[k % std::size(kColors)];
-    const double right = (s.yaw_deg + s.azimuth_right_deg) * kDegree, left = (s.yaw_deg + s.azimuth_left_deg) * kDegree;
+    const double right = io::rad(s.yaw_deg + s.azimuth_right_deg), left = io::rad(s.yaw_deg + s.azimuth_left_deg);
     std::vector<SvgPoint> sector = {at(s.x_m, s.y_m)};
     constexpr int32_t kSteps = 48;
     for (int32_t i = 0; i <= kSteps; ++i) {

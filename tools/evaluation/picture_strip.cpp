@@ -6,6 +6,7 @@
 #include "tools/client/console.h"
 #include "tools/evaluation/metrics/summary.h"
 #include "tools/evaluation/pictures.h"
+#include "tools/io/angles.h"
 #include "tools/view/svg.h"
 
 namespace overtake::evaluation {
@@ -13,7 +14,7 @@ namespace {
 
 constexpr int32_t kStripWidth = 920;
 constexpr double kLeft = 62, kRight = 12, kImage = 64, kCloud = 150, kHead = 17, kGap = 9;
-constexpr double kInside = kStripWidth - kLeft - kRight, kDegreesPerRadian = 180 / M_PI;
+constexpr double kInside = kStripWidth - kLeft - kRight;
 
 // A colour bar with its ends, right-aligned over a panel.
 void add_scale(Svg& svg, double top, const std::string& low, const std::string& high) {
@@ -56,9 +57,8 @@ double add_cloud(Svg& svg, double top, const std::string& title, const StripMome
   constexpr int32_t kCols = 1300, kRows = 225;
   io::Picture picture(kCols, kRows);
   for (const StripMoment::Point& p : m.points) {
-    const double x = (m.azimuth_left_deg - double(p.azimuth_rad) * kDegreesPerRadian) /
-                     (m.azimuth_left_deg - m.azimuth_right_deg) * kCols;
-    const double y = (e.high_deg - double(p.elevation_rad) * kDegreesPerRadian) / (e.high_deg - e.low_deg) * kRows;
+    const double x = (m.azimuth_left_deg - io::deg(p.azimuth_rad)) / (m.azimuth_left_deg - m.azimuth_right_deg) * kCols;
+    const double y = (e.high_deg - io::deg(p.elevation_rad)) / (e.high_deg - e.low_deg) * kRows;
     for (int32_t k = 0; k < 4; ++k) {
       const int32_t px = int32_t(std::floor(x)) + k % 2, py = int32_t(std::floor(y)) + k / 2;
       if (px >= 0 && px < kCols && py >= 0 && py < kRows) picture.at(px, py) = color_of(p);
@@ -84,7 +84,7 @@ std::string draw_strip(const StripMoment& m) {
   std::vector<double> ranges, elevations;
   for (const StripMoment::Point& p : m.points) {
     ranges.push_back(double(p.range_m));
-    elevations.push_back(double(p.elevation_rad) * kDegreesPerRadian);
+    elevations.push_back(io::deg(p.elevation_rad));
   }
   std::sort(ranges.begin(), ranges.end());
   const metrics::Summary elevation = metrics::summarize(elevations);

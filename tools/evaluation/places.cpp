@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tools/evaluation/judge.h"
+#include "tools/io/angles.h"
 
 namespace overtake::evaluation {
 
@@ -18,8 +19,7 @@ Rotation axes_of(double roll, double pitch, double yaw) {
 }
 
 Mounting::Mounting(const io::RigSensor& s) : at_{s.x_m, s.y_m, s.z_m} {
-  constexpr double kRadian = M_PI / 180;
-  turned_ = axes_of(s.roll_deg * kRadian, s.pitch_deg * kRadian, s.yaw_deg * kRadian);
+  turned_ = axes_of(io::rad(s.roll_deg), io::rad(s.pitch_deg), io::rad(s.yaw_deg));
 }
 
 std::array<double, 3> Mounting::to_vehicle(float x_m, float y_m, float z_m) const {

@@ -13,6 +13,7 @@
 #include "tools/evaluation/baselines/label_ground.h"
 #include "tools/evaluation/places.h"
 #include "tools/evaluation/recorded_tracks.h"
+#include "tools/io/angles.h"
 #include "tools/io/box_file.h"
 #include "tools/io/csv.h"
 #include "tools/io/error.h"
@@ -211,7 +212,7 @@ std::vector<KnownBox> read_boxes(const std::string& path, const std::string& sta
     double turn = csv.number(i, yaw);
     if (sensor) {
       p = Mounting(*sensor).to_vehicle(float(p[0]), float(p[1]), float(p[2]));
-      turn += sensor->yaw_deg * M_PI / 180;
+      turn += sensor->yaw_deg * io::kPi / 180;
     }
     out.push_back({p[0], p[1], turn, csv.number(i, length), csv.number(i, width), csv.integer(i, points),
                    is_vehicle_category(csv.text(i, category))});

@@ -13,6 +13,7 @@
 #include "tools/evaluation/metrics/hota.h"
 #include "tools/evaluation/metrics/summary.h"
 #include "tools/evaluation/truth_log.h"
+#include "tools/io/angles.h"
 #include "tools/io/csv.h"
 #include "tools/io/error.h"
 #include "tools/io/kitti_tracking.h"
@@ -27,7 +28,7 @@ constexpr uint64_t kSeeds = 4;
 struct LabelFrame {
   int64_t stamp_ns = 0;
   std::vector<metrics::MotPlace> objects;
-  double x_m = 0, y_m = 0, course_rad = 0, half_view_rad = M_PI;  // who labelled, and how far to either side
+  double x_m = 0, y_m = 0, course_rad = 0, half_view_rad = io::kPi;  // who labelled, and how far to either side
 };
 
 bool is_judged(const LabelFrame& f, const metrics::MotPlace& track) {
@@ -122,7 +123,7 @@ Json judge_kitti_tracks(const std::string& folder, const std::string& sequence, 
     LabelFrame& f = frames[k];
     f.stamp_ns = int64_t(k) * 100'000'000;
     f.x_m = camera.translation_m[0], f.y_m = camera.translation_m[1];
-    f.course_rad = std::atan2(point[1] - f.y_m, point[0] - f.x_m), f.half_view_rad = 40 * M_PI / 180;
+    f.course_rad = std::atan2(point[1] - f.y_m, point[0] - f.x_m), f.half_view_rad = 40 * io::kPi / 180;
   }
   for (const io::KittiLabel& label : kitti.labels) {
     if (label.frame < 0 || std::size_t(label.frame) >= frames.size() || !is_vehicle_category(label.type)) continue;

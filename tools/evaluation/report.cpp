@@ -124,6 +124,11 @@ std::string cpu_name() {
   return "unknown CPU";
 }
 
+void check_report(io::OutputGuard& guard, const std::string& out) {
+  for (const char* name : {"metrics.json", "times.json", "report.html", "errors.csv", "detection_by_distance.csv"})
+    guard.check(out + "/" + name);
+}
+
 void write_report(const std::string& out, bool print) {
   const std::vector<Run> runs = read_runs(out);
   const std::vector<Figures> all = make_figures(runs);

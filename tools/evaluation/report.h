@@ -7,9 +7,14 @@
 
 #include <string>
 
+#include "tools/io/output.h"
+
 namespace overtake::evaluation {
 
 // `print`: the headline numbers to stdout as well. Throws io::Error.
 void write_report(const std::string& out, bool print);
+
+// Whether these files may be written, said before hours of work. Throws io::Error.
+void check_report(io::OutputGuard& guard, const std::string& out);
 
 }  // namespace overtake::evaluation

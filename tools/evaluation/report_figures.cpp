@@ -12,6 +12,7 @@
 #include "tools/client/console.h"
 #include "tools/evaluation/baselines/grid_ground.h"
 #include "tools/evaluation/svg_plot.h"
+#include "tools/io/angles.h"
 #include "tools/io/text.h"
 
 namespace overtake::evaluation {
@@ -247,10 +248,10 @@ std::string error_section(const Figures& f) {
                                      {"y_map_m", "y, map [m]", 1},
                                      {"x_veh_m", "x, vehicle [m]", 1},
                                      {"y_veh_m", "y, vehicle [m]", 1},
-                                     {"heading_rad", "heading [deg]", kDegrees},
-                                     {"course_rad", "course [deg]", kDegrees},
+                                     {"heading_rad", "heading [deg]", io::deg(1)},
+                                     {"course_rad", "course [deg]", io::deg(1)},
                                      {"speed_mps", "speed [m/s]", 1},
-                                     {"yaw_rate_rps", "yaw rate [deg/s]", kDegrees}};
+                                     {"yaw_rate_rps", "yaw rate [deg/s]", io::deg(1)}};
   std::string html =
       heading("errors", "Pose and tracking") +
       paragraph(

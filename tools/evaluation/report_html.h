@@ -16,7 +16,6 @@ inline constexpr const char* kBlue = "#2f7fd0";
 inline constexpr const char* kOrange = "#e07b16";
 inline constexpr const char* kGreen = "#2f9e44";
 inline constexpr const char* kPurple = "#9b5fc0";
-inline constexpr double kDegrees = 180 / 3.14159265358979323846;
 
 using Rows = std::vector<std::vector<std::string>>;  // the first one is the head
 

@@ -6,6 +6,7 @@
 
 #include "tools/client/console.h"
 #include "tools/evaluation/report_html.h"
+#include "tools/io/angles.h"
 #include "tools/io/words.h"
 #include "tools/view/svg.h"
 
@@ -138,7 +139,7 @@ std::string headline_table(const Figures& f) {
        {"tracks: x, y in the vehicle frame m",
         deviation(f.track_errors, "x_veh_m", 1) + "; " + deviation(f.track_errors, "y_veh_m", 1)},
        {"tracks: speed m/s; course deg",
-        deviation(f.track_errors, "speed_mps", 1) + "; " + deviation(f.track_errors, "course_rad", kDegrees)},
+        deviation(f.track_errors, "speed_mps", 1) + "; " + deviation(f.track_errors, "course_rad", io::deg(1))},
        {"MOTA; HOTA of the whole race, of 20 s; GOSPA m; id switches",
         cli::fixed(t.mot.mota(), 3) + "; " + cli::fixed(t.hota.hota, 3) + ", " + cli::fixed(t.hota_window.hota, 3) +
             "; " + cli::fixed(t.gospa_m.mean, 2) + "; " + std::to_string(t.mot.switches)},

@@ -13,6 +13,7 @@
 #include "tools/client/console.h"
 #include "tools/evaluation/claims.h"
 #include "tools/evaluation/first_seen.h"
+#include "tools/io/angles.h"
 #include "tools/view/svg.h"
 
 namespace overtake::evaluation {
@@ -167,7 +168,7 @@ std::string scenario_section(const std::vector<Figures>& all, const std::vector<
     const auto heading_error = [](const std::map<std::string, std::vector<double>>& errors) {
       std::vector<double> turn;
       if (const auto found = errors.find("heading_rad"); found != errors.end())
-        for (const double v : found->second) turn.push_back(std::fabs(v) * kDegrees);
+        for (const double v : found->second) turn.push_back(io::deg(std::fabs(v)));
       const metrics::Summary s = metrics::summarize(turn);
       return cli::fixed(s.median, 1) + " (" + cli::fixed(s.p95, 1) + ")";
     };

@@ -45,8 +45,6 @@ TruthFrame decode_cars(const std::string& path, std::string_view text) {
 
 }  // namespace
 
-double wrap_angle(double rad) { return std::remainder(rad, 2 * M_PI); }
-
 SimulatedLog::SimulatedLog(const std::string& path) : reader_(path) { start(); }
 
 // The mounting is the first message, rig and map stand before it.

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/io/angles.h"
 #include "tools/io/ego_file.h"
 #include "tools/io/rig.h"
 #include "tools/io/sensor_scan.h"
@@ -48,6 +49,6 @@ class TruthLog {
   virtual std::vector<CarTruth> cars_at(int64_t stamp_ns) const = 0;
 };
 
-double wrap_angle(double rad);  // to -pi .. pi
+using io::wrap_angle;
 
 }  // namespace overtake::evaluation

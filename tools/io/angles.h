@@ -1,23 +1,18 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Degrees and medians of the command line.
+// Angles of the tools. The simulator has its own: it makes the truth that others are held against.
 #pragma once
 
-#include <algorithm>
-#include <cstdint>
-#include <vector>
+#include <cmath>
 
-namespace overtake::cli {
+namespace overtake::io {
 
-inline constexpr double kDegreesPerRadian = 180.0 / 3.14159265358979323846;
+inline constexpr double kPi = 3.14159265358979323846;
 
-// The upper one of the two in the middle; 0 of none.
-template <class T>
-T median(std::vector<T> values) {
-  if (values.empty()) return T();
-  std::nth_element(values.begin(), values.begin() + int64_t(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
+constexpr double deg(double rad) { return rad * (180.0 / kPi); }
+constexpr double rad(double deg) { return deg * (kPi / 180.0); }
+// To -pi .. pi.
+inline double wrap_angle(double rad) { return std::remainder(rad, 2 * kPi); }
 
-}  // namespace overtake::cli
+}  // namespace overtake::io

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "tools/io/angles.h"
 #include "tools/io/cloud_message.h"
 #include "tools/io/error.h"
 #include "tools/io/memory_limit.h"
@@ -42,7 +43,7 @@ std::optional<EgoRow> pose_at(const std::deque<EgoRow>& rows, int64_t stamp_ns) 
   row.x_m += share * (b.x_m - a.x_m);
   row.y_m += share * (b.y_m - a.y_m);
   row.z_m += share * (b.z_m - a.z_m);
-  row.yaw_rad += share * std::remainder(b.yaw_rad - a.yaw_rad, 2 * 3.14159265358979323846);
+  row.yaw_rad += share * wrap_angle(b.yaw_rad - a.yaw_rad);
   return row;
 }
 

@@ -4,13 +4,12 @@
 
 #include <cmath>
 
+#include "tools/io/angles.h"
 #include "tools/io/csv.h"
 #include "tools/io/text.h"
 
 namespace overtake::io {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 // Over the rows before and after: one of them is the row itself at the ends.
 void derive_rates(std::vector<EgoRow>& rows, bool speed, bool yaw_rate) {
@@ -22,7 +21,7 @@ void derive_rates(std::vector<EgoRow>& rows, bool speed, bool yaw_rate) {
     if (speed)
       rows[i].speed_mps =
           ((b.x_m - a.x_m) * std::cos(rows[i].yaw_rad) + (b.y_m - a.y_m) * std::sin(rows[i].yaw_rad)) / dt;
-    if (yaw_rate) rows[i].yaw_rate_rps = std::remainder(b.yaw_rad - a.yaw_rad, 2 * kPi) / dt;
+    if (yaw_rate) rows[i].yaw_rate_rps = wrap_angle(b.yaw_rad - a.yaw_rad) / dt;
   }
 }
 

@@ -1,6 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/io/line_recovery.h"
+#include "tools/io/angles.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +9,6 @@
 namespace overtake::io {
 namespace {
 
-constexpr double kDegreesPerRadian = 180.0 / 3.14159265358979323846;
 constexpr uint16_t kNoLine = 65535;
 
 struct Guess {
@@ -131,8 +131,8 @@ RecoveredLines recover_lines(const float* x_m, const float* y_m, const float* z_
   for (std::size_t i = 0; i < std::size_t(count); ++i) {
     const double x = double(x_m[i]), y = double(y_m[i]), z = double(z_m[i]);
     if (!(x * x + y * y > 0) || !std::isfinite(x * x + y * y + z * z)) continue;
-    azimuth_deg[i] = float(std::atan2(y, x) * kDegreesPerRadian);
-    elevation_deg[i] = float(std::atan2(z, std::hypot(x, y)) * kDegreesPerRadian);
+    azimuth_deg[i] = float(deg(std::atan2(y, x)));
+    elevation_deg[i] = float(deg(std::atan2(z, std::hypot(x, y))));
   }
   const int32_t least = std::max(2, sensor.rows / 4), most = 2 * sensor.rows;
   Guess best;

@@ -1,6 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/view/foxglove_scene.h"
+#include "tools/io/angles.h"
 
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/descriptor.pb.h>
@@ -122,7 +123,7 @@ void add_ellipse(foxglove::SceneEntity& entity, double x_m, double y_m, double v
   const double turn = 0.5 * std::atan2(2 * cov_xy, var_x - var_y), c = std::cos(turn), s = std::sin(turn);
   std::vector<ScenePoint> points;
   for (int k = 0; k < 24; ++k) {
-    const double angle = 2 * 3.14159265358979323846 * k / 24, u = a * std::cos(angle), v = b * std::sin(angle);
+    const double angle = 2 * io::kPi * k / 24, u = a * std::cos(angle), v = b * std::sin(angle);
     points.push_back({x_m + c * u - s * v, y_m + s * u + c * v, 0.05});
   }
   add_line(entity, points, true, color);

@@ -7,6 +7,7 @@
 
 #include "tools/client/result_files.h"
 #include "tools/client/session.h"
+#include "tools/io/angles.h"
 #include "tools/io/image.h"
 #include "tools/io/map_file.h"
 #include "tools/io/output.h"
@@ -84,12 +85,11 @@ void McapView::add_transforms(const ovt_frame_info& info) {
     set_rotation(*ego.mutable_rotation(), 0, 0, info.ego_yaw_rad);
     log_.write(tf, info.stamp_ns, ego.SerializeAsString());
   }
-  constexpr double kRadians = 3.14159265358979323846 / 180;
   for (const io::RigSensor& sensor : config_.rig.sensors) {
     auto mounting = make_transform(info.stamp_ns, kVehicleFrame, sensor.name);
     set_vector(*mounting.mutable_translation(), sensor.x_m, sensor.y_m, sensor.z_m);
-    set_rotation(*mounting.mutable_rotation(), sensor.roll_deg * kRadians, sensor.pitch_deg * kRadians,
-                 sensor.yaw_deg * kRadians);
+    set_rotation(*mounting.mutable_rotation(), io::rad(sensor.roll_deg), io::rad(sensor.pitch_deg),
+                 io::rad(sensor.yaw_deg));
     log_.write(tf, info.stamp_ns, mounting.SerializeAsString());
   }
 }

@@ -29,8 +29,8 @@ Angles angles_of(const ScanPoints& points) {
   for (std::size_t i = 0; i < points.count; ++i) {
     const double x = double(points.x_m[i]), y = double(points.y_m[i]), z = double(points.z_m[i]);
     const bool usable = std::isfinite(x) && std::isfinite(y) && std::isfinite(z) && (x != 0 || y != 0);
-    out.azimuth_deg.push_back(usable ? std::atan2(y, x) * kDegreesPerRadian : NAN);
-    out.elevation_deg.push_back(usable ? std::atan2(z, std::hypot(x, y)) * kDegreesPerRadian : NAN);
+    out.azimuth_deg.push_back(usable ? io::deg(std::atan2(y, x)) : NAN);
+    out.elevation_deg.push_back(usable ? io::deg(std::atan2(z, std::hypot(x, y))) : NAN);
     if (!usable) continue;
     out.left = std::max(out.left, out.azimuth_deg.back()), out.right = std::min(out.right, out.azimuth_deg.back());
     out.top = std::max(out.top, out.elevation_deg.back()), out.bottom = std::min(out.bottom, out.elevation_deg.back());

@@ -16,7 +16,6 @@ namespace {
 using io::Rgb;
 
 constexpr Rgb kBlack = {0, 0, 0}, kUndefined = {70, 30, 70}, kGround = {60, 60, 60}, kObstacle = {250, 215, 90};
-constexpr double kHalfPi = 1.57079632679489661923;
 
 // Where the colours end: all but the outermost 0.5 % of the values on either side.
 struct Limits {
@@ -60,13 +59,13 @@ ColoredImage color_elevation(const DenseImage& image, const DenseImage& returns)
   const auto share_of = [&](std::size_t i) {
     return returns.real[i] > 0 ? (double(image.real[i]) - limits.low) / (limits.high - limits.low) : NAN;
   };
-  return {color_shares(image, share_of), fixed(limits.low * kDegreesPerRadian, 1) + " deg",
-          fixed(limits.high * kDegreesPerRadian, 1) + " deg"};
+  return {color_shares(image, share_of), fixed(io::deg(limits.low), 1) + " deg",
+          fixed(io::deg(limits.high), 1) + " deg"};
 }
 
 ColoredImage color_angle(const DenseImage& image) {
-  auto colors =
-      color_shares(image, [&](std::size_t i) { return image.real[i] >= 0 ? double(image.real[i]) / kHalfPi : NAN; });
+  auto colors = color_shares(
+      image, [&](std::size_t i) { return image.real[i] >= 0 ? double(image.real[i]) / (io::kPi / 2) : NAN; });
   for (std::size_t i = 0; i < colors.size(); ++i)
     if (image.real[i] < -1.5f) colors[i] = kUndefined;  // skipped
   return {colors, "level 0", "90 deg upright"};
@@ -122,6 +121,16 @@ DenseImage read_image(ovt_reader* reader, int32_t sensor, int32_t id) {
       }
   }
   return out;
+}
+
+std::map<int32_t, DenseImage> read_images(ovt_reader* reader, int32_t sensor) {
+  std::map<int32_t, DenseImage> images;
+  for (int32_t id = 0; id < OVT_IMAGE_COUNT; ++id) {
+    ovt_image image;
+    if (ovt_read_image(reader, sensor, ovt_image_id(id), &image) != OVT_NOT_COMPUTED)
+      images[id] = read_image(reader, sensor, id);
+  }
+  return images;
 }
 
 ColoredImage color_image(const DenseImage& image, const DenseImage& returns) {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,9 @@ struct DenseImage {
 
 // The image `id` of a sensor's scan in the reader's frame. Throws io::Error.
 DenseImage read_image(ovt_reader* reader, int32_t sensor, int32_t id);
+
+// Those that the detector's method computes, by id. Throws io::Error.
+std::map<int32_t, DenseImage> read_images(ovt_reader* reader, int32_t sensor);
 
 // A colour for every pixel, and what the ends of the scale stand for ("": the colours are no scale).
 struct ColoredImage {

@@ -1,6 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/evaluation/baselines/label_ground.h"
+#include "tools/io/angles.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -38,7 +39,7 @@ Opinion judge_plane(const Cloud& cloud, const uint32_t* index, std::size_t count
   const Eigen::Vector3d squares = solver.eigenvalues();
   if (!(squares[1] > params.spread * params.spread * squares[2])) return Opinion::kNone;
   const double upright = std::fabs(solver.eigenvectors().col(0)[2]);
-  return upright >= std::cos(params.flat_deg * M_PI / 180) ? Opinion::kGround : Opinion::kObstacle;
+  return upright >= std::cos(params.flat_deg * io::kPi / 180) ? Opinion::kGround : Opinion::kObstacle;
 }
 
 }  // namespace

@@ -1,10 +1,10 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/scene/scene.h"
+#include "tests/support/scene.h"
 
 #include <cmath>
 
-#include "tools/scene/rays.h"
+#include "tests/support/scene_rays.h"
 
 namespace overtake {
 namespace {

@@ -1,6 +1,6 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/scene/rays.h"
+#include "tests/support/scene_rays.h"
 
 #include <cmath>
 #include <limits>

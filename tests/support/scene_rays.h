@@ -5,7 +5,7 @@
 // and the cosine of the angle between ray and surface normal, or leaves the nearest hit as it was.
 #pragma once
 
-#include "tools/scene/scene.h"
+#include "tests/support/scene.h"
 
 namespace overtake {
 

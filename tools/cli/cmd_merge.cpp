@@ -1,0 +1,46 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// overtake merge: results of overtake evaluate put together.
+#include "tools/cli/command.h"
+#include "tools/cli/command_options.h"
+#include "tools/evaluation/report.h"
+#include "tools/evaluation/run_logs.h"
+#include "tools/io/output.h"
+
+namespace overtake::cli {
+namespace {
+
+struct MergeOptions {
+  std::vector<std::string> folders;
+  std::string out;
+  bool force = false;
+};
+
+void add_merge_options(CLI::App& command, MergeOptions& options) {
+  command.add_option("folders", options.folders, "results of overtake evaluate")->required();
+  command.add_option("--out", options.out, "folder for the whole")->required();
+  add_force_option(command, options.force);
+}
+
+int merge(const MergeOptions& options) {
+  io::OutputGuard guard(options.force);
+  for (const std::string& folder : options.folders) guard.add_input_tree(folder + "/runs");
+  for (const std::string& folder : options.folders)
+    for (const char* name : {"scaling.json", "recordings.json", "tuning.csv"}) guard.add_input(folder + "/" + name);
+  guard.add_folder(options.out);
+  evaluation::check_report(guard, options.out);
+  evaluation::merge_runs(options.folders, options.out);
+  evaluation::write_report(options.out, true);
+  guard.commit();
+  return 0;
+}
+
+}  // namespace
+
+Command merge_command() {
+  return make_command("merge", "puts results of overtake evaluate together and reports on all", kListed,
+                      add_merge_options, merge);
+}
+
+}  // namespace overtake::cli

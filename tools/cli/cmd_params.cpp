@@ -1,0 +1,31 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// overtake params: every parameter with unit, default, limits, meaning.
+#include <cstdio>
+
+#include "tools/cli/command.h"
+#include "tools/cli/command_options.h"
+#include "tools/cli/report_json.h"
+
+namespace overtake::cli {
+namespace {
+
+struct ParamsOptions {
+  bool json = false;
+};
+
+void add_params_options(CLI::App& command, ParamsOptions& options) { add_json_option(command, options.json); }
+
+int print_params(const ParamsOptions& options) {
+  std::fputs((options.json ? params_json() : list_params()).c_str(), stdout);
+  return 0;
+}
+
+}  // namespace
+
+Command params_command() {
+  return make_command("params", "lists the parameters", kListed, add_params_options, print_params);
+}
+
+}  // namespace overtake::cli

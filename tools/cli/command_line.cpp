@@ -1,0 +1,119 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/command_line.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <vector>
+
+#include "pipeline/overtake.h"
+#include "tools/cli/command.h"
+#include "tools/io/memory_limit.h"
+#include "tools/io/text.h"
+#include "tools/io/words.h"
+
+namespace overtake::cli {
+
+#define OVT_COMMAND(name) Command name##_command();
+#include "tools/cli/commands.def"
+#undef OVT_COMMAND
+
+namespace {
+
+constexpr int kBadUsage = 2;
+constexpr const char* kExitCodes =
+    "Exit codes: 0 done; 1 an error; 2 a wrong command line; 3 the recording is damaged (what came before it is "
+    "done),\n"
+    "or doctor found something wrong; 130 ended by Ctrl-C (what is done is kept).";
+
+std::string version_text() {
+  ovt_build_info build;
+  ovt_read_build_info(&build);
+  return "overtake " + std::string(build.version_text) + "\ncommit   " + build.commit + "\ncompiler " + build.compiler +
+         "\nISAs     " + build.isas;
+}
+
+bool is_listed(const CLI::App* command) { return command->get_group() != kHidden; }
+
+std::vector<std::string> listed_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands(is_listed)) names.push_back(command->get_name());
+  return names;
+}
+
+bool is_known(const CLI::App& app, const std::string& name) {
+  return !app.get_subcommands([&](const CLI::App* command) { return command->get_name() == name; }).empty();
+}
+
+// What is wrong with the command line, in one sentence. CLI11 looks for what is missing first; a word that nobody knows
+// explains more, since it may be the missing one.
+std::string usage_error(const CLI::App& app, const std::vector<std::string>& words, const CLI::ParseError& error) {
+  const auto names = listed_names(app);
+  const std::string help = " (overtake --help)";
+  if (words.empty()) return "a command is needed: " + io::join(names, ", ") + help;
+  const auto first = std::find_if(words.begin(), words.end(), [](const auto& word) { return !word.starts_with("-"); });
+  if (first != words.end() && !is_known(app, *first))
+    return "unknown command '" + *first + "'" + io::did_you_mean(*first, names) + help;
+  const auto parsed = app.get_subcommands();
+  const CLI::App& command = parsed.empty() ? app : *parsed[0];
+  const std::string place = parsed.empty() ? "" : command.get_name() + ": ";
+  const std::string its_help = parsed.empty() ? help : " (overtake " + command.get_name() + " --help)";
+  std::vector<std::string> options;
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
+  const auto rest = app.remaining(true);
+  for (const std::string& word : rest)
+    if (word.starts_with("-")) {
+      const std::string name = word.substr(0, word.find('='));
+      return place + "unknown option '" + name + "'" + io::did_you_mean(name, options) + its_help;
+    }
+  if (!rest.empty()) return place + "'" + rest[0] + "' is one argument too many" + its_help;
+  return place + error.what() + its_help;
+}
+
+// Of every command: no file may make its reader take more.
+void add_max_memory(CLI::App& app) {
+  app.add_option_function<std::string>(
+         "--max-memory",
+         [](const std::string& text) {
+           uint64_t bytes = 0;
+           if (!io::parse_size(text, bytes))
+             throw CLI::ValidationError("--max-memory", "'" + text + "' is no size of 1M or more (4G, 512M)");
+           io::set_memory_limit(bytes);
+         },
+         "the most that one file may take in memory, as 4G or 512M (default: half of the machine's, " +
+             io::format_size(io::memory_limit()) + ")")
+      ->type_name("SIZE");
+  for (CLI::App* command : app.get_subcommands({})) command->fallthrough();
+}
+
+}  // namespace
+
+int run_command_line(int argc, const char* const* argv) {
+  CLI::App app("Sees and tracks other cars with LiDAR.", "overtake");
+  app.require_subcommand(1);
+  app.footer(kExitCodes);
+  app.set_version_flag("--version", version_text);
+  const Command commands[] = {
+#define OVT_COMMAND(name) name##_command(),
+#include "tools/cli/commands.def"
+#undef OVT_COMMAND
+  };
+  for (const Command& command : commands)
+    command.add_options(*app.add_subcommand(command.name, command.help)->group(command.group));
+  add_max_memory(app);
+
+  try {
+    app.parse(argc, argv);
+    for (const Command& command : commands)
+      if (app.got_subcommand(command.name)) return command.run();
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    std::fprintf(stderr, "overtake: %s\n", usage_error(app, {argv + 1, argv + argc}, error).c_str());
+    return kBadUsage;
+  }
+}
+
+}  // namespace overtake::cli

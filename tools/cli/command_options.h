@@ -1,0 +1,25 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Options that several commands share.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <string>
+
+#include "tools/client/config.h"
+
+namespace overtake::cli {
+
+// Parameters, map, capacities, the folder for the results. map_default: what is taken without --map.
+void add_common_options(CLI::App& command, Options& options, const std::string& map_default = "none");
+// The recording and its rig.
+void add_detector_options(CLI::App& command, Options& options);
+// --force, of each command that writes files (tools/io/output.h).
+void add_force_option(CLI::App& command, bool& force);
+void add_quiet_option(CLI::App& command, bool& quiet);
+void add_json_option(CLI::App& command, bool& json);
+
+}  // namespace overtake::cli

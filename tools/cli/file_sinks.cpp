@@ -1,0 +1,49 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/file_sinks.h"
+
+#include "tools/client/console.h"
+#include "tools/client/result_files.h"
+#include "tools/view/frame_picture.h"
+
+namespace overtake::cli {
+
+CsvSink::CsvSink(const std::string& folder, const io::Rig& rig)
+    : rig_(rig),
+      detections_(folder + "/detections.csv", detections_header()),
+      tracks_(folder + "/tracks.csv", tracks_header()),
+      timing_(folder + "/timing.csv", kTimingHeader) {}
+
+void CsvSink::add(const FinishedFrame& frame) {
+  write_detections(detections_, frame.number, frame.detections);
+  write_tracks(tracks_, frame.number, frame.info, frame.tracks);
+  write_times(timing_, frame.number, frame.info.stamp_ns, rig_, frame.reader);
+  finish();  // Ctrl-C, or worse, keeps what is done
+}
+
+void CsvSink::finish() {
+  for (io::CsvWriter* table : {&detections_, &tracks_, &timing_}) table->flush();
+}
+
+void McapSink::add(const FinishedFrame& frame) {
+  view_.add(frame.reader);
+  any_ = true;
+  last_stamp_ns_ = frame.info.stamp_ns;
+}
+
+void McapSink::add_counters(const ovt_stats& stats) {
+  if (any_) view_.add_counters(last_stamp_ns_, stats);
+}
+
+void PictureSink::add(const FinishedFrame& frame) {
+  if (frame.number != number_) return;
+  const std::string caption = "frame " + std::to_string(number_) +
+                              ", grid 10 m: points of detections and their "
+                              "rectangles, confirmed tracks with id, speed, path over " +
+                              fixed(frame.tracks.path_points * frame.tracks.path_step_s, 1) +
+                              " s and its 95 % ellipses";
+  io::write_png(path_, draw_frame(frame.reader, config_.rig, config_.params, caption));
+  drew_ = true;
+}
+
+}  // namespace overtake::cli

@@ -1,0 +1,69 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Sinks that write files: tables, trace, MCAP, the picture of one frame.
+#pragma once
+
+#include <string>
+
+#include "tools/cli/frame_sink.h"
+#include "tools/cli/trace_file.h"
+#include "tools/client/config.h"
+#include "tools/io/csv.h"
+#include "tools/view/mcap_view.h"
+
+namespace overtake::cli {
+
+// detections.csv, tracks.csv, timing.csv in a folder.
+class CsvSink : public FrameSink {
+ public:
+  CsvSink(const std::string& folder, const io::Rig& rig);
+  void add(const FinishedFrame& frame) override;
+  void finish() override;
+
+ private:
+  const io::Rig& rig_;
+  io::CsvWriter detections_, tracks_, timing_;
+};
+
+class TraceSink : public FrameSink {
+ public:
+  TraceSink(const std::string& path, const io::Rig& rig) : trace_(path, rig) {}
+  void add(const FinishedFrame& frame) override { trace_.add(frame.number, frame.reader); }
+  void finish() override { trace_.finish(); }
+
+ private:
+  TraceFile trace_;
+};
+
+class McapSink : public FrameSink {
+ public:
+  McapSink(const std::string& path, const Config& config) : view_(path, config) {}
+  void add(const FinishedFrame& frame) override;
+  // Of the time of the last frame; nothing before there is one. Not from add(): there the library is not to be asked
+  // for its counters.
+  void add_counters(const ovt_stats& stats);
+  void close(const std::string& partial) { view_.close(partial); }
+
+ private:
+  McapView view_;
+  bool any_ = false;
+  int64_t last_stamp_ns_ = 0;
+};
+
+// The frame of one number, from above: FOLDER/frame_NUMBER.png.
+class PictureSink : public FrameSink {
+ public:
+  PictureSink(int64_t number, const std::string& folder, const Config& config)
+      : number_(number), path_(folder + "/frame_" + std::to_string(number) + ".png"), config_(config) {}
+  void add(const FinishedFrame& frame) override;
+  bool drew() const { return drew_; }
+
+ private:
+  int64_t number_;
+  std::string path_;
+  const Config& config_;
+  bool drew_ = false;
+};
+
+}  // namespace overtake::cli
