@@ -110,6 +110,27 @@ TEST_CASE("commands: inspect writes the images that the method computes and name
   CHECK(has("paper/angle.png"));
 }
 
+TEST_CASE("commands: evaluate judges a method that lacks images, run shows it") {
+  const TempFolder folder;
+  // A car 18 m ahead: near enough for the pictures of a scan's steps.
+  const std::string scenario = folder.write("near.toml",
+                                            "name = \"near\"\ntrack = \"oval\"\nseconds = 0.5\n"
+                                            "[[car]]\nname = \"ego\"\nstart_s_m = 900\n"
+                                            "[[car]]\nname = \"other\"\nstart_s_m = 918\n");
+  const std::string log = folder.path("log.mcap");
+  REQUIRE(run_overtake(folder, {"simulate", scenario, "--out", log, "--quiet"}).code == 0);
+  CHECK(run_overtake(folder, {"run", log, "--preset", "plain", "--out", folder.path("run"), "--mcap",
+                              folder.path("run/view.mcap")})
+            .code == 0);
+  for (const char* preset : {"plain", "paper"}) {
+    const std::string out = folder.path(std::string("judged_") + preset);
+    CHECK(run_overtake(folder, {"evaluate", log, "--preset", preset, "--quiet", "--out", out}).code == 0);
+    const bool has_strip =
+        io::read_whole_file(out + "/report.html").find("the scan with most points") != std::string::npos;
+    CHECK(has_strip == (std::string(preset) == "paper"));
+  }
+}
+
 TEST_CASE("commands: what a sink throws ends the frames and reaches the caller") {
   struct Sink : cli::FrameSink {
     int32_t frames = 0, ends = 0;

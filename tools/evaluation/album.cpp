@@ -75,15 +75,19 @@ void Album::keep_strip(ovt_reader* reader, const io::SensorScan& scan, double ca
   ovt_labels labels;
   cli::check(ovt_read_labels(reader, scan.sensor, &labels), "labels");
   if (labels.count == 0) return;
+  auto images = cli::read_images(reader, scan.sensor);
+  for (const int32_t id :
+       {OVT_IMAGE_RANGE, OVT_IMAGE_ANGLE, OVT_IMAGE_ANGLE_SMOOTH, OVT_IMAGE_RANGE_REPAIRED, OVT_IMAGE_LABELS})
+    if (!images.contains(id)) return;  // the method has no such step: there is no strip of its steps
   const io::RigSensor& sensor = log_.rig().sensors[std::size_t(scan.sensor)];
   strip_ = StripMoment();
   strip_.at = now_, strip_.sensor = sensor.name, strip_.car_m = car_m, strip_.car_points = car_points;
   strip_.azimuth_left_deg = sensor.azimuth_left_deg, strip_.azimuth_right_deg = sensor.azimuth_right_deg;
-  strip_.range = cli::read_image(reader, scan.sensor, OVT_IMAGE_RANGE);
-  strip_.angle = cli::read_image(reader, scan.sensor, OVT_IMAGE_ANGLE);
-  strip_.smooth = cli::read_image(reader, scan.sensor, OVT_IMAGE_ANGLE_SMOOTH);
-  strip_.repaired = cli::read_image(reader, scan.sensor, OVT_IMAGE_RANGE_REPAIRED);
-  strip_.labels = cli::read_image(reader, scan.sensor, OVT_IMAGE_LABELS);
+  strip_.range = images[OVT_IMAGE_RANGE];
+  strip_.angle = images[OVT_IMAGE_ANGLE];
+  strip_.smooth = images[OVT_IMAGE_ANGLE_SMOOTH];
+  strip_.repaired = images[OVT_IMAGE_RANGE_REPAIRED];
+  strip_.labels = images[OVT_IMAGE_LABELS];
   for (int32_t i = 0; i < labels.count; ++i) {
     const float x = labels.x_m[i], y = labels.y_m[i], z = labels.z_m[i], flat = std::hypot(x, y);
     strip_.points.push_back({std::atan2(y, x), std::atan2(z, flat), std::hypot(flat, z), labels.label[i]});
