@@ -147,10 +147,10 @@ void check_flood(double seconds) {
   if (can_count_heap_calls())  // a sanitizer's own memory grows
     CHECK(out.pages_grown * sysconf(_SC_PAGESIZE) <= 256 * 1024);
   REQUIRE(!age.ns.empty());
-  // What is taken is the newest there was; one more may be pushed on the way. A busy machine may take the intake's CPU
-  // away between taking a scan and looking at its age, now and then, for many periods.
-  CHECK(quantile(age.newer, 0.9) <= 1);
-  CHECK(quantile(age.ns, 0.9) <= kPeriod + age.slowest_ns);
+  // The intake takes the newest scan; one more may be pushed on the way. The median judges: an intake that kept older
+  // scans would be late with every one, and a busy machine stops this thread between the take and the look at its age.
+  CHECK(quantile(age.newer, 0.5) <= 1);
+  CHECK(quantile(age.ns, 0.5) <= kPeriod + age.slowest_ns);
 }
 
 }  // namespace
