@@ -345,6 +345,11 @@ typedef struct ovt_points {
   double time_unit_ns;
 } ovt_points;
 OVT_API ovt_status ovt_points_init(ovt_points* points, size_t struct_size);
+static inline ovt_points ovt_default_points(void) {
+  ovt_points points;
+  ovt_points_init(&points, sizeof points);
+  return points;
+}
 
 /* Copies one scan into its sensor's mailbox; one that still waited there is dropped and counted (OVT_PUSH_REPLACE).
  * Stamps decide what becomes of it: the sensor's last stamp again is OVT_DUPLICATE; up to 0.5 s older than the newest
