@@ -8,7 +8,7 @@
 
 #include "bench/work.h"
 #include "pipeline/method/steps.h"
-#include "pipeline/munkres.h"
+#include "pipeline/track/munkres.h"
 
 #if defined(OVT_BENCH_PCL)
 #include <pcl/point_types.h>

@@ -16,6 +16,7 @@
 #include "pipeline/frame_assembler.h"
 #include "pipeline/stages.h"
 #include "pipeline/threads.h"
+#include "pipeline/track/track_stage.h"
 
 namespace overtake {
 

@@ -8,7 +8,7 @@
 
 #include "kernels/kernel_table.h"
 #include "pipeline/overtake.h"
-#include "pipeline/tracker.h"
+#include "pipeline/track/tracker.h"
 
 namespace overtake {
 

@@ -1,6 +1,6 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/motion_model.h"
+#include "pipeline/track/motion_model.h"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/track_filter.h"
+#include "pipeline/track/track_filter.h"
 
 #include <doctest/doctest.h>
 

@@ -11,7 +11,7 @@
 #include <random>
 #include <string>
 
-#include "pipeline/tracker_state.h"
+#include "pipeline/track/tracker_state.h"
 #include "tests/support/heap_calls.h"
 #include "tests/support/track_frames.h"
 

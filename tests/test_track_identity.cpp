@@ -8,7 +8,7 @@
 #include <random>
 #include <set>
 
-#include "pipeline/tracker_state.h"
+#include "pipeline/track/tracker_state.h"
 #include "tests/support/track_frames.h"
 
 namespace {

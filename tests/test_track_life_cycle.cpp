@@ -1,13 +1,13 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The rules of pipeline/life_cycle.h by name, on bare histories first, then through the tracker.
+// The rules of pipeline/track/life_cycle.h by name, on bare histories first, then through the tracker.
 #include <doctest/doctest.h>
 
 #include <string>
 
 #include "core/math.h"
-#include "pipeline/life_cycle.h"
+#include "pipeline/track/life_cycle.h"
 #include "tests/support/tracker_bench.h"
 
 namespace {

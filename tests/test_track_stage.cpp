@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "pipeline/stages.h"
+#include "pipeline/track/track_stage.h"
 
 namespace {
 

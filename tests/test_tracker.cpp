@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Births, gates, stamps, capacities. Life cycle: test_track_life_cycle. What is published: test_tracker_publish.
-#include "pipeline/tracker.h"
+#include "pipeline/track/tracker.h"
 
 #include <doctest/doctest.h>
 

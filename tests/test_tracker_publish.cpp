@@ -10,7 +10,7 @@
 #include <random>
 
 #include "core/math.h"
-#include "pipeline/track_filter.h"
+#include "pipeline/track/track_filter.h"
 #include "tests/support/heap_calls.h"
 #include "tests/support/tracker_bench.h"
 

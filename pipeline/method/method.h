@@ -8,8 +8,8 @@
 #include <memory>
 #include <span>
 
-#include "pipeline/frame_tracker.h"
 #include "pipeline/method/step.h"
+#include "pipeline/track/frame_tracker.h"
 
 namespace overtake {
 

@@ -5,7 +5,7 @@
 #include "pipeline/method/frame_rules.h"
 #include "pipeline/method/method.h"
 #include "pipeline/method/steps.h"
-#include "pipeline/tracker.h"
+#include "pipeline/track/tracker.h"
 
 namespace overtake {
 namespace {

@@ -15,7 +15,7 @@
 
 #include "core/table.h"
 #include "core/track_table.h"
-#include "pipeline/tracker.h"
+#include "pipeline/track/tracker.h"
 
 namespace overtake_test {
 

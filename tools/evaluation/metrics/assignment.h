@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Assignment for the metrics. The tracker has its own (pipeline/munkres.h): a judge that shares it would share its
-// faults.
+// Assignment for the metrics. The tracker has its own (pipeline/track/munkres.h): a judge that shares it would share
+// its faults.
 #pragma once
 
 #include <cstdint>

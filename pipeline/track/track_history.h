@@ -12,9 +12,9 @@
 #include <cstdint>
 
 #include "core/math.h"
-#include "pipeline/life_cycle.h"
-#include "pipeline/track_filter.h"
-#include "pipeline/tracker.h"
+#include "pipeline/track/life_cycle.h"
+#include "pipeline/track/track_filter.h"
+#include "pipeline/track/tracker.h"
 
 namespace overtake {
 

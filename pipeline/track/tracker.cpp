@@ -3,7 +3,7 @@
 //
 // One iteration, top to bottom: silence, gates and assignment, hits, misses, deaths, births. And which ones run: the
 // new one, or, for a frame out of sequence, that one and all after it.
-#include "pipeline/tracker.h"
+#include "pipeline/track/tracker.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 #include <tuple>
 
 #include "core/math.h"
-#include "pipeline/tracker_state.h"
+#include "pipeline/track/tracker_state.h"
 
 namespace overtake {
 namespace {

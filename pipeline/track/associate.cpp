@@ -9,7 +9,7 @@
 #include <tuple>
 
 #include "core/math.h"
-#include "pipeline/tracker_state.h"
+#include "pipeline/track/tracker_state.h"
 
 namespace overtake {
 namespace {

@@ -1,6 +1,6 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-#include "pipeline/munkres.h"
+#include "pipeline/track/munkres.h"
 
 #include <algorithm>
 #include <cmath>

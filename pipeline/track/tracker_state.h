@@ -1,13 +1,14 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The tracker's working memory: private to pipeline/track*.cpp, pipeline/associate.cpp and pipeline/publish_tracks.cpp.
+// The tracker's working memory: private to pipeline/track*.cpp, pipeline/track/associate.cpp and
+// pipeline/track/publish_tracks.cpp.
 #pragma once
 
 #include <cstdint>
 
-#include "pipeline/munkres.h"
-#include "pipeline/track_history.h"
+#include "pipeline/track/munkres.h"
+#include "pipeline/track/track_history.h"
 
 namespace overtake {
 

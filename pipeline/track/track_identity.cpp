@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "pipeline/tracker_state.h"
+#include "pipeline/track/tracker_state.h"
 
 namespace overtake {
 namespace {

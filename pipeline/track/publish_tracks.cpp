@@ -8,7 +8,7 @@
 #include "core/check.h"
 #include "core/math.h"
 #include "core/table.h"
-#include "pipeline/tracker_state.h"
+#include "pipeline/track/tracker_state.h"
 
 namespace overtake {
 namespace {

@@ -10,12 +10,12 @@
 
 namespace overtake {
 
-struct TrackerFrame;   // pipeline/tracker.h
-struct TrackerCounts;  // pipeline/tracker.h
-struct StepResult;     // pipeline/tracker.h
+struct TrackerFrame;   // pipeline/track/tracker.h
+struct TrackerCounts;  // pipeline/track/tracker.h
+struct StepResult;     // pipeline/track/tracker.h
 
 // One thread at a time, but for publish, path_points and path_step_s, which any thread may call at any time. Nothing
-// allocates after construction. Tracker (pipeline/tracker.h) says what each call promises.
+// allocates after construction. Tracker (pipeline/track/tracker.h) says what each call promises.
 class FrameTracker {
  public:
   virtual ~FrameTracker() = default;

@@ -12,7 +12,7 @@
 #include "core/sensor_model.h"
 #include "core/track_map.h"
 #include "core/track_table.h"
-#include "pipeline/frame_tracker.h"
+#include "pipeline/track/frame_tracker.h"
 
 namespace overtake {
 
@@ -103,7 +103,7 @@ struct StepResult {
 
 class Tracker final : public FrameTracker {
  public:
-  struct State;  // pipeline/tracker_state.h
+  struct State;  // pipeline/track/tracker_state.h
 
   // `map` may be null or empty; it must outlive the tracker. Throws std::bad_alloc when the allocator has no memory.
   Tracker(const TrackerParams& params, const TrackMap* map, const Allocator& allocator = default_allocator());

@@ -6,7 +6,7 @@
 #pragma once
 
 #include "core/track_table.h"
-#include "pipeline/motion_model.h"
+#include "pipeline/track/motion_model.h"
 
 namespace overtake {
 
