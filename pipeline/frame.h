@@ -23,6 +23,7 @@
 #include "pipeline/ego_buffer.h"
 #include "pipeline/overtake.h"
 #include "pipeline/stage_clock.h"
+#include "pipeline/track/measurement.h"
 
 namespace overtake {
 
@@ -72,25 +73,6 @@ template <class F>
 void for_each_column(ExternalTable& t, F&& f) {
   f("x_m", t.x_m);      f("y_m", t.y_m);      f("heading_rad", t.heading_rad);
   f("var_x", t.var_x);  f("var_y", t.var_y);  f("cov_xy", t.cov_xy);
-}
-// clang-format on
-
-// Detections in the tracker's frame of reference.
-struct MeasurementTable {
-  int32_t count = 0, capacity = 0;
-  int64_t* stamp_ns = nullptr;
-  double *x_m = nullptr, *y_m = nullptr, *heading_rad = nullptr, *length_m = nullptr, *width_m = nullptr;
-  double *var_x = nullptr, *var_y = nullptr, *cov_xy = nullptr;
-  TrackId* track = nullptr;
-};
-// clang-format off
-template <class F>
-void for_each_column(MeasurementTable& t, F&& f) {
-  f("stamp_ns", t.stamp_ns);
-  f("x_m", t.x_m);            f("y_m", t.y_m);          f("heading_rad", t.heading_rad);
-  f("length_m", t.length_m);  f("width_m", t.width_m);
-  f("var_x", t.var_x);        f("var_y", t.var_y);      f("cov_xy", t.cov_xy);
-  f("track", t.track);
 }
 // clang-format on
 

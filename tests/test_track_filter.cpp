@@ -147,8 +147,8 @@ TEST_CASE("track filter: the update equals the textbook's P - K S K^T") {
   std::mt19937_64 random(25);
   for (int n = 0; n < 500; ++n) {
     const TrackEstimate before = make_estimate(random);
-    const PositionMeasurement z = {before.mean.x_m + uniform(random, -2, 2), before.mean.y_m + uniform(random, -2, 2),
-                                   uniform(random, 0.5, 5), uniform(random, 0.5, 5), uniform(random, -0.4, 0.4)};
+    const Measurement z = {before.mean.x_m + uniform(random, -2, 2), before.mean.y_m + uniform(random, -2, 2),
+                           uniform(random, 0.5, 5), uniform(random, 0.5, 5), uniform(random, -0.4, 0.4)};
     const auto& p = before.covariance;
     const double a = p[0][0] + z.var_x, b = p[0][1] + z.cov_xy, d = p[1][1] + z.var_y, det = a * d - b * b;
     const double inverse[2][2] = {{d / det, -b / det}, {-b / det, a / det}}, s[2][2] = {{a, b}, {b, d}};
@@ -257,9 +257,9 @@ void run_random_steps(int32_t steps) {
       const double var_x = std::pow(10.0, uniform(random, world->least, world->most));
       const double var_y = random() % 2 ? var_x : std::pow(10.0, uniform(random, world->least, world->most));
       const double reach_x = std::sqrt(var_x + e.covariance[0][0]), reach_y = std::sqrt(var_y + e.covariance[1][1]);
-      const PositionMeasurement z = {e.mean.x_m + reach_x * uniform(random, -2, 2),
-                                     e.mean.y_m + reach_y * uniform(random, -2, 2), var_x, var_y,
-                                     uniform(random, -0.99, 0.99) * std::sqrt(var_x * var_y)};
+      const Measurement z = {e.mean.x_m + reach_x * uniform(random, -2, 2),
+                             e.mean.y_m + reach_y * uniform(random, -2, 2), var_x, var_y,
+                             uniform(random, -0.99, 0.99) * std::sqrt(var_x * var_y)};
       Innovation innovation;
       if (innovate(e, z, &innovation) && innovation.d2 <= 9.21) updates += update(e, z);
       REQUIRE(is_symmetric(e));

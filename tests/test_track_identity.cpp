@@ -135,8 +135,9 @@ TEST_CASE("track identity: of two tracks that were one, the one that lives has t
       if (i == 0) number[0] = number_birth(state.replay, 0);
       if (i == 3) number[1] = number_birth(state.replay, 1);
       it.stamp_ns = i;
-      it.candidate_count = 1;
-      it.candidates[0] = Candidate{};
+      it.count = 1;
+      it.measurement[0] = Measurement{};
+      it.slot[0] = 0;
       it.track_before[0] = earlier;
       it.track[0] = number[i == 3];
       it.before.count = 0;

@@ -304,14 +304,10 @@ TEST_CASE("tracker: parameters of any value give a tracker that works") {
     CHECK(tracker.path_points() >= 0);
     CHECK(tracker.path_points() <= 60000);
     CHECK(count_path_points(p) == tracker.path_points());
-    const int64_t stamp_ns = 5;
-    const double x = 1, y = 2;
+    const Measurement z = {.x_m = 1, .y_m = 2, .stamp_ns = 5};
     TrackerFrame frame;
-    frame.stamp_ns = stamp_ns;
-    frame.detections.count = 1;
-    frame.detections.stamp_ns = &stamp_ns;
-    frame.detections.x_m = &x;
-    frame.detections.y_m = &y;
+    frame.stamp_ns = z.stamp_ns;
+    frame.measurements = {&z, 1};
     TrackId id = kNobody;
     tracker.step(frame, &id);
     CHECK(id != kNobody);
@@ -357,22 +353,18 @@ TEST_CASE("tracker: from the first frame on there is no heap call") {
   TrackerBench bench(p);
   std::mt19937_64 random(42);
   std::uniform_real_distribution<double> place(-60, 60);
-  std::vector<double> x(64), y(64);
-  std::vector<int64_t> stamp(64);
+  std::vector<Measurement> measurements(64);
   std::vector<TrackId> ids(64);
   const int64_t before = overtake_test::count_heap_calls();
   for (int k = 0; k < 1000; ++k) {
-    for (std::size_t i = 0; i < 64; ++i) {
-      x[i] = place(random);
-      y[i] = place(random);
-      stamp[i] = to_ns(0.05 * k) - int64_t(random() % 50000000);
+    for (Measurement& z : measurements) {
+      z.x_m = place(random);
+      z.y_m = place(random);
+      z.stamp_ns = to_ns(0.05 * k) - int64_t(random() % 50000000);
     }
     TrackerFrame frame;
     frame.stamp_ns = to_ns(0.05 * k - (k % 7 == 0 ? 0.12 : 0.0));  // some out of sequence
-    frame.detections.count = int32_t(random() % 65);
-    frame.detections.stamp_ns = stamp.data();
-    frame.detections.x_m = x.data();
-    frame.detections.y_m = y.data();
+    frame.measurements = {measurements.data(), random() % 65};
     bench.tracker.step(frame, ids.data());
     if (k % 100 == 99) bench.tracker.restart();
     bench.tracks_at(0.05 * k);

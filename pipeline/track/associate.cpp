@@ -1,11 +1,10 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From a frame's rows to pairs of track and detection: usable rows, gates, global nearest neighbour.
+// From a frame's rows to pairs of track and measurement: usable rows, gates, global nearest neighbour.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <tuple>
 
 #include "core/math.h"
@@ -14,57 +13,70 @@
 namespace overtake {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
-// NaN unless the column exists and its value lies in [low, high].
-double read_or_none(const double* column, int32_t row, double low, double high) noexcept {
-  if (!column) return kNone;
-  const double value = column[row];
-  return value >= low && value <= high ? value : kNone;
+bool is_measurement(const Measurement& z, int64_t frame_ns) noexcept {
+  return std::fabs(z.x_m) <= kMaxPlace_m && std::fabs(z.y_m) <= kMaxPlace_m &&
+         std::fabs(seconds_between(frame_ns, z.stamp_ns)) <= kMaxStampSpread_s;
 }
 
-// The detection's own covariance where it is one, else R of the parameters.
-void read_covariance(const TrackerDetections& d, int32_t row, const double* r_diag, PositionMeasurement& z) noexcept {
-  z.var_x = r_diag[0];
-  z.var_y = r_diag[1];
-  z.cov_xy = 0.0;
-  if (!d.var_x || !d.var_y) return;
-  const double var_x = d.var_x[row], var_y = d.var_y[row], cov_xy = d.cov_xy ? d.cov_xy[row] : 0.0;
-  if (!is_position_covariance(var_x, var_y, cov_xy)) return;
-  z.var_x = var_x;
-  z.var_y = var_y;
-  z.cov_xy = cov_xy;
+double value_or_none(double value, double low, double high) noexcept {
+  return value >= low && value <= high ? value : kNotMeasured;
 }
 
-bool read_candidate(const TrackerParams& params, const TrackerFrame& frame, int32_t row, Candidate& c) noexcept {
-  const TrackerDetections& d = frame.detections;
-  c.row = row;
-  c.slot = -1;
-  c.stamp_ns = d.stamp_ns[row];
-  c.z.x_m = d.x_m[row];
-  c.z.y_m = d.y_m[row];
-  if (!(std::fabs(c.z.x_m) <= kMaxPlace_m && std::fabs(c.z.y_m) <= kMaxPlace_m)) return false;
-  if (!(std::fabs(seconds_between(frame.stamp_ns, c.stamp_ns)) <= kMaxStampSpread_s)) return false;
-  read_covariance(d, row, params.r_diag, c.z);
-  c.heading_rad = wrap_angle(read_or_none(d.heading_rad, row, -kMaxAngle_rad, kMaxAngle_rad));
-  c.length_m = read_or_none(d.length_m, row, 0.0, 1e3);
-  c.width_m = read_or_none(d.width_m, row, 0.0, 1e3);
-  const double dx = c.z.x_m - (frame.ego.known ? frame.ego.x_m : 0.0);
-  const double dy = c.z.y_m - (frame.ego.known ? frame.ego.y_m : 0.0);
-  c.ego_distance_m2 = dx * dx + dy * dy;
-  return true;
+// With the measurement's own covariance where it is one, else R of the parameters.
+Measurement make_sane(Measurement z, const double* r_diag) noexcept {
+  if (!is_position_covariance(z.var_x, z.var_y, z.cov_xy)) {
+    z.var_x = r_diag[0];
+    z.var_y = r_diag[1];
+    z.cov_xy = 0.0;
+  }
+  z.heading_rad = wrap_angle(value_or_none(z.heading_rad, -kMaxAngle_rad, kMaxAngle_rad));
+  z.length_m = value_or_none(z.length_m, 0.0, 1e3);
+  z.width_m = value_or_none(z.width_m, 0.0, 1e3);
+  return z;
 }
 
-// Total orders that depend on what was measured; the row decides only between twins.
-bool is_earlier(const Candidate& a, const Candidate& b) noexcept {
-  return std::tie(a.stamp_ns, a.z.x_m, a.z.y_m, a.row) < std::tie(b.stamp_ns, b.z.x_m, b.z.y_m, b.row);
-}
-bool is_nearer(const Candidate& a, const Candidate& b) noexcept {
-  return std::tie(a.ego_distance_m2, a.stamp_ns, a.z.x_m, a.z.y_m, a.row) <
-         std::tie(b.ego_distance_m2, b.stamp_ns, b.z.x_m, b.z.y_m, b.row);
+double distance_m2(const Measurement& z, const TrackerEgo& ego) noexcept {
+  const double dx = z.x_m - (ego.known ? ego.x_m : 0.0), dy = z.y_m - (ego.known ? ego.y_m : 0.0);
+  return dx * dx + dy * dy;
 }
 
-// A track predicted to the stamp it was last asked for: the detections of a frame come in stamp order, most of them
+// The frame's measurements, at most detection_capacity: the nearest to the ego.
+void select_measurement_rows(const TrackerParams& params, const TrackerFrame& frame, Iteration& it) noexcept {
+  const Measurement* const given = frame.measurements.data();
+  // Total orders that depend on what was measured; the row decides only between equals.
+  const auto is_nearer = [&](int32_t i, int32_t k) {
+    const Measurement &a = given[i], &b = given[k];
+    const double of_a = distance_m2(a, it.ego), of_b = distance_m2(b, it.ego);
+    return std::tie(of_a, a.stamp_ns, a.x_m, a.y_m, i) < std::tie(of_b, b.stamp_ns, b.x_m, b.y_m, k);
+  };
+  const auto is_earlier = [&](int32_t i, int32_t k) {
+    const Measurement &a = given[i], &b = given[k];
+    return std::tie(a.stamp_ns, a.x_m, a.y_m, i) < std::tie(b.stamp_ns, b.x_m, b.y_m, k);
+  };
+  int32_t* const kept = it.row;  // a heap with the farthest on top once it is full
+  int32_t count = 0;
+  it.rejected = it.unread = 0;
+  for (int32_t row = 0; row < int32_t(frame.measurements.size()); ++row) {
+    if (!is_measurement(given[row], frame.stamp_ns)) {
+      ++it.rejected;
+      continue;
+    }
+    if (count < params.detection_capacity) {
+      kept[count++] = row;
+      if (count == params.detection_capacity) std::make_heap(kept, kept + count, is_nearer);
+      continue;
+    }
+    ++it.unread;
+    if (!is_nearer(row, kept[0])) continue;
+    std::pop_heap(kept, kept + count, is_nearer);
+    kept[count - 1] = row;
+    std::push_heap(kept, kept + count, is_nearer);
+  }
+  std::sort(kept, kept + count, is_earlier);
+  it.count = count;
+}
+
+// A track predicted to the stamp it was last asked for: the measurements of a frame come in stamp order, most of them
 // with few stamps, and most pairs are too far apart to need the covariance. What is predicted stays for the update.
 class TrackAtStamp {
  public:
@@ -80,7 +92,7 @@ class TrackAtStamp {
     dt_s_ = seconds_between(track_.state_ns, stamp_ns);
     at_.state = advance(track_.estimate.mean, dt_s_, &at_.jacobian);
   }
-  double distance_m2(const PositionMeasurement& z) const noexcept {
+  double distance_m2(const Measurement& z) const noexcept {
     const double dx = z.x_m - at_.state.x_m, dy = z.y_m - at_.state.y_m;
     return dx * dx + dy * dy;
   }
@@ -108,7 +120,7 @@ double reach_m2(const Tracker::State& state, const Track& track, double dt_s) no
   return reach_m * reach_m;
 }
 
-// Whether one of kBlock candidates is so near: most are not.
+// Whether one of kBlock measurements is so near: most are not.
 constexpr int32_t kBlock = 8;
 bool is_any_near(const Tracker::State& state, int32_t first, double x_m, double y_m, double most_m2) noexcept {
   using Pair = double __attribute__((vector_size(16)));
@@ -117,28 +129,28 @@ bool is_any_near(const Tracker::State& state, int32_t first, double x_m, double 
   Bits near = {0, 0};
   for (int32_t i = first; i < first + kBlock; i += 2) {
     Pair cx, cy;
-    std::memcpy(&cx, state.candidate_x_m + i, sizeof cx);
-    std::memcpy(&cy, state.candidate_y_m + i, sizeof cy);
+    std::memcpy(&cx, state.measured_x_m + i, sizeof cx);
+    std::memcpy(&cy, state.measured_y_m + i, sizeof cy);
     const Pair dx = cx - x, dy = cy - y;
     near |= Bits(dx * dx + dy * dy <= most);
   }
   return (near[0] | near[1]) != 0;
 }
 
-// The candidates that some prediction may bring within the gate, in state.within_reach; a block that is too far as a
-// whole is passed over. Candidates are in stamp order, so the first or the last is the farthest away in time.
+// The measurements that some prediction may bring within the gate, in state.within_reach; a block that is too far as a
+// whole is passed over. Measurements are in stamp order, so the first or the last is the farthest away in time.
 int32_t find_within_reach(Tracker::State& state, const Iteration& it, const Track& track) noexcept {
-  const int32_t last = it.candidate_count - 1;
+  const int32_t last = it.count - 1;
   const double most_m2 =
-      std::max(reach_m2(state, track, seconds_between(track.state_ns, it.candidates[0].stamp_ns)),
-               reach_m2(state, track, seconds_between(track.state_ns, it.candidates[last].stamp_ns)));
+      std::max(reach_m2(state, track, seconds_between(track.state_ns, it.measurement[0].stamp_ns)),
+               reach_m2(state, track, seconds_between(track.state_ns, it.measurement[last].stamp_ns)));
   const double x_m = track.estimate.mean.x_m, y_m = track.estimate.mean.y_m;
   int32_t count = 0;
   for (int32_t begin = 0; begin <= last; begin += kBlock) {
     const int32_t end = std::min(begin + kBlock, last + 1);
     if (end - begin == kBlock && !is_any_near(state, begin, x_m, y_m, most_m2)) continue;
     for (int32_t i = begin; i < end; ++i) {
-      const double dx = state.candidate_x_m[i] - x_m, dy = state.candidate_y_m[i] - y_m;
+      const double dx = state.measured_x_m[i] - x_m, dy = state.measured_y_m[i] - y_m;
       state.within_reach[count] = i;
       count += dx * dx + dy * dy <= most_m2;
     }
@@ -147,17 +159,17 @@ int32_t find_within_reach(Tracker::State& state, const Iteration& it, const Trac
 }
 
 // A step is what the assignment's search needs to look at a pair or a column. To gate a pair and to sort it in costs as
-// much as so many of them; and so many detections a track may look at in any case.
+// much as so many of them; and so many measurements a track may look at in any case.
 constexpr int64_t kStepsPerPair = 16;
 constexpr int64_t kFewestNear = 8;
 
-// Of the `count` candidates within reach the `most` nearest to where the track is at their time, in the same order.
+// Of the `count` measurements within reach the `most` nearest to where the track is at their time, in the same order.
 void keep_nearest(Tracker::State& state, const Iteration& it, TrackAtStamp& at_stamp, int32_t count, int32_t most) {
   uint64_t* const nearest = state.nearest;
   for (int32_t k = 0; k < count; ++k) {
-    const Candidate& c = it.candidates[state.within_reach[k]];
+    const Measurement& c = it.measurement[state.within_reach[k]];
     at_stamp.go_to(c.stamp_ns);
-    const auto distance_m2 = float(at_stamp.distance_m2(c.z));  // its bits are in the order of its value: none is < 0
+    const auto distance_m2 = float(at_stamp.distance_m2(c));  // its bits are in the order of its value: none is < 0
     uint32_t bits;
     std::memcpy(&bits, &distance_m2, sizeof bits);
     nearest[k] = uint64_t(bits) << 32 | uint32_t(state.within_reach[k]);
@@ -167,7 +179,7 @@ void keep_nearest(Tracker::State& state, const Iteration& it, TrackAtStamp& at_s
   std::sort(state.within_reach, state.within_reach + most);
 }
 
-// At most `most_near` candidates are gated with the track.
+// At most `most_near` measurements are gated with the track.
 void gate_track(Tracker::State& state, Iteration& it, int32_t slot, int32_t most_near) noexcept {
   const Track& track = state.tracks[slot];
   const MotionState& mean = track.estimate.mean;
@@ -182,75 +194,53 @@ void gate_track(Tracker::State& state, Iteration& it, int32_t slot, int32_t most
   it.work += kStepsPerPair * near_count;
   for (int32_t k = 0; k < near_count; ++k) {
     const int32_t i = state.within_reach[k];
-    const Candidate& c = it.candidates[i];
+    const Measurement& c = it.measurement[i];
     const double dt_s = seconds_between(track.state_ns, c.stamp_ns);
     if (dt_s < -kMaxBackward_s) continue;
-    const double dx = c.z.x_m - mean.x_m, dy = c.z.y_m - mean.y_m;
+    const double dx = c.x_m - mean.x_m, dy = c.y_m - mean.y_m;
     if (!(dx * dx + dy * dy <= reach_m2(state, track, dt_s))) continue;
 
     at_stamp.go_to(c.stamp_ns);
-    if (!(at_stamp.distance_m2(c.z) <= gate_m2)) continue;
+    if (!(at_stamp.distance_m2(c) <= gate_m2)) continue;
     Innovation innovation;
-    if (!innovate(at_stamp.estimate(), c.z, &innovation) || !(innovation.d2 <= state.params.gate_d2)) continue;
+    if (!innovate(at_stamp.estimate(), c, &innovation) || !(innovation.d2 <= state.params.gate_d2)) continue;
     state.munkres.add(slot, i, innovation.d2 + innovation.log_det);
   }
 }
 
 }  // namespace
 
-bool is_position_covariance(double var_x, double var_y, double cov_xy) noexcept {
-  const auto is_variance = [](double v) { return v >= 1e-12 && v <= 1e12; };
-  if (!is_variance(var_x) || !is_variance(var_y)) return false;
-  return var_x * var_y - cov_xy * cov_xy > 1e-9 * var_x * var_y;  // not when it is NaN
-}
-
-void select_candidates(const TrackerParams& params, const TrackerFrame& frame, Iteration& it) noexcept {
-  Candidate* const kept = it.candidates;  // a heap with the farthest on top once it is full
-  int32_t count = 0;
-  it.rejected = it.unread = 0;
-  for (int32_t row = 0; row < frame.detections.count; ++row) {
-    Candidate c;
-    if (!read_candidate(params, frame, row, c)) {
-      ++it.rejected;
-      continue;
-    }
-    if (count < params.detection_capacity) {
-      kept[count++] = c;
-      if (count == params.detection_capacity) std::make_heap(kept, kept + count, is_nearer);
-      continue;
-    }
-    ++it.unread;
-    if (!is_nearer(c, kept[0])) continue;
-    std::pop_heap(kept, kept + count, is_nearer);
-    kept[count - 1] = c;
-    std::push_heap(kept, kept + count, is_nearer);
+void select_measurements(const TrackerParams& params, const TrackerFrame& frame, Iteration& it) noexcept {
+  select_measurement_rows(params, frame, it);
+  for (int32_t i = 0; i < it.count; ++i) {
+    const Measurement& z = frame.measurements[std::size_t(it.row[i])];
+    it.measurement[i] = make_sane(z, params.r_diag);
+    it.ego_distance_m2[i] = distance_m2(z, it.ego);
   }
-  std::sort(kept, kept + count, is_earlier);
-  it.candidate_count = count;
 }
 
 void associate(Tracker::State& state, Iteration& it) noexcept {
   const int32_t slot_count = state.params.track_capacity;
-  for (int32_t c = 0; c < it.candidate_count; ++c) it.candidates[c].slot = -1;
-  state.munkres.clear(slot_count, it.candidate_count);
-  for (int32_t i = 0; i < it.candidate_count; ++i) {
-    state.candidate_x_m[i] = it.candidates[i].z.x_m;
-    state.candidate_y_m[i] = it.candidates[i].z.y_m;
+  std::fill_n(it.slot, it.count, -1);
+  state.munkres.clear(slot_count, it.count);
+  for (int32_t i = 0; i < it.count; ++i) {
+    state.measured_x_m[i] = it.measurement[i].x_m;
+    state.measured_y_m[i] = it.measurement[i].y_m;
   }
   const auto limit = int64_t(state.params.work_limit);
   const int64_t near_share = limit / 2 / kStepsPerPair / std::max(state.alive_count, 1);
   const auto most_near = int32_t(std::min(std::max(near_share, kFewestNear), int64_t(INT32_MAX)));
   it.work = 0;
   it.limited = false;
-  if (it.candidate_count > 0)
+  if (it.count > 0)
     for (int32_t slot = 0; slot < slot_count; ++slot)
       if (state.tracks[slot].alive) gate_track(state, it, slot, most_near);
-  state.munkres.solve(state.candidate_of_slot, std::max(limit - it.work, int64_t(0)));
+  state.munkres.solve(state.measurement_of_slot, std::max(limit - it.work, int64_t(0)));
   it.work += state.munkres.steps();
   it.limited |= state.munkres.was_limited();
   for (int32_t slot = 0; slot < slot_count; ++slot) {
-    const int32_t c = state.candidate_of_slot[slot];
-    if (c >= 0) it.candidates[c].slot = slot;
+    const int32_t c = state.measurement_of_slot[slot];
+    if (c >= 0) it.slot[c] = slot;
   }
 }
 

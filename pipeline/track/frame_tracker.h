@@ -20,8 +20,8 @@ class FrameTracker {
  public:
   virtual ~FrameTracker() = default;
 
-  // One iteration on the measurements of a frame. track_of_detection[detections.count]: the id each one went to.
-  virtual StepResult step(const TrackerFrame& frame, TrackId* track_of_detection) noexcept = 0;
+  // One iteration on the measurements of a frame. track_of_measurement[measurements.size()]: the id each one went to.
+  virtual StepResult step(const TrackerFrame& frame, TrackId* track_of_measurement) noexcept = 0;
   // Forgets every track; ids are never reused.
   virtual void restart() noexcept = 0;
   // All tracks as they are, ordered by slot.

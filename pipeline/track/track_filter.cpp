@@ -84,7 +84,7 @@ struct Innovator {
   double xx, xy, yy, det;
   bool sound;
 };
-Innovator make_innovator(const TrackEstimate& e, const PositionMeasurement& z) {
+Innovator make_innovator(const TrackEstimate& e, const Measurement& z) {
   Innovator s{};
   s.xx = e.covariance[0][0] + z.var_x;
   s.xy = e.covariance[1][0] + z.cov_xy;
@@ -116,7 +116,7 @@ void predict(TrackEstimate& estimate, const ProcessNoise& noise, double dt_s, co
   if (steps > 8 || dt_s < 0.0 || is_wide(estimate)) keep_positive(estimate);
 }
 
-bool innovate(const TrackEstimate& estimate, const PositionMeasurement& z, Innovation* out) noexcept {
+bool innovate(const TrackEstimate& estimate, const Measurement& z, Innovation* out) noexcept {
   const Innovator s = make_innovator(estimate, z);
   if (!s.sound) return false;
   const double dx = z.x_m - estimate.mean.x_m, dy = z.y_m - estimate.mean.y_m;
@@ -125,7 +125,7 @@ bool innovate(const TrackEstimate& estimate, const PositionMeasurement& z, Innov
   return true;
 }
 
-bool update(TrackEstimate& estimate, const PositionMeasurement& z) noexcept {
+bool update(TrackEstimate& estimate, const Measurement& z) noexcept {
   const Innovator s = make_innovator(estimate, z);
   if (!s.sound) return false;
   const bool was_wide = is_wide(estimate);

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "core/track_table.h"
+#include "pipeline/track/measurement.h"
 #include "pipeline/track/motion_model.h"
 
 namespace overtake {
@@ -21,10 +22,6 @@ struct ProcessNoise {
   double max_step_s = 0.05;
 };
 
-struct PositionMeasurement {
-  double x_m = 0, y_m = 0, var_x = 0, var_y = 0, cov_xy = 0;
-};
-
 struct Innovation {
   double d2 = 0;       // squared Mahalanobis distance
   double log_det = 0;  // ln det S
@@ -36,10 +33,10 @@ struct Innovation {
 void predict(TrackEstimate& estimate, const ProcessNoise& noise, double dt_s, const Advanced* whole = nullptr) noexcept;
 
 // False when S is not positive definite (then the pair is impossible).
-bool innovate(const TrackEstimate& estimate, const PositionMeasurement& z, Innovation* out) noexcept;
+bool innovate(const TrackEstimate& estimate, const Measurement& z, Innovation* out) noexcept;
 
 // Joseph form, symmetrised, phi wrapped, v >= 0 (turn_round). False, nothing changed, when S is not positive definite.
-bool update(TrackEstimate& estimate, const PositionMeasurement& z) noexcept;
+bool update(TrackEstimate& estimate, const Measurement& z) noexcept;
 
 // (v, phi) and (-v, phi + pi) are one motion with one omega. Chooses the one with v >= 0; the signs of v's row and
 // column change with it.

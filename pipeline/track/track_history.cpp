@@ -7,16 +7,19 @@
 namespace overtake {
 
 void TrackHistory::carve(Carver& carver, const TrackerParams& params) {
-  const auto tracks = std::size_t(params.track_capacity), candidates = std::size_t(params.detection_capacity);
+  const auto tracks = std::size_t(params.track_capacity), rows = std::size_t(params.detection_capacity);
   capacity_ = params.history_iterations;
   span_s_ = params.history_s;
   iterations_ = carver.take<Iteration>(std::size_t(capacity_));
   order_ = carver.take<int32_t>(std::size_t(capacity_));
   for (int32_t i = 0; i < capacity_; ++i) {
     Iteration kept{};
-    kept.candidates = carver.take<Candidate>(candidates);
-    kept.track = carver.take<TrackId>(candidates);
-    kept.track_before = carver.take<TrackId>(candidates);
+    kept.measurement = carver.take<Measurement>(rows);
+    kept.row = carver.take<int32_t>(rows);
+    kept.ego_distance_m2 = carver.take<double>(rows);
+    kept.slot = carver.take<int32_t>(rows);
+    kept.track = carver.take<TrackId>(rows);
+    kept.track_before = carver.take<TrackId>(rows);
     kept.before.slot = carver.take<int32_t>(tracks);
     kept.before.track = carver.take<Track>(tracks);
     if (!iterations_) continue;  // the carver only measures

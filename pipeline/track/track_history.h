@@ -24,16 +24,6 @@ inline double seconds_between(int64_t from_ns, int64_t to_ns) {
                           : -(double(uint64_t(from_ns) - uint64_t(to_ns)) / 1e9);
 }
 
-// A detection that is a measurement.
-struct Candidate {
-  int64_t stamp_ns;
-  PositionMeasurement z;
-  double heading_rad, length_m, width_m;  // NaN: none
-  double ego_distance_m2;
-  int32_t row;   // in TrackerDetections
-  int32_t slot;  // of the track that took it or that it gave birth to, -1 none
-};
-
 // One slot. What is estimated holds at state_ns.
 struct Track {
   bool alive = false;
@@ -44,7 +34,7 @@ struct Track {
   bool has_heading = false;
   double heading_rad = 0;            // of the last detection that had one, turned on by omega
   double length_m = 0, width_m = 0;  // 0: never measured
-  int32_t detection = -1;            // row of the last step's detection
+  int32_t detection = -1;            // row of the last step's measurement
   uint32_t flags = 0;                // of the last step; kTrackStale is found when published
 };
 
@@ -65,9 +55,13 @@ struct Iteration {
   int32_t rejected, unread;  // rows that are no measurement; beyond capacity
   int64_t work;              // steps it took when it ran last
   bool limited;              // ... which the work limit cut short
-  int32_t candidate_count;
-  Candidate* candidates;  // by (stamp, x, y, row)
-  TrackId* track;         // by candidate: whose measurement it is, kNobody none
+  // Columns by measurement.
+  int32_t count;
+  Measurement* measurement;  // by (stamp, x, y, row); its covariance is one
+  int32_t* row;              // of the frame
+  double* ego_distance_m2;
+  int32_t* slot;          // of the track that took it or that it gave birth to, -1 none
+  TrackId* track;         // whose measurement it is, kNobody none
   TrackId* track_before;  // the same, before it ran again
   SavedTracks before;
 };

@@ -40,8 +40,8 @@ int32_t find_held(Tracker::State& state, int32_t first) {
     const Iteration& it = state.history.at(place);
     if (place > first)
       for (int32_t i = 0; i < it.before.count; ++i) lives(it.before.slot[i], it.before.track[i].id, place - 1);
-    for (int32_t c = 0; c < it.candidate_count; ++c)
-      if (it.candidates[c].slot >= 0) lives(it.candidates[c].slot, it.track[c], place);
+    for (int32_t c = 0; c < it.count; ++c)
+      if (it.slot[c] >= 0) lives(it.slot[c], it.track[c], place);
   }
   for_each_live(state, [&](int32_t slot, TrackId id) { lives(slot, id, state.history.count() - 1); });
   std::sort(r.held, r.held + put_back.count, [&r](int32_t a, int32_t b) { return r.held_id[a] < r.held_id[b]; });
@@ -59,7 +59,7 @@ int32_t collect_votes(Tracker::State& state, int32_t first, int32_t held_count) 
   int32_t count = 0;
   for (int32_t place = first; place < state.history.count(); ++place) {
     const Iteration& it = state.history.at(place);
-    for (int32_t c = 0; c < it.candidate_count; ++c) {
+    for (int32_t c = 0; c < it.count; ++c) {
       const TrackId earlier = it.track_before[c];
       if (earlier == kNobody || !is_number(it.track[c])) continue;
       const int32_t birth = index_of(it.track[c]);
@@ -126,7 +126,7 @@ void settle_ids(Tracker::State& state, int32_t first) noexcept {
   };
   for (int32_t place = first; place < state.history.count(); ++place) {
     Iteration& it = state.history.at(place);
-    for (int32_t c = 0; c < it.candidate_count; ++c) name(it.track[c]);
+    for (int32_t c = 0; c < it.count; ++c) name(it.track[c]);
     for (int32_t i = 0; i < it.before.count; ++i) name(it.before.track[i].id);
   }
   for (int32_t slot = 0; slot < state.params.track_capacity; ++slot) name(state.tracks[slot].id);

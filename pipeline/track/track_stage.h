@@ -1,7 +1,20 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The tracker's side of a frame.
+// The tracker's side of a frame: which frame of reference the tracker works in, what the frame measures, and the
+// iteration itself.
+//
+// The tracker works in the map from the first ego pose on, in the vehicle frame until then. Changing over forgets the
+// tracks: they mean nothing in the other frame.
+//
+//   frame                   ego pose at its stamp   tracks in    what is done
+//   scans                   known                   map          measure, step
+//                           unknown                 vehicle      measure, step
+//                           unknown                 map          predict: nobody knows where they were measured
+//   pushed, vehicle frame   as scans
+//   pushed, map             known or not            map          measure, step
+//   prediction              known or not            as they are  predict
+//   detect threw            known or not            as above     predict
 #pragma once
 
 #include <memory>
@@ -13,7 +26,6 @@ namespace overtake {
 
 struct StageContext;
 
-// The tracker's side: which frame of reference it works in, and the iteration itself.
 class TrackStage {
  public:
   // Throws std::bad_alloc when the allocator has no memory.
@@ -26,9 +38,13 @@ class TrackStage {
   FrameTracker& tracker() noexcept { return *tracker_; }
 
  private:
-  void measure_detections(Frame& frame) noexcept;
-  void measure_external(Frame& frame) noexcept;
+  void choose_reference(Frame& frame) noexcept;
+  bool may_measure(Frame& frame) const noexcept;
+  void measure_detections(Frame& frame) const noexcept;
+  void measure_external(Frame& frame) const noexcept;
   int32_t observe(const Frame& frame, ObservedSector* sectors) const noexcept;
+  void step(Frame& frame) noexcept;
+  void predict(Frame& frame) noexcept;
 
   const StageContext& context_;
   TrackerParams params_;

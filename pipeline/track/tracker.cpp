@@ -39,9 +39,9 @@ bool is_observed(const Iteration& it, const MotionState& place) {
   return false;
 }
 
-// A detection older than the state measures where the track was: back without noise, update, and back to the state's
+// A measurement older than the state measures where the track was: back without noise, update, and back to the state's
 // time without noise, so that no noise counts twice and time never goes back.
-void take_hit(const Tracker::State& state, int32_t slot, const Candidate& c) {
+void take_hit(const Tracker::State& state, int32_t slot, const Measurement& c) {
   Track& track = state.tracks[slot];
   const double dt_s = seconds_between(track.state_ns, c.stamp_ns);
   if (const Prediction& gated = state.predictions[slot]; gated.is_at(c.stamp_ns)) {
@@ -50,14 +50,13 @@ void take_hit(const Tracker::State& state, int32_t slot, const Candidate& c) {
   } else {
     predict_track(track, state.noise, dt_s);
   }
-  update(track.estimate, c.z);
+  update(track.estimate, c);
   if (std::isfinite(c.heading_rad)) {
     track.has_heading = true;
     track.heading_rad = c.heading_rad;
   }
   if (std::isfinite(c.length_m)) track.length_m = c.length_m;
   if (std::isfinite(c.width_m)) track.width_m = c.width_m;
-  track.detection = c.row;
   track.flags = 0;
   track.measured_ns = std::max(track.measured_ns, c.stamp_ns);
   if (dt_s >= 0.0)
@@ -66,26 +65,27 @@ void take_hit(const Tracker::State& state, int32_t slot, const Candidate& c) {
     predict_track(track, state.no_noise, -dt_s);
 }
 
-void give_birth(Tracker::State& state, int32_t slot, const Candidate& c, const Iteration& it) {
+void give_birth(Tracker::State& state, int32_t slot, const Iteration& it, int32_t row) {
+  const Measurement& c = it.measurement[row];
   const TrackerParams& p = state.params;
   Track& track = state.tracks[slot];
   track = Track{};
   track.alive = true;
   track.id = state.runs_again ? number_birth(state.replay, slot) : state.draw_id(slot);
   track.state_ns = track.measured_ns = c.stamp_ns;
-  track.detection = c.row;
+  track.detection = it.row[row];
   track.has_heading = std::isfinite(c.heading_rad);
   track.heading_rad = track.has_heading ? c.heading_rad : 0.0;
   track.length_m = std::isfinite(c.length_m) ? c.length_m : 0.0;
   track.width_m = std::isfinite(c.width_m) ? c.width_m : 0.0;
 
   MotionState& mean = track.estimate.mean;
-  mean.x_m = c.z.x_m;
-  mean.y_m = c.z.y_m;
+  mean.x_m = c.x_m;
+  mean.y_m = c.y_m;
   mean.speed_mps = it.ego.known ? std::max(0.0, p.birth_speed_share * it.ego.speed_mps) : 0.0;
   double var_phi = p.birth_sigma_phi * p.birth_sigma_phi;
   if (state.map && !state.map->empty() && it.in_map && it.ask_map) {
-    const MapProjection lane = state.map->project(c.z.x_m, c.z.y_m);
+    const MapProjection lane = state.map->project(c.x_m, c.y_m);
     mean.course_rad = wrap_angle(lane.heading_rad);
     mean.yaw_rate_rps = mean.speed_mps * lane.curvature_per_m;
   } else if (it.ego.known) {
@@ -95,9 +95,9 @@ void give_birth(Tracker::State& state, int32_t slot, const Candidate& c, const I
   }
 
   auto& cov = track.estimate.covariance;
-  cov[0][0] = c.z.var_x;
-  cov[1][1] = c.z.var_y;
-  cov[0][1] = cov[1][0] = c.z.cov_xy;
+  cov[0][0] = c.var_x;
+  cov[1][1] = c.var_y;
+  cov[0][1] = cov[1][0] = c.cov_xy;
   cov[2][2] = p.birth_sigma_v * p.birth_sigma_v;
   cov[3][3] = var_phi;
   cov[4][4] = p.birth_sigma_omega * p.birth_sigma_omega;
@@ -111,8 +111,10 @@ double distance_m2(const Track& track, const TrackerEgo& ego) {
   return dx * dx + dy * dy;
 }
 
-// The first free slot; in a full table the farthest tentative track, when it is farther than the detection, makes room.
-int32_t find_slot(Tracker::State& state, const Candidate& c, const TrackerEgo& ego) {
+// The first free slot; in a full table the farthest tentative track, when it is farther than the measurement, makes
+// room.
+int32_t find_slot(Tracker::State& state, const Iteration& it, int32_t row) {
+  const TrackerEgo& ego = it.ego;
   int32_t farthest = -1;
   for (int32_t slot = 0; slot < state.params.track_capacity; ++slot) {
     const Track& track = state.tracks[slot];
@@ -121,7 +123,7 @@ int32_t find_slot(Tracker::State& state, const Candidate& c, const TrackerEgo& e
     if (farthest < 0 || distance_m2(track, ego) > distance_m2(state.tracks[farthest], ego)) farthest = slot;
   }
   ++state.counts.overflow;
-  if (farthest < 0 || !(distance_m2(state.tracks[farthest], ego) > c.ego_distance_m2)) {
+  if (farthest < 0 || !(distance_m2(state.tracks[farthest], ego) > it.ego_distance_m2[row])) {
     ++state.counts.unborn;
     return -1;
   }
@@ -134,10 +136,11 @@ void update_tracks(Tracker::State& s, Iteration& it) {
     Track& track = s.tracks[slot];
     if (!track.alive) continue;
     track.detection = -1;
-    const int32_t hit = s.candidate_of_slot[slot];
+    const int32_t hit = s.measurement_of_slot[slot];
     bool lives = true;
     if (hit >= 0) {
-      take_hit(s, slot, it.candidates[hit]);
+      take_hit(s, slot, it.measurement[hit]);
+      track.detection = it.row[hit];
       it.track[hit] = track.id;
       ++s.counts.hits;
       lives = track.life.record(true, s.life_cycle);
@@ -160,19 +163,18 @@ void update_tracks(Tracker::State& s, Iteration& it) {
 // Nearest first: what is born early is never put out for a later one, and row order does not matter.
 void give_births(Tracker::State& s, Iteration& it) {
   int32_t count = 0;
-  for (int32_t i = 0; i < it.candidate_count; ++i)
-    if (it.candidates[i].slot < 0) s.newborn[count++] = i;
+  for (int32_t i = 0; i < it.count; ++i)
+    if (it.slot[i] < 0) s.newborn[count++] = i;
   std::sort(s.newborn, s.newborn + count, [&it](int32_t a, int32_t b) {
-    const double da = it.candidates[a].ego_distance_m2, db = it.candidates[b].ego_distance_m2;
+    const double da = it.ego_distance_m2[a], db = it.ego_distance_m2[b];
     return std::tie(da, a) < std::tie(db, b);
   });
   for (int32_t i = 0; i < count; ++i) {
-    Candidate& c = it.candidates[s.newborn[i]];
-    const int32_t slot = find_slot(s, c, it.ego);
+    const int32_t row = s.newborn[i], slot = find_slot(s, it, row);
     if (slot < 0) continue;
-    give_birth(s, slot, c, it);
-    c.slot = slot;
-    it.track[s.newborn[i]] = s.tracks[slot].id;
+    give_birth(s, slot, it, row);
+    it.slot[row] = slot;
+    it.track[row] = s.tracks[slot].id;
   }
 }
 
@@ -183,7 +185,7 @@ void run_iteration(Tracker::State& s, Iteration& it) {
   s.counts.rejected += it.rejected;
   s.counts.unborn += it.unread;
   s.counts.overflow += it.unread;
-  std::fill_n(it.track, it.candidate_count, kNobody);
+  std::fill_n(it.track, it.count, kNobody);
   for (int32_t slot = 0; slot < s.params.track_capacity; ++slot)
     if (Track& track = s.tracks[slot]; track.alive && s.is_silent(track, it.stamp_ns)) s.bury(track, s.counts.silent);
   associate(s, it);
@@ -193,15 +195,13 @@ void run_iteration(Tracker::State& s, Iteration& it) {
 }
 
 void read_frame(const TrackerParams& params, const TrackerFrame& frame, Iteration& it) {
-  TrackerFrame sane = frame;
-  sane.ego = make_sane(frame.ego);
   it.stamp_ns = frame.stamp_ns;
-  it.ego = sane.ego;
+  it.ego = make_sane(frame.ego);
   it.in_map = frame.in_map;
   it.ask_map = frame.ask_map;
   it.sector_count = std::min(frame.sector_count, kMaxSectors);
   std::copy_n(frame.sectors, std::max(it.sector_count, 0), it.sectors);
-  select_candidates(params, sane, it);
+  select_measurements(params, frame, it);
 }
 
 // Back to the tracks before the iteration that now is at `place`, and from there on again.
@@ -215,7 +215,7 @@ void run_again(Tracker::State& s, int32_t place) {
     Iteration& it = s.history.at(i);
     s.replay.iteration = i;
     if (i == place) {
-      std::fill_n(it.track_before, it.candidate_count, kNobody);
+      std::fill_n(it.track_before, it.count, kNobody);
     } else {
       s.save(it.before);
       std::swap(it.track, it.track_before);
@@ -231,9 +231,9 @@ void show_nothing(Tracker::State& s) {
   std::fill_n(s.shown_flags, s.params.track_capacity, kTrackCoasting);
 }
 
-// Records, for the last frame given, which detection each track took and which track each detection went to.
-void show(Tracker::State& s, int32_t slot, const Track& track, TrackId* track_of_detection) {
-  if (track_of_detection && track.detection >= 0) track_of_detection[track.detection] = track.id;
+// Records, for the last frame given, which measurement each track took and which track each measurement went to.
+void show(Tracker::State& s, int32_t slot, const Track& track, TrackId* track_of_measurement) {
+  if (track_of_measurement && track.detection >= 0) track_of_measurement[track.detection] = track.id;
   if (!s.tracks[slot].alive || s.tracks[slot].id != track.id) return;
   s.shown_detection[slot] = track.detection;
   s.shown_flags[slot] = track.flags;
@@ -275,10 +275,10 @@ Tracker::State::State(const TrackerParams& p, const TrackMap* m, const Allocator
   const bool built = arena.build(allocator, [&](Carver& carver) {
     tracks = carver.take<Track>(slots);
     generation = carver.take<uint32_t>(slots);
-    candidate_of_slot = carver.take<int32_t>(slots);
+    measurement_of_slot = carver.take<int32_t>(slots);
     predictions = carver.take<Prediction>(slots);
-    candidate_x_m = carver.take<double>(rows);
-    candidate_y_m = carver.take<double>(rows);
+    measured_x_m = carver.take<double>(rows);
+    measured_y_m = carver.take<double>(rows);
     within_reach = carver.take<int32_t>(rows);
     nearest = carver.take<uint64_t>(rows);
     newborn = carver.take<int32_t>(rows);
@@ -342,11 +342,11 @@ Tracker::Tracker(const TrackerParams& params, const TrackMap* map, const Allocat
 }
 Tracker::~Tracker() { state_->~State(); }
 
-StepResult Tracker::step(const TrackerFrame& frame, TrackId* track_of_detection) noexcept {
+StepResult Tracker::step(const TrackerFrame& frame, TrackId* track_of_measurement) noexcept {
   State& s = *state_;
-  const int32_t rows = std::max(frame.detections.count, 0);
+  const auto rows = int32_t(frame.measurements.size());
   s.counts.measurements += rows;
-  if (track_of_detection) std::fill_n(track_of_detection, rows, kNobody);
+  if (track_of_measurement) std::fill_n(track_of_measurement, rows, kNobody);
   show_nothing(s);
   int32_t place = s.history.find_place(frame.stamp_ns);
   const bool too_much = place >= 0 && double(s.history.work_from(place)) > s.params.work_limit;
@@ -364,13 +364,13 @@ StepResult Tracker::step(const TrackerFrame& frame, TrackId* track_of_detection)
     s.save(it.before);
     run_iteration(s, it);
     for (int32_t slot = 0; slot < s.params.track_capacity; ++slot)
-      if (s.tracks[slot].alive) show(s, slot, s.tracks[slot], track_of_detection);
+      if (s.tracks[slot].alive) show(s, slot, s.tracks[slot], track_of_measurement);
   } else {
     run_again(s, place);
     ++s.counts.replays;
     s.counts.refiltered += refiltered;
     const SavedTracks& after = s.history.at(place + 1).before;
-    for (int32_t i = 0; i < after.count; ++i) show(s, after.slot[i], after.track[i], track_of_detection);
+    for (int32_t i = 0; i < after.count; ++i) show(s, after.slot[i], after.track[i], track_of_measurement);
   }
   bool limited = false;
   for (int32_t i = place; i < s.history.count(); ++i) limited |= s.history.at(i).limited;

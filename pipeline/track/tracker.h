@@ -7,12 +7,14 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "core/arena.h"
 #include "core/sensor_model.h"
 #include "core/track_map.h"
 #include "core/track_table.h"
 #include "pipeline/track/frame_tracker.h"
+#include "pipeline/track/measurement.h"
 
 namespace overtake {
 
@@ -37,18 +39,6 @@ struct TrackerParams {
   double work_limit = 1e7;  // steps of about 2 ns that a frame may take
 };
 
-// What the tracker reads of a frame. Detections in the tracker's frame of reference, any number of rows; beyond
-// detection_capacity the ones nearest to the ego are read. A row whose place is not finite or over 1e8 m from the
-// origin, or whose stamp is more than 1 s from the frame's, is left out and counted as rejected.
-struct TrackerDetections {
-  int32_t count = 0;
-  const int64_t* stamp_ns = nullptr;
-  const double *x_m = nullptr, *y_m = nullptr;
-  const double* heading_rad = nullptr;                                 // null or NaN: none
-  const double *length_m = nullptr, *width_m = nullptr;                // extent; null or NaN: none
-  const double *var_x = nullptr, *var_y = nullptr, *cov_xy = nullptr;  // null, or not positive definite: r_diag
-};
-
 // A sector that a sensor of this frame saw, in the tracker's frame of reference.
 struct ObservedSector {
   double x_m, y_m, left_rad, right_rad;  // right < left, left - right <= 2 pi
@@ -62,7 +52,11 @@ struct TrackerEgo {
 
 struct TrackerFrame {
   int64_t stamp_ns = 0;  // the iteration's time: the frame's last stamp
-  TrackerDetections detections;
+  // In the tracker's frame of reference, any number of rows; beyond detection_capacity the ones nearest to the ego are
+  // read. A row whose place is not finite or over 1e8 m from the origin, or whose stamp is more than 1 s from the
+  // frame's, is left out and counted as rejected. A heading or an extent that is no number of a car's counts as not
+  // measured.
+  std::span<const Measurement> measurements;
   TrackerEgo ego;
   bool in_map = true;                       // frame of reference is the map's: a course says where a car's front is
   bool ask_map = true;                      // births may ask the map, where in_map
@@ -127,8 +121,8 @@ class Tracker final : public FrameTracker {
   // detections only; what is left into the assignment, which then is not the cheapest. Work is counted in steps, never
   // timed, so the limit is met at the same place everywhere.
   //
-  // track_of_detection[detections.count], may be null: the id each detection went to (also a newborn's).
-  StepResult step(const TrackerFrame& frame, TrackId* track_of_detection) noexcept override;
+  // track_of_measurement[measurements.size()], may be null: the id each detection went to (also a newborn's).
+  StepResult step(const TrackerFrame& frame, TrackId* track_of_measurement) noexcept override;
   // Forgets every track; ids are never reused.
   void restart() noexcept override;
 
@@ -156,8 +150,6 @@ class Tracker final : public FrameTracker {
   State* state_ = nullptr;
 };
 
-// Whether a detection's own covariance counts: positive definite, variances of 1e-12 to 1e12 m^2. Else R stands in.
-bool is_position_covariance(double var_x, double var_y, double cov_xy) noexcept;
 // Points of a predicted path.
 int32_t count_path_points(const TrackerParams& params) noexcept;
 // The time nearest to publish_ns to which all tracks of an iteration at stamp_ns can be predicted: at most 59 s away.

@@ -12,11 +12,11 @@
 
 namespace overtake {
 
-inline constexpr double kMaxStampSpread_s = 1.0;  // a detection's stamp lies this near to its frame's
-inline constexpr double kMaxBackward_s = 0.5;     // a track goes back so far to take an older detection
+inline constexpr double kMaxStampSpread_s = 1.0;  // a measurement's stamp lies this near to its frame's
+inline constexpr double kMaxBackward_s = 0.5;     // a track goes back so far to take an older measurement
 inline constexpr double kMaxPredict_s = 60.0;
 
-// A track at the stamp of a detection it was gated with.
+// A track at the stamp of a measurement it was gated with.
 struct Prediction {
   bool there = false;
   int64_t stamp_ns = 0;
@@ -53,12 +53,12 @@ struct Tracker::State {
 
   Track* tracks = nullptr;         // by slot
   uint32_t* generation = nullptr;  // by slot: grows with each id drawn, never goes back
-  int32_t* candidate_of_slot = nullptr;
-  Prediction* predictions = nullptr;  // by slot: of the iteration that runs, where there was a candidate
-  double *candidate_x_m = nullptr, *candidate_y_m = nullptr;  // of the iteration that runs
-  int32_t* within_reach = nullptr;                            // candidates near the track that is asked
-  uint64_t* nearest = nullptr;                                // of these, when they are too many
-  int32_t* newborn = nullptr;                                 // candidates that give birth, nearest first
+  int32_t* measurement_of_slot = nullptr;
+  Prediction* predictions = nullptr;                        // by slot: of the iteration that runs, where it was gated
+  double *measured_x_m = nullptr, *measured_y_m = nullptr;  // of the iteration that runs
+  int32_t* within_reach = nullptr;                          // measurements near the track that is asked
+  uint64_t* nearest = nullptr;                              // of these, when they are too many
+  int32_t* newborn = nullptr;                               // measurements that give birth, nearest first
   int32_t* shown_detection = nullptr;  // by slot: of the frame given last, where TrackTable::detection
   uint32_t* shown_flags = nullptr;     // and flags come from
   Munkres munkres;
@@ -77,9 +77,9 @@ struct Tracker::State {
 // Parameters of any value give a tracker that works; the configuration refuses senseless ones by name.
 TrackerParams make_sane(TrackerParams params) noexcept;
 ProcessNoise make_process_noise(const TrackerParams& params) noexcept;
-// Fills the iteration's candidates from the frame.
-void select_candidates(const TrackerParams& params, const TrackerFrame& frame, Iteration& iteration) noexcept;
-// Gates every pair and assigns: state.candidate_of_slot and Candidate::slot, Iteration::work and limited.
+// Fills the iteration's measurements from the frame.
+void select_measurements(const TrackerParams& params, const TrackerFrame& frame, Iteration& iteration) noexcept;
+// Gates every pair and assigns: state.measurement_of_slot, Iteration::slot, work and limited.
 void associate(Tracker::State& state, Iteration& iteration) noexcept;
 // A number in place of an id, for a track born while iterations run again.
 TrackId number_birth(ReplayIds& replay, int32_t slot) noexcept;

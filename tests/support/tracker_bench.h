@@ -48,33 +48,22 @@ class TrackerBench {
   }
   const std::vector<overtake::TrackId>& step_ns(int64_t stamp_ns, const std::vector<TestDetection>& detections) {
     const std::size_t n = detections.size();
-    stamp_ns_.resize(n);
-    for (std::vector<double>* column : {&x_, &y_, &heading_, &length_, &width_, &var_x_, &var_y_, &cov_xy_})
-      column->resize(n);
+    measurements_.resize(n);
     ids.assign(n, overtake::kNobody);
     for (std::size_t i = 0; i < n; ++i) {
       const TestDetection& d = detections[i];
-      stamp_ns_[i] = d.late_s == 0 ? stamp_ns : stamp_ns - to_ns(d.late_s);
-      x_[i] = d.x_m;
-      y_[i] = d.y_m;
-      heading_[i] = d.heading_rad;
-      length_[i] = d.length_m;
-      width_[i] = d.width_m;
-      var_x_[i] = d.var_x;
-      var_y_[i] = d.var_y;
-      cov_xy_[i] = d.cov_xy;
+      measurements_[i] = {.x_m = d.x_m,
+                          .y_m = d.y_m,
+                          .var_x = d.var_x,
+                          .var_y = d.var_y,
+                          .cov_xy = d.cov_xy,
+                          .heading_rad = d.heading_rad,
+                          .length_m = d.length_m,
+                          .width_m = d.width_m,
+                          .stamp_ns = d.late_s == 0 ? stamp_ns : stamp_ns - to_ns(d.late_s)};
     }
     frame.stamp_ns = stamp_ns;
-    frame.detections = {.count = int32_t(n),
-                        .stamp_ns = stamp_ns_.data(),
-                        .x_m = x_.data(),
-                        .y_m = y_.data(),
-                        .heading_rad = heading_.data(),
-                        .length_m = length_.data(),
-                        .width_m = width_.data(),
-                        .var_x = var_x_.data(),
-                        .var_y = var_y_.data(),
-                        .cov_xy = cov_xy_.data()};
+    frame.measurements = measurements_;
     last = tracker.step(frame, ids.data());
     last_ns_ = stamp_ns;
     return ids;
@@ -109,8 +98,7 @@ class TrackerBench {
   overtake::Arena arena_;
   overtake::TrackTable tracks_;
   overtake::PathTable paths_;
-  std::vector<int64_t> stamp_ns_;
-  std::vector<double> x_, y_, heading_, length_, width_, var_x_, var_y_, cov_xy_;
+  std::vector<overtake::Measurement> measurements_;
   int64_t last_ns_ = 0;
 };
 

@@ -1,0 +1,45 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A measurement: what one detection says of one vehicle, in the tracker's frame of reference. The only row type between
+// a frame's detections and the filter's update: the frame fills it, the history keeps it, the filter reads it.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "core/ids.h"
+
+namespace overtake {
+
+inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
+
+struct Measurement {
+  double x_m = 0, y_m = 0;
+  double var_x = kNotMeasured, var_y = kNotMeasured, cov_xy = kNotMeasured;  // not is_position_covariance: R of the
+  double heading_rad = kNotMeasured;                                         // parameters
+  double length_m = kNotMeasured, width_m = kNotMeasured;
+  int64_t stamp_ns = 0;
+};
+
+// Positive definite, with variances of 1e-12 to 1e12 m^2.
+inline bool is_position_covariance(double var_x, double var_y, double cov_xy) noexcept {
+  const auto is_variance = [](double v) { return v >= 1e-12 && v <= 1e12; };
+  if (!is_variance(var_x) || !is_variance(var_y)) return false;
+  return var_x * var_y - cov_xy * cov_xy > 1e-9 * var_x * var_y;  // not when it is NaN
+}
+
+// Those of one frame.
+struct MeasurementTable {
+  int32_t count = 0, capacity = 0;
+  Measurement* row = nullptr;
+  TrackId* track = nullptr;  // whose measurement it is, kNobody none
+};
+// clang-format off
+template <class F>
+void for_each_column(MeasurementTable& t, F&& f) {
+  f("row", t.row);  f("track", t.track);
+}
+// clang-format on
+
+}  // namespace overtake
