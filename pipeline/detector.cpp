@@ -466,7 +466,8 @@ ovt_status Detector::next_frame(Reader& reader) {
 
 int64_t Detector::publish_tracks(Reader& reader, int64_t publish_ns) {
   publish_ns = limit_publish_ns(reader.frame->tracks_ns, publish_ns);
-  track_stage_->tracker().publish(reader.frame->tracks, publish_ns, reader.tracks, &reader.paths);
+  const Frame& frame = *reader.frame;
+  track_stage_->tracker().publish(frame.tracks, frame.track_states, publish_ns, reader.tracks, &reader.paths);
   return publish_ns;
 }
 

@@ -191,6 +191,7 @@ ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params&
   };
   const Allocator allocator = memory_.allocator();
   tracker_params_ = make_tracker_params(params, def.track_capacity, def.candidate_capacity);
+  track_stage_ = std::make_unique<TrackStage>(context_, tracker_params_, allocator);
   FrameSizes sizes;
   sizes.sensors = context_.sensors;
   sizes.point_capacity = point_capacity_;
@@ -198,6 +199,7 @@ ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params&
   sizes.cluster_capacity = def.cluster_capacity;
   sizes.candidate_capacity = def.candidate_capacity;
   sizes.track_capacity = def.track_capacity;
+  sizes.track_state_bytes = track_stage_->tracker().state_bytes();
   sizes.external_capacity = def.candidate_capacity;
   sizes.merge_columns = params.merge_columns;
   sizes.method = context_.method;
@@ -215,7 +217,6 @@ ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params&
     if (!mailboxes_[s].build(point_capacity_[s], allocator)) return no_memory("mailboxes");
   if (!external_.build(def.candidate_capacity, allocator)) return no_memory("pushed detections");
   ego_ = std::make_unique<EgoBuffer>(def.ego_pose_capacity, allocator);
-  track_stage_ = std::make_unique<TrackStage>(context_, tracker_params_, allocator);
   if (build_reader(lent_) != OVT_OK) return no_memory("the callback's reader");
   lent_.lent = true;
   return OVT_OK;

@@ -58,6 +58,7 @@ bool build_frame(Frame& frame, const FrameSizes& sizes, const Allocator& allocat
     frame.fit_y_m = carver.take<float>(std::size_t(frame.fit_capacity) + kRowAlign);
     carve_table(carver, frame.measurements, measurements);
     carve_table(carver, frame.tracks, sizes.track_capacity);
+    frame.track_states = carver.take<std::byte>(std::size_t(sizes.track_capacity) * sizes.track_state_bytes);
   });
 }
 

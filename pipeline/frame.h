@@ -11,6 +11,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 
 #include "core/cluster_table.h"
@@ -106,7 +107,8 @@ struct Frame {
   bool map_holds = false;    // there is one, and the ego pose is not beyond its margin: gate and pose may ask it
   // track
   MeasurementTable measurements;
-  TrackTable tracks;  // states at their own stamps, as the tracker left them
+  TrackTable tracks;                  // states at their own stamps, as the tracker left them
+  std::byte* track_states = nullptr;  // the same in the tracker's own form, row by row: paths start from these
   int32_t reference = OVT_REFERENCE_VEHICLE;
   int64_t tracks_ns = 0;   // the tracks' own time: stamp_ns, or the newest where this frame is late
   int32_t refiltered = 0;  // iterations run again for it
@@ -129,6 +131,7 @@ struct FrameSizes {
   const int32_t* point_capacity = nullptr;  // per sensor
   int32_t sensor_count = 0;
   int32_t cluster_capacity = 0, candidate_capacity = 0, track_capacity = 0, external_capacity = 0;
+  std::size_t track_state_bytes = 0;  // of one track
   int32_t merge_columns = 1;
   bool keep_images = true;
   const Method* method = &kPaper;

@@ -8,7 +8,7 @@
 
 #include "kernels/kernel_table.h"
 #include "pipeline/overtake.h"
-#include "pipeline/track/tracker.h"
+#include "pipeline/track/tracker_params.h"
 
 namespace overtake {
 

@@ -8,7 +8,7 @@
 #include <random>
 #include <set>
 
-#include "pipeline/track/tracker_state.h"
+#include "pipeline/track/track_ids.h"
 #include "tests/support/track_frames.h"
 
 namespace {
@@ -122,35 +122,41 @@ TEST_CASE("track identity: of two tracks that were one, the one that lives has t
     TrackerParams p;
     p.track_capacity = 2;
     p.detection_capacity = 2;
-    Tracker::State state(p, nullptr, default_allocator());
-    const TrackId earlier = state.draw_id(1);
-    state.replay.birth_count = 0;
-    TrackId number[2];
+    Arena arena;
+    TrackHistory history;
+    TrackIds ids;
+    REQUIRE(arena.build(default_allocator(), [&](Carver& carver) {
+      history.carve(carver, p, 1);
+      ids.carve(carver, p);
+    }));
+    TrackHead head[2];
+    ids.begin();
+    head[1].birth = ids.add_birth(0, 1);
+    ids.settle(history, 0, head);
+    const TrackId earlier = head[1].id;
+    ids.begin();
     // Four iterations ran again; one row each, once all of one track, now the first three of one, the last of another.
     for (int32_t i = 0; i < 4; ++i) {
       int32_t place = i;
-      Iteration& it = state.history.insert(place);
+      Iteration& it = history.insert(place);
       REQUIRE(place == i);
-      state.replay.iteration = i;
-      if (i == 0) number[0] = number_birth(state.replay, 0);
-      if (i == 3) number[1] = number_birth(state.replay, 1);
+      if (i == 0) head[0].birth = ids.add_birth(i, 0);
+      if (i == 3) head[1].birth = ids.add_birth(i, 1);
       it.stamp_ns = i;
       it.count = 1;
       it.measurement[0] = Measurement{};
       it.slot[0] = 0;
       it.track_before[0] = earlier;
-      it.track[0] = number[i == 3];
+      it.track[0] = kNobody;
+      it.birth[0] = head[i == 3].birth;
       it.before.count = 0;
     }
-    for (int32_t slot = 0; slot < 2; ++slot) {
-      state.tracks[slot].alive = (living >> slot & 1) != 0;
-      state.tracks[slot].id = number[slot];
-    }
-    settle_ids(state, 0);
-    CHECK(state.tracks[keeper].id == earlier);
-    for (int32_t i = 0; i < 4; ++i) CHECK((state.history.at(i).track[0] == earlier) == ((i == 3 ? 1 : 0) == keeper));
-    CHECK(state.replay.births[1 - keeper].id != earlier);
-    CHECK(state.replay.births[1 - keeper].id != kNobody);
+    for (int32_t slot = 0; slot < 2; ++slot) head[slot].alive = (living >> slot & 1) != 0;
+    ids.settle(history, 0, head);
+    CHECK(head[keeper].id == earlier);
+    for (int32_t i = 0; i < 4; ++i) CHECK((history.at(i).track[0] == earlier) == ((i == 3 ? 1 : 0) == keeper));
+    CHECK(head[1 - keeper].id != earlier);
+    CHECK(head[1 - keeper].id != kNobody);
   }
 }
 

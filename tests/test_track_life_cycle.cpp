@@ -137,9 +137,9 @@ TEST_CASE("tracker: a single false detection is gone after sixteen iterations") 
   TrackerBench bench;
   bench.step(0, {{10, 0}});
   for (int k = 1; k < 15; ++k) bench.step(0.05 * k, {});
-  CHECK(bench.tracker.track_count() == 1);
+  CHECK(bench.track_count() == 1);
   bench.step(0.75, {});
-  CHECK(bench.tracker.track_count() == 0);
+  CHECK(bench.track_count() == 0);
   CHECK(bench.tracker.counts().deaths == 1);
   CHECK(bench.tracker.counts().misses == 15);
 }
@@ -149,9 +149,9 @@ TEST_CASE("tracker: without a hit for longer than max_silence_s a track dies in 
   for (int k = 0; k < 10; ++k) bench.step(0.05 * k, {{10, 0}});
   bench.frame.sector_count = 0;  // nothing is seen: no iteration, no miss
   bench.step(0.45 + 4.0, {});
-  CHECK(bench.tracker.track_count() == 1);
+  CHECK(bench.track_count() == 1);
   bench.step(0.45 + 4.0 + 1e-6, {});
-  CHECK(bench.tracker.track_count() == 0);
+  CHECK(bench.track_count() == 0);
 }
 
 TEST_CASE("tracker: a pure prediction leaves out what silence has ended, and the tracker as it is") {
@@ -163,11 +163,11 @@ TEST_CASE("tracker: a pure prediction leaves out what silence has ended, and the
   CHECK(bench.predicted_to(4.45).stamp_ns[0] == overtake_test::to_ns(4.45));
   CHECK(bench.predicted_to(4.45).flags[0] == (kTrackCoasting | kTrackUnobserved | kTrackStale));
   CHECK(bench.predicted_to(4.46).count == 0);
-  CHECK(bench.tracker.track_count() == 1);
+  CHECK(bench.track_count() == 1);
   CHECK(bench.tracker.counts().iterations == 10);
   CHECK(bench.tracker.counts().deaths == 0);
   bench.step(4.46, {});  // the next iteration buries it
-  CHECK(bench.tracker.track_count() == 0);
+  CHECK(bench.track_count() == 0);
   CHECK(bench.tracker.counts().deaths == 1);
 }
 
@@ -176,7 +176,7 @@ TEST_CASE("tracker: a detection that comes after the silence makes a new track")
   for (int k = 0; k < 10; ++k) bench.step(0.05 * k, {{10, 0}});
   const TrackId first = bench.ids[0];
   bench.step(5.0, {{10, 0}});
-  CHECK(bench.tracker.track_count() == 1);
+  CHECK(bench.track_count() == 1);
   CHECK(bench.ids[0] != kNobody);
   CHECK(bench.ids[0] != first);
 }

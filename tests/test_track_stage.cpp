@@ -26,6 +26,7 @@ struct Bench {
     FrameSizes sizes;
     sizes.candidate_capacity = sizes.track_capacity = sizes.external_capacity = 256;
     sizes.cluster_capacity = 16;
+    sizes.track_state_bytes = stage.tracker().state_bytes();
     REQUIRE(build_frame(frame, sizes, default_allocator()));
   }
 

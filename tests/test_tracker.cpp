@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Births, gates, stamps, capacities. Life cycle: test_track_life_cycle. What is published: test_tracker_publish.
-#include "pipeline/track/tracker.h"
+#include "pipeline/track/cvtr_tracker.h"
 
 #include <doctest/doctest.h>
 
@@ -112,10 +112,10 @@ TEST_CASE("tracker: birth without map and ego knows no course") {
 TEST_CASE("tracker: every detection that no track took gives birth to one track") {
   TrackerBench bench;
   bench.step(0.0, {{0, 0}, {50, 0}, {50, 30}});
-  CHECK(bench.tracker.track_count() == 3);
+  CHECK(bench.track_count() == 3);
   const std::vector<TrackId> first = bench.ids;
   bench.step(0.05, {{50, 30}, {0, 0}, {90, 0}, {50, 0}});
-  CHECK(bench.tracker.track_count() == 4);
+  CHECK(bench.track_count() == 4);
   CHECK(bench.ids[0] == first[2]);
   CHECK(bench.ids[1] == first[0]);
   CHECK(bench.ids[3] == first[1]);
@@ -214,7 +214,7 @@ TEST_CASE("tracker: the cost has ln det S, a wide track does not steal from a na
   for (int k = 0; k < 40; ++k) bench.step(0.05 * k, {{0, 0}});  // narrow
   const TrackId narrow = bench.ids[0];
   bench.step(2.0, {{0, 0}, {0, 2.0, kNan, 0, kNan, kNan, 9, 9, 0}});  // born at 2 m, sigma 3 m
-  REQUIRE(bench.tracker.track_count() == 2);
+  REQUIRE(bench.track_count() == 2);
   // 0.9 m from the narrow one (d^2 about 2.6), 1.1 m from the wide one (d^2 about 0.13).
   bench.step(2.0, {{0, 0.9}});
   CHECK(bench.ids[0] == narrow);
@@ -299,12 +299,12 @@ TEST_CASE("tracker: in a full table the nearest tentative tracks are kept") {
   p.track_capacity = 4;
   TrackerBench bench(p);
   bench.step(0.0, {{60, 0}, {20, 0}, {80, 0}, {40, 0}, {100, 0}, {10, 0}});
-  CHECK(bench.tracker.track_count() == 4);
+  CHECK(bench.track_count() == 4);
   CHECK(bench.tracker.counts().overflow == 2);
   CHECK(bench.ids[2] == kNobody);
   CHECK(bench.ids[4] == kNobody);
   bench.step(0.05, {{60, 0}, {20, 0}, {40, 0}, {10, 0}, {30, 0}, {90, 0}});  // 30 puts 60 out, 90 finds no room
-  CHECK(bench.tracker.track_count() == 4);
+  CHECK(bench.track_count() == 4);
   CHECK(bench.ids[0] == kNobody);
   CHECK(bench.ids[4] != kNobody);
   CHECK(bench.ids[5] == kNobody);
@@ -322,7 +322,7 @@ TEST_CASE("tracker: in a full table confirmed tracks stay, however far") {
   CHECK(bench.ids[0] == far);
   CHECK(bench.ids[1] == kNobody);
   CHECK(bench.ids[2] != kNobody);
-  CHECK(bench.tracker.track_count() == 2);
+  CHECK(bench.track_count() == 2);
 }
 
 TEST_CASE("tracker: beyond the detection capacity the nearest to the ego are read") {
@@ -331,7 +331,7 @@ TEST_CASE("tracker: beyond the detection capacity the nearest to the ego are rea
   TrackerBench bench(p);
   bench.frame.ego = {true, 100, 0, 0, 0};
   bench.step(0.0, {{0, 0}, {120, 0}, {60, 0}, {101, 0}, {300, 0}, {kNan, 0}});
-  CHECK(bench.tracker.track_count() == 3);
+  CHECK(bench.track_count() == 3);
   CHECK(bench.ids[0] == kNobody);
   CHECK(bench.ids[1] != kNobody);
   CHECK(bench.ids[2] != kNobody);
@@ -354,7 +354,7 @@ TEST_CASE("tracker: ids are never reused, neither in a slot nor after a restart"
     }
     if (round % 2) {
       bench.tracker.restart();
-      CHECK(bench.tracker.track_count() == 0);
+      CHECK(bench.track_count() == 0);
     }
     time_s += 5;  // silence ends the others
   }

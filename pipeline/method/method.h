@@ -5,7 +5,6 @@
 // tracker, and the defaults of the parameters. One file each (pipeline/method/paper.cpp).
 #pragma once
 
-#include <memory>
 #include <span>
 
 #include "pipeline/method/step.h"
@@ -32,9 +31,7 @@ struct Method {
   const char* name;  // as ovt_params_init takes it
   std::span<const Step> segment;
   std::span<const FrameRule> frame;
-  // Throws std::bad_alloc when there is no memory.
-  std::unique_ptr<FrameTracker> (*make_tracker)(const TrackerParams& params, const TrackMap* map,
-                                                const Allocator& allocator);
+  MakeTracker* make_tracker;
   const char* tracker_params;  // what that reads of ovt_params
   // Changes defaults that are not those of params.def. Null: none.
   void (*set_defaults)(ovt_params& params) noexcept;

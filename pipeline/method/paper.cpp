@@ -5,7 +5,7 @@
 #include "pipeline/method/frame_rules.h"
 #include "pipeline/method/method.h"
 #include "pipeline/method/steps.h"
-#include "pipeline/track/tracker.h"
+#include "pipeline/track/cvtr_tracker.h"
 
 namespace overtake {
 namespace {
@@ -34,18 +34,12 @@ constexpr FrameRule kFrame[] = {
     rule::pose_by_two_headings,  // 10  the rectangle that holds the most points (eq. 5)
 };
 
-// 11  CVTR filter, Munkres assignment, M of N life cycle (eqs. 6 and 7).
-std::unique_ptr<FrameTracker> make_tracker(const TrackerParams& params, const TrackMap* map,
-                                           const Allocator& allocator) {
-  return std::make_unique<Tracker>(params, map, allocator);
-}
-
 }  // namespace
 
 constinit const Method kPaper = {.name = "paper",
                                  .segment = kSegment,
                                  .frame = kFrame,
-                                 .make_tracker = make_tracker,
+                                 .make_tracker = make_cvtr_tracker,  // 11  CVTR, Munkres, M of N (eqs. 6 and 7)
                                  .tracker_params = "tracker",
                                  .set_defaults = nullptr};
 

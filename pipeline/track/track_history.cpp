@@ -6,7 +6,7 @@
 
 namespace overtake {
 
-void TrackHistory::carve(Carver& carver, const TrackerParams& params) {
+void TrackHistory::carve(Carver& carver, const TrackerParams& params, std::size_t state_bytes) {
   const auto tracks = std::size_t(params.track_capacity), rows = std::size_t(params.detection_capacity);
   capacity_ = params.history_iterations;
   span_s_ = params.history_s;
@@ -15,13 +15,12 @@ void TrackHistory::carve(Carver& carver, const TrackerParams& params) {
   for (int32_t i = 0; i < capacity_; ++i) {
     Iteration kept{};
     kept.measurement = carver.take<Measurement>(rows);
-    kept.row = carver.take<int32_t>(rows);
     kept.ego_distance_m2 = carver.take<double>(rows);
-    kept.slot = carver.take<int32_t>(rows);
-    kept.track = carver.take<TrackId>(rows);
-    kept.track_before = carver.take<TrackId>(rows);
+    for (int32_t** column : {&kept.row, &kept.slot, &kept.birth}) *column = carver.take<int32_t>(rows);
+    for (TrackId** column : {&kept.track, &kept.track_before}) *column = carver.take<TrackId>(rows);
     kept.before.slot = carver.take<int32_t>(tracks);
-    kept.before.track = carver.take<Track>(tracks);
+    kept.before.head = carver.take<TrackHead>(tracks);
+    kept.before.state = carver.take<std::byte>(tracks * state_bytes);
     if (!iterations_) continue;  // the carver only measures
     iterations_[i] = kept;
     order_[i] = i;
@@ -59,6 +58,12 @@ int64_t TrackHistory::work_from(int32_t place) const noexcept {
   int64_t work = 0;
   for (; place < count_; ++place) work += at(place).work;
   return work;
+}
+
+bool TrackHistory::limited_from(int32_t place) const noexcept {
+  bool limited = false;
+  for (; place < count_; ++place) limited |= at(place).limited;
+  return limited;
 }
 
 void TrackHistory::clear() noexcept {

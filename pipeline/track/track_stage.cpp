@@ -159,14 +159,14 @@ void TrackStage::step(Frame& frame) noexcept {
   input.sectors = sectors;
   input.sector_count = observe(frame, sectors);
   last_step_ = tracker_->step(input, frame.measurements.track);
-  tracker_->snapshot(frame.tracks);
+  tracker_->snapshot(frame.tracks, frame.track_states);
 }
 
 void TrackStage::predict(Frame& frame) noexcept {
   frame.measurements.count = 0;
   frame.lost_rows = frame.kind == FrameKind::kExternal ? frame.external.count : frame.detections.count;
   std::fill_n(frame.measurements.track, frame.detections.count, kNobody);
-  tracker_->predict(frame.stamp_ns, frame.tracks);
+  tracker_->predict(frame.stamp_ns, frame.tracks, frame.track_states);
   last_step_ = {};
 }
 

@@ -20,7 +20,7 @@
 #include <memory>
 
 #include "pipeline/frame.h"
-#include "pipeline/track/tracker.h"
+#include "pipeline/track/frame_tracker.h"
 
 namespace overtake {
 

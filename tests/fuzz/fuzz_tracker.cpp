@@ -71,7 +71,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
     }
     const int64_t publish_ns = fuzz::next_stamp(in, stamp_ns);
     const TrackTable& t = bench.tracks_at_ns(publish_ns);
-    OVT_FUZZ_REQUIRE(t.count == bench.tracker.track_count() && t.count <= params.track_capacity);
+    OVT_FUZZ_REQUIRE(t.count == bench.track_count() && t.count <= params.track_capacity);
     OVT_FUZZ_REQUIRE(overtake_test::is_finite(t) && overtake_test::is_finite(bench.paths()));
     std::set<TrackId> now;
     for (std::size_t i = 0; i < std::size_t(t.count); ++i) {
@@ -87,7 +87,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
   const TrackerCounts counts = bench.tracker.counts();
   OVT_FUZZ_REQUIRE(counts.measurements == given);
   OVT_FUZZ_REQUIRE(counts.measurements == counts.hits + counts.births + counts.unborn + counts.rejected + counts.late);
-  OVT_FUZZ_REQUIRE(counts.births - counts.deaths == bench.tracker.track_count());
+  OVT_FUZZ_REQUIRE(counts.births - counts.deaths == bench.track_count());
   OVT_FUZZ_REQUIRE(counts.deaths ==
                    counts.missed + counts.silent + counts.displaced + counts.unsound + counts.forgotten);
   return 0;

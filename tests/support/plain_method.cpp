@@ -8,7 +8,7 @@
 #include "pipeline/method/frame_rules.h"
 #include "pipeline/method/methods.h"
 #include "pipeline/method/steps.h"
-#include "pipeline/track/tracker.h"
+#include "pipeline/track/cvtr_tracker.h"
 
 namespace overtake {
 namespace {
@@ -59,16 +59,11 @@ static_assert(is_chain(kSegment, kGivenColumns));
 constexpr FrameRule kFrame[] = {rule::merge_seams, rule::find_ego_on_map, rule::keep_car_sized, rule::keep_nearest,
                                 rule::pose_by_two_headings};
 
-std::unique_ptr<FrameTracker> make_tracker(const TrackerParams& params, const TrackMap* map,
-                                           const Allocator& allocator) {
-  return std::make_unique<Tracker>(params, map, allocator);
-}
-
 constinit const Method kPlain = {
     .name = "plain",
     .segment = kSegment,
     .frame = kFrame,
-    .make_tracker = make_tracker,
+    .make_tracker = make_cvtr_tracker,
     .tracker_params = "tracker",
     .set_defaults = [](ovt_params& params) noexcept { params.cluster_threshold_rad = 0.1; },
 };

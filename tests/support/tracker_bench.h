@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A tracker with the tables and columns a test needs around it.
+// The tracker of the test's method with the tables a test needs around it.
 //
 //   TrackerBench bench;
 //   bench.step(0.05, {{10.0, 2.0}});       // one frame at 50 ms with one detection
@@ -11,11 +11,13 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "core/table.h"
 #include "core/track_table.h"
-#include "pipeline/track/tracker.h"
+#include "pipeline/method/methods.h"
+#include "tests/support/test_method.h"
 
 namespace overtake_test {
 
@@ -34,8 +36,12 @@ struct TestDetection {
 class TrackerBench {
  public:
   explicit TrackerBench(const overtake::TrackerParams& params = {}, const overtake::TrackMap* map = nullptr)
-      : tracker(params, map) {
+      : owner_(overtake::find_method(overtake::test::test_method())
+                   ->make_tracker(params, map, overtake::default_allocator())),
+        tracker(*owner_) {
     const bool built = arena_.build(overtake::default_allocator(), [&](overtake::Carver& carver) {
+      overtake::carve_table(carver, snapshot_, params.track_capacity);
+      states_ = carver.take<std::byte>(std::size_t(params.track_capacity) * tracker.state_bytes());
       overtake::carve_table(carver, tracks_, params.track_capacity);
       overtake::carve_table(carver, paths_, params.track_capacity * tracker.path_points());
     });
@@ -73,30 +79,37 @@ class TrackerBench {
   const overtake::TrackTable& tracks() { return tracks_at_ns(last_ns_); }
   const overtake::TrackTable& tracks_at(double time_s) { return tracks_at_ns(to_ns(time_s)); }
   const overtake::TrackTable& tracks_at_ns(int64_t stamp_ns) {
-    tracker.publish(stamp_ns, tracks_, &paths_);
+    tracker.snapshot(snapshot_, states_);
+    tracker.publish(snapshot_, states_, stamp_ns, tracks_, &paths_);
     return tracks_;
   }
   // A pure prediction.
   const overtake::TrackTable& predicted_to(double time_s) { return predicted_to_ns(to_ns(time_s)); }
   const overtake::TrackTable& predicted_to_ns(int64_t stamp_ns) {
-    tracker.predict(stamp_ns, tracks_);
-    return tracks_;
+    tracker.predict(stamp_ns, snapshot_, states_);
+    return snapshot_;
   }
   // As they are.
   const overtake::TrackTable& snapshot() {
-    tracker.snapshot(tracks_);
-    return tracks_;
+    tracker.snapshot(snapshot_, states_);
+    return snapshot_;
   }
+  int32_t track_count() { return snapshot().count; }
   const overtake::PathTable& paths() const { return paths_; }  // of the last call of tracks...
 
-  overtake::Tracker tracker;
+ private:
+  std::unique_ptr<overtake::FrameTracker> owner_;
+
+ public:
+  overtake::FrameTracker& tracker;
   overtake::TrackerFrame frame;
   std::vector<overtake::TrackId> ids;  // of the last step
   overtake::StepResult last;
 
  private:
   overtake::Arena arena_;
-  overtake::TrackTable tracks_;
+  overtake::TrackTable snapshot_, tracks_;
+  std::byte* states_ = nullptr;  // of the snapshot
   overtake::PathTable paths_;
   std::vector<overtake::Measurement> measurements_;
   int64_t last_ns_ = 0;

@@ -1,0 +1,117 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/track/iteration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "core/math.h"
+
+namespace overtake {
+namespace {
+
+TrackerEgo make_sane(const TrackerEgo& ego) {
+  const bool finite = std::fabs(ego.x_m) <= kMaxPlace_m && std::fabs(ego.y_m) <= kMaxPlace_m &&
+                      std::fabs(ego.heading_rad) <= kMaxAngle_rad && std::fabs(ego.speed_mps) <= kMaxSpeed_mps;
+  return ego.known && finite ? ego : TrackerEgo{};
+}
+
+bool is_measurement(const Measurement& z, int64_t frame_ns) noexcept {
+  return std::fabs(z.x_m) <= kMaxPlace_m && std::fabs(z.y_m) <= kMaxPlace_m &&
+         std::fabs(seconds_between(frame_ns, z.stamp_ns)) <= kMaxStampSpread_s;
+}
+
+double value_or_none(double value, double low, double high) noexcept {
+  return value >= low && value <= high ? value : kNotMeasured;
+}
+
+// With the measurement's own covariance where it is one, else R of the parameters.
+Measurement make_sane(Measurement z, const double* r_diag) noexcept {
+  if (!is_position_covariance(z.var_x, z.var_y, z.cov_xy)) {
+    z.var_x = r_diag[0];
+    z.var_y = r_diag[1];
+    z.cov_xy = 0.0;
+  }
+  z.heading_rad = wrap_angle(value_or_none(z.heading_rad, -kMaxAngle_rad, kMaxAngle_rad));
+  z.length_m = value_or_none(z.length_m, 0.0, 1e3);
+  z.width_m = value_or_none(z.width_m, 0.0, 1e3);
+  return z;
+}
+
+double distance_m2(const Measurement& z, const TrackerEgo& ego) noexcept {
+  const double dx = z.x_m - (ego.known ? ego.x_m : 0.0), dy = z.y_m - (ego.known ? ego.y_m : 0.0);
+  return dx * dx + dy * dy;
+}
+
+// The frame's measurements, at most detection_capacity: the nearest to the ego.
+void select_rows(const TrackerParams& params, const TrackerFrame& frame, Iteration& it) noexcept {
+  const Measurement* const given = frame.measurements.data();
+  // Total orders that depend on what was measured; the row decides only between equals.
+  const auto is_nearer = [&](int32_t i, int32_t k) {
+    const Measurement &a = given[i], &b = given[k];
+    const double of_a = distance_m2(a, it.ego), of_b = distance_m2(b, it.ego);
+    return std::tie(of_a, a.stamp_ns, a.x_m, a.y_m, i) < std::tie(of_b, b.stamp_ns, b.x_m, b.y_m, k);
+  };
+  const auto is_earlier = [&](int32_t i, int32_t k) {
+    const Measurement &a = given[i], &b = given[k];
+    return std::tie(a.stamp_ns, a.x_m, a.y_m, i) < std::tie(b.stamp_ns, b.x_m, b.y_m, k);
+  };
+  int32_t* const kept = it.row;  // a heap with the farthest on top once it is full
+  int32_t count = 0;
+  it.rejected = it.unread = 0;
+  for (int32_t row = 0; row < int32_t(frame.measurements.size()); ++row) {
+    if (!is_measurement(given[row], frame.stamp_ns)) {
+      ++it.rejected;
+      continue;
+    }
+    if (count < params.detection_capacity) {
+      kept[count++] = row;
+      if (count == params.detection_capacity) std::make_heap(kept, kept + count, is_nearer);
+      continue;
+    }
+    ++it.unread;
+    if (!is_nearer(row, kept[0])) continue;
+    std::pop_heap(kept, kept + count, is_nearer);
+    kept[count - 1] = row;
+    std::push_heap(kept, kept + count, is_nearer);
+  }
+  std::sort(kept, kept + count, is_earlier);
+  it.count = count;
+}
+
+bool is_in_sector(const ObservedSector& s, double x_m, double y_m) noexcept {
+  const double dx = x_m - s.x_m, dy = y_m - s.y_m, range_m = hypot_f64(dx, dy);
+  if (!(range_m >= s.range_min_m && range_m <= s.range_max_m && range_m <= 4.0 * kMaxPlace_m)) return false;
+  const double width_rad = s.left_rad - s.right_rad;
+  if (width_rad >= kTwoPi - 1e-9) return true;  // the edges of a full turn may miss each other by a rounding
+  double right_of_left_rad = wrap_angle(s.left_rad - atan2_f64(dy, dx));
+  if (right_of_left_rad < 0.0) right_of_left_rad += kTwoPi;
+  return right_of_left_rad <= width_rad;
+}
+
+}  // namespace
+
+void read_frame(const TrackerParams& params, const TrackerFrame& frame, Iteration& it) noexcept {
+  it.stamp_ns = frame.stamp_ns;
+  it.ego = make_sane(frame.ego);
+  it.in_map = frame.in_map;
+  it.ask_map = frame.ask_map;
+  it.sector_count = std::min(frame.sector_count, kMaxSectors);
+  std::copy_n(frame.sectors, std::max(it.sector_count, 0), it.sectors);
+  select_rows(params, frame, it);
+  for (int32_t i = 0; i < it.count; ++i) {
+    const Measurement& z = frame.measurements[std::size_t(it.row[i])];
+    it.measurement[i] = make_sane(z, params.r_diag);
+    it.ego_distance_m2[i] = distance_m2(z, it.ego);
+  }
+}
+
+bool is_observed(const Iteration& it, double x_m, double y_m) noexcept {
+  if (it.sector_count < 0) return true;
+  for (int32_t i = 0; i < it.sector_count; ++i)
+    if (is_in_sector(it.sectors[i], x_m, y_m)) return true;
+  return false;
+}
+
+}  // namespace overtake

@@ -1,0 +1,199 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The tracks of a tracker, and one iteration on them, top to bottom: silence, association, hits, misses, deaths,
+// births. A pure function of the tracks before and the iteration's input, so an iteration that runs again gives the
+// same bytes.
+#pragma once
+
+#include <algorithm>
+#include <cstring>
+#include <tuple>
+
+#include "pipeline/track/track_ids.h"
+#include "pipeline/track/track_policy.h"
+
+namespace overtake {
+
+template <TrackPolicy Policy>
+class TrackSet {
+ public:
+  using State = typename Policy::State;
+
+  TrackSet(const TrackerParams& params, const TrackMap* map, const Allocator& allocator)
+      : params_(params), policy_(params, map, allocator) {}
+
+  void carve(Carver& carver) {
+    const auto slots = std::size_t(params_.track_capacity);
+    head_ = carver.take<TrackHead>(slots);
+    state_ = carver.take<State>(slots);
+    measurement_of_slot_ = carver.take<int32_t>(slots);
+    newborn_ = carver.take<int32_t>(std::size_t(params_.detection_capacity));
+  }
+  void clear() { std::fill_n(head_, params_.track_capacity, TrackHead{}); }
+
+  // The iteration at `place` of the history.
+  void run(Iteration& it, int32_t place, TrackIds& ids) noexcept {
+    in_map_ = it.in_map;
+    ++counts_.iterations;
+    counts_.rejected += it.rejected;
+    counts_.unborn += it.unread;
+    counts_.overflow += it.unread;
+    std::fill_n(it.slot, it.count, -1);
+    std::fill_n(it.track, it.count, kNobody);
+    std::fill_n(it.birth, it.count, kHasId);
+    for (int32_t slot = 0; slot < params_.track_capacity; ++slot)
+      if (head_[slot].alive && is_silent(head_[slot], it.stamp_ns)) end(slot, counts_.silent);
+    const Effort effort =
+        policy_.associate({params_.track_capacity, alive_count_, head_, state_}, it, measurement_of_slot_);
+    it.work = effort.work;
+    it.limited = effort.limited;
+    counts_.limited += effort.limited;
+    for (int32_t slot = 0; slot < params_.track_capacity; ++slot)
+      if (head_[slot].alive) update_track(slot, it);
+    give_births(it, place, ids);
+  }
+
+  void save(SavedTracks& saved) const noexcept {
+    saved.count = 0;
+    saved.counts = counts_;
+    for_each_live([&](int32_t slot) {
+      const auto i = std::size_t(saved.count++);
+      saved.slot[i] = slot;
+      saved.head[i] = head_[slot];
+      std::memcpy(saved.state + i * sizeof(State), &state_[slot], sizeof(State));
+    });
+  }
+  void restore(const SavedTracks& saved) noexcept {
+    for (int32_t slot = 0; slot < params_.track_capacity; ++slot) head_[slot].alive = false;
+    for (std::size_t i = 0; i < std::size_t(saved.count); ++i) {
+      head_[saved.slot[i]] = saved.head[i];
+      std::memcpy(&state_[saved.slot[i]], saved.state + i * sizeof(State), sizeof(State));
+    }
+    alive_count_ = saved.count;
+    counts_ = saved.counts;
+  }
+  void forget() noexcept {
+    for_each_live([this](int32_t slot) { end(slot, counts_.forgotten); });
+  }
+
+  template <class F>
+  void for_each_live(F&& f) const {
+    for (int32_t slot = 0; slot < params_.track_capacity; ++slot)
+      if (head_[slot].alive) f(slot);
+  }
+  bool is_silent(const TrackHead& head, int64_t now_ns) const noexcept {
+    return seconds_between(head.measured_ns, now_ns) > params_.max_silence_s;
+  }
+  TrackHead* heads() noexcept { return head_; }
+  const TrackHead& head(int32_t slot) const noexcept { return head_[slot]; }
+  const State& state(int32_t slot) const noexcept { return state_[slot]; }
+  const Policy& policy() const noexcept { return policy_; }
+  const IterationCounts& counts() const noexcept { return counts_; }
+  bool in_map() const noexcept { return in_map_; }  // in the newest iteration
+
+ private:
+  void end(int32_t slot, int64_t& reason) noexcept {  // one of the counts
+    head_[slot].alive = false;
+    ++reason;
+    ++counts_.deaths;
+    --alive_count_;
+  }
+
+  void update_track(int32_t slot, Iteration& it) noexcept {
+    TrackHead& head = head_[slot];
+    State& state = state_[slot];
+    bool lives = true;
+    if (const int32_t hit = measurement_of_slot_[slot]; hit >= 0) {
+      const Measurement& z = it.measurement[hit];
+      policy_.update(slot, state, seconds_between(head.state_ns, z.stamp_ns), z);
+      head.state_ns = std::max(head.state_ns, z.stamp_ns);
+      head.measured_ns = std::max(head.measured_ns, z.stamp_ns);
+      head.row = it.row[hit];
+      head.flags = 0;
+      it.slot[hit] = slot;
+      it.track[hit] = head.id;
+      it.birth[hit] = head.birth;
+      ++counts_.hits;
+      lives = policy_.record(state, true);
+    } else {
+      if (it.stamp_ns > head.state_ns) {  // a track's time never goes back
+        policy_.predict(state, seconds_between(head.state_ns, it.stamp_ns));
+        head.state_ns = it.stamp_ns;
+      }
+      head.row = -1;
+      head.flags = kTrackCoasting | kTrackUnobserved;
+      if (const Place place = policy_.place(state); is_observed(it, place.x_m, place.y_m)) {
+        head.flags = kTrackCoasting;  // what no sensor could see is no iteration
+        ++counts_.misses;
+        lives = policy_.record(state, false);
+      }
+    }
+    if (!lives)
+      end(slot, counts_.missed);
+    else if (!policy_.is_sound(state))
+      end(slot, counts_.unsound);
+  }
+
+  // Nearest first: what is born early is never put out for a later one, and row order does not matter.
+  void give_births(Iteration& it, int32_t place, TrackIds& ids) noexcept {
+    int32_t count = 0;
+    for (int32_t i = 0; i < it.count; ++i)
+      if (it.slot[i] < 0) newborn_[count++] = i;
+    std::sort(newborn_, newborn_ + count, [&it](int32_t a, int32_t b) {
+      const double da = it.ego_distance_m2[a], db = it.ego_distance_m2[b];
+      return std::tie(da, a) < std::tie(db, b);
+    });
+    for (int32_t k = 0; k < count; ++k) {
+      const int32_t i = newborn_[k], slot = find_slot(it, i);
+      if (slot < 0) continue;
+      const Measurement& z = it.measurement[i];
+      head_[slot] = {.alive = true,
+                     .birth = ids.add_birth(place, slot),
+                     .state_ns = z.stamp_ns,
+                     .measured_ns = z.stamp_ns,
+                     .row = it.row[i]};
+      state_[slot] = policy_.initiate(z, it);
+      it.slot[i] = slot;
+      it.birth[i] = head_[slot].birth;
+      ++counts_.births;
+      ++alive_count_;
+    }
+  }
+
+  double distance_m2(int32_t slot, const TrackerEgo& ego) const noexcept {
+    const Place place = policy_.place(state_[slot]);
+    const double dx = place.x_m - ego.x_m, dy = place.y_m - ego.y_m;
+    return dx * dx + dy * dy;
+  }
+
+  // The first free slot; in a full table the farthest tentative track, when it is farther than the measurement, makes
+  // room. -1: none.
+  int32_t find_slot(const Iteration& it, int32_t measurement) noexcept {
+    int32_t farthest = -1;
+    for (int32_t slot = 0; slot < params_.track_capacity; ++slot) {
+      if (!head_[slot].alive) return slot;
+      if (policy_.is_confirmed(state_[slot])) continue;
+      if (farthest < 0 || distance_m2(slot, it.ego) > distance_m2(farthest, it.ego)) farthest = slot;
+    }
+    ++counts_.overflow;
+    if (farthest < 0 || !(distance_m2(farthest, it.ego) > it.ego_distance_m2[measurement])) {
+      ++counts_.unborn;
+      return -1;
+    }
+    end(farthest, counts_.displaced);
+    return farthest;
+  }
+
+  const TrackerParams params_;
+  Policy policy_;
+  TrackHead* head_ = nullptr;  // by slot
+  State* state_ = nullptr;
+  int32_t* measurement_of_slot_ = nullptr;
+  int32_t* newborn_ = nullptr;  // measurements that give birth, nearest first
+  IterationCounts counts_;
+  int32_t alive_count_ = 0;
+  bool in_map_ = true;
+};
+
+}  // namespace overtake
