@@ -242,7 +242,9 @@ TEST_CASE("track history: an iteration of more work than the limit is cut short,
       // The fewest that a track may look at are 8, a pair is 16 steps; then the first search ends at once.
       if (limit < 1e15) CHECK(dense.last.work <= tracks * 8 * 16 + 108);
       if (limit == 1e15 && k > 0) CHECK(dense.last.work > 100 * 100 * 16);
-      CHECK(dense.tracker.counts().hits + dense.tracker.counts().births == 100 * (k + 1));  // each row went somewhere
+      const TrackerCounts c = dense.tracker.counts();
+      CHECK(c.hits + c.births + c.unborn == 100 * (k + 1));  // each row went somewhere
+      if (test::tests_paper()) CHECK(c.unborn == 0);
       CHECK(adds_up(dense.tracker.counts()));
       std::vector<TestDetection> cars;
       for (int car = 0; car < 20; ++car) cars.push_back({30.0 * car + 2.0 * k, 5.0 * (car % 3)});
@@ -258,7 +260,7 @@ TEST_CASE("track history: an iteration of more work than the limit is cut short,
 
 TEST_CASE("track history: with a limit, too, frames taken in late leave the states of sorted order, bit for bit") {
   TrackerParams p;
-  p.work_limit = 1e5;
+  p.work_limit = test::tests_paper() ? 1e5 : 3e4;  // a dense frame alone may be over it
   int64_t refused = 0, taken_in = 0, limited = 0;
   for (uint64_t seed = 1; seed <= 6; ++seed) {
     std::vector<TestFrame> frames = make_frames(seed, 10, 2.0, 0.5), accepted;

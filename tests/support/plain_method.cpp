@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A method for tests, `plain`: what is less than 30 cm above the road is ground, by one look at each pixel; no angles,
-// no smoothing, no repair, no map gate. It shows that a method needs nothing outside its own file but its line in
-// tests/CMakeLists.txt, and that what is promised of detectors hangs on no method.
+// no smoothing, no repair, no map gate, a tracker of its own. It shows that a method needs nothing outside its own file
+// but its line in tests/CMakeLists.txt, and that what is promised of detectors hangs on no method.
 #include "core/math.h"
 #include "pipeline/method/frame_rules.h"
 #include "pipeline/method/methods.h"
 #include "pipeline/method/steps.h"
-#include "pipeline/track/cvtr_tracker.h"
+#include "tests/support/plain_tracker.h"
 
 namespace overtake {
 namespace {
@@ -63,7 +63,10 @@ constinit const Method kPlain = {
     .name = "plain",
     .segment = kSegment,
     .frame = kFrame,
-    .make_tracker = make_cvtr_tracker,
+    .make_tracker = [](const TrackerParams& params, const TrackMap* map,
+                       const Allocator& allocator) -> std::unique_ptr<FrameTracker> {
+      return std::make_unique<ReplayTracker<test::PlainPolicy>>(params, map, allocator);
+    },
     .tracker_params = "tracker",
     .set_defaults = [](ovt_params& params) noexcept { params.cluster_threshold_rad = 0.1; },
 };
