@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Tracks as they are published (columns.def lists them). The tracker's own working state (a 5 x 5 covariance per slot)
-// lies in pipeline/tracker.
+// Tracks as they are published (columns.def lists them). What a tracker itself estimates is its policy's
+// (pipeline/track/).
 #pragma once
 
 #include <cstdint>
