@@ -10,7 +10,7 @@ namespace overtake {
 
 Allocator default_allocator() noexcept {
   Allocator a;
-  // aligned_alloc wants a size that is a multiple of the alignment; a block from the arena always is.
+  // aligned_alloc requires a size that is a multiple of the alignment. The arena's sizes always are.
   a.allocate = [](size_t bytes, size_t alignment, void*) { return std::aligned_alloc(alignment, bytes); };
   a.release = [](void* block, size_t, void*) { std::free(block); };
   return a;
@@ -33,10 +33,10 @@ Arena& Arena::operator=(Arena&& other) noexcept {
 
 Arena::~Arena() { reset(); }
 
-// A block handed out by a careless allocator at an odd address is as good as none.
+// A block that is not 64-byte aligned counts as a failed allocation.
 bool Arena::acquire(const Allocator& allocator, std::size_t bytes) noexcept {
   reset();
-  bytes = std::max(bytes, kCacheLine);  // so that the second carving has a base even when nothing is carved
+  bytes = std::max(bytes, kCacheLine);  // the second carving needs a base even when nothing is carved
   void* block = allocator.allocate(bytes, kCacheLine, allocator.user);
   if (block == nullptr) return false;
   if (reinterpret_cast<std::uintptr_t>(block) % kCacheLine != 0) {

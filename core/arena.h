@@ -2,10 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Memory. Everything a detector uses while it runs lies in one block per owner (a frame slot, a tracker, a mailbox),
-// carved once at create. Carving runs twice over the same code: first to measure, then to hand out addresses.
+// carved once at create. The same carving code runs twice: first to measure the size, then to hand out addresses.
 //
-//   template <class C> void carve(C& carver, MyTables& t) { t.a = carver.template take<float>(n); ... }
-//   Arena arena; arena.build([&](Carver& c) { carve(c, tables); }, allocator);
+//   arena.build([&](Carver& carver) { t.a = carver.take<float>(n); }, allocator);
 #pragma once
 
 #include <cstddef>
@@ -16,7 +15,7 @@
 
 namespace overtake {
 
-// Where memory comes from. The C API's alloc and free land here. `allocate` returns null when there is none.
+// Where memory comes from: the C API's alloc and free. `allocate` returns null when there is no memory.
 struct Allocator {
   void* (*allocate)(size_t bytes, size_t alignment, void* user) = nullptr;
   void (*release)(void* block, size_t bytes, void* user) = nullptr;
@@ -24,7 +23,7 @@ struct Allocator {
 };
 Allocator default_allocator() noexcept;
 
-// Hands out 64-byte aligned pieces of one block, or, with no block, adds up what they need.
+// Hands out 64-byte aligned pieces of one block. Without a block, it adds up the bytes that the pieces need.
 class Carver {
  public:
   explicit Carver(void* base = nullptr) : base_(static_cast<char*>(base)) {}
@@ -54,7 +53,7 @@ class Carver {
   std::size_t offset_ = 0;
 };
 
-// Owner of one block. Zeroed on build (which also touches every page). Movable, not copyable.
+// Owns one block. build() zeroes the block, which also touches every page. Movable, not copyable.
 class Arena {
  public:
   Arena() = default;
@@ -64,7 +63,7 @@ class Arena {
   Arena& operator=(const Arena&) = delete;
   ~Arena();
 
-  // Runs `carve` twice. False, with nothing kept, when the allocator has no memory.
+  // Runs `carve` twice. Returns false and keeps nothing when the allocator has no memory.
   template <class Carve>
   [[nodiscard]] bool build(const Allocator& allocator, Carve&& carve) {
     Carver measure;

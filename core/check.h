@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Words every file needs: inlining, and checks of contracts inside the library.
+// Macros that every file needs: inlining, and checks of contracts inside the library.
 #pragma once
 
 #include <cstdio>
@@ -11,8 +11,8 @@
 #define OVT_INLINED __attribute__((always_inline))  // of a lambda: [&](int32_t i) OVT_INLINED { ... }
 #define OVT_RESTRICT __restrict__
 
-// A broken contract inside the library (never a bad argument from outside, never bad luck on track).
-// On in debug and in optimised test builds (-DOVT_CHECKS=ON), nothing in release.
+// Reports a broken contract inside the library. Bad arguments from a caller and bad data are errors, never checks.
+// On in debug and in optimised test builds (-DOVT_CHECKS=ON), off in release.
 #if defined(OVT_ENABLE_CHECKS)
 #define OVT_CHECK(condition)                                                                \
   do {                                                                                      \

@@ -1,11 +1,12 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Clusters of one sensor, clusters of a whole frame, vehicle candidates and detections. Vehicle frame. All of them die
-// with their frame, so none has an id: relations are index columns. columns.def lists what a reader hands out.
+// Clusters of one sensor, clusters of a whole frame, vehicle candidates and detections, in the vehicle frame. Their
+// rows live as long as their frame, so they have no ids: relations are index columns. columns.def lists the columns
+// that a reader returns.
 //
 //   sensor 0: ClusterTable --+
-//   sensor 1: ClusterTable --+-- merge_seams --> frame: MergedTable -- gate_clusters --> DetectionTable
+//   sensor 1: ClusterTable --+-- merge_seams --> frame: FrameClusterTable -- gate_clusters --> DetectionTable
 //   sensor 2: ClusterTable --+                    (members by first_member, next_member)
 #pragma once
 
@@ -35,7 +36,7 @@ void for_each_column(ClusterTable& t, F&& f) {
 }
 // clang-format on
 
-// Points of one sensor that belong to a kept cluster, grouped by cluster (label order), input order within. Vehicle
+// Points of one sensor that belong to a kept cluster: grouped by cluster (label order), then in input order. Vehicle
 // frame.
 struct ClusterPointTable {
   int32_t count = 0, capacity = 0;
@@ -50,14 +51,14 @@ void for_each_column(ClusterPointTable& t, F&& f) {
 // clang-format on
 
 // One row per cluster of the frame, after merging across sensors. Ordered by (lowest sensor, label) of its members.
-struct MergedTable {
+struct FrameClusterTable {
   int32_t count = 0, capacity = 0;
 #define OVT_CLUSTER(type, name, ...) type* name = nullptr;
 #define OVT_CLUSTER_OWN OVT_CLUSTER
 #include "core/columns.def"
 };
 template <class F>
-void for_each_column(MergedTable& t, F&& f) {
+void for_each_column(FrameClusterTable& t, F&& f) {
 #define OVT_CLUSTER(type, name, ...) f(#name, t.name);
 #define OVT_CLUSTER_OWN OVT_CLUSTER
 #include "core/columns.def"
@@ -67,8 +68,8 @@ void for_each_column(MergedTable& t, F&& f) {
 struct MemberTable {
   int32_t count = 0, capacity = 0;
   int32_t *sensor = nullptr, *cluster = nullptr;  // row `cluster` of that sensor's ClusterTable
-  int32_t* next_member = nullptr;                 // next of the same merged cluster, -1 ends
-  int32_t* merged = nullptr;                      // row in MergedTable, -1 when that table was full
+  int32_t* next_member = nullptr;                 // next member of the same merged cluster, -1 at the end
+  int32_t* merged = nullptr;                      // row in FrameClusterTable, -1 when that table was full
 };
 // clang-format off
 template <class F>
@@ -77,10 +78,11 @@ void for_each_column(MemberTable& t, F&& f) {
 }
 // clang-format on
 
-// Heading of a detection came from the map's centre line (or the ego heading) or from the points.
+// Source of a detection's heading: the map's centre line or the ego heading (kRef), or the points (kVar).
 enum class HeadingSource : int32_t { kRef = 0, kVar = 1 };
 
-// One row per vehicle candidate with its pose. Vehicle frame at the ego pose of stamp_ns. Ordered as MergedTable.
+// One row per vehicle candidate with its pose. Vehicle frame at the ego pose of stamp_ns. In the order of
+// FrameClusterTable.
 struct DetectionTable {
   int32_t count = 0, capacity = 0;
 #define OVT_DETECTION(type, name, ...) type* name = nullptr;

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Ids of what outlives a frame (tracks): slot in the low 32 bits, generation in the high 32. A slot's generation grows
-// each time it is taken, from 1, so zero is nobody and an id is never used twice.
+// Ids of objects that live longer than a frame (tracks): slot in the low 32 bits, generation in the high 32. A slot's
+// generation starts at 1 and grows with each use of the slot, so 0 means "none" and no id is used twice.
 #pragma once
 
 #include <cstdint>

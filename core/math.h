@@ -1,15 +1,15 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The project's own elementary functions: polynomials of multiply and add (plus / and sqrt, which are correctly rounded
-// everywhere we run), so that every machine, compiler and ISA computes the same bytes. libm's are not used on the data
-// path: they differ between C libraries and CPUs. Build with -ffp-contract=off.
+// Elementary functions made of polynomials (multiply and add, plus / and sqrt, which IEEE 754 rounds correctly), so
+// that every machine, compiler and ISA computes the same bytes. The data path does not call libm, whose results differ
+// between C libraries and CPUs. Build with -ffp-contract=off.
 //
-// The float forms are templates on a value type V: float here, a vector in the SIMD kernels, so that reference and
-// vector form are one source. V needs a constructor from float, + - * /, < and >, and the free functions select,
-// abs_of, min_of, max_of. For float they are below; for a vector type they belong into that type's own namespace, where
-// argument-dependent lookup finds them at the point of use. There is no branch on data and no unary minus (0 - v gives
-// +0 on every ISA). Arguments are finite; a NaN gives some value, never a trap of ours.
+// The float forms are templates on a value type V: float in the references, a vector in the SIMD kernels, so both share
+// one source. V needs a constructor from float, + - * /, < and >, and the free functions select, abs_of, min_of and
+// max_of. For float they are below. A vector type declares them in its own namespace, where argument-dependent lookup
+// finds them. No function branches on data, and none uses unary minus (0 - v gives +0 on every ISA). Arguments must be
+// finite; for a NaN the result is unspecified.
 //
 // Bounds are measured against x87 long double by tests/test_math.cpp; ulp = unit in the last place of the true value.
 #pragma once
@@ -30,8 +30,8 @@ inline constexpr float kPiF = 3.14159265358979323846f;  // 8.7e-8 above pi
 inline constexpr float kHalfPiF = 1.57079632679489661923f;
 inline constexpr float kTwoPiF = 6.28318530717958647693f;
 
-// What a value type V brings along, for V = float. Built-ins, not std::fabs: an inline function of the library, left
-// out of line in a file built for AVX, could be linked into code for every CPU.
+// The free functions for V = float. They use compiler built-ins, not std::fabs: the linker could take a library's
+// inline function from a file built for AVX and use it for every CPU.
 OVT_INLINE float select(bool mask, float yes, float no) { return mask ? yes : no; }
 OVT_INLINE float abs_of(float v) { return __builtin_fabsf(v); }
 OVT_INLINE float min_of(float a, float b) { return a < b ? a : b; }
@@ -53,15 +53,15 @@ OVT_INLINE V atan_of_octant(V t) {
   return t + t * (z * p);
 }
 
-// Angle of (x, y) for x >= 0 and y >= 0, of which the longer is known. In a difference from pi/2 or pi goes what the
-// constant lacks below float's last place.
+// Angle of (x, y) for x >= 0 and y >= 0, given the longer of the two. The subtractions from pi/2 and pi add the part of
+// each constant that float cannot hold.
 template <class V>
 OVT_INLINE V angle_in_quarter(V y, V x, V longer) {
   const V angle = atan_of_octant(min_of(x, y) / longer);
   return select(y > x, V(kHalfPiF) - (angle + V(kHalfPiF * 2.78275199e-8f)), angle);
 }
 
-// Angle of (x, y) in [-pi, pi] from |x|, |y| and the longer of these, which is above 0.
+// Angle of (x, y) in [-pi, pi] from |x|, |y| and the longer of these, which must be above 0.
 template <class V>
 OVT_INLINE V angle_all_round(V y, V x, V abs_y, V abs_x, V longer) {
   const V zero(0.0f);
@@ -70,8 +70,8 @@ OVT_INLINE V angle_all_round(V y, V x, V abs_y, V abs_x, V longer) {
   return select(y < zero, zero - turned, turned);
 }
 
-// Angle of (x, y) in [-pi, pi], error <= 3.5 ulp for all finite arguments. (0, 0) gives 0. The sign of y counts through
-// y < 0 only, so -0.0 is 0.0: atan2(-0, -1) = +pi, and a result of zero is +0.
+// Angle of (x, y) in [-pi, pi], error <= 3.5 ulp for all finite arguments. (0, 0) gives 0. The sign of y is tested as
+// y < 0, so -0.0 acts as 0.0: atan2(-0, -1) = +pi, and a zero result is +0.
 template <class V>
 OVT_INLINE V atan2_of(V y, V x) {
   const V abs_x = abs_of(x), abs_y = abs_of(y);
@@ -79,21 +79,21 @@ OVT_INLINE V atan2_of(V y, V x) {
   return angle_all_round(y, x, abs_y, abs_x, select(longer > V(0.0f), longer, V(1.0f)));
 }
 
-// The same bytes for x >= 0 and y >= 0, by fewer operations.
+// The same result for x >= 0 and y >= 0, with fewer operations.
 template <class V>
 OVT_INLINE V atan2_quarter_of(V y, V x) {
   const V longer = max_of(x, y);
   return angle_in_quarter(y, x, select(longer > V(0.0f), longer, V(1.0f)));
 }
 
-// The same bytes for coordinates of 0 or at least `least` > 0 in size.
+// The same result for coordinates that are 0 or at least `least` > 0 in size.
 template <class V>
 OVT_INLINE V atan2_of(V y, V x, float least) {
   const V abs_x = abs_of(x), abs_y = abs_of(y);
   return angle_all_round(y, x, abs_y, abs_x, max_of(max_of(abs_x, abs_y), V(least)));
 }
 
-// The same bytes for x >= 0, but not for (0, 0), which gives anything.
+// The same result for x >= 0, except for (0, 0), whose result is unspecified.
 template <class V>
 OVT_INLINE V atan2_half_of(V y, V x) {
   const V zero(0.0f), abs_y = abs_of(y);
@@ -101,7 +101,7 @@ OVT_INLINE V atan2_half_of(V y, V x) {
   return select(y < zero, zero - angle, angle);
 }
 
-// The integer nearest to v (ties to even), |v| < 2^22: adding 1.5 * 2^23 leaves no room for a fraction.
+// The integer nearest to v (ties to even), |v| < 2^22: after adding 1.5 * 2^23 a float has no fraction bits left.
 template <class V>
 OVT_INLINE V round_of(V v) {
   return (v + V(12582912.0f)) - V(12582912.0f);
@@ -136,7 +136,7 @@ OVT_INLINE void sin_cos_of(V a, V& s, V& c) {
 }
 
 // The same for |a| <= pi/2 (elevations, column pitches) at half the cost; absolute error <= 1.8e-7 (1.5 * 2^-23). The
-// sine's error is also <= 2 ulp of its own size, so sines of small angles keep their digits.
+// sine's error is also <= 2 ulp of the sine, so sines of small angles keep their digits.
 template <class V>
 OVT_INLINE void sin_cos_small_of(V a, V& s, V& c) {
   const V z = a * a;
@@ -160,8 +160,8 @@ OVT_INLINE void sin_cos_small_f32(float a, float& s, float& c) { sin_cos_small_o
 // ---- double, scalar -------------------------------------------------------------------------------------------------
 
 // Angle of (x, y) in [-pi, pi], error <= 2 ulp. Zeros as in atan2_of.
-//   atan t = atan c + atan((t - c) / (1 + t c)) with c the nearest of 1/4, 1/2, 3/4, 1: what is left lies within 1/8.
-//   Below 3/16 t itself is small enough for the Taylor series (a difference of larger angles would lose digits there).
+//   atan t = atan c + atan((t - c) / (1 + t c)) with c the nearest of 1/4, 1/2, 3/4, 1: the second term's argument is
+//   within 1/8. Below 3/16 the Taylor series takes t itself, because subtracting larger angles would lose digits there.
 inline double atan2_f64(double y, double x) {
   static constexpr double kAtan[5] = {0.0, 0.24497866312686414, 0.46364760900080609, 0.64350110879328437,
                                       0.78539816339744828};
@@ -169,7 +169,7 @@ inline double atan2_f64(double y, double x) {
   const bool steep = ay > ax;
   const double longer = steep ? ay : ax, shorter = steep ? ax : ay;
   const double t = longer > 0.0 ? shorter / longer : 0.0;
-  if (!(longer > 0.0 && t <= 1.0)) return 0.0;  // the origin; infinite or NaN arguments end here as well
+  if (!(longer > 0.0 && t <= 1.0)) return 0.0;  // the origin, and infinite or NaN arguments
   const int32_t quarter = t < 0.1875 ? 0 : int32_t(t * 4.0 + 0.5);
   const double c = 0.25 * quarter;
   const double u = quarter == 0 ? t : (t - c) / (1.0 + t * c);
@@ -194,7 +194,7 @@ inline void sin_cos_f64(double a, double& s, double& c) {
   const int64_t k = int64_t(turns < 0.0 ? turns - 0.5 : turns + 0.5);
   const double kd = double(k);
   const double high = a - kd * 1.5707963267341256, middle = kd * 6.077100506303966e-11, near = high - middle;
-  const double r = near + (((high - near) - middle) - kd * 2.0222662487959506e-21);  // with the rounding error of near
+  const double r = near + (((high - near) - middle) - kd * 2.0222662487959506e-21);  // adds near's rounding error
   const double z = r * r;
   double ps = 1.0 / 355687428096000.0;  // 1/17!
   ps = ps * z - 1.0 / 1307674368000.0;  // 1/15!
@@ -213,7 +213,7 @@ inline void sin_cos_f64(double a, double& s, double& c) {
   pc = pc * z - 1.0 / 720.0;           // 1/6!
   pc = pc * z + 1.0 / 24.0;            // 1/4!
   const double half_z = 0.5 * z, near_one = 1.0 - half_z;
-  const double cos_r = near_one + (((1.0 - near_one) - half_z) + z * z * pc);  // 1 - z/2 with its rounding error
+  const double cos_r = near_one + (((1.0 - near_one) - half_z) + z * z * pc);  // 1 - z/2 plus its rounding error
   switch (k & 3) {
     case 0:
       s = sin_r;
@@ -234,8 +234,8 @@ inline void sin_cos_f64(double a, double& s, double& c) {
   }
 }
 
-// Natural logarithm of a normal x > 0, error <= 2 ulp. x = 2^e m, m in [sqrt 1/2, sqrt 2), and with s = (m-1)/(m+1):
-// log m = 2 atanh s = 2 (s + s^3/3 + s^5/5 + ...). Anything else gives NaN.
+// Natural logarithm of a normal x > 0, error <= 2 ulp. x = 2^e m with m in [sqrt 1/2, sqrt 2); with s = (m-1)/(m+1):
+// log m = 2 atanh s = 2 (s + s^3/3 + s^5/5 + ...). Any other x gives NaN.
 inline double log_f64(double x) {
   if (!(x >= std::numeric_limits<double>::min() && x <= std::numeric_limits<double>::max()))
     return std::numeric_limits<double>::quiet_NaN();
@@ -249,14 +249,14 @@ inline double log_f64(double x) {
   const double f = m - 1.0, s = f / (2.0 + f), z = s * s;
   double p = 2.0 / 23.0;
   for (double n = 21.0; n >= 3.0; n -= 2.0) p = p * z + 2.0 / n;
-  // 2 s = f - s f, and s f = f^2/2 - s f^2/2: f carries the digits, the rest only corrects it.
+  // 2 s = f - s f, and s f = f^2/2 - s f^2/2: f holds most digits, the other terms are a small correction.
   const double half_f2 = 0.5 * f * f;
   const double correction = half_f2 - s * (half_f2 + z * p);
   return double(e) * 0.6931471803691238 + (f - (correction - double(e) * 1.9082149292705877e-10));
 }
 
-// The same angle in (-pi, pi]. An angle already there comes back unchanged. Exact to an ulp of the angle given up to
-// |a| = 1.6e6, losing digits beyond; NaN and anything beyond 1e15 (where a turn is smaller than an ulp) give NaN.
+// The same angle in (-pi, pi]. An angle already in this range is unchanged. Exact to an ulp of `a` up to |a| = 1.6e6,
+// less exact beyond. NaN, and |a| above 1e15 (where a turn is smaller than an ulp), give NaN.
 inline double wrap_angle(double a) {
   if (a > -kPi && a <= kPi) return a;
   if (!(std::fabs(a) <= 1e15)) return std::numeric_limits<double>::quiet_NaN();
@@ -279,7 +279,7 @@ inline float wrap_angle(float a) {
   return r <= -kPiF ? kPiF : r;
 }
 
-// sin x / x, 1 at 0. Below 0.1 the series, whose first term left out is x^10/11! < 3e-18.
+// sin x / x, and 1 at 0. Below 0.1 it uses the series, whose first omitted term is x^10/11! < 3e-18.
 inline double sinc(double x) {
   if (std::fabs(x) < 0.1) {
     const double z = x * x;
@@ -290,7 +290,7 @@ inline double sinc(double x) {
   return s / x;
 }
 
-// Plain square root of the sum of squares: no guard against overflow, coordinates are metres.
+// Plain square root of the sum of squares. It has no guard against overflow: the arguments are metres.
 inline double hypot_f64(double x, double y) { return std::sqrt(x * x + y * y); }
 
 }  // namespace overtake

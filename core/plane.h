@@ -8,8 +8,8 @@
 //   row 1  (row 0's pad)| ...                  | ...                  |
 //
 // Every row starts on a cache line. The kRowPad columns left of a row (the pad of the row above, or the lead of row 0)
-// and right of it are always safe to read and write, so a loop may run over whole vectors and look a window to each
-// side without a tail.
+// and right of the row are always safe to read and write. So a loop may run over whole vectors and read a window to
+// either side, and needs no separate code for the last columns.
 #pragma once
 
 #include <cstddef>
@@ -22,8 +22,8 @@ namespace overtake {
 inline constexpr int32_t kRowAlign = 16;  // 4-byte elements: one cache line, one AVX-512 register
 inline constexpr int32_t kRowPad = 16;    // columns of padding on either side of a row
 inline constexpr std::size_t kCacheLine = 64;
-inline constexpr float kNoReturn = 0.0f;  // range of a pixel whose beam never came back
-inline constexpr int32_t kNoPoint = -1;   // pixel_point of a pixel without a point of its own
+inline constexpr float kNoReturn = 0.0f;  // range of a pixel without a return
+inline constexpr int32_t kNoPoint = -1;   // pixel_point of a pixel that holds no point
 
 OVT_INLINE constexpr int32_t round_up(int32_t n, int32_t multiple) { return (n + multiple - 1) / multiple * multiple; }
 
@@ -42,7 +42,7 @@ struct Plane {
   OVT_INLINE operator Plane<const T>() const { return {data, rows, cols, stride}; }
 };
 
-// Memory of a plane, and the plane in it.
+// Bytes of a plane, and the plane in that memory.
 inline int32_t plane_stride(int32_t cols) { return round_up(cols + kRowPad, kRowAlign); }
 inline std::size_t plane_elements(int32_t rows, int32_t cols) {
   return std::size_t(rows) * std::size_t(plane_stride(cols)) + 2 * kRowPad;
@@ -52,8 +52,8 @@ Plane<T> plane_of(T* memory, int32_t rows, int32_t cols) {
   return {memory ? memory + kRowPad : nullptr, rows, cols, plane_stride(cols)};
 }
 
-// One bit a pixel, 64 columns a word, column c in bit c % 64 of word c / 64. Bits at and after cols are zero: whoever
-// writes a row keeps them so.
+// One bit per pixel, 64 columns per word: column c is bit c % 64 of word c / 64. Bits at and after cols are zero; code
+// that writes a row must keep them zero.
 template <class Word>
 struct BitsOf {
   Word* words = nullptr;

@@ -5,7 +5,7 @@
 namespace overtake {
 
 const char* reason_name(Reason reason) noexcept {
-  switch (reason) {  // no default: the compiler points out a reason without a name
+  switch (reason) {  // no default: the compiler then reports a reason without a name
     case Reason::kLabelled: return "labelled";
     case Reason::kNotFinite: return "not_finite";
     case Reason::kZeroRange: return "zero_range";

@@ -1,15 +1,15 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Points of one sensor's scan: what came in, and what became of each point.
+// Points of one sensor's scan: the input, and the result for each point.
 #pragma once
 
 #include <cstdint>
 
 namespace overtake {
 
-inline constexpr int32_t kNoLayer = -1;    // layer that was no integer in 0..65535
-inline constexpr int32_t kLabelNone = -1;  // METHOD: -1 none, 0 ground, clusters from 1
+inline constexpr int32_t kNoLayer = -1;    // layer value that was not an integer in 0..65535
+inline constexpr int32_t kLabelNone = -1;  // -1 none, 0 ground, clusters from 1
 inline constexpr int32_t kLabelGround = 0;
 
 // Why a point carries no label. Every point ends with a label or one of these.
@@ -18,11 +18,11 @@ enum class Reason : uint8_t {
   kNotFinite,       // NaN or infinity in x, y, z or the azimuth's inputs
   kZeroRange,       // all three coordinates zero (a subnormal counts as zero)
   kRangeLimit,      // nearer or farther than the sensor's limits
-  kBadLayer,        // layer out of the sensor's range, or no uint16
+  kBadLayer,        // layer outside the sensor's range, or not a uint16
   kOutsideAzimuth,  // outside the sensor's azimuth limits
   kLayerDropped,    // more layers than rows: this one had the fewest points
-  kDust,            // lost its pixel and is more than 0.5 m nearer than the winner
-  kSecondReturn,    // lost its pixel and is more than 0.5 m farther than the winner
+  kDust,            // another point won its pixel, and this one is more than 0.5 m nearer
+  kSecondReturn,    // another point won its pixel, and this one is more than 0.5 m farther
   kCount
 };
 inline constexpr int32_t kReasonCount = int32_t(Reason::kCount);
@@ -32,9 +32,9 @@ const char* reason_name(Reason reason) noexcept;  // "labelled", "not_finite", .
 struct ScanTable {
   int32_t count = 0, capacity = 0;
   float *x_m = nullptr, *y_m = nullptr, *z_m = nullptr;
-  float* intensity = nullptr;         // 0 where the sensor has none; NaN became 0
+  float* intensity = nullptr;         // 0 if the sensor has none; NaN becomes 0
   int32_t* layer = nullptr;           // 0..65535 or kNoLayer
-  int32_t* time_offset_ns = nullptr;  // after the scan's stamp; 0 where the sensor has none
+  int32_t* time_offset_ns = nullptr;  // after the scan's stamp; 0 if the sensor has none
 };
 // clang-format off
 template <class F>
@@ -44,7 +44,7 @@ void for_each_column(ScanTable& t, F&& f) {
 }
 // clang-format on
 
-// One row per input point, same order: what the stages made of it.
+// One row per input point, same order: the results of the stages.
 struct PointTable {
   int32_t count = 0, capacity = 0;
   float* range_m = nullptr;        // project_points; 0 for a dropped point
@@ -52,7 +52,7 @@ struct PointTable {
   int32_t* column = nullptr;       // project_points; -1 for a dropped point
   int32_t* pixel = nullptr;        // scatter_points: row * stride + column in the images, -1 none
   int32_t* label = nullptr;        // label_points
-  uint8_t* lost = nullptr;         // scatter_points: 1 where another point holds its pixel, else 0
+  uint8_t* lost = nullptr;         // scatter_points: 1 if another point won its pixel, else 0
   uint8_t* reason = nullptr;       // Reason; project_points, scatter_points, label_points
 };
 // clang-format off

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The images of one sensor's scan. Row 0 is the top layer, column 0 the leftmost azimuth, columns grow to the right.
-// All share one shape and one stride, so a pixel index (row * stride + column) means the same place in each of them.
+// All images share one shape and one stride, so one pixel index (row * stride + column) is valid in all of them.
 #pragma once
 
 #include <initializer_list>
@@ -12,17 +12,17 @@
 
 namespace overtake {
 
-// Angles are 0 (level) to pi/2 (upright); these mark pairs without one.
+// Angles run from 0 (level) to pi/2 (upright). Negative values mark pairs without an angle.
 inline constexpr float kAngleUndefined = -1.0f;  // a pixel of the pair is missing: not "ground"
 inline constexpr float kAngleSkipped = -2.0f;    // the two layers almost touch
 
 struct RangeImages {
   Plane<float> range_m, elevation_rad;                    // winners; kNoReturn where no point fell (paper: R, E)
   Plane<int32_t> pixel_point;                             // index of the winner in the scan, kNoPoint
-  Plane<float> range_filled_m, elevation_filled_rad;      // gaps filled; filled means range here, no point there
+  Plane<float> range_filled_m, elevation_filled_rad;      // gaps filled: range here, kNoReturn in range_m
   Plane<float> angle_rad, angle_smooth_rad;               // row r is the pair (r, r + 1); the last row is unused (A)
   BitPlane nonground;                                     // before repair
-  Plane<float> range_repaired_m, elevation_repaired_rad;  // repaired non-ground image: 0 where not in it
+  Plane<float> range_repaired_m, elevation_repaired_rad;  // non-ground image after repair; other pixels are 0
   BitPlane nonground_repaired;
   BitPlane link_right, link_down;  // pixel joins its right / lower neighbour (eq. 2)
   Plane<int32_t> labels;           // kLabelNone, kLabelGround, clusters 1, 2, ... (L)

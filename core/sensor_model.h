@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One LiDAR: its image, its limits, its place on the vehicle.
+// One LiDAR: its image, its limits and its pose on the vehicle.
 #pragma once
 
 #include <cstdint>

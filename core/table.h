@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What is written once for all tables. A table is a struct of columns with `count` and `capacity`; it lists its columns
-// once, in for_each_column(table, f) with f(name, pointer), and is carved, hashed and dumped from that list.
+// Functions for all tables. A table is a struct of columns with `count` and `capacity`. It lists its columns once, in
+// for_each_column(table, f), which calls f(name, pointer); carving, hashing and dumping use that list.
 // A row is an entity, a column a component, a stage a system.
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace overtake {
 
-// Sizes every column for `capacity` rows, rounded up so that whole vectors may be written.
+// Sizes every column for `capacity` rows, rounded up so that kernels may write whole vectors.
 template <class Table>
 void carve_table(Carver& carver, Table& table, int32_t capacity) {
   table.count = 0;
@@ -24,7 +24,7 @@ void carve_table(Carver& carver, Table& table, int32_t capacity) {
   });
 }
 
-// Copies the rows in use. `to` must have room for them.
+// Copies the rows in use. `to` must have capacity for them.
 template <class Table>
 void copy_table(const Table& from, Table& to) {
   OVT_CHECK(to.capacity >= from.count);
@@ -40,7 +40,7 @@ void copy_table(const Table& from, Table& to) {
   });
 }
 
-// Hash of the rows in use, column after column, names included.
+// Hash of the rows in use, column by column, names included.
 template <class Table>
 uint64_t hash_table(const Table& table, uint64_t seed) {
   Hash hash(seed);

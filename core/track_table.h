@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Tracks as they are published (columns.def lists them). What a tracker itself estimates is its policy's
-// (pipeline/track/).
+// Published tracks (columns.def lists the columns). The tracker keeps its working state (a 5 x 5 covariance per slot)
+// elsewhere: pipeline/track.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ inline constexpr int32_t kTrackStateSize = 5;        // x, y, v, phi, omega
 inline constexpr int32_t kTrackCovarianceSize = 15;  // lower triangle, row by row
 
 // Health of a track, TrackTable::flags.
-inline constexpr uint32_t kTrackCoasting = 1;    // this frame holds no measurement of it
-inline constexpr uint32_t kTrackUnobserved = 2;  // no sensor of this frame could see its place
+inline constexpr uint32_t kTrackCoasting = 1;    // this frame has no measurement of the track
+inline constexpr uint32_t kTrackUnobserved = 2;  // no sensor of this frame could see the track's position
 inline constexpr uint32_t kTrackStale = 4;       // last measured more than kTrackStale_s ago
 inline constexpr double kTrackStale_s = 0.5;
 

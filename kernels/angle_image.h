@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 3: angle image (eq. 1, with its fraction turned upright and absolute values).
+// Stage 3: angle image (eq. 1, with its fraction inverted and absolute values).
 #pragma once
 
 #include "core/range_image.h"
@@ -10,8 +10,8 @@ namespace overtake {
 
 // a = atan2(|z_i - z_i+1|, |h_i - h_i+1|), h = r cos e, z = r sin e: 0 level, pi/2 upright.
 //   reads    range_filled_m elevation_filled_rad [rows x cols]
-//   writes   angle_rad rows 0 .. rows-2: the angle, kAngleUndefined where a pixel of the pair is missing, kAngleSkipped
-//            where |e_i - e_i+1| < skip_elevation_rad; the last row, which has no pair, kAngleUndefined
+//   writes   angle_rad rows 0 .. rows-2: the angle; kAngleUndefined where a pixel of the pair is missing; kAngleSkipped
+//            where |e_i - e_i+1| < skip_elevation_rad. The last row has no pair: kAngleUndefined
 //   cost     one sin/cos a pixel, one atan2 a pair     agrees  exactly on every ISA
 struct AngleImageParams {
   float skip_elevation_rad = 0.000872664626f;  // 0.05 deg

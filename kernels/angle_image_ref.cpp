@@ -3,8 +3,8 @@
 //
 // Stage 3: angle image (eq. 1).
 //
-// Works down stripes of kRowAlign columns and carries the row above along, so that each pixel's sine and cosine are
-// computed once.
+// Works down stripes of kRowAlign columns and keeps the values of the row above, so that each pixel's sine and cosine
+// are computed once.
 #include "kernels/angle_image.h"
 
 #include <algorithm>
@@ -29,7 +29,7 @@ void angle_image(const AngleImageParams& params, Plane<const float> range_filled
         const float h_m = range_m * cos_e, z_m = range_m * sin_e;
         if (r > 0) {
           const float range_above_m = range_filled_m.row(r - 1)[c], e_above = elevation_filled_rad.row(r - 1)[c];
-          // As printed the fraction is upside down; this way round 0 is level and pi/2 upright.
+          // The printed fraction is inverted; this way 0 is level and pi/2 upright.
           const float angle = atan2_quarter_f32(std::fabs(z_above_m[i] - z_m), std::fabs(h_above_m[i] - h_m));
           const bool missing = range_above_m == kNoReturn || range_m == kNoReturn;
           const bool touching = std::fabs(e_above - e) < params.skip_elevation_rad;

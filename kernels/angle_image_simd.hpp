@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 3: angle image (eq. 1). The reference's loop, wider: down stripes of two vectors, the row above in registers.
+// Stage 3: angle image (eq. 1). The reference's loop on vectors: stripes of two vectors, the row above in registers.
 #pragma once
 
 #include "core/math.h"
@@ -25,7 +25,7 @@ struct AngleRow {
   }
 };
 
-// All rows of as many columns as V holds.
+// All rows of one stripe, as wide as V.
 template <class V>
 OVT_INLINE void angle_stripe(const AngleImageParams& params, Plane<const float> range_filled_m,
                              Plane<const float> elevation_filled_rad, Plane<float> angle_rad, int32_t c) {

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Labels to clusters: count, choose, give rows, sort the points into them, sum up.
+// Clusters from labels: count, choose, give rows, sort the points into the rows, sum up.
 #include <algorithm>
 #include <bit>
 #include <limits>
@@ -16,8 +16,8 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// Points per label into point_count, and the bits of each label's smallest range into nearest_bits. Ranges are not
-// negative, so their bits order as they do.
+// Counts the points per label, and writes the bits of each label's smallest range into nearest_bits. Ranges are not
+// negative, so their bits sort in the same order as the ranges.
 void count_points(const ScanTable& scan, const PointTable& points, int32_t label_count, int32_t* point_count,
                   int32_t* nearest_bits) {
   for (int32_t label = 0; label <= label_count; ++label) {
@@ -72,7 +72,7 @@ int32_t choose_labels(int32_t label_count, int32_t capacity, const int32_t* poin
   for (int32_t label = 1; label <= label_count; ++label)
     if (point_count[label] > 0) order[found++] = label;
   if (found <= capacity) return found;
-  // No two labels compare equal, so any sort gives this one order.
+  // No two labels compare equal, so every sort algorithm gives the same order.
   std::sort(order, order + found, [&](int32_t a, int32_t b) {
     return nearest_bits[a] != nearest_bits[b] ? nearest_bits[a] < nearest_bits[b] : a < b;
   });
@@ -83,7 +83,7 @@ int32_t choose_labels(int32_t label_count, int32_t capacity, const int32_t* poin
 int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan, const PointTable& points,
                        int32_t label_count, ClusterTable& clusters, ClusterPointTable& cluster_points,
                        int32_t* row_of_label, int32_t* cursor, int32_t* order) noexcept {
-  // Until the rows are known, cursor holds the point counts and row_of_label the ranges' bits.
+  // Until the rows are known, cursor holds the point counts and row_of_label the bits of the ranges.
   count_points(scan, points, label_count, cursor, row_of_label);
   const int32_t found = choose_labels(label_count, clusters.capacity, cursor, row_of_label, order);
   clusters.count = std::min(found, clusters.capacity);

@@ -1,10 +1,12 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Labels to clusters. Ground is most of a scan and is left behind first, by packing; what remains is handled by groups
-// of equal labels within a vector, because a counter per point waits for the point before. Then all points are taken to
-// the vehicle frame in one sweep, cluster borders or not, and each cluster is summed up: the many of a few points (two
-// in three have one) as scalars, the others in vectors, both in the shape of core/reduce.h.
+// Clusters from labels.
+//   1  Packs the points of clusters: most of a scan is ground.
+//   2  Handles groups of equal labels within a vector: with a counter per point, each point would wait for the last.
+//   3  Transforms all points to the vehicle frame in one pass, across cluster borders.
+//   4  Sums up each cluster in the order of core/reduce.h: clusters of a few points (two in three) as scalars, the
+//      others in vectors.
 #pragma once
 
 #include <limits>
@@ -18,8 +20,8 @@
 
 namespace overtake::simd {
 
-// The points of clusters, in input order: their rows and labels to the front of two columns with room for all points
-// (a whole number of vectors). Returns how many.
+// Packs the points of clusters, in input order: their rows and labels go to two columns with room for all points (a
+// whole number of vectors). Returns the number of packed points.
 template <class A>
 OVT_INLINE int32_t pack_points(const int32_t* labels, int32_t count, int32_t* index, int32_t* label) {
   int32_t held = 0;
@@ -35,7 +37,7 @@ OVT_INLINE int32_t pack_points(const int32_t* labels, int32_t count, int32_t* in
   return held;
 }
 
-// Calls f(first, count) for whole vectors of the packed points, at last fewer.
+// Calls f(first, count) for each whole vector of the packed points, and at last for the rest.
 template <class A, class F>
 OVT_INLINE void for_each_packed(int32_t held, F&& f) {
   int32_t k = 0;
@@ -43,7 +45,7 @@ OVT_INLINE void for_each_packed(int32_t held, F&& f) {
   if (k < held) f(k, held - k);
 }
 
-// Calls f(label, mask) for each label among the first `count` lanes. Short vectors go point by point.
+// Calls f(label, mask) for each label among the first `count` lanes. ISAs with short vectors go point by point.
 template <class A, class F>
 OVT_INLINE void for_each_label(const int32_t* label, int32_t count, F&& f) {
   const Int<A> all = Int<A>::load(label);
@@ -55,7 +57,7 @@ OVT_INLINE void for_each_label(const int32_t* label, int32_t count, F&& f) {
   }
 }
 
-// Bounds and sum of up to four values, as the sixteen lanes would have it.
+// Bounds and sum of up to four values, with the result that the sixteen lanes would give.
 struct FewValues {
   float v[4];
 
@@ -67,7 +69,7 @@ struct FewValues {
   OVT_INLINE float high() const { return max_of(max_of(v[0], v[2]), max_of(v[1], v[3])); }
 };
 
-// The same of many values, of which `room` may be read.
+// The same for many values. `room` values may be read.
 template <class A>
 OVT_INLINE void reduce_values(const float* v, int32_t count, int32_t room, float& low_out, float& high_out,
                               float& sum_out) {
@@ -85,7 +87,7 @@ OVT_INLINE void reduce_values(const float* v, int32_t count, int32_t room, float
     }
     if (k >= count) continue;
     Float<A> value;
-    if (k + kSize<A> <= room) {  // points of the next cluster
+    if (k + kSize<A> <= room) {  // reads points of the next cluster, too
       value = Float<A>::load(v + k);
     } else {
       float tail[kSize<A>] = {};
@@ -100,7 +102,7 @@ OVT_INLINE void reduce_values(const float* v, int32_t count, int32_t room, float
   low_out = lane_min(low), high_out = lane_max(high), sum_out = lane_sum(sum);
 }
 
-// Sum of the time offsets, as two halves of 16 bits so that the lanes hold it, and the smallest range.
+// The smallest range, and the sum of the time offsets as two halves of 16 bits so that a lane can hold them.
 template <class A>
 OVT_INLINE void reduce_points(const ScanTable& scan, const PointTable& points, const int32_t* index, int32_t count,
                               int64_t& offset_out, float& nearest_out) {
@@ -166,7 +168,7 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
                        int32_t label_count, ClusterTable& clusters, ClusterPointTable& cluster_points,
                        int32_t* row_of_label, int32_t* cursor, int32_t* order) noexcept {
   for (int32_t label = 0; label <= label_count; ++label) cursor[label] = 0;
-  // Columns of the output that are not needed before the end.
+  // Temporary columns, in output columns that are written last.
   int32_t* packed_index = reinterpret_cast<int32_t*>(cluster_points.x_m);
   int32_t* packed_label = reinterpret_cast<int32_t*>(cluster_points.y_m);
   const int32_t held = pack_points<A>(points.label, scan.count, packed_index, packed_label);
@@ -182,7 +184,7 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
   for (int32_t label = 1; label <= label_count; ++label) found += cursor[label] > 0;
   const bool all_fit = found <= clusters.capacity;
   if (!all_fit) {
-    // The nearest stay; until the rows are known, row_of_label holds the ranges' bits, which order as the ranges do.
+    // Keeps the nearest. Until the rows are known, row_of_label holds the ranges' bits, which sort like the ranges.
     for (int32_t label = 0; label <= label_count; ++label) row_of_label[label] = std::numeric_limits<int32_t>::max();
     for (int32_t k = 0; k < held; ++k) {
       int32_t bits;
@@ -193,7 +195,7 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
   }
   ref::choose_labels(label_count, clusters.capacity, cursor, row_of_label, order);
 
-  // From here on, cursor is where the next point of a label goes.
+  // From here on, cursor[label] is the place of the label's next point.
   clusters.count = all_fit ? found : clusters.capacity;
   for (int32_t label = 0; label <= label_count; ++label) row_of_label[label] = -1;
   int32_t begin = 0;
@@ -228,7 +230,7 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
     }
   });
 
-  const Transform T = T_vehicle_sensor;  // no store can change it, nor the columns
+  const Transform T = T_vehicle_sensor;  // local copies, here and below: the compiler sees that no store changes them
   const float *x_m = scan.x_m, *y_m = scan.y_m, *z_m = scan.z_m;
   float *x_out = cluster_points.x_m, *y_out = cluster_points.y_m, *z_out = cluster_points.z_m;
   for (int32_t k = 0; k < begin; k += kSize<A>) {

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 2: gaps. The reference's loop, wider.
+// Stage 2: fills gaps of the range image. The reference's loop on vectors.
 #pragma once
 
 #include "kernels/fill_gaps.h"
@@ -14,7 +14,7 @@ void fill_gaps(const FillGapsParams& params, Plane<const float> range_m, Plane<c
                Plane<float> range_filled_m, Plane<float> elevation_filled_rad) noexcept {
   const Float<A> zero(0.0f), half(0.5f), limit_floor_m(params.limit_m), limit_share(params.limit_share);
   for (int32_t r = 0; r < range_m.rows; ++r) {
-    // The top and the bottom row read themselves as their neighbour: a gap there has no return beside it.
+    // The top and the bottom row read themselves as the missing neighbour; a gap has no return, so none is filled.
     const int32_t r_above = r > 0 ? r - 1 : 0, r_below = r + 1 < range_m.rows ? r + 1 : r;
     const float *own_row = range_m.row(r), *up_row = range_m.row(r_above), *down_row = range_m.row(r_below);
     const float *e_row = elevation_rad.row(r), *e_up_row = elevation_rad.row(r_above);

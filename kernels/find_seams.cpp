@@ -1,12 +1,12 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which sensors are neighbours: all that do not wrap, sorted clockwise by the azimuth their image's middle looks at;
-// each is the left neighbour of the next, the last one that of the first.
+// Finds which sensors are neighbours. Sorts all sensors that do not wrap clockwise by the azimuth of their image's
+// middle. Each sensor is the left neighbour of the next one, the last one that of the first.
 //
 //   3 x 120 deg:   left (+120) -> front (0) -> right (-120) -> left        three seams, the rear one is right -> left
 //   2 sensors:     a -> b -> a                                             both directions
-//   1 sensor:      none; what wraps has no edge
+//   1 sensor:      none; a sensor that wraps has no edge
 #include "core/math.h"
 #include "kernels/merge_seams.h"
 

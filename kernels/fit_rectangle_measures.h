@@ -1,10 +1,11 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What fit_rectangle asks of the points, apart from what it makes of the answers: the search over the headings and the
-// choice between two poses are written once (fit_rectangle_ref.cpp), the loops over the points once per ISA.
+// The measurements of the points that fit_rectangle needs. The loops over the points exist once per ISA; the search
+// over the headings and the choice between the two poses exist once (fit_rectangle_ref.cpp).
 //
-// All of it in offsets from the cluster's first point, clamped: metres, whatever the distance to the frame's origin.
+// All coordinates are offsets from the cluster's first point, clamped, so that their precision does not depend on the
+// distance to the frame's origin.
 #pragma once
 
 #include "core/math.h"
@@ -12,7 +13,7 @@
 
 namespace overtake {
 
-// No car is this long. Keeps squares and their sums finite for any finite coordinates.
+// Longer than any car. Keeps squares and their sums finite for all finite coordinates.
 inline constexpr float kFitOffsetLimit_m = 1.0e6f;
 
 // Axis 1 along the heading, axis 2 to its left.
@@ -33,19 +34,20 @@ struct HeadingBounds {
   float low_1, high_1, low_2, high_2;
 };
 
-// A part of the known car's rectangle: `reach` to either side of `center` on each axis.
+// A part of the known car's rectangle: `reach` to both sides of `center` on each axis.
 struct HeadingBox {
   float center_1, center_2, reach_1, reach_2;
 };
 
-// The sums behind the cost of one heading (Zhang 2017, algorithm 4): each point belongs to its closer edge (ties: an
-// edge along axis 2), d is its distance. Set 1 and set 2 hold what lies closer to an edge crossing axis 1 and axis 2.
+// The sums behind the cost of one heading (Zhang 2017, algorithm 4). Each point belongs to its closer edge (ties: an
+// edge along axis 2), d is its distance to that edge. Set 1 holds the points closer to an edge that crosses axis 1, set
+// 2 those closer to an edge that crosses axis 2.
 struct EdgeSums {
   float count_1, sum_1, square_1, sum_2, square_2;
 };
 
-// Mean of the squares minus square of the mean; an empty set has none. Sound here, because the values are distances to
-// an edge that the points of the set lie along: they are small where it matters, near the minimum.
+// Mean of the squares minus square of the mean; 0 for an empty set. This formula is precise enough here: the values are
+// distances to an edge that the points lie along, and near the minimum they are small.
 template <class V>
 OVT_INLINE V variance_of(V count, V sum, V square_sum) {
   const V zero(0.0f);
@@ -55,22 +57,22 @@ OVT_INLINE V variance_of(V count, V sum, V square_sum) {
   return select(any, max_of(square_sum / n - mean * mean, zero), zero);
 }
 
-// The cost of a heading: the variance of the distances in either set, added.
+// The cost of a heading: the sum of the variances of both sets.
 OVT_INLINE float edge_variance(const EdgeSums& e, int32_t count) {
   return variance_of(e.count_1, e.sum_1, e.square_1) + variance_of(float(count) - e.count_1, e.sum_2, e.square_2);
 }
 
-// `points` is the implementation's own; each is called once or more per heading.
+// `points` is private to the implementation. Each function is called at least once per heading.
 struct RectangleMeasures {
   const void* points;
-  // The cost of every whole degree, [kDegreesPadded] (the padding may hold anything).
+  // The cost of every whole degree, [kDegreesPadded] (the padding may hold any value).
   void (*cost_degrees)(const void* points, float* cost) noexcept;
   HeadingBounds (*bound)(const void* points, HeadingAxes axes) noexcept;
   EdgeSums (*sum_edges)(const void* points, HeadingAxes axes) noexcept;
   int32_t (*count_inside)(const void* points, HeadingAxes axes, HeadingBox box) noexcept;
 };
 
-// fit_rectangle but for the loops over the points; x_m and y_m are read at 0 only.
+// fit_rectangle without the loops over the points. Reads only the first point of x_m and y_m.
 RectangleFit fit_rectangle_by(const RectangleMeasures& measures, const FitRectangleParams& params, const float* x_m,
                               const float* y_m, int32_t count, float heading_ref_rad, float sensor_x_m,
                               float sensor_y_m) noexcept;

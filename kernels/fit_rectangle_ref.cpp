@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pose of a car of known size by two headings (eq. 5): the track's and the one of least variance.
+// Pose of a car of known size by two headings (eq. 5): the reference heading and the heading of least variance.
 #include <limits>
 
 #include "core/math.h"
@@ -13,8 +13,8 @@ namespace overtake {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-// Two corners whose faces the sensor sees from the middle, within this, are equally near: a car seen from straight
-// behind must not change its corner by rounding noise.
+// Two corners count as equally near when the sensor is within this distance of the middle of the side between them.
+// Without it, rounding noise would change the corner of a car seen from straight behind.
 constexpr float kMiddle_m = 1.0e-3f;
 
 float offset(float v, float origin) { return max_of(min_of(v - origin, kFitOffsetLimit_m), 0.0f - kFitOffsetLimit_m); }
@@ -81,10 +81,10 @@ int32_t count_inside(const void* context, HeadingAxes axes, HeadingBox box) noex
   return inside;
 }
 
-// ---- what is made of them -------------------------------------------------------------------------------------------
+// ---- the search and the choice --------------------------------------------------------------------------------------
 
-// Index into the heading grid of the least cost: 1 deg steps (ties: the smaller angle), then 1/2, 1/4, 1/8 and 1/16 deg
-// to either side, taken only where the cost gets less (of two equal sides the lower).
+// Index of the least cost in the heading grid: steps of 1 deg (ties: the smaller angle), then of 1/2, 1/4, 1/8 and
+// 1/16 deg to both sides. A step is taken only where it lowers the cost (two equal sides: the lower angle).
 int32_t find_heading(const RectangleMeasures& measures, int32_t count) {
   const auto cost = [&](int32_t i) {
     return edge_variance(measures.sum_edges(measures.points, {kHeadingGrid.cos[i], kHeadingGrid.sin[i]}), count);
@@ -105,14 +105,14 @@ int32_t find_heading(const RectangleMeasures& measures, int32_t count) {
   return best;
 }
 
-// The known car at one heading.
+// The known car's rectangle at one heading.
 struct Imposed {
   int32_t inliers;
   float center_x_m, center_y_m;
   float extent_length_m, extent_width_m;  // of the points
 };
 
-// Centre on one axis of a side of `size` that starts at the near corner and leads away from the sensor.
+// Centre on one axis of a side of `size` that starts at the near corner and points away from the sensor.
 float impose(bool near_is_high, float low, float high, float size) {
   return near_is_high ? high - 0.5f * size : low + 0.5f * size;
 }
@@ -121,11 +121,11 @@ float impose(bool near_is_high, float low, float high, float size) {
 Imposed impose_rectangle(const RectangleMeasures& measures, const FitRectangleParams& params, HeadingAxes axes,
                          float x_m, float y_m, float sensor_x, float sensor_y) {
   const HeadingBounds b = measures.bound(measures.points, axes);
-  // How far the sensor is from the middle of either side of the rectangle: the corner on that side is the nearer one.
+  // Offset of the sensor from the middle of each side. The corner on the sensor's side is the nearer one.
   const float from_middle_1 = axes.first(sensor_x, sensor_y) - 0.5f * (b.low_1 + b.high_1);
   const float from_middle_2 = axes.second(sensor_x, sensor_y) - 0.5f * (b.low_2 + b.high_2);
-  // Ties: the corner on the sensor's left as it looks at the rectangle. Looking along +axis 1, +axis 2 is left; looking
-  // along +axis 2, -axis 1 is left.
+  // Ties: the corner on the left as the sensor looks at the rectangle. Looking along +axis 1, left is +axis 2; looking
+  // along +axis 2, left is -axis 1.
   const bool tie_1 = abs_of(from_middle_1) <= kMiddle_m, tie_2 = abs_of(from_middle_2) <= kMiddle_m;
   const bool near_high_1 = tie_1 ? from_middle_2 > kMiddle_m : from_middle_1 > 0.0f;
   const bool near_high_2 = tie_2 ? from_middle_1 < 0.0f - kMiddle_m : from_middle_2 > 0.0f;
@@ -143,7 +143,7 @@ double line_difference(double a, double b) {
   return d > kHalfPi ? kPi - d : d;
 }
 
-// Of the two directions of a line the one nearer to the reference, in (-pi, pi].
+// The direction of a line that is nearer to the reference, in (-pi, pi].
 float direct(double line, double reference) {
   const double d = wrap_angle(line - reference);
   return wrap_angle(float(wrap_angle(d > kHalfPi || d < -kHalfPi ? line + kPi : line)));
@@ -161,7 +161,7 @@ RectangleFit fit_rectangle_by(const RectangleMeasures& measures, const FitRectan
   };
 
   const float wrapped = wrap_angle(heading_ref_rad);
-  const float ref_rad = wrapped == wrapped ? wrapped : 0.0f;  // an angle of 1e15 has no direction left
+  const float ref_rad = wrapped == wrapped ? wrapped : 0.0f;  // an angle above 1e15 has no direction
   double ref_sin, ref_cos;
   sin_cos_f64(double(ref_rad), ref_sin, ref_cos);
   const Imposed ref = impose_at({float(ref_cos), float(ref_sin)});
@@ -169,7 +169,7 @@ RectangleFit fit_rectangle_by(const RectangleMeasures& measures, const FitRectan
   Imposed var = ref;
   float var_rad = ref_rad;
   if (count >= params.min_var_points) {
-    // The grid's angle says neither which side is the length nor where the front is.
+    // The grid's angle does not tell which side is the length, nor where the front is.
     const int32_t i = find_heading(measures, count);
     const HeadingAxes along = {kHeadingGrid.cos[i], kHeadingGrid.sin[i]}, across = {0.0f - along.s, along.c};
     const double theta = grid_heading_rad(i), reference = double(ref_rad);

@@ -1,11 +1,11 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 10: the loops over the points behind fit_rectangle; the search is the reference's (fit_rectangle_measures.h).
+// Stage 10: the loops over the points for fit_rectangle; the search is in the reference (fit_rectangle_measures.h).
 //
-// One heading is two passes over points that stay in L1 (thousands do not: ManyPoints): the first turns them to the
-// heading's axes, stores that and finds the bounds, the second sums. Lanes of the fixed shape that do not fit one
-// register are summed one group of kSize lanes after the other, which needs fewer registers than all at once.
+// One heading takes two passes over points in L1 (ManyPoints handles thousands, which do not fit). The first pass
+// rotates the points to the heading's axes, stores them and finds the bounds; the second sums. When the 16 lanes do not
+// fit one register, the sums go group by group (kSize lanes each), which needs fewer registers than all groups at once.
 #pragma once
 
 #include <limits>
@@ -17,7 +17,7 @@
 
 namespace overtake::simd {
 
-// A car is a few hundred points, and copies of them stay in the cache. More go block by block: see ManyPoints.
+// A car is a few hundred points; copies of them stay in the cache. Larger clusters go block by block: see ManyPoints.
 inline constexpr int32_t kMostFitPoints = 4096;
 template <class A>
 inline constexpr int32_t kFitGroups = kLanes / kSize<A>;
@@ -29,7 +29,7 @@ template <class A>
 OVT_INLINE Float<A> offset(Float<A> v, float origin) {
   return max_of(min_of(v - Float<A>(origin), Float<A>(kFitOffsetLimit_m)), Float<A>(0.0f - kFitOffsetLimit_m));
 }
-// Offsets from the first point to whole blocks of kLanes, filled up with it. Returns the padded count.
+// Offsets from the first point, padded with the first point to whole blocks of kLanes. Returns the padded count.
 template <class A>
 OVT_INLINE int32_t copy_offsets(const float* x, const float* y, int32_t n, float first_x, float first_y, float* to_x,
                                 float* to_y) {
@@ -53,7 +53,7 @@ struct FitPoints {
   int32_t count, padded;
   alignas(64) float x_m[kMostFitPoints];
   alignas(64) float y_m[kMostFitPoints];
-  alignas(64) float first_m[kMostFitPoints];  // on the axes of the heading at hand
+  alignas(64) float first_m[kMostFitPoints];  // on the axes of the current heading
   alignas(64) float second_m[kMostFitPoints];
 
   OVT_INLINE void read(const float* x, const float* y, int32_t n) {
@@ -62,7 +62,7 @@ struct FitPoints {
   }
 };
 
-// The bounds in the reference's shape, zeros of either sign included, of points that come in blocks.
+// The bounds of points that come in blocks: the same result as the reference, including the sign of a zero.
 template <class A>
 struct BoundLanes {
   static constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -97,8 +97,8 @@ HeadingBounds bound_points(const void* context, HeadingAxes axes) noexcept {
   return lanes.bounds();
 }
 
-// The same for the sums below, where the sign of a zero is lost anyway: any order will do, and the first point, which
-// fills the last block up, changes nothing.
+// The same for callers that ignore the sign of a zero (the sums below): any order will do. The last block is padded
+// with the first point, which changes no bound.
 template <class A>
 OVT_INLINE HeadingBounds turn_points(FitPoints<A>& points, HeadingAxes axes) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -116,7 +116,7 @@ OVT_INLINE HeadingBounds turn_points(FitPoints<A>& points, HeadingAxes axes) {
   return {any_lane_min(low_1), any_lane_max(high_1), any_lane_min(low_2), any_lane_max(high_2)};
 }
 
-// One group of kSize lanes of the sums. A count needs no lanes: it is exact in any order.
+// The sums of one group of kSize lanes. A count needs no lanes: it is exact in any order.
 template <class A>
 struct EdgeLanes {
   int32_t count_1 = 0;
@@ -125,7 +125,7 @@ struct EdgeLanes {
   OVT_INLINE void add(Mask<A> in, Float<A> d1, Float<A> d2) {
     const Mask<A> closer_2 = d2 < d1;
     const Mask<A> in_1 = in & ~closer_2, in_2 = in & closer_2;
-    const Float<A> d = min_of(d2, d1), square = d * d;  // the closer one
+    const Float<A> d = min_of(d2, d1), square = d * d;  // the distance to the closer edge
     count_1 += count_bits(in_1.bits());
     sum_1 = add_where(in_1, sum_1, d);
     square_1 = add_where(in_1, square_1, square);
@@ -134,7 +134,7 @@ struct EdgeLanes {
   }
 };
 
-// The sums of one heading in the reference's shape, of points that come in blocks.
+// The sums of one heading, in the reference's order, of points that come in blocks.
 template <class A>
 struct EdgeGroups {
   int32_t count_1 = 0;
@@ -143,12 +143,12 @@ struct EdgeGroups {
   OVT_INLINE EdgeGroups() {
     for (int32_t g = 0; g < kFitGroups<A>; ++g) sum_1[g] = square_1[g] = sum_2[g] = square_2[g] = Float<A>(0.0f);
   }
-  // turned(k, c1, c2): the coordinates of points k .. k + kSize - 1 of the block on the axes of the heading.
+  // turned(k, c1, c2): gives the coordinates of points k .. k + kSize - 1 of the block on the axes of the heading.
   template <class F>
   OVT_INLINE void add(int32_t n, HeadingBounds b, F&& turned) {
     const Float<A> low_1(b.low_1), high_1(b.high_1), low_2(b.low_2), high_2(b.high_2);
     for (int32_t g = 0; g < kFitGroups<A>; ++g) {
-      EdgeLanes<A> lanes{0, sum_1[g], square_1[g], sum_2[g], square_2[g]};  // in registers, which this table is not
+      EdgeLanes<A> lanes{0, sum_1[g], square_1[g], sum_2[g], square_2[g]};  // kept in registers
       const auto add_one = [&](int32_t k, Mask<A> in) OVT_INLINED {
         Float<A> c1, c2;
         turned(k, c1, c2);
@@ -171,7 +171,7 @@ struct EdgeGroups {
 
 template <class A>
 EdgeSums sum_edges(const void* context, HeadingAxes axes) noexcept {
-  // The measures may use the points' own scratch: they are called by one thread, one at a time.
+  // The const_cast is safe: one thread calls the measures, one at a time, so they may use the points' scratch.
   FitPoints<A>& points = *static_cast<FitPoints<A>*>(const_cast<void*>(context));
   const HeadingBounds bounds = turn_points(points, axes);
   EdgeGroups<A> edges;
@@ -181,8 +181,8 @@ EdgeSums sum_edges(const void* context, HeadingAxes axes) noexcept {
   return edges.sums();
 }
 
-// The cost of all whole degrees. Few points leave most lanes of the loops above empty, so they are turned round: a lane
-// is a heading, and the reference's 16 lanes are 16 registers' worth of memory. A cluster of ten points costs a tenth.
+// The cost of all whole degrees for few points, which would leave most lanes of the loops above empty. Here a lane is a
+// heading, and the reference's 16 lanes are 16 registers in memory. A cluster of ten points costs a tenth.
 inline constexpr int32_t kFewPoints = 48;
 
 template <class A>
@@ -201,7 +201,7 @@ OVT_INLINE void cost_of_few(const FitPoints<A>& points, const float* degree_cos,
   struct {
     Float<A> count_1, sum_1, square_1, sum_2, square_2;
   } lane[kLanes];
-  const int32_t lanes = points.count < kLanes ? points.count : kLanes;  // the others would stay +0
+  const int32_t lanes = points.count < kLanes ? points.count : kLanes;  // the other lanes would stay +0
   for (int32_t k = 0; k < points.count; ++k) {
     const Float<A> d1 = min_of(first[k] - low_1, high_1 - first[k]), d2 = min_of(second[k] - low_2, high_2 - second[k]);
     const Mask<A> closer_2 = d2 < d1;
@@ -225,8 +225,8 @@ OVT_INLINE void cost_of_few(const FitPoints<A>& points, const float* degree_cos,
   (variance_of(e.count_1, e.sum_1, e.square_1) + variance_of(in_2, e.sum_2, e.square_2)).store(cost);
 }
 
-// All whole degrees where one register holds the fixed shape's lanes: while the edges of one heading are summed, the
-// points are turned to the next. The two keep different units of the processor busy.
+// All whole degrees, if one register holds all 16 lanes. While it sums the edges of one heading, it rotates the points
+// to the next heading: the two tasks use different units of the processor.
 template <class A>
 OVT_INLINE void cost_by_turns(FitPoints<A>& points, float* cost) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -235,7 +235,7 @@ OVT_INLINE void cost_by_turns(FitPoints<A>& points, float* cost) {
   float counts[kDegreesPadded], sums[4][kDegreesPadded];
   for (int32_t d = 0; d < kDegreeCount; ++d) {
     const HeadingAxes next = {kHeadingGrid.degree_cos[d + 1],
-                              kHeadingGrid.degree_sin[d + 1]};  // the last one is not used
+                              kHeadingGrid.degree_sin[d + 1]};  // the last value is not used
     const Float<A> low_1(b.low_1), high_1(b.high_1), low_2(b.low_2), high_2(b.high_2), c(next.c), s(next.s);
     Float<A> next_low_1(kInfinity), next_high_1(-kInfinity), next_low_2(kInfinity), next_high_2(-kInfinity);
     EdgeLanes<A> lanes;
@@ -302,11 +302,11 @@ int32_t count_inside(const void* context, HeadingAxes axes, HeadingBox box) noex
   return count_in_block<A>(points.x_m, points.y_m, points.count, axes, box);
 }
 
-// A car alongside is thousands of points. Neither is its copy kept nor are its points turned and stored: a block at a
-// time is copied, and as many headings as are asked for see it while it is in L1.
+// A car alongside has thousands of points. This form neither copies them all nor stores rotated points: it copies one
+// block at a time and evaluates all requested headings while the block is in L1.
 template <class A>
 struct ManyPoints {
-  static constexpr int32_t kBlock = 512;  // whole kLanes: a point's lane is the same in its block
+  static constexpr int32_t kBlock = 512;  // a multiple of kLanes, so a point has the same lane in its block
   const float *x_m, *y_m;
   int32_t count;
 
@@ -321,7 +321,7 @@ struct ManyPoints {
   }
 };
 
-// One heading's bounds where the sign of a zero is of no interest: see turn_points.
+// One heading's bounds for callers that ignore the sign of a zero: see turn_points.
 template <class A>
 struct ManyBounds {
   Float<A> low_1{BoundLanes<A>::kInfinity}, high_1{-BoundLanes<A>::kInfinity};
@@ -397,7 +397,7 @@ int32_t count_inside_many(const void* context, HeadingAxes axes, HeadingBox box)
   return inside;
 }
 
-// A function of its own: its stack is not wanted where there are more.
+// Not inlined: its large stack must not be allocated for clusters with more points.
 template <class A>
 [[gnu::noinline]] RectangleFit fit_copied(const FitRectangleParams& params, const float* x_m, const float* y_m,
                                           int32_t count, float heading_ref_rad, float sensor_x_m,

@@ -1,15 +1,15 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Two vectors in lockstep.
+// Two vectors side by side.
 #pragma once
 
 #include "kernels/simd.h"
 
 namespace overtake::simd {
 
-// Two values abreast: a function of core/math.h on a Pair is two chains of dependent operations in lockstep, which
-// keeps the arithmetic units busy where one chain would wait for its own results.
+// Two values side by side. A function of core/math.h on a Pair runs two independent chains of operations, which keep
+// the arithmetic units busy; one chain would wait for its own results.
 template <class V, class M>
 struct Pair {
   V a, b;

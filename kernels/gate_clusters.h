@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 9, first half: clusters that can be a vehicle by size. (The map gate needs the ego pose: pipeline/stages.)
+// Stage 9, first half: selects clusters by vehicle size. (The map gate needs the ego pose: pipeline/stages.)
 #pragma once
 
 #include "core/cluster_table.h"
@@ -9,7 +9,7 @@
 namespace overtake {
 
 // Keeps clusters of at least min_points whose longest extent (x, y or z of the bounds in the vehicle frame) is at most
-// max_extent_m. Non-destructive: writes the rows that pass, in order.
+// max_extent_m. Does not change the clusters: writes the rows that pass, in order.
 //   reads    merged point_count min_* max_*     writes  kept[merged.count]      returns  how many
 //   agrees   exactly on every ISA
 struct GateClustersParams {
@@ -17,7 +17,7 @@ struct GateClustersParams {
   float max_extent_m = 4.921f * 1.1f;
 };
 namespace ref {
-int32_t gate_clusters(const GateClustersParams& params, const MergedTable& merged, int32_t* kept) noexcept;
+int32_t gate_clusters(const GateClustersParams& params, const FrameClusterTable& merged, int32_t* kept) noexcept;
 }
 
 }  // namespace overtake

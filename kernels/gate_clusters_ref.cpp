@@ -1,14 +1,14 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which clusters can be a vehicle by their size. The bounds are along the vehicle frame's axes, and no heading of the
-// car is lost by that: its diagonal is 5.27 m, its length and the slack 5.41 m.
+// Selects clusters that can be a vehicle by their size. Axis-aligned bounds in the vehicle frame reject no heading of
+// the car: its diagonal is 5.27 m, and the limit, its length plus slack, is 5.41 m.
 #include "core/math.h"
 #include "kernels/gate_clusters.h"
 
 namespace overtake::ref {
 
-int32_t gate_clusters(const GateClustersParams& params, const MergedTable& merged, int32_t* kept) noexcept {
+int32_t gate_clusters(const GateClustersParams& params, const FrameClusterTable& merged, int32_t* kept) noexcept {
   int32_t count = 0;
   for (int32_t i = 0; i < merged.count; ++i) {
     const float x = merged.max_x_m[i] - merged.min_x_m[i];

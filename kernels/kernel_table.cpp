@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One table of function pointers per ISA. A new ISA is one more line in kCandidates, after those that are slower.
+// One table of function pointers per ISA. To add an ISA, add a line to kCandidates, after those that are slower.
 #include "kernels/kernel_table.h"
 
 #include <cstring>
@@ -18,7 +18,7 @@ constexpr KernelTable kRef = {
 #undef OVT_KERNEL
 };
 
-// What the flags of ovt_add_isa let the compiler use. The built-ins also ask whether the system saves the registers.
+// Whether the CPU has what ovt_add_isa's flags use. The built-ins also check that the system saves the registers.
 #if defined(OVT_ISA_avx2)
 bool has_avx2() {
   __builtin_cpu_init();

@@ -1,10 +1,10 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One table of function pointers per ISA, picked once at create.
+// One table of function pointers per ISA, chosen once at create.
 #pragma once
 
-#include "kernels/kernel_headers.h"  // X.h of each kernel in kernels.def, written at configure time
+#include "kernels/kernel_headers.h"  // includes X.h of each kernel in kernels.def
 
 namespace overtake {
 
@@ -15,9 +15,9 @@ struct KernelTable {
 #undef OVT_KERNEL
 };
 
-// The table of a named ISA, or with null the best this CPU has. Null when the name is unknown or the CPU lacks it.
+// The table of the ISA `isa`; null asks for the best of this CPU. Null if the name is unknown or the CPU lacks the ISA.
 const KernelTable* find_kernels(const char* isa) noexcept;
-// All tables this CPU can run, the scalar reference ("ref") first, best last. Returns how many; out may be null.
+// All tables this CPU can run: the reference ("ref") first, best last. Returns their number; out may be null.
 int32_t list_kernels(const KernelTable** out) noexcept;
 
 }  // namespace overtake

@@ -37,7 +37,8 @@ int32_t label_bfs(bool wraps, Plane<const float> range_filled_m, ConstBitPlane n
       while (head < tail) {
         const int32_t r = queue[head] / cols, c = queue[head] % cols;
         ++head;
-        // A link is kept by its left or upper pixel. Past the edge lies the other end of the row, if columns wrap.
+        // The left or upper pixel of a pair holds the link. If columns wrap, the neighbour past the edge is the row's
+        // other end.
         const int32_t left = c > 0 ? c - 1 : wraps ? cols - 1 : -1;
         const int32_t right = c + 1 < cols ? c + 1 : wraps ? 0 : -1;
         if (right >= 0 && link_right.test(r, c)) reach(r, right);

@@ -3,13 +3,12 @@
 //
 // Stage 7b: connected components from runs of linked pixels and union-find, on words of 64 columns.
 //
-//   nonground    # # # . # #      A run begins where a pixel has no link to its left. Runs are numbered in the order of
-//   link_right   # . . . # .      their first pixels, row by row; a link down joins the runs of its two pixels. Which
-//   run          0 0 1 . 2 2      run a pixel is in, is how many begin up to it: a count of bits.
+//   nonground    # # # . # #      A run begins where a pixel has no link to its left. Runs are numbered by their first
+//   link_right   # . . . # .      pixels, row by row. A link down joins the runs of its two pixels. The run of a pixel
+//   run          0 0 1 . 2 2      follows from the number of runs that begin up to it: a count of bits.
 //
-// The root of a set is its lowest run, which holds the cluster's first pixel: numbering the roots in order numbers the
-// clusters as the search of the reference does. A parent is never higher than its run, so one pass makes labels of
-// them.
+// The root of a set is its lowest run, which holds the cluster's first pixel. So numbering the roots in order numbers
+// the clusters as the reference does. A parent is never higher than its run, so one pass turns parents into labels.
 #pragma once
 
 #include "core/point_table.h"
@@ -21,8 +20,8 @@ namespace overtake::simd {
 // One row of the image as bits, read word by word from the left.
 struct RunRow {
   const uint64_t *nonground, *right;
-  int32_t runs = 0;    // that began before the current word
-  uint64_t carry = 0;  // bit 0: the last pixel of the word before has a link to its right
+  int32_t runs = 0;    // runs that began before the current word
+  uint64_t carry = 0;  // bit 0: the last pixel of the previous word has a link to its right
   uint64_t bits = 0, links = 0, starts = 0;
 
   OVT_INLINE RunRow(ConstBitPlane nonground_bits, ConstBitPlane link_right, int32_t r, int32_t first_run)
@@ -79,7 +78,7 @@ void label_bfs_write(Plane<const float> range_filled_m, ConstBitPlane nonground,
         const int32_t shift = c - begin;
         Int<A> label = select(Float<A>::load(range_filled_m.row(r) + c) > zero, ground, none);
         const uint32_t bits = uint32_t((row.bits >> shift) & kGroup), starts = uint32_t((row.starts >> shift) & kGroup);
-        // The run of lane 0, if it is in one, and of those that begin in the lanes after.
+        // The run of lane 0, if any, and the runs that begin in later lanes.
         const int32_t first = runs + int32_t(starts & 1) - 1;
         Int<A> table;
         if (first >= 0 && first + kSize<A> <= run_count) {
@@ -119,7 +118,7 @@ int32_t label_bfs(bool wraps, Plane<const float> range_filled_m, ConstBitPlane n
       if (r > 0) {
         above.read(w);
         const uint64_t joined = down[w] & own.bits & above.bits;
-        // A link beside one between the same two runs says nothing new.
+        // A link is redundant when its neighbour joins the same two runs.
         const uint64_t same = joined & own.links & above.links;
         uint64_t fresh = joined & ~((same << 1) | carry);
         carry = same >> 63;

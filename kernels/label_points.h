@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// End of stage 7: every input point gets its pixel's label, or says why not.
+// End of stage 7: every input point gets its pixel's label, or a reason for having none.
 #pragma once
 
 #include "core/point_table.h"
@@ -9,12 +9,12 @@
 
 namespace overtake {
 
-// The label a pixel gives: its own return takes the pixel's label when |r - r_repaired| < own_limit_m, else (a repaired
-// ground pixel whose return is elsewhere) ground. A point that lost its pixel takes the same when its range is within
-// loser_limit_m of the winner's; else none: nearer is kDust, farther kSecondReturn.
+// Label of a pixel's winner: the pixel's label when |r - r_repaired| < own_limit_m, else ground (a repaired pixel whose
+// own return is elsewhere). A point that lost its pixel takes the same label when its range is within loser_limit_m of
+// the winner's; else it gets none: a nearer one is kDust, a farther one kSecondReturn.
 //   reads    points range_m pixel lost; images range_m range_repaired_m pixel_point labels
 //   writes   points label; reason of those that lost their pixel (a winner's is kLabelled already)
-//   cost     a pass over pixels, a store a cluster's point     agrees  exactly on every ISA
+//   cost     one pass over pixels, one store per cluster point     agrees  exactly on every ISA
 struct LabelPointsParams {
   float own_limit_m = 0.5f, loser_limit_m = 0.5f;
 };

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// End of stage 7: every input point gets its pixel's label, or says why not.
+// End of stage 7: every input point gets its pixel's label, or a reason for having none.
 #include "kernels/label_points.h"
 
 #include <cmath>
@@ -11,7 +11,7 @@
 namespace overtake::ref {
 namespace {
 
-// A repaired pixel connects its neighbours but says nothing about its own return, unless that lies where the repair is.
+// A repaired pixel connects its neighbours. Its own return belongs to the cluster only if it lies where the repair is.
 int32_t label_of_pixel(const LabelPointsParams& params, const RangeImages& images, int32_t pixel) {
   const int32_t label = images.labels.data[pixel];
   if (label <= kLabelGround) return label;
@@ -25,7 +25,7 @@ void label_points(const LabelPointsParams& params, const RangeImages& images, Po
   for (int32_t i = 0; i < points.count; ++i) {
     points.label[i] = kLabelNone;
     const int32_t pixel = points.pixel[i];
-    if (pixel < 0) continue;  // it has its reason already
+    if (pixel < 0) continue;  // project_points or scatter_points set its reason
     OVT_CHECK(images.pixel_point.data[pixel] != kNoPoint);
 
     const float behind_m = points.lost[i] ? points.range_m[i] - images.range_m.data[pixel] : 0.0f;

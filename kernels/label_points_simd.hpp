@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// End of stage 7: every input point gets its pixel's label. Most points are ground and hold their pixel, so first all
-// are taken for that, but those that lost theirs (a few in a hundred), which ask for themselves; the points that hold a
-// cluster's pixel are told by a pass over the pixels.
+// End of stage 7: every input point gets its pixel's label. Most points are ground and hold their pixel, so the first
+// pass labels all as ground, except those that lost their pixel (a few percent), which are looked up one by one. A pass
+// over the pixels then labels the points that hold a cluster's pixel.
 #pragma once
 
 #include "core/math.h"
@@ -12,7 +12,7 @@
 
 namespace overtake::simd {
 
-// A repaired pixel says nothing about its own return, unless that lies where the repair is.
+// The return of a repaired pixel belongs to the cluster only if it lies where the repair is.
 OVT_INLINE int32_t label_of_pixel(const RangeImages& images, float own_limit_m, int32_t pixel) {
   const int32_t label = images.labels.data[pixel];
   const bool here = abs_of(images.range_m.data[pixel] - images.range_repaired_m.data[pixel]) < own_limit_m;
@@ -39,7 +39,7 @@ void label_points(const LabelPointsParams& params, const RangeImages& images, Po
     }
   }
 
-  // Points and labels in pairs, told once a row: stores here and there go better without the wide loads between them.
+  // Buffers (point, label) pairs and stores them once per row: scattered stores run faster apart from the wide loads.
   constexpr int32_t kRoom = 1024;
   int32_t point[kRoom + kSize<A>], label[kRoom + kSize<A>];
   const Float<A> own_limit(params.own_limit_m);

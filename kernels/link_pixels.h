@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 7a: which neighbours belong together (eq. 2; Bogoslavskyi & Stachniss 2016).
+// Stage 7a: links neighbouring pixels of one object (eq. 2; Bogoslavskyi & Stachniss 2016).
 #pragma once
 
 #include "core/plane.h"
@@ -9,11 +9,11 @@
 namespace overtake {
 
 // beta = atan2(d2 sin a, d1 - d2 cos a) > th_seg, d1 = max, d2 = min of the ranges, without the arctangent:
-// d2 sin a > tan(th) (d1 - d2 cos a). Sideways a = column pitch; downwards a = |e - e_below|, at most
-// pi/2 (neighbouring layers are a degree or two apart).
+// d2 sin a > tan(th) (d1 - d2 cos a). a is the column pitch to the right, and |e - e_below| downwards, at most pi/2
+// (neighbouring layers are a degree or two apart).
 //   reads    range_repaired_m elevation_repaired_rad nonground_repaired
 //   writes   link_right (pixel joins column + 1; the last column joins column 0 when wrapping), link_down, every word
-//   cost     sin and cos of one small angle a pixel    agrees  exactly on every ISA
+//   cost     sin and cos of one small angle per pixel    agrees  exactly on every ISA
 struct LinkPixelsParams {
   float tan_threshold = 0.0436609429f;  // tan of th_seg 2.5 deg
   float sin_pitch = 0.0f, cos_pitch = 1.0f;

@@ -1,10 +1,10 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 7a: which neighbours belong together (eq. 2; Bogoslavskyi & Stachniss 2016).
+// Stage 7a: links neighbouring pixels of one object (eq. 2; Bogoslavskyi & Stachniss 2016).
 //
-//        A           beta is the angle at A between the beam OA and the line AB: nearly 0 where B hides far behind A
-//        |\  beta    or before it, large along one surface. O is the sensor, alpha the angle between the beams.
+//        A           beta is the angle at A between the beam OA and the line AB: nearly 0 where B lies far behind A
+//        |\  beta    or far before it, large along one surface. O is the sensor, alpha the angle between the beams.
 //     d1 | \_
 //        |   B
 //        | / d2
@@ -19,8 +19,8 @@
 namespace overtake::ref {
 namespace {
 
-// beta > th_seg. The printed denominator d1 - d2 cos alpha is never negative, so the tangents compare as the angles do.
-// Equal ranges at no angle apart (two layers at one elevation) are no evidence: 0 > 0 is false.
+// beta > th_seg. The denominator d1 - d2 cos alpha of eq. 2 is never negative, so the tangents compare as the angles
+// do. Equal ranges with no angle between the beams (two layers at one elevation) give no link: 0 > 0 is false.
 bool joined(float range_a_m, float range_b_m, float sin_alpha, float cos_alpha, float tan_threshold) {
   const float d1 = std::max(range_a_m, range_b_m), d2 = std::min(range_a_m, range_b_m);
   return d2 * sin_alpha > tan_threshold * (d1 - d2 * cos_alpha);

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 7a: which neighbours belong together (eq. 2), on words of 64 columns: ranges are read only where both pixels of
-// a link are non-ground.
+// Stage 7a: links neighbouring pixels of one object (eq. 2), on words of 64 columns. Reads ranges only where both
+// pixels of a link are non-ground.
 #pragma once
 
 #include "core/math.h"

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 0: from the caller's layout to columns.
+// Stage 0: copies the caller's layout to columns.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace overtake {
 
 enum class FieldType : int32_t { kNone = 0, kFloat32, kFloat64, kInt8, kUint8, kInt16, kUint16, kInt32, kUint32 };
 
-// One field of a scan in the caller's memory: value i lies at data + i * stride. kNone: the field is absent.
+// One field of a scan in the caller's memory: value i is at data + i * stride. kNone: the field is absent.
 struct PointField {
   const void* data = nullptr;
   std::ptrdiff_t stride = 0;
@@ -22,14 +22,15 @@ struct PointField {
 
 struct PointFields {
   PointField x, y, z, intensity, layer, time;
-  double time_unit_ns = 1.0;  // value of `time` times this is the offset after the scan's stamp
+  double time_unit_ns = 1.0;  // offset after the scan's stamp = value of `time` times this
 };
 
 // Copies `count` points into columns, converting types.
 //   reads    fields[count]              writes  all columns of scan, scan.count
-//   values   subnormal coordinates become 0; NaN intensity becomes 0; a layer that is no integer in 0..65535 becomes
-//            kNoLayer; time saturates at +-2^31-1 ns, NaN becomes 0; NaN and infinite coordinates stay
-//            (project_points counts them)
+//   values   subnormal coordinates become 0; NaN and infinite ones stay (project_points counts them)
+//            NaN intensity becomes 0
+//            a layer that is not an integer in 0..65535 becomes kNoLayer
+//            time saturates at +-(2^31 - 1) ns, NaN becomes 0
 //   cost     one pass                   agrees  exactly on every ISA
 namespace ref {
 void load_points(const PointFields& fields, int32_t count, ScanTable& scan) noexcept;

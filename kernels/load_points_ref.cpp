@@ -1,11 +1,11 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 0: from the caller's layout to columns.
+// Stage 0: copies the caller's layout to columns.
 //
-// A field is walked once with its own type, as doubles: every type we take fits a double exactly, so each rule below
-// (what is a subnormal, what is a layer) is written once. Comparisons meet no NaN, so the loop also runs with floating
-// point traps on.
+// The loop over a field reads its type and converts to double, which holds every accepted type exactly. So each rule
+// below (subnormals, layers) is written once. No comparison sees a NaN, so the loop also runs with floating-point traps
+// on.
 #include "kernels/load_points.h"
 
 #include <cfloat>
@@ -23,7 +23,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 bool is_nan(double v) { return v != v; }
 
-// Value i of a field. Unaligned memory is fine. A signalling NaN comes out quiet.
+// Value i of a field. The address may be unaligned. A signalling NaN becomes quiet.
 template <class T>
 double value_at(const PointField& field, int32_t i) {
   const auto* at = static_cast<const char*>(field.data) + std::ptrdiff_t(i) * field.stride;
@@ -61,7 +61,7 @@ void load_column(const PointField& field, int32_t count, Out* out, Out absent, C
   }
 }
 
-// Subnormal and -0 become +0; what no float can hold becomes infinite (a bare cast would be undefined).
+// Subnormal and -0 become +0. Values beyond float become infinite (a plain cast would be undefined behaviour).
 float narrow(double v) {
   if (is_nan(v)) return float(kNan);
   const double size = v < 0 ? -v : v;
@@ -82,7 +82,7 @@ int32_t layer_of(double v) {
 int32_t offset_of(double v, double unit_ns) {
   if (is_nan(v)) return 0;
   constexpr double kLimit = 2147483647.0;
-  constexpr double kHuge = 1e200;  // keeps the product finite for any sane unit
+  constexpr double kHuge = 1e200;  // keeps the product finite for any sensible unit
   v = v > kHuge ? kHuge : v < -kHuge ? -kHuge : v;
   const double offset = v * unit_ns;
   if (offset >= kLimit) return int32_t(kLimit);

@@ -1,13 +1,13 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 0: from the caller's layout to columns. The types that sensors and PointCloud2 use, without the detour over
-// double (every one of their values is exact in both); a scan with any other type goes to the reference.
+// Stage 0: copies the caller's layout to columns. Handles the types that sensors and PointCloud2 use, without a
+// conversion to double (all their values are exact either way). A scan with any other type goes to the reference.
 //
-//   columns    read as they lie
-//   records    | x y z i | r - t - |   one or two windows of 16 bytes a record, turned into columns kSize records at a
-//                                      time; a window may spill into the next record, so the last record is read apart
-//   anything   gathered value by value
+//   columns    read in place
+//   records    | x y z i | r - t - |   one or two windows of 16 bytes per record, transposed to columns, kSize records
+//                                      at a time. A window may reach into the next record: the last one is read alone
+//   others     gathered value by value
 #pragma once
 
 #include <cfloat>
@@ -19,7 +19,7 @@
 
 namespace overtake::simd {
 
-// What a field's bits become on the way.
+// How a field's bits are converted.
 enum class FieldKind : int32_t {
   kAbsentFloat,
   kAbsentInt,
@@ -38,15 +38,15 @@ enum class FieldUse : int32_t { kCoordinate, kIntensity, kLayer, kTime };
 struct FieldPlan {
   const char* data = nullptr;
   std::ptrdiff_t stride = 0;
-  int32_t bytes = 0;  // of a value; 0: absent
+  int32_t bytes = 0;  // of a value; 0: field absent
   FieldKind kind = FieldKind::kAbsentFloat;
   float* out_float = nullptr;
   int32_t* out_int = nullptr;
-  int32_t word = -1, shift = 0;  // in a window
+  int32_t word = -1, shift = 0;  // place of the value in a window
 
   // The value's bits, zero-extended.
   OVT_INLINE int32_t bits_at(int32_t i) const {
-    if (bytes == 0) return 0;  // its data may be null
+    if (bytes == 0) return 0;  // data may be null
     const char* at = data + std::ptrdiff_t(i) * stride;
     uint32_t value = 0;
     if (bytes == 4) {
@@ -60,7 +60,7 @@ struct FieldPlan {
   }
 };
 
-// False: not one of the types below.
+// False if the field has none of the types below.
 OVT_INLINE bool plan_field(const PointField& field, FieldUse use, double unit_ns, float* out_float, int32_t* out_int,
                            FieldPlan& plan) {
   plan.data = static_cast<const char*>(field.data);
@@ -93,7 +93,7 @@ OVT_INLINE bool plan_field(const PointField& field, FieldUse use, double unit_ns
   }
 }
 
-// kSize values of one field, as zero-extended bits, to rows i, i + 1, ... See the reference for the rules.
+// kSize values of one field, as zero-extended bits, to rows i, i + 1, ... The rules are those of the reference.
 template <FieldKind kKind, class A>
 OVT_INLINE void store_field(const FieldPlan& plan, Int<A> bits, double unit_ns, int32_t i) {
   constexpr int32_t kLimit = std::numeric_limits<int32_t>::max();
@@ -126,10 +126,10 @@ OVT_INLINE void store_field(const FieldPlan& plan, Int<A> bits, double unit_ns, 
   }
 }
 
-// Rows [begin, end), whole vectors, from read(row). The kind is asked once.
+// Rows [begin, end), whole vectors, from read(row). Tests the kind once, outside the loop.
 template <class A, class Read>
 OVT_INLINE void store_rows(const FieldPlan& plan, double unit_ns, int32_t begin, int32_t end, Read&& read) {
-  const FieldPlan own = plan;  // no store can change it
+  const FieldPlan own = plan;  // a local copy: the compiler then knows that no store changes it
   switch (own.kind) {
 #define OVT_STORE(name)                                                                                     \
   case FieldKind::name:                                                                                     \
@@ -160,7 +160,7 @@ OVT_INLINE void load_gathered(const FieldPlan& plan, double unit_ns, int32_t beg
   });
 }
 
-// A field that lies as a column of its own; returns the first row not loaded.
+// A field stored as a separate column; returns the first row not loaded.
 template <class A>
 OVT_INLINE int32_t load_column(const FieldPlan& plan, double unit_ns, int32_t count) {
   if (plan.stride != plan.bytes) return 0;
@@ -180,7 +180,7 @@ OVT_INLINE int32_t load_column(const FieldPlan& plan, double unit_ns, int32_t co
 
 inline constexpr int32_t kFieldCount = 6, kWindowBytes = 16;
 
-// The plans whose value lies within one word of the window at `window`.
+// The plans whose value lies within one word of `window`.
 OVT_INLINE int32_t find_in_window(FieldPlan* plans, const char* window, std::ptrdiff_t stride, FieldPlan** found) {
   int32_t count = 0;
   for (int32_t f = 0; f < kFieldCount; ++f) {
@@ -195,7 +195,7 @@ OVT_INLINE int32_t find_in_window(FieldPlan* plans, const char* window, std::ptr
   return count;
 }
 
-// The window of nearly every sensor: x, y, z and intensity in this order.
+// True for the window of nearly every sensor: x, y, z and intensity in this order.
 OVT_INLINE bool is_xyzi(FieldPlan* const* found, int32_t found_count) {
   if (found_count != 4) return false;
   for (int32_t f = 0; f < 4; ++f)
@@ -204,15 +204,15 @@ OVT_INLINE bool is_xyzi(FieldPlan* const* found, int32_t found_count) {
   return true;
 }
 
-// One window of a record, and the fields in it.
+// One window of a record, and the fields in the window.
 struct RecordWindow {
-  const char* data = nullptr;  // in record 0
+  const char* data = nullptr;  // address in record 0
   FieldPlan* found[kFieldCount] = {};
   int32_t found_count = 0;
 };
 
-// Records [begin, end), whole vectors, at most kRecordBlock: straight to the columns, or else the words of the window
-// to a buffer in L1 and from there field by field.
+// Records [begin, end), whole vectors, at most kRecordBlock. Writes the columns directly, or copies the window's words
+// to a buffer in L1 and converts from there field by field.
 inline constexpr int32_t kRecordBlock = 512;
 
 template <class A>
@@ -250,7 +250,7 @@ OVT_INLINE void load_window(const RecordWindow& window, std::ptrdiff_t stride, d
   }
 }
 
-// The fields that share x's stride as records, block by block, so that the second window finds them in L1. Reads
+// The fields that share x's stride as records, block by block, so that the second window finds the records in L1. Reads
 // nothing before the first value and nothing after the first word of the last record's first value.
 template <class A>
 OVT_INLINE void load_windows(FieldPlan* plans, double unit_ns, int32_t count) {
@@ -261,11 +261,11 @@ OVT_INLINE void load_windows(FieldPlan* plans, double unit_ns, int32_t count) {
     for (int32_t f = 0; f < kFieldCount; ++f)
       if (plans[f].bytes == 4 && plans[f].stride == stride && plans[f].data < first && first - plans[f].data < stride)
         first = plans[f].data;
-  const char* const last = first + (stride - (kWindowBytes - 4));  // where a window may begin at the latest
+  const char* const last = first + (stride - (kWindowBytes - 4));  // the last address where a window may begin
   RecordWindow windows[2];
   int32_t window_count = 0;
   for (; window_count < 2; ++window_count) {
-    const char* window = nullptr;  // the first value of this record that is left
+    const char* window = nullptr;  // the first value of this record that is not yet loaded
     for (int32_t f = 0; f < kFieldCount; ++f) {
       const FieldPlan& plan = plans[f];
       const bool left = plan.bytes > 0 && plan.stride == stride && plan.word < 0 && plan.data >= first;
@@ -277,7 +277,7 @@ OVT_INLINE void load_windows(FieldPlan* plans, double unit_ns, int32_t count) {
     own.data = window;
     own.found_count = find_in_window(plans, window, stride, own.found);
   }
-  const int32_t whole = (count - 1) / kSize<A> * kSize<A>;  // all before the last record
+  const int32_t whole = (count - 1) / kSize<A> * kSize<A>;  // all whole vectors before the last record
   for (int32_t begin = 0; begin < whole; begin += kRecordBlock) {
     const int32_t end = begin + kRecordBlock < whole ? begin + kRecordBlock : whole;
     for (int32_t w = 0; w < window_count; ++w) load_window<A>(windows[w], stride, unit_ns, begin, end);

@@ -9,12 +9,12 @@
 namespace overtake {
 
 // Non-ground where the smoothed angle of the pair (i, i + 1) exceeds the threshold; the pair decides the upper pixel i.
-//   reads    angle_smooth_rad; range_filled_m (which pixels exist); pixel_point (which hold a return of their own)
+//   reads    angle_smooth_rad; range_filled_m (which pixels exist); pixel_point (which pixels have a return)
 //   writes   nonground, every word
-//   rules    a pixel without range is not non-ground; a pixel with a return of its own whose pair is undefined is
-//            non-ground, a filled one is not; the bottom is ground: in each column the last pixel that holds a return
-//            (below it there is nothing to judge by: the rim of what the own car hides would be obstacles all round),
-//            and the last row in use (row_count - 1) with all below it
+//   rules    - a pixel without range is not non-ground
+//            - a pixel with an undefined pair is non-ground if it has a return; a filled pixel is not
+//            - the bottom is ground: in each column the lowest pixel with a return, and all rows from row_count - 1 on.
+//              No pair below judges them; otherwise the rim of the own car's shadow would be obstacles all round
 //   agrees   exactly on every ISA
 struct MarkGroundParams {
   float threshold_rad = 0.34906585f;  // th_gnd 20 deg

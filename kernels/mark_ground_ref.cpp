@@ -21,7 +21,7 @@ void mark_ground(const MarkGroundParams& params, int32_t row_count, Plane<const 
         const float angle = angle_smooth_rad.row(r)[c];
         const bool has_return = pixel_point.row(r)[c] != kNoPoint;
         const bool steep = angle > params.threshold_rad;
-        // Under a far car the next row is often empty, and "there is no chance of regaining a false negative".
+        // Under a far car the next row is often empty, and "there is no chance of regaining a false negative" (paper).
         const bool unknown = angle == kAngleUndefined && has_return && (below & bit);
         if (range_filled_m.row(r)[c] > 0.0f && (steep || unknown)) word |= bit;
         if (has_return) returns |= bit;

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 8b: clusters of neighbouring sensors that are one object (eq. 4).
+// Stage 8b: merges clusters of one object across neighbouring sensors (eq. 4).
 #pragma once
 
 #include "core/cluster_table.h"
@@ -11,8 +11,8 @@
 
 namespace overtake {
 
-// What merging reads of one sensor of the frame. `present` false: no scan of it in this frame; only `sensor` is read
-// then.
+// The input of one sensor of the frame. `present` false: the frame has no scan of the sensor, and only `sensor` is
+// read.
 struct SeamSide {
   bool present = false;
   const SensorModel* sensor = nullptr;
@@ -29,17 +29,17 @@ struct MergeSeamsParams {
   int32_t columns = 1;       // K
 };
 
-// Pairs (left sensor, right sensor): the right edge of the first meets the left edge of the second. From the mounting
-// azimuths of all sensors of the rig, clockwise; sensors that wrap have no edge. Returns the pair count (<= sensors).
+// Pairs (left sensor, right sensor): the right edge of the first meets the left edge of the second. Follows from the
+// mounting azimuths of all sensors, clockwise; sensors that wrap have no edge. Returns the pair count (<= sensors).
 int32_t find_seams(const SensorModel* sensors, int32_t sensor_count, int32_t left[kMaxSensors],
                    int32_t right[kMaxSensors]) noexcept;
 
-// Two clusters of the sensors of a seam are one when any point of the last K columns of one is closer (3-D, vehicle
-// frame) than distance_m to any of the first K columns of the other. Transitive (union-find), all sensors at once. A
-// point here is a pixel's winner that carries a cluster's label.
+// Merges two clusters of a seam's sensors when any point of the last K columns of the left one is closer (3-D, vehicle
+// frame) than distance_m to any point of the first K columns of the right one. Transitive (union-find) over all
+// sensors. Only winners of a pixel that carry a cluster's label count as points here.
 //   reads    sides [sensor_count]       writes  members, merged
-//   order    members: sensor by sensor, label order. merged: by first member. With more than merged.capacity the
-//            nearest are kept (ties: earlier row); members of the others have merged = -1
+//   order    members: sensor by sensor, label order; merged: by first member. Beyond merged.capacity the nearest rows
+//            are kept (ties: earlier row); members of dropped clusters have merged = -1
 //   returns  merged clusters that did not fit
 //   center   sums of the members in member order, divided by the count; stamp = mean of the points' stamps (integer,
 //            rounded toward minus infinity)
@@ -52,16 +52,17 @@ struct SeamScratch {
   int32_t capacity = 0;       // points on one side of a seam
 };
 
-// The one step with lanes: which of the places begin .. begin + 15 of the columns are closer than the root of limit to
-// (x, y, z), a bit each. `column`: x, y, z, all 16 places readable; begin is a multiple of 16.
+// The only step with a vector form. Bit i: place begin + i of the columns is closer than sqrt(limit) to (x, y, z).
+// `column`: x, y, z, with all 16 places readable; begin is a multiple of 16.
 using NearBitsFn = uint32_t(const float* const column[3], int32_t begin, const float place[3], float limit);
-// Everything else is one code on every ISA: mostly moving columns, which the compiler does well.
+// The other steps have one form for every ISA: mostly copies of columns, which the compiler vectorises well.
 int32_t merge_seams_by(NearBitsFn* near_bits, const MergeSeamsParams& params, const SeamSide* sides,
-                       int32_t sensor_count, MemberTable& members, MergedTable& merged, SeamScratch& scratch) noexcept;
+                       int32_t sensor_count, MemberTable& members, FrameClusterTable& merged,
+                       SeamScratch& scratch) noexcept;
 namespace ref {
 NearBitsFn near_bits;
 int32_t merge_seams(const MergeSeamsParams& params, const SeamSide* sides, int32_t sensor_count, MemberTable& members,
-                    MergedTable& merged, SeamScratch& scratch) noexcept;
+                    FrameClusterTable& merged, SeamScratch& scratch) noexcept;
 }  // namespace ref
 
 }  // namespace overtake

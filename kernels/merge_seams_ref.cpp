@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Merging across sensors: list the members, join them over the seams, number what came out, copy, sum up. Almost all
-// clusters touch no seam: theirs are copied column by column, a run of neighbours at a time. Only what was joined goes
+// Merging across sensors: list the members, join them over the seams, number the results, copy, sum up. Almost all
+// clusters touch no seam; these are copied column by column, in runs of neighbours. Only joined clusters are copied
 // member by member.
 #include <algorithm>
 #include <bit>
@@ -30,7 +30,7 @@ void join(int32_t* parent, int32_t a, int32_t b) {
   parent[std::max(a, b)] = std::min(a, b);
 }
 
-// One member for each cluster, sensor by sensor. member_begin[s]: the member of sensor s's cluster 0; the last entry
+// Lists one member per cluster, sensor by sensor. member_begin[s]: the member of sensor s's cluster 0; the last entry
 // is the count.
 void list_members(const SeamSide* sides, int32_t sensor_count, MemberTable& members, int32_t* parent,
                   int32_t* member_begin) {
@@ -47,7 +47,8 @@ void list_members(const SeamSide* sides, int32_t sensor_count, MemberTable& memb
   members.count = member_begin[sensor_count] = begin;
 }
 
-// The clusters' points in columns [first, last), in the vehicle frame, into side k of the scratch. Returns how many.
+// Copies the clusters' points in columns [first, last), in the vehicle frame, to side k of the scratch; returns their
+// count.
 int32_t collect_columns(const SeamSide& side, int32_t member_begin, int32_t first, int32_t last, SeamScratch& scratch,
                         int32_t k) {
   const Plane<int32_t>& pixel_point = side.images->pixel_point;
@@ -56,7 +57,7 @@ int32_t collect_columns(const SeamSide& side, int32_t member_begin, int32_t firs
     for (int32_t c = first; c < last; ++c) {
       const int32_t i = pixel_point.at(r, c);
       if (i == kNoPoint) continue;
-      const int32_t label = side.points->label[i];  // the point's, not the pixel's: a repaired pixel may not own it
+      const int32_t label = side.points->label[i];  // a repaired pixel may have another label
       if (label < 1 || side.row_of_label[label] < 0) continue;
       OVT_CHECK(count < scratch.capacity);
       transform_point(side.sensor->T_vehicle_sensor, side.scan->x_m[i], side.scan->y_m[i], side.scan->z_m[i],
@@ -79,7 +80,7 @@ void join_over_seam(NearBitsFn* near_bits, const MergeSeamsParams& params, const
   const float* const near_to[3] = {scratch.x_m[1], scratch.y_m[1], scratch.z_m[1]};
   for (int32_t a = 0; a < left_count; ++a) {
     const float place[3] = {scratch.x_m[0][a], scratch.y_m[0][a], scratch.z_m[0][a]};
-    int32_t last = -1;  // most neighbours in a column are of one cluster
+    int32_t last = -1;  // most neighbours in a column belong to one cluster
     for (int32_t begin = 0; begin < right_count; begin += kRowAlign) {
       uint32_t bits = near_bits(near_to, begin, place, limit);
       if (right_count - begin < kRowAlign) bits &= (1u << (right_count - begin)) - 1u;
@@ -92,10 +93,10 @@ void join_over_seam(NearBitsFn* near_bits, const MergeSeamsParams& params, const
   }
 }
 
-// The nearest `capacity` of the roots, in member order, into scratch.order.
+// Writes the nearest `capacity` of the roots, in member order, into scratch.order.
 void choose_roots(const SeamSide* sides, MemberTable& members, int32_t capacity, SeamScratch& scratch) {
-  // Until the rows are known, members.merged holds the bits of the set's smallest range: ranges are not negative, so
-  // their bits order as they do.
+  // Until the rows are known, members.merged holds the bits of the set's smallest range. Ranges are not negative, so
+  // their bits sort like the ranges.
   for (int32_t m = 0; m < members.count; ++m) {
     const float nearest = sides[members.sensor[m]].clusters->nearest_m[members.cluster[m]];
     const int32_t bits = std::bit_cast<int32_t>(nearest);
@@ -103,8 +104,8 @@ void choose_roots(const SeamSide* sides, MemberTable& members, int32_t capacity,
     members.merged[m] = bits;
     members.merged[root] = std::min(members.merged[root], bits);  // the root comes first
   }
-  // A heap with the worst on top, so that more roots than rows need no more room. No two compare equal, so what remains
-  // does not depend on how the heap moves them.
+  // A heap with the worst root on top needs room for `capacity` entries only. No two roots compare equal, so the result
+  // does not depend on the heap's order.
   const auto nearer = [&](int32_t a, int32_t b) {
     return members.merged[a] != members.merged[b] ? members.merged[a] < members.merged[b] : a < b;
   };
@@ -122,8 +123,8 @@ void choose_roots(const SeamSide* sides, MemberTable& members, int32_t capacity,
   std::sort(order, order + rows);
 }
 
-// members.merged of every root: its row, or -1 when the table is full; of the others -1. Returns how many did not fit.
-int32_t number_rows(const SeamSide* sides, MemberTable& members, MergedTable& merged, SeamScratch& scratch) {
+// Writes members.merged: a root's row, -1 for a root without room and for non-roots. Returns the number without room.
+int32_t number_rows(const SeamSide* sides, MemberTable& members, FrameClusterTable& merged, SeamScratch& scratch) {
   const int32_t* const parent = scratch.parent;
   int32_t found = 0;
   for (int32_t m = 0; m < members.count; ++m) {
@@ -140,14 +141,14 @@ int32_t number_rows(const SeamSide* sides, MemberTable& members, MergedTable& me
   return found - merged.count;
 }
 
-// Floor of the quotient, divisor > 0. Divisions of 128 bits cost fifty times those of 64.
+// Floor of the quotient, divisor > 0. A 128-bit division costs fifty times a 64-bit one.
 template <class Int>
 Int floor_divide(Int dividend, int32_t divisor) {
   return dividend / divisor - (dividend % divisor < 0 ? 1 : 0);
 }
 
-// Floor of the mean of the points' stamps, from the sum of their differences to one stamp, which is small unless stamps
-// are nonsense. 128 bits hold the sum of any stamps of any number of points.
+// Floor of the mean of the points' stamps, from the sum of their differences to one stamp. The sum is small for
+// sensible stamps, and 128 bits hold it for all stamps and any number of points.
 int64_t mean_stamp(int64_t base_ns, Int128 difference_sum, int32_t point_count) {
   const auto small = int64_t(difference_sum);
   const Int128 mean = base_ns + (small == difference_sum ? Int128(floor_divide(small, point_count))
@@ -156,8 +157,8 @@ int64_t mean_stamp(int64_t base_ns, Int128 difference_sum, int32_t point_count) 
   return int64_t(std::clamp(mean, kLow, kHigh));
 }
 
-// The same of the points of one cluster, whose sum is within 52 bits unless stamps are nonsense. The rounded quotient
-// is not beyond the whole numbers on either side of the true one, so it is the floor or one more.
+// The same for the points of one cluster, whose sum fits 52 bits for sensible stamps. The rounded quotient lies between
+// the integers on both sides of the exact one, so it is the floor or one more.
 int64_t mean_stamp(int64_t base_ns, int64_t offset_sum, int32_t point_count) {
   constexpr int64_t kExact = int64_t(1) << 52;
   if (offset_sum < -kExact || offset_sum > kExact) return mean_stamp(base_ns, Int128(offset_sum), point_count);
@@ -167,8 +168,8 @@ int64_t mean_stamp(int64_t base_ns, int64_t offset_sum, int32_t point_count) {
   return mean < 0 ? std::numeric_limits<int64_t>::min() : std::numeric_limits<int64_t>::max();
 }
 
-// Rows `row` and on are the clusters `first` and on of sensor s, `count` of them, each alone so far.
-void copy_run(const SeamSide& side, int32_t s, int32_t member, int32_t first, int32_t count, MergedTable& merged,
+// Copies `count` clusters of sensor s, from cluster `first`, to the rows from `row`. None of them is joined yet.
+void copy_run(const SeamSide& side, int32_t s, int32_t member, int32_t first, int32_t count, FrameClusterTable& merged,
               int32_t row) {
   const ClusterTable& from = *side.clusters;
   const auto copy = [&](auto* to, const auto* column) {
@@ -194,9 +195,9 @@ void copy_run(const SeamSide& side, int32_t s, int32_t member, int32_t first, in
   for (int32_t i = 0; i < count; ++i) merged.first_member[row + i] = member + i;
 }
 
-// All roots that have a row, in runs of neighbours.
+// Copies all roots that have a row, in runs of neighbours.
 void copy_roots(const SeamSide* sides, int32_t sensor_count, const int32_t* member_begin, MemberTable& members,
-                MergedTable& merged) {
+                FrameClusterTable& merged) {
   const int32_t* const row_of = members.merged;
   std::fill_n(members.next_member, members.count, -1);
   for (int32_t s = 0; s < sensor_count; ++s) {
@@ -204,13 +205,13 @@ void copy_roots(const SeamSide* sides, int32_t sensor_count, const int32_t* memb
     for (int32_t m = member_begin[s]; m < end;) {
       const int32_t first = m++;
       if (row_of[first] < 0) continue;
-      while (m < end && row_of[m] >= 0) ++m;  // rows are given in member order, so theirs are neighbours, too
+      while (m < end && row_of[m] >= 0) ++m;  // rows are given in member order, so these rows are neighbours, too
       copy_run(sides[s], s, first, first - member_begin[s], m - first, merged, row_of[first]);
     }
   }
 }
 
-void sum_up(const SeamSide* sides, const MemberTable& members, MergedTable& merged, int32_t row) {
+void sum_up(const SeamSide* sides, const MemberTable& members, FrameClusterTable& merged, int32_t row) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   float low[3] = {kInfinity, kInfinity, kInfinity}, high[3] = {-kInfinity, -kInfinity, -kInfinity};
   float sum[3] = {0, 0, 0}, nearest = kInfinity;
@@ -250,7 +251,8 @@ void sum_up(const SeamSide* sides, const MemberTable& members, MergedTable& merg
   merged.nearest_m[row] = nearest;
 }
 
-// Calls f(member) for those that are not the root of their set, last first. They are few: sixteen are passed at once.
+// Calls f(member) for each member that is not a root, last first. They are few, so blocks of 16 roots are skipped at
+// once.
 template <class F>
 void for_each_joined(const int32_t* parent, int32_t count, F&& f) {
   constexpr int32_t kBlock = 16;
@@ -265,8 +267,8 @@ void for_each_joined(const int32_t* parent, int32_t count, F&& f) {
   }
 }
 
-// Chains the members of each set in member order, from its root, and sums up those that have a row.
-void sum_up_joined(const SeamSide* sides, MemberTable& members, MergedTable& merged, int32_t* parent) {
+// Chains the members of each set in member order, from its root, and sums up each set that has a row.
+void sum_up_joined(const SeamSide* sides, MemberTable& members, FrameClusterTable& merged, int32_t* parent) {
   for_each_joined(parent, members.count, [&](int32_t m) {
     const int32_t root = parent[m] = find_root(parent, m), row = members.merged[root];
     members.merged[m] = row;
@@ -276,19 +278,20 @@ void sum_up_joined(const SeamSide* sides, MemberTable& members, MergedTable& mer
   });
   for_each_joined(parent, members.count, [&](int32_t m) {
     const int32_t root = parent[m], row = members.merged[root];
-    if (row >= 0 && members.next_member[root] == m) sum_up(sides, members, merged, row);  // once a set
+    if (row >= 0 && members.next_member[root] == m) sum_up(sides, members, merged, row);  // once per set
   });
 }
 
 }  // namespace
 
 int32_t merge_seams_by(NearBitsFn* near_bits, const MergeSeamsParams& params, const SeamSide* sides,
-                       int32_t sensor_count, MemberTable& members, MergedTable& merged, SeamScratch& scratch) noexcept {
+                       int32_t sensor_count, MemberTable& members, FrameClusterTable& merged,
+                       SeamScratch& scratch) noexcept {
   OVT_CHECK(sensor_count >= 0 && sensor_count <= kMaxSensors);
   int32_t member_begin[kMaxSensors + 1] = {};
   list_members(sides, sensor_count, members, scratch.parent, member_begin);
 
-  // Neighbours are those of the whole rig: a missing sensor does not make its two neighbours neighbours of each other.
+  // Neighbours are defined by the whole rig: the two neighbours of a missing sensor do not become neighbours.
   SensorModel sensors[kMaxSensors];
   for (int32_t s = 0; s < sensor_count; ++s) sensors[s] = *sides[s].sensor;
   int32_t left[kMaxSensors] = {}, right[kMaxSensors] = {};
@@ -306,7 +309,7 @@ int32_t merge_seams_by(NearBitsFn* near_bits, const MergeSeamsParams& params, co
 namespace ref {
 
 uint32_t near_bits(const float* const column[3], int32_t begin, const float place[3], float limit) {
-  int32_t near[kRowAlign], any = 0;  // most points are near none
+  int32_t near[kRowAlign], any = 0;  // most points are near no other
   for (int32_t k = 0; k < kRowAlign; ++k) {
     const int32_t i = begin + k;
     const float dx = place[0] - column[0][i], dy = place[1] - column[1][i], dz = place[2] - column[2][i];
@@ -319,7 +322,7 @@ uint32_t near_bits(const float* const column[3], int32_t begin, const float plac
 }
 
 int32_t merge_seams(const MergeSeamsParams& params, const SeamSide* sides, int32_t sensor_count, MemberTable& members,
-                    MergedTable& merged, SeamScratch& scratch) noexcept {
+                    FrameClusterTable& merged, SeamScratch& scratch) noexcept {
   return merge_seams_by(&near_bits, params, sides, sensor_count, members, merged, scratch);
 }
 

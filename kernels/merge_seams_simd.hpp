@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Merging across sensors: a point of one column against as many of the other as there are lanes.
+// Merging across sensors: compares one point of a column with kSize points of the other.
 #pragma once
 
 #include "kernels/merge_seams.h"
@@ -23,7 +23,7 @@ uint32_t near_bits(const float* const column[3], int32_t begin, const float plac
 
 template <class A>
 int32_t merge_seams(const MergeSeamsParams& params, const SeamSide* sides, int32_t sensor_count, MemberTable& members,
-                    MergedTable& merged, SeamScratch& scratch) noexcept {
+                    FrameClusterTable& merged, SeamScratch& scratch) noexcept {
   return merge_seams_by(&near_bits<A>, params, sides, sensor_count, members, merged, scratch);
 }
 

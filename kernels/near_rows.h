@@ -1,16 +1,16 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Gathers whose rows lie near each other.
+// Gathers from rows that lie near each other.
 #pragma once
 
 #include "kernels/simd.h"
 
 namespace overtake::simd {
 
-// Rows of a table that mostly lie near each other, because they came from the sensor one after the other: a gather from
-// columns of it reads whole vectors, then, and picks from these. Built for the lanes of `in`, of which there is at
-// least one; the others give anything. `at` is where the rows lie in memory.
+// Rows of a table that mostly lie near each other, because they came from the sensor one after the other. So a gather
+// reads whole vectors of the columns and picks the rows from these. Works for the lanes of `in`, at least one; the
+// other lanes are unspecified. `at` is the place of the rows in memory.
 template <class A>
 struct NearRows {
   static constexpr int32_t kWindow = 4 * kSize<A>;
@@ -23,7 +23,7 @@ struct NearRows {
     if constexpr (kPermutes<A>) {
       const uint32_t bits = in.bits();
       const int32_t first = at[lowest_bit(bits)], last = at[highest_bit(bits)];
-      // The rows may fall as well as rise. A window of whole cache lines is read faster than it is placed well.
+      // The rows may rise or fall. Reading a window of whole cache lines is faster than placing a small one exactly.
       begin = (first + (last - first) / 2 - (kWindow - kSize<A>) / 2) & ~(kSize<A> - 1);
       const int32_t latest = (capacity & ~(kSize<A> - 1)) - kWindow;
       begin = begin < latest ? begin : latest;

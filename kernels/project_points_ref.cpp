@@ -12,9 +12,9 @@
 namespace overtake::ref {
 namespace {
 
-// Beyond this no product of two coordinates is formed, so nothing overflows whatever limit the sensor has.
+// Points beyond this are rejected before any product of two coordinates, so nothing overflows at any sensor limit.
 constexpr float kFarthest_m = 1e18f;
-// A coordinate below this is nothing: keeps squares and quotients out of the subnormals, whose handling is the host's.
+// A smaller coordinate becomes 0: squares and quotients are then never subnormal, which hosts may flush to zero.
 constexpr float kNearest_m = 1e-12f;
 
 struct Spherical {
@@ -22,9 +22,9 @@ struct Spherical {
   int32_t column = -1;
 };
 
-// Columns from the left edge, or -1. The difference of two azimuths needs a turn when the field of view contains +-pi.
-// A point a hair left of the left edge comes out a full turn less a hair to the right of it: outside, or, where the
-// columns wrap, in the last column. Rounding may make that hair vanish: column 0, its other neighbour.
+// Columns from the left edge, or -1. If the field of view contains +-pi, the difference of two azimuths needs a full
+// turn added. A point just left of the left edge then lies almost a full turn to the right of it: outside, or in the
+// last column if columns wrap. Rounding may put such a point exactly on the edge: column 0.
 int32_t column_of(const SensorModel& sensor, float azimuth_rad) {
   const float d = sensor.azimuth_left_rad - azimuth_rad;
   const float right_of_edge = d < 0.0f ? d + kTwoPiF : d >= kTwoPiF ? d - kTwoPiF : d;

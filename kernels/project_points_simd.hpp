@@ -1,13 +1,13 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1a: points to spherical coordinates. The arithmetic of two atan2 sets the pace; the dividers
-// (two divisions, two roots) hide behind it. Blocks of points alternate with the sums of their layers, which need other
-// registers and find the block in L1.
+// Stage 1a: points to spherical coordinates. The arithmetic of two atan2 per point takes most of the time; the two
+// divisions and two roots run in parallel with it. Blocks of points alternate with the sums of their layers, which need
+// other registers and find the block in L1.
 //
-// Sums per layer: points come line by line, or two heads' lines interleaved, so most vectors hold the one or two layers
-// of the vector before: their sums stay in registers. What does not fit (the ends of lines, firing order, any order) is
-// added in memory point by point. Sums of integers: the two ways may alternate.
+// Sums per layer: points come ring by ring, or as the interleaved rings of two heads. So most vectors hold the one or
+// two layers of the vector before, whose sums stay in registers. All other points (ends of rings, firing order, any
+// order) are added in memory one by one. The sums are integers, so both ways may alternate.
 #pragma once
 
 #include <limits>
@@ -24,7 +24,7 @@ OVT_INLINE void add_to_layer(LayerSums& sums, int32_t layer, int32_t count, int6
   sums.elevation_sum[layer] += elevation;
 }
 
-// The sums of one layer on the way.
+// The sums of one layer, in registers.
 template <class A>
 struct LayerRun {
   Int<A> layer{kNoLayer}, count{0}, sum{0};
@@ -33,7 +33,7 @@ struct LayerRun {
     count = count + select(in, Int<A>(1), Int<A>(0));
     sum = sum + select(in, units, Int<A>(0));
   }
-  // Moves on to another layer.
+  // Stores the sums and starts those of another layer.
   OVT_INLINE void turn_to(int32_t next, LayerSums& sums) {
     int32_t counts[kSize<A>], lanes[kSize<A>];
     count.store(counts);
@@ -50,7 +50,7 @@ struct LayerRun {
   }
 };
 
-// An elevation is at most pi/2 2^24 units: the lanes of a run hold 80 of them. Whole blocks share the runs' registers.
+// An elevation is at most pi/2 2^24 units: a lane holds the sum of 80. Whole blocks share the registers of one run.
 inline constexpr int32_t kProjectVectors = 64;
 
 template <class A>
@@ -66,7 +66,7 @@ OVT_INLINE void sum_layers(const ScanTable& scan, const PointTable& points, int3
     const Int<A> layer = Int<A>::load(layers + i);
     const Mask<A> valid = (Int<A>::load(columns + i) > Int<A>(-1)) & Mask<A>::first(end - i);
     const Int<A> units = to_int(Float<A>::load(elevations + i) * Float<A>(kElevationUnit));
-    const Mask<A> in_a = valid & (layer == a.layer), in_b = valid & ~in_a & (layer == b.layer);  // a and b may be one
+    const Mask<A> in_a = valid & (layer == a.layer), in_b = valid & ~in_a & (layer == b.layer);  // may be one layer
     if (!(valid & ~(in_a | in_b)).any()) {
       a.add(in_a, units);
       b.add(in_b, units);
@@ -82,7 +82,7 @@ OVT_INLINE void sum_layers(const ScanTable& scan, const PointTable& points, int3
         add_to_layer(sums, layers[i + l], 1, unit[l]);
       }
     }
-    // The last two points are the best guess at what comes, unless every vector brings other layers.
+    // The layers of the last two points are the best guess for the next vector, unless every vector has new layers.
     const int32_t last = layers[i + kSize<A> - 1], before = layers[i + kSize<A> - 2];
     const int32_t mid = layers[i + kSize<A> - 3];
     if (mid != last && mid != before) continue;
@@ -96,10 +96,10 @@ OVT_INLINE void sum_layers(const ScanTable& scan, const PointTable& points, int3
   sums_out.touched_count = sums.touched_count;
 }
 
-// The sensor's numbers, one in all lanes.
+// The sensor's parameters, each in all lanes.
 template <class A>
 struct Projector {
-  static constexpr float kFarthest_m = 1e18f, kNearest_m = 1e-12f;  // as the reference
+  static constexpr float kFarthest_m = 1e18f, kNearest_m = 1e-12f;  // as in the reference
   Float<A> nearest, farthest, nearest_at_all, left, inverse_pitch, cols;
   Int<A> layer_below, layer_last, outside;
 
@@ -124,7 +124,7 @@ struct Projector {
     return select((position >= zero) & (position < cols), to_int(position), outside);
   }
 
-  // The first reason that holds, so they are asked in reverse. x, y, z as they came.
+  // The first reason that holds wins, so the tests run in reverse order. x, y, z are the input values.
   OVT_INLINE Int<A> reason_of(Float<A> x, Float<A> y, Float<A> z, Float<A> range, Int<A> layer, Int<A> column) const {
     const auto is = [](Reason reason) OVT_INLINED { return Int<A>(int32_t(reason)); };
     const Float<A> largest(std::numeric_limits<float>::max());
@@ -138,7 +138,7 @@ struct Projector {
   }
 };
 
-// A coordinate below the reference's limit is nothing. Hardly ever is there one.
+// A coordinate below the reference's limit becomes 0. Such coordinates are rare.
 template <class A>
 OVT_INLINE void clear_tiny(Float<A>& x, Float<A>& y, Float<A>& z) {
   const Float<A> zero(0.0f), limit(Projector<A>::kNearest_m);
@@ -148,8 +148,8 @@ OVT_INLINE void clear_tiny(Float<A>& x, Float<A>& y, Float<A>& z) {
   z = select(abs_of(z) < limit, zero, z);
 }
 
-// A point is good when its range lies within the limits: NaN and infinity do not, nor does 0, and no coordinate is
-// longer than the range. Only vectors with a point that is not good ask for reasons.
+// A point is good when its range lies within the limits. NaN, infinity and 0 do not, and no coordinate is longer than
+// the range. Only vectors with a point that is not good compute reasons.
 template <class A>
 void project_points(const SensorModel& sensor, const ScanTable& scan, PointTable& points, LayerSums& sums) noexcept {
   OVT_CHECK(scan.count <= points.capacity);

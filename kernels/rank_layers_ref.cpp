@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1b: layers to rows.
+// Stage 1b: assigns layers to image rows.
 //
-// Both orders below are total (the layer id settles every tie), so any sorting algorithm gives the same answer, and the
+// Both orders below are total (the layer id breaks every tie), so any sorting algorithm gives the same result. The
 // means are quotients of two integers that a double holds exactly.
 #include "kernels/rank_layers.h"
 

@@ -9,11 +9,11 @@
 namespace overtake {
 
 // For every pixel that is not non-ground: N = the pairs (j-k, j+k), 1 <= k <= half_window, with both pixels non-ground
-// and |r_j-k - r_j+k| < range_limit_m; if N is not empty the pixel joins with the mean range and elevation of N's
-// pixels (pairs summed from k = 1 on). A pair that leaves the image does not exist, unless columns wrap.
-//   reads    range_filled_m elevation_filled_rad nonground (the original mask only: order does not matter)
+// and |r_j-k - r_j+k| < range_limit_m. If N is not empty, the pixel becomes non-ground with the mean range and
+// elevation of N's pixels (pairs are summed from k = 1 on). Pairs that leave the image count only if columns wrap.
+//   reads    range_filled_m elevation_filled_rad nonground (the original mask only: the order does not matter)
 //   writes   range_repaired_m elevation_repaired_rad (non-ground pixels keep theirs, all others 0), nonground_repaired
-//   cost     half_window pairs a pixel, skipped where no word has a bit    agrees  exactly on every ISA
+//   cost     half_window pairs per pixel, skipped where no word has a bit    agrees  exactly on every ISA
 struct RepairRangeParams {
   int32_t half_window = 4;     // window 9
   float range_limit_m = 5.0f;  // th_r

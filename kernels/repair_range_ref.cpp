@@ -3,8 +3,8 @@
 //
 // Stage 6: repair of the non-ground range image, NGRIR (eq. 3).
 //
-//   . # x # .     x = a pixel that is not non-ground; the pair (j-1, j+1) holds it together
-//   # . x . #     the pair (j-2, j+2), if the two ranges agree
+//   . # x # .     x = a pixel that is not non-ground, repaired by the pair (j-1, j+1)
+//   # . x . #     or by the pair (j-2, j+2), if the two ranges agree
 #include "kernels/repair_range.h"
 
 #include <algorithm>
@@ -28,7 +28,7 @@ void repair_range(const RepairRangeParams& params, Plane<const float> range_fill
                   Plane<float> elevation_repaired_rad, BitPlane nonground_repaired) noexcept {
   OVT_CHECK(params.half_window >= 0 && params.half_window <= kMaxRepairHalfWindow);
   const int32_t cols = nonground.cols;
-  // On a narrow wrapping image the arms must not meet behind: the two pixels of a pair are never one.
+  // On a narrow image that wraps, the two sides of the window must not meet: the pixels of a pair are always different.
   const int32_t half = params.wraps ? std::min(params.half_window, (cols - 1) / 2) : params.half_window;
 
   for (int32_t r = 0; r < nonground.rows; ++r) {

@@ -1,10 +1,10 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 6: repair of the non-ground range image, NGRIR (eq. 3), on words of 64 columns. Which pixels have a pair k
-// apart is known from two shifted words; ranges are read only where one has, and that is rare.
+// Stage 6: repair of the non-ground range image, NGRIR (eq. 3), on words of 64 columns. Two shifted words show which
+// pixels have a pair k apart. Ranges are read only there, and such pixels are rare.
 //
-//   bits of c - k      . . # # # .      & bits of c + k      & not non-ground itself
+//   bits of c - k      . . # # # .      & bits of c + k      & ~nonground
 #pragma once
 
 #include "core/math.h"
@@ -21,8 +21,8 @@ OVT_INLINE uint64_t bits_from_right(const uint64_t* words, int32_t w, int32_t wo
   return (words[w] >> k) | (w + 1 < words_per_row ? words[w + 1] << (64 - k) : 0);
 }
 
-// The mean over the pairs of kSize pixels at range_m, elevation_rad. Returns which are repaired; pair[k] bit `shift` on
-// are the pixels with a pair.
+// The mean over the pairs of kSize pixels at range_m, elevation_rad. Returns the mask of repaired pixels. The bits of
+// pair[k] from `shift` on mark the pixels with a pair.
 template <class A>
 OVT_INLINE Mask<A> repair_pixels(const float* range_m, const float* elevation_rad, const uint64_t* pair, int32_t half,
                                  int32_t shift, Float<A> limit_m, Float<A>& range_mean_m,
@@ -38,12 +38,12 @@ OVT_INLINE Mask<A> repair_pixels(const float* range_m, const float* elevation_ra
     pixels = add_where(has, pixels, Float<A>(2.0f));
   }
   const Mask<A> repaired = pixels > zero;
-  range_mean_m = range_sum / pixels;  // 0 / 0 where it is not
+  range_mean_m = range_sum / pixels;  // 0 / 0 in lanes without a pair
   elevation_mean_rad = elevation_sum / pixels;
   return repaired;
 }
 
-// One pixel near the edge of an image whose columns wrap; it is not non-ground.
+// Repairs one pixel near the edge of an image whose columns wrap. The pixel is not non-ground.
 OVT_INLINE void repair_wrapped_pixel(const float* range_m, const float* elevation_rad, ConstBitPlane nonground,
                                      int32_t r, int32_t c, int32_t half, float limit_m, float* range_out_m,
                                      float* elevation_out_rad, BitPlane nonground_repaired) {
@@ -69,7 +69,7 @@ void repair_range(const RepairRangeParams& params, Plane<const float> range_fill
                   Plane<float> elevation_repaired_rad, BitPlane nonground_repaired) noexcept {
   OVT_CHECK(params.half_window >= 0 && params.half_window <= kMaxRepairHalfWindow);
   const int32_t cols = nonground.cols, words_per_row = nonground.words_per_row;
-  // On a narrow wrapping image the arms must not meet behind: the two pixels of a pair are never one.
+  // On a narrow image that wraps, the two sides of the window must not meet: the pixels of a pair are always different.
   const int32_t arm = (cols - 1) / 2;
   const int32_t half = params.wraps && arm < params.half_window ? arm : params.half_window;
   const Float<A> limit_m(params.range_limit_m), zero(0.0f);

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1c: points to pixels, and which point a pixel keeps.
+// Stage 1c: assigns points to pixels, and selects the winner of each pixel.
 #pragma once
 
 #include "core/point_table.h"
@@ -9,11 +9,11 @@
 
 namespace overtake {
 
-// Several points on one pixel: the largest intensity wins (less likely dust); ties: nearer, then first in input order.
+// Several points on one pixel: the highest intensity wins (least likely dust); ties: nearer, then first in input order.
 //   reads    scan layer intensity; points range_m elevation_rad column; row_of_layer
 //   writes   images range_m elevation_rad pixel_point, every pixel [rows x cols]; points pixel lost, and reason =
 //            kLayerDropped (then pixel = -1)
-//   cost     one scattered record a point              agrees  exactly on every ISA
+//   cost     one scattered record per point            agrees  exactly on every ISA
 namespace ref {
 void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTable& points,
                     RangeImages& images) noexcept;

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1c: points to pixels, and which point a pixel keeps.
+// Stage 1c: assigns points to pixels, and selects the winner of each pixel.
 #include "kernels/scatter_points.h"
 
 #include "core/check.h"
@@ -31,7 +31,7 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
     const int32_t pixel = row * winner.stride + points.column[i];
     points.pixel[i] = pixel;
 
-    // The brightest is the least likely dust; then the nearest; then whoever was there.
+    // The brightest point is the least likely dust. Ties: the nearest, then the first in input order.
     const int32_t old = winner.data[pixel];
     const bool wins = old == kNoPoint || scan.intensity[i] > scan.intensity[old] ||
                       (scan.intensity[i] == scan.intensity[old] && points.range_m[i] < points.range_m[old]);

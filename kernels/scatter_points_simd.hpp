@@ -1,14 +1,15 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1c: points to pixels, in three steps.
+// Stage 1c: assigns points to pixels, in three steps.
 //
-//   1  block by block, the pixel of each point, kSize at a time; then every point claims its pixel, so the last one
-//   holds it 2  the points that do not hold theirs (a few in a hundred) against whoever does 3  range and elevation of
-//   the winners, in tiles of kSize columns and all rows, whose points lie together whether
-//      they came line by line or column by column
+//   1  block by block: computes the pixels of kSize points at a time; then every point claims its pixel, so that the
+//      last point holds it
+//   2  compares each point that does not hold its pixel (a few percent) with the point that does
+//   3  copies range and elevation of the winners, in tiles of kSize columns and all rows: the points of a tile lie near
+//      each other in memory, whether they came ring by ring or column by column
 //
-// Which of two points wins is a total order (brightness, nearness, input order), so the order of asking does not
+// The winner of two points follows a total order (intensity, range, input order), so the order of comparisons does not
 // matter. A point without a pixel claims the lead of row 0 (plane.h).
 #pragma once
 
@@ -19,8 +20,8 @@
 
 namespace overtake::simd {
 
-// One that does not hold its pixel against the one that does: the brightest is the least likely dust; then the nearest;
-// then whoever was there.
+// Compares a point that does not hold its pixel with the one that does: the brightest point is the least likely dust.
+// Ties: the nearest, then the first in input order.
 OVT_INLINE void challenge_winner(const float* intensity, const float* range_m, int32_t i, int32_t* winner,
                                  uint8_t* lost) {
   const int32_t other = *winner;
@@ -45,13 +46,14 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
   winners[-1] = kNoPoint;
   const Int<A> none(-1), stride(winner.stride);
   Int<A> layer_a(kNoLayer), layer_b(kNoLayer), row_a(-1), row_b(-1);
-  // Pixels of a block, then its claims: scattered stores in flight hold up wide loads of the same low address bits.
+  // First the pixels of a block, then its claims: pending scattered stores delay wide loads with the same low address
+  // bits.
   constexpr int32_t kBlock = 512;
   for (int32_t i = 0, claimed = 0; i < count; i += kSize<A>) {
     const Int<A> column = Int<A>::load(columns + i);
     const Mask<A> valid = (column > none) & Mask<A>::first(count - i);
     const Int<A> layer = select(valid, Int<A>::load(layers + i), Int<A>(0));
-    // Mostly the layers of one line, or of two heads' lines interleaved.
+    // Most vectors hold the layers of one ring, or of the interleaved rings of two heads.
     if ((valid & ~((layer == layer_a) | (layer == layer_b))).any()) {
       const int32_t last = count - i < kSize<A> ? count - 1 : i + kSize<A> - 1, before = last > 0 ? last - 1 : last;
       layer_a = Int<A>(layers[last]), layer_b = Int<A>(layers[before]);
@@ -73,7 +75,7 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
     for (; claimed < end; ++claimed) winners[pixels[claimed]] = claimed;
   }
 
-  // A few vectors at a time: most of them hold a late one.
+  // A few vectors at a time: most groups of four contain a point that lost its pixel.
   for (int32_t i = 0; i < count; i += 4 * kSize<A>) {
     uint64_t late = 0;
     for (int32_t k = 0; k < 4 * kSize<A> && i + k < count; k += kSize<A>) {

@@ -1,15 +1,16 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The shim: with simd_<isa>.h, which hold the intrinsics, all that knows how ISAs and versions of xsimd differ.
+// The SIMD wrapper. It and simd_<isa>.h, which hold the intrinsics, are the only files that depend on ISA and xsimd
+// version.
 //
-//   Float<A>, Int<A>   kSize values of 4 bytes        Mask<A>   one truth value a lane
+//   Float<A>, Int<A>   kSize values of 4 bytes        Mask<A>   one bool per lane
 //
-// A is an xsimd architecture. Every name here is a template on it or always inlined, so nothing built for one ISA can
-// be linked into another; keep the kernels so, too: no std:: function, no inline function without OVT_INLINE. Each
-// operation gives the bytes the scalar reference gets: + - * / sqrt are IEEE, min and max are `a < b ? a : b` and `a >
-// b ? a : b` (the second operand on a tie or a NaN), comparisons with NaN are false except !=. There is no fused
-// multiply-add and nothing approximate.
+// A is an xsimd architecture. Every name here is a template on A or always inlined, so that the linker cannot use code
+// of one ISA for another. Kernels must do the same: no std:: function, no inline function without OVT_INLINE. Each
+// operation gives the bytes of the scalar operation: + - * / sqrt are IEEE; min and max are `a < b ? a : b` and
+// `a > b ? a : b` (the second operand on a tie or a NaN); comparisons with NaN are false except !=. There is no fused
+// multiply-add and no approximation.
 //
 // Loads and stores need no alignment: on aligned data they cost the same.
 #pragma once
@@ -36,9 +37,9 @@ struct Mask {
   OVT_INLINE Mask() {}
   OVT_INLINE Mask(Batch b) : v(b) {}
   OVT_INLINE explicit Mask(bool all) : v(all) {}
-  // Lane i from bit i.
+  // Lane i is set if bit i is.
   OVT_INLINE static Mask from_bits(uint32_t bits) { return Native<A>::mask_of_bits(bits); }
-  // The lanes before `count`, which may be negative or beyond the last.
+  // The first `count` lanes; count may be negative or larger than kSize.
   OVT_INLINE static Mask first(int32_t count) {
     return from_bits(count <= 0 ? 0u : count >= kSize<A> ? (1u << kSize<A>)-1u : (1u << count) - 1u);
   }
@@ -65,7 +66,7 @@ struct Int {
   OVT_INLINE friend Int operator-(Int a, Int b) { return a.v - b.v; }
   OVT_INLINE friend Int operator*(Int a, Int b) { return a.v * b.v; }  // the low 32 bits
   OVT_INLINE friend Int operator&(Int a, Int b) { return a.v & b.v; }
-  OVT_INLINE friend Int operator>>(Int a, int32_t places) { return a.v >> places; }  // fills with the sign
+  OVT_INLINE friend Int operator>>(Int a, int32_t places) { return a.v >> places; }  // arithmetic shift
   OVT_INLINE friend Int operator|(Int a, Int b) { return a.v | b.v; }
   OVT_INLINE friend Int operator^(Int a, Int b) { return a.v ^ b.v; }
   OVT_INLINE friend Mask<A> operator==(Int a, Int b) { return Native<A>::equal(a.v, b.v); }
@@ -96,7 +97,7 @@ struct Float {
   OVT_INLINE friend Mask<A> operator!=(Float a, Float b) { return ~(a.v == b.v); }
 };
 
-// What core/math.h's templates ask of a value type. Its forms for float stay in sight.
+// The functions that core/math.h's templates need for a value type. The forms for float stay visible.
 using overtake::abs_of, overtake::max_of, overtake::min_of, overtake::select;
 template <class A>
 OVT_INLINE Float<A> select(Mask<A> m, Float<A> yes, Float<A> no) {
@@ -123,18 +124,18 @@ OVT_INLINE Float<A> sqrt_of(Float<A> a) {
   return Native<A>::sqrt(a.v);
 }
 
-// a + b where the mask holds, elsewhere a + 0, which is a (a -0 must not come here).
+// a + b where the mask is set, elsewhere a + 0, which is a (a must not be -0).
 template <class A>
 OVT_INLINE Float<A> add_where(Mask<A> m, Float<A> a, Float<A> b) {
   return Native<A>::add_where(m.v, a.v, b.v);
 }
-// Where the mask holds, the value, elsewhere +0.
+// The value where the mask is set, elsewhere +0.
 template <class A>
 OVT_INLINE Float<A> keep(Mask<A> m, Float<A> a) {
   return Native<A>::keep(m.v, a.v);
 }
 
-// Conversions: to_int cuts off the fraction (|a| < 2^31), the other two keep the bits.
+// Conversions: to_int truncates the fraction (|a| < 2^31), the other two keep the bits.
 template <class A>
 OVT_INLINE Int<A> to_int(Float<A> a) {
   return Native<A>::to_int(a.v);
@@ -152,7 +153,7 @@ OVT_INLINE Float<A> float_of_bits(Int<A> a) {
   return Native<A>::float_of_bits(a.v);
 }
 
-// base[index] per lane. Every lane's index must be readable.
+// base[index] per lane. The indices of all lanes must be readable.
 template <class A>
 OVT_INLINE Float<A> gather(const float* base, Int<A> index) {
   return Native<A>::gather(base, index.v);
@@ -171,7 +172,7 @@ OVT_INLINE Int<A> permute(Int<A> table, Int<A> index) {
 OVT_INLINE int32_t count_bits(uint64_t bits) {
 #if defined(__POPCNT__) || defined(__aarch64__)
   return __builtin_popcountll(bits);
-#else  // what the compiler calls for it is a table in memory
+#else  // the compiler would make a table in memory of the built-in
   bits = bits - ((bits >> 1) & 0x5555555555555555u);
   bits = (bits & 0x3333333333333333u) + ((bits >> 2) & 0x3333333333333333u);
   return int32_t((((bits + (bits >> 4)) & 0x0f0f0f0f0f0f0f0fu) * 0x0101010101010101u) >> 56);
@@ -180,11 +181,11 @@ OVT_INLINE int32_t count_bits(uint64_t bits) {
 OVT_INLINE int32_t lowest_bit(uint64_t bits) { return __builtin_ctzll(bits); }
 OVT_INLINE int32_t highest_bit(uint64_t bits) { return 63 - __builtin_clzll(bits); }
 
-// Whether the ISA looks values up in registers; else the next two are not there.
+// Whether the ISA has lookups in registers. The next two functions exist only there.
 template <class A>
 inline constexpr bool kPermutes = kSize<A> > 4;
 
-// Lane i gets value index[i] of four vectors in a row, 0 <= index[i] < 4 kSize.
+// Lane i gets value index[i] of four consecutive vectors, 0 <= index[i] < 4 kSize.
 template <class A>
 OVT_INLINE Int<A> permute(Int<A> t0, Int<A> t1, Int<A> t2, Int<A> t3, Int<A> index) {
   return Native<A>::permute4(t0.v, t1.v, t2.v, t3.v, index.v);
@@ -196,7 +197,7 @@ OVT_INLINE Int<A> count_starts(uint32_t bits) {
   return Native<A>::count_starts(bits);
 }
 
-// Writes the lanes of the mask only; the others' memory must be readable and may be rewritten with what it holds.
+// Writes the lanes of the mask only. The memory of all lanes must be readable, and may be rewritten with its own value.
 template <class A>
 OVT_INLINE void store_where(Mask<A> m, Float<A> a, float* at) {
   Native<A>::store_where(m.v, a.v, at);
@@ -206,7 +207,7 @@ OVT_INLINE void store_where(Mask<A> m, Int<A> a, int32_t* at) {
   Native<A>::store_where(m.v, a.v, at);
 }
 
-// The lanes of the mask, packed, to `at`; up to kSize places are written. Follow with at += count_bits(m.bits()).
+// Packs the lanes of the mask to `at`; may write up to kSize places. Then advance: at += count_bits(m.bits()).
 template <class A>
 OVT_INLINE void store_packed(Mask<A> m, Int<A> a, int32_t* at) {
   Native<A>::store_packed(m.v, a.v, at);
@@ -226,15 +227,15 @@ OVT_INLINE Int<A> load_words(const uint16_t* at) {
   return Native<A>::load_words(at);
 }
 
-// Records of four words, `stride` bytes apart: word k of record i to lane i of column k. Need not be aligned.
+// Records of four words, `stride` bytes apart: word k of record i goes to lane i of column k. May be unaligned.
 template <class A>
 OVT_INLINE void load_records(const char* at, std::ptrdiff_t stride, Int<A>& column0, Int<A>& column1, Int<A>& column2,
                              Int<A>& column3) {
   Native<A>::load_records(at, stride, column0.v, column1.v, column2.v, column3.v);
 }
 
-// a * unit by double arithmetic, cut off at +-(2^31 - 1), to the nearest integer, halves away from zero. A NaN gives
-// anything. |a| is cut off at 1e200 first, so that infinity times a unit of zero is zero.
+// a * unit in double, clamped to +-(2^31 - 1), rounded to the nearest integer, halves away from zero. The result of a
+// NaN is unspecified. |a| is first clamped to 1e200, so that infinity times a unit of zero is zero.
 template <class A>
 OVT_INLINE Int<A> scale_to_int(Float<A> a, double unit) {
   return Native<A>::scale_to_int(a.v, unit);
@@ -250,7 +251,7 @@ OVT_INLINE float first_lane(Float<A> a) {
   return a.v.get(0);
 }
 
-// Over the lanes of one vector, where it makes no difference which of -0 and +0 comes out.
+// Folds the lanes of one vector, for callers that ignore the sign of a zero.
 template <class A, class F>
 OVT_INLINE float fold_vector(Float<A> v, F&& f) {
   if constexpr (kSize < A >> 8) v = f(v, swap_lanes<8>(v));
@@ -259,7 +260,7 @@ OVT_INLINE float fold_vector(Float<A> v, F&& f) {
   return first_lane(f(v, swap_lanes<1>(v)));
 }
 
-// Folds of kLanes = 16 values in the shape of core/reduce.h; v holds them in 16 / kSize vectors.
+// Folds kLanes = 16 values in the order of core/reduce.h; v holds them in 16 / kSize vectors.
 template <class A, class F>
 OVT_INLINE float fold_lanes(Float<A>* v, F&& f) {
   for (int32_t apart = 8 / kSize<A>; apart > 0; apart /= 2)
@@ -288,7 +289,7 @@ OVT_INLINE float any_lane_max(Float<A> v) {
   return fold_vector(v, [](Float<A> a, Float<A> b) OVT_INLINED { return max_of(a, b); });
 }
 
-// lane_sum of four at once, to four floats: the same additions, in registers that hold lanes of all four.
+// Four lane_sums at once, to four floats: the same additions, in registers that hold lanes of all four.
 template <class A>
 OVT_INLINE void lane_sums(Float<A>* v0, Float<A>* v1, Float<A>* v2, Float<A>* v3, float* out) {
   if constexpr (kPermutes<A>) {

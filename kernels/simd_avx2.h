@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The shim's intrinsics for AVX2; only simd.h includes it, and says what each operation gives.
+// The wrapper's intrinsics for AVX2. Only simd.h includes this file; it defines each operation.
 #pragma once
 
 #include <immintrin.h>
@@ -34,7 +34,7 @@ struct Native<xsimd::avx2> {
     const __m256 low = _mm256_blendv_ps(pick(t0), pick(t1), bit3), high = _mm256_blendv_ps(pick(t2), pick(t3), bit3);
     return I(_mm256_castps_si256(_mm256_blendv_ps(low, high, bit4)));
   }
-  // One bit a byte, times 0x0101...: each byte is the sum of itself and all below.
+  // One bit per byte, times 0x0101...: each byte becomes the sum of itself and all lower bytes.
   OVT_INLINE static I count_starts(uint32_t bits) {
     const uint64_t bytes = _pdep_u64(bits & 0xfeu, 0x0101010101010101u) * 0x0101010101010101u;
     return I(_mm256_cvtepu8_epi32(_mm_cvtsi64_si128(int64_t(bytes))));
@@ -50,7 +50,7 @@ struct Native<xsimd::avx2> {
   OVT_INLINE static I gather(const int32_t* base, I index) { return I(_mm256_i32gather_epi32(base, index, 4)); }
   OVT_INLINE static void store_where(M m, F a, float* at) { _mm256_maskstore_ps(at, _mm256_castps_si256(m), a); }
   OVT_INLINE static void store_where(M m, I a, int32_t* at) { _mm256_maskstore_epi32(at, _mm256_castps_si256(m), a); }
-  // Which lanes: their numbers as nibbles, the wanted ones pulled together.
+  // The selected lanes: their numbers as nibbles, packed by pext.
   OVT_INLINE static void store_packed(M m, I a, int32_t* at) {
     const uint64_t wanted = _pdep_u64(bits_of_mask(m), 0x1111111111111111u) * 15u;
     const uint64_t lanes = _pdep_u64(_pext_u64(0x76543210u, wanted), 0x0f0f0f0f0f0f0f0fu);
@@ -68,7 +68,7 @@ struct Native<xsimd::avx2> {
     return I(_mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(at))));
   }
   OVT_INLINE static void load_records(const char* at, std::ptrdiff_t stride, I& c0, I& c1, I& c2, I& c3) {
-    const auto record = [=](int32_t i) OVT_INLINED {  // i and i + 4
+    const auto record = [=](int32_t i) OVT_INLINED {  // records i and i + 4
       return _mm256_inserti128_si256(
           _mm256_castsi128_si256(_mm_loadu_si128(reinterpret_cast<const __m128i*>(at + i * stride))),
           _mm_loadu_si128(reinterpret_cast<const __m128i*>(at + (i + 4) * stride)), 1);
@@ -91,7 +91,7 @@ struct Native<xsimd::avx2> {
     return I(_mm256_inserti128_si256(_mm256_castsi128_si256(scale_half(_mm256_cvtps_pd(low), unit)),
                                      scale_half(_mm256_cvtps_pd(high), unit), 1));
   }
-  // Halves 4 apart, then quarters 2 and 1 apart, of four vectors.
+  // Adds halves (4 apart), then quarters (2 and 1 apart), of four vectors.
   OVT_INLINE static __m128 fold_quarters(__m256 a, __m256 b, __m256 c, __m256 d) {
     const auto half = [](__m256 v)
                           OVT_INLINED { return _mm_add_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1)); };

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The shim's intrinsics for AVX-512 (F, BW, DQ, VL); only simd.h includes it, and says what each operation gives.
+// The wrapper's intrinsics for AVX-512 (F, BW, DQ, VL). Only simd.h includes this file; it defines each operation.
 #pragma once
 
 #include <immintrin.h>
@@ -30,7 +30,7 @@ struct Native<xsimd::avx512bw> {
     return I(_mm512_mask_blend_epi32(high, _mm512_permutex2var_epi32(t0, index, t1),
                                      _mm512_permutex2var_epi32(t2, index, t3)));
   }
-  // One bit a byte, times 0x0101...: each byte is the sum of itself and all below.
+  // One bit per byte, times 0x0101...: each byte becomes the sum of itself and all lower bytes.
   OVT_INLINE static I count_starts(uint32_t bits) {
     constexpr uint64_t kOnes = 0x0101010101010101u;
     const uint64_t low = _pdep_u64(bits & 0xfeu, kOnes) * kOnes;
@@ -61,7 +61,7 @@ struct Native<xsimd::avx512bw> {
     return I(_mm512_cvtepu16_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(at))));
   }
   OVT_INLINE static void load_records(const char* at, std::ptrdiff_t stride, I& c0, I& c1, I& c2, I& c3) {
-    const auto record = [=](int32_t i) OVT_INLINED {  // i, i + 4, i + 8 and i + 12
+    const auto record = [=](int32_t i) OVT_INLINED {  // records i, i + 4, i + 8 and i + 12
       const auto part = [=](int32_t j)
                             OVT_INLINED { return _mm_loadu_si128(reinterpret_cast<const __m128i*>(at + j * stride)); };
       __m512i r = _mm512_castsi128_si512(part(i));
@@ -87,7 +87,7 @@ struct Native<xsimd::avx512bw> {
     return I(_mm512_inserti64x4(_mm512_castsi256_si512(scale_half(_mm512_cvtps_pd(low), unit)),
                                 scale_half(_mm512_cvtps_pd(high), unit), 1));
   }
-  // 8, 4, 2 and 1 apart.
+  // Adds lanes 8, 4, 2 and 1 apart.
   OVT_INLINE static void fold_four(F a, F b, F c, F d, float* out) {
     const auto two = [](__m512 v, __m512 w) OVT_INLINED {
       return _mm512_add_ps(_mm512_shuffle_f32x4(v, w, _MM_SHUFFLE(1, 0, 1, 0)),
@@ -98,7 +98,7 @@ struct Native<xsimd::avx512bw> {
                                      _mm512_shuffle_f32x4(ab, cd, _MM_SHUFFLE(3, 1, 3, 1)));
     const __m512 twos = _mm512_add_ps(all, _mm512_permute_ps(all, _MM_SHUFFLE(1, 0, 3, 2)));
     const __m512 ones = _mm512_add_ps(twos, _mm512_permute_ps(twos, _MM_SHUFFLE(2, 3, 0, 1)));
-    _mm_storeu_ps(out, _mm512_castps512_ps128(_mm512_maskz_compress_ps(0x1111, ones)));  // one of each quarter
+    _mm_storeu_ps(out, _mm512_castps512_ps128(_mm512_maskz_compress_ps(0x1111, ones)));  // one lane of each quarter
   }
   template <int32_t kApart>
   OVT_INLINE static F swap_lanes(F a) {

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The shim's intrinsics for AArch64; only simd.h includes it, and says what each operation gives.
+// The wrapper's intrinsics for AArch64. Only simd.h includes this file; it defines each operation.
 #pragma once
 
 #include <arm_neon.h>
@@ -24,10 +24,10 @@ struct Native<xsimd::neon64> {
   }
   OVT_INLINE static M mask_of_bits(uint32_t bits) { return M(vtstq_u32(vdupq_n_u32(bits), lanes())); }
   OVT_INLINE static uint32_t bits_of_mask(M m) { return vaddvq_u32(vandq_u32(m, lanes())); }
-  // xsimd's own are approximations refined by steps.
+  // xsimd's division is an approximation that is refined in steps.
   OVT_INLINE static F divide(F a, F b) { return F(vdivq_f32(a, b)); }
   OVT_INLINE static F sqrt(F a) { return F(vsqrtq_f32(a)); }
-  // vminq and vmaxq treat NaN and -0 otherwise.
+  // vminq and vmaxq handle NaN and -0 differently.
   OVT_INLINE static F min(F a, F b) { return F(vbslq_f32(vcltq_f32(a, b), a, b)); }
   OVT_INLINE static F max(F a, F b) { return F(vbslq_f32(vcgtq_f32(a, b), a, b)); }
   OVT_INLINE static F keep(M m, F a) { return F(vreinterpretq_f32_u32(vandq_u32(m, vreinterpretq_u32_f32(a)))); }
@@ -67,7 +67,7 @@ struct Native<xsimd::neon64> {
     int32_t v[4];
     a.store_unaligned(v);
     const uint32_t bits = bits_of_mask(m), b0 = bits & 1, b1 = bits >> 1 & 1, b2 = bits >> 2 & 1;
-    at[0] = v[0];  // an unwanted one is overwritten by the next
+    at[0] = v[0];  // the next lane overwrites an unselected one
     at[b0] = v[1];
     at[b0 + b1] = v[2];
     at[b0 + b1 + b2] = v[3];

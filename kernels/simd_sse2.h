@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The shim's intrinsics for SSE2; only simd.h includes it, and says what each operation gives.
+// The wrapper's intrinsics for SSE2. Only simd.h includes this file; it defines each operation.
 #pragma once
 
 #include <immintrin.h>
@@ -63,7 +63,7 @@ struct Native<xsimd::sse2> {
     alignas(16) int32_t v[4];
     a.store_aligned(v);
     const uint32_t bits = bits_of_mask(m), b0 = bits & 1, b1 = bits >> 1 & 1, b2 = bits >> 2 & 1;
-    at[0] = v[0];  // an unwanted one is overwritten by the next
+    at[0] = v[0];  // the next lane overwrites an unselected one
     at[b0] = v[1];
     at[b0 + b1] = v[2];
     at[b0 + b1 + b2] = v[3];

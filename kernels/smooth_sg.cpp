@@ -1,11 +1,11 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Weights of the Savitzky-Golay filter (Savitzky & Golay 1964; table I holds some of them).
+// Weights of the Savitzky-Golay filter (Savitzky & Golay 1964; its table I lists some of them).
 //
 // Least squares in the basis of polynomials that are orthogonal over the window's taps: the value of the fitted
-// polynomial at the centre is sum_k a_k sum_n p_n(0) p_n(k) / <p_n, p_n>. No linear system to solve, and nothing that
-// loses digits at high orders as the normal equations in powers of k would.
+// polynomial at the centre is sum_k a_k sum_n p_n(0) p_n(k) / <p_n, p_n>. This needs no linear system, and loses no
+// digits at high orders, as the normal equations in powers of k would.
 #include "kernels/smooth_sg.h"
 
 namespace overtake {

@@ -12,7 +12,7 @@
 namespace overtake::ref {
 namespace {
 
-// Reflect-101 (the border row is not repeated), as often as it takes.
+// Reflect-101 (the border row is not repeated), repeated as often as needed.
 int32_t mirrored(int32_t r, int32_t rows) {
   if (rows == 1) return 0;
   while (r < 0 || r >= rows) r = r < 0 ? -r : 2 * (rows - 1) - r;

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 4: Savitzky-Golay smoothing down each column. The reference's loop, wider; windows of 5 have a loop of their
-// own, in which the compiler unrolls the taps.
+// Stage 4: Savitzky-Golay smoothing down each column. The reference's loop on vectors. A window of 5 has a separate
+// loop, in which the compiler unrolls the taps.
 #pragma once
 
 #include "kernels/simd.h"
@@ -15,7 +15,7 @@ struct SmoothTaps {
   float weight[2 * kMaxHalfWindow + 1];
 };
 
-// Reflect-101 (the border row is not repeated), as often as it takes.
+// Reflect-101 (the border row is not repeated), repeated as often as needed.
 OVT_INLINE int32_t mirror_row(int32_t r, int32_t rows) {
   if (rows == 1) return 0;
   while (r < 0 || r >= rows) r = r < 0 ? -r : 2 * (rows - 1) - r;
@@ -27,7 +27,7 @@ OVT_INLINE void smooth_row(const SmoothTaps& tap, int32_t taps, const float* own
   const Float<A> zero(0.0f), undefined(kAngleUndefined);
   for (int32_t c = 0; c < cols; c += kSize<A>) {
     const Float<A> own = Float<A>::load(own_row + c);
-    if (!(own != undefined).any()) {  // sky, and rows without a layer: whole vectors of it
+    if (!(own != undefined).any()) {  // whole vectors of sky, or of rows without a layer
       undefined.store(out + c);
       continue;
     }

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One point through a rigid transform, in one fixed order of operations: whoever takes a scan's point to the vehicle
-// frame gets the same bytes. A template on the value type V: float in the references, a vector in the SIMD forms.
+// One point through a rigid transform, in one fixed order of operations, so that all kernels compute the same bytes. A
+// template on the value type V: float in the references, a vector in the SIMD forms.
 #pragma once
 
 #include "core/check.h"

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The tables that isa/kernels_<isa>.cpp define. Which of them are in this build, kernels/CMakeLists.txt says with
-// OVT_ISA_<name>.
+// The tables that isa/kernels_<isa>.cpp define. kernels/CMakeLists.txt defines OVT_ISA_<name> for each table in this
+// build.
 #pragma once
 
 #include "kernels/kernel_table.h"

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The kernels for neon64. Only this file is built with its flags (see ovt_add_isa).
+// The kernels for NEON (AArch64), the only file built with its flags (see ovt_add_isa).
 #include "kernels/isa/vector_forms.hpp"
 
 namespace overtake {

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The kernels for sse2. Only this file is built with its flags (see ovt_add_isa).
+// The kernels for SSE2, the only file built with its flags (see ovt_add_isa).
 #include "kernels/isa/vector_forms.hpp"
 
 namespace overtake {

@@ -1,11 +1,11 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What each isa/kernels_<isa>.cpp builds its table from: the vector forms, and the references of kernels without one.
+// Each isa/kernels_<isa>.cpp builds its table here: vector forms, and the references of kernels without a vector form.
 #pragma once
 
 #include "kernels/isa/isa.h"
-#include "kernels/kernel_forms.hpp"  // X_simd.hpp of each vector kernel in kernels.def, written at configure time
+#include "kernels/kernel_forms.hpp"  // includes X_simd.hpp of each vector kernel in kernels.def
 
 namespace overtake::simd {
 

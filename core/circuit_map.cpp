@@ -1,6 +1,6 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-#include "core/track_map.h"
+#include "core/circuit_map.h"
 
 #include <cmath>
 #include <limits>
@@ -40,8 +40,8 @@ const char* find_fault(const double* x, const double* y, const double* left, con
 
 }  // namespace
 
-bool TrackMap::build(const double* x_m, const double* y_m, const double* width_left_m, const double* width_right_m,
-                     const double* banking_rad, int32_t count, bool closed, const char** error) {
+bool CircuitMap::build(const double* x_m, const double* y_m, const double* width_left_m, const double* width_right_m,
+                       const double* banking_rad, int32_t count, bool closed, const char** error) {
   const auto fail = [&](const char* sentence) {
     if (error) *error = sentence;
     return false;
@@ -50,7 +50,7 @@ bool TrackMap::build(const double* x_m, const double* y_m, const double* width_l
   if (closed && hypot_f64(x_m[count - 1] - x_m[0], y_m[count - 1] - y_m[0]) < kCoincident_m && --count < 3)
     return fail("a track map needs at least 3 points");
 
-  TrackMap map;
+  CircuitMap map;
   map.closed_ = closed;
   const auto copy = [&](const double* column, std::vector<double>& to) {
     to.assign(column, column + count);
@@ -74,9 +74,9 @@ bool TrackMap::build(const double* x_m, const double* y_m, const double* width_l
   return true;
 }
 
-// A chord has the tangent's direction at its middle (exactly so on a circle), so a vertex lies between its two chords
-// at the share of their lengths. Curvature: central difference of the vertices' headings.
-void TrackMap::compute_headings() {
+// A chord has the direction of the tangent at its middle (exactly so on a circle). So a vertex's heading is
+// interpolated between its two chords by their lengths. Curvature: central difference of the vertices' headings.
+void CircuitMap::compute_headings() {
   const int32_t n = segment_count();
   std::vector<double> chord(static_cast<std::size_t>(n));
   const auto at = [](auto& column, int32_t i) -> auto& { return column[static_cast<std::size_t>(i)]; };
@@ -90,7 +90,7 @@ void TrackMap::compute_headings() {
   }
   if (closed_) {
     at(heading_, n) = at(heading_, 0);
-  } else {  // the end chords' slope goes on to the ends
+  } else {  // an end vertex extrapolates the slope of the two end chords
     at(heading_, 0) = mix_angle(at(heading_, 1), at(chord, 0), 2.0);
     at(heading_, n) = mix_angle(at(heading_, n - 1), at(chord, n - 1), 2.0);
   }
@@ -103,7 +103,7 @@ void TrackMap::compute_headings() {
   if (closed_) at(curvature_, n) = at(curvature_, 0);
 }
 
-void TrackMap::compute_boxes() {
+void CircuitMap::compute_boxes() {
   const int32_t n = segment_count(), leaves = (n + kLeafSegments - 1) / kLeafSegments;
   leaf_begin_ = 1;
   while (leaf_begin_ < leaves) leaf_begin_ *= 2;
@@ -123,10 +123,10 @@ void TrackMap::compute_boxes() {
   }
 }
 
-// The best segment so far. A box's distance is computed with the operations of find_foot; rounding keeps order and a
-// foot never leaves its segment's box, so a box is never computed farther than any foot inside: pruning is exact.
-struct TrackMap::Nearest {
-  const TrackMap& map;
+// The best segment so far. The distance to a box uses the operations of find_foot. Rounding is monotonic and a foot
+// never leaves its segment's box, so no box is ever computed farther than a foot inside: pruning is exact.
+struct CircuitMap::Nearest {
+  const CircuitMap& map;
   double px, py;
   SegmentFoot foot{0.0, 0.0, 0.0, kInfinity};
   int32_t segment = -1;
@@ -147,7 +147,8 @@ struct TrackMap::Nearest {
     return dx * dx + dy * dy;
   }
 
-  // From an earlier answer downhill to both sides. Only makes the bound small before the tree is searched.
+  // Walks downhill from the segment of an earlier answer, to both sides. This only tightens the bound before the
+  // search.
   void follow_hint(int32_t hint) {
     const int32_t n = map.segment_count();
     if (hint < 0 || hint >= n) return;
@@ -166,11 +167,11 @@ struct TrackMap::Nearest {
     struct Waiting {
       int32_t node;
       double distance2;
-    } waiting[32];  // one a level
+    } waiting[32];  // one per level
     int32_t waiting_count = 0, node = 1;
     const int32_t n = map.segment_count();
     for (;;) {
-      while (node < map.leaf_begin_) {  // down to the nearer child, the other waits
+      while (node < map.leaf_begin_) {  // visits the nearer child, queues the other
         const Waiting left{2 * node, box_distance2(2 * node)}, right{2 * node + 1, box_distance2(2 * node + 1)};
         const bool right_first = right.distance2 < left.distance2;
         const Waiting nearer = right_first ? right : left, farther = right_first ? left : right;
@@ -190,7 +191,7 @@ struct TrackMap::Nearest {
     }
   }
 
-  // +1 left of the line, -1 right. At a corner both segments have their say: either alone is wrong behind a sharp one.
+  // +1 left of the line, -1 right. At a corner both segments count: one alone is wrong behind a sharp corner.
   double side() const {
     const int32_t n = map.segment_count();
     const auto cross = [&](int32_t i) {
@@ -215,7 +216,7 @@ struct TrackMap::Nearest {
   }
 };
 
-MapProjection TrackMap::project(double x_m, double y_m, int32_t hint) const noexcept {
+MapProjection CircuitMap::project(double x_m, double y_m, int32_t hint) const noexcept {
   MapProjection out{0.0, kInfinity, 0.0, 0.0, 0.0, 0.0, false, -1};
   if (empty() || !(std::fabs(x_m) <= kMaxMapCoordinate && std::fabs(y_m) <= kMaxMapCoordinate)) return out;
   Nearest nearest{*this, x_m, y_m};
@@ -236,13 +237,13 @@ MapProjection TrackMap::project(double x_m, double y_m, int32_t hint) const noex
   return out;
 }
 
-double TrackMap::measure_outside(double x_m, double y_m, int32_t* hint) const noexcept {
+double CircuitMap::measure_outside(double x_m, double y_m, int32_t* hint) const noexcept {
   const MapProjection place = project(x_m, y_m, *hint);
   if (place.segment < 0) return kInfinity;
   *hint = place.segment;
   if (place.inside) return 0.0;
   double ahead = 0.0, left = place.d_m;
-  if (!closed_) {  // beyond an end the edges are taken to go straight on
+  if (!closed_) {  // beyond an end, the edges continue straight
     const auto go_on = [&](std::size_t from, std::size_t to) {
       const double ux = x_[to] - x_[from], uy = y_[to] - y_[from], length = hypot_f64(ux, uy);
       const double px = x_m - x_[to], py = y_m - y_[to];
@@ -250,7 +251,7 @@ double TrackMap::measure_outside(double x_m, double y_m, int32_t* hint) const no
       if (along <= 0.0) return;
       ahead = along;
       left = (ux * py - uy * px) / length;
-      if (from > to) left = -left;  // looking back along the line
+      if (from > to) left = -left;  // the point sees the line from behind
     };
     if (place.s_m <= 0.0) go_on(1, 0);
     if (place.s_m >= s_.back()) go_on(x_.size() - 2, x_.size() - 1);
@@ -259,7 +260,7 @@ double TrackMap::measure_outside(double x_m, double y_m, int32_t* hint) const no
   return hypot_f64(ahead, aside);
 }
 
-MapPose TrackMap::at(double s_m) const noexcept {
+MapPose CircuitMap::at(double s_m) const noexcept {
   if (empty()) return {};
   const double length = s_.back();
   double s = s_m == s_m ? s_m : 0.0;

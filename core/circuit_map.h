@@ -25,12 +25,12 @@ struct MapProjection {
   int32_t segment;  // hint for the next projection nearby
 };
 
-// Map points farther than this from the origin are nowhere: refused by build, never inside for project.
+// Limit of map coordinates: build refuses larger ones, and project never calls such a point inside.
 inline constexpr double kMaxMapCoordinate = 1e8;
-// No track is wider: it would hold every such point.
+// Limit of widths: a track this wide already contains every point within kMaxMapCoordinate.
 inline constexpr double kMaxMapWidth = 4.0 * kMaxMapCoordinate;
 
-// Nearest point to p on the segment from a to b, which is a + t (b - a) kept within the box of a and b.
+// Nearest point to p on the segment from a to b: a + t (b - a), clamped to the box of a and b.
 struct SegmentFoot {
   double t, x_m, y_m, distance2;
 };
@@ -50,16 +50,17 @@ OVT_INLINE SegmentFoot find_foot(double ax, double ay, double bx, double by, dou
   return f;
 }
 
-class TrackMap {
+class CircuitMap {
  public:
-  // Columns of `count` points. banking may be null. A closed line's last point may repeat its first (as files do); it
-  // is left out then. Fails (false, `error` set to a static sentence, nothing changed) on fewer than 3 points, a
-  // missing column, non-finite or far too large values, coincident neighbours (closer than 1e-6 m), negative widths.
+  // Columns of `count` points. banking may be null. The last point of a closed line may repeat the first one, as files
+  // do; build then drops it. On failure returns false, sets `error` to a static sentence and changes nothing. Fails on
+  // fewer than 3 points, a missing column, values that are not finite or too large, neighbours closer than 1e-6 m, and
+  // negative widths.
   bool build(const double* x_m, const double* y_m, const double* width_left_m, const double* width_right_m,
              const double* banking_rad, int32_t count, bool closed, const char** error);
-  // Centre line and widths from two bounds of any point counts, each in driving direction. The bound with more points
-  // is projected on the other; the centre is the middle, the widths half the distance. Fails too where the left bound
-  // is not on the left, or the two run against each other.
+  // Centre line and widths from two bounds with any point counts, each in driving direction. The bound with more points
+  // is projected on the other; the centre is the middle, the widths are half the distance. Also fails when the left
+  // bound is not on the left, and when the bounds run in opposite directions.
   bool build_from_bounds(const double* left_x_m, const double* left_y_m, int32_t left_count, const double* right_x_m,
                          const double* right_y_m, int32_t right_count, bool closed, const char** error);
 
@@ -68,13 +69,13 @@ class TrackMap {
   double length_m() const { return empty() ? 0.0 : s_.back(); }
   int32_t segment_count() const { return empty() ? 0 : int32_t(x_.size()) - 1; }
 
-  // Nearest place on the centre line. `hint` is a segment of an earlier answer, -1 none; it changes the cost, never the
-  // answer: exactly that of a search over all segments (ties: the lower segment). noexcept, no allocation.
-  // Heading and curvature are interpolated along s. Without a nearest place (an empty map, a point that is not finite
-  // or beyond kMaxMapCoordinate): not inside, segment -1, d infinite, the rest 0.
+  // Nearest place on the centre line. `hint` is a segment of an earlier answer, -1 none. A hint changes the cost, never
+  // the result, which equals a search over all segments (ties: the lower segment). noexcept, no allocation.
+  // Heading and curvature are interpolated along s. An empty map, or a point that is not finite or beyond
+  // kMaxMapCoordinate, gives: not inside, segment -1, d infinite, the rest 0.
   MapProjection project(double x_m, double y_m, int32_t hint = -1) const noexcept;
-  // How far a point lies outside of the track: 0 on it, else the distance from its edge, or from the end of an open
-  // line. Infinite where project finds no nearest place.
+  // Distance of a point outside of the track: 0 on the track, else the distance from its edge, or from the end of an
+  // open line. Infinite where project finds no nearest place.
   double measure_outside(double x_m, double y_m, int32_t* hint) const noexcept;
   MapPose at(double s_m) const noexcept;  // wrapped on a closed line, clamped on an open one; NaN counts as 0
 
@@ -86,12 +87,12 @@ class TrackMap {
   void compute_headings();
   void compute_boxes();
 
-  // One row per vertex; a closed line repeats its first vertex at the end, so segment i always runs from i to i + 1.
+  // One row per vertex. A closed line repeats its first vertex at the end, so segment i always runs from i to i + 1.
   std::vector<double> x_, y_, s_, heading_, curvature_, width_left_, width_right_, banking_;
   bool closed_ = false;
   // Spatial index: a binary tree of bounding boxes over runs of kLeafSegments consecutive segments, stored as a heap
-  // (node 1 is the root, node i has children 2i and 2i + 1, the leaves start at leaf_begin_). A line is its own best
-  // order, so boxes are tight; a uniform grid needs a cell size and loses where most of it is empty, as in an oval.
+  // (node 1 is the root, node i has children 2i and 2i + 1, the leaves start at leaf_begin_). Consecutive segments are
+  // neighbours, so the boxes are tight. A uniform grid would need a cell size, and on an oval most cells are empty.
   std::vector<Box> boxes_;
   int32_t leaf_begin_ = 0;
 };
