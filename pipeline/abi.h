@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Structs of the C API across versions: what an older caller's header did not know is never read or written.
+// Structs of the C API across versions: the library never reads or writes a field that the caller's header lacks.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace overtake {
 
-// Sizes a struct had in the first version of this header: no caller's is smaller.
+// The size of each struct in the first version of this header, the smallest that a caller can pass.
 template <class T>
 constexpr size_t kFirstSize = sizeof(T);
 template <>
@@ -30,7 +30,7 @@ constexpr bool is_known_size(size_t struct_size) {
   return struct_size >= kFirstSize<T> && struct_size <= sizeof(T) && struct_size % alignof(T) == 0;
 }
 
-// Copies what the caller's header knew over the defaults. Reads nothing beyond the declared size.
+// Copies the fields of the caller's header over the defaults. Reads nothing beyond the declared size.
 template <class T>
 bool take(const T& in, T& with_defaults) {
   const size_t size = in.struct_size;
@@ -40,7 +40,7 @@ bool take(const T& in, T& with_defaults) {
   return true;
 }
 
-// Hands out what the caller's header knows. Writes nothing beyond its size.
+// Copies out the fields of the caller's header. Writes nothing beyond its size.
 template <class T>
 ovt_status give(const T& value, T* out, size_t out_size) {
   if (!is_known_size<T>(out_size)) return OVT_BAD_VERSION;
@@ -48,7 +48,7 @@ ovt_status give(const T& value, T* out, size_t out_size) {
   return OVT_OK;
 }
 
-// Zeroes a struct of a known size and sets struct_size; what it holds by default comes after.
+// Zeroes a struct of a known size and sets struct_size. The caller then sets the defaults.
 template <class T>
 ovt_status init(T* out, size_t struct_size, const T& defaults) {
   if (!out) return OVT_BAD_ARGUMENT;

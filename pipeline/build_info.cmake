@@ -1,8 +1,8 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Writes build_info.cpp to OUT, where that changes it: what was built of which commit by which compiler. Changes that
-# are not committed are told from other ones by the start of their hash.
+# Writes build_info.cpp to OUT if its content changes: git commit and compiler. With uncommitted changes it appends the
+# start of their hash.
 set(root ${CMAKE_CURRENT_LIST_DIR}/..)
 if(NOT COMMIT)
   execute_process(COMMAND git -C ${root} describe --always --dirty --abbrev=12

@@ -9,13 +9,13 @@ int64_t distance_ns(int64_t a, int64_t b) noexcept { return a > b ? difference_n
 
 }  // namespace
 
-Believe ClockWatch::judge(int32_t source, int64_t stamp_ns) noexcept {
+StampVerdict ClockWatch::classify(int32_t source, int64_t stamp_ns) noexcept {
   Source& s = sources_[source];
   const bool is_sensor = source != kExternal;
   for (Heard& heard : heard_[source]) heard.since = std::min(heard.since + 1, 2 * kMaxRatio);
-  if (is_sensor) judged_ = std::min(judged_ + 1, 2 * kMaxSensors + 1);
+  if (is_sensor) classified_ = std::min(classified_ + 1, 2 * kMaxSensors + 1);
 
-  // No sensor has spoken: what pushed detections said of the time does not bind the first one.
+  // No sensor has delivered a stamp yet: the time of pushed detections does not bind the first sensor.
   const int64_t ahead = any_ ? difference_ns(stamp_ns, newest_ns_) : 0;
   if (is_sensor && !any_sensor_ && (ahead > max_gap_ns_ || ahead < -kLateNs)) return jump(source, stamp_ns);
 
@@ -32,22 +32,22 @@ Believe ClockWatch::judge(int32_t source, int64_t stamp_ns) noexcept {
   const bool gap = ahead >= 0 && ahead <= max_gap_ns_;
   if (is_sensor && (gap || starts()) && majority_says(source, stamp_ns, others))
     return gap ? take_good(source, stamp_ns) : jump(source, stamp_ns);
-  if (s.suspects == kAgreeing && outvotes(source)) return jump(source, stamp_ns);
+  if (s.suspects == kAgreeing && has_quorum(source)) return jump(source, stamp_ns);
   if (gap || (is_sensor && starts())) {
     if (is_sensor) held_ |= 1u << source;
     s.base_ns = others.newest_ns;
-    return Believe::kHold;
+    return StampVerdict::kHold;
   }
   ++s.late;
   note_suspect(source);
-  return Believe::kLate;
+  return StampVerdict::kLate;
 }
 
-Believe ClockWatch::judge_held(int64_t stamp_ns, int64_t base_ns) const noexcept {
+StampVerdict ClockWatch::classify_held(int64_t stamp_ns, int64_t base_ns) const noexcept {
   const Others others = look_at_others(kExternal);
-  if (is_good(kExternal, stamp_ns, others)) return Believe::kGood;
-  if (others.good > 0 && difference_ns(others.newest_ns, base_ns) <= near_ns_) return Believe::kHold;
-  return Believe::kLate;
+  if (is_good(kExternal, stamp_ns, others)) return StampVerdict::kGood;
+  if (others.good > 0 && difference_ns(others.newest_ns, base_ns) <= near_ns_) return StampVerdict::kHold;
+  return StampVerdict::kLate;
 }
 
 ClockWatch::Others ClockWatch::look_at_others(int32_t source) const noexcept {
@@ -73,11 +73,11 @@ bool ClockWatch::is_good(int32_t source, int64_t stamp_ns, const Others& others)
   const int64_t lead = difference_ns(stamp_ns, others.newest_ns);
   if (lead <= near_ns_) return true;
   if (source == kExternal || !continues(source, stamp_ns)) return false;
-  // No step: the others are overdue, or one of two drifts. Not farther than where the others would be late.
+  // No step: the others are overdue, or one of two drifts. The limit is where the others would become late.
   return others.fresh <= 1 && lead <= kLateNs - 2 * near_ns_;
 }
 
-// The next stamp of a sensor that goes on as it did, from its last good one or from the first on hold behind it.
+// Whether a sensor's stamp continues the earlier ones: its last good stamp, or the first held one after that.
 bool ClockWatch::continues(int32_t source, int64_t stamp_ns) const noexcept {
   const Source& s = sources_[source];
   const int64_t interval_ns = std::clamp(s.interval_ns, period_ns_, 4 * period_ns_);
@@ -85,9 +85,9 @@ bool ClockWatch::continues(int32_t source, int64_t stamp_ns) const noexcept {
   return s.any && difference_ns(stamp_ns, last_ns) <= tolerance_ns_ + interval_ns;
 }
 
-// Two rounds are not over, and of several sensors only one has said what time it is.
+// During the first two rounds, while only one of several sensors has a good stamp.
 bool ClockWatch::starts() const noexcept {
-  if (sensor_count_ < 3 || judged_ > 2 * sensor_count_) return false;
+  if (sensor_count_ < 3 || classified_ > 2 * sensor_count_) return false;
   return std::count_if(sources_, sources_ + kMaxSensors, [](const Source& s) { return s.any; }) == 1;
 }
 
@@ -102,9 +102,9 @@ bool ClockWatch::majority_says(int32_t source, int64_t stamp_ns, const Others& o
   return agreeing > others.good;
 }
 
-// Sensors that agree on a jump against sensors that are good. Pushed detections have no vote, but while no sensor is
-// good they may say that the clock jumped.
-bool ClockWatch::outvotes(int32_t source) const noexcept {
+// Whether the sensors that agree on a jump outnumber the good sensors. Pushed detections have no vote, but while no
+// sensor is good they may report a jump.
+bool ClockWatch::has_quorum(int32_t source) const noexcept {
   const Others others = look_at_others(source);
   if (source == kExternal) return others.good == 0;
   int32_t jumped = 1;
@@ -113,10 +113,10 @@ bool ClockWatch::outvotes(int32_t source) const noexcept {
   return jumped > others.good;
 }
 
-Believe ClockWatch::take_good(int32_t source, int64_t stamp_ns) noexcept {
+StampVerdict ClockWatch::take_good(int32_t source, int64_t stamp_ns) noexcept {
   note_good(source, stamp_ns);
-  if (source == kExternal) return Believe::kGood;
-  if (held_ >> source & 1u) {  // of its own: before the new one when nobody else is good, else it is taken back
+  if (source == kExternal) return StampVerdict::kGood;
+  if (held_ >> source & 1u) {  // its own held stamp is accepted if older than the new one, else rejected
     if (sources_[source].suspect_ns < stamp_ns) {
       accept(source);
     } else {
@@ -124,12 +124,12 @@ Believe ClockWatch::take_good(int32_t source, int64_t stamp_ns) noexcept {
     }
   }
   look_at_held();
-  return Believe::kGood;
+  return StampVerdict::kGood;
 }
 
 void ClockWatch::note_good(int32_t source, int64_t stamp_ns) noexcept {
   Source& s = sources_[source];
-  // Behind the others without having come there step by step.
+  // The source is behind the others and did not get there step by step.
   const int64_t step_ns = s.any ? difference_ns(stamp_ns, s.good_ns) : 0;
   if (s.any && (step_ns < period_ns_ / 2 || step_ns > tolerance_ns_ + std::max(period_ns_, s.interval_ns)))
     s.back = true;
@@ -139,7 +139,7 @@ void ClockWatch::note_good(int32_t source, int64_t stamp_ns) noexcept {
   s.silent = s.continued = false;
   s.suspects = s.late = 0;
   if (s.named > 0) --s.named;
-  // Detections move the time only where no sensor is good.
+  // Detections move the time only if no sensor is good.
   if (source != kExternal || look_at_others(kExternal).good == 0)
     newest_ns_ = any_ ? std::max(newest_ns_, stamp_ns) : stamp_ns;
   any_ = true;
@@ -148,7 +148,7 @@ void ClockWatch::note_good(int32_t source, int64_t stamp_ns) noexcept {
   any_sensor_ = true;
   for (auto& who : heard_) {
     Heard& heard = who[source];
-    if (heard.since <= kMaxRatio) {  // else it was silent, which is no rhythm
+    if (heard.since <= kMaxRatio) {  // else the sensor was silent, which is no regular interval
       heard.before = heard.usual;
       heard.usual = heard.since;
     }
@@ -174,7 +174,7 @@ void ClockWatch::reject_held() noexcept {
     if (held_ >> i & 1u) reject(i);
 }
 
-// A good stamp came: held ones that it comes near to are good as well, and those that it speaks against are not.
+// After a good stamp: accepts held stamps near to it, and rejects held stamps that it contradicts.
 void ClockWatch::look_at_held() noexcept {
   for (int32_t i = 0; i < kMaxSensors; ++i) {
     if (!(held_ >> i & 1u)) continue;
@@ -183,14 +183,14 @@ void ClockWatch::look_at_held() noexcept {
     const int64_t stamp_ns = sources_[i].suspect_ns;
     if (difference_ns(stamp_ns, others.newest_ns) <= near_ns_ && difference_ns(stamp_ns, newest_ns_) >= -kLateNs) {
       accept(i);
-      i = -1;  // which may reach others
+      i = -1;  // accepting this one may bring others near
     } else if (difference_ns(others.newest_ns, sources_[i].base_ns) > near_ns_) {
       reject(i);
     }
   }
 }
 
-Believe ClockWatch::jump(int32_t source, int64_t stamp_ns) noexcept {
+StampVerdict ClockWatch::jump(int32_t source, int64_t stamp_ns) noexcept {
   late_before_jump_ = 0;
   int64_t agreed_ns[kMaxSensors];
   uint32_t agreed = 0;
@@ -210,16 +210,16 @@ Believe ClockWatch::jump(int32_t source, int64_t stamp_ns) noexcept {
     for (Heard& heard : who) heard = {};
   held_ = 0;
   accepted_ |= agreed;
-  judged_ = 0;
+  classified_ = 0;
   any_ = any_sensor_ = false;
   note_good(source, stamp_ns);
   for (int32_t i = 0; i < kMaxSensors; ++i)
     if (agreed >> i & 1u) note_good(i, agreed_ns[i]);
-  return Believe::kJump;
+  return StampVerdict::kJump;
 }
 
-// Not at 1.5 periods, as for frames: a time named by a live caller's clock is ahead of the stamps by a sweep and by the
-// way of a scan to here. A time that is far ahead only closes what waits.
+// The limit is not 1.5 periods, as for frames: the time of a live caller's clock is ahead of the stamps by a scan's
+// duration and its transport. A time far ahead only closes the open frame.
 void ClockWatch::name_time(int64_t now_ns) noexcept {
   for (Source& s : sources_) {
     const int64_t silence_ns = difference_ns(now_ns, s.good_ns);

@@ -13,14 +13,14 @@
 namespace overtake {
 namespace {
 static_assert(kReasonCount <= int32_t(std::extent_v<decltype(ovt_stats::points_bad)>));
-// Whose on_frame this thread is in. initial-exec: the first use on a thread takes no memory.
+// The detector whose on_frame this thread runs. initial-exec: the first use on a thread allocates no memory.
 [[gnu::tls_model("initial-exec")]] thread_local const Detector* calling_back = nullptr;
 }  // namespace
 
 void Detector::log(ovt_log_level level, const char* text) const noexcept {
   try {
     if (log_) log_(level, text, user_);
-  } catch (...) {  // the caller's own, and there is nobody to tell
+  } catch (...) {  // the caller's log function threw: nothing can report that
   }
 }
 
@@ -34,7 +34,7 @@ void Detector::stop() {
   }
   if (assembler_) assembler_->flush();
   assembler_.reset();
-  runner_.reset();  // waits for the frames under way
+  runner_.reset();  // waits for the frames in work
 }
 
 void Detector::destroy(Detector* detector) {
@@ -50,15 +50,15 @@ void Detector::drop_owner() {
 
 // ---- producers ----------------------------------------------------------------------------------------------------
 
-// With worker_count 1 the caller is the intake and everything else, one at a time: false when somebody is inside. From
-// on_frame it is false in any case: what is asked for may have to wait for on_frame's own frame.
+// With worker_count 1 the caller runs everything, one call at a time: a Turn is refused while another call runs. A call
+// from on_frame is always refused: it might wait for on_frame's own frame.
 class Detector::Turn {
  public:
   explicit Turn(Detector& detector)
       : detector_(detector),
         mine_(calling_back != &detector &&
               (!detector.inline_ || !detector.inside_.exchange(true, std::memory_order_acquire))) {
-    if (!mine_ && !detector.told_wrong_thread_.exchange(true, std::memory_order_relaxed))
+    if (!mine_ && !detector.reported_wrong_thread_.exchange(true, std::memory_order_relaxed))
       detector.log(OVT_LOG_ERROR, calling_back == &detector
                                       ? "on_frame called something other than ovt_read_...: refused"
                                       : "worker_count 1: a second thread called while one was inside");
@@ -93,7 +93,7 @@ ovt_status Detector::push_scan(const ovt_points& points) {
   last = {true, points.stamp_ns};
 
   Mailbox<Scan>& box = mailboxes_[s];
-  if (push_waits_ && !inline_) box.wait_until_taken();
+  if (push_waits_ && !inline_) box.wait_until_acquired();
   Scan& scan = box.writable();
   const int64_t start = steady_now_ns();
   probe_stage_begin(-1, s, OVT_STAGE_LOAD, points.stamp_ns);
@@ -108,10 +108,10 @@ ovt_status Detector::push_scan(const ovt_points& points) {
   probe_stage_end(-1, s, OVT_STAGE_LOAD, points.stamp_ns);
   scan.stamp_ns = points.stamp_ns;
   scan.ticket = tickets_.fetch_add(1, std::memory_order_relaxed);
-  scan.ego = ego_->mark();
+  scan.ego = ego_->range();
   if (box.post()) {
     counters_.dropped.fetch_add(1, std::memory_order_relaxed);
-    probe_drop(s, box.writable().stamp_ns);  // given back by the exchange
+    probe_drop(s, box.writable().stamp_ns);  // writable() is the replaced scan after the exchange
   }
   tell_intake();
   return OVT_OK;
@@ -121,7 +121,7 @@ ovt_status Detector::push_ego_pose(const ovt_ego_pose& in) {
   const ovt_status status = ego_->push(
       {in.stamp_ns, in.x_m, in.y_m, in.z_m, in.roll_rad, in.pitch_rad, in.yaw_rad, in.speed_mps, in.yaw_rate_rps});
   (status == OVT_OK ? counters_.ego_poses : counters_.ego_dropped).fetch_add(1, std::memory_order_relaxed);
-  if (const int32_t n = ego_->take_dropped()) {  // they were OVT_OK, to wait
+  if (const int32_t n = ego_->take_dropped()) {  // push had returned OVT_OK for them
     counters_.ego_poses.fetch_sub(n, std::memory_order_relaxed);
     counters_.ego_dropped.fetch_add(n, std::memory_order_relaxed);
   }
@@ -131,7 +131,7 @@ ovt_status Detector::push_ego_pose(const ovt_ego_pose& in) {
 ovt_status Detector::push_detections(const ovt_external_detections& in) {
   const Turn turn(*this);
   if (!turn) return OVT_WRONG_THREAD;
-  if (in.count > context_.candidate_capacity) {  // not the table's, which is rounded up
+  if (in.count > context_.candidate_capacity) {  // not table.capacity, which is rounded up
     counters_.external_dropped.fetch_add(1, std::memory_order_relaxed);
     probe_drop(-1, in.stamp_ns);
     return OVT_TOO_MANY;
@@ -141,7 +141,7 @@ ovt_status Detector::push_detections(const ovt_external_detections& in) {
     return OVT_DUPLICATE;
   }
   last_external_ = {true, in.stamp_ns};
-  if (push_waits_ && !inline_) external_.wait_until_taken();
+  if (push_waits_ && !inline_) external_.wait_until_acquired();
   ExternalScan& scan = external_.writable();
   const auto copy = [&](const double* from, double* to) {
     for (int32_t i = 0; i < in.count; ++i) to[i] = from ? from[i] : std::nan("");
@@ -157,7 +157,7 @@ ovt_status Detector::push_detections(const ovt_external_detections& in) {
   scan.stamp_ns = in.stamp_ns;
   scan.ticket = tickets_.fetch_add(1, std::memory_order_relaxed);
   scan.reference = in.reference;
-  scan.ego = ego_->mark();
+  scan.ego = ego_->range();
   if (external_.post()) {
     counters_.external_dropped.fetch_add(1, std::memory_order_relaxed);
     probe_drop(-1, external_.writable().stamp_ns);
@@ -186,7 +186,7 @@ ovt_status Detector::advance(int64_t now_ns) {
   advance_ns_.store(now_ns, std::memory_order_relaxed);
   const uint64_t ticket = advance_wanted_.fetch_add(1, std::memory_order_acq_rel) + 1;
   event_.signal();
-  if (push_waits_)  // replay: nothing pushed later may overtake it
+  if (push_waits_)  // replay: nothing pushed later may overtake this scan
     for (uint64_t done; (done = advance_done_.load(std::memory_order_acquire)) < ticket;) advance_done_.wait(done);
   return OVT_OK;
 }
@@ -208,7 +208,7 @@ ovt_status Detector::flush() {
 // ---- intake ---------------------------------------------------------------------------------------------------------
 
 void Detector::run_intake() {
-  roster_->enter_intake();
+  thread_setup_->enter_intake();
   StartState state = kRunning;
   try {
     runner_->warm_up();
@@ -232,7 +232,7 @@ void Detector::run_intake() {
   }
 }
 
-// Frames that went in and do not come out: said once each. What hangs is not ours to end.
+// Logs and counts each frame that is in work for too long, once. It cannot end a thread that hangs.
 void Detector::watch_frames() {
   if (watchdog_ns_ == 0) return;
   const int32_t stalled = pool_.count_stalled(steady_now_ns(), watchdog_ns_);
@@ -245,10 +245,10 @@ void Detector::watch_frames() {
 // oldest one pushed.
 void Detector::gather() {
   const auto take = [&](int32_t sensor, auto& box, std::atomic<int64_t>& dropped) {
-    if (box.in_hand() && push_waits_) return false;
+    if (box.pending() && push_waits_) return false;
     bool replaced = false;
-    const int64_t held_ns = box.in_hand() ? box.in_hand()->stamp_ns : 0;
-    if (!box.take(replaced)) return false;
+    const int64_t held_ns = box.pending() ? box.pending()->stamp_ns : 0;
+    if (!box.acquire(replaced)) return false;
     if (replaced) {
       dropped.fetch_add(1, std::memory_order_relaxed);
       probe_drop(sensor, held_ns);
@@ -261,17 +261,18 @@ void Detector::gather() {
   }
 }
 
-bool Detector::take_external_in_hand() {
-  const Taken taken = assembler_->take_external(*external_.in_hand());
+bool Detector::place_pending_detections() {
+  const IntakeResult taken = assembler_->take_external(*external_.pending());
   count_settled();
-  if (taken == Taken::kNoSlot) return false;
-  if (taken != Taken::kHeld)
-    (taken == Taken::kUsed ? counters_.external : counters_.external_dropped).fetch_add(1, std::memory_order_relaxed);
-  external_.drop_hand();
+  if (taken == IntakeResult::kNoSlot) return false;
+  if (taken != IntakeResult::kHeld)
+    (taken == IntakeResult::kUsed ? counters_.external : counters_.external_dropped)
+        .fetch_add(1, std::memory_order_relaxed);
+  external_.release();
   return true;
 }
 
-// Scans and detections that waited for the word of other sensors.
+// Counts scans and detections that were held until other sensors decided.
 void Detector::count_settled() {
   const auto add = [](std::atomic<int64_t>& counter, int64_t n) {
     if (n != 0) counter.fetch_add(n, std::memory_order_relaxed);
@@ -284,24 +285,24 @@ void Detector::count_settled() {
   add(counters_.external_dropped, settled.external_dropped);
 }
 
-bool Detector::take_scan_in_hand(int32_t sensor) {
+bool Detector::place_pending_scan(int32_t sensor) {
   const auto add = [](std::atomic<int64_t>& counter, int64_t n) { counter.fetch_add(n, std::memory_order_relaxed); };
-  const Taken taken = assembler_->take_scan(sensor, *mailboxes_[sensor].in_hand());
+  const IntakeResult taken = assembler_->take_scan(sensor, *mailboxes_[sensor].pending());
   count_settled();
   switch (taken) {
-    case Taken::kNoSlot: return false;
-    case Taken::kUsed: add(counters_.used, 1); break;
-    case Taken::kLate: add(counters_.late, 1); break;
-    case Taken::kDuplicate: add(counters_.dup, 1); break;
-    case Taken::kHeld: break;  // counted when it is settled
+    case IntakeResult::kNoSlot: return false;
+    case IntakeResult::kUsed: add(counters_.used, 1); break;
+    case IntakeResult::kLate: add(counters_.late, 1); break;
+    case IntakeResult::kDuplicate: add(counters_.dup, 1); break;
+    case IntakeResult::kHeld: break;  // count_settled counts it later
   }
-  mailboxes_[sensor].drop_hand();
+  mailboxes_[sensor].release();
   return true;
 }
 
-// The one of the smallest stamp among those whose stamps are near the one that was pushed first: scans of one frame,
-// and of neighbouring ones, in the order of time. Stamps that are far from it say nothing about the order: a source
-// with a wrong clock waits for its turn like all. -1: nothing is in hand.
+// Returns the source with the smallest stamp among the pending ones near the stamp that was pushed first. So scans of
+// one frame, and of neighbouring frames, are used in the order of time. A stamp far from the first one says nothing
+// about the order: a source with a wrong clock waits its turn. -1: nothing is pending.
 int32_t Detector::find_next() {
   struct Waiting {
     int64_t stamp_ns;
@@ -310,14 +311,14 @@ int32_t Detector::find_next() {
   } waiting[ClockWatch::kSources];
   int32_t count = 0, first = 0;
   for (int32_t s = 0; s < context_.sensor_count; ++s)
-    if (const Scan* scan = mailboxes_[s].in_hand()) waiting[count++] = {scan->stamp_ns, scan->ticket, s};
-  if (const ExternalScan* external = external_.in_hand())
+    if (const Scan* scan = mailboxes_[s].pending()) waiting[count++] = {scan->stamp_ns, scan->ticket, s};
+  if (const ExternalScan* external = external_.pending())
     waiting[count++] = {external->stamp_ns, external->ticket, ClockWatch::kExternal};
   if (count == 0) return -1;
   for (int32_t i = 1; i < count; ++i)
     if (waiting[i].ticket < waiting[first].ticket) first = i;
   const int64_t first_ns = waiting[first].stamp_ns,
-                near_ns = push_waits_ ? 0 : assembler_->near_ns();  // replay: as pushed
+                near_ns = push_waits_ ? 0 : assembler_->near_ns();  // replay: in the order of pushes
   int32_t next = first;
   for (int32_t i = 0; i < count; ++i) {
     const int64_t before_ns = difference_ns(first_ns, waiting[i].stamp_ns);
@@ -327,13 +328,13 @@ int32_t Detector::find_next() {
 }
 
 bool Detector::step_intake() {
-  // Tickets first: whatever was pushed before a ticket was drawn is then gathered, and done before the ticket is.
+  // Read the tickets first: then everything pushed before a ticket was drawn is gathered and used before that ticket.
   const uint64_t advance_wanted = advance_wanted_.load(std::memory_order_acquire);
   const uint64_t flush_wanted = flush_wanted_.load(std::memory_order_acquire);
   gather();
   if (gather_hook_) gather_hook_(gather_user_);
   if (const int32_t next = find_next(); next >= 0)
-    return next == ClockWatch::kExternal ? take_external_in_hand() : take_scan_in_hand(next);
+    return next == ClockWatch::kExternal ? place_pending_detections() : place_pending_scan(next);
   if (inline_) return false;
 
   if (advance_wanted != advance_done_.load(std::memory_order_relaxed)) {
@@ -389,7 +390,7 @@ void Detector::finish(Frame& frame) {
   set(counters_.tracks_unsound, tracked.unsound);
   set(counters_.tracks_forgotten, tracked.forgotten);
   set(counters_.work_limited, tracked.limited + tracked.refused);
-  // A replay may lower it.
+  // A replay in the tracker may lower it.
   const bool tracks_overflowed =
       tracked.overflow > counters_.overflow_tracks.exchange(tracked.overflow, std::memory_order_relaxed);
   if (frame.restart) add(counters_.clock_jumps, 1);
@@ -403,16 +404,16 @@ void Detector::finish(Frame& frame) {
   }
 
   if (on_frame_) {
-    lent_.frame = &frame;
+    callback_reader_.frame = &frame;
     const Detector* const outer = std::exchange(calling_back, this);
     try {
-      on_frame_(reinterpret_cast<ovt_reader*>(&lent_), user_);
+      on_frame_(reinterpret_cast<ovt_reader*>(&callback_reader_), user_);
     } catch (...) {
       add(counters_.exceptions, 1);
       log(OVT_LOG_ERROR, "on_frame threw an exception");
     }
     calling_back = outer;
-    lent_.frame = nullptr;
+    callback_reader_.frame = nullptr;
   }
   pool_.publish(&frame);
   counters_.frames.fetch_add(1, std::memory_order_release);
@@ -456,9 +457,9 @@ void Detector::destroy_reader(Reader* reader) {
 }
 
 ovt_status Detector::next_frame(Reader& reader) {
-  if (reader.lent || closed_.load(std::memory_order_acquire)) return OVT_NO_FRAME;
+  if (reader.is_callback_reader || closed_.load(std::memory_order_acquire)) return OVT_NO_FRAME;
   if (pool_.latest_sequence() <= reader.seen_sequence) return OVT_NO_FRAME;
-  if (reader.frame) pool_.release(reader.frame);  // first: a reader never holds two slots
+  if (reader.frame) pool_.release(reader.frame);  // release first: a reader never holds two slots
   reader.frame = pool_.pin_latest();
   reader.seen_sequence = reader.frame->sequence;
   return OVT_OK;

@@ -1,12 +1,12 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The detector behind the C API: owns everything, knows who may do what when.
+// The detector behind the C API: owns all parts and decides which thread may call what.
 //
 //   producers --> mailboxes --> intake --> frames --> runner (inline or graph) --> finish --> pool --> readers
 //
-// With worker_count 1 the producer is the intake as well. Else the intake is a thread of ours: producers only copy,
-// post and signal; they never allocate, never block (but for OVT_PUSH_WAIT) and never call TBB.
+// With worker_count 1 the producer's thread is also the intake. Else the intake is a separate thread: producers only
+// copy, post and signal; they never allocate, never block (except with OVT_PUSH_WAIT) and never call TBB.
 #pragma once
 
 #include <sys/types.h>
@@ -34,10 +34,10 @@ struct Counters {
 #include "pipeline/stats.def"
 };
 
-// What a reader owns: its pin on a frame, and the memory ovt_read_tracks predicts into.
+// A reader's state: the frame that it holds, and the memory that ovt_read_tracks writes its predictions to.
 struct Reader {
   class Detector* detector = nullptr;
-  bool lent = false;  // the callback's: destroyed with the detector
+  bool is_callback_reader = false;  // the reader of on_frame: destroyed with the detector
   Frame* frame = nullptr;
   int64_t seen_sequence = -1;
   Arena arena;
@@ -47,9 +47,9 @@ struct Reader {
 
 class Detector {
  public:
-  // Null, with a status and a sentence, when the def is not good or something could not be had.
+  // Null, with a status and a sentence, if the def is wrong or a resource is missing.
   static std::unique_ptr<Detector> create(const ovt_detector_def& def, ovt_status& status, std::string& error);
-  // Stops and waits for the frames under way; the memory goes with the last reader.
+  // Stops the detector and waits for the frames in work. The last reader frees the memory.
   static void destroy(Detector* detector);
   ~Detector();
 
@@ -62,7 +62,7 @@ class Detector {
   ovt_status create_reader(Reader** out);
   void destroy_reader(Reader* reader);
   ovt_status next_frame(Reader& reader);
-  int64_t publish_tracks(Reader& reader, int64_t publish_ns);  // returns what they are predicted to
+  int64_t publish_tracks(Reader& reader, int64_t publish_ns);  // returns the time that the tracks are predicted to
 
   void read_stats(ovt_stats& out) const;
   ovt_runtime_info runtime_info() const;
@@ -71,9 +71,9 @@ class Detector {
   bool keeps_images() const { return keep_images_; }
   double path_step_s() const { return track_stage_->tracker().path_step_s(); }
   Counters& counters() { return counters_; }
-  // Tests only, before the first push.
-  void set_hook(const BodyHook& hook) { context_.hook = hook; }
-  // Tests only, the same: runs on the intake, each time it has looked into every mailbox.
+  // Tests only; call before the first push.
+  void set_hook(const TestHook& hook) { context_.hook = hook; }
+  // Tests only, likewise: runs on the intake each time after it has looked into every mailbox.
   void set_gather_hook(void (*call)(void* user), void* user) {
     gather_hook_ = call;
     gather_user_ = user;
@@ -86,7 +86,7 @@ class Detector {
   ovt_status build_context(const ovt_detector_def& def, const ovt_params& params, std::string& error);
   ovt_status build_tables(const ovt_detector_def& def, const ovt_params& params, std::string& error);
   ovt_status build_runner(const ovt_detector_def& def, const ovt_params& params, std::string& error);
-  void say_what_was_obtained(const ovt_detector_def& def) const;
+  void log_granted(const ovt_detector_def& def) const;
   ovt_status build_reader(Reader& reader);
   void finish(Frame& frame);
   void log(ovt_log_level level, const char* text) const noexcept;
@@ -99,17 +99,17 @@ class Detector {
   bool step_intake();
   void gather();
   int32_t find_next();
-  bool take_scan_in_hand(int32_t sensor);
-  bool take_external_in_hand();
+  bool place_pending_scan(int32_t sensor);
+  bool place_pending_detections();
   void count_settled();
   void watch_frames();
 
-  Memory memory_;  // first: every block goes back to it
+  Memory memory_;  // first member: every block is returned to it
   StageContext context_;
-  std::unique_ptr<SegmentScratch[]> scratch_;  // by thread of the arena; one with worker_count 1
+  std::unique_ptr<SegmentScratch[]> scratch_;  // one per thread of the arena; one with worker_count 1
   int32_t worker_count_ = 1, max_frames_ = 1;
   bool process_locked_ = false, keep_images_ = true;
-  TrackMap map_;
+  CircuitMap map_;
   int32_t point_capacity_[kMaxSensors] = {};
   TrackerParams tracker_params_;
   bool push_waits_ = false;
@@ -124,17 +124,17 @@ class Detector {
   Mailbox<ExternalScan> external_;
   std::unique_ptr<EgoBuffer> ego_;
   std::unique_ptr<TrackStage> track_stage_;
-  std::unique_ptr<ThreadRoster> roster_;
+  std::unique_ptr<ThreadSetup> thread_setup_;
   std::unique_ptr<FrameRunner> runner_;
   std::unique_ptr<FrameAssembler> assembler_;
-  Reader lent_;
+  Reader callback_reader_;
   int32_t reader_capacity_ = 0;
   std::atomic<int32_t> reader_count_{0};
-  std::atomic<int32_t> owners_{1};  // the caller's handle and every reader
-  const pid_t process_ = getpid();  // a child of it has neither our threads nor our blocks
+  std::atomic<int32_t> owners_{1};  // the caller's handle and all readers
+  const pid_t process_ = getpid();  // a forked child has neither the threads nor the blocks
   std::atomic<bool> closed_{false};
 
-  // producers'
+  // used by producers
   struct Stamp {
     bool any = false;
     int64_t last_ns = 0;
@@ -143,9 +143,9 @@ class Detector {
   Stamp last_external_;
   std::atomic<uint64_t> tickets_{0};
 
-  // between callers and the intake thread
+  // shared by callers and the intake thread
   bool inline_ = true;
-  std::atomic<bool> inside_{false}, told_wrong_thread_{false};  // inline
+  std::atomic<bool> inside_{false}, reported_wrong_thread_{false};  // inline
   Event event_;
   std::atomic<bool> stop_{false};
   enum StartState : int32_t { kStarting, kRunning, kFailed };

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Create: checks the whole def before anything is taken, then takes all memory and all threads there will ever be.
+// Create: checks the whole def before it allocates anything, then allocates all memory and starts all threads.
 #include <sys/mman.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ std::string field(const char* array, int32_t index, const char* name) {
   return std::string(array) + "[" + std::to_string(index) + "]." + name;
 }
 
-// The first thing wrong with a sensor's def, or null.
+// The error message for the first wrong field of a sensor's def, or null.
 const char* find_bad_sensor_field(const ovt_sensor_def& def) {
   for (double v : {def.x_m, def.y_m, def.z_m})
     if (!(std::fabs(v) <= 1000.0)) return "x_m, y_m, z_m must be within 1000 m";
@@ -42,7 +42,7 @@ const char* find_bad_sensor_field(const ovt_sensor_def& def) {
   return nullptr;
 }
 
-// The caller's array has elements of the caller's size.
+// Element i of the caller's array, whose elements have the size of the caller's struct.
 const ovt_sensor_def& sensor_at(const ovt_detector_def& def, int32_t i) {
   const char* first = reinterpret_cast<const char*>(def.sensors);
   return *reinterpret_cast<const ovt_sensor_def*>(first + std::size_t(i) * def.sensors[0].struct_size);
@@ -124,8 +124,8 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
   if (status == OVT_OK) status = build_runner(def, params, error);
   if (status != OVT_OK) return status;
   process_locked_ = (def.memory & OVT_MEMORY_LOCK_PROCESS) && mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
-  (void)steady_now_ns();  // the kernel's clock page: its first touch is a fault, and no lock covers it
-  say_what_was_obtained(def);
+  (void)steady_now_ns();  // the first read of the kernel's clock page faults; no memory lock prevents it
+  log_granted(def);
   return OVT_OK;
 }
 
@@ -183,7 +183,7 @@ ovt_status Detector::build_context(const ovt_detector_def& def, const ovt_params
   return OVT_OK;
 }
 
-// Frames, mailboxes, ego poses, tracker, the callback's reader: all memory.
+// Allocates all memory: frames, mailboxes, ego poses, tracker, the reader of on_frame.
 ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params& params, std::string& error) {
   const auto no_memory = [&](const char* what) {
     error = std::string("no memory for ") + what;
@@ -204,7 +204,7 @@ ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params&
   sizes.merge_columns = params.merge_columns;
   sizes.method = context_.method;
   sizes.keep_images = keep_images_ = def.keep_images != 0;
-  // In work; one more for a late scan while a frame waits for its sensors; the latest; and one for each reader.
+  // Slots: frames in work; one for a late scan while a frame is open; the latest frame; one per reader.
   max_frames_ = (inline_ ? 1 : def.frames_in_flight) + 1;
   if (!pool_.build(max_frames_ + 1 + def.reader_capacity, max_frames_, sizes, allocator)) return no_memory("frames");
   const int32_t threads = inline_ ? 1 : worker_count_ + 1;  // the arena has a place for the intake
@@ -217,22 +217,22 @@ ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params&
     if (!mailboxes_[s].build(point_capacity_[s], allocator)) return no_memory("mailboxes");
   if (!external_.build(def.candidate_capacity, allocator)) return no_memory("pushed detections");
   ego_ = std::make_unique<EgoBuffer>(def.ego_pose_capacity, allocator);
-  if (build_reader(lent_) != OVT_OK) return no_memory("the callback's reader");
-  lent_.lent = true;
+  if (build_reader(callback_reader_) != OVT_OK) return no_memory("the callback's reader");
+  callback_reader_.is_callback_reader = true;
   return OVT_OK;
 }
 
-// The runner and, but with worker_count 1, its threads.
+// Creates the runner and, unless worker_count is 1, its threads.
 ovt_status Detector::build_runner(const ovt_detector_def& def, const ovt_params& params, std::string& error) {
   ThreadSettings settings;
   settings.cpus.assign(def.cpus, def.cpus + def.cpu_count);
   settings.fifo_priority = def.fifo_priority;
-  roster_ = std::make_unique<ThreadRoster>(std::move(settings), worker_count_);
+  thread_setup_ = std::make_unique<ThreadSetup>(std::move(settings), worker_count_);
   RunnerHooks hooks;
   hooks.finish = [this](Frame& frame) { finish(frame); };
   hooks.caught = [this] {
     counters_.exceptions.fetch_add(1, std::memory_order_relaxed);
-    log(OVT_LOG_ERROR, "an exception was caught in a stage; its frame goes on with what it has");
+    log(OVT_LOG_ERROR, "an exception was caught in a stage; the frame continues without that stage's result");
   };
   if (inline_) {
     runner_ = std::make_unique<InlineRunner>(context_, *track_stage_, std::move(hooks));
@@ -241,7 +241,7 @@ ovt_status Detector::build_runner(const ovt_detector_def& def, const ovt_params&
     graph.worker_count = worker_count_;
     graph.max_frames = max_frames_;
     graph.spin_ns = spin_ns_;
-    runner_ = std::make_unique<DetectorGraph>(graph, *roster_, context_, *track_stage_, std::move(hooks));
+    runner_ = std::make_unique<DetectorGraph>(graph, *thread_setup_, context_, *track_stage_, std::move(hooks));
   }
   AssemblerParams assembly;
   assembly.sensor_count = context_.sensor_count;
@@ -252,7 +252,7 @@ ovt_status Detector::build_runner(const ovt_detector_def& def, const ovt_params&
   assembly.predict_after_ns = to_ns(params.tracker_predict_after * params.frame_period_s);
   assembler_ = std::make_unique<FrameAssembler>(assembly, pool_, *ego_, *runner_);
   if (!assembler_->build(point_capacity_, def.candidate_capacity, memory_.allocator())) {
-    error = "no memory for scans on hold";
+    error = "no memory for held scans";
     return OVT_NO_MEMORY;
   }
   if (inline_) return OVT_OK;
@@ -270,7 +270,7 @@ ovt_status Detector::build_runner(const ovt_detector_def& def, const ovt_params&
     return OVT_NO_MEMORY;
   }
   if (runner_->workers() > 0) return OVT_OK;
-  error = "oneTBB has no thread for us: the process allows it none (tbb::global_control) or others have them all";
+  error = "oneTBB has no free thread: the process allows none (tbb::global_control) or other arenas use all";
   return OVT_NO_THREADS;
 }
 
@@ -278,8 +278,8 @@ ovt_runtime_info Detector::runtime_info() const {
   ovt_runtime_info info{};
   info.isa = context_.kernels->isa;
   info.worker_count = runner_->workers();
-  info.pinned = roster_->pinned();
-  info.fifo = roster_->fifo();
+  info.pinned = thread_setup_->pinned();
+  info.fifo = thread_setup_->fifo();
   info.memory_bytes = memory_.bytes();
   info.locked_bytes = memory_.locked_bytes();
   info.huge_bytes = memory_.huge_bytes();
@@ -287,14 +287,14 @@ ovt_runtime_info Detector::runtime_info() const {
   return info;
 }
 
-void Detector::say_what_was_obtained(const ovt_detector_def& def) const {
+void Detector::log_granted(const ovt_detector_def& def) const {
   const ovt_runtime_info info = runtime_info();
   log(OVT_LOG_INFO,
       ("isa " + std::string(info.isa) + ", " + std::to_string(info.worker_count) + (inline_ ? " worker" : " workers"))
           .c_str());
   if (info.worker_count < worker_count_)
     log(OVT_LOG_WARNING, ("workers: " + count_of(info.worker_count, worker_count_) +
-                          " (the process allows oneTBB no more, or others have them: tbb::global_control)")
+                          " (the process allows oneTBB no more, or other arenas use them: tbb::global_control)")
                              .c_str());
   if (!context_.map) log(OVT_LOG_WARNING, "no map: no map gate, psi_REF is the ego heading");
   const int32_t threads = info.worker_count + 1;
@@ -302,7 +302,7 @@ void Detector::say_what_was_obtained(const ovt_detector_def& def) const {
     log(whole ? OVT_LOG_INFO : OVT_LOG_WARNING, text.c_str());
   };
   if (inline_ && (def.cpu_count > 0 || def.fifo_priority > 0))
-    log(OVT_LOG_WARNING, "worker_count 1 has no threads of its own: cpus and fifo_priority change nothing");
+    log(OVT_LOG_WARNING, "worker_count 1 starts no threads: cpus and fifo_priority have no effect");
   if (!inline_ && def.cpu_count > 0)
     tell(info.pinned == threads, "pinned to their CPUs: " + count_of(info.pinned, threads) + " threads");
   if (!inline_ && def.fifo_priority > 0)

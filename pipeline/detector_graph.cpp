@@ -19,21 +19,21 @@ namespace overtake {
 namespace flow = oneapi::tbb::flow;
 namespace {
 
-// TBB gives the whole process as many threads as the smallest global_control alive allows, and says so on stderr when
-// an arena asks for more. So all graphs share one control, for the sum of their workers.
+// TBB gives the whole process as many threads as the smallest existing global_control allows, and prints a warning when
+// an arena asks for more. So all graphs share one control for the sum of their workers.
 class WorkerShare {
  public:
   explicit WorkerShare(int32_t worker_count) : worker_count_(worker_count) { change(worker_count_); }
   ~WorkerShare() { change(-worker_count_); }
   WorkerShare(const WorkerShare&) = delete;
   WorkerShare& operator=(const WorkerShare&) = delete;
-  // Workers, for all of the process, by everybody's controls.
+  // Number of workers that all controls of the process allow.
   static int32_t count_allowed() { return int32_t(Control::active_value(Control::max_allowed_parallelism)) - 1; }
 
  private:
   using Control = oneapi::tbb::global_control;
   static void change(int32_t by) {
-    static std::mutex mutex;  // create and destroy only, never the data path
+    static std::mutex mutex;  // only create and destroy use it, never the data path
     static int32_t total = 0;
     static std::unique_ptr<Control> control;
     const std::lock_guard<std::mutex> lock(mutex);
@@ -45,18 +45,19 @@ class WorkerShare {
   int32_t worker_count_;
 };
 
-// How long create waits for workers that do not come: the system has none, or another arena of the process has them. A
-// machine that is loaded many times over may take seconds to start a thread. And how long destroy waits for all of
-// them.
+// kStartPatience_ns: how long create waits for workers that do not come. The system may have none, or another arena of
+// the process may use them; an overloaded machine may take seconds to start a thread. kPatience_ns: how long destroy
+// waits for all workers.
 constexpr int64_t kStartPatience_ns = 10'000'000'000, kPatience_ns = 2'000'000'000;
 
-// What runs through the graph: a frame, or (null) one of the messages of the warm-up.
-// Job::sensor of the warm-up's messages: all workers are held, it passes, they let go. Of a frame: it is `waiting`.
+// A message of the graph: a frame, or (null) a message of the warm-up.
+// Job::sensor of warm-up messages: kHold: barrier until all workers are here; kPass: does nothing; kRelease: undo
+// thread settings. Job::sensor of a frame's message: kAwaited counts in `waiting`.
 constexpr int32_t kHold = -2, kPass = -3, kRelease = -4, kAwaited = -5;
 struct Job {
   Frame* frame;
   int32_t sensor;
-  int64_t order;  // among the messages of a frame's tail: the sequencer's key
+  int64_t order;  // position among the messages of a frame's tail: the sequencer's key
 };
 
 void note_start(Frame& frame) noexcept {
@@ -71,7 +72,7 @@ void note_end(Frame& frame) noexcept {
   if (frame.pushed_ns) frame.latency_ns = now - frame.pushed_ns;
 }
 
-// Nothing thrown may leave a body: the frame goes on with what it has. False: something was thrown.
+// Catches every exception of a graph body, so that the frame continues. False if the body threw.
 template <class Body>
 bool guard(const RunnerHooks& hooks, Body&& body) noexcept {
   try {
@@ -86,24 +87,24 @@ bool guard(const RunnerHooks& hooks, Body&& body) noexcept {
 void run_segment(const StageContext& context, const RunnerHooks& hooks, Frame& frame, int32_t sensor,
                  int32_t thread) noexcept {
   const bool whole = guard(hooks, [&] {
-    context.hook(Body::kSegment, frame, sensor);
+    context.hook(HookPoint::kSegment, frame, sensor);
     segment_scan(context, sensor, frame.sensors[sensor], context.scratch[thread]);
-    context.hook(Body::kPose, frame, sensor);
+    context.hook(HookPoint::kPose, frame, sensor);
     run_ahead(context, sensor, frame.sensors[sensor], context.scratch[thread]);
   });
   if (whole) return;
-  frame.sensors[sensor].present = false;  // half a segmentation is none
+  frame.sensors[sensor].present = false;  // half a segmentation is not used
   frame.sensors[sensor].failed = true;
 }
 
 void run_detect(const StageContext& context, const RunnerHooks& hooks, Frame& frame) noexcept {
   for (int32_t s = 0; s < context.sensor_count; ++s)
-    if (frame.sensors[s].failed) {  // as if it had not come: it saw nothing
+    if (frame.sensors[s].failed) {  // as if its scan had not come
       frame.sensor_mask &= ~(1u << s);
       frame.flags |= OVT_FLAG_SENSOR_MISSING | OVT_FLAG_EXCEPTION;
     }
   const bool whole = guard(hooks, [&] {
-    context.hook(Body::kDetect, frame);
+    context.hook(HookPoint::kDetect, frame);
     detect_frame(context, frame);
   });
   if (whole) return;
@@ -113,13 +114,13 @@ void run_detect(const StageContext& context, const RunnerHooks& hooks, Frame& fr
 }
 
 void run_track(const StageContext& context, const RunnerHooks& hooks, TrackStage& track, Frame& frame) noexcept {
-  if (!guard(hooks, [&] { context.hook(Body::kTrack, frame); })) {  // without a flag its tracks would only be missing
+  if (!guard(hooks, [&] { context.hook(HookPoint::kTrack, frame); })) {  // else tracks would be missing without a flag
     frame.failed = true;
     frame.flags |= OVT_FLAG_EXCEPTION;
   }
   track.run(frame);
   note_end(frame);
-  guard(hooks, [&] { context.hook(Body::kFinish, frame); });
+  guard(hooks, [&] { context.hook(HookPoint::kFinish, frame); });
   guard(hooks, [&] { hooks.finish(frame); });
 }
 
@@ -130,7 +131,7 @@ InlineRunner::InlineRunner(const StageContext& context, TrackStage& track, Runne
 
 void InlineRunner::start_segment(Frame& frame, int32_t sensor) {
   note_start(frame);
-  context_.hook(Body::kTake, frame, sensor);
+  context_.hook(HookPoint::kTake, frame, sensor);
   run_segment(context_, hooks_, frame, sensor, 0);
 }
 
@@ -140,20 +141,20 @@ void InlineRunner::close(Frame& frame) {
 }
 
 struct DetectorGraph::Nodes {
-  Nodes(const GraphParams& graph_params, ThreadRoster& thread_roster, const StageContext& stage_context,
+  Nodes(const GraphParams& graph_params, ThreadSetup& thread_setup, const StageContext& stage_context,
         TrackStage& track_stage, RunnerHooks runner_hooks)
       : params(graph_params),
         context(stage_context),
         stage(track_stage),
         hooks(std::move(runner_hooks)),
-        roster(thread_roster),
+        setup(thread_setup),
         share(params.worker_count),
         expected(std::min(params.worker_count, WorkerShare::count_allowed())),
-        arena(expected + 1, 1) {  // one place is the intake's
+        arena(expected + 1, 1) {  // one place for the intake
     arena.execute([&] {
       graph = std::make_unique<flow::graph>();
       segment = std::make_unique<SegmentNode>(*graph, flow::unlimited, [this](const Job& job) {
-        const Visit visit(roster);
+        const Visit visit(setup);
         waiting.fetch_sub(1, std::memory_order_relaxed);
         if (!job.frame) {
           if (job.sensor == kHold) warm_worker();
@@ -162,12 +163,12 @@ struct DetectorGraph::Nodes {
         }
         OVT_CHECK(visit.place >= 0 && visit.place <= params.worker_count);
         run_segment(context, hooks, *job.frame, job.sensor, visit.place);
-        keep_awake();  // first: of what a body sends, its thread runs the last first
+        keep_awake();  // first: a thread runs the last message of a body first
         finish_part(*job.frame, false);
         return flow::continue_msg();
       });
       detect = std::make_unique<DetectNode>(*graph, flow::unlimited, [this](const Job& job) {
-        const Visit visit(roster);
+        const Visit visit(setup);
         if (job.sensor == kAwaited) waiting.fetch_sub(1, std::memory_order_relaxed);
         if (job.frame) run_detect(context, hooks, *job.frame);
         return job;
@@ -178,7 +179,7 @@ struct DetectorGraph::Nodes {
           warmed.fetch_add(1, std::memory_order_release);
           return flow::continue_msg();
         }
-        const Visit visit(roster);
+        const Visit visit(setup);
         run_track(context, hooks, stage, *job.frame);
         keep_awake();
         return flow::continue_msg();
@@ -194,27 +195,27 @@ struct DetectorGraph::Nodes {
     });
   }
 
-  // The frame's last segment, or its closing, sends it on. The intake runs nothing itself: what it sends a worker must
-  // come for.
+  // The frame's last segmentation, or its closing, sends the frame to `detect`. The intake runs no stage itself: a
+  // worker must come for its messages.
   void finish_part(Frame& frame, bool by_intake) {
     if (frame.pending.fetch_sub(1, std::memory_order_acq_rel) != 1) return;
     if (by_intake) waiting.fetch_add(1, std::memory_order_relaxed);
     detect->try_put({&frame, by_intake ? kAwaited : -1, warm_messages() + frame.sequence});
   }
 
-  // Workers without work look for some, for a while, before TBB puts them to sleep.
+  // Workers without work spin for a while before TBB puts them to sleep.
   void keep_awake() {
     if (params.spin_ns <= 0 || waiting.load(std::memory_order_relaxed) > 0) return;
     while (spinning.fetch_add(1, std::memory_order_relaxed) < expected) spin->try_put(flow::continue_msg());
     spinning.fetch_sub(1, std::memory_order_relaxed);
   }
 
-  // Per worker as many messages as it may have to make before others are done with.
+  // As many messages per worker as it may create before earlier ones are finished.
   int64_t messages_per_worker() const { return params.max_frames + params.worker_count; }
   int64_t warm_messages() const { return messages_per_worker() * params.worker_count; }
 
-  // A worker's part of the warm-up: waits until all workers and the intake's messages are here, so that each of them
-  // makes its own, in an order that makes the sequencer as long as it can get.
+  // A worker's part of the warm-up: waits until all workers and the intake's messages are here. So each worker creates
+  // its own messages, in an order that makes the sequencer's queue as long as it can become.
   void warm_worker() {
     const auto all = [&](const std::atomic<int32_t>& count) {
       while (count.load() < expected && steady_now_ns() < warm_until) std::this_thread::yield();
@@ -232,21 +233,21 @@ struct DetectorGraph::Nodes {
     here.fetch_sub(1);
   }
 
-  // A worker gives back what it got, together with all the others.
+  // Restores a worker's thread settings, at the same time as those of all others.
   void release_worker() {
     released.fetch_add(1);
     while (released.load() < most_here.load() && steady_now_ns() < warm_until) std::this_thread::yield();
-    roster.release_worker();
+    setup.release_worker();
   }
 
-  // A thread that runs one of the graph's tasks. A worker takes its number and our settings with it, and has them
-  // before its first frame: each runs a task of the warm-up. (Not by a task_scheduler_observer: a worker that is still
-  // on its way out of the arena keeps the observer's proxy beyond the observer, where leak checkers find it.)
+  // A thread that runs one of the graph's tasks. A worker gets its number and settings with its first task, in the
+  // warm-up, before its first frame. (A task_scheduler_observer does not work: a worker that still leaves the arena
+  // keeps the observer's proxy longer than the observer exists, and leak checkers report it.)
   struct Visit {
-    explicit Visit(ThreadRoster& roster) : place(oneapi::tbb::this_task_arena::current_thread_index()) {
-      const int32_t worker = place - 1;  // behind the intake's place, which a thread that destroys has as well
+    explicit Visit(ThreadSetup& setup) : place(oneapi::tbb::this_task_arena::current_thread_index()) {
+      const int32_t worker = place - 1;  // place 0 is the intake's; a thread that destroys the detector has it, too
       set_this_worker(worker);
-      roster.enter_worker(worker);
+      setup.enter_worker(worker);
     }
     ~Visit() { set_this_worker(-1); }
     Visit(const Visit&) = delete;
@@ -263,19 +264,20 @@ struct DetectorGraph::Nodes {
   const StageContext& context;
   TrackStage& stage;
   RunnerHooks hooks;
-  std::atomic<int32_t> waiting{0};  // of what the intake sent: no worker has begun it
+  std::atomic<int32_t> waiting{0};  // messages of the intake that no worker has started
   std::atomic<int32_t> spinning{0};
-  ThreadRoster& roster;
-  std::atomic<int32_t> arrived{0}, left{0};    // workers' messages of the warm-up that were begun; that end
-  std::atomic<int32_t> here{0}, most_here{0};  // workers in it; the most at once: so many there are
+  ThreadSetup& setup;
+  std::atomic<int32_t> arrived{0}, left{0};    // warm-up messages that workers started; that they finished
+  std::atomic<int32_t> here{0}, most_here{0};  // workers in the warm-up; the maximum, which is the worker count
   std::atomic<int32_t> released{0};
-  std::atomic<bool> posted{false};  // the intake's part of it
-  std::atomic<int64_t> warmed{0};   // messages that came through
+  std::atomic<bool> posted{false};  // the intake has sent its warm-up messages
+  std::atomic<int64_t> warmed{0};   // warm-up messages that passed the whole graph
   int64_t warm_until = 0;
   WorkerShare share;
-  const int32_t expected;  // workers; more than the process allows are not asked for: TBB would say so on stderr
+  const int32_t expected;  // workers requested, no more than the process allows: TBB would print a warning
+
   oneapi::tbb::task_arena arena;
-  std::unique_ptr<flow::graph> graph;  // made inside the arena: its tasks run there
+  std::unique_ptr<flow::graph> graph;  // created inside the arena: its tasks run there
   std::unique_ptr<SegmentNode> segment;
   std::unique_ptr<DetectNode> detect;
   std::unique_ptr<OrderNode> in_order;
@@ -283,9 +285,9 @@ struct DetectorGraph::Nodes {
   std::unique_ptr<SpinNode> spin;
 };
 
-DetectorGraph::DetectorGraph(const GraphParams& params, ThreadRoster& roster, const StageContext& context,
+DetectorGraph::DetectorGraph(const GraphParams& params, ThreadSetup& setup, const StageContext& context,
                              TrackStage& track, RunnerHooks hooks)
-    : nodes_(std::make_unique<Nodes>(params, roster, context, track, std::move(hooks))) {}
+    : nodes_(std::make_unique<Nodes>(params, setup, context, track, std::move(hooks))) {}
 
 DetectorGraph::~DetectorGraph() {
   Nodes& n = *nodes_;
@@ -301,7 +303,7 @@ DetectorGraph::~DetectorGraph() {
 
 void DetectorGraph::host(const std::function<void()>& loop) { nodes_->arena.execute(loop); }
 
-// One message a worker, each held until all have come; behind them as many as may ever wait.
+// One message per worker, each held until all workers have come; then as many messages as may ever wait.
 void DetectorGraph::warm_up() {
   Nodes& n = *nodes_;
   n.warm_until = steady_now_ns() + (n.expected > 0 ? kStartPatience_ns : 0);
@@ -310,7 +312,7 @@ void DetectorGraph::warm_up() {
   for (int32_t i = 0; i < workers; ++i) n.segment->try_put({nullptr, kHold, 0});
   for (int32_t i = 0; i < more; ++i) n.segment->try_put({nullptr, kPass, 0});
   n.posted.store(true);
-  // A worker that does not come leaves its messages to the others, which have waited for it. Without any nothing comes.
+  // If a worker does not come, the others take its messages, after waiting for it. Without any worker nothing arrives.
   while (n.warmed.load(std::memory_order_acquire) < n.warm_messages() &&
          (n.arrived.load() > 0 || steady_now_ns() < n.warm_until))
     std::this_thread::yield();
@@ -318,7 +320,7 @@ void DetectorGraph::warm_up() {
 
 void DetectorGraph::start_segment(Frame& frame, int32_t sensor) {
   note_start(frame);
-  nodes_->context.hook(Body::kTake, frame, sensor);
+  nodes_->context.hook(HookPoint::kTake, frame, sensor);
   frame.pending.fetch_add(1, std::memory_order_acq_rel);
   nodes_->waiting.fetch_add(1, std::memory_order_relaxed);
   nodes_->segment->try_put({&frame, sensor, 0});

@@ -12,9 +12,9 @@ namespace overtake {
 namespace {
 
 constexpr int64_t kEgoJitterNs = 10'000'000;
-constexpr int64_t kEgoSlowestNs = 150'000'000;  // while the interval is not known: 10 Hz and somewhat less
+constexpr int64_t kEgoSlowestNs = 150'000'000;  // while the interval is unknown: allows 10 Hz and a little less
 
-// b - a in seconds, a <= b: exact to the nanosecond for stamps of today, and without overflow for any.
+// b - a in seconds, a <= b: exact to the nanosecond for current stamps, and without overflow for any stamp.
 double seconds_between(int64_t a, int64_t b) noexcept { return double(uint64_t(b) - uint64_t(a)) * 1e-9; }
 
 void fill_rotation(EgoState& state) noexcept {
@@ -69,7 +69,7 @@ double EgoState::heading_to_map(double heading_rad) const noexcept {
   return atan2_f64(r[3] * c + r[4] * s, r[0] * c + r[1] * s);
 }
 
-// The inverse: on a bank a direction in the vehicle's plane is not the map's one seen from the side.
+// The inverse. On a banked track, a heading in the vehicle's plane differs from the heading in the map's plane.
 double EgoState::heading_to_vehicle(double heading_rad) const noexcept {
   double s, c;
   sin_cos_f64(heading_rad, s, c);
@@ -104,7 +104,7 @@ EgoBuffer::EgoBuffer(int32_t capacity, const Allocator& allocator)
   if (!arena_.build(allocator, carve)) throw std::bad_alloc();
 }
 
-// A pose this much newer than the last goes on as those before it: two intervals, for one may be lost.
+// Largest step between stamps that counts as regular: two intervals, because one pose may be lost.
 int64_t EgoBuffer::rhythm_ns() const noexcept {
   return interval_ns_ > 0 ? 2 * interval_ns_ + kEgoJitterNs : kEgoSlowestNs;
 }
@@ -156,7 +156,7 @@ ovt_status EgoBuffer::push(const EgoPose& pose) noexcept {
     return OVT_OK;
   }
   if (waits_) {
-    // A slow or an interrupted source is as far from the next one as it was from the last.
+    // A slow or interrupted source: the next pose is as far from the waiting one as that was from the last.
     const int64_t waited_ns = difference_ns(waiting_.stamp_ns, last_stamp_ns_);
     const int64_t next_ns = difference_ns(pose.stamp_ns, waiting_.stamp_ns);
     if (next_ns == 0) return OVT_DUPLICATE;
@@ -173,32 +173,33 @@ ovt_status EgoBuffer::push(const EgoPose& pose) noexcept {
   return OVT_OK;
 }
 
-EgoMark EgoBuffer::mark() const noexcept {
-  EgoMark mark;
-  mark.count = count_.load(std::memory_order_acquire);
-  mark.first = first_.load(std::memory_order_acquire);
-  mark.refused = refused_.load(std::memory_order_acquire);
-  return mark;
+EgoRange EgoBuffer::range() const noexcept {
+  EgoRange range;
+  range.count = count_.load(std::memory_order_acquire);
+  range.first = first_.load(std::memory_order_acquire);
+  range.refused = refused_.load(std::memory_order_acquire);
+  return range;
 }
 
-// The oldest entries may be overwritten while the consumer reads: it leaves a quarter of the ring alone once it is
-// full.
-int64_t EgoBuffer::oldest_safe(const EgoMark& mark) const noexcept {
+// The producer may overwrite the oldest entries while the consumer reads. So the consumer skips a quarter of the ring
+// once the ring is full.
+int64_t EgoBuffer::oldest_safe(const EgoRange& range) const noexcept {
   const int64_t pushed = count_.load(std::memory_order_acquire);
-  return std::min(mark.count, std::max(mark.first, pushed - capacity_ + capacity_ / 4));
+  return std::min(range.count, std::max(range.first, pushed - capacity_ + capacity_ / 4));
 }
 
-int64_t EgoBuffer::first_run_after(const EgoMark& mark, int64_t run) const noexcept {
-  const int64_t oldest = oldest_safe(mark);
-  int64_t begin = mark.count;
+int64_t EgoBuffer::first_run_after(const EgoRange& range, int64_t run) const noexcept {
+  const int64_t oldest = oldest_safe(range);
+  int64_t begin = range.count;
   while (begin > oldest && run_at(begin - 1) > run) begin = std::max(oldest, run_at(begin - 1));
   return begin;
 }
 
-void EgoBuffer::copy_window(const EgoMark& mark, int64_t first_ns, int64_t last_ns, EgoWindow& window) const noexcept {
-  const int64_t count = mark.count;
+void EgoBuffer::copy_window(const EgoRange& range, int64_t first_ns, int64_t last_ns,
+                            EgoWindow& window) const noexcept {
+  const int64_t count = range.count;
   const auto pose = [&](int64_t i) -> const EgoPose& { return ring_[i % capacity_].pose; };
-  const int64_t oldest = oldest_safe(mark);
+  const int64_t oldest = oldest_safe(range);
   const auto first_after = [&](int64_t stamp_ns, int64_t reach_ns) {  // first i with pose(i).stamp - stamp > reach
     int64_t low = oldest, high = count;
     while (low < high) {

@@ -1,11 +1,11 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Ego poses: one producer appends to a ring; each frame takes a copy of the last ones that were pushed before its last
-// scan, so that what a frame sees never depends on when it is worked on.
+// Ego poses. One producer appends to a ring buffer. Each frame copies the last poses that were pushed before its last
+// scan, so the frame's poses do not depend on when it is processed.
 //
-// A pose that steps ahead of the rhythm of those before it waits until the next one agrees, and then begins a run: one
-// wrong stamp costs no good pose. Whether a run fits the sensors, who takes the windows says (EgoMark).
+// A pose that is ahead of the expected next stamp waits until the next pose agrees, and then starts a run. So one wrong
+// stamp costs no good pose. The consumer decides whether a run fits the sensors (EgoRange).
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ struct EgoPose {
 struct EgoState {
   EgoPose pose;
   double r[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  int64_t age_ns = 0;  // how far from the nearest pose known
+  int64_t age_ns = 0;  // distance in time to the nearest known pose
 
   void to_map(double x, double y, double z, double& map_x, double& map_y) const noexcept {
     map_x = r[0] * x + r[1] * y + r[2] * z + pose.x_m;
@@ -40,45 +40,45 @@ struct EgoState {
 inline constexpr int64_t kEgoFreshNs = 100'000'000;  // older: EGO_STALE, no map gate
 inline constexpr int64_t kEgoLostNs = 500'000'000;   // older: tracks only predict
 
-// The poses a frame may use, those round its time, ascending stamps.
+// The poses that a frame may use, around its time, ascending stamps.
 struct EgoWindow {
   static constexpr int32_t kCapacity = 256;
   int32_t count = 0;
   EgoPose poses[kCapacity];
 
-  // Interpolates (linear, the yaw the short way round) or extrapolates (constant speed and yaw rate). False when no
-  // pose is known within kEgoLostNs of stamp_ns, before or after.
+  // Interpolates (linear; yaw along the shorter way) or extrapolates (constant speed and yaw rate). False if no pose is
+  // known within kEgoLostNs of stamp_ns, before or after.
   bool at(int64_t stamp_ns, EgoState& out) const noexcept;
 };
 
-// Which poses a scan found when it was pushed: those from `first` to before `count`.
-struct EgoMark {
+// The poses in the buffer when a scan was pushed: from `first` to before `count`.
+struct EgoRange {
   int64_t first = 0, count = 0;
-  int64_t refused = 0;  // poses whose stamps were not believed, so far
+  int64_t refused = 0;  // poses refused because of their stamps so far
 };
 
 class EgoBuffer {
  public:
-  // Throws std::bad_alloc when there is no memory.
+  // Throws std::bad_alloc without memory.
   explicit EgoBuffer(int32_t capacity, const Allocator& allocator = default_allocator());
 
-  // Producer. OVT_DUPLICATE or OVT_LATE when the stamp does not grow. The third in a row that grows, and is older by
-  // more than 0.5 s, or lies in the step of the last run, is a clock that went back: the poses before it are forgotten.
-  // OVT_OK for a pose that waits as well.
+  // Producer. OVT_DUPLICATE or OVT_LATE if the stamp does not grow. The third increasing stamp in a row that is more
+  // than 0.5 s older, or lies in the step of the last run, means that the clock went back: the buffer forgets the
+  // earlier poses. A pose that waits is OVT_OK, too.
   ovt_status push(const EgoPose& pose) noexcept;
-  // Producer: poses that waited in vain, since the last call.
+  // Producer: number of waiting poses dropped since the last call.
   int32_t take_dropped() noexcept { return std::exchange(dropped_, 0); }
-  EgoMark mark() const noexcept;
-  // Consumer: the first pose of the mark that is not about to be overwritten; the count where there is none.
-  int64_t oldest_safe(const EgoMark& mark) const noexcept;
-  // Consumer: of the pose of this index, from there on. The run begins with the pose of index run_at().
+  EgoRange range() const noexcept;
+  // Consumer: the first pose of the range that will not be overwritten soon; the count if there is none.
+  int64_t oldest_safe(const EgoRange& range) const noexcept;
+  // Consumer: stamp of the pose with this index, valid from oldest_safe on. The pose's run begins at index run_at().
   int64_t stamp_at(int64_t index) const noexcept { return ring_[index % capacity_].pose.stamp_ns; }
   int64_t run_at(int64_t index) const noexcept { return ring_[index % capacity_].run; }
-  // Consumer: where the first of the marked runs behind `run` begins.
-  int64_t first_run_after(const EgoMark& mark, int64_t run) const noexcept;
-  // Consumer: of the marked poses those from kReachNs before first_ns to kReachNs after last_ns, with one more on
-  // either side; the newest of them where they are too many.
-  void copy_window(const EgoMark& mark, int64_t first_ns, int64_t last_ns, EgoWindow& window) const noexcept;
+  // Consumer: index of the first pose of the first run after `run` in the range.
+  int64_t first_run_after(const EgoRange& range, int64_t run) const noexcept;
+  // Consumer: copies the poses of the range from kReachNs before first_ns to kReachNs after last_ns, with one more on
+  // each side. If they are too many, it copies the newest.
+  void copy_window(const EgoRange& range, int64_t first_ns, int64_t last_ns, EgoWindow& window) const noexcept;
   static constexpr int64_t kReachNs = 100'000'000;
 
  private:
@@ -94,17 +94,17 @@ class EgoBuffer {
   Entry* ring_ = nullptr;
   int64_t capacity_;
   std::atomic<int64_t> count_{0};
-  std::atomic<int64_t> first_{0};  // poses before it belong to a clock that is gone
+  std::atomic<int64_t> first_{0};  // earlier poses belong to a clock before a jump
   std::atomic<int64_t> refused_{0};
-  // producer's
+  // written by the producer only
   int64_t last_stamp_ns_ = INT64_MIN;
-  int64_t interval_ns_ = 0;  // of the stamps, the longer ones count for a while; 0: not known
+  int64_t interval_ns_ = 0;  // between stamps; a longer one counts for a while; 0: unknown
   int64_t run_ = 0;
-  int64_t run_from_ns_ = INT64_MIN, run_stamp_ns_ = INT64_MIN;  // the step to its first pose
+  int64_t run_from_ns_ = INT64_MIN, run_stamp_ns_ = INT64_MIN;  // the step to the run's first pose
   bool waits_ = false;
   EgoPose waiting_;
   int32_t dropped_ = 0;
-  int32_t older_ = 0;  // stamps in a row that are older, as a clock that went back would have them
+  int32_t older_ = 0;  // older stamps in a row, as after a clock that went back
   int64_t older_ns_ = 0;
 };
 

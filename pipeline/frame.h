@@ -94,7 +94,7 @@ struct Frame {
   bool failed = false;        // detect threw: nothing is known of this frame, the tracks only predict
   // detect
   MemberTable members;
-  MergedTable merged;
+  FrameClusterTable merged;
   SeamScratch seam;
   int32_t* kept = nullptr;  // rows of merged that pass the gates
   int32_t kept_count = 0, candidate_count = 0;

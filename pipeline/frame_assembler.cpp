@@ -20,11 +20,11 @@ bool FrameAssembler::build(const int32_t* point_capacity, int32_t external_capac
   });
 }
 
-Taken FrameAssembler::check_stamp(int32_t source, int64_t stamp_ns) noexcept {
-  if (judged_ && judged_source_ == source && judged_stamp_ns_ == stamp_ns) return Taken::kNoSlot;
-  if (recent_[source].holds(stamp_ns)) return Taken::kDuplicate;
-  const Believe verdict = clock_.judge(source, stamp_ns);
-  if (verdict == Believe::kJump) {
+IntakeResult FrameAssembler::check_stamp(int32_t source, int64_t stamp_ns) noexcept {
+  if (classified_ && classified_source_ == source && classified_stamp_ns_ == stamp_ns) return IntakeResult::kNoSlot;
+  if (recent_[source].holds(stamp_ns)) return IntakeResult::kDuplicate;
+  const StampVerdict verdict = clock_.classify(source, stamp_ns);
+  if (verdict == StampVerdict::kJump) {
     close_open();
     for (Recent& recent : recent_) recent = {};
     std::fill(std::begin(seen_ns_), std::end(seen_ns_), stamp_ns);
@@ -35,40 +35,40 @@ Taken FrameAssembler::check_stamp(int32_t source, int64_t stamp_ns) noexcept {
     ego_watch_ = {.refused = ego_watch_.refused};
   }
   settle();
-  if (verdict == Believe::kHold) return Taken::kHeld;
-  if (verdict == Believe::kLate) return Taken::kLate;
-  judged_ = true;
-  judged_source_ = source;
-  judged_stamp_ns_ = stamp_ns;
-  return Taken::kNoSlot;
+  if (verdict == StampVerdict::kHold) return IntakeResult::kHeld;
+  if (verdict == StampVerdict::kLate) return IntakeResult::kLate;
+  classified_ = true;
+  classified_source_ = source;
+  classified_stamp_ns_ = stamp_ns;
+  return IntakeResult::kNoSlot;
 }
 
-Taken FrameAssembler::take_scan(int32_t sensor, Scan& scan) noexcept {
-  if (!place_accepted()) return Taken::kNoSlot;
-  // A held scan needs a slot soon: without one it stays where a newer one may replace it.
+IntakeResult FrameAssembler::take_scan(int32_t sensor, Scan& scan) noexcept {
+  if (!place_accepted()) return IntakeResult::kNoSlot;
+  // A held scan needs a slot soon. Without a free slot it stays in the mailbox, where a newer one may replace it.
   if (clock_.any() && scan.stamp_ns > clock_.newest_ns() && !joins(sensor, scan.stamp_ns) && !pool_.has_free())
-    return Taken::kNoSlot;
-  const Taken verdict = check_stamp(sensor, scan.stamp_ns);
-  if (verdict == Taken::kHeld) std::swap(held_[sensor], scan);
-  if (verdict != Taken::kNoSlot) return verdict;
-  return place_accepted() && place_scan(sensor, scan) ? Taken::kUsed : Taken::kNoSlot;
+    return IntakeResult::kNoSlot;
+  const IntakeResult verdict = check_stamp(sensor, scan.stamp_ns);
+  if (verdict == IntakeResult::kHeld) std::swap(held_[sensor], scan);
+  if (verdict != IntakeResult::kNoSlot) return verdict;
+  return place_accepted() && place_scan(sensor, scan) ? IntakeResult::kUsed : IntakeResult::kNoSlot;
 }
 
-Taken FrameAssembler::take_external(ExternalScan& scan) noexcept {
-  if (!place_accepted()) return Taken::kNoSlot;
-  const Taken verdict = check_stamp(ClockWatch::kExternal, scan.stamp_ns);
-  if (verdict == Taken::kHeld) hold_external(scan);
-  if (verdict != Taken::kNoSlot) return verdict;
-  return place_accepted() && place_external(scan) ? Taken::kUsed : Taken::kNoSlot;
+IntakeResult FrameAssembler::take_external(ExternalScan& scan) noexcept {
+  if (!place_accepted()) return IntakeResult::kNoSlot;
+  const IntakeResult verdict = check_stamp(ClockWatch::kExternal, scan.stamp_ns);
+  if (verdict == IntakeResult::kHeld) hold_external(scan);
+  if (verdict != IntakeResult::kNoSlot) return verdict;
+  return place_accepted() && place_external(scan) ? IntakeResult::kUsed : IntakeResult::kNoSlot;
 }
 
-// What the last judgement said of the scans that were held.
+// Collects the clock watch's results for held scans.
 void FrameAssembler::settle() noexcept {
   settled_.late += std::popcount(clock_.take_rejected());
   accepted_ |= clock_.take_accepted();
 }
 
-// In the order of their stamps.
+// Places accepted scans in the order of their stamps.
 bool FrameAssembler::place_accepted() noexcept {
   while (accepted_) {
     int32_t first = -1;
@@ -91,19 +91,19 @@ bool FrameAssembler::place_scan(int32_t sensor, Scan& scan) noexcept {
     if (belongs_before(scan.stamp_ns)) {
       Frame* frame = open(scan.stamp_ns, FrameKind::kScans);
       if (!frame) return false;
-      const EgoMark mark = scan.ego;
+      const EgoRange range = scan.ego;
       put_scan(*frame, sensor, scan);
-      close(*frame, mark);
+      close(*frame, range);
       return true;
     }
     close_open();
     open_ = open(scan.stamp_ns, FrameKind::kScans);
     if (!open_) return false;
-    open_mark_ = scan.ego;
+    open_range_ = scan.ego;
     if (!started_) std::fill(std::begin(seen_ns_), std::end(seen_ns_), scan.stamp_ns);
     started_ = true;
   }
-  if (scan.ego.count > open_mark_.count) open_mark_ = scan.ego;
+  if (scan.ego.count > open_range_.count) open_range_ = scan.ego;
   put_scan(*open_, sensor, scan);
   if (complete()) close_open();
   return true;
@@ -140,10 +140,10 @@ void FrameAssembler::drop_external(int32_t index) noexcept {
 bool FrameAssembler::settle_externals() noexcept {
   for (int32_t i = 0; i < held_externals_;) {
     ExternalScan& scan = held_external_[i].scan;
-    const Believe verdict = clock_.judge_held(scan.stamp_ns, held_external_[i].base_ns);
-    if (verdict == Believe::kHold) {
+    const StampVerdict verdict = clock_.classify_held(scan.stamp_ns, held_external_[i].base_ns);
+    if (verdict == StampVerdict::kHold) {
       ++i;
-    } else if (verdict == Believe::kLate) {
+    } else if (verdict == StampVerdict::kLate) {
       drop_external(i);
     } else {
       if (!place_external(scan)) return false;
@@ -173,7 +173,7 @@ bool FrameAssembler::advance(int64_t now_ns) noexcept {
   if (!closed_any_ || difference_ns(now_ns, closed_stamp_ns_) < params_.predict_after_ns) return true;
   Frame* frame = open(now_ns, FrameKind::kPrediction);
   if (!frame) return false;
-  close(*frame, ego_.mark());
+  close(*frame, ego_.range());
   return true;
 }
 
@@ -204,16 +204,16 @@ void FrameAssembler::put_scan(Frame& frame, int32_t sensor, Scan& scan) noexcept
 
 void FrameAssembler::close_open() noexcept {
   if (!open_) return;
-  close(*std::exchange(open_, nullptr), open_mark_);
+  close(*std::exchange(open_, nullptr), open_range_);
 }
 
-void FrameAssembler::close(Frame& frame, const EgoMark& mark) noexcept {
+void FrameAssembler::close(Frame& frame, const EgoRange& range) noexcept {
   frame.sequence = next_sequence_++;
   if (std::exchange(restart_next_, false)) {
     frame.restart = true;
     frame.flags |= OVT_FLAG_CLOCK_JUMP;
   }
-  // A prediction names a time at which nothing was measured: scans of that time may still come.
+  // A prediction contains no measurement: scans of that time may still come.
   if (frame.kind != FrameKind::kPrediction) {
     if (closed_any_ && frame.stamp_ns < closed_stamp_ns_) {
       frame.flags |= OVT_FLAG_OUT_OF_SEQUENCE;
@@ -223,7 +223,7 @@ void FrameAssembler::close(Frame& frame, const EgoMark& mark) noexcept {
       closed_kind_ = frame.kind;
     }
   }
-  ego_.copy_window(watch_ego(mark, frame), frame.first_stamp_ns, frame.stamp_ns, frame.ego);
+  ego_.copy_window(watch_ego(range, frame), frame.first_stamp_ns, frame.stamp_ns, frame.ego);
   frame.suspect_mask |= clock_.suspect_mask();
   if (frame.suspect_mask) frame.flags |= OVT_FLAG_CLOCK_SUSPECT;
   if (frame.kind == FrameKind::kPrediction) frame.flags |= OVT_FLAG_PREDICTION | OVT_FLAG_NO_DATA;
@@ -236,17 +236,17 @@ void FrameAssembler::close(Frame& frame, const EgoMark& mark) noexcept {
   runner_.close(frame);
 }
 
-// Which of the marked poses the frame may use. The time is the sensors' newest stamp, where there is none the frame's
-// own.
-EgoMark FrameAssembler::watch_ego(const EgoMark& mark, Frame& frame) noexcept {
+// Selects the poses of the range that the frame may use. The time is the sensors' newest stamp, or the frame's stamp if
+// there is none.
+EgoRange FrameAssembler::watch_ego(const EgoRange& range, Frame& frame) noexcept {
   EgoWatch& watch = ego_watch_;
-  EgoMark used = mark;
+  EgoRange used = range;
   if (watch.named > 0) --watch.named;
-  if (mark.refused > watch.refused) watch.named = 3;
-  watch.refused = std::max(watch.refused, mark.refused);
-  if (mark.count > ego_.oldest_safe(mark)) {
+  if (range.refused > watch.refused) watch.named = 3;
+  watch.refused = std::max(watch.refused, range.refused);
+  if (range.count > ego_.oldest_safe(range)) {
     const int64_t now_ns = clock_.any() ? clock_.newest_ns() : frame.stamp_ns;
-    const int64_t lead_ns = difference_ns(ego_.stamp_at(mark.count - 1), now_ns), run = ego_.run_at(mark.count - 1);
+    const int64_t lead_ns = difference_ns(ego_.stamp_at(range.count - 1), now_ns), run = ego_.run_at(range.count - 1);
     const bool stepped = watch.frames > 0 && run > watch.believed_run;
     const bool in_sequence = frame.kind != FrameKind::kPrediction && !(frame.flags & OVT_FLAG_OUT_OF_SEQUENCE);
     if (in_sequence && !stepped && watch.frames < EgoWatch::kLearnFrames) {
@@ -259,24 +259,24 @@ EgoMark FrameAssembler::watch_ego(const EgoMark& mark, Frame& frame) noexcept {
       if (!ahead) watch.believed_run = std::max(watch.believed_run, run);
     }
     const bool step_ahead = watch.ahead > 0 && stepped;
-    if (step_ahead) used.count = ego_.first_run_after(mark, watch.believed_run);
-    if (step_ahead || watch.ahead == EgoWatch::kDriftFrames || (mark.count > watch.count && lead_ns < -kLateNs))
+    if (step_ahead) used.count = ego_.first_run_after(range, watch.believed_run);
+    if (step_ahead || watch.ahead == EgoWatch::kDriftFrames || (range.count > watch.count && lead_ns < -kLateNs))
       watch.named = 3;
-    watch.count = std::max(watch.count, mark.count);
+    watch.count = std::max(watch.count, range.count);
   }
   if (watch.named > 0) frame.suspect_mask |= OVT_SUSPECT_EGO;
   return used;
 }
 
-// The open frame has begun later, or a frame of scans has taken the stamp; pushed detections of the same stamp leave
-// room for the scans.
+// The open frame starts later, or a frame of scans already has this stamp. Pushed detections with the same stamp do not
+// count: the scans come after them.
 bool FrameAssembler::belongs_before(int64_t stamp_ns) const noexcept {
   if (open_ && stamp_ns <= open_->first_stamp_ns) return true;
   if (!closed_any_) return false;
   return stamp_ns < closed_stamp_ns_ || (stamp_ns == closed_stamp_ns_ && closed_kind_ == FrameKind::kScans);
 }
 
-// Every sensor is in it, but for those silent for more than 1.5 periods.
+// Whether the frame has every sensor, except those silent for more than 1.5 periods.
 bool FrameAssembler::complete() const noexcept {
   for (int32_t s = 0; s < params_.sensor_count; ++s)
     if (!(open_->sensor_mask >> s & 1u) && difference_ns(open_->first_stamp_ns, seen_ns_[s]) <= params_.wait_ns)

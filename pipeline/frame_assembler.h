@@ -1,14 +1,15 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Groups scans into frames by their stamps. One thread (the intake). A frame opens with its first scan and closes when
-// every sensor that is not silent is in it, when a scan arrives that does not belong to it, or when the caller names a
-// time that is too late for it. Segmentation starts with each scan, not with the frame's last.
+// Groups scans into frames by their stamps. Runs on one thread (the intake). A frame opens with its first scan. It
+// closes when it has every sensor that is not silent, when a scan arrives that does not belong to it, or when
+// ovt_advance reports a time that is too late for it. The segmentation starts with each scan, before the frame is
+// complete.
 //
-// A scan older than what was closed, or than the frame that waits, is a frame of its own: the tracker takes it in at
-// its place in time. A frame's sequence number is that of its closing.
+// A scan older than a closed frame, or than the open frame, becomes a separate frame; the tracker inserts it at its
+// stamp. Frames get their sequence numbers when they close.
 //
-// A scan whose stamp the clock watch holds is kept here, one of each sensor: the next held one replaces it.
+// The assembler keeps one held scan per sensor (held: see clock_watch.h). The next held scan of the sensor replaces it.
 #pragma once
 
 #include <algorithm>
@@ -22,23 +23,23 @@
 
 namespace overtake {
 
-// What runs the stages: inline, or the graph.
+// Runs the stages: inline, or in the graph.
 class FrameRunner {
  public:
   virtual ~FrameRunner() = default;
-  // Runs the intake's loop, which is what calls the other two, where that must be.
+  // Runs the intake's loop, which calls start_segment and close, in the thread or arena that the runner needs.
   virtual void host(const std::function<void()>& loop) { loop(); }
-  // In that loop, before the first frame: may take memory and threads.
+  // Called in that loop before the first frame. May allocate memory and start threads.
   virtual void warm_up() {}
-  virtual int32_t workers() const noexcept { return 1; }         // that came in the warm-up
+  virtual int32_t workers() const noexcept { return 1; }         // workers that came in the warm-up
   virtual void start_segment(Frame& frame, int32_t sensor) = 0;  // sensors[sensor].scan is ready
-  virtual void close(Frame& frame) = 0;                          // nothing more comes for it
+  virtual void close(Frame& frame) = 0;                          // the frame is complete
 };
 
 struct AssemblerParams {
   int32_t sensor_count = 0;
   int64_t period_ns = 50'000'000, tolerance_ns = 25'000'000;
-  int64_t wait_ns = 75'000'000;  // after a frame's first stamp; older, ovt_advance closes it
+  int64_t wait_ns = 75'000'000;  // ovt_advance closes a frame this long after its first stamp
   int64_t predict_after_ns = 75'000'000;
 };
 
@@ -46,34 +47,34 @@ struct AssemblerParams {
 struct ExternalScan {
   ExternalTable table;
   int64_t stamp_ns = 0;
-  uint64_t ticket = 0;  // as of a Scan
-  EgoMark ego;
+  uint64_t ticket = 0;  // like Scan::ticket
+  EgoRange ego;
   int32_t reference = OVT_REFERENCE_MAP;
 };
 
-// What became of a scan (or of pushed detections) that was offered. kNoSlot: offer it again. kHeld: take_settled() says
-// it later.
-enum class Taken { kUsed, kLate, kDuplicate, kNoSlot, kHeld };
+// Result of offering a scan or pushed detections. kNoSlot: offer it again. kHeld: take_settled() returns the final
+// result later.
+enum class IntakeResult { kUsed, kLate, kDuplicate, kNoSlot, kHeld };
 
-// What became of scans and pushed detections that were answered kHeld, or kLate before a clock jump.
+// Results of scans and pushed detections that were kHeld, or kLate before a clock jump.
 struct Settled {
   int32_t used = 0, late = 0;
-  int32_t late_before_jump = 0;  // of the clock that is now believed: dropped, then
+  int32_t late_before_jump = 0;  // scans of the new clock that were late: they count as dropped
   int32_t external_used = 0, external_dropped = 0;
 };
 
-// Ego poses against the sensors' time, frame by frame. Poses that stepped ahead (a run of the buffer) are believed when
-// they lead the sensors by no more than poses did before.
+// Compares ego poses with the sensors' time, frame by frame. Poses that stepped ahead (a run of the buffer) are trusted
+// when they lead the sensors by no more than earlier poses did.
 struct EgoWatch {
   static constexpr int32_t kLearnFrames = 16;
-  static constexpr int32_t kDriftFrames = 8;  // one alone may have been worked on out of turn
-  int32_t frames = 0;                         // that taught what is usual
-  int64_t usual_lead_ns = 0;  // newest pose minus the sensors' newest stamp: the most of the first frames
-  int64_t believed_run = -1;  // runs up to this one are believed
-  int32_t ahead = 0;          // frames in a row in which they led by more
+  static constexpr int32_t kDriftFrames = 8;  // a single frame may have been processed out of order
+  int32_t frames = 0;                         // frames used to learn the usual lead
+  int64_t usual_lead_ns = 0;  // newest pose minus the sensors' newest stamp: largest value of the first frames
+  int64_t believed_run = -1;  // runs up to this one are trusted
+  int32_t ahead = 0;          // frames in a row with a larger lead than usual
   int64_t refused = 0;        // poses that the buffer had refused by the last frame
-  int64_t count = 0;          // poses by the last frame
-  int32_t named = 0;          // frames until the poses are no suspects any more
+  int64_t count = 0;          // poses up to the last frame
+  int32_t named = 0;          // frames until the poses are no longer suspect
 };
 
 class FrameAssembler {
@@ -84,23 +85,23 @@ class FrameAssembler {
         ego_(ego),
         runner_(runner),
         clock_(params.sensor_count, params.period_ns, params.tolerance_ns) {}
-  // Memory for what is held. False: there is none.
+  // Allocates memory for held scans. False without memory.
   [[nodiscard]] bool build(const int32_t* point_capacity, int32_t external_capacity, const Allocator& allocator);
 
-  // Swaps the scan's table into the frame's.
-  Taken take_scan(int32_t sensor, Scan& scan) noexcept;
-  // Pushed detections: a frame of their own, after the open one, which may have the same stamp.
-  Taken take_external(ExternalScan& scan) noexcept;
-  // False when a frame slot was needed and none is free: try again.
+  // Swaps the scan's table with the frame's.
+  IntakeResult take_scan(int32_t sensor, Scan& scan) noexcept;
+  // Pushed detections become a separate frame after the open one, which may have the same stamp.
+  IntakeResult take_external(ExternalScan& scan) noexcept;
+  // False if a frame slot was needed and none is free: try again.
   bool advance(int64_t now_ns) noexcept;
-  void flush() noexcept;                                                   // what is still held is refused
+  void flush() noexcept;                                                   // rejects everything that is held
   int64_t admitted() const noexcept { return next_sequence_; }             // frames closed so far
-  Settled take_settled() noexcept { return std::exchange(settled_, {}); }  // since the last call
+  Settled take_settled() noexcept { return std::exchange(settled_, {}); }  // results since the last call
   int64_t clock_jumps() const noexcept { return clock_jumps_; }
   int64_t near_ns() const noexcept { return clock_.near_ns(); }
 
  private:
-  // Stamps of a source that were used, to know one that comes again.
+  // Recent stamps of a source that were used, to recognise repeated ones.
   struct Recent {
     static constexpr uint32_t kCapacity = 32;
     int64_t stamp_ns[kCapacity] = {};
@@ -114,14 +115,14 @@ class FrameAssembler {
   // Pushed detections that wait for the sensors.
   struct HeldExternal {
     ExternalScan scan;
-    int64_t base_ns = 0;  // the sensors' newest stamp when it came
+    int64_t base_ns = 0;  // the sensors' newest stamp when the detections came
   };
   static constexpr int32_t kHeldExternals = 8;
 
-  // A verdict that is not kNoSlot ends it; else the stamp is believed.
-  Taken check_stamp(int32_t source, int64_t stamp_ns) noexcept;
+  // The final result, or kNoSlot if the stamp is accepted.
+  IntakeResult check_stamp(int32_t source, int64_t stamp_ns) noexcept;
   void settle() noexcept;
-  // False: something held is good, and there is no slot for it.
+  // False if an accepted scan finds no free slot.
   bool place_accepted() noexcept;
   bool place_scan(int32_t sensor, Scan& scan) noexcept;
   bool place_external(ExternalScan& scan) noexcept;
@@ -129,13 +130,13 @@ class FrameAssembler {
   void hold_external(ExternalScan& scan) noexcept;
   void drop_external(int32_t index) noexcept;
   bool settle_externals() noexcept;
-  EgoMark watch_ego(const EgoMark& mark, Frame& frame) noexcept;
+  EgoRange watch_ego(const EgoRange& range, Frame& frame) noexcept;
   Frame* open(int64_t stamp_ns, FrameKind kind) noexcept;
   void put_scan(Frame& frame, int32_t sensor, Scan& scan) noexcept;
   void forget_judged(int32_t source, int64_t stamp_ns) noexcept {
-    judged_ = judged_ && (judged_source_ != source || judged_stamp_ns_ != stamp_ns);
+    classified_ = classified_ && (classified_source_ != source || classified_stamp_ns_ != stamp_ns);
   }
-  void close(Frame& frame, const EgoMark& mark) noexcept;
+  void close(Frame& frame, const EgoRange& range) noexcept;
   void close_open() noexcept;
   bool complete() const noexcept;
   bool belongs_before(int64_t stamp_ns) const noexcept;
@@ -147,26 +148,26 @@ class FrameAssembler {
   ClockWatch clock_;
   Recent recent_[ClockWatch::kSources];
   Frame* open_ = nullptr;
-  EgoMark open_mark_;
+  EgoRange open_range_;
   int64_t next_sequence_ = 0;
-  bool started_ = false;       // a scan was taken
-  bool restart_next_ = false;  // the next frame is the first of another clock
+  bool started_ = false;       // a scan was used
+  bool restart_next_ = false;  // the next frame is the first of a new clock
   Settled settled_;
   int64_t clock_jumps_ = 0;
   Arena held_arena_;
   Scan held_[kMaxSensors];
-  uint32_t accepted_ = 0;  // of the held scans, those to place
+  uint32_t accepted_ = 0;  // bits of accepted held scans that need a frame
   HeldExternal held_external_[kHeldExternals];
   int32_t held_externals_ = 0;
   EgoWatch ego_watch_;
   bool closed_any_ = false;
-  int64_t closed_stamp_ns_ = 0;  // newest stamp of the closed frames, predictions apart
+  int64_t closed_stamp_ns_ = 0;  // newest stamp of the closed frames, without predictions
   FrameKind closed_kind_ = FrameKind::kScans;
-  int64_t seen_ns_[kMaxSensors] = {};  // newest scan of each sensor; before its first: the first frame's
-  // A stamp is judged once, also when no slot was free and the scan is offered again.
-  bool judged_ = false;
-  int32_t judged_source_ = 0;
-  int64_t judged_stamp_ns_ = 0;
+  int64_t seen_ns_[kMaxSensors] = {};  // newest scan of each sensor; before its first scan: the first frame's stamp
+  // Each stamp is classified once, also when no slot was free and the scan is offered again.
+  bool classified_ = false;
+  int32_t classified_source_ = 0;
+  int64_t classified_stamp_ns_ = 0;
 };
 
 }  // namespace overtake

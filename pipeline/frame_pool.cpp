@@ -16,7 +16,7 @@ bool FramePool::build(int32_t slot_count, int32_t max_in_flight, const FrameSize
   return true;
 }
 
-// The lowest free slot: the one used last is the likeliest to be in the cache.
+// Returns the lowest free slot: the slot used last is most likely in the cache.
 Frame* FramePool::acquire() noexcept {
   if (in_flight_.load(std::memory_order_acquire) >= max_in_flight_) return nullptr;
   for (int32_t i = 0; i < slot_count_; ++i) {
@@ -39,7 +39,7 @@ bool FramePool::has_free() const noexcept {
 }
 
 void FramePool::publish(Frame* frame) noexcept {
-  const int64_t sequence = frame->sequence;  // a reader may have let go of it by the end of this
+  const int64_t sequence = frame->sequence;  // read before the release: a reader may free the slot during this call
   mark_finished(frame);
   make_latest(frame, sequence);
 }

@@ -1,11 +1,11 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A producer's mailbox: the newest letter (a scan, a table of detections) waits, an older one that still waited is
-// replaced. One producer, one taker; neither ever waits for the other: each swaps its own letter for the one in the
-// middle, in one instruction.
+// A producer's mailbox: a triple buffer. It keeps the newest slot (a scan, or a table of detections); a newer one
+// replaces it. One producer, one consumer, and neither waits for the other: each exchanges its slot for the middle one
+// with one atomic instruction.
 //
-//   three letters:  being written (producer)   in the middle, fresh or stale   in hand or stale (taker)
+//   three slots:  written (producer)   middle: fresh or stale   acquired: pending or stale (consumer)
 #pragma once
 
 #include <atomic>
@@ -21,53 +21,53 @@ namespace overtake {
 struct Scan {
   ScanTable table;
   int64_t stamp_ns = 0;
-  uint64_t ticket = 0;  // pushes before it, of all sources
-  EgoMark ego;          // ego poses that were pushed before it
-  StageSpan load;       // its copy
+  uint64_t ticket = 0;  // pushes of all sources before this one
+  EgoRange ego;         // ego poses that were pushed before this scan
+  StageSpan load;       // time of the copy
 };
 
-template <class Letter>  // with a `table`
+template <class Slot>  // has a `table`
 class Mailbox {
  public:
   [[nodiscard]] bool build(int32_t row_capacity, const Allocator& allocator) {
     return arena_.build(allocator, [&](Carver& carver) {
-      for (Letter& letter : letters_) carve_table(carver, letter.table, row_capacity);
+      for (Slot& slot : slots_) carve_table(carver, slot.table, row_capacity);
     });
   }
 
-  // Producer: fill it, then post it. post() is true when it replaced a letter that still waited.
-  Letter& writable() noexcept { return letters_[writing_]; }
+  // Producer: fill the slot, then post it. post() returns true if it replaced a fresh slot.
+  Slot& writable() noexcept { return slots_[writing_]; }
   bool post() noexcept {
     const int32_t old = middle_.exchange(writing_ | kFresh, std::memory_order_seq_cst);
     writing_ = old & kIndex;
     return old & kFresh;
   }
-  // Producer: sleeps while a letter waits.
-  void wait_until_taken() const noexcept {
+  // Producer: sleeps while the middle slot is fresh.
+  void wait_until_acquired() const noexcept {
     for (int32_t seen; (seen = middle_.load(std::memory_order_acquire)) & kFresh;)
       middle_.wait(seen, std::memory_order_acquire);
   }
 
-  // Taker: takes the waiting letter in hand (giving back an older one in hand: true in `replaced`). False: none waits.
-  bool take(bool& replaced) noexcept {
-    if (!(middle_.load(std::memory_order_acquire) & kFresh)) return false;  // only the taker makes it stale
+  // Consumer: acquires a fresh slot; false if there is none. `replaced`: the earlier one was still pending.
+  bool acquire(bool& replaced) noexcept {
+    if (!(middle_.load(std::memory_order_acquire) & kFresh)) return false;  // only the consumer makes it stale
     reading_ = middle_.exchange(reading_, std::memory_order_seq_cst) & kIndex;
     middle_.notify_all();
-    replaced = in_hand_;
-    in_hand_ = true;
+    replaced = is_pending_;
+    is_pending_ = true;
     return true;
   }
-  Letter* in_hand() noexcept { return in_hand_ ? &letters_[reading_] : nullptr; }
-  void drop_hand() noexcept { in_hand_ = false; }
+  Slot* pending() noexcept { return is_pending_ ? &slots_[reading_] : nullptr; }
+  void release() noexcept { is_pending_ = false; }
 
  private:
   static constexpr int32_t kIndex = 3, kFresh = 4;
   Arena arena_;
-  Letter letters_[3];
-  std::atomic<int32_t> middle_{1};  // index, and whether it waits to be taken
-  int32_t writing_ = 0;             // producer's
-  int32_t reading_ = 2;             // taker's
-  bool in_hand_ = false;            // taker's: what it reads is not done with
+  Slot slots_[3];
+  std::atomic<int32_t> middle_{1};  // index, and kFresh if it is not yet acquired
+  int32_t writing_ = 0;             // written by the producer only
+  int32_t reading_ = 2;             // written by the consumer only
+  bool is_pending_ = false;         // the consumer acquired the slot and did not release it
 };
 
 }  // namespace overtake

@@ -13,12 +13,12 @@
 namespace overtake {
 namespace {
 
-// A scan touches a few MB of its slot here and there: in pages of 4 kB that is more than the CPU's page tables in cache
-// hold (three sensors' chain took about a tenth longer, on a noisy machine).
+// A scan touches a few MB of its slot, spread out. With pages of 4 kB these are more pages than the CPU's TLB holds
+// (the chain of three sensors took about a tenth longer, on a noisy machine).
 constexpr size_t kHugePage = size_t(2) << 20;
 constexpr size_t kPage = 4096;
 
-// The sanitizer watches the ends of blocks from the heap, which are all the ends there are: then they come from there.
+// The address sanitizer checks the ends of heap blocks only, so with it all blocks come from the heap.
 #if defined(__SANITIZE_ADDRESS__)
 constexpr bool kMaps = false;
 #elif defined(__has_feature)
@@ -31,7 +31,7 @@ constexpr bool kMaps = true;
 constexpr bool kMaps = true;
 #endif
 
-// Whole pages at an address that is a multiple of `alignment`: more than is needed, and the ends given back.
+// Maps whole pages at a multiple of `alignment`: maps more than needed and unmaps the ends.
 void* map_pages(size_t bytes, size_t alignment, void*) noexcept {
   const size_t slack = alignment > kPage ? alignment : 0;
   if (bytes + slack < bytes) return nullptr;
@@ -65,8 +65,8 @@ Allocator Memory::allocator() noexcept {
   return a;
 }
 
-// Locks do not nest, so no two blocks may share a page that one of them unlocks. What was obtained for a block stands
-// in its last bytes.
+// Locks do not nest, so no two blocks may share a page that one of them unlocks. The last bytes of a block hold what
+// was granted for it.
 Memory::Size Memory::size_of(size_t bytes, size_t alignment) const noexcept {
   const bool huge = huge_ && bytes >= kHugePage;
   if (!huge && !lock_ && !maps_) return {bytes, alignment};
@@ -80,7 +80,7 @@ void* Memory::allocate(size_t bytes, size_t alignment) noexcept {
   if (!block) return nullptr;
   bytes_.fetch_add(int64_t(bytes), std::memory_order_relaxed);
   if (size.bytes == bytes) return block;
-  if (maps_) madvise(block, size.bytes, MADV_DONTFORK);  // no kernel refuses it for pages that are there
+  if (maps_) madvise(block, size.bytes, MADV_DONTFORK);  // the kernel never refuses this for mapped pages
   Obtained obtained;
   if (size.alignment == kHugePage) {
     obtained.huge = madvise(block, size.bytes, MADV_HUGEPAGE) == 0;

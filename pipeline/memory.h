@@ -1,11 +1,11 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where a detector's blocks come from: the caller's allocator, or pages of their own from the system, with huge pages
-// and locking where asked for and allowed. What was obtained is counted; what was refused costs speed, never a failure.
+// Source of a detector's blocks: the caller's allocator, or separate pages from the system, with huge pages and locking
+// if requested and allowed. Counts what the system granted. A refusal costs speed, and is never an error.
 //
-// Pages of their own go back to the system with the block, whatever the heap would have kept, and a child process does
-// not get them (MADV_DONTFORK): a fork would make the parent's next frames copy every page they write.
+// Separate pages return to the system with the block, while the heap may keep freed memory. A forked child does not get
+// them (MADV_DONTFORK); else the parent's next frames would copy every page that they write.
 #pragma once
 
 #include <atomic>
@@ -21,9 +21,9 @@ class Memory {
   Memory(const Memory&) = delete;
   Memory& operator=(const Memory&) = delete;
 
-  // `base` null functions: pages of our own. `flags`: OVT_MEMORY_... bits; huge pages with our own only.
+  // `base` with null functions: separate pages. `flags`: OVT_MEMORY_... bits; huge pages only for separate pages.
   void set_up(const Allocator& base, int32_t flags) noexcept;
-  // Hands out through this object, which must outlive every block.
+  // An allocator that uses this object, which must outlive every block.
   Allocator allocator() noexcept;
 
   int64_t bytes() const noexcept { return bytes_.load(std::memory_order_relaxed); }
@@ -38,7 +38,7 @@ class Memory {
   struct Obtained {
     bool huge = false, locked = false;
   };
-  Size size_of(size_t bytes, size_t alignment) const noexcept;  // of the block that is taken for it
+  Size size_of(size_t bytes, size_t alignment) const noexcept;  // size of the block for a request
   void* allocate(size_t bytes, size_t alignment) noexcept;
   void release(void* block, size_t bytes) noexcept;
 

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The C API's edge: checks every argument before any state changes, and lets no exception across.
+// The C API functions: each checks every argument before any state changes, and lets no exception reach the caller.
 #include "pipeline/overtake.h"
 
 #include <algorithm>
@@ -22,7 +22,7 @@ namespace {
 Detector& cpp(ovt_detector* detector) { return *reinterpret_cast<Detector*>(detector); }
 Reader& cpp(ovt_reader* reader) { return *reinterpret_cast<Reader*>(reader); }
 
-// Runs a call; what it throws becomes a status.
+// Runs a call and turns an exception into a status.
 template <class Body>
 ovt_status guard(ovt_detector* detector, Body&& body) noexcept {
   try {
@@ -63,7 +63,7 @@ size_t size_of_type(int32_t type) {
   // clang-format on
 }
 
-// A column of `count` values of an allowed type that lies within its declared bytes.
+// Whether the column holds `count` values of an allowed type within its declared bytes.
 bool good_column(const ovt_column& c, int32_t count, bool required, bool floating_only) {
   if (c.type == OVT_NONE) return !required;
   const size_t size = size_of_type(c.type);
@@ -75,24 +75,24 @@ bool good_column(const ovt_column& c, int32_t count, bool required, bool floatin
   return c.size_bytes >= size && (c.size_bytes - size) / c.stride >= size_t(count - 1);
 }
 
-bool within(double limit, std::initializer_list<double> values) {  // not when it is NaN
+bool within(double limit, std::initializer_list<double> values) {  // false for NaN
   return std::all_of(values.begin(), values.end(), [=](double v) { return std::fabs(v) <= limit; });
 }
 
 const char* const kStatusText[] = {
     "ok",
-    "bad argument: a null, or a count, stride, type or value out of its bounds",
-    "bad version: the header and the library do not fit",
+    "bad argument: a null pointer, or a count, stride, type or value out of bounds",
+    "bad version: the header and the library do not match",
     "unknown name of a preset, parameter or ISA",
     "out of range: a parameter's value is outside its limits",
     "no memory",
     "the system refused a thread",
     "no (new) finished frame",
     "duplicate stamp",
-    "late: the stamp is older than what was already taken",
+    "late: the stamp is older than one already used",
     "too many: more than the capacity set at create",
     "internal error: an exception was caught",
-    "the def said that frames need not keep it",
+    "not kept: keep_images was 0 at create",
     "wrong thread: called from on_frame, or with worker_count 1 while another thread is in a call",
     "not computed: the detector's method has no such image or stage",
 };
@@ -118,7 +118,7 @@ const char* const kStageName[OVT_STAGE_COUNT] = {"load",   "project", "gaps",  "
                                                  "repair", "link",    "label", "clusters", "segment", "merge",
                                                  "gate",   "pose",    "track", "frame"};
 
-// The reader stands on a frame.
+// Whether the reader is positioned at a frame.
 bool standing(ovt_reader* reader) { return reader && cpp(reader).frame; }
 
 const SensorPart* part_of(ovt_reader* reader, int32_t sensor) {
@@ -221,7 +221,7 @@ ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_detector
   }
   ovt_detector_def whole = default_detector_def();
   if (!take(*def, whole) || def->version == 0 || def->version / 10000 != OVT_VERSION_MAJOR) {
-    say("the header and the library do not fit: start from ovt_default_detector_def()");
+    say("the header and the library do not match: start from ovt_default_detector_def()");
     return OVT_BAD_VERSION;
   }
   ovt_status status = OVT_INTERNAL;
@@ -294,7 +294,7 @@ ovt_status ovt_create_reader(ovt_detector* detector, ovt_reader** out) {
 }
 
 void ovt_destroy_reader(ovt_reader* reader) {
-  if (reader && !cpp(reader).lent) cpp(reader).detector->destroy_reader(&cpp(reader));
+  if (reader && !cpp(reader).is_callback_reader) cpp(reader).detector->destroy_reader(&cpp(reader));
 }
 
 ovt_status ovt_next_frame_sized(ovt_reader* reader, ovt_frame_info* out, size_t out_size) {
@@ -348,7 +348,7 @@ ovt_status ovt_read_tracks_sized(ovt_reader* reader, int64_t publish_ns, ovt_tra
 ovt_status ovt_read_clusters_sized(ovt_reader* reader, ovt_clusters* out, size_t out_size) {
   if (!reader || !out) return OVT_BAD_ARGUMENT;
   if (!standing(reader)) return OVT_NO_FRAME;
-  const MergedTable& merged = cpp(reader).frame->merged;
+  const FrameClusterTable& merged = cpp(reader).frame->merged;
   ovt_clusters rows{};
   rows.count = merged.count;
 #define OVT_CLUSTER(type, name, ...) rows.name = merged.name;

@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The C API for C++20: owners, spans, and a status as an exception or as a value. Header only: nothing is copied,
-// nothing allocated, and every rule of overtake.h about threads and lifetimes holds as it is written there. Its structs
-// are used as they are. The namespace is not the library's own, so that this works with the static library, too.
+// The C API for C++20: owning classes, spans, and a status as an exception or as a value. Header only. It copies and
+// allocates nothing, uses the C API's structs, and keeps every rule of overtake.h about threads and lifetimes. The
+// namespace is not the library's internal one, so this header also works with the static library.
 //
 //   ovt_sensor_def sensor = ovt_default_sensor_def();
 //   ovt::Detector detector(ovt::definition(std::span(&sensor, 1)));       throws ovt::Error
@@ -26,9 +26,9 @@
 #include <type_traits>
 #include <utility>
 
-#include "overtake.h"  // its neighbour, wherever both are installed
+#include "overtake.h"  // in the same folder, in the source tree and installed
 #if __has_include("columns.def")
-#define OVT_COLUMNS_DEF "columns.def"  // lies beside them, too
+#define OVT_COLUMNS_DEF "columns.def"  // installed in the same folder
 #else
 #define OVT_COLUMNS_DEF "../core/columns.def"  // in the source tree
 #endif
@@ -51,7 +51,7 @@ inline void check(ovt_status status) {
   if (status != OVT_OK) throw Error(status);
 }
 
-// A value, or the status that says why there is none.
+// A value, or the status that tells why there is none.
 template <class T>
 class [[nodiscard]] Result {
  public:
@@ -84,11 +84,11 @@ constexpr int32_t kTypeOf = [] {
     return std::is_signed_v<T> ? OVT_I32 : OVT_U32;
 }();
 
-// What a column may borrow: an array, a vector, a span; no temporary that owns its elements.
+// Ranges that a column may point into: an array, a vector, a span, but no temporary that owns its elements.
 template <class R>
 concept Borrowed = std::ranges::contiguous_range<R> && std::ranges::sized_range<R> && std::ranges::borrowed_range<R>;
 
-// One field of a scan: the numbers themselves, or one member of records.
+// One field of a scan: a range of numbers, or one member of a range of records.
 template <Borrowed R>
 constexpr ovt_column column(R&& numbers) noexcept {
   using T = std::ranges::range_value_t<R>;
@@ -102,7 +102,7 @@ constexpr ovt_column column(R&& records, T Record::*member) noexcept {
   return {&(std::ranges::data(records)->*member), size_bytes, stride, kTypeOf<T>};
 }
 
-// A scan whose columns are yet to be set.
+// A scan without columns; set them next.
 inline ovt_points scan(int32_t sensor, int64_t stamp_ns, std::size_t count) {
   ovt_points points;
   check(ovt_points_init(&points, sizeof points));
@@ -124,7 +124,7 @@ inline ovt_external_detections external_detections() {
 
 // ---- definitions ----------------------------------------------------------------------------------------------------
 
-// The default with these sensors, which must live until the detector is created.
+// The default def with these sensors, which must exist until the detector is created.
 inline ovt_detector_def definition(std::span<const ovt_sensor_def> sensors) noexcept {
   ovt_detector_def def = ovt_default_detector_def();
   def.sensors = sensors.data();
@@ -155,8 +155,8 @@ inline ovt_build_info build_info() noexcept {
 
 // ---- output ---------------------------------------------------------------------------------------------------------
 
-// Tables borrow the reader's memory (overtake.h says for how long). `c` is the C struct; a column is a span of
-// `c.count`, empty where the struct has none. Each is named as its field of the struct; columns.def lists them.
+// Tables point into the reader's memory (overtake.h tells how long it is valid). `c` is the C struct. A column is a
+// span of `c.count` values, empty if the struct has none. It has the name of its field; columns.def lists them.
 #define OVT_COLUMN(type, name, ...) \
   auto name() const noexcept { return column(c.name); }
 
@@ -203,7 +203,7 @@ struct Clusters : Table<ovt_clusters> {
 };
 
 struct Labels : Table<ovt_labels> {
-// cluster_of_label: by label, 0 to c.label_count.
+// Index of cluster_of_label: label, 0 to c.label_count.
 #define OVT_LABEL OVT_COLUMN
 #define OVT_LABEL_CLUSTER(type, name, ...) \
   std::span<const type> name() const noexcept { return {c.name, c.name ? std::size_t(c.label_count) + 1 : 0}; }
@@ -216,7 +216,7 @@ struct Image {
   ovt_image c{};
   int32_t rows() const noexcept { return c.rows; }
   int32_t cols() const noexcept { return c.cols; }
-  // One row: float, int32_t, or uint64_t words of bits. Empty when the image holds another type or has no such row.
+  // One row: float, int32_t, or uint64_t words of bits. Empty if the image has another type or no such row.
   template <class T>
   std::span<const T> row(int32_t r) const noexcept {
     constexpr bool bits = std::is_same_v<T, uint64_t>;
@@ -228,7 +228,7 @@ struct Image {
   }
 };
 
-// A reader lent for a call: what on_frame gets. Everything that may be asked about the frame it stands on.
+// The argument of on_frame: read access to the frame that the reader is positioned at.
 class FrameView {
  public:
   explicit FrameView(ovt_reader* reader) noexcept : reader_(reader) {}
@@ -270,7 +270,7 @@ class FrameView {
 
 class Detector {
  public:
-  // Throws Error with the sentence that names the field at fault.
+  // Throws Error with a sentence that names the wrong field.
   explicit Detector(const ovt_detector_def& def) {
     char sentence[256];
     const ovt_status status = ovt_create_detector_verbose(&def, &detector_, sentence, sizeof sentence);
@@ -285,7 +285,7 @@ class Detector {
   }
   ovt_detector* get() const noexcept { return detector_; }
 
-  // A late or repeated stamp is no accident on track: the status comes back as it is. check() makes an exception of it.
+  // Late and repeated stamps are normal on a race track: push returns the status. check() throws on it.
   [[nodiscard]] ovt_status push(const ovt_points& scan) noexcept { return ovt_push_scan(detector_, &scan); }
   [[nodiscard]] ovt_status push(const ovt_ego_pose& pose) noexcept { return ovt_push_ego_pose(detector_, &pose); }
   [[nodiscard]] ovt_status push(const ovt_external_detections& rows) noexcept {
@@ -309,7 +309,7 @@ class Detector {
   ovt_detector* detector_ = nullptr;
 };
 
-// May outlive its detector: then it has no newer frame.
+// May exist longer than its detector; it then gets no newer frame.
 class Reader : public FrameView {
  public:
   explicit Reader(const Detector& detector) : FrameView(nullptr) { check(ovt_create_reader(detector.get(), &reader_)); }
@@ -328,8 +328,9 @@ class Reader : public FrameView {
 
 // ---- callbacks ------------------------------------------------------------------------------------------------------
 
-// Lets a def call whatever of these the handler has; it must outlive the detector. Each is noexcept: an exception
-// cannot cross the C API. Which thread calls which, overtake.h says (ovt_frame_fn, ovt_log_fn, ovt_alloc_fn).
+// Sets the def's callbacks to those of these functions that the handler has. The handler must outlive the detector.
+// Each must be noexcept: an exception cannot cross the C API. overtake.h tells which thread calls which (ovt_frame_fn,
+// ovt_log_fn, ovt_alloc_fn).
 //   void on_frame(ovt::FrameView)                    void log(ovt_log_level, std::string_view)
 //   void* allocate(size_t bytes, size_t alignment)   void release(void* block, size_t bytes)
 template <class Handler>
@@ -337,11 +338,11 @@ void bind(ovt_detector_def& def, Handler& handler) noexcept {
   constexpr bool frames = requires(FrameView frame) { handler.on_frame(frame); };
   constexpr bool logs = requires(std::string_view text) { handler.log(OVT_LOG_INFO, text); };
   constexpr bool allocates = requires(std::size_t n, void* p) { handler.allocate(n, n), handler.release(p, n); };
-  static_assert(frames || logs || allocates, "the handler has none of the functions that can be called");
+  static_assert(frames || logs || allocates, "the handler has none of the callback functions");
   def.user = &handler;
   if constexpr (frames) {
     static_assert(noexcept(handler.on_frame(FrameView(nullptr))), "on_frame must be noexcept");
-    def.on_frame = [](ovt_reader* lent, void* user) { static_cast<Handler*>(user)->on_frame(FrameView(lent)); };
+    def.on_frame = [](ovt_reader* reader, void* user) { static_cast<Handler*>(user)->on_frame(FrameView(reader)); };
   }
   if constexpr (logs) {
     static_assert(noexcept(handler.log(OVT_LOG_INFO, std::string_view())), "log must be noexcept");

@@ -67,13 +67,13 @@ const ParamRow* find(const char* name) noexcept {
   return nullptr;
 }
 
-// Limits in degrees come back from radians with a rounding error: allow it.
+// Limits in degrees have a rounding error after the conversion from radians: allow for it.
 bool within(const ParamRow& row, double value) noexcept {
   const double slack = row.in_degrees ? 1e-9 : 0.0;
   return value >= row.info.value_min - slack && value <= row.info.value_max + slack;
 }
 
-// Whether a struct of that size holds it: an older caller's ends before.
+// Whether a struct of that size contains the field: the struct of an older caller may end before it.
 bool is_within(const ParamRow& row, std::size_t struct_size) noexcept {
   return row.offset + (row.is_integer ? sizeof(int32_t) : sizeof(double)) <= struct_size;
 }
@@ -205,8 +205,8 @@ ovt_status ovt_set_param(ovt_params* params, const char* name, const char* value
   const char* end = value + std::strlen(value);
   const auto [at, error] = std::from_chars(value, end, number);
   if (at != end || error == std::errc::invalid_argument) return OVT_BAD_ARGUMENT;
-  if (error != std::errc()) return OVT_OUT_OF_RANGE;   // more than a double holds
-  if (!within(*row, number)) return OVT_OUT_OF_RANGE;  // also when NaN
+  if (error != std::errc()) return OVT_OUT_OF_RANGE;   // larger than any double
+  if (!within(*row, number)) return OVT_OUT_OF_RANGE;  // also for NaN
   if (row->is_integer && number != double(int32_t(number))) return OVT_BAD_ARGUMENT;
   write(*params, *row, number);
   return OVT_OK;

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The C API's parameters and what the stages make of them.
+// The C API's parameters, and the parameters of the stages that follow from them.
 #pragma once
 
 #include <string>
@@ -33,7 +33,7 @@ struct DetectParams {
   double vehicle_width_m = 0;
 };
 
-// "" when every value lies in its limits and they fit each other, else what is wrong, the parameter's text name first.
+// "" if every value is within its limits and they are consistent; else the error, starting with the text name.
 std::string find_bad_param(const ovt_params& params);
 
 SegmentParams make_segment_params(const ovt_params& params, const SensorModel& sensor) noexcept;

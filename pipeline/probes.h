@@ -1,13 +1,14 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// USDT probes of provider "overtake", for perf, bpftrace and SystemTap: a note in the ELF file and one nop in the code,
-// which a tracer turns into a trap while it looks. Without sys/sdt.h at build time they are nothing at all.
+// USDT probes of provider "overtake", for perf, bpftrace and SystemTap. A probe is a note in the ELF file and one nop
+// in the code, which a tracer replaces by a trap while it runs. Built without sys/sdt.h, the probes are empty.
 //
-//   stage_begin, stage_end (sequence, sensor, stage, stamp_ns)   stage: ovt_stage. Stages of a sensor: sequence -1 (a
-//                                    frame gets its number when its last scan is in), the scan's stamp. Stages of the
-//                                    whole frame: sensor -1, the last scan's stamp
-//   drop (sensor, stamp_ns)          a scan was replaced before anybody used it; sensor -1: pushed detections
+//   stage_begin, stage_end (sequence, sensor, stage, stamp_ns)   stage: ovt_stage
+//                                    stages of a sensor: sequence -1 (a frame gets its number with its last scan), and
+//                                    the scan's stamp
+//                                    stages of the whole frame: sensor -1, and the last scan's stamp
+//   drop (sensor, stamp_ns)          a newer scan replaced this one before it was used; sensor -1: pushed detections
 //   deadline (sequence, latency_ns)  a frame was published later than the def's deadline
 #pragma once
 
@@ -24,8 +25,8 @@
 
 namespace overtake {
 
-// Hides that a value is a constant. perf leaves constants out of a probe's arguments, and the kernel then refuses the
-// other places of the same probe because their arguments differ.
+// Hides from the compiler that a value is a constant. perf omits constants from a probe's arguments; the kernel then
+// refuses the other places of the same probe, because their arguments differ.
 template <class T>
 inline T seen_by_probe(T value) noexcept {
 #if defined(OVT_PROBES)

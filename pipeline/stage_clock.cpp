@@ -7,7 +7,7 @@
 namespace overtake {
 namespace {
 
-// initial-exec: the first use on a thread takes no memory, in a shared library either.
+// initial-exec: the first use on a thread allocates no memory, also in a shared library.
 [[gnu::tls_model("initial-exec")]] thread_local int32_t worker_number = -1;
 
 }  // namespace

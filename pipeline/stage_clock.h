@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// When and where each stage of a frame ran. Times never reach a result: they are read beside it.
+// When and where each stage of a frame ran. Times are separate from results and never change them.
 #pragma once
 
 #include <algorithm>
@@ -16,8 +16,8 @@ namespace overtake {
 
 int64_t steady_now_ns() noexcept;
 
-// The calling thread's number among a detector's workers; -1: the pushing thread or the intake. A worker that enters an
-// arena sets its own.
+// The calling thread's number among a detector's workers; -1: the pushing thread or the intake. A worker sets its
+// number when it enters an arena.
 int32_t this_worker() noexcept;
 void set_this_worker(int32_t worker) noexcept;
 
@@ -33,13 +33,13 @@ struct StageSpans {
   void reset() noexcept { std::fill(std::begin(of), std::end(of), StageSpan{}); }
 };
 
-// What the probes are told about the work.
+// Arguments of the probes.
 struct StageTag {
   int64_t sequence, stamp_ns;
   int32_t sensor;
 };
 
-// Stage after stage: each begins where the one before it ended.
+// Measures stage after stage: each begins where the one before it ended.
 class StageClock {
  public:
   StageClock(StageSpans& spans, const StageTag& tag) noexcept
@@ -51,7 +51,7 @@ class StageClock {
     last_ = now;
     probe_stage_end(tag_.sequence, tag_.sensor, stage, tag_.stamp_ns);
   }
-  // Runs each of the steps, which have a `stage`. Neighbours of one stage share its time.
+  // Runs each of the steps, which have a `stage`. Consecutive steps of one stage share its time.
   template <class Steps, class Run>
   void run(const Steps& steps, Run&& run_step) noexcept {
     for (std::size_t i = 0; i < steps.size(); ++i) {

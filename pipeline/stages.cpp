@@ -27,7 +27,7 @@ void pose_clusters(const StageContext& context, int32_t sensor, SensorPart& part
   clock.begin(OVT_STAGE_POSE);
   const ClusterTable& clusters = part.clusters;
   const ClusterPointTable& points = part.cluster_points;
-  MergedTable alone;  // as it is merged if no other sensor adds to it
+  FrameClusterTable alone;  // as it is merged if no other sensor adds to it
   alone.count = clusters.count;
   alone.point_count = clusters.point_count;
   alone.min_x_m = clusters.min_x_m, alone.max_x_m = clusters.max_x_m;
@@ -101,7 +101,7 @@ void find_ego_on_map(const StageContext& context, Frame& frame) noexcept {
 }
 
 void keep_car_sized(const StageContext& context, Frame& frame) noexcept {
-  const MergedTable& merged = frame.merged;
+  const FrameClusterTable& merged = frame.merged;
   const GateClustersParams& by_size = context.detect.gate_clusters;
   frame.kept_count = context.kernels->gate_clusters(by_size, merged, frame.kept);
   frame.candidate_count = frame.kept_count;
@@ -111,7 +111,7 @@ void keep_car_sized(const StageContext& context, Frame& frame) noexcept {
 }
 
 void keep_on_track(const StageContext& context, Frame& frame) noexcept {
-  const MergedTable& merged = frame.merged;
+  const FrameClusterTable& merged = frame.merged;
   // The map gate works while the ego pose is known, fresh and on the map; each centroid goes to the map at its
   // cluster's own time. The last answer is the next one's hint: neighbours in the table are mostly neighbours on the
   // track. Where the ego vehicle itself is out, by little, what is in its way is no scenery: a vehicle's width farther
@@ -137,7 +137,7 @@ void keep_on_track(const StageContext& context, Frame& frame) noexcept {
 }
 
 void keep_nearest(const StageContext& context, Frame& frame) noexcept {
-  const MergedTable& merged = frame.merged;
+  const FrameClusterTable& merged = frame.merged;
   int32_t count = frame.kept_count;
 
   // More than fit: the nearest stay, in table order. Rarely runs, so it may be quadratic in what is dropped.
@@ -154,7 +154,7 @@ void keep_nearest(const StageContext& context, Frame& frame) noexcept {
 }
 
 void pose_frame(const StageContext& context, Frame& frame) noexcept {
-  const MergedTable& merged = frame.merged;
+  const FrameClusterTable& merged = frame.merged;
   const MemberTable& members = frame.members;
   DetectionTable& out = frame.detections;
   out.count = frame.kept_count;

@@ -4,7 +4,7 @@
 // The stages as functions over a Frame. No two that may run at the same time write the same table.
 #pragma once
 
-#include "core/track_map.h"
+#include "core/circuit_map.h"
 #include "pipeline/frame.h"
 #include "pipeline/method/method.h"
 #include "pipeline/params.h"
@@ -15,11 +15,11 @@ namespace overtake {
 
 // Where a runner may be watched, made to wait or (but for kTake, on the intake) to throw: the tests' way in.
 // kSegment: before a scan's segmentation; kPose: in the middle of it, before the poses of its clusters.
-enum class Body { kTake, kSegment, kPose, kDetect, kTrack, kFinish };
-struct BodyHook {
-  void (*call)(void* user, Body body, Frame& frame, int32_t sensor) = nullptr;  // sensor -1: the whole frame
+enum class HookPoint { kTake, kSegment, kPose, kDetect, kTrack, kFinish };
+struct TestHook {
+  void (*call)(void* user, HookPoint body, Frame& frame, int32_t sensor) = nullptr;  // sensor -1: the whole frame
   void* user = nullptr;
-  void operator()(Body body, Frame& frame, int32_t sensor = -1) const {
+  void operator()(HookPoint body, Frame& frame, int32_t sensor = -1) const {
     if (call) call(user, body, frame, sensor);
   }
 };
@@ -33,9 +33,9 @@ struct StageContext {
   SegmentParams segment[kMaxSensors];
   DetectParams detect;
   int32_t candidate_capacity = 0;     // of a frame
-  const TrackMap* map = nullptr;      // null: none
+  const CircuitMap* map = nullptr;    // null: none
   SegmentScratch* scratch = nullptr;  // one for each thread that segments
-  BodyHook hook;
+  TestHook hook;
 };
 
 // Range image segmentation of one sensor (paper IV-A): the method's steps.

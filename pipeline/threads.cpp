@@ -11,9 +11,9 @@
 namespace overtake {
 namespace {
 
-// What a thread was before it became ours, and whose it is.
+// A thread's settings before a detector changed them, and the detector that changed them.
 struct Before {
-  uint64_t owner = 0;  // a roster's id, 0 none
+  uint64_t owner = 0;  // id of a ThreadSetup, 0 none
   int32_t worker = -1;
   bool pinned = false, fifo = false;
   cpu_set_t cpus;
@@ -21,10 +21,10 @@ struct Before {
   sched_param param{};
   char name[16] = "";
 };
-// initial-exec: the first use on a thread takes no memory, in a shared library either.
+// initial-exec: the first use on a thread allocates no memory, also in a shared library.
 [[gnu::tls_model("initial-exec")]] thread_local Before before;
 
-uint64_t next_roster_id() noexcept {
+uint64_t next_setup_id() noexcept {
   static std::atomic<uint64_t> last{0};
   return last.fetch_add(1, std::memory_order_relaxed) + 1;
 }
@@ -42,27 +42,27 @@ bool is_usable_cpu(int32_t cpu) noexcept {
   return cpu >= 0 && cpu < CPU_SETSIZE && sched_getaffinity(0, sizeof set, &set) == 0 && CPU_ISSET(cpu, &set);
 }
 
-ThreadRoster::ThreadRoster(ThreadSettings settings, int32_t worker_count)
-    : id_(next_roster_id()), settings_(std::move(settings)), obtained_(std::size_t(worker_count) + 1) {}
+ThreadSetup::ThreadSetup(ThreadSettings settings, int32_t worker_count)
+    : id_(next_setup_id()), settings_(std::move(settings)), granted_(std::size_t(worker_count) + 1) {}
 
-uint8_t ThreadRoster::apply(int32_t first_cpu, int32_t cpu_count) const noexcept {
-  uint8_t obtained = 0;
+uint8_t ThreadSetup::apply(int32_t first_cpu, int32_t cpu_count) const noexcept {
+  uint8_t granted = 0;
   if (cpu_count > 0) {
     cpu_set_t set;
     CPU_ZERO(&set);
     for (int32_t i = first_cpu; i < first_cpu + cpu_count; ++i) CPU_SET(settings_.cpus[std::size_t(i)], &set);
-    if (sched_setaffinity(0, sizeof set, &set) == 0) obtained |= kPinned;
+    if (sched_setaffinity(0, sizeof set, &set) == 0) granted |= kPinned;
   }
   if (settings_.fifo_priority > 0) {
     sched_param param{};
     param.sched_priority = settings_.fifo_priority;
-    if (pthread_setschedparam(pthread_self(), SCHED_FIFO, &param) == 0) obtained |= kFifo;
+    if (pthread_setschedparam(pthread_self(), SCHED_FIFO, &param) == 0) granted |= kFifo;
   }
-  return obtained;
+  return granted;
 }
 
-void ThreadRoster::enter_worker(int32_t worker) noexcept {
-  if (worker < 0 || std::size_t(worker) + 1 >= obtained_.size()) return;
+void ThreadSetup::enter_worker(int32_t worker) noexcept {
+  if (worker < 0 || std::size_t(worker) + 1 >= granted_.size()) return;
   if (before.owner == id_ && before.worker == worker) return;
   if (before.owner == 0) {
     pthread_getname_np(pthread_self(), before.name, sizeof before.name);
@@ -73,15 +73,15 @@ void ThreadRoster::enter_worker(int32_t worker) noexcept {
   std::snprintf(name, sizeof name, "ovt-worker-%d", worker % 1000);
   pthread_setname_np(pthread_self(), name);
   const bool pins = !settings_.cpus.empty();
-  const uint8_t obtained = apply(pins ? worker % int32_t(settings_.cpus.size()) : 0, pins ? 1 : 0);
+  const uint8_t granted = apply(pins ? worker % int32_t(settings_.cpus.size()) : 0, pins ? 1 : 0);
   before.owner = id_;
   before.worker = worker;
-  before.pinned |= (obtained & kPinned) != 0;
-  before.fifo |= (obtained & kFifo) != 0;
-  obtained_[std::size_t(worker)].store(obtained, std::memory_order_relaxed);
+  before.pinned |= (granted & kPinned) != 0;
+  before.fifo |= (granted & kFifo) != 0;
+  granted_[std::size_t(worker)].store(granted, std::memory_order_relaxed);
 }
 
-void ThreadRoster::release_worker() noexcept {
+void ThreadSetup::release_worker() noexcept {
   if (before.owner != id_) return;
   if (before.pinned) sched_setaffinity(0, sizeof before.cpus, &before.cpus);
   if (before.fifo) pthread_setschedparam(pthread_self(), before.policy, &before.param);
@@ -89,13 +89,13 @@ void ThreadRoster::release_worker() noexcept {
   before = Before{};
 }
 
-void ThreadRoster::enter_intake() noexcept {
+void ThreadSetup::enter_intake() noexcept {
   pthread_setname_np(pthread_self(), "ovt-intake");
-  obtained_.back().store(apply(0, int32_t(settings_.cpus.size())), std::memory_order_relaxed);
+  granted_.back().store(apply(0, int32_t(settings_.cpus.size())), std::memory_order_relaxed);
 }
 
-int32_t ThreadRoster::count(uint8_t bit) const noexcept {
-  return int32_t(std::count_if(obtained_.begin(), obtained_.end(),
+int32_t ThreadSetup::count(uint8_t bit) const noexcept {
+  return int32_t(std::count_if(granted_.begin(), granted_.end(),
                                [bit](const auto& o) { return o.load(std::memory_order_relaxed) & bit; }));
 }
 

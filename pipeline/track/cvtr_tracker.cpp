@@ -33,7 +33,7 @@ double choose_heading(const CvtrState& s, bool in_map, double min_speed_mps) {
 
 }  // namespace
 
-CvtrPolicy::CvtrPolicy(const TrackerParams& params, const TrackMap* map, const Allocator& allocator)
+CvtrPolicy::CvtrPolicy(const TrackerParams& params, const CircuitMap* map, const Allocator& allocator)
     : params_(params),
       map_(map),
       life_cycle_{params.window, params.confirm_hits, params.keep_hits},
@@ -141,7 +141,7 @@ void CvtrPolicy::write_path(const State& s, PathTable& t) const noexcept {
 
 template class ReplayTracker<CvtrPolicy>;
 
-std::unique_ptr<FrameTracker> make_cvtr_tracker(const TrackerParams& params, const TrackMap* map,
+std::unique_ptr<FrameTracker> make_cvtr_tracker(const TrackerParams& params, const CircuitMap* map,
                                                 const Allocator& allocator) {
   return std::make_unique<CvtrTracker>(params, map, allocator);
 }

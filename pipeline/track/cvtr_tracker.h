@@ -24,7 +24,7 @@ class CvtrPolicy {
  public:
   using State = CvtrState;
 
-  CvtrPolicy(const TrackerParams& params, const TrackMap* map, const Allocator& allocator);
+  CvtrPolicy(const TrackerParams& params, const CircuitMap* map, const Allocator& allocator);
 
   void predict(State& state, double dt_s) const noexcept;
   Place place(const State& s) const noexcept { return {s.estimate.mean.x_m, s.estimate.mean.y_m}; }
@@ -64,7 +64,7 @@ class CvtrPolicy {
 
  private:
   const TrackerParams params_;
-  const TrackMap* const map_;
+  const CircuitMap* const map_;
   const LifeCycleParams life_cycle_;
   const ProcessNoise noise_, no_noise_;
   GlobalAssignment<CvtrPolicy> assignment_;

@@ -11,7 +11,7 @@
 #include <span>
 
 #include "core/arena.h"
-#include "core/track_map.h"
+#include "core/circuit_map.h"
 #include "core/track_table.h"
 #include "pipeline/track/measurement.h"
 #include "pipeline/track/tracker_params.h"
@@ -124,7 +124,7 @@ class FrameTracker {
 
 // The tracker of a method. `map` may be null or empty; it must outlive the tracker. Throws std::bad_alloc when the
 // allocator has no memory.
-using MakeTracker = std::unique_ptr<FrameTracker>(const TrackerParams& params, const TrackMap* map,
+using MakeTracker = std::unique_ptr<FrameTracker>(const TrackerParams& params, const CircuitMap* map,
                                                   const Allocator& allocator);
 
 // publish_ns, but at most so long from the other stamp.

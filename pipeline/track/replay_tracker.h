@@ -18,7 +18,7 @@ class ReplayTracker final : public FrameTracker {
  public:
   using State = typename Policy::State;
 
-  ReplayTracker(const TrackerParams& params, const TrackMap* map, const Allocator& allocator = default_allocator())
+  ReplayTracker(const TrackerParams& params, const CircuitMap* map, const Allocator& allocator = default_allocator())
       : params_(make_sane(params)), tracks_(params_, map, allocator) {
     const bool built = arena_.build(allocator, [this](Carver& carver) {
       tracks_.carve(carver);

@@ -20,7 +20,7 @@ class TrackSet {
  public:
   using State = typename Policy::State;
 
-  TrackSet(const TrackerParams& params, const TrackMap* map, const Allocator& allocator)
+  TrackSet(const TrackerParams& params, const CircuitMap* map, const Allocator& allocator)
       : params_(params), policy_(params, map, allocator) {}
 
   void carve(Carver& carver) {
