@@ -1,9 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What candidate_capacity and track_capacity cost at the worst: as many detections as fit, all of them in each other's
-// gates, frame after frame, and then one frame that is late. The tracker alone, through the C API; CPU time of the
-// call.
+// The worst-case cost of candidate_capacity and track_capacity: as many detections as fit, all in each other's gates,
+// frame after frame, and then one late frame. Only the tracker, through the C API; CPU time of the call.
 //
 //   bench_capacity [--side METRES] [--late SECONDS] [--limit STEPS] [--frames N] [CAPACITY...]
 #include <time.h>
@@ -61,7 +60,7 @@ void measure(int32_t capacity, const Options& options) {
   double sum = 0, worst = 0;
   for (int32_t k = 0; k < options.frames; ++k) {
     const double ms = push(0.05 * k);
-    if (k < 10) continue;  // the tracks settle
+    if (k < 10) continue;  // until the tracks have settled
     sum += ms;
     worst = std::max(worst, ms);
   }

@@ -1,19 +1,18 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What this machine needs for the bare memory traffic and arithmetic of a scan, on the same scan the kernels are
-// measured on (racecar_front): the floor that tools/dev/bench holds their times against. Plain loops, compiled for each
-// ISA.
+// The time that this machine needs for the memory traffic and arithmetic of a scan alone, on the scan of the kernel
+// benchmarks (racecar_front). tools/dev/bench compares the kernels with this floor. Plain loops, compiled for each ISA.
 //
 //   stream_read/<isa>/<size>   stream_copy/<isa>/<size>     bandwidth of the caches and of memory
-//   read_points/<isa>/{warm,cold}                           24 bytes a point, once
-//   atan2/<isa>/points                                      the project's polynomial, once a point
-//   scatter/{scan,random,keep_largest}                      4 bytes a point into an image of 32 x 857
+//   read_points/<isa>/{warm,cold}                           24 bytes per point, once
+//   atan2/<isa>/points                                      the project's polynomial, once per point
+//   scatter/{scan,random,keep_largest}                      4 bytes per point into an image of 32 x 857
 //   clear/<isa>/{one,seven}                                 images of 32 x 857
 //   column_filter/<isa>/5tap                                five taps down each column of one image
-//   segment_floor/<isa>/racecar_front                       what a segmentation cannot go without: read, atan2 a point,
-//                                                           clear and scatter into two images, atan2 a pixel, five
-//                                                           column filters, labels gathered back to points
+//   segment_floor/<isa>/racecar_front                       the minimum of a segmentation: read, atan2 per point,
+//                                                           clear and scatter into two images, atan2 per pixel, five
+//                                                           column filters, gather labels back to points
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -43,7 +42,7 @@ struct Loops {
   bool can_run;
 };
 
-// Eight sums abreast: one chain of additions would measure its own latency.
+// Eight independent sums: one chain of additions would measure its own latency.
 #define OVT_FLOOR_LOOPS(name, attributes)                                                                  \
   namespace name {                                                                                         \
   attributes uint64_t sum(const uint64_t* from, std::size_t count) {                                       \
@@ -98,7 +97,7 @@ std::vector<Loops> all_loops() {
 constexpr int32_t kRows = 32, kCols = 857;
 constexpr std::size_t kPixels = std::size_t(kRows) * kCols;
 
-// The scan as the passes need it. Elements are padded, so that whole vectors may be read.
+// The scan in the form that the passes need. Arrays are padded, so that loops may read whole vectors.
 struct Scan {
   std::vector<CloudPoint> points;
   std::vector<float> x, y, azimuth, intensity;
@@ -163,7 +162,7 @@ void segment_floor(const Loops& loops, Scan& scan) {
   gather(scan.pixel, scan.out, scan.labels);
 }
 
-// Bytes and items an iteration.
+// Adds a benchmark with its bytes and items per iteration.
 void add(const std::string& name, std::size_t bytes, std::size_t items, const std::function<void()>& run) {
   benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& state) {
     for (auto _ : state) {
@@ -180,7 +179,7 @@ void flush(const void* data, std::size_t bytes) {
   for (std::size_t i = 0; i < bytes; i += 64) _mm_clflush(static_cast<const char*>(data) + i);
   _mm_mfence();
 }
-// The points come from a driver, on another core: they are not in this one's cache.
+// The points come from a driver on another core, so they are not in this core's cache.
 void add_cold(const Loops& loops, const Scan& scan) {
   const std::string name = std::string("read_points/") + loops.isa + "/cold";
   benchmark::RegisterBenchmark(name.c_str(), [&loops, &scan](benchmark::State& state) {
@@ -210,7 +209,7 @@ void add_all() {
       const std::size_t words = bytes / 8;
       add("stream_read" + isa + name, bytes, words,
           [&loops, words] { benchmark::DoNotOptimize(loops.sum(from.data(), words)); });
-      // As many bytes in all: half of them read, half written.
+      // The same total number of bytes: half are read, half written.
       add("stream_copy" + isa + name, bytes, words / 2,
           [&loops, words] { loops.copy(from.data(), to.data(), words / 2); });
     }

@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Every kernel of the manifest on every ISA this CPU has, the whole segmentation of one scan, and the whole chain of
-// three. Names are paths: smooth_sg/avx2/32x857, segment/avx512/racecar_front, chain/ref/racecar. The scalar reference
-// is the ISA `ref`.
+// Every kernel of the manifest on every ISA of this CPU, the whole segmentation of one scan, and the whole chain of
+// three scans. Names are paths: smooth_sg/avx2/32x857, segment/avx512/racecar_front, chain/ref/racecar. The ISA `ref`
+// is the scalar reference.
 #include <benchmark/benchmark.h>
 
 #include <map>
@@ -15,7 +15,7 @@
 namespace overtake::bench {
 namespace {
 
-// What a kernel goes through, and the bytes it reads and writes: for a step, those of its columns.
+// The items that a kernel processes, and the bytes that it reads and writes: for a step, those of its columns.
 struct Traffic {
   int64_t items, bytes;
 };
@@ -36,7 +36,7 @@ Traffic traffic_of(const Work& work, const Step& step) {
         traffic.bytes += work.pixels() * int64_t(sizeof *view.data);
     }
   });
-  if (has(moved, Column::scan)) traffic.bytes += work.points() * 16;  // a place and one more
+  if (has(moved, Column::scan)) traffic.bytes += work.points() * 16;  // four columns of four bytes
   if (has(moved, Column::row_of_layer) && has(moved, Column::layer_sums)) traffic.bytes += part.row_count * 24;
   if (has(moved, Column::cluster_points)) traffic.bytes += part.cluster_points.count * 16;
   return traffic;
@@ -82,7 +82,7 @@ void bench_adversarial(benchmark::State& state, const KernelTable* kernels, cons
   state.SetItemsProcessed(int64_t(state.iterations()) * work.pixels());
 }
 
-// Three sensors from the caller's bytes to tracks, through the C API without a graph.
+// Three sensors from the caller's bytes to tracks, through the C API, without the graph.
 void bench_chain(benchmark::State& state, const char* isa, const std::vector<Cloud>& clouds) {
   std::vector<ovt_sensor_def> sensors;
   for (const Cloud& cloud : clouds) sensors.push_back(cloud.sensor);
@@ -126,7 +126,7 @@ void bench_chain(benchmark::State& state, const char* isa, const std::vector<Clo
 void add_all() {
   const KernelTable* tables[16] = {};
   const int32_t table_count = list_kernels(tables);
-  // Kept for the benchmarks, which hold pointers to them.
+  // static: the benchmarks keep pointers to these.
   static const std::vector<Cloud> sizes = {make_cloud(32, 857), make_cloud(64, 2048), make_cloud(128, 2048)};
   static const std::vector<Cloud> racecar = racecar_clouds();
   static std::vector<Cloud> scans = racecar;
@@ -134,7 +134,7 @@ void add_all() {
   scans.push_back(nuscenes_cloud());
   scans.push_back(make_one_pixel_cloud());
 
-  // ISAs innermost: what is compared runs close together.
+  // ISAs in the inner loop: compared benchmarks run close together.
 #define OVT_KERNEL(kernel, form)                                          \
   for (const Cloud& cloud : sizes)                                        \
     for (int32_t t = 0; t < table_count; ++t)                             \

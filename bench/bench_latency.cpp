@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How long after the arrival of a frame's last scan its tracks are there; and what the machine would have cost a thread
-// that does nothing, measured beside it in the same run.
+// Latency from the arrival of a frame's last scan to its tracks, and the delay of an idle thread on the same machine,
+// measured in the same run.
 #include <cstdio>
 #include <exception>
 

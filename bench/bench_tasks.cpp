@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What is not one kernel on one image: assignment, the rectangle of 500 points, points in other orders, and our
-// clusters beside those of PCL on the same non-ground points.
+// Benchmarks of more than one kernel on one image: assignment, the rectangle of 500 points, other orders of points, and
+// our clusters beside those of PCL on the same non-ground points.
 #include <cmath>
 #include <random>
 
@@ -32,7 +32,7 @@ std::vector<AssignPair> dense_pairs(int32_t n) {
     for (int32_t column = 0; column < n; ++column) pairs.push_back({row, column, double(random() % 65536) / 6553.6});
   return pairs;
 }
-// Cars all over a field of 200 x 200 m, each seen with 1 m of noise; the tracker's gate of 8 m.
+// Cars spread over a field of 200 x 200 m, each seen with 1 m of noise; the tracker's gate of 8 m.
 std::vector<AssignPair> gated_pairs(int32_t n) {
   std::mt19937 random(5);
   const auto uniform = [&] { return double(random() % 65536) / 65536.0; };
@@ -52,7 +52,7 @@ std::vector<AssignPair> gated_pairs(int32_t n) {
     }
   return pairs;
 }
-// Five random partners a row: no place on earth has such gates, all rows are one block.
+// Five random partners per row: no geometry gives such gates, and all rows form one block.
 std::vector<AssignPair> tangled_pairs(int32_t n) {
   std::mt19937 random(5);
   std::vector<AssignPair> pairs;
@@ -73,7 +73,7 @@ void bench_assign(benchmark::State& state, int32_t n, const std::vector<AssignPa
   state.SetItemsProcessed(int64_t(state.iterations()) * n);
 }
 
-// Two faces of a car, turned by 20 degrees, 1 cm of noise. The kernel fits both headings.
+// Two sides of a car, rotated by 20 degrees, 1 cm of noise. The kernel fits both headings.
 void bench_rectangle(benchmark::State& state, const KernelTable* kernels, int32_t count) {
   std::vector<float> x(std::size_t(count + kRowAlign)), y(std::size_t(count + kRowAlign));
   std::mt19937 random(3);
@@ -90,7 +90,7 @@ void bench_rectangle(benchmark::State& state, const KernelTable* kernels, int32_
   state.SetItemsProcessed(int64_t(state.iterations()) * count);
 }
 
-// The cloud's points as another driver would deliver them.
+// Orders in which drivers deliver a cloud's points.
 enum class Order { line, interleaved, firing };
 Cloud reordered(const Cloud& source, const char* name, Order order) {
   Cloud cloud = source;
@@ -120,7 +120,7 @@ Cloud reordered(const Cloud& source, const char* name, Order order) {
   return cloud;
 }
 
-// From the non-ground image to a label a point.
+// From the non-ground image to a label per point.
 void bench_clusters(benchmark::State& state, const KernelTable* kernels, const Cloud& cloud) {
   Work& work = work_of(cloud);
   for (auto _ : state)
@@ -130,7 +130,7 @@ void bench_clusters(benchmark::State& state, const KernelTable* kernels, const C
 }
 
 #if defined(OVT_BENCH_PCL)
-// The same points: those on pixels of the non-ground image. Tree and clusters, as its tutorial does.
+// The same points: those on non-ground pixels. Tree and clusters as in PCL's tutorial.
 void bench_pcl(benchmark::State& state, const Cloud& cloud) {
   const Work& work = work_of(cloud);
   const RangeImages& m = work.part.images;
@@ -168,7 +168,7 @@ void add_tasks(const KernelTable* const* tables, int32_t table_count, const Clou
       add(before + "/" + tables[t]->isa + "/" + after,
           [table = tables[t], run](benchmark::State& state) { run(state, table); });
   };
-  for (const int32_t count : {500, 2000, 7500})  // ahead, near by, alongside
+  for (const int32_t count : {500, 2000, 7500})  // ahead, nearby, alongside
     add_each("fit_rectangle", std::to_string(count),
              [count](benchmark::State& state, const KernelTable* kernels) { bench_rectangle(state, kernels, count); });
   static const Cloud orders[] = {reordered(racecar_front, "line", Order::line),

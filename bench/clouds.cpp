@@ -88,7 +88,7 @@ Cloud make_cloud(int32_t rows, int32_t cols) {
       const double dx = std::cos(elevation) * std::cos(azimuth), dy = std::cos(elevation) * std::sin(azimuth);
       const double dz = std::sin(elevation);
       double range = dz < 0 ? -1.8 / dz : 1000.0;
-      // A wall 3 m high on either side, then cars: 4.8 x 1.9 x 1.2 m every 17 m on two lanes.
+      // A wall 3 m high on both sides, then cars: 4.8 x 1.9 x 1.2 m every 17 m on two lanes.
       if (dy != 0) {
         const double wall = 9.0 / std::fabs(dy);
         if (wall * dz < 1.2) range = std::min(range, wall);

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the benchmarks run on: recorded scans where they are present, else the scene of tests/support/scene.h; and
-// seeded ones of any size that look like them (pure noise would flatter code without branches).
+// Input of the benchmarks: recorded scans if present, else the scene of tests/support/scene.h; and seeded clouds of any
+// size that resemble them (with pure noise, code without branches would look too good).
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace overtake::bench {
 
-// 24 bytes, as most drivers deliver a point.
+// 24 bytes, like a point of most drivers.
 struct CloudPoint {
   float x_m, y_m, z_m, intensity;
   uint16_t layer, unused;
@@ -29,9 +29,9 @@ struct Cloud {
 
 SensorModel to_sensor_model(const ovt_sensor_def& def);
 
-// Ground, two walls, boxes, 1 cm of noise, 8 % missing; line by line. 120 degrees for 32 x 857, else a full turn.
+// Ground, two walls, boxes, 1 cm of noise, 8 % missing; ring by ring. 120 degrees for 32 x 857, else a full turn.
 Cloud make_cloud(int32_t rows, int32_t cols);
-// Every point of a 32 x 857 scan in the same pixel.
+// A 32 x 857 scan with all points in the same pixel.
 Cloud make_one_pixel_cloud();
 // racecar_front, _left and _right of one frame.
 std::vector<Cloud> racecar_clouds();

@@ -15,7 +15,7 @@
 namespace overtake::bench {
 namespace {
 
-// The first line, without white space around it; empty: no such file.
+// The first line without surrounding white space; empty if there is no such file.
 std::string first_line(const std::string& path) {
   std::ifstream file(path);
   std::string line;
@@ -26,7 +26,7 @@ std::string first_line(const std::string& path) {
 
 std::string or_word(const std::string& text, const char* word) { return text.empty() ? word : text; }
 
-// Of "name : value" lines in /proc/cpuinfo.
+// A value from the "name : value" lines of /proc/cpuinfo.
 std::string cpuinfo(const std::string& name) {
   std::ifstream file("/proc/cpuinfo");
   for (std::string line; std::getline(file, line);) {
@@ -45,7 +45,7 @@ bool has_word(const std::string& text, const std::string& word) {
   return false;
 }
 
-// The words of the kernel's command line that decide about latency.
+// The options of the kernel's command line that affect latency.
 std::string latency_words() {
   static constexpr const char* kNames[] = {"isolcpus",
                                            "nohz",
@@ -84,7 +84,7 @@ std::string preemption(const utsname& system) {
   return "none";
 }
 
-// "(null)" is what the kernel writes for an empty mask.
+// The kernel writes "(null)" for an empty mask.
 std::string cpu_mask(const std::string& file) {
   const std::string mask = first_line("/sys/devices/system/cpu/" + file);
   return mask.empty() || mask == "(null)" ? "none" : mask;

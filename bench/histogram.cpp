@@ -72,7 +72,7 @@ double Histogram::deviation() const {
 }
 
 int64_t Histogram::percentile(double percent) const {
-  // The small step back undoes the rounding of, say, 99.9 / 100 * 1000.
+  // The small subtraction removes the rounding error of, for example, 99.9 / 100 * 1000.
   const double rank = std::ceil(std::clamp(percent, 0.0, 100.0) / 100.0 * double(count_) - 1e-6);
   const int64_t wanted = std::max<int64_t>(1, int64_t(rank));
   int64_t seen = 0;
@@ -95,7 +95,7 @@ std::string Histogram::format_hgrm(double unit) const {
              1 / (1 - level / 100));
       const double halvings = std::floor(std::log2(100 / (100 - level))) + 1;
       level += 100 / (kTicksPerHalving * std::exp2(halvings));
-      if (seen == count_) break;  // one line above the last value, then the end
+      if (seen == count_) break;  // one line with the last value, then the end
     }
   }
   append(text, "%12.3f %2.12f %10lld\n", double(max_) / unit, 1.0, static_cast<long long>(count_));

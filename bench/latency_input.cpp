@@ -13,10 +13,10 @@
 namespace overtake::bench {
 namespace {
 
-constexpr std::size_t kMaxRecordedFrames = 200;  // they stay in memory
-constexpr int32_t kPosesPerFrame = 5;            // of the scene: 100 Hz
+constexpr std::size_t kMaxRecordedFrames = 200;  // all of them stay in memory
+constexpr int32_t kPosesPerFrame = 5;            // in the scene: 100 Hz
 
-// As a driver delivers it: records of 24 bytes.
+// The format of a driver: records of 24 bytes.
 std::vector<char> to_records(const SceneScan& scan) {
   std::vector<char> bytes(scan.x_m.size() * sizeof(CloudPoint));
   for (std::size_t i = 0; i < scan.x_m.size(); ++i) {
@@ -76,7 +76,7 @@ void LatencyInput::load_scene(const ReplayDef& def) {
   map_.banking_rad = map.banking_rad;
   has_map_ = true;
   std::size_t points = 0;
-  scene_points_.reserve(std::size_t(def.scene_frames) * kSceneSensors);  // records are pointed to
+  scene_points_.reserve(std::size_t(def.scene_frames) * kSceneSensors);  // other structs point to the records
   for (int32_t i = 0; i < def.scene_frames; ++i) {
     const SceneFrame frame = scene_->frame(i);
     std::vector<ReplayScan> scans;
@@ -111,7 +111,8 @@ void LatencyInput::load_recording(const ReplayDef& def) {
     for (const io::SensorScan& scan : recorded_.back().scans) {
       if (scan.count > sensors_[std::size_t(scan.sensor)].point_capacity)
         throw io::Error(scan.path, 0, std::to_string(scan.count) + " points are more than the rig's point_capacity");
-      // Within a quarter of a period of each other, however the recording was cut: scans of one frame stay one frame.
+      // Limits offsets to a quarter of a period, however the recording was cut, so that a frame's scans stay in one
+      // frame.
       const int64_t offset_ns = std::min(scan.stamp_ns - first_ns, period_ns_ / 4);
       scans[std::size_t(scan.sensor)] = {offset_ns, cli::to_points(scan)};
       points += std::size_t(scan.count);
@@ -136,7 +137,7 @@ const ReplayScan* LatencyInput::scan(int64_t k, int32_t sensor) const {
 void LatencyInput::poses(int64_t k, std::vector<ovt_ego_pose>& out) const {
   out.clear();
   const int64_t from_ns = frame_stamp_ns(k);
-  if (scene_) {  // the road is a circle: the ego drives on where the scans begin again
+  if (scene_) {  // the road is a circle: the ego continues where the scans start again
     for (int32_t j = k == 0 ? 0 : 1; j <= kPosesPerFrame; ++j) {
       const int64_t stamp_ns = from_ns + j * period_ns_ / kPosesPerFrame;
       out.push_back(to_pose(stamp_ns, scene_->ego_at(double(stamp_ns) * 1e-9)));

@@ -36,11 +36,11 @@ ParsedOptions parse_latency_options(int argc, const char* const* argv) {
   auto* input =
       app.add_option("--input", o.input.recording, "recording instead of the demo scene, as for overtake run");
   app.add_option("--rig", o.input.rig, "its sensors")->needs(input)->capture_default_str();
-  app.add_option("--map", o.input.map, "its track map")->needs(input);
-  app.add_option("--ego", o.input.ego, "its ego poses")->needs(input);
-  app.add_option("--seed", o.input.scene_seed, "of the demo scene")->capture_default_str();
+  app.add_option("--map", o.input.map, "the recording's track map")->needs(input);
+  app.add_option("--ego", o.input.ego, "the recording's ego poses")->needs(input);
+  app.add_option("--seed", o.input.scene_seed, "seed of the demo scene")->capture_default_str();
   auto* loop_option =
-      app.add_option("--loop", loop, "open: scans arrive by the clock; closed: the next frame when the last is done")
+      app.add_option("--loop", loop, "open: scans arrive by the clock; closed: each frame starts when the last is done")
           ->check(CLI::IsMember({"open", "closed"}))
           ->capture_default_str();
   auto* rate =
@@ -48,23 +48,23 @@ ParsedOptions parse_latency_options(int argc, const char* const* argv) {
           ->check(CLI::Range(0.1, 10000.0));
   auto* stagger = app.add_option("--stagger-us", o.run.stagger_us, "open loop: sensor s arrives s times this later")
                       ->check(CLI::Range(0, 1000000));
-  app.add_option("--cpus", cpus, "everything runs on these: \"2,3\", \"0-1\"; worker i is pinned to the i-th")
+  app.add_option("--cpus", cpus, "CPUs for all threads: \"2,3\", \"0-1\"; worker i is pinned to the i-th")
       ->check(check_cpus);
-  app.add_option("--workers", o.run.workers, "1: no threads of the library; 0: one per CPU, two at least (default)")
+  app.add_option("--workers", o.run.workers, "1: no threads of the library; 0: one per CPU, at least two (default)")
       ->check(CLI::Range(0, 256));
   app.add_option("--fifo", o.run.fifo_priority, "SCHED_FIFO of the library's threads; drivers run one step above")
       ->check(CLI::Range(0, 99));
   app.add_option("--spin-us", o.run.spin_us, "workers look for work this long before they sleep")
       ->check(CLI::Range(0, 1000000));
   app.add_option("--isa", o.run.isa, "force an instruction set (ref: the scalar reference)");
-  app.add_flag("--cold", o.run.cold, "every CPU walks more memory than the largest cache between two frames");
+  app.add_flag("--cold", o.run.cold, "evict the caches of every CPU between two frames");
   app.add_flag("--lock", lock, "lock the library's memory");
   app.add_flag("--keep-images", o.run.keep_images, "frames keep every image for their readers");
   app.add_flag("--huge", huge, "huge pages for the library's memory");
   app.add_option("--deadline-us", deadline_us, "count frames later than this after their last push")
       ->check(CLI::Range(0.0, 1e9));
   app.add_option("--frames", o.run.frames, "frames measured")->check(CLI::Range(1, 200000))->capture_default_str();
-  app.add_option("--warmup", o.run.warmup, "frames before them, reported apart")
+  app.add_option("--warmup", o.run.warmup, "frames before these, reported separately")
       ->check(CLI::Range(0, 100000))
       ->capture_default_str();
   app.add_flag("--json", o.json, "print JSON instead of tables");
@@ -76,8 +76,8 @@ ParsedOptions parse_latency_options(int argc, const char* const* argv) {
     app.parse(argc, argv);
     for (const CLI::Option* open_only : {rate, stagger})
       if (loop == "closed" && open_only->count() > 0)
-        throw CLI::ValidationError(loop_option->get_name(), "closed goes without " + open_only->get_name() +
-                                                                ": the next frame comes when the last is done");
+        throw CLI::ValidationError(loop_option->get_name(), "closed excludes " + open_only->get_name() +
+                                                                ": each frame starts when the last is done");
   } catch (const CLI::ParseError& error) {
     std::ostringstream text;
     parsed.exit_code = app.exit(error, text, text) == 0 ? 0 : kBadUsage;

@@ -13,15 +13,15 @@ namespace overtake::bench {
 struct LatencyOptions {
   ReplayDef input;
   LatencyRunDef run;
-  bool json = false;      // on stdout, instead of the text
+  bool json = false;      // print JSON instead of text
   std::string out, hgrm;  // files; empty: none
 };
 
 struct ParsedOptions {
   LatencyOptions options;
-  bool run = false;  // false: say `text` and leave with `exit_code`
+  bool run = false;  // false: print `text` and exit with `exit_code`
   int exit_code = 0;
-  std::string text;  // help, or what is wrong
+  std::string text;  // help, or the error
 };
 
 ParsedOptions parse_latency_options(int argc, const char* const* argv);

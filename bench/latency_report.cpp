@@ -1,14 +1,16 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Between the library's stages, on the way of the scan that is segmented last:
+// Intervals between the library's stages, on the path of the scan that is segmented last:
 //
 //   due |wake_driver| load |hand_over| segment, scan_pose |gather| merge gate pose track |publish| on_frame
 //
-// wake_driver: from the scheduled arrival to the start of the copy, per scan (in the closed loop, and where one thread
-// pushes all scans because the library has none, the sensors before it are in it).
-// hand_over: from the end of a scan's copy to the start of its segmentation. scan_pose: without a map, the poses of one
-// sensor's clusters. gather: from the end of the last of these to the merge. publish: from the tracks to on_frame.
+//   wake_driver   from the scheduled arrival to the start of the copy, per scan. It includes the sensors before this
+//                 one in the closed loop, and when one thread pushes all scans as the library has no threads
+//   hand_over     from the end of a scan's copy to the start of its segmentation
+//   scan_pose     without a map: the poses of one sensor's clusters
+//   gather        from the end of the last segmentation or scan_pose to the merge
+//   publish       from the tracks to on_frame
 #include "bench/latency_report.h"
 
 #include <algorithm>
@@ -48,7 +50,7 @@ std::string cpus_text(const std::vector<int32_t>& cpus) {
   return text.empty() ? "any" : text;
 }
 
-// "SCHED_FIFO 20: 3 of 3 library threads, ..." as it was obtained.
+// For example "SCHED_FIFO 20: 3 of 3 library threads, ...": the policy that the system granted.
 std::string policy_text(const LatencyRun& run, const LatencyRunDef& def) {
   if (def.fifo_priority == 0) return "as started";
   return "SCHED_FIFO " + std::to_string(def.fifo_priority) + " asked for: " + std::to_string(run.runtime.fifo) +

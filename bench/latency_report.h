@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a run amounts to: histograms end to end, per stage and of the machine's noise; as text and as JSON.
+// Result of a run: histograms end to end, per stage and of the machine's noise; as text and as JSON.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@
 
 namespace overtake::bench {
 
-// A way station of the latency, in the order in which they happen. Stages of a sensor count once per scan.
+// One interval of the latency, in the order of time. Stages of a sensor count once per scan.
 struct StageHistogram {
   std::string name;  // ovt_stage_name, or wake_driver, hand_over, gather, publish (see the .cpp)
   Histogram histogram;
@@ -21,8 +21,8 @@ struct StageHistogram {
 
 struct LatencyReport {
   Histogram end_to_end, warmup;
-  int64_t warmup_first_ns = 0;  // of the very first frame; 0: no warm-up
-  int64_t missing = 0;          // frames behind the warm-up whose scans were all replaced: in no histogram
+  int64_t warmup_first_ns = 0;  // latency of the very first frame; 0: no warm-up
+  int64_t missing = 0;          // frames after the warm-up whose scans were all replaced: in no histogram
   int64_t incomplete = 0;       // ... published without one of their scans, or in parts
   int64_t deadline_missed = 0;
   std::vector<StageHistogram> stages;
@@ -33,8 +33,8 @@ LatencyReport make_report(const LatencyRun& run, const LatencyRunDef& def);
 
 std::string format_text(const LatencyReport& report, const LatencyRun& run, const LatencyRunDef& def,
                         const std::string& source, const EnvironmentSheet& environment);
-// end_to_end.p50_us p90_us p99_us p999_us max_us min_us mean_us count; the same of warmup, stages.NAME and noise.NAME;
-// frames, options, runtime, environment.
+// JSON: end_to_end.p50_us p90_us p99_us p999_us max_us min_us mean_us count; the same for warmup, stages.NAME and
+// noise.NAME; frames, options, runtime, environment.
 std::string format_json(const LatencyReport& report, const LatencyRun& run, const LatencyRunDef& def,
                         const std::string& source, const EnvironmentSheet& environment);
 

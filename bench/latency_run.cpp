@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One period of the open loop, from one arrival to the next (noise at half time, poses 10 ms before the next arrival,
-// or a fifth of the period where that is less):
+// One period of the open loop, from one arrival to the next. Noise is measured at half time. Poses come 10 ms before
+// the next arrival, or a fifth of the period before it if that is less:
 //
 //   |scans  ->  tracks         |noise, caches emptied                |poses      |scans
 //   due k                      due k + period / 2                                due k + 1
@@ -20,7 +20,7 @@
 namespace overtake::bench {
 namespace {
 
-constexpr int64_t kStartAfterNs = 50'000'000;  // from the last set-up to the first arrival
+constexpr int64_t kStartAfterNs = 50'000'000;  // from the end of the set-up to the first arrival
 
 struct DetectorHandle {
   ovt_detector* detector = nullptr;
@@ -52,7 +52,7 @@ class LatencyRunner {
     create_detector();
     NoiseDef noise_def;
     noise_def.cpus = def_.cpus.empty() ? usable : def_.cpus;
-    noise_def.fifo_priority = def_.fifo_priority > 0 ? std::min(def_.fifo_priority + 1, 99) : 0;  // ours is no noise
+    noise_def.fifo_priority = def_.fifo_priority > 0 ? std::min(def_.fifo_priority + 1, 99) : 0;  // above our drivers
     noise_def.window_ns = def_.noise_window_ns;
     noise_def.tick_count = frame_count_;
     if (def_.cold) noise_def.evict_bytes = run_.evicted_bytes = largest_cache_bytes() * 5 / 4;
@@ -89,10 +89,10 @@ class LatencyRunner {
     if (status != OVT_OK) throw io::Error("", 0, *error ? error : ovt_status_text(status));
     cli::check(ovt_read_runtime_info(handle_.detector, &run_.runtime), "what create obtained");
     run_.isa = run_.runtime.isa;
-    run_.runtime.isa = nullptr;  // the detector's; gone before the report is written
+    run_.runtime.isa = nullptr;  // the string belongs to the detector, which is destroyed before the report
   }
 
-  // Frames come in order, one call at a time.
+  // The library calls this for frames in order, one call at a time.
   static void on_frame(ovt_reader* reader, void* self) {
     const int64_t published_ns = now_ns();
     auto& runner = *static_cast<LatencyRunner*>(self);
@@ -101,7 +101,7 @@ class LatencyRunner {
     const int64_t k = runner.input_.frame_of_stamp(info.first_stamp_ns);
     if (k < 0 || k >= runner.frame_count_) return;
     FrameSample& sample = runner.run_.frames[std::size_t(k)];
-    const bool first = sample.parts++ == 0;  // a scan that came too late for its frame is one of its own
+    const bool first = sample.parts++ == 0;  // a scan that came too late for its frame becomes a separate one
     sample.published_ns = published_ns;
     sample.sequence = info.sequence;
     sample.sensor_mask |= info.sensor_mask;
@@ -133,7 +133,7 @@ class LatencyRunner {
     if (status != OVT_OK && status != OVT_DUPLICATE && status != OVT_LATE) failed_.store(status);
   }
 
-  // A driver's thread: where the workers may run, one step above them.
+  // Settings of a driver's thread: the workers' CPUs, one priority step above them.
   void become_driver(const char* name) {
     name_thread(name);
     if (!def_.cpus.empty()) run_on(def_.cpus);
@@ -154,7 +154,7 @@ class LatencyRunner {
     noise_->start_schedule(start_ns_ + period_ns_ / 2, period_ns_);
     const int64_t poses_before_ns = std::min<int64_t>(10'000'000, period_ns_ / 5);
     std::vector<std::thread> drivers;
-    if (run_.runtime.worker_count == 1) {  // all pushes belong to one thread
+    if (run_.runtime.worker_count == 1) {  // then all pushes belong to one thread
       drivers.emplace_back([&, this] {
         become_driver("bench-drivers");
         std::vector<ovt_ego_pose> poses;
@@ -222,7 +222,7 @@ class LatencyRunner {
   std::atomic<int64_t> published_{0};
   std::atomic<int32_t> failed_{OVT_OK}, fifo_drivers_{0};
   std::unique_ptr<NoiseFloor> noise_;
-  DetectorHandle handle_;  // goes first: nothing calls on_frame behind it
+  DetectorHandle handle_;  // last member, destroyed first: after that nothing calls on_frame
 };
 
 }  // namespace

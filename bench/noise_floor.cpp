@@ -11,7 +11,7 @@
 namespace overtake::bench {
 
 int64_t measure_stolen_ns(int64_t window_ns) noexcept {
-  constexpr int64_t kGapNs = 2'000;  // two readings of the clock are some 50 ns apart
+  constexpr int64_t kGapNs = 2'000;  // two readings of the clock are about 50 ns apart
   const int64_t start = now_ns();
   int64_t last = start, stolen = 0;
   while (last - start - stolen < window_ns) {
@@ -23,11 +23,11 @@ int64_t measure_stolen_ns(int64_t window_ns) noexcept {
 }
 
 void CacheEvictor::walk() noexcept {
-  for (std::size_t i = 0; i < block_.size(); i += 8) sum_ += block_[i]++;  // a cache line each
+  for (std::size_t i = 0; i < block_.size(); i += 8) sum_ += block_[i]++;  // one element per cache line
 }
 
 std::size_t largest_cache_bytes() {
-  // Not sysconf: in a virtual machine it multiplies by the host's cores.
+  // Not sysconf: in a virtual machine its value is multiplied by the host's cores.
   std::size_t kib = 0;
   for (int32_t index = 0; index < 8; ++index) {
     std::ifstream file("/sys/devices/system/cpu/cpu0/cache/index" + std::to_string(index) + "/size");

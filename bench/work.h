@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Memory and contents of one sensor's stages, and how each kernel of the manifest runs on them.
+// Memory and contents of one sensor's stages, and the code that runs each kernel of the manifest on them.
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -34,15 +34,15 @@ inline const char* kernel_name(Kernel kernel) {
   };
   return kName[int32_t(kernel)];
 }
-// The step that runs a kernel; null: no segmentation runs it.
+// The step that runs a kernel; null if no segmentation runs it.
 inline const Step* find_step(Kernel kernel) {
   for (const Step& step : kPaper.segment)
     if (std::strcmp(step.name, kernel_name(kernel)) == 0) return &step;
   return nullptr;
 }
 
-// Memory and contents of one sensor's stages, filled by the scalar references. Three sensors share it, so that seams
-// exist.
+// Memory and contents of one sensor's stages, filled by the references. Three sensors share them, so that there are
+// seams.
 class Work {
  public:
   explicit Work(const Cloud& source) : cloud(source) {
@@ -92,7 +92,7 @@ class Work {
     k.load_points(fields, int32_t(cloud.points.size()), part.scan);
   }
 
-  // One step; what it uses up is put back: the sums of the layers.
+  // Runs one step, then restores its consumed input: the sums of the layers.
   void run(const KernelTable& k, const Step& step) {
     LayerSums& sums = apart_.layer_sums;
     const bool reads_sums = has(step.reads, Column::layer_sums), fills_sums = !has(step.writes, Column::row_of_layer);
@@ -122,7 +122,7 @@ class Work {
       }
       case Kernel::gate_clusters: k.gate_clusters(context.detect.gate_clusters, frame.merged, frame.kept); break;
       case Kernel::fit_rectangle: {
-        // The largest cluster, at most 500 points of it.
+        // Uses the largest cluster, at most 500 of its points.
         int32_t row = 0;
         for (int32_t i = 0; i < part.clusters.count; ++i)
           if (part.clusters.point_count[i] > part.clusters.point_count[row]) row = i;
@@ -153,16 +153,16 @@ class Work {
     int64_t elevation;
   };
   std::vector<LayerSum> layers_;
-  SegmentScratch apart_;  // columns that share no memory, so that any kernel may run after any other
+  SegmentScratch apart_;  // columns share no memory, so kernels may run in any order
 };
 
-// Worlds are built on first use and shared by all ISAs, so a filtered run builds only what it needs. They stay: under
-// random interleaving every repetition comes back to them.
+// Each Work is built on first use and shared by all ISAs, so a filtered run builds only those it needs. It is never
+// freed: with random interleaving, each repetition uses it again.
 Work& work_of(const Cloud& cloud);
 
 void add(const std::string& name, const std::function<void(benchmark::State&)>& run);
 
-// What is not one kernel: assignment, the rectangle of 500 points, points in other orders, the clusters of peers.
+// Benchmarks of several kernels: assignment, the rectangle of 500 points, other orders of points, PCL's clusters.
 void add_tasks(const KernelTable* const* tables, int32_t table_count, const Cloud& racecar_front,
                const Cloud& nuscenes);
 void bench_segment(benchmark::State& state, const KernelTable* kernels, const Cloud& cloud);

@@ -2,9 +2,9 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/check_batches.py [-- TARGET FILE...]... Names in unnamed namespaces of the files that OVT_UNITY compiles
-# together: no two files of a target may have one. Two constants or types would not compile; of two functions with
-# different parameters a call might choose the other file's, without a word.
+# usage: tests/check_batches.py [-- TARGET FILE...]... Checks the names in unnamed namespaces of the files that
+# OVT_UNITY compiles together: no two files of a target may share one. Two constants or types of one name would not
+# compile. Of two functions with different parameters, a call might silently choose the other file's.
 import collections
 import os
 import re

@@ -2,8 +2,8 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# The examples in README.md and tools/examples/README.md are tests/test_c_api.c and tests/test_cpp_api.cpp, line for line,
-# and they need no file but the installed headers.
+# The examples in README.md and tools/examples/README.md equal tests/test_c_api.c and tests/test_cpp_api.cpp line by
+# line, and need only the installed headers.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 for pair in README.md:test_c_api.c tools/examples/README.md:test_cpp_api.cpp; do
@@ -13,5 +13,5 @@ for pair in README.md:test_c_api.c tools/examples/README.md:test_cpp_api.cpp; do
   [ -n "$example" ] || { echo "tests/$file has no example between its markers"; exit 1; }
   diff <(echo "$example") <(echo "$quoted") || { echo "$readme and tests/$file differ"; exit 1; }
   # shellcheck disable=SC2016
-  ! grep -n '#include "' <<<"$example" || { echo "$readme includes what is not installed"; exit 1; }
+  ! grep -n '#include "' <<<"$example" || { echo "$readme includes a header that is not installed"; exit 1; }
 done

@@ -1,13 +1,13 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// create_failures [--list] [--inline]: every k-th heap request during create is refused, whoever makes it (this
-// library, the C++ library, libtbb), then every k-th thread; each k in a child process of its own. What must come out:
-//   - a request of ours: OVT_NO_MEMORY (a thread: OVT_NO_THREADS), nothing kept, and the next create works;
-//   - a request inside libtbb: the same where libtbb reports it. Where it ends the process instead, or never returns,
-//     it is listed (--list): pipeline/README.md says which. Nor does its flow graph give back all that a node took
-//     whose making failed half-way.
-// --inline: with worker_count 1 only, where libtbb has no part.
+// create_failures [--list] [--inline]: refuses every k-th heap request during create, of any caller (this library, the
+// C++ library, libtbb), then every k-th thread; each k in a separate child process. Expected results:
+//   - a request of this library: OVT_NO_MEMORY (a thread: OVT_NO_THREADS), nothing kept, and the next create works
+//   - a request inside libtbb: the same if libtbb reports it. Cases in which libtbb ends the process or never returns
+//     are listed (--list) and described in pipeline/README.md. Its flow graph also keeps memory of a node whose
+//     construction failed half-way
+// --inline: only worker_count 1, which does not use libtbb.
 #include <csignal>
 
 #include <sys/wait.h>
@@ -23,16 +23,16 @@
 #include "tests/support/failing_heap.h"
 #include "tests/support/test_method.h"
 
-using namespace overtake_test;
+using namespace overtake::test;
 
 namespace {
 
 enum class What { heap, thread };
 
-struct Outcome {  // what a child reports
+struct Outcome {  // a child's report
   bool reached, created, out_is_null, next_works, in_tbb;
   ovt_status status;
-  int64_t kept;  // blocks after the failure, beyond those before
+  int64_t kept;  // blocks after the failure minus blocks before
   char where[400];
 };
 
@@ -62,7 +62,7 @@ struct Def {
   ovt_detector_def def;
 };
 
-// Whether the detector does its work.
+// Whether the detector works.
 bool works(ovt_detector* detector) {
   ovt_points empty;
   ovt_points_init(&empty, sizeof empty);
@@ -83,7 +83,7 @@ bool create_and_work(const Def& def) {
   return good;
 }
 
-// In the child. `warm`: a detector lived before, so libtbb has what it keeps for the process.
+// Runs in the child. `warm`: an earlier detector existed, so libtbb has already allocated its process-wide memory.
 Outcome try_one(What what, int64_t k, int32_t workers, bool warm) {
   Outcome outcome{};
   Def def(workers);
@@ -117,7 +117,7 @@ void report_and_end(int signal) {
   raise(signal);
 }
 
-// False: the child did not live to report; `signal` says what ended it, outcome.where who asked.
+// False: the child ended without a report; `signal` tells how, outcome.where the source of the request.
 bool run_child(What what, int64_t k, int32_t workers, bool warm, Outcome& outcome, int& signal) {
   int ends[2];
   if (pipe(ends) != 0) std::abort();
@@ -127,8 +127,8 @@ bool run_child(What what, int64_t k, int32_t workers, bool warm, Outcome& outcom
     close(ends[0]);
     report = ends[1];
     for (const int ending : {SIGABRT, SIGSEGV, SIGALRM}) std::signal(ending, report_and_end);
-    alarm(20);                                                   // one that never returns ends, too
-    if (freopen("/dev/null", "w", stderr) == nullptr) _exit(4);  // terminate's own words
+    alarm(20);                                                   // ends a child that never returns
+    if (freopen("/dev/null", "w", stderr) == nullptr) _exit(4);  // suppresses terminate's message
     const Outcome mine = try_one(what, k, workers, warm);
     _exit(write(ends[1], &mine, sizeof mine) == sizeof mine ? 0 : 4);
   }
@@ -152,11 +152,11 @@ void try_all(What what, int32_t workers, bool warm, bool list) {
   const char* kind = what == What::heap ? "request" : "thread";
   const ovt_status expected = what == What::heap ? OVT_NO_MEMORY : OVT_NO_THREADS;
   int64_t ours = 0, theirs = 0, ended = 0, absorbed = 0;
-  // What libtbb keeps for the process after a whole life: not a leak of a create that failed.
+  // Blocks that libtbb keeps for the process after a complete run: not a leak of a failed create.
   Outcome whole;
   int signal = 0;
   if (!run_child(what, INT64_MAX, workers, warm, whole, signal)) {
-    complain(kind, 0, "nothing refused, and yet it does not live", whole);
+    complain(kind, 0, "nothing was refused, but it does not work", whole);
     return;
   }
   for (int64_t k = 1; k < 5000; ++k) {
@@ -172,15 +172,15 @@ void try_all(What what, int32_t workers, bool warm, bool list) {
       }
       continue;
     }
-    if (!o.reached) break;  // create asks less often
+    if (!o.reached) break;  // create makes fewer requests
     (o.in_tbb ? theirs : ours) += 1;
-    if (o.created) {  // whoever asked can do without
+    if (o.created) {  // the caller does not need the memory
       ++absorbed;
       if (list) std::printf("  done without: %s %lld: %s\n", kind, static_cast<long long>(k), o.where);
       if (!o.next_works) complain(kind, k, "a detector that was created does not work", o);
       continue;
     }
-    // A thread that could not be had for want of memory is a thread that could not be had.
+    // A thread that failed for lack of memory may give either status.
     if (o.status != expected && o.status != OVT_NO_THREADS)
       complain(kind, k, std::string("status: ") + ovt_status_text(o.status), o);
     if (!o.out_is_null) complain(kind, k, "a failed create left a pointer", o);
@@ -192,7 +192,7 @@ void try_all(What what, int32_t workers, bool warm, bool list) {
                   o.where);
   }
   std::printf(
-      "%d workers, %s, %ss: %lld of ours and %lld of libtbb's gave a status (%lld of them done without), %lld of "
+      "%d workers, %s, %ss: %lld of ours and %lld of libtbb's gave a status (%lld of them had no effect), %lld of "
       "libtbb's ended the process, or never returned\n",
       workers, warm ? "not the first" : "the first", kind, static_cast<long long>(ours), static_cast<long long>(theirs),
       static_cast<long long>(absorbed), static_cast<long long>(ended));

@@ -3,10 +3,10 @@
 //
 // hash_chain [--isa NAME]        hash_chain --golden >tests/golden_hashes.def
 //
-// The whole chain from points to tracks, a hash a frame: of the golden scene, and of every recorded frame that is there
-// (with OVT_HASH_RECORDED; $OVERTAKE_DATA or ./recordings). All ISAs of this CPU, or the one named, must give one hash,
-// and on the golden scene that of the table below. Prints the hashes; tools/dev/check_same_bytes compares what builds
-// of other compilers and levels print. Exit status 1 on any difference.
+// The whole chain from points to tracks, one hash per frame: of the golden scene, and of every recorded frame that is
+// present (with OVT_HASH_RECORDED; $OVERTAKE_DATA or ./recordings). All ISAs of this CPU, or the given one, must give
+// the same hash, and on the golden scene the hash of the table below. Prints the hashes; tools/dev/check_same_bytes
+// compares the output of builds with other compilers and levels. Exit status 1 on any difference.
 #include <cinttypes>
 #include <cstdio>
 #include <cstdlib>
@@ -30,7 +30,7 @@
 namespace overtake::test {
 namespace {
 
-// From ref. A change of these lines is a change of what the library says; --golden prints them anew.
+// Made with ref. A change of these lines is a change of the library's results; --golden prints new ones.
 constexpr uint64_t kGolden[kGoldenFrames] = {
 #include "tests/golden_hashes.def"
 };
@@ -102,7 +102,7 @@ Hashes hash_scene(const char* isa) {
   return hashes;
 }
 
-// One source of frames, on every ISA asked for. Prints the first one's hashes and returns them; counts differences.
+// One source of frames, on every requested ISA. Prints and returns the hashes of the first; counts differences.
 Hashes compare(const std::string& name, const std::vector<std::string>& isas,
                const std::function<Hashes(const char*)>& run, int32_t& differences) {
   Hashes first;
@@ -114,7 +114,7 @@ Hashes compare(const std::string& name, const std::vector<std::string>& isas,
         std::printf("%s %02zu %016" PRIx64 "\n", name.c_str(), i, first.frames[i]);
       continue;
     }
-    if (hashes.frames.size() != first.frames.size()) fail(name + ": another number of frames on " + isa);
+    if (hashes.frames.size() != first.frames.size()) fail(name + ": a different number of frames on " + isa);
     for (std::size_t i = 0; i < first.frames.size(); ++i)
       if (hashes.frames[i] != first.frames[i]) {
         ++differences;
@@ -126,8 +126,8 @@ Hashes compare(const std::string& name, const std::vector<std::string>& isas,
 }
 
 void compare_golden(const Hashes& hashes, int32_t& differences) {
-  if (hashes.frames.size() != kGoldenFrames) fail("the golden scene gave another number of frames");
-  if (hashes.detections == 0 || hashes.tracks < 2) fail("the golden scene holds no cars any more");
+  if (hashes.frames.size() != kGoldenFrames) fail("the golden scene gave a different number of frames");
+  if (hashes.detections == 0 || hashes.tracks < 2) fail("the golden scene gives no cars any more");
   for (std::size_t i = 0; i < kGoldenFrames; ++i)
     if (hashes.frames[i] != kGolden[i]) {
       ++differences;
@@ -192,13 +192,13 @@ int main(int argc, char** argv) {
   }
   int32_t differences = 0;
   const Hashes scene = compare("scene", isas, hash_scene, differences);
-  if (tests_paper()) {  // the committed hashes and the recordings' are the paper's
+  if (tests_paper()) {  // only paper has committed hashes and hashes of recordings
     compare_golden(scene, differences);
 #if defined(OVT_HASH_RECORDED)
     compare_recorded(isas, differences);
 #endif
   } else if (scene.detections == 0 || scene.tracks < 2) {
-    fail("the golden scene holds no cars for this method");
+    fail("the golden scene gives no cars with this method");
   }
   for (const std::string& isa : isas) std::fprintf(stderr, "%s ", isa.c_str());
   std::fprintf(stderr, "-> %d differences\n", differences);

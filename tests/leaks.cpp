@@ -1,12 +1,12 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Detectors with workers are created, used and destroyed; after each of them the leak sanitizer looks at the heap, at
-// once, while oneTBB's workers are still on their way out.
+// Creates, uses and destroys detectors with workers. Directly after each destroy, while oneTBB's workers are still
+// stopping, the leak sanitizer checks the heap.
 //
 //   leaks --rounds N
 //
-// The sanitizer comes by linking alone (tests/CMakeLists.txt): the library is the one that all other tests link.
+// Only the linker adds the sanitizer (tests/CMakeLists.txt): the library is the one that all other tests link.
 #include <sanitizer/lsan_interface.h>
 
 #include <cstdint>

@@ -5,8 +5,8 @@
 # usage: tests/make_db3.py SCANS OUT.db3 [--layout ring|none|line_index] [--vehicle N] [--ego ego.csv] [--fault
 # NAME|all]
 #
-# A rosbag2 recording out of a folder of binary PCD scans FRAME_SENSOR.pcd, written with Python's sqlite3 and a CDR
-# encoder of its own: shares nothing with what reads it. Three layouts Luminar's drivers have used: float32 ring; no
+# A rosbag2 recording out of a folder of binary PCD scans FRAME_SENSOR.pcd, written with Python's sqlite3 and a
+# separate CDR encoder: it shares no code with the reader. Three layouts Luminar's drivers have used: float32 ring; no
 # ring; line_index (uint16) at byte 44 of 56. --fault seeds one thing that is wrong; the list is in FAULTS below. With
 # all OUT.db3 is a folder and gets FAULT.db3 for each.
 import argparse

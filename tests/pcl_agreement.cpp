@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The Euclidean baseline against PCL's own, where PCL is installed: the same clusters on clouds of many kinds.
+// Compares the Euclidean baseline with PCL, if PCL is installed: the same clusters on clouds of many kinds.
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 #include <pcl/search/kdtree.h>
@@ -36,7 +36,7 @@ std::vector<int32_t> cluster_with_pcl(const std::vector<float>& x, const std::ve
   return out;
 }
 
-// Clusters may be numbered in any way.
+// The numbering of the clusters may differ.
 bool are_the_same(const std::vector<int32_t>& a, const std::vector<int32_t>& b) {
   std::map<int32_t, int32_t> to_b, to_a;
   for (std::size_t i = 0; i < a.size(); ++i)

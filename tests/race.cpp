@@ -1,12 +1,12 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Deliberate races, for the thread sanitizer alone: it must see them in this very build (tests/CMakeLists.txt asks for
-// its report), or its silence about everything else means nothing. And the same without the race: no report.
+// Deliberate races for the thread sanitizer: it must report them in this build (tests/CMakeLists.txt checks its
+// output); otherwise its silence about all other code would mean nothing. And the same without the race: no report.
 //
 //   race graph       two tasks of a flow graph write one frame
-//   race callback    on_frame writes what another thread reads
-//   race none        the same, done right
+//   race callback    on_frame writes data that another thread reads
+//   race none        the same, correctly synchronised
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/global_control.h>
 #include <unistd.h>
@@ -25,7 +25,7 @@ struct Frame {
   int32_t count = 0;
 };
 
-// Two tasks that surely overlap, on one frame or on one each.
+// Two tasks that certainly overlap, on one frame or on one each.
 int32_t race_in_graph(bool apart) {
   namespace flow = oneapi::tbb::flow;
   const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism, 4);
@@ -66,7 +66,7 @@ int32_t race_in_callback() {
   empty.x.type = empty.y.type = empty.z.type = OVT_F32;
   empty.layer.type = OVT_U8;
   ovt_push_scan(detector, &empty);
-  usleep(300000);  // no order, only time
+  usleep(300000);  // not synchronised, only delayed
   const int32_t seen = frame.count;
   ovt_destroy_detector(detector);
   return seen;

@@ -1,14 +1,15 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// overtake_soak: many frames with random faults through the C API. The same seed tells the same story; told in the
-// pushing thread and on graphs it must give the same hash. Memory must stay flat, the counters must add up.
+// overtake_soak: many frames with random faults through the C API. The same seed gives the same run. In the pushing
+// thread and on graphs the run must give the same hash. Memory must stay constant, and the counters must add up.
 //
 //   overtake_soak [--frames N] [--seed N] [--workers A,B,...]
 //
-// A story: three sensors, ego poses, pushed detections, readers; now and then a sensor is silent for a while, points
-// are NaN, stamps jump, come twice or in the wrong order, poses stop, a cloud is huge or empty, a reader is made again,
-// the caller names the time. After the stories a flood by three threads into a detector that drops: counters only.
+// A run: three sensors, ego poses, pushed detections, readers. Sometimes a sensor is silent for a while, points are
+// NaN, stamps jump, repeat or come in the wrong order, poses stop, a cloud is huge or empty, a reader is created again,
+// or the caller calls ovt_advance. After the runs three threads flood a detector that drops scans: only counters are
+// checked.
 #include <malloc.h>
 #include <unistd.h>
 
@@ -120,7 +121,7 @@ class Story {
  public:
   Story(const Options& options, int32_t workers) : random_(options.seed), sensors_(golden_sensors()) {
     for (ovt_sensor_def& sensor : sensors_) sensor.cols = 107, sensor.point_capacity = kCapacity;
-    cloud_.reserve(3 * kCapacity);  // ours is not to grow while the heap is watched
+    cloud_.reserve(3 * kCapacity);  // reserved: it must not grow while the test watches the heap
     params_ = overtake::test::test_params();
     params_.tracker_confirm_hits = 3, params_.tracker_keep_hits = 2;
     def_ = ovt_default_detector_def();
@@ -172,7 +173,7 @@ class Story {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
     require(heap_end - heap_start < 4096, "the heap grew");
 #endif
-    ovt_destroy_detector(detector_);  // the reader outlives it
+    ovt_destroy_detector(detector_);  // the reader must outlive the detector
     require(ovt_next_frame(reader_, nullptr) == OVT_NO_FRAME, "a frame after the end");
     ovt_destroy_reader(reader_);
     return true;
@@ -185,7 +186,7 @@ class Story {
   int32_t in(int32_t low, int32_t high) { return low + int32_t(random_() % uint32_t(high - low + 1)); }
   bool chance(int32_t of_1000) { return int32_t(random_() % 1000) < of_1000; }
 
-  // A stamp that does not grow is ordered among its neighbours only if they are done.
+  // A stamp that does not grow has a fixed order only if its neighbours are finished.
   void settle() { require(ovt_flush(detector_) == OVT_OK, "flush"); }
 
   void push_scan(int64_t k, int32_t sensor, int64_t stamp_ns) {
@@ -203,7 +204,7 @@ class Story {
     const ovt_status status = ovt_push_scan(detector_, &points);
     require(status == OVT_OK || status == OVT_DUPLICATE || status == OVT_LATE, ovt_status_text(status));
     ++pushed.scans;
-    if (chance(10)) {  // the same again
+    if (chance(10)) {  // a repeated scan
       ovt_push_scan(detector_, &points);
       ++pushed.scans;
     }
@@ -227,7 +228,7 @@ class Story {
       }
     for (int32_t s = 0; s < kSensors; ++s) {
       if (k < silent_until_[s]) continue;
-      if (chance(3)) {  // one that should have come before
+      if (chance(3)) {  // a scan that should have come earlier
         settle();
         push_scan(k, s, now_ns_ - in(1, 700) * kMs);
         settle();
@@ -271,7 +272,7 @@ class Story {
   int64_t now_ns_ = 1000 * kMs, silent_until_[kSensors] = {}, ego_silent_until_ = 0;
 };
 
-// Three threads as fast as they can; what does not fit is dropped, and counted.
+// Three threads push as fast as they can; scans without room are dropped and counted.
 void flood(const Options& options) {
   std::vector<ovt_sensor_def> sensors = golden_sensors();
   for (ovt_sensor_def& sensor : sensors) sensor.cols = 107, sensor.point_capacity = kCapacity;

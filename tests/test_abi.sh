@@ -3,8 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: tests/test_abi.sh LIBOVERTAKE_SO CXX [INCLUDE_FOLDER...]. The library keeps the binary interface of tests/abi.
-# And that this would be noticed at all: the API's files are compiled against headers with a change each, and every
-# change must be found.
+# Also checks the check: compiles the API's files against changed headers, and every change must be found.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 readonly library=${1:?usage: test_abi.sh LIBOVERTAKE_SO CXX} cxx=${2:?}
@@ -14,9 +13,9 @@ need abi "tools/setup --dev" abidw abidiff
 [[ -f tests/abi/overtake_$(uname -m).abi ]] || { echo "skipped: abi: no baseline for $(uname -m)"; exit 77; }
 
 tools/dev/abi_baseline --check --library "$library" ||
-  fail "the interface is not that of tests/abi (tools/dev/abi_baseline writes it anew)"
+  fail "the interface differs from tests/abi (tools/dev/abi_baseline updates it)"
 
-# variant NAME HEADER_SED: a library of the same functions, whose bodies lead nowhere; its header in NAME/.
+# variant NAME HEADER_SED: a library with the same functions, which are never called; its header is in NAME/.
 include=(-I .)
 for folder; do include+=(-isystem "$folder"); done
 variant() {
@@ -40,11 +39,11 @@ check() {
     >"$work/$1/report" 2>&1
 }
 
-# same as the library: what is found below comes from the change, not from the way the variants are built
+# Unchanged: the differences below come from the change, not from the way the variants are built.
 variant same ''
 check same || fail "the unchanged variant differs: $(cat "$work/same/report")"
 
-# a member in the middle, a narrower type, one more at the end; a constant renumbered
+# A member inserted in the middle, a narrower type, one more member at the end; a renumbered constant.
 variant changed '
   s/^  int64_t publish_ns;/  int32_t inserted;\n&/
   s/^  size_t stride; /  uint32_t stride; /
@@ -55,10 +54,10 @@ for name in ovt_tracks ovt_column ovt_stats 'inserted' 'appended' 'OVT_FLAG_NO_M
   grep -q "$name" "$work/changed/report" || fail "the change of $name is not found: $(cat "$work/changed/report")"
 done
 
-# a function that is exported no longer
+# A function that is no longer exported.
 sed 's/local: \*;/local: ovt_flush; *;/' pipeline/overtake.map >"$work/same/hidden.map"
 link same "$work/same/hidden.map"
 check same && fail "a missing function is not found"
 grep -q 'ovt_flush' "$work/same/report" || fail "ovt_flush is missing and not named: $(cat "$work/same/report")"
 
-passed "the interface is the baseline's; a changed member, constant or function would be found"
+passed "the interface equals the baseline; a changed member, constant or function would be found"

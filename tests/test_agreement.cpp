@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Every kernel of the manifest writes the scalar reference's bytes on every ISA this CPU has, and nothing beside its
-// outputs. A new line in kernels.def is a new case here, fed through the kernel's step.
+// Every kernel of the manifest writes the bytes of the scalar reference on every ISA of this CPU, and nothing outside
+// its outputs. A new line in kernels.def gives a new case here, which runs the kernel through its step.
 #include <doctest/doctest.h>
 
 #include "tests/support/kernel_world.h"
@@ -10,7 +10,7 @@
 namespace overtake::test {
 namespace {
 
-// Lanes are 4, 8 or 16; words of bits hold 64 columns.
+// A vector has 4, 8 or 16 lanes; words of bits hold 64 columns.
 constexpr Shape kShapes[] = {{0, 0, 0},    {1, 1, 1},      {1, 0, 0},       {2, 2, 2},     {3, 3, 3},     {2, 4, 4},
                              {5, 5, 5},    {3, 7, 7},      {4, 8, 8},       {7, 9, 9},     {2, 15, 15},   {6, 16, 16},
                              {5, 17, 17},  {3, 31, 33},    {9, 47, 200},    {4, 63, 63},   {8, 64, 700},  {5, 65, 65},
@@ -30,7 +30,7 @@ KernelWorld make_world(Shape shape, uint64_t seed, Input input, Kernel kernel) {
   return world;
 }
 
-// Compares the outputs of one kernel on the same inputs, by the reference and by each other table.
+// Runs one kernel on the same inputs with the reference and with each other table, and compares the outputs.
 void check_agreement(Kernel kernel, Shape shape, uint64_t seed, Input input) {
   const KernelTable* tables[16] = {};
   const int32_t table_count = list_kernels(tables);
@@ -61,23 +61,23 @@ void check_shapes(Kernel kernel) {
     check_agreement(kernel, kFull, seed, Input::cloud);
     if (images) check_agreement(kernel, kFull, seed, Input::noise);
   }
-  CHECK(true);  // counts: FAIL_CHECK speaks only of failures
+  CHECK(true);  // counts a check: FAIL_CHECK counts only failures
 }
 
 #define OVT_KERNEL(name, form) \
-  TEST_CASE(#name " writes the reference's bytes on every ISA and shape") { check_shapes(Kernel::name); }
+  TEST_CASE("agreement: " #name " writes the reference's bytes on every ISA and shape") { check_shapes(Kernel::name); }
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
 
-TEST_CASE("every kernel writes the reference's bytes on 128 x 2048 pixels") {
+TEST_CASE("agreement: every kernel writes the reference's bytes on 128 x 2048 pixels") {
 #define OVT_KERNEL(name, form) check_agreement(Kernel::name, kLargest, 5, Input::cloud);
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
   CHECK(true);
 }
 
-// Which instructions a table's code holds, tools/dev/check_isa_symbols.sh looks up in the machine code.
-TEST_CASE("each table runs code of its own, and a kernel has a vector form on every ISA or on none") {
+// tools/dev/check_isa_symbols.sh checks the machine code for the instructions of each table.
+TEST_CASE("agreement: each table has its own code, and a kernel has a vector form on every ISA or on none") {
   const KernelTable* tables[16] = {};
   const int32_t table_count = list_kernels(tables);
 #define OVT_KERNEL(name, form)                                                                \
@@ -100,7 +100,7 @@ TEST_CASE("each table runs code of its own, and a kernel has a vector form on ev
 #endif
 }
 
-TEST_CASE("the clouds and images of the agreement tests hold what matters") {
+TEST_CASE("agreement: the test clouds and images contain every relevant case") {
   KernelWorld world = make_world(kFull, 1, Input::cloud, Kernel::label_points);
   CHECK(world.part.row_count > 20);
   CHECK(world.part.label_count > 10);

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Values that lie exactly on a limit, where < and <= part: random noise never meets one. Every ISA against the scalar
-// reference, on few round numbers.
+// Values exactly on a limit, where < and <= differ: random noise never hits one. Every ISA against the scalar
+// reference, on a few round numbers.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr int32_t kRows = 6, kCols = 75;
 
-// Multiples of a half: sums, halves and differences are exact, and a good part of the differences are 1 and 5.
+// Multiples of 1/2: sums, halves and differences are exact, and many differences are 1 and 5.
 float draw_range(std::mt19937_64& random) {
   constexpr float kRanges_m[] = {0.0f, 4.0f, 5.0f, 5.5f, 9.0f, 10.0f, 10.5f, 14.0f};
   return kRanges_m[random() % std::size(kRanges_m)];
@@ -41,7 +41,7 @@ std::string draw_bits(OwnedBits& bits) {
   return text;
 }
 
-// What run(table, random) writes, as text, must be the same by every table.
+// run(table, random) must return the same text with every table.
 template <class F>
 void check_every_isa(F&& run) {
   const KernelTable* tables[16] = {};
@@ -60,7 +60,7 @@ void check_every_isa(F&& run) {
 
 }  // namespace
 
-TEST_CASE("on the limit: fill_gaps") {
+TEST_CASE("limits: fill_gaps writes the reference's bytes") {
   check_every_isa([](const KernelTable& k, std::mt19937_64& random) {
     OwnedPlane<float> range(kRows, kCols), elevation(kRows, kCols), filled(kRows, kCols), e_filled(kRows, kCols);
     for (int32_t r = 0; r < kRows; ++r)
@@ -70,7 +70,7 @@ TEST_CASE("on the limit: fill_gaps") {
   });
 }
 
-TEST_CASE("on the limit: mark_ground") {
+TEST_CASE("limits: mark_ground writes the reference's bytes") {
   check_every_isa([](const KernelTable& k, std::mt19937_64& random) {
     constexpr float kAngles[] = {0.25f, 0.5f, 0.50000006f, 1.0f, kAngleUndefined, kBesideUndefined};
     OwnedPlane<float> angle(kRows, kCols), range(kRows, kCols);
@@ -87,7 +87,7 @@ TEST_CASE("on the limit: mark_ground") {
   });
 }
 
-TEST_CASE("on the limit: repair_range") {
+TEST_CASE("limits: repair_range writes the reference's bytes") {
   check_every_isa([](const KernelTable& k, std::mt19937_64& random) {
     OwnedPlane<float> range(kRows, kCols), elevation(kRows, kCols), repaired(kRows, kCols), e_repaired(kRows, kCols);
     OwnedBits nonground(kRows, kCols), nonground_repaired(kRows, kCols);
@@ -102,7 +102,7 @@ TEST_CASE("on the limit: repair_range") {
   });
 }
 
-TEST_CASE("on the limit: links and labels over the seam of narrow images") {
+TEST_CASE("limits: links and labels over the seam of narrow images are the reference's") {
   for (const int32_t cols : {1, 2, 3, 5, 16, 17, 63, 64, 65}) {
     CAPTURE(cols);
     check_every_isa([cols](const KernelTable& k, std::mt19937_64& random) {
@@ -129,7 +129,7 @@ TEST_CASE("on the limit: links and labels over the seam of narrow images") {
   }
 }
 
-TEST_CASE("on the limit: clusters that just fit their table, and times of both halves of a word") {
+TEST_CASE("limits: a full cluster table and times of both halves of a word give the reference's bytes") {
   for (const int32_t capacity : {39, 40, 41}) {
     CAPTURE(capacity);
     check_every_isa([capacity](const KernelTable& k, std::mt19937_64& random) {
@@ -157,7 +157,7 @@ TEST_CASE("on the limit: clusters that just fit their table, and times of both h
   }
 }
 
-TEST_CASE("on the limit: layers, ranges and coordinates of points") {
+TEST_CASE("limits: layers, ranges and coordinates on a limit give the reference's bytes") {
   const float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
   check_every_isa([&](const KernelTable& k, std::mt19937_64& random) {
     const float layers[] = {-1.0f, 0.0f, 3.0f, 4.0f, 9.0f, 10.0f, 65535.0f, 65536.0f, 1e9f, 2.5f, nan, infinity};
@@ -183,7 +183,7 @@ TEST_CASE("on the limit: layers, ranges and coordinates of points") {
   });
 }
 
-TEST_CASE("on the limit: label_points") {
+TEST_CASE("limits: label_points writes the reference's bytes") {
   check_every_isa([](const KernelTable& k, std::mt19937_64& random) {
     const SensorModel sensor = make_sensor_model(kRows, kCols, 1.05, -1.05, false, 0.5, 200.0);
     SegmentChain chain(sensor, 2 * kRows * kCols);

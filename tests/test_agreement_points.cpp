@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The point kernels on every ISA against the reference where test_agreement's clouds do not reach: every order points
-// may come in, every field type and layout, pixels that all fight over, and fits of odd shapes.
+// The point kernels on every ISA against the reference, with inputs that test_agreement's clouds do not contain: every
+// order of points, every field type and layout, many points in one pixel, and fits of unusual shapes.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ enum class Order { lines, interleaved, firing, random, one_pixel, few_layers };
 constexpr Order kOrders[] = {Order::lines,  Order::interleaved, Order::firing,
                              Order::random, Order::one_pixel,   Order::few_layers};
 
-// A wall and a floor round the sensor, seen by `rows` layers, with holes, double returns and rubbish among it.
+// A wall and a floor around the sensor, seen by `rows` layers, with holes, double returns and invalid points.
 std::vector<TestPoint> make_cloud(Order order, int32_t rows, int32_t cols, uint64_t seed) {
   std::mt19937_64 random(seed);
   const auto chance = [&](int32_t percent) { return int32_t(random() % 100) < percent; };
@@ -58,7 +58,7 @@ std::vector<TestPoint> make_cloud(Order order, int32_t rows, int32_t cols, uint6
   return cloud;
 }
 
-// Everything the point kernels write, one kernel table from end to end; the images' own kernels are always the
+// Everything that the point kernels write, with one kernel table from start to end; the image kernels are always the
 // references.
 uint64_t run_points(const KernelTable& k, const std::vector<TestPoint>& cloud, const PointFields& fields,
                     const SensorModel& sensor, int32_t cluster_capacity) {
@@ -68,7 +68,7 @@ uint64_t run_points(const KernelTable& k, const std::vector<TestPoint>& cloud, c
   const RangeImages& m = part.images;
   LayerSums& sums = chain.scratch.layer_sums;
   Hash hash(1);
-  for (int32_t scan = 0; scan < 2; ++scan) {  // twice: nothing of the first may shine through
+  for (int32_t scan = 0; scan < 2; ++scan) {  // twice: no value of the first may remain
     k.load_points(fields, int32_t(cloud.size()), chain.part.scan);
     for (const Step& step : chain.method->segment) {
       chain.run_step(step, works_on_images(&step) ? reference : k);
@@ -117,7 +117,7 @@ void check_all(const std::vector<TestPoint>& cloud, const PointFields& fields, c
   }
 }
 
-TEST_CASE("points in any order give the reference's bytes on every ISA") {
+TEST_CASE("agreement: points in any order give the reference's bytes on every ISA") {
   for (const Order order : kOrders)
     for (uint64_t seed = 1; seed <= 4; ++seed) {
       CAPTURE(int32_t(order));
@@ -128,7 +128,8 @@ TEST_CASE("points in any order give the reference's bytes on every ISA") {
     }
 }
 
-TEST_CASE("more layers than rows and more clusters than rows of the table give the reference's bytes on every ISA") {
+TEST_CASE(
+    "agreement: more layers than rows and more clusters than table rows give the reference's bytes on every ISA") {
   for (const Order order : kOrders) {
     CAPTURE(int32_t(order));
     const std::vector<TestPoint> cloud = make_cloud(order, 24, 200, 9);
@@ -137,8 +138,8 @@ TEST_CASE("more layers than rows and more clusters than rows of the table give t
   }
 }
 
-// All types of field in one record layout each; the values are random bits, so every special float comes by.
-TEST_CASE("load_points gives the reference's bytes for any type, stride and place of a field on every ISA") {
+// All types of field in one record layout each; the values are random bits, so every special float occurs.
+TEST_CASE("load_points: any type, stride and address of a field gives the reference's bytes on every ISA") {
   const KernelTable* tables[16] = {};
   const int32_t table_count = list_kernels(tables);
   constexpr FieldType kTypes[] = {FieldType::kNone,   FieldType::kFloat32, FieldType::kFloat64,
@@ -161,7 +162,7 @@ TEST_CASE("load_points gives the reference's bytes for any type, stride and plac
       stride += kSizes[std::size_t(all[f]->type)] + std::ptrdiff_t(random() % 4 == 0 ? random() % 5 : 0);
     }
     fields.time_unit_ns = random() % 2 ? 1.0 : 1e9 / double(1 + random() % 1000);
-    // Exactly as many bytes as the fields need: a sanitizer build sees a read beyond.
+    // Exactly the bytes that the fields need: the address sanitizer detects a read beyond.
     std::vector<unsigned char> bytes[6];
     for (int32_t f = 0; f < 6; ++f) {
       const std::ptrdiff_t size = kSizes[std::size_t(all[f]->type)];
@@ -191,7 +192,7 @@ TEST_CASE("load_points gives the reference's bytes for any type, stride and plac
   }
 }
 
-TEST_CASE("fit_rectangle gives the reference's bytes for any number and shape of points on every ISA") {
+TEST_CASE("fit_rectangle: any number and shape of points gives the reference's bytes on every ISA") {
   const KernelTable* tables[16] = {};
   const int32_t table_count = list_kernels(tables);
   for (uint64_t seed = 1; seed <= 410; ++seed) {
@@ -200,17 +201,17 @@ TEST_CASE("fit_rectangle gives the reference's bytes for any number and shape of
     const auto uniform = [&] { return float(random() % 65536) / 65536.0f; };
     const int32_t count = seed < 70        ? int32_t(seed)
                           : seed % 10 == 0 ? 4090 + int32_t(seed % 13)
-                          : seed % 10 == 5 ? 4097 + int32_t(random() % 4000)  // block by block
+                          : seed % 10 == 5 ? 4097 + int32_t(random() % 4000)  // handled block by block
                                            : int32_t(1 + random() % 900);
     const int32_t shape = int32_t(seed % 20 == 5 ? 5 : seed % 20 == 15 ? seed / 20 % 5 : seed % 6);
     std::vector<float> x, y;
     for (int32_t i = 0; i < count; ++i) {
       const float along = uniform() * 6.8f, noise = shape == 4 ? 0.0f : 0.03f * uniform();
       float u = along < 4.9f ? along : noise, v = along < 4.9f ? noise : along - 4.9f;
-      if (shape == 1) v = noise;                                  // one face
-      if (shape == 2) u = v = 0.0f;                               // all in one place
-      if (shape == 3) u = (uniform() - 0.5f) * 1e30f, v = -0.0f;  // nonsense
-      if (shape == 5) {  // the same mirrored: two headings are equally good but for the roundings of their sums
+      if (shape == 1) v = noise;                                  // one side
+      if (shape == 2) u = v = 0.0f;                               // all at one point
+      if (shape == 3) u = (uniform() - 0.5f) * 1e30f, v = -0.0f;  // invalid values
+      if (shape == 5) {  // mirrored: two headings cost the same except for rounding
         const int32_t half = std::max(count / 2, 1), of = i - half;
         u = float(i % 997) / 256.0f, v = float(int32_t(uniform() * 64.0f) + i % 499) / 512.0f;
         if (of >= 0 && of < half) u = y[std::size_t(of)] + 3.0f, v = x[std::size_t(of)] - 20.0f;

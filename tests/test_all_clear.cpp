@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// An empty list of detections means that nothing is there, or a flag or a counter says what else it means: ego poses
-// off the map, gates, capacities, lost poses. And no public number is NaN or infinite, whatever was pushed.
+// An empty list of detections means that nothing is there; otherwise a flag or a counter tells the reason: ego poses
+// off the map, gates, capacities, no ego pose. And no public number is NaN or infinite, for any input.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@
 #include "tests/support/one_sensor_detector.h"
 #include "tests/support/small_scene.h"
 
-using namespace overtake_test;
+using namespace overtake::test;
 
 namespace {
 
@@ -26,13 +26,13 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct Seen {
   ovt_frame_info info;
-  const char* broken;  // rule, null when none
+  const char* broken;  // the broken rule, null if none
   std::vector<float> heading_ref, map_s;
   std::vector<uint64_t> confirmed;
 };
 
-// A straight of 4 km along x, 8 m to either side, open at both ends; one sensor 1.2 m above the road, and frames of a
-// car's tail.
+// A straight of 4 km along x, 8 m to either side, open at both ends; one sensor 1.2 m above the road, and frames with
+// the rear of a car.
 struct Straight {
   explicit Straight(bool with_map = true) {
     for (int32_t i = 0; i <= 40; ++i) x.push_back(-2000.0 + 100.0 * i);
@@ -107,7 +107,7 @@ bool is_off_map(const Seen& s) { return (s.info.flags & OVT_FLAG_EGO_OFF_MAP) !=
 
 }  // namespace
 
-TEST_CASE("all clear: an ego pose that jumps off the map hides no car, and each such frame says so") {
+TEST_CASE("all clear: an ego pose that jumps off the map hides no car, and each such frame has a flag") {
   for (const double jump_m : {0.0, 5.0, 9.0, 10.0, 10.1, 13.0, -40.0, 1e4, 1e8}) {
     CAPTURE(jump_m);
     Straight bench;
@@ -127,7 +127,7 @@ TEST_CASE("all clear: an ego pose that jumps off the map hides no car, and each 
       if (is_off_map(s)) CHECK(s.heading_ref.at(0) == 0.0f);
       CHECK((s.map_s.at(0) != 0.0f) == !is_off_map(s));
       if (k >= 5 && k < 10) CHECK(s.confirmed.size() == 1);
-      if (k >= 16 && jumped) CHECK(!s.confirmed.empty());  // where the pose says it is, there is a track again
+      if (k >= 16 && jumped) CHECK(!s.confirmed.empty());  // at the jumped pose there is a new track
     }
     CHECK(find_broken_sum(bench.small.stats(), -1, 0) == nullptr);
     CHECK(bench.small.stats().gated_map == 0);
@@ -135,7 +135,7 @@ TEST_CASE("all clear: an ego pose that jumps off the map hides no car, and each 
   }
 }
 
-TEST_CASE("all clear: a pose that jumps in the middle of a sweep is off the map for the whole frame") {
+TEST_CASE("all clear: a pose that jumps in the middle of a scan counts as off the map for the whole frame") {
   for (const double late_s : {0.0, 0.01, 0.03, 0.04}) {
     CAPTURE(late_s);
     Straight bench;
@@ -149,8 +149,8 @@ TEST_CASE("all clear: a pose that jumps in the middle of a sweep is off the map 
   }
 }
 
-TEST_CASE("all clear: a single pose off the map, anywhere in the sweep, is off the map for the whole frame") {
-  // Poses each 10 ms from 90 to 150 ms; the scan's stamp is 100 ms, its points are measured at 140 ms.
+TEST_CASE("all clear: a single pose off the map, anywhere in the scan, counts for the whole frame") {
+  // Poses every 10 ms from 90 to 150 ms; the scan's stamp is 100 ms, its points are measured at 140 ms.
   for (int64_t off = 9; off <= 15; ++off) {
     CAPTURE(off);
     Straight bench;
@@ -165,7 +165,7 @@ TEST_CASE("all clear: a single pose off the map, anywhere in the sweep, is off t
   }
 }
 
-TEST_CASE("all clear: the margin round the map is a parameter, and holds beyond an open end as well") {
+TEST_CASE("all clear: the margin around the map is a parameter, and also holds beyond an open end") {
   struct Row {
     double ego_margin_m, map_margin_m, x_m, y_m;
     double off_m;
@@ -187,13 +187,13 @@ TEST_CASE("all clear: the margin round the map is a parameter, and holds beyond 
     CHECK(bench.last().broken == nullptr);
     CHECK(bench.last().info.ego_off_map_m == doctest::Approx(row.off_m));
     CHECK(is_off_map(bench.last()) == row.off);
-    if (row.off || row.x_m == 0) CHECK(bench.last().info.detection_count == 1);  // else it is beyond the map's end
+    if (row.off || row.x_m == 0) CHECK(bench.last().info.detection_count == 1);  // otherwise it is beyond the map's end
     ovt_stats stats = bench.small.stats();
     CHECK(stats.gated_map == stats.clusters - stats.gated_points - stats.gated_size - stats.detections);
   }
 }
 
-TEST_CASE("all clear: off the map a new track takes the ego course, not that of the line at some other place") {
+TEST_CASE("all clear: off the map a new track takes the ego course, not the course of some other place of the line") {
   for (const bool off : {false, true}) {
     Straight bench;
     bench.small.def.sensor_count = 0;
@@ -220,13 +220,13 @@ TEST_CASE("all clear: off the map a new track takes the ego course, not that of 
   }
 }
 
-TEST_CASE("all clear: every cluster that is no detection is counted where it went") {
+TEST_CASE("all clear: every cluster that is not a detection is counted with its reason") {
   Straight bench;
   bench.small.def.candidate_capacity = 16;
   bench.params.gate_min_points = 30;
   bench.small.create();
   bench.push_pose(0, 0, 0);
-  // Posts of 24 points, too few; twice as wide ones of 48, 18 on the track and 2 off it; and a wall of 12 m.
+  // Posts of 24 points (too few); wider ones of 48 points, 18 on the track and 2 off it; and a wall of 12 m.
   const double degree = 3.14159265358979323846 / 180.0;
   std::vector<float> x, y, z;
   std::vector<uint8_t> layer;
@@ -240,9 +240,9 @@ TEST_CASE("all clear: every cluster that is no detection is counted where it wen
         layer.push_back(uint8_t(l));
       }
   };
-  for (int32_t i = 0; i < 4; ++i) add_post(-50.0 + 2.2 * i, 14.0 + 2 * i, 3);         // few points
+  for (int32_t i = 0; i < 4; ++i) add_post(-50.0 + 2.2 * i, 14.0 + 2 * i, 3);         // too few points
   for (int32_t i = 0; i < 18; ++i) add_post(-20.0 + 2.2 * i, 14.0 + 3 * (i % 2), 6);  // candidates on the track
-  for (int32_t i = 0; i < 2; ++i) add_post(50.0 + 3 * i, 24.0 + 2 * i, 6);            // off it
+  for (int32_t i = 0; i < 2; ++i) add_post(50.0 + 3 * i, 24.0 + 2 * i, 6);            // off the track
   add_post(24.0, 30.0, 160);                                                          // 12 m long
   ovt_points p;
   ovt_points_init(&p, sizeof p);
@@ -270,7 +270,7 @@ TEST_CASE("all clear: every cluster that is no detection is counted where it wen
   CHECK(s.measurements == 16);
 }
 
-TEST_CASE("all clear: points that are ground are what no reason and no cluster has") {
+TEST_CASE("all clear: ground points are the points without a reason and without a cluster") {
   Straight bench;
   bench.small.create();
   bench.push_car(0);
@@ -280,11 +280,12 @@ TEST_CASE("all clear: points that are ground are what no reason and no cluster h
   CHECK(s.points - s.points_clustered > 1000);  // the road
 }
 
-TEST_CASE("all clear: detections of frames without an ego pose are counted, and so is how each track ends") {
+TEST_CASE(
+    "all clear: detections of frames without an ego pose are counted, and so is the reason for each track's end") {
   Straight bench(false);
   bench.params.tracker_max_silence_s = 0.5;
   bench.params.tracker_window = 4;
-  bench.params.tracker_keep_hits = 0;  // a confirmed track ends by silence alone
+  bench.params.tracker_keep_hits = 0;  // a confirmed track ends only by silence
   bench.small.create();
   int64_t k = 0;
   const auto go = [&](int32_t frames, bool pose, bool car) {
@@ -295,18 +296,18 @@ TEST_CASE("all clear: detections of frames without an ego pose are counted, and 
   };
   go(5, false, true);  // vehicle frame
   CHECK(bench.small.stats().tracks_born == 1);
-  go(5, true, true);  // into the map: forgotten, and born again
+  go(5, true, true);  // in the map: deleted, and initiated again
   CHECK(bench.small.stats().tracks_forgotten == 1);
   CHECK(bench.small.stats().tracks_born == 2);
   CHECK(bench.small.stats().measurements_lost == 0);
-  go(14, false, true);  // 0.5 s are bridged, then the poses are lost
+  go(14, false, true);  // the gap is bridged for 0.5 s, then the poses are lost
   const int64_t lost = bench.small.stats().measurements_lost;
   CHECK(lost == 4);
   CHECK((bench.last().info.flags & OVT_FLAG_EGO_STALE) != 0);
-  go(12, true, false);  // nothing there: silent
+  go(12, true, false);  // an empty road: silent
   CHECK(bench.small.stats().tracks_silent == 1);
   go(1, true, true);
-  go(6, true, false);  // a tentative one dies of misses
+  go(6, true, false);  // a tentative track is deleted after misses
   const ovt_stats s = bench.small.stats();
   CHECK(s.tracks_born == 3);
   CHECK(s.tracks_missed == 1);
@@ -316,7 +317,7 @@ TEST_CASE("all clear: detections of frames without an ego pose are counted, and 
   for (const Seen& seen : bench.seen) CHECK(seen.broken == nullptr);
 }
 
-TEST_CASE("all clear: a pose that is finite but none of a car is refused, and changes nothing") {
+TEST_CASE("all clear: a finite pose with values that no car's pose has is refused and changes nothing") {
   struct Row {
     double ovt_ego_pose::*field;
     double limit;
@@ -338,14 +339,14 @@ TEST_CASE("all clear: a pose that is finite but none of a car is refused, and ch
       CHECK(bench.small.stats().ego_poses + bench.small.stats().ego_dropped == 0);
       pose.*row.field = sign * row.limit;
       CHECK(ovt_push_ego_pose(bench.small.detector, &pose) == OVT_OK);
-      bench.push_car(450 * kMs);  // as far from it as it is used
+      bench.push_car(450 * kMs);  // the farthest use of the last pose
       CHECK(bench.last().broken == nullptr);
       CHECK(bench.last().info.ego_known == 1);
     }
   }
 }
 
-TEST_CASE("all clear: maps of absurd numbers are refused") {
+TEST_CASE("all clear: maps with absurd numbers are refused") {
   for (const double bad : {1e9, 1e300, kInfinity, kNan}) {
     Straight bench;
     bench.width[3] = bad;
@@ -356,7 +357,7 @@ TEST_CASE("all clear: maps of absurd numbers are refused") {
 
 namespace {
 
-// Numbers of every kind: plausible, at a limit of ours, at an end of the type, none.
+// Numbers of every kind: plausible, at a limit of the library, at an end of the type, NaN.
 double draw_number(std::mt19937& random) {
   static constexpr double kOdd[] = {0.0,  -0.0, 1e-320, 1e-300, 1e8,  -1e8,     1.0001e8, 1e6,       1e3,       100,
                                     1e15, 1e18, 1e300,  -1e300, 3e38, 1.79e308, kNan,     kInfinity, -kInfinity};
@@ -373,13 +374,13 @@ int64_t draw_stamp(std::mt19937& random, int64_t stamp_ns) {
     case 2: return stamp_ns - int64_t(random() % 700) * kMs;
     case 3: return stamp_ns;
     case 4: return 0;
-    default: return int64_t(uint64_t(stamp_ns) + uint64_t(random() % 60) * uint64_t(kMs));  // goes round at the end
+    default: return int64_t(uint64_t(stamp_ns) + uint64_t(random() % 60) * uint64_t(kMs));  // wraps around at the end
   }
 }
 
 }  // namespace
 
-TEST_CASE("all clear: whatever is pushed, each public number is one, and nothing is gone without a count") {
+TEST_CASE("all clear: for any input every public number is finite, and every loss has a count") {
   int64_t frames = 0, detections = 0, tracks = 0, off_map = 0, gated = 0;
   for (uint32_t seed = 1; seed <= 150; ++seed) {
     std::mt19937 random(seed);
@@ -397,7 +398,7 @@ TEST_CASE("all clear: whatever is pushed, each public number is one, and nothing
     bench.width.assign(bench.x.size(), 2.0 + 3.0 * double(random() % 3));
     bench.small.create();
     int64_t stamp_ns = random() % 4 ? 1000 * kMs : draw_stamp(random, 0);
-    // Of each push in this story: one may wait and be used later, so only the number of pushes used is known.
+    // Rows per push in this run. One push may still be pending, so only the number of used pushes is known.
     const auto push_rows = int32_t(random() % 5);
     const bool wild = random() % 2;
     for (int32_t step = 0; step < 60; ++step) {
@@ -467,7 +468,7 @@ TEST_CASE("all clear: whatever is pushed, each public number is one, and nothing
     const char* broken = find_broken_sum(bench.small.stats(), -1, bench.small.stats().external * push_rows);
     CHECK(std::string(broken ? broken : "") == "");
   }
-  CHECK(frames > 2000);  // it is about something
+  CHECK(frames > 2000);  // else the test would check nothing
   CHECK(detections > 1000);
   CHECK(tracks > 1000);
   CHECK(off_map > 100);

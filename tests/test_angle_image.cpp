@@ -18,7 +18,7 @@ namespace {
 using test::kDegree;
 using test::OwnedPlane;
 
-TEST_CASE("angle_image: 0 is level, 90 deg upright, between them the slope, up or down alike") {
+TEST_CASE("angle_image: 0 is level, 90 deg upright, up or down alike") {
   // One pixel pair per column, given as points (h, z) seen from the origin.
   struct Pair {
     double h0, z0, h1, z1, degrees;
@@ -46,11 +46,11 @@ TEST_CASE("angle_image: 0 is level, 90 deg upright, between them the slope, up o
   }
 }
 
-TEST_CASE("angle_image agrees with atan2 in double on random pairs") {
+TEST_CASE("angle_image: agrees with atan2 in double on random pairs") {
   std::mt19937 random(5);
   INFO("seed 5");
   std::uniform_real_distribution<float> any_range(1, 100), any_elevation(-0.6f, 0.6f);
-  const int32_t rows = 9, cols = 37;  // two full stripes and a part of one
+  const int32_t rows = 9, cols = 37;  // two full stripes and a partial one
   OwnedPlane<float> range(rows, cols), elevation(rows, cols), angle(rows, cols);
   for (int32_t r = 0; r < rows; ++r)
     for (int32_t c = 0; c < cols; ++c) {
@@ -69,7 +69,7 @@ TEST_CASE("angle_image agrees with atan2 in double on random pairs") {
     }
 }
 
-TEST_CASE("angle_image: where a pixel is missing the pair is undefined, and undefined is not ground") {
+TEST_CASE("angle_image: a pair with a missing pixel is undefined, and undefined is not ground") {
   // col 0: upper missing, 1: lower missing, 2: both, 3: none
   OwnedPlane<float> range({{0.0f, 10.0f, 0.0f, 10.0f}, {10.0f, 0.0f, 0.0f, 10.0f}});
   OwnedPlane<float> elevation({{0.0f, 0.1f, 0.0f, 0.1f}, {0.0f, 0.0f, 0.0f, 0.0f}});
@@ -79,7 +79,7 @@ TEST_CASE("angle_image: where a pixel is missing the pair is undefined, and unde
   CHECK(angle.at(0, 3) > 0.0f);
 }
 
-TEST_CASE("angle_image skips pairs whose layers almost touch, 0.05 deg") {
+TEST_CASE("angle_image: skips pairs of layers closer than 0.05 deg") {
   const auto below = float(0.0499 * kDegree), above = float(0.0501 * kDegree);
   OwnedPlane<float> range({{10.0f, 10.0f, 10.0f, 10.0f, 0.0f}, {20.0f, 20.0f, 20.0f, 20.0f, 20.0f}});
   OwnedPlane<float> elevation({{0.0f, below, -below, above, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f}});
@@ -87,10 +87,10 @@ TEST_CASE("angle_image skips pairs whose layers almost touch, 0.05 deg") {
   ref::angle_image({}, range, elevation, angle);
   for (int32_t c = 0; c < 3; ++c) CHECK(angle.at(0, c) == kAngleSkipped);
   CHECK(angle.at(0, 3) >= 0.0f);
-  CHECK(angle.at(0, 4) == kAngleUndefined);  // missing comes before touching
+  CHECK(angle.at(0, 4) == kAngleUndefined);  // missing has priority over skipped
 }
 
-TEST_CASE("angle_image of one row has no pair") {
+TEST_CASE("angle_image: one row has no pair") {
   OwnedPlane<float> range({{10.0f}}), elevation({{0.0f}}), angle(1, 1);
   ref::angle_image({}, range, elevation, angle);
   CHECK(angle.at(0, 0) == kAngleUndefined);

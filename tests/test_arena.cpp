@@ -12,7 +12,7 @@
 namespace overtake {
 namespace {
 
-// Counts what it hands out, dirties it, and can be told to have nothing or to hand out odd addresses.
+// Counts the blocks it hands out and dirties them. It can be set to refuse, or to return unaligned addresses.
 struct Ledger {
   int allocations = 0, releases = 0;
   size_t bytes_out = 0, bytes_back = 0;
@@ -45,7 +45,7 @@ struct Ledger {
 
 bool is_aligned(const void* p) { return reinterpret_cast<std::uintptr_t>(p) % kCacheLine == 0; }
 
-TEST_CASE("an arena hands out aligned, zeroed pieces that do not overlap") {
+TEST_CASE("arena: hands out aligned, zeroed pieces that do not overlap") {
   Ledger ledger;
   Arena arena;
   float* a = nullptr;
@@ -67,7 +67,7 @@ TEST_CASE("an arena hands out aligned, zeroed pieces that do not overlap") {
   for (std::size_t i = 0; i < arena.bytes(); ++i) REQUIRE(block[i] == 0);
 }
 
-TEST_CASE("the default allocator gives aligned blocks") {
+TEST_CASE("arena: the default allocator gives aligned blocks") {
   Arena arena;
   char* a = nullptr;
   REQUIRE(arena.build(default_allocator(), [&](Carver& carver) { a = carver.take<char>(1000); }));
@@ -75,7 +75,7 @@ TEST_CASE("the default allocator gives aligned blocks") {
   CHECK(arena.bytes() == 1024);
 }
 
-TEST_CASE("an arena without memory says so and keeps nothing") {
+TEST_CASE("arena: without memory build fails and keeps nothing") {
   Ledger ledger;
   Arena arena;
   float* a = nullptr;
@@ -91,7 +91,7 @@ TEST_CASE("an arena without memory says so and keeps nothing") {
   CHECK(a != nullptr);
 }
 
-TEST_CASE("an arena refuses a block at an odd address and gives it back") {
+TEST_CASE("arena: refuses an unaligned block and frees it") {
   Ledger ledger;
   ledger.offset = 16;
   Arena arena;
@@ -101,7 +101,7 @@ TEST_CASE("an arena refuses a block at an odd address and gives it back") {
   CHECK(ledger.releases == 1);
 }
 
-TEST_CASE("an arena gives its block back once, to the allocator it came from, also after moves") {
+TEST_CASE("arena: frees its block once, with the allocator that gave it, also after moves") {
   Ledger ledger, other;
   {
     Arena first;
@@ -111,7 +111,7 @@ TEST_CASE("an arena gives its block back once, to the allocator it came from, al
     Arena second(std::move(first));
     CHECK(first.bytes() == 0);
     CHECK(second.bytes() == 64);
-    CHECK(a[3] == 7.0f);  // the columns' addresses outlive the move
+    CHECK(a[3] == 7.0f);  // the columns' addresses stay valid after the move
     Arena third;
     REQUIRE(third.build(other.allocator(), [&](Carver& carver) { carver.take<float>(16); }));
     third = std::move(second);
@@ -128,14 +128,14 @@ TEST_CASE("an arena gives its block back once, to the allocator it came from, al
   CHECK(ledger.bytes_back == ledger.bytes_out);
 }
 
-TEST_CASE("an arena of nothing still gives addresses") {
+TEST_CASE("arena: carving nothing still gives addresses") {
   Arena arena;
   float* a = nullptr;
   REQUIRE(arena.build(default_allocator(), [&](Carver& carver) { a = carver.take<float>(0); }));
   CHECK(a != nullptr);
 }
 
-TEST_CASE("the rows of a plane start on cache lines, with kRowPad columns to either side inside the block") {
+TEST_CASE("plane: rows start on cache lines, with kRowPad columns on both sides inside the block") {
   for (const int32_t cols : {1, 15, 16, 17, 857}) {
     CAPTURE(cols);
     Arena arena;
@@ -157,7 +157,7 @@ TEST_CASE("the rows of a plane start on cache lines, with kRowPad columns to eit
   }
 }
 
-TEST_CASE("the images of a scan share one shape and one stride") {
+TEST_CASE("range images: the images of a scan share one shape and one stride") {
   Arena arena;
   RangeImages m;
   REQUIRE(arena.build(default_allocator(), [&](Carver& carver) { carve_range_images(carver, m, 8, 70); }));

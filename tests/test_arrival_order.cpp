@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The same used scans in the same frames give the same bytes, whatever order they come in and however many workers
-// there are; and a sensor that dies and returns leaves the others' detections as if it had never been there.
+// The same used scans in the same frames give the same bytes, in any order of arrival and with any number of workers. A
+// sensor that stops and returns does not change the detections of the others.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 #include "tests/support/detector_bench.h"
 
-using namespace overtake_test;
+using namespace overtake::test;
 
 namespace {
 
@@ -20,7 +20,7 @@ constexpr int64_t kMs = 1'000'000;
 constexpr int32_t kWorkers[] = {1, 2, 3, 4, 8};
 constexpr int32_t kOrders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
 
-// Every eighth point: what is compared are orders, not clouds.
+// Every eighth point: the test compares orders, not clouds.
 const std::vector<std::array<overtake::SceneScan, 3>>& thin_frames() {
   static const auto frames = [] {
     std::vector<std::array<overtake::SceneScan, 3>> all(12);
@@ -47,7 +47,8 @@ struct Push {
   int32_t sensor;
 };
 
-// Stamps of the three sensors within a frame differ by up to the tolerance, another one every frame is the first.
+// Stamps of the three sensors within a frame differ by up to the tolerance; the first sensor changes from frame to
+// frame.
 int64_t stamp_of(const Push& push) {
   constexpr int64_t kPhase[3] = {0, 11 * kMs, 24 * kMs};
   return 1000 * kMs + int64_t(push.frame) * 50 * kMs + kPhase[(std::size_t(push.sensor) + push.frame) % 3];
@@ -62,7 +63,7 @@ struct Thin : DetectorBench {
     const ovt_points points = points_of(thin_frames()[p.frame][std::size_t(p.sensor)], p.sensor, stamp_of(p));
     REQUIRE(ovt_push_scan(detector, &points) == OVT_OK);
   }
-  // Poses of the whole sweep, before its first scan.
+  // Poses of the whole frame, before its first scan.
   void push_poses(std::size_t frame) {
     for (int64_t t = 0; t < 50; t += 10) {
       ovt_ego_pose pose;
@@ -76,7 +77,7 @@ struct Thin : DetectorBench {
   }
 };
 
-// Frames 0 to frame_count - 1, all sensors in the order of `orders`, one order a frame.
+// Frames 0 to frame_count - 1, all sensors in the order of `orders`, one order per frame.
 std::vector<FrameRecord> run_orders(int32_t workers, std::size_t frame_count, const std::vector<int32_t>& orders) {
   Thin bench(workers);
   for (std::size_t k = 0; k < frame_count; ++k) {
@@ -89,7 +90,7 @@ std::vector<FrameRecord> run_orders(int32_t workers, std::size_t frame_count, co
   return bench.records;
 }
 
-// Those of `subset` are dead in frames first to last; else their scans come before, or after, the others'.
+// The sensors of `subset` send nothing in frames first to last; else their scans come before, or after, the others'.
 std::vector<FrameRecord> run_alive(int32_t workers, std::size_t frame_count, uint32_t subset, std::size_t first,
                                    std::size_t last, bool before = true) {
   Thin bench(workers);
@@ -105,7 +106,7 @@ std::vector<FrameRecord> run_alive(int32_t workers, std::size_t frame_count, uin
   return bench.records;
 }
 
-// The records by their frame's time, which a record of any subset of the sensors has in common.
+// The frame of a record, from its time, which records with any subset of sensors have in common.
 std::size_t frame_of(const FrameRecord& record) {
   return std::size_t((record.info.stamp_ns - 1000 * kMs) / (50 * kMs));
 }
@@ -131,7 +132,7 @@ TEST_CASE("arrival: any order of three sensors' scans and any number of workers 
     }
 }
 
-TEST_CASE("arrival: another order in every frame, so that neighbouring frames interleave, gives the same bytes") {
+TEST_CASE("arrival: another order in every frame, with interleaved frames, gives the same bytes") {
   constexpr std::size_t kFrames = 6;
   const std::vector<FrameRecord> expected = run_orders(1, kFrames, {0});
   std::mt19937 random(3);
@@ -152,7 +153,7 @@ TEST_CASE("arrival: three threads that push at the same time give the same bytes
     CAPTURE(workers);
     Thin bench(workers);
     bench.push_poses(0);
-    // All of a frame before any of the next: which scan comes first within it, the scheduler says.
+    // All scans of a frame before any of the next: the scheduler decides the order within the frame.
     std::size_t next = 0;
     const auto poses = [&]() noexcept {
       if (++next < kFrames) bench.push_poses(next);
@@ -176,7 +177,7 @@ namespace {
 
 constexpr std::size_t kDeathFrames = 12, kFirstDead = 4, kLastDead = 7;
 
-// Every frame but that of the return, in which a scan may come too late to join the others'.
+// Compares every frame except that of the return, in which a scan may come too late to join the others.
 void check_death(const std::vector<FrameRecord>& dies, const std::vector<FrameRecord>& never,
                  const std::vector<FrameRecord>& whole, uint32_t subset) {
   uint32_t returned = 0;
@@ -194,15 +195,15 @@ void check_death(const std::vector<FrameRecord>& dies, const std::vector<FrameRe
     CHECK(record.labels == same.labels);
     CHECK(record.images == same.images);
     CHECK(((record.info.flags & OVT_FLAG_SENSOR_MISSING) != 0) == dead);
-    // Silent for more than 1.5 periods: not in its first missing frame, but in each later one.
+    // Silent for more than 1.5 periods: not in the first missing frame, but in each later one.
     CHECK(((record.info.flags & OVT_FLAG_SENSOR_STALE) != 0) == (dead && k > kFirstDead));
   }
-  CHECK(returned == 7u);  // every sensor's first scan is used, the returning ones' too
+  CHECK(returned == 7u);  // every sensor's first scan is used, also those of returning sensors
 }
 
 }  // namespace
 
-TEST_CASE("death: every subset of three sensors dies and returns, and the others' detections never notice") {
+TEST_CASE("death: any subset of three sensors that stops and returns leaves the others' detections unchanged") {
   const std::vector<FrameRecord> whole = run_alive(1, kDeathFrames, 0, 0, 0);
   REQUIRE(whole.size() == kDeathFrames);
   for (uint32_t subset = 1; subset < 8; ++subset) {
@@ -218,7 +219,7 @@ TEST_CASE("death: every subset of three sensors dies and returns, and the others
   }
 }
 
-TEST_CASE("death: while every sensor is silent, predictions and pushed detections say so") {
+TEST_CASE("death: while every sensor is silent, predictions and pushed detections have the flags") {
   for (const int32_t workers : {1, 2}) {
     CAPTURE(workers);
     Thin bench(workers);
@@ -235,7 +236,7 @@ TEST_CASE("death: while every sensor is silent, predictions and pushed detection
     radar.stamp_ns = last_ns + 300 * kMs;
     REQUIRE(ovt_push_detections(bench.detector, &radar) == OVT_OK);
     bench.flush();
-    REQUIRE(bench.records.size() == 4 + 3 + 1);  // 50 ms behind the last scans is no time to predict
+    REQUIRE(bench.records.size() == 4 + 3 + 1);  // 50 ms after the last scans is too early for a prediction
     for (std::size_t i = 0; i < bench.records.size(); ++i) {
       CAPTURE(i);
       const ovt_frame_info& info = bench.records[i].info;
@@ -251,7 +252,7 @@ TEST_CASE("death: while every sensor is silent, predictions and pushed detection
   }
 }
 
-TEST_CASE("death: sensors of which no scan ever came are stale once anything else has come for long enough") {
+TEST_CASE("death: sensors that never sent a scan become stale after enough time") {
   Thin bench(1);
   ovt_external_detections radar;
   ovt_external_detections_init(&radar, sizeof radar);
@@ -266,10 +267,10 @@ TEST_CASE("death: sensors of which no scan ever came are stale once anything els
   CHECK(bench.records[1].info.stale_mask == 0);
   CHECK(bench.records[2].info.stale_mask == 7);
   CHECK(bench.records[3].info.stale_mask == 0);
-  CHECK(bench.records[3].info.sensor_mask == 7);  // waited for one another
+  CHECK(bench.records[3].info.sensor_mask == 7);  // the sensors waited for one another
 }
 
-TEST_CASE("death: a sensor that returns behind the others of its frame is used all the same") {
+TEST_CASE("death: a returning sensor's scan is used even if it comes after the others of its frame") {
   const std::vector<FrameRecord> whole = run_alive(1, kDeathFrames, 0, 0, 0);
   for (uint32_t subset = 1; subset < 7; ++subset)
     for (const int32_t workers : {1, 3}) {

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The baselines on clouds small enough to see, and against trying every pair.
+// The baselines on clouds that are small enough to check by hand, and against a search over all pairs.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -15,19 +15,19 @@
 
 using namespace overtake::baselines;
 
-TEST_CASE("grid_ground: points of a cell higher than the threshold are non-ground, its lowest ones included") {
+TEST_CASE("grid_ground: if a cell's points differ by more than the threshold, all its points are non-ground") {
   // side view, cells of 0.5 m:   | . 0.1 |  ground    | 0 .. 0.3 |  obstacle    | 0.25 alone |  ground
   const std::vector<float> x = {0.1f, 0.4f, 0.6f, 0.9f, -0.1f}, y(5, 0.2f), z = {0, 0.1f, 0, 0.3f, 0.25f};
   CHECK(mark_nonground(x, y, z, {0.5, 0.2, 150}) == std::vector<bool>{false, false, true, true, false});
 }
 
-TEST_CASE("grid_ground: a point out of reach or without a height is ground") {
+TEST_CASE("grid_ground: a point outside of the grid or without a height is ground") {
   const std::vector<float> x = {500, 500, NAN, 1}, y(4, 0), z = {0, 5, 0, NAN};
   CHECK(mark_nonground(x, y, z) == std::vector<bool>(4, false));
   CHECK_THROWS_AS(mark_nonground(x, y, {}), std::invalid_argument);
 }
 
-TEST_CASE("euclidean_clusters agrees with joining every pair within the radius") {
+TEST_CASE("euclidean_clusters: agrees with joining every pair within the radius") {
   std::mt19937 random(3);
   for (int32_t round = 0; round < 40; ++round) {
     const double radius = 0.3 + 0.1 * (round % 8);
@@ -37,7 +37,7 @@ TEST_CASE("euclidean_clusters agrees with joining every pair within the radius")
     for (std::size_t i = 0; i < n; ++i) x[i] = place(random), y[i] = place(random), z[i] = 0.3f * place(random);
     std::vector<int32_t> expected(n);
     std::iota(expected.begin(), expected.end(), 0);
-    for (bool changed = true; changed;) {  // labels sink until nothing moves
+    for (bool changed = true; changed;) {  // labels decrease until nothing changes
       changed = false;
       for (std::size_t i = 0; i < n; ++i)
         for (std::size_t j = 0; j < n; ++j) {
@@ -58,13 +58,13 @@ TEST_CASE("euclidean_clusters agrees with joining every pair within the radius")
   }
 }
 
-TEST_CASE("euclidean_clusters refuses what it cannot cluster") {
+TEST_CASE("euclidean_clusters: refuses invalid input") {
   CHECK_THROWS_AS(cluster_points({0}, {0}, {0}, 0), std::invalid_argument);
   CHECK_THROWS_AS(cluster_points({NAN}, {0}, {0}, 1), std::invalid_argument);
   CHECK_THROWS_AS(cluster_points({0}, {}, {0}, 1), std::invalid_argument);
 }
 
-TEST_CASE("label_ground: a road and a wall are told apart, and a lone wrong normal is outvoted") {
+TEST_CASE("label_ground: separates a road from a wall, and outvotes a single wrong normal") {
   // rings of a road out to 20 m, a wall at x = 22 from the road up to 1 m
   std::vector<float> x, y, z;
   std::vector<bool> expected;
@@ -79,7 +79,7 @@ TEST_CASE("label_ground: a road and a wall are told apart, and a lone wrong norm
       expected.push_back(true);
     }
   CHECK(label_nonground(x, y, z) == expected);
-  // a bank of 20 degrees is still ground, one of 60 is none
+  // a bank of 20 degrees is ground, a bank of 60 degrees is not
   for (const double bank_deg : {20.0, 60.0}) {
     std::vector<float> bx, by, bz;
     for (float u = 0; u < 4; u += 0.25f)
@@ -91,8 +91,8 @@ TEST_CASE("label_ground: a road and a wall are told apart, and a lone wrong norm
   }
 }
 
-TEST_CASE("label_ground: a line has no normal, so its neighbours decide; nothing and nonsense are no crash") {
-  // far lines of a road, 3 m apart, their points 5 cm apart: the nearest 12 of a point lie on its own line
+TEST_CASE("label_ground: a line has no normal, so its neighbours decide; empty and invalid input does not crash") {
+  // far rings of a road, 3 m apart, their points 5 cm apart: the nearest 12 points of a point lie on its own ring
   std::vector<float> x, y, z;
   for (float line = 30; line <= 33; line += 3)
     for (float side = -1; side <= 1; side += 0.05f) x.push_back(line), y.push_back(side), z.push_back(0);

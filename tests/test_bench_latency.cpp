@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What bench_latency counts and writes; never how long anything took.
+// What bench_latency counts and writes; the test never checks a time.
 #include <doctest/doctest.h>
 
 #include <nlohmann/json.hpp>
@@ -24,7 +24,7 @@ ParsedOptions parse(std::vector<const char*> words) {
   return parse_latency_options(int(words.size()), words.data());
 }
 
-// A few small frames, as fast as they go.
+// A few small frames at full speed.
 LatencyRunDef short_run() {
   LatencyRunDef def;
   def.frames = 8;
@@ -42,7 +42,7 @@ const LatencyInput& small_scene() {
   return input;
 }
 
-TEST_CASE("bench_latency reads lists and ranges of CPUs and refuses what is none") {
+TEST_CASE("bench_latency: reads lists and ranges of CPUs and refuses invalid ones") {
   CHECK(parse_cpus("3") == std::vector<int32_t>{3});
   CHECK(parse_cpus("2,0") == std::vector<int32_t>{2, 0});
   CHECK(parse_cpus("0-2,7") == std::vector<int32_t>{0, 1, 2, 7});
@@ -52,7 +52,7 @@ TEST_CASE("bench_latency reads lists and ranges of CPUs and refuses what is none
   }
 }
 
-TEST_CASE("bench_latency's command line reaches the run, and bad words end it with exit code 2") {
+TEST_CASE("bench_latency: the command line reaches the run, and a wrong one ends with exit code 2") {
   const ParsedOptions parsed = parse({"--loop",
                                       "open",
                                       "--rate",
@@ -123,7 +123,7 @@ TEST_CASE("bench_latency's command line reaches the run, and bad words end it wi
   }
 }
 
-TEST_CASE("every frame of a run is in a histogram: end to end once, a sensor's stages once a scan, warm-up apart") {
+TEST_CASE("bench_latency: histograms hold every frame once and a sensor's stages once per scan, without the warm-up") {
   for (const bool closed : {true, false})
     for (const int32_t workers : {1, 2}) {
       CAPTURE(closed);
@@ -131,7 +131,7 @@ TEST_CASE("every frame of a run is in a histogram: end to end once, a sensor's s
       LatencyRunDef def = short_run();
       def.closed_loop = closed;
       def.workers = workers;
-      def.rate_hz = 4;  // a busy machine still keeps up
+      def.rate_hz = 4;  // slow enough for a busy machine
       const LatencyRun run = run_latency(small_scene(), def);
       const LatencyReport report = make_report(run, def);
       CHECK(run.stats.pushed == 3 * 11);
@@ -143,7 +143,7 @@ TEST_CASE("every frame of a run is in a histogram: end to end once, a sensor's s
       CHECK(report.noise.count() == 8);
       CHECK(report.late.count() == (closed ? 0 : 8));
       if (run.stats.used < run.stats.pushed || report.incomplete > 0)
-        continue;  // the machine was away for a quarter of a second
+        continue;  // the machine stopped for a quarter of a second
       CHECK(report.warmup.count() == 3);
       CHECK(report.warmup_first_ns > 0);
       std::set<std::string> names;
@@ -161,7 +161,7 @@ TEST_CASE("every frame of a run is in a histogram: end to end once, a sensor's s
     }
 }
 
-TEST_CASE("a run's JSON holds end_to_end.p50_us and the like, every stage, the noise and the environment") {
+TEST_CASE("bench_latency: the JSON holds percentiles, every stage, the noise and the environment") {
   const LatencyRunDef def = [] {
     LatencyRunDef d = short_run();
     d.closed_loop = true;
@@ -199,7 +199,7 @@ TEST_CASE("a run's JSON holds end_to_end.p50_us and the like, every stage, the n
     CHECK(text.find(word) != std::string::npos);
 }
 
-TEST_CASE("caches are emptied between frames only where --cold asks for it") {
+TEST_CASE("bench_latency: caches are evicted between frames only with --cold") {
   LatencyRunDef def = short_run();
   def.closed_loop = true;
   CHECK(run_latency(small_scene(), def).evicted_bytes == 0);
@@ -207,7 +207,7 @@ TEST_CASE("caches are emptied between frames only where --cold asks for it") {
   CHECK(run_latency(small_scene(), def).evicted_bytes > largest_cache_bytes());
 }
 
-TEST_CASE("the library's refusals reach the caller of a run") {
+TEST_CASE("bench_latency: a run reports the library's refusals") {
   LatencyRunDef def = short_run();
   def.isa = "mmx";
   CHECK_THROWS_WITH_AS(run_latency(small_scene(), def), doctest::Contains("mmx"), io::Error);
@@ -219,7 +219,7 @@ TEST_CASE("the library's refusals reach the caller of a run") {
   CHECK_THROWS_AS(run_latency(small_scene(), def), io::Error);
 }
 
-TEST_CASE("poses of a repeated input go on without a stamp that comes twice") {
+TEST_CASE("bench_latency: poses of a repeated input have increasing stamps") {
   std::vector<ovt_ego_pose> poses;
   int64_t last_ns = -1;
   for (int64_t k = 0; k < 11; ++k) {

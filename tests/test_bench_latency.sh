@@ -2,7 +2,7 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_bench_latency.sh BENCH_LATENCY WRITE_SCENE. The program from outside: files it writes, a recording as its
+# usage: tests/test_bench_latency.sh BENCH_LATENCY OVERTAKE. The program as users call it: its files, a recording as its
 # input, exit codes. Exit code 0 is a pass.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
@@ -12,11 +12,11 @@ readonly bench overtake
 cd "$work" || exit 1
 
 "$bench" --frames 4 --warmup 1 --rate 5 --json --out run.json --hgrm run.hgrm >stdout 2>stderr || fail "a plain run: $(head -c 400 stderr)"
-cmp -s stdout run.json || fail "--json and --out do not say the same"
+cmp -s stdout run.json || fail "--json and --out differ"
 awk '/"end_to_end": / { here = 1 } here && /"p50_us": [0-9]/ { found = 1 } /}/ { here = 0 } END { exit !found }' run.json ||
   fail "no end_to_end.p50_us"
 for file in run.hgrm run.hgrm.noise; do
-  grep -q '^#\[Max     = .*Total count    = *[1-4]\]$' "$file" || fail "$file counts not up to four frames"
+  grep -q '^#\[Max     = .*Total count    = *[1-4]\]$' "$file" || fail "$file does not count up to four frames"
 done
 
 "$write_scene" scene 3 || fail "no scene"

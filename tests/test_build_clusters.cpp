@@ -23,7 +23,7 @@ struct Input {
   int32_t time_offset_ns = 0;
 };
 
-// A scan with labels, and what build_clusters makes of it.
+// A scan with labels, and the result of build_clusters.
 struct Scene {
   Scene(const std::vector<Input>& input, int32_t label_count, int32_t capacity, const Transform& T = {}) {
     const int32_t n = int32_t(input.size());
@@ -72,26 +72,26 @@ using Ints = std::vector<int32_t>;
 
 }  // namespace
 
-TEST_CASE("build_clusters groups points by label, in input order, and leaves out ground and unlabelled ones") {
+TEST_CASE("build_clusters: groups points by label, in input order, without ground and unlabelled points") {
   const Scene s({{1, 0, 0, 2}, {2, 0, 0, 0}, {3, 0, 0, 1}, {4, 0, 0, -1}, {5, 0, 0, 2}, {6, 0, 0, 1}, {7, 0, 0, 2}}, 2,
                 8);
   CHECK(s.overflow == 0);
   CHECK(s.labels() == Ints{1, 2});
   CHECK(s.rows() == Ints{-1, 0, 1});
-  CHECK(s.row_of_label.back() == -99);  // nothing is written past the last label
+  CHECK(s.row_of_label.back() == -99);  // nothing is written after the last label
   CHECK(s.cluster_points.count == 5);
   CHECK(s.members(0) == Ints{2, 5});
   CHECK(s.members(1) == Ints{0, 4, 6});
   CHECK(s.clusters.point_begin[1] == 2);
 }
 
-TEST_CASE("build_clusters makes no row of a label that no point carries") {
+TEST_CASE("build_clusters: a label without points gets no row") {
   const Scene s({{1, 0, 0, 3}, {2, 0, 0, 5}}, 6, 8);
   CHECK(s.labels() == Ints{3, 5});
   CHECK(s.rows() == Ints{-1, -1, -1, 0, -1, 1, -1});
 }
 
-TEST_CASE("build_clusters takes points to the vehicle frame before bounds and sums") {
+TEST_CASE("build_clusters: transforms points to the vehicle frame before bounds and sums") {
   // The left sensor: 120 deg to the left, at (1.549, 0.267, 0.741).
   Transform T;
   const float c = -0.5f, h = 0.8660254f;
@@ -114,25 +114,25 @@ TEST_CASE("build_clusters takes points to the vehicle frame before bounds and su
   CHECK(s.clusters.nearest_m[0] == s.points.range_m[0]);
 }
 
-TEST_CASE("build_clusters keeps the nearest clusters when the table is full, in label order") {
+TEST_CASE("build_clusters: keeps the nearest clusters when the table is full, in label order") {
   //                  label:  1           2             3             4            5
   const std::vector<Input> in = {{50, 0, 0, 1}, {20, 0, 0, 2}, {90, 0, 0, 3},
                                  {60, 0, 0, 4}, {10, 0, 0, 5}, {5, 0, 0, 3}};
   const Scene s(in, 5, 3);
   CHECK(s.overflow == 2);
-  CHECK(s.labels() == Ints{2, 3, 5});  // 3's nearest point is at 5 m
+  CHECK(s.labels() == Ints{2, 3, 5});  // cluster 3's nearest point is at 5 m
   CHECK(s.rows() == Ints{-1, -1, 0, 1, -1, 2});
   CHECK(s.members(1) == Ints{2, 5});
   CHECK(s.cluster_points.count == 4);
 }
 
-TEST_CASE("build_clusters breaks a tie in range by the smaller label") {
+TEST_CASE("build_clusters: equal ranges are ordered by the smaller label") {
   const Scene s({{10, 0, 0, 3}, {0, 10, 0, 1}, {0, 0, 10, 2}, {-10, 0, 0, 4}}, 4, 2);
   CHECK(s.overflow == 2);
   CHECK(s.labels() == Ints{1, 2});
 }
 
-TEST_CASE("build_clusters of an empty scan, and without room for any cluster, is empty") {
+TEST_CASE("build_clusters: an empty scan, or a table without rows, gives no cluster") {
   const Scene empty({}, 0, 8);
   CHECK(empty.overflow == 0);
   CHECK(empty.clusters.count == 0);
@@ -144,7 +144,7 @@ TEST_CASE("build_clusters of an empty scan, and without room for any cluster, is
   CHECK(no_room.rows() == Ints{-1, -1, -1});
 }
 
-TEST_CASE("build_clusters adds time offsets of both signs without overflow") {
+TEST_CASE("build_clusters: adds time offsets of both signs without overflow") {
   std::vector<Input> in;
   for (int i = 0; i < 20000; ++i) in.push_back({5, 0, 0, 1, 2147483647});
   for (int i = 0; i < 3; ++i) in.push_back({6, 0, 0, 2, -2147483647});
@@ -153,7 +153,7 @@ TEST_CASE("build_clusters adds time offsets of both signs without overflow") {
   CHECK(s.clusters.sum_offset_ns[1] == -3LL * 2147483647LL);
 }
 
-TEST_CASE("build_clusters adds point k of a cluster in lane k % 16, lanes pairwise 8, 4, 2 and 1 apart") {
+TEST_CASE("build_clusters: adds point k of a cluster in lane k % 16, then lanes pairwise 8, 4, 2 and 1 apart") {
   for (int count : {1, 15, 16, 17, 1000}) {
     CAPTURE(count);
     std::mt19937 random{uint32_t(count)};
@@ -178,14 +178,14 @@ TEST_CASE("build_clusters adds point k of a cluster in lane k % 16, lanes pairwi
   }
 }
 
-TEST_CASE("build_clusters agrees with a plain search over all points on random labels") {
+TEST_CASE("build_clusters: agrees with a plain search over all points on random labels") {
   for (uint32_t seed = 1; seed <= 60; ++seed) {
     CAPTURE(seed);
     std::mt19937 random(seed);
     const int32_t label_count = int32_t(random() % 30), count = int32_t(random() % 200),
                   capacity = int32_t(random() % 24);
     std::uniform_int_distribution<int32_t> label(-1, label_count);
-    std::uniform_int_distribution<int32_t> metres(-9, 9);  // coarse, so that ranges tie
+    std::uniform_int_distribution<int32_t> metres(-9, 9);  // whole metres, so that ranges tie
     std::vector<Input> in;
     for (int32_t i = 0; i < count; ++i)
       in.push_back({float(metres(random)), float(metres(random)), 10.0f, label(random), int32_t(random() % 1000)});

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: Apache-2.0
  *
  * The library from plain C99: the README's example, word for word. One LiDAR sees a car drive away for a second.
- * test_c_api.sh looks at what it prints.
+ * test_c_api.sh checks the output.
  */
 /* clang-format off */
 #pragma GCC diagnostic ignored "-Wconversion"  /* an example, short */

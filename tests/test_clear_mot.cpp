@@ -1,7 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// CLEAR MOT on scenes small enough to count by hand. All on a line: {id, x}. Objects have digits, tracks 10, 20, ...
+// CLEAR MOT on scenes small enough to count by hand. All positions on a line: {id, x}. Objects are 1, 2, ..., tracks
+// 10, 20, ...
 #include "tools/evaluation/metrics/clear_mot.h"
 
 #include <doctest/doctest.h>
@@ -14,8 +15,8 @@
 #include "tests/support/metric_lines.h"
 
 using namespace overtake::metrics;
-using overtake_test::Line;
-using overtake_test::places;
+using overtake::test::Line;
+using overtake::test::places;
 
 namespace {
 
@@ -35,7 +36,7 @@ TEST_CASE("clear_mot: a perfect tracker has MOTA 1 and MOTP 0") {
   CHECK(c.motp_m() == 0.0);
 }
 
-TEST_CASE("clear_mot: misses, false positives and distances are counted a frame") {
+TEST_CASE("clear_mot: misses, false positives and distances are counted per frame") {
   // frame 0: 1 --0.5-- 10     2 (missed)     30 at 100 (false)
   // frame 1: 1 --1.0-- 10     2 --1.5-- 20
   ClearMot mot;
@@ -55,11 +56,11 @@ TEST_CASE("clear_mot: misses, false positives and distances are counted a frame"
   CHECK(c.motp_m() == doctest::Approx((0.5 + 1.0 + 1.5) / 3.0));
 }
 
-TEST_CASE("clear_mot: the gate is 2 m, its edge inside, in both coordinates together") {
+TEST_CASE("clear_mot: the gate is 2 m inclusive, over both coordinates") {
   ClearMot mot;
   add(mot, {{1, 0}}, {{10, 2.0}});
   CHECK(mot.counts().matches == 1);
-  add(mot, {{1, 0}}, {{10, 2.0001}});  // the kept pair must hold it too
+  add(mot, {{1, 0}}, {{10, 2.0001}});  // the gate also applies to a kept pair
   CHECK(mot.counts().matches == 1);
   CHECK(mot.counts().misses == 1);
   CHECK(mot.counts().false_positives == 1);
@@ -71,8 +72,8 @@ TEST_CASE("clear_mot: the gate is 2 m, its edge inside, in both coordinates toge
   CHECK(wide.counts().motp_m() == doctest::Approx(std::sqrt(4.5)));
 }
 
-TEST_CASE("clear_mot: a correspondence is kept while it is valid, even when another track is nearer") {
-  // frame 0: 1 at 0, 10 at 0.     frame 1: 10 at 1.9, a newcomer 20 right on the object
+TEST_CASE("clear_mot: a valid correspondence is kept even if another track is nearer") {
+  // frame 0: 1 at 0, 10 at 0.     frame 1: 10 at 1.9, a new track 20 exactly on the object
   ClearMot mot;
   add(mot, {{1, 0}}, {{10, 0}});
   add(mot, {{1, 0}}, {{20, 0}, {10, 1.9}});
@@ -82,12 +83,12 @@ TEST_CASE("clear_mot: a correspondence is kept while it is valid, even when anot
   CHECK(mot.counts().motp_m() == doctest::Approx(0.95));
 }
 
-TEST_CASE("clear_mot: another track than last time is one switch, going back a second one") {
+TEST_CASE("clear_mot: a different track is one switch, the return to the first a second one") {
   ClearMot mot;
   add(mot, {{1, 0}}, {{10, 0}});
-  add(mot, {{1, 0}}, {{20, 0.5}});  // 10 is gone: switch
+  add(mot, {{1, 0}}, {{20, 0.5}});  // 10 is missing: switch
   add(mot, {{1, 0}}, {{20, 0.5}});
-  add(mot, {{1, 0}}, {{10, 0}, {20, 5}});  // 20 is out of the gate: switch back, and a false positive
+  add(mot, {{1, 0}}, {{10, 0}, {20, 5}});  // 20 is outside the gate: switch back, and a false positive
   const ClearMotCounts& c = mot.counts();
   CHECK(c.switches == 2);
   CHECK(c.misses == 0);
@@ -96,13 +97,13 @@ TEST_CASE("clear_mot: another track than last time is one switch, going back a s
   CHECK(c.mota() == doctest::Approx(1.0 - 3.0 / 4.0));
 }
 
-TEST_CASE("clear_mot: a gap is one fragment, and a switch only when another track ends it") {
+TEST_CASE("clear_mot: a gap is one fragment, and a switch only if another track ends it") {
   ClearMot mot;
   add(mot, {{1, 0}, {2, 50}}, {{10, 0}, {20, 50}});
   add(mot, {{1, 0}, {2, 50}}, {});
   add(mot, {{1, 0}, {2, 50}}, {});
-  add(mot, {{1, 0}, {2, 50}}, {{10, 0}, {30, 50}});  // 1 goes on with 10, 2 with 30
-  add(mot, {{1, 0}, {2, 50}}, {});                   // a miss at the end is no fragment
+  add(mot, {{1, 0}, {2, 50}}, {{10, 0}, {30, 50}});  // 1 continues with 10, 2 with 30
+  add(mot, {{1, 0}, {2, 50}}, {});                   // a miss at the end is not a fragment
   const ClearMotCounts& c = mot.counts();
   CHECK(c.misses == 6);
   CHECK(c.fragments == 2);
@@ -110,7 +111,7 @@ TEST_CASE("clear_mot: a gap is one fragment, and a switch only when another trac
   CHECK(c.mota() == doctest::Approx(1.0 - 7.0 / 10.0));
 }
 
-TEST_CASE("clear_mot: an object that is away is neither missed nor fragmented") {
+TEST_CASE("clear_mot: an absent object is neither missed nor fragmented") {
   ClearMot mot;
   add(mot, {{1, 0}}, {{10, 0}});
   add(mot, {}, {{10, 0}});
@@ -122,8 +123,8 @@ TEST_CASE("clear_mot: an object that is away is neither missed nor fragmented") 
   CHECK(mot.counts().false_positives == 1);
 }
 
-TEST_CASE("clear_mot: two tracks that swap their objects are two switches") {
-  // Objects 1 and 2 stand 4 m apart; between the frames the tracks 10 and 20 change places.
+TEST_CASE("clear_mot: two tracks that swap objects are two switches") {
+  // Objects 1 and 2 are 4 m apart; between the frames the tracks 10 and 20 swap places.
   ClearMot mot;
   add(mot, {{1, 0}, {2, 4}}, {{10, 0}, {20, 4}});
   add(mot, {{1, 0}, {2, 4}}, {{10, 4}, {20, 0}});
@@ -133,34 +134,34 @@ TEST_CASE("clear_mot: two tracks that swap their objects are two switches") {
   CHECK(mot.counts().mota() == doctest::Approx(1.0 - 2.0 / 6.0));
 }
 
-TEST_CASE("clear_mot: as many pairs as the gate allows, then the least sum of distances") {
-  // 10 lies between both objects, 20 reaches object 1 only: the nearest pair (2, 10) and (1, 20), not (1, 10) alone.
+TEST_CASE("clear_mot: takes as many pairs as the gate allows, then the smallest sum of distances") {
+  // 10 lies between both objects, 20 reaches only object 1: expected (2, 10) and (1, 20), not (1, 10) alone.
   ClearMot mot;
   add(mot, {{1, 0.0}, {2, 2.0}}, {{10, 0.9}, {20, -1.5}});
   CHECK(mot.track_of_object() == std::vector<int32_t>{1, 0});
   CHECK(mot.counts().motp_m() == doctest::Approx((1.5 + 1.1) / 2.0));
-  // Greedy takes (1, 10) at 0.1 and leaves 1.7; crossing over costs 0.9 + 0.8 less.
+  // Greedy takes (1, 10) at 0.1 and leaves 1.7; the crossed pairs cost 0.9 + 0.8, which is less.
   ClearMot least;
   add(least, {{1, 0.0}, {2, 1.0}}, {{10, 0.9}, {20, -0.7}});
   CHECK(least.track_of_object() == std::vector<int32_t>{1, 0});
   CHECK(least.counts().motp_m() == doctest::Approx((0.7 + 0.1) / 2.0));
 }
 
-TEST_CASE("clear_mot: a track belongs to the object that had it last") {
-  // 10 follows object 1; 1 is away and 10 goes over to object 2; then all are back within reach of 10.
+TEST_CASE("clear_mot: a track belongs to the last object it was matched with") {
+  // 10 follows object 1; 1 is absent and 10 changes to object 2; then all are within reach of 10 again.
   ClearMot mot;
   add(mot, {{1, 0}}, {{10, 0}});
   add(mot, {{2, 1}}, {{10, 0.5}});
   add(mot, {{1, 0}, {2, 1}}, {{10, 0.2}});
   CHECK(mot.track_of_object() == std::vector<int32_t>{-1, 0});
-  add(mot, {{1, 0}}, {{10, 0}});  // 2 is away: 1 wins it again, its own last track: no switch, but a fragment
+  add(mot, {{1, 0}}, {{10, 0}});  // 2 is absent: 1 gets its own last track again: no switch, but a fragment
   CHECK(mot.counts().matches == 4);
   CHECK(mot.counts().switches == 0);
   CHECK(mot.counts().misses == 1);
   CHECK(mot.counts().fragments == 1);
 }
 
-TEST_CASE("clear_mot: empty frames count, and nothing at all has no score") {
+TEST_CASE("clear_mot: empty frames count, and no frame at all has no score") {
   ClearMot mot;
   CHECK(std::isnan(mot.counts().mota()));
   CHECK(std::isnan(mot.counts().motp_m()));
@@ -175,7 +176,7 @@ TEST_CASE("clear_mot: empty frames count, and nothing at all has no score") {
   CHECK(mot.counts().mota() == -2.0);  // more errors than objects
 }
 
-TEST_CASE("clear_mot: a place that is not finite is matched with nothing") {
+TEST_CASE("clear_mot: a position that is not finite is never matched") {
   const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
   ClearMot mot;
   add(mot, {{1, 0}, {2, 10}}, {{10, 0}, {20, 10}});

@@ -2,21 +2,21 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_cli.sh OVERTAKE WRITE_SCENE. The command line from outside: files and columns, same bytes, exit codes and the
-# one sentence each kind of bad input gets, Ctrl-C. Needs no recording: it makes a small scene. Exit code 0 is a pass.
+# usage: tests/test_cli.sh OVERTAKE. The command line as users call it: files and columns, same bytes, exit codes, the
+# one sentence for each kind of bad input, Ctrl-C. Needs no recording: it makes a small scene. Exit code 0 is a pass.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 readonly overtake=$(realpath "${1:?usage: test_cli.sh OVERTAKE WRITE_SCENE}") write_scene=$(realpath "${2:?}")
 cd "$work" || exit 1
 
-# expect NAME COMMAND...: succeeds.
+# expect NAME COMMAND...: the command must succeed.
 expect() {
   local name=$1
   shift
   "$@" >stdout 2>stderr || { fail "$name: exit code $?: $(head -c 400 stderr)"; return 1; }
 }
 
-# refuse SENTENCE ARGUMENTS...: overtake says exactly that line (a glob pattern) and exits with 1.
+# refuse SENTENCE ARGUMENTS...: overtake must print exactly this line (a glob pattern) and exit with 1.
 refuse() {
   local sentence=$1 code
   shift
@@ -47,7 +47,7 @@ for table in run/*.csv; do
   awk -F, 'NR == 1 { n = NF } NF != n { exit 1 }' "$table" || fail "$table: a row is not as long as the header"
 done
 [[ $(awk -F, 'NR > 1 { print $1 }' run/timing.csv | sort -un | tr '\n' ' ') == "0 1 2 3 4 5 6 7 " ]] || fail "timing.csv lacks frames"
-# The opponent's columns in the ego vehicle's frame are the truth's, and the name is the id's slot and generation.
+# The opponent's columns in the ego vehicle's frame equal the truth, and the name is the id's slot and generation.
 awk -F, 'NR == FNR { if ($1 == 7) { x = $3; y = $4 } next }
   FNR > 1 && $4 == 7 && ($15 - x) ^ 2 + ($16 - y) ^ 2 < 9 { near = 1 }
   FNR > 1 { split($17, part, ":"); if (part[2] * 4294967296 + part[1] != $2) wrong = 1 }
@@ -143,7 +143,7 @@ refuse "av22: neither a file nor one of the built-in rigs *" run scene --rig av2
 refuse "--picture-at 600: has no effect: the recording has no frame of that number" "${run[@]:1}" --picture-at 600 --out out
 refuse "rig.toml:3: sensor 1: 'name' is missing" run scene --rig rig.toml --out out
 refuse "av22: neither a file nor one of the built-in rigs *; did you mean 'av21'[?]" run scene --rig av22 --out out
-refuse "demoo: is no file and no built-in scenario; *; did you mean 'demo'[?]" simulate demoo --out out
+refuse "demoo: is neither a file nor a built-in scenario; *; did you mean 'demo'[?]" simulate demoo --out out
 refuse "rig_key.toml:2: unknown key 'shard_cloud'; did you mean 'shared_cloud'[?]" run scene --rig rig_key.toml --out out
 refuse "config.toml:3: tracker: unknown key 'confirm'; did you mean 'confirm_hits'[?]" run scene --config config.toml "${av21[@]}"
 refuse "range.toml:3: tracker: tracker.confirm_hits is '3000', it takes a whole number from *" run scene --config range.toml "${av21[@]}"
@@ -161,9 +161,9 @@ refuse "--set tracker.confirm_hits=x: tracker.confirm_hits is 'x', it takes a wh
 refuse "--set smooth.window=99: smooth.window is '99', it takes a whole number from *" run scene --set smooth.window=99 "${av21[@]}"
 refuse "bound.csv:1: a bound has two columns, *" run scene --map bound.csv,bound.csv "${av21[@]}"
 refuse "*short_box/000000_box.txt:1: 7 numbers are needed: *" run short_box "${av21[@]}"
-refuse "*bad_box/000000_box.txt:1: 'east' is no number" run bad_box "${av21[@]}"
+refuse "*bad_box/000000_box.txt:1: 'east' is not a number" run bad_box "${av21[@]}"
 refuse "*0_front.pcd: * points, but sensor 'front' has point_capacity 100 (--capacity points=* raises it)" run small --rig small.toml --out out
-refuse "map.csv:3:5: 'five' is no number" run scene --map map.csv "${av21[@]}"
+refuse "map.csv:3:5: 'five' is not a number" run scene --map map.csv "${av21[@]}"
 refuse "no.csv: no such file" run scene --map no.csv "${av21[@]}"
 refuse "ego.csv: no column y_m or y *" run scene --ego ego.csv "${av21[@]}"
 refuse "--isa sse9: unknown, or this CPU lacks it; it has ref*" run scene --isa sse9 "${av21[@]}"
@@ -179,7 +179,7 @@ refuse "--frame is needed: scene has several, from 0 on" inspect scene --sensor 
 refuse "--frame 99: scene has no such frame (there are 0 to 7)" inspect scene --frame 99 --sensor front "${av21[@]}"
 refuse "lone: frame 0 has no scan of sensor 'front'" inspect lone --frame 0 --sensor front "${av21[@]}"
 refuse "back.csv:3:1: the stamp goes back" track back.csv --out out
-refuse "word.csv:2:5: y_m 'zero' is no number" track word.csv --out out
+refuse "word.csv:2:5: y_m 'zero' is not a number" track word.csv --out out
 refuse "no/trace.json: cannot be written: No such file or directory" run scene "${av21[@]}" --trace no/trace.json
 refuse "no.csv: no such file" track no.csv --out out
 for usage in "" "run" "run scene --rig av21" "run scene --rig av21 --out out --workers -1" "fly scene"; do
@@ -189,7 +189,7 @@ for usage in "" "run" "run scene --rig av21" "run scene --rig av21 --out out --w
   ((code == 2)) && [[ -s stderr ]] || fail "overtake $usage: exit code $code, not 2, or no word"
   [[ $(wc -l <stderr) == 1 && $(cat stderr) == "overtake: "* && ! -s stdout ]] || fail "overtake $usage: says $(cat stdout stderr)"
 done
-# misuse SENTENCE ARGUMENTS...: overtake says exactly that line and exits with 2.
+# misuse SENTENCE ARGUMENTS...: overtake must print exactly this line and exit with 2.
 misuse() {
   local sentence=$1 code
   shift
@@ -208,7 +208,7 @@ misuse "simulate: unknown option '--sed'; did you mean '--seed'[?] (overtake sim
 misuse "run: 'b' is one argument too many (overtake run --help)" run a b --rig av21 --out out
 misuse "run: --out is required (overtake run --help)" run scene --rig av21
 misuse "run: --workers: *-1* (overtake run --help)" run scene --rig av21 --out out --workers -1
-[[ ! -e out/tracks.csv ]] || fail "a wrong command line was run"
+[[ ! -e out/tracks.csv ]] || fail "a wrong command line was executed"
 "$overtake" --help >stdout || fail "--help fails"
 for code in "0 done" "1 an error" "2 a wrong command line" "3 the recording is damaged" "130 ended by Ctrl-C"; do
   grep -q "[ ;]$code" stdout || fail "--help does not say exit code $code: $(cat stdout)"
@@ -229,7 +229,7 @@ expect "one frame" "$write_scene" one 1
 expect "run of one frame" "$overtake" run one --rig av21 --out one_run && grep -q '^1 frame[.] Written' stdout ||
   fail "run of one frame: $(cat stdout)"
 
-# ---- JSON, for programs (an independent reader where there is one)
+# ---- JSON, for programs (checked with an independent reader, if there is one)
 read_json() {  # FILE EXPRESSION of json
   command -v python3 >/dev/null || return 0
   python3 -c 'import json, sys; json = json.load(open(sys.argv[1])); sys.exit(not eval(sys.argv[2]))' "$@" ||
@@ -243,8 +243,8 @@ read_json params.json '{"name": "tracker.confirm_hits", "min": 1, "max": 64}.ite
 expect "doctor --json" "$overtake" doctor scene --rig av21 --json && cp stdout doctor.json
 read_json doctor.json 'json["wrong"] == 0 and json["rig"] == "av21" and json["findings"][0]["severity"] == "note"'
 
-# ---- doctor names the wrong rig: exit code 3, no error
-# diagnose SENTENCE ARGUMENTS...: doctor prints that line (a pattern of grep).
+# ---- doctor detects a wrong rig: exit code 3, no error
+# diagnose SENTENCE ARGUMENTS...: doctor must print this line (a pattern of grep).
 diagnose() {
   local sentence=$1 code
   shift
@@ -269,7 +269,7 @@ done
 grep -q 'roll_deg and pitch_deg' stdout && fail "the yaws are exchanged, and doctor says roll and pitch: $(cat stdout)"
 grep -q "^note   rig: nothing is wrong with its first scans for rig av21" stdout || fail "doctor does not name the right rig: $(cat stdout)"
 
-# ---- capacities: from the command line and the rig, in config.toml, and named when they are reached
+# ---- capacities: from the command line and the rig, written to config.toml, and reported when they are reached
 expect "capacities" "${run[@]}" --capacity clusters=20 --capacity candidates=4 --capacity tracks=7 --out full
 grep -q '^note: capacity clusters (20) was reached in 8 of 8 frames: nearest first were kept; raise it with --capacity clusters=40$' stdout ||
   fail "full clusters are not said: $(grep note stdout)"
@@ -309,7 +309,7 @@ refuse "--capacity tracks: a whole number from 1 to 4096 is needed" run scene --
 refuse "--capacity lanes=3: there is no capacity 'lanes' (there are: points, clusters, candidates, tracks, ego_poses)" run scene --capacity lanes=3 "${av21[@]}"
 refuse "--capacity points=5: needs a rig: points are of its sensors" track detections.csv --capacity points=5 --out out
 
-# ---- files that want more memory than they may have, what is no file, and what a terminal would obey
+# ---- files that need more memory than the limit, inputs that are not files, and escape sequences
 le() {  # VALUE BYTES
   local i
   for ((i = 0; i < $2; ++i)); do printf "\\x$(printf %02x $(($1 >> (8 * i) & 255)))"; done
@@ -356,7 +356,7 @@ refuse "big.csv: is 40.0 MiB long, at most 2.0 MiB are read; *" --max-memory 64M
 refuse "scene/000000_front.pcd: *the memory limit is 1.0 MiB (--max-memory)" run scene "${av21[@]}" --max-memory 1M
 "$overtake" run scene "${av21[@]}" --max-memory much >stdout 2>stderr
 code=$?
-((code == 2)) && grep -q "'much' is no size" stderr || fail "--max-memory much: exit code $code, $(cat stderr)"
+((code == 2)) && grep -q "'much' is not a size" stderr || fail "--max-memory much: exit code $code, $(cat stderr)"
 
 clear=$'\e[2J'
 { le 1 2; le 0 2; text "/front$clear"; text cdr; le 0 4; } >channel
@@ -380,7 +380,7 @@ cp scene/000000_front.pcd "$clear/1_no.pcd"
 grep -q $'\e' stdout stderr && fail "an error lets an escape sequence of a file's name through"
 grep -qF '\x1b[2J/1_no.pcd: rig av21 has no sensor' stderr || fail "an error does not show the file's name: $(cat -v stderr)"
 
-# ---- a simulated log is run by its own rig, map and ego poses; what is given wins
+# ---- run uses a simulated log's rig, map and ego poses; options have priority
 expect "simulate a log" "$overtake" simulate demo --seed 3 --seconds 0.5 --out race.mcap --quiet
 expect "simulate a folder" "$overtake" simulate demo --seed 3 --seconds 0.5 --out race --quiet
 run_hash() {
@@ -411,7 +411,7 @@ expect "label of a log alone" "$overtake" label race.mcap --frame 3 --out labels
 expect "label with its rig" "$overtake" label race.mcap --rig race/rig.toml --frame 3 --out labels_given --quiet
 diff -rq labels_own labels_given || fail "label takes another rig than the log's"
 
-# ---- a map that the ego vehicle never enters: said, with exit code 3; doctor finds it
+# ---- a map that the ego vehicle never enters: reported, with exit code 3; doctor finds it
 printf 'x_m,y_m,w_tr_right_m,w_tr_left_m\n5000,5000,8,8\n5100,5000,8,8\n5200,5000,8,8\n' >elsewhere.csv
 off='the ego vehicle is outside of this map in [0-9]* of [0-9]* frames, by up to [0-9]*[.][0-9] m'
 "$overtake" run race.mcap --map elsewhere.csv --out elsewhere >stdout 2>stderr
@@ -438,7 +438,7 @@ done
 code=$?
 ((code == 2)) && grep -q -- '--out or --pictures' stderr || fail "simulate without an output: exit code $code, $(cat stderr)"
 
-# ---- Ctrl-C keeps what is done
+# ---- Ctrl-C keeps the results so far
 mkdir long
 for ((i = 0; i < 2000; ++i)); do
   for sensor in front left right; do ln "scene/00000$((i % 8))_$sensor.pcd" "long/${i}_$sensor.pcd"; done
@@ -453,7 +453,7 @@ kill -INT $pid
 wait $pid
 code=$?
 ((code == 130)) || fail "after Ctrl-C the exit code is $code, not 130"
-grep -q '^overtake: interrupted after [0-9]* frames; what is done is kept, its names end in .part$' stderr || fail "after Ctrl-C: $(cat stderr)"
+grep -q '^overtake: interrupted after [0-9]* frames; the results so far are kept in files that end in .part$' stderr || fail "after Ctrl-C: $(cat stderr)"
 done_frames=$(sed 's/[^0-9]//g' stderr)
 [[ $(tail -n 1 long_run/timing.csv.part) == "$((done_frames - 1))",* ]] || fail "timing.csv.part does not end with the last frame"
 ((done_frames < 2000)) || fail "Ctrl-C came too late to show anything"

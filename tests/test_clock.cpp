@@ -1,10 +1,10 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One source's clock is wrong and the others lose nothing, through the C API. Every sensor of the rig sees a car of its
-// own, which stands straight ahead of it; the pushed detections see one as well. After a good beginning the stamps of
-// one source go wrong: then all scans of the other sensors are used, their cars' tracks keep id and state, and the
-// frames name the source at fault and no other.
+// One source's clock is wrong, and the other sources lose nothing: tests through the C API. Every sensor of the rig
+// sees a separate car, which stands straight ahead of it; the pushed detections see one, too. After a good start the
+// stamps of one source become wrong. Then all scans of the other sensors must be used, their cars' tracks must keep id
+// and state, and the frames must name the faulty source and no other.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -17,16 +17,16 @@
 
 #include "tests/support/detector_bench.h"
 
-using namespace overtake_test;
+using namespace overtake::test;
 
 namespace {
 
 constexpr int64_t kMs = 1'000'000, kPeriodNs = 50 * kMs, kStartNs = 1'000'000 * kMs;
 constexpr int32_t kGoodRounds = 24, kRounds = 72;  // 48 rounds with the fault: 2.4 s
-constexpr int32_t kDetections = 8, kEgo = 9;       // sources behind the sensors, as in suspect_mask
+constexpr int32_t kDetections = 8, kEgo = 9;       // sources after the sensors, as in suspect_mask
 constexpr double kPi = 3.14159265358979323846, kCarAheadM = 12.0, kRadarX = 3.0, kRadarY = -4.0;
 
-// The tail of a car, and the road, in 12 x 40 pixels over +-20 degrees.
+// The rear of a car, and the road, in 12 x 40 pixels over +-20 degrees.
 struct CarScan {
   CarScan() {
     for (int32_t r = 0; r < 12; ++r)
@@ -51,13 +51,13 @@ enum class Kind { kNone, kConstant, kDrift, kJitter, kOnce, kOneInN };
 struct Story {
   int32_t sensors = 3, workers = 1;
   bool ego = false, detections = false;
-  int32_t source = 0;  // at fault: a sensor, kDetections or kEgo
+  int32_t source = 0;  // the faulty source: a sensor, kDetections or kEgo
   Kind kind = Kind::kNone;
   int64_t offset_ns = 0;
   int32_t n = 1;                       // one in n
   int32_t gap_after = -1, gap_ms = 0;  // all sources pause
   uint32_t seed = 1;
-  bool every_order = true;                                  // of the sensors of a round
+  bool every_order = true;                                  // all orders of the sensors in a round
   std::array<int32_t, 8> every = {1, 1, 1, 1, 1, 1, 1, 1};  // a sensor's period, in rounds
 };
 
@@ -67,9 +67,9 @@ struct Outcome {
   int32_t detections_pushed = 0;
   int32_t poses_pushed = 0, poses_wrong = 0;
   std::vector<ovt_frame_info> frames;
-  uint32_t named = 0;  // of the frames from the fault on
+  uint32_t named = 0;  // sources named by the frames after the fault
   std::array<int32_t, 9> lost =
-      {};  // frames after the beginning without the confirmed track of sensor s, or of the detections
+      {};  // frames after the start without the confirmed track of sensor s, or of the detections
 };
 
 class Run {
@@ -117,7 +117,7 @@ class Run {
   double yaw_of(int32_t s) const { return 2 * kPi * s / story_.sensors; }
   double uniform() { return double(random_() % 20001) / 10000 - 1; }  // -1 to 1
 
-  // Of the source at fault, in a round: how much its stamps are wrong.
+  // Error of the faulty source's stamps in a round.
   int64_t wrong_by(int32_t source, int32_t k) {
     if (source != story_.source || k < kGoodRounds) return 0;
     const int32_t i = k - kGoodRounds;
@@ -134,7 +134,7 @@ class Run {
   void push_round(int32_t k, int64_t stamp_ns) {
     if (story_.ego)
       for (int64_t i = 0; i < 5; ++i) {
-        // Once means one pose, and one in n one pose of every n-th round.
+        // kOnce means one pose, kOneInN one pose of every n-th round.
         const bool single = story_.kind == Kind::kOnce || story_.kind == Kind::kOneInN;
         push_pose(stamp_ns + i * 10 * kMs, single && i > 0 ? 0 : wrong_by(kEgo, k));
       }
@@ -191,7 +191,7 @@ class Run {
       bool there = false;
       for (int32_t i = 0; i < t.count; ++i) {
         if (t.state[i] != OVT_CONFIRMED) continue;
-        const bool near = std::hypot(t.x_m[i] - x, t.y_m[i] - y) < 4;  // of the middle of a whole car
+        const bool near = std::hypot(t.x_m[i] - x, t.y_m[i] - y) < 4;  // to the middle of a whole car
         if (id_[s] == 0 && near) id_[s] = t.id[i];
         there |= t.id[i] == id_[s] && near;
       }
@@ -219,7 +219,7 @@ std::string text_of(const Story& s) {
          std::to_string(double(s.offset_ns) * 1e-9) + " s, n " + std::to_string(s.n);
 }
 
-// What every story promises: of all sources but the one at fault everything is used, and nobody else is named.
+// Must hold in every run: everything of the other sources is used, and no other source is named.
 void check_others(const Story& story, const Outcome& out) {
   CHECK(adds_up(out.stats));
   CHECK(out.stats.clock_jumps == 0);
@@ -227,7 +227,7 @@ void check_others(const Story& story, const Outcome& out) {
     if (s == story.source) continue;
     CAPTURE(s);
     CHECK(out.used[std::size_t(s)] == out.pushed[std::size_t(s)]);
-    // Ego poses that are ahead for long are not used, like poses that stopped: then tracks are predicted, and end.
+    // Ego poses that are ahead for long are not used, like poses that stopped: then tracks are predicted, and deleted.
     const bool poses_fail = story.source == kEgo && story.kind != Kind::kOnce && story.kind != Kind::kOneInN;
     if (!poses_fail) CHECK(out.lost[std::size_t(s)] == 0);
   }
@@ -240,10 +240,10 @@ void check_others(const Story& story, const Outcome& out) {
     CHECK((info.suspect_mask != 0) == ((info.flags & OVT_FLAG_CLOCK_SUSPECT) != 0));
 }
 
-// Surely wrong, whatever phase and place in the round the stamp has.
+// Whether the stamp is certainly wrong, at any phase and position in the round.
 bool is_plain(const Story& story) {
   const int64_t ahead = story.offset_ns;
-  if (story.kind == Kind::kJitter) return std::abs(ahead) > 1500 * kMs;  // some of 48 are
+  if (story.kind == Kind::kJitter) return std::abs(ahead) > 1500 * kMs;  // some of the 48 are
   if (story.kind == Kind::kDrift) return ahead > 700 * kMs || ahead < -800 * kMs;
   return ahead > 160 * kMs || ahead < -700 * kMs;
 }
@@ -258,15 +258,15 @@ Story draw(uint32_t seed) {
   s.ego = in(0, 1) != 0;
   s.detections = in(0, 1) != 0;
   std::vector<int32_t> sources;
-  if (s.sensors > 1)  // a sensor that is alone has nobody to lose
+  if (s.sensors > 1)  // a single sensor has no others that could lose scans
     for (int32_t i = 0; i < s.sensors; ++i) sources.push_back(i);
   if (s.detections || s.sensors == 1) sources.push_back(kDetections), s.detections = true;
   if (s.ego) sources.push_back(kEgo);
   s.source = sources[std::size_t(in(0, int32_t(sources.size()) - 1))];
   s.kind = Kind(in(1, 5));
-  s.offset_ns = int64_t(in(-2000, 2000)) * kMs + 1234;  // never the stamp of another scan of that sensor
+  s.offset_ns = int64_t(in(-2000, 2000)) * kMs + 1234;  // never equal to another scan's stamp of that sensor
   s.n = in(2, 8);
-  // Of two sensors that drift apart nobody can say which is right: the one ahead is the suspect.
+  // Of two sensors that drift apart, either may be right: the one ahead is the suspect.
   if (s.sensors == 2 && s.source < 2 && s.kind == Kind::kDrift) s.offset_ns = std::abs(s.offset_ns);
   return s;
 }
@@ -284,15 +284,15 @@ void check_seeds(uint32_t first, uint32_t count) {
 
 }  // namespace
 
-TEST_CASE("clock: one source wrong by up to 2 s in any way, and the others lose nothing") { check_seeds(1, 60); }
+TEST_CASE("clock: if one source is wrong by up to 2 s in any way, the others lose nothing") { check_seeds(1, 60); }
 
 TEST_SUITE("long") {
-  TEST_CASE("clock: one source wrong by up to 2 s in any way, and the others lose nothing, many times") {
+  TEST_CASE("clock: if one source is wrong by up to 2 s in any way, the others lose nothing (many seeds)") {
     check_seeds(1000, 3000);
   }
 }
 
-TEST_CASE("clock: a sensor 0.1 to 10 s ahead for ever costs its own scans only") {
+TEST_CASE("clock: a sensor that stays 0.1 to 10 s ahead loses only its own scans") {
   for (const int64_t ms : {150, 300, 490, 550, 700, 900, 990, 1200, 10'000}) {
     CAPTURE(ms);
     const Story story{.source = 1, .kind = Kind::kConstant, .offset_ns = ms * kMs};
@@ -305,7 +305,7 @@ TEST_CASE("clock: a sensor 0.1 to 10 s ahead for ever costs its own scans only")
   }
 }
 
-TEST_CASE("clock: a single scan, or one of some, that is ahead costs just itself") {
+TEST_CASE("clock: a single scan ahead, or one in n, loses only itself") {
   for (const int32_t sensors : {2, 3, 8})
     for (const int64_t ms : {200, 600, 900, 1500})
       for (const int32_t n : {0, 8}) {
@@ -322,7 +322,7 @@ TEST_CASE("clock: a single scan, or one of some, that is ahead costs just itself
         CHECK(out.stats.late == (n ? 6 : 1));
         CHECK(out.stats.used == out.stats.pushed - out.stats.late);
         CHECK(out.lost[1] == 0);
-        CHECK(out.frames.back().suspect_mask == 0);  // a source that is good again is named no more
+        CHECK(out.frames.back().suspect_mask == 0);  // a source that is good again is no longer named
       }
 }
 
@@ -363,7 +363,7 @@ TEST_CASE("clock: an ego pose that is ahead costs no other pose") {
     }
 }
 
-TEST_CASE("clock: ego poses that stay ahead are not used and named, as if they had stopped") {
+TEST_CASE("clock: ego poses that stay ahead are not used but named, as if they had stopped") {
   for (const int64_t ms : {200, 700}) {
     CAPTURE(ms);
     const Story story{.ego = true, .source = kEgo, .kind = Kind::kConstant, .offset_ns = ms * kMs};
@@ -397,7 +397,7 @@ TEST_CASE("clock: a pause of all sources loses nothing, in any order of return a
       }
 }
 
-TEST_CASE("clock: sensors of half the rate are judged by their own rhythm") {
+TEST_CASE("clock: sensors with half the rate are classified by their own interval") {
   for (uint32_t seed = 1; seed <= 6; ++seed) {
     CAPTURE(seed);
     Story story{.sensors = 4, .detections = true, .source = -1, .seed = seed};

@@ -183,7 +183,7 @@ void check_all_are_in(Filled<Table>& filled, HashOf&& hash_of, const std::string
   CHECK(hash_of() == before);
 }
 
-TEST_CASE("every column and every number of a frame is in its hash; a time is not") {
+TEST_CASE("columns: the hash of a frame has every column and number, but no duration") {
   const auto check = [](auto filled) {
     check_all_are_in(filled, [&] {
       test::FrameHash hash;
@@ -212,20 +212,20 @@ TEST_CASE("every column and every number of a frame is in its hash; a time is no
   });
 }
 
-TEST_CASE("every column of detections and tracks is in one of the two hashes of a frame's record") {
+TEST_CASE("columns: the two hashes of a record have every column of detections and tracks") {
   Filled<ovt_detections> detections;
   Filled<ovt_tracks> tracks;
   check_all_are_in(
-      detections, [&] { return overtake_test::hash_detections(detections.table); }, "track");
-  check_all_are_in(tracks, [&] { return overtake_test::hash_tracks(tracks.table, detections.table); });
-  const uint64_t before = overtake_test::hash_tracks(tracks.table, detections.table);
+      detections, [&] { return overtake::test::hash_detections(detections.table); }, "track");
+  check_all_are_in(tracks, [&] { return overtake::test::hash_tracks(tracks.table, detections.table); });
+  const uint64_t before = overtake::test::hash_tracks(tracks.table, detections.table);
   detections.flip_each([&](const ColumnInfo& info) {
-    CHECK((overtake_test::hash_tracks(tracks.table, detections.table) != before) ==
+    CHECK((overtake::test::hash_tracks(tracks.table, detections.table) != before) ==
           (info.name == std::string("track")));
   });
 }
 
-TEST_CASE("every column of detections and tracks is in the hash of a run; its stamps count from the first frame") {
+TEST_CASE("columns: the hash of a run has every column of detections and tracks; stamps count from the first frame") {
   Filled<ovt_detections> detections;
   Filled<ovt_tracks> tracks;
   ovt_frame_info info{};
@@ -263,7 +263,7 @@ std::vector<std::string> keys_of(const Json& object) {
   return keys;
 }
 
-TEST_CASE("every column and value of detections and tracks is in the JSON, and the schema has the same keys") {
+TEST_CASE("columns: the JSON has every column and value of detections and tracks, and the schema has the same keys") {
   const ovt_frame_info info{};
   const auto check = [&](auto filled, auto format, const std::string& schema_name, const std::string& rows) {
     const auto text = [&] { return format(info, filled.table); };
@@ -314,7 +314,7 @@ TEST_CASE("every column and value of detections and tracks is in the JSON, and t
   CHECK(track.at("path").at("cov_xy") == std::vector<double>(t.table.path_cov_xy + 3, t.table.path_cov_xy + 6));
 }
 
-TEST_CASE("every counter is in the JSON by its name, and in its schema") {
+TEST_CASE("columns: the JSON and its schema have every counter by its name") {
   ovt_stats stats = ovt_default_stats();
   int64_t n = 100;
   for_each_counter(stats, [&](const char*, int64_t& counter) { counter = n++; });
@@ -330,7 +330,7 @@ TEST_CASE("every counter is in the JSON by its name, and in its schema") {
   CHECK(json.size() + bad - 1 == std::size_t(n - 100));
 }
 
-TEST_CASE("the CSV files keep their columns; each is the one its header names") {
+TEST_CASE("columns: the CSV files keep their columns; the header names each") {
   const TempFolder folder;
   const ovt_frame_info info{};
   const auto read = [&] {

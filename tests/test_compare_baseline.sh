@@ -3,15 +3,15 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: test_compare_baseline.sh
-# tools/dev/compare_baseline: what it cuts away and rounds is not in the base line, what differs is told, the base line itself is its
-# own fixed point.
+# tools/dev/compare_baseline: removed and rounded values are not in the base line, differences are reported, and making a base line
+# from a base line changes nothing.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 need "base line" "tools/setup" python3
 cd "$(dirname "$0")/.." || exit 1
 readonly base=bench/results/evaluation_paper.json
 
-# change CODE: the base line as `d`, and `paper`, its figures of las_vegas_15, changed by some Python.
+# change CODE: changes the figures by some Python; `d` is the base line, `paper` its figures of las_vegas_15.
 change() {
   python3 - "$base" "$work/metrics.json" <<END
 import copy, json, sys
@@ -21,7 +21,7 @@ $1
 json.dump(d, open(sys.argv[2], 'w'), indent=1)
 END
 }
-# compare CODE LINE [OPTION]: exit code and a line of the table (a regular expression).
+# compare CODE LINE [OPTION]: expects an exit code and a line of the table (a regular expression).
 compare() {
   local code=0
   # shellcheck disable=SC2086
@@ -40,14 +40,14 @@ paper['sweep_of_something'] = {'values': [1]}
 paper['ground']['tpr'].update(min=0.0, max=1.0)
 paper['ground']['tpr']['mean'] += 1e-9"
 tools/dev/compare_baseline make "$work/metrics.json" >"$work/made.json" || fail "make"
-cmp "$work/made.json" $base || fail "make: not the base line again"
+cmp "$work/made.json" $base || fail "make: differs from the base line"
 compare 0 '^0 headline numbers differ, 0 '
 
 change "paper['tracking']['gospa_m']['mean'] *= 1.01; paper['tracking']['mota'] += 0.01; paper['nonsense'] = 1"
 compare 1 '^paper +las_vegas_15 +GOSPA \[m\] .* worse$'
 grep -q ' MOTA .* better$' "$work/log" || fail "compare: MOTA is not better: $(cat "$work/log")"
 grep -q '^2 headline numbers differ, 2 ' "$work/log" || fail "compare: not two numbers: $(cat "$work/log")"
-change "paper['tracking']['nees']['p75'] += 1"  # no headline
+change "paper['tracking']['nees']['p75'] += 1"  # not a headline number
 compare 0 '^0 headline numbers differ, 1 '
 change "d['figures'] = [paper]"
 compare 1 '^missing: paper on pit$'
@@ -55,10 +55,10 @@ compare 0 '1 of 17 figures compared$' --part
 change "d['figures'] = []"
 compare 2 'tools/dev/compare_baseline: .*holds nothing'
 change "d['runs'][0]['about']['seed'] = '7'"
-if tools/dev/compare_baseline make "$work/metrics.json" >/dev/null 2>"$work/log"; then fail "make: other seeds were taken"; fi
-grep -q 'was run with the seeds .*7' "$work/log" || fail "make: no word of the seed: $(cat "$work/log")"
+if tools/dev/compare_baseline make "$work/metrics.json" >/dev/null 2>"$work/log"; then fail "make: other seeds were accepted"; fi
+grep -q 'was run with the seeds .*7' "$work/log" || fail "make: the seed is not named: $(cat "$work/log")"
 change "d['runs'][0]['about']['commit'] = 'another'"
-if tools/dev/compare_baseline make "$work/metrics.json" >/dev/null 2>"$work/log"; then fail "make: two commits were taken"; fi
+if tools/dev/compare_baseline make "$work/metrics.json" >/dev/null 2>"$work/log"; then fail "make: two commits were accepted"; fi
 for bad in "make nope.json" "compare tests/test_compare_baseline.sh"; do
   # shellcheck disable=SC2086
   tools/dev/compare_baseline $bad >/dev/null 2>"$work/log"

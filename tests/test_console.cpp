@@ -7,7 +7,7 @@
 using overtake::cli::printable;
 using overtake::cli::TextTable;
 
-TEST_CASE("printable: what a terminal would obey becomes text, any other writing stays") {
+TEST_CASE("printable: control sequences become text, other characters stay") {
   for (const char* text : {"", "/front/points", "a b\"c\\d", "M\xc3\xbcnchen", "\xe2\x82\xac 5", "\xf0\x9f\x8f\x8e"})
     CHECK(printable(text) == text);
   CHECK(printable("\x1b[2J") == "\\x1b[2J");
@@ -18,15 +18,15 @@ TEST_CASE("printable: what a terminal would obey becomes text, any other writing
   CHECK(printable("\x9b"
                   "31m") == "\\x9b31m");                        // and as a byte
   CHECK(printable("\xe2\x80\xaegnp.exe") == "\\u202egnp.exe");  // right to left
-  CHECK(printable("\xc3") == "\\xc3");                          // cut off
-  CHECK(printable("\xc0\x9b") == "\\xc0\\x9b");                 // longer than it need be
+  CHECK(printable("\xc3") == "\\xc3");                          // truncated
+  CHECK(printable("\xc0\x9b") == "\\xc0\\x9b");                 // an overlong form
   CHECK(printable("\xe0\x80\x9b") == "\\xe0\\x80\\x9b");
-  CHECK(printable("\xed\xa0\x80") == "\\xed\\xa0\\x80");  // half of a pair
+  CHECK(printable("\xed\xa0\x80") == "\\xed\\xa0\\x80");  // half of a surrogate pair
   CHECK(printable("\xf5\x80\x80\x80") == "\\xf5\\x80\\x80\\x80");
 }
 
-TEST_CASE("printable: no byte sequence of three lets a control character through") {
-  for (uint32_t code = 0; code < 1u << 24; code += 7) {  // 7 and 2^24 share no factor: every byte at every place
+TEST_CASE("printable: no sequence of three bytes lets a control character through") {
+  for (uint32_t code = 0; code < 1u << 24; code += 7) {  // 7 and 2^24 share no factor: every byte occurs at every place
     const char bytes[] = {char(code >> 16), char(code >> 8), char(code)};
     const std::string out = printable(std::string_view(bytes, 3));
     bool fine = true;
@@ -38,7 +38,7 @@ TEST_CASE("printable: no byte sequence of three lets a control character through
   }
 }
 
-TEST_CASE("a table's cells are printable, and as wide as they are printed") {
+TEST_CASE("table: cells are printable and as wide as their printed text") {
   TextTable table({"topic", "type"});
   table.add({"/a\x1b[2J", "b"});
   CHECK(table.format() == "  topic      type\n  /a\\x1b[2J  b\n");

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Promises under faults that are about time and about the ego pose, end to end through the C API. tests/README.md says
-// where each promise is tested.
+// Guarantees under faults of time and of the ego pose, end to end through the C API. tests/README.md lists the test of
+// each guarantee.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -10,7 +10,7 @@
 
 #include "tests/support/detector_bench.h"
 
-using namespace overtake_test;
+using namespace overtake::test;
 
 namespace {
 
@@ -45,7 +45,7 @@ struct Watched : DetectorBench {
       static_cast<Watched*>(user)->seen.push_back(std::move(s));
     };
   }
-  // One detection of another detector.
+  // One detection from another detector.
   void push_place(int64_t stamp_ns, double x, double y, int32_t reference = OVT_REFERENCE_MAP) {
     ovt_external_detections d;
     ovt_external_detections_init(&d, sizeof d);
@@ -62,7 +62,7 @@ struct Watched : DetectorBench {
 
 }  // namespace
 
-TEST_CASE("contract: over a gap of 0.2 to 1 s a track is predicted in steps of 50 ms at most, and goes on") {
+TEST_CASE("contract: over a gap of 0.2 to 1 s a track is predicted in steps of at most 50 ms, and continues") {
   for (const int64_t gap_ms : {200, 500, 1000}) {
     CAPTURE(gap_ms);
     Watched gap({.workers = 1}), stepped({.workers = 1});
@@ -78,17 +78,17 @@ TEST_CASE("contract: over a gap of 0.2 to 1 s a track is predicted in steps of 5
       REQUIRE(bench->last().ids.size() == 1);
       CHECK(bench->last().ids[0] == id);
       CHECK((bench->last().info.flags & OVT_FLAG_CLOCK_JUMP) == 0);
-      CHECK(bench->last().age[0] == 21);  // no misses in between: nobody could see it
+      CHECK(bench->last().age[0] == 21);  // no misses in between: no sensor could see it
     }
-    // A time that was only named changes nothing, and the covariance grew as in steps.
+    // A call of ovt_advance changes nothing, and the covariance grew as in steps.
     CHECK(gap.last().x == stepped.last().x);
     CHECK(gap.last().var_x == stepped.last().var_x);
     CHECK(std::fabs(gap.last().speed[0] - 10) < 5);
   }
 }
 
-// The other side is given what the gap leaves out: frames, 50 ms apart, in which the car was not seen.
-TEST_CASE("contract: what is not known after a gap is what it is after as many steps of 50 ms") {
+// The compared run gets the frames that the gap lacks, 50 ms apart, in which no sensor saw the car.
+TEST_CASE("contract: the covariance after a gap equals that after as many steps of 50 ms") {
   for (const int64_t gap_ms : {200, 500, 1000}) {
     CAPTURE(gap_ms);
     Watched gap({.workers = 1}), stepped({.workers = 1});
@@ -116,7 +116,7 @@ TEST_CASE("contract: what is not known after a gap is what it is after as many s
   }
 }
 
-TEST_CASE("contract: a longer gap is a clock jump, and the track of before does not come back") {
+TEST_CASE("contract: a longer gap is a clock jump, and the earlier track does not return") {
   Watched bench({.workers = 1, .map = false});
   bench.def.sensor_count = 0;
   bench.def.sensors = nullptr;
@@ -132,12 +132,12 @@ TEST_CASE("contract: a longer gap is a clock jump, and the track of before does 
   CHECK(bench.last().age[0] == 1);
 }
 
-TEST_CASE("contract: the older the ego pose, the less is done with it") {
+TEST_CASE("contract: the use of an ego pose is reduced in steps with its age") {
   struct Row {
     int64_t age_ms;
     bool stale, map_gate, detections_tracked;
   };
-  // A frame's scans and the poses up to `age_ms` before it.
+  // A frame's scans, and the poses up to `age_ms` before it.
   for (const Row row : {Row{0, false, true, true}, Row{20, false, true, true}, Row{90, false, true, true},
                         Row{110, true, false, true}, Row{490, true, false, true}, Row{510, true, false, false}}) {
     CAPTURE(row.age_ms);
@@ -153,7 +153,7 @@ TEST_CASE("contract: the older the ego pose, the less is done with it") {
       pose.speed_mps = p.speed_mps, pose.yaw_rate_rps = p.yaw_rate_rps;
       REQUIRE(ovt_push_ego_pose(bench.detector, &pose) == OVT_OK);
     }
-    // The tracker is in the map from here on: a first frame with the poses in reach.
+    // From here on the tracker works in the map: a first frame with poses in reach.
     bench.push_place(demo_frame(0).stamp_ns - (row.age_ms + 10) * kMs, -1e4, -1e4);
     bench.push_frame(0, {0, 1, 2}, false);
     const Seen& s = bench.last();
@@ -168,7 +168,7 @@ TEST_CASE("contract: the older the ego pose, the less is done with it") {
   }
 }
 
-TEST_CASE("contract: beyond 20 ms the age of the ego pose is in a new track's covariance") {
+TEST_CASE("contract: beyond 20 ms the age of the ego pose adds to a new track's covariance") {
   double before = 0;
   for (const int64_t age_ms : {0, 20, 21, 60, 100}) {
     CAPTURE(age_ms);

@@ -13,7 +13,7 @@ struct Point {
   uint16_t layer;
 };
 
-// Yours come from a driver. Here: the tail of a car, so far ahead.
+// Your points come from a driver. Here: the tail of a car, ahead_m in front.
 std::vector<Point> look(float ahead_m) {
   std::vector<Point> points;
   for (uint16_t layer = 10; layer < 18; ++layer)

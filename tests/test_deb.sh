@@ -2,9 +2,9 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_deb.sh BUILD_FOLDER CC. cpack's Debian package: its dependencies are this system's package names,
-# dpkg itself installs it into an empty root (with this system's package database, so that it judges the dependencies),
-# and from there the command line and a program built on the library run. Nothing of this system changes.
+# usage: tests/test_deb.sh BUILD_FOLDER CC. cpack's Debian package: its dependencies are this system's package names.
+# dpkg installs it into an empty root (with this system's package database, so that it checks the dependencies). From
+# there the command line and a program built with the library run. This system does not change.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 build=$(realpath "${1:?usage: test_deb.sh BUILD_FOLDER CC}")
@@ -13,7 +13,7 @@ need deb "tools/setup --dev" cmake dpkg dpkg-deb dpkg-shlibdeps fakeroot file pk
 make_deb=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)/tools/install/make_deb.cmake
 readonly make_deb
 
-# As the README's command does, after it has built what it packs.
+# The README's command, after building the package's content.
 grep -q -e '--target deb' tools/examples/README.md || fail "tools/examples/README.md does not say how the package is made"
 [[ $(cmake --build "$build" --target help) == *$'\n'deb:* ]] || fail "there is no target deb"
 pack() { env "$@" cmake -D CONFIG="$build/CPackConfig.cmake" -D OUT="$work/packages" -P "$make_deb"; }
@@ -26,20 +26,20 @@ depends=$(dpkg-deb --field "$deb" Depends)
 for package in libc6 libstdc++6 libtbb; do
   [[ $depends == *"$package"* ]] || fail "does not depend on $package: $depends"
 done
-[[ $depends != *-dev* && $depends != *eigen* ]] || fail "depends on what only a build needs: $depends"
+[[ $depends != *-dev* && $depends != *eigen* ]] || fail "depends on a package that only a build needs: $depends"
 [[ $(dpkg-deb --field "$deb" Architecture) == "$(dpkg --print-architecture)" ]] || fail "wrong architecture"
 [[ $(dpkg-deb --field "$deb" Package) == overtake ]] || fail "wrong name"
 expect control dpkg-deb --control "$deb" "$work/control"
 grep -qx 'libovertake 0 overtake (>= [0-9.]*)' "$work/control/shlibs" ||
   fail "packages built on it would not know: $(cat "$work/control/shlibs")"
 
-# Without the programs it needs it says who has them.
+# Without the programs it needs, it reports how to get them.
 mkdir "$work/few"
 ln -s "$(command -v cmake)" "$work/few/cmake"
 ! pack PATH="$work/few" >"$work/log" 2>&1 || fail "packs without file and dpkg-shlibdeps"
-grep -q 'needs file, dpkg-shlibdeps: run tools/setup --package' "$work/log" || fail "no word of what is missing: $(cat "$work/log")"
+grep -q 'needs file, dpkg-shlibdeps: run tools/setup --package' "$work/log" || fail "the message does not name the missing programs: $(cat "$work/log")"
 
-# ---- dpkg installs it into a root of its own
+# ---- dpkg installs the package into a separate root
 readonly root=$work/root
 mkdir -p "$root"/var/lib/dpkg/{info,updates,triggers} "$root"/etc "$work/bin"
 cp /var/lib/dpkg/status "$root/var/lib/dpkg/status"
@@ -57,7 +57,7 @@ grep -qx 'Status: install ok installed' <<<"$(dpkg_there --status overtake 2>/de
 expect "dpkg --verify" dpkg_there --verify overtake
 [[ -z $(cat "$work/log") ]] || fail "dpkg --verify: $(cat "$work/log")"
 
-# ---- and there it runs
+# ---- run it there
 library=$(find "$root/usr/lib" -name libovertake.so.0)
 readonly libdir=${library%/*}
 expect "overtake --version" "$root/usr/bin/overtake" --version
@@ -75,7 +75,7 @@ expect "the example" env LD_LIBRARY_PATH="$libdir" "$work/poll_tracks"
 expect "dpkg --remove" dpkg_there --remove overtake
 [[ ! -e $root/usr ]] || fail "removed, but left: $(find "$root/usr")"
 
-# A dependency that is not there: dpkg refuses.
+# A missing dependency: dpkg refuses.
 sed -i '/^Package: libtbb12$/,/^$/d' "$root/var/lib/dpkg/status"
 dpkg_there --install "$deb" >"$work/log" 2>&1 && fail "dpkg installs it without libtbb12"
 grep -q 'depends on libtbb12' "$work/log" || fail "dpkg does not miss libtbb12: $(cat "$work/log")"

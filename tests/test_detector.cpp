@@ -1,8 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The whole detector through the C API: same bytes whatever the threads do, frames in order, lifetimes, flags,
-// counters.
+// The whole detector through the C API: same bytes for any thread timing, frames in order, lifetimes, flags, counters.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -14,7 +13,7 @@
 
 #include "tests/support/one_sensor_detector.h"
 
-using namespace overtake_test;
+using namespace overtake::test;
 
 namespace {
 
@@ -59,7 +58,7 @@ TEST_CASE("detector: the same bytes for every worker count and every arrival ord
   }
 }
 
-TEST_CASE("detector: two detectors at once do not meet") {
+TEST_CASE("detector: two detectors at once do not affect each other") {
   const std::vector<FrameRecord> expected = run(1, 3, {{0, 1, 2}});
   DetectorBench a({.workers = 2}), b({.workers = 3});
   a.create();
@@ -74,7 +73,7 @@ TEST_CASE("detector: two detectors at once do not meet") {
   CHECK(b.records == expected);
 }
 
-TEST_CASE("detector: worker_count 0 takes what the machine has") {
+TEST_CASE("detector: worker_count 0 uses the machine's CPUs") {
   DetectorBench bench({.workers = 0});
   bench.create();
   bench.push_frame(0);
@@ -82,7 +81,7 @@ TEST_CASE("detector: worker_count 0 takes what the machine has") {
   CHECK(bench.records.size() == 1);
 }
 
-TEST_CASE("detector: what a reader holds stays as it is while frames go on, and outlives the detector") {
+TEST_CASE("detector: a reader's frame does not change while others finish, and outlives the detector") {
   for (const int32_t workers : {1, 3}) {
     CAPTURE(workers);
     DetectorBench bench({.workers = workers});
@@ -118,7 +117,7 @@ TEST_CASE("detector: what a reader holds stays as it is while frames go on, and 
   }
 }
 
-TEST_CASE("detector: a sensor that dies leaves the frames going and the others' detections as if it never was") {
+TEST_CASE("detector: a sensor that stops leaves the frames running and the others' detections unchanged") {
   constexpr std::size_t kFrames = 7, kLast = 3;
   for (const int32_t workers : {1, 3}) {
     CAPTURE(workers);
@@ -144,7 +143,7 @@ TEST_CASE("detector: a sensor that dies leaves the frames going and the others' 
   }
 }
 
-TEST_CASE("detector: without ego poses the tracks are in the vehicle frame, and without a map it says so") {
+TEST_CASE("detector: without ego poses tracks are in the vehicle frame, and without a map a flag is set") {
   for (const bool map : {false, true}) {
     DetectorBench bench({.map = map});
     bench.create();
@@ -153,14 +152,14 @@ TEST_CASE("detector: without ego poses the tracks are in the vehicle frame, and 
     CHECK(info.reference == OVT_REFERENCE_VEHICLE);
     CHECK(info.ego_known == 0);
     CHECK(info.flags == (OVT_FLAG_NO_EGO | (map ? 0 : OVT_FLAG_NO_MAP)));
-    bench.push_frame(2);  // the first pose: from now on the map
+    bench.push_frame(2);  // the first pose: from now on in the map
     CHECK(bench.records.back().info.reference == OVT_REFERENCE_MAP);
     CHECK(bench.records.back().info.ego_known == 1);
     CHECK((bench.records.back().info.flags & OVT_FLAG_NO_EGO) == 0);
   }
 }
 
-TEST_CASE("detector: when the ego poses stop for long the tracks only predict and no detection has a track") {
+TEST_CASE("detector: when the ego poses stop for long, tracks only predict and no detection has a track") {
   DetectorBench bench({});
   bench.create();
   ovt_reader* reader = nullptr;
@@ -184,7 +183,7 @@ TEST_CASE("detector: when the ego poses stop for long the tracks only predict an
   ovt_destroy_reader(reader);
 }
 
-TEST_CASE("detector: an empty scan is a scan; no valid point is no data, mostly bad points are degraded") {
+TEST_CASE("detector: an empty scan is valid; no valid point sets NO_DATA, mostly bad points set CLOUD_DEGRADED") {
   for (const int32_t workers : {1, 2}) {
     Small small(1, workers);
     small.create();
@@ -233,7 +232,7 @@ TEST_CASE("detector: a scan of mostly dust is not degraded: its cars are seen, a
   Posts posts(20);
   const std::size_t count = posts.x.size();
   std::vector<float> intensity(count, 1.0f);
-  // In front of each point of a post two dim ones, which lose the pixel.
+  // In front of each point of a post, two dim points that lose the pixel.
   for (const float share : {0.5f, 0.75f})
     for (std::size_t i = 0; i < count; ++i) {
       posts.x.push_back(share * posts.x[i]);
@@ -252,7 +251,7 @@ TEST_CASE("detector: a scan of mostly dust is not degraded: its cars are seen, a
   CHECK(small.latest.info.cluster_count == 20);
 }
 
-TEST_CASE("detector: a stamp that comes again is a duplicate, an older one is used at its place, one too old is late") {
+TEST_CASE("detector: an equal stamp is a duplicate, an older one is inserted, one too old is late") {
   Small small;
   small.create();
   const Posts posts(2);
@@ -270,7 +269,7 @@ TEST_CASE("detector: a stamp that comes again is a duplicate, an older one is us
   CHECK(stats.late == 1);
 }
 
-TEST_CASE("detector: flush with nothing to flush, twice, and pushes after it") {
+TEST_CASE("detector: flush works without frames, twice, and before more pushes") {
   for (const int32_t workers : {1, 2}) {
     Small small(1, workers);
     small.create();
@@ -289,7 +288,7 @@ TEST_CASE("detector: flush with nothing to flush, twice, and pushes after it") {
   }
 }
 
-TEST_CASE("detector: after flush everything pushed before it is finished, a thousand times over") {
+TEST_CASE("detector: after flush everything pushed before is finished, a thousand times") {
   Small small(1, 2);
   small.create();
   ovt_points empty;
@@ -306,7 +305,7 @@ TEST_CASE("detector: after flush everything pushed before it is finished, a thou
   CHECK(missed == 0);
 }
 
-TEST_CASE("detector: a flood from three threads with a reader beside it adds up") {
+TEST_CASE("detector: counters add up in a flood from three threads with a reader") {
   DetectorBench bench({.workers = 2, .push_policy = OVT_PUSH_REPLACE, .record = false});
   bench.create();
   const Posts posts(10);
@@ -350,7 +349,7 @@ TEST_CASE("detector: a flood from three threads with a reader beside it adds up"
   ovt_destroy_reader(reader);
 }
 
-TEST_CASE("detector: advance closes a frame that waits for a sensor, and predicts the tracks when none comes") {
+TEST_CASE("detector: advance closes a frame that waits for a sensor, and predicts the tracks if no sensor sends") {
   for (const int32_t workers : {1, 2}) {
     DetectorBench bench({.workers = workers});
     bench.create();
@@ -371,7 +370,7 @@ TEST_CASE("detector: advance closes a frame that waits for a sensor, and predict
   }
 }
 
-TEST_CASE("detector: point labels lead to clusters whose counts and bounds are those of their points") {
+TEST_CASE("detector: point labels lead to clusters with the counts and bounds of their points") {
   const Posts posts(5);
   const ovt_points points = posts.points(7 * kMs);
   Small small;

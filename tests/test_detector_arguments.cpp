@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the caller gives the C API: bad arguments and what they say, capacities, allocators, callbacks.
+// Inputs of the C API: bad arguments and their messages, capacities, allocators, callbacks.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@
 
 #include "tests/support/one_sensor_detector.h"
 
-using namespace overtake_test;
+using namespace overtake::test;
 
 namespace {
 
@@ -21,7 +21,7 @@ constexpr int64_t kMs = 1'000'000;
 
 }  // namespace
 
-TEST_CASE("detector: as many readers as the def says, and a destroyed one makes room") {
+TEST_CASE("detector: the def limits the number of readers, and destroying one makes room") {
   Small small;
   small.def.reader_capacity = 2;
   small.create();
@@ -65,7 +65,7 @@ TEST_CASE("detector: capacities keep the nearest, count the rest and set the fla
   }
 }
 
-TEST_CASE("detector: capacities that are no multiple of sixteen are kept to as well") {
+TEST_CASE("detector: capacities that are not multiples of 16 hold exactly") {
   const Posts posts(50);
   const ovt_points points = posts.points(0);
   Small small;
@@ -74,11 +74,11 @@ TEST_CASE("detector: capacities that are no multiple of sixteen are kept to as w
   REQUIRE(ovt_push_scan(small.detector, &points) == OVT_OK);
   CHECK(small.latest.info.detection_count == 5);
   CHECK(small.stats().overflow_candidates == small.latest.info.candidate_count - 5);
-  CHECK(small.stats().overflow_tracks == 0);  // all that is detected finds a track
+  CHECK(small.stats().overflow_tracks == 0);  // every detection finds a track
   CHECK(small.latest.info.track_count == 5);
 }
 
-TEST_CASE("detector: merged clusters that do not fit are counted, also when each sensor's own do") {
+TEST_CASE("detector: merged clusters beyond the capacity are counted, also when each sensor's clusters fit") {
   const Posts posts(12);
   const auto run = [&](int32_t capacity, int32_t& clusters) {
     Small small;
@@ -100,13 +100,13 @@ TEST_CASE("detector: merged clusters that do not fit are counted, also when each
   };
   int32_t all = 0, kept = 0;
   CHECK(run(64, all) == 0);
-  REQUIRE(all > 16);  // both sensors'
+  REQUIRE(all > 16);  // of both sensors
   REQUIRE(all / 2 <= 16);
   CHECK(run(16, kept) == all - 16);
   CHECK(kept == 16);
 }
 
-TEST_CASE("detector: a scan of a point too many is refused, and counted as pushed and dropped") {
+TEST_CASE("detector: a scan with one point too many is refused, and counted as pushed and dropped") {
   const Posts posts(4);
   const ovt_points points = posts.points(50);
   for (const int32_t workers : {1, 2}) {
@@ -119,7 +119,7 @@ TEST_CASE("detector: a scan of a point too many is refused, and counted as pushe
     CHECK(stats.dropped == 1);
     ovt_points fits = points;
     fits.count -= 1;
-    CHECK(ovt_push_scan(small.detector, &fits) == OVT_OK);  // its stamp is not taken
+    CHECK(ovt_push_scan(small.detector, &fits) == OVT_OK);  // the refused scan's stamp is not used up
     CHECK(ovt_flush(small.detector) == OVT_OK);
     stats = small.stats();
     CHECK(stats.used == 1);
@@ -127,7 +127,7 @@ TEST_CASE("detector: a scan of a point too many is refused, and counted as pushe
   }
 }
 
-TEST_CASE("detector: every status has a text of its own, and the build says what it is") {
+TEST_CASE("detector: every status has a unique text, and the build describes itself") {
   std::set<std::string> texts;
   for (int32_t status = OVT_OK; status <= OVT_NOT_KEPT; ++status) texts.insert(ovt_status_text(ovt_status(status)));
   CHECK(texts.size() == OVT_NOT_KEPT + 1);
@@ -144,7 +144,7 @@ TEST_CASE("detector: every status has a text of its own, and the build says what
   CHECK(std::string(build.isas).rfind("ref", 0) == 0);
 }
 
-TEST_CASE("detector: what the callback throws is counted, and the next frame works") {
+TEST_CASE("detector: an exception from the callback is counted, and the next frame works") {
   struct Thrower {
     static void throws(ovt_reader*, void*) { throw std::runtime_error("from the callback"); }
   };
@@ -163,7 +163,7 @@ TEST_CASE("detector: what the callback throws is counted, and the next frame wor
   }
 }
 
-TEST_CASE("detector: the log hears what create chose, what is missing, and every exception caught") {
+TEST_CASE("detector: the log contains the choices of create, missing inputs, and every caught exception") {
   struct Listener {
     std::vector<std::string> lines;
     static void hear(ovt_log_level level, const char* text, void* user) {
@@ -192,7 +192,7 @@ TEST_CASE("detector: the log hears what create chose, what is missing, and every
   }
 }
 
-TEST_CASE("detector: created and destroyed many times, at any number of refused blocks, all memory is given back") {
+TEST_CASE("detector: many creates and destroys, with any refused block, free all memory") {
   struct Heap {
     int64_t bytes = 0;
     int32_t left = 0;
@@ -296,7 +296,7 @@ TEST_CASE("detector: every bad scan gets its status, and nothing changes") {
     row.spoil(points);
     const ovt_stats before = small.stats();
     CHECK(ovt_push_scan(small.detector, &points) == row.status);
-    const int64_t counted = row.status == OVT_TOO_MANY ? 1 : 0;  // that one is a scan all the same
+    const int64_t counted = row.status == OVT_TOO_MANY ? 1 : 0;  // this one counts as a scan
     CHECK(small.stats().pushed == before.pushed + counted);
     CHECK(small.stats().dropped == before.dropped + counted);
   }
@@ -304,11 +304,11 @@ TEST_CASE("detector: every bad scan gets its status, and nothing changes") {
   CHECK(ovt_push_scan(nullptr, &points) == OVT_BAD_ARGUMENT);
   CHECK(ovt_push_scan(small.detector, nullptr) == OVT_BAD_ARGUMENT);
   CHECK(small.latest.calls == 0);
-  CHECK(ovt_push_scan(small.detector, &points) == OVT_OK);  // the same stamp: the bad ones left no trace
+  CHECK(ovt_push_scan(small.detector, &points) == OVT_OK);  // the same stamp: the bad scans left no trace
   CHECK(small.latest.calls == 1);
 }
 
-TEST_CASE("detector: other bad arguments get their status, and nothing changes") {
+TEST_CASE("detector: other bad arguments get their status and change nothing") {
   Small small;
   small.create();
   ovt_detector* detector = small.detector;
@@ -368,7 +368,7 @@ TEST_CASE("detector: other bad arguments get their status, and nothing changes")
   int64_t ns = 0;
   CHECK(ovt_read_tracks(nullptr, 0, &tracks) == OVT_BAD_ARGUMENT);
   CHECK(ovt_read_tracks(reader, 0, nullptr) == OVT_BAD_ARGUMENT);
-  CHECK(ovt_read_tracks(reader, INT64_MAX, &tracks) == OVT_OK);  // any time is a time
+  CHECK(ovt_read_tracks(reader, INT64_MAX, &tracks) == OVT_OK);  // any time is valid
   CHECK(ovt_read_labels(reader, 0, &labels) == OVT_NO_FRAME);    // no scan in this frame
   CHECK(ovt_read_labels(reader, 1, &labels) == OVT_BAD_ARGUMENT);
   CHECK(ovt_read_image(reader, -1, OVT_IMAGE_RANGE, &image) == OVT_BAD_ARGUMENT);

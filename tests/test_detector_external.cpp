@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Detections of another detector, pushed through the C API: both references, covariances, counters.
+// Detections of another detector, pushed through the C API: both reference frames, covariances, counters.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -10,7 +10,7 @@
 
 #include "tests/support/one_sensor_detector.h"
 
-using namespace overtake_test;
+using namespace overtake::test;
 
 namespace {
 
@@ -29,7 +29,7 @@ ovt_status push_places(Small& small, int64_t stamp_ns, const std::vector<double>
 
 }  // namespace
 
-TEST_CASE("detector: as many pushed rows as the def's capacity, and not one more; what is refused is counted") {
+TEST_CASE("detector: pushed rows up to the def's capacity are used, more are refused and counted") {
   for (const int32_t capacity : {1, 4, 16, 20}) {
     CAPTURE(capacity);
     Small small(0);
@@ -40,7 +40,7 @@ TEST_CASE("detector: as many pushed rows as the def's capacity, and not one more
     CHECK(push_places(small, 1, x, y) == OVT_TOO_MANY);
     CHECK(small.stats().external_dropped == 1);
     x.pop_back();
-    CHECK(push_places(small, 1, x, y) == OVT_OK);  // the refused push has not taken its stamp
+    CHECK(push_places(small, 1, x, y) == OVT_OK);  // the refused push's stamp is not used up
     const ovt_stats stats = small.stats();
     CHECK(stats.external == 1);
     CHECK(stats.external_dropped == 1);
@@ -50,7 +50,7 @@ TEST_CASE("detector: as many pushed rows as the def's capacity, and not one more
   }
 }
 
-TEST_CASE("detector: a late frame among dense clutter meets the work limit: flagged and counted, tracks as they were") {
+TEST_CASE("detector: a late frame in dense clutter meets the work limit: flagged, counted, tracks unchanged") {
   for (const int32_t workers : {1, 2}) {
     Small small(0, workers);
     small.create();
@@ -83,7 +83,7 @@ TEST_CASE("detector: a late frame among dense clutter meets the work limit: flag
   }
 }
 
-TEST_CASE("detector: a frame in sequence whose association is cut short by the work limit is flagged and counted") {
+TEST_CASE("detector: a frame whose association the work limit shortens is flagged and counted") {
   for (const double limit : {1e4, 1e7}) {
     CAPTURE(limit);
     const bool cut = limit < 1e7;
@@ -100,7 +100,7 @@ TEST_CASE("detector: a frame in sequence whose association is cut short by the w
         x[i] = 6e-3 * double(random() % 1000), y[i] = 6e-3 * double(random() % 1000);
       REQUIRE(push_places(small, k * 50 * kMs, x, y) == OVT_OK);
       CHECK((small.latest.info.flags & OVT_FLAG_OUT_OF_SEQUENCE) == 0);
-      // The first frame finds no track to associate with.
+      // The first frame has no track to associate with.
       CHECK(((small.latest.info.flags & OVT_FLAG_WORK_LIMIT) != 0) == (cut && k > 0));
       CHECK(small.stats().work_limited == (cut ? k : 0));
     }
@@ -108,7 +108,7 @@ TEST_CASE("detector: a frame in sequence whose association is cut short by the w
   }
 }
 
-TEST_CASE("detector: a push without a track's car is a miss, and enough misses end the track") {
+TEST_CASE("detector: a push without a track's car is a miss, and enough misses delete the track") {
   Small small(0);
   small.create();
   ovt_reader* reader = nullptr;
@@ -122,7 +122,7 @@ TEST_CASE("detector: a push without a track's car is a miss, and enough misses e
   push(0, {30.0}, {5.0});
   REQUIRE(t.count == 1);
   CHECK(t.flags[0] == 0);
-  // One hit of age 15 can still reach six hits by age 20, one of age 16 cannot.
+  // A track with one hit can still reach six hits by age 20 at age 15, but not at age 16.
   for (int64_t k = 1; k < 15; ++k) {
     CAPTURE(k);
     push(k, {}, {});
@@ -137,10 +137,10 @@ TEST_CASE("detector: a push without a track's car is a miss, and enough misses e
   ovt_destroy_reader(reader);
 }
 
-TEST_CASE("detector: a scan sees what is ahead of the sensor wherever the vehicle heads in the map") {
+TEST_CASE("detector: a scan observes what is ahead of the sensor at any heading of the vehicle in the map") {
   for (const double yaw : {-2.5, -1.5707963267948966, 0.0, 0.7, 1.5707963267948966, 3.0}) {
     CAPTURE(yaw);
-    Small small;  // looks 60 degrees to either side
+    Small small;  // sees 60 degrees to either side
     small.create();
     const auto push_pose = [&](int64_t stamp_ns) {
       ovt_ego_pose pose;
@@ -149,7 +149,7 @@ TEST_CASE("detector: a scan sees what is ahead of the sensor wherever the vehicl
       pose.x_m = 100, pose.y_m = -40, pose.yaw_rad = yaw;
       REQUIRE(ovt_push_ego_pose(small.detector, &pose) == OVT_OK);
     };
-    // Two cars, 20 m ahead and 20 m to the right of the vehicle; then a scan in which neither is.
+    // Two cars, 20 m ahead and 20 m to the right of the vehicle; then a scan that contains neither.
     const double c = 20 * std::cos(yaw), s = 20 * std::sin(yaw);
     const uint32_t coasting = OVT_TRACK_COASTING, unobserved = OVT_TRACK_UNOBSERVED;
     push_pose(0);
@@ -177,7 +177,7 @@ TEST_CASE("detector: a scan sees what is ahead of the sensor wherever the vehicl
   }
 }
 
-TEST_CASE("detector: tracks asked for at an absurd time say what time they are predicted to") {
+TEST_CASE("detector: tracks read for an absurd time report the time that they are predicted to") {
   Small small(0);
   small.create();
   for (int64_t k = 0; k < 4; ++k) REQUIRE(push_places(small, k * 50 * kMs, {30.0 + 2.0 * double(k)}, {5.0}) == OVT_OK);
@@ -253,7 +253,7 @@ TEST_CASE("detector: pushed detections in the map and in the vehicle frame give 
   }
 }
 
-TEST_CASE("detector: a pushed detection's variances alone are enough, and turn with the vehicle") {
+TEST_CASE("detector: variances of a pushed detection are enough, and rotate with the vehicle") {
   const double at = 5, var_x = 0.04, var_y = 1.0, quarter = 1.5707963267948966;
   for (const bool turned : {false, true}) {
     Small small(0);
@@ -298,7 +298,7 @@ TEST_CASE("detector: every push of detections is counted as used or dropped") {
   CHECK(push(100) == OVT_OK);
   CHECK(push(100) == OVT_DUPLICATE);
   CHECK(push(50) == OVT_OK);               // out of sequence
-  CHECK(push(50 - 1000 * kMs) == OVT_OK);  // too old: taken, and dropped
+  CHECK(push(50 - 1000 * kMs) == OVT_OK);  // too old: accepted, then dropped
   CHECK(push(200) == OVT_OK);
   ovt_stats stats = ovt_default_stats();
   REQUIRE(ovt_read_stats(small.detector, &stats) == OVT_OK);

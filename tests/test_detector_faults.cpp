@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What may go wrong below or around the detector: exceptions, deadlines, hangs, clocks, older callers, threads and
-// memory that the system does not give.
+// Faults below or around the detector: exceptions, deadlines, hanging frames, clocks, older callers, threads and memory
+// that the system refuses.
 #include <dirent.h>
 #include <doctest/doctest.h>
 #include <sched.h>
@@ -26,21 +26,21 @@
 #include "tests/support/can_lock.h"
 #include "tests/support/detector_bench.h"
 
-using namespace overtake_test;
-using overtake::Body;
-using overtake::BodyHook;
+using namespace overtake::test;
+using overtake::HookPoint;
+using overtake::TestHook;
 
 namespace {
 
 constexpr int64_t kMs = 1'000'000;
 
-void set_hook(DetectorBench& bench, void (*call)(void*, Body, overtake::Frame&, int32_t), void* user) {
-  reinterpret_cast<overtake::Detector*>(bench.detector)->set_hook(BodyHook{call, user});
+void set_hook(DetectorBench& bench, void (*call)(void*, HookPoint, overtake::Frame&, int32_t), void* user) {
+  reinterpret_cast<overtake::Detector*>(bench.detector)->set_hook(TestHook{call, user});
 }
 
 void sleep_ms(int64_t ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
 
-// Names of this process' threads, and the CPUs each may use.
+// Names of this process's threads, and the CPUs that each may use.
 std::multiset<std::string> threads_on(int32_t cpu, const std::string& prefix) {
   std::multiset<std::string> found;
   DIR* folder = opendir("/proc/self/task");
@@ -67,30 +67,30 @@ int32_t first_cpu() {
 
 }  // namespace
 
-TEST_CASE("detector faults: an exception in any stage is caught and counted, and the next frame is as if nothing was") {
+TEST_CASE("detector faults: an exception in any stage is caught and counted, and the next frame is unaffected") {
   DetectorBench good({.workers = 1});
   good.create();
   for (std::size_t k = 0; k < 6; ++k) good.push_frame(k);
   good.flush();
 
   struct Fault {
-    Body body;
+    HookPoint body;
     int32_t sensor;
-    int64_t stamp_ns;  // of the frame's first scan, and of that sensor's
+    int64_t stamp_ns;  // stamp of the frame's first scan, and of that sensor's scan
   };
   for (const int32_t workers : {1, 2})
-    for (const Body body : {Body::kSegment, Body::kDetect, Body::kTrack, Body::kFinish}) {
+    for (const HookPoint body : {HookPoint::kSegment, HookPoint::kDetect, HookPoint::kTrack, HookPoint::kFinish}) {
       CAPTURE(workers);
       CAPTURE(int32_t(body));
-      const Fault fault{body, body == Body::kSegment ? 0 : -1, demo_frame(2).stamp_ns};
+      const Fault fault{body, body == HookPoint::kSegment ? 0 : -1, demo_frame(2).stamp_ns};
       DetectorBench bench({.workers = workers});
       bench.create();
       set_hook(
           bench,
-          [](void* user, Body at, overtake::Frame& frame, int32_t sensor) {
+          [](void* user, HookPoint at, overtake::Frame& frame, int32_t sensor) {
             const auto& f = *static_cast<const Fault*>(user);
             if (at != f.body || sensor != f.sensor) return;
-            // A segment starts while other scans still join the frame: its own stamp is all it may look at.
+            // A segmentation starts while other scans still join the frame: it may read only its own stamp.
             const int64_t stamp_ns = sensor >= 0 ? frame.sensors[sensor].stamp_ns : frame.first_stamp_ns;
             if (stamp_ns == f.stamp_ns) throw std::runtime_error("injected");
           },
@@ -106,25 +106,25 @@ TEST_CASE("detector faults: an exception in any stage is caught and counted, and
         if (k != 2) CHECK(bench.records[k].detections == good.records[k].detections);
       }
       const ovt_frame_info& faulty = bench.records[2].info;
-      const bool known = body != Body::kFinish;
+      const bool known = body != HookPoint::kFinish;
       for (std::size_t k = 0; k < 6; ++k)
         CHECK(((bench.records[k].info.flags & OVT_FLAG_EXCEPTION) != 0) == (known && k == 2));
-      CHECK(faulty.sensor_mask == (body == Body::kSegment ? 6u : 7u));
-      CHECK(((faulty.flags & OVT_FLAG_SENSOR_MISSING) != 0) == (body == Body::kSegment));
-      if (body == Body::kSegment) CHECK(bench.records[2].detections != good.records[2].detections);
-      if (body == Body::kDetect) CHECK(faulty.detection_count == 0);
-      CHECK(faulty.track_count > 0);  // predicted, where nothing else can be known
+      CHECK(faulty.sensor_mask == (body == HookPoint::kSegment ? 6u : 7u));
+      CHECK(((faulty.flags & OVT_FLAG_SENSOR_MISSING) != 0) == (body == HookPoint::kSegment));
+      if (body == HookPoint::kSegment) CHECK(bench.records[2].detections != good.records[2].detections);
+      if (body == HookPoint::kDetect) CHECK(faulty.detection_count == 0);
+      CHECK(faulty.track_count > 0);  // predicted, without new information
     }
 }
 
-TEST_CASE("detector faults: of a scan whose segmentation threw nothing is handed out, however far it had come") {
+TEST_CASE("detector faults: a scan whose segmentation threw publishes no result of any stage") {
   for (const int32_t workers : {1, 2})
-    for (const Body body : {Body::kSegment, Body::kPose}) {
+    for (const HookPoint body : {HookPoint::kSegment, HookPoint::kPose}) {
       CAPTURE(workers);
       CAPTURE(int32_t(body));
       DetectorBench bench({.workers = workers, .record = false});
       struct Seen {
-        Body body;
+        HookPoint body;
         int64_t stamp_ns;
         std::vector<ovt_status> labels, images, others;
       } seen{body, demo_frame(1).stamp_ns, {}, {}, {}};
@@ -140,7 +140,7 @@ TEST_CASE("detector faults: of a scan whose segmentation threw nothing is handed
       bench.create();
       set_hook(
           bench,
-          [](void* user, Body at, overtake::Frame& frame, int32_t sensor) {
+          [](void* user, HookPoint at, overtake::Frame& frame, int32_t sensor) {
             const auto& s = *static_cast<const Seen*>(user);
             if (at == s.body && sensor == 1 && frame.sensors[1].stamp_ns == s.stamp_ns)
               throw std::runtime_error("injected");
@@ -155,7 +155,7 @@ TEST_CASE("detector faults: of a scan whose segmentation threw nothing is handed
     }
 }
 
-TEST_CASE("detector faults: when detecting threw, no track pays: they are predicted, and none has grown older") {
+TEST_CASE("detector faults: when detection threw, tracks are predicted and none counts a miss") {
   for (const int32_t workers : {1, 2}) {
     DetectorBench bench({.workers = workers, .record = false});
     struct Seen {
@@ -172,8 +172,8 @@ TEST_CASE("detector faults: when detecting threw, no track pays: they are predic
     bench.create();
     set_hook(
         bench,
-        [](void*, Body at, overtake::Frame& frame, int32_t) {
-          if (at == Body::kDetect && frame.sequence == 3) throw std::runtime_error("injected");
+        [](void*, HookPoint at, overtake::Frame& frame, int32_t) {
+          if (at == HookPoint::kDetect && frame.sequence == 3) throw std::runtime_error("injected");
         },
         nullptr);
     for (std::size_t k = 0; k < 5; ++k) bench.push_frame(k);
@@ -201,8 +201,8 @@ TEST_CASE("detector faults: a frame beyond its deadline is published with a flag
     bench.create();
     set_hook(
         bench,
-        [](void*, Body at, overtake::Frame& frame, int32_t) {
-          if (at == Body::kTrack && frame.sequence == 1) sleep_ms(25);
+        [](void*, HookPoint at, overtake::Frame& frame, int32_t) {
+          if (at == HookPoint::kTrack && frame.sequence == 1) sleep_ms(25);
         },
         nullptr);
     for (std::size_t k = 0; k < 3; ++k) bench.push_frame(k), bench.flush();
@@ -212,7 +212,7 @@ TEST_CASE("detector faults: a frame beyond its deadline is published with a flag
   }
 }
 
-TEST_CASE("detector faults: the watchdog tells of a frame that hangs, once, and all goes on when it does") {
+TEST_CASE("detector faults: the watchdog reports a hanging frame once, and all continues after it") {
   DetectorBench bench({.workers = 2});
   static std::atomic<int32_t> told;
   told = 0;
@@ -224,9 +224,9 @@ TEST_CASE("detector faults: the watchdog tells of a frame that hangs, once, and 
   std::atomic<bool> released{false};
   set_hook(
       bench,
-      [](void* user, Body at, overtake::Frame& frame, int32_t) {
+      [](void* user, HookPoint at, overtake::Frame& frame, int32_t) {
         auto& go_on = *static_cast<std::atomic<bool>*>(user);
-        while (at == Body::kTrack && frame.sequence == 1 && !go_on) sleep_ms(1);
+        while (at == HookPoint::kTrack && frame.sequence == 1 && !go_on) sleep_ms(1);
       },
       &released);
   bench.push_frame(0);
@@ -235,7 +235,7 @@ TEST_CASE("detector faults: the watchdog tells of a frame that hangs, once, and 
   sleep_ms(500);
   CHECK(bench.stats().in_flight >= 1);
   for (int32_t i = 0; i < 2; ++i) {
-    bench.push_scan(2, i);  // each push gives the watchdog a look; the frame stays open
+    bench.push_scan(2, i);  // each push runs the watchdog; the frame stays open
     sleep_ms(20);
   }
   CHECK(bench.stats().stalled == 1);
@@ -246,10 +246,11 @@ TEST_CASE("detector faults: the watchdog tells of a frame that hangs, once, and 
   CHECK(bench.records.size() == 3);
 }
 
-TEST_CASE("detector faults: an older caller's structs are taken and filled up to their size, and not beyond") {
+TEST_CASE("detector faults: an older caller's structs are read and filled up to their size only") {
   DetectorBench bench({.workers = 1});
   bench.def.struct_size = offsetof(ovt_detector_def, cpus);
-  bench.def.cpus = reinterpret_cast<const int32_t*>(std::uintptr_t(1));  // nobody may look
+  bench.def.cpus = reinterpret_cast<const int32_t*>(std::uintptr_t(1));  // must not be read
+
   bench.def.cpu_count = 12345;
   bench.def.fifo_priority = -7;
   bench.create();
@@ -301,7 +302,7 @@ TEST_CASE("detector faults: an older caller's structs are taken and filled up to
   CHECK(def.cpu_count == 0x5a5a5a5a);
 }
 
-TEST_CASE("detector faults: workers and intake are named and run on the CPUs of the def, and say so") {
+TEST_CASE("detector faults: workers and intake have names and run on the def's CPUs, as reported") {
   const int32_t cpu = first_cpu();
   DetectorBench bench({.workers = 2});
   bench.def.cpus = &cpu;
@@ -312,7 +313,7 @@ TEST_CASE("detector faults: workers and intake are named and run on the CPUs of 
   REQUIRE(ovt_read_runtime_info(bench.detector, &info) == OVT_OK);
   CHECK(info.worker_count == 2);
   CHECK(info.pinned == 3);
-  CHECK((info.fifo == 0 || info.fifo == 3));  // with or without the right to it
+  CHECK((info.fifo == 0 || info.fifo == 3));  // with or without the permission
   CHECK(threads_on(cpu, "ovt-intake").size() == 1);
   for (std::size_t k = 0; k < 3; ++k) bench.push_frame(k);
   bench.flush();
@@ -320,7 +321,7 @@ TEST_CASE("detector faults: workers and intake are named and run on the CPUs of 
   bench.destroy();
   CHECK(threads_on(-1, "ovt-intake").empty());
 
-  DetectorBench counted({.workers = 0});  // as many workers as CPUs named
+  DetectorBench counted({.workers = 0});  // as many workers as listed CPUs
   const int32_t twice[2] = {cpu, cpu};
   counted.def.cpus = twice;
   counted.def.cpu_count = 2;
@@ -329,7 +330,7 @@ TEST_CASE("detector faults: workers and intake are named and run on the CPUs of 
   CHECK(info.worker_count == 2);
 }
 
-TEST_CASE("detector faults: what of the memory was locked and huge is told, and results are the same") {
+TEST_CASE("detector faults: locked and huge memory is reported, and the results are the same") {
   std::vector<FrameRecord> expected;
   for (const int32_t flags : {0, int32_t(OVT_MEMORY_LOCK), OVT_MEMORY_LOCK | OVT_MEMORY_HUGE}) {
     CAPTURE(flags);
@@ -350,7 +351,7 @@ TEST_CASE("detector faults: what of the memory was locked and huge is told, and 
     if (expected.empty()) expected = bench.records;
     CHECK(bench.records == expected);
 
-    for (int32_t i = 0; i < 3; ++i) {  // what a reader takes it gives back
+    for (int32_t i = 0; i < 3; ++i) {  // a reader frees its memory
       ovt_reader* reader = nullptr;
       REQUIRE(ovt_create_reader(bench.detector, &reader) == OVT_OK);
       ovt_runtime_info with;
@@ -367,14 +368,14 @@ TEST_CASE("detector faults: what of the memory was locked and huge is told, and 
   }
 }
 
-TEST_CASE("detector faults: a detector that goes leaves the locked pages of the others locked") {
+TEST_CASE("detector faults: a destroyed detector leaves the locked pages of others locked") {
   const auto locked_kb = [] {
     std::string line;
     for (std::ifstream status("/proc/self/status"); std::getline(status, line);)
       if (line.rfind("VmLck:", 0) == 0) return std::atol(line.c_str() + 6);
     return 0L;
   };
-  // So small that the heap puts their blocks side by side.
+  // So small that the heap places their blocks side by side.
   const auto make_small = [](DetectorBench& bench) {
     bench.def.memory = OVT_MEMORY_LOCK;
     for (ovt_sensor_def& sensor : bench.sensors) sensor.rows = 4, sensor.cols = 16, sensor.point_capacity = 64;
@@ -394,12 +395,12 @@ TEST_CASE("detector faults: a detector that goes leaves the locked pages of the 
   make_small(second);
   goes.destroy();
   CHECK(locked_kb() - before >= 2 * alone);
-  if (can_lock(alone_bytes)) CHECK(alone * 1024 >= alone_bytes);  // or nothing was locked to begin with
+  if (can_lock(alone_bytes)) CHECK(alone * 1024 >= alone_bytes);  // else nothing was locked at all
 }
 
 namespace {
-// Of the pages that hold this address in this process: their flags as the kernel says them (VmFlags of
-// /proc/self/smaps), "" where nothing is mapped.
+// The kernel's flags of the pages that hold this address in this process (VmFlags of /proc/self/smaps), "" if nothing
+// is mapped.
 std::string page_flags(const void* address) {
   const auto wanted = reinterpret_cast<std::uintptr_t>(address);
   bool here = false;
@@ -436,7 +437,7 @@ struct Places {
 };
 }  // namespace
 
-TEST_CASE("detector faults: a child process does not get the blocks, and the system has them back on destroy") {
+TEST_CASE("detector faults: a child process does not get the blocks, and destroy returns them to the system") {
 #if defined(__SANITIZE_ADDRESS__)
   MESSAGE("skipped: with this sanitizer blocks come from its heap");
 #else
@@ -451,9 +452,9 @@ TEST_CASE("detector faults: a child process does not get the blocks, and the sys
     CHECK(places.all(" dc"));
     ovt_destroy_reader(reader);
     bench.destroy();
-    CHECK(places.none(" dc"));  // not mapped, or somebody else's: never pages that no child gets
+    CHECK(places.none(" dc"));  // not mapped, or mapped by somebody else: never pages without a copy in children
   }
-  DetectorBench own({.workers = 1, .record = false});  // the caller's pages are the caller's
+  DetectorBench own({.workers = 1, .record = false});  // pages of the caller's allocator stay unchanged
   own.def.memory = OVT_MEMORY_LOCK;
   own.def.alloc = [](size_t bytes, size_t alignment, void*) { return std::aligned_alloc(alignment, bytes); };
   own.def.free = [](void* block, size_t, void*) { std::free(block); };
@@ -466,7 +467,7 @@ TEST_CASE("detector faults: a child process does not get the blocks, and the sys
 #endif
 }
 
-TEST_CASE("detector faults: a process that forks goes on as if it had not; the child may destroy what it cannot use") {
+TEST_CASE("detector faults: a process that forks is unaffected; the child may destroy the detector") {
 #if defined(__SANITIZE_THREAD__)
   MESSAGE("skipped: this sanitizer forbids threads after a fork");
 #else
@@ -478,12 +479,12 @@ TEST_CASE("detector faults: a process that forks goes on as if it had not; the c
     CAPTURE(workers);
     DetectorBench bench({.workers = workers});
     bench.create();
-    ovt_reader* reader = nullptr;  // where there is none, the detector's end is that of its blocks
+    ovt_reader* reader = nullptr;  // without a reader, destroying the detector frees the blocks
     if (workers == 2) REQUIRE(ovt_create_reader(bench.detector, &reader) == OVT_OK);
     for (std::size_t k = 0; k < 8; ++k) {
       const pid_t child = fork();
       REQUIRE(child >= 0);
-      if (child == 0) {  // what a host's own exit handlers may do
+      if (child == 0) {  // what a host's exit handlers may do
         ovt_destroy_reader(reader);
         ovt_destroy_detector(bench.detector);
         _exit(7);
@@ -501,7 +502,7 @@ TEST_CASE("detector faults: a process that forks goes on as if it had not; the c
 #endif
 }
 
-TEST_CASE("detector faults: threads that look for work before they sleep give the same bytes") {
+TEST_CASE("detector faults: threads that spin before they sleep give the same bytes") {
   std::vector<FrameRecord> expected;
   for (const int32_t spin_us : {0, 200}) {
     DetectorBench bench({.workers = 2});
@@ -518,7 +519,7 @@ TEST_CASE("detector faults: threads that look for work before they sleep give th
   }
 }
 
-TEST_CASE("detector faults: what the intake closes does not wait for threads that still look for work") {
+TEST_CASE("detector faults: frames that the intake closes do not wait for spinning threads") {
   DetectorBench bench({.workers = 2});
   bench.def.spin_us = 1'000'000;  // from the last scan on
   bench.create();
@@ -544,13 +545,13 @@ TEST_CASE("detector faults: what the intake closes does not wait for threads tha
   REQUIRE(ovt_push_detections(bench.detector, &d) == OVT_OK);
   CHECK(comes(1));
   bench.push_frame(1, {0, 1});
-  sleep_ms(50);  // both are segmented, the third sensor is waited for
+  sleep_ms(50);  // both are segmented, and the frame waits for the third sensor
   REQUIRE(ovt_advance(bench.detector, demo_frame(3).stamp_ns) == OVT_OK);
   CHECK(comes(2));
   ovt_destroy_reader(reader);
 }
 
-TEST_CASE("detector faults: a clock that jumps restarts the tracker at the third stamp, and no id comes again") {
+TEST_CASE("detector faults: a clock jump restarts the tracker at the third stamp, and no id returns") {
   for (const int32_t workers : {1, 2})
     for (const int64_t jump_ns : {3'600'000 * kMs, -3'600'000 * kMs}) {
       CAPTURE(jump_ns);
@@ -597,11 +598,11 @@ TEST_CASE("detector faults: a clock that jumps restarts the tracker at the third
     }
 }
 
-TEST_CASE("detector faults: late scans are taken in at their place, the tracks are those of the sorted order") {
+TEST_CASE("detector faults: late scans are inserted at their stamp; the tracks equal those of sorted order") {
   struct Last {
     std::vector<double> state;
     std::vector<uint64_t> ids;
-    std::set<uint64_t> confirmed;  // ids published as confirmed, ever
+    std::set<uint64_t> confirmed;  // all ids ever published as confirmed
     int32_t late_frames = 0, refiltered = 0, frames = 0;
   };
   const auto run = [](int32_t workers, const std::vector<std::size_t>& order) {
@@ -653,9 +654,9 @@ TEST_CASE("detector faults: late scans are taken in at their place, the tracks a
     CHECK(mixed.frames == 12);
     CHECK(mixed.late_frames == 4);
     CHECK(mixed.refiltered == 1 + 1 + 2 + 2);
-    CHECK(mixed.state == sorted.state);  // bit for bit
+    CHECK(mixed.state == sorted.state);  // bit by bit
     CHECK(!mixed.confirmed.empty());
-    for (const uint64_t id : mixed.confirmed)  // once published, it stays with its car
+    for (const uint64_t id : mixed.confirmed)  // a published id stays with its car
       CHECK(std::count(mixed.ids.begin(), mixed.ids.end(), id) == 1);
   }
 }

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Threads that are not as the def has them: calls where one is inside already, one CPU, a process that gives oneTBB
-// few threads or none.
+// Threads that differ from the def: calls while another call runs, a single CPU, a process that gives oneTBB few
+// threads or none.
 #include <doctest/doctest.h>
 #include <oneapi/tbb/global_control.h>
 #include <sched.h>
@@ -15,9 +15,9 @@
 #include "pipeline/detector.h"
 #include "tests/support/detector_bench.h"
 
-using namespace overtake_test;
-using overtake::Body;
-using overtake::BodyHook;
+using namespace overtake::test;
+using overtake::HookPoint;
+using overtake::TestHook;
 
 namespace {
 
@@ -44,7 +44,7 @@ ovt_status try_create(DetectorBench& bench, std::string& error) {
 
 }  // namespace
 
-TEST_CASE("detector threads: with worker_count 1 a second thread is refused while one is inside, and nothing happens") {
+TEST_CASE("detector threads: with worker_count 1 a second thread during a call is refused and changes nothing") {
   DetectorBench bench({.workers = 1, .record = false});
   Log log;
   keep_log(bench, log);
@@ -54,9 +54,9 @@ TEST_CASE("detector threads: with worker_count 1 a second thread is refused whil
     std::atomic<bool> inside{false}, done{false};
   } meeting;
   reinterpret_cast<overtake::Detector*>(bench.detector)
-      ->set_hook(BodyHook{[](void* user, Body at, overtake::Frame&, int32_t) {
+      ->set_hook(TestHook{[](void* user, HookPoint at, overtake::Frame&, int32_t) {
                             auto& m = *static_cast<Meeting*>(user);
-                            if (at != Body::kTrack) return;
+                            if (at != HookPoint::kTrack) return;
                             m.inside.store(true);
                             while (!m.done.load()) std::this_thread::yield();
                           },
@@ -74,7 +74,7 @@ TEST_CASE("detector threads: with worker_count 1 a second thread is refused whil
   meeting.done.store(true);
   pusher.join();
   CHECK(log.holds("a second thread"));
-  CHECK(bench.push_scan(2, 0) == OVT_OK);  // one after the other is fine
+  CHECK(bench.push_scan(2, 0) == OVT_OK);  // one after the other is allowed
   bench.flush();
   CHECK(bench.stats().frames == 3);
   CHECK(adds_up(bench.stats()));
@@ -96,7 +96,7 @@ TEST_CASE("detector threads: with worker_count 1 a callback that pushes is refus
   CHECK(call.status == OVT_WRONG_THREAD);
 }
 
-TEST_CASE("detector threads: with any worker_count, what would wait for on_frame is refused in it") {
+TEST_CASE("detector threads: with any worker_count, calls that would wait for on_frame are refused in it") {
   for (const int32_t workers : {1, 2}) {
     for (const int32_t policy : {OVT_PUSH_WAIT, OVT_PUSH_REPLACE}) {
       CAPTURE(workers);
@@ -126,15 +126,15 @@ TEST_CASE("detector threads: with any worker_count, what would wait for on_frame
       bench.flush();
       for (const ovt_status status : {call.flush, call.advance, call.scan, call.detections})
         CHECK(status == OVT_WRONG_THREAD);
-      CHECK(call.other == OVT_OK);  // another detector is none of its business
+      CHECK(call.other == OVT_OK);  // another detector is not affected
       CHECK(bench.stats().pushed == 3);
       CHECK(bench.push_scan(1, 0) == OVT_OK);
-      bench.destroy();  // finishes that frame, too, while there is a call to tell of
+      bench.destroy();  // finishes that frame, too, before `call` ends
     }
   }
 }
 
-TEST_CASE("detector threads: a flush waits for a scan that came before it, just after the intake had looked") {
+TEST_CASE("detector threads: a flush waits for a scan pushed just after the intake has looked") {
   DetectorBench bench({.workers = 2, .push_policy = OVT_PUSH_REPLACE});
   bench.create();
   struct Meeting {
@@ -149,9 +149,9 @@ TEST_CASE("detector threads: a flush waits for a scan that came before it, just 
         while (!m.go_on.load()) std::this_thread::yield();
       },
       &meeting);
-  detector.set_hook(BodyHook{[](void* user, Body at, overtake::Frame& frame, int32_t) {
+  detector.set_hook(TestHook{[](void* user, HookPoint at, overtake::Frame& frame, int32_t) {
                                auto& m = *static_cast<Meeting*>(user);
-                               if (at == Body::kTrack && frame.sequence == 0) m.armed.store(true);
+                               if (at == HookPoint::kTrack && frame.sequence == 0) m.armed.store(true);
                              },
                              &meeting});
   bench.push_frame(0);  // its end wakes the intake, which then finds nothing
@@ -162,10 +162,10 @@ TEST_CASE("detector threads: a flush waits for a scan that came before it, just 
   while (detector.flushes_asked() == 0) std::this_thread::yield();
   meeting.go_on.store(true);
   flusher.join();
-  CHECK(bench.records.size() == 2);  // nothing but the flush closes the frame of that scan
+  CHECK(bench.records.size() == 2);  // only the flush closes the frame of that scan
 }
 
-TEST_CASE("detector threads: worker_count 0 has threads of its own on one CPU, too: a thread a sensor may push") {
+TEST_CASE("detector threads: worker_count 0 starts threads also on one CPU, so a thread per sensor may push") {
   cpu_set_t all, one;
   REQUIRE(sched_getaffinity(0, sizeof all, &all) == 0);
   int32_t cpu = 0;
@@ -194,8 +194,7 @@ TEST_CASE("detector threads: worker_count 0 has threads of its own on one CPU, t
   REQUIRE(sched_setaffinity(0, sizeof all, &all) == 0);
 }
 
-TEST_CASE(
-    "detector threads: where the process gives oneTBB no thread create says so, where it gives fewer it goes on") {
+TEST_CASE("detector threads: if oneTBB has no thread create fails, if it has fewer create uses them") {
   using oneapi::tbb::global_control;
   DetectorBench good({.workers = 1});
   good.create();

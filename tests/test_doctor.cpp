@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What doctor says of the wrong rig: sensors whose yaw was exchanged, several sensors in one cloud, another sensor's
-// number of lines; and that it says none of this of the right one.
+// doctor on a wrong rig: sensors with exchanged yaws, several sensors in one cloud, the number of rings of another
+// sensor; and no such finding on the right rig.
 #include "tools/cli/doctor.h"
 
 #include <doctest/doctest.h>
@@ -42,7 +42,7 @@ io::SensorScan scan_of(int32_t sensor, int64_t stamp_ns, const std::vector<float
   return scan;
 }
 
-// "sensor 'left': its sentence", of what is wrong.
+// "sensor 'left': its sentence", of the findings WRONG.
 std::vector<std::string> wrong_with(const Doctor& doctor) {
   std::vector<std::string> out;
   for (const Finding& finding : doctor.findings())
@@ -55,7 +55,7 @@ int32_t find_sentence(const std::vector<std::string>& sentences, const std::stri
       std::count_if(sentences.begin(), sentences.end(), [&](const auto& s) { return s.find(part) != s.npos; }));
 }
 
-// A rig in which sensor i has the yaw of sensor owner[i], and who is said to have whose.
+// A rig in which sensor i has the yaw of sensor owner[i], and the expected sentences.
 struct Turned {
   io::Rig rig;
   std::vector<std::string> expected;
@@ -63,7 +63,7 @@ struct Turned {
 Turned turn(const io::Rig& rig, const std::vector<std::size_t>& owner) {
   Turned turned{rig, {}};
   for (std::size_t i = 0; i < owner.size(); ++i) turned.rig.sensors[i].yaw_deg = rig.sensors[owner[i]].yaw_deg;
-  for (std::size_t i = 0; i < owner.size(); ++i)  // whose yaw in the turned rig is the one that it has
+  for (std::size_t i = 0; i < owner.size(); ++i)  // the sensor whose yaw sensor i has in this rig
     for (std::size_t j = 0; j < owner.size() && owner[i] != i; ++j)
       if (owner[j] == i)
         turned.expected.push_back("sensor '" + rig.sensors[i].name +
@@ -71,7 +71,7 @@ Turned turn(const io::Rig& rig, const std::vector<std::size_t>& owner) {
   return turned;
 }
 
-// All orders of the yaws: exactly the sensors that were exchanged are named, with whom, and nothing else is wrong.
+// All orders of the yaws: doctor names exactly the exchanged sensors and their partners, and finds nothing else wrong.
 template <class Feed>
 void check_all_orders(const io::Rig& rig, Feed&& feed) {
   std::vector<std::size_t> owner = {0, 1, 2};
@@ -89,7 +89,7 @@ void check_all_orders(const io::Rig& rig, Feed&& feed) {
   CHECK(orders == 6);
 }
 
-// A spinning sensor `up` over the vehicle's frame that sees a road and walls on both sides, lines 0.75 degrees apart.
+// A spinning sensor `up` above the vehicle's frame that sees a road and walls on both sides, rings 0.75 degrees apart.
 struct Spinning {
   double ahead_m, up_m;
   uint16_t first_line;
@@ -131,7 +131,7 @@ std::vector<std::string> examine_recorded(const char* folder, const char* name) 
 
 }  // namespace
 
-TEST_CASE("doctor: exchanged yaws are named, on a simulated road") {
+TEST_CASE("doctor: names exchanged yaws on a simulated road") {
   const Scene scene(1);
   std::vector<SceneFrame> frames;
   for (int32_t k = 0; k < 4; ++k) frames.push_back(scene.frame(k));
@@ -144,7 +144,7 @@ TEST_CASE("doctor: exchanged yaws are named, on a simulated road") {
   });
 }
 
-TEST_CASE("doctor: where nothing stands along the road no yaw is judged") {
+TEST_CASE("doctor: judges no yaw where nothing stands along the road") {
   const io::Rig rig = io::load_rig("av21");
   const Turned turned = turn(rig, {0, 2, 1});
   Doctor doctor(turned.rig);
@@ -163,7 +163,7 @@ TEST_CASE("doctor: where nothing stands along the road no yaw is judged") {
   CHECK(find_sentence(wrong_with(doctor), "turned as the rig says") == 0);
 }
 
-TEST_CASE("doctor: two sensors in one cloud are no sensor of 64 lines, and their places are said") {
+TEST_CASE("doctor: two sensors in one cloud are not one sensor of 64 rings, and their places are reported") {
   const auto wrong = examine_spins("hdl64", {{1.35, 1.64, 0}, {1.35, 1.52, 32}}, true);
   REQUIRE(wrong.size() == 1);
   CHECK_MESSAGE(wrong[0].find("along a line the elevation changes by") != std::string::npos, wrong[0]);
@@ -172,7 +172,7 @@ TEST_CASE("doctor: two sensors in one cloud are no sensor of 64 lines, and their
   CHECK_MESSAGE(wrong[0].ends_with("z_m = 1.52"), wrong[0]);
 }
 
-TEST_CASE("doctor: a sensor's cloud in the vehicle frame is told by its lines, and its place is said") {
+TEST_CASE("doctor: finds a sensor's cloud in the vehicle frame by its rings, and reports the sensor's place") {
   const auto wrong = examine_spins("hdl32", {{0.94, 1.84, 0}}, true);
   REQUIRE(find_sentence(wrong, "along a line the elevation changes by") == 1);
   CHECK(find_sentence(wrong, "lines 0 to 31 are seen from x_m = 0.9") == 1);
@@ -181,13 +181,13 @@ TEST_CASE("doctor: a sensor's cloud in the vehicle frame is told by its lines, a
     CHECK_MESSAGE(sentence.find("its scans come every") != std::string::npos, sentence);
 }
 
-TEST_CASE("doctor: a rig with twice the lines of the clouds is another sensor's") {
+TEST_CASE("doctor: a rig with twice the rings of the clouds belongs to another sensor") {
   const auto wrong = examine_spins("hdl64", {{0.76, 1.73, 0}}, false);
   REQUIRE(wrong.size() == 1);
   CHECK(wrong[0].starts_with("sensor 'top': its clouds have 32 lines only, the rig's image 64 rows"));
 }
 
-TEST_CASE("recorded: doctor tells Argoverse's two sensors in one cloud from a sensor of 64 lines") {
+TEST_CASE("recorded: doctor separates Argoverse's two sensors in one cloud from a sensor of 64 rings") {
   OVT_NEED_RECORDED("av2");
   CHECK(examine_recorded("av2", "av2").empty());
   const auto wrong = examine_recorded("av2", "hdl64");
@@ -197,8 +197,7 @@ TEST_CASE("recorded: doctor tells Argoverse's two sensors in one cloud from a se
   CHECK_MESSAGE(wrong[0].find("z_m = 1.64, lines 32 to 63 are seen from") != std::string::npos, wrong[0]);
 }
 
-TEST_CASE(
-    "recorded: doctor finds KITTI right for its sensor, and by its lines wrong for two others in the vehicle's frame") {
+TEST_CASE("recorded: doctor accepts KITTI for its sensor, and by its rings rejects two rigs in the vehicle frame") {
   OVT_NEED_RECORDED("kitti");
   CHECK(examine_recorded("kitti", "hdl64").empty());
   const auto wrong = examine_recorded("kitti", "av2");
@@ -206,13 +205,13 @@ TEST_CASE(
   CHECK(find_sentence(wrong, "the road lies") == 0);
 }
 
-TEST_CASE("recorded: doctor finds nuScenes right for its sensor, and wrong for one of 64 lines") {
+TEST_CASE("recorded: doctor accepts nuScenes for its sensor, and rejects one of 64 rings") {
   OVT_NEED_RECORDED("nuscenes");
   CHECK(examine_recorded("nuscenes", "nuscenes").empty());
   CHECK(find_sentence(examine_recorded("nuscenes", "hdl64"), "32 lines only") == 1);
 }
 
-TEST_CASE("recorded: exchanged yaws of the race car's three sensors are named") {
+TEST_CASE("recorded: doctor names exchanged yaws of the race car's three sensors") {
   OVT_NEED_RECORDED("racecar");
   const io::Rig rig = io::load_rig("av21");
   const io::Recording recording(recorded("racecar"), rig);

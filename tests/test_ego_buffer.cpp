@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Ego poses: what a frame may see, and the pose between and beyond them in closed form.
+// Ego poses: which ones a frame may use, and the pose between and beyond them in closed form.
 #include "pipeline/ego_buffer.h"
 
 #include <doctest/doctest.h>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kToday = 1'700'000'000'000'000'000;  // a stamp of our days needs more digits than a double has
+constexpr int64_t kToday = 1'700'000'000'000'000'000;  // a current stamp needs more digits than a double has
 
 EgoWindow window_of(std::initializer_list<EgoPose> poses) {
   EgoWindow window;
@@ -28,7 +28,7 @@ EgoPose pose_at(int64_t stamp_ns, double x = 0, double y = 0, double yaw = 0, do
 
 }  // namespace
 
-TEST_CASE("ego_buffer: between two poses every value is the straight line's") {
+TEST_CASE("ego_buffer: between two poses every value is interpolated linearly") {
   EgoPose a = pose_at(kToday, 10, 20, 0.1, 60, 0.2), b = pose_at(kToday + 10 * kMs, 12, 16, 0.3, 70, 0.4);
   a.z_m = 1, b.z_m = 2, a.roll_rad = -0.1, b.roll_rad = 0.1, a.pitch_rad = 0.02, b.pitch_rad = 0.04;
   const EgoWindow window = window_of({a, b});
@@ -48,7 +48,7 @@ TEST_CASE("ego_buffer: between two poses every value is the straight line's") {
   }
 }
 
-TEST_CASE("ego_buffer: between two poses far apart it is as uncertain as the nearer one is far, and then not known") {
+TEST_CASE("ego_buffer: between two poses far apart the age is that of the nearer one, then the pose is unknown") {
   EgoState state;
   const EgoWindow hole = window_of({pose_at(0), pose_at(900 * kMs, 90)});
   REQUIRE(hole.at(300 * kMs, state));
@@ -63,7 +63,7 @@ TEST_CASE("ego_buffer: between two poses far apart it is as uncertain as the nea
   CHECK(gap.at(700 * kMs, state));
 }
 
-TEST_CASE("ego_buffer: the yaw is interpolated the short way round") {
+TEST_CASE("ego_buffer: the yaw is interpolated along the shorter way") {
   EgoState state;
   REQUIRE(window_of({pose_at(0, 0, 0, 3.1), pose_at(10 * kMs, 0, 0, -3.1)}).at(5 * kMs, state));
   CHECK(std::fabs(state.pose.yaw_rad) == doctest::Approx(kPi));
@@ -71,7 +71,7 @@ TEST_CASE("ego_buffer: the yaw is interpolated the short way round") {
   CHECK(state.pose.yaw_rad == doctest::Approx(-3.1 - 0.25 * (2 * kPi - 6.2)));
 }
 
-TEST_CASE("ego_buffer: beyond the newest pose the car goes on along its circle, and the age is told") {
+TEST_CASE("ego_buffer: beyond the newest pose the car continues on its circle, and the age is reported") {
   const double speed = 77, rate = 0.3, yaw = 0.5;
   const EgoWindow window = window_of({pose_at(kToday, 100, 50, yaw, speed, rate)});
   EgoState state;
@@ -87,7 +87,7 @@ TEST_CASE("ego_buffer: beyond the newest pose the car goes on along its circle, 
   CHECK_FALSE(window.at(kToday + 500 * kMs + 1, state));
 }
 
-TEST_CASE("ego_buffer: before the oldest pose the car came along its circle, as uncertain as it is far") {
+TEST_CASE("ego_buffer: before the oldest pose the car came along its circle, with the age of the distance in time") {
   const EgoWindow window = window_of({pose_at(kToday, 10, 0, 0, 50), pose_at(kToday + 10 * kMs, 10.5, 0, 0, 50)});
   EgoState state;
   REQUIRE(window.at(kToday - 200 * kMs, state));
@@ -96,12 +96,12 @@ TEST_CASE("ego_buffer: before the oldest pose the car came along its circle, as 
   CHECK_FALSE(window.at(kToday - 500 * kMs - 1, state));
 }
 
-TEST_CASE("ego_buffer: no pose, no answer") {
+TEST_CASE("ego_buffer: without a pose there is no result") {
   EgoState state;
   CHECK_FALSE(EgoWindow().at(0, state));
 }
 
-TEST_CASE("ego_buffer: stamps at both ends of int64 overflow nothing") {
+TEST_CASE("ego_buffer: stamps at both ends of int64 do not overflow") {
   EgoState state;
   const EgoWindow window = window_of({pose_at(INT64_MIN, 0), pose_at(INT64_MAX, 100)});
   CHECK_FALSE(window.at(0, state));
@@ -115,7 +115,7 @@ TEST_CASE("ego_buffer: stamps at both ends of int64 overflow nothing") {
   EgoBuffer buffer(16);
   CHECK(buffer.push(pose_at(INT64_MIN)) == OVT_OK);
   CHECK(buffer.push(pose_at(0)) == OVT_OK);          // waits
-  CHECK(buffer.push(pose_at(INT64_MAX)) == OVT_OK);  // waits in its place
+  CHECK(buffer.push(pose_at(INT64_MAX)) == OVT_OK);  // waits instead of the first
   CHECK(buffer.take_dropped() == 1);
   CHECK(buffer.push(pose_at(INT64_MIN + 10 * kMs)) == OVT_OK);
   CHECK(buffer.take_dropped() == 1);
@@ -127,7 +127,7 @@ TEST_CASE("ego_buffer: stamps at both ends of int64 overflow nothing") {
   CHECK(out.poses[0].stamp_ns == INT64_MIN + 10 * kMs);
 }
 
-TEST_CASE("ego_buffer: headings go to the map and back through roll and pitch") {
+TEST_CASE("ego_buffer: headings are transformed to the map and back with roll and pitch") {
   EgoWindow window = window_of({pose_at(0, 1, 2, 0.7)});
   window.poses[0].roll_rad = 0.15;
   window.poses[0].pitch_rad = -0.05;
@@ -137,7 +137,7 @@ TEST_CASE("ego_buffer: headings go to the map and back through roll and pitch") 
   state.to_map(3, 0, 0, x, y);
   CHECK(std::atan2(y - 2, x - 1) == doctest::Approx(0.7));
   CHECK(state.heading_to_map(0) == doctest::Approx(0.7));
-  for (const double heading : {-2.0, -0.3, 0.0, 0.4, 1.9})  // a banked road bends headings by a percent or so
+  for (const double heading : {-2.0, -0.3, 0.0, 0.4, 1.9})  // a banked road bends headings by about a percent
     CHECK(state.heading_to_vehicle(state.heading_to_map(heading)) == doctest::Approx(heading).epsilon(1e-12));
   window.poses[0].roll_rad = window.poses[0].pitch_rad = 0;
   REQUIRE(window.at(0, state));
@@ -149,24 +149,24 @@ TEST_CASE("ego_buffer: stamps must grow") {
   CHECK(buffer.push(pose_at(10)) == OVT_OK);
   CHECK(buffer.push(pose_at(10)) == OVT_DUPLICATE);
   CHECK(buffer.push(pose_at(9)) == OVT_LATE);
-  CHECK(buffer.mark().count == 1);
+  CHECK(buffer.range().count == 1);
 }
 
-TEST_CASE("ego_buffer: a frame sees the poses round it that were pushed before it, and no others") {
+TEST_CASE("ego_buffer: a frame sees the poses around it that were pushed before it, and no others") {
   EgoBuffer buffer(1024);
   for (int64_t i = 0; i < 100; ++i) REQUIRE(buffer.push(pose_at(i * 10 * kMs, double(i))) == OVT_OK);
   EgoWindow window;
   buffer.copy_window({0, 60}, 500 * kMs, 500 * kMs, window);
   REQUIRE(window.count > 0);
-  CHECK(window.poses[0].stamp_ns == 400 * kMs);                 // 100 ms before it
-  CHECK(window.poses[window.count - 1].stamp_ns == 590 * kMs);  // the 60th: later ones came after the scan
+  CHECK(window.poses[0].stamp_ns == 400 * kMs);                 // 100 ms before the frame
+  CHECK(window.poses[window.count - 1].stamp_ns == 590 * kMs);  // the 60th pose: later ones came after the scan
   buffer.copy_window({0, 100}, 500 * kMs, 550 * kMs, window);
   CHECK(window.poses[window.count - 1].stamp_ns == 660 * kMs);
   buffer.copy_window({0, 0}, 500 * kMs, 500 * kMs, window);
   CHECK(window.count == 0);
 }
 
-TEST_CASE("ego_buffer: a full ring keeps the newest, and what was overwritten is not seen") {
+TEST_CASE("ego_buffer: a full ring keeps the newest poses, and hides overwritten ones") {
   EgoBuffer buffer(512);
   for (int64_t i = 0; i < 5000; ++i) REQUIRE(buffer.push(pose_at(i * kMs, double(i))) == OVT_OK);
   EgoWindow window;
@@ -174,11 +174,11 @@ TEST_CASE("ego_buffer: a full ring keeps the newest, and what was overwritten is
   REQUIRE(window.count > 0);
   for (int32_t i = 0; i < window.count; ++i) CHECK(window.poses[i].x_m == double(window.poses[i].stamp_ns / kMs));
   CHECK(window.poses[window.count - 1].stamp_ns == 4999 * kMs);
-  buffer.copy_window({0, 1000}, 900 * kMs, 950 * kMs, window);  // long gone
+  buffer.copy_window({0, 1000}, 900 * kMs, 950 * kMs, window);  // overwritten long ago
   CHECK(window.count == 0);
 }
 
-TEST_CASE("ego_buffer: of too many poses in reach the newest are taken") {
+TEST_CASE("ego_buffer: of too many poses in reach the newest are used") {
   EgoBuffer buffer(4096);
   for (int64_t i = 0; i < 3000; ++i) REQUIRE(buffer.push(pose_at(i * 100'000)) == OVT_OK);  // 10 kHz
   EgoWindow window;
@@ -187,28 +187,28 @@ TEST_CASE("ego_buffer: of too many poses in reach the newest are taken") {
   CHECK(window.poses[255].stamp_ns > 250 * kMs);
 }
 
-TEST_CASE("ego_buffer: three much older stamps that grow are a clock that went back, and forget what was before") {
+TEST_CASE("ego_buffer: three increasing stamps that are much older are a clock that went back") {
   EgoBuffer buffer(16);
   for (int64_t k = 0; k < 5; ++k) REQUIRE(buffer.push(pose_at(kToday + k * 10 * kMs, 1000)) == OVT_OK);
   const int64_t back = kToday - 3600 * 1000 * kMs;
-  CHECK(buffer.push(pose_at(kToday - 100 * kMs)) == OVT_LATE);  // late, and no other clock
+  CHECK(buffer.push(pose_at(kToday - 100 * kMs)) == OVT_LATE);  // late, and no sign of another clock
   CHECK(buffer.push(pose_at(back)) == OVT_LATE);
   CHECK(buffer.push(pose_at(back + 10 * kMs)) == OVT_LATE);
-  CHECK(buffer.push(pose_at(back + 5 * kMs)) == OVT_LATE);  // does not grow: begins again
+  CHECK(buffer.push(pose_at(back + 5 * kMs)) == OVT_LATE);  // does not grow: the count restarts
   CHECK(buffer.push(pose_at(back + 15 * kMs)) == OVT_LATE);
   CHECK(buffer.push(pose_at(back + 25 * kMs, 7)) == OVT_OK);
-  const EgoMark mark = buffer.mark();
-  CHECK(mark.first == 5);
-  CHECK(mark.count == 6);
+  const EgoRange range = buffer.range();
+  CHECK(range.first == 5);
+  CHECK(range.count == 6);
   EgoWindow window;
-  buffer.copy_window(mark, back, back + 25 * kMs, window);
+  buffer.copy_window(range, back, back + 25 * kMs, window);
   REQUIRE(window.count == 1);
   CHECK(window.poses[0].x_m == 7);
-  buffer.copy_window({0, 5}, kToday, kToday, window);  // a frame of before still sees its own
+  buffer.copy_window({0, 5}, kToday, kToday, window);  // an earlier frame still sees its own poses
   CHECK(window.count == 5);
 }
 
-TEST_CASE("ego_buffer: a good stamp between two much older ones leaves the clock as it is") {
+TEST_CASE("ego_buffer: a good stamp between two much older ones does not change the clock") {
   EgoBuffer buffer(16);
   REQUIRE(buffer.push(pose_at(kToday)) == OVT_OK);
   for (int64_t k = 1; k < 10; ++k) {
@@ -216,10 +216,10 @@ TEST_CASE("ego_buffer: a good stamp between two much older ones leaves the clock
     CHECK(buffer.push(pose_at((100 + k) * kMs)) == OVT_LATE);
     CHECK(buffer.push(pose_at(kToday + k * kMs)) == OVT_OK);
   }
-  CHECK(buffer.mark().first == 0);
+  CHECK(buffer.range().first == 0);
 }
 
-TEST_CASE("ego_buffer: one pose ahead costs no good one, at any rate") {
+TEST_CASE("ego_buffer: one pose ahead costs no good pose, at any rate") {
   for (const int64_t interval_ns : {kMs, 10 * kMs, 100 * kMs})
     for (const int64_t ahead_ms : {450, 2000}) {
       CAPTURE(interval_ns);
@@ -230,8 +230,8 @@ TEST_CASE("ego_buffer: one pose ahead costs no good one, at any rate") {
         CHECK(buffer.push(pose_at(kToday + k * interval_ns)) == OVT_OK);
         CHECK(buffer.take_dropped() == (k == 8 ? 1 : 0));
       }
-      CHECK(buffer.mark().count == 20);
-      CHECK(buffer.mark().refused == 1);
+      CHECK(buffer.range().count == 20);
+      CHECK(buffer.range().refused == 1);
       for (int64_t i = 0; i < 20; ++i) CHECK(buffer.stamp_at(i) == kToday + i * interval_ns);
     }
 }
@@ -240,31 +240,31 @@ TEST_CASE("ego_buffer: after a pause the second pose confirms the first, and bot
   EgoBuffer buffer(64);
   for (int64_t k = 0; k < 5; ++k) REQUIRE(buffer.push(pose_at(kToday + k * 10 * kMs)) == OVT_OK);
   REQUIRE(buffer.push(pose_at(kToday + 800 * kMs)) == OVT_OK);
-  CHECK(buffer.mark().count == 5);  // it waits
+  CHECK(buffer.range().count == 5);  // it waits
   REQUIRE(buffer.push(pose_at(kToday + 810 * kMs)) == OVT_OK);
-  CHECK(buffer.mark().count == 7);
+  CHECK(buffer.range().count == 7);
   CHECK(buffer.take_dropped() == 0);
-  CHECK(buffer.mark().refused == 0);
+  CHECK(buffer.range().refused == 0);
   CHECK(buffer.run_at(4) == 0);
   CHECK(buffer.run_at(5) == 5);
   CHECK(buffer.run_at(6) == 5);
-  CHECK(buffer.first_run_after(buffer.mark(), 0) == 5);
-  CHECK(buffer.first_run_after(buffer.mark(), 5) == 7);
+  CHECK(buffer.first_run_after(buffer.range(), 0) == 5);
+  CHECK(buffer.first_run_after(buffer.range(), 5) == 7);
 }
 
-TEST_CASE("ego_buffer: a slow source goes on") {
+TEST_CASE("ego_buffer: a slow source works") {
   EgoBuffer buffer(64);
   for (int64_t k = 0; k < 20; ++k) REQUIRE(buffer.push(pose_at(kToday + k * 400 * kMs)) == OVT_OK);
-  CHECK(buffer.mark().count == 20);
-  CHECK(buffer.mark().refused == 0);
+  CHECK(buffer.range().count == 20);
+  CHECK(buffer.range().refused == 0);
 }
 
-TEST_CASE("ego_buffer: a first pose that was wrong is given up for three that agree") {
+TEST_CASE("ego_buffer: a wrong first pose is dropped after three consistent ones") {
   EgoBuffer buffer(64);
   REQUIRE(buffer.push(pose_at(kToday + 450 * kMs)) == OVT_OK);
   CHECK(buffer.push(pose_at(kToday)) == OVT_LATE);
   CHECK(buffer.push(pose_at(kToday + 10 * kMs)) == OVT_LATE);
   for (int64_t k = 2; k < 60; ++k) CHECK(buffer.push(pose_at(kToday + k * 10 * kMs)) == OVT_OK);
-  CHECK(buffer.mark().first == 1);
-  CHECK(buffer.mark().count == 59);
+  CHECK(buffer.range().first == 1);
+  CHECK(buffer.range().count == 59);
 }

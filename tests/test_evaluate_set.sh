@@ -3,11 +3,11 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: test_evaluate_set.sh OVERTAKE
-# tools/dev/evaluate_set: two shards merged say what one run says, a second call does nothing again, one that was killed goes on
-# to the same end, what another build has left is done again, bad options are refused.
+# tools/dev/evaluate_set: two merged shards equal one run; a second call repeats nothing; a killed run continues to the same
+# result; results of another build are computed again; bad options are refused.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
-set -e  # what fails without a word ends the test
+set -e  # an unexpected failure ends the test
 overtake=$(realpath "${1:?usage: test_evaluate_set.sh OVERTAKE}")
 build=$(dirname "$overtake")
 readonly overtake build
@@ -23,7 +23,7 @@ before=$(stat -c %Y "$work/whole/parts/overtake_1001_0.4s/metrics.json")
 run --out "$work/whole" >"$work/log"
 [[ $(grep -c "done before" "$work/log") == 2 ]] || fail "a done job was done again"
 [[ $(stat -c %Y "$work/whole/parts/overtake_1001_0.4s/metrics.json") == "$before" ]] || fail "a done part was written"
-# What is measured once, beside the parts (of so short a race only where it lies there already).
+# Measured once, beside the parts (for so short a race only where it exists already).
 "$overtake" evaluate "$work/whole/logs/overtake_1001_0.4s.mcap" --preset paper --scaling --frames 1 --quiet \
   --out "$work/times"
 mkdir "$work/a"
@@ -35,7 +35,7 @@ run --out "$work/b" --shard 2/2 >/dev/null
 cmp "$work/whole/metrics.json" "$work/merged/metrics.json" || fail "shards merged differ from the whole"
 cmp "$work/times/scaling.json" "$work/merged/scaling.json" || fail "shards merged lack the times against workers"
 grep -qi "against sensors and workers" "$work/merged/report.html" || fail "the merged report lacks them"
-# Killed in the middle, with everything it started; whatever it had reached, the next call ends where the whole one did.
+# Killed in the middle with all its children: wherever it stopped, the next call gives the result of the whole run.
 setsid tools/dev/evaluate_set --build "$build" --set overtake,empty_track --seconds 0.4 --sweep none --out "$work/killed" \
   >"$work/log" 2>&1 &
 killed=$!
@@ -48,22 +48,22 @@ wait "$killed" 2>/dev/null || true
 [[ ! -f $work/killed/metrics.json ]] || fail "it was whole before it was killed"
 run --out "$work/killed" >/dev/null
 cmp "$work/whole/metrics.json" "$work/killed/metrics.json" || fail "killed and gone on differs from the whole"
-# What another build has left: its parts and its merged runs.
+# Results of another build: its parts and its merged runs.
 for about in "$work"/killed/{,parts/overtake_1001_0.4s/}runs/paper/overtake_1001_0.4s/about.json; do
   sed -i 's/"commit": "[^"]*"/"commit": "another"/' "$about"
 done
 echo another >"$work/killed/parts/overtake_1001_0.4s/done"
 run --out "$work/killed" >"$work/log"
-grep -q "overtake_1001.*another build" "$work/log" || fail "another build's part was taken for this one's"
-grep -q "empty_track_1001.*done before$" "$work/log" || fail "this build's part was not"
+grep -q "overtake_1001.*another build" "$work/log" || fail "a part of another build was reused"
+grep -q "empty_track_1001.*done before$" "$work/log" || fail "a part of this build was not reused"
 grep -rqs '"another"' "$work/killed" && fail "another build's runs are left"
 cmp "$work/whole/metrics.json" "$work/killed/metrics.json" || fail "done again differs"
 cp -r "$work/whole/parts/overtake_1001_0.4s" "$work/mixed"
 sed -i 's/"commit": "[^"]*"/"commit": "another"/' "$work/mixed/runs/paper/overtake_1001_0.4s/about.json"
 "$overtake" merge "$work/mixed" "$work/whole/parts/empty_track_1001_0.4s" --out "$work/x" >/dev/null 2>"$work/error" &&
   fail "runs of two builds were merged"
-grep -q "of build another" "$work/error" || fail "merging two builds gave no sentence"
-refuse() {  # OPTIONS: with exit code 2 and a sentence, the last line, before anything is simulated
+grep -q "of build another" "$work/error" || fail "merging two builds gave no message"
+refuse() {  # OPTIONS: expects exit code 2 and a sentence as the last line, before anything runs
   local code=0
   # shellcheck disable=SC2086
   run --out "$work/bad" $1 >/dev/null 2>"$work/log" || code=$?
@@ -99,7 +99,7 @@ log=$work/whole/logs/overtake_1001_0.4s.mcap
   fail "--progress: not a line a frame: $(cat "$work/log")"
 "$overtake" evaluate "$log" --preset paper --frames 2 --out "$work/lines" >"$work/log"
 grep -q "paper was run before with another --frames; again" "$work/log" || fail "other frames were not run, or not said"
-grep -q ": 2 frames, 1 contestant$" "$work/log" || fail "the frames and the one contestant are not counted: $(cat "$work/log")"
+grep -q ": 2 frames, 1 variant$" "$work/log" || fail "the frames and the one variant are not counted: $(cat "$work/log")"
 "$overtake" evaluate "$log" --preset paper --frames 2 --out "$work/lines" >"$work/log"
 grep -q "done before" "$work/log" || fail "the same frames were run again"
 

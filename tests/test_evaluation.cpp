@@ -9,13 +9,13 @@
 #include <filesystem>
 #include <set>
 
-#include "tools/evaluation/claims.h"
 #include "tools/evaluation/cluster_tally.h"
-#include "tools/evaluation/contestant.h"
 #include "tools/evaluation/figures.h"
+#include "tools/evaluation/paper_claims.h"
 #include "tools/evaluation/report.h"
 #include "tools/evaluation/run_logs.h"
 #include "tools/evaluation/svg_plot.h"
+#include "tools/evaluation/variant.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
 #include "tools/sim/log_writer.h"
@@ -33,7 +33,7 @@ std::string fresh_folder(const std::string& name) {
   return path.string();
 }
 
-// Ten frames, one car that stays 45 m ahead: detected in the first 6, followed in the last 4; a false detection and a
+// Ten frames, one car that stays 45 m ahead: detected in the first 6, tracked in the last 4; a false detection and a
 // false confirmed track 35 m behind in every second frame.
 Run hand_made_run() {
   Run run{"paper", "log", {{"scenario", "hand"}, {"period_s", "0.05"}}, make_tables()};
@@ -55,7 +55,7 @@ Run hand_made_run() {
 
 }  // namespace
 
-TEST_CASE("a table written is the table read, NaN included, and a bad cell is named with its line") {
+TEST_CASE("table file: reading gives the written table, NaN included; an error names the line of a bad cell") {
   const std::string folder = fresh_folder("table");
   Table table({"a", "b"});
   table.add({1.25, NAN});
@@ -72,7 +72,7 @@ TEST_CASE("a table written is the table read, NaN included, and a bad cell is na
   CHECK_THROWS_WITH_AS(read_table(folder + "/bad.csv"), doctest::Contains("bad.csv:3"), io::Error);
 }
 
-TEST_CASE("a sweep names each value, and a bad one is refused") {
+TEST_CASE("sweep: names each value, and refuses a bad one") {
   CHECK(sweep_values("cluster.threshold_deg=1:2:0.5") ==
         std::vector<std::string>{"cluster.threshold_deg=1", "cluster.threshold_deg=1.5", "cluster.threshold_deg=2"});
   CHECK(sweep_values("").empty());
@@ -80,8 +80,8 @@ TEST_CASE("a sweep names each value, and a bad one is refused") {
     CHECK_THROWS_AS(sweep_values(bad), io::Error);
 }
 
-TEST_CASE("events: a row belongs to the passing nearest in time") {
-  // ahead falls through 0 between rows 1 and 2, rises through it between rows 7 and 8; half-way is row 5
+TEST_CASE("events: a row belongs to the pass nearest in time") {
+  // ahead falls through 0 between rows 1 and 2, rises through 0 between rows 7 and 8; the middle is row 5
   CHECK(events_of({2, 1, -1, -2, -3, -3, -2, -1, 1, 2}) == std::vector<int32_t>{0, 0, 0, 0, 0, 0, 1, 1, 1, 1});
   CHECK(events_of({5, 4, 3}) == std::vector<int32_t>{0, 0, 0});
 }
@@ -112,7 +112,7 @@ TEST_CASE("figures: probability by distance, false positives, ground and trackin
   CHECK(f.track_errors.at("speed_mps") == std::vector<double>(4, 1.0));
 }
 
-TEST_CASE("places: a heading comes back from the map on a bank, too") {
+TEST_CASE("places: a heading returns from the map also on a banked track") {
   for (const double roll : {0.0, 0.35})
     for (const double heading : {-3.0, -0.4, 0.0, 0.3, 2.0}) {
       io::EgoRow pose;
@@ -123,7 +123,7 @@ TEST_CASE("places: a heading comes back from the map on a bank, too") {
   CHECK(heading_in_vehicle(0, 0, 0.7, 1.0) == Approx(0.3));
 }
 
-TEST_CASE("cluster_tally: clusters of a car and mixed ones, by truth and by the paper's rule") {
+TEST_CASE("cluster_tally: counts clusters of a car and mixed ones, by truth and by the paper's rule") {
   // A car 20 m ahead, 4.9 x 1.9 m: x from 17.5 to 22.5, y from -0.9 to 0.9; a wall at y = 3 from 10 to 30 m.
   const std::vector<CarPlace> car = {{1, 20, 0, 1, 0}};
   const auto wall = [](ClusterTally& tally, int64_t cluster) {
@@ -131,7 +131,7 @@ TEST_CASE("cluster_tally: clusters of a car and mixed ones, by truth and by the 
   };
   ClusterTally good(car);
   good.add(1, {18, 0, 0.3}, Kind::kCar, 1), good.add(1, {22, 0.5, 0.3}, Kind::kCar, 1);
-  good.add(2, {18, -0.8, 0.3}, Kind::kCar, 1);  // a wheel apart
+  good.add(2, {18, -0.8, 0.3}, Kind::kCar, 1);  // a wheel, separate from the car
   wall(good, 3);
   CHECK(good.of_car().at(1).clusters == 2);
   CHECK(good.of_car().at(1).inside == 2);
@@ -147,16 +147,16 @@ TEST_CASE("cluster_tally: clusters of a car and mixed ones, by truth and by the 
   CHECK(mixed.mixed().by_size == 1);
   CHECK(mixed.mixed().cars == 0);
 
-  ClusterTally two({{1, 20, 0, 1, 0}, {2, 20, 2.5, 1, 0}});  // side by side in one cluster: 4.4 m, no longer than a car
+  ClusterTally two({{1, 20, 0, 1, 0}, {2, 20, 2.5, 1, 0}});  // side by side: 4.4 m, not longer than a car
   two.add(7, {20, -0.9, 0.3}, Kind::kCar, 1), two.add(7, {20, 3.4, 0.3}, Kind::kCar, 2);
   CHECK(two.mixed().cars == 1);
   CHECK(two.mixed().by_size == 0);
 }
 
-TEST_CASE("modes: two humps are two, one with a shoulder is one, nothing is none") {
+TEST_CASE("modes: two peaks are two modes, one with a shoulder is one, no values are none") {
   std::vector<double> two, one;
   for (int32_t k = 0; k < 2000; ++k) {
-    const double spread = std::sin(0.37 * k) + std::sin(1.91 * k);  // within 2
+    const double spread = std::sin(0.37 * k) + std::sin(1.91 * k);  // within +-2
     two.push_back((k % 3 ? -4.0 : 4.0) + spread), one.push_back(spread + (k % 3 ? 0.0 : 0.5));
   }
   const std::vector<double> modes = modes_of(two, -30, 30);
@@ -167,9 +167,9 @@ TEST_CASE("modes: two humps are two, one with a shoulder is one, nothing is none
   CHECK(modes_of({1, 1, 1}, -30, 30).size() == 1);
 }
 
-TEST_CASE("claims and costs come out of the figures, and what was not measured is said") {
+TEST_CASE("claims: claims and costs follow from the figures, and missing measurements are named") {
   Figures f;
-  f.contestant = "paper", f.scenario = "hand";
+  f.variant = "paper", f.scenario = "hand";
   f.ground.tpr = {0.9, 0.92}, f.grid.tpr = {0.5, 0.8}, f.ground.f1 = {0.8, 0.81}, f.grid.f1 = {0.6, 0.7};
   f.ground.ppv = {0.7, 0.7}, f.grid.ppv = {0.9, 0.9};
   for (double m = -95; m < 150; m += 10) {
@@ -207,7 +207,7 @@ TEST_CASE("claims and costs come out of the figures, and what was not measured i
   CHECK(verdict(claims, "dip_behind") == 0);
   CHECK(verdict(claims, "half_ahead") == 0);
 
-  // Never below a half, and cars were there: it does not hold. No car beyond 100 m: nobody knows.
+  // Never below 1/2 although cars were there: the claim fails. No car beyond 100 m: unknown.
   const auto number = [](const std::vector<Claim>& of, const std::string& name, const std::string& key) {
     for (const Claim& c : of)
       for (const Number& n : c.numbers)
@@ -225,18 +225,18 @@ TEST_CASE("claims and costs come out of the figures, and what was not measured i
   CHECK(number(of_near, "seen_ahead", "farthest_car_m") == 90);
   std::set<std::string> sentences;
   for (const Claim& c : claims) sentences.insert(c.text);
-  CHECK(sentences.size() == claims.size());  // each is understood alone
+  CHECK(sentences.size() == claims.size());  // each sentence makes sense alone
   CHECK(sentences.count("ground removal, F1: a smaller deviation over the scans than the 2.5-D grid, by truth") == 1);
 
   f.clusters_per_car = {2, 2},
-  f.mixed_other = {0, 0};  // 0.5 m: 4 and none; 2 m: 1 and a mixed one in every second frame
+  f.mixed_other = {0, 0};  // 0.5 m: 4 and none; 2 m: 1, and a mixed cluster in every second frame
   f.euclid_clusters = {{0.5, {4, 4}}, {2, {1, 1}}}, f.euclid_mixed = {{0.5, {0, 0}}, {2, {1, 0}}};
   CHECK(verdict(check_claims(f, {f}), "clusters_by_truth") == 1);
   f.mixed_other = {1, 1};
   CHECK(verdict(check_claims(f, {f}), "clusters_by_truth") == 0);
 
   Figures ground = f, ego = f;
-  ground.contestant = "paper:ground", ego.contestant = "paper:ego";
+  ground.variant = "paper:ground", ego.variant = "paper:ego";
   f.tracks.gospa_false_m2 = 5, ground.tracks.gospa_false_m2 = 4, ego.tracks.gospa_false_m2 = 1;
   const std::vector<Cost> costs = find_costs(f, {f, ground, ego});
   REQUIRE(costs.size() == 2);
@@ -246,23 +246,23 @@ TEST_CASE("claims and costs come out of the figures, and what was not measured i
   CHECK(costs[1].gospa_m2 == Approx(1));
 }
 
-TEST_CASE("controls: chance explains some detections without points, and a late truth needs a car that moves") {
+TEST_CASE("controls: chance explains some detections without points, and a late truth needs a moving car") {
   const auto verdict = [](const std::vector<Claim>& controls, const std::string& name) {
     for (const Claim& c : controls)
       if (c.name == name) return c.known ? (c.holds ? 1 : 0) : -1;
     return -2;
   };
   Figures f, empty, late;
-  f.contestant = "paper", empty.contestant = "paper:empty", late.contestant = "paper:late_truth";
+  f.variant = "paper", empty.variant = "paper:empty", late.variant = "paper:late_truth";
   f.scenario = empty.scenario = late.scenario = "hand";
   f.tracks.mot.objects = 100;
   f.distance = {{5, {90, 100, 0.9}, {90, 100, 0.9}, 1, 0.5, 0}};
-  // 0.5 a frame and 10 m: 0.4 within the gate, which is met in 1 - exp(-0.4) = 0.33 of the frames.
+  // 0.5 per frame and 10 m: 0.4 within the gate, so a hit by chance in 1 - exp(-0.4) = 0.33 of the frames.
   for (const auto& [hits, expected] : {std::pair(30, 1), std::pair(44, 1), std::pair(60, 0)}) {
     empty.distance = {{5, {hits, 100, hits / 100.0}, {}, 1, 0.5, 0}};
     CHECK(verdict(check_controls(f, {f, empty}), "no_car_points") == expected);
   }
-  empty.distance = {{5, {3, 100, 0.03}, {}, 1, 0, 0}};  // no false ones anywhere: 3 are too many
+  empty.distance = {{5, {3, 100, 0.03}, {}, 1, 0, 0}};  // no false detections anywhere: 3 are too many
   CHECK(verdict(check_controls(f, {f, empty}), "no_car_points") == 0);
 
   CHECK(verdict(check_controls(f, {f, late}), "late_truth") == -1);  // only standing cars
@@ -272,9 +272,9 @@ TEST_CASE("controls: chance explains some detections without points, and a late 
   CHECK(verdict(check_controls(f, {f, late}), "late_truth") == 0);
 }
 
-TEST_CASE("figures: who moves, how close cars are, and what a recording does not know") {
+TEST_CASE("figures: moving cars, distances between cars, and values unknown in a recording") {
   Run run = hand_made_run();
-  for (int32_t k = 0; k < 10; ++k) {  // a second car beside the first one drives 2 m a frame, the first one stands
+  for (int32_t k = 0; k < 10; ++k) {  // a second car beside the first drives 2 m per frame, the first one stands
     run.tables["cars"].add({double(k), 0.05 * k, 2, 45, 6, 45.0 + 2 * k, 6, 20, 1, 1, 1, 0, 0});
     run.tables["detections"].add({double(k), 2, 45, 6, 9, 0, 0, 0, -0.25, 0, 0});
     run.tables["detections"].add({double(k), 1, 45, 0, 9, 0, 0, 0, 3, 0, 0});
@@ -291,7 +291,7 @@ TEST_CASE("figures: who moves, how close cars are, and what a recording does not
   CHECK(f.surface_known);
   CHECK(f.euclid_clusters.size() == 2);
 
-  // The same without what each point lies on: by the paper's rule it is measured, by truth it is not.
+  // The same without the object of each point: measured by the paper's rule, not by truth.
   Run recorded = run;
   recorded.log = "recorded", recorded.about["simulated"] = "false";
   recorded.tables["scans"] = make_tables()["scans"];
@@ -310,10 +310,10 @@ TEST_CASE("figures: who moves, how close cars are, and what a recording does not
   CHECK(origin_of({run}) == Origin::kSimulated);
   CHECK(origin_of({recorded}) == Origin::kRecorded);
   CHECK(origin_of({run, recorded}) == Origin::kMixed);
-  CHECK(make_figures({run, recorded})[0].origin == Origin::kMixed);  // of one scenario
+  CHECK(make_figures({run, recorded})[0].origin == Origin::kMixed);  // two origins in one scenario
 }
 
-TEST_CASE("plots: ticks are round and inside, text is escaped, what is not there is not drawn") {
+TEST_CASE("plots: ticks are round and inside, text is escaped, missing values are not drawn") {
   CHECK(round_ticks(0, 1) == std::vector<double>{0, 0.2, 0.4, 0.6000000000000001, 0.8, 1});
   CHECK(round_ticks(1, 1).empty());
   CHECK(round_ticks(0, NAN).empty());
@@ -337,7 +337,7 @@ double sum_of(const Table& table, const char* name) {
   return sum;
 }
 
-// What is made perfect is perfect, and nothing else changes.
+// The oracle makes its part perfect, and nothing else changes.
 void check_oracles(std::map<std::string, Run>& runs) {
   const auto table = [&](const char* variant, const char* name) -> const Table& {
     return runs.at(variant).tables.at(name);
@@ -346,12 +346,12 @@ void check_oracles(std::map<std::string, Run>& runs) {
   CHECK(sum_of(ground, "fn") < 0.005 * sum_of(ground, "tp"));
   CHECK(sum_of(ground, "fp") < 0.005 * sum_of(ground, "tp"));
   CHECK(sum_of(ground, "tp") == Approx(sum_of(table("paper", "scans"), "tp") + sum_of(table("paper", "scans"), "fn"))
-                                    .epsilon(0.02));  // no obstacle's point is lost
+                                    .epsilon(0.02));  // no point of an obstacle is lost
 
   const Table& whole = table("paper:clusters", "detections");
   const std::size_t car = whole.column("car"), turn = whole.column("heading_rad");
   CHECK(whole.rows() > 5);
-  for (std::size_t r = 0; r < whole.rows(); ++r) CHECK(whole.at(r, car) == 1);  // one a frame, and no others
+  for (std::size_t r = 0; r < whole.rows(); ++r) CHECK(whole.at(r, car) == 1);  // one per frame, and no others
 
   const Table &relay = table("paper:relay", "detections"), &plain = table("paper", "detections"),
               &heading = table("paper:heading", "detections");
@@ -365,7 +365,7 @@ void check_oracles(std::map<std::string, Run>& runs) {
   for (std::size_t r = 0; r < heading.rows(); ++r) {
     if (heading.at(r, car) < 0) continue;
     ++at_car;
-    CHECK(std::fabs(heading.at(r, turn)) < 0.05);  // the localisation's heading error is left: it has the slip angle
+    CHECK(std::fabs(heading.at(r, turn)) < 0.05);  // the localisation's heading error, with the slip angle
   }
   CHECK(at_car > 5);
   CHECK(table("paper:relay", "tracks").rows() > 0);
@@ -377,13 +377,13 @@ void check_oracles(std::map<std::string, Run>& runs) {
 
 }  // namespace
 
-TEST_CASE("a simulated race: shuffled rows change nothing, a late truth is off by what the car drives") {
+TEST_CASE("evaluation: shuffled rows change nothing, a late truth is off by the car's motion") {
   const std::string folder = fresh_folder("race"), log = folder + "/race.mcap";
   {
     const sim::Scenario scenario = sim::load_scenario("overtake");
     sim::Simulator simulator(scenario, 1, 0.8, 2);
     const auto out = sim::make_mcap_log(log, simulator, 1);
-    for (int32_t k = 0; k < simulator.sweep_count(); ++k) out->write(k, simulator.sweep(k));
+    for (int32_t k = 0; k < simulator.frame_count(); ++k) out->write(k, simulator.frame(k));
     out->close();
   }
   RunOptions options;
@@ -395,13 +395,13 @@ TEST_CASE("a simulated race: shuffled rows change nothing, a late truth is off b
   options.quiet = true;
   REQUIRE(run_logs(options));
   std::map<std::string, Run> runs;
-  for (Run& run : read_runs(options.out)) runs[run.contestant] = std::move(run);
+  for (Run& run : read_runs(options.out)) runs[run.variant] = std::move(run);
   REQUIRE(runs.size() == 12);
   const Tables& plain = runs["paper"].tables;
   CHECK(plain.at("clusters").rows() >= 15);
   CHECK(plain.at("grid").rows() == 6);  // frames 0 and 10, three sensors
 
-  // The order of the points decides the order of sums, so places may move by a rounding; nothing that is counted does.
+  // The order of the points decides the order of sums, so positions may differ by rounding; counts must not.
   const std::string of_plain = options.out + "/runs/paper/race/",
                     of_shuffled = options.out + "/runs/paper+shuffled/race/";
   for (const char* name : {"scans.csv", "cars.csv", "clusters.csv"})
@@ -414,7 +414,7 @@ TEST_CASE("a simulated race: shuffled rows change nothing, a late truth is off b
       CHECK((std::isnan(a.cells[i]) == std::isnan(b.cells[i]) && !(std::fabs(a.cells[i] - b.cells[i]) > 1e-3)));
   }
 
-  // Each detection at the car in both: the errors differ by what the car drives in a period, about 60 m/s * 0.05 s.
+  // Each detection at the car in both runs: the errors differ by the car's way in a period, about 60 m/s * 0.05 s.
   const Table &now = plain.at("detections"), &late = runs["paper:late_truth"].tables.at("detections");
   REQUIRE(now.rows() == late.rows());
   const std::size_t car = now.column("car"), x = now.column("x_map_m"), y = now.column("y_map_m");
@@ -434,10 +434,10 @@ TEST_CASE("a simulated race: shuffled rows change nothing, a late truth is off b
   const std::string html = io::read_whole_file(options.out + "/report.html");
   CHECK(html.find("<svg") != std::string::npos);
   CHECK(html.find("simulated") != std::string::npos);
-  CHECK(html.find("src=") == std::string::npos);  // one file, nothing fetched
+  CHECK(html.find("src=") == std::string::npos);  // one file, nothing loaded from outside
   CHECK(html.find("<script") == std::string::npos);
 
-  // Done runs are kept; merging them elsewhere gives the same numbers; contradicting ones are refused.
+  // Finished runs are kept; merging them elsewhere gives the same numbers; contradicting ones are refused.
   REQUIRE(run_logs(options));
   merge_runs({options.out}, folder + "/merged");
   write_report(folder + "/merged", false);

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The evaluation where no simulator says the truth: pose histories of two cars, automatic labels, recorded data sets.
+// The evaluation without a simulator's truth: pose histories of two cars, automatic labels, recorded data sets.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -36,10 +36,10 @@ io::EgoRow row_at(double time_s, double x_m, double y_m, double yaw_rad) {
 
 }  // namespace
 
-TEST_CASE("pose_history: constant acceleration comes back exactly, between the stamps as well") {
+TEST_CASE("pose_history: constant acceleration is reproduced exactly, also between stamps") {
   PoseHistory history(0.15);
   for (int32_t k = 100; k >= 0; --k) {            // any order
-    const double t = 0.02 * k + (k % 3) * 0.002;  // uneven
+    const double t = 0.02 * k + (k % 3) * 0.002;  // uneven intervals
     history.add(row_at(t, 1e5 + 40 * t + 2 * t * t, -3 * t, 3.1 + 0.2 * t));
   }
   const auto car = history.at(1'013'000'000);
@@ -49,13 +49,13 @@ TEST_CASE("pose_history: constant acceleration comes back exactly, between the s
   CHECK(car->y_m == Approx(-3 * t).epsilon(1e-6));
   CHECK(car->speed_mps == Approx(std::hypot(40 + 4 * t, 3)).epsilon(1e-6));
   CHECK(car->course_rad == Approx(std::atan2(-3, 40 + 4 * t)).epsilon(1e-6));
-  CHECK(car->heading_rad == Approx(std::remainder(3.1 + 0.2 * t, 2 * M_PI)).epsilon(1e-6));  // over the jump at pi
+  CHECK(car->heading_rad == Approx(std::remainder(3.1 + 0.2 * t, 2 * M_PI)).epsilon(1e-6));  // across the jump at pi
   CHECK(car->yaw_rate_rps == Approx(0.2).epsilon(1e-6));
   CHECK(!history.at(-500'000'000));
   CHECK(!history.at(2'500'000'000));
 }
 
-TEST_CASE("pose_history: noise is smoothed, a gap is no answer, a standing car keeps its heading") {
+TEST_CASE("pose_history: noise is smoothed, a gap gives no result, a standing car keeps its heading") {
   PoseHistory noisy(0.15);
   double raw = 0, smooth = 0;
   for (int32_t k = 0; k < 400; ++k)
@@ -72,14 +72,14 @@ TEST_CASE("pose_history: noise is smoothed, a gap is no answer, a standing car k
   CHECK(still.at(500'000'000)->speed_mps == Approx(0));
 }
 
-TEST_CASE("odometry of two cars is a truth: a simulated log read as a recording says the same of the cars") {
+TEST_CASE("recordings: a simulated log read as a recording, with odometry as truth, gives the same cars") {
   const TempFolder folder;
   const std::string log = folder.path("race.mcap"), rig_file = folder.path("rig.toml");
   {
     const sim::Scenario scenario = sim::load_scenario("spin_near");
     sim::Simulator simulator(scenario, 1, 0.8, 2);
     const auto out = sim::make_mcap_log(log, simulator, 1);
-    for (int32_t k = 0; k < simulator.sweep_count(); ++k) out->write(k, simulator.sweep(k));
+    for (int32_t k = 0; k < simulator.frame_count(); ++k) out->write(k, simulator.frame(k));
     out->close();
   }
   SimulatedLog truth(log);
@@ -92,11 +92,12 @@ TEST_CASE("odometry of two cars is a truth: a simulated log read as a recording 
     CHECK(b.surface.empty());
     const int64_t stamp = a.scans.scans[0].stamp_ns;
     const auto exact = truth.cars_at(stamp), smoothed = recorded.cars_at(stamp);
-    if (smoothed.empty()) continue;  // the ends have poses on one side only
+    if (smoothed.empty()) continue;  // at the ends there are poses on one side only
     ++compared;
     REQUIRE(smoothed.size() == 2);
     CHECK(std::hypot(exact[1].x_m - smoothed[1].x_m, exact[1].y_m - smoothed[1].y_m) < 0.02);
-    CHECK(std::hypot(exact[0].x_m - smoothed[0].x_m, exact[0].y_m - smoothed[0].y_m) < 0.15);  // the localisation's own
+    CHECK(std::hypot(exact[0].x_m - smoothed[0].x_m, exact[0].y_m - smoothed[0].y_m) <
+          0.15);  // error of the localisation
     CHECK(std::fabs(exact[1].speed_mps - smoothed[1].speed_mps) < 0.3);
     CHECK(std::fabs(wrap_angle(exact[1].heading_rad - smoothed[1].heading_rad)) < 0.01);
   }
@@ -116,7 +117,7 @@ TEST_CASE("odometry of two cars is a truth: a simulated log read as a recording 
   REQUIRE(run_logs(options));
   const std::vector<Figures> figures = make_figures(read_runs(options.out));
   REQUIRE(figures.size() == 1);
-  CHECK(figures[0].ground.tpr.empty());  // nobody knows
+  CHECK(figures[0].ground.tpr.empty());  // unknown
   CHECK(figures[0].ground_auto.tpr.size() >= 6);
   CHECK(metrics::summarize(figures[0].ground_auto.f1).mean > 0.7);
   CHECK(figures[0].tracks.mot.objects > 5);
@@ -126,7 +127,7 @@ TEST_CASE("odometry of two cars is a truth: a simulated log read as a recording 
     for (std::size_t r = 0; r < cars.rows(); ++r) CHECK(std::isnan(cars.at(r, cars.column(unknown))));
   }
 
-  // The report of a recording says so, draws what it measured by the paper's rule and nothing by a truth it has not.
+  // The report of a recording names its origin, shows what the paper's rule can measure, and claims no missing truth.
   write_report(options.out, false);
   const nlohmann::json json = nlohmann::json::parse(io::read_whole_file(options.out + "/metrics.json"));
   CHECK(json["simulated"] == false);
@@ -150,7 +151,7 @@ TEST_CASE("odometry of two cars is a truth: a simulated log read as a recording 
         "against the truth: TPR", "(a) Clusters per car", "10 to 25 m away"})
     CHECK_MESSAGE(html.find(untrue) == std::string::npos, untrue);
 
-  // Beside a simulated log both are named.
+  // Together with a simulated log, the report names both origins.
   RunOptions simulated;
   simulated.logs = {log}, simulated.presets = {"paper"}, simulated.out = folder.path("simulated");
   simulated.quiet = true, simulated.most_frames = 2;
@@ -164,11 +165,11 @@ TEST_CASE("odometry of two cars is a truth: a simulated log read as a recording 
   CHECK_THROWS_WITH_AS(run_logs(options), doctest::Contains("does not say what each point lies on"), io::Error);
 }
 
-TEST_CASE("recorded data: the opponent is found in the racecar frames, and the tracker follows real traffic") {
+TEST_CASE("recorded: the opponent is found in the racecar frames, and the tracker follows real traffic") {
   OVT_NEED_RECORDED("racecar");
   OVT_NEED_RECORDED("kitti/tracking");
   const TempFolder folder;
-  const nlohmann::json json = judge_recordings(recorded(""), "paper", folder.path("out"), false);
+  const nlohmann::json json = evaluate_recordings(recorded(""), "paper", folder.path("out"), false);
   CHECK(std::filesystem::exists(folder.path("out") + "/recordings.json"));
   REQUIRE(json["racecar"]["frames"].size() == 4);
   for (const auto& frame : json["racecar"]["frames"]) {
@@ -181,10 +182,10 @@ TEST_CASE("recorded data: the opponent is found in the racecar frames, and the t
     CHECK(frame["ground_by_auto_label"]["pipeline"]["f1"].get<double>() > 0.85);
   }
   for (const auto& [sequence, tracks] : json["kitti_tracks"].items()) {
-    const std::string name = sequence;  // clang 14 captures no structured binding
+    const std::string name = sequence;  // clang 14 cannot capture a structured binding
     CAPTURE(name);
     CHECK(tracks["mota"].get<double>() > 0.7);
     CHECK(tracks["hota"].get<double>() > 0.6);
   }
-  CHECK_THROWS_AS(judge_recordings(folder.path("nothing"), "paper", folder.path("out"), false), io::Error);
+  CHECK_THROWS_AS(evaluate_recordings(folder.path("nothing"), "paper", folder.path("out"), false), io::Error);
 }

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a person sees of an evaluation: pictures of single moments, and a report that is whole.
+// The visible results of an evaluation: pictures of single moments, and a complete report.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -9,11 +9,11 @@
 #include <set>
 
 #include "tests/support/temp_folder.h"
-#include "tools/evaluation/album.h"
 #include "tools/evaluation/first_seen.h"
 #include "tools/evaluation/report.h"
 #include "tools/evaluation/report_html.h"
 #include "tools/evaluation/run_logs.h"
+#include "tools/evaluation/snapshot_picker.h"
 #include "tools/evaluation/svg_plot.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
@@ -32,7 +32,7 @@ std::size_t count_of(const std::string& text, const std::string& word) {
   return count;
 }
 
-// What stands between `before` and the next quote, wherever it occurs.
+// All strings between `before` and the next quote.
 std::set<std::string> all_after(const std::string& text, const std::string& before) {
   std::set<std::string> out;
   for (std::size_t at = 0; (at = text.find(before, at)) != std::string::npos;) {
@@ -46,7 +46,7 @@ void simulate(const std::string& scenario_name, double seconds, const std::strin
   const sim::Scenario scenario = sim::load_scenario(scenario_name);
   sim::Simulator simulator(scenario, 1, seconds, 2);
   const auto out = sim::make_mcap_log(path, simulator, 1);
-  for (int32_t k = 0; k < simulator.sweep_count(); ++k) out->write(k, simulator.sweep(k));
+  for (int32_t k = 0; k < simulator.frame_count(); ++k) out->write(k, simulator.frame(k));
   out->close();
 }
 
@@ -68,17 +68,16 @@ TEST_CASE("svg: numbers are short, a tick has the digits of its step") {
   for (const char* tick : {">2.5<", ">5.0<", ">12.5<"}) CHECK(plot.find(tick) != std::string::npos);
 }
 
-TEST_CASE(
-    "rig picture: the blind strips of the AV-21 are 0.82 m in front and 0.53 m behind; an overlap is called one") {
+TEST_CASE("rig picture: shows the AV-21's blind strips, 0.82 m in front and 0.53 m behind, and marks an overlap") {
   io::Rig rig = io::load_rig("av21");
   const std::string picture = draw_rig(rig, 4.921, 1.886);
   CHECK(count_of(picture, "blind 0.82 m") == 2);
   CHECK(count_of(picture, "blind 0.53 m") == 1);
-  rig.sensors[1].x_m += 2;  // left, now before the front one
+  rig.sensors[1].x_m += 2;  // the left sensor, now in front of the front one
   CHECK(count_of(draw_rig(rig, 4.921, 1.886), "overlap") == 1);
 }
 
-TEST_CASE("fits: each panel says which rectangle was taken and how many points are inside") {
+TEST_CASE("fits: each panel names the chosen rectangle and its number of points") {
   FitMoment m;
   m.points = {{20.0f, 1.0f}, {20.5f, 1.0f}, {21.0f, 1.2f}};
   m.truth = m.by_map = {20, 1, 0, 4.9, 1.9};
@@ -95,16 +94,16 @@ TEST_CASE("fits: each panel says which rectangle was taken and how many points a
   CHECK(draw_fits({m, other}, false).find("imulated") == std::string::npos);
 }
 
-TEST_CASE("clustering: by truth and by the paper's rule against both parameters, two cars in one where there are two") {
+TEST_CASE("clustering: shows truth and the paper's rule for both parameters, and two cars in one cluster") {
   Figures f;
-  f.contestant = "paper", f.scenario = "hand", f.surface_known = true, f.most_cars = 2, f.closest_cars_m = 3.5;
+  f.variant = "paper", f.scenario = "hand", f.surface_known = true, f.most_cars = 2, f.closest_cars_m = 3.5;
   f.clusters_per_car = {2, 1}, f.boxed_per_car = {1, 1}, f.mixed_other = f.mixed_cars = f.mixed_by_size = {0, 0};
   for (const double radius : {0.5, 2.0}) {
     f.euclid_clusters[radius] = f.euclid_boxed[radius] = {1, 3};
     f.euclid_mixed[radius] = f.euclid_mixed_cars[radius] = f.euclid_mixed_by_size[radius] = {0, 0};
   }
   Figures swept = f;
-  swept.contestant = "paper@cluster.threshold_deg=4";
+  swept.variant = "paper@cluster.threshold_deg=4";
   const std::string none = clustering_section({f, swept}, f);
   for (const char* title :
        {"(a) Clusters per car", "(b) Mixed with other", "(c) Clusters in a car's box", "(d) Longer than a car"})
@@ -120,7 +119,7 @@ TEST_CASE("clustering: by truth and by the paper's rule against both parameters,
   CHECK(clustering_section({f}, f).find("no log with two opponents at once") != std::string::npos);
 }
 
-TEST_CASE("legend: above the frame where that is asked for, and a line without a name has none") {
+TEST_CASE("legend: stands above the frame on request, and a line without a name has no entry") {
   const Series line{"name of it", "red", {0, 1}, {0, 1}, {}, {}, true, false};
   Axes axes{"t", "x", "y"};
   CHECK(line_plot(axes, {line}).find("y=\"16\" text-anchor=\"end\"") == std::string::npos);
@@ -134,7 +133,7 @@ TEST_CASE("legend: above the frame where that is asked for, and a line without a
   CHECK(count_of(line_plot({"t", "x", "y"}, {line}), "stroke-width=\"3\"") == 1);
 }
 
-TEST_CASE("pictures: of one name the one with the highest score is shown, a damaged list is named") {
+TEST_CASE("pictures: of one name the highest score is shown, and a damaged list is reported") {
   const TempFolder folder;
   const std::string a = folder.path("a"), b = folder.path("b"), none = folder.path("none");
   write_pictures(a, {{"strip", "<svg>low</svg>", "low", 3}, {"rig", "<svg>first</svg>", "first", 0}});
@@ -150,18 +149,18 @@ TEST_CASE("pictures: of one name the one with the highest score is shown, a dama
   CHECK_THROWS_WITH_AS(best_pictures({a, b}), doctest::Contains("pictures.json"), io::Error);
 }
 
-TEST_CASE("first seen: from a car's first row within reach to its first detection, and where its track was confirmed") {
+TEST_CASE("first seen: runs from a car's first row in reach to its first detection and its confirmed track") {
   Run run{"paper", "log", {{"scenario", "hand"}}, make_tables()};
   const auto add = [&](double time, double car, double ahead, double detections, double confirmed) {
     run.tables["cars"].add({0, time, car, ahead, 0, 0, 0, 20, 1, 1, detections, 0, confirmed});
   };
-  add(0.0, 1, 160, 0, 0);  // out of reach
+  add(0.0, 1, 160, 0, 0);  // too far away
   add(1.0, 1, 140, 0, 0);
   add(1.0, 2, 50, 1, 0);
   add(1.5, 1, 120, 1, 0);
   add(2.0, 1, 100, 0, 1);
   add(2.5, 1, 80, 1, 1);
-  add(2.5, 3, 20, 0, 0);  // never
+  add(2.5, 3, 20, 0, 0);  // never detected
   const FirstSeen first = first_seen({run}, "paper", "hand");
   CHECK(first.detected_s.count == 2);
   CHECK(first.detected_s.least == Approx(0));
@@ -171,7 +170,7 @@ TEST_CASE("first seen: from a car's first row within reach to its first detectio
   CHECK(first_seen({run}, "paper", "other").detected_s.count == 0);
 }
 
-TEST_CASE("a report answers each figure of the paper, fetches nothing, and is the same after a merge") {
+TEST_CASE("report: covers each figure of the paper, loads nothing, and is the same after a merge") {
   const TempFolder folder;
   const std::string log = folder.path("spin_near.mcap"), out = folder.path("out");
   simulate("spin_near", 1.0, log);
@@ -183,11 +182,11 @@ TEST_CASE("a report answers each figure of the paper, fetches nothing, and is th
   REQUIRE(run_logs(options));
   const std::string pictures = out + "/runs/paper/spin_near/pictures/";
   for (const char* name : {"race", "sensors"}) CHECK(std::filesystem::exists(pictures + name + ".svg"));
-  CHECK(!std::filesystem::exists(out + "/runs/paper+ego/spin_near/pictures"));  // what it is, not what it might be
+  CHECK(!std::filesystem::exists(out + "/runs/paper+ego/spin_near/pictures"));  // the title is not a file name
   write_report(out, false);
   const std::string html = io::read_whole_file(out + "/report.html");
 
-  // Every place that is linked to is there, and every figure of the paper has one.
+  // Every link has its target, and every figure of the paper has a link.
   const std::set<std::string> links = all_after(html, "href=\"#"), places = all_after(html, "id=\"");
   for (const std::string& link : links) CHECK_MESSAGE(places.count(link) == 1, link);
   for (const char* figure : {"race", "ways", "blocks", "strip", "clouds", "fits", "sensors", "times", "ground",
@@ -207,7 +206,8 @@ TEST_CASE("a report answers each figure of the paper, fetches nothing, and is th
   CHECK(io::read_whole_file(folder.path("merged") + "/report.html") == html);
 }
 
-TEST_CASE("the album finds the strip, the seam and the spin of a simulated race" * doctest::test_suite("long")) {
+TEST_CASE("snapshots: the picker finds the strip, the seam and the spin of a simulated race" *
+          doctest::test_suite("long")) {
   const TempFolder folder;
   const std::string log = folder.path("spin_near.mcap"), out = folder.path("out");
   simulate("spin_near", 5.5, log);

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which frames a contestant is given, and which runs are kept: both are invisible in a report that is wrong.
+// Which frames a variant gets, and which runs are kept: a wrong report would show neither.
 #include <doctest/doctest.h>
 
 #include <filesystem>
@@ -21,16 +21,16 @@ using namespace overtake::evaluation;
 namespace {
 
 void simulate_race(const std::string& path, double seconds, uint64_t seed) {
-  const sim::Scenario scenario = sim::load_scenario("blind_zone");  // begins with a car over a seam
+  const sim::Scenario scenario = sim::load_scenario("blind_zone");  // starts with a car over a seam
   sim::Simulator simulator(scenario, seed, seconds, 2);
   const auto out = sim::make_mcap_log(path, simulator, seed);
-  for (int32_t k = 0; k < simulator.sweep_count(); ++k) out->write(k, simulator.sweep(k));
+  for (int32_t k = 0; k < simulator.frame_count(); ++k) out->write(k, simulator.frame(k));
   out->close();
 }
 
 std::map<std::string, Run> runs_of(const std::string& out) {
   std::map<std::string, Run> runs;
-  for (Run& run : read_runs(out)) runs[run.contestant] = std::move(run);
+  for (Run& run : read_runs(out)) runs[run.variant] = std::move(run);
   return runs;
 }
 
@@ -47,20 +47,20 @@ Table every_nth(const Table& table, int64_t n) {
 
 }  // namespace
 
-TEST_CASE("a sweep at the preset's own value finds the preset's own clusters on every N-th frame") {
+TEST_CASE("sweep: the preset's own value gives the preset's clusters on every N-th frame") {
   const TempFolder folder;
-  simulate_race(folder.path("race.mcap"), 2.3, 1);  // 46 sweeps
+  simulate_race(folder.path("race.mcap"), 2.3, 1);  // 46 frames
   RunOptions options;
   options.logs = {folder.path("race.mcap")};
   options.presets = {"paper"};
   options.sweep = "cluster.threshold_deg=2.5:2.5:1";
   options.quiet = true;
-  for (const int32_t every : {7, 22}) {  // 22: 1.1 s, which looks like a clock that jumped where frames come at 20 Hz
+  for (const int32_t every : {7, 22}) {  // 22: 1.1 s, which looks like a clock jump at 20 Hz
     CAPTURE(every);
     options.every = every, options.out = folder.path(std::to_string(every));
     RunOptions before = options;
     before.sweep = "";
-    if (every == 22) REQUIRE(run_logs(before));  // the sweep comes later, alone
+    if (every == 22) REQUIRE(run_logs(before));  // the sweep runs later, alone
     REQUIRE(run_logs(options));
     auto runs = runs_of(options.out);
     const Run &all = runs.at("paper"), &some = runs.at("paper@cluster.threshold_deg=2.5");
@@ -77,7 +77,7 @@ TEST_CASE("a sweep at the preset's own value finds the preset's own clusters on 
   CHECK_THROWS_WITH_AS(run_logs(options), doctest::Contains("--every 1000"), io::Error);
 }
 
-TEST_CASE("a run is kept for the same question only: other frames, another --every, another log of the name are run") {
+TEST_CASE("runs: kept only for the same question; other frames, --every or log of the same name run again") {
   const TempFolder folder;
   std::filesystem::create_directories(folder.path("other"));
   simulate_race(folder.path("race.mcap"), 0.3, 1);
@@ -88,7 +88,7 @@ TEST_CASE("a run is kept for the same question only: other frames, another --eve
   options.sweep = "cluster.threshold_deg=4:4:1";
   options.out = folder.path("out");
   options.quiet = true;
-  // Which contestants the next call runs again: those whose table does not hold what was put into it.
+  // The variants that the next call runs again: their table lost the marker that the test wrote.
   const auto run_again = [&] {
     const std::string table = "/race/cars.csv", mark = "kept";
     std::string again;
@@ -116,12 +116,12 @@ TEST_CASE("a run is kept for the same question only: other frames, another --eve
   std::filesystem::copy_file(folder.path("other/race.mcap"), folder.path("race.mcap"),
                              std::filesystem::copy_options::overwrite_existing);
   options.logs = {folder.path("race.mcap")};
-  CHECK(run_again() == "");  // the same log elsewhere
+  CHECK(run_again() == "");  // the same log in another folder
   std::swap(options.presets[0], options.presets[1]), options.sweep = "";
-  CHECK(run_again() == "paper paper:relay ");  // the baselines are beside the other one
+  CHECK(run_again() == "paper paper:relay ");  // the baselines were run for the other log
 }
 
-TEST_CASE("no folder of a result has a colon in its name, and earlier results whose folders have one are kept") {
+TEST_CASE("runs: folder names have no colon, and older results with a colon are kept") {
   namespace fs = std::filesystem;
   const TempFolder folder;
   simulate_race(folder.path("race.mcap"), 0.3, 1);
@@ -136,7 +136,7 @@ TEST_CASE("no folder of a result has a colon in its name, and earlier results wh
     CHECK_MESSAGE(entry.path().filename().string().find(':') == std::string::npos, entry.path().string());
   const auto names = [&](const std::string& out) {
     std::string text;
-    for (const Run& run : read_runs(out)) text += run.contestant + " ";
+    for (const Run& run : read_runs(out)) text += run.variant + " ";
     return text;
   };
   CHECK(names(options.out) == "paper paper:relay ");
@@ -154,14 +154,14 @@ TEST_CASE("no folder of a result has a colon in its name, and earlier results wh
 
   fs::create_directories(before / "race");
   CHECK(error_of([&] { run_logs(options); }) ==
-        before.string() + ": holds runs of the same contestant as " + now.string());
+        before.string() + ": holds runs of the same variant as " + now.string());
   fs::remove_all(before);
   fs::rename(now, options.out + "/runs/paper+other");
   CHECK(error_of([&] { read_runs(options.out); }) ==
-        options.out + "/runs/paper+other/race: is of contestant 'paper:relay', its folder has another name");
+        options.out + "/runs/paper+other/race: is of variant 'paper:relay', its folder has another name");
 }
 
-TEST_CASE("hash_input: a file's bytes at both ends, its size, a folder's files, and what it is read with") {
+TEST_CASE("hash_input: depends on a file's first and last bytes, its size, a folder's files, and the options") {
   const TempFolder folder;
   const std::string two(std::size_t(3) << 20, 'x');
   const auto hash = [&](const std::string& text) { return hash_input(folder.write("a", text), ""); };
@@ -178,7 +178,7 @@ TEST_CASE("hash_input: a file's bytes at both ends, its size, a folder's files, 
   CHECK(error_of([&] { hash_input(folder.path("none"), ""); }) == folder.path("none") + ": no such file");
 }
 
-TEST_CASE("the report names the CPUs of its runs, and metrics.json is the same from any of them") {
+TEST_CASE("report: names the CPUs of its runs, and metrics.json is the same from any of them") {
   const TempFolder folder;
   simulate_race(folder.path("race.mcap"), 0.3, 1);
   simulate_race(folder.path("race_2.mcap"), 0.3, 2);

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 2: gaps.
+// Stage 2: fills gaps of the range image.
 #include "kernels/fill_gaps.h"
 
 #include <doctest/doctest.h>
@@ -27,7 +27,7 @@ struct Filled {
 
 using Row = std::vector<float>;
 
-TEST_CASE("fill_gaps gives an empty pixel the mean of its direct upper and lower neighbour") {
+TEST_CASE("fill_gaps: an empty pixel gets the mean of the pixels directly above and below") {
   // 10    20        10    20
   //  .    20   ->   10.25 20
   // 10.5  21        10.5  21
@@ -38,7 +38,7 @@ TEST_CASE("fill_gaps gives an empty pixel the mean of its direct upper and lower
   CHECK(f.elevation.row(1) == Row{-0.25f, -0.25f});
 }
 
-TEST_CASE("fill_gaps needs both neighbours: borders and wider gaps stay empty") {
+TEST_CASE("fill_gaps: without both neighbours a pixel stays empty") {
   //  .   .  10
   // 10   .   .
   //  .  10   .
@@ -50,20 +50,20 @@ TEST_CASE("fill_gaps needs both neighbours: borders and wider gaps stay empty") 
   CHECK(f.range.row(3) == Row{0.0f, 0.0f, 10.0f});
 }
 
-TEST_CASE("fill_gaps: next to the sensor a missing neighbour is no return at range 0") {
+TEST_CASE("fill_gaps: near the sensor, a missing neighbour is not a return at range 0") {
   Filled f({{0.5f, 0.0f}, {0.0f, 0.0f}, {0.0f, 0.5f}});
   CHECK(f.range.row(1) == Row{0.0f, 0.0f});
 }
 
-TEST_CASE("fill_gaps reads the original image: a filled pixel never fills another") {
-  // 10 . 10 . 10 down one column: both gaps filled; 10 . . 10: none, in whatever order
+TEST_CASE("fill_gaps: reads the original image, so a filled pixel never fills another") {
+  // 10 . 10 . 10 down one column: both gaps filled; 10 . . 10: none, in any order
   Filled f({{10.0f, 10.0f}, {0.0f, 0.0f}, {10.0f, 0.0f}, {0.0f, 10.0f}, {10.0f, 10.0f}});
   CHECK(f.range.row(1) == Row{10.0f, 0.0f});
   CHECK(f.range.row(2) == Row{10.0f, 0.0f});
   CHECK(f.range.row(3) == Row{10.0f, 10.0f});
 }
 
-TEST_CASE("fill_gaps makes no phantom between car and wall: less than max(1 m, 3 % of the nearer)") {
+TEST_CASE("fill_gaps: makes no phantom between car and wall: limit max(1 m, 3 % of the nearer range)") {
   //           nearer 10: limit 1 m             nearer 100: limit 3 m
   Filled f({{10.0f, 10.0f, 11.0f, 10.0f, 100.0f, 100.0f, 103.0f},
             {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f},
@@ -72,7 +72,7 @@ TEST_CASE("fill_gaps makes no phantom between car and wall: less than max(1 m, 3
   CHECK(f.elevation.row(1) == Row{-0.25f, 0.0f, 0.0f, 0.0f, -0.25f, 0.0f, 0.0f});
 }
 
-TEST_CASE("fill_gaps copies an image of one row and of one pixel") {
+TEST_CASE("fill_gaps: copies an image of one row and of one pixel") {
   CHECK(Filled({{0.0f, 5.0f, 0.0f}}).range.row(0) == Row{0.0f, 5.0f, 0.0f});
   CHECK(Filled({{0.0f}}).range.row(0) == Row{0.0f});
 }

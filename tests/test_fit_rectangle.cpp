@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Cars of 4.921 x 1.886 m, seen from the origin unless said otherwise.
+// Cars of 4.921 x 1.886 m, seen from the origin unless noted otherwise.
 #include "kernels/fit_rectangle.h"
 
 #include <doctest/doctest.h>
@@ -31,14 +31,13 @@ struct Cloud {
   }
 };
 
-// One face from (x0, y0) to (x1, y1), both ends included.
+// One side from (x0, y0) to (x1, y1), both ends included.
 void add_face(Cloud& cloud, double x0, double y0, double x1, double y1, double spacing) {
   const int n = std::max(1, int(std::hypot(x1 - x0, y1 - y0) / spacing));
   for (int i = 0; i <= n; ++i) cloud.add(x0 + (x1 - x0) * i / n, y0 + (y1 - y0) * i / n);
 }
 
-// The faces of a car that the sensor sees. `grazing`: the smaller of the two faces' sines of incidence, 0 with one
-// face.
+// The sides of a car that the sensor sees. `grazing`: the smaller sine of incidence of the two sides, 0 with one side.
 Cloud see_car(double cx, double cy, double heading, double sx, double sy, double spacing, double* grazing = nullptr) {
   Cloud cloud;
   const double c = std::cos(heading), s = std::sin(heading);
@@ -72,8 +71,8 @@ bool all_finite(const RectangleFit& f) {
 
 }  // namespace
 
-TEST_CASE("fit_rectangle finds an L by its closed-form heading, centre and extent") {
-  // Heading 30 deg, nearest corner at (20, 0): the rear to the left of the corner, the right side ahead of it.
+TEST_CASE("fit_rectangle: finds the closed-form heading, centre and extent of an L") {
+  // Heading 30 deg, nearest corner at (20, 0): the rear is left of the corner, the right side ahead of it.
   const double c = std::cos(30 * kDegree), s = std::sin(30 * kDegree);
   Cloud cloud;
   add_face(cloud, 20 - kWidth * s, kWidth * c, 20, 0, 0.1);
@@ -88,7 +87,7 @@ TEST_CASE("fit_rectangle finds an L by its closed-form heading, centre and exten
   CHECK(straight.extent_width_m == doctest::Approx(kWidth).epsilon(1e-4));
 }
 
-TEST_CASE("psi_VAR of a spun car is within 1 deg at every heading when two full faces are seen") {
+TEST_CASE("fit_rectangle: psi_VAR of a spun car is within 1 deg at every heading when two full sides are visible") {
   int seen = 0;
   for (int deg = 0; deg < 360; deg += 7)
     for (double bearing : {0.0, 37.0, 140.0, -95.0}) {
@@ -99,7 +98,7 @@ TEST_CASE("psi_VAR of a spun car is within 1 deg at every heading when two full 
       const Cloud cloud = see_car(cx, cy, deg * kDegree, 0, 0, 0.08, &grazing);
       if (grazing < 0.1) continue;
       ++seen;
-      // The reference is within 90 deg, so the direction is the car's own, too.
+      // The reference is within 90 deg, so the direction is the car's, too.
       const RectangleFit f = cloud.fit((deg + 60) * kDegree);
       CHECK(std::fabs(wrap(f.heading_var_rad - deg * kDegree)) < 1 * kDegree);
       CHECK(f.inliers_var == cloud.count());
@@ -108,7 +107,7 @@ TEST_CASE("psi_VAR of a spun car is within 1 deg at every heading when two full 
   CHECK(seen > 150);
 }
 
-TEST_CASE("psi_VAR of a spun car is within 1 deg with 1.5 cm of noise") {
+TEST_CASE("fit_rectangle: psi_VAR of a spun car is within 1 deg with 1.5 cm of noise") {
   for (int deg = 0; deg < 360; deg += 7) {
     const uint32_t seed = uint32_t(1000 + deg);
     CAPTURE(seed);
@@ -123,7 +122,7 @@ TEST_CASE("psi_VAR of a spun car is within 1 deg with 1.5 cm of noise") {
   }
 }
 
-TEST_CASE("psi_VAR is refined below the 1 deg grid, across 90 deg as well") {
+TEST_CASE("fit_rectangle: psi_VAR is refined below the 1 deg grid, also across 90 deg") {
   for (double deg : {12.5, 12.25, 12.125, 12.0625, 12.4375, 0.4375, 89.5625, 89.9375, 45.5}) {
     CAPTURE(deg);
     const Cloud cloud = see_car(18, 9, deg * kDegree, 0, 0, 0.05);
@@ -131,8 +130,8 @@ TEST_CASE("psi_VAR is refined below the 1 deg grid, across 90 deg as well") {
   }
 }
 
-TEST_CASE("a tie between both headings goes to psi_REF (eq. 5)") {
-  // The rear alone, seen from straight behind: every rectangle holds all of it.
+TEST_CASE("fit_rectangle: with equal inliers psi_REF wins (eq. 5)") {
+  // Only the rear, seen from straight behind: every rectangle contains all points.
   Cloud rear;
   add_face(rear, 40, 0.9, 40, -0.9, 0.05);
   const RectangleFit f = rear.fit(0.05);
@@ -142,11 +141,11 @@ TEST_CASE("a tie between both headings goes to psi_REF (eq. 5)") {
   CHECK(f.heading_rad == f.heading_ref_rad);
   CHECK(f.center_x_m == f.ref_x_m);
   CHECK(f.center_y_m == f.ref_y_m);
-  // Both theta and theta + 90 deg hold it: the one nearer to psi_REF is psi_VAR.
+  // Both theta and theta + 90 deg contain all points: psi_VAR is the one nearer to psi_REF.
   CHECK(std::fabs(f.heading_var_rad) < 0.1 * kDegree);
 }
 
-TEST_CASE("the car is as long as it is known to be, away from the sensor, when only its rear is seen") {
+TEST_CASE("fit_rectangle: with only the rear visible, the car extends away from the sensor by its known length") {
   Cloud rear;
   add_face(rear, 40, 0.943, 40, -0.943, 0.05);
   const RectangleFit f = rear.fit(0);
@@ -154,11 +153,11 @@ TEST_CASE("the car is as long as it is known to be, away from the sensor, when o
   CHECK(f.center_y_m == doctest::Approx(0).epsilon(1e-4));
   CHECK(f.extent_length_m == doctest::Approx(0));
   CHECK(f.extent_width_m == doctest::Approx(kWidth));
-  // Seen from the front, the same face is its nose.
+  // Seen from the front, the same side is its front.
   CHECK(rear.fit(0, 80, 0).center_x_m == doctest::Approx(40 - kLength / 2));
 }
 
-TEST_CASE("a car standing sideways is found by psi_VAR, its centre within centimetres") {
+TEST_CASE("fit_rectangle: psi_VAR finds a car that stands sideways, its centre within centimetres") {
   for (double bearing : {-30.0, -12.0, 10.0, 33.0})
     for (double distance : {8.0, 20.0, 45.0}) {
       CAPTURE(bearing);
@@ -175,7 +174,7 @@ TEST_CASE("a car standing sideways is found by psi_VAR, its centre within centim
     }
 }
 
-TEST_CASE("a car standing sideways is found from its flank alone") {
+TEST_CASE("fit_rectangle: finds a car that stands sideways from one side") {
   Cloud flank;
   add_face(flank, 30, -kLength / 2, 30, kLength / 2, 0.1);
   const RectangleFit f = flank.fit(0.2);
@@ -185,8 +184,8 @@ TEST_CASE("a car standing sideways is found from its flank alone") {
   CHECK(f.center_y_m == doctest::Approx(0).epsilon(1e-4));
 }
 
-TEST_CASE("where theta and theta + 90 deg hold as many points, the one nearer to psi_REF is psi_VAR") {
-  // The rear alone of a car turned by -20 deg: the grid finds the line of the rear, 70 deg.
+TEST_CASE("fit_rectangle: if theta and theta + 90 deg have equal inliers, psi_VAR is the one nearer to psi_REF") {
+  // Only the rear of a car with heading -20 deg: the grid finds the line of the rear, 70 deg.
   const double c = std::cos(70 * kDegree), s = std::sin(70 * kDegree);
   Cloud rear;
   add_face(rear, 30 - 0.9 * c, -0.9 * s, 30 + 0.9 * c, 0.9 * s, 0.05);
@@ -196,15 +195,15 @@ TEST_CASE("where theta and theta + 90 deg hold as many points, the one nearer to
   CHECK(rear.fit(80 * kDegree).heading_var_rad == doctest::Approx(70 * kDegree));
 }
 
-TEST_CASE("theta and theta + 90 deg are told apart by the points inside, not by psi_REF") {
-  // A car turned by 80 deg: nearest to psi_REF would be -10 deg.
+TEST_CASE("fit_rectangle: the inliers, not psi_REF, decide between theta and theta + 90 deg") {
+  // A car with heading 80 deg: nearest to psi_REF would be -10 deg.
   const Cloud cloud = see_car(25, 4, 80 * kDegree, 0, 0, 0.1);
   const RectangleFit f = cloud.fit(0);
   CHECK(f.from_var);
   CHECK(f.heading_rad == doctest::Approx(80 * kDegree).epsilon(0.005));
 }
 
-TEST_CASE("of the two directions of psi_VAR the one nearer to psi_REF is taken, in (-pi, pi]") {
+TEST_CASE("fit_rectangle: psi_VAR takes the direction nearer to psi_REF, in (-pi, pi]") {
   const Cloud cloud = see_car(-20, 6, 20 * kDegree, 0, 0, 0.1);
   for (int ref = -180; ref <= 180; ref += 10) {
     if (std::abs(std::abs(ref - 20) - 90) < 5) continue;
@@ -221,8 +220,8 @@ TEST_CASE("of the two directions of psi_VAR the one nearer to psi_REF is taken, 
   CHECK(backwards.fit(-3.13).heading_var_rad == float(M_PI));
 }
 
-TEST_CASE("equally near corners: the one on the sensor's left, whatever the rounding says") {
-  // A face of 1 m across the view, seen from its middle: the car starts at its left end and reaches to the right of it.
+TEST_CASE("fit_rectangle: of equally near corners it takes the one on the sensor's left, with any rounding") {
+  // A side of 1 m across the view, seen from its middle: the car starts at its left end and extends to the right.
   for (int quarter = 0; quarter < 4; ++quarter)
     for (double jitter : {0.0, 1e-5, -1e-5, 4e-4, -4e-4})
       for (double ref : {0.0, 180.0}) {
@@ -239,7 +238,7 @@ TEST_CASE("equally near corners: the one on the sensor's left, whatever the roun
         const double ahead = 30 + kLength / 2, left = 0.5 - kWidth / 2;
         CHECK(std::hypot(f.ref_x_m - (100 + ahead * c - left * s), f.ref_y_m - (200 + ahead * s + left * c)) < 2e-3);
       }
-  // Beyond the millimetre the nearer corner decides: moved left, the right corner is the nearer one.
+  // Beyond a millimetre the nearer corner decides: after a move to the left, the right corner is nearer.
   Cloud moved;
   add_face(moved, 30, 0.51, 30, -0.49, 0.1);
   CHECK(moved.fit(0).ref_y_m == doctest::Approx(-0.49 + kWidth / 2));
@@ -248,8 +247,8 @@ TEST_CASE("equally near corners: the one on the sensor's left, whatever the roun
   CHECK(moved_right.fit(0).ref_y_m == doctest::Approx(0.49 - kWidth / 2));
 }
 
-TEST_CASE("equally near corners on the heading axis: the one on the sensor's left") {
-  // The flank of a car that drives across the view (psi_REF 90 deg), 2 m of it, seen from its middle.
+TEST_CASE("fit_rectangle: of equally near corners on the heading axis it takes the one on the sensor's left") {
+  // 2 m of the side of a car that drives across the view (psi_REF 90 deg), seen from their middle.
   Cloud flank;
   add_face(flank, 30, 1, 30, -1, 0.1);
   for (double ref : {90.0, -90.0}) {
@@ -259,15 +258,15 @@ TEST_CASE("equally near corners on the heading axis: the one on the sensor's lef
   }
 }
 
-TEST_CASE("points up to the margin outside the imposed rectangle count, those beyond do not") {
-  // The corner is (10, 1): the car covers x 10 .. 14.921, y -0.886 .. 1, the far sides have 0.10 m of margin.
+TEST_CASE("fit_rectangle: points up to the margin outside the rectangle count, those beyond do not") {
+  // The corner is (10, 1): the car covers x 10 .. 14.921, y -0.886 .. 1; the far sides have 0.10 m of margin.
   Cloud cloud;
   add_face(cloud, 10, 1, 11, 1, 0.1);
   const int32_t base = cloud.count();
   const auto inliers_with = [&](double x, double y) {
     Cloud more = cloud;
     more.add(x, y);
-    return more.fit(0, 0, 8).inliers_ref - base;  // seen from (0, 8): the near corner stays (10, 1)
+    return more.fit(0, 0, 8).inliers_ref - base;  // seen from (0, 8): the near corner is still (10, 1)
   };
   CHECK(inliers_with(10 + kLength + 0.099, 1) == 1);
   CHECK(inliers_with(10 + kLength + 0.101, 1) == 0);
@@ -275,7 +274,7 @@ TEST_CASE("points up to the margin outside the imposed rectangle count, those be
   CHECK(inliers_with(10, 1 - kWidth - 0.101) == 0);
 }
 
-TEST_CASE("fewer than 5 points: psi_VAR is psi_REF") {
+TEST_CASE("fit_rectangle: with fewer than 5 points psi_VAR is psi_REF") {
   Cloud cloud;
   add_face(cloud, 20, 0, 21, 1, 0.4);
   REQUIRE(cloud.count() == 4);
@@ -288,7 +287,7 @@ TEST_CASE("fewer than 5 points: psi_VAR is psi_REF") {
   CHECK(cloud.fit(0.1).heading_var_rad == doctest::Approx(45 * kDegree));
 }
 
-TEST_CASE("fit_rectangle gives finite numbers for any finite input") {
+TEST_CASE("fit_rectangle: gives finite numbers for any finite input") {
   constexpr float kHuge = std::numeric_limits<float>::max();
   const FitRectangleParams params;
   const auto check = [&](const Cloud& cloud, float ref, float sx, float sy) {
@@ -311,7 +310,7 @@ TEST_CASE("fit_rectangle gives finite numbers for any finite input") {
       for (const Cloud* cloud : {&equal, &line, &steep})
         for (float ref : {0.0f, 3.0f, -40.0f}) {
           check(*cloud, ref, 0, 0);
-          check(*cloud, ref, cloud->x[0], cloud->y[0]);  // the sensor inside the cluster
+          check(*cloud, ref, cloud->x[0], cloud->y[0]);  // the sensor is inside the cluster
         }
     }
   }
@@ -325,8 +324,8 @@ TEST_CASE("fit_rectangle gives finite numbers for any finite input") {
   check(wild, 1, 0, kHuge);
 }
 
-TEST_CASE("the place of a cluster does not change its heading: 1e4 m away it is the same to the bit") {
-  // Coordinates on a grid of 2^-9 m, which float32 still holds at 1e4 m, so that offsets are exact.
+TEST_CASE("fit_rectangle: a cluster's heading is the same bits at any position up to 1e4 m") {
+  // Coordinates on a grid of 2^-9 m, which float32 holds up to 1e4 m, so that offsets are exact.
   for (uint32_t seed = 1; seed <= 20; ++seed) {
     CAPTURE(seed);
     std::mt19937 random(seed);
@@ -345,7 +344,7 @@ TEST_CASE("the place of a cluster does not change its heading: 1e4 m away it is 
   }
 }
 
-TEST_CASE("psi_VAR has the least cost of all headings by a plain evaluation in long double") {
+TEST_CASE("fit_rectangle: psi_VAR has the least cost of all headings, evaluated in long double") {
   for (uint32_t seed = 1; seed <= 40; ++seed) {
     CAPTURE(seed);
     std::mt19937 random(seed);
@@ -385,7 +384,7 @@ TEST_CASE("psi_VAR has the least cost of all headings by a plain evaluation in l
   }
 }
 
-TEST_CASE("fit_rectangle does not read past its points, and repeats its bytes") {
+TEST_CASE("fit_rectangle: does not read past its points, and repeats its bytes") {
   Cloud cloud = see_car(22, -3, 0.4, 0, 0, 0.1);
   const RectangleFit a = cloud.fit(0.1);
   const float nan = std::numeric_limits<float>::quiet_NaN();

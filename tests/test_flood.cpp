@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Producers faster than the pipeline: the newest scan is the one that is used, every other one is counted, nobody waits
-// and nothing grows.
+// Producers faster than the pipeline: the newest scan is used, every other one is counted, no thread waits, and no
+// memory grows.
 #include <doctest/doctest.h>
 #include <unistd.h>
 
@@ -18,13 +18,13 @@
 #include "tests/support/detector_bench.h"
 #include "tests/support/heap_calls.h"
 
-using namespace overtake_test;
+using namespace overtake::test;
 using overtake::steady_now_ns;
 
 namespace {
 
 constexpr int64_t kMs = 1'000'000, kPeriod = 5 * kMs;  // 200 Hz
-constexpr int32_t kPoints = 64;                        // a push that is nearly all but its copy
+constexpr int32_t kPoints = 64;                        // few points: a push costs little besides its copy
 
 int64_t resident_pages() {
   int64_t all = 0, resident = 0;
@@ -33,10 +33,10 @@ int64_t resident_pages() {
 }
 
 struct Age {
-  std::vector<int64_t> ns;     // of the scans' data when their segmentation began
-  std::vector<int64_t> newer;  // scans of that sensor pushed since, when one was taken
+  std::vector<int64_t> ns;     // of the scans whose segmentation began
+  std::vector<int64_t> newer;  // scans of the same sensor pushed before this one was acquired
   std::atomic<int64_t> posted[3] = {-1, -1, -1};
-  int64_t last = 0;                    // scan of each sensor: nothing newer ever replaces it
+  int64_t last = 0;                    // last scan of each sensor: no newer one replaces it
   std::atomic<int64_t> slowest_ns{0};  // time a frame spent in the slow stage
 };
 
@@ -46,7 +46,7 @@ struct Outcome {
   int64_t pages_grown = 0, heap_calls = 0;
 };
 
-// Three producers at 200 Hz against a tracker that takes 25 ms a frame.
+// Three producers at 200 Hz against a tracker that takes 25 ms per frame.
 Outcome flood(double seconds, Age& age) {
   DetectorBench bench({.workers = 2, .push_policy = OVT_PUSH_REPLACE, .map = false, .record = false});
   bench.params.frame_period_s = 0.005;
@@ -55,16 +55,16 @@ Outcome flood(double seconds, Age& age) {
   age.ns.reserve(std::size_t(seconds * 1000));
   age.newer.reserve(std::size_t(seconds * 1000));
   reinterpret_cast<overtake::Detector*>(bench.detector)
-      ->set_hook({[](void* user, overtake::Body at, overtake::Frame& frame, int32_t sensor) {
+      ->set_hook({[](void* user, overtake::HookPoint at, overtake::Frame& frame, int32_t sensor) {
                     auto& a = *static_cast<Age*>(user);
-                    if (at == overtake::Body::kTake) {
+                    if (at == overtake::HookPoint::kTake) {
                       if (a.newer.size() < a.newer.capacity())
                         a.newer.push_back(a.posted[sensor] - frame.sensors[sensor].stamp_ns / kPeriod);
-                    } else if (at == overtake::Body::kTrack) {
+                    } else if (at == overtake::HookPoint::kTrack) {
                       const int64_t from = steady_now_ns();
                       std::this_thread::sleep_for(std::chrono::milliseconds(25));
                       a.slowest_ns = std::max(a.slowest_ns.load(), steady_now_ns() - from);  // one frame at a time
-                    } else if (at == overtake::Body::kFinish) {
+                    } else if (at == overtake::HookPoint::kFinish) {
                       for (int32_t s = 0; s < 3; ++s) {
                         const overtake::SensorPart& part = frame.sensors[s];
                         const overtake::StageSpan& load = part.spans[OVT_STAGE_LOAD];
@@ -100,7 +100,7 @@ Outcome flood(double seconds, Age& age) {
       if (ovt_push_scan(bench.detector, &points) != OVT_OK) return;
       push_ns[std::size_t(sensor)][std::size_t(k)] = steady_now_ns() - before;
       age.posted[sensor] = k;
-      if (sensor == 0 && k == count / 10) {  // what the first pushes touch is touched
+      if (sensor == 0 && k == count / 10) {  // now all memory of the first pushes has been touched
         pages = resident_pages();
         heap = can_count_heap_calls() ? count_heap_calls() : 0;
       }
@@ -144,7 +144,7 @@ void check_flood(double seconds) {
   CHECK(s.dropped * 2 >= s.pushed);
   CHECK(s.in_flight == 0);
   CHECK(out.heap_calls <= 0);
-  if (can_count_heap_calls())  // a sanitizer's own memory grows
+  if (can_count_heap_calls())  // a sanitizer's memory grows
     CHECK(out.pages_grown * sysconf(_SC_PAGESIZE) <= 256 * 1024);
   REQUIRE(!age.ns.empty());
   // The intake takes the newest scan; one more may be pushed on the way. The median judges: an intake that kept older
@@ -155,8 +155,8 @@ void check_flood(double seconds) {
 
 }  // namespace
 
-TEST_CASE("flood: three sensors at 200 Hz against a slow tracker, for two seconds") { check_flood(2); }
+TEST_CASE("flood: three sensors at 200 Hz and a slow tracker for two seconds") { check_flood(2); }
 
 TEST_SUITE("long") {
-  TEST_CASE("flood: three sensors at 200 Hz against a slow tracker, for a minute") { check_flood(60); }
+  TEST_CASE("flood: three sensors at 200 Hz and a slow tracker for a minute") { check_flood(60); }
 }

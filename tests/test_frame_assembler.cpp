@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Scans become frames by their stamps alone: a fake runner writes down what it is told.
+// Scans become frames by their stamps alone: a fake runner records the calls.
 #include "pipeline/frame_assembler.h"
 
 #include <doctest/doctest.h>
@@ -23,7 +23,7 @@ struct Closed {
   int32_t segments, external_count;
 };
 
-// Finishes every frame at once, or keeps them in flight.
+// Finishes every frame at once, or keeps it in flight.
 class FakeRunner final : public FrameRunner {
  public:
   explicit FakeRunner(FramePool& pool) : pool_(pool) {}
@@ -72,22 +72,22 @@ class Bench {
     }));
     REQUIRE(assembler.build(capacity, kCapacity, default_allocator()));
   }
-  Taken scan(int32_t sensor, int64_t ms) { return scan_ns(sensor, ms * kMs); }
-  Taken scan_ns(int32_t sensor, int64_t ns) {
+  IntakeResult scan(int32_t sensor, int64_t ms) { return scan_ns(sensor, ms * kMs); }
+  IntakeResult scan_ns(int32_t sensor, int64_t ns) {
     scan_.stamp_ns = ns;
     scan_.table.count = 1;
-    scan_.ego = ego.mark();
+    scan_.ego = ego.range();
     return assembler.take_scan(sensor, scan_);
   }
-  Taken external(int64_t ms, int32_t count = 2) {
+  IntakeResult external(int64_t ms, int32_t count = 2) {
     rows_.table.count = count;
     for (int32_t i = 0; i < count; ++i) rows_.table.x_m[i] = double(i);
     rows_.stamp_ns = ms * kMs;
-    rows_.ego = ego.mark();
+    rows_.ego = ego.range();
     return assembler.take_external(rows_);
   }
   void sweep(int64_t ms, std::vector<int32_t> sensors = {0, 1, 2}) {
-    for (const int32_t s : sensors) CHECK(scan(s, ms + s) == Taken::kUsed);
+    for (const int32_t s : sensors) CHECK(scan(s, ms + s) == IntakeResult::kUsed);
   }
   const Closed& last() const { return runner.closed.back(); }
   std::size_t count() const { return runner.closed.size(); }
@@ -110,7 +110,7 @@ class Bench {
 
 }  // namespace
 
-TEST_CASE("frame_assembler: scans within the tolerance are one frame, closed with the last sensor, in any order") {
+TEST_CASE("frame_assembler: scans within the tolerance form one frame, closed by the last sensor, in any order") {
   for (const std::vector<int32_t>& order :
        {std::vector<int32_t>{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}) {
     Bench bench;
@@ -128,18 +128,18 @@ TEST_CASE("frame_assembler: scans within the tolerance are one frame, closed wit
   }
 }
 
-TEST_CASE("frame_assembler: the tolerance is from the frame's first stamp, its edge included") {
+TEST_CASE("frame_assembler: the tolerance counts from the frame's first stamp and is inclusive") {
   Bench bench;
   bench.scan(0, 100);
-  CHECK(bench.scan(1, 125) == Taken::kUsed);
+  CHECK(bench.scan(1, 125) == IntakeResult::kUsed);
   CHECK(bench.count() == 0);
-  CHECK(bench.scan_ns(2, 125 * kMs + 1) == Taken::kUsed);  // a frame of its own closes the first
+  CHECK(bench.scan_ns(2, 125 * kMs + 1) == IntakeResult::kUsed);  // a new frame closes the first
   REQUIRE(bench.count() == 1);
   CHECK(bench.last().mask == 3);
   CHECK(bench.last().flags == OVT_FLAG_SENSOR_MISSING);
 }
 
-TEST_CASE("frame_assembler: a second scan of a sensor opens the next frame, however near") {
+TEST_CASE("frame_assembler: a second scan of a sensor opens the next frame, however near its stamp") {
   Bench bench;
   bench.scan(0, 100);
   bench.scan(0, 110);
@@ -147,7 +147,7 @@ TEST_CASE("frame_assembler: a second scan of a sensor opens the next frame, howe
   CHECK(bench.last().mask == 1);
 }
 
-TEST_CASE("frame_assembler: a missing sensor holds a frame up to the next scan, a silent one not at all") {
+TEST_CASE("frame_assembler: a frame waits for a missing sensor until the next scan, and not for a silent one") {
   Bench bench;
   bench.sweep(0);
   for (int64_t k = 1; k < 6; ++k) {
@@ -162,7 +162,7 @@ TEST_CASE("frame_assembler: a missing sensor holds a frame up to the next scan, 
   }
 }
 
-TEST_CASE("frame_assembler: a sensor that returns is used with its first scan and waited for again") {
+TEST_CASE("frame_assembler: a returning sensor's first scan is used, and frames wait for the sensor again") {
   Bench bench;
   bench.sweep(0);
   for (int64_t k = 1; k < 6; ++k) bench.sweep(50 * k, {0, 1});
@@ -180,17 +180,17 @@ TEST_CASE("frame_assembler: a sensor that returns is used with its first scan an
   CHECK(bench.count() == before + 2);
 }
 
-TEST_CASE("frame_assembler: a sensor that never spoke is waited for during 75 ms only") {
+TEST_CASE("frame_assembler: a frame waits only 75 ms for a sensor that never sent a scan") {
   Bench bench;
   for (int64_t k = 0; k < 5; ++k) bench.sweep(50 * k, {0, 1});
   CHECK(bench.count() == 5);
   for (std::size_t k = 0; k < bench.count(); ++k) CHECK(bench.runner.closed[k].mask == 3);
 }
 
-TEST_CASE("frame_assembler: a scan older than what was closed is a frame of its own, out of sequence") {
+TEST_CASE("frame_assembler: a scan older than a closed frame becomes a separate frame, out of sequence") {
   Bench bench;
   bench.sweep(100);
-  CHECK(bench.scan(1, 50) == Taken::kUsed);
+  CHECK(bench.scan(1, 50) == IntakeResult::kUsed);
   REQUIRE(bench.count() == 2);
   CHECK(bench.last().sequence == 1);
   CHECK(bench.last().mask == 2);
@@ -198,14 +198,15 @@ TEST_CASE("frame_assembler: a scan older than what was closed is a frame of its 
   CHECK((bench.last().flags & OVT_FLAG_OUT_OF_SEQUENCE) != 0);
   CHECK((bench.runner.closed[0].flags & OVT_FLAG_OUT_OF_SEQUENCE) == 0);
 
-  CHECK(bench.scan(0, 150) == Taken::kUsed);
-  CHECK(bench.scan(1, 140) == Taken::kUsed);  // older than the first, within the tolerance
+  CHECK(bench.scan(0, 150) == IntakeResult::kUsed);
+  CHECK(bench.scan(1, 140) == IntakeResult::kUsed);  // older than the first, within the tolerance
   CHECK(bench.count() == 2);
-  CHECK(bench.scan(2, 104) == Taken::kUsed);  // between the closed frame and the one that waits, which goes on waiting
+  CHECK(bench.scan(2, 104) ==
+        IntakeResult::kUsed);  // between the closed and the open frame; the open one keeps waiting
   REQUIRE(bench.count() == 3);
   CHECK(bench.last().first_ms == 104);
   CHECK((bench.last().flags & OVT_FLAG_OUT_OF_SEQUENCE) == 0);
-  CHECK(bench.scan(2, 141) == Taken::kUsed);
+  CHECK(bench.scan(2, 141) == IntakeResult::kUsed);
   REQUIRE(bench.count() == 4);
   CHECK(bench.last().sequence == 3);
   CHECK(bench.last().first_ms == 140);
@@ -213,56 +214,56 @@ TEST_CASE("frame_assembler: a scan older than what was closed is a frame of its 
   CHECK(bench.last().mask == 7);
 }
 
-TEST_CASE("frame_assembler: a scan is late when it is more than half a second old") {
+TEST_CASE("frame_assembler: a scan that is more than half a second old is late") {
   Bench bench;
-  bench.sweep(1000);                          // 1000, 1001, 1002 ms
-  CHECK(bench.scan(0, 502) == Taken::kUsed);  // the edge
-  CHECK(bench.scan(0, 501) == Taken::kLate);
-  CHECK(bench.scan_ns(1, 502 * kMs - 1) == Taken::kLate);
+  bench.sweep(1000);                                 // 1000, 1001, 1002 ms
+  CHECK(bench.scan(0, 502) == IntakeResult::kUsed);  // exactly at the limit
+  CHECK(bench.scan(0, 501) == IntakeResult::kLate);
+  CHECK(bench.scan_ns(1, 502 * kMs - 1) == IntakeResult::kLate);
   CHECK(bench.count() == 2);
 }
 
 TEST_CASE("frame_assembler: pushed detections ahead of the sensors make no scan late") {
   Bench bench;
-  bench.sweep(1000);                            // 1000, 1001, 1002 ms
-  CHECK(bench.external(1072) == Taken::kUsed);  // as near as the next scans may be
-  CHECK(bench.scan(0, 502) == Taken::kUsed);    // half a second before the sensors' newest stamp
+  bench.sweep(1000);                                   // 1000, 1001, 1002 ms
+  CHECK(bench.external(1072) == IntakeResult::kUsed);  // as near as the next scans may be
+  CHECK(bench.scan(0, 502) == IntakeResult::kUsed);    // half a second before the sensors' newest stamp
   CHECK((bench.last().flags & OVT_FLAG_OUT_OF_SEQUENCE) != 0);
-  CHECK(bench.scan(0, 501) == Taken::kLate);
+  CHECK(bench.scan(0, 501) == IntakeResult::kLate);
 }
 
-TEST_CASE("frame_assembler: a stamp that a sensor has used before is a duplicate, also out of sequence") {
+TEST_CASE("frame_assembler: a repeated stamp of a sensor is a duplicate, also out of sequence") {
   Bench bench;
   for (int64_t k = 0; k < 5; ++k) bench.sweep(50 * k);
-  CHECK(bench.scan(0, 100) == Taken::kDuplicate);
-  CHECK(bench.scan(1, 151) == Taken::kDuplicate);
-  CHECK(bench.scan(0, 101) == Taken::kUsed);  // another sensor's stamp
-  CHECK(bench.scan(0, 101) == Taken::kDuplicate);
+  CHECK(bench.scan(0, 100) == IntakeResult::kDuplicate);
+  CHECK(bench.scan(1, 151) == IntakeResult::kDuplicate);
+  CHECK(bench.scan(0, 101) == IntakeResult::kUsed);  // another sensor's stamp
+  CHECK(bench.scan(0, 101) == IntakeResult::kDuplicate);
   CHECK(bench.count() == 6);
 }
 
-TEST_CASE("frame_assembler: after a gap of over a second the third stamp that agrees starts anew") {
+TEST_CASE("frame_assembler: after a gap of over a second the third consistent stamp restarts the clock") {
   Bench bench;
   for (int64_t k = 0; k < 3; ++k) bench.sweep(50 * k);
   for (int64_t k = 0; k < 2; ++k)
-    for (const int32_t s : {0, 1, 2}) CHECK(bench.scan(s, 5000 + 50 * k + s) == Taken::kLate);
+    for (const int32_t s : {0, 1, 2}) CHECK(bench.scan(s, 5000 + 50 * k + s) == IntakeResult::kLate);
   CHECK(bench.count() == 3);
   bench.sweep(5100);
   REQUIRE(bench.count() == 4);
   CHECK(bench.last().mask == 7);
   CHECK((bench.last().flags & OVT_FLAG_CLOCK_JUMP) != 0);
   CHECK(bench.assembler.clock_jumps() == 1);
-  CHECK(bench.assembler.take_settled().late_before_jump == 6);  // they were of the clock that is now believed
+  CHECK(bench.assembler.take_settled().late_before_jump == 6);  // they belong to the new clock
   bench.sweep(5150);
   CHECK((bench.last().flags & OVT_FLAG_CLOCK_JUMP) == 0);
 }
 
-TEST_CASE("frame_assembler: scans that were held in vain and belong to the clock that is then believed were dropped") {
+TEST_CASE("frame_assembler: held scans that belong to the new clock after a jump count as dropped") {
   Bench bench;
   for (int64_t k = 0; k < 3; ++k) bench.sweep(50 * k);
-  CHECK(bench.scan(0, 1000) == Taken::kHeld);  // less than a second ahead: the others may come after
-  CHECK(bench.scan(0, 1050) == Taken::kHeld);
-  CHECK(bench.scan(0, 1150) == Taken::kUsed);  // the third that agrees, and nobody else was heard meanwhile
+  CHECK(bench.scan(0, 1000) == IntakeResult::kHeld);  // less than a second ahead: the others may follow
+  CHECK(bench.scan(0, 1050) == IntakeResult::kHeld);
+  CHECK(bench.scan(0, 1150) == IntakeResult::kUsed);  // the third that agrees, and no other sensor was heard meanwhile
   CHECK(bench.assembler.clock_jumps() == 1);
   const Settled settled = bench.assembler.take_settled();
   CHECK(settled.late == 2);
@@ -271,11 +272,11 @@ TEST_CASE("frame_assembler: scans that were held in vain and belong to the clock
 }
 
 TEST_CASE(
-    "frame_assembler: a clock that went back is believed at the third stamp, and the two before it were dropped") {
+    "frame_assembler: a clock that went back is accepted at the third stamp; the two before it count as dropped") {
   Bench bench;
   bench.sweep(100'000);
   for (int64_t k = 0; k < 2; ++k)
-    for (const int32_t s : {0, 1, 2}) CHECK(bench.scan(s, 50 * k + s) == Taken::kLate);
+    for (const int32_t s : {0, 1, 2}) CHECK(bench.scan(s, 50 * k + s) == IntakeResult::kLate);
   bench.sweep(100);
   CHECK((bench.last().flags & OVT_FLAG_CLOCK_JUMP) != 0);
   CHECK((bench.last().flags & OVT_FLAG_OUT_OF_SEQUENCE) == 0);
@@ -283,31 +284,31 @@ TEST_CASE(
   CHECK(bench.assembler.take_settled().late_before_jump == 0);
 }
 
-TEST_CASE("frame_assembler: one sensor's bad clock moves nobody, two of three do") {
+TEST_CASE("frame_assembler: one sensor's bad clock cannot move the others, two of three can") {
   Bench bench;
   bench.sweep(0);
   for (int64_t k = 1; k < 10; ++k) {
-    CHECK(bench.scan(0, 50 * k) == Taken::kUsed);
-    CHECK(bench.scan(1, 50 * k + 1) == Taken::kUsed);
-    CHECK(bench.scan(2, 60'000 + 50 * k) == Taken::kLate);
+    CHECK(bench.scan(0, 50 * k) == IntakeResult::kUsed);
+    CHECK(bench.scan(1, 50 * k + 1) == IntakeResult::kUsed);
+    CHECK(bench.scan(2, 60'000 + 50 * k) == IntakeResult::kLate);
   }
   CHECK(bench.assembler.clock_jumps() == 0);
   for (int64_t k = 0; k < 3; ++k) {
-    CHECK(bench.scan(0, 500 + 50 * k) == Taken::kUsed);
-    const Taken before = k < 2 ? Taken::kLate : Taken::kUsed;
-    const Taken first = bench.scan(1, 60'500 + 50 * k);
+    CHECK(bench.scan(0, 500 + 50 * k) == IntakeResult::kUsed);
+    const IntakeResult before = k < 2 ? IntakeResult::kLate : IntakeResult::kUsed;
+    const IntakeResult first = bench.scan(1, 60'500 + 50 * k);
     CHECK(first == before);
-    if (k < 2) CHECK(bench.scan(2, 60'500 + 50 * k) == Taken::kLate);
+    if (k < 2) CHECK(bench.scan(2, 60'500 + 50 * k) == IntakeResult::kLate);
   }
   CHECK(bench.assembler.clock_jumps() == 1);
 }
 
-TEST_CASE("frame_assembler: stamps that do not agree with each other are no clock") {
+TEST_CASE("frame_assembler: inconsistent stamps do not change the clock") {
   Bench bench;
   bench.sweep(100'000);
   for (const int64_t ms : {10'000, 20'000, 30'000, 29'000, 28'000, 50'000, 52'000, 54'000})
-    CHECK(bench.scan(0, ms) == Taken::kLate);
-  for (const int64_t ms : {200'000, 300'000, 400'000}) CHECK(bench.scan(0, ms) == Taken::kLate);
+    CHECK(bench.scan(0, ms) == IntakeResult::kLate);
+  for (const int64_t ms : {200'000, 300'000, 400'000}) CHECK(bench.scan(0, ms) == IntakeResult::kLate);
   CHECK(bench.assembler.clock_jumps() == 0);
 }
 
@@ -320,17 +321,17 @@ TEST_CASE("frame_assembler: flush closes the open frame once") {
   bench.assembler.flush();
   REQUIRE(bench.count() == 1);
   CHECK(bench.last().mask == 2);
-  CHECK(bench.scan(0, 100) == Taken::kUsed);  // a frame of its own: its frame is closed
-  CHECK(bench.scan(0, 101) == Taken::kUsed);
+  CHECK(bench.scan(0, 100) == IntakeResult::kUsed);  // a separate frame: its first frame is closed
+  CHECK(bench.scan(0, 101) == IntakeResult::kUsed);
   bench.assembler.flush();
   CHECK(bench.count() == 3);
   CHECK(bench.assembler.admitted() == 3);
 }
 
-TEST_CASE("frame_assembler: advance closes what waited 75 ms and predicts when nothing came for as long") {
+TEST_CASE("frame_assembler: advance closes a frame after 75 ms and predicts when no frame came for as long") {
   Bench bench;
   CHECK(bench.assembler.advance(0));
-  CHECK(bench.count() == 0);  // nothing yet: nothing to predict from
+  CHECK(bench.count() == 0);  // no frame yet: nothing to predict from
   bench.scan(0, 100);
   CHECK(bench.assembler.advance(174 * kMs));
   CHECK(bench.count() == 0);
@@ -345,76 +346,77 @@ TEST_CASE("frame_assembler: advance closes what waited 75 ms and predicts when n
   CHECK(bench.last().kind == FrameKind::kPrediction);
   CHECK(bench.last().last_ms == 180);
   CHECK(bench.last().mask == 0);
-  CHECK(bench.scan(0, 150) == Taken::kUsed);  // a prediction makes no scan late
+  CHECK(bench.scan(0, 150) == IntakeResult::kUsed);  // a prediction makes no scan late
   CHECK(bench.assembler.advance(INT64_MAX));
   CHECK(bench.count() == 3);
 }
 
-TEST_CASE("frame_assembler: pushed detections are a frame of their own, in the order of stamps") {
+TEST_CASE("frame_assembler: pushed detections are a separate frame, in the order of stamps") {
   Bench bench;
-  CHECK(bench.external(90) == Taken::kUsed);
+  CHECK(bench.external(90) == IntakeResult::kUsed);
   REQUIRE(bench.count() == 1);
   CHECK(bench.last().kind == FrameKind::kExternal);
   CHECK(bench.last().flags == OVT_FLAG_EXTERNAL);
   CHECK(bench.last().external_count == 2);
   bench.scan(0, 100);
-  CHECK(bench.external(95) == Taken::kUsed);  // before the open frame, which goes on waiting
+  CHECK(bench.external(95) == IntakeResult::kUsed);  // before the open frame, which keeps waiting
   REQUIRE(bench.count() == 2);
   CHECK((bench.last().flags & OVT_FLAG_OUT_OF_SEQUENCE) == 0);
   bench.scan(1, 110);
-  CHECK(bench.external(105) == Taken::kUsed);  // between the stamps of the open frame, which is then late itself
+  CHECK(bench.external(105) == IntakeResult::kUsed);  // between the stamps of the open frame, which then is late itself
   CHECK(bench.count() == 3);
-  CHECK(bench.external(111) == Taken::kUsed);
+  CHECK(bench.external(111) == IntakeResult::kUsed);
   REQUIRE(bench.count() == 5);
   CHECK(bench.runner.closed[3].mask == 3);
   CHECK(bench.runner.closed[3].last_ms == 110);
   CHECK((bench.runner.closed[3].flags & OVT_FLAG_OUT_OF_SEQUENCE) == 0);
-  CHECK(bench.external(109) == Taken::kUsed);
+  CHECK(bench.external(109) == IntakeResult::kUsed);
   CHECK(bench.last().flags == (OVT_FLAG_EXTERNAL | OVT_FLAG_OUT_OF_SEQUENCE));
-  CHECK(bench.external(109) == Taken::kDuplicate);
+  CHECK(bench.external(109) == IntakeResult::kDuplicate);
 }
 
-TEST_CASE("frame_assembler: pushed detections and scans of one stamp are both used, in either order") {
+TEST_CASE("frame_assembler: pushed detections and scans with one stamp are both used, in either order") {
   Bench bench;
   bench.sweep(0);
-  CHECK(bench.external(2) == Taken::kUsed);
-  CHECK(bench.external(50) == Taken::kUsed);
+  CHECK(bench.external(2) == IntakeResult::kUsed);
+  CHECK(bench.external(50) == IntakeResult::kUsed);
   bench.sweep(50);
   REQUIRE(bench.count() == 4);
   CHECK(bench.last().mask == 7);
   CHECK(bench.last().last_ms == 52);
 }
 
-TEST_CASE("frame_assembler: without a free slot nothing is taken and the sequence gets no hole") {
+TEST_CASE("frame_assembler: without a free slot nothing is used and the sequence gets no gap") {
   Bench bench;
   bench.runner.keep = true;
   for (int64_t k = 0; k < kSlots; ++k) bench.sweep(50 * k);
-  CHECK(bench.scan(0, 200) == Taken::kNoSlot);
-  CHECK(bench.external(201) == Taken::kNoSlot);
+  CHECK(bench.scan(0, 200) == IntakeResult::kNoSlot);
+  CHECK(bench.external(201) == IntakeResult::kNoSlot);
   CHECK_FALSE(bench.assembler.advance(1000 * kMs));
   CHECK(bench.assembler.admitted() == kSlots);
   bench.runner.finish_kept();
   bench.runner.keep = false;
   bench.sweep(200);
-  CHECK(bench.external(203) == Taken::kUsed);
+  CHECK(bench.external(203) == IntakeResult::kUsed);
   CHECK(bench.assembler.advance(1000 * kMs));
   REQUIRE(bench.count() == kSlots + 3);
   for (std::size_t k = 0; k < bench.count(); ++k) CHECK(bench.runner.closed[k].sequence == int64_t(k));
 }
 
-TEST_CASE("frame_assembler: stamps at both ends of int64") {
+TEST_CASE("frame_assembler: stamps at both ends of int64 work") {
   Bench bench;
-  CHECK(bench.scan_ns(0, INT64_MIN) == Taken::kUsed);
-  CHECK(bench.scan_ns(1, INT64_MAX) == Taken::kHeld);  // one against one at the very beginning
-  CHECK(bench.scan_ns(2, 0) == Taken::kHeld);
-  CHECK(bench.scan_ns(1, INT64_MIN) == Taken::kUsed);
-  CHECK(bench.scan_ns(2, INT64_MIN) == Taken::kUsed);
+  CHECK(bench.scan_ns(0, INT64_MIN) == IntakeResult::kUsed);
+  CHECK(bench.scan_ns(1, INT64_MAX) == IntakeResult::kHeld);  // one against one at the very start
+  CHECK(bench.scan_ns(2, 0) == IntakeResult::kHeld);
+  CHECK(bench.scan_ns(1, INT64_MIN) == IntakeResult::kUsed);
+  CHECK(bench.scan_ns(2, INT64_MIN) == IntakeResult::kUsed);
   CHECK(bench.assembler.take_settled().late == 2);
-  for (const int64_t back : {2, 1}) CHECK(bench.scan_ns(0, INT64_MAX - back * kMs) == Taken::kLate);
-  CHECK(bench.scan_ns(0, INT64_MAX) == Taken::kUsed);  // the third that agrees, and nobody else was heard meanwhile
+  for (const int64_t back : {2, 1}) CHECK(bench.scan_ns(0, INT64_MAX - back * kMs) == IntakeResult::kLate);
+  CHECK(bench.scan_ns(0, INT64_MAX) ==
+        IntakeResult::kUsed);  // the third that agrees, and no other sensor was heard meanwhile
   CHECK(bench.assembler.clock_jumps() == 1);
-  CHECK(bench.scan_ns(2, INT64_MIN) == Taken::kHeld);
-  CHECK(bench.scan_ns(2, INT64_MAX) == Taken::kUsed);
+  CHECK(bench.scan_ns(2, INT64_MIN) == IntakeResult::kHeld);
+  CHECK(bench.scan_ns(2, INT64_MAX) == IntakeResult::kUsed);
   CHECK(bench.assembler.advance(INT64_MIN));
   CHECK(bench.assembler.advance(INT64_MAX));
   bench.assembler.flush();

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Frame slots: free, in flight, finished; readers hold what they read, and hold nothing else up.
+// Frame slots: free, in flight, finished. Readers hold their frames, and block nothing else.
 #include "pipeline/frame_pool.h"
 
 #include <doctest/doctest.h>
@@ -12,7 +12,7 @@
 
 using namespace overtake;
 
-// What another thread may be in the middle of.
+// The steps of a call that another thread may interrupt.
 namespace overtake {
 struct FramePoolSteps {
   template <class Between>
@@ -43,7 +43,7 @@ Frame* finish_one(FramePool& pool, int64_t sequence) {
 
 }  // namespace
 
-TEST_CASE("frame_pool: as many frames in flight as slots, and no reader sees one of them") {
+TEST_CASE("frame_pool: as many frames in flight as slots, and no reader sees any of them") {
   FramePool pool;
   REQUIRE(pool.build(3, 3, small_sizes(), default_allocator()));
   Frame* frames[3];
@@ -56,7 +56,7 @@ TEST_CASE("frame_pool: as many frames in flight as slots, and no reader sees one
   CHECK(pool.latest_sequence() == -1);
 }
 
-TEST_CASE("frame_pool: the latest stays until the next is published, a pinned one until its readers let go") {
+TEST_CASE("frame_pool: the latest stays until the next is published, a pinned frame until its readers release it") {
   FramePool pool;
   REQUIRE(pool.build(3, 3, small_sizes(), default_allocator()));
   Event event;
@@ -74,16 +74,16 @@ TEST_CASE("frame_pool: the latest stays until the next is published, a pinned on
   CHECK(first->tracks.x_m[0] == 0.0);
   Frame* in_flight = pool.acquire();
   REQUIRE(in_flight);
-  CHECK(pool.acquire() == nullptr);  // first pinned, the latest, one in flight
+  CHECK(pool.acquire() == nullptr);  // first is pinned, one is the latest, one is in flight
   pool.release(first);
   CHECK(pool.acquire() == nullptr);
   const uint32_t before = event.look();
   pool.release(first);
-  CHECK(event.look() != before);  // whoever waits for a slot is told
+  CHECK(event.look() != before);  // it wakes threads that wait for a slot
   CHECK(pool.acquire() == first);
 }
 
-TEST_CASE("frame_pool: a slot comes back reset") {
+TEST_CASE("frame_pool: an acquired slot is reset") {
   FramePool pool;
   REQUIRE(pool.build(1, 1, small_sizes(), default_allocator()));
   Frame* frame = pool.acquire();
@@ -108,13 +108,13 @@ TEST_CASE("frame_pool: a slot comes back reset") {
   CHECK(frame->spans[OVT_STAGE_TRACK].duration_ns == -1);
 }
 
-TEST_CASE("frame_pool: no memory is an answer") {
+TEST_CASE("frame_pool: without memory build fails") {
   const Allocator none = {[](size_t, size_t, void*) -> void* { return nullptr; }, [](void*, size_t, void*) {}, nullptr};
   FramePool pool;
   CHECK_FALSE(pool.build(2, 2, small_sizes(), none));
 }
 
-TEST_CASE("frame_pool: readers race a publisher and never see a frame change under them or go back") {
+TEST_CASE("frame_pool: readers that race a publisher never see a frame change or an older frame") {
   constexpr int64_t kFrames = 30000;
   constexpr int kReaders = 3;
   FramePool pool;
@@ -146,9 +146,9 @@ TEST_CASE("frame_pool: readers race a publisher and never see a frame change und
   CHECK(wrong.load() == 0);
 }
 
-// One interleaving of a reader and two publishers, step by step: the reader knows the latest; it is replaced, freed,
-// taken again and finished, but not the latest yet.
-TEST_CASE("frame_pool: a slot that comes back finished under a reader is not the latest until it is published") {
+// One interleaving of a reader and two publishers, step by step: the reader knows the latest. That slot is replaced,
+// freed, acquired again and finished, but is not yet the latest.
+TEST_CASE("frame_pool: a slot that finishes again under a reader is not the latest until it is published") {
   FramePool pool;
   REQUIRE(pool.build(3, 3, small_sizes(), default_allocator()));
   Frame* const first = finish_one(pool, 0);
@@ -161,7 +161,7 @@ TEST_CASE("frame_pool: a slot that comes back finished under a reader is not the
     FramePoolSteps::mark_finished(pool, again);
   };
   Frame* const pinned = FramePoolSteps::pin_latest(pool, meanwhile);
-  REQUIRE(again == first);  // the very slot that the reader knew
+  REQUIRE(again == first);  // the same slot that the reader knew
   Frame* const next = pool.pin_latest();
   REQUIRE(pinned);
   REQUIRE(next);
@@ -171,7 +171,7 @@ TEST_CASE("frame_pool: a slot that comes back finished under a reader is not the
   CHECK(pool.pin_latest() == again);
 }
 
-TEST_CASE("frame_pool: no more frames are in flight than it was built for, however many slots are free") {
+TEST_CASE("frame_pool: never more frames in flight than the limit, however many slots are free") {
   FramePool pool;
   REQUIRE(pool.build(5, 2, small_sizes(), default_allocator()));
   Frame* a = pool.acquire();

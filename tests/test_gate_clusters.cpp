@@ -32,14 +32,14 @@ struct Merged {
     return kept;
   }
   std::vector<char> block;
-  MergedTable table;
+  FrameClusterTable table;
 };
 
 using Rows = std::vector<int32_t>;
 
 }  // namespace
 
-TEST_CASE("gate_clusters drops what is longer than 1.1 car lengths, to the last bit") {
+TEST_CASE("gate_clusters: drops clusters longer than 1.1 car lengths, to the last bit") {
   const float limit = 4.921f * 1.1f, over = std::nextafter(limit, 10.0f), under = std::nextafter(limit, 0.0f);
   CHECK(limit == doctest::Approx(5.4131));
   Merged m;
@@ -54,7 +54,7 @@ TEST_CASE("gate_clusters drops what is longer than 1.1 car lengths, to the last 
   CHECK(m.gate() == Rows{0, 2, 3, 5, 7});
 }
 
-TEST_CASE("gate_clusters drops clusters of fewer than 3 points: they have no rectangle") {
+TEST_CASE("gate_clusters: drops clusters with fewer than 3 points: they have no rectangle") {
   Merged m;
   for (int32_t points : {1, 2, 3, 4}) m.add(points, 0, 1, 0, 1, 0, 1);
   CHECK(m.gate() == Rows{2, 3});
@@ -63,7 +63,7 @@ TEST_CASE("gate_clusters drops clusters of fewer than 3 points: they have no rec
   CHECK(m.gate(params) == Rows{3});
 }
 
-TEST_CASE("gate_clusters keeps the known car at every heading") {
+TEST_CASE("gate_clusters: keeps the known car at every heading") {
   Merged m;
   for (int deg = 0; deg < 360; deg += 6) {
     const double c = std::fabs(std::cos(deg * M_PI / 180)), s = std::fabs(std::sin(deg * M_PI / 180));
@@ -73,4 +73,4 @@ TEST_CASE("gate_clusters keeps the known car at every heading") {
   CHECK(m.gate().size() == size_t(m.table.count));
 }
 
-TEST_CASE("gate_clusters of an empty table keeps nothing") { CHECK(Merged().gate().empty()); }
+TEST_CASE("gate_clusters: keeps nothing of an empty table") { CHECK(Merged().gate().empty()); }

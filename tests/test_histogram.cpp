@@ -22,7 +22,7 @@ int64_t exact_percentile(const std::vector<int64_t>& sorted, int64_t per_mille) 
   return sorted[std::size_t(rank - 1)];
 }
 
-TEST_CASE("a histogram's buckets follow each other without a gap and are narrower than a thousandth of their values") {
+TEST_CASE("histogram: buckets have no gaps and are narrower than a thousandth of their values") {
   int64_t next = 0;
   for (int32_t bucket = 0; bucket < 50'000; ++bucket) {
     REQUIRE(Histogram::bucket_lowest(bucket) == next);
@@ -34,7 +34,7 @@ TEST_CASE("a histogram's buckets follow each other without a gap and are narrowe
   }
 }
 
-TEST_CASE("a histogram's percentiles are those of the sorted values within three significant digits") {
+TEST_CASE("histogram: percentiles equal those of the sorted values within three significant digits") {
   std::mt19937_64 random(3);
   for (const std::size_t n : {1u, 2u, 3u, 10u, 999u, 1000u, 1001u, 20'000u}) {
     std::vector<int64_t> values;
@@ -58,7 +58,7 @@ TEST_CASE("a histogram's percentiles are those of the sorted values within three
   }
 }
 
-TEST_CASE("a histogram of small values is exact, a negative one counts as zero, an empty one is zero") {
+TEST_CASE("histogram: small values are exact, a negative value counts as zero, an empty histogram gives zero") {
   Histogram histogram;
   CHECK(histogram.percentile(50) == 0);
   CHECK(histogram.min() == 0);
@@ -75,7 +75,7 @@ TEST_CASE("a histogram of small values is exact, a negative one counts as zero, 
   CHECK(histogram.count() == 1001);
 }
 
-TEST_CASE("two histograms added are the histogram of all their values") {
+TEST_CASE("histogram: the sum of two is the histogram of all their values") {
   Histogram low, high, all;
   for (int64_t i = 0; i < 500; ++i) low.record(i * 3), all.record(i * 3);
   for (int64_t i = 0; i < 700; ++i) high.record(i * 100'003), all.record(i * 100'003);
@@ -85,7 +85,7 @@ TEST_CASE("two histograms added are the histogram of all their values") {
   CHECK(low.max() == 699 * 100'003);
 }
 
-TEST_CASE("the percentile text has HdrHistogram's columns, grows, and ends with all values") {
+TEST_CASE("histogram: the percentile text has HdrHistogram's columns, grows, and ends with all values") {
   Histogram histogram;
   for (int64_t i = 1; i <= 10'000; ++i) histogram.record(i * 1000);
   std::istringstream text(histogram.format_hgrm(1000));

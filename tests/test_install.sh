@@ -2,12 +2,12 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_install.sh BUILD_FOLDER CC CXX [HARDENED]. What a user gets: the build is installed to a folder, that
-# folder is moved, and there the examples are built twice, by CMake and by hand with pkg-config, and run. HARDENED 1: the
-# build claims to be hardened (OVT_HARDEN in an optimised build).
+# usage: tests/test_install.sh BUILD_FOLDER CC CXX [HARDENED]. Tests what a user gets: installs the build to a folder,
+# moves the folder, builds the examples there twice, by CMake and by hand with pkg-config, and runs them. HARDENED 1:
+# the build claims to be hardened (OVT_HARDEN in an optimised build).
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
-export CMAKE_GENERATOR=Ninja  # the default one needs make, which tools/setup does not install
+export CMAKE_GENERATOR=Ninja  # the default generator needs make, which tools/setup does not install
 build=$(realpath "${1:?usage: test_install.sh BUILD_FOLDER CC CXX [HARDENED]}")
 readonly build cc=${2:?} cxx=${3:?} hardened=${4:-0}
 readonly strict=(-pedantic -Wall -Wextra -Wconversion -Wshadow -Werror)
@@ -24,7 +24,7 @@ for file in include/overtake/overtake.h include/overtake/overtake.hpp include/ov
 done
 readonly docs=$prefix/share/doc/overtake
 links=0
-while IFS= read -r document; do  # every link within the documents leads to what is installed, too
+while IFS= read -r document; do  # every link in the documents leads to an installed file
   while IFS= read -r link; do
     links=$((links + 1))
     [[ -e $(dirname "$document")/$link ]] || fail "${document#"$docs"/} links to $link, which is not installed"
@@ -38,13 +38,13 @@ done
   fail "headers of our own are installed: $(find "$prefix/include" -type f)"
 [[ $(readlink "$libdir/libovertake.so") == libovertake.so.0 ]] || fail "libovertake.so is no link to libovertake.so.0"
 
-# What the library is made of is nobody's business: no name of it, and no path of this machine, in what is installed.
+# The installed files name no library inside ours, and no path of this machine.
 texts=("$prefix"/include/overtake/* "$libdir"/cmake/overtake/overtake-{shared,config}*.cmake)
-[[ -f $libdir/libovertake.a ]] || texts+=("$libdir"/pkgconfig/*)      # the static library's users do need oneTBB
+[[ -f $libdir/libovertake.a ]] || texts+=("$libdir"/pkgconfig/*)      # users of the static library do need oneTBB
 ! grep -niE 'tbb|eigen|xsimd' "${texts[@]}" || fail "a library inside shows in the interface"
 ! grep -nF -e "$build" -e "$work" "${texts[@]}" || fail "a path of this machine is installed"
 
-# ---- hardened: nothing is resolved lazily, relocated data is read-only, the stack and what is copied are guarded
+# ---- hardened: no lazy symbol resolution, read-only relocated data, guarded stack and copies
 if ((hardened)); then
   for file in "$libdir/libovertake.so.0" "$prefix/bin/overtake"; do
     dynamic=$(readelf -dW "$file") segments=$(readelf -lW "$file") symbols=$(readelf -W --dyn-syms "$file")
@@ -78,7 +78,7 @@ for example in poll_tracks on_frame producers; do
   ! readelf -dW "$work/cmake/$example" | grep NEEDED | grep -i tbb || fail "$example names oneTBB"
 done
 
-# A version that does not fit is not found.
+# find_package rejects a version that does not fit.
 for version in 0.9 1.0; do
   mkdir -p "$work/wrong"
   printf 'cmake_minimum_required(VERSION 3.16)\nproject(wrong C)\nfind_package(overtake %s REQUIRED)\n' $version \

@@ -56,7 +56,7 @@ std::vector<Recorded> with_ego(std::vector<Recorded> messages) {
 
 }  // namespace
 
-TEST_CASE("bags: PCD, KITTI, db3 and MCAP of the same scans give one hash, whatever the chunks and the compression") {
+TEST_CASE("bags: PCD, KITTI, db3 and MCAP of the same scans give one hash, with any chunks and compression") {
   const TempFolder folder;
   std::filesystem::create_directories(folder.path("pcd"));
   const auto messages = write_scans(folder);
@@ -64,7 +64,7 @@ TEST_CASE("bags: PCD, KITTI, db3 and MCAP of the same scans give one hash, whate
   int64_t frames = 0, detections = 0;
   const uint64_t expected = hash_of_run(folder.path("pcd"), rig, "", &frames, &detections);
   CHECK(frames == kFrames);
-  CHECK(detections >= kFrames);  // the car at least
+  CHECK(detections >= kFrames);  // at least the car
   CHECK(hash_of_run(folder.path("bin"), rig) == expected);
   write_db3(folder.path("a.db3"), messages);
   CHECK(hash_of_run(folder.path("a.db3"), rig) == expected);
@@ -86,7 +86,7 @@ TEST_CASE("bags: PCD, KITTI, db3 and MCAP of the same scans give one hash, whate
   CHECK(hash_of_run(folder.path("b.db3"), rig) != expected);
 }
 
-TEST_CASE("bags: ego poses of the recording itself are used, wherever their messages lie") {
+TEST_CASE("bags: the recording's ego poses are used, wherever their messages are") {
   const TempFolder folder;
   std::filesystem::create_directories(folder.path("pcd"));
   const auto clouds = write_scans(folder);
@@ -98,7 +98,7 @@ TEST_CASE("bags: ego poses of the recording itself are used, wherever their mess
   CHECK(hash_of_run(folder.path("a.mcap"), rig) == expected);
   write_db3(folder.path("none.db3"), clouds);
   CHECK(hash_of_run(folder.path("none.db3"), rig) != expected);
-  // A recorder that was 200 ms late with its poses changes nothing.
+  // Poses that the recorder wrote 200 ms late change nothing.
   auto late = messages;
   for (Recorded& message : late)
     if (message.type == io::kOdometryName) message.stamp_ns += 200'000'000;
@@ -115,7 +115,7 @@ TEST_CASE("bags: rosbag2 folders are read file by file, in the order of their nu
   const io::Rig rig = swept_rig(kLines);
   std::filesystem::create_directories(folder.path("bag"));
   folder.write("bag/metadata.yaml", "rosbag2_bagfile_information: {}\n");
-  for (std::size_t part = 0; part < 11; ++part)  // race_10 is not before race_2
+  for (std::size_t part = 0; part < 11; ++part)  // race_10 comes after race_2
     write_db3(folder.path("bag/race_" + std::to_string(part) + ".db3"),
               part < 10 ? std::vector<Recorded>{messages[part]} : std::vector<Recorded>{});
   std::filesystem::remove(folder.path("bag/race_10.db3"));
@@ -133,10 +133,10 @@ TEST_CASE("bags: topics are found by the rig's names; one * stands for the ego v
   CHECK(roles.ego == 1);
   CHECK(roles.opponent == 0);
   const io::TopicRoles none = io::find_topic_roles(topics, io::load_rig("hdl64"));
-  CHECK(none.sensor_of == std::vector<int32_t>{-1, -1, -1, -1, -1});  // two clouds: which one is not guessed
+  CHECK(none.sensor_of == std::vector<int32_t>{-1, -1, -1, -1, -1});  // two clouds: the reader does not guess
 }
 
-TEST_CASE("bags: the opponent's odometry says where it is in the vehicle frame") {
+TEST_CASE("bags: the opponent's odometry gives its position in the vehicle frame") {
   const TempFolder folder;
   std::filesystem::create_directories(folder.path("pcd"));
   auto messages = with_ego(write_scans(folder));
@@ -162,7 +162,7 @@ TEST_CASE("bags: the opponent's odometry says where it is in the vehicle frame")
   CHECK(seen >= kFrames - 1);
 }
 
-TEST_CASE("bags: a recording without the rig's topics is refused, naming those it has") {
+TEST_CASE("bags: a recording without the rig's topics is refused, and the error lists its topics") {
   const TempFolder folder;
   std::filesystem::create_directories(folder.path("pcd"));
   write_db3(folder.path("a.db3"), write_scans(folder));
@@ -177,7 +177,7 @@ TEST_CASE("bags: a recording without the rig's topics is refused, naming those i
         std::string::npos);
 }
 
-TEST_CASE("cloud messages: rows with padding, big-endian values, layouts that do not fit") {
+TEST_CASE("cloud messages: rows with padding and big-endian values are read, invalid layouts are refused") {
   std::string data(2 * 3 * 12, '\0');  // 2 rows of 2 points of 12 bytes and 12 bytes of padding
   io::PointCloud2 cloud;
   cloud.height = cloud.width = 2;
@@ -218,7 +218,7 @@ TEST_CASE("cloud messages: rows with padding, big-endian values, layouts that do
   CHECK(error_of([&] { io::read_cloud_message("m", wrong); }).find("m: declares ") == 0);
 }
 
-TEST_CASE("lines are recovered from a sweep, from two heads, from a turn, from elevations; else not at all") {
+TEST_CASE("ring recovery: works from a scan, two heads, a full turn or elevations, else not at all") {
   const auto lines_of = [](const io::Cloud& cloud, const io::RigSensor& sensor) {
     const auto floats = [&](int i) { return static_cast<const float*>(cloud.columns[std::size_t(i)].data()); };
     return io::recover_lines(floats(0), floats(1), floats(2), int32_t(cloud.points), sensor);
@@ -230,7 +230,7 @@ TEST_CASE("lines are recovered from a sweep, from two heads, from a turn, from e
   CHECK(order.how == "16 lines recovered from the order of the points (one sweep a line)");
   for (std::size_t i = 0; i < order.line.size(); ++i) REQUIRE(order.line[i] == swept.columns[4].integer(i));
 
-  // The same points in an order that says nothing: each line is one elevation.
+  // The same points in random order: each ring is one elevation.
   io::Cloud mixed = swept;
   const auto count = std::size_t(swept.points);
   for (std::size_t c = 0; c < 5; ++c) {
@@ -243,14 +243,14 @@ TEST_CASE("lines are recovered from a sweep, from two heads, from a turn, from e
   CHECK(elevation.how == "16 lines recovered from the elevations of the points");
   for (std::size_t i = 0; i < elevation.line.size(); ++i) REQUIRE(elevation.line[i] == mixed.columns[4].integer(i));
 
-  for (std::size_t i = 0; i < count; ++i) {  // elevations all over: nothing to go by
+  for (std::size_t i = 0; i < count; ++i) {  // random elevations: nothing to recover from
     const float z = float(i % 977) * 0.01f;
     std::memcpy(mixed.columns[2].bytes.data() + 4 * i, &z, 4);
   }
   CHECK(lines_of(mixed, sensor).line.empty());
 }
 
-TEST_CASE("lines of recorded KITTI scans are recovered as they are, and the hash is that of the PCD files") {
+TEST_CASE("ring recovery: rings of recorded KITTI scans are exact, and the hash is that of the PCD files") {
   OVT_NEED_RECORDED("kitti/000000.pcd");
   const TempFolder folder;
   std::filesystem::create_directories(folder.path("pcd"));
@@ -267,7 +267,7 @@ TEST_CASE("lines of recorded KITTI scans are recovered as they are, and the hash
   CHECK(hash_of_run(folder.path("bin"), rig) == hash_of_run(folder.path("pcd"), rig));
 }
 
-TEST_CASE("lines of recorded Luminar scans are recovered but for 4 % of the points") {
+TEST_CASE("ring recovery: rings of recorded Luminar scans are right except for 4 % of the points") {
   OVT_NEED_RECORDED("racecar/000002_front.pcd");
   const io::Rig rig = io::load_rig("av21");
   for (std::size_t s = 0; s < 3; ++s) {
@@ -286,7 +286,7 @@ TEST_CASE("lines of recorded Luminar scans are recovered but for 4 % of the poin
   }
 }
 
-TEST_CASE("KITTI files: a cut point is named") {
+TEST_CASE("KITTI files: an incomplete point is reported") {
   const TempFolder folder;
   const std::string path = folder.write("000000.bin", std::string(37, 'a'));
   CHECK(error_of([&] { io::read_kitti_bin(path); }).find("ends within point 2") != std::string::npos);

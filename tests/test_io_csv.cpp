@@ -14,7 +14,7 @@
 using namespace overtake;
 using io::Csv;
 
-TEST_CASE("csv: the delimiter and the header are found out from the file") {
+TEST_CASE("csv: the delimiter and the header are detected") {
   struct Row {
     const char* what;
     const char* text;
@@ -40,7 +40,7 @@ TEST_CASE("csv: the delimiter and the header are found out from the file") {
   CHECK(bare.row_count() == 2);
 }
 
-TEST_CASE("csv: each kind of bad table gets its sentence with line and column") {
+TEST_CASE("csv: each kind of bad table gets its error with line and column") {
   struct Row {
     const char* text;
     const char* sentence;
@@ -50,11 +50,11 @@ TEST_CASE("csv: each kind of bad table gets its sentence with line and column") 
                       {"x_m,y_m\n", "f: holds no row"},
                       {"x_m,y_m\n1,2\n3\n", "f:3: 1 cells, the lines before have 2"},
                       {"x_m,y_m\n1,2\n3,4,5\n", "f:3: 3 cells, the lines before have 2"},
-                      {"x_m,y_m\n1,2\n3,four\n", "f:3:3: y_m 'four' is no number"},
-                      {"x_m,y_m\n1,2\n3,\n", "f:3:3: y_m '' is no number"},
-                      {"x_m,y_m\n1,2\n,4\n", "f:3:1: x_m '' is no number"},
+                      {"x_m,y_m\n1,2\n3,four\n", "f:3:3: y_m 'four' is not a number"},
+                      {"x_m,y_m\n1,2\n3,\n", "f:3:3: y_m '' is not a number"},
+                      {"x_m,y_m\n1,2\n,4\n", "f:3:1: x_m '' is not a number"},
                       {"x_m,y_m\n1,nan\n", "f:2:3: y_m is not finite"},
-                      {"x_m,y_m\n1,1e999\n", "f:2:3: y_m '1e999' is no number"},
+                      {"x_m,y_m\n1,1e999\n", "f:2:3: y_m '1e999' is not a number"},
                       {"x_m,z_m\n1,2\n", "f: no column y_m or y (there are: x_m, z_m)"},
                       {"1,2\n3,4\n", "f:1: no header line names the columns"}};
   for (const Row& row : rows) {
@@ -68,8 +68,8 @@ TEST_CASE("csv: each kind of bad table gets its sentence with line and column") 
   }
   const Csv csv = Csv::parse("f", "stamp_ns\n12\n1.5\n9223372036854775808\n");
   CHECK(csv.integer(0, 0) == 12);
-  CHECK(error_of([&] { csv.integer(1, 0); }) == "f:3:1: stamp_ns '1.5' is no whole number");
-  CHECK(error_of([&] { csv.integer(2, 0); }) == "f:4:1: stamp_ns '9223372036854775808' is no whole number");
+  CHECK(error_of([&] { csv.integer(1, 0); }) == "f:3:1: stamp_ns '1.5' is not a whole number");
+  CHECK(error_of([&] { csv.integer(2, 0); }) == "f:4:1: stamp_ns '9223372036854775808' is not a whole number");
 }
 
 TEST_CASE("csv: numbers are written in the shortest text that reads back as the same value") {
@@ -97,7 +97,7 @@ TEST_CASE("csv: numbers are written in the shortest text that reads back as the 
   CHECK(io::read_whole_file(folder.path("t.csv")).find("\n0.1,0.1,") != std::string::npos);
 }
 
-TEST_CASE("csv: a table that cannot be written says so") {
+TEST_CASE("csv: a table that cannot be written gives an error") {
   const TempFolder folder;
   CHECK(error_of([&] { io::CsvWriter csv(folder.path("no/t.csv"), "a"); }) ==
         folder.path("no/t.csv") + ": cannot be written");
@@ -107,7 +107,7 @@ TEST_CASE("csv: a table that cannot be written says so") {
   }
 }
 
-TEST_CASE("ego file: all columns, in any order") {
+TEST_CASE("ego file: all columns are read, in any order") {
   const TempFolder folder;
   const auto rows = io::read_ego_file(folder.write("ego.csv",
                                                    "yaw_rad,stamp_ns,x_m,y_m,z_m,roll_rad,pitch_rad,speed_mps,yaw_rate_"
@@ -122,7 +122,7 @@ TEST_CASE("ego file: all columns, in any order") {
   CHECK(rows[0].yaw_rate_rps == 0.3);
 }
 
-TEST_CASE("ego file: time in seconds, and speed and yaw rate from the neighbours where they are missing") {
+TEST_CASE("ego file: time may be in seconds, and missing speed and yaw rate follow from the neighbours") {
   const TempFolder folder;
   // A circle of 100 m at 20 m/s: yaw rate 0.2 rad/s, through the wrap at pi.
   std::string text = "time(s),x(m),y(m),phi(rad)\n";
@@ -139,7 +139,7 @@ TEST_CASE("ego file: time in seconds, and speed and yaw rate from the neighbours
   }
 }
 
-TEST_CASE("ego file: each kind of bad file gets its sentence") {
+TEST_CASE("ego file: each kind of bad file gets its error") {
   const TempFolder folder;
   struct Row {
     const char* text;

@@ -14,7 +14,7 @@ using namespace overtake;
 using io::Picture;
 using io::Rgb;
 
-TEST_CASE("npy: float, int and byte arrays come back with shape and bytes; the data starts on a cache line") {
+TEST_CASE("npy: float, int and byte arrays keep shape and bytes; the data starts on a cache line") {
   const TempFolder folder;
   const float real[] = {0.5f, -1, std::numeric_limits<float>::infinity(), 1e-42f, 3, 4};
   const int32_t integer[] = {-1, 0, INT32_MAX};
@@ -36,13 +36,13 @@ TEST_CASE("npy: float, int and byte arrays come back with shape and bytes; the d
   check("i", "<i4", {3}, integer, sizeof integer);
   check("u", "|u1", {1, 2, 2}, byte, sizeof byte);
   check("empty", "|u1", {0, 7}, byte, 0);
-  // What numpy.load reads: this is the whole header of v1.0.
+  // The format that numpy.load reads: this is the whole header of v1.0.
   const std::string expected =
       std::string("\x93NUMPY\x01\x00\x76\x00", 10) + "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }";
   CHECK(io::read_whole_file(folder.path("f")).substr(0, expected.size()) == expected);
 }
 
-TEST_CASE("npy: a file that is none, or cut off, says so") {
+TEST_CASE("npy: a wrong or truncated file gives an error") {
   const TempFolder folder;
   const float real[] = {1, 2};
   io::write_npy(folder.path("f"), real, {2});
@@ -59,7 +59,7 @@ TEST_CASE("npy: a file that is none, or cut off, says so") {
   CHECK(error(huge) == ": the NPY data is not as long as its shape says");
 }
 
-TEST_CASE("png: a picture comes back pixel for pixel") {
+TEST_CASE("png: a picture is read back pixel for pixel") {
   const TempFolder folder;
   Picture picture(7, 3);
   for (std::size_t i = 0; i < picture.pixels.size(); ++i)
@@ -76,7 +76,7 @@ TEST_CASE("png: a picture comes back pixel for pixel") {
   CHECK(error_of([&] { io::read_png(bad); }).rfind(bad + ": cannot be read", 0) == 0);
 }
 
-TEST_CASE("colours: the scale grows lighter all the way and clamps at its ends") {
+TEST_CASE("colours: the scale gets lighter everywhere and clamps at its ends") {
   const auto lightness = [](const Rgb& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; };
   for (int32_t i = 1; i <= 100; ++i)
     CHECK(lightness(io::scale_color(i / 100.0)) > lightness(io::scale_color((i - 1) / 100.0)));
@@ -84,7 +84,7 @@ TEST_CASE("colours: the scale grows lighter all the way and clamps at its ends")
   CHECK(io::scale_color(2) == io::scale_color(1));
 }
 
-TEST_CASE("colours: labels that follow each other are easy to tell apart, and from ground and nothing") {
+TEST_CASE("colours: consecutive labels differ clearly from each other, from ground and from no label") {
   const auto distance = [](const Rgb& a, const Rgb& b) {
     return std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2]);
   };
@@ -96,7 +96,7 @@ TEST_CASE("colours: labels that follow each other are easy to tell apart, and fr
   }
 }
 
-TEST_CASE("pictures: every pixel of the image is a block of its colour under the caption") {
+TEST_CASE("pictures: every pixel of the image is a block of its colour below the caption") {
   // 2 rows, 200 columns, one red pixel at (1, 150)
   std::vector<Rgb> colors(400, Rgb{0, 0, 40});
   colors[350] = {255, 0, 0};

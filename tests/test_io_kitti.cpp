@@ -20,17 +20,17 @@ const std::string kLabel =
     "3 7 Car 0 0 -1.8 296.7 161.7 455.2 292.3 2.0 1.8 4.5 1.0 2.0 10.0 0.5\n"
     "3 -1 DontCare -1 -1 -10 0 0 1 1 -1000 -1000 -1000 -10 -1 -1 -1\n";
 const std::string kPose = "1 0 0 0 0 1 0 0 0 0 1 0\n";
-// The camera looks along the Velodyne's x, 0.3 m ahead of it and 0.1 m below: camera (x, y, z) = (-y, -z - 0.1, x -
-// 0.3).
+// The camera looks along the Velodyne's x, 0.3 m ahead of it and 0.1 m below:
+// camera (x, y, z) = (-y, -z - 0.1, x - 0.3).
 const std::string kCalib = "P0: 1 2 3\n\nR0_rect: 1 0 0 0 1 0 0 0 1\nTr_velo_to_cam: 0 -1 0 0 0 0 -1 -0.1 1 0 0 -0.3\n";
 
 }  // namespace
 
-TEST_CASE("kitti_tracking: a label's centre goes through pose and calibration into the world") {
+TEST_CASE("kitti_tracking: a label's centre is transformed by pose and calibration into the world") {
   const TempFolder folder;
   folder.write("0042_labels.txt", kLabel);
   folder.write("0042_calib.txt", kCalib);
-  // Frame 3: the camera 20 m further ahead (z) and turned by 90 degrees to the left (its z looks along the old -x).
+  // Frame 3: the camera 20 m farther ahead (z) and rotated by 90 degrees to the left (its z is the old -x).
   folder.write("0042_poses.txt", kPose + kPose + kPose + "0 0 -1 0 0 1 0 0 1 0 0 20\n");
   const io::KittiSequence sequence = io::read_kitti_sequence(folder.path(), "0042");
   REQUIRE(sequence.labels.size() == 2);
@@ -52,7 +52,7 @@ TEST_CASE("kitti_tracking: a label's centre goes through pose and calibration in
   CHECK(world[2] == doctest::Approx(-1.1));
 }
 
-TEST_CASE("kitti_tracking: inverse and after are what they say") {
+TEST_CASE("kitti_tracking: inverse and after satisfy their definitions") {
   io::RigidTransform t;
   const double c = std::cos(0.3), s = std::sin(0.3);
   const double rotation[3][3] = {{c, -s, 0}, {s, c, 0}, {0, 0, 1}};
@@ -73,11 +73,11 @@ TEST_CASE("kitti_tracking: inverse and after are what they say") {
   for (int i = 0; i < 3; ++i) CHECK(at_once[i] == doctest::Approx(there[i]));
 }
 
-TEST_CASE("kitti_tracking: calibration is understood in its other spelling") {
+TEST_CASE("kitti_tracking: the calibration's alternative spelling is accepted") {
   const TempFolder folder;
   const std::string path =
       folder.write("c", "R_rect 0 1 0 -1 0 0 0 0 1\nTr_velo_cam 1 0 0 1 0 1 0 2 0 0 1 3\nTr_imu_velo 1\n");
-  // Camera = R_rect (velodyne + (1, 2, 3)), so the camera's origin is at (-1, -2, -3) and (0, -1, 0) is its x turned
+  // Camera = R_rect (velodyne + (1, 2, 3)), so the camera's origin is at (-1, -2, -3), and (0, -1, 0) is its x rotated
   // back.
   const io::RigidTransform t = io::read_kitti_camera_mounting(path);
   const double p[3] = {0, -1, 0};
@@ -88,7 +88,7 @@ TEST_CASE("kitti_tracking: calibration is understood in its other spelling") {
   CHECK(out[2] == doctest::Approx(-3.0));
 }
 
-TEST_CASE("kitti_tracking: bad files are refused with file and line") {
+TEST_CASE("kitti_tracking: bad files give an error with file and line") {
   const TempFolder folder;
   const auto error_of_labels = [&](const std::string& text) {
     return error_of([&] { io::read_kitti_labels(folder.write("l", text)); });
@@ -106,7 +106,7 @@ TEST_CASE("kitti_tracking: bad files are refused with file and line") {
   CHECK(error_of_labels("3 1 Car 0 0 0 0 0 0 0 1 1 1 0 nan 0 0\n") == l + ":1: 'nan' is not a finite number");
   CHECK(error_of_poses(kPose + "1 2 3\n") == p + ":2: 3 numbers, but a transform has 12");
   CHECK(error_of_poses("1 0 0 0 0 1 0 0 0 0 1 a\n") == p + ":1: 'a' is not a finite number");
-  CHECK(error_of_poses("1 0 0 0 0 2 0 0 0 0 1 0\n") == p + ":1: this is no rotation");
+  CHECK(error_of_poses("1 0 0 0 0 2 0 0 0 0 1 0\n") == p + ":1: this is not a rotation matrix");
   CHECK(error_of_poses("\n") == p + ": no pose in it");
   CHECK(error_of_poses(kPose + "\n" + kPose) == "");
   CHECK(error_of_calib("R0_rect: 1 0 0 0 1 0 0 0 1\n") == c + ": Tr_velo_to_cam is missing");
@@ -121,8 +121,8 @@ TEST_CASE("kitti_tracking: bad files are refused with file and line") {
         folder.path("0001_labels.txt") + ": frame 3 has no pose");
 }
 
-// The whole chain, label to world: a parked car's labels, taken from a car that drives by, stay where they are.
-TEST_CASE("kitti_tracking: parked cars stand still in the world while the ego drives by") {
+// The whole chain, label to world: labels of a parked car, taken from a car that drives by, must not move.
+TEST_CASE("kitti_tracking: parked cars do not move in the world while the ego drives by") {
   OVT_NEED_RECORDED("kitti/tracking");
   struct Parked {
     const char* sequence;

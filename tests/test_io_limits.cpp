@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Files that declare more than they hold, or more than the memory limit, and what is no file at all: a sentence, and no
-// memory taken.
+// Files that declare more than they contain, or more than the memory limit, and inputs that are not files: an error,
+// and no memory is allocated.
 #include <doctest/doctest.h>
 #include <sqlite3.h>
 #include <sys/stat.h>
@@ -41,7 +41,7 @@ constexpr uint64_t kMiB = uint64_t(1) << 20, kGiB = uint64_t(1) << 30;
 
 bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
-// What the reader says of the damage, having taken less than `most` bytes.
+// The reader's damage report; it must allocate less than `most` bytes.
 std::string damage_of(const std::string& path, uint64_t most) {
   const PeakMemory peak;
   io::McapReader reader(path);
@@ -65,7 +65,7 @@ io::Cloud zeros(std::size_t points) {
 
 }  // namespace
 
-TEST_CASE("sizes are written as people write them") {
+TEST_CASE("sizes: are printed in readable units") {
   uint64_t bytes = 0;
   for (const auto& [text, value] : std::vector<std::pair<const char*, uint64_t>>{{"4G", 4 * kGiB},
                                                                                  {"512M", 512 * kMiB},
@@ -90,7 +90,7 @@ TEST_CASE("sizes are written as people write them") {
   CHECK(io::memory_limit() == 5 * kMiB);
 }
 
-TEST_CASE("an MCAP chunk that declares more than it can hold, or than is read, is not unpacked") {
+TEST_CASE("limits: an MCAP chunk that declares more than it can hold, or than the limit, is not decompressed") {
   const TempFolder folder;
   constexpr std::size_t kBlocks = 49152;  // 6 GiB of zeros in 192 KiB
   const auto of_chunk = [&](const std::string& compression, uint64_t declared, const std::string& packed) {
@@ -101,7 +101,7 @@ TEST_CASE("an MCAP chunk that declares more than it can hold, or than is read, i
   const std::string said = damage_of(bomb, 20 * kMiB);
   CHECK(has(said, "damaged at byte "));
   CHECK(has(said, ": a chunk cannot be unpacked: it declares 100.0 GiB, its 192.0 KiB cannot hold more than 6.0 GiB"));
-  // Whoever opens it to run it hears the same, with the file.
+  // Opening it for a run gives the same message, with the file's name.
   CHECK(error_of([&] { io::open_scans(bomb, swept_rig(8)); }) == bomb + ": " + said);
 
   CHECK(has(damage_of(of_chunk("zstd", 6 * kGiB, zstd_zeros(kBlocks)), 20 * kMiB),
@@ -118,7 +118,7 @@ TEST_CASE("an MCAP chunk that declares more than it can hold, or than is read, i
       CHECK(has(refused, "a chunk cannot be unpacked: unpacking it needs 32."));
       CHECK(has(refused, ", the memory limit is 16.0 MiB (--max-memory)"));
     }
-    // A record of the file itself, as long as it says: sparse, so that it costs no disk.
+    // A record of the file itself, as long as it declares: sparse, so that it uses no disk space.
     const std::string path = of_chunk("", 64 * kMiB, "");
     std::string head = mcap_head();
     io::append_value(head, uint8_t(io::McapOp::kMessage));
@@ -127,12 +127,12 @@ TEST_CASE("an MCAP chunk that declares more than it can hold, or than is read, i
     std::filesystem::resize_file(path, head.size() + 64 * kMiB);
     CHECK(has(damage_of(path, 8 * kMiB), "a record needs 64.0 MiB, the memory limit is 16.0 MiB (--max-memory)"));
   }
-  // What is within the limits is unpacked: zeros are no record.
+  // Content within the limits is decompressed: zeros are not a record.
   CHECK(has(damage_of(of_chunk("zstd", 32 * kMiB, zstd_zeros(256)), 64 * kMiB), "a record in a chunk does not end"));
   CHECK(has(damage_of(of_chunk("lz4", 32 * kMiB, lz4), 64 * kMiB), "a record in a chunk does not end"));
 }
 
-TEST_CASE("what an MCAP file makes its reader keep is within the limit: schemas, attachments, metadata") {
+TEST_CASE("limits: schemas, attachments and metadata of an MCAP file stay within the limit") {
   const TempFolder folder;
   const MemoryLimit limit(32 * kMiB);
   std::string file = mcap_head();
@@ -144,7 +144,7 @@ TEST_CASE("what an MCAP file makes its reader keep is within the limit: schemas,
   CHECK(std::filesystem::file_size(path) < 100'000);
   CHECK(has(damage_of(path, 64 * kMiB),
             "keeping its schemas, channels and attachments needs 32.0 MiB, the memory limit is 32.0 MiB"));
-  // A schema that is told again in every chunk is kept once.
+  // A schema that is repeated in every chunk is stored once.
   std::string again = mcap_head();
   for (int32_t i = 0; i < 20; ++i) {
     const std::string schema = mcap_schema(1, "a", std::string(4 * kMiB, '\0'));
@@ -153,7 +153,7 @@ TEST_CASE("what an MCAP file makes its reader keep is within the limit: schemas,
   CHECK(damage_of(folder.write("b.mcap", again + mcap_tail()), 64 * kMiB) == "");
 }
 
-TEST_CASE("scans that wait for an ego pose are within the limit") {
+TEST_CASE("limits: scans that wait for an ego pose stay within the limit") {
   const TempFolder folder;
   std::vector<Recorded> messages = straight_drive("/ego/odometry", 0, 20'000'000);
   const io::Cloud cloud = swept_cloud(8, 5000, 0);
@@ -174,7 +174,7 @@ TEST_CASE("scans that wait for an ego pose are within the limit") {
   if (kMemoryIsOurs) CHECK(peak.grown_bytes() < 48 * kMiB);
 }
 
-TEST_CASE("point clouds are held against the limit before their points are unpacked") {
+TEST_CASE("limits: point clouds are checked before their points are decompressed") {
   const TempFolder folder;
   io::Cloud cloud = zeros(1'000'000);  // 16 MB
   const std::string packed = folder.write("c.pcd", io::format_pcd(cloud, io::PcdEncoding::kBinaryCompressed));
@@ -198,19 +198,19 @@ TEST_CASE("point clouds are held against the limit before their points are unpac
   if (kMemoryIsOurs) CHECK(peak.grown_bytes() < 20 * kMiB);
 }
 
-TEST_CASE("a PointCloud2 declares no more fields than one has, and no more points than the limit") {
+TEST_CASE("limits: a PointCloud2 with too many fields or points is refused") {
   io::PointCloud2 cloud;
   for (std::size_t i = 0; i <= io::kMostPointFields; ++i) cloud.fields.push_back({"f", 0, io::PointField::kUint8, 1});
   const std::string bytes = io::encode_point_cloud2(cloud);
   CHECK_THROWS_WITH(io::decode_point_cloud2(bytes),
-                    "is no sensor_msgs/msg/PointCloud2: it declares 1001 fields a point, at most 1000 are read");
+                    "is not a sensor_msgs/msg/PointCloud2: it declares 1001 fields a point, at most 1000 are read");
   const Recorded large = cloud_of(zeros(1'000'000), "/front/points", 0);
   const MemoryLimit limit(32 * kMiB);
   CHECK(has(error_of([&] { io::scan_of_message("place", large.data, swept_rig(8), 0); }),
             "place: reading its 1000000 points needs"));
 }
 
-TEST_CASE("pictures and arrays are held against what the file holds and against the limit") {
+TEST_CASE("limits: pictures and arrays are checked against the file's size and the limit") {
   const TempFolder folder;
   io::write_png(folder.path("a.png"), io::Picture(2000, 2000));
   std::string small = io::encode_png(io::Picture(8, 8));
@@ -229,7 +229,7 @@ TEST_CASE("pictures and arrays are held against what the file holds and against 
   if (kMemoryIsOurs) CHECK(peak.grown_bytes() < 64 * kMiB);
 }
 
-TEST_CASE("text inputs longer than their limit are refused with their length") {
+TEST_CASE("limits: text inputs that are too long are refused with their length") {
   const TempFolder folder;
   const std::string longer = folder.write("long.toml", std::string(5 * kMiB, '\n'));
   CHECK(has(error_of([&] { io::load_rig(longer); }), "long.toml: is 5.0 MiB long, at most 4.0 MiB are read"));
@@ -246,7 +246,7 @@ TEST_CASE("text inputs longer than their limit are refused with their length") {
       has(error_of([&] { io::Csv::parse("log: map.csv", rows); }), "log: map.csv: a table of 2.0 MiB needs 64.0 MiB"));
 }
 
-TEST_CASE("a device, a pipe and a socket are no files: every reader says so and none waits") {
+TEST_CASE("limits: every reader refuses a device, a pipe and a socket without waiting") {
   const TempFolder folder;
   const std::string pipe = folder.path("pipe.mcap");
   REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
@@ -276,7 +276,7 @@ TEST_CASE("a device, a pipe and a socket are no files: every reader says so and 
   }
 }
 
-TEST_CASE("db3: a blob beyond the limit is damage, a view in the place of a table is refused") {
+TEST_CASE("limits: a db3 blob beyond the limit is damage, a view instead of a table is refused") {
   const TempFolder folder;
   const auto make = [&](const std::string& name, const std::string& sql) {
     sqlite3* db = nullptr;
@@ -300,7 +300,7 @@ TEST_CASE("db3: a blob beyond the limit is damage, a view in the place of a tabl
     CHECK(bag->next(message));
     CHECK(message.data.size() == 20'000'000);
   }
-  CHECK(has(error_of([&] { io::open_bag(folder.path("view.db3")); }), "view.db3: is no rosbag2 recording"));
+  CHECK(has(error_of([&] { io::open_bag(folder.path("view.db3")); }), "view.db3: is not a rosbag2 recording"));
   const MemoryLimit limit(32 * kMiB);
   const PeakMemory peak;
   const auto bag = io::open_bag(folder.path("blob.db3"));

@@ -79,7 +79,7 @@ class Guarded {
 
 }  // namespace
 
-TEST_CASE("lzf: a vector made by hand from the format: literals, a short copy that overlaps itself, a long copy") {
+TEST_CASE("lzf: decompresses a hand-made vector: literals, a short copy that overlaps itself, a long copy") {
   //               "ab"        copy 4 from 2 back    "c"       copy 9 + 3 = 12 from 1 back
   const Bytes in = {1, 'a', 'b', 2 << 5, 1, 0, 'c', 7 << 5, 3, 0};
   const std::string expected =
@@ -91,7 +91,7 @@ TEST_CASE("lzf: a vector made by hand from the format: literals, a short copy th
   CHECK(std::string(out.begin(), out.end()) == expected);
 }
 
-TEST_CASE("lzf: a copy from 8192 bytes back, the farthest there is") {
+TEST_CASE("lzf: copies from 8192 bytes back, the maximum") {
   Bytes plain(8192);
   for (std::size_t i = 0; i < plain.size(); ++i) plain[i] = static_cast<unsigned char>(i * 2654435761u >> 13);
   Bytes in;
@@ -106,7 +106,7 @@ TEST_CASE("lzf: a copy from 8192 bytes back, the farthest there is") {
   CHECK(Bytes(out.begin() + 8192, out.end()) == Bytes(plain.begin(), plain.begin() + 3));
 }
 
-TEST_CASE("lzf: each kind of corrupt input is refused") {
+TEST_CASE("lzf: refuses each kind of corrupt input") {
   struct Row {
     const char* what;
     Bytes in;
@@ -128,7 +128,7 @@ TEST_CASE("lzf: each kind of corrupt input is refused") {
   }
 }
 
-TEST_CASE("lzf: what the compressor packs comes back, and repetitive data becomes small") {
+TEST_CASE("lzf: compressed data is restored, and repetitive data becomes small") {
   const uint32_t seed = 3;
   CAPTURE(seed);
   std::mt19937 random(seed);

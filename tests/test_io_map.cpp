@@ -47,7 +47,7 @@ std::string line_of(std::initializer_list<double> cells, const char* delimiter =
   return text + "\n";
 }
 
-// Bounds of the map at point i, built from the points' own direction: left is left of it.
+// Bounds of the map at point i, from the direction of the points: left is to the left of it.
 struct Sides {
   double left_x, left_y, right_x, right_y;
 };
@@ -68,7 +68,7 @@ double nearest(const std::vector<double>& x, const std::vector<double>& y, doubl
 
 }  // namespace
 
-TEST_CASE("map file: plain centre line, counter-clockwise: left is inside") {
+TEST_CASE("map file: in a counter-clockwise centre line, left is inside") {
   const TempFolder folder;
   for (const bool header : {true, false})
     for (const bool repeat : {true, false}) {
@@ -78,7 +78,7 @@ TEST_CASE("map file: plain centre line, counter-clockwise: left is inside") {
       const MapData map =
           io::read_map(folder.write("map.csv", (header ? "x_m,y_m,w_tr_right_m,w_tr_left_m\n" : "") + rows));
       CHECK(map.closed);
-      CHECK(map.x_m.size() == 200);  // the repeated first point is not a point of its own
+      CHECK(map.x_m.size() == 200);  // the repeated first point is dropped
       CHECK(map.banking_rad.empty());
       const Sides sides = sides_at(map, 17);
       CHECK(std::hypot(sides.left_x, sides.left_y) == doctest::Approx(97).epsilon(1e-4));
@@ -86,7 +86,7 @@ TEST_CASE("map file: plain centre line, counter-clockwise: left is inside") {
     }
 }
 
-TEST_CASE("map file: race line table: the bounds lie where normvec and widths put them, whichever way it points") {
+TEST_CASE("map file: in a race line table normvec and widths give the bounds, for either direction of normvec") {
   const TempFolder folder;
   for (const int32_t turn : {1, -1})
     for (const int32_t outward : {1, -1}) {
@@ -112,7 +112,7 @@ TEST_CASE("map file: race line table: the bounds lie where normvec and widths pu
     }
 }
 
-TEST_CASE("map file: two bounds in either order and direction: left is left of the first one's points") {
+TEST_CASE("map file: with two bounds in any order and direction, left is left of the first file's points") {
   const TempFolder folder;
   for (const int32_t turn_first : {1, -1})
     for (const int32_t turn_second : {1, -1})
@@ -132,7 +132,7 @@ TEST_CASE("map file: two bounds in either order and direction: left is left of t
         CHECK(map.left_x_m.size() + map.right_x_m.size() == 373);
         CHECK(std::hypot(map.left_x_m[5], map.left_y_m[5]) == doctest::Approx(turn_first > 0 ? 95 : 103).epsilon(1e-4));
         for (const auto& [x, y] : {std::pair(&map.left_x_m, &map.left_y_m), std::pair(&map.right_x_m, &map.right_y_m)})
-          CHECK((((*x)[0] * (*y)[1] - (*x)[1] * (*y)[0]) > 0) == (turn_first > 0));  // both run as the first one did
+          CHECK((((*x)[0] * (*y)[1] - (*x)[1] * (*y)[0]) > 0) == (turn_first > 0));  // both run like the first file
       }
 }
 
@@ -144,7 +144,7 @@ TEST_CASE("map file: a line whose ends do not meet is open") {
   CHECK_FALSE(io::read_map(folder.write("map.csv", rows)).closed);
 }
 
-TEST_CASE("map file: each kind of bad file gets its sentence") {
+TEST_CASE("map file: each kind of bad file gets its error") {
   const TempFolder folder;
   struct Row {
     const char* text;
@@ -156,7 +156,7 @@ TEST_CASE("map file: each kind of bad file gets its sentence") {
                       {"1,2,3,3\n2,2,3,3\n", ": a track needs at least 3 different points"},
                       {"1,2,3,3\n1,2,3,3\n1,2,3,3\n2,2,3,3\n", ": a track needs at least 3 different points"},
                       {"1,2,3,3\n2,2,3,-3\n3,2,3,3\n", ":2:7: a width is negative"},
-                      {"1,2,3,3\n2,2,3,wide\n3,2,3,3\n", ":2:7: 'wide' is no number"}};
+                      {"1,2,3,3\n2,2,3,wide\n3,2,3,3\n", ":2:7: 'wide' is not a number"}};
   for (const Row& row : rows) {
     const std::string path = folder.write("map.csv", row.text);
     const std::string error = error_of([&] { io::read_map(path); });
@@ -172,14 +172,14 @@ TEST_CASE("map file: each kind of bad file gets its sentence") {
   CHECK(error_of([&] { io::read_map(a + "," + folder.path("no.csv")); }) == folder.path("no.csv") + ": no such file");
 }
 
-TEST_CASE("map file: both recorded tables of one speedway have the same bounds, and left is the infield") {
+TEST_CASE("map file: both recorded tables of one speedway give the same bounds, and left is the infield") {
   OVT_NEED_RECORDED("lvms/LVMS_2d_centerline_banking.csv");
   const MapData table = io::read_map(recorded("lvms/traj_ltpl_cl_LVMS_GPS.csv"));
   const MapData plain = io::read_map(recorded("lvms/LVMS_2d_centerline_banking.csv"));
   for (const MapData* map : {&table, &plain}) {
     CHECK(map->closed);
     CHECK(map->banking_rad.size() == map->x_m.size());
-    double area = 0;  // positive: driven counter-clockwise, so the infield is on the left
+    double area = 0;  // positive: counter-clockwise, so the infield is on the left
     for (std::size_t i = 0; i < map->x_m.size(); ++i) {
       const std::size_t j = (i + 1) % map->x_m.size();
       area += (map->x_m[i] * map->y_m[j] - map->x_m[j] * map->y_m[i]) / 2;
@@ -201,7 +201,7 @@ TEST_CASE("map file: both recorded tables of one speedway have the same bounds, 
   }
 }
 
-TEST_CASE("map file: the recorded bounds hold the recorded drive, whose course is the track's direction") {
+TEST_CASE("map file: the recorded drive lies within the recorded bounds, in the track's direction") {
   OVT_NEED_RECORDED("lvms/lvms_inner_bound.csv");
   const MapData map = io::read_map(recorded("lvms/lvms_inner_bound.csv") + "," + recorded("lvms/lvms_outer_bound.csv"));
   REQUIRE(map.is_bounds());
@@ -221,7 +221,7 @@ TEST_CASE("map file: the recorded bounds hold the recorded drive, whose course i
     const double tx = map.left_x_m[next] - map.left_x_m[at], ty = map.left_y_m[next] - map.left_y_m[at];
     const double side = tx * (y[i] - map.left_y_m[at]) - ty * (x[i] - map.left_x_m[at]);
     ++driven;
-    along += side < 0 && std::cos(phi[i] - std::atan2(ty, tx)) > 0.9;  // right of the left bound, the same way
+    along += side < 0 && std::cos(phi[i] - std::atan2(ty, tx)) > 0.9;  // right of the left bound, same direction
   }
   CHECK(driven > 100);
   CHECK(along == driven);

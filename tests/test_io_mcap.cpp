@@ -73,7 +73,7 @@ std::vector<io::McapOptions> all_options() {
 
 }  // namespace
 
-TEST_CASE("an MCAP file gives back every message, attachment and metadata, whatever its chunks and compression") {
+TEST_CASE("mcap: every message, attachment and metadata is read back, with any chunks and compression") {
   const TempFolder folder;
   for (const io::McapOptions& options : all_options()) {
     const std::string path = folder.path("a.mcap");
@@ -93,7 +93,7 @@ TEST_CASE("an MCAP file gives back every message, attachment and metadata, whate
   }
 }
 
-TEST_CASE("what is attached to an MCAP file is found wherever it lies, and nothing where there is none") {
+TEST_CASE("mcap: attachments are found anywhere in the file, and a missing one is reported as missing") {
   const TempFolder folder;
   for (const io::McapOptions& options : all_options()) {
     const std::string path = folder.path("a.mcap");
@@ -113,7 +113,7 @@ TEST_CASE("what is attached to an MCAP file is found wherever it lies, and nothi
     io::write_whole_file(path, bytes);
     CHECK(io::read_attached(path, "first") == "before");
     CHECK(io::read_attached(path, "last").has_value() ==
-          !options.crc);  // an attachment that fails its checksum is none
+          !options.crc);  // an attachment with a wrong checksum does not count
     io::write_whole_file(path, std::string_view(bytes).substr(0, bytes.size() / 2));
     CHECK(io::read_attached(path, "first") == "before");
     CHECK_FALSE(io::read_attached(path, "last").has_value());
@@ -122,7 +122,7 @@ TEST_CASE("what is attached to an MCAP file is found wherever it lies, and nothi
   CHECK_FALSE(io::read_attached(folder.path("nothing"), "first").has_value());
 }
 
-TEST_CASE("an MCAP file cut off anywhere gives a beginning of its messages, and says so") {
+TEST_CASE("mcap: a truncated file gives its first messages and a damage report") {
   const TempFolder folder;
   for (const char* compression : {"none", "lz4", "zstd"})
     for (const uint64_t chunk : {uint64_t(0), uint64_t(4000)}) {
@@ -138,7 +138,7 @@ TEST_CASE("an MCAP file cut off anywhere gives a beginning of its messages, and 
         const auto read = read_log(reader);
         REQUIRE(read.size() <= written.size());
         CHECK(std::equal(read.begin(), read.end(), written.begin()));
-        CHECK(read.size() >= most);  // more of the file never gives fewer messages
+        CHECK(read.size() >= most);  // a longer part never gives fewer messages
         most = read.size();
         if (read.size() < written.size()) {
           CHECK(reader.damage().find("damaged at byte") == 0);
@@ -148,7 +148,7 @@ TEST_CASE("an MCAP file cut off anywhere gives a beginning of its messages, and 
       CHECK(most == written.size());
       CHECK(data_end < whole.size());
       if (chunk == 4000 && std::string(compression) == "none") {
-        // Within a chunk: what came whole is delivered.
+        // Cut within a chunk: complete messages are delivered.
         io::write_whole_file(folder.path("cut.mcap"), std::string_view(whole).substr(0, 2500));
         io::McapReader reader(folder.path("cut.mcap"));
         CHECK(read_log(reader).size() > 3);
@@ -157,7 +157,7 @@ TEST_CASE("an MCAP file cut off anywhere gives a beginning of its messages, and 
     }
 }
 
-TEST_CASE("a flipped bit in an MCAP chunk is found by its checksum; the chunks before it are delivered") {
+TEST_CASE("mcap: the checksum detects a flipped bit in a chunk; earlier chunks are delivered") {
   const TempFolder folder;
   io::McapOptions options;
   options.compression = "none";
@@ -176,7 +176,7 @@ TEST_CASE("a flipped bit in an MCAP chunk is found by its checksum; the chunks b
   CHECK(reader.damage().find("a chunk fails its checksum") != std::string::npos);
 }
 
-TEST_CASE("an MCAP file's summary holds statistics, index and checksum that fit its messages") {
+TEST_CASE("mcap: the summary has statistics, index and checksum that fit the messages") {
   const TempFolder folder;
   io::McapOptions options;
   options.chunk_bytes = 2000;
@@ -220,10 +220,10 @@ TEST_CASE("an MCAP file's summary holds statistics, index and checksum that fit 
   CHECK(kinds[uint8_t(io::McapOp::kChannel)] == 2);
 }
 
-TEST_CASE("what is no MCAP file is refused with a sentence") {
+TEST_CASE("mcap: a file of another format is refused with an error") {
   const TempFolder folder;
   io::write_whole_file(folder.path("a.mcap"), "hello there, this is text");
-  CHECK_THROWS_WITH_AS(io::McapReader(folder.path("a.mcap")), doctest::Contains("is no MCAP file"), io::Error);
+  CHECK_THROWS_WITH_AS(io::McapReader(folder.path("a.mcap")), doctest::Contains("is not an MCAP file"), io::Error);
   io::write_whole_file(folder.path("b.mcap"), std::string("\x89MCAP1\r\n", 8));
   CHECK_THROWS_WITH_AS(io::McapReader(folder.path("b.mcap")), doctest::Contains("another major version"), io::Error);
   CHECK_THROWS_AS(io::McapReader(folder.path("none.mcap")), io::Error);

@@ -43,7 +43,7 @@ std::vector<T> extremes_and_noise(std::mt19937& random, std::size_t n) {
   return values;
 }
 
-// A cloud with a field of every type, one of three values a point, and padding.
+// A cloud with a field of every type, one field with three values per point, and padding.
 Cloud every_type(uint32_t seed, std::size_t n) {
   std::mt19937 random(seed);
   Cloud cloud;
@@ -85,7 +85,7 @@ std::string pack(std::initializer_list<uint32_t> words, const std::string& tail 
 
 }  // namespace
 
-TEST_CASE("pcd: every field type comes back bit for bit from all three encodings") {
+TEST_CASE("pcd: every field type keeps its bits in all three encodings") {
   const uint32_t seed = 7;
   CAPTURE(seed);
   for (const std::size_t n : {std::size_t(8), std::size_t(9), std::size_t(1000)}) {
@@ -106,14 +106,14 @@ TEST_CASE("pcd: every field type comes back bit for bit from all three encodings
   }
 }
 
-TEST_CASE("pcd: a cloud without points is a cloud in all three encodings") {
+TEST_CASE("pcd: a cloud without points works in all three encodings") {
   Cloud cloud;
   add_field(cloud, "x", ValueType::kFloat32, std::vector<float>());
   for (const PcdEncoding encoding : kEncodings)
     CHECK(io::parse_pcd("cloud.pcd", io::format_pcd(cloud, encoding)).points == 0);
 }
 
-TEST_CASE("pcd: ASCII takes nan, inf, plus signs, blank lines, CRLF and values too small for a float") {
+TEST_CASE("pcd: ASCII accepts nan, inf, plus signs, blank lines, CRLF and values too small for a float") {
   const Cloud cloud = io::parse_pcd("c", header() + "nan +1.5 -inf\r\n\n1e-400 -0 1e-42\r\n");
   CHECK(std::isnan(cloud.find("x")->value(0)));
   CHECK(cloud.find("y")->value(0) == 1.5);
@@ -122,18 +122,19 @@ TEST_CASE("pcd: ASCII takes nan, inf, plus signs, blank lines, CRLF and values t
   CHECK(cloud.find("z")->value(1) == double(1e-42f));
 }
 
-TEST_CASE("pcd: COUNT, POINTS, HEIGHT, VIEWPOINT and VERSION may be missing, COLUMNS is FIELDS, comments are skipped") {
+TEST_CASE(
+    "pcd: COUNT, POINTS, HEIGHT, VIEWPOINT and VERSION are optional, COLUMNS means FIELDS, comments are skipped") {
   const Cloud cloud = io::parse_pcd("c", "# one\nCOLUMNS a\n# two\nSIZE 2\nTYPE U\nWIDTH 2\nDATA ascii\n65535\n3\n");
   CHECK(cloud.points == 2);
   CHECK(cloud.columns[0].integer(0) == 65535);
 }
 
-TEST_CASE("pcd: binary data may be longer than the points, as padded files are") {
+TEST_CASE("pcd: binary data may be longer than the points, as in padded files") {
   const std::string bytes = header("x y z", "1", "binary") + std::string(12, '\0') + "padding";
   CHECK(io::parse_pcd("c", bytes).points == 1);
 }
 
-TEST_CASE("pcd: fields are found by what they mean") {
+TEST_CASE("pcd: fields are found by their meaning") {
   struct Row {
     const char* name;
     io::CloudRole role;
@@ -163,14 +164,14 @@ TEST_CASE("pcd: fields are found by what they mean") {
     for (int32_t role = 0; role <= int32_t(io::CloudRole::kTime); ++role)
       CHECK(io::find_role(fields, io::CloudRole(role)) == (io::CloudRole(role) == row.role ? 1 : -1));
   }
-  // The more telling name wins, whatever the order.
+  // The more specific name wins, in any order.
   std::vector<io::CloudField> both = {{"channel", ValueType::kUint16, 1}, {"ring", ValueType::kUint16, 1}};
   CHECK(io::find_role(both, io::CloudRole::kLayer) == 1);
-  both[1].count = 2;  // not one value a point
+  both[1].count = 2;  // not one value per point
   CHECK(io::find_role(both, io::CloudRole::kLayer) == 0);
 }
 
-TEST_CASE("pcd: each kind of bad file gets its sentence") {
+TEST_CASE("pcd: each kind of bad file gets its error") {
   const std::string good = header() + "1 2 3\n4 5 6\n";
   REQUIRE(io::parse_pcd("f", good).points == 2);
   struct Row {
@@ -181,7 +182,7 @@ TEST_CASE("pcd: each kind of bad file gets its sentence") {
       {"", "f: no DATA line"},
       {"VERSION 0.7\nFIELDS x", "f: no DATA line"},
       {"hello\nDATA ascii\n", "f:1: not a PCD file"},
-      {"VERSION 0.7\nCOLOUR red\nDATA ascii\n", "f:2: 'COLOUR' is no line of a PCD header"},
+      {"VERSION 0.7\nCOLOUR red\nDATA ascii\n", "f:2: 'COLOUR' is not a line of a PCD header"},
       {with_line(good, "VERSION", "VERSION 0.9"), "f:1: VERSION is not 0.5, 0.6 or 0.7"},
       {with_line(good, "FIELDS", "#"), "f: no FIELDS line"},
       {with_line(good, "FIELDS", "FIELDS"), "f:2: FIELDS names no field"},
@@ -240,7 +241,7 @@ TEST_CASE("pcd: each kind of bad file gets its sentence") {
   }
 }
 
-TEST_CASE("pcd: files that are not there, folders and unwritable places get their sentence") {
+TEST_CASE("pcd: missing files, folders and unwritable paths get their error") {
   const TempFolder folder;
   CHECK(error_of([&] { io::read_pcd(folder.path("no.pcd")); }) == folder.path("no.pcd") + ": no such file");
   CHECK(error_of([&] { io::read_pcd(folder.path()); }) == folder.path() + ": is a folder, a file is needed");
@@ -251,7 +252,7 @@ TEST_CASE("pcd: files that are not there, folders and unwritable places get thei
   CHECK(error_of([&] { io::format_pcd(cloud); }) == "column 'u8' is not as long as the first one");
 }
 
-TEST_CASE("pcd: no single changed or missing byte of a file makes the reader crash") {
+TEST_CASE("pcd: the reader survives any single changed or missing byte") {
   const uint32_t seed = 11;
   CAPTURE(seed);
   std::mt19937 random(seed);
@@ -267,10 +268,10 @@ TEST_CASE("pcd: no single changed or missing byte of a file makes the reader cra
       tried += 2;
     }
   }
-  CHECK(refused > tried / 2);  // every cut file but those that lose the last line's end
+  CHECK(refused > tried / 2);  // every cut file except those that lose only the last line's end
 }
 
-TEST_CASE("pcd: recorded clouds of other makers are read: binary with bytes and compressed") {
+TEST_CASE("pcd: recorded clouds from other programs are read: binary with bytes, and compressed") {
   OVT_NEED_RECORDED("formats/hesai_xt16.pcd");
   const Cloud hesai = io::read_pcd(recorded("formats/hesai_xt16.pcd"));
   const Cloud velodyne = io::read_pcd(recorded("formats/vlp32_compressed.pcd"));
@@ -290,7 +291,7 @@ TEST_CASE("pcd: recorded clouds of other makers are read: binary with bytes and 
       layers = std::max(layers, column(io::CloudRole::kLayer).integer(i));
       const double range = std::hypot(column(io::CloudRole::kX).value(i), column(io::CloudRole::kY).value(i),
                                       column(io::CloudRole::kZ).value(i));
-      off += std::fabs(range - distance.value(i)) > 0.01;  // the file's own range: all columns belong to the same point
+      off += std::fabs(range - distance.value(i)) > 0.01;  // the file's range column: columns match
     }
     CHECK(layers == (cloud == &hesai ? 15 : 31));
     CHECK(off == 0);

@@ -145,7 +145,7 @@ TEST_CASE("ply: each kind of bad file gets its sentence") {
       {"ply\nformat ascii 2.0\nend_header\n",
        "f:2: format is not ascii, binary_little_endian or binary_big_endian 1.0"},
       {"ply\nformat zipped 1.0\nend_header\n", "f:2: format is not ascii"},
-      {header("ascii", "colour red\n"), "f:3: 'colour' is no line of a PLY header"},
+      {header("ascii", "colour red\n"), "f:3: 'colour' is not a line of a PLY header"},
       {header("ascii", "element face 1\n"), "f: has no element vertex: it holds no points"},
       {header("ascii", "element vertex 1\n"), "f: its element vertex has no property"},
       {header("ascii", "element vertex\n"), "f:3: element needs a name and a number"},

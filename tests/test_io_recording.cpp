@@ -47,13 +47,13 @@ TEST_CASE("recording: frames come in the order of their numbers, sensors in the 
   REQUIRE(frame.scans.size() == 2);
   CHECK(frame.scans[0].sensor == 0);
   CHECK(frame.scans[1].sensor == 1);
-  CHECK(frame.scans[0].stamp_ns == 500'000'000);  // frame x period
+  CHECK(frame.scans[0].stamp_ns == 500'000'000);  // frame number x period
   CHECK(frame.scans[0].time_offset_ns.empty());
   CHECK(frame.scans[0].input_index.empty());
   CHECK(recording.read(3).scans[0].sensor == 2);
 }
 
-TEST_CASE("recording: one sensor needs no name; the number may stand at the end; one file is a recording") {
+TEST_CASE("recording: one sensor needs no name; the number may be at the end; one file is a recording") {
   const TempFolder folder;
   folder.write("000000.pcd", cloud("1 2 3 4\n"));
   folder.write("log7_000001.pcd", cloud("1 2 3 4\n5 6 7 8\n"));
@@ -67,7 +67,7 @@ TEST_CASE("recording: one sensor needs no name; the number may stand at the end;
   CHECK(Recording(folder.write("cloud.pcd", cloud("1 2 3 4\n")), rig).frame_number(0) == 0);
 }
 
-TEST_CASE("recording: offsets stay offsets, points in time become stamp and offsets") {
+TEST_CASE("recording: offsets stay offsets; absolute times become stamp and offsets") {
   const TempFolder folder;
   Rig rig = io::load_rig("hdl64");
   const auto read = [&](const std::string& text) {
@@ -98,7 +98,7 @@ TEST_CASE("recording: offsets stay offsets, points in time become stamp and offs
   CHECK(scan.time_offset_ns == std::vector<int32_t>{7000, INT32_MAX});  // saturated
 }
 
-TEST_CASE("recording: a frame number that is a time is the stamp") {
+TEST_CASE("recording: a frame number that is a time becomes the stamp") {
   CHECK(io::stamp_of_frame("f", 12, 50'000'000) == 600'000'000);
   CHECK(io::stamp_of_frame("f", 1532402927647, 1) == 1532402927647'000'000);
   CHECK(io::stamp_of_frame("f", 1532402927647951, 1) == 1532402927647951'000);
@@ -107,7 +107,7 @@ TEST_CASE("recording: a frame number that is a time is the stamp") {
         "f: its frame number is too large for a stamp");
 }
 
-TEST_CASE("recording: columns keep their types; 64-bit layers are brought to 32 bits") {
+TEST_CASE("recording: columns keep their types; 64-bit layers become 32 bits") {
   const TempFolder folder;
   const Rig rig = io::load_rig("hdl64");
   const auto read = [&](const std::string& text) {
@@ -128,9 +128,9 @@ TEST_CASE("recording: columns keep their types; 64-bit layers are brought to 32 
   CHECK(wide.intensity.bytes.empty());
 }
 
-TEST_CASE("recording: a shared cloud is told apart by layers and moved from the vehicle frame to each sensor") {
+TEST_CASE("recording: a shared cloud is split by layers and transformed from the vehicle frame to each sensor") {
   const TempFolder folder;
-  // ring 5: upper; 40: lower; 99: nobody's, so both count it as bad
+  // ring 5: upper sensor; 40: lower; 99: no sensor, so both count it as bad
   folder.write("7.pcd", cloud("10 1 2 5\n11 1 2 40\n12 1 2 99\n13 1 2 6\n"));
   const Rig rig = io::load_rig("av2");
   const io::FrameScans frame = Recording(folder.path(), rig).read(0);
@@ -146,7 +146,7 @@ TEST_CASE("recording: a shared cloud is told apart by layers and moved from the 
   CHECK(lower.x.value(0) == double(float(11 - 1.36)));
 }
 
-TEST_CASE("recording: each kind of bad input gets its sentence") {
+TEST_CASE("recording: each kind of bad input gets its error") {
   const TempFolder folder;
   const Rig av21 = io::load_rig("av21"), hdl64 = io::load_rig("hdl64");
   const auto error = [&](const std::string& path, const Rig& rig) {
@@ -169,8 +169,8 @@ TEST_CASE("recording: each kind of bad input gets its sentence") {
   CHECK(error(folder.path("c"), av21) ==
         path + ": its name has no sensor, and rig av21 has 3 (front, left, right): FRAME_SENSOR.pcd is needed");
   path = folder.write("d/1.pcd", good);
-  const std::string twin = folder.write("d/01.pcd", good);
-  CHECK(error(folder.path("d"), hdl64) == path + ": is the same scan as " + twin);
+  const std::string copy = folder.write("d/01.pcd", good);
+  CHECK(error(folder.path("d"), hdl64) == path + ": is the same scan as " + copy);
   path = folder.write("e/99999999999999999999.pcd", good);
   CHECK(error(folder.path("e"), hdl64) == path + ": its frame number does not fit 64 bits");
   path = folder.write("f/1.pcd", cloud("1 2 3 4\n", "x y z colour"));
@@ -180,7 +180,7 @@ TEST_CASE("recording: each kind of bad input gets its sentence") {
   path = folder.write("f/2.pcd", cloud("1 2 3 4\n", "x z w ring"));
   CHECK(error(path, hdl64).rfind(path + ": no field gives y", 0) == 0);
   path = folder.write("f/3.pcd", cloud("1 2 3 4\n", "x y z ring", "4 4 4 2", "F I F U"));
-  CHECK(error(path, hdl64) == path + ": the coordinates are no floating-point numbers (TYPE F)");
+  CHECK(error(path, hdl64) == path + ": the coordinates are not floating-point numbers (TYPE F)");
   path = folder.write("f/4.pcd", "nonsense\n");
   CHECK(error(path, hdl64) == path + ":1: not a PCD file");
 }

@@ -34,7 +34,7 @@ std::string replaced(const std::string& from, const std::string& to) {
 
 }  // namespace
 
-TEST_CASE("rig: the built-in ones say what their makers say") {
+TEST_CASE("rig: the built-in rigs have their makers' values") {
   const Rig av21 = io::load_rig("av21");
   REQUIRE(av21.sensors.size() == 3);
   CHECK(av21.period_ns() == 50'000'000);
@@ -67,7 +67,7 @@ TEST_CASE("rig: the built-in ones say what their makers say") {
   CHECK(io::load_rig("av2").sensors[1].layer_first == 32);
 }
 
-TEST_CASE("rig: what is written is read back the same") {
+TEST_CASE("rig: writing and reading gives the same rig") {
   for (const std::string& name : io::builtin_rig_names()) {
     CAPTURE(name);
     const Rig rig = io::load_rig(name);
@@ -79,7 +79,7 @@ TEST_CASE("rig: what is written is read back the same") {
   CHECK(from_file.sensors[0].z_m == 3);
 }
 
-TEST_CASE("rig: each kind of bad file gets its sentence with the line") {
+TEST_CASE("rig: each kind of bad file gets its error with the line") {
   REQUIRE(io::parse_rig("f", kGood).sensors.size() == 1);
   struct Row {
     std::string text, sentence;
@@ -96,20 +96,20 @@ TEST_CASE("rig: each kind of bad file gets its sentence with the line") {
       {replaced("period_s = 0.05", "period = 0.05"), "f:1: 'period_s' is missing"},
       {replaced("period_s = 0.05", "period_s = 0"), "f:1: 'period_s' is 0.0, its limits are 1e-04 to 100.0"},
       {replaced("period_s = 0.05", "period_s = nan"), "f:1: 'period_s' is nan, its limits are"},
-      {replaced("period_s = 0.05", "period_s = \"fast\""), "f:1: 'period_s' is no number"},
+      {replaced("period_s = 0.05", "period_s = \"fast\""), "f:1: 'period_s' is not a number"},
       {"colour = 1\n" + kGood, "f:1: unknown key 'colour'"},
       {"cloud_frame = \"map\"\n" + kGood, "f:1: 'cloud_frame' is \"map\", not sensor or vehicle"},
       {"shared_cloud = 1\n" + kGood, "f:1: 'shared_cloud' is neither true nor false"},
       {"time_unit = \"h\"\n" + kGood, "f:1: 'time_unit' is \"h\", not auto, s, ms, us or ns"},
-      {"name = 5\n" + kGood, "f:1: 'name' is no text in quotes"},
+      {"name = 5\n" + kGood, "f:1: 'name' is not text in quotes"},
       {"period_s = 1\n", "f:1: no [[sensor]]"},
-      {"period_s = 1\nsensor = 3\n", "f:2: 'sensor' is no table"},
+      {"period_s = 1\nsensor = 3\n", "f:2: 'sensor' is not a table"},
       {nine, "f:74: more than 8 sensors"},
       {replaced("name = \"front\"\n", ""), "f:3: sensor 1: 'name' is missing"},
       {replaced("\"front\"", "\"a b\""), "f:4: sensor 1: a sensor's name is made of letters, digits, - and _"},
       {replaced("x_m = 1\n", ""), "f:3: sensor 'front': 'x_m' is missing"},
       {replaced("rows = 32", "rows = 0"), "f:8: sensor 'front': 'rows' is 0, its limits are 1 to 1024"},
-      {replaced("rows = 32", "rows = 32.5"), "f:8: sensor 'front': 'rows' is no whole number"},
+      {replaced("rows = 32", "rows = 32.5"), "f:8: sensor 'front': 'rows' is not a whole number"},
       {replaced("cols = 857", "colums = 857"), "f:3: sensor 'front': 'cols' is missing"},
       {kGood + "pitch = 1\n", "f:12: sensor 'front': unknown key 'pitch'"},
       {replaced("azimuth_right_deg = -60", "azimuth_right_deg = 70"),
@@ -139,7 +139,7 @@ TEST_CASE("rig: each kind of bad file gets its sentence with the line") {
         "'av21'?");
 }
 
-TEST_CASE("toml: what is not ASCII stands in strings and comments only, and texts that break the parser are errors") {
+TEST_CASE("toml: other characters than ASCII are allowed only in strings and comments, and bad texts give an error") {
   const auto error = [](const char* text) { return error_of([&] { io::parse_toml("t.toml", text); }); };
   CHECK(error("\xef\xbb\xbf# M\xc3\xbcller\nname = \"B\xc3\xa4r \\\" \xc3\xa4\" # \xc3\xa4 \"\nx = '\xc3\xb6'\n")
             .empty());
@@ -148,7 +148,7 @@ TEST_CASE("toml: what is not ASCII stands in strings and comments only, and text
   CHECK(error("a = 1\n\nb = \"\xc3\xa4\"\nb\xc3\xa4 = 2\n").find("t.toml:4") != std::string::npos);
   CHECK(error("a = \"open\nb\xc3\xa4 = 1\n").find("t.toml:2") != std::string::npos);
   CHECK(error("a = 1\nme = \"\"\"\"race\\\\\\\xcf\x8fp\n").find("t.toml:2") !=
-        std::string::npos);  // an escape of such a letter
+        std::string::npos);  // a Unicode escape of such a letter
   CHECK(error("a = 1\nb = 18'\xc3\xa4'\n").find("t.toml:2") != std::string::npos);
   CHECK(error("a = 1\nb = 18\x01\n").find("t.toml:2") != std::string::npos);
   CHECK(error("a = [\"x\",\"y\"]\nb.\"c\" = {d=\"e\"}\n\"f\" = 'g'\n").empty());

@@ -27,7 +27,7 @@ PointCloud2 small_cloud(const std::string& data) {
 
 }  // namespace
 
-TEST_CASE("a PointCloud2 survives its CDR bytes") {
+TEST_CASE("ros messages: a PointCloud2 is read back from its CDR bytes") {
   const std::string data(28, 'q');
   const std::string bytes = encode_point_cloud2(small_cloud(data));
   const PointCloud2 cloud = decode_point_cloud2(bytes);
@@ -45,7 +45,7 @@ TEST_CASE("a PointCloud2 survives its CDR bytes") {
   CHECK(cloud.is_dense);
 }
 
-TEST_CASE("the CDR bytes of a PointCloud2 are those of the wire format") {
+TEST_CASE("ros messages: the CDR bytes of a PointCloud2 follow the wire format") {
   PointCloud2 cloud;
   cloud.header = {2'000'000'003, "a"};
   cloud.data = "xyz";
@@ -62,7 +62,7 @@ TEST_CASE("the CDR bytes of a PointCloud2 are those of the wire format") {
   CHECK(std::memcmp(bytes.data(), expected, sizeof expected) == 0);
 }
 
-TEST_CASE("big-endian CDR is read, too") {
+TEST_CASE("ros messages: big-endian CDR is read, too") {
   const unsigned char bytes[] = {0, 0, 0, 0, 0, 0,   0,   1,   0, 0, 0, 2, 0, 0,   0,
                                  3, 0, 0, 0, 4, 'm', 'a', 'p', 0, 0, 0, 0, 2, 'c', 0};
   std::string text(reinterpret_cast<const char*>(bytes), sizeof bytes);
@@ -74,7 +74,7 @@ TEST_CASE("big-endian CDR is read, too") {
   CHECK(transforms[0].child_frame_id == "c");
 }
 
-TEST_CASE("a quaternion of any finite numbers gives finite angles") {
+TEST_CASE("ros messages: a quaternion of any finite numbers gives finite angles") {
   for (const double size : {1e300, 1e154, 1.0, 1e-100, 1e-154, 1e-160, 5e-324, 0.0}) {
     CAPTURE(size);
     for (int32_t which = 0; which < 16; ++which) {
@@ -88,7 +88,7 @@ TEST_CASE("a quaternion of any finite numbers gives finite angles") {
   }
 }
 
-TEST_CASE("odometry and transforms survive their CDR bytes; a rotation survives its quaternion") {
+TEST_CASE("ros messages: odometry, transforms and rotations are read back from their CDR bytes") {
   Odometry o;
   o.header = {-1, "map"};
   o.child_frame_id = "base_link";
@@ -121,7 +121,7 @@ TEST_CASE("odometry and transforms survive their CDR bytes; a rotation survives 
   CHECK(transforms[1].pose.z_m == 0.7);
 }
 
-TEST_CASE("bytes that are no message are refused with a sentence, wherever they end") {
+TEST_CASE("ros messages: invalid bytes are refused with an error, wherever they end") {
   const std::string data(28, 'q');
   const std::string cloud = encode_point_cloud2(small_cloud(data)), odometry = encode_odometry({});
   for (std::size_t size = 0; size < cloud.size(); ++size)

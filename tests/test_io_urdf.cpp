@@ -51,25 +51,25 @@ TEST_CASE("URDF: a sensor's mounting is the chain of joints from its link to the
   CHECK(rig.sensors[0].yaw_deg == doctest::Approx(0));
 }
 
-TEST_CASE("URDF: what is missing or wrong is named") {
+TEST_CASE("URDF: missing or wrong elements are named") {
   const TempFolder folder;
   const auto error = [&](const std::string& text, const std::string& link = "", const std::string& frame = "lidar") {
     io::Rig rig = one_sensor(frame);
     const std::string path = folder.write("car.urdf", text);
     return error_of([&] { io::mount_by_urdf(rig, path + link); }).substr(path.size());
   };
-  CHECK(error("<robot>", "") == ":1: is no XML: XML_ERROR_MISMATCHED_ELEMENT");
+  CHECK(error("<robot>", "") == ":1: is not XML: XML_ERROR_MISMATCHED_ELEMENT");
   std::string deep = "<robot>";
   for (int32_t i = 0; i < 50'000; ++i) deep += "<a>";
-  CHECK(error(deep) == ":1: is no XML: XML_ELEMENT_DEPTH_EXCEEDED");
-  CHECK(error("<car/>") == ": is no URDF: it has no <robot>");
+  CHECK(error(deep) == ":1: is not XML: XML_ELEMENT_DEPTH_EXCEEDED");
+  CHECK(error("<car/>") == ": is not a URDF: it has no <robot>");
   CHECK(error(robot(""), "", "mast") == ": has no link 'mast' for sensor 'front' (frame_id in the rig file names it)");
   CHECK(error(robot(""), ",boat") == ": has no link 'boat'");
   CHECK(error(robot(joint("road", "axle", "")), ",road") == ": link 'lidar' does not hang on link 'road'");
   CHECK(error(robot(joint("axle", "lidar", "") + joint("lidar", "axle", ""))) ==
         ": link 'lidar' hangs in a circle of joints");
   CHECK(error(robot(joint("road", "lidar", "\n<origin xyz=\"1 2\"/>"))) == ":7: xyz is not three numbers");
-  // A mounting that no rig file may hold, near or by the sum of joints.
+  // Positions that no rig file allows, in one joint or as the sum of joints.
   const std::string far = "<origin xyz=\"0 60 0\"/>";
   CHECK(error(robot(joint("road", "axle", far) + joint("axle", "lidar", far))) ==
         ": link 'lidar' lies more than 100 m from its root");
@@ -81,7 +81,7 @@ TEST_CASE("URDF: what is missing or wrong is named") {
         ": link 'lidar' lies more than 100 m from 'road'");
 }
 
-TEST_CASE("URDF: the AV-21's gives the mounting of rig av21") {
+TEST_CASE("URDF: the AV-21's file gives the mounting of rig av21") {
   OVT_NEED_RECORDED("racecar/av21.urdf");
   io::Rig rig = io::load_rig("racecar");
   const io::Rig expected = io::load_rig("av21");

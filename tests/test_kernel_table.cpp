@@ -11,7 +11,7 @@
 namespace overtake {
 namespace {
 
-TEST_CASE("find_kernels knows ref and refuses an unknown ISA") {
+TEST_CASE("find_kernels: knows ref and refuses an unknown ISA") {
   const KernelTable* ref_table = find_kernels("ref");
   REQUIRE(ref_table != nullptr);
   CHECK(std::strcmp(ref_table->isa, "ref") == 0);
@@ -21,7 +21,7 @@ TEST_CASE("find_kernels knows ref and refuses an unknown ISA") {
   CHECK(find_kernels("") == nullptr);
 }
 
-TEST_CASE("list_kernels starts with ref and ends with what find_kernels takes by itself") {
+TEST_CASE("list_kernels: starts with ref and ends with the default of find_kernels") {
   const KernelTable* tables[16] = {};
   const int32_t count = list_kernels(tables);
   REQUIRE(count >= 1);
@@ -32,7 +32,7 @@ TEST_CASE("list_kernels starts with ref and ends with what find_kernels takes by
   for (int32_t i = 0; i < count; ++i) CHECK(find_kernels(tables[i]->isa) == tables[i]);
 }
 
-TEST_CASE("every entry of every table is filled") {
+TEST_CASE("kernel_table: every entry of every table is set") {
   const KernelTable* tables[16] = {};
   const int32_t count = list_kernels(tables);
   for (int32_t i = 0; i < count; ++i) {

@@ -35,7 +35,7 @@ struct Labelled {
 
 OwnedPlane<float> all_returns(int32_t rows, int32_t cols) { return OwnedPlane<float>(rows, cols).fill(9.0f); }
 
-TEST_CASE("label_bfs numbers clusters by their first pixel in row-major order") {
+TEST_CASE("label_bfs: numbers clusters by their first pixel in row-major order") {
   // nonground   right        down        labels
   // ..#.#       ....#        ..#.#       __1_2
   // #.#.#       .....        #....   ->  3_1_2
@@ -46,7 +46,7 @@ TEST_CASE("label_bfs numbers clusters by their first pixel in row-major order") 
   CHECK(l.picture() == drawn({"__1_2", "3_1_2", "33_4_"}));
 }
 
-TEST_CASE("label_bfs follows a link backwards: a spiral found from its top is one cluster") {
+TEST_CASE("label_bfs: follows links backwards: a spiral found from its top is one cluster") {
   // ####        every neighbouring pair of the spiral linked
   // ...#
   // ##.#
@@ -58,32 +58,32 @@ TEST_CASE("label_bfs follows a link backwards: a spiral found from its top is on
   CHECK(l.picture() == drawn({"1111", "___1", "11_1", "1__1", "1111"}));
 }
 
-TEST_CASE("label_bfs separates neighbours without a link, and corners never touch") {
+TEST_CASE("label_bfs: separates neighbours without a link, and diagonal pixels") {
   Labelled l(false, all_returns(2, 4), {"##.#", "..#."}, {"....", "...."}, {"....", "...."});
   CHECK(l.count == 4);
   CHECK(l.picture() == drawn({"12_3", "__4_"}));
 }
 
-TEST_CASE("label_bfs: -1 where there is no range, 0 where a range is in no cluster") {
+TEST_CASE("label_bfs: gives -1 to a pixel without range, 0 to a pixel with range and without cluster") {
   OwnedPlane<float> range({{5.0f, 0.0f, 5.0f, 0.0f}});
   Labelled l(false, range, {"#..#"}, {"...."}, {"...."});  // the last pixel is a repaired one
   CHECK(l.picture() == drawn({"1._2"}));
 }
 
-TEST_CASE("label_bfs joins across the azimuth seam only where columns wrap") {
+TEST_CASE("label_bfs: joins across the azimuth seam only if columns wrap") {
   const OwnedBits bits{"#..#", "....", "#..#"}, right{"...#", "....", "...."}, none{"....", "....", "...."};
   CHECK(Labelled(true, all_returns(3, 4), bits, right, none).picture() == drawn({"1__1", "____", "2__3"}));
   CHECK(Labelled(false, all_returns(3, 4), bits, right, none).picture() == drawn({"1__2", "____", "3__4"}));
 }
 
-TEST_CASE("label_bfs of an image without clusters, and of a single pixel") {
+TEST_CASE("label_bfs: handles an image without clusters, and a single pixel") {
   CHECK(Labelled(false, all_returns(1, 3), {"..."}, {"..."}, {"..."}).count == 0);
   Labelled one(true, all_returns(1, 1), {"#"}, {"#"}, {"."});
   CHECK(one.count == 1);
   CHECK(one.picture() == drawn({"1"}));
 }
 
-// An independent answer: union-find over the links, then numbers handed out in row-major order.
+// An independent solution: union-find over the links, then numbers in row-major order.
 std::vector<int32_t> by_union_find(bool wraps, ConstBitPlane bits, ConstBitPlane right, ConstBitPlane down) {
   const int32_t rows = bits.rows, cols = bits.cols;
   std::vector<int32_t> parent(std::size_t(rows) * std::size_t(cols)), label(parent.size(), 0), number = label;
@@ -111,14 +111,14 @@ std::vector<int32_t> by_union_find(bool wraps, ConstBitPlane bits, ConstBitPlane
   return label;
 }
 
-TEST_CASE("label_bfs agrees with union-find on random link images") {
+TEST_CASE("label_bfs: agrees with union-find on random link images") {
   for (uint32_t seed = 1; seed <= 60; ++seed) {
     CAPTURE(seed);
     std::mt19937 random(seed);
     const int32_t rows = seed % 10 == 0 ? 128 : 1 + int32_t(random() % 32);
     const int32_t cols = seed % 10 == 0 ? 2048 : 1 + int32_t(random() % 300);
     const bool wraps = seed % 2 == 0;
-    const auto density = 30 + random() % 70, bond = 30 + random() % 70;  // percent: below percolation and past it
+    const auto density = 30 + random() % 70, bond = 30 + random() % 70;  // percent, around the percolation limit
     OwnedBits bits(rows, cols), right(rows, cols), down(rows, cols);
     bits.clear();
     right.clear();

@@ -16,7 +16,7 @@ namespace {
 
 using test::OwnedPlane;
 
-// One row of four pixels: cluster 7; repaired over ground; ground; cluster 3 whose repair lies where its return is.
+// One row of four pixels: cluster 7; repaired over ground; ground; cluster 3 with its return where the repair is.
 struct Labels {
   Labels() {
     REQUIRE(arena.build(default_allocator(), [&](Carver& carver) { carve_table(carver, points, 16); }));
@@ -25,7 +25,7 @@ struct Labels {
     images.pixel_point = pixel_point;
     images.labels = labels;
   }
-  // Returns the row of a new point of this range on this pixel.
+  // Adds a point of this range to this pixel; returns its row.
   int32_t add(int32_t pixel, float range_m, Reason reason = Reason::kLabelled) {
     const int32_t i = points.count++;
     points.pixel[i] = pixel;
@@ -35,7 +35,7 @@ struct Labels {
     points.label[i] = 12345;
     return i;
   }
-  // Of one that lost the pixel.
+  // Adds a point that lost the pixel.
   int32_t add_loser(int32_t pixel, float range_m) {
     const int32_t i = add(pixel, range_m);
     points.lost[i] = 1;
@@ -83,7 +83,7 @@ TEST_CASE("label_points: a loser within 0.5 m of the winner takes the pixel's la
   CHECK(l.points.label[over_repair] == kLabelGround);
 }
 
-TEST_CASE("label_points: a loser more than 0.5 m nearer is dust, farther a second return") {
+TEST_CASE("label_points: a loser more than 0.5 m nearer is dust, one farther is a second return") {
   Labels l;
   const int32_t dust = l.add_loser(0, 19.25f), second = l.add_loser(0, 20.75f);
   l.run();

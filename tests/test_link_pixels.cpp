@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 7a: which neighbours belong together (eq. 2).
+// Stage 7a: links neighbouring pixels of one object (eq. 2).
 #include "kernels/link_pixels.h"
 
 #include <doctest/doctest.h>
@@ -33,7 +33,7 @@ LinkPixelsParams paper(bool wraps = false) {
   return params;
 }
 
-// beta as the paper draws it, with the printed formula's errata repaired.
+// beta as in the paper's figure, with the errors of the printed formula corrected.
 double beta(double r1, double r2, double alpha) {
   const double d1 = std::max(r1, r2), d2 = std::min(r1, r2);
   return std::atan2(d2 * std::sin(alpha), d1 - d2 * std::cos(alpha));
@@ -49,23 +49,23 @@ struct Linked {
   OwnedBits right, down;
 };
 
-TEST_CASE("link_pixels: the threshold's tangent is that of 2.5 deg") {
+TEST_CASE("link_pixels: the threshold is the tangent of 2.5 deg") {
   CHECK(double(LinkPixelsParams{}.tan_threshold) == doctest::Approx(std::tan(kThreshold)));
 }
 
-TEST_CASE("link_pixels joins when beta is larger than the threshold: near neighbours yes, a jump in depth no") {
+TEST_CASE("link_pixels: joins if beta exceeds the threshold: near neighbours, but not across a jump in depth") {
   // range  20  20.1  30  30     the step from 20.1 to 30 is a gap between two objects
   Linked l(paper(), {{20.0f, 20.1f, 30.0f, 30.0f}}, {{0.0f, 0.0f, 0.0f, 0.0f}}, {"####"});
   CHECK(art_of(l.right) == drawn({"#.#."}));
   CHECK(art_of(l.down) == drawn({"...."}));
 }
 
-TEST_CASE("link_pixels: equal ranges join sideways, where the printed formula divides by zero") {
+TEST_CASE("link_pixels: equal ranges join to the right, where the printed formula divides by zero") {
   Linked l(paper(), {{20.0f, 20.0f}}, {{0.0f, 0.0f}}, {"##"});
   CHECK(art_of(l.right) == drawn({"#."}));
 }
 
-TEST_CASE("link_pixels: downwards alpha is the elevation difference, up or down alike") {
+TEST_CASE("link_pixels: downwards alpha is the elevation difference, in both directions") {
   // 0.2 deg apart at 20 m: 70 mm; beta > 2.5 deg up to a step of 1.6 m
   const auto e = float(0.2 * kDegree);
   Linked l(paper(), {{20.0f, 20.0f, 20.0f, 21.4f}, {20.0f, 21.4f, 22.0f, 20.0f}},
@@ -73,26 +73,26 @@ TEST_CASE("link_pixels: downwards alpha is the elevation difference, up or down 
   CHECK(art_of(l.down) == drawn({"##.#", "...."}));
 }
 
-TEST_CASE("link_pixels: two layers at one elevation are no evidence, at equal ranges neither") {
+TEST_CASE("link_pixels: two layers at one elevation do not join, not even at equal ranges") {
   Linked l(paper(), {{20.0f, 20.0f}, {20.0f, 21.0f}}, {{0.1f, 0.1f}, {0.1f, 0.1f}}, {"##", "##"});
   CHECK(art_of(l.down) == drawn({"..", ".."}));
 }
 
-TEST_CASE("link_pixels: only pixels of the repaired non-ground image link") {
+TEST_CASE("link_pixels: links only pixels of the repaired non-ground image") {
   Linked l(paper(), {{20.0f, 20.0f, 20.0f}, {20.0f, 20.0f, 20.0f}}, {{0.01f, 0.01f, 0.01f}, {0.0f, 0.0f, 0.0f}},
            {"##.", "#.#"});
   CHECK(art_of(l.right) == drawn({"#..", "..."}));
   CHECK(art_of(l.down) == drawn({"#..", "..."}));
 }
 
-TEST_CASE("link_pixels: the last column joins column 0 only where columns wrap") {
+TEST_CASE("link_pixels: the last column joins column 0 only if columns wrap") {
   const OwnedPlane<float> range({{20.0f, 50.0f, 20.0f}}), elevation({{0.0f, 0.0f, 0.0f}});
   CHECK(art_of(Linked(paper(false), range, elevation, {"###"}).right) == drawn({"..."}));
   CHECK(art_of(Linked(paper(true), range, elevation, {"###"}).right) == drawn({"..#"}));
   CHECK(art_of(Linked(paper(true), {{20.0f}}, {{0.0f}}, {"#"}).right) == drawn({"."}));  // not with itself
 }
 
-TEST_CASE("link_pixels agrees with atan2 away from the threshold, on random images") {
+TEST_CASE("link_pixels: agrees with atan2 away from the threshold, on random images") {
   int32_t linked = 0, apart = 0;
   for (uint32_t seed = 1; seed <= 30; ++seed) {
     CAPTURE(seed);

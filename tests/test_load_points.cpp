@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 0: any layout becomes columns, and no value is undefined.
+// Stage 0: any layout becomes columns, and every value is defined.
 #include "kernels/load_points.h"
 
 #include <doctest/doctest.h>
@@ -34,8 +34,8 @@ PointField field_of(const std::vector<T>& values, FieldType type) {
   return {values.data(), std::ptrdiff_t(sizeof(T)), type};
 }
 
-TEST_CASE("load_points reads an interleaved, unaligned record where it lies") {
-  // | pad 1 | x y z f32 | intensity u8 | ring u16 | t u32 |, 20 bytes a point, nothing aligned
+TEST_CASE("load_points: reads an interleaved, unaligned record in place") {
+  // | pad 1 | x y z f32 | intensity u8 | ring u16 | t u32 |, 20 bytes per point, all unaligned
   constexpr std::size_t kStep = 20;
   std::vector<unsigned char> memory(1 + 3 * kStep);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -72,7 +72,7 @@ TEST_CASE("load_points reads an interleaved, unaligned record where it lies") {
   }
 }
 
-TEST_CASE("load_points converts every field type, and reads backwards with a negative stride") {
+TEST_CASE("load_points: converts every field type, and reads backwards with a negative stride") {
   OwnedScan own(2);
   PointFields fields;
   const std::vector<double> f64 = {1.25, -7.5};
@@ -99,7 +99,7 @@ TEST_CASE("load_points converts every field type, and reads backwards with a neg
   CHECK(own.scan.x_m[1] == 1.25f);
 }
 
-TEST_CASE("load_points gives absent fields zero, and an empty scan is a scan") {
+TEST_CASE("load_points: absent fields are zero, and an empty scan is valid") {
   OwnedScan own(4);
   own.scan.intensity[0] = 5.0f;
   own.scan.layer[0] = 5;
@@ -141,7 +141,7 @@ TEST_CASE(
   CHECK(own.scan.y_m[6] == -FLT_MAX);
 }
 
-TEST_CASE("load_points: a layer that is no integer in 0..65535 is no layer") {
+TEST_CASE("load_points: a layer that is not an integer in 0..65535 becomes kNoLayer") {
   const std::vector<float> layer = {0.0f, 65535.0f, 3.0f, 3.5f, -1.0f, 65536.0f, kNan, kInf, -kInf, 1e30f};
   OwnedScan own(10);
   PointFields fields;
@@ -160,7 +160,7 @@ TEST_CASE("load_points: a layer that is no integer in 0..65535 is no layer") {
   CHECK(own.scan.layer[2] == 12);
 }
 
-TEST_CASE("load_points: NaN intensity becomes 0; time takes its unit, rounds, saturates, and NaN becomes 0") {
+TEST_CASE("load_points: NaN intensity becomes 0; time is scaled, rounded and saturated, and NaN becomes 0") {
   const std::vector<float> bright = {kNan, 7.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
   const std::vector<double> time = {0.05, -1e-9, 3.0, -3.0, double(kNan), 1e308, 1.6e-9, -1.6e-9};
   OwnedScan own(8);

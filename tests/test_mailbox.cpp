@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One producer, one taker: the newest scan waits, every posted scan is taken or replaced, none is torn.
+// One producer, one consumer: the newest scan is pending, every posted scan is acquired or replaced, none is torn.
 #include "pipeline/mailbox.h"
 
 #include <doctest/doctest.h>
@@ -37,33 +37,33 @@ TEST_CASE("mailbox: an empty one gives nothing") {
   Mailbox<Scan> box;
   build(box);
   bool replaced = true;
-  CHECK_FALSE(box.take(replaced));
-  CHECK(box.in_hand() == nullptr);
+  CHECK_FALSE(box.acquire(replaced));
+  CHECK(box.pending() == nullptr);
 }
 
-TEST_CASE("mailbox: a newer scan replaces the one that waits, the one in hand stays whole") {
+TEST_CASE("mailbox: a newer scan replaces the pending one, and the acquired one does not change") {
   Mailbox<Scan> box;
   build(box);
   bool replaced = true;
   CHECK_FALSE(post(box, 1));
-  REQUIRE(box.take(replaced));
+  REQUIRE(box.acquire(replaced));
   CHECK_FALSE(replaced);
-  REQUIRE(box.in_hand());
+  REQUIRE(box.pending());
   CHECK_FALSE(post(box, 2));
   for (int64_t n = 3; n < 20; ++n) CHECK(post(box, n));
-  CHECK(box.in_hand()->stamp_ns == 1);
-  CHECK(is_whole(*box.in_hand()));
-  REQUIRE(box.take(replaced));
-  CHECK(replaced);  // the one in hand made room
-  CHECK(box.in_hand()->stamp_ns == 19);
-  CHECK(is_whole(*box.in_hand()));
-  CHECK_FALSE(box.take(replaced));
-  box.drop_hand();
-  CHECK(box.in_hand() == nullptr);
-  CHECK_FALSE(box.take(replaced));
+  CHECK(box.pending()->stamp_ns == 1);
+  CHECK(is_whole(*box.pending()));
+  REQUIRE(box.acquire(replaced));
+  CHECK(replaced);  // the acquired one was given back
+  CHECK(box.pending()->stamp_ns == 19);
+  CHECK(is_whole(*box.pending()));
+  CHECK_FALSE(box.acquire(replaced));
+  box.release();
+  CHECK(box.pending() == nullptr);
+  CHECK_FALSE(box.acquire(replaced));
 }
 
-TEST_CASE("mailbox: a race of 100,000 posts loses none and tears none") {
+TEST_CASE("mailbox: 100,000 racing posts lose none and tear none") {
   constexpr int64_t kPosts = 100000;
   Mailbox<Scan> box;
   build(box);
@@ -76,46 +76,46 @@ TEST_CASE("mailbox: a race of 100,000 posts loses none and tears none") {
     }
     done.store(true);
   });
-  int64_t taken = 0, replaced_in_hand = 0, torn = 0, backwards = 0, last = 0;
+  int64_t taken = 0, replaced_pending = 0, torn = 0, backwards = 0, last = 0;
   for (bool more = true; more;) {
-    more = !done.load();  // looked at before the take: nothing posted earlier is missed
+    more = !done.load();  // read before the acquire: nothing posted earlier is missed
     bool replaced = false;
-    if (!box.take(replaced)) continue;
+    if (!box.acquire(replaced)) continue;
     more = true;
-    replaced_in_hand += replaced;
-    torn += !is_whole(*box.in_hand());
-    backwards += box.in_hand()->stamp_ns <= last;
-    last = box.in_hand()->stamp_ns;
+    replaced_pending += replaced;
+    torn += !is_whole(*box.pending());
+    backwards += box.pending()->stamp_ns <= last;
+    last = box.pending()->stamp_ns;
     if (last % 3 != 0) {
-      box.drop_hand();
+      box.release();
       ++taken;
     }
   }
   producer.join();
-  if (box.in_hand()) ++taken;
+  if (box.pending()) ++taken;
   CHECK(torn == 0);
   CHECK(backwards == 0);
   CHECK(last == kPosts);
-  CHECK(taken + replaced_in_hand + replaced_waiting == kPosts);
+  CHECK(taken + replaced_pending + replaced_waiting == kPosts);
 }
 
-TEST_CASE("mailbox: a producer that waits until its scan is taken loses none") {
+TEST_CASE("mailbox: a producer that waits until its scan is acquired loses none") {
   constexpr int64_t kPosts = 20000;
   Mailbox<Scan> box;
   build(box);
   int64_t replaced_waiting = 0;
   std::thread producer([&] {
     for (int64_t n = 1; n <= kPosts; ++n) {
-      box.wait_until_taken();
+      box.wait_until_acquired();
       replaced_waiting += post(box, n);
     }
   });
   int64_t wrong = 0;
   for (int64_t next = 1; next <= kPosts;) {
     bool replaced = false;
-    if (!box.take(replaced)) continue;
-    wrong += box.in_hand()->stamp_ns != next || !is_whole(*box.in_hand());
-    box.drop_hand();
+    if (!box.acquire(replaced)) continue;
+    wrong += box.pending()->stamp_ns != next || !is_whole(*box.pending());
+    box.release();
     ++next;
   }
   producer.join();

@@ -20,8 +20,8 @@ using test::OwnedPlane;
 
 constexpr float kU = kAngleUndefined;
 
-// The angle image as a picture: '_' level, '/' steep, '?' undefined (pixel with a return of its own), 'f' undefined and
-// filled, 'F' steep and filled, '.' no range, '!' no range and yet steep.
+// The angle image as a drawing: '_' level, '/' steep, '?' undefined (pixel with a return), 'f' undefined and filled,
+// 'F' steep and filled, '.' no range, '!' no range but steep.
 std::string marked(int32_t row_count, std::initializer_list<const char*> picture) {
   const auto rows = int32_t(picture.size()), cols = int32_t(std::string(*picture.begin()).size());
   OwnedPlane<float> angle(rows, cols), range(rows, cols);
@@ -53,7 +53,7 @@ TEST_CASE("mark_ground: the pair (i, i + 1) decides the upper pixel i") {
                         "..."}));
 }
 
-TEST_CASE("mark_ground: the bottom row in use is ground, steep or not, and so is all below") {
+TEST_CASE("mark_ground: the last row in use and all rows below are ground, also if steep") {
   const std::string found = marked(2, {"///",  //
                                        "/?/",  //
                                        "//?"});
@@ -64,7 +64,7 @@ TEST_CASE("mark_ground: the bottom row in use is ground, steep or not, and so is
   CHECK(marked(0, {"..", ".."}) == drawn({"..", ".."}));
 }
 
-TEST_CASE("mark_ground: a return whose pair is undefined is non-ground, a filled pixel is not") {
+TEST_CASE("mark_ground: a return with an undefined pair is non-ground, a filled pixel is not") {
   const std::string found = marked(3, {"?f.F",  //
                                        "....",  //
                                        "____"});
@@ -73,7 +73,7 @@ TEST_CASE("mark_ground: a return whose pair is undefined is non-ground, a filled
                         "...."}));
 }
 
-TEST_CASE("mark_ground: the last return of a column is ground, whatever other columns hold below") {
+TEST_CASE("mark_ground: the last return of a column is ground, whatever other columns contain below") {
   const std::string found = marked(4, {"?_?.",  //
                                        "._.?",  //
                                        ".?.f",  //
@@ -88,7 +88,7 @@ TEST_CASE("mark_ground: a pixel without range is not non-ground") {
   CHECK(marked(2, {"!.", "__"}) == drawn({"..", ".."}));
 }
 
-TEST_CASE("mark_ground: the threshold is 20 deg and must be exceeded") {
+TEST_CASE("mark_ground: non-ground must exceed 20 deg") {
   const float threshold = MarkGroundParams{}.threshold_rad;
   CHECK(double(threshold) == doctest::Approx(20.0 * 3.14159265358979 / 180.0));
   OwnedPlane<float> angle({{threshold, std::nextafter(threshold, 1.0f), -0.5f}, {kU, kU, kU}});

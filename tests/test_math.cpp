@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The project's elementary functions against long double libm: bounds as core/math.h states them.
+// The project's elementary functions against long double libm: bounds as in core/math.h.
 #include "core/math.h"
 
 #include <doctest/doctest.h>
@@ -25,14 +25,14 @@ double ulps(T got, Wide want) {
   return double(std::fabs(Wide(got) - want) / std::ldexp(Wide(1), exponent));
 }
 
-// A value of random sign and size 2^-range .. 2^range.
+// A value with random sign and size 2^-range .. 2^range.
 template <class T, class Random>
 T any_size(Random& random, double range) {
   std::uniform_real_distribution<double> exponent(-range, range);
   return T((random() & 1 ? 1.0 : -1.0) * std::exp2(exponent(random)));
 }
 
-TEST_CASE("atan2_f32 is within 3.5 ulp everywhere") {
+TEST_CASE("math: atan2_f32 is within 3.5 ulp everywhere") {
   const unsigned seed = 1;
   CAPTURE(seed);
   std::mt19937_64 random(seed);
@@ -49,7 +49,7 @@ TEST_CASE("atan2_f32 is within 3.5 ulp everywhere") {
     look(float(place(random)), float(place(random)));
     look(any_size<float>(random, 126.0), any_size<float>(random, 126.0));
     const float v = any_size<float>(random, 60.0);
-    look(v, float(double(v) * (1.0 + near_one(random))));  // the octant's edge
+    look(v, float(double(v) * (1.0 + near_one(random))));  // the edge of the octant
     look(v, float(-double(v) * (1.0 + near_one(random))));
   }
   const float edges[] = {1e-45f, 1.17549435e-38f, 1e-20f, 0.5f, 1.0f, 3.0f, 1e20f, 3.40282347e38f};
@@ -63,7 +63,7 @@ TEST_CASE("atan2_f32 is within 3.5 ulp everywhere") {
   CHECK(worst <= 3.5);
 }
 
-TEST_CASE("atan2 on the axes: zero for nothing, pi behind whatever the sign of zero") {
+TEST_CASE("math: atan2 on the axes is 0 for the origin, and pi behind for either sign of zero") {
   CHECK(atan2_f32(0.0f, 0.0f) == 0.0f);
   CHECK(atan2_f32(0.0f, -1.0f) == kPiF);
   CHECK(atan2_f32(-0.0f, -1.0f) == kPiF);
@@ -80,7 +80,7 @@ TEST_CASE("atan2 on the axes: zero for nothing, pi behind whatever the sign of z
   CHECK(atan2_f64(2.0, 2.0) == kHalfPi / 2);
 }
 
-TEST_CASE("sin_cos_f32 is within 2^-23 up to a thousand radians") {
+TEST_CASE("math: sin_cos_f32 is within 2^-23 up to a thousand radians") {
   const unsigned seed = 2;
   CAPTURE(seed);
   std::mt19937_64 random(seed);
@@ -98,7 +98,7 @@ TEST_CASE("sin_cos_f32 is within 2^-23 up to a thousand radians") {
   for (int i = 0; i < 1000000; ++i) {
     look(few(random));
     look(many(random));
-    look(float(quarter(random) * kHalfPi + 1e-4 * double(few(random))));          // where the sine or cosine vanishes
+    look(float(quarter(random) * kHalfPi + 1e-4 * double(few(random))));          // where the sine or cosine is zero
     look(float((quarter(random) + 0.5) * kHalfPi + 1e-6 * double(few(random))));  // where the quarter changes
   }
   look(0.0f);
@@ -107,7 +107,7 @@ TEST_CASE("sin_cos_f32 is within 2^-23 up to a thousand radians") {
   CHECK(worst <= 1.2e-7);
 }
 
-TEST_CASE("sin_cos_small_f32 is within 1.8e-7, its sine within 2 ulp, up to a quarter turn") {
+TEST_CASE("math: sin_cos_small_f32 is within 1.8e-7, its sine within 2 ulp, up to a quarter turn") {
   double worst = 0.0, worst_sine = 0.0;
   for (int i = -1000000; i <= 1000000; ++i) {
     const float a = float(i * (kHalfPi / 1000000));
@@ -122,7 +122,7 @@ TEST_CASE("sin_cos_small_f32 is within 1.8e-7, its sine within 2 ulp, up to a qu
   CHECK(worst_sine <= 2.0);
 }
 
-// A value type that is no float: what a SIMD vector is to the templates.
+// A value type other than float, like a SIMD vector.
 struct Lanes {
   float v[2];
   explicit Lanes(float a) : v{a, a} {}
@@ -142,7 +142,7 @@ Lanes abs_of(Lanes a) { return {std::fabs(a.v[0]), std::fabs(a.v[1])}; }
 Lanes min_of(Lanes a, Lanes b) { return select(a < b, a, b); }
 Lanes max_of(Lanes a, Lanes b) { return select(a > b, a, b); }
 
-TEST_CASE("the float templates give the same bits on a vector type") {
+TEST_CASE("math: the float templates give the same bits with a vector type") {
   const unsigned seed = 3;
   CAPTURE(seed);
   std::mt19937_64 random(seed);
@@ -166,7 +166,7 @@ TEST_CASE("the float templates give the same bits on a vector type") {
   }
 }
 
-TEST_CASE("atan2_f64 of what is no place is 0") {
+TEST_CASE("math: atan2_f64 of invalid coordinates is 0") {
   const double infinity = std::numeric_limits<double>::infinity(), nan = std::nan("");
   for (double y : {infinity, -infinity, nan})
     for (double x : {infinity, -infinity, nan}) CHECK(atan2_f64(y, x) == 0.0);
@@ -174,7 +174,7 @@ TEST_CASE("atan2_f64 of what is no place is 0") {
   CHECK(atan2_f64(1.0, nan) == 0.0);
 }
 
-TEST_CASE("atan2_f64 is within 2 ulp everywhere") {
+TEST_CASE("math: atan2_f64 is within 2 ulp everywhere") {
   const unsigned seed = 4;
   CAPTURE(seed);
   std::mt19937_64 random(seed);
@@ -198,7 +198,7 @@ TEST_CASE("atan2_f64 is within 2 ulp everywhere") {
   CHECK(worst <= 2.0);
 }
 
-TEST_CASE("sin_cos_f64 is within 2 ulp") {
+TEST_CASE("math: sin_cos_f64 is within 2 ulp") {
   const unsigned seed = 5;
   CAPTURE(seed);
   std::mt19937_64 random(seed);
@@ -231,7 +231,7 @@ TEST_CASE("sin_cos_f64 is within 2 ulp") {
   }
 }
 
-TEST_CASE("log_f64 is within 2 ulp, and NaN where there is no logarithm") {
+TEST_CASE("math: log_f64 is within 2 ulp, and NaN where no logarithm exists") {
   const unsigned seed = 6;
   CAPTURE(seed);
   std::mt19937_64 random(seed);
@@ -257,7 +257,7 @@ TEST_CASE("log_f64 is within 2 ulp, and NaN where there is no logarithm") {
     CHECK(std::isnan(log_f64(bad)));
 }
 
-TEST_CASE("wrap_angle lands in (-pi, pi], keeps what is there, and turns by whole turns only") {
+TEST_CASE("math: wrap_angle gives (-pi, pi], keeps angles in this range, and changes only by whole turns") {
   CHECK(wrap_angle(kPi) == kPi);
   CHECK(wrap_angle(-kPi) == kPi);
   CHECK(wrap_angle(0.25) == 0.25);
@@ -290,7 +290,7 @@ TEST_CASE("wrap_angle lands in (-pi, pi], keeps what is there, and turns by whol
   }
 }
 
-TEST_CASE("sinc is sin x / x, one at zero, without a step between its two forms") {
+TEST_CASE("math: sinc is sin x / x, one at zero, without a step between its two forms") {
   CHECK(sinc(0.0) == 1.0);
   double worst = 0.0;
   for (int i = 1; i <= 400000; ++i) {
@@ -304,7 +304,7 @@ TEST_CASE("sinc is sin x / x, one at zero, without a step between its two forms"
   CHECK(sinc(1e-160) == 1.0);
 }
 
-TEST_CASE("hypot_f64 of whole numbers is whole") { CHECK(hypot_f64(3.0, 4.0) == 5.0); }
+TEST_CASE("math: hypot_f64 of a 3-4-5 triangle is exact") { CHECK(hypot_f64(3.0, 4.0) == 5.0); }
 
 }  // namespace
 }  // namespace overtake

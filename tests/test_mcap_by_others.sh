@@ -2,9 +2,9 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_mcap_by_others.sh OVERTAKE WRITE_LOG [SECONDS]. What we write as MCAP is read by @mcap/core: logs in
-# every compression, a simulated overtake and the pipeline's view of it. With SECONDS: the log of so much of a whole race
-# instead. Exit code 77 where node or its modules are missing.
+# usage: tests/test_mcap_by_others.sh OVERTAKE WRITE_LOG [SECONDS]. @mcap/core reads the MCAP files that we write: logs
+# in every compression, a simulated overtake and the pipeline's view of it. With SECONDS: the log of this part of a
+# whole race instead. Exit code 77 if node or its modules are missing.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 readonly overtake=$(realpath "$1") write_log=$(realpath "$2")
@@ -48,7 +48,7 @@ read_back race.mcap "${race_topics[@]}"
 read_back view.mcap "${view_topics[@]}"
 grep -q ', 1 attachments: all decoded' read.txt || fail "the configuration is not attached"
 
-# A reader that accepts anything shows nothing: a flipped byte must be noticed.
+# A reader that accepts everything proves nothing: it must detect a flipped byte.
 size=$(stat -c %s view.mcap)
 printf '\x55\x55\x55' | dd of=view.mcap bs=1 seek=$((size / 2)) conv=notrunc status=none
 node "$reader" view.mcap >read.txt 2>&1 && fail "a damaged file was read without a word"

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Clusters across sensors: which sensors have seams, and what is joined over them.
+// Clusters across sensors: which sensors have seams, and which clusters are joined over them.
 #include "kernels/merge_seams.h"
 
 #include <doctest/doctest.h>
@@ -17,7 +17,7 @@
 using namespace overtake;
 using namespace overtake::test;
 
-TEST_CASE("find_seams: three sensors of 120 deg have three seams, the rear one included") {
+TEST_CASE("find_seams: three sensors of 120 deg have three seams, including the rear one") {
   SensorModel sensors[3];
   for (int s = 0; s < 3; ++s) sensors[s] = model_of(kAv21[s]);
   int32_t left[kMaxSensors], right[kMaxSensors];
@@ -27,12 +27,12 @@ TEST_CASE("find_seams: three sensors of 120 deg have three seams, the rear one i
   CHECK(Ints(right, right + 3) == Ints{0, 2, 1});
 }
 
-TEST_CASE("find_seams follows the azimuth, not the order of the sensors, and the middle of the image, not its x axis") {
+TEST_CASE("find_seams: uses the azimuth of the image's middle, not the order of sensors or the x axis") {
   int32_t left[kMaxSensors], right[kMaxSensors];
   SensorModel sensors[4];
   const double yaw[4] = {180, 0, -90, 90};
   for (int s = 0; s < 4; ++s) sensors[s] = model_of({0, 0, 0, yaw[s]}, 100, 90);
-  // The same view of the rear one by a sensor mounted ahead with its image from 225 to 135 deg.
+  // The same rear view by a sensor mounted ahead with its image from 225 to 135 deg.
   for (int turned : {0, 1}) {
     CAPTURE(turned);
     if (turned) sensors[0].mounting_yaw_rad = 0, sensors[0].azimuth_left_rad = float(225 * kDegree);
@@ -44,7 +44,7 @@ TEST_CASE("find_seams follows the azimuth, not the order of the sensors, and the
   }
 }
 
-TEST_CASE("find_seams: one sensor has no seam, two have both directions, wrapping ones have no edge") {
+TEST_CASE("find_seams: one sensor has no seam, two have both directions, wrapping sensors have no edge") {
   SensorModel sensors[3] = {model_of({0, 0, 0, 0}), model_of({0, 0, 0, 170}), model_of({0, 0, 0, 90}, 857, 360)};
   int32_t left[kMaxSensors], right[kMaxSensors];
   CHECK(find_seams(sensors, 0, left, right) == 0);
@@ -60,7 +60,7 @@ TEST_CASE("find_seams: one sensor has no seam, two have both directions, wrappin
   CHECK(find_seams(sensors + 1, 2, left, right) == 0);
 }
 
-TEST_CASE("the blind strips of the AV-21's mounting, 0.82 m in front and 0.53 m behind, are bridged by 1.80 m") {
+TEST_CASE("merge_seams: 1.80 m bridges the AV-21's blind strips of 0.82 m in front and 0.53 m behind") {
   struct Strip {
     double seam_deg, distance, width;
     int32_t mask;
@@ -73,13 +73,13 @@ TEST_CASE("the blind strips of the AV-21's mounting, 0.82 m in front and 0.53 m 
     REQUIRE(one.merged.count == 1);
     CHECK(one.merged.sensor_mask[0] == strip.mask);
     CHECK(one.members.count == 2);
-    // The strip is as wide as it is said to be: an edge column is 3 cm wide out there.
+    // The strip has the stated width: an edge column is 3 cm wide there.
     CHECK(Frame(rig, closer_than(float(strip.width) - 0.01f)).merged.count == 2);
     CHECK(Frame(rig, closer_than(float(strip.width) + 0.07f)).merged.count == 1);
   }
 }
 
-TEST_CASE("the blind strip of 0.40 m of the paper is bridged by 1.80 m at every seam") {
+TEST_CASE("merge_seams: 1.80 m bridges the paper's blind strip of 0.40 m at every seam") {
   for (double seam_deg : {60.0, -60.0, 180.0}) {
     CAPTURE(seam_deg);
     std::vector<Sensor> rig = rig_of(kPaper);
@@ -90,7 +90,7 @@ TEST_CASE("the blind strip of 0.40 m of the paper is bridged by 1.80 m at every 
   }
 }
 
-TEST_CASE("merging is transitive: one object seen by three sensors over the front and the rear seam") {
+TEST_CASE("merge_seams: is transitive: one object seen by three sensors over the front and the rear seam") {
   std::vector<Sensor> rig = rig_of(kAv21);
   see_arc(rig, 30, 215, 1);
   const Frame f(rig, {});
@@ -101,39 +101,39 @@ TEST_CASE("merging is transitive: one object seen by three sensors over the fron
   CHECK(f.merged.point_count[0] ==
         f.clusters[0].point_count[0] + f.clusters[1].point_count[0] + f.clusters[2].point_count[0]);
   CHECK(f.merged.max_y_m[0] == doctest::Approx(6).epsilon(1e-3));
-  CHECK(f.merged.min_x_m[0] == doctest::Approx(-4.194).epsilon(1e-3));  // the strip hides what lies due west
-  // All round: over all three seams, one object still.
+  CHECK(f.merged.min_x_m[0] == doctest::Approx(-4.194).epsilon(1e-3));  // the strip hides points due west
+  // All around: over all three seams, still one object.
   std::vector<Sensor> ring = rig_of(kAv21);
   see_arc(ring, 0, 360, 1);
   CHECK(Frame(ring, {}).merged.count == 1);
 }
 
-TEST_CASE("objects at different seams stay apart") {
+TEST_CASE("merge_seams: objects at different seams stay apart") {
   std::vector<Sensor> rig = rig_of(kAv21);
   see_arc(rig, 55, 80, 1);
   see_arc(rig, 170, 190, 2);
   see_arc(rig, -80, -55, 3);
   const Frame f(rig, {});
   REQUIRE(f.merged.count == 3);
-  // By first member: front's clusters are 1 (left seam) and 3 (right seam), the rear one begins with the left sensor.
+  // By first member: front's clusters are 1 (left seam) and 3 (right seam); the rear one begins with the left sensor.
   CHECK(f.merged.sensor_mask[0] == 3);
   CHECK(f.merged.sensor_mask[1] == 5);
   CHECK(f.merged.sensor_mask[2] == 6);
 }
 
-TEST_CASE("a missing sensor breaks nothing and joins nothing") {
+TEST_CASE("merge_seams: a missing sensor causes no error and joins nothing") {
   for (int missing = 0; missing < 3; ++missing) {
     CAPTURE(missing);
     std::vector<Sensor> rig = rig_of(kAv21);
     see_arc(rig, 0, 360, 1);
     rig[size_t(missing)].present = false;
     const Frame f(rig, {});
-    // The two that are left have their own seam.
+    // The two remaining sensors have their seam.
     CHECK(f.members.count == 2);
     REQUIRE(f.merged.count == 1);
     CHECK(f.merged.sensor_mask[0] == (7 & ~(1 << missing)));
   }
-  // Without the left sensor its two neighbours are not neighbours of each other, however close their edges' points are.
+  // Without the left sensor its two neighbours are not neighbours, however close the points at their edges are.
   std::vector<Sensor> rig = plain_rig(20, 3);
   rig[0].put(0, 19, 10, 0, 0, 1);
   rig[2].put(0, 0, 10, 1, 0, 1);
@@ -144,7 +144,7 @@ TEST_CASE("a missing sensor breaks nothing and joins nothing") {
   CHECK(Frame(none, {}).merged.count == 0);
 }
 
-TEST_CASE("small errors of the extrinsics, 0.2 deg and 2 cm, still merge") {
+TEST_CASE("merge_seams: merges with small errors of the extrinsics, 0.2 deg and 2 cm") {
   for (double seam_deg : {60.0, -60.0, 180.0})
     for (int signs = 0; signs < 64; ++signs) {
       CAPTURE(seam_deg);
@@ -164,7 +164,7 @@ TEST_CASE("small errors of the extrinsics, 0.2 deg and 2 cm, still merge") {
     }
 }
 
-TEST_CASE("only the right edge of the left sensor meets the left edge of the right one") {
+TEST_CASE("merge_seams: only the right edge of the left sensor meets the left edge of the right one") {
   // Two sensors: 0 looks left (+90), 1 right (-90). Each is the left neighbour of the other at one seam.
   const auto merged = [](int32_t column_0, int32_t column_1, int32_t columns) {
     std::vector<Sensor> rig = plain_rig();
@@ -185,7 +185,7 @@ TEST_CASE("only the right edge of the left sensor meets the left edge of the rig
   CHECK(merged(3, 12, 40));  // more columns than the image has: all of them
 }
 
-TEST_CASE("closer than the limit is strict, and measured in three dimensions") {
+TEST_CASE("merge_seams: the distance must be below the limit, in three dimensions") {
   const auto merged = [](float dx, float dy, float dz) {
     std::vector<Sensor> rig = plain_rig();
     rig[0].put(0, 19, 10, 1, 2, 1);

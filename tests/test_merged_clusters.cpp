@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Clusters across sensors: which clusters and points take part, and what the merged table says of them.
+// Clusters across sensors: which clusters and points take part, and the content of the merged table.
 #include "kernels/merge_seams.h"
 
 #include <doctest/doctest.h>
@@ -17,7 +17,7 @@
 using namespace overtake;
 using namespace overtake::test;
 
-TEST_CASE("a point counts at a seam only as its pixel's winner and with a cluster's label of its own") {
+TEST_CASE("merge_seams: a point counts only if it is its pixel's winner and has a cluster's label") {
   const auto merged = [](int32_t label, bool wins) {
     std::vector<Sensor> rig = plain_rig();
     rig[0].put(0, 5, 9, 0, 0, 1);  // the rest of the cluster, away from the seam
@@ -31,7 +31,7 @@ TEST_CASE("a point counts at a seam only as its pixel's winner and with a cluste
   CHECK_FALSE(merged(kLabelNone, true));
 }
 
-TEST_CASE("a cluster that found no row in its sensor's table takes no part") {
+TEST_CASE("merge_seams: a cluster without a row in its sensor's table takes no part") {
   std::vector<Sensor> rig = plain_rig();
   rig[0].put(0, 19, 10, 0, 0, 1);
   rig[0].put(1, 3, 5, 0, 0, 2);
@@ -42,7 +42,7 @@ TEST_CASE("a cluster that found no row in its sensor's table takes no part") {
   CHECK(f.merged.count == 2);
 }
 
-TEST_CASE("two clusters of one sensor are not joined by nearness, but are by a neighbour's cluster") {
+TEST_CASE("merge_seams: two near clusters of one sensor are joined only by a neighbour's cluster") {
   std::vector<Sensor> rig = plain_rig();
   rig[0].put(0, 19, 10, 0, 0, 1);
   rig[0].put(1, 19, 10, 0.1f, 0, 2);
@@ -53,7 +53,7 @@ TEST_CASE("two clusters of one sensor are not joined by nearness, but are by a n
   CHECK(f.row_members(0) == Ints{0, 1, 2});
 }
 
-TEST_CASE("one sensor, wrapping or not: every cluster is a row, sums and stamp its own") {
+TEST_CASE("merge_seams: with one sensor, wrapping or not, every cluster is a row with its sums and stamp") {
   for (bool wraps : {false, true}) {
     CAPTURE(wraps);
     std::vector<Sensor> rig = plain_rig(20, 1);
@@ -76,7 +76,7 @@ TEST_CASE("one sensor, wrapping or not: every cluster is a row, sums and stamp i
   }
 }
 
-TEST_CASE("a merged cluster's stamp is the floor of the mean of its points' stamps, over sensors and for any stamps") {
+TEST_CASE("merge_seams: a stamp is the floor of the mean of all points' stamps, for any stamps") {
   constexpr int64_t kLow = std::numeric_limits<int64_t>::min(), kHigh = std::numeric_limits<int64_t>::max();
   const auto stamp = [](int64_t stamp_0, int32_t points_0, int64_t stamp_1, int32_t points_1, int32_t offset) {
     std::vector<Sensor> rig = plain_rig();
@@ -87,7 +87,7 @@ TEST_CASE("a merged cluster's stamp is the floor of the mean of its points' stam
     REQUIRE(f.merged.count == 1);
     return f.merged.stamp_ns[0];
   };
-  CHECK(stamp(100, 3, 200, 1, 0) == 125);     // weighed by points
+  CHECK(stamp(100, 3, 200, 1, 0) == 125);     // weighted by points
   CHECK(stamp(100, 1, 201, 2, 5) == 172);     // 172.33
   CHECK(stamp(-100, 1, -201, 2, 0) == -168);  // -167.33 rounds toward minus infinity
   CHECK(stamp(-3, 1, 3, 1, 0) == 0);
@@ -101,7 +101,7 @@ TEST_CASE("a merged cluster's stamp is the floor of the mean of its points' stam
   CHECK(stamp(kLow, 2, kLow, 2, -1000) == kLow);
 }
 
-TEST_CASE("the main sensor saw most of the points; ties go to the lower one") {
+TEST_CASE("merge_seams: the main sensor saw most of the points; ties: the lower sensor") {
   for (int extra : {0, 1}) {
     std::vector<Sensor> rig = plain_rig();
     for (int32_t r = 0; r < 4; ++r) rig[0].put(r, 19, 10, 0, 0, 1);
@@ -110,7 +110,7 @@ TEST_CASE("the main sensor saw most of the points; ties go to the lower one") {
   }
 }
 
-TEST_CASE("with more merged clusters than rows the nearest are kept, in order; ties go to the earlier one") {
+TEST_CASE("merge_seams: with more clusters than rows the nearest are kept, in order; ties: the earlier one") {
   std::vector<Sensor> rig = plain_rig();
   //                                        member  range
   rig[0].put(0, 5, 40, 0, 0, 1);   //  0       40
@@ -139,7 +139,7 @@ TEST_CASE("with more merged clusters than rows the nearest are kept, in order; t
   CHECK(rows(0) == Ints{-1, -1, -1, -1, -1, -1, -1});
 }
 
-TEST_CASE("merge_seams agrees with a brute-force search on random clouds") {
+TEST_CASE("merge_seams: agrees with a brute-force search on random clouds") {
   for (uint32_t seed = 1; seed <= 300; ++seed) {
     CAPTURE(seed);
     std::mt19937 random(seed);
@@ -147,7 +147,7 @@ TEST_CASE("merge_seams agrees with a brute-force search on random clouds") {
     const int sensors = 1 + below(8);
     const int32_t columns = 1 + below(6), labels = 1 + below(6), capacity = below(4) ? 64 : below(6);
     std::vector<Sensor> rig = plain_rig(5 + below(10), sensors);
-    std::vector<int> clockwise;  // sensor at each place round the vehicle
+    std::vector<int> clockwise;  // sensor at each place around the vehicle
     for (int s = 0; s < sensors; ++s) clockwise.push_back(s);
     std::shuffle(clockwise.begin(), clockwise.end(), random);
     for (int i = 0; i < sensors; ++i) {
@@ -169,7 +169,7 @@ TEST_CASE("merge_seams agrees with a brute-force search on random clouds") {
     const MergeSeamsParams params = closer_than(0.3f + float(below(200)) / 100, columns);
     const Frame f(rig, params, capacity);
 
-    // Members, and their groups: relabel until nothing changes.
+    // Members, and their groups: repeat until nothing changes.
     struct Member {
       int sensor;
       int32_t label;

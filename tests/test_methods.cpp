@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How a detector gets its method, and what it says of what that method does not compute.
+// How a detector selects its method, and its answers for results that the method does not compute.
 #include "pipeline/method/methods.h"
 
 #include <doctest/doctest.h>
@@ -14,7 +14,7 @@
 namespace {
 
 using namespace overtake;
-using namespace overtake_test;
+using namespace overtake::test;
 
 std::string error_of(const ovt_params& params, ovt_status wanted) {
   DetectorBench bench({});
@@ -24,25 +24,25 @@ std::string error_of(const ovt_params& params, ovt_status wanted) {
   return error;
 }
 
-TEST_CASE("methods: a preset names its method, and an older or zeroed struct is the paper's") {
+TEST_CASE("methods: a preset sets its method, and an older or zeroed struct means paper") {
   ovt_params params;
   REQUIRE(ovt_params_init(&params, sizeof params, "plain") == OVT_OK);
   CHECK(std::string(params.method) == "plain");
-  CHECK(params.cluster_threshold_rad == 0.1);  // a default of its own
-  CHECK(params.gaps_limit_m == 1.0);           // and one that it does not change
+  CHECK(params.cluster_threshold_rad == 0.1);  // a default of the method
+  CHECK(params.gaps_limit_m == 1.0);           // a default that it does not change
   CHECK(std::string(ovt_default_params().method) == "paper");
 
   const std::size_t older = offsetof(ovt_params, method);
   std::memset(static_cast<void*>(&params), 0xa5, sizeof params);
   REQUIRE(ovt_params_init(&params, older, "paper") == OVT_OK);
   CHECK(params.struct_size == older);
-  CHECK(error_of(params, OVT_OK) == "");  // the method lies beyond the struct and is not looked at
+  CHECK(error_of(params, OVT_OK) == "");  // the method is beyond the end of the struct and is not read
   params = ovt_default_params();
   params.method = nullptr;
   CHECK(error_of(params, OVT_OK) == "");
 }
 
-TEST_CASE("methods: an unknown one is an error that names those there are") {
+TEST_CASE("methods: the error for an unknown method lists the existing ones") {
   ovt_params params = ovt_default_params();
   params.method = "Paper";
   CHECK(error_of(params, OVT_UNKNOWN_NAME) ==
@@ -51,7 +51,7 @@ TEST_CASE("methods: an unknown one is an error that names those there are") {
   CHECK(error_of(params, OVT_UNKNOWN_NAME) != "");
 }
 
-TEST_CASE("methods: images and stages that a method does not compute say so, all others are there") {
+TEST_CASE("methods: images and stages that a method does not compute return NOT_COMPUTED, all others exist") {
   for (const int32_t keep_images : {1, 0}) {
     DetectorBench bench({});
     REQUIRE(ovt_params_init(&bench.params, sizeof bench.params, "plain") == OVT_OK);
@@ -124,7 +124,7 @@ TEST_CASE("methods: every column that a step or a rule reads is written before i
   }
 }
 
-TEST_CASE("methods: no two of one name, and no name of none") {
+TEST_CASE("methods: every method has a unique, non-empty name") {
   CHECK_FALSE(add_method(kPaper));
   CHECK(find_method("paper") == &kPaper);
   CHECK(find_method("") == nullptr);

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// GOSPA, HOTA, NEES, gaps and distributions on cases whose answer is known in closed form.
+// GOSPA, HOTA, NEES, gaps and distributions in cases with a known closed-form result.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -18,12 +18,12 @@
 
 using namespace overtake::metrics;
 using doctest::Approx;
-using overtake_test::Line;
-using overtake_test::places;
+using overtake::test::Line;
+using overtake::test::places;
 
 namespace {
 
-// The least over all pairings, by trying every one.
+// The minimum over all pairings, by trying every one.
 double brute_gospa(const std::vector<MotPlace>& objects, const std::vector<MotPlace>& tracks, std::size_t i,
                    std::vector<bool>& taken, double c, double p) {
   if (i == objects.size()) {
@@ -44,7 +44,7 @@ double brute_gospa(const std::vector<MotPlace>& objects, const std::vector<MotPl
 
 }  // namespace
 
-TEST_CASE("gospa: one pair is its distance, a miss or a false track c / sqrt 2") {
+TEST_CASE("gospa: one pair costs its distance, a miss or a false track c / sqrt 2") {
   CHECK(gospa(places({{1, 0}}), places({{10, 1.5}})).distance_m == Approx(1.5));
   CHECK(gospa(places({{1, 0}}), {}).distance_m == Approx(std::sqrt(2.0)));
   CHECK(gospa({}, places({{10, 0}})).distance_m == Approx(std::sqrt(2.0)));
@@ -56,7 +56,7 @@ TEST_CASE("gospa: one pair is its distance, a miss or a false track c / sqrt 2")
   CHECK(far.false_count == 1);
 }
 
-TEST_CASE("gospa: two good pairs are not broken for three bad ones, nor one for two") {
+TEST_CASE("gospa: keeps two good pairs instead of three bad ones, and one instead of two") {
   // objects 1 at 0, 2 at 1.9;  tracks 10 at 0, 20 at -1.9: 1-10 alone costs 0 + 2 + 2, both pairs 2 * 1.9^2 = 7.22
   const Gospa g = gospa(places({{1, 0}, {2, 1.9}}), places({{10, 0}, {20, -1.9}}));
   CHECK(g.pairs == 1);
@@ -64,7 +64,7 @@ TEST_CASE("gospa: two good pairs are not broken for three bad ones, nor one for 
   CHECK(g.localisation + g.missed + g.false_tracks == Approx(4.0));
 }
 
-TEST_CASE("gospa agrees with trying every pairing") {
+TEST_CASE("gospa: agrees with a search over all pairings") {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> place(0, 4);
   for (int32_t k = 0; k < 300; ++k) {
@@ -78,7 +78,7 @@ TEST_CASE("gospa agrees with trying every pairing") {
   }
 }
 
-TEST_CASE("hota: a perfect tracker has 1, none at all has 0") {
+TEST_CASE("hota: a perfect tracker has 1, no track has 0") {
   Hota good, none;
   for (int32_t k = 0; k < 10; ++k) {
     good.add_frame(places({{1, k}, {2, 50}}), places({{10, k}, {20, 50}}));
@@ -90,7 +90,7 @@ TEST_CASE("hota: a perfect tracker has 1, none at all has 0") {
   CHECK(std::isnan(Hota().result().hota));
 }
 
-TEST_CASE("hota: an id that changes half-way halves the association and leaves the detection") {
+TEST_CASE("hota: an id that changes half-way halves the association and keeps the detection") {
   // Each half: A(c) = 5 / (10 + 5 - 5) = 1/2, so AssA = 1/2, DetA = 1, HOTA = sqrt(1/2)
   Hota hota;
   for (int32_t k = 0; k < 10; ++k) hota.add_frame(places({{1, k}}), places({{k < 5 ? 10u : 20u, k}}));
@@ -99,8 +99,8 @@ TEST_CASE("hota: an id that changes half-way halves the association and leaves t
   CHECK(hota.result().hota == Approx(std::sqrt(0.5)));
 }
 
-TEST_CASE("hota: an offset counts for the thresholds it is good enough for") {
-  // 0.5 m of 2 m: likeness 0.75, good for alpha 0.05 .. 0.75, which are 15 of 19
+TEST_CASE("hota: an offset counts for the thresholds that it satisfies") {
+  // 0.5 m of 2 m: similarity 0.75, good for alpha 0.05 .. 0.75, which are 15 of 19
   Hota hota;
   for (int32_t k = 0; k < 4; ++k) hota.add_frame(places({{1, k}}), places({{10, k + 0.5}}));
   CHECK(hota.result().hota == Approx(15.0 / 19));
@@ -109,8 +109,8 @@ TEST_CASE("hota: an offset counts for the thresholds it is good enough for") {
   CHECK(hota.result().hota_of_alpha[15] == 0);
 }
 
-TEST_CASE("hota: false tracks and misses lower the detection by TP / (TP + FN + FP)") {
-  // 4 frames: the track is there in 2 of them; a false one in all. TP 2, FN 2, FP 4
+TEST_CASE("hota: false tracks and misses reduce the detection to TP / (TP + FN + FP)") {
+  // 4 frames: the track exists in 2 of them; a false one in all. TP 2, FN 2, FP 4
   Hota hota;
   for (int32_t k = 0; k < 4; ++k)
     hota.add_frame(places({{1, 0}}), k < 2 ? places({{10, 0}, {20, 90}}) : places({{20, 90}}));
@@ -118,9 +118,9 @@ TEST_CASE("hota: false tracks and misses lower the detection by TP / (TP + FN + 
   CHECK(hota.result().association == Approx(2.0 / 4));
 }
 
-TEST_CASE("hota: two objects, a switch, a miss and a false track worked by hand") {
-  // frame   object 1: track      object 2: track    false      Likeness 1 - d / 4 with d = 1: 0.75 for 2-20, 1 for the
-  // rest.
+TEST_CASE("hota: two objects, a switch, a miss and a false track give the result by hand") {
+  // Similarity 1 - d / 4 with d = 1: 0.75 for 2-20, 1 for the rest.
+  //   frame object 1: track      object 2: track    false
   //   0     10 at 0              20 at 1 m
   //   1     10 at 0              20 at 1 m
   //   2     30 at 0              none
@@ -143,13 +143,13 @@ TEST_CASE("hota: two objects, a switch, a miss and a false track worked by hand"
   CHECK(r.localisation == Approx((15 * (4 + 3 * 0.75) / 7 + 4 * 1.0) / 19));
 }
 
-TEST_CASE("hota: ids that hold for 1/n of a sequence have an association of 1/n, however good each piece is") {
+TEST_CASE("hota: ids that last 1/n of a sequence have an association of 1/n, however good each piece is") {
   for (const uint64_t pieces : {2u, 10u, 40u}) {
     Hota whole, cut;
     for (uint64_t k = 0; k < 400; ++k) {
       const uint64_t piece = k * pieces / 400;
       whole.add_frame(places({{1, 0}}), places({{100 + piece, 0}}));
-      cut.add_frame(places({{1000 + piece, 0}}), places({{100 + piece, 0}}));  // the same as sequences of their own
+      cut.add_frame(places({{1000 + piece, 0}}), places({{100 + piece, 0}}));  // the same as separate sequences
     }
     CHECK(whole.result().association == Approx(1.0 / double(pieces)));
     CHECK(cut.result().hota == Approx(1));
@@ -158,7 +158,7 @@ TEST_CASE("hota: ids that hold for 1/n of a sequence have an association of 1/n,
 
 namespace {
 
-// HOTA at one alpha written straight from the paper: all matchings of a frame tried, the global alignment as in eq. 16.
+// HOTA at one alpha, directly from the paper: tries all matchings of a frame, with the global alignment of eq. 16.
 double plain_hota(const std::vector<std::pair<std::vector<MotPlace>, std::vector<MotPlace>>>& frames, double zero_m,
                   double alpha) {
   const auto alike = [&](const MotPlace& a, const MotPlace& b) {
@@ -206,7 +206,7 @@ double plain_hota(const std::vector<std::pair<std::vector<MotPlace>, std::vector
 
 }  // namespace
 
-TEST_CASE("hota agrees with the definition written down plainly, every matching of a frame tried") {
+TEST_CASE("hota: agrees with a plain implementation of the definition that tries every matching") {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> place(0, 6);
   for (int32_t round = 0; round < 60; ++round) {
@@ -228,7 +228,7 @@ TEST_CASE("hota agrees with the definition written down plainly, every matching 
   }
 }
 
-TEST_CASE("normalized_square is e^2 / variance, and sees correlation") {
+TEST_CASE("normalized_square: is e^2 / variance, and includes the correlation") {
   const double e[2] = {3, 4}, diagonal[3] = {9, 0, 4};
   CHECK(normalized_square(e, diagonal, 1) == Approx(1));
   CHECK(normalized_square(e, diagonal, 2) == Approx(1 + 4));
@@ -238,9 +238,9 @@ TEST_CASE("normalized_square is e^2 / variance, and sees correlation") {
   CHECK(std::isnan(normalized_square(ones, broken, 2)));
 }
 
-TEST_CASE("continuity: time to confirm and longest gap of a car, and it may come twice") {
+TEST_CASE("continuity: gives time to confirm and longest gap of a car, which may come twice") {
   Continuity c;
-  // 0.1 s steps: in view 0 .. 2.0, followed from 0.5 to 0.9 and from 1.4 to 1.8; again from 5.0 to 5.2, never followed
+  // 0.1 s steps: in view 0 .. 2.0, tracked from 0.5 to 0.9 and from 1.4 to 1.8; again from 5.0 to 5.2, never tracked
   for (int32_t k = 0; k <= 20; ++k) c.add(0.1 * k, 7, (k >= 5 && k <= 9) || (k >= 14 && k <= 18));
   for (int32_t k = 50; k <= 52; ++k) c.add(0.1 * k, 7, false);
   const auto p = c.presences();
@@ -257,7 +257,7 @@ TEST_CASE("continuity: a car lost until it leaves has a gap to its end") {
   CHECK(c.presences().at(0).longest_gap_s == Approx(1.6));
 }
 
-TEST_CASE("false tracks are those that never were at a car") {
+TEST_CASE("false tracks: are tracks that were never at a car") {
   FalseTracks f;
   for (const uint64_t track : {1u, 2u, 2u, 3u}) f.add(track, false);
   f.add(1, true);
@@ -266,7 +266,7 @@ TEST_CASE("false tracks are those that never were at a car") {
   CHECK(std::isnan(f.per_hour(0)));
 }
 
-TEST_CASE("summarize: percentiles of 0 .. 100 are themselves, what is not finite is left out") {
+TEST_CASE("summarize: percentiles of 0 .. 100 are exact, values that are not finite are left out") {
   std::vector<double> values = {NAN, INFINITY};
   for (int32_t k = 100; k >= 0; --k) values.push_back(k);
   const Summary s = summarize(values);
@@ -282,7 +282,7 @@ TEST_CASE("summarize: percentiles of 0 .. 100 are themselves, what is not finite
   CHECK(summarize({1, 2}).median == Approx(1.5));
 }
 
-TEST_CASE("binomial_share is Wilson's interval") {
+TEST_CASE("binomial_share: is Wilson's interval") {
   const Share half = binomial_share(5, 10);  // 0.5 +- by the formula: 0.2366, 0.7634
   CHECK(half.value == 0.5);
   CHECK(half.low == Approx(0.2366).epsilon(1e-3));
@@ -293,7 +293,7 @@ TEST_CASE("binomial_share is Wilson's interval") {
   CHECK(std::isnan(binomial_share(0, 0).value));
 }
 
-TEST_CASE("grouped_share: groups that differ make the interval wide, equal ones narrow") {
+TEST_CASE("grouped_share: different groups make the interval wide, equal groups narrow") {
   const std::vector<Group> differ = {{100, 100}, {0, 100}, {100, 100}, {0, 100}};
   const std::vector<Group> equal = {{50, 100}, {50, 100}, {50, 100}, {50, 100}};
   const Share wide = grouped_share(differ), narrow = grouped_share(equal);
@@ -306,13 +306,13 @@ TEST_CASE("grouped_share: groups that differ make the interval wide, equal ones 
   CHECK(grouped_share({{5, 10}, {0, 0}}).low == binomial_share(5, 10).low);
 }
 
-TEST_CASE("chi_square_quantile agrees with the table") {
+TEST_CASE("chi_square_quantile: agrees with the table") {
   CHECK(chi_square_quantile(0.95, 5) == Approx(11.070).epsilon(5e-3));
   CHECK(chi_square_quantile(0.975, 100) == Approx(129.561).epsilon(5e-3));
   CHECK(chi_square_quantile(0.025, 100) == Approx(74.222).epsilon(5e-3));
 }
 
-TEST_CASE("assign finds the least cost among all assignments, rows alone included") {
+TEST_CASE("assign: finds the least cost of all assignments, including rows alone") {
   for (uint64_t seed = 1; seed <= 300; ++seed) {
     CAPTURE(seed);
     std::mt19937_64 random(seed);

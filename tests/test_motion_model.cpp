@@ -33,7 +33,7 @@ double wrapped(double a) { return std::remainder(a, 2 * 3.14159265358979323846);
 
 }  // namespace
 
-TEST_CASE("motion model equals the textbook form in long double") {
+TEST_CASE("motion model: equals the textbook form in long double") {
   std::mt19937_64 random(11);
   for (int n = 0; n < 20000; ++n) {
     MotionState s = make_state(random, 2.0);
@@ -53,7 +53,7 @@ TEST_CASE("motion model equals the textbook form in long double") {
   }
 }
 
-TEST_CASE("motion model equals numerical integration of eq. 6") {
+TEST_CASE("motion model: equals numerical integration of eq. 6") {
   std::mt19937_64 random(12);
   for (int n = 0; n < 200; ++n) {
     const MotionState s = make_state(random, n % 2 ? 1.0 : 1e-7);
@@ -73,14 +73,14 @@ TEST_CASE("motion model equals numerical integration of eq. 6") {
   }
 }
 
-TEST_CASE("motion model drives straight where the yaw rate is zero") {
+TEST_CASE("motion model: drives straight with yaw rate zero") {
   const MotionState next = advance({1, 2, 10, 0, 0}, 0.5);
   CHECK(next.x_m == 6.0);
   CHECK(next.y_m == 2.0);
   CHECK(next.course_rad == 0.0);
 }
 
-TEST_CASE("motion model Jacobian equals finite differences, also near a yaw rate of zero") {
+TEST_CASE("motion model: the Jacobian equals finite differences, also near yaw rate zero") {
   std::mt19937_64 random(13);
   const double omega_limits[] = {0.0, 1e-12, 1e-6, 1e-3, 0.05, 2.0, 20.0};  // 20 rad/s: beyond the series
   for (const double limit : omega_limits)
@@ -114,7 +114,7 @@ TEST_CASE("motion model Jacobian equals finite differences, also near a yaw rate
     }
 }
 
-TEST_CASE("motion model Jacobian has no step where the series takes over") {
+TEST_CASE("motion model: the Jacobian has no step where the series takes over") {
   for (const double sign : {-1.0, 1.0})
     for (const double dt : {0.05, -0.05}) {
       const double omega = sign * 0.5 / 0.05;  // half turn 1/4
@@ -126,7 +126,7 @@ TEST_CASE("motion model Jacobian has no step where the series takes over") {
     }
 }
 
-TEST_CASE("motion model in one step equals many small ones") {
+TEST_CASE("motion model: one step equals many small ones") {
   std::mt19937_64 random(14);
   for (int n = 0; n < 200; ++n) {
     const MotionState s = make_state(random, 1.0);
@@ -141,7 +141,7 @@ TEST_CASE("motion model in one step equals many small ones") {
   }
 }
 
-TEST_CASE("motion model backward undoes forward") {
+TEST_CASE("motion model: backward undoes forward") {
   std::mt19937_64 random(15);
   for (int n = 0; n < 1000; ++n) {
     const MotionState s = make_state(random, 1.0);
@@ -154,7 +154,7 @@ TEST_CASE("motion model backward undoes forward") {
   }
 }
 
-TEST_CASE("motion model keeps the course in (-pi, pi]") {
+TEST_CASE("motion model: keeps the course in (-pi, pi]") {
   std::mt19937_64 random(16);
   for (int n = 0; n < 2000; ++n) {
     const MotionState next = advance(make_state(random, 50.0), uniform(random, -4, 4));

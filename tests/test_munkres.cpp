@@ -28,7 +28,7 @@ struct Value {
 };
 bool is_better(Value a, Value b) { return a.count != b.count ? a.count > b.count : a.cost < b.cost; }
 
-// Every way to give each row one of its columns or none.
+// Tries every way to give each row one of its columns or none.
 Value search_all(const Problem& p, int32_t row, uint32_t taken) {
   if (row == p.rows) return {};
   Value best = search_all(p, row + 1, taken);
@@ -42,7 +42,7 @@ Value search_all(const Problem& p, int32_t row, uint32_t taken) {
   return best;
 }
 
-// The same answer for up to 14 columns: best[mask] over the rows so far.
+// The same result for up to 14 columns: best[mask] over the rows so far.
 Value search_masks(const Problem& p) {
   std::vector<Value> best(std::size_t(1) << p.columns, Value{-1, 0});
   best[0] = {};
@@ -73,7 +73,7 @@ std::vector<int32_t> solve(const Problem& p) {
   return column_of_row;
 }
 
-// Count and cost of an answer; every pair must be one of the problem's, every column used once.
+// Number of pairs and cost of a solution; every pair must be one of the problem's, every column used once.
 Value value_of(const Problem& p, const std::vector<int32_t>& column_of_row) {
   Value value;
   std::vector<int32_t> used(std::size_t(p.columns), 0);
@@ -93,7 +93,7 @@ Value value_of(const Problem& p, const std::vector<int32_t>& column_of_row) {
   return value;
 }
 
-// Costs are eighths, so that sums are exact and ties are ties.
+// Costs are multiples of 1/8, so that sums are exact and ties are exact.
 Problem make_problem(std::mt19937& random, int32_t max_rows, int32_t max_columns, int32_t cost_range) {
   Problem p{int32_t(random() % uint32_t(max_rows + 1)), int32_t(random() % uint32_t(max_columns + 1)), {}};
   const auto density = random() % 101;
@@ -108,10 +108,10 @@ Problem make_problem(std::mt19937& random, int32_t max_rows, int32_t max_columns
 
 }  // namespace
 
-TEST_CASE("munkres agrees with a search over every assignment of small problems") {
+TEST_CASE("munkres: agrees with a search over every assignment of small problems") {
   for (uint32_t seed = 1; seed <= 6000; ++seed) {
     std::mt19937 random(seed);
-    const Problem p = make_problem(random, 6, 6, seed % 3 == 0 ? 2 : 400);  // a third of them full of ties
+    const Problem p = make_problem(random, 6, 6, seed % 3 == 0 ? 2 : 400);  // a third of them has many ties
     CAPTURE(seed);
     CAPTURE(p.rows);
     CAPTURE(p.columns);
@@ -119,7 +119,7 @@ TEST_CASE("munkres agrees with a search over every assignment of small problems"
   }
 }
 
-TEST_CASE("munkres agrees with dynamic programming on problems of up to 40 rows") {
+TEST_CASE("munkres: agrees with dynamic programming on problems of up to 40 rows") {
   for (uint32_t seed = 1; seed <= 60; ++seed) {
     std::mt19937 random(seed);
     const Problem p = make_problem(random, 40, 11, seed % 2 == 0 ? 3 : 1000);
@@ -128,25 +128,25 @@ TEST_CASE("munkres agrees with dynamic programming on problems of up to 40 rows"
   }
 }
 
-TEST_CASE("munkres prefers one more pair to any saving in cost") {
-  // Row 0 alone with column 0 is cheap, but then row 1 has nobody.
+TEST_CASE("munkres: prefers one more pair to any saving in cost") {
+  // Row 0 with column 0 is cheap, but then row 1 has no column.
   const Problem p{2, 2, {{0, 0, -1000.0}, {0, 1, 1000.0}, {1, 0, 1000.0}}};
   CHECK(solve(p) == std::vector<int32_t>{1, 0});
 }
 
-TEST_CASE("munkres leaves the dearest row alone when there are too few columns") {
+TEST_CASE("munkres: leaves the most expensive row alone if there are too few columns") {
   const Problem p{3, 1, {{0, 0, 3.0}, {1, 0, 1.0}, {2, 0, 2.0}}};
   CHECK(solve(p) == std::vector<int32_t>{-1, 0, -1});
 }
 
-TEST_CASE("munkres keeps its low digits when costs are large") {
-  // Only the last digit tells the two answers apart.
+TEST_CASE("munkres: keeps its low digits when costs are large") {
+  // The two solutions differ only in the last digit.
   const double big = 4503599627370496.0;  // 2^52
   const Problem p{2, 2, {{0, 0, big}, {0, 1, big + 1}, {1, 0, big}, {1, 1, big}}};
   CHECK(solve(p) == std::vector<int32_t>{0, 1});
 }
 
-TEST_CASE("munkres gives the same answer whatever the order in which pairs were added") {
+TEST_CASE("munkres: gives the same result for any order of adding pairs") {
   for (uint32_t seed = 1; seed <= 500; ++seed) {
     std::mt19937 random(seed);
     Problem p = make_problem(random, 9, 9, 1);
@@ -157,7 +157,7 @@ TEST_CASE("munkres gives the same answer whatever the order in which pairs were 
   }
 }
 
-TEST_CASE("munkres solves independent blocks as if each were alone") {
+TEST_CASE("munkres: solves independent blocks as if each were alone") {
   for (uint32_t seed = 1; seed <= 300; ++seed) {
     std::mt19937 random(seed);
     const Problem a = make_problem(random, 6, 6, 2), b = make_problem(random, 6, 6, 2);
@@ -170,14 +170,14 @@ TEST_CASE("munkres solves independent blocks as if each were alone") {
   }
 }
 
-TEST_CASE("munkres takes empty problems and rows without pairs") {
+TEST_CASE("munkres: accepts empty problems and rows without pairs") {
   CHECK(solve({0, 0, {}}).empty());
   CHECK(solve({0, 5, {}}).empty());
   CHECK(solve({3, 0, {}}) == std::vector<int32_t>{-1, -1, -1});
   CHECK(solve({3, 2, {{1, 1, 7.0}}}) == std::vector<int32_t>{-1, 1, -1});
 }
 
-TEST_CASE("munkres refuses pairs that are none and those beyond its capacity") {
+TEST_CASE("munkres: refuses invalid pairs and pairs beyond its capacity") {
   Munkres munkres(2, 2, 2);
   munkres.clear(2, 2);
   CHECK_FALSE(munkres.add(2, 0, 1.0));
@@ -193,7 +193,7 @@ TEST_CASE("munkres refuses pairs that are none and those beyond its capacity") {
   CHECK(munkres.solve(column_of_row) == 2);
 }
 
-TEST_CASE("munkres within a limit of steps: a row takes what is left to it, the same whatever the order of pairs") {
+TEST_CASE("munkres: within a step limit a row takes a remaining column, the same for any order of pairs") {
   constexpr int32_t kRows = 60;
   std::mt19937_64 random(5);
   std::vector<TestPair> pairs;
@@ -204,7 +204,7 @@ TEST_CASE("munkres within a limit of steps: a row takes what is left to it, the 
     munkres.clear(kRows, kRows);
     for (const TestPair& p : pairs) munkres.add(p.row, p.column, p.cost);
     std::vector<int32_t> column(kRows);
-    CHECK(munkres.solve(column.data(), max_steps) == kRows);  // a full block: everybody finds somebody
+    CHECK(munkres.solve(column.data(), max_steps) == kRows);  // a full block: every row gets a column
     std::vector<int32_t> sorted = column;
     std::sort(sorted.begin(), sorted.end());
     CHECK(std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end());
@@ -225,7 +225,7 @@ TEST_CASE("munkres within a limit of steps: a row takes what is left to it, the 
   for (const int64_t limit : {needed - 1, needed / 2, int64_t(0)}) {
     const std::vector<int32_t> limited = solve(limit);
     CHECK(munkres.was_limited());
-    CHECK(munkres.steps() <= limit + 2 * kRows);  // no search goes far beyond it
+    CHECK(munkres.steps() <= limit + 2 * kRows);  // no search exceeds it by much
     CHECK(cost_of(limited) >= before);
     before = cost_of(limited);
     std::shuffle(pairs.begin(), pairs.end(), random);
@@ -234,7 +234,7 @@ TEST_CASE("munkres within a limit of steps: a row takes what is left to it, the 
   CHECK(before > cost_of(best));
 }
 
-TEST_CASE("munkres forgets the last problem on clear") {
+TEST_CASE("munkres: clear removes the last problem") {
   Munkres munkres(3, 3, 9);
   int32_t column_of_row[3];
   munkres.clear(3, 3);

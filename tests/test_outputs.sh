@@ -2,20 +2,21 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_outputs.sh OVERTAKE WRITE_SCENE. What the command line does to files: no output replaces an input or a file of
-# somebody else, what is not finished has names that end in .part and is said to be partial, config.toml means the same
-# everywhere, options without effect are errors. Makes its own recordings. Exit code 0 is a pass.
+# usage: tests/test_outputs.sh OVERTAKE. What the command line does to files: no output replaces an input or a foreign
+# file; unfinished results have names that end in .part and are reported as partial; config.toml means the same in every
+# folder; options without effect are errors. Makes its own recordings. Exit code 0 is a pass.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 readonly overtake=$(realpath "${1:?usage: test_outputs.sh OVERTAKE WRITE_SCENE}") write_scene=$(realpath "${2:?}")
 cd "$work" || exit 1
 
-expect() {  # NAME COMMAND...: succeeds
+expect() {  # NAME COMMAND...: must succeed
   local name=$1
   shift
   "$@" >stdout 2>stderr || { fail "$name: exit code $?: $(head -c 400 stderr)"; return 1; }
 }
-# end CODE PATTERN ARGUMENTS...: overtake exits with that code, and one line on stderr fits the glob pattern.
+# end CODE PATTERN ARGUMENTS...: overtake must exit with that code and print one line on stderr that fits the glob
+# pattern.
 end() {
   local want=$1 pattern=$2 code line found=
   shift 2
@@ -43,7 +44,7 @@ expect "a folder" "$overtake" simulate demo --seed 3 --seconds 0.3 --out race --
 expect "scene" "$write_scene" scene 6
 for folder in . race scene; do no_parts $folder; done
 
-# ---- an input is never replaced, under whatever name
+# ---- an input is never replaced, under any name
 cp race.mcap copy.mcap
 ln race.mcap hard.mcap
 ln -s race.mcap soft.mcap
@@ -55,7 +56,7 @@ for name in race hard soft; do
     [[ ! -e ov ]] || fail "a refused run leaves $(ls -A ov)"
   done
 done
-[[ -L soft.mcap ]] || fail "the link is gone"
+[[ -L soft.mcap ]] || fail "the link was removed"
 refuse "hard.mcap: is read by this command as race.mcap: *" run race.mcap --out ov --trace hard.mcap
 cp scene/ego.csv ego_copy.csv
 mkdir here
@@ -79,12 +80,12 @@ mkdir judged && ln race.mcap judged/metrics.json
 refuse "judged/metrics.json: is read by this command *" evaluate race.mcap --preset paper --frames 1 --out judged
 same race.mcap copy.mcap "evaluate"
 
-# ---- only results of our own are replaced, unless --force is given
+# ---- only results of Overtake are replaced, unless --force is given
 expect "the same log again" "$overtake" simulate demo --seed 3 --seconds 0.1 --out copy.mcap --quiet
 expect "the same folder again" "$overtake" run scene --rig av21 --out first --quiet
 echo "# a note of mine" >>first/config.toml
 cp first/config.toml config_copy.toml
-refuse "first/config.toml: exists and is no result of Overtake, or was changed since: *--force*" run scene --rig av21 --out first
+refuse "first/config.toml: exists and is not a result of Overtake, or was changed since: *--force*" run scene --rig av21 --out first
 same first/config.toml config_copy.toml "a second run"
 no_parts first
 expect "with --force" "$overtake" run scene --rig av21 --out first --quiet --force
@@ -97,15 +98,15 @@ for words in "tracks.csv run scene --rig av21" "tracks.csv track seen.csv" "labe
   "metrics.json evaluate race.mcap --preset paper --frames 1"; do
   name=${words%% *}
   # shellcheck disable=SC2086
-  refuse "mine/$name: exists and is no result of Overtake, *" ${words#* } --out mine
+  refuse "mine/$name: exists and is not a result of Overtake, *" ${words#* } --out mine
 done
-refuse "mine/truth.csv: exists and is no *" simulate demo --seconds 0.1 --out mine
-refuse "mine/above.png: exists and is no *" simulate demo --seconds 0.1 --pictures mine
+refuse "mine/truth.csv: exists and is not a *" simulate demo --seconds 0.1 --out mine
+refuse "mine/above.png: exists and is not a *" simulate demo --seconds 0.1 --pictures mine
 [[ $(cat mine/* | sort -u) == mine && $(ls -A mine | wc -l) == 7 ]] || fail "a folder of files of mine holds $(ls -A mine)"
 cp ego_copy.csv ego_copy.mcap
 for words in "simulate demo --seconds 0.1 --out" "run scene --rig av21 --out ov --mcap" "run scene --rig av21 --out ov --trace"; do
   # shellcheck disable=SC2086
-  refuse "ego_copy.mcap: exists and is no *" $words ego_copy.mcap
+  refuse "ego_copy.mcap: exists and is not a *" $words ego_copy.mcap
 done
 same ego_copy.csv ego_copy.mcap "as a log"
 expect "a trace" "$overtake" run scene --rig av21 --out first --trace trace.json --quiet
@@ -120,23 +121,23 @@ refuse "linked/tracks.csv: is a symbolic link, outputs do not follow links: *" r
 expect "--force replaces the link" "$overtake" run scene --rig av21 --out linked --quiet --force
 [[ ! -L linked/tracks.csv && $(cat victim) == mine ]] || fail "--force wrote through the link"
 mkdir -p folder.mcap
-for words in "folder.mcap: is no regular file*" "/dev/null: is no regular file*"; do
+for words in "folder.mcap: is not a regular file*" "/dev/null: is not a regular file*"; do
   refuse "$words" run scene --rig av21 --out ov --mcap "${words%%:*}" --force
 done
 [[ -c /dev/null ]] || fail "/dev/null is gone"
-
+# ---- evaluate and merge replace only their own runs
 # ---- evaluate and merge replace runs of their own only
 expect "evaluate" "$overtake" evaluate race.mcap --preset paper --frames 1 --quiet --out judged_1
 expect "evaluate, another number of frames" "$overtake" evaluate race.mcap --preset paper --frames 2 --quiet --out judged_1
 echo "mine" >judged_1/runs/paper/race/notes.txt
-refuse "*judged_1/runs/paper/race/notes.txt: exists and is no *" evaluate race.mcap --preset paper --frames 1 --quiet --out judged_1
+refuse "*judged_1/runs/paper/race/notes.txt: exists and is not a *" evaluate race.mcap --preset paper --frames 1 --quiet --out judged_1
 [[ $(cat judged_1/runs/paper/race/notes.txt) == mine ]] || fail "evaluate deleted notes.txt"
 expect "merge" "$overtake" merge judged_1 --out merged
 expect "merge again" "$overtake" merge judged_1 --out merged
 echo >>merged/report.html
-refuse "merged/report.html: exists and is no *" merge judged_1 --out merged
-
-# ---- what ends early is partial, and is said to be
+refuse "merged/report.html: exists and is not a *" merge judged_1 --out merged
+# ---- a result that ends early is partial, and is reported as partial
+# stop SIGNAL FILE ARGUMENTS...: sends the signal as soon as FILE has grown.
 # stop SIGNAL FILE ARGUMENTS...: sends it as soon as FILE has grown.
 stop() {
   local signal=$1 file=$2 pid
@@ -157,7 +158,7 @@ stop() {
 stop INT early.mcap.part simulate demo --seconds 8 --out early.mcap --quiet
 [[ ! -e early.mcap && -s early.mcap.part ]] || fail "an interrupted log has its name: $(ls early*)"
 "$overtake" info early.mcap.part >stdout 2>stderr || fail "info of a partial log: $(cat stderr)"
-grep -q '^this log is partial: interrupted after [0-9]* of [0-9]* sweeps$' stdout || fail "info of a partial log: $(head -2 stdout)"
+grep -q '^this log is partial: interrupted after [0-9]* of [0-9]* frames$' stdout || fail "info of a partial log: $(head -2 stdout)"
 mv early.mcap.part renamed.mcap
 grep -q '^this log is partial: interrupted' <("$overtake" info renamed.mcap) || fail "a partial log under another name is not known"
 grep -q '^WRONG  recording: this log is partial: interrupted' <("$overtake" doctor renamed.mcap) || fail "doctor does not know it"
@@ -165,8 +166,8 @@ awk '$1 ~ /odometry$/ && $2 > 400 { exit 1 }' <("$overtake" info renamed.mcap) |
   fail "the odometry goes on behind the last cloud: $("$overtake" info renamed.mcap)"
 stop TERM 'early/*_front.pcd.part' simulate demo --seconds 8 --out early --quiet
 [[ -z $(compgen -G 'early/*.pcd') ]] || fail "an interrupted folder looks whole: $(ls early | head)"
-refuse "early: holds nothing that is read: *; what wrote it was interrupted or failed: *" run early --rig av21 --out ov
-grep -q '^this log is partial: what wrote it was interrupted or failed: [0-9]* names end in .part' <("$overtake" info early 2>&1) ||
+refuse "early: holds nothing that is read: *; the program that wrote it was interrupted or failed: *" run early --rig av21 --out ov
+grep -q '^this log is partial: the program that wrote it was interrupted or failed: [0-9]* names end in .part' <("$overtake" info early 2>&1) ||
   fail "info of a partial folder: $("$overtake" info early 2>&1)"
 mkdir long
 for ((i = 0; i < 3000; ++i)); do ln "scene/00000$((i % 6))_front.pcd" "long/${i}_front.pcd"; done
@@ -203,7 +204,7 @@ for words in "--map nowhere.mcap" "--map nowhere.csv"; do
   # shellcheck disable=SC2086
   refuse "${words#* }: no such file" run race.mcap $words --out ov
 done
-
+# ---- a folder of simulate runs with its own files, like a log
 # ---- a folder of simulate is run by its own files, as a log is
 expect "the folder alone" "$overtake" run race --out alone
 of_folder=$(hash_of)
@@ -216,7 +217,7 @@ without=$(hash_of)
 cp alone/config.toml without.toml
 expect "none of them, by config.toml" "$overtake" run race --config without.toml --out alone
 [[ $(hash_of) == "$without" && $without != "$of_folder" ]] || fail "config.toml does not repeat --ego none"
-
+# ---- the same scans give the same hash, for any file numbers and stamp offset
 # ---- the same scans give the same hash, whatever their names and stamps count from
 mkdir later
 for file in scene/*.pcd; do
@@ -243,10 +244,10 @@ code=$?
 mkdir -p sets/nuscenes faceless/racecar && cp scene/000000_front.pcd sets/nuscenes/1.pcd && cp scene/*.pcd faceless/racecar
 refuse "sets/nuscenes/1_boxes.csv: no such file: there is nothing to judge 1.pcd by" evaluate --recordings sets --out failed
 refuse "faceless/racecar: holds no FRAME_box.txt: *" evaluate --recordings faceless --out failed
-
+# ---- the opponent is shown only where it is known
 # ---- the opponent only where it is known
 expect "no truth" "$overtake" run scene --rig av21 --out ov
-grep -qE 'opponent|off box' stdout && fail "an opponent is shown where nobody knows it: $(head -3 stdout)"
+grep -qE 'opponent|off box' stdout && fail "an opponent is shown without ground truth: $(head -3 stdout)"
 cp -r scene boxed && echo "20 0 0 4.9 1.9 1.2 0" >boxed/000003_box.txt
 expect "a truth" "$overtake" run boxed --rig av21 --out ov
 grep -q 'opponent  *ahead m' stdout || fail "no opponent where a box says it"

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Parameters: the paper's values, the text form with its errors, and what fits together.
+// Parameters: the paper's values, the text form with its errors, and consistency.
 #include "pipeline/params.h"
 
 #include <doctest/doctest.h>
@@ -25,7 +25,7 @@ const std::map<std::string, double> kPaper = {
     {"tracker.r_y", 5.0},        {"tracker.window", 20},         {"tracker.confirm_hits", 6},
     {"tracker.keep_hits", 5}};
 
-// What the paper's text and the method fix besides.
+// Further values from the paper's text and from the method.
 const std::map<std::string, double> kMethod = {{"frame.period_s", 0.05},
                                                {"frame.tolerance_s", 0.025},
                                                {"gaps.limit_m", 1.0},
@@ -57,7 +57,7 @@ const std::map<std::string, double> kMethod = {{"frame.period_s", 0.05},
 
 }  // namespace
 
-TEST_CASE("params: preset paper holds the values of the paper's table, and every name is accounted for") {
+TEST_CASE("params: preset paper has the values of the paper's table, and no name is left over") {
   const ovt_params params = ovt_default_params();
   std::map<std::string, double> expected = kPaper;
   expected.insert(kMethod.begin(), kMethod.end());
@@ -92,7 +92,7 @@ TEST_CASE("params: fields hold radians, the text form degrees") {
   CHECK(params.tracker_birth_sigma_course_rad == doctest::Approx(0.2).epsilon(1e-14));
   REQUIRE(ovt_set_param(&params, "ground.threshold_deg", "90") == OVT_OK);
   CHECK(params.ground_threshold_rad == doctest::Approx(1.5707963267948966));
-  CHECK(find_bad_param(params) == "");  // the limit itself, through radians and back
+  CHECK(find_bad_param(params) == "");  // the limit itself, converted to radians and back
 }
 
 TEST_CASE("params: every parameter can be set to both of its limits and read back, and only itself changes") {
@@ -119,7 +119,7 @@ TEST_CASE("params: every parameter can be set to both of its limits and read bac
   }
 }
 
-TEST_CASE("params: ovt_set_param refuses what is no value of the parameter, and changes nothing") {
+TEST_CASE("params: ovt_set_param refuses invalid values and changes nothing") {
   struct Row {
     const char *name, *value;
     ovt_status status;
@@ -164,7 +164,7 @@ TEST_CASE("params: ovt_set_param refuses what is no value of the parameter, and 
   CHECK(ovt_get_param(&params, "tracker.gate", &value) == OVT_UNKNOWN_NAME);
   CHECK(ovt_get_param(&params, "tracker.gate_m", nullptr) == OVT_BAD_ARGUMENT);
   CHECK(ovt_get_param(nullptr, "tracker.gate_m", &value) == OVT_BAD_ARGUMENT);
-  params.struct_size = offsetof(ovt_params, tracker_horizon_step_s);  // the first version's struct went on
+  params.struct_size = offsetof(ovt_params, tracker_horizon_step_s);  // the first version's struct had more fields
   CHECK(ovt_set_param(&params, "tracker.gate_m", "1") == OVT_BAD_VERSION);
   CHECK(ovt_get_param(&params, "tracker.gate_m", &value) == OVT_BAD_VERSION);
   ovt_param_info info;
@@ -173,7 +173,7 @@ TEST_CASE("params: ovt_set_param refuses what is no value of the parameter, and 
   CHECK(ovt_describe_param(0, nullptr) == OVT_BAD_ARGUMENT);
 }
 
-TEST_CASE("params: a preset that does not exist is refused, and so is a struct of an unknown size") {
+TEST_CASE("params: an unknown preset and a struct of an unknown size are refused") {
   ovt_params params;
   CHECK(ovt_params_init(&params, sizeof params, "paper") == OVT_OK);
   CHECK(ovt_params_init(&params, sizeof params, "best") == OVT_UNKNOWN_NAME);
@@ -183,7 +183,7 @@ TEST_CASE("params: a preset that does not exist is refused, and so is a struct o
   CHECK(ovt_params_init(&params, sizeof params - 1, "paper") == OVT_BAD_VERSION);
 }
 
-TEST_CASE("params: find_bad_param names the parameter at fault") {
+TEST_CASE("params: find_bad_param names the wrong parameter") {
   struct Row {
     void (*spoil)(ovt_params&);
     const char* sentence;

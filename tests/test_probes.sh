@@ -2,9 +2,9 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_probes.sh EXECUTABLE WITH_PROBES. What a profiler needs is in the built file: a build id, symbols,
-# frame pointers, and the USDT probes with as many arguments as pipeline/probes.h says. WITH_PROBES is 0 where the build
-# had no sys/sdt.h. Exit code 0 is a pass, 77 with a line "skipped: ..." a skip.
+# usage: tests/test_probes.sh EXECUTABLE WITH_PROBES. The built file contains what a profiler needs: a build id,
+# symbols, frame pointers, and the USDT probes with the numbers of arguments of pipeline/probes.h. WITH_PROBES is 0 if
+# the build had no sys/sdt.h. Exit code 0 is a pass, 77 with a line "skipped: ..." a skip.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 readonly binary=${1:?usage: test_probes.sh EXECUTABLE WITH_PROBES} with_probes=${2:?}
@@ -14,8 +14,8 @@ notes=$(readelf --notes --wide "$binary") || fail "$binary: readelf cannot read 
 grep -q 'Build ID: [0-9a-f]\{16\}' <<<"$notes" || fail "$binary has no build id"
 [[ $(readelf --symbols --wide "$binary") == *segment_scan* ]] || fail "$binary has lost its symbols"
 
-# "Name: drop" is followed by a line "Arguments: -4@%edi 8@%rsi": one word an argument. A constant (-4@$7) would make perf
-# refuse the probe.
+# "Name: drop" is followed by a line "Arguments: -4@%edi 8@%rsi": one word per argument. With a constant (-4@$7) perf
+# would refuse the probe.
 expect_probe() { # NAME ARGUMENTS
   local counts
   counts=$(awk -v name="$1" '

@@ -2,8 +2,8 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_progress.sh. The progress that tools/setup and tools/demo show: a line each tenth into a file, one
-# line that is rewritten on a terminal, everything in the log.
+# usage: tests/test_progress.sh. The progress that tools/setup and tools/demo show: in a file one line per tenth, on a
+# terminal one line that is rewritten; the log contains everything.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 # shellcheck source=tools/dev/progress.sh
@@ -27,7 +27,7 @@ if script -qec true /dev/null >/dev/null 2>&1 </dev/null; then  # there is a pse
     fail "a terminal gets more than one line: $(head -c 400 "$work/shown")"
 fi
 
-# The exit code of what is watched is the pipe's.
+# The pipe's exit code is that of the watched command.
 (set -o pipefail; { steps; exit 3; } | show_progress "Building" "$work/code" >/dev/null) && fail "a failure is lost"
 
 passed "progress is shown and logged"

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1a: range, elevation, column, and what is dropped and why.
+// Stage 1a: range, elevation, column; dropped points and their reasons.
 #include "kernels/project_points.h"
 
 #include <doctest/doctest.h>
@@ -27,7 +27,7 @@ SensorModel front_sensor(int32_t cols = 120) {
   return make_sensor_model(4, cols, 60 * kDegree, -60 * kDegree, false, 0.5, 200);
 }
 
-// Loads and projects alone; sums stay as project_points left them.
+// Runs only loading and projection; the sums are those of project_points.
 struct Projection {
   Projection(const SensorModel& sensor, const std::vector<TestPoint>& cloud)
       : chain(sensor, int32_t(cloud.size()) + 1) {
@@ -60,12 +60,12 @@ TEST_CASE("project_points: r = |p|, e = atan2(z, hypot(x, y)), column = floor((a
     CHECK(double(chain.part.points.range_m[0]) == doctest::Approx(r).epsilon(1e-6));
     CHECK(std::fabs(double(chain.part.points.elevation_rad[0]) - e) < 1e-6);
     const double position = (60 * kDegree - a) / (120 * kDegree / 857);
-    if (std::fabs(position - std::round(position)) < 1e-3) continue;  // rounding may take either side
+    if (std::fabs(position - std::round(position)) < 1e-3) continue;  // rounding decides the column here
     CHECK(chain.part.points.column[0] == int32_t(std::floor(position)));
   }
 }
 
-TEST_CASE("project_points: columns grow to the right, outside the azimuth limits a point is dropped") {
+TEST_CASE("project_points: columns grow to the right; points outside the azimuth limits are dropped") {
   const SensorModel sensor = front_sensor();
   CHECK(column_at(sensor, 59.5) == 0);
   CHECK(column_at(sensor, 0.5) == 59);
@@ -78,7 +78,7 @@ TEST_CASE("project_points: columns grow to the right, outside the azimuth limits
   CHECK(reason_of(sensor, {0, 10, 0}) == Reason::kOutsideAzimuth);
 }
 
-TEST_CASE("project_points: a field of view across +-pi has no hole at the seam") {
+TEST_CASE("project_points: a field of view across +-pi has no gap") {
   // Left edge at 240 deg (= -120), right edge at 120 deg: a sensor that looks back, columns of 1 deg.
   for (const double left : {240.0, -120.0}) {
     const SensorModel sensor = make_sensor_model(4, 120, left * kDegree, (left - 120) * kDegree, false, 0.5, 200);
@@ -93,7 +93,7 @@ TEST_CASE("project_points: a field of view across +-pi has no hole at the seam")
   }
 }
 
-TEST_CASE("project_points: wrapping columns take every azimuth, and a full turn is column 0") {
+TEST_CASE("project_points: wrapping columns accept every azimuth, and a full turn is column 0") {
   for (const double left : {180.0, 0.0, 90.0}) {
     const SensorModel sensor = make_sensor_model(4, 360, left * kDegree, (left - 360) * kDegree, true, 0.5, 200);
     CAPTURE(left);
@@ -105,7 +105,7 @@ TEST_CASE("project_points: wrapping columns take every azimuth, and a full turn 
       ++seen[column];
     }
     for (const int32_t count : seen) CHECK(count == 1);
-    // A hair to the left of the left edge is the last column, or, lost in rounding, column 0; never outside.
+    // Just left of the left edge is the last column, or, if rounding moves it onto the edge, column 0; never outside.
     SensorModel nudged = sensor;
     nudged.azimuth_left_rad = std::nextafter(0.0f, -1.0f);
     const Projection p(nudged, {{10, 0, 0}});
@@ -113,14 +113,14 @@ TEST_CASE("project_points: wrapping columns take every azimuth, and a full turn 
   }
 }
 
-TEST_CASE("project_points: a point straight above counts as azimuth 0 and elevation 90 deg") {
+TEST_CASE("project_points: a point straight above has azimuth 0 and elevation 90 deg") {
   const Projection p(front_sensor(), {{0, 0, 5}, {0, 0, -5}});
   CHECK(p.chain.part.points.column[0] == p.chain.part.points.column[1]);
   CHECK(double(p.chain.part.points.elevation_rad[0]) == doctest::Approx(90 * kDegree));
   CHECK(double(p.chain.part.points.elevation_rad[1]) == doctest::Approx(-90 * kDegree));
 }
 
-TEST_CASE("project_points names the first reason that holds: finite, zero, range, layer, azimuth") {
+TEST_CASE("project_points: gives the first reason that holds: finite, zero, range, layer, azimuth") {
   SensorModel sensor = front_sensor();
   sensor.layer_first = 2;
   sensor.layer_last = 5;
@@ -145,7 +145,7 @@ TEST_CASE("project_points names the first reason that holds: finite, zero, range
   CHECK(dropped.chain.part.points.column[0] == -1);
 }
 
-TEST_CASE("project_points: the range limits themselves are inside") {
+TEST_CASE("project_points: the range limits are inclusive") {
   SensorModel sensor = front_sensor();
   CHECK(reason_of(sensor, {0.5f, 0, 0}) == Reason::kLabelled);
   CHECK(reason_of(sensor, {200, 0, 0}) == Reason::kLabelled);
@@ -153,7 +153,7 @@ TEST_CASE("project_points: the range limits themselves are inside") {
   CHECK(reason_of(sensor, {std::nextafter(200.0f, 300.0f), 0, 0}) == Reason::kRangeLimit);
 }
 
-TEST_CASE("project_points: a coordinate whose square overflows is beyond the range limit, whatever that is") {
+TEST_CASE("project_points: a coordinate whose square overflows is beyond any range limit") {
   SensorModel sensor = front_sensor();
   for (const float limit : {200.0f, 1e30f, FLT_MAX, kInf}) {
     sensor.range_max_m = limit;
@@ -167,7 +167,7 @@ TEST_CASE("project_points: a coordinate whose square overflows is beyond the ran
   }
 }
 
-TEST_CASE("project_points: without a lower limit even the nearest point keeps a range above zero") {
+TEST_CASE("project_points: without a lower limit the nearest point has a range above zero") {
   SensorModel sensor = front_sensor();
   sensor.range_min_m = 0.0f;
   CHECK(reason_of(sensor, {1e-20f, 0, 0}) == Reason::kZeroRange);
@@ -177,7 +177,7 @@ TEST_CASE("project_points: without a lower limit even the nearest point keeps a 
   CHECK(p.chain.part.points.range_m[0] > 0.0f);
 }
 
-TEST_CASE("project_points adds up each layer's points and elevations, of the points it keeps only") {
+TEST_CASE("project_points: sums points and elevations per layer, of kept points only") {
   const float unit = kElevationUnit;
   const Projection p(front_sensor(), {{10, 0, 1, 1, 65535}, {20, 0, -3, 1, 7}, {30, 0, 2, 1, 65535}, {0, 0, 0, 1, 9}});
   const LayerSums& sums = p.chain.scratch.layer_sums;

@@ -36,24 +36,24 @@ struct Ranking {
   int32_t row_count = -1;
 };
 
-TEST_CASE("rank_layers sorts unordered layers by mean elevation, top first") {
+TEST_CASE("rank_layers: sorts unordered layers by mean elevation, top first") {
   // means: layer 40000: 30, layer 2: -5, layer 7: 10
   Ranking ranking(8, {{7, 3, 30}, {40000, 1, 30}, {2, 2, -10}});
   CHECK(ranking.row_count == 3);
   CHECK(ranking.row_of[40000] == 0);
   CHECK(ranking.row_of[7] == 1);
   CHECK(ranking.row_of[2] == 2);
-  CHECK(ranking.row_of[3] == -99);  // only the touched ids
+  CHECK(ranking.row_of[3] == -99);  // writes only at the touched ids
 }
 
-TEST_CASE("rank_layers: crossed or doubled layers of one mean elevation go by layer id") {
+TEST_CASE("rank_layers: layers with equal mean elevation are ordered by layer id") {
   Ranking ranking(8, {{9, 2, 20}, {4, 1, 10}, {6, 3, 30}});
   CHECK(ranking.row_of[4] == 0);
   CHECK(ranking.row_of[6] == 1);
   CHECK(ranking.row_of[9] == 2);
 }
 
-TEST_CASE("rank_layers: with more layers than rows those with the fewest points are dropped, ties the larger id") {
+TEST_CASE("rank_layers: with more layers than rows those with the fewest points are dropped, ties: the larger id") {
   Ranking ranking(2, {{1, 5, -50}, {2, 3, 0}, {3, 3, 300}, {4, 9, 90}, {5, 3, 30}});
   CHECK(ranking.row_count == 2);
   CHECK(ranking.row_of[4] == 0);
@@ -66,19 +66,19 @@ TEST_CASE("rank_layers: with more layers than rows those with the fewest points 
   CHECK(tie.row_of[3] == 1);
 }
 
-TEST_CASE("rank_layers clears the sums for the next scan, of dropped layers too") {
+TEST_CASE("rank_layers: clears the sums for the next scan, also of dropped layers") {
   Ranking ranking(1, {{1, 5, -50}, {2, 3, 7}});
   CHECK(ranking.sums.touched_count == 2);
   CHECK(std::count(ranking.counts.begin(), ranking.counts.end(), 0) == kLayerIds);
   CHECK(std::count(ranking.elevation.begin(), ranking.elevation.end(), 0) == kLayerIds);
 }
 
-TEST_CASE("rank_layers of an empty scan uses no row") {
+TEST_CASE("rank_layers: an empty scan uses no row") {
   Ranking ranking(4, {});
   CHECK(ranking.row_count == 0);
 }
 
-TEST_CASE("rank_layers takes all 65536 layer ids at once") {
+TEST_CASE("rank_layers: handles all 65536 layer ids at once") {
   std::vector<Layer> layers;
   for (int32_t id = kLayerIds - 1; id >= 0; --id) layers.push_back({id, 1 + (id == 777 ? 1 : 0), id});
   Ranking ranking(1, layers);

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Every recorded scan: no point without a label or a reason, and images that restore every pixel's point.
+// Every recorded scan: each point has a label or a reason, and the images restore every pixel's point.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@ struct Totals {
   const io::Rig* rig = nullptr;
 };
 
-// Counts what breaks a promise. A pixel's point is restored from range, elevation and the azimuth its column allows.
+// Counts violations. A pixel's point is restored from range, elevation and the column's azimuth.
 void count_sensor(ovt_reader* reader, int32_t s, Totals& t) {
   ovt_labels labels;
   if (ovt_read_labels(reader, s, &labels) != OVT_OK) return;
@@ -56,11 +56,11 @@ void count_sensor(ovt_reader* reader, int32_t s, Totals& t) {
       ++t.pixels;
       const auto e = double(at(elevation, float()));
       const auto x = double(labels.x_m[i]), y = double(labels.y_m[i]), z = double(labels.z_m[i]);
-      // Float precision: the elevation carries 3e-8 rad, the range 6e-8 of itself.
+      // Float precision: an error of 3e-8 rad in the elevation, of 6e-8 times the range in the range.
       const double tolerance = 4e-7 * rho + 1e-6;
       if (std::fabs(rho * std::sin(e) - z) > tolerance || std::fabs(rho * std::cos(e) - std::hypot(x, y)) > tolerance)
         ++t.unrestored;
-      const double azimuth = left - (c + 0.5) * pitch;  // the column's own: within half a column
+      const double azimuth = left - (c + 0.5) * pitch;  // the middle of the column: within half a column
       if (std::fabs(std::remainder(std::atan2(y, x) - azimuth, 6.28318530717958648)) > 0.5 * pitch + 1e-6)
         ++t.unrestored;
     }
@@ -99,24 +99,25 @@ Totals check_recording(const char* folder, const char* rig) {
 
 }  // namespace
 
-TEST_CASE("racecar: every point has a label or a reason, and images restore their points") {
+TEST_CASE("recorded: racecar: every point has a label or a reason, and images restore their points") {
   OVT_NEED_RECORDED("racecar");
   const Totals t = check_recording("racecar", "av21");
   CHECK(t.sensors == 12);
   CHECK(t.points == 285573);
   CHECK(t.overflow == 0);  // the default capacities hold a scan without a map
 }
-TEST_CASE("kitti: every point has a label or a reason, and images restore their points") {
+TEST_CASE("recorded: kitti: every point has a label or a reason, and images restore their points") {
   OVT_NEED_RECORDED("kitti");
   CHECK(check_recording("kitti", "hdl64").frames == 12);
 }
-TEST_CASE("nuscenes: every point has a label or a reason, and images restore their points") {
+TEST_CASE("recorded: nuscenes: every point has a label or a reason, and images restore their points") {
   OVT_NEED_RECORDED("nuscenes");
   const Totals t = check_recording("nuscenes", "nuscenes");
   CHECK(t.points == 34688);
   CHECK(t.overflow == 0);
 }
-TEST_CASE("av2, two sensors in one cloud: every point has a label or a reason, and images restore their points") {
+TEST_CASE(
+    "recorded: av2 (two sensors in one cloud): every point has a label or a reason, images restore their points") {
   OVT_NEED_RECORDED("av2");
   const Totals t = check_recording("av2", "av2");
   CHECK(t.sensors == 2);

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The AV-21's own LiDARs: four recorded frames, the opponent about 49 m ahead (data: RACECAR, CC BY-NC 4.0).
+// The AV-21's LiDARs: four recorded frames, the opponent about 49 m ahead (data: RACECAR, CC BY-NC 4.0).
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -30,11 +30,11 @@ Box read_box(int64_t frame) {
   return b;
 }
 
-// Inner face of the outer wall in the vehicle frame, as vertical planes through these points: set by hand on pictures
-// of frames 2, 4 and 5 from above. The car keeps its distance to the wall, so one set serves all.
+// Inner side of the outer wall in the vehicle frame, as vertical planes through these points: set by hand in pictures
+// of frames 2, 4 and 5 from above. The car keeps its distance to the wall, so one set fits all frames.
 constexpr double kWall[][2] = {{-5.0, -9.6}, {20.0, -9.2}, {50.0, -6.7}, {70.0, -4.4}, {90.0, -1.5}, {110.0, 1.6}};
 
-// How far a point lies behind the wall's face, metres; negative on the track's side.
+// Distance of a point behind the wall's inner side, metres; negative on the track.
 double behind_wall(double x, double y) {
   for (std::size_t i = 0; i + 1 < std::size(kWall); ++i) {
     if (x < kWall[i][0] || x > kWall[i + 1][0]) continue;
@@ -46,10 +46,10 @@ double behind_wall(double x, double y) {
 
 struct Seen {
   int64_t frame = 0;
-  int32_t near_box = 0;                 // detections within 3 m of the box' centre
-  double ahead_m = 0, aside_m = 0;      // of the last of them, off the box' centre along and across its yaw
+  int32_t near_box = 0;                 // detections within 3 m of the box's centre
+  double ahead_m = 0, aside_m = 0;      // of the last of these: offset from the box's centre along and across its yaw
   int32_t points = 0, behind_wall = 0;  // of its cluster
-  int32_t wall_points = 0;              // of the whole frame, within a metre behind the wall's face
+  int32_t wall_points = 0;              // of the whole frame, up to a metre behind the wall's inner side
 };
 
 struct Run {
@@ -121,7 +121,7 @@ void run_racecar(Run& run, int32_t workers) {
 
 }  // namespace
 
-TEST_CASE("racecar: one detection on the opponent, centred, without a point of the wall") {
+TEST_CASE("recorded: racecar: one detection on the opponent, centred, without a point of the wall") {
   OVT_NEED_RECORDED("racecar");
   for (int32_t workers : {1, 2}) {
     CAPTURE(workers);
@@ -130,7 +130,7 @@ TEST_CASE("racecar: one detection on the opponent, centred, without a point of t
     REQUIRE(run.frames.size() == 4);
     for (const Seen& seen : run.frames) {
       CAPTURE(seen.frame);
-      CHECK(seen.wall_points > 2500);  // the planes do stand on the wall
+      CHECK(seen.wall_points > 2500);  // the planes are on the wall
       if (seen.frame == 3) continue;   // its box is 2.2 m too far ahead
       CHECK(seen.near_box == 1);
       CHECK(std::fabs(seen.aside_m) < 0.6);

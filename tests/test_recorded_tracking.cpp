@@ -28,7 +28,7 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 
 double wrap(double angle_rad) { return std::remainder(angle_rad, 2 * kPi); }
-constexpr uint64_t kSeeds = 8;  // of the noise: figures of one seed alone scatter by a third
+constexpr uint64_t kSeeds = 8;  // of the noise: results of single seeds vary by a third
 double degrees(double angle_rad) { return angle_rad * 180.0 / kPi; }
 
 // Root mean square of errors, and their mean.
@@ -50,7 +50,7 @@ struct Rms {
 struct TrackRow {
   int64_t stamp_ns = 0;
   uint64_t id = 0;
-  bool confirmed = false, hit = false;  // hit: by the detections of this very stamp
+  bool confirmed = false, hit = false;  // hit: by the detections of this stamp
   double x_m = 0, y_m = 0, speed_mps = 0, course_rad = 0, yaw_rate_rps = 0, var_x = 0, var_y = 0;
 };
 
@@ -70,7 +70,7 @@ class TrackerAlone {
   TrackerAlone(const TrackerAlone&) = delete;
   TrackerAlone& operator=(const TrackerAlone&) = delete;
 
-  // One iteration; the tracks after it.
+  // Runs one iteration; returns the tracks after it.
   const std::vector<TrackRow>& push(int64_t stamp_ns, const std::vector<double>& x_m, const std::vector<double>& y_m) {
     ovt_external_detections in;
     ovt_external_detections_init(&in, sizeof in);
@@ -155,9 +155,9 @@ bool is_vehicle(const io::KittiLabel& label) {
   return label.type == "Car" || label.type == "Van" || label.type == "Truck" || label.type == "Tram";
 }
 
-// The labels end where the camera's picture does, about 40 degrees to either side; the cars do not, and a confirmed
-// track lives on for up to 1.5 s. A track outside the picture that is near no object may be right or wrong: nobody
-// knows.
+// The labels end at the edge of the camera's picture, about 40 degrees to either side. The cars do not, and a confirmed
+// track exists for up to 1.5 s more. So a track outside the picture and near no object may be right or wrong: this is
+// unknown.
 bool is_in_view(const io::RigidTransform& T_world_camera, const TrackRow& row) {
   const double ahead[3] = {0, 0, 1};
   double point_m[3];
@@ -174,7 +174,7 @@ bool is_near(const metrics::MotPlace& place, const std::vector<metrics::MotPlace
 }
 
 struct Scores {
-  metrics::ClearMot all, in_view;  // every confirmed track; without those nobody can judge
+  metrics::ClearMot all, in_view;  // every confirmed track; without the tracks of unknown truth
 };
 
 Scores track_sequence(const std::string& name, uint64_t seed) {
@@ -224,11 +224,11 @@ std::string to_text(const metrics::ClearMotCounts& c) {
 
 }  // namespace
 
-TEST_CASE("lvms: phi is the heading from +x, counter-clockwise") {
+TEST_CASE("recorded: lvms: phi is the heading from +x, counter-clockwise") {
   OVT_NEED_RECORDED(kTrajectory);
   const Trajectory truth = read_trajectory();
   REQUIRE(truth.size() > 16000);
-  Rms against_phi, against_course;  // of the positions' course; with and without the slip angle atan(vy / vx)
+  Rms against_phi, against_course;  // minus the course from positions; with and without slip angle atan(vy / vx)
   for (std::size_t i = 2; i + 2 < truth.size(); ++i) {
     if (truth.vx_mps[i] <= kDriving_mps) continue;
     const double course_rad = std::atan2(truth.y_m[i + 2] - truth.y_m[i - 2], truth.x_m[i + 2] - truth.x_m[i - 2]);
@@ -240,10 +240,10 @@ TEST_CASE("lvms: phi is the heading from +x, counter-clockwise") {
   CHECK(degrees(against_course.value()) < 0.3);
 }
 
-TEST_CASE("lvms: one track over the whole drive, never lost, with speed, course and yaw rate of the car") {
+TEST_CASE("recorded: lvms: one track over the whole drive, never lost, with speed, course and yaw rate of the car") {
   OVT_NEED_RECORDED(kTrajectory);
   const Trajectory truth = read_trajectory();
-  Rms place, speed, course, slip_course, yaw_rate;  // where it drives, over all seeds
+  Rms place, speed, course, slip_course, yaw_rate;  // while it drives, over all seeds
   double least_course_rad = 10, most_course_rad = 0;
   for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
     CAPTURE(seed);
@@ -290,7 +290,7 @@ TEST_CASE("lvms: one track over the whole drive, never lost, with speed, course 
   CHECK(place.value() < 0.25);
 }
 
-TEST_CASE("lvms: overtake track writes what the C API returns") {
+TEST_CASE("recorded: lvms: overtake track writes the results of the C API") {
   OVT_NEED_RECORDED(kTrajectory);
   const std::vector<Detection> detections = detect(read_trajectory(), 1);
   const TempFolder folder;
@@ -329,7 +329,7 @@ TEST_CASE("lvms: overtake track writes what the C API returns") {
   }
 }
 
-TEST_CASE("kitti: the tracker on real traffic, CLEAR MOT at 2 m") {
+TEST_CASE("recorded: kitti: the tracker has its known CLEAR MOT at 2 m on real traffic") {
   OVT_NEED_RECORDED("kitti/tracking");
   struct Bound {
     const char* sequence;
@@ -354,7 +354,7 @@ TEST_CASE("kitti: the tracker on real traffic, CLEAR MOT at 2 m") {
     CHECK(all.switches <= bound.switches);
     CHECK(all.fragments <= bound.fragments);
     CHECK(all.motp_m() < 0.45);
-    CHECK(in_view.matches == all.matches);  // what is not judged was matched with nothing
+    CHECK(in_view.matches == all.matches);  // the excluded tracks were matched with no object
     CHECK(in_view.switches == all.switches);
     CHECK(in_view.fragments == all.fragments);
   }

@@ -2,9 +2,8 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_recordings.sh OVERTAKE WRITE_SCENE. Recordings of ROS 2 written by an independent program (make_db3.py): every
-# layout is read, info says what is there, doctor finds each seeded fault and says the sentence for it. Exit code 0 is
-# a pass.
+# usage: tests/test_recordings.sh OVERTAKE. ROS 2 recordings written by an independent program (make_db3.py): every
+# layout is read, info lists the content, doctor finds each seeded fault and prints its sentence. Exit code 0 is a pass.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 readonly overtake=$(realpath "${1:?usage: test_recordings.sh OVERTAKE WRITE_SCENE}") write_scene=$(realpath "${2:?}")
@@ -14,7 +13,7 @@ cd "$work" || exit 1
 
 "$write_scene" scene 7 || fail "no scene"
 
-# hash_of ARGUMENTS...: what overtake run prints, and its notes in notes.txt.
+# hash_of ARGUMENTS...: the hash that overtake run prints; its notes go to notes.txt.
 hash_of() {
   "$overtake" run "$@" --map scene/map.csv --out out >stdout.txt 2>stderr.txt || fail "run $*: $(head -c 300 stderr.txt)"
   grep '^note: the clouds' stdout.txt >notes.txt
@@ -62,7 +61,7 @@ assert topic['frame'] == 'luminar_front' and topic['points'] > 7 * 10000 and top
 assert 'line_index uint16 at 44' in topic['layout'], topic
 END
 
-# ---- doctor: nothing wrong with what is right, and one sentence a fault
+# ---- doctor: no finding on a good recording, one sentence per fault
 "$overtake" doctor ring.db3 --rig racecar >doctor.txt || fail "doctor of a good recording: $(cat doctor.txt)"
 grep -q '^Nothing is wrong with ring.db3 for rig racecar.$' doctor.txt || fail "doctor of a good recording says $(cat doctor.txt)"
 "$overtake" doctor scene --rig av21 --ego scene/ego.csv >doctor.txt || fail "doctor of a good folder: $(cat doctor.txt)"
@@ -95,19 +94,19 @@ ego_clock|WRONG  ego: its poses \(40.00 to 40.[0-9]+ s\) and the scans of sensor
 short_cloud|WRONG  sensor 'front': 1 of 7 scans cannot be read; the first: message [0-9]+: declares [0-9]+ points
 swapped|WRONG  sensor 'left': its clouds are in frame 'luminar_right', the rig expects 'luminar_left'
 period|WRONG  sensor 'front': its scans come every 0.1000 s, the rig says 0.0500 s
-float_lines|WRONG  sensor 'front': its line numbers are no whole numbers \(0.50\)
+float_lines|WRONG  sensor 'front': its ring values are not integers \(0.50\)
 shuffled|WRONG  sensor 'front': 7 of 7 scans cannot be read; the first: message 0: no field gives the layer .* neither the order nor the elevations
-cdr_cut|WRONG  sensor 'front': 1 of 7 scans cannot be read; the first: message [0-9]+ is no sensor_msgs/msg/PointCloud2
+cdr_cut|WRONG  sensor 'front': 1 of 7 scans cannot be read; the first: message [0-9]+ is not a sensor_msgs/msg/PointCloud2
 bad_row|WRONG  recording: damaged after message 9: a message of a topic that is not in the table of topics
 END
 [[ $seen == "$(find faults -name '*.db3' | wc -l)" ]] || fail "$seen faults have a sentence, $(find faults -name '*.db3' | wc -l) are seeded"
-grep -q "^note   sensor 'front': its clouds say no lines: 3[0-9] lines recovered" <<<"$("$overtake" doctor none.db3 --rig racecar)" ||
+grep -q "^note   sensor 'front': its clouds have no ring field: 3[0-9] lines recovered" <<<"$("$overtake" doctor none.db3 --rig racecar)" ||
   fail "doctor does not say that lines were recovered"
 "$overtake" doctor ring.db3 --rig hdl64 >doctor.txt
 grep -q -- '--rig racecar' doctor.txt || fail "doctor does not name the rig whose topics fit: $(cat doctor.txt)"
 grep -q 'no topic of the rig.s sensors is in it; clouds in it: /vehicle_3/luminar_front_points' doctor.txt || fail "wrong rig: $(cat doctor.txt)"
 
-# ---- damage: what came before it is done, and the exit code says so
+# ---- damage: the part before the damage is used, and the exit code reports the damage
 head -c $(($(stat -c %s ring.db3) * 2 / 3)) ring.db3 >cut.db3
 "$overtake" run cut.db3 --rig racecar --out cut >stdout.txt 2>stderr.txt
 code=$?

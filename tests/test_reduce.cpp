@@ -32,7 +32,7 @@ std::vector<float> random_values(uint32_t seed, size_t count, float low, float h
 
 }  // namespace
 
-TEST_CASE("for_each_in_lanes visits every k once and in order, in lane k % 16") {
+TEST_CASE("reduce: for_each_in_lanes visits every k once and in order, in lane k % 16") {
   for (int32_t count : {0, 1, 15, 16, 17, 31, 32, 33, 100}) {
     CAPTURE(count);
     int32_t next = 0;
@@ -45,8 +45,8 @@ TEST_CASE("for_each_in_lanes visits every k once and in order, in lane k % 16") 
   }
 }
 
-TEST_CASE("lane_sum adds lanes 8, 4, 2 and 1 apart") {
-  // Written out as a tree, with values whose sum depends on the order.
+TEST_CASE("reduce: lane_sum adds lanes 8, 4, 2 and 1 apart") {
+  // The expected tree written out, with values whose sum depends on the order.
   for (uint32_t seed = 1; seed <= 20; ++seed) {
     CAPTURE(seed);
     std::mt19937 random(seed);
@@ -62,8 +62,8 @@ TEST_CASE("lane_sum adds lanes 8, 4, 2 and 1 apart") {
   }
 }
 
-TEST_CASE("a sum in 16 lanes keeps big and small values apart where the shape does") {
-  // 2^24 in lane 0 swallows a 1 that is added to it; ones in another lane survive until the fold.
+TEST_CASE("reduce: a sum in 16 lanes separates large and small values as specified") {
+  // In lane 0, a 1 added to 2^24 is lost; ones in another lane survive until the fold.
   std::vector<float> v(16 * 64, 0.0f);
   v[0] = 16777216.0f;
   for (size_t k = 1; k < 64; ++k) v[16 * k] = 1.0f;
@@ -72,14 +72,14 @@ TEST_CASE("a sum in 16 lanes keeps big and small values apart where the shape do
   CHECK(sum(v) == 16777216.0f + 63.0f + 1.0f);  // 63 is a tie to even
 }
 
-TEST_CASE("untouched lanes do not change a sum") {
+TEST_CASE("reduce: unused lanes do not change a sum") {
   const std::vector<float> v = random_values(3, 37, -5.0f, 5.0f);
   std::vector<float> padded = v;
   padded.resize(48, 0.0f);
   CHECK(std::bit_cast<uint32_t>(sum(v)) == std::bit_cast<uint32_t>(sum(padded)));
 }
 
-TEST_CASE("a sum of n values in 16 lanes is within (n / 16 + 5) roundings of the exact one") {
+TEST_CASE("reduce: a sum of n values in 16 lanes is within (n / 16 + 5) roundings of the exact sum") {
   for (uint32_t seed = 1; seed <= 10; ++seed)
     for (size_t count : {size_t(1), size_t(16), size_t(17), size_t(1000), size_t(20000)}) {
       CAPTURE(seed);
@@ -89,7 +89,7 @@ TEST_CASE("a sum of n values in 16 lanes is within (n / 16 + 5) roundings of the
       for (float x : v) exact += x, magnitude += std::fabs(x);
       const long double bound = (long double)(count / 16 + 5) * 0x1p-24L * magnitude;
       CHECK(std::fabs((long double)sum(v) - exact) <= bound);
-      // The lanes pay: a plain loop errs more on long columns of one sign, typically tenfold.
+      // The benefit of lanes: a plain loop has larger errors on long columns of one sign, typically tenfold.
       if (count < 20000) continue;
       float plain = 0;
       for (float x : v) plain += x;
@@ -98,7 +98,7 @@ TEST_CASE("a sum of n values in 16 lanes is within (n / 16 + 5) roundings of the
     }
 }
 
-TEST_CASE("lane_min and lane_max find the extremes wherever they are, and keep infinity when empty") {
+TEST_CASE("reduce: lane_min and lane_max find extremes at any place, and give infinity when empty") {
   CHECK(lane_min(Lanes<float>(kInfinity)) == kInfinity);
   CHECK(lane_max(Lanes<float>(-kInfinity)) == -kInfinity);
   for (int32_t l = 0; l < kLanes; ++l) {

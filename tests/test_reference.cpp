@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Merging and the rectangle against references that share no code with the kernels (tests/reference).
+// Merging and the rectangle, compared with references that share no code with the kernels (tests/reference).
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ double uniform(std::mt19937_64& random, double low, double high) {
   return low + (high - low) * double(random() >> 11) * 0x1p-53;
 }
 
-// One to eight sensors round the vehicle, some of them missing, with clusters thrown about their edges.
+// One to eight sensors around the vehicle, some missing, with random clusters near their edges.
 std::vector<Sensor> make_rig(std::mt19937_64& random) {
   const int count = 1 + int(random() % 8);
   std::vector<Sensor> rig;
@@ -51,7 +51,7 @@ std::vector<Sensor> make_rig(std::mt19937_64& random) {
 
 }  // namespace
 
-TEST_CASE("merge_seams: sets, sums, order and overflow are those of the reference over all pairs of points") {
+TEST_CASE("merge_seams: sets, sums, order and overflow equal the reference over all pairs of points") {
   int joined = 0, overflowed = 0, undecided = 0;
   for (uint64_t seed = 1; seed <= 400; ++seed) {
     CAPTURE(seed);
@@ -99,7 +99,7 @@ TEST_CASE("merge_seams: sets, sums, order and overflow are those of the referenc
       }
     }
   }
-  CHECK(joined > 500);  // the scenes are about something
+  CHECK(joined > 500);  // else the test would check nothing
   CHECK(overflowed > 20);
   CHECK(undecided < 40);
 }
@@ -109,7 +109,7 @@ TEST_CASE("fit_rectangle: headings, rectangles and counts pass the reference in 
     CAPTURE(seed);
     std::mt19937_64 random(seed);
     const auto normal = [&] { return uniform(random, -1, 1) + uniform(random, -1, 1) + uniform(random, -1, 1); };
-    // One or two faces of a car of any heading, with noise, and points inside; or a cloud without a shape.
+    // One or two sides of a car at any heading, with noise and points inside; or a cloud without a shape.
     const int count = seed % 10 == 0 ? 1 + int(random() % 6) : 5 + int(random() % 200);
     const double heading = uniform(random, -M_PI, M_PI), away = uniform(random, 6, 60);
     const double bearing = uniform(random, -M_PI, M_PI), noise = uniform(random, 0, 0.05);
@@ -125,14 +125,14 @@ TEST_CASE("fit_rectangle: headings, rectangles and counts pass the reference in 
     }
     const FitRectangleParams params;
     const double heading_ref = heading + uniform(random, -0.6, 0.6), sensor_x = uniform(random, -1, 3);
-    const reference::RectangleJudge judge(params, x, y, sensor_x, 0.4);
+    const reference::RectangleReference exact(params, x, y, sensor_x, 0.4);
     const KernelTable* tables[16] = {};
     const int32_t table_count = list_kernels(tables);
     for (int32_t t = 0; t < table_count; ++t) {
       INFO("isa ", tables[t]->isa);
       const RectangleFit fit =
           tables[t]->fit_rectangle(params, x.data(), y.data(), count, float(heading_ref), float(sensor_x), 0.4f);
-      CHECK(judge.find_fault(fit, heading_ref) == "");
+      CHECK(exact.find_fault(fit, heading_ref) == "");
     }
   }
 }

@@ -43,35 +43,35 @@ struct Repaired {
   std::string picture_out;
 };
 
-TEST_CASE("repair_range joins a pixel with the mean of the pairs on either side of it") {
+TEST_CASE("repair_range: a pixel joins with the mean of the pairs on both sides") {
   //                  0   1   2   3    4
   Repaired one({}, "#.#..", {10, 99, 12, 99, 99});
   CHECK(one.picture_out == "###..");
   CHECK(one.range(1) == 11.0f);
   CHECK(one.elevation(1) == doctest::Approx(0.01f));
-  CHECK(one.range(0) == 10.0f);  // non-ground pixels keep theirs
+  CHECK(one.range(0) == 10.0f);  // non-ground pixels keep their range
   CHECK(one.elevation(2) == 0.02f);
-  CHECK(one.range(3) == 0.0f);  // all others are not in the image
+  CHECK(one.range(3) == 0.0f);  // all other pixels are not in the image
   CHECK(one.elevation(3) == 0.0f);
 
-  // two pairs: (1, 3) and (0, 4), each counts with both pixels
+  // two pairs: (1, 3) and (0, 4); both pixels of each count
   Repaired two({}, "##.##", {10, 11, 0, 13, 14});
   CHECK(two.picture_out == "#####");
   CHECK(two.range(2) == 12.0f);
 }
 
-TEST_CASE("repair_range takes an empty pixel as well as a ground pixel") {
+TEST_CASE("repair_range: repairs empty pixels and ground pixels") {
   CHECK(Repaired({}, "#.#", {20, 0, 20}).picture_out == "###");
   CHECK(Repaired({}, "#.#", {20, 35, 20}).range(1) == 20.0f);
 }
 
-TEST_CASE("repair_range: both pixels of a pair must be non-ground and at one distance from the pixel") {
+TEST_CASE("repair_range: both pixels of a pair must be non-ground and equally far from the pixel") {
   CHECK(Repaired({}, "#..").picture_out == "#..");
   CHECK(Repaired({}, "#..#").picture_out == "#..#");  // no pixel is in the middle of the two
   CHECK(Repaired({}, "#...#").picture_out == "#.#.#");
 }
 
-TEST_CASE("repair_range: window 9 reaches four columns, and no further") {
+TEST_CASE("repair_range: window 9 reaches exactly four columns") {
   CHECK(Repaired({}, "#.......#").picture_out == "#...#...#");
   CHECK(Repaired({}, "#.........#").picture_out == "#.........#");
   RepairRangeParams narrow;
@@ -85,15 +85,15 @@ TEST_CASE("repair_range: the ranges of a pair differ by less than 5 m") {
   CHECK(Repaired({}, "#.#", {20, 0, 24.9f}).picture_out == "###");
   CHECK(Repaired({}, "#.#", {20, 0, 25}).picture_out == "#.#");
   CHECK(Repaired({}, "#.#", {25, 0, 20}).picture_out == "#.#");
-  // the outer pair fails and does not spoil the inner one
+  // the outer pair fails and does not affect the inner one
   CHECK(Repaired({}, "##.##", {10, 20, 0, 22, 30}).range(2) == 21.0f);
 }
 
-TEST_CASE("repair_range reads the original mask only: a repaired pixel repairs nothing") {
+TEST_CASE("repair_range: reads only the original mask: a repaired pixel repairs nothing") {
   CHECK(Repaired({}, "#...#....").picture_out == "#.#.#....");
 }
 
-TEST_CASE("repair_range: a pair that leaves the image does not exist, unless columns wrap") {
+TEST_CASE("repair_range: pairs that leave the image count only if columns wrap") {
   RepairRangeParams wraps;
   wraps.wraps = true;
   CHECK(Repaired({}, ".#......#").picture_out == ".#......#");
@@ -103,7 +103,7 @@ TEST_CASE("repair_range: a pair that leaves the image does not exist, unless col
   CHECK(Repaired(wraps, "#......#.").picture_out == "#......##");
 }
 
-TEST_CASE("repair_range: on a narrow wrapping image the two pixels of a pair are never one") {
+TEST_CASE("repair_range: on a narrow wrapping image the two pixels of a pair are different") {
   RepairRangeParams wraps;
   wraps.wraps = true;
   CHECK(Repaired(wraps, "#").picture_out == "#");
@@ -113,7 +113,7 @@ TEST_CASE("repair_range: on a narrow wrapping image the two pixels of a pair are
   CHECK(Repaired(wraps, "#.#").picture_out == "###");
 }
 
-TEST_CASE("repair_range agrees with eq. 3 written out, on random masks") {
+TEST_CASE("repair_range: agrees with a plain form of eq. 3 on random masks") {
   for (uint32_t seed = 1; seed <= 20; ++seed) {
     CAPTURE(seed);
     std::mt19937 random(seed);

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// --json: the keys that tools/README.md promises, with the values of the text.
+// --json: the keys of tools/README.md, with the values of the text.
 #include "tools/cli/report_json.h"
 
 #include <doctest/doctest.h>
@@ -14,7 +14,7 @@
 using namespace overtake;
 using Json = nlohmann::json;
 
-TEST_CASE("info_json: topics and scans; what is not known is null, what is no UTF-8 is replaced") {
+TEST_CASE("info_json: lists topics and scans; unknown values are null, invalid UTF-8 is replaced") {
   cli::RecordingInfo info;
   info.path = "race.db3", info.kind = "rosbag2", info.first_ns = INT64_C(1700000000123456789), info.last_ns = INT64_MAX;
   info.topics = {{"/front/points", "sensor_msgs/msg/PointCloud2", "front", "x float32 at 0", 7, 700, 1, 20.5, 4096},
@@ -51,7 +51,7 @@ TEST_CASE("info_json: topics and scans; what is not known is null, what is no UT
   CHECK(empty.at("topics").empty());
 }
 
-TEST_CASE("doctor_json: every finding, and how many are wrong") {
+TEST_CASE("doctor_json: lists every finding and the number of WRONG ones") {
   const Json json = Json::parse(cli::doctor_json(
       "race", "av21", {{true, "sensor 'left'", "its \"sentence\"", "do this"}, {false, "ego", "there are none", ""}}));
   CHECK(json.at("input") == "race");
@@ -65,7 +65,7 @@ TEST_CASE("doctor_json: every finding, and how many are wrong") {
   CHECK(json.at("findings").at(1).at("severity") == "note");
 }
 
-TEST_CASE("params_json: every parameter of the library, whole numbers as such") {
+TEST_CASE("params_json: lists every parameter of the library, integers as integers") {
   const Json json = Json::parse(cli::params_json()).at("parameters");
   REQUIRE(int32_t(json.size()) == ovt_param_count());
   for (int32_t i = 0; i < ovt_param_count(); ++i) {

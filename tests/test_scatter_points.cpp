@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1c: which point a pixel keeps.
+// Stage 1c: selects the winner of each pixel.
 #include "kernels/scatter_points.h"
 
 #include <doctest/doctest.h>
@@ -28,16 +28,16 @@ int32_t winner_of(const std::vector<TestPoint>& cloud) {
   return chain.part.images.pixel_point.data[chain.part.points.pixel[0]];
 }
 
-TEST_CASE("scatter_points: the largest intensity wins the pixel") {
+TEST_CASE("scatter_points: the highest intensity wins the pixel") {
   CHECK(winner_of({{10, 1, 0, 5}, {20, 2, 0, 9}, {5, 0.5f, 0, 7}}) == 1);
 }
 
-TEST_CASE("scatter_points: at equal intensity the nearer wins, then the first") {
+TEST_CASE("scatter_points: at equal intensity the nearer point wins, then the first") {
   CHECK(winner_of({{10, 1, 0, 5}, {20, 2, 0, 5}, {5, 0.5f, 0, 5}}) == 2);
   CHECK(winner_of({{10, 1, 0, 5}, {10, 1, 0, 5}, {10, 1, 0, 5}}) == 0);
 }
 
-TEST_CASE("scatter_points writes the winner's range and elevation, and every other pixel is empty") {
+TEST_CASE("scatter_points: writes the winner's range and elevation; every other pixel is empty") {
   const SegmentChain chain = scattered({{10, 1, 0.5f, 5, 3}, {20, 2, 1, 9, 3}});
   const int32_t pixel = chain.part.points.pixel[0];
   CHECK(chain.part.points.pixel[1] == pixel);
@@ -50,8 +50,9 @@ TEST_CASE("scatter_points writes the winner's range and elevation, and every oth
     }
 }
 
-TEST_CASE("scatter_points: every point but the winner has lost its pixel, whoever held it in between") {
-  // On one pixel the second outshines the first, the third is as bright and nearer, the fourth fainter; one elsewhere.
+TEST_CASE("scatter_points: every point except the winner is marked as lost, whoever won in between") {
+  // On one pixel: the second is brighter than the first, the third as bright and nearer, the fourth darker. One
+  // elsewhere.
   const std::vector<TestPoint> cloud = {{10, 1, 0, 5}, {20, 2, 0, 9}, {10, 1, 0, 9}, {5, 0.5f, 0, 7}, {10, -4, 0, 1}};
   const SegmentChain chain = scattered(cloud);
   const int32_t lost[5] = {1, 1, 0, 1, 0};
@@ -59,14 +60,14 @@ TEST_CASE("scatter_points: every point but the winner has lost its pixel, whoeve
   CHECK(chain.part.points.pixel[4] != chain.part.points.pixel[2]);
 }
 
-TEST_CASE("scatter_points: a point whose layer found no row says so") {
+TEST_CASE("scatter_points: a point of a dropped layer gets its reason") {
   const SegmentChain chain = scattered(
       {{10, 0, 2, 1, 1}, {10, 1, 2, 1, 1}, {10, 0, 1, 1, 2}, {10, 1, 1, 1, 2}, {10, 0, 0, 1, 3}, {-1, 0, 0, 1, 1}});
   CHECK(chain.part.row_count == 2);
   CHECK(chain.reason(4) == Reason::kLayerDropped);
   CHECK(chain.part.points.pixel[4] == -1);
   CHECK(chain.part.points.label[4] == kLabelNone);
-  CHECK(chain.reason(5) == Reason::kOutsideAzimuth);  // keeps the reason it came with
+  CHECK(chain.reason(5) == Reason::kOutsideAzimuth);  // keeps its earlier reason
   CHECK(chain.part.points.pixel[5] == -1);
   CHECK(chain.reason(0) == Reason::kLabelled);
 }

@@ -19,8 +19,8 @@ struct Place {
   double x, y, z;
 };
 
-// Point i of a scan in the map frame, through the ego pose at the moment it was taken. Written apart from the scene's
-// own code, from roll, pitch and yaw.
+// Point i of a scan in the map frame, through the ego pose at the time of its measurement. Independent of the scene's
+// code, from roll, pitch and yaw.
 Place point_in_map(const Scene& scene, const SceneFrame& frame, int32_t sensor, size_t i) {
   const SceneScan& scan = frame.scan[sensor];
   const SceneMounting m = Scene::mounting(sensor);
@@ -106,7 +106,7 @@ TEST_CASE("scene: road, walls and fence lie on their cone and cylinders at the t
   }
 }
 
-TEST_CASE("scene: opponent points lie in its box at the time of each point, from first sight to behind the ego") {
+TEST_CASE("scene: opponent points lie in its box at the time of each point, from first sight until it is behind") {
   const Scene scene(3, noiseless(0.0872664626));
   for (int32_t index = 0; index < 80; index += 5) {
     CAPTURE(index);
@@ -129,7 +129,7 @@ TEST_CASE("scene: opponent points lie in its box at the time of each point, from
   }
 }
 
-TEST_CASE("scene: the truth in the vehicle frame is the truth in the map frame seen from the ego") {
+TEST_CASE("scene: the truth in the vehicle frame equals the truth in the map frame seen from the ego") {
   const Scene scene(1);
   const SceneFrame first = scene.frame(0);
   CHECK(std::hypot(first.opponent_x_m, first.opponent_y_m) == doctest::Approx(45.2).epsilon(0.01));
@@ -144,7 +144,7 @@ TEST_CASE("scene: the truth in the vehicle frame is the truth in the map frame s
   }
 }
 
-TEST_CASE("scene: the ego goes by within four seconds, both cars at their speed along their heading") {
+TEST_CASE("scene: the ego passes within four seconds, both cars at their speed along their heading") {
   const Scene scene(1);
   CHECK(scene.frame(0).opponent_x_m > 40);
   CHECK(scene.frame(80).opponent_x_m < -5);
@@ -162,7 +162,7 @@ TEST_CASE("scene: the ego goes by within four seconds, both cars at their speed 
   }
 }
 
-TEST_CASE("scene: a frame depends on seed and index alone") {
+TEST_CASE("scene: a frame depends only on seed and index") {
   const Scene scene(42), same(42), other(43);
   (void)same.frame(9);
   const SceneFrame a = scene.frame(4), b = same.frame(4), c = other.frame(4);
@@ -177,7 +177,7 @@ TEST_CASE("scene: a frame depends on seed and index alone") {
   CHECK(a.scan[0].x_m.size() != a.scan[1].x_m.size());
 }
 
-TEST_CASE("scene: scans look like recorded ones: about 25,000 points, 32 lines, noise of a centimetre") {
+TEST_CASE("scene: scans resemble recorded ones: about 25,000 points, 32 rings, a centimetre of noise") {
   const Scene scene(5);
   const SceneFrame frame = scene.frame(0), exact = Scene(5, noiseless(scene.def().banking_rad)).frame(0);
   for (int32_t s = 0; s < kSceneSensors; ++s) {
@@ -209,7 +209,7 @@ TEST_CASE("scene: scans look like recorded ones: about 25,000 points, 32 lines, 
   CHECK(count_surface(frame.scan[1], SceneSurface::opponent) == 0);
 }
 
-TEST_CASE("scene: line spacing is 0.25 degrees round the horizon, 2 degrees at the edges, symmetric") {
+TEST_CASE("scene: ring spacing is 0.25 degrees near the horizon, 2 degrees at the edges, symmetric") {
   const double degree = kPi / 180;
   for (int32_t layer = 0; layer + 1 < kSceneLayers; ++layer) {
     const double spacing = Scene::layer_elevation_rad(layer) - Scene::layer_elevation_rad(layer + 1);
@@ -220,7 +220,7 @@ TEST_CASE("scene: line spacing is 0.25 degrees round the horizon, 2 degrees at t
   CHECK(Scene::layer_elevation_rad(0) - Scene::layer_elevation_rad(1) == doctest::Approx(2 * degree));
 }
 
-TEST_CASE("scene: without an opponent no point claims one, and every other ray meets what it met before") {
+TEST_CASE("scene: without an opponent no point is labelled as one, and every other ray has the same hit") {
   SceneDef def;
   def.has_opponent = false;
   const SceneFrame empty_frame = Scene(5, def).frame(0), full_frame = Scene(5).frame(0);

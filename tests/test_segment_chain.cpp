@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stages 0 to 7 together: scenes with closed-form answers, and what must hold for any cloud.
+// Stages 0 to 7 together: scenes with exact solutions, and properties that hold for any cloud.
 #include "tests/support/segment_chain.h"
 
 #include <doctest/doctest.h>
@@ -37,7 +37,7 @@ SegmentChain seen(const RayScene& scene, const SensorModel& sensor, double top_d
   return chain;
 }
 
-// Largest deviation of the smoothed angle from what `truth(column)` says, over all defined pairs.
+// Largest deviation of the smoothed angle from `truth(column)`, over all defined pairs.
 template <class Truth>
 double angle_error(const SegmentChain& chain, Truth truth) {
   double worst = 0;
@@ -57,7 +57,7 @@ double azimuth_of(const SensorModel& sensor, int32_t c) {
   return double(sensor.azimuth_left_rad) - (c + 0.5) * double(sensor.pitch_rad);
 }
 
-TEST_CASE("scene: a level plane has ground angle 0 and is all ground") {
+TEST_CASE("segmentation: a level plane has ground angle 0 and is all ground") {
   const SegmentChain chain = seen({{kRoad}, {}}, paper_sensor());
   CHECK(angle_error(chain, [](int32_t) { return 0.0; }) < 0.01 * kDegree);
   CHECK(chain.part.label_count == 0);
@@ -65,7 +65,7 @@ TEST_CASE("scene: a level plane has ground angle 0 and is all ground") {
   for (int32_t i = 0; i < chain.part.points.count; ++i) REQUIRE(chain.part.points.label[i] == kLabelGround);
 }
 
-TEST_CASE("scene: a vertical wall has angle 90 deg and is one cluster, all but the bottom row") {
+TEST_CASE("segmentation: a vertical wall has angle 90 deg and is one cluster, except for the bottom row") {
   const SegmentChain chain = seen({{{1, 0, 0, 20}}, {}}, paper_sensor());
   CHECK(angle_error(chain, [](int32_t) { return 90 * kDegree; }) < 0.1 * kDegree);
   CHECK(chain.part.row_count == 32);
@@ -74,7 +74,7 @@ TEST_CASE("scene: a vertical wall has angle 90 deg and is one cluster, all but t
     for (int32_t c = 0; c < 857; ++c) REQUIRE(chain.part.images.labels.at(r, c) == (r < 31 ? 1 : kLabelGround));
 }
 
-TEST_CASE("scene: a ramp is ground up to 20 deg") {
+TEST_CASE("segmentation: a ramp is ground up to 20 deg") {
   // z = tan(s) x - height, seen along azimuth 0, where the pair's angle is s itself.
   for (const double slope_deg : {19.9, 20.1}) {
     CAPTURE(slope_deg);
@@ -95,7 +95,7 @@ TEST_CASE("scene: a ramp is ground up to 20 deg") {
   }
 }
 
-TEST_CASE("scene: a banked road is ground, its angle atan(tan(bank) |sin a|) in the column at azimuth a") {
+TEST_CASE("segmentation: a banked road is ground; its angle is atan(tan(bank) |sin a|) in the column at azimuth a") {
   const double bank = 15 * kDegree;
   const SensorModel sensor = paper_sensor();
   const SegmentChain chain = seen({{{0, -std::sin(bank), std::cos(bank), -kSensorHeight_m}}, {}}, sensor, 8, -20);
@@ -106,7 +106,7 @@ TEST_CASE("scene: a banked road is ground, its angle atan(tan(bank) |sin a|) in 
   for (int32_t i = 0; i < chain.part.points.count; ++i) REQUIRE(chain.part.points.label[i] == kLabelGround);
 }
 
-TEST_CASE("scene: a box on a plane is one cluster") {
+TEST_CASE("segmentation: a box on a plane is one cluster") {
   const test::SceneBox car = {{14, -3.5, -kSensorHeight_m}, {18.9, -1.6, -0.1}};
   const SegmentChain chain = seen({{kRoad}, {car}}, paper_sensor());
   CHECK(chain.part.label_count == 1);
@@ -118,9 +118,9 @@ TEST_CASE("scene: a box on a plane is one cluster") {
     const bool car_point = z > -kSensorHeight_m + 0.01;
     on_car += car_point;
     of_cluster += chain.part.points.label[i] == 1;
-    // Smoothing lets an upright pair reach two rows: road before the car's foot may join, nothing else.
+    // Smoothing spreads an upright pair over two rows: road in front of the car's foot may join, nothing else.
     if (chain.part.points.label[i] == 1) CHECK((car_point || (x > 10 && x < 14.01 && y > -4 && y < -1)));
-    // and the car's faces join, but for the roof, which is level, and its last row above the road
+    // and the car's sides join, except for the roof, which is level, and the last row above the road
     if (car_point && z < -0.2 && z > -kSensorHeight_m + 0.4) CHECK(chain.part.points.label[i] == 1);
   }
   CHECK(on_car > 300);
@@ -131,7 +131,7 @@ TEST_CASE("scene: a box on a plane is one cluster") {
 
 float pick(std::mt19937& random, std::initializer_list<float> from) { return from.begin()[random() % from.size()]; }
 
-// Points of a rough scene, and among them all that can be wrong with a point.
+// Points of a rough scene, and points with every kind of fault.
 std::vector<TestPoint> random_cloud(std::mt19937& random, const SensorModel& sensor, int32_t count) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInf = std::numeric_limits<float>::infinity();
   std::uniform_real_distribution<float> azimuth(-3.2f, 3.2f), range(0.2f, 140.0f), noise(-0.3f, 0.3f);
@@ -171,7 +171,7 @@ bool same_bits(BitPlane a, BitPlane b) {
   return std::memcmp(a.words, b.words, std::size_t(a.rows) * std::size_t(a.words_per_row) * 8) == 0;
 }
 
-// Everything but pixel_point, which counts input rows.
+// Compares all images except pixel_point, which holds indices of input rows.
 void check_same_images(const RangeImages& a, const RangeImages& b) {
   CHECK(same_pixels(a.range_m, b.range_m));
   CHECK(same_pixels(a.elevation_rad, b.elevation_rad));
@@ -210,7 +210,7 @@ SensorModel model_of(const Shape& shape) {
                      : make_sensor_model(shape.rows, shape.cols, 60 * kDegree, -60 * kDegree, false, 0.5, 1e30);
 }
 
-TEST_CASE("every input point ends with a label or a reason, whatever the cloud") {
+TEST_CASE("segmentation: for any cloud every input point gets a label or a reason") {
   int32_t tally[int(Reason::kCount)] = {}, clusters = 0;
   for (const Shape& shape : kShapes)
     for (uint32_t seed = 1; seed <= 4; ++seed) {
@@ -242,14 +242,14 @@ TEST_CASE("every input point ends with a label or a reason, whatever the cloud")
         CHECK(test::tail_is_clear(bits));
       clusters += chain.part.label_count;
     }
-  for (int reason = 0; reason < int(Reason::kCount); ++reason) {  // the clouds hold all of them
+  for (int reason = 0; reason < int(Reason::kCount); ++reason) {  // the clouds contain every reason
     CAPTURE(reason);
     CHECK(tally[reason] > 0);
   }
   CHECK(clusters > 100);
 }
 
-TEST_CASE("bad points change nothing: without them the result is the same, bit for bit") {
+TEST_CASE("segmentation: bad points have no effect: without them the result is the same, bit by bit") {
   for (const Shape& shape : kShapes)
     for (uint32_t seed = 11; seed <= 13; ++seed) {
       CAPTURE(shape.rows);
@@ -272,7 +272,7 @@ TEST_CASE("bad points change nothing: without them the result is the same, bit f
         kept_from.push_back(i);
       }
       REQUIRE(kept.size() < cloud.size());
-      good.run(random_cloud(random, sensor, count));  // what an earlier scan left behind must not matter either
+      good.run(random_cloud(random, sensor, count));  // an earlier scan must have no effect
       good.run(kept);
 
       CHECK(good.part.row_count == all.part.row_count);
@@ -294,8 +294,8 @@ TEST_CASE("bad points change nothing: without them the result is the same, bit f
     }
 }
 
-#if !defined(__clang__)  // clang computes ahead of a branch, and the flags show it
-TEST_CASE("no scalar kernel divides by zero, overflows or computes with NaN, whatever the cloud") {
+#if !defined(__clang__)  // clang computes values before a branch decides, which sets the flags
+TEST_CASE("segmentation: for any cloud no scalar kernel divides by zero, overflows or computes with NaN") {
   for (const Shape& shape : kShapes) {
     CAPTURE(shape.rows);
     CAPTURE(shape.cols);
@@ -313,7 +313,7 @@ TEST_CASE("no scalar kernel divides by zero, overflows or computes with NaN, wha
 }
 #endif
 
-TEST_CASE("the images restore every pixel's point: r, e and the column hold what the point holds") {
+TEST_CASE("segmentation: the images restore every pixel's point from r, e and the column") {
   std::mt19937 random(21);
   INFO("seed 21");
   const SensorModel sensor = make_sensor_model(32, 1084, 180 * kDegree, -180 * kDegree, true, 0.5, 120);
@@ -339,7 +339,7 @@ TEST_CASE("the images restore every pixel's point: r, e and the column hold what
   CHECK(pixels > 10000);
 }
 
-TEST_CASE("an empty scan is a scan, and so is one with all points on one pixel") {
+TEST_CASE("segmentation: an empty scan is valid, and so is one with all points in one pixel") {
   for (const Shape& shape : kShapes) {
     CAPTURE(shape.rows);
     CAPTURE(shape.cols);

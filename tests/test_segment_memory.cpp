@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The plan of a segmentation's memory: what shares a place and what never may.
+// The memory plan of a segmentation: which columns share memory and which never may.
 #include "pipeline/method/segment_memory.h"
 
 #include <doctest/doctest.h>
@@ -33,7 +33,7 @@ bool overlap(std::size_t a, std::size_t a_size, std::size_t b, std::size_t b_siz
   return a < b + b_size && b < a + a_size;
 }
 
-TEST_CASE("segment_memory: columns that are alive in the same step share no byte") {
+TEST_CASE("segment_memory: columns that are live in the same step share no byte") {
   for (const bool keep_images : {false, true}) {
     const SegmentPlan plan = plan_segment(Rig(keep_images).sizes);
     int32_t sharing = 0;
@@ -55,8 +55,7 @@ TEST_CASE("segment_memory: columns that are alive in the same step share no byte
   }
 }
 
-TEST_CASE(
-    "segment_memory: the frame keeps what readers and the frame's rules read, and all images where it is told to") {
+TEST_CASE("segment_memory: the frame keeps columns that readers and frame rules read, and all images on request") {
   const SegmentPlan small = plan_segment(Rig(false).sizes), whole = plan_segment(Rig(true).sizes);
   CHECK(small.kept == columns(point_label, point_reason, pixel_point));
   CHECK(whole.kept == (columns_of(Extent::pixels) | columns_of(Extent::points)));
@@ -65,8 +64,8 @@ TEST_CASE(
   CHECK((small.kept & small.shared) == 0);
 }
 
-// By hand one comes to five planes for nine images, and nothing else shared.
-TEST_CASE("segment_memory: the paper's scratch is smaller than a plan made by hand") {
+// A plan by hand uses five planes for nine images, and shares nothing else.
+TEST_CASE("segment_memory: the paper's scratch is smaller than a plan by hand") {
   const Rig rig(false);
   const SegmentPlan plan = plan_segment(rig.sizes);
   const std::size_t pixels = 32 * 857, points = 32 * 857, plane = plane_elements(32, 857) * 4;
@@ -77,7 +76,7 @@ TEST_CASE("segment_memory: the paper's scratch is smaller than a plan made by ha
 
 void run_nothing(Segment&) noexcept {}
 
-TEST_CASE("segment_memory: a column begins where one has ended, not where one still is read") {
+TEST_CASE("segment_memory: a column may reuse memory only after the last read of the earlier column") {
   //             step  0   1   2   3
   //   range_m         w---r
   //   angle_rad           w---r           read in the step in which angle_smooth_rad begins: not the same place
@@ -99,7 +98,7 @@ TEST_CASE("segment_memory: a column begins where one has ended, not where one st
   CHECK(plan.kept == 0);
 }
 
-TEST_CASE("segment_memory: no sensor, no memory") {
+TEST_CASE("segment_memory: without a sensor there is no memory") {
   FrameSizes sizes;
   CHECK(plan_segment(sizes).bytes == 0);
 }

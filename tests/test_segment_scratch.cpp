@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Frames that keep no images: the workers' scratch holds them, whatever was in it before, for sensors of any shape.
+// Frames that keep no images: the workers' scratch holds them, with any previous content, for sensors of any shape.
 #include <doctest/doctest.h>
 
 #include <cstring>
@@ -18,9 +18,9 @@
 namespace {
 
 using namespace overtake;
-using namespace overtake_test;
+using namespace overtake::test;
 
-// A ground plane with boxes on it and a few points anywhere, among them none that is a point.
+// A ground plane with boxes and a few random points, some of them invalid.
 std::vector<test::TestPoint> make_cloud(const SensorModel& sensor, int32_t seed) {
   std::mt19937 random{uint32_t(seed)};
   std::uniform_real_distribution<float> share(0.0f, 1.0f);
@@ -69,7 +69,7 @@ struct World {
     REQUIRE(build_scratch(scratch, sizes, default_allocator()));
   }
 
-  // What later stages and readers get of the scan.
+  // The results of the scan for later stages and readers.
   uint64_t segment(const KernelTable& kernels, int32_t sensor, const std::vector<test::TestPoint>& cloud) {
     context.kernels = &kernels;
     SensorPart& part = frame.sensors[sensor];
@@ -100,7 +100,7 @@ struct World {
 
 void soil(SegmentScratch& scratch) { std::memset(scratch.block, 0xa5, scratch.plan.bytes); }
 
-TEST_CASE("segment_scratch: shared by sensors of two shapes and soiled before each scan, it changes no byte") {
+TEST_CASE("segment_scratch: sharing by sensors of two shapes and dirty memory change no byte") {
   for (const char* isa : {"ref", "sse2", "avx2", "avx512", "neon64"}) {
     const KernelTable* kernels = find_kernels(isa);
     if (!kernels) continue;
@@ -115,7 +115,7 @@ TEST_CASE("segment_scratch: shared by sensors of two shapes and soiled before ea
   }
 }
 
-// Bytes of the block that hold no column from an earlier step for this step or a later one.
+// Bytes of the block that hold no column from an earlier step for this or a later step.
 std::vector<bool> find_dead_bytes(const SegmentPlan& plan, int32_t step) {
   std::vector<bool> dead(plan.bytes, true);
   for (int32_t c = 0; c < kColumnCount; ++c)
@@ -124,7 +124,7 @@ std::vector<bool> find_dead_bytes(const SegmentPlan& plan, int32_t step) {
   return dead;
 }
 
-TEST_CASE("segment_scratch: what the plan calls dead before a step may hold anything") {
+TEST_CASE("segment_scratch: memory that the plan calls dead before a step may contain anything") {
   World kept(true), planned(false);
   for (int32_t sensor = 0; sensor < 2; ++sensor) {
     const auto cloud = make_cloud(kept.context.sensors[sensor], 7 + sensor);
@@ -139,7 +139,7 @@ TEST_CASE("segment_scratch: what the plan calls dead before a step may hold anyt
   }
 }
 
-TEST_CASE("detector: without kept images everything else is the same bytes, on any number of workers") {
+TEST_CASE("segment_scratch: without kept images everything else is the same bytes, on any number of workers") {
   std::vector<FrameRecord> expected;
   int64_t kept_bytes = 0;
   for (const int32_t workers : {1, 2, 4})

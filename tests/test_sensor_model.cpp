@@ -26,7 +26,7 @@ void check_point(Point got, Point want) {
   CHECK(std::fabs(got.z - want.z) < 1e-6);
 }
 
-TEST_CASE("yaw turns x to the left, pitch turns x down, roll turns y up") {
+TEST_CASE("transform: yaw turns x to the left, pitch turns x down, roll turns y up") {
   const double quarter = kHalfPi;
   check_point(apply(make_transform(0, 0, 0, 0, 0, quarter), {1, 0, 0}), {0, 1, 0});
   check_point(apply(make_transform(0, 0, 0, 0, quarter, 0), {1, 0, 0}), {0, 0, -1});
@@ -34,7 +34,7 @@ TEST_CASE("yaw turns x to the left, pitch turns x down, roll turns y up") {
   check_point(apply(make_transform(1, 2, 3, 0, 0, 0), {4, 5, 6}), {5, 7, 9});
 }
 
-TEST_CASE("a transform rolls first, then pitches, then yaws, then shifts") {
+TEST_CASE("transform: applies roll, then pitch, then yaw, then the translation") {
   const unsigned seed = 11;
   CAPTURE(seed);
   std::mt19937_64 random(seed);
@@ -49,7 +49,7 @@ TEST_CASE("a transform rolls first, then pitches, then yaws, then shifts") {
   }
 }
 
-TEST_CASE("a rotation keeps lengths and right-handedness") {
+TEST_CASE("transform: a rotation keeps lengths and handedness") {
   const Transform T = make_transform(0, 0, 0, 0.3, -0.7, 2.2);
   const Point x = apply(T, {1, 0, 0}), y = apply(T, {0, 1, 0}), z = apply(T, {0, 0, 1});
   CHECK(std::fabs(x.x * x.x + x.y * x.y + x.z * x.z - 1) < 1e-6);
@@ -57,7 +57,7 @@ TEST_CASE("a rotation keeps lengths and right-handedness") {
   check_point({x.y * y.z - x.z * y.y, x.z * y.x - x.x * y.z, x.x * y.y - x.y * y.x}, z);
 }
 
-TEST_CASE("a sensor of 120 degrees and 857 columns has columns of 0.14 degrees") {
+TEST_CASE("sensor_model: 120 degrees and 857 columns give columns of 0.14 degrees") {
   const SensorModel m = make_sensor_model(32, 857, kPi / 3, -kPi / 3, false, 0.5, 250.0);
   const double pitch = 2 * kPi / 3 / 857;
   CHECK(m.rows == 32);
@@ -72,7 +72,7 @@ TEST_CASE("a sensor of 120 degrees and 857 columns has columns of 0.14 degrees")
   CHECK(m.range_max_m == 250.0f);
 }
 
-TEST_CASE("the columns of a sensor that wraps cover exactly one turn") {
+TEST_CASE("sensor_model: the columns of a sensor that wraps cover exactly one turn") {
   const SensorModel m = make_sensor_model(64, 2048, kPi, 0.0, true, 1.0, 120.0);
   CHECK(m.wraps);
   CHECK(m.pitch_rad == float(kTwoPi / 2048));

@@ -2,15 +2,16 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_setup.sh. What our tools do with other people's software and on shared folders, seen by stand-ins for
-# npm, dpkg-query and the compiler: tools/setup --node installs what the lock file says and runs no scripts of packages;
-# the lock file is complete and names no registry; tools/dev/fuzz opens nothing in the temporary folder that may be a link.
+# usage: tests/test_setup.sh. How our tools use third-party software and shared folders, tested with substitutes for
+# npm, dpkg-query and the compiler: tools/setup --node installs the content of the lock file and runs no package
+# scripts; the lock file is complete and names no registry; tools/dev/fuzz opens no file in the temporary folder that may be
+# a link.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 readonly project=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 readonly lock=$project/tests/node/package-lock.json
 
-# stand_in NAME LINE...: a program of that name on the PATH.
+# stand_in NAME LINE...: puts a program of this name on the PATH.
 mkdir -p "$work/bin" "$work/tree/tests/node" "$work/tree/build" "$work/tmp"
 stand_in() {
   local name=$1

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The ray caster against brute force and against formulas.
+// The ray caster, compared with brute force and with formulas.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ Vec3 any_direction(Random& dice) {
   }
 }
 
-// Compares `rays` random rays; returns how many hit something.
+// Compares `rays` random rays; returns the number of hits.
 int64_t compare(const Bvh& bvh, int64_t rays, double reach, uint64_t seed) {
   Random dice(seed);
   int64_t hits = 0, apart = 0;
@@ -35,7 +35,7 @@ int64_t compare(const Bvh& bvh, int64_t rays, double reach, uint64_t seed) {
     const Vec3 direction = normalized(aim - at);
     const Hit quick = bvh.cast(at, direction, 0.02, 300), slow = bvh.cast_brute_force(at, direction, 0.02, 300);
     hits += slow.triangle >= 0;
-    // On an edge the two formulas may differ in the last bit on whether it is hit at all.
+    // On an edge, the last bit may decide whether each formula reports a hit.
     if ((quick.triangle < 0) != (slow.triangle < 0) || std::fabs(quick.range_m - slow.range_m) > 1e-3) ++apart;
   }
   CHECK(apart <= rays / 1000000);
@@ -60,13 +60,13 @@ TEST_CASE("sim: the caster agrees with brute force to 1 mm on triangles anywhere
   CHECK(compare(Bvh(make_race_car(Surface::car)), 5000, 12, 3) > 1000);
 }
 
-TEST_CASE("sim: four rays cast together hit what each hits alone, alike or not, near and far as each says") {
+TEST_CASE("sim: four rays cast together have the hits of single rays, for any directions and limits") {
   Random dice(9);
   for (const Bvh& bvh : {Bvh(random_soup(400, 1)), Bvh(make_race_car(Surface::car)), Bvh(Mesh())}) {
     int32_t hits = 0;
     for (int i = 0; i < 4000; ++i) {
       const Vec3 at = bvh.center() + any_direction(dice) * dice.uniform(0, 30), aim = any_direction(dice);
-      const double spread = i % 2 ? 0.01 : 2;  // nearly alike; in all directions
+      const double spread = i % 2 ? 0.01 : 2;  // almost parallel; in all directions
       Vec3 origin[Bvh::kPack], direction[Bvh::kPack];
       double near_m[Bvh::kPack], far_m[Bvh::kPack];
       Hit together[Bvh::kPack];
@@ -117,7 +117,7 @@ TEST_SUITE("long") {
   TEST_CASE("sim: the caster agrees with brute force to 1 mm on a million rays") {
     CHECK(compare(Bvh(make_race_car(Surface::car)), 700000, 15, 4) > 100000);
     CHECK(compare(Bvh(random_soup(500, 5)), 280000, 30, 6) > 30000);
-    // A piece of the track as it is, coordinates hundreds of metres from the origin.
+    // A piece of the track with its coordinates, hundreds of metres from the origin.
     Mesh piece;
     for (const Triangle& t : make_surroundings(Track::make("oval")).triangles)
       if (std::hypot(t.a.x - 300, t.a.y - 60) < 40) piece.triangles.push_back(t);
@@ -130,7 +130,7 @@ TEST_CASE("sim: closed-form scenes agree with their formulas") {
   Mesh floor;
   floor.add_quad({-500, -500, 0}, {500, -500, 0}, {500, 500, 0}, {-500, 500, 0});
   const Bvh ground(floor);
-  Mesh pipe;  // a fine cylinder round the z axis
+  Mesh pipe;  // a fine cylinder around the z axis
   constexpr int kSides = 4000;
   for (int i = 0; i < kSides; ++i) {
     const SinCos a = sin_cos(2 * kPi * i / kSides), b = sin_cos(2 * kPi * (i + 1) / kSides);
@@ -152,12 +152,12 @@ TEST_CASE("sim: closed-form scenes agree with their formulas") {
     REQUIRE(std::fabs(wall.cast({x, y, 0}, flat, 0.02, 300).range_m - expected) < 1e-3);
   }
   CHECK(ground.cast({0, 0, 1}, {0, 0, 1}, 0.02, 300).triangle == -1);
-  CHECK(ground.cast({0, 0, 1}, {0, 0, -1}, 0.02, 0.9).triangle == -1);  // beyond far
-  CHECK(ground.cast({0, 0, 1}, {0, 0, -1}, 1.5, 300).triangle == -1);   // before near
+  CHECK(ground.cast({0, 0, 1}, {0, 0, -1}, 0.02, 0.9).triangle == -1);  // farther than the far limit
+  CHECK(ground.cast({0, 0, 1}, {0, 0, -1}, 1.5, 300).triangle == -1);   // nearer than the near limit
   CHECK(Bvh(Mesh()).cast({0, 0, 1}, {0, 0, -1}, 0, 300).triangle == -1);
 }
 
-TEST_CASE("sim: the race car has its size and a few thousand triangles, and its sensors look out of it") {
+TEST_CASE("sim: the race car has its size and a few thousand triangles, and its sensors are not covered") {
   const Mesh car = make_race_car(Surface::car);
   CHECK(car.triangles.size() > 1000);
   CHECK(car.triangles.size() < 6000);
@@ -171,7 +171,7 @@ TEST_CASE("sim: the race car has its size and a few thousand triangles, and its 
   CHECK(high.y - low.y == doctest::Approx(kCarWidthM).epsilon(0.005));
   CHECK((high.x + low.x) / 2 == doctest::Approx(kCarCenterXM).epsilon(0.01));
   CHECK(low.z >= -0.001);
-  // The way ahead of each sensor is free.
+  // Nothing blocks the view ahead of each sensor.
   const Bvh bvh(car);
   CHECK(bvh.cast({2.342, 0, 0.646}, {1, 0, 0}, 0.001, 10).triangle == -1);
   const SinCos out = sin_cos(120 * kDegree);

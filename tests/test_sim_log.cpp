@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What `overtake simulate` writes reads back as what was simulated, as a folder and as MCAP.
+// Reading the output of `overtake simulate`, as a folder and as MCAP, gives the simulated data.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -21,15 +21,15 @@
 using namespace overtake;
 using namespace overtake::sim;
 
-TEST_CASE("sim: an MCAP log holds every cloud, its truth, the ego's poses and every car's state, in order of time") {
+TEST_CASE("sim: an MCAP log holds every cloud, its truth, ego poses and car states, in order of time") {
   const TempFolder folder;
   const std::string path = folder.path("race.mcap");
   Simulator simulator(load_scenario("three_cars"), 4, 0.3, 2);
-  std::vector<Sweep> sweeps;
+  std::vector<SimFrame> frames;
   const auto log = make_mcap_log(path, simulator, 4);
-  for (int32_t i = 0; i < simulator.sweep_count(); ++i) {
-    sweeps.push_back(simulator.sweep(i));
-    log->write(i, sweeps.back());
+  for (int32_t i = 0; i < simulator.frame_count(); ++i) {
+    frames.push_back(simulator.frame(i));
+    log->write(i, frames.back());
   }
   log->close();
 
@@ -43,9 +43,9 @@ TEST_CASE("sim: an MCAP log holds every cloud, its truth, the ego's poses and ev
     const std::string topic = reader.channels().at(message.channel_id).topic;
     const int32_t number = counts[topic]++;
     if (topic == "/left/points" || topic == "/truth/left/surface") {
-      const Scan& scan = sweeps[std::size_t(number)].scans[1];
+      const Scan& scan = frames[std::size_t(number)].scans[1];
       const io::PointCloud2 cloud = io::decode_point_cloud2(message.data);
-      CHECK(cloud.header.stamp_ns == kEpochNs + sweeps[std::size_t(number)].stamp_ns[1]);
+      CHECK(cloud.header.stamp_ns == kEpochNs + frames[std::size_t(number)].stamp_ns[1]);
       CHECK(cloud.header.frame_id == "left");
       REQUIRE(cloud.width == scan.size());
       for (std::size_t i = 0; i < scan.size(); ++i) {
@@ -85,21 +85,21 @@ TEST_CASE("sim: an MCAP log holds every cloud, its truth, the ego's poses and ev
   CHECK(reader.metadata().at("overtake").at("scenario") == "three_cars");
 }
 
-TEST_CASE("sim: a folder holds the same, and the readers of recordings take it") {
+TEST_CASE("sim: a folder holds the same data, and the readers of recordings accept it") {
   const TempFolder folder;
   Simulator simulator(load_scenario("overtake"), 2, 0.1, 2);
   const auto log = make_folder_log(folder.path("race"), simulator, 2);
-  const Sweep sweep = simulator.sweep(1);
-  log->write(0, simulator.sweep(0));
-  log->write(1, sweep);
+  const SimFrame frame = simulator.frame(1);
+  log->write(0, simulator.frame(0));
+  log->write(1, frame);
   log->close();
   const io::Cloud points = io::read_pcd(folder.path("race/000001_right.pcd"));
-  const Scan& scan = sweep.scans[2];
+  const Scan& scan = frame.scans[2];
   REQUIRE(points.find("x")->values() == scan.size());
   for (std::size_t i = 0; i < scan.size(); ++i) {
     REQUIRE(points.find("z")->value(i) == double(scan.z_m[i]));
     REQUIRE(points.find("surface")->integer(i) == scan.surface[i]);
-    REQUIRE(points.find("t")->integer(i) == kEpochNs + sweep.stamp_ns[2] + scan.time_ns[i]);
+    REQUIRE(points.find("t")->integer(i) == kEpochNs + frame.stamp_ns[2] + scan.time_ns[i]);
   }
   const io::MapData map = io::read_map(folder.path("race/map.csv"));
   CHECK(map.closed);
@@ -110,7 +110,7 @@ TEST_CASE("sim: a folder holds the same, and the readers of recordings take it")
   CHECK(io::load_rig(folder.path("race/rig.toml")).sensors.size() == 3);
   const io::Csv truth = io::Csv::read(folder.path("race/truth.csv"));
   CHECK(truth.row_count() == 4);
-  // The opponent in the ego's frame and in the map are one place.
+  // The opponent's position in the ego's frame equals its position in the map.
   const CarState state = simulator.world().motions[0]->at(0.05);
   const Vec3 p =
       state.T_map_vehicle.inverse_times({truth.number(3, truth.need({"x_m"})), truth.number(3, truth.need({"y_m"})),

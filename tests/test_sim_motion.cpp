@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How simulated cars drive, what the localisation makes of it, and what scenario files may say.
+// How simulated cars drive, the errors of the localisation, and the limits of scenario files.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -37,7 +37,7 @@ std::string refusal(const CarPlan& plan) {
 
 }  // namespace
 
-TEST_CASE("sim: a car's centre of gravity moves as its speed and course say, its body as a bicycle with slip") {
+TEST_CASE("sim: a car's centre of gravity moves by its speed and course, its body like a bicycle with slip") {
   const Track track = Track::make("oval");
   const Motion motion(track, passing_plan(), 12);
   constexpr double kDt = 0.004;
@@ -48,14 +48,14 @@ TEST_CASE("sim: a car's centre of gravity moves as its speed and course say, its
     const CarState state = motion.at(t);
     REQUIRE(std::hypot(v.x, v.y) == doctest::Approx(state.speed_mps).epsilon(2e-3));
     REQUIRE(std::fabs(wrap_angle(std::atan2(v.y, v.x) - state.course_rad)) < 1e-3);
-    // The rear wheels roll along the body but for their slip, which cornering in the road's plane explains.
+    // The rear wheels roll along the body, except for their slip, which cornering in the road's plane explains.
     const double side = state.course_rad - state.heading_rad;
     const TrackPoint p = track.at(state.s_m);
     const double in_plane = state.accel_across_mps2 * std::cos(p.banking_rad) - kGravity * std::sin(p.banking_rad);
     const double rolling = state.speed_mps / kRearAxleToCg * (side + in_plane / kSlipStiffness);
     REQUIRE(std::fabs(rolling - state.yaw_rate_rps) < 0.02);
     most_slip = std::fmax(most_slip, std::fabs(in_plane / kSlipStiffness));
-    // It stands on the road: all four wheels' feet within 5 cm of the surface (a rigid car on a twisting bank).
+    // The car stands on the road: all four wheels within 5 cm of the surface (a rigid car on a twisted bank).
     for (const double x : {0.0, kWheelBase})
       for (const double y : {-0.8, 0.8}) {
         const Vec3 foot = state.T_map_vehicle * Vec3{x, y, 0};
@@ -67,7 +67,7 @@ TEST_CASE("sim: a car's centre of gravity moves as its speed and course say, its
   CHECK(most_slip > 0.005);
 }
 
-TEST_CASE("sim: a spin turns the body, not the way") {
+TEST_CASE("sim: a spin rotates the body and does not change the path") {
   const Track track = Track::make("oval");
   CarPlan plan = passing_plan();
   plan.spin = {{4, 1.5, 4}};
@@ -80,7 +80,7 @@ TEST_CASE("sim: a spin turns the body, not the way") {
   CHECK(spinning.at(6).yaw_rate_rps > 3);
 }
 
-TEST_CASE("sim: a plan beyond what a car can do is refused by name, time and figure") {
+TEST_CASE("sim: a plan that no car can drive is refused with name, time and value") {
   CHECK(refusal(passing_plan()) == "");
   CarPlan brake = passing_plan();
   brake.speed = {{1, 10, 2}};
@@ -97,7 +97,7 @@ TEST_CASE("sim: a plan beyond what a car can do is refused by name, time and fig
   CHECK(refusal(overlap).find("overlap") != std::string::npos);
 }
 
-TEST_CASE("sim: the localisation has the errors it is given: noise, course for heading, a jump, a silence, latency") {
+TEST_CASE("sim: the localisation has the given errors: noise, course for heading, a jump, a silence, latency") {
   const Track track = Track::make("oval");
   const Motion motion(track, passing_plan(), 12);
   LocalisationErrors errors;
@@ -127,7 +127,7 @@ TEST_CASE("sim: the localisation has the errors it is given: noise, course for h
   CHECK(std::fabs(slip / count) > 0.005);
 }
 
-TEST_CASE("sim: every built-in scenario can be driven, and no seed is both for tuning and for testing") {
+TEST_CASE("sim: every built-in scenario can be driven, and no seed is used for both tuning and testing") {
   const auto names = builtin_scenario_names();
   CHECK(names.size() >= 14);
   for (const std::string& name : names) {
@@ -146,7 +146,7 @@ TEST_CASE("sim: every built-in scenario can be driven, and no seed is both for t
         REQUIRE(r.state.d_m < p.width_left_m - 0.9);  // on the road
         REQUIRE(r.state.d_m > -p.width_right_m + 0.9);
         if (r.is_ego) continue;
-        // No two cars in one place: side by side is 1.9 m apart, or else a car's length.
+        // No two cars overlap: side by side they are 1.9 m apart, else a car's length.
         const double along = std::fabs(r.in_ego.x - kCarCenterXM), across = std::fabs(r.in_ego.y);
         least_gap = std::fmin(least_gap, std::fmax(along - 4.95, across - 1.9));
       }
@@ -174,7 +174,7 @@ TEST_CASE("sim: the fifteen overtakes happen, on both sides, by both cars") {
   CHECK(right == 7);
 }
 
-TEST_CASE("sim: a scenario file that is wrong is refused with file and line") {
+TEST_CASE("sim: a wrong scenario file is refused with file and line") {
   const auto refused = [](const std::string& text) {
     try {
       parse_scenario("race.toml", text);

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pictures of a race show what is there.
+// Pictures of a race show the scene's content.
 #include <doctest/doctest.h>
 
 #include <string>
@@ -27,7 +27,7 @@ int32_t count_color(const std::string& path, uint16_t surface, int32_t from_y) {
 
 }  // namespace
 
-TEST_CASE("sim: pictures show track, scan and the car that is ahead, and no car where there is none") {
+TEST_CASE("sim: pictures show the track, the scan and the car ahead, and no car where there is none") {
   const TempFolder folder;
   const auto car = uint16_t(uint16_t(Surface::car) + 1);
   constexpr int32_t kSurfacePanel = 460, kPanelEnd = 440 + 420 - 10;  // without the legend's line

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the simulated LiDARs see: pattern, times, returns, and that all of it lies where the world is.
+// The output of the simulated LiDARs: pattern, times, returns, and points on the world's surfaces.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -25,20 +25,20 @@ Scenario exact(const std::string& name) {
   return s;
 }
 
-int32_t count_surface(const Sweep& sweep, Surface surface) {
+int32_t count_surface(const SimFrame& frame, Surface surface) {
   int32_t count = 0;
-  for (const Scan& scan : sweep.scans)
+  for (const Scan& scan : frame.scans)
     count += int32_t(std::count(scan.surface.begin(), scan.surface.end(), uint16_t(surface)));
   return count;
 }
 
-constexpr uint64_t kGoldenSweep = 15932641852269546199u;  // scenario overtake, seed 11, sweep 1
+constexpr uint64_t kGoldenFrame = 15932641852269546199u;  // scenario overtake, seed 11, frame 1
 
-uint64_t hash_of(const Sweep& sweep) {
+uint64_t hash_of(const SimFrame& frame) {
   Hash h;
   for (int32_t s = 0; s < kSensors; ++s) {
-    const Scan& scan = sweep.scans[std::size_t(s)];
-    h.add_value(sweep.stamp_ns[s]);
+    const Scan& scan = frame.scans[std::size_t(s)];
+    h.add_value(frame.stamp_ns[s]);
     h.add_bytes(scan.x_m.data(), scan.size() * sizeof(float)),
         h.add_bytes(scan.y_m.data(), scan.size() * sizeof(float));
     h.add_bytes(scan.z_m.data(), scan.size() * sizeof(float)),
@@ -52,7 +52,7 @@ uint64_t hash_of(const Sweep& sweep) {
 
 }  // namespace
 
-TEST_CASE("sim: 10 % Lambertian is noticed at 250 m with probability 0.9, and the budget falls as physics says") {
+TEST_CASE("sim: 10 % Lambertian is detected at 250 m with probability 0.9, and the link budget follows physics") {
   Random dice(1);
   int noticed = 0;
   for (int i = 0; i < 100000; ++i) noticed += received_signal(0.1, 250) + dice.normal() > kThreshold;
@@ -63,7 +63,7 @@ TEST_CASE("sim: 10 % Lambertian is noticed at 250 m with probability 0.9, and th
   CHECK(stretch_loss(80, 0.0015, 0.65 / 80) == doctest::Approx(0.6 / (80 * 0.0015 * 80 / 0.65)).epsilon(0.01));
 }
 
-TEST_CASE("sim: scan patterns go down, keep to their field of view, and are dense where they say") {
+TEST_CASE("sim: scan patterns go down, stay in their field of view, and are dense where specified") {
   ScanPattern p;
   CHECK(p.lines() == 32);
   for (const char* name : {"uniform", "gaussian", "horizon_dense"}) {
@@ -98,29 +98,29 @@ TEST_CASE("sim: scan patterns go down, keep to their field of view, and are dens
   CHECK(kSignalAtReference - kThreshold == doctest::Approx(normal_quantile(0.9)).epsilon(1e-9));
 }
 
-TEST_CASE("sim: one seed gives one hash, whatever the workers and the order; another seed gives another") {
+TEST_CASE("sim: one seed gives one hash for any workers and order; another seed gives another") {
   const Scenario scenario = load_scenario("overtake");
   Simulator one(scenario, 11, 0.4, 1), three(scenario, 11, 0.4, 3), other(scenario, 12, 0.4, 1);
-  const uint64_t later = hash_of(three.sweep(5)), hash = hash_of(one.sweep(1));
-  CHECK(hash == hash_of(three.sweep(1)));
-  CHECK(later == hash_of(one.sweep(5)));
+  const uint64_t later = hash_of(three.frame(5)), hash = hash_of(one.frame(1));
+  CHECK(hash == hash_of(three.frame(1)));
+  CHECK(later == hash_of(one.frame(5)));
   CHECK(hash != later);
-  CHECK(hash != hash_of(other.sweep(1)));
-  // The same on every compiler and machine. Where the simulator changes on purpose, put the new value here.
-  CHECK(hash == kGoldenSweep);
+  CHECK(hash != hash_of(other.frame(1)));
+  // The same on every compiler and machine. After an intended change of the simulator, put the new value here.
+  CHECK(hash == kGoldenFrame);
 }
 
-TEST_CASE("sim: without errors every point lies on what it is said to have hit, at the time it was taken") {
+TEST_CASE("sim: without errors every point lies on the surface of its label at its time") {
   Scenario scenario = exact("overtake");
   scenario.errors.beam_rad = 0;
   Simulator simulator(scenario, 1, 6, 2);
   const World& world = simulator.world();
-  const Sweep sweep = simulator.sweep(110);
+  const SimFrame frame = simulator.frame(110);
   int32_t road = 0, wall = 0, car = 0;
   for (int32_t s = 0; s < kSensors; ++s) {
-    const Scan& scan = sweep.scans[std::size_t(s)];
+    const Scan& scan = frame.scans[std::size_t(s)];
     for (std::size_t i = 0; i < scan.size(); ++i) {
-      const double t = double(sweep.begin_ns + scan.time_ns[i]) * 1e-9;
+      const double t = double(frame.begin_ns + scan.time_ns[i]) * 1e-9;
       const Vec3 p =
           world.motions[0]->at(t).T_map_vehicle *
           (simulator.mounting(s).nominal * Vec3{double(scan.x_m[i]), double(scan.y_m[i]), double(scan.z_m[i])});
@@ -142,7 +142,7 @@ TEST_CASE("sim: without errors every point lies on what it is said to have hit, 
         }
         const TrackPoint q = world.track.at(best_s);
         const double d = -(p.x - q.x) * std::sin(q.heading_rad) + (p.y - q.y) * std::cos(q.heading_rad);
-        if (std::fabs(best_s - ego_s) > 148) continue;  // beyond what was looked at
+        if (std::fabs(best_s - ego_s) > 148) continue;  // outside of the searched part
         if (scan.surface[i] == uint16_t(Surface::road)) {
           REQUIRE(std::fabs(p.z - world.track.height(best_s, d)) < 0.04);
           ++road;
@@ -152,7 +152,7 @@ TEST_CASE("sim: without errors every point lies on what it is said to have hit, 
           ++wall;
         }
       }
-      if (i % 7) ++i;  // every point of a sample is enough
+      if (i % 7) ++i;  // every seventh point is enough
     }
   }
   CHECK(road > 2000);
@@ -160,11 +160,11 @@ TEST_CASE("sim: without errors every point lies on what it is said to have hit, 
   CHECK(car > 20);
 }
 
-TEST_CASE("sim: lines, heads and times of a scan are those of the pattern") {
+TEST_CASE("sim: rings, heads and times of a scan follow the pattern") {
   Simulator simulator(exact("overtake"), 1, 0.3, 1);
-  const Sweep sweep = simulator.sweep(2);
-  const Scan& scan = sweep.scans[1];
-  CHECK(sweep.begin_ns == 100'000'000);
+  const SimFrame frame = simulator.frame(2);
+  const Scan& scan = frame.scans[1];
+  CHECK(frame.begin_ns == 100'000'000);
   CHECK(scan.lines == 32);
   CHECK(scan.beams == 32 * 2 * kShots);
   std::map<uint16_t, std::pair<double, int>> elevation;
@@ -185,7 +185,7 @@ TEST_CASE("sim: lines, heads and times of a scan are those of the pattern") {
   }
   CHECK(last < 50'000'000);
   CHECK(last > 45'000'000);
-  CHECK(changes > neighbours * 0.8);  // the heads' points come in turn
+  CHECK(changes > neighbours * 0.8);  // the points of the two heads alternate
   REQUIRE(elevation.size() == 32);
   for (uint16_t ring = 0; ring + 1 < 32; ++ring) {
     const double step = elevation[ring].first / elevation[ring].second -
@@ -194,15 +194,15 @@ TEST_CASE("sim: lines, heads and times of a scan are those of the pattern") {
   }
 }
 
-TEST_CASE("sim: the pattern changes in mid-run, lines go missing, the seam strip is as wide as asked for") {
+TEST_CASE("sim: the pattern can change during a run, rings can be missing, the seam strip has the given width") {
   Scenario scenario = load_scenario("pattern_change");
   scenario.errors.missing_line_share = 0.1;
   Simulator simulator(scenario, 1, 8, 1);
   int32_t before = 0, after = 0;
-  for (int32_t i = 0; i < simulator.sweep_count(); ++i) (simulator.sweep_begin_s(i) < 7 ? before : after) += 1;
+  for (int32_t i = 0; i < simulator.frame_count(); ++i) (simulator.frame_begin_s(i) < 7 ? before : after) += 1;
   CHECK(before == 140);
   CHECK(after == 25);
-  const Sweep early = simulator.sweep(3), late = simulator.sweep(simulator.sweep_count() - 1);
+  const SimFrame early = simulator.frame(3), late = simulator.frame(simulator.frame_count() - 1);
   int32_t early_lines = 0, late_lines = 0;
   for (const Scan& s : early.scans) early_lines += s.lines;
   for (const Scan& s : late.scans) late_lines += s.lines;
@@ -213,23 +213,23 @@ TEST_CASE("sim: the pattern changes in mid-run, lines go missing, the seam strip
     scenario.seam_strip_m = strip;
     const Simulator moved(scenario, 1, 0.1, 1);
     const Vec3 front = moved.mounting(0).nominal.place, left = moved.mounting(1).nominal.place;
-    // Between two parallel rays at +60 degrees, one from each sensor.
+    // The distance between two parallel rays at +60 degrees, one from each sensor.
     CHECK((front.x - left.x) * std::sin(60 * kDegree) + left.y * std::cos(60 * kDegree) == doctest::Approx(strip));
   }
 }
 
-TEST_CASE("sim: the own rear wing hides what is behind, its own car is not reported") {
+TEST_CASE("sim: the own rear wing hides what is behind it, and the own car gives no points") {
   Simulator simulator(exact("blind_zone"), 1, 0.2, 1);
-  const Sweep sweep = simulator.sweep(0);
-  CHECK(count_surface(sweep, Surface::car) == 0);
+  const SimFrame frame = simulator.frame(0);
+  CHECK(count_surface(frame, Surface::car) == 0);
   Scenario bare = exact("blind_zone");
   bare.errors.report_own_car = true;
   Simulator seen(bare, 1, 0.2, 1);
-  const Sweep own = seen.sweep(0);
+  const SimFrame own = seen.frame(0);
   CHECK(count_surface(own, Surface::car) > 300);
-  // Straight back, 1 to 3 degrees down, the left sensor has nothing of the road; 20 degrees aside it has.
+  // Straight back, 1 to 3 degrees down, the left sensor sees no road; 20 degrees to the side it does.
   int32_t behind = 0, aside = 0;
-  const Scan& left = sweep.scans[1];
+  const Scan& left = frame.scans[1];
   for (std::size_t i = 0; i < left.size(); ++i) {
     const double azimuth = std::atan2(double(left.y_m[i]), double(left.x_m[i])) / kDegree;
     const double elevation =
@@ -242,24 +242,24 @@ TEST_CASE("sim: the own rear wing hides what is behind, its own car is not repor
   CHECK(aside > 100);
 }
 
-TEST_CASE("sim: edges give second returns, smoke is seen and hides, a reflector blooms") {
+TEST_CASE("sim: edges give second returns, smoke gives returns and hides, a reflector blooms") {
   Simulator race(load_scenario("overtake"), 1, 6, 2);
-  const Sweep sweep = race.sweep(100);
+  const SimFrame frame = race.frame(100);
   int32_t second = 0, points = 0;
-  for (const Scan& s : sweep.scans)
+  for (const Scan& s : frame.scans)
     second += int32_t(std::count(s.return_number.begin(), s.return_number.end(), 1)), points += int32_t(s.size());
   CHECK(second > 50);
   CHECK(second < points / 10);
   Scenario single = load_scenario("overtake");
   single.errors.second_returns = false;
   Simulator strongest(single, 1, 6, 2);
-  for (const Scan& s : strongest.sweep(100).scans)
+  for (const Scan& s : strongest.frame(100).scans)
     CHECK(std::count(s.return_number.begin(), s.return_number.end(), 1) == 0);
 
   Scenario with = load_scenario("smoke"), without = with;
   without.puffs.clear();
   Simulator smoke(with, 1, 4, 2), clear(without, 1, 4, 2);
-  const Sweep hazy = smoke.sweep(60), clean = clear.sweep(60);
+  const SimFrame hazy = smoke.frame(60), clean = clear.frame(60);
   CHECK(count_surface(hazy, Surface::smoke_dust) > 100);
   CHECK(count_surface(clean, Surface::smoke_dust) == 0);
   const auto car = Surface(uint16_t(Surface::car) + 1);
@@ -269,6 +269,6 @@ TEST_CASE("sim: edges give second returns, smoke is seen and hides, a reflector 
   Scenario pit = load_scenario("empty_track");
   Simulator lap(pit, 1, 12, 2);
   int32_t blooming = 0;
-  for (int32_t i = 90; i < 120; i += 3) blooming += count_surface(lap.sweep(i), Surface::blooming);
+  for (int32_t i = 90; i < 120; i += 3) blooming += count_surface(lap.frame(i), Surface::blooming);
   CHECK(blooming > 0);
 }

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The simulator's tracks, its own mathematics, and the map it writes.
+// The simulator's tracks, its mathematics, and the map it writes.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@
 
 using namespace overtake::sim;
 
-TEST_CASE("sim: the own elementary functions agree with the C library's to 1e-13") {
+TEST_CASE("sim: the elementary functions agree with the C library's to 1e-13") {
   Random dice(7);
   for (int i = 0; i < 20000; ++i) {
     const double a = dice.uniform(-1000, 1000), v = dice.uniform(-20, 20), u = dice.uniform(1e-6, 1e6);
@@ -25,7 +25,7 @@ TEST_CASE("sim: the own elementary functions agree with the C library's to 1e-13
   }
 }
 
-TEST_CASE("sim: random numbers are even and normal, and branches do not repeat one another") {
+TEST_CASE("sim: random numbers are uniform and normal, and their streams are independent") {
   Random dice(3);
   double sum = 0, squares = 0, uniform = 0;
   constexpr int kDraws = 200000;
@@ -41,7 +41,7 @@ TEST_CASE("sim: random numbers are even and normal, and branches do not repeat o
   CHECK(Random(5).branch(9).bits() == Random(5).branch(9).bits());
 }
 
-TEST_CASE("sim: the oval is closed, 2,450 m long, and has the figures of its description") {
+TEST_CASE("sim: the oval is closed, 2,450 m long, and has its specified dimensions") {
   const Track track = Track::make("oval");
   CHECK(track.length_m() == doctest::Approx(2450));
   const TrackPoint begin = track.at(0), end = track.at(track.length_m() - 1e-6);
@@ -72,7 +72,7 @@ TEST_CASE("sim: place, heading, curvature, banking and height of both tracks are
       const TrackPoint a = track.at(s - 0.25), b = track.at(s), c = track.at(s + 0.25);
       const double dx = c.x - a.x, dy = c.y - a.y;
       REQUIRE(std::hypot(dx, dy) == doctest::Approx(0.5).epsilon(1e-3));          // s is the length along the line
-      REQUIRE(std::fabs(wrap_angle(std::atan2(dy, dx) - b.heading_rad)) < 1e-4);  // heading is its tangent
+      REQUIRE(std::fabs(wrap_angle(std::atan2(dy, dx) - b.heading_rad)) < 1e-4);  // the heading is the tangent's
       REQUIRE(std::fabs(wrap_angle(c.heading_rad - a.heading_rad) / 0.5 - b.curvature_pm) < 1e-4);
       REQUIRE(std::fabs(c.curvature_pm - a.curvature_pm) < 2e-4);
       REQUIRE(std::fabs(c.banking_rad - a.banking_rad) < 0.003);
@@ -89,7 +89,7 @@ TEST_CASE("sim: place, heading, curvature, banking and height of both tracks are
   CHECK_THROWS_AS(Track::make("figure_eight"), std::invalid_argument);
 }
 
-TEST_CASE("sim: the written map is off by its stated survey error, not more and not less") {
+TEST_CASE("sim: the written map has its specified survey error, no more and no less") {
   const Scenario scenario = load_scenario("overtake");
   double sum = 0, most = 0;
   int count = 0;

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What stands round the simulated track and what it is made of, and each error of the sensors by its own size.
+// The surroundings of the simulated track and their materials, and each error of the sensors by its size.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ Scenario without_errors(const std::string& name) {
   return s;
 }
 
-// Middles of one surface's triangles, in the mesh's order.
+// Middles of one surface's triangles, in the order of the mesh.
 std::vector<Vec3> middles(const Mesh& mesh, Surface surface) {
   std::vector<Vec3> out;
   for (const Triangle& t : mesh.triangles)
@@ -32,9 +32,9 @@ std::vector<Vec3> middles(const Mesh& mesh, Surface surface) {
   return out;
 }
 
-int32_t count_surface(const Sweep& sweep, uint16_t surface) {
+int32_t count_surface(const SimFrame& frame, uint16_t surface) {
   int32_t count = 0;
-  for (const Scan& scan : sweep.scans) count += int32_t(std::count(scan.surface.begin(), scan.surface.end(), surface));
+  for (const Scan& scan : frame.scans) count += int32_t(std::count(scan.surface.begin(), scan.surface.end(), surface));
   return count;
 }
 
@@ -49,24 +49,24 @@ TEST_CASE("sim: fence posts stand every 6 m, the wall is 1.07 m high, and nothin
   for (std::size_t i = 0; i + 11 < posts.size(); i += 12) {
     Vec3 sum;
     for (std::size_t k = 0; k < 12; ++k) sum = sum + posts[i + k] * (1.0 / 12);
-    if (feet.size() < 408) feet.push_back(sum);  // then come the cables; more posts would stand closer
+    if (feet.size() < 408) feet.push_back(sum);  // the cables follow; more posts would be closer together
   }
   REQUIRE(feet.size() == 408);
   for (std::size_t i = 0; i + 1 < feet.size(); ++i) {
     const double apart = std::hypot(feet[i + 1].x - feet[i].x, feet[i + 1].y - feet[i].y);
     REQUIRE(apart > 5.95);
-    REQUIRE(apart < 6.35);  // they stand outside of the turns' centre line
+    REQUIRE(apart < 6.35);  // they stand outside of the centre line in turns
   }
   const Bvh bvh(mesh);
   for (double s = 3; s < track.length_m(); s += 7.3) {
     const TrackPoint p = track.at(s);
     const double wall = -p.width_right_m - track.wall_behind_edge_m();
     const Vec3 road = track.place(s, -p.width_right_m + 1);
-    // Straight down from 1 m above the road there is the road, 1 m away.
+    // A ray straight down from 1 m above the road hits the road after 1 m.
     const Hit down = bvh.cast({road.x, road.y, road.z + 1}, {0, 0, -1}, 0.01, 50);
     REQUIRE(bvh.triangle(down.triangle).surface == Surface::road);
     REQUIRE(std::fabs(down.range_m - 1) < 0.03);
-    // Towards the outside: the wall up to 1.07 m over its foot, the mesh of the fence above.
+    // Towards the outside: the wall up to 1.07 m above its foot, the mesh of the fence above that.
     const Vec3 foot = track.place(s, wall), out = normalized({foot.x - road.x, foot.y - road.y, 0});
     const auto surface_at = [&](double above) {
       const Hit hit = bvh.cast({road.x, road.y, foot.z + above}, out, 0.01, 50);
@@ -89,14 +89,14 @@ TEST_CASE("sim: the oval has gantries, stands, an inner wall, grass, and a pit l
   CHECK(parked.contains(MaterialId::truck));
   CHECK(parked.contains(MaterialId::dark_carbon));
   Simulator pit(load_scenario("pit"), 1, 3, 2);
-  CHECK(count_surface(pit.sweep(40), uint16_t(Surface::parked_vehicle)) > 30);
+  CHECK(count_surface(pit.frame(40), uint16_t(Surface::parked_vehicle)) > 30);
   Simulator stopped(load_scenario("stopped_car"), 1, 8, 2);
   int32_t debris = 0;
-  for (int32_t i = 120; i < 150; i += 5) debris += count_surface(stopped.sweep(i), uint16_t(Surface::debris));
+  for (int32_t i = 120; i < 150; i += 5) debris += count_surface(stopped.frame(i), uint16_t(Surface::debris));
   CHECK(debris > 20);
 }
 
-TEST_CASE("sim: each part of a car has its material: carbon and tyres send back next to nothing but mirror-like") {
+TEST_CASE("sim: each part of a car has its material: carbon and tyres return almost only specular light") {
   std::map<MaterialId, int32_t> parts;
   for (const Triangle& t : make_race_car(Surface::car).triangles) ++parts[t.material];
   for (const MaterialId id : {MaterialId::paint, MaterialId::dark_carbon, MaterialId::tyre, MaterialId::alloy})
@@ -104,17 +104,17 @@ TEST_CASE("sim: each part of a car has its material: carbon and tyres send back 
   const double slanted = std::cos(40 * kDegree);
   CHECK(returned_share(material_of(MaterialId::tyre), slanted) < 0.03);
   CHECK(returned_share(material_of(MaterialId::dark_carbon), slanted) < 0.03);
-  CHECK(returned_share(material_of(MaterialId::dark_carbon), 1) > 0.5);  // its mirror-like lobe
+  CHECK(returned_share(material_of(MaterialId::dark_carbon), 1) > 0.5);  // the specular lobe
   CHECK(returned_share(material_of(MaterialId::paint), slanted) > 0.2);
   CHECK(returned_share(material_of(MaterialId::reflector), slanted) > 10);
 }
 
-TEST_CASE("sim: range noise, clock jitter and mounting errors are as large as they are said to be") {
+TEST_CASE("sim: range noise, clock jitter and mounting errors have their specified sizes") {
   Scenario noisy = without_errors("overtake"), exact = noisy;
   noisy.errors.range_noise_m = 0.01;
   Simulator a(noisy, 3, 0.2, 2), b(exact, 3, 0.2, 2);
-  const Scan with = a.sweep(1).scans[0], without = b.sweep(1).scans[0];
-  REQUIRE(with.size() == without.size());  // the same dice: the same pulses are noticed
+  const Scan with = a.frame(1).scans[0], without = b.frame(1).scans[0];
+  REQUIRE(with.size() == without.size());  // the same random numbers: the same pulses are detected
   double squares = 0, sum = 0;
   for (std::size_t i = 0; i < with.size(); ++i) {
     const auto range = [i](const Scan& s) { return std::hypot(double(s.x_m[i]), double(s.y_m[i]), double(s.z_m[i])); };
@@ -127,13 +127,13 @@ TEST_CASE("sim: range noise, clock jitter and mounting errors are as large as th
 
   Scenario jittery = without_errors("overtake");
   jittery.errors.clock_jitter_s = 0.0002;
-  jittery.errors.range_max_m = 1;  // nothing to cast for
+  jittery.errors.range_max_m = 1;  // nothing within range
   Simulator clock(jittery, 3, 2.6, 2);
   double jitter = 0;
   int32_t stamps = 0;
   for (int32_t i = 1; i < 50; ++i) {
-    const Sweep sweep = clock.sweep(i);
-    for (const int64_t stamp : sweep.stamp_ns) jitter += square(double(stamp - sweep.begin_ns) * 1e-9), ++stamps;
+    const SimFrame frame = clock.frame(i);
+    for (const int64_t stamp : frame.stamp_ns) jitter += square(double(stamp - frame.begin_ns) * 1e-9), ++stamps;
   }
   CHECK(std::sqrt(jitter / stamps) / 0.0002 == doctest::Approx(1).epsilon(0.08));
 
@@ -160,7 +160,7 @@ TEST_CASE("sim: range noise, clock jitter and mounting errors are as large as th
   CHECK(nominal.mounting(2).nominal.place.y == doctest::Approx(-0.267));
 }
 
-TEST_CASE("sim: a scenario may put the field of view anywhere within 15 degrees, at 1 to 30 scans a second") {
+TEST_CASE("sim: a scenario may shift the field of view by up to 15 degrees, at 1 to 30 scans per second") {
   const std::string car = "[[car]]\nname = \"ego\"\n";
   const auto refused = [&](const std::string& sensors) {
     try {
@@ -180,7 +180,7 @@ TEST_CASE("sim: a scenario may put the field of view anywhere within 15 degrees,
   CHECK(refused("rate_hz = 0.9\n"));
 }
 
-TEST_CASE("sim: the scenarios hold what they are named after, and the seeds to test on stay as they are") {
+TEST_CASE("sim: the scenarios contain what their names say, and the test seeds do not change") {
   const auto cars = [](const char* name) { return load_scenario(name).cars.size(); };
   CHECK(cars("empty_track") == 1);
   CHECK(cars("three_cars") == 3);
@@ -206,7 +206,7 @@ TEST_CASE("sim: the scenarios hold what they are named after, and the seeds to t
     const TruthRow follower = truth_at(blind, t)[1];
     if (follower.in_ego.x < -18 && std::fabs(follower.in_ego.y) < 1.5) behind += 0.05;
   }
-  CHECK(most_slip / kDegree > 150);  // it goes backwards
+  CHECK(most_slip / kDegree > 150);  // it slides backwards
   CHECK(slowest < 0.5);
   CHECK(stopped.motions[1]->at(5).speed_mps < 0.01);
   CHECK(abreast > 0.5);  // seconds with a car on either side

@@ -57,7 +57,7 @@ std::vector<long double> weights_by_normal_equations(int32_t window, int32_t ord
   return weights;
 }
 
-TEST_CASE("smooth_sg weights of window 5, quadratic are [-3 12 17 12 -3] / 35") {
+TEST_CASE("smooth_sg: weights of window 5, quadratic are [-3 12 17 12 -3] / 35") {
   const SmoothSgParams params = paper();
   CHECK(params.half_window == 2);
   CHECK(params.weight[0] == 17.0f / 35.0f);
@@ -66,7 +66,7 @@ TEST_CASE("smooth_sg weights of window 5, quadratic are [-3 12 17 12 -3] / 35") 
   CHECK(params.weight[3] == 0.0f);
 }
 
-TEST_CASE("smooth_sg weights agree with a least-squares solve for every window and order up to 5") {
+TEST_CASE("smooth_sg: weights agree with a least-squares solution for every window and order up to 5") {
   for (int32_t window = 1; window <= 2 * kMaxHalfWindow + 1; window += 2)
     for (int32_t order = 0; order < window && order <= 5; ++order) {
       CAPTURE(window);
@@ -79,7 +79,7 @@ TEST_CASE("smooth_sg weights agree with a least-squares solve for every window a
     }
 }
 
-TEST_CASE("smooth_sg weights of the highest order reproduce the centre alone") {
+TEST_CASE("smooth_sg: weights of the highest order reproduce the centre alone") {
   for (int32_t window = 1; window <= 2 * kMaxHalfWindow + 1; window += 2) {
     CAPTURE(window);
     SmoothSgParams params;
@@ -89,7 +89,7 @@ TEST_CASE("smooth_sg weights of the highest order reproduce the centre alone") {
   }
 }
 
-TEST_CASE("smooth_sg refuses even and oversized windows and orders that do not fit") {
+TEST_CASE("smooth_sg: refuses even and oversized windows and invalid orders") {
   SmoothSgParams params;
   CHECK_FALSE(make_smooth_sg(0, 0, &params));
   CHECK_FALSE(make_smooth_sg(-1, 0, &params));
@@ -102,7 +102,7 @@ TEST_CASE("smooth_sg refuses even and oversized windows and orders that do not f
   CHECK(params.half_window == 0);
 }
 
-TEST_CASE("smooth_sg leaves a quadratic as it is, away from the borders") {
+TEST_CASE("smooth_sg: keeps a quadratic away from the borders") {
   OwnedPlane<float> in(12, 3), out(12, 3);
   for (int32_t r = 0; r < 12; ++r)
     for (int32_t c = 0; c < 3; ++c) in.at(r, c) = 0.2f + 0.05f * float(r) + 0.004f * float(c * r * r);
@@ -111,7 +111,7 @@ TEST_CASE("smooth_sg leaves a quadratic as it is, away from the borders") {
     for (int32_t c = 0; c < 3; ++c) CHECK(out.at(r, c) == doctest::Approx(in.at(r, c)).epsilon(1e-6));
 }
 
-TEST_CASE("smooth_sg mirrors rows at the borders without repeating the border row (reflect-101)") {
+TEST_CASE("smooth_sg: mirrors rows at the borders without repeating the border row (reflect-101)") {
   OwnedPlane<float> in({{0.1f}, {0.4f}, {0.2f}, {1.0f}, {0.3f}, {0.7f}}), out(6, 1);
   ref::smooth_sg(paper(), 6, in, out);
   // row 0 sees rows 2 1 0 1 2; row 5 sees 3 4 5 4 3
@@ -121,12 +121,12 @@ TEST_CASE("smooth_sg mirrors rows at the borders without repeating the border ro
   CHECK(out.at(5, 0) == doctest::Approx((-3 * 1.0 + 12 * 0.3 + 17 * 0.7 + 12 * 0.3 - 3 * 1.0) / 35));
 }
 
-TEST_CASE("smooth_sg keeps mirroring when the window is larger than the image") {
+TEST_CASE("smooth_sg: keeps mirroring if the window is larger than the image") {
   SmoothSgParams wide;
   REQUIRE(make_smooth_sg(15, 2, &wide));
   OwnedPlane<float> in({{0.2f}, {0.8f}}), out(2, 1);
   ref::smooth_sg(wide, 2, in, out);
-  double at[2] = {}, total = 0;  // taps alternate: even distance own row, odd the other
+  double at[2] = {}, total = 0;  // taps alternate: even distances fall on this row, odd ones on the other
   for (int32_t k = -7; k <= 7; ++k) {
     const auto w = double(wide.weight[k < 0 ? -k : k]);
     at[0] += w * (k % 2 == 0 ? 0.2 : 0.8);
@@ -141,15 +141,15 @@ TEST_CASE("smooth_sg keeps mirroring when the window is larger than the image") 
   CHECK(one_out.at(0, 0) == doctest::Approx(0.6f));
 }
 
-TEST_CASE("smooth_sg leaves undefined and skipped taps out and renormalises") {
+TEST_CASE("smooth_sg: leaves undefined and skipped taps out and renormalises") {
   OwnedPlane<float> in({{0.1f}, {kU}, {0.5f}, {kS}, {0.9f}}), out(5, 1);
   ref::smooth_sg(paper(), 5, in, out);
-  CHECK(out.at(1, 0) == kU);  // undefined stays undefined
+  CHECK(out.at(1, 0) == kU);  // undefined remains undefined
   CHECK(out.at(2, 0) == doctest::Approx((-3 * 0.1 + 17 * 0.5 - 3 * 0.9) / 11));
   CHECK(out.at(3, 0) == doctest::Approx((12 * 0.5 + 12 * 0.9) / 24));  // skipped: from the other taps
 }
 
-TEST_CASE("smooth_sg: a skipped pair without other taps is level, alone a pair keeps its value") {
+TEST_CASE("smooth_sg: a skipped pair without other taps is level; a pair without other taps keeps its value") {
   OwnedPlane<float> in({{kS, 1.2f, kS}, {kU, kU, kS}, {kU, kU, kS}}), out(3, 3);
   ref::smooth_sg(paper(), 3, in, out);
   CHECK(out.at(0, 0) == 0.0f);
@@ -157,8 +157,8 @@ TEST_CASE("smooth_sg: a skipped pair without other taps is level, alone a pair k
   for (int32_t r = 0; r < 3; ++r) CHECK(out.at(r, 2) == 0.0f);
 }
 
-TEST_CASE("smooth_sg: taps of too little weight do not judge") {
-  // Weights 0.5, 0.26, -0.24: at row 1 of 3 the taps (own undefined apart) 0.26 + 0.26 and mirrored ones.
+TEST_CASE("smooth_sg: taps with too little weight are ignored") {
+  // Weights 0.5, 0.26, -0.24: at row 1 of 3 the taps are 0.26 + 0.26 (its own is undefined) and mirrored ones.
   SmoothSgParams params;
   params.half_window = 1;
   params.weight[0] = 0.51f;
@@ -167,13 +167,13 @@ TEST_CASE("smooth_sg: taps of too little weight do not judge") {
   OwnedPlane<float> in({{0.3f, 0.3f}, {0.7f, kS}, {0.3f, 0.3f}}), out(3, 2);
   ref::smooth_sg(params, 3, in, out);
   CHECK(out.at(1, 0) == 0.7f);
-  CHECK(out.at(1, 1) == doctest::Approx(0.3f));  // -0.47 of weight is weight
+  CHECK(out.at(1, 1) == doctest::Approx(0.3f));  // a weight of -0.47 is enough
   params.weight[1] = -0.02f;
   ref::smooth_sg(params, 3, in, out);
   CHECK(out.at(1, 1) == 0.0f);  // skipped, -0.04: level
 }
 
-TEST_CASE("smooth_sg: an overshoot below zero never reads as undefined, and rows without a pair do") {
+TEST_CASE("smooth_sg: an overshoot below zero never reads as undefined; rows without a pair do") {
   // Skipped centre, taps -3 0 . 12 -3 like: (12 a - 3 b - 3 c) / 6 with a = 0, b = c = 1 gives exactly -1.
   OwnedPlane<float> in({{1.0f}, {0.0f}, {kS}, {kU}, {1.0f}, {0.4f}}), out(6, 1);
   SmoothSgParams params;

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What each step declares is what it does: the memory plan and the order of a method stand on it.
+// Each step does what it declares: the memory plan and the order of a method depend on it.
 #include "pipeline/method/steps.h"
 
 #include <doctest/doctest.h>
@@ -43,7 +43,7 @@ void for_each_case(Check&& check) {
           }
 }
 
-TEST_CASE("steps: a step reads no column but those it declares") {
+TEST_CASE("steps: a step reads only the columns that it declares") {
   for_each_case([](const Method& method, const Step& step, const KernelTable& table, Shape shape, uint64_t seed) {
     KernelWorld clean = make_world_before(method, step, shape, seed);
     KernelWorld poisoned = make_world_before(method, step, shape, seed);
@@ -54,10 +54,10 @@ TEST_CASE("steps: a step reads no column but those it declares") {
   });
 }
 
-TEST_CASE("steps: a step changes no column but those it declares") {
+TEST_CASE("steps: a step changes only the columns that it declares") {
   for_each_case([](const Method& method, const Step& step, const KernelTable& table, Shape shape, uint64_t seed) {
     KernelWorld world = make_world_before(method, step, shape, seed);
-    world.part.points.count = world.part.scan.count;  // as the first step says
+    world.part.points.count = world.part.scan.count;  // as after the first step
     const std::vector<uint64_t> before = world.hash_columns();
     world.run(table, step);
     const std::vector<uint64_t> after = world.hash_columns();
@@ -65,10 +65,10 @@ TEST_CASE("steps: a step changes no column but those it declares") {
       if (!has(step.writes | step.scratch, Column(c)) && before[std::size_t(c)] != after[std::size_t(c)])
         FAIL_CHECK(std::string(step.name) << " changes " << std::string(column_name(Column(c))));
   });
-  CHECK(true);  // counts: FAIL_CHECK speaks only of failures
+  CHECK(true);  // counts a check: FAIL_CHECK counts only failures
 }
 
-TEST_CASE("steps: no chain without the step that writes what another reads, and none with a stage in two places") {
+TEST_CASE("steps: a chain needs every column written before it is read, and each stage in one place") {
   constexpr Step kWhole[] = {step::project_points, step::rank_layers, step::scatter_points, step::fill_gaps};
   CHECK(is_chain(kWhole, kGivenColumns));
   constexpr Step kWithout[] = {step::project_points, step::rank_layers, step::fill_gaps};

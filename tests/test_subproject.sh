@@ -2,12 +2,12 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_subproject.sh SOURCE_FOLDER CC CXX. Overtake inside another project, by FetchContent (which is
-# add_subdirectory): overtake::overtake as installed, no tests, tools or install rules of ours, and no flags of ours on
-# theirs. And the static library, installed, in a C program. Two builds of the library without optimisation.
+# usage: tests/test_subproject.sh SOURCE_FOLDER CC CXX. Overtake inside another project, by FetchContent (which uses
+# add_subdirectory): overtake::overtake as if installed; our tests, tools, install rules and flags do not reach the
+# other project. And the installed static library in a C program. Two builds of the library without optimisation.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
-export CMAKE_GENERATOR=Ninja  # the default one needs make, which tools/setup does not install
+export CMAKE_GENERATOR=Ninja  # the default generator needs make, which tools/setup does not install
 source_dir=$(realpath "${1:?usage: test_subproject.sh SOURCE_FOLDER CC CXX}")
 readonly source_dir cc=${2:?} cxx=${3:?}
 export CC=$cc CXX=$cxx

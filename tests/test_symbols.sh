@@ -2,8 +2,8 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_symbols.sh LIBOVERTAKE_SO LIBOVT_A. What libovertake.so shows the world: exactly the functions the
-# header declares, SONAME libovertake.so.0, no other libraries than it must, nothing that a loader could misuse.
+# usage: tests/test_symbols.sh LIBOVERTAKE_SO LIBOVT_A. libovertake.so exports exactly the functions that the header
+# declares; its SONAME is libovertake.so.0; it needs no unnecessary library, and has no insecure loader settings.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 set -e
@@ -19,7 +19,7 @@ declared=$(sed 's,/\*.*\*/,,' "$header" | grep -oP '^OVT_API [^(]*\b\Kovt_[a-z_]
   fail "exported (<) is not what the header declares (>):"$'\n'"$(diff <(echo "$exported") <(echo "$declared"))"
 ! nm -D --defined-only "$library" | awk '$2 != "A"' | grep -v '@@OVERTAKE_0$' || fail "these carry no version"
 
-# The version script is the second lock. The first, hidden visibility, must hold in the objects themselves.
+# Besides the version script, hidden visibility must work in the objects themselves.
 seen=$(readelf -sW "$archive" | awk '$5 == "GLOBAL" && $7 != "UND" && $8 ~ /^_ZN?K?.*8overtake/')
 [[ -n $seen ]] || fail "$archive has no symbol of the library's namespace: this test cannot read it any more"
 leaks=$(awk '$6 != "HIDDEN" { print $8 }' <<<"$seen")

@@ -16,7 +16,7 @@ namespace {
 
 bool is_aligned(const void* p) { return reinterpret_cast<std::uintptr_t>(p) % kCacheLine == 0; }
 
-// Carves `table` for 21 rows; every column must be aligned, have its own name and its own memory.
+// Carves `table` for 21 rows; every column must be aligned, with a unique name and separate memory.
 template <class Table>
 void check_columns() {
   Arena arena;
@@ -36,23 +36,23 @@ void check_columns() {
     end = reinterpret_cast<const char*>(column + table.capacity);
     bytes += std::size_t(round_up(table.capacity * int32_t(sizeof *column), int32_t(kCacheLine)));
   });
-  CHECK(arena.bytes() == bytes);  // nothing but the listed columns
+  CHECK(arena.bytes() == bytes);  // only the listed columns
 }
 
-TEST_CASE("every table carves into aligned columns of their own") {
+TEST_CASE("tables: every table carves into aligned, separate columns") {
   check_columns<ScanTable>();
   check_columns<PointTable>();
   check_columns<ClusterTable>();
   check_columns<ClusterPointTable>();
-  check_columns<MergedTable>();
+  check_columns<FrameClusterTable>();
   check_columns<MemberTable>();
   check_columns<DetectionTable>();
   check_columns<TrackTable>();
   check_columns<PathTable>();
 }
 
-// Pointers a table struct holds must all be listed: the struct is nothing but count, capacity (and one more int for
-// paths) and columns.
+// A table must list all its pointers: the struct contains only count, capacity (and one more int for paths) and
+// columns.
 template <class Table>
 std::size_t count_columns() {
   Table table;
@@ -61,7 +61,7 @@ std::size_t count_columns() {
   return columns;
 }
 
-TEST_CASE("every table lists all of its columns") {
+TEST_CASE("tables: every table lists all of its columns") {
   const auto pointers = [](std::size_t table_bytes, std::size_t ints) {
     return (table_bytes - (ints + ints % 2) * sizeof(int32_t)) / sizeof(void*);
   };
@@ -69,14 +69,14 @@ TEST_CASE("every table lists all of its columns") {
   CHECK(count_columns<PointTable>() == pointers(sizeof(PointTable), 2));
   CHECK(count_columns<ClusterTable>() == pointers(sizeof(ClusterTable), 2));
   CHECK(count_columns<ClusterPointTable>() == pointers(sizeof(ClusterPointTable), 2));
-  CHECK(count_columns<MergedTable>() == pointers(sizeof(MergedTable), 2));
+  CHECK(count_columns<FrameClusterTable>() == pointers(sizeof(FrameClusterTable), 2));
   CHECK(count_columns<MemberTable>() == pointers(sizeof(MemberTable), 2));
   CHECK(count_columns<DetectionTable>() == pointers(sizeof(DetectionTable), 2));
   CHECK(count_columns<TrackTable>() == pointers(sizeof(TrackTable), 2));
   CHECK(count_columns<PathTable>() == pointers(sizeof(PathTable), 3));
 }
 
-TEST_CASE("a table's hash follows its rows, not its padding") {
+TEST_CASE("tables: a hash depends on the rows, not on the padding") {
   Arena arena;
   ClusterPointTable table;
   REQUIRE(arena.build(default_allocator(), [&](Carver& carver) { carve_table(carver, table, 10); }));
@@ -106,14 +106,14 @@ TEST_CASE("a table's hash follows its rows, not its padding") {
   CHECK(hash_table(table, 1) != hash);
 }
 
-TEST_CASE("the hash is FNV-1a") {
+TEST_CASE("hash: is FNV-1a") {
   Hash hash;
   CHECK(hash.value() == 0xcbf29ce484222325u);
   hash.add_text("foobar");
   CHECK(hash.value() == 0x85944171f73967e8u);
 }
 
-TEST_CASE("a track id holds slot and generation, and is nobody only when both are zero") {
+TEST_CASE("track id: holds slot and generation, and means none only if both are zero") {
   const TrackId id = make_track_id(7, 3);
   CHECK(slot_of(id) == 7);
   CHECK(generation_of(id) == 3);
@@ -123,7 +123,7 @@ TEST_CASE("a track id holds slot and generation, and is nobody only when both ar
   CHECK(make_track_id(0, 0) == kNobody);
 }
 
-TEST_CASE("every reason has a name of its own") {
+TEST_CASE("reasons: every reason has a unique name") {
   std::set<std::string> names;
   for (int32_t i = 0; i < int32_t(Reason::kCount); ++i) {
     const std::string name = reason_name(Reason(i));

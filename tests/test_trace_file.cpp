@@ -22,7 +22,7 @@ namespace {
 using Json = nlohmann::json;
 constexpr int32_t kFrames = 6;
 
-// The trace of a few frames of the scene, numbered from 100; the last one lacks its right sensor.
+// The trace of a few frames of the scene, numbered from 100; the last one has no scan of the right sensor.
 Json trace_scene(int32_t workers, const io::Rig& rig) {
   const TempFolder folder;
   TraceFile trace(folder.path("trace.json"), rig);
@@ -42,9 +42,9 @@ Json trace_scene(int32_t workers, const io::Rig& rig) {
   ovt_detector* detector = nullptr;
   REQUIRE(ovt_create_detector(&def, &detector) == OVT_OK);
   for (int32_t k = 0; k < kFrames; ++k) {
-    const SceneFrame& frame = overtake_test::demo_frame(std::size_t(k));
+    const SceneFrame& frame = overtake::test::demo_frame(std::size_t(k));
     for (int32_t s = 0; s < (k + 1 < kFrames ? 3 : 2); ++s) {
-      const ovt_points points = overtake_test::points_of(frame.scan[s], s, frame.stamp_ns);
+      const ovt_points points = overtake::test::points_of(frame.scan[s], s, frame.stamp_ns);
       REQUIRE(ovt_push_scan(detector, &points) == OVT_OK);
     }
   }
@@ -60,7 +60,7 @@ struct Slice {
 };
 int64_t ns_of(const Json& us) { return std::llround(us.get<double>() * 1000); }
 
-TEST_CASE("a trace holds every stage of every frame once, a sensor's under its name, on as many lanes as threads") {
+TEST_CASE("trace: holds every stage of every frame once, a sensor's with its name, on as many lanes as threads") {
   for (const int32_t workers : {1, 3}) {
     CAPTURE(workers);
     const Json json = trace_scene(workers, io::load_rig("av21"));
@@ -105,7 +105,7 @@ TEST_CASE("a trace holds every stage of every frame once, a sensor's under its n
   }
 }
 
-TEST_CASE("spans on one lane of a trace never overlap: one is inside another or they are apart") {
+TEST_CASE("trace: spans on one lane are nested or separate") {
   for (const int32_t workers : {1, 2, 3}) {
     CAPTURE(workers);
     std::map<int32_t, std::vector<Slice>> lanes;
@@ -117,7 +117,7 @@ TEST_CASE("spans on one lane of a trace never overlap: one is inside another or 
     }
     REQUIRE_FALSE(lanes.empty());
     for (auto& [number, slices] : lanes) {
-      const int32_t lane = number;  // CAPTURE's lambda captures no structured binding in clang 14
+      const int32_t lane = number;  // clang 14 cannot capture a structured binding in CAPTURE's lambda
       CAPTURE(lane);
       std::stable_sort(slices.begin(), slices.end(), [](const Slice& a, const Slice& b) {
         return a.begin_ns != b.begin_ns ? a.begin_ns < b.begin_ns : a.end_ns > b.end_ns;
@@ -131,7 +131,7 @@ TEST_CASE("spans on one lane of a trace never overlap: one is inside another or 
         }
         CAPTURE(slice.name);
         CAPTURE(open.back().name);
-        CHECK(open.back().name == "segment");  // the only stage that holds others
+        CHECK(open.back().name == "segment");  // the only stage that contains others
         CHECK(slice.end_ns <= open.back().end_ns);
         CHECK(slice.name != "segment");
         open.push_back(slice);
@@ -140,7 +140,7 @@ TEST_CASE("spans on one lane of a trace never overlap: one is inside another or 
   }
 }
 
-TEST_CASE("a trace is JSON with sensor names that need escapes, and one without a frame is empty but whole") {
+TEST_CASE("trace: is JSON with sensor names that need escapes, and is complete without a frame") {
   io::Rig rig = io::load_rig("av21");
   rig.sensors[0].name = "front \"A\\B\"\n";
   bool found = false;

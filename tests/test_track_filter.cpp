@@ -35,7 +35,8 @@ TrackEstimate make_estimate(std::mt19937_64& random) {
   return e;
 }
 
-// Cholesky: positive definite or not. With more digits than the filter's, so that what fails is the matrix.
+// Cholesky: whether the matrix is positive definite. With more digits than the filter, so that rounding does not
+// decide.
 bool is_positive_definite(const TrackEstimate& e) {
   long double l[kN][kN] = {};
   for (int r = 0; r < kN; ++r)
@@ -96,7 +97,7 @@ TEST_CASE("track filter: a prediction's covariance is F P F^T + Q dt") {
 
 TEST_CASE("track filter: process noise is the table's per 50 ms and scales with dt") {
   for (const double dt : {0.05, 0.1, 0.02, 1.0}) {
-    TrackEstimate e;  // standing still: nothing but noise
+    TrackEstimate e;  // standing still: only noise
     predict(e, make_paper_noise(), dt);
     CAPTURE(dt);
     CHECK(e.covariance[0][0] >= 0.005 * dt / 0.05 * (1 - 1e-12));
@@ -117,7 +118,7 @@ TEST_CASE("track filter: a long prediction equals its steps of 50 ms") {
   }
 }
 
-TEST_CASE("track filter: the mean of any step is exact, whatever the linearisation") {
+TEST_CASE("track filter: the mean of a step of any length is exact") {
   std::mt19937_64 random(23);
   for (int n = 0; n < 200; ++n) {
     TrackEstimate e = make_estimate(random);
@@ -130,7 +131,7 @@ TEST_CASE("track filter: the mean of any step is exact, whatever the linearisati
   }
 }
 
-TEST_CASE("track filter: backward there is no noise, and forward without noise undoes it") {
+TEST_CASE("track filter: a backward step adds no noise, and a forward step without noise undoes it") {
   std::mt19937_64 random(24);
   const ProcessNoise none = {{}, 0.05};
   for (int n = 0; n < 200; ++n) {
@@ -180,7 +181,7 @@ TEST_CASE("track filter: the update equals the textbook's P - K S K^T") {
   }
 }
 
-TEST_CASE("track filter: turned round, a reversing state is the same motion with the same uncertainty") {
+TEST_CASE("track filter: a reversed state is the same motion with the same uncertainty") {
   std::mt19937_64 random(26);
   for (int n = 0; n < 200; ++n) {
     TrackEstimate reversing = make_estimate(random);
@@ -202,7 +203,7 @@ TEST_CASE("track filter: an update never leaves a negative speed") {
   TrackEstimate e;
   e.mean = {0, 0, 0.5, 0, 0};
   for (int i = 0; i < kN; ++i) e.covariance[i][i] = 1;
-  e.covariance[0][2] = e.covariance[2][0] = 0.9;  // a measurement behind pulls v below 0
+  e.covariance[0][2] = e.covariance[2][0] = 0.9;  // a measurement behind the car pulls v below 0
   REQUIRE(update(e, {-5, 0, 1, 1, 0}));
   CHECK(e.mean.speed_mps == doctest::Approx(1.75));
   CHECK(e.mean.course_rad == doctest::Approx(kPi));
@@ -220,11 +221,11 @@ TEST_CASE("track filter: a measurement whose S is not positive definite changes 
   CHECK(largest_difference(e, zero) == 0);
 }
 
-// Predictions of any time ahead and back, updates of any accuracy that the tracker takes, with and without noise.
+// Predictions by any time forwards and backwards, updates of any accepted accuracy, with and without noise.
 namespace {
 void run_random_steps(int32_t steps) {
   std::mt19937_64 random(27);
-  // Variances of the measurements and factors of the noise: sensors of cars first, then whatever is allowed.
+  // Variances of the measurements and factors of the noise: first those of car sensors, then all allowed ones.
   const struct {
     double least, most, noise;
   } worlds[] = {{-2, 1, 1}, {-4, 2, 1}, {-8, 4, 1}, {-12, 12, 1}, {-12, -6, 1}, {-4, 2, 1e-3}, {-12, 12, 0}};
@@ -268,7 +269,7 @@ void run_random_steps(int32_t steps) {
     }
     REQUIRE(std::fabs(e.mean.course_rad) <= kPi);
     if (is_sound(e)) continue;
-    REQUIRE((e.mean.speed_mps > 1000 || std::fabs(e.mean.yaw_rate_rps) > 100));  // the numbers are, the motion is not
+    REQUIRE((e.mean.speed_mps > 1000 || std::fabs(e.mean.yaw_rate_rps) > 100));  // finite, but no car moves so
     ++unsound;
     in_world = 0;
   }
@@ -288,7 +289,7 @@ TEST_SUITE("long") {
   }
 }
 
-TEST_CASE("track filter: what no car can do is not sound") {
+TEST_CASE("track filter: a state that no car can have is not sound") {
   std::mt19937_64 random(28);
   const TrackEstimate good = make_estimate(random);
   CHECK(is_sound(good));

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Frames out of sequence: the same states as in sorted order, every measurement accounted for. Ids:
+// Frames out of sequence: the states equal those of sorted order, and every measurement is counted. Ids:
 // test_track_identity.
 #include <doctest/doctest.h>
 
@@ -17,19 +17,19 @@
 namespace {
 
 using namespace overtake;
-using overtake_test::delay;
-using overtake_test::give;
-using overtake_test::is_earlier;
-using overtake_test::is_finite;
-using overtake_test::kNan;
-using overtake_test::make_frames;
-using overtake_test::TestDetection;
-using overtake_test::TestFrame;
-using overtake_test::to_ns;
-using overtake_test::TrackerBench;
-using overtake_test::uniform;
+using overtake::test::delay;
+using overtake::test::give;
+using overtake::test::is_earlier;
+using overtake::test::is_finite;
+using overtake::test::kNan;
+using overtake::test::make_frames;
+using overtake::test::TestDetection;
+using overtake::test::TestFrame;
+using overtake::test::to_ns;
+using overtake::test::TrackerBench;
+using overtake::test::uniform;
 
-// Everything, by slot, but the ids and what is about the frame given last.
+// All values by slot, except the ids and the values of the last frame given.
 uint64_t hash_states(TrackerBench& bench) {
   const TrackTable& t = bench.snapshot();
   Hash hash;
@@ -67,12 +67,12 @@ void check_same_counts(const TrackerCounts& a, const TrackerCounts& b) {
 
 }  // namespace
 
-TEST_CASE("track history: frames in any order within half a second leave the states of sorted order, bit for bit") {
+TEST_CASE("track history: frames in any order within half a second give the states of sorted order, bit by bit") {
   int64_t replays = 0, deaths = 0, overflow = 0;
   for (uint64_t seed = 1; seed <= 24; ++seed) {
     TrackerParams p;
     if (seed % 3 == 0) p.track_capacity = 12, p.detection_capacity = 10;                          // full tables
-    if (seed % 3 == 1) p.max_silence_s = 0.3, p.window = 8, p.confirm_hits = 3, p.keep_hits = 2;  // many deaths
+    if (seed % 3 == 1) p.max_silence_s = 0.3, p.window = 8, p.confirm_hits = 3, p.keep_hits = 2;  // many deletions
     std::vector<TestFrame> frames = make_frames(seed, 10, 3.0, 0.5);
     delay(frames, seed % 2 ? 0.45 : 0.15, seed);
     TrackerBench shuffled(p), sorted(p);
@@ -83,7 +83,7 @@ TEST_CASE("track history: frames in any order within half a second leave the sta
       so_far.push_back(frames[i]);
       CAPTURE(seed);
       CAPTURE(i);
-      if (i % 23 == 22 || i + 1 == frames.size()) {  // also on the way
+      if (i % 23 == 22 || i + 1 == frames.size()) {  // also in between
         TrackerBench fresh(p);
         std::stable_sort(so_far.begin(), so_far.end(), is_earlier);
         for (const TestFrame& f : so_far) give(fresh, f);
@@ -104,7 +104,7 @@ TEST_CASE("track history: frames in any order within half a second leave the sta
   CHECK(overflow > 500);
 }
 
-TEST_CASE("track history: predictions and published copies between the frames change nothing") {
+TEST_CASE("track history: predictions and published copies between the frames have no effect") {
   std::vector<TestFrame> frames = make_frames(77, 8, 3.0, 0.4);
   delay(frames, 0.2, 5);
   TrackerBench quiet, asked;
@@ -117,7 +117,7 @@ TEST_CASE("track history: predictions and published copies between the frames ch
   }
 }
 
-TEST_CASE("track history: a frame of equal stamp goes after those already there") {
+TEST_CASE("track history: a frame with an equal stamp goes after the earlier ones") {
   for (const bool swapped : {false, true}) {
     TrackerBench late, sorted;
     const std::vector<TestDetection> a = {{10, 0}}, b = {{10, 1}};
@@ -133,7 +133,7 @@ TEST_CASE("track history: a frame of equal stamp goes after those already there"
   }
 }
 
-TEST_CASE("track history: half a second back is taken in, more is late and changes nothing") {
+TEST_CASE("track history: a frame up to half a second old is used, an older one is late and has no effect") {
   for (const int64_t too_much_ns : {0, 1}) {
     TrackerBench bench;
     for (int k = 0; k <= 20; ++k) bench.step(0.05 * k, {{10, 0}});
@@ -151,11 +151,11 @@ TEST_CASE("track history: half a second back is taken in, more is late and chang
   }
 }
 
-TEST_CASE("track history: what is older than the history holds, or than the first frame since a restart, is late") {
+TEST_CASE("track history: a frame older than the history, or than the first frame since a restart, is late") {
   TrackerParams p;
   p.history_iterations = 4;
   TrackerBench bench(p);
-  for (int k = 0; k < 6; ++k) bench.step(0.01 * k, {{10, 0}});  // holds 0.02 to 0.05
+  for (int k = 0; k < 6; ++k) bench.step(0.01 * k, {{10, 0}});  // the history holds 0.02 to 0.05
   bench.step(0.015, {{10, 0}});
   CHECK(bench.last.late);
   bench.step(0.025, {{10, 0}});
@@ -165,7 +165,7 @@ TEST_CASE("track history: what is older than the history holds, or than the firs
 
   TrackerBench restarted;
   restarted.step(1.0, {{10, 0}});
-  restarted.step(0.9, {{10, 0}});  // nothing came before: that is known
+  restarted.step(0.9, {{10, 0}});  // no earlier frame exists: this is known
   CHECK(restarted.last.refiltered == 1);
   restarted.tracker.restart();
   restarted.step(1.0, {{10, 0}});
@@ -189,7 +189,7 @@ TEST_CASE("track history: with room for one iteration every older frame is late"
 }
 
 namespace {
-// All in each other's gates.
+// Every detection lies in every track's gate.
 std::vector<TestDetection> make_clutter(int32_t count, uint64_t seed) {
   std::mt19937_64 random(seed);
   std::vector<TestDetection> clutter;
@@ -198,8 +198,8 @@ std::vector<TestDetection> make_clutter(int32_t count, uint64_t seed) {
 }
 }  // namespace
 
-TEST_CASE("track history: a late frame that is more work than the limit is late, counted, and changes nothing") {
-  // A dense iteration of 100 is 100 x 100 pairs of 16 steps, and the assignment's.
+TEST_CASE("track history: a late frame that costs more work than the limit is late, counted, and has no effect") {
+  // A dense iteration of 100 costs 100 x 100 pairs of 16 steps, plus the assignment.
   for (const double limit : {1.5e6, 1e7}) {
     CAPTURE(limit);
     TrackerParams p;
@@ -208,12 +208,12 @@ TEST_CASE("track history: a late frame that is more work than the limit is late,
     for (int k = 0; k < 12; ++k) bench.step(0.05 * k, make_clutter(100, uint64_t(k)));
     CHECK(bench.tracker.counts().limited == 0);
     const uint64_t before = hash_states(bench);
-    bench.step(0.05 * 11 - 0.04, make_clutter(100, 99));  // one iteration again: in either limit
+    bench.step(0.05 * 11 - 0.04, make_clutter(100, 99));  // repeats one iteration: within either limit
     CHECK_FALSE(bench.last.late);
     CHECK(bench.last.refiltered == 1);
     CHECK(hash_states(bench) != before);
     const uint64_t then = hash_states(bench);
-    bench.step(0.11, make_clutter(100, 98));  // ten
+    bench.step(0.11, make_clutter(100, 98));  // repeats ten
     const bool refused = limit < 1e7;
     CHECK(bench.last.late == refused);
     CHECK(bench.last.limited == refused);
@@ -229,7 +229,7 @@ TEST_CASE("track history: a late frame that is more work than the limit is late,
   }
 }
 
-TEST_CASE("track history: an iteration of more work than the limit is cut short, and says so; few cars never are") {
+TEST_CASE("track history: an iteration beyond the work limit is shortened and flagged; few cars never reach it") {
   for (const double limit : {1e4, 1e15}) {
     CAPTURE(limit);
     TrackerParams p;
@@ -239,7 +239,7 @@ TEST_CASE("track history: an iteration of more work than the limit is cut short,
       const int64_t tracks = dense.track_count();
       dense.step(0.05 * k, make_clutter(100, uint64_t(k)));
       CHECK(dense.last.limited == (limit < 1e15 && k > 0));
-      // The fewest that a track may look at are 8, a pair is 16 steps; then the first search ends at once.
+      // A track compares at least 8 detections, a pair costs 16 steps; then the first search ends at once.
       if (limit < 1e15) CHECK(dense.last.work <= tracks * 8 * 16 + 108);
       if (limit == 1e15 && k > 0) CHECK(dense.last.work > 100 * 100 * 16);
       const TrackerCounts c = dense.tracker.counts();
@@ -258,7 +258,7 @@ TEST_CASE("track history: an iteration of more work than the limit is cut short,
   }
 }
 
-TEST_CASE("track history: with a limit, too, frames taken in late leave the states of sorted order, bit for bit") {
+TEST_CASE("track history: with a work limit late frames also give the states of sorted order, bit by bit") {
   TrackerParams p;
   p.work_limit = test::tests_paper() ? 1e5 : 3e4;  // a dense frame alone may be over it
   int64_t refused = 0, taken_in = 0, limited = 0;
@@ -289,8 +289,7 @@ TEST_CASE("track history: with a limit, too, frames taken in late leave the stat
   CHECK(limited > 0);
 }
 
-TEST_CASE(
-    "tracker: all memory comes from the allocator; each of its refusals is bad_alloc and leaves no block behind") {
+TEST_CASE("tracker: all memory comes from the allocator; each refusal is bad_alloc and leaks no block") {
   struct Heap {
     int32_t live = 0, calls = 0, refused = -1;
   } heap;
@@ -309,10 +308,10 @@ TEST_CASE(
   MakeTracker* const make = find_method(test::test_method())->make_tracker;
   int32_t needed = 0;
   {
-    const int64_t before = overtake_test::count_heap_calls();
+    const int64_t before = overtake::test::count_heap_calls();
     const auto tracker = make(TrackerParams{}, nullptr, allocator);
     needed = heap.calls;
-    if (overtake_test::can_count_heap_calls()) CHECK(overtake_test::count_heap_calls() - before == needed + 1);
+    if (overtake::test::can_count_heap_calls()) CHECK(overtake::test::count_heap_calls() - before == needed + 1);
     CHECK(heap.live == needed);
   }
   CHECK(heap.live == 0);
@@ -324,7 +323,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("track history: flags say coasting, unobserved and stale") {
+TEST_CASE("track history: flags report coasting, unobserved and stale") {
   TrackerBench bench;
   bench.step(0.0, {{30, 0}, {-31, 0}});
   CHECK(bench.snapshot().flags[0] == 0);
@@ -339,10 +338,10 @@ TEST_CASE("track history: flags say coasting, unobserved and stale") {
   bench.step(0.6, {{30, 0}});
   CHECK(bench.snapshot().flags[0] == 0);
   CHECK(bench.snapshot().flags[1] == (kTrackCoasting | kTrackUnobserved | kTrackStale));
-  CHECK(bench.tracks_at(0.1).flags[1] == (kTrackCoasting | kTrackUnobserved));  // published for before
+  CHECK(bench.tracks_at(0.1).flags[1] == (kTrackCoasting | kTrackUnobserved));  // published for an earlier time
 }
 
-// Duplicates, reordering, jumps, the edges of int64, and what is done upstream: a restart after three late frames.
+// Duplicates, reordering, jumps, the limits of int64, and the detector's reaction: a restart after three late frames.
 namespace {
 void run_random_stamps(int32_t steps) {
   constexpr int64_t kFirst = std::numeric_limits<int64_t>::min(), kLast = std::numeric_limits<int64_t>::max();
@@ -406,12 +405,12 @@ void run_random_stamps(int32_t steps) {
 }
 }  // namespace
 
-TEST_CASE("track history: 20,000 frames with random stamps, every measurement accounted for, every number finite") {
+TEST_CASE("track history: 20,000 frames with random stamps: every measurement counted, every number finite") {
   run_random_stamps(20'000);
 }
 
 TEST_SUITE("long") {
-  TEST_CASE("track history: a million frames with random stamps, all measurements accounted for, all numbers finite") {
+  TEST_CASE("track history: a million frames with random stamps: every measurement counted, every number finite") {
     run_random_stamps(1'000'000);
   }
 }

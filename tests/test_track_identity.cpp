@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Ids under frames out of sequence: one stays with its car, and none is ever another's.
+// Ids with frames out of sequence: each id stays with its car and never goes to another one.
 #include <doctest/doctest.h>
 
 #include <map>
@@ -14,28 +14,28 @@
 namespace {
 
 using namespace overtake;
-using overtake_test::delay;
-using overtake_test::give;
-using overtake_test::make_frames;
-using overtake_test::TestFrame;
-using overtake_test::to_ns;
-using overtake_test::TrackerBench;
-using overtake_test::uniform;
+using overtake::test::delay;
+using overtake::test::give;
+using overtake::test::make_frames;
+using overtake::test::TestFrame;
+using overtake::test::to_ns;
+using overtake::test::TrackerBench;
+using overtake::test::uniform;
 
 }  // namespace
 
-TEST_CASE("track identity: a track born later in time than an older frame's keeps its id when that frame comes") {
+TEST_CASE("track identity: a track keeps its id when an older frame shows its car earlier") {
   TrackerBench bench;
   bench.step(0.0, {});
   bench.step(0.10, {{50, 0}});
   const TrackId published = bench.ids[0];
   bench.step(0.15, {{50, 0}});
-  bench.step(0.05, {{50, 0}});  // in sorted order the car is born here
+  bench.step(0.05, {{50, 0}});  // in sorted order the car's track starts here
   CHECK(bench.ids[0] == published);
   REQUIRE(bench.snapshot().count == 1);
   CHECK(bench.snapshot().id[0] == published);
   CHECK(bench.snapshot().age[0] == 3);
-  // A new car draws an id nobody had.
+  // A new car gets an unused id.
   bench.step(0.20, {{50, 0}, {90, 0}});
   CHECK(bench.ids[0] == published);
   CHECK(bench.ids[1] != published);
@@ -47,7 +47,7 @@ TEST_CASE("track identity: two cars that change slots keep their ids") {
   bench.step(0.10, {{20, 0}, {50, 0}});  // nearest first: slots 0 and 1
   const TrackId near = bench.ids[0], far = bench.ids[1];
   bench.step(0.15, {{20, 0}, {50, 0}});
-  bench.step(0.05, {{50, 0}});  // in sorted order the far one is born first, in slot 0
+  bench.step(0.05, {{50, 0}});  // in sorted order the far one starts first, in slot 0
   const TrackTable& t = bench.snapshot();
   REQUIRE(t.count == 2);
   CHECK(t.x_m[0] == doctest::Approx(50));
@@ -60,10 +60,10 @@ TEST_CASE("track identity: two cars that change slots keep their ids") {
   CHECK(bench.ids[2] != far);
 }
 
-TEST_CASE("track identity: a track that an older frame ends hands its id to the one that follows its car") {
+TEST_CASE("track identity: a track that an older frame deletes passes its id to the track that follows its car") {
   TrackerParams p;
   p.window = 4;
-  p.confirm_hits = 4;  // a tentative track dies of its first miss
+  p.confirm_hits = 4;  // a tentative track is deleted at its first miss
   p.keep_hits = 1;
   TrackerBench bench(p);
   bench.step(0.00, {{30, 0}});
@@ -79,7 +79,7 @@ TEST_CASE("track identity: a track that an older frame ends hands its id to the 
   CHECK(bench.tracker.counts().births == 2);
 }
 
-TEST_CASE("track identity: a snapshot after an older frame speaks of that frame's rows") {
+TEST_CASE("track identity: a snapshot after an older frame refers to that frame's rows") {
   TrackerBench bench;
   bench.step(0.00, {{30, 0}, {60, 0}});
   bench.step(0.10, {{60, 0}, {30, 0}});
@@ -93,21 +93,21 @@ TEST_CASE("track identity: a snapshot after an older frame speaks of that frame'
   CHECK(t.detection[2] == 0);
   CHECK(bench.ids[0] == t.id[2]);
   CHECK(bench.ids[1] == t.id[0]);
-  bench.step(-9.0, {{30, 0}});  // too old: it says nothing of any track
+  bench.step(-9.0, {{30, 0}});  // too old: no effect on any track
   CHECK(bench.last.late);
   for (int i = 0; i < 3; ++i) CHECK(bench.snapshot().detection[i] == -1);
   for (int i = 0; i < 3; ++i) CHECK(bench.snapshot().flags[i] == kTrackCoasting);
 }
 
-TEST_CASE("track identity: a track that died since an older frame lends nothing to the one in its slot now") {
+TEST_CASE("track identity: a track deleted since an older frame gives no id to the track now in its slot") {
   TrackerParams p;
   p.window = 4;
-  p.confirm_hits = 4;  // a tentative track dies of its first miss
+  p.confirm_hits = 4;  // a tentative track is deleted at its first miss
   TrackerBench bench(p);
   bench.step(0.00, {});
   bench.step(0.10, {{50, 0}});
   const TrackId published = bench.ids[0];
-  bench.step(0.05, {{20, 0}});  // born in slot 0, dead at 0.10, when the other takes the slot
+  bench.step(0.05, {{20, 0}});  // its track started in slot 0 and was deleted at 0.10, when the other took the slot
   REQUIRE(bench.snapshot().count == 1);
   CHECK(bench.snapshot().id[0] == published);
   CHECK(bench.snapshot().detection[0] == -1);
@@ -116,7 +116,7 @@ TEST_CASE("track identity: a track that died since an older frame lends nothing 
   CHECK(bench.ids[0] != published);
 }
 
-TEST_CASE("track identity: of two tracks that were one, the one that lives has the id, then the one with more of it") {
+TEST_CASE("track identity: of two tracks that were one, the live one keeps the id, then the one with more of it") {
   for (const int32_t living : {1, 2, 3}) {  // bit 0: the first, bit 1: the second
     const int32_t keeper = living == 2 ? 1 : 0;
     TrackerParams p;
@@ -160,9 +160,9 @@ TEST_CASE("track identity: of two tracks that were one, the one that lives has t
   }
 }
 
-TEST_CASE("track identity: under reordering a car that is always seen keeps one id, and no id is ever another car's") {
+TEST_CASE("track identity: a car that is always seen keeps one id under reordering, and no id goes to another car") {
   for (uint64_t seed = 1; seed <= 12; ++seed) {
-    // Cars far apart, each seen in every frame: whatever the order, one track each.
+    // Cars far apart, each seen in every frame: in any order, one track each.
     std::mt19937_64 random(seed);
     std::vector<TestFrame> frames;
     for (const int64_t period_ns : {to_ns(0.05), to_ns(0.037), to_ns(0.08)})
@@ -170,7 +170,7 @@ TEST_CASE("track identity: under reordering a car that is always seen keeps one 
         TestFrame f;
         f.stamp_ns = stamp_ns;
         for (int car = 0; car < 6; ++car) {
-          const double t_s = double(stamp_ns) * 1e-9 - 0.4 * car;  // the cars turn up one after the other
+          const double t_s = double(stamp_ns) * 1e-9 - 0.4 * car;  // the cars appear one after the other
           if (t_s < 0) continue;
           f.detections.push_back({60.0 * car + 10 * t_s + uniform(random, -0.3, 0.3), uniform(random, -0.3, 0.3)});
           f.car.push_back(car);
@@ -201,7 +201,7 @@ TEST_CASE("track identity: under reordering a car that is always seen keeps one 
   }
 }
 
-TEST_CASE("track identity: among births, deaths and full tables no two tracks ever share an id, and none comes back") {
+TEST_CASE("track identity: with births, deletions and full tables no two tracks share an id, and none returns") {
   for (uint64_t seed = 1; seed <= 8; ++seed) {
     TrackerParams p;
     p.track_capacity = 14;
@@ -223,7 +223,7 @@ TEST_CASE("track identity: among births, deaths and full tables no two tracks ev
         CAPTURE(seed);
         REQUIRE(now.insert(t.id[i]).second);
         REQUIRE(slot_of(t.id[i]) < uint32_t(p.track_capacity));
-        // A track may be back within the window that can still change; not after.
+        // A track may return within the window that can still change, not later.
         const auto [at, fresh] = last_seen_ns.emplace(t.id[i], newest_ns);
         REQUIRE(newest_ns - at->second <= to_ns(p.history_s + 0.1));
         at->second = newest_ns;

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The rules of pipeline/track/life_cycle.h by name, on bare histories first, then through the tracker.
+// The rules of pipeline/track/life_cycle.h by name, first on histories alone, then through the tracker.
 #include <doctest/doctest.h>
 
 #include <string>
@@ -13,11 +13,12 @@
 namespace {
 
 using namespace overtake;
-using overtake_test::TrackerBench;
+using overtake::test::TrackerBench;
 
 constexpr LifeCycleParams kPaper = {20, 6, 5};
 
-// 'x' is a hit, '.' a miss; the first is the birth. Returns the iteration at which the track died, 0 while it lives.
+// 'x' is a hit, '.' a miss; the first is the initiation. Returns the iteration that deleted the track, 0 while it
+// exists.
 int32_t live(LifeCycle& life, const std::string& iterations, const LifeCycleParams& p = kPaper) {
   int32_t n = 0;
   for (const char c : iterations) {
@@ -43,7 +44,7 @@ TEST_CASE("life cycle: the paper's thresholds are the default") {
   CHECK(p.max_silence_s == 4.0);
 }
 
-TEST_CASE("life cycle: tentative with five hits, confirmed with the sixth") {
+TEST_CASE("life cycle: a track is tentative with five hits, confirmed with the sixth") {
   LifeCycle life;
   CHECK(live(life, "xxxxx") == 0);
   CHECK(life.state == TrackState::kTentative);
@@ -61,12 +62,12 @@ TEST_CASE("life cycle: the six hits need not be in a row") {
   CHECK(life.state == TrackState::kConfirmed);
 }
 
-TEST_CASE("life cycle: a young track dies when it can no longer reach confirmation, not before") {
-  LifeCycle one_hit;  // 1 hit, at age 15 five iterations are left until age 20: 1 + 5 = 6
+TEST_CASE("life cycle: a young track is deleted exactly when it cannot be confirmed any more") {
+  LifeCycle one_hit;  // 1 hit, at age 15 five iterations remain until age 20: 1 + 5 = 6
   CHECK(live(one_hit, "x" + repeat(".", 14)) == 0);
   CHECK(live(one_hit, ".") == 1);  // age 16: 1 + 4 < 6
 
-  LifeCycle five_hits;  // five hits can still become six at age 20
+  LifeCycle five_hits;  // five hits can still become six by age 20
   CHECK(live(five_hits, "xxxxx" + repeat(".", 14)) == 0);
   CHECK(five_hits.age == 19);
 
@@ -74,25 +75,25 @@ TEST_CASE("life cycle: a young track dies when it can no longer reach confirmati
   CHECK(live(four_hits, "xxxx" + repeat(".", 16)) == 19);
 }
 
-TEST_CASE("life cycle: a young confirmed track does not die of misses") {
+TEST_CASE("life cycle: a young confirmed track is not deleted by misses") {
   LifeCycle life;
   CHECK(live(life, "xxxxxx" + repeat(".", 13)) == 0);
   CHECK(life.age == 19);
   CHECK(life.state == TrackState::kConfirmed);
 }
 
-TEST_CASE("life cycle: from age N on a track with fewer than M_e hits dies") {
+TEST_CASE("life cycle: from age N on a track with fewer than M_e hits is deleted") {
   LifeCycle life;
-  // Six hits at ages 1..6. At age 25 the window holds 6..25, one hit; at 22 it holds 3..22, four: dead there.
+  // Six hits at ages 1..6. At age 25 the window is 6..25, one hit; at age 22 it is 3..22, four hits: deleted there.
   CHECK(live(life, "xxxxxx" + repeat(".", 19)) == 22);
 }
 
-TEST_CASE("life cycle: a confirmed track with exactly M_e hits lives on and stays confirmed") {
+TEST_CASE("life cycle: a confirmed track with exactly M_e hits stays confirmed") {
   LifeCycle life;
   CHECK(live(life, "xxxxxx" + repeat(".", 15)) == 0);  // age 21: window 2..21, five hits
   CHECK(life.hits() == 5);
   CHECK(life.state == TrackState::kConfirmed);
-  LifeCycle steady;  // one hit in four iterations: five of twenty for ever
+  LifeCycle steady;  // one hit in four iterations: always five of twenty
   CHECK(live(steady, "xxxxxx" + repeat("...x", 100)) == 0);
   CHECK(steady.state == TrackState::kConfirmed);
 }
@@ -102,7 +103,7 @@ TEST_CASE("life cycle: an old tentative track with M_e hits stays tentative and 
   CHECK(live(life, "x...x...x...x...x...") == 0);  // age 20, five hits
   CHECK(life.age == 20);
   CHECK(life.state == TrackState::kTentative);
-  CHECK(live(life, "x...x...x..") == 0);  // one in, one out: still five
+  CHECK(live(life, "x...x...x..") == 0);  // one enters, one leaves: still five
   CHECK(life.state == TrackState::kTentative);
   CHECK(live(life, "x") == 0);  // six within twenty
   CHECK(life.state == TrackState::kConfirmed);
@@ -133,7 +134,7 @@ TEST_CASE("tracker: a track is confirmed at its sixth hit") {
   CHECK(bench.tracks().hits[0] == 6);
 }
 
-TEST_CASE("tracker: a single false detection is gone after sixteen iterations") {
+TEST_CASE("tracker: a single false detection is deleted after sixteen iterations") {
   TrackerBench bench;
   bench.step(0, {{10, 0}});
   for (int k = 1; k < 15; ++k) bench.step(0.05 * k, {});
@@ -144,23 +145,23 @@ TEST_CASE("tracker: a single false detection is gone after sixteen iterations") 
   CHECK(bench.tracker.counts().misses == 15);
 }
 
-TEST_CASE("tracker: without a hit for longer than max_silence_s a track dies in any case") {
+TEST_CASE("tracker: a track without a hit for longer than max_silence_s is always deleted") {
   TrackerBench bench;
   for (int k = 0; k < 10; ++k) bench.step(0.05 * k, {{10, 0}});
-  bench.frame.sector_count = 0;  // nothing is seen: no iteration, no miss
+  bench.frame.sector_count = 0;  // no sensor sees anything: no iteration, no miss
   bench.step(0.45 + 4.0, {});
   CHECK(bench.track_count() == 1);
   bench.step(0.45 + 4.0 + 1e-6, {});
   CHECK(bench.track_count() == 0);
 }
 
-TEST_CASE("tracker: a pure prediction leaves out what silence has ended, and the tracker as it is") {
+TEST_CASE("tracker: a pure prediction leaves out silent tracks, and does not change the tracker") {
   TrackerBench bench;
   for (int k = 0; k < 10; ++k) bench.step(0.05 * k, {{10, 0}});
   REQUIRE(bench.predicted_to(4.45).count == 1);  // 4 s after its last hit
   CHECK(bench.predicted_to(4.45).age[0] == 10);
   CHECK(bench.predicted_to(4.45).hits[0] == 10);
-  CHECK(bench.predicted_to(4.45).stamp_ns[0] == overtake_test::to_ns(4.45));
+  CHECK(bench.predicted_to(4.45).stamp_ns[0] == overtake::test::to_ns(4.45));
   CHECK(bench.predicted_to(4.45).flags[0] == (kTrackCoasting | kTrackUnobserved | kTrackStale));
   CHECK(bench.predicted_to(4.46).count == 0);
   CHECK(bench.track_count() == 1);
@@ -171,7 +172,7 @@ TEST_CASE("tracker: a pure prediction leaves out what silence has ended, and the
   CHECK(bench.tracker.counts().deaths == 1);
 }
 
-TEST_CASE("tracker: a detection that comes after the silence makes a new track") {
+TEST_CASE("tracker: a detection after the silence initiates a new track") {
   TrackerBench bench;
   for (int k = 0; k < 10; ++k) bench.step(0.05 * k, {{10, 0}});
   const TrackId first = bench.ids[0];
@@ -181,7 +182,7 @@ TEST_CASE("tracker: a detection that comes after the silence makes a new track")
   CHECK(bench.ids[0] != first);
 }
 
-TEST_CASE("tracker: a frame whose sensors do not see the track's place is no iteration for it") {
+TEST_CASE("tracker: a frame whose sensors do not see the track's place is not an iteration for it") {
   // One sector from the origin, 90 degrees wide around +x, 5 to 50 m.
   const ObservedSector ahead = {0, 0, 0.78, -0.78, 5, 50};
   struct Case {
@@ -202,18 +203,18 @@ TEST_CASE("tracker: a frame whose sensors do not see the track's place is no ite
   }
 }
 
-TEST_CASE("tracker: sectors work across the half turn and for a full turn") {
+TEST_CASE("tracker: sectors work across +-pi and for a full turn") {
   struct Case {
     ObservedSector sector;
     bool seen;
   };
   for (const Case c : {Case{{0, 0, 3.5, 2.8, 0, 50}, true},    // behind, left edge beyond +pi
-                       Case{{0, 0, -2.8, -3.5, 0, 50}, true},  // the same, from the other side
-                       Case{{0, 0, 2.9, -2.9, 0, 50}, false},  // all but behind
+                       Case{{0, 0, -2.8, -3.5, 0, 50}, true},  // the same, with the right edge beyond -pi
+                       Case{{0, 0, 2.9, -2.9, 0, 50}, false},  // everything except behind
                        Case{{0, 0, kPi, -kPi, 0, 50}, true},   // a full turn
                        Case{{0, 0, 9.4, 9.4 - 2 * kPi, 0, 50}, true},
-                       Case{{-20, 0, 0.1, -0.1, 0, 50}, true},  // a sensor elsewhere, the track ahead of it
-                       Case{{0, 0, overtake_test::kNan, 0, 0, 50}, false}}) {
+                       Case{{-20, 0, 0.1, -0.1, 0, 50}, true},  // a sensor at another position, the track ahead of it
+                       Case{{0, 0, overtake::test::kNan, 0, 0, 50}, false}}) {
     CAPTURE(c.sector.left_rad);
     TrackerBench bench;
     for (int k = 0; k < 10; ++k) bench.step(0.05 * k, {{-10, 0}});
@@ -224,7 +225,7 @@ TEST_CASE("tracker: sectors work across the half turn and for a full turn") {
   }
 }
 
-TEST_CASE("tracker: unknown sectors mean everything was seen, no sector means nothing") {
+TEST_CASE("tracker: unknown sectors mean that everything was observed, no sector means nothing") {
   TrackerBench bench;
   for (int k = 0; k < 10; ++k) bench.step(0.05 * k, {{10, 0}});
   bench.frame.sector_count = 0;
@@ -235,7 +236,7 @@ TEST_CASE("tracker: unknown sectors mean everything was seen, no sector means no
   CHECK(bench.tracks().age[0] == 11);
 }
 
-TEST_CASE("tracker: a hit outside every sector is a hit") {
+TEST_CASE("tracker: a hit outside every sector counts") {
   TrackerBench bench;
   bench.frame.sector_count = 0;
   for (int k = 0; k < 6; ++k) bench.step(0.05 * k, {{10, 0}});

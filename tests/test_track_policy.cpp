@@ -26,7 +26,7 @@ struct ManyModels {
 class ManyModelsPolicy {
  public:
   using State = ManyModels;
-  ManyModelsPolicy(const TrackerParams& params, const TrackMap*, const Allocator&) : step_s_(params.horizon_step_s) {}
+  ManyModelsPolicy(const TrackerParams& params, const CircuitMap*, const Allocator&) : step_s_(params.horizon_step_s) {}
 
   void predict(State& s, double dt_s) const { s.x_m += s.speed_mps[s.model] * dt_s; }
   Place place(const State& s) const { return {s.x_m, 0}; }

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The tracker's side of a frame: what pushed detections become, and what a frame without ego pose leaves alone.
+// The tracker's part of a frame: how it uses pushed detections, and what a frame without ego pose leaves unchanged.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -32,7 +32,7 @@ struct Bench {
 
   double yaw_rad = 1.5707963267948966;
 
-  // One pushed detection 20 m ahead. The ego pose, at the origin and turned by yaw_rad, is `age_ns` old; < 0: none.
+  // One pushed detection 20 m ahead. The ego pose, at the origin with heading yaw_rad, is `age_ns` old; < 0: no pose.
   void run(int64_t stamp_ns, int64_t age_ns, int32_t reference = OVT_REFERENCE_VEHICLE, double var_x = kNan,
            double var_y = kNan, double cov_xy = kNan) {
     reset_frame(frame);
@@ -61,12 +61,12 @@ struct Bench {
   }
 };
 
-// Half the largest acceleration times age squared, squared.
+// The square of half the largest acceleration times age squared.
 double extra_variance(double age_s) { return std::pow(0.5 * 26.5 * age_s * age_s, 2); }
 
 }  // namespace
 
-TEST_CASE("track stage: pushed detections of the vehicle frame get the uncertainty of an old ego pose, from 20 ms on") {
+TEST_CASE("track stage: pushed detections in the vehicle frame get the uncertainty of an old ego pose, from 20 ms on") {
   for (const int64_t age_ms : {0, 20, 21, 90, 400}) {
     CAPTURE(age_ms);
     const double extra = age_ms > 20 ? extra_variance(double(age_ms) * 1e-3) : 0.0;
@@ -75,27 +75,27 @@ TEST_CASE("track stage: pushed detections of the vehicle frame get the uncertain
     REQUIRE(bench.frame.tracks.count == 1);
     CHECK(bench.frame.reference == OVT_REFERENCE_MAP);
     CHECK(bench.frame.tracks.y_m[0] == doctest::Approx(20));
-    CHECK(bench.frame.tracks.covariance[0][0] == doctest::Approx(4 + extra).epsilon(1e-12));  // turned left
+    CHECK(bench.frame.tracks.covariance[0][0] == doctest::Approx(4 + extra).epsilon(1e-12));  // rotated to the left
     CHECK(bench.frame.tracks.covariance[1][0] == doctest::Approx(-0.5));
     CHECK(bench.frame.tracks.covariance[2][0] == doctest::Approx(1 + extra).epsilon(1e-12));
 
-    Bench without;  // of their own: the parameters' R
+    Bench without;  // without a covariance: the parameters' R
     without.run(1000 * kMs, age_ms * kMs);
     CHECK(without.frame.tracks.covariance[0][0] == doctest::Approx(5 + extra).epsilon(1e-12));
     CHECK(without.frame.tracks.covariance[2][0] == doctest::Approx(5 + extra).epsilon(1e-12));
 
-    Bench senseless;  // is none
+    Bench senseless;  // an invalid covariance
     senseless.run(1000 * kMs, age_ms * kMs, OVT_REFERENCE_VEHICLE, 1, 1, 2);
     CHECK(senseless.frame.tracks.covariance[0][0] == doctest::Approx(5 + extra).epsilon(1e-12));
 
-    Bench in_map;  // does not ask the pose
+    Bench in_map;  // does not need the pose
     in_map.run(1000 * kMs, age_ms * kMs, OVT_REFERENCE_MAP, 1, 4, 0.5);
     CHECK(in_map.frame.tracks.covariance[0][0] == 1);
     CHECK(in_map.frame.tracks.covariance[2][0] == 4);
   }
 }
 
-TEST_CASE("track stage: the covariance of a detection pushed in the vehicle frame turns with the ego yaw") {
+TEST_CASE("track stage: the covariance of a detection pushed in the vehicle frame rotates with the ego yaw") {
   // An ellipse of 4 m^2 along its long axis and 1 m^2 across, the long axis at 15 degrees in the vehicle frame.
   const double degree = 3.14159265358979323846 / 180, mean = 2.5, half = 1.5, axis = 15 * degree;
   for (const double yaw_deg : {-150.0, -30.0, 0.0, 30.0, 60.0, 90.0, 120.0}) {
@@ -112,7 +112,7 @@ TEST_CASE("track stage: the covariance of a detection pushed in the vehicle fram
   }
 }
 
-TEST_CASE("track stage: an older frame is filtered again and says how much, one too old is late") {
+TEST_CASE("track stage: an older frame is filtered again and counted, one too old is late") {
   Bench bench;
   for (int k = 0; k < 6; ++k) bench.run((1000 + 50 * k) * kMs, 0);
   CHECK(bench.stage.last_step().refiltered == 0);
@@ -133,7 +133,7 @@ TEST_CASE("track stage: an older frame is filtered again and says how much, one 
   CHECK(bench.frame.tracks.hits[0] == 7);
 }
 
-TEST_CASE("track stage: a prediction and a frame whose ego pose is lost leave the tracks as they are") {
+TEST_CASE("track stage: a prediction and a frame without ego pose do not change the tracks") {
   Bench asked, quiet;
   for (Bench* bench : {&asked, &quiet})
     for (int k = 0; k < 10; ++k) bench->run((1000 + 50 * k) * kMs, 0);
@@ -142,7 +142,7 @@ TEST_CASE("track stage: a prediction and a frame whose ego pose is lost leave th
   CHECK(asked.frame.tracks.stamp_ns[0] == 1510 * kMs);
   CHECK(asked.frame.tracks.flags[0] == (kTrackCoasting | kTrackUnobserved));
   CHECK(asked.frame.tracks.detection[0] == -1);
-  asked.run(1530 * kMs, -1);  // in the map, but where is the car?
+  asked.run(1530 * kMs, -1);  // the tracker works in the map, but the ego's place is unknown
   CHECK(asked.frame.tracks.stamp_ns[0] == 1530 * kMs);
   CHECK(asked.frame.measurements.count == 0);
   CHECK((asked.frame.flags & OVT_FLAG_EGO_STALE) != 0);
@@ -150,7 +150,7 @@ TEST_CASE("track stage: a prediction and a frame whose ego pose is lost leave th
   CHECK(hash_table(asked.frame.tracks, 0) == hash_table(quiet.frame.tracks, 0));
 }
 
-TEST_CASE("track stage: a prediction does not change the tracks over to the map") {
+TEST_CASE("track stage: a prediction does not move the tracks to the map") {
   Bench bench;
   for (int k = 0; k < 5; ++k) bench.run((1000 + 50 * k) * kMs, -1);
   REQUIRE(bench.frame.reference == OVT_REFERENCE_VEHICLE);

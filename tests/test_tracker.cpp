@@ -15,19 +15,19 @@
 namespace {
 
 using namespace overtake;
-using overtake_test::kNan;
-using overtake_test::TestDetection;
-using overtake_test::to_ns;
-using overtake_test::TrackerBench;
+using overtake::test::kNan;
+using overtake::test::TestDetection;
+using overtake::test::to_ns;
+using overtake::test::TrackerBench;
 
 // A left-hand circle of 100 m radius around the origin, driven counter-clockwise.
-TrackMap make_circle() {
+CircuitMap make_circle() {
   std::vector<double> x, y, width(360, 10.0);
   for (int k = 0; k < 360; ++k) {
     x.push_back(100 * std::cos(k * kPi / 180));
     y.push_back(100 * std::sin(k * kPi / 180));
   }
-  TrackMap map;
+  CircuitMap map;
   const char* error = nullptr;
   REQUIRE(map.build(x.data(), y.data(), width.data(), width.data(), nullptr, 360, true, &error));
   return map;
@@ -54,8 +54,8 @@ TEST_CASE("tracker: defaults are the paper's table") {
   CHECK(p.gate_m == 8.0);
 }
 
-TEST_CASE("tracker: birth from the map takes its tangent, its curvature and 0.8 of the ego speed") {
-  const TrackMap map = make_circle();
+TEST_CASE("tracker: with a map a new track takes its tangent, its curvature and 0.8 of the ego speed") {
+  const CircuitMap map = make_circle();
   TrackerBench bench({}, &map);
   bench.frame.ego = {true, 90, -40, 1.2, 50};
   bench.step(1.0, {{0, 101}});  // at the top: driving towards -x
@@ -69,8 +69,8 @@ TEST_CASE("tracker: birth from the map takes its tangent, its curvature and 0.8 
   check_birth_covariance(t, 0.04);
 }
 
-TEST_CASE("tracker: birth from the map without an ego stands still along the tangent") {
-  const TrackMap map = make_circle();
+TEST_CASE("tracker: with a map and without an ego a new track stands still along the tangent") {
+  const CircuitMap map = make_circle();
   TrackerBench bench({}, &map);
   bench.step(1.0, {{100, 0}});
   CHECK(bench.tracks().speed_mps[0] == 0);
@@ -79,8 +79,8 @@ TEST_CASE("tracker: birth from the map without an ego stands still along the tan
   check_birth_covariance(bench.tracks(), 0.04);
 }
 
-TEST_CASE("tracker: a frame that is not in the map's frame of reference does not ask the map") {
-  const TrackMap map = make_circle();
+TEST_CASE("tracker: a frame in the vehicle frame does not use the map") {
+  const CircuitMap map = make_circle();
   TrackerBench bench({}, &map);
   bench.frame.in_map = false;
   bench.frame.ego = {true, 0, 0, 0.3, 10};
@@ -88,9 +88,9 @@ TEST_CASE("tracker: a frame that is not in the map's frame of reference does not
   CHECK(bench.tracks().course_rad[0] == 0.3);
 }
 
-TEST_CASE("tracker: birth without a map takes the ego heading and no yaw rate") {
-  const TrackMap empty;
-  for (const TrackMap* map : {static_cast<const TrackMap*>(nullptr), &empty}) {
+TEST_CASE("tracker: without a map a new track takes the ego heading and no yaw rate") {
+  const CircuitMap empty;
+  for (const CircuitMap* map : {static_cast<const CircuitMap*>(nullptr), &empty}) {
     TrackerBench bench({}, map);
     bench.frame.ego = {true, 0, 0, -2.5, 60};
     bench.step(1.0, {{30, 4}});
@@ -101,7 +101,7 @@ TEST_CASE("tracker: birth without a map takes the ego heading and no yaw rate") 
   }
 }
 
-TEST_CASE("tracker: birth without map and ego knows no course") {
+TEST_CASE("tracker: without map and ego a new track has no known course") {
   TrackerBench bench;
   bench.step(1.0, {{30, 4}});
   CHECK(bench.tracks().speed_mps[0] == 0);
@@ -109,7 +109,7 @@ TEST_CASE("tracker: birth without map and ego knows no course") {
   check_birth_covariance(bench.tracks(), kPi * kPi);
 }
 
-TEST_CASE("tracker: every detection that no track took gives birth to one track") {
+TEST_CASE("tracker: every unassociated detection initiates one track") {
   TrackerBench bench;
   bench.step(0.0, {{0, 0}, {50, 0}, {50, 30}});
   CHECK(bench.track_count() == 3);
@@ -127,7 +127,7 @@ TEST_CASE("tracker: every detection that no track took gives birth to one track"
 TEST_CASE("tracker: the Mahalanobis gate holds") {
   TrackerParams p;
   p.gate_m = 1000;
-  // At birth, in the same instant: S = R + R = 10 I, so d^2 = 9.21 at 9.597 m.
+  // At initiation, at the same time: S = R + R = 10 I, so d^2 = 9.21 at 9.597 m.
   for (const double distance : {9.59, 9.60}) {
     TrackerBench bench(p);
     bench.step(0.0, {{0, 0}});
@@ -151,16 +151,16 @@ TEST_CASE("tracker: the distance gate holds where the covariance is wide") {
   }
 }
 
-TEST_CASE("tracker: the gates stand where the track is predicted to be, not where it was") {
+TEST_CASE("tracker: the gates are at the track's predicted place, not at its last one") {
   TrackerBench bench;
-  bench.frame.ego = {true, 0, 0, 0, 100};  // born with 80 m/s along +x
+  bench.frame.ego = {true, 0, 0, 0, 100};  // starts with 80 m/s along +x
   bench.step(0.0, {{0, 0}});
   const TrackId first = bench.ids[0];
   bench.step(1.0, {{80, 0}});
   CHECK(bench.ids[0] == first);
 }
 
-TEST_CASE("tracker: the distance gate is measured from the predicted place, also where the speed reaches farther") {
+TEST_CASE("tracker: the distance gate is measured from the predicted place, also at high speed") {
   TrackerParams p;
   p.r_diag[0] = p.r_diag[1] = 500;
   for (const double distance : {7.999, 8.001}) {
@@ -174,7 +174,7 @@ TEST_CASE("tracker: the distance gate is measured from the predicted place, also
   }
 }
 
-TEST_CASE("tracker: in one frame a track is predicted anew to every stamp") {
+TEST_CASE("tracker: in one frame a track is predicted separately to every stamp") {
   TrackerParams p;
   p.r_diag[0] = p.r_diag[1] = 1;
   TrackerBench bench(p);
@@ -186,7 +186,7 @@ TEST_CASE("tracker: in one frame a track is predicted anew to every stamp") {
   CHECK(bench.ids[1] == first);
 }
 
-TEST_CASE("tracker: equal costs are decided by what was measured, not by the row") {
+TEST_CASE("tracker: equal costs are decided by the measurement, not by the row") {
   for (const bool swapped : {false, true}) {
     TrackerBench bench;
     bench.step(0.0, {{0, 0}});
@@ -201,13 +201,13 @@ TEST_CASE("tracker: association is global, not greedy") {
   TrackerBench bench;
   bench.step(0.0, {{0, 0}, {0, 6}});
   const std::vector<TrackId> first = bench.ids;
-  // The nearest pair of all is track 1 with the detection at 4; taking it leaves track 0 with the one at 9: out of its
-  // gate, one pair only. Two pairs are possible.
+  // The nearest pair is track 1 with the detection at 4. Taking it leaves only the detection at 9 to track 0, outside
+  // its gate: one pair only. Two pairs are possible.
   bench.step(0.0, {{0, 4}, {0, 9}});
   CHECK(bench.ids == first);
 }
 
-TEST_CASE("tracker: the cost has ln det S, a wide track does not steal from a narrow one") {
+TEST_CASE("tracker: the cost includes ln det S, so a wide track does not take a narrow one's detection") {
   TrackerParams p;
   p.r_diag[0] = p.r_diag[1] = 0.25;
   TrackerBench bench(p);
@@ -220,7 +220,7 @@ TEST_CASE("tracker: the cost has ln det S, a wide track does not steal from a na
   CHECK(bench.ids[0] == narrow);
 }
 
-TEST_CASE("tracker: a detection's own covariance replaces R, one that is none does not") {
+TEST_CASE("tracker: a detection's covariance replaces R, an invalid one does not") {
   struct Case {
     double var_x, var_y, cov_xy;
     bool own;
@@ -238,12 +238,12 @@ TEST_CASE("tracker: a detection's own covariance replaces R, one that is none do
   }
 }
 
-TEST_CASE("tracker: each track is updated at its own detection's stamp") {
+TEST_CASE("tracker: each track is updated at its detection's stamp") {
   TrackerBench bench;
   bench.step(0.1, {{0, 0, kNan, 0.08}, {50, 0, kNan, 0.01}});
   CHECK(bench.tracks().measured_ns[0] == to_ns(0.02));
   CHECK(bench.tracks().measured_ns[1] == to_ns(0.09));
-  // Two cars at 50 m/s, seen 30 and 100 ms into the next sweep: each moved by its own time.
+  // Two cars at 50 m/s, seen 30 and 100 ms into the next frame: each moved by its own time.
   TrackerBench moving;
   moving.frame.ego = {true, 0, 0, 0, 62.5};
   moving.step(0.1, {{0, 0, kNan, 0.1}, {50, 0}});
@@ -253,8 +253,8 @@ TEST_CASE("tracker: each track is updated at its own detection's stamp") {
   for (int i = 0; i < 2; ++i) CHECK(t.speed_mps[i] == doctest::Approx(50).epsilon(1e-9));
 }
 
-TEST_CASE("tracker: a detection older than its track measures where the track was") {
-  // The track runs at 50 m/s and its state is at 0.1 s; the detection, exactly on the way, is of 0.09 s.
+TEST_CASE("tracker: a detection older than its track measures the track's earlier place") {
+  // The track moves at 50 m/s and its state is at 0.1 s; the detection, exactly on the path, is from 0.09 s.
   TrackerBench bench;
   bench.frame.ego = {true, 0, 0, 0, 62.5};
   bench.step(0.1, {{5, 0}});
@@ -266,10 +266,10 @@ TEST_CASE("tracker: a detection older than its track measures where the track wa
   CHECK(t.measured_ns[0] == to_ns(0.1));
   CHECK(t.x_m[0] == doctest::Approx(5).epsilon(1e-9));
   CHECK(t.speed_mps[0] == doctest::Approx(50).epsilon(1e-9));
-  CHECK(t.covariance[0][0] < 2.6);  // and it counted: two measurements of 5 m^2
+  CHECK(t.covariance[0][0] < 2.6);  // and it had an effect: two measurements of 5 m^2
 }
 
-TEST_CASE("tracker: a detection more than half a second older than a track is not its") {
+TEST_CASE("tracker: a detection more than half a second older than a track is not associated with it") {
   for (const double late : {0.49, 0.51}) {
     TrackerBench bench;
     bench.step(1.0, {{5, 0}});
@@ -281,7 +281,7 @@ TEST_CASE("tracker: a detection more than half a second older than a track is no
 }
 
 TEST_CASE("tracker: no noise is counted twice where scans overlap") {
-  // 20 frames whose detections come 5 ms before the state's time: P at the end must not exceed that of sorted arrival.
+  // 20 frames whose detections are 5 ms older than the state: P at the end must not exceed that of sorted arrival.
   TrackerBench late, sorted;
   late.step(0.0, {{0, 0}});
   sorted.step(0.0, {{0, 0}});
@@ -311,7 +311,7 @@ TEST_CASE("tracker: in a full table the nearest tentative tracks are kept") {
   CHECK(bench.tracker.counts().overflow == 4);
 }
 
-TEST_CASE("tracker: in a full table confirmed tracks stay, however far") {
+TEST_CASE("tracker: in a full table confirmed tracks stay, at any distance") {
   TrackerParams p;
   p.track_capacity = 2;
   TrackerBench bench(p);
@@ -325,7 +325,7 @@ TEST_CASE("tracker: in a full table confirmed tracks stay, however far") {
   CHECK(bench.track_count() == 2);
 }
 
-TEST_CASE("tracker: beyond the detection capacity the nearest to the ego are read") {
+TEST_CASE("tracker: beyond the detection capacity those nearest to the ego are used") {
   TrackerParams p;
   p.detection_capacity = 3;
   TrackerBench bench(p);
@@ -360,7 +360,7 @@ TEST_CASE("tracker: ids are never reused, neither in a slot nor after a restart"
   }
 }
 
-TEST_CASE("tracker: a car that stops and drives away again is one track and never drives backwards") {
+TEST_CASE("tracker: a car that stops and drives on is one track and never drives backwards") {
   std::mt19937_64 random(31);
   std::normal_distribution<double> noise(0, 0.3);
   TrackerBench bench;

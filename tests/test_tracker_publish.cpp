@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the tracker publishes: copies at a time the caller names, headings, paths; and the promises about its outputs:
-// the same bytes, finite numbers, no heap call.
+// The tracker's output: copies at a given time, headings, paths; and the guarantees about it: same bytes, finite
+// numbers, no heap call.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -17,19 +17,19 @@
 namespace {
 
 using namespace overtake;
-using overtake_test::is_finite;
-using overtake_test::kNan;
-using overtake_test::TestDetection;
-using overtake_test::to_ns;
-using overtake_test::TrackerBench;
+using overtake::test::is_finite;
+using overtake::test::kNan;
+using overtake::test::TestDetection;
+using overtake::test::to_ns;
+using overtake::test::TrackerBench;
 
-// Confirmed, 20 m/s along +x, detections with the heading given; last at 1 s, x = 20 m.
+// A confirmed track, 20 m/s along +x, detections with the given heading; the last at 1 s, x = 20 m.
 void drive(TrackerBench& bench, double heading_rad, int frames = 21) {
   bench.frame.ego = {true, 0, 0, 0, 25};
   for (int k = 0; k < frames; ++k) bench.step(0.05 * k, {{k * 1.0, 0, heading_rad}});
 }
 
-// Cars on circles with noise, gaps and clutter: something of everything.
+// Cars on circles with noise, gaps and clutter.
 struct Traffic {
   std::mt19937_64 random;
   explicit Traffic(uint64_t seed) : random(seed) {}
@@ -67,7 +67,7 @@ uint64_t run_traffic(uint64_t seed, bool shuffled) {
 
 }  // namespace
 
-TEST_CASE("tracker publishes a copy predicted to the time named, and keeps its state") {
+TEST_CASE("tracker publish: gives a copy predicted to a time, and keeps the state") {
   TrackerBench bench;
   drive(bench, kNan);
   const double x_now = bench.tracks_at(1.0).x_m[0], v = bench.tracks_at(1.0).speed_mps[0];
@@ -79,7 +79,7 @@ TEST_CASE("tracker publishes a copy predicted to the time named, and keeps its s
   CHECK(bench.tracks_at(1.0).x_m[0] == x_now);
 }
 
-TEST_CASE("tracker publishes the flag stale from half a second after the last measurement on, at the time named") {
+TEST_CASE("tracker publish: the flag stale is set from half a second after the last measurement, at the given time") {
   TrackerBench bench;
   drive(bench, 0.0);  // last measured at 1 s
   CHECK((bench.tracks_at(1.5).flags[0] & kTrackStale) == 0);
@@ -87,7 +87,7 @@ TEST_CASE("tracker publishes the flag stale from half a second after the last me
   CHECK((bench.tracks_at(1.9).flags[0] & kTrackStale) != 0);
 }
 
-TEST_CASE("tracker publishes a growing covariance ahead, and behind the state's time none of the noise") {
+TEST_CASE("tracker publish: the covariance grows ahead, and has no noise before the state's time") {
   TrackerBench bench;
   drive(bench, kNan);
   const double var_v = bench.tracks_at(1.0).covariance[5][0];
@@ -95,7 +95,7 @@ TEST_CASE("tracker publishes a growing covariance ahead, and behind the state's 
   CHECK(bench.tracks_at(0.9).covariance[5][0] == doctest::Approx(var_v));
 }
 
-TEST_CASE("tracker publishes the path by the same model: every point is the track published then") {
+TEST_CASE("tracker publish: every point of a path equals the track published at its time") {
   TrackerBench bench;
   bench.frame.ego = {true, 0, 0, 0, 25};
   for (int k = 0; k < 40; ++k) {
@@ -119,9 +119,9 @@ TEST_CASE("tracker publishes the path by the same model: every point is the trac
   }
 }
 
-TEST_CASE("tracker publishes rows by slot, with the row of the detection each took") {
+TEST_CASE("tracker publish: rows are by slot, each with the row of its detection") {
   TrackerBench bench;
-  bench.step(0.0, {{-50, 0}, {10, 0}, {30, 0}});  // slots go to the nearest first
+  bench.step(0.0, {{-50, 0}, {10, 0}, {30, 0}});  // the nearest get their slots first
   const TrackTable& t = bench.tracks();
   REQUIRE(t.count == 3);
   CHECK(t.x_m[0] == 10);
@@ -138,7 +138,7 @@ TEST_CASE("tracker publishes rows by slot, with the row of the detection each to
   CHECK(bench.tracks().detection[1] == -1);
 }
 
-TEST_CASE("tracker: the heading is that of the last detection, turned on by the yaw rate") {
+TEST_CASE("tracker publish: the heading is that of the last detection, advanced by the yaw rate") {
   TrackerBench bench;
   bench.frame.ego = {true, 0, 0, 0, 25};
   for (int k = 0; k < 300; ++k) {
@@ -151,18 +151,18 @@ TEST_CASE("tracker: the heading is that of the last detection, turned on by the 
   const double omega = bench.tracks().yaw_rate_rps[0];
   CHECK(omega == doctest::Approx(0.4).epsilon(0.1));
   CHECK(std::fabs(wrap_angle(bench.tracks_at(15.25).heading_rad[0] - measured - 0.3 * omega)) < 1e-12);
-  // A detection without heading leaves the last one, turned on.
+  // After a detection without heading, the last heading stays and is advanced.
   bench.step(15.0, {{50 * std::sin(6.0), 50 - 50 * std::cos(6.0)}});
   CHECK(std::fabs(wrap_angle(bench.tracks_at(15.0).heading_rad[0] - measured - 0.05 * omega)) < 1e-12);
 }
 
-TEST_CASE("tracker: a track whose heading was never measured has its course for a heading") {
+TEST_CASE("tracker publish: a track without a measured heading has its course as heading") {
   TrackerBench bench;
   drive(bench, kNan);
   CHECK(bench.tracks().heading_rad[0] == bench.tracks().course_rad[0]);
 }
 
-TEST_CASE("tracker: a confirmed track that drives turns a heading that opposes its course") {
+TEST_CASE("tracker publish: a confirmed track in motion reverses a heading that opposes its course") {
   struct Case {
     double heading_rad, expected_rad;
   };
@@ -175,7 +175,7 @@ TEST_CASE("tracker: a confirmed track that drives turns a heading that opposes i
   }
 }
 
-TEST_CASE("tracker: in the vehicle frame a car that is overtaken keeps its heading, though it moves backwards") {
+TEST_CASE("tracker publish: in the vehicle frame an overtaken car keeps its heading, although it moves backwards") {
   TrackerBench bench;
   bench.frame.in_map = false;
   for (int k = 0; k < 21; ++k) bench.step(0.05 * k, {{50 - k * 1.0, 0, 0.1}});
@@ -186,7 +186,7 @@ TEST_CASE("tracker: in the vehicle frame a car that is overtaken keeps its headi
   CHECK(std::fabs(t.heading_rad[0] - 0.1) < 0.1);
 }
 
-TEST_CASE("tracker: a tentative track and one that stands keep the heading measured") {
+TEST_CASE("tracker publish: a tentative track and a standing one keep the measured heading") {
   TrackerBench tentative;
   drive(tentative, 3.0, 5);
   CHECK(tentative.tracks().heading_rad[0] == doctest::Approx(3.0));
@@ -196,7 +196,7 @@ TEST_CASE("tracker: a tentative track and one that stands keep the heading measu
   CHECK(std::fabs(wrap_angle(standing.tracks().heading_rad[0] - 3.0)) < 0.01);
 }
 
-TEST_CASE("tracker: the extent is that of the last detection that had one") {
+TEST_CASE("tracker publish: the extent is that of the last detection with an extent") {
   TrackerBench bench;
   bench.step(0.0, {{10, 0}});
   CHECK(bench.tracks().length_m[0] == 0);
@@ -206,10 +206,12 @@ TEST_CASE("tracker: the extent is that of the last detection that had one") {
   CHECK(bench.tracks().width_m[0] == 1.7);
 }
 
-TEST_CASE("tracker: the same frames give the same bytes") { CHECK(run_traffic(5, false) == run_traffic(5, false)); }
+TEST_CASE("tracker publish: the same frames give the same bytes") {
+  CHECK(run_traffic(5, false) == run_traffic(5, false));
+}
 
-TEST_CASE("tracker: the golden hash of 2000 frames holds on every compiler and machine") {
-  // Twelve cars on springs, moved by multiply and add alone, so that no libm speaks in.
+TEST_CASE("tracker publish: the golden hash of 2000 frames holds on every compiler and machine") {
+  // Twelve cars on springs, moved only by multiply and add, so that libm has no influence.
   std::mt19937_64 random(3);
   const auto uniform = [&random](double low, double high) {
     return low + (high - low) * double(random() >> 11) / 9007199254740992.0;
@@ -249,16 +251,18 @@ TEST_CASE("tracker: the golden hash of 2000 frames holds on every compiler and m
   CHECK(hash.value() == kGolden);
 }
 
-TEST_CASE("tracker: the order of a frame's rows changes nothing") {
+TEST_CASE("tracker publish: the order of a frame's rows changes nothing") {
   for (const uint64_t seed : {5u, 6u, 7u}) {
     CAPTURE(seed);
     CHECK(run_traffic(seed, true) == run_traffic(seed, false));
   }
 }
 
-TEST_CASE("tracker: other detections give other bytes") { CHECK(run_traffic(5, false) != run_traffic(6, false)); }
+TEST_CASE("tracker publish: other detections give other bytes") {
+  CHECK(run_traffic(5, false) != run_traffic(6, false));
+}
 
-TEST_CASE("tracker: absurd numbers are rejected, counted, and make nothing that is not finite") {
+TEST_CASE("tracker publish: absurd numbers are rejected and counted, and everything stays finite") {
   const double inf = std::numeric_limits<double>::infinity();
   constexpr int64_t kFirst = std::numeric_limits<int64_t>::min(), kLast = std::numeric_limits<int64_t>::max();
   const double absurd[] = {kNan, inf, -inf, 1e308, -1e308, 1e9, 5e-324};
@@ -285,7 +289,7 @@ TEST_CASE("tracker: absurd numbers are rejected, counted, and make nothing that 
   CHECK(bench.tracker.counts().births > 100);
 }
 
-TEST_CASE("tracker: a detection whose stamp is far from its frame's is rejected") {
+TEST_CASE("tracker publish: a detection whose stamp is far from its frame's is rejected") {
   TrackerBench bench;
   bench.step(10.0, {{10, 0, kNan, 0.99}, {30, 0, kNan, 1.01}, {50, 0, kNan, -1.01}});
   CHECK(bench.ids[0] != kNobody);
@@ -294,7 +298,7 @@ TEST_CASE("tracker: a detection whose stamp is far from its frame's is rejected"
   CHECK(bench.tracker.counts().rejected == 2);
 }
 
-TEST_CASE("tracker: parameters of any value give a tracker that works") {
+TEST_CASE("tracker publish: parameters of any value give a working tracker") {
   for (const double absurd : {0.0, -1.0, kNan, 1e300}) {
     CAPTURE(absurd);
     TrackerParams p;
@@ -313,7 +317,7 @@ TEST_CASE("tracker: parameters of any value give a tracker that works") {
   }
 }
 
-TEST_CASE("tracker: a snapshot published later equals the tracker published then") {
+TEST_CASE("tracker publish: a snapshot published later equals the tracker published at that time") {
   TrackerBench bench;
   bench.frame.ego = {true, 0, 0, 0, 25};
   for (int k = 0; k < 30; ++k) bench.step(0.05 * k, {{k * 1.0, 0.01 * k * k, 3.0}, {50, 20.0 + k}});
@@ -337,15 +341,15 @@ TEST_CASE("tracker: a snapshot published later equals the tracker published then
   CHECK(snapshot.stamp_ns[0] == to_ns(1.45));
 }
 
-TEST_CASE("tracker: published at an absurd time, a track goes 60 s and says so") {
+TEST_CASE("tracker publish: for an absurd time a track is predicted by 60 s, as reported") {
   TrackerBench bench;
   drive(bench, kNan);
   CHECK(bench.tracks_at_ns(std::numeric_limits<int64_t>::max()).stamp_ns[0] == to_ns(61));
   CHECK(bench.tracks_at_ns(std::numeric_limits<int64_t>::min()).stamp_ns[0] == to_ns(-59));
 }
 
-TEST_CASE("tracker: from the first frame on there is no heap call") {
-  if (!overtake_test::can_count_heap_calls()) {
+TEST_CASE("tracker publish: from the first frame on there is no heap call") {
+  if (!overtake::test::can_count_heap_calls()) {
     MESSAGE("skipped: a sanitizer owns the heap");
     return;
   }
@@ -357,7 +361,7 @@ TEST_CASE("tracker: from the first frame on there is no heap call") {
   std::uniform_real_distribution<double> place(-60, 60);
   std::vector<Measurement> measurements(64);
   std::vector<TrackId> ids(64);
-  const int64_t before = overtake_test::count_heap_calls();
+  const int64_t before = overtake::test::count_heap_calls();
   for (int k = 0; k < 1000; ++k) {
     for (Measurement& z : measurements) {
       z.x_m = place(random);
@@ -371,9 +375,9 @@ TEST_CASE("tracker: from the first frame on there is no heap call") {
     if (k % 100 == 99) bench.tracker.restart();
     bench.tracks_at(0.05 * k);
   }
-  CHECK(overtake_test::count_heap_calls() == before);
+  CHECK(overtake::test::count_heap_calls() == before);
   CHECK(bench.tracker.counts().overflow > 0);
   CHECK(bench.tracker.counts().replays > 100);
   const CvtrTracker another(p, nullptr);  // the counter itself counts
-  CHECK(overtake_test::count_heap_calls() > before);
+  CHECK(overtake::test::count_heap_calls() > before);
 }

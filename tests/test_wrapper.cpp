@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The C++ wrapper: what it owns it gives back, what it shows is the C API's own memory.
+// The C++ wrapper: it releases what it owns, and shows the C API's memory.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 #include "pipeline/overtake.hpp"
 #include "tests/support/detector_bench.h"
 
-using namespace overtake_test;
+using namespace overtake::test;
 
 namespace {
 
@@ -65,7 +65,7 @@ struct Listener {
 
 }  // namespace
 
-TEST_CASE("OVT_FIELD is a member of records: from the first one's to the end of the last record") {
+TEST_CASE("OVT_FIELD: covers a member from the first record to the end of the last record") {
   struct Record {
     float x;
     uint16_t layer, unused;
@@ -87,7 +87,7 @@ TEST_CASE("OVT_FIELD is a member of records: from the first one's to the end of 
   CHECK((span.data == field.data && span.stride == field.stride && span.type == field.type));
 }
 
-TEST_CASE("the wrapper's spans are the C API's columns, not copies of them") {
+TEST_CASE("wrapper: spans are the C API's columns, not copies") {
   const std::array<ovt_sensor_def, 3> sensors = demo_sensors();
   ovt::Detector detector(ovt::definition(sensors));
   ovt::Reader reader(detector);
@@ -135,7 +135,7 @@ TEST_CASE("the wrapper's spans are the C API's columns, not copies of them") {
   CHECK(reader.span(OVT_STAGE_SEGMENT, 2)->duration_ns > 0);
 }
 
-TEST_CASE("an image's rows are spans of its own type, and empty as any other") {
+TEST_CASE("wrapper: an image's rows are spans of its type, and empty for any other type") {
   const std::array<ovt_sensor_def, 3> sensors = demo_sensors();
   ovt::Detector detector(ovt::definition(sensors));
   ovt::Reader reader(detector);
@@ -153,7 +153,7 @@ TEST_CASE("an image's rows are spans of its own type, and empty as any other") {
   CHECK(reader.image(0, OVT_IMAGE_NONGROUND)->row<uint64_t>(0).size() == 14);
 }
 
-TEST_CASE("a def that cannot be is an exception with the sentence that names the field") {
+TEST_CASE("wrapper: an invalid def throws an exception with the sentence that names the field") {
   std::array<ovt_sensor_def, 3> sensors = demo_sensors();
   sensors[1].rows = -4;
   try {
@@ -173,7 +173,7 @@ TEST_CASE("a def that cannot be is an exception with the sentence that names the
   CHECK(ovt::build_info().version == OVT_VERSION);
 }
 
-TEST_CASE("what befalls a scan is a status, and an exception only where one is asked for") {
+TEST_CASE("wrapper: a dropped scan is a status, and an exception only on request") {
   const std::array<ovt_sensor_def, 3> sensors = demo_sensors();
   ovt::Detector detector(ovt::definition(sensors));
   ovt::Reader reader(detector);
@@ -189,7 +189,7 @@ TEST_CASE("what befalls a scan is a status, and an exception only where one is a
   CHECK(reader.tracks().value().size() == reader.tracks()->size());
 }
 
-TEST_CASE("a moved owner leaves nothing behind, and everything is given back once") {
+TEST_CASE("wrapper: a moved owner is empty, and everything is released once") {
   const std::array<ovt_sensor_def, 3> sensors = demo_sensors();
   ovt_detector_def def = ovt::definition(sensors);
   Heap heap;
@@ -218,7 +218,7 @@ TEST_CASE("a moved owner leaves nothing behind, and everything is given back onc
   CHECK(heap.bytes == 0);
 }
 
-TEST_CASE("a reader may outlive its detector") {
+TEST_CASE("wrapper: a reader may outlive its detector") {
   const std::array<ovt_sensor_def, 3> sensors = demo_sensors();
   Heap heap;
   ovt_detector_def def = ovt::definition(sensors);
@@ -237,7 +237,7 @@ TEST_CASE("a reader may outlive its detector") {
   CHECK(heap.bytes == 0);
 }
 
-TEST_CASE("a column of records ends with its last value, not with the last record") {
+TEST_CASE("wrapper: a column of records ends with its last value, not with the last record") {
   struct Point {
     float x, y, z;
     uint16_t layer;
@@ -261,10 +261,10 @@ TEST_CASE("a column of records ends with its last value, not with the last recor
   CHECK(ovt::column(numbers).type == OVT_F64);
   CHECK(ovt::column(std::span<const uint32_t>()).type == OVT_U32);
   CHECK(ovt::Borrowed<std::vector<float>&>);
-  CHECK_FALSE(ovt::Borrowed<std::vector<float>>);  // a temporary's points would be gone before the push
+  CHECK_FALSE(ovt::Borrowed<std::vector<float>>);  // a temporary's points would be destroyed before the push
 }
 
-TEST_CASE("a handler hears every frame in order: on the pushing thread with one worker, on another with two") {
+TEST_CASE("wrapper: a handler gets every frame in order: on the pushing thread with one worker, else on another") {
   const std::array<ovt_sensor_def, 3> sensors = demo_sensors();
   for (const int32_t workers : {1, 2}) {
     CAPTURE(workers);

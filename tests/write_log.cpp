@@ -4,9 +4,9 @@
 // usage: write_log OUT.mcap COMPRESSION CHUNK_BYTES
 //        write_log --speed FOLDER SECONDS
 //
-// The first writes a small log of clouds, odometry, transforms, an attachment and metadata. The second measures how
-// fast clouds of three sensors at 20 Hz (27 thousand points each, noisy ranges) stream from db3 and MCAP, in multiples
-// of real time.
+// The first form writes a small log of clouds, odometry, transforms, an attachment and metadata. The second measures
+// the speed of reading clouds of three sensors at 20 Hz (27 thousand points each, noisy ranges) from db3 and MCAP, as a
+// multiple of real time.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -46,7 +46,7 @@ void write_small(const std::string& path, const io::McapOptions& options) {
   log.close();
 }
 
-// Ranges that no compressor sees through, as real ones.
+// Ranges that no compressor can predict, like real ones.
 io::Cloud noisy_cloud(uint64_t seed) {
   io::Cloud cloud = swept_cloud(32, 857, 0);
   for (std::size_t c = 0; c < 4; ++c)

@@ -1,15 +1,15 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// After create no heap call, no lock and, with OVT_MEMORY_LOCK, no page fault: counted over many frames from the first
-// push on, each sensor on a thread of its own that never pushed before, with a callback and a reader that read
-// everything.
+// After create there is no heap call, no lock and, with OVT_MEMORY_LOCK, no page fault. The program counts them over
+// many frames from the first push on; each sensor pushes from a separate thread that never pushed before, and a
+// callback and a reader read everything.
 //
 //   zero --workers N --frames N
 //
-// malloc and its family and the locks are this program's own (support/heap_calls, support/lock_calls). With a graph
-// libtbb must run from a folder without libtbbmalloc, so that TBB's allocator is malloc, too; else it ends with an
-// error (tests/CMakeLists.txt).
+// This program replaces malloc and its family and the locks (support/heap_calls, support/lock_calls). With a graph,
+// libtbb must come from a folder without libtbbmalloc, so that TBB's allocator is malloc, too; else the program ends
+// with an error (tests/CMakeLists.txt).
 #include <sys/resource.h>
 
 #include <alloca.h>
@@ -35,7 +35,7 @@ using namespace overtake::test;
 namespace {
 
 constexpr int32_t kSensors = kGoldenSensors, kScene = 12;
-constexpr int32_t kEvery = 16;  // of the golden scene's points: many frames in little time
+constexpr int32_t kEvery = 16;  // uses every 16th point of the golden scene: many frames in little time
 
 struct Numbers {
   int64_t heap_calls, lock_calls, page_faults;
@@ -43,7 +43,7 @@ struct Numbers {
 Numbers count() {
   rusage usage;
   getrusage(RUSAGE_SELF, &usage);
-  return {overtake_test::count_heap_calls(), overtake_test::count_lock_calls(), usage.ru_minflt + usage.ru_majflt};
+  return {overtake::test::count_heap_calls(), overtake::test::count_lock_calls(), usage.ru_minflt + usage.ru_majflt};
 }
 
 bool is_mapped(const char* library) {
@@ -53,14 +53,14 @@ bool is_mapped(const char* library) {
   return false;
 }
 
-// A thread's stack is its owner's: one that must not fault is touched beforehand.
+// A thread's owner prepares its stack: touches the pages in advance so that they do not fault.
 __attribute__((noinline)) void touch_stack() {
   constexpr std::size_t kBytes = 256 * 1024;
   volatile char* stack = static_cast<volatile char*>(alloca(kBytes));
   for (std::size_t i = 0; i < kBytes; i += 4096) stack[i] = 0;
 }
 
-// What users read: every number of every column.
+// Reads every number of every column, as users would.
 volatile double sink;
 int64_t read_all(ovt_reader* reader) {
   ovt_frame_info info;
@@ -91,7 +91,7 @@ struct Seen {
   }
 };
 
-// Frames are handed out one by one; every thread works on the same one.
+// Hands out frames one by one; every thread works on the same frame.
 struct Turn {
   std::atomic<int64_t> frame{-1}, done{0}, ready{0};
   std::atomic<bool> stop{false};
@@ -112,12 +112,12 @@ struct Turn {
   }
 };
 
-// A lock of ours would be counted.
+// Whether a lock of ours would be counted.
 bool can_see_locks() {
   std::mutex mutex;
-  const int64_t before = overtake_test::count_lock_calls();
+  const int64_t before = overtake::test::count_lock_calls();
   const std::lock_guard<std::mutex> lock(mutex);
-  return overtake_test::count_lock_calls() == before + 1;
+  return overtake::test::count_lock_calls() == before + 1;
 }
 
 bool failed = false;
@@ -136,7 +136,7 @@ int main(int argc, char** argv) {
     if (!std::strcmp(argv[i], "--workers")) workers = std::atoi(argv[i + 1]);
     if (!std::strcmp(argv[i], "--frames")) frames = std::atoll(argv[i + 1]);
   }
-  if (!overtake_test::can_count_heap_calls()) {
+  if (!overtake::test::can_count_heap_calls()) {
     std::printf("skipped: zero: a sanitizer brings its own heap\n");
     return 77;
   }
@@ -178,7 +178,7 @@ int main(int argc, char** argv) {
   require(workers == 1 || !is_mapped("libtbbmalloc"), "libtbbmalloc is loaded: its heap calls cannot be seen");
   if (failed) return 1;
 
-  const bool can_lock = overtake_test::can_lock(runtime.memory_bytes);
+  const bool can_lock = overtake::test::can_lock(runtime.memory_bytes);
 
   Turn turn;
   std::atomic<int64_t> refused{0};
@@ -210,7 +210,7 @@ int main(int argc, char** argv) {
         for (int32_t sensor = s; sensor < kSensors; sensor += producers) {
           if (sensor == 0) {
             ovt_ego_pose pose = golden_ego(golden_stamp_ns(int32_t(k), 0));
-            pose.x_m = 40;  // on the spot, or the map ends after a while
+            pose.x_m = 40;  // stays in place, or the map would end after a while
             if (ovt_push_ego_pose(detector, &pose) != OVT_OK) refused.fetch_add(1);
           }
           push(k, sensor);

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A fuzzer's input read as decisions. Once it is used up every decision is zero, so any input is a whole story.
+// Reads a fuzzer's input as decisions. After its end every decision is zero, so any input is a complete test.
 #pragma once
 
 #include <cstddef>
@@ -30,7 +30,7 @@ class Bytes {
     return value;
   }
   uint8_t byte() { return raw<uint8_t>(); }
-  // low to high, both included; costs one byte where that is enough.
+  // A number from low to high, both included; uses one byte if that is enough.
   int32_t in(int32_t low, int32_t high) {
     const auto choices = uint32_t(high - low + 1);
     return low + int32_t((choices <= 256 ? byte() : raw<uint32_t>()) % choices);
@@ -43,7 +43,7 @@ class Bytes {
   const uint8_t *at_, *end_;
 };
 
-// Times as stories have them: mostly the next few ms, now and then the same again, far away, or at an end of int64.
+// A stamp: mostly a few ms later, sometimes the same again, far away, or at an end of int64.
 inline int64_t next_stamp(Bytes& in, int64_t stamp_ns) {
   constexpr int64_t kMs = 1'000'000;
   const auto add = [&](int64_t delta) {
@@ -63,7 +63,7 @@ inline int64_t next_stamp(Bytes& in, int64_t stamp_ns) {
   }
 }
 
-// What a target promises. A broken promise ends the run with its sentence; the fuzzer keeps the input.
+// A property that a target must have. If it fails, the run ends with the condition, and the fuzzer keeps the input.
 #define OVT_FUZZ_REQUIRE(condition)                                                \
   do {                                                                             \
     if (!(condition)) {                                                            \

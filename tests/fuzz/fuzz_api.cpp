@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The whole C API in any order: a detector of any small def, any pushes, times and readers, until it is destroyed.
-// Every public output of every frame is read and keeps to tests/support/frame_rules.h; what was pushed, seen and
-// tracked adds up. Images of 4 x 16 pixels and short stories, so that many are told.
+// The whole C API in any order: a detector with any small def; any pushes, times and readers; then destroy. Reads every
+// public output of every frame, which must satisfy tests/support/frame_rules.h; the sums of the counters must match.
+// Images of 4 x 16 pixels and short runs, so that many fit in a second.
 #include <cmath>
 
 #include "tests/fuzz/small_detector.h"
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kPlaces[] = {0.0,  1e-310, -1e-30, 1e3,    1e6,     1e8,      -1e8,      1.00001e8,
                               1e15, 1e38,   1e300,  -1e300, 1.7e308, HUGE_VAL, -HUGE_VAL, NAN};
-// Mostly a step of `unit` times -128 to 127, else a number of any kind.
+// Mostly a multiple of `unit` from -128 to 127, else any number.
 double draw_number(Bytes& in, double unit, bool wild) {
   const auto small = int8_t(in.byte());
   if (!wild || small % 4 != 0) return unit * small;
@@ -212,7 +212,7 @@ struct Story {
   void act() {
     const uint8_t what = in.byte();
     if (what % 8 < 5) stamp_ns = next_stamp(in, stamp_ns);
-    // Now and then far off, where a prediction costs a thousand steps a track.
+    // Sometimes far in the future, where a prediction costs a thousand steps per track.
     publish_ns = what < 240 ? int64_t(uint64_t(stamp_ns) + 40'000'000u) : int64_t(uint64_t(what) << 55);
     switch (what / 8 % 16) {
       case 9:
@@ -236,13 +236,13 @@ struct Story {
   void end() {
     OVT_FUZZ_REQUIRE(ovt_flush(detector) == OVT_OK);
     const ovt_stats s = stats_of(detector);
-    // Tracks that a mere prediction does not show may live on.
+    // A prediction does not show tracks that are silent for too long, but they may exist.
     const bool all_shown = frames > 0 && (last.flags & (OVT_FLAG_PREDICTION | OVT_FLAG_EGO_STALE)) == 0;
-    const char* broken = overtake_test::find_broken_sum(s,
-                                                        frames == 0 ? 0
-                                                        : all_shown ? last.track_count
-                                                                    : -1,
-                                                        s.external * push_rows);
+    const char* broken = overtake::test::find_broken_sum(s,
+                                                         frames == 0 ? 0
+                                                         : all_shown ? last.track_count
+                                                                     : -1,
+                                                         s.external * push_rows);
     if (broken) std::fprintf(stderr, "the sum: %s\n", broken);
     OVT_FUZZ_REQUIRE(broken == nullptr);
     OVT_FUZZ_REQUIRE(s.pushed == scans);
@@ -264,11 +264,11 @@ struct Story {
   ovt_detector_def def;
   ovt_detector* detector = nullptr;
   ovt_reader* reader = nullptr;
-  bool stands = false;  // the reader, on a frame
+  bool stands = false;  // the reader is positioned at a frame
   ovt_frame_info last{};
   int64_t stamp_ns = 1'000'000'000, publish_ns = 0;
   int64_t frames = 0, scans = 0, poses = 0, externals = 0;
-  int32_t push_rows = 0;  // of each push: one may wait and be used later, so only the number of those used is known
+  int32_t push_rows = 0;  // rows per push: one push may still be pending, so only the number of used pushes is known
   struct {
     float value[4];  // x, y, z, time
     uint16_t layer;

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// PointCloud2 in CDR: any bytes give a cloud or a sentence; a cloud that was read is written and read back the same,
-// and becomes a scan whose columns all have its points. First byte: one sensor, or two that share the cloud.
+// PointCloud2 in CDR: any bytes give a cloud or an error message. Writing and reading a cloud gives the same cloud. A
+// scan made of the cloud has all its points in every column. First byte: one sensor, or two that share the cloud.
 #include <stdexcept>
 
 #include "tests/fuzz/bytes.h"
@@ -48,7 +48,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
     OVT_FUZZ_REQUIRE(!io::describe_layout(cloud).empty());
     for (int32_t s = 0; s <= int32_t(shared); ++s)
       check_scan(io::scan_of_message("fuzz", in.rest(), rig_of(shared), s));
-  } catch (const std::runtime_error& error) {  // io::Error is one
+  } catch (const std::runtime_error& error) {  // includes io::Error
     OVT_FUZZ_REQUIRE(*error.what() != '\0');
   }
   return 0;

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Tables in text files: any bytes give a table or an error with a place, and every reader built on tables too. The
-// first byte picks the reader.
+// Tables in text files, and every reader based on them: any bytes give a table, or an error with a line. The first byte
+// selects the reader.
 #include "tests/fuzz/memory_file.h"
 #include "tools/io/csv.h"
 #include "tools/io/ego_file.h"

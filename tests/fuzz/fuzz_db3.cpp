@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// rosbag2's SQLite files: any bytes give messages of topics that are there, with numbers that grow, then the end or a
-// damage.
+// rosbag2's SQLite files: any bytes give messages of existing topics, with increasing numbers, and then the end or a
+// damage report.
 #include "tests/fuzz/memory_file.h"
 #include "tools/io/bag_reader.h"
 #include "tools/io/error.h"
@@ -10,7 +10,7 @@
 
 using namespace overtake;
 
-static volatile uint64_t sum_of_bytes = 0;  // whoever reads them must use them
+static volatile uint64_t sum_of_bytes = 0;  // keeps the compiler from removing the reads
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
   static fuzz::MemoryFile file = fuzz::MemoryFile::named();
@@ -23,7 +23,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
     for (; bag->next(message); ++count) {
       OVT_FUZZ_REQUIRE(message.number == count);
       OVT_FUZZ_REQUIRE(std::size_t(message.topic) < bag->topics().size());
-      for (const char c : message.data) bytes += uint8_t(c);  // all of it can be read
+      for (const char c : message.data) bytes += uint8_t(c);  // reads all bytes
     }
     sum_of_bytes = bytes;
     OVT_FUZZ_REQUIRE(count <= size);

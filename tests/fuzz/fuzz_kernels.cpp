@@ -1,8 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Every kernel on every ISA this CPU has, against the scalar reference: on clouds of any bytes from the first kernel to
-// the last, and each image kernel on images of any content. Same bytes, and nothing beside the outputs.
+// Every kernel on every ISA of this CPU against the scalar reference: on clouds of any bytes from the first kernel to
+// the last, and each image kernel on images of any content. The bytes must be equal, and nothing outside the outputs
+// changes.
 #include <vector>
 
 #include "tests/fuzz/bytes.h"
@@ -20,7 +21,7 @@ constexpr Kernel kKernels[] = {
 #undef OVT_KERNEL
 };
 
-// Those that read and write images alone.
+// Kernels that read and write only images.
 std::vector<Kernel> image_kernels() {
   std::vector<Kernel> found;
   for (const Kernel kernel : kKernels)
@@ -28,7 +29,8 @@ std::vector<Kernel> image_kernels() {
   return found;
 }
 
-// The point kernels' tables have an entry per layer id, a megabyte a world: images alone are a hundred times as fast.
+// The tables of the point kernels have an entry per layer id, a megabyte per world: image runs are a hundred times
+// faster.
 enum class Input { image, cloud };
 
 struct Case {
@@ -83,7 +85,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
     }
     return 0;
   }
-  // One kernel on images that no chain would make, so that none depends on what the one before it keeps to.
+  // One kernel on images that no chain makes, so that no kernel depends on properties of the previous one's output.
   KernelWorld truth = make_world(c);
   truth.run(*tables[0], kernel);
   for (int32_t t = 1; t < table_count; ++t) {

@@ -1,12 +1,12 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Track maps: from text files and from columns of any numbers. A map that is built answers every question with finite
-// numbers, and its projection is the nearest of all segments. The first byte picks the way in.
+// Track maps from text files and from columns of any numbers. A map that was built answers every query with finite
+// numbers, and its projection is the nearest of all segments. The first byte selects the input.
 #include <cmath>
 #include <vector>
 
-#include "core/track_map.h"
+#include "core/circuit_map.h"
 #include "tests/fuzz/memory_file.h"
 #include "tools/io/error.h"
 #include "tools/io/map_file.h"
@@ -19,7 +19,7 @@ struct Line {
   std::vector<double> x, y, left, right, banking;
 };
 
-// Corners a few metres apart, now and then anywhere; or any numbers at all.
+// Corners a few metres apart, sometimes anywhere; or any numbers.
 Line draw_line(fuzz::Bytes& in, int32_t count) {
   Line line;
   const bool wild = in.chance(40);
@@ -40,7 +40,7 @@ Line draw_line(fuzz::Bytes& in, int32_t count) {
   return line;
 }
 
-void ask(const TrackMap& map, const Line& line, fuzz::Bytes& in) {
+void ask(const CircuitMap& map, const Line& line, fuzz::Bytes& in) {
   OVT_FUZZ_REQUIRE(std::isfinite(map.length_m()) && map.length_m() > 0);
   int32_t hint = -1;
   for (int32_t q = 0; q < 6; ++q) {
@@ -73,7 +73,7 @@ void build_from_columns(fuzz::Bytes& in) {
   const int32_t count = in.in(0, 40);
   const bool closed = in.chance(128), bounds = in.chance(80);
   const Line line = draw_line(in, count);
-  TrackMap map;
+  CircuitMap map;
   const char* error = nullptr;
   bool good;
   if (bounds) {
@@ -103,7 +103,7 @@ void read_file(fuzz::Bytes& in) {
   OVT_FUZZ_REQUIRE(data.y_m.size() == n && data.width_left_m.size() == n && data.width_right_m.size() == n);
   OVT_FUZZ_REQUIRE(data.banking_rad.empty() || data.banking_rad.size() == n);
   OVT_FUZZ_REQUIRE(data.left_x_m.size() == data.left_y_m.size() && data.right_x_m.size() == data.right_y_m.size());
-  TrackMap map;
+  CircuitMap map;
   const char* error = nullptr;
   bool good;
   if (data.is_bounds())

@@ -1,9 +1,11 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// MCAP: any bytes give messages, then the end or a damage with its place, within the memory limit. The first byte says
-// what the bytes are: a file; the records of a chunk, packed rightly, with their checksum or without; or what a chunk
-// holds packed, behind the size it declares.
+// MCAP: any bytes give messages, then the end or a damage report with its position, within the memory limit. The first
+// byte selects the meaning of the other bytes:
+//   a file
+//   the records of a chunk, which the target compresses, with or without a checksum
+//   the compressed content of a chunk, after its declared size
 #include "tests/fuzz/memory_file.h"
 #include "tests/support/mcap_parts.h"
 #include "tools/io/bag_reader.h"
@@ -47,7 +49,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
     io::McapMessage message;
     for (; reader.next(message); ++messages) {
       OVT_FUZZ_REQUIRE(reader.channels().contains(message.channel_id));
-      for (const char c : message.data) bytes += uint8_t(c);  // all of it can be read
+      for (const char c : message.data) bytes += uint8_t(c);  // reads all bytes
     }
     OVT_FUZZ_REQUIRE(!reader.next(message));
     check_damage(reader.damage());

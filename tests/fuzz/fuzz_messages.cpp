@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Odometry and TF in CDR: any bytes give a message or a sentence; what was read is written and read back the same, and
-// the angles of a pose are numbers. The first byte picks which.
+// Odometry and TF in CDR: any bytes give a message or an error. Writing and reading a message gives the same message,
+// and the angles of a pose are finite. The first byte selects the message.
 #include <cmath>
 #include <stdexcept>
 

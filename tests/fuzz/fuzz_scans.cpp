@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The C API with scans of any layout, good and bad: fields of any type, stride, size and place, in exactly as much
-// memory as they declare; two detectors that live and die in between, with readers that outlive them.
+// The C API with scans of any layout, good and bad: fields of any type, stride, size and address, in exactly the memory
+// that they declare. Two detectors are created and destroyed in between; readers outlive them.
 #include <memory>
 
 #include "tests/fuzz/small_detector.h"
@@ -16,7 +16,7 @@ struct Field {
   ovt_column column{};
 };
 
-// A field of exactly the bytes it declares; the numbers in it are mostly plausible.
+// A field with exactly the bytes that it declares; its numbers are mostly plausible.
 void draw_field(Bytes& in, int32_t count, int32_t usual, Field& out) {
   static constexpr std::size_t kSize[] = {0, 4, 8, 1, 1, 2, 2, 4, 4};
   const int32_t type = in.chance(200) ? usual : in.in(-1, 9);
@@ -24,7 +24,7 @@ void draw_field(Bytes& in, int32_t count, int32_t usual, Field& out) {
   const std::size_t stride = in.chance(24) ? in.byte() : size * std::size_t(in.in(1, 4));
   std::size_t bytes = count > 0 ? std::size_t(count - 1) * stride + size : 0;
   if (in.chance(16) && bytes > 0) bytes -= 1;
-  // The last byte of the field is the last of the block, so that one too far shows.
+  // The last byte of the field is the last of the block, so that a read beyond it is detected.
   const std::size_t shift = in.chance(16) ? in.byte() % 8 : 0;
   out.memory = std::make_unique<uint64_t[]>((bytes + shift + 7) / 8 + 1);
   auto* at = reinterpret_cast<uint8_t*>(out.memory.get()) + shift;
@@ -46,7 +46,7 @@ void draw_field(Bytes& in, int32_t count, int32_t usual, Field& out) {
   out.column = {in.chance(250) ? at : nullptr, bytes, stride, type};
 }
 
-// Past the end of int64 it goes round.
+// Wraps around at the end of int64.
 int64_t later_ms(int64_t stamp_ns, int32_t ms) {
   return int64_t(uint64_t(stamp_ns) + uint64_t(int64_t(ms) * 1'000'000));
 }

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Times: any sequence of stamps for scans, poses, pushed detections and advance. Frames come in order without holes,
-// every push is counted once, no number is anything but finite.
+// Times: any sequence of stamps for scans, poses, pushed detections and advance. Frames come in order without gaps,
+// every push is counted once, and every number is finite.
 #include "tests/fuzz/small_detector.h"
 
 using namespace overtake::fuzz;

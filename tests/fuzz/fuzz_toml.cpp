@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Rigs and configurations: any text gives one or an error with a place, and what was read is written and read back the
-// same. The first byte picks which.
+// Rigs and configurations: any text gives one, or an error with a line. Writing and reading a result gives the same
+// result. The first byte selects the type.
 #include "tests/fuzz/memory_file.h"
 #include "tools/client/config.h"
 #include "tools/io/error.h"

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The tracker alone: any detections at any stamps, and restarts. Every number it publishes is finite, every
-// covariance positive definite, no id comes twice and every row ends in one place.
+// The tracker alone: any detections at any stamps, and restarts. Every published number is finite, every covariance is
+// positive definite, no id is used twice, and every row is counted once.
 #include <cmath>
 #include <set>
 
@@ -13,9 +13,9 @@ using namespace overtake;
 
 namespace {
 
-constexpr int64_t kFarNs = INT64_MAX / 2;  // beyond, a detection's own stamp might not be one
+constexpr int64_t kFarNs = INT64_MAX / 2;  // beyond this, a detection's stamp might overflow
 
-// Cholesky of the lower triangle, row by row, scaled to a unit diagonal: the state's units differ by far.
+// Cholesky of the lower triangle, row by row, scaled to a unit diagonal: the state's units have very different sizes.
 bool is_positive_definite(const TrackTable& t, std::size_t i) {
   double l[5][5] = {}, scale[5];
   for (int32_t r = 0; r < 5; ++r) scale[r] = 1 / std::sqrt(t.covariance[r * (r + 1) / 2 + r][i]);
@@ -23,7 +23,7 @@ bool is_positive_definite(const TrackTable& t, std::size_t i) {
     for (int32_t c = 0; c <= r; ++c) {
       double sum = t.covariance[r * (r + 1) / 2 + c][i] * scale[r] * scale[c];
       for (int32_t k = 0; k < c; ++k) sum -= l[r][k] * l[c][k];
-      if (r == c && !(sum > -1e-9)) return false;  // rounding alone is no fault
+      if (r == c && !(sum > -1e-9)) return false;  // tolerates rounding errors
       l[r][c] = r == c ? std::sqrt(std::fmax(sum, 1e-12)) : sum / l[c][c];
     }
   return true;
@@ -39,8 +39,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
   params.confirm_hits = in.in(1, 6);
   params.horizon_s = 0.3;
   params.keep_hits = in.in(0, params.confirm_hits - 1);
-  overtake_test::TrackerBench bench(params);
-  std::vector<overtake_test::TestDetection> detections;
+  overtake::test::TrackerBench bench(params);
+  std::vector<overtake::test::TestDetection> detections;
   std::set<TrackId> dead, alive;
   int64_t stamp_ns = in.chance(32) ? in.raw<int64_t>() : 0, given = 0;
   for (int32_t step = 0; step < 100 && !in.empty(); ++step) {
@@ -51,7 +51,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
     } else {
       const bool wild = in.chance(24);
       detections.resize(std::size_t(in.in(0, 6)));
-      for (overtake_test::TestDetection& d : detections) {
+      for (overtake::test::TestDetection& d : detections) {
         d = {};
         d.x_m = wild ? in.raw<double>() : 0.25 * in.in(-128, 127);
         d.y_m = wild ? in.raw<double>() : 0.25 * in.in(-40, 40);
@@ -72,12 +72,12 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
     const int64_t publish_ns = fuzz::next_stamp(in, stamp_ns);
     const TrackTable& t = bench.tracks_at_ns(publish_ns);
     OVT_FUZZ_REQUIRE(t.count == bench.track_count() && t.count <= params.track_capacity);
-    OVT_FUZZ_REQUIRE(overtake_test::is_finite(t) && overtake_test::is_finite(bench.paths()));
+    OVT_FUZZ_REQUIRE(overtake::test::is_finite(t) && overtake::test::is_finite(bench.paths()));
     std::set<TrackId> now;
     for (std::size_t i = 0; i < std::size_t(t.count); ++i) {
       OVT_FUZZ_REQUIRE(is_positive_definite(t, i));
       OVT_FUZZ_REQUIRE(t.id[i] != kNobody && now.insert(t.id[i]).second);
-      // What runs again may bring an id back to its car; without that no dead one returns.
+      // A replay may give an id back to its car; without a replay no deleted id returns.
       OVT_FUZZ_REQUIRE(dead.count(t.id[i]) == 0 || bench.tracker.counts().replays > 0);
     }
     for (const TrackId id : alive)

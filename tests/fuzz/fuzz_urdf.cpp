@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// URDF: any bytes mount the sensors or give an error with the file; a mounting is one that a rig file may hold. First
-// byte: as seen from the root, or from a link.
+// URDF: any bytes give the sensors' mounting, or an error that names the file. A rig file may hold each such mounting.
+// First byte: poses relative to the root, or to a link.
 #include "tests/fuzz/memory_file.h"
 #include "tools/io/error.h"
 #include "tools/io/rig.h"

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Worker counts against each other: the same pushes, in the order of their stamps, give the same bytes in the pushing
-// thread and on a graph of two to four workers.
+// Compares worker counts: the same pushes, in the order of their stamps, give the same bytes in the pushing thread and
+// on a graph of two to four workers.
 #include "tests/fuzz/small_detector.h"
 #include "tests/support/frame_hash.h"
 

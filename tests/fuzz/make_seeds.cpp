@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// fuzz_seeds FOLDER: writes FOLDER/<target>/NN, the inputs every fuzzing run starts from. Made here, none recorded; the
-// same bytes every time.
+// fuzz_seeds FOLDER: writes FOLDER/<target>/NN, the first inputs of every fuzzing run. All are generated, none are
+// recorded; the bytes are the same in every run.
 #include <sqlite3.h>
 
 #include <cstdio>
@@ -32,7 +32,7 @@ void write_seed(const std::string& target, int32_t number, const std::string& by
   io::write_whole_file(folder + "/" + target + "/" + std::to_string(number), bytes);
 }
 
-// Decisions are read byte by byte, so seeded noise of many lengths is a fair start for the targets that read them.
+// Targets read decisions byte by byte, so seeded noise of many lengths is a good start for them.
 void write_noise(const std::string& target, uint32_t seed) {
   std::mt19937 random(seed);
   int32_t number = 0;
@@ -155,7 +155,7 @@ void write_messages() {
   write_seed("messages", 1, '\1' + io::encode_transforms({transform, transform}));
 }
 
-// The first byte is the target's: a file as it is, or the records of a chunk.
+// The first byte selects the target's mode: a file, or the records of a chunk.
 void write_mcaps() {
   int32_t number = 0;
   const std::string path = folder + "/a.mcap";

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A file in memory, for readers that want a path.
+// A file in memory, for readers that need a path.
 #pragma once
 
 #include <fcntl.h>
@@ -24,7 +24,7 @@ class MemoryFile {
     remove_companions();
     if (!path_.empty()) unlink(path_.c_str());
   }
-  // With a name in a folder in memory, for SQLite: it looks behind links, and finds nothing behind /proc/self/fd.
+  // With a name in a memory file system, for SQLite: it resolves links, and /proc/self/fd has no target.
   static MemoryFile named() {
     std::string path = access("/dev/shm", W_OK) == 0 ? "/dev/shm/overtake_fuzz_XXXXXX" : "/tmp/overtake_fuzz_XXXXXX";
     const int descriptor = mkstemp(path.data());
@@ -33,7 +33,7 @@ class MemoryFile {
   MemoryFile(const MemoryFile&) = delete;
   MemoryFile& operator=(const MemoryFile&) = delete;
 
-  // Replaces the contents; the path stays.
+  // Replaces the contents; the path does not change.
   std::string write(std::string_view bytes) {
     remove_companions();
     OVT_FUZZ_REQUIRE(ftruncate(descriptor_, 0) == 0);
@@ -42,7 +42,7 @@ class MemoryFile {
   }
 
  private:
-  void remove_companions() const {  // what SQLite leaves beside it must not reach the next input
+  void remove_companions() const {  // files that SQLite creates must not reach the next input
     for (const char* end : {"-wal", "-shm", "-journal"})
       if (!path_.empty()) unlink((path_ + end).c_str());
   }

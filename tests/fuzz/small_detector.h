@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A detector of small images, and what every finished frame of any detector keeps to.
+// A detector with small images, and checks that hold for every finished frame of any detector.
 #pragma once
 
 #include <cmath>
@@ -16,15 +16,16 @@
 
 namespace overtake::fuzz {
 
-// Reads all there is, under the address sanitizer: a column that is too short shows.
+// Reads all outputs; the address sanitizer detects a column that is too short.
 inline void check_frame(ovt_reader* reader, int32_t sensor_count, bool has_map = false,
                         int64_t publish_ns = OVT_AT_FRAME_STAMP) {
-  const char* broken = overtake_test::find_broken_rule(reader, sensor_count, has_map, {OVT_AT_FRAME_STAMP, publish_ns});
+  const char* broken =
+      overtake::test::find_broken_rule(reader, sensor_count, has_map, {OVT_AT_FRAME_STAMP, publish_ns});
   if (broken) std::fprintf(stderr, "the rule: %s\n", broken);
   OVT_FUZZ_REQUIRE(broken == nullptr);
 }
 
-// Frames as they finish: in order, without holes.
+// Checks that frames finish in order, without gaps.
 struct FrameWatch {
   int32_t sensor_count = 0;
   int64_t frames = 0;
@@ -37,8 +38,8 @@ struct FrameWatch {
   }
 };
 
-// Blocks are kept from one input to the next, by their exact size: the sanitizer's fences stay where they are, and
-// making a detector costs no page faults. What is kept is bounded.
+// Keeps blocks from one input to the next, by exact size: the sanitizer's red zones stay in place, and creating a
+// detector costs no page faults. The pool's total size is limited.
 class BlockPool {
  public:
   static void* take(std::size_t bytes, std::size_t alignment, void*) {
@@ -68,7 +69,7 @@ class BlockPool {
 
  private:
   static BlockPool& instance() {
-    static BlockPool* pool = new BlockPool;  // outlives every detector
+    static BlockPool* pool = new BlockPool;  // must outlive every detector
     return *pool;
   }
   std::mutex mutex_;
@@ -84,7 +85,7 @@ struct SmallDef {
   SmallDef(const SmallDef&) = delete;
 };
 
-// Sensors of up to 12 x 70 pixels, side by side; small capacities, so that they are reached.
+// Sensors of up to 12 x 70 pixels, side by side; small capacities, so that inputs reach them.
 inline void draw_def(Bytes& in, int32_t sensor_count, SmallDef& out) {
   out.def = ovt_default_detector_def();
   out.params = ovt_default_params();
@@ -132,7 +133,7 @@ inline ovt_ego_pose draw_ego(Bytes& in, int64_t stamp_ns) {
   return pose;
 }
 
-// Rows of pushed detections: near ones, far ones, and any numbers.
+// Rows of pushed detections: near, far, and with any numbers.
 struct Rows {
   double x[8], y[8], heading[8], var_x[8], var_y[8], cov[8];
   ovt_external_detections draw(Bytes& in, int64_t stamp_ns) {
@@ -158,7 +159,7 @@ struct Rows {
   }
 };
 
-// A wall of posts with the input's noise: what becomes clusters, detections and tracks.
+// A wall of posts plus noise from the input: gives clusters, detections and tracks.
 struct Cloud {
   std::vector<float> x, y, z;
   std::vector<uint16_t> layer;

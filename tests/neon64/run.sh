@@ -4,8 +4,8 @@
 #
 # tests/neon64/run.sh BUILD_FOLDER
 #
-# Cross-builds for AArch64 and runs under qemu-user: the agreement of the kernels' vector form with the scalar references, and
-# the whole chain against the golden hashes, which x86 committed. Needs tools/setup --cross; without it, a skip.
+# Cross-builds for AArch64 and runs under qemu-user: compares the kernels' vector forms with the scalar references, and
+# the whole chain with the golden hashes, which were made on x86. Needs tools/setup --cross; else it is skipped.
 set -euo pipefail
 build=${1:?usage: tests/neon64/run.sh BUILD_FOLDER}
 source=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)

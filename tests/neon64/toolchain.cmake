@@ -1,4 +1,4 @@
-# Debian's cross compiler for AArch64. Its programs are linked whole, so that qemu-user needs no second system.
+# Debian's cross compiler for AArch64. Programs are linked statically, so that qemu-user needs no second system.
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)

@@ -3,10 +3,10 @@
 //
 // usage: node tests/node/read_mcap.js FILE.mcap [TOPIC...]
 //
-// Reads an MCAP file with other people's code: once by its index, once as a stream (which checks every checksum).
-// Decodes every message by its own schema, checks JSON against its JSON Schema, compares the Foxglove types with
-// @foxglove/schemas, and wants each TOPIC to hold messages. Exit code 77 and a line "skipped: ..." where the node
-// modules are missing.
+// Reads an MCAP file with third-party code: once by its index, once as a stream (which checks every checksum).
+// Decodes every message by its schema, checks JSON against its JSON Schema, compares the Foxglove types with
+// @foxglove/schemas, and requires messages on each TOPIC. Exit code 77 and a line "skipped: ..." if the node modules are
+// missing.
 "use strict";
 const fs = require("fs");
 
@@ -34,7 +34,7 @@ const decompressHandlers = {
   lz4: (bytes, size) => { const out = lz4.decompress(bytes); if (BigInt(out.length) !== size) fail("lz4 size"); return out; },
 };
 
-// The types of a message, as published: field name -> number, type, repeated.
+// The fields of a message in the published schema: name -> number, type, repeated.
 function published(name) {
   const schema = schemas.foxgloveMessageSchemas[name];
   const enums = Object.values(schemas.foxgloveEnumSchemas).filter((e) => e.parentSchemaName === name);
@@ -48,7 +48,7 @@ function compareType(type) {
   if (compared.has(type.fullName) || !type.fullName.startsWith(".foxglove.")) return;
   compared.add(type.fullName);
   const ours = shape(type), theirs = shape(published(type.name));
-  // The published schemas may grow by fields we do not write; what we have must be theirs.
+  // The published schemas may have fields that we do not write; each of our fields must be in them.
   for (const [field, text] of Object.entries(ours))
     if (theirs[field] !== text) fail(`${type.fullName}.${field} is ${text}, published is ${theirs[field]}`);
   for (const field of Object.keys(theirs))
@@ -65,7 +65,7 @@ function compareType(type) {
   }
 }
 
-// Returns a function that throws where a message is not what its schema says.
+// Returns a function that throws if a message does not fit its schema.
 function decoderOf(schema, encoding) {
   const text = () => new TextDecoder().decode(schema.data);
   if (encoding === "protobuf") {
@@ -96,7 +96,7 @@ async function main() {
   };
   const readable = { size: async () => BigInt(size),
                      read: async (offset, length) => read(Number(offset), Number(length)) };
-  // As a stream: order of the file, every checksum. Piece by piece: a race does not fit into one buffer.
+  // As a stream: file order, every checksum. In pieces, because a race does not fit into one buffer.
   const stream = new core.McapStreamReader({ validateCrcs: true, decompressHandlers });
   let appended = 0;
   const nextRecord = () => {
@@ -127,7 +127,7 @@ async function main() {
     ++total;
   }
   if (!stream.done() || !dataEnd) fail("the stream does not end as it should");
-  // By the index.
+  // With the index.
   const indexed = await core.McapIndexedReader.Initialize({ readable, decompressHandlers });
   let byIndex = 0, last = 0n;
   for await (const message of indexed.readMessages()) {

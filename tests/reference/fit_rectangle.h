@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The pose of a cluster (eq. 5; Zhang 2017, variance criterion) written from the method in double precision, for the
-// tests to hold the kernel against. It shares no code with the kernel, so it judges by the kernel's own claims: a
-// heading is right when no other of the search costs less, a count when it is that of the rectangle it belongs to.
+// The pose of a cluster (eq. 5; Zhang 2017, variance criterion) in double precision, written from the method. It shares
+// no code with the kernel. It checks the kernel's result: a heading is right if no other heading of the search costs
+// less, and a count is right if it fits the rectangle.
 #pragma once
 
 #include <algorithm>
@@ -17,17 +17,17 @@ namespace overtake::reference {
 
 struct PlacedRectangle {
   double center_x = 0, center_y = 0, length = 0, width = 0;  // extent of the points
-  int sure = 0, possible = 0;                                // points inside: by a hair less, by a hair more
-  bool is_tied = false;  // the sensor looks at a side's middle: rounding decides the corner
+  int sure = 0, possible = 0;                                // points certainly inside; points perhaps inside
+  bool is_tied = false;  // the sensor faces the middle of a side: rounding decides the corner
 };
 
-class RectangleJudge {
+class RectangleReference {
  public:
-  RectangleJudge(const FitRectangleParams& params, const std::vector<float>& x, const std::vector<float>& y,
-                 double sensor_x, double sensor_y)
+  RectangleReference(const FitRectangleParams& params, const std::vector<float>& x, const std::vector<float>& y,
+                     double sensor_x, double sensor_y)
       : params_(params), x_(x.begin(), x.end()), y_(y.begin(), y.end()), sensor_x_(sensor_x), sensor_y_(sensor_y) {}
 
-  // Sum of the variances of the distances to the closer edge, over the points of either pair of edges.
+  // Sum of the variances of the distances to the closer edge, over both pairs of edges.
   double cost(double heading) const {
     const Sides s = sides(heading);
     std::vector<double> along, across;
@@ -64,7 +64,7 @@ class RectangleJudge {
     return out;
   }
 
-  // What is wrong with a fit, in words; empty: nothing.
+  // A description of the error in a fit; empty if there is none.
   std::string find_fault(const RectangleFit& fit, double heading_ref) const {
     if (std::fabs(std::remainder(double(fit.heading_ref_rad) - heading_ref, 2 * M_PI)) > 1e-5) return "psi_REF";
     const PlacedRectangle ref = place(double(fit.heading_ref_rad)), var = place(double(fit.heading_var_rad));
@@ -110,12 +110,13 @@ class RectangleJudge {
   }
 
   std::string find_heading_fault(double heading, double heading_ref, const PlacedRectangle& placed) const {
-    constexpr double kSlack = 2e-5;  // m^2, of sums in single precision
-    constexpr int kSteps = 90 * 16;  // the search goes by sixteenths of a degree, [0, 90) deg
-    // At the corners the distances are equal: which set they go to turns with the axes, and the variances with them.
+    constexpr double kSlack = 2e-5;  // m^2, for sums in single precision
+    constexpr int kSteps = 90 * 16;  // the search uses steps of 1/16 degree in [0, 90) deg
+    // At the corners the distances to both edges are equal: rotating the axes swaps the set of a corner, and the
+    // variances.
     const double place_in_grid = heading / kDegree * 16;
     const int step = ((int(std::lround(place_in_grid)) % kSteps) + kSteps) % kSteps;
-    if (std::fabs(place_in_grid - std::round(place_in_grid)) > 1e-3) return "psi_VAR is no step of the search";
+    if (std::fabs(place_in_grid - std::round(place_in_grid)) > 1e-3) return "psi_VAR is not a step of the search";
     const auto cost_of = [this](int i) { return cost(((i + kSteps) % kSteps) * kDegree / 16); };
     double best = 1e30;
     for (int degree = 0; degree < 90; ++degree) best = std::min(best, cost_of(16 * degree));

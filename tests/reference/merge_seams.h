@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Merging across sensors written from the method (eq. 4), for the tests to hold the kernel against: all pairs, no
-// order of any kind but the published one, no code of the kernels.
+// Merging across sensors (eq. 4), written from the method: compares all pairs, uses no order but the published one, and
+// no code of the kernels. Tests compare the kernel with it.
 #pragma once
 
 #include <algorithm>
@@ -26,10 +26,10 @@ struct Merged {
   std::vector<MergedCluster> rows;
   std::vector<int32_t> merged_of_member;
   int32_t overflow = 0;
-  bool is_decided = true;  // false: a pair of points lies too close to the limit for floats to agree on it
+  bool is_decided = true;  // false: a pair of points is so close to the limit that rounding decides
 };
 
-// Sensors with an edge, clockwise by the azimuth of the middle of their images.
+// Sensors with an edge, clockwise by the azimuth of their images' middle.
 inline std::vector<int32_t> order_sensors(const std::vector<SeamSide>& sides) {
   std::vector<std::pair<double, int32_t>> found;
   for (std::size_t s = 0; s < sides.size(); ++s) {
@@ -49,7 +49,7 @@ struct SeamPoint {
   int32_t member;
 };
 
-// Winners of pixels in the columns [first, last) that belong to a cluster with a row.
+// Winners of pixels in the columns [first, last) whose cluster has a row.
 inline std::vector<SeamPoint> list_points(const SeamSide& side, int32_t member_begin, int32_t first, int32_t last) {
   std::vector<SeamPoint> points;
   const Transform& T = side.sensor->T_vehicle_sensor;
@@ -78,7 +78,7 @@ inline Merged merge_seams(const MergeSeamsParams& params, const std::vector<Seam
   }
 
   Merged out;
-  std::vector<int32_t> set(members.size());  // the lowest member of each one's set
+  std::vector<int32_t> set(members.size());  // the lowest member of each member's set
   std::iota(set.begin(), set.end(), 0);
   const auto join = [&set](int32_t a, int32_t b) {
     const int32_t from = std::max(set[std::size_t(a)], set[std::size_t(b)]);
@@ -107,7 +107,7 @@ inline Merged merge_seams(const MergeSeamsParams& params, const std::vector<Seam
     std::fill_n(row.high, 3, -std::numeric_limits<float>::infinity());
     float sum[3] = {0, 0, 0};
     std::vector<int32_t> points_of_sensor(sides.size(), 0);
-    long double stamp_sum = 0;  // about the first member's stamp: exact for what tests use
+    long double stamp_sum = 0;  // relative to the first member's stamp: exact for all stamps in tests
     const int64_t base_ns = sides[std::size_t(members[root].sensor)].stamp_ns;
     for (std::size_t m = root; m < members.size(); ++m) {
       if (set[m] != int32_t(root)) continue;
@@ -136,7 +136,7 @@ inline Merged merge_seams(const MergeSeamsParams& params, const std::vector<Seam
     rows.push_back(row);
   }
 
-  // The nearest stay, in the order of their first members.
+  // Keeps the nearest, in the order of their first members.
   std::vector<std::size_t> nearest(rows.size());
   std::iota(nearest.begin(), nearest.end(), std::size_t(0));
   std::stable_sort(nearest.begin(), nearest.end(),

@@ -32,11 +32,11 @@ io::Cloud swept_cloud(int32_t lines, int32_t shots, double shift_m, bool with_ri
   std::vector<uint16_t> ring;
   for (int32_t line = 0; line < lines; ++line)
     for (int32_t shot = 0; shot < shots; ++shot) {
-      if ((line * 31 + shot * 17) % 97 == 0) continue;  // a hole now and then
+      if ((line * 31 + shot * 17) % 97 == 0) continue;  // a few holes
       const double elevation = (4.0 - 16.0 * line / lines) / 57.29578;
       const double azimuth = (59.5 - 119.0 * shot / (shots - 1)) / 57.29578;
       const double wall = (20 + shift_m) / std::cos(azimuth), ground = elevation < 0 ? 1.5 / -std::tan(elevation) : 1e9;
-      // A car's back, 1.9 m wide, 12 m ahead.
+      // The rear of a car, 1.9 m wide, 12 m ahead.
       const double car =
           std::fabs(12 * std::tan(azimuth)) < 0.95 && elevation < 0 ? (12 + shift_m) / std::cos(azimuth) : 1e9;
       const double range = std::min({wall, ground, car});

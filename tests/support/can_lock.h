@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Whether the system locks so much memory for this process: asked apart from the library, so that a library that
-// forgets to lock is told from a system that does not let it.
+// Whether the system can lock a given amount of memory for this process. Does not use the library, so a test can
+// distinguish a library that forgets to lock from a system that does not allow it.
 #pragma once
 
 #include <sys/mman.h>
@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace overtake_test {
+namespace overtake::test {
 
 inline bool can_lock(int64_t bytes) {
   void* block = mmap(nullptr, std::size_t(bytes), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -20,4 +20,4 @@ inline bool can_lock(int64_t bytes) {
   return locked;
 }
 
-}  // namespace overtake_test
+}  // namespace overtake::test

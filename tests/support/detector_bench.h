@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A detector fed with the simulated overtake through the C API, and everything it says as hashes, frame by frame.
+// A detector fed with the simulated overtake through the C API; records all its outputs as hashes, frame by frame.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -18,7 +18,7 @@
 #include "tests/support/scene.h"
 #include "tests/support/test_method.h"
 
-namespace overtake_test {
+namespace overtake::test {
 
 template <class T>
 ovt_column column_of(const std::vector<T>& v, int32_t type) {
@@ -41,7 +41,7 @@ inline ovt_points points_of(const overtake::SceneScan& scan, int32_t sensor, int
   return points;
 }
 
-// The same frames for every case: made once.
+// The same frames for every test case, made once.
 inline const overtake::Scene& demo_scene() {
   static const overtake::Scene scene(7);
   return scene;
@@ -73,7 +73,7 @@ struct FrameRecord {
   }
 };
 
-// Detections without the track they went to: those must not depend on what was before. hash_tracks has that column.
+// Detections without the track column, which may depend on earlier frames. hash_tracks has that column.
 inline uint64_t hash_detections(const ovt_detections& d) {
   overtake::Hash hash;
   hash.add_value(d.count);
@@ -117,7 +117,7 @@ inline uint64_t hash_images(ovt_reader* reader, int32_t sensor_count) {
 inline FrameRecord record_of(ovt_reader* reader, int32_t sensor_count, bool with_images = true) {
   FrameRecord record;
   ovt_read_info(reader, &record.info);
-  record.info.latency_ns = 0;  // a time: no two runs agree on it
+  record.info.latency_ns = 0;  // a duration: different in every run
   ovt_detections detections;
   ovt_tracks tracks;
   if (ovt_read_detections(reader, &detections) != OVT_OK ||
@@ -182,7 +182,7 @@ class DetectorBench {
     detector = nullptr;
   }
 
-  // Poses of the sweep of a frame, each 10 ms.
+  // Pushes the poses of a frame's scans, every 10 ms.
   void push_ego(std::size_t index) {
     for (int32_t i = 0; i < 5; ++i) {
       ovt_ego_pose pose;
@@ -222,4 +222,4 @@ class DetectorBench {
 
 inline bool adds_up(const ovt_stats& s) { return s.pushed == s.used + s.dropped + s.late + s.dup; }
 
-}  // namespace overtake_test
+}  // namespace overtake::test

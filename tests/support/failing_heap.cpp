@@ -17,7 +17,7 @@ namespace {
 std::atomic<int64_t> heap_count{0}, heap_refused{0}, thread_count{0}, thread_refused{0}, live{0};
 std::atomic<int32_t> depth_refused{0};
 void* frames_refused[48];
-thread_local bool inside = false;  // of a backtrace, whose own requests are not counted
+thread_local bool inside = false;  // of a backtrace: its requests are not counted
 
 void note() {
   inside = true;
@@ -53,7 +53,7 @@ int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*
 #pragma GCC visibility pop
 #endif
 
-namespace overtake_test {
+namespace overtake::test {
 
 bool can_refuse() { return OVT_TEST_OWN_HEAP != 0; }
 
@@ -103,4 +103,4 @@ void describe_refusal(char* text, int32_t size) {
   }
 }
 
-}  // namespace overtake_test
+}  // namespace overtake::test

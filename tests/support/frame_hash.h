@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One hash of everything a frame publishes: labels, images, clusters, detections, tracks and their paths; times apart.
+// One hash of everything that a frame publishes: labels, images, clusters, detections, tracks and paths, without times.
 #pragma once
 
 #include "core/hash.h"
@@ -41,7 +41,7 @@ class FrameHash {
  private:
   void add_sensor(ovt_reader* reader, int32_t sensor) {
     ovt_labels l;
-    if (ovt_read_labels(reader, sensor, &l) != OVT_OK) return hash_.add_value(-1);  // not in this frame
+    if (ovt_read_labels(reader, sensor, &l) != OVT_OK) return hash_.add_value(-1);  // no scan in this frame
     add(l);
     for (int32_t id = 0; id < OVT_IMAGE_COUNT; ++id) {
       ovt_image image;

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What every frame of every detector keeps to, whatever was pushed, read through the C API alone: each float and double
-// is a number, and what a gate or the tracker left out is counted.
+// Rules for every frame of every detector, for any input, checked through the C API alone: each float and double is
+// finite, and every row that a gate or the tracker removed is counted.
 #pragma once
 
 #include <cmath>
@@ -14,11 +14,11 @@
 #include "pipeline/columns.h"
 #include "pipeline/overtake.h"
 
-namespace overtake_test {
+namespace overtake::test {
 
 template <class T>
 bool are_finite(const T* column, int64_t count) {
-  T sum = 0;  // of zeros, and NaN as soon as one value is none
+  T sum = 0;  // sum of zeros; NaN if any value is not finite
   for (int64_t i = 0; i < count; ++i) sum += column[i] - column[i];
   return sum == 0;
 }
@@ -39,7 +39,7 @@ bool is_all_finite(const Table& table) {
 #define OVT_RULE(condition) \
   if (!(condition)) return #condition
 
-// The first rule that the frame's info and its gates break, null when none. `def_map`: the detector has a map.
+// The first rule that the frame's info and gates break; null if none. `def_map`: the detector has a map.
 inline const char* find_broken_info(const ovt_frame_info& info, int32_t sensor_count, bool def_map) {
   OVT_RULE(info.first_stamp_ns <= info.stamp_ns);
   OVT_RULE((info.sensor_mask | info.stale_mask) >> sensor_count == 0);
@@ -53,7 +53,7 @@ inline const char* find_broken_info(const ovt_frame_info& info, int32_t sensor_c
   OVT_RULE(((info.flags & OVT_FLAG_NO_MAP) == 0) == def_map);
   if (!def_map) OVT_RULE(info.ego_off_map_m == 0 && (info.flags & OVT_FLAG_EGO_OFF_MAP) == 0);
   OVT_RULE(info.ego_off_map_m > 0 || (info.flags & OVT_FLAG_EGO_OFF_MAP) == 0);
-  // Nothing is gone without a count, and no map gate works while the map is not to be believed.
+  // Every loss has a count, and no map gate runs while the map must not be used.
   OVT_RULE(info.gated_points >= 0 && info.gated_size >= 0 && info.gated_map >= 0 && info.overflow_candidates >= 0);
   OVT_RULE(info.cluster_count == info.gated_points + info.gated_size + info.candidate_count);
   OVT_RULE(info.candidate_count == info.gated_map + info.overflow_candidates + info.detection_count);
@@ -82,7 +82,7 @@ inline const char* find_broken_image(const ovt_image& image) {
   for (int32_t r = 0; r < image.rows; ++r) {
     const char* row = static_cast<const char*>(image.data) + std::size_t(r) * image.stride_bytes;
     if (image.type == OVT_IMAGE_F32) OVT_RULE(are_finite(reinterpret_cast<const float*>(row), image.cols));
-    for (std::size_t b = 0; b < bytes; b += 4) {  // a row that is too short shows under the address sanitizer
+    for (std::size_t b = 0; b < bytes; b += 4) {  // the address sanitizer detects a row that is too short
       uint32_t word;
       std::memcpy(&word, row + b, 4);
       sum += word;
@@ -97,7 +97,7 @@ inline const char* find_broken_scan(ovt_reader* reader, int32_t sensor, bool pre
   ovt_labels l;
   OVT_RULE((ovt_read_labels(reader, sensor, &l) == OVT_OK) == present);
   if (!present) return nullptr;
-  for (int32_t i = 0; i < l.count; ++i) {  // a label or a reason
+  for (int32_t i = 0; i < l.count; ++i) {  // each point has a label or a reason
     OVT_RULE(l.label[i] >= -1 && l.label[i] <= l.label_count);
     OVT_RULE((l.label[i] >= 0) == (l.reason[i] == 0));
     OVT_RULE(ovt_reason_name(l.reason[i]) != nullptr);
@@ -115,7 +115,7 @@ inline const char* find_broken_scan(ovt_reader* reader, int32_t sensor, bool pre
   return nullptr;
 }
 
-// Reads all there is. The tracks are read at the frame's own time and at publish_ns.
+// Reads all outputs. Reads the tracks at the frame's time and at publish_ns.
 inline const char* find_broken_rule(ovt_reader* reader, int32_t sensor_count, bool def_map,
                                     std::initializer_list<int64_t> publish_ns) {
   ovt_frame_info info;
@@ -154,8 +154,8 @@ inline const char* find_broken_rule(ovt_reader* reader, int32_t sensor_count, bo
   return nullptr;
 }
 
-// Sums over everything that is finished: nothing in work, no reader needed. alive: tracks after the last frame, which
-// nobody but the caller knows; -1: not asked. given: rows pushed in the pushes of detections that were used; -1 alike.
+// Sums over all finished frames: no frame in work; needs no reader. alive: tracks after the last frame, known to the
+// caller only; -1: not checked. given: rows in the used pushes of detections; -1 likewise.
 inline const char* find_broken_sum(const ovt_stats& s, int64_t alive, int64_t given) {
   OVT_RULE(s.pushed == s.used + s.dropped + s.late + s.dup);
   int64_t bad = 0;
@@ -173,4 +173,4 @@ inline const char* find_broken_sum(const ovt_stats& s, int64_t alive, int64_t gi
 
 #undef OVT_RULE
 
-}  // namespace overtake_test
+}  // namespace overtake::test

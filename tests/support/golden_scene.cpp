@@ -7,9 +7,9 @@
 namespace overtake::test {
 namespace {
 
-constexpr int32_t kLayers = 32, kShots = 430;  // a line and head
+constexpr int32_t kLayers = 32, kShots = 430;  // shots per ring and head
 constexpr double kSin60 = 0.8660254037844386;
-// Tangent of half the angle between two shots, about 0.07 degrees: a rotation by rational numbers of it.
+// Tangent of half the angle between two shots, about 0.07 degrees: the rotation uses rational numbers of it.
 constexpr double kHalfStep = 0.0012176687;
 constexpr double kStepCos = (1.0 - kHalfStep * kHalfStep) / (1.0 + kHalfStep * kHalfStep);
 constexpr double kStepSin = 2.0 * kHalfStep / (1.0 + kHalfStep * kHalfStep);
@@ -22,9 +22,9 @@ constexpr Mounting kMountings[kGoldenSensors] = {{2.342, 0.0, 0.646, 1.0, 0.0, 0
                                                  {1.549, -0.267, 0.741, -0.5, -kSin60, -2.0943951023931953}};
 
 struct Car {
-  double x_m, y_m, step_m, cos_yaw, sin_yaw;  // step: how far it gets ahead of the ego in a frame
+  double x_m, y_m, step_m, cos_yaw, sin_yaw;  // step: distance gained on the ego per frame
 };
-// One ahead, one that comes from behind and passes the seam between right and front, one that stands askew.
+// One ahead, one that comes from behind and crosses the seam between right and front, one oblique.
 constexpr Car kCars[] = {{18.0, 2.5, 0.4, 1.0, 0.0}, {-30.0, -3.0, 1.5, 0.96, 0.28}, {40.0, -4.0, -2.0, 0.8, 0.6}};
 constexpr double kHalfLength = 2.4, kHalfWidth = 0.9, kCarHeight = 1.2;
 constexpr double kWallLeft = 9.0, kWallRight = -7.0, kWallHeight = 1.5;
@@ -32,7 +32,7 @@ constexpr double kWallLeft = 9.0, kWallRight = -7.0, kWallHeight = 1.5;
 double least(double a, double b) { return a < b ? a : b; }
 double most(double a, double b) { return a > b ? a : b; }
 
-// A ray o + t d in the vehicle frame: t of the first thing it meets; beyond 250: nothing.
+// A ray o + t d in the vehicle frame: t of the first hit; 250: none.
 double first_hit(const double* o, const double* d, int32_t frame) {
   double t = d[2] < 0.0 ? -o[2] / d[2] : 1000.0;
   if (d[1] != 0.0) {
@@ -40,7 +40,7 @@ double first_hit(const double* o, const double* d, int32_t frame) {
     if (o[2] + wall * d[2] < kWallHeight) t = least(t, wall);
   }
   for (const Car& car : kCars) {
-    // In the car's own frame it is a box round the origin.
+    // In the car's frame it is a box around the origin.
     const double cx = o[0] - (car.x_m + car.step_m * frame), cy = o[1] - car.y_m;
     const double ox = car.cos_yaw * cx + car.sin_yaw * cy, oy = car.cos_yaw * cy - car.sin_yaw * cx;
     const double dx = car.cos_yaw * d[0] + car.sin_yaw * d[1], dy = car.cos_yaw * d[1] - car.sin_yaw * d[0];
@@ -98,11 +98,11 @@ std::vector<GoldenPoint> golden_cloud(int32_t frame, int32_t sensor) {
   Random random{uint64_t(1 + frame * kGoldenSensors + sensor) * 0x9e3779b97f4a7c15u};
   std::vector<GoldenPoint> cloud;
   for (int32_t layer = 0; layer < kLayers; ++layer) {
-    if (layer == 5 && frame % 2 == 1) continue;  // a layer comes and goes
+    if (layer == 5 && frame % 2 == 1) continue;  // in every other frame a layer is missing
     for (int32_t i = 0; i < 2 * kShots; ++i) {
       const std::size_t shot = std::size_t(i / 2 + i % 2 * kShots);
       const double x = beam_x[shot], y = beam_y[shot];
-      const double z = 0.05 - 0.005 * layer - 0.0004 * (layer * layer) + 0.003 * (y * y);  // lines are not level
+      const double z = 0.05 - 0.005 * layer - 0.0004 * (layer * layer) + 0.003 * (y * y);  // rings are not level
       const double direction[3] = {mounting.cos_yaw * x - mounting.sin_yaw * y,
                                    mounting.sin_yaw * x + mounting.cos_yaw * y, z};
       const double hit = first_hit(origin, direction, frame);
@@ -122,7 +122,7 @@ std::vector<GoldenPoint> golden_cloud(int32_t frame, int32_t sensor) {
         case 2: point.x_m = point.y_m = point.z_m = 0.0f; break;
         case 3: point.layer = 65000; break;
         case 4: point.y_m = 1e-40f; break;      // subnormal
-        case 5: cloud.push_back(point); break;  // twice the same
+        case 5: cloud.push_back(point); break;  // a duplicate point
         default: break;
       }
       cloud.push_back(point);

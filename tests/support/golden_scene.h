@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The scene the golden hashes belong to: three sensors, ground, two walls, three cars, some bad points. Made from
-// integers and the five correctly rounded operations alone (no libm: its last bits differ between machines), so the
-// clouds are the same bytes everywhere and any difference in a hash is the library's own.
+// The scene of the golden hashes: three sensors, ground, two walls, three cars, some bad points. It uses only integers
+// and the five correctly rounded operations (no libm: its last bits differ between machines). So the clouds are the
+// same bytes everywhere, and any difference in a hash comes from the library.
 #pragma once
 
 #include <cstdint>
@@ -23,12 +23,12 @@ struct GoldenPoint {
 };
 
 std::vector<ovt_sensor_def> golden_sensors();
-// Sensor frame, two heads interleaved, as the recorded ones.
+// Sensor frame, interleaved rings of two heads, like the recorded clouds.
 std::vector<GoldenPoint> golden_cloud(int32_t frame, int32_t sensor);
 int64_t golden_stamp_ns(int32_t frame, int32_t sensor);
 ovt_ego_pose golden_ego(int64_t stamp_ns);
 
-// A straight track. Borrowed columns.
+// A straight track. The columns point into this object.
 struct GoldenMap {
   GoldenMap();
   std::vector<double> x_m, y_m, width_m;

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Memory with a fence: every piece lies between two runs of guard bytes, so a kernel that writes past an end is caught,
-// even where it writes into memory that is its own.
+// Memory with guards: every piece lies between two runs of guard bytes. So a kernel that writes beyond a piece is
+// detected, even if the memory belongs to another piece.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ class Guarded {
     const int32_t words = round_up(cols, 64) / 64;
     return {take<uint64_t>(name, std::size_t(rows) * std::size_t(words)), rows, cols, words};
   }
-  // All columns of a table, with room for whole vectors.
+  // All columns of a table, with padding for whole vectors.
   template <class Table>
   void take_table(const std::string& name, Table& table, int32_t capacity) {
     table.capacity = round_up(capacity, kRowAlign);
@@ -40,7 +40,7 @@ class Guarded {
     });
   }
 
-  // Name of the first piece whose guards changed; empty: none.
+  // Name of the first piece with a changed guard; empty if none.
   std::string broken() const {
     unsigned char whole[kFence];
     std::memset(whole, kGuard, kFence);

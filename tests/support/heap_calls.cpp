@@ -15,9 +15,9 @@ std::atomic<int64_t> heap_calls{0};
 
 #include "tests/support/own_heap.h"
 
-namespace overtake_test {
+namespace overtake::test {
 
 bool can_count_heap_calls() { return OVT_TEST_OWN_HEAP != 0; }
 int64_t count_heap_calls() { return heap_calls.load(std::memory_order_relaxed); }
 
-}  // namespace overtake_test
+}  // namespace overtake::test

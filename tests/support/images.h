@@ -1,11 +1,11 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Small images for tests: owned planes, and drawings of them.
+// Small images for tests: planes with their own memory, and drawings of them.
 //
-// Padding starts as poison (NaN, a wild integer) and so do all pixels, so a kernel that reads what it must not, or
-// leaves a pixel unwritten, shows. A drawing is one string, a line per row: it reads like the comment above the test,
-// and a failed CHECK prints both pictures.
+// Padding and all pixels start as poison (NaN, a large integer), so a kernel that reads too much, or leaves a pixel
+// unwritten, is detected. A drawing is one string with a line per row, like the comment above the test; a failed CHECK
+// prints both drawings.
 #pragma once
 
 #include <cstdint>
@@ -62,7 +62,7 @@ class OwnedPlane {
 
 class OwnedBits {
  public:
-  // All words start with every bit set: a kernel must write each of them.
+  // All words start with every bit set: a kernel must write each word.
   OwnedBits(int32_t rows, int32_t cols)
       : rows_(rows), cols_(cols), words_(std::size_t(rows) * std::size_t(round_up(cols, 64) / 64), ~uint64_t(0)) {}
   // '#' is a set bit.
@@ -122,7 +122,7 @@ inline std::string art_of(Plane<const int32_t> labels) {
   return all;
 }
 
-// Bits at and after cols are zero in every row.
+// Whether the bits at and after cols are zero in every row.
 inline bool tail_is_clear(ConstBitPlane bits) {
   for (int32_t r = 0; r < bits.rows; ++r)
     for (int32_t c = bits.cols; c < bits.words_per_row * 64; ++c)

@@ -17,7 +17,7 @@ namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-// Each two neighbours of these are filled alike: the first with ranges, the second with angles.
+// Consecutive pairs of these have the same content: the first of ranges, the second of angles.
 constexpr int32_t kPlanes = 8;
 Plane<float> plane_of(const RangeImages& m, int32_t i) {
   const Plane<float> planes[kPlanes] = {m.range_m,   m.elevation_rad,    m.range_filled_m,   m.elevation_filled_rad,
@@ -69,7 +69,7 @@ KernelWorld::KernelWorld(Shape shape, uint64_t seed, int32_t cluster_capacity) :
   const int32_t rows = shape.rows, cols = shape.cols;
   const bool wraps = seed % 2 == 1;
   const double left = wraps ? kPi : kPi / 3, right = wraps ? -kPi : -kPi / 3;
-  // A world of no pixels has no sensor either: only its image kernels run.
+  // A world without pixels has no sensor: only image kernels run in it.
   for (int32_t s = 0; s < 3; ++s) {
     rig_[s] = make_sensor_model(std::max(rows, 1), std::max(cols, 1), left, right, wraps, 0.5, 300.0);
     rig_[s].T_vehicle_sensor = make_transform(1.5, 0.3 * (s - 1), 0.7, 0.01, -0.02, kTwoPi / 3 * s);
@@ -172,7 +172,7 @@ void KernelWorld::fill_cloud_from(const unsigned char* bytes, std::size_t size) 
   for (std::size_t i = 0; i < raw_.size() * sizeof(RawPoint); ++i) out[i] = size ? bytes[i % size] : 0;
 }
 
-// Range: 0 a hole, else up to 128 m; elevation: of the row, or anywhere.
+// Range: 0 (a hole), or up to 128 m. Elevation: that of the row, or any.
 void KernelWorld::overlay_noise(const unsigned char* bytes, std::size_t size) {
   std::size_t next = 0;
   const auto byte = [&] { return size ? bytes[next++ % size] : uint8_t(0); };
@@ -190,7 +190,7 @@ void KernelWorld::fill_cloud() {
   take_layers();
   const int32_t rows = std::max(shape_.rows, 1), cols = std::max(shape_.cols, 1);
   const bool scan_order = chance(50);
-  const int32_t layers = rows + int32_t(random_() % 3);  // some have no row
+  const int32_t layers = rows + int32_t(random_() % 3);  // some get no row
   const float fov = sensor.wraps ? kTwoPiF : kTwoPiF / 3;
   const float boxes = uniform(5.0f, 40.0f);
   constexpr float kExtreme[] = {
@@ -199,7 +199,7 @@ void KernelWorld::fill_cloud() {
     const int32_t place = scan_order ? i : int32_t(random_() >> 33);
     const int32_t layer = place / cols % layers;
     const float azimuth = 0.5f * fov - fov * (float(place % cols) + uniform(0.0f, 1.0f)) / float(cols);
-    const int32_t height = layer % 5 == 4 ? layer - 1 : layer;  // some layers almost touch
+    const int32_t height = layer % 5 == 4 ? layer - 1 : layer;  // some layers are almost at the same elevation
     const float elevation = 0.2f - 0.6f * float(height) / float(layers) + uniform(-0.002f, 0.002f);
     const float to_ground = elevation < -0.01f ? 1.8f / -std::sin(elevation) : 500.0f;
     const float to_thing = boxes + 10.0f * std::floor(3.0f * std::sin(azimuth * 9.0f));
@@ -243,7 +243,7 @@ void KernelWorld::fill_noise() {
       m.angle_smooth_rad.row(r)[c] = chance(hole) ? kAngleUndefined : uniform(-0.2f, 1.7f);
       m.pixel_point.row(r)[c] = chance(hole) ? kNoPoint : c;
     }
-  // Bits in runs; links only between pixels that are set.
+  // Bits in runs; links only between set pixels.
   const int32_t density = int32_t(random_() % 6) * 20, change = 1 + int32_t(random_() % 60);
   for (const BitPlane& bits : {m.nonground, m.nonground_repaired})
     for (int32_t r = 0; r < shape_.rows; ++r) {
@@ -316,7 +316,7 @@ void KernelWorld::run(const KernelTable& k, Kernel kernel) {
   switch (kernel) {
     case Kernel::load_points: return load_points(k);
     case Kernel::merge_seams: {
-      // The same scan in all three places, so there is something on both sides of each seam.
+      // The same scan for all three sensors, so that both sides of each seam have points.
       MergeSeamsParams params;
       params.columns = shape_.cols % 2 == 0 ? std::min(shape_.cols, 8) : 1;
       SeamSide sides[3];

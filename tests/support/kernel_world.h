@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Everything the kernels read and write for one sensor, behind fences, with seeded contents; each kernel run on it; and
-// the comparison of two such worlds. For tests that ask whether two tables of kernels do the same.
+// Everything that the kernels read and write for one sensor, between guards, with seeded contents. Runs each kernel and
+// compares two such worlds. For tests that compare two tables of kernels.
 #pragma once
 
 #include <cmath>
@@ -28,27 +28,27 @@ class KernelWorld {
  public:
   KernelWorld(Shape shape, uint64_t seed, int32_t cluster_capacity = 1024);
 
-  // Seeded contents. A cloud feeds the chain from load_points on.
+  // Seeded contents. A cloud is the input of the chain from load_points on.
   void fill_cloud();
-  // A cloud of the given bytes, 27 a point, over and over; instead of fill_cloud().
+  // A cloud of the given bytes, 27 per point, repeated; instead of fill_cloud().
   void fill_cloud_from(const unsigned char* bytes, std::size_t size);
-  // Pixels without any order, as inputs of the image kernels.
+  // Random pixels, as inputs of the image kernels.
   void fill_noise();
-  // Its ranges and elevations from the given bytes, 3 a pixel, over and over; after fill_noise().
+  // Ranges and elevations from the given bytes, 3 per pixel, repeated; after fill_noise().
   void overlay_noise(const unsigned char* bytes, std::size_t size);
-  // Runs one kernel of the table on what the world holds, a kernel of a segmentation through its step.
+  // Runs one kernel of the table on the contents; a kernel of a segmentation runs through its step.
   void run(const KernelTable& kernels, Kernel kernel);
   void run(const KernelTable& kernels, const Step& step);
-  // What runs before that kernel in a detector; before merging and what follows it, the whole segmentation.
+  // Runs the kernels that precede it in a detector; for merging and later kernels, the whole segmentation.
   void run_before(const KernelTable& kernels, Kernel kernel);
-  // Padding is never meaningful: NaN wherever it may be written.
+  // Writes NaN to all padding that kernels may write, because its content must have no effect.
   void poison_padding();
   // Fills the memory of these columns with ones: NaN, -1, every bit set.
   void poison(Columns which);
-  // Where the two differ first in these columns, in words; empty: nowhere. Scratch memory and padding do not count, of
-  // fewer than all columns neither do layers that no point has.
+  // Describes the first difference of the two worlds in these columns; empty if there is none. Ignores scratch memory
+  // and padding, and, unless all columns are compared, layers without a point.
   static std::string difference(KernelWorld& a, KernelWorld& b, Columns which = ~Columns(0));
-  // A hash of what each column holds, by column.
+  // Hashes of the columns' contents.
   std::vector<uint64_t> hash_columns();
   std::string broken() const { return guarded_.broken(); }
 
@@ -57,7 +57,7 @@ class KernelWorld {
   SensorModel sensor;
 
  private:
-  struct RawPoint {  // 27 bytes: nothing is aligned in a caller's memory
+  struct RawPoint {  // 27 bytes: callers' memory may be unaligned
     float x_m, y_m, z_m, intensity;
     uint16_t layer;
     uint32_t time_ns;
@@ -76,10 +76,10 @@ class KernelWorld {
   Guarded guarded_;
   std::vector<RawPoint> raw_;
   SegmentParams params_;
-  bool has_layers_ = false;  // with a cloud only: a megabyte
+  bool has_layers_ = false;  // only with a cloud: a megabyte
   int32_t* kept_;
   MemberTable members_;
-  MergedTable merged_, gate_input_;
+  FrameClusterTable merged_, gate_input_;
   SeamScratch seam_;
   SensorModel rig_[3];
   float *fit_x_m_, *fit_y_m_;
@@ -87,14 +87,14 @@ class KernelWorld {
   RectangleFit fit_{};
 };
 
-// The step that runs a kernel and the method it is found in first; a null step: no segmentation runs it.
+// The step that runs a kernel, and the first method that contains it; a null step: no segmentation runs the kernel.
 struct StepOfMethod {
   const Method* method = &kPaper;
   const Step* step = nullptr;
 };
 StepOfMethod find_step(Kernel kernel);
 const char* kernel_name(Kernel kernel);
-// Whether a step reads and writes images alone, so that images without any order are an input of it.
+// Whether a step reads and writes only images, so that random images are valid inputs.
 bool works_on_images(const Step* step);
 
 }  // namespace overtake::test

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The locks as this program's own: each counts its caller and goes on to the C library's.
+// Replaces the lock functions in this program: each counts its caller and calls the C library's function.
 #include "tests/support/lock_calls.h"
 
 #include <dlfcn.h>
@@ -28,7 +28,7 @@ Function* find_next(const char* name) {
 
 }  // namespace
 
-// What may block, with one argument or two.
+// Functions that may block, with one or two arguments.
 #define OVT_LOCK1(name, A)                                  \
   int name(A a) {                                           \
     static int (*const next)(A) = find_next<int(A)>(#name); \
@@ -54,8 +54,8 @@ OVT_LOCK1(sem_wait, sem_t*)
 }
 #pragma GCC visibility pop
 
-namespace overtake_test {
+namespace overtake::test {
 
 int64_t count_lock_calls() { return lock_calls.load(std::memory_order_relaxed); }
 
-}  // namespace overtake_test
+}  // namespace overtake::test

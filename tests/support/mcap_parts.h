@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// MCAP files record by record, for what McapWriter does not write: lies about sizes and checksums.
+// MCAP files record by record, for contents that McapWriter does not write: wrong sizes and checksums.
 #pragma once
 
 #include <cstdint>
@@ -60,7 +60,7 @@ inline std::string mcap_message(uint16_t channel, int64_t log_ns, std::string_vi
   return mcap_record(io::McapOp::kMessage, content.append(data));
 }
 
-// `packed` as it stands, whatever it holds. crc 0: none.
+// A chunk with `packed` as its content. crc 0: none.
 inline std::string mcap_chunk(std::string_view compression, uint64_t declared, std::string_view packed,
                               uint32_t crc = 0) {
   std::string content;
@@ -73,7 +73,7 @@ inline std::string mcap_chunk(std::string_view compression, uint64_t declared, s
   return mcap_record(io::McapOp::kChunk, content.append(packed));
 }
 
-// A frame of Zstandard that holds `blocks` times 128 KiB of zeros, 4 bytes each.
+// A Zstandard frame that decompresses to `blocks` times 128 KiB of zeros, with 4 bytes each.
 inline std::string zstd_zeros(std::size_t blocks) {
   std::string out("\x28\xb5\x2f\xfd\x00\x38", 6);  // no size, a window of 128 KiB
   for (std::size_t i = 0; i < blocks; ++i) {

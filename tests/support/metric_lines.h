@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Objects and tracks on a line, as the metrics take them: {{id, x}, ...}.
+// Objects and tracks on a line, in the input format of the metrics: {{id, x}, ...}.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 #include "tools/evaluation/metrics/clear_mot.h"
 
-namespace overtake_test {
+namespace overtake::test {
 
 using Line = std::vector<std::pair<uint64_t, double>>;
 
@@ -20,4 +20,4 @@ inline std::vector<overtake::metrics::MotPlace> places(const Line& line) {
   return out;
 }
 
-}  // namespace overtake_test
+}  // namespace overtake::test

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A detector of one sensor or none through the C API, and a scan whose clusters are known.
+// A detector with one sensor or none through the C API, and a scan with known clusters.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -12,9 +12,9 @@
 
 #include "tests/support/detector_bench.h"
 
-namespace overtake_test {
+namespace overtake::test {
 
-// Posts of 8 layers, 3 columns wide, farther and farther from right to left: each is one small cluster.
+// Posts of 8 layers, 3 columns wide, from right to left at increasing distance: each gives one small cluster.
 struct Posts {
   explicit Posts(int32_t count) {
     for (int32_t p = 0; p < count; ++p)
@@ -80,4 +80,4 @@ struct Small {
   Latest latest;
 };
 
-}  // namespace overtake_test
+}  // namespace overtake::test

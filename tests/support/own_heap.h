@@ -1,14 +1,14 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// malloc and its family, and mmap of memory, as this program's own. The one file that includes this has before it, in
-// scope:
-//   bool allow_request()              before each request; false refuses it
-//   void count_blocks(int change)     after it: +1 a block was handed out, -1 one came back; mapped memory: by pages
-// OVT_TEST_OWN_HEAP is 0, and nothing is defined, under a sanitizer, which brings its own, and without glibc.
+// Replaces malloc and its family, and mmap of memory, in this program. The one file that includes this header must
+// first declare:
+//   bool allow_request()              called before each request; false refuses it
+//   void count_blocks(int change)     called after it: +1 a block was allocated, -1 one was freed; mapped memory: pages
+// OVT_TEST_OWN_HEAP is 0, and nothing is defined, with a sanitizer, which brings its own heap, and without glibc.
 //
-// The blocks are glibc's, by its functions' second names. Visible, or the C++ library's operator new would miss them
-// (the build hides what it defines; clang hides these, too).
+// The blocks come from glibc, through the second names of its functions. The replacements have default visibility;
+// otherwise the C++ library's operator new would not use them (the build hides symbols by default, clang also these).
 #pragma once
 
 #include <cerrno>
@@ -76,7 +76,7 @@ void free(void* block) {
   if (block) count_blocks(-1);
   __libc_free(block);
 }
-// The C library's own maps (of its heap, of stacks and of files) do not come by here.
+// The C library's own mappings (of its heap, of stacks and of files) do not call this function.
 void* mmap(void* address, std::size_t bytes, int protection, int flags, int file, off_t offset) noexcept {
   const bool is_memory = (flags & MAP_ANONYMOUS) && (protection & PROT_WRITE);
   if (is_memory && !allow_request()) return errno = ENOMEM, MAP_FAILED;

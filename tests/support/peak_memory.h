@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How much more resident memory the process took at its peak, from some moment on; and a memory limit for a while.
+// The growth of the process's peak resident memory since a given moment; and a temporary memory limit.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace overtake::test {
 class PeakMemory {
  public:
   PeakMemory() {
-    std::ofstream("/proc/self/clear_refs") << 5;  // the peak begins anew
+    std::ofstream("/proc/self/clear_refs") << 5;  // resets the peak
     begin_ = read("VmRSS:");
   }
   uint64_t grown_bytes() const {
@@ -34,7 +34,7 @@ class PeakMemory {
 };
 
 #if defined(__SANITIZE_ADDRESS__)
-inline constexpr bool kMemoryIsOurs = false;  // the sanitizer keeps what was freed
+inline constexpr bool kMemoryIsOurs = false;  // the sanitizer keeps freed memory
 #elif defined(__has_feature)
 #if __has_feature(address_sanitizer)
 inline constexpr bool kMemoryIsOurs = false;

@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A method for tests, `plain`: what is less than 30 cm above the road is ground, by one look at each pixel; no angles,
-// no smoothing, no repair, no map gate, a tracker of its own. It shows that a method needs nothing outside its own file
-// but its line in tests/CMakeLists.txt, and that what is promised of detectors hangs on no method.
+// A method for tests, `plain`: every pixel less than 30 cm above the road is ground; no angles, no smoothing, no
+// repair, no map gate. It shows that a method needs only its own file and one line in tests/CMakeLists.txt, and that
+// the guarantees of detectors hold for every method.
 #include "core/math.h"
 #include "pipeline/method/frame_rules.h"
 #include "pipeline/method/methods.h"
@@ -63,7 +63,7 @@ constinit const Method kPlain = {
     .name = "plain",
     .segment = kSegment,
     .frame = kFrame,
-    .make_tracker = [](const TrackerParams& params, const TrackMap* map,
+    .make_tracker = [](const TrackerParams& params, const CircuitMap* map,
                        const Allocator& allocator) -> std::unique_ptr<FrameTracker> {
       return std::make_unique<ReplayTracker<test::PlainPolicy>>(params, map, allocator);
     },

@@ -29,7 +29,7 @@ class PlainPolicy {
  public:
   using State = PlainState;
 
-  PlainPolicy(const TrackerParams& params, const TrackMap*, const Allocator& allocator)
+  PlainPolicy(const TrackerParams& params, const CircuitMap*, const Allocator& allocator)
       : params_(params), life_cycle_{params.window, params.confirm_hits, params.keep_hits} {
     const auto slots = std::size_t(params.track_capacity), rows = std::size_t(params.detection_capacity);
     const bool built = arena_.build(allocator, [&](Carver& carver) {

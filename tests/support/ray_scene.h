@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Scenes with closed-form answers: a sensor at the origin whose beams meet planes and boxes.
+// Scenes with exact solutions: a sensor at the origin whose beams hit planes and boxes.
 #pragma once
 
 #include <cmath>
@@ -27,7 +27,7 @@ struct RayScene {
   std::vector<ScenePlane> planes;
   std::vector<SceneBox> boxes;
 
-  // Distance along the unit direction to the first surface, infinite when there is none.
+  // Distance along the unit direction to the first surface; infinite if there is none.
   double cast(const double direction[3]) const {
     double nearest = std::numeric_limits<double>::infinity();
     for (const ScenePlane& p : planes) {
@@ -50,8 +50,8 @@ struct RayScene {
     return nearest;
   }
 
-  // One point per beam that comes back within the sensor's range: through the middle of each column, layer r of `rows`
-  // at an elevation evenly spaced from top to bottom.
+  // One point per beam with a hit within the sensor's range: through the middle of each column, with the elevations of
+  // the `rows` layers evenly spaced from top to bottom.
   std::vector<TestPoint> scan(const SensorModel& sensor, double top_rad, double bottom_rad) const {
     std::vector<TestPoint> cloud;
     for (int32_t r = 0; r < sensor.rows; ++r)

@@ -32,7 +32,7 @@ inline bool is_recorded(const std::string& file) {
 
 #define OVT_WHERE_TO_GET " (tools/README.md, \"Recorded data\", says where to get it)"
 
-// At the start of a case, once a file or folder; ends the case where that is missing.
+// Put it at the start of a case, once per file or folder; it ends the case if the file is missing.
 #define OVT_NEED_RECORDED(file)                                                         \
   do {                                                                                  \
     if (!overtake::is_recorded(file)) {                                                 \

@@ -108,7 +108,7 @@ bool is_covered(const Ray& ray, double range_m) {
   return int32_t(along_m / kFencePanelM) % 5 < 3;
 }
 
-// Share of the returns that come back from ground seen this flat: none below 0.4 deg, all above 0.75 deg. With a sensor
+// Share of returns from ground at this grazing angle: none below 0.4 deg, all above 0.75 deg. With a sensor
 // 0.65 m high that is the last road at 50 to 90 m.
 double ground_return_share(double cos_incidence) { return (cos_incidence - 0.007) / 0.006; }
 
@@ -162,7 +162,7 @@ SceneScan Scene::scan(int32_t index, int32_t sensor) const {
   const SceneMounting mount = mounting(sensor);
   const double cos_mount = std::cos(mount.yaw_rad), sin_mount = std::sin(mount.yaw_rad);
 
-  // A stream of its own for each scan, so that frames can be made in any order.
+  // Each scan has its own random stream, so that frames can be made in any order.
   Random random = {seed_};
   random.state = random.next() ^ uint64_t(index) * 0xD1342543DE82EF95u;
   random.state = random.next() ^ uint64_t(sensor);
@@ -187,7 +187,7 @@ SceneScan Scene::scan(int32_t index, int32_t sensor) const {
         const Vec3 in_vehicle = {cos_mount * beam[0] - sin_mount * beam[1], sin_mount * beam[0] + cos_mount * beam[1],
                                  beam[2]};
         const Ray ray = {eye, to_map(vehicle, in_vehicle)};
-        // Always the same number of draws, so that a ray's luck does not depend on what other rays met.
+        // The number of draws per ray is constant, so that the draws of a ray do not depend on what other rays hit.
         const double luck = random.uniform(), ground_luck = random.uniform();
         const double noise_m = random.normal() * def_.range_noise_m;
 

@@ -1,20 +1,21 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A simulated overtake on an endless banked left curve: no recording needed, every answer known in closed form.
+// A simulated overtake on an endless banked left curve. It needs no recording; every answer has a closed form.
 //
 //            stands ))            The road is a piece of a cone around the vertical axis through the map's origin:
 //     outer wall, fence ))        z = (rho - radius) tan(banking). Walls, fence and buildings are cylinders round the
 //        road      ))             same axis, the opponent is a handful of boxes. Both cars drive on circles at constant
-//   inner wall  ))      . axis    speed, counter-clockwise. The ego starts behind and goes by on the right.
+//   inner wall  ))      . axis    speed, counter-clockwise. The ego starts behind and passes on the right.
 //      infield  ))
 //
-// Three LiDARs of 120 degrees mounted as in rig av21. Like the recorded ones each is two heads that sweep +60..0 and
-// 0..-60 degrees at the same time, line after line, their points interleaved; points carry the time they were taken
-// at, and both cars move meanwhile. A point is given in the frame its sensor had then: motion is not compensated.
+// Three LiDARs of 120 degrees, mounted as in rig av21. Like the recorded ones, each has two heads that sweep +60..0 and
+// 0..-60 degrees at the same time, line after line, with interleaved points. Each point has its own time stamp, and
+// both cars move during the scan. A point is in the sensor frame of its own time: motion is not compensated.
 //
-// Shares no code with what it judges. A frame depends on seed and index alone, not on the frames made before it. It
-// uses the C library's sin and cos, so its bytes are one machine's: the project's promise of equal bytes starts behind.
+// The scene shares no code with the pipeline that it tests. A frame depends on seed and index alone, not on earlier
+// frames. It uses the C library's sin and cos, so its bytes may differ between machines; the project promises equal
+// output bytes for equal input bytes only.
 #pragma once
 
 #include <cstdint>

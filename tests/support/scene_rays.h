@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where a ray meets the few surfaces a scene is made of. Every function answers the distance along the unit direction
-// and the cosine of the angle between ray and surface normal, or leaves the nearest hit as it was.
+// Intersections of a ray with the surfaces of a scene. Each function updates the nearest hit (distance along the unit
+// direction, cosine of the angle between ray and normal), or leaves it unchanged.
 #pragma once
 
 #include "tests/support/scene.h"

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Scenes across the seams between sensors. They are placed in the vehicle frame and seen through the sensors' true
-// places; what the kernel is told of those places may differ.
+// Scenes across the seams between sensors. Objects are placed in the vehicle frame and seen through the sensors' true
+// poses; the kernel may get other poses.
 #pragma once
 
 #include <algorithm>
@@ -53,19 +53,19 @@ struct Point {
 };
 
 struct Sensor {
-  Place place;  // the true one
+  Place place;  // the true pose
   SensorModel model;
   bool present = true;
   int64_t stamp_ns = 0;
   int32_t cluster_capacity = 64;
   std::vector<Point> input;
 
-  // A point of the sensor frame on a pixel. `wins` false: another point has the pixel.
+  // Puts a point of the sensor frame on a pixel. `wins` false: another point holds the pixel.
   void put(int32_t row, int32_t column, float x, float y, float z, int32_t label, int32_t time_offset_ns = 0,
            bool wins = true) {
     input.push_back({x, y, z, label, row, column, wins, time_offset_ns});
   }
-  // A point of the vehicle frame, if the sensor can see it. The first point on a pixel keeps it.
+  // Puts a point of the vehicle frame, if the sensor can see it. The first point on a pixel keeps the pixel.
   bool see(double vx, double vy, double vz, int32_t row, int32_t label) {
     const double c = std::cos(place.yaw_deg * kDegree), s = std::sin(place.yaw_deg * kDegree);
     const double dx = vx - place.x, dy = vy - place.y;
@@ -90,7 +90,7 @@ struct Frame {
   std::vector<ClusterPointTable> cluster_points;
   std::vector<Ints> row_of_label;
   MemberTable members;
-  MergedTable merged;
+  FrameClusterTable merged;
   SeamScratch scratch;
   int32_t overflow = -1;
 
@@ -131,7 +131,7 @@ struct Frame {
     std::vector<SeamSide> sides(rig.size());
     for (size_t s = 0; s < rig.size(); ++s) {
       sides[s].sensor = &rig[s].model;
-      if (!rig[s].present) continue;  // all else of an absent sensor is null
+      if (!rig[s].present) continue;  // all other members of an absent sensor are null
       fill(rig[s], s);
       sides[s] = {true,         &rig[s].model,          &images[s],     &scan[s], &points[s],
                   &clusters[s], row_of_label[s].data(), rig[s].stamp_ns};
@@ -169,7 +169,7 @@ struct Frame {
 
 // Front, left and right sensor of the AV-21, x y z yaw.
 const Place kAv21[3] = {{2.342, 0, 0.646, 0}, {1.549, 0.267, 0.741, 120}, {1.549, -0.267, 0.741, -120}};
-// The same with parallel edges 0.40 m apart at each of the three seams.
+// The same, but at each of the three seams the edges are parallel and 0.40 m apart.
 const Place kPaper[3] = {{0, 0, 0.7, 0}, {-0.34641, 0.2, 0.7, 120}, {-0.34641, -0.2, 0.7, -120}};
 
 inline std::vector<Sensor> rig_of(const Place* places, int count = 3) {
@@ -178,15 +178,15 @@ inline std::vector<Sensor> rig_of(const Place* places, int count = 3) {
   return rig;
 }
 
-// A wall straight across the seam between two sensors, `distance` along the seam's direction from the origin; every
-// sensor labels what it sees of it 1.
+// A wall straight across the seam between two sensors, at `distance` along the seam's direction from the origin; every
+// sensor gives its points of the wall the label 1.
 inline void see_wall_across(std::vector<Sensor>& rig, double seam_deg, double distance) {
   const double c = std::cos(seam_deg * kDegree), s = std::sin(seam_deg * kDegree);
   for (double t = -2.5; t <= 2.5; t += 0.002)
     for (Sensor& sensor : rig) sensor.see(distance * c - t * s, distance * s + t * c, 0.7, 5, 1);
 }
 
-// An arc of radius 6 m round (1.8, 0), counter-clockwise.
+// An arc of radius 6 m around (1.8, 0), counter-clockwise.
 inline void see_arc(std::vector<Sensor>& rig, double from_deg, double to_deg, int32_t label) {
   for (double a = from_deg; a <= to_deg; a += 0.05)
     for (Sensor& sensor : rig) sensor.see(1.8 + 6 * std::cos(a * kDegree), 6 * std::sin(a * kDegree), 0.7, 9, label);
@@ -194,7 +194,7 @@ inline void see_arc(std::vector<Sensor>& rig, double from_deg, double to_deg, in
 
 inline MergeSeamsParams closer_than(float distance_m, int32_t columns = 1) { return {distance_m, columns}; }
 
-// Two sensors facing apart, both with the vehicle's frame: what is put on edge pixels is where it says.
+// Two sensors that face apart, both with the vehicle's frame: points on edge pixels keep their coordinates.
 inline std::vector<Sensor> plain_rig(int32_t cols = 20, int sensors = 2) {
   std::vector<Sensor> rig;
   for (int s = 0; s < sensors; ++s) {

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A method's segmentation of one sensor, by the kernels of any ISA, on memory of its own: what a test needs to see a
-// whole scan through.
+// A method's segmentation of one sensor with the kernels of any ISA, in separate memory: runs a test's scan through the
+// whole chain.
 #pragma once
 
 #include <cmath>

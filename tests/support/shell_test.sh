@@ -1,8 +1,8 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# What every test written in bash begins with; sourced. Gives $work, a folder that goes with the test, and notes
-# failures, those in a subshell too: `passed [SENTENCE]` at the end is the test's exit code.
+# Every test in bash sources this file first. It sets $work, a temporary folder, and records failures, also those in
+# subshells. `passed [SENTENCE]` at the end gives the test's exit code.
 set -uo pipefail
 work=$(mktemp -d)
 readonly work
@@ -15,7 +15,7 @@ passed() {
   [[ ! -s $work.failed ]] && echo "${1:-passed}"
 }
 
-# need NAME WHERE TOOL...: without one of the tools the test NAME is skipped; WHERE has them.
+# need NAME WHERE TOOL...: skips the test NAME if one of the tools is missing; WHERE tells how to get them.
 need() {
   local name=$1 where=$2 tool
   shift 2
@@ -24,7 +24,7 @@ need() {
   done
 }
 
-# expect NAME COMMAND...: succeeds.
+# expect NAME COMMAND...: the command must succeed.
 expect() {
   local name=$1
   shift

@@ -1,7 +1,7 @@
 /* Copyright 2026 The Overtake authors
  * SPDX-License-Identifier: Apache-2.0
  *
- * One LiDAR 1.2 m above a level road and the tail of a car ahead, 1.9 x 1.2 m, one beam a pixel.
+ * One LiDAR 1.2 m above a level road, and the rear of a car ahead, 1.9 x 1.2 m; one beam per pixel.
  */
 #ifndef OVERTAKE_SMALL_SCENE_H
 #define OVERTAKE_SMALL_SCENE_H
@@ -15,7 +15,7 @@ static struct scene_point {
   uint16_t layer, unused;
 } cloud[SCENE_ROWS * SCENE_COLS];
 
-/* Fills `cloud`; returns how many points. */
+/* Fills `cloud`; returns the number of points. */
 static int32_t look(double ahead_m) {
   int32_t count = 0;
   for (int r = 0; r < SCENE_ROWS; ++r)

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A folder of its own for a test case's files, gone at the end of the case.
+// A temporary folder for a test case's files, removed at the end of the case.
 #pragma once
 
 #include <unistd.h>
@@ -42,7 +42,7 @@ class TempFolder {
   std::filesystem::path folder_;
 };
 
-// what() of the io::Error that f throws; "" when it throws none. Any other exception goes on.
+// what() of the io::Error that f throws; "" if it throws none. Other exceptions pass through.
 template <class F>
 std::string error_of(F&& f) {
   try {

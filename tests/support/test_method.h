@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The method that a suite runs: the environment's OVT_TEST_METHOD, else paper. A suite that proves a promise takes its
-// parameters from here and runs once for each method (tests/CMakeLists.txt).
+// The method that a suite runs: the environment's OVT_TEST_METHOD, else paper. A suite that proves a guarantee takes
+// its parameters from here and runs once per method (tests/CMakeLists.txt).
 #pragma once
 
 #include <cstdio>

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Frames of detections for a TrackerBench, in order or as they are delayed.
+// Frames of detections for a TrackerBench, in order or delayed.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 #include "core/math.h"
 #include "tests/support/tracker_bench.h"
 
-namespace overtake_test {
+namespace overtake::test {
 
 struct TestFrame {
   int64_t stamp_ns = 0;
@@ -22,14 +22,14 @@ struct TestFrame {
   overtake::TrackerEgo ego;
   std::vector<overtake::ObservedSector> sectors;
   int32_t sector_count = -1;
-  std::vector<int> car;  // of each detection; -1 clutter
+  std::vector<int> car;  // per detection; -1 for clutter
 };
 
 inline double uniform(std::mt19937_64& random, double low, double high) {
   return low + (high - low) * double(random() >> 11) / 9007199254740992.0;
 }
 
-// Two sources of different rates watch cars that come and go, with clutter: births and deaths all the time.
+// Two sources of different rates see cars that come and go, with clutter: tracks start and end all the time.
 inline std::vector<TestFrame> make_frames(uint64_t seed, int32_t cars, double seconds, double clutter) {
   std::mt19937_64 random(seed);
   std::vector<TestFrame> frames;
@@ -44,7 +44,7 @@ inline std::vector<TestFrame> make_frames(uint64_t seed, int32_t cars, double se
       }
       for (int car = 0; car < cars; ++car) {
         const double t_s = double(stamp_ns) * 1e-9;
-        if (std::fmod(t_s + 0.37 * car, 1.7) < 0.6 || uniform(random, 0, 1) < 0.1) continue;  // out of sight for 0.6 s
+        if (std::fmod(t_s + 0.37 * car, 1.7) < 0.6 || uniform(random, 0, 1) < 0.1) continue;  // hidden for 0.6 s
         const double radius = 30 + 11 * car, angle = car + (15 + car) * t_s / radius;
         f.detections.push_back({radius * std::cos(angle) + uniform(random, -0.3, 0.3),
                                 radius * std::sin(angle) + uniform(random, -0.3, 0.3),
@@ -83,4 +83,4 @@ inline const std::vector<overtake::TrackId>& give(TrackerBench& bench, const Tes
   return bench.step_ns(f.stamp_ns, f.detections);
 }
 
-}  // namespace overtake_test
+}  // namespace overtake::test

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The tracker of the test's method with the tables a test needs around it.
+// A tracker with the tables and columns that a test needs.
 //
 //   TrackerBench bench;
 //   bench.step(0.05, {{10.0, 2.0}});       // one frame at 50 ms with one detection
@@ -19,7 +19,7 @@
 #include "pipeline/method/methods.h"
 #include "tests/support/test_method.h"
 
-namespace overtake_test {
+namespace overtake::test {
 
 inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -28,14 +28,14 @@ inline int64_t to_ns(double s) { return int64_t(std::llround(s * 1e9)); }
 struct TestDetection {
   double x_m = 0, y_m = 0;
   double heading_rad = kNan;
-  double late_s = 0;  // own stamp: the frame's minus this
+  double late_s = 0;  // the detection's stamp is this much before the frame's
   double length_m = kNan, width_m = kNan;
   double var_x = kNan, var_y = kNan, cov_xy = kNan;
 };
 
 class TrackerBench {
  public:
-  explicit TrackerBench(const overtake::TrackerParams& params = {}, const overtake::TrackMap* map = nullptr)
+  explicit TrackerBench(const overtake::TrackerParams& params = {}, const overtake::CircuitMap* map = nullptr)
       : owner_(overtake::find_method(overtake::test::test_method())
                    ->make_tracker(params, map, overtake::default_allocator())),
         tracker(*owner_) {
@@ -48,7 +48,7 @@ class TrackerBench {
     if (!built) std::abort();
   }
 
-  // `frame` may be set up beforehand (ego, sectors); its stamp and detections are filled here.
+  // The caller may set up `frame` first (ego, sectors); step fills its stamp and detections.
   const std::vector<overtake::TrackId>& step(double time_s, const std::vector<TestDetection>& detections) {
     return step_ns(to_ns(time_s), detections);
   }
@@ -75,7 +75,7 @@ class TrackerBench {
     return ids;
   }
 
-  // Published at the last frame's stamp, or where asked.
+  // Published at the last frame's stamp, or at a given stamp.
   const overtake::TrackTable& tracks() { return tracks_at_ns(last_ns_); }
   const overtake::TrackTable& tracks_at(double time_s) { return tracks_at_ns(to_ns(time_s)); }
   const overtake::TrackTable& tracks_at_ns(int64_t stamp_ns) {
@@ -89,7 +89,7 @@ class TrackerBench {
     tracker.predict(stamp_ns, snapshot_, states_);
     return snapshot_;
   }
-  // As they are.
+  // The tracks without a prediction.
   const overtake::TrackTable& snapshot() {
     tracker.snapshot(snapshot_, states_);
     return snapshot_;
@@ -103,7 +103,7 @@ class TrackerBench {
  public:
   overtake::FrameTracker& tracker;
   overtake::TrackerFrame frame;
-  std::vector<overtake::TrackId> ids;  // of the last step
+  std::vector<overtake::TrackId> ids;  // results of the last step
   overtake::StepResult last;
 
  private:
@@ -115,7 +115,7 @@ class TrackerBench {
   int64_t last_ns_ = 0;
 };
 
-// Whether every number of every row is finite; covariances must be positive on their diagonals.
+// has_finite_columns: every number of every row is finite. is_finite: also positive diagonals of the covariances.
 template <class Table>
 bool has_finite_columns(const Table& t) {
   bool finite = true;
@@ -132,4 +132,4 @@ inline bool is_finite(const overtake::TrackTable& t) {
 }
 inline bool is_finite(const overtake::PathTable& t) { return has_finite_columns(t); }
 
-}  // namespace overtake_test
+}  // namespace overtake::test

@@ -1,6 +1,6 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-#include "core/track_map.h"
+#include "core/circuit_map.h"
 
 #include <doctest/doctest.h>
 
@@ -33,7 +33,7 @@ struct Line {
     banking.push_back(b);
   }
   int32_t count() const { return int32_t(x.size()); }
-  bool build(TrackMap& map, bool closed, const char** error = nullptr) const {
+  bool build(CircuitMap& map, bool closed, const char** error = nullptr) const {
     return map.build(x.data(), y.data(), left.data(), right.data(), banking.data(), count(), closed, error);
   }
 };
@@ -51,8 +51,9 @@ bool is_same(const MapProjection& a, const MapProjection& b) {
          a.segment == b.segment;
 }
 
-// Search over all segments; ties: the lower one.
-void check_against_brute_force(const Line& line, bool closed, const TrackMap& map, double px, double py, int32_t hint) {
+// Search over all segments; ties: the lower segment.
+void check_against_brute_force(const Line& line, bool closed, const CircuitMap& map, double px, double py,
+                               int32_t hint) {
   CAPTURE(px);
   CAPTURE(py);
   CAPTURE(hint);
@@ -72,13 +73,13 @@ void check_against_brute_force(const Line& line, bool closed, const TrackMap& ma
   REQUIRE(is_same(p, map.project(px, py)));
 }
 
-TEST_CASE("project is exactly the search over all segments, near and far, with and without a hint") {
+TEST_CASE("circuit map: project equals a search over all segments, near and far, with and without a hint") {
   for (unsigned seed = 1; seed <= 60; ++seed) {
     CAPTURE(seed);
     std::mt19937_64 random(seed);
     std::uniform_int_distribution<int> size(3, 200), grid(-20, 20);
     std::uniform_real_distribution<double> step(-1.0, 1.0), size_log(-2.0, 7.0);
-    const bool closed = seed % 2, on_grid = seed % 3 == 0;  // whole-number points give ties
+    const bool closed = seed % 2, on_grid = seed % 3 == 0;  // integer points give ties
     CAPTURE(closed);
     Line line;
     const int count = size(random);
@@ -90,12 +91,12 @@ TEST_CASE("project is exactly the search over all segments, near and far, with a
         if (line.count() == count - 1 && gx == line.x[0] && gy == line.y[0]) continue;
         line.add(gx, gy);
       } else {
-        heading += 0.6 * step(random);  // crosses itself as it likes
+        heading += 0.6 * step(random);  // the line may cross itself
         const double length = 3.0 + 2.9 * step(random);
         line.add(x += length * std::cos(heading), y += length * std::sin(heading));
       }
     }
-    TrackMap map;
+    CircuitMap map;
     const char* error = "";
     REQUIRE_MESSAGE(line.build(map, closed, &error), error);
     std::uniform_int_distribution<int> any_segment(-2, count + 1), vertex(0, count - 1);
@@ -111,10 +112,10 @@ TEST_CASE("project is exactly the search over all segments, near and far, with a
   }
 }
 
-TEST_CASE("on a circle s, d, heading and curvature are the closed form") {
+TEST_CASE("circuit map: on a circle s, d, heading and curvature have their closed form") {
   const double radius = 120.0;
   const int32_t points = 360;
-  TrackMap map;
+  CircuitMap map;
   REQUIRE(make_circle(radius, points).build(map, true));
   const double chord = 2 * radius * std::sin(kPi / points);
   CHECK(map.length_m() == doctest::Approx(points * chord).epsilon(1e-12));
@@ -124,7 +125,7 @@ TEST_CASE("on a circle s, d, heading and curvature are the closed form") {
   std::uniform_real_distribution<double> turn(0.0, kTwoPi), off(-20.0, 20.0);
   for (int i = 0; i < 20000; ++i) {
     const double a = turn(random), d = off(random);
-    // The nearest place on a polygon, seen from d beside it, is off by up to the share d / radius of half a step.
+    // The nearest place on a polygon, seen from distance d, is off by up to d / radius of half a step.
     const double slack = std::fabs(d) / radius * kPi / points + 2e-4;
     const MapProjection p = map.project(100 + (radius - d) * std::cos(a), -50 + (radius - d) * std::sin(a));
     REQUIRE(std::fabs(p.s_m / map.length_m() * kTwoPi - a) < slack);
@@ -135,7 +136,7 @@ TEST_CASE("on a circle s, d, heading and curvature are the closed form") {
     REQUIRE(p.heading_rad <= kPi);
     REQUIRE(p.inside == (p.d_m <= 5.0 && p.d_m >= -4.0));
   }
-  for (int32_t k = 0; k < points; ++k) {  // at the vertices exactly
+  for (int32_t k = 0; k < points; ++k) {  // exactly at the vertices
     const MapPose at = map.at(k * chord + 1e-9);
     const double a = kTwoPi * k / points;
     REQUIRE(std::fabs(wrap_angle(at.heading_rad - (a + kHalfPi))) < 1e-9);
@@ -143,10 +144,10 @@ TEST_CASE("on a circle s, d, heading and curvature are the closed form") {
   }
 }
 
-TEST_CASE("driven clockwise, a circle's curvature is negative and its inside is on the right") {
+TEST_CASE("circuit map: clockwise, a circle's curvature is negative and its inside is on the right") {
   Line line;
   for (int32_t i = 0; i < 200; ++i) line.add(80 * std::cos(kTwoPi * i / 200), -80 * std::sin(kTwoPi * i / 200));
-  TrackMap map;
+  CircuitMap map;
   REQUIRE(line.build(map, true));
   const MapProjection p = map.project(70, 0);
   CHECK(p.d_m == doctest::Approx(-10).epsilon(1e-3));
@@ -154,7 +155,7 @@ TEST_CASE("driven clockwise, a circle's curvature is negative and its inside is 
   CHECK(p.heading_rad == doctest::Approx(-kHalfPi).epsilon(2e-3));
 }
 
-TEST_CASE("unequal steps round a circle do not bend the heading") {
+TEST_CASE("circuit map: unequal steps around a circle do not bend the heading") {
   Line line;
   double a = 0.0;
   const unsigned seed = 6;
@@ -166,7 +167,7 @@ TEST_CASE("unequal steps round a circle do not bend the heading") {
     line.add(200 * std::cos(a), 200 * std::sin(a));
     angle.push_back(a);
   }
-  TrackMap map;
+  CircuitMap map;
   REQUIRE(line.build(map, true));
   for (std::size_t i = 0; i < angle.size(); ++i) {
     const MapProjection p = map.project(line.x[i], line.y[i]);
@@ -175,11 +176,11 @@ TEST_CASE("unequal steps round a circle do not bend the heading") {
   }
 }
 
-TEST_CASE("an open line: clamped, and beyond its ends is not inside") {
+TEST_CASE("circuit map: an open line clamps, and a point beyond its ends is not inside") {
   // (0,0) ---- (10,0) ---- (20,0) ---- (30,0), banking 0 .. 0.3
   Line line;
   for (int i = 0; i < 4; ++i) line.add(10.0 * i, 0.0, 2.0 + i, 3.0, 0.1 * i);
-  TrackMap map;
+  CircuitMap map;
   REQUIRE(line.build(map, false));
   CHECK(map.length_m() == 30.0);
   CHECK_FALSE(map.closed());
@@ -213,10 +214,10 @@ TEST_CASE("an open line: clamped, and beyond its ends is not inside") {
   CHECK(map.at(kNan).x_m == 0.0);
 }
 
-TEST_CASE("the ends of an open arc carry its heading and curvature on") {
+TEST_CASE("circuit map: an open arc extrapolates its heading and curvature to the ends") {
   Line line;
   for (int i = 0; i <= 90; ++i) line.add(50 * std::cos(i * kPi / 180), 50 * std::sin(i * kPi / 180));
-  TrackMap map;
+  CircuitMap map;
   REQUIRE(line.build(map, false));
   CHECK(map.at(0).heading_rad == doctest::Approx(kHalfPi).epsilon(1e-9));
   CHECK(std::fabs(wrap_angle(map.at(1e9).heading_rad - kPi)) < 1e-9);
@@ -224,14 +225,14 @@ TEST_CASE("the ends of an open arc carry its heading and curvature on") {
   CHECK(map.at(1e9).curvature_per_m == doctest::Approx(0.02).epsilon(1e-3));
 }
 
-TEST_CASE("on a closed line s wraps: before the start is the end of the lap") {
+TEST_CASE("circuit map: on a closed line s wraps: before the start is the end of the lap") {
   // square of 100 m, counter-clockwise from (0, 0)
   Line line;
   line.add(0, 0);
   line.add(100, 0);
   line.add(100, 100);
   line.add(0, 100);
-  TrackMap map;
+  CircuitMap map;
   REQUIRE(line.build(map, true));
   CHECK(map.length_m() == 400.0);
   CHECK(map.segment_count() == 4);
@@ -248,8 +249,8 @@ TEST_CASE("on a closed line s wraps: before the start is the end of the lap") {
   CHECK(map.project(50.0, 50.0).segment == 0);  // four times 50 m: the lower segment
 }
 
-TEST_CASE("the heading is smooth over the seam where angles wrap, and over the start") {
-  TrackMap map;
+TEST_CASE("circuit map: the heading is smooth where angles wrap, and over the start") {
+  CircuitMap map;
   REQUIRE(make_circle(60.0, 90).build(map, true));
   double last = map.at(0.0).heading_rad;
   for (double s = 0.0; s < 1.01 * map.length_m(); s += 0.05) {
@@ -259,14 +260,14 @@ TEST_CASE("the heading is smooth over the seam where angles wrap, and over the s
   }
 }
 
-TEST_CASE("behind a sharp corner the side is the right one") {
-  // A hairpin that turns left by 170 degrees at (10, 0): whatever lies beyond the tip is on its right.
+TEST_CASE("circuit map: behind a sharp corner the side is right") {
+  // A hairpin that turns left by 170 degrees at (10, 0): every point beyond the tip is on its right.
   const double back = 170.0 / 180.0 * kPi;
   Line line;
   line.add(0, 0);
   line.add(10, 0);
   line.add(10 + 10 * std::cos(back), 10 * std::sin(back));
-  TrackMap map;
+  CircuitMap map;
   REQUIRE(line.build(map, false));
   for (double a = -89.0; a <= 79.0; a += 1.0) {
     CAPTURE(a);
@@ -276,8 +277,8 @@ TEST_CASE("behind a sharp corner the side is the right one") {
   }
 }
 
-TEST_CASE("a point that is no place is not inside and harms nothing") {
-  TrackMap map;
+TEST_CASE("circuit map: an invalid point is not inside and causes no error") {
+  CircuitMap map;
   CHECK_FALSE(map.project(0, 0).inside);  // an empty map
   CHECK(map.project(0, 0).segment == -1);
   CHECK(map.at(3.0).x_m == 0.0);
@@ -300,8 +301,8 @@ TEST_CASE("a point that is no place is not inside and harms nothing") {
   CHECK(std::isfinite(map.at(1e300).x_m));
 }
 
-TEST_CASE("a bad map is refused with a sentence and leaves the old one as it was") {
-  TrackMap map;
+TEST_CASE("circuit map: a bad map is refused with a sentence and keeps the old one") {
+  CircuitMap map;
   const Line good = make_circle(50.0, 20);
   REQUIRE(good.build(map, true));
   const auto refuse = [&](const Line& line, bool closed, const char* sentence) {
@@ -318,7 +319,7 @@ TEST_CASE("a bad map is refused with a sentence and leaves the old one as it was
   bad.add(1, 0);
   refuse(bad, false, "a track map needs at least 3 points");
   bad.add(0, 0);
-  refuse(bad, true, "a track map needs at least 3 points");  // the last repeats the first
+  refuse(bad, true, "a track map needs at least 3 points");  // the last point repeats the first
   for (std::vector<double> Line::*column : {&Line::x, &Line::y, &Line::left, &Line::right, &Line::banking})
     for (const double value : {kNan, kInfinity}) {
       bad = good;
@@ -346,10 +347,10 @@ TEST_CASE("a bad map is refused with a sentence and leaves the old one as it was
   CHECK(map.at(10.0).banking_rad == 0.0);
 }
 
-TEST_CASE("a point outside of the track knows how far: from its edge, or from the end of an open line") {
+TEST_CASE("circuit map: measure_outside gives the distance from the track's edge or the end of an open line") {
   Line line;
   for (int i = 0; i <= 10; ++i) line.add(10.0 * i, 0.0);  // 5 m to the left, 4 m to the right
-  TrackMap open;
+  CircuitMap open;
   REQUIRE(line.build(open, false));
   struct Row {
     double x, y, outside;
@@ -361,9 +362,9 @@ TEST_CASE("a point outside of the track knows how far: from its edge, or from th
     CAPTURE(row.y);
     int32_t hint = -1;
     CHECK(open.measure_outside(row.x, row.y, &hint) == doctest::Approx(row.outside).epsilon(1e-12));
-    CHECK(open.measure_outside(row.x, row.y, &hint) == doctest::Approx(row.outside).epsilon(1e-12));  // by its own hint
+    CHECK(open.measure_outside(row.x, row.y, &hint) == doctest::Approx(row.outside).epsilon(1e-12));  // its own hint
   }
-  TrackMap ring, none;
+  CircuitMap ring, none;
   REQUIRE(make_circle(50.0, 400, 0, 0).build(ring, true));  // counterclockwise: left is inside
   int32_t hint = -1;
   CHECK(ring.measure_outside(44.0, 0, &hint) == doctest::Approx(1.0).epsilon(1e-3));
@@ -376,17 +377,17 @@ TEST_CASE("a point outside of the track knows how far: from its edge, or from th
   CHECK(none.measure_outside(0, 0, &hint) == kInfinity);
 }
 
-TEST_CASE("a closed line may repeat its first point at the end") {
+TEST_CASE("circuit map: a closed line may repeat its first point at the end") {
   Line line = make_circle(50.0, 20);
   line.add(line.x[0], line.y[0] + 1e-9);
-  TrackMap map;
+  CircuitMap map;
   REQUIRE(line.build(map, true));
   CHECK(map.segment_count() == 20);
 }
 
-TEST_CASE("two concentric bounds of different point counts give the circle between them") {
+TEST_CASE("circuit map: two concentric bounds with different point counts give the circle between them") {
   const Line inner = make_circle(90.0, 300, 0, 0), outer = make_circle(110.0, 170, 0, 0);
-  TrackMap map;
+  CircuitMap map;
   const char* error = "";
   const auto build = [&](const Line& left, const Line& right) {
     return map.build_from_bounds(left.x.data(), left.y.data(), left.count(), right.x.data(), right.y.data(),
@@ -419,14 +420,14 @@ TEST_CASE("two concentric bounds of different point counts give the circle betwe
   CHECK(std::string(error) == "a track map's two bounds must run in the same direction");
   CHECK_FALSE(build(Line{}, outer));
   CHECK(std::string(error) == "a track map needs at least 3 points");
-  CHECK(map.project(100, 0).heading_rad == doctest::Approx(-kHalfPi).epsilon(1e-3));  // nothing changed
+  CHECK(map.project(100, 0).heading_rad == doctest::Approx(-kHalfPi).epsilon(1e-3));  // unchanged
 }
 
-TEST_CASE("two open bounds of different lengths end with the shorter") {
+TEST_CASE("circuit map: two open bounds of different lengths end with the shorter") {
   Line left, right;
   for (int i = 0; i <= 100; ++i) left.add(1.0 * i, 6.0);
   for (int i = 0; i <= 12; ++i) right.add(20.0 + 5.0 * i, -2.0);
-  TrackMap map;
+  CircuitMap map;
   const char* error = "";
   REQUIRE_MESSAGE(map.build_from_bounds(left.x.data(), left.y.data(), left.count(), right.x.data(), right.y.data(),
                                         right.count(), false, &error),
@@ -439,8 +440,7 @@ TEST_CASE("two open bounds of different lengths end with the shorter") {
   CHECK_FALSE(map.project(10.0, 2.0).inside);
 }
 
-// ---- recorded
-// ---------------------------------------------------------------------------------------------------------
+// ---- recorded -------------------------------------------------------------------------------------------------------
 
 std::string recorded(const std::string& name) {
   const char* root = std::getenv("OVERTAKE_DATA");
@@ -462,7 +462,7 @@ std::vector<std::vector<double>> read_numbers(const std::string& path) {
   return rows;
 }
 
-TEST_CASE("the map of Las Vegas has the heading, curvature and s its file states") {
+TEST_CASE("recorded: the map of Las Vegas has the heading, curvature and s of its file") {
   const auto rows = read_numbers(recorded("traj_ltpl_cl_LVMS_GPS.csv"));
   if (rows.empty()) {
     MESSAGE(
@@ -475,7 +475,7 @@ TEST_CASE("the map of Las Vegas has the heading, curvature and s its file states
     REQUIRE(r.size() == 17);
     line.add(r[0], r[1], r[3], r[2], r[12]);
   }
-  TrackMap map;
+  CircuitMap map;
   const char* error = "";
   REQUIRE_MESSAGE(line.build(map, true, &error), error);
   CHECK(map.length_m() == doctest::Approx(2454.0).epsilon(1e-3));
@@ -499,7 +499,7 @@ TEST_CASE("the map of Las Vegas has the heading, curvature and s its file states
   CHECK(worst_s < 0.5);
 }
 
-TEST_CASE("the bounds of Las Vegas, of different point counts, give a centre line with both on its edges") {
+TEST_CASE("recorded: the bounds of Las Vegas give a centre line with both bounds on its edges") {
   const auto inner = read_numbers(recorded("lvms_inner_bound.csv")),
              outer = read_numbers(recorded("lvms_outer_bound.csv"));
   if (inner.empty() || outer.empty()) {
@@ -512,7 +512,7 @@ TEST_CASE("the bounds of Las Vegas, of different point counts, give a centre lin
   Line left, right;
   for (const auto& r : inner) left.add(r[0], r[1]);
   for (const auto& r : outer) right.add(r[0], r[1]);
-  TrackMap map;
+  CircuitMap map;
   const char* error = "";
   REQUIRE_MESSAGE(map.build_from_bounds(left.x.data(), left.y.data(), left.count(), right.x.data(), right.y.data(),
                                         right.count(), true, &error),
