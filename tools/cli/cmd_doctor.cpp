@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// overtake doctor: what is wrong with a recording, and what to do about it.
+// overtake doctor: finds what is wrong with a recording and proposes repairs.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -35,7 +35,7 @@ std::vector<std::string> rigs_by_topics(const std::vector<io::BagTopic>& topics)
   for (const std::string& name : io::builtin_rig_names()) {
     const io::Rig rig = io::load_rig(name);
     const std::vector<int32_t> sensor_of = io::find_topic_roles(topics, rig).sensor_of;
-    bool all = !rig.shared_cloud;  // whose one topic may be any
+    bool all = !rig.shared_cloud;  // one topic for all sensors: its name does not matter
     for (int32_t s = 0; s < int32_t(rig.sensors.size()); ++s)
       all = all && std::find(sensor_of.begin(), sensor_of.end(), s) != sensor_of.end();
     if (all) names.push_back(name);
@@ -43,7 +43,7 @@ std::vector<std::string> rigs_by_topics(const std::vector<io::BagTopic>& topics)
   return names;
 }
 
-// Whether nothing is wrong with the first frames of a folder by that rig.
+// Whether the first frames of the folder fit the rig without a finding.
 bool fits_first_scans(const std::string& path, const io::Rig& rig) {
   try {
     const io::Recording recording(path, rig);
@@ -68,7 +68,7 @@ std::string or_rigs(const std::vector<std::string>& names) {
                        : ", or give a rig that fits (--rig " + io::join(names, ", --rig ") + ")";
 }
 
-// Whether the names of the files are what the rig expects; else says so.
+// Whether the file names fit the rig; else adds a finding.
 bool check_names(const Config& config, std::vector<Finding>& findings) {
   const std::set<std::string> names = io::sensor_names_in(config.input);
   const bool one_cloud = config.rig.sensors.size() == 1 || config.rig.shared_cloud;
@@ -138,7 +138,7 @@ void examine_folder(const Config& config, Doctor& doctor) {
     try {
       for (const io::SensorScan& scan : recording.read(i).scans) doctor.add_scan(scan);
     } catch (const io::Error& error) {
-      int32_t sensor = 0;  // of the file's name
+      int32_t sensor = 0;  // named by the file
       const std::string stem = std::filesystem::path(error.file()).stem().string();
       for (int32_t s = 0; s < int32_t(config.rig.sensors.size()); ++s)
         if (stem.ends_with("_" + config.rig.sensors[std::size_t(s)].name)) sensor = s;
@@ -172,7 +172,7 @@ int examine(const DoctorOptions& options) {
     examine_bag(config, doctor, findings);
   else if ((fit = check_names(config, findings)))
     examine_folder(config, doctor);
-  if (fit)  // else there is nothing of its sensors to speak of
+  if (fit)  // else no sensor of the rig is in the recording
     for (Finding& finding : doctor.findings()) findings.push_back(std::move(finding));
   const bool any_wrong = std::any_of(findings.begin(), findings.end(), [](const Finding& f) { return f.wrong; });
   if (any_wrong && fit && !io::is_bag(config.input) && !fits_first_scans(config.input, config.rig)) {

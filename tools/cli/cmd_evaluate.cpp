@@ -8,12 +8,12 @@
 #include "tools/cli/command.h"
 #include "tools/cli/command_options.h"
 #include "tools/client/console.h"
-#include "tools/evaluation/contestant.h"
 #include "tools/evaluation/recorded.h"
 #include "tools/evaluation/report.h"
 #include "tools/evaluation/run_logs.h"
 #include "tools/evaluation/scaling.h"
 #include "tools/evaluation/tune.h"
+#include "tools/evaluation/variant.h"
 #include "tools/io/output.h"
 #include "tools/io/text.h"
 
@@ -34,7 +34,7 @@ int evaluate(const EvaluateOptions& given) {
   if (options.all_variants)
     for (const std::string& variant : evaluation::variant_names()) options.presets.push_back(preset + ":" + variant);
   if (options.check) {
-    evaluation::contestant_names(options);
+    evaluation::variants_to_run(options);
     return 0;
   }
   if (options.presets.empty() && !options.logs.empty() && !options.tune) throw CLI::RequiredError("--preset");
@@ -50,7 +50,7 @@ int evaluate(const EvaluateOptions& given) {
   if (report && options.scaling) guard.check(options.out + "/scaling.json");
   if (report) evaluation::check_report(guard, options.out);
   if (!options.recordings.empty())
-    evaluation::judge_recordings(options.recordings, preset, options.out, !options.quiet);
+    evaluation::evaluate_recordings(options.recordings, preset, options.out, !options.quiet);
   guard.commit();
   if (options.logs.empty()) return 0;
   if (options.tune) {

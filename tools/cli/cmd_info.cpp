@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// overtake info: what a recording holds. Needs no rig.
+// overtake info: lists the contents of a recording. Needs no rig.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

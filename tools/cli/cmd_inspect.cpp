@@ -101,8 +101,8 @@ std::string format_reasons(const std::vector<std::string>& names) {
   return json.dump(2) + "\n";
 }
 
-// Labels and reasons in the order of the input file. Points of a shared cloud that went to another sensor have no label
-// here because of their layer.
+// Labels and reasons in the order of the input file. In a shared cloud, points whose layer belongs to another sensor
+// have no label here.
 struct PointResult {
   std::vector<int32_t> label;
   std::vector<uint8_t> reason;
@@ -137,7 +137,7 @@ void write_points(const std::string& folder, const PointResult& points, const ov
                 draw_top_view(labels.x_m, labels.y_m, by_reason, 80, "points without a label, sensor frame"));
 }
 
-// The scan as it came.
+// Draws the raw scan.
 void write_scan_images(const std::string& folder, const io::SensorScan& scan, const std::string& caption) {
   std::vector<float> x, y, z;
   for (std::size_t i = 0; i < std::size_t(scan.count); ++i) {

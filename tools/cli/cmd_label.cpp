@@ -73,7 +73,8 @@ int label(const LabelOptions& options) {
   io::write_whole_file(options.out + "/labels.csv", csv);
   if (interrupted()) {
     guard.keep();
-    std::fprintf(stderr, "overtake: interrupted after %zu scans; what is done is kept, its names end in .part\n",
+    std::fprintf(stderr,
+                 "overtake: interrupted after %zu scans; the results so far are kept in files that end in .part\n",
                  table.size());
     return kInterrupted;
   }

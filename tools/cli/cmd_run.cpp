@@ -72,8 +72,8 @@ class LineNotes {
   }
   void print(const io::Rig& rig) const {
     for (const auto& [sensor, how] : notes_)
-      std::printf("note: the clouds of sensor '%s' say no lines: %s\n", rig.sensors[std::size_t(sensor)].name.c_str(),
-                  printable(how).c_str());
+      std::printf("note: the clouds of sensor '%s' have no ring field: %s\n",
+                  rig.sensors[std::size_t(sensor)].name.c_str(), printable(how).c_str());
   }
 
  private:
@@ -89,7 +89,7 @@ std::string share_text(int64_t part, int64_t whole) {
          fixed(whole > 0 ? 100.0 * double(part) / double(whole) : 0.0, part > 0 && part < whole ? 1 : 0) + " %)";
 }
 
-// An option that was given and changes nothing is a mistake somewhere: said as soon as it is known.
+// An option without effect is a mistake of the user: reported as early as possible.
 void check_map_has_effect(const Config& config, bool ego_can_come) {
   if (config.map.empty() || config.own_map || ego_can_come) return;
   throw io::Error("--map " + config.map, 0,
@@ -207,7 +207,7 @@ void print_result(const RunOptions& options, const Config& config, const Session
 
 int run(const RunOptions& options) {
   Config config = load_config_with_rig(options);
-  config.keep_images = !options.mcap.empty();  // the view shows them, nothing else here
+  config.keep_images = !options.mcap.empty();  // only the view shows images
   io::OutputGuard guard(options.force);
   add_inputs(guard, options, config);
   if (options.truth != TruthSink::kOwnTruth) guard.add_input(options.truth);
@@ -256,7 +256,7 @@ int run(const RunOptions& options) {
   const std::vector<std::string> faults = find_faults(config, *stream, sinks.counts);
   for (const std::string& fault : faults) std::fprintf(stderr, "overtake: %s\n", printable(fault).c_str());
   if (interrupted()) {
-    std::fprintf(stderr, "overtake: %s; what is done is kept, its names end in .part\n", partial.c_str());
+    std::fprintf(stderr, "overtake: %s; the results so far are kept in files that end in .part\n", partial.c_str());
     return kInterrupted;
   }
   return faults.empty() ? 0 : kDamaged;

@@ -71,31 +71,31 @@ int simulate(const SimulateOptions& options) {
                      : sim::make_folder_log(options.out, *simulator, options.seed);
   catch_interrupt();
   const auto begin = std::chrono::steady_clock::now();
-  Progress progress(simulator->sweep_count(), options.quiet);
+  Progress progress(simulator->frame_count(), options.quiet);
   if (options.progress_s >= 0)
     progress.print_lines(scenario.name + " seed " + std::to_string(options.seed) + ": simulated", options.progress_s);
   int64_t points = 0, beams = 0, split = 0;
   int32_t done = 0;
   std::future<void> writing;
-  for (; done < simulator->sweep_count() && !interrupted(); ++done) {
-    auto sweep = std::make_shared<const sim::Sweep>(simulator->sweep(done));
-    if (writing.valid()) writing.get();  // one sweep is written while the next one is simulated
-    writing = std::async(std::launch::async, [&log, sweep, done] { log->write(done, *sweep); });
-    for (const sim::Scan& scan : sweep->scans)
+  for (; done < simulator->frame_count() && !interrupted(); ++done) {
+    auto frame = std::make_shared<const sim::SimFrame>(simulator->frame(done));
+    if (writing.valid()) writing.get();  // one frame is written while the next one is simulated
+    writing = std::async(std::launch::async, [&log, frame, done] { log->write(done, *frame); });
+    for (const sim::Scan& scan : frame->scans)
       points += int64_t(scan.size()), beams += scan.beams, split += scan.split_beams;
     guard.keep();
     progress.show(done + 1);
   }
   if (writing.valid()) writing.get();
-  const bool partial = done < simulator->sweep_count();
+  const bool partial = done < simulator->frame_count();
   const std::string reason = partial ? "interrupted after " + std::to_string(done) + " of " +
-                                           std::to_string(simulator->sweep_count()) + " sweeps"
+                                           std::to_string(simulator->frame_count()) + " frames"
                                      : "";
   log->close(reason);
   progress.clear();
   if (partial) {
     guard.keep();
-    std::fprintf(stderr, "overtake: %s; what is done is kept as %s\n", reason.c_str(),
+    std::fprintf(stderr, "overtake: %s; the results so far are kept as %s\n", reason.c_str(),
                  is_mcap ? (options.out + io::kPartSuffix).c_str()
                          : (options.out + ", its names end in " + io::kPartSuffix).c_str());
     return kInterrupted;
@@ -105,7 +105,7 @@ int simulate(const SimulateOptions& options) {
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const double share = 100.0 * double(split) / double(beams > 0 ? beams : 1);
   std::printf("%s, seed %llu: %s (%.1f s of race), %lld points of %lld beams, %.1f %% of them split; %.1f s on %s\n",
-              scenario.name.c_str(), static_cast<unsigned long long>(options.seed), io::counted(done, "sweep").c_str(),
+              scenario.name.c_str(), static_cast<unsigned long long>(options.seed), io::counted(done, "frame").c_str(),
               simulator->seconds(), static_cast<long long>(points), static_cast<long long>(beams), share, took,
               io::counted(simulator->worker_count(), "worker").c_str());
   std::printf("%s\n", options.out.c_str());

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// overtake track: the tracker alone on detections in the map frame; tracks.csv, config.toml.
+// overtake track: runs the tracker alone on detections in the map frame; writes tracks.csv and config.toml.
 #include <cmath>
 #include <cstdio>
 #include <set>
@@ -25,7 +25,7 @@ struct Scan {
   std::vector<double> x_m, y_m, heading_rad, var_x, var_y, cov_xy;
 };
 
-// Rows of one stamp are one scan; a row with neither x nor y only says that there was one.
+// Rows with the same stamp form one scan; a row with neither x nor y is an empty scan.
 std::vector<Scan> read_scans(const std::string& path) {
   const io::Csv csv = io::Csv::read(path);
   const int32_t stamp = csv.need({"stamp_ns", "timestamp_ns"}), x = csv.need({"x_m", "x"}), y = csv.need({"y_m", "y"});
@@ -99,9 +99,9 @@ void add_track_options(CLI::App& command, Options& options) {
 
 int track(const Options& options) {
   Config config = load_config(options);
-  config.has_rig = false;  // no LiDAR here: the library's tracker alone
+  config.has_rig = false;  // no LiDAR: the tracker of the library alone
   config.rig = io::Rig();
-  config.workers = 1;  // one scan after the other: there is nothing to do side by side
+  config.workers = 1;  // one scan after the other: more workers would be idle
   const auto scans = read_scans(config.input);
   io::OutputGuard guard(options.force);
   add_inputs(guard, options, config);
@@ -144,7 +144,7 @@ int track(const Options& options) {
   if (!options.quiet)
     for (const std::string& sentence : session.full_capacities()) std::printf("note: %s\n", sentence.c_str());
   if (interrupted())
-    std::fprintf(stderr, "overtake: interrupted after %s; what is done is kept, its names end in .part\n",
+    std::fprintf(stderr, "overtake: interrupted after %s; the results so far are kept in files that end in .part\n",
                  io::counted(int64_t(done), "scan").c_str());
   return interrupted() ? kInterrupted : 0;
 }

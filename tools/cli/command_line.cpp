@@ -25,7 +25,7 @@ constexpr int kBadUsage = 2;
 constexpr const char* kExitCodes =
     "Exit codes: 0 done; 1 an error; 2 a wrong command line; 3 the recording is damaged (what came before it is "
     "done),\n"
-    "or doctor found something wrong; 130 ended by Ctrl-C (what is done is kept).";
+    "or doctor found something wrong; 130 ended by Ctrl-C (the results so far are kept).";
 
 std::string version_text() {
   ovt_build_info build;
@@ -79,7 +79,7 @@ void add_max_memory(CLI::App& app) {
          [](const std::string& text) {
            uint64_t bytes = 0;
            if (!io::parse_size(text, bytes))
-             throw CLI::ValidationError("--max-memory", "'" + text + "' is no size of 1M or more (4G, 512M)");
+             throw CLI::ValidationError("--max-memory", "'" + text + "' is not a size of 1M or more (4G, 512M)");
            io::set_memory_limit(bytes);
          },
          "the most that one file may take in memory, as 4G or 512M (default: half of the machine's, " +

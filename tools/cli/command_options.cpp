@@ -40,7 +40,7 @@ void add_detector_options(CLI::App& command, Options& options) {
 
 void add_force_option(CLI::App& command, bool& force) {
   command.add_flag("--force", force,
-                   "also overwrite files that are no earlier results of Overtake (never what is read); without it "
+                   "also overwrite files that are not earlier results of Overtake (never what is read); without it "
                    "only results that were not changed since are overwritten");
 }
 

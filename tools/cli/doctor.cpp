@@ -31,7 +31,7 @@ double seconds(int64_t ns) { return double(ns) * 1e-9; }
 
 double wrap_deg(double angle) { return std::remainder(angle, 360.0); }
 
-// Whether an azimuth lies in the image, give or take 3 degrees.
+// Whether the azimuth lies in the image, with a tolerance of 3 degrees.
 bool in_view(double azimuth_deg, const io::RigSensor& sensor) {
   if (sensor.wraps) return true;
   const double middle = (sensor.azimuth_left_deg + sensor.azimuth_right_deg) / 2;
@@ -192,11 +192,11 @@ void Doctor::judge_points(std::size_t i, std::vector<Finding>& out) const {
                 : "check the sensor's axes (x forward, y left) and azimuth_left_deg, azimuth_right_deg of the rig"});
   }
   if (s.odd_layers > 0)
-    out.push_back({true, about, "its line numbers are no whole numbers (" + number(s.odd_layer, 2) + ")",
+    out.push_back({true, about, "its ring values are not integers (" + number(s.odd_layer, 2) + ")",
                    "check which field is taken for the ring: overtake info shows the layout"});
   if (!s.lines_how.empty())
     out.push_back(
-        {false, about, "its clouds say no lines: " + s.lines_how,
+        {false, about, "its clouds have no ring field: " + s.lines_how,
          "check that the sensor has about that many (the rig's image has " + std::to_string(model.rows) + " rows)"});
   else if (int64_t(s.layers.size()) > model.rows)
     out.push_back({true, about,
@@ -219,7 +219,7 @@ void Doctor::judge_points(std::size_t i, std::vector<Finding>& out) const {
 bool Doctor::judge_lines(std::size_t i, std::vector<Finding>& out) const {
   const Sensor& s = sensors_[i];
   const io::RigSensor& model = rig_.sensors[i];
-  if (!model.wraps) return true;  // others may bend their lines as they like
+  if (!model.wraps) return true;  // sensors of other rigs may have curved lines
   if (!s.lines_how.empty() || s.odd_layers > 0 || s.outside * 5 > s.points || s.shapes.one_sensor()) return true;
   const LineShapes::Spread spread = s.shapes.spread();
   std::string sentence = "along a line the elevation changes by " + number(spread.along_deg, 1) + " deg (lines are " +
@@ -227,7 +227,7 @@ bool Doctor::judge_lines(std::size_t i, std::vector<Finding>& out) const {
                          (rig_.cloud_in_vehicle_frame ? "the place that the rig says" : "the cloud's origin");
   const auto sources = s.shapes.sources();
   for (const LineShapes::Source& source : sources) {
-    const bool moved = rig_.cloud_in_vehicle_frame;  // the sensor's place was subtracted from the points
+    const bool moved = rig_.cloud_in_vehicle_frame;  // the reader has subtracted the sensor's position from the points
     sentence += std::string(&source == sources.data() ? "; " : ", ") + "lines " + std::to_string(source.first_line) +
                 " to " + std::to_string(source.last_line) +
                 " are seen from x_m = " + number(source.x_m + (moved ? model.x_m : 0), 2) +
@@ -267,7 +267,7 @@ void Doctor::judge_time(std::size_t i, std::vector<Finding>& out) const {
          "sort the recording by header stamp, or check the sensor's clock; late scans are used only within 0.5 s"});
   if (s.repeated > 0)
     out.push_back({true, about, counted(s.repeated, "scan") + " with the stamp of the scan before",
-                   "each scan needs a stamp of its own; repeated ones are not used"});
+                   "each scan needs its own stamp; repeated ones are not used"});
   const int64_t step = median(s.steps_ns);
   if (step > 0 && std::fabs(seconds(step) / rig_.period_s - 1) > 0.2)
     out.push_back(
@@ -413,7 +413,7 @@ std::vector<Finding> Doctor::findings() const {
     judge_points(i, out);
     judge_time(i, out);
     if (!judge_lines(i, out)) continue;
-    if (owner[i] != i)  // the road is tilted by that, too
+    if (owner[i] != i)  // a wrong yaw tilts the road, too
       judge_yaw(i, owner[i], out);
     else
       judge_mounting(i, out);

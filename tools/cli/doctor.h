@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What is wrong with a recording for a rig, in sentences a person can act on. Fed with scans and poses in the order of
-// the recording; nothing here needs a detector.
+// Finds what is wrong with a recording for a rig, and says in sentences what the user can do. Needs the scans and poses
+// in the order of the recording; needs no detector.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "core/track_map.h"
+#include "core/circuit_map.h"
 #include "pipeline/overtake.h"
 #include "tools/cli/doctor_lines.h"
 #include "tools/cli/doctor_walls.h"
@@ -25,17 +25,17 @@
 namespace overtake::cli {
 
 struct Finding {
-  bool wrong = false;  // else a note: it works, and a person may want to know
+  bool wrong = false;  // false: a note; the recording works, but the user may want to know
   std::string about;   // "sensor 'front'", "ego", "recording"
   std::string sentence, advice;
 };
 
-// The road as a sensor sees it, in the vehicle frame by the rig's mounting: it should lie at height 0, level.
+// The road as a sensor sees it, in the vehicle frame by the rig's mounting: it should be level, at height 0.
 struct Ground {
   double height_m;             // under the sensor
   double pitch_rad, roll_rad;  // of the plane: nose-down slope along x, slope along y
 };
-// The plane with the most points near it among those 3 to 30 m away; nothing where too few lie on one.
+// The plane with the most points near it among those 3 to 30 m away; empty where too few points lie on one plane.
 std::optional<Ground> fit_ground(const io::SensorScan& scan, const io::RigSensor& sensor);
 
 class Doctor {
@@ -43,9 +43,9 @@ class Doctor {
   explicit Doctor(const io::Rig& rig);
 
   void add_scan(const io::SensorScan& scan);
-  void add_error(int32_t sensor, const std::string& sentence);  // a scan that could not be read
+  void add_error(int32_t sensor, const std::string& sentence);  // adds a scan that could not be read
   void add_ego(const io::EgoRow& row);
-  // The map that the poses should lie on. Throws io::Error where it is none.
+  // Sets the map on which the poses should lie. Throws io::Error where the data is not a map.
   void set_map(const io::MapData& map, const std::string& file, const ovt_params& params);
   std::vector<Finding> findings() const;
 
@@ -61,7 +61,7 @@ class Doctor {
     std::string lines_how, first_error;
     std::vector<int64_t> steps_ns;
     std::vector<Ground> grounds;
-    std::vector<double> ranges_m;    // some of them
+    std::vector<double> ranges_m;    // a sample
     std::array<bool, 72> seen = {};  // azimuths, 5 degrees each
     LineShapes shapes;
   };
@@ -69,9 +69,9 @@ class Doctor {
   void judge_presence(std::size_t i, std::vector<Finding>& out) const;
   void judge_points(std::size_t i, std::vector<Finding>& out) const;
   void judge_time(std::size_t i, std::vector<Finding>& out) const;
-  // False where the lines are not those of one sensor at the cloud's origin: then its mounting says nothing.
+  // False where the lines are not those of one sensor at the cloud's origin: then its mounting cannot be tested.
   bool judge_lines(std::size_t i, std::vector<Finding>& out) const;
-  // `owner`: the sensor whose yaw it seems to have.
+  // `owner`: the sensor whose yaw seems to be the right one.
   void judge_yaw(std::size_t i, std::size_t owner, std::vector<Finding>& out) const;
   void judge_mounting(std::size_t i, std::vector<Finding>& out) const;
   void judge_ego(std::vector<Finding>& out) const;
@@ -81,7 +81,7 @@ class Doctor {
   std::vector<Sensor> sensors_;
   std::vector<WallDirections> walls_;
   std::vector<io::EgoRow> ego_;
-  TrackMap map_;
+  CircuitMap map_;
   std::string map_file_;
   double map_margin_m_ = 0;
 };

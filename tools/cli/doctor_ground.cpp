@@ -25,8 +25,8 @@ Matrix rotation(const io::RigSensor& s) {
            {-sp, cp * sr, cp * cr}}};
 }
 
-// Vehicle frame, 3 to 30 m away from the sensor, in the vehicle's own lane: a banked road is level to the vehicle there
-// and bends beside it. Not far above the sensor, even where its height is wrong.
+// Points in the vehicle frame, 3 to 30 m away from the sensor, in the vehicle's own lane: a banked road is level to the
+// vehicle there and bends beside it. None far above the sensor, even where the rig's height is wrong.
 std::vector<Point> low_points(const io::SensorScan& scan, const io::RigSensor& sensor) {
   constexpr double kLane = 4;
   const Matrix r = rotation(sensor);
@@ -58,7 +58,7 @@ std::optional<std::array<double, 3>> plane_through(const Point& p, const Point& 
 std::optional<Ground> fit_ground(const io::SensorScan& scan, const io::RigSensor& sensor) {
   const auto points = low_points(scan, sensor);
   if (points.size() < 200) return std::nullopt;
-  uint64_t state = 88172645463325252u;  // the same draws for the same scan
+  uint64_t state = 88172645463325252u;  // a fixed seed: the same draws for the same scan
   const auto draw = [&] {
     state ^= state << 13;
     state ^= state >> 7;
@@ -77,7 +77,7 @@ std::optional<Ground> fit_ground(const io::SensorScan& scan, const io::RigSensor
       count += std::fabs((*plane)[0] + (*plane)[1] * points[i].x + (*plane)[2] * points[i].y - points[i].z) < 0.06;
     if (count > best_count) best_count = count, best = *plane;
   }
-  if (best_count * step * 4 < points.size()) return std::nullopt;  // not a quarter of them: no road
+  if (best_count * step * 4 < points.size()) return std::nullopt;  // less than a quarter of the points: not a road
   return Ground{best[0] + best[1] * sensor.x_m + best[2] * sensor.y_m, -std::atan(best[1]), std::atan(best[2])};
 }
 

@@ -9,9 +9,9 @@
 namespace overtake::cli {
 namespace {
 
-constexpr std::size_t kFewest = 50;  // points of a line that is judged
+constexpr std::size_t kFewest = 50;  // fewest points of a line that is tested
 constexpr double kMaxAlong_deg = 3;
-constexpr double kSameHeight_m = 0.03;  // of the lines of one sensor
+constexpr double kSameHeight_m = 0.03;  // tolerance for lines of one sensor
 constexpr double kGoodFit_m = 0.05;
 
 }  // namespace
@@ -22,7 +22,7 @@ struct LineShapes::Cone {
 
 void LineShapes::add(const io::SensorScan& scan) {
   if (scans_++ >= 3) return;
-  for (std::size_t i = 0; i < std::size_t(scan.count); i += 3) {  // a step that is no multiple of a count of heads
+  for (std::size_t i = 0; i < std::size_t(scan.count); i += 3) {  // a step prime to the number of heads
     const double layer = scan.layer.value(i);
     if (!(layer >= 0 && layer < 65535) || layer != std::floor(layer)) continue;
     const Point p = {float(scan.x.value(i)), float(scan.y.value(i)), float(scan.z.value(i))};
@@ -50,8 +50,8 @@ bool LineShapes::one_sensor() const {
   return spread.along_deg <= kMaxAlong_deg || spread.along_deg <= 3 * spread.apart_deg;
 }
 
-// Least squares, four times, each time without the fifth that fits worst: cars and walls are on the cone as well, but
-// points at the edges of things are not.
+// Fits a cone by least squares, four times, each time without the fifth of the points that fits worst: cars and walls
+// lie on the cone as well, but points at the edges of objects do not.
 LineShapes::Cone LineShapes::fit_cone(const std::vector<Point>& line, double x_m, double y_m) {
   std::vector<std::pair<double, double>> points;  // distance, height
   const std::size_t step = std::max<std::size_t>(1, line.size() / 200);
@@ -87,7 +87,7 @@ double LineShapes::misfit(double x_m, double y_m) const {
 }
 
 std::vector<LineShapes::Source> LineShapes::sources() const {
-  // Downhill from the middle of the places where a roof may carry a sensor: the misfit has one hollow.
+  // Descends from the middle of the area where a roof may carry a sensor: the misfit has one minimum.
   double x = 0, y = 0, best = misfit(0, 0);
   for (double step = 1; step > 0.008;) {
     const double before = best;
@@ -117,7 +117,7 @@ std::vector<LineShapes::Source> LineShapes::sources() const {
   const auto place = [&](std::size_t begin, std::size_t end) {
     return Source{layers[begin], layers[end - 1], x, y, height_of(begin, end)};
   };
-  // Where to cut the lines in two, so that most are at the height of their half; in one where that is not much better.
+  // Finds where to cut the lines in two so that most are at the height of their half; does not cut for a small gain.
   const int64_t uncut = same(heights);
   std::size_t cut = heights.size();
   int64_t most = uncut;
@@ -132,7 +132,7 @@ std::vector<LineShapes::Source> LineShapes::sources() const {
   std::vector<Source> found = {place(0, cut)};
   if (cut < heights.size()) {
     found.push_back(place(cut, heights.size()));
-    found[0].last_line = found[1].first_line - 1;  // lines between have too few points to say it themselves
+    found[0].last_line = found[1].first_line - 1;  // lines between have too few points to decide
   }
   found.front().first_line = lines_.begin()->first;
   found.back().last_line = lines_.rbegin()->first;

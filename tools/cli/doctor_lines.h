@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Whether the lines of a cloud are those of one spinning sensor at the cloud's own origin: along a line the elevation
-// is the same, or nearly. Where it is not, from which places the lines are.
+// Tests whether the lines of a cloud come from one spinning sensor at the cloud's own origin: then the elevation along
+// a line is almost constant. Else it finds the places from which the lines were taken.
 //
 //   one sensor, its own frame     two sensors, the vehicle's frame: the elevation of a line falls with the distance
 //          o------- line 1          o-------         line 1, from here
@@ -29,7 +29,7 @@ T median(std::vector<T> values) {
 
 class LineShapes {
  public:
-  // A share of the points, those of the first scans only. Needs x, y, z and layers as numbers.
+  // Samples the points, of the first scans only. Needs x, y, z and layers as numbers.
   void add(const io::SensorScan& scan);
 
   // Medians over the lines: degrees from the 10 % lowest to the 10 % highest elevations along a line, and between two
@@ -41,7 +41,7 @@ class LineShapes {
   // Of a spinning sensor: a line varies by up to a degree (parallax of its lasers).
   bool one_sensor() const;
 
-  // The place in the cloud's frame from which a run of lines is seen at elevations of their own.
+  // The place in the cloud's frame from which each line of a run of lines has a constant elevation.
   struct Source {
     int64_t first_line = 0, last_line = 0;
     double x_m = 0, y_m = 0, z_m = 0;

@@ -44,7 +44,7 @@ void WallDirections::add(const io::SensorScan& scan, const io::RigSensor& sensor
   }
   for (auto& [layer, line] : lines) {
     std::sort(line.begin(), line.end(), [](const Point& a, const Point& b) { return a.azimuth < b.azimuth; });
-    for (std::size_t i = 0; i + 3 < line.size(); ++i) {  // to the third next one: noise turns a short piece
+    for (std::size_t i = 0; i + 3 < line.size(); ++i) {  // to the third next point: noise turns a short segment
       const Point &a = line[i], &b = line[i + 3];
       const double length = std::hypot(b.x - a.x, b.y - a.y);
       if (b.azimuth - a.azimuth > kWidest_rad || length > kLongest_m || length < 0.05) continue;
@@ -79,10 +79,10 @@ std::vector<std::size_t> find_swapped_yaws(const io::Rig& rig, const std::vector
   std::iota(order.begin(), order.end(), std::size_t(0));
   best = order;
   double most = -1;
-  do {  // at most 8 sensors: 40,320 orders
+  do {  // at most 8 sensors: 40,320 permutations
     double sum = 0;
     for (std::size_t k = 0; k < order.size(); ++k)
-      sum += shares[judged[k]][judged[order[k]]] + (order[k] == k ? kDoesNot : 0);  // nobody moves for a little
+      sum += shares[judged[k]][judged[order[k]]] + (order[k] == k ? kDoesNot : 0);  // no swap for a small gain
     if (sum > most + 1e-9) most = sum, best = order;
   } while (std::next_permutation(order.begin(), order.end()));
 

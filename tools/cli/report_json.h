@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What info, doctor and params say, as JSON: one object and a line end, the same facts as their text. tools/README.md
-// has the keys; keys are only added. Text that is not UTF-8 has its bytes replaced.
+// The results of info, doctor and params as JSON: one object and a line end, with the same facts as the text.
+// tools/README.md lists the keys; new versions only add keys. Bytes that are not UTF-8 are replaced.
 #pragma once
 
 #include <cstdint>

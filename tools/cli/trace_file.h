@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A run as Chrome trace JSON, for ui.perfetto.dev or chrome://tracing: a lane per thread (the pushing thread and the
-// intake share one), on it the stages of each frame with sequence, frame number and sensor; above them the frames from
-// the start of their first segmentation to their tracks. Times are microseconds after the first span of the file.
+// A run as Chrome trace JSON, for ui.perfetto.dev or chrome://tracing. Each thread has a lane with the stages of each
+// frame: sequence, frame number, sensor (the pushing thread and the intake share a lane). Above them are the frames,
+// from the start of their first segmentation to their tracks. Times are microseconds after the first span of the file.
 //
 //   lane "frames"            |---- 7 ----|      |---- 8 ----|              async events: frames may overlap
 //   lane "pushing thread"  load load load     load load load
@@ -24,11 +24,11 @@ class TraceFile {
  public:
   // Creates the file. Throws io::Error.
   TraceFile(std::string path, const io::Rig& rig);
-  ~TraceFile();  // finishes it as far as it can
+  ~TraceFile();  // finishes the file as far as possible
   TraceFile(const TraceFile&) = delete;
   TraceFile& operator=(const TraceFile&) = delete;
 
-  // The frame the reader stands on. `frame`: its number in the recording. Throws io::Error.
+  // Adds the reader's frame. `frame`: its number in the recording. Throws io::Error.
   void add(int64_t frame, ovt_reader* reader);
   // Names the lanes and ends the JSON. Throws io::Error when the disk is full.
   void finish();

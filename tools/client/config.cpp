@@ -27,18 +27,18 @@ std::vector<ovt_param_info> describe_params() {
 
 std::string group_of(const std::string& name) { return name.substr(0, name.find('.')); }
 
-// At least `width` characters, the last one a space.
+// Pads the text to at least `width` characters; the last one is a space.
 std::string padded(std::string text, std::size_t width) {
   text.resize(std::max(text.size() + 1, width), ' ');
   return text;
 }
 
-// 64 for a whole number, else 64.0.
+// "64" where the parameter is an integer, else "64.0".
 std::string limit_text(const ovt_param_info& info, double value) {
   return info.is_integer ? std::to_string(std::llround(value)) : io::toml_number(value);
 }
 
-// What is wrong with setting `name` to `value`; "" when nothing was and it is set.
+// Sets `name` to `value`. Returns the error message, or "" after success.
 std::string set_param(ovt_params& params, const std::string& name, const std::string& value) {
   const ovt_status status = ovt_set_param(&params, name.c_str(), value.c_str());
   if (status == OVT_OK) return "";
@@ -58,7 +58,7 @@ void init_params(Config& config, const std::string& file, int64_t line) {
     throw Error(file, line, "there is no preset '" + config.preset + "' (there is: paper)");
 }
 
-// Each path of "FILE" or "FILE1,FILE2", made by `change`.
+// Applies `change` to each path of "FILE" or "FILE1,FILE2".
 template <class F>
 std::string each_path(const std::string& text, F&& change) {
   const auto comma = text.find(',');
@@ -71,7 +71,7 @@ std::string absolute_paths(const std::string& text) {
   return each_path(text, [](const std::string& path) { return fs::absolute(path).lexically_normal().string(); });
 }
 
-// Of a config file: relative to its folder.
+// Paths in a config file are relative to its folder.
 std::string paths_beside(const std::string& config_file, const std::string& text) {
   return each_path(text, [&](const std::string& path) {
     return (fs::path(config_file).parent_path() / path).lexically_normal().string();
@@ -100,7 +100,7 @@ bool read_params(Config& config, io::TomlReader& reader) {
   for (const std::string& group : reader.unread()) {
     const bool known =
         std::any_of(all.begin(), all.end(), [&](const auto& info) { return group_of(info.name) == group; });
-    if (!known) continue;  // finish() names it
+    if (!known) continue;  // finish() reports it
     io::TomlReader part(reader.path(), *reader.tables(group)[0], group);
     for (const std::string& key : part.unread()) {
       const std::string name = group + "." + key;
@@ -115,7 +115,7 @@ bool read_params(Config& config, io::TomlReader& reader) {
       if (!wrong.empty()) part.fail(part.line_of(key), wrong);
       period_set = period_set || name == "frame.period_s";
     }
-    for (const ovt_param_info& info : all)  // what finish() may propose
+    for (const ovt_param_info& info : all)  // the names that finish() may propose
       if (group_of(info.name) == group) part.mark_read(std::string(info.name).substr(group.size() + 1));
     part.finish();
   }
@@ -127,7 +127,7 @@ bool read_config_file(Config& config, const Options& options) {
   const std::string text = io::read_whole_file(options.config, io::kMostToml);
   const toml::table table = io::parse_toml(options.config, text);
   io::TomlReader reader(options.config, table);
-  reader.mark_read("command");  // what a result was made by: for people
+  reader.mark_read("command");  // written into results for people; not read back
   reader.mark_read("input");
   if (options.preset.empty())
     config.preset = reader.text_or("preset", config.preset);
@@ -148,7 +148,7 @@ bool read_config_file(Config& config, const Options& options) {
   return period_set;
 }
 
-// NAME=ROWS. `points` is of every sensor of the rig.
+// Sets NAME=ROWS. `points` applies to every sensor of the rig.
 void set_capacity(Config& config, const std::string& pair) {
   constexpr int32_t kMostPoints = 16'000'000;
   const auto equals = std::min(pair.find('='), pair.size());
@@ -174,7 +174,7 @@ void set_capacity(Config& config, const std::string& pair) {
   throw Error("--capacity " + pair, 0, "there is no capacity '" + name + "' (there are: " + capacity_names() + ")");
 }
 
-// A file of a folder that overtake simulate wrote (its rig is the sign of one); "" where it is none.
+// A file of a folder that overtake simulate wrote (recognised by its rig file); "" where it has none.
 std::string own_file(const std::string& folder, const char* name) {
   std::error_code code;
   if (!fs::is_regular_file(fs::path(folder) / "rig.toml", code)) return "";
@@ -182,7 +182,7 @@ std::string own_file(const std::string& folder, const char* name) {
   return fs::is_regular_file(path, code) ? path.string() : "";
 }
 
-// A log that holds its own rig and map is read by them where none are given.
+// Uses the rig, map and ego poses that the log itself holds, where the options give none.
 void take_what_the_log_holds(Config& config, const Options& options) {
   if (options.command == "track" || options.input.empty()) return;
   if (const std::string rig = own_file(options.input, "rig.toml"); !config.has_rig && !rig.empty()) {

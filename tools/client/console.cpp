@@ -55,7 +55,7 @@ std::string printable(std::string_view text) {
   std::string out;
   char escape[16];
   for (std::size_t i = 0; i < text.size();) {
-    // One character of UTF-8: its first byte tells how many follow.
+    // One UTF-8 character: the first byte gives the number of bytes that follow.
     const auto byte = [&](std::size_t k) { return uint32_t(static_cast<unsigned char>(text[k])); };
     const uint32_t first = byte(i);
     const std::size_t size = first < 0x80   ? 1

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a person sees: a progress bar on a terminal, a table, and Ctrl-C that ends a run in order.
+// Terminal output: a progress bar, a table, text that is safe to print; Ctrl-C that ends a run in order.
 #pragma once
 
 #include <chrono>
@@ -12,15 +12,15 @@
 
 namespace overtake::cli {
 
-// Drawn on stderr, only where that is a terminal; as lines where asked for, wherever that goes.
+// Progress on stderr: a bar where stderr is a terminal, or lines (print_lines) on any stderr.
 class Progress {
  public:
   Progress(int64_t total, bool quiet);
   ~Progress() { clear(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  // Instead of the bar, quiet or not: "WHAT 12.5 %, 40 s so far", a line of its own every so many seconds, so that
-  // several programs may say so on one terminal.
+  // Prints lines "WHAT 12.5 %, 40 s so far" every every_s seconds instead of the bar, also with --quiet. Several
+  // programs can share one terminal this way.
   void print_lines(const std::string& what, double every_s);
   void show(int64_t done);
   void clear();
@@ -30,32 +30,32 @@ class Progress {
 
   int64_t total_, shown_percent_ = -1;
   bool visible_;
-  std::string what_;  // "": the bar
+  std::string what_;  // empty: draw the bar
   double every_s_ = 0;
   std::chrono::steady_clock::time_point begin_, last_line_;
 };
 
-// Columns are as wide as their widest cell, numbers to the right.
+// Each column is as wide as its widest cell. Numbers are right-aligned.
 class TextTable {
  public:
   explicit TextTable(std::vector<std::string> header) : rows_{std::move(header)} {}
   void add(std::vector<std::string> row);
   std::size_t size() const { return rows_.size() - 1; }
-  // The last `most` rows; says how many were left out before them.
+  // Formats the last `most` rows; a line says how many rows before them are left out.
   std::string format(std::size_t most = SIZE_MAX) const;
 
  private:
   std::vector<std::vector<std::string>> rows_;
 };
 
-// Text of a file as it may go to a terminal: a control character, an invalid byte and what turns the direction of
-// writing become \x1b or \u202e. Whatever is printed and may hold what a file says goes through here; a TextTable's
-// cells do.
+// Text of a file made safe for a terminal: control characters, invalid bytes and characters that change the writing
+// direction become \x1b or \u202e. Every printed text that may come from a file must pass through here; the cells of a
+// TextTable do.
 std::string printable(std::string_view text);
 
 std::string fixed(double value, int32_t digits);  // "-" for NaN
 
-// From now on the first Ctrl-C (or SIGTERM) only sets a flag; the second one ends the program at once.
+// After this call, the first Ctrl-C (or SIGTERM) only sets a flag; the second one ends the program at once.
 void catch_interrupt();
 bool interrupted();
 

@@ -1,8 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A detector of the C API with the command line's inputs: made from a Config, fed with a recording's frames and
-// ego poses.
+// A detector of the C API for the command line: built from a Config, fed with the frames and ego poses of a recording.
 #pragma once
 
 #include <string>
@@ -16,10 +15,10 @@
 
 namespace overtake::cli {
 
-// Throws io::Error with the status' own sentence unless OVT_OK.
+// Throws io::Error with the text of the status unless it is OVT_OK.
 void check(ovt_status status, const std::string& what);
 
-// What is read from files as the C API takes it. to_map_def and to_points borrow the vectors of what they are given.
+// Conversions from file types to C API types. to_map_def and to_points point into the vectors of their argument.
 ovt_sensor_def to_sensor_def(const io::RigSensor& sensor);
 ovt_map_def to_map_def(const io::MapData& map);
 ovt_points to_points(const io::SensorScan& scan);
@@ -33,22 +32,23 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  // Poses of the recording itself, behind those there are.
+  // Appends poses of the recording itself.
   void add_ego(const std::vector<io::EgoRow>& rows) { ego_.insert(ego_.end(), rows.begin(), rows.end()); }
-  // Of the poses there are so far; 0 where there are none.
+  // Stamp of the first known pose; 0 without poses.
   int64_t ego_first_ns() const { return ego_.empty() ? 0 : ego_.front().stamp_ns; }
   int64_t ego_last_ns() const { return ego_.empty() ? 0 : ego_.back().stamp_ns; }
-  // Ego poses up to the first one at or after the stamp.
+  // Pushes the ego poses up to the first one at or after the stamp.
   void push_ego_until(int64_t stamp_ns);
-  // The poses a frame's points need, then its scans. A scan the library calls late or a duplicate is not an error: the
-  // library counts it.
+  // Pushes the poses that the frame's points need, then its scans. A scan that the library reports as late or as a
+  // duplicate is not an error: the library counts it.
   void push(const io::FrameScans& frame);
   void flush();
 
   ovt_detector* detector() const { return detector_; }
   ovt_stats stats() const;
-  // In how many frames each capacity was too small so far, as sentences; none where all were large enough. The counters
-  // are looked at behind every push: with more than one worker two frames that finish together may count as one.
+  // One sentence for each capacity that was too small: in how many frames. Empty where all were large enough. The
+  // session compares the counters after each push, so with several workers two frames that finish together may count
+  // as one.
   std::vector<std::string> full_capacities() const;
 
  private:

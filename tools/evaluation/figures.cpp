@@ -40,7 +40,7 @@ void add_clusters(const Run& run, Figures& out) {
   const Table &cars = run.tables.at("cars"), &clusters = run.tables.at("clusters"), &euclid = run.tables.at("euclid");
   const auto frame = column_of(cars, "frame"), points = column_of(cars, "points"), of = column_of(cars, "clusters"),
              boxed = column_of(cars, "boxed"), number = column_of(cars, "car"), ahead = column_of(cars, "ahead_m");
-  const bool known = knows_surface(run);  // else those that are near count, and nothing is counted by truth
+  const bool known = knows_surface(run);  // otherwise near cars count, and nothing is counted by truth
   std::set<std::pair<double, double>> with_car;
   std::set<double> frames;
   for (std::size_t i = 0; i < frame.size(); ++i) {
@@ -128,7 +128,7 @@ void add_errors(const Run& run, Figures& out) {
   }
 }
 
-// How many cars are there at once and how close, and the errors at those that move.
+// The number of simultaneous cars and their distances, and the errors at moving cars.
 void add_movers(const Run& run, Figures& out) {
   const Table &cars = run.tables.at("cars"), &detections = run.tables.at("detections");
   const auto frame = column_of(cars, "frame"), number = column_of(cars, "car"), ahead = column_of(cars, "ahead_m"),
@@ -159,7 +159,7 @@ void add_movers(const Run& run, Figures& out) {
       out.along_moving_m.push_back(std::fabs(along[i]));
 }
 
-// Lateral errors where the ego turns left, and elsewhere.
+// Lateral errors in left turns of the ego, and elsewhere.
 void add_lean(const Run& run, Figures& out) {
   constexpr double kTurnRps = 0.05;
   const Table &ego = run.tables.at("ego"), &detections = run.tables.at("detections");
@@ -181,7 +181,7 @@ void add_times(const Run& run, Figures& out) {
   const Table& times = run.tables.at("times");
   const auto sensor = column_of(times, "sensor"), stage = column_of(times, "stage"), ns = column_of(times, "ns");
   for (std::size_t i = 0; i < stage.size(); ++i) {
-    if (int32_t(stage[i]) == OVT_STAGE_POSE && sensor[i] >= 0) continue;  // without a map: a part of it
+    if (int32_t(stage[i]) == OVT_STAGE_POSE && sensor[i] >= 0) continue;  // without a map: a part of the frame's stage
     if (const char* name = ovt_stage_name(int32_t(stage[i]))) out.times_ms[name].push_back(ns[i] * 1e-6);
   }
 }
@@ -216,12 +216,12 @@ std::vector<Figures> make_figures(const std::vector<Run>& runs) {
   std::map<std::pair<std::string, std::string>, std::vector<const Run*>> groups;
   for (const Run& run : runs) {
     const auto scenario = run.about.find("scenario");
-    groups[{run.contestant, scenario == run.about.end() ? run.log : scenario->second}].push_back(&run);
+    groups[{run.variant, scenario == run.about.end() ? run.log : scenario->second}].push_back(&run);
   }
   std::vector<Figures> all;
   for (const auto& [key, members] : groups) {
     Figures f;
-    f.contestant = key.first, f.scenario = key.second;
+    f.variant = key.first, f.scenario = key.second;
     f.runs = int64_t(members.size());
     f.closest_cars_m = kNan;
     f.origin = is_simulated(*members[0]) ? Origin::kSimulated : Origin::kRecorded;

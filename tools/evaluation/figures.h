@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The numbers behind the figures of one contestant on one scenario, pooled over its runs (logs, seeds).
+// The numbers behind the figures of one variant on one scenario, pooled over its runs (logs, seeds).
 #pragma once
 
 #include <map>
@@ -17,70 +17,70 @@
 namespace overtake::evaluation {
 
 inline constexpr double kBinM = 10, kWindowS = 20;
-inline constexpr int32_t kMinCarPoints = 5;  // a car with fewer points is not asked for its clusters
-inline constexpr double kNearCarM = 60;      // where nobody knows a car's points: one farther off is not asked
-inline constexpr double kMovesM = 1.5;       // of a car in a frame, against the map
+inline constexpr int32_t kMinCarPoints = 5;  // clusters of a car with fewer points are not evaluated
+inline constexpr double kNearCarM = 60;      // the same for cars farther away, if the points of cars are unknown
+inline constexpr double kMovesM = 1.5;       // of a car per frame, relative to the map
 
 enum class Origin { kSimulated, kRecorded, kMixed };
 bool is_simulated(const Run& run);
 Origin origin_of(const std::vector<Run>& runs);
 
 struct GroundFigures {
-  std::vector<double> tpr, ppv, f1;  // a value a scan; NaN where it is not defined
+  std::vector<double> tpr, ppv, f1;  // one value per scan; NaN if undefined
 };
 
 struct DistanceBin {  // longitudinal, ego to car
   double middle_m = 0;
-  metrics::Share detected, confirmed;  // of the frames a car is there; intervals by event
+  metrics::Share detected, confirmed;  // of the frames with a car; intervals by event
   int64_t events = 0;
   double false_detections = 0, false_confirmed = 0;  // per frame, at this distance
 };
 
 struct TrackFigures {
   metrics::ClearMotCounts mot;
-  metrics::HotaResult hota;         // the mean over the runs, a race as one sequence
-  metrics::HotaResult hota_window;  // the same with every 20 s a sequence of its own: ids need to hold for so long only
+  metrics::HotaResult hota;         // mean over the runs; a race is one sequence
+  metrics::HotaResult hota_window;  // the same with sequences of 20 s: ids need to last only that long
   double gospa_located_m2 = 0, gospa_missed_m2 = 0, gospa_false_m2 = 0;  // means of the parts of its square
-  int64_t doubles = 0;  // false positives at a car that has another track
+  int64_t doubles = 0;  // false positives at a car that already has a track
   metrics::Summary gospa_m, nees, nis, time_to_confirm_s, longest_gap_s, data_age_s;
-  double nees_low = 0, nees_high = 0, nis_low = 0, nis_high = 0;  // 95 % of a consistent filter's mean lies in here
+  double nees_low = 0, nees_high = 0, nis_low = 0, nis_high = 0;  // contains 95 % of a consistent filter's means
   int64_t cars_seen = 0, never_confirmed = 0, false_tracks = 0;
   double false_per_hour = 0;
 };
 
 struct Figures {
-  std::string contestant, scenario;
+  std::string variant, scenario;
   int64_t runs = 0, frames = 0;
   Origin origin = Origin::kSimulated;
-  bool surface_known = false;  // what each point lies on; else all that needs it is empty
-  int32_t most_cars = 0;       // within reach at once, the ego apart
-  double closest_cars_m = 0;   // between the middles of two of them; NaN: never two
+  bool surface_known = false;  // surface of each point known; otherwise values that need it are empty
+  int32_t most_cars = 0;       // at once within reach, without the ego
+  double closest_cars_m = 0;   // between the middles of two cars; NaN: never two
   double seconds = 0;
-  GroundFigures ground, grid;                              // against the surface truth
-  GroundFigures ground_auto, grid_auto;                    // against the automatic labels
-  GroundFigures auto_label;                                // these against the truth
+  GroundFigures ground, grid;                              // compared with the surface truth
+  GroundFigures ground_auto, grid_auto;                    // compared with the automatic labels
+  GroundFigures auto_label;                                // automatic labels compared with the truth
   std::map<double, std::pair<double, double>> car_points;  // range -> points, found
   std::vector<double> clusters_per_car, boxed_per_car, mixed_other,
-      mixed_cars;                                                       // a value a car and frame; mixed: a frame
+      mixed_cars;                                                       // one value per car and frame; mixed: per frame
   std::vector<double> mixed_by_size;                                    // the same by the paper's rule
   std::map<double, std::vector<double>> euclid_clusters, euclid_boxed;  // by radius, as above
   std::map<double, std::vector<double>> euclid_mixed, euclid_mixed_cars, euclid_mixed_by_size;
-  metrics::Group seams;                                       // cars over a seam; those in one cluster
-  std::vector<double> across_left_ahead, across_left_behind;  // of across_in_left_turns: the car before, behind the ego
+  metrics::Group seams;                                        // cars over a seam; those in one cluster
+  std::vector<double> across_left_ahead, across_left_behind;   // across_in_left_turns: car ahead, behind
   std::vector<double> across_in_left_turns, across_elsewhere;  // y_veh_m of detections at a car
-  std::vector<double> along_moving_m;                          // size of x_veh_m, of detections at a car that moves
+  std::vector<double> along_moving_m;                          // size of x_veh_m, of detections at a moving car
   std::vector<DistanceBin> distance;
-  std::map<std::string, std::vector<double>> detection_errors, track_errors;  // by column; those at a car
+  std::map<std::string, std::vector<double>> detection_errors, track_errors;  // by column; only those at a car
   TrackFigures tracks;
-  std::map<std::string, std::vector<double>> times_ms;  // by stage; a value a scan or frame
-  std::set<std::string> cpus;                           // these times are of
-  std::set<std::string> every;                          // baselines, labels and sweeps: every so many frames
+  std::map<std::string, std::vector<double>> times_ms;  // by stage; one value per scan or frame
+  std::set<std::string> cpus;                           // CPUs of these times
+  std::set<std::string> every;                          // interval in frames of baselines, labels and sweeps
 };
 
-// Throws what read tables throw where a column is missing.
-std::vector<Figures> make_figures(const std::vector<Run>& runs);  // by contestant, then scenario
+// Throws like read tables if a column is missing.
+std::vector<Figures> make_figures(const std::vector<Run>& runs);  // by variant, then scenario
 
-// The event a row belongs to: the passing nearest in time. `ahead_m` in order of time; events count from 0.
+// The event of each row: the pass nearest in time. `ahead_m` in order of time; events count from 0.
 std::vector<int32_t> events_of(const std::vector<double>& ahead_m);
 
 }  // namespace overtake::evaluation

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the parts of figures.cpp share.
+// Declarations shared by the parts of figures.cpp.
 #pragma once
 
 #include <string>

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How well cars are followed: CLEAR MOT, HOTA, GOSPA, consistency, gaps, of confirmed tracks at publish time.
+// Tracking quality of confirmed tracks at publish time: CLEAR MOT, HOTA, GOSPA, consistency, gaps.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -16,7 +16,7 @@
 namespace overtake::evaluation {
 namespace {
 
-// Tracks that are left over at a car which has another one.
+// Unmatched tracks at a car that has another track.
 int64_t count_doubles(const std::vector<metrics::MotPlace>& objects, const std::vector<metrics::MotPlace>& tracks,
                       const std::vector<int32_t>& track_of_object) {
   int64_t doubles = 0;
@@ -31,7 +31,7 @@ int64_t count_doubles(const std::vector<metrics::MotPlace>& objects, const std::
 
 }  // namespace
 
-// Cars count from kNearestM to kFarthestM, whether a beam meets them or not; a track at a car farther out is not false.
+// Cars count from kNearestM to kFarthestM, even if no beam can hit them; a track at a car farther away is not false.
 void add_tracks(const Run& run, Figures& out, TrackSamples& samples) {
   const Table &cars = run.tables.at("cars"), &tracks = run.tables.at("tracks");
   struct Frame {

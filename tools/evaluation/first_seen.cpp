@@ -6,11 +6,11 @@
 
 namespace overtake::evaluation {
 
-FirstSeen first_seen(const std::vector<Run>& runs, const std::string& contestant, const std::string& scenario) {
+FirstSeen first_seen(const std::vector<Run>& runs, const std::string& variant, const std::string& scenario) {
   std::vector<double> detected_s, confirmed_m;
   for (const Run& run : runs) {
     const auto of = run.about.find("scenario");
-    if (run.contestant != contestant || (of == run.about.end() ? run.log : of->second) != scenario) continue;
+    if (run.variant != variant || (of == run.about.end() ? run.log : of->second) != scenario) continue;
     const Table& cars = run.tables.at("cars");
     const std::size_t car = cars.column("car"), time = cars.column("time_s"), ahead = cars.column("ahead_m"),
                       detections = cars.column("detections"), confirmed = cars.column("confirmed");

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How long a car is there before it is detected: from its first row within -100 to +150 m of a run to the first
-// detection at it, and how far it was when its first track was confirmed.
+// The time until a car is detected: from its first row within -100 to +150 m of a run to the first detection at the
+// car; and its distance when its first track was confirmed.
 #pragma once
 
 #include <string>
@@ -14,8 +14,8 @@
 namespace overtake::evaluation {
 
 struct FirstSeen {
-  metrics::Summary detected_s, confirmed_m;  // a value a car and run; cars never detected have none
+  metrics::Summary detected_s, confirmed_m;  // one value per car and run; without cars that were never detected
 };
-FirstSeen first_seen(const std::vector<Run>& runs, const std::string& contestant, const std::string& scenario);
+FirstSeen first_seen(const std::vector<Run>& runs, const std::string& variant, const std::string& scenario);
 
 }  // namespace overtake::evaluation

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
-#include "tools/evaluation/claims.h"
+#include "tools/evaluation/paper_claims.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
 
@@ -82,8 +82,8 @@ void add_measures(const Figures& f, Json& entry) {
 Json judgements_json(const std::vector<Figures>& all) {
   Json out = Json::array();
   for (const Figures& f : all) {
-    if (f.contestant.find_first_of(":@") != std::string::npos) continue;
-    Json j = {{"preset", f.contestant}, {"scenario", f.scenario}};
+    if (f.variant.find_first_of(":@") != std::string::npos) continue;
+    Json j = {{"preset", f.variant}, {"scenario", f.scenario}};
     for (const Claim& c : check_claims(f, all)) j["claims"].push_back(json_of_claim(c));
     for (const Cost& c : find_costs(f, all)) j["costs"].push_back(json_of_cost(c));
     for (const Claim& c : check_controls(f, all)) j["controls"].push_back(json_of_claim(c));
@@ -105,7 +105,7 @@ nlohmann::json times_json(const Figures& f) {
   const metrics::Summary s = metrics::summarize(frame->second);
   return {{"frame_ms", brief(frame->second)},
           {"frames_per_second", 1000 / s.mean},
-          {"segmentation_share", sum("segment") / sum("frame")}};  // inline: the sensors one after the other
+          {"segmentation_share", sum("segment") / sum("frame")}};  // with one worker: the sensors one after the other
 }
 
 void add_measured(const std::string& out, nlohmann::json& metrics, nlohmann::json& times) {

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The parts of metrics.json that are not one figure's numbers alone.
+// The parts of metrics.json that contain more than one figure's numbers.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -12,14 +12,15 @@
 
 namespace overtake::evaluation {
 
-// Added to one contestant's entry: automatic labels, clusters by the paper's rule, seams, more of tracking.
+// Adds to one variant's entry: automatic labels, clusters by the paper's rule, seams, more on tracking.
 void add_measures(const Figures& figures, nlohmann::json& entry);
-// [{"preset", "scenario", "claims": [...], "costs": [...], "controls": [...]}]: of each preset and scenario.
+// [{"preset", "scenario", "claims": [...], "costs": [...], "controls": [...]}]: one per preset and scenario.
 nlohmann::json judgements_json(const std::vector<Figures>& all);
 
-// {"frame_ms", "frames_per_second", "segmentation_share"}: of the frame's time by the clock, one frame at a time.
+// {"frame_ms", "frames_per_second", "segmentation_share"}: from the frame's wall time, one frame at a time.
 nlohmann::json times_json(const Figures& figures);
-// What is measured once and lies beside the runs: recordings.json into `metrics`, scaling.json into `times`.
+// Adds results that are measured once, from files beside the runs: recordings.json to `metrics`, scaling.json to
+// `times`.
 void add_measured(const std::string& out, nlohmann::json& metrics, nlohmann::json& times);
 
 }  // namespace overtake::evaluation

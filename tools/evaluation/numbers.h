@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Numbers that several files of the evaluation use.
+// Constants that several files of the evaluation use.
 #pragma once
 
 #include <limits>

@@ -13,7 +13,7 @@
 namespace overtake::evaluation {
 namespace {
 
-// Of a map file, or of the map that an MCAP log holds: the text goes beside the results, so it must be one file.
+// Text of a map file, or of the map in an MCAP log. It is copied to the results, so it must be one file.
 std::string read_map_text(const std::string& path) {
   if (io::read_map(path).is_bounds())
     throw io::Error("--map " + path, 0, "two bounds: here a centre line with its widths is needed");
@@ -23,7 +23,7 @@ std::string read_map_text(const std::string& path) {
 
 }  // namespace
 
-// Twice through the recording: first the poses, of which those behind a scan are needed as well, then the scans.
+// Reads the recording twice: first the poses, because a scan needs later poses, too; then the scans.
 OdometryLog::OdometryLog(const std::string& path, const io::Rig& rig, const std::string& map_file) : rig_(rig) {
   const std::unique_ptr<io::BagReader> bag = io::open_bag(path);
   const io::TopicRoles roles = io::find_topic_roles(bag->topics(), rig);

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A recording with topics that holds the odometry of the ego and of an opponent: the truth is where the two say they
-// were (pose_history.h). What each point lies on nobody knows. The opponent's place is taken for its middle.
+// A recording with topics that contains the odometry of the ego and of an opponent: the truth is their odometry
+// (pose_history.h). The surface of each point is unknown. The opponent's position is taken as its middle.
 #pragma once
 
 #include <memory>
@@ -15,8 +15,8 @@ namespace overtake::evaluation {
 
 class OdometryLog : public TruthLog {
  public:
-  // `map_file`: a centre line, or an MCAP log that holds one; "" none. Throws io::Error: no recording with topics, no
-  // scans, no odometry of ego or opponent, a map of two bounds.
+  // `map_file`: a centre line, or an MCAP log that contains one; "" none. Throws io::Error for a recording without
+  // topics, without scans, or without odometry of ego or opponent, and for a map of two bounds.
   OdometryLog(const std::string& path, const io::Rig& rig, const std::string& map_file);
 
   const io::Rig& rig() const override { return rig_; }

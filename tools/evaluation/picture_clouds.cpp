@@ -29,7 +29,7 @@ class Camera {
   double away(double x_m, double y_m) const { return kSinTurn * x_m + kCosTurn * y_m; }
 
  private:
-  // The vehicle drives to the right of the picture and a little away; seen 50 deg from above.
+  // The vehicle drives to the right of the picture and slightly away; seen from 50 deg above.
   static constexpr double kPixels = 27, kCosTurn = 0.9659258, kSinTurn = 0.2588190, kSinTilt = 0.7660444,
                           kCosTilt = 0.6427876;
   const std::array<double, 2> middle_;
@@ -53,7 +53,7 @@ io::Picture draw_points(const CloudMoment& m, const Camera& camera, Color&& colo
   std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) {
     return camera.away(double(a->x_m), double(a->y_m)) > camera.away(double(b->x_m), double(b->y_m));
   });
-  constexpr double kFine = 1.25;  // pixels of the cloud a pixel of the picture
+  constexpr double kFine = 1.25;  // pixels of the cloud per pixel of the picture
   io::Picture picture(int32_t(kWidth * kFine), int32_t(kHeight * kFine), {14, 15, 18});
   for (const CloudMoment::Point* p : order) {
     const SvgPoint at = camera.at(double(p->x_m), double(p->y_m), double(p->z_m));

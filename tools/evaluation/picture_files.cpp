@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/client/console.h"
-#include "tools/evaluation/album.h"
+#include "tools/evaluation/snapshot_picker.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
 

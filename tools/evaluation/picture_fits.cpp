@@ -15,7 +15,7 @@ constexpr const char* kMapColor = "#2f7fd0";
 constexpr const char* kPointsColor = "#e07b16";
 constexpr double kPanel = 296, kReach = 4.2, kTop = 66;
 
-// One moment from above, x of the vehicle frame up, y to the left, round the true middle of the car.
+// One moment from above, x of the vehicle frame up, y to the left, around the true middle of the car.
 void add_fit_panel(Svg& svg, double left, const FitMoment& m) {
   const double scale = kPanel / (2 * kReach);
   const auto at = [&](double x, double y) {

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What does not change with time: the sensors on the car, the track and where cars passed each other.
+// Pictures that do not depend on time: the sensors on the car, the track and the places of passes.
 #include <algorithm>
 #include <cmath>
 
@@ -132,7 +132,7 @@ std::string draw_race(const io::MapData& map, const RacePath& path) {
   int32_t passings = 0;
   for (std::size_t i = 1; i < path.steps.size(); ++i) {
     const RacePath::Step &a = path.steps[i - 1], &b = path.steps[i];
-    // A passing, not a car that turned up or left.
+    // A pass, not a car that appeared or left.
     if ((a.ahead_m < 0) == (b.ahead_m < 0) || !(std::fabs(b.ahead_m - a.ahead_m) < 10)) continue;
     const bool by_ego = b.ahead_m < 0;
     svg.circle(at(b.x_m, b.y_m), 7, by_ego ? " fill=\"#2f9e44\"" : " fill=\"#e07b16\"");

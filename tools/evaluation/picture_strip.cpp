@@ -16,7 +16,7 @@ constexpr int32_t kStripWidth = 920;
 constexpr double kLeft = 62, kRight = 12, kImage = 64, kCloud = 150, kHead = 17, kGap = 9;
 constexpr double kInside = kStripWidth - kLeft - kRight;
 
-// A colour bar with its ends, right-aligned over a panel.
+// A colour bar with its limits, right-aligned above a panel.
 void add_scale(Svg& svg, double top, const std::string& low, const std::string& high) {
   constexpr int32_t kSteps = 64;
   constexpr double kBar = 110;
@@ -32,7 +32,7 @@ void add_frame(Svg& svg, double top, double height) {
   svg.rectangle(kLeft, top, kInside, height, " fill=\"none\"" + std::string(kInkLine));
 }
 
-// Rows of the image are its y axis.
+// The image's rows are its y axis.
 double add_image(Svg& svg, double top, const std::string& title, const cli::DenseImage& image,
                  const cli::DenseImage& returns, bool scaled) {
   const cli::ColoredImage colored = cli::color_image(image, returns);

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pictures of single moments, as SVG (clouds and images are pixels inside). album.h chooses the moments.
+// Pictures of single moments, as SVG (clouds and images are embedded pixels). snapshot_picker.h selects the moments.
 #pragma once
 
 #include <string>
@@ -18,7 +18,7 @@ struct PictureTime {
   double time_s = 0;  // since the first frame
 };
 
-// One scan of one sensor on its way through segmentation.
+// The images of one scan of one sensor during the segmentation.
 struct StripMoment {
   PictureTime at;
   std::string sensor;
@@ -48,8 +48,8 @@ struct CloudMoment {
   };
   std::vector<Point> points;
   Outline car;                 // the true one
-  std::string sensors;         // that see the car
-  std::vector<int64_t> parts;  // points of the car's cluster by each of them
+  std::string sensors;         // sensors that see the car
+  std::vector<int64_t> parts;  // points of the car's cluster, per sensor
 };
 std::string draw_clouds(const CloudMoment& moment, const io::Rig& rig);
 
@@ -64,10 +64,10 @@ struct FitMoment {
 };
 std::string draw_fits(const std::vector<FitMoment>& moments, bool simulated = true);
 
-// Sensors and fields of view from above; blind strips are measured between neighbouring edges.
+// Sensors and fields of view from above; measures blind strips between neighbouring edges.
 std::string draw_rig(const io::Rig& rig, double length_m, double width_m);
 
-// Where the ego drove and where cars passed each other.
+// The ego's path and the places of passes.
 struct RacePath {
   struct Step {
     double time_s, x_m, y_m, ahead_m;  // of the ego; ahead_m: of one other car

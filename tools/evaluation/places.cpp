@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/evaluation/judge.h"
+#include "tools/evaluation/evaluator.h"
 #include "tools/io/angles.h"
 
 namespace overtake::evaluation {

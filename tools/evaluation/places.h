@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where things are: vehicle, map and sensor frames of the truth.
+// Positions in the vehicle, map and sensor frames of the truth.
 #pragma once
 
 #include <array>
@@ -35,36 +35,36 @@ class Mounting {
 struct MapPlace {
   double x_m, y_m, heading_rad;
 };
-// A place and a heading in the vehicle's frame, by its pose.
+// Transforms a position and a heading from the vehicle's frame to the map.
 MapPlace to_map(const io::EgoRow& pose, double x_m, double y_m, double z_m, double heading_rad);
-// The heading in the vehicle's frame that to_map takes to this one in the map.
+// The inverse for the heading.
 double heading_from_map(double roll_rad, double pitch_rad, double yaw_rad, double heading_rad);
-// The same as the library brings psi_REF to the vehicle: the level direction seen from the vehicle. On a bank that is
-// another one.
+// The heading as the library transforms psi_REF to the vehicle: the level direction seen from the vehicle. On a banked
+// track it differs from heading_from_map.
 double heading_in_vehicle(double roll_rad, double pitch_rad, double yaw_rad, double heading_rad);
 
-// As published, whenever that was: between two poses linear, past the ends driven on.
+// Published poses: linear between two of them, extrapolated beyond the ends.
 io::EgoRow pose_at(const std::vector<PublishedPose>& poses, int64_t stamp_ns);
 
 const CarTruth* ego_of(const std::vector<CarTruth>& cars);  // null: none
 
-// A place in the map seen from a car's frame (x forward, y left), by its full attitude.
+// A map position seen from a car's frame (x forward, y left), with its full attitude.
 struct Seen {
   double ahead_m, left_m;
 };
 Seen see(const CarTruth& from, double x_m, double y_m, double z_m);
 
-// The nearest car but the ego within the gate: its row in `cars`, -1 none.
+// The nearest car within the gate, without the ego: its row in `cars`, -1 none.
 int32_t nearest_car(const std::vector<CarTruth>& cars, double x_m, double y_m);
 
 // The rectangle of a car in another car's frame.
 struct CarPlace {
   int32_t car = 0;
   double ahead_m = 0, left_m = 0, cos_turn = 1, sin_turn = 0;
-  // Within its rectangle made so much larger on each side.
+  // Whether the point is in the rectangle enlarged by margin_m on each side.
   bool holds(double x_m, double y_m, double margin_m) const;
 };
-// All cars but the ego, from the ego. Empty without ego.
+// All cars except the ego, seen from the ego. Empty without ego.
 std::vector<CarPlace> place_cars(const std::vector<CarTruth>& cars);
 
 }  // namespace overtake::evaluation

@@ -14,7 +14,7 @@ bool is_before(const io::EgoRow& row, int64_t stamp_ns) { return row.stamp_ns < 
 struct Fit {
   double value = 0, slope = 0;
 };
-// a + b t + c t^2 through (t, v), at t = 0. A line where the times are too few or too alike for a quadratic.
+// a + b t + c t^2 through (t, v), at t = 0. A line if there are too few or too similar times for a quadratic.
 Fit fit_quadratic(const std::vector<double>& t, const std::vector<double>& v) {
   std::array<double, 5> s{};
   std::array<double, 3> r{};
@@ -53,7 +53,7 @@ std::optional<CarTruth> PoseHistory::at(int64_t stamp_ns) const {
   const auto fit = [&](double io::EgoRow::*field, bool is_angle) {
     std::vector<double> v;
     for (auto it = begin; it != end; ++it) {
-      const double value = (*it).*field - (*begin).*field;  // small numbers: maps are large
+      const double value = (*it).*field - (*begin).*field;  // small numbers: map coordinates are large
       v.push_back(is_angle ? wrap_angle(value) : value);
     }
     Fit f = fit_quadratic(t, v);

@@ -80,8 +80,8 @@ struct Scores {
   Json json() const { return {{"tpr", tp / (tp + fn)}, {"ppv", tp / (tp + fp)}, {"f1", 2 * tp / (2 * tp + fp + fn)}}; }
 };
 
-// Ours and the grid against the automatic labels of one frame.
-Json judge_ground(const SeenFrame& seen, std::size_t sensors) {
+// Evaluates our ground and the grid's on one frame, compared with the automatic labels.
+Json evaluate_ground(const SeenFrame& seen, std::size_t sensors) {
   std::vector<float> x, y, z;
   for (const SeenFrame::Point& p : seen.points)
     x.push_back(float(p.at[0])), y.push_back(float(p.at[1])), z.push_back(float(p.at[2]));
@@ -105,7 +105,7 @@ cli::Config config_of(const std::string& preset, const std::string& rig) {
   return cli::load_config(options);
 }
 
-Json judge_racecar(const std::string& folder, const std::string& preset) {
+Json evaluate_racecar(const std::string& folder, const std::string& preset) {
   const cli::Config config = config_of(preset, "av21");
   Look look{&config.rig, {}};
   cli::Session session(config, &Look::on_frame, &look);
@@ -133,20 +133,20 @@ Json judge_racecar(const std::string& folder, const std::string& preset) {
       ++at;
     }
     row["detections_within_4_m"] = at, row["detections"] = look.seen.detections.size();
-    std::map<int32_t, std::pair<int64_t, int64_t>> inside;  // cluster -> points, of them inside
+    std::map<int32_t, std::pair<int64_t, int64_t>> inside;  // cluster -> points, points inside
     for (const SeenFrame::Point& p : look.seen.points)
       if (p.cluster >= 0) ++inside[p.cluster].first, inside[p.cluster].second += holds(opponent, p.at[0], p.at[1], 1);
     int64_t whole = 0;
     for (const auto& [cluster, n] : inside) whole += n.first == n.second;
     row["clusters_in_box"] = whole;
-    row["ground_by_auto_label"] = judge_ground(look.seen, config.rig.sensors.size());
+    row["ground_by_auto_label"] = evaluate_ground(look.seen, config.rig.sensors.size());
     out["frames"].push_back(row);
   }
   return out;
 }
 
-Json judge_sweep(const std::string& folder, const std::string& preset, const std::string& rig,
-                 const std::vector<KnownBox>& boxes) {
+Json evaluate_frame(const std::string& folder, const std::string& preset, const std::string& rig,
+                    const std::vector<KnownBox>& boxes) {
   const cli::Config config = config_of(preset, rig);
   Look look{&config.rig, {}};
   cli::Session session(config, &Look::on_frame, &look);
@@ -177,7 +177,7 @@ Json judge_sweep(const std::string& folder, const std::string& preset, const std
     bins[int32_t(std::hypot(d[0], d[1]) / kRange)].false_detections += !at_any;
   }
   Json out = {{"gate_m", kNear}, {"detections", look.seen.detections.size()}, {"by_range", Json::array()}};
-  out["ground_by_auto_label"] = judge_ground(look.seen, config.rig.sensors.size());
+  out["ground_by_auto_label"] = evaluate_ground(look.seen, config.rig.sensors.size());
   for (const auto& [range, b] : bins)
     out["by_range"].push_back({{"from_m", range * kRange},
                                {"to_m", (range + 1) * kRange},
@@ -199,7 +199,7 @@ std::vector<fs::path> files_with(const std::string& folder, const std::string& t
   return out;
 }
 
-// `stamp`: of the rows that count; empty: all. The sensor's frame is turned to the vehicle's where one is given.
+// `stamp`: use only rows with this stamp; empty: all. With a sensor, transforms from its frame to the vehicle's.
 std::vector<KnownBox> read_boxes(const std::string& path, const std::string& stamp, const io::RigSensor* sensor) {
   const io::Csv csv = io::Csv::read(path);
   const int32_t category = csv.need({"category"}), x = csv.need({"x_m"}), y = csv.need({"y_m"}), z = csv.need({"z_m"}),
@@ -224,7 +224,7 @@ std::vector<KnownBox> read_boxes(const std::string& path, const std::string& sta
 
 namespace {
 
-// Before anything is judged: a recording without its boxes would be left out in silence.
+// Checks all boxes first: otherwise a recording without boxes would be skipped silently.
 void check_boxes(const std::string& folder) {
   if (fs::is_directory(folder + "/racecar") && files_with(folder + "/racecar", "_box.txt").empty())
     throw io::Error(folder + "/racecar", 0, "holds no FRAME_box.txt: there is nothing to judge by");
@@ -238,29 +238,29 @@ void check_boxes(const std::string& folder) {
 
 }  // namespace
 
-nlohmann::json judge_recordings(const std::string& folder, const std::string& preset, const std::string& out,
-                                bool print) {
+nlohmann::json evaluate_recordings(const std::string& folder, const std::string& preset, const std::string& out,
+                                   bool print) {
   check_boxes(folder);
   Json json = {{"simulated", false}, {"preset", preset}};
-  if (fs::is_directory(folder + "/racecar")) json["racecar"] = judge_racecar(folder + "/racecar", preset);
+  if (fs::is_directory(folder + "/racecar")) json["racecar"] = evaluate_racecar(folder + "/racecar", preset);
   for (const fs::path& file : files_with(folder + "/av2", ".pcd")) {
     const std::string stem = file.stem().string(), log = stem.substr(0, stem.find('_'));
     const std::string boxes = folder + "/av2/" + log + "_boxes.csv";
     json["av2_sweep"] =
-        judge_sweep(file.string(), preset, "av2", read_boxes(boxes, stem.substr(stem.find('_') + 1), nullptr));
+        evaluate_frame(file.string(), preset, "av2", read_boxes(boxes, stem.substr(stem.find('_') + 1), nullptr));
   }
   for (const fs::path& file : files_with(folder + "/nuscenes", ".pcd")) {
     const std::string boxes = folder + "/nuscenes/" + file.stem().string() + "_boxes.csv";
     const io::Rig rig = io::load_rig("nuscenes");
-    json["nuscenes_sweep"] = judge_sweep(file.string(), preset, "nuscenes", read_boxes(boxes, "", &rig.sensors[0]));
+    json["nuscenes_sweep"] = evaluate_frame(file.string(), preset, "nuscenes", read_boxes(boxes, "", &rig.sensors[0]));
   }
   for (const fs::path& file : files_with(folder + "/kitti/tracking", "_labels.txt")) {
     const std::string sequence = file.filename().string().substr(0, 4);
-    json["kitti_tracks"][sequence] = judge_kitti_tracks(folder + "/kitti/tracking", sequence, preset);
+    json["kitti_tracks"][sequence] = evaluate_kitti_tracks(folder + "/kitti/tracking", sequence, preset);
   }
   for (const fs::path& file : files_with(folder + "/av2", "_boxes.csv")) {
     const std::string log = file.filename().string().substr(0, file.filename().string().find('_'));
-    json["av2_tracks"][log] = judge_av2_tracks(folder + "/av2", log, preset);
+    json["av2_tracks"][log] = evaluate_av2_tracks(folder + "/av2", log, preset);
   }
   if (json.size() == 2) throw io::Error(folder, 0, "holds none of racecar, av2, nuscenes, kitti/tracking");
   cli::make_folder(out);

@@ -39,7 +39,7 @@ bool is_judged(const LabelFrame& f, const metrics::MotPlace& track) {
   return false;
 }
 
-Json judge_tracks(const std::vector<LabelFrame>& frames, double period_s, const std::string& preset) {
+Json evaluate_tracks(const std::vector<LabelFrame>& frames, double period_s, const std::string& preset) {
   metrics::ClearMotCounts counts;
   std::vector<double> gospa;
   metrics::HotaResult hota;
@@ -51,7 +51,7 @@ Json judge_tracks(const std::vector<LabelFrame>& frames, double period_s, const 
     options.preset = preset;
     cli::Config config = cli::load_config(options);
     config.params.frame_period_s = period_s;
-    cli::Session session(config, nullptr, nullptr);  // no rig: the tracker alone
+    cli::Session session(config, nullptr, nullptr);  // no rig: only the tracker
     ovt_reader* reader = nullptr;
     cli::check(ovt_create_reader(session.detector(), &reader), "reader");
     const std::unique_ptr<ovt_reader, void (*)(ovt_reader*)> owner(reader, &ovt_destroy_reader);
@@ -112,7 +112,7 @@ bool is_vehicle_category(std::string_view c) {
   return false;
 }
 
-Json judge_kitti_tracks(const std::string& folder, const std::string& sequence, const std::string& preset) {
+Json evaluate_kitti_tracks(const std::string& folder, const std::string& sequence, const std::string& preset) {
   const io::KittiSequence kitti = io::read_kitti_sequence(folder, sequence);
   std::vector<LabelFrame> frames(kitti.T_world_camera.size());
   for (std::size_t k = 0; k < frames.size(); ++k) {
@@ -131,10 +131,10 @@ Json judge_kitti_tracks(const std::string& folder, const std::string& sequence, 
     kitti.place(label, world);
     frames[std::size_t(label.frame)].objects.push_back({uint64_t(label.track), world[0], world[1]});
   }
-  return judge_tracks(frames, 0.1, preset);
+  return evaluate_tracks(frames, 0.1, preset);
 }
 
-Json judge_av2_tracks(const std::string& folder, const std::string& log, const std::string& preset) {
+Json evaluate_av2_tracks(const std::string& folder, const std::string& log, const std::string& preset) {
   const std::string ego_path = folder + "/" + log + "_ego.csv";
   const io::Csv ego = io::Csv::read(ego_path), boxes = io::Csv::read(folder + "/" + log + "_boxes.csv");
   struct Pose {
@@ -170,7 +170,7 @@ Json judge_av2_tracks(const std::string& folder, const std::string& log, const s
   }
   std::vector<LabelFrame> in_order;
   for (auto& [stamp, f] : frames) in_order.push_back(std::move(f));
-  return judge_tracks(in_order, 0.1, preset);
+  return evaluate_tracks(in_order, 0.1, preset);
 }
 
 }  // namespace overtake::evaluation

@@ -11,11 +11,11 @@
 
 namespace overtake::evaluation {
 
-// Vehicles on four wheels or more, of any data set's names.
+// Vehicles with four or more wheels, in the names of any data set.
 bool is_vehicle_category(std::string_view category);
 
-// Labels of KITTI end where the camera's picture does: tracks outside of it (40 deg) and at no label are not judged.
-nlohmann::json judge_kitti_tracks(const std::string& folder, const std::string& sequence, const std::string& preset);
-nlohmann::json judge_av2_tracks(const std::string& folder, const std::string& log, const std::string& preset);
+// KITTI's labels end at the edge of the camera's picture: tracks outside (40 deg) without a label are not evaluated.
+nlohmann::json evaluate_kitti_tracks(const std::string& folder, const std::string& sequence, const std::string& preset);
+nlohmann::json evaluate_av2_tracks(const std::string& folder, const std::string& log, const std::string& preset);
 
 }  // namespace overtake::evaluation

@@ -39,8 +39,8 @@ Json json_of(const GroundFigures& g) {
 }
 
 Json json_of(const Figures& f) {
-  Json j = {{"contestant", f.contestant}, {"scenario", f.scenario}, {"runs", f.runs},
-            {"frames", f.frames},         {"seconds", f.seconds},   {"gate_m", kGateM}};
+  Json j = {{"contestant", f.variant}, {"scenario", f.scenario}, {"runs", f.runs},
+            {"frames", f.frames},      {"seconds", f.seconds},   {"gate_m", kGateM}};
   j["ground"] = json_of(f.ground);
   if (!f.grid.tpr.empty()) j["ground_grid_2_5d"] = json_of(f.grid);
   for (const auto& [range, points] : f.car_points)
@@ -99,7 +99,7 @@ void write_csvs(const std::string& out, const std::vector<Figures>& all) {
   };
   for (const Figures& f : all) {
     for (const DistanceBin& b : f.distance) {
-      distance += f.contestant + "," + f.scenario;
+      distance += f.variant + "," + f.scenario;
       put(distance,
           {b.middle_m, double(b.detected.trials), double(b.events), b.detected.value, b.detected.low, b.detected.high,
            b.confirmed.value, b.confirmed.low, b.confirmed.high, b.false_detections, b.false_confirmed});
@@ -107,7 +107,7 @@ void write_csvs(const std::string& out, const std::vector<Figures>& all) {
     for (const bool is_track : {false, true})
       for (const auto& [name, values] : is_track ? f.track_errors : f.detection_errors) {
         const metrics::Summary s = metrics::summarize(values);
-        errors += f.contestant + "," + f.scenario + (is_track ? ",tracks," : ",detections,") + name;
+        errors += f.variant + "," + f.scenario + (is_track ? ",tracks," : ",detections,") + name;
         put(errors, {double(s.count), s.mean, s.deviation, s.p5, s.p25, s.median, s.p75, s.p95});
       }
   }
@@ -138,19 +138,19 @@ void write_report(const std::string& out, bool print) {
   metrics["figures"] = Json::array();
   metrics["judgements"] = judgements_json(all);
   for (const Run& run : runs)
-    metrics["runs"].push_back({{"contestant", run.contestant}, {"log", run.log}, {"about", portable(run.about)}});
-  std::set<std::string> cpus;  // of the runs: the machine that reports may be another
+    metrics["runs"].push_back({{"contestant", run.variant}, {"log", run.log}, {"about", portable(run.about)}});
+  std::set<std::string> cpus;  // of the runs: the reporting machine may be another one
   for (const Figures& f : all) cpus.insert(f.cpus.begin(), f.cpus.end());
   times["cpu"] = io::join({cpus.begin(), cpus.end()}, ", ");
   for (const Figures& f : all) {
     metrics["figures"].push_back(json_of(f));
     for (const auto& [stage, values] : f.times_ms)
-      times["times_ms"][f.contestant][f.scenario][stage] = json_of(metrics::summarize(values));
+      times["times_ms"][f.variant][f.scenario][stage] = json_of(metrics::summarize(values));
   }
-  for (const Figures& f : all) times["summary"][f.contestant][f.scenario] = times_json(f);
+  for (const Figures& f : all) times["summary"][f.variant][f.scenario] = times_json(f);
   add_measured(out, metrics, times);
   io::write_whole_file(out + "/metrics.json", metrics.dump(1) + "\n");
-  io::write_whole_file(out + "/times.json", times.dump(1) + "\n");  // apart: no two runs agree in them
+  io::write_whole_file(out + "/times.json", times.dump(1) + "\n");  // a separate file: times differ in every run
   write_csvs(out, all);
   std::vector<std::string> folders;
   for (const Run& run : runs) folders.push_back(run.folder);
@@ -160,12 +160,12 @@ void write_report(const std::string& out, bool print) {
   cli::make_folder(out + "/pictures");
   for (const auto& [name, picture] : pictures) io::write_whole_file(out + "/pictures/" + name + ".svg", picture.svg);
   if (!print) return;
-  cli::TextTable table({"contestant", "scenario", "frames", "TPR", "F1", "clusters/car", "MOTA", "HOTA", "GOSPA m",
+  cli::TextTable table({"variant", "scenario", "frames", "TPR", "F1", "clusters/car", "MOTA", "HOTA", "GOSPA m",
                         "confirm s", "false/h", "switches"});
   for (const Figures& f : all) {
-    if (f.contestant.find('@') != std::string::npos) continue;
+    if (f.variant.find('@') != std::string::npos) continue;
     const TrackFigures& t = f.tracks;
-    table.add({f.contestant, f.scenario, std::to_string(f.frames), cli::fixed(metrics::summarize(f.ground.tpr).mean, 3),
+    table.add({f.variant, f.scenario, std::to_string(f.frames), cli::fixed(metrics::summarize(f.ground.tpr).mean, 3),
                cli::fixed(metrics::summarize(f.ground.f1).mean, 3),
                cli::fixed(metrics::summarize(f.clusters_per_car).mean, 2), cli::fixed(t.mot.mota(), 3),
                cli::fixed(t.hota.hota, 3), cli::fixed(t.gospa_m.mean, 2), cli::fixed(t.time_to_confirm_s.median, 2),

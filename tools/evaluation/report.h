@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From the runs of a folder: metrics.json, summary tables as CSV, and report.html, one file with all its pictures as
-// SVG; pictures/ holds some of them as files.
+// Makes from the runs of a folder: metrics.json, summary tables as CSV, and report.html, one file with all its pictures
+// as SVG; pictures/ contains some of them as files.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace overtake::evaluation {
 
-// `print`: the headline numbers to stdout as well. Throws io::Error.
+// `print`: also prints the headline numbers. Throws io::Error.
 void write_report(const std::string& out, bool print);
 
 // Whether these files may be written, said before hours of work. Throws io::Error.

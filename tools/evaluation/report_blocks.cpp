@@ -19,7 +19,7 @@ std::string time_text(const Figures& f, const char* stage) {
   return found == f.times_ms.end() ? "" : cli::fixed(metrics::summarize(found->second).median, 2) + " ms";
 }
 
-// The paper's block scheme with what goes in and the median times of this report.
+// The paper's block diagram with the inputs and the median times of this report.
 std::string draw_blocks(const Figures& f) {
   constexpr int32_t kWidth = 870, kHeight = 518;
   Svg svg(kWidth, kHeight);

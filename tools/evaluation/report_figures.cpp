@@ -20,9 +20,9 @@ namespace overtake::evaluation {
 namespace {
 
 constexpr baselines::GridGroundParams kGrid;
-constexpr int32_t kFewPoints = 100;  // a share of fewer says nothing
+constexpr int32_t kFewPoints = 100;  // a share of fewer has no meaning
 
-// What takes long is measured on some frames: which.
+// Names the frames of results that are measured on some frames only.
 std::string some_frames(const Figures& f) {
   if (f.every == std::set<std::string>{"1"}) return "every frame";
   return "one frame in " + (f.every.empty() ? "some" : io::join({f.every.begin(), f.every.end()}, " or ")) +
@@ -101,17 +101,17 @@ using ByRadius = std::map<double, std::vector<double>> Figures::*;
 std::string clustering_plots(const std::vector<Figures>& all, const Figures& f, const std::string& title,
                              const char* y_label, ByFrame ours_of, ByRadius theirs_of) {
   Series ours = curve(kBlue), theirs = curve(kOrange);
-  const std::string prefix = f.contestant + "@cluster.threshold_deg=";
+  const std::string prefix = f.variant + "@cluster.threshold_deg=";
   std::map<double, const Figures*> sweep;
   for (const Figures& g : all)
-    if (g.scenario == f.scenario && g.contestant.rfind(prefix, 0) == 0)
-      sweep[std::stod(g.contestant.substr(prefix.size()))] = &g;
+    if (g.scenario == f.scenario && g.variant.rfind(prefix, 0) == 0)
+      sweep[std::stod(g.variant.substr(prefix.size()))] = &g;
   for (const auto& [angle, g] : sweep) add_to(ours, angle, g->*ours_of);
   for (const auto& [radius, values] : f.*theirs_of) add_to(theirs, radius, values);
   double high = 0;
   for (const Series* s : {&ours, &theirs})
     for (const double v : s->high) high = std::max(high, v);
-  if (high == 0) high = 1;  // no mixed cluster at all: a flat line is the answer
+  if (high == 0) high = 1;  // no mixed cluster at all: a flat line is right
   std::string plots;
   for (const auto& [s, of, x_label] :
        {std::tuple(&ours, ": proposed", "th_seg [deg]"), std::tuple(&theirs, ": Euclidean", "clustering radius [m]")})
@@ -120,16 +120,16 @@ std::string clustering_plots(const std::vector<Figures>& all, const Figures& f, 
   return plots;
 }
 
-// The scenario with most opponents at once; null: none has two whose points are known.
-const Figures* crowded(const std::vector<Figures>& all, const std::string& contestant) {
+// The scenario with the most opponents at once; null: none has two cars with known points.
+const Figures* crowded(const std::vector<Figures>& all, const std::string& variant) {
   const Figures* most = nullptr;
   for (const Figures& g : all)
-    if (g.contestant == contestant && g.most_cars > 1 && g.surface_known && (!most || g.most_cars > most->most_cars))
+    if (g.variant == variant && g.most_cars > 1 && g.surface_known && (!most || g.most_cars > most->most_cars))
       most = &g;
   return most;
 }
 
-// Clusters with points of two cars. Where no method ever made one, a sentence says more than empty plots.
+// Clusters with points of two cars. If no method made any, a sentence replaces the empty plots.
 std::string two_cars(const std::vector<Figures>& all, const Figures& many) {
   const std::string where = "in scenario " + many.scenario + " (" + std::to_string(many.most_cars) +
                             " opponents at once, " + cli::fixed(many.closest_cars_m, 1) +
@@ -137,13 +137,13 @@ std::string two_cars(const std::vector<Figures>& all, const Figures& many) {
   const auto any = [](const std::vector<double>& counts) {
     return std::any_of(counts.begin(), counts.end(), [](double c) { return c > 0; });
   };
-  const bool is_seen = std::any_of(all.begin(), all.end(),
-                                   [&](const Figures& g) {
-                                     return g.scenario == many.scenario &&
-                                            g.contestant.rfind(many.contestant, 0) == 0 && any(g.mixed_cars);
-                                   }) ||
-                       std::any_of(many.euclid_mixed_cars.begin(), many.euclid_mixed_cars.end(),
-                                   [&](const auto& of_radius) { return any(of_radius.second); });
+  const bool is_seen =
+      std::any_of(all.begin(), all.end(),
+                  [&](const Figures& g) {
+                    return g.scenario == many.scenario && g.variant.rfind(many.variant, 0) == 0 && any(g.mixed_cars);
+                  }) ||
+      std::any_of(many.euclid_mixed_cars.begin(), many.euclid_mixed_cars.end(),
+                  [&](const auto& of_radius) { return any(of_radius.second); });
   if (!is_seen)
     return paragraph("Two cars in one cluster, by truth, " + where +
                      ": none, by either method, at no th_seg and no "
@@ -180,10 +180,10 @@ std::string clustering_section(const std::vector<Figures>& all, const Figures& f
                            &Figures::euclid_boxed) +
           clustering_plots(all, f, "(d) Longer than a car", "clusters a frame", &Figures::mixed_by_size,
                            &Figures::euclid_mixed_by_size);
-  const Figures* many = crowded(all, f.contestant);
+  const Figures* many = crowded(all, f.variant);
   html += many ? two_cars(all, *many) : paragraph("Two cars in one cluster: no log with two opponents at once.");
-  const std::string prefix = f.contestant + "@cluster.threshold_deg=";
-  if (std::none_of(all.begin(), all.end(), [&](const Figures& g) { return g.contestant.rfind(prefix, 0) == 0; }))
+  const std::string prefix = f.variant + "@cluster.threshold_deg=";
+  if (std::none_of(all.begin(), all.end(), [&](const Figures& g) { return g.variant.rfind(prefix, 0) == 0; }))
     html += paragraph("No sweep of th_seg was run: give --sweep cluster.threshold_deg=1:10:1.5.");
   html += paragraph("All frames, preset as it is:");
   Rows rows = {{"scenario", "clusters per car, by truth", "mixed with other", "two cars in one",

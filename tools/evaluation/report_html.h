@@ -1,14 +1,14 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pieces of the report's page and its sections.
+// Elements of the report's page, and its sections.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "tools/evaluation/album.h"
 #include "tools/evaluation/figures.h"
+#include "tools/evaluation/snapshot_picker.h"
 
 namespace overtake::evaluation {
 
@@ -17,7 +17,7 @@ inline constexpr const char* kOrange = "#e07b16";
 inline constexpr const char* kGreen = "#2f9e44";
 inline constexpr const char* kPurple = "#9b5fc0";
 
-using Rows = std::vector<std::vector<std::string>>;  // the first one is the head
+using Rows = std::vector<std::vector<std::string>>;  // the first is the header
 
 std::string table_html(const Rows& rows);
 std::string paragraph(const std::string& text);
@@ -27,7 +27,7 @@ std::string page_end();
 std::string mean_and_deviation(const std::vector<double>& values, int32_t digits);  // no value: "not measured"
 std::string words_of(Origin origin);  // "simulated", "recorded", "simulated and recorded"
 
-// Sections; `f` is what the figures show.
+// Sections; `f` is the source of the figures.
 std::string ground_section(const Figures& f);
 std::string clustering_section(const std::vector<Figures>& all, const Figures& f);
 std::string detection_plot(const Figures& f);
@@ -41,7 +41,7 @@ std::string picture_section(const std::map<std::string, NamedPicture>& pictures,
                             const std::vector<Run>& runs);
 std::string parameter_section();
 
-// What of scaling.json and recordings.json is in the folder: "" where there is none. Throws io::Error: a damaged file.
+// Sections from scaling.json and recordings.json: "" if missing. Throws io::Error for a damaged file.
 std::string scaling_section(const std::string& out);
 std::string recordings_section(const std::string& out);
 

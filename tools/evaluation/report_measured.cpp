@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What was measured once, apart from the runs: times against sensors and workers, recorded data.
+// Results that are measured once, independent of the runs: times over sensors and workers, recorded data.
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -40,7 +40,7 @@ std::string words_of(std::string name) {
   return name;
 }
 
-// Objects as rows; what is no single value is left out. `name` heads the first column where rows have names.
+// Objects as rows; leaves out members that are not single values. `name` heads the first column if rows have names.
 std::string objects_table(const std::string& name, const std::vector<std::pair<std::string, Json>>& objects) {
   std::vector<std::string> keys;
   for (const auto& [label, object] : objects)

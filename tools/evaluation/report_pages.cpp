@@ -13,7 +13,7 @@
 namespace overtake::evaluation {
 namespace {
 
-// Every figure and table of the paper and where this report answers it.
+// Every figure and table of the paper with its place in this report.
 std::string index_section() {
   struct Entry {
     const char *paper, *id, *here;
@@ -44,7 +44,7 @@ std::string index_section() {
          "<a href=\"#scenarios\">all scenarios</a>, <a href=\"#logs\">logs</a>.</p>\n";
 }
 
-// The paper's map of the field: problem, what is done here, what else there is in this report.
+// The paper's overview of the field: problem, the solution here, other solutions in this report.
 std::string ways_section() {
   const Rows rows = {
       {"problem", "taken here (as in the paper)", "compared with in this report"},
@@ -63,15 +63,15 @@ std::string ways_section() {
 }
 
 std::string log_section(const std::vector<Run>& runs) {
-  Rows rows = {{"log", "is", "contestants", "scenario", "seed", "ego", "frames", "note"}};
+  Rows rows = {{"log", "is", "variants", "scenario", "seed", "ego", "frames", "note"}};
   std::map<std::string, std::pair<const Run*, int64_t>> of_log;
   for (const Run& run : runs) {
     auto& [first, count] = of_log[run.log];
-    if (!first || run.contestant.find('@') == std::string::npos) first = &run;
+    if (!first || run.variant.find('@') == std::string::npos) first = &run;
     ++count;
   }
   for (const auto& [log, of_this_log] : of_log) {
-    const auto& entry = of_this_log;  // a lambda captures no structured binding in clang 14
+    const auto& entry = of_this_log;  // a lambda cannot capture a structured binding in clang 14
     const auto about = [&](const char* key) {
       const auto found = entry.first->about.find(key);
       return found == entry.first->about.end() ? std::string("-") : found->second;
@@ -84,7 +84,7 @@ std::string log_section(const std::vector<Run>& runs) {
   return heading("logs", "Logs") + table_html(rows);
 }
 
-// Where all of it comes from.
+// The origin of all data.
 std::string origin_line(Origin origin) {
   const std::string by_simulator =
                         "Race, sensors, localisation errors and truth come from the simulator (tools/sim/README.md).",
@@ -102,7 +102,7 @@ std::string origin_line(Origin origin) {
          words_of(origin) + "</span> " + escape_xml(words) + "</p>\n";
 }
 
-// The headline numbers of the figures' scenario.
+// The headline numbers of the main scenario.
 std::string headline_table(const Figures& f) {
   int64_t hits = 0, trials = 0, confirmed = 0;
   double false_detections = 0;
@@ -152,7 +152,7 @@ std::string headline_table(const Figures& f) {
 const Figures* main_figures(const std::vector<Figures>& all) {
   const Figures* main = nullptr;
   for (const Figures& f : all)
-    if (f.contestant.find_first_of("@:") == std::string::npos && (!main || f.frames > main->frames)) main = &f;
+    if (f.variant.find_first_of("@:") == std::string::npos && (!main || f.frames > main->frames)) main = &f;
   return main;
 }
 
@@ -161,7 +161,7 @@ std::string format_report(const std::vector<Figures>& all, const std::vector<Run
   const Figures* main = main_figures(all);
   std::string html = page_begin("Overtake evaluation") + origin_line(origin_of(runs));
   if (!main) return html + "<p>No run of a preset as it is.</p>\n" + log_section(runs) + page_end();
-  html += paragraph("Figures: contestant " + main->contestant + " on scenario " + main->scenario + ", " +
+  html += paragraph("Figures: variant " + main->variant + " on scenario " + main->scenario + ", " +
                     io::counted(main->runs, "log") + ", " + io::counted(main->frames, "frame") + ", " +
                     cli::fixed(main->seconds, 0) + " s.");
   html += headline_table(*main) + index_section() + claims_section(all, *main) + oracle_section(all, *main) +

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Claims, costs and scenarios as tables.
+// Tables of claims, costs and scenarios.
 #include "tools/evaluation/report_html.h"
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 #include <map>
 
 #include "tools/client/console.h"
-#include "tools/evaluation/claims.h"
 #include "tools/evaluation/first_seen.h"
+#include "tools/evaluation/paper_claims.h"
 #include "tools/io/angles.h"
 #include "tools/view/svg.h"
 
@@ -20,7 +20,7 @@ namespace overtake::evaluation {
 
 namespace {
 
-// Names of numbers are words joined by underscores, a unit last: "found_m" of 3 is "found: 3 m".
+// Names of numbers are words joined by underscores, with the unit last: 3 of "found_m" becomes "found: 3 m".
 std::string numbers_text(const std::vector<Number>& numbers) {
   std::string out;
   for (const Number& n : numbers) {
@@ -60,15 +60,15 @@ std::string claims_html(const char* first, const std::vector<Claim>& claims, Ori
   return html + "</table></div>\n";
 }
 
-// Of every preset and scenario, so that none that fails stays unseen. "": no control was run.
+// Controls of every preset and scenario, so that each failure is visible. "": no control was run.
 std::string controls_html(const std::vector<Figures>& all) {
   std::vector<std::pair<std::string, std::string>> controls;  // sentence, rows
   for (const Figures& f : all) {
-    if (f.contestant.find_first_of("@:") != std::string::npos) continue;
+    if (f.variant.find_first_of("@:") != std::string::npos) continue;
     for (const Claim& c : check_controls(f, all)) {
       auto at = std::find_if(controls.begin(), controls.end(), [&](const auto& k) { return k.first == c.text; });
       if (at == controls.end()) at = controls.insert(at, {c.text, ""});
-      at->second += "<tr><td>" + escape_xml(f.contestant + ", " + f.scenario) + "</td>" + verdict_cell(c) + "<td>" +
+      at->second += "<tr><td>" + escape_xml(f.variant + ", " + f.scenario) + "</td>" + verdict_cell(c) + "<td>" +
                     escape_xml(numbers_text(c.numbers)) + "</td></tr>\n";
     }
   }
@@ -79,13 +79,13 @@ std::string controls_html(const std::vector<Figures>& all) {
                          "there is no car, or none that moves.");
   for (const auto& [text, rows] : controls)
     html += paragraph("Must be: " + text + ".") +
-            "<div class=\"wide\"><table class=\"words\"><tr><th>contestant, scenario</th><th>here</th><th>figures</th>"
+            "<div class=\"wide\"><table class=\"words\"><tr><th>variant, scenario</th><th>here</th><th>figures</th>"
             "</tr>\n" +
             rows + "</table></div>\n";
   return html;
 }
 
-// What is odd at first sight in the table of scenarios.
+// Explains values in the table of scenarios that look wrong at first.
 std::string heading_notes(const std::vector<Figures>& all) {
   const auto has = [&](const char* scenario) {
     return std::any_of(all.begin(), all.end(), [&](const Figures& f) { return f.scenario == scenario; });
@@ -100,10 +100,10 @@ std::string heading_notes(const std::vector<Figures>& all) {
 
 // The preset and its variants side by side.
 std::string variant_table(const std::vector<Figures>& all, const Figures& f) {
-  Rows rows = {{"contestant", "detected", "MOTA", "HOTA (race)", "GOSPA m", "x veh |p95| m", "y veh |p95| m",
+  Rows rows = {{"variant", "detected", "MOTA", "HOTA (race)", "GOSPA m", "x veh |p95| m", "y veh |p95| m",
                 "false det./frame", "false tracks/h"}};
   for (const Figures& g : all) {
-    if (g.scenario != f.scenario || g.contestant.find('@') != std::string::npos) continue;
+    if (g.scenario != f.scenario || g.variant.find('@') != std::string::npos) continue;
     int64_t hits = 0, trials = 0;
     double wrong = 0;
     for (const DistanceBin& b : g.distance)
@@ -114,7 +114,7 @@ std::string variant_table(const std::vector<Figures>& all, const Figures& f) {
         for (const double v : found->second) values.push_back(std::fabs(v));
       return cli::fixed(metrics::summarize(values).p95, 2);
     };
-    rows.push_back({g.contestant, cli::fixed(100.0 * double(hits) / double(trials), 1) + " %",
+    rows.push_back({g.variant, cli::fixed(100.0 * double(hits) / double(trials), 1) + " %",
                     cli::fixed(g.tracks.mot.mota(), 3), cli::fixed(g.tracks.hota.hota, 3),
                     cli::fixed(g.tracks.gospa_m.mean, 2), size("x_veh_m"), size("y_veh_m"), cli::fixed(wrong, 2),
                     cli::fixed(g.tracks.false_per_hour, 0)});
@@ -157,13 +157,13 @@ std::string oracle_section(const std::vector<Figures>& all, const Figures& f) {
 }
 
 std::string scenario_section(const std::vector<Figures>& all, const std::vector<Run>& runs) {
-  Rows rows = {{"contestant", "scenario", "frames", "cars, never confirmed", "first detection s", "confirmed s", "at m",
+  Rows rows = {{"variant", "scenario", "frames", "cars, never confirmed", "first detection s", "confirmed s", "at m",
                 "heading error deg, detections", "tracks", "id switches", "longest gap s",
                 "false confirmed tracks (an hour)"}};
-  Rows more = {{"contestant", "scenario", "frames with a car", "fragments", "MOTA", "MOTP m", "HOTA (race)", "GOSPA m",
+  Rows more = {{"variant", "scenario", "frames with a car", "fragments", "MOTA", "MOTP m", "HOTA (race)", "GOSPA m",
                 "NEES (5)", "NIS (2)", "data age ms"}};
   for (const Figures& f : all) {
-    if (f.contestant.find_first_of("@:") != std::string::npos) continue;
+    if (f.variant.find_first_of("@:") != std::string::npos) continue;
     const TrackFigures& t = f.tracks;
     const auto heading_error = [](const std::map<std::string, std::vector<double>>& errors) {
       std::vector<double> turn;
@@ -172,14 +172,14 @@ std::string scenario_section(const std::vector<Figures>& all, const std::vector<
       const metrics::Summary s = metrics::summarize(turn);
       return cli::fixed(s.median, 1) + " (" + cli::fixed(s.p95, 1) + ")";
     };
-    const FirstSeen first = first_seen(runs, f.contestant, f.scenario);
-    rows.push_back({f.contestant, f.scenario, std::to_string(f.frames),
+    const FirstSeen first = first_seen(runs, f.variant, f.scenario);
+    rows.push_back({f.variant, f.scenario, std::to_string(f.frames),
                     std::to_string(t.cars_seen) + ", " + std::to_string(t.never_confirmed),
                     cli::fixed(first.detected_s.median, 2), cli::fixed(t.time_to_confirm_s.median, 2),
                     cli::fixed(first.confirmed_m.median, 0), heading_error(f.detection_errors),
                     heading_error(f.track_errors), std::to_string(t.mot.switches), cli::fixed(t.longest_gap_s.most, 2),
                     std::to_string(t.false_tracks) + " (" + cli::fixed(t.false_per_hour, 0) + ")"});
-    more.push_back({f.contestant, f.scenario, std::to_string(t.mot.objects), std::to_string(t.mot.fragments),
+    more.push_back({f.variant, f.scenario, std::to_string(t.mot.objects), std::to_string(t.mot.fragments),
                     cli::fixed(t.mot.mota(), 3), cli::fixed(t.mot.motp_m(), 2), cli::fixed(t.hota.hota, 3),
                     cli::fixed(t.gospa_m.mean, 2), cli::fixed(t.nees.mean, 2), cli::fixed(t.nis.mean, 2),
                     cli::fixed(1000 * t.data_age_s.mean, 0)});

@@ -10,11 +10,11 @@
 #include <set>
 
 #include "tools/client/console.h"
-#include "tools/evaluation/contestant.h"
 #include "tools/evaluation/kept_runs.h"
 #include "tools/evaluation/odometry_log.h"
 #include "tools/evaluation/report_pages.h"
 #include "tools/evaluation/simulated_log.h"
+#include "tools/evaluation/variant.h"
 #include "tools/io/error.h"
 #include "tools/io/output.h"
 #include "tools/io/text.h"
@@ -26,11 +26,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string folder_of(const std::string& out, const std::string& contestant, const std::string& log) {
-  return out + "/runs/" + folder_name(contestant) + "/" + log;
+std::string folder_of(const std::string& out, const std::string& variant, const std::string& log) {
+  return out + "/runs/" + folder_name(variant) + "/" + log;
 }
 
-// Results of before have contestants' names as they are.
+// Folders of earlier results are named by the variant's name itself.
 void rename_folders(const std::string& out) {
   std::error_code code;
   std::vector<fs::path> old;
@@ -38,7 +38,7 @@ void rename_folders(const std::string& out) {
     if (at->path().filename().string().find(':') != std::string::npos) old.push_back(at->path());
   for (const fs::path& path : old) {
     const fs::path to = path.parent_path() / folder_name(path.filename().string());
-    if (fs::exists(to)) throw io::Error(path.string(), 0, "holds runs of the same contestant as " + to.string());
+    if (fs::exists(to)) throw io::Error(path.string(), 0, "holds runs of the same variant as " + to.string());
     fs::rename(path, to, code);
     if (code) throw io::Error(path.string(), 0, "cannot be renamed to " + to.string() + ": " + code.message());
   }
@@ -46,7 +46,7 @@ void rename_folders(const std::string& out) {
 
 bool is_done(const std::string& folder) { return fs::exists(folder + "/about.json"); }
 
-// What a run must have been made with to be kept.
+// The inputs that a kept run must have.
 About wanted_of(const RunOptions& options, const std::string& name, bool with_baselines, const std::string& input) {
   ovt_build_info build;
   ovt_read_build_info(&build);
@@ -56,7 +56,7 @@ About wanted_of(const RunOptions& options, const std::string& name, bool with_ba
           {"input", input}};
 }
 
-// What the log is read with: the contents, since a path says nothing of them.
+// The contents of the files that the log is read with; their paths alone would not show changes.
 std::string text_of_input(const RunOptions& options) {
   if (options.rig.empty()) return "";
   return io::format_rig(io::load_rig(options.rig)) + (fs::exists(options.map) ? hash_input(options.map, "") : "");
@@ -78,7 +78,7 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
     const std::string why = why_not_kept(folder_of(options.out, name, log_name), wanted[name]);
     if (why.empty()) continue;
     todo.push_back(name);
-    io::check_clear_output(folder_of(options.out, name, log_name));  // said before the work is done
+    io::check_clear_output(folder_of(options.out, name, log_name));  // checked before the work
     if (!options.quiet && why != kNotThere)
       std::printf("%s: %s was run before with %s; again\n", log_name.c_str(), name.c_str(), why.c_str());
   }
@@ -95,12 +95,12 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
     io::write_whole_file(map_file, log.map_text());
     io::commit_outputs();
   }
-  std::vector<std::unique_ptr<Contestant>> contestants;
+  std::vector<std::unique_ptr<Variant>> variants;
   for (const std::string& name : todo)
-    contestants.push_back(std::make_unique<Contestant>(name, log, map_file, options.every));
-  contestants[0]->judge().use_baselines(todo[0] == names[0] ? options.every : 0);
-  for (auto& contestant : contestants)
-    if (contestant->name().find_first_of(":@") == std::string::npos) contestant->take_pictures();
+    variants.push_back(std::make_unique<Variant>(name, log, map_file, options.every));
+  variants[0]->evaluator().use_baselines(todo[0] == names[0] ? options.every : 0);
+  for (auto& variant : variants)
+    if (variant->name().find_first_of(":@") == std::string::npos) variant->take_pictures();
 
   cli::Progress progress(1000, options.quiet);
   if (options.progress_s >= 0) progress.print_lines(log_name + ": evaluated", options.progress_s);
@@ -109,26 +109,26 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
   sim::Workers workers(options.workers);
   for (; frames < options.most_frames && log.next(frame); ++frames) {
     if (cli::interrupted()) return false;
-    // The first one alone: its times are those of the report. The others, and what follows the first, at once.
-    if (contestants[0]->takes(frames)) contestants[0]->push(frame);
-    std::vector<std::function<void()>> jobs = {[&] { contestants[0]->judge().judge_baselines(); }};
-    for (std::size_t k = 1; k < contestants.size(); ++k)
-      if (contestants[k]->takes(frames)) jobs.push_back([&, k] { contestants[k]->push(frame); });
+    // The first variant runs alone, because the report uses its times. All others run at the same time after it.
+    if (variants[0]->takes(frames)) variants[0]->push(frame);
+    std::vector<std::function<void()>> jobs = {[&] { variants[0]->evaluator().evaluate_baselines(); }};
+    for (std::size_t k = 1; k < variants.size(); ++k)
+      if (variants[k]->takes(frames)) jobs.push_back([&, k] { variants[k]->push(frame); });
     workers.for_each(int32_t(jobs.size()), [&](int32_t k) { jobs[std::size_t(k)](); });
     progress.show(int64_t(1000 * log.progress()));
   }
   progress.clear();
-  for (auto& contestant : contestants) {
-    contestant->finish();
-    const std::string folder = folder_of(options.out, contestant->name(), log_name);
-    io::clear_output(folder);  // what another build or other options have left
+  for (auto& variant : variants) {
+    variant->finish();
+    const std::string folder = folder_of(options.out, variant->name(), log_name);
+    io::clear_output(folder);  // of another build or other options
     cli::make_folder(folder);
-    write_tables(folder, contestant->judge().tables());
-    if (const Album* album = contestant->album()) write_pictures(folder, album->finish());
+    write_tables(folder, variant->evaluator().tables());
+    if (const SnapshotPicker* album = variant->picker()) write_pictures(folder, album->finish());
     About about = log.about();
-    for (const auto& [key, value] : wanted[contestant->name()]) about[key] = value;
-    about["contestant"] = contestant->name();
-    about["frames"] = std::to_string(contestant->frames());
+    for (const auto& [key, value] : wanted[variant->name()]) about[key] = value;
+    about["contestant"] = variant->name();
+    about["frames"] = std::to_string(variant->frames());
     about["period_s"] = nlohmann::json(log.rig().period_s).dump();
     about["damage"] = log.damage();
     about["cpu"] = cpu_name();
@@ -137,16 +137,16 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
   }
   if (!options.quiet)
     std::printf("%s: %s, %s%s%s\n", log_name.c_str(), io::counted(frames, "frame").c_str(),
-                io::counted(int64_t(contestants.size()), "contestant").c_str(),
+                io::counted(int64_t(variants.size()), "variant").c_str(),
                 log.damage().empty() ? "" : "; the log is damaged: ", log.damage().c_str());
   return true;
 }
 
 }  // namespace
 
-std::string folder_name(std::string contestant) {
-  std::replace(contestant.begin(), contestant.end(), ':', '+');
-  return contestant;
+std::string folder_name(std::string variant) {
+  std::replace(variant.begin(), variant.end(), ':', '+');
+  return variant;
 }
 
 std::vector<std::string> sweep_values(const std::string& text) {
@@ -170,16 +170,16 @@ std::vector<std::string> sweep_values(const std::string& text) {
   return values;
 }
 
-std::vector<std::string> contestant_names(const RunOptions& options) {
+std::vector<std::string> variants_to_run(const RunOptions& options) {
   if (options.presets.empty()) throw io::Error("--preset", 0, "is needed");
-  for (const std::string& name : options.presets) check_contestant(name);
+  for (const std::string& name : options.presets) check_variant(name);
   std::vector<std::string> names = options.presets;
   for (const std::string& value : sweep_values(options.sweep)) {
     names.push_back(options.presets[0] + "@" + value);
     try {
-      check_contestant(names.back());
+      check_variant(names.back());
     } catch (const io::Error& error) {
-      const std::string sentence = error.what();  // of --set NAME=VALUE, which nobody has typed
+      const std::string sentence = error.what();  // names --set NAME=VALUE, which the user did not type
       throw io::Error("--sweep " + options.sweep, 0, sentence.substr(sentence.find(": ") + 2));
     }
   }
@@ -187,7 +187,7 @@ std::vector<std::string> contestant_names(const RunOptions& options) {
 }
 
 bool run_logs(const RunOptions& options) {
-  const std::vector<std::string> names = contestant_names(options);
+  const std::vector<std::string> names = variants_to_run(options);
   std::set<std::string> stems;
   for (const std::string& log : options.logs)
     if (!stems.insert(fs::path(log).stem().string()).second)
@@ -203,17 +203,17 @@ std::vector<Run> read_runs(const std::string& out) {
   std::vector<Run> runs;
   std::vector<fs::path> folders;
   if (!fs::is_directory(out + "/runs")) throw io::Error(out, 0, "holds no runs of overtake evaluate");
-  for (const auto& contestant : fs::directory_iterator(out + "/runs"))
-    for (const auto& log : fs::directory_iterator(contestant.path()))
+  for (const auto& variant : fs::directory_iterator(out + "/runs"))
+    for (const auto& log : fs::directory_iterator(variant.path()))
       if (is_done(log.path().string())) folders.push_back(log.path());
   std::sort(folders.begin(), folders.end());
   for (const fs::path& folder : folders) {
     Run run{"", folder.filename().string(), read_about(folder.string()), {}};
     const std::string name = folder.parent_path().filename().string();
     run.folder = folder.string();
-    run.contestant = run.about.count("contestant") ? run.about["contestant"] : name;
-    if (folder_name(run.contestant) != folder_name(name))
-      throw io::Error(folder.string(), 0, "is of contestant '" + run.contestant + "', its folder has another name");
+    run.variant = run.about.count("contestant") ? run.about["contestant"] : name;
+    if (folder_name(run.variant) != folder_name(name))
+      throw io::Error(folder.string(), 0, "is of variant '" + run.variant + "', its folder has another name");
     run.tables = read_tables(folder.string());
     runs.push_back(std::move(run));
     if (runs.back().about["commit"] != runs.front().about["commit"])
@@ -225,7 +225,7 @@ std::vector<Run> read_runs(const std::string& out) {
 }
 
 void merge_runs(const std::vector<std::string>& from, const std::string& out) {
-  for (const char* name : {"scaling.json", "recordings.json", "tuning.csv"})  // measured once, wherever that was
+  for (const char* name : {"scaling.json", "recordings.json", "tuning.csv"})  // measured once, in any folder
     for (const std::string& folder : from)
       if (fs::exists(folder + "/" + name) && !fs::exists(out + "/" + name)) {
         cli::make_folder(out);
@@ -234,7 +234,7 @@ void merge_runs(const std::vector<std::string>& from, const std::string& out) {
       }
   for (const std::string& folder : from)
     for (const Run& run : read_runs(folder)) {
-      const std::string source = run.folder, target = folder_of(out, run.contestant, run.log);
+      const std::string source = run.folder, target = folder_of(out, run.variant, run.log);
       if (is_done(target)) {
         if (io::read_whole_file(source + "/cars.csv") != io::read_whole_file(target + "/cars.csv"))
           throw io::Error(source, 0, "differs from the run of the same name in " + out);

@@ -1,19 +1,19 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Contestants on logs, and the folder of their results:
+// Runs variants on logs; the folder of their results:
 //
-//   OUT/runs/CONTESTANT/LOG/*.csv       the judge's tables (judge.h); CONTESTANT is its folder_name()
-//   OUT/runs/CONTESTANT/LOG/about.json  what was run, by which build and with what (kept_runs.h); written last: without
-//                                       it, or where that differs, a run is done again
-//   OUT/metrics.json  OUT/report.html  OUT/*.csv    made from all the runs there are
+//   OUT/runs/VARIANT/LOG/*.csv       the tables of the evaluator (evaluator.h); VARIANT is folder_name() of the variant
+//   OUT/runs/VARIANT/LOG/about.json  the run's build and inputs (kept_runs.h); written last: without it, or if it
+//                                    differs, the run is repeated
+//   OUT/metrics.json  OUT/report.html  OUT/*.csv    made from all existing runs
 #pragma once
 
 #include <map>
 #include <string>
 #include <vector>
 
-#include "tools/evaluation/judge.h"
+#include "tools/evaluation/evaluator.h"
 
 namespace overtake::evaluation {
 
@@ -21,35 +21,35 @@ struct RunOptions {
   std::vector<std::string> logs, presets;
   std::string out, sweep;  // "group.name=FROM:TO:STEP" or ""
   std::string rig,
-      map;             // of recordings whose truth is the odometry of two cars; without rig: logs of overtake simulate
-  int32_t every = 10;  // frames between two of the baselines and of the sweep
+      map;             // for recordings with the odometry of two cars as truth; without rig: logs of overtake simulate
+  int32_t every = 10;  // interval in frames of the baselines and of the sweep
   int64_t most_frames = INT64_MAX;
-  int32_t workers = 0;  // contestants at once; 0: one a CPU
+  int32_t workers = 0;  // variants at once; 0: one per CPU
   bool quiet = false;
-  double progress_s = -1;  // seconds between two lines that say how far it is; negative: a bar on a terminal
+  double progress_s = -1;  // seconds between two progress lines; negative: a bar on a terminal
 };
 
-// The contestant's name with + for each colon ("paper+clusters"): scp and rsync take a colon for the end of a host's
-// name, and Windows allows none. Folders of earlier results with a colon are renamed by run_logs, and read as they are.
-std::string folder_name(std::string contestant);
-// The presets and the sweep's values of the first one. Throws io::Error where one of them cannot be run.
-std::vector<std::string> contestant_names(const RunOptions& options);
+// The variant's name with + instead of each colon ("paper+clusters"): scp and rsync read a colon as the end of a host's
+// name, and Windows forbids it. run_logs renames folders of earlier results with a colon; reading accepts them.
+std::string folder_name(std::string variant);
+// The presets, and the first preset's sweep values. Throws io::Error if one of them cannot run.
+std::vector<std::string> variants_to_run(const RunOptions& options);
 
-// Throws io::Error. Returns false when interrupted: the logs done are kept.
+// Throws io::Error. Returns false when interrupted: finished logs are kept.
 bool run_logs(const RunOptions& options);
 
 struct Run {
-  std::string contestant, log;
+  std::string variant, log;
   std::map<std::string, std::string> about;
   Tables tables;
-  std::string folder = {};  // where it was read from
+  std::string folder = {};  // the folder it was read from
 };
-// All that are whole, by name. Throws io::Error: a folder without runs, or runs of two builds.
+// All complete runs, by name. Throws io::Error for a folder without runs, and for runs of two builds.
 std::vector<Run> read_runs(const std::string& out);
-// Copies the whole runs of `from` that `out` has not. Throws io::Error: a folder without runs, or two different runs of
-// one contestant and log.
+// Copies the complete runs of `from` that are missing in `out`. Throws io::Error for a folder without runs, and for two
+// different runs of one variant and log.
 void merge_runs(const std::vector<std::string>& from, const std::string& out);
-// {"group.name=1", "group.name=1.5", ...}. Throws io::Error where the text is no such range.
+// {"group.name=1", "group.name=1.5", ...}. Throws io::Error for an invalid range.
 std::vector<std::string> sweep_values(const std::string& text);
 
 }  // namespace overtake::evaluation

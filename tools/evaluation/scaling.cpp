@@ -87,7 +87,7 @@ void measure_scaling(const std::string& path, const std::string& preset, const s
       cli::Config config = cli::load_config(options);
       config.map = map_file, config.rig = widen(log.rig(), sensors), config.has_rig = true, config.workers = workers;
       config.params.frame_period_s = log.rig().period_s;
-      config.keep_images = false;  // as for overtake run: nobody reads them
+      config.keep_images = false;  // as for overtake run: nothing reads them
       std::vector<double> alone;
       Stages stages;
       {

@@ -1,17 +1,17 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Time of a frame against 1 to 8 sensors and 1 to N workers, on the first sweeps of a log. Sensors beyond the rig's are
-// its own again, turned by 40 deg: as much work, no sense.
+// Time of a frame over 1 to 8 sensors and 1 to N workers, on the first frames of a log. Sensors beyond the rig's are
+// copies of them, rotated by 40 deg: the work is the same, the result has no meaning.
 #pragma once
 
 #include <string>
 
 namespace overtake::evaluation {
 
-// Writes OUT/scaling.json: CPU, load average at the start, and of each (sensors, workers) the time from the push of the
-// first scan to the tracks with one frame at a time (median, p90), the stages' medians, and the frames a second where
-// frames may overlap. Throws io::Error.
+// Writes OUT/scaling.json: CPU and load average at the start. For each (sensors, workers): the time from the push of
+// the first scan to the tracks with one frame at a time (median, p90), the stages' medians, and the frames per second
+// with overlapping frames. Throws io::Error.
 void measure_scaling(const std::string& log, const std::string& preset, const std::string& out, bool print);
 
 }  // namespace overtake::evaluation

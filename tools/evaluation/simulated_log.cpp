@@ -47,7 +47,7 @@ TruthFrame decode_cars(const std::string& path, std::string_view text) {
 
 SimulatedLog::SimulatedLog(const std::string& path) : reader_(path) { start(); }
 
-// The mounting is the first message, rig and map stand before it.
+// The mounting is the first message; rig and map come before it.
 void SimulatedLog::start() {
   while (rig_.sensors.empty() || map_text_.empty() || about_.empty()) {
     for (const io::McapAttachment& a : reader_.attachments()) {
@@ -127,7 +127,7 @@ bool SimulatedLog::next(LogFrame& out) {
     out.scans.scans.push_back(std::move(half.scan));
     out.surface.push_back(std::move(half.surface));
   }
-  if (out.scans.scans.empty()) return next(out);  // the log is cut between a scan and its truth
+  if (out.scans.scans.empty()) return next(out);  // the log ends between a scan and its truth
   return true;
 }
 
@@ -140,7 +140,7 @@ std::vector<CarTruth> SimulatedLog::cars_at(int64_t stamp_ns) const {
   constexpr int64_t kHeld = 100'000'000;
   if (stamp_ns > b.stamp_ns + kHeld || stamp_ns < a.stamp_ns - kHeld) return {};
   const double w = a.stamp_ns == b.stamp_ns ? 0 : double(stamp_ns - a.stamp_ns) / double(b.stamp_ns - a.stamp_ns);
-  // Past an end the state drives on.
+  // Beyond an end, the state is extrapolated.
   const double on_s = a.stamp_ns == b.stamp_ns ? double(stamp_ns - a.stamp_ns) * 1e-9 : 0;
   std::vector<CarTruth> out;
   for (std::size_t i = 0; i < std::min(a.cars.size(), b.cars.size()); ++i) {

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A log of `overtake simulate` (MCAP) with its truth, read once from front to back: each sweep with the surface of
-// every point, the localisation as far as it had been published, and where every car truly was.
+// A log of `overtake simulate` (MCAP) with its truth, read once from start to end: each frame with the surface of every
+// point, the localisation published so far, and the true position of every car.
 #pragma once
 
 #include <deque>
@@ -22,19 +22,20 @@ struct TruthFrame {
 
 class SimulatedLog : public TruthLog {
  public:
-  // Throws io::Error: no MCAP, not written by overtake simulate, without rig or map.
+  // Throws io::Error for a file that is not MCAP or not from overtake simulate, or has no rig or map.
   explicit SimulatedLog(const std::string& path);
 
   const io::Rig& rig() const override { return rig_; }
   const std::string& map_text() const override { return map_text_; }
   const std::map<std::string, std::string>& about() const override { return about_; }  // scenario, seed, ego
-  // The next sweep; truth and poses are known to two periods behind it. False: the end, or damage.
+  // The next frame; truth and poses are known up to two periods after it. False: the end, or damage.
   bool next(LogFrame& out) override;
   const std::string& damage() const override { return reader_.damage(); }
   double progress() const override { return double(reader_.position()) / double(reader_.file_bytes()); }
 
   const std::vector<PublishedPose>& poses() const override { return poses_; }  // so far, in order
-  // Every car at a time (linear between sweeps, angles the short way; held for 0.1 s past the ends). Empty: not known.
+  // Every car at a time (linear between frames, angles the shorter way; constant for 0.1 s beyond the ends). Empty:
+  // unknown.
   std::vector<CarTruth> cars_at(int64_t stamp_ns) const override;
 
  private:

@@ -36,7 +36,7 @@ void write_table(const std::string& path, const Table& table) {
   io::write_whole_file(path, text);
 }
 
-// Csv refuses a table without rows and cells that are not finite; both are fine here.
+// Csv refuses tables without rows and cells that are not finite; both are valid here.
 Table read_table(const std::string& path) {
   const std::string text = io::read_whole_file(path);
   Table table;

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A log that says where the cars truly were: sweeps, the localisation as far as it had been published, and the truth.
+// A log with the true positions of the cars: frames, the localisation published so far, and the truth.
 #pragma once
 
 #include <map>
@@ -15,7 +15,7 @@
 
 namespace overtake::evaluation {
 
-// Map frame; a car's middle on the road, the ego's rear axle.
+// Map frame; the middle of a car on the road, the ego's rear axle.
 struct CarTruth {
   int32_t car = 0;
   bool is_ego = false;
@@ -30,7 +30,7 @@ struct PublishedPose {
 
 struct LogFrame {
   io::FrameScans scans;
-  std::vector<std::vector<uint16_t>> surface;  // of each scan's points; empty where nobody knows them
+  std::vector<std::vector<uint16_t>> surface;  // of each scan's points; empty if unknown
 };
 
 class TruthLog {
@@ -39,13 +39,13 @@ class TruthLog {
   virtual const io::Rig& rig() const = 0;
   virtual const std::string& map_text() const = 0;  // "": none
   virtual const std::map<std::string, std::string>& about() const = 0;
-  // The next sweep; truth and poses are known to two periods behind it. False: the end, or damage.
+  // The next frame; truth and poses are known up to two periods after it. False: the end, or damage.
   virtual bool next(LogFrame& out) = 0;
-  virtual const std::string& damage() const = 0;  // why the end came too early; "": it did not
+  virtual const std::string& damage() const = 0;  // the reason of an early end; "": none
   virtual double progress() const = 0;            // 0 to 1
 
   virtual const std::vector<PublishedPose>& poses() const = 0;  // so far, in order
-  // Every car at a time. Empty: not known.
+  // Every car at a time. Empty: unknown.
   virtual std::vector<CarTruth> cars_at(int64_t stamp_ns) const = 0;
 };
 

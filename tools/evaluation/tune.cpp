@@ -9,7 +9,7 @@
 #include "tools/client/console.h"
 #include "tools/evaluation/baselines/grid_ground.h"
 #include "tools/evaluation/baselines/label_ground.h"
-#include "tools/evaluation/judge.h"
+#include "tools/evaluation/evaluator.h"
 #include "tools/evaluation/metrics/summary.h"
 #include "tools/evaluation/simulated_log.h"
 #include "tools/io/text.h"

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Parameters of what the paper's method is compared with, chosen by the truth of logs of the tune seeds: the 2.5-D grid
-// and the automatic labelling.
+// Tunes the parameters of the methods for comparison with the truth of logs of the tune seeds: the 2.5-D grid and the
+// automatic labelling.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace overtake::evaluation {
 
-// Tries every value of a small table on each `every`-th frame and writes OUT/tuning.csv: mean F1, TPR and PPV over the
-// scans, by surface truth. `print`: the best ones to stdout. Throws io::Error.
+// Tries every value of a small table on every N-th frame and writes OUT/tuning.csv: mean F1, TPR and PPV over the
+// scans, by surface truth. `print`: prints the best ones. Throws io::Error.
 void tune_baselines(const std::vector<std::string>& logs, int32_t every, int64_t most_frames, int32_t workers,
                     const std::string& out, bool print);
 

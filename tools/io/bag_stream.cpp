@@ -16,10 +16,10 @@
 namespace overtake::io {
 namespace {
 
-constexpr std::size_t kMostWaiting = 64;  // frames held back for an ego pose that may never come
+constexpr std::size_t kMostWaiting = 64;  // frames held for an ego pose that may never come
 constexpr std::size_t kMostPoses = 4096;
 
-// What the * of a pattern stands for in a topic; nothing where it does not fit.
+// The text that the * of a pattern matches in a topic; nothing if the pattern does not match.
 std::optional<std::string> match(const std::string& pattern, const std::string& topic) {
   const auto star = pattern.find('*');
   if (star == std::string::npos) return pattern == topic ? std::optional<std::string>("") : std::nullopt;
@@ -92,8 +92,8 @@ std::string list_topics(const std::vector<BagTopic>& topics, const std::string& 
 TopicRoles find_topic_roles(const std::vector<BagTopic>& topics, const Rig& rig) {
   TopicRoles roles;
   roles.sensor_of.assign(topics.size(), -1);
-  std::optional<std::string> vehicle;  // what * stands for
-  // Every channel of a topic's name plays its part.
+  std::optional<std::string> vehicle;  // the text of *
+  // Uses every channel of a topic name.
   const auto find = [&](const std::vector<std::string>& patterns, const char* type, bool same_vehicle) {
     for (const std::string& pattern : patterns)
       for (std::size_t i = 0; i < topics.size(); ++i) {
@@ -113,7 +113,7 @@ TopicRoles find_topic_roles(const std::vector<BagTopic>& topics, const Rig& rig)
     for (std::size_t i = 0; i < topics.size(); ++i)
       if (topics[i].name == topics[std::size_t(topic)].name) roles.sensor_of[i] = s;
   }
-  // One sensor, one cloud topic: no name is needed.
+  // One sensor and one cloud topic: no name is needed.
   if (rig.sensors.size() == 1 || rig.shared_cloud) {
     std::vector<int32_t> clouds;
     for (std::size_t i = 0; i < topics.size(); ++i)
@@ -204,7 +204,7 @@ bool BagStream::read_message() {
 }
 
 bool BagStream::next(FrameScans& out) {
-  // A frame is complete when the next one has begun, and ready when the ego poses behind it are there.
+  // A frame is complete when the next one has begun, and ready when the later ego poses are known.
   const auto ready = [&] {
     if (frames_.empty()) return false;
     if (ended_) return true;

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Scans and ego poses out of a recording with topics.
+// Reads scans and ego poses from a recording with topics.
 #pragma once
 
 #include <deque>
@@ -15,7 +15,7 @@
 
 namespace overtake::io {
 
-// Which topic plays which part, found by the names the rig gives and the types the recording gives.
+// The roles of topics, found by the rig's names and the recording's types.
 struct TopicRoles {
   std::vector<int32_t> sensor_of;   // per topic: sensor of the rig, -1 none
   int32_t ego = -1, opponent = -1;  // topics
@@ -23,12 +23,12 @@ struct TopicRoles {
 TopicRoles find_topic_roles(const std::vector<BagTopic>& topics, const Rig& rig);
 // "/a (sensor_msgs/msg/PointCloud2), ..." for error texts.
 std::string list_topics(const std::vector<BagTopic>& topics, const std::string& type);
-// The topics a sensor of the rig is looked for under.
+// The topic names that a sensor of the rig may have.
 std::vector<std::string> topics_of(const RigSensor& sensor);
 std::vector<std::string> ego_topics_of(const Rig& rig);
 std::vector<std::string> opponent_topics_of(const Rig& rig);
 
-// Throws std::runtime_error or Error where the message is no cloud, or has no field that is needed.
+// Throws std::runtime_error or Error if the message is not a cloud or lacks a needed field.
 SensorScan scan_of_message(const std::string& place, std::string_view data, const Rig& rig, int32_t sensor);
 EgoRow ego_of_odometry(const Odometry& odometry);
 bool is_type(const BagTopic& topic, const char* name);
@@ -51,11 +51,11 @@ class BagStream : public ScanStream {
   const Rig rig_;
   std::unique_ptr<BagReader> bag_;
   TopicRoles roles_;
-  std::deque<FrameScans> frames_;  // the last one is open
+  std::deque<FrameScans> frames_;  // the last one is still open
   std::vector<EgoRow> ego_new_;
-  std::deque<EgoRow> ego_, opponent_;  // the last seconds of them
+  std::deque<EgoRow> ego_, opponent_;  // those of the last seconds
   int64_t last_ego_ns_ = INT64_MIN, next_frame_ = 0;
-  uint64_t waiting_bytes_ = 0, ego_rows_ = 0;  // of frames_; ever, whoever takes them keeps them
+  uint64_t waiting_bytes_ = 0, ego_rows_ = 0;  // of frames_; total number, because the receiver keeps all
   bool ended_ = false;
 };
 

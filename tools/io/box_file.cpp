@@ -25,7 +25,7 @@ std::optional<Box> read_box_beside(const FrameScans& frame) {
   if (words.size() != std::size(fields)) throw Error(path, 1, "7 numbers are needed: x y z length width height yaw");
   for (std::size_t i = 0; i < words.size(); ++i)
     if (!parse_number(words[i], *fields[i]) || !std::isfinite(*fields[i]))
-      throw Error(path, 1, "'" + std::string(words[i].substr(0, 32)) + "' is no number");
+      throw Error(path, 1, "'" + std::string(words[i].substr(0, 32)) + "' is not a number");
   return box;
 }
 

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Little-endian values in and out of byte strings. Little-endian machines.
+// Writes and reads little-endian values in byte strings. For little-endian machines.
 #pragma once
 
 #include <cstddef>
@@ -25,8 +25,8 @@ inline void append_text(std::string& bytes, std::string_view text) {
   bytes.append(text);
 }
 
-// Reads values off the front of a view. Past the end everything is 0 and ok() says so: check it once, behind the last
-// value of a record.
+// Reads values from the front of a view. Beyond the end, values are 0 and ok() is false: check ok() once, after the
+// last value of a record.
 class ByteReader {
  public:
   explicit ByteReader(std::string_view bytes) : rest_(bytes) {}

@@ -123,7 +123,7 @@ double Csv::number(std::size_t row, int32_t column) const {
   double value = 0;
   const std::string name = names_.empty() ? "" : names_[std::size_t(column)] + " ";
   if (!parse_number(text(row, column), value))
-    fail(row, column, name + "'" + std::string(text(row, column).substr(0, 32)) + "' is no number");
+    fail(row, column, name + "'" + std::string(text(row, column).substr(0, 32)) + "' is not a number");
   if (!std::isfinite(value)) fail(row, column, name + "is not finite");
   return value;
 }
@@ -132,7 +132,7 @@ int64_t Csv::integer(std::size_t row, int32_t column) const {
   int64_t value = 0;
   const std::string name = names_.empty() ? "" : names_[std::size_t(column)] + " ";
   if (!parse_integer(text(row, column), value))
-    fail(row, column, name + "'" + std::string(text(row, column).substr(0, 32)) + "' is no whole number");
+    fail(row, column, name + "'" + std::string(text(row, column).substr(0, 32)) + "' is not a whole number");
   return value;
 }
 

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Tables in text files: one row a line, cells separated by ; or , or white space (found out from the file), comment
-// lines with #, a header line or none. The header may also be the last comment line before the data.
+// Tables in text files: one row per line, cells separated by ; or , or white space (detected), comment lines with #,
+// with or without a header line. The header may also be the last comment line before the data.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace overtake::io {
 
 class Csv {
  public:
-  // Throws Error with file and line: a row that is not as long as the others, no row at all.
+  // Throws Error with file and line if a row's length differs from the others, or there is no row.
   static Csv read(const std::string& path);
   static Csv parse(const std::string& path_in_errors, std::string text);
 
@@ -25,12 +25,12 @@ class Csv {
   bool has_header() const { return !names_.empty(); }
   const std::vector<std::string>& names() const { return names_; }  // as written, trimmed
 
-  // Column whose name is one of `names` (the first of them that exists); case, and a unit in brackets as in `x(m)`, do
-  // not count. -1: none. need() throws instead, naming what it looked for.
+  // Column with one of `names` (the first that exists); ignores case and a unit in brackets as in `x(m)`. -1: none.
+  // need() throws instead; the error lists the names.
   int32_t find(std::initializer_list<std::string_view> names) const;
   int32_t need(std::initializer_list<std::string_view> names) const;
 
-  // Throw Error with file:line:column when the cell is no such number (number: finite).
+  // Throws Error with file:line:column if the cell is not such a number (number: finite).
   double number(std::size_t row, int32_t column) const;
   int64_t integer(std::size_t row, int32_t column) const;
   std::string_view text(std::size_t row, int32_t column) const;
@@ -54,7 +54,7 @@ class Csv {
   std::size_t column_count_ = 0;
 };
 
-// A CSV file under construction: numbers in their shortest text that reads back as the same value.
+// Writes a CSV file: numbers in their shortest text that reads back as the same value.
 class CsvWriter {
  public:
   // Opens the file and writes the header. Throws Error.
@@ -66,7 +66,7 @@ class CsvWriter {
   template <class T>
   CsvWriter& cell(T value);  // double, float, int32_t, int64_t, uint64_t, std::string_view
   void end_row();
-  void flush();  // what was written is in the file. Throws Error when the disk is full.
+  void flush();  // writes everything to the file. Throws Error when the disk is full.
 
  private:
   std::string path_, pending_;

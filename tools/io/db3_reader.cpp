@@ -91,7 +91,7 @@ class Db3Reader : public BagReader {
 
   std::unique_ptr<sqlite3_stmt, EndStatement> prepare(const char* sql) {
     sqlite3_stmt* raw = nullptr;
-    if (sqlite3_prepare_v2(db_.get(), sql, -1, &raw, nullptr) != SQLITE_OK) fail("is no rosbag2 recording");
+    if (sqlite3_prepare_v2(db_.get(), sql, -1, &raw, nullptr) != SQLITE_OK) fail("is not a rosbag2 recording");
     return std::unique_ptr<sqlite3_stmt, EndStatement>(raw);
   }
 

@@ -3,8 +3,8 @@
 //
 // Ego poses from a CSV file with a header:
 //   stamp_ns,x_m,y_m[,z_m][,roll_rad,pitch_rad],yaw_rad[,speed_mps][,yaw_rate_rps]
-// Also understood: timestamp_ns, or time in seconds; x, y, z; phi, psi, heading_rad for the yaw; vx; omega. A missing
-// speed or yaw rate is taken from the neighbouring poses.
+// Also accepted: timestamp_ns, or time in seconds; x, y, z; phi, psi, heading_rad for the yaw; vx; omega. Missing speed
+// or yaw rate follows from the neighbouring poses.
 #pragma once
 
 #include <cstdint>

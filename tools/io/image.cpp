@@ -9,7 +9,7 @@
 namespace overtake::io {
 namespace {
 
-// Three bits a line, top line in the highest bits, left pixel first.
+// Three bits per line, top line in the highest bits, left pixel first.
 struct Glyph {
   char letter;
   uint16_t bits;
@@ -58,7 +58,7 @@ Rgb label_color(int32_t label) {
   if (label < 0) return {0, 0, 0};
   if (label == 0) return {60, 60, 60};
   static constexpr double kLightness[] = {1.0, 0.72, 0.86};
-  const double turns = label * 0.61803398874989485;  // the golden angle spreads any run of numbers over all hues
+  const double turns = label * 0.61803398874989485;  // the golden angle spreads consecutive numbers over all hues
   return hue_color(turns, kLightness[label % 3], label % 2 ? 0.85 : 0.6);
 }
 

@@ -23,19 +23,20 @@ struct Picture {
 };
 
 void write_png(const std::string& path, const Picture& picture);
-std::string encode_png(const Picture& picture);  // the bytes of such a file
+std::string encode_png(const Picture& picture);  // the bytes of a PNG file
 Picture read_png(const std::string& path);
 
-// share 0..1 (clamped) from dark blue to yellow; lightness grows evenly, so that it also reads in grey.
+// share 0..1 (clamped) from dark blue to yellow; lightness increases evenly, so that it also works in grey.
 Rgb scale_color(double share);
 // Colours of labels: neighbouring numbers differ in hue and lightness. -1 is black, 0 (ground) dark grey.
 Rgb label_color(int32_t label);
 
-// Text of capital letters, digits and . : , - + / _ ( ) % in glyphs of 3 x 5 pixels, each `zoom` pixels large. Lower
-// case is drawn as capitals, other characters as blanks.
+// Text of capital letters, digits and . : , - + / _ ( ) % in glyphs of 3 x 5 pixels, each `zoom` pixels large. Draws
+// lower case as capitals, other characters as blanks.
 void draw_text(Picture& picture, int32_t x, int32_t y, std::string_view text, Rgb color, int32_t zoom);
 
-// One picture per image: every pixel zoom_x * zoom_y large under a caption; `scaled` adds a colour bar with its ends.
+// One picture per image: every pixel is zoom_x * zoom_y large, below a caption; `scaled` adds a colour bar with its
+// limits.
 struct ImageStyle {
   int32_t zoom_x = 2, zoom_y = 12;
   std::string caption;

@@ -53,7 +53,7 @@ RigidTransform to_transform(const std::string& path, int64_t line, const std::ve
       double dot = 0;
       for (int c = 0; c < 3; ++c) dot += t.rotation[a][c] * t.rotation[b][c];
       const double error = dot - (a == b ? 1.0 : 0.0);
-      if (!(error < 1e-4 && error > -1e-4)) throw Error(path, line, "this is no rotation");
+      if (!(error < 1e-4 && error > -1e-4)) throw Error(path, line, "this is not a rotation matrix");
     }
   return t;
 }

@@ -14,10 +14,10 @@ constexpr uint16_t kNoLine = 65535;
 struct Guess {
   std::vector<uint16_t> line;
   int32_t count = 0;
-  double disorder = 1;  // share of the steps that fit no sweep
+  double disorder = 1;  // share of the steps that fit no ring
 };
 
-// A full turn a line. The lines meet at one azimuth: the first point's, or the multiple of 90 degrees just before it.
+// One full turn per ring. Rings meet at one azimuth: the first point's, or the multiple of 90 degrees just before it.
 Guess guess_turns(const std::vector<float>& azimuth_deg, bool to_right) {
   constexpr double kBack = 0.33, kJump = 0.05, kSeam = 0.08, kNear = 1.0 / 360;
   Guess guess;
@@ -34,7 +34,7 @@ Guess guess_turns(const std::vector<float>& azimuth_deg, bool to_right) {
       if (turned - quarter < kNear) seam = quarter;
     }
     const double phase = turned - seam - std::floor(turned - seam);
-    const bool before_seam = line >= 0 && phase > 1 - kSeam && reached < kSeam;  // noise at the start of a line
+    const bool before_seam = line >= 0 && phase > 1 - kSeam && reached < kSeam;  // noise at the start of a ring
     if (line < 0 || phase < reached - kBack) {
       if (line >= 65533) return Guess();
       ++line;
@@ -52,8 +52,8 @@ Guess guess_turns(const std::vector<float>& azimuth_deg, bool to_right) {
   return guess;
 }
 
-// One head, or two that sweep half of the field of view each, at the same time. Two heads overlap in the middle: what
-// is seen there belongs to the end of a line or to the start of one, by what else was seen at that time.
+// One head, or two heads that each scan half of the field of view at the same time. Two heads overlap in the middle: a
+// point there belongs to the end or to the start of a ring, depending on the other points of that time.
 Guess guess_sweeps(const std::vector<float>& azimuth_deg, int32_t heads, bool to_right, const RigSensor& sensor) {
   constexpr double kBack = 0.33, kJump = 0.05, kOverlap = 0.016, kOverlapBack = 0.008, kLate = 0.7;
   constexpr int32_t kStragglers = 64;
@@ -71,7 +71,7 @@ Guess guess_sweeps(const std::vector<float>& azimuth_deg, int32_t heads, bool to
     const double phase = std::clamp(heads == 1 ? at : at < 0.5 ? 2 * at : 2 * at - 1, 0.0, 1.0);
     const bool starts = overlap ? reached > 0.5 && at < last_overlap - kOverlapBack : phase < reached - kBack;
     if (line > 0 && !overlap && reached < 1 - kLate && phase > kLate && since_start < kStragglers) {
-      guess.line[i] = uint16_t(line - 1);  // one head ends its line while the other starts the next
+      guess.line[i] = uint16_t(line - 1);  // one head ends its ring while the other starts the next
       ++since_start;
       continue;
     }
@@ -107,7 +107,7 @@ Guess guess_elevation(const std::vector<float>& elevation_deg, int32_t rows) {
   std::size_t loose = 0, begin = 0;
   for (std::size_t i = 1; i <= sorted.size(); ++i) {
     if (i < sorted.size() && sorted[i - 1] - sorted[i] <= gap) continue;
-    if (sorted[begin] - sorted[i - 1] > 8 * gap) loose += i - begin;  // no line is that thick
+    if (sorted[begin] - sorted[i - 1] > 8 * gap) loose += i - begin;  // no ring is that thick
     if (i < sorted.size()) tops.push_back(sorted[i]);
     begin = i;
   }

@@ -16,12 +16,12 @@ namespace {
 
 struct Line {
   std::vector<double> x, y;
-  std::vector<std::size_t> row;  // of the file; repeated points are left out
+  std::vector<std::size_t> row;  // in the file; repeated points are left out
   bool closed = false;
 };
 
-// Points in file order without repetitions (also of the first one at the end). Closed when the ends are not farther
-// apart than three median steps and the line is much longer than that gap.
+// Points in file order without repetitions (also of the first point at the end). Closed if the distance of the ends is
+// at most three median steps and the line is much longer than that.
 Line clean_line(const Csv& csv, int32_t column_x, int32_t column_y) {
   const auto x = csv.numbers(column_x), y = csv.numbers(column_y);
   Line line;
@@ -48,7 +48,7 @@ Line clean_line(const Csv& csv, int32_t column_x, int32_t column_y) {
   return line;
 }
 
-// Sum over the points of cross(driving direction, vector at the point): positive when the vectors point to the left.
+// Sum over the points of cross(driving direction, vector at the point): positive if the vectors point to the left.
 template <class VectorX, class VectorY>
 double sum_leftness(const Line& line, VectorX&& vector_x, VectorY&& vector_y) {
   double sum = 0;
@@ -97,8 +97,8 @@ MapData read_center_line(const Csv& csv) {
   map.width_left_m = pick_width(csv, line, left);
   if (banking >= 0) map.banking_rad = pick(csv, line, banking);
 
-  // The right bound lies at ref + normvec * width_right. Where the vectors point to the left of the points' direction,
-  // the line was turned round after they were made: its "right" is the driver's left.
+  // The right bound is at ref + normvec * width_right. If the vectors point to the left of the points' direction, the
+  // line was reversed after they were made: its "right" is the driver's left.
   const int32_t normal_x = named ? csv.find({"x_normvec_m", "x_normvec"}) : -1;
   const int32_t normal_y = named ? csv.find({"y_normvec_m", "y_normvec"}) : -1;
   if (normal_x >= 0 && normal_y >= 0) {
@@ -132,7 +132,7 @@ MapData read_bounds(const std::string& path_a, const std::string& path_b) {
   std::vector<std::size_t> partner(a.x.size());
   for (std::size_t i = 0; i < partner.size(); ++i) partner[i] = nearest(b, a.x[i], a.y[i]);
 
-  // b must run as a does: the steps of b at the partners point as the steps of a.
+  // b must run in the direction of a: compares steps of b with the matching steps of a.
   double agreement = 0;
   for (std::size_t i = 0; i + 1 < a.x.size(); ++i) {
     const std::size_t from = std::min(partner[i], b.x.size() - 2);
@@ -148,7 +148,7 @@ MapData read_bounds(const std::string& path_a, const std::string& path_b) {
   }
   MapData map;
   map.closed = a.closed;
-  if (leftness > 0) std::swap(a, b);  // b is the left one
+  if (leftness > 0) std::swap(a, b);  // b is the left bound
   map.left_x_m = std::move(a.x);
   map.left_y_m = std::move(a.y);
   map.right_x_m = std::move(b.x);

@@ -5,9 +5,9 @@
 //   - centre line and widths: x_m, y_m, w_tr_right_m, w_tr_left_m [, banking_rad] (also without header, in this order)
 //   - race line tables: x_ref_m, y_ref_m, width_right_m, width_left_m, x_normvec_m, y_normvec_m [, banking_rad] ...
 //     with right bound = ref + normvec * width_right, left bound = ref - normvec * width_left
-//   - two bounds, "FILE1,FILE2": x, y each, in either order and direction; the first one's points run as one drives
+//   - two bounds, "FILE1,FILE2": x, y each, in any order and direction; the first is in driving direction
 //   - an MCAP log with an attachment map.csv of one of the first two forms
-// The points run in driving direction, left is left of it. A line whose ends meet is closed.
+// The points are in driving direction; left is to the left of it. A line whose ends meet is closed.
 #pragma once
 
 #include <string>

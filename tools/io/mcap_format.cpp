@@ -15,9 +15,9 @@
 namespace overtake::io {
 namespace {
 
-constexpr std::size_t kStep = std::size_t(1) << 20;  // output grows by this much at least
-// Most bytes that come out of one packed byte: LZ4 lengthens a match by 255 with each byte; a block of Zstandard takes
-// 4 bytes and holds 128 KiB at most.
+constexpr std::size_t kStep = std::size_t(1) << 20;  // minimum growth of the output
+// Largest expansion of one compressed byte: each further byte of LZ4 lengthens a match by 255; a block of Zstandard
+// takes 4 bytes and holds at most 128 KiB.
 constexpr uint64_t kMostOfLz4 = 255, kMostOfZstd = 32768;
 
 struct FreeLz4 {
@@ -27,8 +27,8 @@ struct FreeZstd {
   void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
 };
 
-// Room behind `used`: doubled, within `size` and one byte, so that output beyond `size` is noticed. Address space for
-// all of it is taken at once, so that growing copies nothing; pages come with what is written.
+// Makes room after `used`: doubles it, up to `size` plus one byte, so that output beyond `size` is detected. Reserves
+// address space for all of it at once, so that growing copies nothing; pages are allocated when written.
 void make_room(std::string& out, std::size_t used, uint64_t size) {
   if (used < out.size()) return;
   out.reserve(std::size_t(size + 1));
@@ -52,7 +52,7 @@ std::string decompress_lz4(std::string_view bytes, uint64_t size, std::string& o
     }
     used += written;
     bytes.remove_prefix(read);
-    if (used > size || code == 0) break;  // too much, or the frame is complete
+    if (used > size || code == 0) break;  // too much output, or the frame is complete
     if (bytes.empty() && written == 0) break;
     if (read == 0 && written == 0) break;
   }
@@ -61,7 +61,7 @@ std::string decompress_lz4(std::string_view bytes, uint64_t size, std::string& o
 }
 
 std::string decompress_zstd(std::string_view bytes, uint64_t size, std::string& out) {
-  // One call for the usual case: the frame says its own size and it is the chunk's.
+  // The usual case takes one call: the frame declares its size, which equals the chunk's.
   constexpr uint64_t kBelieved = uint64_t(1) << 26;
   if (size <= kBelieved && ZSTD_getFrameContentSize(bytes.data(), bytes.size()) == size) {
     out.resize(std::size_t(size));
@@ -70,7 +70,7 @@ std::string decompress_zstd(std::string_view bytes, uint64_t size, std::string& 
   }
   const std::unique_ptr<ZSTD_DCtx, FreeZstd> context(ZSTD_createDCtx());
   if (!context) throw std::bad_alloc();
-  int window_log = 27;  // Zstandard's own limit, 128 MiB
+  int window_log = 27;  // Zstandard's limit, 128 MiB
   while (window_log > 17 && uint64_t(1) << window_log > memory_limit() / 4) --window_log;
   ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, window_log);
   std::size_t used = 0;
@@ -144,7 +144,7 @@ std::string decompress_chunk(std::string_view compression, std::string_view byte
   else if (compression == "zstd")
     wrong = decompress_zstd(bytes, size, out);
   else
-    return damaged = true, "its compression '" + std::string(compression.substr(0, 32)) + "' is none of lz4 and zstd";
+    return damaged = true, "its compression '" + std::string(compression.substr(0, 32)) + "' is neither lz4 nor zstd";
   damaged = !wrong.empty();
   if (damaged) return wrong;
   if (out.size() == size) return "";

@@ -1,10 +1,10 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What writer and reader of MCAP share: record kinds, magic, checksums, compressions (https://mcap.dev/spec).
+// Shared by the writer and the reader of MCAP: record kinds, magic, checksums, compressions (https://mcap.dev/spec).
 //
 //   magic | Header | data section ... DataEnd | summary section | summary offset section | Footer | magic
-//   a record is: opcode uint8, length uint64, content. A Chunk's content holds records again, compressed or not.
+//   a record is: opcode uint8, length uint64, content. A Chunk's content is again records, compressed or not.
 #pragma once
 
 #include <cstdint>
@@ -34,21 +34,21 @@ enum class McapOp : uint8_t {
   kDataEnd
 };
 
-// CRC-32 as in zip and PNG, continued from `crc`; 0 starts.
+// CRC-32 as in zip and PNG, continued from `crc`; start with 0.
 uint32_t update_crc32(uint32_t crc, std::string_view bytes);
 
 // compression: "" none, "lz4" (frame format), "zstd". Throw std::runtime_error on anything else.
 std::string compress_chunk(const std::string& compression, int32_t level, std::string_view bytes);
 
-// A chunk of more bytes is not unpacked (writers make chunks of a few MiB), nor one beyond the memory limit.
+// A larger chunk is not decompressed (writers make chunks of a few MiB), nor one beyond the memory limit.
 inline constexpr uint64_t kMostMcapChunk = uint64_t(1) << 30;
-// Why a chunk of `packed` bytes is not to be unpacked into `size` bytes: it cannot hold them, or they are too many. "":
-// it may be. `whole`: all packed bytes are there.
+// Why a chunk of `packed` bytes must not be decompressed to `size` bytes: it cannot contain them, or they are too many.
+// "": no reason. `whole`: all compressed bytes exist.
 std::string refuse_chunk(std::string_view compression, uint64_t packed, uint64_t size, bool whole);
 
-// Decompresses until `size` bytes are there or the input ends or is damaged: what came out until then is in `out`.
-// Returns "" when exactly `size` bytes came out, else why not; `damaged` when that is not just that the input ends.
-// Resident memory grows with what really comes out, not with `size`.
+// Decompresses until there are `size` bytes or the input ends or is damaged; `out` holds the output so far. Returns ""
+// for exactly `size` bytes, else the reason; `damaged` unless the input just ends. Resident memory grows with the real
+// output, not with `size`.
 std::string decompress_chunk(std::string_view compression, std::string_view bytes, uint64_t size, std::string& out,
                              bool& damaged);
 

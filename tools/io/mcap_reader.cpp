@@ -15,7 +15,7 @@
 namespace overtake::io {
 namespace {
 
-constexpr uint64_t kPerMapByte = 16;  // memory of a map's nodes for each byte of a record
+constexpr uint64_t kPerMapByte = 16;  // memory of a map's nodes per byte of a record
 
 std::map<std::string, std::string> read_map(ByteReader& reader) {
   std::map<std::string, std::string> out;
@@ -41,7 +41,8 @@ McapReader::McapReader(const std::string& path) : path_(path) {
     std::fclose(file_);
     file_ = nullptr;
     const bool other = magic.size() == 8 && magic.compare(0, 5, kMcapMagic.substr(0, 5)) == 0;
-    throw Error(path, 0, other ? "is MCAP of another major version than 0" : "is no MCAP file: its first bytes differ");
+    throw Error(path, 0,
+                other ? "is MCAP of another major version than 0" : "is not an MCAP file: its first bytes differ");
   }
 }
 
@@ -54,7 +55,7 @@ void McapReader::fail(uint64_t at, const std::string& sentence) {
   ended_ = true;
 }
 
-// What is kept beyond a record: schemas, channels, attachments, metadata.
+// Counts the memory that is kept beyond a record: schemas, channels, attachments, metadata.
 bool McapReader::hold(uint64_t bytes) {
   held_bytes_ += bytes;
   const std::string beyond = beyond_memory(held_bytes_, "keeping its schemas, channels and attachments");
@@ -65,14 +66,14 @@ bool McapReader::hold(uint64_t bytes) {
 
 bool McapReader::read_file(uint64_t size, std::string& out) {
   const uint64_t left = file_bytes_ - std::min(file_bytes_, offset_);
-  out.resize(std::size_t(std::min(size, left)));  // a declared length is not believed before the file agrees
+  out.resize(std::size_t(std::min(size, left)));  // declared lengths are first checked against the file
   const std::size_t got = out.empty() ? 0 : std::fread(out.data(), 1, out.size(), file_);
   out.resize(got);
   offset_ += got;
   return got == size;
 }
 
-// One record of the file. Messages come from take_record; a chunk is opened and read on by next().
+// Reads one record of the file. take_record handles messages; next() opens a chunk and continues in it.
 bool McapReader::next_record() {
   record_at_ = offset_;
   std::string head;
@@ -84,7 +85,7 @@ bool McapReader::next_record() {
   const auto opcode = reader.value<uint8_t>();
   const auto size = reader.value<uint64_t>();
   if (McapOp(opcode) == McapOp::kDataEnd || McapOp(opcode) == McapOp::kFooter) {
-    ended_ = true;  // what follows is the summary: nothing new
+    ended_ = true;  // the summary follows: it contains nothing new
     if (file_bytes_ - std::min(file_bytes_, offset_) < size) fail(record_at_, "the file ends in the middle");
     return false;
   }
@@ -111,7 +112,7 @@ bool McapReader::next_record() {
 
 void McapReader::open_chunk(std::string_view content, bool cut) {
   ByteReader reader(content);
-  reader.value<uint64_t>();  // first and last time: the messages say so themselves
+  reader.value<uint64_t>();  // first and last time: the messages contain them
   reader.value<uint64_t>();
   const auto size = reader.value<uint64_t>();
   const auto crc = reader.value<uint32_t>();
@@ -126,12 +127,12 @@ void McapReader::open_chunk(std::string_view content, bool cut) {
   std::string wrong = refuse_chunk(compression, bytes.size(), size, !ends_early);
   if (!wrong.empty()) return fail(record_at_, "a chunk cannot be unpacked: " + wrong);
   wrong = decompress_chunk(compression, bytes, size, chunk_, damaged);
-  if (!wrong.empty() && (damaged || !ends_early))  // what came out before the damage was seen may be wrong already
+  if (!wrong.empty() && (damaged || !ends_early))  // the output before the detected damage may already be wrong
     return fail(record_at_, "a chunk cannot be unpacked: " + wrong);
   if (!ends_early && crc != 0 && update_crc32(0, chunk_) != crc) return fail(record_at_, "a chunk fails its checksum");
   if (ends_early)
     wrong = "a chunk of " + std::to_string(packed) + " bytes, of which " + std::to_string(bytes.size()) + " are there";
-  chunk_damage_ = wrong;  // said when what could be unpacked is delivered
+  chunk_damage_ = wrong;  // reported after the decompressed part is delivered
   chunk_rest_ = chunk_;
   ++chunk_count_;
   ++compressions_[compression.empty() ? "none" : compression];

@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Reads MCAP files from front to back, in the order they were written; the index is not needed and not believed. The
-// file may be cut off, bit-flipped or lie about its counts: every message before the damage is delivered, then
-// damage() says where and what it is. A chunk that fails its checksum is damaged as a whole.
+// Reads MCAP files from start to end, in the order they were written; does not use the index. The file may be
+// truncated, have flipped bits or wrong counts: every message before the damage is delivered, then damage() describes
+// the damage and its position. A chunk with a wrong checksum is damaged as a whole.
 #pragma once
 
 #include <cstdint>
@@ -39,48 +39,48 @@ struct McapAttachment {
 
 class McapReader {
  public:
-  // Throws Error: no such file, no MCAP, another major version.
+  // Throws Error if the file is missing, not MCAP, or of another major version.
   explicit McapReader(const std::string& path);
   ~McapReader();
   McapReader(const McapReader&) = delete;
   McapReader& operator=(const McapReader&) = delete;
 
   bool next(McapMessage& out);  // false: the end, or damage
-  // Finds every channel and schema, in the summary where that passes its checksum, else by reading the whole file.
-  // Nothing is to be read afterwards.
+  // Finds every channel and schema: in the summary if its checksum is right, else by reading the whole file. No message
+  // can be read afterwards.
   void list_channels();
-  // Finds every attachment and all metadata without reading what lies between them; damage ends the search. Nothing is
-  // to be read afterwards.
+  // Finds every attachment and all metadata without reading the data between them; damage ends the search. No message
+  // can be read afterwards.
   void list_attachments();
-  // Why reading ended before the end of the file's data: "" where it did not.
+  // Why reading ended before the end of the file's data: "" if it did not.
   const std::string& damage() const { return damage_; }
   const std::string& path() const { return path_; }
   const std::string& profile() const { return profile_; }
-  // Known so far: a message's channel always is.
+  // Channels known so far; a delivered message's channel is always known.
   const std::map<uint16_t, McapChannel>& channels() const { return channels_; }
   const std::map<uint16_t, McapSchema>& schemas() const { return schemas_; }
   const std::vector<McapAttachment>& attachments() const { return attachments_; }
   const std::map<std::string, std::map<std::string, std::string>>& metadata() const { return metadata_; }
   uint64_t chunk_count() const { return chunk_count_; }
-  const std::map<std::string, uint64_t>& compressions() const { return compressions_; }  // chunks of each
+  const std::map<std::string, uint64_t>& compressions() const { return compressions_; }  // number of chunks of each
   uint64_t position() const { return offset_; }
   uint64_t file_bytes() const { return file_bytes_; }
 
  private:
-  bool read_file(uint64_t size, std::string& out);  // false: fewer bytes are left; those are in `out`
+  bool read_file(uint64_t size, std::string& out);  // false: fewer bytes remain; `out` holds those
   bool next_record();
   void open_chunk(std::string_view content, bool cut);
   bool take_record(uint8_t opcode, std::string_view content, McapMessage* message);
   bool read_summary();
   void fail(uint64_t at, const std::string& sentence);
-  bool hold(uint64_t bytes);  // false, and damage: more than the memory limit would be kept
+  bool hold(uint64_t bytes);  // false, and damage: it would keep more than the memory limit
 
   std::string path_, profile_, damage_;
   std::FILE* file_ = nullptr;
   uint64_t file_bytes_ = 0, offset_ = 0, record_at_ = 0, held_bytes_ = 0;
   bool ended_ = false;
   uint8_t opcode_ = 0;                         // of record_
-  std::string record_, chunk_, chunk_damage_;  // of the file; what its chunk holds
+  std::string record_, chunk_, chunk_damage_;  // of the file; content of its chunk
   std::string_view chunk_rest_;
   std::map<uint16_t, McapChannel> channels_;
   std::map<uint16_t, McapSchema> schemas_;

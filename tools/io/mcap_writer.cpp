@@ -47,7 +47,7 @@ McapWriter::McapWriter(const std::string& path, const McapOptions& options) : pa
 McapWriter::~McapWriter() {
   try {
     close();
-  } catch (...) {  // who wants to know calls close()
+  } catch (...) {  // call close() to get the error
   }
   if (file_) std::fclose(file_);
 }
@@ -97,14 +97,14 @@ uint16_t McapWriter::add_channel(uint16_t schema, const std::string& topic, cons
   return id;
 }
 
-// A schema's content as a record has its id in front.
+// A schema's content in the record follows its id.
 static std::string schema_content(const std::vector<std::string>& schemas, uint16_t id) {
   std::string content;
   append_value(content, id);
   return content + schemas[std::size_t(id - 1)];
 }
 
-// Schema and channel go before their first message, into the chunk or the file.
+// Writes schema and channel before their first message, into the chunk or the file.
 void McapWriter::describe_channel(uint16_t channel) {
   if (described_[std::size_t(channel - 1)]) return;
   described_[std::size_t(channel - 1)] = true;

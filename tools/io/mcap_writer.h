@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Writes MCAP files (https://mcap.dev/spec): chunks, checksums, message and chunk index, statistics, attachments,
-// metadata. tools/io/README.md says which topics, schemas and encodings an Overtake log has.
+// metadata. tools/io/README.md lists the topics, schemas and encodings of an Overtake log.
 //
 //   McapWriter log("race.mcap");
 //   const uint16_t schema = log.add_schema("nav_msgs/msg/Odometry", "ros2msg", kOdometrySchema);
@@ -23,7 +23,7 @@
 namespace overtake::io {
 
 struct McapOptions {
-  std::string profile = "ros2";      // "" where the messages are not those of ROS 2
+  std::string profile = "ros2";      // "" if the messages are not those of ROS 2
   std::string compression = "zstd";  // of chunks: "none", "lz4", "zstd"
   int32_t level = 1;                 // of the compression
   uint64_t chunk_bytes = 4 << 20;    // a chunk ends with the message that fills it; 0: no chunks, hence no index
@@ -34,21 +34,21 @@ struct McapOptions {
 class McapWriter {
  public:
   explicit McapWriter(const std::string& path, const McapOptions& options = {});
-  ~McapWriter();  // closes; call close() yourself to learn of a full disk
+  ~McapWriter();  // closes the file; call close() yourself to detect a full disk
   McapWriter(const McapWriter&) = delete;
   McapWriter& operator=(const McapWriter&) = delete;
 
-  // encoding: "ros2msg", "protobuf" (a FileDescriptorSet), "jsonschema". Equal ones are given the same id.
+  // encoding: "ros2msg", "protobuf" (a FileDescriptorSet), "jsonschema". Equal schemas get the same id.
   uint16_t add_schema(const std::string& name, const std::string& encoding, std::string_view data);
   // message_encoding: "cdr", "protobuf", "json". schema 0: none.
   uint16_t add_channel(uint16_t schema, const std::string& topic, const std::string& message_encoding,
                        const std::map<std::string, std::string>& metadata = {});
-  // Times in ns, not negative. publish_ns < 0: as log_ns. Sequence numbers count per channel from 0.
+  // Times in ns, not negative. publish_ns < 0: log_ns. Sequence numbers count per channel from 0.
   void write(uint16_t channel, int64_t log_ns, std::string_view data, int64_t publish_ns = -1);
   void add_attachment(const std::string& name, const std::string& media_type, std::string_view data,
                       int64_t log_ns = 0);
   void add_metadata(const std::string& name, const std::map<std::string, std::string>& entries);
-  void close();  // ends the chunk, writes the summary; nothing may follow
+  void close();  // ends the chunk and writes the summary; must be the last call
 
   uint64_t message_count() const { return message_count_; }
 
@@ -57,7 +57,7 @@ class McapWriter {
     std::string record;
     uint32_t sequence = 0;
     uint64_t count = 0;
-    std::string index;  // of the chunk under way: pairs of time and offset
+    std::string index;  // of the current chunk: pairs of time and offset
   };
   void put(std::string_view bytes);
   void put_record(uint8_t opcode, std::string_view content);
@@ -72,7 +72,7 @@ class McapWriter {
   uint32_t data_crc_ = 0;
   std::vector<std::string> schemas_;  // content of record id - 1
   std::vector<Channel> channels_;     // id - 1
-  std::vector<bool> described_;       // channel: is in the data section already
+  std::vector<bool> described_;       // channel: already in the data section
   std::vector<bool> schema_described_;
   std::string chunk_;
   uint64_t chunk_first_ns_ = 0, chunk_last_ns_ = 0, chunk_messages_ = 0;

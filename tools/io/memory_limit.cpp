@@ -23,7 +23,7 @@ std::atomic<uint64_t> chosen{0};  // 0: the default
 uint64_t default_limit() {
   uint64_t bytes = uint64_t(std::max(sysconf(_SC_PHYS_PAGES), 1L)) * uint64_t(std::max(sysconf(_SC_PAGESIZE), 1L));
   for (const char* file : {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"}) {
-    uint64_t group = 0;  // "max" is no number
+    uint64_t group = 0;  // "max" is not a number
     if (std::ifstream(file) >> group && group > 0) bytes = std::min(bytes, group);
   }
   rlimit shell{};

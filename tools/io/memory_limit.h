@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How much memory one file may make its reader take. A file's declared sizes are checked against what the file holds
-// and against this limit before memory is allocated. The command line sets the limit (--max-memory).
+// The memory that reading one file may take. Readers check a file's declared sizes against its real size and against
+// this limit before they allocate memory. The command line sets the limit (--max-memory).
 #pragma once
 
 #include <cstdint>
@@ -21,10 +21,10 @@ inline uint64_t text_limit() { return memory_limit() / kMemoryPerText; }
 
 // Throws Error: "FILE: WHAT needs 12.0 GiB, the memory limit is 4.0 GiB (--max-memory)".
 void check_memory(const std::string& path, uint64_t bytes, std::string_view what);
-// The same sentence, for readers that report damage instead; "" where the bytes are within the limit.
+// The same sentence, for readers that report damage instead; "" within the limit.
 std::string beyond_memory(uint64_t bytes, std::string_view what);
 
-// "4G", "512M", "1.5 GiB", "300000": units of 1024. False: no size, or below 1 MiB.
+// "4G", "512M", "1.5 GiB", "300000": units of 1024. False: not a size, or below 1 MiB.
 bool parse_size(std::string_view text, uint64_t& bytes);
 std::string format_size(uint64_t bytes);  // "4.0 GiB", "37 bytes"
 

@@ -8,7 +8,7 @@
 namespace overtake::io {
 namespace {
 
-constexpr char kMagic[] = "\x93NUMPY\x01";  // and its closing zero: version 1.0
+constexpr char kMagic[] = "\x93NUMPY\x01";  // with its terminating zero: version 1.0
 
 int64_t size_of_type(const std::string& type) { return type == "<f4" || type == "<i4" ? 4 : type == "|u1" ? 1 : 0; }
 
@@ -78,7 +78,7 @@ Npy read_npy(const std::string& path) {
     if (!parse_integer(word, extent) || extent < 0)
       throw Error(path, 0, "the NPY shape holds '" + std::string(word) + "'");
     if (extent > 0 && values > int64_t(bytes.size()) / extent)
-      values = int64_t(bytes.size()) + 1;  // more than there is
+      values = int64_t(bytes.size()) + 1;  // more than the file holds
     else
       values *= extent;
     npy.shape.push_back(extent);

@@ -20,7 +20,7 @@ struct Npy {
   std::string bytes;
   int64_t values() const;
 };
-// Reads what write_npy writes. Throws Error on anything else.
+// Reads the format of write_npy. Throws Error for any other.
 Npy read_npy(const std::string& path);
 
 }  // namespace overtake::io

@@ -155,7 +155,7 @@ bool OutputGuard::is_ours(const std::string& path, const std::string& place) {
     const std::string name = place.substr(folder->place.size() + 1);
     const auto known = folder->files.find(name);
     if (known != folder->files.end() && known->second == digest(path)) return true;
-    // Of a command that was killed: nobody else writes such names into a folder of results.
+    // A .part file of a killed command: no other program writes such names into a folder of results.
     if (folder->has_list && name.ends_with(kPartSuffix)) return true;
   }
   return begins_like_ours(path);
@@ -172,10 +172,10 @@ void OutputGuard::check_place(const std::string& path, const std::string& place)
     if (force_) return;
     throw Error(path, 0, "is a symbolic link, outputs do not follow links: remove it, or replace it with --force");
   }
-  if (!S_ISREG(status.st_mode)) throw Error(path, 0, "is no regular file: an output never replaces it");
+  if (!S_ISREG(status.st_mode)) throw Error(path, 0, "is not a regular file: an output never replaces it");
   if (force_ || is_ours(path, place)) return;
   throw Error(path, 0,
-              "exists and is no result of Overtake, or was changed since: choose another name, or give --force");
+              "exists and is not a result of Overtake, or was changed since: choose another name, or give --force");
 }
 
 void OutputGuard::check(const std::string& path) {
@@ -189,7 +189,7 @@ std::string OutputGuard::begin(const std::string& path) {
   const std::lock_guard lock(mutex_);
   const std::string place = real_place(path), part = path + kPartSuffix;
   struct stat status {};
-  const bool part_exists = lstat(part.c_str(), &status) == 0;  // else nobody here has begun it
+  const bool part_exists = lstat(part.c_str(), &status) == 0;  // else no output of this command has started it
   for (auto p = pending_.begin(); part_exists && p != pending_.end(); ++p)
     if (p->place == place) throw Error(path, 0, "is the name of two outputs of this command");
   check_place(path, place);
@@ -310,7 +310,7 @@ void clear_output(const std::string& folder) {
 }
 
 std::string why_partial(const std::string& path) {
-  const std::string by_name = "what wrote it was interrupted or failed: its name ends in .part";
+  const std::string by_name = "the program that wrote it was interrupted or failed: its name ends in .part";
   std::error_code code;
   if (fs::is_directory(path, code)) {
     int64_t count = 0;
@@ -323,7 +323,7 @@ std::string why_partial(const std::string& path) {
       if (count++ == 0 || name < first) first = name;
     }
     if (count == 0) return "";
-    return "what wrote it was interrupted or failed: " + std::to_string(count) +
+    return "the program that wrote it was interrupted or failed: " + std::to_string(count) +
            (count == 1 ? " name ends" : " names end") + " in .part (" + first + ")";
   }
   std::ifstream file(path, std::ios::binary);

@@ -1,16 +1,16 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The files that a command writes. While an OutputGuard lives, every writer of tools/io asks it for the place to write
-// to, so that no output destroys an input or a file of somebody else:
+// The files that a command writes. While an OutputGuard exists, every writer of tools/io asks it for the path to write
+// to, so that no output destroys an input or a foreign file:
 //
-//   NAME.part   is written. commit() renames it to NAME. A command that fails removes it, one that was interrupted or
-//               had results already leaves it (keep()).
-//   NAME        that exists is replaced where it is an earlier result of Overtake: the list `.overtake` of its folder
-//               holds its size and hash, or its first bytes say so (MCAP, trace), or it is empty. --force replaces
-//               any other file as well.
-//   never       a file that the command reads, under whatever name (device and inode are compared), a folder, a
-//               device. A symbolic link needs --force, which replaces the link and not what it points to.
+//   NAME.part   is written. commit() renames it to NAME. A failed command removes it; a command that was interrupted or
+//               already had results leaves it (keep()).
+//   NAME        if it exists, is replaced if it is an earlier result of Overtake: the list `.overtake` of its folder
+//               contains its size and hash, or its first bytes identify it (MCAP, trace), or it is empty. --force
+//               replaces any other file as well.
+//   never       replaced: a file that the command reads, under any name (device and inode are compared), a folder, a
+//               device. A symbolic link needs --force, which replaces the link and not its target.
 #pragma once
 
 #include <sys/types.h>
@@ -25,38 +25,37 @@ namespace overtake::io {
 
 inline constexpr const char* kPartSuffix = ".part";
 inline constexpr const char* kOutputList = ".overtake";  // in a folder of results: their names, sizes and hashes
-// Where MCAP metadata says that the log ends early; entry "reason".
+// Name of the MCAP metadata that marks a log with an early end; entry "reason".
 inline constexpr const char* kPartialMetadata = "overtake_partial";
 
 class OutputGuard {
  public:
   explicit OutputGuard(bool force = false);
-  ~OutputGuard();  // what was not committed goes, folders made for it too, unless keep() was called
+  ~OutputGuard();  // removes everything not committed, and folders made for it, unless keep() was called
   OutputGuard(const OutputGuard&) = delete;
   OutputGuard& operator=(const OutputGuard&) = delete;
   static OutputGuard* current();
 
-  // A file, "FILE1,FILE2", or a folder: the scans, boxes and tables of a recording that lie in it. "" and what does not
-  // exist are fine.
+  // A file, "FILE1,FILE2", or a folder: its scans, boxes and tables of a recording. "" and missing files are allowed.
   void add_input(const std::string& path);
   void add_input_tree(const std::string& folder);  // every file below it
-  // A folder for results, made with its parents. Throws Error.
+  // Makes a folder for results, with its parents. Throws Error.
   void add_folder(const std::string& path);
-  void make_folder(const std::string& path);  // inside of one
-  // Throws what begin() would throw for this file, before any work is done.
+  void make_folder(const std::string& path);  // inside of a result folder
+  // Throws what begin() would throw for this file; call it before any work.
   void check(const std::string& path);
-  // The path to write to instead. Throws Error.
+  // Returns the path to write to. Throws Error.
   std::string begin(const std::string& path);
-  // Empties a folder of results of ours. Throws Error where any file below it is none.
+  // Empties a folder of Overtake's results. Throws Error if it contains any other file.
   void check_clear(const std::string& folder);
   void clear(const std::string& folder);
-  // Whether what is not committed at the end stays as NAME.part.
+  // Whether uncommitted files remain as NAME.part.
   void keep(bool keep = true);
-  void commit();  // gives what was written so far its name; may be called again. Throws Error.
+  void commit();  // renames everything written so far; may be called again. Throws Error.
 
  private:
   struct Pending {
-    std::string path, place;  // as asked for; by its canonical folder
+    std::string path, place;  // as given; in its canonical folder
   };
   struct Folder {
     std::string place;                         // canonical
@@ -73,7 +72,7 @@ class OutputGuard {
   std::mutex mutex_;
   const bool force_;
   bool keep_ = false;
-  std::vector<std::pair<std::string, bool>> inputs_;  // path; all below it
+  std::vector<std::pair<std::string, bool>> inputs_;  // path; whether all files below it count
   bool inputs_listed_ = false;
   std::map<std::pair<dev_t, ino_t>, std::string> input_ids_;
   std::vector<Pending> pending_;
@@ -81,17 +80,17 @@ class OutputGuard {
   std::vector<std::string> made_;  // folders, parents first
 };
 
-// What every writer opens: the guard's NAME.part, or the path itself where there is no guard.
+// The path that every writer opens: the guard's NAME.part, or the path itself without a guard.
 std::string begin_output(const std::string& path);
 // Makes the folder and its parents. Throws Error.
 void make_output_folder(const std::string& path);
-// The guard's commit(), check_clear() and clear(); without a guard nothing, nothing, and the folder goes.
+// The guard's commit(), check_clear() and clear(). Without a guard: nothing, nothing, and removing the folder.
 void commit_outputs();
 void check_clear_output(const std::string& folder);
 void clear_output(const std::string& folder);
 
-// Why a recording or a folder of results is not whole: "" where nothing says so. Names that end in .part, and what an
-// MCAP log of ours says of itself.
+// Why a recording or a folder of results is partial: "" if it is not known to be. Uses names that end in .part, and the
+// metadata of Overtake's MCAP logs.
 std::string why_partial(const std::string& path);
 
 }  // namespace overtake::io

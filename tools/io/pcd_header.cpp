@@ -113,7 +113,7 @@ class Parser {
       else
         fail(line_, "DATA is not ascii, binary or binary_compressed");
     } else {
-      fail(line_, line_ == 1 ? "not a PCD file" : "'" + printable(key) + "' is no line of a PCD header");
+      fail(line_, line_ == 1 ? "not a PCD file" : "'" + printable(key) + "' is not a line of a PCD header");
     }
   }
 

@@ -27,7 +27,7 @@ struct PlyElement {
   int64_t count = 0;
   std::vector<PlyProperty> properties;
 
-  // Bytes that one of them takes in binary data: all of them where there is no list, else at least.
+  // The size of one element in binary data; with a list the smallest size.
   std::size_t least_bytes() const {
     std::size_t sum = 0;
     for (const PlyProperty& p : properties) sum += size_of(p.is_list ? p.count_type : p.type);
@@ -116,7 +116,7 @@ class PlyHeaderParser {
     } else if (words[0] == "end_header") {
       ended_ = true;
     } else {
-      fail("'" + shown(words[0]) + "' is no line of a PLY header");
+      fail("'" + shown(words[0]) + "' is not a line of a PLY header");
     }
   }
 

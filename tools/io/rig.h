@@ -1,31 +1,31 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The sensors of a vehicle, from a TOML file (tools/rigs shows some) or by the name of one that is built in.
+// The sensors of a vehicle, from a TOML file (examples in tools/rigs) or by the name of a built-in rig.
 //
 //   name = "av21"                 # default: the file's name
-//   period_s = 0.05               # of all sensors; a frame's stamp is its number times this where stamps are missing
-//   cloud_frame = "sensor"        # or "vehicle": points are given in the vehicle frame, only the sensor's place is
-//                                 # subtracted; its mounting must not turn
-//   shared_cloud = false          # true: one cloud a frame holds the points of all sensors, told apart by their layers
+//   period_s = 0.05               # of all sensors; without stamps, a frame's stamp is its number times this
+//   cloud_frame = "sensor"        # or "vehicle": points are in the vehicle frame, and only the sensor's position is
+//                                 # subtracted; its mounting must have no rotation
+//   shared_cloud = false          # true: one cloud per frame holds the points of all sensors; layers separate them
 //   time_unit = "auto"            # of a time field: "s", "ms", "us", "ns"; auto: floats are s, integers ns
-//   [topics]                      # of recordings with topics (rosbag2, MCAP); lists, the first that is there counts
+//   [topics]                      # for recordings with topics (rosbag2, MCAP); lists: the first existing topic counts.
+//                                 # A topic may contain one *, which matches the same text in all topics of the ego
+//                                 # vehicle ("/vehicle_*/local_odometry") and another text in the opponent's
 //   ego = ["/ego/odometry"]       # poses of the ego vehicle (default), nav_msgs/msg/Odometry
 //   opponent = ["/opponent/odometry"]   # of another car: truth, shown and never used
-//   [capacities]                  # rows of the detector's tables; its own defaults where not given
+//   [capacities]                  # rows of the detector's tables; missing ones have the library's defaults
 //   clusters = 1024   candidates = 256   tracks = 256   ego_poses = 1024
 //   [[sensor]]                    # 1 to 8 of them
 //   name = "front"                # FRAME_front.pcd
 //   x_m = 2.342   y_m = 0.0   z_m = 0.646   roll_deg = 0   pitch_deg = 0   yaw_deg = 0   # mounting, sensor to vehicle
 //   rows = 32   cols = 857                                  # image
-//   azimuth_left_deg = 60   azimuth_right_deg = -60         # its edges; not given where it wraps
-//   wraps = false                                           # true: a full turn (left edge 180 unless given)
+//   azimuth_left_deg = 60   azimuth_right_deg = -60         # its edges; no right edge if it wraps
+//   wraps = false                                           # true: a full turn (default of the left edge: 180)
 //   range_min_m = 0.5   range_max_m = 300
-//   layer_first = 0   layer_last = 65535                    # others are dropped, or another sensor's
-//   topics = ["/front/points"]                              # default: /NAME/points, /luminar_NAME_points and the like
+//   layer_first = 0   layer_last = 65535                    # others are dropped, or belong to another sensor
+//   topics = ["/front/points"]                              # default: /NAME/points, /luminar_NAME_points and similar
 //   frame_id = "front"                                      # of its clouds, and of its link in a URDF; default: any
-// A topic may hold one *, which stands for the same text in all topics of the ego vehicle ("/vehicle_*/local_odometry")
-// and for another one in the opponent's.
 //   point_capacity = 65536
 #pragma once
 
@@ -51,7 +51,7 @@ struct RigSensor {
   std::string frame_id;
 };
 
-// Rows of the detector's tables; 0: not given.
+// Rows of the detector's tables; 0: not specified.
 struct Capacities {
   int32_t clusters = 0, candidates = 0, tracks = 0, ego_poses = 0;
 };
@@ -84,7 +84,7 @@ struct Rig {
 Rig load_rig(const std::string& file_or_name);
 Rig parse_rig(const std::string& path_in_errors, std::string_view text);
 std::vector<std::string> builtin_rig_names();
-// As parse_rig reads it. `prefix` goes before the names of tables ("rig." for a file that holds more than the rig).
+// Text in the form of parse_rig. `prefix` precedes names of tables ("rig." for a file that contains more than the rig).
 std::string format_rig(const Rig& rig, const std::string& prefix = "");
 
 }  // namespace overtake::io

@@ -9,8 +9,8 @@
 
 namespace overtake::io {
 
-Rig read_rig(TomlReader& reader);  // and finishes the reader
-// The table [capacities] of a rig or a configuration, all 0 where there is none; and as it is read.
+Rig read_rig(TomlReader& reader);  // and calls reader.finish()
+// The table [capacities] of a rig or a configuration, all 0 if it is missing.
 Capacities read_capacities(TomlReader& reader);
 std::string format_capacities(const Capacities& capacities, const std::string& prefix = "");
 

@@ -18,7 +18,7 @@ using eprosima::fastcdr::FastBuffer;
 
 constexpr int64_t kSecond = 1'000'000'000;
 
-// Fast-CDR reads through a pointer to non-const, and only reads.
+// Fast-CDR takes a pointer to non-const, but only reads.
 class Decoder {
  public:
   explicit Decoder(std::string_view bytes)
@@ -36,15 +36,15 @@ class Decoder {
     cdr_.deserialize(out);
     return out;
   }
-  bool flag() { return value<uint8_t>() != 0; }  // a bool other than 0 and 1 is no reason to stop
-  // Bytes of a sequence or a string, in place.
+  bool flag() { return value<uint8_t>() != 0; }  // accepts other values than 0 and 1
+  // Bytes of a sequence or a string, without a copy.
   std::string_view bytes() {
     const auto count = value<uint32_t>();
     if (count > left()) throw std::runtime_error("it ends within a field of " + std::to_string(count) + " bytes");
     const std::string_view out(cdr_.getCurrentPosition(), count);
     if (count > 0) {
       cdr_.jump(count - 1);
-      value<char>();  // jump() alone forgets that what follows needs aligning
+      value<char>();  // after jump() alone, Fast-CDR would not align the next value
     }
     return out;
   }
@@ -79,7 +79,7 @@ class Decoder {
 
 class Encoder {
  public:
-  // `most` bytes, of the texts and sequences at least. They are zeroed: Fast-CDR leaves padding as it finds it.
+  // `most`: upper limit of the bytes. They are zeroed, because Fast-CDR does not write padding.
   explicit Encoder(std::size_t most)
       : bytes_(most + 1024, '\0'),
         buffer_(bytes_.data(), bytes_.size()),
@@ -115,16 +115,16 @@ class Encoder {
   Cdr cdr_;
 };
 
-// Fast-CDR's own exceptions are not std::runtime_error.
+// Fast-CDR's exceptions are not derived from std::runtime_error.
 template <class F>
 auto decode(std::string_view bytes, const char* name, F&& f) {
   try {
     Decoder decoder(bytes);
     return f(decoder);
   } catch (const eprosima::fastcdr::exception::Exception&) {
-    throw std::runtime_error(std::string("is no ") + name + ": it ends too early");
+    throw std::runtime_error(std::string("is not a ") + name + ": it ends too early");
   } catch (const std::runtime_error& error) {
-    throw std::runtime_error(std::string("is no ") + name + ": " + error.what());
+    throw std::runtime_error(std::string("is not a ") + name + ": " + error.what());
   }
 }
 
@@ -142,7 +142,7 @@ void set_rotation(RosPose& pose, double roll_rad, double pitch_rad, double yaw_r
 
 RollPitchYaw rotation_of(const RosPose& p) {
   const double norm2 = p.qx * p.qx + p.qy * p.qy + p.qz * p.qz + p.qw * p.qw;
-  if (!(norm2 > 1e-200) || !std::isfinite(norm2)) return {0, 0, 0};  // nor what 2 / norm2 would make infinite
+  if (!(norm2 > 1e-200) || !std::isfinite(norm2)) return {0, 0, 0};  // otherwise 2 / norm2 could be infinite
   const double k = 2 / norm2;
   return {std::atan2(k * (p.qw * p.qx + p.qy * p.qz), 1 - k * (p.qx * p.qx + p.qy * p.qy)),
           std::asin(std::clamp(k * (p.qw * p.qy - p.qz * p.qx), -1.0, 1.0)),

@@ -1,10 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The ROS 2 messages recordings are made of, to and from their CDR bytes (encapsulation included), and their
-// definitions as MCAP wants them (encoding "ros2msg"): sensor_msgs/msg/PointCloud2, nav_msgs/msg/Odometry,
-// tf2_msgs/msg/TFMessage. Decoders take either byte order and throw std::runtime_error with a sentence where the bytes
-// do not fit.
+// Encodes and decodes the ROS 2 messages of recordings as CDR bytes (with encapsulation), and has their definitions in
+// MCAP's encoding "ros2msg": sensor_msgs/msg/PointCloud2, nav_msgs/msg/Odometry, tf2_msgs/msg/TFMessage. Decoders
+// accept either byte order and throw std::runtime_error with a sentence for invalid bytes.
 #pragma once
 
 #include <array>
@@ -36,7 +35,7 @@ struct PointCloud2 {
   std::vector<PointField> fields;
   bool is_bigendian = false;
   uint32_t point_step = 0, row_step = 0;
-  std::string_view data;  // borrowed: of the message decoded, or of whoever encodes
+  std::string_view data;  // points into the decoded message, or into the encoder's memory
   bool is_dense = false;
 };
 
@@ -60,7 +59,7 @@ struct RosTransform {
   RosPose pose;  // of the child frame in header.frame_id
 };
 
-// The quaternion of roll, pitch and yaw (about z, then y, then x), and back.
+// The quaternion of roll, pitch and yaw (about z, then y, then x), and the inverse.
 void set_rotation(RosPose& pose, double roll_rad, double pitch_rad, double yaw_rad);
 struct RollPitchYaw {
   double roll_rad, pitch_rad, yaw_rad;
@@ -68,7 +67,7 @@ struct RollPitchYaw {
 RollPitchYaw rotation_of(const RosPose& pose);
 
 std::string encode_point_cloud2(const PointCloud2& cloud);
-PointCloud2 decode_point_cloud2(std::string_view bytes);  // data stays in `bytes`
+PointCloud2 decode_point_cloud2(std::string_view bytes);  // data points into `bytes`
 std::string encode_odometry(const Odometry& odometry);
 Odometry decode_odometry(std::string_view bytes);
 std::string encode_transforms(const std::vector<RosTransform>& transforms);

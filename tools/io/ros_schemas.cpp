@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Definitions as MCAP's "ros2msg" wants them: the message, then every type it is made of behind a line of =.
+// Definitions in MCAP's encoding "ros2msg": the message, then every type it uses, each after a line of =.
 #include "tools/io/ros_messages.h"
 
 #define OVT_MSG(name) \

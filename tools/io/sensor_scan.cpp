@@ -137,7 +137,7 @@ SensorScan make_scan(const std::string& path, Cloud cloud, const Rig& rig, int32
   scan.y = take(need_role(path, cloud, CloudRole::kY, "y"), rows);
   scan.z = take(need_role(path, cloud, CloudRole::kZ, "z"), rows);
   for (const CloudColumn* column : {&scan.x, &scan.y, &scan.z})
-    if (!is_float(column->type)) throw Error(path, 0, "the coordinates are no floating-point numbers (TYPE F)");
+    if (!is_float(column->type)) throw Error(path, 0, "the coordinates are not floating-point numbers (TYPE F)");
   if (rig.cloud_in_vehicle_frame) {
     scan.x = shift(scan.x, model.x_m);
     scan.y = shift(scan.y, model.y_m);

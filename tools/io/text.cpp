@@ -50,7 +50,7 @@ std::string_view without_plus(std::string_view text) {
 }  // namespace
 
 std::string read_whole_file(const std::string& path, uint64_t most) {
-  // O_NONBLOCK: opening a pipe that nobody writes to would wait.
+  // O_NONBLOCK: opening a pipe without a writer would block.
   const int opened = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY);
   if (opened < 0 && (errno == ENOENT || errno == ENOTDIR)) throw Error(path, 0, "no such file");
   if (opened < 0) throw Error(path, 0, "cannot be read: " + std::string(std::strerror(errno)));
@@ -76,7 +76,7 @@ std::string read_whole_file(const std::string& path, uint64_t most) {
     if (n < 0) throw Error(path, 0, "cannot be read to its end");
     if (n == 0) return bytes;
     bytes.append(block, std::size_t(n));
-    if (bytes.size() > most) refuse(bytes.size());  // it grew, or its size is not known before
+    if (bytes.size() > most) refuse(bytes.size());  // the file grew, or its size was unknown
   }
 }
 
@@ -148,7 +148,7 @@ bool parse_number(std::string_view text, double& out) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
   if (end != text.data() + text.size()) return false;
   if (error == std::errc::result_out_of_range) {
-    const auto exponent = text.find_first_of("eE");  // from_chars reports both ends alike
+    const auto exponent = text.find_first_of("eE");  // from_chars reports underflow and overflow alike
     if (exponent != std::string_view::npos && exponent + 1 < text.size() && text[exponent + 1] != '-') return false;
     if (exponent == std::string_view::npos && text.find("0.0") > 1) return false;
     out = 0;

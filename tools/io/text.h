@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Whole files in and out, and numbers as text that do not depend on the locale.
+// Reads and writes whole files, and converts numbers to text independent of the locale.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,12 @@
 
 namespace overtake::io {
 
-// The file's bytes. Throws Error: no such file, no regular file (a folder, a device, a pipe: nothing waits for one),
-// not readable, longer than `most`.
+// The file's bytes. Throws Error if the file is missing, not a regular file (a folder, a device, a pipe: it never
+// blocks), not readable, or longer than `most`.
 std::string read_whole_file(const std::string& path, uint64_t most = memory_limit());
-// Throws Error unless the path is a regular file, a folder where those are allowed, or not there.
+// Throws Error unless the path is a regular file, a folder if allowed, or does not exist.
 void refuse_special_file(const std::string& path);
-// Replaces the file. Throws Error when the folder is not there or the disk is full.
+// Replaces the file. Throws Error if the folder does not exist or the disk is full.
 void write_whole_file(const std::string& path, std::string_view bytes);
 
 std::string_view trim(std::string_view text);
@@ -28,8 +28,8 @@ std::string join(const std::vector<std::string>& words, std::string_view separat
 std::vector<std::string_view> split_words(std::string_view line, std::size_t most = SIZE_MAX);
 std::size_t count_words(std::string_view line);
 
-// The whole of `text` as one number (a leading + is fine), else false. "nan" and "inf" are numbers. A number too small
-// for a double is 0, one too large is not a number.
+// Parses all of `text` as one number (a leading + is allowed), else returns false. "nan" and "inf" are numbers. A
+// number too small for a double is 0; one too large is not a number.
 bool parse_number(std::string_view text, double& out);
 bool parse_integer(std::string_view text, int64_t& out);
 

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// toml++, the only place that includes it. On some bad texts ("[!]", for one) it meets its own assertions, which NDEBUG
-// turns into promises to the compiler, so that the rest of the run is undefined: here they always throw.
+// The only place that includes toml++. On some bad texts (for example "[!]") its assertions fail; with NDEBUG they
+// would become assumptions of the compiler and cause undefined behaviour. Here they always throw.
 #pragma once
 
 namespace overtake::io {

@@ -12,13 +12,14 @@ namespace overtake::io {
 
 namespace {
 
-// TOML is ASCII outside of strings and comments and behind a backslash, has no control characters, and a quote begins a
-// string only where a key or a value may begin; toml++ runs into undefined behaviour on some letters there. The line of
-// the first byte that is not, 0 when there is none. Ends of lines end comments and strings of one line.
+// Line of the first byte that TOML forbids, 0 if there is none. Outside of strings and comments, and after a backslash,
+// TOML is ASCII; control characters are forbidden, and a quote may only start a key or a value. toml++ has undefined
+// behaviour for some letters there. A line's end ends comments and single-line strings.
 int64_t find_stray_byte(std::string_view text) {
   int64_t line = 1;
   std::size_t i = text.substr(0, 3) == "\xef\xbb\xbf" ? 3 : 0;  // a byte order mark
-  std::string_view end;                                         // of what is open: a quote, three of them, or '#'
+  std::string_view end;                                         // closes what is open: a quote, three of them, or '#'
+
   for (; i < text.size(); ++i) {
     const char c = text[i];
     if (static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\r' && c != '\t') return line;
@@ -33,7 +34,7 @@ int64_t find_stray_byte(std::string_view text) {
       } else if (text.substr(i, end.size()) == end) {
         i += end.size() - 1;
         for (int more = 0; end.size() == 3 && more < 2 && text.substr(i + 1, 1) == end.substr(0, 1); ++more) ++i;
-        end = {};  // up to two quotes of the string's own may stand before the three
+        end = {};  // up to two quotes of the string may precede the three
       }
     } else if (c == '#') {
       end = "#";
@@ -67,7 +68,7 @@ toml::table parse_toml(const std::string& path_in_errors, std::string_view text)
     throw Error(path_in_errors, int64_t(error.source().begin.line), std::string(error.description()),
                 int64_t(error.source().begin.column));
   } catch (const TomlBroken&) {
-    throw Error(path_in_errors, 0, "is no TOML: a key, a table's name or a value is malformed");
+    throw Error(path_in_errors, 0, "is not TOML: a key, a table's name or a value is malformed");
   }
 }
 
@@ -93,7 +94,7 @@ const toml::node* TomlReader::find(const std::string& key, bool required) {
 double TomlReader::number(const std::string& key, double low, double high, const double* fallback) {
   const toml::node* node = find(key, !fallback);
   if (!node) return *fallback;
-  if (!node->is_number()) fail(line_of(key), "'" + key + "' is no number");
+  if (!node->is_number()) fail(line_of(key), "'" + key + "' is not a number");
   const double value = node->is_integer() ? double(node->as_integer()->get()) : node->as_floating_point()->get();
   if (!(value >= low && value <= high))
     fail(line_of(key), "'" + key + "' is " + toml_number(value) + ", its limits are " + toml_number(low) + " to " +
@@ -104,7 +105,7 @@ double TomlReader::number(const std::string& key, double low, double high, const
 int64_t TomlReader::integer(const std::string& key, int64_t low, int64_t high, const int64_t* fallback) {
   const toml::node* node = find(key, !fallback);
   if (!node) return *fallback;
-  if (!node->is_integer()) fail(line_of(key), "'" + key + "' is no whole number");
+  if (!node->is_integer()) fail(line_of(key), "'" + key + "' is not a whole number");
   const int64_t value = node->as_integer()->get();
   if (value < low || value > high)
     fail(line_of(key), "'" + key + "' is " + std::to_string(value) + ", its limits are " + std::to_string(low) +
@@ -127,7 +128,7 @@ bool TomlReader::is_text(const std::string& key) const {
 std::string TomlReader::text(const std::string& key, const std::string* fallback) {
   const toml::node* node = find(key, !fallback);
   if (!node) return *fallback;
-  if (!node->is_string()) fail(line_of(key), "'" + key + "' is no text in quotes");
+  if (!node->is_string()) fail(line_of(key), "'" + key + "' is not text in quotes");
   return node->as_string()->get();
 }
 
@@ -139,7 +140,7 @@ std::vector<std::string> TomlReader::texts(const std::string& key) {
   const toml::array* array = node->as_array();
   if (!array) fail(line_of(key), "'" + key + "' is neither a text nor a list of texts");
   for (const toml::node& element : *array) {
-    if (!element.is_string()) fail(line_of(key), "'" + key + "' holds what is no text in quotes");
+    if (!element.is_string()) fail(line_of(key), "'" + key + "' holds an element that is not text in quotes");
     out.push_back(element.as_string()->get());
   }
   return out;
@@ -151,9 +152,9 @@ std::vector<const toml::table*> TomlReader::tables(const std::string& key) {
   if (!node) return out;
   if (const toml::table* one = node->as_table()) return {one};
   const toml::array* array = node->as_array();
-  if (!array || array->empty()) fail(line_of(key), "'" + key + "' is no table");
+  if (!array || array->empty()) fail(line_of(key), "'" + key + "' is not a table");
   for (const toml::node& element : *array) {
-    if (!element.is_table()) fail(line_of(key), "'" + key + "' is no array of tables");
+    if (!element.is_table()) fail(line_of(key), "'" + key + "' is not an array of tables");
     out.push_back(element.as_table());
   }
   return out;

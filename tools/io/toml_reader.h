@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A TOML table read key by key: every error has file and line, and finish() refuses the keys nobody asked for.
+// Reads a TOML table key by key: every error has file and line, and finish() refuses keys that were not read.
 #pragma once
 
 #include <cmath>
@@ -17,8 +17,8 @@
 
 namespace overtake::io {
 
-// Throws Error with the line where the text is no TOML.
-inline constexpr uint64_t kMostToml = uint64_t(4) << 20;  // bytes of a document; its nodes take a multiple of that
+// Throws Error with the line if the text is not TOML.
+inline constexpr uint64_t kMostToml = uint64_t(4) << 20;  // bytes of a document; its nodes take several times as much
 toml::table parse_toml(const std::string& path_in_errors, std::string_view text);
 
 class TomlReader {
@@ -52,10 +52,10 @@ class TomlReader {
   // Tables of an array of tables ([[key]]), or of one table; empty when the key is missing.
   std::vector<const toml::table*> tables(const std::string& key);
 
-  // Keys in file order that nobody read yet.
+  // Keys in file order that were not read yet.
   std::vector<std::string> unread() const;
   void mark_read(const std::string& key) { read_.insert(key); }
-  void finish() const;  // throws on the first unread key
+  void finish() const;  // throws at the first unread key
 
   [[noreturn]] void fail(int64_t line, const std::string& sentence) const;
 
@@ -68,7 +68,7 @@ class TomlReader {
 };
 
 std::string toml_string(std::string_view text);  // quoted and escaped
-// A number that TOML reads back as the same float: 1.0, not 1.
+// A number in the text that TOML reads back as the same float: 1.0, not 1.
 std::string toml_number(double value);
 
 }  // namespace overtake::io

@@ -68,20 +68,20 @@ std::array<double, 3> three_numbers(const std::string& path, const tinyxml2::XML
   return out;
 }
 
-double tidy(double value) { return std::round(value * 1e9) / 1e9; }  // sin(pi) is no place to be
+double tidy(double value) { return std::round(value * 1e9) / 1e9; }  // removes rounding errors such as sin(pi)
 
 }  // namespace
 
 void mount_by_urdf(Rig& rig, const std::string& file_and_link) {
   const auto comma = file_and_link.rfind(',');
   const std::string path = file_and_link.substr(0, comma);
-  constexpr uint64_t kMost = uint64_t(16) << 20;  // meshes are files of their own
+  constexpr uint64_t kMost = uint64_t(16) << 20;  // meshes are separate files
   const std::string text = read_whole_file(path, kMost);
   tinyxml2::XMLDocument document;
   if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
-    throw Error(path, document.ErrorLineNum(), "is no XML: " + std::string(document.ErrorName()));
+    throw Error(path, document.ErrorLineNum(), "is not XML: " + std::string(document.ErrorName()));
   const tinyxml2::XMLElement* robot = document.FirstChildElement("robot");
-  if (!robot) throw Error(path, 0, "is no URDF: it has no <robot>");
+  if (!robot) throw Error(path, 0, "is not a URDF: it has no <robot>");
   std::map<std::string, Joint> joint_above;  // by child link
   std::set<std::string> links;
   for (auto* link = robot->FirstChildElement("link"); link; link = link->NextSiblingElement("link"))

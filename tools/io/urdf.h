@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Mounting from a URDF, the robot description of ROS: links, and joints that place one link in another.
+// Mounting from a URDF, the robot description of ROS: links, and joints that define one link's pose in another.
 #pragma once
 
 #include <string>
@@ -10,10 +10,10 @@
 
 namespace overtake::io {
 
-// Replaces the mounting of every sensor of the rig by where its link (frame_id, else its name) lies in the base link:
-// the one named after a comma ("car.urdf,base_link"), else the root. Take one that lies on the road under the rear
-// axle. Joints that move are taken as they stand at 0. Throws Error: no such file, no URDF, no such link, links in a
-// circle.
+// Replaces the mounting of every sensor of the rig by the pose of its link (frame_id, else its name) in the base link:
+// the one named after a comma ("car.urdf,base_link"), else the root. The base link should be on the road under the rear
+// axle. Movable joints are at position 0. Throws Error if the file is missing or not a URDF, a link is missing, or
+// links form a circle.
 void mount_by_urdf(Rig& rig, const std::string& file_and_link);
 
 }  // namespace overtake::io

@@ -34,7 +34,7 @@ std::string counted(int64_t count, std::string_view noun, std::string_view plura
 }
 
 std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates) {
-  if (word.size() > 100) return "";  // no name of ours; the distance takes the square of the length
+  if (word.size() > 100) return "";  // longer than every name; the distance takes time quadratic in the length
   const std::string wanted = lower_case(word);
   std::string nearest, only;
   std::size_t least = std::max<std::size_t>(1, wanted.size() / 3) + 1, begin_alike = 0;

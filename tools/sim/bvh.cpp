@@ -14,11 +14,11 @@ namespace {
 constexpr double kGrow = 2e-3;  // metres: covers what float loses up to a few kilometres from the origin
 constexpr double kRimTolerance = 1e-12;
 
-// Two doubles that are computed with together (a vector type of g++ and clang; every machine of ours has one).
+// Two doubles in one vector (an extension of g++ and clang; every supported machine has it).
 using Two = double __attribute__((vector_size(16)));
 Two both_of(double v) { return Two{v, v}; }
 
-// Two rays' vectors, and their products by the same steps as Vec3's.
+// Vectors of two rays. Products use the same operations in the same order as those of Vec3.
 struct TwoVec {
   Two x, y, z;
   TwoVec operator-(Vec3 o) const { return {x - both_of(o.x), y - both_of(o.y), z - both_of(o.z)}; }
@@ -30,12 +30,12 @@ TwoVec cross(const TwoVec& a, Vec3 v) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-// The search ends behind this: a little farther, for float is rounded.
+// Embree's search limit: a little beyond far_m, because float rounds.
 float search_far(double far_m) { return float(far_m * (1 + 1e-6)); }
 
 }  // namespace
 
-// What the callback of Embree reads and writes. Embree hands the first member back.
+// Input and output of Embree's callback, which receives the address of the first member.
 struct Bvh::Pack {
   RTCIntersectContext context;
   const std::vector<Edges>& edges;
@@ -44,11 +44,11 @@ struct Bvh::Pack {
   double nearest_m[kPack];  // so far
   Hit hit[kPack];
 
-  // Meets a triangle with the rays 2 half and 2 half + 1.
+  // Intersects a triangle with the rays 2 half and 2 half + 1.
   void meet(int32_t triangle, int32_t half) {
     const Edges& e = edges[std::size_t(triangle)];
     const TwoVec p = cross(along[half], e.ac);
-    const Two inv = 1 / dot(e.ab, p);  // of a ray in the triangle's plane: infinite, and no comparison holds
+    const Two inv = 1 / dot(e.ab, p);  // infinite for a ray in the triangle's plane: then no comparison holds
     const TwoVec to = from[half] - e.a;
     const Two u = dot(to, p) * inv;
     const TwoVec q = cross(to, e.ab);
@@ -105,7 +105,7 @@ Bvh::Bvh(const Mesh& mesh, const std::string& isa) : triangles_(mesh.triangles) 
     for (const Vec3 p : {t.a, t.b, t.c}) radius_ = std::max(radius_, length(p - center_));
 
   edges_ = std::make_shared<const std::vector<Edges>>(std::move(edges));
-  // The scene holds the device. It is built in this thread.
+  // The scene keeps a reference to the device. The hierarchy is built in this thread.
   const std::unique_ptr<RTCDeviceTy, void (*)(RTCDevice)> device(
       rtcNewDevice(("threads=1" + (isa.empty() ? "" : ",isa=" + isa)).c_str()), rtcReleaseDevice);
   if (device == nullptr) throw std::runtime_error("Embree does not run on this machine");

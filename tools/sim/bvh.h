@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Nearest hit of a ray among triangles. Embree finds the triangles whose boxes a ray enters, and this file meets them
-// in double (Moeller & Trumbore 1997). The boxes are grown outwards by more than float rounding, so that no triangle is
-// lost: a hit depends on the triangles alone, not on Embree's version nor on the ISA it runs with.
+// Nearest hit of a ray among triangles. Embree finds the triangles whose boxes a ray enters; this file intersects them
+// in double (Moeller & Trumbore 1997). The boxes are enlarged by more than float rounding, so that no triangle is
+// missed: a hit depends on the triangles alone, not on Embree's version or its ISA.
 #pragma once
 
 #include <cstdint>
@@ -25,20 +25,20 @@ struct Hit {
 class Bvh {
  public:
   Bvh() = default;
-  // isa: which instruction set Embree searches with (sse2, avx, avx2, avx512), "" the widest of this machine; no hit
-  // depends on it. Throws std::runtime_error when Embree cannot build the hierarchy, for instance without memory.
+  // isa: Embree's instruction set (sse2, avx, avx2, avx512); "": the widest of this machine. No hit depends on it.
+  // Throws std::runtime_error when Embree cannot build the hierarchy, for instance without memory.
   explicit Bvh(const Mesh& mesh, const std::string& isa = "");
 
-  // Nearest hit with near_m < range < far_m, of equal ranges the first triangle. The direction need not be exactly of
-  // unit length. A triangle that is likely hit (the neighbouring ray's) may be given: it is met first, which bounds the
-  // search; the result is the same.
+  // Nearest hit with near_m < range < far_m; of equal ranges the first triangle. The direction need not be exactly of
+  // unit length. A `likely` triangle (the hit of the neighbouring ray) is tested first, which shortens the search; the
+  // result is the same.
   Hit cast(Vec3 origin, Vec3 direction, double near_m, double far_m, int32_t likely = -1) const;
-  // The same for kPack rays side by side, which should run nearly alike: they go down the hierarchy together. Ray i has
-  // a far_m[i] <= 0 where it is not to be cast. Each hit is what cast() says.
+  // The same for kPack rays that are almost parallel: they traverse the hierarchy together. far_m[i] <= 0 skips ray i.
+  // Each hit equals that of cast().
   static constexpr int32_t kPack = 4;
   void cast_pack(const Vec3* origin, const Vec3* direction, const double* near_m, const double* far_m, int32_t likely,
                  Hit* out) const;
-  // The same without the hierarchy and by another formula: plane, then the side of each edge.
+  // Reference: the same without the hierarchy and by another formula (plane, then the side of each edge).
   Hit cast_brute_force(Vec3 origin, Vec3 direction, double near_m, double far_m) const;
 
   Vec3 normal(int32_t triangle) const { return normal_[std::size_t(triangle)]; }
@@ -51,7 +51,7 @@ class Bvh {
   struct Edges {
     Vec3 a, ab, ac;
   };
-  struct Pack;  // kPack rays on their way
+  struct Pack;  // kPack rays during the search
 
   std::vector<Triangle> triangles_;
   std::vector<Vec3> normal_;

@@ -1,12 +1,12 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// An open-wheel race car of the Dallara AV-21's size. Lengths from published figures of the car (4.921 x 1.886 m, wheel
-// base 2.971 m); shapes by eye. The rear wing sits as low as on ovals: seen from the side sensors its end plates and
+// An open-wheel race car of the Dallara AV-21's size. Lengths from published data of the car (4.921 x 1.886 m, wheel
+// base 2.971 m); shapes by eye. The rear wing is as low as on ovals: seen from the side sensors, its end plates and
 // main plane fill the last 7 degrees before straight back at 0.3 to 5 degrees below the horizon, where the recorded
-// side scans have nothing of the road behind. The tyres' tops stand 0.57 m over the road of the vehicle frame: that is
-// where the recorded front scans see them (0.87 m off, 5.7 degrees down), though the tyre's own radius would put them
-// higher.
+// side scans have no returns from the road behind. The tops of the tyres are 0.57 m above the road of the vehicle
+// frame, where the recorded front scans see them (0.87 m away, 5.7 degrees down), although the tyre's radius would put
+// them higher.
 #include "tools/sim/mesh.h"
 
 namespace overtake::sim {
@@ -33,7 +33,7 @@ void add_tube(Mesh& mesh, Vec3 from, Vec3 to, double radius) {
   mesh.add_cylinder(from, to, radius, 6);
 }
 
-// A wing element of a chord at an angle, cambered: a loft over its span.
+// A wing element: a cambered chord at an angle, lofted over its span.
 void add_wing(Mesh& mesh, double x_front, double x_rear, double z_front, double z_rear, double half_span,
               double thickness) {
   std::vector<std::vector<Vec3>> rings;
@@ -107,7 +107,7 @@ Mesh make_race_car(Surface surface) {
     add_tube(mesh, {0.38, side * 0.13, 0.42}, {0, rear, 0.46}, 0.016);
     add_tube(mesh, {-0.28, side * 0.11, 0.42}, {0, rear, 0.46}, 0.016);
     add_tube(mesh, {0.00, side * 0.12, 0.35}, {0, rear, 0.35}, 0.025);  // drive shaft
-    // Mirrors stand out of the tub.
+    // Mirrors on rods beside the tub.
     mesh.material = MaterialId::paint;
     mesh.add_box(here, {2.06, side * 0.47 - 0.07, 0.60}, {2.10, side * 0.47 + 0.07, 0.68});
     add_tube(mesh, {2.08, side * 0.29, 0.52}, {2.08, side * 0.44, 0.62}, 0.010);
@@ -125,7 +125,7 @@ Mesh make_race_car(Surface surface) {
   mesh.add_quad({0.25, -0.45, 0.05}, {0.25, 0.45, 0.05}, {-0.55, 0.45, 0.24}, {-0.55, -0.45, 0.24});
   mesh.material = MaterialId::lamp;
   mesh.add_box(here, {-0.82, -0.05, 0.24}, {-0.78, 0.05, 0.34});
-  // Sensor pod on the tub: the boxes the LiDARs look out of, behind their origins.
+  // Sensor pod on the tub: the boxes of the LiDARs, behind their origins.
   mesh.material = MaterialId::dark_carbon;
   mesh.add_box(here, {2.18, -0.10, 0.56}, {2.27, 0.10, 0.70});
   for (const double side : {1.0, -1.0})

@@ -2,8 +2,8 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Figures of scan patterns, to hold simulated scans against recorded ones: compare_scans.py FOLDER...
-# Each folder holds NNNNNN_{front,left,right}.pcd (binary). Prints medians over its frames, a table a sensor.
+# Statistics of scan patterns, to compare simulated scans with recorded ones: compare_scans.py FOLDER...
+# Each folder holds NNNNNN_{front,left,right}.pcd (binary). Prints medians over its frames, one table per sensor.
 import collections
 import math
 import os
@@ -29,7 +29,7 @@ def median(values):
 
 
 def ground_reach(points):
-    # Up each half degree of azimuth as long as the slope from point to point stays that of a road.
+    # Goes up in each half degree of azimuth while the slope from point to point is that of a road.
     columns = collections.defaultdict(list)
     for p in points:
         columns[int(math.degrees(math.atan2(p['y'], p['x'])) * 2)].append((math.hypot(p['x'], p['y']), p['z']))

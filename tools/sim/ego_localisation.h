@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the ego's own localisation publishes: RTK GNSS with its errors instead of the truth.
+// The output of the ego's localisation: RTK GNSS with its errors instead of the truth.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 namespace overtake::sim {
 
 struct Jump {
-  double at_s, x_m, y_m, over_s;  // the position is off by this for so long
+  double at_s, x_m, y_m, over_s;  // the position is wrong by this for over_s
 };
 struct DropOut {
   double at_s, over_s;  // nothing is published
@@ -21,11 +21,11 @@ struct DropOut {
 
 struct LocalisationErrors {
   double rate_hz = 100;
-  double position_noise_m = 0.01;            // RTK: white part, one sigma an axis
-  double drift_m = 0.02, drift_time_s = 20;  // and a slow one (Gauss-Markov)
+  double position_noise_m = 0.01;            // RTK: white noise, one sigma per axis
+  double drift_m = 0.02, drift_time_s = 20;  // and slow drift (Gauss-Markov)
   double heading_noise_rad = 0.1 * kDegree;
   double speed_noise_mps = 0.05, yaw_rate_noise_rps = 0.005;
-  double latency_s = 0.02;  // the message is this late; its stamp is right
+  double latency_s = 0.02;  // delay of the message; its stamp is right
   std::vector<Jump> jumps;
   std::vector<DropOut> drop_outs;
 };
@@ -35,7 +35,7 @@ struct EgoPose {
   double x_m, y_m, z_m, roll_rad, pitch_rad, yaw_rad, speed_mps, yaw_rate_rps;
 };
 
-// Poses with stamps from 0 to seconds. The heading is the course over ground: the slip angle is its error.
+// Poses with stamps from 0 to seconds. The heading is the course over ground, so it is wrong by the slip angle.
 std::vector<EgoPose> localise(const Motion& ego, const LocalisationErrors& errors, double seconds, Random random);
 
 }  // namespace overtake::sim

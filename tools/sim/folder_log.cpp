@@ -38,11 +38,11 @@ class FolderLog : public LogWriter {
     ego.flush();
   }
 
-  void write(int32_t index, const Sweep& sweep) override {
+  void write(int32_t index, const SimFrame& frame) override {
     for (int32_t s = 0; s < kSensors; ++s) {
-      const Scan& scan = sweep.scans[std::size_t(s)];
+      const Scan& scan = frame.scans[std::size_t(s)];
       std::vector<int64_t> time(scan.size());
-      for (std::size_t i = 0; i < time.size(); ++i) time[i] = kEpochNs + sweep.stamp_ns[s] + int64_t(scan.time_ns[i]);
+      for (std::size_t i = 0; i < time.size(); ++i) time[i] = kEpochNs + frame.stamp_ns[s] + int64_t(scan.time_ns[i]);
       io::Cloud cloud;
       io::add_column(cloud, "x", io::ValueType::kFloat32, scan.x_m);
       io::add_column(cloud, "y", io::ValueType::kFloat32, scan.y_m);
@@ -56,9 +56,9 @@ class FolderLog : public LogWriter {
       std::snprintf(name, sizeof name, "%06d_%s.pcd", index, kSensorName[s]);
       io::write_pcd((folder_ / name).string(), cloud);
     }
-    for (const TruthRow& r : truth_at(world_, double(sweep.begin_ns) * 1e-9)) {
+    for (const TruthRow& r : truth_at(world_, double(frame.begin_ns) * 1e-9)) {
       truth_.cell(index)
-          .cell(kEpochNs + sweep.begin_ns)
+          .cell(kEpochNs + frame.begin_ns)
           .cell(r.car)
           .cell(std::string_view(r.name))
           .cell(int32_t(r.is_ego));
@@ -71,7 +71,7 @@ class FolderLog : public LogWriter {
     }
   }
 
-  void close(const std::string&) override { truth_.flush(); }  // the names of its files say that it is partial
+  void close(const std::string&) override { truth_.flush(); }  // its file names show that it is partial
 
  private:
   static fs::path make(const std::string& folder) {

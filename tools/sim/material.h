@@ -1,15 +1,15 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What surfaces send back at 1550 nm, and what surfaces there are. A material returns the reflectivity of a white
-// Lambertian target seen head-on that would send back as much:
+// Reflectivity of surfaces at 1550 nm, and the list of surfaces. A material's reflectivity is that of a white
+// Lambertian target seen head-on with the same return:
 //
 //     g(theta) = diffuse * (A cos theta + B sin^2 theta)      rough diffuse (Oren & Nayar 1994), lit from the eye
-//              + gloss * exp(-(theta / gloss_width)^2)         mirror-like lobe of lacquer, carbon, glass
+//              + gloss * exp(-(theta / gloss_width)^2)         specular lobe of lacquer, carbon, glass
 //              + retro * cos theta                             reflectors
 //
 // A = 1 - s^2 / (2 (s^2 + 0.33)), B = 0.45 s^2 / (s^2 + 0.09), s the roughness (standard deviation of facet slopes).
-// Asphalt is rough: it keeps a part of its brightness at grazing angles, a painted car does not.
+// Asphalt is rough: it keeps part of its brightness at grazing angles; a painted car does not.
 #pragma once
 
 #include <cstdint>
@@ -41,12 +41,12 @@ enum class MaterialId : uint8_t {
 
 struct Material {
   double diffuse, roughness, gloss, gloss_width_rad, retro;
-  double wire_m;  // 0: solid; else a mesh of wires so thick, kMeshPitch apart
+  double wire_m;  // 0: solid; else a mesh of wires this thick, kMeshPitch apart
 };
 
 inline constexpr double kMeshPitch = 0.05;
 
-// Estimates from the literature on 1.5 um reflectances of such surfaces, rounded; none is fitted to a recording.
+// Estimates from the literature on reflectances of such surfaces at 1.5 um, rounded; none is fitted to a recording.
 inline const Material& material_of(MaterialId id) {
   static constexpr Material kMaterials[int(MaterialId::count)] = {
       {0.25, 0.35, 0, 1, 0, 0},         // asphalt
@@ -60,7 +60,7 @@ inline const Material& material_of(MaterialId id) {
       {0.35, 0.30, 0, 1, 0, 0},         // stands, buildings
       {0.30, 0.10, 0, 1, 30, 0},        // retro-reflectors
       {0.30, 0.05, 1.0, 0.10, 0, 0},    // lacquered bodywork
-      {0.02, 0.05, 0.8, 0.08, 0, 0},    // bare carbon: black, mirror-like
+      {0.02, 0.05, 0.8, 0.08, 0, 0},    // bare carbon: black, specular
       {0.025, 0.30, 0.02, 0.30, 0, 0},  // tyres
       {0.30, 0.10, 0.5, 0.12, 0, 0},    // rims, uprights
       {0.20, 0.10, 0, 1, 12, 0},        // rain light
@@ -75,13 +75,13 @@ inline double returned_share(const Material& m, double cos_incidence) {
   const double a = 1 - 0.5 * s2 / (s2 + 0.33), b = 0.45 * s2 / (s2 + 0.09);
   double g = m.diffuse * (a * c + b * (1 - c * c)) + m.retro * c;
   if (m.gloss > 0) {
-    const double theta2 = 2 * (1 - c);  // theta^2 but for 1 % at 20 deg
+    const double theta2 = 2 * (1 - c);  // theta^2, within 1 % at 20 deg
     g += m.gloss * exp_of(-theta2 / square(m.gloss_width_rad));
   }
   return g;
 }
 
-// The truth of a point. Cars are car + number in the scenario.
+// The truth of a point. Cars are `car` + their number in the scenario.
 enum class Surface : uint16_t {
   none = 0,
   road,

@@ -22,7 +22,7 @@ constexpr const char* kCarsSchema = R"({"title":"overtake.CarStates","type":"obj
 "accel_along_mps2":{"type":"number"},"accel_across_mps2":{"type":"number"},
 "s_m":{"type":"number"},"d_m":{"type":"number"},"length_m":{"type":"number"},"width_m":{"type":"number"}}}}}})";
 
-// The unit quaternion of a rotation, from the largest of its four terms; no libm but sqrt.
+// The unit quaternion of a rotation, from the largest of its four terms; uses no libm function except sqrt.
 void set_rotation(io::RosPose& pose, const Mat3& m) {
   const double trace = m.x.x + m.y.y + m.z.z;
   double q[4];  // w x y z
@@ -88,15 +88,15 @@ class McapLog : public LogWriter {
     log_.add_attachment("map.csv", "text/csv", map_text(simulator));
   }
 
-  void write(int32_t index, const Sweep& sweep) override {
-    queue_ego(sweep.begin_ns);
+  void write(int32_t index, const SimFrame& frame) override {
+    queue_ego(frame.begin_ns);
     for (int32_t s = 0; s < kSensors; ++s) {
-      queue(sweep.stamp_ns[s], cloud_channel_[s], sweep.stamp_ns[s], points_message(sweep, s));
-      queue(sweep.stamp_ns[s], surface_channel_[s], sweep.stamp_ns[s], surface_message(sweep, s));
+      queue(frame.stamp_ns[s], cloud_channel_[s], frame.stamp_ns[s], points_message(frame, s));
+      queue(frame.stamp_ns[s], surface_channel_[s], frame.stamp_ns[s], surface_message(frame, s));
     }
-    queue_truth(index, sweep.begin_ns);
-    last_begin_ns_ = sweep.begin_ns;
-    flush(sweep.begin_ns - 20'000'000);  // stamps wander less than that
+    queue_truth(index, frame.begin_ns);
+    last_begin_ns_ = frame.begin_ns;
+    flush(frame.begin_ns - 20'000'000);  // stamps are out of order by less than that
   }
 
   void close(const std::string& partial) override {
@@ -149,26 +149,26 @@ class McapLog : public LogWriter {
     return cloud;
   }
 
-  static std::string points_message(const Sweep& sweep, int32_t s) {
-    const Scan& scan = sweep.scans[std::size_t(s)];
+  static std::string points_message(const SimFrame& frame, int32_t s) {
+    const Scan& scan = frame.scans[std::size_t(s)];
     std::string data;
     data.reserve(scan.size() * 22);
     for (std::size_t i = 0; i < scan.size(); ++i) {
       put(data, scan.x_m[i]), put(data, scan.y_m[i]), put(data, scan.z_m[i]), put(data, scan.intensity[i]);
       put(data, scan.ring[i]), put(data, scan.time_ns[i]);
     }
-    io::PointCloud2 cloud = cloud_of(sweep.stamp_ns[s], s, scan.size(), 22, data);
+    io::PointCloud2 cloud = cloud_of(frame.stamp_ns[s], s, scan.size(), 22, data);
     cloud.fields = {{"x", 0, io::PointField::kFloat32, 1},    {"y", 4, io::PointField::kFloat32, 1},
                     {"z", 8, io::PointField::kFloat32, 1},    {"intensity", 12, io::PointField::kFloat32, 1},
                     {"ring", 16, io::PointField::kUint16, 1}, {"t", 18, io::PointField::kUint32, 1}};
     return io::encode_point_cloud2(cloud);
   }
 
-  static std::string surface_message(const Sweep& sweep, int32_t s) {
-    const Scan& scan = sweep.scans[std::size_t(s)];
+  static std::string surface_message(const SimFrame& frame, int32_t s) {
+    const Scan& scan = frame.scans[std::size_t(s)];
     std::string data;
     for (std::size_t i = 0; i < scan.size(); ++i) put(data, scan.surface[i]), put(data, scan.return_number[i]);
-    io::PointCloud2 cloud = cloud_of(sweep.stamp_ns[s], s, scan.size(), 3, data);
+    io::PointCloud2 cloud = cloud_of(frame.stamp_ns[s], s, scan.size(), 3, data);
     cloud.fields = {{"surface", 0, io::PointField::kUint16, 1}, {"return", 2, io::PointField::kUint8, 1}};
     return io::encode_point_cloud2(cloud);
   }
@@ -199,7 +199,7 @@ class McapLog : public LogWriter {
       message.header = {kEpochNs + stamp_ns, "map"};
       message.child_frame_id = r.name;
       message.pose.x_m = r.center.x, message.pose.y_m = r.center.y, message.pose.z_m = r.center.z;
-      if (r.is_ego) {  // the ego's own frame is at its rear axle
+      if (r.is_ego) {  // the origin of the ego's frame is at its rear axle
         const Vec3 axle = r.state.T_map_vehicle.place;
         message.pose.x_m = axle.x, message.pose.y_m = axle.y, message.pose.z_m = axle.z;
         message.child_frame_id = "base_link";

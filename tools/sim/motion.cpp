@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kStepS = 0.002;
 
-// Value, rate and second rate of a plan of smooth steps.
+// Value, first and second derivative of a plan of smooth steps.
 struct Planned {
   double value, rate, second;
 };
@@ -49,7 +49,7 @@ Motion::Motion(const Track& track, const CarPlan& plan, double seconds) : track_
   check_order(plan, plan.speed, "changes of speed overlap: the end of the one before,");
   check_order(plan, plan.lane, "changes of lane overlap: the end of the one before,");
   check_order(plan, plan.spin, "spins overlap: the end of the one before,");
-  const int64_t count = int64_t(seconds / kStepS) + 600;  // a second more: the last scan reaches beyond the end
+  const int64_t count = int64_t(seconds / kStepS) + 600;  // a second longer: the last scan extends beyond the end
   double s = plan.start_s_m, body = 0, last_course = 0;
   for (int64_t i = 0; i < count; ++i) {
     const double t = double(i) * kStepS;
@@ -75,15 +75,16 @@ Motion::Motion(const Track& track, const CarPlan& plan, double seconds) : track_
         track_turn + (v.value > 0.1 ? (d.second * forward - d.rate * v.rate) / square(v.value) : 0);
     row.along = v.rate;
     row.across = v.value * course_rate;
-    // In the plane of the banked road gravity helps.
+    // In the plane of the banked road, gravity helps.
     const SinCos bank = sin_cos(p.banking_rad);
     const double in_plane = row.across * bank.cos - kGravity * bank.sin;
     if (v.value > kMostSpeed + 1e-9) refuse(plan, t, "speed in m/s", v.value, kMostSpeed);
     if (std::fabs(v.rate) > kMostAlong) refuse(plan, t, "acceleration along in m/s2", v.rate, kMostAlong);
     if (std::fabs(in_plane) > kMostAcross) refuse(plan, t, "acceleration across in m/s2", in_plane, kMostAcross);
 
-    // d(body)/dt = v / l_r (course - slip - body), small angles; over a step its exact solution with a steady course
-    // rate.
+    // d(body)/dt = v / l_r (course - slip - body), small angles; the exact solution over a step
+    // with a constant course rate.
+
     const double slip =
         -in_plane / kSlipStiffness;  // of the rear wheels, which slide outwards: the body points inwards
     const double target = row.course - slip, rate = v.value / kRearAxleToCg;
@@ -125,7 +126,7 @@ CarState Motion::at(double time_s) const {
   state.accel_across_mps2 = lerp(a.across, b.across, t);
   state.s_m = lerp(a.s, b.s, t);
   state.d_m = lerp(a.d, b.d, t);
-  // The body: up along the surface's normal, ahead by its heading, rear axle behind the centre of gravity.
+  // The body: up along the surface's normal, forward by its heading, rear axle behind the centre of gravity.
   const SurfaceFrame f = track_->frame(state.s_m, state.d_m);
   const SinCos h = sin_cos(state.heading_rad);
   const Vec3 level{h.cos, h.sin, 0};

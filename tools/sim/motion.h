@@ -1,13 +1,13 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// How a car drives: speed and place across the track as plans over time, driven by a kinematic bicycle.
+// How a car drives: a kinematic bicycle follows plans of speed and lateral position over time.
 //
 // The centre of gravity follows the plan exactly: ds/dt = speed along the track / (1 - curvature d), d by smooth steps.
-// Its course follows from that. The body follows by the bicycle's own law (the rear wheels roll where the body points,
-// but for their slip angle): d(heading)/dt = v / l_r sin(course - heading - slip), slip = -a_y / stiffness per radian.
-// A spin adds a turn of the body on top. All states are kept every 2 ms; between two the place is Hermite's cubic and
-// the angles are linear, and that is the truth: sensors and tables see the same motion.
+// This gives its course. The body follows the bicycle model (the rear wheels roll along the body, except for their slip
+// angle): d(heading)/dt = v / l_r sin(course - heading - slip), slip = -a_y / stiffness per radian. A spin adds a
+// rotation of the body. States are stored every 2 ms; between two of them the position is Hermite's cubic and the
+// angles are linear. That is the truth: sensors and tables use the same motion.
 #pragma once
 
 #include <cstdint>
@@ -19,19 +19,19 @@
 namespace overtake::sim {
 
 struct SpeedChange {
-  double at_s, speed_mps, over_s;  // a smooth step from the speed before
+  double at_s, speed_mps, over_s;  // a smooth step from the previous speed
 };
 struct LaneChange {
   double at_s, d_m, over_s;
 };
 struct Spin {
-  double at_s, turns, over_s;  // of the body over its course; positive to the left
+  double at_s, turns, over_s;  // rotation of the body relative to its course; positive to the left
 };
 
 struct CarPlan {
   std::string name;
   double start_s_m = 0, start_d_m = 0, start_speed_mps = 60;
-  std::vector<SpeedChange> speed;  // in order of time, not overlapping
+  std::vector<SpeedChange> speed;  // in order of time, without overlap
   std::vector<LaneChange> lane;
   std::vector<Spin> spin;
 };
@@ -42,15 +42,15 @@ inline constexpr double kMostAlong = 18.5, kMostAcross = 26.5, kMostSpeed = 278 
 
 struct CarState {
   Rigid T_map_vehicle;             // rear axle on the road; the body stands on the banked surface
-  double speed_mps, yaw_rate_rps;  // of the reference point (centre of gravity) along its course; of the body
-  double heading_rad, course_rad;  // horizontal
+  double speed_mps, yaw_rate_rps;  // of the centre of gravity along its course; of the body
+  double heading_rad, course_rad;  // in the horizontal plane
   double accel_along_mps2, accel_across_mps2;
-  double s_m, d_m;  // of the centre of gravity; s counts on over laps
+  double s_m, d_m;  // of the centre of gravity; s continues over laps
 };
 
 class Motion {
  public:
-  // Throws std::invalid_argument naming car, time and figure when a plan asks for more than a car can.
+  // Throws std::invalid_argument with car, time and value if a plan exceeds what a car can do.
   Motion(const Track& track, const CarPlan& plan, double seconds);
 
   CarState at(double time_s) const;

@@ -7,13 +7,13 @@
 namespace overtake::sim {
 namespace {
 
-constexpr double kLane = 2.3;  // both keep so far from the centre line, on different sides, when side by side
+constexpr double kLane = 2.3;  // distance of both cars from the centre line, on different sides, when side by side
 constexpr double kTurnOutGap = 42, kBackGap = 30, kLaneTime = 2.6;
 
 }  // namespace
 
-// The gap over time is exact while the track is straight and the cars' lanes are as long; in a turn the inner lane is
-// shorter by d times the angle turned, some metres a pass, which the generous gaps absorb.
+// The gap over time is exact while the track is straight and both lanes are equally long. In a turn the inner lane is
+// shorter by d times the angle of the turn, some metres per pass, which the large gaps absorb.
 void plan_overtakes(const std::vector<Overtake>& list, CarPlan& ego, CarPlan& other, double& seconds) {
   double now = 0;
   CarPlan* cars[2] = {&ego, &other};
@@ -35,7 +35,7 @@ void plan_overtakes(const std::vector<Overtake>& list, CarPlan& ego, CarPlan& ot
   };
   for (const Overtake& o : list) {
     const int p = passer_of(o), q = 1 - p;
-    // Speeds change over so long that neither brakes nor accelerates harder than 5 m/s2 on the mean.
+    // Duration of speed changes: the mean acceleration stays within 5 m/s2.
     const double change = std::max(std::fabs(o.passer_mps - speed[p]), std::fabs(o.passed_mps - speed[q]));
     const double over = change > 1e-9 ? std::max(2.0, change / 5) : 0;
     if (over > 0) {
@@ -43,14 +43,14 @@ void plan_overtakes(const std::vector<Overtake>& list, CarPlan& ego, CarPlan& ot
       cars[q]->speed.push_back({now, o.passed_mps, over});
     }
     const double closing = o.passer_mps - o.passed_mps;
-    const double gained = over * ((speed[p] - speed[q]) + closing) / 2;  // while speeds change
+    const double gained = over * ((speed[p] - speed[q]) + closing) / 2;  // during the speed changes
     const double side = o.on_left ? kLane : -kLane;
     const auto time_of_gap = [&](double gap) { return now + over + (gap + kOvertakeGap - gained) / closing; };
-    // The passed car keeps to the other side in good time; the passer turns out behind it.
+    // The passed car keeps to the other side early; the passer pulls out behind it.
     steer(q, now + 0.5, -side, kLaneTime);
     const double out = std::max(now + 0.5, time_of_gap(-kTurnOutGap) - kLaneTime / 2);
     if (o.defends) {
-      // It covers the side the passer wants, then yields.
+      // It blocks the passer's side, then yields.
       steer(q, std::max(now + 0.5 + kLaneTime, out - 1.0), side * 0.2, 1.6);
       steer(q, std::max(now + 2.2 + kLaneTime, out + 0.8), -side, 1.6);
     }

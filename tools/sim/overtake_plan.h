@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A row of overtakes between two cars as plans: who was passed is next to pass.
+// Plans for a series of overtakes between two cars: the passed car passes next.
 #pragma once
 
 #include <vector>
@@ -15,8 +15,8 @@ struct Overtake {
   double passer_mps = 70, passed_mps = 60;
 };
 
-// Fills start, speed and lane of both cars and sets the time they take. From one overtake to the next the gap (centre
-// to centre, along the track) goes from -kOvertakeGap to +kOvertakeGap, seen from the passer.
+// Sets start, speed and lane of both cars, and the total time. In each overtake the gap (centre to centre, along the
+// track, seen from the passer) goes from -kOvertakeGap to +kOvertakeGap.
 inline constexpr double kOvertakeGap = 95;
 void plan_overtakes(const std::vector<Overtake>& list, CarPlan& ego, CarPlan& other, double& seconds);
 

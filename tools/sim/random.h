@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Random numbers that belong to a place, not to an order: every draw is a function of the seed and of what it is for
-// (sensor, scan, line, shot ...). So nothing depends on which thread came first. SplitMix64 (Steele, Lea, Flood 2014).
+// Random numbers that do not depend on the order of draws: every number is a function of the seed and of its purpose
+// (sensor, scan, line, shot ...). So the order of threads has no effect. SplitMix64 (Steele, Lea, Flood 2014).
 #pragma once
 
 #include <cstdint>
@@ -21,13 +21,13 @@ inline uint64_t mix_bits(uint64_t v) {
 class Random {
  public:
   explicit Random(uint64_t seed) : state_(mix_bits(seed)) {}
-  // A generator of its own for a part of the whole.
+  // An independent generator for a part.
   Random branch(uint64_t key) const { return Random(state_ ^ mix_bits(key + 0x632be59bd9b4e019u)); }
 
   uint64_t bits() { return mix_bits(state_ += 0x9e3779b97f4a7c15u); }
   double uniform() { return (double(bits() >> 11) + 0.5) * 0x1p-53; }  // (0, 1)
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
-  // Normal by Box and Muller; at most 8.6 sigma. The second of a pair waits for the next call.
+  // Normal by Box and Muller; at most 8.6 sigma. The second of a pair is returned by the next call.
   double normal() {
     if (has_second_) {
       has_second_ = false;

@@ -31,7 +31,7 @@ double normal_distribution(double x) {
 }
 
 double normal_quantile(double p) {
-  // Bisection is quick enough: patterns ask a few dozen times a scan.
+  // Bisection is fast enough: patterns call this a few dozen times per scan.
   double low = -9, high = 9;
   for (int i = 0; i < 48; ++i) {
     const double middle = (low + high) / 2;
@@ -52,7 +52,7 @@ double ScanPattern::elevation(double u, double time_s) const {
     }
     case PatternKind::horizon_dense: {
       const double w = 1 - 2 * u;
-      // The cubic is bent so that it passes center_rad where it is densest and still meets both ends.
+      // The cubic is bent so that it passes center_rad at its densest point and still reaches both ends.
       const double bend = (center_rad - middle) * (1 - w * w);
       return middle + half * (dense_share * w + (1 - dense_share) * w * w * w) + bend + drift;
     }

@@ -1,15 +1,15 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where a vertically scanning LiDAR of the Hydra's kind looks. Two heads sweep +60..0 and 0..-60 degrees at the same
-// time, line after line from the top to the bottom; the mirror goes on down while a line is swept, so that a line falls
-// by a share of its distance to the next one. Figures of the recorded scans (README.md): 440 shots a head and line,
-// 0.1366 deg apart; a line falls by 0.42 of the spacing.
+// The beam directions of a vertically scanning LiDAR like the Hydra. Two heads scan +60..0 and 0..-60 degrees at the
+// same time, line after line from top to bottom. The mirror keeps moving down during a line, so that a line falls by a
+// part of its distance to the next one. Values of the recorded scans (README.md): 440 shots per head and line, 0.1366
+// deg apart; a line falls by 0.42 of the spacing.
 //
 //     u = (line + sweep * shot / shots) / lines   in 0..1 is the way down; elevation(u) is the pattern:
 //     uniform         equal steps
-//     gaussian        steps as a normal distribution's quantiles: dense at the centre
-//     horizon_dense   center + half (k w + (1 - k) w^3), w = 1 - 2u: k times as far apart at the centre as uniform
+//     gaussian        steps like a normal distribution's quantiles: dense at the centre
+//     horizon_dense   center + half (k w + (1 - k) w^3), w = 1 - 2u: the centre's spacing is k times that of uniform
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ enum class PatternKind : uint8_t { uniform, gaussian, horizon_dense };
 
 struct ScanPattern {
   PatternKind kind = PatternKind::uniform;
-  double rate_hz = 20;  // 1 to 30; 640 lines a second are shared among the scans
+  double rate_hz = 20;                                              // 1 to 30; the scans share 640 lines per second
   double fov_top_rad = 7 * kDegree, fov_bottom_rad = -7 * kDegree;  // within +-15 deg
   double center_rad = 0;                                            // of the dense part
   double sigma_rad = 3.2 * kDegree;                                 // gaussian
@@ -35,9 +35,9 @@ struct ScanPattern {
   double elevation(double u, double time_s) const;
 };
 
-inline constexpr int32_t kShots = 440;  // a head and line
+inline constexpr int32_t kShots = 440;  // per head and line
 inline constexpr double kShotStep = 0.1366 * kDegree;
-inline constexpr double kAzimuthLeft = 60.1 * kDegree;  // of the left head's first shot; the right one's: 60 deg less
+inline constexpr double kAzimuthLeft = 60.1 * kDegree;  // left head's first shot; the right head's is 60 deg less
 inline constexpr double kLinePeriod = 1.0 / 640, kSweepShare = 0.42;
 
 // Throws std::invalid_argument. "uniform", "gaussian", "horizon_dense".

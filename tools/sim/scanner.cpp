@@ -11,10 +11,10 @@ namespace overtake::sim {
 namespace {
 
 constexpr int32_t kHeads = 2, kBeams = kHeads * kShots, kLayers = 3;
-constexpr double kBloomFrom = 3;    // reflectivity from which the optics' skirts show
+constexpr double kBloomFrom = 3;    // reflectivity above which the beam's skirts give returns
 constexpr int32_t kBloomReach = 3;  // shots to either side
 
-// What one ray met, nearest first: more than one thing only behind wire mesh.
+// The hits of one ray, nearest first: more than one only behind wire mesh.
 using Layers = std::span<const BeamHit>;
 
 struct LineWork {
@@ -22,7 +22,7 @@ struct LineWork {
   double begin_s = 0, top_rad = 0, fall_rad = 0;
   bool missing = false;
   std::vector<SinCos> elevation;  // [shot]
-  std::vector<BeamHit> hits;      // of the middle rays, in the order they were cast
+  std::vector<BeamHit> hits;      // of the middle rays, in casting order
   struct Span {
     int32_t begin, count;
   };
@@ -40,7 +40,7 @@ struct LineWork {
 
 struct Contribution {
   double range_m, g;  // g: reflectivity times its share of the beam
-  double peak;        // what of g is left at the peak of the pulse
+  double peak;        // part of g at the peak of the pulse
   uint16_t surface;
 };
 
@@ -73,13 +73,13 @@ Ray make_ray(const JobWork& work, const LineWork& line, int32_t beam, double asi
   return ray;
 }
 
-// A beam meets wires of a mesh or slips through between them; then they stop a share of it. Near the sensor the beam is
-// narrower than a mesh, and most of them slip through.
+// A beam hits wires of a mesh or passes between them. Wires stop a share of the beam. Near the sensor the beam is
+// narrower than a mesh, and most beams pass.
 bool meets_wire(const SensorErrors& errors, BeamHit& hit, Random& dice) {
   const double wire = material_of(hit.material).wire_m;
   if (wire == 0) return true;
   const double across = kMeshPitch, along = kMeshPitch * std::max(hit.cos_incidence, 0.05);
-  const double reach = wire + 0.5 * errors.beam_rad * hit.range_m;  // half of the energy lies in half the width
+  const double reach = wire + 0.5 * errors.beam_rad * hit.range_m;  // half of the energy is within half the width
   const double missed = (1 - std::min(1.0, reach / across)) * (1 - std::min(1.0, reach / along));
   const double stopped = 1 - (1 - wire / across) * (1 - std::min(1.0, wire / along));
   if (dice.uniform() < missed) return false;
@@ -96,7 +96,7 @@ struct PackHits {
   Layers of(int32_t ray) const { return {hit[ray], std::size_t(count[ray])}; }
 };
 
-// Casts a pack on until each ray is stopped or gone. The rays of one beam agree on whether it meets a wire.
+// Casts a pack until each ray is stopped or leaves the scene. All rays of a beam have the same result for a wire.
 void cast_layers(const JobWork& work, const LineWork& line, int32_t number, const int32_t (&beams)[Bvh::kPack],
                  const Ray (&rays)[Bvh::kPack], int32_t likely, PackHits& out) {
   const ScanJob& job = *work.job;
@@ -170,22 +170,22 @@ void begin_line(JobWork& work, int32_t number) {
   }
 }
 
-// Road, apron and grass are one floor: no edge of range lies between them.
+// Road, apron and grass count as one surface: there is no range edge between them.
 uint16_t floor_as_one(uint16_t surface) {
   return surface == uint16_t(Surface::apron_grass) ? uint16_t(Surface::road) : surface;
 }
 
-// What stopped the beam for good, behind wires: a surface, or nothing (surface 0).
+// The surface that stopped the beam completely, behind wires, or none (surface 0).
 const BeamHit& solid_hit(Layers layers) {
   static const BeamHit kNothing;
   return layers.empty() || layers.back().coverage < 1 ? kNothing : layers.back();
 }
 
-// Whether two beams side by side met the same surface at about the same range.
+// Whether two neighbouring beams hit the same surface at about the same range.
 bool alike(Layers a, Layers b) {
   const BeamHit &p = solid_hit(a), &q = solid_hit(b);
   if (floor_as_one(p.surface) != floor_as_one(q.surface)) return false;
-  const double slack = p.cos_incidence < 0.3 ? 0.1 : 0.02;  // a floor or wall seen at a grazing angle
+  const double slack = p.cos_incidence < 0.3 ? 0.1 : 0.02;  // a surface seen at a grazing angle
   return std::fabs(p.range_m - q.range_m) < 0.3 + slack * std::min(p.range_m, q.range_m);
 }
 
@@ -215,7 +215,7 @@ bool needs_split(const JobWork& work, int32_t number, int32_t beam) {
     if (other < 0 || other >= int32_t(work.lines.size())) continue;
     const LineWork& next = work.lines[std::size_t(other)];
     if (next.missing) continue;
-    // Floors run away from row to row: only what is met counts there.
+    // Floors differ in range from row to row: there only the surface counts.
     if (floor_as_one(solid_hit(own).surface) != floor_as_one(solid_hit(next.middle(beam)).surface)) return true;
   }
   return false;
@@ -231,14 +231,14 @@ void add_layers(const JobWork& work, Layers layers, double share, double beam_ra
   }
 }
 
-// A floor or wall seen at a grazing angle smears its echo, but it stays one: the rays across a beam sample it only here
-// and there.
+// A surface seen at a grazing angle spreads its echo, but gives one echo only. The rays across a beam sample it at a
+// few places.
 bool one_surface(const Contribution& a, const Contribution& b) {
   return floor_as_one(a.surface) == floor_as_one(b.surface) && a.surface <= uint16_t(Surface::inner_wall) &&
          b.range_m - a.range_m < 0.15 * a.range_m;
 }
 
-// What lies within a pulse's length becomes one echo: range by energy, surface of the strongest.
+// Merges contributions within a pulse's length into one echo: range by energy, surface of the strongest.
 void merge_echoes(std::vector<Contribution>& list) {
   std::sort(list.begin(), list.end(), [](const Contribution& a, const Contribution& b) {
     return a.range_m != b.range_m ? a.range_m < b.range_m : a.surface != b.surface ? a.surface < b.surface : a.g < b.g;
@@ -273,7 +273,7 @@ void emit(const JobWork& work, const LineWork& line, int32_t number, int32_t bea
   for (const Contribution& echo : echoes) {
     if (echo.range_m < errors.range_min_m || echo.range_m > errors.range_max_m) continue;
     const double mean = received_signal(echo.peak, echo.range_m);
-    if (mean < kThreshold - 6) continue;  // six sigma below: never
+    if (mean < kThreshold - 6) continue;  // six sigma below the threshold: never detected
     const double speckle = 0.1 * clamp(dice.normal(), -3, 3), noise = dice.normal();
     const double signal = mean * (mean > 50 ? 1 + speckle : 1) + noise;
     if (signal <= kThreshold) continue;

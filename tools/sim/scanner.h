@@ -1,11 +1,11 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One scan of one sensor: beams through the world, returns through the link budget.
+// One scan of one sensor: casts beams through the world and applies the link budget to the returns.
 //
-// A first pass casts the middle of every beam. Where a beam's neighbours in its line or in the lines above and below
-// met something else, or something nearer or farther, and wherever a car may be, a second pass casts four more rays
-// across the beam: what they meet within a pulse's length mixes into one range, the rest becomes a second return.
+// A first pass casts the middle of every beam. A second pass casts four more rays across a beam if its neighbours in
+// the same, upper or lower line hit another surface or another range, and wherever a car may be. Hits within a pulse's
+// length merge into one range; the rest becomes a second return.
 #pragma once
 
 #include <cstdint>
@@ -19,11 +19,11 @@ namespace overtake::sim {
 inline constexpr int32_t kSensors = 3;
 inline constexpr const char* kSensorName[kSensors] = {"front", "left", "right"};
 
-// One scan: columns of the same length, acquisition order, frame of the sensor at the moment of each point.
+// One scan: columns of the same length, acquisition order, frame of the sensor at the time of each point.
 struct Scan {
   std::vector<float> x_m, y_m, z_m, intensity;
   std::vector<uint16_t> ring, surface;
-  std::vector<uint32_t> time_ns;       // after the scan's begin
+  std::vector<uint32_t> time_ns;       // after the start of the scan
   std::vector<uint8_t> return_number;  // 0 first, 1 second
   int32_t lines = 0, beams = 0, split_beams = 0;
 
@@ -32,7 +32,7 @@ struct Scan {
 };
 
 struct Mounting {
-  Rigid nominal, real;  // T_vehicle_sensor: as the rig says, and where it really sits
+  Rigid nominal, real;  // T_vehicle_sensor: according to the rig, and in reality
 };
 
 struct ScanJob {
@@ -43,10 +43,10 @@ struct ScanJob {
   const OwnCarMask* own_car;
   double begin_s;
   int32_t sensor;
-  Random random;  // of this sensor and scan
+  Random random;  // for this sensor and scan
 };
 
-// All jobs together, shared among the workers; the result does not depend on their number.
+// All jobs together, distributed to the workers; the result does not depend on the number of workers.
 std::vector<Scan> take_scans(const std::vector<ScanJob>& jobs, Workers& workers);
 
 }  // namespace overtake::sim

@@ -230,7 +230,8 @@ Scenario load_scenario(const std::string& file_or_name) {
       if (file_or_name == kBuiltinScenarios[i].name) return parse_scenario(file_or_name, kBuiltinScenarios[i].text);
   if (!std::filesystem::exists(file_or_name))
     throw io::Error(file_or_name, 0,
-                    "is no file and no built-in scenario; built in are " + io::join(builtin_scenario_names(), ", ") +
+                    "is neither a file nor a built-in scenario; built in are " +
+                        io::join(builtin_scenario_names(), ", ") +
                         io::did_you_mean(file_or_name, builtin_scenario_names()));
   return parse_scenario(file_or_name, io::read_whole_file(file_or_name, io::kMostToml));
 }

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What happens in a simulated race: a TOML file (README.md lists the keys) read into plain data.
+// The content of a simulated race: plain data, read from a TOML file (README.md lists the keys).
 #pragma once
 
 #include <cstdint>
@@ -18,12 +18,12 @@ namespace overtake::sim {
 struct SensorErrors {
   double range_noise_m = 0.01;                                          // one sigma
   double beam_rad = 0.0015;                                             // full width of a beam (4 sigma of its energy)
-  double missing_line_share = 0;                                        // of lines that never come
+  double missing_line_share = 0;                                        // of missing lines
   double clock_jitter_s = 0.0002;                                       // of a scan's stamp, one sigma
-  double mounting_error_m = 0.005, mounting_error_rad = 0.1 * kDegree;  // one sigma each axis, one draw a run
+  double mounting_error_m = 0.005, mounting_error_rad = 0.1 * kDegree;  // one sigma per axis, one draw per run
   double range_min_m = 0.5, range_max_m = 300;
   bool second_returns = true;
-  bool report_own_car = false;  // it hides the world in any case; recorded scans hold no returns of it
+  bool report_own_car = false;  // the own car always blocks the view; recorded scans contain no returns from it
 };
 
 struct PatternChange {
@@ -57,7 +57,7 @@ struct Scenario {
   const ScanPattern& pattern_at(double time_s) const;
 };
 
-// Throw io::Error with file and line.
+// Throws io::Error with file and line.
 Scenario load_scenario(const std::string& file_or_name);
 Scenario parse_scenario(const std::string& path_in_errors, std::string_view text);
 std::vector<std::string> builtin_scenario_names();

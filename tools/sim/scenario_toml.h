@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The scenarios of tools/sim/scenarios as text in the binary, so that their names work anywhere.
+// The scenarios of tools/sim/scenarios as text in the binary, so that their names work in every folder.
 #pragma once
 
 #include <cstdint>

@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The simulator's own mathematics: double, made of + - * / and sqrt only, so that one seed gives the same bytes on
-// every machine and compiler (build with -ffp-contract=off). It shares nothing with core/math.h: what is judged must
-// not stand on the same functions as its judge.
+// The simulator's elementary functions: double, made only of + - * / and sqrt, so that one seed gives the same bytes on
+// every machine and compiler (build with -ffp-contract=off). They share nothing with core/math.h, because the simulator
+// is used to test the library.
 #pragma once
 
 #include <bit>
@@ -20,14 +20,14 @@ inline double square(double v) { return v * v; }
 inline double clamp(double v, double low, double high) { return v < low ? low : v > high ? high : v; }
 inline double lerp(double a, double b, double share) { return a + (b - a) * share; }
 
-// Angle brought to [-pi, pi].
+// The angle in [-pi, pi].
 inline double wrap_angle(double a) { return a - 2 * kPi * std::floor(a / (2 * kPi) + 0.5); }
 
 struct SinCos {
   double sin, cos;
 };
 
-// Taylor series on [-pi/4, pi/4] after a reduction in two parts; |angle| up to 1e5: absolute error below 1e-14 or so.
+// Taylor series on [-pi/4, pi/4] after a reduction in two parts; |angle| up to 1e5: absolute error about 1e-14.
 inline SinCos sin_cos(double angle) {
   const double turns = std::floor(angle * (2 / kPi) + 0.5);
   const double r = (angle - turns * 1.57079632673412561417) - turns * 6.07710050650619224932e-11;
@@ -62,7 +62,7 @@ inline double tan_of(double a) {
   return sc.sin / sc.cos;
 }
 
-// Two halvings of the argument, then the series: below 1e-15 relative.
+// Two halvings of the argument, then the series: relative error below 1e-15.
 inline double atan_of(double t) {
   if (t < 0) return -atan_of(-t);
   if (t > 1) return kPi / 2 - atan_of(1 / t);
@@ -81,7 +81,7 @@ inline double atan2_of(double y, double x) {
 }
 inline double asin_of(double v) { return atan2_of(v, std::sqrt(1 - clamp(v * v, 0, 1))); }
 
-// 2^k times the series of degree 14 of what is left, even and odd powers apart: two short chains instead of a long one.
+// 2^k times a series of degree 14, even and odd powers separate: two short chains instead of a long one.
 inline double exp_of(double v) {
   if (v < -700) return 0;
   if (v > 700) v = 700;
@@ -106,7 +106,7 @@ inline double log_of(double v) {  // of a normal positive number
   return double(exponent) * 0.69314718055994530942 + 2 * t * p;
 }
 
-// Smooth step 0..1 with two derivatives that vanish at both ends.
+// Smooth step 0..1; the first two derivatives are zero at both ends.
 inline double smooth_step(double share) {
   const double t = clamp(share, 0, 1);
   return t * t * t * (10 + t * (6 * t - 15));
@@ -134,7 +134,7 @@ inline Mat3 rotation_about_z(double yaw) {
   const SinCos a = sin_cos(yaw);
   return {{a.cos, a.sin, 0}, {-a.sin, a.cos, 0}, {0, 0, 1}};
 }
-// Rz(yaw) Ry(pitch) Rx(roll), as REP 103.
+// Rz(yaw) Ry(pitch) Rx(roll), as in REP 103.
 inline Mat3 rotation_of(double roll, double pitch, double yaw) {
   const SinCos r = sin_cos(roll), p = sin_cos(pitch);
   const Mat3 ry{{p.cos, 0, -p.sin}, {0, 1, 0}, {p.sin, 0, p.cos}}, rx{{1, 0, 0}, {0, r.cos, r.sin}, {0, -r.sin, r.cos}};
@@ -154,7 +154,7 @@ struct Rigid {  // T_outer_inner
   Rigid operator*(const Rigid& o) const { return {rotation * o.rotation, rotation * o.place + place}; }
   Vec3 inverse_times(Vec3 p) const { return rotation.transposed_times(p - place); }
 };
-// Between two poses less than a few milliradians apart: straight between the two; the rotation stays one to 1e-7.
+// Interpolates linearly between two poses less than a few milliradians apart; the result is a rotation within 1e-7.
 inline Rigid blend(const Rigid& a, const Rigid& b, double share) {
   const auto mix = [share](Vec3 u, Vec3 v) { return u + (v - u) * share; };
   return {{mix(a.rotation.x, b.rotation.x), mix(a.rotation.y, b.rotation.y), mix(a.rotation.z, b.rotation.z)},

@@ -19,7 +19,7 @@ Simulator::Simulator(const Scenario& scenario, uint64_t seed, double seconds, in
       workers_(std::make_unique<Workers>(worker_count)),
       rig_(io::load_rig("av21")) {
   world_->puff_random = random_.branch(kPuffStream);
-  // The side sensors move forward or back until the strip between the fields of view is as wide as asked for.
+  // Moves the side sensors forward or back until the strip between the fields of view has the given width.
   io::RigSensor &front = rig_.sensors[0], &left = rig_.sensors[1], &right = rig_.sensors[2];
   const SinCos edge = sin_cos(60 * kDegree);
   left.x_m = right.x_m = front.x_m - (scenario.seam_strip_m - left.y_m * edge.cos) / edge.sin;
@@ -36,7 +36,7 @@ Simulator::Simulator(const Scenario& scenario, uint64_t seed, double seconds, in
                  {sensor.x_m, sensor.y_m, sensor.z_m}};
     Random dice = random_.branch(kMountingStream).branch(uint64_t(s));
     const double size = scenario_.errors.mounting_error_m, turn = scenario_.errors.mounting_error_rad;
-    double draw[6];  // drawn in order: the order in which arguments are computed is the compiler's
+    double draw[6];  // drawn one by one: the order of evaluating arguments is unspecified
     for (double& d : draw) d = dice.normal();
     const Rigid error{rotation_of(turn * draw[0], turn * draw[1], turn * draw[2]),
                       {size * draw[3], size * draw[4], size * draw[5]}};
@@ -49,20 +49,20 @@ Simulator::Simulator(const Scenario& scenario, uint64_t seed, double seconds, in
   }
 }
 
-Sweep Simulator::sweep(int32_t index) {
-  Sweep sweep;
+SimFrame Simulator::frame(int32_t index) {
+  SimFrame frame;
   const double begin = begin_s_[std::size_t(index)];
-  sweep.begin_ns = int64_t(begin * 1e9 + 0.5);
+  frame.begin_ns = int64_t(begin * 1e9 + 0.5);
   std::vector<ScanJob> jobs;
   for (int32_t s = 0; s < kSensors; ++s) {
     Random clock = random_.branch(kClockStream).branch(uint64_t(index)).branch(uint64_t(s));
     const double off = scenario_.errors.clock_jitter_s * clamp(clock.normal(), -4, 4);
-    sweep.stamp_ns[s] = std::max<int64_t>(0, sweep.begin_ns + int64_t(std::floor(off * 1e9 + 0.5)));
+    frame.stamp_ns[s] = std::max<int64_t>(0, frame.begin_ns + int64_t(std::floor(off * 1e9 + 0.5)));
     jobs.push_back({world_.get(), &scenario_.pattern_at(begin), &scenario_.errors, mounting_[s], &own_car_[s], begin, s,
                     random_.branch(kScanStream).branch(uint64_t(index)).branch(uint64_t(s))});
   }
-  sweep.scans = take_scans(jobs, *workers_);
-  return sweep;
+  frame.scans = take_scans(jobs, *workers_);
+  return frame;
 }
 
 std::vector<EgoPose> Simulator::ego_poses() const {
@@ -70,7 +70,7 @@ std::vector<EgoPose> Simulator::ego_poses() const {
                   random_.branch(kEgoStream));
 }
 
-// Survey error: a smooth random wave across the line and in both widths, made of the harmonics longer than map_wave_m.
+// Survey error: a smooth random wave across the line and in both widths, made of harmonics longer than map_wave_m.
 SurveyedMap Simulator::map() const {
   const Track& track = world_->track;
   const int32_t harmonics = std::max(1, int32_t(track.length_m() / scenario_.map_wave_m));

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A scenario with a seed, scan after scan.
+// Simulates a scenario with a seed, scan by scan.
 #pragma once
 
 #include <memory>
@@ -11,9 +11,9 @@
 
 namespace overtake::sim {
 
-struct Sweep {                 // the scans of all sensors that belong together
+struct SimFrame {              // the scans of all sensors that belong together
   int64_t begin_ns;            // true time
-  int64_t stamp_ns[kSensors];  // as the sensor's clock says
+  int64_t stamp_ns[kSensors];  // of the sensor's clock
   std::vector<Scan> scans;     // by sensor
 };
 
@@ -23,17 +23,17 @@ struct SurveyedMap {  // centre line in driving direction, closed
 
 class Simulator {
  public:
-  // Throws std::invalid_argument where a plan asks for more than a car can. seconds <= 0: as the scenario says.
+  // Throws std::invalid_argument if a plan exceeds what a car can do. seconds <= 0: the scenario's duration.
   Simulator(const Scenario& scenario, uint64_t seed, double seconds = 0, int32_t worker_count = 0);
 
-  int32_t sweep_count() const { return int32_t(begin_s_.size()); }
-  double sweep_begin_s(int32_t index) const { return begin_s_[std::size_t(index)]; }
-  Sweep sweep(int32_t index);  // depends on seed and index alone
+  int32_t frame_count() const { return int32_t(begin_s_.size()); }
+  double frame_begin_s(int32_t index) const { return begin_s_[std::size_t(index)]; }
+  SimFrame frame(int32_t index);  // depends only on seed and index
   double seconds() const { return seconds_; }
 
   const Scenario& scenario() const { return scenario_; }
   const World& world() const { return *world_; }
-  const io::Rig& rig() const { return rig_; }  // the nominal mounting: what a pipeline is told
+  const io::Rig& rig() const { return rig_; }  // the nominal mounting, which the detector gets
   const Mounting& mounting(int32_t sensor) const { return mounting_[sensor]; }
   int32_t worker_count() const { return workers_->count(); }
   std::vector<EgoPose> ego_poses() const;

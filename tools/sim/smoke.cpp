@@ -18,7 +18,7 @@ PuffCloud puffs_at(const std::vector<PuffSource>& sources, double time_s, const 
       const CarState car = source.car->at(born);
       const double side = i % 2 ? 0.75 : -0.75;
       const SinCos course = sin_cos(car.course_rad);
-      const double speed = 0.35 * car.speed_mps, slowed = 0.6 * (1 - exp_of(-age / 0.6));  // metres a m/s
+      const double speed = 0.35 * car.speed_mps, slowed = 0.6 * (1 - exp_of(-age / 0.6));  // metres per m/s
       Puff puff;
       puff.center =
           car.T_map_vehicle * Vec3{dice.uniform(-0.5, 0.2), side + 0.15 * dice.normal(), dice.uniform(0.1, 0.4)};

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Tyre smoke and dust: puffs that leave a car's rear wheels, slow down, grow and thin out. A puff is a Gaussian ball of
-// extinction; a beam through it loses exp(-2 tau) on the way there and back and gets a weak return from inside.
+// Tyre smoke and dust: puffs that leave a car's rear wheels, slow down, grow and fade. A puff is a Gaussian ball of
+// extinction. A beam through it loses exp(-2 tau) on the way there and back, and gets a weak return from inside.
 #pragma once
 
 #include <vector>
@@ -23,7 +23,7 @@ struct Puff {
   double radius_m, extinction_pm;
 };
 
-// The puffs that are there at one moment, with a ball that holds them all.
+// The puffs that exist at one moment, with a ball that contains all of them.
 struct PuffCloud {
   std::vector<Puff> puffs;
   Vec3 center;
@@ -35,9 +35,9 @@ inline constexpr double kSmokeReflectivity = 0.08;  // of a thick cloud: pi / (2
 
 struct SmokeReturn {
   double range_m, share;  // share of the beam's energy on its way back, before the surface behind
-  double depth_m;         // of the puff along the beam: its echo is spread over so much
+  double depth_m;         // of the puff along the beam: the echo is spread over this
 };
-// Returns along a ray up to range far_m, appended to `out`; the value is what is left for the surface behind.
+// Appends the returns along a ray up to range far_m to `out`; returns the energy left for the surface behind.
 double cross_smoke(const PuffCloud& cloud, Vec3 origin, Vec3 direction, double far_m, Random& random,
                    std::vector<SmokeReturn>& out);
 

@@ -1,11 +1,11 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What stands round the track, from the centre line's description alone.
+// Static objects around the track, from the centre line's description alone.
 //
 //   d:   outer wall with fence | white line |   road   | white line | apron | grass | inner wall or pit wall | pit lane
 //
-// Heights and distances are those usual on American ovals: SAFER wall 1.07 m, catch fence to 6.7 m, posts every 6 m.
+// Heights and distances are usual values of American ovals: SAFER wall 1.07 m, catch fence to 6.7 m, posts every 6 m.
 #include <cstdint>
 #include <utility>
 
@@ -16,7 +16,7 @@ namespace overtake::sim {
 namespace {
 
 constexpr double kWallHeight = 1.07, kFenceTop = 6.7, kPostSpacing = 6, kLine = 0.15, kCell = 1.0;
-constexpr double kPitHalf = 260;  // the pit lane reaches so far before and behind the start line
+constexpr double kPitHalf = 260;  // extent of the pit lane before and after the start line
 
 struct Builder {
   const Track& track;
@@ -27,7 +27,7 @@ struct Builder {
     p.z += above;
     return p;
   }
-  // Quads between two lateral stations d1(s), d2(s) at heights above the surface, once round or from s1 to s2.
+  // Quads between two lateral stations d1(s), d2(s) at heights above the surface, for the whole lap or from s1 to s2.
   template <class Station>
   void add_strip(double s1, double s2, double cell, Station&& station) {
     const int count = int((s2 - s1) / cell + 0.5);
@@ -61,7 +61,7 @@ using Pair = std::pair<Vec3, Vec3>;
 
 void Builder::add_road() {
   const double length = track.length_m();
-  // Lateral stations: share of the way from the right edge to the left one, lines apart.
+  // Lateral stations: share of the way from the right edge to the left one, without the lines.
   constexpr int kLanes = 6;
   use(MaterialId::asphalt, Surface::road);
   for (int lane = 0; lane < kLanes; ++lane)
@@ -108,7 +108,7 @@ void Builder::add_walls() {
   add_strip(0, length, kCell, [&](double s) {
     return Pair{at(s, outer(s), kWallHeight), at(s, outer(s) - 0.6, kWallHeight)};
   });
-  // A band of advertisement on the wall, every other 20 m.
+  // A band of advertisements on the wall, on every other 20 m.
   use(MaterialId::sign, Surface::outer_wall);
   for (double s = 0; s + 20 < length; s += 40)
     add_strip(s, s + 12, kCell, [&](double u) {
@@ -185,7 +185,7 @@ void Builder::add_stands() {
     }
     return;
   }
-  // Stepped rows behind the outer wall of the front stretch: a walk, then 24 rows.
+  // Stepped rows behind the outer wall of the front stretch: a walkway, then 24 rows.
   use(MaterialId::concrete, Surface::building);
   const auto back = [&](double s) { return -track.at(s).width_right_m - 9; };
   for (const auto& [from, to] : {std::pair<double, double>{0, 330}, {length - 330, length}}) {
@@ -201,7 +201,7 @@ void Builder::add_stands() {
       });
     }
   }
-  // Elsewhere: poles and buildings some way off, the same ones in every run.
+  // Elsewhere: poles and buildings at some distance, the same ones in every run.
   use(MaterialId::building, Surface::building);
   uint64_t key = 1;
   for (double s = 380; s < length - 380; s += 45) {
@@ -215,14 +215,14 @@ void Builder::add_pit() {
   if (!is_oval()) return;
   const double length = track.length_m();
   const auto edge = [&](double s) { return inner_wall(track.at(s)); };
-  use(MaterialId::concrete, Surface::inner_wall);  // pit wall, its lane, the garages' front
+  use(MaterialId::concrete, Surface::inner_wall);  // pit wall, its lane, the front of the garages
   for (const auto& [from, to] : {std::pair<double, double>{0, kPitHalf}, {length - kPitHalf, length}}) {
     use(MaterialId::concrete, Surface::inner_wall);
     add_strip(from, to, 2, [&](double s) { return Pair{at(s, edge(s), 0), at(s, edge(s), 0.95)}; });
     use(MaterialId::building, Surface::building);
     add_strip(from, to, 5, [&](double s) { return Pair{at(s, edge(s) + 28, 0), at(s, edge(s) + 28, 5)}; });
   }
-  // Parked: race cars along the boxes, a truck here and there; some between pit wall and lane, seen over the wall.
+  // Parked: race cars along the boxes, some trucks; some between pit wall and lane, visible over the wall.
   const Mesh parked = make_race_car(Surface::parked_vehicle);
   for (int i = -6; i <= 6; ++i) {
     const double s = track.wrap(32.0 * i + 9);

@@ -1,14 +1,14 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The oval is put together from plateaus of curvature, banking and width with smooth steps between them:
+// The oval consists of plateaus of curvature, banking and width with smooth steps between them:
 //
 //   half lap:  front stretch | turn 1 | turn 2 | back stretch      the other half is its mirror image
 //   radius     700 m           223 m    240 m    straight
 //   banking    9 deg           20 deg   20 deg   6 deg
 //   width      14 m            15.5 m   15.5 m   12.5 m
 //
-// Their lengths follow from closing: heading pi and no sideways offset after half a lap, and 2,450 m in all.
+// The lengths follow from closure: heading pi and no lateral offset after half a lap, and 2,450 m in total.
 #include "tools/sim/track.h"
 
 #include <algorithm>
@@ -23,7 +23,7 @@ struct Plateau {
   double length, curvature, banking_deg, width;
 };
 
-// Value along plateaus with smooth steps of kBlend between them (half of it in either neighbour).
+// Value along plateaus with smooth steps of kBlend between them (half of it on each side).
 template <class Pick>
 double along_plateaus(const std::vector<Plateau>& parts, double s, Pick&& pick) {
   double begin = 0, value = pick(parts[0]);
@@ -46,7 +46,7 @@ std::vector<Plateau> half_lap(double front) {
   return {{front, kFront, 9, 14}, {turn, kTurn1, 20, 15.5}, {turn, kTurn2, 20, 15.5}, {back, 0, 6, 12.5}};
 }
 
-// Where half a lap that starts at the origin along +x ends; Simpson's rule on the heading, then on the place.
+// End of half a lap that starts at the origin along +x; Simpson's rule on the heading, then on the position.
 double end_x(const std::vector<Plateau>& parts) {
   double heading = 0, x = 0;
   const int n = int(kOvalLength / 2 / kStep);
@@ -93,7 +93,7 @@ void Track::fill_oval() {
     p.x = x, p.y = y, p.heading_rad = heading, p.curvature_pm = curvature(s);
     p.banking_rad = along_plateaus(parts, m, [](const Plateau& q) { return q.banking_deg; }) * kDegree;
     p.width_left_m = p.width_right_m = along_plateaus(parts, m, [](const Plateau& q) { return q.width; }) / 2;
-    p.z = p.width_left_m * tan_of(p.banking_rad);  // the inner edge lies level at 0
+    p.z = p.width_left_m * tan_of(p.banking_rad);  // the inner edge is level at 0
     points_.push_back(p);
     const double k1 = curvature(s + step_ / 2), k2 = curvature(s + step_);
     const double middle = heading + step_ / 24 * (5 * p.curvature_pm + 8 * k1 - k2);
@@ -105,7 +105,7 @@ void Track::fill_oval() {
   close(x, y);
 }
 
-// What integration left open (under a millimetre) is spread evenly over the lap.
+// Spreads the remaining integration error (under a millimetre) evenly over the lap.
 void Track::close(double spare_x, double spare_y) {
   const double n = double(points_.size());
   for (std::size_t i = 0; i < points_.size(); ++i) {
@@ -180,7 +180,7 @@ TrackPoint Track::at(double s) const {
   const double t = clamp(position - double(i), 0, 1);
   const TrackPoint& a = points_[i];
   TrackPoint b = points_[j];
-  // Place and heading by Hermite's cubic with the exact slopes, the rest straight between points half a metre apart.
+  // Position and heading by Hermite's cubic with the exact slopes; the rest linear between points half a metre apart.
   const double h00 = (1 + 2 * t) * square(1 - t), h10 = t * square(1 - t), h01 = t * t * (3 - 2 * t),
                h11 = t * t * (t - 1);
   const SinCos ca = sin_cos(a.heading_rad), cb = sin_cos(b.heading_rad);

@@ -4,10 +4,10 @@
 // A closed race track as a surface over (s, d): s along the centre line in driving direction, d to the left of it, both
 // in metres and horizontal. Curvature, banking and widths are smooth everywhere.
 //
-//     z  ^            outer wall |            A banked road is straight across: z = z_center - d tan(banking); with
-//        |                   __/ |            banking > 0 the right side is the higher one (left turns).
-//        |            __--''                  Beyond the left edge lie the apron and grass, level at the edge's height;
-//        +-----____-''------------> -d        beyond the right edge the road goes on up to the wall.
+//     z  ^            outer wall |            A banked road is straight across: z = z_center - d tan(banking). With
+//        |                   __/ |            banking > 0 the right side is higher (left turns).
+//        |            __--''                  Left of the left edge: apron and grass, level at the edge's height.
+//        +-----____-''------------> -d        Right of the right edge: the road rises up to the wall.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,8 @@ struct SurfaceFrame {
 
 class Track {
  public:
-  // Built in: "oval" (2.45 km, Las Vegas like, from published figures) and "road" (a Fourier curve with slopes, left
-  // and right turns). Throws std::invalid_argument on another name.
+  // Built in: "oval" (2.45 km, similar to Las Vegas, from published data) and "road" (a Fourier curve with slopes, left
+  // and right turns). Throws std::invalid_argument for another name.
   static Track make(const std::string& name);
 
   const std::string& name() const { return name_; }

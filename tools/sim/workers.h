@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Threads that share the indices of a loop. What a loop computes must not depend on who did which index.
+// Threads that share the indices of a loop. The loop's results must not depend on which thread runs which index.
 #pragma once
 
 #include <atomic>
@@ -17,12 +17,12 @@ namespace overtake::sim {
 
 class Workers {
  public:
-  explicit Workers(int32_t count);  // 0: one a CPU
+  explicit Workers(int32_t count);  // 0: one per CPU
   ~Workers();
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
 
-  // Calls body(0..count-1), each once; returns when all are done. The first exception is passed on.
+  // Calls body(0..count-1), each once; returns when all are done. Rethrows the first exception.
   void for_each(int32_t count, const std::function<void(int32_t)>& body);
   int32_t count() const { return int32_t(threads_.size()) + 1; }
 

@@ -19,7 +19,7 @@ Mesh make_all_that_stands(const Track& track, const Scenario& scenario) {
 }
 
 constexpr double kMaskCell = 0.5 * kDegree, kMaskAzimuth = 64 * kDegree, kMaskElevation = 20 * kDegree;
-constexpr int32_t kMaskCols = 256, kMaskRows = 80, kRaysACell = 3;  // 0.17 deg apart: 7 mm on what is 2.4 m away
+constexpr int32_t kMaskCols = 256, kMaskRows = 80, kRaysACell = 3;  // 0.17 deg apart: 7 mm at 2.4 m
 
 }  // namespace
 
@@ -76,7 +76,7 @@ LineView LineView::make(const World& world, double begin_s, double end_s) {
 
 namespace {
 
-// The nearest car; returns how far to look on.
+// The nearest car; returns the range limit of the remaining search.
 double cast_cars(const World& world, const LineView& view, RayCast& beam, double far) {
   const Ray& ray = beam.ray;
   BeamHit& best = beam.hit;
@@ -92,7 +92,7 @@ double cast_cars(const World& world, const LineView& view, RayCast& beam, double
             -1};
   }
   for (std::size_t i = 0; i < view.numbers.size(); ++i) {
-    // A ball round the car first; a car moves a few centimetres within a line.
+    // First a ball around the car; a car moves a few centimetres within a line.
     const Vec3 to = view.cars[0][i] * world.car.center() - ray.origin_map;
     const double along = dot(to, ray.direction_map), radius = world.car.radius_m() + 0.3;
     if (along < -radius || along - radius > far || dot(to, to) - along * along > radius * radius) continue;

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Everything a beam can meet: the surroundings, the cars where they are at that moment, the own car, smoke.
+// Everything that a beam can hit: the surroundings, the cars at that time, the own car, smoke.
 #pragma once
 
 #include <memory>
@@ -15,32 +15,32 @@ namespace overtake::sim {
 
 struct World {
   Track track;
-  Bvh surroundings;                              // map frame
-  Bvh car;                                       // vehicle frame; one shape for all
+  Bvh surroundings;                              // in the map frame
+  Bvh car;                                       // in the vehicle frame; one shape for all cars
   std::vector<std::unique_ptr<Motion>> motions;  // by car of the scenario
   int32_t ego = 0;
   std::vector<PuffSource> puff_sources;
   Random puff_random{0};  // the same for all sensors and scans of a run
 
-  // Throws std::invalid_argument where a plan is beyond what a car can do.
+  // Throws std::invalid_argument if a plan exceeds what a car can do.
   explicit World(const Scenario& scenario);
 };
 
-// What a beam met. surface: Surface, cars numbered from Surface::car.
+// The hit of a beam. surface: Surface, cars numbered from Surface::car.
 struct BeamHit {
   double range_m = 0;
   double cos_incidence = 0;
   uint16_t surface = 0;  // none: nothing within range
   MaterialId material = MaterialId::asphalt;
-  double coverage = 1;    // share of the beam that is stopped here
-  int32_t triangle = -1;  // of the surroundings, -1: a car's
+  double coverage = 1;    // share of the beam that stops here
+  int32_t triangle = -1;  // of the surroundings, -1: of a car
 };
 
-// The cars and the ego as one line of a scan sees them: poses at its begin and end, straight in between.
+// The cars and the ego during one line of a scan: poses at its start and end, linear in between.
 struct LineView {
   Rigid ego[2];
   std::vector<Rigid> cars[2];
-  std::vector<int32_t> numbers;  // of the cars, the ego left out
+  std::vector<int32_t> numbers;  // of the cars, without the ego
 
   static LineView make(const World& world, double begin_s, double end_s);
 };
@@ -49,8 +49,8 @@ struct Ray {
   Vec3 origin_map, direction_map, origin_vehicle, direction_vehicle;
 };
 
-// Where a sensor may see its own car: a grid of directions, cells grown by one all round. Outside of it nothing of the
-// own car is in the way, and no time is lost on asking.
+// The directions in which a sensor may see its own car: a grid, grown by one cell on all sides. In other directions the
+// own car does not block the view, and its mesh is not tested.
 class OwnCarMask {
  public:
   OwnCarMask() = default;
@@ -64,14 +64,14 @@ class OwnCarMask {
 // One ray of a pack.
 struct RayCast {
   Ray ray;
-  double share;   // of the line's time
-  bool own_car;   // whether the own car may be in the way
-  bool active;    // whether it is to be cast
-  double near_m;  // hits nearer than this do not count
-  BeamHit hit;    // the nearest one
+  double share;   // of the line's duration
+  bool own_car;   // whether the own car may block the view
+  bool active;    // whether to cast this ray
+  double near_m;  // nearer hits do not count
+  BeamHit hit;    // the nearest hit
 };
-// Rays of one line that run nearly alike. likely: a triangle of the surroundings that is probably hit, -1: none; the
-// result does not depend on it.
+// Casts nearly parallel rays of one line. likely: a triangle of the surroundings that is probably hit, -1: none; it
+// does not change the result.
 void cast(const World& world, const LineView& view, RayCast (&pack)[Bvh::kPack], double far_m, int32_t likely);
 
 }  // namespace overtake::sim

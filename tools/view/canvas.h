@@ -20,13 +20,13 @@ class Canvas {
  public:
   static constexpr int32_t kHead = 20;  // rows above the plane, for a caption
 
-  // The plane's left and top edge, in metres, and its size in pixels without the head.
+  // left_m, top_m: edge of the plane. width, height: its size in pixels, without the head.
   Canvas(double left_m, double top_m, double pixels_per_m, int32_t width, int32_t height, io::Rgb paper);
 
   void dot(PlanePoint at, io::Rgb color, int32_t size);
   void line(PlanePoint from, PlanePoint to, io::Rgb color, int32_t size);
   void polygon(const std::vector<PlanePoint>& corners, io::Rgb color, int32_t size);  // closed
-  // Beside a point: its lower left corner is `pixels` to the right of it and above.
+  // Writes beside a point: the text's lower left corner is `pixels` to the right of it and above it.
   void label(PlanePoint at, std::string_view text, io::Rgb color, int32_t zoom, int32_t pixels);
 
   io::Picture picture;
@@ -35,7 +35,7 @@ class Canvas {
   double left_m_, top_m_, scale_;
 };
 
-// A quarter of the pixels, each the mean of four: smooth edges.
+// Halves both sides; each pixel is the mean of four, which smooths edges.
 io::Picture halve(const io::Picture& picture);
 
 }  // namespace overtake::cli

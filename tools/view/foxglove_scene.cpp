@@ -14,7 +14,7 @@ namespace {
 
 using google::protobuf::FileDescriptor;
 
-// What a file imports goes before it.
+// Adds the imported files before the file itself.
 void add_file(const FileDescriptor& file, std::set<std::string>& added, google::protobuf::FileDescriptorSet& set) {
   if (!added.insert(file.name()).second) return;
   for (int i = 0; i < file.dependency_count(); ++i) add_file(*file.dependency(i), added, set);

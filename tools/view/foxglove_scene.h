@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Foxglove's messages, filled in a line each.
+// Builders for Foxglove's messages.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ struct SceneColor {
   double r, g, b, a;
 };
 
-// A FileDescriptorSet of the message ("foxglove.PointCloud") and all it is made of, as MCAP wants it.
+// A FileDescriptorSet of the message ("foxglove.PointCloud") and all its dependencies, as MCAP requires.
 std::string descriptor_of(const std::string& message);
 
 void set_stamp(google::protobuf::Timestamp& stamp, int64_t stamp_ns);
@@ -33,7 +33,7 @@ void add_cube(foxglove::SceneEntity& entity, ScenePoint center, double yaw_rad, 
               double height_m, SceneColor color);
 void add_arrow(foxglove::SceneEntity& entity, ScenePoint tail, double yaw_rad, SceneColor color);
 void add_line(foxglove::SceneEntity& entity, const std::vector<ScenePoint>& points, bool closed, SceneColor color);
-// Two sigmas of a covariance.
+// An ellipse at two sigmas of the covariance.
 void add_ellipse(foxglove::SceneEntity& entity, double x_m, double y_m, double var_x, double cov_xy, double var_y,
                  SceneColor color);
 void add_text(foxglove::SceneEntity& entity, ScenePoint at, const std::string& text);

@@ -17,7 +17,7 @@ constexpr io::Rgb kBackground = {14, 15, 20}, kGround = {52, 56, 66}, kPoint = {
 constexpr io::Rgb kDetection = {255, 150, 30}, kTrack = {70, 170, 255}, kEllipse = {38, 78, 120},
                   kEgo = {235, 235, 235}, kTextColor = {215, 215, 220};
 constexpr double kAhead_m = 90, kBehind_m = 30, kAside_m = 26;
-constexpr double kMostSpread_m = 6;  // standard deviation up to which an ellipse says something
+constexpr double kMostSpread_m = 6;  // m; an ellipse of a larger standard deviation is not drawn
 constexpr int32_t kPixelsPerM = 24;  // before the picture is halved
 
 // The ego vehicle's frame at the frame's stamp.

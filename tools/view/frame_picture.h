@@ -12,11 +12,13 @@
 
 namespace overtake::cli {
 
-// The frame the reader stands on, in the ego vehicle's frame: driving direction to the right, left is up, 90 m ahead,
-// 30 m behind, 26 m to either side. Ground points are dark, others grey, those of a detection orange; a rectangle of
-// the known size at each detection (orange) and confirmed track (blue), the track's id and speed, its path with a dot
-// every half second and the 95 % ellipse at each whole one, where it is not larger than the road is wide. Throws
-// io::Error.
+// The reader's frame in the ego vehicle's frame, driving direction to the right: 90 m ahead, 30 m behind, 26 m to
+// either side. Throws io::Error.
+//
+//   points       ground dark, others grey, of a detection orange
+//   detection    rectangle of the known size, orange
+//   track        confirmed only, blue: rectangle, id, speed; predicted path with a dot every 0.5 s and the 95 %
+//                ellipse every 1 s unless it is larger than the road is wide
 io::Picture draw_frame(ovt_reader* reader, const io::Rig& rig, const ovt_params& params, const std::string& caption);
 
 }  // namespace overtake::cli

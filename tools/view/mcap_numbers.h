@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A frame's numbers as JSON, by core/columns.def and pipeline/stats.def, and the JSON Schema of each:
-// "overtake.Detections", "overtake.Tracks", "overtake.Times", "overtake.Counters". Stamps are strings of ns (JSON's
-// numbers lose digits beyond 2^53); what is not finite is null.
+// The numbers of a frame as JSON, by core/columns.def and pipeline/stats.def, and a JSON Schema for each:
+// "overtake.Detections", "overtake.Tracks", "overtake.Times", "overtake.Counters". Stamps are strings of ns, because
+// JSON numbers lose digits beyond 2^53. Values that are not finite are null.
 #pragma once
 
 #include <string>

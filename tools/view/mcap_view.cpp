@@ -47,7 +47,7 @@ McapView::McapView(const std::string& path, const Config& config)
         options.profile = "";
         return options;
       }()) {
-  if (!config.map.empty()) io::read_map(config.map);  // an unreadable one is said before any work is done
+  if (!config.map.empty()) io::read_map(config.map);  // report an unreadable map before any work
 }
 
 uint16_t McapView::channel(const std::string& topic, const std::string& schema) {
@@ -67,7 +67,7 @@ void McapView::add(ovt_reader* reader) {
   check(ovt_read_detections(reader, &detections), "detections");
   check(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks), "tracks");
   last_ns_ = std::max(last_ns_, info.stamp_ns);
-  if (info.stamp_ns < 0) return;  // MCAP knows no time before 1970
+  if (info.stamp_ns < 0) return;  // MCAP has no time before 1970
   if (!map_written_) add_map(info.stamp_ns);
   map_written_ = true;
   add_transforms(info);

@@ -1,18 +1,18 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the pipeline saw, as an MCAP file that opens in Foxglove and its kin (protobuf messages of Foxglove's schemas;
+// Writes the pipeline's input and results as an MCAP file for Foxglove (protobuf messages of Foxglove's schemas; the
 // numbers as JSON with a JSON Schema):
 //
 //   /tf                      FrameTransform   map to vehicle (where the ego pose is known), vehicle to each sensor
 //   /SENSOR/points           PointCloud       x y z intensity layer, label, cluster, reason; sensor frame
-//   /SENSOR/image/NAME       RawImage         range, angle_smooth, range_repaired (32FC1), nonground (mono8), labels
-// (rgb8)
+//   /SENSOR/image/NAME       RawImage         range, angle_smooth, range_repaired (32FC1), nonground (mono8),
+//                                             labels (rgb8)
 //   /detections, /tracks     SceneUpdate      candidates with both headings; tracks with covariance and predicted path
 //   /map                     SceneUpdate      centre line and bounds, once
 //   /detections/numbers, /tracks/numbers, /times, /counters       JSON: all columns; ns per stage; ovt_stats
 //
-// The effective configuration is attachment config.toml.
+// Attachment config.toml holds the effective configuration.
 #pragma once
 
 #include <map>
@@ -28,10 +28,10 @@ class McapView {
  public:
   // Reads the config's map file. Throws io::Error.
   McapView(const std::string& path, const Config& config);
-  // One finished frame; the reader stands on it. `stats` of that time.
+  // Adds the reader's frame, and the detector's counters at that time.
   void add(ovt_reader* reader);
   void add_counters(int64_t stamp_ns, const ovt_stats& stats);
-  // partial: why it ends early, "" where it does not.
+  // partial: the reason why the file ends early; "" where it is complete.
   void close(const std::string& partial = "");
 
  private:

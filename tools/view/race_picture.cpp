@@ -93,19 +93,18 @@ io::Picture draw_overview(const sim::Simulator& simulator, double at_s) {
   return std::move(canvas.picture);
 }
 
-// 90 m ahead, 60 m behind, 46 m to either side, in the ego's frame at that moment: driving direction to the right, left
-// is up.
-io::Picture draw_surroundings(const sim::Simulator& simulator, const sim::Sweep& sweep) {
+// 90 m ahead, 60 m behind, 46 m to either side, in the ego's frame at that moment. Driving direction is to the right.
+io::Picture draw_surroundings(const sim::Simulator& simulator, const sim::SimFrame& frame) {
   constexpr double kAhead = 90, kBehind = 60, kAside = 46;
-  const double scale = kWidth / (kAhead + kBehind), at_s = double(sweep.begin_ns) * 1e-9;
+  const double scale = kWidth / (kAhead + kBehind), at_s = double(frame.begin_ns) * 1e-9;
   const sim::World& world = simulator.world();
   const sim::Motion& ego = *world.motions[std::size_t(world.ego)];
-  const sim::Rigid frame = ego.at(at_s).T_map_vehicle;
-  const auto to_ego = [&](Vec3 p) { return frame.inverse_times(p); };
+  const sim::Rigid T_map_ego = ego.at(at_s).T_map_vehicle;
+  const auto to_ego = [&](Vec3 p) { return T_map_ego.inverse_times(p); };
   Canvas canvas(-kBehind, kAside, scale, kWidth, int32_t(2 * kAside * scale), kPaper);
   draw_track(canvas, world.track, 1, to_ego);
   for (int32_t s = 0; s < sim::kSensors; ++s) {
-    const sim::Scan& scan = sweep.scans[std::size_t(s)];
+    const sim::Scan& scan = frame.scans[std::size_t(s)];
     for (std::size_t i = 0; i < scan.size(); ++i) {
       const sim::Rigid now = ego.at(at_s + double(scan.time_ns[i]) * 1e-9).T_map_vehicle;
       const Vec3 p = to_ego(
@@ -123,14 +122,14 @@ io::Picture draw_surroundings(const sim::Simulator& simulator, const sim::Sweep&
 
 void write_race_pictures(const std::string& folder, sim::Simulator& simulator, double at_s) {
   int32_t index = 0;
-  while (index + 1 < simulator.sweep_count() && simulator.sweep_begin_s(index) < at_s - 1e-9) ++index;
-  const sim::Sweep sweep = simulator.sweep(index);
+  while (index + 1 < simulator.frame_count() && simulator.frame_begin_s(index) < at_s - 1e-9) ++index;
+  const sim::SimFrame frame = simulator.frame(index);
   make_folder(folder);
-  const double begin_s = double(sweep.begin_ns) * 1e-9;
+  const double begin_s = double(frame.begin_ns) * 1e-9;
   io::write_png(folder + "/above.png",
-                stack_pictures({draw_overview(simulator, begin_s), draw_surroundings(simulator, sweep)}));
+                stack_pictures({draw_overview(simulator, begin_s), draw_surroundings(simulator, frame)}));
   for (int32_t s = 0; s < sim::kSensors; ++s) {
-    const sim::Scan& scan = sweep.scans[std::size_t(s)];
+    const sim::Scan& scan = frame.scans[std::size_t(s)];
     const std::string name = sim::kSensorName[s];
     io::write_png(folder + "/" + name + ".png",
                   draw_scan({scan.x_m.data(), scan.y_m.data(), scan.z_m.data(), scan.size(), scan.surface.data()},

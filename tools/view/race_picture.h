@@ -10,9 +10,9 @@
 
 namespace overtake::cli {
 
-// FOLDER/above.png: the track with the way of every car, and the surroundings of the ego vehicle with all points by
-// surface. FOLDER/front.png, left.png, right.png: each sensor's scan (scan_picture.h). The sweep taken is the first one
-// at or after at_s, or the last. Throws io::Error.
+// Writes FOLDER/above.png (the circuit with every car's path, and all points around the ego vehicle by surface) and
+// FOLDER/front.png, left.png, right.png (each sensor's scan, scan_picture.h). Uses the first frame at or after at_s,
+// else the last one. Throws io::Error.
 void write_race_pictures(const std::string& folder, sim::Simulator& simulator, double at_s);
 
 }  // namespace overtake::cli

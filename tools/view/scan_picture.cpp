@@ -35,7 +35,7 @@ Angles angles_of(const ScanPoints& points) {
     out.left = std::max(out.left, out.azimuth_deg.back()), out.right = std::min(out.right, out.azimuth_deg.back());
     out.top = std::max(out.top, out.elevation_deg.back()), out.bottom = std::min(out.bottom, out.elevation_deg.back());
   }
-  // The three sensors' pictures have one scale, which is theirs.
+  // All sensors' pictures have the same scale: at least +-60.5 by +-11 degrees.
   out.left = std::max(out.left, 60.5), out.right = std::min(out.right, -60.5);
   out.top = std::max(out.top, 11.0), out.bottom = std::min(out.bottom, -11.0);
   return out;

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A scan as it came, recorded or simulated, before anything is made of it.
+// Pictures of a raw scan, recorded or simulated.
 #pragma once
 
 #include <cstdint>
@@ -12,19 +12,20 @@
 
 namespace overtake::cli {
 
-// Points in the sensor frame. surface: what each of them hit (tools/sim/material.h), null where nobody knows.
+// Points in the sensor frame. surface: the surface that each point hit (tools/sim/material.h); null where unknown.
 struct ScanPoints {
   const float *x_m, *y_m, *z_m;
   std::size_t count;
   const uint16_t* surface;
 };
 
-// One below the other: the points over azimuth (left is left) and elevation, coloured by range, 2 to 200 m on a
-// logarithmic scale; the same coloured by surface where that is known; from above within 100 m, coloured by height
-// over the sensor, -2 to 4 m.
+// Three pictures, one below the other:
+//   1  azimuth (left is left) over elevation, colour by range: 2 to 200 m, logarithmic
+//   2  the same, colour by surface, where the surfaces are known
+//   3  from above within 100 m, colour by height over the sensor: -2 to 4 m
 io::Picture draw_scan(const ScanPoints& points, const std::string& caption);
 
-// Colours of surfaces, cars apart from one another.
+// The colour of a surface; each car has its own.
 io::Rgb surface_color(uint16_t surface);
 void draw_surface_legend(io::Picture& picture, int32_t x, int32_t y);
 

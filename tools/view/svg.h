@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// SVG as text, for plots and pictures. A file of its own is black on white; in the report, style sheets turn the
-// classes ink, grid and card (presentation attributes yield to them) to what is readable in light and dark.
+// SVG as text, for plots and pictures. As a separate file it is black on white. In the report, style sheets recolour
+// the classes ink, grid and card for light and dark (they override presentation attributes).
 #pragma once
 
 #include <string>
@@ -28,7 +28,7 @@ class Svg {
   void polygon(const std::vector<SvgPoint>& points, const std::string& style);
   void circle(SvgPoint at, double radius, const std::string& style);
   void rectangle(double x, double y, double width, double height, const std::string& style);
-  // Pixels, stretched to the rectangle without being smoothed.
+  // Pixels, stretched to the rectangle without smoothing.
   void image(double x, double y, double width, double height, const io::Picture& picture);
   void add(const std::string& element) { text_ += element + "\n"; }
   std::string finish() const { return text_ + "</svg>\n"; }
@@ -42,7 +42,7 @@ inline constexpr const char* kInkFill = " class=\"ink\" fill=\"#333\"";
 inline constexpr const char* kGridLine = " class=\"grid\" stroke=\"#e2e2e2\"";
 
 std::string escape_xml(const std::string& text);
-std::string svg_number(double value);  // two digits behind the point at most
+std::string svg_number(double value);  // at most two digits after the point
 std::string encode_base64(const std::string& bytes);
 
 }  // namespace overtake::evaluation

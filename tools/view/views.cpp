@@ -17,7 +17,7 @@ using io::Rgb;
 
 constexpr Rgb kBlack = {0, 0, 0}, kUndefined = {70, 30, 70}, kGround = {60, 60, 60}, kObstacle = {250, 215, 90};
 
-// Where the colours end: all but the outermost 0.5 % of the values on either side.
+// Ends of the colour scale: they leave out the outermost 0.5 % of the values on either side.
 struct Limits {
   double low = 0, high = 1;
 };
@@ -156,7 +156,7 @@ io::Picture draw_top_view(const float* x_m, const float* y_m, const std::vector<
                           const std::string& caption) {
   constexpr int32_t kSide = 1400, kHead = 20;
   constexpr Rgb kGrid = {40, 40, 48}, kInk = {230, 230, 230};
-  // The rectangle of the points within reach, at least 20 m a side.
+  // The rectangle of the points within reach; at least 20 m a side.
   double low_x = -10, high_x = 10, low_y = -10, high_y = 10;
   const auto within = [&](std::size_t i) { return std::fabs(x_m[i]) < reach_m && std::fabs(y_m[i]) < reach_m; };
   for (std::size_t i = 0; i < colors.size(); ++i) {

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pictures of what a scan became: each image in colours that fit its meaning, and the points from above.
+// Pictures of a processed scan: each image in fitting colours, and the points from above.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace overtake::cli {
 
-// An image without padding. One of the two columns is filled, as its type says; bits are integers 0 and 1.
+// An image without padding. One of the two columns is filled, depending on the image's type; bits are integers 0, 1.
 struct DenseImage {
   std::string name;
   int32_t rows = 0, cols = 0;
@@ -36,13 +36,13 @@ struct ColoredImage {
 };
 ColoredImage color_image(const DenseImage& image, const DenseImage& returns);
 
-// `returns` is the range image (0: no return): what lies outside of it is drawn black in the images that need it.
+// `returns` is the range image (0: no return). Images that need it are black where there is no return.
 io::Picture draw_image(const DenseImage& image, const DenseImage& returns);
 
 // One below the other, left-aligned.
 io::Picture stack_pictures(const std::vector<io::Picture>& pictures);
 
-// From above, x up, y left, all points within reach_m of the sensor along both axes. Later points lie on top.
+// From above, x up, y left: all points within reach_m of the sensor along both axes. Later points cover earlier ones.
 io::Picture draw_top_view(const float* x_m, const float* y_m, const std::vector<io::Rgb>& colors, double reach_m,
                           const std::string& caption);
 

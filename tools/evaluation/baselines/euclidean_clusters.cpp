@@ -11,7 +11,7 @@
 
 namespace overtake::baselines {
 
-// Cells have a diagonal of one radius, so all points of a cell are one cluster, and two points that are near enough lie
+// Cells have a diagonal of one radius, so all points of a cell are one cluster, and two points within the radius are
 // at most two cells apart on each axis.
 std::vector<int32_t> cluster_points(const std::vector<float>& x_m, const std::vector<float>& y_m,
                                     const std::vector<float>& z_m, double radius_m) {

@@ -25,7 +25,7 @@ using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<fl
 
 enum class Opinion : int8_t { kNone, kGround, kObstacle };
 
-// Of the plane through these points: kNone where they lie on a line.
+// Opinion from the plane through these points: kNone if they are on a line.
 Opinion judge_plane(const Cloud& cloud, const uint32_t* index, std::size_t count, const LabelGroundParams& params) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   const auto at = [&](std::size_t k) {
@@ -62,7 +62,7 @@ std::vector<bool> label_nonground(const std::vector<float>& x_m, const std::vect
   std::vector<uint32_t> index(std::size_t(std::max(params.most, params.voters)));
   std::vector<float> square(index.size());
   const std::size_t kept = std::size_t(params.voters);
-  std::vector<uint32_t> voters(row.size() * kept);  // found once, with the neighbours
+  std::vector<uint32_t> voters(row.size() * kept);  // found once, together with the neighbours
   std::vector<std::size_t> voter_count(row.size());
   for (std::size_t i = 0; i < row.size(); ++i) {
     std::size_t found = 0;

@@ -4,9 +4,9 @@
 
 namespace overtake::metrics {
 
-// The Hungarian method row by row (Kuhn 1955; potentials as in Lawler 1976). Every row has a column of its own at the
-// price of staying alone, so that each row finds a partner. Rows and columns count from 1; column 0 holds the row that
-// looks for one.
+// The Hungarian method row by row (Kuhn 1955; potentials as in Lawler 1976). Every row also has a private column with
+// the cost of staying alone, so that each row finds a partner. Rows and columns count from 1; column 0 holds the row
+// that currently searches for a column.
 std::vector<int32_t> assign(int32_t rows, int32_t columns, double alone,
                             const std::function<double(int32_t, int32_t)>& cost) {
   const auto n = std::size_t(rows), m = std::size_t(columns), all = m + n;

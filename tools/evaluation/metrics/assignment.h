@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Assignment for the metrics. The tracker has its own (pipeline/track/munkres.h): a judge that shares it would share
-// its faults.
+// Assignment for the metrics. The tracker has a separate one (pipeline/track/munkres.h): a shared one would hide its errors
+// from the metrics.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace overtake::metrics {
 inline constexpr double kForbidden = std::numeric_limits<double>::infinity();
 
 // Column of each row, -1 none: the least sum of cost(row, column) over the pairs plus `alone` for each row without one.
-// kForbidden: not a pair. Ties: by chance of the costs' roundings, but the same every time. O(rows^2 (rows + columns)).
+// kForbidden: not a pair. Ties depend on rounding, but are the same in every run. O(rows^2 (rows + columns)).
 std::vector<int32_t> assign(int32_t rows, int32_t columns, double alone,
                             const std::function<double(int32_t, int32_t)>& cost);
 

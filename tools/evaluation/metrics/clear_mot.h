@@ -1,12 +1,14 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// CLEAR MOT (Bernardin & Stiefelhagen 2008): how many true objects a tracker follows, and how steadily. Frame by frame:
-//   1. an object keeps its last track where both are there and no farther apart than the gate;
-//   2. of the others as many as possible pair up, with the least sum of distances, within the gate;
-//   3. what is left is a miss (object) or a false positive (track).
-// An object whose track is another one than its last, however long ago, has switched. A track is the last track of one
-// object only, the one that had it last: when that object is gone, an earlier one has to win it again in step 2.
+// CLEAR MOT (Bernardin & Stiefelhagen 2008): the number of true objects that a tracker follows, and its stability.
+// For each frame:
+//   1. an object keeps its last track if both exist and are within the gate;
+//   2. as many other pairs as possible are formed within the gate, with the least sum of distances;
+//   3. the rest are misses (objects) and false positives (tracks).
+// An object whose track differs from its last one, however long ago, has switched. A track is the last track of only
+// one object, the one it was matched with last: when that object is absent, an earlier one must win the track in step
+// 2.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +17,7 @@
 
 namespace overtake::metrics {
 
-// A true object or a track of one frame. Ids are unique in a frame; the two kinds have nothing to do with each other.
+// A true object or a track of one frame. Ids are unique in a frame; ids of objects and tracks are independent.
 struct MotPlace {
   uint64_t id = 0;
   double x_m = 0, y_m = 0;
@@ -25,8 +27,8 @@ struct ClearMotCounts {
   int64_t frames = 0;
   int64_t objects = 0, tracks = 0;  // rows of all frames; objects = matches + misses
   int64_t matches = 0, misses = 0, false_positives = 0;
-  int64_t switches = 0;   // matched to another track than last time
-  int64_t fragments = 0;  // matched again after misses (frames without the object are none)
+  int64_t switches = 0;   // matched with another track than last time
+  int64_t fragments = 0;  // matched again after misses (frames without the object are not misses)
   double distance_m = 0;  // sum over the matches
 
   double mota() const;    // 1 - (misses + false positives + switches) / objects; NaN: no objects
@@ -38,11 +40,11 @@ class ClearMot {
  public:
   explicit ClearMot(double gate_m = 2.0) : gate_m_(gate_m) {}
 
-  // Frames in order of time; either list may be empty. A place that is not finite is matched with nothing.
+  // Add frames in order of time; either list may be empty. A position that is not finite is never matched.
   void add_frame(const std::vector<MotPlace>& objects, const std::vector<MotPlace>& tracks);
 
   const ClearMotCounts& counts() const { return counts_; }
-  // Of the last frame: each object's row in `tracks`, -1 for a miss.
+  // For the last frame: each object's row in `tracks`, -1 for a miss.
   const std::vector<int32_t>& track_of_object() const { return track_of_object_; }
 
  private:
@@ -56,8 +58,8 @@ class ClearMot {
 
   double gate_m_;
   ClearMotCounts counts_;
-  std::map<uint64_t, Memory> memory_;    // of every object that ever matched
-  std::map<uint64_t, uint64_t> holder_;  // track -> the object that had it last
+  std::map<uint64_t, Memory> memory_;    // of every object that was ever matched
+  std::map<uint64_t, uint64_t> holder_;  // track -> the object it was matched with last
   std::vector<int32_t> track_of_object_;
   std::vector<bool> track_taken_;
 };

@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Does a filter know how wrong it is? NEES = e^T P^-1 e of an estimate's error e and its covariance P, NIS the same of
-// an innovation (Bar-Shalom et al. 2001, section 5.4): for a consistent filter both have the mean of their dimension.
-// And how a car was followed over time: when its track was confirmed, how long it was not there, which were of no car.
+// Whether a filter's covariance fits its errors. NEES = e^T P^-1 e of an estimate's error e and its covariance P; NIS
+// is the same for an innovation (Bar-Shalom et al. 2001, section 5.4). For a consistent filter the mean of both is
+// their dimension. Also how a car was tracked over time: time to the confirmed track, gaps, and false tracks.
 #pragma once
 
 #include <cstdint>
@@ -19,15 +19,15 @@ double normalized_square(const double* error, const double* lower, int32_t n);
 // One car from coming into view to leaving it.
 struct Presence {
   uint64_t object = 0;
-  double begin_s = 0, end_s = 0;  // first and last frame it was there
+  double begin_s = 0, end_s = 0;  // first and last frame with the car
   double time_to_confirm_s = 0;   // from begin_s; NaN: never
-  double longest_gap_s = 0;       // after it was first confirmed: between confirmed frames, or to the end
+  double longest_gap_s = 0;       // after the first confirmation: between confirmed frames, or to the end
 };
 
-// Frame by frame: which cars are there, and which of them a confirmed track follows.
+// For each frame: the cars that exist, and those with a confirmed track.
 class Continuity {
  public:
-  // A car that is away for longer than this comes anew.
+  // A car that is absent for longer than this counts as a new one.
   explicit Continuity(double away_s = 1.0) : away_s_(away_s) {}
   void add(double time_s, uint64_t object, bool followed);
   std::vector<Presence> presences() const;
@@ -44,7 +44,7 @@ class Continuity {
   std::vector<Presence> done_;
 };
 
-// Confirmed tracks that were at no car in any frame of their life.
+// Confirmed tracks that were never at a car.
 class FalseTracks {
  public:
   void add(uint64_t track, bool at_a_car) { (at_a_car ? good_ : seen_).insert(track); }

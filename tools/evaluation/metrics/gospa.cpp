@@ -8,8 +8,8 @@
 
 namespace overtake::metrics {
 
-// A pair costs d^p. Two that stay alone cost c^p / 2 each, which the object of the two pays for both: what every track
-// costs in any case does not change the choice.
+// A pair costs d^p. An object and a track without a partner cost c^p / 2 each; here the object pays for both, because
+// the cost that every track has in any case does not change the choice.
 Gospa gospa(const std::vector<MotPlace>& objects, const std::vector<MotPlace>& tracks, const GospaParams& params) {
   const int32_t n = int32_t(objects.size()), m = int32_t(tracks.size());
   Gospa g;

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // GOSPA with alpha = 2 (Rahmathullah, Garcia-Fernandez & Svensson 2017): one distance between the true objects and the
-// tracks of one moment,
+// tracks at one moment,
 //     d = (min over pairings of  sum of distance^p  +  c^p / 2 (missed + false))^(1/p)
-// where pairs farther apart than c are none. The pairing is the best of all, not the one with most pairs.
+// without pairs farther apart than c. The pairing has the least cost, not the largest number of pairs.
 #pragma once
 
 #include <cstdint>
@@ -19,11 +19,11 @@ struct GospaParams {
 };
 
 struct Gospa {
-  double distance_m = 0;                                  // the whole
+  double distance_m = 0;                                  // the total
   double localisation = 0, missed = 0, false_tracks = 0;  // its parts, in m^p; their sum is distance_m^p
   int64_t pairs = 0, missed_count = 0, false_count = 0;
 };
-// Places that are not finite are paired with nothing.
+// Positions that are not finite are never paired.
 Gospa gospa(const std::vector<MotPlace>& objects, const std::vector<MotPlace>& tracks, const GospaParams& params = {});
 
 }  // namespace overtake::metrics

@@ -27,7 +27,7 @@ HotaResult Hota::result() const {
     const double d = std::hypot(a.x_m - b.x_m, a.y_m - b.y_m);
     return d < zero_m_ ? 1 - d / zero_m_ : 0.0;
   };
-  // How well two ids go together: their likeness' share of each frame, over the frames either is there.
+  // How well two ids fit: the sum of their similarity's share in each frame, over the frames in which either exists.
   std::map<uint64_t, int64_t> object_frames, track_frames;
   std::map<Ids, double> together;
   int64_t objects = 0, tracks = 0;

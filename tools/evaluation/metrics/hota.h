@@ -1,13 +1,13 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// HOTA (Luiten et al. 2021): detection and association of a whole run in one number. Two places at a distance d are
-// alike by 1 - d / zero_m (0 from there on). For thresholds alpha = 0.05, 0.10, ... 0.95:
-//     TP   pairs alike by alpha or more, FN objects and FP tracks without a partner
-//     A(c) of a TP c: frames its object and its track are a pair, over frames either of them is there
+// HOTA (Luiten et al. 2021): detection and association of a whole run in one number. The similarity of two positions at
+// a distance d is 1 - d / zero_m (0 beyond). For thresholds alpha = 0.05, 0.10, ... 0.95:
+//     TP   pairs with a similarity of alpha or more; FN objects and FP tracks without a partner
+//     A(c) of a TP c: frames in which its object and its track are a pair, over frames in which either exists
 //     HOTA = sqrt(DetA AssA),   DetA = TP / (TP + FN + FP),   AssA = mean of A(c) over the TPs
-// and the mean over alpha. The pairs of a frame are those with the largest sum of likeness, each weighted by how well
-// its two ids go together over the whole run.
+// and the mean over alpha. The pairs of a frame maximise the sum of similarities, each weighted by how well its two ids
+// fit over the whole run.
 #pragma once
 
 #include <cstdint>

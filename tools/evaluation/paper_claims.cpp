@@ -1,6 +1,6 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/evaluation/claims.h"
+#include "tools/evaluation/paper_claims.h"
 
 #include <algorithm>
 #include <cctype>
@@ -16,7 +16,7 @@ namespace {
 
 double mean_of(const std::vector<double>& values) { return metrics::summarize(values).mean; }
 
-// Of the bins whose middle lies in between: a share, or a sum a frame.
+// Over the bins whose middle is between the limits: a share, or a sum per frame.
 double share_between(const Figures& f, double from_m, double to_m, metrics::Share DistanceBin::*share) {
   int64_t hits = 0, trials = 0;
   for (const DistanceBin& b : f.distance)
@@ -30,7 +30,7 @@ double sum_between(const Figures& f, double from_m, double to_m, double Distance
   return sum;
 }
 
-// The outer edge of the farthest bin in a direction (1 ahead, -1 behind) where the probability is reached.
+// The outer edge of the farthest bin in a direction (1 ahead, -1 behind) that reaches the probability.
 double farthest_m(const Figures& f, double direction, double probability) {
   double edge = kNan;
   for (const DistanceBin& b : f.distance)
@@ -39,7 +39,7 @@ double farthest_m(const Figures& f, double direction, double probability) {
   return edge;
 }
 
-// The outer edge of the farthest bin in a direction in which a car was at all.
+// The outer edge of the farthest bin in a direction that contained a car.
 double farthest_car_m(const Figures& f, double direction) { return farthest_m(f, direction, 0); }
 
 struct Check {
@@ -50,12 +50,12 @@ struct Check {
     claim.numbers.push_back({name, value});
     return *this;
   }
-  // One that may be missing: `none` says what that means.
+  // An optional number; `none` tells what its absence means.
   Check& extra(const char* name, double value, const char* none) {
     claim.numbers.push_back({name, value, none, false});
     return *this;
   }
-  // Without a case of what the sentence is about it is not measured.
+  // Without a case for this sentence, the claim counts as not measured.
   Check& needs(bool it_is_there) {
     has_case = has_case && it_is_there;
     return *this;
@@ -91,7 +91,7 @@ void check_ground(const std::string& by, const GroundFigures& ours, const Ground
   compare("ppv", "lower", "a lower mean", a, b, a < b);
 }
 
-// Against the radius that does best by itself, of those tried: the least sum of clusters too many and mixed ones.
+// Compares with the best radius of those tried: the smallest sum of surplus and mixed clusters.
 Claim check_clusters(const char* name, const char* text, const std::vector<double>& per_car,
                      const std::vector<double>& mixed, const std::map<double, std::vector<double>>& euclid_per_car,
                      const std::map<double, std::vector<double>>& euclid_mixed) {
@@ -125,7 +125,7 @@ void check_detection(const Figures& f, std::vector<Claim>& out) {
           .number("confirmed_20_to_40_m_behind", kept)
           .number("detected_20_to_40_m_behind", dip)
           .holds(kept > dip));
-  // Only where cars were beyond the place named: what they came no farther than is no limit of the method.
+  // Only if cars were beyond the given distance: otherwise the distance is no limit of the method.
   for (const auto& [name, expected_m, direction] : {std::tuple("ahead", 90.0, 1.0), std::tuple("behind", 85.0, -1.0)}) {
     const double found_m = farthest_m(f, direction, 0.1), there_m = farthest_car_m(f, direction);
     out.push_back(Check(std::string("seen_") + name, "cars are seen (in one frame of ten) to " +
@@ -137,7 +137,7 @@ void check_detection(const Figures& f, std::vector<Claim>& out) {
                       .needs(there_m > expected_m + kBinM)
                       .holds(std::fabs(found_m - expected_m) <= kBinM));
   }
-  double falls_m = kNan;  // the near edge of the nearest bin ahead that is surely below a half
+  double falls_m = kNan;  // the near edge of the nearest bin ahead that is certainly below 1/2
   for (const DistanceBin& b : f.distance)
     if (b.middle_m > 0 && b.detected.trials > 0 && b.detected.high < 0.5)
       falls_m = std::fmin(falls_m, b.middle_m - kBinM / 2);
@@ -196,9 +196,9 @@ void check_errors(const Figures& f, std::vector<Claim>& out) {
                     .holds(std::fabs(tx) < std::fabs(dx) && std::fabs(ty) < std::fabs(dy)));
 }
 
-// The share of the frames with a car in which a false detection lies within the gate of it, were those of each bin
-// spread evenly along it: 1 - exp(-n), n false ones on 2 kGateM of road. A little high, as beside the car some lie
-// farther off than the gate.
+// The share of the frames with a car in which a false detection would lie within the car's gate by chance, if those of
+// each bin were spread evenly along the bin: 1 - exp(-n), n false ones on 2 kGateM of road. A little too high, because
+// some of them are beside the car and farther away than the gate.
 double chance_share(const Figures& f) {
   double hits = 0, trials = 0;
   for (const DistanceBin& b : f.distance) {
@@ -244,10 +244,9 @@ std::vector<double> modes_of(const std::vector<double>& values, double from, dou
   return out;
 }
 
-const Figures* find_figures(const std::vector<Figures>& all, const std::string& contestant,
-                            const std::string& scenario) {
+const Figures* find_figures(const std::vector<Figures>& all, const std::string& variant, const std::string& scenario) {
   for (const Figures& f : all)
-    if (f.contestant == contestant && f.scenario == scenario) return &f;
+    if (f.variant == variant && f.scenario == scenario) return &f;
   return nullptr;
 }
 
@@ -264,7 +263,7 @@ std::vector<Claim> check_claims(const Figures& f, const std::vector<Figures>& al
                                "by the paper's rule (boxes)",
                                f.boxed_per_car, f.mixed_by_size, f.euclid_boxed, f.euclid_mixed_by_size));
   check_detection(f, out);
-  const Figures* ego = find_figures(all, f.contestant + ":ego", f.scenario);
+  const Figures* ego = find_figures(all, f.variant + ":ego", f.scenario);
   constexpr auto rate = &DistanceBin::false_detections;
   const double there = sum_between(f, -90, -70, rate), everywhere = sum_between(f, kNearestM, kFarthestM, rate);
   const double with_truth = ego ? sum_between(*ego, -90, -70, rate) : kNan;
@@ -283,7 +282,7 @@ std::vector<Claim> check_claims(const Figures& f, const std::vector<Figures>& al
                     .number("per_frame_with_true_pose", with_truth)
                     .holds(with_truth < there / 4));
   check_errors(f, out);
-  const Figures* off = find_figures(all, f.contestant + ":mounting", f.scenario);
+  const Figures* off = find_figures(all, f.variant + ":mounting", f.scenario);
   const double off_joined = off ? joined_share(*off) : kNan, off_clusters = off ? mean_of(off->clusters_per_car) : kNan;
   out.push_back(Check("mounting",
                       "merging withstands mounting errors of 2 cm and 0.2 deg: cars over a seam stay one "
@@ -318,8 +317,9 @@ std::vector<Claim> check_controls(const Figures& f, const std::vector<Figures>& 
                       .number("detected_at_a_car", number_of_hits(f))
                       .number("false_confirmed_tracks_per_hour", f.tracks.false_per_hour)
                       .holds(number_of_hits(f) == 0 && f.tracks.mot.matches == 0));
-  if (const Figures* empty = find_figures(all, f.contestant + ":empty", f.scenario))
-    // False detections gather at walls, where the cars drive, and not evenly over a bin: hence half as much again.
+  if (const Figures* empty = find_figures(all, f.variant + ":empty", f.scenario))
+    // False detections are more frequent at walls, where the cars drive, and not even over a bin: hence a factor of
+    // 1.5.
     out.push_back(
         Check("no_car_points",
               "without the points of cars no more is detected at them than false detections that lie there by chance "
@@ -328,7 +328,7 @@ std::vector<Claim> check_controls(const Figures& f, const std::vector<Figures>& 
             .number("detected_without_points", detected(empty))
             .number("by_chance", chance_share(*empty))
             .holds(detected(empty) <= 1.5 * chance_share(*empty) && detected(empty) < detected(&f) / 2));
-  if (const Figures* shuffled = find_figures(all, f.contestant + ":shuffled", f.scenario)) {
+  if (const Figures* shuffled = find_figures(all, f.variant + ":shuffled", f.scenario)) {
     const double moved = std::fabs(mean_size(*shuffled, "x_veh_m") - mean_size(f, "x_veh_m"));
     out.push_back(
         Check("shuffled_rows", "the order of the points changes no count, and places by less than a millimetre")
@@ -337,7 +337,7 @@ std::vector<Claim> check_controls(const Figures& f, const std::vector<Figures>& 
             .number("mean_error_moved_m", moved)
             .holds(number_of_hits(*shuffled) == number_of_hits(f) && moved < 1e-3));
   }
-  if (const Figures* late = find_figures(all, f.contestant + ":late_truth", f.scenario))
+  if (const Figures* late = find_figures(all, f.variant + ":late_truth", f.scenario))
     out.push_back(Check("late_truth",
                         "against the truth of the next frame the error along grows by more than a metre, at cars that "
                         "drive 1.5 m or more in a frame")
@@ -355,15 +355,15 @@ std::vector<Cost> find_costs(const Figures& f, const std::vector<Figures>& all) 
     for (const double v : at->second) absolute.push_back(std::fabs(v) / io::rad(1));
     return mean_of(absolute);
   };
-  const Figures* relay = find_figures(all, f.contestant + ":relay", f.scenario);
+  const Figures* relay = find_figures(all, f.variant + ":relay", f.scenario);
   std::vector<Cost> out;
   for (const auto& [oracle, base] :
        {std::pair("ground", &f), std::pair("clusters", relay), std::pair("heading", relay), std::pair("ego", &f)}) {
-    const Figures* o = find_figures(all, f.contestant + ":" + oracle, f.scenario);
+    const Figures* o = find_figures(all, f.variant + ":" + oracle, f.scenario);
     if (!o || !base) continue;
     const TrackFigures &a = base->tracks, &b = o->tracks;
     Cost c;
-    c.oracle = oracle, c.against = base->contestant;
+    c.oracle = oracle, c.against = base->variant;
     c.located_m2 = a.gospa_located_m2 - b.gospa_located_m2, c.missed_m2 = a.gospa_missed_m2 - b.gospa_missed_m2;
     c.false_m2 = a.gospa_false_m2 - b.gospa_false_m2;
     c.gospa_m2 = c.located_m2 + c.missed_m2 + c.false_m2;

@@ -1,6 +1,6 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/evaluation/relay.h"
+#include "tools/evaluation/tracker_replay.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 
 namespace overtake::evaluation {
 
-Relay::Relay(const std::string& kind, const TruthLog& log, const cli::Config& config)
+TrackerReplay::TrackerReplay(const std::string& kind, const TruthLog& log, const cli::Config& config)
     : kind_(kind), log_(log), params_(config.params) {
   if (!config.map.empty()) {
     const io::MapData map = io::read_map(config.map);
@@ -25,20 +25,20 @@ Relay::Relay(const std::string& kind, const TruthLog& log, const cli::Config& co
     if (!built) throw io::Error(config.map, 0, error);
   }
   cli::Config alone = config;
-  alone.has_rig = false;  // no LiDAR: the tracker alone
+  alone.has_rig = false;  // no LiDAR: only the tracker
   alone.rig = io::Rig();
   session_ = std::make_unique<cli::Session>(alone, nullptr, nullptr);
   cli::check(ovt_create_reader(session_->detector(), &reader_), "reader");
 }
 
-Relay::~Relay() { ovt_destroy_reader(reader_); }
+TrackerReplay::~TrackerReplay() { ovt_destroy_reader(reader_); }
 
-void Relay::add_poses(const std::vector<io::EgoRow>& rows) {
+void TrackerReplay::add_poses(const std::vector<io::EgoRow>& rows) {
   session_->add_ego(rows);
   if (!rows.empty()) session_->push_ego_until(rows.back().stamp_ns);
 }
 
-void Relay::Points::add(const std::array<double, 3>& at_m, int32_t sensor, int64_t stamp) {
+void TrackerReplay::Points::add(const std::array<double, 3>& at_m, int32_t sensor, int64_t stamp) {
   x_m.push_back(float(at_m[0])), y_m.push_back(float(at_m[1]));
   z_m += at_m[2], stamp_ns += double(stamp);
   if (of_sensor.size() <= std::size_t(sensor)) of_sensor.resize(std::size_t(sensor) + 1);
@@ -46,7 +46,7 @@ void Relay::Points::add(const std::array<double, 3>& at_m, int32_t sensor, int64
 }
 
 // Stages 9 and 10 for one cluster: mean stamp and height, then the rectangle.
-void Relay::add_row(const Points& points, int64_t stamp_ns, double heading_ref_rad, bool only_ref) {
+void TrackerReplay::add_row(const Points& points, int64_t stamp_ns, double heading_ref_rad, bool only_ref) {
   const std::size_t most =
       std::size_t(std::max_element(points.of_sensor.begin(), points.of_sensor.end()) - points.of_sensor.begin());
   const Mounting mounting(log_.rig().sensors[most]);
@@ -62,9 +62,9 @@ void Relay::add_row(const Points& points, int64_t stamp_ns, double heading_ref_r
   heading_rad_.push_back(fit.heading_rad), source_.push_back(fit.from_var ? 1 : 0), point_count_.push_back(count);
 }
 
-// The non-ground points of each asked cluster, or of each car where nothing is asked for.
-std::vector<Relay::Points> Relay::gather(ovt_reader* reader, const LogFrame& frame, int32_t count,
-                                         const std::vector<int32_t>& row_of_cluster) const {
+// The non-ground points of each requested cluster; without requests, those of each car.
+std::vector<TrackerReplay::Points> TrackerReplay::gather(ovt_reader* reader, const LogFrame& frame, int32_t count,
+                                                         const std::vector<int32_t>& row_of_cluster) const {
   std::vector<Points> out(static_cast<std::size_t>(count));
   for (std::size_t k = 0; k < frame.scans.scans.size(); ++k) {
     const io::SensorScan& scan = frame.scans.scans[k];
@@ -89,7 +89,7 @@ std::vector<Relay::Points> Relay::gather(ovt_reader* reader, const LogFrame& fra
   return out;
 }
 
-void Relay::change_headings(ovt_reader* reader, const LogFrame& frame, const ovt_detections& in) {
+void TrackerReplay::change_headings(ovt_reader* reader, const LogFrame& frame, const ovt_detections& in) {
   ovt_clusters clusters;
   cli::check(ovt_read_clusters(reader, &clusters), "clusters");
   std::vector<int32_t> row_of_cluster(std::size_t(clusters.count) + 1, -1);
@@ -118,7 +118,7 @@ void Relay::change_headings(ovt_reader* reader, const LogFrame& frame, const ovt
   }
 }
 
-void Relay::make_clusters(ovt_reader* reader, const LogFrame& frame) {
+void TrackerReplay::make_clusters(ovt_reader* reader, const LogFrame& frame) {
   if (frame.surface.empty()) throw io::Error("perfect clusters", 0, "the log does not say what each point lies on");
   const int64_t first_ns = frame.scans.scans[0].stamp_ns;
   const std::vector<CarTruth> cars = log_.cars_at(first_ns);
@@ -141,7 +141,7 @@ void Relay::make_clusters(ovt_reader* reader, const LogFrame& frame) {
   }
 }
 
-const Relayed& Relay::run(ovt_reader* reader, const LogFrame& frame) {
+const Replayed& TrackerReplay::run(ovt_reader* reader, const LogFrame& frame) {
   stamp_ns_.clear(), x_m_.clear(), y_m_.clear(), z_m_.clear(), heading_rad_.clear();
   source_.clear(), point_count_.clear();
   ovt_frame_info info, own;
@@ -180,7 +180,7 @@ const Relayed& Relay::run(ovt_reader* reader, const LogFrame& frame) {
   for (int32_t i = 0; i < tracks.count; ++i)
     if (tracks.detection[i] >= 0 && std::size_t(tracks.detection[i]) < count)
       track_[std::size_t(tracks.detection[i])] = tracks.id[i];
-  out_.detections = detections;  // columns that nobody reads keep the pipeline's
+  out_.detections = detections;  // unused columns keep the pipeline's values
   out_.detections.count = int32_t(count);
   out_.detections.stamp_ns = stamp_ns_.data();
   out_.detections.x_m = x_m_.data(), out_.detections.y_m = y_m_.data(), out_.detections.z_m = z_m_.data();

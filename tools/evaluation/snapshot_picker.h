@@ -1,15 +1,15 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Looks at every frame of a run and keeps the moments worth a picture, by the truth:
+// Looks at every frame of a run and selects the best moment for each picture, using the truth:
 //
-//   strip     the scan with most points on a car 10 to 25 m away
-//   clouds    the frame with most points of a car on both sides of a seam, the smaller side counting, in one cluster
-//   fits      detections of a car whose slip angle grows beyond 2, 25 and 60 deg (by 15 deg at most; most points count)
+//   strip     the scan with the most points on a car 10 to 25 m away
+//   clouds    the frame with the most points of a car on both sides of a seam (the smaller side counts), in one cluster
+//   fits      detections of a car whose slip angle exceeds 2, 25 and 60 deg (by 15 deg at most; most points count)
 //   sensors   the rig
-//   race      the track, the way of the ego and the passings
+//   race      the track, the ego's path and the passes
 //
-// What a run has no moment for is not drawn.
+// Pictures without a suitable moment in the run are not drawn.
 #pragma once
 
 #include <map>
@@ -21,18 +21,18 @@
 
 namespace overtake::evaluation {
 
-// A picture with how good it is among those of its name, and what it shows.
+// A picture with its score among the pictures of the same name, and its description.
 struct NamedPicture {
   std::string name, svg, caption;
   double score = 0;
-  std::string log = {};  // of the run it was found in
+  std::string log = {};  // the run of this picture
 };
 
-class Album {
+class SnapshotPicker {
  public:
-  Album(const TruthLog& log, const ovt_params& params, const std::string& map_file);
+  SnapshotPicker(const TruthLog& log, const ovt_params& params, const std::string& map_file);
   void expect(const LogFrame& frame) { frame_ = &frame; }
-  // The library's callback body, after the judge's.
+  // Call in the library's callback, after the evaluator's function.
   void look(ovt_reader* reader);
   std::vector<NamedPicture> finish() const;
 
@@ -63,9 +63,9 @@ class Album {
   RacePath race_;
 };
 
-// One folder of a run holds its pictures: NAME.svg each, and pictures.json.
+// The folder of a run contains its pictures: NAME.svg each, and pictures.json.
 void write_pictures(const std::string& run_folder, const std::vector<NamedPicture>& pictures);
-// Those with the highest score of each name, by name; of equal ones the first.
+// The pictures with the highest score of each name, by name; ties: the first.
 std::map<std::string, NamedPicture> best_pictures(const std::vector<std::string>& run_folders);
 void copy_pictures(const std::string& from_run_folder, const std::string& to_run_folder);
 

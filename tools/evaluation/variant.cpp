@@ -1,6 +1,6 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/evaluation/contestant.h"
+#include "tools/evaluation/variant.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,7 +33,7 @@ std::vector<std::string> variant_names() {
   return {"ground", "clusters", "heading", "relay", "ego", "mounting", "empty", "shuffled", "late_truth"};
 }
 
-// Signs that differ from sensor to sensor and from axis to axis: the bits of a small hash.
+// Signs that differ between sensors and axes: the bits of a small hash.
 io::Rig misplace(io::Rig rig) {
   for (std::size_t k = 0; k < rig.sensors.size(); ++k) {
     const uint64_t bits = (k + 1) * 0x9e3779b97f4a7c15u;
@@ -47,7 +47,7 @@ io::Rig misplace(io::Rig rig) {
 
 namespace {
 
-// Of each column of the sensor's image the lowest point that is ground.
+// The lowest ground point of each column of the sensor's image.
 std::vector<bool> lowest_ground(const io::SensorScan& scan, const std::vector<uint16_t>& surface,
                                 const io::RigSensor& sensor) {
   std::vector<int32_t> lowest(std::size_t(sensor.cols), -1);
@@ -68,7 +68,7 @@ std::vector<bool> lowest_ground(const io::SensorScan& scan, const std::vector<ui
   return keep;
 }
 
-// The preset's parameters with the one that is changed.
+// The preset's parameters with the changed one.
 cli::Config read_name(const std::string& name, std::string& variant) {
   cli::Options options;
   if (name.empty()) throw io::Error("--preset", 0, "a name is empty");
@@ -109,12 +109,12 @@ LogFrame take_points(const LogFrame& frame, const std::vector<std::vector<int32_
   return out;
 }
 
-void check_contestant(const std::string& name) {
+void check_variant(const std::string& name) {
   std::string variant;
   read_name(name, variant);
 }
 
-Contestant::Contestant(const std::string& name, const TruthLog& log, const std::string& map_file, int32_t every)
+Variant::Variant(const std::string& name, const TruthLog& log, const std::string& map_file, int32_t every)
     : name_(name), log_(log), every_(is_of_sweep(name) ? every : 1), map_file_(map_file) {
   cli::Config config = read_name(name, variant_);
   config.map = map_file;
@@ -126,30 +126,30 @@ Contestant::Contestant(const std::string& name, const TruthLog& log, const std::
     throw io::Error("--every " + std::to_string(every), 0, "a sweep needs frames that are at most 10 s apart");
   if (variant_ == "ground") config.params.ground_threshold_rad = 0;
   params_ = config.params;
-  judge_ = std::make_unique<Judge>(log, config.params, variant_ == "late_truth" ? log.rig().period_ns() : 0);
+  evaluator_ = std::make_unique<Evaluator>(log, config.params, variant_ == "late_truth" ? log.rig().period_ns() : 0);
   if (variant_ == "heading" || variant_ == "clusters" || variant_ == "relay")
-    relay_ = std::make_unique<Relay>(variant_, log, config);
-  session_ = std::make_unique<cli::Session>(config, &Contestant::on_frame, this);
+    replay_ = std::make_unique<TrackerReplay>(variant_, log, config);
+  session_ = std::make_unique<cli::Session>(config, &Variant::on_frame, this);
 }
 
-void Contestant::take_pictures() { album_ = std::make_unique<Album>(log_, params_, map_file_); }
+void Variant::take_pictures() { picker_ = std::make_unique<SnapshotPicker>(log_, params_, map_file_); }
 
-void Contestant::on_frame(ovt_reader* reader, void* self) {
-  auto& contestant = *static_cast<Contestant*>(self);
-  if (contestant.failure_) return;
+void Variant::on_frame(ovt_reader* reader, void* self) {
+  auto& variant = *static_cast<Variant*>(self);
+  if (variant.failure_) return;
   try {
     ovt_frame_info info;
     cli::check(ovt_read_info(reader, &info), "frame");
-    const bool relayed = contestant.relay_ && info.sensor_mask != 0 && contestant.input_;
-    contestant.judge_->add(reader, relayed ? &contestant.relay_->run(reader, *contestant.input_) : nullptr);
-    if (contestant.album_) contestant.album_->look(reader);
-  } catch (...) {  // must not travel through the library
-    contestant.failure_ = std::current_exception();
+    const bool relayed = variant.replay_ && info.sensor_mask != 0 && variant.input_;
+    variant.evaluator_->add(reader, relayed ? &variant.replay_->run(reader, *variant.input_) : nullptr);
+    if (variant.picker_) variant.picker_->look(reader);
+  } catch (...) {  // must not pass through the library
+    variant.failure_ = std::current_exception();
   }
 }
 
-// What the localisation has published when the sweep ends, or the truth at 100 Hz.
-void Contestant::push_poses(int64_t until_ns) {
+// Pushes the poses that the localisation has published by the end of the frame, or the truth at 100 Hz.
+void Variant::push_poses(int64_t until_ns) {
   std::vector<io::EgoRow> rows;
   if (variant_ == "ego") {
     if (next_true_ns_ == INT64_MIN) next_true_ns_ = until_ns - 2 * log_.rig().period_ns();
@@ -164,10 +164,10 @@ void Contestant::push_poses(int64_t until_ns) {
       rows.push_back(poses[next_pose_].row);
   }
   session_->add_ego(rows);
-  if (relay_) relay_->add_poses(rows);
+  if (replay_) replay_->add_poses(rows);
 }
 
-void Contestant::push(const LogFrame& frame) {
+void Variant::push(const LogFrame& frame) {
   const LogFrame* input = &frame;
   LogFrame changed;
   if (variant_ == "ground" || variant_ == "empty" || variant_ == "shuffled") {
@@ -199,21 +199,21 @@ void Contestant::push(const LogFrame& frame) {
   for (const io::SensorScan& scan : input->scans.scans) first_ns = std::min(first_ns, scan.stamp_ns);
   push_poses(first_ns + log_.rig().period_ns());
   ++frames_;
-  judge_->expect(*input);
+  evaluator_->expect(*input);
   input_ = input;
-  if (album_) album_->expect(*input);
+  if (picker_) picker_->expect(*input);
   try {
     session_->push(input->scans);
     session_->flush();  // a sensor may be missing: the frame ends here
-  } catch (...) {       // what the library still holds is judged by nobody
+  } catch (...) {       // results after the error are not evaluated
     failure_ = std::current_exception();
   }
-  judge_->expect_nothing();
+  evaluator_->expect_nothing();
   input_ = nullptr;
   if (failure_) std::rethrow_exception(failure_);
 }
 
-void Contestant::finish() {
+void Variant::finish() {
   session_->flush();
   if (failure_) std::rethrow_exception(failure_);
 }

@@ -1,6 +1,6 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/evaluation/judge.h"
+#include "tools/evaluation/evaluator.h"
 
 #include <algorithm>
 #include <array>
@@ -69,18 +69,18 @@ Tables read_tables(const std::string& folder) {
   return tables;
 }
 
-Judge::Judge(const TruthLog& log, const ovt_params& params, int64_t truth_shift_ns)
+Evaluator::Evaluator(const TruthLog& log, const ovt_params& params, int64_t truth_shift_ns)
     : log_(log),
       truth_shift_ns_(truth_shift_ns),
       r_x_(params.tracker_r_x),
       r_y_(params.tracker_r_y),
       tables_(make_tables()) {}
 
-void Judge::add(ovt_reader* reader, const Relayed* relayed) {
+void Evaluator::add(ovt_reader* reader, const Replayed* relayed) {
   ovt_frame_info info;
   cli::check(ovt_read_info(reader, &info), "frame");
   if (info.sensor_mask == 0) return;  // a prediction over a gap
-  if (!frame_) throw std::runtime_error("a frame came that nobody pushed");
+  if (!frame_) throw std::runtime_error("received a frame that was not pushed");
   if (first_ns_ < 0) first_ns_ = info.first_stamp_ns;
   frame_number_ = double(frame_->scans.frame);
   const int64_t publish_ns = info.first_stamp_ns + log_.rig().period_ns();
@@ -88,7 +88,7 @@ void Judge::add(ovt_reader* reader, const Relayed* relayed) {
   points_.clear(), clusters_.clear(), boxed_.clear(), detected_.clear(), tentative_.clear(), confirmed_.clear();
   const std::vector<CarTruth> cars = cars_at(publish_ns);
   const CarTruth* ego = ego_of(cars);
-  if (!ego) return;  // past the end of the truth
+  if (!ego) return;  // after the end of the truth
   tables_["ego"].add({frame_number_, time_s_, ego->speed_mps, ego->yaw_rate_rps});
   add_labels(reader, info);
   ovt_detections detections;
@@ -109,9 +109,9 @@ void Judge::add(ovt_reader* reader, const Relayed* relayed) {
   }
 }
 
-// Where the cars are for a sweep's points: at its middle, so that what they drive against the ego in half a sweep is
-// the most a point may be off.
-void Judge::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
+// The positions of the cars for the points of a frame: those at its middle, so that a point is off by at most the cars'
+// motion relative to the ego in half a frame.
+void Evaluator::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
   const std::vector<CarPlace> places = place_cars(cars_at(info.first_stamp_ns + log_.rig().period_ns() / 2));
   ClusterTally tally(places);
   struct Seam {
@@ -157,7 +157,7 @@ void Judge::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
         if (known) due_.surface.push_back(surface);
       }
       if (label == 0) continue;
-      const int32_t row = labels.cluster_of_label[label];  // -1: it found no room in the table, and is a cluster still
+      const int32_t row = labels.cluster_of_label[label];  // -1: the table was full; it still counts
       const int64_t cluster = row >= 0 ? row : -1 - (int64_t(sensor) << 32 | label);
       tally.add(cluster, at, kind, car);
       if (car >= 0) ++seams[car][sensor].points, seams[car][sensor].clusters.insert(cluster);
@@ -189,7 +189,7 @@ void Judge::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
   }
 }
 
-void Judge::add_detections(const ovt_frame_info& info, const ovt_detections& d) {
+void Evaluator::add_detections(const ovt_frame_info& info, const ovt_detections& d) {
   for (int32_t i = 0; i < d.count; ++i) {
     const io::EgoRow pose = pose_at(log_.poses(), d.stamp_ns[i]);
     const MapPlace at = to_map(pose, double(d.x_m[i]), double(d.y_m[i]), double(d.z_m[i]), double(d.heading_rad[i]));
@@ -220,9 +220,9 @@ void Judge::add_detections(const ovt_frame_info& info, const ovt_detections& d) 
   }
 }
 
-void Judge::add_tracks(const ovt_frame_info& info, const ovt_tracks& t, const std::vector<CarTruth>& cars) {
+void Evaluator::add_tracks(const ovt_frame_info& info, const ovt_tracks& t, const std::vector<CarTruth>& cars) {
   prior_.clear();
-  if (info.reference != OVT_REFERENCE_MAP) return;  // without ego: nothing to compare with
+  if (info.reference != OVT_REFERENCE_MAP) return;  // without ego there is no comparison
   const CarTruth& ego = *ego_of(cars);
   const double ce = std::cos(ego.heading_rad), se = std::sin(ego.heading_rad);
   for (int32_t i = 0; i < t.count; ++i) {
@@ -250,7 +250,7 @@ void Judge::add_tracks(const ovt_frame_info& info, const ovt_tracks& t, const st
   }
 }
 
-void Judge::add_times(ovt_reader* reader) {
+void Evaluator::add_times(ovt_reader* reader) {
   for (int32_t sensor = -1; sensor < int32_t(log_.rig().sensors.size()); ++sensor)
     for (int32_t stage = 0; stage < OVT_STAGE_COUNT; ++stage) {
       ovt_span span;

@@ -1,32 +1,32 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Holds what the library says of one frame against the truth of the simulator and writes rows:
+// Compares the library's results of each frame with the simulator's truth and writes tables:
 //
-//   scans       one per scan: tp fp fn tn of non-ground (points with a label), points without one
+//   scans       one row per scan: tp fp fn tn of non-ground (points with a label), points without a label
 //   car_points  one per car, scan and 10 m of range: its points, and those found to be non-ground
-//   cars        one per car and frame: place, points, clusters by truth and by the paper's rule
+//   cars        one per car and frame: position, points, clusters by truth and by the paper's rule
 //               (cluster_tally.h: boxed), detected, confirmed track
-//   clusters    one per frame: clusters that mix a car with something else, or two cars
-//               (NaN, like points and clusters of cars and of euclid: a log that does not say what each point lies on)
+//   clusters    one per frame: clusters that mix a car with another object, or two cars
+//               (NaN, like points and clusters of cars and of euclid, if the log has no surface of each point)
 //   boxes       one per frame: mixed clusters by the paper's rule
-//   seams       one per car that several sensors see with 3 non-ground points or more: whether one cluster holds a
+//   seams       one per car that several sensors see with 3 non-ground points or more: whether one cluster contains a
 //               point of each of them
 //   ego         one per frame: the true speed and yaw rate
-//   detections  one per detection: place, the car it is at (-1 none) and its errors
+//   detections  one per detection: position, its car (-1 none) and its errors
 //   tracks      one per track: the same with speed, course, yaw rate, NEES, age of its data
 //   innovations one per detection that updated a track: NIS
 //   times       one per stage that ran: nanoseconds
-// and, every so many frames (judge_baselines.cpp), on the points with a label:
-//   grid        the 2.5-D grid: as scans
-//   auto_label  the automatic labels (tools/evaluation/baselines/label_ground.h) against the truth: as scans
-//   scans_auto  grid_auto    the pipeline and the grid against the automatic labels: as scans
+// and, on every N-th frame (evaluator_baselines.cpp), for the points with a label:
+//   grid        the 2.5-D grid: like scans
+//   auto_label  the automatic labels (tools/evaluation/baselines/label_ground.h) compared with the truth: like scans
+//   scans_auto  grid_auto    the pipeline and the grid compared with the automatic labels: like scans
 //   euclid      Euclidean clusters of the points found to be non-ground, by radius: one per car, by truth and inside
-//   euclid_mixed    the same: mixed ones of the frame
+//   euclid_mixed    the same: mixed clusters of the frame
 //
-// Detections are compared with the truth at their own stamp, tracks at publish time, which is the end of the sweep: the
-// frame's stamp plus a period. Errors are estimate minus truth, in the map; "veh" is the same error turned into the
-// true ego's frame. A detection or a track is at the nearest car within the gate, else false.
+// Detections are compared with the truth at their own stamp, tracks at publish time, which is the end of the frame: its
+// first stamp plus a period. Errors are estimate minus truth, in the map; "veh" is the same error rotated to the true
+// ego's frame. A detection or a track is at the nearest car within the gate, else false.
 #pragma once
 
 #include <map>
@@ -43,15 +43,15 @@ namespace overtake::evaluation {
 
 inline constexpr double kGateM = 4.0, kNearestM = -100, kFarthestM = 150;
 
-// What a surface counts as. Noise (smoke, blooming) counts as ground: nothing to find, as in the paper.
+// The kind of a surface. Noise (smoke, blooming) counts as ground: nothing to find, as in the paper.
 Kind kind_of(uint16_t surface);
 inline bool is_positive(Kind kind) { return kind == Kind::kCar || kind == Kind::kObstacle; }
-int32_t car_of(uint16_t surface);  // -1: not of a car
+int32_t car_of(uint16_t surface);  // -1: not a car
 
 // The points of a frame that have a label, vehicle frame.
 struct CloudPoints {
   std::vector<float> x_m, y_m, z_m;
-  std::vector<uint16_t> surface;  // empty where the log has no truth of points
+  std::vector<uint16_t> surface;  // empty if the log has no surface of each point
   std::vector<bool> found;        // non-ground
   std::vector<int32_t> sensor;
   std::vector<CarPlace> cars;
@@ -62,26 +62,27 @@ Tables make_tables();
 void write_tables(const std::string& folder, const Tables& tables);
 Tables read_tables(const std::string& folder);
 
-// Who else speaks of a frame's detections and tracks (oracles of later stages); the columns outlive the call.
-struct Relayed {
+// Results of another source for a frame's detections and tracks (oracles of later stages); the columns outlive the
+// call.
+struct Replayed {
   ovt_detections detections;
-  ovt_reader* tracks = nullptr;  // stands on the frame of these detections; null: no tracks
+  ovt_reader* tracks = nullptr;  // positioned at the frame of these detections; null: no tracks
 };
 
-class Judge {
+class Evaluator {
  public:
-  // truth_shift_ns: negative control, compares with the truth of so much later.
-  Judge(const TruthLog& log, const ovt_params& params, int64_t truth_shift_ns = 0);
-  // Every so many frames the baselines (tools/evaluation/baselines) judge the same clouds; 0: never.
+  // truth_shift_ns: negative control, compares with the truth of this much later.
+  Evaluator(const TruthLog& log, const ovt_params& params, int64_t truth_shift_ns = 0);
+  // Evaluates the baselines (tools/evaluation/baselines) on every N-th of the same clouds; 0: never.
   void use_baselines(int32_t every) { baselines_every_ = every; }
 
-  // The frame whose scans are pushed next.
+  // Call before the scans of this frame are pushed.
   void expect(const LogFrame& frame) { frame_ = &frame; }
   void expect_nothing() { frame_ = nullptr; }
-  // The library's callback body. Throws std::runtime_error: a frame that nobody expects.
-  void add(ovt_reader* reader, const Relayed* relayed = nullptr);
-  // The baselines on the last frame, where they are due: slow, and apart from the library's times.
-  void judge_baselines();
+  // Call in the library's callback. Throws std::runtime_error for a frame without expect().
+  void add(ovt_reader* reader, const Replayed* relayed = nullptr);
+  // Runs the baselines on the last frame if they are due: slow, and not part of the library's times.
+  void evaluate_baselines();
   const Tables& tables() const { return tables_; }
 
  private:
@@ -107,7 +108,7 @@ class Judge {
   std::map<uint64_t, Prior> prior_;
   int64_t first_ns_ = -1;
   double frame_number_ = 0, time_s_ = 0;
-  // Of the frame at work, by car.
+  // Of the current frame, by car.
   std::map<int32_t, int64_t> points_, clusters_, boxed_, detected_, tentative_, confirmed_;
   CloudPoints due_;  // for the baselines
   bool is_due_ = false;

@@ -1,41 +1,39 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Oracles of the stages behind the segmentation. What the pipeline detected is changed by the truth and given to a
+// Oracles of the stages after the segmentation. Changes the pipeline's detections by the truth and pushes them to a
 // second detector of the library that only tracks:
 //
-//   heading    the rectangle of each detection at a car is laid by the car's true heading
-//   clusters   one detection for each car with 3 non-ground points or more by truth, of all of them and of no others,
-//   by
-//              the pipeline's own pose (stage 10); no other detections
-//   relay      nothing is changed: what the way through a second detector does to the tracks, to compare the others
-//   with
+//   heading    the rectangle of each detection at a car uses the car's true heading
+//   clusters   one detection for each car with 3 or more non-ground points by truth, made of exactly these points, with
+//              the pipeline's pose (stage 10); no other detections
+//   relay      no change: shows the effect of the second detector on the tracks, to compare the others with
 //
-// The second detector takes a frame's detections at one stamp, the frame's: those at a car are moved on by the car's
-// true speed from their own stamp to it. It does not know which part of the surroundings no sensor sees.
+// The second detector gets a frame's detections with one stamp, the frame's: detections at a car are moved by the car's
+// true speed from their own stamp to it. It does not know the area that no sensor sees.
 #pragma once
 
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "core/track_map.h"
+#include "core/circuit_map.h"
 #include "tools/client/session.h"
-#include "tools/evaluation/judge.h"
+#include "tools/evaluation/evaluator.h"
 
 namespace overtake::evaluation {
 
-class Relay {
+class TrackerReplay {
  public:
   // `kind` as above. Throws io::Error.
-  Relay(const std::string& kind, const TruthLog& log, const cli::Config& config);
-  ~Relay();
-  Relay(const Relay&) = delete;
-  Relay& operator=(const Relay&) = delete;
+  TrackerReplay(const std::string& kind, const TruthLog& log, const cli::Config& config);
+  ~TrackerReplay();
+  TrackerReplay(const TrackerReplay&) = delete;
+  TrackerReplay& operator=(const TrackerReplay&) = delete;
 
   void add_poses(const std::vector<io::EgoRow>& rows);
-  // The frame the reader stands on, changed and tracked; stays until the next call. Throws io::Error.
-  const Relayed& run(ovt_reader* reader, const LogFrame& frame);
+  // Changes and tracks the frame that the reader is positioned at; valid until the next call. Throws io::Error.
+  const Replayed& run(ovt_reader* reader, const LogFrame& frame);
 
  private:
   struct Points {  // of one cluster, vehicle frame
@@ -53,7 +51,7 @@ class Relay {
   std::string kind_;
   const TruthLog& log_;
   const ovt_params params_;
-  TrackMap map_;
+  CircuitMap map_;
   std::unique_ptr<cli::Session> session_;
   ovt_reader* reader_ = nullptr;
   // The changed detections.
@@ -61,7 +59,7 @@ class Relay {
   std::vector<float> x_m_, y_m_, z_m_, heading_rad_;
   std::vector<int32_t> source_, point_count_;
   std::vector<uint64_t> track_;
-  Relayed out_;
+  Replayed out_;
 };
 
 }  // namespace overtake::evaluation

@@ -1,6 +1,6 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/evaluation/album.h"
+#include "tools/evaluation/snapshot_picker.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include "tools/client/console.h"
 #include "tools/client/session.h"
-#include "tools/evaluation/judge.h"
+#include "tools/evaluation/evaluator.h"
 #include "tools/io/angles.h"
 #include "tools/sim/material.h"
 
@@ -16,27 +16,27 @@ namespace overtake::evaluation {
 namespace {
 
 constexpr double kNearM = 10, kFarM = 25;
-constexpr int32_t kSeamPoints = 15;  // fewer on one side tell nothing
+constexpr int32_t kSeamPoints = 15;  // fewer points on one side are no evidence
 constexpr double kSlipDeg[] = {2, 25, 60}, kSlipWindowDeg = 15, kMovingMps = 5;
 constexpr int32_t kFitPoints = 6;
 constexpr std::size_t kSlips = std::size(kSlipDeg);
 
 }  // namespace
 
-Album::Album(const TruthLog& log, const ovt_params& params, const std::string& map_file)
+SnapshotPicker::SnapshotPicker(const TruthLog& log, const ovt_params& params, const std::string& map_file)
     : log_(log), params_(params), map_file_(map_file), fits_(kSlips) {
   for (const io::RigSensor& s : log.rig().sensors) mountings_.emplace_back(s);
   const auto said = log.about().find("simulated");
   race_.simulated = said == log.about().end() || said->second != "false";
 }
 
-Album::Cars Album::cars_at(int64_t stamp_ns) const {
+SnapshotPicker::Cars SnapshotPicker::cars_at(int64_t stamp_ns) const {
   Cars cars{log_.cars_at(stamp_ns), nullptr};
   cars.ego = ego_of(cars.all);
   return cars;
 }
 
-void Album::look(ovt_reader* reader) {
+void SnapshotPicker::look(ovt_reader* reader) {
   ovt_frame_info info;
   cli::check(ovt_read_info(reader, &info), "frame");
   if (info.sensor_mask == 0 || !frame_) return;
@@ -50,14 +50,14 @@ void Album::look(ovt_reader* reader) {
     if (!c.is_ego && !(std::fabs(nearest) <= std::fabs(ahead))) nearest = ahead;
   }
   race_.steps.push_back({now_.time_s, cars.ego->x_m, cars.ego->y_m, nearest});
-  if (frame_->surface.size() == frame_->scans.scans.size()) {  // else nobody knows which points are a car's
+  if (frame_->surface.size() == frame_->scans.scans.size()) {  // else it is unknown which points belong to a car
     look_at_scans(reader, cars);
     look_at_seams(reader, cars);
   }
   look_at_fits(reader);
 }
 
-void Album::look_at_scans(ovt_reader* reader, const Cars& cars) {
+void SnapshotPicker::look_at_scans(ovt_reader* reader, const Cars& cars) {
   for (std::size_t k = 0; k < frame_->scans.scans.size(); ++k) {
     std::map<int32_t, int64_t> points;
     for (const uint16_t surface : frame_->surface[k])
@@ -71,7 +71,7 @@ void Album::look_at_scans(ovt_reader* reader, const Cars& cars) {
   }
 }
 
-void Album::keep_strip(ovt_reader* reader, const io::SensorScan& scan, double car_m, int64_t car_points) {
+void SnapshotPicker::keep_strip(ovt_reader* reader, const io::SensorScan& scan, double car_m, int64_t car_points) {
   ovt_labels labels;
   cli::check(ovt_read_labels(reader, scan.sensor, &labels), "labels");
   if (labels.count == 0) return;
@@ -94,7 +94,7 @@ void Album::keep_strip(ovt_reader* reader, const io::SensorScan& scan, double ca
   }
 }
 
-void Album::look_at_seams(ovt_reader* reader, const Cars& cars) {
+void SnapshotPicker::look_at_seams(ovt_reader* reader, const Cars& cars) {
   std::map<std::pair<int32_t, int32_t>, std::map<int32_t, int64_t>> parts;  // (car, cluster) -> sensor -> points
   for (std::size_t k = 0; k < frame_->scans.scans.size(); ++k) {
     const int32_t sensor = frame_->scans.scans[k].sensor;
@@ -123,7 +123,7 @@ void Album::look_at_seams(ovt_reader* reader, const Cars& cars) {
   }
 }
 
-void Album::keep_clouds(ovt_reader* reader, const Cars& cars, int32_t car) {
+void SnapshotPicker::keep_clouds(ovt_reader* reader, const Cars& cars, int32_t car) {
   clouds_ = CloudMoment();
   clouds_.at = now_;
   for (const CarTruth& c : cars.all) {
@@ -143,7 +143,7 @@ void Album::keep_clouds(ovt_reader* reader, const Cars& cars, int32_t car) {
   }
 }
 
-void Album::look_at_fits(ovt_reader* reader) {
+void SnapshotPicker::look_at_fits(ovt_reader* reader) {
   ovt_detections d;
   cli::check(ovt_read_detections(reader, &d), "detections");
   for (int32_t i = 0; i < d.count; ++i) {
@@ -159,7 +159,7 @@ void Album::look_at_fits(ovt_reader* reader) {
       most_slip_deg = std::max(most_slip_deg, slip_deg);
       for (std::size_t k = 0; k < kSlips; ++k) {
         FitMoment& kept = fits_[k];
-        if (slip_deg < most_slip_deg ||  // it is on its way back
+        if (slip_deg < most_slip_deg ||  // the slip angle decreases again
             slip_deg < kSlipDeg[k] || slip_deg > kSlipDeg[k] + kSlipWindowDeg ||
             d.point_count[i] <= int32_t(kept.points.size()))
           continue;
@@ -184,7 +184,7 @@ void Album::look_at_fits(ovt_reader* reader) {
   }
 }
 
-std::vector<NamedPicture> Album::finish() const {
+std::vector<NamedPicture> SnapshotPicker::finish() const {
   std::vector<NamedPicture> out;
   const auto when = [](const PictureTime& at) {
     return "frame " + std::to_string(at.frame) + ", " + cli::fixed(at.time_s, 2) + " s";

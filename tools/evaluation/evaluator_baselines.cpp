@@ -1,18 +1,18 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What others make of the same points of the same frame.
+// Results of other methods on the same points of the same frame.
 #include <cmath>
 #include <map>
 
 #include "tools/evaluation/baselines/euclidean_clusters.h"
 #include "tools/evaluation/baselines/grid_ground.h"
 #include "tools/evaluation/baselines/label_ground.h"
-#include "tools/evaluation/judge.h"
+#include "tools/evaluation/evaluator.h"
 
 namespace overtake::evaluation {
 
-void Judge::judge_baselines() {
+void Evaluator::evaluate_baselines() {
   if (!is_due_) return;
   is_due_ = false;
   add_ground_baselines(due_);
@@ -20,8 +20,8 @@ void Judge::judge_baselines() {
   due_ = CloudPoints();
 }
 
-// The grid sees all sensors' points at once, as in its paper; the labelling, like ours, each scan alone.
-void Judge::add_ground_baselines(const CloudPoints& cloud) {
+// The grid gets all sensors' points at once, as in its paper; the automatic labels, like our method, each scan alone.
+void Evaluator::add_ground_baselines(const CloudPoints& cloud) {
   const std::size_t count = cloud.x_m.size();
   const std::vector<bool> grid = baselines::mark_nonground(cloud.x_m, cloud.y_m, cloud.z_m);
   std::vector<bool> labelled(count, false);
@@ -50,7 +50,7 @@ void Judge::add_ground_baselines(const CloudPoints& cloud) {
   compare("grid_auto", grid, labelled);
 }
 
-void Judge::add_euclid(const CloudPoints& cloud) {
+void Evaluator::add_euclid(const CloudPoints& cloud) {
   const double frame = frame_number_;
   std::vector<float> x, y, z;
   std::vector<std::size_t> row;
