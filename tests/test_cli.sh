@@ -224,7 +224,7 @@ diff -r gone.d instead || fail "scene does something else than it says"
 grep -qw scene <("$overtake" --help; "$overtake" 2>&1; "$overtake" scen 2>&1) && fail "overtake names the command that is gone"
 
 # ---- one of a thing has no plural
-expect "one sweep" "$overtake" simulate demo --seconds 0.05 --out one_sweep && grep -q ': 1 sweep (' stdout || fail "simulate: $(cat stdout)"
+expect "one frame" "$overtake" simulate demo --seconds 0.05 --out one_frame && grep -q ': 1 frame (' stdout || fail "simulate: $(cat stdout)"
 expect "one frame" "$write_scene" one 1
 expect "run of one frame" "$overtake" run one --rig av21 --out one_run && grep -q '^1 frame[.] Written' stdout ||
   fail "run of one frame: $(cat stdout)"
