@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Assignment for the metrics. The tracker has a separate one (pipeline/track/munkres.h): a shared one would hide its errors
-// from the metrics.
+// Assignment for the metrics. The tracker has a separate one (pipeline/track/munkres.h): a shared one would hide its
+// errors from the metrics.
 #pragma once
 
 #include <cstdint>
