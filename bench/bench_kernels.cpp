@@ -135,7 +135,7 @@ void add_all() {
   scans.push_back(make_one_pixel_cloud());
 
   // ISAs innermost: what is compared runs close together.
-#define OVT_KERNEL(kernel, form)                                          \
+#define OVT_KERNEL(kernel, form, caller)                                  \
   for (const Cloud& cloud : sizes)                                        \
     for (int32_t t = 0; t < table_count; ++t)                             \
       add(std::string(#kernel) + "/" + tables[t]->isa + "/" + cloud.name, \

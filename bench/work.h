@@ -15,31 +15,28 @@
 #include <vector>
 
 #include "bench/clouds.h"
+#include "pipeline/method/steps.h"
 #include "pipeline/stages.h"
 
 namespace overtake::bench {
 
 // The kernels of the manifest.
 enum class Kernel : int32_t {
-#define OVT_KERNEL(name, form) name,
+#define OVT_KERNEL(name, form, caller) name,
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
   kCount
 };
 inline const char* kernel_name(Kernel kernel) {
   constexpr const char* kName[] = {
-#define OVT_KERNEL(name, form) #name,
+#define OVT_KERNEL(name, form, caller) #name,
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
   };
   return kName[int32_t(kernel)];
 }
 // The step that runs a kernel; null: no segmentation runs it.
-inline const Step* find_step(Kernel kernel) {
-  for (const Step& step : kPaper.segment)
-    if (std::strcmp(step.name, kernel_name(kernel)) == 0) return &step;
-  return nullptr;
-}
+inline const Step* find_step(Kernel kernel) { return step::kOfKernel[int32_t(kernel)]; }
 
 // Memory and contents of one sensor's stages, filled by the scalar references. Three sensors share it, so that seams
 // exist.
@@ -101,8 +98,8 @@ class Work {
         sums.point_count[layer.id] = fills_sums ? 0 : layer.points;
         sums.elevation_sum[layer.id] = fills_sums ? 0 : layer.elevation;
       }
-    Segment segment = {k, context.sensors[0], context.segment[0], part, apart_};
-    step.run(segment);
+    Segment segment = {context.sensors[0], context.segment[0], part, apart_};
+    step.run(k, segment);
     if (reads_sums && fills_sums && layers_.empty())
       for (int32_t i = 0; i < sums.touched_count; ++i)
         layers_.push_back({sums.touched[i], sums.point_count[sums.touched[i]], sums.elevation_sum[sums.touched[i]]});

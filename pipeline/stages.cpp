@@ -10,9 +10,9 @@ namespace overtake {
 
 void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept {
   bind_scratch(context.sensors[sensor], part, scratch);
-  Segment segment = {*context.kernels, context.sensors[sensor], context.segment[sensor], part, scratch};
+  Segment segment = {context.sensors[sensor], context.segment[sensor], part, scratch};
   StageClock clock(part.spans, {-1, part.stamp_ns, sensor});
-  clock.run(context.method->segment, [&](const Step& step) { step.run(segment); });
+  clock.run(context.method->segment, [&](const Step& step) { step.run(*context.kernels, segment); });
   clock.total(OVT_STAGE_SEGMENT);
 }
 

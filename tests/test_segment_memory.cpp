@@ -75,7 +75,7 @@ TEST_CASE("segment_memory: the paper's scratch is smaller than a plan made by ha
   CHECK(plan.bytes <= by_hand);
 }
 
-void run_nothing(Segment&) noexcept {}
+void run_nothing(const KernelTable&, Segment&) noexcept {}
 
 TEST_CASE("segment_memory: a column begins where one has ended, not where one still is read") {
   //             step  0   1   2   3

@@ -77,10 +77,10 @@ struct World {
     std::fill(std::begin(part.reason_count), std::end(part.reason_count), 0);
     if (before_step) {
       bind_scratch(context.sensors[sensor], part, scratch);
-      Segment segment = {kernels, context.sensors[sensor], context.segment[sensor], part, scratch};
+      Segment segment = {context.sensors[sensor], context.segment[sensor], part, scratch};
       for (int32_t s = 0; s < int32_t(kPaper.segment.size()); ++s) {
         before_step(s);
-        kPaper.segment[std::size_t(s)].run(segment);
+        kPaper.segment[std::size_t(s)].run(kernels, segment);
       }
     } else {
       segment_scan(context, sensor, part, scratch);

@@ -16,7 +16,6 @@ namespace overtake {
 
 // What a segmentation works on: views and constants, no memory of its own.
 struct Segment {
-  const KernelTable& kernels;
   const SensorModel& sensor;
   const SegmentParams& params;
   SensorPart& part;
@@ -30,7 +29,7 @@ struct Step {
   Columns writes;
   Columns scratch;     // written, and meaningless afterwards
   const char* params;  // what it reads of ovt_params: groups and text names, one space between two
-  void (*run)(Segment& s) noexcept;
+  void (*run)(const KernelTable& kernels, Segment& s) noexcept;
 };
 
 // Every column that a step reads is given, or written by a step before it. Steps of one stage stand together.

@@ -11,6 +11,7 @@
 #include "core/math.h"
 #include "core/table.h"
 #include "pipeline/method/methods.h"
+#include "pipeline/method/steps.h"
 
 namespace overtake::test {
 namespace {
@@ -269,21 +270,14 @@ void KernelWorld::fill_noise() {
 
 const char* kernel_name(Kernel kernel) {
   constexpr const char* kName[] = {
-#define OVT_KERNEL(name, form) #name,
+#define OVT_KERNEL(name, form, caller) #name,
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
   };
   return kName[int32_t(kernel)];
 }
 
-StepOfMethod find_step(Kernel kernel) {
-  const Method* methods[kMaxMethods] = {};
-  const int32_t count = list_methods(methods);
-  for (int32_t m = 0; m < count; ++m)
-    for (const Step& step : methods[m]->segment)
-      if (std::strcmp(step.name, kernel_name(kernel)) == 0) return {methods[m], &step};
-  return {};
-}
+const Step* find_step(Kernel kernel) { return step::kOfKernel[int32_t(kernel)]; }
 
 bool works_on_images(const Step* step) {
   return step && ((step->reads | step->writes) & ~(kImages | columns(Column::label_count))) == 0;
@@ -307,12 +301,12 @@ void KernelWorld::load_points(const KernelTable& k) {
 }
 
 void KernelWorld::run(const KernelTable& k, const Step& step) {
-  Segment segment = {k, sensor, params_, part, scratch};
-  step.run(segment);
+  Segment segment = {sensor, params_, part, scratch};
+  step.run(k, segment);
 }
 
 void KernelWorld::run(const KernelTable& k, Kernel kernel) {
-  if (const Step* step = find_step(kernel).step) return run(k, *step);
+  if (const Step* step = find_step(kernel)) return run(k, *step);
   switch (kernel) {
     case Kernel::load_points: return load_points(k);
     case Kernel::merge_seams: {
@@ -333,18 +327,30 @@ void KernelWorld::run(const KernelTable& k, Kernel kernel) {
       return;
     default: break;
   }
-  std::fprintf(stderr, "%s: no step of a method runs it, and KernelWorld does not either\n", kernel_name(kernel));
+  std::fprintf(stderr, "%s: no step runs it, and KernelWorld does not either\n", kernel_name(kernel));
   std::abort();
 }
 
 void KernelWorld::run_before(const KernelTable& k, Kernel kernel) {
   if (kernel == Kernel::load_points) return;
   load_points(k);
-  const StepOfMethod found = find_step(kernel);
-  for (const Step& step : found.method->segment) {
-    if (&step == found.step) return;
-    run(k, step);
-  }
+  const Method* methods[kMaxMethods] = {};
+  const int32_t count = list_methods(methods);
+  for (int32_t m = 0; m < count; ++m)
+    for (std::size_t i = 0; i < methods[m]->segment.size(); ++i)
+      if (std::strcmp(methods[m]->segment[i].name, kernel_name(kernel)) == 0)
+        return run_steps(k, methods[m]->segment.first(i));
+  run_steps(k, kPaper.segment);
+}
+
+void KernelWorld::run_all(const KernelTable& k, const Method& method) {
+  run(k, Kernel::load_points);
+  run_steps(k, method.segment);
+  for (const Kernel kernel : {Kernel::merge_seams, Kernel::gate_clusters, Kernel::fit_rectangle}) run(k, kernel);
+}
+
+void KernelWorld::run_steps(const KernelTable& k, std::span<const Step> steps) {
+  for (const Step& step : steps) run(k, step);
 }
 
 void KernelWorld::poison_padding() {

@@ -15,7 +15,7 @@ namespace overtake::test {
 
 // The kernels of the manifest.
 enum class Kernel : int32_t {
-#define OVT_KERNEL(name, form) name,
+#define OVT_KERNEL(name, form, caller) name,
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
 };
@@ -39,8 +39,10 @@ class KernelWorld {
   // Runs one kernel of the table on what the world holds, a kernel of a segmentation through its step.
   void run(const KernelTable& kernels, Kernel kernel);
   void run(const KernelTable& kernels, const Step& step);
-  // What runs before that kernel in a detector; before merging and what follows it, the whole segmentation.
+  // What runs before that kernel in the first method that has it; where none has, the whole of paper's segmentation.
   void run_before(const KernelTable& kernels, Kernel kernel);
+  // The method's segmentation from load_points on, then the kernels behind it.
+  void run_all(const KernelTable& kernels, const Method& method);
   // Padding is never meaningful: NaN wherever it may be written.
   void poison_padding();
   // Fills the memory of these columns with ones: NaN, -1, every bit set.
@@ -66,6 +68,7 @@ class KernelWorld {
 
   float uniform(float low, float high) { return low + (high - low) * float(random_() % 65536) / 65536.0f; }
   bool chance(int32_t percent) { return int32_t(random_() % 100) < percent; }
+  void run_steps(const KernelTable& kernels, std::span<const Step> steps);
   void take_columns(Columns which);
   void take_layers();
   void fill_tables();
@@ -87,12 +90,7 @@ class KernelWorld {
   RectangleFit fit_{};
 };
 
-// The step that runs a kernel and the method it is found in first; a null step: no segmentation runs it.
-struct StepOfMethod {
-  const Method* method = &kPaper;
-  const Step* step = nullptr;
-};
-StepOfMethod find_step(Kernel kernel);
+const Step* find_step(Kernel kernel);  // null: no segmentation runs it
 const char* kernel_name(Kernel kernel);
 // Whether a step reads and writes images alone, so that images without any order are an input of it.
 bool works_on_images(const Step* step);

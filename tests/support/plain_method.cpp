@@ -34,7 +34,7 @@ void keep_above_road(float sensor_height_m, Plane<const float> range_filled_m, P
 }
 
 using enum Column;
-void run_above_road(Segment& s) noexcept {
+void run_above_road(const KernelTable&, Segment& s) noexcept {
   const RangeImages& m = s.part.images;
   keep_above_road(s.sensor.T_vehicle_sensor.t[2], m.range_filled_m, m.elevation_filled_rad, m.range_repaired_m,
                   m.elevation_repaired_rad, m.nonground_repaired);
@@ -48,11 +48,19 @@ constexpr Step kAboveRoad = {.name = "keep_above_road",
                              .run = &run_above_road};
 
 constexpr Step kSegment[] = {
-    step::project_points, step::rank_layers,   step::scatter_points,  // range and elevation image
-    step::fill_gaps,                                                  //
-    kAboveRoad,                                                       // in place of angle, smoothing, ground and repair
-    step::link_pixels,    step::label_bfs,     step::label_points,    //
-    step::build_clusters, step::count_reasons,
+    // Range and elevation image.
+    step::project_points,
+    step::rank_layers,
+    step::scatter_points,
+    step::fill_gaps,
+    // In place of angle, smoothing, ground and repair.
+    kAboveRoad,
+    // Clusters.
+    step::link_pixels,
+    step::label_bfs,
+    step::label_points,
+    step::build_clusters,
+    step::count_reasons,
 };
 static_assert(is_chain(kSegment, kGivenColumns));
 

@@ -56,8 +56,8 @@ class SegmentChain {
 
   void load(const PointFields& fields, int32_t count) { kernels->load_points(fields, count, part.scan); }
   void run_step(const Step& step, const KernelTable& table) {
-    Segment segment = {table, sensor, params, part, scratch};
-    step.run(segment);
+    Segment segment = {sensor, params, part, scratch};
+    step.run(table, segment);
   }
   void run(const std::vector<TestPoint>& cloud) {
     load(fields_of(cloud), int32_t(cloud.size()));
