@@ -66,6 +66,8 @@ OVT_STEP_BY_HAND(smooth_sg, SMOOTH, "smooth", OVT_READS(row_count, angle_rad), O
 
 OVT_STEP(mark_ground, GROUND, "ground", params<&SegmentParams::mark_ground>, in<row_count>, in<angle_smooth_rad>,
          in<range_filled_m>, in<pixel_point>, out<nonground>);
+OVT_STEP(keep_above_road, GROUND, "", sensor<&SensorModel::T_vehicle_sensor>, in<range_filled_m>,
+         in<elevation_filled_rad>, out<range_repaired_m>, out<elevation_repaired_rad>, out<nonground_repaired>);
 OVT_STEP(repair_range, REPAIR, "repair", params<&SegmentParams::repair_range>, in<range_filled_m>,
          in<elevation_filled_rad>, in<nonground>, out<range_repaired_m>, out<elevation_repaired_rad>,
          out<nonground_repaired>);

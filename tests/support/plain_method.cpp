@@ -54,7 +54,7 @@ constexpr Step kSegment[] = {
     step::scatter_points,
     step::fill_gaps,
     // In place of angle, smoothing, ground and repair.
-    kAboveRoad,
+    step::keep_above_road,
     // Clusters.
     step::link_pixels,
     step::label_bfs,
