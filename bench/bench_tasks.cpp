@@ -133,7 +133,7 @@ void bench_clusters(benchmark::State& state, const KernelTable* kernels, const C
 // The same points: those on pixels of the non-ground image. Tree and clusters, as its tutorial does.
 void bench_pcl(benchmark::State& state, const Cloud& cloud) {
   const Work& work = work_of(cloud);
-  const RangeImages& m = work.part.images;
+  const RangeImages& m = work.views.images;
   const auto points = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
   for (int32_t r = 0; r < m.nonground.rows; ++r)
     for (int32_t c = 0; c < m.nonground.cols; ++c) {

@@ -63,11 +63,12 @@ class Work {
     sizes.merge_columns = context.detect.merge_seams.columns;
     if (!build_frame(frame, sizes, default_allocator()) || !build_scratch(scratch, sizes, default_allocator()))
       std::abort();
+    views = part.kept;
+    views.layer_sums = scratch.layer_sums;
     const auto carve = [&](Carver& carver) {
-      carve_columns(carver, scratch.plan.shared, context.sensors[0], point_capacity[0], part, apart_);
+      carve_columns(carver, scratch.plan.shared, context.sensors[0], point_capacity[0], views);
     };
-    if (!apart_.arena.build(default_allocator(), carve)) std::abort();
-    apart_.layer_sums = scratch.layer_sums;
+    if (!apart_.build(default_allocator(), carve)) std::abort();
     const KernelTable& ref = *find_kernels("ref");
     load(ref);
     for (const Step& step : kPaper.segment) run(ref, step);
@@ -91,14 +92,14 @@ class Work {
 
   // One step; what it uses up is put back: the sums of the layers.
   void run(const KernelTable& k, const Step& step) {
-    LayerSums& sums = apart_.layer_sums;
+    LayerSums& sums = views.layer_sums;
     const bool reads_sums = has(step.reads, Column::layer_sums), fills_sums = !has(step.writes, Column::row_of_layer);
     if (reads_sums)
       for (const LayerSum& layer : layers_) {
         sums.point_count[layer.id] = fills_sums ? 0 : layer.points;
         sums.elevation_sum[layer.id] = fills_sums ? 0 : layer.elevation;
       }
-    Segment segment = {context.sensors[0], context.segment[0], part, apart_};
+    Segment segment = {context.sensors[0], context.segment[0], part, views};
     step.run(k, segment);
     if (reads_sums && fills_sums && layers_.empty())
       for (int32_t i = 0; i < sums.touched_count; ++i)
@@ -112,8 +113,8 @@ class Work {
       case Kernel::merge_seams: {
         SeamSide sides[3];
         for (int32_t s = 0; s < 3; ++s)
-          sides[s] = {true,         &context.sensors[s], &part.images,      &part.scan,
-                      &part.points, &part.clusters,      part.row_of_label, 0};
+          sides[s] = {true,          &context.sensors[s], &views.images,     &part.scan,
+                      &views.points, &part.clusters,      part.row_of_label, 0};
         k.merge_seams(context.detect.merge_seams, sides, 3, frame.members, frame.merged, frame.seam);
         break;
       }
@@ -142,6 +143,7 @@ class Work {
   Frame frame;
   SensorPart& part = frame.sensors[0];
   SegmentScratch scratch;
+  SegmentViews views;
   int32_t fit_count = 0;
 
  private:
@@ -150,7 +152,7 @@ class Work {
     int64_t elevation;
   };
   std::vector<LayerSum> layers_;
-  SegmentScratch apart_;  // columns that share no memory, so that any kernel may run after any other
+  Arena apart_;  // of the columns that share memory in a detector: here any kernel may run after any other
 };
 
 // Worlds are built on first use and shared by all ISAs, so a filtered run builds only what it needs. They stay: under

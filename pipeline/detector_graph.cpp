@@ -88,8 +88,7 @@ void run_segment(const StageContext& context, const RunnerHooks& hooks, Frame& f
   const bool whole = guard(hooks, [&] {
     context.hook(Body::kSegment, frame, sensor);
     segment_scan(context, sensor, frame.sensors[sensor], context.scratch[thread]);
-    context.hook(Body::kPose, frame, sensor);
-    run_ahead(context, sensor, frame.sensors[sensor], context.scratch[thread]);
+    context.hook(Body::kSegmented, frame, sensor);
   });
   if (whole) return;
   frame.sensors[sensor].present = false;  // half a segmentation is none

@@ -626,9 +626,7 @@ typedef enum ovt_stage {
 } ovt_stage;
 OVT_API const char* ovt_stage_name(int32_t stage);
 /* Nanoseconds a stage took in this frame; sensor -1 for the stages of the whole frame (merge and later). It is -1 when
- * the stage did not run. Without a map each sensor's clusters get their poses behind its segmentation: then
- * OVT_STAGE_POSE is a stage of that sensor as well, and the frame's is what was left to do. OVT_NOT_COMPUTED where the
- * detector's method has no such stage; paper has all of them. */
+ * the stage did not run. OVT_NOT_COMPUTED where the detector's method has no such stage; paper has all of them. */
 OVT_API ovt_status ovt_read_time(ovt_reader* reader, int32_t sensor, ovt_stage stage, int64_t* ns);
 
 /* When and where a stage of this frame ran, by the steady clock. */

@@ -105,7 +105,7 @@ TEST_CASE("the clouds and images of the agreement tests hold what matters") {
   CHECK(world.part.row_count > 20);
   CHECK(world.part.label_count > 10);
   int32_t filled = 0, repaired = 0, skipped = 0, down = 0;
-  const RangeImages& m = world.part.images;
+  const RangeImages& m = world.views.images;
   for (int32_t r = 0; r < kFull.rows; ++r)
     for (int32_t c = 0; c < kFull.cols; ++c) {
       filled += m.range_m.at(r, c) == kNoReturn && m.range_filled_m.at(r, c) > 0.0f;

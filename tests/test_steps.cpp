@@ -57,7 +57,7 @@ TEST_CASE("steps: a step reads no column but those it declares") {
 TEST_CASE("steps: a step changes no column but those it declares") {
   for_each_case([](const Method& method, const Step& step, const KernelTable& table, Shape shape, uint64_t seed) {
     KernelWorld world = make_world_before(method, step, shape, seed);
-    world.part.points.count = world.part.scan.count;  // as the first step says
+    world.views.points.count = world.part.scan.count;  // as the first step says
     const std::vector<uint64_t> before = world.hash_columns();
     world.run(table, step);
     const std::vector<uint64_t> after = world.hash_columns();

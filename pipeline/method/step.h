@@ -8,18 +8,18 @@
 #include <cstdint>
 #include <span>
 
+#include "pipeline/frame.h"
 #include "pipeline/method/segment_columns.h"
 #include "pipeline/params.h"
-#include "pipeline/segment_scratch.h"
 
 namespace overtake {
 
-// What a segmentation works on: views and constants, no memory of its own.
+// What a segmentation works on while it runs: views and constants, no memory of its own.
 struct Segment {
   const SensorModel& sensor;
   const SegmentParams& params;
   SensorPart& part;
-  SegmentScratch& scratch;
+  SegmentViews& views;
 };
 
 struct Step {

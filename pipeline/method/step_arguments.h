@@ -14,7 +14,7 @@ namespace overtake::argument {
 template <Column kColumn>
 OVT_INLINE auto& view_of(const Segment& s) {
   [[maybe_unused]] SensorPart& part = s.part;
-  [[maybe_unused]] SegmentScratch& scratch = s.scratch;
+  [[maybe_unused]] SegmentViews& views = s.views;
 #define OVT_SEGMENT_COLUMN(name, view, extent) \
   if constexpr (kColumn == Column::name) {     \
     return (view);                             \

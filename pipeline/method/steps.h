@@ -39,7 +39,7 @@ using namespace argument;
 OVT_STEP_BY_HAND(project_points, PROJECT, "", OVT_READS(scan, layer_sums),
                  OVT_WRITES(point_range_m, point_elevation_rad, point_column, point_reason, layer_sums),
                  OVT_SCRATCH()) {
-  k.project_points(s.sensor, s.part.scan, s.part.points, s.scratch.layer_sums);
+  k.project_points(s.sensor, s.part.scan, s.views.points, s.views.layer_sums);
 }
 
 OVT_STEP(rank_layers, PROJECT, "", result<row_count>, sensor<&SensorModel::rows>, inout<layer_sums>, out<row_of_layer>,
@@ -49,7 +49,7 @@ OVT_STEP_BY_HAND(scatter_points, PROJECT, "",
                  OVT_READS(scan, row_of_layer, point_range_m, point_elevation_rad, point_column, point_reason),
                  OVT_WRITES(range_m, elevation_rad, pixel_point, point_pixel, point_lost, point_reason),
                  OVT_SCRATCH()) {
-  k.scatter_points(s.part.scan, s.scratch.row_of_layer, s.part.points, s.part.images);
+  k.scatter_points(s.part.scan, s.views.row_of_layer, s.views.points, s.views.images);
 }
 
 OVT_STEP(fill_gaps, GAPS, "gaps", params<&SegmentParams::fill_gaps>, in<range_m>, in<elevation_rad>,
@@ -60,7 +60,7 @@ OVT_STEP(angle_image, ANGLE, "angle", params<&SegmentParams::angle_image>, in<ra
 // By hand: there is one pair of rows less than rows.
 OVT_STEP_BY_HAND(smooth_sg, SMOOTH, "smooth", OVT_READS(row_count, angle_rad), OVT_WRITES(angle_smooth_rad),
                  OVT_SCRATCH()) {
-  const RangeImages& m = s.part.images;
+  const RangeImages& m = s.views.images;
   k.smooth_sg(s.params.smooth_sg, std::max(s.part.row_count - 1, 0), m.angle_rad, m.angle_smooth_rad);
 }
 
@@ -80,19 +80,19 @@ OVT_STEP_BY_HAND(label_points, LABEL, "label",
                  OVT_READS(point_range_m, point_pixel, point_lost, point_reason, range_m, range_repaired_m, pixel_point,
                            labels),
                  OVT_WRITES(point_label, point_reason), OVT_SCRATCH()) {
-  k.label_points(s.params.label_points, s.part.images, s.part.points);
+  k.label_points(s.params.label_points, s.views.images, s.views.points);
 }
 
 OVT_STEP_BY_HAND(build_clusters, CLUSTERS, "", OVT_READS(scan, point_label, point_range_m, label_count),
                  OVT_WRITES(clusters, cluster_points, row_of_label, cluster_overflow), OVT_SCRATCH(cursor, order)) {
   s.part.cluster_overflow =
-      k.build_clusters(s.sensor.T_vehicle_sensor, s.part.scan, s.part.points, s.part.label_count, s.part.clusters,
-                       s.part.cluster_points, s.part.row_of_label, s.scratch.cursor, s.scratch.order);
+      k.build_clusters(s.sensor.T_vehicle_sensor, s.part.scan, s.views.points, s.part.label_count, s.part.clusters,
+                       s.part.cluster_points, s.part.row_of_label, s.views.cursor, s.views.order);
 }
 
 // No kernel: a tally of what became of the points.
 OVT_STEP_BY_HAND(count_reasons, CLUSTERS, "", OVT_READS(point_reason), OVT_WRITES(reason_count), OVT_SCRATCH()) {
-  overtake::count_reasons(s.part.points, s.part.reason_count);
+  overtake::count_reasons(s.views.points, s.part.reason_count);
 }
 
 #undef OVT_READS

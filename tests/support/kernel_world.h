@@ -10,6 +10,7 @@
 
 #include "pipeline/method/method.h"
 #include "tests/support/guarded.h"
+#include "tests/support/paper_params.h"
 
 namespace overtake::test {
 
@@ -55,7 +56,7 @@ class KernelWorld {
   std::string broken() const { return guarded_.broken(); }
 
   SensorPart part;
-  SegmentScratch scratch;
+  SegmentViews views;
   SensorModel sensor;
 
  private:
@@ -79,6 +80,7 @@ class KernelWorld {
   Guarded guarded_;
   std::vector<RawPoint> raw_;
   SegmentParams params_;
+  DetectParams frame_params_ = paper_frame_params();
   bool has_layers_ = false;  // with a cloud only: a megabyte
   int32_t* kept_;
   MemberTable members_;
