@@ -10,8 +10,8 @@ namespace overtake {
 
 inline constexpr int32_t kMaxHalfWindow = 7;
 struct SmoothSgParams {
-  int32_t half_window = 2;
-  float weight[kMaxHalfWindow + 1] = {};  // weight[k] of the taps k rows up and down
+  int32_t half_window;
+  float weight[kMaxHalfWindow + 1];  // weight[k] of the taps k rows up and down
 };
 // Weights of a window and polynomial order, by least squares in double. False when the window is even or not in
 // 1..2 * kMaxHalfWindow + 1, or the order not in 0..window - 1. Window 1 is no smoothing.

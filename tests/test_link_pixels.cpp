@@ -11,6 +11,7 @@
 #include <random>
 
 #include "tests/support/images.h"
+#include "tests/support/paper_params.h"
 #include "tests/support/ray_scene.h"
 
 namespace overtake {
@@ -26,7 +27,7 @@ constexpr double kPitch = 0.14 * kDegree;
 constexpr double kThreshold = 2.5 * kDegree;
 
 LinkPixelsParams paper(bool wraps = false) {
-  LinkPixelsParams params;
+  LinkPixelsParams params = test::paper_params().link_pixels;
   params.sin_pitch = float(std::sin(kPitch));
   params.cos_pitch = float(std::cos(kPitch));
   params.wraps = wraps;
@@ -50,7 +51,7 @@ struct Linked {
 };
 
 TEST_CASE("link_pixels: the threshold's tangent is that of 2.5 deg") {
-  CHECK(double(LinkPixelsParams{}.tan_threshold) == doctest::Approx(std::tan(kThreshold)));
+  CHECK(double(paper().tan_threshold) == doctest::Approx(std::tan(kThreshold)));
 }
 
 TEST_CASE("link_pixels joins when beta is larger than the threshold: near neighbours yes, a jump in depth no") {
