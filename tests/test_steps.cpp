@@ -6,6 +6,11 @@
 
 #include <doctest/doctest.h>
 
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <string>
+
 #include "pipeline/method/methods.h"
 #include "tests/support/kernel_world.h"
 
@@ -66,6 +71,32 @@ TEST_CASE("steps: a step changes no column but those it declares") {
         FAIL_CHECK(std::string(step.name) << " changes " << std::string(column_name(Column(c))));
   });
   CHECK(true);  // counts: FAIL_CHECK speaks only of failures
+}
+
+// | `kernel` | reads | writes |
+std::string row_of(const Step& step) {
+  std::string row = "| `" + std::string(step.name) + "` |";
+  for (const Columns set : {step.reads, step.writes}) {
+    for (int32_t c = 0; c < kColumnCount; ++c)
+      if (has(set, Column(c))) row += ' ' + std::string(column_name(Column(c)));
+    row += " |";
+  }
+  return row;
+}
+
+TEST_CASE("steps: the table of kernels/README.md says what the steps of paper read and write") {
+  std::ifstream file("kernels/README.md");
+  REQUIRE(file.good());
+  const std::string text(std::istreambuf_iterator<char>(file), {});
+  int32_t rows = 0;
+  for (const Step* kernel : step::kOfKernel)
+    for (const Step& step : kPaper.segment)
+      if (kernel && std::strcmp(kernel->name, step.name) == 0) {
+        INFO(row_of(step));
+        CHECK(text.find('\n' + row_of(step)) != std::string::npos);
+        ++rows;
+      }
+  CHECK(rows > 10);
 }
 
 TEST_CASE("steps: no chain without the step that writes what another reads, and none with a stage in two places") {
