@@ -99,7 +99,7 @@ OVT_STEP_BY_HAND(count_reasons, CLUSTERS, "", OVT_READS(point_reason), OVT_WRITE
 #undef OVT_WRITES
 #undef OVT_SCRATCH
 
-// The step that calls each kernel, in the manifest's order; null: another than a segmentation calls it.
+// The step that calls each kernel, in the order of the manifest; null: no segmentation calls it.
 inline constexpr const Step* kOfKernel[] = {
 #define OVT_STEP_OF_step(name) &name,
 #define OVT_STEP_OF_other(name) nullptr,
