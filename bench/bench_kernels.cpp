@@ -25,7 +25,7 @@ Traffic traffic_of(const Work& work, const Step& step) {
   Traffic traffic = {work.pixels(), 0};
   if (moved & columns_of(Extent::points)) traffic.items = work.points();
   if (moved & columns_of(Extent::layers) && traffic.items != work.points()) traffic.items = part.row_count;
-  for_each_segment_column(part, work.scratch, [&](Column column, auto extent, const auto& view) {
+  for_each_segment_column(part, work.views, [&](Column column, auto extent, const auto& view) {
     if (!has(moved, column)) return;
     if constexpr (extent == Extent::points) {
       traffic.bytes += work.points() * int64_t(sizeof *view);
@@ -59,7 +59,7 @@ void bench_kernel(benchmark::State& state, const KernelTable* kernels, Kernel ke
 // Adversarial images: repair, links and labels of a mask of non-ground pixels at equal ranges.
 void bench_adversarial(benchmark::State& state, const KernelTable* kernels, const std::string& pattern) {
   Work work(make_cloud(32, 857));
-  RangeImages& m = work.part.images;
+  RangeImages& m = work.views.images;
   const int32_t rows = m.nonground.rows, cols = m.nonground.cols;
   const auto is_set = [&](int32_t r, int32_t c) {
     if (pattern == "checkerboard") return (r + c) % 2 == 0;
@@ -134,8 +134,8 @@ void add_all() {
   scans.push_back(nuscenes_cloud());
   scans.push_back(make_one_pixel_cloud());
 
-  // ISAs in the inner loop: compared benchmarks run close together.
-#define OVT_KERNEL(kernel, form)                                          \
+  // ISAs innermost: what is compared runs close together.
+#define OVT_KERNEL(kernel, form, caller)                                  \
   for (const Cloud& cloud : sizes)                                        \
     for (int32_t t = 0; t < table_count; ++t)                             \
       add(std::string(#kernel) + "/" + tables[t]->isa + "/" + cloud.name, \

@@ -85,8 +85,9 @@ void bench_rectangle(benchmark::State& state, const KernelTable* kernels, int32_
     x[i] = float(15.0 + c * along - s * across + 0.01 * uniform());
     y[i] = float(3.0 + s * along + c * across + 0.01 * uniform());
   }
+  const FitRectangleParams params = make_detect_params(ovt_default_params()).fit_rectangle;
   for (auto _ : state)
-    benchmark::DoNotOptimize(kernels->fit_rectangle(FitRectangleParams(), x.data(), y.data(), count, 0.1f, 2.3f, 0.0f));
+    benchmark::DoNotOptimize(kernels->fit_rectangle(params, x.data(), y.data(), count, 0.1f, 2.3f, 0.0f));
   state.SetItemsProcessed(int64_t(state.iterations()) * count);
 }
 
@@ -133,7 +134,7 @@ void bench_clusters(benchmark::State& state, const KernelTable* kernels, const C
 // The same points: those on non-ground pixels. Tree and clusters as in PCL's tutorial.
 void bench_pcl(benchmark::State& state, const Cloud& cloud) {
   const Work& work = work_of(cloud);
-  const RangeImages& m = work.part.images;
+  const RangeImages& m = work.views.images;
   const auto points = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
   for (int32_t r = 0; r < m.nonground.rows; ++r)
     for (int32_t c = 0; c < m.nonground.cols; ++c) {

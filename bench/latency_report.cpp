@@ -3,14 +3,12 @@
 //
 // Intervals between the library's stages, on the path of the scan that is segmented last:
 //
-//   due |wake_driver| load |hand_over| segment, scan_pose |gather| merge gate pose track |publish| on_frame
+//   due |wake_driver| load |hand_over| segment |gather| merge gate pose track |publish| on_frame
 //
-//   wake_driver   from the scheduled arrival to the start of the copy, per scan. It includes the sensors before this
-//                 one in the closed loop, and when one thread pushes all scans as the library has no threads
-//   hand_over     from the end of a scan's copy to the start of its segmentation
-//   scan_pose     without a map: the poses of one sensor's clusters
-//   gather        from the end of the last segmentation or scan_pose to the merge
-//   publish       from the tracks to on_frame
+// wake_driver: from the scheduled arrival to the start of the copy, per scan (in the closed loop, and where one thread
+// pushes all scans because the library has none, the sensors before it are in it).
+// hand_over: from the end of a scan's copy to the start of its segmentation. gather: from the end of the last
+// segmentation to the merge. publish: from the tracks to on_frame.
 #include "bench/latency_report.h"
 
 #include <algorithm>
@@ -62,7 +60,7 @@ std::string policy_text(const LatencyRun& run, const LatencyRunDef& def) {
 
 LatencyReport make_report(const LatencyRun& run, const LatencyRunDef& def) {
   LatencyReport report;
-  Histogram stage[OVT_STAGE_COUNT], scan_pose, wake, hand_over, gather, publish;
+  Histogram stage[OVT_STAGE_COUNT], wake, hand_over, gather, publish;
   for (std::size_t k = 0; k < run.frames.size(); ++k) {
     const FrameSample& frame = run.frames[k];
     const bool is_warmup = int64_t(k) < def.warmup;
@@ -83,7 +81,7 @@ LatencyReport make_report(const LatencyRun& run, const LatencyRunDef& def) {
     for (int32_t s = -1; s < run.sensor_count; ++s)
       for (int32_t i = 0; i < OVT_STAGE_COUNT; ++i)
         if (const ovt_span& span = run.span(k, s, ovt_stage(i)); span.duration_ns >= 0)
-          (i == OVT_STAGE_POSE && s >= 0 ? scan_pose : stage[i]).record(span.duration_ns);
+          stage[i].record(span.duration_ns);
     for (int32_t s = 0; s < run.sensor_count; ++s) {
       const ovt_span& load = run.span(k, s, OVT_STAGE_LOAD);
       const ovt_span& segment = run.span(k, s, OVT_STAGE_SEGMENT);
@@ -97,8 +95,6 @@ LatencyReport make_report(const LatencyRun& run, const LatencyRunDef& def) {
       wake.record(load.start_ns - due_ns);
       hand_over.record(segment.start_ns - end_of(load));
       segmented_ns = std::max(segmented_ns, end_of(segment));
-      if (const ovt_span& pose = run.span(k, s, OVT_STAGE_POSE); pose.duration_ns >= 0)
-        segmented_ns = std::max(segmented_ns, end_of(pose));
     }
     if (const ovt_span& merge = run.span(k, -1, OVT_STAGE_MERGE); merge.duration_ns >= 0 && segmented_ns > 0)
       gather.record(merge.start_ns - segmented_ns);
@@ -112,7 +108,6 @@ LatencyReport make_report(const LatencyRun& run, const LatencyRunDef& def) {
   add(ovt_stage_name(OVT_STAGE_LOAD), stage[OVT_STAGE_LOAD]);
   add("hand_over", hand_over);
   for (int32_t i = OVT_STAGE_PROJECT; i <= OVT_STAGE_SEGMENT; ++i) add(ovt_stage_name(i), stage[i]);
-  add("scan_pose", scan_pose);
   add("gather", gather);
   for (int32_t i = OVT_STAGE_MERGE; i <= OVT_STAGE_TRACK; ++i) add(ovt_stage_name(i), stage[i]);
   add("publish", publish);

@@ -15,31 +15,28 @@
 #include <vector>
 
 #include "bench/clouds.h"
+#include "pipeline/method/steps.h"
 #include "pipeline/stages.h"
 
 namespace overtake::bench {
 
 // The kernels of the manifest.
 enum class Kernel : int32_t {
-#define OVT_KERNEL(name, form) name,
+#define OVT_KERNEL(name, form, caller) name,
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
   kCount
 };
 inline const char* kernel_name(Kernel kernel) {
   constexpr const char* kName[] = {
-#define OVT_KERNEL(name, form) #name,
+#define OVT_KERNEL(name, form, caller) #name,
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
   };
   return kName[int32_t(kernel)];
 }
-// The step that runs a kernel; null if no segmentation runs it.
-inline const Step* find_step(Kernel kernel) {
-  for (const Step& step : kPaper.segment)
-    if (std::strcmp(step.name, kernel_name(kernel)) == 0) return &step;
-  return nullptr;
-}
+// The step that runs a kernel; null: no segmentation runs it.
+inline const Step* find_step(Kernel kernel) { return step::kOfKernel[int32_t(kernel)]; }
 
 // Memory and contents of one sensor's stages, filled by the references. Three sensors share them, so that there are
 // seams.
@@ -66,11 +63,12 @@ class Work {
     sizes.merge_columns = context.detect.merge_seams.columns;
     if (!build_frame(frame, sizes, default_allocator()) || !build_scratch(scratch, sizes, default_allocator()))
       std::abort();
+    views = part.kept;
+    views.layer_sums = scratch.layer_sums;
     const auto carve = [&](Carver& carver) {
-      carve_columns(carver, scratch.plan.shared, context.sensors[0], point_capacity[0], part, apart_);
+      carve_columns(carver, scratch.plan.shared, context.sensors[0], point_capacity[0], views);
     };
-    if (!apart_.arena.build(default_allocator(), carve)) std::abort();
-    apart_.layer_sums = scratch.layer_sums;
+    if (!apart_.build(default_allocator(), carve)) std::abort();
     const KernelTable& ref = *find_kernels("ref");
     load(ref);
     for (const Step& step : kPaper.segment) run(ref, step);
@@ -94,15 +92,15 @@ class Work {
 
   // Runs one step, then restores its consumed input: the sums of the layers.
   void run(const KernelTable& k, const Step& step) {
-    LayerSums& sums = apart_.layer_sums;
+    LayerSums& sums = views.layer_sums;
     const bool reads_sums = has(step.reads, Column::layer_sums), fills_sums = !has(step.writes, Column::row_of_layer);
     if (reads_sums)
       for (const LayerSum& layer : layers_) {
         sums.point_count[layer.id] = fills_sums ? 0 : layer.points;
         sums.elevation_sum[layer.id] = fills_sums ? 0 : layer.elevation;
       }
-    Segment segment = {k, context.sensors[0], context.segment[0], part, apart_};
-    step.run(segment);
+    Segment segment = {context.sensors[0], context.segment[0], part, views};
+    step.run(k, segment);
     if (reads_sums && fills_sums && layers_.empty())
       for (int32_t i = 0; i < sums.touched_count; ++i)
         layers_.push_back({sums.touched[i], sums.point_count[sums.touched[i]], sums.elevation_sum[sums.touched[i]]});
@@ -115,8 +113,8 @@ class Work {
       case Kernel::merge_seams: {
         SeamSide sides[3];
         for (int32_t s = 0; s < 3; ++s)
-          sides[s] = {true,         &context.sensors[s], &part.images,      &part.scan,
-                      &part.points, &part.clusters,      part.row_of_label, 0};
+          sides[s] = {true,          &context.sensors[s], &views.images,     &part.scan,
+                      &views.points, &part.clusters,      part.row_of_label, 0};
         k.merge_seams(context.detect.merge_seams, sides, 3, frame.members, frame.merged, frame.seam);
         break;
       }
@@ -145,6 +143,7 @@ class Work {
   Frame frame;
   SensorPart& part = frame.sensors[0];
   SegmentScratch scratch;
+  SegmentViews views;
   int32_t fit_count = 0;
 
  private:
@@ -153,7 +152,7 @@ class Work {
     int64_t elevation;
   };
   std::vector<LayerSum> layers_;
-  SegmentScratch apart_;  // columns share no memory, so kernels may run in any order
+  Arena apart_;  // of the columns that share memory in a detector: here any kernel may run after any other
 };
 
 // Each Work is built on first use and shared by all ISAs, so a filtered run builds only those it needs. It is never

@@ -14,7 +14,7 @@ namespace overtake {
 //            where |e_i - e_i+1| < skip_elevation_rad. The last row has no pair: kAngleUndefined
 //   cost     one sin/cos a pixel, one atan2 a pair     agrees  exactly on every ISA
 struct AngleImageParams {
-  float skip_elevation_rad = 0.000872664626f;  // 0.05 deg
+  float skip_elevation_rad;
 };
 namespace ref {
 void angle_image(const AngleImageParams& params, Plane<const float> range_filled_m,

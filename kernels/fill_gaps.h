@@ -14,7 +14,7 @@ namespace overtake {
 //   reads    range_m elevation_rad      writes  range_filled_m elevation_filled_rad, every pixel, must not alias
 //   cost     one pass                   agrees  exactly on every ISA
 struct FillGapsParams {
-  float limit_m = 1.0f, limit_share = 0.03f;
+  float limit_m, limit_share;
 };
 namespace ref {
 void fill_gaps(const FillGapsParams& params, Plane<const float> range_m, Plane<const float> elevation_rad,

@@ -9,9 +9,9 @@
 namespace overtake {
 
 struct FitRectangleParams {
-  float length_m = 4.921f, width_m = 1.886f;
-  float margin_m = 0.10f;      // a point this far outside the rectangle is still an inlier
-  int32_t min_var_points = 5;  // with fewer points psi_VAR = psi_REF
+  float length_m, width_m;  // of the car
+  float margin_m;           // a point this far outside the rectangle still counts
+  int32_t min_var_points;   // fewer: psi_VAR = psi_REF
 };
 
 struct RectangleFit {

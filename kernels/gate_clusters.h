@@ -13,8 +13,8 @@ namespace overtake {
 //   reads    merged point_count min_* max_*     writes  kept[merged.count]      returns  how many
 //   agrees   exactly on every ISA
 struct GateClustersParams {
-  int32_t min_points = 3;
-  float max_extent_m = 4.921f * 1.1f;
+  int32_t min_points;
+  float max_extent_m;
 };
 namespace ref {
 int32_t gate_clusters(const GateClustersParams& params, const FrameClusterTable& merged, int32_t* kept) noexcept;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr KernelTable kRef = {
     "ref",
-#define OVT_KERNEL(name, form) &ref::name,
+#define OVT_KERNEL(name, form, caller) &ref::name,
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
 };

@@ -10,7 +10,7 @@ namespace overtake {
 
 struct KernelTable {
   const char* isa;
-#define OVT_KERNEL(name, form) decltype(&ref::name) name;
+#define OVT_KERNEL(name, form, caller) decltype(&ref::name) name;
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
 };

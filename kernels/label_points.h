@@ -16,7 +16,7 @@ namespace overtake {
 //   writes   points label; reason of those that lost their pixel (a winner's is kLabelled already)
 //   cost     one pass over pixels, one store per cluster point     agrees  exactly on every ISA
 struct LabelPointsParams {
-  float own_limit_m = 0.5f, loser_limit_m = 0.5f;
+  float own_limit_m, loser_limit_m;
 };
 namespace ref {
 void label_points(const LabelPointsParams& params, const RangeImages& images, PointTable& points) noexcept;

@@ -15,9 +15,9 @@ namespace overtake {
 //   writes   link_right (pixel joins column + 1; the last column joins column 0 when wrapping), link_down, every word
 //   cost     sin and cos of one small angle per pixel    agrees  exactly on every ISA
 struct LinkPixelsParams {
-  float tan_threshold = 0.0436609429f;  // tan of th_seg 2.5 deg
-  float sin_pitch = 0.0f, cos_pitch = 1.0f;
-  bool wraps = false;
+  float tan_threshold;  // of th_seg
+  float sin_pitch, cos_pitch;
+  bool wraps;
 };
 namespace ref {
 void link_pixels(const LinkPixelsParams& params, Plane<const float> range_repaired_m,

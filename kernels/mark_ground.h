@@ -17,7 +17,7 @@ namespace overtake {
 //              No pair below judges them; otherwise the rim of the own car's shadow would be obstacles all round
 //   agrees   exactly on every ISA
 struct MarkGroundParams {
-  float threshold_rad = 0.34906585f;  // th_gnd 20 deg
+  float threshold_rad;  // th_gnd
 };
 namespace ref {
 void mark_ground(const MarkGroundParams& params, int32_t row_count, Plane<const float> angle_smooth_rad,

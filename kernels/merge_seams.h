@@ -25,8 +25,8 @@ struct SeamSide {
 };
 
 struct MergeSeamsParams {
-  float distance_m = 1.80f;  // th_mrg
-  int32_t columns = 1;       // K
+  float distance_m;  // th_mrg
+  int32_t columns;   // K
 };
 
 // Pairs (left sensor, right sensor): the right edge of the first meets the left edge of the second. Follows from the

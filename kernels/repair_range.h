@@ -15,9 +15,9 @@ namespace overtake {
 //   writes   range_repaired_m elevation_repaired_rad (non-ground pixels keep theirs, all others 0), nonground_repaired
 //   cost     half_window pairs per pixel, skipped where no word has a bit    agrees  exactly on every ISA
 struct RepairRangeParams {
-  int32_t half_window = 4;     // window 9
-  float range_limit_m = 5.0f;  // th_r
-  bool wraps = false;
+  int32_t half_window;  // (window - 1) / 2
+  float range_limit_m;  // th_r
+  bool wraps;
 };
 inline constexpr int32_t kMaxRepairHalfWindow = 15;
 namespace ref {

@@ -10,8 +10,8 @@ namespace overtake {
 
 inline constexpr int32_t kMaxHalfWindow = 7;
 struct SmoothSgParams {
-  int32_t half_window = 2;
-  float weight[kMaxHalfWindow + 1] = {};  // weight[k] applies to the taps k rows above and below
+  int32_t half_window;
+  float weight[kMaxHalfWindow + 1];  // weight[k] of the taps k rows up and down
 };
 // Weights of a window and polynomial order, by least squares in double. Returns false for an even window, a window
 // outside 1..2 * kMaxHalfWindow + 1, and an order outside 0..window - 1. Window 1 means no smoothing.

@@ -364,7 +364,7 @@ void Detector::finish(Frame& frame) {
     const SensorPart& part = frame.sensors[s];
     if (!part.present) continue;
     for (int32_t r = 1; r < kReasonCount; ++r) add(counters_.points_bad[r], part.reason_count[r]);
-    add(counters_.points, part.points.count);
+    add(counters_.points, part.kept.points.count);
     add(counters_.points_clustered, part.cluster_points.count);
     add(counters_.overflow_clusters, part.cluster_overflow);
   }

@@ -68,7 +68,6 @@ class Detector {
   ovt_runtime_info runtime_info() const;
   int32_t sensor_count() const { return context_.sensor_count; }
   const Method& method() const { return *context_.method; }
-  bool keeps_images() const { return keep_images_; }
   double path_step_s() const { return track_stage_->tracker().path_step_s(); }
   Counters& counters() { return counters_; }
   // Tests only; call before the first push.
@@ -108,8 +107,8 @@ class Detector {
   StageContext context_;
   std::unique_ptr<SegmentScratch[]> scratch_;  // one per thread of the arena; one with worker_count 1
   int32_t worker_count_ = 1, max_frames_ = 1;
-  bool process_locked_ = false, keep_images_ = true;
-  CircuitMap map_;
+  bool process_locked_ = false;
+  TrackMap map_;
   int32_t point_capacity_[kMaxSensors] = {};
   TrackerParams tracker_params_;
   bool push_waits_ = false;

@@ -203,8 +203,8 @@ ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params&
   sizes.external_capacity = def.candidate_capacity;
   sizes.merge_columns = params.merge_columns;
   sizes.method = context_.method;
-  sizes.keep_images = keep_images_ = def.keep_images != 0;
-  // Slots: frames in work; one for a late scan while a frame is open; the latest frame; one per reader.
+  sizes.keep_images = def.keep_images != 0;
+  // In work; one more for a late scan while a frame waits for its sensors; the latest; and one for each reader.
   max_frames_ = (inline_ ? 1 : def.frames_in_flight) + 1;
   if (!pool_.build(max_frames_ + 1 + def.reader_capacity, max_frames_, sizes, allocator)) return no_memory("frames");
   const int32_t threads = inline_ ? 1 : worker_count_ + 1;  // the arena has a place for the intake

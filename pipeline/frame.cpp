@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "pipeline/segment_scratch.h"
+#include "pipeline/method/segment_memory.h"
 
 namespace overtake {
 namespace {
@@ -12,13 +12,10 @@ namespace {
 void carve_sensor(Carver& carver, SensorPart& part, const SensorModel& sensor, int32_t point_capacity,
                   int32_t cluster_capacity, Columns kept) {
   carve_table(carver, part.scan, point_capacity);
-  part.points.capacity = round_up(point_capacity, kRowAlign);
-  SegmentScratch none;  // a frame keeps no column of it
-  carve_columns(carver, kept, sensor, point_capacity, part, none);
+  part.kept.points.capacity = round_up(point_capacity, kRowAlign);
+  carve_columns(carver, kept, sensor, point_capacity, part.kept);
   carve_table(carver, part.clusters, cluster_capacity);
   carve_table(carver, part.cluster_points, point_capacity);
-  part.fits.fitted = carver.take<uint8_t>(std::size_t(cluster_capacity));
-  part.fits.fit = carver.take<RectangleFit>(std::size_t(cluster_capacity));
   const std::size_t pixels = std::size_t(sensor.rows) * std::size_t(sensor.cols);  // as many labels at the most
   part.row_of_label = carver.take<int32_t>(pixels + 1);
   part.cluster_of_label = carver.take<int32_t>(pixels + 1);
@@ -72,7 +69,7 @@ void reset_frame(Frame& frame) noexcept {
   for (SensorPart& part : frame.sensors) {
     part.present = part.failed = false;
     part.clusters.count = part.cluster_points.count = part.label_count = part.row_count = part.cluster_overflow = 0;
-    part.points.count = part.fits.count = 0;
+    part.kept.points.count = 0;
     std::fill(std::begin(part.reason_count), std::end(part.reason_count), 0);
     part.spans.reset();
   }

@@ -16,12 +16,12 @@
 
 #include "core/cluster_table.h"
 #include "core/point_table.h"
-#include "core/range_image.h"
 #include "core/sensor_model.h"
 #include "core/table.h"
 #include "core/track_table.h"
 #include "kernels/kernel_table.h"
 #include "pipeline/ego_buffer.h"
+#include "pipeline/method/segment_views.h"
 #include "pipeline/overtake.h"
 #include "pipeline/stage_clock.h"
 #include "pipeline/track/measurement.h"
@@ -31,25 +31,13 @@ namespace overtake {
 struct Method;
 extern const Method kPaper;
 
-// Rectangles of clusters of one sensor, fitted before anybody knows whether another sensor sees a part of the same car.
-struct ClusterFits {
-  int32_t count = 0;          // 0: none was fitted; else the ClusterTable's
-  uint8_t* fitted = nullptr;  // 1: the row's fit is there
-  RectangleFit* fit = nullptr;
-  const RectangleFit* find(int32_t cluster) const noexcept {
-    return count > 0 && fitted[cluster] ? &fit[cluster] : nullptr;
-  }
-};
-
 // One sensor's part of a frame.
 struct SensorPart {
   bool present = false;
   bool failed = false;  // its segmentation threw: not present then
   int64_t stamp_ns = 0;
   ScanTable scan;
-  // Columns that the frame keeps, see SegmentPlan; the others point to memory of whoever segmented it last.
-  PointTable points;
-  RangeImages images;
+  SegmentViews kept;  // in this frame's memory: what rules and readers get of the segmentation's columns
   ClusterTable clusters;
   ClusterPointTable cluster_points;
   int32_t row_count = 0;  // layers found
@@ -57,7 +45,6 @@ struct SensorPart {
   int32_t cluster_overflow = 0;
   int32_t reason_count[kReasonCount] = {};  // points by reason
   StageSpans spans;
-  ClusterFits fits;
   int32_t* row_of_label = nullptr;      // [label_count + 1] in clusters, -1 none
   int32_t* cluster_of_label = nullptr;  // the same in the frame's merged table; written by merge
 };

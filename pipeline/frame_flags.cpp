@@ -12,8 +12,8 @@ uint32_t flags_of(const Frame& frame, int32_t sensor_count, bool tracks_overflow
     if (!part.present) continue;
     int64_t bad = 0;
     for (int32_t r = 1; r < int32_t(Reason::kDust); ++r) bad += part.reason_count[r];
-    usable += part.points.count - bad;
-    if (2 * bad > part.points.count) flags |= OVT_FLAG_CLOUD_DEGRADED;
+    usable += part.kept.points.count - bad;
+    if (2 * bad > part.kept.points.count) flags |= OVT_FLAG_CLOUD_DEGRADED;
     if (part.cluster_overflow) flags |= OVT_FLAG_OVERFLOW;
   }
   if (frame.kind == FrameKind::kScans && usable == 0) flags |= OVT_FLAG_NO_DATA;

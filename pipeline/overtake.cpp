@@ -143,7 +143,7 @@ void fill_info(const Frame& frame, int32_t sensor_count, ovt_frame_info* out) {
     out->ego_speed_mps = frame.ego_state.pose.speed_mps;
   }
   for (int32_t s = 0; s < sensor_count; ++s)
-    if (frame.sensors[s].present) out->point_count += frame.sensors[s].points.count;
+    if (frame.sensors[s].present) out->point_count += frame.sensors[s].kept.points.count;
   out->cluster_count = frame.merged.count;
   out->candidate_count = frame.candidate_count;
   out->detection_count = frame.detections.count;
@@ -363,7 +363,7 @@ ovt_status ovt_read_labels_sized(ovt_reader* reader, int32_t sensor, ovt_labels*
   if (!part) return OVT_BAD_ARGUMENT;
   if (!part->present) return OVT_NO_FRAME;
   ovt_labels rows{};
-  rows.count = part->points.count;
+  rows.count = part->kept.points.count;
   rows.stamp_ns = part->stamp_ns;
   rows.label_count = part->label_count;
 #define OVT_LABEL(type, name, table, ...) rows.name = part->table.name;
@@ -385,30 +385,34 @@ ovt_status ovt_read_image_sized(ovt_reader* reader, int32_t sensor, ovt_image_id
   if (!part->present) return OVT_NO_FRAME;
   if (image < 0 || image >= OVT_IMAGE_COUNT) return OVT_BAD_ARGUMENT;
   if (!has(find_columns(cpp(reader).detector->method()), kImageColumn[image])) return OVT_NOT_COMPUTED;
-  if (image != OVT_IMAGE_PIXEL_POINT && !cpp(reader).detector->keeps_images()) return OVT_NOT_KEPT;
-  const RangeImages& m = part->images;
-  const auto floats = [&](const Plane<float>& p, int32_t rows) {
-    return give<ovt_image>({p.data, OVT_IMAGE_F32, rows, p.cols, size_t(p.stride) * sizeof(float)}, out, out_size);
+  const RangeImages& m = part->kept.images;
+  const auto show = [&](const void* data, int32_t type, int32_t rows, int32_t cols, size_t stride_bytes) {
+    return data ? give<ovt_image>({data, type, rows, cols, stride_bytes}, out, out_size) : OVT_NOT_KEPT;
+  };
+  const auto floats = [&](const Plane<float>& p) {
+    return show(p.data, OVT_IMAGE_F32, p.rows, p.cols, size_t(p.stride) * sizeof(float));
+  };
+  const auto pairs = [&](const Plane<float>& p) {  // of rows
+    return show(p.data, OVT_IMAGE_F32, p.rows - 1, p.cols, size_t(p.stride) * sizeof(float));
   };
   const auto integers = [&](const Plane<int32_t>& p) {
-    return give<ovt_image>({p.data, OVT_IMAGE_I32, p.rows, p.cols, size_t(p.stride) * sizeof(int32_t)}, out, out_size);
+    return show(p.data, OVT_IMAGE_I32, p.rows, p.cols, size_t(p.stride) * sizeof(int32_t));
   };
   const auto bits = [&](const BitPlane& p) {
-    return give<ovt_image>({p.words, OVT_IMAGE_BITS, p.rows, p.cols, size_t(p.words_per_row) * sizeof(uint64_t)}, out,
-                           out_size);
+    return show(p.words, OVT_IMAGE_BITS, p.rows, p.cols, size_t(p.words_per_row) * sizeof(uint64_t));
   };
   // clang-format off
   switch (image) {
-    case OVT_IMAGE_RANGE: return floats(m.range_m, m.range_m.rows);
-    case OVT_IMAGE_ELEVATION: return floats(m.elevation_rad, m.range_m.rows);
+    case OVT_IMAGE_RANGE: return floats(m.range_m);
+    case OVT_IMAGE_ELEVATION: return floats(m.elevation_rad);
     case OVT_IMAGE_PIXEL_POINT: return integers(m.pixel_point);
-    case OVT_IMAGE_RANGE_FILLED: return floats(m.range_filled_m, m.range_m.rows);
-    case OVT_IMAGE_ELEVATION_FILLED: return floats(m.elevation_filled_rad, m.range_m.rows);
-    case OVT_IMAGE_ANGLE: return floats(m.angle_rad, m.range_m.rows - 1);
-    case OVT_IMAGE_ANGLE_SMOOTH: return floats(m.angle_smooth_rad, m.range_m.rows - 1);
+    case OVT_IMAGE_RANGE_FILLED: return floats(m.range_filled_m);
+    case OVT_IMAGE_ELEVATION_FILLED: return floats(m.elevation_filled_rad);
+    case OVT_IMAGE_ANGLE: return pairs(m.angle_rad);
+    case OVT_IMAGE_ANGLE_SMOOTH: return pairs(m.angle_smooth_rad);
     case OVT_IMAGE_NONGROUND: return bits(m.nonground);
-    case OVT_IMAGE_RANGE_REPAIRED: return floats(m.range_repaired_m, m.range_m.rows);
-    case OVT_IMAGE_ELEVATION_REPAIRED: return floats(m.elevation_repaired_rad, m.range_m.rows);
+    case OVT_IMAGE_RANGE_REPAIRED: return floats(m.range_repaired_m);
+    case OVT_IMAGE_ELEVATION_REPAIRED: return floats(m.elevation_repaired_rad);
     case OVT_IMAGE_NONGROUND_REPAIRED: return bits(m.nonground_repaired);
     case OVT_IMAGE_LABELS: return integers(m.labels);
     case OVT_IMAGE_COUNT: break;

@@ -641,10 +641,8 @@ typedef enum ovt_stage {
   OVT_STAGE_COUNT = 16
 } ovt_stage;
 OVT_API const char* ovt_stage_name(int32_t stage);
-/* Nanoseconds that a stage took in this frame, -1 if the stage did not run. sensor -1: the stages of the whole frame
- * (merge and later). Without a map, the clusters of each sensor get their poses directly after its segmentation: then
- * OVT_STAGE_POSE is also a stage of that sensor, and the frame's OVT_STAGE_POSE is the remaining work. OVT_NOT_COMPUTED
- * if the detector's method has no such stage (paper has all stages). */
+/* Nanoseconds a stage took in this frame; sensor -1 for the stages of the whole frame (merge and later). It is -1 when
+ * the stage did not run. OVT_NOT_COMPUTED where the detector's method has no such stage; paper has all of them. */
 OVT_API ovt_status ovt_read_time(ovt_reader* reader, int32_t sensor, ovt_stage stage, int64_t* ns);
 
 /* When and where a stage of this frame ran, by the steady clock. */

@@ -13,11 +13,8 @@ namespace overtake {
 struct SegmentScratch {
   Arena arena;
   SegmentPlan plan;
-  char* block = nullptr;  // [plan.bytes]: the shared columns
+  char* block = nullptr;  // [plan.bytes]: the shared columns, see bind_views
   LayerSums layer_sums;   // all zero between scans
-  // Views, like those of the part that is segmented: see bind_scratch.
-  int32_t *row_of_layer = nullptr, *layer_order = nullptr;
-  int32_t *queue = nullptr, *cursor = nullptr, *order = nullptr;
 };
 
 // False, with nothing kept, when the allocator has no memory.

@@ -9,53 +9,20 @@
 namespace overtake {
 
 void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept {
-  bind_scratch(context.sensors[sensor], part, scratch);
-  Segment segment = {*context.kernels, context.sensors[sensor], context.segment[sensor], part, scratch};
+  SegmentViews views = bind_views(context.sensors[sensor], part, scratch);
+  Segment segment = {context.sensors[sensor], context.segment[sensor], part, views};
   StageClock clock(part.spans, {-1, part.stamp_ns, sensor});
-  clock.run(context.method->segment, [&](const Step& step) { step.run(segment); });
+  clock.run(context.method->segment, [&](const Step& step) { step.run(*context.kernels, segment); });
   clock.total(OVT_STAGE_SEGMENT);
-}
-
-void run_ahead(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept {
-  for (const FrameRule& rule : context.method->frame)
-    if (rule.run_ahead) rule.run_ahead(context, sensor, part, scratch);
-}
-
-void pose_clusters(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept {
-  if (context.map) return;
-  StageClock clock(part.spans, {-1, part.stamp_ns, sensor});
-  clock.begin(OVT_STAGE_POSE);
-  const ClusterTable& clusters = part.clusters;
-  const ClusterPointTable& points = part.cluster_points;
-  FrameClusterTable alone;  // as it is merged if no other sensor adds to it
-  alone.count = clusters.count;
-  alone.point_count = clusters.point_count;
-  alone.min_x_m = clusters.min_x_m, alone.max_x_m = clusters.max_x_m;
-  alone.min_y_m = clusters.min_y_m, alone.max_y_m = clusters.max_y_m;
-  alone.min_z_m = clusters.min_z_m, alone.max_z_m = clusters.max_z_m;
-  int32_t* kept = scratch.order;
-  const int32_t count = context.kernels->gate_clusters(context.detect.gate_clusters, alone, kept);
-  if (count <= context.candidate_capacity) {  // else only the frame knows which of them stay
-    const Transform& mounting = context.sensors[sensor].T_vehicle_sensor;
-    std::fill_n(part.fits.fitted, clusters.count, uint8_t(0));
-    for (int32_t i = 0; i < count; ++i) {
-      const int32_t row = kept[i], begin = clusters.point_begin[row];
-      part.fits.fit[row] =
-          context.kernels->fit_rectangle(context.detect.fit_rectangle, points.x_m + begin, points.y_m + begin,
-                                         clusters.point_count[row], 0.0f, mounting.t[0], mounting.t[1]);
-      part.fits.fitted[row] = 1;
-    }
-    part.fits.count = clusters.count;
-  }
-  clock.end(OVT_STAGE_POSE);
+  part.kept.points.count = views.points.count;
 }
 
 void merge_frame(const StageContext& context, Frame& frame) noexcept {
   SeamSide sides[kMaxSensors];
   for (int32_t s = 0; s < context.sensor_count; ++s) {
     const SensorPart& part = frame.sensors[s];
-    sides[s] = {part.present, &context.sensors[s], &part.images,      &part.scan,
-                &part.points, &part.clusters,      part.row_of_label, part.stamp_ns};
+    sides[s] = {part.present,      &context.sensors[s], &part.kept.images, &part.scan,
+                &part.kept.points, &part.clusters,      part.row_of_label, part.stamp_ns};
   }
   frame.merged_overflow = context.kernels->merge_seams(context.detect.merge_seams, sides, context.sensor_count,
                                                        frame.members, frame.merged, frame.seam);
@@ -167,9 +134,7 @@ void pose_frame(const StageContext& context, Frame& frame) noexcept {
     const float* x_m = part.cluster_points.x_m + part.clusters.point_begin[cluster];
     const float* y_m = part.cluster_points.y_m + part.clusters.point_begin[cluster];
     int32_t count = part.clusters.point_count[cluster];
-    if (members.next_member[first] < 0) {
-      if (const RectangleFit* ahead = part.fits.find(cluster)) return *ahead;
-    } else {  // points of several sensors: brought together
+    if (members.next_member[first] >= 0) {  // points of several sensors: brought together
       count = 0;
       for (int32_t m = first; m >= 0; m = members.next_member[m]) {
         const SensorPart& source = frame.sensors[members.sensor[m]];

@@ -14,10 +14,10 @@
 namespace overtake {
 
 // Where a runner may be watched, made to wait or (but for kTake, on the intake) to throw: the tests' way in.
-// kSegment: before a scan's segmentation; kPose: in the middle of it, before the poses of its clusters.
-enum class HookPoint { kTake, kSegment, kPose, kDetect, kTrack, kFinish };
-struct TestHook {
-  void (*call)(void* user, HookPoint body, Frame& frame, int32_t sensor) = nullptr;  // sensor -1: the whole frame
+// kSegment and kSegmented: before and after a scan's segmentation.
+enum class Body { kTake, kSegment, kSegmented, kDetect, kTrack, kFinish };
+struct BodyHook {
+  void (*call)(void* user, Body body, Frame& frame, int32_t sensor) = nullptr;  // sensor -1: the whole frame
   void* user = nullptr;
   void operator()(HookPoint body, Frame& frame, int32_t sensor = -1) const {
     if (call) call(user, body, frame, sensor);
@@ -39,17 +39,8 @@ struct StageContext {
 };
 
 // Range image segmentation of one sensor (paper IV-A): the method's steps.
-//   reads  part.scan        writes  all other tables and images of part, and the calling thread's scratch
+//   reads  part.scan        writes  everything else of part, and the calling thread's scratch
 void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept;
-
-// What of the method's frame rules depends on this sensor alone.
-void run_ahead(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept;
-
-// The poses (10) of one sensor's clusters, where they depend on nothing but its own points: without a map, psi_REF is
-// straight ahead. pose_frame takes those of clusters that no other sensor adds to, so that most of its work is done
-// while other sensors' scans are still to come or in other hands.
-//   reads  part.clusters, cluster_points     writes  part.fits, the calling thread's scratch
-void pose_clusters(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept;
 
 // Merge across sensors (eq. 4).   reads  sensors[*]   writes  members, merged
 void merge_frame(const StageContext& context, Frame& frame) noexcept;
@@ -68,7 +59,7 @@ void keep_on_track(const StageContext& context, Frame& frame) noexcept;
 // As many as detections has room for.   reads  kept, merged   writes  kept, kept_count, candidate_overflow
 void keep_nearest(const StageContext& context, Frame& frame) noexcept;
 
-// Two headings and the rectangle (eq. 5).   reads  kept, cluster points, fits, ego, map_holds   writes  detections
+// Two headings and the rectangle (eq. 5).   reads  kept, cluster points, ego, map_holds   writes  detections
 void pose_frame(const StageContext& context, Frame& frame) noexcept;
 
 // The method's frame rules, each stage with its time.

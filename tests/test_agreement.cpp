@@ -50,7 +50,7 @@ void check_agreement(Kernel kernel, Shape shape, uint64_t seed, Input input) {
 }
 
 void check_shapes(Kernel kernel) {
-  const bool images = works_on_images(find_step(kernel).step);
+  const bool images = works_on_images(find_step(kernel));
   for (const Shape& shape : kShapes)
     for (uint64_t seed = 1; seed <= 3; ++seed) {
       if (shape.rows > 0 && shape.cols > 0) check_agreement(kernel, shape, seed, Input::cloud);
@@ -64,13 +64,13 @@ void check_shapes(Kernel kernel) {
   CHECK(true);  // counts a check: FAIL_CHECK counts only failures
 }
 
-#define OVT_KERNEL(name, form) \
-  TEST_CASE("agreement: " #name " writes the reference's bytes on every ISA and shape") { check_shapes(Kernel::name); }
+#define OVT_KERNEL(name, form, caller) \
+  TEST_CASE(#name " writes the reference's bytes on every ISA and shape") { check_shapes(Kernel::name); }
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
 
-TEST_CASE("agreement: every kernel writes the reference's bytes on 128 x 2048 pixels") {
-#define OVT_KERNEL(name, form) check_agreement(Kernel::name, kLargest, 5, Input::cloud);
+TEST_CASE("every kernel writes the reference's bytes on 128 x 2048 pixels") {
+#define OVT_KERNEL(name, form, caller) check_agreement(Kernel::name, kLargest, 5, Input::cloud);
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
   CHECK(true);
@@ -80,7 +80,7 @@ TEST_CASE("agreement: every kernel writes the reference's bytes on 128 x 2048 pi
 TEST_CASE("agreement: each table has its own code, and a kernel has a vector form on every ISA or on none") {
   const KernelTable* tables[16] = {};
   const int32_t table_count = list_kernels(tables);
-#define OVT_KERNEL(name, form)                                                                \
+#define OVT_KERNEL(name, form, caller)                                                        \
   for (int32_t a = 1; a < table_count; ++a) {                                                 \
     INFO(std::string(#name) << "/" << std::string(tables[a]->isa));                           \
     const bool has_form = tables[a]->name != tables[0]->name;                                 \
@@ -105,7 +105,7 @@ TEST_CASE("agreement: the test clouds and images contain every relevant case") {
   CHECK(world.part.row_count > 20);
   CHECK(world.part.label_count > 10);
   int32_t filled = 0, repaired = 0, skipped = 0, down = 0;
-  const RangeImages& m = world.part.images;
+  const RangeImages& m = world.views.images;
   for (int32_t r = 0; r < kFull.rows; ++r)
     for (int32_t c = 0; c < kFull.cols; ++c) {
       filled += m.range_m.at(r, c) == kNoReturn && m.range_filled_m.at(r, c) > 0.0f;

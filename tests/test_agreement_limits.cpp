@@ -115,7 +115,7 @@ TEST_CASE("limits: links and labels over the seam of narrow images are the refer
           range.at(r, c) = 10.0f + 0.01f * float(random() % 8), elevation.at(r, c) = -0.01f * float(r);
           if (random() % 4) nonground.view().set(r, c);
         }
-      LinkPixelsParams params;
+      LinkPixelsParams params = paper_params().link_pixels;
       params.wraps = true;
       params.sin_pitch = 0.09983342f, params.cos_pitch = 0.99500417f;
       k.link_pixels(params, range, elevation, nonground, right, down);
@@ -136,7 +136,7 @@ TEST_CASE("limits: a full cluster table and times of both halves of a word give 
       const SensorModel sensor = make_sensor_model(kRows, kCols, 1.05, -1.05, false, 0.5, 200.0);
       SegmentChain chain(sensor, 800, capacity);
       ScanTable& scan = chain.part.scan;
-      PointTable& points = chain.part.points;
+      PointTable& points = chain.views.points;
       scan.count = points.count = 800;
       for (int32_t i = 0; i < scan.count; ++i) {
         scan.x_m[i] = 0.5f * float(random() % 64), scan.y_m[i] = 1.0f, scan.z_m[i] = -0.5f;
@@ -177,8 +177,8 @@ TEST_CASE("limits: layers, ranges and coordinates on a limit give the reference'
     chain.run_step(chain.method->segment[0], k);  // project_points
     std::string text;
     for (int32_t i = 0; i < int32_t(cloud.size()); ++i)
-      text += std::to_string(chain.part.scan.layer[i]) + ' ' + std::to_string(chain.part.points.reason[i]) + ' ' +
-              std::to_string(chain.part.points.column[i]) + ' ' + std::to_string(chain.part.points.range_m[i]) + '\n';
+      text += std::to_string(chain.part.scan.layer[i]) + ' ' + std::to_string(chain.views.points.reason[i]) + ' ' +
+              std::to_string(chain.views.points.column[i]) + ' ' + std::to_string(chain.views.points.range_m[i]) + '\n';
     return text;
   });
 }
@@ -187,8 +187,8 @@ TEST_CASE("limits: label_points writes the reference's bytes") {
   check_every_isa([](const KernelTable& k, std::mt19937_64& random) {
     const SensorModel sensor = make_sensor_model(kRows, kCols, 1.05, -1.05, false, 0.5, 200.0);
     SegmentChain chain(sensor, 2 * kRows * kCols);
-    RangeImages& m = chain.part.images;
-    PointTable& points = chain.part.points;
+    RangeImages& m = chain.views.images;
+    PointTable& points = chain.views.points;
     points.count = 0;
     const auto add = [&](int32_t r, int32_t c, float range_m, bool lost) {
       const int32_t i = points.count++;

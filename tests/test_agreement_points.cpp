@@ -16,6 +16,7 @@
 
 #include "core/math.h"
 #include "tests/support/kernel_world.h"
+#include "tests/support/paper_params.h"
 #include "tests/support/segment_chain.h"
 
 namespace overtake::test {
@@ -65,8 +66,8 @@ uint64_t run_points(const KernelTable& k, const std::vector<TestPoint>& cloud, c
   SegmentChain chain(sensor, int32_t(cloud.size()), cluster_capacity);
   const KernelTable& reference = *find_kernels("ref");
   const SensorPart& part = chain.part;
-  const RangeImages& m = part.images;
-  LayerSums& sums = chain.scratch.layer_sums;
+  const RangeImages& m = chain.views.images;
+  LayerSums& sums = chain.views.layer_sums;
   Hash hash(1);
   for (int32_t scan = 0; scan < 2; ++scan) {  // twice: no value of the first may remain
     k.load_points(fields, int32_t(cloud.size()), chain.part.scan);
@@ -92,7 +93,7 @@ uint64_t run_points(const KernelTable& k, const std::vector<TestPoint>& cloud, c
     hash.add_bytes(part.row_of_label, (std::size_t(part.label_count) + 1) * 4);
     hash.add_bytes(part.reason_count, sizeof part.reason_count);
     hash.add_value(hash_table(part.scan, 2));
-    hash.add_value(hash_table(part.points, 3));
+    hash.add_value(hash_table(chain.views.points, 3));
     hash.add_value(hash_table(part.clusters, 4));
     hash.add_value(hash_table(part.cluster_points, 5));
   }
@@ -221,10 +222,11 @@ TEST_CASE("fit_rectangle: any number and shape of points gives the reference's b
       y.push_back(shape == 3 ? v : -3.0f + v + turn * u);
     }
     const float heading = (uniform() - 0.5f) * 7.0f;
+    const FitRectangleParams params = paper_frame_params().fit_rectangle;
     RectangleFit truth{};
     for (int32_t t = 0; t < table_count; ++t) {
       INFO("isa ", tables[t]->isa);
-      const RectangleFit fit = tables[t]->fit_rectangle({}, x.data(), y.data(), count, heading, 2.3f, 0.0f);
+      const RectangleFit fit = tables[t]->fit_rectangle(params, x.data(), y.data(), count, heading, 2.3f, 0.0f);
       if (t == 0) truth = fit;
       const auto same = [](float a, float b) { return std::bit_cast<uint32_t>(a) == std::bit_cast<uint32_t>(b); };
       CHECK(same(fit.heading_var_rad, truth.heading_var_rad));

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "tests/support/images.h"
+#include "tests/support/paper_params.h"
 #include "tests/support/ray_scene.h"
 
 namespace overtake {
@@ -38,7 +39,7 @@ TEST_CASE("angle_image: 0 is level, 90 deg upright, up or down alike") {
     elevation.at(0, c) = float(std::atan2(p.z0, p.h0));
     elevation.at(1, c) = float(std::atan2(p.z1, p.h1));
   }
-  ref::angle_image({}, range, elevation, angle);
+  ref::angle_image(test::paper_params().angle_image, range, elevation, angle);
   for (int32_t c = 0; c < 5; ++c) {
     CAPTURE(c);
     CHECK(std::fabs(double(angle.at(0, c)) / kDegree - pairs[c].degrees) < 1e-3);
@@ -57,7 +58,7 @@ TEST_CASE("angle_image: agrees with atan2 in double on random pairs") {
       range.at(r, c) = any_range(random);
       elevation.at(r, c) = any_elevation(random);
     }
-  ref::angle_image({}, range, elevation, angle);
+  ref::angle_image(test::paper_params().angle_image, range, elevation, angle);
   for (int32_t r = 0; r + 1 < rows; ++r)
     for (int32_t c = 0; c < cols; ++c) {
       const double r0 = double(range.at(r, c)), r1 = double(range.at(r + 1, c));
@@ -74,7 +75,7 @@ TEST_CASE("angle_image: a pair with a missing pixel is undefined, and undefined 
   OwnedPlane<float> range({{0.0f, 10.0f, 0.0f, 10.0f}, {10.0f, 0.0f, 0.0f, 10.0f}});
   OwnedPlane<float> elevation({{0.0f, 0.1f, 0.0f, 0.1f}, {0.0f, 0.0f, 0.0f, 0.0f}});
   OwnedPlane<float> angle(2, 4);
-  ref::angle_image({}, range, elevation, angle);
+  ref::angle_image(test::paper_params().angle_image, range, elevation, angle);
   for (int32_t c = 0; c < 3; ++c) CHECK(angle.at(0, c) == kAngleUndefined);
   CHECK(angle.at(0, 3) > 0.0f);
 }
@@ -84,7 +85,7 @@ TEST_CASE("angle_image: skips pairs of layers closer than 0.05 deg") {
   OwnedPlane<float> range({{10.0f, 10.0f, 10.0f, 10.0f, 0.0f}, {20.0f, 20.0f, 20.0f, 20.0f, 20.0f}});
   OwnedPlane<float> elevation({{0.0f, below, -below, above, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f}});
   OwnedPlane<float> angle(2, 5);
-  ref::angle_image({}, range, elevation, angle);
+  ref::angle_image(test::paper_params().angle_image, range, elevation, angle);
   for (int32_t c = 0; c < 3; ++c) CHECK(angle.at(0, c) == kAngleSkipped);
   CHECK(angle.at(0, 3) >= 0.0f);
   CHECK(angle.at(0, 4) == kAngleUndefined);  // missing has priority over skipped
@@ -92,7 +93,7 @@ TEST_CASE("angle_image: skips pairs of layers closer than 0.05 deg") {
 
 TEST_CASE("angle_image: one row has no pair") {
   OwnedPlane<float> range({{10.0f}}), elevation({{0.0f}}), angle(1, 1);
-  ref::angle_image({}, range, elevation, angle);
+  ref::angle_image(test::paper_params().angle_image, range, elevation, angle);
   CHECK(angle.at(0, 0) == kAngleUndefined);
 }
 

@@ -7,6 +7,7 @@
 #include <doctest/doctest.h>
 
 #include "tests/support/images.h"
+#include "tests/support/paper_params.h"
 
 namespace overtake {
 namespace {
@@ -19,7 +20,7 @@ struct Filled {
     OwnedPlane<float> elevation_in(rows, cols);
     for (int32_t r = 0; r < rows; ++r)
       for (int32_t c = 0; c < cols; ++c) elevation_in.at(r, c) = range_in.at(r, c) > 0 ? -0.25f * float(r) : 0.0f;
-    ref::fill_gaps({}, range_in, elevation_in, range, elevation);
+    ref::fill_gaps(test::paper_params().fill_gaps, range_in, elevation_in, range, elevation);
   }
   int32_t rows, cols;
   OwnedPlane<float> range, elevation;

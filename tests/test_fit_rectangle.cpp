@@ -14,6 +14,8 @@
 #include <random>
 #include <vector>
 
+#include "tests/support/paper_params.h"
+
 using namespace overtake;
 
 namespace {
@@ -25,7 +27,7 @@ struct Cloud {
   void add(double px, double py) { x.push_back(float(px)), y.push_back(float(py)); }
   int32_t count() const { return int32_t(x.size()); }
   RectangleFit fit(double heading_ref = 0, double sensor_x = 0, double sensor_y = 0,
-                   const FitRectangleParams& params = {}) const {
+                   const FitRectangleParams& params = test::paper_frame_params().fit_rectangle) const {
     return ref::fit_rectangle(params, x.data(), y.data(), count(), float(heading_ref), float(sensor_x),
                               float(sensor_y));
   }
@@ -289,7 +291,7 @@ TEST_CASE("fit_rectangle: with fewer than 5 points psi_VAR is psi_REF") {
 
 TEST_CASE("fit_rectangle: gives finite numbers for any finite input") {
   constexpr float kHuge = std::numeric_limits<float>::max();
-  const FitRectangleParams params;
+  const FitRectangleParams params = test::paper_frame_params().fit_rectangle;
   const auto check = [&](const Cloud& cloud, float ref, float sx, float sy) {
     const RectangleFit f = ref::fit_rectangle(params, cloud.x.data(), cloud.y.data(), cloud.count(), ref, sx, sy);
     CHECK(all_finite(f));
@@ -391,7 +393,8 @@ TEST_CASE("fit_rectangle: does not read past its points, and repeats its bytes")
   const int32_t count = cloud.count();
   cloud.x.resize(cloud.x.size() + 16, nan);
   cloud.y.resize(cloud.y.size() + 16, nan);
-  const RectangleFit b = ref::fit_rectangle({}, cloud.x.data(), cloud.y.data(), count, 0.1f, 0, 0);
+  const RectangleFit b =
+      ref::fit_rectangle(test::paper_frame_params().fit_rectangle, cloud.x.data(), cloud.y.data(), count, 0.1f, 0, 0);
   CHECK(std::memcmp(&a.heading_rad, &b.heading_rad, sizeof(RectangleFit) - offsetof(RectangleFit, heading_rad)) == 0);
   CHECK(a.heading_var_rad == b.heading_var_rad);
 }

@@ -18,7 +18,7 @@ std::unique_ptr<Frame> make_frame() {
   auto frame = std::make_unique<Frame>();
   for (int32_t s = 0; s < 2; ++s) {
     frame->sensors[s].present = true;
-    frame->sensors[s].points.count = 100;
+    frame->sensors[s].kept.points.count = 100;
   }
   return frame;
 }

@@ -9,6 +9,7 @@
 
 #include "core/arena.h"
 #include "core/table.h"
+#include "tests/support/paper_params.h"
 
 using namespace overtake;
 
@@ -26,7 +27,7 @@ struct Merged {
     table.min_y_m[i] = y0, table.max_y_m[i] = y1;
     table.min_z_m[i] = z0, table.max_z_m[i] = z1;
   }
-  std::vector<int32_t> gate(const GateClustersParams& params = {}) {
+  std::vector<int32_t> gate(const GateClustersParams& params = test::paper_frame_params().gate_clusters) {
     std::vector<int32_t> kept(size_t(table.count), -7);
     kept.resize(size_t(ref::gate_clusters(params, table, kept.data())));
     return kept;
@@ -39,8 +40,9 @@ using Rows = std::vector<int32_t>;
 
 }  // namespace
 
-TEST_CASE("gate_clusters: drops clusters longer than 1.1 car lengths, to the last bit") {
-  const float limit = 4.921f * 1.1f, over = std::nextafter(limit, 10.0f), under = std::nextafter(limit, 0.0f);
+TEST_CASE("gate_clusters drops what is longer than 1.1 car lengths, to the last bit") {
+  const float limit = test::paper_frame_params().gate_clusters.max_extent_m, over = std::nextafter(limit, 10.0f),
+              under = std::nextafter(limit, 0.0f);
   CHECK(limit == doctest::Approx(5.4131));
   Merged m;
   m.add(50, 0, limit, 0, 1, 0, 1);
@@ -58,7 +60,7 @@ TEST_CASE("gate_clusters: drops clusters with fewer than 3 points: they have no 
   Merged m;
   for (int32_t points : {1, 2, 3, 4}) m.add(points, 0, 1, 0, 1, 0, 1);
   CHECK(m.gate() == Rows{2, 3});
-  GateClustersParams params;
+  GateClustersParams params = test::paper_frame_params().gate_clusters;
   params.min_points = 4;
   CHECK(m.gate(params) == Rows{3});
 }

@@ -36,7 +36,7 @@ TEST_CASE("kernel_table: every entry of every table is set") {
   const KernelTable* tables[16] = {};
   const int32_t count = list_kernels(tables);
   for (int32_t i = 0; i < count; ++i) {
-#define OVT_KERNEL(name, form) CHECK((tables[i]->name != nullptr));
+#define OVT_KERNEL(name, form, caller) CHECK((tables[i]->name != nullptr));
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
   }

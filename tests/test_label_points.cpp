@@ -10,6 +10,7 @@
 
 #include "core/table.h"
 #include "tests/support/images.h"
+#include "tests/support/paper_params.h"
 
 namespace overtake {
 namespace {
@@ -41,7 +42,7 @@ struct Labels {
     points.lost[i] = 1;
     return i;
   }
-  void run() { ref::label_points({}, images, points); }
+  void run() { ref::label_points(test::paper_params().label_points, images, points); }
   Reason reason(int32_t i) const { return Reason(points.reason[i]); }
 
   OwnedPlane<float> range{{20.0f, 30.0f, 25.0f, 20.25f}}, repaired{{20.0f, 20.0f, 0.0f, 20.0f}};

@@ -11,6 +11,7 @@
 #include <random>
 
 #include "tests/support/images.h"
+#include "tests/support/paper_params.h"
 #include "tests/support/ray_scene.h"
 
 namespace overtake {
@@ -26,7 +27,7 @@ constexpr double kPitch = 0.14 * kDegree;
 constexpr double kThreshold = 2.5 * kDegree;
 
 LinkPixelsParams paper(bool wraps = false) {
-  LinkPixelsParams params;
+  LinkPixelsParams params = test::paper_params().link_pixels;
   params.sin_pitch = float(std::sin(kPitch));
   params.cos_pitch = float(std::cos(kPitch));
   params.wraps = wraps;
@@ -49,8 +50,8 @@ struct Linked {
   OwnedBits right, down;
 };
 
-TEST_CASE("link_pixels: the threshold is the tangent of 2.5 deg") {
-  CHECK(double(LinkPixelsParams{}.tan_threshold) == doctest::Approx(std::tan(kThreshold)));
+TEST_CASE("link_pixels: the threshold's tangent is that of 2.5 deg") {
+  CHECK(double(paper().tan_threshold) == doctest::Approx(std::tan(kThreshold)));
 }
 
 TEST_CASE("link_pixels: joins if beta exceeds the threshold: near neighbours, but not across a jump in depth") {

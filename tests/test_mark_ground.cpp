@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "tests/support/images.h"
+#include "tests/support/paper_params.h"
 
 namespace overtake {
 namespace {
@@ -37,7 +38,7 @@ std::string marked(int32_t row_count, std::initializer_list<const char*> picture
     ++r;
   }
   OwnedBits nonground(rows, cols);
-  ref::mark_ground({}, row_count, angle, range, pixel_point, nonground);
+  ref::mark_ground(test::paper_params().mark_ground, row_count, angle, range, pixel_point, nonground);
   CHECK(test::tail_is_clear(nonground));
   return art_of(nonground);
 }
@@ -88,14 +89,14 @@ TEST_CASE("mark_ground: a pixel without range is not non-ground") {
   CHECK(marked(2, {"!.", "__"}) == drawn({"..", ".."}));
 }
 
-TEST_CASE("mark_ground: non-ground must exceed 20 deg") {
-  const float threshold = MarkGroundParams{}.threshold_rad;
+TEST_CASE("mark_ground: the threshold is 20 deg and must be exceeded") {
+  const float threshold = test::paper_params().mark_ground.threshold_rad;
   CHECK(double(threshold) == doctest::Approx(20.0 * 3.14159265358979 / 180.0));
   OwnedPlane<float> angle({{threshold, std::nextafter(threshold, 1.0f), -0.5f}, {kU, kU, kU}});
   OwnedPlane<float> range({{9.0f, 9.0f, 9.0f}, {9.0f, 9.0f, 9.0f}});
   OwnedPlane<int32_t> pixel_point({{0, 1, 2}, {3, 4, 5}});
   OwnedBits nonground(2, 3);
-  ref::mark_ground({}, 2, angle, range, pixel_point, nonground);
+  ref::mark_ground(test::paper_params().mark_ground, 2, angle, range, pixel_point, nonground);
   CHECK(art_of(nonground) == drawn({".#.", "..."}));
 }
 

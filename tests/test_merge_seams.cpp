@@ -93,7 +93,7 @@ TEST_CASE("merge_seams: 1.80 m bridges the paper's blind strip of 0.40 m at ever
 TEST_CASE("merge_seams: is transitive: one object seen by three sensors over the front and the rear seam") {
   std::vector<Sensor> rig = rig_of(kAv21);
   see_arc(rig, 30, 215, 1);
-  const Frame f(rig, {});
+  const Frame f(rig, kMerge);
   REQUIRE(f.merged.count == 1);
   CHECK(f.merged.sensor_mask[0] == 7);
   CHECK(f.merged.main_sensor[0] == 1);
@@ -105,7 +105,7 @@ TEST_CASE("merge_seams: is transitive: one object seen by three sensors over the
   // All around: over all three seams, still one object.
   std::vector<Sensor> ring = rig_of(kAv21);
   see_arc(ring, 0, 360, 1);
-  CHECK(Frame(ring, {}).merged.count == 1);
+  CHECK(Frame(ring, kMerge).merged.count == 1);
 }
 
 TEST_CASE("merge_seams: objects at different seams stay apart") {
@@ -113,7 +113,7 @@ TEST_CASE("merge_seams: objects at different seams stay apart") {
   see_arc(rig, 55, 80, 1);
   see_arc(rig, 170, 190, 2);
   see_arc(rig, -80, -55, 3);
-  const Frame f(rig, {});
+  const Frame f(rig, kMerge);
   REQUIRE(f.merged.count == 3);
   // By first member: front's clusters are 1 (left seam) and 3 (right seam); the rear one begins with the left sensor.
   CHECK(f.merged.sensor_mask[0] == 3);
@@ -127,8 +127,8 @@ TEST_CASE("merge_seams: a missing sensor causes no error and joins nothing") {
     std::vector<Sensor> rig = rig_of(kAv21);
     see_arc(rig, 0, 360, 1);
     rig[size_t(missing)].present = false;
-    const Frame f(rig, {});
-    // The two remaining sensors have their seam.
+    const Frame f(rig, kMerge);
+    // The two that are left have their own seam.
     CHECK(f.members.count == 2);
     REQUIRE(f.merged.count == 1);
     CHECK(f.merged.sensor_mask[0] == (7 & ~(1 << missing)));
@@ -138,10 +138,10 @@ TEST_CASE("merge_seams: a missing sensor causes no error and joins nothing") {
   rig[0].put(0, 19, 10, 0, 0, 1);
   rig[2].put(0, 0, 10, 1, 0, 1);
   rig[1].present = false;
-  CHECK(Frame(rig, {}).merged.count == 2);
+  CHECK(Frame(rig, kMerge).merged.count == 2);
   std::vector<Sensor> none = plain_rig(20, 3);
   for (Sensor& s : none) s.present = false;
-  CHECK(Frame(none, {}).merged.count == 0);
+  CHECK(Frame(none, kMerge).merged.count == 0);
 }
 
 TEST_CASE("merge_seams: merges with small errors of the extrinsics, 0.2 deg and 2 cm") {
@@ -160,7 +160,7 @@ TEST_CASE("merge_seams: merges with small errors of the extrinsics, 0.2 deg and 
         rig[s].model.T_vehicle_sensor = transform_of(wrong);
         rig[s].model.mounting_yaw_rad = float(wrong.yaw_deg * kDegree);
       }
-      CHECK(Frame(rig, {}).merged.count == 1);
+      CHECK(Frame(rig, kMerge).merged.count == 1);
     }
 }
 

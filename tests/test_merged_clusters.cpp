@@ -23,7 +23,7 @@ TEST_CASE("merge_seams: a point counts only if it is its pixel's winner and has 
     rig[0].put(0, 5, 9, 0, 0, 1);  // the rest of the cluster, away from the seam
     rig[0].put(0, 19, 10, 0, 0, label, 0, wins);
     rig[1].put(0, 0, 10, 1, 0, 1);
-    return Frame(rig, {}).merged.count == 1;
+    return Frame(rig, kMerge).merged.count == 1;
   };
   CHECK(merged(1, true));
   CHECK_FALSE(merged(1, false));
@@ -37,7 +37,7 @@ TEST_CASE("merge_seams: a cluster without a row in its sensor's table takes no p
   rig[0].put(1, 3, 5, 0, 0, 2);
   rig[1].put(0, 0, 10, 1, 0, 1);
   rig[0].cluster_capacity = 1;  // keeps label 2, the nearer one
-  const Frame f(rig, {});
+  const Frame f(rig, kMerge);
   CHECK(f.members.count == 2);
   CHECK(f.merged.count == 2);
 }
@@ -46,9 +46,9 @@ TEST_CASE("merge_seams: two near clusters of one sensor are joined only by a nei
   std::vector<Sensor> rig = plain_rig();
   rig[0].put(0, 19, 10, 0, 0, 1);
   rig[0].put(1, 19, 10, 0.1f, 0, 2);
-  CHECK(Frame(rig, {}).merged.count == 2);
+  CHECK(Frame(rig, kMerge).merged.count == 2);
   rig[1].put(0, 0, 10, 1, 0, 1);
-  const Frame f(rig, {});
+  const Frame f(rig, kMerge);
   REQUIRE(f.merged.count == 1);
   CHECK(f.row_members(0) == Ints{0, 1, 2});
 }
@@ -62,7 +62,7 @@ TEST_CASE("merge_seams: with one sensor, wrapping or not, every cluster is a row
     rig[0].put(0, 0, 10, 0, 0, 1, 10);
     rig[0].put(0, 19, 10, 1, 4, 2, 20);
     rig[0].put(1, 19, 12, 2, 2, 2, 31);
-    const Frame f(rig, {});
+    const Frame f(rig, kMerge);
     REQUIRE(f.merged.count == 2);
     CHECK(f.merged.center_x_m[1] == 11);
     CHECK(f.merged.center_y_m[1] == 1.5f);
@@ -83,7 +83,7 @@ TEST_CASE("merge_seams: a stamp is the floor of the mean of all points' stamps, 
     rig[0].stamp_ns = stamp_0, rig[1].stamp_ns = stamp_1;
     for (int32_t i = 0; i < points_0; ++i) rig[0].put(i, 19, 10, 0, 0, 1, offset);
     for (int32_t i = 0; i < points_1; ++i) rig[1].put(i, 0, 10, 1, 0, 1, offset);
-    const Frame f(rig, {});
+    const Frame f(rig, kMerge);
     REQUIRE(f.merged.count == 1);
     return f.merged.stamp_ns[0];
   };
@@ -106,7 +106,7 @@ TEST_CASE("merge_seams: the main sensor saw most of the points; ties: the lower 
     std::vector<Sensor> rig = plain_rig();
     for (int32_t r = 0; r < 4; ++r) rig[0].put(r, 19, 10, 0, 0, 1);
     for (int32_t r = 0; r < 4 + extra; ++r) rig[1].put(r, 0, 10, 1, 0, 1);
-    CHECK(Frame(rig, {}).merged.main_sensor[0] == extra);
+    CHECK(Frame(rig, kMerge).merged.main_sensor[0] == extra);
   }
 }
 
@@ -121,7 +121,7 @@ TEST_CASE("merge_seams: with more clusters than rows the nearest are kept, in or
   rig[1].put(1, 0, 59, 0, 0, 2);   //  5
   rig[1].put(2, 5, 0, 0, 20, 3);   //  6       20
   const auto rows = [&](int32_t capacity) {
-    const Frame f(rig, {}, capacity);
+    const Frame f(rig, kMerge, capacity);
     CHECK(f.overflow == 6 - f.merged.count);
     Ints merged(f.members.merged, f.members.merged + f.members.count);
     for (int32_t row = 0; row < f.merged.count; ++row)

@@ -11,6 +11,7 @@
 #include "kernels/kernel_table.h"
 #include "tests/reference/fit_rectangle.h"
 #include "tests/reference/merge_seams.h"
+#include "tests/support/paper_params.h"
 #include "tests/support/seam_scene.h"
 
 using namespace overtake;
@@ -123,7 +124,7 @@ TEST_CASE("fit_rectangle: headings, rectangles and counts pass the reference in 
       x.push_back(float(away * std::cos(bearing) + u * std::cos(heading) - v * std::sin(heading)));
       y.push_back(float(away * std::sin(bearing) + u * std::sin(heading) + v * std::cos(heading)));
     }
-    const FitRectangleParams params;
+    const FitRectangleParams params = test::paper_frame_params().fit_rectangle;
     const double heading_ref = heading + uniform(random, -0.6, 0.6), sensor_x = uniform(random, -1, 3);
     const reference::RectangleReference exact(params, x, y, sensor_x, 0.4);
     const KernelTable* tables[16] = {};

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "tests/support/images.h"
+#include "tests/support/paper_params.h"
 
 namespace overtake {
 namespace {
@@ -19,6 +20,8 @@ using test::art_of;
 using test::drawn;
 using test::OwnedBits;
 using test::OwnedPlane;
+
+const RepairRangeParams kRepair = test::paper_params().repair_range;  // window 9, 5 m
 
 // One row; '#' is non-ground. All ranges 20 m unless given.
 struct Repaired {
@@ -45,7 +48,7 @@ struct Repaired {
 
 TEST_CASE("repair_range: a pixel joins with the mean of the pairs on both sides") {
   //                  0   1   2   3    4
-  Repaired one({}, "#.#..", {10, 99, 12, 99, 99});
+  Repaired one(kRepair, "#.#..", {10, 99, 12, 99, 99});
   CHECK(one.picture_out == "###..");
   CHECK(one.range(1) == 11.0f);
   CHECK(one.elevation(1) == doctest::Approx(0.01f));
@@ -54,27 +57,27 @@ TEST_CASE("repair_range: a pixel joins with the mean of the pairs on both sides"
   CHECK(one.range(3) == 0.0f);  // all other pixels are not in the image
   CHECK(one.elevation(3) == 0.0f);
 
-  // two pairs: (1, 3) and (0, 4); both pixels of each count
-  Repaired two({}, "##.##", {10, 11, 0, 13, 14});
+  // two pairs: (1, 3) and (0, 4), each counts with both pixels
+  Repaired two(kRepair, "##.##", {10, 11, 0, 13, 14});
   CHECK(two.picture_out == "#####");
   CHECK(two.range(2) == 12.0f);
 }
 
-TEST_CASE("repair_range: repairs empty pixels and ground pixels") {
-  CHECK(Repaired({}, "#.#", {20, 0, 20}).picture_out == "###");
-  CHECK(Repaired({}, "#.#", {20, 35, 20}).range(1) == 20.0f);
+TEST_CASE("repair_range takes an empty pixel as well as a ground pixel") {
+  CHECK(Repaired(kRepair, "#.#", {20, 0, 20}).picture_out == "###");
+  CHECK(Repaired(kRepair, "#.#", {20, 35, 20}).range(1) == 20.0f);
 }
 
-TEST_CASE("repair_range: both pixels of a pair must be non-ground and equally far from the pixel") {
-  CHECK(Repaired({}, "#..").picture_out == "#..");
-  CHECK(Repaired({}, "#..#").picture_out == "#..#");  // no pixel is in the middle of the two
-  CHECK(Repaired({}, "#...#").picture_out == "#.#.#");
+TEST_CASE("repair_range: both pixels of a pair must be non-ground and at one distance from the pixel") {
+  CHECK(Repaired(kRepair, "#..").picture_out == "#..");
+  CHECK(Repaired(kRepair, "#..#").picture_out == "#..#");  // no pixel is in the middle of the two
+  CHECK(Repaired(kRepair, "#...#").picture_out == "#.#.#");
 }
 
-TEST_CASE("repair_range: window 9 reaches exactly four columns") {
-  CHECK(Repaired({}, "#.......#").picture_out == "#...#...#");
-  CHECK(Repaired({}, "#.........#").picture_out == "#.........#");
-  RepairRangeParams narrow;
+TEST_CASE("repair_range: window 9 reaches four columns, and no further") {
+  CHECK(Repaired(kRepair, "#.......#").picture_out == "#...#...#");
+  CHECK(Repaired(kRepair, "#.........#").picture_out == "#.........#");
+  RepairRangeParams narrow = kRepair;
   narrow.half_window = 1;
   CHECK(Repaired(narrow, "#...#.#").picture_out == "#...###");
   narrow.half_window = 0;
@@ -82,29 +85,29 @@ TEST_CASE("repair_range: window 9 reaches exactly four columns") {
 }
 
 TEST_CASE("repair_range: the ranges of a pair differ by less than 5 m") {
-  CHECK(Repaired({}, "#.#", {20, 0, 24.9f}).picture_out == "###");
-  CHECK(Repaired({}, "#.#", {20, 0, 25}).picture_out == "#.#");
-  CHECK(Repaired({}, "#.#", {25, 0, 20}).picture_out == "#.#");
-  // the outer pair fails and does not affect the inner one
-  CHECK(Repaired({}, "##.##", {10, 20, 0, 22, 30}).range(2) == 21.0f);
+  CHECK(Repaired(kRepair, "#.#", {20, 0, 24.9f}).picture_out == "###");
+  CHECK(Repaired(kRepair, "#.#", {20, 0, 25}).picture_out == "#.#");
+  CHECK(Repaired(kRepair, "#.#", {25, 0, 20}).picture_out == "#.#");
+  // the outer pair fails and does not spoil the inner one
+  CHECK(Repaired(kRepair, "##.##", {10, 20, 0, 22, 30}).range(2) == 21.0f);
 }
 
-TEST_CASE("repair_range: reads only the original mask: a repaired pixel repairs nothing") {
-  CHECK(Repaired({}, "#...#....").picture_out == "#.#.#....");
+TEST_CASE("repair_range reads the original mask only: a repaired pixel repairs nothing") {
+  CHECK(Repaired(kRepair, "#...#....").picture_out == "#.#.#....");
 }
 
-TEST_CASE("repair_range: pairs that leave the image count only if columns wrap") {
-  RepairRangeParams wraps;
+TEST_CASE("repair_range: a pair that leaves the image does not exist, unless columns wrap") {
+  RepairRangeParams wraps = kRepair;
   wraps.wraps = true;
-  CHECK(Repaired({}, ".#......#").picture_out == ".#......#");
+  CHECK(Repaired(kRepair, ".#......#").picture_out == ".#......#");
   CHECK(Repaired(wraps, ".#......#").picture_out == "##......#");
   CHECK(Repaired(wraps, ".#......#").range(0) == 20.0f);
   CHECK(Repaired(wraps, "#.....#..").picture_out == "#..#..#..");
   CHECK(Repaired(wraps, "#......#.").picture_out == "#......##");
 }
 
-TEST_CASE("repair_range: on a narrow wrapping image the two pixels of a pair are different") {
-  RepairRangeParams wraps;
+TEST_CASE("repair_range: on a narrow wrapping image the two pixels of a pair are never one") {
+  RepairRangeParams wraps = kRepair;
   wraps.wraps = true;
   CHECK(Repaired(wraps, "#").picture_out == "#");
   CHECK(Repaired(wraps, ".").picture_out == ".");
@@ -118,7 +121,7 @@ TEST_CASE("repair_range: agrees with a plain form of eq. 3 on random masks") {
     CAPTURE(seed);
     std::mt19937 random(seed);
     const int32_t rows = 3, cols = 1 + int32_t(random() % 200);
-    RepairRangeParams params;
+    RepairRangeParams params = kRepair;
     params.wraps = random() % 2 == 0;
     params.half_window = int32_t(random() % 6);
     OwnedPlane<float> range(rows, cols), elevation(rows, cols), range_out(rows, cols), elevation_out(rows, cols);

@@ -24,8 +24,8 @@ SegmentChain scattered(const std::vector<TestPoint>& cloud) {
 
 int32_t winner_of(const std::vector<TestPoint>& cloud) {
   const SegmentChain chain = scattered(cloud);
-  REQUIRE(chain.part.points.pixel[0] >= 0);
-  return chain.part.images.pixel_point.data[chain.part.points.pixel[0]];
+  REQUIRE(chain.views.points.pixel[0] >= 0);
+  return chain.views.images.pixel_point.data[chain.views.points.pixel[0]];
 }
 
 TEST_CASE("scatter_points: the highest intensity wins the pixel") {
@@ -39,14 +39,14 @@ TEST_CASE("scatter_points: at equal intensity the nearer point wins, then the fi
 
 TEST_CASE("scatter_points: writes the winner's range and elevation; every other pixel is empty") {
   const SegmentChain chain = scattered({{10, 1, 0.5f, 5, 3}, {20, 2, 1, 9, 3}});
-  const int32_t pixel = chain.part.points.pixel[0];
-  CHECK(chain.part.points.pixel[1] == pixel);
+  const int32_t pixel = chain.views.points.pixel[0];
+  CHECK(chain.views.points.pixel[1] == pixel);
   for (int32_t r = 0; r < 2; ++r)
     for (int32_t c = 0; c < 8; ++c) {
-      const bool own = r * chain.part.images.range_m.stride + c == pixel;
-      CHECK(chain.part.images.range_m.at(r, c) == (own ? chain.part.points.range_m[1] : kNoReturn));
-      CHECK(chain.part.images.elevation_rad.at(r, c) == (own ? chain.part.points.elevation_rad[1] : 0.0f));
-      CHECK(chain.part.images.pixel_point.at(r, c) == (own ? 1 : kNoPoint));
+      const bool own = r * chain.views.images.range_m.stride + c == pixel;
+      CHECK(chain.views.images.range_m.at(r, c) == (own ? chain.views.points.range_m[1] : kNoReturn));
+      CHECK(chain.views.images.elevation_rad.at(r, c) == (own ? chain.views.points.elevation_rad[1] : 0.0f));
+      CHECK(chain.views.images.pixel_point.at(r, c) == (own ? 1 : kNoPoint));
     }
 }
 
@@ -56,8 +56,8 @@ TEST_CASE("scatter_points: every point except the winner is marked as lost, whoe
   const std::vector<TestPoint> cloud = {{10, 1, 0, 5}, {20, 2, 0, 9}, {10, 1, 0, 9}, {5, 0.5f, 0, 7}, {10, -4, 0, 1}};
   const SegmentChain chain = scattered(cloud);
   const int32_t lost[5] = {1, 1, 0, 1, 0};
-  for (int32_t i = 0; i < 5; ++i) CHECK(int32_t(chain.part.points.lost[i]) == lost[i]);
-  CHECK(chain.part.points.pixel[4] != chain.part.points.pixel[2]);
+  for (int32_t i = 0; i < 5; ++i) CHECK(int32_t(chain.views.points.lost[i]) == lost[i]);
+  CHECK(chain.views.points.pixel[4] != chain.views.points.pixel[2]);
 }
 
 TEST_CASE("scatter_points: a point of a dropped layer gets its reason") {
@@ -65,10 +65,10 @@ TEST_CASE("scatter_points: a point of a dropped layer gets its reason") {
       {{10, 0, 2, 1, 1}, {10, 1, 2, 1, 1}, {10, 0, 1, 1, 2}, {10, 1, 1, 1, 2}, {10, 0, 0, 1, 3}, {-1, 0, 0, 1, 1}});
   CHECK(chain.part.row_count == 2);
   CHECK(chain.reason(4) == Reason::kLayerDropped);
-  CHECK(chain.part.points.pixel[4] == -1);
-  CHECK(chain.part.points.label[4] == kLabelNone);
-  CHECK(chain.reason(5) == Reason::kOutsideAzimuth);  // keeps its earlier reason
-  CHECK(chain.part.points.pixel[5] == -1);
+  CHECK(chain.views.points.pixel[4] == -1);
+  CHECK(chain.views.points.label[4] == kLabelNone);
+  CHECK(chain.reason(5) == Reason::kOutsideAzimuth);  // keeps the reason it came with
+  CHECK(chain.views.points.pixel[5] == -1);
   CHECK(chain.reason(0) == Reason::kLabelled);
 }
 

@@ -44,7 +44,7 @@ double angle_error(const SegmentChain& chain, Truth truth) {
   int32_t pairs = 0;
   for (int32_t r = 0; r + 1 < chain.part.row_count; ++r)
     for (int32_t c = 0; c < chain.sensor.cols; ++c) {
-      const float angle = chain.part.images.angle_smooth_rad.at(r, c);
+      const float angle = chain.views.images.angle_smooth_rad.at(r, c);
       if (angle == kAngleUndefined) continue;
       worst = std::fmax(worst, std::fabs(double(angle) - truth(c)));
       ++pairs;
@@ -61,8 +61,8 @@ TEST_CASE("segmentation: a level plane has ground angle 0 and is all ground") {
   const SegmentChain chain = seen({{kRoad}, {}}, paper_sensor());
   CHECK(angle_error(chain, [](int32_t) { return 0.0; }) < 0.01 * kDegree);
   CHECK(chain.part.label_count == 0);
-  REQUIRE(chain.part.points.count > 10000);
-  for (int32_t i = 0; i < chain.part.points.count; ++i) REQUIRE(chain.part.points.label[i] == kLabelGround);
+  REQUIRE(chain.views.points.count > 10000);
+  for (int32_t i = 0; i < chain.views.points.count; ++i) REQUIRE(chain.views.points.label[i] == kLabelGround);
 }
 
 TEST_CASE("segmentation: a vertical wall has angle 90 deg and is one cluster, except for the bottom row") {
@@ -71,7 +71,7 @@ TEST_CASE("segmentation: a vertical wall has angle 90 deg and is one cluster, ex
   CHECK(chain.part.row_count == 32);
   CHECK(chain.part.label_count == 1);
   for (int32_t r = 0; r < 32; ++r)
-    for (int32_t c = 0; c < 857; ++c) REQUIRE(chain.part.images.labels.at(r, c) == (r < 31 ? 1 : kLabelGround));
+    for (int32_t c = 0; c < 857; ++c) REQUIRE(chain.views.images.labels.at(r, c) == (r < 31 ? 1 : kLabelGround));
 }
 
 TEST_CASE("segmentation: a ramp is ground up to 20 deg") {
@@ -86,9 +86,9 @@ TEST_CASE("segmentation: a ramp is ground up to 20 deg") {
     CHECK(std::fabs(azimuth_of(sensor, middle)) < 1e-6);
     int32_t steep = 0, level = 0;
     for (int32_t r = 0; r + 1 < chain.part.row_count; ++r) {
-      if (chain.part.images.range_m.at(r, middle) == kNoReturn) continue;
-      ++(chain.part.images.nonground.test(r, middle) ? steep : level);
-      CHECK(double(chain.part.images.angle_smooth_rad.at(r, middle)) == doctest::Approx(s).epsilon(1e-3));
+      if (chain.views.images.range_m.at(r, middle) == kNoReturn) continue;
+      ++(chain.views.images.nonground.test(r, middle) ? steep : level);
+      CHECK(double(chain.views.images.angle_smooth_rad.at(r, middle)) == doctest::Approx(s).epsilon(1e-3));
     }
     CHECK(steep + level > 10);
     CHECK((slope_deg < 20 ? steep : level) == 0);
@@ -103,7 +103,7 @@ TEST_CASE("segmentation: a banked road is ground; its angle is atan(tan(bank) |s
       chain, [&](int32_t c) { return std::atan(std::tan(bank) * std::fabs(std::sin(azimuth_of(sensor, c)))); });
   CHECK(error < 0.02 * kDegree);
   CHECK(chain.part.label_count == 0);
-  for (int32_t i = 0; i < chain.part.points.count; ++i) REQUIRE(chain.part.points.label[i] == kLabelGround);
+  for (int32_t i = 0; i < chain.views.points.count; ++i) REQUIRE(chain.views.points.label[i] == kLabelGround);
 }
 
 TEST_CASE("segmentation: a box on a plane is one cluster") {
@@ -111,17 +111,17 @@ TEST_CASE("segmentation: a box on a plane is one cluster") {
   const SegmentChain chain = seen({{kRoad}, {car}}, paper_sensor());
   CHECK(chain.part.label_count == 1);
   int32_t on_car = 0, of_cluster = 0;
-  for (int32_t i = 0; i < chain.part.points.count; ++i) {
+  for (int32_t i = 0; i < chain.views.points.count; ++i) {
     const double x = double(chain.part.scan.x_m[i]), y = double(chain.part.scan.y_m[i]),
                  z = double(chain.part.scan.z_m[i]);
     REQUIRE(chain.reason(i) == Reason::kLabelled);
     const bool car_point = z > -kSensorHeight_m + 0.01;
     on_car += car_point;
-    of_cluster += chain.part.points.label[i] == 1;
-    // Smoothing spreads an upright pair over two rows: road in front of the car's foot may join, nothing else.
-    if (chain.part.points.label[i] == 1) CHECK((car_point || (x > 10 && x < 14.01 && y > -4 && y < -1)));
-    // and the car's sides join, except for the roof, which is level, and the last row above the road
-    if (car_point && z < -0.2 && z > -kSensorHeight_m + 0.4) CHECK(chain.part.points.label[i] == 1);
+    of_cluster += chain.views.points.label[i] == 1;
+    // Smoothing lets an upright pair reach two rows: road before the car's foot may join, nothing else.
+    if (chain.views.points.label[i] == 1) CHECK((car_point || (x > 10 && x < 14.01 && y > -4 && y < -1)));
+    // and the car's faces join, but for the roof, which is level, and its last row above the road
+    if (car_point && z < -0.2 && z > -kSensorHeight_m + 0.4) CHECK(chain.views.points.label[i] == 1);
   }
   CHECK(on_car > 300);
   CHECK(of_cluster > 300);
@@ -223,8 +223,8 @@ TEST_CASE("segmentation: for any cloud every input point gets a label or a reaso
       const int32_t count = seed == 4 ? 40 : shape.rows * shape.cols + 500;
       SegmentChain chain(sensor, count);
       chain.run(random_cloud(random, sensor, count));
-      const PointTable& points = chain.part.points;
-      const RangeImages& m = chain.part.images;
+      const PointTable& points = chain.views.points;
+      const RangeImages& m = chain.views.images;
       REQUIRE(points.count == count);
       int32_t wrong = 0;
       for (int32_t i = 0; i < count; ++i) {
@@ -277,18 +277,18 @@ TEST_CASE("segmentation: bad points have no effect: without them the result is t
 
       CHECK(good.part.row_count == all.part.row_count);
       CHECK(good.part.label_count == all.part.label_count);
-      check_same_images(good.part.images, all.part.images);
+      check_same_images(good.views.images, all.views.images);
       int32_t wrong = 0;
       for (std::size_t k = 0; k < kept.size(); ++k) {
         const auto i = std::size_t(kept_from[k]);
-        wrong += good.part.points.label[k] != all.part.points.label[i] ||
-                 good.part.points.reason[k] != all.part.points.reason[i] ||
-                 good.part.points.pixel[k] != all.part.points.pixel[i];
+        wrong += good.views.points.label[k] != all.views.points.label[i] ||
+                 good.views.points.reason[k] != all.views.points.reason[i] ||
+                 good.views.points.pixel[k] != all.views.points.pixel[i];
       }
       for (int32_t r = 0; r < shape.rows; ++r)
         for (int32_t c = 0; c < shape.cols; ++c) {
-          const int32_t winner = good.part.images.pixel_point.at(r, c);
-          wrong += (winner < 0 ? winner : kept_from[std::size_t(winner)]) != all.part.images.pixel_point.at(r, c);
+          const int32_t winner = good.views.images.pixel_point.at(r, c);
+          wrong += (winner < 0 ? winner : kept_from[std::size_t(winner)]) != all.views.images.pixel_point.at(r, c);
         }
       CHECK(wrong == 0);
     }
@@ -322,18 +322,18 @@ TEST_CASE("segmentation: the images restore every pixel's point from r, e and th
   int32_t pixels = 0;
   for (int32_t r = 0; r < 32; ++r)
     for (int32_t c = 0; c < 1084; ++c) {
-      const int32_t i = chain.part.images.pixel_point.at(r, c);
-      CHECK((i == kNoPoint) == (chain.part.images.range_m.at(r, c) == kNoReturn));
+      const int32_t i = chain.views.images.pixel_point.at(r, c);
+      CHECK((i == kNoPoint) == (chain.views.images.range_m.at(r, c) == kNoReturn));
       if (i == kNoPoint) continue;
-      const double range = double(chain.part.images.range_m.at(r, c)),
-                   e = double(chain.part.images.elevation_rad.at(r, c));
+      const double range = double(chain.views.images.range_m.at(r, c)),
+                   e = double(chain.views.images.elevation_rad.at(r, c));
       const double x = double(chain.part.scan.x_m[i]), y = double(chain.part.scan.y_m[i]),
                    z = double(chain.part.scan.z_m[i]);
       CHECK(std::fabs(range * std::sin(e) - z) < 1e-6 * range);
       CHECK(std::fabs(range * std::cos(e) - std::hypot(x, y)) < 1e-6 * range);
       const double off = std::remainder(std::atan2(y, x) - azimuth_of(sensor, c), 360 * kDegree);
       CHECK(std::fabs(off) < 0.5 * double(sensor.pitch_rad) + 1e-5);
-      CHECK(chain.scratch.row_of_layer[chain.part.scan.layer[i]] == r);
+      CHECK(chain.views.row_of_layer[chain.part.scan.layer[i]] == r);
       ++pixels;
     }
   CHECK(pixels > 10000);
@@ -348,14 +348,14 @@ TEST_CASE("segmentation: an empty scan is valid, and so is one with all points i
     chain.run(heap);
     CHECK(chain.part.row_count == 1);
     CHECK(chain.part.label_count == 0);  // the bottom row is ground
-    for (int32_t i = 0; i < 100; ++i) CHECK(chain.part.points.label[i] == kLabelGround);
+    for (int32_t i = 0; i < 100; ++i) CHECK(chain.views.points.label[i] == kLabelGround);
     chain.run({});
-    CHECK(chain.part.points.count == 0);
+    CHECK(chain.views.points.count == 0);
     CHECK(chain.part.row_count == 0);
     CHECK(chain.part.label_count == 0);
-    CHECK(values_not_finite(chain.part.images) == 0);
+    CHECK(values_not_finite(chain.views.images) == 0);
     for (int32_t r = 0; r < shape.rows; ++r)
-      for (int32_t c = 0; c < shape.cols; ++c) REQUIRE(chain.part.images.labels.at(r, c) == kLabelNone);
+      for (int32_t c = 0; c < shape.cols; ++c) REQUIRE(chain.views.images.labels.at(r, c) == kLabelNone);
   }
 }
 

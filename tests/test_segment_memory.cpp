@@ -74,7 +74,7 @@ TEST_CASE("segment_memory: the paper's scratch is smaller than a plan by hand") 
   CHECK(plan.bytes <= by_hand);
 }
 
-void run_nothing(Segment&) noexcept {}
+void run_nothing(const KernelTable&, Segment&) noexcept {}
 
 TEST_CASE("segment_memory: a column may reuse memory only after the last read of the earlier column") {
   //             step  0   1   2   3

@@ -48,7 +48,8 @@ struct World {
   Frame frame;
   SegmentScratch scratch;
   std::vector<int32_t> capacity;
-  std::function<void(int32_t)> before_step;  // null: one call segments
+  const char *block_begin = nullptr, *block_end = nullptr;  // of the frame's memory
+  std::function<void(int32_t)> before_step;                 // null: one call segments
 
   explicit World(bool keep_images) {
     context.sensor_count = 2;
@@ -56,7 +57,7 @@ struct World {
     context.sensors[1] = make_sensor_model(19, 301, 3.0, -3.2, true, 0.5, 300.0);
     for (int32_t s = 0; s < 2; ++s) {
       context.sensors[s].layer_last = 65535;
-      context.segment[s] = make_segment_params(ovt_default_params(), context.sensors[s]);
+      context.segment[s] = test::paper_params(context.sensors[s]);
       capacity.push_back(context.sensors[s].rows * context.sensors[s].cols);
     }
     sizes.sensors = context.sensors;
@@ -65,7 +66,16 @@ struct World {
     sizes.cluster_capacity = 1024;
     sizes.candidate_capacity = sizes.track_capacity = sizes.external_capacity = 16;
     sizes.keep_images = keep_images;
-    REQUIRE(build_frame(frame, sizes, default_allocator()));
+    // The one block of a frame, seen on its way.
+    Allocator watched = default_allocator();
+    watched.user = this;
+    watched.allocate = [](size_t bytes, size_t alignment, void* user) {
+      auto* block = static_cast<char*>(default_allocator().allocate(bytes, alignment, nullptr));
+      static_cast<World*>(user)->block_begin = block;
+      static_cast<World*>(user)->block_end = block + bytes;
+      return static_cast<void*>(block);
+    };
+    REQUIRE(build_frame(frame, sizes, watched));
     REQUIRE(build_scratch(scratch, sizes, default_allocator()));
   }
 
@@ -76,23 +86,23 @@ struct World {
     kernels.load_points(test::fields_of(cloud), int32_t(cloud.size()), part.scan);
     std::fill(std::begin(part.reason_count), std::end(part.reason_count), 0);
     if (before_step) {
-      bind_scratch(context.sensors[sensor], part, scratch);
-      Segment segment = {kernels, context.sensors[sensor], context.segment[sensor], part, scratch};
+      SegmentViews views = bind_views(context.sensors[sensor], part, scratch);
+      Segment segment = {context.sensors[sensor], context.segment[sensor], part, views};
       for (int32_t s = 0; s < int32_t(kPaper.segment.size()); ++s) {
         before_step(s);
-        kPaper.segment[std::size_t(s)].run(segment);
+        kPaper.segment[std::size_t(s)].run(kernels, segment);
       }
     } else {
       segment_scan(context, sensor, part, scratch);
     }
     Hash hash(hash_table(part.clusters, hash_table(part.cluster_points, 0)));
     hash.add_value(part.label_count);
-    hash.add_bytes(part.points.label, cloud.size() * 4);
-    hash.add_bytes(part.points.reason, cloud.size());
+    hash.add_bytes(part.kept.points.label, cloud.size() * 4);
+    hash.add_bytes(part.kept.points.reason, cloud.size());
     hash.add_bytes(part.reason_count, sizeof part.reason_count);
     hash.add_bytes(part.row_of_label, std::size_t(part.label_count + 1) * 4);
     for (int32_t r = 0; r < context.sensors[sensor].rows; ++r)
-      hash.add_bytes(part.images.pixel_point.row(r), std::size_t(context.sensors[sensor].cols) * 4);
+      hash.add_bytes(part.kept.images.pixel_point.row(r), std::size_t(context.sensors[sensor].cols) * 4);
     CHECK(part.clusters.count > 3);
     return hash.value();
   }
@@ -139,7 +149,43 @@ TEST_CASE("segment_scratch: memory that the plan calls dead before a step may co
   }
 }
 
-TEST_CASE("segment_scratch: without kept images everything else is the same bytes, on any number of workers") {
+TEST_CASE("segment_scratch: after a segmentation a frame shows what it keeps in memory of its own, and no more") {
+  for (const bool keep_images : {false, true}) {
+    World world(keep_images);
+    const Columns kept = plan_segment(world.sizes).kept;
+    for (int32_t sensor = 0; sensor < 2; ++sensor) {
+      world.segment(*find_kernels(nullptr), sensor, make_cloud(world.context.sensors[sensor], 3));
+      SensorPart& part = world.frame.sensors[sensor];
+      const auto is_own = [&](const void* view) {
+        const auto* at = static_cast<const char*>(view);
+        return at >= world.block_begin && at < world.block_end;
+      };
+      for_each_segment_column(part, part.kept, [&](Column column, auto extent, auto& view) {
+        CAPTURE(std::string(column_name(column)));
+        const void* memory = nullptr;
+        if constexpr (extent == Extent::own)
+          return;
+        else if constexpr (std::is_same_v<decltype(view), BitPlane&>)
+          memory = view.words;
+        else if constexpr (extent == Extent::pixels)
+          memory = view.data;
+        else
+          memory = view;
+        CHECK((memory != nullptr) == has(kept, column));
+        CHECK((memory == nullptr || is_own(memory)));
+      });
+      CHECK(part.kept.layer_sums.touched == nullptr);
+      CHECK(part.kept.points.count == part.scan.count);
+      for_each_column(part.scan, [&](const char*, auto* column) { CHECK(is_own(column)); });
+      for_each_column(part.clusters, [&](const char*, auto* column) { CHECK(is_own(column)); });
+      for_each_column(part.cluster_points, [&](const char*, auto* column) { CHECK(is_own(column)); });
+      CHECK(is_own(part.row_of_label));
+      CHECK(is_own(part.cluster_of_label));
+    }
+  }
+}
+
+TEST_CASE("detector: without kept images everything else is the same bytes, on any number of workers") {
   std::vector<FrameRecord> expected;
   int64_t kept_bytes = 0;
   for (const int32_t workers : {1, 2, 4})

@@ -6,6 +6,11 @@
 
 #include <doctest/doctest.h>
 
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <string>
+
 #include "pipeline/method/methods.h"
 #include "tests/support/kernel_world.h"
 
@@ -57,7 +62,7 @@ TEST_CASE("steps: a step reads only the columns that it declares") {
 TEST_CASE("steps: a step changes only the columns that it declares") {
   for_each_case([](const Method& method, const Step& step, const KernelTable& table, Shape shape, uint64_t seed) {
     KernelWorld world = make_world_before(method, step, shape, seed);
-    world.part.points.count = world.part.scan.count;  // as after the first step
+    world.views.points.count = world.part.scan.count;  // as the first step says
     const std::vector<uint64_t> before = world.hash_columns();
     world.run(table, step);
     const std::vector<uint64_t> after = world.hash_columns();
@@ -68,7 +73,33 @@ TEST_CASE("steps: a step changes only the columns that it declares") {
   CHECK(true);  // counts a check: FAIL_CHECK counts only failures
 }
 
-TEST_CASE("steps: a chain needs every column written before it is read, and each stage in one place") {
+// | `kernel` | reads | writes |
+std::string row_of(const Step& step) {
+  std::string row = "| `" + std::string(step.name) + "` |";
+  for (const Columns set : {step.reads, step.writes}) {
+    for (int32_t c = 0; c < kColumnCount; ++c)
+      if (has(set, Column(c))) row += ' ' + std::string(column_name(Column(c)));
+    row += " |";
+  }
+  return row;
+}
+
+TEST_CASE("steps: the table of kernels/README.md says what the steps of paper read and write") {
+  std::ifstream file("kernels/README.md");
+  REQUIRE(file.good());
+  const std::string text(std::istreambuf_iterator<char>(file), {});
+  int32_t rows = 0;
+  for (const Step* kernel : step::kOfKernel)
+    for (const Step& step : kPaper.segment)
+      if (kernel && std::strcmp(kernel->name, step.name) == 0) {
+        INFO(row_of(step));
+        CHECK(text.find('\n' + row_of(step)) != std::string::npos);
+        ++rows;
+      }
+  CHECK(rows > 10);
+}
+
+TEST_CASE("steps: no chain without the step that writes what another reads, and none with a stage in two places") {
   constexpr Step kWhole[] = {step::project_points, step::rank_layers, step::scatter_points, step::fill_gaps};
   CHECK(is_chain(kWhole, kGivenColumns));
   constexpr Step kWithout[] = {step::project_points, step::rank_layers, step::fill_gaps};

@@ -90,8 +90,7 @@ TEST_CASE("trace: holds every stage of every frame once, a sensor's with its nam
       const std::string frame = std::to_string(k);
       for (const char* sensor : {"front", "left", "right"})
         for (int32_t i = OVT_STAGE_LOAD; i <= OVT_STAGE_TRACK; ++i)
-          if ((i <= OVT_STAGE_SEGMENT || i == OVT_STAGE_POSE) &&  // without a map
-              (k + 1 < kFrames || std::string(sensor) != "right"))
+          if (i <= OVT_STAGE_SEGMENT && (k + 1 < kFrames || std::string(sensor) != "right"))
             wanted[frame + " " + sensor + " " + ovt_stage_name(i)] = 1;
       for (int32_t i = OVT_STAGE_MERGE; i <= OVT_STAGE_TRACK; ++i) wanted[frame + " - " + ovt_stage_name(i)] = 1;
       CHECK(begun[k] == 1);

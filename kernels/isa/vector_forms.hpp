@@ -15,7 +15,7 @@ template <class A>
 constexpr KernelTable make_kernel_table(const char* isa) {
   return {
       isa,
-#define OVT_KERNEL(name, form) OVT_FORM_##form(name),
+#define OVT_KERNEL(name, form, caller) OVT_FORM_##form(name),
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
   };

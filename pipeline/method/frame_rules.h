@@ -16,50 +16,35 @@ inline constexpr FrameRule merge_seams = {
     .name = "merge_seams",
     .stage = OVT_STAGE_MERGE,
     .reads = columns(scan, point_label, pixel_point, clusters, row_of_label, label_count),
-    .scratch = columns(),
     .params = "merge",
-    .run = &merge_frame,
-    .run_ahead = nullptr};
+    .run = &merge_frame};
 
 inline constexpr FrameRule find_ego_on_map = {.name = "find_ego_on_map",
                                               .stage = OVT_STAGE_GATE,
                                               .reads = columns(),
-                                              .scratch = columns(),
                                               .params = "gate.ego_margin_m",
                                               .run = &overtake::find_ego_on_map,
-                                              .run_ahead = nullptr,
                                               .without_scans = true};
 
 inline constexpr FrameRule keep_car_sized = {.name = "keep_car_sized",
                                              .stage = OVT_STAGE_GATE,
                                              .reads = columns(),
-                                             .scratch = columns(),
                                              .params = "gate.min_points gate.slack vehicle.length_m",
-                                             .run = &overtake::keep_car_sized,
-                                             .run_ahead = nullptr};
+                                             .run = &overtake::keep_car_sized};
 
 inline constexpr FrameRule keep_on_track = {.name = "keep_on_track",
                                             .stage = OVT_STAGE_GATE,
                                             .reads = columns(),
-                                            .scratch = columns(),
                                             .params = "gate.map_margin_m vehicle.width_m",
-                                            .run = &overtake::keep_on_track,
-                                            .run_ahead = nullptr};
+                                            .run = &overtake::keep_on_track};
 
-inline constexpr FrameRule keep_nearest = {.name = "keep_nearest",
-                                           .stage = OVT_STAGE_GATE,
-                                           .reads = columns(),
-                                           .scratch = columns(),
-                                           .params = "",
-                                           .run = &overtake::keep_nearest,
-                                           .run_ahead = nullptr};
+inline constexpr FrameRule keep_nearest = {
+    .name = "keep_nearest", .stage = OVT_STAGE_GATE, .reads = columns(), .params = "", .run = &overtake::keep_nearest};
 
 inline constexpr FrameRule pose_by_two_headings = {.name = "pose_by_two_headings",
                                                    .stage = OVT_STAGE_POSE,
                                                    .reads = columns(clusters, cluster_points),
-                                                   .scratch = columns(order),
-                                                   .params = "vehicle pose gate.min_points gate.slack",
-                                                   .run = &pose_frame,
-                                                   .run_ahead = &pose_clusters};
+                                                   .params = "vehicle pose",
+                                                   .run = &pose_frame};
 
 }  // namespace overtake::rule

@@ -19,11 +19,8 @@ struct FrameRule {
   const char* name;
   int32_t stage;       // ovt_stage: rules of one stage stand together, and share its time
   Columns reads;       // of each sensor's segmentation, which keeps them for it
-  Columns scratch;     // what run_ahead writes, and nobody reads afterwards
   const char* params;  // what it reads of ovt_params: groups and text names, one space between two
   void (*run)(const StageContext& context, Frame& frame) noexcept;
-  // What of it depends on one sensor alone: runs behind that sensor's segmentation. Null: nothing.
-  void (*run_ahead)(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept;
   bool without_scans = false;  // runs for predictions and pushed detections, too
 };
 

@@ -32,8 +32,8 @@ constexpr Columns columns(C... column) {
 constexpr bool has(Columns set, Column column) { return set >> int32_t(column) & 1; }
 
 // Calls f(column, ExtentIs<...>, its view) for each column, in the order of segment_columns.def.
-template <class Part, class Scratch, class F>
-void for_each_segment_column(Part& part, Scratch& scratch, F&& f) {
+template <class Part, class Views, class F>
+void for_each_segment_column(Part& part, Views& views, F&& f) {
 #define OVT_SEGMENT_COLUMN(name, view, extent) f(Column::name, ExtentIs<Extent::extent>(), view);
 #include "pipeline/method/segment_columns.def"
 #undef OVT_SEGMENT_COLUMN

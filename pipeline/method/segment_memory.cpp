@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "pipeline/method/method.h"
+#include "pipeline/segment_scratch.h"
 
 namespace overtake {
 namespace {
@@ -65,7 +66,14 @@ void find_lives(const Method& method, SegmentPlan& plan) {
   };
   int32_t at = 0;
   for (const Step& step : method.segment) use(step.reads | step.writes | step.scratch, at++);
-  for (const FrameRule& rule : method.frame) use(rule.scratch, at++);
+}
+
+// Calls f(column, its extent, its view) for each column of planned memory.
+template <class F>
+void for_each_planned_column(SensorPart& part, SegmentViews& views, F&& f) {
+  for_each_segment_column(part, views, [&](Column column, auto extent, auto& view) {
+    if constexpr (extent != Extent::own) f(column, extent, view);
+  });
 }
 
 }  // namespace
@@ -73,7 +81,6 @@ void find_lives(const Method& method, SegmentPlan& plan) {
 Columns find_columns(const Method& method) noexcept {
   Columns found = 0;
   for (const Step& step : method.segment) found |= step.writes | step.scratch;
-  for (const FrameRule& rule : method.frame) found |= rule.scratch;
   return found & ~columns_of(Extent::own);
 }
 
@@ -88,14 +95,12 @@ SegmentPlan plan_segment(const FrameSizes& sizes) noexcept {
   find_lives(method, plan);
 
   SensorPart part;
-  SegmentScratch scratch;
-  for_each_segment_column(part, scratch, [&](Column column, auto extent, auto& view) {
-    if constexpr (extent != Extent::own)
-      for (int32_t s = 0; s < sizes.sensor_count; ++s) {
-        Carver carver;
-        place(carver, view, sizes.sensors[s], count_elements(extent, sizes.sensors[s], sizes.point_capacity[s]));
-        plan.bytes_of[int32_t(column)] = std::max(plan.bytes_of[int32_t(column)], carver.bytes());
-      }
+  for_each_planned_column(part, part.kept, [&](Column column, Extent extent, auto& view) {
+    for (int32_t s = 0; s < sizes.sensor_count; ++s) {
+      Carver carver;
+      place(carver, view, sizes.sensors[s], count_elements(extent, sizes.sensors[s], sizes.point_capacity[s]));
+      plan.bytes_of[int32_t(column)] = std::max(plan.bytes_of[int32_t(column)], carver.bytes());
+    }
   });
 
   // In the order in which they begin, the largest first.
@@ -123,22 +128,23 @@ SegmentPlan plan_segment(const FrameSizes& sizes) noexcept {
   return plan;
 }
 
-void carve_columns(Carver& carver, Columns which, const SensorModel& sensor, int32_t point_capacity, SensorPart& part,
-                   SegmentScratch& scratch) {
-  for_each_segment_column(part, scratch, [&](Column column, auto extent, auto& view) {
-    if constexpr (extent != Extent::own)
-      if (has(which, column)) view = place(carver, view, sensor, count_elements(extent, sensor, point_capacity));
+void carve_columns(Carver& carver, Columns which, const SensorModel& sensor, int32_t point_capacity,
+                   SegmentViews& views) {
+  SensorPart none;
+  for_each_planned_column(none, views, [&](Column column, Extent extent, auto& view) {
+    if (has(which, column)) view = place(carver, view, sensor, count_elements(extent, sensor, point_capacity));
   });
 }
 
-void bind_scratch(const SensorModel& sensor, SensorPart& part, SegmentScratch& scratch) noexcept {
-  for_each_segment_column(part, scratch, [&](Column column, auto extent, auto& view) {
-    if constexpr (extent != Extent::own) {
-      if (!has(scratch.plan.shared, column)) return;
-      Carver carver(scratch.block + scratch.plan.offset[int32_t(column)]);
-      view = place(carver, view, sensor, 0);
-    }
+SegmentViews bind_views(const SensorModel& sensor, SensorPart& part, const SegmentScratch& scratch) noexcept {
+  SegmentViews views = part.kept;
+  views.layer_sums = scratch.layer_sums;
+  for_each_planned_column(part, views, [&](Column column, Extent, auto& view) {
+    if (!has(scratch.plan.shared, column)) return;
+    Carver carver(scratch.block + scratch.plan.offset[int32_t(column)]);
+    view = place(carver, view, sensor, 0);
   });
+  return views;
 }
 
 }  // namespace overtake

@@ -22,13 +22,14 @@ namespace overtake {
 struct FrameSizes;
 struct Method;
 struct SegmentScratch;
+struct SegmentViews;
 struct SensorPart;
 
 struct SegmentPlan {
   Columns kept = 0;                         // in the frame
   Columns shared = 0;                       // in the scratch; what is in neither the method does not have
-  int32_t first[kColumnCount] = {};         // step that writes a shared column first. The rules' steps ahead of the
-  int32_t last[kColumnCount] = {};          // frame follow the method's last; step that uses it last
+  int32_t first[kColumnCount] = {};         // step that writes a shared column first
+  int32_t last[kColumnCount] = {};          // step that uses it last
   std::size_t offset[kColumnCount] = {};    // of a shared column in the block
   std::size_t bytes_of[kColumnCount] = {};  // with the largest sensor
   std::size_t bytes = 0;                    // of the block
@@ -40,10 +41,11 @@ Columns find_columns(const Method& method) noexcept;
 SegmentPlan plan_segment(const FrameSizes& sizes) noexcept;
 
 // Memory of its own for each of the columns.
-void carve_columns(Carver& carver, Columns which, const SensorModel& sensor, int32_t point_capacity, SensorPart& part,
-                   SegmentScratch& scratch);
+void carve_columns(Carver& carver, Columns which, const SensorModel& sensor, int32_t point_capacity,
+                   SegmentViews& views);
 
-// Points the shared columns of part and scratch to the scratch's block, in the sensor's shape.
-void bind_scratch(const SensorModel& sensor, SensorPart& part, SegmentScratch& scratch) noexcept;
+// The views of one segmentation: the kept columns where the frame has them, the shared ones in the scratch's block, in
+// the sensor's shape. Valid until the scratch serves another segmentation.
+SegmentViews bind_views(const SensorModel& sensor, SensorPart& part, const SegmentScratch& scratch) noexcept;
 
 }  // namespace overtake

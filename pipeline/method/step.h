@@ -8,19 +8,18 @@
 #include <cstdint>
 #include <span>
 
+#include "pipeline/frame.h"
 #include "pipeline/method/segment_columns.h"
 #include "pipeline/params.h"
-#include "pipeline/segment_scratch.h"
 
 namespace overtake {
 
-// What a segmentation works on: views and constants, no memory of its own.
+// What a segmentation works on while it runs: views and constants, no memory of its own.
 struct Segment {
-  const KernelTable& kernels;
   const SensorModel& sensor;
   const SegmentParams& params;
   SensorPart& part;
-  SegmentScratch& scratch;
+  SegmentViews& views;
 };
 
 struct Step {
@@ -30,7 +29,7 @@ struct Step {
   Columns writes;
   Columns scratch;     // written, and meaningless afterwards
   const char* params;  // what it reads of ovt_params: groups and text names, one space between two
-  void (*run)(Segment& s) noexcept;
+  void (*run)(const KernelTable& kernels, Segment& s) noexcept;
 };
 
 // Every column that a step reads is given, or written by a step before it. Steps of one stage stand together.

@@ -4,110 +4,110 @@
 // The steps: each kernel of a segmentation, bound once to the columns it reads and writes. What a kernel does stands in
 // its header; which steps run, and in which order, a method says (pipeline/method/paper.cpp).
 //
-// OVT_STEP(kernel, stage, parameters, OVT_READS(...), OVT_WRITES(...), OVT_SCRATCH(...)) { what it runs on a Segment s
-// }
+//   OVT_STEP(kernel, stage, parameters, arguments...);
+//       the arguments in the kernel's order, each by what the kernel does with it (step_arguments.h)
+//   OVT_STEP_BY_HAND(name, stage, parameters, OVT_READS(...), OVT_WRITES(...), OVT_SCRATCH(...)) { call }
+//       for kernels that take whole tables and use some columns of them; in the call k has the kernels, s the Segment
+//
+// tests/test_steps.cpp holds each step to what it declares.
 #pragma once
 
 #include <algorithm>
 
 #include "pipeline/method/count_reasons.h"
 #include "pipeline/method/step.h"
+#include "pipeline/method/step_arguments.h"
 
 namespace overtake::step {
 
 using enum Column;
+using namespace argument;
 
 #define OVT_READS(...) columns(__VA_ARGS__)
 #define OVT_WRITES(...) columns(__VA_ARGS__)
 #define OVT_SCRATCH(...) columns(__VA_ARGS__)
-#define OVT_STEP(name, stage, params, reads, writes, scratch)                                           \
-  inline void run_##name(Segment& s) noexcept;                                                          \
+#define OVT_STEP(name, stage, params, ...)                                                               \
+  inline void run_##name(const KernelTable& k, Segment& s) noexcept { call(k.name, s, __VA_ARGS__); }    \
+  inline constexpr Step name = {                                                                         \
+      #name,  OVT_STAGE_##stage, reads_of(__VA_ARGS__), writes_of(__VA_ARGS__), scratch_of(__VA_ARGS__), \
+      params, &run_##name}
+#define OVT_STEP_BY_HAND(name, stage, params, reads, writes, scratch)                                   \
+  inline void run_##name(const KernelTable& k, Segment& s) noexcept;                                    \
   inline constexpr Step name = {#name, OVT_STAGE_##stage, reads, writes, scratch, params, &run_##name}; \
-  inline void run_##name(Segment& s) noexcept
+  inline void run_##name([[maybe_unused]] const KernelTable& k, Segment& s) noexcept
 
-OVT_STEP(project_points, PROJECT, "", OVT_READS(scan, layer_sums),
-         OVT_WRITES(point_range_m, point_elevation_rad, point_column, point_reason, layer_sums), OVT_SCRATCH()) {
-  s.kernels.project_points(s.sensor, s.part.scan, s.part.points, s.scratch.layer_sums);
+OVT_STEP_BY_HAND(project_points, PROJECT, "", OVT_READS(scan, layer_sums),
+                 OVT_WRITES(point_range_m, point_elevation_rad, point_column, point_reason, layer_sums),
+                 OVT_SCRATCH()) {
+  k.project_points(s.sensor, s.part.scan, s.views.points, s.views.layer_sums);
 }
 
-OVT_STEP(rank_layers, PROJECT, "", OVT_READS(layer_sums), OVT_WRITES(layer_sums, row_of_layer, row_count),
-         OVT_SCRATCH(layer_order)) {
-  s.part.row_count =
-      s.kernels.rank_layers(s.sensor.rows, s.scratch.layer_sums, s.scratch.row_of_layer, s.scratch.layer_order);
+OVT_STEP(rank_layers, PROJECT, "", result<row_count>, sensor<&SensorModel::rows>, inout<layer_sums>, out<row_of_layer>,
+         scratch<layer_order>);
+
+OVT_STEP_BY_HAND(scatter_points, PROJECT, "",
+                 OVT_READS(scan, row_of_layer, point_range_m, point_elevation_rad, point_column, point_reason),
+                 OVT_WRITES(range_m, elevation_rad, pixel_point, point_pixel, point_lost, point_reason),
+                 OVT_SCRATCH()) {
+  k.scatter_points(s.part.scan, s.views.row_of_layer, s.views.points, s.views.images);
 }
 
-OVT_STEP(scatter_points, PROJECT, "",
-         OVT_READS(scan, row_of_layer, point_range_m, point_elevation_rad, point_column, point_reason),
-         OVT_WRITES(range_m, elevation_rad, pixel_point, point_pixel, point_lost, point_reason), OVT_SCRATCH()) {
-  s.kernels.scatter_points(s.part.scan, s.scratch.row_of_layer, s.part.points, s.part.images);
+OVT_STEP(fill_gaps, GAPS, "gaps", params<&SegmentParams::fill_gaps>, in<range_m>, in<elevation_rad>,
+         out<range_filled_m>, out<elevation_filled_rad>);
+OVT_STEP(angle_image, ANGLE, "angle", params<&SegmentParams::angle_image>, in<range_filled_m>, in<elevation_filled_rad>,
+         out<angle_rad>);
+
+// By hand: there is one pair of rows less than rows.
+OVT_STEP_BY_HAND(smooth_sg, SMOOTH, "smooth", OVT_READS(row_count, angle_rad), OVT_WRITES(angle_smooth_rad),
+                 OVT_SCRATCH()) {
+  const RangeImages& m = s.views.images;
+  k.smooth_sg(s.params.smooth_sg, std::max(s.part.row_count - 1, 0), m.angle_rad, m.angle_smooth_rad);
 }
 
-OVT_STEP(fill_gaps, GAPS, "gaps", OVT_READS(range_m, elevation_rad), OVT_WRITES(range_filled_m, elevation_filled_rad),
-         OVT_SCRATCH()) {
-  const RangeImages& m = s.part.images;
-  s.kernels.fill_gaps(s.params.fill_gaps, m.range_m, m.elevation_rad, m.range_filled_m, m.elevation_filled_rad);
+OVT_STEP(mark_ground, GROUND, "ground", params<&SegmentParams::mark_ground>, in<row_count>, in<angle_smooth_rad>,
+         in<range_filled_m>, in<pixel_point>, out<nonground>);
+OVT_STEP(keep_above_road, GROUND, "", sensor<&SensorModel::T_vehicle_sensor>, in<range_filled_m>,
+         in<elevation_filled_rad>, out<range_repaired_m>, out<elevation_repaired_rad>, out<nonground_repaired>);
+OVT_STEP(repair_range, REPAIR, "repair", params<&SegmentParams::repair_range>, in<range_filled_m>,
+         in<elevation_filled_rad>, in<nonground>, out<range_repaired_m>, out<elevation_repaired_rad>,
+         out<nonground_repaired>);
+OVT_STEP(link_pixels, LINK, "cluster", params<&SegmentParams::link_pixels>, in<range_repaired_m>,
+         in<elevation_repaired_rad>, in<nonground_repaired>, out<link_right>, out<link_down>);
+OVT_STEP(label_bfs, LABEL, "", result<label_count>, sensor<&SensorModel::wraps>, in<range_filled_m>,
+         in<nonground_repaired>, in<link_right>, in<link_down>, out<labels>, scratch<queue>);
+
+OVT_STEP_BY_HAND(label_points, LABEL, "label",
+                 OVT_READS(point_range_m, point_pixel, point_lost, point_reason, range_m, range_repaired_m, pixel_point,
+                           labels),
+                 OVT_WRITES(point_label, point_reason), OVT_SCRATCH()) {
+  k.label_points(s.params.label_points, s.views.images, s.views.points);
 }
 
-OVT_STEP(angle_image, ANGLE, "angle", OVT_READS(range_filled_m, elevation_filled_rad), OVT_WRITES(angle_rad),
-         OVT_SCRATCH()) {
-  const RangeImages& m = s.part.images;
-  s.kernels.angle_image(s.params.angle_image, m.range_filled_m, m.elevation_filled_rad, m.angle_rad);
-}
-
-OVT_STEP(smooth_sg, SMOOTH, "smooth", OVT_READS(row_count, angle_rad), OVT_WRITES(angle_smooth_rad), OVT_SCRATCH()) {
-  const RangeImages& m = s.part.images;
-  s.kernels.smooth_sg(s.params.smooth_sg, std::max(s.part.row_count - 1, 0), m.angle_rad, m.angle_smooth_rad);
-}
-
-OVT_STEP(mark_ground, GROUND, "ground", OVT_READS(row_count, angle_smooth_rad, range_filled_m, pixel_point),
-         OVT_WRITES(nonground), OVT_SCRATCH()) {
-  const RangeImages& m = s.part.images;
-  s.kernels.mark_ground(s.params.mark_ground, s.part.row_count, m.angle_smooth_rad, m.range_filled_m, m.pixel_point,
-                        m.nonground);
-}
-
-OVT_STEP(repair_range, REPAIR, "repair", OVT_READS(range_filled_m, elevation_filled_rad, nonground),
-         OVT_WRITES(range_repaired_m, elevation_repaired_rad, nonground_repaired), OVT_SCRATCH()) {
-  const RangeImages& m = s.part.images;
-  s.kernels.repair_range(s.params.repair_range, m.range_filled_m, m.elevation_filled_rad, m.nonground,
-                         m.range_repaired_m, m.elevation_repaired_rad, m.nonground_repaired);
-}
-
-OVT_STEP(link_pixels, LINK, "cluster", OVT_READS(range_repaired_m, elevation_repaired_rad, nonground_repaired),
-         OVT_WRITES(link_right, link_down), OVT_SCRATCH()) {
-  const RangeImages& m = s.part.images;
-  s.kernels.link_pixels(s.params.link_pixels, m.range_repaired_m, m.elevation_repaired_rad, m.nonground_repaired,
-                        m.link_right, m.link_down);
-}
-
-OVT_STEP(label_bfs, LABEL, "", OVT_READS(range_filled_m, nonground_repaired, link_right, link_down),
-         OVT_WRITES(labels, label_count), OVT_SCRATCH(queue)) {
-  const RangeImages& m = s.part.images;
-  s.part.label_count = s.kernels.label_bfs(s.sensor.wraps, m.range_filled_m, m.nonground_repaired, m.link_right,
-                                           m.link_down, m.labels, s.scratch.queue);
-}
-
-OVT_STEP(label_points, LABEL, "label",
-         OVT_READS(point_range_m, point_pixel, point_lost, point_reason, range_m, range_repaired_m, pixel_point,
-                   labels),
-         OVT_WRITES(point_label, point_reason), OVT_SCRATCH()) {
-  s.kernels.label_points(s.params.label_points, s.part.images, s.part.points);
-}
-
-OVT_STEP(build_clusters, CLUSTERS, "", OVT_READS(scan, point_label, point_range_m, label_count),
-         OVT_WRITES(clusters, cluster_points, row_of_label, cluster_overflow), OVT_SCRATCH(cursor, order)) {
-  s.part.cluster_overflow = s.kernels.build_clusters(s.sensor.T_vehicle_sensor, s.part.scan, s.part.points,
-                                                     s.part.label_count, s.part.clusters, s.part.cluster_points,
-                                                     s.part.row_of_label, s.scratch.cursor, s.scratch.order);
+OVT_STEP_BY_HAND(build_clusters, CLUSTERS, "", OVT_READS(scan, point_label, point_range_m, label_count),
+                 OVT_WRITES(clusters, cluster_points, row_of_label, cluster_overflow), OVT_SCRATCH(cursor, order)) {
+  s.part.cluster_overflow =
+      k.build_clusters(s.sensor.T_vehicle_sensor, s.part.scan, s.views.points, s.part.label_count, s.part.clusters,
+                       s.part.cluster_points, s.part.row_of_label, s.views.cursor, s.views.order);
 }
 
 // No kernel: a tally of what became of the points.
-OVT_STEP(count_reasons, CLUSTERS, "", OVT_READS(point_reason), OVT_WRITES(reason_count), OVT_SCRATCH()) {
-  overtake::count_reasons(s.part.points, s.part.reason_count);
+OVT_STEP_BY_HAND(count_reasons, CLUSTERS, "", OVT_READS(point_reason), OVT_WRITES(reason_count), OVT_SCRATCH()) {
+  overtake::count_reasons(s.views.points, s.part.reason_count);
 }
 
 #undef OVT_READS
 #undef OVT_WRITES
 #undef OVT_SCRATCH
+
+// The step that calls each kernel, in the order of the manifest; null: no segmentation calls it.
+inline constexpr const Step* kOfKernel[] = {
+#define OVT_STEP_OF_step(name) &name,
+#define OVT_STEP_OF_other(name) nullptr,
+#define OVT_KERNEL(name, form, caller) OVT_STEP_OF_##caller(name)
+#include "kernels/kernels.def"
+#undef OVT_KERNEL
+#undef OVT_STEP_OF_step
+#undef OVT_STEP_OF_other
+};
 
 }  // namespace overtake::step

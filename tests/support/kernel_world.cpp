@@ -11,6 +11,7 @@
 #include "core/math.h"
 #include "core/table.h"
 #include "pipeline/method/methods.h"
+#include "pipeline/method/steps.h"
 
 namespace overtake::test {
 namespace {
@@ -76,10 +77,11 @@ KernelWorld::KernelWorld(Shape shape, uint64_t seed, int32_t cluster_capacity) :
     rig_[s].mounting_yaw_rad = float(wrap_angle(kTwoPi / 3 * s));
   }
   sensor = rig_[0];
+  params_ = paper_params(sensor);
 
   Guarded& g = guarded_;
   g.take_table("scan", part.scan, shape.points);
-  part.points.capacity = round_up(shape.points, kRowAlign);
+  views.points.capacity = round_up(shape.points, kRowAlign);
   take_columns(~kLayers);
   const auto pixels = std::size_t(rows) * std::size_t(cols);
   part.row_of_label = g.take<int32_t>("row_of_label", pixels + 1);
@@ -102,15 +104,12 @@ KernelWorld::KernelWorld(Shape shape, uint64_t seed, int32_t cluster_capacity) :
   fit_x_m_ = g.take<float>("fit_x_m", std::size_t(round_up(shape.points + 1, kRowAlign)) + kRowAlign);
   fit_y_m_ = g.take<float>("fit_y_m", std::size_t(round_up(shape.points + 1, kRowAlign)) + kRowAlign);
   make_smooth_sg(cols % 3 == 0 ? 9 : 5, 2, &params_.smooth_sg);
-  params_.repair_range.wraps = params_.link_pixels.wraps = sensor.wraps;
   params_.repair_range.half_window = cols % 3 == 0 ? kMaxRepairHalfWindow : 4;
-  params_.link_pixels.sin_pitch = sensor.sin_pitch;
-  params_.link_pixels.cos_pitch = sensor.cos_pitch;
   fill_tables();
 }
 
 void KernelWorld::take_columns(Columns which) {
-  for_each_segment_column(part, scratch, [&](Column column, auto extent, auto& view) {
+  for_each_segment_column(part, views, [&](Column column, auto extent, auto& view) {
     if (!has(which, column)) return;
     const std::string name = column_name(column);
     const auto pixels = std::size_t(shape_.rows) * std::size_t(shape_.cols);
@@ -121,7 +120,7 @@ void KernelWorld::take_columns(Columns which) {
         view = guarded_.take_plane<std::remove_reference_t<decltype(*view.data)>>(name, shape_.rows, shape_.cols);
     } else if constexpr (extent != Extent::own) {
       view = guarded_.take<std::remove_reference_t<decltype(*view)>>(
-          name, extent == Extent::points   ? std::size_t(part.points.capacity)
+          name, extent == Extent::points   ? std::size_t(views.points.capacity)
                 : extent == Extent::layers ? std::size_t(kLayerIds)
                                            : pixels + (extent == Extent::labels ? 1 : 0));
     }
@@ -133,7 +132,7 @@ void KernelWorld::fill_tables() {
   gate_input_.count = std::min(shape_.points, gate_input_.capacity);
   for (int32_t i = 0; i < gate_input_.count; ++i) {
     gate_input_.point_count[i] = int32_t(random_() % 8);
-    const float extent = chance(20) ? 4.921f * 1.1f : uniform(0.0f, 8.0f);
+    const float extent = chance(20) ? frame_params_.gate_clusters.max_extent_m : uniform(0.0f, 8.0f);
     float* const low[3] = {gate_input_.min_x_m, gate_input_.min_y_m, gate_input_.min_z_m};
     float* const high[3] = {gate_input_.max_x_m, gate_input_.max_y_m, gate_input_.max_z_m};
     for (int32_t axis = 0; axis < 3; ++axis) {
@@ -155,7 +154,7 @@ void KernelWorld::fill_tables() {
 }
 
 void KernelWorld::take_layers() {
-  LayerSums& sums = scratch.layer_sums;
+  LayerSums& sums = views.layer_sums;
   sums.touched = guarded_.take<int32_t>("touched", kLayerIds);
   sums.point_count = guarded_.take<int32_t>("point_count", kLayerIds);
   sums.elevation_sum = guarded_.take<int64_t>("elevation_sum", kLayerIds);
@@ -180,8 +179,8 @@ void KernelWorld::overlay_noise(const unsigned char* bytes, std::size_t size) {
     for (int32_t r = 0; r < shape_.rows; ++r)
       for (int32_t c = 0; c < shape_.cols; ++c) {
         const int32_t coarse = byte(), fine = byte(), tilt = byte();
-        plane_of(part.images, i).row(r)[c] = coarse < 64 ? kNoReturn : 0.5f * float(coarse) + 0.001f * float(fine);
-        plane_of(part.images, i + 1).row(r)[c] =
+        plane_of(views.images, i).row(r)[c] = coarse < 64 ? kNoReturn : 0.5f * float(coarse) + 0.001f * float(fine);
+        plane_of(views.images, i + 1).row(r)[c] =
             tilt < 8 ? 0.19f * float(tilt * 2 - 8) : 0.3f - 0.02f * float(r) + 0.0001f * float(tilt);
       }
 }
@@ -221,7 +220,7 @@ void KernelWorld::fill_cloud() {
 }
 
 void KernelWorld::fill_noise() {
-  const RangeImages& m = part.images;
+  const RangeImages& m = views.images;
   const int32_t hole = int32_t(random_() % 5) * 20, jump = 1 + int32_t(random_() % 30);
   part.row_count = std::max(0, shape_.rows - int32_t(random_() % 3));
   constexpr float kExtreme[] = {1e18f, 1e-6f, 300.0f, 0.5f, 1.17549435e-38f};
@@ -231,8 +230,8 @@ void KernelWorld::fill_noise() {
       for (int32_t c = 0; c < shape_.cols; ++c) {
         if (chance(jump)) range = uniform(1.0f, 60.0f);
         range += uniform(-0.05f, 0.05f);
-        plane_of(part.images, i).row(r)[c] = chance(hole) ? kNoReturn : chance(1) ? kExtreme[random_() % 5] : range;
-        plane_of(part.images, i + 1).row(r)[c] =
+        plane_of(views.images, i).row(r)[c] = chance(hole) ? kNoReturn : chance(1) ? kExtreme[random_() % 5] : range;
+        plane_of(views.images, i + 1).row(r)[c] =
             chance(5) ? uniform(-kHalfPiF, kHalfPiF) : 0.3f - 0.004f * float(r) + uniform(-0.0008f, 0.0008f);
       }
     }
@@ -269,21 +268,14 @@ void KernelWorld::fill_noise() {
 
 const char* kernel_name(Kernel kernel) {
   constexpr const char* kName[] = {
-#define OVT_KERNEL(name, form) #name,
+#define OVT_KERNEL(name, form, caller) #name,
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
   };
   return kName[int32_t(kernel)];
 }
 
-StepOfMethod find_step(Kernel kernel) {
-  const Method* methods[kMaxMethods] = {};
-  const int32_t count = list_methods(methods);
-  for (int32_t m = 0; m < count; ++m)
-    for (const Step& step : methods[m]->segment)
-      if (std::strcmp(step.name, kernel_name(kernel)) == 0) return {methods[m], &step};
-  return {};
-}
+const Step* find_step(Kernel kernel) { return step::kOfKernel[int32_t(kernel)]; }
 
 bool works_on_images(const Step* step) {
   return step && ((step->reads | step->writes) & ~(kImages | columns(Column::label_count))) == 0;
@@ -307,44 +299,56 @@ void KernelWorld::load_points(const KernelTable& k) {
 }
 
 void KernelWorld::run(const KernelTable& k, const Step& step) {
-  Segment segment = {k, sensor, params_, part, scratch};
-  step.run(segment);
+  Segment segment = {sensor, params_, part, views};
+  step.run(k, segment);
 }
 
 void KernelWorld::run(const KernelTable& k, Kernel kernel) {
-  if (const Step* step = find_step(kernel).step) return run(k, *step);
+  if (const Step* step = find_step(kernel)) return run(k, *step);
   switch (kernel) {
     case Kernel::load_points: return load_points(k);
     case Kernel::merge_seams: {
-      // The same scan for all three sensors, so that both sides of each seam have points.
-      MergeSeamsParams params;
+      // The same scan in all three places, so there is something on both sides of each seam.
+      MergeSeamsParams params = frame_params_.merge_seams;
       params.columns = shape_.cols % 2 == 0 ? std::min(shape_.cols, 8) : 1;
       SeamSide sides[3];
       for (int32_t s = 0; s < 3; ++s)
-        sides[s] = {true,         &rig_[s],       &part.images,      &part.scan,
-                    &part.points, &part.clusters, part.row_of_label, 1000 * s};
+        sides[s] = {true,          &rig_[s],       &views.images,     &part.scan,
+                    &views.points, &part.clusters, part.row_of_label, 1000 * s};
       merged_overflow_ = k.merge_seams(params, sides, 3, members_, merged_, seam_);
       return;
     }
-    case Kernel::gate_clusters: kept_count_ = k.gate_clusters(GateClustersParams(), gate_input_, kept_); return;
+    case Kernel::gate_clusters: kept_count_ = k.gate_clusters(frame_params_.gate_clusters, gate_input_, kept_); return;
     case Kernel::fit_rectangle:
       if (fit_count_ > 0)
-        fit_ = k.fit_rectangle(FitRectangleParams(), fit_x_m_, fit_y_m_, fit_count_, 0.3f, 1.0f, -0.5f);
+        fit_ = k.fit_rectangle(frame_params_.fit_rectangle, fit_x_m_, fit_y_m_, fit_count_, 0.3f, 1.0f, -0.5f);
       return;
     default: break;
   }
-  std::fprintf(stderr, "%s: no step of a method runs it, and KernelWorld does not either\n", kernel_name(kernel));
+  std::fprintf(stderr, "%s: no step runs it, and KernelWorld does not either\n", kernel_name(kernel));
   std::abort();
 }
 
 void KernelWorld::run_before(const KernelTable& k, Kernel kernel) {
   if (kernel == Kernel::load_points) return;
   load_points(k);
-  const StepOfMethod found = find_step(kernel);
-  for (const Step& step : found.method->segment) {
-    if (&step == found.step) return;
-    run(k, step);
-  }
+  const Method* methods[kMaxMethods] = {};
+  const int32_t count = list_methods(methods);
+  for (int32_t m = 0; m < count; ++m)
+    for (std::size_t i = 0; i < methods[m]->segment.size(); ++i)
+      if (std::strcmp(methods[m]->segment[i].name, kernel_name(kernel)) == 0)
+        return run_steps(k, methods[m]->segment.first(i));
+  run_steps(k, kPaper.segment);
+}
+
+void KernelWorld::run_all(const KernelTable& k, const Method& method) {
+  run(k, Kernel::load_points);
+  run_steps(k, method.segment);
+  for (const Kernel kernel : {Kernel::merge_seams, Kernel::gate_clusters, Kernel::fit_rectangle}) run(k, kernel);
+}
+
+void KernelWorld::run_steps(const KernelTable& k, std::span<const Step> steps) {
+  for (const Step& step : steps) run(k, step);
 }
 
 void KernelWorld::poison_padding() {
@@ -352,7 +356,7 @@ void KernelWorld::poison_padding() {
     for (int32_t i = -kRowPad; i < 0; ++i) plane.data[i] = value;
     for (int32_t r = 0; r < plane.rows; ++r) std::fill(plane.row(r) + plane.cols, plane.row(r) + plane.stride, value);
   };
-  for_each_segment_column(part, scratch, [&](Column, auto extent, auto& view) {
+  for_each_segment_column(part, views, [&](Column, auto extent, auto& view) {
     if constexpr (extent == Extent::pixels && std::is_same_v<decltype(view), Plane<float>&>) poison(view, kNan);
     if constexpr (extent == Extent::pixels && std::is_same_v<decltype(view), Plane<int32_t>&>)
       poison(view, int32_t(0x5a5a5a5a));
@@ -360,7 +364,7 @@ void KernelWorld::poison_padding() {
 }
 
 void KernelWorld::poison(Columns which) {
-  for_each_segment_column(part, scratch, [&](Column column, auto extent, auto& view) {
+  for_each_segment_column(part, views, [&](Column column, auto extent, auto& view) {
     if (!has(which, column) || (has(kLayers, column) && !has_layers_)) return;
     const auto pixels = std::size_t(shape_.rows) * std::size_t(shape_.cols);
     if constexpr (extent == Extent::pixels) {
@@ -369,7 +373,7 @@ void KernelWorld::poison(Columns which) {
       else
         std::memset(view.data - kRowPad, 0xff, plane_elements(view.rows, view.cols) * 4);
     } else if constexpr (extent != Extent::own) {
-      const std::size_t count = extent == Extent::points   ? std::size_t(part.points.capacity)
+      const std::size_t count = extent == Extent::points   ? std::size_t(views.points.capacity)
                                 : extent == Extent::layers ? std::size_t(kLayerIds)
                                                            : pixels + (extent == Extent::labels ? 1 : 0);
       std::memset(view, 0xff, count * sizeof *view);
@@ -379,7 +383,7 @@ void KernelWorld::poison(Columns which) {
 
 std::vector<uint64_t> KernelWorld::hash_columns() {
   std::vector<uint64_t> hashes;
-  for_each_segment_column(part, scratch, [&](Column column, auto extent, auto& view) {
+  for_each_segment_column(part, views, [&](Column column, auto extent, auto& view) {
     Hash hash;
     if constexpr (extent == Extent::pixels) {
       if constexpr (std::is_same_v<decltype(view), BitPlane&>)
@@ -387,7 +391,7 @@ std::vector<uint64_t> KernelWorld::hash_columns() {
       else
         for (int32_t r = 0; r < view.rows; ++r) hash.add_bytes(view.row(r), std::size_t(view.cols) * 4);
     } else if constexpr (extent == Extent::points) {
-      hash.add_bytes(view, std::size_t(part.points.count) * sizeof *view);
+      hash.add_bytes(view, std::size_t(views.points.count) * sizeof *view);
     } else if constexpr (extent == Extent::layers) {
       if (has_layers_) hash.add_bytes(view, kLayerIds * sizeof *view);
     } else if constexpr (extent == Extent::own) {
@@ -395,7 +399,7 @@ std::vector<uint64_t> KernelWorld::hash_columns() {
       if (column == Column::clusters) hash.add_value(hash_table(part.clusters, 0));
       if (column == Column::cluster_points) hash.add_value(hash_table(part.cluster_points, 0));
       if (column == Column::layer_sums && has_layers_)
-        hash.add_bytes(scratch.layer_sums.point_count, kLayerIds * sizeof(int32_t));
+        hash.add_bytes(views.layer_sums.point_count, kLayerIds * sizeof(int32_t));
       if constexpr (std::is_same_v<decltype(view), int32_t&>) hash.add_value(view);
     }
     hashes.push_back(hash.value());
@@ -407,22 +411,22 @@ std::string KernelWorld::difference(KernelWorld& a, KernelWorld& b, Columns whic
   const bool all = which == ~Columns(0);
   const auto numbers = [](KernelWorld& w) {
     return std::vector<int32_t>{w.part.row_count, w.part.label_count, w.part.cluster_overflow,
-                                w.kept_count_,    w.merged_overflow_, w.scratch.layer_sums.touched_count};
+                                w.kept_count_,    w.merged_overflow_, w.views.layer_sums.touched_count};
   };
   if (numbers(a) != numbers(b)) return "a count that the kernel returns";
   std::string found;
   const auto look = [&](const std::string& what) {
     if (found.empty()) found = what;
   };
-  if (a.part.points.count != b.part.points.count) look("points.count differs");
+  if (a.views.points.count != b.views.points.count) look("points.count differs");
   look(compare_tables("scan", a.part.scan, b.part.scan));
   look(compare_tables("clusters", a.part.clusters, b.part.clusters));
   look(compare_tables("cluster_points", a.part.cluster_points, b.part.cluster_points));
   look(compare_tables("members", a.members_, b.members_));
   look(compare_tables("merged", a.merged_, b.merged_));
   std::vector<void*> views;
-  for_each_segment_column(b.part, b.scratch, [&](Column, auto, auto& view) { views.push_back(&view); });
-  for_each_segment_column(a.part, a.scratch, [&](Column column, auto extent, auto& view) {
+  for_each_segment_column(b.part, b.views, [&](Column, auto, auto& view) { views.push_back(&view); });
+  for_each_segment_column(a.part, a.views, [&](Column column, auto extent, auto& view) {
     if (!has(which & ~kScratch, column) || (has(kLayers, column) && !a.has_layers_)) return;
     const auto& other = *static_cast<std::remove_reference_t<decltype(view)>*>(views[std::size_t(column)]);
     const std::string name = column_name(column);
@@ -433,17 +437,17 @@ std::string KernelWorld::difference(KernelWorld& a, KernelWorld& b, Columns whic
       else
         look(compare_planes(name, view, other));
     } else if constexpr (extent == Extent::points) {
-      look(compare_values(name, view, other, std::size_t(a.part.points.count)));
+      look(compare_values(name, view, other, std::size_t(a.views.points.count)));
     } else if constexpr (extent == Extent::layers) {
       if (all) look(compare_values(name, view, other, kLayerIds));
-      for (int32_t t = 0; !all && t < a.scratch.layer_sums.touched_count; ++t) {
-        const int32_t layer = a.scratch.layer_sums.touched[t];
+      for (int32_t t = 0; !all && t < a.views.layer_sums.touched_count; ++t) {
+        const int32_t layer = a.views.layer_sums.touched[t];
         look(compare_values(name + " of " + std::to_string(layer), view + layer, other + layer, 1));
       }
     }
   });
   if (a.has_layers_) {
-    const LayerSums &x = a.scratch.layer_sums, &y = b.scratch.layer_sums;
+    const LayerSums &x = a.views.layer_sums, &y = b.views.layer_sums;
     look(compare_values("layer point_count", x.point_count, y.point_count, kLayerIds));
     look(compare_values("layer elevation_sum", x.elevation_sum, y.elevation_sum, kLayerIds));
   }

@@ -10,12 +10,13 @@
 
 #include "pipeline/method/method.h"
 #include "tests/support/guarded.h"
+#include "tests/support/paper_params.h"
 
 namespace overtake::test {
 
 // The kernels of the manifest.
 enum class Kernel : int32_t {
-#define OVT_KERNEL(name, form) name,
+#define OVT_KERNEL(name, form, caller) name,
 #include "kernels/kernels.def"
 #undef OVT_KERNEL
 };
@@ -39,9 +40,11 @@ class KernelWorld {
   // Runs one kernel of the table on the contents; a kernel of a segmentation runs through its step.
   void run(const KernelTable& kernels, Kernel kernel);
   void run(const KernelTable& kernels, const Step& step);
-  // Runs the kernels that precede it in a detector; for merging and later kernels, the whole segmentation.
+  // What runs before that kernel in the first method that has it; where none has, the whole of paper's segmentation.
   void run_before(const KernelTable& kernels, Kernel kernel);
-  // Writes NaN to all padding that kernels may write, because its content must have no effect.
+  // The method's segmentation from load_points on, then the kernels behind it.
+  void run_all(const KernelTable& kernels, const Method& method);
+  // Padding is never meaningful: NaN wherever it may be written.
   void poison_padding();
   // Fills the memory of these columns with ones: NaN, -1, every bit set.
   void poison(Columns which);
@@ -53,7 +56,7 @@ class KernelWorld {
   std::string broken() const { return guarded_.broken(); }
 
   SensorPart part;
-  SegmentScratch scratch;
+  SegmentViews views;
   SensorModel sensor;
 
  private:
@@ -66,6 +69,7 @@ class KernelWorld {
 
   float uniform(float low, float high) { return low + (high - low) * float(random_() % 65536) / 65536.0f; }
   bool chance(int32_t percent) { return int32_t(random_() % 100) < percent; }
+  void run_steps(const KernelTable& kernels, std::span<const Step> steps);
   void take_columns(Columns which);
   void take_layers();
   void fill_tables();
@@ -76,7 +80,8 @@ class KernelWorld {
   Guarded guarded_;
   std::vector<RawPoint> raw_;
   SegmentParams params_;
-  bool has_layers_ = false;  // only with a cloud: a megabyte
+  DetectParams frame_params_ = paper_frame_params();
+  bool has_layers_ = false;  // with a cloud only: a megabyte
   int32_t* kept_;
   MemberTable members_;
   FrameClusterTable merged_, gate_input_;
@@ -87,12 +92,7 @@ class KernelWorld {
   RectangleFit fit_{};
 };
 
-// The step that runs a kernel, and the first method that contains it; a null step: no segmentation runs the kernel.
-struct StepOfMethod {
-  const Method* method = &kPaper;
-  const Step* step = nullptr;
-};
-StepOfMethod find_step(Kernel kernel);
+const Step* find_step(Kernel kernel);  // null: no segmentation runs it
 const char* kernel_name(Kernel kernel);
 // Whether a step reads and writes only images, so that random images are valid inputs.
 bool works_on_images(const Step* step);

@@ -14,6 +14,7 @@
 #include "core/table.h"
 #include "kernels/build_clusters.h"
 #include "kernels/merge_seams.h"
+#include "tests/support/paper_params.h"
 
 namespace overtake::test {
 
@@ -192,6 +193,7 @@ inline void see_arc(std::vector<Sensor>& rig, double from_deg, double to_deg, in
     for (Sensor& sensor : rig) sensor.see(1.8 + 6 * std::cos(a * kDegree), 6 * std::sin(a * kDegree), 0.7, 9, label);
 }
 
+inline const MergeSeamsParams kMerge = paper_frame_params().merge_seams;  // 1.80 m, one column
 inline MergeSeamsParams closer_than(float distance_m, int32_t columns = 1) { return {distance_m, columns}; }
 
 // Two sensors that face apart, both with the vehicle's frame: points on edge pixels keep their coordinates.

@@ -12,6 +12,7 @@
 
 #include "core/table.h"
 #include "pipeline/method/method.h"
+#include "tests/support/paper_params.h"
 
 namespace overtake::test {
 
@@ -35,19 +36,19 @@ inline PointFields fields_of(const std::vector<TestPoint>& points) {
 class SegmentChain {
  public:
   SegmentChain(const SensorModel& model, int32_t capacity, int32_t cluster_capacity = 1024)
-      : sensor(model), params(make_segment_params(ovt_default_params(), model)) {
+      : sensor(model), params(paper_params(model)) {
     const std::size_t pixels = std::size_t(sensor.rows) * std::size_t(sensor.cols);
     const auto carve = [&](Carver& carver) {
       carve_table(carver, part.scan, capacity);
-      carve_table(carver, part.points, capacity);
-      carve_range_images(carver, part.images, sensor.rows, sensor.cols);
+      carve_table(carver, views.points, capacity);
+      carve_range_images(carver, views.images, sensor.rows, sensor.cols);
       carve_table(carver, part.clusters, cluster_capacity);
       carve_table(carver, part.cluster_points, capacity);
-      LayerSums& sums = scratch.layer_sums;
-      for (int32_t** ids : {&sums.touched, &sums.point_count, &scratch.row_of_layer, &scratch.layer_order})
+      LayerSums& sums = views.layer_sums;
+      for (int32_t** ids : {&sums.touched, &sums.point_count, &views.row_of_layer, &views.layer_order})
         *ids = carver.take<int32_t>(kLayerIds);
       sums.elevation_sum = carver.take<int64_t>(kLayerIds);
-      for (int32_t** labels : {&part.row_of_label, &scratch.queue, &scratch.cursor, &scratch.order})
+      for (int32_t** labels : {&part.row_of_label, &views.queue, &views.cursor, &views.order})
         *labels = carver.take<int32_t>(pixels + 1);
     };
     if (!arena_.build(default_allocator(), carve)) std::abort();
@@ -56,21 +57,21 @@ class SegmentChain {
 
   void load(const PointFields& fields, int32_t count) { kernels->load_points(fields, count, part.scan); }
   void run_step(const Step& step, const KernelTable& table) {
-    Segment segment = {table, sensor, params, part, scratch};
-    step.run(segment);
+    Segment segment = {sensor, params, part, views};
+    step.run(table, segment);
   }
   void run(const std::vector<TestPoint>& cloud) {
     load(fields_of(cloud), int32_t(cloud.size()));
     for (const Step& step : method->segment) run_step(step, *kernels);
   }
-  Reason reason(int32_t i) const { return Reason(part.points.reason[i]); }
+  Reason reason(int32_t i) const { return Reason(views.points.reason[i]); }
 
   const Method* method = &kPaper;
   const KernelTable* kernels = find_kernels(nullptr);  // the best
   SensorModel sensor;
   SegmentParams params;
   SensorPart part;
-  SegmentScratch scratch;
+  SegmentViews views;
 
  private:
   Arena arena_;

@@ -50,17 +50,11 @@ int64_t CountSink::frames_with(uint32_t flag) const {
 }
 
 void TimesSink::add(const FinishedFrame& frame) {
-  double pose_us = 0;  // without a map most of it is done sensor by sensor
   for (int32_t sensor = -1; sensor < sensor_count_; ++sensor)
     for (int32_t stage = 0; stage < OVT_STAGE_COUNT; ++stage) {
       const double us = read_time_us(frame.reader, sensor, ovt_stage(stage));
-      if (std::isnan(us)) continue;
-      if (stage == OVT_STAGE_POSE)
-        pose_us += us;
-      else
-        times_us_[stage].push_back(us);
+      if (!std::isnan(us)) times_us_[stage].push_back(us);
     }
-  if (!std::isnan(read_time_us(frame.reader, -1, OVT_STAGE_POSE))) times_us_[OVT_STAGE_POSE].push_back(pose_us);
 }
 
 std::string TimesSink::format() const {

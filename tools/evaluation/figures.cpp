@@ -179,11 +179,9 @@ void add_lean(const Run& run, Figures& out) {
 
 void add_times(const Run& run, Figures& out) {
   const Table& times = run.tables.at("times");
-  const auto sensor = column_of(times, "sensor"), stage = column_of(times, "stage"), ns = column_of(times, "ns");
-  for (std::size_t i = 0; i < stage.size(); ++i) {
-    if (int32_t(stage[i]) == OVT_STAGE_POSE && sensor[i] >= 0) continue;  // without a map: a part of the frame's stage
+  const auto stage = column_of(times, "stage"), ns = column_of(times, "ns");
+  for (std::size_t i = 0; i < stage.size(); ++i)
     if (const char* name = ovt_stage_name(int32_t(stage[i]))) out.times_ms[name].push_back(ns[i] * 1e-6);
-  }
 }
 
 }  // namespace

@@ -1,0 +1,26 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Ground removal by height alone: a look at each pixel, without its neighbours.
+#pragma once
+
+#include "core/plane.h"
+#include "core/sensor_model.h"
+
+namespace overtake {
+
+// What is higher above the road counts. The road is the plane z = 0 of the vehicle frame.
+inline constexpr float kRoadHeight_m = 0.3f;
+
+// Keeps the pixels that are higher than kRoadHeight_m; the sensor is taken for level, so that a pixel's height is its
+// sensor's and range * sin(elevation).
+//   reads    range_filled_m elevation_filled_rad of at most pi/2
+//   writes   range_repaired_m elevation_repaired_rad (0 where not kept) nonground_repaired, every pixel
+//   cost     a sine a pixel             agrees  exactly on every ISA
+namespace ref {
+void keep_above_road(const Transform& T_vehicle_sensor, Plane<const float> range_filled_m,
+                     Plane<const float> elevation_filled_rad, Plane<float> range_repaired_m,
+                     Plane<float> elevation_repaired_rad, BitPlane nonground_repaired) noexcept;
+}
+
+}  // namespace overtake

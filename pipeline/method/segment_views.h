@@ -1,0 +1,23 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Views of a segmentation's columns; null where there is none. One type for two sets: while a scan is segmented a
+// Segment holds views of all columns of the method, afterwards a frame holds those of its own memory
+// (SegmentPlan::kept).
+#pragma once
+
+#include "core/point_table.h"
+#include "core/range_image.h"
+#include "kernels/project_points.h"
+
+namespace overtake {
+
+struct SegmentViews {
+  PointTable points;
+  RangeImages images;
+  LayerSums layer_sums;
+  int32_t *row_of_layer = nullptr, *layer_order = nullptr;
+  int32_t *queue = nullptr, *cursor = nullptr, *order = nullptr;
+};
+
+}  // namespace overtake
