@@ -106,6 +106,7 @@ std::vector<double> round_ticks(double low, double high) {
   double step = power;
   for (const double m : {2.0, 2.5, 5.0, 10.0})
     if (step < raw) step = m * power;
+  if (step < 1e-12 * std::max(std::fabs(low), std::fabs(high))) return {};  // adding it would change little or nothing
   std::vector<double> ticks;
   for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k) ticks.push_back(k * step);
   return ticks;
