@@ -108,7 +108,7 @@ class Detector {
   std::unique_ptr<SegmentScratch[]> scratch_;  // one per thread of the arena; one with worker_count 1
   int32_t worker_count_ = 1, max_frames_ = 1;
   bool process_locked_ = false;
-  TrackMap map_;
+  CircuitMap map_;
   int32_t point_capacity_[kMaxSensors] = {};
   TrackerParams tracker_params_;
   bool push_waits_ = false;

@@ -89,7 +89,7 @@ void run_segment(const StageContext& context, const RunnerHooks& hooks, Frame& f
   const bool whole = guard(hooks, [&] {
     context.hook(HookPoint::kSegment, frame, sensor);
     segment_scan(context, sensor, frame.sensors[sensor], context.scratch[thread]);
-    context.hook(Body::kSegmented, frame, sensor);
+    context.hook(HookPoint::kSegmented, frame, sensor);
   });
   if (whole) return;
   frame.sensors[sensor].present = false;  // half a segmentation is not used

@@ -15,9 +15,9 @@ namespace overtake {
 
 // Where a runner may be watched, made to wait or (but for kTake, on the intake) to throw: the tests' way in.
 // kSegment and kSegmented: before and after a scan's segmentation.
-enum class Body { kTake, kSegment, kSegmented, kDetect, kTrack, kFinish };
-struct BodyHook {
-  void (*call)(void* user, Body body, Frame& frame, int32_t sensor) = nullptr;  // sensor -1: the whole frame
+enum class HookPoint { kTake, kSegment, kSegmented, kDetect, kTrack, kFinish };
+struct TestHook {
+  void (*call)(void* user, HookPoint body, Frame& frame, int32_t sensor) = nullptr;  // sensor -1: the whole frame
   void* user = nullptr;
   void operator()(HookPoint body, Frame& frame, int32_t sensor = -1) const {
     if (call) call(user, body, frame, sensor);

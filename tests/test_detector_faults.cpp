@@ -119,7 +119,7 @@ TEST_CASE("detector faults: an exception in any stage is caught and counted, and
 
 TEST_CASE("detector faults: a scan whose segmentation threw publishes no result of any stage") {
   for (const int32_t workers : {1, 2})
-    for (const Body body : {Body::kSegment, Body::kSegmented}) {
+    for (const HookPoint body : {HookPoint::kSegment, HookPoint::kSegmented}) {
       CAPTURE(workers);
       CAPTURE(int32_t(body));
       DetectorBench bench({.workers = workers, .record = false});

@@ -13,7 +13,7 @@
 namespace {
 
 using namespace overtake;
-using namespace overtake_test;
+using namespace overtake::test;
 
 struct Watch {
   Transform mounting[kMaxSensors];
@@ -22,16 +22,16 @@ struct Watch {
   int32_t of_map = 0;             // with a psi_REF that is not straight ahead
   int32_t on_sensors = 0;         // spans of the stage that are a sensor's
 
-  static void look(void* user, Body body, Frame& frame, int32_t) {
+  static void look(void* user, HookPoint body, Frame& frame, int32_t) {
     auto& watch = *static_cast<Watch*>(user);
-    if (body != Body::kTrack) return;
+    if (body != HookPoint::kTrack) return;
     for (const SensorPart& part : frame.sensors) watch.on_sensors += part.spans[OVT_STAGE_POSE].duration_ns >= 0;
     for (int32_t i = 0; i < frame.detections.count; ++i) watch.check(frame, i);
   }
 
   void check(const Frame& frame, int32_t i) {
     const DetectionTable& d = frame.detections;
-    const MergedTable& merged = frame.merged;
+    const FrameClusterTable& merged = frame.merged;
     const int32_t row = d.cluster[i];
     std::vector<float> x_m, y_m;
     int32_t members = 0;
