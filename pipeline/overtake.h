@@ -296,7 +296,7 @@ OVT_API ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_
 OVT_API void ovt_destroy_detector(ovt_detector* detector);
 
 /* What create granted of the def's requests. worker_count is smaller than requested when something else in the process
- * limits oneTBB's threads. When no thread is left, create fails with OVT_NO_THREADS. */
+ * limits the threads of the task scheduler. When no thread is left, create fails with OVT_NO_THREADS. */
 typedef struct ovt_runtime_info {
   const char* isa;
   int32_t worker_count;
