@@ -6,12 +6,23 @@
 #include <string_view>
 
 namespace overtake {
+
+#define OVT_PRESET(name, method) extern const Method method;
+#include "pipeline/method/presets.def"
+#undef OVT_PRESET
+
 namespace {
 
 constinit const Method* methods[kMaxMethods] = {
-    &kPaper,
+#define OVT_PRESET(name, method) &method,
+#include "pipeline/method/presets.def"
+#undef OVT_PRESET
 };
-constinit int32_t method_count = 1;
+constinit int32_t method_count = 0
+#define OVT_PRESET(name, method) +1
+#include "pipeline/method/presets.def"
+#undef OVT_PRESET
+    ;
 
 // Every method reads these: how scans become frames, and when tracks are predicted without one.
 constexpr const char* kCommonParams = "frame tracker.predict_after";
