@@ -13,7 +13,7 @@ constinit const Method* methods[kMaxMethods] = {
 };
 constinit int32_t method_count = 1;
 
-// Every method reads these: how scans become frames, and when tracks are predicted without one.
+// Every method reads these: how scans become frames, and when tracks are predicted without a frame.
 constexpr const char* kCommonParams = "frame tracker.predict_after";
 
 // `list`: groups and names, one space between two.
