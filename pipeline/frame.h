@@ -4,10 +4,10 @@
 // The scans of all sensors at one time, and all results: tables per sensor and shared tables. A Frame is a reused slot
 // of the pool; it allocates nothing after create. Each part has one writer:
 //
-//   intake     sequence, stamps, sensor_mask, kind, ego, external, sensors[s].scan   (one thread, before the stages)
-//   segment    sensors[s]: everything else, but cluster_of_label                     (one task per sensor, in parallel)
-//   detect     members, merged, cluster_of_label, kept, detections                   (after all segments of the frame)
-//   track      measurements, tracks, track_states, reference, ego_state              (frame after frame)
+//   intake     sequence, stamps, sensor_mask, kind, ego, external, sensors[s].scan, .present   (before the stages)
+//   segment    sensors[s]: everything else, but cluster_of_label                               (a task per sensor)
+//   detect     members, merged, cluster_of_label, kept, detections                             (after all segments)
+//   track      measurements, tracks, track_states, reference, ego_state                        (frame after frame)
 //
 // Intake, detect, track and finish set bits of `flags`, one after the other.
 #pragma once

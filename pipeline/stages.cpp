@@ -79,10 +79,10 @@ void keep_car_sized(const StageContext& context, Frame& frame) noexcept {
 
 void keep_on_track(const StageContext& context, Frame& frame) noexcept {
   const FrameClusterTable& merged = frame.merged;
-  // The map gate is active while the ego pose is known, fresh and on the map. The ego pose at a cluster's stamp moves
-  // its centroid to the map. The last segment is the hint of the next projection: neighbours in the table are mostly
-  // neighbours on the circuit. If the ego vehicle is a little outside of the circuit, the gate keeps clusters up to a
-  // vehicle's width farther out: they may be in its way.
+  // The map gate is active while the ego pose is known, fresh and on the map. The gate transforms each centroid to the
+  // map with the ego pose at its cluster's stamp. The last segment is the hint of the next projection: neighbours in
+  // the table are mostly neighbours on the circuit. If the ego vehicle is a little outside of the circuit, the gate
+  // keeps clusters up to a vehicle's width farther out: they may be in its way.
   const double out_m = frame.ego_off_map_m > 0.0 ? frame.ego_off_map_m + context.detect.vehicle_width_m : 0.0;
   const double margin = out_m > 0.0 ? std::max(context.detect.map_margin_m, out_m) : context.detect.map_margin_m;
   EgoState ego;
@@ -154,8 +154,8 @@ void pose_frame(const StageContext& context, Frame& frame) noexcept {
   for (int32_t i = 0; i < out.count; ++i) {
     const int32_t row = frame.kept[i];
 
-    // psi_REF: heading of the centre line at the centroid. Without a usable map it is the ego heading (0), also when
-    // the ego pose is off the map: the line's heading at another place is a worse estimate.
+    // psi_REF: heading of the centre line at the centroid. Without a usable map or an ego pose it is the ego heading
+    // (0), also when the ego pose is off the map: the line's heading at another place is a worse estimate.
     double heading_ref = 0.0;
     out.map_s_m[i] = out.map_d_m[i] = 0.0f;
     if (frame.map_holds && frame.ego.at(merged.stamp_ns[row], ego)) {
