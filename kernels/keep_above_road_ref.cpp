@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Ground removal by height alone.
+// Ground removal by height.
 #include "kernels/keep_above_road.h"
 
 #include "core/math.h"

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Ground removal by height alone, a word of 64 columns at a time.
+// Ground removal by height, a word of 64 columns at a time.
 #pragma once
 
 #include "core/math.h"

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Visits what a reader hands out, by core/columns.def and pipeline/stats.def: each column of a table, each single
-// value. A hash, a file or a check that goes through these functions knows every column, those to come as well.
+// Visits all data that a reader returns, by core/columns.def and pipeline/stats.def: each column of a table, each
+// single value. A hash, a file or a check that uses these functions also covers columns that are added later.
 #pragma once
 
 #include <concepts>
@@ -16,19 +16,19 @@ namespace overtake {
 
 struct ColumnInfo {
   const char* name;   // field of the C struct
-  const char* csv;    // name in the CSV file, "" where that has none
-  const char* words;  // names of its values from 0 on, "" where it holds numbers
+  const char* csv;    // name in the CSV file, "" if the file does not have it
+  const char* words;  // names of its values from 0 on, "" for numbers
 };
 
 struct ValueInfo {
   const char* name;
-  bool measured;  // a time that no two runs agree on
+  bool measured;  // a measured time: differs in each run
 };
 
 template <class T, class Struct>
 concept OneOf = std::same_as<std::remove_const_t<T>, Struct>;  // const or not
 
-// f(ColumnInfo, column, rows) for each column, in the order of the struct; `column` is the struct's own pointer.
+// Calls f(ColumnInfo, column, rows) for each column, in the order of the struct; `column` is the struct's pointer.
 template <OneOf<ovt_detections> T, class F>
 void for_each_column(T& d, F&& f) {
   const int64_t rows = d.count;
@@ -62,7 +62,7 @@ void for_each_column(T& l, F&& f) {
 #include "core/columns.def"
 }
 
-// f(ValueInfo, value) for each number that is no column, in the order of the struct; `value` is the struct's own.
+// Calls f(ValueInfo, value) for each field that is not a column, in the order of the struct.
 template <OneOf<ovt_detections> T, class F>
 void for_each_value(T& d, F&& f) {
   f(ValueInfo{"count", false}, d.count);
@@ -94,7 +94,7 @@ void for_each_value(T& info, F&& f) {
 #include "pipeline/stats.def"
 }
 
-// f(name, counter) for each counter, in the order of the struct.
+// Calls f(name, counter) for each counter, in the order of the struct.
 template <OneOf<ovt_stats> T, class F>
 void for_each_counter(T& stats, F&& f) {
 #define OVT_COUNTER(name, meaning) f(#name, stats.name);
@@ -104,7 +104,7 @@ void for_each_counter(T& stats, F&& f) {
 #include "pipeline/stats.def"
 }
 
-// Everything in a table, or a frame's numbers, but what is measured. A column that the method does not compute is null.
+// Adds a table, or a frame's numbers, without measured times. A column that the method does not compute is null.
 template <class Table>
 void add_to_hash(Hash& hash, const Table& table) {
   for_each_value(table, [&](const ValueInfo& info, const auto& value) {

@@ -16,7 +16,7 @@ void carve_sensor(Carver& carver, SensorPart& part, const SensorModel& sensor, i
   carve_columns(carver, kept, sensor, point_capacity, part.kept);
   carve_table(carver, part.clusters, cluster_capacity);
   carve_table(carver, part.cluster_points, point_capacity);
-  const std::size_t pixels = std::size_t(sensor.rows) * std::size_t(sensor.cols);  // as many labels at the most
+  const std::size_t pixels = std::size_t(sensor.rows) * std::size_t(sensor.cols);  // upper limit of the labels
   part.row_of_label = carver.take<int32_t>(pixels + 1);
   part.cluster_of_label = carver.take<int32_t>(pixels + 1);
 }
@@ -29,7 +29,7 @@ bool build_frame(Frame& frame, const FrameSizes& sizes, const Allocator& allocat
     points += sizes.point_capacity[s];
     seam_points = std::max(seam_points, sizes.sensors[s].rows * std::min(sizes.merge_columns, sizes.sensors[s].cols));
   }
-  const int32_t clusters = round_up(sizes.cluster_capacity, kRowAlign);  // as tables are: what is beside them, too
+  const int32_t clusters = round_up(sizes.cluster_capacity, kRowAlign);  // as carve_table rounds the tables
   const int32_t members = clusters * std::max(sizes.sensor_count, 1);
   const int32_t measurements = std::max(sizes.candidate_capacity, sizes.external_capacity);
   const SegmentPlan plan = plan_segment(sizes);

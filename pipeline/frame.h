@@ -1,13 +1,15 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One sweep of all sensors: tables per sensor and shared ones. One Frame is one reused slot of the pool; nothing in it
-// allocates after create. Who writes what:
+// The scans of all sensors at one time, and all results: tables per sensor and shared tables. A Frame is a reused slot
+// of the pool; it allocates nothing after create. Each part has one writer:
 //
-//   intake     sequence, stamps, sensor_mask, kind, ego, sensors[s].scan          (one thread, before the stages)
-//   segment    sensors[s]: everything else                                        (one task per sensor, side by side)
-//   detect     members, merged, kept, detections                                  (after all of the frame's segments)
-//   track      tracks, track_of_detection, flags                                  (frame after frame)
+//   intake     sequence, stamps, sensor_mask, kind, ego, external, sensors[s].scan, .present   (before the stages)
+//   segment    sensors[s]: everything else, but cluster_of_label                               (a task per sensor)
+//   detect     members, merged, cluster_of_label, kept, detections                             (after all segments)
+//   track      measurements, tracks, track_states, reference, ego_state                        (frame after frame)
+//
+// Intake, detect, track and finish set bits of `flags`, one after the other.
 #pragma once
 
 #include <atomic>
@@ -34,10 +36,10 @@ extern const Method kPaper;
 // One sensor's part of a frame.
 struct SensorPart {
   bool present = false;
-  bool failed = false;  // its segmentation threw: not present then
+  bool failed = false;  // its segmentation threw: then present is false
   int64_t stamp_ns = 0;
   ScanTable scan;
-  SegmentViews kept;  // in this frame's memory: what rules and readers get of the segmentation's columns
+  SegmentViews kept;  // the segmentation's columns for rules and readers, in this frame's memory
   ClusterTable clusters;
   ClusterPointTable cluster_points;
   int32_t row_count = 0;  // layers found
@@ -46,12 +48,12 @@ struct SensorPart {
   int32_t reason_count[kReasonCount] = {};  // points by reason
   StageSpans spans;
   int32_t* row_of_label = nullptr;      // [label_count + 1] in clusters, -1 none
-  int32_t* cluster_of_label = nullptr;  // the same in the frame's merged table; written by merge
+  int32_t* cluster_of_label = nullptr;  // the same in the frame's merged table; merge_frame writes it
 };
 
 enum class FrameKind : int32_t { kScans, kExternal, kPrediction };
 
-// Detections pushed by the user, as the tracker takes them.
+// Detections pushed by the user, as input of the tracker.
 struct ExternalTable {
   int32_t count = 0, capacity = 0;
   double *x_m = nullptr, *y_m = nullptr, *heading_rad = nullptr, *var_x = nullptr, *var_y = nullptr, *cov_xy = nullptr;
@@ -76,9 +78,9 @@ struct Frame {
   ExternalTable external;
   int32_t external_reference = OVT_REFERENCE_MAP;
   uint32_t stale_mask = 0;    // sensors silent for more than 1.5 periods
-  uint32_t suspect_mask = 0;  // sources of which a stamp was refused: bit s of sensor s, OVT_SUSPECT_...
-  bool restart = false;       // the clock jumped: tracks of before mean nothing
-  bool failed = false;        // detect threw: nothing is known of this frame, the tracks only predict
+  uint32_t suspect_mask = 0;  // sources with a refused stamp: bit s for sensor s, OVT_SUSPECT_...
+  bool restart = false;       // the clock jumped: earlier tracks are invalid
+  bool failed = false;        // detect threw: no detections, the tracks are only predicted
   // detect
   MemberTable members;
   FrameClusterTable merged;
@@ -90,24 +92,24 @@ struct Frame {
   int32_t fit_capacity = 0;
   int32_t merged_overflow = 0, candidate_overflow = 0;
   int32_t gated_points = 0, gated_size = 0, gated_map = 0;
-  double ego_off_map_m = 0;  // how far the ego pose lies outside of the track
-  bool map_holds = false;    // there is one, and the ego pose is not beyond its margin: gate and pose may ask it
+  double ego_off_map_m = 0;  // distance of the ego pose outside of the circuit, 0 inside
+  bool map_holds = false;    // a map exists and the ego pose is within its margin: gate and pose may use it
   // track
   MeasurementTable measurements;
-  TrackTable tracks;                  // states at their own stamps, as the tracker left them
-  std::byte* track_states = nullptr;  // the same in the tracker's own form, row by row: paths start from these
+  TrackTable tracks;                  // each state at its own stamp, from the tracker's snapshot
+  std::byte* track_states = nullptr;  // the tracker's full states of these rows: paths start from them
   int32_t reference = OVT_REFERENCE_VEHICLE;
-  int64_t tracks_ns = 0;   // the tracks' own time: stamp_ns, or the newest where this frame is late
-  int32_t refiltered = 0;  // iterations run again for it
-  int32_t lost_rows = 0;   // detections or pushed rows that the tracker was not given
+  int64_t tracks_ns = 0;   // time of the tracks: stamp_ns, or the newest stamp if this frame is late
+  int32_t refiltered = 0;  // iterations that ran again for this frame
+  int32_t lost_rows = 0;   // detections or pushed rows that did not reach the tracker
   bool ego_known = false;
   EgoState ego_state;  // at stamp_ns
   StageSpans spans;
   std::atomic<int64_t> started_ns{0};  // steady clock, start of the first segmentation
-  std::atomic<int64_t> closed_ns{0};   // steady clock, nothing more came for it; 0: it is open
-  bool stall_counted = false;          // intake's
+  std::atomic<int64_t> closed_ns{0};   // steady clock, the intake closed the frame; 0: it is open
+  bool stall_counted = false;          // used by the intake only
   int64_t pushed_ns = 0;               // steady clock, push of its last scan
-  int64_t latency_ns = -1;             // from there to its tracks
+  int64_t latency_ns = -1;             // from pushed_ns to its tracks
   // graph
   std::atomic<int32_t> pending{0};      // segmentations under way, plus one while the frame is open
   std::atomic<uint64_t> references{0};  // see frame_pool.h
@@ -127,7 +129,7 @@ struct FrameSizes {
 // Carves every table of a frame from one block.
 [[nodiscard]] bool build_frame(Frame& frame, const FrameSizes& sizes, const Allocator& allocator);
 
-// Ready for the next sweep; keeps the memory.
+// Clears the results of the last use; keeps the memory.
 void reset_frame(Frame& frame) noexcept;
 
 }  // namespace overtake

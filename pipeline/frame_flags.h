@@ -1,13 +1,13 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The flags that say what became of a finished frame's points, rows and time. The intake and the stages set those of
-// what they alone know: clocks, silent sensors, the ego pose, the map, exceptions.
+// The flags that follow from a finished frame's points, tables and latency. The intake and the stages set the other
+// flags: clocks, silent sensors, the ego pose, the map, exceptions.
 //
-//   OVT_FLAG_CLOUD_DEGRADED    of a sensor's points more than half are unusable (every reason before dust)
-//   OVT_FLAG_NO_DATA           scans, and not one usable point in them
+//   OVT_FLAG_CLOUD_DEGRADED    more than half of a sensor's points are unusable (reasons before kDust)
+//   OVT_FLAG_NO_DATA           a frame of scans without a usable point
 //   OVT_FLAG_OVERFLOW          a table was too small: clusters of a sensor, merged clusters, candidates, tracks
-//   OVT_FLAG_DEADLINE_MISSED   later than deadline_ns; 0: there is no deadline
+//   OVT_FLAG_DEADLINE_MISSED   latency above deadline_ns; 0: no deadline
 #pragma once
 
 #include <cstdint>

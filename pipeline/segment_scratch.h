@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a thread needs while it segments a scan, whichever sensor's and frame's: one for each thread that may, so it
+// Scratch memory for the segmentation of one scan, of any sensor and frame. Each thread that segments has one, so it
 // stays in that thread's cache.
 #pragma once
 

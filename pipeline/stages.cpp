@@ -27,7 +27,7 @@ void merge_frame(const StageContext& context, Frame& frame) noexcept {
   frame.merged_overflow = context.kernels->merge_seams(context.detect.merge_seams, sides, context.sensor_count,
                                                        frame.members, frame.merged, frame.seam);
 
-  // Per-point labels to merged clusters, for whoever reads them.
+  // The merged cluster of each label, for readers.
   int32_t member = 0;
   for (int32_t s = 0; s < context.sensor_count; ++s) {
     SensorPart& part = frame.sensors[s];
@@ -40,9 +40,9 @@ void merge_frame(const StageContext& context, Frame& frame) noexcept {
   }
 }
 
-// Once for the whole frame: clusters lie at their own times, and where the pose jumped in between, a gate that asked
-// each one's own pose would drop those of one side without a word. Asked are the times of scans and clusters and every
-// pose between them.
+// One decision for the whole frame. Clusters have different stamps: if the pose jumps between them, a gate that decides
+// by each cluster's own pose would silently drop the clusters of one side. Checks the poses at the stamps of scans and
+// clusters, and every pose between them.
 void find_ego_on_map(const StageContext& context, Frame& frame) noexcept {
   constexpr double kNowhere_m = 1e9;
   frame.ego_off_map_m = 0.0;
@@ -79,10 +79,10 @@ void keep_car_sized(const StageContext& context, Frame& frame) noexcept {
 
 void keep_on_track(const StageContext& context, Frame& frame) noexcept {
   const FrameClusterTable& merged = frame.merged;
-  // The map gate works while the ego pose is known, fresh and on the map; each centroid goes to the map at its
-  // cluster's own time. The last answer is the next one's hint: neighbours in the table are mostly neighbours on the
-  // track. Where the ego vehicle itself is out, by little, what is in its way is no scenery: a vehicle's width farther
-  // out stays.
+  // The map gate is active while the ego pose is known, fresh and on the map. The gate transforms each centroid to the
+  // map with the ego pose at its cluster's stamp. The last segment is the hint of the next projection: neighbours in
+  // the table are mostly neighbours on the circuit. If the ego vehicle is a little outside of the circuit, the gate
+  // keeps clusters up to a vehicle's width farther out: they may be in its way.
   const double out_m = frame.ego_off_map_m > 0.0 ? frame.ego_off_map_m + context.detect.vehicle_width_m : 0.0;
   const double margin = out_m > 0.0 ? std::max(context.detect.map_margin_m, out_m) : context.detect.map_margin_m;
   EgoState ego;
@@ -107,7 +107,7 @@ void keep_nearest(const StageContext& context, Frame& frame) noexcept {
   const FrameClusterTable& merged = frame.merged;
   int32_t count = frame.kept_count;
 
-  // More than fit: the nearest stay, in table order. Rarely runs, so it may be quadratic in what is dropped.
+  // Beyond the capacity the nearest stay, in table order. The loop rarely runs, so its cost may be kept x dropped.
   frame.candidate_overflow = 0;
   while (count > context.candidate_capacity) {
     int32_t farthest = 0;
@@ -134,7 +134,7 @@ void pose_frame(const StageContext& context, Frame& frame) noexcept {
     const float* x_m = part.cluster_points.x_m + part.clusters.point_begin[cluster];
     const float* y_m = part.cluster_points.y_m + part.clusters.point_begin[cluster];
     int32_t count = part.clusters.point_count[cluster];
-    if (members.next_member[first] >= 0) {  // points of several sensors: brought together
+    if (members.next_member[first] >= 0) {  // points of several sensors: copied together
       count = 0;
       for (int32_t m = first; m >= 0; m = members.next_member[m]) {
         const SensorPart& source = frame.sensors[members.sensor[m]];
@@ -154,8 +154,8 @@ void pose_frame(const StageContext& context, Frame& frame) noexcept {
   for (int32_t i = 0; i < out.count; ++i) {
     const int32_t row = frame.kept[i];
 
-    // psi_REF: the centre line's heading where the centroid is, else straight ahead: also when the ego pose is off the
-    // map, as the line's heading at some other place is worth less than the ego vehicle's own.
+    // psi_REF: heading of the centre line at the centroid. Without a usable map or an ego pose it is the ego heading
+    // (0), also when the ego pose is off the map: the line's heading at another place is a worse estimate.
     double heading_ref = 0.0;
     out.map_s_m[i] = out.map_d_m[i] = 0.0f;
     if (frame.map_holds && frame.ego.at(merged.stamp_ns[row], ego)) {

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The stages as functions over a Frame. No two that may run at the same time write the same table.
+// The stages as functions over a Frame. Stages that may run at the same time never write the same table.
 #pragma once
 
 #include "core/circuit_map.h"
@@ -13,7 +13,7 @@
 
 namespace overtake {
 
-// Where a runner may be watched, made to wait or (but for kTake, on the intake) to throw: the tests' way in.
+// Points of a runner where a test can observe it, make it wait, or make it throw (not at kTake, on the intake).
 // kSegment and kSegmented: before and after a scan's segmentation.
 enum class HookPoint { kTake, kSegment, kSegmented, kDetect, kTrack, kFinish };
 struct TestHook {
@@ -45,8 +45,8 @@ void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part,
 // Merge across sensors (eq. 4).   reads  sensors[*]   writes  members, merged
 void merge_frame(const StageContext& context, Frame& frame) noexcept;
 
-// Whether the map may be asked in this frame: not when the ego pose is outside of it, wherever it was while the frame
-// was taken.   reads  ego, merged.stamp_ns   writes  ego_off_map_m, map_holds
+// Decides whether this frame may use the map: not if an ego pose during the frame is outside of the circuit by more
+// than the margin.   reads  ego, merged.stamp_ns   writes  ego_off_map_m, map_holds
 void find_ego_on_map(const StageContext& context, Frame& frame) noexcept;
 
 // Size gate (IV-B).   reads  merged   writes  kept, kept_count, candidate_count, gated_points,
@@ -56,13 +56,13 @@ void keep_car_sized(const StageContext& context, Frame& frame) noexcept;
 // Map gate (IV-B).   reads  kept, merged, ego, map_holds   writes  kept, kept_count, gated_map
 void keep_on_track(const StageContext& context, Frame& frame) noexcept;
 
-// As many as detections has room for.   reads  kept, merged   writes  kept, kept_count, candidate_overflow
+// Keeps the nearest, up to the capacity.   reads  kept, merged   writes  kept, kept_count, candidate_overflow
 void keep_nearest(const StageContext& context, Frame& frame) noexcept;
 
 // Two headings and the rectangle (eq. 5).   reads  kept, cluster points, ego, map_holds   writes  detections
 void pose_frame(const StageContext& context, Frame& frame) noexcept;
 
-// The method's frame rules, each stage with its time.
+// Runs the method's frame rules and times each stage.
 void detect_frame(const StageContext& context, Frame& frame) noexcept;
 
 }  // namespace overtake

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// core/columns.def and pipeline/stats.def list what overtake.h declares, and nothing of it is missing in a hash, in the
-// CSV files or in the JSON.
+// core/columns.def and pipeline/stats.def list every field that overtake.h declares, and no field is missing in a hash,
+// in the CSV files or in the JSON.
 #include "pipeline/columns.h"
 
 #include <doctest/doctest.h>
@@ -29,8 +29,7 @@
 namespace overtake {
 namespace {
 
-// ---- overtake.h is written out by hand, for who reads it: held here, when this file is compiled, to the lists
-// ---------
+// ---- overtake.h is written by hand, for its readers: the compiler compares it with the lists here -------------------
 
 namespace listed {
 struct ovt_detections {
@@ -73,7 +72,7 @@ struct ovt_stats {
 };
 }  // namespace listed
 
-// Same type, same place.
+// Same type, same offset.
 #define OVT_SAME(Struct, name)                                                              \
   static_assert(std::is_same_v<decltype(listed::Struct::name), decltype(::Struct::name)> && \
                     offsetof(listed::Struct, name) == offsetof(::Struct, name),             \
@@ -96,7 +95,7 @@ struct ovt_stats {
 #define OVT_GAUGE OVT_COUNTER
 #include "pipeline/stats.def"
 
-// Fields of an aggregate, those of an array apart: one that fills a gap between two others moves nothing.
+// Counts the fields of an aggregate, each array element separately: a new field in padding changes no offset.
 struct Anything {
   template <class T>
   operator T() const;
@@ -126,8 +125,7 @@ static_assert(kSame<listed::ovt_labels, ::ovt_labels>, "a field of ovt_labels ha
 static_assert(kSame<listed::ovt_frame_info, ::ovt_frame_info>, "a field of ovt_frame_info has no line in stats.def");
 static_assert(kSame<listed::ovt_stats, ::ovt_stats>, "a field of ovt_stats has no line in stats.def");
 
-// ---- a table whose memory is the test's, and one bit of it flipped after the other
-// ------------------------------------
+// ---- a table in the test's memory, and a loop that flips one bit of each column -------------------------------------
 
 template <class Table>
 struct Filled {
@@ -153,7 +151,8 @@ struct Filled {
     });
   }
 
-  // changed(info) is asked with the lowest bit of one row of one column flipped: the first row's, then the last one's.
+  // Calls changed(info) while the lowest bit of one row of one column is flipped: first the first row's, then the last
+  // row's.
   template <class Changed>
   void flip_each(Changed&& changed) {
     for (Memory& memory : columns)
@@ -168,7 +167,7 @@ struct Filled {
   }
 };
 
-// Every column and value of the table is in the hash, but for the columns named.
+// Every column and value of the table is in the hash, except the named column.
 template <class Table, class HashOf>
 void check_all_are_in(Filled<Table>& filled, HashOf&& hash_of, const std::string& but_for = "") {
   const uint64_t before = hash_of();

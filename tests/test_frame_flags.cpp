@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a finished frame's own numbers say of it. The counters beside them: test_detector, test_all_clear.
+// Flags that follow from a finished frame's numbers. test_detector and test_all_clear test the counters.
 #include "pipeline/frame_flags.h"
 
 #include <doctest/doctest.h>
@@ -38,7 +38,7 @@ TEST_CASE("flags_of: a good frame has none, and flags of the stages are neither 
   CHECK(ask(*frame) == 0);
 }
 
-TEST_CASE("flags_of: a cloud is degraded where more than half of a sensor's points are unusable") {
+TEST_CASE("flags_of: a cloud is degraded if more than half of a sensor's points are unusable") {
   auto frame = make_frame();
   count_of(*frame, 1, Reason::kNotFinite) = 20;
   count_of(*frame, 1, Reason::kLayerDropped) = 30;
@@ -46,7 +46,7 @@ TEST_CASE("flags_of: a cloud is degraded where more than half of a sensor's poin
   count_of(*frame, 1, Reason::kZeroRange) = 1;
   CHECK(ask(*frame) == OVT_FLAG_CLOUD_DEGRADED);
   count_of(*frame, 1, Reason::kZeroRange) = 0;
-  count_of(*frame, 1, Reason::kDust) = 25;  // seen, and behind or before another point
+  count_of(*frame, 1, Reason::kDust) = 25;  // usable, but farther or nearer than the pixel's point
   count_of(*frame, 1, Reason::kSecondReturn) = 25;
   CHECK(ask(*frame) == 0);
   count_of(*frame, 1, Reason::kZeroRange) = 1;
@@ -54,7 +54,7 @@ TEST_CASE("flags_of: a cloud is degraded where more than half of a sensor's poin
   CHECK(ask(*frame) == 0);
 }
 
-TEST_CASE("flags_of: no data where no scan holds a usable point; pushed detections and predictions have none to hold") {
+TEST_CASE("flags_of: no data if no scan has a usable point; never for pushed detections and predictions") {
   auto frame = make_frame();
   count_of(*frame, 0, Reason::kRangeLimit) = 100;
   count_of(*frame, 1, Reason::kRangeLimit) = 99;
@@ -69,7 +69,7 @@ TEST_CASE("flags_of: no data where no scan holds a usable point; pushed detectio
   }
 }
 
-TEST_CASE("flags_of: overflow where any of the tables was too small") {
+TEST_CASE("flags_of: overflow if any table was too small") {
   for (int32_t table = 0; table < 4; ++table) {
     CAPTURE(table);
     auto frame = make_frame();
@@ -80,7 +80,7 @@ TEST_CASE("flags_of: overflow where any of the tables was too small") {
   }
 }
 
-TEST_CASE("flags_of: the deadline is missed beyond it, and never where there is none") {
+TEST_CASE("flags_of: deadline missed if the latency is above it, and never without a deadline") {
   auto frame = make_frame();
   frame->latency_ns = 1000;
   CHECK(ask(*frame, false, 1000) == 0);

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Ground removal by height alone.
+// Ground removal by height.
 #include "kernels/keep_above_road.h"
 
 #include <doctest/doctest.h>
@@ -18,7 +18,7 @@ using test::drawn;
 using test::OwnedBits;
 using test::OwnedPlane;
 
-// Pixels at heights above the road, seen 20 m away by a sensor 1 m above it; NaN: no return.
+// Pixels at given heights above the road, 20 m from a sensor that is 1 m above it; NaN: no return.
 struct Kept {
   explicit Kept(std::initializer_list<std::initializer_list<float>> heights_m)
       : range(heights_m),
@@ -40,7 +40,7 @@ struct Kept {
   OwnedBits above;
 };
 
-TEST_CASE("keep_above_road: what is higher than the road's limit stays, by each pixel alone") {
+TEST_CASE("keep_above_road: pixels above the road's height limit stay; neighbours do not matter") {
   Kept kept({{0.31f, 0.29f, 2.5f},  //
              {0.0f, 1.0f, -0.4f}});
   CHECK(art_of(kept.above) == drawn({"#.#",  //

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Poses of a frame's candidates: each is the rectangle of all points of its cluster, whichever sensors saw them.
+// Poses of a frame's candidates: each is the rectangle of all points of its cluster, from all sensors.
 #include <doctest/doctest.h>
 
 #include <vector>
@@ -17,10 +17,10 @@ using namespace overtake::test;
 
 struct Watch {
   Transform mounting[kMaxSensors];
-  int32_t alone = 0, joined = 0;  // detections of one sensor, of several
-  int32_t differ = 0;             // whose columns are not those of the fit
-  int32_t of_map = 0;             // with a psi_REF that is not straight ahead
-  int32_t on_sensors = 0;         // spans of the stage that are a sensor's
+  int32_t alone = 0, joined = 0;  // detections with points of one sensor, of several
+  int32_t differ = 0;             // detections with columns that differ from the fit
+  int32_t of_map = 0;             // detections with a psi_REF that is not 0
+  int32_t on_sensors = 0;         // time spans of the stage in a sensor's part
 
   static void look(void* user, HookPoint body, Frame& frame, int32_t) {
     auto& watch = *static_cast<Watch*>(user);
@@ -59,7 +59,7 @@ struct Watch {
   }
 };
 
-// Frames in which the opponent goes by, over two seams.
+// Frames in which the opponent passes two seams.
 Watch run(int32_t workers, bool map, int32_t cluster_capacity = 1024) {
   Watch watch;
   DetectorBench bench({.workers = workers, .map = map});
@@ -89,13 +89,13 @@ TEST_CASE("poses: each detection is the rectangle of all points of its cluster, 
     }
 }
 
-TEST_CASE("poses: as many as the rounded table of clusters holds") {
+TEST_CASE("poses: up to the rounded capacity of the cluster table") {
   const Watch watch = run(1, false, 1);
-  CHECK(watch.alone + watch.joined > 12);  // more than one a frame
+  CHECK(watch.alone + watch.joined > 12);  // more than one per frame
   CHECK(watch.differ == 0);
 }
 
-TEST_CASE("poses: a stage of the frame alone, with a map and without") {
+TEST_CASE("poses: the stage has no time span in a sensor's part, with a map and without") {
   for (const bool map : {false, true}) CHECK(run(1, map).on_sensors == 0);
 }
 

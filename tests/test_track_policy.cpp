@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What every tracker shares, with a policy of the test's own: its state is larger than what is published of it, and its
-// path needs all of it.
+// The code that all trackers share, with a policy of this test: its state is larger than its published row, and its
+// path needs the whole state.
 #include <doctest/doctest.h>
 
 #include <vector>
@@ -16,7 +16,7 @@ using namespace overtake;
 constexpr int64_t kMs = 1'000'000;
 constexpr int32_t kModels = 40;
 
-// One car at most. Every model has a speed of its own; the measurement's width says which one holds.
+// Tracks one car at most. Each model has a different speed; the measurement's width selects the model.
 struct ManyModels {
   double x_m;
   double speed_mps[kModels];
@@ -100,12 +100,12 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("track policy: a published path starts from the tracker's own state, all of it, as it was at the snapshot") {
+TEST_CASE("track policy: a published path starts from the tracker's whole state at the snapshot") {
   Bench bench;
   CHECK(bench.tracker.state_bytes() == sizeof(ManyModels));
   bench.step(0, 10, 7);
   bench.tracker.snapshot(bench.rows, bench.states);
-  bench.step(100 * kMs, 500, 39);  // another model by now
+  bench.step(100 * kMs, 500, 39);  // another model since
   bench.tracker.publish(bench.rows, bench.states, 1000 * kMs, bench.tracks, &bench.paths);
   REQUIRE(bench.tracks.count == 1);
   CHECK(bench.tracks.x_m[0] == 17);
@@ -118,7 +118,7 @@ TEST_CASE("track policy: a published path starts from the tracker's own state, a
   CHECK(bench.paths.x_m[3] == doctest::Approx(500 + 2 * 39));
 }
 
-TEST_CASE("track policy: a frame out of sequence puts the whole state back, and the id stays") {
+TEST_CASE("track policy: a frame out of sequence restores the whole state, and the id stays") {
   Bench late, sorted;
   const TrackId id = late.step(0, 10, 7);
   late.step(200 * kMs, 20, 9);

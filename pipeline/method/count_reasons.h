@@ -8,7 +8,7 @@
 
 namespace overtake {
 
-// How many points have each reason.   reads  points.reason   writes  count[kReasonCount]
+// Counts the points of each reason.   reads  points.reason   writes  count[kReasonCount]
 void count_reasons(const PointTable& points, int32_t* count) noexcept;
 
 }  // namespace overtake

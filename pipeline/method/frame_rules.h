@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The rules over a frame, each bound once to what it reads of the sensors' segmentations. What they do stands in
-// pipeline/stages.h.
+// The rules over a frame, each bound once to the columns that it reads of the sensors' segmentations. pipeline/stages.h
+// describes their functions.
 #pragma once
 
 #include "pipeline/method/method.h"

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A method, which the C API calls a preset: the steps of a sensor's segmentation, the rules over a whole frame, the
-// tracker, and the defaults of the parameters. One file each (pipeline/method/paper.cpp).
+// tracker, and the defaults of the parameters. Each method has one file (pipeline/method/paper.cpp).
 #pragma once
 
 #include <span>
@@ -17,20 +17,20 @@ struct StageContext;
 // A rule over all sensors of a frame.
 struct FrameRule {
   const char* name;
-  int32_t stage;       // ovt_stage: rules of one stage stand together, and share its time
-  Columns reads;       // of each sensor's segmentation, which keeps them for it
-  const char* params;  // what it reads of ovt_params: groups and text names, one space between two
+  int32_t stage;       // ovt_stage: rules of one stage are neighbours and share its time
+  Columns reads;       // of each sensor's segmentation: these columns lie in the frame
+  const char* params;  // of ovt_params that it reads: groups and text names, separated by one space
   void (*run)(const StageContext& context, Frame& frame) noexcept;
-  bool without_scans = false;  // runs for predictions and pushed detections, too
+  bool without_scans = false;  // also runs for predictions and pushed detections
 };
 
 struct Method {
-  const char* name;  // as ovt_params_init takes it
+  const char* name;  // preset name of ovt_params_init
   std::span<const Step> segment;
   std::span<const FrameRule> frame;
   MakeTracker* make_tracker;
-  const char* tracker_params;  // what that reads of ovt_params
-  // Changes defaults that are not those of params.def. Null: none.
+  const char* tracker_params;  // that the tracker reads, as FrameRule::params
+  // Sets the defaults that differ from params.def. Null: none.
   void (*set_defaults)(ovt_params& params) noexcept;
 };
 

@@ -24,7 +24,7 @@ constinit int32_t method_count = 0
 #undef OVT_PRESET
     ;
 
-// Every method reads these: how scans become frames, and when tracks are predicted without one.
+// Every method reads these: how scans become frames, and when tracks are predicted without a frame.
 constexpr const char* kCommonParams = "frame tracker.predict_after";
 
 // `list`: groups and names, one space between two.

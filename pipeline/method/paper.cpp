@@ -10,7 +10,7 @@
 namespace overtake {
 namespace {
 
-// Behind each scan, one sensor at a time.
+// Run for each scan.
 constexpr Step kSegment[] = {
     step::project_points, step::rank_layers,   step::scatter_points,  // 1   range and elevation image
     step::fill_gaps,                                                  // 2   gaps of one pixel
@@ -24,13 +24,13 @@ constexpr Step kSegment[] = {
 };
 static_assert(is_chain(kSegment, kGivenColumns));
 
-// When the scans of all sensors are there.
+// Run once per frame, after the segmentation of all its scans.
 constexpr FrameRule kFrame[] = {
     rule::merge_seams,           // 8b  clusters across the seams of two sensors (eq. 4)
-    rule::find_ego_on_map,       //     whether the map may be asked
+    rule::find_ego_on_map,       //     whether this frame may use the map
     rule::keep_car_sized,        // 9   at most as long as a car
-    rule::keep_on_track,         // 9   and on the map
-    rule::keep_nearest,          //     as many as there is room for
+    rule::keep_on_track,         // 9   and on the circuit
+    rule::keep_nearest,          //     the nearest, up to the capacity
     rule::pose_by_two_headings,  // 10  the rectangle that holds the most points (eq. 5)
 };
 

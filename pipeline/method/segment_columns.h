@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The columns of a segmentation as names, as bits of a set, and one after another.
+// The columns of a segmentation: an enum, sets of columns, and a loop over all.
 #pragma once
 
 #include <cstdint>

@@ -10,7 +10,7 @@
 namespace overtake {
 namespace {
 
-// Readers get these of every frame: ovt_read_labels, and ovt_read_image of OVT_IMAGE_PIXEL_POINT.
+// Readers can read these of every frame: ovt_read_labels, and ovt_read_image of OVT_IMAGE_PIXEL_POINT.
 constexpr Columns kPublished = columns(Column::point_label, Column::point_reason, Column::pixel_point);
 constexpr Columns kImages = columns_of(Extent::pixels) | columns_of(Extent::points);
 
@@ -34,13 +34,13 @@ std::size_t count_elements(Extent extent, const SensorModel& sensor, int32_t poi
                                     : cells;
 }
 
-// A piece of the block: whose columns it has had ends with step `last`.
+// A piece of the block; its last column ends with step `last`.
 struct Piece {
   std::size_t bytes;
   int32_t last;
 };
 
-// Of the pieces that are free, the smallest that is large enough, else the largest; without any a new one.
+// Chooses the smallest free piece that is large enough, else the largest free piece, else a new piece.
 int32_t choose_piece(const Piece* pieces, int32_t count, std::size_t bytes, int32_t first) {
   int32_t best = count;
   for (int32_t i = 0; i < count; ++i) {
@@ -68,7 +68,7 @@ void find_lives(const Method& method, SegmentPlan& plan) {
   for (const Step& step : method.segment) use(step.reads | step.writes | step.scratch, at++);
 }
 
-// Calls f(column, its extent, its view) for each column of planned memory.
+// Calls f(column, its extent, its view) for each column in planned memory.
 template <class F>
 void for_each_planned_column(SensorPart& part, SegmentViews& views, F&& f) {
   for_each_segment_column(part, views, [&](Column column, auto extent, auto& view) {
@@ -103,7 +103,7 @@ SegmentPlan plan_segment(const FrameSizes& sizes) noexcept {
     }
   });
 
-  // In the order in which they begin, the largest first.
+  // In the order of their first steps; at the same step the largest first.
   int32_t order[kColumnCount], count = 0;
   for (int32_t c = 0; c < kColumnCount; ++c)
     if (has(plan.shared, Column(c))) order[count++] = c;

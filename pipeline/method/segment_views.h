@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Views of a segmentation's columns; null where there is none. One type for two sets: while a scan is segmented a
-// Segment holds views of all columns of the method, afterwards a frame holds those of its own memory
+// Views of a segmentation's columns; null for a column that does not exist. During a segmentation, the Segment has
+// views of all columns of the method. Afterwards the frame has views of the columns in its own memory
 // (SegmentPlan::kept).
 #pragma once
 

@@ -14,7 +14,7 @@
 
 namespace overtake {
 
-// What a segmentation works on while it runs: views and constants, no memory of its own.
+// The data of a running segmentation: views and constants; owns no memory.
 struct Segment {
   const SensorModel& sensor;
   const SegmentParams& params;
@@ -23,16 +23,17 @@ struct Segment {
 };
 
 struct Step {
-  const char* name;  // the kernel's
-  int32_t stage;     // ovt_stage: steps of one stage stand together, and share its time
-  Columns reads;     // also what it changes only in part
+  const char* name;  // of the kernel
+  int32_t stage;     // ovt_stage: steps of one stage are neighbours and share its time
+  Columns reads;     // also columns that it writes only in part
   Columns writes;
-  Columns scratch;     // written, and meaningless afterwards
-  const char* params;  // what it reads of ovt_params: groups and text names, one space between two
+  Columns scratch;     // written; the contents are meaningless after the step
+  const char* params;  // of ovt_params that it reads: groups and text names, separated by one space
   void (*run)(const KernelTable& kernels, Segment& s) noexcept;
 };
 
-// Every column that a step reads is given, or written by a step before it. Steps of one stage stand together.
+// Whether each column that a step reads is `given` or written by an earlier step, and steps of one stage are
+// neighbours.
 constexpr bool is_chain(std::span<const Step> steps, Columns given) {
   uint64_t ended = 0;  // stages
   for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -44,7 +45,7 @@ constexpr bool is_chain(std::span<const Step> steps, Columns given) {
   return true;
 }
 
-// What is there before the first step: the scan, and sums that are all zero.
+// The columns that exist before the first step: the scan, and layer sums of zero.
 inline constexpr Columns kGivenColumns = columns(Column::scan, Column::layer_sums);
 
 }  // namespace overtake

@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The arguments of a kernel's call, as its step lists them (pipeline/method/steps.h). The call and what the step
-// declares are made from one list, so that they cannot disagree; the kernel gets a view to constant elements of what it
-// reads.
+// The arguments of a kernel's call, as its step lists them (pipeline/method/steps.h). One list generates the call and
+// the columns that the step declares, so they cannot disagree. For a column that it reads, the kernel gets a view of
+// constant elements.
 #pragma once
 
 #include "pipeline/method/step.h"
@@ -80,9 +80,9 @@ inline constexpr Out<kColumn> out;  // the kernel writes all of it
 template <Column kColumn>
 inline constexpr InOut<kColumn> inout;
 template <Column kColumn>
-inline constexpr Scratch<kColumn> scratch;  // written, and meaningless afterwards
+inline constexpr Scratch<kColumn> scratch;  // written; the contents are meaningless after the call
 template <Column kColumn>
-inline constexpr Result<kColumn> result;  // what the kernel returns; stands first
+inline constexpr Result<kColumn> result;  // return value of the kernel; first in the list
 template <auto kMember>
 inline constexpr OfParams<kMember> params;  // a member of SegmentParams
 template <auto kMember>

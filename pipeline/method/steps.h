@@ -1,15 +1,15 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The steps: each kernel of a segmentation, bound once to the columns it reads and writes. What a kernel does stands in
-// its header; which steps run, and in which order, a method says (pipeline/method/paper.cpp).
+// The steps: each kernel of a segmentation, bound once to the columns it reads and writes. The kernel's header
+// describes the kernel. A method lists the steps that run, in their order (pipeline/method/paper.cpp).
 //
 //   OVT_STEP(kernel, stage, parameters, arguments...);
-//       the arguments in the kernel's order, each by what the kernel does with it (step_arguments.h)
+//       the arguments in the kernel's order, each with its use: in, out, ... (step_arguments.h)
 //   OVT_STEP_BY_HAND(name, stage, parameters, OVT_READS(...), OVT_WRITES(...), OVT_SCRATCH(...)) { call }
-//       for kernels that take whole tables and use some columns of them; in the call k has the kernels, s the Segment
+//       for kernels that take whole tables and use some of their columns; in the call, k: KernelTable, s: Segment
 //
-// tests/test_steps.cpp holds each step to what it declares.
+// tests/test_steps.cpp checks that each step reads and writes only the columns that it declares.
 #pragma once
 
 #include <algorithm>
@@ -57,7 +57,7 @@ OVT_STEP(fill_gaps, GAPS, "gaps", params<&SegmentParams::fill_gaps>, in<range_m>
 OVT_STEP(angle_image, ANGLE, "angle", params<&SegmentParams::angle_image>, in<range_filled_m>, in<elevation_filled_rad>,
          out<angle_rad>);
 
-// By hand: there is one pair of rows less than rows.
+// By hand: there are row_count - 1 pairs of rows.
 OVT_STEP_BY_HAND(smooth_sg, SMOOTH, "smooth", OVT_READS(row_count, angle_rad), OVT_WRITES(angle_smooth_rad),
                  OVT_SCRATCH()) {
   const RangeImages& m = s.views.images;
@@ -90,7 +90,7 @@ OVT_STEP_BY_HAND(build_clusters, CLUSTERS, "", OVT_READS(scan, point_label, poin
                        s.part.cluster_points, s.part.row_of_label, s.views.cursor, s.views.order);
 }
 
-// No kernel: a tally of what became of the points.
+// Not a kernel: counts the points of each reason.
 OVT_STEP_BY_HAND(count_reasons, CLUSTERS, "", OVT_READS(point_reason), OVT_WRITES(reason_count), OVT_SCRATCH()) {
   overtake::count_reasons(s.views.points, s.part.reason_count);
 }
@@ -99,7 +99,7 @@ OVT_STEP_BY_HAND(count_reasons, CLUSTERS, "", OVT_READS(point_reason), OVT_WRITE
 #undef OVT_WRITES
 #undef OVT_SCRATCH
 
-// The step that calls each kernel, in the order of the manifest; null: no segmentation calls it.
+// The step that calls each kernel, in the order of kernels.def; null: no segmentation calls it.
 inline constexpr const Step* kOfKernel[] = {
 #define OVT_STEP_OF_step(name) &name,
 #define OVT_STEP_OF_other(name) nullptr,

@@ -20,9 +20,9 @@ void turn_heading(CvtrState& s, double dt_s) {
   s.heading_rad = wrap_angle(s.heading_rad + s.estimate.mean.yaw_rate_rps * dt_s);
 }
 
-// psi of the last measurement, turned on by omega. An L-shape does not tell front from rear: where the track is sure to
-// drive, its course does. Not in the vehicle frame: there a car that is being overtaken moves backwards. No heading
-// ever measured: the course.
+// psi of the last measurement, rotated by omega since. An L-shape does not tell front from rear; the course of a track
+// that surely drives does. Not in the vehicle frame: there an overtaken car moves backwards. A track without any
+// measured heading has its course as heading.
 double choose_heading(const CvtrState& s, bool in_map, double min_speed_mps) {
   const MotionState& m = s.estimate.mean;
   if (!s.has_heading) return m.course_rad;
@@ -46,8 +46,8 @@ void CvtrPolicy::predict(State& s, double dt_s) const noexcept {
   overtake::predict(s.estimate, noise_, dt_s);
 }
 
-// A measurement older than the state measures where the track was: back without noise, update, and back to the state's
-// time without noise, so that no noise counts twice.
+// A measurement older than the state: predicts back without noise, updates, and predicts forward to the state's time
+// without noise, so that no noise counts twice.
 void CvtrPolicy::update(int32_t slot, State& s, double dt_s, const Measurement& z) const noexcept {
   turn_heading(s, dt_s);
   if (const TrackEstimate* gated = assignment_.find_estimate(slot, dt_s))

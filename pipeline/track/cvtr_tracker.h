@@ -16,7 +16,7 @@ struct CvtrState {
   TrackEstimate estimate;
   LifeCycle life;
   bool has_heading = false;
-  double heading_rad = 0;            // of the last measurement that had one, turned on by omega
+  double heading_rad = 0;            // of the last measurement with a heading, rotated by omega since
   double length_m = 0, width_m = 0;  // 0: never measured
 };
 

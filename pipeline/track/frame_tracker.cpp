@@ -14,7 +14,7 @@ int64_t limit_stamp(int64_t stamp_ns, int64_t publish_ns, double most_s) noexcep
   return publish_ns;
 }
 
-// A track's own time is its last measurement's, which lies this near to its iteration's.
+// A track's own time can be its last measurement's, which is at most kMaxStampSpread_s from its iteration's.
 int64_t limit_publish_ns(int64_t stamp_ns, int64_t publish_ns) noexcept {
   return limit_stamp(stamp_ns, publish_ns, kMaxPredict_s - kMaxStampSpread_s);
 }

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a frame asks of a tracker, whichever method it belongs to. Every tracker is a ReplayTracker (replay_tracker.h)
-// of a policy, which keeps these promises.
+// The interface of every method's tracker. Every tracker is a ReplayTracker (replay_tracker.h) with a policy
+// (track_policy.h).
 #pragma once
 
 #include <cstddef>
@@ -32,40 +32,40 @@ struct TrackerEgo {
 
 struct TrackerFrame {
   int64_t stamp_ns = 0;  // the iteration's time: the frame's last stamp
-  // Any number of rows; beyond detection_capacity the ones nearest to the ego are read. A row whose place is not finite
-  // or over 1e8 m from the origin, or whose stamp is more than 1 s from the frame's, is left out and counted as
-  // rejected. A heading or an extent that is no number of a car's is taken as not measured.
+  // Any number of rows; the tracker reads at most detection_capacity, those nearest to the ego. It rejects a row whose
+  // position is not finite or over 1e8 m from the origin, or whose stamp is more than 1 s from the frame's. A heading
+  // or an extent that no car can have counts as not measured.
   std::span<const Measurement> measurements;
   TrackerEgo ego;
-  bool in_map = true;                       // frame of reference is the map's: a course says where a car's front is
-  bool ask_map = true;                      // births may ask the map, where in_map
-  const ObservedSector* sectors = nullptr;  // what was seen; with sector_count < 0 everything was
-  int32_t sector_count = -1;                // beyond kMaxSectors they are not read
+  bool in_map = true;                       // the frame of reference is the map: there the course tells a car's front
+  bool ask_map = true;                      // with in_map: an initiation may use the map
+  const ObservedSector* sectors = nullptr;  // seen by the sensors; sector_count < 0: everything was seen
+  int32_t sector_count = -1;                // the tracker reads at most kMaxSectors
 };
 
-// What came of the iterations. One that ran again counts once, by how it went the last time; so these are those of the
-// same frames in sorted order.
+// Results of the iterations. An iteration that ran again counts once, with its last result. So the counts are those of
+// the same frames in sorted order.
 struct IterationCounts {
   int64_t iterations = 0, births = 0, deaths = 0, hits = 0, misses = 0;
   // Deaths, each for one reason: deaths = missed + silent + displaced + unsound + forgotten.
   int64_t missed = 0;     // too few hits among the last iterations
   int64_t silent = 0;     // no hit for max_silence_s
-  int64_t displaced = 0;  // put out for a nearer measurement
-  int64_t unsound = 0;    // the numbers were lost
+  int64_t displaced = 0;  // evicted for a nearer measurement
+  int64_t unsound = 0;    // a state that is not finite, or that no car can have
   int64_t forgotten = 0;  // by restart()
-  int64_t overflow = 0;   // unborn, and tracks put out for nearer ones
-  int64_t unborn = 0;     // rows that found no slot, or beyond detection_capacity
-  int64_t rejected = 0;   // rows that are no measurement
-  int64_t limited = 0;    // iterations that the work limit cut short
+  int64_t overflow = 0;   // unborn + displaced
+  int64_t unborn = 0;     // rows not initiated: no free slot, or beyond detection_capacity
+  int64_t rejected = 0;   // rows that are not a valid measurement
+  int64_t limited = 0;    // iterations that the work limit shortened
 };
 
-// What came of the frames, in the order of arrival.
+// Results of the frames, in the order of arrival.
 struct FrameCounts {
   int64_t measurements = 0;  // rows given to step
-  int64_t late = 0;          // rows of frames too old to be taken in
+  int64_t late = 0;          // rows of late frames: too old, or too much work
   int64_t late_frames = 0;
-  int64_t refused = 0;     // late frames that were not too old, but too much work
-  int64_t replays = 0;     // frames taken in out of sequence
+  int64_t refused = 0;     // late frames that were not too old, but cost too much work
+  int64_t replays = 0;     // frames inserted out of sequence
   int64_t refiltered = 0;  // iterations that ran again for them
 };
 
@@ -74,47 +74,50 @@ struct TrackerCounts : IterationCounts, FrameCounts {};
 
 struct StepResult {
   bool late = false;       // too old, or too much work: nothing changed
-  bool limited = false;    // the work limit was met: late for it, or an iteration that ran was cut short
+  bool limited = false;    // the work limit made the frame late, or shortened an iteration
   int32_t refiltered = 0;  // iterations that ran again; 0 for a frame in sequence
-  int64_t work = 0;        // steps taken, by what work_limit counts
+  int64_t work = 0;        // in the steps that work_limit counts
 };
 
-// One thread at a time, but for publish, path_points, path_step_s and state_bytes, which any thread may call at any
-// time. Nothing allocates after construction.
+// Only one thread may call at a time. Exceptions are publish, path_points, path_step_s and state_bytes, which any
+// thread may call at any time. Only the constructor allocates.
 class FrameTracker {
  public:
   virtual ~FrameTracker() = default;
 
-  // One iteration: predict each track to its measurement's own stamp, associate, update, count, give birth. A track
-  // without measurement is predicted to the frame's stamp. A track's time never goes back: a measurement up to 0.5 s
-  // older than its track's state (scans overlap by a few ms) measures where the track was.
+  // Runs one iteration: predicts each track to its measurement's stamp, associates, updates, counts hits and misses,
+  // initiates. It predicts a track without a measurement to the frame's stamp. A track's time never goes back: a
+  // measurement may be up to 0.5 s older than its track's state (scans overlap by a few ms), and then corrects the
+  // state at the measurement's stamp.
   //
-  // A frame older than the newest goes to its place in time (after those of equal stamp), and what came after it runs
-  // again: states, life cycles and slots are, bit for bit, those of a tracker that was given the same frames in sorted
-  // order. Ids stay with their cars: a track born in what ran again takes the id under which its measurements were
-  // known. Older than history_s, than the history holds, or than the first frame since restart(): late, nothing
-  // changes. The same where the iterations that would run again took more than work_limit when they ran before.
+  // The tracker inserts a frame older than the newest at its stamp (after frames of equal stamp), and runs all later
+  // iterations again. States, life cycles and slots are then, bit for bit, those of a tracker that got the same frames
+  // in sorted order. Ids stay with their cars: a track that a repeated iteration initiates inherits the id that its
+  // measurements had before. A frame is late, and changes nothing, if it is older than history_s, than the whole
+  // history, or than the first frame since restart(). It is also late if the iterations after it took more than
+  // work_limit when they last ran.
   //
-  // An iteration itself keeps to work_limit: beyond it an association looks at less and says so (limited). Work is
-  // counted in steps, never timed, so the limit is met at the same place everywhere.
+  // Each iteration keeps to work_limit: beyond it, the association examines fewer pairs and sets `limited`. Work is
+  // counted in steps, never timed, so every machine reaches the limit at the same step.
   //
-  // track_of_measurement[measurements.size()], may be null: the id each one went to (also a newborn's).
+  // track_of_measurement[measurements.size()], may be null: id of the track that each measurement updated or initiated.
   virtual StepResult step(const TrackerFrame& frame, TrackId* track_of_measurement) noexcept = 0;
-  // Forgets every track; ids are never reused.
+  // Deletes every track; ids are never reused.
   virtual void restart() noexcept = 0;
 
-  // All tracks as they are, each at its own time, ordered by slot; `rows` has room for track_capacity, `states` for as
-  // many times state_bytes(). `detection` and `flags` are about the frame that was given last, also where it was an old
-  // one.
+  // Copies all tracks, each at its own time, ordered by slot. `rows` has room for track_capacity rows, `states` for
+  // track_capacity * state_bytes(). `detection` and `flags` refer to the frame of the last step, also if that frame was
+  // out of sequence.
   virtual void snapshot(TrackTable& rows, std::byte* states) const noexcept = 0;
-  // A pure prediction: the same with each track moved on to stamp_ns, without those that silence or unsound numbers end
-  // by then. The tracker itself stays as it is: what it becomes must not depend on the times somebody named.
+  // Like snapshot, but with each track predicted to stamp_ns, and without tracks that are silent for too long or
+  // unsound by then. The tracker does not change: its results must not depend on the stamps of such calls.
   virtual void predict(int64_t stamp_ns, TrackTable& rows, std::byte* states) const noexcept = 0;
   virtual TrackerCounts counts() const noexcept = 0;
 
-  // The tracks of a snapshot (whose rows may be `tracks` itself) predicted to publish_ns, and their paths from there.
-  // Depends on the arguments and on parameters alone. Before a track's own time: the way back, without noise. More than
-  // 60 s from it: 60 s, and stamp_ns says so. `paths` has room for path_points() of each track; it may be null.
+  // Predicts the tracks of a snapshot to publish_ns, and their paths from there; `rows` and `tracks` may be the same
+  // table. Depends on the arguments and the parameters alone. If publish_ns is before a track's own time, predicts back
+  // without noise. If it is more than 60 s away, predicts 60 s; stamp_ns is the stamp reached. `paths` has room for
+  // path_points() per track; it may be null.
   virtual void publish(const TrackTable& rows, const std::byte* states, int64_t publish_ns, TrackTable& tracks,
                        PathTable* paths) const noexcept = 0;
   virtual std::size_t state_bytes() const noexcept = 0;  // of one track in a snapshot
@@ -127,7 +130,7 @@ class FrameTracker {
 using MakeTracker = std::unique_ptr<FrameTracker>(const TrackerParams& params, const CircuitMap* map,
                                                   const Allocator& allocator);
 
-// publish_ns, but at most so long from the other stamp.
+// publish_ns, limited to at most most_s from stamp_ns.
 int64_t limit_stamp(int64_t stamp_ns, int64_t publish_ns, double most_s) noexcept;
 // The time nearest to publish_ns to which all tracks of an iteration at stamp_ns can be predicted: at most 59 s away.
 int64_t limit_publish_ns(int64_t stamp_ns, int64_t publish_ns) noexcept;

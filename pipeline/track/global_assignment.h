@@ -1,15 +1,15 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Global nearest neighbour for a policy: every pair of track and measurement within the gates, then as many pairs as
-// possible at the least total cost (munkres.h). What the policy is asked, besides what TrackPolicy says:
+// Global nearest neighbour for a policy: gates every pair of track and measurement, then assigns as many pairs as
+// possible at the least total cost (munkres.h). The policy has these members besides those of TrackPolicy:
 //
-//   Estimate                        what its cost needs of a track at the time of a measurement
-//   Ahead                           less of it, that costs less: most pairs are too far apart to need the estimate
+//   Estimate                        a track at the stamp of a measurement, as cost() needs it
+//   Ahead                           a cheaper prediction: most pairs are too far apart to need the estimate
 //   look_ahead(state, dt_s)         -> Ahead, and place(Ahead)
 //   estimate(state, dt_s, ahead)    -> Estimate
-//   cost(estimate, z, cost)         false: outside of the policy's own gate
-//   travel_m(state, dt_s)           the place ahead is at most so far from the state's
+//   cost(estimate, z, cost)         false: outside of the policy's gate
+//   travel_m(state, dt_s)           upper limit of the distance between the state's place and the predicted one
 #pragma once
 
 #include <algorithm>
@@ -45,8 +45,8 @@ class GlobalAssignment {
     if (!built) throw std::bad_alloc();
   }
 
-  // Half of the work limit may go into gating, where each track then looks at the nearest measurements only; what is
-  // left into the assignment, which then is not the cheapest.
+  // Gating may use half of the work limit; beyond it, each track is gated with its nearest measurements only. The
+  // assignment may use the rest; beyond it, the result is not the cheapest.
   Effort run(const Policy& policy, const TrackView<State>& tracks, const Iteration& it,
              int32_t* measurement_of_slot) noexcept {
     Effort effort;
@@ -67,15 +67,15 @@ class GlobalAssignment {
     return effort;
   }
 
-  // The track of the slot at that stamp, where run() came by it; null else.
+  // The estimate of the slot's track at that stamp if run() computed it, else null.
   const Estimate* find_estimate(int32_t slot, double dt_s) const noexcept {
     const Prediction& prediction = predictions_[slot];
     return prediction.there && prediction.dt_s == dt_s ? &prediction.estimate : nullptr;
   }
 
  private:
-  // A step is what the assignment's search needs to look at a pair or a column. To gate a pair and to sort it in costs
-  // as much as so many of them; and so many measurements a track may look at in any case.
+  // A step is the cost of one pair or one column in the assignment's search. Gating and sorting a pair costs
+  // kStepsPerPair steps. Beyond the limit each track may still examine kFewestNear measurements.
   static constexpr int64_t kStepsPerPair = 16;
   static constexpr int64_t kFewestNear = 8;
 
@@ -93,8 +93,8 @@ class GlobalAssignment {
     int32_t slot, most_near;
   };
 
-  // A track predicted to the stamp it was last asked for: the measurements of a frame come in stamp order, most of them
-  // with few stamps. What is predicted stays for the update.
+  // A track predicted to the stamp of the last go_to(): the measurements of a frame come in stamp order and have few
+  // different stamps. The update reuses the estimate.
   class TrackAtStamp {
    public:
     TrackAtStamp(const Policy& policy, const State& state, Prediction& prediction)
@@ -127,13 +127,13 @@ class GlobalAssignment {
     bool asked_ = false;
   };
 
-  // How far from its state a track may be matched after so long.
+  // Square of the farthest distance from its state at which a track may match after dt_s.
   double reach_m2(const Policy& policy, const State& state, double dt_s) const noexcept {
     const double reach_m = (gate_m_ + policy.travel_m(state, dt_s)) * (1.0 + 1e-9);
     return reach_m * reach_m;
   }
 
-  // Whether one of kBlock measurements is so near: most are not.
+  // Whether any of kBlock measurements is within most_m2; most blocks have none.
   static constexpr int32_t kBlock = 8;
   bool is_any_near(int32_t first, Place place, double most_m2) const noexcept {
     using Pair = double __attribute__((vector_size(16)));
@@ -150,8 +150,8 @@ class GlobalAssignment {
     return (near[0] | near[1]) != 0;
   }
 
-  // The measurements that some prediction may bring within the gate, in within_reach_; a block that is too far as a
-  // whole is passed over. Measurements are in stamp order, so the first or the last is the farthest away in time.
+  // Writes the measurements that a prediction may bring within the gate to within_reach_; skips blocks that are too far
+  // as a whole. Measurements are in stamp order, so the first or the last is the farthest away in time.
   int32_t find_within_reach(const Policy& policy, const Gated& g) noexcept {
     const int32_t last = g.it.count - 1;
     const double most_m2 =
@@ -171,12 +171,13 @@ class GlobalAssignment {
     return count;
   }
 
-  // Of the `count` measurements within reach the `most` nearest to where the track is at their time, in the same order.
+  // Keeps the `most` of the `count` measurements within reach that are nearest to the track at their stamps, in the
+  // same order.
   void keep_nearest(const Gated& g, TrackAtStamp& at_stamp, int32_t count, int32_t most) noexcept {
     for (int32_t k = 0; k < count; ++k) {
       const Measurement& z = g.it.measurement[within_reach_[k]];
       at_stamp.go_to(seconds_between(g.head.state_ns, z.stamp_ns));
-      const auto distance_m2 = float(at_stamp.distance_m2(z));  // its bits are in the order of its value: none is < 0
+      const auto distance_m2 = float(at_stamp.distance_m2(z));  // never < 0, so its bits sort like its value
       uint32_t bits;
       std::memcpy(&bits, &distance_m2, sizeof bits);
       nearest_[k] = uint64_t(bits) << 32 | uint32_t(within_reach_[k]);
@@ -216,10 +217,10 @@ class GlobalAssignment {
   int64_t work_limit_;
   Arena arena_;
   Munkres munkres_;
-  Prediction* predictions_ = nullptr;       // by slot: where a measurement was within the distance gate
+  Prediction* predictions_ = nullptr;       // by slot, if a measurement passed the distance gate
   double *x_m_ = nullptr, *y_m_ = nullptr;  // of the iteration's measurements
-  int32_t* within_reach_ = nullptr;         // measurements near the track that is asked
-  uint64_t* nearest_ = nullptr;             // of these, when they are too many
+  int32_t* within_reach_ = nullptr;         // measurements near the current track
+  uint64_t* nearest_ = nullptr;             // sort keys of these, if there are too many
 };
 
 }  // namespace overtake

@@ -26,7 +26,7 @@ double value_or_none(double value, double low, double high) noexcept {
   return value >= low && value <= high ? value : kNotMeasured;
 }
 
-// With the measurement's own covariance where it is one, else R of the parameters.
+// Keeps the measurement's covariance if it is valid, else uses R of the parameters.
 Measurement make_sane(Measurement z, const double* r_diag) noexcept {
   if (!is_position_covariance(z.var_x, z.var_y, z.cov_xy)) {
     z.var_x = r_diag[0];
@@ -44,10 +44,10 @@ double distance_m2(const Measurement& z, const TrackerEgo& ego) noexcept {
   return dx * dx + dy * dy;
 }
 
-// The frame's measurements, at most detection_capacity: the nearest to the ego.
+// Selects at most detection_capacity of the frame's measurements: the nearest to the ego.
 void select_rows(const TrackerParams& params, const TrackerFrame& frame, Iteration& it) noexcept {
   const Measurement* const given = frame.measurements.data();
-  // Total orders that depend on what was measured; the row decides only between equals.
+  // Total orders by the measured values; the row number only breaks ties.
   const auto is_nearer = [&](int32_t i, int32_t k) {
     const Measurement &a = given[i], &b = given[k];
     const double of_a = distance_m2(a, it.ego), of_b = distance_m2(b, it.ego);
@@ -84,7 +84,7 @@ bool is_in_sector(const ObservedSector& s, double x_m, double y_m) noexcept {
   const double dx = x_m - s.x_m, dy = y_m - s.y_m, range_m = hypot_f64(dx, dy);
   if (!(range_m >= s.range_min_m && range_m <= s.range_max_m && range_m <= 4.0 * kMaxPlace_m)) return false;
   const double width_rad = s.left_rad - s.right_rad;
-  if (width_rad >= kTwoPi - 1e-9) return true;  // the edges of a full turn may miss each other by a rounding
+  if (width_rad >= kTwoPi - 1e-9) return true;  // rounding may leave a gap in a full turn
   double right_of_left_rad = wrap_angle(s.left_rad - atan2_f64(dy, dx));
   if (right_of_left_rad < 0.0) right_of_left_rad += kTwoPi;
   return right_of_left_rad <= width_rad;

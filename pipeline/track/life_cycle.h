@@ -1,13 +1,14 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// M/N life cycle of a track (paper IV-C) over the iterations that could have seen it. Its birth is iteration 1, a hit.
+// M/N life cycle of a track (paper IV-C) over the iterations that could have seen it. Its initiation is iteration 1, a
+// hit.
 //
 //   hits of the last N     while age < N                               from age N on
 //   reached M_c            confirmed                                   confirmed
-//   ... and fell           stays confirmed (only silence ends it)      dead below M_e, else stays what it is
-//   never reached M_c      dead when even hits in every iteration      dead below M_e, else tentative: M_c hits within
-//                          left until age N would not make M_c         any N iterations still confirm it
+//   ... and fell           stays confirmed (only silence ends it)      dead below M_e, else unchanged
+//   never reached M_c      dead as soon as hits in all iterations      dead below M_e, else tentative: M_c hits within
+//                          left until age N cannot reach M_c           any N iterations still confirm it
 #pragma once
 
 #include <bit>
@@ -25,12 +26,12 @@ struct LifeCycleParams {
 
 struct LifeCycle {
   uint64_t history = 0;  // bit k: hit k iterations ago
-  int32_t age = 0;       // iterations lived
+  int32_t age = 0;       // number of iterations
   TrackState state = TrackState::kTentative;
 
   int32_t hits() const { return std::popcount(history); }
 
-  // One iteration. False: the track is dead.
+  // Records one iteration. False: the track is dead.
   bool record(bool hit, const LifeCycleParams& p) {
     const uint64_t window_mask = p.window >= kMaxWindow ? ~uint64_t(0) : (uint64_t(1) << p.window) - 1;
     history = (history << 1 | uint64_t(hit)) & window_mask;

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A measurement: what one detection says of one vehicle, in the tracker's frame of reference. The only row type between
-// a frame's detections and the filter's update: the frame fills it, the history keeps it, the filter reads it.
+// A measurement: one detection of a vehicle in the tracker's frame of reference. This is the only row type between a
+// frame's detections and the filter's update: the frame fills it, the history keeps it, the filter reads it.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
 struct Measurement {
   double x_m = 0, y_m = 0;
-  double var_x = kNotMeasured, var_y = kNotMeasured, cov_xy = kNotMeasured;  // not is_position_covariance: R of the
-  double heading_rad = kNotMeasured;                                         // parameters
+  double var_x = kNotMeasured, var_y = kNotMeasured, cov_xy = kNotMeasured;  // if not valid: R of the parameters
+  double heading_rad = kNotMeasured;
   double length_m = kNotMeasured, width_m = kNotMeasured;
   int64_t stamp_ns = 0;
 };
@@ -29,11 +29,11 @@ inline bool is_position_covariance(double var_x, double var_y, double cov_xy) no
   return var_x * var_y - cov_xy * cov_xy > 1e-9 * var_x * var_y;  // not when it is NaN
 }
 
-// Those of one frame.
+// The measurements of one frame.
 struct MeasurementTable {
   int32_t count = 0, capacity = 0;
   Measurement* row = nullptr;
-  TrackId* track = nullptr;  // whose measurement it is, kNobody none
+  TrackId* track = nullptr;  // id of the track that took it, kNobody none
 };
 // clang-format off
 template <class F>

@@ -9,8 +9,8 @@
 namespace overtake {
 namespace {
 
-// d sinc(h) / dh = (cos h - sinc h) / h. Below 1/4, where that difference loses its digits, the series; its first term
-// left out is 12 h^11 / 13!, below 1e-14 of the sum.
+// d sinc(h) / dh = (cos h - sinc h) / h. Below 1/4 that difference loses its digits; there the function uses the
+// series. Its first omitted term is 12 h^11 / 13!, below 1e-14 of the sum.
 double sinc_slope(double h, double cos_h, double sinc_h) noexcept {
   if (std::fabs(h) >= 0.25) return (cos_h - sinc_h) / h;
   const double z = h * h;

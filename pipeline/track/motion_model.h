@@ -6,8 +6,8 @@
 //   the chord of an arc of length v dt that turns by omega dt is v dt sinc(omega dt / 2) long
 //   and points to phi + omega dt / 2
 //
-// One formula for straight and curved, forward and backward; the textbook v / omega (sin(phi + omega dt) - sin phi)
-// loses its digits as omega goes to 0.
+// One formula covers straight and curved, forward and backward motion. The textbook form, v / omega (sin(phi + omega
+// dt) - sin phi), loses its digits as omega goes to 0.
 #pragma once
 
 namespace overtake {
@@ -16,7 +16,7 @@ struct MotionState {
   double x_m = 0, y_m = 0, speed_mps = 0, course_rad = 0, yaw_rate_rps = 0;  // course wrapped to (-pi, pi]
 };
 
-// What differs from the identity in d next / d state. The rest: speed and yaw rate stay, x and y carry over.
+// The entries of d next / d state that differ from the identity.
 //
 //        x  y  v    phi    omega
 //   x    1  .  x_v  x_phi  x_omega
@@ -33,7 +33,7 @@ struct Advanced {
   MotionJacobian jacobian;
 };
 
-// The state dt_s later (earlier if negative: exactly the way back). `jacobian` may be null.
+// The state dt_s later (negative: earlier, the exact inverse). `jacobian` may be null.
 MotionState advance(const MotionState& state, double dt_s, MotionJacobian* jacobian = nullptr) noexcept;
 
 }  // namespace overtake

@@ -42,7 +42,8 @@ bool Munkres::add(int32_t row, int32_t column, double cost) noexcept {
   return true;
 }
 
-// By row, then column: two stable counting sorts, the minor key first. begin_ is left with the rows' first pairs.
+// Sorts by row, then column: two stable counting sorts, the minor key first. Afterwards begin_ has the first pair of
+// each row.
 void Munkres::sort_pairs() noexcept {
   auto scatter = [this](const Pair* from, Pair* to, int32_t keys, auto key_of) {
     std::fill_n(begin_, keys + 2, 0);
@@ -64,7 +65,7 @@ int32_t Munkres::solve(int32_t* column_of_row, int64_t max_steps) noexcept {
   std::fill_n(touched_by_, columns_, -1);
   std::fill_n(settled_by_, columns_, -1);
 
-  // The cheapest column, where it is free, is the whole answer for most gated rows.
+  // Most gated rows need no search: their cheapest column is free.
   take_cheapest(column_of_row);
   const auto needs_search = [&](int32_t row) {
     return column_of_row[row] < 0 && begin_[at(row)] < begin_[at(row + 1)];
@@ -100,11 +101,11 @@ void Munkres::take_free(int32_t row, int32_t* column_of_row) noexcept {
   column_of_row[row] = best->column;
 }
 
-// Dijkstra over reduced costs from a row without partner. The path ends at a free column, or at a row of the tree that
-// is best left alone; partners shift along it.
+// Dijkstra over reduced costs from an unassigned row. The path ends at a free column, or at the row of the tree that is
+// cheapest to leave unassigned; partners shift along the path.
 bool Munkres::augment(int32_t from_row, int32_t* column_of_row) noexcept {
   open_count_ = tree_count_ = 0;
-  Cost exit_length{INT32_MAX, 0.0};  // the cheapest way to leave some row of the tree alone
+  Cost exit_length{INT32_MAX, 0.0};  // of the cheapest way to leave a row of the tree unassigned
   int32_t exit_row = -1, free_column = -1, row = from_row;
   Cost length{0, 0.0};
 
@@ -151,7 +152,7 @@ bool Munkres::augment(int32_t from_row, int32_t* column_of_row) noexcept {
     row = row_of_column_[at(column)];
   }
 
-  // New prices: every row of the tree can reach the end for the same reduced length, so it may ask that much more.
+  // New prices: each row of the tree rises by the rest of the path's length after the row joined the tree.
   const Cost end = free_column >= 0 ? length : exit_length;
   for (int32_t k = 0; k < tree_count_; ++k) {
     const int32_t r = tree_rows_[k];

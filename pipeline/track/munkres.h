@@ -1,15 +1,16 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Assignment: as many pairs as the gates allow, then the least total cost (Munkres 1957), independent blocks apart.
+// Assignment: as many pairs as the gates allow, then the least total cost (Munkres 1957). Solves independent blocks
+// separately.
 //
-// Shortest augmenting paths (Jonker & Volgenant 1987) on the sparse list of pairs: a row that its cheapest column does
-// not suffice for searches its own block only and never sees the others, so 256 x 256 gated pairs cost little more than
-// adding them. Leaving a row alone is an edge too, of a cost above any sum of costs; so costs are compared in two
-// digits, (rows left alone, cost), and no big number spoils the low digit.
+// Shortest augmenting paths (Jonker & Volgenant 1987) on the sparse list of pairs. A row whose cheapest column is not
+// free searches its own block only, so 256 x 256 gated pairs cost little more than adding them. Leaving a row
+// unassigned is an edge too, of a cost above any sum of costs. So a Cost has two digits, (unassigned rows, cost), and
+// no big number rounds off the low digit.
 //
-// A dense block of n rows takes some n^3 steps. Where that is too long the caller limits the steps; they are counted,
-// never timed, so the answer is the same everywhere.
+// A dense block of n rows takes about n^3 steps. The caller can limit the steps; they are counted, never timed, so the
+// answer is the same on every machine.
 #pragma once
 
 #include <cstdint>
@@ -26,13 +27,13 @@ class Munkres {
   Munkres(int32_t max_rows, int32_t max_columns, int32_t max_pairs, const Allocator& allocator = default_allocator());
 
   void clear(int32_t rows, int32_t columns) noexcept;
-  // Adds a feasible pair. Costs are finite, any sign. False when max_pairs is reached, or for a pair that is none (an
-  // index outside, a cost that is not finite).
+  // Adds a feasible pair. Costs are finite, any sign. False when max_pairs is reached, or for an invalid pair (index
+  // out of range, cost not finite).
   bool add(int32_t row, int32_t column, double cost) noexcept;
-  // column_of_row[rows]: the partner or -1. Returns the number of pairs. When the searches have taken more than
-  // max_steps, rows that have no partner by then take the cheapest column that is left to them, in the order of rows.
+  // column_of_row[rows]: the partner or -1. Returns the number of pairs. When the searches take more than max_steps,
+  // the rows that are still unassigned take their cheapest free column, in the order of rows.
   int32_t solve(int32_t* column_of_row, int64_t max_steps = INT64_MAX) noexcept;
-  int64_t steps() const noexcept { return steps_; }                  // pairs and columns looked at by the last solve
+  int64_t steps() const noexcept { return steps_; }                  // pairs and columns that the last solve examined
   bool was_limited() const noexcept { return steps_ > max_steps_; }  // whether max_steps cut it short
 
  private:
@@ -59,9 +60,10 @@ class Munkres {
   int64_t steps_ = 0, max_steps_ = INT64_MAX;
   Pair *pairs_ = nullptr, *scratch_ = nullptr;
   int32_t* begin_ = nullptr;                             // row -> first of its sorted pairs; the sort's counters
-  Cost *row_price_ = nullptr, *column_price_ = nullptr;  // duals: cost >= their sum, equal where paired
+  Cost *row_price_ = nullptr, *column_price_ = nullptr;  // duals: cost >= their sum, equal for assigned pairs
   int32_t* row_of_column_ = nullptr;
-  // One search. `mark` tells which search a column was last touched or settled by, so nothing is cleared between.
+  // State of one search. touched_by_ and settled_by_ name the last search that touched or settled a column, so no
+  // search clears them.
   Cost* reach_ = nullptr;  // column -> length of the shortest path to it
   int32_t *parent_row_ = nullptr, *touched_by_ = nullptr, *settled_by_ = nullptr;
   int32_t *open_ = nullptr, *tree_rows_ = nullptr;  // columns touched and not settled; rows in the tree

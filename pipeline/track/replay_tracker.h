@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which iterations run: the new one, or, for a frame out of sequence, that one and all after it. Every tracker is this
-// class with a policy of its own (track_policy.h); FrameTracker says what each call promises.
+// Decides which iterations run: the new one, or, for a frame out of sequence, that one and all later ones. Every
+// tracker is this class with a policy (track_policy.h); FrameTracker describes each call.
 #pragma once
 
 #include <new>
@@ -118,9 +118,9 @@ class ReplayTracker final : public FrameTracker {
   TrackerCounts counts() const noexcept override { return {tracks_.counts(), counts_}; }
 
  private:
-  static constexpr int32_t kNone = -1;  // no frame is shown: it was late, or there was none
+  static constexpr int32_t kNone = -1;  // no frame to show: it was late, or there was none
 
-  // Back to the tracks before the iteration at `place`, which is new, and from there on.
+  // Restores the tracks before the new iteration at `place`, then runs it and all later ones.
   void run_from(int32_t place) noexcept {
     Iteration& first = history_.at(place);
     const bool is_newest = place == history_.count() - 1;
@@ -141,7 +141,7 @@ class ReplayTracker final : public FrameTracker {
     ids_.settle(history_, place, tracks_.heads());
   }
 
-  // The tracks after the iteration of the frame given last.
+  // Calls f for each track after the iteration of the last step's frame.
   template <class F>
   void for_each_shown(F&& f) const {
     if (shown_ == history_.count() - 1) {
@@ -152,7 +152,7 @@ class ReplayTracker final : public FrameTracker {
     }
   }
 
-  // Row and flags of the frame given last, for a live track.
+  // Sets a live track's row and flags to those of the last step's frame.
   void show_last_frame(int32_t slot, TrackHead& head) const noexcept {
     if (shown_ == history_.count() - 1) return;
     const TrackHead* then = nullptr;
@@ -187,7 +187,7 @@ class ReplayTracker final : public FrameTracker {
   TrackHistory history_;
   TrackIds ids_;
   FrameCounts counts_;
-  int32_t shown_ = kNone;  // place of the frame given last, whose rows and flags a snapshot has
+  int32_t shown_ = kNone;  // place of the last step's frame, whose rows and flags a snapshot shows
 };
 
 }  // namespace overtake

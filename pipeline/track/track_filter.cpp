@@ -19,7 +19,7 @@ using Matrix2 = Eigen::Matrix<double, 2, 2>;
 using Vector2 = Eigen::Matrix<double, 2, 1>;
 using Vector5 = Eigen::Matrix<double, 5, 1>;
 
-constexpr int kMaxSteps = 4096;  // of one prediction; beyond, the steps grow
+constexpr int kMaxSteps = 4096;  // of one prediction; a longer prediction has longer steps
 
 Eigen::Map<Matrix5> matrix_of(TrackEstimate& e) { return Eigen::Map<Matrix5>(&e.covariance[0][0]); }
 
@@ -29,8 +29,8 @@ void symmetrise(TrackEstimate& e) {
       e.covariance[r][c] = e.covariance[c][r] = 0.5 * (e.covariance[r][c] + e.covariance[c][r]);
 }
 
-// Whether rounding cannot have taken positive definiteness: by P = L D L^T, the determinant of the correlations is a
-// bound for their least eigenvalue (at least 0.4 times it).
+// Whether P is positive definite in spite of rounding. P = L D L^T gives the determinant of the correlation matrix; its
+// least eigenvalue is at least 0.4 times that determinant.
 bool is_surely_positive(const TrackEstimate& e) {
   constexpr double kLeast = 1e-13;
   const auto& p = e.covariance;
@@ -52,19 +52,20 @@ bool is_surely_positive(const TrackEstimate& e) {
   return pivots >= variances && variances < 1e300;
 }
 
-// Positive definiteness is lost where variances lie far apart (a measurement of micrometres beside one of kilometres,
-// the way back after a minute without any). Then all variances grow by 1e-11 of themselves, or what more it takes.
+// P loses positive definiteness where variances lie far apart (a measurement of micrometres beside one of kilometres, a
+// prediction back after a minute without measurements). Then all variances grow by 1e-11 of their value, or by more if
+// needed.
 //
-// A look costs a tenth of an update. A few steps ahead add more noise than their rounding takes, and an update takes
-// little where the measurement is no thousand times finer than the track; so in traffic few need one.
+// The check costs a tenth of an update, and few updates in traffic need it. A few steps forward add more noise than
+// rounding removes, and an update loses little unless the measurement is a thousand times more precise than the track.
 bool is_wide(const TrackEstimate& e) { return !(e.covariance[0][0] + e.covariance[1][1] < 1e6); }
 void keep_positive(TrackEstimate& e) {
   for (double share = 1e-11; share <= 1.0 && !is_surely_positive(e); share *= 10.0)
     for (int i = 0; i < kTrackStateSize; ++i) e.covariance[i][i] *= 1.0 + share;
 }
 
-// P <- F P F^T. F is the identity but for seven entries, so it is two passes of row (then column) additions: 70
-// multiply-adds instead of 250. Rows x, y and phi read only rows below them that are still unchanged.
+// P <- F P F^T. F is the identity except for seven entries, so the product is two passes of row (then column)
+// additions: 70 multiply-adds instead of 250. Rows x, y and phi read only rows below them that are still unchanged.
 void transport(TrackEstimate& e, const MotionJacobian& f) {
   auto& p = e.covariance;
   for (int c = 0; c < kTrackStateSize; ++c) {
@@ -99,7 +100,7 @@ Innovator make_innovator(const TrackEstimate& e, const Measurement& z) {
 void predict(TrackEstimate& estimate, const ProcessNoise& noise, double dt_s, const Advanced* whole) noexcept {
   if (dt_s == 0.0) return;
   const double ratio = std::fabs(dt_s) / noise.max_step_s;
-  // A hair of slack, so that 50 ms are one step of 50 ms whatever the last digit of the division.
+  // The slack keeps 50 ms one step of 50 ms, whatever the rounding of the division.
   const int steps = ratio >= kMaxSteps ? kMaxSteps : 1 + int(ratio * (1.0 - 1e-9));
   const double step_s = dt_s / steps;
   const bool is_known = whole && steps == 1;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The extended Kalman filter of one track (eqs. 6 and 7): state (x, y, v, phi, omega), measurement (x, y). Double
-// precision; the matrix library stays in the .cpp.
+// precision; only the .cpp includes the matrix library.
 #pragma once
 
 #include "core/track_table.h"
@@ -16,7 +16,7 @@ struct TrackEstimate {
   double covariance[kTrackStateSize][kTrackStateSize] = {};  // symmetric
 };
 
-// Growth of the variances a second (Q scales with dt), and the longest step one linearisation may stand for.
+// Growth of the variances per second (Q scales with dt), and the longest step of one linearisation.
 struct ProcessNoise {
   double variance_per_s[kTrackStateSize] = {};
   double max_step_s = 0.05;
@@ -27,9 +27,9 @@ struct Innovation {
   double log_det = 0;  // ln det S
 };
 
-// Moves the estimate by dt_s. The mean is exact for any dt; the covariance goes in equal steps <= max_step_s. Backward
-// (dt_s < 0) there is no process noise: the way back undoes the motion, it does not forget anything new. `whole`: where
-// the mean is after dt_s, when that is known already; a prediction in one step need not find it again.
+// Predicts by dt_s. The mean is exact for any dt; the covariance advances in equal steps <= max_step_s. A prediction
+// back (dt_s < 0) only inverts the motion and adds no process noise. `whole`: advance() by dt_s, if the caller has it
+// already; a prediction in one step then does not compute it again.
 void predict(TrackEstimate& estimate, const ProcessNoise& noise, double dt_s, const Advanced* whole = nullptr) noexcept;
 
 // False when S is not positive definite (then the pair is impossible).
@@ -38,8 +38,8 @@ bool innovate(const TrackEstimate& estimate, const Measurement& z, Innovation* o
 // Joseph form, symmetrised, phi wrapped, v >= 0 (turn_round). False, nothing changed, when S is not positive definite.
 bool update(TrackEstimate& estimate, const Measurement& z) noexcept;
 
-// (v, phi) and (-v, phi + pi) are one motion with one omega. Chooses the one with v >= 0; the signs of v's row and
-// column change with it.
+// (v, phi) and (-v, phi + pi) are the same motion with the same omega. Chooses the form with v >= 0, and changes the
+// signs of v's row and column to match.
 void turn_round(TrackEstimate& estimate) noexcept;
 
 // Finite and within what a car can do (|v| <= 1000 m/s, |omega| <= 100 rad/s, positive variances).

@@ -1,12 +1,12 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The tracker's last iterations: what each was given, and the tracks before it, so that an older frame can be put in
-// its place in time and what came after it run again.
+// The tracker's last iterations: the input of each, and the tracks before it. So the tracker can insert an older frame
+// at its stamp and run all later iterations again.
 //
 //   oldest                                            newest
-//   | tracks 0 | input 0 | tracks 1 | input 1 | ... | input n | -> the tracks as they are
-//                                  ^ an older frame goes here: back to tracks 2, its input, input 2, input 3, ...
+//   | tracks 0 | input 0 | tracks 1 | input 1 | ... | input n | -> current tracks
+//                                  ^ an older frame goes here: restore tracks 2, run its input, input 2, ...
 #pragma once
 
 #include "pipeline/track/iteration.h"
@@ -16,15 +16,16 @@ namespace overtake {
 class TrackHistory {
  public:
   void carve(Carver& carver, const TrackerParams& params, std::size_t state_bytes);
-  // Where a frame of this stamp goes: among the iterations, after those of equal stamp; count() when it is the newest.
-  // -1: late.
+  // Place of a frame of this stamp among the iterations, after those of equal stamp; count() when it is the newest. -1:
+  // late.
   int32_t find_place(int64_t stamp_ns) const noexcept;
-  // Makes room there, and says where it is then: the oldest iteration is forgotten when the history is full.
+  // Makes room at `place`. A full history drops its oldest iteration and updates `place`.
   Iteration& insert(int32_t& place) noexcept;
-  // Forgets everything; nothing may come before the next iteration.
+  // Drops all iterations; a frame older than the next iteration will be late.
   void clear() noexcept;
 
-  // Steps that the iterations from `place` on took when they ran last, and whether one of them was cut short.
+  // Steps that the iterations from `place` on took in their last runs, and whether the work limit shortened one of
+  // them.
   int64_t work_from(int32_t place) const noexcept;
   bool limited_from(int32_t place) const noexcept;
 
@@ -35,9 +36,9 @@ class TrackHistory {
  private:
   int32_t count_ = 0, capacity_ = 0;
   double span_s_ = 0;
-  bool reaches_back_ = true;  // whether what came before the oldest is known: nothing did
+  bool reaches_back_ = true;  // the history dropped no iteration before the oldest
   Iteration* iterations_ = nullptr;
-  int32_t* order_ = nullptr;  // by time -> in iterations_; those of no use follow
+  int32_t* order_ = nullptr;  // by time -> index in iterations_; unused ones follow
 };
 
 }  // namespace overtake

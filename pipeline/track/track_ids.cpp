@@ -26,7 +26,7 @@ int32_t TrackIds::add_birth(int32_t place, int32_t slot) noexcept {
   return birth_count_++;
 }
 
-// One vote for each measurement that a new-born track shares with an earlier one.
+// One vote for each measurement that an initiated track shares with an earlier one.
 int32_t TrackIds::collect_votes(const TrackHistory& history, int32_t first) noexcept {
   int32_t count = 0;
   for (int32_t place = first; place < history.count(); ++place) {
@@ -38,7 +38,7 @@ int32_t TrackIds::collect_votes(const TrackHistory& history, int32_t first) noex
   return count;
 }
 
-// The tracks put back, and the last iteration each lived or measured in.
+// Finds the restored tracks, and the last iteration in which each lives or is measured.
 int32_t TrackIds::find_held(const TrackHistory& history, int32_t first, const TrackHead* head) noexcept {
   std::fill_n(held_id_, slot_count_, kNobody);
   const SavedTracks& put_back = history.at(first).before;
@@ -63,7 +63,7 @@ int32_t TrackIds::find_held(const TrackHistory& history, int32_t first, const Tr
   return put_back.count;
 }
 
-// An id that another track still had at the birth is not to be had.
+// Drops the votes for ids that another track still had at the birth.
 int32_t TrackIds::drop_votes_for_held(int32_t vote_count, int32_t held_count) noexcept {
   const auto is_held = [&](const Vote& vote) {
     const int32_t* found = std::lower_bound(held_, held_ + held_count, vote.id,
@@ -74,7 +74,7 @@ int32_t TrackIds::drop_votes_for_held(int32_t vote_count, int32_t held_count) no
   return int32_t(std::remove_if(votes_, votes_ + vote_count, is_held) - votes_);
 }
 
-// Votes of one pair become one; returns how many pairs there are.
+// Adds up the votes of each pair (birth, id); returns the number of pairs.
 int32_t TrackIds::add_up(int32_t vote_count) noexcept {
   std::sort(votes_, votes_ + vote_count,
             [](const Vote& a, const Vote& b) { return std::tie(a.birth, a.id) < std::tie(b.birth, b.id); });
@@ -88,7 +88,7 @@ int32_t TrackIds::add_up(int32_t vote_count) noexcept {
   return pairs;
 }
 
-// Tracks that live choose first, then those with more measurements in common, the earlier born, the lower id.
+// Assigns earlier ids to births. Order: live tracks first, then more shared measurements, earlier birth, lower id.
 void TrackIds::hand_out(int32_t pairs) noexcept {
   for (int32_t i = 0; i < pairs; ++i) known_[i] = votes_[i].id;
   std::sort(known_, known_ + pairs);

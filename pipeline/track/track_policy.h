@@ -1,13 +1,13 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A policy says what one iteration does to one track: what is estimated (State), predict, associate (with its cost),
-// update, initiate, life, publish. ReplayTracker<Policy> (replay_tracker.h) is the tracker; nothing of it needs to
-// change for a new policy. cvtr_tracker.h is the paper's.
+// A policy defines what one iteration does to one track: estimate (State), predict, associate (with its cost), update,
+// initiate, life cycle, publish. ReplayTracker<Policy> (replay_tracker.h) is the tracker; a new policy needs no change
+// there. cvtr_tracker.h has the paper's policy.
 //
-// A policy is built as Policy(params, map, allocator), where all its own memory comes from the allocator and the
-// parameters are sane. It may keep what it found while associating for the updates of the same iteration, nothing
-// longer: an iteration that runs again must give the same bytes.
+// The constructor is Policy(params, map, allocator): the parameters are valid, and all memory of the policy comes from
+// the allocator. A policy may keep results of an association for the updates of the same iteration, but not longer: an
+// iteration that runs again must give the same bytes.
 #pragma once
 
 #include <concepts>
@@ -29,7 +29,7 @@ struct TrackView {
   const State* state;
 };
 
-// What an association cost, in the steps of work_limit, and whether the limit cut it short.
+// Cost of an association in the steps of work_limit, and whether the limit shortened it.
 struct Effort {
   int64_t work = 0;
   bool limited = false;
@@ -41,27 +41,27 @@ concept TrackPolicy = std::is_trivially_copyable_v<typename P::State> &&
              const Measurement& z, const Iteration& it, bool hit, bool in_map, int32_t slot,
              const TrackView<typename P::State>& tracks, int32_t* measurement_of_slot, TrackTable& rows, std::size_t i,
              PathTable& paths) {
-  // Moves a state by dt_s; where dt_s is negative, back without process noise.
+  // Predicts a state by dt_s; if dt_s is negative, back without process noise.
   constant.predict(state, dt_s);
   { constant.place(seen) } -> std::same_as<Place>;
-  // Whether the numbers are still those of a car.
+  // Whether the state is finite and within what a car can do.
   { constant.is_sound(seen) } -> std::same_as<bool>;
 
   // Writes the measurement of each slot, -1 none; no measurement goes to two slots, and none to a slot whose state
   // is more than kMaxBackward_s ahead of it.
   { policy.associate(tracks, it, measurement_of_slot) } -> std::same_as<Effort>;
-  // The state of that slot takes the measurement, which is dt_s away from it, and moves on to there; where dt_s is
-  // negative it goes back, takes the measurement and returns.
+  // Predicts the slot's state by dt_s to the measurement and updates it. If dt_s is negative, predicts back, updates,
+  // and predicts forward to the state's time.
   policy.update(slot, state, dt_s, z);
-  // The state of a track that the measurement gives birth to: its first hit.
+  // The state of a track that the measurement initiates, including its first hit.
   { constant.initiate(z, it) } -> std::same_as<typename P::State>;
 
-  // One iteration that could have seen the track. False: the track is dead.
+  // Records one iteration that could have seen the track. False: the track is dead.
   { constant.record(state, hit) } -> std::same_as<bool>;
-  // In a full table a track that is not confirmed makes room for a nearer one.
+  // A full table may evict a track that is not confirmed.
   { constant.is_confirmed(seen) } -> std::same_as<bool>;
 
-  // A state as it leaves the tracker: what has to be decided at the state's own time.
+  // The state to publish, with all decisions that depend on the state's own time.
   { constant.publishable(seen, in_map) } -> std::same_as<typename P::State>;
   // Writes state, x to yaw rate, covariance, heading, extent, age and hits of row i.
   constant.write(seen, rows, i);

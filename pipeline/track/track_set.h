@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The tracks of a tracker, and one iteration on them, top to bottom: silence, association, hits, misses, deaths,
-// births. A pure function of the tracks before and the iteration's input, so an iteration that runs again gives the
-// same bytes.
+// The tracks of a tracker, and one iteration on them, in this order: silence, association, hits, misses, deaths,
+// births. The result depends on the tracks before and the iteration's input alone, so an iteration that runs again
+// gives the same bytes.
 #pragma once
 
 #include <algorithm>
@@ -32,7 +32,7 @@ class TrackSet {
   }
   void clear() { std::fill_n(head_, params_.track_capacity, TrackHead{}); }
 
-  // The iteration at `place` of the history.
+  // Runs the iteration at `place` of the history.
   void run(Iteration& it, int32_t place, TrackIds& ids) noexcept {
     in_map_ = it.in_map;
     ++counts_.iterations;
@@ -93,7 +93,7 @@ class TrackSet {
   bool in_map() const noexcept { return in_map_; }  // in the newest iteration
 
  private:
-  void end(int32_t slot, int64_t& reason) noexcept {  // one of the counts
+  void end(int32_t slot, int64_t& reason) noexcept {  // reason: one of counts_
     head_[slot].alive = false;
     ++reason;
     ++counts_.deaths;
@@ -124,7 +124,7 @@ class TrackSet {
       head.row = -1;
       head.flags = kTrackCoasting | kTrackUnobserved;
       if (const Place place = policy_.place(state); is_observed(it, place.x_m, place.y_m)) {
-        head.flags = kTrackCoasting;  // what no sensor could see is no iteration
+        head.flags = kTrackCoasting;  // an iteration that could not see the track does not count
         ++counts_.misses;
         lives = policy_.record(state, false);
       }
@@ -135,7 +135,7 @@ class TrackSet {
       end(slot, counts_.unsound);
   }
 
-  // Nearest first: what is born early is never put out for a later one, and row order does not matter.
+  // Nearest first: so no new track is evicted for another new one, and row order does not matter.
   void give_births(Iteration& it, int32_t place, TrackIds& ids) noexcept {
     int32_t count = 0;
     for (int32_t i = 0; i < it.count; ++i)
@@ -167,8 +167,8 @@ class TrackSet {
     return dx * dx + dy * dy;
   }
 
-  // The first free slot; in a full table the farthest tentative track, when it is farther than the measurement, makes
-  // room. -1: none.
+  // Returns the first free slot. A full table evicts its farthest tentative track if it is farther than the
+  // measurement. -1: none.
   int32_t find_slot(const Iteration& it, int32_t measurement) noexcept {
     int32_t farthest = -1;
     for (int32_t slot = 0; slot < params_.track_capacity; ++slot) {
@@ -190,7 +190,7 @@ class TrackSet {
   TrackHead* head_ = nullptr;  // by slot
   State* state_ = nullptr;
   int32_t* measurement_of_slot_ = nullptr;
-  int32_t* newborn_ = nullptr;  // measurements that give birth, nearest first
+  int32_t* newborn_ = nullptr;  // measurements that initiate tracks, nearest first
   IterationCounts counts_;
   int32_t alive_count_ = 0;
   bool in_map_ = true;

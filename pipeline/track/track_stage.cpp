@@ -10,8 +10,8 @@
 namespace overtake {
 namespace {
 
-// Position uncertainty of an extrapolated ego pose: half the largest acceleration of the car times age squared. Up to
-// 20 ms that is 5 mm and counts as none.
+// Position uncertainty of an extrapolated ego pose: half the largest acceleration of the car times age squared. At 20
+// ms that is 5 mm; up to there the function returns 0.
 constexpr double kMaxAcceleration = 26.5;
 constexpr int64_t kEgoExactNs = 20'000'000;
 
@@ -22,7 +22,7 @@ double ego_variance(const EgoState& ego) noexcept {
   return sigma * sigma;
 }
 
-// From the vehicle frame to the map: place, heading and the measurement's own covariance.
+// Transforms a measurement from the vehicle frame to the map: position, heading and covariance.
 void turn_to_map(const EgoState& ego, Measurement& z) noexcept {
   ego.to_map(z.x_m, z.y_m, 0.0, z.x_m, z.y_m);
   if (z.heading_rad == z.heading_rad) z.heading_rad = ego.heading_to_map(z.heading_rad);
@@ -70,7 +70,7 @@ void TrackStage::measure_external(Frame& frame) const noexcept {
   const double variance = turn ? ego_variance(frame.ego_state) : 0.0;
   for (int32_t i = 0; i < in.count; ++i) {
     Measurement& z = frame.measurements.row[i];
-    const bool variances_alone = in.var_x[i] == in.var_x[i] && in.cov_xy[i] != in.cov_xy[i];  // independent, then
+    const bool variances_alone = in.var_x[i] == in.var_x[i] && in.cov_xy[i] != in.cov_xy[i];  // then cov_xy is 0
     z = {.x_m = in.x_m[i],
          .y_m = in.y_m[i],
          .var_x = in.var_x[i],
@@ -80,7 +80,7 @@ void TrackStage::measure_external(Frame& frame) const noexcept {
          .stamp_ns = frame.stamp_ns};
     if (turn) turn_to_map(frame.ego_state, z);
     if (variance > 0) {
-      if (!is_position_covariance(z.var_x, z.var_y, z.cov_xy)) {  // the tracker's R stands in
+      if (!is_position_covariance(z.var_x, z.var_y, z.cov_xy)) {  // then the tracker's R
         z.var_x = params_.r_diag[0];
         z.var_y = params_.r_diag[1];
         z.cov_xy = 0.0;
@@ -92,7 +92,7 @@ void TrackStage::measure_external(Frame& frame) const noexcept {
 }
 
 int32_t TrackStage::observe(const Frame& frame, ObservedSector* sectors) const noexcept {
-  if (frame.kind == FrameKind::kExternal) return -1;  // who knows what it saw: everything
+  if (frame.kind == FrameKind::kExternal) return -1;  // field of view unknown: assume everything
   int32_t count = 0;
   for (int32_t s = 0; s < context_.sensor_count; ++s) {
     if (!(frame.sensor_mask >> s & 1u)) continue;
@@ -115,7 +115,7 @@ int32_t TrackStage::observe(const Frame& frame, ObservedSector* sectors) const n
   return count;
 }
 
-// A prediction changes nothing, so it does not change over either.
+// A prediction does not change the tracker, so it does not change the frame of reference either.
 void TrackStage::choose_reference(Frame& frame) noexcept {
   const bool in_map = frame.kind == FrameKind::kExternal && !frame.ego_known
                           ? frame.external_reference == OVT_REFERENCE_MAP
@@ -150,7 +150,7 @@ void TrackStage::step(Frame& frame) noexcept {
   TrackerFrame input;
   input.stamp_ns = frame.stamp_ns;
   input.measurements = {frame.measurements.row, std::size_t(frame.measurements.count)};
-  if (frame.ego_known) {  // which puts the tracker into the map
+  if (frame.ego_known) {  // then the tracker works in the map
     const EgoPose& pose = frame.ego_state.pose;
     input.ego = {true, pose.x_m, pose.y_m, pose.yaw_rad, pose.speed_mps};
   }

@@ -1,16 +1,16 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The tracker's side of a frame: which frame of reference the tracker works in, what the frame measures, and the
-// iteration itself.
+// The track stage of a frame: chooses the tracker's frame of reference, makes measurements of detections, and runs the
+// tracker.
 //
-// The tracker works in the map from the first ego pose on, in the vehicle frame until then. Changing over forgets the
-// tracks: they mean nothing in the other frame.
+// The tracker works in the vehicle frame until the first ego pose, and in the map from then on. The change deletes all
+// tracks: their states are not valid in the map.
 //
-//   frame                   ego pose at its stamp   tracks in    what is done
+//   frame                   ego pose at its stamp   tracks in    action
 //   scans                   known                   map          measure, step
 //                           unknown                 vehicle      measure, step
-//                           unknown                 map          predict: nobody knows where they were measured
+//                           unknown                 map          predict: the detections have no known place in the map
 //   pushed, vehicle frame   as scans
 //   pushed, map             known or not            map          measure, step
 //   prediction              known or not            as they are  predict
@@ -31,9 +31,9 @@ class TrackStage {
   // Throws std::bad_alloc when the allocator has no memory.
   TrackStage(const StageContext& context, const TrackerParams& params,
              const Allocator& allocator = default_allocator());
-  //   reads  detections or external, ego   writes  measurements, tracks, reference, flags
+  //   reads  detections or external, ego   writes  measurements, tracks, track_states, reference, flags
   void run(Frame& frame) noexcept;
-  // What became of the last frame; a prediction is none.
+  // Result of the last frame's step; empty after a prediction.
   StepResult last_step() const noexcept { return last_step_; }
   FrameTracker& tracker() noexcept { return *tracker_; }
 

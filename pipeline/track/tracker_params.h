@@ -1,18 +1,18 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Parameters of a tracker. Those of a motion model or an association are read by the policies that have one.
+// Parameters of a tracker. A policy reads those of its motion model and association only.
 #pragma once
 
 #include <cstdint>
 
 namespace overtake {
 
-// Beyond these a number is nothing of a car's.
+// Largest values that a car can have.
 inline constexpr double kMaxPlace_m = 1e8, kMaxAngle_rad = 1e6, kMaxSpeed_mps = 1e3, kMaxYawRate_rps = 100.0;
 
-inline constexpr double kMaxStampSpread_s = 1.0;  // a measurement's stamp lies this near to its frame's
-inline constexpr double kMaxBackward_s = 0.5;     // a track goes back so far to take an older measurement
+inline constexpr double kMaxStampSpread_s = 1.0;  // largest distance of a measurement's stamp from its frame's
+inline constexpr double kMaxBackward_s = 0.5;     // largest age of a measurement relative to its track's state
 inline constexpr double kMaxPredict_s = 60.0;
 
 struct TrackerParams {
@@ -23,17 +23,17 @@ struct TrackerParams {
   double birth_speed_share = 0.8;  // of the ego speed
   double gate_d2 = 9.21, gate_m = 8.0;
   int32_t window = 20, confirm_hits = 6, keep_hits = 5;  // N (1..64), M_c, M_e
-  double max_silence_s = 4.0;                            // without a hit a track dies in any case; at most 60
-  double predict_step_s = 0.05;                          // longer steps are cut into such
+  double max_silence_s = 4.0;                            // a track without a hit for longer is deleted; at most 60
+  double predict_step_s = 0.05;                          // a longer prediction is split into steps
   double horizon_s = 3.0, horizon_step_s = 0.1;
-  double heading_speed_mps = 3.0;   // in the map a confirmed track this fast turns its heading
-  double history_s = 0.5;           // a frame this much older than the newest is taken in, at
-  int32_t history_iterations = 32;  // most so many iterations back (1..256)
+  double heading_speed_mps = 3.0;   // in the map the course of a confirmed track this fast tells front from rear
+  double history_s = 0.5;           // a frame at most this much older than the newest is inserted,
+  int32_t history_iterations = 32;  // at most this many iterations back (1..256)
   int32_t track_capacity = 256, detection_capacity = 256;
   double work_limit = 1e7;  // steps of about 2 ns that a frame may take
 };
 
-// Parameters of any value give a tracker that works; the configuration refuses senseless ones by name.
+// Clamps the parameters, so that any values give a tracker that works. The configuration refuses invalid ones by name.
 TrackerParams make_sane(TrackerParams params) noexcept;
 
 }  // namespace overtake

@@ -23,7 +23,7 @@ bool are_finite(const T* column, int64_t count) {
   return sum == 0;
 }
 
-// Every column of floats and every float that a table hands out.
+// Checks every float column and every float of a table that a reader returns.
 template <class Table>
 bool is_all_finite(const Table& table) {
   bool finite = true;

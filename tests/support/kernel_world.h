@@ -40,7 +40,7 @@ class KernelWorld {
   // Runs one kernel of the table on the contents; a kernel of a segmentation runs through its step.
   void run(const KernelTable& kernels, Kernel kernel);
   void run(const KernelTable& kernels, const Step& step);
-  // What runs before that kernel in the first method that has it; where none has, the whole of paper's segmentation.
+  // Runs the steps before that kernel in the first method that has it; if none has it, paper's whole segmentation.
   void run_before(const KernelTable& kernels, Kernel kernel);
   // The method's segmentation from load_points on, then the kernels behind it.
   void run_all(const KernelTable& kernels, const Method& method);

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the preset `paper` gives the kernels, for cases that are about its values: a kernel has no defaults of its own.
+// The kernel parameters of the preset `paper`, for tests that depend on its values: kernels have no defaults.
 #pragma once
 
 #include "pipeline/params.h"

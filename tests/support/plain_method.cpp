@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A method for tests, `plain`: what is less than 30 cm above the road is ground, by one look at each pixel; no angles,
-// no smoothing, no repair, no map gate, a tracker of its own. It shows that a method needs nothing outside its own file
-// but its line in tests/CMakeLists.txt, and that what is promised of detectors hangs on no method.
+// A method for tests, `plain`: every pixel less than 30 cm above the road is ground; no angles, no smoothing, no
+// repair, no map gate, and another tracker. It shows that a method needs only its own files and one line in
+// tests/CMakeLists.txt, and that the guarantees of a detector do not depend on the method.
 #include "pipeline/method/frame_rules.h"
 #include "pipeline/method/methods.h"
 #include "pipeline/method/steps.h"
@@ -18,7 +18,7 @@ constexpr Step kSegment[] = {
     step::rank_layers,
     step::scatter_points,
     step::fill_gaps,
-    // In place of angle, smoothing, ground and repair.
+    // Replaces angle, smoothing, ground and repair.
     step::keep_above_road,
     // Clusters.
     step::link_pixels,

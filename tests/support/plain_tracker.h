@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The tracker of the method `plain`: an alpha-beta filter on position and velocity, and greedy nearest neighbour, the
-// closest pair first, within a distance alone. It shows that a tracker is a policy and nothing else: history, frames
-// out of sequence, ids, the work limit and the counters are ReplayTracker's.
+// The tracker of the method `plain`: an alpha-beta filter on position and velocity, and a greedy nearest-neighbour
+// association (closest pair first) with a distance gate. It shows that a new tracker is a policy and nothing else:
+// ReplayTracker does history, frames out of sequence, their work limit, ids and counters.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace overtake::test {
 
 struct PlainState {
   double x_m, y_m, vx_mps, vy_mps;
-  double var_x, var_y, cov_xy;  // of the last measurement, and what the time since then adds
+  double var_x, var_y, cov_xy;  // of the last measurement, plus the growth since then
   double heading_rad, length_m, width_m;
   bool has_heading;
   LifeCycle life;
@@ -52,7 +52,8 @@ class PlainPolicy {
            std::fabs(s.vy_mps) <= 700.0;
   }
 
-  // A pair that is looked at is a step; one within the gate is sorted, too. What is beyond the limit is not looked at.
+  // Examining a pair costs one step; a pair within the gate costs 16 more, as it is sorted. Skips the pairs beyond the
+  // limit.
   Effort associate(const TrackView<State>& tracks, const Iteration& it, int32_t* measurement_of_slot) noexcept {
     Effort effort;
     int32_t count = 0;
@@ -119,8 +120,8 @@ class PlainPolicy {
   bool is_confirmed(const State& s) const noexcept { return s.life.state == TrackState::kConfirmed; }
   State publishable(const State& s, bool) const noexcept { return s; }
 
-  // The filter has no covariance: that of the last measurement, grown since, stands for the place, the variances of a
-  // birth for the rest.
+  // The filter has no covariance. The position gets that of the last measurement, grown since then; the rest gets the
+  // variances of an initiation.
   void write(const State& s, TrackTable& t, std::size_t i) const noexcept {
     t.state[i] = int32_t(s.life.state);
     t.x_m[i] = s.x_m;
