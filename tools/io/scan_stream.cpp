@@ -14,7 +14,7 @@ class FolderStream : public ScanStream {
  public:
   FolderStream(const std::string& path, const Rig& rig) : recording_(path, rig) {}
 
-  // Leaves out unreadable files and counts them. If no file is readable, the recording has an error.
+  // Leaves out unreadable files and counts them. Throws Error if no file was readable.
   bool next(FrameScans& out) override {
     while (at_ < recording_.frame_count()) {
       std::vector<std::string> lost;
