@@ -159,7 +159,7 @@ void print_folder(const RecordingInfo& info) {
 void add_info_options(CLI::App& command, InfoOptions& options) {
   command.add_option("input", options.input, io::describe_inputs())->required();
   add_json_option(command, options.json);
-  command.footer("Formats, found by a file's first bytes, else by its name:\n" + io::list_formats());
+  command.footer("Formats, recognised by a file's first bytes, else by its extension:\n" + io::list_formats());
 }
 
 int print_info(const InfoOptions& options) {
@@ -174,15 +174,15 @@ int print_info(const InfoOptions& options) {
   else
     is_bag ? print_bag(info) : print_folder(info);
   if (info.damage.empty()) return 0;
-  std::fprintf(stderr, "overtake: %s: %s; what is said is about what came before it\n", printable(info.path).c_str(),
-               printable(info.damage).c_str());
+  std::fprintf(stderr, "overtake: %s: %s; the output describes the part before the damage\n",
+               printable(info.path).c_str(), printable(info.damage).c_str());
   return kDamaged;
 }
 
 }  // namespace
 
 Command info_command() {
-  return make_command("info", "says what a recording holds", kListed, add_info_options, print_info);
+  return make_command("info", "lists the contents of a recording", kListed, add_info_options, print_info);
 }
 
 }  // namespace overtake::cli
