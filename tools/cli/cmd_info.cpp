@@ -103,8 +103,8 @@ void print_bag(const RecordingInfo& info) {
       std::printf("\n%s: %s a cloud; %s\n", printable(topic.name).c_str(),
                   io::counted(topic.points / topic.messages, "point").c_str(), printable(topic.layout).c_str());
     if (topic.undecoded > 0)
-      std::printf("%s: %s not what %s type says\n", printable(topic.name).c_str(),
-                  io::counted(topic.undecoded, "message is", "messages are").c_str(),
+      std::printf("%s: %s not fit %s type\n", printable(topic.name).c_str(),
+                  io::counted(topic.undecoded, "message does", "messages do").c_str(),
                   topic.undecoded == 1 ? "its" : "their");
   }
 }
@@ -131,7 +131,7 @@ RecordingInfo look_into_folder(const std::string& path) {
     const bool digits = stem.substr(0, first).find_first_not_of("0123456789") == std::string::npos;
     scans[(digits && first != std::string::npos ? "FRAME" + stem.substr(first) : "FRAME") + kind].push_back(file);
   }
-  if (scans.empty()) throw io::Error(path, 0, "holds nothing that is read: no " + io::list_extensions());
+  if (scans.empty()) throw io::Error(path, 0, "holds no recording: no " + io::list_extensions());
   RecordingInfo out;
   out.path = path;
   out.kind = fs::is_directory(path, code) ? "a folder of scans" : "one scan";

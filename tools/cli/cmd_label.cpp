@@ -89,7 +89,7 @@ int label(const LabelOptions& options) {
                  printable(options.input).c_str(), static_cast<long long>(stream->lost_count()),
                  printable(stream->first_loss()).c_str());
   if (!stream->damage().empty())
-    std::fprintf(stderr, "overtake: %s: %s; what came before it is done\n", printable(options.input).c_str(),
+    std::fprintf(stderr, "overtake: %s: %s; results are from the part before it\n", printable(options.input).c_str(),
                  printable(stream->damage()).c_str());
   return stream->lost_count() > 0 || !stream->damage().empty() ? kDamaged : 0;
 }

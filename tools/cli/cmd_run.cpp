@@ -46,7 +46,7 @@ void print_notes(const CountSink& counts, const Session& session) {
                 {OVT_FLAG_CLOUD_DEGRADED, "a scan has more bad points than good ones"},
                 {OVT_FLAG_CLOCK_JUMP, "the stamps jump"},
                 {OVT_FLAG_CLOCK_SUSPECT, "stamps of a sensor, of detections or of ego poses do not fit the others'"},
-                {OVT_FLAG_WORK_LIMIT, "clutter so dense that the tracker's work limit was met"}};
+                {OVT_FLAG_WORK_LIMIT, "the tracker reached its work limit in dense clutter"}};
   for (const auto& note : kNotes) {
     const int64_t count = counts.frames_with(note.flag);
     if (count > 0 && count < counts.frames())
@@ -118,14 +118,14 @@ std::string own_parts(const Config& config) {
 std::vector<std::string> find_faults(const Config& config, const io::ScanStream& stream, const CountSink& counts) {
   std::vector<std::string> faults;
   if (!stream.damage().empty())
-    faults.push_back(config.input + ": " + stream.damage() + "; what came before it is done");
+    faults.push_back(config.input + ": " + stream.damage() + "; results are from the part before it");
   if (stream.lost_count() > 0)
     faults.push_back(config.input + ": " + std::to_string(stream.lost_count()) +
                      (stream.lost_count() == 1 ? " file" : " files") +
                      " could not be read, the others are done; the first: " + stream.first_loss());
   if (is_wrong_map(counts))
     faults.push_back(config.map + ": " + format_off_map(counts) +
-                     ": it is another course's, or the poses are; it was not used there");
+                     ": map and poses are of different courses; the run did not use the map there");
   if (!config.ego.empty() && 2 * counts.frames_with_ego() < counts.frames())
     faults.push_back("--ego " + config.ego + ": covers only " + share_text(counts.frames_with_ego(), counts.frames()));
   return faults;

@@ -197,7 +197,7 @@ std::vector<std::string> Session::full_capacities() const {
                           (tracks ? "confirmed first, then nearest first" : "nearest first") + " were kept; " +
                           (rows < key.most ? "raise it with --capacity " + std::string(key.name) + "=" +
                                                  std::to_string(std::min(2 * rows, key.most))
-                                           : "that is the most there may be"));
+                                           : "this is the maximum"));
     }
   }
   return sentences;

@@ -61,9 +61,8 @@ std::vector<std::string> list_files(const std::string& path) {
   if (code) throw Error(path, 0, "cannot be listed: " + code.message());
   if (files.empty()) {
     const std::string partial = why_partial(path);
-    throw Error(
-        path, 0,
-        "holds nothing that is read: no " + list_extensions() + " file" + (partial.empty() ? "" : "; " + partial));
+    throw Error(path, 0,
+                "holds no recording: no " + list_extensions() + " file" + (partial.empty() ? "" : "; " + partial));
   }
   std::sort(files.begin(), files.end());
   return files;
