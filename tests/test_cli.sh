@@ -129,7 +129,7 @@ point_capacity = 100
 END
 av21=(--rig av21 --out out)
 refuse "*no: no such folder" run no "${av21[@]}"
-refuse "*empty: holds nothing that is read: no .pcd, .bin,*.db3 or .mcap file" run empty "${av21[@]}"
+refuse "*empty: holds no recording: no .pcd, .bin,*.db3 or .mcap file" run empty "${av21[@]}"
 refuse "*1_rear.pcd: rig av21 has no sensor 'rear' (it has front, left, right)" run strangers "${av21[@]}"
 refuse "*1_front.pcd: the data ends at field '*' of point *; * points are declared" run cut "${av21[@]}"
 refuse "*1_front.pcd: rig hdl64 has no sensor 'front' (it has top)" run cut --rig hdl64 --out out

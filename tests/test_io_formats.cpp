@@ -98,7 +98,7 @@ TEST_CASE("formats: what a file of a folder holds is found by looking at it, not
   CHECK(frame.scans[0].count == small_cloud().points);
   const std::string notes = folder.write("notes.dat", "no scan");
   CHECK(error_of([&] { io::read_cloud(notes); }) ==
-        notes + ": is of no format that is read (" + io::list_extensions() + ")");
+        notes + ": has no supported format (" + io::list_extensions() + ")");
   const std::string log = folder.path("log.pcd");
   write_mcap(log, straight_drive("/ego/odometry", 0, 50'000'000));
   CHECK(error_of([&] { io::read_cloud(log); }) == log + ": is a recording, MCAP, not one cloud");

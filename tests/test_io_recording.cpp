@@ -159,7 +159,7 @@ TEST_CASE("recording: each kind of bad input gets its error") {
   CHECK(error(folder.path("no"), av21) == folder.path("no") + ": no such folder");
   folder.write("empty/readme.txt", "");
   CHECK(error(folder.path("empty"), av21) ==
-        folder.path("empty") + ": holds nothing that is read: no " + io::list_extensions() + " file");
+        folder.path("empty") + ": holds no recording: no " + io::list_extensions() + " file");
   std::string path = folder.write("a/rear.pcd", good);
   CHECK(error(folder.path("a"), av21) ==
         path + ": its name has no frame number; FRAME_SENSOR.pcd or FRAME.pcd is needed");

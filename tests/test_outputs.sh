@@ -166,7 +166,7 @@ awk '$1 ~ /odometry$/ && $2 > 400 { exit 1 }' <("$overtake" info renamed.mcap) |
   fail "the odometry goes on behind the last cloud: $("$overtake" info renamed.mcap)"
 stop TERM 'early/*_front.pcd.part' simulate demo --seconds 8 --out early --quiet
 [[ -z $(compgen -G 'early/*.pcd') ]] || fail "an interrupted folder looks whole: $(ls early | head)"
-refuse "early: holds nothing that is read: *; the program that wrote it was interrupted or failed: *" run early --rig av21 --out ov
+refuse "early: holds no recording: *; the program that wrote it was interrupted or failed: *" run early --rig av21 --out ov
 grep -q '^this log is partial: the program that wrote it was interrupted or failed: [0-9]* names end in .part' <("$overtake" info early 2>&1) ||
   fail "info of a partial folder: $("$overtake" info early 2>&1)"
 mkdir long

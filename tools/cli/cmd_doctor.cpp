@@ -27,7 +27,7 @@ struct DoctorOptions : Options {
   bool json = false;
 };
 
-constexpr std::size_t kTried = 3;  // frames by which another rig is judged
+constexpr std::size_t kTried = 3;  // frames for testing another rig
 
 // The built-in rigs whose sensors all have a topic.
 std::vector<std::string> rigs_by_topics(const std::vector<io::BagTopic>& topics) {
@@ -35,7 +35,7 @@ std::vector<std::string> rigs_by_topics(const std::vector<io::BagTopic>& topics)
   for (const std::string& name : io::builtin_rig_names()) {
     const io::Rig rig = io::load_rig(name);
     const std::vector<int32_t> sensor_of = io::find_topic_roles(topics, rig).sensor_of;
-    bool all = !rig.shared_cloud;  // one topic for all sensors: its name does not matter
+    bool all = !rig.shared_cloud;  // one topic for all sensors: ignore its name
     for (int32_t s = 0; s < int32_t(rig.sensors.size()); ++s)
       all = all && std::find(sensor_of.begin(), sensor_of.end(), s) != sensor_of.end();
     if (all) names.push_back(name);
@@ -154,7 +154,7 @@ void add_doctor_options(CLI::App& command, DoctorOptions& options) {
   command.add_option("--ego", options.ego, "CSV of ego poses, as for run");
   add_json_option(command, options.json);
   command.add_option("--map", options.map,
-                     "map, as for run: whether the poses lie on it (default: the log's own, if any)");
+                     "map, as for run: tests whether the poses lie on it (default: the log's own, if any)");
 }
 
 int examine(const DoctorOptions& options) {
@@ -205,7 +205,7 @@ int examine(const DoctorOptions& options) {
 }  // namespace
 
 Command doctor_command() {
-  return make_command("doctor", "says what is wrong with a recording for a rig, and what to do", kListed,
+  return make_command("doctor", "finds what is wrong with a recording for a rig, and gives advice", kListed,
                       add_doctor_options, examine);
 }
 

@@ -62,9 +62,9 @@ int evaluate(const EvaluateOptions& given) {
   if (options.scaling) evaluation::measure_scaling(options.logs[0], preset, options.out, !options.quiet);
   guard.commit();
   if (!evaluation::run_logs(options)) {
-    std::fprintf(
-        stderr, "overtake: interrupted, no report; runs that are done are kept in %s, the same command goes on there\n",
-        options.out.c_str());
+    std::fprintf(stderr,
+                 "overtake: interrupted, no report; %s keeps the finished runs, and the same command continues\n",
+                 options.out.c_str());
     return kInterrupted;
   }
   evaluation::write_report(options.out, !options.quiet);
@@ -81,27 +81,28 @@ void add_evaluate_options(CLI::App& command, EvaluateOptions& options) {
                       io::join(evaluation::variant_names(), ", "))
       ->delimiter(',');
   command.add_flag("--variants", options.all_variants, "the first preset with every variant as well");
-  command
-      .add_option("--out", options.out,
-                  "folder for the results; what this build has run into it with the same options is kept")
+  command.add_option("--out", options.out, "folder for the results; keeps runs of this build with the same options")
       ->required();
   command.add_option("--sweep", options.sweep, "group.name=FROM:TO:STEP: the first preset with each of these values");
-  command.add_option("--every", options.every, "frames between two of the sweep and of the baselines")
+  command.add_option("--every", options.every, "sweep and baselines use every N-th frame")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  command.add_option("--frames", options.most_frames, "end each log after so many")->check(CLI::Range(1, 1000000000));
-  command.add_option("--workers", options.workers, "runs at once, 0: one per CPU; the numbers are the same")
+  command.add_option("--frames", options.most_frames, "end each log after this number of frames")
+      ->check(CLI::Range(1, 1000000000));
+  command.add_option("--workers", options.workers, "parallel runs, 0: one per CPU; the results are the same")
       ->check(CLI::Range(0, 256));
   command.add_option("--rig", options.rig, "sensors and topics of recordings whose truth is the odometry of two cars");
   command.add_option("--map", options.map,
                      "track map of these recordings: centre line with widths, or an MCAP log that holds one");
   command.add_option("--recordings", options.recordings,
-                     "folder of the recorded data sets: judges what is there of them (recordings.json)");
+                     "folder of the recorded data sets: evaluates those that exist (recordings.json)");
   command.add_flag("--tune", options.tune,
                    "instead: tries parameters of the grid and of the automatic labels (tuning.csv)");
   command.add_flag("--scaling", options.scaling, "also: time against sensors and workers (scaling.json)");
   add_quiet_option(command, options.quiet);
-  command.add_option("--progress", options.progress_s, "a line every so many seconds instead of the bar, quiet or not")
+  command
+      .add_option("--progress", options.progress_s,
+                  "interval in seconds of progress lines instead of the bar, also with --quiet")
       ->check(CLI::Range(0.0, 36000.0));
   add_force_option(command, options.force);
   command.add_flag("--check", options.check, "only: whether --preset and --sweep can be run; needs no log");
@@ -110,7 +111,7 @@ void add_evaluate_options(CLI::App& command, EvaluateOptions& options) {
 }  // namespace
 
 Command evaluate_command() {
-  return make_command("evaluate", "presets on simulated logs, held against their truth", kListed, add_evaluate_options,
+  return make_command("evaluate", "compares presets with the truth of simulated logs", kListed, add_evaluate_options,
                       evaluate);
 }
 

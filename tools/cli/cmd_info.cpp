@@ -103,8 +103,8 @@ void print_bag(const RecordingInfo& info) {
       std::printf("\n%s: %s a cloud; %s\n", printable(topic.name).c_str(),
                   io::counted(topic.points / topic.messages, "point").c_str(), printable(topic.layout).c_str());
     if (topic.undecoded > 0)
-      std::printf("%s: %s not what %s type says\n", printable(topic.name).c_str(),
-                  io::counted(topic.undecoded, "message is", "messages are").c_str(),
+      std::printf("%s: %s not fit %s type\n", printable(topic.name).c_str(),
+                  io::counted(topic.undecoded, "message does", "messages do").c_str(),
                   topic.undecoded == 1 ? "its" : "their");
   }
 }
@@ -131,7 +131,7 @@ RecordingInfo look_into_folder(const std::string& path) {
     const bool digits = stem.substr(0, first).find_first_not_of("0123456789") == std::string::npos;
     scans[(digits && first != std::string::npos ? "FRAME" + stem.substr(first) : "FRAME") + kind].push_back(file);
   }
-  if (scans.empty()) throw io::Error(path, 0, "holds nothing that is read: no " + io::list_extensions());
+  if (scans.empty()) throw io::Error(path, 0, "holds no recording: no " + io::list_extensions());
   RecordingInfo out;
   out.path = path;
   out.kind = fs::is_directory(path, code) ? "a folder of scans" : "one scan";
@@ -159,7 +159,7 @@ void print_folder(const RecordingInfo& info) {
 void add_info_options(CLI::App& command, InfoOptions& options) {
   command.add_option("input", options.input, io::describe_inputs())->required();
   add_json_option(command, options.json);
-  command.footer("Formats, found by a file's first bytes, else by its name:\n" + io::list_formats());
+  command.footer("Formats, recognised by a file's first bytes, else by its extension:\n" + io::list_formats());
 }
 
 int print_info(const InfoOptions& options) {
@@ -174,15 +174,15 @@ int print_info(const InfoOptions& options) {
   else
     is_bag ? print_bag(info) : print_folder(info);
   if (info.damage.empty()) return 0;
-  std::fprintf(stderr, "overtake: %s: %s; what is said is about what came before it\n", printable(info.path).c_str(),
-               printable(info.damage).c_str());
+  std::fprintf(stderr, "overtake: %s: %s; the output describes the part before the damage\n",
+               printable(info.path).c_str(), printable(info.damage).c_str());
   return kDamaged;
 }
 
 }  // namespace
 
 Command info_command() {
-  return make_command("info", "says what a recording holds", kListed, add_info_options, print_info);
+  return make_command("info", "lists the contents of a recording", kListed, add_info_options, print_info);
 }
 
 }  // namespace overtake::cli

@@ -65,7 +65,7 @@ io::FrameScans choose_frame(const std::string& input, const io::Rig& rig, int64_
                       std::to_string(last) + ")" + lost());
 }
 
-// The range image that says which pixels of image `id` are returns: its own stage's, else any that there is.
+// The range image that defines which pixels of image `id` are returns: that of its stage, else any available one.
 DenseImage returns_of(const std::map<int32_t, DenseImage>& images, int32_t id) {
   const int32_t own = id == OVT_IMAGE_ELEVATION_FILLED     ? OVT_IMAGE_RANGE_FILLED
                       : id == OVT_IMAGE_ELEVATION_REPAIRED ? OVT_IMAGE_RANGE_REPAIRED
@@ -204,7 +204,7 @@ int inspect(const InspectOptions& options) {
     for (int32_t& point : owner_image->second.integer)
       if (point >= 0) point = frame.scans[0].input_index[std::size_t(point)];  // rows of the input file
   for (const auto& [id, image] : images) write_image(options.out, image, returns_of(images, id));
-  std::vector<io::Picture> strip;  // the way of one scan at a glance
+  std::vector<io::Picture> strip;  // four stages of one scan
   for (int32_t id : {OVT_IMAGE_RANGE, OVT_IMAGE_ANGLE_SMOOTH, OVT_IMAGE_RANGE_REPAIRED, OVT_IMAGE_LABELS})
     if (images.contains(id)) strip.push_back(draw_image(images.at(id), returns_of(images, id)));
   io::write_png(options.out + "/strip.png", stack_pictures(strip));
@@ -229,9 +229,8 @@ void add_inspect_options(CLI::App& command, InspectOptions& options) {
   options.command = "inspect";
   add_detector_options(command, options);
   add_common_options(command, options);
-  command.add_option("--frame", options.frame,
-                     "the number in the scan's file name (may be left out where there is one frame)");
-  command.add_option("--sensor", options.sensor, "sensor of the rig (may be left out where it has one)");
+  command.add_option("--frame", options.frame, "the number in the scan's file name (optional for one frame)");
+  command.add_option("--sensor", options.sensor, "sensor of the rig (optional for one sensor)");
 }
 
 }  // namespace

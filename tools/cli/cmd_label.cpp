@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// overtake label: ground and obstacles of a recording's points without a human, by the paper's automatic labelling.
+// overtake label: labels a recording's points as ground or obstacle by the paper's automatic labelling.
 #include <cstdio>
 
 #include "tools/cli/command.h"
@@ -89,7 +89,7 @@ int label(const LabelOptions& options) {
                  printable(options.input).c_str(), static_cast<long long>(stream->lost_count()),
                  printable(stream->first_loss()).c_str());
   if (!stream->damage().empty())
-    std::fprintf(stderr, "overtake: %s: %s; what came before it is done\n", printable(options.input).c_str(),
+    std::fprintf(stderr, "overtake: %s: %s; results are from the part before it\n", printable(options.input).c_str(),
                  printable(stream->damage()).c_str());
   return stream->lost_count() > 0 || !stream->damage().empty() ? kDamaged : 0;
 }
@@ -100,11 +100,12 @@ void add_label_options(CLI::App& command, LabelOptions& options) {
                      "sensors: a TOML file or a built-in rig (default: the rig that an MCAP log holds, if any)");
   command.add_option("--out", options.out, "folder for the labels")->required();
   command.add_option("--frame", options.frame, "this frame only")->check(CLI::NonNegativeNumber);
-  command.add_option("--every", options.every, "every so many frames")->check(CLI::Range(1, 1000000));
-  command.add_option("--neighbours", options.params.neighbours, "of the plane, at first")->check(CLI::Range(3, 96));
+  command.add_option("--every", options.every, "every N-th frame")->check(CLI::Range(1, 1000000));
+  command.add_option("--neighbours", options.params.neighbours, "neighbours for the first plane of a point")
+      ->check(CLI::Range(3, 96));
   command.add_option("--flat-deg", options.params.flat_deg, "a normal this close to the vertical is ground")
       ->check(CLI::Range(1.0, 89.0));
-  command.add_option("--voters", options.params.voters, "of the last step")->check(CLI::Range(1, 96));
+  command.add_option("--voters", options.params.voters, "points that vote in the last step")->check(CLI::Range(1, 96));
   add_quiet_option(command, options.quiet);
   add_force_option(command, options.force);
 }

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// overtake merge: results of overtake evaluate put together.
+// overtake merge: combines results of overtake evaluate.
 #include "tools/cli/command.h"
 #include "tools/cli/command_options.h"
 #include "tools/evaluation/report.h"
@@ -19,7 +19,7 @@ struct MergeOptions {
 
 void add_merge_options(CLI::App& command, MergeOptions& options) {
   command.add_option("folders", options.folders, "results of overtake evaluate")->required();
-  command.add_option("--out", options.out, "folder for the whole")->required();
+  command.add_option("--out", options.out, "folder for the combined results")->required();
   add_force_option(command, options.force);
 }
 
@@ -39,8 +39,8 @@ int merge(const MergeOptions& options) {
 }  // namespace
 
 Command merge_command() {
-  return make_command("merge", "puts results of overtake evaluate together and reports on all", kListed,
-                      add_merge_options, merge);
+  return make_command("merge", "combines results of overtake evaluate and reports on all", kListed, add_merge_options,
+                      merge);
 }
 
 }  // namespace overtake::cli

@@ -46,7 +46,7 @@ void print_notes(const CountSink& counts, const Session& session) {
                 {OVT_FLAG_CLOUD_DEGRADED, "a scan has more bad points than good ones"},
                 {OVT_FLAG_CLOCK_JUMP, "the stamps jump"},
                 {OVT_FLAG_CLOCK_SUSPECT, "stamps of a sensor, of detections or of ego poses do not fit the others'"},
-                {OVT_FLAG_WORK_LIMIT, "clutter so dense that the tracker's work limit was met"}};
+                {OVT_FLAG_WORK_LIMIT, "the tracker reached its work limit in dense clutter"}};
   for (const auto& note : kNotes) {
     const int64_t count = counts.frames_with(note.flag);
     if (count > 0 && count < counts.frames())
@@ -63,7 +63,7 @@ void print_notes(const CountSink& counts, const Session& session) {
                 static_cast<long long>(stats.dup), static_cast<long long>(stats.dropped));
 }
 
-// How the lines of sensors without a field for them were found: said once a sensor.
+// Notes, once per sensor, how missing ring ids were recovered.
 class LineNotes {
  public:
   void add(const io::FrameScans& frame) {
@@ -89,7 +89,7 @@ std::string share_text(int64_t part, int64_t whole) {
          fixed(whole > 0 ? 100.0 * double(part) / double(whole) : 0.0, part > 0 && part < whole ? 1 : 0) + " %)";
 }
 
-// An option without effect is a mistake of the user: reported as early as possible.
+// An option without effect is a mistake of the user: reports it as early as possible.
 void check_map_has_effect(const Config& config, bool ego_can_come) {
   if (config.map.empty() || config.own_map || ego_can_come) return;
   throw io::Error("--map " + config.map, 0,
@@ -114,18 +114,18 @@ std::string own_parts(const Config& config) {
   return (parts.empty() ? "" : io::join(parts, ", ") + " and ") + last + (parts.empty() ? " is" : " are");
 }
 
-// What makes the exit code kDamaged although the results are whole: a sentence each.
+// One sentence for each reason to return kDamaged although the results are complete.
 std::vector<std::string> find_faults(const Config& config, const io::ScanStream& stream, const CountSink& counts) {
   std::vector<std::string> faults;
   if (!stream.damage().empty())
-    faults.push_back(config.input + ": " + stream.damage() + "; what came before it is done");
+    faults.push_back(config.input + ": " + stream.damage() + "; results are from the part before it");
   if (stream.lost_count() > 0)
     faults.push_back(config.input + ": " + std::to_string(stream.lost_count()) +
                      (stream.lost_count() == 1 ? " file" : " files") +
                      " could not be read, the others are done; the first: " + stream.first_loss());
   if (is_wrong_map(counts))
     faults.push_back(config.map + ": " + format_off_map(counts) +
-                     ": it is another course's, or the poses are; it was not used there");
+                     ": map and poses are of different courses; the run did not use the map there");
   if (!config.ego.empty() && 2 * counts.frames_with_ego() < counts.frames())
     faults.push_back("--ego " + config.ego + ": covers only " + share_text(counts.frames_with_ego(), counts.frames()));
   return faults;
@@ -133,7 +133,7 @@ std::vector<std::string> find_faults(const Config& config, const io::ScanStream&
 
 // The sinks of a run, in the order in which they get a frame.
 struct Sinks {
-  // Files are opened in here: `folder` is there.
+  // Opens the files: `folder` must exist.
   Sinks(const RunOptions& options, const Config& config) : tables(options.out, config.rig), times(config.rig) {
     if (!options.trace.empty()) trace.emplace(options.trace, config.rig);
     if (!options.mcap.empty()) mcap.emplace(options.mcap, config);
@@ -172,7 +172,7 @@ void check_effects(const RunOptions& options, const Config& config, const Sessio
     throw io::Error("--picture-at " + std::to_string(options.picture_at), 0,
                     "has no effect: the recording has no frame of that number");
   if (sinks.truth && sinks.truth->frame_count() == 0)
-    throw io::Error("--truth " + options.truth, 0, "has no effect: it says nothing of any frame of the recording");
+    throw io::Error("--truth " + options.truth, 0, "has no effect: it has no row for any frame of the recording");
   check_map_has_effect(config,
                        sinks.counts.frames() == 0 || sinks.counts.frames_with(OVT_FLAG_NO_EGO) < sinks.counts.frames());
 }
@@ -188,7 +188,7 @@ void print_result(const RunOptions& options, const Config& config, const Session
   }
   std::printf("\n%s. Written to %s: detections.csv tracks.csv timing.csv config.toml%s\n",
               io::counted(sinks.counts.frames(), "frame").c_str(), options.out.c_str(),
-              interrupted() ? ", each with .part behind its name" : "");
+              interrupted() ? ", each name followed by .part" : "");
   std::printf("Hash of all detections and tracks: %016llx\n", static_cast<unsigned long long>(sinks.hash.value()));
   if (sinks.frame_table.any_opponent())
     std::printf("note: the opponent shown is the track nearest to where the recording says it is\n");
@@ -246,7 +246,7 @@ int run(const RunOptions& options) {
   if (sinks.mcap) sinks.mcap->close(partial);
   frames.finish();
   if (!interrupted()) {
-    guard.keep(false);  // what follows is no result that anybody asked for
+    guard.keep(false);  // an option without effect: the results are not what the user asked for
     check_effects(options, config, session, sinks);
     guard.commit();
   } else {
@@ -270,9 +270,9 @@ void add_run_options(CLI::App& command, RunOptions& options) {
                      "CSV of ego poses: stamp_ns,x_m,y_m[,z_m][,roll_rad,pitch_rad],yaw_rad,speed_mps[,yaw_rate_rps] "
                      "(default: the recording's own, if any); none: without");
   command.add_option("--mcap", options.mcap,
-                     "also writes what the pipeline saw, to open in Foxglove: clouds with labels, "
+                     "also writes the pipeline's input and results for Foxglove: clouds with labels, "
                      "images, candidates, tracks, map, times, counters");
-  command.add_option("--workers", options.workers, "threads; 1: none but the main one (default), 0: one per CPU")
+  command.add_option("--workers", options.workers, "threads; 1: the main thread only (default), 0: one per CPU")
       ->check(CLI::Range(0, 256));
   command.add_option("--trace", options.trace,
                      "FILE: every stage of every frame on its thread, as Chrome trace JSON (ui.perfetto.dev)");
@@ -281,8 +281,8 @@ void add_run_options(CLI::App& command, RunOptions& options) {
                   "FRAME: draws that frame from above, with detections, tracks and paths, to frame_FRAME.png")
       ->check(CLI::Range(int64_t(0), INT64_MAX));
   command.add_option("--truth", options.truth,
-                     "CSV of where the other cars were (truth.csv of simulate), or own: where the recording says that "
-                     "the opponent was; prints what was found nearest to them");
+                     "CSV of the other cars' positions (truth.csv of simulate), or own: the opponent's position in the "
+                     "recording; prints the nearest detections and tracks");
 }
 
 }  // namespace

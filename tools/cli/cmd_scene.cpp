@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// overtake scene: gone. In this version it still says so and does what took its place, `overtake simulate demo`.
+// overtake scene: removed. In this version it prints its replacement, `overtake simulate demo`, and runs that.
 #include <cstdio>
 #include <filesystem>
 
@@ -37,7 +37,7 @@ int simulate_instead(const SceneOptions& options) {
   SimulateOptions simulated;
   simulated.scenario = "demo";
   simulated.out = options.out;
-  if (std::filesystem::path(options.out).has_extension()) simulated.out += '/';  // a folder, whatever it is called
+  if (std::filesystem::path(options.out).has_extension()) simulated.out += '/';  // marks it as a folder
   simulated.seconds = options.frames * kFrame_s;
   simulated.seed = options.seed;
   simulated.force = options.force;

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// overtake simulate: drives a scenario of tools/sim and writes what its sensors, localisation and truth say.
+// overtake simulate: simulates a scenario of tools/sim; writes its scans, ego poses and truth.
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -24,7 +24,7 @@
 namespace overtake::cli {
 namespace {
 
-// LOG.mcap or a folder; another extension is a slip of the keyboard.
+// LOG.mcap or a folder; refuses other extensions as typing errors.
 bool is_mcap_name(const std::string& out) {
   namespace fs = std::filesystem;
   const std::string extension = io::lower_case(fs::path(out).extension().string());
@@ -117,7 +117,7 @@ namespace {
 void add_simulate_options(CLI::App& command, SimulateOptions& options) {
   command
       .add_option("scenario", options.scenario,
-                  "TOML file, or one that is built in: " + io::join(sim::builtin_scenario_names(), ", "))
+                  "TOML file, or a built-in scenario: " + io::join(sim::builtin_scenario_names(), ", "))
       ->required();
   command.add_option("--out", options.out, "LOG.mcap, or a folder of PCD scans and tables");
   auto* pictures = command.add_option("--pictures", options.pictures,
@@ -134,7 +134,9 @@ void add_simulate_options(CLI::App& command, SimulateOptions& options) {
       ->check(CLI::Range(0, 256));
   add_force_option(command, options.force);
   add_quiet_option(command, options.quiet);
-  command.add_option("--progress", options.progress_s, "a line every so many seconds instead of the bar, quiet or not")
+  command
+      .add_option("--progress", options.progress_s,
+                  "interval in seconds of progress lines instead of the bar, also with --quiet")
       ->check(CLI::Range(0.0, 36000.0));
 }
 

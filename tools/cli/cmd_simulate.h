@@ -15,7 +15,7 @@ struct SimulateOptions {
   bool quiet = false, force = false;
 };
 
-// `overtake simulate`: the exit code. Throws io::Error; CLI::ParseError where there is nothing to write.
+// Runs `overtake simulate` and returns the exit code. Throws io::Error; CLI::ParseError if no option names an output.
 int simulate(const SimulateOptions& options);
 
 }  // namespace overtake::cli

@@ -19,7 +19,7 @@
 namespace overtake::cli {
 namespace {
 
-// Detections of one stamp; columns of the same length.
+// Detections with the same stamp; all columns have the same length.
 struct Scan {
   int64_t stamp_ns = 0;
   std::vector<double> x_m, y_m, heading_rad, var_x, var_y, cov_xy;
@@ -99,9 +99,9 @@ void add_track_options(CLI::App& command, Options& options) {
 
 int track(const Options& options) {
   Config config = load_config(options);
-  config.has_rig = false;  // no LiDAR: the tracker of the library alone
+  config.has_rig = false;  // no LiDAR: only the library's tracker runs
   config.rig = io::Rig();
-  config.workers = 1;  // one scan after the other: more workers would be idle
+  config.workers = 1;  // scans are tracked one after the other: more workers would be idle
   const auto scans = read_scans(config.input);
   io::OutputGuard guard(options.force);
   add_inputs(guard, options, config);

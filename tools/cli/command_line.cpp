@@ -46,8 +46,8 @@ bool is_known(const CLI::App& app, const std::string& name) {
   return !app.get_subcommands([&](const CLI::App* command) { return command->get_name() == name; }).empty();
 }
 
-// What is wrong with the command line, in one sentence. CLI11 looks for what is missing first; a word that nobody knows
-// explains more, since it may be the missing one.
+// The error of the command line, in one sentence. CLI11 reports missing options first, but an unknown word explains
+// more: it may be a misspelled option.
 std::string usage_error(const CLI::App& app, const std::vector<std::string>& words, const CLI::ParseError& error) {
   const auto names = listed_names(app);
   const std::string help = " (overtake --help)";
@@ -72,7 +72,7 @@ std::string usage_error(const CLI::App& app, const std::vector<std::string>& wor
   return place + error.what() + its_help;
 }
 
-// Of every command: no file may make its reader take more.
+// An option of every command: limits the memory for reading one file.
 void add_max_memory(CLI::App& app) {
   app.add_option_function<std::string>(
          "--max-memory",
@@ -82,7 +82,7 @@ void add_max_memory(CLI::App& app) {
              throw CLI::ValidationError("--max-memory", "'" + text + "' is not a size of 1M or more (4G, 512M)");
            io::set_memory_limit(bytes);
          },
-         "the most that one file may take in memory, as 4G or 512M (default: half of the machine's, " +
+         "limit of the memory for reading one file, as 4G or 512M (default: half of the machine's, " +
              io::format_size(io::memory_limit()) + ")")
       ->type_name("SIZE");
   for (CLI::App* command : app.get_subcommands({})) command->fallthrough();

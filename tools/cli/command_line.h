@@ -4,8 +4,8 @@
 
 namespace overtake::cli {
 
-// `overtake ...`: parses, runs the command, returns the exit code. A wrong command line is one sentence on standard
-// error. Throws what the command throws.
+// Parses the command line, runs the command and returns the exit code. Prints one sentence to standard error if the
+// command line is wrong. Passes on the command's exceptions.
 int run_command_line(int argc, const char* const* argv);
 
 }  // namespace overtake::cli

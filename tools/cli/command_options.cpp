@@ -20,7 +20,7 @@ void add_common_options(CLI::App& command, Options& options, const std::string& 
       "track map: centre line with widths, or two bounds FILE1,FILE2; none: without (default: " + map_default + ")");
   command
       .add_option("--capacity", options.capacity,
-                  "NAME=ROWS: how much a table of the detector holds (" + capacity_names() + "); may be repeated")
+                  "NAME=ROWS: size of a table of the detector (" + capacity_names() + "); may be repeated")
       ->expected(1)
       ->take_all();
   command.add_option("--out", options.out, "folder for the results, made if needed")->required();
@@ -34,19 +34,17 @@ void add_detector_options(CLI::App& command, Options& options) {
                      "sensors: a TOML file, or " + io::join(io::builtin_rig_names(), ", ") +
                          " (default: the rig that an MCAP log holds, if any)");
   command.add_option("--urdf", options.urdf,
-                     "FILE[,LINK]: mounting of the rig's sensors from a URDF, as seen from LINK (default: its root)");
+                     "FILE[,LINK]: mounting of the rig's sensors from a URDF, relative to LINK (default: its root)");
   command.add_option("--isa", options.isa, "force an instruction set (ref: the scalar reference)");
 }
 
 void add_force_option(CLI::App& command, bool& force) {
   command.add_flag("--force", force,
-                   "also overwrite files that are not earlier results of Overtake (never what is read); without it "
-                   "only results that were not changed since are overwritten");
+                   "also overwrite files other than unchanged results of Overtake; no option overwrites a file that "
+                   "the command reads");
 }
 
-void add_quiet_option(CLI::App& command, bool& quiet) {
-  command.add_flag("--quiet", quiet, "print nothing but errors");
-}
+void add_quiet_option(CLI::App& command, bool& quiet) { command.add_flag("--quiet", quiet, "print errors only"); }
 
 void add_json_option(CLI::App& command, bool& json) {
   command.add_flag("--json", json, "one JSON object instead of text (its keys: tools/README.md)");

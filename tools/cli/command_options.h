@@ -13,11 +13,11 @@
 
 namespace overtake::cli {
 
-// Parameters, map, capacities, the folder for the results. map_default: what is taken without --map.
+// Parameters, map, capacities, the folder for the results. map_default: text for help, the map without --map.
 void add_common_options(CLI::App& command, Options& options, const std::string& map_default = "none");
 // The recording and its rig.
 void add_detector_options(CLI::App& command, Options& options);
-// --force, of each command that writes files (tools/io/output.h).
+// --force, for each command that writes files (tools/io/output.h).
 void add_force_option(CLI::App& command, bool& force);
 void add_quiet_option(CLI::App& command, bool& quiet);
 void add_json_option(CLI::App& command, bool& json);

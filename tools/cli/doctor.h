@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Finds what is wrong with a recording for a rig, and says in sentences what the user can do. Needs the scans and poses
-// in the order of the recording; needs no detector.
+// Finds what is wrong with a recording for a rig, and gives advice in sentences. Needs the scans and poses in the order
+// of the recording; needs no detector.
 #pragma once
 
 #include <array>
@@ -35,7 +35,7 @@ struct Ground {
   double height_m;             // under the sensor
   double pitch_rad, roll_rad;  // of the plane: nose-down slope along x, slope along y
 };
-// The plane with the most points near it among those 3 to 30 m away; empty where too few points lie on one plane.
+// The plane with the most points near it, from points 3 to 30 m away; empty if too few points lie on one plane.
 std::optional<Ground> fit_ground(const io::SensorScan& scan, const io::RigSensor& sensor);
 
 class Doctor {
@@ -69,7 +69,7 @@ class Doctor {
   void judge_presence(std::size_t i, std::vector<Finding>& out) const;
   void judge_points(std::size_t i, std::vector<Finding>& out) const;
   void judge_time(std::size_t i, std::vector<Finding>& out) const;
-  // False where the lines are not those of one sensor at the cloud's origin: then its mounting cannot be tested.
+  // False if the lines do not belong to one sensor at the cloud's origin: then the mounting cannot be tested.
   bool judge_lines(std::size_t i, std::vector<Finding>& out) const;
   // `owner`: the sensor whose yaw seems to be the right one.
   void judge_yaw(std::size_t i, std::size_t owner, std::vector<Finding>& out) const;

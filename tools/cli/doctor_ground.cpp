@@ -25,8 +25,8 @@ Matrix rotation(const io::RigSensor& s) {
            {-sp, cp * sr, cp * cr}}};
 }
 
-// Points in the vehicle frame, 3 to 30 m away from the sensor, in the vehicle's own lane: a banked road is level to the
-// vehicle there and bends beside it. None far above the sensor, even where the rig's height is wrong.
+// Points in the vehicle frame, 3 to 30 m away from the sensor, in the vehicle's lane: a banked road is level to the
+// vehicle there and bends beside it. Leaves out points far above the sensor, because the rig's height may be wrong.
 std::vector<Point> low_points(const io::SensorScan& scan, const io::RigSensor& sensor) {
   constexpr double kLane = 4;
   const Matrix r = rotation(sensor);

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Tests whether the lines of a cloud come from one spinning sensor at the cloud's own origin: then the elevation along
-// a line is almost constant. Else it finds the places from which the lines were taken.
+// a line is almost constant. Else it finds the positions of the sensors that took the lines.
 //
 //   one sensor, its own frame     two sensors, the vehicle's frame: the elevation of a line falls with the distance
 //          o------- line 1          o-------         line 1, from here
@@ -19,7 +19,7 @@
 
 namespace overtake::cli {
 
-// The upper one of the two in the middle; 0 of none.
+// For an even number of values the upper one of the two in the middle; 0 without values.
 template <class T>
 T median(std::vector<T> values) {
   if (values.empty()) return T();
@@ -29,16 +29,16 @@ T median(std::vector<T> values) {
 
 class LineShapes {
  public:
-  // Samples the points, of the first scans only. Needs x, y, z and layers as numbers.
+  // Samples points of the first scans only. Needs x, y, z and layers as numbers.
   void add(const io::SensorScan& scan);
 
   // Medians over the lines: degrees from the 10 % lowest to the 10 % highest elevations along a line, and between two
-  // lines. 0 where there are fewer than 8 lines of 50 points.
+  // lines. 0 if there are fewer than 8 lines with at least 50 points.
   struct Spread {
     double along_deg = 0, apart_deg = 0;
   };
   Spread spread() const;
-  // Of a spinning sensor: a line varies by up to a degree (parallax of its lasers).
+  // True for a spinning sensor: its lines vary by up to a degree (parallax of the lasers).
   bool one_sensor() const;
 
   // The place in the cloud's frame from which each line of a run of lines has a constant elevation.
@@ -46,7 +46,7 @@ class LineShapes {
     int64_t first_line = 0, last_line = 0;
     double x_m = 0, y_m = 0, z_m = 0;
   };
-  std::vector<Source> sources() const;  // one or two; empty where no place explains the lines
+  std::vector<Source> sources() const;  // one or two; empty if no place explains the lines
 
  private:
   struct Point {

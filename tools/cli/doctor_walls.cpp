@@ -11,12 +11,12 @@
 namespace overtake::cli {
 namespace {
 
-constexpr double kLowest_m = 0.4, kHighest_m = 4;  // above the road: not the road, not a stand's roof
+constexpr double kLowest_m = 0.4, kHighest_m = 4;  // above the road: excludes the road and a grandstand's roof
 constexpr double kFarthest_m = 40;
 constexpr double kLongest_m = 2, kWidest_rad = 0.03;  // between two points of one surface
 constexpr double kAlong_deg = 12;
 constexpr double kEnough_m = 100;
-// Shares: by the right yaw recorded and simulated walls have 0.5 to 1, by a wrong one 0 to 0.11.
+// Shares of recorded and simulated walls: 0.5 to 1 with the right yaw, 0 to 0.11 with a wrong one.
 constexpr double kFits = 0.4, kDoesNot = 0.2;
 
 double fold(double degrees) { return degrees - 180 * std::floor(degrees / 180); }
@@ -37,7 +37,7 @@ void WallDirections::add(const io::SensorScan& scan, const io::RigSensor& sensor
   std::map<double, std::vector<Point>> lines;
   for (std::size_t i = 0; i < std::size_t(scan.count); ++i) {
     const double x = scan.x.value(i), y = scan.y.value(i), z = scan.z.value(i), layer = scan.layer.value(i);
-    const double level_x = cp * x + sp * sr * y + sp * cr * z, level_y = cr * y - sr * z;  // but for the yaw
+    const double level_x = cp * x + sp * sr * y + sp * cr * z, level_y = cr * y - sr * z;  // without yaw
     const double up = sensor.z_m - sp * x + cp * sr * y + cp * cr * z, range = std::hypot(level_x, level_y);
     if (!(range > 2 && range < kFarthest_m && up > kLowest_m && up < kHighest_m) || std::isnan(layer)) continue;
     lines[layer].push_back({std::atan2(level_y, level_x), level_x, level_y});

@@ -26,7 +26,7 @@ class WallDirections {
   std::array<double, 36> length_m_ = {};  // by direction in the sensor's frame, 5 degrees each, half a turn
 };
 
-// For each sensor, the sensor whose yaw it seems to have: itself where its own yaw fits or where the data cannot tell.
+// For each sensor, the sensor whose yaw it seems to have; itself if its own yaw fits or the data cannot decide.
 // `walls` has the order of `rig.sensors`.
 std::vector<std::size_t> find_swapped_yaws(const io::Rig& rig, const std::vector<WallDirections>& walls);
 

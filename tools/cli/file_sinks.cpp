@@ -18,7 +18,7 @@ void CsvSink::add(const FinishedFrame& frame) {
   write_detections(detections_, frame.number, frame.detections);
   write_tracks(tracks_, frame.number, frame.info, frame.tracks);
   write_times(timing_, frame.number, frame.info.stamp_ns, rig_, frame.reader);
-  finish();  // Ctrl-C, or worse, keeps the results so far
+  finish();  // keeps the results so far after Ctrl-C or an error
 }
 
 void CsvSink::finish() {

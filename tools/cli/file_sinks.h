@@ -40,8 +40,8 @@ class McapSink : public FrameSink {
  public:
   McapSink(const std::string& path, const Config& config) : view_(path, config) {}
   void add(const FinishedFrame& frame) override;
-  // Of the time of the last frame; nothing before there is one. Not from add(): there the library is not to be asked
-  // for its counters.
+  // Writes the counters with the last frame's stamp; nothing before the first frame. Read the counters outside of
+  // add().
   void add_counters(const ovt_stats& stats);
   void close(const std::string& partial) { view_.close(partial); }
 
@@ -51,7 +51,7 @@ class McapSink : public FrameSink {
   int64_t last_stamp_ns_ = 0;
 };
 
-// The frame of one number, from above: FOLDER/frame_NUMBER.png.
+// Draws one frame from above: FOLDER/frame_NUMBER.png.
 class PictureSink : public FrameSink {
  public:
   PictureSink(int64_t number, const std::string& folder, const Config& config)

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What becomes of the frames that a detector finishes: each kind of output is a sink, a run is a list of sinks.
+// A sink receives the frames that a detector finishes and makes one kind of output. A run has a list of sinks.
 #pragma once
 
 #include <cstdint>
@@ -17,9 +17,9 @@
 namespace overtake::cli {
 
 struct FinishedFrame {
-  ovt_reader* reader;               // stands on it
+  ovt_reader* reader;               // positioned at this frame
   int64_t number;                   // in the recording
-  std::optional<io::Box> opponent;  // where the recording says that it is
+  std::optional<io::Box> opponent;  // its position, if the recording has it
   ovt_frame_info info;
   ovt_detections detections;
   ovt_tracks tracks;  // at the frame's stamp
@@ -28,26 +28,26 @@ struct FinishedFrame {
 class FrameSink {
  public:
   virtual ~FrameSink() = default;
-  // One frame after the other, on whichever thread finished it. Throws io::Error.
+  // Receives one frame after the other, on the thread that finished the frame. Throws io::Error.
   virtual void add(const FinishedFrame& frame) = 0;
-  // No frame follows: everything is in the files. Throws io::Error.
+  // Called after the last frame: writes everything to the files. Throws io::Error.
   virtual void finish() {}
 };
 
-// Gives each finished frame to every sink. What a sink throws must not travel through the library: it is kept, and no
-// further frame is given to any.
+// Gives each finished frame to every sink. A sink's exception must not pass through the library: FrameSinks stores it,
+// and no sink gets another frame.
 class FrameSinks {
  public:
-  // In the order in which they get a frame. They outlive this.
+  // The sinks get each frame in this order. They must outlive this object.
   explicit FrameSinks(std::vector<FrameSink*> sinks) : sinks_(std::move(sinks)) {}
 
-  // Before its scans are pushed: which frame a stamp belongs to.
+  // Records which frame a stamp belongs to. Call it before pushing the frame's scans.
   void announce(const io::FrameScans& frame);
   static void on_frame(ovt_reader* reader, void* self);  // an ovt_frame_fn
-  void rethrow_failure();
+  void rethrow_failure();                                // throws the stored exception, if any
   void finish();
 
-  // Runs `work` while no sink gets a frame.
+  // Runs `work`; no sink gets a frame meanwhile.
   template <class Work>
   void between_frames(Work&& work) {
     const std::lock_guard lock(mutex_);

@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
   try {
     return overtake::cli::run_command_line(argc, argv);
   } catch (const std::bad_alloc&) {
-    std::fprintf(stderr, "overtake: the memory is used up; --max-memory says how much a file may take (now %s)\n",
+    std::fprintf(stderr, "overtake: out of memory; --max-memory limits the memory for reading a file (now %s)\n",
                  overtake::io::format_size(overtake::io::memory_limit()).c_str());
   } catch (const std::exception& error) {
     std::fprintf(stderr, "overtake: %s\n", overtake::cli::printable(error.what()).c_str());

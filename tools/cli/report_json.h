@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The results of info, doctor and params as JSON: one object and a line end, with the same facts as the text.
-// tools/README.md lists the keys; new versions only add keys. Bytes that are not UTF-8 are replaced.
+// tools/README.md lists the keys; new versions only add keys. Replaces bytes that are not UTF-8.
 #pragma once
 
 #include <cstdint>

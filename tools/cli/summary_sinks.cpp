@@ -27,7 +27,7 @@ int32_t nearest_track(const FinishedFrame& frame, double ahead_m, double left_m)
   return best;
 }
 
-// For the table only: walls and posts are thinner than any side of a car.
+// Decides the order of the printed table only: walls and posts are thinner than any side of a car.
 bool looks_like_car(const ovt_tracks& tracks, int32_t i) {
   return std::min(tracks.length_m[i], tracks.width_m[i]) > 0.5 && std::max(tracks.length_m[i], tracks.width_m[i]) > 1.2;
 }
@@ -89,7 +89,7 @@ void FrameTableSink::add(const FinishedFrame& frame) {
   any_opponent_ = any_opponent_ || box;
 }
 
-// The opponent's columns only where the recording says where it is: which track it is nobody else knows.
+// Prints the opponent's columns only if the recording has the opponent's position: only that identifies its track.
 std::string FrameTableSink::format() const {
   const std::vector<std::string> header = {"scan",    "points", "clusters",    "detections", "tracks",    "opponent",
                                            "ahead m", "left m", "heading deg", "speed m/s",  "off box m", "ms"};

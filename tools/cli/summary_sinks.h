@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Sinks for what `overtake run` prints at its end.
+// Sinks for the summary that `overtake run` prints at its end.
 #pragma once
 
 #include <map>
@@ -24,7 +24,7 @@ class HashSink : public FrameSink {
   ResultHash hash_;
 };
 
-// How many frames there were, with which flags.
+// Counts the frames, and the frames with each flag.
 class CountSink : public FrameSink {
  public:
   void add(const FinishedFrame& frame) override;
@@ -33,7 +33,7 @@ class CountSink : public FrameSink {
   int64_t frames_with_ego() const { return frames_with_ego_; }  // with a recent ego pose
   int64_t first_stamp_ns() const { return first_stamp_ns_; }
   int64_t last_stamp_ns() const { return last_stamp_ns_; }
-  double off_map_m() const { return off_map_m_; }  // the farthest that the ego vehicle was outside of the map
+  double off_map_m() const { return off_map_m_; }  // largest distance of the ego vehicle from the map
 
  private:
   int64_t frames_ = 0, frames_with_ego_ = 0, first_stamp_ns_ = 0, last_stamp_ns_ = 0;
@@ -53,7 +53,7 @@ class TimesSink : public FrameSink {
   std::map<int32_t, std::vector<double>> times_us_;
 };
 
-// A row a frame: counts, time, and the track that is nearest to where the recording says that the opponent is.
+// One row per frame: counts, time, and the track nearest to the opponent's position in the recording.
 class FrameTableSink : public FrameSink {
  public:
   void add(const FinishedFrame& frame) override;
@@ -65,7 +65,7 @@ class FrameTableSink : public FrameSink {
   bool any_opponent_ = false;
 };
 
-// Confirmed tracks of the last frame: ten of them, those first that look most like cars.
+// The confirmed tracks of the last frame, at most ten; tracks that look like cars come first.
 class TrackTableSink : public FrameSink {
  public:
   static constexpr std::size_t kMost = 10;

@@ -19,14 +19,14 @@ namespace {
 constexpr std::size_t kWriteBytes = 1 << 16;
 constexpr int32_t kFirstLane = 1;  // tid of worker -1, the pushing thread
 
-// The segmentation before its stages: it starts at the same nanosecond as its first stage.
+// The order of spans that start at the same nanosecond: the segmentation comes before its first stage.
 constexpr int32_t kOrder[] = {OVT_STAGE_LOAD,  OVT_STAGE_SEGMENT, OVT_STAGE_PROJECT,  OVT_STAGE_GAPS,
                               OVT_STAGE_ANGLE, OVT_STAGE_SMOOTH,  OVT_STAGE_GROUND,   OVT_STAGE_REPAIR,
                               OVT_STAGE_LINK,  OVT_STAGE_LABEL,   OVT_STAGE_CLUSTERS, OVT_STAGE_MERGE,
                               OVT_STAGE_GATE,  OVT_STAGE_POSE,    OVT_STAGE_TRACK,    OVT_STAGE_FRAME};
 static_assert(sizeof kOrder / sizeof *kOrder == OVT_STAGE_COUNT);
 
-// Names come from files: bytes that are not UTF-8 are replaced.
+// Names come from files: replaces bytes that are not UTF-8.
 std::string quoted(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
@@ -43,11 +43,11 @@ TraceFile::TraceFile(std::string path, const io::Rig& rig) : path_(std::move(pat
 TraceFile::~TraceFile() {
   try {
     finish();
-  } catch (const io::Error&) {  // finish() reports errors; who needs them has called it
+  } catch (const io::Error&) {  // call finish() to get the error
   }
 }
 
-// Times count from the frame's first load, so that none is negative: a sensor's spans may start before the frame's.
+// Counts times from the first load, so that none is negative: a sensor's spans may start before the frame's.
 void TraceFile::add(int64_t frame, ovt_reader* reader) {
   ovt_frame_info info;
   check(ovt_read_info(reader, &info), "frame");

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// overtake run --truth: where the other cars were, and what was found nearest to them.
+// overtake run --truth: the other cars' positions, with the nearest detections and tracks.
 #pragma once
 
 #include <map>
@@ -12,28 +12,28 @@
 
 namespace overtake::cli {
 
-// A car when the frame's scans began. NaN: the truth does not say it.
+// A car at the start of the frame's scans. NaN: not in the truth.
 struct TrueCar {
   std::string name;
   double ahead_m, left_m;      // vehicle frame
   double x_m, y_m, speed_mps;  // map
 };
 
-// CSV by frame number: frame,ego_x_m,ego_y_m[,name][,x_m,y_m][,speed_mps][,is_ego], as truth.csv of overtake simulate;
-// rows with is_ego 1 are left out. Throws io::Error.
+// Reads a CSV, by frame number: frame,ego_x_m,ego_y_m[,name][,x_m,y_m][,speed_mps][,is_ego], as truth.csv of overtake
+// simulate; leaves out rows with is_ego 1. Throws io::Error.
 std::map<int64_t, std::vector<TrueCar>> read_truth(const std::string& path);
 
 class TruthSink : public FrameSink {
  public:
-  // source: a file as read_truth takes it; kOwnTruth: where the recording itself says that the opponent is.
+  // source: a file for read_truth; kOwnTruth: the opponent's position in the recording.
   static constexpr const char* kOwnTruth = "own";
   explicit TruthSink(const std::string& source);
 
   void add(const FinishedFrame& frame) override;
-  // In how many frames the truth says anything.
+  // Number of frames with truth.
   int64_t frame_count() const { return frame_count_; }
-  // Two tables: detections in the vehicle frame; confirmed tracks in the map, where truth and tracks are in it. Every
-  // 10th (100th ...) frame where there are more than 24.
+  // Two tables: detections in the vehicle frame; confirmed tracks in the map frame, if truth and tracks are in it. If
+  // there are more than 24 frames, shows only every 10th (100th ...) frame.
   std::string format() const;
 
  private:

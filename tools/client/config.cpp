@@ -127,7 +127,7 @@ bool read_config_file(Config& config, const Options& options) {
   const std::string text = io::read_whole_file(options.config, io::kMostToml);
   const toml::table table = io::parse_toml(options.config, text);
   io::TomlReader reader(options.config, table);
-  reader.mark_read("command");  // written into results for people; not read back
+  reader.mark_read("command");  // information for people; the reader ignores it
   reader.mark_read("input");
   if (options.preset.empty())
     config.preset = reader.text_or("preset", config.preset);
@@ -182,7 +182,7 @@ std::string own_file(const std::string& folder, const char* name) {
   return fs::is_regular_file(path, code) ? path.string() : "";
 }
 
-// Uses the rig, map and ego poses that the log itself holds, where the options give none.
+// Uses the log's own rig, map and ego poses if the options name none.
 void take_what_the_log_holds(Config& config, const Options& options) {
   if (options.command == "track" || options.input.empty()) return;
   if (const std::string rig = own_file(options.input, "rig.toml"); !config.has_rig && !rig.empty()) {

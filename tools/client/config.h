@@ -40,7 +40,7 @@ struct Config {
   ovt_params params;
   bool keep_images = true;  // false: the detector need not keep images (ovt_detector_def.keep_images)
   bool has_rig = false;
-  bool own_rig = false, own_map = false, own_ego = false;  // held by the input: an MCAP log, a folder of simulate
+  bool own_rig = false, own_map = false, own_ego = false;  // from the input: an MCAP log, a folder of simulate
   bool no_ego = false;                                     // --ego none: do not use the recording's own poses either
   io::Rig rig;
   io::Capacities capacities;  // a missing one comes from the rig, else from the library's default
@@ -48,7 +48,7 @@ struct Config {
 
 // Uses the rig's period as frame.period_s unless that is set. Throws io::Error.
 Config load_config(const Options& options);
-// Like load_config, for a command that reads scans: also throws where there is no rig.
+// Like load_config, for a command that reads scans: also throws if there is no rig.
 Config load_config_with_rig(const Options& options);
 std::string format_config(const Config& config);
 // Adds the files that the command reads to the guard, so that no output overwrites them.

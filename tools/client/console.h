@@ -12,7 +12,7 @@
 
 namespace overtake::cli {
 
-// Progress on stderr: a bar where stderr is a terminal, or lines (print_lines) on any stderr.
+// Progress on stderr: a bar if stderr is a terminal, or lines (print_lines) on any stderr.
 class Progress {
  public:
   Progress(int64_t total, bool quiet);
@@ -41,7 +41,7 @@ class TextTable {
   explicit TextTable(std::vector<std::string> header) : rows_{std::move(header)} {}
   void add(std::vector<std::string> row);
   std::size_t size() const { return rows_.size() - 1; }
-  // Formats the last `most` rows; a line says how many rows before them are left out.
+  // Formats the last `most` rows; a line gives the number of omitted rows before them.
   std::string format(std::size_t most = SIZE_MAX) const;
 
  private:

@@ -27,7 +27,7 @@ void write_cell(io::CsvWriter& csv, const char* words, T value) {
     csv.cell(int64_t(value));
 }
 
-// The cells' names, each behind a comma. What is not of the row stands where the file has always had it.
+// The columns' names, each after a comma. `behind_state`: columns of the frame, whose place is after column `state`.
 template <class Table>
 std::string names_of_cells(const char* behind_state) {
   std::string names;

@@ -42,7 +42,7 @@ class ResultHash {
   int64_t first_ns_ = 0;
 };
 
-// A track at the frame's stamp, in the ego vehicle's frame; NaN where no ego pose is known.
+// A track at the frame's stamp, in the ego vehicle's frame; NaN if no ego pose is known.
 struct Place {
   double ahead_m, left_m;
 };

@@ -144,7 +144,7 @@ void Session::push_ego_until(int64_t stamp_ns) {
     const io::EgoRow& row = ego_[next_ego_++];
     const ovt_ego_pose pose = to_pose(row);
     const ovt_status pushed = ovt_push_ego_pose(detector_, &pose);
-    // The recording's poses are pushed in their recorded order; the library counts those that it rejects.
+    // Pushes the recording's poses in their recorded order; the library counts those that it rejects.
     if (pushed != OVT_DUPLICATE && pushed != OVT_LATE) check(pushed, "ego pose " + std::to_string(row.stamp_ns));
   }
 }
@@ -197,7 +197,7 @@ std::vector<std::string> Session::full_capacities() const {
                           (tracks ? "confirmed first, then nearest first" : "nearest first") + " were kept; " +
                           (rows < key.most ? "raise it with --capacity " + std::string(key.name) + "=" +
                                                  std::to_string(std::min(2 * rows, key.most))
-                                           : "that is the most there may be"));
+                                           : "this is the maximum"));
     }
   }
   return sentences;

@@ -1,7 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A detector of the C API for the command line: built from a Config, fed with the frames and ego poses of a recording.
+// A detector of the C API for the command line: a Session builds it from a Config and pushes a recording's frames and
+// ego poses.
 #pragma once
 
 #include <string>
@@ -46,7 +47,7 @@ class Session {
 
   ovt_detector* detector() const { return detector_; }
   ovt_stats stats() const;
-  // One sentence for each capacity that was too small: in how many frames. Empty where all were large enough. The
+  // One sentence for each capacity that was too small, with the number of frames; empty if all were large enough. The
   // session compares the counters after each push, so with several workers two frames that finish together may count
   // as one.
   std::vector<std::string> full_capacities() const;

@@ -4,12 +4,12 @@
 #
 # tools/dev/check_isa_symbols.sh BUILD_FOLDER
 #
-# Looks through the static libraries of a build for code that a CPU without AVX could be made to run:
+# Searches the static libraries of a build for AVX code that a CPU without AVX could run by mistake:
 #   - ymm or zmm registers outside the translation units of AVX (kernels_avx2, kernels_avx512), zmm in that of AVX2;
-#   - weak symbols in those units that do not carry their architecture's name: the linker keeps one copy of each for
-#     everybody, and it may be the one with AVX in it (clang's __clang_call_terminate holds no vector code);
-#   - and, the other way round, that each unit's kernels hold the registers of its ISA at all.
-# Prints every finding; exit status 1 if there is one. x86-64 builds without -march=native.
+#   - weak symbols in those units without the architecture in their names: the linker keeps one copy of each symbol for
+#     all units, possibly the one with AVX (clang's __clang_call_terminate has no vector code);
+#   - units without any register of their ISA: their kernels were not vectorised.
+# Prints every finding; exit status 1 if there is one. For x86-64 builds without -march=native.
 set -eu
 build=${1:?usage: tools/dev/check_isa_symbols.sh BUILD_FOLDER}
 work=$(mktemp -d)

@@ -4,8 +4,8 @@
 # Sourced by tools/setup and tools/demo.
 # shellcheck shell=bash
 
-# show_progress NAME LOG: what is read goes to LOG. Lines that begin with [DONE/TOTAL] are shown as progress: on one line
-# that is rewritten where the output is a terminal, else as a line each tenth of the way.
+# show_progress NAME LOG: appends its input to LOG and shows lines that begin with [DONE/TOTAL] as progress: on a
+# terminal one line that it rewrites, else one line per tenth.
 show_progress() {
   local name=$1 log=$2 line count total tenth=0 begin=$SECONDS rest text=''
   while IFS= read -r line || [[ -n $line ]]; do

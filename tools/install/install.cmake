@@ -24,7 +24,7 @@ endif()
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/overtake-config.cmake.in
                               ${PROJECT_BINARY_DIR}/overtake-config.cmake
                               INSTALL_DESTINATION ${cmake_dir} NO_SET_AND_CHECK_MACRO)
-# As the library itself judges a caller's header: the same major version.
+# The same rule as the library's check of a caller's header: equal major versions.
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/overtake-config-version.cmake COMPATIBILITY SameMajorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/overtake-config.cmake ${PROJECT_BINARY_DIR}/overtake-config-version.cmake
         DESTINATION ${cmake_dir})
@@ -36,7 +36,7 @@ install(FILES ${PROJECT_BINARY_DIR}/overtake.pc DESTINATION ${CMAKE_INSTALL_LIBD
 
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/examples DESTINATION ${doc_dir})
 install(FILES ${PROJECT_SOURCE_DIR}/CHANGELOG.md DESTINATION ${doc_dir})
-# What README.md links to lies beside it as in the source tree, but for the sources: their links become words.
+# Installs the documents that README.md links to, in the layout of the source tree. Links to sources become plain text.
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/README.md)
 file(READ ${PROJECT_SOURCE_DIR}/README.md readme)
 string(REPLACE "](tools/examples/" "](examples/" readme "${readme}")
@@ -45,7 +45,7 @@ foreach(source core tests/abi)
 endforeach()
 file(WRITE ${PROJECT_BINARY_DIR}/installed/README.md "${readme}")
 install(FILES ${PROJECT_BINARY_DIR}/installed/README.md DESTINATION ${doc_dir})
-# The method's pictures go with it, the sources that it links to do not.
+# Installs the method's pictures, but not the sources that it links to.
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/kernels/README.md)
 file(READ ${PROJECT_SOURCE_DIR}/kernels/README.md method)
 string(REGEX REPLACE "\\[([^]]*)\\]\\([^)]*\\.(h|cpp)\\)" "\\1" method "${method}")

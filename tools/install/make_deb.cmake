@@ -1,8 +1,8 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# cmake -D CONFIG=BUILD/CPackConfig.cmake -D OUT=FOLDER -P make_deb.cmake: packs what is built. cpack's own message about a
-# missing program ("file utility is not available") does not name the package that has it.
+# cmake -D CONFIG=BUILD/CPackConfig.cmake -D OUT=FOLDER -P make_deb.cmake: packs an existing build. Names the Debian
+# package of a missing program; cpack's message ("file utility is not available") does not.
 foreach(program file dpkg-shlibdeps)
   find_program(found_${program} ${program} PATHS ENV PATH NO_DEFAULT_PATH)
   if(NOT found_${program})

@@ -1,8 +1,8 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# cmake --build FOLDER --target deb: one Debian package of all that is installed, stripped, and one with the symbols, in
-# FOLDER. dpkg-shlibdeps finds what it depends on.
+# cmake --build FOLDER --target deb: makes two Debian packages in FOLDER, one with all installed files, stripped, and
+# one with the symbols. dpkg-shlibdeps finds the dependencies.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VENDOR "The Overtake authors")
 set(CPACK_PACKAGE_CONTACT "The Overtake authors <overtake@localhost>")

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Angles of the tools. The simulator has its own: it makes the truth that others are held against.
+// Conversions of angles for the tools. The simulator has separate ones, because tests compare the tools with its truth.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@ inline constexpr double kPi = 3.14159265358979323846;
 
 constexpr double deg(double rad) { return rad * (180.0 / kPi); }
 constexpr double rad(double deg) { return deg * (kPi / 180.0); }
-// To -pi .. pi.
+// Wraps the angle to -pi .. pi.
 inline double wrap_angle(double rad) { return std::remainder(rad, 2 * kPi); }
 
 }  // namespace overtake::io

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The parts of a recording that was split, one after the other.
+// Reads the parts of a split recording one after the other.
 class SplitBag : public BagReader {
  public:
   explicit SplitBag(std::vector<std::string> files) : files_(std::move(files)) {
@@ -92,7 +92,7 @@ std::optional<std::string> read_attached(const std::string& path, const std::str
 }
 
 void check_one_kind(const std::string& folder) {
-  std::map<std::string, std::string> first;  // by kind: the first name of it
+  std::map<std::string, std::string> first;  // by kind: name of its first file
   std::error_code code;
   for (fs::directory_iterator at(folder, code), end; !code && at != end; at.increment(code)) {
     const Format* format = find_format_by_name(at->path().string());

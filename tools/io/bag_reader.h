@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Recordings with topics, read from front to back: files of a BagFormat (formats.h), rosbag2 folders of them.
-// Messages before a damage are delivered; damage() then says where and what it is.
+// Reads recordings with topics from start to end: files of a BagFormat (formats.h), and rosbag2 folders of such files.
+// The reader delivers all messages before a damage; then damage() describes the damage and its position.
 #pragma once
 
 #include <cstdint>
@@ -31,18 +31,18 @@ class BagReader {
   virtual bool next(BagMessage& out) = 0;                   // false: the end, or damage
   virtual const std::vector<BagTopic>& topics() const = 0;  // all of them, from the start on
   virtual const std::string& damage() const = 0;            // "": none so far
-  // What ended the search for topics, before next() was called: those behind it are not in topics().
+  // The damage that ended the search for topics when the file was opened: topics() lacks the topics after it.
   virtual std::string damage_of_search() const { return ""; }
   virtual double progress() const = 0;       // share of the recording read, 0 to 1
-  virtual std::string describe() const = 0;  // "MCAP, 12 chunks (zstd)": of what was read so far
+  virtual std::string describe() const = 0;  // "MCAP, 12 chunks (zstd)", counted so far
 };
 
-// Throws Error where a folder holds recordings of two formats (formats.h): one would be left out.
+// Throws Error if a folder holds recordings of two formats (formats.h), because the reader would ignore one of them.
 void check_one_kind(const std::string& folder);
-// Whether open_bag takes it: by its first bytes, or by what the folder holds.
+// Whether open_bag accepts the path: by the file's first bytes, or by the files in the folder.
 bool is_bag(const std::string& path);
-// What is attached to a file under a name: the log's own rig.toml or map.csv. Nothing where files of its format have
-// no attachments, or this one has none of that name.
+// The attachment `name` of a file, for example a log's rig.toml or map.csv. Nothing if the format has no attachments,
+// or the file has none of that name.
 std::optional<std::string> read_attached(const std::string& path, const std::string& name);
 
 // Throws Error.

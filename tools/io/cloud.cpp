@@ -93,13 +93,13 @@ bool store_integer(std::string_view text, unsigned char* out) {
   }
 }
 
-// The text as float; not by way of the double, which would round twice.
+// Parses the text as float directly: a conversion through double would round twice.
 bool narrow_number(std::string_view text, double value, float& out) {
   if (text.size() > 1 && text[0] == '+') text.remove_prefix(1);
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
   if (error != std::errc::result_out_of_range) return true;
   out = 0;
-  return std::fabs(value) < 1;  // too small, not too large
+  return std::fabs(value) < 1;  // underflow, not overflow
 }
 
 }  // namespace

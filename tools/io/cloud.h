@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A point cloud in memory, as every reader of clouds returns it: one column per field, each in the type the recording
-// gives it. What a column means (its role) is found by its name.
+// A point cloud in memory, the result of every cloud reader: one column per field, each in the recording's type. A
+// field's name determines its role, the meaning of the column.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,7 @@ bool is_float(ValueType type);
 struct CloudField {
   std::string name;
   ValueType type = ValueType::kFloat32;
-  int64_t count = 1;  // values a point
+  int64_t count = 1;  // values per point
 };
 
 // All values of one field, point after point, `count` values each.
@@ -34,14 +34,14 @@ struct CloudColumn {
 
   const void* data() const { return bytes.data(); }
   std::size_t values() const { return bytes.size() / size_of(type); }
-  double value(std::size_t i) const;     // exact but for 64-bit integers beyond 2^53
+  double value(std::size_t i) const;     // exact except for 64-bit integers beyond 2^53
   int64_t integer(std::size_t i) const;  // exact for integers; floats truncate, saturate, NaN is 0
 };
 
-// What a column means, under the names recordings use for it.
+// The meaning of a column. Recordings use several names for each role.
 enum class CloudRole : uint8_t { kX, kY, kZ, kIntensity, kLayer, kTime };
-// The field of that role: the first alias in the role's list that there is (case and underscores do not count), one
-// value a point. -1: none.
+// Index of the field with that role: the first alias in the role's list that a field has (ignores case and
+// underscores), with one value per point. -1: none.
 int32_t find_role(const std::vector<CloudField>& fields, CloudRole role);
 // "ring, line, layer, ..." for error texts.
 std::string role_aliases(CloudRole role);
@@ -49,12 +49,12 @@ std::string role_aliases(CloudRole role);
 struct Cloud {
   int64_t points = 0;
   std::vector<CloudField> fields;
-  std::vector<CloudColumn> columns;  // as fields; of a cloud whose header alone was read: none
+  std::vector<CloudColumn> columns;  // in the order of fields; empty if only the header was read
 
-  const CloudColumn* find(const std::string& name) const;  // exact name; null where there is none
+  const CloudColumn* find(const std::string& name) const;  // exact name; null: none
 };
 
-// One more field of one value a point; `type` is what T is in the file.
+// Appends a field with one value per point; `type` is the ValueType of T.
 template <class T>
 void add_column(Cloud& cloud, const char* name, ValueType type, const std::vector<T>& values) {
   cloud.fields.push_back({name, type, 1});
@@ -66,11 +66,11 @@ void add_column(Cloud& cloud, const char* name, ValueType type, const std::vecto
   cloud.points = int64_t(values.size());
 }
 
-// One value of a text file into `out`, as `type`. False: no number, or none that the type can hold.
+// Parses one value of a text file into `out` as `type`. False: not a number, or outside of the type's range.
 bool store_text(ValueType type, std::string_view text, unsigned char* out);
-// The column's i-th value as text that reads back as the same value.
+// Appends the column's i-th value as text that reads back as the same value.
 void append_value_text(std::string& text, const CloudColumn& column, std::size_t i);
-// The columns of `fields`, `points` long, all zero.
+// Makes the columns of `fields` for `points` points, all zero.
 std::vector<CloudColumn> make_columns(const std::vector<CloudField>& fields, int64_t points);
 
 }  // namespace overtake::io

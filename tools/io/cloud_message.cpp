@@ -19,7 +19,7 @@ constexpr const char* kTypeName[] = {"type 0", "int8",   "uint8",   "int16",  "u
 
 bool is_known(uint8_t datatype) { return datatype >= PointField::kInt8 && datatype <= PointField::kFloat64; }
 
-// One value of each point; Size is known to the compiler, so a value is one load and one store.
+// Copies one value of each point; Size is a compile-time constant, so a copy is one load and one store.
 template <std::size_t Size>
 void copy_values(const PointCloud2& cloud, std::size_t row_step, std::size_t offset, unsigned char* out) {
   for (std::size_t r = 0; r < cloud.height; ++r) {

@@ -30,7 +30,7 @@ class Csv {
   int32_t find(std::initializer_list<std::string_view> names) const;
   int32_t need(std::initializer_list<std::string_view> names) const;
 
-  // Throws Error with file:line:column if the cell is not such a number (number: finite).
+  // Throws Error with file:line:column if the cell is not a finite number (number) or an integer (integer).
   double number(std::size_t row, int32_t column) const;
   int64_t integer(std::size_t row, int32_t column) const;
   std::string_view text(std::size_t row, int32_t column) const;

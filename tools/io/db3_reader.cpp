@@ -34,16 +34,16 @@ class Db3Reader : public BagReader {
     const int code = sqlite3_open_v2(path.c_str(), &raw, SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX, nullptr);
     db_.reset(raw);
     if (code != SQLITE_OK) fail("cannot be opened");
-    // The file is a stranger's: nothing in its schema may run. A file shorter than it says is read as far as it goes:
-    // SQLite only does that where the schema may be written, which this file, opened for reading, cannot be.
+    // Untrusted file: SQLite must not run code in its schema. WRITABLE_SCHEMA makes SQLite read a truncated file up to
+    // its end; nothing can write the schema, because the file is open for reading only.
     sqlite3_db_config(raw, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
     sqlite3_db_config(raw, SQLITE_DBCONFIG_WRITABLE_SCHEMA, 1, nullptr);
-    // A view that takes the place of a table may compute for ever.
+    // A view in place of a table could compute for ever.
     sqlite3_db_config(raw, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
     sqlite3_limit(raw, SQLITE_LIMIT_LENGTH, int(std::min<uint64_t>(1 << 30, memory_limit() / 4)));
     std::error_code size_code;
     const auto bytes = std::filesystem::file_size(path, size_code);
-    row_limit_ = size_code ? 1 : bytes / 4;  // a row takes more; a tree with loops does not go on for ever
+    row_limit_ = size_code ? 1 : bytes / 4;  // a row takes more; the limit ends loops in the tree
     read_topics();
     messages_ = prepare("SELECT id, topic_id, timestamp, data FROM messages ORDER BY id");
     last_id_ = largest_id();

@@ -11,7 +11,7 @@
 namespace overtake::io {
 namespace {
 
-// Over the rows before and after: one of them is the row itself at the ends.
+// Differences between the rows before and after; at the ends the row itself replaces the missing one.
 void derive_rates(std::vector<EgoRow>& rows, bool speed, bool yaw_rate) {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const EgoRow& a = rows[i > 0 ? i - 1 : i];

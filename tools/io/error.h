@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The one exception of the file readers and writers. what() is a sentence that starts with file:line.
+// The exception that all file readers and writers throw. what() is a sentence that starts with file:line.
 #pragma once
 
 #include <cstdint>

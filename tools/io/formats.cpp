@@ -22,7 +22,7 @@ constexpr Format kFormats[] = {
 const CloudFormat& cloud_format_of(const std::string& path, const std::string& bytes) {
   const Format* format = find_format_by_mark(bytes);
   if (!format) format = find_format_by_name(path);
-  if (!format) throw Error(path, 0, "is of no format that is read (" + list_extensions() + ")");
+  if (!format) throw Error(path, 0, "has no supported format (" + list_extensions() + ")");
   if (!format->cloud) throw Error(path, 0, "is a recording, " + std::string(format->name) + ", not one cloud");
   return *format->cloud;
 }

@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The table of file formats of recordings (formats.def). A file is recognised by its first bytes; where they have no
-// mark that a format of the table knows, by the extension of its name. To add a format of clouds: X.h, X.cpp with
-// `const CloudFormat X_format`, its test, and one line in formats.def.
+// The table of recording formats (formats.def). A file's first bytes determine its format; if no format recognises
+// them, the extension does. To add a cloud format, write X.h, X.cpp with `const CloudFormat X_format`, its test, and
+// one line in formats.def.
 #pragma once
 
 #include <memory>
@@ -26,10 +26,10 @@ struct CloudExample {
 
 // A file that holds one cloud. Readers throw Error.
 struct CloudFormat {
-  bool (*looks_like)(std::string_view head);  // null: the bytes have no mark, the name alone tells
+  bool (*looks_like)(std::string_view head);  // null: no mark; only the extension identifies files
   Cloud (*parse_header)(const std::string& path_in_errors, const std::string& bytes);  // no columns
   Cloud (*parse)(const std::string& path_in_errors, const std::string& bytes);
-  // The cloud in each encoding of the format: what fuzzers start from and tests break.
+  // Writes the cloud in each encoding of the format: seeds of fuzzers, and files that tests damage.
   std::vector<CloudExample> (*write_examples)(const Cloud& cloud);
 };
 
@@ -37,16 +37,16 @@ struct CloudFormat {
 struct BagFormat {
   bool (*looks_like)(std::string_view head);
   std::unique_ptr<BagReader> (*open)(const std::string& path);
-  // Null: such files hold no attachments.
+  // Null: the format has no attachments.
   std::optional<std::string> (*read_attached)(const std::string& path, const std::string& name);
 };
 
 struct Format {
   const char* name;       // "PCD"
   const char* extension;  // ".pcd"
-  const char* text;       // what of it is read
+  const char* text;       // supported content
   const CloudFormat* cloud;
-  const BagFormat* bag;  // one of these two
+  const BagFormat* bag;  // either this or cloud is null
 
   bool looks_like(std::string_view head) const;
 };
@@ -57,25 +57,25 @@ struct Format {
 #undef OVT_CLOUD_FORMAT
 #undef OVT_BAG_FORMAT
 
-// In the order of formats.def, which is the order in which they are tried.
+// In the order of formats.def; the search tries them in this order.
 std::span<const Format> formats();
 
-inline constexpr std::size_t kHeadBytes = 512;  // what looks_like is given, or the whole of a shorter file
+inline constexpr std::size_t kHeadBytes = 512;  // most bytes that looks_like gets
 
-std::string read_head(const std::string& path);  // "" where there is no such file, or it cannot be read
+std::string read_head(const std::string& path);  // "" if the file is missing or unreadable
 
 // Null: none.
 const Format* find_format_by_mark(std::string_view head);
 const Format* find_format_by_name(const std::string& path);
-const Format* find_format(const std::string& path);  // of a file: by its mark, else by its name
+const Format* find_format(const std::string& path);  // by the file's mark, else by its name
 
-// A file of one cloud in any format of the table. Throw Error.
+// Reads a file with one cloud in any format of the table. Both throw Error.
 Cloud read_cloud(const std::string& path);
 Cloud read_cloud_header(const std::string& path);  // fields and number of points; no columns
 
 // For error texts and help, from the table:
 std::string list_extensions();  // ".pcd, .bin, .db3 or .mcap"
-std::string describe_inputs();  // what a recording may be, in one line
-std::string list_formats();     // one line a format: its name, its extension, what of it is read
+std::string describe_inputs();  // the accepted kinds of recordings, in one line
+std::string list_formats();     // one line per format: name, extension, supported content
 
 }  // namespace overtake::io

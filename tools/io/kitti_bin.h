@@ -10,11 +10,11 @@
 
 namespace overtake::io {
 
-// Throw Error: no such file, not a whole number of points.
+// Both throw Error: file missing, or not a whole number of points.
 Cloud read_kitti_bin(const std::string& path);
 Cloud parse_kitti_bin(const std::string& path_in_errors, const std::string& bytes);
 
-// The fields x, y, z and intensity (0 where there is none) of each point.
+// Writes x, y, z and intensity (0 if the cloud has none) of each point.
 std::string format_kitti_bin(const Cloud& cloud);
 
 }  // namespace overtake::io

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// MCAP as a format of recordings with topics (formats.def).
+// The recording format MCAP (formats.def).
 #include <algorithm>
 #include <map>
 
@@ -14,7 +14,7 @@
 namespace overtake::io {
 namespace {
 
-// Topics are known when all channels are: the summary is not believed, so a first pass finds them.
+// topics() must be complete from the start: a first reader lists the channels (McapReader::list_channels).
 class McapBag : public BagReader {
  public:
   explicit McapBag(const std::string& path) : reader_(path) {
@@ -33,7 +33,7 @@ class McapBag : public BagReader {
     McapMessage message;
     if (!reader_.next(message)) return false;
     const auto topic = index_of_.find(message.channel_id);
-    if (topic == index_of_.end()) {  // the summary did not know it
+    if (topic == index_of_.end()) {  // the summary lacked it
       index_of_[message.channel_id] = int32_t(topics_.size());
       const McapChannel& channel = reader_.channels().at(message.channel_id);
       const auto schema = reader_.schemas().find(channel.schema_id);
@@ -72,7 +72,7 @@ class McapBag : public BagReader {
   std::string damage_of_search_;
 };
 
-// The first bytes that all versions of MCAP share.
+// The first bytes, which all versions of MCAP share.
 bool looks_like_mcap(std::string_view head) { return head.starts_with(kMcapMagic.substr(0, 5)); }
 
 std::optional<std::string> read_mcap_attached(const std::string& path, const std::string& name) {

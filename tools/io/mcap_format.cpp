@@ -120,7 +120,7 @@ std::string compress_chunk(const std::string& compression, int32_t level, std::s
     out.resize(size);
     return out;
   }
-  throw std::runtime_error("there is no compression '" + compression + "' (there are none, lz4 and zstd)");
+  throw std::runtime_error("unknown compression '" + compression + "' (known: none, lz4, zstd)");
 }
 
 std::string refuse_chunk(std::string_view compression, uint64_t packed, uint64_t size, bool whole) {

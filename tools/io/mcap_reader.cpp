@@ -90,7 +90,7 @@ bool McapReader::next_record() {
     return false;
   }
   if (opcode == 0) {
-    fail(record_at_, "a record of kind 0, which there is not");
+    fail(record_at_, "a record of kind 0, which MCAP does not have");
     return false;
   }
   const uint64_t there = std::min(size, file_bytes_ - std::min(file_bytes_, offset_));
@@ -182,7 +182,7 @@ bool McapReader::take_record(uint8_t opcode, std::string_view content, McapMessa
       message->data = reader.rest();
       if (!reader.ok()) break;
       if (!channels_.contains(message->channel_id)) {
-        fail(record_at_, "a message of topic " + std::to_string(message->channel_id) + ", which was not described");
+        fail(record_at_, "a message of topic " + std::to_string(message->channel_id) + ", which no record describes");
         return false;
       }
       return true;

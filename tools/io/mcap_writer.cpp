@@ -34,7 +34,7 @@ std::string format_map(const std::map<std::string, std::string>& entries) {
 McapWriter::McapWriter(const std::string& path, const McapOptions& options) : path_(path), options_(options) {
   if (options_.compression == "none") options_.compression.clear();
   if (!options_.compression.empty() && options_.compression != "lz4" && options_.compression != "zstd")
-    throw Error(path, 0, "there is no compression '" + options_.compression + "' (there are none, lz4 and zstd)");
+    throw Error(path, 0, "unknown compression '" + options_.compression + "' (known: none, lz4, zstd)");
   file_ = std::fopen(begin_output(path).c_str(), "wb");
   if (!file_) throw Error(path, 0, "cannot be written: " + std::string(std::strerror(errno)));
   put(kMcapMagic);

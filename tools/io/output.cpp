@@ -29,7 +29,7 @@ constexpr std::streamoff kHashedBytes = 4 << 20;  // at either end of a file
 
 OutputGuard* current_guard = nullptr;
 
-// The name with its folder's links resolved: one text for one directory entry.
+// The path with its folder's links resolved: each directory entry has one such text.
 std::string real_place(const std::string& path) {
   std::error_code code;
   const fs::path whole = fs::absolute(path, code);
@@ -56,7 +56,7 @@ std::string digest(const std::string& path) {
   return text;
 }
 
-// Whether the first bytes say that Overtake wrote it, or there are none.
+// Whether the first bytes identify a result of Overtake, or the file is empty.
 bool begins_like_ours(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::string head(256, '\0');
@@ -64,7 +64,7 @@ bool begins_like_ours(const std::string& path) {
   head.resize(std::size_t(file.gcount()));
   if (head.empty() || head.starts_with(kTraceHead)) return true;
   if (!head.starts_with(kMcapMagic)) return false;
-  // Behind the magic: the header record with two texts, profile and library.
+  // After the magic: the header record with two texts, profile and library.
   const std::size_t profile = kMcapMagic.size() + kMcapRecordHead;
   const auto text_at = [&](std::size_t at) -> std::string_view {
     if (at + 4 > head.size()) return {};
@@ -117,7 +117,7 @@ void OutputGuard::add_input_tree(const std::string& folder) {
   inputs_.emplace_back(folder, true);
 }
 
-// Looked up only where an output exists already: a recording may have a hundred thousand files.
+// Lists the input files only when an output already exists: a recording may have a hundred thousand files.
 bool OutputGuard::is_input(const std::string& path, std::string& which) {
   const auto add = [this](const std::string& file) {
     struct stat status {};
@@ -163,7 +163,7 @@ bool OutputGuard::is_ours(const std::string& path, const std::string& place) {
 
 void OutputGuard::check_place(const std::string& path, const std::string& place) {
   struct stat status {};
-  if (lstat(path.c_str(), &status) != 0) return;  // where the folder is not there, opening the file says so
+  if (lstat(path.c_str(), &status) != 0) return;  // if the folder is missing, opening the file reports it
   std::string which;
   if (is_input(path, which))
     throw Error(path, 0,
@@ -189,13 +189,13 @@ std::string OutputGuard::begin(const std::string& path) {
   const std::lock_guard lock(mutex_);
   const std::string place = real_place(path), part = path + kPartSuffix;
   struct stat status {};
-  const bool part_exists = lstat(part.c_str(), &status) == 0;  // else no output of this command has started it
+  const bool part_exists = lstat(part.c_str(), &status) == 0;  // if not, no output of this command uses the name
   for (auto p = pending_.begin(); part_exists && p != pending_.end(); ++p)
     if (p->place == place) throw Error(path, 0, "is the name of two outputs of this command");
   check_place(path, place);
   check_place(part, real_place(part));
   std::error_code code;
-  fs::remove(part, code);  // never written through: it may have other names
+  fs::remove(part, code);  // never overwritten in place: it may have other names (hard links)
   Folder* folder = folder_of(place);
   if (folder && !folder->has_list) {
     folder->has_list = folder->made_list = true;

@@ -14,11 +14,11 @@ namespace overtake::io {
 
 enum class PcdEncoding : uint8_t { kAscii, kBinary, kBinaryCompressed };
 
-// Throw Error with file and line (header, ASCII data) or field and point (binary data).
+// Both throw Error with file and line (header, ASCII data) or field and point (binary data).
 Cloud read_pcd(const std::string& path);
 Cloud parse_pcd(const std::string& path_in_errors, const std::string& bytes);
 
-// The number of points is that of the columns.
+// Both write as many points as the columns have.
 std::string format_pcd(const Cloud& cloud, PcdEncoding encoding = PcdEncoding::kBinary);
 void write_pcd(const std::string& path, const Cloud& cloud, PcdEncoding encoding = PcdEncoding::kBinary);
 

@@ -22,8 +22,8 @@ struct PcdHeader {
   int64_t data_line = 0;        // number of the DATA line
 };
 
-// Reads up to and with the DATA line. The sizes it declares are only checked against each other here, not against the
-// file: nothing may be allocated from them yet.
+// Reads the header including the DATA line. Checks the declared sizes against each other, but not against the file: the
+// caller must do that before it allocates memory.
 PcdHeader parse_pcd_header(const std::string& path_in_errors, const std::string& bytes);
 
 }  // namespace overtake::io

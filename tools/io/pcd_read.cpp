@@ -17,13 +17,13 @@ namespace {
 
 constexpr std::size_t kLzfMaxExpansion = 88;  // a copy of 3 bytes yields at most 264
 
-// Of a file of `file_bytes`; `copies`: of the points on the way to the columns.
+// Checks the memory for a file of `file_bytes`; `copies`: copies of the points besides the columns.
 void check_points(const std::string& path, const PcdHeader& header, std::size_t file_bytes, uint64_t copies) {
   const uint64_t points = uint64_t(header.points) * header.point_bytes;  // 31 and 20 bits
   check_memory(path, file_bytes + points * (copies + 1), "reading its " + std::to_string(header.points) + " points");
 }
 
-// "field 'z' of point 17": where the data ends when only `available` bytes of points are there.
+// "field 'z' of point 17": where the data ends if it has only `available` bytes.
 std::string place_of(const PcdHeader& header, std::size_t available) {
   std::size_t rest = available % header.point_bytes;
   for (const CloudField& field : header.fields) {
@@ -52,7 +52,7 @@ void read_binary(const std::string& path, const std::string& bytes, const PcdHea
   }
 }
 
-// Two uint32 sizes, then LZF of the columns one after the other.
+// The data: two uint32 sizes (compressed, uncompressed), then the columns one after the other, compressed by LZF.
 void read_compressed(const std::string& path, const std::string& bytes, const PcdHeader& header, Cloud& cloud) {
   const std::size_t available = bytes.size() - header.data_offset;
   uint32_t size[2] = {0, 0};
@@ -93,7 +93,7 @@ void read_compressed(const std::string& path, const std::string& bytes, const Pc
 void read_ascii(const std::string& path, const std::string& bytes, const PcdHeader& header, Cloud& cloud) {
   int64_t values = 0;
   for (const CloudField& field : header.fields) values += field.count;
-  // A value takes a digit and a separator at least: declared counts are not believed before the file's size agrees.
+  // A value takes at least a digit and a separator: first checks the declared count against the file's size.
   const std::size_t available = bytes.size() - header.data_offset;
   if (header.points > 0 && (available + 1) / 2 / std::size_t(values) < std::size_t(header.points))
     throw Error(path, 0,
@@ -106,7 +106,7 @@ void read_ascii(const std::string& path, const std::string& bytes, const PcdHead
   while (at < bytes.size() && point < header.points) {
     const std::size_t end = std::min(bytes.find('\n', at), bytes.size());
     const std::string_view row = std::string_view(bytes).substr(at, end - at);
-    const auto words = split_words(row, std::size_t(values) + 1);  // of a row that may be the whole file
+    const auto words = split_words(row, std::size_t(values) + 1);  // limited: a row may be the whole file
     at = end + 1;
     ++line;
     if (words.empty()) continue;
@@ -148,7 +148,7 @@ Cloud read_pcd(const std::string& path) { return parse_pcd(path, read_whole_file
 
 namespace {
 
-// A comment or a key of the header before anything else.
+// The file must start with a comment or a key of the header.
 bool looks_like_pcd(std::string_view head) {
   if (head.starts_with("# .PCD")) return true;
   while (!head.empty()) {

@@ -27,7 +27,7 @@ struct PlyElement {
   int64_t count = 0;
   std::vector<PlyProperty> properties;
 
-  // The size of one element in binary data; with a list the smallest size.
+  // Bytes of one row in binary data; with lists the minimum.
   std::size_t least_bytes() const {
     std::size_t sum = 0;
     for (const PlyProperty& p : properties) sum += size_of(p.is_list ? p.count_type : p.type);
@@ -41,8 +41,8 @@ struct PlyElement {
 struct PlyHeader {
   PlyEncoding encoding = PlyEncoding::kAscii;
   std::vector<PlyElement> elements;
-  std::size_t vertex = 0;       // of elements
-  std::size_t data_offset = 0;  // first byte behind the line end_header
+  std::size_t vertex = 0;       // index in elements
+  std::size_t data_offset = 0;  // first byte after the line end_header
   int64_t data_line = 0;        // number of that line
 
   const PlyElement& vertices() const { return elements[vertex]; }
@@ -183,13 +183,13 @@ Cloud fields_of(const PlyElement& vertices) {
   return cloud;
 }
 
-// Reads on from a place of the data; the value's bytes come out in the machine's order.
+// Reads binary data value by value, and converts each to the machine's byte order.
 class PlyBinary {
  public:
   PlyBinary(const std::string& path, const std::string& bytes, const PlyHeader& header)
       : path_(path), bytes_(bytes), at_(header.data_offset), swap_(header.encoding == PlyEncoding::kBigEndian) {}
 
-  // Declared numbers are not believed before the file's size agrees.
+  // Checks the declared number of rows against the file's size.
   void check_size(const PlyElement& element) const {
     const std::size_t least = element.least_bytes();
     if (least > 0 && (bytes_.size() - at_) / least < std::size_t(element.count))
@@ -254,13 +254,13 @@ class PlyBinary {
   bool swap_;
 };
 
-// One row a line; empty lines do not count.
+// Reads ASCII data: one row per line; skips empty lines.
 class PlyText {
  public:
   PlyText(const std::string& path, const std::string& bytes, const PlyHeader& header)
       : path_(path), rest_(std::string_view(bytes).substr(header.data_offset)), line_(header.data_line) {}
 
-  // A value takes a digit and a separator at least.
+  // A value takes at least a digit and a separator.
   void check_size(const PlyElement& element) const {
     const std::size_t values = std::max<std::size_t>(element.properties.size(), 1);
     if (element.count > 0 && (rest_.size() + 1) / 2 / values < std::size_t(element.count))
@@ -284,7 +284,7 @@ class PlyText {
         if (p.is_list) {
           int64_t values = 0;
           if (!parse_integer(word, values) || values < 0) fail_value(p, row, word);
-          for (int64_t i = 0; i < values; ++i) next_word(element, row);  // ends with the row
+          for (int64_t i = 0; i < values; ++i) next_word(element, row);  // throws at the end of the row
           continue;
         }
         CloudColumn& column = columns[c++];

@@ -35,7 +35,7 @@ void write_png(const std::string& path, const Picture& picture) { write_whole_fi
 
 Picture read_png(const std::string& path) {
   constexpr png_uint_32 kMaxSide = 1 << 15;
-  constexpr uint64_t kMostOfDeflate = 1032;  // bytes that come out of one; a pixel takes a bit at least
+  constexpr uint64_t kMostOfDeflate = 1032;  // largest expansion of a byte; a pixel takes at least a bit
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   const std::string bytes = read_whole_file(path, memory_limit() / 2);

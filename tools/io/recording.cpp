@@ -46,8 +46,7 @@ ScanName parse_scan_name(const std::string& path, const std::string& stem) {
 
 std::string extension_of(const std::string& path) { return fs::path(path).extension().string(); }
 
-// The file itself, or the files of a folder whose names say that they hold clouds; what they hold is for whoever opens
-// them to see.
+// The file itself, or the files of a folder with the extension of a cloud format. Does not look into the files.
 std::vector<std::string> list_files(const std::string& path) {
   std::error_code code;
   const auto status = fs::status(path, code);
@@ -62,9 +61,8 @@ std::vector<std::string> list_files(const std::string& path) {
   if (code) throw Error(path, 0, "cannot be listed: " + code.message());
   if (files.empty()) {
     const std::string partial = why_partial(path);
-    throw Error(
-        path, 0,
-        "holds nothing that is read: no " + list_extensions() + " file" + (partial.empty() ? "" : "; " + partial));
+    throw Error(path, 0,
+                "holds no recording: no " + list_extensions() + " file" + (partial.empty() ? "" : "; " + partial));
   }
   std::sort(files.begin(), files.end());
   return files;

@@ -14,7 +14,7 @@ class FolderStream : public ScanStream {
  public:
   FolderStream(const std::string& path, const Rig& rig) : recording_(path, rig) {}
 
-  // A file that cannot be read costs its scans; where none can be read, there is no recording.
+  // Leaves out unreadable files and counts them. Throws Error if no file was readable.
   bool next(FrameScans& out) override {
     while (at_ < recording_.frame_count()) {
       std::vector<std::string> lost;

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A recording of any format (formats.def), read once from front to back. What a file is is found by looking at it; its
-// name counts only where its bytes have no mark.
+// Reads a recording of any format (formats.def) once from start to end. A file's first bytes determine its format; its
+// extension counts only if no format recognises the bytes.
 #pragma once
 
 #include <cstdint>
@@ -19,21 +19,21 @@ namespace overtake::io {
 class ScanStream {
  public:
   virtual ~ScanStream() = default;
-  // The next frame; false: the end, or damage. Frames of recordings with topics are numbered from 0 as they come, and
-  // one holds the scans of half a period. Throws Error where what is read is no scan.
+  // Reads the next frame; false: the end, or damage. Recordings with topics have frame numbers from 0 in their order,
+  // and a frame holds the scans of half a period. Throws Error if a cloud is not a valid scan.
   virtual bool next(FrameScans& out) = 0;
-  // Ego poses of the recording itself, in its order, at least up to a period behind the scans delivered so far (where
-  // there are any); each is returned once.
+  // Returns each ego pose of the recording once, in its order. If the recording has later poses, the result reaches at
+  // least one period beyond the scans delivered so far.
   virtual std::vector<EgoRow> take_ego() { return {}; }
-  virtual const std::string& damage() const = 0;  // why the end came too early; "": it did not
+  virtual const std::string& damage() const = 0;  // why reading ended early; "": it did not
   virtual double progress() const = 0;            // 0 to 1
   virtual bool has_ego() const { return false; }  // whether take_ego may return any
-  // Scans of their own files that could not be read and were left out; the first one's sentence.
+  // Number of files that were unreadable and left out; the error of the first one.
   virtual int64_t lost_count() const { return 0; }
   virtual std::string first_loss() const { return ""; }
 };
 
-// Throws Error: not there, of no known kind, without a scan of the rig's sensors.
+// Throws Error: the path is missing, has no known format, or has no scan of the rig's sensors.
 std::unique_ptr<ScanStream> open_scans(const std::string& path, const Rig& rig);
 
 }  // namespace overtake::io

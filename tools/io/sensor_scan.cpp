@@ -24,8 +24,8 @@ int64_t unit_ns(TimeUnit unit, const CloudColumn& column) {
   return is_float(column.type) ? 1'000'000'000 : 1;
 }
 
-// Times larger than eleven days are points in time: the earliest becomes the scan's stamp. Smaller ones are offsets. A
-// NaN is no time: offset 0.
+// Times above eleven days are absolute: the earliest becomes the scan's stamp. Smaller times are offsets. A NaN becomes
+// offset 0.
 void read_times(const CloudColumn& column, int64_t unit, SensorScan& scan) {
   constexpr int64_t kAbsolute = 1'000'000'000'000'000;
   const std::size_t count = column.values();
@@ -46,7 +46,7 @@ void read_times(const CloudColumn& column, int64_t unit, SensorScan& scan) {
     scan.time_offset_ns[i] = known[i] ? int32_t(std::clamp<int64_t>(times[i] - base, -INT32_MAX, INT32_MAX)) : 0;
 }
 
-// The column itself, or those of its rows that are named.
+// The whole column, or only the given rows.
 CloudColumn take(CloudColumn& column, const std::vector<int32_t>* rows) {
   if (!rows) return std::move(column);
   const std::size_t size = size_of(column.type);
@@ -56,7 +56,7 @@ CloudColumn take(CloudColumn& column, const std::vector<int32_t>* rows) {
   return out;
 }
 
-// 64-bit layers do not fit the library's types: as 32 bits, -1 (no layer) where they are too large.
+// Converts 64-bit layers to 32 bits, which the library accepts; -1 (no layer) if a value is too large.
 CloudColumn narrow_integers(CloudColumn column) {
   if (size_of(column.type) < 8 || is_float(column.type)) return column;
   CloudColumn out{ValueType::kInt32, 1, std::vector<unsigned char>(column.values() * 4)};
@@ -68,7 +68,7 @@ CloudColumn narrow_integers(CloudColumn column) {
   return out;
 }
 
-// The column as float, `origin` subtracted in double.
+// Converts the column to float, after subtracting `origin` in double.
 CloudColumn shift(const CloudColumn& column, double origin) {
   CloudColumn out{ValueType::kFloat32, 1, std::vector<unsigned char>(column.values() * 4)};
   for (std::size_t i = 0; i < column.values(); ++i) {
@@ -91,7 +91,7 @@ CloudColumn& need_role(const std::string& path, Cloud& cloud, CloudRole role, co
   return cloud.columns[std::size_t(field)];
 }
 
-// Rows of a shared cloud that are not another sensor's.
+// Rows of a shared cloud that do not belong to another sensor.
 std::vector<int32_t> own_rows(const CloudColumn& layer, const Rig& rig, int32_t sensor) {
   std::vector<int32_t> rows;
   for (int32_t i = 0; i < int32_t(layer.values()); ++i) {

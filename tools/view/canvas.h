@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Dots, lines and text in metres on a picture: `right` and `up` are whatever the picture shows to the right and up.
+// Dots, lines and text in metres on a picture: `right` and `up` are the coordinates that grow to the right and up.
 #pragma once
 
 #include <cstdint>

@@ -18,7 +18,7 @@ namespace overtake::cli {
 //   points       ground dark, others grey, of a detection orange
 //   detection    rectangle of the known size, orange
 //   track        confirmed only, blue: rectangle, id, speed; predicted path with a dot every 0.5 s and the 95 %
-//                ellipse every 1 s unless it is larger than the road is wide
+//                ellipse every 1 s, unless it is wider than the road
 io::Picture draw_frame(ovt_reader* reader, const io::Rig& rig, const ovt_params& params, const std::string& caption);
 
 }  // namespace overtake::cli

@@ -26,7 +26,7 @@ Json text() { return {{"type", "string"}}; }
 Json list(const Json& items) { return {{"type", "array"}, {"items", items}}; }
 Json numbers(const char* meaning) { return {{"type", "array"}, {"items", number_or_null()}, {"description", meaning}}; }
 
-// The schema of a table value: stamps and ids are text; a value with a name is written as its name.
+// The schema of a table value: stamps and ids are text; an enum value is written as its name.
 template <class T>
 Json value_schema(const char* words, const char* meaning) {
   Json schema = std::is_floating_point_v<T> ? number_or_null() : sizeof(T) == 8 ? text() : integer();

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The numbers of a frame as JSON, by core/columns.def and pipeline/stats.def, and a JSON Schema for each:
+// The numbers of a frame as JSON (from core/columns.def and pipeline/stats.def), and a JSON Schema for each:
 // "overtake.Detections", "overtake.Tracks", "overtake.Times", "overtake.Counters". Stamps are strings of ns, because
 // JSON numbers lose digits beyond 2^53. Values that are not finite are null.
 #pragma once

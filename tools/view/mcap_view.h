@@ -4,7 +4,7 @@
 // Writes the pipeline's input and results as an MCAP file for Foxglove (protobuf messages of Foxglove's schemas; the
 // numbers as JSON with a JSON Schema):
 //
-//   /tf                      FrameTransform   map to vehicle (where the ego pose is known), vehicle to each sensor
+//   /tf                      FrameTransform   map to vehicle (if the ego pose is known), vehicle to each sensor
 //   /SENSOR/points           PointCloud       x y z intensity layer, label, cluster, reason; sensor frame
 //   /SENSOR/image/NAME       RawImage         range, angle_smooth, range_repaired (32FC1), nonground (mono8),
 //                                             labels (rgb8)
@@ -31,7 +31,7 @@ class McapView {
   // Adds the reader's frame, and the detector's counters at that time.
   void add(ovt_reader* reader);
   void add_counters(int64_t stamp_ns, const ovt_stats& stats);
-  // partial: the reason why the file ends early; "" where it is complete.
+  // partial: the reason why the file ends early; "" if it is complete.
   void close(const std::string& partial = "");
 
  private:

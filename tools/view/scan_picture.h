@@ -21,7 +21,7 @@ struct ScanPoints {
 
 // Three pictures, one below the other:
 //   1  azimuth (left is left) over elevation, colour by range: 2 to 200 m, logarithmic
-//   2  the same, colour by surface, where the surfaces are known
+//   2  the same, colour by surface, if the surfaces are known
 //   3  from above within 100 m, colour by height over the sensor: -2 to 4 m
 io::Picture draw_scan(const ScanPoints& points, const std::string& caption);
 

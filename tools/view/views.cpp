@@ -17,7 +17,7 @@ using io::Rgb;
 
 constexpr Rgb kBlack = {0, 0, 0}, kUndefined = {70, 30, 70}, kGround = {60, 60, 60}, kObstacle = {250, 215, 90};
 
-// Ends of the colour scale: they leave out the outermost 0.5 % of the values on either side.
+// Ends of the colour scale, without the outermost 0.5 % of the values on either side.
 struct Limits {
   double low = 0, high = 1;
 };

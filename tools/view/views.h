@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pictures of a processed scan: each image in fitting colours, and the points from above.
+// Pictures of a processed scan: each image in its own colours, and the points from above.
 #pragma once
 
 #include <cstdint>
@@ -26,10 +26,10 @@ struct DenseImage {
 // The image `id` of a sensor's scan in the reader's frame. Throws io::Error.
 DenseImage read_image(ovt_reader* reader, int32_t sensor, int32_t id);
 
-// Those that the detector's method computes, by id. Throws io::Error.
+// Ids of the images that the detector's method computes. Throws io::Error.
 std::map<int32_t, DenseImage> read_images(ovt_reader* reader, int32_t sensor);
 
-// A colour for every pixel, and what the ends of the scale stand for ("": the colours are no scale).
+// A colour for every pixel, and the values at the ends of the colour scale ("": no scale).
 struct ColoredImage {
   std::vector<io::Rgb> colors;
   std::string low_text, high_text;
@@ -39,10 +39,11 @@ ColoredImage color_image(const DenseImage& image, const DenseImage& returns);
 // `returns` is the range image (0: no return). Images that need it are black where there is no return.
 io::Picture draw_image(const DenseImage& image, const DenseImage& returns);
 
-// One below the other, left-aligned.
+// Stacks the pictures one below the other, left-aligned.
 io::Picture stack_pictures(const std::vector<io::Picture>& pictures);
 
-// From above, x up, y left: all points within reach_m of the sensor along both axes. Later points cover earlier ones.
+// Draws all points within reach_m of the sensor along both axes from above, x up, y left. Later points cover earlier
+// ones.
 io::Picture draw_top_view(const float* x_m, const float* y_m, const std::vector<io::Rgb>& colors, double reach_m,
                           const std::string& caption);
 
