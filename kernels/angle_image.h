@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 3: angle image (eq. 1, with its fraction inverted and absolute values).
+// Section 3 of kernels/README.md: angle image (eq. 1, with its fraction inverted and absolute values).
 #pragma once
 
 #include "core/range_image.h"

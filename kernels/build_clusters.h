@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 8a: makes a table of clusters in the vehicle frame from the labels.
+// Section 8 of kernels/README.md: makes a table of clusters in the vehicle frame from the labels.
 #pragma once
 
 #include "core/cluster_table.h"

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 10: pose by two headings and a rectangle of known size (eq. 5).
+// Section 10 of kernels/README.md: pose by two headings and a rectangle of known size (eq. 5).
 #pragma once
 
 #include <cstdint>

@@ -1,7 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 9, first half: selects clusters by vehicle size. (The map gate needs the ego pose: pipeline/stages.)
+// Section 9 of kernels/README.md, first half: selects clusters by vehicle size. (The map gate needs the ego pose:
+// pipeline/stages.)
 #pragma once
 
 #include "core/cluster_table.h"

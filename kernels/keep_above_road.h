@@ -1,7 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Ground removal by height: decides each pixel without its neighbours.
+// Ground removal by height: decides each pixel without its neighbours. No preset uses it, only the tests' method
+// `plain`.
 #pragma once
 
 #include "core/plane.h"
@@ -13,7 +14,7 @@ namespace overtake {
 inline constexpr float kRoadHeight_m = 0.3f;
 
 // Keeps the pixels above kRoadHeight_m. Assumes a level sensor: a pixel's height is the sensor's height plus range *
-// sin(elevation).
+// sin(elevation). Ignores roll, pitch and banking.
 //   reads    range_filled_m elevation_filled_rad of at most pi/2
 //   writes   range_repaired_m elevation_repaired_rad (0 where not kept) nonground_repaired, every pixel
 //   cost     one sine per pixel         agrees  exactly on every ISA

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 7b: connected components of the linked pixels.
+// Section 7 of kernels/README.md: connected components of the linked pixels.
 #pragma once
 
 #include "core/plane.h"

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 7a: links neighbouring pixels of one object (eq. 2; Bogoslavskyi & Stachniss 2016).
+// Section 7 of kernels/README.md: links neighbouring pixels of one object (eq. 2; Bogoslavskyi & Stachniss 2016).
 #pragma once
 
 #include "core/plane.h"

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 0: copies the caller's layout to columns.
+// Copies the caller's layout to columns.
 #pragma once
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 5: ground removal.
+// Section 5 of kernels/README.md: ground removal.
 #pragma once
 
 #include "core/range_image.h"
@@ -11,10 +11,10 @@ namespace overtake {
 // Non-ground where the smoothed angle of the pair (i, i + 1) exceeds the threshold; the pair decides the upper pixel i.
 //   reads    angle_smooth_rad; range_filled_m (which pixels exist); pixel_point (which pixels have a return)
 //   writes   nonground, every word
-//   rules    - a pixel without range is not non-ground
-//            - a pixel with an undefined pair is non-ground if it has a return; a filled pixel is not
-//            - the bottom is ground: in each column the lowest pixel with a return, and all rows from row_count - 1 on.
-//              No pair below judges them; otherwise the rim of the own car's shadow would be obstacles all round
+//   rules    - a pixel without range is ground (bit 0)
+//            - a pixel with an undefined pair is non-ground if it has a return; a filled pixel is ground
+//            - in each column the lowest pixel with a return is ground, and so are all rows from row_count - 1 on: no
+//              pair lies below them. Otherwise the rim of the own car's shadow would be a ring of obstacles
 //   agrees   exactly on every ISA
 struct MarkGroundParams {
   float threshold_rad;  // th_gnd

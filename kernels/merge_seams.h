@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 8b: merges clusters of one object across neighbouring sensors (eq. 4).
+// Section 8 of kernels/README.md: merges clusters of one object across neighbouring sensors (eq. 4).
 #pragma once
 
 #include "core/cluster_table.h"

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1a: points to spherical coordinates.
+// Section 1 of kernels/README.md: points to spherical coordinates.
 #pragma once
 
 #include "core/point_table.h"

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1b: assigns layers to image rows.
+// Section 1 of kernels/README.md: assigns layers to image rows.
 #pragma once
 
 #include "kernels/project_points.h"

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 6: repair of the non-ground range image, NGRIR (eq. 3, with its indices completed).
+// Section 6 of kernels/README.md: repair of the non-ground range image, NGRIR (eq. 3, with its indices completed).
 #pragma once
 
 #include "core/plane.h"

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1c: assigns points to pixels, and selects the winner of each pixel.
+// Section 1 of kernels/README.md: assigns points to pixels, and selects the winner of each pixel.
 #pragma once
 
 #include "core/point_table.h"

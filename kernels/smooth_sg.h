@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 4: Savitzky-Golay smoothing (Savitzky & Golay 1964).
+// Section 4 of kernels/README.md: Savitzky-Golay smoothing (Savitzky & Golay 1964).
 #pragma once
 
 #include "core/range_image.h"

@@ -348,7 +348,7 @@ bool Detector::step_intake() {
   if (flush_wanted != flush_done_.load(std::memory_order_relaxed)) {
     assembler_->flush();
     count_settled();
-    if (assembler_->admitted() != counters_.frames.load(std::memory_order_acquire)) return false;
+    if (assembler_->closed_count() != counters_.frames.load(std::memory_order_acquire)) return false;
     flush_done_.store(flush_wanted, std::memory_order_release);
     flush_done_.notify_all();
     return true;

@@ -79,7 +79,7 @@ void reset_frame(Frame& frame) noexcept {
   frame.kept_count = frame.candidate_count = frame.merged_overflow = frame.candidate_overflow = 0;
   frame.gated_points = frame.gated_size = frame.gated_map = frame.lost_rows = 0;
   frame.ego_off_map_m = 0;
-  frame.map_holds = false;
+  frame.uses_map = false;
   frame.ego_known = false;
   frame.ego.count = 0;
   frame.spans.reset();

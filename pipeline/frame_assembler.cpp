@@ -114,7 +114,7 @@ bool FrameAssembler::place_external(ExternalScan& scan) noexcept {
   if (!started_ && !closed_any_) std::fill(std::begin(seen_ns_), std::end(seen_ns_), scan.stamp_ns);
   Frame* frame = open(scan.stamp_ns, FrameKind::kExternal);
   if (!frame) return false;
-  forget_judged(ClockWatch::kExternal, scan.stamp_ns);
+  forget_classified(ClockWatch::kExternal, scan.stamp_ns);
   recent_[ClockWatch::kExternal].add(scan.stamp_ns);
   std::swap(frame->external, scan.table);
   frame->external_reference = scan.reference;
@@ -187,7 +187,7 @@ Frame* FrameAssembler::open(int64_t stamp_ns, FrameKind kind) noexcept {
 }
 
 void FrameAssembler::put_scan(Frame& frame, int32_t sensor, Scan& scan) noexcept {
-  forget_judged(sensor, scan.stamp_ns);
+  forget_classified(sensor, scan.stamp_ns);
   recent_[sensor].add(scan.stamp_ns);
   SensorPart& part = frame.sensors[sensor];
   std::swap(part.scan, scan.table);

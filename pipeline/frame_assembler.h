@@ -95,7 +95,7 @@ class FrameAssembler {
   // False if a frame slot was needed and none is free: try again.
   bool advance(int64_t now_ns) noexcept;
   void flush() noexcept;                                                   // rejects everything that is held
-  int64_t admitted() const noexcept { return next_sequence_; }             // frames closed so far
+  int64_t closed_count() const noexcept { return next_sequence_; }         // frames closed so far
   Settled take_settled() noexcept { return std::exchange(settled_, {}); }  // results since the last call
   int64_t clock_jumps() const noexcept { return clock_jumps_; }
   int64_t near_ns() const noexcept { return clock_.near_ns(); }
@@ -133,7 +133,7 @@ class FrameAssembler {
   EgoRange watch_ego(const EgoRange& range, Frame& frame) noexcept;
   Frame* open(int64_t stamp_ns, FrameKind kind) noexcept;
   void put_scan(Frame& frame, int32_t sensor, Scan& scan) noexcept;
-  void forget_judged(int32_t source, int64_t stamp_ns) noexcept {
+  void forget_classified(int32_t source, int64_t stamp_ns) noexcept {
     classified_ = classified_ && (classified_source_ != source || classified_stamp_ns_ != stamp_ns);
   }
   void close(Frame& frame, const EgoRange& range) noexcept;

@@ -146,6 +146,8 @@ typedef struct ovt_param_info {
 } ovt_param_info;
 
 OVT_API ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* preset);   /* "paper" */
+/* Names of the presets, "paper" first. NULL when index is not smaller than their number. */
+OVT_API const char* ovt_preset_name(int32_t index);
 OVT_API int32_t ovt_param_count(void);
 /* Non-zero when the method of `params` (null: paper) reads parameter `index`. Other parameters have no effect. */
 OVT_API int32_t ovt_reads_param(const ovt_params* params, int32_t index);

@@ -181,6 +181,12 @@ ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* p
   return OVT_OK;
 }
 
+const char* ovt_preset_name(int32_t index) {
+  const Method* known[kMaxMethods];
+  const int32_t count = list_methods(known);
+  return index >= 0 && index < count ? known[index]->name : nullptr;
+}
+
 int32_t ovt_param_count(void) { return kParamCount; }
 
 int32_t ovt_reads_param(const ovt_params* params, int32_t index) {

@@ -46,7 +46,7 @@ void merge_frame(const StageContext& context, Frame& frame) noexcept {
 void find_ego_on_map(const StageContext& context, Frame& frame) noexcept {
   constexpr double kNowhere_m = 1e9;
   frame.ego_off_map_m = 0.0;
-  frame.map_holds = context.map != nullptr;
+  frame.uses_map = context.map != nullptr;
   if (!context.map) return;
   int64_t first_ns = frame.first_stamp_ns, last_ns = frame.stamp_ns;
   for (int32_t i = 0; i < frame.merged.count; ++i) {
@@ -64,7 +64,7 @@ void find_ego_on_map(const StageContext& context, Frame& frame) noexcept {
   for (int32_t i = 0; i < frame.ego.count; ++i)
     if (const EgoPose& pose = frame.ego.poses[i]; pose.stamp_ns > first_ns && pose.stamp_ns < last_ns) ask(pose);
   frame.ego_off_map_m = std::min(off_m, kNowhere_m);
-  frame.map_holds = off_m <= context.detect.ego_margin_m;
+  frame.uses_map = off_m <= context.detect.ego_margin_m;
 }
 
 void keep_car_sized(const StageContext& context, Frame& frame) noexcept {
@@ -77,7 +77,7 @@ void keep_car_sized(const StageContext& context, Frame& frame) noexcept {
   frame.gated_size = merged.count - frame.gated_points - frame.kept_count;
 }
 
-void keep_on_track(const StageContext& context, Frame& frame) noexcept {
+void keep_on_circuit(const StageContext& context, Frame& frame) noexcept {
   const FrameClusterTable& merged = frame.merged;
   // The map gate is active while the ego pose is known, fresh and on the map. The gate transforms each centroid to the
   // map with the ego pose at its cluster's stamp. The last segment is the hint of the next projection: neighbours in
@@ -87,7 +87,7 @@ void keep_on_track(const StageContext& context, Frame& frame) noexcept {
   const double margin = out_m > 0.0 ? std::max(context.detect.map_margin_m, out_m) : context.detect.map_margin_m;
   EgoState ego;
   const auto on_track = [&](int32_t row, MapProjection& place) {
-    if (!frame.map_holds || !frame.ego.at(merged.stamp_ns[row], ego) || ego.age_ns > kEgoFreshNs) return true;
+    if (!frame.uses_map || !frame.ego.at(merged.stamp_ns[row], ego) || ego.age_ns > kEgoFreshNs) return true;
     double x, y;
     ego.to_map(double(merged.center_x_m[row]), double(merged.center_y_m[row]), double(merged.center_z_m[row]), x, y);
     place = context.map->project(x, y, place.segment);
@@ -158,7 +158,7 @@ void pose_frame(const StageContext& context, Frame& frame) noexcept {
     // (0), also when the ego pose is off the map: the line's heading at another place is a worse estimate.
     double heading_ref = 0.0;
     out.map_s_m[i] = out.map_d_m[i] = 0.0f;
-    if (frame.map_holds && frame.ego.at(merged.stamp_ns[row], ego)) {
+    if (frame.uses_map && frame.ego.at(merged.stamp_ns[row], ego)) {
       double x, y;
       ego.to_map(double(merged.center_x_m[row]), double(merged.center_y_m[row]), double(merged.center_z_m[row]), x, y);
       const MapProjection place = context.map->project(x, y, hint);

@@ -46,20 +46,20 @@ void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part,
 void merge_frame(const StageContext& context, Frame& frame) noexcept;
 
 // Decides whether this frame may use the map: not if an ego pose during the frame is outside of the circuit by more
-// than the margin.   reads  ego, merged.stamp_ns   writes  ego_off_map_m, map_holds
+// than the margin.   reads  ego, merged.stamp_ns   writes  ego_off_map_m, uses_map
 void find_ego_on_map(const StageContext& context, Frame& frame) noexcept;
 
 // Size gate (IV-B).   reads  merged   writes  kept, kept_count, candidate_count, gated_points,
 // gated_size
 void keep_car_sized(const StageContext& context, Frame& frame) noexcept;
 
-// Map gate (IV-B).   reads  kept, merged, ego, map_holds   writes  kept, kept_count, gated_map
-void keep_on_track(const StageContext& context, Frame& frame) noexcept;
+// Map gate (IV-B).   reads  kept, merged, ego, uses_map   writes  kept, kept_count, gated_map
+void keep_on_circuit(const StageContext& context, Frame& frame) noexcept;
 
 // Keeps the nearest, up to the capacity.   reads  kept, merged   writes  kept, kept_count, candidate_overflow
 void keep_nearest(const StageContext& context, Frame& frame) noexcept;
 
-// Two headings and the rectangle (eq. 5).   reads  kept, cluster points, ego, map_holds   writes  detections
+// Two headings and the rectangle (eq. 5).   reads  kept, cluster points, ego, uses_map   writes  detections
 void pose_frame(const StageContext& context, Frame& frame) noexcept;
 
 // Runs the method's frame rules and times each stage.

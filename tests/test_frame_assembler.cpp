@@ -325,7 +325,7 @@ TEST_CASE("frame_assembler: flush closes the open frame once") {
   CHECK(bench.scan(0, 101) == IntakeResult::kUsed);
   bench.assembler.flush();
   CHECK(bench.count() == 3);
-  CHECK(bench.assembler.admitted() == 3);
+  CHECK(bench.assembler.closed_count() == 3);
 }
 
 TEST_CASE("frame_assembler: advance closes a frame after 75 ms and predicts when no frame came for as long") {
@@ -393,7 +393,7 @@ TEST_CASE("frame_assembler: without a free slot nothing is used and the sequence
   CHECK(bench.scan(0, 200) == IntakeResult::kNoSlot);
   CHECK(bench.external(201) == IntakeResult::kNoSlot);
   CHECK_FALSE(bench.assembler.advance(1000 * kMs));
-  CHECK(bench.assembler.admitted() == kSlots);
+  CHECK(bench.assembler.closed_count() == kSlots);
   bench.runner.finish_kept();
   bench.runner.keep = false;
   bench.sweep(200);

@@ -86,6 +86,21 @@ TEST_CASE("methods: images and stages that a method does not compute return NOT_
   }
 }
 
+TEST_CASE("methods: the API lists every name that ovt_params_init takes, paper first") {
+  REQUIRE(ovt_preset_name(0) != nullptr);
+  CHECK(std::string(ovt_preset_name(0)) == "paper");
+  int32_t count = 0;
+  bool has_plain = false;
+  for (; ovt_preset_name(count); ++count) {
+    ovt_params params;
+    CHECK(ovt_params_init(&params, sizeof params, ovt_preset_name(count)) == OVT_OK);
+    has_plain = has_plain || std::string(ovt_preset_name(count)) == "plain";
+  }
+  CHECK(has_plain);
+  CHECK(ovt_preset_name(-1) == nullptr);
+  CHECK(ovt_preset_name(INT32_MAX) == nullptr);
+}
+
 TEST_CASE("methods: parameters belong to the steps, rules and trackers that read them") {
   ovt_params plain = ovt_default_params(), unknown = ovt_default_params();
   plain.method = "plain";

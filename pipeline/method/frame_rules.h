@@ -32,11 +32,11 @@ inline constexpr FrameRule keep_car_sized = {.name = "keep_car_sized",
                                              .params = "gate.min_points gate.slack vehicle.length_m",
                                              .run = &overtake::keep_car_sized};
 
-inline constexpr FrameRule keep_on_track = {.name = "keep_on_track",
-                                            .stage = OVT_STAGE_GATE,
-                                            .reads = columns(),
-                                            .params = "gate.map_margin_m vehicle.width_m",
-                                            .run = &overtake::keep_on_track};
+inline constexpr FrameRule keep_on_circuit = {.name = "keep_on_circuit",
+                                              .stage = OVT_STAGE_GATE,
+                                              .reads = columns(),
+                                              .params = "gate.map_margin_m vehicle.width_m",
+                                              .run = &overtake::keep_on_circuit};
 
 inline constexpr FrameRule keep_nearest = {
     .name = "keep_nearest", .stage = OVT_STAGE_GATE, .reads = columns(), .params = "", .run = &overtake::keep_nearest};

@@ -16,7 +16,7 @@ constexpr Step kSegment[] = {
     step::fill_gaps,                                                  // 2   gaps of one pixel
     step::angle_image,                                                // 3   slope between two rows (eq. 1)
     step::smooth_sg,                                                  // 4   Savitzky-Golay
-    step::mark_ground,                                                // 5   ground is less steep than 20 deg
+    step::mark_ground,                                                // 5   ground: slopes up to ground.threshold_deg
     step::repair_range,                                               // 6   NGRIR (eq. 3)
     step::link_pixels,                                                // 7a  which neighbours belong together (eq. 2)
     step::label_bfs,      step::label_points,                         // 7b  connected components
@@ -29,7 +29,7 @@ constexpr FrameRule kFrame[] = {
     rule::merge_seams,           // 8b  clusters across the seams of two sensors (eq. 4)
     rule::find_ego_on_map,       //     whether this frame may use the map
     rule::keep_car_sized,        // 9   at most as long as a car
-    rule::keep_on_track,         // 9   and on the circuit
+    rule::keep_on_circuit,       // 9   and on the circuit
     rule::keep_nearest,          //     the nearest, up to the capacity
     rule::pose_by_two_headings,  // 10  the rectangle that holds the most points (eq. 5)
 };

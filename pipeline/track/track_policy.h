@@ -41,7 +41,8 @@ concept TrackPolicy = std::is_trivially_copyable_v<typename P::State> &&
              const Measurement& z, const Iteration& it, bool hit, bool in_map, int32_t slot,
              const TrackView<typename P::State>& tracks, int32_t* measurement_of_slot, TrackTable& rows, std::size_t i,
              PathTable& paths) {
-  // Predicts a state by dt_s; if dt_s is negative, back without process noise.
+  // Predicts a state by dt_s; if dt_s is negative, back without process noise. ReplayTracker calls it also without an
+  // update after it: for a miss, for publication and for ovt_advance.
   constant.predict(state, dt_s);
   { constant.place(seen) } -> std::same_as<Place>;
   // Whether the state is finite and within what a car can do.

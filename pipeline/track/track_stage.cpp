@@ -129,7 +129,7 @@ void TrackStage::choose_reference(Frame& frame) noexcept {
   if (frame.ego_known && frame.ego_state.age_ns > kEgoFreshNs) frame.flags |= OVT_FLAG_EGO_STALE;
   if (!context_.map) frame.flags |= OVT_FLAG_NO_MAP;
   if (frame.failed) find_ego_on_map(context_, frame);
-  if (context_.map && !frame.map_holds) frame.flags |= OVT_FLAG_EGO_OFF_MAP;
+  if (context_.map && !frame.uses_map) frame.flags |= OVT_FLAG_EGO_OFF_MAP;
 }
 
 bool TrackStage::may_measure(Frame& frame) const noexcept {
@@ -155,7 +155,7 @@ void TrackStage::step(Frame& frame) noexcept {
     input.ego = {true, pose.x_m, pose.y_m, pose.yaw_rad, pose.speed_mps};
   }
   input.in_map = reference_ == OVT_REFERENCE_MAP;
-  input.ask_map = frame.map_holds;
+  input.ask_map = frame.uses_map;
   input.sectors = sectors;
   input.sector_count = observe(frame, sectors);
   last_step_ = tracker_->step(input, frame.measurements.track);

@@ -54,8 +54,10 @@ std::string set_param(ovt_params& params, const std::string& name, const std::st
 }
 
 void init_params(Config& config, const std::string& file, int64_t line) {
-  if (ovt_params_init(&config.params, sizeof config.params, config.preset.c_str()) != OVT_OK)
-    throw Error(file, line, "there is no preset '" + config.preset + "' (there is: paper)");
+  if (ovt_params_init(&config.params, sizeof config.params, config.preset.c_str()) == OVT_OK) return;
+  std::vector<std::string> names;
+  for (int32_t i = 0; ovt_preset_name(i); ++i) names.emplace_back(ovt_preset_name(i));
+  throw Error(file, line, "there is no preset '" + config.preset + "' (there is: " + io::join(names, ", ") + ")");
 }
 
 // Applies `change` to each path of "FILE" or "FILE1,FILE2".
