@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The track as a centre line with widths, closed or open, and the projection of map points to (s, d) on it.
+// The circuit as a centre line with widths, closed or open, and the projection of map points to (s, d) on it.
 // s grows along the driving direction from the first point, d is positive to the left. Double precision, map frame.
 // Built once (the only place that allocates); read-only and thread-safe after that.
 #pragma once
@@ -74,8 +74,8 @@ class CircuitMap {
   // Heading and curvature are interpolated along s. An empty map, or a point that is not finite or beyond
   // kMaxMapCoordinate, gives: not inside, segment -1, d infinite, the rest 0.
   MapProjection project(double x_m, double y_m, int32_t hint = -1) const noexcept;
-  // Distance of a point outside of the track: 0 on the track, else the distance from its edge, or from the end of an
-  // open line. Infinite where project finds no nearest place.
+  // Distance of a point outside of the circuit: 0 on the circuit, else the distance from its edge, or from the end of
+  // an open line. Infinite where project finds no nearest place.
   double measure_outside(double x_m, double y_m, int32_t* hint) const noexcept;
   MapPose at(double s_m) const noexcept;  // wrapped on a closed line, clamped on an open one; NaN counts as 0
 

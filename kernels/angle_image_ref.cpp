@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 3: angle image (eq. 1).
+// Section 3: angle image (eq. 1).
 //
 // Works down stripes of kRowAlign columns and keeps the values of the row above, so that each pixel's sine and cosine
 // are computed once.

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 3: angle image (eq. 1). The reference's loop on vectors: stripes of two vectors, the row above in registers.
+// Section 3: angle image (eq. 1). The reference's loop on vectors: stripes of two vectors, the row above in registers.
 #pragma once
 
 #include "core/math.h"

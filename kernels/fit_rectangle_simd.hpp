@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 10: the loops over the points for fit_rectangle; the search is in the reference (fit_rectangle_measures.h).
+// Section 10: the loops over the points for fit_rectangle; the search is in the reference (fit_rectangle_measures.h).
 //
 // One heading takes two passes over points in L1 (ManyPoints handles thousands, which do not fit). The first pass
 // rotates the points to the heading's axes, stores them and finds the bounds; the second sums. When the 16 lanes do not

@@ -1,8 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Ground removal by height: decides each pixel without its neighbours. No preset uses it, only the tests' method
-// `plain`.
+// Ground removal by height: decides each pixel without its neighbours. Only the tests' method `plain` uses this kernel.
 #pragma once
 
 #include "core/plane.h"

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 7b: connected components of the linked pixels, by breadth-first search (paper IV-A).
+// Section 7: connected components of the linked pixels, by breadth-first search (paper IV-A).
 #include "kernels/label_bfs.h"
 
 #include "core/check.h"

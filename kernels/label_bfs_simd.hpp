@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 7b: connected components from runs of linked pixels and union-find, on words of 64 columns.
+// Section 7: connected components from runs of linked pixels and union-find, on words of 64 columns.
 //
 //   nonground    # # # . # #      A run begins where a pixel has no link to its left. Runs are numbered by their first
 //   link_right   # . . . # .      pixels, row by row. A link down joins the runs of its two pixels. The run of a pixel

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 7a: links neighbouring pixels of one object (eq. 2; Bogoslavskyi & Stachniss 2016).
+// Section 7: links neighbouring pixels of one object (eq. 2; Bogoslavskyi & Stachniss 2016).
 //
 //        A           beta is the angle at A between the beam OA and the line AB: nearly 0 where B lies far behind A
 //        |\  beta    or far before it, large along one surface. O is the sensor, alpha the angle between the beams.

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 7a: links neighbouring pixels of one object (eq. 2), on words of 64 columns. Reads ranges only where both
+// Section 7: links neighbouring pixels of one object (eq. 2), on words of 64 columns. Reads ranges only where both
 // pixels of a link are non-ground.
 #pragma once
 

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 0: copies the caller's layout to columns.
+// Copies the caller's layout to columns.
 //
 // The loop over a field reads its type and converts to double, which holds every accepted type exactly. So each rule
 // below (subnormals, layers) is written once. No comparison sees a NaN, so the loop also runs with floating-point traps

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 0: copies the caller's layout to columns. Handles the types that sensors and PointCloud2 use, without a
+// Copies the caller's layout to columns. Handles the types that sensors and PointCloud2 use, without a
 // conversion to double (all their values are exact either way). A scan with any other type goes to the reference.
 //
 //   columns    read in place

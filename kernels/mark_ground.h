@@ -12,9 +12,10 @@ namespace overtake {
 //   reads    angle_smooth_rad; range_filled_m (which pixels exist); pixel_point (which pixels have a return)
 //   writes   nonground, every word
 //   rules    - a pixel without range is ground (bit 0)
-//            - a pixel with an undefined pair is non-ground if it has a return; a filled pixel is ground
-//            - in each column the lowest pixel with a return is ground, and so are all rows from row_count - 1 on: no
-//              pair lies below them. Otherwise the rim of the own car's shadow would be a ring of obstacles
+//            - a pixel with an undefined pair is non-ground if it has a return and its column has a return in a lower
+//              row; a filled pixel with an undefined pair is ground. Without the lower return, the rim of the own car's
+//              shadow would be a ring of obstacles
+//            - all rows from row_count - 1 on are ground: no pair lies below them
 //   agrees   exactly on every ISA
 struct MarkGroundParams {
   float threshold_rad;  // th_gnd

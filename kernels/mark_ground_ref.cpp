@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 5: ground removal.
+// Section 5: ground removal.
 #include "kernels/mark_ground.h"
 
 #include "core/check.h"

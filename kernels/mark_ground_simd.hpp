@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 5: ground removal, a word of 64 columns at a time.
+// Section 5: ground removal, a word of 64 columns at a time.
 #pragma once
 
 #include "kernels/mark_ground.h"

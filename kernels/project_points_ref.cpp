@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1a: points to spherical coordinates (paper IV-A).
+// Section 1: points to spherical coordinates (paper IV-A).
 #include "kernels/project_points.h"
 
 #include <cmath>

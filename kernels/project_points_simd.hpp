@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1a: points to spherical coordinates. The arithmetic of two atan2 per point takes most of the time; the two
+// Section 1: points to spherical coordinates. The arithmetic of two atan2 per point takes most of the time; the two
 // divisions and two roots run in parallel with it. Blocks of points alternate with the sums of their layers, which need
 // other registers and find the block in L1.
 //

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1b: assigns layers to image rows.
+// Section 1: assigns layers to image rows.
 //
 // Both orders below are total (the layer id breaks every tie), so any sorting algorithm gives the same result. The
 // means are quotients of two integers that a double holds exactly.

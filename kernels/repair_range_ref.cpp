@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 6: repair of the non-ground range image, NGRIR (eq. 3).
+// Section 6: repair of the non-ground range image, NGRIR (eq. 3).
 //
 //   . # x # .     x = a pixel that is not non-ground, repaired by the pair (j-1, j+1)
 //   # . x . #     or by the pair (j-2, j+2), if the two ranges agree

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 6: repair of the non-ground range image, NGRIR (eq. 3), on words of 64 columns. Two shifted words show which
+// Section 6: repair of the non-ground range image, NGRIR (eq. 3), on words of 64 columns. Two shifted words show which
 // pixels have a pair k apart. Ranges are read only there, and such pixels are rare.
 //
 //   bits of c - k      . . # # # .      & bits of c + k      & ~nonground

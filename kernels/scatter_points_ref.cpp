@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1c: assigns points to pixels, and selects the winner of each pixel.
+// Section 1: assigns points to pixels, and selects the winner of each pixel.
 #include "kernels/scatter_points.h"
 
 #include "core/check.h"

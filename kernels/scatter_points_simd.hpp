@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1c: assigns points to pixels, in three steps.
+// Section 1: assigns points to pixels, in three steps.
 //
 //   1  block by block: computes the pixels of kSize points at a time; then every point claims its pixel, so that the
 //      last point holds it

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 4: Savitzky-Golay smoothing down each column.
+// Section 4: Savitzky-Golay smoothing down each column.
 #include "kernels/smooth_sg.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 4: Savitzky-Golay smoothing down each column. The reference's loop on vectors. A window of 5 has a separate
+// Section 4: Savitzky-Golay smoothing down each column. The reference's loop on vectors. A window of 5 has a separate
 // loop, in which the compiler unrolls the taps.
 #pragma once
 

@@ -186,7 +186,7 @@ ovt_status Detector::advance(int64_t now_ns) {
   advance_ns_.store(now_ns, std::memory_order_relaxed);
   const uint64_t ticket = advance_wanted_.fetch_add(1, std::memory_order_acq_rel) + 1;
   event_.signal();
-  if (push_waits_)  // replay: nothing pushed later may overtake this scan
+  if (push_waits_)  // replay: the intake must handle this time before any later push
     for (uint64_t done; (done = advance_done_.load(std::memory_order_acquire)) < ticket;) advance_done_.wait(done);
   return OVT_OK;
 }

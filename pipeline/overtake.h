@@ -111,7 +111,7 @@ typedef struct ovt_params {
   int32_t merge_columns;             /* merge.columns              K */
   int32_t gate_min_points;           /* gate.min_points */
   double gate_slack;                 /* gate.slack                 share of the vehicle's length */
-  double gate_map_margin_m;          /* this far outside the track counts as on it */
+  double gate_map_margin_m;          /* this far outside the circuit counts as on it */
   double vehicle_length_m;           /* vehicle.length_m           of the cars to find */
   double vehicle_width_m;            /* vehicle.width_m */
   double pose_margin_m;              /* pose.margin_m */
@@ -452,7 +452,7 @@ enum {                               /* ovt_frame_info.flags */
   OVT_FLAG_PREDICTION = 4096,        /* made by ovt_advance: contains no sensor, the tracks are predicted */
   OVT_FLAG_EXCEPTION = 8192,         /* a stage threw. In a segmentation: the frame does not contain that sensor. In a
                                         later stage: the frame has no detections and the tracks are predicted */
-  OVT_FLAG_EGO_OFF_MAP = 16384,      /* the ego pose is outside of the track by more than gate.ego_margin_m (a jump, a
+  OVT_FLAG_EGO_OFF_MAP = 16384,      /* the ego pose is outside of the circuit by more than gate.ego_margin_m (a jump, a
                                         wrong map, the pit lane): this frame does not use the map. No map gate, psi_REF
                                         is the ego heading, map_s_m and map_d_m are 0, and new tracks take the ego
                                         course */
@@ -482,10 +482,10 @@ typedef struct ovt_frame_info {
   int32_t refiltered;                /* iterations that the tracker repeated because of a late stamp */
   int64_t latency_ns;                /* from the last scan's push to the tracks, by the steady clock; -1: no scan */
   int64_t tracks_stamp_ns;           /* stamp_ns, or the newest frame's stamp if this frame came out of sequence */
-  double ego_off_map_m;              /* largest distance of the ego pose outside of the track during this frame: 0 on
-                                        the track, and without a map or a pose; at most 1e9. See OVT_FLAG_EGO_OFF_MAP */
+  double ego_off_map_m;              /* largest distance of the ego pose outside of the circuit during this frame: 0
+                                        on it, and without a map or a pose; at most 1e9. See OVT_FLAG_EGO_OFF_MAP */
   int32_t gated_points, gated_size;  /* clusters with fewer than gate.min_points points; longer than a vehicle */
-  int32_t gated_map;                 /* candidates outside of the track */
+  int32_t gated_map;                 /* candidates outside of the circuit */
   int32_t overflow_candidates;       /* candidates beyond candidate_capacity */
                                      /* cluster_count = gated_points + gated_size + candidate_count;
                                         candidate_count = gated_map + overflow_candidates + detection_count */

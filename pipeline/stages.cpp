@@ -86,7 +86,7 @@ void keep_on_circuit(const StageContext& context, Frame& frame) noexcept {
   const double out_m = frame.ego_off_map_m > 0.0 ? frame.ego_off_map_m + context.detect.vehicle_width_m : 0.0;
   const double margin = out_m > 0.0 ? std::max(context.detect.map_margin_m, out_m) : context.detect.map_margin_m;
   EgoState ego;
-  const auto on_track = [&](int32_t row, MapProjection& place) {
+  const auto is_on_circuit = [&](int32_t row, MapProjection& place) {
     if (!frame.uses_map || !frame.ego.at(merged.stamp_ns[row], ego) || ego.age_ns > kEgoFreshNs) return true;
     double x, y;
     ego.to_map(double(merged.center_x_m[row]), double(merged.center_y_m[row]), double(merged.center_z_m[row]), x, y);
@@ -98,7 +98,7 @@ void keep_on_circuit(const StageContext& context, Frame& frame) noexcept {
   place.segment = -1;
   int32_t count = 0;
   for (int32_t i = 0; i < frame.kept_count; ++i)
-    if (on_track(frame.kept[i], place)) frame.kept[count++] = frame.kept[i];
+    if (is_on_circuit(frame.kept[i], place)) frame.kept[count++] = frame.kept[i];
   frame.gated_map = frame.kept_count - count;
   frame.kept_count = count;
 }

@@ -39,10 +39,11 @@ struct StageContext {
 };
 
 // Range image segmentation of one sensor (paper IV-A): the method's steps.
-//   reads  part.scan        writes  everything else of part, and the calling thread's scratch
+//   reads  part.scan        writes  everything else of part but cluster_of_label, and the calling
+//   thread's scratch
 void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept;
 
-// Merge across sensors (eq. 4).   reads  sensors[*]   writes  members, merged
+// Merge across sensors (eq. 4).   reads  sensors[*]   writes  members, merged, merged_overflow, seam, cluster_of_label
 void merge_frame(const StageContext& context, Frame& frame) noexcept;
 
 // Decides whether this frame may use the map: not if an ego pose during the frame is outside of the circuit by more

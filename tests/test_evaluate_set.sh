@@ -71,7 +71,7 @@ refuse() {  # OPTIONS: expects exit code 2 and a sentence as the last line, befo
   [[ $(tail -n 1 "$work/log") == "tools/dev/evaluate_set: "* ]] || fail "$1 gave no sentence: $(cat "$work/log")"
   [[ -z $(ls "$work/bad/logs" 2>/dev/null) ]] || fail "$1: found out after a simulation"
 }
-for bad in "--sweep cluster.nonsense=1:2:1" "--sweep cluster.threshold_deg=80:100:10" "--sweep x" "--preset best" \
+for bad in "--sweep cluster.nonsense=1:2:1" "--sweep cluster.threshold_deg=80:100:10" "--sweep x" "--preset nonsense" \
   "--preset paper,paper:nonsense" "--preset paper@x=1"; do
   refuse "$bad"
   [[ $(wc -l <"$work/log") == 1 ]] || fail "$bad: more than a sentence: $(cat "$work/log")"

@@ -1,9 +1,10 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A policy defines what one iteration does to one track: estimate (State), predict, associate (with its cost), update,
-// initiate, life cycle, publish. ReplayTracker<Policy> (replay_tracker.h) is the tracker; a new policy needs no change
-// there. cvtr_tracker.h has the paper's policy.
+// A policy defines one iteration: the estimate of a track (State), predict, associate (with its cost), update,
+// initiate, life cycle, publish. A policy that uses GlobalAssignment needs the members that global_assignment.h lists.
+// ReplayTracker<Policy> (replay_tracker.h) is the tracker; a new policy needs no change there. cvtr_tracker.h has the
+// paper's policy.
 //
 // The constructor is Policy(params, map, allocator): the parameters are valid, and all memory of the policy comes from
 // the allocator. A policy may keep results of an association for the updates of the same iteration, but not longer: an
