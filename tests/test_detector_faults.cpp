@@ -369,12 +369,6 @@ TEST_CASE("detector faults: locked and huge memory is reported, and the results 
 }
 
 TEST_CASE("detector faults: a destroyed detector leaves the locked pages of others locked") {
-  const auto locked_kb = [] {
-    std::string line;
-    for (std::ifstream status("/proc/self/status"); std::getline(status, line);)
-      if (line.rfind("VmLck:", 0) == 0) return std::atol(line.c_str() + 6);
-    return 0L;
-  };
   // So small that the heap places their blocks side by side.
   const auto make_small = [](DetectorBench& bench) {
     bench.def.memory = OVT_MEMORY_LOCK;
