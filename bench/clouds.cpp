@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "tests/support/scene.h"
+#include "tools/client/session.h"
 #include "tools/io/angles.h"
 #include "tools/io/recording.h"
 
@@ -26,29 +27,12 @@ bool has_recorded(const std::string& name) {
   return std::filesystem::is_directory(data_folder() + "/" + name, code);
 }
 
-ovt_sensor_def to_sensor_def(const io::RigSensor& sensor) {
-  ovt_sensor_def def = ovt_default_sensor_def();
-  def.x_m = sensor.x_m;
-  def.y_m = sensor.y_m;
-  def.z_m = sensor.z_m;
-  def.yaw_rad = io::rad(sensor.yaw_deg);
-  def.rows = sensor.rows;
-  def.cols = sensor.cols;
-  def.azimuth_left_rad = io::rad(sensor.azimuth_left_deg);
-  def.azimuth_right_rad = io::rad(sensor.azimuth_right_deg);
-  def.wraps = sensor.wraps;
-  def.range_min_m = sensor.range_min_m;
-  def.range_max_m = sensor.range_max_m;
-  def.point_capacity = sensor.point_capacity;
-  return def;
-}
-
 std::vector<Cloud> read_clouds(const std::string& name, const std::string& rig_name) {
   const io::Recording recording(data_folder() + "/" + name, io::load_rig(rig_name));
   std::vector<Cloud> clouds;
   for (const io::SensorScan& scan : recording.read(0).scans) {
     const io::RigSensor& sensor = recording.rig().sensors[std::size_t(scan.sensor)];
-    Cloud cloud{name + "_" + sensor.name, {}, to_sensor_def(sensor)};
+    Cloud cloud{name + "_" + sensor.name, {}, cli::to_sensor_def(sensor)};
     for (std::size_t i = 0; i < std::size_t(scan.count); ++i)
       cloud.points.push_back({float(scan.x.value(i)), float(scan.y.value(i)), float(scan.z.value(i)),
                               scan.intensity.bytes.empty() ? 0.0f : float(scan.intensity.value(i)),
@@ -77,7 +61,7 @@ Cloud make_cloud(int32_t rows, int32_t cols) {
   sensor.azimuth_left_deg = sensor.wraps ? 180 : 60;
   sensor.azimuth_right_deg = -sensor.azimuth_left_deg;
   sensor.point_capacity = rows * cols;
-  Cloud cloud{std::to_string(rows) + "x" + std::to_string(cols), {}, to_sensor_def(sensor)};
+  Cloud cloud{std::to_string(rows) + "x" + std::to_string(cols), {}, cli::to_sensor_def(sensor)};
   std::mt19937 random(7);
   const auto uniform = [&] { return double(random() % 65536) / 65536.0; };
   for (int32_t r = 0; r < rows; ++r)
@@ -124,7 +108,7 @@ std::vector<Cloud> racecar_clouds() {
   const SceneFrame frame = Scene(1).frame(4);
   std::vector<Cloud> clouds;
   for (std::size_t s = 0; s < std::size_t(kSceneSensors); ++s) {
-    Cloud cloud{std::string("racecar_") + kSceneSensorName[s], {}, to_sensor_def(rig.sensors[s])};
+    Cloud cloud{std::string("racecar_") + kSceneSensorName[s], {}, cli::to_sensor_def(rig.sensors[s])};
     const SceneScan& scan = frame.scan[s];
     for (std::size_t i = 0; i < scan.x_m.size(); ++i)
       cloud.points.push_back({scan.x_m[i], scan.y_m[i], scan.z_m[i], scan.intensity[i], scan.layer[i], 0,
