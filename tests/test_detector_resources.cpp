@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Resources that create requests from the system: threads and their CPUs, locked and huge memory. Also: what a fork does
-// to this memory, and threads that spin before they sleep.
+// Resources that create requests from the system: threads and their CPUs, locked and huge memory. Also: what a fork
+// does to this memory, and threads that spin before they sleep.
 #include <dirent.h>
 #include <doctest/doctest.h>
 #include <sched.h>
