@@ -7,7 +7,8 @@
 //   intake     sequence, stamps, sensor_mask, kind, ego, external, sensors[s].scan, .present   (before the stages)
 //   segment    sensors[s]: everything else, but cluster_of_label                               (a task per sensor)
 //   detect     members, merged, cluster_of_label, kept, detections                             (after all segments)
-//   track      measurements, tracks, track_states, reference, ego_state                        (frame after frame)
+//   track      measurements, tracks, track_states, reference, ego_known, ego_state, tracks_ns,   (frame after frame)
+//              refiltered, lost_rows
 //
 // Intake, detect, track and finish set bits of `flags`, one after the other.
 #pragma once
@@ -99,7 +100,7 @@ struct Frame {
   TrackTable tracks;                  // each state at its own stamp, from the tracker's snapshot
   std::byte* track_states = nullptr;  // the tracker's full states of these rows: paths start from them
   int32_t reference = OVT_REFERENCE_VEHICLE;
-  int64_t tracks_ns = 0;   // time of the tracks: stamp_ns, or the newest stamp if this frame is late
+  int64_t tracks_ns = 0;   // time of the tracks: stamp_ns, or the newest stamp if this frame is older
   int32_t refiltered = 0;  // iterations that ran again for this frame
   int32_t lost_rows = 0;   // detections or pushed rows that did not reach the tracker
   bool ego_known = false;

@@ -54,7 +54,7 @@ void find_ego_on_map(const StageContext& context, Frame& frame) noexcept;
 // gated_size
 void keep_car_sized(const StageContext& context, Frame& frame) noexcept;
 
-// Map gate (IV-B).   reads  kept, merged, ego, uses_map   writes  kept, kept_count, gated_map
+// Map gate (IV-B).   reads  kept, merged, ego, uses_map, ego_off_map_m   writes  kept, kept_count, gated_map
 void keep_on_circuit(const StageContext& context, Frame& frame) noexcept;
 
 // Keeps the nearest, up to the capacity.   reads  kept, merged   writes  kept, kept_count, candidate_overflow

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 3: angle image (eq. 1).
+// Angle image (eq. 1).
 #include "kernels/angle_image.h"
 
 #include <doctest/doctest.h>

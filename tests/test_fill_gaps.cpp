@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 2: fills gaps of the range image.
+// Fills gaps of the range image.
 #include "kernels/fill_gaps.h"
 
 #include <doctest/doctest.h>

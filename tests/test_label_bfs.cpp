@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 7b: connected components of the linked pixels.
+// Connected components of the linked pixels.
 #include "kernels/label_bfs.h"
 
 #include <doctest/doctest.h>

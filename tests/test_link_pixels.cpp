@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 7a: links neighbouring pixels of one object (eq. 2).
+// Links neighbouring pixels of one object (eq. 2).
 #include "kernels/link_pixels.h"
 
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 0: any layout becomes columns, and every value is defined.
+// Any layout becomes columns, and every value is defined.
 #include "kernels/load_points.h"
 
 #include <doctest/doctest.h>

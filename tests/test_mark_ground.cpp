@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 5: ground removal.
+// Ground removal.
 #include "kernels/mark_ground.h"
 
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1a: range, elevation, column; dropped points and their reasons.
+// Range, elevation, column; dropped points and their reasons.
 #include "kernels/project_points.h"
 
 #include <doctest/doctest.h>

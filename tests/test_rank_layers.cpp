@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1b: a layer's row is its rank by mean elevation of this scan.
+// A layer's row is its rank by mean elevation of this scan.
 #include "kernels/rank_layers.h"
 
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 6: repair of the non-ground range image, NGRIR (eq. 3).
+// Repair of the non-ground range image, NGRIR (eq. 3).
 #include "kernels/repair_range.h"
 
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 1c: selects the winner of each pixel.
+// Selects the winner of each pixel.
 #include "kernels/scatter_points.h"
 
 #include <doctest/doctest.h>

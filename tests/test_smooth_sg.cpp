@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Stage 4: Savitzky-Golay weights and smoothing.
+// Savitzky-Golay weights and smoothing.
 #include "kernels/smooth_sg.h"
 
 #include <doctest/doctest.h>

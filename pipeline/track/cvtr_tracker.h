@@ -5,6 +5,8 @@
 // Mahalanobis gating, Munkres assignment, M/N life cycle.
 #pragma once
 
+#include <cmath>
+
 #include "pipeline/track/global_assignment.h"
 #include "pipeline/track/life_cycle.h"
 #include "pipeline/track/replay_tracker.h"

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "core/math.h"
+#include "pipeline/track/tracker_params.h"
 
 namespace overtake {
 namespace {
@@ -170,8 +171,8 @@ void turn_round(TrackEstimate& estimate) noexcept {
 
 bool is_sound(const TrackEstimate& estimate) noexcept {
   const MotionState& m = estimate.mean;
-  bool sound = std::fabs(m.x_m) <= 1e12 && std::fabs(m.y_m) <= 1e12 && std::fabs(m.speed_mps) <= 1000.0 &&
-               std::fabs(m.course_rad) <= 4.0 && std::fabs(m.yaw_rate_rps) <= 100.0;
+  bool sound = std::fabs(m.x_m) <= 1e12 && std::fabs(m.y_m) <= 1e12 && std::fabs(m.speed_mps) <= kMaxSpeed_mps &&
+               std::fabs(m.course_rad) <= 4.0 && std::fabs(m.yaw_rate_rps) <= kMaxYawRate_rps;
   for (int r = 0; r < kTrackStateSize; ++r) {
     sound = sound && estimate.covariance[r][r] > 0.0;
     for (int c = 0; c < kTrackStateSize; ++c) sound = sound && std::fabs(estimate.covariance[r][c]) <= 1e100;

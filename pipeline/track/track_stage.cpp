@@ -22,15 +22,27 @@ double ego_variance(const EgoState& ego) noexcept {
   return sigma * sigma;
 }
 
-// Transforms a measurement from the vehicle frame to the map: position, heading and covariance.
-void turn_to_map(const EgoState& ego, Measurement& z) noexcept {
-  ego.to_map(z.x_m, z.y_m, 0.0, z.x_m, z.y_m);
+// Transforms a measurement at height z_m from the vehicle frame to the map: position, heading and covariance.
+void turn_to_map(const EgoState& ego, double z_m, Measurement& z) noexcept {
+  ego.to_map(z.x_m, z.y_m, z_m, z.x_m, z.y_m);
   if (z.heading_rad == z.heading_rad) z.heading_rad = ego.heading_to_map(z.heading_rad);
   const double c = ego.r[0], s = ego.r[3];
   const double xx = z.var_x, yy = z.var_y, xy = z.cov_xy;
   z.var_x = c * c * xx - 2 * c * s * xy + s * s * yy;
   z.var_y = s * s * xx + 2 * c * s * xy + c * c * yy;
   z.cov_xy = c * s * (xx - yy) + (c * c - s * s) * xy;
+}
+
+// Adds the variance of the ego pose. A measurement without a valid covariance gets the tracker's R first.
+void widen(const TrackerParams& params, double variance, Measurement& z) noexcept {
+  if (!(variance > 0)) return;
+  if (!is_position_covariance(z.var_x, z.var_y, z.cov_xy)) {
+    z.var_x = params.r_diag[0];
+    z.var_y = params.r_diag[1];
+    z.cov_xy = 0.0;
+  }
+  z.var_x += variance;
+  z.var_y += variance;
 }
 
 }  // namespace
@@ -51,14 +63,8 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
          .width_m = double(in.width_m[i]),
          .stamp_ns = in.stamp_ns[i]};
     if (reference_ == OVT_REFERENCE_MAP && frame.ego.at(in.stamp_ns[i], ego)) {
-      ego.to_map(double(in.x_m[i]), double(in.y_m[i]), double(in.z_m[i]), z.x_m, z.y_m);
-      z.heading_rad = ego.heading_to_map(double(in.heading_rad[i]));
-      const double variance = ego_variance(ego);
-      if (variance > 0) {
-        z.var_x = params_.r_diag[0] + variance;
-        z.var_y = params_.r_diag[1] + variance;
-        z.cov_xy = 0.0;
-      }
+      turn_to_map(ego, double(in.z_m[i]), z);
+      widen(params_, ego_variance(ego), z);
     }
   }
 }
@@ -78,16 +84,8 @@ void TrackStage::measure_external(Frame& frame) const noexcept {
          .cov_xy = variances_alone ? 0.0 : in.cov_xy[i],
          .heading_rad = in.heading_rad[i],
          .stamp_ns = frame.stamp_ns};
-    if (turn) turn_to_map(frame.ego_state, z);
-    if (variance > 0) {
-      if (!is_position_covariance(z.var_x, z.var_y, z.cov_xy)) {  // then the tracker's R
-        z.var_x = params_.r_diag[0];
-        z.var_y = params_.r_diag[1];
-        z.cov_xy = 0.0;
-      }
-      z.var_x += variance;
-      z.var_y += variance;
-    }
+    if (turn) turn_to_map(frame.ego_state, 0.0, z);
+    widen(params_, variance, z);
   }
 }
 

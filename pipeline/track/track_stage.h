@@ -31,7 +31,8 @@ class TrackStage {
   // Throws std::bad_alloc when the allocator has no memory.
   TrackStage(const StageContext& context, const TrackerParams& params,
              const Allocator& allocator = default_allocator());
-  //   reads  detections or external, ego   writes  measurements, tracks, track_states, reference, flags
+  //   reads  detections or external, ego   writes  measurements, tracks, track_states, reference,
+  //   ego_known, ego_state, tracks_ns, refiltered, lost_rows, flags
   void run(Frame& frame) noexcept;
   // Result of the last frame's step; empty after a prediction.
   StepResult last_step() const noexcept { return last_step_; }
