@@ -210,8 +210,9 @@ misuse "run: --out is required (overtake run --help)" run scene --rig av21
 misuse "run: --workers: *-1* (overtake run --help)" run scene --rig av21 --out out --workers -1
 [[ ! -e out/tracks.csv ]] || fail "a wrong command line was executed"
 "$overtake" --help >stdout || fail "--help fails"
-for code in "0 done" "1 an error" "2 a wrong command line" "3 the recording is damaged" "130 ended by Ctrl-C"; do
-  grep -q "[ ;]$code" stdout || fail "--help does not say exit code $code: $(cat stdout)"
+for code in "0 done" "1 an error" "2 a wrong command line" "3 the recording is damaged" "the map or the ego poses do not fit" \
+  "130 ended by Ctrl-C"; do
+  grep -q "\(^\|[ ;]\)$code" stdout || fail "--help does not say exit code $code: $(cat stdout)"
 done
 
 # ---- a command that is gone works for one more version, says what to use, and nothing names it
@@ -428,6 +429,10 @@ awk -F, 'BEGIN { OFS = "," } NR > 1 && NR < 8 { $2 += 3000 } 1' race/ego.csv >ju
 grep -q "^note: $off" stdout || fail "a pose that jumps is not said: $(cat stdout)"
 "$overtake" doctor race.mcap --ego jump.csv >stdout || fail "doctor on a pose that jumps: $(cat stdout)"
 grep -q '^note   map: the ego vehicle is outside of race.mcap in 6 of [0-9]* poses' stdout || fail "doctor on a pose that jumps: $(cat stdout)"
+
+"$overtake" doctor race --ego jump.csv >stdout || fail "doctor of a folder with its own map: $(cat stdout)"
+grep -q '^note   map: the ego vehicle is outside of race/map.csv in 6 of [0-9]* poses' stdout || fail "doctor ignores the folder's map: $(cat stdout)"
+"$overtake" doctor race --ego jump.csv --map none | grep -q '  map: ' && fail "doctor --map none uses a map"
 
 # ---- pictures of a race
 expect "pictures" "$overtake" simulate demo --pictures pictures --picture-at 1.5

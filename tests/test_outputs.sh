@@ -137,7 +137,6 @@ expect "merge again" "$overtake" merge judged_1 --out merged
 echo >>merged/report.html
 refuse "merged/report.html: exists and is not a *" merge judged_1 --out merged
 # ---- a result that ends early is partial, and is reported as partial
-# stop SIGNAL FILE ARGUMENTS...: sends the signal as soon as FILE has grown.
 # stop SIGNAL FILE ARGUMENTS...: sends it as soon as FILE has grown.
 stop() {
   local signal=$1 file=$2 pid
@@ -164,11 +163,27 @@ grep -q '^this log is partial: interrupted' <("$overtake" info renamed.mcap) || 
 grep -q '^WRONG  recording: this log is partial: interrupted' <("$overtake" doctor renamed.mcap) || fail "doctor does not know it"
 awk '$1 ~ /odometry$/ && $2 > 400 { exit 1 }' <("$overtake" info renamed.mcap) ||
   fail "the odometry goes on behind the last cloud: $("$overtake" info renamed.mcap)"
+expect "evaluate of a partial log" "$overtake" evaluate renamed.mcap --preset paper --frames 4 --quiet --out judged_part
+grep -q '^overtake: renamed.mcap: this log is partial: interrupted after' stderr || fail "evaluate of a partial log: $(cat stderr)"
 stop TERM 'early/*_front.pcd.part' simulate demo --seconds 8 --out early --quiet
 [[ -z $(compgen -G 'early/*.pcd') ]] || fail "an interrupted folder looks whole: $(ls early | head)"
 refuse "early: holds no recording: *; the program that wrote it was interrupted or failed: *" run early --rig av21 --out ov
 grep -q '^this log is partial: the program that wrote it was interrupted or failed: [0-9]* names end in .part' <("$overtake" info early 2>&1) ||
   fail "info of a partial folder: $("$overtake" info early 2>&1)"
+refuse "*the program that wrote it was interrupted or failed: *" doctor early
+refuse "*the program that wrote it was interrupted or failed: *" doctor early --rig av21
+# The next simulate replaces it, and leaves no file of the longer race; a file that was changed stays.
+cp early/000000_front.pcd.part early/000099_front.pcd.part
+expect "over an interrupted race" "$overtake" simulate demo --seconds 0.4 --out early --quiet
+no_parts early
+[[ $(ls early/*.pcd | wc -l) == 24 ]] || fail "after 8 frames of three sensors there are $(ls early/*.pcd | wc -l) scans"
+expect "info of a whole folder" "$overtake" info early && ! grep -q partial stdout || fail "a whole race is said to be partial: $(cat stdout)"
+expect "doctor of a whole folder" "$overtake" doctor early
+echo mine >early/notes.txt
+echo mine >>early/000007_left.pcd
+expect "over a longer race" "$overtake" simulate demo --seconds 0.2 --out early --quiet
+[[ $(ls early/*.pcd | tail -n 2) == $'early/000003_right.pcd\nearly/000007_left.pcd' && -e early/notes.txt ]] ||
+  fail "a shorter race over a longer one leaves $(ls early | tail -n 5)"
 mkdir long
 for ((i = 0; i < 3000; ++i)); do ln "scene/00000$((i % 6))_front.pcd" "long/${i}_front.pcd"; done
 stop INT 'long_run/tracks.csv.part' run long --rig av21 --out long_run --mcap long_run/view.mcap --quiet
@@ -231,7 +246,8 @@ expect "scene, later numbers" "$overtake" run later --rig av21 --out ov
 
 # ---- options without effect
 refuse "--map race/map.csv: has no effect without ego poses, *" run scene --rig av21 --map race/map.csv --out failed
-refuse "--map race/map.csv: has no effect on the images of one scan: *" inspect scene --rig av21 --map race/map.csv --frame 0 --sensor front --out failed
+end 2 "overtake: inspect: unknown option '--map'*" inspect scene --rig av21 --map race/map.csv --frame 0 --sensor front --out failed
+grep -q -- --map <("$overtake" inspect --help) && fail "inspect offers a map"
 refuse "--ego race/ego.csv: has no effect: its poses are from 17*, the scans from *" run scene --rig av21 --ego race/ego.csv --out failed
 [[ ! -e failed ]] || fail "an option without effect leaves $(find failed)"
 awk 'NR < 10' race/ego.csv >short.csv

@@ -154,7 +154,7 @@ void add_doctor_options(CLI::App& command, DoctorOptions& options) {
   command.add_option("--ego", options.ego, "CSV of ego poses, as for run");
   add_json_option(command, options.json);
   command.add_option("--map", options.map,
-                     "map, as for run: tests whether the poses lie on it (default: the log's own, if any)");
+                     "map, as for run: tests whether the poses lie on it (default: that of a simulated log or folder)");
 }
 
 int examine(const DoctorOptions& options) {

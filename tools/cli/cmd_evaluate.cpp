@@ -53,6 +53,10 @@ int evaluate(const EvaluateOptions& given) {
     evaluation::evaluate_recordings(options.recordings, preset, options.out, !options.quiet);
   guard.commit();
   if (options.logs.empty()) return 0;
+  for (const std::string& log : options.logs)
+    if (const std::string partial = io::why_partial(log); !partial.empty())
+      std::fprintf(stderr, "overtake: %s: this log is partial: %s\n", printable(log).c_str(),
+                   printable(partial).c_str());
   if (options.tune) {
     evaluation::tune_baselines(options.logs, options.every, options.most_frames, options.workers, options.out,
                                !options.quiet);

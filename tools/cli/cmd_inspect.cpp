@@ -176,8 +176,6 @@ void print_summary(const Options& options, const io::SensorScan& scan, const ovt
 }
 
 int inspect(const InspectOptions& options) {
-  if (!options.map.empty() && options.map != "none")
-    throw io::Error("--map " + options.map, 0, "has no effect on the images of one scan: leave it out");
   const Config config = load_config_with_rig(options);
   const int32_t sensor = choose_sensor(config.rig, options.sensor);
   io::FrameScans frame = choose_frame(config.input, config.rig, options.frame);
@@ -229,7 +227,10 @@ void add_inspect_options(CLI::App& command, InspectOptions& options) {
   options.command = "inspect";
   add_detector_options(command, options);
   add_common_options(command, options);
-  command.add_option("--frame", options.frame, "the number in the scan's file name (optional for one frame)");
+  command.add_option(
+      "--frame", options.frame,
+      "the number in the scan's file name, or the place in a recording with topics, from 0 (optional for one "
+      "frame)");
   command.add_option("--sensor", options.sensor, "sensor of the rig (optional for one sensor)");
 }
 

@@ -97,7 +97,7 @@ int label(const LabelOptions& options) {
 void add_label_options(CLI::App& command, LabelOptions& options) {
   command.add_option("input", options.input, "a recording, as for run")->required();
   command.add_option("--rig", options.rig,
-                     "sensors: a TOML file or a built-in rig (default: the rig that an MCAP log holds, if any)");
+                     "sensors: a TOML file or a built-in rig (default: that of a simulated log or folder)");
   command.add_option("--out", options.out, "folder for the labels")->required();
   command.add_option("--frame", options.frame, "this frame only")->check(CLI::NonNegativeNumber);
   command.add_option("--every", options.every, "every N-th frame")->check(CLI::Range(1, 1000000));

@@ -100,6 +100,7 @@ int simulate(const SimulateOptions& options) {
                          : (options.out + ", its names end in " + io::kPartSuffix).c_str());
     return kInterrupted;
   }
+  if (!is_mcap) guard.remove_leftovers(options.out, ".pcd");  // scans of a longer race, of an interrupted one
   guard.commit();
   if (options.quiet) return 0;
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

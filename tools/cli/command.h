@@ -34,8 +34,8 @@ Command make_command(const char* name, const char* help, const char* group,
 }
 
 inline constexpr int kInterrupted = 130;
-// The recording is damaged (the results before the damage are complete), the ego vehicle is outside of the map in most
-// frames, or doctor found a fault.
+// The recording is damaged (the results before the damage are complete), the map or the ego poses do not fit it (the ego
+// vehicle is outside of the map in most frames, or less than half of the frames have a pose), or doctor found a fault.
 inline constexpr int kDamaged = 3;
 
 }  // namespace overtake::cli

@@ -25,7 +25,8 @@ constexpr int kBadUsage = 2;
 constexpr const char* kExitCodes =
     "Exit codes: 0 done; 1 an error; 2 a wrong command line; 3 the recording is damaged (what came before it is "
     "done),\n"
-    "or doctor found something wrong; 130 ended by Ctrl-C (the results so far are kept).";
+    "the map or the ego poses do not fit it, or doctor found something wrong; 130 ended by Ctrl-C (the results so far\n"
+    "are kept).";
 
 std::string version_text() {
   ovt_build_info build;

@@ -8,16 +8,13 @@
 
 namespace overtake::cli {
 
-void add_common_options(CLI::App& command, Options& options, const std::string& map_default) {
+void add_common_options(CLI::App& command, Options& options) {
   command.add_option("--preset", options.preset, "parameters to start from (paper)");
   command.add_option("--set", options.set, "key=value: one parameter (overtake params lists them); may be repeated")
       ->expected(1)
       ->take_all();
   command.add_option("--config", options.config,
                      "TOML file: parameters, rig, map, ego (every result has one beside it)");
-  command.add_option(
-      "--map", options.map,
-      "track map: centre line with widths, or two bounds FILE1,FILE2; none: without (default: " + map_default + ")");
   command
       .add_option("--capacity", options.capacity,
                   "NAME=ROWS: size of a table of the detector (" + capacity_names() + "); may be repeated")
@@ -28,11 +25,17 @@ void add_common_options(CLI::App& command, Options& options, const std::string& 
   add_quiet_option(command, options.quiet);
 }
 
+void add_map_option(CLI::App& command, Options& options, const std::string& map_default) {
+  command.add_option(
+      "--map", options.map,
+      "track map: centre line with widths, or two bounds FILE1,FILE2; none: without (default: " + map_default + ")");
+}
+
 void add_detector_options(CLI::App& command, Options& options) {
   command.add_option("input", options.input, io::describe_inputs())->required();
   command.add_option("--rig", options.rig,
                      "sensors: a TOML file, or " + io::join(io::builtin_rig_names(), ", ") +
-                         " (default: the rig that an MCAP log holds, if any)");
+                         " (default: that of a simulated log or folder)");
   command.add_option("--urdf", options.urdf,
                      "FILE[,LINK]: mounting of the rig's sensors from a URDF, relative to LINK (default: its root)");
   command.add_option("--isa", options.isa, "force an instruction set (ref: the scalar reference)");

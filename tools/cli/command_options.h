@@ -13,8 +13,10 @@
 
 namespace overtake::cli {
 
-// Parameters, map, capacities, the folder for the results. map_default: text for help, the map without --map.
-void add_common_options(CLI::App& command, Options& options, const std::string& map_default = "none");
+// Parameters, capacities, the folder for the results.
+void add_common_options(CLI::App& command, Options& options);
+// map_default: text for help, the map without --map.
+void add_map_option(CLI::App& command, Options& options, const std::string& map_default);
 // The recording and its rig.
 void add_detector_options(CLI::App& command, Options& options);
 // --force, for each command that writes files (tools/io/output.h).

@@ -191,11 +191,12 @@ void take_what_the_log_holds(Config& config, const Options& options) {
     config.rig = io::load_rig(rig);
     config.has_rig = config.own_rig = true;
   }
-  if (options.command == "run" && config.map.empty()) {
+  const bool uses_place = options.command == "run" || options.command == "doctor";  // map and ego poses
+  if (uses_place && config.map.empty()) {
     config.map = own_file(options.input, "map.csv");
     config.own_map = !config.map.empty();
   }
-  if ((options.command == "run" || options.command == "doctor") && config.ego.empty()) {
+  if (uses_place && config.ego.empty()) {
     config.ego = own_file(options.input, "ego.csv");
     config.own_ego = !config.ego.empty();
   }
@@ -203,11 +204,16 @@ void take_what_the_log_holds(Config& config, const Options& options) {
     config.rig = io::load_rig(options.input);
     config.has_rig = config.own_rig = true;
   }
-  if (config.map.empty() && (options.command == "run" || options.command == "doctor") &&
-      io::read_attached(options.input, "map.csv")) {
+  if (uses_place && config.map.empty() && io::read_attached(options.input, "map.csv")) {
     config.map = options.input;
     config.own_map = true;
   }
+}
+
+// "; REASON" where the recording is partial: its rig may be missing for that reason.
+std::string say_partial(const std::string& input) {
+  const std::string partial = io::why_partial(input);
+  return partial.empty() ? "" : "; " + partial;
 }
 
 }  // namespace
@@ -261,9 +267,9 @@ Config load_config_with_rig(const Options& options) {
   if (!config.has_rig && !std::filesystem::exists(options.input)) throw Error(options.input, 0, "no such file");
   if (!config.has_rig && io::is_bag(options.input)) io::open_bag(options.input);  // throws what is wrong with the file
   if (!config.has_rig)
-    throw Error(
-        "", 0,
-        "--rig is needed (the recording holds none): a TOML file, or " + io::join(io::builtin_rig_names(), ", "));
+    throw Error("", 0,
+                "--rig is needed (the recording holds none): a TOML file, or " +
+                    io::join(io::builtin_rig_names(), ", ") + say_partial(options.input));
   return config;
 }
 

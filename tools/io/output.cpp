@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 #include "core/hash.h"
 #include "tools/io/error.h"
@@ -242,6 +243,29 @@ void OutputGuard::clear(const std::string& folder) {
   std::error_code code;
   fs::remove_all(folder, code);
   if (code) throw Error(folder, 0, "cannot be emptied: " + code.message());
+}
+
+void OutputGuard::remove_leftovers(const std::string& path, std::string_view extension) {
+  const std::lock_guard lock(mutex_);
+  std::error_code code;
+  const std::string place = fs::canonical(path, code).string();
+  const auto folder = std::find_if(folders_.begin(), folders_.end(), [&](const Folder& f) { return f.place == place; });
+  if (folder == folders_.end() || folder->made_list) return;  // Overtake wrote nothing there before
+  std::set<std::string> replaced;
+  for (const Pending& p : pending_) replaced.insert({p.place, p.place + kPartSuffix});
+  std::vector<std::string> leftovers;
+  for (fs::directory_iterator at(place, code), end; !code && at != end; at.increment(code)) {
+    const std::string file = at->path().string(), name = at->path().filename().string();
+    if (replaced.contains(file) || !fs::is_regular_file(at->symlink_status(code))) continue;
+    const auto known = folder->files.find(name);
+    const bool old_result = name.ends_with(extension) && known != folder->files.end() && known->second == digest(file);
+    std::string which;
+    if ((old_result || name.ends_with(kPartSuffix)) && !is_input(file, which)) leftovers.push_back(name);
+  }
+  for (const std::string& name : leftovers) {
+    fs::remove(fs::path(place) / name, code);
+    folder->files.erase(name);
+  }
 }
 
 void OutputGuard::keep(bool keep) {

@@ -18,6 +18,7 @@
 #include <map>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -49,6 +50,9 @@ class OutputGuard {
   // Empties a folder of Overtake's results. Throws Error if it contains any other file.
   void check_clear(const std::string& folder);
   void clear(const std::string& folder);
+  // Removes from a result folder what earlier commands left there and this command does not replace: unchanged results
+  // with this extension, and names that end in .part. Call it before the last commit().
+  void remove_leftovers(const std::string& folder, std::string_view extension);
   // Whether uncommitted files remain as NAME.part.
   void keep(bool keep = true);
   void commit();  // renames everything written so far; may be called again. Throws Error.
