@@ -46,6 +46,13 @@ while read -r name version; do
     fail "the lock file has another version of $name than package.json ($version)"
 done < <(sed -n '/"dependencies"/,/}/s/^ *"\(.*\)": "\([0-9.]*\)",*$/\1 \2/p' "$project/tests/node/package.json")
 
+# ---- every script says what it does
+for script in "$project"/tools/{setup,demo,test} "$project"/tools/dev/*; do
+  [[ $script == *progress.sh || -d $script ]] && continue   # progress.sh is only read by other scripts
+  "$script" --help >"$work/help" 2>"$work/error" && grep -qi '^usage: ' "$work/help" ||
+    fail "$script --help: $(head -c 300 "$work/help" "$work/error")"
+done
+
 # ---- tools/dev/fuzz
 mkdir -p "$work/lib"
 touch "$work/lib/libclang_rt.fuzzer-x86_64.a"

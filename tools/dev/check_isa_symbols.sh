@@ -2,16 +2,25 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# tools/dev/check_isa_symbols.sh BUILD_FOLDER
-#
-# Searches the static libraries of a build for AVX code that a CPU without AVX could run by mistake:
-#   - ymm or zmm registers outside the translation units of AVX (kernels_avx2, kernels_avx512), zmm in that of AVX2;
-#   - weak symbols in those units without the architecture in their names: the linker keeps one copy of each symbol for
-#     all units, possibly the one with AVX (clang's __clang_call_terminate has no vector code);
-#   - units without any register of their ISA: their kernels were not vectorised.
-# Prints every finding; exit status 1 if there is one. For x86-64 builds without -march=native.
+# Searches the static libraries of a build for AVX code that a CPU without AVX could run by mistake.
 set -eu
-build=${1:?usage: tools/dev/check_isa_symbols.sh BUILD_FOLDER}
+usage() {
+  cat <<'EOF'
+usage: tools/dev/check_isa_symbols.sh BUILD_FOLDER
+
+Searches the static libraries of a build for AVX code that a CPU without AVX could run by mistake:
+  - ymm or zmm registers outside the translation units of AVX (kernels_avx2, kernels_avx512), zmm in that of AVX2;
+  - weak symbols in those units without the architecture in their names: the linker keeps one copy of each symbol for
+    all units, possibly the one with AVX (clang's __clang_call_terminate has no vector code);
+  - units without any register of their ISA: their kernels were not vectorised.
+Prints every finding; exit code 1 if there is one. For x86-64 builds without -march=native.
+EOF
+}
+case ${1:-} in
+  -h | --help) usage; exit 0 ;;
+  '' | -*) usage >&2; exit 2 ;;
+esac
+build=$1
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 findings=0
