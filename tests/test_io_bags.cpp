@@ -14,6 +14,7 @@
 #include "tests/support/temp_folder.h"
 #include "tools/io/bag_stream.h"
 #include "tools/io/cloud_message.h"
+#include "tools/io/formats.h"
 #include "tools/io/kitti_bin.h"
 #include "tools/io/line_recovery.h"
 #include "tools/io/pcd.h"
@@ -255,7 +256,7 @@ TEST_CASE("ring recovery: rings of recorded KITTI scans are exact, and the hash 
   const TempFolder folder;
   std::filesystem::create_directories(folder.path("pcd"));
   for (const char* name : {"000000", "000001", "000002"}) {
-    const io::Cloud cloud = io::read_pcd(recorded(std::string("kitti/") + name + ".pcd"));
+    const io::Cloud cloud = io::read_cloud(recorded(std::string("kitti/") + name + ".pcd"));
     io::write_pcd(folder.path(std::string("pcd/") + name + ".pcd"), cloud);
     std::string bin;
     for (std::size_t i = 0; i < std::size_t(cloud.points); ++i)
@@ -271,7 +272,7 @@ TEST_CASE("ring recovery: rings of recorded Luminar scans are right except for 4
   OVT_NEED_RECORDED("racecar/000002_front.pcd");
   const io::Rig rig = io::load_rig("av21");
   for (std::size_t s = 0; s < 3; ++s) {
-    const io::Cloud cloud = io::read_pcd(recorded("racecar/000002_" + rig.sensors[s].name + ".pcd"));
+    const io::Cloud cloud = io::read_cloud(recorded("racecar/000002_" + rig.sensors[s].name + ".pcd"));
     const auto floats = [&](const char* name) { return static_cast<const float*>(cloud.find(name)->data()); };
     const auto count = int32_t(cloud.points);
     const auto lines = io::recover_lines(floats("x"), floats("y"), floats("z"), count, rig.sensors[s]);
@@ -289,5 +290,5 @@ TEST_CASE("ring recovery: rings of recorded Luminar scans are right except for 4
 TEST_CASE("KITTI files: an incomplete point is reported") {
   const TempFolder folder;
   const std::string path = folder.write("000000.bin", std::string(37, 'a'));
-  CHECK(error_of([&] { io::read_kitti_bin(path); }).find("ends within point 2") != std::string::npos);
+  CHECK(error_of([&] { io::read_cloud(path); }).find("ends within point 2") != std::string::npos);
 }

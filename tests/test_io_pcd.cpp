@@ -11,6 +11,7 @@
 
 #include "tests/support/recorded.h"
 #include "tests/support/temp_folder.h"
+#include "tools/io/formats.h"
 
 using namespace overtake;
 using io::Cloud;
@@ -243,8 +244,8 @@ TEST_CASE("pcd: each kind of bad file gets its error") {
 
 TEST_CASE("pcd: missing files, folders and unwritable paths get their error") {
   const TempFolder folder;
-  CHECK(error_of([&] { io::read_pcd(folder.path("no.pcd")); }) == folder.path("no.pcd") + ": no such file");
-  CHECK(error_of([&] { io::read_pcd(folder.path()); }) == folder.path() + ": is a folder, a file is needed");
+  CHECK(error_of([&] { io::read_cloud(folder.path("no.pcd")); }) == folder.path("no.pcd") + ": no such file");
+  CHECK(error_of([&] { io::read_cloud(folder.path()); }) == folder.path() + ": is a folder, a file is needed");
   Cloud cloud = every_type(1, 8);
   CHECK(error_of([&] { io::write_pcd(folder.path("no/cloud.pcd"), cloud); }) ==
         folder.path("no/cloud.pcd") + ": cannot be written");
@@ -273,8 +274,8 @@ TEST_CASE("pcd: the reader survives any single changed or missing byte") {
 
 TEST_CASE("pcd: recorded clouds from other programs are read: binary with bytes, and compressed") {
   OVT_NEED_RECORDED("formats/hesai_xt16.pcd");
-  const Cloud hesai = io::read_pcd(recorded("formats/hesai_xt16.pcd"));
-  const Cloud velodyne = io::read_pcd(recorded("formats/vlp32_compressed.pcd"));
+  const Cloud hesai = io::read_cloud(recorded("formats/hesai_xt16.pcd"));
+  const Cloud velodyne = io::read_cloud(recorded("formats/vlp32_compressed.pcd"));
   CHECK(hesai.points == 26287);
   CHECK(velodyne.points == 26216);
   for (const Cloud* cloud : {&hesai, &velodyne}) {

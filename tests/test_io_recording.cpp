@@ -40,8 +40,6 @@ TEST_CASE("recording: frames come in the order of their numbers, sensors in the 
   REQUIRE(recording.frame_count() == 4);
   const int64_t numbers[] = {2, 9, 10, 11};
   for (std::size_t i = 0; i < 4; ++i) CHECK(recording.frame_number(i) == numbers[i]);
-  CHECK(recording.find_frame(10) == 2);
-  CHECK(recording.find_frame(3) == -1);
   const io::FrameScans frame = recording.read(2);
   CHECK(frame.frame == 10);
   REQUIRE(frame.scans.size() == 2);

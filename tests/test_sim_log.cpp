@@ -12,6 +12,7 @@
 #include "tests/support/temp_folder.h"
 #include "tools/io/csv.h"
 #include "tools/io/ego_file.h"
+#include "tools/io/formats.h"
 #include "tools/io/map_file.h"
 #include "tools/io/mcap_reader.h"
 #include "tools/io/pcd.h"
@@ -93,7 +94,7 @@ TEST_CASE("sim: a folder holds the same data, and the readers of recordings acce
   log->write(0, simulator.frame(0));
   log->write(1, frame);
   log->close();
-  const io::Cloud points = io::read_pcd(folder.path("race/000001_right.pcd"));
+  const io::Cloud points = io::read_cloud(folder.path("race/000001_right.pcd"));
   const Scan& scan = frame.scans[2];
   REQUIRE(points.find("x")->values() == scan.size());
   for (std::size_t i = 0; i < scan.size(); ++i) {

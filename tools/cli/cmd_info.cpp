@@ -138,10 +138,7 @@ RecordingInfo look_into_folder(const std::string& path) {
   for (const auto& [name, list] : scans) {
     const io::Cloud cloud = io::read_cloud_header(list[0]);
     std::vector<std::string> fields;
-    static constexpr const char* kType[] = {"float32", "float64", "int8",   "uint8", "int16",
-                                            "uint16",  "int32",   "uint32", "int64", "uint64"};
-    for (const io::CloudField& field : cloud.fields)
-      fields.push_back(field.name + " " + kType[std::size_t(field.type)]);
+    for (const io::CloudField& field : cloud.fields) fields.push_back(field.name + " " + io::name_of(field.type));
     out.scans.push_back(
         {name, fs::path(list[0]).filename().string(), io::join(fields, ", "), int64_t(list.size()), cloud.points});
   }

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "tools/client/console.h"
 #include "tools/io/angles.h"
 #include "tools/io/bag_stream.h"
 #include "tools/io/error.h"
@@ -17,14 +17,8 @@ namespace {
 
 using io::counted;
 
-std::string number(double value, int32_t digits) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
-}
-
 std::string percent(int64_t part, int64_t whole) {
-  return number(100.0 * double(part) / double(std::max<int64_t>(1, whole)), 0) + " %";
+  return fixed(100.0 * double(part) / double(std::max<int64_t>(1, whole)), 0) + " %";
 }
 
 double seconds(int64_t ns) { return double(ns) * 1e-9; }
@@ -166,34 +160,36 @@ void Doctor::judge_points(std::size_t i, std::vector<Finding>& out) const {
   const double range = median(s.ranges_m);
   if (good > 0 && range > 1000)
     out.push_back({true, about,
-                   "half of its points are more than " + number(range, 0) +
+                   "half of its points are more than " + fixed(range, 0) +
                        " m away: the unit looks like "
                        "millimetres",
                    "convert the coordinates to metres"});
   else if (good > 0 && s.far_points * 5 > good)
     out.push_back(
         {true, about,
-         percent(s.far_points, good) + " of its points are beyond range_max_m = " + number(model.range_max_m, 0),
+         percent(s.far_points, good) + " of its points are beyond range_max_m = " + fixed(model.range_max_m, 0),
          "check the unit of the coordinates, or raise range_max_m in the rig file"});
   else if (good > 0 && s.near_points * 2 > good)
     out.push_back(
         {true, about,
-         percent(s.near_points, good) + " of its points are nearer than range_min_m = " + number(model.range_min_m, 1),
+         percent(s.near_points, good) + " of its points are nearer than range_min_m = " + fixed(model.range_min_m, 1),
          "check the unit of the coordinates (kilometres?), or lower range_min_m in the rig file"});
   if (good > 0 && s.outside * 5 > good) {
     const bool turned = s.outside_if_vehicle * 20 < good;
     out.push_back(
         {true, about,
          percent(s.outside, good) + " of its points lie outside of its field of view (" +
-             number(model.azimuth_right_deg, 0) + " to " + number(model.azimuth_left_deg, 0) + " deg); seen are " +
-             number(s.azimuth_low_deg, 0) + " to " + number(s.azimuth_high_deg, 0) + " deg" +
+             fixed(model.azimuth_right_deg, 0) + " to " + fixed(model.azimuth_left_deg, 0) + " deg); seen are " +
+             fixed(s.azimuth_low_deg, 0) + " to " + fixed(s.azimuth_high_deg, 0) + " deg" +
              (turned ? ", which fits the mounting: the cloud is in the vehicle frame, not the sensor's" : ""),
          turned ? "record the sensor's own cloud, or give a rig with cloud_frame = \"vehicle\""
                 : "check the sensor's axes (x forward, y left) and azimuth_left_deg, azimuth_right_deg of the rig"});
   }
   if (s.odd_layers > 0)
-    out.push_back({true, about, "its ring values are not integers (" + number(s.odd_layer, 2) + ")",
-                   "check which field is taken for the ring: overtake info shows the layout"});
+    out.push_back(
+        {true, about,
+         "its ring values are not integers (" + (std::isnan(s.odd_layer) ? "nan" : fixed(s.odd_layer, 2)) + ")",
+         "check which field is taken for the ring: overtake info shows the layout"});
   if (!s.lines_how.empty())
     out.push_back(
         {false, about, "its clouds have no ring field: " + s.lines_how,
@@ -222,17 +218,17 @@ bool Doctor::judge_lines(std::size_t i, std::vector<Finding>& out) const {
   if (!model.wraps) return true;  // sensors of other rigs may have curved lines
   if (!s.lines_how.empty() || s.odd_layers > 0 || s.outside * 5 > s.points || s.shapes.one_sensor()) return true;
   const LineShapes::Spread spread = s.shapes.spread();
-  std::string sentence = "along a line the elevation changes by " + number(spread.along_deg, 1) + " deg (lines are " +
-                         number(spread.apart_deg, 1) + " deg apart): these are not the lines of one sensor at " +
+  std::string sentence = "along a line the elevation changes by " + fixed(spread.along_deg, 1) + " deg (lines are " +
+                         fixed(spread.apart_deg, 1) + " deg apart): these are not the lines of one sensor at " +
                          (rig_.cloud_in_vehicle_frame ? "the place that the rig says" : "the cloud's origin");
   const auto sources = s.shapes.sources();
   for (const LineShapes::Source& source : sources) {
     const bool moved = rig_.cloud_in_vehicle_frame;  // the reader has subtracted the sensor's position from the points
     sentence += std::string(&source == sources.data() ? "; " : ", ") + "lines " + std::to_string(source.first_line) +
                 " to " + std::to_string(source.last_line) +
-                " are seen from x_m = " + number(source.x_m + (moved ? model.x_m : 0), 2) +
-                " y_m = " + number(source.y_m + (moved ? model.y_m : 0), 2) +
-                " z_m = " + number(source.z_m + (moved ? model.z_m : 0), 2);
+                " are seen from x_m = " + fixed(source.x_m + (moved ? model.x_m : 0), 2) +
+                " y_m = " + fixed(source.y_m + (moved ? model.y_m : 0), 2) +
+                " z_m = " + fixed(source.z_m + (moved ? model.z_m : 0), 2);
   }
   out.push_back({true, "sensor '" + model.name + "'", sentence,
                  sources.size() == 2
@@ -246,13 +242,13 @@ bool Doctor::judge_lines(std::size_t i, std::vector<Finding>& out) const {
 
 void Doctor::judge_yaw(std::size_t i, std::size_t owner, std::vector<Finding>& out) const {
   const io::RigSensor &model = rig_.sensors[i], &other = rig_.sensors[owner];
-  const auto share = [&](double yaw_deg) { return number(100 * walls_[i].share_along(yaw_deg), 0) + " %"; };
+  const auto share = [&](double yaw_deg) { return fixed(100 * walls_[i].share_along(yaw_deg), 0) + " %"; };
   out.push_back({true, "sensor '" + model.name + "'",
                  "it seems to be turned as the rig says of sensor '" + other.name +
                      "': of the upright surfaces that it "
                      "sees " +
-                     share(model.yaw_deg) + " run along the vehicle by its own yaw_deg = " + number(model.yaw_deg, 1) +
-                     ", " + share(other.yaw_deg) + " by yaw_deg = " + number(other.yaw_deg, 1),
+                     share(model.yaw_deg) + " run along the vehicle by its own yaw_deg = " + fixed(model.yaw_deg, 1) +
+                     ", " + share(other.yaw_deg) + " by yaw_deg = " + fixed(other.yaw_deg, 1),
                  "exchange the yaw of the two in the rig file, or their topics or files"});
 }
 
@@ -263,7 +259,7 @@ void Doctor::judge_time(std::size_t i, std::vector<Finding>& out) const {
     out.push_back(
         {true, about,
          "its stamps go back " + counted(s.backward, "time") + ", first at scan " + std::to_string(s.first_back_scan) +
-             " by " + number(seconds(s.first_back_ns), 3) + " s",
+             " by " + fixed(seconds(s.first_back_ns), 3) + " s",
          "sort the recording by header stamp, or check the sensor's clock; late scans are used only within 0.5 s"});
   if (s.repeated > 0)
     out.push_back({true, about, counted(s.repeated, "scan") + " with the stamp of the scan before",
@@ -272,18 +268,18 @@ void Doctor::judge_time(std::size_t i, std::vector<Finding>& out) const {
   if (step > 0 && std::fabs(seconds(step) / rig_.period_s - 1) > 0.2)
     out.push_back(
         {true, about,
-         "its scans come every " + number(seconds(step), 4) + " s, the rig says " + number(rig_.period_s, 4) + " s",
-         "set period_s = " + number(seconds(step), 4) + " in the rig file"});
+         "its scans come every " + fixed(seconds(step), 4) + " s, the rig says " + fixed(rig_.period_s, 4) + " s",
+         "set period_s = " + fixed(seconds(step), 4) + " in the rig file"});
   else if (s.gaps > 0)
-    out.push_back(
-        {false, about,
-         counted(s.gaps, "gap") + " between scans, the longest " + number(seconds(s.longest_gap_ns), 2) + " s", ""});
+    out.push_back({false, about,
+                   counted(s.gaps, "gap") + " between scans, the longest " + fixed(seconds(s.longest_gap_ns), 2) + " s",
+                   ""});
   if (s.time_span_s > 3 * rig_.period_s) {
     const double factor = s.time_span_s / rig_.period_s;
     const char* unit = factor > 3e5 ? "a millionth" : "a thousandth";
     out.push_back({true, about,
-                   "the times of its points span " + number(s.time_span_s, 2) + " s within a scan of " +
-                       number(rig_.period_s, 3) + " s",
+                   "the times of its points span " + fixed(s.time_span_s, 2) + " s within a scan of " +
+                       fixed(rig_.period_s, 3) + " s",
                    std::string("set time_unit in the rig file; ") + unit + " of what is taken now would fit"});
   }
 }
@@ -303,13 +299,13 @@ void Doctor::judge_mounting(std::size_t i, std::vector<Finding>& out) const {
   if (std::fabs(off) > 0.3)
     out.push_back(
         {true, about,
-         "the road lies " + number(std::fabs(off), 2) + " m " + (off > 0 ? "above" : "below") +
+         "the road lies " + fixed(std::fabs(off), 2) + " m " + (off > 0 ? "above" : "below") +
              " where its mounting puts it",
-         "z_m = " + number(model.z_m - off, 2) + " would fit (heights count from the road, not from the axle)"});
+         "z_m = " + fixed(model.z_m - off, 2) + " would fit (heights count from the road, not from the axle)"});
   if (std::fabs(nose) > 3.5 || std::fabs(side) > 3.5)
     out.push_back(
         {true, about,
-         "the road is tilted by " + number(nose, 1) + " deg along and " + number(side, 1) + " deg across the vehicle",
+         "the road is tilted by " + fixed(nose, 1) + " deg along and " + fixed(side, 1) + " deg across the vehicle",
          "check roll_deg and pitch_deg of its mounting (a banked road alone does not tilt in the vehicle's frame)"});
 }
 
@@ -348,7 +344,7 @@ void Doctor::judge_ego(std::vector<Finding>& out) const {
                    "check the unit of the twist (m/s, along x of the vehicle) and of the stamps"});
   const int64_t step = median(steps);
   if (step > 100'000'000)
-    out.push_back({false, "ego", "its poses come every " + number(seconds(step), 2) + " s; 100 Hz is better", ""});
+    out.push_back({false, "ego", "its poses come every " + fixed(seconds(step), 2) + " s; 100 Hz is better", ""});
   for (std::size_t i = 0; i < sensors_.size(); ++i) {
     const Sensor& s = sensors_[i];
     if (s.scans == s.errors) continue;
@@ -358,16 +354,16 @@ void Doctor::judge_ego(std::vector<Finding>& out) const {
           std::min(seconds(s.last_ns), seconds(last)) - std::max(seconds(s.first_ns), seconds(first));
       if (whole <= 0 || 2 * covered >= whole) continue;
       out.push_back({true, "ego",
-                     "its poses cover only " + number(100 * covered / whole, 0) + " % of the time of the scans (" +
-                         number(seconds(first), 2) + " to " + number(seconds(last), 2) + " s of " +
-                         number(seconds(s.first_ns), 2) + " to " + number(seconds(s.last_ns), 2) + " s)",
+                     "its poses cover only " + fixed(100 * covered / whole, 0) + " % of the time of the scans (" +
+                         fixed(seconds(first), 2) + " to " + fixed(seconds(last), 2) + " s of " +
+                         fixed(seconds(s.first_ns), 2) + " to " + fixed(seconds(s.last_ns), 2) + " s)",
                      "give the poses of the whole recording"});
       break;
     }
     out.push_back({true, "ego",
-                   "its poses (" + number(seconds(first), 2) + " to " + number(seconds(last), 2) +
-                       " s) and the scans of sensor '" + rig_.sensors[i].name + "' (" + number(seconds(s.first_ns), 2) +
-                       " to " + number(seconds(s.last_ns), 2) + " s) are of different times",
+                   "its poses (" + fixed(seconds(first), 2) + " to " + fixed(seconds(last), 2) +
+                       " s) and the scans of sensor '" + rig_.sensors[i].name + "' (" + fixed(seconds(s.first_ns), 2) +
+                       " to " + fixed(seconds(s.last_ns), 2) + " s) are of different times",
                    "bring both to one clock"});
     break;
   }
@@ -400,7 +396,7 @@ void Doctor::judge_place(std::vector<Finding>& out) const {
   const bool most = 2 * off > int64_t(ego_.size());
   out.push_back({most, "map",
                  "the ego vehicle is outside of " + map_file_ + " in " + std::to_string(off) + " of " +
-                     counted(int64_t(ego_.size()), "pose") + ", by up to " + number(farthest_m, 1) + " m",
+                     counted(int64_t(ego_.size()), "pose") + ", by up to " + fixed(farthest_m, 1) + " m",
                  most ? "give the map of this course, in the frame of reference of the poses (east, north)"
                       : "the map is not used there; where it is no pit lane and no run-off, check the poses"});
 }

@@ -109,6 +109,12 @@ std::size_t size_of(ValueType type) {
   return kSize[std::size_t(type)];
 }
 
+const char* name_of(ValueType type) {
+  static constexpr const char* kName[] = {"float32", "float64", "int8",   "uint8", "int16",
+                                          "uint16",  "int32",   "uint32", "int64", "uint64"};
+  return kName[std::size_t(type)];
+}
+
 bool is_float(ValueType type) { return type == ValueType::kFloat32 || type == ValueType::kFloat64; }
 
 double CloudColumn::value(std::size_t i) const {

@@ -19,6 +19,7 @@ enum class ValueType : uint8_t { kFloat32, kFloat64, kInt8, kUint8, kInt16, kUin
 
 std::size_t size_of(ValueType type);
 bool is_float(ValueType type);
+const char* name_of(ValueType type);  // "float32"
 
 struct CloudField {
   std::string name;
@@ -40,8 +41,8 @@ struct CloudColumn {
 
 // The meaning of a column. Recordings use several names for each role.
 enum class CloudRole : uint8_t { kX, kY, kZ, kIntensity, kLayer, kTime };
-// Index of the field with that role: the first alias in the role's list that a field has (ignores case and
-// underscores), with one value per point. -1: none.
+// Index of the field with that role: the first alias in the role's list that a field has (ignores case,
+// underscores and hyphens), with one value per point. -1: none.
 int32_t find_role(const std::vector<CloudField>& fields, CloudRole role);
 // "ring, line, layer, ..." for error texts.
 std::string role_aliases(CloudRole role);

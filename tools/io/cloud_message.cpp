@@ -14,8 +14,6 @@ namespace {
 constexpr ValueType kValueType[] = {ValueType::kFloat32, ValueType::kInt8,    ValueType::kUint8,
                                     ValueType::kInt16,   ValueType::kUint16,  ValueType::kInt32,
                                     ValueType::kUint32,  ValueType::kFloat32, ValueType::kFloat64};
-constexpr const char* kTypeName[] = {"type 0", "int8",   "uint8",   "int16",  "uint16",
-                                     "int32",  "uint32", "float32", "float64"};
 
 bool is_known(uint8_t datatype) { return datatype >= PointField::kInt8 && datatype <= PointField::kFloat64; }
 
@@ -118,7 +116,7 @@ std::string describe_layout(const PointCloud2& cloud) {
   std::vector<std::string> words;
   for (const PointField& field : cloud.fields) {
     const std::string type =
-        is_known(field.datatype) ? kTypeName[field.datatype] : "type " + std::to_string(field.datatype);
+        is_known(field.datatype) ? name_of(kValueType[field.datatype]) : "type " + std::to_string(field.datatype);
     words.push_back(field.name + " " + type + (field.count > 1 ? "[" + std::to_string(field.count) + "]" : "") +
                     " at " + std::to_string(field.offset));
   }

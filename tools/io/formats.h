@@ -74,7 +74,7 @@ Cloud read_cloud(const std::string& path);
 Cloud read_cloud_header(const std::string& path);  // fields and number of points; no columns
 
 // For error texts and help, from the table:
-std::string list_extensions();  // ".pcd, .bin, .db3 or .mcap"
+std::string list_extensions();  // ".pcd, .bin, .ply, .db3 or .mcap"
 std::string describe_inputs();  // the accepted kinds of recordings, in one line
 std::string list_formats();     // one line per format: name, extension, supported content
 

@@ -6,7 +6,7 @@
 
 #include "tools/io/error.h"
 #include "tools/io/formats.h"
-#include "tools/io/text.h"
+#include "tools/io/memory_limit.h"
 
 namespace overtake::io {
 namespace {
@@ -39,8 +39,6 @@ Cloud parse_kitti_bin(const std::string& path, const std::string& bytes) {
       std::memcpy(cloud.columns[f].bytes.data() + 4 * i, bytes.data() + kBinPoint * i + 4 * f, 4);
   return cloud;
 }
-
-Cloud read_kitti_bin(const std::string& path) { return parse_kitti_bin(path, read_whole_file(path)); }
 
 std::string format_kitti_bin(const Cloud& cloud) {
   std::string out(kBinPoint * std::size_t(cloud.points), '\0');

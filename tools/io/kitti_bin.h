@@ -10,8 +10,7 @@
 
 namespace overtake::io {
 
-// Both throw Error: file missing, or not a whole number of points.
-Cloud read_kitti_bin(const std::string& path);
+// Throws Error: not a whole number of points.
 Cloud parse_kitti_bin(const std::string& path_in_errors, const std::string& bytes);
 
 // Writes x, y, z and intensity (0 if the cloud has none) of each point.

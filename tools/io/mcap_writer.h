@@ -50,8 +50,6 @@ class McapWriter {
   void add_metadata(const std::string& name, const std::map<std::string, std::string>& entries);
   void close();  // ends the chunk and writes the summary; must be the last call
 
-  uint64_t message_count() const { return message_count_; }
-
  private:
   struct Channel {
     std::string record;

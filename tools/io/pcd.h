@@ -14,8 +14,7 @@ namespace overtake::io {
 
 enum class PcdEncoding : uint8_t { kAscii, kBinary, kBinaryCompressed };
 
-// Both throw Error with file and line (header, ASCII data) or field and point (binary data).
-Cloud read_pcd(const std::string& path);
+// Throws Error with file and line (header, ASCII data) or field and point (binary data).
 Cloud parse_pcd(const std::string& path_in_errors, const std::string& bytes);
 
 // Both write as many points as the columns have.

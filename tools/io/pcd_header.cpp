@@ -113,15 +113,8 @@ class Parser {
       else
         fail(line_, "DATA is not ascii, binary or binary_compressed");
     } else {
-      fail(line_, line_ == 1 ? "not a PCD file" : "'" + printable(key) + "' is not a line of a PCD header");
+      fail(line_, line_ == 1 ? "not a PCD file" : "'" + plain_word(key) + "' is not a line of a PCD header");
     }
-  }
-
-  static std::string printable(const std::string& text) {
-    std::string out = text.substr(0, 32);
-    for (char& c : out)
-      if (c < 32 || c > 126) c = '?';
-    return out;
   }
 
   void once(int64_t& line, const std::string& key) const {
@@ -135,8 +128,8 @@ class Parser {
     for (const auto& word : words) {
       int64_t value = 0;
       if (!parse_integer(word, value) || value < low || value > high)
-        fail(line_, key + " holds '" + printable(std::string(word)) + "', not a whole number from " +
-                        std::to_string(low) + " to " + std::to_string(high));
+        fail(line_, key + " holds '" + plain_word(word) + "', not a whole number from " + std::to_string(low) + " to " +
+                        std::to_string(high));
       values.push_back(value);
     }
     return values;
@@ -168,9 +161,9 @@ class Parser {
     for (std::size_t i = 0; i < n; ++i) {
       CloudField field{raw_.names[i], ValueType::kFloat32, raw_.counts[i]};
       if (field.name != "_" && !seen.insert(field.name).second)  // _ is padding and may repeat
-        fail(raw_.fields_line, "field '" + printable(field.name) + "' is declared twice");
+        fail(raw_.fields_line, "field '" + plain_word(field.name) + "' is declared twice");
       if (raw_.types[i].size() != 1 || !type_of(raw_.types[i][0], raw_.sizes[i], field.type))
-        fail(raw_.type_line, "field '" + printable(field.name) + "' has type " + printable(raw_.types[i]) +
+        fail(raw_.type_line, "field '" + plain_word(field.name) + "' has type " + plain_word(raw_.types[i]) +
                                  " of size " + std::to_string(raw_.sizes[i]) +
                                  "; known are F 4 8, I 1 2 4 8, U 1 2 4 8");
       point_bytes += raw_.sizes[i] * raw_.counts[i];

@@ -144,8 +144,6 @@ Cloud parse_pcd(const std::string& path_in_errors, const std::string& bytes) {
   return cloud;
 }
 
-Cloud read_pcd(const std::string& path) { return parse_pcd(path, read_whole_file(path)); }
-
 namespace {
 
 // The file must start with a comment or a key of the header.

@@ -48,24 +48,17 @@ struct PlyHeader {
   const PlyElement& vertices() const { return elements[vertex]; }
 };
 
-std::string shown(std::string_view text) {
-  std::string out(text.substr(0, 32));
-  for (char& c : out)
-    if (c < 32 || c > 126) c = '?';
-  return out;
-}
-
 bool find_ply_type(std::string_view name, ValueType& out) {
   struct Row {
-    const char *name, *alias;
+    const char* name;  // the other name is name_of(type)
     ValueType type;
   };
-  static constexpr Row kRows[] = {{"float", "float32", ValueType::kFloat32}, {"double", "float64", ValueType::kFloat64},
-                                  {"char", "int8", ValueType::kInt8},        {"uchar", "uint8", ValueType::kUint8},
-                                  {"short", "int16", ValueType::kInt16},     {"ushort", "uint16", ValueType::kUint16},
-                                  {"int", "int32", ValueType::kInt32},       {"uint", "uint32", ValueType::kUint32}};
+  static constexpr Row kRows[] = {{"float", ValueType::kFloat32}, {"double", ValueType::kFloat64},
+                                  {"char", ValueType::kInt8},     {"uchar", ValueType::kUint8},
+                                  {"short", ValueType::kInt16},   {"ushort", ValueType::kUint16},
+                                  {"int", ValueType::kInt32},     {"uint", ValueType::kUint32}};
   for (const Row& row : kRows)
-    if (name == row.name || name == row.alias) {
+    if (name == row.name || name == name_of(row.type)) {
       out = row.type;
       return true;
     }
@@ -116,7 +109,7 @@ class PlyHeaderParser {
     } else if (words[0] == "end_header") {
       ended_ = true;
     } else {
-      fail("'" + shown(words[0]) + "' is not a line of a PLY header");
+      fail("'" + plain_word(words[0]) + "' is not a line of a PLY header");
     }
   }
 
@@ -134,10 +127,11 @@ class PlyHeaderParser {
     PlyElement element;
     if (words.size() != 3) fail("element needs a name and a number");
     if (!parse_integer(words[2], element.count) || element.count < 0 || element.count > INT32_MAX)
-      fail("element " + shown(words[1]) + " has '" + shown(words[2]) + "' rows, not a whole number up to 2147483647");
+      fail("element " + plain_word(words[1]) + " has '" + plain_word(words[2]) +
+           "' rows, not a whole number up to 2147483647");
     element.name = words[1];
     for (const PlyElement& other : header_.elements)
-      if (other.name == element.name) fail("element '" + shown(words[1]) + "' is declared twice");
+      if (other.name == element.name) fail("element '" + plain_word(words[1]) + "' is declared twice");
     if (header_.elements.size() == kMostPlyElements) fail("more than 1000 elements");
     header_.elements.push_back(std::move(element));
   }
@@ -150,11 +144,11 @@ class PlyHeaderParser {
     if (words.size() != (property.is_list ? 5u : 3u)) fail("property needs a type and a name");
     property.name = words.back();
     for (const PlyProperty& other : properties)
-      if (other.name == property.name) fail("property '" + shown(property.name) + "' is declared twice");
+      if (other.name == property.name) fail("property '" + plain_word(property.name) + "' is declared twice");
     if (properties.size() == kMostPlyProperties) fail("more than 1000 properties of an element");
     if (!find_ply_type(words[words.size() - 2], property.type) ||
         (property.is_list && (!find_ply_type(words[2], property.count_type) || is_float(property.count_type))))
-      fail("property '" + shown(property.name) + "' has an unknown type");
+      fail("property '" + plain_word(property.name) + "' has an unknown type");
     properties.push_back(std::move(property));
   }
 
@@ -227,7 +221,7 @@ class PlyBinary {
   [[noreturn]] void fail_end(const PlyElement& element, int64_t row) const {
     throw Error(path_, 0,
                 "the data ends at byte " + std::to_string(bytes_.size()) + ", within row " + std::to_string(row) +
-                    " of the " + std::to_string(element.count) + " of element " + shown(element.name));
+                    " of the " + std::to_string(element.count) + " of element " + plain_word(element.name));
   }
 
   const char* take(std::size_t size, const PlyElement& element, int64_t row) {
@@ -243,9 +237,9 @@ class PlyBinary {
     const int64_t values = count.integer(0);
     if (values < 0)
       throw Error(path_, 0,
-                  "list '" + shown(p.name) + "' of row " + std::to_string(row) + " of element " + shown(element.name) +
-                      " has " + std::to_string(values) + " values");
-    take(std::size_t(values) * size_of(p.type), element, row);  // 32 and 4 bits
+                  "list '" + plain_word(p.name) + "' of row " + std::to_string(row) + " of element " +
+                      plain_word(element.name) + " has " + std::to_string(values) + " values");
+    take(std::size_t(values) * size_of(p.type), element, row);  // < 2^32 values of at most 8 bytes: no overflow
   }
 
   const std::string& path_;
@@ -266,7 +260,7 @@ class PlyText {
     if (element.count > 0 && (rest_.size() + 1) / 2 / values < std::size_t(element.count))
       throw Error(path_, 0,
                   "the data is too short: " + std::to_string(rest_.size()) + " bytes cannot hold the declared " +
-                      std::to_string(element.count) + " rows of element " + shown(element.name));
+                      std::to_string(element.count) + " rows of element " + plain_word(element.name));
   }
 
   void skip(const PlyElement& element) {
@@ -299,7 +293,7 @@ class PlyText {
  private:
   [[noreturn]] void fail_value(const PlyProperty& p, int64_t row, std::string_view word) const {
     throw Error(path_, line_,
-                "property '" + shown(p.name) + "' of vertex " + std::to_string(row) + " is '" + shown(word) +
+                "property '" + plain_word(p.name) + "' of vertex " + std::to_string(row) + " is '" + plain_word(word) +
                     "', which its type cannot hold");
   }
 
@@ -308,7 +302,7 @@ class PlyText {
       if (rest_.empty())
         throw Error(path_, line_,
                     "the data ends after " + std::to_string(row) + " of the " + std::to_string(element.count) +
-                        " rows of element " + shown(element.name));
+                        " rows of element " + plain_word(element.name));
       row_ = rest_.substr(0, rest_.find('\n'));
       rest_.remove_prefix(std::min(rest_.size(), row_.size() + 1));
       ++line_;
@@ -319,7 +313,7 @@ class PlyText {
     const auto begin = std::min(row_.find_first_not_of(" \t\r"), row_.size());
     const auto end = std::min(row_.find_first_of(" \t\r", begin), row_.size());
     if (begin == end)
-      throw Error(path_, line_, shown(element.name) + " " + std::to_string(row) + " has too few values");
+      throw Error(path_, line_, plain_word(element.name) + " " + std::to_string(row) + " has too few values");
     const std::string_view word = row_.substr(begin, end - begin);
     row_.remove_prefix(end);
     return word;

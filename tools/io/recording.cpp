@@ -105,12 +105,6 @@ Recording::Recording(const std::string& path, Rig rig) : path_(path), rig_(std::
   for (auto& [number, entry] : frames) frames_.push_back(std::move(entry));
 }
 
-int64_t Recording::find_frame(int64_t number) const {
-  for (std::size_t i = 0; i < frames_.size(); ++i)
-    if (frames_[i].number == number) return int64_t(i);
-  return -1;
-}
-
 FrameScans Recording::read(std::size_t i, std::vector<std::string>* lost) const {
   const Entry& entry = frames_[i];
   FrameScans frame;

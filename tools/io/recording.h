@@ -28,7 +28,6 @@ class Recording {
 
   std::size_t frame_count() const { return frames_.size(); }
   int64_t frame_number(std::size_t i) const { return frames_[i].number; }
-  int64_t find_frame(int64_t number) const;  // index, -1: none
   // Reads the frame's files. At an unreadable file throws Error; with `lost`, leaves out its scans and appends the
   // error's sentence to `lost`.
   FrameScans read(std::size_t i, std::vector<std::string>* lost = nullptr) const;

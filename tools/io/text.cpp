@@ -143,6 +143,13 @@ std::size_t count_words(std::string_view line) {
   return count;
 }
 
+std::string plain_word(std::string_view word) {
+  std::string out(word.substr(0, 32));
+  for (char& c : out)
+    if (c < 32 || c > 126) c = '?';
+  return out;
+}
+
 bool parse_number(std::string_view text, double& out) {
   text = without_plus(text);
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);

@@ -27,6 +27,8 @@ std::string join(const std::vector<std::string>& words, std::string_view separat
 // Splits at runs of white space, into the first `most` words.
 std::vector<std::string_view> split_words(std::string_view line, std::size_t most = SIZE_MAX);
 std::size_t count_words(std::string_view line);
+// A word of a file for an error text: its first 32 bytes, with ? for each that is not printable ASCII.
+std::string plain_word(std::string_view word);
 
 // Parses all of `text` as one number (a leading + is allowed), else returns false. "nan" and "inf" are numbers. A
 // number too small for a double is 0; one too large is not a number.

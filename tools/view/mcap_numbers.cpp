@@ -4,10 +4,11 @@
 
 #include <cstddef>
 #include <nlohmann/json.hpp>
-#include <sstream>
+#include <string_view>
 #include <type_traits>
 
 #include "tools/client/result_files.h"
+#include "tools/io/text.h"
 
 namespace overtake::cli {
 namespace {
@@ -32,8 +33,7 @@ Json value_schema(const char* words, const char* meaning) {
   Json schema = std::is_floating_point_v<T> ? number_or_null() : sizeof(T) == 8 ? text() : integer();
   if (*words) {
     schema = {{"enum", Json::array()}};
-    std::istringstream names(words);
-    for (std::string name; names >> name;) schema["enum"].push_back(name);
+    for (const std::string_view name : io::split_words(words)) schema["enum"].push_back(std::string(name));
   }
   schema["description"] = meaning;
   return schema;
