@@ -62,6 +62,7 @@ bool CircuitMap::build(const double* x_m, const double* y_m, const double* width
   copy(width_right_m, map.width_right_);
   if (banking_rad) {
     copy(banking_rad, map.banking_);
+    map.has_banking_ = std::any_of(map.banking_.begin(), map.banking_.end(), [](double b) { return b != 0.0; });
   } else {
     map.banking_.assign(map.x_.size(), 0.0);
   }

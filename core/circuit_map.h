@@ -66,6 +66,7 @@ class CircuitMap {
 
   bool empty() const { return x_.empty(); }
   bool closed() const { return closed_; }
+  bool has_banking() const { return has_banking_; }  // false: none was given, or all of it is 0
   double length_m() const { return empty() ? 0.0 : s_.back(); }
   int32_t segment_count() const { return empty() ? 0 : int32_t(x_.size()) - 1; }
 
@@ -89,7 +90,7 @@ class CircuitMap {
 
   // One row per vertex. A closed line repeats its first vertex at the end, so segment i always runs from i to i + 1.
   std::vector<double> x_, y_, s_, heading_, curvature_, width_left_, width_right_, banking_;
-  bool closed_ = false;
+  bool closed_ = false, has_banking_ = false;
   // Spatial index: a binary tree of bounding boxes over runs of kLeafSegments consecutive segments, stored as a heap
   // (node 1 is the root, node i has children 2i and 2i + 1, the leaves start at leaf_begin_). Consecutive segments are
   // neighbours, so the boxes are tight. A uniform grid would need a cell size, and on an oval most cells are empty.

@@ -181,7 +181,7 @@ OVT_INLINE int32_t count_bits(uint64_t bits) {
 OVT_INLINE int32_t lowest_bit(uint64_t bits) { return __builtin_ctzll(bits); }
 OVT_INLINE int32_t highest_bit(uint64_t bits) { return 63 - __builtin_clzll(bits); }
 
-// Whether the ISA has lookups in registers. The next two functions exist only there.
+// Whether the ISA has lookups in registers. The next three functions exist only there.
 template <class A>
 inline constexpr bool kPermutes = kSize<A> > 4;
 
@@ -189,6 +189,12 @@ inline constexpr bool kPermutes = kSize<A> > 4;
 template <class A>
 OVT_INLINE Int<A> permute(Int<A> t0, Int<A> t1, Int<A> t2, Int<A> t3, Int<A> index) {
   return Native<A>::permute4(t0.v, t1.v, t2.v, t3.v, index.v);
+}
+
+// Lane i gets value index[i] of two consecutive vectors, 0 <= index[i] < 2 kSize.
+template <class A>
+OVT_INLINE Int<A> permute(Int<A> t0, Int<A> t1, Int<A> index) {
+  return Native<A>::permute2(t0.v, t1.v, index.v);
 }
 
 // Lane i gets the number of set bits among bits 1 .. i (bit 0 does not count, so the sum is less than kSize).

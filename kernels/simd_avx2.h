@@ -27,6 +27,11 @@ struct Native<xsimd::avx2> {
   OVT_INLINE static F keep(M m, F a) { return F(_mm256_and_ps(m, a)); }
   OVT_INLINE static F add_where(M m, F a, F b) { return F(_mm256_add_ps(a, _mm256_and_ps(m, b))); }
   OVT_INLINE static I permute(I table, I index) { return I(_mm256_permutevar8x32_epi32(table, index)); }
+  OVT_INLINE static I permute2(I t0, I t1, I index) {
+    const __m256 bit3 = _mm256_castsi256_ps(_mm256_slli_epi32(index, 28));
+    const auto pick = [=](I t) OVT_INLINED { return _mm256_castsi256_ps(_mm256_permutevar8x32_epi32(t, index)); };
+    return I(_mm256_castps_si256(_mm256_blendv_ps(pick(t0), pick(t1), bit3)));
+  }
   OVT_INLINE static I permute4(I t0, I t1, I t2, I t3, I index) {
     const __m256 bit3 = _mm256_castsi256_ps(_mm256_slli_epi32(index, 28));
     const __m256 bit4 = _mm256_castsi256_ps(_mm256_slli_epi32(index, 27));

@@ -25,6 +25,7 @@ struct Native<xsimd::avx512bw> {
   OVT_INLINE static F keep(M m, F a) { return F(_mm512_maskz_mov_ps(k(m), a)); }
   OVT_INLINE static F add_where(M m, F a, F b) { return F(_mm512_mask_add_ps(a, k(m), a, b)); }
   OVT_INLINE static I permute(I table, I index) { return I(_mm512_permutexvar_epi32(index, table)); }
+  OVT_INLINE static I permute2(I t0, I t1, I index) { return I(_mm512_permutex2var_epi32(t0, index, t1)); }
   OVT_INLINE static I permute4(I t0, I t1, I t2, I t3, I index) {
     const __mmask16 high = _mm512_test_epi32_mask(index, _mm512_set1_epi32(32));
     return I(_mm512_mask_blend_epi32(high, _mm512_permutex2var_epi32(t0, index, t1),

@@ -122,6 +122,7 @@ class Detector {
   Mailbox<Scan> mailboxes_[kMaxSensors];
   Mailbox<ExternalScan> external_;
   std::unique_ptr<EgoBuffer> ego_;
+  HeightProfile profile_;
   std::unique_ptr<TrackStage> track_stage_;
   std::unique_ptr<ThreadSetup> thread_setup_;
   std::unique_ptr<FrameRunner> runner_;

@@ -73,6 +73,7 @@ class EgoBuffer {
   int64_t oldest_safe(const EgoRange& range) const noexcept;
   // Consumer: stamp of the pose with this index, valid from oldest_safe on. The pose's run begins at index run_at().
   int64_t stamp_at(int64_t index) const noexcept { return ring_[index % capacity_].pose.stamp_ns; }
+  const EgoPose& pose_at(int64_t index) const noexcept { return ring_[index % capacity_].pose; }
   int64_t run_at(int64_t index) const noexcept { return ring_[index % capacity_].run; }
   // Consumer: index of the first pose of the first run after `run` in the range.
   int64_t first_run_after(const EgoRange& range, int64_t run) const noexcept;

@@ -68,6 +68,7 @@ void reset_frame(Frame& frame) noexcept {
   frame.kind = FrameKind::kScans;
   for (SensorPart& part : frame.sensors) {
     part.present = part.failed = false;
+    part.road.has_pose = false;
     part.clusters.count = part.cluster_points.count = part.label_count = part.row_count = part.cluster_overflow = 0;
     part.kept.points.count = 0;
     std::fill(std::begin(part.reason_count), std::end(part.reason_count), 0);

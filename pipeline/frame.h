@@ -26,6 +26,7 @@
 #include "pipeline/ego_buffer.h"
 #include "pipeline/method/segment_views.h"
 #include "pipeline/overtake.h"
+#include "pipeline/road/road_data.h"
 #include "pipeline/stage_clock.h"
 #include "pipeline/track/measurement.h"
 
@@ -40,6 +41,7 @@ struct SensorPart {
   bool failed = false;  // its segmentation threw: then present is false
   int64_t stamp_ns = 0;
   ScanTable scan;
+  RoadData road;      // by the intake, if a step of the method reads it
   SegmentViews kept;  // the segmentation's columns for rules and readers, in this frame's memory
   ClusterTable clusters;
   ClusterPointTable cluster_points;

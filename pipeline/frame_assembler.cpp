@@ -32,6 +32,7 @@ IntakeResult FrameAssembler::check_stamp(int32_t source, int64_t stamp_ns) noexc
     ++clock_jumps_;
     closed_any_ = false;
     restart_next_ = true;
+    if (profile_) profile_->restart();
     ego_watch_ = {.refused = ego_watch_.refused};
   }
   settle();
@@ -199,6 +200,7 @@ void FrameAssembler::put_scan(Frame& frame, int32_t sensor, Scan& scan) noexcept
   frame.first_stamp_ns = std::min(frame.first_stamp_ns, scan.stamp_ns);
   frame.stamp_ns = std::max(frame.stamp_ns, scan.stamp_ns);
   seen_ns_[sensor] = std::max(seen_ns_[sensor], scan.stamp_ns);
+  if (profile_) profile_->describe(ego_, scan.ego, scan.stamp_ns, part.road);
   runner_.start_segment(frame, sensor);
 }
 

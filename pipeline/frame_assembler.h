@@ -20,6 +20,7 @@
 #include "pipeline/ego_buffer.h"
 #include "pipeline/frame_pool.h"
 #include "pipeline/mailbox.h"
+#include "pipeline/road/height_profile.h"
 
 namespace overtake {
 
@@ -79,11 +80,14 @@ struct EgoWatch {
 
 class FrameAssembler {
  public:
-  FrameAssembler(const AssemblerParams& params, FramePool& pool, EgoBuffer& ego, FrameRunner& runner)
+  // `profile` describes the road for each scan; null: no step reads it.
+  FrameAssembler(const AssemblerParams& params, FramePool& pool, EgoBuffer& ego, FrameRunner& runner,
+                 HeightProfile* profile = nullptr)
       : params_(params),
         pool_(pool),
         ego_(ego),
         runner_(runner),
+        profile_(profile),
         clock_(params.sensor_count, params.period_ns, params.tolerance_ns) {}
   // Allocates memory for held scans. False without memory.
   [[nodiscard]] bool build(const int32_t* point_capacity, int32_t external_capacity, const Allocator& allocator);
@@ -145,6 +149,7 @@ class FrameAssembler {
   FramePool& pool_;
   EgoBuffer& ego_;
   FrameRunner& runner_;
+  HeightProfile* profile_;
   ClockWatch clock_;
   Recent recent_[ClockWatch::kSources];
   Frame* open_ = nullptr;

@@ -135,6 +135,10 @@ typedef struct ovt_params {
                                         count, not a time. OVT_FLAG_WORK_LIMIT */
   const char* method;                /* name of the preset, set by ovt_params_init: selects the detector's steps, rules
                                         and tracker. Null: "paper" */
+  double running_ground_height_m;    /* running_ground.*: see ovt_describe_param */
+  double running_ground_known_per_m, running_ground_known_limit_m, running_ground_known_slope;
+  double running_ground_guess_per_m, running_ground_guess_limit_m, running_ground_guess_slope;
+  double running_ground_level_reach_m, running_ground_level_slack, running_ground_foot_rad;
 } ovt_params;
 
 typedef struct ovt_param_info {

@@ -111,12 +111,22 @@ std::string find_bad_param(const ovt_params& params) {
 
 SegmentParams make_segment_params(const ovt_params& params, const SensorModel& sensor) noexcept {
   SegmentParams out;
+  double sine, cosine;
   out.fill_gaps = {float(params.gaps_limit_m), float(params.gaps_limit_share)};
   out.angle_image = {float(params.angle_skip_rad)};
   make_smooth_sg(params.smooth_window, params.smooth_order, &out.smooth_sg);
   out.mark_ground = {float(params.ground_threshold_rad)};
+  sin_cos_f64(params.running_ground_foot_rad, sine, cosine);
+  out.running_ground = {
+      .height_m = float(params.running_ground_height_m),
+      .known = {float(params.running_ground_known_per_m), float(params.running_ground_known_limit_m),
+                float(params.running_ground_known_slope)},
+      .guess = {float(params.running_ground_guess_per_m), float(params.running_ground_guess_limit_m),
+                float(params.running_ground_guess_slope)},
+      .level_reach_m = float(params.running_ground_level_reach_m),
+      .level_slope_slack = float(params.running_ground_level_slack),
+      .foot_slope = float(sine / cosine)};
   out.repair_range = {(params.repair_window - 1) / 2, float(params.repair_range_limit_m), sensor.wraps};
-  double sine, cosine;
   sin_cos_f64(params.cluster_threshold_rad, sine, cosine);
   out.link_pixels = {float(sine / cosine), sensor.sin_pitch, sensor.cos_pitch, sensor.wraps};
   out.label_points = {float(params.label_own_limit_m), float(params.label_loser_limit_m)};

@@ -18,6 +18,7 @@ struct SegmentParams {
   AngleImageParams angle_image;
   SmoothSgParams smooth_sg;
   MarkGroundParams mark_ground;
+  RunningGroundParams running_ground;
   RepairRangeParams repair_range;
   LinkPixelsParams link_pixels;
   LabelPointsParams label_points;

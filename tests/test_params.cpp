@@ -68,17 +68,19 @@ TEST_CASE("params: preset paper has the values of the paper's table, and no name
     REQUIRE(ovt_get_param(&params, name.c_str(), &got) == OVT_OK);
     CHECK(got == doctest::Approx(value).epsilon(1e-14));
   }
-  REQUIRE(ovt_param_count() == int32_t(expected.size()));
+  std::size_t read = 0;  // by `paper`; the others belong to other presets
   for (int32_t i = 0; i < ovt_param_count(); ++i) {
     ovt_param_info info;
     REQUIRE(ovt_describe_param(i, &info) == OVT_OK);
     CAPTURE(info.name);
-    CHECK(expected.count(info.name) == 1);
-    CHECK(info.value_default == doctest::Approx(expected[info.name]).epsilon(1e-14));
+    CHECK(int32_t(expected.count(info.name)) == ovt_reads_param(&params, i));
+    read += expected.count(info.name);
+    if (expected.count(info.name)) CHECK(info.value_default == doctest::Approx(expected[info.name]).epsilon(1e-14));
     CHECK(info.value_min <= info.value_default);
     CHECK(info.value_default <= info.value_max);
     CHECK(std::strlen(info.text) > 0);
   }
+  CHECK(read == expected.size());
   const ovt_sensor_def sensor = ovt_default_sensor_def();
   CHECK(sensor.rows == 32);
   CHECK(sensor.cols == 857);
@@ -176,7 +178,7 @@ TEST_CASE("params: ovt_set_param refuses invalid values and changes nothing") {
 TEST_CASE("params: an unknown preset and a struct of an unknown size are refused") {
   ovt_params params;
   CHECK(ovt_params_init(&params, sizeof params, "paper") == OVT_OK);
-  CHECK(ovt_params_init(&params, sizeof params, "best") == OVT_UNKNOWN_NAME);
+  CHECK(ovt_params_init(&params, sizeof params, "other") == OVT_UNKNOWN_NAME);
   CHECK(ovt_params_init(&params, sizeof params, "") == OVT_UNKNOWN_NAME);
   CHECK(ovt_params_init(&params, sizeof params, nullptr) == OVT_BAD_ARGUMENT);
   CHECK(ovt_params_init(nullptr, sizeof params, "paper") == OVT_BAD_ARGUMENT);

@@ -34,4 +34,8 @@ struct Method {
   void (*set_defaults)(ovt_params& params) noexcept;
 };
 
+#define OVT_PRESET(name, method) extern const Method method;
+#include "pipeline/method/presets.def"
+#undef OVT_PRESET
+
 }  // namespace overtake

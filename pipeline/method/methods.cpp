@@ -7,10 +7,6 @@
 
 namespace overtake {
 
-#define OVT_PRESET(name, method) extern const Method method;
-#include "pipeline/method/presets.def"
-#undef OVT_PRESET
-
 namespace {
 
 constinit const Method* methods[kMaxMethods] = {
@@ -70,6 +66,12 @@ bool has_stage(const Method& method, int32_t stage) noexcept {
     if (stage == step.stage) return true;
   for (const FrameRule& rule : method.frame)
     if (stage == rule.stage) return true;
+  return false;
+}
+
+bool reads_column(const Method& method, Column column) noexcept {
+  for (const Step& step : method.segment)
+    if (has(step.reads, column)) return true;
   return false;
 }
 

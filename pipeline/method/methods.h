@@ -25,6 +25,8 @@ bool add_method(const Method& method) noexcept;
 
 // Whether the method has a stage: through a step, through a rule, or because every method has it.
 bool has_stage(const Method& method, int32_t stage) noexcept;
+// Whether a step reads the column.
+bool reads_column(const Method& method, Column column) noexcept;
 // Whether a step, a rule or the tracker reads the parameter with that text name.
 bool reads_param(const Method& method, const char* name) noexcept;
 

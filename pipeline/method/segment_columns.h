@@ -18,7 +18,7 @@ enum class Column : int32_t {
 inline constexpr int32_t kColumnCount = int32_t(Column::kCount);
 
 // How many elements a column has: see segment_columns.def.
-enum class Extent { own, pixels, cells, labels, points, layers };
+enum class Extent { own, pixels, cells, labels, points, layers, rays, nodes };
 template <Extent kExtent>
 using ExtentIs = std::integral_constant<Extent, kExtent>;
 

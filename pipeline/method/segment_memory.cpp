@@ -31,6 +31,8 @@ std::size_t count_elements(Extent extent, const SensorModel& sensor, int32_t poi
   return extent == Extent::points   ? std::size_t(round_up(point_capacity, kRowAlign))
          : extent == Extent::layers ? std::size_t(kLayerIds)
          : extent == Extent::labels ? cells + 1
+         : extent == Extent::rays   ? std::size_t(count_rays(sensor.cols))
+         : extent == Extent::nodes  ? std::size_t(count_rays(sensor.cols)) * kNodes
                                     : cells;
 }
 

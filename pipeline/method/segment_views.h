@@ -8,6 +8,7 @@
 
 #include "core/point_table.h"
 #include "core/range_image.h"
+#include "core/road_surface.h"
 #include "kernels/project_points.h"
 
 namespace overtake {
@@ -16,6 +17,7 @@ struct SegmentViews {
   PointTable points;
   RangeImages images;
   LayerSums layer_sums;
+  RoadSurface road_surface;
   int32_t *row_of_layer = nullptr, *layer_order = nullptr;
   int32_t *queue = nullptr, *cursor = nullptr, *order = nullptr;
 };

@@ -45,7 +45,7 @@ constexpr bool is_chain(std::span<const Step> steps, Columns given) {
   return true;
 }
 
-// The columns that exist before the first step: the scan, and layer sums of zero.
-inline constexpr Columns kGivenColumns = columns(Column::scan, Column::layer_sums);
+// The columns that exist before the first step: the scan, the road as the intake knows it, and layer sums of zero.
+inline constexpr Columns kGivenColumns = columns(Column::scan, Column::road, Column::layer_sums);
 
 }  // namespace overtake

@@ -17,6 +17,7 @@
 #include "pipeline/method/count_reasons.h"
 #include "pipeline/method/step.h"
 #include "pipeline/method/step_arguments.h"
+#include "pipeline/road/sample_road.h"
 
 namespace overtake::step {
 
@@ -66,6 +67,19 @@ OVT_STEP_BY_HAND(smooth_sg, SMOOTH, "smooth", OVT_READS(row_count, angle_rad), O
 
 OVT_STEP(mark_ground, GROUND, "ground", params<&SegmentParams::mark_ground>, in<row_count>, in<angle_smooth_rad>,
          in<range_filled_m>, in<pixel_point>, out<nonground>);
+// Not a kernel: samples the road surface for running_ground.
+OVT_STEP_BY_HAND(sample_road, GROUND, "", OVT_READS(road),
+                 OVT_WRITES(road_offset_m, road_slope, road_level_slope, road_known), OVT_SCRATCH()) {
+  overtake::sample_road(s.part.road, s.sensor, s.views.road_surface);
+}
+OVT_STEP_BY_HAND(running_ground, GROUND, "running_ground",
+                 OVT_READS(road_offset_m, road_slope, road_level_slope, road_known, range_filled_m,
+                           elevation_filled_rad),
+                 OVT_WRITES(height_m, nonground), OVT_SCRATCH(steep)) {
+  const RangeImages& m = s.views.images;
+  k.running_ground(s.params.running_ground, s.views.road_surface, m.range_filled_m, m.elevation_filled_rad, m.height_m,
+                   m.nonground, m.steep);
+}
 OVT_STEP(keep_above_road, GROUND, "", sensor<&SensorModel::T_vehicle_sensor>, in<range_filled_m>,
          in<elevation_filled_rad>, out<range_repaired_m>, out<elevation_repaired_rad>, out<nonground_repaired>);
 OVT_STEP(repair_range, REPAIR, "repair", params<&SegmentParams::repair_range>, in<range_filled_m>,

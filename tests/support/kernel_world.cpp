@@ -26,9 +26,11 @@ Plane<float> plane_of(const RangeImages& m, int32_t i) {
   return planes[i];
 }
 
-constexpr Columns kImages = columns_of(Extent::pixels) | columns(Column::row_count);
+constexpr Columns kRoad = columns_of(Extent::rays) | columns_of(Extent::nodes);
+constexpr Columns kImages = columns_of(Extent::pixels) | columns(Column::row_count) | kRoad;
 constexpr Columns kLayers = columns_of(Extent::layers) | columns(Column::layer_sums);
-constexpr Columns kScratch = columns(Column::layer_order, Column::queue, Column::cursor, Column::order);
+constexpr Columns kScratch =
+    columns(Column::layer_order, Column::queue, Column::cursor, Column::order, Column::steep);
 
 template <class T>
 std::string compare_values(const std::string& name, const T* a, const T* b, std::size_t count) {
@@ -106,13 +108,13 @@ KernelWorld::KernelWorld(Shape shape, uint64_t seed, int32_t cluster_capacity) :
   make_smooth_sg(cols % 3 == 0 ? 9 : 5, 2, &params_.smooth_sg);
   params_.repair_range.half_window = cols % 3 == 0 ? kMaxRepairHalfWindow : 4;
   fill_tables();
+  fill_road();
 }
 
 void KernelWorld::take_columns(Columns which) {
   for_each_segment_column(part, views, [&](Column column, auto extent, auto& view) {
     if (!has(which, column)) return;
     const std::string name = column_name(column);
-    const auto pixels = std::size_t(shape_.rows) * std::size_t(shape_.cols);
     if constexpr (extent == Extent::pixels) {
       if constexpr (std::is_same_v<decltype(view), BitPlane&>)
         view = guarded_.take_bits(name, shape_.rows, shape_.cols);
@@ -120,11 +122,43 @@ void KernelWorld::take_columns(Columns which) {
         view = guarded_.take_plane<std::remove_reference_t<decltype(*view.data)>>(name, shape_.rows, shape_.cols);
     } else if constexpr (extent != Extent::own) {
       view = guarded_.take<std::remove_reference_t<decltype(*view)>>(
-          name, extent == Extent::points   ? std::size_t(views.points.capacity)
-                : extent == Extent::layers ? std::size_t(kLayerIds)
-                                           : pixels + (extent == Extent::labels ? 1 : 0));
+          name, count_elements(extent));
     }
   });
+}
+
+// Elements of a column that is neither an image nor in separate memory.
+std::size_t KernelWorld::count_elements(Extent extent) const {
+  const auto pixels = std::size_t(shape_.rows) * std::size_t(shape_.cols), rays = std::size_t(count_rays(shape_.cols));
+  switch (extent) {
+    case Extent::points: return std::size_t(views.points.capacity);
+    case Extent::layers: return std::size_t(kLayerIds);
+    case Extent::labels: return pixels + 1;
+    case Extent::rays: return rays;
+    case Extent::nodes: return rays * kNodes;
+    default: return pixels;
+  }
+}
+
+// A pose, banked to either side, without a map; and a surface for kernels that run without the step that samples it.
+void KernelWorld::fill_road() {
+  EgoState& ego = part.road.ego;
+  part.road.has_pose = chance(70);
+  ego.pose.roll_rad = double(uniform(-0.4f, 0.4f));
+  ego.pose.speed_mps = double(uniform(0.0f, 80.0f));
+  ego.pose.yaw_rate_rps = double(uniform(-0.4f, 0.4f));
+  ego.r[4] = ego.r[8] = std::cos(ego.pose.roll_rad);
+  ego.r[7] = std::sin(ego.pose.roll_rad);
+  ego.r[5] = -ego.r[7];
+  const RoadSurface& road = views.road_surface;
+  for (int32_t k = 0; k < count_rays(shape_.cols); ++k) {
+    road.level_slope[k] = uniform(-0.4f, 0.4f);
+    road.known[k] = chance(60) ? 1.0f : 0.0f;
+    for (int32_t i = k * kNodes; i < (k + 1) * kNodes; ++i) {
+      road.offset_m[i] = uniform(-1.0f, 0.0f);
+      road.slope[i] = uniform(-0.05f, 0.05f);
+    }
+  }
 }
 
 // Inputs that no earlier kernel writes: sizes of clusters, and one cluster's points along two sides of a car.
@@ -366,17 +400,13 @@ void KernelWorld::poison_padding() {
 void KernelWorld::poison(Columns which) {
   for_each_segment_column(part, views, [&](Column column, auto extent, auto& view) {
     if (!has(which, column) || (has(kLayers, column) && !has_layers_)) return;
-    const auto pixels = std::size_t(shape_.rows) * std::size_t(shape_.cols);
     if constexpr (extent == Extent::pixels) {
       if constexpr (std::is_same_v<decltype(view), BitPlane&>)
         std::memset(view.words, 0xff, std::size_t(view.rows) * std::size_t(view.words_per_row) * 8);
       else
         std::memset(view.data - kRowPad, 0xff, plane_elements(view.rows, view.cols) * 4);
     } else if constexpr (extent != Extent::own) {
-      const std::size_t count = extent == Extent::points   ? std::size_t(views.points.capacity)
-                                : extent == Extent::layers ? std::size_t(kLayerIds)
-                                                           : pixels + (extent == Extent::labels ? 1 : 0);
-      std::memset(view, 0xff, count * sizeof *view);
+      std::memset(view, 0xff, count_elements(extent) * sizeof *view);
     }
   });
 }
@@ -392,6 +422,8 @@ std::vector<uint64_t> KernelWorld::hash_columns() {
         for (int32_t r = 0; r < view.rows; ++r) hash.add_bytes(view.row(r), std::size_t(view.cols) * 4);
     } else if constexpr (extent == Extent::points) {
       hash.add_bytes(view, std::size_t(views.points.count) * sizeof *view);
+    } else if constexpr (extent == Extent::rays || extent == Extent::nodes) {
+      hash.add_bytes(view, count_elements(extent) * sizeof *view);
     } else if constexpr (extent == Extent::layers) {
       if (has_layers_) hash.add_bytes(view, kLayerIds * sizeof *view);
     } else if constexpr (extent == Extent::own) {
@@ -438,6 +470,8 @@ std::string KernelWorld::difference(KernelWorld& a, KernelWorld& b, Columns whic
         look(compare_planes(name, view, other));
     } else if constexpr (extent == Extent::points) {
       look(compare_values(name, view, other, std::size_t(a.views.points.count)));
+    } else if constexpr (extent == Extent::rays || extent == Extent::nodes) {
+      look(compare_values(name, view, other, a.count_elements(extent)));
     } else if constexpr (extent == Extent::layers) {
       if (all) look(compare_values(name, view, other, kLayerIds));
       for (int32_t t = 0; !all && t < a.views.layer_sums.touched_count; ++t) {

@@ -73,6 +73,8 @@ class KernelWorld {
   void take_columns(Columns which);
   void take_layers();
   void fill_tables();
+  void fill_road();
+  std::size_t count_elements(Extent extent) const;
   void load_points(const KernelTable& kernels);
 
   Shape shape_;

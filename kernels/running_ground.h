@@ -1,0 +1,48 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Section 5b of kernels/README.md: ground removal by a running ground height.
+#pragma once
+
+#include "core/range_image.h"
+#include "core/road_surface.h"
+
+namespace overtake {
+
+// How far ground may lie from the running height, and how fast the running slope may change.
+struct GroundTolerance {
+  float per_m;        // allowed height grows by this per metre from the last ground pixel
+  float limit_m;      // ... up to this
+  float slope_limit;  // of the running slope against the road surface
+};
+
+struct RunningGroundParams {
+  float height_m;          // allowed height above the running ground at the last ground pixel
+  GroundTolerance known;   // where the road surface is measured
+  GroundTolerance guess;   // where it is a guess
+  float level_reach_m;     // ground may also rise like a level plane this far from the last ground pixel
+  float level_slope_slack; // ... by this much steeper
+  float foot_slope;        // a ground pixel below an obstacle belongs to it when the pair is steeper
+};
+
+// Walks up each column from the road under the sensor. A pixel is ground if its height over the running ground is small.
+// Only ground pixels move the running ground: its place (distance, height) and its slope against the road surface. So a
+// missing row costs nothing, and an obstacle does not lift the ground behind it.
+//   reads    range_filled_m elevation_filled_rad; road: its rays for this image
+//   writes   height_m (height over the running ground, 0 without a return), nonground, every word
+//   rules    - ground: height <= height_m + per_m * distance from the last ground pixel, at most limit_m; or, up to
+//              level_reach_m from it, a rise up to that of a level plane (apron and infield beside a banked track)
+//            - only pixels farther than the last ground pixel, and not steeper than a slope of 0.45 (or falling by more
+//              than 0.6), move the running ground: the foot of a wall must not lift it
+//            - the running slope adapts over 4 m and is limited
+//            - feet: below a non-ground pixel, pixels over 0.02 m are non-ground while the pairs are steeper than
+//              foot_slope
+//   scratch  steep
+//   agrees   exactly on every ISA
+namespace ref {
+void running_ground(const RunningGroundParams& params, const RoadSurface& road, Plane<const float> range_filled_m,
+                    Plane<const float> elevation_filled_rad, Plane<float> height_m, BitPlane nonground,
+                    BitPlane steep) noexcept;
+}
+
+}  // namespace overtake

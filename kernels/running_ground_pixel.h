@@ -1,0 +1,79 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// One pixel of running_ground, for one column or for a vector of columns: the reference and the vector form share it.
+#pragma once
+
+#include "core/math.h"
+#include "kernels/running_ground.h"
+
+namespace overtake {
+
+// Constants of one block of columns between two rays.
+struct GroundBlock {
+  float height_m, per_m, limit_m, slope_limit, level_reach_m, foot_slope;
+};
+
+OVT_INLINE GroundBlock make_ground_block(const RunningGroundParams& params, bool known) {
+  const GroundTolerance& t = known ? params.known : params.guess;
+  return {params.height_m, t.per_m, t.limit_m, t.slope_limit, params.level_reach_m, params.foot_slope};
+}
+
+// The running ground of a column. Distances from the sensor; `height` over the road surface, `z` in the sensor's axes.
+template <class V>
+struct GroundState {
+  V distance, height, z;           // the last ground pixel that moved it
+  V slope;                         // against the road surface
+  V from_distance, from_height;    // where the slope is measured from
+  V below_distance, below_z, below_above;  // the last pixel; its height over the running ground
+};
+
+template <class V>
+OVT_INLINE GroundState<V> start_ground(V road_z) {
+  const V zero(0.0f);
+  return {zero, zero, road_z, zero, zero, zero, zero, road_z, zero};
+}
+
+template <class V, class M>
+struct GroundPixel {
+  V height;
+  M ground, steep;  // steep: this pixel and the one below it, which is above the road, are a steep pair
+};
+
+// `exists`: the pixel has a range; `below`: so has the pixel below it. `level`: the largest slope of level ground.
+template <class V, class M>
+OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V z, V road_z, V level, M exists,
+                                         M below, GroundState<V>& s) {
+  constexpr float kReach_m = 4.0f, kLeastReach_m = 0.5f;        // of the slope
+  constexpr float kSteepest = 0.45f, kFall = -0.6f, kDrop_m = -0.3f;  // of what moves the ground
+  constexpr float kFoot_m = 0.02f;  // lower pixels are road
+  const V zero(0.0f);
+  const V height = z - road_z, ahead = distance - s.distance, run = max_of(ahead, zero), rise = height - s.height;
+  const V above = rise - s.slope * run;
+  const V allowed = min_of(V(block.height_m) + V(block.per_m) * run, V(block.limit_m));
+  const M is_level = (run <= V(block.level_reach_m)) & (z - s.z <= level * run + V(block.height_m));
+  const M ground = exists & ((above <= allowed) | is_level);
+  const V step_z = z - s.below_z;
+  const M steep = exists & below & (s.below_above > V(kFoot_m)) &
+                  (step_z > V(block.foot_slope) * abs_of(distance - s.below_distance));
+
+  const M moves = ground & (ahead > zero) & (rise <= V(kSteepest) * run) & (rise > V(kFall) * run + V(kDrop_m));
+  const V reach = distance - s.from_distance;
+  const V weight = max_of(min_of(reach * V(1.0f / kReach_m), V(1.0f)), zero);
+  const V seen = (height - s.from_height) / max_of(reach, V(kLeastReach_m));
+  const V turned = s.slope + weight * (seen - s.slope);
+  const V limited = max_of(min_of(turned, V(block.slope_limit)), V(-block.slope_limit));
+  const M renews = moves & (reach >= V(kReach_m));
+  s.slope = select(moves, limited, s.slope);
+  s.from_distance = select(renews, s.distance, s.from_distance);
+  s.from_height = select(renews, s.height, s.from_height);
+  s.distance = select(moves, distance, s.distance);
+  s.height = select(moves, height, s.height);
+  s.z = select(moves, z, s.z);
+  s.below_distance = select(exists, distance, s.below_distance);
+  s.below_z = select(exists, z, s.below_z);
+  s.below_above = select(exists, above, s.below_above);
+  return {above, ground, steep};
+}
+
+}  // namespace overtake

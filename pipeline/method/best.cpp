@@ -1,0 +1,40 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The method that a team races with, from a scan to tracks.
+#include "pipeline/method/frame_rules.h"
+#include "pipeline/method/method.h"
+#include "pipeline/method/steps.h"
+#include "pipeline/track/cvtr_tracker.h"
+
+namespace overtake {
+namespace {
+
+// Run for each scan.
+constexpr Step kSegment[] = {
+    step::project_points, step::rank_layers,    step::scatter_points,  // 1   range and elevation image
+    step::fill_gaps,                                                   // 2   gaps of one pixel
+    step::sample_road,    step::running_ground,                        // 5b  ground: height over the running ground
+    step::repair_range,                                                // 6   NGRIR (eq. 3)
+    step::link_pixels,                                                 // 7a  which neighbours belong together (eq. 2)
+    step::label_bfs,      step::label_points,                          // 7b  connected components
+    step::build_clusters, step::count_reasons,                         // 8a  table of clusters in the vehicle frame
+};
+static_assert(is_chain(kSegment, kGivenColumns));
+
+// Run once per frame, after the segmentation of all its scans.
+constexpr FrameRule kFrame[] = {
+    rule::merge_seams,     rule::find_ego_on_map, rule::keep_car_sized,
+    rule::keep_on_circuit, rule::keep_nearest,    rule::pose_by_two_headings,
+};
+
+}  // namespace
+
+constinit const Method kBest = {.name = "best",
+                                .segment = kSegment,
+                                .frame = kFrame,
+                                .make_tracker = make_cvtr_tracker,
+                                .tracker_params = "tracker",
+                                .set_defaults = nullptr};
+
+}  // namespace overtake

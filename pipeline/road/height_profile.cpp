@@ -1,0 +1,215 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/road/height_profile.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/math.h"
+#include "pipeline/clock_watch.h"
+
+namespace overtake {
+namespace {
+
+constexpr double kOffRoad_m = 1.0;         // a pose this far outside of the circuit is not on its road
+constexpr double kLongestStep_m = 40.0;    // between two poses; a longer one is a jump
+constexpr double kLargestClimb = 0.5;      // of the height between two poses: a larger one is a jump
+constexpr int64_t kLongestStepNs = 1'000'000'000;
+constexpr int32_t kPasses = 4;             // the mean over passes forgets older ones
+constexpr int64_t kThisLapNs = 20'000'000'000;
+
+double tangent(double angle_rad) noexcept {
+  double sine, cosine;
+  sin_cos_f64(angle_rad, sine, cosine);
+  return cosine > 0.1 ? sine / cosine : 0.0;
+}
+
+}  // namespace
+
+bool HeightProfile::build(const CircuitMap* map, const Allocator& allocator) {
+  map_ = map;
+  count_ = map ? std::max(1, int32_t(std::min(map->length_m() / kBin_m, 1e6))) : 0;
+  if (!arena_.build(allocator, [&](Carver& carver) { bins_ = carver.take<Bin>(std::size_t(count_)); })) return false;
+  std::fill_n(bins_, count_, Bin{});
+  return true;
+}
+
+void HeightProfile::restart() noexcept {
+  for (int32_t i = 0; i < count_; ++i) bins_[i].newest.from_ns = bins_[i].before.from_ns = INT64_MIN;
+  has_last_ = false;
+  open_bin_ = -1;
+}
+
+int32_t HeightProfile::bin_at(double s_m) const noexcept {
+  const double length = map_->length_m();
+  double s = s_m;
+  if (map_->closed()) {
+    if (s < 0.0) s += length;
+    if (s >= length) s -= length;
+  }
+  if (!(s >= 0.0) || s > length) return -1;
+  return std::min(int32_t(s * double(count_) / length), count_ - 1);
+}
+
+const HeightProfile::Value& HeightProfile::value_at(int32_t bin, int64_t stamp_ns) const noexcept {
+  const Bin& b = bins_[bin];
+  return b.newest.from_ns <= stamp_ns ? b.newest : b.before;
+}
+
+// The profile between the middles of two bins. The stamp is INT64_MAX if one is not known, else from when both are valid.
+HeightProfile::Place HeightProfile::read(double s_m, int64_t stamp_ns) const noexcept {
+  constexpr Place kUnknown = {0.0, 0.0, 0.0, INT64_MAX};
+  const double half_m = 0.5 * map_->length_m() / double(count_);
+  const int32_t a = bin_at(s_m - half_m), b = bin_at(s_m + half_m);
+  if (a < 0 || b < 0) return kUnknown;
+  const Value &va = value_at(a, stamp_ns), &vb = value_at(b, stamp_ns);
+  if (va.passes == 0 || vb.passes == 0) return kUnknown;
+  double from_a = s_m - (a + 0.5) * 2.0 * half_m;
+  if (from_a < 0.0) from_a += map_->length_m();
+  const double u = std::clamp(from_a / (2.0 * half_m), 0.0, 1.0);
+  return {s_m, va.height_m + u * (vb.height_m - va.height_m), va.cross_slope + u * (vb.cross_slope - va.cross_slope),
+          std::max(va.from_ns, vb.from_ns)};
+}
+
+// The centre line's height at a pose. Without banking in the map, the cross slope is that of the vehicle's own plane.
+HeightProfile::Place HeightProfile::place_of(const EgoState& ego, const MapProjection& at) const noexcept {
+  double cross_slope;
+  if (map_->has_banking()) {
+    cross_slope = tangent(map_->at(at.s_m).banking_rad);
+  } else {
+    double sine, cosine;
+    sin_cos_f64(at.heading_rad, sine, cosine);
+    cross_slope = ego.r[8] > 0.1 ? (ego.r[5] * cosine - ego.r[2] * sine) / ego.r[8] : 0.0;
+  }
+  return {at.s_m, ego.pose.z_m + at.d_m * cross_slope, cross_slope, ego.pose.stamp_ns};
+}
+
+void HeightProfile::complete(int64_t stamp_ns) noexcept {
+  if (open_bin_ < 0 || open_samples_ == 0) return;
+  Bin& bin = bins_[open_bin_];
+  const double height_m = open_height_m_ / open_samples_, cross_slope = open_cross_slope_ / open_samples_;
+  bin.before = bin.newest;
+  Value& v = bin.newest;
+  v.passes = std::min(v.passes + 1, kPasses);
+  v.height_m += (height_m - v.height_m) / v.passes;
+  v.cross_slope += (cross_slope - v.cross_slope) / v.passes;
+  v.from_ns = stamp_ns + kLagNs;
+}
+
+void HeightProfile::add(const Place& place) noexcept {
+  const int32_t bin = bin_at(place.s_m);
+  if (bin != open_bin_) {
+    complete(place.stamp_ns);
+    open_bin_ = bin;
+    open_samples_ = 0;
+    open_height_m_ = open_cross_slope_ = 0.0;
+  }
+  ++open_samples_;
+  open_height_m_ += place.height_m;
+  open_cross_slope_ += place.cross_slope;
+}
+
+// Adds the way from the last pose to this one, in pieces shorter than a bin: no bin on the way is left out.
+void HeightProfile::learn(const EgoPose& pose) noexcept {
+  const MapProjection at = map_->project(pose.x_m, pose.y_m, hint_);
+  hint_ = at.segment;
+  const bool on_road = at.d_m <= at.width_left_m + kOffRoad_m && at.d_m >= -at.width_right_m - kOffRoad_m;
+  if (!on_road) {
+    complete(pose.stamp_ns);
+    open_bin_ = -1;
+    has_last_ = false;
+    return;
+  }
+  EgoState ego;
+  window_.count = 1;
+  window_.poses[0] = pose;
+  window_.at(pose.stamp_ns, ego);
+  const Place place = place_of(ego, at);
+  if (has_last_) {
+    double step_m = place.s_m - last_.s_m;
+    const double length = map_->length_m();
+    if (map_->closed() && step_m > 0.5 * length) step_m -= length;
+    if (map_->closed() && step_m < -0.5 * length) step_m += length;
+    const bool steady = std::fabs(step_m) <= kLongestStep_m &&
+                        std::fabs(place.height_m - last_.height_m) <= kLargestClimb * (std::fabs(step_m) + 1.0) &&
+                        difference_ns(place.stamp_ns, last_.stamp_ns) <= kLongestStepNs;
+    if (!steady) {
+      open_bin_ = -1;
+    } else {
+      const int32_t pieces = 1 + int32_t(std::fabs(step_m) / (0.5 * kBin_m));
+      for (int32_t i = 1; i < pieces; ++i) {
+        const double u = double(i) / pieces;
+        double s = last_.s_m + u * step_m;
+        if (s < 0.0) s += length;
+        if (s > length) s -= length;
+        add({s, last_.height_m + u * (place.height_m - last_.height_m),
+             last_.cross_slope + u * (place.cross_slope - last_.cross_slope), place.stamp_ns});
+      }
+    }
+  }
+  add(place);
+  last_ = place;
+  has_last_ = true;
+}
+
+void HeightProfile::describe(const EgoBuffer& poses, const EgoRange& range, int64_t stamp_ns, RoadData& road) noexcept {
+  if (map_) {
+    for (int64_t i = std::max(learned_, poses.oldest_safe(range)); i < range.count; ++i) learn(poses.pose_at(i));
+    learned_ = std::max(learned_, range.count);
+  }
+  poses.copy_window(range, stamp_ns, stamp_ns, window_);
+  road.has_pose = window_.at(stamp_ns, road.ego) && road.ego.age_ns <= kEgoFreshNs;
+  road.map = nullptr;
+  if (!road.has_pose || !map_) return;
+  const MapProjection at = map_->project(road.ego.pose.x_m, road.ego.pose.y_m, describe_hint_);
+  describe_hint_ = at.segment;
+  if (!(at.d_m <= at.width_left_m + kOffRoad_m && at.d_m >= -at.width_right_m - kOffRoad_m)) return;
+  road.map = map_;
+  road.s_m = at.s_m;
+  road.d_m = at.d_m;
+  road.curvature_per_m = at.curvature_per_m;
+  const Place here = place_of(road.ego, at);
+  // The heights of two laps may differ by the drift of the localisation. The ego vehicle's height now, against that of
+  // an earlier lap at the same place, corrects the part that was driven in an earlier lap.
+  const Place earlier = read(at.s_m, stamp_ns);
+  const double drift_m = earlier.stamp_ns != INT64_MAX ? here.height_m - earlier.height_m : 0.0;
+  constexpr int32_t kHere = RoadData::kStations / 2;
+  for (int32_t k = 0; k < RoadData::kStations; ++k) {
+    const Place v = read(at.s_m + (k - kHere) * RoadData::kStation_m, stamp_ns);
+    road.known[k] = v.stamp_ns != INT64_MAX;
+    if (!road.known[k]) continue;
+    const bool this_lap = v.stamp_ns != INT64_MIN && difference_ns(stamp_ns, v.stamp_ns) < kThisLapNs;
+    road.height_m[k] = float(v.height_m + (this_lap ? 0.0 : drift_m) - road.ego.pose.z_m);
+    road.cross_slope[k] = float(v.cross_slope);
+  }
+  fill_stations(float(here.height_m - road.ego.pose.z_m), float(here.cross_slope), road);
+}
+
+// The vehicle itself stands on the road. Fills the stations between it and the known ones behind it, which are not old
+// enough yet, and goes on straight for two stations ahead, because the sensors are ahead of the rear axle.
+void HeightProfile::fill_stations(float height_m, float cross_slope, RoadData& road) noexcept {
+  constexpr int32_t kHere = RoadData::kStations / 2, kLongestGap = 8, kAhead = 2;
+  if (!road.known[kHere]) {
+    road.known[kHere] = true;
+    road.height_m[kHere] = height_m;
+    road.cross_slope[kHere] = cross_slope;
+  }
+  for (int32_t k = 1, last = 0; k < RoadData::kStations; ++k) {
+    if (!road.known[k]) continue;
+    const int32_t gap = k - last;
+    for (int32_t i = last + 1; road.known[last] && gap <= kLongestGap && i < k; ++i) {
+      const float u = float(i - last) / float(gap);
+      road.known[i] = true;
+      road.height_m[i] = road.height_m[last] + u * (road.height_m[k] - road.height_m[last]);
+      road.cross_slope[i] = road.cross_slope[last] + u * (road.cross_slope[k] - road.cross_slope[last]);
+    }
+    last = k;
+  }
+  for (int32_t k = kHere + 1; k <= kHere + kAhead && !road.known[k] && road.known[k - 2]; ++k) {
+    road.known[k] = true;
+    road.height_m[k] = 2.0f * road.height_m[k - 1] - road.height_m[k - 2];
+    road.cross_slope[k] = road.cross_slope[k - 1];
+  }
+}
+
+}  // namespace overtake
