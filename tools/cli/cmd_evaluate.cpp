@@ -87,6 +87,13 @@ void add_evaluate_options(CLI::App& command, EvaluateOptions& options) {
   command.add_option("--every", options.every, "sweep and baselines use every N-th frame")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  command
+      .add_option("--compare-every", options.compare_every,
+                  "compare every N-th frame with the truth; the presets still get all frames")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command.add_flag("--only-figures", options.only_figures,
+                   "no baselines, times or pictures, and all presets at the same time: the fastest way to the table");
   command.add_option("--frames", options.most_frames, "end each log after this number of frames")
       ->check(CLI::Range(1, 1000000000));
   command.add_option("--workers", options.workers, "parallel runs, 0: one per CPU; the results are the same")

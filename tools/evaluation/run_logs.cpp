@@ -51,7 +51,10 @@ About wanted_of(const RunOptions& options, const std::string& name, bool with_ba
   ovt_build_info build;
   ovt_read_build_info(&build);
   return {{"commit", build.commit},
-          {"every", with_baselines || is_of_sweep(name) ? std::to_string(options.every) : "none"},
+          {"every",
+           (with_baselines && !options.only_figures) || is_of_sweep(name) ? std::to_string(options.every) : "none"},
+          {"compared", std::to_string(options.compare_every)},
+          {"extent", options.only_figures ? "figures" : "whole"},
           {"frame_limit", options.most_frames == INT64_MAX ? "none" : std::to_string(options.most_frames)},
           {"input", input}};
 }
@@ -98,9 +101,14 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
   std::vector<std::unique_ptr<Variant>> variants;
   for (const std::string& name : todo)
     variants.push_back(std::make_unique<Variant>(name, log, map_file, options.every));
-  variants[0]->evaluator().use_baselines(todo[0] == names[0] ? options.every : 0);
-  for (auto& variant : variants)
-    if (variant->name().find_first_of(":@") == std::string::npos) variant->take_pictures();
+  if (!options.only_figures) variants[0]->evaluator().use_baselines(todo[0] == names[0] ? options.every : 0);
+  for (auto& variant : variants) {
+    if (!is_of_sweep(variant->name())) variant->evaluator().compare_every(options.compare_every);
+    if (options.only_figures)
+      variant->evaluator().leave_out_times();
+    else if (variant->name().find_first_of(":@") == std::string::npos)
+      variant->take_pictures();
+  }
 
   cli::Progress progress(1000, options.quiet);
   if (options.progress_s >= 0) progress.print_lines(log_name + ": evaluated", options.progress_s);
@@ -110,9 +118,12 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
   for (; frames < options.most_frames && log.next(frame); ++frames) {
     if (cli::interrupted()) return false;
     // The first variant runs alone, because the report uses its times. All others run at the same time after it.
-    if (variants[0]->takes(frames)) variants[0]->push(frame);
-    std::vector<std::function<void()>> jobs = {[&] { variants[0]->evaluator().evaluate_baselines(); }};
-    for (std::size_t k = 1; k < variants.size(); ++k)
+    std::vector<std::function<void()>> jobs;
+    if (!options.only_figures) {
+      if (variants[0]->takes(frames)) variants[0]->push(frame);
+      jobs.push_back([&] { variants[0]->evaluator().evaluate_baselines(); });
+    }
+    for (std::size_t k = options.only_figures ? 0 : 1; k < variants.size(); ++k)
       if (variants[k]->takes(frames)) jobs.push_back([&, k] { variants[k]->push(frame); });
     workers.for_each(int32_t(jobs.size()), [&](int32_t k) { jobs[std::size_t(k)](); });
     progress.show(int64_t(1000 * log.progress()));

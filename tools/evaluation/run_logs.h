@@ -23,6 +23,8 @@ struct RunOptions {
   std::string rig,
       map;             // for recordings with the odometry of two cars as truth; without rig: logs of overtake simulate
   int32_t every = 10;  // interval in frames of the baselines and of the sweep
+  int32_t compare_every = 1;  // interval of the frames that are compared with the truth; the pipeline gets all frames
+  bool only_figures = false;  // no baselines, times or pictures: the fastest way to the figures
   int64_t most_frames = INT64_MAX;
   int32_t workers = 0;  // variants at once; 0: one per CPU
   bool quiet = false;

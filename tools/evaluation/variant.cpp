@@ -127,6 +127,7 @@ Variant::Variant(const std::string& name, const TruthLog& log, const std::string
   if (variant_ == "ground") config.params.ground_threshold_rad = 0;
   params_ = config.params;
   evaluator_ = std::make_unique<Evaluator>(log, config.params, variant_ == "late_truth" ? log.rig().period_ns() : 0);
+  if (variant_ == "ego") evaluator_->use_poses(true_poses_);
   if (variant_ == "heading" || variant_ == "clusters" || variant_ == "relay")
     replay_ = std::make_unique<TrackerReplay>(variant_, log, config);
   session_ = std::make_unique<cli::Session>(config, &Variant::on_frame, this);
@@ -148,16 +149,24 @@ void Variant::on_frame(ovt_reader* reader, void* self) {
   }
 }
 
+// The true poses since the last call, at 100 Hz; the evaluator judges by them.
+std::vector<io::EgoRow> Variant::true_poses(int64_t until_ns) {
+  std::vector<io::EgoRow> rows;
+  if (next_true_ns_ == INT64_MIN) next_true_ns_ = until_ns - 2 * log_.rig().period_ns();
+  for (; next_true_ns_ <= until_ns; next_true_ns_ += 10'000'000)
+    for (const CarTruth& c : log_.cars_at(next_true_ns_))
+      if (c.is_ego)
+        rows.push_back(
+            {next_true_ns_, c.x_m, c.y_m, c.z_m, c.roll_rad, c.pitch_rad, c.heading_rad, c.speed_mps, c.yaw_rate_rps});
+  for (const io::EgoRow& row : rows) true_poses_.push_back({row, row.stamp_ns});
+  return rows;
+}
+
 // Pushes the poses that the localisation has published by the end of the frame, or the truth at 100 Hz.
 void Variant::push_poses(int64_t until_ns) {
   std::vector<io::EgoRow> rows;
   if (variant_ == "ego") {
-    if (next_true_ns_ == INT64_MIN) next_true_ns_ = until_ns - 2 * log_.rig().period_ns();
-    for (; next_true_ns_ <= until_ns; next_true_ns_ += 10'000'000)
-      for (const CarTruth& c : log_.cars_at(next_true_ns_))
-        if (c.is_ego)
-          rows.push_back({next_true_ns_, c.x_m, c.y_m, c.z_m, c.roll_rad, c.pitch_rad, c.heading_rad, c.speed_mps,
-                          c.yaw_rate_rps});
+    rows = true_poses(until_ns);
   } else {
     const auto& poses = log_.poses();
     for (; next_pose_ < poses.size() && poses[next_pose_].publish_ns <= until_ns; ++next_pose_)

@@ -62,6 +62,7 @@ class Variant {
  private:
   static void on_frame(ovt_reader* reader, void* self);
   void push_poses(int64_t until_ns);
+  std::vector<io::EgoRow> true_poses(int64_t until_ns);
 
   std::string name_, variant_;
   const TruthLog& log_;
@@ -77,6 +78,7 @@ class Variant {
   std::exception_ptr failure_;
   std::size_t next_pose_ = 0;
   int64_t next_true_ns_ = INT64_MIN;
+  std::vector<PublishedPose> true_poses_;  // those that push_poses has pushed instead of the log's
 };
 
 // The rows listed in `rows`, in that order.
