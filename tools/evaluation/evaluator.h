@@ -17,6 +17,7 @@
 //   tracks      one per track: the same with speed, course, yaw rate, NEES, age of its data
 //   centres     one per detection at a car: the error of its centre in the axes of the car, and its square in units of the
 //               published covariance (NaN without one)
+//   debris      one per frame that sees debris: its points, and detections of class debris on it
 //   false_detections   one per detection at no car: position, the surface of most of its points (-1 unknown), its
 //               place on the map, the roll of the ego
 //   innovations one per detection that updated a track: NIS
@@ -30,7 +31,8 @@
 //
 // Detections are compared with the truth at their own stamp, tracks at publish time, which is the end of the frame: its
 // first stamp plus a period. Errors are estimate minus truth, in the map; "veh" is the same error rotated to the true
-// ego's frame. A detection or a track is at the nearest car within the gate, else false.
+// ego's frame. A detection or a track is at the nearest car within the gate, else false. A detection of class debris is
+// at no car, and false unless most of its points are of debris or of a car; a right one is in no table of detections.
 #pragma once
 
 #include <map>
@@ -129,8 +131,8 @@ class Evaluator {
   // Of the current frame, by car.
   std::map<int32_t, int64_t> points_, clusters_, boxed_, detected_, tentative_, confirmed_;
   std::map<int64_t, std::map<uint16_t, int64_t>> surfaces_;  // points of each cluster, by surface
-  bool rows_are_clusters_ = true;                            // ovt_detections.cluster is of this frame's clusters
-  CloudPoints due_;                                          // for the baselines
+  int64_t debris_points_ = 0, debris_found_ = 0;
+  CloudPoints due_;  // for the baselines
   bool is_due_ = false;
 };
 

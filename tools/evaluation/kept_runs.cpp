@@ -81,7 +81,8 @@ std::string why_not_kept(const std::string& folder, const About& wanted) {
                        {"frame_limit", "--frames"},
                        {"input", "log, rig or map"},
                        {"compared", "--compare-every"},
-                       {"extent", "--only-figures"}};
+                       {"extent", "--only-figures"},
+                       {"config", "--config"}};
   std::vector<std::string> differ;
   for (const auto& [key, value] : wanted)
     if (found[key] != value) differ.push_back(words.count(key) ? words.at(key) : key);

@@ -9,6 +9,7 @@
 //   frame_limit  --frames, or "none"
 //   compared     "N": every N-th frame was compared with the truth (--compare-every)
 //   extent       "whole", or "figures": no baselines, times or pictures (--only-figures)
+//   config       what a configuration of --config changes; "" for a preset
 //   input        hash of the log, and of its rig and map
 //   cpu          the CPU of the times
 //

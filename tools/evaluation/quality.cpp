@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -17,7 +18,7 @@ namespace {
 
 constexpr double kIn95 = 5.991464547107979;  // chi-square, 2 degrees of freedom
 constexpr int32_t kLeastPoints[2] = {3, 5};
-constexpr double kLapPieceM = 200;
+constexpr double kLapPieceM = 200, kNever = std::numeric_limits<double>::infinity();
 
 double share_of(int64_t hits, int64_t trials) { return trials > 0 ? double(hits) / double(trials) : kNan; }
 
@@ -29,6 +30,20 @@ std::string piece_of(double value, const std::vector<int32_t>& ends, const char*
     from = end;
   }
   return "from " + std::to_string(from) + unit;
+}
+
+// The first frame after the ego has driven the length of the map; infinite where there is none.
+double first_frame_of_second_lap(const Run& run) {
+  const auto lap = run.about.find("lap_m");
+  if (lap == run.about.end()) return kNever;
+  const Table& ego = run.tables.at("ego");
+  const auto frame = column_of(ego, "frame"), time = column_of(ego, "time_s"), speed = column_of(ego, "speed_mps");
+  double left_m = std::stod(lap->second);
+  for (std::size_t i = 1; i < frame.size(); ++i) {
+    left_m -= speed[i - 1] * (time[i] - time[i - 1]);
+    if (left_m <= 0) return frame[i];
+  }
+  return kNever;
 }
 
 // Sums over the runs of one variant.
@@ -63,6 +78,10 @@ void Tally::add(const Run& run) {
     if (tp[i] + fp[i] > 0) ppv_.push_back(tp[i] / (tp[i] + fp[i]));
     if (tp[i] + fp[i] + fn[i] > 0) f1_.push_back(2 * tp[i] / (2 * tp[i] + fp[i] + fn[i]));
   }
+  const Table& debris = run.tables.at("debris");
+  const auto debris_points = column_of(debris, "points"), debris_detections = column_of(debris, "detections");
+  for (std::size_t i = 0; i < debris_points.size(); ++i)
+    if (debris_points[i] >= kLeastPoints[0]) ++sum_.debris_frames, sum_.debris_found += debris_detections[i] > 0;
   const Table& centres = run.tables.at("centres");
   for (const double v : column_of(centres, "along_m")) along_.push_back(std::fabs(v));
   for (const double v : column_of(centres, "across_m")) across_.push_back(std::fabs(v));
@@ -74,6 +93,8 @@ void Tally::add_cars(const Run& run) {
   const Table& cars = run.tables.at("cars");
   const auto car = column_of(cars, "car"), ahead = column_of(cars, "ahead_m"), points = column_of(cars, "points"),
              detections = column_of(cars, "detections");
+  const double second_lap = first_frame_of_second_lap(run);
+  const auto frame = column_of(cars, "frame");
   std::map<double, std::vector<std::size_t>> rows_of;
   for (std::size_t i = 0; i < car.size(); ++i) rows_of[car[i]].push_back(i);
   for (const auto& [number, rows] : rows_of) {
@@ -85,7 +106,8 @@ void Tally::add_cars(const Run& run) {
       const std::size_t r = rows[k];
       if (!(ahead[r] >= kNearestM && ahead[r] < kFarthestM)) continue;
       CarFrames& bin = sum_.by_distance[std::size_t((ahead[r] - kNearestM) / kQualityBinM)];
-      for (CarFrames* to : {&sum_.near, &bin}) {
+      CarFrames& lap = frame[r] < second_lap ? sum_.first_lap : sum_.later_laps;
+      for (CarFrames* to : {&sum_.near, &bin, &lap}) {
         ++to->all;
         for (std::size_t j = 0; j < 2; ++j)
           if (points[r] >= kLeastPoints[j]) ++to->seen[j], to->detected[j] += detections[r] > 0;
@@ -141,6 +163,7 @@ Quality Tally::finish() const {
   for (auto* part : {&q.by_surface, &q.by_range, &q.by_bank, &q.by_lap})
     for (auto& [name, count] : *part) count /= frames;
   q.false_without_car = q.frames_without_car > 0 ? without_car_ / double(q.frames_without_car) : kNan;
+  q.debris_found = q.debris_frames > 0 ? q.debris_found / double(q.debris_frames) : kNan;
   q.clusters_per_car = q.cars_judged > 0 ? clusters_ / double(q.cars_judged) : kNan;
   q.mixed_per_car = q.cars_judged > 0 ? mixed_ / double(q.cars_judged) : kNan;
   q.tpr = mean_of(tpr_), q.ppv = mean_of(ppv_), q.f1 = mean_of(f1_), q.ppv_p5 = metrics::summarize(ppv_).p5;
@@ -186,6 +209,8 @@ nlohmann::json json_of(const Quality& q) {
   };
   Json j = cars(q.near);
   j["frames"] = q.frames;
+  j["first_lap"] = cars(q.first_lap), j["later_laps"] = cars(q.later_laps);
+  j["debris"] = {{"frames_with_3_points", q.debris_frames}, {"found", q.debris_found}};
   j["detected_of_3_points_interval"] = {q.detected.low, q.detected.high};
   j["by_distance"] = Json::array();
   for (std::size_t b = 0; b < q.by_distance.size(); ++b) {

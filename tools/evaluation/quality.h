@@ -32,6 +32,7 @@ struct Quality {
   int64_t frames = 0, cars_judged = 0;  // cars_judged: car-frames with 5 points or more, the base of the clusters
   CarFrames near;                       // from -100 to +150 m
   metrics::Share detected;              // of near.seen[0], with the interval by event
+  CarFrames first_lap, later_laps;      // of near, before and after the ego has driven the length of the map once
   std::vector<CarFrames> by_distance;   // bins of kQualityBinM from -100 m on; the last one ends at +150 m
 
   double false_detections = 0;               // a frame, from -100 to +150 m
@@ -42,6 +43,9 @@ struct Quality {
   std::map<std::string, double> by_lap;   // only those on the map; pieces of 200 m of its centre line
   int64_t frames_without_car = 0;         // no car from -100 to +150 m
   double false_without_car = 0;           // in each of these, at any distance
+
+  int64_t debris_frames = 0;  // frames that see debris with 3 points or more
+  double debris_found = 0;    // share of them with a detection of class debris on it
 
   double clusters_per_car = 0, mixed_per_car = 0;
   double tpr = 0, ppv = 0, ppv_p5 = 0, f1 = 0;  // means over the scans; 5th percentile

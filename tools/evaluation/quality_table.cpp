@@ -63,6 +63,11 @@ Rows quality_rows(const std::vector<Quality>& columns) {
   });
   add_row(rows, "  bound: share with 3 points", columns,
           [](const Quality& q) { return cli::fixed(q.near.bound(0), 3); });
+  const auto has_laps = [](const Quality& q) { return q.later_laps.seen[0] > 0; };
+  add_row(rows, "  in the first lap", columns,
+          [&](const Quality& q) { return has_laps(q) ? cli::fixed(q.first_lap.detected_share(0), 3) : "-"; });
+  add_row(rows, "  in later laps", columns,
+          [&](const Quality& q) { return has_laps(q) ? cli::fixed(q.later_laps.detected_share(0), 3) : "-"; });
   std::size_t bins = 0;
   for (const Quality& q : columns) bins = std::max(bins, q.by_distance.size());
   for (std::size_t b = 0; b < bins; ++b) {
@@ -82,6 +87,7 @@ Rows quality_rows(const std::vector<Quality>& columns) {
   add_parts(rows, columns, &Quality::by_range, "    at ");
   add_parts(rows, columns, &Quality::by_bank, "    banking ");
   number("  in frames without a car", 3, &Quality::false_without_car);
+  number("debris of 3 points and more found as debris", 3, &Quality::debris_found);
   number("clusters a car", 3, &Quality::clusters_per_car);
   number("mixed clusters a car-frame", 4, &Quality::mixed_per_car);
   number("ground TPR", 3, &Quality::tpr);

@@ -35,7 +35,7 @@ std::string error_section(const Figures& f);
 std::string time_section(const Figures& f);
 std::string claims_section(const std::vector<Figures>& all, const Figures& f);
 std::string oracle_section(const std::vector<Figures>& all, const Figures& f);
-std::string quality_section(const std::vector<Quality>& all);
+std::string quality_section(const std::vector<Quality>& all, const std::vector<Run>& runs);
 std::string scenario_section(const std::vector<Figures>& all, const std::vector<Run>& runs);
 std::string picture_section(const std::map<std::string, NamedPicture>& pictures, const Figures& f,
                             const std::vector<Run>& runs);

@@ -165,7 +165,7 @@ std::string format_report(const std::vector<Figures>& all, const std::vector<Run
   html += paragraph("Figures: variant " + main->variant + " on scenario " + main->scenario + ", " +
                     io::counted(main->runs, "log") + ", " + io::counted(main->frames, "frame") + ", " +
                     cli::fixed(main->seconds, 0) + " s.");
-  html += headline_table(*main) + quality_section(quality) + index_section() + claims_section(all, *main) +
+  html += headline_table(*main) + quality_section(quality, runs) + index_section() + claims_section(all, *main) +
           oracle_section(all, *main) + scenario_section(all, runs) + picture_section(pictures, *main, runs) +
           time_section(*main) + scaling_section(out) + ground_section(*main) + clustering_section(all, *main) +
           detection_section(*main) + error_section(*main) + recordings_section(out) + ways_section() +

@@ -125,7 +125,7 @@ std::string variant_table(const std::vector<Figures>& all, const Figures& f) {
 
 }  // namespace
 
-std::string quality_section(const std::vector<Quality>& all) {
+std::string quality_section(const std::vector<Quality>& all, const std::vector<Run>& runs) {
   const std::string main = main_scenario(all);
   std::string html =
       heading("quality", "Quality of the presets") +
@@ -140,7 +140,13 @@ std::string quality_section(const std::vector<Quality>& all) {
   for (const std::string& scenario : others)
     html += "<details><summary>" + escape_xml(scenario) + "</summary>" +
             table_html(quality_rows(quality_of(all, scenario))) + "</details>\n";
-  return html;
+  std::map<std::string, std::string> configs;
+  for (const Run& run : runs)
+    if (const auto found = run.about.find("config"); found != run.about.end() && !found->second.empty())
+      configs[run.variant] = found->second;
+  Rows rows = {{"configuration", "changes"}};
+  for (const auto& [name, changes] : configs) rows.push_back({name, changes});
+  return rows.size() > 1 ? html + table_html(rows) : html;
 }
 
 std::string claims_section(const std::vector<Figures>& all, const Figures& f) {
