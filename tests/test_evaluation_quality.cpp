@@ -15,6 +15,8 @@
 #include "tools/evaluation/run_logs.h"
 #include "tools/evaluation/variant.h"
 #include "tools/io/error.h"
+#include "tools/io/mcap_reader.h"
+#include "tools/io/mcap_writer.h"
 #include "tools/io/text.h"
 #include "tools/sim/log_writer.h"
 #include "tools/sim/material.h"
@@ -187,6 +189,31 @@ TEST_CASE("columns that a method leaves out: the height of the road, the class, 
 
 namespace {
 
+// A copy of a log that says it is without the map and the ego poses, and is.
+void strip(const std::string& from, const std::string& to) {
+  io::McapReader reader(from);
+  io::McapWriter writer(to);
+  std::map<uint16_t, uint16_t> channels;
+  io::McapMessage message;
+  for (bool begun = false; reader.next(message); begun = true) {
+    if (!begun) {
+      auto about = reader.metadata().at("overtake");
+      about["without"] = "map poses";
+      writer.add_metadata("overtake", about);
+      for (const io::McapAttachment& a : reader.attachments())
+        if (a.name == "rig.toml") writer.add_attachment(a.name, a.media_type, a.data);
+    }
+    const io::McapChannel& channel = reader.channels().at(message.channel_id);
+    if (channel.topic == "/ego/odometry") continue;
+    const io::McapSchema& schema = reader.schemas().at(channel.schema_id);
+    if (channels.count(message.channel_id) == 0)
+      channels[message.channel_id] = writer.add_channel(writer.add_schema(schema.name, schema.encoding, schema.data),
+                                                        channel.topic, channel.message_encoding);
+    writer.write(channels[message.channel_id], message.log_ns, message.data, message.publish_ns);
+  }
+  writer.close();
+}
+
 void simulate(const std::string& path) {
   const sim::Scenario scenario = sim::load_scenario("overtake");
   sim::Simulator simulator(scenario, 1, 0.4, 2);
@@ -283,4 +310,15 @@ TEST_CASE(
   CHECK(std::fabs(mean_across(by_truth) - mean_across(published)) > 0.001);
   const Run blind = run_of("all", "paper:no_poses");
   CHECK(blind.tables.at("centres").rows() > 2);
+
+  // A log that holds neither map nor poses is evaluated as if both conditions were given.
+  strip(folder.path("race.mcap"), folder.path("bare.mcap"));
+  options.logs = {folder.path("bare.mcap")}, options.presets = {"paper"}, options.out = folder.path("bare");
+  options.compare_every = 1;
+  REQUIRE(run_logs(options));
+  const Run bare = run_of("bare", "paper");
+  CHECK(bare.about.count("lap_m") == 0);
+  CHECK(bare.tables.at("centres").rows() > 2);
+  CHECK(bare.tables.at("detections").rows() > all.tables.at("detections").rows());  // no map gate
+  CHECK(bare.tables.at("scans").cells == all.tables.at("scans").cells);
 }

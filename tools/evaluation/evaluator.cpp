@@ -131,7 +131,10 @@ void Evaluator::skip(const ovt_frame_info& info, ovt_reader* reader) {
 // The positions of the cars for the points of a frame: those at its middle, so that a point is off by at most the cars'
 // motion relative to the ego in half a frame.
 void Evaluator::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
-  const std::vector<CarPlace> places = place_cars(cars_at(info.first_stamp_ns + log_.rig().period_ns() / 2));
+  const std::vector<CarTruth> cars = cars_at(info.first_stamp_ns + log_.rig().period_ns() / 2);
+  const CarTruth* const ego = ego_of(cars);
+  const int32_t own = ego ? ego->car : -1;
+  const std::vector<CarPlace> places = place_cars(cars);
   ClusterTally tally(places);
   struct Seam {
     int64_t points = 0;
@@ -180,7 +183,7 @@ void Evaluator::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
       const int32_t row = labels.cluster_of_label[label];  // -1: the table was full; it still counts
       const int64_t cluster = row >= 0 ? row : -1 - (int64_t(sensor) << 32 | label);
       tally.add(cluster, at, kind, car);
-      if (known) ++surfaces_[cluster][car >= 0 ? uint16_t(sim::Surface::car) : surface];
+      if (known) ++surfaces_[cluster][car < 0 ? surface : car == own ? kOwnCar : uint16_t(sim::Surface::car)];
       if (car >= 0) ++seams[car][sensor].points, seams[car][sensor].clusters.insert(cluster);
     }
     if (known) tables_["scans"].add({frame_number_, double(sensor), tp, fp, fn, tn, none});

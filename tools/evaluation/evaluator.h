@@ -52,7 +52,8 @@ inline constexpr double kGateM = 4.0, kNearestM = -100, kFarthestM = 150;
 // The kind of a surface. Noise (smoke, blooming) counts as ground: nothing to find, as in the paper.
 Kind kind_of(uint16_t surface);
 inline bool is_positive(Kind kind) { return kind == Kind::kCar || kind == Kind::kObstacle; }
-int32_t car_of(uint16_t surface);  // -1: not a car
+int32_t car_of(uint16_t surface);        // -1: not a car
+inline constexpr uint16_t kOwnCar = 99;  // surface of the ego's own points in the table of false detections
 
 // The points of a frame that have a label, vehicle frame.
 struct CloudPoints {

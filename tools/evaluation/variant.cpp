@@ -135,7 +135,8 @@ Variant::Variant(const std::string& name, const TruthLog& log, const std::string
   if (variant_ == "ground") config.params.ground_threshold_rad = 0;
   params_ = config.params;
   evaluator_ = std::make_unique<Evaluator>(log, config.params, variant_ == "late_truth" ? log.rig().period_ns() : 0);
-  if (variant_ == "ego" || variant_ == "no_poses") evaluator_->use_poses(true_poses_);
+  without_poses_ = variant_ == "no_poses" || (variant_ != "ego" && lacks(log, "poses"));
+  if (variant_ == "ego" || without_poses_) evaluator_->use_poses(true_poses_);
   if (variant_ == "heading" || variant_ == "clusters" || variant_ == "relay")
     replay_ = std::make_unique<TrackerReplay>(variant_, log, config);
   session_ = std::make_unique<cli::Session>(config, &Variant::on_frame, this);
@@ -175,7 +176,7 @@ void Variant::push_poses(int64_t until_ns) {
   std::vector<io::EgoRow> rows;
   if (variant_ == "ego") {
     rows = true_poses(until_ns);
-  } else if (variant_ == "no_poses") {
+  } else if (without_poses_) {
     true_poses(until_ns);
   } else {
     const auto& poses = log_.poses();

@@ -75,6 +75,7 @@ class Variant {
   std::vector<io::EgoRow> true_poses(int64_t until_ns);
 
   std::string name_, variant_;
+  bool without_poses_ = false;
   const TruthLog& log_;
   int32_t every_;
   int64_t frames_ = 0;
