@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // overtake evaluate: presets on simulated logs against their truth.
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -30,6 +31,9 @@ int evaluate(const EvaluateOptions& given) {
   EvaluateOptions options = given;
   if (options.logs.empty() && options.recordings.empty() && !options.check)
     throw CLI::RequiredError("LOG or --recordings");
+  for (const auto& [name, file] : evaluation::read_configs(options.configs))
+    if (std::find(options.presets.begin(), options.presets.end(), name) == options.presets.end())
+      options.presets.push_back(name);
   const std::string preset = options.presets.empty() ? "paper" : options.presets[0];
   if (options.all_variants)
     for (const std::string& variant : evaluation::variant_names()) options.presets.push_back(preset + ":" + variant);
@@ -37,9 +41,11 @@ int evaluate(const EvaluateOptions& given) {
     evaluation::variants_to_run(options);
     return 0;
   }
-  if (options.presets.empty() && !options.logs.empty() && !options.tune) throw CLI::RequiredError("--preset");
+  if (options.presets.empty() && !options.logs.empty() && !options.tune)
+    throw CLI::RequiredError("--preset or --config");
   io::OutputGuard guard(options.force);
   for (const std::string& log : options.logs) guard.add_input(log);
+  for (const std::string& file : options.configs) guard.add_input(file);
   guard.add_input(options.rig);
   guard.add_input(options.map);
   if (!options.recordings.empty()) guard.add_input_tree(options.recordings);
@@ -82,7 +88,13 @@ void add_evaluate_options(CLI::App& command, EvaluateOptions& options) {
   command
       .add_option("--preset", options.presets,
                   "NAME or NAME:VARIANT, several with commas; variants (oracles and controls): " +
-                      io::join(evaluation::variant_names(), ", "))
+                      io::join(evaluation::variant_names(), ", ") +
+                      "; conditions: " + io::join(evaluation::condition_names(), ", "))
+      ->delimiter(',');
+  command
+      .add_option("--config", options.configs,
+                  "TOML files with parameters (overtake run writes such files), several with commas; each is named by "
+                  "its file, and NAME:VARIANT works as with presets")
       ->delimiter(',');
   command.add_flag("--variants", options.all_variants, "the first preset with every variant as well");
   command.add_option("--out", options.out, "folder for the results; keeps runs of this build with the same options")
@@ -91,6 +103,13 @@ void add_evaluate_options(CLI::App& command, EvaluateOptions& options) {
   command.add_option("--every", options.every, "sweep and baselines use every N-th frame")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  command
+      .add_option("--compare-every", options.compare_every,
+                  "compare every N-th frame with the truth; the presets still get all frames")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command.add_flag("--only-figures", options.only_figures,
+                   "no baselines, times or pictures, and all presets at the same time: the fastest way to the table");
   command.add_option("--frames", options.most_frames, "end each log after this number of frames")
       ->check(CLI::Range(1, 1000000000));
   command.add_option("--workers", options.workers, "parallel runs, 0: one per CPU; the results are the same")

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "tools/client/session.h"
+#include "tools/evaluation/detection_columns.h"
 #include "tools/evaluation/metrics/consistency.h"
 #include "tools/evaluation/numbers.h"
 #include "tools/sim/material.h"
@@ -44,6 +45,10 @@ Tables make_tables() {
   t["tracks"] =
       Table({"frame", "time_s", "id", "confirmed", "car", "ahead_m", "x_m", "y_m", "x_map_m", "y_map_m", "x_veh_m",
              "y_veh_m", "speed_mps", "heading_rad", "course_rad", "yaw_rate_rps", "nees", "age_s"});
+  t["centres"] = Table({"frame", "car", "along_m", "across_m", "square"});
+  t["false_detections"] =
+      Table({"frame", "ahead_m", "left_m", "range_m", "points", "surface", "map_s_m", "map_d_m", "bank_deg"});
+  t["debris"] = Table({"frame", "points", "detections"});
   t["innovations"] = Table({"frame", "car", "nis"});
   t["boxes"] = Table({"frame", "mixed_by_size"});
   t["seams"] = Table({"frame", "car", "sensors", "joined"});
@@ -82,10 +87,15 @@ void Evaluator::add(ovt_reader* reader, const Replayed* relayed) {
   if (info.sensor_mask == 0) return;  // a prediction over a gap
   if (!frame_) throw std::runtime_error("received a frame that was not pushed");
   if (first_ns_ < 0) first_ns_ = info.first_stamp_ns;
+  if (frame_->scans.frame % compare_every_ != 0) {
+    skip(info, relayed ? relayed->tracks : reader);
+    return;
+  }
   frame_number_ = double(frame_->scans.frame);
   const int64_t publish_ns = info.first_stamp_ns + log_.rig().period_ns();
   time_s_ = double(publish_ns - first_ns_) * 1e-9;
-  points_.clear(), clusters_.clear(), boxed_.clear(), detected_.clear(), tentative_.clear(), confirmed_.clear();
+  points_.clear(), clusters_.clear(), surfaces_.clear(), debris_points_ = 0, debris_found_ = 0, boxed_.clear(),
+                                                         detected_.clear(), tentative_.clear(), confirmed_.clear();
   const std::vector<CarTruth> cars = cars_at(publish_ns);
   const CarTruth* ego = ego_of(cars);
   if (!ego) return;  // after the end of the truth
@@ -98,7 +108,8 @@ void Evaluator::add(ovt_reader* reader, const Replayed* relayed) {
   if (ovt_reader* const of_tracks = relayed ? relayed->tracks : reader)
     cli::check(ovt_read_tracks(of_tracks, publish_ns, &tracks), "tracks");
   add_tracks(info, tracks, cars);
-  add_times(reader);
+  if (with_times_) add_times(reader);
+  if (debris_points_ > 0) tables_["debris"].add({frame_number_, double(debris_points_), double(debris_found_)});
   const auto by_truth = [&](double count) { return frame_->surface.empty() ? kNan : count; };
   for (const CarTruth& c : cars) {
     if (c.is_ego) continue;
@@ -109,10 +120,21 @@ void Evaluator::add(ovt_reader* reader, const Replayed* relayed) {
   }
 }
 
+// A frame that is not compared: only the innovations of the next one need its tracks.
+void Evaluator::skip(const ovt_frame_info& info, ovt_reader* reader) {
+  ovt_tracks tracks{};
+  if (reader) cli::check(ovt_read_tracks(reader, info.first_stamp_ns + log_.rig().period_ns(), &tracks), "tracks");
+  prior_.clear();
+  if (info.reference == OVT_REFERENCE_MAP) remember_tracks(tracks);
+}
+
 // The positions of the cars for the points of a frame: those at its middle, so that a point is off by at most the cars'
 // motion relative to the ego in half a frame.
 void Evaluator::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
-  const std::vector<CarPlace> places = place_cars(cars_at(info.first_stamp_ns + log_.rig().period_ns() / 2));
+  const std::vector<CarTruth> cars = cars_at(info.first_stamp_ns + log_.rig().period_ns() / 2);
+  const CarTruth* const ego = ego_of(cars);
+  const int32_t own = ego ? ego->car : -1;
+  const std::vector<CarPlace> places = place_cars(cars);
   ClusterTally tally(places);
   struct Seam {
     int64_t points = 0;
@@ -139,6 +161,7 @@ void Evaluator::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
       const Kind kind = known ? kind_of(surface) : Kind::kGround;
       const int32_t label = labels.label[i], car = known ? car_of(surface) : -1;
       if (car >= 0) ++points_[car];
+      debris_points_ += surface == uint16_t(sim::Surface::debris);
       if (label < 0) {
         ++none;
         continue;
@@ -160,6 +183,7 @@ void Evaluator::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
       const int32_t row = labels.cluster_of_label[label];  // -1: the table was full; it still counts
       const int64_t cluster = row >= 0 ? row : -1 - (int64_t(sensor) << 32 | label);
       tally.add(cluster, at, kind, car);
+      if (known) ++surfaces_[cluster][car < 0 ? surface : car == own ? kOwnCar : uint16_t(sim::Surface::car)];
       if (car >= 0) ++seams[car][sensor].points, seams[car][sensor].clusters.insert(cluster);
     }
     if (known) tables_["scans"].add({frame_number_, double(sensor), tp, fp, fn, tn, none});
@@ -189,14 +213,39 @@ void Evaluator::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
   }
 }
 
+// The surface of most points of a cluster, the first one of equals; -1 unknown.
+int32_t Evaluator::main_surface(int32_t cluster) const {
+  const auto found = surfaces_.find(cluster);
+  int32_t best = -1;
+  int64_t most = 0;
+  if (found == surfaces_.end()) return -1;
+  for (const auto& [surface, points] : found->second)
+    if (points > most) most = points, best = surface;
+  return best;
+}
+
+void Evaluator::add_false_detection(const ovt_detections& d, int32_t i, const CarTruth* ego) {
+  const bool on_map = d.map_s_m && d.map_d_m && (d.map_s_m[i] != 0 || d.map_d_m[i] != 0);
+  tables_["false_detections"].add({frame_number_, double(d.x_m[i]), double(d.y_m[i]),
+                                   std::hypot(double(d.x_m[i]), double(d.y_m[i])), double(d.point_count[i]),
+                                   double(d.cluster ? main_surface(d.cluster[i]) : -1),
+                                   on_map ? double(d.map_s_m[i]) : kNan, on_map ? double(d.map_d_m[i]) : kNan,
+                                   ego ? io::deg(ego->roll_rad) : kNan});
+}
+
 void Evaluator::add_detections(const ovt_frame_info& info, const ovt_detections& d) {
   for (int32_t i = 0; i < d.count; ++i) {
-    const io::EgoRow pose = pose_at(log_.poses(), d.stamp_ns[i]);
-    const MapPlace at = to_map(pose, double(d.x_m[i]), double(d.y_m[i]), double(d.z_m[i]), double(d.heading_rad[i]));
+    const io::EgoRow pose = pose_at(poses(), d.stamp_ns[i]);
+    const MapPlace at = to_map(pose, double(d.x_m[i]), double(d.y_m[i]), height_of(d, i), double(d.heading_rad[i]));
     const double x = at.x_m, y = at.y_m, heading = at.heading_rad;
     const std::vector<CarTruth> cars = cars_at(d.stamp_ns[i]);
-    const int32_t c = info.ego_known ? nearest_car(cars, x, y) : -1;
+    const int32_t c = (info.ego_known || poses_) && !is_debris(d, i) ? nearest_car(cars, x, y) : -1;
     const CarTruth* ego = ego_of(cars);
+    if (is_debris(d, i)) {  // neither finds a car nor is false where debris or a car is
+      const int32_t surface = d.cluster ? main_surface(d.cluster[i]) : -1;
+      debris_found_ += surface == int32_t(sim::Surface::debris);
+      if (surface == int32_t(sim::Surface::debris) || surface == int32_t(sim::Surface::car)) continue;
+    }
     double ex = kNan, ey = kNan, along = kNan, across = kNan, turn = kNan;
     if (c >= 0 && ego) {
       const CarTruth& car = cars[std::size_t(c)];
@@ -204,7 +253,12 @@ void Evaluator::add_detections(const ovt_frame_info& info, const ovt_detections&
       const double ce = std::cos(ego->heading_rad), se = std::sin(ego->heading_rad);
       along = ce * ex + se * ey, across = ce * ey - se * ex;
       ++detected_[car.car];
+      const double cc = std::cos(car.heading_rad), sc = std::sin(car.heading_rad);
+      const Rotation axes = axes_of(ego->roll_rad, ego->pitch_rad, ego->heading_rad);
+      tables_["centres"].add(
+          {frame_number_, double(car.car), cc * ex + sc * ey, cc * ey - sc * ex, square_of(d, i, axes, ex, ey)});
     }
+    if (c < 0) add_false_detection(d, i, ego);
     tables_["detections"].add({frame_number_, c < 0 ? -1.0 : double(cars[std::size_t(c)].car), double(d.x_m[i]),
                                double(d.y_m[i]), double(d.point_count[i]), double(d.heading_source[i]), ex, ey, along,
                                across, turn});
@@ -245,9 +299,14 @@ void Evaluator::add_tracks(const ovt_frame_info& info, const ovt_tracks& t, cons
                            c < 0 ? -1.0 : double(cars[std::size_t(c)].car), seen.ahead_m, t.x_m[i], t.y_m[i], e[0],
                            e[1], along, across, e[2], heading, e[3], e[4], nees,
                            double(t.publish_ns - t.measured_ns[i]) * 1e-9});
+  }
+  remember_tracks(t);
+}
+
+void Evaluator::remember_tracks(const ovt_tracks& t) {
+  for (int32_t i = 0; i < t.count; ++i)
     prior_[t.id[i]] = {t.x_m[i],           t.y_m[i],           t.speed_mps[i],     t.course_rad[i],
                        t.covariance[0][i], t.covariance[1][i], t.covariance[2][i], t.publish_ns};
-  }
 }
 
 void Evaluator::add_times(ovt_reader* reader) {

@@ -15,6 +15,11 @@
 //   ego         one per frame: the true speed and yaw rate
 //   detections  one per detection: position, its car (-1 none) and its errors
 //   tracks      one per track: the same with speed, course, yaw rate, NEES, age of its data
+//   centres     one per detection at a car: the error of its centre in the axes of the car, and its square in units of the
+//               published covariance (NaN without one)
+//   debris      one per frame that sees debris: its points, and detections of class debris on it
+//   false_detections   one per detection at no car: position, the surface of most of its points (-1 unknown), its
+//               place on the map, the roll of the ego
 //   innovations one per detection that updated a track: NIS
 //   times       one per stage that ran: nanoseconds
 // and, on every N-th frame (evaluator_baselines.cpp), for the points with a label:
@@ -26,7 +31,8 @@
 //
 // Detections are compared with the truth at their own stamp, tracks at publish time, which is the end of the frame: its
 // first stamp plus a period. Errors are estimate minus truth, in the map; "veh" is the same error rotated to the true
-// ego's frame. A detection or a track is at the nearest car within the gate, else false.
+// ego's frame. A detection or a track is at the nearest car within the gate, else false. A detection of class debris is
+// at no car, and false unless most of its points are of debris or of a car; a right one is in no table of detections.
 #pragma once
 
 #include <map>
@@ -46,7 +52,8 @@ inline constexpr double kGateM = 4.0, kNearestM = -100, kFarthestM = 150;
 // The kind of a surface. Noise (smoke, blooming) counts as ground: nothing to find, as in the paper.
 Kind kind_of(uint16_t surface);
 inline bool is_positive(Kind kind) { return kind == Kind::kCar || kind == Kind::kObstacle; }
-int32_t car_of(uint16_t surface);  // -1: not a car
+int32_t car_of(uint16_t surface);        // -1: not a car
+inline constexpr uint16_t kOwnCar = 99;  // surface of the ego's own points in the table of false detections
 
 // The points of a frame that have a label, vehicle frame.
 struct CloudPoints {
@@ -76,6 +83,13 @@ class Evaluator {
   // Evaluates the baselines (tools/evaluation/baselines) on every N-th of the same clouds; 0: never.
   void use_baselines(int32_t every) { baselines_every_ = every; }
 
+  // Only every N-th frame is compared with the truth; the pipeline still gets all of them.
+  void compare_every(int32_t frames) { compare_every_ = frames; }
+  // Leaves out the table of times.
+  void leave_out_times() { with_times_ = false; }
+  // The ego poses that the pipeline got, if they are not those of the log; they outlive the evaluator.
+  void use_poses(const std::vector<PublishedPose>& poses) { poses_ = &poses; }
+
   // Call before the scans of this frame are pushed.
   void expect(const LogFrame& frame) { frame_ = &frame; }
   void expect_nothing() { frame_ = nullptr; }
@@ -90,18 +104,25 @@ class Evaluator {
     double x_m, y_m, speed_mps, course_rad, xx, xy, yy;
     int64_t stamp_ns;
   };
+  void skip(const ovt_frame_info& info, ovt_reader* reader);
   void add_labels(ovt_reader* reader, const ovt_frame_info& info);
   void add_detections(const ovt_frame_info& info, const ovt_detections& detections);
+  void add_false_detection(const ovt_detections& detections, int32_t row, const CarTruth* ego);
   void add_tracks(const ovt_frame_info& info, const ovt_tracks& tracks, const std::vector<CarTruth>& cars);
+  void remember_tracks(const ovt_tracks& tracks);
   void add_times(ovt_reader* reader);
   void add_ground_baselines(const CloudPoints& cloud);
   void add_euclid(const CloudPoints& cloud);
 
+  int32_t main_surface(int32_t cluster) const;
+  const std::vector<PublishedPose>& poses() const { return poses_ ? *poses_ : log_.poses(); }
   std::vector<CarTruth> cars_at(int64_t stamp_ns) const { return log_.cars_at(stamp_ns + truth_shift_ns_); }
 
   const TruthLog& log_;
   const int64_t truth_shift_ns_;
-  int32_t baselines_every_ = 0;
+  int32_t baselines_every_ = 0, compare_every_ = 1;
+  bool with_times_ = true;
+  const std::vector<PublishedPose>* poses_ = nullptr;  // null: those of the log
   const double r_x_, r_y_;
   const LogFrame* frame_ = nullptr;
   Tables tables_;
@@ -110,6 +131,8 @@ class Evaluator {
   double frame_number_ = 0, time_s_ = 0;
   // Of the current frame, by car.
   std::map<int32_t, int64_t> points_, clusters_, boxed_, detected_, tentative_, confirmed_;
+  std::map<int64_t, std::map<uint16_t, int64_t>> surfaces_;  // points of each cluster, by surface
+  int64_t debris_points_ = 0, debris_found_ = 0;
   CloudPoints due_;  // for the baselines
   bool is_due_ = false;
 };

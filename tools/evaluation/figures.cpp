@@ -204,6 +204,11 @@ bool is_simulated(const Run& run) {
   return said == run.about.end() || said->second != "false";
 }
 
+std::string scenario_of(const Run& run) {
+  const auto scenario = run.about.find("scenario");
+  return scenario == run.about.end() ? run.log : scenario->second;
+}
+
 Origin origin_of(const std::vector<Run>& runs) {
   const auto simulated = std::count_if(runs.begin(), runs.end(), is_simulated);
   if (simulated == std::ptrdiff_t(runs.size())) return Origin::kSimulated;
@@ -212,10 +217,7 @@ Origin origin_of(const std::vector<Run>& runs) {
 
 std::vector<Figures> make_figures(const std::vector<Run>& runs) {
   std::map<std::pair<std::string, std::string>, std::vector<const Run*>> groups;
-  for (const Run& run : runs) {
-    const auto scenario = run.about.find("scenario");
-    groups[{run.variant, scenario == run.about.end() ? run.log : scenario->second}].push_back(&run);
-  }
+  for (const Run& run : runs) groups[{run.variant, scenario_of(run)}].push_back(&run);
   std::vector<Figures> all;
   for (const auto& [key, members] : groups) {
     Figures f;
@@ -238,7 +240,9 @@ std::vector<Figures> make_figures(const std::vector<Run>& runs) {
       const auto every = run.about.find("every");
       if (every != run.about.end() && every->second != "none") f.every.insert(every->second);
       const auto period = run.about.find("period_s");
-      f.seconds += frames * (period == run.about.end() ? 0.05 : std::stod(period->second));
+      const auto compared = run.about.find("compared");  // every N-th frame
+      f.seconds += frames * (period == run.about.end() ? 0.05 : std::stod(period->second)) *
+                   (compared == run.about.end() ? 1 : std::stod(compared->second));
       add_ground(run.tables.at("scans"), f.ground);
       add_ground(run.tables.at("grid"), f.grid);
       add_ground(run.tables.at("auto_label"), f.auto_label);

@@ -23,6 +23,7 @@ inline constexpr double kMovesM = 1.5;       // of a car per frame, relative to 
 
 enum class Origin { kSimulated, kRecorded, kMixed };
 bool is_simulated(const Run& run);
+std::string scenario_of(const Run& run);  // its log's name if it has none
 Origin origin_of(const std::vector<Run>& runs);
 
 struct GroundFigures {

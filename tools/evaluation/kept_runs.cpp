@@ -76,8 +76,13 @@ std::string why_not_kept(const std::string& folder, const About& wanted) {
   } catch (const io::Error&) {
     return "a damaged about.json";
   }
-  const About words = {
-      {"commit", "build"}, {"every", "--every"}, {"frame_limit", "--frames"}, {"input", "log, rig or map"}};
+  const About words = {{"commit", "build"},
+                       {"every", "--every"},
+                       {"frame_limit", "--frames"},
+                       {"input", "log, rig or map"},
+                       {"compared", "--compare-every"},
+                       {"extent", "--only-figures"},
+                       {"config", "--config"}};
   std::vector<std::string> differ;
   for (const auto& [key, value] : wanted)
     if (found[key] != value) differ.push_back(words.count(key) ? words.at(key) : key);

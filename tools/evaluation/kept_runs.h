@@ -7,6 +7,9 @@
 //   every        interval in frames of a run of a sweep, or of the baselines beside the run; "none": every frame, no
 //                baselines
 //   frame_limit  --frames, or "none"
+//   compared     "N": every N-th frame was compared with the truth (--compare-every)
+//   extent       "whole", or "figures": no baselines, times or pictures (--only-figures)
+//   config       what a configuration of --config changes; "" for a preset
 //   input        hash of the log, and of its rig and map
 //   cpu          the CPU of the times
 //

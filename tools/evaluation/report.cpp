@@ -13,6 +13,7 @@
 #include "tools/evaluation/figures.h"
 #include "tools/evaluation/kept_runs.h"
 #include "tools/evaluation/measures_json.h"
+#include "tools/evaluation/quality.h"
 #include "tools/evaluation/report_html.h"
 #include "tools/evaluation/report_pages.h"
 #include "tools/io/text.h"
@@ -142,6 +143,12 @@ void write_report(const std::string& out, bool print) {
   std::set<std::string> cpus;  // of the runs: the reporting machine may be another one
   for (const Figures& f : all) cpus.insert(f.cpus.begin(), f.cpus.end());
   times["cpu"] = io::join({cpus.begin(), cpus.end()}, ", ");
+  const std::vector<Quality> quality = find_quality(runs);
+  metrics["quality"] = Json::array();
+  for (const Quality& q : quality) {
+    metrics["quality"].push_back(json_of(q));
+    metrics["quality"].back()["contestant"] = q.variant, metrics["quality"].back()["scenario"] = q.scenario;
+  }
   for (const Figures& f : all) {
     metrics["figures"].push_back(json_of(f));
     for (const auto& [stage, values] : f.times_ms)
@@ -155,7 +162,7 @@ void write_report(const std::string& out, bool print) {
   std::vector<std::string> folders;
   for (const Run& run : runs) folders.push_back(run.folder);
   auto pictures = best_pictures(folders);
-  io::write_whole_file(out + "/report.html", format_report(all, runs, pictures, out));
+  io::write_whole_file(out + "/report.html", format_report(all, runs, quality, pictures, out));
   if (const Figures* main = main_figures(all)) pictures["detection"].svg = detection_plot(*main);
   cli::make_folder(out + "/pictures");
   for (const auto& [name, picture] : pictures) io::write_whole_file(out + "/pictures/" + name + ".svg", picture.svg);
@@ -171,8 +178,9 @@ void write_report(const std::string& out, bool print) {
                cli::fixed(t.hota.hota, 3), cli::fixed(t.gospa_m.mean, 2), cli::fixed(t.time_to_confirm_s.median, 2),
                cli::fixed(t.false_per_hour, 0), std::to_string(t.mot.switches)});
   }
-  std::printf("%s\n%s Written to %s: report.html metrics.json times.json detection_by_distance.csv errors.csv runs/\n",
-              table.format().c_str(),
+  std::printf("%s", table.format().c_str());
+  print_quality(quality);
+  std::printf("\n%s Written to %s: report.html metrics.json times.json detection_by_distance.csv errors.csv runs/\n",
               origin == Origin::kSimulated  ? "All of it simulated."
               : origin == Origin::kRecorded ? "All of it recorded."
                                             : "Some of it simulated, some recorded: each run's about.json says which.",

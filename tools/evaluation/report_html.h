@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tools/evaluation/figures.h"
+#include "tools/evaluation/quality.h"
 #include "tools/evaluation/snapshot_picker.h"
 
 namespace overtake::evaluation {
@@ -16,8 +17,6 @@ inline constexpr const char* kBlue = "#2f7fd0";
 inline constexpr const char* kOrange = "#e07b16";
 inline constexpr const char* kGreen = "#2f9e44";
 inline constexpr const char* kPurple = "#9b5fc0";
-
-using Rows = std::vector<std::vector<std::string>>;  // the first is the header
 
 std::string table_html(const Rows& rows);
 std::string paragraph(const std::string& text);
@@ -36,6 +35,7 @@ std::string error_section(const Figures& f);
 std::string time_section(const Figures& f);
 std::string claims_section(const std::vector<Figures>& all, const Figures& f);
 std::string oracle_section(const std::vector<Figures>& all, const Figures& f);
+std::string quality_section(const std::vector<Quality>& all, const std::vector<Run>& runs);
 std::string scenario_section(const std::vector<Figures>& all, const std::vector<Run>& runs);
 std::string picture_section(const std::map<std::string, NamedPicture>& pictures, const Figures& f,
                             const std::vector<Run>& runs);

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstring>
 #include <map>
+#include <set>
 
 #include "tools/client/console.h"
 #include "tools/evaluation/first_seen.h"
@@ -123,6 +124,30 @@ std::string variant_table(const std::vector<Figures>& all, const Figures& f) {
 }
 
 }  // namespace
+
+std::string quality_section(const std::vector<Quality>& all, const std::vector<Run>& runs) {
+  const std::string main = main_scenario(all);
+  std::string html =
+      heading("quality", "Quality of the presets") +
+      paragraph(
+          "The share of car-frames that are detected where the car has 3 points or more, false detections, "
+          "clusters, ground and centre errors; tools/evaluation/README.md defines each figure.");
+  if (main == "all") html += table_html(scenario_rows(all));
+  html += table_html(quality_rows(quality_of(all, main)));
+  std::set<std::string> others;
+  for (const Quality& q : all)
+    if (q.scenario != main) others.insert(q.scenario);
+  for (const std::string& scenario : others)
+    html += "<details><summary>" + escape_xml(scenario) + "</summary>" +
+            table_html(quality_rows(quality_of(all, scenario))) + "</details>\n";
+  std::map<std::string, std::string> configs;
+  for (const Run& run : runs)
+    if (const auto found = run.about.find("config"); found != run.about.end() && !found->second.empty())
+      configs[run.variant] = found->second;
+  Rows rows = {{"configuration", "changes"}};
+  for (const auto& [name, changes] : configs) rows.push_back({name, changes});
+  return rows.size() > 1 ? html + table_html(rows) : html;
+}
 
 std::string claims_section(const std::vector<Figures>& all, const Figures& f) {
   return heading("claims", "What the paper says, and what is seen here") +

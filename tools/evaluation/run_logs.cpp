@@ -46,13 +46,50 @@ void rename_folders(const std::string& out) {
 
 bool is_done(const std::string& folder) { return fs::exists(folder + "/about.json"); }
 
+// The length of a closed centre line; 0 for others.
+double lap_of(const io::MapData& map) {
+  double length = 0;
+  for (std::size_t i = 0; map.closed && i < map.x_m.size(); ++i) {
+    const std::size_t next = (i + 1) % map.x_m.size();
+    length += std::hypot(map.x_m[next] - map.x_m[i], map.y_m[next] - map.y_m[i]);
+  }
+  return length;
+}
+
+// What the configuration of a variant changes in its preset, one change a line; "" for a preset.
+std::string config_text(const RunOptions& options, const std::string& name) {
+  const ConfigFiles files = read_configs(options.configs);
+  const auto file = files.find(name.substr(0, name.find_first_of(":@")));
+  if (file == files.end()) return "";
+  cli::Options of_file, of_preset;
+  of_file.config = file->second;
+  const cli::Config config = cli::load_config(of_file);
+  of_preset.preset = config.preset;
+  std::string text = "preset = " + config.preset;
+  const cli::Config plain = cli::load_config(of_preset);
+  for (int32_t i = 0; i < ovt_param_count(); ++i) {
+    ovt_param_info info;
+    ovt_describe_param(i, &info);
+    double given = 0, usual = 0;
+    ovt_get_param(&config.params, info.name, &given), ovt_get_param(&plain.params, info.name, &usual);
+    if (given == usual || std::string_view(info.name) == "frame.period_s") continue;
+    text += "\n" + std::string(info.name) + " = ";
+    io::append_number(text, given);
+  }
+  return text;
+}
+
 // The inputs that a kept run must have.
 About wanted_of(const RunOptions& options, const std::string& name, bool with_baselines, const std::string& input) {
   ovt_build_info build;
   ovt_read_build_info(&build);
   return {{"commit", build.commit},
-          {"every", with_baselines || is_of_sweep(name) ? std::to_string(options.every) : "none"},
+          {"every",
+           (with_baselines && !options.only_figures) || is_of_sweep(name) ? std::to_string(options.every) : "none"},
+          {"compared", std::to_string(options.compare_every)},
+          {"extent", options.only_figures ? "figures" : "whole"},
           {"frame_limit", options.most_frames == INT64_MAX ? "none" : std::to_string(options.most_frames)},
+          {"config", config_text(options, name)},
           {"input", input}};
 }
 
@@ -95,12 +132,19 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
     io::write_whole_file(map_file, log.map_text());
     io::commit_outputs();
   }
+  const double lap_m = map_file.empty() ? 0 : lap_of(io::read_map(map_file));
+  const ConfigFiles files = read_configs(options.configs);
   std::vector<std::unique_ptr<Variant>> variants;
   for (const std::string& name : todo)
-    variants.push_back(std::make_unique<Variant>(name, log, map_file, options.every));
-  variants[0]->evaluator().use_baselines(todo[0] == names[0] ? options.every : 0);
-  for (auto& variant : variants)
-    if (variant->name().find_first_of(":@") == std::string::npos) variant->take_pictures();
+    variants.push_back(std::make_unique<Variant>(name, log, map_file, options.every, files));
+  if (!options.only_figures) variants[0]->evaluator().use_baselines(todo[0] == names[0] ? options.every : 0);
+  for (auto& variant : variants) {
+    if (!is_of_sweep(variant->name())) variant->evaluator().compare_every(options.compare_every);
+    if (options.only_figures)
+      variant->evaluator().leave_out_times();
+    else if (variant->name().find_first_of(":@") == std::string::npos)
+      variant->take_pictures();
+  }
 
   cli::Progress progress(1000, options.quiet);
   if (options.progress_s >= 0) progress.print_lines(log_name + ": evaluated", options.progress_s);
@@ -110,9 +154,12 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
   for (; frames < options.most_frames && log.next(frame); ++frames) {
     if (cli::interrupted()) return false;
     // The first variant runs alone, because the report uses its times. All others run at the same time after it.
-    if (variants[0]->takes(frames)) variants[0]->push(frame);
-    std::vector<std::function<void()>> jobs = {[&] { variants[0]->evaluator().evaluate_baselines(); }};
-    for (std::size_t k = 1; k < variants.size(); ++k)
+    std::vector<std::function<void()>> jobs;
+    if (!options.only_figures) {
+      if (variants[0]->takes(frames)) variants[0]->push(frame);
+      jobs.push_back([&] { variants[0]->evaluator().evaluate_baselines(); });
+    }
+    for (std::size_t k = options.only_figures ? 0 : 1; k < variants.size(); ++k)
       if (variants[k]->takes(frames)) jobs.push_back([&, k] { variants[k]->push(frame); });
     workers.for_each(int32_t(jobs.size()), [&](int32_t k) { jobs[std::size_t(k)](); });
     progress.show(int64_t(1000 * log.progress()));
@@ -129,6 +176,7 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
     for (const auto& [key, value] : wanted[variant->name()]) about[key] = value;
     about["contestant"] = variant->name();
     about["frames"] = std::to_string(variant->frames());
+    if (lap_m > 0) about["lap_m"] = nlohmann::json(lap_m).dump();
     about["period_s"] = nlohmann::json(log.rig().period_s).dump();
     about["damage"] = log.damage();
     about["cpu"] = cpu_name();
@@ -170,14 +218,33 @@ std::vector<std::string> sweep_values(const std::string& text) {
   return values;
 }
 
+ConfigFiles read_configs(const std::vector<std::string>& files) {
+  ConfigFiles out;
+  for (const std::string& file : files) {
+    const std::string name =
+        fs::path(file).extension() == ".toml" ? fs::path(file).stem().string() : fs::path(file).filename().string();
+    if (name.empty() || name.find_first_of(":@+,") != std::string::npos)
+      throw io::Error("--config " + file, 0, "the file's name is that of the configuration: without : @ + and ,");
+    for (int32_t i = 0; ovt_preset_name(i); ++i)
+      if (name == ovt_preset_name(i)) throw io::Error("--config " + file, 0, "has the name of a preset");
+    if (!out.emplace(name, file).second)
+      throw io::Error("--config " + file, 0, "two configurations have the name '" + name + "'");
+  }
+  return out;
+}
+
 std::vector<std::string> variants_to_run(const RunOptions& options) {
-  if (options.presets.empty()) throw io::Error("--preset", 0, "is needed");
-  for (const std::string& name : options.presets) check_variant(name);
+  const ConfigFiles files = read_configs(options.configs);
   std::vector<std::string> names = options.presets;
+  for (const auto& [name, file] : files)
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  if (names.empty()) throw io::Error("--preset", 0, "is needed");
+  for (const std::string& name : names) check_variant(name, files);
+  const std::string first = names[0];
   for (const std::string& value : sweep_values(options.sweep)) {
-    names.push_back(options.presets[0] + "@" + value);
+    names.push_back(first + "@" + value);
     try {
-      check_variant(names.back());
+      check_variant(names.back(), files);
     } catch (const io::Error& error) {
       const std::string sentence = error.what();  // names --set NAME=VALUE, which the user did not type
       throw io::Error("--sweep " + options.sweep, 0, sentence.substr(sentence.find(": ") + 2));

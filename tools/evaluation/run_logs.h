@@ -19,10 +19,13 @@ namespace overtake::evaluation {
 
 struct RunOptions {
   std::vector<std::string> logs, presets;
-  std::string out, sweep;  // "group.name=FROM:TO:STEP" or ""
+  std::vector<std::string> configs;  // files; read_configs gives their names
+  std::string out, sweep;            // "group.name=FROM:TO:STEP" or ""
   std::string rig,
       map;             // for recordings with the odometry of two cars as truth; without rig: logs of overtake simulate
   int32_t every = 10;  // interval in frames of the baselines and of the sweep
+  int32_t compare_every = 1;  // interval of the frames that are compared with the truth; the pipeline gets all frames
+  bool only_figures = false;  // no baselines, times or pictures: the fastest way to the figures
   int64_t most_frames = INT64_MAX;
   int32_t workers = 0;  // variants at once; 0: one per CPU
   bool quiet = false;
@@ -32,7 +35,10 @@ struct RunOptions {
 // The variant's name with + instead of each colon ("paper+clusters"): scp and rsync read a colon as the end of a host's
 // name, and Windows forbids it. run_logs renames folders of earlier results with a colon; reading accepts them.
 std::string folder_name(std::string variant);
-// The presets, and the first preset's sweep values. Throws io::Error if one of them cannot run.
+// The configurations by their names, those of the files without ".toml". Throws io::Error for a name that two files or a
+// preset have, or that a variant's name cannot contain.
+std::map<std::string, std::string> read_configs(const std::vector<std::string>& files);
+// The presets and configurations, and the first one's sweep values. Throws io::Error if one of them cannot run.
 std::vector<std::string> variants_to_run(const RunOptions& options);
 
 // Throws io::Error. Returns false when interrupted: finished logs are kept.

@@ -47,16 +47,16 @@ TruthFrame decode_cars(const std::string& path, std::string_view text) {
 
 SimulatedLog::SimulatedLog(const std::string& path) : reader_(path) { start(); }
 
-// The mounting is the first message; rig and map come before it.
+// The mounting is the first message; metadata, rig and map come before it.
 void SimulatedLog::start() {
-  while (rig_.sensors.empty() || map_text_.empty() || about_.empty()) {
+  while (true) {
     for (const io::McapAttachment& a : reader_.attachments()) {
       if (a.name == "rig.toml" && rig_.sensors.empty()) rig_ = io::parse_rig(reader_.path() + ": rig.toml", a.data);
       if (a.name == "map.csv") map_text_ = a.data;
     }
     const auto found = reader_.metadata().find("overtake");
     if (found != reader_.metadata().end()) about_ = found->second;
-    if (!rig_.sensors.empty() && !map_text_.empty() && !about_.empty()) return;
+    if (!rig_.sensors.empty() && !about_.empty() && (!map_text_.empty() || lacks(*this, "map"))) return;
     if (!read_message())
       throw io::Error(reader_.path(), 0, "no log of overtake simulate: its rig, map or metadata is missing");
   }

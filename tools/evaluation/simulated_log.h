@@ -22,7 +22,8 @@ struct TruthFrame {
 
 class SimulatedLog : public TruthLog {
  public:
-  // Throws io::Error for a file that is not MCAP or not from overtake simulate, or has no rig or map.
+  // Throws io::Error for a file that is not MCAP or not from overtake simulate, or has no rig or map (a log that says
+  // it has no map, see TruthLog::about, needs none).
   explicit SimulatedLog(const std::string& path);
 
   const io::Rig& rig() const override { return rig_; }

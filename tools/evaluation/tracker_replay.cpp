@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "kernels/fit_rectangle.h"
+#include "tools/evaluation/detection_columns.h"
 #include "tools/io/error.h"
 
 namespace overtake::evaluation {
@@ -96,23 +97,25 @@ void TrackerReplay::change_headings(ovt_reader* reader, const LogFrame& frame, c
   std::vector<double> heading(std::size_t(in.count), 0.0);
   for (int32_t i = 0; i < in.count && kind_ == "heading"; ++i) {
     const io::EgoRow pose = pose_at(log_.poses(), in.stamp_ns[i]);
-    const MapPlace at = to_map(pose, double(in.x_m[i]), double(in.y_m[i]), double(in.z_m[i]), 0);
+    const MapPlace at = to_map(pose, double(in.x_m[i]), double(in.y_m[i]), height_of(in, i), 0);
     const std::vector<CarTruth> cars = log_.cars_at(in.stamp_ns[i]);
     const int32_t c = nearest_car(cars, at.x_m, at.y_m);
     const CarTruth* ego = ego_of(cars);
-    if (c < 0 || !ego || in.cluster[i] < 0) continue;
+    if (c < 0 || !ego || in.cluster[i] < 0 || is_debris(in, i)) continue;
     row_of_cluster[std::size_t(in.cluster[i])] = i;
     heading[std::size_t(i)] =
         heading_from_map(ego->roll_rad, ego->pitch_rad, ego->heading_rad, cars[std::size_t(c)].heading_rad);
   }
   const std::vector<Points> points = gather(reader, frame, in.count, row_of_cluster);
   for (std::size_t i = 0; i < points.size(); ++i) {
+    const int32_t row = int32_t(i);
     if (!points[i].x_m.empty()) {
       add_row(points[i], in.stamp_ns[i], heading[i], true);
+      if (height_of(in, row) != double(in.z_m[i])) z_m_.back() = float(height_of(in, row));  // of the road
       continue;
     }
     stamp_ns_.push_back(in.stamp_ns[i]);
-    x_m_.push_back(in.x_m[i]), y_m_.push_back(in.y_m[i]), z_m_.push_back(in.z_m[i]);
+    x_m_.push_back(in.x_m[i]), y_m_.push_back(in.y_m[i]), z_m_.push_back(float(height_of(in, row)));
     heading_rad_.push_back(in.heading_rad[i]), source_.push_back(in.heading_source[i]);
     point_count_.push_back(in.point_count[i]);
   }
@@ -180,7 +183,8 @@ const Replayed& TrackerReplay::run(ovt_reader* reader, const LogFrame& frame) {
   for (int32_t i = 0; i < tracks.count; ++i)
     if (tracks.detection[i] >= 0 && std::size_t(tracks.detection[i]) < count)
       track_[std::size_t(tracks.detection[i])] = tracks.id[i];
-  out_.detections = detections;  // unused columns keep the pipeline's values
+  out_.detections = {};
+  if (kind_ != "clusters") out_.detections = detections;  // the same rows: unused columns keep the pipeline's values
   out_.detections.count = int32_t(count);
   out_.detections.stamp_ns = stamp_ns_.data();
   out_.detections.x_m = x_m_.data(), out_.detections.y_m = y_m_.data(), out_.detections.z_m = z_m_.data();

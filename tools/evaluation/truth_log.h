@@ -38,6 +38,7 @@ class TruthLog {
   virtual ~TruthLog() = default;
   virtual const io::Rig& rig() const = 0;
   virtual const std::string& map_text() const = 0;  // "": none
+  // What is known of the log. "without": "map", "poses" or both, which the log then does not hold.
   virtual const std::map<std::string, std::string>& about() const = 0;
   // The next frame; truth and poses are known up to two periods after it. False: the end, or damage.
   virtual bool next(LogFrame& out) = 0;
@@ -48,6 +49,12 @@ class TruthLog {
   // Every car at a time. Empty: unknown.
   virtual std::vector<CarTruth> cars_at(int64_t stamp_ns) const = 0;
 };
+
+// Whether the log says that it holds no `what`: "map" or "poses".
+inline bool lacks(const TruthLog& log, const std::string& what) {
+  const auto found = log.about().find("without");
+  return found != log.about().end() && found->second.find(what) != std::string::npos;
+}
 
 using io::wrap_angle;
 

@@ -33,6 +33,8 @@ std::vector<std::string> variant_names() {
   return {"ground", "clusters", "heading", "relay", "ego", "mounting", "empty", "shuffled", "late_truth"};
 }
 
+std::vector<std::string> condition_names() { return {"no_map", "no_poses"}; }
+
 // Signs that differ between sensors and axes: the bits of a small hash.
 io::Rig misplace(io::Rig rig) {
   for (std::size_t k = 0; k < rig.sensors.size(); ++k) {
@@ -69,15 +71,18 @@ std::vector<bool> lowest_ground(const io::SensorScan& scan, const std::vector<ui
 }
 
 // The preset's parameters with the changed one.
-cli::Config read_name(const std::string& name, std::string& variant) {
+cli::Config read_name(const std::string& name, const ConfigFiles& files, std::string& variant) {
   cli::Options options;
   if (name.empty()) throw io::Error("--preset", 0, "a name is empty");
   const std::size_t at = name.find('@'), colon = name.find(':');
-  options.preset = name.substr(0, std::min(at, colon));
+  const std::string first = name.substr(0, std::min(at, colon));
+  const auto file = files.find(first);
+  (file == files.end() ? options.preset : options.config) = file == files.end() ? first : file->second;
   if (at != std::string::npos) options.set.push_back(name.substr(at + 1));
   if (at == std::string::npos && colon != std::string::npos) {
     variant = name.substr(colon + 1);
-    const auto known = variant_names();
+    auto known = variant_names();
+    for (const std::string& condition : condition_names()) known.push_back(condition);
     if (std::find(known.begin(), known.end(), variant) == known.end())
       throw io::Error(
           "--preset " + name, 0,
@@ -109,15 +114,18 @@ LogFrame take_points(const LogFrame& frame, const std::vector<std::vector<int32_
   return out;
 }
 
-void check_variant(const std::string& name) {
+void check_variant(const std::string& name, const ConfigFiles& files) {
   std::string variant;
-  read_name(name, variant);
+  read_name(name, files, variant);
 }
 
-Variant::Variant(const std::string& name, const TruthLog& log, const std::string& map_file, int32_t every)
+Variant::Variant(const std::string& name, const TruthLog& log, const std::string& map_file, int32_t every,
+                 const ConfigFiles& files)
     : name_(name), log_(log), every_(is_of_sweep(name) ? every : 1), map_file_(map_file) {
-  cli::Config config = read_name(name, variant_);
-  config.map = map_file;
+  cli::Config config = read_name(name, files, variant_);
+  config.map = variant_ == "no_map" ? "" : map_file;
+  config.ego.clear(), config.own_map = config.own_ego = false;
+  config.workers = 1;
   config.rig = variant_ == "mounting" ? misplace(log.rig()) : log.rig();
   config.has_rig = true;
   std::string period;
@@ -127,6 +135,8 @@ Variant::Variant(const std::string& name, const TruthLog& log, const std::string
   if (variant_ == "ground") config.params.ground_threshold_rad = 0;
   params_ = config.params;
   evaluator_ = std::make_unique<Evaluator>(log, config.params, variant_ == "late_truth" ? log.rig().period_ns() : 0);
+  without_poses_ = variant_ == "no_poses" || (variant_ != "ego" && lacks(log, "poses"));
+  if (variant_ == "ego" || without_poses_) evaluator_->use_poses(true_poses_);
   if (variant_ == "heading" || variant_ == "clusters" || variant_ == "relay")
     replay_ = std::make_unique<TrackerReplay>(variant_, log, config);
   session_ = std::make_unique<cli::Session>(config, &Variant::on_frame, this);
@@ -148,16 +158,26 @@ void Variant::on_frame(ovt_reader* reader, void* self) {
   }
 }
 
+// The true poses since the last call, at 100 Hz; the evaluator judges by them.
+std::vector<io::EgoRow> Variant::true_poses(int64_t until_ns) {
+  std::vector<io::EgoRow> rows;
+  if (next_true_ns_ == INT64_MIN) next_true_ns_ = until_ns - 2 * log_.rig().period_ns();
+  for (; next_true_ns_ <= until_ns; next_true_ns_ += 10'000'000)
+    for (const CarTruth& c : log_.cars_at(next_true_ns_))
+      if (c.is_ego)
+        rows.push_back(
+            {next_true_ns_, c.x_m, c.y_m, c.z_m, c.roll_rad, c.pitch_rad, c.heading_rad, c.speed_mps, c.yaw_rate_rps});
+  for (const io::EgoRow& row : rows) true_poses_.push_back({row, row.stamp_ns});
+  return rows;
+}
+
 // Pushes the poses that the localisation has published by the end of the frame, or the truth at 100 Hz.
 void Variant::push_poses(int64_t until_ns) {
   std::vector<io::EgoRow> rows;
   if (variant_ == "ego") {
-    if (next_true_ns_ == INT64_MIN) next_true_ns_ = until_ns - 2 * log_.rig().period_ns();
-    for (; next_true_ns_ <= until_ns; next_true_ns_ += 10'000'000)
-      for (const CarTruth& c : log_.cars_at(next_true_ns_))
-        if (c.is_ego)
-          rows.push_back({next_true_ns_, c.x_m, c.y_m, c.z_m, c.roll_rad, c.pitch_rad, c.heading_rad, c.speed_mps,
-                          c.yaw_rate_rps});
+    rows = true_poses(until_ns);
+  } else if (without_poses_) {
+    true_poses(until_ns);
   } else {
     const auto& poses = log_.poses();
     for (; next_pose_ < poses.size() && poses[next_pose_].publish_ns <= until_ns; ++next_pose_)

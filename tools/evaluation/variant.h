@@ -16,11 +16,18 @@
 //   paper:shuffled      control: the points of each scan in random order; counts must not change, positions only by
 //                       rounding
 //   paper:late_truth    control: compared with the truth of one period later; errors must grow by the cars' motion
+//   paper:no_map        condition: without the log's map
+//   paper:no_poses      condition: without ego poses; detections are compared at the true pose, tracks are not
+//
+// A configuration (--config NAME.toml) has its file's name in place of the preset's. Its rig, map and poses are the
+// log's.
+//
 //   paper@NAME=VALUE    one parameter changed (--sweep); gets every N-th frame only. The library gets the longer
 //                       period: otherwise it would take all sensors for silent and not wait for any of them
 #pragma once
 
 #include <exception>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -32,11 +39,13 @@
 
 namespace overtake::evaluation {
 
-std::vector<std::string> variant_names();  // without the preset
+using ConfigFiles = std::map<std::string, std::string>;  // name of a configuration -> its file
+std::vector<std::string> variant_names();                // oracles and controls, without the preset
+std::vector<std::string> condition_names();              // the same for the conditions
 inline bool is_of_sweep(const std::string& name) { return name.find('@') != std::string::npos; }
 
 // Throws io::Error for an unknown preset, variant or parameter, or an invalid value.
-void check_variant(const std::string& name);
+void check_variant(const std::string& name, const ConfigFiles& files = {});
 
 // The rig with its sensors' mounting wrong by 2 cm and 0.2 deg on every axis.
 io::Rig misplace(io::Rig rig);
@@ -46,7 +55,8 @@ class Variant {
   // `map_file`: the log's map, "" none. `every`: a variant of a sweep gets every N-th frame. Throws io::Error for an
   // unknown preset, variant or parameter, for one that needs the surface of each point when the log has none, and for
   // more time between two frames than the library accepts.
-  Variant(const std::string& name, const TruthLog& log, const std::string& map_file, int32_t every = 1);
+  Variant(const std::string& name, const TruthLog& log, const std::string& map_file, int32_t every = 1,
+          const ConfigFiles& files = {});
   // Whether this variant gets the log's n-th frame, from 0 on.
   bool takes(int64_t n) const { return n % every_ == 0; }
   // Pushes frames in order. Throws what the library or the evaluator throws.
@@ -62,8 +72,10 @@ class Variant {
  private:
   static void on_frame(ovt_reader* reader, void* self);
   void push_poses(int64_t until_ns);
+  std::vector<io::EgoRow> true_poses(int64_t until_ns);
 
   std::string name_, variant_;
+  bool without_poses_ = false;
   const TruthLog& log_;
   int32_t every_;
   int64_t frames_ = 0;
@@ -77,6 +89,7 @@ class Variant {
   std::exception_ptr failure_;
   std::size_t next_pose_ = 0;
   int64_t next_true_ns_ = INT64_MIN;
+  std::vector<PublishedPose> true_poses_;  // those that push_poses has pushed instead of the log's
 };
 
 // The rows listed in `rows`, in that order.

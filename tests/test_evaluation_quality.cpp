@@ -1,0 +1,324 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The quality figures of runs made by hand: every expected number is counted in the rows. Configurations beside presets.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/temp_folder.h"
+#include "tools/evaluation/detection_columns.h"
+#include "tools/evaluation/figures.h"
+#include "tools/evaluation/quality.h"
+#include "tools/evaluation/report.h"
+#include "tools/evaluation/run_logs.h"
+#include "tools/evaluation/variant.h"
+#include "tools/io/error.h"
+#include "tools/io/mcap_reader.h"
+#include "tools/io/mcap_writer.h"
+#include "tools/io/text.h"
+#include "tools/sim/log_writer.h"
+#include "tools/sim/material.h"
+
+using namespace overtake;
+using namespace overtake::evaluation;
+using doctest::Approx;
+
+namespace {
+
+void add_car(Run& run, double frame, double car, double ahead_m, double points, double clusters, double detections) {
+  run.tables["cars"].add({frame, 0.05 * frame, car, ahead_m, 0, 0, 0, points, clusters, 1, detections, 0, 0});
+}
+
+// A car at 45 m in frames 0 to 9: 2, 3 or 4 points in frames 0 to 2 (only the one of 4 is found), 20 from then on (found
+// but in frame 3). A second one at -95 m in frames 0 to 3 with 4 points, never found. No car in frames 10 to 14.
+Run quality_run() {
+  Run run{"paper", "log", {{"scenario", "hand"}, {"period_s", "0.05"}}, make_tables()};
+  for (int32_t k = 0; k < 15; ++k) run.tables["clusters"].add({double(k), 7, k == 5 ? 2.0 : 0.0, k == 6 ? 1.0 : 0.0});
+  for (int32_t k = 0; k < 10; ++k) add_car(run, k, 1, 45, k < 3 ? 2 + k : 20, k < 5 ? 1 : 2, k == 2 || k > 3 ? 1 : 0);
+  for (int32_t k = 0; k < 4; ++k) add_car(run, k, 2, -95, 4, 0, 0);
+  return run;
+}
+
+Quality quality_of_run(const Run& run) {
+  const std::vector<Quality> all = find_quality({run});
+  REQUIRE(all.size() == 1);
+  return all[0];
+}
+
+}  // namespace
+
+TEST_CASE("quality: the detected share counts cars with enough points, over all and by 20 m") {
+  const Quality q = quality_of_run(quality_run());
+  CHECK(q.frames == 15);
+  CHECK(q.near.all == 14);
+  CHECK(q.near.seen == std::array<int64_t, 2>{13, 7});     // 3 points and more: 9 + 4; 5 and more: 7
+  CHECK(q.near.detected == std::array<int64_t, 2>{7, 6});  // frames 2, 4 .. 9
+  CHECK(q.near.detected_share(0) == Approx(7.0 / 13));
+  CHECK(q.near.detected_share(1) == Approx(6.0 / 7));
+  CHECK(q.near.bound(0) == Approx(13.0 / 14));
+  CHECK(q.detected.hits == 7);
+  CHECK(q.detected.trials == 13);
+  REQUIRE(q.by_distance.size() == 13);  // -100 to +150 m
+  CHECK(q.by_distance[0].seen[0] == 4);
+  CHECK(q.by_distance[0].detected_share(0) == 0);
+  CHECK(q.by_distance[7].all == 10);  // 40 to 60 m
+  CHECK(q.by_distance[7].detected_share(0) == Approx(7.0 / 9));
+  CHECK(std::isnan(q.by_distance[1].detected_share(0)));
+
+  Run far = quality_run();
+  add_car(far, 0, 3, 150, 50, 1, 1);
+  add_car(far, 0, 4, -100.5, 50, 1, 1);
+  CHECK(quality_of_run(far).near.all == 14);  // outside of the distances
+}
+
+TEST_CASE("quality: first lap and later laps divide at the length of the map") {
+  Run run = quality_run();
+  for (int32_t k = 0; k < 15; ++k) run.tables["ego"].add({double(k), 0.05 * k, 40, 0});  // 2 m a frame
+  run.about["lap_m"] = "9.5";                                                            // driven in frame 5
+  const Quality q = quality_of_run(run);
+  CHECK(q.first_lap.all == 9);  // frames 0 to 4 and the second car's
+  CHECK(q.first_lap.detected[0] == 2);
+  CHECK(q.later_laps.all == 5);
+  CHECK(q.later_laps.detected[0] == 5);
+  run.about.erase("lap_m");
+  CHECK(quality_of_run(run).later_laps.all == 0);
+}
+
+TEST_CASE("quality: false detections by distance, surface, banking and place") {
+  Run run = quality_run();
+  const auto add = [&](double frame, double ahead_m, double range_m, sim::Surface surface, double lap_m, double bank) {
+    run.tables["false_detections"].add({frame, ahead_m, 0, range_m, 5, double(surface), lap_m, 0, bank});
+  };
+  add(1, 30, 30, sim::Surface::road, 250, 20);
+  add(1, 120, 120, sim::Surface::road, 399, -20);
+  add(12, -120, 120, sim::Surface::outer_wall, NAN, 2);  // without a car in its frame, and beyond -100 m
+  run.tables["false_detections"].add({13, 5, 0, 5, 5, -1, NAN, NAN, NAN});
+  const Quality q = quality_of_run(run);
+  CHECK(q.false_detections == Approx(3.0 / 15));
+  CHECK(q.false_anywhere == Approx(4.0 / 15));
+  CHECK(q.by_surface.at("road") == Approx(2.0 / 15));
+  CHECK(q.by_surface.at("outer_wall") == Approx(1.0 / 15));
+  CHECK(q.by_surface.at("unknown") == Approx(1.0 / 15));
+  CHECK(q.by_range.at("0 to 20 m") == Approx(1.0 / 15));
+  CHECK(q.by_range.at("20 to 50 m") == Approx(1.0 / 15));
+  CHECK(q.by_range.at("100 to 150 m") == Approx(2.0 / 15));
+  CHECK(q.by_bank.at("from 16 deg") == Approx(2.0 / 15));
+  CHECK(q.by_bank.at("0 to 3 deg") == Approx(1.0 / 15));
+  CHECK(q.by_lap.size() == 1);
+  CHECK(q.by_lap.at("200 to 400 m") == Approx(2.0 / 15));
+  CHECK(q.frames_without_car == 5);
+  CHECK(q.false_without_car == Approx(2.0 / 5));
+}
+
+TEST_CASE("quality: clusters, ground, centre errors and ellipses") {
+  Run run = quality_run();
+  for (const double ppv : {0.5, 0.9, 1.0}) run.tables["scans"].add({0, 0, 90 * ppv, 90 * (1 - ppv), 10, 100, 0});
+  run.tables["scans"].add({1, 0, 0, 0, 0, 100, 0});  // nothing to find, nothing found
+  const double errors[][3] = {{-1, 0.1, 1}, {2, -0.2, 5.9}, {0.5, 0.3, 6.1}, {0, 0.4, NAN}};
+  for (const auto& [along, across, square] : errors) run.tables["centres"].add({1, 1, along, across, square});
+  run.tables["debris"].add({1, 2, 1});
+  run.tables["debris"].add({2, 3, 0});
+  run.tables["debris"].add({3, 9, 2});
+  const Quality q = quality_of_run(run);
+  CHECK(q.cars_judged == 7);                      // frames 3 to 9 of the first car
+  CHECK(q.clusters_per_car == Approx(12.0 / 7));  // 2 frames with one, 5 with two
+  CHECK(q.mixed_per_car == Approx(3.0 / 7));      // 2 in frame 5, one in frame 6
+  CHECK(q.ppv == Approx(0.8));
+  CHECK(q.ppv_p5 == Approx(0.54));  // a tenth of the way from 0.5 to 0.9
+  CHECK(q.tpr == Approx((45.0 / 55 + 81.0 / 91 + 0.9) / 3));
+  CHECK(q.along_m.median == Approx(0.75));
+  CHECK(q.along_m.p95 == Approx(1.85));
+  CHECK(q.across_m.median == Approx(0.25));
+  CHECK(q.in_ellipse.trials == 3);
+  CHECK(q.in_ellipse.hits == 2);  // chi-square 5.99
+  CHECK(q.debris_frames == 2);
+  CHECK(q.debris_found == Approx(0.5));
+}
+
+TEST_CASE("quality: several scenarios are also pooled, and the tables have a column for each variant") {
+  Run other = quality_run(), best = quality_run(), sweep = quality_run();
+  other.about["scenario"] = "other", other.tables["cars"] = make_tables()["cars"];
+  add_car(other, 0, 1, 45, 20, 1, 1);
+  best.variant = "best", sweep.variant = "paper@x=1";
+  const std::vector<Quality> all = find_quality({quality_run(), other, best, sweep});
+  REQUIRE(all.size() == 5);  // best, paper on each and both, the sweep
+  CHECK(main_scenario(all) == "all");
+  const std::vector<Quality> both = quality_of(all, "all");
+  REQUIRE(both.size() == 1);
+  CHECK(both[0].near.seen[0] == 14);
+  CHECK(both[0].near.detected[0] == 8);
+  CHECK(both[0].frames == 30);
+  const Rows rows = quality_rows(quality_of(all, "hand"));
+  CHECK(rows[0] == std::vector<std::string>{"scenario: hand", "best", "paper"});
+  CHECK(rows[1] == std::vector<std::string>{"frames", "15", "15"});
+  CHECK(rows[2][1] == "0.538");
+  for (const auto& row : rows) CHECK(row[0].find("ellipse") == std::string::npos);  // no value: no row
+  const Rows scenarios = scenario_rows(all);
+  REQUIRE(scenarios.size() == 3);
+  CHECK(scenarios[1] == std::vector<std::string>{"hand", "0.538; 0.000", "0.538; 0.000"});
+  CHECK(scenarios[2] == std::vector<std::string>{"other", "-", "1.000; 0.000"});
+  const nlohmann::json json = json_of(both[0]);
+  CHECK(json["detected_of_3_points"] == Approx(8.0 / 14));
+  CHECK(json["by_distance"][7]["from_m"] == 40);
+}
+
+TEST_CASE("columns that a method leaves out: the height of the road, the class, the covariance in the vehicle frame") {
+  struct Columns {
+    const float* z_m;
+    const float *road_z_m, *var_x, *var_y, *cov_xy;
+    const int32_t* object_class;
+  };
+  const float z[] = {0.5f}, road[] = {-0.25f}, var_x[] = {4}, var_y[] = {0.25f}, none[] = {0};
+  const int32_t debris[] = {2}, car[] = {1};
+  Columns d{z, nullptr, nullptr, nullptr, nullptr, nullptr};
+  const Rotation level = axes_of(0, 0, M_PI / 2), banked = axes_of(M_PI / 3, 0, 0);
+  CHECK(height_of(d, 0) == 0.5);
+  CHECK(!is_debris(d, 0));
+  CHECK(std::isnan(square_of(d, 0, level, 1, 1)));
+  d = {z, road, var_x, var_y, none, debris};
+  CHECK(height_of(d, 0) == -0.25);
+  CHECK(is_debris(d, 0));
+  d.object_class = car;
+  CHECK(!is_debris(d, 0));
+  CHECK(square_of(d, 0, level, 0, 2) == Approx(1));     // 2 m along: one standard deviation
+  CHECK(square_of(d, 0, level, -1, 0) == Approx(4));    // 1 m to the left: two
+  CHECK(square_of(d, 0, banked, 0, 0.5) == Approx(4));  // on a bank of 60 deg 0.5 m of the map are 1 m of the vehicle's
+}
+
+namespace {
+
+// A copy of a log that says it is without the map and the ego poses, and is.
+void strip(const std::string& from, const std::string& to) {
+  io::McapReader reader(from);
+  io::McapWriter writer(to);
+  std::map<uint16_t, uint16_t> channels;
+  io::McapMessage message;
+  for (bool begun = false; reader.next(message); begun = true) {
+    if (!begun) {
+      auto about = reader.metadata().at("overtake");
+      about["without"] = "map poses";
+      writer.add_metadata("overtake", about);
+      for (const io::McapAttachment& a : reader.attachments())
+        if (a.name == "rig.toml") writer.add_attachment(a.name, a.media_type, a.data);
+    }
+    const io::McapChannel& channel = reader.channels().at(message.channel_id);
+    if (channel.topic == "/ego/odometry") continue;
+    const io::McapSchema& schema = reader.schemas().at(channel.schema_id);
+    if (channels.count(message.channel_id) == 0)
+      channels[message.channel_id] = writer.add_channel(writer.add_schema(schema.name, schema.encoding, schema.data),
+                                                        channel.topic, channel.message_encoding);
+    writer.write(channels[message.channel_id], message.log_ns, message.data, message.publish_ns);
+  }
+  writer.close();
+}
+
+void simulate(const std::string& path) {
+  const sim::Scenario scenario = sim::load_scenario("overtake");
+  sim::Simulator simulator(scenario, 1, 0.4, 2);
+  const auto out = sim::make_mcap_log(path, simulator, 1);
+  for (int32_t k = 0; k < simulator.frame_count(); ++k) out->write(k, simulator.frame(k));
+  out->close();
+}
+
+}  // namespace
+
+TEST_CASE(
+    "configurations: named by their files, run beside presets; parameters take effect, and the log keeps its map") {
+  const TempFolder folder;
+  simulate(folder.path("race.mcap"));
+  RunOptions options;
+  options.logs = {folder.path("race.mcap")};
+  options.presets = {"paper", "strict:no_map"};
+  options.configs = {folder.write("strict.toml", "map = \"none.csv\"\nego = \"none.csv\"\n[gate]\nmin_points = 6\n"),
+                     folder.write("same.toml", "preset = \"paper\"\n")};
+  options.out = folder.path("out"), options.quiet = true, options.only_figures = true;
+  REQUIRE(run_logs(options));
+  std::map<std::string, Run> runs;
+  for (Run& run : read_runs(options.out)) runs[run.variant] = std::move(run);
+  REQUIRE(runs.size() == 4);
+  const auto detections = [&](const char* name) { return runs.at(name).tables.at("detections").rows(); };
+  CHECK(detections("paper") > 10);
+  CHECK(runs.at("same").tables.at("detections").cells.size() == runs.at("paper").tables.at("detections").cells.size());
+  CHECK(detections("strict") < detections("paper"));
+  CHECK(detections("strict") > 0);
+  CHECK(detections("strict:no_map") > detections("strict"));  // the walls are not left out
+  CHECK(runs.at("strict").about.at("config") == "preset = paper\ngate.min_points = 6");
+  CHECK(runs.at("same").about.at("config") == "preset = paper");
+  CHECK(runs.at("paper").about.at("config") == "");
+
+  // Changed contents of a file of the same name: run again.
+  folder.write("strict.toml", "[gate]\nmin_points = 5\n");
+  REQUIRE(run_logs(options));
+  for (Run& run : read_runs(options.out)) runs[run.variant] = std::move(run);
+  CHECK(runs.at("strict").about.at("config") == "preset = paper\ngate.min_points = 5");
+
+  const auto error = [&](const std::vector<std::string>& files) { return error_of([&] { read_configs(files); }); };
+  CHECK(error({"a/x.toml", "b/x.toml"}) == "--config b/x.toml: two configurations have the name 'x'");
+  CHECK(error({"a/paper.toml"}) == "--config a/paper.toml: has the name of a preset");
+  CHECK(error({"a:b.toml"}).find("without :") != std::string::npos);
+  options.presets = {"paper"};
+  options.configs = {folder.write("bad.toml", "[gate]\nnonsense = 1\n")};
+  CHECK(error_of([&] { run_logs(options); }).find("bad.toml:2") != std::string::npos);
+}
+
+TEST_CASE(
+    "comparing every N-th frame: its rows are those of all frames; seconds count all; without poses cars are found") {
+  const TempFolder folder;
+  simulate(folder.path("race.mcap"));
+  RunOptions options;
+  options.logs = {folder.path("race.mcap")};
+  options.presets = {"paper", "paper:ego", "paper:no_poses"};
+  options.out = folder.path("all"), options.quiet = true, options.only_figures = true;
+  REQUIRE(run_logs(options));
+  options.out = folder.path("some"), options.compare_every = 3;
+  REQUIRE(run_logs(options));
+  const auto run_of = [&](const char* out, const char* variant) {
+    for (Run& run : read_runs(folder.path(out)))
+      if (run.variant == variant) return std::move(run);
+    throw std::runtime_error("no such run");
+  };
+  const Run all = run_of("all", "paper"), some = run_of("some", "paper");
+  REQUIRE(all.tables.at("clusters").rows() >= 7);
+  CHECK(some.tables.at("clusters").rows() == (all.tables.at("clusters").rows() + 2) / 3);
+  CHECK(some.about.at("frames") == all.about.at("frames"));
+  for (const char* name : {"scans", "cars", "detections", "centres", "tracks"}) {
+    const Table &whole = all.tables.at(name), &part = some.tables.at(name);
+    CAPTURE(name);
+    CHECK(part.rows() > 0);
+    std::vector<double> kept;
+    for (std::size_t r = 0; r < whole.rows(); ++r)
+      if (int64_t(whole.at(r, 0)) % 3 == 0)
+        for (std::size_t c = 0; c < whole.columns.size(); ++c) kept.push_back(whole.at(r, c));
+    REQUIRE(kept.size() == part.cells.size());
+    for (std::size_t i = 0; i < kept.size(); ++i)
+      CHECK((kept[i] == part.cells[i] || (std::isnan(kept[i]) && std::isnan(part.cells[i]))));
+  }
+  CHECK(make_figures({some})[0].seconds == Approx(0.05 * 3 * double(some.tables.at("clusters").rows())));
+  CHECK(all.tables.at("times").rows() == 0);
+
+  // The oracle of the ego pose is judged by the pose that it got: its errors in the vehicle's frame do not contain the
+  // error of the localisation.
+  const Table &by_truth = run_of("all", "paper:ego").tables.at("centres"), &published = all.tables.at("centres");
+  const auto mean_across = [](const Table& table) {
+    double sum = 0;
+    for (std::size_t r = 0; r < table.rows(); ++r) sum += table.at(r, table.column("across_m"));
+    return sum / double(table.rows());
+  };
+  REQUIRE(by_truth.rows() > 2);
+  CHECK(std::fabs(mean_across(by_truth) - mean_across(published)) > 0.001);
+  const Run blind = run_of("all", "paper:no_poses");
+  CHECK(blind.tables.at("centres").rows() > 2);
+
+  // A log that holds neither map nor poses is evaluated as if both conditions were given.
+  strip(folder.path("race.mcap"), folder.path("bare.mcap"));
+  options.logs = {folder.path("bare.mcap")}, options.presets = {"paper"}, options.out = folder.path("bare");
+  options.compare_every = 1;
+  REQUIRE(run_logs(options));
+  const Run bare = run_of("bare", "paper");
+  CHECK(bare.about.count("lap_m") == 0);
+  CHECK(bare.tables.at("centres").rows() > 2);
+  CHECK(bare.tables.at("detections").rows() > all.tables.at("detections").rows());  // no map gate
+  CHECK(bare.tables.at("scans").cells == all.tables.at("scans").cells);
+}

@@ -1,0 +1,48 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Columns of ovt_detections that only some methods compute: null, or absent in an older library.
+#pragma once
+
+#include <cstdint>
+
+#include "tools/evaluation/metrics/consistency.h"
+#include "tools/evaluation/numbers.h"
+#include "tools/evaluation/places.h"
+
+namespace overtake::evaluation {
+
+// The height that a detection's centre is taken to the map at: that of the road under the object, else that of its
+// points; vehicle frame.
+template <class Detections>
+double height_of(const Detections& d, int32_t i) {
+  if constexpr (requires { d.road_z_m; })
+    if (d.road_z_m) return double(d.road_z_m[i]);
+  return double(d.z_m[i]);
+}
+
+template <class Detections>
+bool is_debris(const Detections& d, int32_t i) {
+  constexpr int32_t kDebris = 2;  // OVT_CLASS_DEBRIS
+  if constexpr (requires { d.object_class; })
+    if (d.object_class) return d.object_class[i] == kDebris;
+  return false;
+}
+
+// The square of a centre's error in units of its published covariance; NaN without one. The error is level, in the map;
+// the covariance is in the plane of the vehicle with the given axes.
+template <class Detections>
+double square_of(const Detections& d, int32_t i, const Rotation& vehicle, double x_map_m, double y_map_m) {
+  if constexpr (requires { d.var_x, d.var_y, d.cov_xy; })
+    if (d.var_x && d.var_y && d.cov_xy) {
+      const auto &ahead = vehicle[0], &left = vehicle[1];
+      const double det = ahead[0] * left[1] - ahead[1] * left[0];
+      const double error[2] = {(x_map_m * left[1] - y_map_m * left[0]) / det,
+                               (y_map_m * ahead[0] - x_map_m * ahead[1]) / det};
+      const double lower[3] = {double(d.var_x[i]), double(d.cov_xy[i]), double(d.var_y[i])};
+      return metrics::normalized_square(error, lower, 2);
+    }
+  return kNan;
+}
+
+}  // namespace overtake::evaluation
