@@ -22,6 +22,7 @@ struct FrameRule {
   const char* params;  // of ovt_params that it reads: groups and text names, separated by one space
   void (*run)(const StageContext& context, Frame& frame) noexcept;
   bool without_scans = false;  // also runs for predictions and pushed detections
+  bool uses_places = false;    // of the frame: places, views
 };
 
 struct Method {
@@ -33,5 +34,9 @@ struct Method {
   // Sets the defaults that differ from params.def. Null: none.
   void (*set_defaults)(ovt_params& params) noexcept;
 };
+
+#define OVT_PRESET(name, method) extern const Method method;
+#include "pipeline/method/presets.def"
+#undef OVT_PRESET
 
 }  // namespace overtake

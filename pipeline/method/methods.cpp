@@ -7,10 +7,6 @@
 
 namespace overtake {
 
-#define OVT_PRESET(name, method) extern const Method method;
-#include "pipeline/method/presets.def"
-#undef OVT_PRESET
-
 namespace {
 
 constinit const Method* methods[kMaxMethods] = {

@@ -1,0 +1,49 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Preset `best`, from a scan to tracks.
+#include "pipeline/method/frame_rules.h"
+#include "pipeline/method/method.h"
+#include "pipeline/method/steps.h"
+#include "pipeline/track/cvtr_tracker.h"
+
+namespace overtake {
+namespace {
+
+// Run for each scan.
+constexpr Step kSegment[] = {
+    step::project_points, step::rank_layers,   step::scatter_points,  // 1   range and elevation image
+    step::fill_gaps,                                                  // 2   gaps of one pixel
+    step::angle_image,                                                // 3   slope between two rows (eq. 1)
+    step::smooth_sg,                                                  // 4   Savitzky-Golay
+    step::mark_ground,                                                // 5   ground: slopes up to ground.threshold_deg
+    step::repair_range,                                               // 6   NGRIR (eq. 3)
+    step::link_pixels,                                                // 7a  which neighbours belong together (eq. 2)
+    step::label_bfs,      step::label_points,                         // 7b  connected components
+    step::build_clusters, step::count_reasons,                        // 8a  table of clusters in the vehicle frame
+};
+static_assert(is_chain(kSegment, kGivenColumns));
+
+// Run once per frame, after the segmentation of all its scans.
+constexpr FrameRule kFrame[] = {
+    rule::merge_seams,            // clusters across the seams of two sensors
+    rule::find_ego_on_map_first,  // whether this frame may use the map
+    rule::locate_clusters,        // psi_REF and the place on the circuit
+    rule::join_shards,            // clusters of one car
+    rule::keep_car_shaped,        // not of the own car, as large as a car at most
+    rule::keep_inside_bounds,     // and with its centre on the circuit
+    rule::keep_in_range,          // and near
+    rule::keep_nearest,           // the nearest, up to the capacity
+    rule::pose_by_view,           // pose and covariance by the side that is seen
+};
+
+}  // namespace
+
+constinit const Method kBest = {.name = "best",
+                                .segment = kSegment,
+                                .frame = kFrame,
+                                .make_tracker = make_cvtr_tracker,
+                                .tracker_params = "tracker",
+                                .set_defaults = [](ovt_params& params) noexcept { params.merge_columns = 8; }};
+
+}  // namespace overtake
