@@ -192,7 +192,8 @@ void Evaluator::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
 void Evaluator::add_detections(const ovt_frame_info& info, const ovt_detections& d) {
   for (int32_t i = 0; i < d.count; ++i) {
     const io::EgoRow pose = pose_at(log_.poses(), d.stamp_ns[i]);
-    const MapPlace at = to_map(pose, double(d.x_m[i]), double(d.y_m[i]), double(d.z_m[i]), double(d.heading_rad[i]));
+    const double z_m = double(d.road_z_m ? d.road_z_m[i] : d.z_m[i]);
+    const MapPlace at = to_map(pose, double(d.x_m[i]), double(d.y_m[i]), z_m, double(d.heading_rad[i]));
     const double x = at.x_m, y = at.y_m, heading = at.heading_rad;
     const std::vector<CarTruth> cars = cars_at(d.stamp_ns[i]);
     const int32_t c = info.ego_known ? nearest_car(cars, x, y) : -1;
