@@ -78,6 +78,32 @@ void for_each_column(MemberTable& t, F&& f) {
 }
 // clang-format on
 
+// Where a merged cluster lies. Rows as FrameClusterTable; written by the rules of pipeline/cluster_places.h.
+struct ClusterPlaceTable {
+  int32_t count = 0, capacity = 0;
+  uint8_t* known = nullptr;                                     // 0: the other columns have no values yet
+  float* heading_rad = nullptr;                                 // psi_REF, vehicle frame, in (-pi, pi]
+  float *s_m = nullptr, *d_m = nullptr;                         // centroid on the circuit; 0 where the map is not used
+  float *width_left_m = nullptr, *width_right_m = nullptr;      // of the circuit there; kNoBound where it has no bounds
+  float *cos = nullptr, *sin = nullptr;                         // of psi_REF
+  float *low_1_m = nullptr, *high_1_m = nullptr;                // points along psi_REF, from the vehicle's origin
+  float *low_2_m = nullptr, *high_2_m = nullptr;                // points to the left of psi_REF
+  int32_t *group = nullptr, *order = nullptr, *next = nullptr;  // scratch of join_shards
+};
+inline constexpr float kNoBound_m = 1e9f;
+// clang-format off
+template <class F>
+void for_each_column(ClusterPlaceTable& t, F&& f) {
+  f("known", t.known);                f("heading_rad", t.heading_rad);
+  f("s_m", t.s_m);                    f("d_m", t.d_m);
+  f("width_left_m", t.width_left_m);  f("width_right_m", t.width_right_m);
+  f("cos", t.cos);                    f("sin", t.sin);
+  f("low_1_m", t.low_1_m);            f("high_1_m", t.high_1_m);
+  f("low_2_m", t.low_2_m);            f("high_2_m", t.high_2_m);
+  f("group", t.group);                f("order", t.order);              f("next", t.next);
+}
+// clang-format on
+
 // Source of a detection's heading: the map's centre line or the ego heading (kRef), or the points (kVar).
 enum class HeadingSource : int32_t { kRef = 0, kVar = 1 };
 
@@ -91,6 +117,22 @@ struct DetectionTable {
 template <class F>
 void for_each_column(DetectionTable& t, F&& f) {
 #define OVT_DETECTION(type, name, ...) f(#name, t.name);
+#include "core/columns.def"
+}
+
+// The side of a car that the sensor faces, and what an object can be: ovt_view and ovt_object_class.
+enum class CarView : int32_t { kRear = 0, kFront = 1, kSide = 2 };
+enum class ObjectClass : int32_t { kUnknown = 0, kCar = 1, kDebris = 2 };
+
+// The columns of a detection that only the rule pose_by_view writes. Rows as DetectionTable.
+struct DetectionViewTable {
+  int32_t count = 0, capacity = 0;
+#define OVT_DETECTION_VIEW(type, name, ...) type* name = nullptr;
+#include "core/columns.def"
+};
+template <class F>
+void for_each_column(DetectionViewTable& t, F&& f) {
+#define OVT_DETECTION_VIEW(type, name, ...) f(#name, t.name);
 #include "core/columns.def"
 }
 

@@ -211,7 +211,41 @@ void copy_roots(const SeamSide* sides, int32_t sensor_count, const int32_t* memb
   }
 }
 
-void sum_up(const SeamSide* sides, const MemberTable& members, FrameClusterTable& merged, int32_t row) {
+// Calls f(member) for each member that is not a root, last first. They are few, so blocks of 16 roots are skipped at
+// once.
+template <class F>
+void for_each_joined(const int32_t* parent, int32_t count, F&& f) {
+  constexpr int32_t kBlock = 16;
+  for (int32_t begin = (count - 1) / kBlock * kBlock; begin >= 0; begin -= kBlock) {
+    if (begin + kBlock <= count) {
+      int32_t joined = 0;
+      for (int32_t k = 0; k < kBlock; ++k) joined |= parent[begin + k] ^ (begin + k);
+      if (joined == 0) continue;
+    }
+    for (int32_t m = std::min(begin + kBlock, count) - 1; m >= begin; --m)
+      if (parent[m] != m) f(m);
+  }
+}
+
+// Chains the members of each set in member order, from its root, and sums up each set that has a row.
+void sum_up_joined(const SeamSide* sides, MemberTable& members, FrameClusterTable& merged, int32_t* parent) {
+  for_each_joined(parent, members.count, [&](int32_t m) {
+    const int32_t root = parent[m] = find_root(parent, m), row = members.merged[root];
+    members.merged[m] = row;
+    if (row < 0) return;
+    members.next_member[m] = members.next_member[root];
+    members.next_member[root] = m;
+  });
+  for_each_joined(parent, members.count, [&](int32_t m) {
+    const int32_t root = parent[m], row = members.merged[root];
+    if (row >= 0 && members.next_member[root] == m) sum_up_members(sides, members, merged, row);  // once per set
+  });
+}
+
+}  // namespace
+
+void sum_up_members(const SeamSide* sides, const MemberTable& members, FrameClusterTable& merged,
+                    int32_t row) noexcept {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   float low[3] = {kInfinity, kInfinity, kInfinity}, high[3] = {-kInfinity, -kInfinity, -kInfinity};
   float sum[3] = {0, 0, 0}, nearest = kInfinity;
@@ -250,39 +284,6 @@ void sum_up(const SeamSide* sides, const MemberTable& members, FrameClusterTable
   merged.main_sensor[row] = main_sensor;
   merged.nearest_m[row] = nearest;
 }
-
-// Calls f(member) for each member that is not a root, last first. They are few, so blocks of 16 roots are skipped at
-// once.
-template <class F>
-void for_each_joined(const int32_t* parent, int32_t count, F&& f) {
-  constexpr int32_t kBlock = 16;
-  for (int32_t begin = (count - 1) / kBlock * kBlock; begin >= 0; begin -= kBlock) {
-    if (begin + kBlock <= count) {
-      int32_t joined = 0;
-      for (int32_t k = 0; k < kBlock; ++k) joined |= parent[begin + k] ^ (begin + k);
-      if (joined == 0) continue;
-    }
-    for (int32_t m = std::min(begin + kBlock, count) - 1; m >= begin; --m)
-      if (parent[m] != m) f(m);
-  }
-}
-
-// Chains the members of each set in member order, from its root, and sums up each set that has a row.
-void sum_up_joined(const SeamSide* sides, MemberTable& members, FrameClusterTable& merged, int32_t* parent) {
-  for_each_joined(parent, members.count, [&](int32_t m) {
-    const int32_t root = parent[m] = find_root(parent, m), row = members.merged[root];
-    members.merged[m] = row;
-    if (row < 0) return;
-    members.next_member[m] = members.next_member[root];
-    members.next_member[root] = m;
-  });
-  for_each_joined(parent, members.count, [&](int32_t m) {
-    const int32_t root = parent[m], row = members.merged[root];
-    if (row >= 0 && members.next_member[root] == m) sum_up(sides, members, merged, row);  // once per set
-  });
-}
-
-}  // namespace
 
 int32_t merge_seams_by(NearBitsFn* near_bits, const MergeSeamsParams& params, const SeamSide* sides,
                        int32_t sensor_count, MemberTable& members, FrameClusterTable& merged,

@@ -374,6 +374,8 @@ void Detector::finish(Frame& frame) {
   add(counters_.gated_points, frame.gated_points);
   add(counters_.gated_size, frame.gated_size);
   add(counters_.gated_map, frame.gated_map);
+  add(counters_.gated_own, frame.gated_own);
+  add(counters_.gated_range, frame.gated_range);
   add(counters_.detections, frame.detections.count);
   add(counters_.measurements_lost, frame.lost_rows);
   const TrackerCounts tracked = track_stage_->tracker().counts();
@@ -383,6 +385,7 @@ void Detector::finish(Frame& frame) {
   set(counters_.measurements_unborn, tracked.unborn);
   set(counters_.measurements_rejected, tracked.rejected);
   set(counters_.measurements_late, tracked.late);
+  set(counters_.measurements_debris, tracked.debris);
   set(counters_.tracks_born, tracked.births);
   set(counters_.tracks_missed, tracked.missed);
   set(counters_.tracks_silent, tracked.silent);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "pipeline/method/method.h"
 #include "pipeline/method/segment_memory.h"
 
 namespace overtake {
@@ -19,6 +20,10 @@ void carve_sensor(Carver& carver, SensorPart& part, const SensorModel& sensor, i
   const std::size_t pixels = std::size_t(sensor.rows) * std::size_t(sensor.cols);  // upper limit of the labels
   part.row_of_label = carver.take<int32_t>(pixels + 1);
   part.cluster_of_label = carver.take<int32_t>(pixels + 1);
+}
+
+bool uses_places(const Method& method) {
+  return std::any_of(method.frame.begin(), method.frame.end(), [](const FrameRule& rule) { return rule.uses_places; });
 }
 
 }  // namespace
@@ -50,6 +55,10 @@ bool build_frame(Frame& frame, const FrameSizes& sizes, const Allocator& allocat
     frame.seam.capacity = seam_points;
     frame.kept = carver.take<int32_t>(std::size_t(members));
     carve_table(carver, frame.detections, sizes.candidate_capacity);
+    if (uses_places(*sizes.method)) {
+      carve_table(carver, frame.places, clusters);
+      carve_table(carver, frame.views, sizes.candidate_capacity);
+    }
     frame.fit_capacity = round_up(points, kRowAlign);
     frame.fit_x_m = carver.take<float>(std::size_t(frame.fit_capacity) + kRowAlign);
     frame.fit_y_m = carver.take<float>(std::size_t(frame.fit_capacity) + kRowAlign);
@@ -78,7 +87,8 @@ void reset_frame(Frame& frame) noexcept {
   frame.members.count = frame.merged.count = frame.detections.count = frame.measurements.count = 0;
   frame.tracks.count = 0;
   frame.kept_count = frame.candidate_count = frame.merged_overflow = frame.candidate_overflow = 0;
-  frame.gated_points = frame.gated_size = frame.gated_map = frame.lost_rows = 0;
+  frame.places.count = frame.views.count = 0;
+  frame.gated_points = frame.gated_size = frame.gated_map = frame.gated_own = frame.gated_range = frame.lost_rows = 0;
   frame.ego_off_map_m = 0;
   frame.uses_map = false;
   frame.ego_known = false;

@@ -6,7 +6,7 @@
 //
 //   intake     sequence, stamps, sensor_mask, kind, ego, external, sensors[s].scan, .present   (before the stages)
 //   segment    sensors[s]: everything else, but cluster_of_label                               (a task per sensor)
-//   detect     members, merged, cluster_of_label, kept, detections                             (after all segments)
+//   detect     members, merged, cluster_of_label, kept, places, detections, views              (after all segments)
 //   track      measurements, tracks, track_states, reference, ego_known, ego_state, tracks_ns,   (frame after frame)
 //              refiltered, lost_rows
 //
@@ -90,11 +90,13 @@ struct Frame {
   SeamScratch seam;
   int32_t* kept = nullptr;  // rows of merged that pass the gates
   int32_t kept_count = 0, candidate_count = 0;
+  ClusterPlaceTable places;  // of the rows of merged; no memory unless a rule of the method uses it
   DetectionTable detections;
+  DetectionViewTable views;  // likewise
   float *fit_x_m = nullptr, *fit_y_m = nullptr;  // points of one candidate
   int32_t fit_capacity = 0;
   int32_t merged_overflow = 0, candidate_overflow = 0;
-  int32_t gated_points = 0, gated_size = 0, gated_map = 0;
+  int32_t gated_points = 0, gated_size = 0, gated_map = 0, gated_own = 0, gated_range = 0;
   double ego_off_map_m = 0;  // distance of the ego pose outside of the circuit, 0 inside
   bool uses_map = false;     // a map exists and the ego pose is within its margin: gate and pose may use it
   // track

@@ -156,6 +156,8 @@ void fill_info(const Frame& frame, int32_t sensor_count, ovt_frame_info* out) {
   out->gated_points = frame.gated_points;
   out->gated_size = frame.gated_size;
   out->gated_map = frame.gated_map;
+  out->gated_own = frame.gated_own;
+  out->gated_range = frame.gated_range;
   out->overflow_candidates = frame.candidate_overflow;
   out->suspect_mask = frame.suspect_mask;
 }
@@ -321,6 +323,7 @@ ovt_status ovt_read_detections_sized(ovt_reader* reader, ovt_detections* out, si
   rows.count = frame.detections.count;
 #define OVT_DETECTION(type, name, ...) rows.name = frame.detections.name;
 #define OVT_DETECTION_TRACK(type, name, ...) rows.name = frame.measurements.name;
+#define OVT_DETECTION_VIEW(type, name, ...) rows.name = frame.views.name;
 #include "core/columns.def"
   return give(rows, out, out_size);
 }

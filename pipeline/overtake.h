@@ -139,6 +139,19 @@ typedef struct ovt_params {
   double running_ground_known_per_m, running_ground_known_limit_m, running_ground_known_slope;
   double running_ground_guess_per_m, running_ground_guess_limit_m, running_ground_guess_slope;
   double running_ground_level_reach_m, running_ground_level_slack, running_ground_foot_rad;
+
+  double join_gap_m;                 /* join.gap_m                 clusters of one car */
+  double join_slack_m;               /* join.slack_m */
+  double join_bound_m;               /* join.bound_m */
+  double gate_height_m;              /* gate.height_m */
+  double gate_width_slack_m;         /* gate.width_slack_m */
+  double gate_inside_m;              /* gate.inside_m              from the bounds of the circuit */
+  double gate_range_m;               /* gate.range_m */
+  double gate_own_back_m;            /* gate.own_back_m ...        the own car's body, from its origin */
+  double gate_own_front_m, gate_own_side_m;
+  double pose_front_length_m;        /* pose.front_length_m */
+  double pose_angle_sigma_rad;       /* pose.angle_sigma_deg       of the ego heading */
+  double class_debris_m;             /* class.debris_m */
 } ovt_params;
 
 typedef struct ovt_param_info {
@@ -491,11 +504,13 @@ typedef struct ovt_frame_info {
   int32_t gated_points, gated_size;  /* clusters with fewer than gate.min_points points; longer than a vehicle */
   int32_t gated_map;                 /* candidates outside of the circuit */
   int32_t overflow_candidates;       /* candidates beyond candidate_capacity */
-                                     /* cluster_count = gated_points + gated_size + candidate_count;
-                                        candidate_count = gated_map + overflow_candidates + detection_count */
+                                     /* cluster_count = gated_points + gated_size + gated_own + candidate_count;
+                                        candidate_count = gated_map + gated_range + overflow_candidates
+                                        + detection_count */
   uint32_t suspect_mask;             /* sources with a refused stamp, set in each frame closed after it until the third
                                         good stamp of the source in a row (ego poses: for three frames) or a clock jump.
                                         Bit s: sensor s; OVT_SUSPECT_... */
+  int32_t gated_own, gated_range;    /* preset best: clusters of the own car's points; candidates beyond gate.range_m */
 } ovt_frame_info;
 
 /* Moves the reader to the latest finished frame. OVT_NO_FRAME when there is no newer one: the reader keeps its frame.
@@ -515,6 +530,16 @@ static inline ovt_status ovt_read_info(ovt_reader* reader, ovt_frame_info* out) 
  *   map_s_m, map_d_m                OVT_FLAG_NO_MAP, OVT_FLAG_EGO_OFF_MAP, and the age of the ego pose
  *   length_m, width_m of a track    0 itself: only pushed detections made the track */
 
+typedef enum ovt_view {              /* side of a car that the sensor faces: where it sees the car's end */
+  OVT_VIEW_REAR = 0, OVT_VIEW_FRONT = 1, OVT_VIEW_SIDE = 2
+} ovt_view;
+
+typedef enum ovt_object_class {
+  OVT_CLASS_UNKNOWN = 0,             /* too few points to tell, or partly hidden */
+  OVT_CLASS_CAR = 1,
+  OVT_CLASS_DEBRIS = 2               /* smaller than what a car would show at this distance */
+} ovt_object_class;
+
 /* Columns of `count`, vehicle frame at each row's stamp. Here and in every other table, a column that the detector's
  * method does not compute is null. */
 typedef struct ovt_detections {
@@ -532,6 +557,12 @@ typedef struct ovt_detections {
   const int32_t* cluster;            /* merged cluster; see ovt_labels.cluster_of_label */
   const float *map_s_m, *map_d_m;    /* centroid on the map; 0 without map or ego pose, or if the pose is off the map */
   const uint64_t* track;             /* id of the associated track, 0 none */
+  /* null with preset paper */
+  const float *var_x, *var_y, *cov_xy;   /* covariance of x_m, y_m. Includes the error of the ego heading: see
+                                        pose.angle_sigma_deg */
+  const int32_t* view;               /* ovt_view */
+  const int32_t* object_class;       /* ovt_object_class; initiates no track if it is OVT_CLASS_DEBRIS */
+  const float *road_z_m, *height_m;  /* z of the road under the object; height of its highest point over the road */
 } ovt_detections;
 OVT_API ovt_status ovt_read_detections_sized(ovt_reader* reader, ovt_detections* out, size_t out_size);
 static inline ovt_status ovt_read_detections(ovt_reader* reader, ovt_detections* out) {
@@ -678,7 +709,8 @@ typedef struct ovt_stats {
   int64_t stalled;                   /* times that the watchdog found a frame in work for too long */
   int64_t refiltered;                /* frames older than the newest that the tracker inserted by re-filtering */
   int64_t measurements, measurements_used, measurements_unborn, measurements_rejected, measurements_late;
-                                     /* rows given to the tracker = used + unborn (no free slot) + rejected + late */
+                                     /* rows given to the tracker = used + unborn (no free slot) + rejected + late
+                                        + measurements_debris */
   /* The result for every point, cluster, detection and track of the finished frames: the sums account for all. */
   int64_t points_clustered;          /* points in clusters; each other point of `points` has a reason (points_bad), is
                                         ground, or belongs to a cluster that did not fit */
@@ -694,6 +726,8 @@ typedef struct ovt_stats {
   int64_t tracks_unsound;            /* ... because their state was not finite any more */
   int64_t tracks_forgotten;          /* ... by a clock jump, or by the first ego pose */
   int64_t work_limited;              /* frames that reached tracker.work_limit (OVT_FLAG_WORK_LIMIT) */
+  int64_t gated_own, gated_range;    /* as in ovt_frame_info */
+  int64_t measurements_debris;       /* rows of class debris that no track took: they initiate none */
 } ovt_stats;
 OVT_API ovt_status ovt_stats_init(ovt_stats* stats, size_t struct_size);
 static inline ovt_stats ovt_default_stats(void) {

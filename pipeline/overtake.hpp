@@ -175,6 +175,7 @@ struct Table {
 struct Detections : Table<ovt_detections> {
 #define OVT_DETECTION OVT_COLUMN
 #define OVT_DETECTION_TRACK OVT_COLUMN
+#define OVT_DETECTION_VIEW OVT_COLUMN
 #include OVT_COLUMNS_DEF
 };
 

@@ -142,6 +142,18 @@ DetectParams make_detect_params(const ovt_params& params) noexcept {
   out.map_margin_m = params.gate_map_margin_m;
   out.vehicle_width_m = params.vehicle_width_m;
   out.ego_margin_m = std::max(params.gate_ego_margin_m, params.gate_map_margin_m);
+  const float height_m = float(params.gate_height_m);
+  out.join_shards = {float(params.join_gap_m), float(params.join_bound_m),
+                     {float(params.vehicle_length_m + params.join_slack_m),
+                      float(params.vehicle_width_m + params.join_slack_m), height_m}};
+  out.gate_cars = {{float(params.vehicle_length_m * (1.0 + params.gate_slack)),
+                    float(params.vehicle_width_m * (1.0 + params.gate_slack) + params.gate_width_slack_m), height_m},
+                   float(params.gate_own_back_m),
+                   float(params.gate_own_front_m),
+                   float(params.gate_own_side_m),
+                   float(params.gate_inside_m),
+                   float(params.gate_range_m)};
+  out.pose_by_view = {float(params.pose_front_length_m), params.pose_angle_sigma_rad, float(params.class_debris_m)};
   return out;
 }
 

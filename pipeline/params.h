@@ -24,6 +24,28 @@ struct SegmentParams {
   LabelPointsParams label_points;
 };
 
+// Limits of what can be one car, along psi_REF: of joined clusters, or of a candidate.
+struct CarLimits {
+  float length_m, width_m, height_m;
+};
+
+struct JoinShardsParams {
+  float gap_m, bound_m;
+  CarLimits limits;
+};
+
+struct CarGateParams {
+  CarLimits limits;
+  float own_back_m, own_front_m, own_side_m;
+  float inside_m, range_m;
+};
+
+struct PoseByViewParams {
+  float front_length_m;
+  double angle_sigma_rad;
+  float debris_m;
+};
+
 // Parameters of the stages over a whole frame.
 struct DetectParams {
   MergeSeamsParams merge_seams;
@@ -32,6 +54,9 @@ struct DetectParams {
   double map_margin_m = 0;
   double ego_margin_m = 0;  // not less than map_margin_m
   double vehicle_width_m = 0;
+  JoinShardsParams join_shards;
+  CarGateParams gate_cars;
+  PoseByViewParams pose_by_view;
 };
 
 // "" if every value is within its limits and they are consistent; else the error, starting with the text name.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "pipeline/cluster_places.h"
 #include "pipeline/method/step.h"
 
 namespace overtake {
@@ -27,7 +28,10 @@ void merge_frame(const StageContext& context, Frame& frame) noexcept {
   frame.merged_overflow = context.kernels->merge_seams(context.detect.merge_seams, sides, context.sensor_count,
                                                        frame.members, frame.merged, frame.seam);
 
-  // The merged cluster of each label, for readers.
+  number_labels(context, frame);
+}
+
+void number_labels(const StageContext& context, Frame& frame) noexcept {
   int32_t member = 0;
   for (int32_t s = 0; s < context.sensor_count; ++s) {
     SensorPart& part = frame.sensors[s];
@@ -120,74 +124,48 @@ void keep_nearest(const StageContext& context, Frame& frame) noexcept {
   frame.kept_count = count;
 }
 
-void pose_frame(const StageContext& context, Frame& frame) noexcept {
+RectangleFit fit_cluster(const StageContext& context, Frame& frame, int32_t row, float heading_ref_rad) noexcept {
+  const ClusterPoints points = gather_points(frame, row);
+  const Transform& mounting = context.sensors[frame.merged.main_sensor[row]].T_vehicle_sensor;
+  return context.kernels->fit_rectangle(context.detect.fit_rectangle, points.x_m, points.y_m, points.count,
+                                        heading_ref_rad, mounting.t[0], mounting.t[1]);
+}
+
+void write_pose(Frame& frame, int32_t i, int32_t row, const RectangleFit& fit) noexcept {
   const FrameClusterTable& merged = frame.merged;
-  const MemberTable& members = frame.members;
+  DetectionTable& out = frame.detections;
+  out.cluster[i] = row;
+  out.stamp_ns[i] = merged.stamp_ns[row];
+  out.x_m[i] = fit.center_x_m;
+  out.y_m[i] = fit.center_y_m;
+  out.z_m[i] = merged.center_z_m[row];
+  out.heading_rad[i] = fit.heading_rad;
+  out.heading_source[i] = int32_t(fit.from_var ? HeadingSource::kVar : HeadingSource::kRef);
+  out.length_m[i] = fit.extent_length_m;
+  out.width_m[i] = fit.extent_width_m;
+  out.point_count[i] = merged.point_count[row];
+  out.inliers_ref[i] = fit.inliers_ref;
+  out.inliers_var[i] = fit.inliers_var;
+  out.heading_ref_rad[i] = fit.heading_ref_rad;
+  out.heading_var_rad[i] = fit.heading_var_rad;
+  out.ref_x_m[i] = fit.ref_x_m;
+  out.ref_y_m[i] = fit.ref_y_m;
+  out.var_x_m[i] = fit.var_x_m;
+  out.var_y_m[i] = fit.var_y_m;
+  out.sensor_mask[i] = merged.sensor_mask[row];
+}
+
+void pose_frame(const StageContext& context, Frame& frame) noexcept {
   DetectionTable& out = frame.detections;
   out.count = frame.kept_count;
-  EgoState ego;
   int32_t hint = -1;
-  const auto fit_of = [&](int32_t row, double heading_ref) {
-    const int32_t first = merged.first_member[row];
-    const SensorPart& part = frame.sensors[members.sensor[first]];
-    const int32_t cluster = members.cluster[first];
-    const float* x_m = part.cluster_points.x_m + part.clusters.point_begin[cluster];
-    const float* y_m = part.cluster_points.y_m + part.clusters.point_begin[cluster];
-    int32_t count = part.clusters.point_count[cluster];
-    if (members.next_member[first] >= 0) {  // points of several sensors: copied together
-      count = 0;
-      for (int32_t m = first; m >= 0; m = members.next_member[m]) {
-        const SensorPart& source = frame.sensors[members.sensor[m]];
-        const int32_t begin = source.clusters.point_begin[members.cluster[m]];
-        const int32_t points = std::min(source.clusters.point_count[members.cluster[m]], frame.fit_capacity - count);
-        std::copy_n(source.cluster_points.x_m + begin, points, frame.fit_x_m + count);
-        std::copy_n(source.cluster_points.y_m + begin, points, frame.fit_y_m + count);
-        count += points;
-      }
-      x_m = frame.fit_x_m;
-      y_m = frame.fit_y_m;
-    }
-    const Transform& mounting = context.sensors[merged.main_sensor[row]].T_vehicle_sensor;
-    return context.kernels->fit_rectangle(context.detect.fit_rectangle, x_m, y_m, count, float(heading_ref),
-                                          mounting.t[0], mounting.t[1]);
-  };
   for (int32_t i = 0; i < out.count; ++i) {
     const int32_t row = frame.kept[i];
-
-    // psi_REF: heading of the centre line at the centroid. Without a usable map or an ego pose it is the ego heading
-    // (0), also when the ego pose is off the map: the line's heading at another place is a worse estimate.
-    double heading_ref = 0.0;
-    out.map_s_m[i] = out.map_d_m[i] = 0.0f;
-    if (frame.uses_map && frame.ego.at(merged.stamp_ns[row], ego)) {
-      double x, y;
-      ego.to_map(double(merged.center_x_m[row]), double(merged.center_y_m[row]), double(merged.center_z_m[row]), x, y);
-      const MapProjection place = context.map->project(x, y, hint);
-      hint = place.segment;
-      heading_ref = ego.heading_to_vehicle(place.heading_rad);
-      out.map_s_m[i] = float(place.s_m);
-      out.map_d_m[i] = float(place.d_m);
-    }
-
-    const RectangleFit fit = fit_of(row, heading_ref);
-    out.cluster[i] = row;
-    out.stamp_ns[i] = merged.stamp_ns[row];
-    out.x_m[i] = fit.center_x_m;
-    out.y_m[i] = fit.center_y_m;
-    out.z_m[i] = merged.center_z_m[row];
-    out.heading_rad[i] = fit.heading_rad;
-    out.heading_source[i] = int32_t(fit.from_var ? HeadingSource::kVar : HeadingSource::kRef);
-    out.length_m[i] = fit.extent_length_m;
-    out.width_m[i] = fit.extent_width_m;
-    out.point_count[i] = merged.point_count[row];
-    out.inliers_ref[i] = fit.inliers_ref;
-    out.inliers_var[i] = fit.inliers_var;
-    out.heading_ref_rad[i] = fit.heading_ref_rad;
-    out.heading_var_rad[i] = fit.heading_var_rad;
-    out.ref_x_m[i] = fit.ref_x_m;
-    out.ref_y_m[i] = fit.ref_y_m;
-    out.var_x_m[i] = fit.var_x_m;
-    out.var_y_m[i] = fit.var_y_m;
-    out.sensor_mask[i] = merged.sensor_mask[row];
+    const ClusterReference reference = find_reference(context, frame, row, hint);
+    out.map_s_m[i] = reference.on_map ? float(reference.place.s_m) : 0.0f;
+    out.map_d_m[i] = reference.on_map ? float(reference.place.d_m) : 0.0f;
+    const RectangleFit fit = fit_cluster(context, frame, row, float(reference.heading_rad));
+    write_pose(frame, i, row, fit);
   }
 }
 

@@ -46,6 +46,21 @@ void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part,
 // Merge across sensors (eq. 4).   reads  sensors[*]   writes  members, merged, merged_overflow, seam, cluster_of_label
 void merge_frame(const StageContext& context, Frame& frame) noexcept;
 
+// The merged cluster of each label, for readers.   reads  members   writes  cluster_of_label
+void number_labels(const StageContext& context, Frame& frame) noexcept;
+
+// Places the clusters that are no longer than a vehicle (cluster_places.h).   reads  merged, ego, uses_map
+// writes  places
+void locate_clusters(const StageContext& context, Frame& frame) noexcept;
+
+// Joins the clusters of one car. Seeds by falling number of points: to a seed comes the nearest cluster (box gap on the
+// axes of the seed's psi_REF at most gap_m) with which the box along psi_REF stays within the limits, and so on. A seed
+// wider than a car stands across the circuit: its limits are turned by 90 deg. Only clusters that locate_clusters
+// placed, near the circuit, and not of the own car.
+//   reads  merged, members, places, ego, uses_map   writes  the same, merged.count, cluster_of_label
+// A joined cluster takes the row order of its first member; its columns are those of its members as after merge_frame.
+void join_shards(const StageContext& context, Frame& frame) noexcept;
+
 // Decides whether this frame may use the map: not if an ego pose during the frame is outside of the circuit by more
 // than the margin.   reads  ego, merged.stamp_ns   writes  ego_off_map_m, uses_map
 void find_ego_on_map(const StageContext& context, Frame& frame) noexcept;
@@ -59,6 +74,22 @@ void keep_on_circuit(const StageContext& context, Frame& frame) noexcept;
 
 // Keeps the nearest, up to the capacity.   reads  kept, merged   writes  kept, kept_count, candidate_overflow
 void keep_nearest(const StageContext& context, Frame& frame) noexcept;
+
+// Gates of preset best. Number of points, own body, size along psi_REF, or along any heading where the points stand
+// across the circuit.   reads  merged, places   writes  kept, kept_count, candidate_count, gated_points, gated_own,
+// gated_size
+void keep_car_shaped(const StageContext& context, Frame& frame) noexcept;
+
+// The car's centre, by what is seen of it, inside the bounds.   reads  kept, merged, places, ego_off_map_m
+// writes  kept, kept_count, gated_map
+void keep_inside_bounds(const StageContext& context, Frame& frame) noexcept;
+
+// Range of the car's centre.   reads  kept, merged, places   writes  kept, kept_count, gated_range
+void keep_in_range(const StageContext& context, Frame& frame) noexcept;
+
+// Pose by the side that the sensor sees, with covariance, class and height.
+//   reads  kept, places, cluster points and their pixels   writes  detections, views
+void pose_by_view(const StageContext& context, Frame& frame) noexcept;
 
 // Two headings and the rectangle (eq. 5).   reads  kept, cluster points, ego, uses_map   writes  detections
 void pose_frame(const StageContext& context, Frame& frame) noexcept;

@@ -36,6 +36,7 @@ struct ovt_detections {
   int32_t count;
 #define OVT_DETECTION(type, name, ...) const type* name;
 #define OVT_DETECTION_TRACK OVT_DETECTION
+#define OVT_DETECTION_VIEW OVT_DETECTION
 #include "core/columns.def"
 };
 struct ovt_tracks {
@@ -60,6 +61,7 @@ struct ovt_labels {
 };
 struct ovt_frame_info {
 #define OVT_FRAME_VALUE(type, name, ...) type name;
+#define OVT_FRAME_OPTIONAL OVT_FRAME_VALUE
 #define OVT_FRAME_TIME OVT_FRAME_VALUE
 #include "pipeline/stats.def"
 };
@@ -79,6 +81,7 @@ struct ovt_stats {
                 #Struct "::" #name " of overtake.h is not as its line of columns.def or stats.def");
 #define OVT_DETECTION(type, name, ...) OVT_SAME(ovt_detections, name)
 #define OVT_DETECTION_TRACK OVT_DETECTION
+#define OVT_DETECTION_VIEW OVT_DETECTION
 #define OVT_TRACK(type, name, ...) OVT_SAME(ovt_tracks, name)
 #define OVT_TRACK_COVARIANCE OVT_TRACK
 #define OVT_TRACKS_VALUE OVT_TRACK
@@ -89,6 +92,7 @@ struct ovt_stats {
 #define OVT_LABELS_VALUE OVT_LABEL
 #include "core/columns.def"
 #define OVT_FRAME_VALUE(type, name, ...) OVT_SAME(ovt_frame_info, name)
+#define OVT_FRAME_OPTIONAL OVT_FRAME_VALUE
 #define OVT_FRAME_TIME OVT_FRAME_VALUE
 #define OVT_COUNTER(name, ...) OVT_SAME(ovt_stats, name)
 #define OVT_COUNTERS OVT_COUNTER
@@ -338,18 +342,37 @@ TEST_CASE("columns: the CSV files keep their columns; the header names each") {
   };
   Filled<ovt_detections> detections;
   const auto detections_csv = [&] {
-    io::CsvWriter csv(folder.path("table.csv"), cli::detections_header());
+    io::CsvWriter csv(folder.path("table.csv"), cli::detections_header(detections.table));
     cli::write_detections(csv, 7, detections.table);
     csv.flush();
     return read();
   };
-  CHECK(cli::detections_header() ==
-        "frame,stamp_ns,x_m,y_m,z_m,heading_rad,heading_source,length_m,width_m,points,inliers_ref,inliers_var,"
-        "heading_ref_rad,heading_var_rad,sensor_mask");
-  CHECK(detections_csv().substr(cli::detections_header().size()) ==
-        "\n7,20,21,22,23,24,ref,26,27,28,29,30,31,32,37"
-        "\n7,21,22,23,24,25,var,27,28,29,30,31,32,33,38"
-        "\n7,22,23,24,25,26,ref,28,29,30,31,32,33,34,39\n");
+  const std::string common =
+      "frame,stamp_ns,x_m,y_m,z_m,heading_rad,heading_source,length_m,width_m,points,inliers_ref,inliers_var,"
+      "heading_ref_rad,heading_var_rad,sensor_mask";
+  CHECK(detections_csv() == common + ",var_x,var_y,cov_xy,view,class,road_z_m,height_m"
+                                     "\n7,20,21,22,23,24,ref,26,27,28,29,30,31,32,37,42,43,44,rear,unknown,47,48"
+                                     "\n7,21,22,23,24,25,var,27,28,29,30,31,32,33,38,43,44,45,front,car,48,49"
+                                     "\n7,22,23,24,25,26,ref,28,29,30,31,32,33,34,39,44,45,46,rear,unknown,49,50\n");
+  {  // of a method without the optional columns
+    Filled<ovt_detections> fewer;
+    for_each_column(fewer.table, [](const ColumnInfo& column, auto*& values, int64_t) {
+      if (column.optional) values = nullptr;
+    });
+    io::CsvWriter csv(folder.path("table.csv"), cli::detections_header(fewer.table));
+    cli::write_detections(csv, 7, fewer.table);
+    csv.flush();
+    CHECK(read() == common + "\n7,20,21,22,23,24,ref,26,27,28,29,30,31,32,37"
+                             "\n7,21,22,23,24,25,var,27,28,29,30,31,32,33,38"
+                             "\n7,22,23,24,25,26,ref,28,29,30,31,32,33,34,39\n");
+    const Json few = Json::parse(cli::format_detections(info, fewer.table)).at("detections").at(0);
+    CHECK(few.contains("track"));
+    CHECK_FALSE(few.contains("view"));
+    const Json schema = Json::parse(cli::number_schema("overtake.Detections"));
+    const Json& required = schema.at("properties").at("detections").at("items").at("required");
+    CHECK(std::count(required.begin(), required.end(), "track") == 1);
+    CHECK(std::count(required.begin(), required.end(), "view") == 0);
+  }
   const std::string before = detections_csv();
   detections.flip_each([&](const ColumnInfo& column) { CHECK((detections_csv() != before) == (*column.csv != 0)); });
 

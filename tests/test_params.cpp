@@ -53,7 +53,21 @@ const std::map<std::string, double> kMethod = {{"frame.period_s", 0.05},
                                                {"tracker.predict_after", 1.5},
                                                {"tracker.horizon_s", 3},
                                                {"tracker.horizon_step_s", 0.1},
-                                               {"tracker.work_limit", 1e7}};
+                                               {"tracker.work_limit", 1e7},
+                                               // of preset best
+                                               {"join.gap_m", 2.5},
+                                               {"join.slack_m", 0.5},
+                                               {"join.bound_m", 1},
+                                               {"gate.height_m", 1.6},
+                                               {"gate.width_slack_m", 0.3},
+                                               {"gate.inside_m", 0.6},
+                                               {"gate.range_m", 130},
+                                               {"gate.own_back_m", 1.5},
+                                               {"gate.own_front_m", 4.5},
+                                               {"gate.own_side_m", 1.2},
+                                               {"pose.front_length_m", 4.2},
+                                               {"pose.angle_sigma_deg", 0.25},
+                                               {"class.debris_m", 1}};
 
 }  // namespace
 

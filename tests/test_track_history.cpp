@@ -43,7 +43,7 @@ uint64_t hash_states(TrackerBench& bench) {
 }
 
 bool adds_up(const TrackerCounts& c) {
-  return c.measurements == c.hits + c.births + c.unborn + c.rejected + c.late &&
+  return c.measurements == c.hits + c.births + c.unborn + c.rejected + c.debris + c.late &&
          c.deaths == c.missed + c.silent + c.displaced + c.unsound + c.forgotten;
 }
 
@@ -61,6 +61,7 @@ void check_same_counts(const TrackerCounts& a, const TrackerCounts& b) {
   CHECK(a.overflow == b.overflow);
   CHECK(a.unborn == b.unborn);
   CHECK(a.rejected == b.rejected);
+  CHECK(a.debris == b.debris);
   CHECK(a.measurements == b.measurements);
   CHECK(a.late == b.late);
 }

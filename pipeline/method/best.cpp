@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The method that a team races with, from a scan to tracks.
+// Preset `best`, from a scan to tracks.
 #include "pipeline/method/frame_rules.h"
 #include "pipeline/method/method.h"
 #include "pipeline/method/steps.h"
@@ -24,8 +24,15 @@ static_assert(is_chain(kSegment, kGivenColumns));
 
 // Run once per frame, after the segmentation of all its scans.
 constexpr FrameRule kFrame[] = {
-    rule::merge_seams,     rule::find_ego_on_map, rule::keep_car_sized,
-    rule::keep_on_circuit, rule::keep_nearest,    rule::pose_by_two_headings,
+    rule::merge_seams,            // clusters across the seams of two sensors
+    rule::find_ego_on_map_first,  // whether this frame may use the map
+    rule::locate_clusters,        // psi_REF and the place on the circuit
+    rule::join_shards,            // clusters of one car
+    rule::keep_car_shaped,        // not of the own car, as large as a car at most
+    rule::keep_inside_bounds,     // and with its centre on the circuit
+    rule::keep_in_range,          // and near
+    rule::keep_nearest,           // the nearest, up to the capacity
+    rule::pose_by_view,           // pose and covariance by the side that is seen
 };
 
 }  // namespace
@@ -35,6 +42,6 @@ constinit const Method kBest = {.name = "best",
                                 .frame = kFrame,
                                 .make_tracker = make_cvtr_tracker,
                                 .tracker_params = "tracker",
-                                .set_defaults = nullptr};
+                                .set_defaults = [](ovt_params& params) noexcept { params.merge_columns = 8; }};
 
 }  // namespace overtake

@@ -44,7 +44,63 @@ inline constexpr FrameRule keep_nearest = {
 inline constexpr FrameRule pose_by_two_headings = {.name = "pose_by_two_headings",
                                                    .stage = OVT_STAGE_POSE,
                                                    .reads = columns(clusters, cluster_points),
-                                                   .params = "vehicle pose",
+                                                   .params = "vehicle pose.margin_m pose.min_var_points",
                                                    .run = &pose_frame};
+
+// ---- preset best ----------------------------------------------------------------------------------------------------
+
+// The same as find_ego_on_map, before the clusters are placed on the circuit.
+inline constexpr FrameRule find_ego_on_map_first = {.name = "find_ego_on_map",
+                                                    .stage = OVT_STAGE_MERGE,
+                                                    .reads = columns(),
+                                                    .params = "gate.ego_margin_m",
+                                                    .run = &overtake::find_ego_on_map,
+                                                    .without_scans = true};
+
+inline constexpr FrameRule locate_clusters = {.name = "locate_clusters",
+                                              .stage = OVT_STAGE_MERGE,
+                                              .reads = columns(clusters, cluster_points),
+                                              .params = "vehicle.length_m gate.slack",
+                                              .run = &overtake::locate_clusters,
+                                              .uses_places = true};
+
+inline constexpr FrameRule join_shards = {.name = "join_shards",
+                                          .stage = OVT_STAGE_MERGE,
+                                          .reads = columns(clusters, cluster_points, row_of_label, label_count),
+                                          .params = "join vehicle gate.height_m gate.own_back_m gate.own_front_m "
+                                                    "gate.own_side_m",
+                                          .run = &overtake::join_shards,
+                                          .uses_places = true};
+
+inline constexpr FrameRule keep_car_shaped = {
+    .name = "keep_car_shaped",
+    .stage = OVT_STAGE_GATE,
+    .reads = columns(clusters, cluster_points),
+    .params = "gate.min_points gate.slack gate.width_slack_m gate.height_m gate.own_back_m gate.own_front_m "
+              "gate.own_side_m vehicle pose.min_var_points",
+    .run = &overtake::keep_car_shaped,
+    .uses_places = true};
+
+inline constexpr FrameRule keep_inside_bounds = {.name = "keep_inside_bounds",
+                                                 .stage = OVT_STAGE_GATE,
+                                                 .reads = columns(),
+                                                 .params = "gate.inside_m vehicle pose.front_length_m",
+                                                 .run = &overtake::keep_inside_bounds,
+                                                 .uses_places = true};
+
+inline constexpr FrameRule keep_in_range = {.name = "keep_in_range",
+                                            .stage = OVT_STAGE_GATE,
+                                            .reads = columns(),
+                                            .params = "gate.range_m vehicle pose.front_length_m",
+                                            .run = &overtake::keep_in_range,
+                                            .uses_places = true};
+
+inline constexpr FrameRule pose_by_view = {
+    .name = "pose_by_view",
+    .stage = OVT_STAGE_POSE,
+    .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel),
+    .params = "vehicle pose class",
+    .run = &overtake::pose_by_view,
+    .uses_places = true};
 
 }  // namespace overtake::rule

@@ -22,6 +22,7 @@ struct FrameRule {
   const char* params;  // of ovt_params that it reads: groups and text names, separated by one space
   void (*run)(const StageContext& context, Frame& frame) noexcept;
   bool without_scans = false;  // also runs for predictions and pushed detections
+  bool uses_places = false;    // of the frame: places, views
 };
 
 struct Method {

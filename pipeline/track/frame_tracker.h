@@ -56,6 +56,7 @@ struct IterationCounts {
   int64_t overflow = 0;   // unborn + displaced
   int64_t unborn = 0;     // rows not initiated: no free slot, or beyond detection_capacity
   int64_t rejected = 0;   // rows that are not a valid measurement
+  int64_t debris = 0;     // rows of debris that no track took
   int64_t limited = 0;    // iterations that the work limit shortened
 };
 
@@ -69,7 +70,7 @@ struct FrameCounts {
   int64_t refiltered = 0;  // iterations that ran again for them
 };
 
-// Every row ends in exactly one place: measurements = hits + births + unborn + rejected + late.
+// Every row ends in exactly one place: measurements = hits + births + unborn + rejected + debris + late.
 struct TrackerCounts : IterationCounts, FrameCounts {};
 
 struct StepResult {

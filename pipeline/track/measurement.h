@@ -20,6 +20,7 @@ struct Measurement {
   double heading_rad = kNotMeasured;
   double length_m = kNotMeasured, width_m = kNotMeasured;
   int64_t stamp_ns = 0;
+  int64_t debris = 0;  // 1: initiates no track, and is no hit of a tentative one
 };
 
 // Positive definite, with variances of 1e-12 to 1e12 m^2.

@@ -115,7 +115,7 @@ class TrackSet {
       it.track[hit] = head.id;
       it.birth[hit] = head.birth;
       ++counts_.hits;
-      lives = policy_.record(state, true);
+      lives = policy_.record(state, !z.debris || policy_.is_confirmed(state));
     } else {
       if (it.stamp_ns > head.state_ns) {  // a track's time never goes back
         policy_.predict(state, seconds_between(head.state_ns, it.stamp_ns));
@@ -138,8 +138,13 @@ class TrackSet {
   // Nearest first: so no new track is evicted for another new one, and row order does not matter.
   void give_births(Iteration& it, int32_t place, TrackIds& ids) noexcept {
     int32_t count = 0;
-    for (int32_t i = 0; i < it.count; ++i)
-      if (it.slot[i] < 0) newborn_[count++] = i;
+    for (int32_t i = 0; i < it.count; ++i) {
+      if (it.slot[i] >= 0) continue;
+      if (it.measurement[i].debris)
+        ++counts_.debris;
+      else
+        newborn_[count++] = i;
+    }
     std::sort(newborn_, newborn_ + count, [&it](int32_t a, int32_t b) {
       const double da = it.ego_distance_m2[a], db = it.ego_distance_m2[b];
       return std::tie(da, a) < std::tie(db, b);

@@ -62,8 +62,15 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
          .length_m = double(in.length_m[i]),
          .width_m = double(in.width_m[i]),
          .stamp_ns = in.stamp_ns[i]};
+    double z_m = double(in.z_m[i]);
+    if (frame.views.count > 0) {  // the centre on the road: on a bank, a place above it is another place of the map
+      const DetectionViewTable& views = frame.views;
+      z.var_x = double(views.var_x[i]), z.var_y = double(views.var_y[i]), z.cov_xy = double(views.cov_xy[i]);
+      z.debris = views.object_class[i] == int32_t(ObjectClass::kDebris);
+      z_m = double(views.road_z_m[i]);
+    }
     if (reference_ == OVT_REFERENCE_MAP && frame.ego.at(in.stamp_ns[i], ego)) {
-      turn_to_map(ego, double(in.z_m[i]), z);
+      turn_to_map(ego, z_m, z);
       widen(params_, ego_variance(ego), z);
     }
   }

@@ -86,7 +86,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
   }
   const TrackerCounts counts = bench.tracker.counts();
   OVT_FUZZ_REQUIRE(counts.measurements == given);
-  OVT_FUZZ_REQUIRE(counts.measurements == counts.hits + counts.births + counts.unborn + counts.rejected + counts.late);
+  OVT_FUZZ_REQUIRE(counts.measurements ==
+                   counts.hits + counts.births + counts.unborn + counts.rejected + counts.debris + counts.late);
   OVT_FUZZ_REQUIRE(counts.births - counts.deaths == bench.track_count());
   OVT_FUZZ_REQUIRE(counts.deaths ==
                    counts.missed + counts.silent + counts.displaced + counts.unsound + counts.forgotten);

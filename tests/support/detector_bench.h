@@ -78,7 +78,7 @@ inline uint64_t hash_detections(const ovt_detections& d) {
   overtake::Hash hash;
   hash.add_value(d.count);
   overtake::for_each_column(d, [&](const overtake::ColumnInfo& info, const auto* column, int64_t rows) {
-    if (std::strcmp(info.name, "track") != 0) hash.add_bytes(column, std::size_t(rows) * sizeof *column);
+    if (column && std::strcmp(info.name, "track") != 0) hash.add_bytes(column, std::size_t(rows) * sizeof *column);
   });
   return hash.value();
 }

@@ -28,7 +28,7 @@ template <class Table>
 bool is_all_finite(const Table& table) {
   bool finite = true;
   overtake::for_each_column(table, [&]<class T>(const overtake::ColumnInfo&, const T* column, int64_t rows) {
-    if constexpr (std::is_floating_point_v<T>) finite &= are_finite(column, rows);
+    if constexpr (std::is_floating_point_v<T>) finite &= !column || are_finite(column, rows);
   });
   overtake::for_each_value(table, [&](const overtake::ValueInfo&, auto value) {
     if constexpr (std::is_floating_point_v<decltype(value)>) finite &= bool(std::isfinite(value));
@@ -55,8 +55,10 @@ inline const char* find_broken_info(const ovt_frame_info& info, int32_t sensor_c
   OVT_RULE(info.ego_off_map_m > 0 || (info.flags & OVT_FLAG_EGO_OFF_MAP) == 0);
   // Every loss has a count, and no map gate runs while the map must not be used.
   OVT_RULE(info.gated_points >= 0 && info.gated_size >= 0 && info.gated_map >= 0 && info.overflow_candidates >= 0);
-  OVT_RULE(info.cluster_count == info.gated_points + info.gated_size + info.candidate_count);
-  OVT_RULE(info.candidate_count == info.gated_map + info.overflow_candidates + info.detection_count);
+  OVT_RULE(info.gated_own >= 0 && info.gated_range >= 0);
+  OVT_RULE(info.cluster_count == info.gated_points + info.gated_size + info.gated_own + info.candidate_count);
+  OVT_RULE(info.candidate_count ==
+           info.gated_map + info.gated_range + info.overflow_candidates + info.detection_count);
   if ((info.flags & (OVT_FLAG_NO_MAP | OVT_FLAG_EGO_OFF_MAP)) != 0) OVT_RULE(info.gated_map == 0);
   OVT_RULE(info.overflow_candidates == 0 || (info.flags & OVT_FLAG_OVERFLOW) != 0);
   return nullptr;
@@ -161,9 +163,10 @@ inline const char* find_broken_sum(const ovt_stats& s, int64_t alive, int64_t gi
   int64_t bad = 0;
   for (const int64_t count : s.points_bad) bad += count;
   OVT_RULE(bad >= 0 && s.points_clustered >= 0 && s.points >= bad + s.points_clustered);
-  OVT_RULE(s.clusters == s.gated_points + s.gated_size + s.gated_map + s.overflow_candidates + s.detections);
-  OVT_RULE(s.measurements ==
-           s.measurements_used + s.measurements_unborn + s.measurements_rejected + s.measurements_late);
+  OVT_RULE(s.clusters == s.gated_points + s.gated_size + s.gated_own + s.gated_map + s.gated_range +
+                             s.overflow_candidates + s.detections);
+  OVT_RULE(s.measurements == s.measurements_used + s.measurements_unborn + s.measurements_rejected +
+                                 s.measurements_late + s.measurements_debris);
   if (given >= 0) OVT_RULE(s.detections + given == s.measurements + s.measurements_lost);
   const int64_t ended = s.tracks_missed + s.tracks_silent + s.tracks_displaced + s.tracks_unsound + s.tracks_forgotten;
   OVT_RULE(s.tracks_born >= ended);

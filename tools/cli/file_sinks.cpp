@@ -10,19 +10,25 @@ namespace overtake::cli {
 
 CsvSink::CsvSink(const std::string& folder, const io::Rig& rig)
     : rig_(rig),
-      detections_(folder + "/detections.csv", detections_header()),
+      detections_path_(folder + "/detections.csv"),
       tracks_(folder + "/tracks.csv", tracks_header()),
       timing_(folder + "/timing.csv", kTimingHeader) {}
 
+void CsvSink::open_detections(const ovt_detections& detections) {
+  if (!detections_) detections_.emplace(detections_path_, detections_header(detections));
+}
+
 void CsvSink::add(const FinishedFrame& frame) {
-  write_detections(detections_, frame.number, frame.detections);
+  open_detections(frame.detections);
+  write_detections(*detections_, frame.number, frame.detections);
   write_tracks(tracks_, frame.number, frame.info, frame.tracks);
   write_times(timing_, frame.number, frame.info.stamp_ns, rig_, frame.reader);
   finish();  // keeps the results so far after Ctrl-C or an error
 }
 
 void CsvSink::finish() {
-  for (io::CsvWriter* table : {&detections_, &tracks_, &timing_}) table->flush();
+  open_detections({});  // without a frame the file has its header only
+  for (io::CsvWriter* table : {&*detections_, &tracks_, &timing_}) table->flush();
 }
 
 void McapSink::add(const FinishedFrame& frame) {

@@ -4,6 +4,7 @@
 // Sinks that write files: tables, trace, MCAP, the picture of one frame.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "tools/cli/frame_sink.h"
@@ -22,8 +23,12 @@ class CsvSink : public FrameSink {
   void finish() override;
 
  private:
+  void open_detections(const ovt_detections& detections);
+
   const io::Rig& rig_;
-  io::CsvWriter detections_, tracks_, timing_;
+  const std::string detections_path_;
+  std::optional<io::CsvWriter> detections_;  // from the first frame on, whose columns the header names
+  io::CsvWriter tracks_, timing_;
 };
 
 class TraceSink : public FrameSink {

@@ -29,11 +29,10 @@ void write_cell(io::CsvWriter& csv, const char* words, T value) {
 
 // The columns' names, each after a comma. `behind_state`: columns of the frame, whose place is after column `state`.
 template <class Table>
-std::string names_of_cells(const char* behind_state) {
+std::string names_of_cells(const Table& table, const char* behind_state) {
   std::string names;
-  Table none{};
-  for_each_column(none, [&](const ColumnInfo& column, auto*, int64_t) {
-    if (*column.csv) names += std::string(",") + column.csv;
+  for_each_column(table, [&](const ColumnInfo& column, auto* values, int64_t) {
+    if (*column.csv && (values || !column.optional)) names += std::string(",") + column.csv;
     if (std::string_view(column.csv) == "state") names += behind_state;
   });
   return names;
@@ -41,13 +40,13 @@ std::string names_of_cells(const char* behind_state) {
 
 }  // namespace
 
-std::string detections_header() { return "frame" + names_of_cells<ovt_detections>(""); }
+std::string detections_header(const ovt_detections& d) { return "frame" + names_of_cells(d, ""); }
 
 void write_detections(io::CsvWriter& csv, int64_t frame, const ovt_detections& d) {
   for (int32_t i = 0; i < d.count; ++i) {
     csv.cell(frame);
     for_each_column(d, [&](const ColumnInfo& column, const auto* values, int64_t) {
-      if (*column.csv) write_cell(csv, column.words, values[i]);
+      if (*column.csv && values) write_cell(csv, column.words, values[i]);
     });
     csv.end_row();
   }
@@ -64,7 +63,7 @@ Place place_of(const ovt_frame_info& info, const ovt_tracks& tracks, int32_t i) 
 std::string track_name(uint64_t id) { return std::to_string(id & 0xffffffff) + ":" + std::to_string(id >> 32); }
 
 std::string tracks_header() {
-  return "stamp_ns" + names_of_cells<ovt_tracks>(",frame") + ",var_x,var_y,ahead_m,left_m,name";
+  return "stamp_ns" + names_of_cells(ovt_tracks{}, ",frame") + ",var_x,var_y,ahead_m,left_m,name";
 }
 
 void write_tracks(io::CsvWriter& csv, int64_t frame, const ovt_frame_info& info, const ovt_tracks& t) {

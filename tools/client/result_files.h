@@ -19,7 +19,8 @@ inline constexpr const char* kTimingHeader = "frame,stamp_ns,sensor,stage,time_u
 // The name of a value: entry number `value` of `words`, which are separated by spaces (core/columns.def).
 std::string_view word_of(std::string_view words, int64_t value);
 // First lines of the CSV files: the columns that core/columns.def lists for them, and those of the frame.
-std::string detections_header();
+// detections.csv also has the columns that only some methods compute, where `detections` has them.
+std::string detections_header(const ovt_detections& detections);
 std::string tracks_header();
 // heading_source: "ref" (map or ego heading) or "var" (from the points).
 void write_detections(io::CsvWriter& csv, int64_t frame, const ovt_detections& detections);

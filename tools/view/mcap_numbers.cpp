@@ -52,12 +52,18 @@ Json detection_schema() {
 #define OVT_DETECTION(type, name, csv, json, words, meaning) row[json] = value_schema<type>(words, meaning);
 #define OVT_DETECTION_TRACK OVT_DETECTION
 #include "core/columns.def"
-  return schema_object(row);
+  Json schema = schema_object(row);  // the columns below are not required: some methods do not compute them
+#define OVT_DETECTION_VIEW(type, name, csv, json, words, meaning) \
+  schema["properties"][json] = value_schema<type>(words, meaning);
+#include "core/columns.def"
+  return schema;
 }
 Json detection_row(const ovt_detections& d, int32_t i) {
   Json row;
 #define OVT_DETECTION(type, name, csv, json, words, meaning) row[json] = value_of(words, d.name[i]);
 #define OVT_DETECTION_TRACK OVT_DETECTION
+#define OVT_DETECTION_VIEW(type, name, csv, json, words, meaning) \
+  if (d.name) row[json] = value_of(words, d.name[i]);
 #include "core/columns.def"
   return row;
 }

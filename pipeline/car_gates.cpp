@@ -1,0 +1,102 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The gates of preset `best`: what can be a car, by its size along its heading, its place on the circuit and its range.
+#include <algorithm>
+
+#include "core/math.h"
+#include "kernels/heading_grid.h"
+#include "pipeline/cluster_places.h"
+#include "pipeline/own_body.h"
+
+namespace overtake {
+namespace {
+
+bool fits(const CarLimits& limits, const OrientedBox& box) {
+  return box.length() <= limits.length_m && box.width() <= limits.width_m;
+}
+
+// A car that spins stands at any angle to the circuit. Step of 5 deg: at the nearest heading a car of 4.9 x 1.9 m is
+// wider by 0.2 m at most, which is less than the slack of the width.
+bool fits_across(const CarLimits& limits, const Frame& frame, int32_t row) {
+  constexpr int32_t kStep = 5;
+  for (int32_t degree = 0; degree < kDegreeCount; degree += kStep) {
+    const OrientedBox box =
+        measure_box(frame, row, kHeadingGrid.degree_cos[degree], kHeadingGrid.degree_sin[degree]);
+    if (fits(limits, box) || fits(limits, {box.low_2, box.high_2, box.low_1, box.high_1})) return true;
+  }
+  return false;
+}
+
+// The car's centre by what is seen of it along psi_REF. A car across the circuit: the middle of what is seen.
+CarAnchor anchor_cluster(const StageContext& context, const Frame& frame, int32_t row) {
+  const DetectParams& params = context.detect;
+  const ClusterPlaceTable& places = frame.places;
+  const OrientedBox box = box_of(places, row);
+  if (!fits(params.gate_cars.limits, box))
+    return {0.5f * (box.low_1 + box.high_1), 0.5f * (box.low_2 + box.high_2), CarView::kSide, 0.0f, 0.0f};
+  const float* const at_m = context.sensors[frame.merged.main_sensor[row]].T_vehicle_sensor.t;
+  const float c = places.cos[row], s = places.sin[row];
+  return anchor_car({params.fit_rectangle.length_m, params.fit_rectangle.width_m, params.pose_by_view.front_length_m},
+                    box, at_m[0] * c + at_m[1] * s, at_m[1] * c - at_m[0] * s);
+}
+
+// Keeps the candidates for which `keeps` is true; returns how many it removed.
+template <class F>
+int32_t filter(Frame& frame, F&& keeps) {
+  int32_t count = 0;
+  for (int32_t i = 0; i < frame.kept_count; ++i)
+    if (keeps(frame.kept[i])) frame.kept[count++] = frame.kept[i];
+  const int32_t removed = frame.kept_count - count;
+  frame.kept_count = count;
+  return removed;
+}
+
+}  // namespace
+
+void keep_car_shaped(const StageContext& context, Frame& frame) noexcept {
+  const FrameClusterTable& merged = frame.merged;
+  const CarGateParams& params = context.detect.gate_cars;
+  frame.kept_count = frame.gated_points = frame.gated_own = frame.gated_size = 0;
+  const auto is_car_sized = [&](int32_t row) {
+    if (!frame.places.known[row] || merged.max_z_m[row] - merged.min_z_m[row] > params.limits.height_m) return false;
+    if (fits(params.limits, box_of(frame.places, row))) return true;
+    return merged.point_count[row] >= context.detect.fit_rectangle.min_var_points &&
+           fits_across(params.limits, frame, row);
+  };
+  for (int32_t row = 0; row < merged.count; ++row) {
+    if (merged.point_count[row] < context.detect.gate_clusters.min_points)
+      ++frame.gated_points;
+    else if (is_own_body(params, merged, row))
+      ++frame.gated_own;
+    else if (is_car_sized(row))
+      frame.kept[frame.kept_count++] = row;
+    else
+      ++frame.gated_size;
+  }
+  frame.candidate_count = frame.kept_count;
+}
+
+void keep_inside_bounds(const StageContext& context, Frame& frame) noexcept {
+  // As keep_on_circuit: if the ego vehicle is a little outside of the circuit, cars up to a vehicle's width farther out
+  // may be in its way.
+  const double out_m = frame.ego_off_map_m > 0.0 ? frame.ego_off_map_m + context.detect.vehicle_width_m : 0.0;
+  const float least_m = min_of(context.detect.gate_cars.inside_m, 0.0f - float(out_m));
+  const float inside_m = out_m > 0.0 ? least_m : context.detect.gate_cars.inside_m;
+  frame.gated_map = filter(frame, [&](int32_t row) {
+    const ClusterPlaceTable& places = frame.places;
+    const FrameClusterTable& merged = frame.merged;
+    const float centroid_2 = merged.center_y_m[row] * places.cos[row] - merged.center_x_m[row] * places.sin[row];
+    return measure_inside(places, row, anchor_cluster(context, frame, row).center_2 - centroid_2) >= inside_m;
+  });
+}
+
+void keep_in_range(const StageContext& context, Frame& frame) noexcept {
+  const float range_m = context.detect.gate_cars.range_m;
+  frame.gated_range = filter(frame, [&](int32_t row) {
+    const CarAnchor car = anchor_cluster(context, frame, row);
+    return car.center_1 * car.center_1 + car.center_2 * car.center_2 <= range_m * range_m;
+  });
+}
+
+}  // namespace overtake

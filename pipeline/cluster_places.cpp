@@ -1,0 +1,107 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/cluster_places.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/math.h"
+#include "core/reduce.h"
+
+namespace overtake {
+
+ClusterReference find_reference(const StageContext& context, const Frame& frame, int32_t row, int32_t& hint) noexcept {
+  const FrameClusterTable& merged = frame.merged;
+  ClusterReference found;
+  EgoState ego;
+  if (!frame.uses_map || !frame.ego.at(merged.stamp_ns[row], ego)) return found;
+  double x, y;
+  ego.to_map(double(merged.center_x_m[row]), double(merged.center_y_m[row]), double(merged.center_z_m[row]), x, y);
+  found.place = context.map->project(x, y, hint);
+  hint = found.place.segment;
+  found.heading_rad = ego.heading_to_vehicle(found.place.heading_rad);
+  found.on_map = true;
+  found.fresh = ego.age_ns <= kEgoFreshNs;
+  return found;
+}
+
+ClusterPoints gather_points(Frame& frame, int32_t row) noexcept {
+  const int32_t first = frame.merged.first_member[row];
+  if (frame.members.next_member[first] < 0) {
+    const SensorPart& part = frame.sensors[frame.members.sensor[first]];
+    const int32_t cluster = frame.members.cluster[first], begin = part.clusters.point_begin[cluster];
+    return {part.cluster_points.x_m + begin, part.cluster_points.y_m + begin, part.clusters.point_count[cluster]};
+  }
+  int32_t count = 0;
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    const int32_t begin = part.clusters.point_begin[cluster];
+    const int32_t points = std::min(part.clusters.point_count[cluster], frame.fit_capacity - count);
+    std::copy_n(part.cluster_points.x_m + begin, points, frame.fit_x_m + count);
+    std::copy_n(part.cluster_points.y_m + begin, points, frame.fit_y_m + count);
+    count += points;
+  });
+  return {frame.fit_x_m, frame.fit_y_m, count};
+}
+
+OrientedBox measure_box(const Frame& frame, int32_t row, float cos, float sin) noexcept {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  OrientedBox box = {kInfinity, -kInfinity, kInfinity, -kInfinity};
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    const float* const x_m = part.cluster_points.x_m + part.clusters.point_begin[cluster];
+    const float* const y_m = part.cluster_points.y_m + part.clusters.point_begin[cluster];
+    Lanes<float> low_1(kInfinity), high_1(-kInfinity), low_2(kInfinity), high_2(-kInfinity);
+    for_each_in_lanes(part.clusters.point_count[cluster], [&](int32_t k, int32_t l) {
+      const float along = x_m[k] * cos + y_m[k] * sin, across = y_m[k] * cos - x_m[k] * sin;
+      low_1[l] = min_of(low_1[l], along);
+      high_1[l] = max_of(high_1[l], along);
+      low_2[l] = min_of(low_2[l], across);
+      high_2[l] = max_of(high_2[l], across);
+    });
+    box = {min_of(box.low_1, lane_min(low_1)), max_of(box.high_1, lane_max(high_1)),
+           min_of(box.low_2, lane_min(low_2)), max_of(box.high_2, lane_max(high_2))};
+  });
+  return box;
+}
+
+void locate_cluster(const StageContext& context, Frame& frame, int32_t row, int32_t& hint) noexcept {
+  ClusterPlaceTable& places = frame.places;
+  const ClusterReference reference = find_reference(context, frame, row, hint);
+  const float wrapped = wrap_angle(float(reference.heading_rad));
+  places.heading_rad[row] = wrapped == wrapped ? wrapped : 0.0f;
+  double sin, cos;
+  sin_cos_f64(double(places.heading_rad[row]), sin, cos);
+  places.sin[row] = float(sin);
+  places.cos[row] = float(cos);
+  places.s_m[row] = reference.on_map ? float(reference.place.s_m) : 0.0f;
+  places.d_m[row] = reference.on_map ? float(reference.place.d_m) : 0.0f;
+  places.width_left_m[row] = reference.fresh ? float(reference.place.width_left_m) : kNoBound_m;
+  places.width_right_m[row] = reference.fresh ? float(reference.place.width_right_m) : kNoBound_m;
+  const OrientedBox box = measure_box(frame, row, places.cos[row], places.sin[row]);
+  places.low_1_m[row] = box.low_1, places.high_1_m[row] = box.high_1;
+  places.low_2_m[row] = box.low_2, places.high_2_m[row] = box.high_2;
+  places.known[row] = 1;
+}
+
+CarAnchor anchor_car(const CarSize& size, const OrientedBox& seen, float sensor_1, float sensor_2) noexcept {
+  constexpr float kMostOfFlank = 0.6f;
+  const float middle_1 = 0.5f * (seen.low_1 + seen.high_1), middle_2 = 0.5f * (seen.low_2 + seen.high_2);
+  const float ahead = sensor_1 - middle_1, left = sensor_2 - middle_2;  // of the sensor, from the middle
+  const bool beside = abs_of(ahead) <= 0.5f * size.length_m;
+  CarAnchor car = {middle_1, middle_2, beside ? CarView::kSide : ahead < 0.0f ? CarView::kRear : CarView::kFront,
+                   max_of(size.length_m - seen.length(), 0.0f), max_of(size.width_m - seen.width(), 0.0f)};
+  if (car.unseen_1 > 0.0f) {
+    if (ahead < 0.0f) {
+      car.center_1 = seen.low_1 + 0.5f * size.length_m;
+      if (!beside) car.unseen_1 = 0.0f;
+    } else if (seen.length() >= size.front_length_m) {
+      car.center_1 = seen.high_1 - 0.5f * size.length_m;
+    }
+  }
+  if (beside && car.unseen_2 > 0.0f && seen.length() >= kMostOfFlank * size.length_m) {
+    car.center_2 = left < 0.0f ? seen.low_2 + 0.5f * size.width_m : seen.high_2 - 0.5f * size.width_m;
+    car.unseen_2 = 0.0f;
+  }
+  return car;
+}
+
+}  // namespace overtake

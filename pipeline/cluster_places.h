@@ -1,0 +1,85 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Where a merged cluster lies: on the circuit, along psi_REF, and its points. Functions that several rules of a frame
+// share.
+#pragma once
+
+#include "core/circuit_map.h"
+#include "pipeline/stages.h"
+
+namespace overtake {
+
+// psi_REF of a merged cluster, and the place of its centroid on the circuit.
+struct ClusterReference {
+  double heading_rad = 0.0;  // vehicle frame; not wrapped
+  bool on_map = false;       // the map may be used and an ego pose is known: `place` is valid
+  bool fresh = false;        // on_map, and the ego pose is no older than kEgoFreshNs
+  MapProjection place{};
+};
+
+// psi_REF: heading of the centre line at the centroid. Without a usable map or an ego pose it is the ego heading (0),
+// also when the ego pose is off the map: the line's heading at another place is a worse estimate. `hint`: the segment
+// of a neighbour, -1 none; changes the cost, never the result.
+ClusterReference find_reference(const StageContext& context, const Frame& frame, int32_t row, int32_t& hint) noexcept;
+
+// Calls f(sensor part, row in its ClusterTable) for each cluster of a merged row, in the order of its members.
+template <class F>
+void for_each_member(const Frame& frame, int32_t row, F&& f) {
+  for (int32_t m = frame.merged.first_member[row]; m >= 0; m = frame.members.next_member[m])
+    f(frame.sensors[frame.members.sensor[m]], frame.members.cluster[m]);
+}
+
+// All points of a merged cluster as two columns: of the sensor, or copied to the frame's fit_x_m and fit_y_m if the
+// cluster has several members.
+struct ClusterPoints {
+  const float *x_m, *y_m;
+  int32_t count;
+};
+ClusterPoints gather_points(Frame& frame, int32_t row) noexcept;
+
+// Extent of points along and across a heading, from the origin of the vehicle frame. Axis 2 points to the left.
+struct OrientedBox {
+  float low_1, high_1, low_2, high_2;
+  float length() const { return high_1 - low_1; }
+  float width() const { return high_2 - low_2; }
+};
+OrientedBox measure_box(const Frame& frame, int32_t row, float cos, float sin) noexcept;
+
+// The box of a row of frame.places along its psi_REF.
+inline OrientedBox box_of(const ClusterPlaceTable& places, int32_t row) noexcept {
+  return {places.low_1_m[row], places.high_1_m[row], places.low_2_m[row], places.high_2_m[row]};
+}
+
+// psi_VAR and the rectangle at two headings, of all points of a merged cluster (eq. 5).
+RectangleFit fit_cluster(const StageContext& context, Frame& frame, int32_t row, float heading_ref_rad) noexcept;
+// Writes row i of frame.detections, but the place on the map: the merged cluster's columns, and the fit.
+void write_pose(Frame& frame, int32_t i, int32_t row, const RectangleFit& fit) noexcept;
+
+// Fills a row of frame.places from the merged cluster.
+void locate_cluster(const StageContext& context, Frame& frame, int32_t row, int32_t& hint) noexcept;
+
+// How far a place on the circuit is inside of the nearer bound; below 0 outside. `across_m`: from the row's centroid,
+// to the left of psi_REF. Large where the row has no bounds.
+inline float measure_inside(const ClusterPlaceTable& places, int32_t row, float across_m) noexcept {
+  const float d_m = places.d_m[row] + across_m;
+  return std::min(places.width_left_m[row] - d_m, d_m + places.width_right_m[row]);
+}
+
+// Where the centre of a car of known size lies, by what a sensor at (sensor_1, sensor_2) sees of it; all on the axes of
+// its heading. kernels/README.md does not cover it: the rule belongs to preset `best`.
+//   along   both ends seen: the middle. From behind: the rear end plus half a length. From ahead: the front end minus
+//           half a length if at least front_length is seen, because the flat nose of a distant car returns no points;
+//           else the middle of what is seen
+//   across  the middle of what is seen; from the side: the near flank plus half a width, if most of the flank is seen
+struct CarAnchor {
+  float center_1, center_2;
+  CarView view;
+  float unseen_1, unseen_2;  // length and width that is not seen and not known from the anchor: 0 at a known end
+};
+struct CarSize {
+  float length_m, width_m, front_length_m;
+};
+CarAnchor anchor_car(const CarSize& size, const OrientedBox& seen, float sensor_1, float sensor_2) noexcept;
+
+}  // namespace overtake

@@ -1,0 +1,215 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Pose of a car by the side that the sensor sees, with its covariance, its class and its height over the road.
+#include <algorithm>
+#include <cmath>
+
+#include "core/math.h"
+#include "pipeline/cluster_places.h"
+
+namespace overtake {
+namespace {
+
+// Standard deviations of the centre, m, fitted to simulated races. A part of the car that the sensor does not see, and
+// whose end is not known, leaves the centre uncertain by half of that part: 0.29 is the deviation of a uniform
+// distribution. The farther the car, the fewer rows and columns hit it.
+constexpr double kNear_m = 0.05;            // at the sensor, along and across
+constexpr double kAlongOfRange = 0.0035;    // of the range: the end that is seen
+constexpr double kAcrossOfRange = 0.002;    // of the range
+constexpr double kAlongOfUnseen = 0.29;     // of the length that is not seen
+constexpr double kAcrossOfUnseen = 0.15;    // of the width: half of it is mostly missing on both sides
+constexpr double kFewPoints_m2 = 0.5;       // variance over the number of points
+
+// Covariance of a centre in the vehicle frame. (c, s): the car's heading.
+struct Covariance {
+  double xx, yy, xy;
+};
+Covariance find_covariance(const CarAnchor& car, double c, double s, double x_m, double y_m, int32_t points,
+                           double angle_sigma_rad) {
+  const double range2 = x_m * x_m + y_m * y_m;
+  const double few = kFewPoints_m2 / double(std::max(points, 1));
+  const double along = kNear_m * kNear_m + kAlongOfRange * kAlongOfRange * range2 +
+                       kAlongOfUnseen * kAlongOfUnseen * double(car.unseen_1) * double(car.unseen_1) + few;
+  const double across = kNear_m * kNear_m + kAcrossOfRange * kAcrossOfRange * range2 +
+                        kAcrossOfUnseen * kAcrossOfUnseen * double(car.unseen_2) * double(car.unseen_2) +
+                        kAcrossOfUnseen * kAcrossOfUnseen * few;
+  const double turn = angle_sigma_rad * angle_sigma_rad;  // moves the centre across the line of sight
+  return {c * c * along + s * s * across + turn * y_m * y_m, s * s * along + c * c * across + turn * x_m * x_m,
+          c * s * (along - across) - turn * x_m * y_m};
+}
+
+// ---- class ----------------------------------------------------------------------------------------------------------
+
+// The pixels of a cluster in the image of one sensor.
+struct PixelBox {
+  int32_t row_low = INT32_MAX, row_high = -1, col_low = INT32_MAX, col_high = -1;
+};
+
+class PixelView {
+ public:
+  PixelView(const SensorModel& sensor, const SensorPart& part) : sensor_(sensor), part_(part) {}
+
+  PixelBox find_pixels(int32_t cluster) const {
+    PixelBox box;
+    const Plane<int32_t>& image = part_.kept.images.pixel_point;
+    const int32_t begin = part_.clusters.point_begin[cluster], end = begin + part_.clusters.point_count[cluster];
+    for (int32_t k = begin; k < end; ++k) {
+      const int32_t pixel = part_.kept.points.pixel[part_.cluster_points.point[k]];
+      if (pixel < 0) continue;
+      const int32_t row = pixel / image.stride, col = pixel % image.stride;
+      box.row_low = std::min(box.row_low, row), box.row_high = std::max(box.row_high, row);
+      box.col_low = std::min(box.col_low, col), box.col_high = std::max(box.col_high, col);
+    }
+    return box;
+  }
+
+  // Largest angle between two neighbouring rows at the cluster; 0: unknown.
+  float find_row_pitch(const PixelBox& box) const {
+    float pitch = 0.0f, before = 0.0f;
+    bool any = false;
+    for (int32_t row = box.row_low - 1; row <= box.row_high + 1; ++row) {
+      float slope;
+      if (!find_slope(row, box.col_low - kBeside, box.col_high + kBeside, slope)) {
+        any = false;  // a row without a return: the next angle would be of two rows
+        continue;
+      }
+      if (any) pitch = max_of(pitch, abs_of(slope - before));
+      before = slope;
+      any = true;
+    }
+    return pitch;
+  }
+
+  // Whether something nearer, or the edge of the image, may hide more of the object on the left or on the right.
+  bool may_be_hidden(const PixelBox& box, float range_m) const {
+    constexpr float kNearer_m = 0.5f;
+    for (int32_t row = box.row_low; row <= box.row_high; ++row)
+      for (int32_t k = 1; k <= kBeside; ++k)
+        for (const int32_t col : {box.col_low - k, box.col_high + k}) {
+          if (!sensor_.wraps && (col < 0 || col >= sensor_.cols)) return true;
+          const int32_t point = at(row, col);
+          if (point >= 0 && range_of(point) < range_m - kNearer_m) return true;
+        }
+    return false;
+  }
+
+ private:
+  static constexpr int32_t kBeside = 2;  // columns
+
+  int32_t at(int32_t row, int32_t col) const {
+    const Plane<int32_t>& image = part_.kept.images.pixel_point;
+    if (row < 0 || row >= image.rows) return kNoPoint;
+    if (sensor_.wraps) col = (col + image.cols) % image.cols;
+    return col < 0 || col >= image.cols ? kNoPoint : image.at(row, col);
+  }
+  float range_of(int32_t point) const {
+    const ScanTable& scan = part_.scan;
+    const float x = scan.x_m[point], y = scan.y_m[point], z = scan.z_m[point];
+    return std::sqrt(x * x + y * y + z * z);
+  }
+  // Height over distance of a return of the row between the columns, in the sensor's axes.
+  bool find_slope(int32_t row, int32_t first, int32_t last, float& slope) const {
+    for (int32_t col = first; col <= last; ++col) {
+      const int32_t point = at(row, col);
+      if (point < 0) continue;
+      const ScanTable& scan = part_.scan;
+      const float x = scan.x_m[point], y = scan.y_m[point];
+      slope = scan.z_m[point] / std::sqrt(max_of(x * x + y * y, 1e-6f));
+      return true;
+    }
+    return false;
+  }
+
+  const SensorModel& sensor_;
+  const SensorPart& part_;
+};
+
+// The class of a cluster, by what a car would show at this distance. A car has kRows rows and kColumns columns at
+// least on its body, which is as wide as the car; then an object smaller than debris_m is not a car, unless something
+// hides the rest of it. Where a car has fewer rows or columns, its body may be missed: then the class is not debris.
+ObjectClass classify(const StageContext& context, const Frame& frame, int32_t row, const OrientedBox& box) {
+  constexpr float kBody_m = 0.7f, kRows = 3.0f, kColumns = 12.0f, kCarShare = 0.6f;
+  const FrameClusterTable& merged = frame.merged;
+  const float width_m = context.detect.fit_rectangle.width_m, debris_m = context.detect.pose_by_view.debris_m;
+  const float longest_m = max_of(box.length(), box.width());
+  if (longest_m >= kCarShare * width_m) return ObjectClass::kCar;
+  const int32_t s = merged.main_sensor[row];
+  const SensorModel& sensor = context.sensors[s];
+  const PixelView view(sensor, frame.sensors[s]);
+  const float range_m = max_of(merged.nearest_m[row], 0.1f);
+  const float column_m = range_m * sensor.pitch_rad;
+  if (column_m * kColumns > width_m) return ObjectClass::kUnknown;
+  if (longest_m > debris_m + column_m || merged.max_z_m[row] - merged.min_z_m[row] > debris_m)
+    return ObjectClass::kUnknown;
+  PixelBox pixels;
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    if (&part != &frame.sensors[s]) return;
+    const PixelBox of = view.find_pixels(cluster);
+    pixels = {std::min(pixels.row_low, of.row_low), std::max(pixels.row_high, of.row_high),
+              std::min(pixels.col_low, of.col_low), std::max(pixels.col_high, of.col_high)};
+  });
+  if (pixels.row_high < 0) return ObjectClass::kUnknown;
+  const float row_m = range_m * view.find_row_pitch(pixels);
+  if (!(row_m > 0.0f) || row_m * kRows > kBody_m) return ObjectClass::kUnknown;
+  return view.may_be_hidden(pixels, range_m) ? ObjectClass::kUnknown : ObjectClass::kDebris;
+}
+
+}  // namespace
+
+void pose_by_view(const StageContext& context, Frame& frame) noexcept {
+  const FrameClusterTable& merged = frame.merged;
+  const ClusterPlaceTable& places = frame.places;
+  const DetectParams& params = context.detect;
+  const CarSize size = {params.fit_rectangle.length_m, params.fit_rectangle.width_m,
+                        params.pose_by_view.front_length_m};
+  DetectionTable& out = frame.detections;
+  DetectionViewTable& views = frame.views;
+  out.count = views.count = frame.kept_count;
+  for (int32_t i = 0; i < out.count; ++i) {
+    const int32_t row = frame.kept[i];
+    const float* const at_m = context.sensors[merged.main_sensor[row]].T_vehicle_sensor.t;
+    RectangleFit fit = fit_cluster(context, frame, row, places.heading_rad[row]);
+
+    struct Posed {
+      float c, s;
+      OrientedBox box;
+      CarAnchor car;
+      float x_m, y_m;
+    };
+    const auto pose_at = [&](float c, float s, const OrientedBox& box) {
+      const CarAnchor car = anchor_car(size, box, at_m[0] * c + at_m[1] * s, at_m[1] * c - at_m[0] * s);
+      return Posed{c, s, box, car, car.center_1 * c - car.center_2 * s, car.center_1 * s + car.center_2 * c};
+    };
+    const Posed ref = pose_at(places.cos[row], places.sin[row], box_of(places, row));
+    Posed var = ref;
+    if (fit.heading_var_rad != fit.heading_ref_rad) {
+      double s, c;
+      sin_cos_f64(double(fit.heading_var_rad), s, c);
+      var = pose_at(float(c), float(s), measure_box(frame, row, float(c), float(s)));
+    }
+    // psi_VAR of a car that is seen in part has errors that psi_REF has not: it must explain clearly more points.
+    constexpr int32_t kLeastGain = 3, kGainDivisor = 20;
+    const int32_t gain = std::max(kLeastGain, (merged.point_count[row] + kGainDivisor - 1) / kGainDivisor);
+    fit.from_var = fit.inliers_var >= fit.inliers_ref + gain;
+    const Posed& best = fit.from_var ? var : ref;
+    fit.heading_rad = fit.from_var ? fit.heading_var_rad : fit.heading_ref_rad;
+    fit.center_x_m = best.x_m, fit.center_y_m = best.y_m;
+    fit.extent_length_m = best.box.length(), fit.extent_width_m = best.box.width();
+    fit.ref_x_m = ref.x_m, fit.ref_y_m = ref.y_m;
+    fit.var_x_m = var.x_m, fit.var_y_m = var.y_m;
+    write_pose(frame, i, row, fit);
+    out.map_s_m[i] = places.s_m[row];
+    out.map_d_m[i] = places.d_m[row];
+
+    const Covariance p = find_covariance(best.car, double(best.c), double(best.s), double(best.x_m), double(best.y_m),
+                                         merged.point_count[row], params.pose_by_view.angle_sigma_rad);
+    views.var_x[i] = float(p.xx), views.var_y[i] = float(p.yy), views.cov_xy[i] = float(p.xy);
+    views.view[i] = int32_t(best.car.view);
+    views.object_class[i] = int32_t(classify(context, frame, row, best.box));
+    views.road_z_m[i] = merged.min_z_m[row];
+    views.height_m[i] = merged.max_z_m[row] - merged.min_z_m[row];
+  }
+}
+
+}  // namespace overtake
