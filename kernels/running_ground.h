@@ -14,6 +14,7 @@ struct GroundTolerance {
   float per_m;        // allowed height grows by this per metre from the last ground pixel
   float limit_m;      // ... up to this
   float slope_limit;  // of the running slope against the road surface
+  float slope_reach_m;  // the running slope is measured over this distance
 };
 
 struct RunningGroundParams {

@@ -11,12 +11,12 @@ namespace overtake {
 
 // Constants of one block of columns between two rays.
 struct GroundBlock {
-  float height_m, per_m, limit_m, slope_limit, level_reach_m, foot_slope;
+  float height_m, per_m, limit_m, slope_limit, per_reach, level_reach_m, foot_slope;
 };
 
 OVT_INLINE GroundBlock make_ground_block(const RunningGroundParams& params, bool known) {
   const GroundTolerance& t = known ? params.known : params.guess;
-  return {params.height_m, t.per_m, t.limit_m, t.slope_limit, params.level_reach_m, params.foot_slope};
+  return {params.height_m, t.per_m, t.limit_m, t.slope_limit, 1.0f / t.slope_reach_m, params.level_reach_m, params.foot_slope};
 }
 
 // The running ground of a column. Distances from the sensor; `height` over the road surface, `z` in the sensor's axes.
@@ -44,7 +44,7 @@ struct GroundPixel {
 template <class V, class M>
 OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V z, V road_z, V level, M exists,
                                          M below, GroundState<V>& s) {
-  constexpr float kReach_m = 4.0f, kLeastReach_m = 0.5f;        // of the slope
+  constexpr float kLeastReach_m = 0.5f;                               // of the slope
   constexpr float kSteepest = 0.45f, kFall = -0.6f, kDrop_m = -0.3f;  // of what moves the ground
   constexpr float kFoot_m = 0.02f;  // lower pixels are road
   const V zero(0.0f);
@@ -59,14 +59,16 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
 
   const M moves = ground & (ahead > zero) & (rise <= V(kSteepest) * run) & (rise > V(kFall) * run + V(kDrop_m));
   const V reach = distance - s.from_distance;
-  const V weight = max_of(min_of(reach * V(1.0f / kReach_m), V(1.0f)), zero);
+  // The road under the sensor is only known by the sensor's mounting: the first ground pixel does not measure a slope.
+  const M first = moves & (s.distance <= zero);
+  const V weight = select(first, zero, max_of(min_of(reach * V(block.per_reach), V(1.0f)), zero));
   const V seen = (height - s.from_height) / max_of(reach, V(kLeastReach_m));
   const V turned = s.slope + weight * (seen - s.slope);
   const V limited = max_of(min_of(turned, V(block.slope_limit)), V(-block.slope_limit));
-  const M renews = moves & (reach >= V(kReach_m));
+  const M renews = moves & (reach * V(block.per_reach) >= V(1.0f));
   s.slope = select(moves, limited, s.slope);
-  s.from_distance = select(renews, s.distance, s.from_distance);
-  s.from_height = select(renews, s.height, s.from_height);
+  s.from_distance = select(first, distance, select(renews, s.distance, s.from_distance));
+  s.from_height = select(first, height, select(renews, s.height, s.from_height));
   s.distance = select(moves, distance, s.distance);
   s.height = select(moves, height, s.height);
   s.z = select(moves, z, s.z);

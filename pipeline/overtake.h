@@ -137,6 +137,7 @@ typedef struct ovt_params {
                                         and tracker. Null: "paper" */
   double running_ground_height_m;    /* running_ground.*: see ovt_describe_param */
   double running_ground_known_per_m, running_ground_known_limit_m, running_ground_known_slope;
+  double running_ground_known_reach_m, running_ground_guess_reach_m;
   double running_ground_guess_per_m, running_ground_guess_limit_m, running_ground_guess_slope;
   double running_ground_level_reach_m, running_ground_level_slack, running_ground_foot_rad;
 

@@ -120,9 +120,9 @@ SegmentParams make_segment_params(const ovt_params& params, const SensorModel& s
   out.running_ground = {
       .height_m = float(params.running_ground_height_m),
       .known = {float(params.running_ground_known_per_m), float(params.running_ground_known_limit_m),
-                float(params.running_ground_known_slope)},
+                float(params.running_ground_known_slope), float(params.running_ground_known_reach_m)},
       .guess = {float(params.running_ground_guess_per_m), float(params.running_ground_guess_limit_m),
-                float(params.running_ground_guess_slope)},
+                float(params.running_ground_guess_slope), float(params.running_ground_guess_reach_m)},
       .level_reach_m = float(params.running_ground_level_reach_m),
       .level_slope_slack = float(params.running_ground_level_slack),
       .foot_slope = float(sine / cosine)};
