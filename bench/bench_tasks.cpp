@@ -3,8 +3,10 @@
 //
 // Benchmarks of more than one kernel on one image: assignment, the rectangle of 500 points, other orders of points, and
 // our clusters beside those of PCL on the same non-ground points.
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <tuple>
 
 #include "bench/work.h"
 #include "pipeline/method/steps.h"
@@ -59,6 +61,9 @@ std::vector<AssignPair> tangled_pairs(int32_t n) {
   for (int32_t row = 0; row < n; ++row)
     for (int32_t k = 0; k < 5; ++k)
       pairs.push_back({row, int32_t(random() % uint32_t(n)), double(random() % 65536) / 6553.6});
+  std::stable_sort(pairs.begin(), pairs.end(), [](const AssignPair& a, const AssignPair& b) {
+    return std::tie(a.row, a.column) < std::tie(b.row, b.column);
+  });
   return pairs;
 }
 

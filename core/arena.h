@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <new>
 
 #include "core/plane.h"
 
@@ -72,6 +73,11 @@ class Arena {
     Carver hand_out(block_);
     carve(hand_out);
     return true;
+  }
+  // The same for constructors: throws std::bad_alloc when the allocator has no memory.
+  template <class Carve>
+  void build_or_throw(const Allocator& allocator, Carve&& carve) {
+    if (!build(allocator, carve)) throw std::bad_alloc();
   }
   std::size_t bytes() const { return bytes_; }
 

@@ -15,6 +15,10 @@ namespace {
 static_assert(kReasonCount <= int32_t(std::extent_v<decltype(ovt_stats::points_bad)>));
 // The detector whose on_frame this thread runs. initial-exec: the first use on a thread allocates no memory.
 [[gnu::tls_model("initial-exec")]] thread_local const Detector* calling_back = nullptr;
+
+void add(std::atomic<int64_t>& counter, int64_t n) noexcept {
+  if (n != 0) counter.fetch_add(n, std::memory_order_relaxed);
+}
 }  // namespace
 
 void Detector::log(ovt_log_level level, const char* text) const noexcept {
@@ -274,9 +278,6 @@ bool Detector::place_pending_detections() {
 
 // Counts scans and detections that were held until other sensors decided.
 void Detector::count_settled() {
-  const auto add = [](std::atomic<int64_t>& counter, int64_t n) {
-    if (n != 0) counter.fetch_add(n, std::memory_order_relaxed);
-  };
   const Settled settled = assembler_->take_settled();
   add(counters_.used, settled.used);
   add(counters_.late, settled.late - settled.late_before_jump);
@@ -286,7 +287,6 @@ void Detector::count_settled() {
 }
 
 bool Detector::place_pending_scan(int32_t sensor) {
-  const auto add = [](std::atomic<int64_t>& counter, int64_t n) { counter.fetch_add(n, std::memory_order_relaxed); };
   const IntakeResult taken = assembler_->take_scan(sensor, *mailboxes_[sensor].pending());
   count_settled();
   switch (taken) {
@@ -359,7 +359,6 @@ bool Detector::step_intake() {
 // ---- finished frames -----------------------------------------------------------------------------------------------
 
 void Detector::finish(Frame& frame) {
-  const auto add = [](std::atomic<int64_t>& counter, int64_t n) { counter.fetch_add(n, std::memory_order_relaxed); };
   for (int32_t s = 0; s < context_.sensor_count; ++s) {
     const SensorPart& part = frame.sensors[s];
     if (!part.present) continue;
@@ -395,7 +394,7 @@ void Detector::finish(Frame& frame) {
   set(counters_.work_limited, tracked.limited + tracked.refused);
   // A replay in the tracker may lower it.
   const bool tracks_overflowed =
-      tracked.overflow > counters_.overflow_tracks.exchange(tracked.overflow, std::memory_order_relaxed);
+      tracked.overflow() > counters_.overflow_tracks.exchange(tracked.overflow(), std::memory_order_relaxed);
   if (frame.restart) add(counters_.clock_jumps, 1);
   if (frame.refiltered > 0) add(counters_.refiltered, 1);
 

@@ -100,8 +100,7 @@ bool EgoWindow::at(int64_t stamp_ns, EgoState& out) const noexcept {
 
 EgoBuffer::EgoBuffer(int32_t capacity, const Allocator& allocator)
     : capacity_(std::max(capacity, 2 * EgoWindow::kCapacity)) {
-  const auto carve = [&](Carver& carver) { ring_ = carver.take<Entry>(std::size_t(capacity_)); };
-  if (!arena_.build(allocator, carve)) throw std::bad_alloc();
+  arena_.build_or_throw(allocator, [&](Carver& carver) { ring_ = carver.take<Entry>(std::size_t(capacity_)); });
 }
 
 // Largest step between stamps that counts as regular: two intervals, because one pose may be lost.

@@ -9,12 +9,24 @@
 #include <cstring>
 #include <string>
 
+#include "pipeline/method/frame_rules.h"
 #include "tests/support/detector_bench.h"
 
 namespace {
 
 using namespace overtake;
 using namespace overtake::test;
+
+// `paper` without its rules about the map.
+constexpr FrameRule kWithoutMap[] = {rule::merge_seams, rule::keep_car_sized, rule::keep_nearest,
+                                     rule::pose_by_two_headings};
+const Method kNoMapRules = [] {
+  Method method = *find_method("paper");
+  method.name = "no_map_rules";
+  method.frame = kWithoutMap;
+  return method;
+}();
+[[maybe_unused]] const bool added = add_method(kNoMapRules);
 
 std::string error_of(const ovt_params& params, ovt_status wanted) {
   DetectorBench bench({});
@@ -84,6 +96,39 @@ TEST_CASE("methods: images and stages that a method does not compute return NOT_
     }
     ovt_destroy_reader(reader);
   }
+}
+
+TEST_CASE("methods: a method that does not compare the ego pose with the map says nothing about its place") {
+  for (const std::string preset : {"paper", "no_map_rules"})
+    for (const double shift_m : {0.0, 1e4}) {
+      CAPTURE(preset);
+      CAPTURE(shift_m);
+      DetectorBench bench({});
+      REQUIRE(ovt_params_init(&bench.params, sizeof bench.params, preset.c_str()) == OVT_OK);
+      bench.create();
+      ovt_ego_pose pose;
+      ovt_ego_pose_init(&pose, sizeof pose);
+      const ScenePose place = demo_scene().ego_at(0.0);
+      pose.x_m = place.x_m + shift_m, pose.y_m = place.y_m, pose.yaw_rad = place.yaw_rad;
+      for (std::size_t k = 0; k < 3; ++k) {
+        for (int64_t i = 0; i < 5; ++i) {
+          pose.stamp_ns = demo_frame(k).stamp_ns + i * 10'000'000;
+          REQUIRE(ovt_push_ego_pose(bench.detector, &pose) == OVT_OK);
+        }
+        bench.push_frame(k, {0, 1, 2}, false);
+      }
+      bench.flush();
+      REQUIRE(bench.records.size() == 3);
+      const bool off_map = preset == "paper" && shift_m > 0;
+      int64_t detections = 0;
+      for (const FrameRecord& record : bench.records) {
+        CHECK((record.info.flags & (OVT_FLAG_NO_MAP | OVT_FLAG_NO_EGO)) == 0);
+        CHECK(((record.info.flags & OVT_FLAG_EGO_OFF_MAP) != 0) == off_map);
+        CHECK((record.info.ego_off_map_m > 0) == off_map);
+        detections += record.info.detection_count;
+      }
+      CHECK(detections > 0);
+    }
 }
 
 TEST_CASE("methods: the API lists every name that ovt_params_init takes, paper first") {

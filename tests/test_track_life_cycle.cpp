@@ -165,7 +165,7 @@ TEST_CASE("tracker: a pure prediction leaves out silent tracks, and does not cha
   CHECK(bench.predicted_to(4.45).flags[0] == (kTrackCoasting | kTrackUnobserved | kTrackStale));
   CHECK(bench.predicted_to(4.46).count == 0);
   CHECK(bench.track_count() == 1);
-  CHECK(bench.tracker.counts().iterations == 10);
+  CHECK(bench.tracker.counts().hits == 9);
   CHECK(bench.tracker.counts().deaths == 0);
   bench.step(4.46, {});  // the next iteration buries it
   CHECK(bench.track_count() == 0);

@@ -300,7 +300,7 @@ TEST_CASE("tracker: in a full table the nearest tentative tracks are kept") {
   TrackerBench bench(p);
   bench.step(0.0, {{60, 0}, {20, 0}, {80, 0}, {40, 0}, {100, 0}, {10, 0}});
   CHECK(bench.track_count() == 4);
-  CHECK(bench.tracker.counts().overflow == 2);
+  CHECK(bench.tracker.counts().overflow() == 2);
   CHECK(bench.ids[2] == kNobody);
   CHECK(bench.ids[4] == kNobody);
   bench.step(0.05, {{60, 0}, {20, 0}, {40, 0}, {10, 0}, {30, 0}, {90, 0}});  // 30 puts 60 out, 90 finds no room
@@ -308,7 +308,7 @@ TEST_CASE("tracker: in a full table the nearest tentative tracks are kept") {
   CHECK(bench.ids[0] == kNobody);
   CHECK(bench.ids[4] != kNobody);
   CHECK(bench.ids[5] == kNobody);
-  CHECK(bench.tracker.counts().overflow == 4);
+  CHECK(bench.tracker.counts().overflow() == 4);
 }
 
 TEST_CASE("tracker: in a full table confirmed tracks stay, at any distance") {
@@ -337,7 +337,7 @@ TEST_CASE("tracker: beyond the detection capacity those nearest to the ego are u
   CHECK(bench.ids[2] != kNobody);
   CHECK(bench.ids[3] != kNobody);
   CHECK(bench.ids[4] == kNobody);
-  CHECK(bench.tracker.counts().overflow == 2);
+  CHECK(bench.tracker.counts().overflow() == 2);
   CHECK(bench.tracker.counts().rejected == 1);
 }
 

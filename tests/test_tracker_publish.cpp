@@ -376,7 +376,7 @@ TEST_CASE("tracker publish: from the first frame on there is no heap call") {
     bench.tracks_at(0.05 * k);
   }
   CHECK(overtake::test::count_heap_calls() == before);
-  CHECK(bench.tracker.counts().overflow > 0);
+  CHECK(bench.tracker.counts().overflow() > 0);
   CHECK(bench.tracker.counts().replays > 100);
   const CvtrTracker another(p, nullptr);  // the counter itself counts
   CHECK(overtake::test::count_heap_calls() > before);

@@ -46,18 +46,19 @@ struct TrackerFrame {
 // Results of the iterations. An iteration that ran again counts once, with its last result. So the counts are those of
 // the same frames in sorted order.
 struct IterationCounts {
-  int64_t iterations = 0, births = 0, deaths = 0, hits = 0, misses = 0;
+  int64_t births = 0, deaths = 0, hits = 0, misses = 0;
   // Deaths, each for one reason: deaths = missed + silent + displaced + unsound + forgotten.
   int64_t missed = 0;     // too few hits among the last iterations
   int64_t silent = 0;     // no hit for max_silence_s
   int64_t displaced = 0;  // evicted for a nearer measurement
   int64_t unsound = 0;    // a state that is not finite, or that no car can have
   int64_t forgotten = 0;  // by restart()
-  int64_t overflow = 0;   // unborn + displaced
   int64_t unborn = 0;     // rows not initiated: no free slot, or beyond detection_capacity
   int64_t rejected = 0;   // rows that are not a valid measurement
   int64_t debris = 0;     // rows of debris that no track took
   int64_t limited = 0;    // iterations that the work limit shortened
+
+  int64_t overflow() const { return unborn + displaced; }  // rows and tracks without a slot
 };
 
 // Results of the frames, in the order of arrival.
@@ -74,7 +75,6 @@ struct FrameCounts {
 struct TrackerCounts : IterationCounts, FrameCounts {};
 
 struct StepResult {
-  bool late = false;       // too old, or too much work: nothing changed
   bool limited = false;    // the work limit made the frame late, or shortened an iteration
   int32_t refiltered = 0;  // iterations that ran again; 0 for a frame in sequence
   int64_t work = 0;        // in the steps that work_limit counts

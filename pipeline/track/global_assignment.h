@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <new>
 
 #include "pipeline/track/munkres.h"
 #include "pipeline/track/track_policy.h"
@@ -34,14 +33,13 @@ class GlobalAssignment {
         munkres_(params.track_capacity, params.detection_capacity, params.track_capacity * params.detection_capacity,
                  allocator) {
     const auto rows = std::size_t(params.detection_capacity);
-    const bool built = arena_.build(allocator, [&](Carver& carver) {
+    arena_.build_or_throw(allocator, [&](Carver& carver) {
       predictions_ = carver.take<Prediction>(std::size_t(params.track_capacity));
       x_m_ = carver.take<double>(rows);
       y_m_ = carver.take<double>(rows);
       within_reach_ = carver.take<int32_t>(rows);
       nearest_ = carver.take<uint64_t>(rows);
     });
-    if (!built) throw std::bad_alloc();
   }
 
   // Gating may use half of the work limit; beyond it, each track is gated with its nearest measurements only. The
@@ -73,7 +71,7 @@ class GlobalAssignment {
   }
 
  private:
-  // A step is the cost of one pair or one column in the assignment's search. Gating and sorting a pair costs
+  // A step is the cost of one pair or one column in the assignment's search. Gating and adding a pair costs
   // kStepsPerPair steps. Beyond the limit each track may still examine kFewestNear measurements.
   static constexpr int64_t kStepsPerPair = 16;
   static constexpr int64_t kFewestNear = 8;
@@ -106,10 +104,8 @@ class GlobalAssignment {
       dt_s_ = dt_s;
       ahead_ = policy_.look_ahead(state_, dt_s);
     }
-    double distance_m2(const Measurement& z) const noexcept {
-      const Place place = policy_.place(ahead_);
-      const double dx = z.x_m - place.x_m, dy = z.y_m - place.y_m;
-      return dx * dx + dy * dy;
+    double distance_to_m2(const Measurement& z) const noexcept {
+      return distance_m2(place_of(z), policy_.place(ahead_));
     }
     const Estimate& estimate() noexcept {
       if (!prediction_.there || prediction_.dt_s != dt_s_)
@@ -162,9 +158,8 @@ class GlobalAssignment {
       const int32_t end = std::min(begin + kBlock, last + 1);
       if (end - begin == kBlock && !is_any_near(begin, place, most_m2)) continue;
       for (int32_t i = begin; i < end; ++i) {
-        const double dx = x_m_[i] - place.x_m, dy = y_m_[i] - place.y_m;
         within_reach_[count] = i;
-        count += dx * dx + dy * dy <= most_m2;
+        count += distance_m2({x_m_[i], y_m_[i]}, place) <= most_m2;
       }
     }
     return count;
@@ -176,9 +171,9 @@ class GlobalAssignment {
     for (int32_t k = 0; k < count; ++k) {
       const Measurement& z = g.it.measurement[within_reach_[k]];
       at_stamp.go_to(seconds_between(g.head.state_ns, z.stamp_ns));
-      const auto distance_m2 = float(at_stamp.distance_m2(z));  // never < 0, so its bits sort like its value
+      const auto value_m2 = float(at_stamp.distance_to_m2(z));  // never < 0, so its bits sort like its value
       uint32_t bits;
-      std::memcpy(&bits, &distance_m2, sizeof bits);
+      std::memcpy(&bits, &value_m2, sizeof bits);
       nearest_[k] = uint64_t(bits) << 32 | uint32_t(within_reach_[k]);
     }
     std::nth_element(nearest_, nearest_ + most, nearest_ + count);
@@ -202,11 +197,10 @@ class GlobalAssignment {
       const Measurement& z = g.it.measurement[i];
       const double dt_s = seconds_between(g.head.state_ns, z.stamp_ns);
       if (dt_s < -kMaxBackward_s) continue;
-      const double dx = z.x_m - here.x_m, dy = z.y_m - here.y_m;
-      if (!(dx * dx + dy * dy <= reach_m2(policy, g.state, dt_s))) continue;
+      if (!(distance_m2(place_of(z), here) <= reach_m2(policy, g.state, dt_s))) continue;
 
       at_stamp.go_to(dt_s);
-      if (!(at_stamp.distance_m2(z) <= gate_m2)) continue;
+      if (!(at_stamp.distance_to_m2(z) <= gate_m2)) continue;
       double cost;
       if (policy.cost(at_stamp.estimate(), z, cost)) munkres_.add(g.slot, i, cost);
     }

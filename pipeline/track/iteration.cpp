@@ -39,18 +39,14 @@ Measurement make_sane(Measurement z, const double* r_diag) noexcept {
   return z;
 }
 
-double distance_m2(const Measurement& z, const TrackerEgo& ego) noexcept {
-  const double dx = z.x_m - (ego.known ? ego.x_m : 0.0), dy = z.y_m - (ego.known ? ego.y_m : 0.0);
-  return dx * dx + dy * dy;
-}
-
 // Selects at most detection_capacity of the frame's measurements: the nearest to the ego.
 void select_rows(const TrackerParams& params, const TrackerFrame& frame, Iteration& it) noexcept {
   const Measurement* const given = frame.measurements.data();
+  const Place ego = {it.ego.x_m, it.ego.y_m};
   // Total orders by the measured values; the row number only breaks ties.
   const auto is_nearer = [&](int32_t i, int32_t k) {
     const Measurement &a = given[i], &b = given[k];
-    const double of_a = distance_m2(a, it.ego), of_b = distance_m2(b, it.ego);
+    const double of_a = distance_m2(place_of(a), ego), of_b = distance_m2(place_of(b), ego);
     return std::tie(of_a, a.stamp_ns, a.x_m, a.y_m, i) < std::tie(of_b, b.stamp_ns, b.x_m, b.y_m, k);
   };
   const auto is_earlier = [&](int32_t i, int32_t k) {
@@ -103,7 +99,7 @@ void read_frame(const TrackerParams& params, const TrackerFrame& frame, Iteratio
   for (int32_t i = 0; i < it.count; ++i) {
     const Measurement& z = frame.measurements[std::size_t(it.row[i])];
     it.measurement[i] = make_sane(z, params.r_diag);
-    it.ego_distance_m2[i] = distance_m2(z, it.ego);
+    it.ego_distance_m2[i] = distance_m2(place_of(z), {it.ego.x_m, it.ego.y_m});
   }
 }
 

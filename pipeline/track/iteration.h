@@ -17,6 +17,15 @@ inline double seconds_between(int64_t from_ns, int64_t to_ns) {
                           : -(double(uint64_t(from_ns) - uint64_t(to_ns)) / 1e9);
 }
 
+struct Place {
+  double x_m, y_m;
+};
+inline Place place_of(const Measurement& z) { return {z.x_m, z.y_m}; }
+inline double distance_m2(Place a, Place b) {
+  const double dx = a.x_m - b.x_m, dy = a.y_m - b.y_m;
+  return dx * dx + dy * dy;
+}
+
 inline constexpr int32_t kHasId = -1;  // TrackHead::birth
 
 // The part of a track that every tracker has. The policy's state has the estimate at state_ns.
@@ -49,7 +58,7 @@ struct Iteration {
   int32_t count;
   Measurement* measurement;  // sorted by (stamp, x, y, row); valid covariances
   int32_t* row;              // row in the frame
-  double* ego_distance_m2;
+  double* ego_distance_m2;   // from the ego, from the origin if its pose is unknown
   // result of the last run; columns by measurement
   int64_t work;           // in steps
   bool limited;           // the work limit shortened the run

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <new>
 
 #include "core/check.h"
 
@@ -15,17 +14,15 @@ std::size_t at(int32_t i) { return std::size_t(i); }
 
 Munkres::Munkres(int32_t max_rows, int32_t max_columns, int32_t max_pairs, const Allocator& allocator)
     : max_rows_(max_rows), max_columns_(max_columns), max_pairs_(max_pairs) {
-  const bool built = arena_.build(allocator, [this](Carver& carver) {
+  arena_.build_or_throw(allocator, [this](Carver& carver) {
     pairs_ = carver.take<Pair>(at(max_pairs_));
-    scratch_ = carver.take<Pair>(at(max_pairs_));
-    begin_ = carver.take<int32_t>(at(std::max(max_rows_, max_columns_)) + 2);
+    begin_ = carver.take<int32_t>(at(max_rows_) + 1);
     for (Cost** column : {&row_price_, &row_reach_}) *column = carver.take<Cost>(at(max_rows_));
     for (Cost** column : {&column_price_, &reach_}) *column = carver.take<Cost>(at(max_columns_));
     for (int32_t** column : {&row_of_column_, &parent_row_, &touched_by_, &settled_by_, &open_})
       *column = carver.take<int32_t>(at(max_columns_));
     tree_rows_ = carver.take<int32_t>(at(max_rows_));
   });
-  if (!built) throw std::bad_alloc();
 }
 
 void Munkres::clear(int32_t rows, int32_t columns) noexcept {
@@ -38,27 +35,26 @@ void Munkres::clear(int32_t rows, int32_t columns) noexcept {
 bool Munkres::add(int32_t row, int32_t column, double cost) noexcept {
   if (row < 0 || row >= rows_ || column < 0 || column >= columns_ || !(std::fabs(cost) <= 1e300)) return false;
   if (pair_count_ == max_pairs_) return false;
+  if (pair_count_ > 0) {
+    const Pair& last = pairs_[pair_count_ - 1];
+    if (row < last.row || (row == last.row && column <= last.column)) return false;
+  }
   pairs_[pair_count_++] = {row, column, cost};
   return true;
 }
 
-// Sorts by row, then column: two stable counting sorts, the minor key first. Afterwards begin_ has the first pair of
-// each row.
-void Munkres::sort_pairs() noexcept {
-  auto scatter = [this](const Pair* from, Pair* to, int32_t keys, auto key_of) {
-    std::fill_n(begin_, keys + 2, 0);
-    for (int32_t i = 0; i < pair_count_; ++i) ++begin_[at(key_of(from[i])) + 2];
-    for (int32_t k = 2; k < keys + 2; ++k) begin_[at(k)] += begin_[at(k - 1)];
-    for (int32_t i = 0; i < pair_count_; ++i) to[begin_[at(key_of(from[i])) + 1]++] = from[i];
-  };
-  scatter(pairs_, scratch_, columns_, [](const Pair& p) { return p.column; });
-  scatter(scratch_, pairs_, rows_, [](const Pair& p) { return p.row; });
+void Munkres::index_rows() noexcept {
+  int32_t i = 0;
+  for (int32_t row = 0; row <= rows_; ++row) {
+    while (i < pair_count_ && pairs_[i].row < row) ++i;
+    begin_[at(row)] = i;
+  }
 }
 
 int32_t Munkres::solve(int32_t* column_of_row, int64_t max_steps) noexcept {
   steps_ = 0;
   max_steps_ = max_steps;
-  sort_pairs();
+  index_rows();
   std::fill_n(column_of_row, rows_, -1);
   std::fill_n(row_of_column_, columns_, -1);
   std::fill_n(column_price_, columns_, Cost{0, 0.0});

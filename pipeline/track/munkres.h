@@ -19,16 +19,16 @@
 
 namespace overtake {
 
-// Gated pairs as a sparse list, rows x columns. Solves exactly; deterministic for ties (the answer depends on the costs
-// and the indices only, never on the order in which pairs were added).
+// Gated pairs as a sparse list, rows x columns, in ascending order of row, then column. Solves exactly; deterministic
+// for ties (the answer depends on the costs and the indices only).
 class Munkres {
  public:
   // The only place that allocates. Throws std::bad_alloc when the allocator has no memory.
   Munkres(int32_t max_rows, int32_t max_columns, int32_t max_pairs, const Allocator& allocator = default_allocator());
 
   void clear(int32_t rows, int32_t columns) noexcept;
-  // Adds a feasible pair. Costs are finite, any sign. False when max_pairs is reached, or for an invalid pair (index
-  // out of range, cost not finite).
+  // Adds a feasible pair behind the last one. Costs are finite, any sign. False when max_pairs is reached, or for an
+  // invalid pair (index out of range, cost not finite, not behind the last one in the order of row and column).
   bool add(int32_t row, int32_t column, double cost) noexcept;
   // column_of_row[rows]: the partner or -1. Returns the number of pairs. When the searches take more than max_steps,
   // the rows that are still unassigned take their cheapest free column, in the order of rows.
@@ -49,7 +49,7 @@ class Munkres {
   static Cost minus(Cost a, Cost b) { return {a.alone - b.alone, a.cost - b.cost}; }
   static bool less(Cost a, Cost b) { return a.alone != b.alone ? a.alone < b.alone : a.cost < b.cost; }
 
-  void sort_pairs() noexcept;
+  void index_rows() noexcept;
   void take_cheapest(int32_t* column_of_row) noexcept;
   bool augment(int32_t from_row, int32_t* column_of_row) noexcept;  // false, nothing changed: max_steps is reached
   void take_free(int32_t row, int32_t* column_of_row) noexcept;
@@ -58,8 +58,8 @@ class Munkres {
   int32_t rows_ = 0, columns_ = 0, max_rows_, max_columns_, max_pairs_;
   int32_t pair_count_ = 0;
   int64_t steps_ = 0, max_steps_ = INT64_MAX;
-  Pair *pairs_ = nullptr, *scratch_ = nullptr;
-  int32_t* begin_ = nullptr;                             // row -> first of its sorted pairs; the sort's counters
+  Pair* pairs_ = nullptr;
+  int32_t* begin_ = nullptr;                             // row -> first of its pairs
   Cost *row_price_ = nullptr, *column_price_ = nullptr;  // duals: cost >= their sum, equal for assigned pairs
   int32_t* row_of_column_ = nullptr;
   // State of one search. touched_by_ and settled_by_ name the last search that touched or settled a column, so no

@@ -5,8 +5,6 @@
 // tracker is this class with a policy (track_policy.h); FrameTracker describes each call.
 #pragma once
 
-#include <new>
-
 #include "core/check.h"
 #include "core/table.h"
 #include "pipeline/track/track_set.h"
@@ -20,12 +18,11 @@ class ReplayTracker final : public FrameTracker {
 
   ReplayTracker(const TrackerParams& params, const CircuitMap* map, const Allocator& allocator = default_allocator())
       : params_(make_sane(params)), tracks_(params_, map, allocator) {
-    const bool built = arena_.build(allocator, [this](Carver& carver) {
+    arena_.build_or_throw(allocator, [this](Carver& carver) {
       tracks_.carve(carver);
       history_.carve(carver, params_, sizeof(State));
       ids_.carve(carver, params_);
     });
-    if (!built) throw std::bad_alloc();
     tracks_.clear();
   }
 
@@ -40,7 +37,7 @@ class ReplayTracker final : public FrameTracker {
       counts_.late += rows;
       ++counts_.late_frames;
       counts_.refused += too_much;
-      return {.late = true, .limited = too_much};
+      return {.limited = too_much};
     }
     const int32_t refiltered = history_.count() - place;
     counts_.replays += refiltered > 0;
@@ -52,10 +49,7 @@ class ReplayTracker final : public FrameTracker {
       for_each_shown([&](const TrackHead& head) {
         if (head.row >= 0) track_of_measurement[head.row] = head.id;
       });
-    return {.late = false,
-            .limited = history_.limited_from(place),
-            .refiltered = refiltered,
-            .work = history_.work_from(place)};
+    return {.limited = history_.limited_from(place), .refiltered = refiltered, .work = history_.work_from(place)};
   }
 
   void restart() noexcept override {

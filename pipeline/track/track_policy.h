@@ -18,10 +18,6 @@
 
 namespace overtake {
 
-struct Place {
-  double x_m, y_m;
-};
-
 // The tracks as an association sees them, by slot.
 template <class State>
 struct TrackView {

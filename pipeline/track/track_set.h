@@ -35,10 +35,8 @@ class TrackSet {
   // Runs the iteration at `place` of the history.
   void run(Iteration& it, int32_t place, TrackIds& ids) noexcept {
     in_map_ = it.in_map;
-    ++counts_.iterations;
     counts_.rejected += it.rejected;
     counts_.unborn += it.unread;
-    counts_.overflow += it.unread;
     std::fill_n(it.slot, it.count, -1);
     std::fill_n(it.track, it.count, kNobody);
     std::fill_n(it.birth, it.count, kHasId);
@@ -166,23 +164,19 @@ class TrackSet {
     }
   }
 
-  double distance_m2(int32_t slot, const TrackerEgo& ego) const noexcept {
-    const Place place = policy_.place(state_[slot]);
-    const double dx = place.x_m - ego.x_m, dy = place.y_m - ego.y_m;
-    return dx * dx + dy * dy;
-  }
-
   // Returns the first free slot. A full table evicts its farthest tentative track if it is farther than the
   // measurement. -1: none.
   int32_t find_slot(const Iteration& it, int32_t measurement) noexcept {
+    const auto distance_of_m2 = [&](int32_t slot) {
+      return distance_m2(policy_.place(state_[slot]), {it.ego.x_m, it.ego.y_m});
+    };
     int32_t farthest = -1;
     for (int32_t slot = 0; slot < params_.track_capacity; ++slot) {
       if (!head_[slot].alive) return slot;
       if (policy_.is_confirmed(state_[slot])) continue;
-      if (farthest < 0 || distance_m2(slot, it.ego) > distance_m2(farthest, it.ego)) farthest = slot;
+      if (farthest < 0 || distance_of_m2(slot) > distance_of_m2(farthest)) farthest = slot;
     }
-    ++counts_.overflow;
-    if (farthest < 0 || !(distance_m2(farthest, it.ego) > it.ego_distance_m2[measurement])) {
+    if (farthest < 0 || !(distance_of_m2(farthest) > it.ego_distance_m2[measurement])) {
       ++counts_.unborn;
       return -1;
     }

@@ -134,7 +134,7 @@ void TrackStage::choose_reference(Frame& frame) noexcept {
   if (frame.ego_known && frame.ego_state.age_ns > kEgoFreshNs) frame.flags |= OVT_FLAG_EGO_STALE;
   if (!context_.map) frame.flags |= OVT_FLAG_NO_MAP;
   if (frame.failed) find_ego_on_map(context_, frame);
-  if (context_.map && !frame.uses_map) frame.flags |= OVT_FLAG_EGO_OFF_MAP;
+  if (frame.ego_off_map_m > context_.detect.ego_margin_m) frame.flags |= OVT_FLAG_EGO_OFF_MAP;
 }
 
 bool TrackStage::may_measure(Frame& frame) const noexcept {
@@ -146,7 +146,7 @@ bool TrackStage::may_measure(Frame& frame) const noexcept {
   return frame.kind != FrameKind::kPrediction && !lost && !frame.failed;
 }
 
-void TrackStage::step(Frame& frame) noexcept {
+StepResult TrackStage::step(Frame& frame) noexcept {
   if (frame.kind == FrameKind::kScans)
     measure_detections(frame);
   else
@@ -163,8 +163,9 @@ void TrackStage::step(Frame& frame) noexcept {
   input.ask_map = frame.uses_map;
   input.sectors = sectors;
   input.sector_count = observe(frame, sectors);
-  last_step_ = tracker_->step(input, frame.measurements.track);
+  const StepResult result = tracker_->step(input, frame.measurements.track);
   tracker_->snapshot(frame.tracks, frame.track_states);
+  return result;
 }
 
 void TrackStage::predict(Frame& frame) noexcept {
@@ -172,7 +173,6 @@ void TrackStage::predict(Frame& frame) noexcept {
   frame.lost_rows = frame.kind == FrameKind::kExternal ? frame.external.count : frame.detections.count;
   std::fill_n(frame.measurements.track, frame.detections.count, kNobody);
   tracker_->predict(frame.stamp_ns, frame.tracks, frame.track_states);
-  last_step_ = {};
 }
 
 void TrackStage::run(Frame& frame) noexcept {
@@ -186,12 +186,13 @@ void TrackStage::run(Frame& frame) noexcept {
   frame.tracks_ns = frame.kind == FrameKind::kPrediction ? frame.stamp_ns : newest_ns_;
   frame.ego_known = frame.ego.at(frame.stamp_ns, frame.ego_state);
   choose_reference(frame);
+  StepResult result;
   if (may_measure(frame))
-    step(frame);
+    result = step(frame);
   else
     predict(frame);
-  frame.refiltered = last_step_.refiltered;
-  if (last_step_.limited) frame.flags |= OVT_FLAG_WORK_LIMIT;
+  frame.refiltered = result.refiltered;
+  if (result.limited) frame.flags |= OVT_FLAG_WORK_LIMIT;
   clock.end(OVT_STAGE_TRACK);
 }
 

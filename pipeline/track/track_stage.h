@@ -34,8 +34,6 @@ class TrackStage {
   //   reads  detections or external, ego   writes  measurements, tracks, track_states, reference,
   //   ego_known, ego_state, tracks_ns, refiltered, lost_rows, flags
   void run(Frame& frame) noexcept;
-  // Result of the last frame's step; empty after a prediction.
-  StepResult last_step() const noexcept { return last_step_; }
   FrameTracker& tracker() noexcept { return *tracker_; }
 
  private:
@@ -44,7 +42,7 @@ class TrackStage {
   void measure_detections(Frame& frame) const noexcept;
   void measure_external(Frame& frame) const noexcept;
   int32_t observe(const Frame& frame, ObservedSector* sectors) const noexcept;
-  void step(Frame& frame) noexcept;
+  StepResult step(Frame& frame) noexcept;
   void predict(Frame& frame) noexcept;
 
   const StageContext& context_;
@@ -52,7 +50,6 @@ class TrackStage {
   std::unique_ptr<FrameTracker> tracker_;
   int32_t reference_ = OVT_REFERENCE_VEHICLE;
   int64_t newest_ns_ = INT64_MIN;  // of the frames run so far
-  StepResult last_step_;
 };
 
 }  // namespace overtake

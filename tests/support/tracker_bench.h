@@ -70,7 +70,9 @@ class TrackerBench {
     }
     frame.stamp_ns = stamp_ns;
     frame.measurements = measurements_;
-    last = tracker.step(frame, ids.data());
+    const int64_t late_frames = tracker.counts().late_frames;
+    last = {tracker.step(frame, ids.data()), false};
+    last.late = tracker.counts().late_frames > late_frames;
     last_ns_ = stamp_ns;
     return ids;
   }
@@ -104,7 +106,10 @@ class TrackerBench {
   overtake::FrameTracker& tracker;
   overtake::TrackerFrame frame;
   std::vector<overtake::TrackId> ids;  // results of the last step
-  overtake::StepResult last;
+  struct Result : overtake::StepResult {
+    bool late = false;  // too old, or too much work: nothing changed
+  };
+  Result last;
 
  private:
   overtake::Arena arena_;

@@ -34,7 +34,7 @@ Command make_command(const char* name, const char* help, const char* group,
 }
 
 inline constexpr int kInterrupted = 130;
-// The recording is damaged (the results before the damage are complete), the map or the ego poses do not fit it (the ego
+// The recording is damaged (the results before the damage are complete), its map or ego poses do not fit it (the ego
 // vehicle is outside of the map in most frames, or less than half of the frames have a pose), or doctor found a fault.
 inline constexpr int kDamaged = 3;
 
