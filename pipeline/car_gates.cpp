@@ -17,15 +17,17 @@ bool fits(const CarLimits& limits, const OrientedBox& box) {
 }
 
 // A car that spins stands at any angle to the circuit. Step of 5 deg: at the nearest heading a car of 4.9 x 1.9 m is
-// wider by 0.2 m at most, which is less than the slack of the width.
+// wider by 0.2 m at most, which is less than the slack of the width. A beam or a wire across the circuit has no depth.
 bool fits_across(const CarLimits& limits, const Frame& frame, int32_t row) {
   constexpr int32_t kStep = 5;
+  constexpr float kLeastDepth_m = 0.25f;
+  bool any = false;
   for (int32_t degree = 0; degree < kDegreeCount; degree += kStep) {
-    const OrientedBox box =
-        measure_box(frame, row, kHeadingGrid.degree_cos[degree], kHeadingGrid.degree_sin[degree]);
-    if (fits(limits, box) || fits(limits, {box.low_2, box.high_2, box.low_1, box.high_1})) return true;
+    const OrientedBox box = measure_box(frame, row, kHeadingGrid.degree_cos[degree], kHeadingGrid.degree_sin[degree]);
+    if (min_of(box.length(), box.width()) < kLeastDepth_m) return false;
+    any = any || fits(limits, box) || fits(limits, {box.low_2, box.high_2, box.low_1, box.high_1});
   }
-  return false;
+  return any;
 }
 
 // The car's centre by what is seen of it along psi_REF. A car across the circuit: the middle of what is seen.

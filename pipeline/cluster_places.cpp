@@ -57,8 +57,8 @@ OrientedBox measure_box(const Frame& frame, int32_t row, float cos, float sin) n
       low_2[l] = min_of(low_2[l], across);
       high_2[l] = max_of(high_2[l], across);
     });
-    box = {min_of(box.low_1, lane_min(low_1)), max_of(box.high_1, lane_max(high_1)),
-           min_of(box.low_2, lane_min(low_2)), max_of(box.high_2, lane_max(high_2))};
+    box = {min_of(box.low_1, lane_min(low_1)), max_of(box.high_1, lane_max(high_1)), min_of(box.low_2, lane_min(low_2)),
+           max_of(box.high_2, lane_max(high_2))};
   });
   return box;
 }
@@ -87,7 +87,10 @@ CarAnchor anchor_car(const CarSize& size, const OrientedBox& seen, float sensor_
   const float middle_1 = 0.5f * (seen.low_1 + seen.high_1), middle_2 = 0.5f * (seen.low_2 + seen.high_2);
   const float ahead = sensor_1 - middle_1, left = sensor_2 - middle_2;  // of the sensor, from the middle
   const bool beside = abs_of(ahead) <= 0.5f * size.length_m;
-  CarAnchor car = {middle_1, middle_2, beside ? CarView::kSide : ahead < 0.0f ? CarView::kRear : CarView::kFront,
+  CarAnchor car = {middle_1, middle_2,
+                   beside         ? CarView::kSide
+                   : ahead < 0.0f ? CarView::kRear
+                                  : CarView::kFront,
                    max_of(size.length_m - seen.length(), 0.0f), max_of(size.width_m - seen.width(), 0.0f)};
   if (car.unseen_1 > 0.0f) {
     if (ahead < 0.0f) {

@@ -15,9 +15,9 @@
 namespace overtake {
 
 struct ColumnInfo {
-  const char* name;   // field of the C struct
-  const char* csv;    // name in the CSV file, "" if the file does not have it
-  const char* words;  // names of its values from 0 on, "" for numbers
+  const char* name;       // field of the C struct
+  const char* csv;        // name in the CSV file, "" if the file does not have it
+  const char* words;      // names of its values from 0 on, "" for numbers
   bool optional = false;  // null with some methods
 };
 

@@ -92,7 +92,7 @@ struct Frame {
   int32_t kept_count = 0, candidate_count = 0;
   ClusterPlaceTable places;  // of the rows of merged; no memory unless a rule of the method uses it
   DetectionTable detections;
-  DetectionViewTable views;  // likewise
+  DetectionViewTable views;                      // likewise
   float *fit_x_m = nullptr, *fit_y_m = nullptr;  // points of one candidate
   int32_t fit_capacity = 0;
   int32_t merged_overflow = 0, candidate_overflow = 0;

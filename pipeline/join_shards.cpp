@@ -7,6 +7,7 @@
 // longer than the limit. Side by side, it is a width and the distance apart. A seed that is wider than a car is one car
 // across the circuit; the limits are turned for it alone, so two cars side by side never become one of those.
 #include <algorithm>
+#include <tuple>
 
 #include "core/math.h"
 #include "pipeline/cluster_places.h"
@@ -46,7 +47,10 @@ OrientedBox unite(const OrientedBox& a, const OrientedBox& b) {
 class Joiner {
  public:
   Joiner(const StageContext& context, Frame& frame)
-      : context_(context), params_(context.detect.join_shards), frame_(frame), merged_(frame.merged),
+      : context_(context),
+        params_(context.detect.join_shards),
+        frame_(frame),
+        merged_(frame.merged),
         places_(frame.places) {}
 
   void run() {
@@ -59,8 +63,7 @@ class Joiner {
  private:
   // Lists the rows that may be joined: in `order` by falling number of points, in `next` by min_x.
   void list_shards() {
-    const double out_m =
-        frame_.ego_off_map_m > 0.0 ? frame_.ego_off_map_m + context_.detect.vehicle_width_m : 0.0;
+    const double out_m = frame_.ego_off_map_m > 0.0 ? frame_.ego_off_map_m + context_.detect.vehicle_width_m : 0.0;
     const float bound_m = max_of(params_.bound_m, float(out_m));
     count_ = 0;
     for (int32_t row = 0; row < merged_.count; ++row) {
@@ -73,17 +76,20 @@ class Joiner {
     }
     std::sort(places_.order, places_.order + count_, [this](int32_t a, int32_t b) {
       const int32_t points_a = merged_.point_count[a], points_b = merged_.point_count[b];
-      return points_a != points_b ? points_a > points_b : a < b;
+      return points_a != points_b ? points_a > points_b : is_before(a, b);
     });
-    std::sort(places_.next, places_.next + count_, [this](int32_t a, int32_t b) {
-      const float x_a = merged_.min_x_m[a], x_b = merged_.min_x_m[b];
-      return x_a != x_b ? x_a < x_b : a < b;
-    });
+    std::sort(places_.next, places_.next + count_, [this](int32_t a, int32_t b) { return is_before(a, b); });
     longest_m_ = 0.0f;
     for (int32_t k = 0; k < count_; ++k) {
       const int32_t row = places_.next[k];
       longest_m_ = max_of(longest_m_, merged_.max_x_m[row] - merged_.min_x_m[row]);
     }
+  }
+
+  // By place, so that the numbering of the sensors does not matter; the row decides only between equal places.
+  bool is_before(int32_t a, int32_t b) const {
+    return std::tie(merged_.min_x_m[a], merged_.min_y_m[a], merged_.min_z_m[a], a) <
+           std::tie(merged_.min_x_m[b], merged_.min_y_m[b], merged_.min_z_m[b], b);
   }
 
   // Joins the nearest free rows to a free seed, one after the other. Returns how many.
@@ -112,8 +118,8 @@ class Joiner {
     const float reach = 1.5f * params_.gap_m;  // more than the diagonal of two gaps
     const float first_x = group.min_x - reach - longest_m_, last_x = group.max_x + reach;
     const int32_t* const end = places_.next + count_;
-    const int32_t* it = std::lower_bound<const int32_t*>(places_.next, end, first_x,
-                                         [this](int32_t row, float x) { return merged_.min_x_m[row] < x; });
+    const int32_t* it = std::lower_bound<const int32_t*>(
+        places_.next, end, first_x, [this](int32_t row, float x) { return merged_.min_x_m[row] < x; });
     int32_t nearest = -1;
     float nearest_m2 = 0.0f;
     for (; it != end && merged_.min_x_m[*it] <= last_x; ++it) {
@@ -128,7 +134,7 @@ class Joiner {
       if (max_of(group.high_z, merged_.max_z_m[row]) - min_of(group.low_z, merged_.min_z_m[row]) > limits.height_m)
         continue;
       const float gap_m2 = gap_1 * gap_1 + gap_2 * gap_2;
-      if (nearest < 0 || gap_m2 < nearest_m2 || (gap_m2 == nearest_m2 && row < nearest)) {
+      if (nearest < 0 || gap_m2 < nearest_m2) {  // equal: the first by place
         nearest = row;
         nearest_m2 = gap_m2;
       }

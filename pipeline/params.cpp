@@ -143,7 +143,8 @@ DetectParams make_detect_params(const ovt_params& params) noexcept {
   out.vehicle_width_m = params.vehicle_width_m;
   out.ego_margin_m = std::max(params.gate_ego_margin_m, params.gate_map_margin_m);
   const float height_m = float(params.gate_height_m);
-  out.join_shards = {float(params.join_gap_m), float(params.join_bound_m),
+  out.join_shards = {float(params.join_gap_m),
+                     float(params.join_bound_m),
                      {float(params.vehicle_length_m + params.join_slack_m),
                       float(params.vehicle_width_m + params.join_slack_m), height_m}};
   out.gate_cars = {{float(params.vehicle_length_m * (1.0 + params.gate_slack)),

@@ -14,24 +14,26 @@ namespace {
 // Standard deviations of the centre, m, fitted to simulated races. A part of the car that the sensor does not see, and
 // whose end is not known, leaves the centre uncertain by half of that part: 0.29 is the deviation of a uniform
 // distribution. The farther the car, the fewer rows and columns hit it.
-constexpr double kNear_m = 0.05;            // at the sensor, along and across
-constexpr double kAlongOfRange = 0.0035;    // of the range: the end that is seen
-constexpr double kAcrossOfRange = 0.002;    // of the range
-constexpr double kAlongOfUnseen = 0.29;     // of the length that is not seen
-constexpr double kAcrossOfUnseen = 0.15;    // of the width: half of it is mostly missing on both sides
-constexpr double kFewPoints_m2 = 0.5;       // variance over the number of points
+constexpr double kNear_m = 0.05;          // at the sensor, along and across
+constexpr double kAlongOfRange = 0.0035;  // of the range: the end that is seen
+constexpr double kAcrossOfRange = 0.002;  // of the range
+constexpr double kAlongOfUnseen = 0.29;   // of the length that is not seen
+constexpr double kAcrossOfUnseen = 0.22;  // of the width: mostly a part is missing on both sides
+constexpr double kFewPoints_m2 = 0.5;     // variance over the number of points
+constexpr double kFreeHeading_m = 0.25;   // at psi_VAR, which has an error of its own
 
 // Covariance of a centre in the vehicle frame. (c, s): the car's heading.
 struct Covariance {
   double xx, yy, xy;
 };
-Covariance find_covariance(const CarAnchor& car, double c, double s, double x_m, double y_m, int32_t points,
-                           double angle_sigma_rad) {
+Covariance find_covariance(const CarAnchor& car, bool from_var, double c, double s, double x_m, double y_m,
+                           int32_t points, double angle_sigma_rad) {
   const double range2 = x_m * x_m + y_m * y_m;
+  const double least = kNear_m * kNear_m + (from_var ? kFreeHeading_m * kFreeHeading_m : 0.0);
   const double few = kFewPoints_m2 / double(std::max(points, 1));
-  const double along = kNear_m * kNear_m + kAlongOfRange * kAlongOfRange * range2 +
+  const double along = least + kAlongOfRange * kAlongOfRange * range2 +
                        kAlongOfUnseen * kAlongOfUnseen * double(car.unseen_1) * double(car.unseen_1) + few;
-  const double across = kNear_m * kNear_m + kAcrossOfRange * kAcrossOfRange * range2 +
+  const double across = least + kAcrossOfRange * kAcrossOfRange * range2 +
                         kAcrossOfUnseen * kAcrossOfUnseen * double(car.unseen_2) * double(car.unseen_2) +
                         kAcrossOfUnseen * kAcrossOfUnseen * few;
   const double turn = angle_sigma_rad * angle_sigma_rad;  // moves the centre across the line of sight
@@ -202,8 +204,9 @@ void pose_by_view(const StageContext& context, Frame& frame) noexcept {
     out.map_s_m[i] = places.s_m[row];
     out.map_d_m[i] = places.d_m[row];
 
-    const Covariance p = find_covariance(best.car, double(best.c), double(best.s), double(best.x_m), double(best.y_m),
-                                         merged.point_count[row], params.pose_by_view.angle_sigma_rad);
+    const Covariance p =
+        find_covariance(best.car, fit.from_var, double(best.c), double(best.s), double(best.x_m), double(best.y_m),
+                        merged.point_count[row], params.pose_by_view.angle_sigma_rad);
     views.var_x[i] = float(p.xx), views.var_y[i] = float(p.yy), views.cov_xy[i] = float(p.xy);
     views.view[i] = int32_t(best.car.view);
     views.object_class[i] = int32_t(classify(context, frame, row, best.box));

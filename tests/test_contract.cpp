@@ -161,7 +161,7 @@ TEST_CASE("contract: the use of an ego pose is reduced in steps with its age") {
     CHECK(s.info.ego_known == (row.detections_tracked ? 1 : 0));
     CHECK(s.info.reference == OVT_REFERENCE_MAP);
     CHECK(s.info.candidate_count > 0);
-    if (!row.map_gate) CHECK(s.info.detection_count == s.info.candidate_count);
+    if (!row.map_gate) CHECK(s.info.detection_count == s.info.candidate_count - s.info.gated_range);
     bool tracked = false;
     for (const uint64_t track : s.detection_tracks) tracked |= track != 0;
     CHECK(tracked == row.detections_tracked);

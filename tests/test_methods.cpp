@@ -7,6 +7,7 @@
 #include <doctest/doctest.h>
 
 #include <cstring>
+#include <set>
 #include <string>
 
 #include "pipeline/method/frame_rules.h"
@@ -156,8 +157,11 @@ TEST_CASE("methods: parameters belong to the steps, rules and trackers that read
     REQUIRE(ovt_describe_param(i, &info) == OVT_OK);
     const std::string name = info.name, group = name.substr(0, name.find('.'));
     CAPTURE(name);
-    const bool of_best = group == "running_ground";
-    const bool absent = of_best || group == "angle" || group == "smooth" || group == "ground" || group == "repair" ||
+    const std::set<std::string> of_best = {"gate.height_m",   "gate.width_slack_m",  "gate.inside_m",
+                                           "gate.range_m",    "gate.own_back_m",     "gate.own_front_m",
+                                           "gate.own_side_m", "pose.front_length_m", "pose.angle_sigma_deg"};
+    const bool only_best = group == "join" || group == "class" || group == "running_ground" || of_best.count(name) > 0;
+    const bool absent = only_best || group == "angle" || group == "smooth" || group == "ground" || group == "repair" ||
                         name == "gate.map_margin_m";
     bool is_read = false;  // by one preset at least
     for (int32_t k = 0; ovt_preset_name(k); ++k) {
@@ -166,7 +170,10 @@ TEST_CASE("methods: parameters belong to the steps, rules and trackers that read
       is_read = is_read || ovt_reads_param(&of_preset, i) != 0;
     }
     CHECK(is_read);
-    CHECK((ovt_reads_param(nullptr, i) != 0) == !of_best);
+    CHECK((ovt_reads_param(nullptr, i) != 0) == !only_best);  // paper
+    ovt_params best = ovt_default_params();
+    best.method = "best";
+    if (only_best) CHECK(ovt_reads_param(&best, i) != 0);
     CHECK((ovt_reads_param(&plain, i) != 0) == !absent);
     CHECK(ovt_reads_param(&unknown, i) == 0);
     read += !absent;

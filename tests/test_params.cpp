@@ -192,7 +192,7 @@ TEST_CASE("params: ovt_set_param refuses invalid values and changes nothing") {
 TEST_CASE("params: an unknown preset and a struct of an unknown size are refused") {
   ovt_params params;
   CHECK(ovt_params_init(&params, sizeof params, "paper") == OVT_OK);
-  CHECK(ovt_params_init(&params, sizeof params, "other") == OVT_UNKNOWN_NAME);
+  CHECK(ovt_params_init(&params, sizeof params, "worst") == OVT_UNKNOWN_NAME);
   CHECK(ovt_params_init(&params, sizeof params, "") == OVT_UNKNOWN_NAME);
   CHECK(ovt_params_init(&params, sizeof params, nullptr) == OVT_BAD_ARGUMENT);
   CHECK(ovt_params_init(nullptr, sizeof params, "paper") == OVT_BAD_ARGUMENT);

@@ -243,7 +243,7 @@ TEST_CASE("track history: an iteration beyond the work limit is shortened and fl
       if (limit == 1e15 && k > 0) CHECK(dense.last.work > 100 * 100 * 16);
       const TrackerCounts c = dense.tracker.counts();
       CHECK(c.hits + c.births + c.unborn == 100 * (k + 1));  // each row went somewhere
-      if (test::tests_paper()) CHECK(c.unborn == 0);
+      if (test::tests_tracker_of_paper()) CHECK(c.unborn == 0);
       CHECK(adds_up(dense.tracker.counts()));
       std::vector<TestDetection> cars;
       for (int car = 0; car < 20; ++car) cars.push_back({30.0 * car + 2.0 * k, 5.0 * (car % 3)});
@@ -259,7 +259,7 @@ TEST_CASE("track history: an iteration beyond the work limit is shortened and fl
 
 TEST_CASE("track history: with a work limit late frames also give the states of sorted order, bit by bit") {
   TrackerParams p;
-  p.work_limit = test::tests_paper() ? 1e5 : 3e4;  // a dense frame alone may be over it
+  p.work_limit = test::tests_tracker_of_paper() ? 1e5 : 3e4;  // a dense frame alone may be over it
   int64_t refused = 0, taken_in = 0, limited = 0;
   for (uint64_t seed = 1; seed <= 6; ++seed) {
     std::vector<TestFrame> frames = make_frames(seed, 10, 2.0, 0.5), accepted;

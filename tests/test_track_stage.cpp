@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "pipeline/method/methods.h"
 #include "pipeline/stages.h"
 #include "pipeline/track/track_stage.h"
 
@@ -93,6 +94,80 @@ TEST_CASE("track stage: pushed detections in the vehicle frame get the uncertain
     CHECK(in_map.frame.tracks.covariance[0][0] == 1);
     CHECK(in_map.frame.tracks.covariance[2][0] == 4);
   }
+}
+
+// A frame of scans with one detection of pose_by_view, 20 m ahead.
+struct ViewBench {
+  StageContext context;
+  TrackStage stage{context, make_tracker_params(ovt_default_params(), 64, 64)};
+  Frame frame;
+  int64_t stamp_ns = 1000 * kMs;
+
+  ViewBench() {
+    FrameSizes sizes;
+    sizes.candidate_capacity = sizes.track_capacity = sizes.external_capacity = 64;
+    sizes.cluster_capacity = 16;
+    sizes.track_state_bytes = stage.tracker().state_bytes();
+    sizes.method = &kBest;
+    REQUIRE(build_frame(frame, sizes, default_allocator()));
+  }
+  void run(ObjectClass object, double roll_rad = 0.0) {
+    stamp_ns += 50 * kMs;
+    reset_frame(frame);
+    frame.stamp_ns = stamp_ns;
+    frame.ego.count = 1;
+    frame.ego.poses[0] = {};
+    frame.ego.poses[0].stamp_ns = stamp_ns;
+    frame.ego.poses[0].roll_rad = roll_rad;
+    frame.detections.count = frame.views.count = 1;
+    frame.detections.stamp_ns[0] = stamp_ns;
+    frame.detections.x_m[0] = 20.0f;
+    frame.detections.y_m[0] = 0.0f;
+    frame.detections.z_m[0] = 0.5f;
+    frame.detections.heading_rad[0] = frame.detections.length_m[0] = frame.detections.width_m[0] = 0.0f;
+    frame.views.var_x[0] = 0.25f, frame.views.var_y[0] = 0.5f, frame.views.cov_xy[0] = 0.125f;
+    frame.views.road_z_m[0] = -1.0f;
+    frame.views.object_class[0] = int32_t(object);
+    stage.run(frame);
+  }
+};
+
+TEST_CASE("track stage: a detection with a covariance is measured with it, at the height of the road") {
+  ViewBench bench;
+  const double roll = 0.3;
+  bench.run(ObjectClass::kCar, roll);
+  REQUIRE(bench.frame.measurements.count == 1);
+  const Measurement& z = bench.frame.measurements.row[0];
+  CHECK(z.var_x == doctest::Approx(0.25));
+  CHECK(z.var_y == doctest::Approx(0.5 * std::pow(std::cos(roll), 0)).epsilon(0.2));
+  CHECK(z.cov_xy == doctest::Approx(0.125).epsilon(0.2));
+  CHECK(z.x_m == doctest::Approx(20));
+  CHECK(z.y_m == doctest::Approx(std::sin(roll)));  // 1 m down the car's up axis, which leans to the right
+  REQUIRE(bench.frame.tracks.count == 1);
+  CHECK(bench.frame.tracks.covariance[0][0] < 1.0);
+}
+
+TEST_CASE("track stage: debris initiates no track, confirms none, and each of its rows is counted") {
+  ViewBench bench;
+  for (int32_t i = 0; i < 20; ++i) bench.run(ObjectClass::kDebris);
+  CHECK(bench.frame.tracks.count == 0);
+  TrackerCounts counts = bench.stage.tracker().counts();
+  CHECK(counts.debris == 20);
+  CHECK(counts.measurements ==
+        counts.hits + counts.births + counts.unborn + counts.rejected + counts.debris + counts.late);
+
+  ViewBench tentative;  // begun by a row of another class
+  for (int32_t i = 0; i < 3; ++i) tentative.run(ObjectClass::kUnknown);
+  for (int32_t i = 0; i < 12; ++i) tentative.run(ObjectClass::kDebris);
+  CHECK((tentative.frame.tracks.count == 0 || tentative.frame.tracks.state[0] == OVT_TENTATIVE));
+  CHECK(tentative.stage.tracker().counts().hits > 0);
+
+  ViewBench confirmed;  // a car that is hidden in part stays
+  for (int32_t i = 0; i < 10; ++i) confirmed.run(ObjectClass::kCar);
+  for (int32_t i = 0; i < 40; ++i) confirmed.run(ObjectClass::kDebris);
+  REQUIRE(confirmed.frame.tracks.count == 1);
+  CHECK(confirmed.frame.tracks.state[0] == OVT_CONFIRMED);
+  CHECK(confirmed.stage.tracker().counts().debris == 0);
 }
 
 TEST_CASE("track stage: the covariance of a detection pushed in the vehicle frame rotates with the ego yaw") {

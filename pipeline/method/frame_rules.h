@@ -67,8 +67,9 @@ inline constexpr FrameRule locate_clusters = {.name = "locate_clusters",
 inline constexpr FrameRule join_shards = {.name = "join_shards",
                                           .stage = OVT_STAGE_MERGE,
                                           .reads = columns(clusters, cluster_points, row_of_label, label_count),
-                                          .params = "join vehicle gate.height_m gate.own_back_m gate.own_front_m "
-                                                    "gate.own_side_m",
+                                          .params =
+                                              "join vehicle gate.height_m gate.own_back_m gate.own_front_m "
+                                              "gate.own_side_m",
                                           .run = &overtake::join_shards,
                                           .uses_places = true};
 
@@ -76,8 +77,9 @@ inline constexpr FrameRule keep_car_shaped = {
     .name = "keep_car_shaped",
     .stage = OVT_STAGE_GATE,
     .reads = columns(clusters, cluster_points),
-    .params = "gate.min_points gate.slack gate.width_slack_m gate.height_m gate.own_back_m gate.own_front_m "
-              "gate.own_side_m vehicle pose.min_var_points",
+    .params =
+        "gate.min_points gate.slack gate.width_slack_m gate.height_m gate.own_back_m gate.own_front_m "
+        "gate.own_side_m vehicle pose.min_var_points",
     .run = &overtake::keep_car_shaped,
     .uses_places = true};
 
@@ -95,12 +97,11 @@ inline constexpr FrameRule keep_in_range = {.name = "keep_in_range",
                                             .run = &overtake::keep_in_range,
                                             .uses_places = true};
 
-inline constexpr FrameRule pose_by_view = {
-    .name = "pose_by_view",
-    .stage = OVT_STAGE_POSE,
-    .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel),
-    .params = "vehicle pose class",
-    .run = &overtake::pose_by_view,
-    .uses_places = true};
+inline constexpr FrameRule pose_by_view = {.name = "pose_by_view",
+                                           .stage = OVT_STAGE_POSE,
+                                           .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel),
+                                           .params = "vehicle pose class",
+                                           .run = &overtake::pose_by_view,
+                                           .uses_places = true};
 
 }  // namespace overtake::rule

@@ -57,8 +57,7 @@ inline const char* find_broken_info(const ovt_frame_info& info, int32_t sensor_c
   OVT_RULE(info.gated_points >= 0 && info.gated_size >= 0 && info.gated_map >= 0 && info.overflow_candidates >= 0);
   OVT_RULE(info.gated_own >= 0 && info.gated_range >= 0);
   OVT_RULE(info.cluster_count == info.gated_points + info.gated_size + info.gated_own + info.candidate_count);
-  OVT_RULE(info.candidate_count ==
-           info.gated_map + info.gated_range + info.overflow_candidates + info.detection_count);
+  OVT_RULE(info.candidate_count == info.gated_map + info.gated_range + info.overflow_candidates + info.detection_count);
   if ((info.flags & (OVT_FLAG_NO_MAP | OVT_FLAG_EGO_OFF_MAP)) != 0) OVT_RULE(info.gated_map == 0);
   OVT_RULE(info.overflow_candidates == 0 || (info.flags & OVT_FLAG_OVERFLOW) != 0);
   return nullptr;

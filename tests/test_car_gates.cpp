@@ -1,0 +1,111 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The gates of preset `best`: each removes what it should, keeps every car, and counts.
+#include <doctest/doctest.h>
+
+#include <vector>
+
+#include "tests/support/rules_bench.h"
+
+namespace {
+
+using namespace overtake;
+using namespace overtake::test;
+
+void gate(RulesBench& bench) {
+  bench.run("keep_nearest");
+  const Frame& f = bench.frame;
+  CHECK(f.merged.count == f.gated_points + f.gated_size + f.gated_own + f.candidate_count);
+  CHECK(f.candidate_count == f.gated_map + f.gated_range + f.candidate_overflow + f.kept_count);
+}
+
+// Number of candidates that remain of one cluster.
+int32_t keep(const Spots& spots, int32_t Frame::*counter = nullptr, bool with_map = true) {
+  RulesBench bench(with_map);
+  bench.add(spots);
+  gate(bench);
+  if (counter) CHECK(bench.frame.*counter == 1 - bench.frame.kept_count);
+  return bench.frame.kept_count;
+}
+
+TEST_CASE("car gates: fewer than three points, and the points of the own car") {
+  CHECK(keep({{20, 0, 0.5f}, {20, 0.5f, 0.5f}}, &Frame::gated_points) == 0);
+  CHECK(keep({{20, 0, 0.5f}, {20, 0.5f, 0.5f}, {20, 0.2f, 0.5f}}, &Frame::gated_points) == 1);
+  CHECK(keep(corners(-1.4f, 4.4f, -1.1f, 1.1f, 0, 1), &Frame::gated_own) == 0);
+  CHECK(keep(corners(3, 4.4f, -0.5f, 0.5f, 0, 1), &Frame::gated_own) == 0);
+  CHECK(keep(corners(3, 4.6f, -0.5f, 0.5f, 0, 1), &Frame::gated_own) == 1);  // a rear that touches the own nose
+  CHECK(keep(corners(0, 3, 1.0f, 1.3f, 0, 1), &Frame::gated_own) == 1);      // a flank beside
+  CHECK(keep(corners(-1.6f, 0, -1, 1, 0, 1), &Frame::gated_own) == 1);
+}
+
+TEST_CASE("car gates: length, width and height along psi_REF") {
+  CHECK(keep(corners(20, 25.4f, -0.5f, 0.5f, 0.1f, 1), &Frame::gated_size) == 1);
+  CHECK(keep(corners(20, 25.5f, -0.5f, 0.5f, 0.1f, 1), &Frame::gated_size) == 0);
+  CHECK(keep(corners(20, 24.9f, -1.1f, 1.2f, 0.1f, 1), &Frame::gated_size) == 1);
+  CHECK(keep(corners(20, 24.9f, -1.3f, 1.3f, 0.1f, 1), &Frame::gated_size) == 0);
+  CHECK(keep(corners(20, 22, -0.5f, 0.5f, 0, 1.59f), &Frame::gated_size) == 1);
+  CHECK(keep(corners(20, 22, -0.5f, 0.5f, 0, 1.61f), &Frame::gated_size) == 0);
+  // Wide and short: a car across the circuit. It needs the points of a heading.
+  CHECK(keep(corners(20, 22, -2.4f, 2.4f, 0, 1), &Frame::gated_size) == 1);
+  CHECK(keep(corners(20, 20.2f, -2.4f, 2.4f, 0, 1), &Frame::gated_size) == 0);  // a beam
+  CHECK(keep({{20, -2, 0.5f}, {21, 0, 0.5f}, {20, 2, 0.5f}, {22, 1, 0.5f}}, &Frame::gated_size) == 0);
+}
+
+TEST_CASE("car gates: a car at any angle to the circuit passes, at any place") {
+  for (const double x : {12.0, 25.0, 40.0})
+    for (int32_t yaw = 0; yaw < 360; yaw += 15) {
+      CAPTURE(x);
+      CAPTURE(yaw);
+      RulesBench bench;
+      bench.look({{x, 2.0, double(yaw), 4.921, 1.886, 0.1, 1.1}});
+      gate(bench);
+      CHECK(bench.frame.kept_count == 1);
+    }
+}
+
+TEST_CASE("car gates: a car at the wall passes, also on a map that is wrong by 0.3 m; the wall itself does not") {
+  for (const double wrong_m : {-0.3, 0.0, 0.3})
+    for (const double side : {-1.0, 1.0})
+      for (const double x : {15.0, 30.0, 50.0}) {
+        CAPTURE(wrong_m);
+        CAPTURE(side);
+        CAPTURE(x);
+        RulesBench bench;
+        bench.clear(wrong_m);
+        const double wall_y = 6.0 * side;  // true bounds: 6 m to both sides of the ego vehicle
+        bench.look({{x, wall_y - 0.943 * side, 0, 4.921, 1.886, 0.1, 1.1, 1}});
+        gate(bench);
+        CHECK(bench.frame.kept_count == 1);
+        bench.clear(wrong_m);
+        bench.look({{x, wall_y + 0.1 * side, 0, 4.0, 0.2, 0.0, 1.0, 1}});
+        gate(bench);
+        CHECK(bench.frame.gated_map == 1);
+      }
+}
+
+TEST_CASE("car gates: without a map, and with the ego vehicle far off it, no candidate is off the circuit") {
+  const Spots off = corners(20, 24, 9, 10.5f, 0.1f, 1);
+  CHECK(keep(off, &Frame::gated_map) == 0);
+  CHECK(keep(off, &Frame::gated_map, false) == 1);
+  for (const double ego_y_m : {6.5, 7.5, 9.0}) {
+    CAPTURE(ego_y_m);
+    RulesBench bench;
+    bench.clear(ego_y_m);
+    bench.add(corners(20, 24, 0.2f, 1.6f, 0.1f, 1));  // beside the ego vehicle: farther out by a car's width at most
+    gate(bench);
+    CHECK(bench.frame.uses_map == (ego_y_m < 8.0));
+    CHECK(bench.frame.kept_count == 1);
+    bench.clear(ego_y_m);
+    bench.add(corners(20, 24, 3, 5, 0.1f, 1));  // much farther out
+    gate(bench);
+    CHECK(bench.frame.kept_count == (ego_y_m < 8.0 ? 0 : 1));
+  }
+}
+
+TEST_CASE("car gates: beyond gate.range_m nothing is a detection, ahead and behind") {
+  for (const float x : {-126.0f, 126.0f}) CHECK(keep(corners(x, x + 1, -0.5f, 0.5f, 0, 1), &Frame::gated_range) == 1);
+  for (const float x : {-136.0f, 136.0f}) CHECK(keep(corners(x, x + 1, -0.5f, 0.5f, 0, 1), &Frame::gated_range) == 0);
+}
+
+}  // namespace

@@ -1,0 +1,218 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The rule pose_by_view: centre by the side that is seen, covariance, class, height over the road.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "tests/support/rules_bench.h"
+
+namespace {
+
+using namespace overtake;
+using namespace overtake::test;
+
+constexpr float kLength = 4.921f, kWidth = 1.886f;
+constexpr CarSize kSize = {kLength, kWidth, 4.2f};
+
+Solid car_at(double x_m, double y_m, double yaw_deg = 0) { return {x_m, y_m, yaw_deg, 4.921, 1.886, 0.1, 1.1, 1}; }
+
+// The bench after all rules; each solid must give one detection, in the order of their clusters.
+struct Looked : RulesBench {
+  explicit Looked(const std::vector<Solid>& solids, bool with_map = true) : RulesBench(with_map) {
+    look(solids);
+    run();
+  }
+};
+
+TEST_CASE("anchor_car: along the heading, the end that the sensor sees, or the middle") {
+  const auto center = [](float low, float high, float sensor) {
+    return anchor_car(kSize, {low, high, -0.5f, 0.5f}, sensor, 0).center_1;
+  };
+  CHECK(center(20, 25, 0) == 22.5f);                                       // both ends
+  CHECK(center(20, 21, 0) == doctest::Approx(20 + 0.5f * kLength));        // rear
+  CHECK(center(-21, -20, 0) == doctest::Approx(-20.5f));                   // front, the nose not seen
+  CHECK(center(-24.3f, -20, 0) == doctest::Approx(-20 - 0.5f * kLength));  // front with its nose
+  CHECK(center(-24.1f, -20, 0) == doctest::Approx(-22.05f));
+  CHECK(anchor_car(kSize, {20, 21, 0, 1}, 0, 0).view == CarView::kRear);
+  CHECK(anchor_car(kSize, {-21, -20, 0, 1}, 0, 0).view == CarView::kFront);
+  CHECK(anchor_car(kSize, {-1, 2, 3, 4}, 0, 0).view == CarView::kSide);
+  CHECK(anchor_car(kSize, {20, 25, 0, 1}, 0, 0).unseen_1 == 0.0f);
+  CHECK(anchor_car(kSize, {20, 21, 0, 1}, 0, 0).unseen_1 == 0.0f);  // the rear end is known
+  CHECK(anchor_car(kSize, {-21, -20, 0, 1}, 0, 0).unseen_1 == doctest::Approx(kLength - 1));
+}
+
+TEST_CASE("anchor_car: across the heading, the middle of what is seen; beside the car, from the near flank") {
+  const auto center = [](OrientedBox seen) { return anchor_car(kSize, seen, 0, 0).center_2; };
+  CHECK(center({20, 21, 2, 3}) == 2.5f);
+  CHECK(center({20, 25, 2, 3}) == 2.5f);
+  CHECK(center({-2, 2, 3, 3.5f}) == doctest::Approx(3 + 0.5f * kWidth));
+  CHECK(center({-2, 2, -3.5f, -3}) == doctest::Approx(-3 - 0.5f * kWidth));
+  CHECK(center({-2, 2, 3, 5}) == 4.0f);      // all of its width
+  CHECK(center({-1, 1, 3, 3.5f}) == 3.25f);  // too little of the flank
+}
+
+TEST_CASE("pose by view: a box seen from behind, from beside and at any angle has its true centre and heading") {
+  for (const double y_m : {-3.0, 0.0, 3.0})
+    for (const double x_m : {12.0, 20.0, 35.0}) {
+      CAPTURE(x_m);
+      CAPTURE(y_m);
+      const Looked bench({car_at(x_m, y_m)});
+      const DetectionTable& d = bench.frame.detections;
+      REQUIRE(d.count == 1);
+      CHECK(std::fabs(double(d.x_m[0]) - x_m) < 0.15);
+      CHECK(std::fabs(double(d.y_m[0]) - y_m) < 0.15);
+      CHECK(d.heading_rad[0] == doctest::Approx(0));
+      CHECK(bench.frame.views.view[0] == OVT_VIEW_REAR);
+      CHECK(d.heading_source[0] == 0);
+    }
+}
+
+TEST_CASE("pose by view: a car that stands across the circuit takes the heading of its points, and its near flank") {
+  for (const double x_m : {15.0, 25.0, 35.0})
+    for (const double yaw_deg : {70.0, 90.0, 110.0}) {
+      CAPTURE(x_m);
+      CAPTURE(yaw_deg);
+      const Looked bench({car_at(x_m, 0.5, yaw_deg)});
+      const DetectionTable& d = bench.frame.detections;
+      REQUIRE(d.count == 1);
+      CHECK(d.heading_source[0] == 1);
+      const double line = std::fabs(std::remainder(double(d.heading_rad[0]) - yaw_deg * kPi / 180, kPi));
+      CHECK(line < 5 * kPi / 180);
+      if (yaw_deg == 90.0) CHECK(bench.frame.views.view[0] == OVT_VIEW_SIDE);
+      CHECK(std::hypot(double(d.x_m[0]) - x_m, double(d.y_m[0]) - 0.5) < 0.5);
+    }
+}
+
+TEST_CASE("pose by view: psi_VAR needs three points more than psi_REF, and five in a hundred") {
+  // A line at 30 deg: psi_VAR holds all of its points. `more` of them lie beyond the rectangle at psi_REF.
+  const auto source = [](int32_t near, int32_t more) {
+    RulesBench bench;
+    Spots spots;
+    for (int32_t i = 0; i < near; ++i) spots.push_back({20.0f + 0.004f * float(i), 0.0023f * float(i), 0.5f});
+    for (int32_t i = 0; i < more; ++i) spots.push_back({23.9f, 2.25f, 0.5f});
+    bench.add(spots);
+    bench.run();
+    REQUIRE(bench.frame.detections.count == 1);
+    const DetectionTable& d = bench.frame.detections;
+    CHECK(d.inliers_var[0] - d.inliers_ref[0] == more);
+    return d.heading_source[0];
+  };
+  CHECK(source(10, 2) == 0);
+  CHECK(source(10, 3) == 1);
+  CHECK(source(100, 4) == 0);
+  CHECK(source(100, 6) == 1);
+}
+
+TEST_CASE("pose by view: the covariance is valid, grows smoothly with range, and holds the error of the ego heading") {
+  double before_along = 0, before_across = 0;
+  for (float x = 10; x < 120; x += 0.5f) {
+    CAPTURE(x);
+    RulesBench bench(false);
+    bench.add(corners(x, x + 1, -0.8f, 0.8f, 0.2f, 0.9f));
+    bench.run();
+    REQUIRE(bench.frame.detections.count == 1);
+    const DetectionViewTable& v = bench.frame.views;
+    const double along = double(v.var_x[0]), across = double(v.var_y[0]);
+    CHECK(along > 0);
+    CHECK(along * across > double(v.cov_xy[0]) * double(v.cov_xy[0]));
+    if (before_along > 0) {
+      CHECK(along >= before_along);
+      CHECK(across >= before_across);
+      CHECK(along < 1.1 * before_along);
+      CHECK(across < 1.15 * before_across);
+    }
+    before_along = along, before_across = across;
+  }
+
+  const auto covariance = [](float x, float y, double sigma_deg) {
+    ovt_params params;
+    REQUIRE(ovt_params_init(&params, sizeof params, "best") == OVT_OK);
+    params.pose_angle_sigma_rad = sigma_deg * kPi / 180;
+    RulesBench bench(false, &params);
+    bench.add(corners(x, x + 1, y, y + 1, 0.2f, 0.9f));
+    bench.run();
+    REQUIRE(bench.frame.detections.count == 1);
+    const Frame& f = bench.frame;
+    return std::array<double, 5>{double(f.views.var_x[0]), double(f.views.var_y[0]), double(f.views.cov_xy[0]),
+                                 double(f.detections.x_m[0]), double(f.detections.y_m[0])};
+  };
+  const auto without = covariance(40, 30, 0), with = covariance(40, 30, 1);
+  const double turn = std::pow(kPi / 180, 2), x = with[3], y = with[4];
+  CHECK(with[0] - without[0] == doctest::Approx(turn * y * y).epsilon(1e-3));
+  CHECK(with[1] - without[1] == doctest::Approx(turn * x * x).epsilon(1e-3));
+  CHECK(with[2] - without[2] == doctest::Approx(-turn * x * y).epsilon(1e-3));
+}
+
+TEST_CASE("pose by view: the less of a car is seen, and the fewer points, the larger its covariance") {
+  const auto var_x = [](float x0, float x1, int32_t more) {
+    RulesBench bench(false);
+    bench.add(corners(x0, x1, -0.8f, 0.8f, 0.2f, 0.9f, more));
+    bench.run();
+    REQUIRE(bench.frame.detections.count == 1);
+    return double(bench.frame.views.var_x[0]);
+  };
+  CHECK(var_x(-31, -30, 0) > 2 * var_x(-33, -30, 0));
+  CHECK(var_x(-33, -30, 0) > 2 * var_x(-35, -30, 0));
+  CHECK(var_x(-31, -30, 0) > 2 * var_x(30, 31, 0));  // from ahead, the nose may be missing
+  CHECK(var_x(30, 31, 0) > var_x(30, 31, 100));
+}
+
+TEST_CASE("pose by view: a box or a tyre is debris where a car would show more, and nowhere else") {
+  const auto class_of = [](const std::vector<Solid>& solids) {
+    const Looked bench(solids);
+    REQUIRE(bench.frame.detections.count == 1);
+    return bench.frame.views.object_class[0];
+  };
+  for (const double x_m : {8.0, 15.0, 25.0})
+    for (const double size_m : {0.4, 0.6, 0.75}) {
+      CAPTURE(x_m);
+      CAPTURE(size_m);
+      CHECK(class_of({{x_m, 0.5, 20, size_m, size_m, 0.0, size_m, 1}}) == OVT_CLASS_DEBRIS);
+    }
+  for (const double x_m : {8.0, 15.0, 25.0, 40.0, 60.0}) {
+    CAPTURE(x_m);
+    CHECK(class_of({car_at(x_m, 0.5)}) == OVT_CLASS_CAR);
+    CHECK(class_of({car_at(x_m, 0.5, 90)}) == OVT_CLASS_CAR);
+  }
+  // Hidden by a nearer object but for 0.7 m.
+  CHECK(class_of({car_at(25, 0), {12, -0.6, 0, 0.2, 1.6, 0.0, 1.5, 0}}) == OVT_CLASS_UNKNOWN);
+  // Farther away than its rows and columns tell.
+  CHECK(class_of({{90, 0, 0, 0.9, 0.9, 0.0, 0.9, 1}}) == OVT_CLASS_UNKNOWN);
+}
+
+TEST_CASE("pose by view: a distant car with three points in a row is never debris") {
+  for (const double x_m : {60.0, 80.0, 95.0, 110.0})
+    for (const double width_m : {0.5, 0.8, 1.886}) {
+      CAPTURE(x_m);
+      CAPTURE(width_m);
+      RulesBench bench;
+      bench.look({{x_m, 0, 0, 1.5, width_m, 0.9, 1.1, 1}});  // the cockpit alone
+      bench.run();
+      for (int32_t i = 0; i < bench.frame.detections.count; ++i)
+        CHECK(bench.frame.views.object_class[i] != OVT_CLASS_DEBRIS);
+    }
+}
+
+TEST_CASE("pose by view: height over the road, and the road under the car") {
+  RulesBench bench(false);
+  bench.add(corners(20, 21, -0.8f, 0.8f, 0.3f, 1.0f));
+  bench.run();
+  REQUIRE(bench.frame.detections.count == 1);
+  CHECK(bench.frame.views.road_z_m[0] == 0.3f);
+  CHECK(bench.frame.views.height_m[0] == doctest::Approx(0.7));
+}
+
+TEST_CASE("pose by view: paper has none of these columns") {
+  FrameSizes sizes;
+  sizes.cluster_capacity = sizes.candidate_capacity = 16;
+  Frame frame;
+  REQUIRE(build_frame(frame, sizes, default_allocator()));
+  CHECK(frame.views.var_x == nullptr);
+  CHECK(frame.views.view == nullptr);
+  CHECK(frame.places.known == nullptr);
+}
+
+}  // namespace
