@@ -31,10 +31,15 @@ int evaluate(const EvaluateOptions& given) {
   EvaluateOptions options = given;
   if (options.logs.empty() && options.recordings.empty() && !options.check)
     throw CLI::RequiredError("LOG or --recordings");
-  for (const auto& [name, file] : evaluation::read_configs(options.configs))
+  const evaluation::ConfigFiles configs = evaluation::read_configs(options.configs);
+  for (const auto& [name, file] : configs)
     if (std::find(options.presets.begin(), options.presets.end(), name) == options.presets.end())
       options.presets.push_back(name);
   const std::string preset = options.presets.empty() ? "paper" : options.presets[0];
+  std::vector<std::string> of_recordings;  // oracles and controls need a log with truth
+  for (const std::string& name : options.presets)
+    if (name.find(':') == std::string::npos) of_recordings.push_back(name);
+  if (of_recordings.empty()) of_recordings.push_back("paper");
   if (options.all_variants)
     for (const std::string& variant : evaluation::variant_names()) options.presets.push_back(preset + ":" + variant);
   if (options.check) {
@@ -56,7 +61,7 @@ int evaluate(const EvaluateOptions& given) {
   if (report && options.scaling) guard.check(options.out + "/scaling.json");
   if (report) evaluation::check_report(guard, options.out);
   if (!options.recordings.empty())
-    evaluation::evaluate_recordings(options.recordings, preset, options.out, !options.quiet);
+    evaluation::evaluate_recordings(options.recordings, of_recordings, configs, options.out, !options.quiet);
   guard.commit();
   if (options.logs.empty()) return 0;
   if (options.tune) {
