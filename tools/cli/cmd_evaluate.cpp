@@ -32,8 +32,9 @@ int evaluate(const EvaluateOptions& given) {
   if (options.logs.empty() && options.recordings.empty() && !options.check)
     throw CLI::RequiredError("LOG or --recordings");
   const evaluation::ConfigFiles configs = evaluation::read_configs(options.configs);
-  for (const auto& [name, file] : configs)
-    if (std::find(options.presets.begin(), options.presets.end(), name) == options.presets.end())
+  for (const std::string& file : options.configs)
+    if (const std::string name = evaluation::config_name(file);
+        std::find(options.presets.begin(), options.presets.end(), name) == options.presets.end())
       options.presets.push_back(name);
   const std::string preset = options.presets.empty() ? "paper" : options.presets[0];
   std::vector<std::string> of_recordings;  // oracles and controls need a log with truth
@@ -70,7 +71,8 @@ int evaluate(const EvaluateOptions& given) {
     guard.commit();
     return 0;
   }
-  if (options.scaling) evaluation::measure_scaling(options.logs[0], preset, options.out, !options.quiet);
+  if (options.scaling)
+    evaluation::measure_scaling(options.logs[0], evaluation::options_of(preset, configs), options.out, !options.quiet);
   guard.commit();
   if (!evaluation::run_logs(options)) {
     std::fprintf(stderr,

@@ -15,6 +15,7 @@
 #include "tools/evaluation/places.h"
 #include "tools/evaluation/racecar_wall.h"
 #include "tools/evaluation/recorded_tracks.h"
+#include "tools/evaluation/variant.h"
 #include "tools/io/angles.h"
 #include "tools/io/box_file.h"
 #include "tools/io/csv.h"
@@ -424,10 +425,7 @@ nlohmann::json evaluate_recordings(const std::string& folder, const std::vector<
   check_boxes(folder);
   Json json;
   for (const std::string& name : presets) {
-    cli::Options preset;
-    const auto file = configs.find(name);
-    (file == configs.end() ? preset.preset : preset.config) = file == configs.end() ? name : file->second;
-    Json of_this = evaluate_all(folder, name, preset);
+    Json of_this = evaluate_all(folder, name, options_of(name, configs));
     if (json.is_null())
       json = std::move(of_this);
     else
