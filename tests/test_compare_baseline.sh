@@ -54,6 +54,35 @@ compare 1 '^missing: paper on pit$'
 compare 0 '1 of 17 figures compared$' --part
 change "d['figures'] = []"
 compare 2 'tools/dev/compare_baseline: .*holds nothing'
+# Another preset: its own part, quality figures included; each preset is compared with its own base line.
+change "
+for f in d['figures'] + d['runs']:
+    f['contestant'] = f['contestant'].replace('paper', 'other')
+for j in d['judgements']:
+    j['preset'] = 'other'
+number = {'median': 0.1, 'p95': 1.0, 'count': 9}
+d['quality'] = [{'contestant': name, 'scenario': 'las_vegas_15', 'detected_of_3_points': 0.5, 'detected_of_5_points': 0.5,
+                 'false_detections': {'a_frame_anywhere': 0.5, 'a_frame_without_car': 0.25}, 'mixed_per_car': 0,
+                 'ground': {'ppv_p5': 0.875}, 'centre_along_m': number, 'centre_across_m': number,
+                 'in_95_ellipse': {'value': 0.9375}} for name in ('other', 'paper')]"
+tools/dev/compare_baseline make "$work/metrics.json" other >"$work/other.json" || fail "make of another preset"
+grep -q '"command": ".* --preset other --seeds test' "$work/other.json" || fail "make: not the preset's command"
+[[ $(grep -c '"in_95_ellipse"' "$work/other.json") == 1 ]] || fail "make: not the quality of the preset alone"
+lines=$(grep -c '"contestant":"other"' "$work/other.json")
+((lines == $(grep -c '"contestant":"paper"' $base) + 1)) || fail "make: $lines lines of the preset"  # one of quality
+sed -i 's/"detected_of_3_points": 0.5/"detected_of_3_points": 0.75/' "$work/metrics.json"
+code=0
+tools/dev/compare_baseline compare "$work/metrics.json" "$work/other.json" >"$work/log" || code=$?
+((code == 1)) || fail "compare of another preset: exit code $code"
+grep -qE '^other +las_vegas_15 +detected of 3 points +0.5 +0.75 +better$' "$work/log" || fail "compare: no quality in $(cat "$work/log")"
+compare 2 'holds nothing that a base line does'
+change "
+other = copy.deepcopy(paper)
+other['contestant'] = 'other'
+d['figures'].append(other)"
+compare 0 '^0 headline numbers differ, 0 '  # a preset without a base line is left out
+if tools/dev/compare_baseline make $base other >/dev/null 2>"$work/log"; then fail "make: a preset without runs"; fi
+grep -q 'no run of other on las_vegas_15' "$work/log" || fail "make: does not say that the preset is missing: $(cat "$work/log")"
 change "d['runs'][0]['about']['seed'] = '7'"
 if tools/dev/compare_baseline make "$work/metrics.json" >/dev/null 2>"$work/log"; then fail "make: other seeds were accepted"; fi
 grep -q 'was run with the seeds .*7' "$work/log" || fail "make: the seed is not named: $(cat "$work/log")"

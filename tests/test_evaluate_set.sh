@@ -103,6 +103,51 @@ grep -q ": 2 frames, 1 variant$" "$work/log" || fail "the frames and the one var
 "$overtake" evaluate "$log" --preset paper --frames 2 --out "$work/lines" >"$work/log"
 grep -q "done before" "$work/log" || fail "the same frames were run again"
 
+# Presets and configurations on the same logs; changed contents of a configuration run again.
+mkdir -p "$work/figures"
+cp -r "$work/whole/logs" "$work/figures/logs"
+printf '[gate]\nmin_points = 8\n' >"$work/strict.toml"
+figures() { run --out "$work/figures" --preset paper --config "$work/strict.toml" --only-figures --compare-every 2 >"$work/log"; }
+figures || fail "--config: $(cat "$work/log")"
+grep -qE '^ +scenario: all +paper +strict$' "$work/log" || fail "no table of both: $(cat "$work/log")"
+[[ ! -e $work/figures/scaling.json && -z $(find "$work/figures/parts" -name '*.svg' -path '*/runs/*') ]] || fail "--only-figures made more"
+[[ $(find "$work/figures/runs" -name about.json -exec grep -c '"compared": "2"' {} + | grep -c ':1$') == 4 ]] || fail "--compare-every 2"
+figures
+[[ $(grep -c "done before$" "$work/log") == 2 ]] || fail "the same configuration was run again"
+sed -i 's/8/9/' "$work/strict.toml"
+figures
+[[ $(grep -c "other options" "$work/log") == 2 ]] || fail "another configuration was not run again"
+refuse "--config $work/none.toml"
+# One table of a preset and of changes of it.
+printf '# changes\nstrict gate.min_points=9\n\nloose gate.min_points=2 cluster.threshold_deg=3  # two\n' >"$work/changes"
+mkdir -p "$work/ablation"
+cp -r "$work/whole/logs" "$work/ablation/logs"
+tools/dev/ablation "$work/changes" --preset paper --out "$work/ablation" --build "$build" --set overtake,empty_track \
+  --seconds 0.4 >"$work/log" || fail "ablation: $(cat "$work/log")"
+for line in '^\| loose \| gate.min_points = 2, cluster.threshold_deg = 3 \|$' '^### all$' '^### overtake$' '^\| paper \| [0-9]'; do
+  grep -qE "$line" "$work/ablation/ablation.md" || fail "ablation: no '$line' in $(cat "$work/ablation/ablation.md")"
+done
+python3 - "$work" <<'END' || fail "ablation: its numbers are not those of metrics.json"
+import json, sys
+ablation = json.load(open(sys.argv[1] + '/ablation/ablation.json'))
+quality = {(q['contestant'], q['scenario']): q for q in json.load(open(sys.argv[1] + '/ablation/metrics.json'))['quality']}
+assert ablation['changes']['loose'] == {'gate.min_points': 2, 'cluster.threshold_deg': 3}
+assert [t['scenario'] for t in ablation['tables']] == ['all', 'empty_track', 'overtake']
+for table in ablation['tables']:
+    assert [r['name'] for r in table['rows']] == ['paper', 'strict', 'loose']
+    wrong = [quality[(r['name'], table['scenario'])]['false_detections']['a_frame'] for r in table['rows']]
+    assert [r['values']['false a frame'] for r in table['rows']] == wrong
+    assert table['scenario'] != 'overtake' or wrong[1] < wrong[0] < wrong[2], wrong
+    assert table['rows'][0]['worse'] == []
+    assert table['scenario'] != 'overtake' or 'false a frame' in table['rows'][2]['worse']
+END
+for bad in "nope" "strict" "strict gate.min_points" "a/b gate.min_points=1" $'x gate.min_points=1\nx gate.min_points=2' "#"; do
+  code=0
+  printf '%s\n' "$bad" >"$work/changes"
+  tools/dev/ablation "$work/changes" --preset paper --out "$work/x" >/dev/null 2>"$work/error" || code=$?
+  [[ $code == 2 && $(wc -l <"$work/error") == 1 ]] || fail "ablation '$bad': exit code $code: $(cat "$work/error")"
+done
+
 tune=$work/a/logs/overtake_1001_0.4s.mcap
 [[ -f $tune ]] || tune=$work/b/logs/overtake_1001_0.4s.mcap
 "$overtake" evaluate "$tune" --tune --frames 1 --out "$work/tune" >"$work/log"

@@ -11,6 +11,8 @@
 #include "tools/evaluation/detection_columns.h"
 #include "tools/evaluation/figures.h"
 #include "tools/evaluation/quality.h"
+#include "tools/evaluation/racecar_wall.h"
+#include "tools/evaluation/recorded.h"
 #include "tools/evaluation/report.h"
 #include "tools/evaluation/run_logs.h"
 #include "tools/evaluation/variant.h"
@@ -185,6 +187,29 @@ TEST_CASE("columns that a method leaves out: the height of the road, the class, 
   CHECK(square_of(d, 0, level, 0, 2) == Approx(1));     // 2 m along: one standard deviation
   CHECK(square_of(d, 0, level, -1, 0) == Approx(4));    // 1 m to the left: two
   CHECK(square_of(d, 0, banked, 0, 0.5) == Approx(4));  // on a bank of 60 deg 0.5 m of the map are 1 m of the vehicle's
+}
+
+TEST_CASE("recorded: the wall of the racecar frames bounds the road, and the own body is not on it") {
+  CHECK(behind_racecar_wall(0, -9.52) == Approx(0).epsilon(0.01));  // between (-5, -9.6) and (20, -9.2)
+  CHECK(behind_racecar_wall(20, -11.2) == Approx(2).epsilon(0.01));
+  CHECK(behind_racecar_wall(111, 0) == -100);
+  CHECK(is_on_racecar_road(20, 0));
+  CHECK(!is_on_racecar_road(20, -9));  // 0.2 m inside of the wall
+  CHECK(!is_on_racecar_road(20, 8));
+  CHECK(!is_on_racecar_road(2, 0.5));
+  CHECK(is_on_racecar_road(-90, 3));
+  CHECK(!is_on_racecar_road(-110, 8));
+}
+
+TEST_CASE("recordings: the table has a column for each preset, a row for each figure that one of them has") {
+  const nlohmann::json json = {
+      {"preset", "a"},
+      {"racecar", {{"summary", {{"frames", 4}, {"opponent_as_one_detection", 0.75}}}}},
+      {"others", {{{"preset", "b"}, {"av2_sweep", {{"summary", {{"cars_to_60_m", 7}, {"cars_detected", nullptr}}}}}}}}};
+  CHECK(recording_rows(json) == Rows{{"recorded", "a", "b"},
+                                     {"RACECAR: frames", "4", "-"},
+                                     {"RACECAR: opponent as exactly one detection", "0.750", "-"},
+                                     {"Argoverse 2: labelled cars to 60 m", "-", "7"}});
 }
 
 namespace {

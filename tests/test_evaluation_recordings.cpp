@@ -169,7 +169,10 @@ TEST_CASE("recorded: the opponent is found in the racecar frames, and the tracke
   OVT_NEED_RECORDED("racecar");
   OVT_NEED_RECORDED("kitti/tracking");
   const TempFolder folder;
-  const nlohmann::json json = evaluate_recordings(recorded(""), "paper", folder.path("out"), false);
+  const std::map<std::string, std::string> configs = {
+      {"sparse", folder.write("sparse.toml", "map = \"none.csv\"\n[gate]\nmin_points = 40\n")}};
+  const nlohmann::json json =
+      evaluate_recordings(recorded(""), {"paper", "sparse"}, configs, folder.path("out"), false);
   CHECK(std::filesystem::exists(folder.path("out") + "/recordings.json"));
   REQUIRE(json["racecar"]["frames"].size() == 4);
   for (const auto& frame : json["racecar"]["frames"]) {
@@ -187,5 +190,22 @@ TEST_CASE("recorded: the opponent is found in the racecar frames, and the tracke
     CHECK(tracks["mota"].get<double>() > 0.7);
     CHECK(tracks["hota"].get<double>() > 0.6);
   }
-  CHECK_THROWS_AS(evaluate_recordings(folder.path("nothing"), "paper", folder.path("out"), false), io::Error);
+  const nlohmann::json &paper = json["racecar"]["summary"], &sparse = json["others"][0]["racecar"]["summary"];
+  CHECK(paper["opponent_as_one_detection"] == 1);
+  CHECK(paper["ground_f1_by_auto_label"].get<double>() > 0.85);
+  // Fewer detections of few points: fewer on the road, and the opponent in the frames where it has 40 points.
+  CHECK(sparse["other_detections_on_the_road"].get<double>() < paper["other_detections_on_the_road"].get<double>());
+  CHECK(sparse["opponent_as_one_detection"].get<double>() > 0);
+  CHECK(json["others"][0]["preset"] == "sparse");
+  const Rows rows = recording_rows(json);
+  CHECK(rows[0] == std::vector<std::string>{"recorded", "paper", "sparse"});
+  std::set<std::string> sets;
+  for (std::size_t r = 1; r < rows.size(); ++r) sets.insert(rows[r][0].substr(0, rows[r][0].find(':')));
+  CHECK(sets.count("RACECAR") == 1);
+  CHECK(sets.count("KITTI") == 1);
+  const nlohmann::json& kitti = json["kitti_frames"]["summary"];
+  CHECK(kitti["cars_to_60_m"] == 12);  // one in each frame: the boxes lie where the points are
+  CHECK(kitti["cars_detected"].get<double>() > 0.9);
+  CHECK(kitti["centre_error_median_m"].get<double>() < 1);
+  CHECK_THROWS_AS(evaluate_recordings(folder.path("nothing"), {"paper"}, {}, folder.path("out"), false), io::Error);
 }

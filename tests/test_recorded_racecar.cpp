@@ -12,6 +12,7 @@
 
 #include "tests/support/recorded.h"
 #include "tools/client/session.h"
+#include "tools/evaluation/racecar_wall.h"
 
 namespace overtake {
 namespace {
@@ -28,20 +29,6 @@ Box read_box(int64_t frame) {
   file >> b.x >> b.y >> b.z >> b.length >> b.width >> b.height >> b.yaw;
   REQUIRE(file);
   return b;
-}
-
-// Inner side of the outer wall in the vehicle frame, as vertical planes through these points: set by hand in pictures
-// of frames 2, 4 and 5 from above. The car keeps its distance to the wall, so one set fits all frames.
-constexpr double kWall[][2] = {{-5.0, -9.6}, {20.0, -9.2}, {50.0, -6.7}, {70.0, -4.4}, {90.0, -1.5}, {110.0, 1.6}};
-
-// Distance of a point behind the wall's inner side, metres; negative on the track.
-double behind_wall(double x, double y) {
-  for (std::size_t i = 0; i + 1 < std::size(kWall); ++i) {
-    if (x < kWall[i][0] || x > kWall[i + 1][0]) continue;
-    const double dx = kWall[i + 1][0] - kWall[i][0], dy = kWall[i + 1][1] - kWall[i][1];
-    return -((y - kWall[i][1]) * dx - (x - kWall[i][0]) * dy) / std::hypot(dx, dy);
-  }
-  return -100.0;
 }
 
 struct Seen {
@@ -85,7 +72,7 @@ struct Run {
         const double px = double(labels.x_m[i]), py = double(labels.y_m[i]), z = double(labels.z_m[i]) + sensor.z_m;
         const double x = std::cos(yaw) * px - std::sin(yaw) * py + sensor.x_m;
         const double y = std::sin(yaw) * px + std::cos(yaw) * py + sensor.y_m;
-        const double behind = behind_wall(x, y);
+        const double behind = evaluation::behind_racecar_wall(x, y);
         if (behind > 0 && behind < 1 && z > 0.3) ++seen.wall_points;
         if (labels.label[i] > 0 && cluster >= 0 && labels.cluster_of_label[labels.label[i]] == cluster) {
           ++seen.points;

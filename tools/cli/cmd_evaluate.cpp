@@ -31,10 +31,16 @@ int evaluate(const EvaluateOptions& given) {
   EvaluateOptions options = given;
   if (options.logs.empty() && options.recordings.empty() && !options.check)
     throw CLI::RequiredError("LOG or --recordings");
-  for (const auto& [name, file] : evaluation::read_configs(options.configs))
-    if (std::find(options.presets.begin(), options.presets.end(), name) == options.presets.end())
+  const evaluation::ConfigFiles configs = evaluation::read_configs(options.configs);
+  for (const std::string& file : options.configs)
+    if (const std::string name = evaluation::config_name(file);
+        std::find(options.presets.begin(), options.presets.end(), name) == options.presets.end())
       options.presets.push_back(name);
   const std::string preset = options.presets.empty() ? "paper" : options.presets[0];
+  std::vector<std::string> of_recordings;  // oracles and controls need a log with truth
+  for (const std::string& name : options.presets)
+    if (name.find(':') == std::string::npos) of_recordings.push_back(name);
+  if (of_recordings.empty()) of_recordings.push_back("paper");
   if (options.all_variants)
     for (const std::string& variant : evaluation::variant_names()) options.presets.push_back(preset + ":" + variant);
   if (options.check) {
@@ -56,7 +62,7 @@ int evaluate(const EvaluateOptions& given) {
   if (report && options.scaling) guard.check(options.out + "/scaling.json");
   if (report) evaluation::check_report(guard, options.out);
   if (!options.recordings.empty())
-    evaluation::evaluate_recordings(options.recordings, preset, options.out, !options.quiet);
+    evaluation::evaluate_recordings(options.recordings, of_recordings, configs, options.out, !options.quiet);
   guard.commit();
   if (options.logs.empty()) return 0;
   for (const std::string& log : options.logs)
@@ -69,7 +75,8 @@ int evaluate(const EvaluateOptions& given) {
     guard.commit();
     return 0;
   }
-  if (options.scaling) evaluation::measure_scaling(options.logs[0], preset, options.out, !options.quiet);
+  if (options.scaling)
+    evaluation::measure_scaling(options.logs[0], evaluation::options_of(preset, configs), options.out, !options.quiet);
   guard.commit();
   if (!evaluation::run_logs(options)) {
     std::fprintf(stderr,

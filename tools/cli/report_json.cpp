@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/overtake.h"
+#include "tools/client/result_files.h"
 
 namespace overtake::cli {
 namespace {
@@ -15,6 +16,39 @@ using Json = nlohmann::ordered_json;
 std::string dump(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
 Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json json_of_track(const LoneTrack& t) {
+  return {{"id", std::to_string(t.id)},
+          {"name", track_name(t.id)},
+          {"from_s", t.from_s},
+          {"duration_s", t.duration_s},
+          {"frames", t.frames},
+          {"matched_frames", t.matched},
+          {"x_m", t.x_m},
+          {"y_m", t.y_m},
+          {"ahead_m", finite_or_null(t.ahead_m)},
+          {"left_m", finite_or_null(t.left_m)},
+          {"map_s_m", finite_or_null(t.s_m)},
+          {"map_d_m", finite_or_null(t.d_m)}};
+}
+
+Json json_of_run(const std::string& path, const RunCounts& run) {
+  Json json = {{"path", path},
+               {"detections", run.detections},
+               {"frames_with_detections", run.frames_with_detections},
+               {"detections_without_match", run.lone_detections},
+               {"tracks", run.tracks},
+               {"confirmed_tracks", run.confirmed_tracks},
+               {"confirmed_rows", run.confirmed_rows},
+               {"confirmed_rows_without_match", run.lone_rows},
+               {"only_here", Json::array()}};
+  for (const LoneTrack& t : run.lone_tracks) json["only_here"].push_back(json_of_track(t));
+  return json;
+}
+
+Json json_of_sizes(const metrics::Summary& s) {
+  return {{"median", finite_or_null(s.median)}, {"p95", finite_or_null(s.p95)}, {"max", finite_or_null(s.most)}};
+}
 
 }  // namespace
 
@@ -58,6 +92,20 @@ std::string doctor_json(const std::string& input, const std::string& rig, const 
   }
   json["wrong"] = wrong;
   return dump(json);
+}
+
+std::string compare_json(const std::string& a, const std::string& b, const RunComparison& c) {
+  return dump({{"gate_m", kSamePlaceM},
+               {"a", json_of_run(a, c.a)},
+               {"b", json_of_run(b, c.b)},
+               {"matched_detections",
+                {{"count", c.detection_distance_m.count},
+                 {"distance_m", json_of_sizes(c.detection_distance_m)},
+                 {"heading_rad", json_of_sizes(c.detection_turn_rad)}}},
+               {"matched_tracks",
+                {{"rows", c.track_distance_m.count},
+                 {"distance_m", json_of_sizes(c.track_distance_m)},
+                 {"speed_mps", json_of_sizes(c.track_speed_mps)}}}});
 }
 
 std::string params_json() {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/cli/compare_runs.h"
 #include "tools/cli/doctor.h"
 
 namespace overtake::cli {
@@ -33,5 +34,6 @@ struct RecordingInfo {
 std::string info_json(const RecordingInfo& info);
 std::string doctor_json(const std::string& input, const std::string& rig, const std::vector<Finding>& findings);
 std::string params_json();
+std::string compare_json(const std::string& a, const std::string& b, const RunComparison& comparison);
 
 }  // namespace overtake::cli

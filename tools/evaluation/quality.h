@@ -17,7 +17,6 @@
 namespace overtake::evaluation {
 
 inline constexpr double kQualityBinM = 20;
-using Rows = std::vector<std::vector<std::string>>;  // a table of text; the first row is the header
 
 // Car-frames (a car in a frame), in all and detected; [0]: with 3 points or more, [1]: with 5.
 struct CarFrames {

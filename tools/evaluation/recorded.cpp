@@ -11,12 +11,16 @@
 #include "tools/client/session.h"
 #include "tools/evaluation/baselines/grid_ground.h"
 #include "tools/evaluation/baselines/label_ground.h"
+#include "tools/evaluation/metrics/summary.h"
 #include "tools/evaluation/places.h"
+#include "tools/evaluation/racecar_wall.h"
 #include "tools/evaluation/recorded_tracks.h"
+#include "tools/evaluation/variant.h"
 #include "tools/io/angles.h"
 #include "tools/io/box_file.h"
 #include "tools/io/csv.h"
 #include "tools/io/error.h"
+#include "tools/io/kitti_tracking.h"
 #include "tools/io/text.h"
 
 namespace overtake::evaluation {
@@ -99,18 +103,73 @@ Json evaluate_ground(const SeenFrame& seen, std::size_t sensors) {
   return {{"pipeline", ours.json()}, {"grid_2_5d", of_grid.json()}};
 }
 
-cli::Config config_of(const std::string& preset, const std::string& rig) {
-  cli::Options options;
-  options.preset = preset, options.rig = rig;
-  return cli::load_config(options);
+// The preset or configuration with the rig of a data set, without the map and the poses of other runs.
+cli::Config config_of(const cli::Options& preset, const std::string& rig) {
+  cli::Options options = preset;
+  options.rig = rig, options.map = "none", options.ego = "none";
+  cli::Config config = cli::load_config(options);
+  config.no_ego = false, config.workers = 1;
+  return config;
 }
 
-Json evaluate_racecar(const std::string& folder, const std::string& preset) {
+double mean_f1(const std::vector<Json>& ground) {
+  double sum = 0;
+  for (const Json& g : ground) sum += g["pipeline"]["f1"].get<double>();
+  return ground.empty() ? NAN : sum / double(ground.size());
+}
+
+// Labelled cars to 60 m that are not larger than the known vehicle, with 3 points or more.
+class CarScores {
+ public:
+  CarScores(const cli::Config& config) : longest_m_(config.params.vehicle_length_m * (1 + config.params.gate_slack)) {}
+  void add(const SeenFrame& seen, const std::vector<KnownBox>& boxes) {
+    for (const KnownBox& b : boxes) {
+      if (!b.is_vehicle || b.length_m > longest_m_ || b.points < 3 || std::hypot(b.x_m, b.y_m) > kFarM) continue;
+      ++cars_;
+      std::map<int32_t, std::array<int64_t, 3>> clusters;  // points, in the box, in the box enlarged by 1 m
+      for (const SeenFrame::Point& p : seen.points) {
+        if (p.cluster < 0) continue;
+        auto& n = clusters[p.cluster];
+        ++n[0], n[1] += holds(b, p.at[0], p.at[1], 0), n[2] += holds(b, p.at[0], p.at[1], kOversize);
+      }
+      int64_t at_car = 0, whole = 0;
+      for (const auto& [cluster, n] : clusters) at_car += n[1] >= 3, whole += n[1] >= 3 && n[2] == n[0];
+      as_one_ += at_car == 1 && whole == 1;
+      double nearest = kNear;
+      bool found = false;
+      for (const auto& d : seen.detections)
+        if (const double m = std::hypot(b.x_m - d[0], b.y_m - d[1]); m <= nearest) nearest = m, found = true;
+      detected_ += found;
+      if (found) errors_.push_back(nearest);
+    }
+  }
+  Json summary(const std::vector<Json>& ground) const {
+    const double cars = cars_ > 0 ? double(cars_) : NAN;
+    const metrics::Summary error = metrics::summarize(errors_);
+    return {{"cars_to_60_m", cars_},
+            {"cars_as_one_cluster", double(as_one_) / cars},
+            {"cars_detected", double(detected_) / cars},
+            {"centre_error_median_m", error.median},
+            {"centre_error_p95_m", error.p95},
+            {"ground_f1_by_auto_label", mean_f1(ground)}};
+  }
+
+ private:
+  static constexpr double kFarM = 60;
+  double longest_m_;
+  int64_t cars_ = 0, as_one_ = 0, detected_ = 0;
+  std::vector<double> errors_;
+};
+
+Json evaluate_racecar(const std::string& folder, const cli::Options& preset) {
   const cli::Config config = config_of(preset, "av21");
   Look look{&config.rig, {}};
   cli::Session session(config, &Look::on_frame, &look);
   const io::Recording recording(folder, config.rig);
   Json out = {{"frames", Json::array()}};
+  int64_t as_one = 0, others = 0;
+  std::vector<Json> ground;
+  std::vector<double> errors;
   for (std::size_t k = 0; k < recording.frame_count(); ++k) {
     const io::FrameScans frame = recording.read(k);
     session.push(frame);
@@ -119,11 +178,14 @@ Json evaluate_racecar(const std::string& folder, const std::string& preset) {
     if (!box) continue;
     const KnownBox opponent{box->x_m, box->y_m, box->yaw_rad, kCarLengthM, kCarWidthM, 0, true};
     Json row = {{"frame", frame.frame}, {"opponent_ahead_m", box->x_m}};
-    int32_t at = 0;
+    int32_t at = 0, on_road = 0;
+    for (const auto& d : look.seen.detections)
+      on_road += std::hypot(d[0] - box->x_m, d[1] - box->y_m) > 4.0 && is_on_racecar_road(d[0], d[1]);
     for (std::size_t i = 0; i < look.seen.detections.size(); ++i) {
       const double dx = look.seen.detections[i][0] - box->x_m, dy = look.seen.detections[i][1] - box->y_m;
       if (std::hypot(dx, dy) > 4.0) continue;
       const double c = std::cos(box->yaw_rad), s = std::sin(box->yaw_rad);
+      errors.push_back(std::hypot(dx, dy));
       row["off_along_m"] = c * dx + s * dy, row["off_across_m"] = c * dy - s * dx;
       const int32_t cluster = look.seen.cluster_of_detection[i];
       int64_t points = 0, outside = 0;
@@ -132,6 +194,8 @@ Json evaluate_racecar(const std::string& folder, const std::string& preset) {
       row["points_of_its_cluster"] = points, row["of_them_outside_the_box"] = outside;
       ++at;
     }
+    as_one += at == 1, others += on_road;
+    row["others_on_the_road"] = on_road;
     row["detections_within_4_m"] = at, row["detections"] = look.seen.detections.size();
     std::map<int32_t, std::pair<int64_t, int64_t>> inside;  // cluster -> points, points inside
     for (const SeenFrame::Point& p : look.seen.points)
@@ -140,12 +204,19 @@ Json evaluate_racecar(const std::string& folder, const std::string& preset) {
     for (const auto& [cluster, n] : inside) whole += n.first == n.second;
     row["clusters_in_box"] = whole;
     row["ground_by_auto_label"] = evaluate_ground(look.seen, config.rig.sensors.size());
+    ground.push_back(row["ground_by_auto_label"]);
     out["frames"].push_back(row);
   }
+  const double frames = out["frames"].empty() ? NAN : double(out["frames"].size());
+  out["summary"] = {{"frames", out["frames"].size()},
+                    {"opponent_as_one_detection", double(as_one) / frames},
+                    {"other_detections_on_the_road", double(others) / frames},
+                    {"centre_error_median_m", metrics::summarize(errors).median},
+                    {"ground_f1_by_auto_label", mean_f1(ground)}};
   return out;
 }
 
-Json evaluate_frame(const std::string& folder, const std::string& preset, const std::string& rig,
+Json evaluate_frame(const std::string& folder, const cli::Options& preset, const std::string& rig,
                     const std::vector<KnownBox>& boxes) {
   const cli::Config config = config_of(preset, rig);
   Look look{&config.rig, {}};
@@ -178,6 +249,9 @@ Json evaluate_frame(const std::string& folder, const std::string& preset, const 
   }
   Json out = {{"gate_m", kNear}, {"detections", look.seen.detections.size()}, {"by_range", Json::array()}};
   out["ground_by_auto_label"] = evaluate_ground(look.seen, config.rig.sensors.size());
+  CarScores scores(config);
+  scores.add(look.seen, boxes);
+  out["summary"] = scores.summary({out["ground_by_auto_label"]});
   for (const auto& [range, b] : bins)
     out["by_range"].push_back({{"from_m", range * kRange},
                                {"to_m", (range + 1) * kRange},
@@ -185,6 +259,47 @@ Json evaluate_frame(const std::string& folder, const std::string& preset, const 
                                {"detected", b.found},
                                {"detections_at_no_box", b.false_detections}});
   return out;
+}
+
+// Frame k of the scans is frame k of the sequence 0000. The labels cover what its camera sees.
+Json evaluate_kitti_frames(const std::string& folder, const cli::Options& preset) {
+  constexpr std::size_t kGroundEvery = 4;  // the automatic labels of one frame take seconds
+  const cli::Config config = config_of(preset, "hdl64");
+  const std::string sequence = folder + "/tracking/0000";
+  const std::vector<io::KittiLabel> labels = io::read_kitti_labels(sequence + "_labels.txt");
+  const io::RigidTransform T_velodyne_camera = io::read_kitti_camera_mounting(sequence + "_calib.txt");
+  const io::RigSensor& sensor = config.rig.sensors[0];
+  Look look{&config.rig, {}};
+  cli::Session session(config, &Look::on_frame, &look);
+  const io::Recording recording(folder, config.rig);
+  CarScores scores(config);
+  std::vector<Json> ground;
+  for (std::size_t k = 0; k < recording.frame_count(); ++k) {
+    const io::FrameScans frame = recording.read(k);
+    session.push(frame);
+    session.flush();
+    std::vector<KnownBox> boxes;
+    for (const io::KittiLabel& label : labels) {
+      if (label.frame != int32_t(frame.frame) || label.track < 0) continue;
+      double at[3] = {label.x_m, label.y_m, label.z_m};
+      T_velodyne_camera.apply(at, at);
+      KnownBox box{at[0] + sensor.x_m,
+                   at[1] + sensor.y_m,
+                   -label.rotation_y_rad - io::kPi / 2,
+                   label.length_m,
+                   label.width_m,
+                   0,
+                   is_vehicle_category(label.type)};
+      for (const SeenFrame::Point& p : look.seen.points) {
+        const double over_road_m = p.at[2] - at[2] - sensor.z_m;
+        box.points += holds(box, p.at[0], p.at[1], 0) && over_road_m > 0.2 && over_road_m < label.height_m;
+      }
+      boxes.push_back(box);
+    }
+    scores.add(look.seen, boxes);
+    if (k % kGroundEvery == 0) ground.push_back(evaluate_ground(look.seen, config.rig.sensors.size()));
+  }
+  return {{"frames", recording.frame_count()}, {"summary", scores.summary(ground)}};
 }
 
 std::vector<fs::path> files_with(const std::string& folder, const std::string& tail) {
@@ -238,10 +353,10 @@ void check_boxes(const std::string& folder) {
 
 }  // namespace
 
-nlohmann::json evaluate_recordings(const std::string& folder, const std::string& preset, const std::string& out,
-                                   bool print) {
-  check_boxes(folder);
-  Json json = {{"simulated", false}, {"preset", preset}};
+namespace {
+
+Json evaluate_all(const std::string& folder, const std::string& name, const cli::Options& preset) {
+  Json json = {{"simulated", false}, {"preset", name}};
   if (fs::is_directory(folder + "/racecar")) json["racecar"] = evaluate_racecar(folder + "/racecar", preset);
   for (const fs::path& file : files_with(folder + "/av2", ".pcd")) {
     const std::string stem = file.stem().string(), log = stem.substr(0, stem.find('_'));
@@ -254,6 +369,8 @@ nlohmann::json evaluate_recordings(const std::string& folder, const std::string&
     const io::Rig rig = io::load_rig("nuscenes");
     json["nuscenes_sweep"] = evaluate_frame(file.string(), preset, "nuscenes", read_boxes(boxes, "", &rig.sensors[0]));
   }
+  if (!files_with(folder + "/kitti", ".pcd").empty() && fs::exists(folder + "/kitti/tracking/0000_labels.txt"))
+    json["kitti_frames"] = evaluate_kitti_frames(folder + "/kitti", preset);
   for (const fs::path& file : files_with(folder + "/kitti/tracking", "_labels.txt")) {
     const std::string sequence = file.filename().string().substr(0, 4);
     json["kitti_tracks"][sequence] = evaluate_kitti_tracks(folder + "/kitti/tracking", sequence, preset);
@@ -263,9 +380,65 @@ nlohmann::json evaluate_recordings(const std::string& folder, const std::string&
     json["av2_tracks"][log] = evaluate_av2_tracks(folder + "/av2", log, preset);
   }
   if (json.size() == 2) throw io::Error(folder, 0, "holds none of racecar, av2, nuscenes, kitti/tracking");
+  return json;
+}
+
+}  // namespace
+
+Rows recording_rows(const Json& recordings) {
+  static constexpr std::pair<const char*, const char*> kSets[] = {
+      {"racecar", "RACECAR"}, {"kitti_frames", "KITTI"}, {"nuscenes_sweep", "nuScenes"}, {"av2_sweep", "Argoverse 2"}};
+  static constexpr std::pair<const char*, const char*> kFigures[] = {
+      {"frames", "frames"},
+      {"opponent_as_one_detection", "opponent as exactly one detection"},
+      {"other_detections_on_the_road", "other detections on the road, a frame"},
+      {"cars_to_60_m", "labelled cars to 60 m"},
+      {"cars_as_one_cluster", "of them one cluster"},
+      {"cars_detected", "of them detected"},
+      {"centre_error_median_m", "centre error, median m"},
+      {"centre_error_p95_m", "centre error, 95 % m"},
+      {"ground_f1_by_auto_label", "ground F1 by automatic labels"}};
+  std::vector<const Json*> columns = {&recordings};
+  if (recordings.contains("others"))
+    for (const Json& other : recordings["others"]) columns.push_back(&other);
+  Rows rows(1, {"recorded"});
+  for (const Json* column : columns) rows[0].push_back(column->value("preset", "-"));
+  for (const auto& [set, title] : kSets)
+    for (const auto& [figure, words] : kFigures) {
+      std::vector<std::string> row = {std::string(title) + ": " + words};
+      bool any = false;
+      for (const Json* column : columns) {
+        const Json value = column->value(Json::json_pointer("/" + std::string(set) + "/summary/" + figure), Json());
+        any = any || !value.is_null();
+        row.push_back(value.is_number_integer() ? std::to_string(value.get<int64_t>())
+                      : value.is_number()       ? cli::fixed(value.get<double>(), 3)
+                                                : "-");
+      }
+      if (any) rows.push_back(std::move(row));
+    }
+  return rows;
+}
+
+nlohmann::json evaluate_recordings(const std::string& folder, const std::vector<std::string>& presets,
+                                   const std::map<std::string, std::string>& configs, const std::string& out,
+                                   bool print) {
+  check_boxes(folder);
+  Json json;
+  for (const std::string& name : presets) {
+    Json of_this = evaluate_all(folder, name, options_of(name, configs));
+    if (json.is_null())
+      json = std::move(of_this);
+    else
+      json["others"].push_back(std::move(of_this));
+  }
   cli::make_folder(out);
   io::write_whole_file(out + "/recordings.json", json.dump(1) + "\n");
-  if (print) std::printf("%s\nRecorded. Written to %s/recordings.json\n", json.dump(1).c_str(), out.c_str());
+  if (!print) return json;
+  const Rows rows = recording_rows(json);
+  cli::TextTable table(rows[0]);
+  for (std::size_t r = 1; r < rows.size(); ++r) table.add(rows[r]);
+  std::printf("%s\n%s\nRecorded. Written to %s/recordings.json\n", json.dump(1).c_str(), table.format().c_str(),
+              out.c_str());
   return json;
 }
 

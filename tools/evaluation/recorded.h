@@ -6,21 +6,32 @@
 //
 //   racecar         every frame: detections at the opponent's GNSS box and their offsets, clusters inside its box
 //                   enlarged by 1 m, points of its cluster outside of it (wall), ground against the automatic labels,
-//                   the grid
-
+//                   the grid; detections on the road between the walls that are not at the opponent
+//   kitti           12 frames: as the next
 //   av2, nuscenes   one frame each: detections within 2 m of boxes with a vehicle's size (up to 10 % longer than the
 //                   known one, 3 points and more), by range; detections at no box of any kind
+//                   Labelled cars to 60 m: one cluster (one has 3 points or more in the box, and none outside
+//                   of the box enlarged by 1 m),
+//                   detected, centre error
 //   kitti, av2      the tracker alone on label centres with noise of 0.2 m, one in ten missed: CLEAR MOT, HOTA, GOSPA
 #pragma once
 
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
+
+#include "tools/evaluation/table.h"
 
 namespace overtake::evaluation {
 
-// Writes OUT/recordings.json and prints the numbers. Throws io::Error if the folder has none of the data sets, or a
-// file is damaged.
-nlohmann::json evaluate_recordings(const std::string& folder, const std::string& preset, const std::string& out,
+// Writes OUT/recordings.json and prints it and a table, with a column for each of `presets`; a name in `configs` is that
+// of a configuration, with its file. The results of the first one are the object itself, those of the others are in
+// "others". Throws io::Error if the folder has none of the data sets, or a file is damaged.
+nlohmann::json evaluate_recordings(const std::string& folder, const std::vector<std::string>& presets,
+                                   const std::map<std::string, std::string>& configs, const std::string& out,
                                    bool print);
+// The table of recordings.json.
+Rows recording_rows(const nlohmann::json& recordings);
 
 }  // namespace overtake::evaluation

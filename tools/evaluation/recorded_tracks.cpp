@@ -39,7 +39,7 @@ bool is_judged(const LabelFrame& f, const metrics::MotPlace& track) {
   return false;
 }
 
-Json evaluate_tracks(const std::vector<LabelFrame>& frames, double period_s, const std::string& preset) {
+Json evaluate_tracks(const std::vector<LabelFrame>& frames, double period_s, const cli::Options& preset) {
   metrics::ClearMotCounts counts;
   std::vector<double> gospa;
   metrics::HotaResult hota;
@@ -47,9 +47,10 @@ Json evaluate_tracks(const std::vector<LabelFrame>& frames, double period_s, con
     std::mt19937_64 random(seed);
     std::normal_distribution<double> noise(0, kNoise_m);
     std::uniform_real_distribution<double> chance(0, 1);
-    cli::Options options;
-    options.preset = preset;
+    cli::Options options = preset;
+    options.map = "none", options.ego = "none";
     cli::Config config = cli::load_config(options);
+    config.no_ego = config.has_rig = false, config.rig = io::Rig(), config.workers = 1;
     config.params.frame_period_s = period_s;
     cli::Session session(config, nullptr, nullptr);  // no rig: only the tracker
     ovt_reader* reader = nullptr;
@@ -112,7 +113,7 @@ bool is_vehicle_category(std::string_view c) {
   return false;
 }
 
-Json evaluate_kitti_tracks(const std::string& folder, const std::string& sequence, const std::string& preset) {
+Json evaluate_kitti_tracks(const std::string& folder, const std::string& sequence, const cli::Options& preset) {
   const io::KittiSequence kitti = io::read_kitti_sequence(folder, sequence);
   std::vector<LabelFrame> frames(kitti.T_world_camera.size());
   for (std::size_t k = 0; k < frames.size(); ++k) {
@@ -134,7 +135,7 @@ Json evaluate_kitti_tracks(const std::string& folder, const std::string& sequenc
   return evaluate_tracks(frames, 0.1, preset);
 }
 
-Json evaluate_av2_tracks(const std::string& folder, const std::string& log, const std::string& preset) {
+Json evaluate_av2_tracks(const std::string& folder, const std::string& log, const cli::Options& preset) {
   const std::string ego_path = folder + "/" + log + "_ego.csv";
   const io::Csv ego = io::Csv::read(ego_path), boxes = io::Csv::read(folder + "/" + log + "_boxes.csv");
   struct Pose {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/client/console.h"
+#include "tools/evaluation/recorded.h"
 #include "tools/evaluation/report_html.h"
 #include "tools/evaluation/svg_plot.h"
 #include "tools/io/error.h"
@@ -108,9 +109,10 @@ std::string scaling_section(const std::string& out) {
 std::string recordings_section(const std::string& out) {
   const Json json = read_json(out + "/recordings.json");
   if (!json.is_object()) return "";
-  std::string html = heading("recordings", "Recorded data") +
-                     paragraph("Not simulated: recorded scans and labels, preset " +
-                               (json.contains("preset") ? cell_text(json["preset"]) : "paper") + ".");
+  std::string html =
+      heading("recordings", "Recorded data") + paragraph("Not simulated: recorded scans and labels.") +
+      table_html(recording_rows(json)) +
+      paragraph("Preset " + (json.contains("preset") ? cell_text(json["preset"]) : "paper") + " in detail:");
   if (json.contains("racecar") && json["racecar"].contains("frames"))
     html += "<h3>AV-21 frames: detections at the opponent's GNSS box</h3>\n" +
             objects_table("", rows_of(json["racecar"]["frames"]));

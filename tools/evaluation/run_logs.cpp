@@ -221,8 +221,7 @@ std::vector<std::string> sweep_values(const std::string& text) {
 ConfigFiles read_configs(const std::vector<std::string>& files) {
   ConfigFiles out;
   for (const std::string& file : files) {
-    const std::string name =
-        fs::path(file).extension() == ".toml" ? fs::path(file).stem().string() : fs::path(file).filename().string();
+    const std::string name = config_name(file);
     if (name.empty() || name.find_first_of(":@+,") != std::string::npos)
       throw io::Error("--config " + file, 0, "the file's name is that of the configuration: without : @ + and ,");
     for (int32_t i = 0; ovt_preset_name(i); ++i)
@@ -236,8 +235,8 @@ ConfigFiles read_configs(const std::vector<std::string>& files) {
 std::vector<std::string> variants_to_run(const RunOptions& options) {
   const ConfigFiles files = read_configs(options.configs);
   std::vector<std::string> names = options.presets;
-  for (const auto& [name, file] : files)
-    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  for (const std::string& file : options.configs)
+    if (std::find(names.begin(), names.end(), config_name(file)) == names.end()) names.push_back(config_name(file));
   if (names.empty()) throw io::Error("--preset", 0, "is needed");
   for (const std::string& name : names) check_variant(name, files);
   const std::string first = names[0];

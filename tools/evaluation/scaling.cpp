@@ -51,7 +51,7 @@ io::Rig widen(const io::Rig& rig, int32_t sensors) {
 
 }  // namespace
 
-void measure_scaling(const std::string& path, const std::string& preset, const std::string& out, bool print) {
+void measure_scaling(const std::string& path, const cli::Options& preset, const std::string& out, bool print) {
   SimulatedLog log(path);
   std::vector<io::FrameScans> frames;
   LogFrame frame;
@@ -82,10 +82,10 @@ void measure_scaling(const std::string& path, const std::string& preset, const s
       }
     }
     for (int32_t workers = 1; workers <= cpus; workers = workers < cpus ? std::min(2 * workers, cpus) : cpus + 1) {
-      cli::Options options;
-      options.preset = preset;
-      cli::Config config = cli::load_config(options);
-      config.map = map_file, config.rig = widen(log.rig(), sensors), config.has_rig = true, config.workers = workers;
+      cli::Config config = cli::load_config(preset);
+      config.ego.clear();
+      config.map = log.map_text().empty() ? "" : map_file, config.rig = widen(log.rig(), sensors),
+      config.has_rig = true, config.workers = workers;
       config.params.frame_period_s = log.rig().period_s;
       config.keep_images = false;  // as for overtake run: nothing reads them
       std::vector<double> alone;

@@ -7,11 +7,13 @@
 
 #include <string>
 
+#include "tools/client/config.h"
+
 namespace overtake::evaluation {
 
 // Writes OUT/scaling.json: CPU and load average at the start. For each (sensors, workers): the time from the push of
 // the first scan to the tracks with one frame at a time (median, p90), the stages' medians, and the frames per second
 // with overlapping frames. Throws io::Error.
-void measure_scaling(const std::string& log, const std::string& preset, const std::string& out, bool print);
+void measure_scaling(const std::string& log, const cli::Options& preset, const std::string& out, bool print);
 
 }  // namespace overtake::evaluation

@@ -22,6 +22,8 @@ struct Table {
   void add(const std::vector<double>& row);           // throws std::invalid_argument: another length than columns
 };
 
+using Rows = std::vector<std::vector<std::string>>;  // a table of text for people; the first row is the header
+
 void write_table(const std::string& path, const Table& table);  // CSV. Throws io::Error
 Table read_table(const std::string& path);                      // Throws io::Error with file and line
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "kernels/fit_rectangle.h"
+#include "tools/evaluation/circuit_file.h"
 #include "tools/evaluation/detection_columns.h"
 #include "tools/io/error.h"
 
@@ -13,18 +14,7 @@ namespace overtake::evaluation {
 
 TrackerReplay::TrackerReplay(const std::string& kind, const TruthLog& log, const cli::Config& config)
     : kind_(kind), log_(log), params_(config.params) {
-  if (!config.map.empty()) {
-    const io::MapData map = io::read_map(config.map);
-    const char* error = "";
-    const double* banking = map.banking_rad.empty() ? nullptr : map.banking_rad.data();
-    const bool built =
-        map.is_bounds() ? map_.build_from_bounds(map.left_x_m.data(), map.left_y_m.data(), int32_t(map.left_x_m.size()),
-                                                 map.right_x_m.data(), map.right_y_m.data(),
-                                                 int32_t(map.right_x_m.size()), map.closed, &error)
-                        : map_.build(map.x_m.data(), map.y_m.data(), map.width_left_m.data(), map.width_right_m.data(),
-                                     banking, int32_t(map.x_m.size()), map.closed, &error);
-    if (!built) throw io::Error(config.map, 0, error);
-  }
+  if (!config.map.empty()) build_circuit(config.map, map_);
   cli::Config alone = config;
   alone.has_rig = false;  // no LiDAR: only the tracker
   alone.rig = io::Rig();

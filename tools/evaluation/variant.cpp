@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <numeric>
 #include <random>
 
@@ -28,6 +29,18 @@ io::CloudColumn take(const io::CloudColumn& column, const std::vector<int32_t>& 
 }
 
 }  // namespace
+
+std::string config_name(const std::string& file) {
+  const std::filesystem::path path(file);
+  return (path.extension() == ".toml" ? path.stem() : path.filename()).string();
+}
+
+cli::Options options_of(const std::string& name, const ConfigFiles& files) {
+  cli::Options options;
+  const auto file = files.find(name);
+  (file == files.end() ? options.preset : options.config) = file == files.end() ? name : file->second;
+  return options;
+}
 
 std::vector<std::string> variant_names() {
   return {"ground", "clusters", "heading", "relay", "ego", "mounting", "empty", "shuffled", "late_truth"};
@@ -72,12 +85,9 @@ std::vector<bool> lowest_ground(const io::SensorScan& scan, const std::vector<ui
 
 // The preset's parameters with the changed one.
 cli::Config read_name(const std::string& name, const ConfigFiles& files, std::string& variant) {
-  cli::Options options;
   if (name.empty()) throw io::Error("--preset", 0, "a name is empty");
   const std::size_t at = name.find('@'), colon = name.find(':');
-  const std::string first = name.substr(0, std::min(at, colon));
-  const auto file = files.find(first);
-  (file == files.end() ? options.preset : options.config) = file == files.end() ? first : file->second;
+  cli::Options options = options_of(name.substr(0, std::min(at, colon)), files);
   if (at != std::string::npos) options.set.push_back(name.substr(at + 1));
   if (at == std::string::npos && colon != std::string::npos) {
     variant = name.substr(colon + 1);

@@ -40,8 +40,11 @@
 namespace overtake::evaluation {
 
 using ConfigFiles = std::map<std::string, std::string>;  // name of a configuration -> its file
-std::vector<std::string> variant_names();                // oracles and controls, without the preset
-std::vector<std::string> condition_names();              // the same for the conditions
+std::string config_name(const std::string& file);        // its name without folder and ".toml"
+// The options that load a preset or a configuration.
+cli::Options options_of(const std::string& name, const ConfigFiles& files);
+std::vector<std::string> variant_names();    // oracles and controls, without the preset
+std::vector<std::string> condition_names();  // the same for the conditions
 inline bool is_of_sweep(const std::string& name) { return name.find('@') != std::string::npos; }
 
 // Throws io::Error for an unknown preset, variant or parameter, or an invalid value.

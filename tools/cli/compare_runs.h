@@ -1,0 +1,62 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Two runs of one recording (folders of `overtake run`) without truth: what both found, and what only one did.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tools/evaluation/metrics/summary.h"
+
+namespace overtake::cli {
+
+inline constexpr double kSamePlaceM = 2.0;
+
+struct RunTables {
+  struct Detection {
+    double x_m, y_m, heading_rad;
+    int64_t stamp_ns;
+  };
+  struct Track {
+    uint64_t id;
+    bool confirmed;
+    double x_m, y_m, speed_mps, ahead_m, left_m;  // NaN: not known
+  };
+  std::string folder;
+  std::map<int64_t, std::vector<Detection>> detections;  // by frame
+  std::map<int64_t, std::vector<Track>> tracks;          // by stamp
+};
+// Reads detections.csv and tracks.csv. Throws io::Error with file and line.
+RunTables read_run(const std::string& folder);
+
+// A track that is confirmed in one run, and within kSamePlaceM of no confirmed track of the other run in more than half
+// of its frames. Place: where it was confirmed first.
+struct LoneTrack {
+  uint64_t id = 0;
+  int64_t frames = 0, matched = 0;
+  double from_s = 0, duration_s = 0;  // from_s: after the first stamp of both runs
+  double x_m = 0, y_m = 0, ahead_m = 0, left_m = 0;
+  double s_m = 0, d_m = 0;  // on the map; NaN: none was given
+};
+
+struct RunCounts {
+  int64_t detections = 0, frames_with_detections = 0, tracks = 0, confirmed_tracks = 0, confirmed_rows = 0;
+  int64_t lone_detections = 0, lone_rows = 0;  // without a match in the other run
+  std::vector<LoneTrack> lone_tracks;          // in order of time
+};
+
+struct RunComparison {
+  RunCounts a, b;
+  metrics::Summary detection_distance_m, detection_turn_rad, track_distance_m,
+      track_speed_mps;  // of the matched; sizes
+};
+// Matches at the same frame (detections) or stamp (tracks), nearest pairs first. Throws io::Error if the runs are of
+// different recordings.
+RunComparison compare_runs(const RunTables& a, const RunTables& b);
+// Fills s_m and d_m. Throws io::Error.
+void place_on_map(RunComparison& comparison, const std::string& map_file);
+
+}  // namespace overtake::cli
