@@ -89,6 +89,95 @@ TEST_CASE("sim: place, heading, curvature, banking and height of both tracks are
   CHECK_THROWS_AS(Track::make("figure_eight"), std::invalid_argument);
 }
 
+TEST_CASE(
+    "sim: banking and its transitions differ by seed within published figures, and the map has the same banking") {
+  constexpr double kTurn1 = 510, kTurn4 = 2450 - kTurn1, kBack = 1225;
+  double least_over = 1e9, most_over = 0, least_growth = 1e9, most_growth = 0;
+  for (uint64_t seed = 1; seed <= 12; ++seed) {
+    const Track track = Track::make("oval", Random(seed));
+    const auto deg = [&](double s) { return track.at(s).banking_rad / kDegree; };
+    CHECK(std::fabs(deg(0) - 9) <= 1);
+    CHECK(std::fabs(deg(kTurn1) - 20) <= 1);
+    CHECK(std::fabs(deg(kTurn4) - 20) <= 1);
+    CHECK(std::fabs(deg(kBack) - 6) <= 2);
+    CHECK(std::fabs(deg(kTurn1) - deg(kTurn4)) > 1e-6);  // each turn by itself
+    // From 5 to 95 % of the change into turn 1: 0.621 of the quintic step's length.
+    double from = 0, to = 0;
+    for (double s = 150; s < kTurn1; s += 0.25) {
+      const double share = (deg(s) - deg(0)) / (deg(kTurn1) - deg(0));
+      if (share < 0.05) from = s;
+      if (share < 0.95) to = s;
+    }
+    least_over = std::fmin(least_over, (to - from) / 0.621), most_over = std::fmax(most_over, (to - from) / 0.621);
+    const TrackPoint p = track.at(kTurn1);
+    const auto slope = [&](double d) { return (track.height(kTurn1, d - 0.1) - track.height(kTurn1, d + 0.1)) / 0.2; };
+    const double growth = (std::atan(slope(-p.width_right_m)) - std::atan(slope(p.width_left_m - 0.2))) / kDegree;
+    least_growth = std::fmin(least_growth, growth), most_growth = std::fmax(most_growth, growth);
+    CHECK(track.height(kTurn1, p.width_left_m) == doctest::Approx(0));  // the inner edge
+  }
+  CHECK(least_over > 158);
+  CHECK(least_over < 185);
+  CHECK(most_over > 215);
+  CHECK(most_over < 242);
+  CHECK(least_growth > -0.01);
+  CHECK(most_growth > 2);
+  CHECK(most_growth < 4.01);
+
+  const Simulator one(load_scenario("overtake"), 1, 0.1, 1), two(load_scenario("overtake"), 2, 0.1, 1);
+  const SurveyedMap map = one.map();
+  double apart = 0;
+  for (std::size_t i = 0; i < map.banking_rad.size(); ++i) {
+    const double s = double(i) * 2;
+    REQUIRE(map.banking_rad[i] == doctest::Approx(one.world().track.at(s).banking_rad).epsilon(1e-12));
+    apart = std::fmax(apart, std::fabs(map.banking_rad[i] - two.world().track.at(s).banking_rad));
+  }
+  CHECK(apart / kDegree > 0.5);
+}
+
+TEST_CASE("sim: apron and infield fall by 3 to 5 degrees, along the track and by seed, and the ground has no cracks") {
+  for (const char* name : {"oval", "road"}) {
+    const Track other = Track::make(name, Random(99));
+    for (uint64_t seed = 1; seed <= 3; ++seed) {
+      const Track track = Track::make(name, Random(seed));
+      double least[2] = {90, 90}, most[2] = {0, 0}, apart = 0, differs = 0;
+      for (double s = 0.3; s < track.length_m(); s += 3.1) {
+        const double edge = track.at(s).width_left_m, apron = track.apron_m();
+        const double fall[2] = {(track.height(s, edge) - track.height(s, edge + apron)) / apron,
+                                (track.height(s, edge + apron) - track.height(s, edge + apron + 20)) / 20};
+        for (int i = 0; i < 2; ++i) {
+          least[i] = std::fmin(least[i], std::atan(fall[i]) / kDegree);
+          most[i] = std::fmax(most[i], std::atan(fall[i]) / kDegree);
+        }
+        apart = std::fmax(apart, std::fabs(std::atan(fall[0]) - std::atan(fall[1])));
+        differs = std::fmax(differs, std::fabs(other.at(s).apron_fall - track.at(s).apron_fall));
+      }
+      for (int i = 0; i < 2; ++i) {
+        CHECK(least[i] > 2.999);
+        CHECK(least[i] < 3.2);
+        CHECK(most[i] > 4.8);
+        CHECK(most[i] < 5.001);
+      }
+      CHECK(apart / kDegree > 0.5);  // apron and infield, at the same place
+      CHECK(differs > 0.01);         // two seeds
+    }
+    // Rays straight down beside each joint between two strips of the mesh.
+    const Track track = Track::make(name, Random(4));
+    const Bvh bvh(make_surroundings(track));
+    Random dice(8);
+    for (int i = 0; i < 3000; ++i) {
+      const double s = dice.uniform(0, track.length_m());
+      const TrackPoint p = track.at(s);
+      const double joints[] = {-p.width_right_m, -p.width_right_m + 0.15, p.width_left_m - 0.15, p.width_left_m,
+                               p.width_left_m + track.apron_m()};
+      const double d = joints[i % 5] + dice.uniform(-0.01, 0.01);
+      const Vec3 above = track.place(s, d);
+      const Hit hit = bvh.cast({above.x, above.y, above.z + 3}, {0, 0, -1}, 0.01, 9);
+      REQUIRE(hit.triangle >= 0);
+      REQUIRE(std::fabs(hit.range_m - 3) < 0.02);
+    }
+  }
+}
+
 TEST_CASE("sim: the written map has its specified survey error, no more and no less") {
   const Scenario scenario = load_scenario("overtake");
   double sum = 0, most = 0;

@@ -49,7 +49,7 @@ namespace overtake::evaluation {
 
 inline constexpr double kGateM = 4.0, kNearestM = -100, kFarthestM = 150;
 
-// The kind of a surface. Noise (smoke, blooming) counts as ground: nothing to find, as in the paper.
+// The kind of a surface. Noise (smoke, blooming, the own car) counts as ground: nothing to find, as in the paper.
 Kind kind_of(uint16_t surface);
 inline bool is_positive(Kind kind) { return kind == Kind::kCar || kind == Kind::kObstacle; }
 int32_t car_of(uint16_t surface);        // -1: not a car

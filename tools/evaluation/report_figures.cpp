@@ -36,9 +36,9 @@ std::string ground_section(const Figures& f) {
       heading("ground", "Ground removal") +
       paragraph(
           (f.surface_known
-               ? std::string(
-                     "A scan of one sensor a value; positive is non-ground by the simulator's truth; smoke and "
-                     "blooming count as ground. Points without a label (second returns, dust) are left out for both. ")
+               ? std::string("A scan of one sensor a value; positive is non-ground by the simulator's truth; smoke, "
+                             "blooming and the own car count as ground. Points without a label (second returns, dust) "
+                             "are left out for both. ")
                : std::string("By truth not measured: no log says what each point lies on. A scan of one sensor a "
                              "value. ")) +
           "The grid (Himmelsbach 2009: cells of " + cli::fixed(kGrid.cell_m, 2) +

@@ -48,6 +48,22 @@ def ground_reach(points):
     return reach[int(0.95 * len(reach))]
 
 
+def heads_overlap(azimuth):
+    # The right head starts in the middle while the left one is at +60 deg, and the left one ends there while the right
+    # one is at -60 deg: neighbours in the order of acquisition tell whose point it is.
+    starts, ends = [], []
+    for i in range(6, len(azimuth) - 6):
+        if abs(azimuth[i]) < 3:
+            far = [a for a in azimuth[i - 6:i + 7] if abs(a) > 30]
+            if len(far) >= 3 and median(far) > 45:
+                starts.append(azimuth[i])
+            if len(far) >= 3 and median(far) < -45:
+                ends.append(azimuth[i])
+    if len(starts) < 20 or len(ends) < 20:
+        return float('nan')
+    return sorted(starts)[int(0.98 * len(starts))] - sorted(ends)[int(0.02 * len(ends))]
+
+
 def figures(points):
     azimuth = [math.degrees(math.atan2(p['y'], p['x'])) for p in points]
     elevation = [math.degrees(math.atan2(p['z'], math.hypot(p['x'], p['y']))) for p in points]
@@ -62,15 +78,16 @@ def figures(points):
                 step = azimuth[a] - azimuth[b]
                 if 0.05 < step < 0.2:
                     steps.append(step)
-        seen = collections.Counter((round(azimuth[i], 3), round(elevation[i], 3)) for i in members)
-        seconds += sum(n - 1 for n in seen.values())
+        # Two returns of one beam follow one another; recorded directions are not exactly equal.
+        seconds += sum(abs(azimuth[i] - azimuth[j]) < 0.003 and abs(elevation[i] - elevation[j]) < 0.003
+                       for i, j in zip(members, members[1:]))
         near = [elevation[i] for i in members if 25 < azimuth[i] < 35]
         if len(near) > 20:
             middles[ring] = median(near)
     order = sorted(middles.values(), reverse=True)
     spacing = [a - b for a, b in zip(order, order[1:]) if abs(a + b) < 3]
     filled = {(p['ring'], int((60 - a) * 857 / 120)) for p, a in zip(points, azimuth) if abs(a) < 60}
-    full = [r for r, m in rings.items() if len(m) > 700]
+    full = {r for r, m in rings.items() if len(m) > 700}
     drop = []
     for r in full:
         own = [elevation[i] for i in rings[r] if azimuth[i] > 45]
@@ -82,7 +99,9 @@ def figures(points):
             ('fall of a line from 52 to 8 deg azimuth, deg', median(drop)),
             ('lowest, highest elevation, deg', (min(elevation), max(elevation))),
             ('empty share of 32 x 857 pixels', 1 - len(filled) / (32 * 857)), ('second returns', seconds),
-            ('points on cars, by the truth', sum(p.get('surface', 0) >= 100 for p in points)),
+            ('overlap of the two heads, deg', heads_overlap([a for a, p in zip(azimuth, points) if p['ring'] in full])),
+            ('points of the own front', sum(math.hypot(p['x'], p['y']) < 1.6 for p in points)),
+            ('points on other cars, by the truth', sum(p.get('surface', 0) >= 100 for p in points)),
             ('road seen to, 95th percentile, m', ground_reach(points)),
             ('median intensity within 15 m', median([p['intensity'] for p in points
                                                      if math.hypot(p['x'], p['y']) < 15]))]

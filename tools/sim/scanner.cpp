@@ -21,7 +21,7 @@ struct LineWork {
   LineView view;
   double begin_s = 0, top_rad = 0, fall_rad = 0;
   bool missing = false;
-  std::vector<SinCos> elevation;  // [shot]
+  std::vector<SinCos> elevation;  // [shot][head]
   std::vector<BeamHit> hits;      // of the middle rays, in casting order
   struct Span {
     int32_t begin, count;
@@ -40,7 +40,8 @@ struct LineWork {
 
 struct Contribution {
   double range_m, g;  // g: reflectivity times its share of the beam
-  double peak;        // part of g at the peak of the pulse
+  double peak;        // part of g at the peak of the pulse: the reported intensity
+  double noticed;     // part of g to which the receiver responds
   uint16_t surface;
 };
 
@@ -53,8 +54,15 @@ struct JobWork {
 
 double shot_share(int32_t shot) { return double(shot) / kShots; }
 
-double azimuth_of(int32_t beam) {
-  return kAzimuthLeft - (beam % kHeads) * 60 * kDegree - (beam / kHeads + 0.5) * kShotStep;
+// Both heads sweep half of their overlap more than the half of the field of view.
+double azimuth_of(const ScanJob& job, int32_t beam) {
+  const double more = job.heads.overlap_rad / 2;
+  return kAzimuthLeft - (beam % kHeads) * (60 * kDegree - more) - (beam / kHeads + 0.5) * (kShotStep + more / kShots);
+}
+
+double elevation_of(const ScanJob& job, const LineWork& line, int32_t beam) {
+  return line.top_rad + line.fall_rad * shot_share(beam / kHeads) +
+         (beam % kHeads == 0 ? 0.5 : -0.5) * job.heads.step_rad;
 }
 
 Ray make_ray(const JobWork& work, const LineWork& line, int32_t beam, double aside_rad, double up_rad) {
@@ -62,7 +70,7 @@ Ray make_ray(const JobWork& work, const LineWork& line, int32_t beam, double asi
   SinCos a = work.azimuth[std::size_t(beam)];
   if (aside_rad != 0) a = {a.sin + a.cos * aside_rad, a.cos - a.sin * aside_rad};
   const SinCos e =
-      up_rad == 0 ? line.elevation[std::size_t(beam / kHeads)] : sin_cos(line.top_rad + line.fall_rad * share + up_rad);
+      up_rad == 0 ? line.elevation[std::size_t(beam)] : sin_cos(elevation_of(*work.job, line, beam) + up_rad);
   const Mounting& mounting = work.job->mounting;
   const Rigid ego = blend(line.view.ego[0], line.view.ego[1], share);
   Ray ray;
@@ -104,7 +112,7 @@ void cast_layers(const JobWork& work, const LineWork& line, int32_t number, cons
   Random dice[Bvh::kPack] = {Random(0), Random(0), Random(0), Random(0)};
   for (int32_t i = 0; i < Bvh::kPack; ++i) {
     const double share = shot_share(beams[i] / kHeads);
-    const bool own_car = job.own_car->may_meet(azimuth_of(beams[i]), line.top_rad + line.fall_rad * share);
+    const bool own_car = job.own_car->may_meet(azimuth_of(job, beams[i]), elevation_of(job, line, beams[i]));
     pack[i] = {rays[i], share, own_car, true, 0.02, {}};
     dice[i] = job.random.branch(uint64_t(number) * kBeams + uint64_t(beams[i]) + (uint64_t(1) << 40));
     out.count[i] = 0;
@@ -138,8 +146,7 @@ void begin_line(JobWork& work, int32_t number) {
   line.top_rad = job.pattern->elevation(number / lines, line.begin_s);
   line.fall_rad = job.pattern->elevation((number + kSweepShare) / lines, line.begin_s) - line.top_rad;
   line.missing = job.random.branch(uint64_t(number) + 1000000).uniform() < job.errors->missing_line_share;
-  for (int32_t shot = 0; shot < kShots; ++shot)
-    line.elevation.push_back(sin_cos(line.top_rad + line.fall_rad * shot_share(shot)));
+  for (int32_t beam = 0; beam < kBeams; ++beam) line.elevation.push_back(sin_cos(elevation_of(job, line, beam)));
   line.hits.reserve(kBeams);
   line.spans.resize(kBeams);
   const Rigid sensor = line.view.ego[0] * job.mounting.real;
@@ -189,15 +196,14 @@ bool alike(Layers a, Layers b) {
   return std::fabs(p.range_m - q.range_m) < 0.3 + slack * std::min(p.range_m, q.range_m);
 }
 
-bool meets_car(const JobWork& work, Layers layers) {
-  const uint16_t own = uint16_t(uint16_t(Surface::car) + work.job->world->ego);
+bool meets_car(Layers layers) {
   for (const BeamHit& hit : layers)
-    if (hit.surface >= uint16_t(Surface::car) && hit.surface != own) return true;
+    if (hit.surface >= uint16_t(Surface::car)) return true;
   return false;
 }
 
-bool may_meet_car(const LineWork& line, int32_t beam) {
-  const double azimuth = azimuth_of(beam), elevation = line.top_rad + line.fall_rad * shot_share(beam / kHeads);
+bool may_meet_car(const ScanJob& job, const LineWork& line, int32_t beam) {
+  const double azimuth = azimuth_of(job, beam), elevation = elevation_of(job, line, beam);
   for (const auto& car : line.cars)
     if (std::fabs(wrap_angle(azimuth - car.azimuth_rad)) < car.radius_rad &&
         std::fabs(elevation - car.elevation_rad) < car.radius_rad)
@@ -208,7 +214,7 @@ bool may_meet_car(const LineWork& line, int32_t beam) {
 bool needs_split(const JobWork& work, int32_t number, int32_t beam) {
   const LineWork& line = work.lines[std::size_t(number)];
   const Layers own = line.middle(beam);
-  if (meets_car(work, own) || may_meet_car(line, beam)) return true;
+  if (meets_car(own) || may_meet_car(*work.job, line, beam)) return true;
   for (const int32_t other : {beam - kHeads, beam + kHeads})
     if (other >= 0 && other < kBeams && !alike(own, line.middle(other))) return true;
   for (const int32_t other : {number - 1, number + 1}) {
@@ -221,12 +227,26 @@ bool needs_split(const JobWork& work, int32_t number, int32_t beam) {
   return false;
 }
 
-void add_layers(const JobWork& work, Layers layers, double share, double beam_rad, std::vector<Contribution>& out) {
-  const uint16_t own_car = uint16_t(uint16_t(Surface::car) + work.job->world->ego);
+// Whether the sensor reports what this beam sees of the own car. The own front tyres are so near and dark that the
+// recorded front sensor reports a few patches of them only.
+bool reports_own_car(const JobWork& work, int32_t number, int32_t beam) {
+  const ScanJob& job = *work.job;
+  if (job.errors->report_own_car) return true;
+  if (job.sensor != 0) return false;
+  constexpr int32_t kPatch = 16 * kHeads;  // 2 deg of one head
+  constexpr double kPatches = 0.08;        // share of patches with returns
+  const Random lines = job.random.branch(uint64_t(number) + (uint64_t(1) << 41));
+  Random patch = lines.branch(uint64_t(beam / kPatch * kHeads + beam % kHeads));
+  if (patch.uniform() >= std::max(kPatches, job.errors->own_nose_share)) return false;
+  return lines.branch(uint64_t(beam) + kBeams).uniform() < std::min(1.0, job.errors->own_nose_share / kPatches);
+}
+
+void add_layers(const JobWork& work, Layers layers, double share, bool report_own, std::vector<Contribution>& out) {
   for (const BeamHit& hit : layers) {
-    if (hit.surface == own_car && !work.job->errors->report_own_car) return;
+    if (hit.surface == uint16_t(Surface::own_car) && !report_own) return;
     const double g = share * hit.coverage * returned_share(material_of(hit.material), hit.cos_incidence);
-    out.push_back({hit.range_m, g, g * stretch_loss(hit.range_m, beam_rad, hit.cos_incidence), hit.surface});
+    const double loss = stretch_loss(hit.range_m, work.job->errors->beam_rad, hit.cos_incidence);
+    out.push_back({hit.range_m, g, g * loss, g * receiver_loss(loss), hit.surface});
     share *= 1 - hit.coverage;
   }
 }
@@ -251,6 +271,7 @@ void merge_echoes(std::vector<Contribution>& list) {
     for (; j < list.size() && (list[j].range_m - list[i].range_m < kPulse || one_surface(list[j - 1], list[j])); ++j) {
       echo.g += list[j].g;
       echo.peak += list[j].peak;
+      echo.noticed += list[j].noticed;
       moment += list[j].g * list[j].range_m;
       if (list[j].g > strongest) strongest = list[j].g, echo.surface = list[j].surface;
     }
@@ -270,13 +291,15 @@ void emit(const JobWork& work, const LineWork& line, int32_t number, int32_t bea
   };
   Found found[2];
   int32_t count = 0;
+  double ready_m = 0;
   for (const Contribution& echo : echoes) {
-    if (echo.range_m < errors.range_min_m || echo.range_m > errors.range_max_m) continue;
-    const double mean = received_signal(echo.peak, echo.range_m);
+    if (echo.range_m < std::max(ready_m, errors.range_min_m) || echo.range_m > errors.range_max_m) continue;
+    const double mean = received_signal(echo.noticed, echo.range_m);
     if (mean < kThreshold - 6) continue;  // six sigma below the threshold: never detected
     const double speckle = 0.1 * clamp(dice.normal(), -3, 3), noise = dice.normal();
     const double signal = mean * (mean > 50 ? 1 + speckle : 1) + noise;
     if (signal <= kThreshold) continue;
+    ready_m = echo.range_m + kRecovery;
     const int32_t most = errors.second_returns ? 2 : 1;
     if (count < most)
       found[count++] = {echo, signal, mean};
@@ -284,11 +307,15 @@ void emit(const JobWork& work, const LineWork& line, int32_t number, int32_t bea
       found[most == 2 && found[0].signal > found[1].signal ? 1 : 0] = {echo, signal, mean};
   }
   if (count == 2 && found[1].echo.range_m < found[0].echo.range_m) std::swap(found[0], found[1]);
-  const SinCos a = work.azimuth[std::size_t(beam)], e = line.elevation[std::size_t(beam / kHeads)];
+  if (count == 2 && found[1].echo.range_m - found[0].echo.range_m > kSecondWithin) {
+    if (found[1].signal > found[0].signal) found[0] = found[1];
+    count = 1;
+  }
+  const SinCos a = work.azimuth[std::size_t(beam)], e = line.elevation[std::size_t(beam)];
   const double late = (double(number) + kSweepShare * (beam + 0.5) / kBeams) * kLinePeriod;
   for (int32_t i = 0; i < count; ++i) {
     const double range = found[i].echo.range_m + errors.range_noise_m * dice.normal();
-    const double intensity = clamp(found[i].echo.g * found[i].signal / found[i].mean, 0, 4095.0 / 2048);
+    const double intensity = clamp(found[i].echo.peak * found[i].signal / found[i].mean, 0, 4095.0 / 2048);
     out.x_m.push_back(float(range * e.cos * a.cos));
     out.y_m.push_back(float(range * e.cos * a.sin));
     out.z_m.push_back(float(range * e.sin));
@@ -328,23 +355,27 @@ void finish_line(JobWork& work, int32_t number) {
   for (int32_t beam = 0; beam < kBeams; ++beam) {
     Random dice = job.random.branch(uint64_t(number) * kBeams + uint64_t(beam));
     echoes.clear();
+    const Layers middle = line.middle(beam);
+    const bool on_own = !middle.empty() && middle.back().surface == uint16_t(Surface::own_car);
+    const bool report_own = on_own && reports_own_car(work, number, beam);
     if (beam_rad > 0 && needs_split(work, number, beam)) {
       ++line.out.split_beams;
-      const int32_t likely = last_triangle(line.middle(beam));
-      add_layers(work, line.middle(beam), 0.4, beam_rad, echoes);
+      const int32_t likely = last_triangle(middle);
+      add_layers(work, middle, 0.4, report_own, echoes);
       Ray parts[Bvh::kPack];
       for (int32_t corner = 0; corner < Bvh::kPack; ++corner)
         parts[corner] = make_ray(work, line, beam, corner & 1 ? off : -off, corner & 2 ? off : -off);
       cast_layers(work, line, number, {beam, beam, beam, beam}, parts, likely, met);
-      for (int32_t corner = 0; corner < Bvh::kPack; ++corner) add_layers(work, met.of(corner), 0.15, beam_rad, echoes);
+      for (int32_t corner = 0; corner < Bvh::kPack; ++corner)
+        add_layers(work, met.of(corner), 0.15, report_own, echoes);
     } else {
-      add_layers(work, line.middle(beam), 1, beam_rad, echoes);
+      add_layers(work, middle, 1, report_own, echoes);
     }
     for (const Bloom& bloom : blooms) {
       const int32_t shots = std::abs(bloom.beam - beam) / kHeads;
       if ((bloom.beam - beam) % kHeads == 0 && shots > 0 && shots <= kBloomReach)
         echoes.push_back({bloom.range_m, bloom.g * exp_of(-2.5 * shots), bloom.g * exp_of(-2.5 * shots),
-                          uint16_t(Surface::blooming)});
+                          bloom.g * exp_of(-2.5 * shots), uint16_t(Surface::blooming)});
     }
     if (!work.smoke.puffs.empty()) {
       smoke.clear();
@@ -352,10 +383,11 @@ void finish_line(JobWork& work, int32_t number) {
       double far = job.errors->range_max_m;
       if (!echoes.empty()) far = std::min(far, echoes.front().range_m);
       const double left = cross_smoke(work.smoke, ray.origin_map, ray.direction_map, far, dice, smoke);
-      for (Contribution& echo : echoes) echo.g *= left, echo.peak *= left;
-      for (const SmokeReturn& s : smoke)
-        echoes.push_back({s.range_m, kSmokeReflectivity * s.share,
-                          kSmokeReflectivity * s.share * kPulse / (kPulse + s.depth_m), uint16_t(Surface::smoke_dust)});
+      for (Contribution& echo : echoes) echo.g *= left, echo.peak *= left, echo.noticed *= left;
+      for (const SmokeReturn& s : smoke) {
+        const double g = kSmokeReflectivity * s.share, peak = g * kPulse / (kPulse + s.depth_m);
+        echoes.push_back({s.range_m, g, peak, peak, uint16_t(Surface::smoke_dust)});
+      }
     }
     merge_echoes(echoes);
     emit(work, line, number, beam, echoes, dice, line.out);
@@ -385,7 +417,7 @@ std::vector<Scan> take_scans(const std::vector<ScanJob>& jobs, Workers& workers)
     works[j].smoke = puffs_at(jobs[j].world->puff_sources, jobs[j].begin_s, jobs[j].world->puff_random);
     for (int32_t shot = 0; shot < kShots; ++shot)
       for (int32_t head = 0; head < kHeads; ++head)
-        works[j].azimuth.push_back(sin_cos(azimuth_of(shot * kHeads + head)));
+        works[j].azimuth.push_back(sin_cos(azimuth_of(jobs[j], shot * kHeads + head)));
     for (int32_t line = 0; line < int32_t(works[j].lines.size()); ++line) tasks.push_back({int32_t(j), line});
   }
   workers.for_each(int32_t(tasks.size()), [&](int32_t i) {

@@ -35,11 +35,18 @@ struct Mounting {
   Rigid nominal, real;  // T_vehicle_sensor: according to the rig, and in reality
 };
 
+// How the two heads of one sensor are adjusted to each other.
+struct Heads {
+  double overlap_rad = 0;  // of their azimuths in the middle; negative: a gap
+  double step_rad = 0;     // how much higher the left head looks
+};
+
 struct ScanJob {
   const World* world;
   const ScanPattern* pattern;
   const SensorErrors* errors;
   Mounting mounting;
+  Heads heads;
   const OwnCarMask* own_car;
   double begin_s;
   int32_t sensor;

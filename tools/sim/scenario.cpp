@@ -51,6 +51,10 @@ void read_sensors(Scenario& scenario, TomlReader& toml) {
   e.clock_jitter_s = toml.number_or("clock_jitter_s", 0, 0.01, e.clock_jitter_s);
   e.mounting_error_m = toml.number_or("mounting_error_m", 0, 0.5, e.mounting_error_m);
   e.mounting_error_rad = toml.number_or("mounting_error_deg", 0, 5, e.mounting_error_rad / kDegree) * kDegree;
+  e.head_overlap_rad = toml.number_or("head_overlap_deg", -5, 5, e.head_overlap_rad / kDegree) * kDegree;
+  e.head_spread_rad = toml.number_or("head_spread_deg", 0, 5, e.head_spread_rad / kDegree) * kDegree;
+  e.head_step_rad = toml.number_or("head_step_deg", 0, 2, e.head_step_rad / kDegree) * kDegree;
+  e.own_nose_share = toml.number_or("own_nose_share", 0, 1, e.own_nose_share);
   e.range_min_m = toml.number_or("range_min_m", 0.1, 50, e.range_min_m);
   e.range_max_m = toml.number_or("range_max_m", 10, 300, e.range_max_m);
   e.second_returns = toml.boolean_or("second_returns", e.second_returns);

@@ -16,14 +16,18 @@
 namespace overtake::sim {
 
 struct SensorErrors {
-  double range_noise_m = 0.01;                                          // one sigma
-  double beam_rad = 0.0015;                                             // full width of a beam (4 sigma of its energy)
-  double missing_line_share = 0;                                        // of missing lines
-  double clock_jitter_s = 0.0002;                                       // of a scan's stamp, one sigma
-  double mounting_error_m = 0.005, mounting_error_rad = 0.1 * kDegree;  // one sigma per axis, one draw per run
+  double range_noise_m = 0.01;                                           // one sigma
+  double beam_rad = 0.0015;                                              // full width of a beam (4 sigma of its energy)
+  double missing_line_share = 0;                                         // of missing lines
+  double clock_jitter_s = 0.0002;                                        // of a scan's stamp, one sigma
+  double mounting_error_m = 0.005, mounting_error_rad = 0.1 * kDegree;   // one sigma per axis, one draw per run
+  double head_overlap_rad = 1 * kDegree, head_spread_rad = 1 * kDegree;  // of a sensor's two heads: mean, one sigma
+  double head_step_rad = 0.08 * kDegree;                                 // difference of their elevations, one sigma
   double range_min_m = 0.5, range_max_m = 300;
   bool second_returns = true;
-  bool report_own_car = false;  // the own car always blocks the view; recorded scans contain no returns from it
+  // The own car always blocks the view. Recorded front scans contain a few returns from it, side scans none.
+  double own_nose_share = 0.03;  // of the front sensor's beams on the own car that give a return, in patches
+  bool report_own_car = false;   // every return from the own car, in all scans
 };
 
 struct PatternChange {

@@ -7,7 +7,16 @@
 namespace overtake::sim {
 namespace {
 
-enum Stream : uint64_t { kMountingStream = 1, kScanStream, kClockStream, kEgoStream, kMapStream, kPuffStream };
+enum Stream : uint64_t {
+  kMountingStream = 1,
+  kScanStream,
+  kClockStream,
+  kEgoStream,
+  kMapStream,
+  kPuffStream,
+  kTrackStream,
+  kHeadStream
+};
 
 }  // namespace
 
@@ -15,7 +24,7 @@ Simulator::Simulator(const Scenario& scenario, uint64_t seed, double seconds, in
     : scenario_(scenario),
       random_(seed),
       seconds_(seconds > 0 ? std::min(seconds, scenario.seconds) : scenario.seconds),
-      world_(std::make_unique<World>(scenario)),
+      world_(std::make_unique<World>(scenario, random_.branch(kTrackStream))),
       workers_(std::make_unique<Workers>(worker_count)),
       rig_(io::load_rig("av21")) {
   world_->puff_random = random_.branch(kPuffStream);
@@ -41,6 +50,10 @@ Simulator::Simulator(const Scenario& scenario, uint64_t seed, double seconds, in
     const Rigid error{rotation_of(turn * draw[0], turn * draw[1], turn * draw[2]),
                       {size * draw[3], size * draw[4], size * draw[5]}};
     m.real = m.nominal * error;
+    Random head = random_.branch(kHeadStream).branch(uint64_t(s));
+    heads_[s].overlap_rad =
+        scenario_.errors.head_overlap_rad + scenario_.errors.head_spread_rad * clamp(head.normal(), -2, 2);
+    heads_[s].step_rad = scenario_.errors.head_step_rad * clamp(head.normal(), -2, 2);
     own_car_[s] = OwnCarMask(*world_, m.real);
   }
   for (int64_t ns = 0; double(ns) * 1e-9 < seconds_ - 1e-9;) {
@@ -58,8 +71,8 @@ SimFrame Simulator::frame(int32_t index) {
     Random clock = random_.branch(kClockStream).branch(uint64_t(index)).branch(uint64_t(s));
     const double off = scenario_.errors.clock_jitter_s * clamp(clock.normal(), -4, 4);
     frame.stamp_ns[s] = std::max<int64_t>(0, frame.begin_ns + int64_t(std::floor(off * 1e9 + 0.5)));
-    jobs.push_back({world_.get(), &scenario_.pattern_at(begin), &scenario_.errors, mounting_[s], &own_car_[s], begin, s,
-                    random_.branch(kScanStream).branch(uint64_t(index)).branch(uint64_t(s))});
+    jobs.push_back({world_.get(), &scenario_.pattern_at(begin), &scenario_.errors, mounting_[s], heads_[s],
+                    &own_car_[s], begin, s, random_.branch(kScanStream).branch(uint64_t(index)).branch(uint64_t(s))});
   }
   frame.scans = take_scans(jobs, *workers_);
   return frame;

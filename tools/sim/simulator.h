@@ -35,6 +35,7 @@ class Simulator {
   const World& world() const { return *world_; }
   const io::Rig& rig() const { return rig_; }  // the nominal mounting, which the detector gets
   const Mounting& mounting(int32_t sensor) const { return mounting_[sensor]; }
+  const Heads& heads(int32_t sensor) const { return heads_[sensor]; }
   int32_t worker_count() const { return workers_->count(); }
   std::vector<EgoPose> ego_poses() const;
   SurveyedMap map() const;
@@ -47,6 +48,7 @@ class Simulator {
   std::unique_ptr<Workers> workers_;
   io::Rig rig_;
   Mounting mounting_[kSensors];
+  Heads heads_[kSensors];
   OwnCarMask own_car_[kSensors];
   std::vector<double> begin_s_;
 };

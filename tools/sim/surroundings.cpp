@@ -90,11 +90,11 @@ void Builder::add_road() {
     return Pair{at(s, left, 0), at(s, left + track.apron_m(), 0)};
   });
   use(MaterialId::grass, Surface::apron_grass);
-  add_strip(0, length, 2, [&](double s) {
+  add_strip(0, length, kCell, [&](double s) {  // cells as on the road: strips meet without cracks
     const TrackPoint p = track.at(s);
     return Pair{at(s, p.width_left_m + track.apron_m(), 0), at(s, inner_wall(p), 0)};
   });
-  add_strip(0, length, 5, [&](double s) {  // infield
+  add_strip(0, length, 5, [&](double s) {  // infield: its joint is under a wall
     const TrackPoint p = track.at(s);
     return Pair{at(s, inner_wall(p), 0), at(s, inner_wall(p) + 30, 0)};
   });
@@ -227,7 +227,8 @@ void Builder::add_pit() {
   for (int i = -6; i <= 6; ++i) {
     const double s = track.wrap(32.0 * i + 9);
     use(MaterialId::paint, Surface::parked_vehicle);
-    mesh.add_mesh(stand(s, edge(s) + 13), parked);
+    const SurfaceFrame place = track.frame(s, edge(s) + 13);
+    mesh.add_mesh({{place.along, place.left, place.up}, place.place}, parked);
     if (i % 3 != 0) continue;
     use(MaterialId::truck, Surface::parked_vehicle);
     const Rigid foot = stand(track.wrap(s + 14), edge(s) + 19);

@@ -5,10 +5,14 @@
 //
 //   half lap:  front stretch | turn 1 | turn 2 | back stretch      the other half is its mirror image
 //   radius     700 m           223 m    240 m    straight
-//   banking    9 deg           20 deg   20 deg   6 deg
 //   width      14 m            15.5 m   15.5 m   12.5 m
+//   banking    9 deg           20 deg   20 deg   6 deg             at the centre line
+//     drawn    +-1             +-1      +-1      +-2               each turn by itself
 //
-// The lengths follow from closure: heading pi and no lateral offset after half a lap, and 2,450 m in total.
+// The lengths follow from closure: heading pi and no lateral offset after half a lap, and 2,450 m in total. The
+// banking changes over 200 m +-20 %: two tables of the Las Vegas Motor Speedway have ramps of 121 to 217 m and smooth
+// ones of 239 to 274 m. Its turns are published as 20 deg, and as progressive from 12 to 20 deg: the draw makes the
+// outer edge up to 4 deg steeper than the inner one.
 #include "tools/sim/track.h"
 
 #include <algorithm>
@@ -17,10 +21,10 @@
 namespace overtake::sim {
 namespace {
 
-constexpr double kOvalLength = 2450, kBlend = 90, kStep = 0.5;
+constexpr double kOvalLength = 2450, kBlend = 90, kBankBlend = 200, kStep = 0.5;
 
 struct Plateau {
-  double length, curvature, banking_deg, width;
+  double length, curvature, width;
 };
 
 // Value along plateaus with smooth steps of kBlend between them (half of it on each side).
@@ -43,7 +47,7 @@ std::vector<Plateau> half_lap(double front) {
   constexpr double kFront = 1.0 / 700, kTurn1 = 1.0 / 223, kTurn2 = 1.0 / 240;
   const double turn = (kPi - front * kFront) / (kTurn1 + kTurn2);
   const double back = kOvalLength / 2 - front - 2 * turn;
-  return {{front, kFront, 9, 14}, {turn, kTurn1, 20, 15.5}, {turn, kTurn2, 20, 15.5}, {back, 0, 6, 12.5}};
+  return {{front, kFront, 14}, {turn, kTurn1, 15.5}, {turn, kTurn2, 15.5}, {back, 0, 12.5}};
 }
 
 // End of half a lap that starts at the origin along +x; Simpson's rule on the heading, then on the position.
@@ -62,19 +66,20 @@ double end_x(const std::vector<Plateau>& parts) {
 
 }  // namespace
 
-Track Track::make(const std::string& name) {
+Track Track::make(const std::string& name, std::optional<Random> draws) {
   Track track;
   track.name_ = name;
   if (name == "oval")
-    track.fill_oval();
+    track.fill_oval(draws);
   else if (name == "road")
     track.fill_road();
   else
     throw std::invalid_argument("no track is named '" + name + "'; there are oval and road");
+  track.fill_slopes(draws);
   return track;
 }
 
-void Track::fill_oval() {
+void Track::fill_oval(std::optional<Random> draws) {
   double low = 250, high = 500;  // half of the front stretch: a longer one ends farther right
   for (int i = 0; i < 60; ++i) {
     const double middle = (low + high) / 2;
@@ -86,14 +91,45 @@ void Track::fill_oval() {
   const int count = int(length_ / step_);
   const auto mirrored = [&](double s) { return s <= length_ / 2 ? s : length_ - s; };
   const auto curvature = [&](double s) { return curvature_of(parts, mirrored(s)); };
+  // Banking of the whole lap: front, turns 1 and 2, back, turns 3 and 4, front.
+  struct Bank {
+    double from, deg, growth_deg, over;  // begins here; growth from the inner to the outer edge; length of the change
+  };
+  std::vector<Bank> banks;
+  const double middle_deg[6] = {9, 20, 20, 6, 20, 20}, spread_deg[6] = {1, 1, 1, 2, 1, 1};
+  const double part_m[6] = {parts[0].length,     parts[1].length, parts[2].length,
+                            2 * parts[3].length, parts[2].length, parts[1].length};
+  double begin = 0;
+  for (int i = 0; i < 6; ++i) {
+    Bank bank{begin, middle_deg[i], 0, kBankBlend};
+    if (draws) {
+      Random dice = draws->branch(uint64_t(i));
+      bank.deg += dice.uniform(-spread_deg[i], spread_deg[i]);
+      bank.over *= dice.uniform(0.8, 1.2);
+      bank.growth_deg = middle_deg[i] == 20 ? dice.uniform(0, 4) : 0;
+    }
+    banks.push_back(bank);
+    begin += part_m[i];
+  }
+  Bank last = banks.front();
+  last.from = begin;
+  banks.push_back(last);
+  const auto along_banks = [&](double s, double Bank::*value) {
+    double v = banks[0].*value;
+    for (std::size_t i = 1; i < banks.size(); ++i)
+      v += (banks[i].*value - banks[i - 1].*value) * smooth_step((s - banks[i].from) / banks[i].over + 0.5);
+    return v;
+  };
   double heading = 0, x = 0, y = 0;
   for (int i = 0; i < count; ++i) {
     const double s = i * step_, m = mirrored(s);
     TrackPoint p{};
     p.x = x, p.y = y, p.heading_rad = heading, p.curvature_pm = curvature(s);
-    p.banking_rad = along_plateaus(parts, m, [](const Plateau& q) { return q.banking_deg; }) * kDegree;
     p.width_left_m = p.width_right_m = along_plateaus(parts, m, [](const Plateau& q) { return q.width; }) / 2;
-    p.z = p.width_left_m * tan_of(p.banking_rad);  // the inner edge is level at 0
+    p.banking_rad = along_banks(s, &Bank::deg) * kDegree;
+    p.bank_growth = along_banks(s, &Bank::growth_deg) * kDegree / (2 * p.width_left_m);
+    p.z =
+        p.width_left_m * (tan_of(p.banking_rad) - p.bank_growth * p.width_left_m / 2);  // the inner edge is level at 0
     points_.push_back(p);
     const double k1 = curvature(s + step_ / 2), k2 = curvature(s + step_);
     const double middle = heading + step_ / 24 * (5 * p.curvature_pm + 8 * k1 - k2);
@@ -103,6 +139,25 @@ void Track::fill_oval() {
     heading = end;
   }
   close(x, y);
+}
+
+// Apron and infield fall towards the inside by 3 to 5 deg (4 deg without draws), each along its own smooth wave.
+void Track::fill_slopes(std::optional<Random> draws) {
+  const auto fill = [&](double TrackPoint::*slope, uint64_t key) {
+    double waves = 0, swing = 0, phase = 0, swing_phase = 0;
+    if (draws) {
+      Random dice = draws->branch(key);
+      waves = std::floor(dice.uniform(3, 8)), swing = std::floor(dice.uniform(2, 6));
+      phase = dice.uniform(0, 2 * kPi), swing_phase = dice.uniform(0, 2 * kPi);
+    }
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const double turn = 2 * kPi * double(i) / double(points_.size());
+      const double wave = draws ? sin_of(waves * turn + phase + 0.8 * sin_of(swing * turn + swing_phase)) : 0;
+      points_[i].*slope = tan_of((4 + wave) * kDegree);
+    }
+  };
+  fill(&TrackPoint::apron_fall, 100);
+  fill(&TrackPoint::infield_fall, 101);
 }
 
 // Spreads the remaining integration error (under a millimetre) evenly over the lap.
@@ -198,19 +253,25 @@ TrackPoint Track::at(double s) const {
   p.banking_rad = lerp(a.banking_rad, b.banking_rad, t);
   p.width_left_m = lerp(a.width_left_m, b.width_left_m, t);
   p.width_right_m = lerp(a.width_right_m, b.width_right_m, t);
+  p.bank_growth = lerp(a.bank_growth, b.bank_growth, t);
+  p.apron_fall = lerp(a.apron_fall, b.apron_fall, t);
+  p.infield_fall = lerp(a.infield_fall, b.infield_fall, t);
   return p;
 }
 
-double Track::height(double s, double d) const {
-  const TrackPoint p = at(s);
-  return p.z - clamp(d, -p.width_right_m - wall_behind_edge_m(), p.width_left_m) * tan_of(p.banking_rad);
+double Track::height_at(const TrackPoint& p, double d) const {
+  const double on_road = clamp(d, -p.width_right_m - wall_behind_edge_m(), p.width_left_m);
+  const double aside = std::max(0.0, d - p.width_left_m);
+  return p.z - on_road * (tan_of(p.banking_rad) - p.bank_growth * on_road / 2) -
+         std::min(aside, apron_) * p.apron_fall - std::max(0.0, aside - apron_) * p.infield_fall;
 }
+
+double Track::height(double s, double d) const { return height_at(at(s), d); }
 
 Vec3 Track::place(double s, double d) const {
   const TrackPoint p = at(s);
   const SinCos h = sin_cos(p.heading_rad);
-  const double lateral = clamp(d, -p.width_right_m - wall_behind_edge_m(), p.width_left_m);
-  return {p.x - d * h.sin, p.y + d * h.cos, p.z - lateral * tan_of(p.banking_rad)};
+  return {p.x - d * h.sin, p.y + d * h.cos, height_at(p, d)};
 }
 
 SurfaceFrame Track::frame(double s, double d) const {

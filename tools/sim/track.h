@@ -4,22 +4,30 @@
 // A closed race track as a surface over (s, d): s along the centre line in driving direction, d to the left of it, both
 // in metres and horizontal. Curvature, banking and widths are smooth everywhere.
 //
-//     z  ^            outer wall |            A banked road is straight across: z = z_center - d tan(banking). With
+//     z  ^            outer wall |            Road: z = z_center - d tan(banking) + bank_growth d^2 / 2. With
 //        |                   __/ |            banking > 0 the right side is higher (left turns).
-//        |            __--''                  Left of the left edge: apron and grass, level at the edge's height.
-//        +-----____-''------------> -d        Right of the right edge: the road rises up to the wall.
+//        |            __--''                  Left of the left edge: apron, then infield, each falls by its own slope.
+//        +__-----____-''----------> -d        Right of the right edge: the road rises up to the wall.
+//
+// Published figures leave room for banking, its transitions and the slopes beside the road: a draw gives one track
+// within them.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "tools/sim/sim_math.h"
+#include "tools/sim/random.h"
 
 namespace overtake::sim {
 
 struct TrackPoint {
-  double x, y, z, heading_rad, curvature_pm, banking_rad, width_left_m, width_right_m;
+  double x, y, z, heading_rad, curvature_pm;
+  double banking_rad;  // at the centre line
+  double bank_growth;  // per metre: how much steeper the road becomes towards the outside (progressive banking)
+  double width_left_m, width_right_m;
+  double apron_fall, infield_fall;  // tangents of the slopes beside the left edge, downwards
 };
 
 struct SurfaceFrame {
@@ -29,8 +37,8 @@ struct SurfaceFrame {
 class Track {
  public:
   // Built in: "oval" (2.45 km, similar to Las Vegas, from published data) and "road" (a Fourier curve with slopes, left
-  // and right turns). Throws std::invalid_argument for another name.
-  static Track make(const std::string& name);
+  // and right turns). Without draws: the figures in the middle. Throws std::invalid_argument for another name.
+  static Track make(const std::string& name, std::optional<Random> draws = {});
 
   const std::string& name() const { return name_; }
   double length_m() const { return length_; }
@@ -44,8 +52,10 @@ class Track {
   Vec3 place(double s, double d) const;
 
  private:
-  void fill_oval();
+  void fill_oval(std::optional<Random> draws);
   void fill_road();
+  void fill_slopes(std::optional<Random> draws);
+  double height_at(const TrackPoint& p, double d) const;
   void close(double spare_x, double spare_y);
 
   std::string name_;

@@ -23,8 +23,8 @@ constexpr int32_t kMaskCols = 256, kMaskRows = 80, kRaysACell = 3;  // 0.17 deg 
 
 }  // namespace
 
-World::World(const Scenario& scenario)
-    : track(Track::make(scenario.track)),
+World::World(const Scenario& scenario, std::optional<Random> track_draws)
+    : track(Track::make(scenario.track, track_draws)),
       surroundings(make_all_that_stands(track, scenario)),
       car(make_race_car(Surface::car)),
       ego(scenario.find_car(scenario.ego)) {
@@ -86,7 +86,7 @@ double cast_cars(const World& world, const LineView& view, RayCast& beam, double
     far = own.range_m;
     best = {own.range_m,
             std::fabs(dot(world.car.normal(own.triangle), ray.direction_vehicle)),
-            uint16_t(uint16_t(Surface::car) + world.ego),
+            uint16_t(Surface::own_car),
             t.material,
             1,
             -1};

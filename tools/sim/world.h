@@ -22,11 +22,11 @@ struct World {
   std::vector<PuffSource> puff_sources;
   Random puff_random{0};  // the same for all sensors and scans of a run
 
-  // Throws std::invalid_argument if a plan exceeds what a car can do.
-  explicit World(const Scenario& scenario);
+  // Throws std::invalid_argument if a plan exceeds what a car can do. track_draws: see Track::make.
+  explicit World(const Scenario& scenario, std::optional<Random> track_draws = {});
 };
 
-// The hit of a beam. surface: Surface, cars numbered from Surface::car.
+// The hit of a beam. surface: Surface, other cars numbered from Surface::car.
 struct BeamHit {
   double range_m = 0;
   double cos_incidence = 0;
