@@ -6,12 +6,12 @@
 #include <cmath>
 
 #include "core/math.h"
+#include "kernels/running_ground_pixel.h"
 
 namespace overtake {
 namespace {
 
 constexpr float kKnownReach_m = 100.0f;  // of known stations along a ray
-constexpr float kParabola_m = 100.0f;    // then its tangent
 constexpr float kOuterReach_m = 0.8f;    // the cross slope goes on beyond the outer edge, to the wall
 
 // The centre line as straight pieces between stations, relative to the ego vehicle, in the map's axes.
@@ -106,30 +106,150 @@ bool sample_known(const RoadData& road, const Line& line, const Axes& axes, floa
   return true;
 }
 
-void sample_parabola(const Axes& axes, float bend, float cosine, float sine, Ray& ray) noexcept {
+// The shape of a road that is not known, in the vehicle frame: z = a + b x + c n + q x^2 + e x n with n the distance from
+// the vehicle's lane, which bends by `curvature`. Beyond kBend_m it goes on straight, beyond kLane_m it is as at the edge.
+constexpr int32_t kTerms = 5;
+struct RoadShape {
+  double term[kTerms] = {};  // a, b, c, q, e
+  double curvature = 0;
+
+  static constexpr double kBend_m = 100.0, kLane_m = 12.0;
+  double lane_offset(double x, double y) const noexcept {
+    const double near = std::clamp(x, -kBend_m, kBend_m);
+    return y - 0.5 * curvature * near * (2.0 * x - near);
+  }
+  double height(double x, double y) const noexcept {
+    const double near = std::clamp(x, -kBend_m, kBend_m), n = std::clamp(lane_offset(x, y), -kLane_m, kLane_m);
+    return term[0] + term[1] * x + term[2] * n + term[3] * near * (2.0 * x - near) + term[4] * near * n;
+  }
+};
+
+// Points on the road, of one scan.
+struct RoadPoints {
+  static constexpr int32_t kCapacity = 4096;
+  int32_t count = 0;
+  float x[kCapacity], n[kCapacity], z[kCapacity];
+};
+
+// Walks up some columns like running_ground, over the shape so far, and collects the ground near the vehicle's lane.
+void collect_ground(const RunningGroundParams& params, const Axes& axes, const SensorModel& sensor,
+                    Plane<const float> range_m, Plane<const float> elevation_rad, const RoadShape& shape, float reach_m,
+                    RoadPoints& points) noexcept {
+  constexpr int32_t kColumns = 32;
+  constexpr float kLane_m = 6.0f;
   const float *m = axes.mounting.r, *t = axes.mounting.t;
+  const GroundBlock block = make_ground_block(params, false);
+  points.count = 0;
+  const int32_t stride = std::max(1, sensor.cols / kColumns);
+  for (int32_t c = stride / 2; c < sensor.cols; c += stride) {
+    float sine, cosine;
+    sin_cos_f32(float(wrap_angle(double(sensor.azimuth_left_rad) - (c + 0.5) * double(sensor.pitch_rad))), sine,
+                cosine);
+    GroundState<float> state = start_ground(axes.to_sensor_z(float(shape.height(double(t[0]), double(t[1]))), 0.0f, 0.0f));
+    bool below = false;
+    for (int32_t r = range_m.rows - 1; r >= 0; --r) {
+      const float range = range_m.row(r)[c];
+      const bool exists = range > 0.0f;
+      float up, level;
+      sin_cos_small_f32(elevation_rad.row(r)[c], up, level);
+      const float distance = range * level, sensor_z = range * up, sx = distance * cosine, sy = distance * sine;
+      const float x = m[0] * sx + m[1] * sy + m[2] * sensor_z + t[0], y = m[3] * sx + m[4] * sy + m[5] * sensor_z + t[1];
+      const float road_z = axes.to_sensor_z(float(shape.height(double(x), double(y))), sx, sy);
+      const auto pixel = walk_ground(block, distance, sensor_z, road_z, 0.0f, exists, below, state);
+      below = exists;
+      const float n = float(shape.lane_offset(double(x), double(y)));
+      if (!pixel.ground || state.distance != distance || abs_of(x) > reach_m || abs_of(n) > kLane_m) continue;
+      if (points.count == RoadPoints::kCapacity) return;
+      points.x[points.count] = x;
+      points.n[points.count] = n;
+      points.z[points.count++] = m[6] * sx + m[7] * sy + m[8] * sensor_z + t[2];
+    }
+  }
+}
+
+// Least squares over the points within trim_m of the shape, each 5 m of x with the same weight. False: too few points.
+bool fit_shape(const RoadPoints& points, double trim_m, RoadShape& shape) noexcept {
+  constexpr int32_t kBins = 40, kFewest = 24, kFewestBins = 3;
+  constexpr double kBin_m = 5.0, kSigma_m = 0.03;
+  constexpr double kPrior[kTerms] = {0.1, 0.02, 0.02, 5e-4, 2e-3};  // standard deviations from the level road
+  const auto bin_of = [](float x) { return std::clamp(int32_t(x / kBin_m + 0.5 * kBins), 0, kBins - 1); };
+  int32_t of_bin[kBins] = {}, used = 0, bins = 0;
+  const auto is_near = [&](int32_t i) {
+    const double x = double(points.x[i]), n = double(points.n[i]);
+    const double* p = shape.term;
+    return std::fabs(p[0] + p[1] * x + p[2] * n + p[3] * x * x + p[4] * x * n - double(points.z[i])) <= trim_m;
+  };
+  for (int32_t i = 0; i < points.count; ++i)
+    if (is_near(i)) {
+      ++used;
+      bins += of_bin[bin_of(points.x[i])]++ == 0;
+    }
+  if (used < kFewest || bins < kFewestBins) return false;
+  double a[kTerms][kTerms + 1] = {};
+  for (int32_t k = 0; k < kTerms; ++k) a[k][k] = kSigma_m * kSigma_m / (kPrior[k] * kPrior[k]);
+  for (int32_t i = 0; i < points.count; ++i) {
+    if (!is_near(i)) continue;
+    const double x = double(points.x[i]), n = double(points.n[i]), weight = 1.0 / of_bin[bin_of(points.x[i])];
+    const double basis[kTerms + 1] = {1.0, x, n, x * x, x * n, double(points.z[i])};
+    for (int32_t row = 0; row < kTerms; ++row)
+      for (int32_t col = row; col <= kTerms; ++col) a[row][col] += weight * basis[row] * basis[col];
+  }
+  // Symmetric and positive definite by the prior: elimination without pivots.
+  for (int32_t k = 0; k < kTerms; ++k)
+    for (int32_t row = k + 1; row < kTerms; ++row) {
+      const double factor = a[k][row] / a[k][k];
+      for (int32_t col = row; col <= kTerms; ++col) a[row][col] -= factor * a[k][col];
+    }
+  for (int32_t k = kTerms - 1; k >= 0; --k) {
+    double value = a[k][kTerms];
+    for (int32_t col = k + 1; col < kTerms; ++col) value -= a[k][col] * shape.term[col];
+    shape.term[k] = value / a[k][k];
+  }
+  return true;
+}
+
+// Fits the shape to the scan's own ground, from near to far.
+void fit_road(const RunningGroundParams& params, const Axes& axes, const SensorModel& sensor,
+              Plane<const float> range_m, Plane<const float> elevation_rad, RoadShape& shape) noexcept {
+  constexpr struct {
+    float reach_m;
+    double trim_m;
+  } kPass[] = {{30.0f, 0.5}, {60.0f, 0.3}, {100.0f, 0.3}};
+  RoadPoints points;
+  for (const auto& pass : kPass) {
+    collect_ground(params, axes, sensor, range_m, elevation_rad, shape, pass.reach_m, points);
+    if (!fit_shape(points, pass.trim_m, shape)) return;
+  }
+}
+
+void sample_shape(const Axes& axes, const RoadShape& shape, float cosine, float sine, Ray& ray) noexcept {
+  const float *m = axes.mounting.r, *t = axes.mounting.t;
+  float sensor_z = -t[2];
   for (int32_t i = 0; i < kNodes; ++i) {
     const float distance = node_distance_m(i), x = distance * cosine, y = distance * sine;
-    const float ahead = abs_of(m[0] * x + m[1] * y + t[0]), near = min_of(ahead, kParabola_m);
-    ray.heights_m[i] = axes.to_sensor_z(bend * near * (2.0f * ahead - near), x, y);
+    const float vx = m[0] * x + m[1] * y + m[2] * sensor_z + t[0], vy = m[3] * x + m[4] * y + m[5] * sensor_z + t[1];
+    sensor_z = axes.to_sensor_z(float(shape.height(double(vx), double(vy))), x, y);
+    ray.heights_m[i] = sensor_z;
   }
 }
 
 }  // namespace
 
-void sample_road(const RoadData& road, const SensorModel& sensor, const RoadSurface& surface) noexcept {
+void sample_road(const RunningGroundParams& params, const RoadData& road, const SensorModel& sensor,
+                 Plane<const float> range_filled_m, Plane<const float> elevation_filled_rad,
+                 const RoadSurface& surface) noexcept {
   Axes axes = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, sensor.T_vehicle_sensor};
   if (abs_of(axes.mounting.r[8]) < 0.1f) axes.mounting.r[8] = 0.1f;  // a sensor on its side sees no road
-  float bend = 0.0f, origin_m = 0.0f;
+  float origin_m = 0.0f;
+  RoadShape shape;
+  bool fitted = false;
   Line line;
   bool has_line = false;
   if (road.has_pose) {
     for (int32_t i = 0; i < 9; ++i) axes.map[i] = float(road.ego.r[i]);
     const double speed = road.ego.pose.speed_mps;
     const double curvature = road.map ? road.curvature_per_m : speed > 5.0 ? road.ego.pose.yaw_rate_rps / speed : 0.0;
-    double sine, cosine;
-    sin_cos_f64(road.ego.pose.roll_rad, sine, cosine);
-    bend = float(-0.5 * curvature * sine);
+    shape.curvature = std::clamp(curvature, -0.02, 0.02);
     has_line = road.map && road.ego.r[8] > 0.1;
   }
   if (has_line) {
@@ -151,7 +271,11 @@ void sample_road(const RoadData& road, const SensorModel& sensor, const RoadSurf
                 sine, cosine);
     Ray ray;
     const bool known = has_line && sample_known(road, line, axes, cosine, sine, origin_m, ray);
-    if (!known) sample_parabola(axes, bend, cosine, sine, ray);
+    if (!known) {
+      if (!fitted) fit_road(params, axes, sensor, range_filled_m, elevation_filled_rad, shape);
+      fitted = true;
+      sample_shape(axes, shape, cosine, sine, ray);
+    }
     surface.known[k] = known ? 1.0f : 0.0f;
     surface.level_slope[k] = -(up[0] * cosine + up[1] * sine) / up[2];
     float *offset_m = surface.offset_m + k * kNodes, *slope = surface.slope + k * kNodes;

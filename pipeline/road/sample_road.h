@@ -6,6 +6,7 @@
 
 #include "core/road_surface.h"
 #include "core/sensor_model.h"
+#include "kernels/running_ground.h"
 #include "pipeline/road/road_data.h"
 
 namespace overtake {
@@ -13,10 +14,12 @@ namespace overtake {
 // Computes the surface along every ray of the sensor's image:
 //   - over the map, along rays whose stations are known up to 100 m: the learned height of the centre line, the cross
 //     slope over the width of the road, level beyond its edges; `known` is 1
-//   - else a parabola along x: a curved, banked road bends up towards the driving direction by curvature * sin(bank) / 2
-//     per m^2, up to 100 m, then straight; `known` is 0. Without a pose: level
-// Heights are relative to the road under the vehicle.
-//   reads  road, sensor     writes  every element of the surface
-void sample_road(const RoadData& road, const SensorModel& sensor, const RoadSurface& surface) noexcept;
+//   - else a shape z = a + b x + c n + q x^2 + e x n (n: distance from the vehicle's lane), fitted to the ground of the
+//     scan itself, level where the scan shows too little of it; `known` is 0
+// Known heights are relative to the road under the vehicle.
+//   reads  road, sensor, images     writes  every element of the surface
+void sample_road(const RunningGroundParams& params, const RoadData& road, const SensorModel& sensor,
+                 Plane<const float> range_filled_m, Plane<const float> elevation_filled_rad,
+                 const RoadSurface& surface) noexcept;
 
 }  // namespace overtake
