@@ -17,14 +17,16 @@ bool fits(const CarLimits& limits, const OrientedBox& box) {
 }
 
 // A car that spins stands at any angle to the circuit. Step of 5 deg: at the nearest heading a car of 4.9 x 1.9 m is
-// wider by 0.2 m at most, which is less than the slack of the width. A beam or a wire across the circuit has no depth.
+// wider by 0.2 m at most, which is less than the slack of the width. A beam or a wire across the circuit has no depth
+// and is high up; the flank of a car may have no depth, but stands on the road.
 bool fits_across(const CarLimits& limits, const Frame& frame, int32_t row) {
   constexpr int32_t kStep = 5;
-  constexpr float kLeastDepth_m = 0.25f;
+  constexpr float kLeastDepth_m = 0.25f, kHigh_m = 2.5f;
+  const bool is_high = frame.merged.min_z_m[row] > kHigh_m;
   bool any = false;
   for (int32_t degree = 0; degree < kDegreeCount; degree += kStep) {
     const OrientedBox box = measure_box(frame, row, kHeadingGrid.degree_cos[degree], kHeadingGrid.degree_sin[degree]);
-    if (min_of(box.length(), box.width()) < kLeastDepth_m) return false;
+    if (is_high && min_of(box.length(), box.width()) < kLeastDepth_m) return false;
     any = any || fits(limits, box) || fits(limits, {box.low_2, box.high_2, box.low_1, box.high_1});
   }
   return any;

@@ -48,7 +48,8 @@ TEST_CASE("car gates: length, width and height along psi_REF") {
   CHECK(keep(corners(20, 22, -0.5f, 0.5f, 0, 1.61f), &Frame::gated_size) == 0);
   // Wide and short: a car across the circuit. It needs the points of a heading.
   CHECK(keep(corners(20, 22, -2.4f, 2.4f, 0, 1), &Frame::gated_size) == 1);
-  CHECK(keep(corners(20, 20.2f, -2.4f, 2.4f, 0, 1), &Frame::gated_size) == 0);  // a beam
+  CHECK(keep(corners(20, 20.2f, -2.4f, 2.4f, 5, 5.6f), &Frame::gated_size) == 0);  // a beam
+  CHECK(keep(corners(20, 20.2f, -2.4f, 2.4f, 0, 1), &Frame::gated_size) == 1);     // a flank
   CHECK(keep({{20, -2, 0.5f}, {21, 0, 0.5f}, {20, 2, 0.5f}, {22, 1, 0.5f}}, &Frame::gated_size) == 0);
 }
 

@@ -106,7 +106,7 @@ printf 'stamp_ns,x_m,y_m\n2,0,0\n1,0,0\n' >back.csv
 printf 'stamp_ns,x_m,y_m\n2,0,zero\n' >word.csv
 printf 'stamp_ns,x_m,yaw_rad\n2,0,0\n' >ego.csv
 printf '0,0,5,5\n1,0,5,5\n2,0,five,5\n' >map.csv
-printf 'preset = "best"\n' >preset.toml
+printf 'preset = "worst"\n' >preset.toml
 printf '0,0,5\n1,0,5\n2,0,5\n' >bound.csv
 mkdir -p lone short_box bad_box small
 cp scene/000000_left.pcd lone
@@ -149,8 +149,8 @@ refuse "config.toml:3: tracker: unknown key 'confirm'; did you mean 'confirm_hit
 refuse "range.toml:3: tracker: tracker.confirm_hits is '3000', it takes a whole number from *" run scene --config range.toml "${av21[@]}"
 refuse "group.toml:1: unknown key 'trackers'" run scene --config group.toml "${av21[@]}"
 refuse "no.toml: no such file" run scene --config no.toml "${av21[@]}"
-refuse "--preset: there is no preset 'best' (there is: paper)" run scene --preset best "${av21[@]}"
-refuse "preset.toml:1: there is no preset 'best' (there is: paper)" run scene --config preset.toml "${av21[@]}"
+refuse "--preset: there is no preset 'worst' (there is: paper, best)" run scene --preset worst "${av21[@]}"
+refuse "preset.toml:1: there is no preset 'worst' (there is: paper, best)" run scene --config preset.toml "${av21[@]}"
 refuse "--set tracker.M=3: there is no parameter 'tracker.M' *" run scene --set tracker.M=3 "${av21[@]}"
 refuse "--set tracker.confrm_hits=3: there is no parameter 'tracker.confrm_hits' *; did you mean 'tracker.confirm_hits'[?]" \
   run scene --set tracker.confrm_hits=3 "${av21[@]}"

@@ -21,8 +21,8 @@ Solid car_at(double x_m, double y_m, double yaw_deg = 0) { return {x_m, y_m, yaw
 
 // The bench after all rules; each solid must give one detection, in the order of their clusters.
 struct Looked : RulesBench {
-  explicit Looked(const std::vector<Solid>& solids, bool with_map = true) : RulesBench(with_map) {
-    look(solids);
+  explicit Looked(const std::vector<Solid>& solids, double row_pitch_rad = 0.0035) {
+    look(solids, row_pitch_rad);
     run();
   }
 };
@@ -161,8 +161,8 @@ TEST_CASE("pose by view: the less of a car is seen, and the fewer points, the la
 }
 
 TEST_CASE("pose by view: a box or a tyre is debris where a car would show more, and nowhere else") {
-  const auto class_of = [](const std::vector<Solid>& solids) {
-    const Looked bench(solids);
+  const auto class_of = [](const std::vector<Solid>& solids, double row_pitch_rad = 0.0035) {
+    const Looked bench(solids, row_pitch_rad);
     REQUIRE(bench.frame.detections.count == 1);
     return bench.frame.views.object_class[0];
   };
@@ -179,8 +179,10 @@ TEST_CASE("pose by view: a box or a tyre is debris where a car would show more, 
   }
   // Hidden by a nearer object but for 0.7 m.
   CHECK(class_of({car_at(25, 0), {12, -0.6, 0, 0.2, 1.6, 0.0, 1.5, 0}}) == OVT_CLASS_UNKNOWN);
-  // Farther away than its rows and columns tell.
-  CHECK(class_of({{90, 0, 0, 0.9, 0.9, 0.0, 0.9, 1}}) == OVT_CLASS_UNKNOWN);
+  // Farther away than the columns tell, with fine rows; and with too few rows.
+  CHECK(class_of({{80, 0, 0, 0.75, 0.75, 0.0, 0.75, 1}}, 0.001) == OVT_CLASS_UNKNOWN);
+  CHECK(class_of({{15, 0, 0, 0.75, 0.75, 0.0, 0.75, 1}}, 0.02) == OVT_CLASS_UNKNOWN);
+  CHECK(class_of({{15, 0, 0, 0.75, 0.75, 0.0, 0.75, 1}}, 0.01) == OVT_CLASS_DEBRIS);
 }
 
 TEST_CASE("pose by view: a distant car with three points in a row is never debris") {

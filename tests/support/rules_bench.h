@@ -41,7 +41,7 @@ struct Solid {
 class RulesBench {
  public:
   static constexpr int32_t kRows = 64, kCols = 857;
-  static constexpr double kTop = 0.05, kRowPitch = 0.0035, kSensorHeight_m = 1.0;  // rad: 3 deg above the horizon
+  static constexpr double kTop = 0.05, kSensorHeight_m = 1.0;  // rad: 3 deg above the horizon
 
   explicit RulesBench(bool with_map = true, const ovt_params* given = nullptr, int32_t sensor_count = 2) {
     ovt_params params;
@@ -107,13 +107,13 @@ class RulesBench {
   }
 
   // What sensor 0 sees of the solids and of the level road.
-  void look(const std::vector<Solid>& solids) {
+  void look(const std::vector<Solid>& solids, double row_pitch_rad = 0.0035) {
     std::vector<std::vector<int32_t>> clusters(16);
     const SensorModel& sensor = context.sensors[0];
     Plane<int32_t>& image = frame.sensors[0].kept.images.pixel_point;
     for (int32_t r = 0; r < kRows; ++r)
       for (int32_t c = 0; c < kCols; ++c) {
-        const double e = kTop - (r + 0.5) * kRowPitch;
+        const double e = kTop - (r + 0.5) * row_pitch_rad;
         const double a = double(sensor.azimuth_left_rad) - (c + 0.5) * double(sensor.pitch_rad);
         const double d[3] = {std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e)};
         double range_m = d[2] < 0 ? -kSensorHeight_m / d[2] : 1e9;
