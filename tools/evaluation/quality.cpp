@@ -161,7 +161,7 @@ void Tally::add_false(const Run& run) {
   }
 }
 
-double mean_of(const std::vector<double>& values) { return metrics::summarize(values).mean; }
+double mean_value(const std::vector<double>& values) { return metrics::summarize(values).mean; }
 
 Quality Tally::finish() const {
   Quality q = sum_;
@@ -174,7 +174,7 @@ Quality Tally::finish() const {
   q.debris_found = q.debris_frames > 0 ? q.debris_found / double(q.debris_frames) : kNan;
   q.clusters_per_car = q.cars_judged > 0 ? clusters_ / double(q.cars_judged) : kNan;
   q.mixed_per_car = q.cars_judged > 0 ? mixed_ / double(q.cars_judged) : kNan;
-  q.tpr = mean_of(tpr_), q.ppv = mean_of(ppv_), q.f1 = mean_of(f1_), q.ppv_p5 = metrics::summarize(ppv_).p5;
+  q.tpr = mean_value(tpr_), q.ppv = mean_value(ppv_), q.f1 = mean_value(f1_), q.ppv_p5 = metrics::summarize(ppv_).p5;
   q.along_m = metrics::summarize(along_), q.across_m = metrics::summarize(across_);
   for (std::size_t k = 0; k < 2; ++k)
     q.heading_rms_deg[k] = heading_count_[k] > 0 ? io::deg(std::sqrt(heading_squares_[k] / heading_count_[k])) : kNan;
