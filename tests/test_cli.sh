@@ -241,6 +241,12 @@ read_json info.json 'json["kind"] == "a folder of scans" and [s["files"] for s i
 expect "params --json" "$overtake" params --json && cp stdout params.json
 read_json params.json '{"name": "tracker.confirm_hits", "min": 1, "max": 64}.items() <= [p for p in json["parameters"] if p["name"] == "tracker.confirm_hits"][0].items()'
 [[ $(grep -c '"name"' params.json) == $("$overtake" params | wc -l) ]] || fail "params --json lists others than params"
+expect "compare" "$overtake" compare run again && grep -q '^Confirmed tracks that only A has: 0$' stdout || fail "compare of equal runs: $(cat stdout)"
+expect "another run" "${run[@]}" --set gate.min_points=60 --quiet --out fewer
+expect "compare --json" "$overtake" compare run fewer --map scene/map.csv --json && cp stdout compare.json
+read_json compare.json 'json["b"]["detections"] < json["a"]["detections"] == json["matched_detections"]["count"] + json["a"]["detections_without_match"]'
+refuse "scene/detections.csv: *" compare run scene
+misuse "compare: run_b is required (overtake compare --help)" compare run
 expect "doctor --json" "$overtake" doctor scene --rig av21 --json && cp stdout doctor.json
 read_json doctor.json 'json["wrong"] == 0 and json["rig"] == "av21" and json["findings"][0]["severity"] == "note"'
 

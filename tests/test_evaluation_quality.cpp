@@ -16,6 +16,7 @@
 #include "tools/evaluation/report.h"
 #include "tools/evaluation/run_logs.h"
 #include "tools/evaluation/variant.h"
+#include "tools/io/angles.h"
 #include "tools/io/error.h"
 #include "tools/io/mcap_reader.h"
 #include "tools/io/mcap_writer.h"
@@ -123,7 +124,11 @@ TEST_CASE("quality: clusters, ground, centre errors and ellipses") {
   run.tables["debris"].add({1, 2, 1});
   run.tables["debris"].add({2, 3, 0});
   run.tables["debris"].add({3, 9, 2});
+  run.tables["ego_heading"].add({0, io::rad(0.3), io::rad(0.1)});
+  run.tables["ego_heading"].add({1, io::rad(-0.4), io::rad(-0.1)});
   const Quality q = quality_of_run(run);
+  CHECK(q.heading_rms_deg[0] == Approx(std::sqrt(0.125)));
+  CHECK(q.heading_rms_deg[1] == Approx(0.1));
   CHECK(q.cars_judged == 7);                      // frames 3 to 9 of the first car
   CHECK(q.clusters_per_car == Approx(12.0 / 7));  // 2 frames with one, 5 with two
   CHECK(q.mixed_per_car == Approx(3.0 / 7));      // 2 in frame 5, one in frame 6
@@ -174,6 +179,13 @@ TEST_CASE("columns that a method leaves out: the height of the road, the class, 
   };
   const float z[] = {0.5f}, road[] = {-0.25f}, var_x[] = {4}, var_y[] = {0.25f}, none[] = {0};
   const int32_t debris[] = {2}, car[] = {1};
+  struct Info {
+    double ego_heading_offset_rad;
+  };
+  io::EgoRow pose;
+  pose.yaw_rad = 0.5;
+  CHECK(corrected(pose, Info{-0.125}).yaw_rad == 0.375);
+  CHECK(corrected(pose, 0).yaw_rad == 0.5);
   Columns d{z, nullptr, nullptr, nullptr, nullptr, nullptr};
   const Rotation level = axes_of(0, 0, M_PI / 2), banked = axes_of(M_PI / 3, 0, 0);
   CHECK(height_of(d, 0) == 0.5);

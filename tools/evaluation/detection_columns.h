@@ -1,7 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Columns of ovt_detections that only some methods compute: null, or absent in an older library.
+// Columns of ovt_detections and values of ovt_frame_info that only some methods compute: null or 0, or absent in an older
+// library.
 #pragma once
 
 #include <cstdint>
@@ -19,6 +20,13 @@ double height_of(const Detections& d, int32_t i) {
   if constexpr (requires { d.road_z_m; })
     if (d.road_z_m) return double(d.road_z_m[i]);
   return double(d.z_m[i]);
+}
+
+// The pose that takes detections to the map: with the error of its heading that the method has found, if any.
+template <class Info>
+io::EgoRow corrected(io::EgoRow pose, const Info& info) {
+  if constexpr (requires { info.ego_heading_offset_rad; }) pose.yaw_rad += info.ego_heading_offset_rad;
+  return pose;
 }
 
 template <class Detections>

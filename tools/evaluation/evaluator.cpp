@@ -49,6 +49,7 @@ Tables make_tables() {
   t["centres"] = Table({"frame", "car", "along_m", "across_m", "square"});
   t["false_detections"] =
       Table({"frame", "ahead_m", "left_m", "range_m", "points", "surface", "map_s_m", "map_d_m", "bank_deg"});
+  t["ego_heading"] = Table({"frame", "published_rad", "corrected_rad"});
   t["debris"] = Table({"frame", "points", "detections"});
   t["innovations"] = Table({"frame", "car", "nis"});
   t["boxes"] = Table({"frame", "mixed_by_size"});
@@ -101,6 +102,7 @@ void Evaluator::add(ovt_reader* reader, const Replayed* relayed) {
   const CarTruth* ego = ego_of(cars);
   if (!ego) return;  // after the end of the truth
   tables_["ego"].add({frame_number_, time_s_, ego->speed_mps, ego->yaw_rate_rps});
+  add_ego_heading(info);
   add_labels(reader, info);
   ovt_detections detections;
   cli::check(ovt_read_detections(reader, &detections), "detections");
@@ -214,6 +216,15 @@ void Evaluator::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
   }
 }
 
+void Evaluator::add_ego_heading(const ovt_frame_info& info) {
+  const std::vector<CarTruth> cars = cars_at(info.stamp_ns);
+  const CarTruth* const ego = ego_of(cars);
+  if (!ego || !info.ego_known) return;
+  const io::EgoRow pose = pose_at(poses(), info.stamp_ns);
+  tables_["ego_heading"].add({frame_number_, wrap_angle(pose.yaw_rad - ego->heading_rad),
+                              wrap_angle(corrected(pose, info).yaw_rad - ego->heading_rad)});
+}
+
 // The surface of most points of a cluster, the first one of equals; -1 unknown.
 int32_t Evaluator::main_surface(int32_t cluster) const {
   const auto found = surfaces_.find(cluster);
@@ -236,7 +247,7 @@ void Evaluator::add_false_detection(const ovt_detections& d, int32_t i, const Ca
 
 void Evaluator::add_detections(const ovt_frame_info& info, const ovt_detections& d) {
   for (int32_t i = 0; i < d.count; ++i) {
-    const io::EgoRow pose = pose_at(poses(), d.stamp_ns[i]);
+    const io::EgoRow pose = corrected(pose_at(poses(), d.stamp_ns[i]), info);
     const MapPlace at = to_map(pose, double(d.x_m[i]), double(d.y_m[i]), height_of(d, i), double(d.heading_rad[i]));
     const double x = at.x_m, y = at.y_m, heading = at.heading_rad;
     const std::vector<CarTruth> cars = cars_at(d.stamp_ns[i]);

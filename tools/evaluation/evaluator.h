@@ -13,6 +13,7 @@
 //   seams       one per car that several sensors see with 3 non-ground points or more: whether one cluster contains a
 //               point of each of them
 //   ego         one per frame: the true speed and yaw rate
+//   ego_heading one per frame: error of the ego heading that the pipeline got, and with its own correction
 //   detections  one per detection: position, its car (-1 none) and its errors
 //   tracks      one per track: the same with speed, course, yaw rate, NEES, age of its data
 //   centres     one per detection at a car: the error of its centre in the axes of the car, and its square in units of the
@@ -106,6 +107,7 @@ class Evaluator {
   };
   void skip(const ovt_frame_info& info, ovt_reader* reader);
   void add_labels(ovt_reader* reader, const ovt_frame_info& info);
+  void add_ego_heading(const ovt_frame_info& info);
   void add_detections(const ovt_frame_info& info, const ovt_detections& detections);
   void add_false_detection(const ovt_detections& detections, int32_t row, const CarTruth* ego);
   void add_tracks(const ovt_frame_info& info, const ovt_tracks& tracks, const std::vector<CarTruth>& cars);

@@ -11,6 +11,7 @@
 #include "tools/evaluation/evaluator.h"
 #include "tools/evaluation/figures_parts.h"
 #include "tools/evaluation/numbers.h"
+#include "tools/io/angles.h"
 #include "tools/sim/material.h"
 
 namespace overtake::evaluation {
@@ -60,6 +61,7 @@ class Tally {
   Quality sum_;
   std::vector<metrics::Group> events_;
   std::vector<double> tpr_, ppv_, f1_, along_, across_;
+  std::array<double, 2> heading_squares_ = {}, heading_count_ = {};
   int64_t inside_ = 0, with_ellipse_ = 0, runs_ = 0;
   double clusters_ = 0, mixed_ = 0, near_false_ = 0, anywhere_ = 0, without_car_ = 0;
 };
@@ -82,6 +84,10 @@ void Tally::add(const Run& run) {
   const auto debris_points = column_of(debris, "points"), debris_detections = column_of(debris, "detections");
   for (std::size_t i = 0; i < debris_points.size(); ++i)
     if (debris_points[i] >= kLeastPoints[0]) ++sum_.debris_frames, sum_.debris_found += debris_detections[i] > 0;
+  const Table& headings = run.tables.at("ego_heading");
+  const char* const columns[2] = {"published_rad", "corrected_rad"};
+  for (std::size_t k = 0; k < 2; ++k)
+    for (const double v : column_of(headings, columns[k])) heading_squares_[k] += v * v, ++heading_count_[k];
   const Table& centres = run.tables.at("centres");
   for (const double v : column_of(centres, "along_m")) along_.push_back(std::fabs(v));
   for (const double v : column_of(centres, "across_m")) across_.push_back(std::fabs(v));
@@ -155,7 +161,7 @@ void Tally::add_false(const Run& run) {
   }
 }
 
-double mean_of(const std::vector<double>& values) { return metrics::summarize(values).mean; }
+double mean_value(const std::vector<double>& values) { return metrics::summarize(values).mean; }
 
 Quality Tally::finish() const {
   Quality q = sum_;
@@ -168,8 +174,10 @@ Quality Tally::finish() const {
   q.debris_found = q.debris_frames > 0 ? q.debris_found / double(q.debris_frames) : kNan;
   q.clusters_per_car = q.cars_judged > 0 ? clusters_ / double(q.cars_judged) : kNan;
   q.mixed_per_car = q.cars_judged > 0 ? mixed_ / double(q.cars_judged) : kNan;
-  q.tpr = mean_of(tpr_), q.ppv = mean_of(ppv_), q.f1 = mean_of(f1_), q.ppv_p5 = metrics::summarize(ppv_).p5;
+  q.tpr = mean_value(tpr_), q.ppv = mean_value(ppv_), q.f1 = mean_value(f1_), q.ppv_p5 = metrics::summarize(ppv_).p5;
   q.along_m = metrics::summarize(along_), q.across_m = metrics::summarize(across_);
+  for (std::size_t k = 0; k < 2; ++k)
+    q.heading_rms_deg[k] = heading_count_[k] > 0 ? io::deg(std::sqrt(heading_squares_[k] / heading_count_[k])) : kNan;
   q.in_ellipse = metrics::binomial_share(inside_, with_ellipse_);
   return q;
 }
@@ -236,6 +244,7 @@ nlohmann::json json_of(const Quality& q) {
     return Json{{"count", s.count}, {"median", s.median}, {"p95", s.p95}};
   };
   j["centre_along_m"] = error(q.along_m), j["centre_across_m"] = error(q.across_m);
+  j["ego_heading_rms_deg"] = {{"published", q.heading_rms_deg[0]}, {"corrected", q.heading_rms_deg[1]}};
   j["in_95_ellipse"] = {{"hits", q.in_ellipse.hits}, {"trials", q.in_ellipse.trials}, {"value", q.in_ellipse.value}};
   return j;
 }

@@ -49,6 +49,7 @@ struct Quality {
   double clusters_per_car = 0, mixed_per_car = 0;
   double tpr = 0, ppv = 0, ppv_p5 = 0, f1 = 0;  // means over the scans; 5th percentile
   metrics::Summary along_m, across_m;           // sizes of the centre errors, in the axes of the car
+  std::array<double, 2> heading_rms_deg = {};   // error of the ego heading: as pushed, and as the method corrects it
   metrics::Share in_ellipse;                    // of the detections at a car that have a covariance
 };
 

@@ -99,6 +99,11 @@ Rows quality_rows(const std::vector<Quality>& columns) {
           [](const Quality& q) { return median_and_p95(q.along_m); });
   add_row(rows, "centre across the car: median / 95 % m", columns,
           [](const Quality& q) { return median_and_p95(q.across_m); });
+  add_row(rows, "ego heading, rms deg: published / corrected", columns, [](const Quality& q) {
+    return std::isnan(q.heading_rms_deg[0])
+               ? "-"
+               : cli::fixed(q.heading_rms_deg[0], 3) + " / " + cli::fixed(q.heading_rms_deg[1], 3);
+  });
   add_row(rows, "share in the published 95 % ellipse", columns,
           [](const Quality& q) { return cli::fixed(q.in_ellipse.value, 3); });
   return rows;

@@ -85,8 +85,10 @@ void TrackerReplay::change_headings(ovt_reader* reader, const LogFrame& frame, c
   cli::check(ovt_read_clusters(reader, &clusters), "clusters");
   std::vector<int32_t> row_of_cluster(std::size_t(clusters.count) + 1, -1);
   std::vector<double> heading(std::size_t(in.count), 0.0);
+  ovt_frame_info info;
+  cli::check(ovt_read_info(reader, &info), "frame");
   for (int32_t i = 0; i < in.count && kind_ == "heading"; ++i) {
-    const io::EgoRow pose = pose_at(log_.poses(), in.stamp_ns[i]);
+    const io::EgoRow pose = corrected(pose_at(log_.poses(), in.stamp_ns[i]), info);
     const MapPlace at = to_map(pose, double(in.x_m[i]), double(in.y_m[i]), height_of(in, i), 0);
     const std::vector<CarTruth> cars = log_.cars_at(in.stamp_ns[i]);
     const int32_t c = nearest_car(cars, at.x_m, at.y_m);
@@ -149,7 +151,7 @@ const Replayed& TrackerReplay::run(ovt_reader* reader, const LogFrame& frame) {
 
   std::vector<double> x(count), y(count), heading(count);
   for (std::size_t i = 0; i < count; ++i) {
-    const io::EgoRow pose = pose_at(log_.poses(), stamp_ns_[i]);
+    const io::EgoRow pose = corrected(pose_at(log_.poses(), stamp_ns_[i]), info);
     const MapPlace at = to_map(pose, double(x_m_[i]), double(y_m_[i]), double(z_m_[i]), double(heading_rad_[i]));
     x[i] = at.x_m, y[i] = at.y_m, heading[i] = at.heading_rad;
     const std::vector<CarTruth> cars = log_.cars_at(stamp_ns_[i]);
