@@ -22,7 +22,8 @@ struct ColumnInfo {
 
 struct ValueInfo {
   const char* name;
-  bool measured;  // a measured time: differs in each run
+  bool measured;          // a measured time: differs in each run
+  bool optional = false;  // always 0 with some methods
 };
 
 template <class T, class Struct>
@@ -91,6 +92,7 @@ template <OneOf<ovt_frame_info> T, class F>
 void for_each_value(T& info, F&& f) {
 #define OVT_FRAME_VALUE(type, name, meaning) f(ValueInfo{#name, false}, info.name);
 #define OVT_FRAME_TIME(type, name, meaning) f(ValueInfo{#name, true}, info.name);
+#define OVT_FRAME_OPTIONAL(type, name, meaning) f(ValueInfo{#name, false, true}, info.name);
 #include "pipeline/stats.def"
 }
 
@@ -104,11 +106,14 @@ void for_each_counter(T& stats, F&& f) {
 #include "pipeline/stats.def"
 }
 
-// Adds a table, or a frame's numbers, without measured times. A column that the method does not compute is null.
+// Adds a table, or a frame's numbers, without measured times. A column that the method does not compute is null, and a
+// number that it does not compute is 0: neither changes the hash.
 template <class Table>
 void add_to_hash(Hash& hash, const Table& table) {
   for_each_value(table, [&](const ValueInfo& info, const auto& value) {
-    if (!info.measured) hash.add_value(value);
+    if (info.measured || (info.optional && value == 0)) return;
+    if (info.optional) hash.add_text(info.name);
+    hash.add_value(value);
   });
   if constexpr (!std::same_as<Table, ovt_frame_info>)
     for_each_column(table, [&](const ColumnInfo&, const auto* column, int64_t rows) {

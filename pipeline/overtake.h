@@ -135,6 +135,16 @@ typedef struct ovt_params {
                                         count, not a time. OVT_FLAG_WORK_LIMIT */
   const char* method;                /* name of the preset, set by ovt_params_init: selects the detector's steps, rules
                                         and tracker. Null: "paper" */
+  /* the ego heading, learned from walls; preset paper does not read them */
+  double ego_wall_length_m;          /* ego.wall_length_m */
+  double ego_wall_reach_m;           /* ego.wall_reach_m */
+  double ego_wall_scatter_m;         /* ego.wall_scatter_m */
+  double ego_wall_sigma_rad;         /* ego.wall_sigma_deg */
+  double ego_wall_memory_s;          /* ego.wall_memory_s */
+  double ego_constant_sigma_rad;     /* ego.constant_sigma_deg */
+  double ego_mounting_sigma_rad;     /* ego.mounting_sigma_deg */
+  double ego_slip_sigma_rad;         /* ego.slip_sigma_deg         per m/s^2 */
+  double ego_lever_sigma_m;          /* ego.lever_sigma_m */
 } ovt_params;
 
 typedef struct ovt_param_info {
@@ -459,7 +469,10 @@ enum {                               /* ovt_frame_info.flags */
   OVT_FLAG_WORK_LIMIT = 32768,       /* dense clutter needed more work than tracker.work_limit. Either a late frame was
                                         not used (its rows are measurements_late), or each track was compared with the
                                         nearest detections only, and the assignment is not the cheapest */
-  OVT_FLAG_CLOCK_SUSPECT = 65536     /* stamps of a source were refused (see suspect_mask) */
+  OVT_FLAG_CLOCK_SUSPECT = 65536,    /* stamps of a source were refused (see suspect_mask) */
+  OVT_FLAG_EGO_HEADING = 131072      /* ego_heading_offset_rad is not known well, because too few walls were seen so far,
+                                        or the walls of this frame contradict it. Never set if the method does not
+                                        correct the ego heading */
 };
 
 enum {                               /* ovt_frame_info.suspect_mask, besides bit s for sensor s */
@@ -492,6 +505,12 @@ typedef struct ovt_frame_info {
   uint32_t suspect_mask;             /* sources with a refused stamp, set in each frame closed after it until the third
                                         good stamp of the source in a row (ego poses: for three frames) or a clock jump.
                                         Bit s: sensor s; OVT_SUSPECT_... */
+  /* Error of the ego heading (slip, a constant, noise) at stamp_ns: detections go to the map, and to the tracks, with
+     ego_yaw_rad + ego_heading_offset_rad. The pushed poses and ego_yaw_rad stay as they are. 0: preset paper, no ego
+     pose. See OVT_FLAG_EGO_HEADING */
+  double ego_heading_offset_rad;
+  double ego_heading_sigma_rad;      /* its standard deviation */
+  int32_t ego_wall_points;           /* points of walls that this frame compared with the map's bounds */
 } ovt_frame_info;
 
 /* Moves the reader to the latest finished frame. OVT_NO_FRAME when there is no newer one: the reader keeps its frame.

@@ -132,6 +132,9 @@ DetectParams make_detect_params(const ovt_params& params) noexcept {
   out.map_margin_m = params.gate_map_margin_m;
   out.vehicle_width_m = params.vehicle_width_m;
   out.ego_margin_m = std::max(params.gate_ego_margin_m, params.gate_map_margin_m);
+  out.walls = {float(params.ego_wall_length_m), params.ego_wall_reach_m, params.ego_wall_scatter_m};
+  out.ego_heading = {params.ego_slip_sigma_rad,     params.ego_lever_sigma_m,  params.ego_constant_sigma_rad,
+                     params.ego_mounting_sigma_rad, params.ego_wall_sigma_rad, params.ego_wall_memory_s};
   return out;
 }
 

@@ -7,7 +7,9 @@
 #include <string>
 
 #include "kernels/kernel_table.h"
+#include "pipeline/ego_heading.h"
 #include "pipeline/overtake.h"
+#include "pipeline/track/heading_filter.h"
 #include "pipeline/track/tracker_params.h"
 
 namespace overtake {
@@ -31,6 +33,8 @@ struct DetectParams {
   double map_margin_m = 0;
   double ego_margin_m = 0;  // not less than map_margin_m
   double vehicle_width_m = 0;
+  WallParams walls;
+  HeadingFilterParams ego_heading;
 };
 
 // "" if every value is within its limits and they are consistent; else the error, starting with the text name.

@@ -60,6 +60,11 @@ void keep_on_circuit(const StageContext& context, Frame& frame) noexcept;
 // Keeps the nearest, up to the capacity.   reads  kept, merged   writes  kept, kept_count, candidate_overflow
 void keep_nearest(const StageContext& context, Frame& frame) noexcept;
 
+// The ego heading by the walls. Takes the nearest point of each azimuth from the long clusters of each sensor, so that a
+// fence behind the wall and points above it do not count, and fits each sensor's points (fit_walls).
+//   reads  merged, members, cluster points, scans, ego, uses_map   writes  walls
+void measure_walls(const StageContext& context, Frame& frame) noexcept;
+
 // Two headings and the rectangle (eq. 5).   reads  kept, cluster points, ego, uses_map   writes  detections
 void pose_frame(const StageContext& context, Frame& frame) noexcept;
 

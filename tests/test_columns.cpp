@@ -60,6 +60,7 @@ struct ovt_labels {
 };
 struct ovt_frame_info {
 #define OVT_FRAME_VALUE(type, name, ...) type name;
+#define OVT_FRAME_OPTIONAL OVT_FRAME_VALUE
 #define OVT_FRAME_TIME OVT_FRAME_VALUE
 #include "pipeline/stats.def"
 };
@@ -89,6 +90,7 @@ struct ovt_stats {
 #define OVT_LABELS_VALUE OVT_LABEL
 #include "core/columns.def"
 #define OVT_FRAME_VALUE(type, name, ...) OVT_SAME(ovt_frame_info, name)
+#define OVT_FRAME_OPTIONAL OVT_FRAME_VALUE
 #define OVT_FRAME_TIME OVT_FRAME_VALUE
 #define OVT_COUNTER(name, ...) OVT_SAME(ovt_stats, name)
 #define OVT_COUNTERS OVT_COUNTER

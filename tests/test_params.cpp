@@ -53,7 +53,16 @@ const std::map<std::string, double> kMethod = {{"frame.period_s", 0.05},
                                                {"tracker.predict_after", 1.5},
                                                {"tracker.horizon_s", 3},
                                                {"tracker.horizon_step_s", 0.1},
-                                               {"tracker.work_limit", 1e7}};
+                                               {"tracker.work_limit", 1e7},
+                                               {"ego.wall_length_m", 12},
+                                               {"ego.wall_reach_m", 100},
+                                               {"ego.wall_scatter_m", 0.08},
+                                               {"ego.wall_sigma_deg", 0.06},
+                                               {"ego.wall_memory_s", 1},
+                                               {"ego.constant_sigma_deg", 1},
+                                               {"ego.mounting_sigma_deg", 0.2},
+                                               {"ego.slip_sigma_deg", 0.1},
+                                               {"ego.lever_sigma_m", 2}};
 
 }  // namespace
 
