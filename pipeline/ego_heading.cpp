@@ -20,6 +20,9 @@ constexpr double kLargestScatter = 0.01;  // rad, root mean square: the headings
 // ---- points of walls -----------------------------------------------------------------------------------------------
 
 constexpr int32_t kDirections = 720;  // of a full turn, about half a degree each
+constexpr int32_t kMostRead = 4096;   // points of one sensor
+constexpr float kSpacing_m = 1.5f;    // of the points that are projected on the map
+constexpr float kFar_m = 1e6f;
 constexpr double kBin_m = 2.0;        // of the distance along the track
 constexpr int32_t kMaxBins = 512;     // of one side
 constexpr double kInside_m = 2.5;     // a wall appears this far inside its bound at most: an error of 1.4 deg at 100 m
@@ -100,6 +103,71 @@ class WallBins {
   int32_t bins_;
   double beyond_m_[2][kMaxBins], along_m_[2][kMaxBins];
 };
+
+// The nearest wall point of each direction from a sensor. Reads every n-th point, so that a scan has a limited cost.
+void find_nearest(const StageContext& context, const Frame& frame, int32_t sensor, Nearest* nearest) noexcept {
+  const SensorPart& part = frame.sensors[sensor];
+  const FrameClusterTable& merged = frame.merged;
+  const float* const origin_m = context.sensors[sensor].T_vehicle_sensor.t;
+  const auto for_each_wall = [&](auto&& f) {
+    for (int32_t m = 0; m < frame.members.count; ++m) {
+      const int32_t row = frame.members.merged[m];
+      if (frame.members.sensor[m] != sensor || row < 0) continue;
+      const float dx = merged.max_x_m[row] - merged.min_x_m[row], dy = merged.max_y_m[row] - merged.min_y_m[row];
+      if (std::max(dx, dy) > context.detect.walls.length_m) f(frame.members.cluster[m]);
+    }
+  };
+  int32_t total = 0;
+  for_each_wall([&](int32_t cluster) { total += part.clusters.point_count[cluster]; });
+  const int32_t step = std::max(1, (total + kMostRead - 1) / kMostRead);
+  for_each_wall([&](int32_t cluster) {
+    const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
+    for (int32_t k = begin; k < end; k += step) {
+      const float x = part.cluster_points.x_m[k] - origin_m[0], y = part.cluster_points.y_m[k] - origin_m[1];
+      const float range2 = x * x + y * y;
+      if (!(range2 > 0.0f)) continue;
+      Nearest& best = nearest[direction_of(x, y)];
+      if (best.row < 0 || range2 < best.range2) best = {range2, k};
+    }
+  });
+}
+
+// Places these points against the bounds, at most one for each kSpacing_m and one for each bin along the track. Returns
+// their number.
+int32_t place_nearest(const StageContext& context, const Frame& frame, int32_t sensor, const EgoWindow& poses,
+                      const Nearest* nearest, WallPoint* out) noexcept {
+  const SensorPart& part = frame.sensors[sensor];
+  const CircuitMap& map = *context.map;
+  const auto offset_of = [&](int32_t row) { return part.scan.time_offset_ns[part.cluster_points.point[row]]; };
+  int32_t last_ns = -1;
+  for (int32_t i = 0; i < kDirections; ++i)
+    if (nearest[i].row >= 0) last_ns = std::max(last_ns, offset_of(nearest[i].row));
+  ScanPoses scan_poses;
+  if (last_ns < 0 || !scan_poses.build(poses, part.stamp_ns, last_ns)) return 0;
+  WallBins bins(context.detect.walls.reach_m);
+  int32_t hint = -1;
+  float last_x_m = kFar_m, last_y_m = kFar_m;
+  for (int32_t i = 0; i < kDirections; ++i) {
+    const int32_t k = nearest[i].row;
+    if (k < 0) continue;
+    const float x = part.cluster_points.x_m[k], y = part.cluster_points.y_m[k];
+    const float dx = x - last_x_m, dy = y - last_y_m;
+    if (dx * dx + dy * dy < kSpacing_m * kSpacing_m) continue;
+    last_x_m = x;
+    last_y_m = y;
+    const ScanPoses::Placed at =
+        scan_poses.place(offset_of(k), double(x), double(y), double(part.cluster_points.z_m[k]));
+    const MapProjection place = map.project(at.ego_x_m + at.x_m, at.ego_y_m + at.y_m, hint);
+    hint = place.segment;
+    if (!map.closed() && !(place.s_m > 0.0 && place.s_m < map.length_m())) continue;  // beyond its ends
+    double sine, cosine;
+    sin_cos_f64(place.heading_rad, sine, cosine);
+    const bool left = place.d_m > 0;
+    bins.add({at.x_m * cosine + at.y_m * sine,
+              left ? place.d_m - place.width_left_m : -place.d_m - place.width_right_m, left});
+  }
+  return bins.list(out);
+}
 
 // ---- fit -----------------------------------------------------------------------------------------------------------
 
@@ -221,55 +289,14 @@ WallHeading fit_walls(const WallParams& params, const WallPoint* points, int32_t
 void measure_walls(const StageContext& context, Frame& frame) noexcept {
   for (WallHeading& walls : frame.walls) walls = {};
   if (!frame.uses_map) return;
-  const FrameClusterTable& merged = frame.merged;
-  const CircuitMap& map = *context.map;
-  const WallParams& params = context.detect.walls;
   EgoWindow poses;
   smooth_headings(frame.ego, poses);
-  int32_t hint = -1;
   for (int32_t s = 0; s < context.sensor_count; ++s) {
-    const SensorPart& part = frame.sensors[s];
-    if (!part.present) continue;
-    const float* const origin_m = context.sensors[s].T_vehicle_sensor.t;
+    if (!frame.sensors[s].present) continue;
     Nearest nearest[kDirections];
-    int32_t last_ns = -1;
-    for (int32_t m = 0; m < frame.members.count; ++m) {
-      const int32_t row = frame.members.merged[m];
-      if (frame.members.sensor[m] != s || row < 0) continue;
-      const float dx = merged.max_x_m[row] - merged.min_x_m[row], dy = merged.max_y_m[row] - merged.min_y_m[row];
-      if (!(std::max(dx, dy) > params.length_m)) continue;
-      const int32_t begin = part.clusters.point_begin[frame.members.cluster[m]];
-      const int32_t end = begin + part.clusters.point_count[frame.members.cluster[m]];
-      for (int32_t k = begin; k < end; ++k) {
-        const float x = part.cluster_points.x_m[k] - origin_m[0], y = part.cluster_points.y_m[k] - origin_m[1];
-        const float range2 = x * x + y * y;
-        if (!(range2 > 0.0f)) continue;
-        Nearest& best = nearest[direction_of(x, y)];
-        if (best.row < 0 || range2 < best.range2) best = {range2, k};
-      }
-    }
-    for (const Nearest& point : nearest)
-      if (point.row >= 0) last_ns = std::max(last_ns, part.scan.time_offset_ns[part.cluster_points.point[point.row]]);
-    ScanPoses scan_poses;
-    if (last_ns < 0 || !scan_poses.build(poses, part.stamp_ns, last_ns)) continue;
-    WallBins bins(params.reach_m);
-    for (const Nearest& point : nearest) {
-      if (point.row < 0) continue;
-      const int32_t k = point.row;
-      const auto at = scan_poses.place(part.scan.time_offset_ns[part.cluster_points.point[k]],
-                                       double(part.cluster_points.x_m[k]), double(part.cluster_points.y_m[k]),
-                                       double(part.cluster_points.z_m[k]));
-      const MapProjection place = map.project(at.ego_x_m + at.x_m, at.ego_y_m + at.y_m, hint);
-      hint = place.segment;
-      if (!map.closed() && !(place.s_m > 0.0 && place.s_m < map.length_m())) continue;
-      double sine, cosine;
-      sin_cos_f64(place.heading_rad, sine, cosine);
-      const bool left = place.d_m > 0;
-      bins.add({at.x_m * cosine + at.y_m * sine,
-                left ? place.d_m - place.width_left_m : -place.d_m - place.width_right_m, left});
-    }
+    find_nearest(context, frame, s, nearest);
     WallPoint points[kMaxWallPoints];
-    frame.walls[s] = fit_walls(params, points, bins.list(points));
+    frame.walls[s] = fit_walls(context.detect.walls, points, place_nearest(context, frame, s, poses, nearest, points));
   }
 }
 
