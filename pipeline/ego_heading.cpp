@@ -23,9 +23,9 @@ constexpr int32_t kDirections = 720;  // of a full turn, about half a degree eac
 constexpr int32_t kMostRead = 4096;   // points of one sensor
 constexpr float kSpacing_m = 1.5f;    // of the points that are projected on the map
 constexpr float kFar_m = 1e6f;
-constexpr double kBin_m = 2.0;        // of the distance along the track
-constexpr int32_t kMaxBins = 512;     // of one side
-constexpr double kInside_m = 2.5;     // a wall appears this far inside its bound at most: an error of 1.4 deg at 100 m
+constexpr double kBin_m = 2.0;     // of the distance along the track
+constexpr int32_t kMaxBins = 512;  // of one side
+constexpr double kInside_m = 2.5;  // a wall appears this far inside its bound at most: an error of 1.4 deg at 100 m
 constexpr double kOutside_m = 30.0;
 
 static_assert(2 * kMaxBins <= kMaxWallPoints);
@@ -163,8 +163,8 @@ int32_t place_nearest(const StageContext& context, const Frame& frame, int32_t s
     double sine, cosine;
     sin_cos_f64(place.heading_rad, sine, cosine);
     const bool left = place.d_m > 0;
-    bins.add({at.x_m * cosine + at.y_m * sine,
-              left ? place.d_m - place.width_left_m : -place.d_m - place.width_right_m, left});
+    bins.add({at.x_m * cosine + at.y_m * sine, left ? place.d_m - place.width_left_m : -place.d_m - place.width_right_m,
+              left});
   }
   return bins.list(out);
 }
@@ -174,6 +174,7 @@ int32_t place_nearest(const StageContext& context, const Frame& frame, int32_t s
 constexpr double kFirstScale_m = 1.6, kLastScale_m = 0.1, kShrink = 0.7;  // of the biweight: 3 scales
 constexpr int32_t kSteps = 12;
 constexpr int32_t kFewest = 12;          // points that agree
+constexpr int32_t kSideShare = 3;        // a third of a side's points must agree
 constexpr double kShortest_m = 30.0;     // distance along the track between the first and the last of them
 constexpr double kPointSigma_m = 0.02;   // of a wall's own shape
 constexpr double kLargestSigma = 0.005;  // rad
@@ -187,7 +188,7 @@ double median_of(double* values, int32_t count) noexcept {
 struct WallSums {
   double w[2] = {}, wa[2] = {}, wb[2] = {}, waa = 0, wab = 0, wrr = 0;
   double first_m = 1e9, last_m = -1e9;
-  int32_t count = 0;
+  int32_t count[2] = {};
 };
 
 }  // namespace
@@ -230,11 +231,13 @@ WallHeading fit_walls(const WallParams& params, const WallPoint* points, int32_t
   WallHeading out;
   if (count < kFewest || count > kMaxWallPoints) return out;
   double distance[2] = {0, 0}, turn = 0, scratch[kMaxWallPoints];
+  int32_t given[2];
   for (int32_t side = 0; side < 2; ++side) {
     int32_t n = 0;
     for (int32_t i = 0; i < count; ++i)
       if (points[i].left == (side == 1)) scratch[n++] = points[i].beyond_m;
     if (n > 0) distance[side] = median_of(scratch, n);
+    given[side] = n;
   }
   const auto sum = [&](double scale_m) {
     WallSums sums;
@@ -254,14 +257,15 @@ WallHeading fit_walls(const WallParams& params, const WallPoint* points, int32_t
       sums.wrr += w * r * r;
       sums.first_m = std::min(sums.first_m, p.along_m);
       sums.last_m = std::max(sums.last_m, p.along_m);
-      ++sums.count;
+      ++sums.count[p.left];
     }
     return sums;
   };
-  double scale_m = kFirstScale_m;
+  double scale_m = kFirstScale_m, information = 0;
   for (int32_t step = 0; step < kSteps; ++step) {
     const WallSums s = sum(scale_m);
-    double information = s.waa, toward = s.wab;
+    double toward = s.wab;
+    information = s.waa;
     for (int32_t side = 0; side < 2; ++side)
       if (s.w[side] > 0) {
         information -= s.wa[side] * s.wa[side] / s.w[side];
@@ -272,17 +276,20 @@ WallHeading fit_walls(const WallParams& params, const WallPoint* points, int32_t
     for (int32_t side = 0; side < 2; ++side)
       if (s.w[side] > 0) distance[side] = (s.wb[side] + turn * s.wa[side]) / s.w[side];
     scale_m = std::max(kLastScale_m, scale_m * kShrink);
-    if (step + 1 < kSteps) continue;
-    const WallSums last = sum(scale_m);
-    const double weight = last.w[0] + last.w[1];
-    if (last.count < kFewest || last.last_m - last.first_m < kShortest_m || !(weight > 0)) return out;
-    const double scatter2 = last.wrr / weight;
-    out.offset_rad = turn;
-    out.variance = (scatter2 + kPointSigma_m * kPointSigma_m) / information;
-    out.points = last.count;
-    out.valid = scatter2 <= params.scatter_m * params.scatter_m && std::fabs(turn) <= kLargestOffset &&
-                out.variance <= kLargestSigma * kLargestSigma;
   }
+  const WallSums s = sum(scale_m);
+  const double weight = s.w[0] + s.w[1];
+  const int32_t agree = s.count[0] + s.count[1];
+  if (agree < kFewest || s.last_m - s.first_m < kShortest_m || !(weight > 0)) return out;
+  const double scatter2 = s.wrr / weight;
+  bool sides_agree = 2 * agree >= count;
+  for (int32_t side = 0; side < 2; ++side)
+    if (given[side] >= kFewest) sides_agree = sides_agree && kSideShare * s.count[side] >= given[side];
+  out.offset_rad = turn;
+  out.variance = (scatter2 + kPointSigma_m * kPointSigma_m) / information;
+  out.points = agree;
+  out.valid = sides_agree && scatter2 <= params.scatter_m * params.scatter_m && std::fabs(turn) <= kLargestOffset &&
+              out.variance <= kLargestSigma * kLargestSigma;
   return out;
 }
 

@@ -31,7 +31,8 @@ HeadingCause cause_of(const EgoPose& pose) noexcept {
           pose.yaw_rate_rps / std::max(pose.speed_mps, kSlowest_mps)};
 }
 
-double HeadingFilter::State::offset_rad(const HeadingCause& cause, int32_t sensor, int32_t sensor_count) const noexcept {
+double HeadingFilter::State::offset_rad(const HeadingCause& cause, int32_t sensor,
+                                        int32_t sensor_count) const noexcept {
   double offset = x[0] * cause.accel_mps2 + x[1] * cause.curvature_per_m;
   if (sensor >= 0) {
     offset += x[kCommon + sensor];
@@ -148,13 +149,14 @@ void HeadingFilter::add(int64_t stamp_ns, const HeadingCause& cause, const WallH
 
 const HeadingFilter::State& HeadingFilter::at(int64_t stamp_ns) const noexcept {
   int32_t place = count_;
-  while (place > 0 && (entries_[place - 1].stamp_ns >= stamp_ns ||
-                       difference_ns(stamp_ns, entries_[place - 1].stamp_ns) <= kLagNs))
+  while (place > 0 &&
+         (entries_[place - 1].stamp_ns >= stamp_ns || difference_ns(stamp_ns, entries_[place - 1].stamp_ns) <= kLagNs))
     --place;
   return place > 0 ? entries_[place - 1].after : base_;
 }
 
-bool HeadingFilter::contradicts(const State& state, const HeadingCause& cause, const WallHeading* walls) const noexcept {
+bool HeadingFilter::contradicts(const State& state, const HeadingCause& cause,
+                                const WallHeading* walls) const noexcept {
   int32_t seen = 0, against = 0;
   for (int32_t s = 0; s < sensor_count_; ++s) {
     if (!walls[s].valid) continue;

@@ -25,7 +25,7 @@
 namespace overtake {
 
 struct HeadingFilterParams {
-  double slip_sigma = 0;          // rad per m/s^2
+  double slip_sigma = 0;  // rad per m/s^2
   double lever_sigma_m = 0;
   double constant_sigma_rad = 0;  // common to all sensors
   double mounting_sigma_rad = 0;  // of each sensor

@@ -29,8 +29,8 @@ constexpr Step kSegment[] = {
 };
 static_assert(is_chain(kSegment, kGivenColumns));
 
-constexpr FrameRule kFrame[] = {rule::merge_seams,  rule::find_ego_on_map, rule::measure_walls, rule::keep_car_sized,
-                                rule::keep_nearest, rule::pose_by_two_headings};
+constexpr FrameRule kFrame[] = {rule::merge_seams,    rule::find_ego_on_map, rule::measure_walls,
+                                rule::keep_car_sized, rule::keep_nearest,    rule::pose_by_two_headings};
 
 constinit const Method kPlain = {
     .name = "plain",
