@@ -200,6 +200,7 @@ struct HeadingBench {
     reset_frame(frame);
     frame.stamp_ns = frame.first_stamp_ns = stamp_ns;
     frame.uses_map = uses_map;
+    frame.restart = restart;
     frame.ego.count = 1;
     frame.ego.poses[0] = {};
     frame.ego.poses[0].stamp_ns = stamp_ns;
@@ -218,6 +219,7 @@ struct HeadingBench {
   void learn(double left, double right) {
     for (int k = 0; k < 60; ++k) run((1000 + 50 * k) * kMs, left, right);
   }
+  bool restart = false;
   double y(int32_t i) const { return frame.measurements.row[i].y_m; }
   double heading(int32_t i) const { return frame.measurements.row[i].heading_rad; }
 };
@@ -296,4 +298,15 @@ TEST_CASE("track stage: with a method that measures no walls the published headi
   CHECK(paper.frame.ego_heading.sigma_rad == 0);
   CHECK(paper.frame.ego_heading.wall_points == 0);
   CHECK((paper.frame.flags & OVT_FLAG_EGO_HEADING) == 0);
+}
+
+TEST_CASE("track stage: after a jump of the clock back, the learned heading stays, and learning goes on") {
+  HeadingBench bench;
+  for (int k = 0; k < 60; ++k) bench.run((90'000 + 50 * k) * kMs, 1 * kDegree, 1 * kDegree);
+  bench.restart = true;
+  bench.run(900 * kMs, 1 * kDegree, 1 * kDegree);
+  bench.restart = false;
+  CHECK(bench.frame.ego_heading.offset_rad == doctest::Approx(1 * kDegree).epsilon(0.02));
+  for (int k = 0; k < 60; ++k) bench.run((1000 + 50 * k) * kMs, 1.2 * kDegree, 1.2 * kDegree);
+  CHECK(bench.frame.ego_heading.offset_rad > 1.05 * kDegree);
 }
