@@ -159,7 +159,6 @@ int32_t place_nearest(const StageContext& context, const Frame& frame, int32_t s
         scan_poses.place(offset_of(k), double(x), double(y), double(part.cluster_points.z_m[k]));
     const MapProjection place = map.project(at.ego_x_m + at.x_m, at.ego_y_m + at.y_m, hint);
     hint = place.segment;
-    if (!map.closed() && !(place.s_m > 0.0 && place.s_m < map.length_m())) continue;  // beyond its ends
     double sine, cosine;
     sin_cos_f64(place.heading_rad, sine, cosine);
     const bool left = place.d_m > 0;
