@@ -281,7 +281,7 @@ WallHeading fit_walls(const WallParams& params, const WallPoint* points, int32_t
   const int32_t agree = s.count[0] + s.count[1];
   if (agree < kFewest || s.last_m - s.first_m < kShortest_m || !(weight > 0)) return out;
   const double scatter2 = s.wrr / weight;
-  bool sides_agree = 2 * agree >= count;
+  bool sides_agree = true;
   for (int32_t side = 0; side < 2; ++side)
     if (given[side] >= kFewest) sides_agree = sides_agree && kSideShare * s.count[side] >= given[side];
   out.offset_rad = turn;

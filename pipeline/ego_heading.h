@@ -52,8 +52,7 @@ inline constexpr int32_t kMaxWallPoints = 1024;
 
 // The turn by which the points on each side have a constant distance to their bound: one distance for each side, and
 // the same turn for both. Robust (biweight, with a scale that shrinks), so gaps, cars and posts do not count. Not valid
-// if less than half of the points agree, or less than a third of a side: then the two sides contradict, or the map is of
-// another place.
+// if less than a third of a side's points agree: then the two sides contradict, or the map is of another place.
 WallHeading fit_walls(const WallParams& params, const WallPoint* points, int32_t count) noexcept;
 
 // The state turned to the left about the map's vertical axis.
