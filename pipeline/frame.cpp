@@ -91,6 +91,8 @@ void reset_frame(Frame& frame) noexcept {
   frame.gated_points = frame.gated_size = frame.gated_map = frame.gated_own = frame.gated_range = frame.lost_rows = 0;
   frame.ego_off_map_m = 0;
   frame.uses_map = false;
+  std::fill(std::begin(frame.walls), std::end(frame.walls), WallHeading());
+  frame.ego_heading = {};
   frame.ego_known = false;
   frame.ego.count = 0;
   frame.spans.reset();

@@ -6,9 +6,9 @@
 //
 //   intake     sequence, stamps, sensor_mask, kind, ego, external, sensors[s].scan, .present   (before the stages)
 //   segment    sensors[s]: everything else, but cluster_of_label                               (a task per sensor)
-//   detect     members, merged, cluster_of_label, kept, places, detections, views              (after all segments)
+//   detect     members, merged, cluster_of_label, walls, kept, places, detections, views       (after all segments)
 //   track      measurements, tracks, track_states, reference, ego_known, ego_state, tracks_ns,   (frame after frame)
-//              refiltered, lost_rows
+//              refiltered, lost_rows, ego_heading
 //
 // Intake, detect, track and finish set bits of `flags`, one after the other.
 #pragma once
@@ -24,6 +24,7 @@
 #include "core/track_table.h"
 #include "kernels/kernel_table.h"
 #include "pipeline/ego_buffer.h"
+#include "pipeline/ego_heading.h"
 #include "pipeline/method/segment_views.h"
 #include "pipeline/overtake.h"
 #include "pipeline/road/road_data.h"
@@ -99,6 +100,7 @@ struct Frame {
   int32_t gated_points = 0, gated_size = 0, gated_map = 0, gated_own = 0, gated_range = 0;
   double ego_off_map_m = 0;  // distance of the ego pose outside of the circuit, 0 inside
   bool uses_map = false;     // a map exists and the ego pose is within its margin: gate and pose may use it
+  WallHeading walls[kMaxSensors];  // by sensor
   // track
   MeasurementTable measurements;
   TrackTable tracks;                  // each state at its own stamp, from the tracker's snapshot
@@ -109,6 +111,7 @@ struct Frame {
   int32_t lost_rows = 0;   // detections or pushed rows that did not reach the tracker
   bool ego_known = false;
   EgoState ego_state;  // at stamp_ns
+  EgoHeading ego_heading;
   StageSpans spans;
   std::atomic<int64_t> started_ns{0};  // steady clock, start of the first segmentation
   std::atomic<int64_t> closed_ns{0};   // steady clock, the intake closed the frame; 0: it is open

@@ -160,6 +160,9 @@ void fill_info(const Frame& frame, int32_t sensor_count, ovt_frame_info* out) {
   out->gated_range = frame.gated_range;
   out->overflow_candidates = frame.candidate_overflow;
   out->suspect_mask = frame.suspect_mask;
+  out->ego_heading_offset_rad = frame.ego_heading.offset_rad;
+  out->ego_heading_sigma_rad = frame.ego_heading.sigma_rad;
+  out->ego_wall_points = frame.ego_heading.wall_points;
 }
 
 }  // namespace

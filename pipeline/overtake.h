@@ -140,7 +140,6 @@ typedef struct ovt_params {
   double running_ground_known_reach_m, running_ground_guess_reach_m;
   double running_ground_guess_per_m, running_ground_guess_limit_m, running_ground_guess_slope;
   double running_ground_level_reach_m, running_ground_level_slack, running_ground_foot_rad;
-
   double join_gap_m;                 /* join.gap_m                 clusters of one car */
   double join_slack_m;               /* join.slack_m */
   double join_bound_m;               /* join.bound_m */
@@ -153,6 +152,16 @@ typedef struct ovt_params {
   double pose_front_length_m;        /* pose.front_length_m */
   double pose_angle_sigma_rad;       /* pose.angle_sigma_deg       of the ego heading */
   double class_debris_m;             /* class.debris_m */
+  /* the ego heading, learned from walls; preset paper does not read them */
+  double ego_wall_length_m;          /* ego.wall_length_m */
+  double ego_wall_reach_m;           /* ego.wall_reach_m */
+  double ego_wall_scatter_m;         /* ego.wall_scatter_m */
+  double ego_wall_sigma_rad;         /* ego.wall_sigma_deg */
+  double ego_wall_memory_s;          /* ego.wall_memory_s */
+  double ego_constant_sigma_rad;     /* ego.constant_sigma_deg */
+  double ego_mounting_sigma_rad;     /* ego.mounting_sigma_deg */
+  double ego_slip_sigma_rad;         /* ego.slip_sigma_deg         per m/s^2 */
+  double ego_lever_sigma_m;          /* ego.lever_sigma_m */
 } ovt_params;
 
 typedef struct ovt_param_info {
@@ -477,7 +486,10 @@ enum {                               /* ovt_frame_info.flags */
   OVT_FLAG_WORK_LIMIT = 32768,       /* dense clutter needed more work than tracker.work_limit. Either a late frame was
                                         not used (its rows are measurements_late), or each track was compared with the
                                         nearest detections only, and the assignment is not the cheapest */
-  OVT_FLAG_CLOCK_SUSPECT = 65536     /* stamps of a source were refused (see suspect_mask) */
+  OVT_FLAG_CLOCK_SUSPECT = 65536,    /* stamps of a source were refused (see suspect_mask) */
+  OVT_FLAG_EGO_HEADING = 131072      /* ego_heading_offset_rad is not known well, because too few walls were seen so far,
+                                        or the walls of this frame contradict it. Never set if the method does not
+                                        correct the ego heading */
 };
 
 enum {                               /* ovt_frame_info.suspect_mask, besides bit s for sensor s */
@@ -512,6 +524,12 @@ typedef struct ovt_frame_info {
                                         good stamp of the source in a row (ego poses: for three frames) or a clock jump.
                                         Bit s: sensor s; OVT_SUSPECT_... */
   int32_t gated_own, gated_range;    /* preset best: clusters of the own car's points; candidates beyond gate.range_m */
+  /* Error of the ego heading (slip, a constant, noise) at stamp_ns: detections go to the map, and to the tracks, with
+     ego_yaw_rad + ego_heading_offset_rad. The pushed poses and ego_yaw_rad stay as they are. 0: preset paper, no ego
+     pose. See OVT_FLAG_EGO_HEADING */
+  double ego_heading_offset_rad;
+  double ego_heading_sigma_rad;      /* its standard deviation */
+  int32_t ego_wall_points;           /* points of walls that this frame compared with the map's bounds */
 } ovt_frame_info;
 
 /* Moves the reader to the latest finished frame. OVT_NO_FRAME when there is no newer one: the reader keeps its frame.

@@ -7,7 +7,9 @@
 #include <string>
 
 #include "kernels/kernel_table.h"
+#include "pipeline/ego_heading.h"
 #include "pipeline/overtake.h"
+#include "pipeline/track/heading_filter.h"
 #include "pipeline/track/tracker_params.h"
 
 namespace overtake {
@@ -57,6 +59,8 @@ struct DetectParams {
   JoinShardsParams join_shards;
   CarGateParams gate_cars;
   PoseByViewParams pose_by_view;
+  WallParams walls;
+  HeadingFilterParams ego_heading;
 };
 
 // "" if every value is within its limits and they are consistent; else the error, starting with the text name.

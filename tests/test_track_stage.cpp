@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "pipeline/method/methods.h"
 #include "pipeline/stages.h"
@@ -241,4 +242,145 @@ TEST_CASE("track stage: a prediction does not move the tracks to the map") {
   bench.run(1350 * kMs, 0);
   CHECK(bench.frame.reference == OVT_REFERENCE_MAP);
   CHECK(bench.frame.tracks.hits[0] == 1);
+}
+
+// ---- the corrected ego heading -------------------------------------------------------------------------------------
+
+namespace {
+
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+// A method that measures walls (plain), or one that does not. The ego vehicle stands at the origin and looks along x.
+struct HeadingBench {
+  StageContext context;
+  std::unique_ptr<TrackStage> stage;
+  Frame frame;
+
+  explicit HeadingBench(const char* method = "plain") {
+    context.method = find_method(method);
+    REQUIRE(context.method != nullptr);
+    context.sensor_count = 2;
+    context.detect.ego_heading = {0.1 * kDegree, 2, 1 * kDegree, 0.2 * kDegree, 0.06 * kDegree, 0};
+    stage = std::make_unique<TrackStage>(context, TrackerParams{});
+    FrameSizes sizes;
+    sizes.candidate_capacity = sizes.track_capacity = sizes.external_capacity = 256;
+    sizes.cluster_capacity = 16;
+    sizes.track_state_bytes = stage->tracker().state_bytes();
+    REQUIRE(build_frame(frame, sizes, default_allocator()));
+  }
+  // The walls of the two sensors show `left` and `right`; a detection of each sensor 80 m ahead.
+  void run(int64_t stamp_ns, double left, double right, HeadingSource source = HeadingSource::kVar,
+           bool uses_map = true) {
+    reset_frame(frame);
+    frame.stamp_ns = frame.first_stamp_ns = stamp_ns;
+    frame.uses_map = uses_map;
+    frame.restart = restart;
+    frame.ego.count = 1;
+    frame.ego.poses[0] = {};
+    frame.ego.poses[0].stamp_ns = stamp_ns;
+    frame.walls[0] = {true, left, 1e-9, 40};
+    frame.walls[1] = {true, right, 1e-9, 30};
+    frame.merged.count = frame.detections.count = 2;
+    for (int32_t i = 0; i < 2; ++i) {
+      frame.merged.main_sensor[i] = i;
+      DetectionTable& d = frame.detections;
+      d.cluster[i] = i, d.stamp_ns[i] = stamp_ns;
+      d.x_m[i] = 80, d.y_m[i] = 0, d.z_m[i] = 0, d.heading_rad[i] = 0.02f, d.length_m[i] = 4, d.width_m[i] = 1.8f;
+      d.heading_source[i] = int32_t(source);
+    }
+    stage->run(frame);
+  }
+  void learn(double left, double right) {
+    for (int k = 0; k < 60; ++k) run((1000 + 50 * k) * kMs, left, right);
+  }
+  bool restart = false;
+  double y(int32_t i) const { return frame.measurements.row[i].y_m; }
+  double heading(int32_t i) const { return frame.measurements.row[i].heading_rad; }
+};
+
+}  // namespace
+
+TEST_CASE("track stage: detections go to the map with the heading that the walls of their sensor gave") {
+  HeadingBench bench;
+  bench.run(900 * kMs, 1 * kDegree, 0.8 * kDegree);
+  CHECK(bench.y(0) == doctest::Approx(0).epsilon(1e-9));  // nothing learned so far
+  CHECK((bench.frame.flags & OVT_FLAG_EGO_HEADING) != 0);
+  CHECK(bench.frame.ego_heading.offset_rad == 0);
+  CHECK(bench.frame.ego_heading.sigma_rad > 0.5 * kDegree);
+  bench.learn(1 * kDegree, 0.8 * kDegree);
+  CHECK(bench.y(0) == doctest::Approx(80 * std::sin(1 * kDegree)).epsilon(0.02));
+  CHECK(bench.y(1) == doctest::Approx(80 * std::sin(0.8 * kDegree)).epsilon(0.02));
+  CHECK(bench.frame.ego_heading.offset_rad == doctest::Approx(0.9 * kDegree).epsilon(0.02));
+  CHECK(bench.frame.ego_heading.sigma_rad < 0.2 * kDegree);
+  CHECK(bench.frame.ego_heading.sigma_rad > 0.04 * kDegree);
+  CHECK(bench.frame.ego_heading.wall_points == 70);
+  CHECK((bench.frame.flags & OVT_FLAG_EGO_HEADING) == 0);
+  // What the caller pushed stays.
+  CHECK(bench.frame.ego.poses[0].yaw_rad == 0);
+  CHECK(bench.frame.ego_state.pose.yaw_rad == 0);
+}
+
+TEST_CASE("track stage: psi_VAR turns with the corrected heading; psi_REF of the map keeps the map's heading") {
+  HeadingBench bench;
+  bench.learn(1 * kDegree, 1 * kDegree);
+  CHECK(bench.heading(0) == doctest::Approx(0.02 + 1 * kDegree).epsilon(0.01));
+  bench.run(4000 * kMs, 1 * kDegree, 1 * kDegree, HeadingSource::kRef);
+  CHECK(bench.heading(0) == doctest::Approx(0.02).epsilon(1e-6));
+  CHECK(bench.y(0) == doctest::Approx(80 * std::sin(1 * kDegree)).epsilon(0.02));
+  bench.run(4050 * kMs, 1 * kDegree, 1 * kDegree, HeadingSource::kRef, false);  // then it is the ego's axis
+  CHECK(bench.heading(0) == doctest::Approx(0.02 + 1 * kDegree).epsilon(0.01));
+}
+
+TEST_CASE("track stage: walls that contradict what was learned set the flag and change nothing") {
+  HeadingBench bench;
+  bench.learn(0.5 * kDegree, 0.5 * kDegree);
+  const double before = bench.frame.ego_heading.offset_rad;
+  bench.run(4000 * kMs, 2 * kDegree, 2 * kDegree);
+  CHECK((bench.frame.flags & OVT_FLAG_EGO_HEADING) != 0);
+  bench.run(4600 * kMs, 0.5 * kDegree, 0.5 * kDegree);
+  CHECK((bench.frame.flags & OVT_FLAG_EGO_HEADING) == 0);
+  CHECK(bench.frame.ego_heading.offset_rad == doctest::Approx(before).epsilon(0.01));
+}
+
+TEST_CASE("track stage: pushed detections in the vehicle frame take the corrected heading, those in the map do not") {
+  HeadingBench bench;
+  bench.learn(1 * kDegree, 1 * kDegree);
+  for (const int32_t reference : {OVT_REFERENCE_VEHICLE, OVT_REFERENCE_MAP}) {
+    reset_frame(bench.frame);
+    bench.frame.kind = FrameKind::kExternal;
+    bench.frame.stamp_ns = 4000 * kMs;
+    bench.frame.external_reference = reference;
+    bench.frame.ego.count = 1;
+    bench.frame.ego.poses[0] = {};
+    bench.frame.ego.poses[0].stamp_ns = 4000 * kMs;
+    bench.frame.external.count = 1;
+    bench.frame.external.x_m[0] = 50, bench.frame.external.y_m[0] = 0;
+    for (double* column : {bench.frame.external.heading_rad, bench.frame.external.var_x, bench.frame.external.var_y,
+                           bench.frame.external.cov_xy})
+      column[0] = kNan;
+    bench.stage->run(bench.frame);
+    const double turned = reference == OVT_REFERENCE_VEHICLE ? 50 * std::sin(1 * kDegree) : 0;
+    CHECK(bench.y(0) == doctest::Approx(turned).epsilon(0.02));
+  }
+}
+
+TEST_CASE("track stage: with a method that measures no walls the published heading stays") {
+  HeadingBench paper("paper");
+  paper.learn(1 * kDegree, 1 * kDegree);
+  CHECK(paper.y(0) == 0);
+  CHECK(paper.frame.ego_heading.offset_rad == 0);
+  CHECK(paper.frame.ego_heading.sigma_rad == 0);
+  CHECK(paper.frame.ego_heading.wall_points == 0);
+  CHECK((paper.frame.flags & OVT_FLAG_EGO_HEADING) == 0);
+}
+
+TEST_CASE("track stage: after a jump of the clock back, the learned heading stays, and learning goes on") {
+  HeadingBench bench;
+  for (int k = 0; k < 60; ++k) bench.run((90'000 + 50 * k) * kMs, 1 * kDegree, 1 * kDegree);
+  bench.restart = true;
+  bench.run(900 * kMs, 1 * kDegree, 1 * kDegree);
+  bench.restart = false;
+  CHECK(bench.frame.ego_heading.offset_rad == doctest::Approx(1 * kDegree).epsilon(0.02));
+  for (int k = 0; k < 60; ++k) bench.run((1000 + 50 * k) * kMs, 1.2 * kDegree, 1.2 * kDegree);
+  CHECK(bench.frame.ego_heading.offset_rad > 1.05 * kDegree);
 }

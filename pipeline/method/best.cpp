@@ -28,6 +28,7 @@ constexpr FrameRule kFrame[] = {
     rule::find_ego_on_map_first,  // whether this frame may use the map
     rule::locate_clusters,        // psi_REF and the place on the circuit
     rule::join_shards,            // clusters of one car
+    rule::measure_walls,          // the ego heading, against the bounds of the circuit
     rule::keep_car_shaped,        // not of the own car, as large as a car at most
     rule::keep_inside_bounds,     // and with its centre on the circuit
     rule::keep_in_range,          // and near

@@ -41,6 +41,13 @@ inline constexpr FrameRule keep_on_circuit = {.name = "keep_on_circuit",
 inline constexpr FrameRule keep_nearest = {
     .name = "keep_nearest", .stage = OVT_STAGE_GATE, .reads = columns(), .params = "", .run = &overtake::keep_nearest};
 
+// The track stage corrects the ego heading if the method has this rule.
+inline constexpr FrameRule measure_walls = {.name = "measure_walls",
+                                            .stage = OVT_STAGE_GATE,
+                                            .reads = columns(scan, clusters, cluster_points),
+                                            .params = "ego",
+                                            .run = &overtake::measure_walls};
+
 inline constexpr FrameRule pose_by_two_headings = {.name = "pose_by_two_headings",
                                                    .stage = OVT_STAGE_POSE,
                                                    .reads = columns(clusters, cluster_points),

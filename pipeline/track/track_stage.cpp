@@ -3,6 +3,7 @@
 #include "pipeline/track/track_stage.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/math.h"
 #include "pipeline/stages.h"
@@ -21,6 +22,10 @@ double ego_variance(const EgoState& ego) noexcept {
   const double sigma = 0.5 * kMaxAcceleration * age * age;
   return sigma * sigma;
 }
+
+// Of the corrected ego heading, besides the covariance of what was learned.
+constexpr double kModelSigma = 9e-4;    // rad: 0.05 deg
+constexpr double kUnknownSigma = 5e-3;  // rad: 0.3 deg, as large as the error of the published heading
 
 // Transforms a measurement at height z_m from the vehicle frame to the map: position, heading and covariance.
 void turn_to_map(const EgoState& ego, double z_m, Measurement& z) noexcept {
@@ -48,7 +53,37 @@ void widen(const TrackerParams& params, double variance, Measurement& z) noexcep
 }  // namespace
 
 TrackStage::TrackStage(const StageContext& context, const TrackerParams& params, const Allocator& allocator)
-    : context_(context), params_(params), tracker_(context.method->make_tracker(params, context.map, allocator)) {}
+    : context_(context), params_(params), tracker_(context.method->make_tracker(params, context.map, allocator)) {
+  const auto& rules = context.method->frame;
+  if (std::any_of(rules.begin(), rules.end(), [](const FrameRule& rule) { return rule.run == &measure_walls; }))
+    heading_ = std::make_unique<HeadingFilter>(context.detect.ego_heading, context.sensor_count, allocator);
+}
+
+// Finds the correction for this frame, then gives the frame's walls to the filter.
+void TrackStage::correct_heading(Frame& frame) noexcept {
+  if (!heading_) return;
+  corrected_.count = 0;
+  if (!frame.ego_known) return;
+  const int32_t sensors = heading_->sensor_count();
+  const HeadingCause cause = cause_of(frame.ego_state.pose);
+  if (frame.kind == FrameKind::kScans && !frame.failed) heading_->add(frame.stamp_ns, cause, frame.walls);
+  learned_ = heading_->at(frame.stamp_ns);
+  smooth_headings(frame.ego, corrected_);
+  for (int32_t i = 0; i < corrected_.count; ++i) {
+    EgoPose& pose = corrected_.poses[i];
+    pose.yaw_rad = wrap_angle(pose.yaw_rad + learned_.offset_rad(cause_of(pose), HeadingFilter::kNoConstant, sensors));
+  }
+  EgoState ego;
+  corrected_.at(frame.stamp_ns, ego);
+  const double constant = learned_.offset_rad({}, HeadingFilter::kMean, sensors);
+  EgoHeading& out = frame.ego_heading;
+  out.offset_rad = wrap_angle(ego.pose.yaw_rad - frame.ego_state.pose.yaw_rad + constant);
+  out.sigma_rad = std::sqrt(learned_.variance(cause, HeadingFilter::kMean, sensors) + kModelSigma * kModelSigma);
+  for (const WallHeading& walls : frame.walls)
+    if (walls.valid) out.wall_points += walls.points;
+  if (out.sigma_rad > kUnknownSigma || heading_->contradicts(learned_, cause, frame.walls))
+    frame.flags |= OVT_FLAG_EGO_HEADING;
+}
 
 void TrackStage::measure_detections(Frame& frame) const noexcept {
   const DetectionTable& in = frame.detections;
@@ -70,7 +105,18 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
       z_m = double(views.road_z_m[i]);
     }
     if (reference_ == OVT_REFERENCE_MAP && frame.ego.at(in.stamp_ns[i], ego)) {
-      turn_to_map(ego, z_m, z);
+      if (heading_) {
+        EgoState corrected;
+        corrected_.at(in.stamp_ns[i], corrected);
+        const int32_t sensor = frame.merged.main_sensor[in.cluster[i]];
+        corrected = turned(corrected, learned_.offset_rad({}, sensor, heading_->sensor_count()));
+        const bool by_map = frame.uses_map && in.heading_source[i] == int32_t(HeadingSource::kRef);
+        const double heading_rad = (by_map ? ego : corrected).heading_to_map(z.heading_rad);
+        turn_to_map(corrected, z_m, z);
+        z.heading_rad = heading_rad;
+      } else {
+        turn_to_map(ego, z_m, z);
+      }
       widen(params_, ego_variance(ego), z);
     }
   }
@@ -81,6 +127,7 @@ void TrackStage::measure_external(Frame& frame) const noexcept {
   frame.measurements.count = in.count;
   const bool turn = frame.external_reference == OVT_REFERENCE_VEHICLE && reference_ == OVT_REFERENCE_MAP;
   const double variance = turn ? ego_variance(frame.ego_state) : 0.0;
+  const EgoState ego = heading_ && turn ? turned(frame.ego_state, frame.ego_heading.offset_rad) : frame.ego_state;
   for (int32_t i = 0; i < in.count; ++i) {
     Measurement& z = frame.measurements.row[i];
     const bool variances_alone = in.var_x[i] == in.var_x[i] && in.cov_xy[i] != in.cov_xy[i];  // then cov_xy is 0
@@ -91,7 +138,7 @@ void TrackStage::measure_external(Frame& frame) const noexcept {
          .cov_xy = variances_alone ? 0.0 : in.cov_xy[i],
          .heading_rad = in.heading_rad[i],
          .stamp_ns = frame.stamp_ns};
-    if (turn) turn_to_map(frame.ego_state, 0.0, z);
+    if (turn) turn_to_map(ego, 0.0, z);
     widen(params_, variance, z);
   }
 }
@@ -180,12 +227,14 @@ void TrackStage::run(Frame& frame) noexcept {
   clock.begin(OVT_STAGE_TRACK);
   if (frame.restart) {
     tracker_->restart();
+    if (heading_) heading_->restart();
     newest_ns_ = INT64_MIN;
   }
   if (frame.kind != FrameKind::kPrediction) newest_ns_ = std::max(newest_ns_, frame.stamp_ns);
   frame.tracks_ns = frame.kind == FrameKind::kPrediction ? frame.stamp_ns : newest_ns_;
   frame.ego_known = frame.ego.at(frame.stamp_ns, frame.ego_state);
   choose_reference(frame);
+  correct_heading(frame);
   StepResult result;
   if (may_measure(frame))
     result = step(frame);

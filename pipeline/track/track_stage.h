@@ -15,12 +15,17 @@
 //   pushed, map             known or not            map          measure, step
 //   prediction              known or not            as they are  predict
 //   detect threw            known or not            as above     predict
+//
+// If the method measures walls, rows go from the vehicle frame to the map with the corrected ego heading. An old ego
+// pose widens their variance as before. psi_REF of the map came to the vehicle frame with the published heading, so it
+// goes back with that one.
 #pragma once
 
 #include <memory>
 
 #include "pipeline/frame.h"
 #include "pipeline/track/frame_tracker.h"
+#include "pipeline/track/heading_filter.h"
 
 namespace overtake {
 
@@ -31,13 +36,14 @@ class TrackStage {
   // Throws std::bad_alloc when the allocator has no memory.
   TrackStage(const StageContext& context, const TrackerParams& params,
              const Allocator& allocator = default_allocator());
-  //   reads  detections or external, ego   writes  measurements, tracks, track_states, reference,
-  //   ego_known, ego_state, tracks_ns, refiltered, lost_rows, flags
+  //   reads  detections or external, ego, walls   writes  measurements, tracks, track_states, reference,
+  //   ego_known, ego_state, ego_heading, tracks_ns, refiltered, lost_rows, flags
   void run(Frame& frame) noexcept;
   FrameTracker& tracker() noexcept { return *tracker_; }
 
  private:
   void choose_reference(Frame& frame) noexcept;
+  void correct_heading(Frame& frame) noexcept;
   bool may_measure(Frame& frame) const noexcept;
   void measure_detections(Frame& frame) const noexcept;
   void measure_external(Frame& frame) const noexcept;
@@ -48,6 +54,9 @@ class TrackStage {
   const StageContext& context_;
   TrackerParams params_;
   std::unique_ptr<FrameTracker> tracker_;
+  std::unique_ptr<HeadingFilter> heading_;  // null: the method measures no walls
+  EgoWindow corrected_;                     // of the frame under way: poses with corrected headings, without constants
+  HeadingFilter::State learned_{};          // of the frame under way
   int32_t reference_ = OVT_REFERENCE_VEHICLE;
   int64_t newest_ns_ = INT64_MIN;  // of the frames run so far
 };

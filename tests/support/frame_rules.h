@@ -49,6 +49,10 @@ inline const char* find_broken_info(const ovt_frame_info& info, int32_t sensor_c
   OVT_RULE(std::isfinite(info.ego_yaw_rad) && std::isfinite(info.ego_speed_mps));
   if (!info.ego_known)
     OVT_RULE(info.ego_x_m == 0 && info.ego_y_m == 0 && info.ego_yaw_rad == 0 && info.ego_speed_mps == 0);
+  OVT_RULE(std::fabs(info.ego_heading_offset_rad) <= 3.15 && info.ego_heading_sigma_rad >= 0);
+  OVT_RULE(std::isfinite(info.ego_heading_sigma_rad) && info.ego_wall_points >= 0);
+  if (!info.ego_known) OVT_RULE(info.ego_heading_offset_rad == 0 && info.ego_heading_sigma_rad == 0);
+  OVT_RULE(info.ego_heading_sigma_rad > 0 || (info.flags & OVT_FLAG_EGO_HEADING) == 0);
   OVT_RULE(info.ego_off_map_m >= 0 && info.ego_off_map_m <= 1e9);
   OVT_RULE(((info.flags & OVT_FLAG_NO_MAP) == 0) == def_map);
   if (!def_map) OVT_RULE(info.ego_off_map_m == 0 && (info.flags & OVT_FLAG_EGO_OFF_MAP) == 0);

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A method for tests, `plain`: every pixel less than 30 cm above the road is ground; no angles, no smoothing, no
-// repair, no map gate, and another tracker. It shows that a method needs only its own files and one line in
-// tests/CMakeLists.txt, and that the guarantees of a detector do not depend on the method.
+// repair, no map gate, the ego heading by walls, and another tracker. It shows that a method needs only its own files
+// and one line in tests/CMakeLists.txt, and that the guarantees of a detector do not depend on the method.
 #include "pipeline/method/frame_rules.h"
 #include "pipeline/method/methods.h"
 #include "pipeline/method/steps.h"
@@ -29,8 +29,8 @@ constexpr Step kSegment[] = {
 };
 static_assert(is_chain(kSegment, kGivenColumns));
 
-constexpr FrameRule kFrame[] = {rule::merge_seams, rule::find_ego_on_map, rule::keep_car_sized, rule::keep_nearest,
-                                rule::pose_by_two_headings};
+constexpr FrameRule kFrame[] = {rule::merge_seams,    rule::find_ego_on_map, rule::measure_walls,
+                                rule::keep_car_sized, rule::keep_nearest,    rule::pose_by_two_headings};
 
 constinit const Method kPlain = {
     .name = "plain",

@@ -1,0 +1,321 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/ego_heading.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/math.h"
+#include "pipeline/stages.h"
+
+namespace overtake {
+namespace {
+
+constexpr double kLargestOffset = 0.05;  // rad: beyond it the walls do not fit this map
+
+// ---- headings over time --------------------------------------------------------------------------------------------
+
+constexpr double kLargestScatter = 0.01;  // rad, root mean square: the headings are not a line
+
+// ---- points of walls -----------------------------------------------------------------------------------------------
+
+constexpr int32_t kDirections = 720;  // of a full turn, about half a degree each
+constexpr int32_t kMostRead = 4096;   // points of one sensor
+constexpr float kSpacing_m = 1.5f;    // of the points that are projected on the map
+constexpr float kFar_m = 1e6f;
+constexpr double kBin_m = 2.0;     // of the distance along the track
+constexpr int32_t kMaxBins = 512;  // of one side
+constexpr double kInside_m = 2.5;  // a wall appears this far inside its bound at most: an error of 1.4 deg at 100 m
+constexpr double kOutside_m = 30.0;
+
+static_assert(2 * kMaxBins <= kMaxWallPoints);
+
+struct Nearest {
+  float range2 = 0;
+  int32_t row = -1;  // in ClusterPointTable
+};
+
+// A direction around the sensor as an index; the steps are not equal angles, but this needs no arc tangent.
+int32_t direction_of(float x, float y) noexcept {
+  const float q = x / (abs_of(x) + abs_of(y));
+  const float turn = y >= 0.0f ? 1.0f - q : 3.0f + q;  // 0 to 4
+  return std::clamp(int32_t(turn * (float(kDirections) * 0.25f)), 0, kDirections - 1);
+}
+
+// Ego poses during a scan, every kStepNs; between two of them the matrix is linear.
+class ScanPoses {
+ public:
+  // False: the pose is unknown at a part of the scan.
+  bool build(const EgoWindow& poses, int64_t stamp_ns, int32_t last_offset_ns) noexcept {
+    count_ = std::min(last_offset_ns / kStepNs + 2, kMost);
+    for (int32_t k = 0; k < count_; ++k) {
+      EgoState ego;
+      if (!poses.at(stamp_ns + int64_t(k) * kStepNs, ego) || ego.age_ns > kEgoFreshNs) return false;
+      std::copy_n(ego.r, 6, knots_[k]);
+      knots_[k][6] = ego.pose.x_m;
+      knots_[k][7] = ego.pose.y_m;
+    }
+    return true;
+  }
+  // Place in the map, relative to the ego vehicle at the point's time, and the vehicle's place.
+  struct Placed {
+    double x_m, y_m, ego_x_m, ego_y_m;
+  };
+  Placed place(int32_t offset_ns, double x, double y, double z) const noexcept {
+    const int32_t k = std::clamp(offset_ns / kStepNs, 0, count_ - 2);
+    const double u = double(offset_ns - k * kStepNs) / double(kStepNs);
+    double m[8];
+    for (int32_t i = 0; i < 8; ++i) m[i] = knots_[k][i] + u * (knots_[k + 1][i] - knots_[k][i]);
+    return {m[0] * x + m[1] * y + m[2] * z, m[3] * x + m[4] * y + m[5] * z, m[6], m[7]};
+  }
+
+ private:
+  static constexpr int32_t kStepNs = 10'000'000, kMost = 32;
+  int32_t count_ = 0;
+  double knots_[kMost][8];
+};
+
+// The innermost point of each bin along the track, on both sides.
+class WallBins {
+ public:
+  explicit WallBins(double reach_m) noexcept
+      : reach_m_(std::min(reach_m, 0.5 * kBin_m * kMaxBins)), bins_(int32_t(2.0 * reach_m_ / kBin_m)) {
+    for (auto& side : beyond_m_) std::fill_n(side, bins_, kEmpty);
+  }
+  void add(const WallPoint& p) noexcept {
+    if (!(p.beyond_m >= -kInside_m && p.beyond_m <= kOutside_m && std::fabs(p.along_m) < reach_m_)) return;
+    const int32_t bin = std::min(int32_t((p.along_m + reach_m_) / kBin_m), bins_ - 1);
+    if (!(p.beyond_m < beyond_m_[p.left][bin])) return;
+    beyond_m_[p.left][bin] = p.beyond_m;
+    along_m_[p.left][bin] = p.along_m;
+  }
+  int32_t list(WallPoint* out) const noexcept {
+    int32_t count = 0;
+    for (int32_t side = 0; side < 2; ++side)
+      for (int32_t i = 0; i < bins_; ++i)
+        if (beyond_m_[side][i] < kEmpty) out[count++] = {along_m_[side][i], beyond_m_[side][i], side == 1};
+    return count;
+  }
+
+ private:
+  static constexpr double kEmpty = 1e9;
+  double reach_m_;
+  int32_t bins_;
+  double beyond_m_[2][kMaxBins], along_m_[2][kMaxBins];
+};
+
+// The nearest wall point of each direction from a sensor. Reads every n-th point, so that a scan has a limited cost.
+void find_nearest(const StageContext& context, const Frame& frame, int32_t sensor, Nearest* nearest) noexcept {
+  const SensorPart& part = frame.sensors[sensor];
+  const FrameClusterTable& merged = frame.merged;
+  const float* const origin_m = context.sensors[sensor].T_vehicle_sensor.t;
+  const auto for_each_wall = [&](auto&& f) {
+    for (int32_t m = 0; m < frame.members.count; ++m) {
+      const int32_t row = frame.members.merged[m];
+      if (frame.members.sensor[m] != sensor || row < 0) continue;
+      const float dx = merged.max_x_m[row] - merged.min_x_m[row], dy = merged.max_y_m[row] - merged.min_y_m[row];
+      if (std::max(dx, dy) > context.detect.walls.length_m) f(frame.members.cluster[m]);
+    }
+  };
+  int32_t total = 0;
+  for_each_wall([&](int32_t cluster) { total += part.clusters.point_count[cluster]; });
+  const int32_t step = std::max(1, (total + kMostRead - 1) / kMostRead);
+  for_each_wall([&](int32_t cluster) {
+    const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
+    for (int32_t k = begin; k < end; k += step) {
+      const float x = part.cluster_points.x_m[k] - origin_m[0], y = part.cluster_points.y_m[k] - origin_m[1];
+      const float range2 = x * x + y * y;
+      if (!(range2 > 0.0f)) continue;
+      Nearest& best = nearest[direction_of(x, y)];
+      if (best.row < 0 || range2 < best.range2) best = {range2, k};
+    }
+  });
+}
+
+// Places these points against the bounds, at most one for each kSpacing_m and one for each bin along the track. Returns
+// their number.
+int32_t place_nearest(const StageContext& context, const Frame& frame, int32_t sensor, const EgoWindow& poses,
+                      const Nearest* nearest, WallPoint* out) noexcept {
+  const SensorPart& part = frame.sensors[sensor];
+  const CircuitMap& map = *context.map;
+  const auto offset_of = [&](int32_t row) { return part.scan.time_offset_ns[part.cluster_points.point[row]]; };
+  int32_t last_ns = -1;
+  for (int32_t i = 0; i < kDirections; ++i)
+    if (nearest[i].row >= 0) last_ns = std::max(last_ns, offset_of(nearest[i].row));
+  ScanPoses scan_poses;
+  if (last_ns < 0 || !scan_poses.build(poses, part.stamp_ns, last_ns)) return 0;
+  WallBins bins(context.detect.walls.reach_m);
+  int32_t hint = -1;
+  float last_x_m = kFar_m, last_y_m = kFar_m;
+  for (int32_t i = 0; i < kDirections; ++i) {
+    const int32_t k = nearest[i].row;
+    if (k < 0) continue;
+    const float x = part.cluster_points.x_m[k], y = part.cluster_points.y_m[k];
+    const float dx = x - last_x_m, dy = y - last_y_m;
+    if (dx * dx + dy * dy < kSpacing_m * kSpacing_m) continue;
+    last_x_m = x;
+    last_y_m = y;
+    const ScanPoses::Placed at =
+        scan_poses.place(offset_of(k), double(x), double(y), double(part.cluster_points.z_m[k]));
+    const MapProjection place = map.project(at.ego_x_m + at.x_m, at.ego_y_m + at.y_m, hint);
+    hint = place.segment;
+    double sine, cosine;
+    sin_cos_f64(place.heading_rad, sine, cosine);
+    const bool left = place.d_m > 0;
+    bins.add({at.x_m * cosine + at.y_m * sine, left ? place.d_m - place.width_left_m : -place.d_m - place.width_right_m,
+              left});
+  }
+  return bins.list(out);
+}
+
+// ---- fit -----------------------------------------------------------------------------------------------------------
+
+constexpr double kFirstScale_m = 1.6, kLastScale_m = 0.1, kShrink = 0.7;  // of the biweight: 3 scales
+constexpr int32_t kSteps = 12;
+constexpr int32_t kFewest = 12;          // points that agree
+constexpr int32_t kSideShare = 3;        // a third of a side's points must agree
+constexpr double kShortest_m = 30.0;     // distance along the track between the first and the last of them
+constexpr double kPointSigma_m = 0.02;   // of a wall's own shape
+constexpr double kLargestSigma = 0.005;  // rad
+
+double median_of(double* values, int32_t count) noexcept {
+  std::nth_element(values, values + count / 2, values + count);
+  return values[count / 2];
+}
+
+// Weighted sums over the points that agree with the last turn and distances.
+struct WallSums {
+  double w[2] = {}, wa[2] = {}, wb[2] = {}, waa = 0, wab = 0, wrr = 0;
+  double first_m = 1e9, last_m = -1e9;
+  int32_t count[2] = {};
+};
+
+}  // namespace
+
+void smooth_headings(const EgoWindow& in, EgoWindow& out) noexcept {
+  out.count = in.count;
+  std::copy_n(in.poses, in.count, out.poses);
+  const int32_t n = in.count;
+  if (n < 3) return;
+  // y: heading without the turn by the yaw rates, since the first pose.
+  double st = 0, stt = 0, sy = 0, sty = 0, turn = 0;
+  double t[EgoWindow::kCapacity], y[EgoWindow::kCapacity], by_rate[EgoWindow::kCapacity];
+  for (int32_t i = 0; i < n; ++i) {
+    const EgoPose &first = in.poses[0], &at = in.poses[i], &before = in.poses[i > 0 ? i - 1 : 0];
+    t[i] = double(at.stamp_ns - first.stamp_ns) * 1e-9;
+    if (i > 0) turn += 0.5 * (at.yaw_rate_rps + before.yaw_rate_rps) * (t[i] - t[i - 1]);
+    by_rate[i] = turn;
+    y[i] = wrap_angle(at.yaw_rad - first.yaw_rad - turn);
+    st += t[i];
+    stt += t[i] * t[i];
+    sy += y[i];
+    sty += t[i] * y[i];
+  }
+  const double spread = double(n) * stt - st * st;
+  if (!(spread > 0)) return;
+  const double slope = (double(n) * sty - st * sy) / spread, start = (sy - slope * st) / double(n);
+  double rss = 0;
+  for (int32_t i = 0; i < n; ++i) {
+    const double r = y[i] - start - slope * t[i];
+    rss += r * r;
+  }
+  if (!(rss <= double(n) * kLargestScatter * kLargestScatter)) return;
+  for (int32_t i = 0; i < n; ++i)
+    out.poses[i].yaw_rad = wrap_angle(in.poses[0].yaw_rad + start + slope * t[i] + by_rate[i]);
+}
+
+// A turn of the ego heading by `turn` moves a point to the left by along_m * turn, so it moves away from the left bound
+// and towards the right one: beyond + along * turn (left) and beyond - along * turn (right) are constant.
+WallHeading fit_walls(const WallParams& params, const WallPoint* points, int32_t count) noexcept {
+  WallHeading out;
+  if (count < kFewest || count > kMaxWallPoints) return out;
+  double distance[2] = {0, 0}, turn = 0, scratch[kMaxWallPoints];
+  int32_t given[2];
+  for (int32_t side = 0; side < 2; ++side) {
+    int32_t n = 0;
+    for (int32_t i = 0; i < count; ++i)
+      if (points[i].left == (side == 1)) scratch[n++] = points[i].beyond_m;
+    if (n > 0) distance[side] = median_of(scratch, n);
+    given[side] = n;
+  }
+  const auto sum = [&](double scale_m) {
+    WallSums sums;
+    const double limit = 3.0 * scale_m;
+    for (int32_t i = 0; i < count; ++i) {
+      const WallPoint& p = points[i];
+      const double a = p.left ? p.along_m : -p.along_m;
+      const double r = p.beyond_m + a * turn - distance[p.left];
+      const double u = (r / limit) * (r / limit);
+      if (!(u < 1.0)) continue;
+      const double w = (1.0 - u) * (1.0 - u);
+      sums.w[p.left] += w;
+      sums.wa[p.left] += w * a;
+      sums.wb[p.left] += w * p.beyond_m;
+      sums.waa += w * a * a;
+      sums.wab += w * a * p.beyond_m;
+      sums.wrr += w * r * r;
+      sums.first_m = std::min(sums.first_m, p.along_m);
+      sums.last_m = std::max(sums.last_m, p.along_m);
+      ++sums.count[p.left];
+    }
+    return sums;
+  };
+  double scale_m = kFirstScale_m, information = 0;
+  for (int32_t step = 0; step < kSteps; ++step) {
+    const WallSums s = sum(scale_m);
+    double toward = s.wab;
+    information = s.waa;
+    for (int32_t side = 0; side < 2; ++side)
+      if (s.w[side] > 0) {
+        information -= s.wa[side] * s.wa[side] / s.w[side];
+        toward -= s.wa[side] * s.wb[side] / s.w[side];
+      }
+    if (!(information > 1e-6)) return out;
+    turn = -toward / information;
+    for (int32_t side = 0; side < 2; ++side)
+      if (s.w[side] > 0) distance[side] = (s.wb[side] + turn * s.wa[side]) / s.w[side];
+    scale_m = std::max(kLastScale_m, scale_m * kShrink);
+  }
+  const WallSums s = sum(scale_m);
+  const double weight = s.w[0] + s.w[1];
+  const int32_t agree = s.count[0] + s.count[1];
+  if (agree < kFewest || s.last_m - s.first_m < kShortest_m || !(weight > 0)) return out;
+  const double scatter2 = s.wrr / weight;
+  bool sides_agree = true;
+  for (int32_t side = 0; side < 2; ++side)
+    if (given[side] >= kFewest) sides_agree = sides_agree && kSideShare * s.count[side] >= given[side];
+  out.offset_rad = turn;
+  out.variance = (scatter2 + kPointSigma_m * kPointSigma_m) / information;
+  out.points = agree;
+  out.valid = sides_agree && scatter2 <= params.scatter_m * params.scatter_m && std::fabs(turn) <= kLargestOffset &&
+              out.variance <= kLargestSigma * kLargestSigma;
+  return out;
+}
+
+void measure_walls(const StageContext& context, Frame& frame) noexcept {
+  for (WallHeading& walls : frame.walls) walls = {};
+  if (!frame.uses_map) return;
+  EgoWindow poses;
+  smooth_headings(frame.ego, poses);
+  for (int32_t s = 0; s < context.sensor_count; ++s) {
+    if (!frame.sensors[s].present) continue;
+    Nearest nearest[kDirections];
+    find_nearest(context, frame, s, nearest);
+    WallPoint points[kMaxWallPoints];
+    frame.walls[s] = fit_walls(context.detect.walls, points, place_nearest(context, frame, s, poses, nearest, points));
+  }
+}
+
+EgoState turned(const EgoState& state, double angle_rad) noexcept {
+  EgoState out = state;
+  double s, c;
+  sin_cos_f64(angle_rad, s, c);
+  for (int32_t i = 0; i < 3; ++i) {
+    out.r[i] = c * state.r[i] - s * state.r[3 + i];
+    out.r[3 + i] = s * state.r[i] + c * state.r[3 + i];
+  }
+  out.pose.yaw_rad = wrap_angle(state.pose.yaw_rad + angle_rad);
+  return out;
+}
+
+}  // namespace overtake
