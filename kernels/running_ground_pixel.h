@@ -46,7 +46,7 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
                                          M below, GroundState<V>& s) {
   constexpr float kLeastReach_m = 0.5f;                               // of the slope
   constexpr float kSteepest = 0.45f, kFall = -0.6f, kDrop_m = -0.3f;  // of what moves the ground
-  constexpr float kFoot_m = 0.02f;  // lower pixels are road
+  constexpr float kFoot_m = 0.0f;  // lower pixels are road
   const V zero(0.0f);
   const V height = z - road_z, ahead = distance - s.distance, run = max_of(ahead, zero), rise = height - s.height;
   const V above = rise - s.slope * run;
