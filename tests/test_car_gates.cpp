@@ -105,7 +105,7 @@ TEST_CASE("car gates: without a map, and with the ego vehicle far off it, no can
 }
 
 TEST_CASE("car gates: beyond the end of an open circuit nothing is on it") {
-  for (const double ego_x_m : {370.0, 390.0}) {
+  for (const double ego_x_m : {370.0, 381.0, 390.0}) {
     CAPTURE(ego_x_m);
     RulesBench bench;  // the circuit ends at 400 m
     bench.frame.ego.poses[0].x_m = ego_x_m;
