@@ -172,7 +172,7 @@ typedef struct ovt_param_info {
   double value_default, value_min, value_max;   /* in the unit of the text form; default of preset "paper" */
 } ovt_param_info;
 
-OVT_API ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* preset);   /* "paper" */
+OVT_API ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* preset);   /* "paper", "best" */
 /* Names of the presets, "paper" first. NULL when index is not smaller than their number. */
 OVT_API const char* ovt_preset_name(int32_t index);
 OVT_API int32_t ovt_param_count(void);
