@@ -58,11 +58,12 @@ bool find_height(const RoadData& road, const Line& line, float x, float y, int32
   station = k;
   if (!road.known[k] || !road.known[k + 1]) return false;
   t = max_of(min_of(t, 1.0f), 0.0f);
-  const float d = (line.dx[k] * (y - line.y[k]) - line.dy[k] * (x - line.x[k])) * float(std::sqrt(line.per_m2[k]));
+  const float d =
+      (line.dx[k] * (y - line.y[k]) - line.dy[k] * (x - line.x[k])) * float(std::sqrt(line.per_m2[k]));
   const float slope = mix(road.cross_slope[k], road.cross_slope[k + 1], t);
   const float left = mix(line.left[k], line.left[k + 1], t), right = mix(line.right[k], line.right[k + 1], t);
-  const float reach =
-      max_of(min_of(d, left + (slope < 0.0f ? kOuterReach_m : 0.0f)), -right - (slope > 0.0f ? kOuterReach_m : 0.0f));
+  const float reach = max_of(min_of(d, left + (slope < 0.0f ? kOuterReach_m : 0.0f)),
+                             -right - (slope > 0.0f ? kOuterReach_m : 0.0f));
   height_m = mix(road.height_m[k], road.height_m[k + 1], t) - reach * slope;
   return true;
 }
@@ -81,8 +82,8 @@ struct Ray {
 };
 
 // False: a station on the way is not known.
-bool sample_known(const RoadData& road, const Line& line, const Axes& axes, float cosine, float sine, float origin_m,
-                  Ray& ray) noexcept {
+bool sample_known(const RoadData& road, const Line& line, const Axes& axes, float cosine, float sine,
+                  float origin_m, Ray& ray) noexcept {
   const float *r = axes.map, *m = axes.mounting.r, *t = axes.mounting.t;
   int32_t station = RoadData::kStations / 2;
   float sensor_z = -t[2], vehicle_z = 0.0f, last_z = 0.0f;
