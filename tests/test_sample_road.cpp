@@ -12,6 +12,8 @@
 
 #include "pipeline/road/height_profile.h"
 #include "tests/support/circle_road.h"
+#include "tests/support/images.h"
+#include "tests/support/paper_params.h"
 
 namespace overtake {
 namespace {
@@ -36,13 +38,22 @@ SensorModel make_sensor(const Mounting& m, int32_t cols = 857, bool wraps = fals
   return sensor;
 }
 
+struct Scan {
+  explicit Scan(const SensorModel& sensor) : range(sensor.rows, sensor.cols), elevation(sensor.rows, sensor.cols) {
+    range.fill(kNoReturn), elevation.fill(0.0f);
+  }
+  test::OwnedPlane<float> range, elevation;
+};
+
 struct Sampled {
-  Sampled(const RoadData& road, const SensorModel& of) : sensor(of), rays(count_rays(of.cols)) {
+  Sampled(const RoadData& road, const SensorModel& of) : Sampled(road, of, Scan(of)) {}
+  Sampled(const RoadData& road, const SensorModel& of, Scan scan) : sensor(of), rays(count_rays(of.cols)) {
     const std::size_t nodes = std::size_t(rays * kNodes);
     // One guard value behind each column.
     offset_m.assign(nodes + 1, kGuard), slope.assign(nodes + 1, kGuard);
     level_slope.assign(std::size_t(rays) + 1, kGuard), known.assign(std::size_t(rays) + 1, kGuard);
-    sample_road(road, sensor, {offset_m.data(), slope.data(), level_slope.data(), known.data()});
+    sample_road(test::paper_params(sensor).running_ground, road, sensor, scan.range, scan.elevation,
+                {offset_m.data(), slope.data(), level_slope.data(), known.data()});
     for (const auto* column : {&offset_m, &slope, &level_slope, &known}) {
       CHECK(column->back() == kGuard);
       bool written = true;
@@ -248,35 +259,110 @@ TEST_CASE("sample_road: unknown heights: a ray to one nearer than 100 m is a gue
   CHECK(near.known[0] == 1.0f);  // to the left it leaves the road at the stations around the vehicle
 }
 
-TEST_CASE("sample_road: a guess is the parabola of a banked turn, straight from 100 m on") {
+// A scan of the surface z(x, y) in the vehicle frame, up to 90 m: rows from 0.05 rad down to -0.3 rad. A box of 1 m
+// height, 2 m across and any length stands at box_x_m on the lane.
+template <class Surface>
+Scan scan_of(const SensorModel& sensor, Surface&& surface, double box_x_m = 1e9) {
+  Scan scan(sensor);
+  const Transform& m = sensor.T_vehicle_sensor;
+  for (int32_t r = 0; r < sensor.rows; ++r)
+    for (int32_t c = 0; c < sensor.cols; ++c) {
+      const double up = 0.05 - 0.35 * std::pow(double(r) / (sensor.rows - 1), 2.0);
+      const double azimuth = double(sensor.azimuth_left_rad) - (c + 0.5) * double(sensor.pitch_rad);
+      const double beam[3] = {std::cos(up) * std::cos(azimuth), std::cos(up) * std::sin(azimuth), std::sin(up)};
+      const auto above = [&](double range) {
+        double v[3];
+        for (int32_t i = 0; i < 3; ++i) {
+          v[i] = double(m.t[i]);
+          for (int32_t j = 0; j < 3; ++j) v[i] += double(m.r[3 * i + j]) * beam[j] * range;
+        }
+        const bool box = v[0] > box_x_m && v[0] < box_x_m + 5.0 && std::fabs(v[1]) < 1.0;
+        return v[2] - surface(v[0], v[1]) - (box ? 1.0 : 0.0);
+      };
+      double range = 0.5;
+      while (range < 90.0 && above(range) > 0.0) range += 0.02;
+      scan.elevation.at(r, c) = float(up);
+      scan.range.at(r, c) = range < 90.0 ? float(range) : kNoReturn;
+    }
+  return scan;
+}
+
+// A vehicle in a left turn of 400 m, with a yaw rate but no map.
+RoadData turning_without_map() {
   RoadData data;
   data.has_pose = true;
   data.ego.pose.speed_mps = 70.0;
-  data.ego.pose.yaw_rate_rps = 0.175;  // a left turn of 400 m
-  data.ego.pose.roll_rad = -0.3;       // the right side is higher
-  const double bend = 0.5 / 400.0 * std::sin(0.3);
-  for (const Mounting& mounting : kMountings) {
-    const SensorModel sensor = make_sensor(mounting);
-    const Sampled sampled(data, sensor);
-    CHECK(sampled.known_count() == 0);
-    for (int32_t k = 0; k < sampled.rays; k += 5)
-      for (int32_t node = 0; node < kNodes; ++node) {
-        const double distance = double(node_distance_m(node)), a = sampled.azimuth(k);
-        const Transform& m = sensor.T_vehicle_sensor;
-        const double x = distance * std::cos(a), y = distance * std::sin(a);
-        const double forward = std::fabs(double(m.r[0]) * x + double(m.r[1]) * y + double(m.t[0]));
-        const double up = forward < 100.0 ? bend * forward * forward : bend * (200.0 * forward - 10000.0);
-        const double exact = (up - double(m.t[2]) - double(m.r[6]) * x - double(m.r[7]) * y) / double(m.r[8]);
-        CHECK(sampled.height(k, distance) == doctest::Approx(exact).epsilon(1e-3));
+  data.ego.pose.yaw_rate_rps = 0.175;
+  return data;
+}
+
+TEST_CASE("sample_road: without known heights and without ground in the scan the road is level") {
+  for (const Mounting& mounting : kMountings)
+    for (const bool has_pose : {true, false}) {
+      RoadData data = turning_without_map();
+      data.has_pose = has_pose;
+      const SensorModel sensor = make_sensor(mounting);
+      const Sampled sampled(data, sensor);
+      CHECK(sampled.known_count() == 0);
+      const Transform& m = sensor.T_vehicle_sensor;
+      for (int32_t k = 0; k < sampled.rays; k += 5)
+        for (const double distance : {0.0, 10.0, 50.0, 150.0}) {
+          const double x = distance * std::cos(sampled.azimuth(k)), y = distance * std::sin(sampled.azimuth(k));
+          const double exact = -(double(m.t[2]) + double(m.r[6]) * x + double(m.r[7]) * y) / double(m.r[8]);
+          CHECK(sampled.height(k, distance) == doctest::Approx(exact).epsilon(1e-3));
+        }
+    }
+}
+
+// Checks a guess against the surface z(x, y) in the vehicle frame, near the lane and up to 60 m.
+template <class Surface>
+void check_guess(const Sampled& sampled, Surface&& surface, double tolerance_m) {
+  const Transform& m = sampled.sensor.T_vehicle_sensor;
+  int32_t checked = 0;
+  for (int32_t k = 0; k < sampled.rays; ++k)
+    for (int32_t node = 0; node < kNodes; ++node) {
+      const double distance = double(node_distance_m(node)), a = sampled.azimuth(k);
+      const double z = sampled.height(k, distance);
+      const double p[3] = {distance * std::cos(a), distance * std::sin(a), z};
+      double v[3];
+      for (int32_t i = 0; i < 3; ++i) {
+        v[i] = double(m.t[i]);
+        for (int32_t j = 0; j < 3; ++j) v[i] += double(m.r[3 * i + j]) * p[j];
       }
+      if (std::fabs(v[0]) > 60.0 || std::fabs(v[1] - 0.5 / 400.0 * v[0] * v[0]) > 4.0) continue;
+      CAPTURE(v[0]);
+      CAPTURE(v[1]);
+      CHECK(std::fabs(v[2] - surface(v[0], v[1])) < tolerance_m);
+      ++checked;
+    }
+  CHECK(checked > 20);
+}
+
+TEST_CASE("sample_road: a guess has the height, grade, cross slope and bend of the scan's ground") {
+  const auto lane = [](double x, double y) { return y - 0.5 / 400.0 * x * x; };
+  const auto level = [](double, double) { return 0.0; };
+  const auto low = [](double, double) { return -0.06; };            // of the mounting
+  const auto pitched = [](double x, double) { return 0.01 * x; };   // of the vehicle
+  const auto bent = [](double x, double) { return 4e-4 * x * x; };  // into a bank
+  const auto banked = [&](double x, double y) { return 0.01 * lane(x, y) + 0.001 * x * lane(x, y); };
+  const SensorModel sensor = make_sensor({2.3, 0.0, 0.65, 0.0, 0.0, 0.0}, 240);
+  const RoadData data = turning_without_map();
+  check_guess(Sampled(data, sensor, scan_of(sensor, level)), level, 0.03);
+  check_guess(Sampled(data, sensor, scan_of(sensor, low)), low, 0.05);
+  check_guess(Sampled(data, sensor, scan_of(sensor, pitched)), pitched, 0.08);
+  check_guess(Sampled(data, sensor, scan_of(sensor, bent)), bent, 0.12);
+  check_guess(Sampled(data, sensor, scan_of(sensor, banked)), banked, 0.12);
+  // A level guess is wrong by more than that.
+  CHECK_FALSE(std::fabs(Sampled(data, sensor).height(8, 55.0) + 0.65 - bent(57.3, 0.0)) < 0.5);
+}
+
+TEST_CASE("sample_road: a car on the road does not lift the guess") {
+  const auto level = [](double, double) { return 0.0; };
+  const SensorModel sensor = make_sensor({2.3, 0.0, 0.65, 0.0, 0.0, 0.0}, 240);
+  for (const double car_x_m : {8.0, 15.0, 30.0}) {
+    CAPTURE(car_x_m);
+    check_guess(Sampled(turning_without_map(), sensor, scan_of(sensor, level, car_x_m)), level, 0.05);
   }
-  for (const double speed : {5.0, 0.0, -3.0}) {  // too slow to know the curvature
-    data.ego.pose.speed_mps = speed;
-    CHECK(Sampled(data, make_sensor(kLevel)).height(3, 50.0) == doctest::Approx(-1.0));
-  }
-  data.has_pose = false;
-  data.ego.pose.speed_mps = 70.0;
-  CHECK(Sampled(data, make_sensor(kLevel)).height(3, 50.0) == doctest::Approx(-1.0));
 }
 
 TEST_CASE("sample_road: the level slope of a ray is that of a horizontal plane of the map") {
@@ -368,7 +454,14 @@ TEST_CASE("sample_road: every number is finite for every pose and mounting that 
       }
     const SensorModel sensor = make_sensor({pick(10.0), pick(10.0), pick(10.0), pick(kPi), pick(kPi), pick(kPi)},
                                            1 + int32_t(random() % 70), i % 2 == 0);
-    const Sampled sampled(data, sensor);
+    Scan scan(sensor);
+    const float right_angle = kHalfPiF;
+    for (int32_t r = 0; r < sensor.rows; ++r)
+      for (int32_t c = 0; c < sensor.cols; ++c) {
+        scan.range.at(r, c) = random() % 4 ? float(150.0 * (1.0 + share(random))) : kNoReturn;
+        scan.elevation.at(r, c) = random() % 8 ? float(0.3 * share(random)) : random() % 2 ? right_angle : -right_angle;
+      }
+    const Sampled sampled(data, sensor, scan);
     known += sampled.known_count();
     CHECK(sampled.is_finite());
   }
