@@ -89,9 +89,14 @@ TEST_CASE("steps: the table of kernels/README.md says what the steps of every pr
   REQUIRE(file.good());
   const std::string text(std::istreambuf_iterator<char>(file), {});
   int32_t rows = 0;
-  for (int32_t i = 0; ovt_preset_name(i); ++i)
+  const Method* const presets[] = {
+#define OVT_PRESET(name, method) &method,
+#include "pipeline/method/presets.def"
+#undef OVT_PRESET
+  };
+  for (const Method* method : presets)
     for (const Step* kernel : step::kOfKernel)
-      for (const Step& step : find_method(ovt_preset_name(i))->segment)
+      for (const Step& step : method->segment)
         if (kernel && std::strcmp(kernel->name, step.name) == 0) {
           INFO(row_of(step));
           CHECK(text.find('\n' + row_of(step)) != std::string::npos);
