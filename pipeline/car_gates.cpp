@@ -17,19 +17,14 @@ bool fits(const CarLimits& limits, const OrientedBox& box) {
 }
 
 // A car that spins stands at any angle to the circuit. Step of 5 deg: at the nearest heading a car of 4.9 x 1.9 m is
-// wider by 0.2 m at most, which is less than the slack of the width. A beam or a wire across the circuit has no depth
-// and is high up; the flank of a car may have no depth, but stands on the road.
+// wider by 0.2 m at most, which is less than the slack of the width.
 bool fits_across(const CarLimits& limits, const Frame& frame, int32_t row) {
   constexpr int32_t kStep = 5;
-  constexpr float kLeastDepth_m = 0.25f, kHigh_m = 2.5f;
-  const bool is_high = frame.merged.min_z_m[row] > kHigh_m;
-  bool any = false;
   for (int32_t degree = 0; degree < kDegreeCount; degree += kStep) {
     const OrientedBox box = measure_box(frame, row, kHeadingGrid.degree_cos[degree], kHeadingGrid.degree_sin[degree]);
-    if (is_high && min_of(box.length(), box.width()) < kLeastDepth_m) return false;
-    any = any || fits(limits, box) || fits(limits, {box.low_2, box.high_2, box.low_1, box.high_1});
+    if (fits(limits, box) || fits(limits, {box.low_2, box.high_2, box.low_1, box.high_1})) return true;
   }
-  return any;
+  return false;
 }
 
 // The car's centre by what is seen of it along psi_REF. A car across the circuit: the middle of what is seen.
@@ -64,9 +59,12 @@ void keep_car_shaped(const StageContext& context, Frame& frame) noexcept {
   frame.kept_count = frame.gated_points = frame.gated_own = frame.gated_size = 0;
   const auto is_car_sized = [&](int32_t row) {
     if (!frame.places.known[row] || merged.max_z_m[row] - merged.min_z_m[row] > params.limits.height_m) return false;
-    if (fits(params.limits, box_of(frame.places, row))) return true;
-    return merged.point_count[row] >= context.detect.fit_rectangle.min_var_points &&
-           fits_across(params.limits, frame, row);
+    const bool along = fits(params.limits, box_of(frame.places, row));
+    if (!along && (merged.point_count[row] < context.detect.fit_rectangle.min_var_points ||
+                   !fits_across(params.limits, frame, row)))
+      return false;
+    const ClusterHeights heights = measure_heights(frame, row);  // a wall's top, a beam or a wire is no car
+    return heights.low_m <= params.lowest_m && heights.high_m <= params.top_m;
   };
   for (int32_t row = 0; row < merged.count; ++row) {
     if (merged.point_count[row] < context.detect.gate_clusters.min_points)

@@ -43,6 +43,25 @@ ClusterPoints gather_points(Frame& frame, int32_t row) noexcept {
   return {frame.fit_x_m, frame.fit_y_m, count};
 }
 
+ClusterHeights measure_heights(const Frame& frame, int32_t row) noexcept {
+  const FrameClusterTable& merged = frame.merged;
+  if (!frame.sensors[merged.main_sensor[row]].kept.images.height_m.data)
+    return {0.0f, merged.max_z_m[row] - merged.min_z_m[row], merged.min_z_m[row]};
+  ClusterHeights heights = {1e9f, -1e9f, 0.0f};
+  float sum_m = 0.0f;
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
+    for (int32_t k = begin; k < end; ++k) {
+      const float height = part.kept.images.height_m.data[part.kept.points.pixel[part.cluster_points.point[k]]];
+      heights.low_m = min_of(heights.low_m, height);
+      heights.high_m = max_of(heights.high_m, height);
+      sum_m += part.cluster_points.z_m[k] - height;
+    }
+  });
+  heights.road_z_m = sum_m / float(std::max(merged.point_count[row], 1));
+  return heights;
+}
+
 OrientedBox measure_box(const Frame& frame, int32_t row, float cos, float sin) noexcept {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   OrientedBox box = {kInfinity, -kInfinity, kInfinity, -kInfinity};

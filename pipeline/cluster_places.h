@@ -46,6 +46,13 @@ struct OrientedBox {
 };
 OrientedBox measure_box(const Frame& frame, int32_t row, float cos, float sin) noexcept;
 
+// Heights of a cluster's points over the running ground, and the mean height of that ground below them, vehicle frame.
+// Without the height image, the lowest point stands for the ground.
+struct ClusterHeights {
+  float low_m, high_m, road_z_m;
+};
+ClusterHeights measure_heights(const Frame& frame, int32_t row) noexcept;
+
 // The box of a row of frame.places along its psi_REF.
 inline OrientedBox box_of(const ClusterPlaceTable& places, int32_t row) noexcept {
   return {places.low_1_m[row], places.high_1_m[row], places.low_2_m[row], places.high_2_m[row]};

@@ -162,6 +162,7 @@ typedef struct ovt_params {
   double ego_mounting_sigma_rad;     /* ego.mounting_sigma_deg */
   double ego_slip_sigma_rad;         /* ego.slip_sigma_deg         per m/s^2 */
   double ego_lever_sigma_m;          /* ego.lever_sigma_m */
+  double gate_lowest_m, gate_top_m;  /* gate.lowest_m, gate.top_m  heights over the ground; preset best */
 } ovt_params;
 
 typedef struct ovt_param_info {

@@ -153,7 +153,9 @@ DetectParams make_detect_params(const ovt_params& params) noexcept {
                    float(params.gate_own_front_m),
                    float(params.gate_own_side_m),
                    float(params.gate_inside_m),
-                   float(params.gate_range_m)};
+                   float(params.gate_range_m),
+                   float(params.gate_lowest_m),
+                   float(params.gate_top_m)};
   out.pose_by_view = {float(params.pose_front_length_m), params.pose_angle_sigma_rad, float(params.class_debris_m)};
   out.walls = {float(params.ego_wall_length_m), params.ego_wall_reach_m, params.ego_wall_scatter_m};
   out.ego_heading = {params.ego_slip_sigma_rad,     params.ego_lever_sigma_m,  params.ego_constant_sigma_rad,

@@ -40,6 +40,7 @@ struct CarGateParams {
   CarLimits limits;
   float own_back_m, own_front_m, own_side_m;
   float inside_m, range_m;
+  float lowest_m, top_m;  // heights over the ground
 };
 
 struct PoseByViewParams {

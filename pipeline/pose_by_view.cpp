@@ -210,8 +210,9 @@ void pose_by_view(const StageContext& context, Frame& frame) noexcept {
     views.var_x[i] = float(p.xx), views.var_y[i] = float(p.yy), views.cov_xy[i] = float(p.xy);
     views.view[i] = int32_t(best.car.view);
     views.object_class[i] = int32_t(classify(context, frame, row, best.box));
-    views.road_z_m[i] = merged.min_z_m[row];
-    views.height_m[i] = merged.max_z_m[row] - merged.min_z_m[row];
+    const ClusterHeights heights = measure_heights(frame, row);
+    views.road_z_m[i] = heights.road_z_m;
+    views.height_m[i] = heights.high_m;
   }
 }
 
