@@ -11,19 +11,19 @@ namespace overtake {
 
 // How far ground may lie from the running height, and how fast the running slope may change.
 struct GroundTolerance {
-  float per_m;        // allowed height grows by this per metre from the last ground pixel
-  float limit_m;      // ... up to this
-  float slope_limit;  // of the running slope against the road surface
+  float per_m;          // allowed height grows by this per metre from the last ground pixel
+  float limit_m;        // ... up to this
+  float slope_limit;    // of the running slope against the road surface
   float slope_reach_m;  // the running slope is measured over this distance
 };
 
 struct RunningGroundParams {
-  float height_m;          // allowed height above the running ground at the last ground pixel
-  GroundTolerance known;   // where the road surface is measured
-  GroundTolerance guess;   // where it is a guess
-  float level_reach_m;     // ground may also rise like a level plane this far from the last ground pixel
-  float level_slope_slack; // ... by this much steeper
-  float foot_slope;        // a ground pixel below an obstacle belongs to it when the pair is steeper
+  float height_m;           // allowed height above the running ground at the last ground pixel
+  GroundTolerance known;    // where the road surface is measured
+  GroundTolerance guess;    // where it is a guess
+  float level_reach_m;      // ground may also rise like a level plane this far from the last ground pixel
+  float level_slope_slack;  // ... by this much steeper
+  float foot_slope;         // a ground pixel below an obstacle belongs to it when the pair is steeper
 };
 
 // Walks up each column from the road under the sensor. A pixel is ground if its height over the running ground is small.

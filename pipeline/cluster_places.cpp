@@ -45,20 +45,24 @@ ClusterPoints gather_points(Frame& frame, int32_t row) noexcept {
 
 ClusterHeights measure_heights(const Frame& frame, int32_t row) noexcept {
   const FrameClusterTable& merged = frame.merged;
-  if (!frame.sensors[merged.main_sensor[row]].kept.images.height_m.data)
-    return {0.0f, merged.max_z_m[row] - merged.min_z_m[row], merged.min_z_m[row]};
   ClusterHeights heights = {1e9f, -1e9f, 0.0f};
   float sum_m = 0.0f;
+  int32_t count = 0;
   for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    const Plane<float>& image = part.kept.images.height_m;
     const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
-    for (int32_t k = begin; k < end; ++k) {
-      const float height = part.kept.images.height_m.data[part.kept.points.pixel[part.cluster_points.point[k]]];
-      heights.low_m = min_of(heights.low_m, height);
-      heights.high_m = max_of(heights.high_m, height);
-      sum_m += part.cluster_points.z_m[k] - height;
+    for (int32_t k = begin; image.data && k < end; ++k) {
+      const int32_t pixel = part.kept.points.pixel[part.cluster_points.point[k]];
+      if (pixel < 0) continue;
+      const float height_m = image.data[pixel];
+      heights.low_m = min_of(heights.low_m, height_m);
+      heights.high_m = max_of(heights.high_m, height_m);
+      sum_m += part.cluster_points.z_m[k] - height_m;
+      ++count;
     }
   });
-  heights.road_z_m = sum_m / float(std::max(merged.point_count[row], 1));
+  if (count == 0) return {0.0f, merged.max_z_m[row] - merged.min_z_m[row], merged.min_z_m[row]};
+  heights.road_z_m = sum_m / float(count);
   return heights;
 }
 

@@ -47,7 +47,7 @@ struct OrientedBox {
 OrientedBox measure_box(const Frame& frame, int32_t row, float cos, float sin) noexcept;
 
 // Heights of a cluster's points over the running ground, and the mean height of that ground below them, vehicle frame.
-// Without the height image, the lowest point stands for the ground.
+// Without pixels of the height image, the lowest point stands for the ground.
 struct ClusterHeights {
   float low_m, high_m, road_z_m;
 };

@@ -98,8 +98,8 @@ struct Frame {
   int32_t fit_capacity = 0;
   int32_t merged_overflow = 0, candidate_overflow = 0;
   int32_t gated_points = 0, gated_size = 0, gated_map = 0, gated_own = 0, gated_range = 0;
-  double ego_off_map_m = 0;  // distance of the ego pose outside of the circuit, 0 inside
-  bool uses_map = false;     // a map exists and the ego pose is within its margin: gate and pose may use it
+  double ego_off_map_m = 0;        // distance of the ego pose outside of the circuit, 0 inside
+  bool uses_map = false;           // a map exists and the ego pose is within its margin: gate and pose may use it
   WallHeading walls[kMaxSensors];  // by sensor
   // track
   MeasurementTable measurements;

@@ -117,15 +117,14 @@ SegmentParams make_segment_params(const ovt_params& params, const SensorModel& s
   make_smooth_sg(params.smooth_window, params.smooth_order, &out.smooth_sg);
   out.mark_ground = {float(params.ground_threshold_rad)};
   sin_cos_f64(params.running_ground_foot_rad, sine, cosine);
-  out.running_ground = {
-      .height_m = float(params.running_ground_height_m),
-      .known = {float(params.running_ground_known_per_m), float(params.running_ground_known_limit_m),
-                float(params.running_ground_known_slope), float(params.running_ground_known_reach_m)},
-      .guess = {float(params.running_ground_guess_per_m), float(params.running_ground_guess_limit_m),
-                float(params.running_ground_guess_slope), float(params.running_ground_guess_reach_m)},
-      .level_reach_m = float(params.running_ground_level_reach_m),
-      .level_slope_slack = float(params.running_ground_level_slack),
-      .foot_slope = float(sine / cosine)};
+  out.running_ground = {.height_m = float(params.running_ground_height_m),
+                        .known = {float(params.running_ground_known_per_m), float(params.running_ground_known_limit_m),
+                                  float(params.running_ground_known_slope), float(params.running_ground_known_reach_m)},
+                        .guess = {float(params.running_ground_guess_per_m), float(params.running_ground_guess_limit_m),
+                                  float(params.running_ground_guess_slope), float(params.running_ground_guess_reach_m)},
+                        .level_reach_m = float(params.running_ground_level_reach_m),
+                        .level_slope_slack = float(params.running_ground_level_slack),
+                        .foot_slope = float(sine / cosine)};
   out.repair_range = {(params.repair_window - 1) / 2, float(params.repair_range_limit_m), sensor.wraps};
   sin_cos_f64(params.cluster_threshold_rad, sine, cosine);
   out.link_pixels = {float(sine / cosine), sensor.sin_pitch, sensor.cos_pitch, sensor.wraps};

@@ -48,9 +48,23 @@ TEST_CASE("car gates: length, width and height along psi_REF") {
   CHECK(keep(corners(20, 22, -0.5f, 0.5f, 0, 1.61f), &Frame::gated_size) == 0);
   // Wide and short: a car across the circuit. It needs the points of a heading.
   CHECK(keep(corners(20, 22, -2.4f, 2.4f, 0, 1), &Frame::gated_size) == 1);
-  CHECK(keep(corners(20, 20.2f, -2.4f, 2.4f, 5, 5.6f), &Frame::gated_size) == 0);  // a beam
-  CHECK(keep(corners(20, 20.2f, -2.4f, 2.4f, 0, 1), &Frame::gated_size) == 1);     // a flank
+  CHECK(keep(corners(20, 20.2f, -2.4f, 2.4f, 0, 1), &Frame::gated_size) == 1);  // a flank
   CHECK(keep({{20, -2, 0.5f}, {21, 0, 0.5f}, {20, 2, 0.5f}, {22, 1, 0.5f}}, &Frame::gated_size) == 0);
+}
+
+TEST_CASE("car gates: a beam over the circuit is no car, and neither is the top of something higher than a car") {
+  const auto kept = [](double low_m, double high_m) {
+    RulesBench bench;
+    bench.look({{90, 0, 0, 0.4, 4.8, low_m, high_m}});
+    gate(bench);
+    CHECK(bench.frame.gated_size == 1 - bench.frame.kept_count);
+    return bench.frame.kept_count;
+  };
+  CHECK(kept(0.1, 1.1) == 1);  // the flank of a car
+  CHECK(kept(0.8, 1.3) == 1);  // its lower part is hidden
+  CHECK(kept(1.1, 1.9) == 0);
+  CHECK(kept(4.5, 5.1) == 0);
+  CHECK(kept(0.7, 2.2) == 0);
 }
 
 TEST_CASE("car gates: a car at any angle to the circuit passes, at any place") {
@@ -116,8 +130,8 @@ TEST_CASE("car gates: beyond the end of an open circuit nothing is on it") {
 }
 
 TEST_CASE("car gates: beyond gate.range_m nothing is a detection, ahead and behind") {
-  for (const float x : {-126.0f, 126.0f}) CHECK(keep(corners(x, x + 1, -0.5f, 0.5f, 0, 1), &Frame::gated_range) == 1);
-  for (const float x : {-136.0f, 136.0f}) CHECK(keep(corners(x, x + 1, -0.5f, 0.5f, 0, 1), &Frame::gated_range) == 0);
+  for (const float x : {-156.0f, 156.0f}) CHECK(keep(corners(x, x + 1, -0.5f, 0.5f, 0, 1), &Frame::gated_range) == 1);
+  for (const float x : {-166.0f, 166.0f}) CHECK(keep(corners(x, x + 1, -0.5f, 0.5f, 0, 1), &Frame::gated_range) == 0);
 }
 
 }  // namespace

@@ -80,15 +80,15 @@ inline constexpr FrameRule join_shards = {.name = "join_shards",
                                           .run = &overtake::join_shards,
                                           .uses_places = true};
 
-inline constexpr FrameRule keep_car_shaped = {
-    .name = "keep_car_shaped",
-    .stage = OVT_STAGE_GATE,
-    .reads = columns(clusters, cluster_points, point_pixel, height_m),
-    .params =
-        "gate.min_points gate.slack gate.width_slack_m gate.height_m gate.lowest_m gate.top_m gate.own_back_m gate.own_front_m "
-        "gate.own_side_m vehicle pose.min_var_points",
-    .run = &overtake::keep_car_shaped,
-    .uses_places = true};
+inline constexpr FrameRule keep_car_shaped = {.name = "keep_car_shaped",
+                                              .stage = OVT_STAGE_GATE,
+                                              .reads = columns(clusters, cluster_points, point_pixel, height_m),
+                                              .params =
+                                                  "gate.min_points gate.slack gate.width_slack_m gate.height_m "
+                                                  "gate.lowest_m gate.top_m gate.own_back_m gate.own_front_m "
+                                                  "gate.own_side_m vehicle pose.min_var_points",
+                                              .run = &overtake::keep_car_shaped,
+                                              .uses_places = true};
 
 inline constexpr FrameRule keep_inside_bounds = {.name = "keep_inside_bounds",
                                                  .stage = OVT_STAGE_GATE,
@@ -104,11 +104,12 @@ inline constexpr FrameRule keep_in_range = {.name = "keep_in_range",
                                             .run = &overtake::keep_in_range,
                                             .uses_places = true};
 
-inline constexpr FrameRule pose_by_view = {.name = "pose_by_view",
-                                           .stage = OVT_STAGE_POSE,
-                                           .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel, height_m),
-                                           .params = "vehicle pose class",
-                                           .run = &overtake::pose_by_view,
-                                           .uses_places = true};
+inline constexpr FrameRule pose_by_view = {
+    .name = "pose_by_view",
+    .stage = OVT_STAGE_POSE,
+    .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel, height_m),
+    .params = "vehicle pose class",
+    .run = &overtake::pose_by_view,
+    .uses_places = true};
 
 }  // namespace overtake::rule

@@ -13,11 +13,11 @@
 namespace overtake {
 
 struct RoadData {
-  static constexpr int32_t kStations = 69;      // along the centre line, the ego vehicle in the middle
-  static constexpr double kStation_m = 5.0;     // between two stations
+  static constexpr int32_t kStations = 69;   // along the centre line, the ego vehicle in the middle
+  static constexpr double kStation_m = 5.0;  // between two stations
 
-  bool has_pose = false;  // else the rest is not valid
-  EgoState ego;           // at the scan's stamp
+  bool has_pose = false;            // else the rest is not valid
+  EgoState ego;                     // at the scan's stamp
   const CircuitMap* map = nullptr;  // null: none, or the ego pose is not on it; then the rest is not valid
   double s_m = 0, d_m = 0;          // ego pose on the map
   double curvature_per_m = 0;

@@ -65,8 +65,8 @@ bool find_height(const RoadData& road, const Line& line, float x, float y, int32
   const float d = (line.dx[k] * (y - line.y[k]) - line.dy[k] * (x - line.x[k])) * line.per_m[k];
   const float slope = mix(road.cross_slope[k], road.cross_slope[k + 1], t);
   const float left = mix(line.left[k], line.left[k + 1], t), right = mix(line.right[k], line.right[k + 1], t);
-  const float reach = max_of(min_of(d, left + (slope < 0.0f ? kOuterReach_m : 0.0f)),
-                             -right - (slope > 0.0f ? kOuterReach_m : 0.0f));
+  const float reach =
+      max_of(min_of(d, left + (slope < 0.0f ? kOuterReach_m : 0.0f)), -right - (slope > 0.0f ? kOuterReach_m : 0.0f));
   height_m = mix(road.height_m[k], road.height_m[k + 1], t) - reach * slope;
   outside_m = abs_of(d - reach);
   return true;
@@ -86,8 +86,8 @@ struct Ray {
 };
 
 // False: a station on the way is not known.
-bool sample_known(const RoadData& road, const Line& line, const Axes& axes, float cosine, float sine,
-                  float origin_m, Ray& ray) noexcept {
+bool sample_known(const RoadData& road, const Line& line, const Axes& axes, float cosine, float sine, float origin_m,
+                  Ray& ray) noexcept {
   const float *r = axes.map, *m = axes.mounting.r, *t = axes.mounting.t;
   int32_t station = RoadData::kStations / 2;
   float sensor_z = -t[2], vehicle_z = 0.0f, last_z = 0.0f, height_m = 0.0f, outside_m = 0.0f;
@@ -95,9 +95,8 @@ bool sample_known(const RoadData& road, const Line& line, const Axes& axes, floa
     const float distance = node_distance_m(i), x = distance * cosine, y = distance * sine;
     const float vx = m[0] * x + m[1] * y + m[2] * sensor_z + t[0], vy = m[3] * x + m[4] * y + m[5] * sensor_z + t[1];
     const float guess_z = vehicle_z + (vehicle_z - last_z);  // the height decides the place on a banked road
-    if (outside_m <= kVerge_m &&
-        !find_height(road, line, r[0] * vx + r[1] * vy + r[2] * guess_z, r[3] * vx + r[4] * vy + r[5] * guess_z, station,
-                     height_m, outside_m)) {
+    if (outside_m <= kVerge_m && !find_height(road, line, r[0] * vx + r[1] * vy + r[2] * guess_z,
+                                              r[3] * vx + r[4] * vy + r[5] * guess_z, station, height_m, outside_m)) {
       if (distance <= kKnownReach_m) return false;
       ray.heights_m[i] = 2.0f * ray.heights_m[i - 1] - ray.heights_m[i - 2];
       continue;
@@ -149,7 +148,8 @@ void collect_ground(const RunningGroundParams& params, const Axes& axes, const S
     float sine, cosine;
     sin_cos_f32(float(wrap_angle(double(sensor.azimuth_left_rad) - (c + 0.5) * double(sensor.pitch_rad))), sine,
                 cosine);
-    GroundState<float> state = start_ground(axes.to_sensor_z(float(shape.height(double(t[0]), double(t[1]))), 0.0f, 0.0f));
+    GroundState<float> state =
+        start_ground(axes.to_sensor_z(float(shape.height(double(t[0]), double(t[1]))), 0.0f, 0.0f));
     bool below = false;
     for (int32_t r = range_m.rows - 1; r >= 0; --r) {
       const float range = range_m.row(r)[c];
@@ -157,7 +157,8 @@ void collect_ground(const RunningGroundParams& params, const Axes& axes, const S
       float up, level;
       sin_cos_small_f32(elevation_rad.row(r)[c], up, level);
       const float distance = range * level, sensor_z = range * up, sx = distance * cosine, sy = distance * sine;
-      const float x = m[0] * sx + m[1] * sy + m[2] * sensor_z + t[0], y = m[3] * sx + m[4] * sy + m[5] * sensor_z + t[1];
+      const float x = m[0] * sx + m[1] * sy + m[2] * sensor_z + t[0],
+                  y = m[3] * sx + m[4] * sy + m[5] * sensor_z + t[1];
       const float road_z = axes.to_sensor_z(float(shape.height(double(x), double(y))), sx, sy);
       const auto pixel = walk_ground(block, distance, sensor_z, road_z, 0.0f, exists, below, state);
       below = exists;

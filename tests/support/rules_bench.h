@@ -126,6 +126,7 @@ class RulesBench {
         const Spot spot = {float(range_m * d[0]), float(range_m * d[1]), float(range_m * d[2] + kSensorHeight_m)};
         const int32_t point = add_point(0, spot, r * image.stride + c);
         image.at(r, c) = point;
+        frame.sensors[0].kept.images.height_m.at(r, c) = spot.z;  // the road is level
         if (hit > 0) clusters[std::size_t(hit)].push_back(point);
       }
     for (const std::vector<int32_t>& rows : clusters)
