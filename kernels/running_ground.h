@@ -35,9 +35,9 @@ struct RunningGroundParams {
 //              level_reach_m from it, a rise up to that of a level plane (apron and infield beside a banked track)
 //            - only pixels farther than the last ground pixel, and not steeper than a slope of 0.45 (or falling by more
 //              than 0.6), move the running ground: the foot of a wall must not lift it
-//            - the running slope adapts over 4 m and is limited
-//            - feet: below a non-ground pixel, pixels over 0.02 m are non-ground while the pairs are steeper than
-//              foot_slope
+//            - the running slope adapts over slope_reach_m and is limited; the first ground pixel measures none
+//            - feet: below a non-ground pixel, pixels over the running ground are non-ground while the pairs are steeper
+//              than foot_slope
 //   scratch  steep
 //   agrees   exactly on every ISA
 namespace ref {

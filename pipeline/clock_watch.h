@@ -48,6 +48,13 @@ inline int64_t difference_ns(int64_t a, int64_t b) noexcept {
   return a > b ? INT64_MAX : INT64_MIN;
 }
 
+// stamp + duration, saturated.
+inline int64_t later_ns(int64_t stamp_ns, int64_t duration_ns) noexcept {
+  int64_t out;
+  if (!__builtin_add_overflow(stamp_ns, duration_ns, &out)) return out;
+  return duration_ns > 0 ? INT64_MAX : INT64_MIN;
+}
+
 inline constexpr int64_t kLateNs = 500'000'000;      // a stamp this much older is used, out of sequence
 inline constexpr int64_t kMaxGapNs = 1'000'000'000;  // a longer gap is a clock jump, after three consistent stamps
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/math.h"
+#include "pipeline/clock_watch.h"
 #include "pipeline/stages.h"
 
 namespace overtake {
@@ -50,7 +51,7 @@ class ScanPoses {
     count_ = std::min(last_offset_ns / kStepNs + 2, kMost);
     for (int32_t k = 0; k < count_; ++k) {
       EgoState ego;
-      if (!poses.at(stamp_ns + int64_t(k) * kStepNs, ego) || ego.age_ns > kEgoFreshNs) return false;
+      if (!poses.at(later_ns(stamp_ns, int64_t(k) * kStepNs), ego) || ego.age_ns > kEgoFreshNs) return false;
       std::copy_n(ego.r, 6, knots_[k]);
       knots_[k][6] = ego.pose.x_m;
       knots_[k][7] = ego.pose.y_m;
@@ -202,7 +203,7 @@ void smooth_headings(const EgoWindow& in, EgoWindow& out) noexcept {
   double t[EgoWindow::kCapacity], y[EgoWindow::kCapacity], by_rate[EgoWindow::kCapacity];
   for (int32_t i = 0; i < n; ++i) {
     const EgoPose &first = in.poses[0], &at = in.poses[i], &before = in.poses[i > 0 ? i - 1 : 0];
-    t[i] = double(at.stamp_ns - first.stamp_ns) * 1e-9;
+    t[i] = double(difference_ns(at.stamp_ns, first.stamp_ns)) * 1e-9;
     if (i > 0) turn += 0.5 * (at.yaw_rate_rps + before.yaw_rate_rps) * (t[i] - t[i - 1]);
     by_rate[i] = turn;
     y[i] = wrap_angle(at.yaw_rad - first.yaw_rad - turn);

@@ -97,7 +97,7 @@ void HeightProfile::complete(int64_t stamp_ns) noexcept {
   if (open_bin_ < 0 || open_samples_ == 0) return;
   Bin& bin = bins_[open_bin_];
   Value& v = bin.newest;
-  const int64_t age_ns = difference_ns(stamp_ns + kLagNs, v.from_ns);
+  const int64_t from_ns = later_ns(stamp_ns, kLagNs), age_ns = difference_ns(from_ns, v.from_ns);
   if (v.passes > 0 && age_ns >= 0 && age_ns < kRenewNs) return;
   const double height_m = open_height_m_ / open_samples_, cross_slope = open_cross_slope_ / open_samples_;
   bin.before = v;
@@ -113,7 +113,7 @@ void HeightProfile::complete(int64_t stamp_ns) noexcept {
   v.passes = std::min(v.passes + 1, kPasses);
   v.height_m += (height_m - v.height_m) / v.passes;
   v.cross_slope += (cross_slope - v.cross_slope) / v.passes;
-  v.from_ns = stamp_ns + kLagNs;
+  v.from_ns = from_ns;
 }
 
 void HeightProfile::add(const Place& place) noexcept {
