@@ -59,8 +59,8 @@ using NearBitsFn = uint32_t(const float* const column[3], int32_t begin, const f
 int32_t merge_seams_by(NearBitsFn* near_bits, const MergeSeamsParams& params, const SeamSide* sides,
                        int32_t sensor_count, MemberTable& members, FrameClusterTable& merged,
                        SeamScratch& scratch) noexcept;
-// Sums up the members of one merged row, which first_member and next_member list in member order, into its other columns.
-// Reads the sides' clusters and stamps only.
+// Sums up the members of one merged row, which first_member and next_member list in member order, into its other
+// columns. Reads the sides' clusters and stamps only.
 void sum_up_members(const SeamSide* sides, const MemberTable& members, FrameClusterTable& merged, int32_t row) noexcept;
 namespace ref {
 NearBitsFn near_bits;

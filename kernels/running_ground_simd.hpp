@@ -36,54 +36,71 @@ struct RoadPieces {
   }
 };
 
+// The walks of kVectors vectors of columns from `begin` on. Writes their bits into words of 32 columns.
+template <class A, int32_t kVectors>
+OVT_INLINE void walk_columns(const RunningGroundParams& params, const RoadSurface& road,
+                             Plane<const float> range_filled_m, Plane<const float> elevation_filled_rad, int32_t begin,
+                             uint32_t inside, Plane<float> height_m, BitPlane nonground, BitPlane steep) {
+  const Float<A> zero(0.0f), half(0.5f), step(1.0f / kRayColumns);
+  GroundBlock block[kVectors];
+  RoadPieces<A> pieces[kVectors];
+  GroundState<Float<A>> state[kVectors];
+  Float<A> level[kVectors];
+  Mask<A> below[kVectors];
+  for (int32_t v = 0; v < kVectors; ++v) {
+    const int32_t c = begin + v * kSize<A>, ray = c / kRayColumns;
+    block[v] = make_ground_block(params, road.known[ray] + road.known[ray + 1] == 2.0f);
+    pieces[v] = {road.offset_m + ray * kNodes, road.slope + ray * kNodes,
+                 (to_float(Int<A>::count_from(c % kRayColumns)) + half) * step};
+    level[v] = pieces[v].mix(Float<A>(road.level_slope[ray]), Float<A>(road.level_slope[ray + 1])) +
+               Float<A>(params.level_slope_slack);
+    state[v] = start_ground(pieces[v].road_z(zero));
+    below[v] = Mask<A>(false);
+  }
+  const int32_t word = begin / 64, shift = begin % 64;
+  for (int32_t r = range_filled_m.rows - 1; r >= 0; --r) {
+    uint32_t obstacles = 0, pairs = 0;
+#pragma GCC unroll 8
+    for (int32_t v = 0; v < kVectors; ++v) {
+      const int32_t c = begin + v * kSize<A>;
+      const Float<A> range = Float<A>::load(range_filled_m.row(r) + c);
+      const Mask<A> exists = range > zero;
+      Float<A> sine, cosine;
+      sin_cos_small_of(Float<A>::load(elevation_filled_rad.row(r) + c), sine, cosine);
+      const Float<A> distance = range * cosine;
+      const auto pixel = walk_ground(block[v], distance, range * sine, pieces[v].road_z(distance), level[v], exists,
+                                     below[v], state[v]);
+      keep(exists, pixel.height).store(height_m.row(r) + c);
+      obstacles |= (exists & ~pixel.ground).bits() << (v * kSize<A>);
+      pairs |= pixel.steep.bits() << (v * kSize<A>);
+      below[v] = exists;
+    }
+    const uint64_t keep_others = shift == 0 ? 0 : ~uint64_t(0) >> (64 - shift);
+    nonground.row(r)[word] = (nonground.row(r)[word] & keep_others) | uint64_t(obstacles & inside) << shift;
+    steep.row(r)[word] = (steep.row(r)[word] & keep_others) | uint64_t(pairs & inside) << shift;
+  }
+}
+
 template <class A>
 void running_ground(const RunningGroundParams& params, const RoadSurface& road, Plane<const float> range_filled_m,
                     Plane<const float> elevation_filled_rad, Plane<float> height_m, BitPlane nonground,
                     BitPlane steep) noexcept {
-  constexpr int32_t kVectors = 64 / kSize<A>;
-  static_assert(kRayColumns % kSize<A> == 0);
-  const Float<A> zero(0.0f), half(0.5f), step(1.0f / kRayColumns);
+  constexpr int32_t kTogether = 2 * kRayColumns;  // more walks at once need more registers than there are
+  static_assert(kRayColumns % kSize<A> == 0 && kTogether == 32);
   const int32_t rows = range_filled_m.rows, cols = range_filled_m.cols;
-  for (int32_t w = 0; w < nonground.words_per_row; ++w) {
-    const int32_t begin = 64 * w, end = begin + 64 < cols ? begin + 64 : cols;
-    const uint64_t inside = end - begin < 64 ? (uint64_t(1) << (end - begin)) - 1 : ~uint64_t(0);
-    const int32_t vectors = (end - begin + kSize<A> - 1) / kSize<A>;
-    GroundBlock block[kVectors];
-    RoadPieces<A> pieces[kVectors];
-    GroundState<Float<A>> state[kVectors];
-    Float<A> level[kVectors];
-    Mask<A> below[kVectors];
-    for (int32_t v = 0; v < vectors; ++v) {
-      const int32_t c = begin + v * kSize<A>, ray = c / kRayColumns;
-      block[v] = make_ground_block(params, road.known[ray] + road.known[ray + 1] == 2.0f);
-      pieces[v] = {road.offset_m + ray * kNodes, road.slope + ray * kNodes,
-                   (to_float(Int<A>::count_from(c % kRayColumns)) + half) * step};
-      level[v] = pieces[v].mix(Float<A>(road.level_slope[ray]), Float<A>(road.level_slope[ray + 1])) +
-                 Float<A>(params.level_slope_slack);
-      state[v] = start_ground(pieces[v].road_z(zero));
-      below[v] = Mask<A>(false);
-    }
-    for (int32_t r = rows - 1; r >= 0; --r) {
-      uint64_t obstacles = 0, pairs = 0;
-      for (int32_t v = 0; v < vectors; ++v) {
-        const int32_t c = begin + v * kSize<A>;
-        const Float<A> range = Float<A>::load(range_filled_m.row(r) + c);
-        const Mask<A> exists = range > zero;
-        Float<A> sine, cosine;
-        sin_cos_small_of(Float<A>::load(elevation_filled_rad.row(r) + c), sine, cosine);
-        const Float<A> distance = range * cosine;
-        const auto pixel = walk_ground(block[v], distance, range * sine, pieces[v].road_z(distance), level[v], exists,
-                                       below[v], state[v]);
-        keep(exists, pixel.height).store(height_m.row(r) + c);
-        obstacles |= uint64_t((exists & ~pixel.ground).bits()) << (c - begin);
-        pairs |= uint64_t(pixel.steep.bits()) << (c - begin);
-        below[v] = exists;
-      }
-      nonground.row(r)[w] = obstacles & inside;
-      steep.row(r)[w] = pairs & inside;
-    }
-    for (int32_t r = 0; r + 1 < rows; ++r) nonground.row(r + 1)[w] |= nonground.row(r)[w] & steep.row(r)[w];
+  for (int32_t begin = 0; begin < cols; begin += kTogether) {
+    const int32_t left = cols - begin;
+    const uint32_t inside = left < 32 ? (uint32_t(1) << left) - 1 : ~uint32_t(0);
+    if (left > kRayColumns)
+      walk_columns<A, kTogether / kSize<A>>(params, road, range_filled_m, elevation_filled_rad, begin, inside, height_m,
+                                            nonground, steep);
+    else
+      walk_columns<A, kRayColumns / kSize<A>>(params, road, range_filled_m, elevation_filled_rad, begin, inside,
+                                              height_m, nonground, steep);
   }
+  for (int32_t r = 0; r + 1 < rows; ++r)
+    for (int32_t w = 0; w < nonground.words_per_row; ++w)
+      nonground.row(r + 1)[w] |= nonground.row(r)[w] & steep.row(r)[w];
 }
 
 }  // namespace overtake::simd

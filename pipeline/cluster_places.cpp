@@ -76,6 +76,10 @@ void locate_cluster(const StageContext& context, Frame& frame, int32_t row, int3
   places.d_m[row] = reference.on_map ? float(reference.place.d_m) : 0.0f;
   places.width_left_m[row] = reference.fresh ? float(reference.place.width_left_m) : kNoBound_m;
   places.width_right_m[row] = reference.fresh ? float(reference.place.width_right_m) : kNoBound_m;
+  const MapProjection& place = reference.place;
+  const bool is_between = place.d_m <= place.width_left_m && place.d_m >= 0.0 - place.width_right_m;
+  if (reference.fresh && is_between && !place.inside && !(frame.ego_off_map_m > 0.0))
+    places.width_left_m[row] = places.width_right_m[row] = 0.0f - kNoBound_m;  // beyond the end of an open circuit
   const OrientedBox box = measure_box(frame, row, places.cos[row], places.sin[row]);
   places.low_1_m[row] = box.low_1, places.high_1_m[row] = box.high_1;
   places.low_2_m[row] = box.low_2, places.high_2_m[row] = box.high_2;

@@ -99,7 +99,8 @@ const char* const kStatusText[] = {
 
 const char* const kImageName[OVT_IMAGE_COUNT] = {
     "range",        "elevation", "pixel_point",    "range_filled",       "elevation_filled",   "angle",
-    "angle_smooth", "nonground", "range_repaired", "elevation_repaired", "nonground_repaired", "labels"};
+    "angle_smooth", "nonground", "range_repaired", "elevation_repaired", "nonground_repaired", "labels",
+    "height"};
 
 constexpr Column kImageColumn[OVT_IMAGE_COUNT] = {Column::range_m,
                                                   Column::elevation_rad,
@@ -112,7 +113,8 @@ constexpr Column kImageColumn[OVT_IMAGE_COUNT] = {Column::range_m,
                                                   Column::range_repaired_m,
                                                   Column::elevation_repaired_rad,
                                                   Column::nonground_repaired,
-                                                  Column::labels};
+                                                  Column::labels,
+                                                  Column::height_m};
 
 const char* const kStageName[OVT_STAGE_COUNT] = {"load",   "project", "gaps",  "angle",    "smooth",  "ground",
                                                  "repair", "link",    "label", "clusters", "segment", "merge",
@@ -421,6 +423,7 @@ ovt_status ovt_read_image_sized(ovt_reader* reader, int32_t sensor, ovt_image_id
     case OVT_IMAGE_ELEVATION_REPAIRED: return floats(m.elevation_repaired_rad);
     case OVT_IMAGE_NONGROUND_REPAIRED: return bits(m.nonground_repaired);
     case OVT_IMAGE_LABELS: return integers(m.labels);
+    case OVT_IMAGE_HEIGHT: return floats(m.height_m);
     case OVT_IMAGE_COUNT: break;
   }
   // clang-format on

@@ -172,7 +172,7 @@ typedef struct ovt_param_info {
   double value_default, value_min, value_max;   /* in the unit of the text form; default of preset "paper" */
 } ovt_param_info;
 
-OVT_API ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* preset);   /* "paper" */
+OVT_API ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* preset);   /* "paper", "best" */
 /* Names of the presets, "paper" first. NULL when index is not smaller than their number. */
 OVT_API const char* ovt_preset_name(int32_t index);
 OVT_API int32_t ovt_param_count(void);
@@ -670,7 +670,8 @@ typedef enum ovt_image_id {
   OVT_IMAGE_ELEVATION_REPAIRED = 9,  /* f32 */
   OVT_IMAGE_NONGROUND_REPAIRED = 10, /* bits */
   OVT_IMAGE_LABELS = 11,             /* i32: -1 none, 0 ground, clusters from 1 */
-  OVT_IMAGE_COUNT = 12
+  OVT_IMAGE_HEIGHT = 12,             /* f32 m over the running ground, 0 empty (best) */
+  OVT_IMAGE_COUNT = 13
 } ovt_image_id;
 
 typedef enum ovt_image_type { OVT_IMAGE_F32 = 0, OVT_IMAGE_I32 = 1, OVT_IMAGE_BITS = 2 } ovt_image_type;
@@ -682,7 +683,8 @@ typedef struct ovt_image {
   size_t stride_bytes;
 } ovt_image;
 /* OVT_NO_FRAME if the frame has no scan of that sensor; OVT_NOT_KEPT without keep_images (except for
- * OVT_IMAGE_PIXEL_POINT); OVT_NOT_COMPUTED if the detector's method has no such image (paper has all images). */
+ * OVT_IMAGE_PIXEL_POINT); OVT_NOT_COMPUTED if the detector's method has no such image (paper has no
+ * OVT_IMAGE_HEIGHT; best has no OVT_IMAGE_ANGLE and OVT_IMAGE_ANGLE_SMOOTH). */
 OVT_API ovt_status ovt_read_image_sized(ovt_reader* reader, int32_t sensor, ovt_image_id image, ovt_image* out,
                                         size_t out_size);
 static inline ovt_status ovt_read_image(ovt_reader* reader, int32_t sensor, ovt_image_id image, ovt_image* out) {

@@ -7,9 +7,12 @@
 
 #include <algorithm>
 #include <barrier>
+#include <cmath>
+#include <map>
 #include <random>
 #include <thread>
 
+#include "tests/support/circle_road.h"
 #include "tests/support/detector_bench.h"
 
 using namespace overtake::test;
@@ -171,6 +174,104 @@ TEST_CASE("arrival: three threads that push at the same time give the same bytes
     bench.flush();
     CHECK(bench.records == expected);
   }
+}
+
+namespace {
+
+// Three laps on a small circuit with hills and banking, 3 s each; the clouds of the demo scene repeat.
+struct Laps : DetectorBench {
+  static constexpr std::size_t kFrames = 180;
+  static constexpr double kSpeed_mps = 64.0;
+
+  explicit Laps(int32_t workers)
+      : DetectorBench({.workers = workers, .record = false}),
+        road({.radius_m = 30.0,
+              .with_banking = true,
+              .height = [](double turn) { return 0.5 * std::sin(turn); },
+              .slope = [](double turn) { return 0.1 + 0.05 * std::cos(turn); }}) {
+    for (ovt_sensor_def& sensor : sensors) sensor.cols = 107;
+    for (double s = 0.0; s < road.length_m() - 1.0; s += 2.0) {
+      const overtake::MapPose at = road.map.at(s);
+      map_x.push_back(at.x_m), map_y.push_back(at.y_m), map_width.push_back(8.0), map_banking.push_back(at.banking_rad);
+    }
+    map_def.count = int32_t(map_x.size());
+    map_def.x_m = map_x.data(), map_def.y_m = map_y.data(), map_def.banking_rad = map_banking.data();
+    map_def.width_left_m = map_def.width_right_m = map_width.data();
+    def.on_frame = [](ovt_reader* reader, void* user) { static_cast<Laps*>(user)->record(reader); };
+    create();
+  }
+  void push_one(std::size_t frame, int32_t sensor) {
+    const ovt_points points =
+        points_of(thin_frames()[frame % 12].at(std::size_t(sensor)), sensor, stamp_of({frame, sensor}));
+    REQUIRE(ovt_push_scan(detector, &points) == OVT_OK);
+  }
+  // Poses of the frame and 0.1 s more, every 10 ms: all that its scans use.
+  void push_poses(std::size_t frame) {
+    for (; ego_ns < 1000 * kMs + int64_t(frame) * 50 * kMs + 150 * kMs; ego_ns += 10 * kMs) {
+      const overtake::EgoPose at = road.pose_at(kSpeed_mps * double(ego_ns - 1000 * kMs) * 1e-9, 1.0);
+      ovt_ego_pose pose;
+      ovt_ego_pose_init(&pose, sizeof pose);
+      pose.stamp_ns = ego_ns;
+      pose.x_m = at.x_m, pose.y_m = at.y_m, pose.z_m = at.z_m;
+      pose.roll_rad = at.roll_rad, pose.pitch_rad = at.pitch_rad, pose.yaw_rad = at.yaw_rad;
+      pose.speed_mps = kSpeed_mps, pose.yaw_rate_rps = kSpeed_mps / 30.0;
+      REQUIRE(ovt_push_ego_pose(detector, &pose) == OVT_OK);
+    }
+  }
+  // What the segmentation of each scan gave.
+  void record(ovt_reader* reader) {
+    for (int32_t s = 0; s < 3; ++s) {
+      ovt_labels labels;
+      if (ovt_read_labels(reader, s, &labels) != OVT_OK) continue;
+      overtake::Hash hash;
+      hash.add_bytes(labels.label, std::size_t(labels.count) * sizeof *labels.label);
+      hash.add_bytes(labels.reason, std::size_t(labels.count));
+      ovt_image image;
+      if (ovt_read_image(reader, s, OVT_IMAGE_HEIGHT, &image) == OVT_OK)
+        for (int32_t r = 0; r < image.rows; ++r)
+          hash.add_bytes(static_cast<const char*>(image.data) + std::size_t(r) * image.stride_bytes,
+                         std::size_t(image.cols) * sizeof(float));
+      scans[{s, labels.stamp_ns}] = hash.value();
+    }
+  }
+
+  CircleRoad road;
+  std::vector<double> map_x, map_y, map_width, map_banking;
+  int64_t ego_ns = 900 * kMs;
+  std::map<std::pair<int32_t, int64_t>, uint64_t> scans;
+};
+
+// One sensor's scan of every fifth frame, from each sensor in turn, comes `behind` frames late.
+std::map<std::pair<int32_t, int64_t>, uint64_t> run_laps(int32_t workers, std::size_t behind, bool mixed) {
+  Laps bench(workers);
+  const auto late_sensor = [&](std::size_t k) { return behind > 0 && k % 5 == 2 ? int32_t(k / 5 % 3) : -1; };
+  for (std::size_t k = 0; k < Laps::kFrames; ++k) {
+    bench.push_poses(k);
+    for (const int32_t s : kOrders[mixed ? k * 7 % 6 : 0])
+      if (s != late_sensor(k)) bench.push_one(k, s);
+    if (k >= behind && late_sensor(k - behind) >= 0) bench.push_one(k - behind, late_sensor(k - behind));
+  }
+  bench.flush();
+  CHECK(adds_up(bench.stats()));
+  CHECK(bench.stats().used == bench.stats().pushed);
+  return bench.scans;
+}
+
+}  // namespace
+
+TEST_CASE("arrival: over several laps on a map, a scan's labels and heights do not depend on when scans arrive") {
+  const auto expected = run_laps(1, 0, false);
+  REQUIRE(expected.size() == 3 * Laps::kFrames);
+  for (const int32_t workers : {1, 2})
+    for (const std::size_t behind : {0u, 1u, 3u, 8u})
+      for (const bool mixed : {false, true}) {
+        CAPTURE(workers);
+        CAPTURE(behind);
+        CAPTURE(mixed);
+        std::size_t different = 0;
+        for (const auto& [scan, hash] : run_laps(workers, behind, mixed)) different += expected.at(scan) != hash;
+        CHECK(different == 0);
+      }
 }
 
 namespace {

@@ -104,6 +104,17 @@ TEST_CASE("car gates: without a map, and with the ego vehicle far off it, no can
   }
 }
 
+TEST_CASE("car gates: beyond the end of an open circuit nothing is on it") {
+  for (const double ego_x_m : {370.0, 381.0, 390.0}) {
+    CAPTURE(ego_x_m);
+    RulesBench bench;  // the circuit ends at 400 m
+    bench.frame.ego.poses[0].x_m = ego_x_m;
+    bench.add(corners(20, 24, -0.8f, 0.8f, 0.1f, 1));
+    gate(bench);
+    CHECK(bench.frame.gated_map == (ego_x_m > 380.0 ? 1 : 0));
+  }
+}
+
 TEST_CASE("car gates: beyond gate.range_m nothing is a detection, ahead and behind") {
   for (const float x : {-126.0f, 126.0f}) CHECK(keep(corners(x, x + 1, -0.5f, 0.5f, 0, 1), &Frame::gated_range) == 1);
   for (const float x : {-136.0f, 136.0f}) CHECK(keep(corners(x, x + 1, -0.5f, 0.5f, 0, 1), &Frame::gated_range) == 0);

@@ -108,6 +108,12 @@ TEST_CASE("commands: inspect writes the images that the method computes and name
   CHECK(paper.code == 0);
   CHECK_FALSE(holds(paper.text, "does not compute"));
   CHECK(has("paper/angle.png"));
+  CHECK_FALSE(has("paper/height.png"));
+  const Outcome best = inspect("best");
+  CHECK(best.code == 0);
+  CHECK(holds(best.text, "note: preset best does not compute angle, angle_smooth\n"));
+  CHECK(has("best/height.png"));
+  CHECK(has("best/height.npy"));
 }
 
 TEST_CASE("commands: evaluate judges a method that lacks images, run shows it") {

@@ -6,6 +6,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <cstring>
 #include <set>
 #include <string>
@@ -64,10 +65,23 @@ TEST_CASE("methods: the error for an unknown method lists the existing ones") {
   CHECK(error_of(params, OVT_UNKNOWN_NAME) != "");
 }
 
-TEST_CASE("methods: images and stages that a method does not compute return NOT_COMPUTED, all others exist") {
+struct Absent {
+  const char* preset;
+  std::set<int32_t> images, stages;
+};
+const Absent kAbsent[] = {
+    {"paper", {OVT_IMAGE_HEIGHT}, {}},
+    {"best", {OVT_IMAGE_ANGLE, OVT_IMAGE_ANGLE_SMOOTH}, {OVT_STAGE_ANGLE, OVT_STAGE_SMOOTH}},
+    {"plain",
+     {OVT_IMAGE_ANGLE, OVT_IMAGE_ANGLE_SMOOTH, OVT_IMAGE_NONGROUND, OVT_IMAGE_HEIGHT},
+     {OVT_STAGE_ANGLE, OVT_STAGE_SMOOTH, OVT_STAGE_REPAIR}},
+};
+
+void check_absent(const Absent& method) {
   for (const int32_t keep_images : {1, 0}) {
+    CAPTURE(std::string(method.preset));
     DetectorBench bench({});
-    REQUIRE(ovt_params_init(&bench.params, sizeof bench.params, "plain") == OVT_OK);
+    REQUIRE(ovt_params_init(&bench.params, sizeof bench.params, method.preset) == OVT_OK);
     bench.def.keep_images = keep_images;
     bench.create();
     bench.push_frame(0);
@@ -77,7 +91,7 @@ TEST_CASE("methods: images and stages that a method does not compute return NOT_
     REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
     for (int32_t id = 0; id < OVT_IMAGE_COUNT; ++id) {
       CAPTURE(id);
-      const bool absent = id == OVT_IMAGE_ANGLE || id == OVT_IMAGE_ANGLE_SMOOTH || id == OVT_IMAGE_NONGROUND;
+      const bool absent = method.images.contains(id);
       const bool kept = keep_images || id == OVT_IMAGE_PIXEL_POINT;
       ovt_image image{};
       CHECK(ovt_read_image(reader, 0, ovt_image_id(id), &image) == (absent ? OVT_NOT_COMPUTED
@@ -87,7 +101,7 @@ TEST_CASE("methods: images and stages that a method does not compute return NOT_
     }
     for (int32_t stage = 0; stage < OVT_STAGE_COUNT; ++stage) {
       CAPTURE(stage);
-      const bool absent = stage == OVT_STAGE_ANGLE || stage == OVT_STAGE_SMOOTH || stage == OVT_STAGE_REPAIR;
+      const bool absent = method.stages.contains(stage);
       const bool of_frame = stage == OVT_STAGE_FRAME || (stage >= OVT_STAGE_MERGE && stage <= OVT_STAGE_TRACK);
       ovt_span span{};
       int64_t ns = 0;
@@ -97,6 +111,54 @@ TEST_CASE("methods: images and stages that a method does not compute return NOT_
     }
     ovt_destroy_reader(reader);
   }
+}
+
+TEST_CASE("methods: images and stages that a method does not compute return NOT_COMPUTED, all others exist") {
+  for (const Absent& method : kAbsent) check_absent(method);
+}
+
+TEST_CASE("methods: the height image of best has a height for each pixel with a range, and 0 for the others") {
+  DetectorBench bench({});
+  REQUIRE(ovt_params_init(&bench.params, sizeof bench.params, "best") == OVT_OK);
+  bench.create();
+  bench.push_frame(0);
+  bench.flush();
+  ovt_reader* reader = nullptr;
+  REQUIRE(ovt_create_reader(bench.detector, &reader) == OVT_OK);
+  REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
+  CHECK(std::string(ovt_image_name(OVT_IMAGE_HEIGHT)) == "height");
+  ovt_image height, range, nonground;
+  REQUIRE(ovt_read_image(reader, 0, OVT_IMAGE_HEIGHT, &height) == OVT_OK);
+  REQUIRE(ovt_read_image(reader, 0, OVT_IMAGE_RANGE_FILLED, &range) == OVT_OK);
+  REQUIRE(ovt_read_image(reader, 0, OVT_IMAGE_NONGROUND, &nonground) == OVT_OK);
+  REQUIRE(height.type == OVT_IMAGE_F32);
+  REQUIRE(height.rows == range.rows);
+  REQUIRE(height.cols == range.cols);
+  const auto row = [](const ovt_image& image, int32_t r) {
+    return static_cast<const char*>(image.data) + std::size_t(r) * image.stride_bytes;
+  };
+  int32_t empty = 0, empty_with_height = 0, ground = 0, low_ground = 0, high = 0, high_ground = 0;
+  for (int32_t r = 0; r < height.rows; ++r) {
+    const auto* h = reinterpret_cast<const float*>(row(height, r));
+    const auto* m = reinterpret_cast<const float*>(row(range, r));
+    const auto* bits = reinterpret_cast<const uint64_t*>(row(nonground, r));
+    for (int32_t c = 0; c < height.cols; ++c) {
+      const bool is_ground = m[c] > 0 && (bits[c / 64] >> (c % 64) & 1) == 0;
+      empty += m[c] == 0;
+      empty_with_height += m[c] == 0 && h[c] != 0;
+      ground += is_ground;
+      low_ground += is_ground && std::fabs(h[c]) < 0.3f;
+      high += h[c] > 1.0f && h[c] < 2.0f;
+      high_ground += is_ground && h[c] > 1.0f;
+    }
+  }
+  CHECK(empty > 100);
+  CHECK(empty_with_height == 0);
+  CHECK(ground > 1000);
+  CHECK(low_ground > ground * 9 / 10);
+  CHECK(high > 100);
+  CHECK(high_ground == 0);
+  ovt_destroy_reader(reader);
 }
 
 TEST_CASE("methods: a method that does not compare the ego pose with the map says nothing about its place") {
@@ -160,7 +222,8 @@ TEST_CASE("methods: parameters belong to the steps, rules and trackers that read
     const std::set<std::string> of_best = {"gate.height_m",   "gate.width_slack_m",  "gate.inside_m",
                                            "gate.range_m",    "gate.own_back_m",     "gate.own_front_m",
                                            "gate.own_side_m", "pose.front_length_m", "pose.angle_sigma_deg"};
-    const bool only_best = group == "join" || group == "class" || group == "running_ground" || group == "ego" || of_best.count(name) > 0;
+    const bool only_best =
+        group == "join" || group == "class" || group == "running_ground" || group == "ego" || of_best.count(name) > 0;
     const bool absent = only_best || group == "angle" || group == "smooth" || group == "ground" || group == "repair" ||
                         name == "gate.map_margin_m";
     bool is_read = false;  // by one preset at least

@@ -1,7 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Preset `best`, from a scan to tracks.
+// Preset `best`, from a scan to tracks: the paper's chain with another ground removal, and rules that know what a car
+// looks like and where the road is. Numbers: the section of kernels/README.md whose work a step or rule does.
 #include "pipeline/method/frame_rules.h"
 #include "pipeline/method/method.h"
 #include "pipeline/method/steps.h"
@@ -12,28 +13,29 @@ namespace {
 
 // Run for each scan.
 constexpr Step kSegment[] = {
-    step::project_points, step::rank_layers,    step::scatter_points,  // 1   range and elevation image
-    step::fill_gaps,                                                   // 2   gaps of one pixel
-    step::sample_road,    step::running_ground,                        // 5b  ground: height over the running ground
-    step::repair_range,                                                // 6   NGRIR (eq. 3)
-    step::link_pixels,                                                 // 7a  which neighbours belong together (eq. 2)
-    step::label_bfs,      step::label_points,                          // 7b  connected components
-    step::build_clusters, step::count_reasons,                         // 8a  table of clusters in the vehicle frame
+    step::project_points, step::rank_layers,   step::scatter_points,  // 1   range and elevation image
+    step::fill_gaps,                                                  // 2   gaps of one pixel
+    step::sample_road,                                                // 5b  where the road should be
+    step::running_ground,                                             // 5b  ground: height over the running ground
+    step::repair_range,                                               // 6   NGRIR (eq. 3)
+    step::link_pixels,                                                // 7a  which neighbours belong together (eq. 2)
+    step::label_bfs,      step::label_points,                         // 7b  connected components
+    step::build_clusters, step::count_reasons,                        // 8a  table of clusters in the vehicle frame
 };
 static_assert(is_chain(kSegment, kGivenColumns));
 
 // Run once per frame, after the segmentation of all its scans.
 constexpr FrameRule kFrame[] = {
-    rule::merge_seams,            // clusters across the seams of two sensors
-    rule::find_ego_on_map_first,  // whether this frame may use the map
-    rule::locate_clusters,        // psi_REF and the place on the circuit
-    rule::join_shards,            // clusters of one car
-    rule::measure_walls,          // the ego heading, against the bounds of the circuit
-    rule::keep_car_shaped,        // not of the own car, as large as a car at most
-    rule::keep_inside_bounds,     // and with its centre on the circuit
-    rule::keep_in_range,          // and near
-    rule::keep_nearest,           // the nearest, up to the capacity
-    rule::pose_by_view,           // pose and covariance by the side that is seen
+    rule::merge_seams,            // 8b  clusters across the seams of two sensors (eq. 4)
+    rule::find_ego_on_map_first,  //     whether this frame may use the map
+    rule::locate_clusters,        //     psi_REF and the place on the circuit
+    rule::join_shards,            //     clusters of one car
+    rule::measure_walls,          //     the ego heading, against the bounds of the circuit
+    rule::keep_car_shaped,        // 9   not of the own car, and at most as large as a car
+    rule::keep_inside_bounds,     // 9   and with its centre on the circuit
+    rule::keep_in_range,          //     and near
+    rule::keep_nearest,           //     the nearest, up to the capacity
+    rule::pose_by_view,           // 10  pose and covariance by the side that is seen
 };
 
 }  // namespace
@@ -41,7 +43,7 @@ constexpr FrameRule kFrame[] = {
 constinit const Method kBest = {.name = "best",
                                 .segment = kSegment,
                                 .frame = kFrame,
-                                .make_tracker = make_cvtr_tracker,
+                                .make_tracker = make_cvtr_tracker,  // 11  CVTR, Munkres, M of N (eqs. 6 and 7)
                                 .tracker_params = "tracker",
                                 .set_defaults = [](ovt_params& params) noexcept { params.merge_columns = 8; }};
 

@@ -11,12 +11,18 @@
 namespace overtake {
 namespace {
 
-constexpr double kOffRoad_m = 1.0;         // a pose this far outside of the circuit is not on its road
-constexpr double kLongestStep_m = 40.0;    // between two poses; a longer one is a jump
-constexpr double kLargestClimb = 0.5;      // of the height between two poses: a larger one is a jump
+constexpr double kOffRoad_m = 1.0;       // a pose this far outside of the circuit is not on its road
+constexpr double kLongestStep_m = 40.0;  // between two poses; a longer one is a jump
+constexpr double kLargestClimb = 0.5;    // of the height between two poses: a larger one is a jump
 constexpr int64_t kLongestStepNs = 1'000'000'000;
-constexpr int32_t kPasses = 4;             // the mean over passes forgets older ones
+constexpr int32_t kPasses = 4;  // the mean over passes forgets older ones
 constexpr int64_t kThisLapNs = 20'000'000'000;
+constexpr double kLeastEarlier = 0.25;  // share of earlier laps in the height below the vehicle that shows the drift
+// A vehicle that stands at the border of two bins would renew them with each pose. A late scan still finds its value if
+// a bin keeps two values that are this far apart: a scan may be late by kLateNs, and poses may be ahead of it.
+constexpr int64_t kRenewNs = 1'000'000'000;
+static_assert(kRenewNs >= kLateNs + HeightProfile::kLagNs);
+constexpr double kDriftShare = 0.2;  // of a new bin in the drift since the last lap: the mean of about 25 m
 
 double tangent(double angle_rad) noexcept {
   double sine, cosine;
@@ -36,7 +42,7 @@ bool HeightProfile::build(const CircuitMap* map, const Allocator& allocator) {
 
 void HeightProfile::restart() noexcept {
   for (int32_t i = 0; i < count_; ++i) bins_[i].newest.from_ns = bins_[i].before.from_ns = INT64_MIN;
-  has_last_ = false;
+  has_last_ = has_drift_ = false;
   open_bin_ = -1;
 }
 
@@ -56,9 +62,9 @@ const HeightProfile::Value& HeightProfile::value_at(int32_t bin, int64_t stamp_n
   return b.newest.from_ns <= stamp_ns ? b.newest : b.before;
 }
 
-// The profile between the middles of two bins. The stamp is INT64_MAX if one is not known, else from when both are valid.
-HeightProfile::Place HeightProfile::read(double s_m, int64_t stamp_ns) const noexcept {
-  constexpr Place kUnknown = {0.0, 0.0, 0.0, INT64_MAX};
+// The profile between the middles of two bins.
+HeightProfile::Reading HeightProfile::read(double s_m, int64_t stamp_ns) const noexcept {
+  constexpr Reading kUnknown = {false, 0.0, 0.0, 0.0};
   const double half_m = 0.5 * map_->length_m() / double(count_);
   const int32_t a = bin_at(s_m - half_m), b = bin_at(s_m + half_m);
   if (a < 0 || b < 0) return kUnknown;
@@ -67,8 +73,11 @@ HeightProfile::Place HeightProfile::read(double s_m, int64_t stamp_ns) const noe
   double from_a = s_m - (a + 0.5) * 2.0 * half_m;
   if (from_a < 0.0) from_a += map_->length_m();
   const double u = std::clamp(from_a / (2.0 * half_m), 0.0, 1.0);
-  return {s_m, va.height_m + u * (vb.height_m - va.height_m), va.cross_slope + u * (vb.cross_slope - va.cross_slope),
-          std::max(va.from_ns, vb.from_ns)};
+  const auto is_earlier = [&](const Value& v) {
+    return v.from_ns == INT64_MIN || difference_ns(stamp_ns, v.from_ns) >= kThisLapNs;
+  };
+  return {true, va.height_m + u * (vb.height_m - va.height_m), va.cross_slope + u * (vb.cross_slope - va.cross_slope),
+          (is_earlier(va) ? 1.0 - u : 0.0) + (is_earlier(vb) ? u : 0.0)};
 }
 
 // The centre line's height at a pose. Without banking in the map, the cross slope is that of the vehicle's own plane.
@@ -87,9 +96,20 @@ HeightProfile::Place HeightProfile::place_of(const EgoState& ego, const MapProje
 void HeightProfile::complete(int64_t stamp_ns) noexcept {
   if (open_bin_ < 0 || open_samples_ == 0) return;
   Bin& bin = bins_[open_bin_];
-  const double height_m = open_height_m_ / open_samples_, cross_slope = open_cross_slope_ / open_samples_;
-  bin.before = bin.newest;
   Value& v = bin.newest;
+  const int64_t age_ns = difference_ns(stamp_ns + kLagNs, v.from_ns);
+  if (v.passes > 0 && age_ns >= 0 && age_ns < kRenewNs) return;
+  const double height_m = open_height_m_ / open_samples_, cross_slope = open_cross_slope_ / open_samples_;
+  bin.before = v;
+  // Heights of an earlier lap get the drift of the localisation since then, so that a mean has heights of this lap.
+  if (v.passes == 0) {
+    has_drift_ = false;
+  } else if (age_ns < 0 || age_ns >= kThisLapNs) {
+    const double risen_m = height_m - v.height_m;
+    drift_m_ = has_drift_ ? drift_m_ + kDriftShare * (risen_m - drift_m_) : risen_m;
+    has_drift_ = true;
+    v.height_m += drift_m_;
+  }
   v.passes = std::min(v.passes + 1, kPasses);
   v.height_m += (height_m - v.height_m) / v.passes;
   v.cross_slope += (cross_slope - v.cross_slope) / v.passes;
@@ -117,7 +137,7 @@ void HeightProfile::learn(const EgoPose& pose) noexcept {
   if (!on_road) {
     complete(pose.stamp_ns);
     open_bin_ = -1;
-    has_last_ = false;
+    has_last_ = has_drift_ = false;
     return;
   }
   EgoState ego;
@@ -135,6 +155,7 @@ void HeightProfile::learn(const EgoPose& pose) noexcept {
                         difference_ns(place.stamp_ns, last_.stamp_ns) <= kLongestStepNs;
     if (!steady) {
       open_bin_ = -1;
+      has_drift_ = false;
     } else {
       const int32_t pieces = 1 + int32_t(std::fabs(step_m) / (0.5 * kBin_m));
       for (int32_t i = 1; i < pieces; ++i) {
@@ -171,15 +192,14 @@ void HeightProfile::describe(const EgoBuffer& poses, const EgoRange& range, int6
   const Place here = place_of(road.ego, at);
   // The heights of two laps may differ by the drift of the localisation. The ego vehicle's height now, against that of
   // an earlier lap at the same place, corrects the part that was driven in an earlier lap.
-  const Place earlier = read(at.s_m, stamp_ns);
-  const double drift_m = earlier.stamp_ns != INT64_MAX ? here.height_m - earlier.height_m : 0.0;
+  const Reading below = read(at.s_m, stamp_ns);
+  const double drift_m = below.earlier > kLeastEarlier ? (here.height_m - below.height_m) / below.earlier : 0.0;
   constexpr int32_t kHere = RoadData::kStations / 2;
   for (int32_t k = 0; k < RoadData::kStations; ++k) {
-    const Place v = read(at.s_m + (k - kHere) * RoadData::kStation_m, stamp_ns);
-    road.known[k] = v.stamp_ns != INT64_MAX;
+    const Reading v = read(at.s_m + (k - kHere) * RoadData::kStation_m, stamp_ns);
+    road.known[k] = v.known;
     if (!road.known[k]) continue;
-    const bool this_lap = v.stamp_ns != INT64_MIN && difference_ns(stamp_ns, v.stamp_ns) < kThisLapNs;
-    road.height_m[k] = float(v.height_m + (this_lap ? 0.0 : drift_m) - road.ego.pose.z_m);
+    road.height_m[k] = float(v.height_m + v.earlier * drift_m - road.ego.pose.z_m);
     road.cross_slope[k] = float(v.cross_slope);
   }
   fill_stations(float(here.height_m - road.ego.pose.z_m), float(here.cross_slope), road);

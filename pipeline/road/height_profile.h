@@ -6,7 +6,7 @@
 //
 // Results must not depend on the order of arrival. A bin is used from kLag after the pose that completed it, by stamps:
 // by then every pose up to that one has arrived, and a late scan still finds the value that was valid at its stamp,
-// because a bin keeps its last two values.
+// because a bin keeps its last two values, and renews them at most once a second.
 #pragma once
 
 #include <cstdint>
@@ -47,12 +47,18 @@ class HeightProfile {
     int64_t stamp_ns;
   };
 
+  struct Reading {
+    bool known;
+    double height_m, cross_slope;
+    double earlier;  // share of values from an earlier lap
+  };
+
   void learn(const EgoPose& pose) noexcept;
   void add(const Place& place) noexcept;
   void complete(int64_t stamp_ns) noexcept;
   int32_t bin_at(double s_m) const noexcept;  // -1 beyond the ends of an open line
   const Value& value_at(int32_t bin, int64_t stamp_ns) const noexcept;
-  Place read(double s_m, int64_t stamp_ns) const noexcept;
+  Reading read(double s_m, int64_t stamp_ns) const noexcept;
   static void fill_stations(float height_m, float cross_slope, RoadData& road) noexcept;
   Place place_of(const EgoState& ego, const MapProjection& at) const noexcept;
 
@@ -67,6 +73,9 @@ class HeightProfile {
   // The bin that the vehicle is in.
   int32_t open_bin_ = -1, open_samples_ = 0;
   double open_height_m_ = 0, open_cross_slope_ = 0;
+  // How far the poses of this lap are above those of the last one.
+  bool has_drift_ = false;
+  double drift_m_ = 0;
   EgoWindow window_;
 };
 

@@ -12,13 +12,15 @@ namespace overtake {
 namespace {
 
 constexpr float kKnownReach_m = 100.0f;  // of known stations along a ray
+constexpr float kVerge_m = 6.0f;         // a ray that is farther outside of the road goes on level
 constexpr float kOuterReach_m = 0.8f;    // the cross slope goes on beyond the outer edge, to the wall
 
 // The centre line as straight pieces between stations, relative to the ego vehicle, in the map's axes.
 struct Line {
   int32_t first = 0, last = -1;  // stations with a place
   float x[RoadData::kStations], y[RoadData::kStations], left[RoadData::kStations], right[RoadData::kStations];
-  float dx[RoadData::kStations], dy[RoadData::kStations], per_m2[RoadData::kStations];  // to the next station
+  float dx[RoadData::kStations], dy[RoadData::kStations];  // to the next station
+  float per_m[RoadData::kStations], per_m2[RoadData::kStations];
 };
 
 void lay_line(const RoadData& road, Line& line) noexcept {
@@ -40,14 +42,16 @@ void lay_line(const RoadData& road, Line& line) noexcept {
     line.dy[k] = line.y[k + 1] - line.y[k];
     const float length2 = line.dx[k] * line.dx[k] + line.dy[k] * line.dy[k];
     line.per_m2[k] = length2 > 1e-6f ? 1.0f / length2 : 0.0f;
+    line.per_m[k] = std::sqrt(line.per_m2[k]);
   }
 }
 
 float mix(float a, float b, float weight) noexcept { return a + weight * (b - a); }
 
 // Height of the road at a place relative to the ego vehicle, in the map's axes. `station`: where to begin; then the
-// piece of the place. False where the heights are not known.
-bool find_height(const RoadData& road, const Line& line, float x, float y, int32_t& station, float& height_m) noexcept {
+// piece of the place. `outside_m`: distance from the road. False where the heights are not known.
+bool find_height(const RoadData& road, const Line& line, float x, float y, int32_t& station, float& height_m,
+                 float& outside_m) noexcept {
   int32_t k = std::clamp(station, line.first, line.last - 1);
   const auto along = [&](int32_t i) {
     return ((x - line.x[i]) * line.dx[i] + (y - line.y[i]) * line.dy[i]) * line.per_m2[i];
@@ -58,13 +62,13 @@ bool find_height(const RoadData& road, const Line& line, float x, float y, int32
   station = k;
   if (!road.known[k] || !road.known[k + 1]) return false;
   t = max_of(min_of(t, 1.0f), 0.0f);
-  const float d =
-      (line.dx[k] * (y - line.y[k]) - line.dy[k] * (x - line.x[k])) * float(std::sqrt(line.per_m2[k]));
+  const float d = (line.dx[k] * (y - line.y[k]) - line.dy[k] * (x - line.x[k])) * line.per_m[k];
   const float slope = mix(road.cross_slope[k], road.cross_slope[k + 1], t);
   const float left = mix(line.left[k], line.left[k + 1], t), right = mix(line.right[k], line.right[k + 1], t);
   const float reach = max_of(min_of(d, left + (slope < 0.0f ? kOuterReach_m : 0.0f)),
                              -right - (slope > 0.0f ? kOuterReach_m : 0.0f));
   height_m = mix(road.height_m[k], road.height_m[k + 1], t) - reach * slope;
+  outside_m = abs_of(d - reach);
   return true;
 }
 
@@ -86,14 +90,14 @@ bool sample_known(const RoadData& road, const Line& line, const Axes& axes, floa
                   float origin_m, Ray& ray) noexcept {
   const float *r = axes.map, *m = axes.mounting.r, *t = axes.mounting.t;
   int32_t station = RoadData::kStations / 2;
-  float sensor_z = -t[2], vehicle_z = 0.0f, last_z = 0.0f;
+  float sensor_z = -t[2], vehicle_z = 0.0f, last_z = 0.0f, height_m = 0.0f, outside_m = 0.0f;
   for (int32_t i = 0; i < kNodes; ++i) {
     const float distance = node_distance_m(i), x = distance * cosine, y = distance * sine;
     const float vx = m[0] * x + m[1] * y + m[2] * sensor_z + t[0], vy = m[3] * x + m[4] * y + m[5] * sensor_z + t[1];
     const float guess_z = vehicle_z + (vehicle_z - last_z);  // the height decides the place on a banked road
-    float height_m;
-    if (!find_height(road, line, r[0] * vx + r[1] * vy + r[2] * guess_z, r[3] * vx + r[4] * vy + r[5] * guess_z,
-                     station, height_m)) {
+    if (outside_m <= kVerge_m &&
+        !find_height(road, line, r[0] * vx + r[1] * vy + r[2] * guess_z, r[3] * vx + r[4] * vy + r[5] * guess_z, station,
+                     height_m, outside_m)) {
       if (distance <= kKnownReach_m) return false;
       ray.heights_m[i] = 2.0f * ray.heights_m[i - 1] - ray.heights_m[i - 2];
       continue;
@@ -135,7 +139,7 @@ struct RoadPoints {
 void collect_ground(const RunningGroundParams& params, const Axes& axes, const SensorModel& sensor,
                     Plane<const float> range_m, Plane<const float> elevation_rad, const RoadShape& shape, float reach_m,
                     RoadPoints& points) noexcept {
-  constexpr int32_t kColumns = 32;
+  constexpr int32_t kColumns = 20;
   constexpr float kLane_m = 6.0f;
   const float *m = axes.mounting.r, *t = axes.mounting.t;
   const GroundBlock block = make_ground_block(params, false);
@@ -240,7 +244,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
                  const RoadSurface& surface) noexcept {
   Axes axes = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, sensor.T_vehicle_sensor};
   if (abs_of(axes.mounting.r[8]) < 0.1f) axes.mounting.r[8] = 0.1f;  // a sensor on its side sees no road
-  float origin_m = 0.0f;
+  float origin_m = 0.0f, outside_m = 0.0f;
   RoadShape shape;
   bool fitted = false;
   Line line;
@@ -255,7 +259,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
   if (has_line) {
     lay_line(road, line);
     int32_t station = RoadData::kStations / 2;
-    has_line = line.last > line.first && find_height(road, line, 0.0f, 0.0f, station, origin_m);
+    has_line = line.last > line.first && find_height(road, line, 0.0f, 0.0f, station, origin_m, outside_m);
     origin_m /= axes.map[8];
   }
   // The up axis of the map, in the sensor's axes.

@@ -67,7 +67,7 @@ struct Story {
 
   bool create() {
     def = ovt_default_detector_def();
-    params = ovt_default_params();
+    ovt_params_init(&params, sizeof params, draw_preset(in));
     params.tracker_confirm_hits = 2, params.tracker_keep_hits = 1;
     params.tracker_horizon_s = 0.2;
     const uint8_t head = in.byte();

@@ -113,7 +113,10 @@ inline const char* find_broken_scan(ovt_reader* reader, int32_t sensor, bool pre
   for (int32_t id = 0; id < OVT_IMAGE_COUNT; ++id) {
     ovt_image image;
     const ovt_status status = ovt_read_image(reader, sensor, ovt_image_id(id), &image);
-    OVT_RULE(status == OVT_OK || (status == OVT_NOT_KEPT && id != OVT_IMAGE_PIXEL_POINT));
+    const bool of_any_method =
+        id != OVT_IMAGE_ANGLE && id != OVT_IMAGE_ANGLE_SMOOTH && id != OVT_IMAGE_NONGROUND && id != OVT_IMAGE_HEIGHT;
+    OVT_RULE(status == OVT_OK || (status == OVT_NOT_KEPT && id != OVT_IMAGE_PIXEL_POINT) ||
+             (status == OVT_NOT_COMPUTED && !of_any_method));
     if (status != OVT_OK) continue;
     if (const char* broken = find_broken_image(image)) return broken;
   }

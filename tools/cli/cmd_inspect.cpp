@@ -67,9 +67,9 @@ io::FrameScans choose_frame(const std::string& input, const io::Rig& rig, int64_
 
 // The range image that defines which pixels of image `id` are returns: that of its stage, else any available one.
 DenseImage returns_of(const std::map<int32_t, DenseImage>& images, int32_t id) {
-  const int32_t own = id == OVT_IMAGE_ELEVATION_FILLED     ? OVT_IMAGE_RANGE_FILLED
-                      : id == OVT_IMAGE_ELEVATION_REPAIRED ? OVT_IMAGE_RANGE_REPAIRED
-                                                           : OVT_IMAGE_RANGE;
+  const int32_t own = id == OVT_IMAGE_ELEVATION_FILLED || id == OVT_IMAGE_HEIGHT ? OVT_IMAGE_RANGE_FILLED
+                      : id == OVT_IMAGE_ELEVATION_REPAIRED                       ? OVT_IMAGE_RANGE_REPAIRED
+                                                                                 : OVT_IMAGE_RANGE;
   for (const int32_t range : {own, int32_t(OVT_IMAGE_RANGE), int32_t(OVT_IMAGE_RANGE_FILLED)})
     if (const auto known = images.find(range); known != images.end()) return known->second;
   DenseImage all = images.at(id);
@@ -148,11 +148,11 @@ void write_scan_images(const std::string& folder, const io::SensorScan& scan, co
   io::write_png(folder + "/scan.png", draw_scan({x.data(), y.data(), z.data(), x.size(), nullptr}, caption));
 }
 
-// The images that the preset's method does not compute.
+// The images of preset `paper` that the preset's method does not compute.
 std::string absent_images(const std::map<int32_t, DenseImage>& images) {
   std::vector<std::string> names;
   for (int32_t id = 0; id < OVT_IMAGE_COUNT; ++id)
-    if (!images.contains(id)) names.emplace_back(ovt_image_name(id));
+    if (id != OVT_IMAGE_HEIGHT && !images.contains(id)) names.emplace_back(ovt_image_name(id));
   return io::join(names, ", ");
 }
 
@@ -202,8 +202,9 @@ int inspect(const InspectOptions& options) {
     for (int32_t& point : owner_image->second.integer)
       if (point >= 0) point = frame.scans[0].input_index[std::size_t(point)];  // rows of the input file
   for (const auto& [id, image] : images) write_image(options.out, image, returns_of(images, id));
-  std::vector<io::Picture> strip;  // four stages of one scan
-  for (int32_t id : {OVT_IMAGE_RANGE, OVT_IMAGE_ANGLE_SMOOTH, OVT_IMAGE_RANGE_REPAIRED, OVT_IMAGE_LABELS})
+  std::vector<io::Picture> strip;  // four stages of one scan; ground removal by angles or by height
+  for (int32_t id :
+       {OVT_IMAGE_RANGE, OVT_IMAGE_ANGLE_SMOOTH, OVT_IMAGE_HEIGHT, OVT_IMAGE_RANGE_REPAIRED, OVT_IMAGE_LABELS})
     if (images.contains(id)) strip.push_back(draw_image(images.at(id), returns_of(images, id)));
   io::write_png(options.out + "/strip.png", stack_pictures(strip));
 

@@ -141,8 +141,8 @@ void McapView::add_clouds(ovt_reader* reader, const ovt_frame_info& info) {
 
 void McapView::add_images(ovt_reader* reader, int32_t sensor, int64_t stamp_ns) {
   const std::string& name = config_.rig.sensors[std::size_t(sensor)].name;
-  for (const ovt_image_id id :
-       {OVT_IMAGE_RANGE, OVT_IMAGE_ANGLE_SMOOTH, OVT_IMAGE_NONGROUND, OVT_IMAGE_RANGE_REPAIRED, OVT_IMAGE_LABELS}) {
+  for (const ovt_image_id id : {OVT_IMAGE_RANGE, OVT_IMAGE_ANGLE_SMOOTH, OVT_IMAGE_HEIGHT, OVT_IMAGE_NONGROUND,
+                                OVT_IMAGE_RANGE_REPAIRED, OVT_IMAGE_LABELS}) {
     ovt_image image;
     if (ovt_read_image(reader, sensor, id, &image) != OVT_OK) continue;
     const std::size_t rows = std::size_t(image.rows), cols = std::size_t(image.cols);

@@ -6,8 +6,8 @@
 //
 //   /tf                      FrameTransform   map to vehicle (if the ego pose is known), vehicle to each sensor
 //   /SENSOR/points           PointCloud       x y z intensity layer, label, cluster, reason; sensor frame
-//   /SENSOR/image/NAME       RawImage         range, angle_smooth, range_repaired (32FC1), nonground (mono8),
-//                                             labels (rgb8)
+//   /SENSOR/image/NAME       RawImage         range, angle_smooth, height, range_repaired (32FC1), nonground (mono8),
+//                                             labels (rgb8); those that the preset computes
 //   /detections, /tracks     SceneUpdate      candidates with both headings; tracks with covariance and predicted path
 //   /map                     SceneUpdate      centre line and bounds, once
 //   /detections/numbers, /tracks/numbers, /times, /counters       JSON: all columns; ns per stage; ovt_stats

@@ -71,6 +71,15 @@ ColoredImage color_angle(const DenseImage& image) {
   return {colors, "level 0", "90 deg upright"};
 }
 
+// A fixed scale: pictures of several scans compare. The road is blue, and the top of a car is green.
+ColoredImage color_height(const DenseImage& image, const DenseImage& returns) {
+  constexpr double kLow_m = -0.5, kHigh_m = 2.0;
+  const auto share_of = [&](std::size_t i) {
+    return returns.real[i] > 0 ? (double(image.real[i]) - kLow_m) / (kHigh_m - kLow_m) : NAN;
+  };
+  return {color_shares(image, share_of), fixed(kLow_m, 1) + " m", fixed(kHigh_m, 1) + " m"};
+}
+
 int32_t largest_of(const DenseImage& image) {
   return image.integer.empty() ? 0 : *std::max_element(image.integer.begin(), image.integer.end());
 }
@@ -137,6 +146,7 @@ ColoredImage color_image(const DenseImage& image, const DenseImage& returns) {
   if (!image.is_float) return color_integers(image, returns);
   if (image.name.rfind("angle", 0) == 0) return color_angle(image);
   if (image.name.rfind("elevation", 0) == 0) return color_elevation(image, returns);
+  if (image.name == "height") return color_height(image, returns);
   return color_range(image);
 }
 
