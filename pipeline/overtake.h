@@ -153,15 +153,15 @@ typedef struct ovt_params {
   double pose_angle_sigma_rad;       /* pose.angle_sigma_deg       of the ego heading */
   double class_debris_m;             /* class.debris_m */
   /* the ego heading, learned from walls; preset paper does not read them */
-  double ego_wall_length_m;          /* ego.wall_length_m */
-  double ego_wall_reach_m;           /* ego.wall_reach_m */
-  double ego_wall_scatter_m;         /* ego.wall_scatter_m */
-  double ego_wall_sigma_rad;         /* ego.wall_sigma_deg */
-  double ego_wall_memory_s;          /* ego.wall_memory_s */
-  double ego_constant_sigma_rad;     /* ego.constant_sigma_deg */
-  double ego_mounting_sigma_rad;     /* ego.mounting_sigma_deg */
-  double ego_slip_sigma_rad;         /* ego.slip_sigma_deg         per m/s^2 */
-  double ego_lever_sigma_m;          /* ego.lever_sigma_m */
+  double ego_heading_wall_length_m;  /* ego_heading.wall_length_m */
+  double ego_heading_wall_reach_m;   /* ego_heading.wall_reach_m */
+  double ego_heading_wall_scatter_m; /* ego_heading.wall_scatter_m */
+  double ego_heading_wall_sigma_rad; /* ego_heading.wall_sigma_deg */
+  double ego_heading_wall_memory_s;  /* ego_heading.wall_memory_s */
+  double ego_heading_constant_sigma_rad; /* ego_heading.constant_sigma_deg */
+  double ego_heading_mounting_sigma_rad; /* ego_heading.mounting_sigma_deg */
+  double ego_heading_slip_sigma_rad; /* ego_heading.slip_sigma_deg per m/s^2 */
+  double ego_heading_lever_sigma_m;  /* ego_heading.lever_sigma_m */
 } ovt_params;
 
 typedef struct ovt_param_info {

@@ -117,15 +117,14 @@ SegmentParams make_segment_params(const ovt_params& params, const SensorModel& s
   make_smooth_sg(params.smooth_window, params.smooth_order, &out.smooth_sg);
   out.mark_ground = {float(params.ground_threshold_rad)};
   sin_cos_f64(params.running_ground_foot_rad, sine, cosine);
-  out.running_ground = {
-      .height_m = float(params.running_ground_height_m),
-      .known = {float(params.running_ground_known_per_m), float(params.running_ground_known_limit_m),
-                float(params.running_ground_known_slope), float(params.running_ground_known_reach_m)},
-      .guess = {float(params.running_ground_guess_per_m), float(params.running_ground_guess_limit_m),
-                float(params.running_ground_guess_slope), float(params.running_ground_guess_reach_m)},
-      .level_reach_m = float(params.running_ground_level_reach_m),
-      .level_slope_slack = float(params.running_ground_level_slack),
-      .foot_slope = float(sine / cosine)};
+  out.running_ground = {.height_m = float(params.running_ground_height_m),
+                        .known = {float(params.running_ground_known_per_m), float(params.running_ground_known_limit_m),
+                                  float(params.running_ground_known_slope), float(params.running_ground_known_reach_m)},
+                        .guess = {float(params.running_ground_guess_per_m), float(params.running_ground_guess_limit_m),
+                                  float(params.running_ground_guess_slope), float(params.running_ground_guess_reach_m)},
+                        .level_reach_m = float(params.running_ground_level_reach_m),
+                        .level_slope_slack = float(params.running_ground_level_slack),
+                        .foot_slope = float(sine / cosine)};
   out.repair_range = {(params.repair_window - 1) / 2, float(params.repair_range_limit_m), sensor.wraps};
   sin_cos_f64(params.cluster_threshold_rad, sine, cosine);
   out.link_pixels = {float(sine / cosine), sensor.sin_pitch, sensor.cos_pitch, sensor.wraps};
@@ -155,9 +154,11 @@ DetectParams make_detect_params(const ovt_params& params) noexcept {
                    float(params.gate_inside_m),
                    float(params.gate_range_m)};
   out.pose_by_view = {float(params.pose_front_length_m), params.pose_angle_sigma_rad, float(params.class_debris_m)};
-  out.walls = {float(params.ego_wall_length_m), params.ego_wall_reach_m, params.ego_wall_scatter_m};
-  out.ego_heading = {params.ego_slip_sigma_rad,     params.ego_lever_sigma_m,  params.ego_constant_sigma_rad,
-                     params.ego_mounting_sigma_rad, params.ego_wall_sigma_rad, params.ego_wall_memory_s};
+  out.walls = {float(params.ego_heading_wall_length_m), params.ego_heading_wall_reach_m,
+               params.ego_heading_wall_scatter_m};
+  out.ego_heading = {params.ego_heading_slip_sigma_rad,     params.ego_heading_lever_sigma_m,
+                     params.ego_heading_constant_sigma_rad, params.ego_heading_mounting_sigma_rad,
+                     params.ego_heading_wall_sigma_rad,     params.ego_heading_wall_memory_s};
   return out;
 }
 
