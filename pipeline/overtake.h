@@ -153,15 +153,15 @@ typedef struct ovt_params {
   double pose_angle_sigma_rad;       /* pose.angle_sigma_deg       of the ego heading */
   double class_debris_m;             /* class.debris_m */
   /* the ego heading, learned from walls; preset paper does not read them */
-  double ego_wall_length_m;          /* ego.wall_length_m */
-  double ego_wall_reach_m;           /* ego.wall_reach_m */
-  double ego_wall_scatter_m;         /* ego.wall_scatter_m */
-  double ego_wall_sigma_rad;         /* ego.wall_sigma_deg */
-  double ego_wall_memory_s;          /* ego.wall_memory_s */
-  double ego_constant_sigma_rad;     /* ego.constant_sigma_deg */
-  double ego_mounting_sigma_rad;     /* ego.mounting_sigma_deg */
-  double ego_slip_sigma_rad;         /* ego.slip_sigma_deg         per m/s^2 */
-  double ego_lever_sigma_m;          /* ego.lever_sigma_m */
+  double ego_heading_wall_length_m;  /* ego_heading.wall_length_m */
+  double ego_heading_wall_reach_m;   /* ego_heading.wall_reach_m */
+  double ego_heading_wall_scatter_m; /* ego_heading.wall_scatter_m */
+  double ego_heading_wall_sigma_rad; /* ego_heading.wall_sigma_deg */
+  double ego_heading_wall_memory_s;  /* ego_heading.wall_memory_s */
+  double ego_heading_constant_sigma_rad; /* ego_heading.constant_sigma_deg */
+  double ego_heading_mounting_sigma_rad; /* ego_heading.mounting_sigma_deg */
+  double ego_heading_slip_sigma_rad; /* ego_heading.slip_sigma_deg per m/s^2 */
+  double ego_heading_lever_sigma_m;  /* ego_heading.lever_sigma_m */
   double gate_lowest_m, gate_top_m;  /* gate.lowest_m, gate.top_m  heights over the ground; preset best */
 } ovt_params;
 
@@ -583,6 +583,8 @@ typedef struct ovt_detections {
   const int32_t* view;               /* ovt_view */
   const int32_t* object_class;       /* ovt_object_class; initiates no track if it is OVT_CLASS_DEBRIS */
   const float *road_z_m, *height_m;  /* z of the road under the object; height of its highest point over the road */
+  const float* ego_offset_rad;       /* the row went to the map with the ego heading at stamp_ns plus this: slip, noise of
+                                        the poses, mounting of its sensor. 0 without ego pose. OVT_FLAG_EGO_HEADING */
 } ovt_detections;
 OVT_API ovt_status ovt_read_detections_sized(ovt_reader* reader, ovt_detections* out, size_t out_size);
 static inline ovt_status ovt_read_detections(ovt_reader* reader, ovt_detections* out) {

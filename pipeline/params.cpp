@@ -156,9 +156,11 @@ DetectParams make_detect_params(const ovt_params& params) noexcept {
                    float(params.gate_lowest_m),
                    float(params.gate_top_m)};
   out.pose_by_view = {float(params.pose_front_length_m), params.pose_angle_sigma_rad, float(params.class_debris_m)};
-  out.walls = {float(params.ego_wall_length_m), params.ego_wall_reach_m, params.ego_wall_scatter_m};
-  out.ego_heading = {params.ego_slip_sigma_rad,     params.ego_lever_sigma_m,  params.ego_constant_sigma_rad,
-                     params.ego_mounting_sigma_rad, params.ego_wall_sigma_rad, params.ego_wall_memory_s};
+  out.walls = {float(params.ego_heading_wall_length_m), params.ego_heading_wall_reach_m,
+               params.ego_heading_wall_scatter_m};
+  out.ego_heading = {params.ego_heading_slip_sigma_rad,     params.ego_heading_lever_sigma_m,
+                     params.ego_heading_constant_sigma_rad, params.ego_heading_mounting_sigma_rad,
+                     params.ego_heading_wall_sigma_rad,     params.ego_heading_wall_memory_s};
   return out;
 }
 

@@ -351,10 +351,10 @@ TEST_CASE("columns: the CSV files keep their columns; the header names each") {
       "frame,stamp_ns,x_m,y_m,z_m,heading_rad,heading_source,length_m,width_m,points,inliers_ref,inliers_var,"
       "heading_ref_rad,heading_var_rad,sensor_mask";
   CHECK(detections_csv() == common +
-                                ",var_x,var_y,cov_xy,view,class,road_z_m,height_m"
-                                "\n7,20,21,22,23,24,ref,26,27,28,29,30,31,32,37,42,43,44,rear,unknown,47,48"
-                                "\n7,21,22,23,24,25,var,27,28,29,30,31,32,33,38,43,44,45,front,car,48,49"
-                                "\n7,22,23,24,25,26,ref,28,29,30,31,32,33,34,39,44,45,46,rear,unknown,49,50\n");
+                                ",var_x,var_y,cov_xy,view,class,road_z_m,height_m,ego_offset_rad"
+                                "\n7,20,21,22,23,24,ref,26,27,28,29,30,31,32,37,42,43,44,rear,unknown,47,48,49"
+                                "\n7,21,22,23,24,25,var,27,28,29,30,31,32,33,38,43,44,45,front,car,48,49,50"
+                                "\n7,22,23,24,25,26,ref,28,29,30,31,32,33,34,39,44,45,46,rear,unknown,49,50,51\n");
   {  // of a method without the optional columns
     Filled<ovt_detections> fewer;
     for_each_column(fewer.table, [](const ColumnInfo& column, auto*& values, int64_t) {

@@ -186,6 +186,13 @@ TEST_CASE("columns that a method leaves out: the height of the road, the class, 
   pose.yaw_rad = 0.5;
   CHECK(corrected(pose, Info{-0.125}).yaw_rad == 0.375);
   CHECK(corrected(pose, 0).yaw_rad == 0.5);
+  struct Rows {
+    const float* ego_offset_rad;
+  };
+  const float offsets[2] = {0.25f, -0.5f};
+  CHECK(corrected(pose, Info{-0.125}, Rows{offsets}, 1).yaw_rad == 0.0);
+  CHECK(corrected(pose, Info{-0.125}, Rows{nullptr}, 1).yaw_rad == 0.375);
+  CHECK(corrected(pose, Info{-0.125}, 0, 1).yaw_rad == 0.375);
   Columns d{z, nullptr, nullptr, nullptr, nullptr, nullptr};
   const Rotation level = axes_of(0, 0, M_PI / 2), banked = axes_of(M_PI / 3, 0, 0);
   CHECK(height_of(d, 0) == 0.5);

@@ -219,14 +219,13 @@ TEST_CASE("methods: parameters belong to the steps, rules and trackers that read
     REQUIRE(ovt_describe_param(i, &info) == OVT_OK);
     const std::string name = info.name, group = name.substr(0, name.find('.'));
     CAPTURE(name);
-    const std::set<std::string> of_best = {"gate.height_m",       "gate.width_slack_m",  "gate.inside_m",
-                                           "gate.range_m",        "gate.lowest_m",       "gate.top_m",
-                                           "gate.own_back_m",     "gate.own_front_m",    "gate.own_side_m",
-                                           "pose.front_length_m", "pose.angle_sigma_deg"};
-    const bool only_best =
-        group == "join" || group == "class" || group == "running_ground" || group == "ego" || of_best.count(name) > 0;
-    const bool absent = only_best || group == "angle" || group == "smooth" || group == "ground" || group == "repair" ||
-                        name == "gate.map_margin_m";
+    const std::set<std::string> of_best = {"gate.height_m",   "gate.width_slack_m",  "gate.inside_m",
+                                           "gate.range_m",    "gate.lowest_m", "gate.top_m", "gate.own_back_m",     "gate.own_front_m",
+                                           "gate.own_side_m", "pose.front_length_m", "pose.angle_sigma_deg"};
+    const bool only_best = group == "join" || group == "class" || group == "running_ground" || group == "ego_heading" ||
+                           of_best.count(name) > 0;
+    const bool absent = (only_best && group != "ego_heading") || group == "angle" || group == "smooth" ||
+                        group == "ground" || group == "repair" || name == "gate.map_margin_m";
     bool is_read = false;  // by one preset at least
     for (int32_t k = 0; ovt_preset_name(k); ++k) {
       ovt_params of_preset;
@@ -238,7 +237,7 @@ TEST_CASE("methods: parameters belong to the steps, rules and trackers that read
     ovt_params best = ovt_default_params();
     best.method = "best";
     if (only_best) CHECK(ovt_reads_param(&best, i) != 0);
-    if (group != "ego") CHECK((ovt_reads_param(&plain, i) != 0) == !absent);  // plain measures walls, too
+    CHECK((ovt_reads_param(&plain, i) != 0) == !absent);
     CHECK(ovt_reads_param(&unknown, i) == 0);
     read += !absent;
   }

@@ -266,6 +266,7 @@ struct HeadingBench {
     sizes.candidate_capacity = sizes.track_capacity = sizes.external_capacity = 256;
     sizes.cluster_capacity = 16;
     sizes.track_state_bytes = stage->tracker().state_bytes();
+    sizes.method = context.method;
     REQUIRE(build_frame(frame, sizes, default_allocator()));
   }
   // The walls of the two sensors show `left` and `right`; a detection of each sensor 80 m ahead.
@@ -287,6 +288,11 @@ struct HeadingBench {
       d.cluster[i] = i, d.stamp_ns[i] = stamp_ns;
       d.x_m[i] = 80, d.y_m[i] = 0, d.z_m[i] = 0, d.heading_rad[i] = 0.02f, d.length_m[i] = 4, d.width_m[i] = 1.8f;
       d.heading_source[i] = int32_t(source);
+      if (frame.views.capacity == 0) continue;
+      frame.views.count = 2;
+      frame.views.var_x[i] = frame.views.var_y[i] = 1, frame.views.cov_xy[i] = 0, frame.views.road_z_m[i] = 0;
+      frame.views.object_class[i] = OVT_CLASS_CAR;
+      frame.views.ego_offset_rad[i] = 7;
     }
     stage->run(frame);
   }
@@ -301,8 +307,9 @@ struct HeadingBench {
 }  // namespace
 
 TEST_CASE("track stage: detections go to the map with the heading that the walls of their sensor gave") {
-  HeadingBench bench;
+  HeadingBench bench("best");
   bench.run(900 * kMs, 1 * kDegree, 0.8 * kDegree);
+  CHECK(bench.frame.views.ego_offset_rad[0] == 0);
   CHECK(bench.y(0) == doctest::Approx(0).epsilon(1e-9));  // nothing learned so far
   CHECK((bench.frame.flags & OVT_FLAG_EGO_HEADING) != 0);
   CHECK(bench.frame.ego_heading.offset_rad == 0);
@@ -315,6 +322,10 @@ TEST_CASE("track stage: detections go to the map with the heading that the walls
   CHECK(bench.frame.ego_heading.sigma_rad > 0.04 * kDegree);
   CHECK(bench.frame.ego_heading.wall_points == 70);
   CHECK((bench.frame.flags & OVT_FLAG_EGO_HEADING) == 0);
+  // Rows with a view say which offset they got.
+  const double yaw_0 = std::atan2(bench.y(0), bench.frame.measurements.row[0].x_m);
+  CHECK(double(bench.frame.views.ego_offset_rad[0]) == doctest::Approx(yaw_0).epsilon(1e-5));
+  CHECK(bench.frame.views.ego_offset_rad[0] > bench.frame.views.ego_offset_rad[1]);
   // What the caller pushed stays.
   CHECK(bench.frame.ego.poses[0].yaw_rad == 0);
   CHECK(bench.frame.ego_state.pose.yaw_rad == 0);

@@ -45,7 +45,7 @@ inline constexpr FrameRule keep_nearest = {
 inline constexpr FrameRule measure_walls = {.name = "measure_walls",
                                             .stage = OVT_STAGE_GATE,
                                             .reads = columns(scan, clusters, cluster_points),
-                                            .params = "ego",
+                                            .params = "ego_heading",
                                             .run = &overtake::measure_walls};
 
 inline constexpr FrameRule pose_by_two_headings = {.name = "pose_by_two_headings",

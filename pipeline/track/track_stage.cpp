@@ -97,7 +97,7 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
          .length_m = double(in.length_m[i]),
          .width_m = double(in.width_m[i]),
          .stamp_ns = in.stamp_ns[i]};
-    double z_m = double(in.z_m[i]);
+    double z_m = double(in.z_m[i]), offset_rad = 0;
     if (frame.views.count > 0) {  // the centre on the road: on a bank, a place above it is another place of the map
       const DetectionViewTable& views = frame.views;
       z.var_x = double(views.var_x[i]), z.var_y = double(views.var_y[i]), z.cov_xy = double(views.cov_xy[i]);
@@ -110,6 +110,7 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
         corrected_.at(in.stamp_ns[i], corrected);
         const int32_t sensor = frame.merged.main_sensor[in.cluster[i]];
         corrected = turned(corrected, learned_.offset_rad({}, sensor, heading_->sensor_count()));
+        offset_rad = wrap_angle(corrected.pose.yaw_rad - ego.pose.yaw_rad);
         const bool by_map = frame.uses_map && in.heading_source[i] == int32_t(HeadingSource::kRef);
         const double heading_rad = (by_map ? ego : corrected).heading_to_map(z.heading_rad);
         turn_to_map(corrected, z_m, z);
@@ -119,6 +120,7 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
       }
       widen(params_, ego_variance(ego), z);
     }
+    if (frame.views.count > 0) frame.views.ego_offset_rad[i] = float(offset_rad);
   }
 }
 
@@ -234,6 +236,7 @@ void TrackStage::run(Frame& frame) noexcept {
   frame.tracks_ns = frame.kind == FrameKind::kPrediction ? frame.stamp_ns : newest_ns_;
   frame.ego_known = frame.ego.at(frame.stamp_ns, frame.ego_state);
   choose_reference(frame);
+  if (frame.views.count > 0) std::fill_n(frame.views.ego_offset_rad, frame.views.count, 0.0f);
   correct_heading(frame);
   StepResult result;
   if (may_measure(frame))

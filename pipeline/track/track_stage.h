@@ -36,8 +36,8 @@ class TrackStage {
   // Throws std::bad_alloc when the allocator has no memory.
   TrackStage(const StageContext& context, const TrackerParams& params,
              const Allocator& allocator = default_allocator());
-  //   reads  detections or external, ego, walls   writes  measurements, tracks, track_states, reference,
-  //   ego_known, ego_state, ego_heading, tracks_ns, refiltered, lost_rows, flags
+  //   reads  detections or external, ego, walls   writes  measurements, views.ego_offset_rad, tracks, track_states,
+  //   reference, ego_known, ego_state, ego_heading, tracks_ns, refiltered, lost_rows, flags
   void run(Frame& frame) noexcept;
   FrameTracker& tracker() noexcept { return *tracker_; }
 

@@ -29,6 +29,17 @@ io::EgoRow corrected(io::EgoRow pose, const Info& info) {
   return pose;
 }
 
+// The same for one detection: the offset at its own stamp, of its own sensor, where the method publishes it.
+template <class Detections, class Info>
+io::EgoRow corrected(io::EgoRow pose, const Info& info, const Detections& d, int32_t i) {
+  if constexpr (requires { d.ego_offset_rad; })
+    if (d.ego_offset_rad) {
+      pose.yaw_rad += double(d.ego_offset_rad[i]);
+      return pose;
+    }
+  return corrected(pose, info);
+}
+
 template <class Detections>
 bool is_debris(const Detections& d, int32_t i) {
   constexpr int32_t kDebris = 2;  // OVT_CLASS_DEBRIS

@@ -247,7 +247,7 @@ void Evaluator::add_false_detection(const ovt_detections& d, int32_t i, const Ca
 
 void Evaluator::add_detections(const ovt_frame_info& info, const ovt_detections& d) {
   for (int32_t i = 0; i < d.count; ++i) {
-    const io::EgoRow pose = corrected(pose_at(poses(), d.stamp_ns[i]), info);
+    const io::EgoRow pose = corrected(pose_at(poses(), d.stamp_ns[i]), info, d, i);
     const MapPlace at = to_map(pose, double(d.x_m[i]), double(d.y_m[i]), height_of(d, i), double(d.heading_rad[i]));
     const double x = at.x_m, y = at.y_m, heading = at.heading_rad;
     const std::vector<CarTruth> cars = cars_at(d.stamp_ns[i]);

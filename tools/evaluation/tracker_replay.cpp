@@ -88,7 +88,7 @@ void TrackerReplay::change_headings(ovt_reader* reader, const LogFrame& frame, c
   ovt_frame_info info;
   cli::check(ovt_read_info(reader, &info), "frame");
   for (int32_t i = 0; i < in.count && kind_ == "heading"; ++i) {
-    const io::EgoRow pose = corrected(pose_at(log_.poses(), in.stamp_ns[i]), info);
+    const io::EgoRow pose = corrected(pose_at(log_.poses(), in.stamp_ns[i]), info, in, i);
     const MapPlace at = to_map(pose, double(in.x_m[i]), double(in.y_m[i]), height_of(in, i), 0);
     const std::vector<CarTruth> cars = log_.cars_at(in.stamp_ns[i]);
     const int32_t c = nearest_car(cars, at.x_m, at.y_m);
