@@ -111,7 +111,8 @@ void Builder::add_infield() {
   });
 }
 
-// Blades of different heights: stations half a metre apart, each point at its own height; it is level at both borders and under kerbs.
+// Blades of different heights: stations half a metre apart, each point at its own height; level at both borders and
+// under kerbs.
 void Builder::add_grass() {
   use(MaterialId::grass, Surface::apron_grass);
   constexpr int kStations = 16;
