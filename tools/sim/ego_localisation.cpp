@@ -22,7 +22,8 @@ std::vector<EgoPose> localise(const Motion& ego, const LocalisationErrors& error
     pose.z_m = state.T_map_vehicle.place.z + errors.position_noise_m * random.normal();
     pose.roll_rad = angles.roll + errors.heading_noise_rad * random.normal();
     pose.pitch_rad = angles.pitch + errors.heading_noise_rad * random.normal();
-    pose.yaw_rad = wrap_angle(state.course_rad + errors.heading_noise_rad * random.normal());
+    pose.yaw_rad =
+        wrap_angle(state.course_rad + errors.heading_offset_rad + errors.heading_noise_rad * random.normal());
     pose.speed_mps = state.speed_mps + errors.speed_noise_mps * random.normal();
     pose.yaw_rate_rps = state.yaw_rate_rps + errors.yaw_rate_noise_rps * random.normal();
     drift_x = keep * drift_x + kick * random.normal();

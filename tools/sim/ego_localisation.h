@@ -23,7 +23,7 @@ struct LocalisationErrors {
   double rate_hz = 100;
   double position_noise_m = 0.01;            // RTK: white noise, one sigma per axis
   double drift_m = 0.02, drift_time_s = 20;  // and slow drift (Gauss-Markov)
-  double heading_noise_rad = 0.1 * kDegree;
+  double heading_noise_rad = 0.1 * kDegree, heading_offset_rad = 0;
   double speed_noise_mps = 0.05, yaw_rate_noise_rps = 0.005;
   double latency_s = 0.02;  // delay of the message; its stamp is right
   std::vector<Jump> jumps;

@@ -19,10 +19,11 @@ class FolderLog : public LogWriter {
   FolderLog(const std::string& folder, const Simulator& simulator, uint64_t seed)
       : folder_(make(folder)), world_(simulator.world()), truth_((folder_ / "truth.csv").string(), kTruthHeader) {
     io::write_whole_file((folder_ / "rig.toml").string(), rig_text(simulator));
-    io::write_whole_file((folder_ / "map.csv").string(), map_text(simulator));
+    if (!simulator.scenario().without_map) io::write_whole_file((folder_ / "map.csv").string(), map_text(simulator));
     std::string note = "scenario " + simulator.scenario().name + "\nseed " + std::to_string(seed) + "\nego " +
                        simulator.scenario().ego + "\n";
     io::write_whole_file((folder_ / "scenario.txt").string(), note);
+    if (simulator.scenario().without_poses) return;
     io::CsvWriter ego((folder_ / "ego.csv").string(),
                       "stamp_ns,x_m,y_m,z_m,roll_rad,pitch_rad,yaw_rad,speed_mps,yaw_rate_rps,publish_ns");
     for (const EgoPose& p : simulator.ego_poses()) {

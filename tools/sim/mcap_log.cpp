@@ -53,7 +53,9 @@ void put(std::string& to, T value) {
 class McapLog : public LogWriter {
  public:
   McapLog(const std::string& path, const Simulator& simulator, uint64_t seed)
-      : simulator_(simulator), log_(path), ego_(simulator.ego_poses()) {
+      : simulator_(simulator),
+        log_(path),
+        ego_(simulator.scenario().without_poses ? std::vector<EgoPose>() : simulator.ego_poses()) {
     const Scenario& scenario = simulator.scenario();
     const uint16_t clouds = log_.add_schema(io::kPointCloud2Name, "ros2msg", io::kPointCloud2Schema);
     const uint16_t odometry = log_.add_schema(io::kOdometryName, "ros2msg", io::kOdometrySchema);
@@ -64,7 +66,7 @@ class McapLog : public LogWriter {
       cloud_channel_[s] = log_.add_channel(clouds, "/" + sensor + "/points", "cdr");
       surface_channel_[s] = log_.add_channel(clouds, "/truth/" + sensor + "/surface", "cdr");
     }
-    ego_channel_ = log_.add_channel(odometry, "/ego/odometry", "cdr");
+    if (!ego_.empty()) ego_channel_ = log_.add_channel(odometry, "/ego/odometry", "cdr");
     cars_channel_ = log_.add_channel(cars, "/truth/cars", "json");
     ego_truth_channel_ = log_.add_channel(odometry, "/truth/ego/odometry", "cdr");
     int32_t opponents = 0;
@@ -78,14 +80,14 @@ class McapLog : public LogWriter {
     }
     static_channel_ = log_.add_channel(transforms, "/tf_static", "cdr");
     queue(0, static_channel_, 0, mounting());
-    log_.add_metadata("overtake", {{"writer", "overtake simulate"},
-                                   {"simulated", "true"},
-                                   {"scenario", scenario.name},
-                                   {"seed", std::to_string(seed)},
-                                   {"ego", scenario.ego},
-                                   {"track", scenario.track}});
+    std::map<std::string, std::string> about = {{"writer", "overtake simulate"}, {"simulated", "true"},
+                                                {"scenario", scenario.name},     {"seed", std::to_string(seed)},
+                                                {"ego", scenario.ego},           {"track", scenario.track}};
+    if (scenario.without_map || scenario.without_poses)
+      about["without"] = !scenario.without_poses ? "map" : scenario.without_map ? "map,poses" : "poses";
+    log_.add_metadata("overtake", about);
     log_.add_attachment("rig.toml", "application/toml", rig_text(simulator));
-    log_.add_attachment("map.csv", "text/csv", map_text(simulator));
+    if (!scenario.without_map) log_.add_attachment("map.csv", "text/csv", map_text(simulator));
   }
 
   void write(int32_t index, const SimFrame& frame) override {
@@ -247,8 +249,8 @@ class McapLog : public LogWriter {
   std::size_t next_ego_ = 0;
   int64_t last_begin_ns_ = 0;
   std::multimap<int64_t, Message> waiting_;
-  uint16_t cloud_channel_[kSensors], surface_channel_[kSensors], ego_channel_, ego_truth_channel_, cars_channel_,
-      static_channel_;
+  uint16_t cloud_channel_[kSensors], surface_channel_[kSensors], ego_channel_ = 0, ego_truth_channel_, cars_channel_,
+                                                                 static_channel_;
   std::vector<uint16_t> car_channel_;
 };
 

@@ -35,7 +35,12 @@ Mesh make_race_car(Surface surface);
 inline constexpr double kCarLengthM = 4.921, kCarWidthM = 1.886, kCarCenterXM = 1.56;
 
 class Track;
+// What lies beside the road: kerbs of this height in curves, and grass up to this height from the edge on (0: an
+// asphalt apron before level grass).
+struct Verge {
+  double kerb_m = 0, grass_m = 0;
+};
 // Everything static: road, lines, apron, grass, walls, fence, gantries, stands, pit lane.
-Mesh make_surroundings(const Track& track);
+Mesh make_surroundings(const Track& track, const Verge& verge = {});
 
 }  // namespace overtake::sim

@@ -24,21 +24,22 @@ enum class PatternKind : uint8_t { uniform, gaussian, horizon_dense };
 
 struct ScanPattern {
   PatternKind kind = PatternKind::uniform;
-  double rate_hz = 20;                                              // 1 to 30; the scans share 640 lines per second
+  double rate_hz = 20;  // 1 to 30; the scans share the lines of a second
+  double lines_per_s = 640;
   double fov_top_rad = 7 * kDegree, fov_bottom_rad = -7 * kDegree;  // within +-15 deg
   double center_rad = 0;                                            // of the dense part
   double sigma_rad = 3.2 * kDegree;                                 // gaussian
   double dense_share = 0.42;                                        // horizon_dense: k
   double drift_rad = 0, drift_period_s = 10;                        // the whole pattern swings slowly up and down
 
-  int32_t lines() const { return int32_t(640 / rate_hz + 1e-9); }
+  int32_t lines() const { return int32_t(lines_per_s / rate_hz + 1e-9); }
   double elevation(double u, double time_s) const;
 };
 
 inline constexpr int32_t kShots = 440;  // per head and line
 inline constexpr double kShotStep = 0.1366 * kDegree;
 inline constexpr double kAzimuthLeft = 60.1 * kDegree;  // left head's first shot; the right head's is 60 deg less
-inline constexpr double kLinePeriod = 1.0 / 640, kSweepShare = 0.42;
+inline constexpr double kSweepShare = 0.42;             // of a line's period: the points; then the mirror returns
 
 // Throws std::invalid_argument. "uniform", "gaussian", "horizon_dense".
 PatternKind pattern_kind(const std::string& name);

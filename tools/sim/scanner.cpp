@@ -141,8 +141,8 @@ void begin_line(JobWork& work, int32_t number) {
   const ScanJob& job = *work.job;
   LineWork& line = work.lines[std::size_t(number)];
   const double lines = double(work.lines.size());
-  line.begin_s = job.begin_s + number * kLinePeriod;
-  line.view = LineView::make(*job.world, line.begin_s, line.begin_s + kSweepShare * kLinePeriod);
+  line.begin_s = job.begin_s + number / job.pattern->lines_per_s;
+  line.view = LineView::make(*job.world, line.begin_s, line.begin_s + kSweepShare / job.pattern->lines_per_s);
   line.top_rad = job.pattern->elevation(number / lines, line.begin_s);
   line.fall_rad = job.pattern->elevation((number + kSweepShare) / lines, line.begin_s) - line.top_rad;
   line.missing = job.random.branch(uint64_t(number) + 1000000).uniform() < job.errors->missing_line_share;
@@ -312,7 +312,7 @@ void emit(const JobWork& work, const LineWork& line, int32_t number, int32_t bea
     count = 1;
   }
   const SinCos a = work.azimuth[std::size_t(beam)], e = line.elevation[std::size_t(beam)];
-  const double late = (double(number) + kSweepShare * (beam + 0.5) / kBeams) * kLinePeriod;
+  const double late = (double(number) + kSweepShare * (beam + 0.5) / kBeams) / work.job->pattern->lines_per_s;
   for (int32_t i = 0; i < count; ++i) {
     const double range = found[i].echo.range_m + errors.range_noise_m * dice.normal();
     const double intensity = clamp(found[i].echo.peak * found[i].signal / found[i].mean, 0, 4095.0 / 2048);

@@ -31,6 +31,7 @@ ScanPattern read_pattern(TomlReader& toml, ScanPattern p) {
     }
   }
   p.rate_hz = toml.number_or("rate_hz", 1, 30, p.rate_hz);
+  p.lines_per_s = toml.number_or("lines_per_s", 64, 5120, p.lines_per_s);
   p.fov_top_rad = toml.number_or("fov_top_deg", -15, 15, p.fov_top_rad / kDegree) * kDegree;
   p.fov_bottom_rad = toml.number_or("fov_bottom_deg", -15, 15, p.fov_bottom_rad / kDegree) * kDegree;
   p.center_rad = toml.number_or("center_deg", -15, 15, p.center_rad / kDegree) * kDegree;
@@ -76,6 +77,7 @@ void read_localisation(LocalisationErrors& e, TomlReader& toml) {
   e.drift_m = toml.number_or("drift_m", 0, 10, e.drift_m);
   e.drift_time_s = toml.number_or("drift_time_s", 0.1, kMostTime, e.drift_time_s);
   e.heading_noise_rad = toml.number_or("heading_noise_deg", 0, 20, e.heading_noise_rad / kDegree) * kDegree;
+  e.heading_offset_rad = toml.number_or("heading_offset_deg", -20, 20, e.heading_offset_rad / kDegree) * kDegree;
   e.speed_noise_mps = toml.number_or("speed_noise_mps", 0, 10, e.speed_noise_mps);
   e.yaw_rate_noise_rps = toml.number_or("yaw_rate_noise_rps", 0, 1, e.yaw_rate_noise_rps);
   e.latency_s = toml.number_or("latency_s", 0, 1, e.latency_s);
@@ -136,6 +138,18 @@ std::vector<int64_t> read_seeds(TomlReader& toml, const toml::table& table, cons
   return seeds;
 }
 
+void read_without(Scenario& scenario, TomlReader& toml, const toml::table& table) {
+  toml.mark_read("without");
+  if (!table.contains("without")) return;
+  const toml::array* array = table["without"].as_array();
+  if (!array) toml.fail(toml.line_of("without"), "without is a list of map and poses");
+  for (const auto& element : *array) {
+    const std::string what = element.value_or(std::string());
+    if (what != "map" && what != "poses") toml.fail(toml.line_of("without"), "without is a list of map and poses");
+    (what == "map" ? scenario.without_map : scenario.without_poses) = true;
+  }
+}
+
 void read_overtakes(Scenario& scenario, TomlReader& toml) {
   std::vector<Overtake> list;
   for (const toml::table* table : toml.tables("overtake")) {
@@ -184,6 +198,10 @@ Scenario parse_scenario(const std::string& path, std::string_view text) {
   scenario.seconds = toml.number_or("seconds", 0.05, kMostTime, 20);
   scenario.map_error_m = toml.number_or("map_error_m", 0, 5, scenario.map_error_m);
   scenario.map_wave_m = toml.number_or("map_wave_m", 10, 5000, scenario.map_wave_m);
+  scenario.map_shift_m = toml.number_or("map_shift_m", -20, 20, scenario.map_shift_m);
+  scenario.verge.kerb_m = toml.number_or("kerb_m", 0, 0.5, scenario.verge.kerb_m);
+  scenario.verge.grass_m = toml.number_or("grass_m", 0, 1, scenario.verge.grass_m);
+  read_without(scenario, toml, root);
   scenario.tune_seeds = read_seeds(toml, root, "tune_seeds");
   scenario.test_seeds = read_seeds(toml, root, "test_seeds");
   for (const int64_t seed : scenario.test_seeds)
@@ -220,8 +238,24 @@ Scenario parse_scenario(const std::string& path, std::string_view text) {
   }
   for (const toml::table* table : toml.tables("debris")) {
     TomlReader reader(path, *table, "debris");
-    scenario.debris.push_back(
-        {reader.number("s_m", -1e5, 1e5), reader.number("d_m", -30, 30), reader.number_or("size_m", 0.02, 3, 0.4)});
+    Debris piece{};
+    piece.s_m = reader.number("s_m", -1e5, 1e5), piece.d_m = reader.number("d_m", -30, 30);
+    piece.size_m = reader.number_or("size_m", 0.02, 3, 0.4);
+    piece.height_m = reader.number_or("height_m", 0.01, 3, piece.size_m / 4);
+    const std::string shape = reader.text_or("shape", "box");
+    if (shape != "box" && shape != "tyre") reader.fail(reader.line_of("shape"), "shape is box or tyre");
+    piece.tyre = shape == "tyre";
+    scenario.debris.push_back(piece);
+    reader.finish();
+  }
+  for (const toml::table* table : toml.tables("reflector")) {
+    TomlReader reader(path, *table, "reflector");
+    Reflectors row{};
+    row.s_m = reader.number("s_m", -1e5, 1e5), row.d_m = reader.number("d_m", -30, 30);
+    row.height_m = reader.number_or("height_m", 0.1, 10, 0.8), row.size_m = reader.number_or("size_m", 0.02, 3, 0.12);
+    row.count = int32_t(reader.number_or("count", 1, 1000, 1));
+    row.every_m = reader.number_or("every_m", 0.1, 1000, 25);
+    scenario.reflectors.push_back(row);
     reader.finish();
   }
   toml.finish();

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tools/sim/ego_localisation.h"
+#include "tools/sim/mesh.h"
 #include "tools/sim/motion.h"
 #include "tools/sim/scan_pattern.h"
 
@@ -41,7 +42,14 @@ struct Puffs {  // tyre smoke or dust behind a car
 };
 
 struct Debris {
-  double s_m, d_m, size_m;
+  double s_m, d_m, size_m, height_m;
+  bool tyre;  // a tyre that lies on its side; else a box
+};
+
+struct Reflectors {  // plates on posts, facing the oncoming cars
+  double s_m, d_m, height_m, size_m;
+  int32_t count;
+  double every_m;
 };
 
 struct Scenario {
@@ -50,12 +58,16 @@ struct Scenario {
   std::vector<int64_t> tune_seeds, test_seeds;
   double seam_strip_m = 0.82;                   // blind strip between front and side sensors
   double map_error_m = 0.05, map_wave_m = 200;  // survey error of the written map: one sigma, correlation length
+  double map_shift_m = 0;                       // of the whole map, to the left
   std::vector<PatternChange> patterns;          // at least one, the first from the start
   SensorErrors errors;
   LocalisationErrors localisation;
   std::vector<CarPlan> cars;
   std::vector<Puffs> puffs;
   std::vector<Debris> debris;
+  std::vector<Reflectors> reflectors;
+  Verge verge;
+  bool without_map = false, without_poses = false;  // the log does not hold them
 
   int32_t find_car(const std::string& car) const;  // -1: none
   const ScanPattern& pattern_at(double time_s) const;

@@ -112,7 +112,7 @@ SurveyedMap Simulator::map() const {
     const double s = track.length_m() * i / count;
     const TrackPoint p = track.at(s);
     const SinCos h = sin_cos(p.heading_rad);
-    const double off = error(0, s);
+    const double off = scenario_.map_shift_m + error(0, s);
     map.x_m.push_back(p.x - off * h.sin);
     map.y_m.push_back(p.y + off * h.cos);
     map.width_left_m.push_back(p.width_left_m + error(1, s));

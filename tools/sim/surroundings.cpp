@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "tools/sim/mesh.h"
+#include "tools/sim/random.h"
 #include "tools/sim/track.h"
 
 namespace overtake::sim {
@@ -20,6 +21,7 @@ constexpr double kPitHalf = 260;  // extent of the pit lane before and after the
 
 struct Builder {
   const Track& track;
+  const Verge verge;
   Mesh mesh;
 
   Vec3 at(double s, double d, double above) const {
@@ -50,6 +52,9 @@ struct Builder {
   bool is_oval() const { return track.name() == "oval"; }
 
   void add_road();
+  void add_kerbs();
+  void add_grass();
+  void add_infield();
   void add_walls();
   void add_fence();
   void add_gantries();
@@ -84,6 +89,7 @@ void Builder::add_road() {
     const double left = track.at(s).width_left_m;
     return Pair{at(s, left - kLine, 0), at(s, left, 0)};
   });
+  if (verge.grass_m > 0) return add_grass();
   use(MaterialId::asphalt, Surface::apron_grass);
   add_strip(0, length, kCell, [&](double s) {
     const double left = track.at(s).width_left_m;
@@ -94,10 +100,58 @@ void Builder::add_road() {
     const TrackPoint p = track.at(s);
     return Pair{at(s, p.width_left_m + track.apron_m(), 0), at(s, inner_wall(p), 0)};
   });
-  add_strip(0, length, 5, [&](double s) {  // infield: its joint is under a wall
+  add_infield();
+}
+
+void Builder::add_infield() {
+  use(MaterialId::grass, Surface::apron_grass);
+  add_strip(0, track.length_m(), 5, [&](double s) {  // its joint with the grass is under a wall
     const TrackPoint p = track.at(s);
     return Pair{at(s, inner_wall(p), 0), at(s, inner_wall(p) + 30, 0)};
   });
+}
+
+// Blades of different heights: stations half a metre apart, each point at its own height; level at both borders and
+// under kerbs.
+void Builder::add_grass() {
+  use(MaterialId::grass, Surface::apron_grass);
+  constexpr int kStations = 16;
+  const int lap = int(track.length_m() / kCell + 0.5);
+  for (int k = 0; k < kStations; ++k)
+    add_strip(0, track.length_m(), kCell, [&](double s) {
+      const TrackPoint p = track.at(s);
+      const auto blade = [&](int station) {
+        const double share = double(station) / kStations, d = lerp(p.width_left_m, inner_wall(p), share);
+        const uint64_t place = uint64_t(int(s / track.length_m() * lap + 0.5) % lap) * (kStations + 1);
+        const bool border = station == kStations || d < p.width_left_m + (verge.kerb_m > 0 ? 1.3 : 0.1);
+        return at(s, d, border ? 0 : verge.grass_m * Random(place + uint64_t(station)).uniform());
+      };
+      return Pair{blade(k), blade(k + 1)};
+    });
+  add_infield();
+}
+
+// On both sides wherever the line is curved: a ramp from the road, a flat top, a ramp down. The outer wall leaves 0.8 m.
+void Builder::add_kerbs() {
+  use(MaterialId::white_line, Surface::apron_grass);
+  constexpr double kFrom = 1.0 / 450, kFull = 1.0 / 300, kRamp = 0.2;
+  const auto height = [&](const TrackPoint& p) {
+    return verge.kerb_m * smooth_step((std::fabs(p.curvature_pm) - kFrom) / (kFull - kFrom));
+  };
+  for (const double side : {1.0, -1.0}) {
+    const double width = side > 0 ? 1.2 : 0.7;
+    const double across[4] = {0, kRamp, width - kRamp, width};
+    for (int k = 0; k < 3; ++k)
+      add_strip(0, track.length_m(), kCell, [&](double s) {
+        const TrackPoint p = track.at(s);
+        const double edge = side > 0 ? p.width_left_m : -p.width_right_m, up = height(p);
+        const auto point = [&](int i) {
+          const double d = edge + side * across[i];
+          return at(s, d, (i == 1 || i == 2 ? up : 0) - 0.002);  // no kerb: under the ground
+        };
+        return Pair{point(k), point(k + 1)};
+      });
+  }
 }
 
 void Builder::add_walls() {
@@ -242,9 +296,10 @@ void Builder::add_pit() {
 
 }  // namespace
 
-Mesh make_surroundings(const Track& track) {
-  Builder builder{track, {}};
+Mesh make_surroundings(const Track& track, const Verge& verge) {
+  Builder builder{track, verge, {}};
   builder.add_road();
+  if (verge.kerb_m > 0) builder.add_kerbs();
   builder.add_walls();
   builder.add_fence();
   builder.add_gantries();

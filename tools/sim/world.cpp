@@ -6,15 +6,30 @@ namespace overtake::sim {
 namespace {
 
 Mesh make_all_that_stands(const Track& track, const Scenario& scenario) {
-  Mesh mesh = make_surroundings(track);
-  mesh.material = MaterialId::debris;
+  Mesh mesh = make_surroundings(track, scenario.verge);
   mesh.surface = Surface::debris;
   for (const Debris& piece : scenario.debris) {
     const SurfaceFrame f = track.frame(piece.s_m, piece.d_m);
     const double half = piece.size_m / 2;
     const Rigid foot = Rigid{{f.along, f.left, f.up}, f.place} * Rigid{rotation_about_z(piece.s_m), {}};
-    mesh.add_box(foot, {-half, -half * 0.6, 0}, {half, half * 0.6, half * 0.5});
+    mesh.material = piece.tyre ? MaterialId::tyre : MaterialId::debris;
+    if (piece.tyre)
+      mesh.add_cylinder(foot * Vec3{0, 0, 0}, foot * Vec3{0, 0, piece.height_m}, half, 24);
+    else
+      mesh.add_box(foot, {-half, -half * 0.6, 0}, {half, half * 0.6, piece.height_m});
   }
+  mesh.surface = Surface::gantry_sign;
+  for (const Reflectors& row : scenario.reflectors)
+    for (int32_t i = 0; i < row.count; ++i) {
+      const SurfaceFrame f = track.frame(row.s_m + i * row.every_m, row.d_m);
+      const Rigid foot{{f.along, f.left, f.up}, f.place};
+      const double half = row.size_m / 2, low = row.height_m - half, high = row.height_m + half;
+      mesh.material = MaterialId::steel;
+      mesh.add_box(foot, {-0.02, -0.03, 0}, {0.02, 0.03, high});
+      mesh.material = MaterialId::reflector;
+      mesh.add_quad(foot * Vec3{-0.03, half, low}, foot * Vec3{-0.03, -half, low}, foot * Vec3{-0.03, -half, high},
+                    foot * Vec3{-0.03, half, high});
+    }
   return mesh;
 }
 
