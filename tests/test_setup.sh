@@ -48,7 +48,7 @@ done < <(sed -n '/"dependencies"/,/}/s/^ *"\(.*\)": "\([0-9.]*\)",*$/\1 \2/p' "$
 
 # ---- every script says what it does
 for script in "$project"/tools/{setup,demo,test} "$project"/tools/dev/*; do
-  [[ $script == *progress.sh || -d $script ]] && continue   # progress.sh is only read by other scripts
+  [[ $script == *progress.sh || $script == *.txt || -d $script ]] && continue  # read by other scripts
   "$script" --help >"$work/help" 2>"$work/error" && grep -qi '^usage: ' "$work/help" ||
     fail "$script --help: $(head -c 300 "$work/help" "$work/error")"
 done
