@@ -41,7 +41,7 @@ TEST_CASE("detector: the same bytes for every worker count and every arrival ord
     CHECK(expected[k].info.sequence == int64_t(k));
     CHECK(expected[k].info.sensor_mask == 7);
     CHECK(expected[k].info.reference == OVT_REFERENCE_MAP);
-    CHECK(expected[k].info.flags == 0);
+    CHECK((expected[k].info.flags & ~uint32_t(OVT_FLAG_EGO_HEADING)) == 0);  // few walls were seen so far
     detections += expected[k].info.detection_count;
   }
   CHECK(detections > 0);

@@ -224,8 +224,8 @@ TEST_CASE("methods: parameters belong to the steps, rules and trackers that read
                                            "gate.own_side_m", "pose.front_length_m", "pose.angle_sigma_deg"};
     const bool only_best =
         group == "join" || group == "class" || group == "running_ground" || group == "ego" || of_best.count(name) > 0;
-    const bool absent = only_best || group == "angle" || group == "smooth" || group == "ground" || group == "repair" ||
-                        name == "gate.map_margin_m";
+    const bool absent = (only_best && group != "ego") || group == "angle" || group == "smooth" || group == "ground" ||
+                        group == "repair" || name == "gate.map_margin_m";
     bool is_read = false;  // by one preset at least
     for (int32_t k = 0; ovt_preset_name(k); ++k) {
       ovt_params of_preset;
