@@ -16,15 +16,16 @@ struct GroundBlock {
 
 OVT_INLINE GroundBlock make_ground_block(const RunningGroundParams& params, bool known) {
   const GroundTolerance& t = known ? params.known : params.guess;
-  return {params.height_m, t.per_m, t.limit_m, t.slope_limit, 1.0f / t.slope_reach_m, params.level_reach_m, params.foot_slope};
+  return {params.height_m,      t.per_m,          t.limit_m, t.slope_limit, 1.0f / t.slope_reach_m,
+          params.level_reach_m, params.foot_slope};
 }
 
 // The running ground of a column. Distances from the sensor; `height` over the road surface, `z` in the sensor's axes.
 template <class V>
 struct GroundState {
-  V distance, height, z;           // the last ground pixel that moved it
-  V slope;                         // against the road surface
-  V from_distance, from_height;    // where the slope is measured from
+  V distance, height, z;                   // the last ground pixel that moved it
+  V slope;                                 // against the road surface
+  V from_distance, from_height;            // where the slope is measured from
   V below_distance, below_z, below_above;  // the last pixel; its height over the running ground
 };
 
@@ -46,13 +47,14 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
                                          M below, GroundState<V>& s) {
   constexpr float kLeastReach_m = 0.5f;                               // of the slope
   constexpr float kSteepest = 0.45f, kFall = -0.6f, kDrop_m = -0.3f;  // of what moves the ground
+  constexpr float kAny_m = 3e38f;
   constexpr float kFoot_m = 0.0f;  // lower pixels are road
   const V zero(0.0f);
   const V height = z - road_z, ahead = distance - s.distance, run = max_of(ahead, zero), rise = height - s.height;
   const V above = rise - s.slope * run;
   const V allowed = min_of(V(block.height_m) + V(block.per_m) * run, V(block.limit_m));
   const M is_level = (run <= V(block.level_reach_m)) & (z - s.z <= level * run + V(block.height_m));
-  const M ground = exists & ((above <= allowed) | is_level);
+  const M ground = exists & (above <= select(is_level, V(kAny_m), allowed));
   const V step_z = z - s.below_z;
   const M steep = exists & below & (s.below_above > V(kFoot_m)) &
                   (step_z > V(block.foot_slope) * abs_of(distance - s.below_distance));
