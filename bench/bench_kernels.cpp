@@ -3,13 +3,16 @@
 //
 // Every kernel of the manifest on every ISA of this CPU, the whole segmentation of one scan, and the whole chain of
 // three scans. Names are paths: smooth_sg/avx2/32x857, segment/avx512/racecar_front, chain/ref/racecar. The ISA `ref`
-// is the scalar reference.
+// is the scalar reference. segment and chain are those of preset paper, segment_best and chain_best those of best:
+// without a pose, so that the road is fitted to the scan; segment_best_known: on a level road that is known.
 #include <benchmark/benchmark.h>
 
 #include <map>
 #include <memory>
+#include <utility>
 
 #include "bench/work.h"
+#include "core/math.h"
 #include "pipeline/method/steps.h"
 
 namespace overtake::bench {
@@ -49,7 +52,7 @@ Traffic traffic_of(const Work& work, Kernel kernel) {
 }
 
 void bench_kernel(benchmark::State& state, const KernelTable* kernels, Kernel kernel, const Cloud& cloud) {
-  Work& work = work_of(cloud);
+  Work& work = work_of(cloud, method_of(kernel));
   for (auto _ : state) work.run(*kernels, kernel);
   const Traffic traffic = traffic_of(work, kernel);
   state.SetItemsProcessed(int64_t(state.iterations()) * traffic.items);
@@ -83,10 +86,13 @@ void bench_adversarial(benchmark::State& state, const KernelTable* kernels, cons
 }
 
 // Three sensors from the caller's bytes to tracks, through the C API, without the graph.
-void bench_chain(benchmark::State& state, const char* isa, const std::vector<Cloud>& clouds) {
+void bench_chain(benchmark::State& state, const char* isa, const std::vector<Cloud>& clouds, const Method& method) {
+  ovt_params params;
+  if (ovt_params_init(&params, sizeof params, method.name) != OVT_OK) return state.SkipWithError("no such preset");
   std::vector<ovt_sensor_def> sensors;
   for (const Cloud& cloud : clouds) sensors.push_back(cloud.sensor);
   ovt_detector_def def = ovt_default_detector_def();
+  def.params = &params;
   def.sensors = sensors.data();
   def.sensor_count = int32_t(sensors.size());
   def.worker_count = 1;
@@ -123,6 +129,29 @@ void bench_chain(benchmark::State& state, const char* isa, const std::vector<Clo
   state.SetItemsProcessed(int64_t(state.iterations()) * points);
 }
 
+// A level road along a circle, all of it known.
+struct LevelRoad {
+  CircuitMap map;
+  RoadData road;
+
+  LevelRoad() {
+    constexpr double kRadius_m = 400.0, kWidth_m = 7.5;
+    constexpr int32_t kCount = 1200;
+    std::vector<double> x, y, width(kCount, kWidth_m);
+    for (int32_t i = 0; i < kCount; ++i) {
+      double s, c;
+      sin_cos_f64(kTwoPi * i / kCount, s, c);
+      x.push_back(kRadius_m * s);
+      y.push_back(kRadius_m * (1.0 - c));
+    }
+    if (!map.build(x.data(), y.data(), width.data(), width.data(), nullptr, kCount, true, nullptr)) std::abort();
+    road.has_pose = true;
+    road.map = &map;
+    road.curvature_per_m = 1.0 / kRadius_m;
+    std::fill_n(road.known, RoadData::kStations, true);
+  }
+};
+
 void add_all() {
   const KernelTable* tables[16] = {};
   const int32_t table_count = list_kernels(tables);
@@ -148,28 +177,54 @@ void add_all() {
     for (int32_t t = 0; t < table_count; ++t)
       add(std::string("segment/") + tables[t]->isa + "/" + cloud.name,
           [table = tables[t], &cloud](benchmark::State& state) { bench_segment(state, table, cloud); });
+  static const LevelRoad level;
+  for (const Cloud& cloud : scans)
+    for (int32_t t = 0; t < table_count; ++t) {
+      const auto add_best = [&](const char* kind, const RoadData& road) {
+        add(kind + std::string("/") + tables[t]->isa + "/" + cloud.name,
+            [table = tables[t], &cloud, &road](benchmark::State& state) {
+              bench_segment(state, table, cloud, kBest, road);
+            });
+      };
+      static const RoadData unknown;
+      add_best("segment_best", unknown);
+      add_best("segment_best_known", level.road);
+    }
   for (const char* pattern : {"nominal", "checkerboard", "comb", "spiral", "full"})
     for (int32_t t = 0; t < table_count; ++t)
       add(std::string("adversarial/") + tables[t]->isa + "/" + pattern,
           [table = tables[t], pattern](benchmark::State& state) { bench_adversarial(state, table, pattern); });
   for (int32_t t = 0; t < table_count; ++t)
-    add(std::string("chain/") + tables[t]->isa + "/racecar",
-        [isa = tables[t]->isa](benchmark::State& state) { bench_chain(state, isa, racecar); });
+    for (const Method* method : {&kPaper, &kBest})
+      add(std::string(method == &kPaper ? "chain/" : "chain_best/") + tables[t]->isa + "/racecar",
+          [isa = tables[t]->isa, method](benchmark::State& state) { bench_chain(state, isa, racecar, *method); });
   add_tasks(tables, table_count, scans[0], scans[racecar.size() + 1]);
 }
 
 }  // namespace
 
-Work& work_of(const Cloud& cloud) {
-  static std::map<std::string, std::unique_ptr<Work>> works;
-  std::unique_ptr<Work>& work = works[cloud.name];
-  if (!work) work = std::make_unique<Work>(cloud);
+Work& work_of(const Cloud& cloud, const Method& method) {
+  static std::map<std::pair<std::string, std::string>, std::unique_ptr<Work>> works;
+  std::unique_ptr<Work>& work = works[{cloud.name, method.name}];
+  if (!work) work = std::make_unique<Work>(cloud, method);
   return *work;
 }
 
-void bench_segment(benchmark::State& state, const KernelTable* kernels, const Cloud& cloud) {
-  Work& work = work_of(cloud);
+const Method& method_of(Kernel kernel) {
+  const Step* const step = find_step(kernel);
+  const Method* methods[kMaxMethods] = {};
+  const int32_t count = list_methods(methods);
+  for (int32_t i = 0; step && i < count; ++i)
+    for (const Step& used : methods[i]->segment)
+      if (used.run == step->run) return *methods[i];
+  return kPaper;
+}
+
+void bench_segment(benchmark::State& state, const KernelTable* kernels, const Cloud& cloud, const Method& method,
+                   const RoadData& road) {
+  Work& work = work_of(cloud, method);
   work.context.kernels = kernels;
+  work.part.road = road;
   for (auto _ : state) {
     work.load(*kernels);
     segment_scan(work.context, 0, work.part, work.scratch);

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "bench/clouds.h"
+#include "pipeline/method/methods.h"
 #include "pipeline/method/steps.h"
 #include "pipeline/stages.h"
 
@@ -42,8 +43,9 @@ inline const Step* find_step(Kernel kernel) { return step::kOfKernel[int32_t(ker
 // seams.
 class Work {
  public:
-  explicit Work(const Cloud& source) : cloud(source) {
+  explicit Work(const Cloud& source, const Method& method = kPaper) : cloud(source) {
     FrameSizes sizes;
+    context.method = sizes.method = &method;
     int32_t point_capacity[3];
     sizes.sensors = context.sensors;
     sizes.point_capacity = point_capacity;
@@ -51,7 +53,7 @@ class Work {
     sizes.cluster_capacity = 4096;
     sizes.candidate_capacity = sizes.track_capacity = sizes.external_capacity = kRowAlign;
     ovt_params params;
-    ovt_params_init(&params, sizeof params, "paper");
+    ovt_params_init(&params, sizeof params, method.name);
     for (int32_t s = 0; s < 3; ++s) {
       ovt_sensor_def def = cloud.sensor;
       def.yaw_rad = 2.0943951023931953 * (s == 2 ? -1 : s);
@@ -71,7 +73,7 @@ class Work {
     if (!apart_.build(default_allocator(), carve)) std::abort();
     const KernelTable& ref = *find_kernels("ref");
     load(ref);
-    for (const Step& step : kPaper.segment) run(ref, step);
+    for (const Step& step : method.segment) run(ref, step);
     for (const Kernel kernel : {Kernel::merge_seams, Kernel::gate_clusters, Kernel::fit_rectangle}) run(ref, kernel);
   }
 
@@ -157,13 +159,17 @@ class Work {
 
 // Each Work is built on first use and shared by all ISAs, so a filtered run builds only those it needs. It is never
 // freed: with random interleaving, each repetition uses it again.
-Work& work_of(const Cloud& cloud);
+Work& work_of(const Cloud& cloud, const Method& method = kPaper);
+
+// The first preset that runs a kernel in its segmentation; paper if none does.
+const Method& method_of(Kernel kernel);
 
 void add(const std::string& name, const std::function<void(benchmark::State&)>& run);
 
 // Benchmarks of several kernels: assignment, the rectangle of 500 points, other orders of points, PCL's clusters.
 void add_tasks(const KernelTable* const* tables, int32_t table_count, const Cloud& racecar_front,
                const Cloud& nuscenes);
-void bench_segment(benchmark::State& state, const KernelTable* kernels, const Cloud& cloud);
+void bench_segment(benchmark::State& state, const KernelTable* kernels, const Cloud& cloud,
+                   const Method& method = kPaper, const RoadData& road = {});
 
 }  // namespace overtake::bench

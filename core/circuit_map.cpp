@@ -261,7 +261,25 @@ double CircuitMap::measure_outside(double x_m, double y_m, int32_t* hint) const 
   return hypot_f64(ahead, aside);
 }
 
-MapPose CircuitMap::at(double s_m) const noexcept {
+// The last segment that begins at s_m or before it, for s_m from 0 to the length.
+int32_t CircuitMap::segment_of(double s_m, int32_t hint) const noexcept {
+  const int32_t n = segment_count();
+  if (hint >= 0 && hint < n) {
+    const double* const s = s_.data();
+    int32_t i = hint;
+    for (int32_t k = 0; k <= kHintSteps; ++k) {
+      if (s[i] > s_m)
+        --i;
+      else if (i + 1 < n && s[i + 1] <= s_m)
+        ++i;
+      else
+        return i;
+    }
+  }
+  return std::min(int32_t(std::upper_bound(s_.begin(), s_.end(), s_m) - s_.begin()), n) - 1;
+}
+
+MapPose CircuitMap::at(double s_m, int32_t* hint) const noexcept {
   if (empty()) return {};
   const double length = s_.back();
   double s = s_m == s_m ? s_m : 0.0;
@@ -272,8 +290,9 @@ MapPose CircuitMap::at(double s_m) const noexcept {
     s = turns == 0.0 ? 0.0 : s - double(whole) * length;
   }
   s = std::clamp(s, 0.0, length);
-  const std::size_t b = std::min(std::size_t(std::upper_bound(s_.begin(), s_.end(), s) - s_.begin()), x_.size() - 1),
-                    a = b - 1;
+  const int32_t segment = segment_of(s, hint ? *hint : -1);
+  if (hint) *hint = segment;
+  const std::size_t a = std::size_t(segment), b = a + 1;
   const double t = (s - s_[a]) / (s_[b] - s_[a]);
   return {mix(x_[a], x_[b], t),
           mix(y_[a], y_[b], t),

@@ -30,6 +30,8 @@ void join(int32_t* parent, int32_t a, int32_t b) {
   parent[std::max(a, b)] = std::min(a, b);
 }
 
+bool is_joined(int32_t* parent, int32_t a, int32_t b) { return find_root(parent, a) == find_root(parent, b); }
+
 // Lists one member per cluster, sensor by sensor. member_begin[s]: the member of sensor s's cluster 0; the last entry
 // is the count.
 void list_members(const SeamSide* sides, int32_t sensor_count, MemberTable& members, int32_t* parent,
@@ -67,6 +69,44 @@ int32_t collect_columns(const SeamSide& side, int32_t member_begin, int32_t firs
   return count;
 }
 
+// kRowAlign neighbours on one side of a seam. They lie near each other, and far from most blocks of the other side. The
+// distance of two boxes uses the operations of near_bits, and rounding is monotonic: no two points of the blocks are
+// computed nearer than their boxes, so skipping blocks is exact.
+struct SeamBlock {
+  float low[3], high[3];
+  int32_t only;             // the member of all points, -1: there are several
+  uint32_t run[kRowAlign];  // of each point: the bits of its neighbours with the same member, from the point on
+};
+constexpr int32_t kBlocks = 64;  // of one side, at a time
+
+SeamBlock make_block(const SeamScratch& scratch, int32_t k, int32_t begin, int32_t end) {
+  SeamBlock block;
+  const float* const column[3] = {scratch.x_m[k], scratch.y_m[k], scratch.z_m[k]};
+  for (int32_t axis = 0; axis < 3; ++axis) {
+    block.low[axis] = block.high[axis] = column[axis][begin];
+    for (int32_t i = begin + 1; i < end; ++i) {
+      block.low[axis] = min_of(block.low[axis], column[axis][i]);
+      block.high[axis] = max_of(block.high[axis], column[axis][i]);
+    }
+  }
+  const int32_t* const member = scratch.member[k] + begin;
+  const int32_t count = end - begin;
+  uint32_t run = 0;
+  for (int32_t i = count - 1; i >= 0; --i) {
+    if (i + 1 < count && member[i] != member[i + 1]) run = 0;
+    block.run[i] = run |= 1u << i;
+  }
+  block.only = run == (1u << count) - 1u ? member[0] : -1;
+  return block;
+}
+
+float box_distance2(const SeamBlock& a, const SeamBlock& b) {
+  float apart[3];
+  for (int32_t axis = 0; axis < 3; ++axis)
+    apart[axis] = max_of(max_of(b.low[axis] - a.high[axis], a.low[axis] - b.high[axis]), 0.0f);
+  return (apart[0] * apart[0] + apart[1] * apart[1]) + apart[2] * apart[2];
+}
+
 // Eq. 4: the last K columns of the left sensor against the first K of the right one.
 void join_over_seam(NearBitsFn* near_bits, const MergeSeamsParams& params, const SeamSide* sides,
                     const int32_t* member_begin, int32_t left, int32_t right, SeamScratch& scratch) {
@@ -78,16 +118,32 @@ void join_over_seam(NearBitsFn* near_bits, const MergeSeamsParams& params, const
       collect_columns(sides[right], member_begin[right], 0, std::min(params.columns, right_cols), scratch, 1);
   const float limit = params.distance_m * params.distance_m;
   const float* const near_to[3] = {scratch.x_m[1], scratch.y_m[1], scratch.z_m[1]};
-  for (int32_t a = 0; a < left_count; ++a) {
-    const float place[3] = {scratch.x_m[0][a], scratch.y_m[0][a], scratch.z_m[0][a]};
-    int32_t last = -1;  // most neighbours in a column belong to one cluster
-    for (int32_t begin = 0; begin < right_count; begin += kRowAlign) {
-      uint32_t bits = near_bits(near_to, begin, place, limit);
-      if (right_count - begin < kRowAlign) bits &= (1u << (right_count - begin)) - 1u;
-      for (; bits != 0; bits &= bits - 1) {
-        const int32_t member = scratch.member[1][begin + __builtin_ctz(bits)];
-        if (member != last) join(scratch.parent, scratch.member[0][a], member);
-        last = member;
+  for (int32_t first = 0; first < right_count; first += kRowAlign * kBlocks) {
+    const int32_t end = std::min(first + kRowAlign * kBlocks, right_count);
+    SeamBlock blocks[kBlocks];
+    for (int32_t begin = first; begin < end; begin += kRowAlign)
+      blocks[(begin - first) / kRowAlign] = make_block(scratch, 1, begin, std::min(begin + kRowAlign, end));
+    for (int32_t a_begin = 0; a_begin < left_count; a_begin += kRowAlign) {
+      const int32_t a_end = std::min(a_begin + kRowAlign, left_count);
+      const SeamBlock of_left = make_block(scratch, 0, a_begin, a_end);
+      for (int32_t begin = first; begin < end; begin += kRowAlign) {
+        const SeamBlock& of_right = blocks[(begin - first) / kRowAlign];
+        if (!(box_distance2(of_left, of_right) < limit)) continue;
+        const uint32_t used = end - begin < kRowAlign ? (1u << (end - begin)) - 1u : ~0u;
+        for (int32_t a = a_begin; a < a_end; ++a) {
+          const int32_t member = scratch.member[0][a];
+          if (of_right.only >= 0 && is_joined(scratch.parent, member, of_right.only)) {
+            if (of_left.only >= 0) break;
+            continue;
+          }
+          const float place[3] = {scratch.x_m[0][a], scratch.y_m[0][a], scratch.z_m[0][a]};
+          uint32_t bits = near_bits(near_to, begin, place, limit) & used;
+          while (bits != 0) {
+            const int32_t near = __builtin_ctz(bits);
+            join(scratch.parent, member, scratch.member[1][begin + near]);
+            bits &= ~of_right.run[near];
+          }
+        }
       }
     }
   }

@@ -47,13 +47,14 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
                                          M below, GroundState<V>& s) {
   constexpr float kLeastReach_m = 0.5f;                               // of the slope
   constexpr float kSteepest = 0.45f, kFall = -0.6f, kDrop_m = -0.3f;  // of what moves the ground
-  constexpr float kFoot_m = 0.0f;                                     // lower pixels are road
+  constexpr float kAny_m = 3e38f;
+  constexpr float kFoot_m = 0.0f;  // lower pixels are road
   const V zero(0.0f);
   const V height = z - road_z, ahead = distance - s.distance, run = max_of(ahead, zero), rise = height - s.height;
   const V above = rise - s.slope * run;
   const V allowed = min_of(V(block.height_m) + V(block.per_m) * run, V(block.limit_m));
   const M is_level = (run <= V(block.level_reach_m)) & (z - s.z <= level * run + V(block.height_m));
-  const M ground = exists & ((above <= allowed) | is_level);
+  const M ground = exists & (above <= select(is_level, V(kAny_m), allowed));
   const V step_z = z - s.below_z;
   const M steep = exists & below & (s.below_above > V(kFoot_m)) &
                   (step_z > V(block.foot_slope) * abs_of(distance - s.below_distance));

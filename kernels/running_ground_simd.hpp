@@ -65,6 +65,11 @@ OVT_INLINE void walk_columns(const RunningGroundParams& params, const RoadSurfac
       const int32_t c = begin + v * kSize<A>;
       const Float<A> range = Float<A>::load(range_filled_m.row(r) + c);
       const Mask<A> exists = range > zero;
+      if (!exists.any()) {  // most of the sky
+        zero.store(height_m.row(r) + c);
+        below[v] = exists;
+        continue;
+      }
       Float<A> sine, cosine;
       sin_cos_small_of(Float<A>::load(elevation_filled_rad.row(r) + c), sine, cosine);
       const Float<A> distance = range * cosine;

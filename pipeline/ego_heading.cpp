@@ -3,10 +3,13 @@
 #include "pipeline/ego_heading.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "core/math.h"
+#include "core/reduce.h"
 #include "pipeline/clock_watch.h"
+#include "pipeline/road/centre_line.h"
 #include "pipeline/stages.h"
 
 namespace overtake {
@@ -31,41 +34,46 @@ constexpr double kOutside_m = 30.0;
 
 static_assert(2 * kMaxBins <= kMaxWallPoints);
 
-struct Nearest {
-  float range2 = 0;
-  int32_t row = -1;  // in ClusterPointTable
-};
+// The nearest point of a direction, as one key that sorts by range, then by row of the ClusterPointTable: positive
+// floats sort like their bits.
+using Nearest = uint64_t;
+constexpr Nearest kNothing = ~uint64_t(0);
+OVT_INLINE Nearest make_nearest(float range2, int32_t row) {
+  return uint64_t(std::bit_cast<uint32_t>(range2)) << 32 | uint32_t(row);
+}
+OVT_INLINE int32_t row_of(Nearest nearest) { return nearest == kNothing ? -1 : int32_t(uint32_t(nearest)); }
 
 // A direction around the sensor as an index; the steps are not equal angles, but this needs no arc tangent.
-int32_t direction_of(float x, float y) noexcept {
-  const float q = x / (abs_of(x) + abs_of(y));
+OVT_INLINE int32_t direction_of(float x, float y) {
+  const float q = x / max_of(abs_of(x) + abs_of(y), 1e-30f);
   const float turn = y >= 0.0f ? 1.0f - q : 3.0f + q;  // 0 to 4
-  return std::clamp(int32_t(turn * (float(kDirections) * 0.25f)), 0, kDirections - 1);
+  const int32_t direction = int32_t(turn * (float(kDirections) * 0.25f));
+  return direction < kDirections - 1 ? direction : kDirections - 1;
 }
 
-// Ego poses during a scan, every kStepNs; between two of them the matrix is linear.
+// Ego poses during a scan, every kStepNs, relative to an origin in the map; between two of them the matrix is linear.
 class ScanPoses {
  public:
   // False: the pose is unknown at a part of the scan.
-  bool build(const EgoWindow& poses, int64_t stamp_ns, int32_t last_offset_ns) noexcept {
+  bool build(const EgoWindow& poses, int64_t stamp_ns, int32_t last_offset_ns, const EgoPose& origin) noexcept {
     count_ = std::min(last_offset_ns / kStepNs + 2, kMost);
     for (int32_t k = 0; k < count_; ++k) {
       EgoState ego;
       if (!poses.at(later_ns(stamp_ns, int64_t(k) * kStepNs), ego) || ego.age_ns > kEgoFreshNs) return false;
-      std::copy_n(ego.r, 6, knots_[k]);
-      knots_[k][6] = ego.pose.x_m;
-      knots_[k][7] = ego.pose.y_m;
+      for (int32_t i = 0; i < 6; ++i) knots_[k][i] = float(ego.r[i]);
+      knots_[k][6] = float(ego.pose.x_m - origin.x_m);
+      knots_[k][7] = float(ego.pose.y_m - origin.y_m);
     }
     return true;
   }
   // Place in the map, relative to the ego vehicle at the point's time, and the vehicle's place.
   struct Placed {
-    double x_m, y_m, ego_x_m, ego_y_m;
+    float x_m, y_m, ego_x_m, ego_y_m;
   };
-  Placed place(int32_t offset_ns, double x, double y, double z) const noexcept {
+  Placed place(int32_t offset_ns, float x, float y, float z) const noexcept {
     const int32_t k = std::clamp(offset_ns / kStepNs, 0, count_ - 2);
-    const double u = double(offset_ns - k * kStepNs) / double(kStepNs);
-    double m[8];
+    const float u = float(offset_ns - k * kStepNs) * (1.0f / float(kStepNs));
+    float m[8];
     for (int32_t i = 0; i < 8; ++i) m[i] = knots_[k][i] + u * (knots_[k + 1][i] - knots_[k][i]);
     return {m[0] * x + m[1] * y + m[2] * z, m[3] * x + m[4] * y + m[5] * z, m[6], m[7]};
   }
@@ -73,7 +81,7 @@ class ScanPoses {
  private:
   static constexpr int32_t kStepNs = 10'000'000, kMost = 32;
   int32_t count_ = 0;
-  double knots_[kMost][8];
+  float knots_[kMost][8];
 };
 
 // The innermost point of each bin along the track, on both sides.
@@ -123,47 +131,85 @@ void find_nearest(const StageContext& context, const Frame& frame, int32_t senso
   const int32_t step = std::max(1, (total + kMostRead - 1) / kMostRead);
   for_each_wall([&](int32_t cluster) {
     const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
-    for (int32_t k = begin; k < end; k += step) {
-      const float x = part.cluster_points.x_m[k] - origin_m[0], y = part.cluster_points.y_m[k] - origin_m[1];
-      const float range2 = x * x + y * y;
-      if (!(range2 > 0.0f)) continue;
-      Nearest& best = nearest[direction_of(x, y)];
-      if (best.row < 0 || range2 < best.range2) best = {range2, k};
+    for (int32_t first = begin; first < end; first += kLanes * step) {
+      int32_t direction[kLanes];
+      float range2[kLanes];
+      const int32_t count = std::min((end - first + step - 1) / step, kLanes);
+      float x[kLanes] = {}, y[kLanes] = {};
+      for (int32_t l = 0; l < count; ++l) {
+        x[l] = part.cluster_points.x_m[first + l * step];
+        y[l] = part.cluster_points.y_m[first + l * step];
+      }
+      for (int32_t l = 0; l < kLanes; ++l) {
+        const float dx = x[l] - origin_m[0], dy = y[l] - origin_m[1];
+        range2[l] = dx * dx + dy * dy;
+        direction[l] = direction_of(dx, dy);
+      }
+      for (int32_t l = 0; l < count; ++l) {
+        if (!(range2[l] > 0.0f)) continue;
+        Nearest& best = nearest[direction[l]];
+        best = std::min(best, make_nearest(range2[l], first + l * step));
+      }
     }
   });
 }
 
+// The centre line around the ego vehicle.
+struct NearLine {
+  EgoPose origin;
+  CentreLine line;
+
+  // False: the ego pose is unknown.
+  bool lay(const CircuitMap& map, const Frame& frame, double reach_m) noexcept {
+    constexpr double kStation_m = 2.5, kMargin_m = 20.0;  // margin: the way during a scan, and bends
+    EgoState ego;
+    if (!frame.ego.at(frame.stamp_ns, ego)) return false;
+    origin = ego.pose;
+    const double half_m = reach_m + kMargin_m;
+    const double step_m = std::max(kStation_m, 2.0 * half_m / double(CentreLine::kMost - 2));
+    const double s_m = map.project(origin.x_m, origin.y_m).s_m;
+    line.lay(map, s_m, step_m, 2 * int32_t(half_m / step_m) + 1, origin.x_m, origin.y_m);
+    return !line.empty();
+  }
+};
+
 // Places these points against the bounds, at most one for each kSpacing_m and one for each bin along the track. Returns
 // their number.
 int32_t place_nearest(const StageContext& context, const Frame& frame, int32_t sensor, const EgoWindow& poses,
-                      const Nearest* nearest, WallPoint* out) noexcept {
+                      const NearLine& near, const Nearest* nearest, WallPoint* out) noexcept {
   const SensorPart& part = frame.sensors[sensor];
-  const CircuitMap& map = *context.map;
+  const CentreLine& line = near.line;
   const auto offset_of = [&](int32_t row) { return part.scan.time_offset_ns[part.cluster_points.point[row]]; };
-  int32_t last_ns = -1;
-  for (int32_t i = 0; i < kDirections; ++i)
-    if (nearest[i].row >= 0) last_ns = std::max(last_ns, offset_of(nearest[i].row));
-  ScanPoses scan_poses;
-  if (last_ns < 0 || !scan_poses.build(poses, part.stamp_ns, last_ns)) return 0;
-  WallBins bins(context.detect.walls.reach_m);
-  int32_t hint = -1;
+  int32_t rows[kDirections], offset_ns[kDirections], count = 0, last_ns = -1;
   float last_x_m = kFar_m, last_y_m = kFar_m;
   for (int32_t i = 0; i < kDirections; ++i) {
-    const int32_t k = nearest[i].row;
-    if (k < 0) continue;
-    const float x = part.cluster_points.x_m[k], y = part.cluster_points.y_m[k];
-    const float dx = x - last_x_m, dy = y - last_y_m;
+    if (nearest[i] == kNothing) continue;
+    const int32_t k = row_of(nearest[i]);
+    const float dx = part.cluster_points.x_m[k] - last_x_m, dy = part.cluster_points.y_m[k] - last_y_m;
     if (dx * dx + dy * dy < kSpacing_m * kSpacing_m) continue;
-    last_x_m = x;
-    last_y_m = y;
-    const ScanPoses::Placed at =
-        scan_poses.place(offset_of(k), double(x), double(y), double(part.cluster_points.z_m[k]));
-    const MapProjection place = map.project(at.ego_x_m + at.x_m, at.ego_y_m + at.y_m, hint);
-    hint = place.segment;
-    double sine, cosine;
-    sin_cos_f64(place.heading_rad, sine, cosine);
-    const bool left = place.d_m > 0;
-    bins.add({at.x_m * cosine + at.y_m * sine, left ? place.d_m - place.width_left_m : -place.d_m - place.width_right_m,
+    last_x_m = part.cluster_points.x_m[k];
+    last_y_m = part.cluster_points.y_m[k];
+    rows[count] = k;
+    offset_ns[count++] = offset_of(k);
+  }
+  for (int32_t i = 0; i < count; ++i) last_ns = std::max(last_ns, offset_ns[i]);
+  ScanPoses scan_poses;
+  if (last_ns < 0 || !scan_poses.build(poses, part.stamp_ns, last_ns, near.origin)) return 0;
+  WallBins bins(context.detect.walls.reach_m);
+  int32_t piece = line.first + (line.last - line.first) / 2;
+  for (int32_t i = 0; i < count; ++i) {
+    const int32_t k = rows[i];
+    const float x = part.cluster_points.x_m[k], y = part.cluster_points.y_m[k];
+    const ScanPoses::Placed at = scan_poses.place(offset_ns[i], x, y, part.cluster_points.z_m[k]);
+    const float map_x = at.ego_x_m + at.x_m, map_y = at.ego_y_m + at.y_m;
+    const float t = line.find_piece(map_x, map_y, piece);
+    if (!(t >= 0.0f || piece > line.first) || !(t <= 1.0f || piece + 1 < line.last)) continue;  // beyond the line
+    const float d_m = line.measure_left(map_x, map_y, piece);
+    const bool left = d_m > 0.0f;
+    const float* const width_m = left ? line.left_m : line.right_m;
+    const float share = max_of(min_of(t, 1.0f), 0.0f);
+    const float along_m = (at.x_m * line.dx_m[piece] + at.y_m * line.dy_m[piece]) * line.per_m[piece];
+    bins.add({double(along_m), double(abs_of(d_m) - (width_m[piece] + share * (width_m[piece + 1] - width_m[piece]))),
               left});
   }
   return bins.list(out);
@@ -298,12 +344,16 @@ void measure_walls(const StageContext& context, Frame& frame) noexcept {
   if (!frame.uses_map) return;
   EgoWindow poses;
   smooth_headings(frame.ego, poses);
+  NearLine near;
+  if (!near.lay(*context.map, frame, context.detect.walls.reach_m)) return;
   for (int32_t s = 0; s < context.sensor_count; ++s) {
     if (!frame.sensors[s].present) continue;
     Nearest nearest[kDirections];
+    std::fill_n(nearest, kDirections, kNothing);
     find_nearest(context, frame, s, nearest);
     WallPoint points[kMaxWallPoints];
-    frame.walls[s] = fit_walls(context.detect.walls, points, place_nearest(context, frame, s, poses, nearest, points));
+    const int32_t count = place_nearest(context, frame, s, poses, near, nearest, points);
+    frame.walls[s] = fit_walls(context.detect.walls, points, count);
   }
 }
 

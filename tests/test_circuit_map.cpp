@@ -260,6 +260,33 @@ TEST_CASE("circuit map: the heading is smooth where angles wrap, and over the st
   }
 }
 
+TEST_CASE("circuit map: a hint does not change the place at s, and receives its segment") {
+  for (const bool closed : {true, false}) {
+    CircuitMap map;
+    REQUIRE(make_circle(60.0, 90).build(map, closed));
+    const int32_t n = map.segment_count();
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> any(-0.2 * map.length_m(), 1.2 * map.length_m());
+    std::vector<double> places = {0.0, map.length_m(), -1.0, kNan};
+    for (int32_t i = 0; i < n; ++i) places.push_back(map.project(map.at(4.0 * i).x_m, map.at(4.0 * i).y_m).s_m);
+    for (int32_t i = 0; i < 200; ++i) places.push_back(any(random));
+    for (const double s : places) {
+      CAPTURE(s);
+      const MapPose wanted = map.at(s);
+      int32_t segment = -1;
+      map.at(s, &segment);
+      REQUIRE((segment >= 0 && segment < n));
+      for (const int32_t from :
+           {-1, 0, 1, segment - 9, segment - 2, segment, segment + 1, segment + 10, n - 1, n, 1000}) {
+        int32_t hint = from;
+        const MapPose at = map.at(s, &hint);
+        CHECK(std::memcmp(&at, &wanted, sizeof at) == 0);
+        CHECK(hint == segment);
+      }
+    }
+  }
+}
+
 TEST_CASE("circuit map: behind a sharp corner the side is right") {
   // A hairpin that turns left by 170 degrees at (10, 0): every point beyond the tip is on its right.
   const double back = 170.0 / 180.0 * kPi;
