@@ -46,7 +46,8 @@ RunningGroundParams params() {
           .foot_slope = 1.7f};
 }
 
-// One column, from the bottom row up. The result has the same order: 'o' non-ground, '.' ground, ' ' no return.
+// One column, from the bottom row up. The result has the same order: 'o' non-ground, '.' ground, ' ' no return, 'x' no
+// return but non-ground.
 struct Column {
   Column(std::vector<Place> places, FlatRoad road = FlatRoad(), RunningGroundParams rules = params())
       : rows(int32_t(places.size())),
@@ -67,7 +68,7 @@ struct Column {
   std::string marks() {
     std::string text;
     for (int32_t r = rows - 1; r >= 0; --r)
-      text += range.at(r, 0) == 0.0f ? ' ' : nonground.view().test(r, 0) ? 'o' : '.';
+      text += nonground.view().test(r, 0) ? (range.at(r, 0) > 0.0f ? 'o' : 'x') : range.at(r, 0) > 0.0f ? '.' : ' ';
     return text;
   }
   int32_t rows;
@@ -200,10 +201,14 @@ TEST_CASE("running_ground: the running slope is measured over a reach, limited, 
   CHECK(Column(hill).marks() == std::string(25, '.'));
   hill.back().height_m += 0.3f;
   CHECK(Column(hill).marks().back() == 'o');
-  // The slope of a known road is limited to 2 %: 3 % are lost after a while, 45 % of a guess are not.
-  for (Place& p : hill) p.height_m = 0.03f * p.distance_m;
-  CHECK(Column(hill).marks().back() == 'o');
-  CHECK(Column(hill, FlatRoad(false)).marks() == std::string(25, '.'));
+  // The slope is limited: 3 % are followed from pixel to pixel, but not over 44 m.
+  hill.clear();
+  for (int32_t i = 1; i < 49; ++i) hill.push_back({float(2 * i), 0.03f * float(2 * i)});
+  hill.push_back({140, 0.03f * 140});
+  CHECK(Column(hill).marks() == std::string(48, '.') + "o");
+  RunningGroundParams steeper = params();
+  steeper.known.slope_limit = 0.03f;
+  CHECK(Column(hill, FlatRoad(), steeper).marks() == std::string(49, '.'));
 }
 
 // A surface of three rays, each level at another height.
