@@ -78,8 +78,8 @@ class CircuitMap {
   // Distance of a point outside of the circuit: 0 on the circuit, else the distance from its edge, or from the end of
   // an open line. Infinite where project finds no nearest place.
   double measure_outside(double x_m, double y_m, int32_t* hint) const noexcept;
-  // The place at s_m: wrapped on a closed line, clamped on an open one; NaN counts as 0. `hint`: null, or the segment of
-  // an earlier answer, -1 none; it receives the segment. It changes the cost, never the result.
+  // The place at s_m: wrapped on a closed line, clamped on an open one; NaN counts as 0. `hint`: null, or the segment
+  // of an earlier answer, -1 none; it receives the segment. It changes the cost, never the result.
   MapPose at(double s_m, int32_t* hint = nullptr) const noexcept;
 
  private:

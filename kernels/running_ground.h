@@ -26,9 +26,9 @@ struct RunningGroundParams {
   float foot_slope;         // a ground pixel below an obstacle belongs to it when the pair is steeper
 };
 
-// Walks up each column from the road under the sensor. A pixel is ground if its height over the running ground is small.
-// Only ground pixels move the running ground: its place (distance, height) and its slope against the road surface. So a
-// missing row costs nothing, and an obstacle does not lift the ground behind it.
+// Walks up each column from the road under the sensor. A pixel is ground if its height over the running ground is
+// small. Only ground pixels move the running ground: its place (distance, height) and its slope against the road
+// surface. So a missing row costs nothing, and an obstacle does not lift the ground behind it.
 //   reads    range_filled_m elevation_filled_rad; road: its rays for this image
 //   writes   height_m (height over the running ground, 0 without a return), nonground, every word
 //   rules    - ground: height <= height_m + per_m * distance from the last ground pixel, at most limit_m; or, up to
@@ -36,7 +36,8 @@ struct RunningGroundParams {
 //            - only pixels farther than the last ground pixel, and not steeper than a slope of 0.45 (or falling by more
 //              than 0.6), move the running ground: the foot of a wall must not lift it
 //            - the running slope adapts over slope_reach_m and is limited; the first ground pixel measures none
-//            - feet: below a non-ground pixel, pixels over the running ground are non-ground while the pairs are steeper
+//            - feet: below a non-ground pixel, pixels over the running ground are non-ground while the pairs are
+//            steeper
 //              than foot_slope
 //   scratch  steep
 //   agrees   exactly on every ISA

@@ -488,9 +488,9 @@ enum {                               /* ovt_frame_info.flags */
                                         not used (its rows are measurements_late), or each track was compared with the
                                         nearest detections only, and the assignment is not the cheapest */
   OVT_FLAG_CLOCK_SUSPECT = 65536,    /* stamps of a source were refused (see suspect_mask) */
-  OVT_FLAG_EGO_HEADING = 131072      /* ego_heading_offset_rad is not known well, because too few walls were seen so far,
-                                        or the walls of this frame contradict it. Never set if the method does not
-                                        correct the ego heading */
+  OVT_FLAG_EGO_HEADING = 131072      /* ego_heading_offset_rad is not known well: too few walls were seen so far, or
+                                        the walls of this frame contradict it. Never set if the method does not correct
+                                        the ego heading */
 };
 
 enum {                               /* ovt_frame_info.suspect_mask, besides bit s for sensor s */
@@ -583,8 +583,8 @@ typedef struct ovt_detections {
   const int32_t* view;               /* ovt_view */
   const int32_t* object_class;       /* ovt_object_class; initiates no track if it is OVT_CLASS_DEBRIS */
   const float *road_z_m, *height_m;  /* z of the road under the object; height of its highest point over the road */
-  const float* ego_offset_rad;       /* the row went to the map with the ego heading at stamp_ns plus this: slip, noise of
-                                        the poses, mounting of its sensor. 0 without ego pose. OVT_FLAG_EGO_HEADING */
+  const float* ego_offset_rad;       /* the row went to the map with the ego heading at stamp_ns plus this: slip, noise
+                                        of the poses, mounting of its sensor. 0 without ego pose. OVT_FLAG_EGO_HEADING */
 } ovt_detections;
 OVT_API ovt_status ovt_read_detections_sized(ovt_reader* reader, ovt_detections* out, size_t out_size);
 static inline ovt_status ovt_read_detections(ovt_reader* reader, ovt_detections* out) {

@@ -90,8 +90,8 @@ void keep_in_range(const StageContext& context, Frame& frame) noexcept;
 // Pose by the side that the sensor sees, with covariance, class and height.
 //   reads  kept, places, cluster points and their pixels   writes  detections, views
 void pose_by_view(const StageContext& context, Frame& frame) noexcept;
-// The ego heading by the walls. Takes the nearest point of each azimuth from the long clusters of each sensor, so that a
-// fence behind the wall and points above it do not count, and fits each sensor's points (fit_walls).
+// The ego heading by the walls. Takes the nearest point of each azimuth from the long clusters of each sensor, so that
+// a fence behind the wall and points above it do not count, and fits each sensor's points (fit_walls).
 //   reads  merged, members, cluster points, scans, ego, uses_map   writes  walls
 void measure_walls(const StageContext& context, Frame& frame) noexcept;
 

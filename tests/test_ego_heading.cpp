@@ -357,7 +357,7 @@ TEST_CASE("walls: the variance grows with the scatter and falls with the length"
   CHECK_FALSE(rough.measure().valid);
 }
 
-// ---- headings over time ----------------------------------------------------------------------------------------------
+// ---- headings over time ---------------------------------------------------------------------------------------------
 
 namespace {
 

@@ -1,7 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The quality figures of runs made by hand: every expected number is counted in the rows. Configurations beside presets.
+// The quality figures of runs made by hand: every expected number is counted in the rows. Configurations beside
+// presets.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -34,8 +35,8 @@ void add_car(Run& run, double frame, double car, double ahead_m, double points, 
   run.tables["cars"].add({frame, 0.05 * frame, car, ahead_m, 0, 0, 0, points, clusters, 1, detections, 0, 0});
 }
 
-// A car at 45 m in frames 0 to 9: 2, 3 or 4 points in frames 0 to 2 (only the one of 4 is found), 20 from then on (found
-// but in frame 3). A second one at -95 m in frames 0 to 3 with 4 points, never found. No car in frames 10 to 14.
+// A car at 45 m in frames 0 to 9: 2, 3 or 4 points in frames 0 to 2 (only the one of 4 is found), 20 from then on
+// (found but in frame 3). A second one at -95 m in frames 0 to 3 with 4 points, never found. No car in frames 10 to 14.
 Run quality_run() {
   Run run{"paper", "log", {{"scenario", "hand"}, {"period_s", "0.05"}}, make_tables()};
   for (int32_t k = 0; k < 15; ++k) run.tables["clusters"].add({double(k), 7, k == 5 ? 2.0 : 0.0, k == 6 ? 1.0 : 0.0});

@@ -21,8 +21,8 @@ struct RoadData {
   const CircuitMap* map = nullptr;  // null: none, or the ego pose is not on it; then the rest is not valid
   double s_m = 0, d_m = 0;          // ego pose on the map
   double curvature_per_m = 0;
-  // Heights relative to the ego vehicle's rear axle, which stands on the road, and tangents of the cross slope (positive:
-  // the right side is higher). Station k is at s_m + (k - kStations / 2) * kStation_m.
+  // Heights relative to the ego vehicle's rear axle, which stands on the road, and tangents of the cross slope
+  // (positive: the right side is higher). Station k is at s_m + (k - kStations / 2) * kStation_m.
   bool known[kStations] = {};
   float height_m[kStations] = {}, cross_slope[kStations] = {};
 };

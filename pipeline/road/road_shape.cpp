@@ -11,7 +11,8 @@
 namespace overtake {
 namespace {
 
-// Four columns side by side, for walk_ground. Compilers make the baseline's vectors of it; the results are those of float.
+// Four columns side by side, for walk_ground. Compilers make the baseline's vectors of it; the results are those of
+// float.
 struct Four {
   using Values = float __attribute__((vector_size(16)));
   using Bits = int32_t __attribute__((vector_size(16)));

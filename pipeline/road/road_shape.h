@@ -19,8 +19,9 @@ struct RoadAxes {
   }
 };
 
-// The shape of a road that is not known, in the vehicle frame: z = a + b x + c n + q x^2 + e x n with n the distance from
-// the vehicle's lane, which bends by `curvature`. Beyond kBend_m it goes on straight, beyond kLane_m it is as at the edge.
+// The shape of a road that is not known, in the vehicle frame: z = a + b x + c n + q x^2 + e x n with n the distance
+// from the vehicle's lane, which bends by `curvature`. Beyond kBend_m it goes on straight, beyond kLane_m it is as at
+// the edge.
 constexpr int32_t kTerms = 5;
 struct RoadShape {
   double term[kTerms] = {};  // a, b, c, q, e

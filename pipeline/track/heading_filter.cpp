@@ -86,8 +86,8 @@ double HeadingFilter::measure(const State& state, const HeadingCause& cause, int
   return innovation * innovation / (state.variance(cause, sensor, sensor_count_) + 4.0 * noise);
 }
 
-// One Kalman step for each sensor with walls. The errors of neighbouring frames are the same errors of the map: together
-// the frames of wall_memory_s count as one.
+// One Kalman step for each sensor with walls. The errors of neighbouring frames are the same errors of the map:
+// together the frames of wall_memory_s count as one.
 void HeadingFilter::step(State& state, const Entry& entry) const noexcept {
   const int32_t n = kCommon + sensor_count_;
   double repeats = 1.0;

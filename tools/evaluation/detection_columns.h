@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Columns of ovt_detections and values of ovt_frame_info that only some methods compute: null or 0, or absent in an older
-// library.
+// Columns of ovt_detections and values of ovt_frame_info that only some methods compute: null or 0, or absent in an
+// older library.
 #pragma once
 
 #include <cstdint>

@@ -16,7 +16,8 @@
 //   ego_heading one per frame: error of the ego heading that the pipeline got, and with its own correction
 //   detections  one per detection: position, its car (-1 none) and its errors
 //   tracks      one per track: the same with speed, course, yaw rate, NEES, age of its data
-//   centres     one per detection at a car: the error of its centre in the axes of the car, and its square in units of the
+//   centres     one per detection at a car: the error of its centre in the axes of the car, and its square in units of
+//   the
 //               published covariance (NaN without one)
 //   debris      one per frame that sees debris: its points, and detections of class debris on it
 //   false_detections   one per detection at no car: position, the surface of most of its points (-1 unknown), its

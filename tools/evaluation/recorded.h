@@ -25,9 +25,9 @@
 
 namespace overtake::evaluation {
 
-// Writes OUT/recordings.json and prints it and a table, with a column for each of `presets`; a name in `configs` is that
-// of a configuration, with its file. The results of the first one are the object itself, those of the others are in
-// "others". Throws io::Error if the folder has none of the data sets, or a file is damaged.
+// Writes OUT/recordings.json and prints it and a table, with a column for each of `presets`; a name in `configs` is
+// that of a configuration, with its file. The results of the first one are the object itself, those of the others are
+// in "others". Throws io::Error if the folder has none of the data sets, or a file is damaged.
 nlohmann::json evaluate_recordings(const std::string& folder, const std::vector<std::string>& presets,
                                    const std::map<std::string, std::string>& configs, const std::string& out,
                                    bool print);

@@ -35,8 +35,8 @@ struct RunOptions {
 // The variant's name with + instead of each colon ("paper+clusters"): scp and rsync read a colon as the end of a host's
 // name, and Windows forbids it. run_logs renames folders of earlier results with a colon; reading accepts them.
 std::string folder_name(std::string variant);
-// The configurations by their names, those of the files without ".toml". Throws io::Error for a name that two files or a
-// preset have, or that a variant's name cannot contain.
+// The configurations by their names, those of the files without ".toml". Throws io::Error for a name that two files or
+// a preset have, or that a variant's name cannot contain.
 std::map<std::string, std::string> read_configs(const std::vector<std::string>& files);
 // The presets and configurations, and the first one's sweep values. Throws io::Error if one of them cannot run.
 std::vector<std::string> variants_to_run(const RunOptions& options);
