@@ -584,7 +584,7 @@ typedef struct ovt_detections {
   const int32_t* object_class;       /* ovt_object_class; initiates no track if it is OVT_CLASS_DEBRIS */
   const float *road_z_m, *height_m;  /* z of the road under the object; height of its highest point over the road */
   const float* ego_offset_rad;       /* the row went to the map with the ego heading at stamp_ns plus this: slip, noise
-                                        of the poses, mounting of its sensor. 0 without ego pose. OVT_FLAG_EGO_HEADING */
+                                        of the poses, mounting. 0 without ego pose. See OVT_FLAG_EGO_HEADING */
 } ovt_detections;
 OVT_API ovt_status ovt_read_detections_sized(ovt_reader* reader, ovt_detections* out, size_t out_size);
 static inline ovt_status ovt_read_detections(ovt_reader* reader, ovt_detections* out) {
