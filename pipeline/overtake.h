@@ -162,6 +162,8 @@ typedef struct ovt_params {
   double ego_mounting_sigma_rad;     /* ego.mounting_sigma_deg */
   double ego_slip_sigma_rad;         /* ego.slip_sigma_deg         per m/s^2 */
   double ego_lever_sigma_m;          /* ego.lever_sigma_m */
+  double smoke_dark_share;           /* smoke.dark_share           of the ground's intensity */
+  double smoke_near_share, smoke_reach_m;
 } ovt_params;
 
 typedef struct ovt_param_info {

@@ -30,7 +30,7 @@ constexpr Columns kRoad = columns_of(Extent::rays) | columns_of(Extent::nodes);
 constexpr Columns kImages = columns_of(Extent::pixels) | columns(Column::row_count) | kRoad;
 constexpr Columns kLayers = columns_of(Extent::layers) | columns(Column::layer_sums);
 constexpr Columns kScratch =
-    columns(Column::layer_order, Column::queue, Column::cursor, Column::order, Column::steep);
+    columns(Column::layer_order, Column::queue, Column::cursor, Column::order, Column::steep, Column::considered);
 
 template <class T>
 std::string compare_values(const std::string& name, const T* a, const T* b, std::size_t count) {
@@ -121,8 +121,7 @@ void KernelWorld::take_columns(Columns which) {
       else
         view = guarded_.take_plane<std::remove_reference_t<decltype(*view.data)>>(name, shape_.rows, shape_.cols);
     } else if constexpr (extent != Extent::own) {
-      view = guarded_.take<std::remove_reference_t<decltype(*view)>>(
-          name, count_elements(extent));
+      view = guarded_.take<std::remove_reference_t<decltype(*view)>>(name, count_elements(extent));
     }
   });
 }
