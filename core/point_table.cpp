@@ -15,6 +15,7 @@ const char* reason_name(Reason reason) noexcept {
     case Reason::kLayerDropped: return "layer_dropped";
     case Reason::kDust: return "dust";
     case Reason::kSecondReturn: return "second_return";
+    case Reason::kSmoke: return "smoke";
     case Reason::kCount: break;
   }
   return "unknown";

@@ -23,6 +23,7 @@ enum class Reason : uint8_t {
   kLayerDropped,    // more layers than rows: this one had the fewest points
   kDust,            // another point won its pixel, and this one is more than 0.5 m nearer
   kSecondReturn,    // another point won its pixel, and this one is more than 0.5 m farther
+  kSmoke,           // among smoke or dust (drop_smoke), not an obstacle
   kCount
 };
 inline constexpr int32_t kReasonCount = int32_t(Reason::kCount);

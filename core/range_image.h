@@ -23,6 +23,7 @@ struct RangeImages {
   Plane<float> angle_rad, angle_smooth_rad;               // row r is the pair (r, r + 1); the last row is unused (A)
   Plane<float> height_m;                                  // over the running ground
   BitPlane nonground, steep;                              // before repair; steep: with the pixel below
+  BitPlane considered, smoke;                             // non-ground or dark; of these, taken out of nonground
   Plane<float> range_repaired_m, elevation_repaired_rad;  // non-ground image after repair; other pixels are 0
   BitPlane nonground_repaired;
   BitPlane link_right, link_down;  // pixel joins its right / lower neighbour (eq. 2)
@@ -34,7 +35,8 @@ inline void carve_range_images(Carver& carver, RangeImages& m, int32_t rows, int
                           &m.angle_smooth_rad, &m.height_m, &m.range_repaired_m, &m.elevation_repaired_rad})
     *p = carver.take_plane<float>(rows, cols);
   for (Plane<int32_t>* p : {&m.pixel_point, &m.labels}) *p = carver.take_plane<int32_t>(rows, cols);
-  for (BitPlane* p : {&m.nonground, &m.steep, &m.nonground_repaired, &m.link_right, &m.link_down})
+  for (BitPlane* p :
+       {&m.nonground, &m.steep, &m.considered, &m.smoke, &m.nonground_repaired, &m.link_right, &m.link_down})
     *p = carver.take_bits(rows, cols);
 }
 

@@ -163,6 +163,8 @@ typedef struct ovt_params {
   double ego_heading_slip_sigma_rad; /* ego_heading.slip_sigma_deg per m/s^2 */
   double ego_heading_lever_sigma_m;  /* ego_heading.lever_sigma_m */
   double gate_lowest_m, gate_top_m;  /* gate.lowest_m, gate.top_m  heights over the ground; preset best */
+  double smoke_dark_share;           /* smoke.dark_share           of the ground's intensity */
+  double smoke_near_share, smoke_reach_m;
 } ovt_params;
 
 typedef struct ovt_param_info {

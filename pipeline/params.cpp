@@ -125,6 +125,7 @@ SegmentParams make_segment_params(const ovt_params& params, const SensorModel& s
                         .level_reach_m = float(params.running_ground_level_reach_m),
                         .level_slope_slack = float(params.running_ground_level_slack),
                         .foot_slope = float(sine / cosine)};
+  out.drop_smoke = {float(params.smoke_dark_share), float(params.smoke_near_share), float(params.smoke_reach_m)};
   out.repair_range = {(params.repair_window - 1) / 2, float(params.repair_range_limit_m), sensor.wraps};
   sin_cos_f64(params.cluster_threshold_rad, sine, cosine);
   out.link_pixels = {float(sine / cosine), sensor.sin_pitch, sensor.cos_pitch, sensor.wraps};

@@ -21,6 +21,7 @@ struct SegmentParams {
   SmoothSgParams smooth_sg;
   MarkGroundParams mark_ground;
   RunningGroundParams running_ground;
+  DropSmokeParams drop_smoke;
   RepairRangeParams repair_range;
   LinkPixelsParams link_pixels;
   LabelPointsParams label_points;

@@ -17,9 +17,11 @@ constexpr Step kSegment[] = {
     step::fill_gaps,                                                  // 2   gaps of one pixel
     step::sample_road,                                                // 5b  where the road should be
     step::running_ground,                                             // 5b  ground: height over the running ground
+    step::drop_smoke,                                                 // 5c  smoke and dust are not obstacles
     step::repair_range,                                               // 6   NGRIR (eq. 3)
     step::link_pixels,                                                // 7a  which neighbours belong together (eq. 2)
     step::label_bfs,      step::label_points,                         // 7b  connected components
+    step::mark_smoke,                                                 //     points of smoke have no label
     step::build_clusters, step::count_reasons,                        // 8a  table of clusters in the vehicle frame
 };
 static_assert(is_chain(kSegment, kGivenColumns));

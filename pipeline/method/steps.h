@@ -15,6 +15,7 @@
 #include <algorithm>
 
 #include "pipeline/method/count_reasons.h"
+#include "pipeline/method/mark_smoke.h"
 #include "pipeline/method/step.h"
 #include "pipeline/method/step_arguments.h"
 #include "pipeline/road/sample_road.h"
@@ -82,6 +83,8 @@ OVT_STEP_BY_HAND(running_ground, GROUND, "running_ground",
   k.running_ground(s.params.running_ground, s.views.road_surface, m.range_filled_m, m.elevation_filled_rad, m.height_m,
                    m.nonground, m.steep);
 }
+OVT_STEP(drop_smoke, GROUND, "smoke", params<&SegmentParams::drop_smoke>, in<scan>, in<range_filled_m>, in<pixel_point>,
+         inout<nonground>, scratch<considered>, scratch<steep>, out<smoke>);
 OVT_STEP(keep_above_road, GROUND, "", sensor<&SensorModel::T_vehicle_sensor>, in<range_filled_m>,
          in<elevation_filled_rad>, out<range_repaired_m>, out<elevation_repaired_rad>, out<nonground_repaired>);
 OVT_STEP(repair_range, REPAIR, "repair", params<&SegmentParams::repair_range>, in<range_filled_m>,
@@ -97,6 +100,13 @@ OVT_STEP_BY_HAND(label_points, LABEL, "label",
                            labels),
                  OVT_WRITES(point_label, point_reason), OVT_SCRATCH()) {
   k.label_points(s.params.label_points, s.views.images, s.views.points);
+}
+
+// Not a kernel: gives the points in pixels of smoke their reason.
+OVT_STEP_BY_HAND(mark_smoke, LABEL, "",
+                 OVT_READS(smoke, pixel_point, point_pixel, point_lost, point_reason, point_label),
+                 OVT_WRITES(point_label, point_reason), OVT_SCRATCH()) {
+  overtake::mark_smoke(s.views.images.smoke, s.views.images.pixel_point, s.views.points);
 }
 
 OVT_STEP_BY_HAND(build_clusters, CLUSTERS, "", OVT_READS(scan, point_label, point_range_m, label_count),

@@ -1,0 +1,15 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/point_table.h"
+#include "core/range_image.h"
+
+namespace overtake {
+
+// Takes the labels of points in pixels of smoke: their reason becomes kSmoke. A point that lost such a pixel keeps the
+// reason that label_points gave it (kDust, kSecondReturn).
+//   reads  smoke pixel_point, points pixel lost reason    writes  points label reason
+void mark_smoke(ConstBitPlane smoke, Plane<const int32_t> pixel_point, PointTable& points) noexcept;
+
+}  // namespace overtake

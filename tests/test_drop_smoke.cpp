@@ -1,0 +1,268 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Smoke and dust are not obstacles.
+#include "kernels/drop_smoke.h"
+
+#include <doctest/doctest.h>
+
+#include <random>
+#include <string>
+#include <vector>
+
+#include "pipeline/method/mark_smoke.h"
+#include "tests/support/images.h"
+#include "tests/support/paper_params.h"
+
+namespace overtake {
+namespace {
+
+using test::OwnedBits;
+using test::OwnedPlane;
+
+// Obstacles over one row of road. A point a pixel; the road's intensity is 1.
+struct Scene {
+  static constexpr int32_t kRows = 9, kCols = 75, kObstacleRows = kRows - 1;
+  Scene()
+      : range(kRows, kCols),
+        point(kRows, kCols),
+        nonground(kRows, kCols),
+        considered(kRows, kCols),
+        rough(kRows, kCols),
+        smoke(kRows, kCols) {
+    range.fill(0.0f);
+    nonground.clear();
+    for (int32_t r = 0; r < kRows; ++r)
+      for (int32_t c = 0; c < kCols; ++c) point.at(r, c) = kNoPoint;
+    for (int32_t c = 0; c < kCols; ++c) add(kRows - 1, c, 5.0f, 1.0f);
+  }
+  void add(int32_t r, int32_t c, float range_m, float light) {
+    range.at(r, c) = range_m;
+    point.at(r, c) = int32_t(intensity.size());
+    intensity.push_back(light);
+    if (r < kObstacleRows) nonground.view().set(r, c);
+  }
+  // A box of obstacles whose ranges jump by up to `jump_m`.
+  void add_box(int32_t top, int32_t left, int32_t rows, int32_t cols, float range_m, float jump_m, float light) {
+    for (int32_t r = top; r < top + rows; ++r)
+      for (int32_t c = left; c < left + cols; ++c)
+        add(r, c, range_m + jump_m * std::uniform_real_distribution<float>(0.0f, 1.0f)(random), light);
+  }
+  void scale_intensity(float factor) {
+    for (float& light : intensity) light *= factor;
+  }
+  // The numbers of obstacles that are smoke, and that are not.
+  struct Result {
+    int32_t smoke, kept;
+    bool operator==(const Result&) const = default;
+  };
+  Result run(DropSmokeParams params = test::paper_params().drop_smoke) {
+    intensity.resize(std::size_t(round_up(int32_t(intensity.size()), kRowAlign)));
+    ScanTable scan;
+    scan.count = scan.capacity = int32_t(intensity.size());
+    scan.intensity = intensity.data();
+    ref::drop_smoke(params, scan, range, point, nonground.view(), considered.view(), rough.view(), smoke.view());
+    CHECK(test::tail_is_clear(smoke));
+    Result result{0, 0};
+    for (int32_t r = 0; r < kRows; ++r)
+      for (int32_t c = 0; c < kCols; ++c) {
+        result.smoke += smoke.view().test(r, c), result.kept += nonground.view().test(r, c);
+        CHECK_FALSE((smoke.view().test(r, c) && nonground.view().test(r, c)));
+      }
+    return result;
+  }
+  OwnedPlane<float> range;
+  OwnedPlane<int32_t> point;
+  OwnedBits nonground, considered, rough, smoke;
+  std::vector<float> intensity;
+  std::mt19937 random{7};
+};
+using Result = Scene::Result;
+
+TEST_CASE("drop_smoke: dark returns whose ranges jump are smoke, also across words and at the edges of the image") {
+  Scene scene;
+  scene.add_box(0, 50, 8, 25, 8.0f, 2.5f, 0.02f);
+  CHECK(scene.run() == Result{200, 0});
+}
+
+TEST_CASE("drop_smoke: the scale of the intensities does not matter") {
+  for (const float factor : {1.0f / 16, 255.0f}) {
+    Scene scene;
+    scene.add_box(0, 50, 8, 25, 8.0f, 2.5f, 0.02f);
+    scene.scale_intensity(factor);
+    CHECK(scene.run() == Result{200, 0});
+  }
+}
+
+TEST_CASE("drop_smoke: a dark surface and a bright heap are obstacles") {
+  Scene surface;
+  surface.add_box(0, 10, 8, 20, 8.0f, 0.1f, 0.02f);
+  CHECK(surface.run() == Result{0, 160});
+  Scene heap;
+  heap.add_box(0, 10, 8, 20, 8.0f, 2.5f, 0.1f);  // not below smoke.dark_share of 1
+  CHECK(heap.run() == Result{0, 160});
+  Scene dark_heap;
+  dark_heap.add_box(0, 10, 8, 20, 8.0f, 2.5f, 0.099f);
+  CHECK(dark_heap.run() == Result{160, 0});
+}
+
+TEST_CASE("drop_smoke: a few dark and rough pixels on a surface belong to it") {
+  Scene car;
+  car.add_box(0, 10, 8, 20, 8.0f, 0.1f, 0.5f);
+  car.add_box(3, 18, 1, 4, 8.5f, 2.0f, 0.02f);
+  CHECK(car.run() == Result{0, 160});
+}
+
+TEST_CASE("drop_smoke: a car in smoke stays, the smoke around it goes") {
+  Scene scene;
+  scene.add_box(0, 10, 8, 50, 8.0f, 2.5f, 0.02f);
+  scene.add_box(3, 30, 4, 10, 9.0f, 0.1f, 0.5f);
+  const Result result = scene.run();
+  CHECK(result.kept < 40 + 12);  // a smoke pixel at the car's range may belong to either
+  for (int32_t r = 3; r < 7; ++r)
+    for (int32_t c = 30; c < 40; ++c) CHECK(scene.nonground.view().test(r, c));
+}
+
+TEST_CASE("drop_smoke: smoke that has neighbours at its range by chance is still smoke") {
+  // Nine pixels of about one range: 8 of the 64 neighbours of the middle one at most.
+  DropSmokeParams strict = test::paper_params().drop_smoke;
+  strict.near_share = 0.2f;
+  Scene scene;
+  scene.add_box(0, 10, 8, 20, 8.0f, 2.5f, 0.02f);
+  scene.add_box(2, 18, 3, 3, 9.0f, 0.05f, 0.02f);
+  CHECK(scene.run(strict) == Result{160, 0});
+  // A wide patch is a surface: nothing in its middle is rough.
+  Scene patch;
+  patch.add_box(0, 10, 8, 50, 8.0f, 2.5f, 0.02f);
+  patch.add_box(0, 20, 8, 30, 9.0f, 0.05f, 0.02f);
+  patch.run(strict);
+  for (int32_t r = 0; r < 8; ++r) CHECK(patch.nonground.view().test(r, 35));
+}
+
+TEST_CASE("drop_smoke: a dark pixel at the rim of a cloud goes with it, a bright one stays") {
+  for (const float light : {0.02f, 0.5f}) {
+    Scene scene;
+    scene.add_box(0, 10, 8, 20, 8.0f, 2.5f, 0.02f);
+    scene.add(4, 35, 11.0f, light);  // six columns beside the cloud
+    CHECK(scene.run() == (light < 0.1f ? Result{161, 0} : Result{160, 1}));
+  }
+}
+
+TEST_CASE("drop_smoke: what lies far behind or before a pixel is not its neighbour") {
+  // A far dark car of one row, before a wall.
+  Scene scene;
+  scene.add_box(0, 0, 8, 75, 90.0f, 0.1f, 0.5f);
+  scene.add_box(4, 30, 1, 3, 80.0f, 0.1f, 0.02f);
+  CHECK(scene.run() == Result{0, 600});
+  // Three dark pixels of a car before a cloud of smoke.
+  Scene cloud;
+  cloud.add_box(0, 10, 8, 50, 20.0f, 2.5f, 0.02f);
+  cloud.add_box(4, 30, 1, 3, 12.0f, 0.01f, 0.02f);
+  CHECK(cloud.run() == Result{397, 3});
+}
+
+TEST_CASE("drop_smoke: a lonely dark return is smoke, a few dark returns at one range are not") {
+  Scene speck;
+  speck.add(4, 30, 8.0f, 0.02f);
+  CHECK(speck.run() == Result{1, 0});
+  Scene bright;
+  bright.add(4, 30, 8.0f, 0.5f);
+  CHECK(bright.run() == Result{0, 1});
+  Scene pair;
+  pair.add(4, 30, 8.0f, 0.02f);
+  pair.add(4, 31, 8.1f, 0.02f);
+  CHECK(pair.run() == Result{0, 2});
+  for (const int32_t far : {36, 37}) {  // within and outside of the window
+    Scene apart;
+    apart.add(4, 30, 8.0f, 0.02f);
+    apart.add(4, far, 8.1f, 0.02f);
+    CHECK(apart.run() == (far == 36 ? Result{0, 2} : Result{2, 0}));
+  }
+}
+
+TEST_CASE("drop_smoke: without intensities or without ground nothing is smoke") {
+  Scene dull;
+  dull.add_box(0, 10, 8, 20, 8.0f, 2.5f, 0.02f);
+  dull.add(4, 60, 8.0f, 1.0f);
+  dull.point.at(4, 60) = kNoPoint;  // a filled gap
+  dull.scale_intensity(0.0f);
+  CHECK(dull.run() == Result{0, 161});
+  Scene floating;
+  floating.add_box(0, 10, 8, 20, 8.0f, 2.5f, 0.02f);
+  for (int32_t c = 0; c < Scene::kCols; ++c) floating.nonground.view().set(Scene::kRows - 1, c);
+  CHECK(floating.run() == Result{0, 160 + Scene::kCols});
+  Scene off;
+  off.add_box(0, 10, 8, 20, 8.0f, 2.5f, 0.02f);
+  DropSmokeParams params = test::paper_params().drop_smoke;
+  params.dark_share = 0.0f;
+  CHECK(off.run(params) == Result{0, 160});
+}
+
+TEST_CASE("drop_smoke: low smoke, which is ground by its height, is smoke") {
+  Scene scene;
+  scene.add_box(0, 10, 8, 20, 8.0f, 2.5f, 0.02f);
+  for (int32_t r = 6; r < 8; ++r) scene.nonground.view().clear_row(r);
+  CHECK(scene.run() == Result{160, 0});
+  // Two returns at one range are smoke among low smoke, and an obstacle without it.
+  for (const bool low_smoke : {true, false}) {
+    Scene two;
+    if (low_smoke) two.add_box(4, 14, 4, 13, 8.0f, 2.5f, 0.02f);
+    for (int32_t r = 4; r < 8; ++r) two.nonground.view().clear_row(r);
+    two.add_box(5, 20, 1, 2, 9.0f, 0.01f, 0.02f);
+    CHECK(two.run().kept == (low_smoke ? 0 : 2));
+  }
+  // Bright ground is no neighbour.
+  Scene road;
+  road.add_box(0, 10, 8, 20, 8.0f, 0.05f, 1.0f);
+  for (int32_t r = 0; r < 8; ++r) road.nonground.view().clear_row(r);
+  road.add(4, 20, 8.0f, 0.02f);
+  CHECK(road.run() == Result{1, 0});
+}
+
+TEST_CASE("drop_smoke: a filled gap goes with the smoke around it, and stays on a surface") {
+  Scene scene;
+  scene.add_box(0, 10, 8, 20, 8.0f, 2.5f, 0.02f);
+  scene.add_box(0, 40, 8, 20, 8.0f, 0.1f, 0.02f);
+  scene.point.at(4, 20) = scene.point.at(4, 50) = kNoPoint;
+  CHECK(scene.run() == Result{160, 160});
+  CHECK(scene.smoke.view().test(4, 20));
+}
+
+TEST_CASE("drop_smoke: the ground's intensity is a median over the whole image") {
+  Scene scene;
+  ScanTable scan;
+  scan.intensity = scene.intensity.data();
+  for (std::size_t i = 0; i < 30; ++i) scene.intensity[i] = 100.0f;  // paint
+  CHECK(find_ground_intensity(scan, scene.point, scene.nonground.view()) == 1.0f);
+  for (std::size_t i = 30; i < 45; ++i) scene.intensity[i] = 100.0f;
+  CHECK(find_ground_intensity(scan, scene.point, scene.nonground.view()) == 100.0f);
+}
+
+TEST_CASE("mark_smoke: points of smoke get their reason, losers of the pixel keep theirs") {
+  OwnedPlane<int32_t> pixel_point(2, 70);
+  pixel_point.fill(kNoPoint);
+  OwnedBits smoke(2, 70);
+  smoke.clear();
+  smoke.view().set(1, 66);
+  smoke.view().set(0, 3);  // a filled gap
+  pixel_point.at(1, 66) = 1;
+  pixel_point.at(1, 67) = 4;
+  const int32_t at = pixel_point.view().stride + 66;
+  int32_t pixel[] = {-1, at, at, at, at + 1}, label[] = {-1, 0, 0, -1, 7};
+  uint8_t lost[] = {0, 0, 1, 1, 0};
+  uint8_t reason[] = {uint8_t(Reason::kZeroRange), 0, 0, uint8_t(Reason::kSecondReturn), 0};
+  PointTable points;
+  points.count = points.capacity = 5;
+  points.pixel = pixel, points.label = label, points.lost = lost, points.reason = reason;
+  mark_smoke(smoke.view(), pixel_point, points);
+  const Reason wanted[] = {Reason::kZeroRange, Reason::kSmoke, Reason::kSmoke, Reason::kSecondReturn,
+                           Reason::kLabelled};
+  const int32_t labels[] = {-1, -1, -1, -1, 7};
+  for (int32_t i = 0; i < 5; ++i) {
+    CHECK(Reason(reason[i]) == wanted[i]);
+    CHECK(label[i] == labels[i]);
+  }
+}
+
+}  // namespace
+}  // namespace overtake
