@@ -81,14 +81,17 @@ void for_each_column(MemberTable& t, F&& f) {
 // Where a merged cluster lies. Rows as FrameClusterTable; written by the rules of pipeline/cluster_places.h.
 struct ClusterPlaceTable {
   int32_t count = 0, capacity = 0;
-  uint8_t* known = nullptr;                                     // 0: the other columns have no values yet
-  float* heading_rad = nullptr;                                 // psi_REF, vehicle frame, in (-pi, pi]
-  float *s_m = nullptr, *d_m = nullptr;                         // centroid on the circuit; 0 where the map is not used
-  float *width_left_m = nullptr, *width_right_m = nullptr;      // of the circuit there; kNoBound where it has no bounds
-  float *cos = nullptr, *sin = nullptr;                         // of psi_REF
-  float *low_1_m = nullptr, *high_1_m = nullptr;                // points along psi_REF, from the vehicle's origin
-  float *low_2_m = nullptr, *high_2_m = nullptr;                // points to the left of psi_REF
-  int32_t *group = nullptr, *order = nullptr, *next = nullptr;  // scratch of join_shards
+  uint8_t* known = nullptr;                                 // 0: the other columns have no values yet
+  float* heading_rad = nullptr;                             // psi_REF, vehicle frame, in (-pi, pi]
+  float *s_m = nullptr, *d_m = nullptr;                     // centroid on the circuit; 0 where the map is not used
+  float *width_left_m = nullptr, *width_right_m = nullptr;  // of the circuit there; kNoBound where it has no bounds
+  float *cos = nullptr, *sin = nullptr;                     // of psi_REF
+  float *low_1_m = nullptr, *high_1_m = nullptr;            // points along psi_REF, from the vehicle's origin
+  float *low_2_m = nullptr, *high_2_m = nullptr;            // points to the left of psi_REF
+  int32_t *group = nullptr, *order = nullptr,
+          *next = nullptr;                         // scratch of join_shards, and of it in the order of next:
+  float *next_x_m = nullptr, *next_y_m = nullptr;  // middle of the box, vehicle frame
+  float* next_reach_m = nullptr;                   // how far from there a group's middle may be, less its size
 };
 inline constexpr float kNoBound_m = 1e9f;
 // clang-format off
@@ -101,6 +104,7 @@ void for_each_column(ClusterPlaceTable& t, F&& f) {
   f("low_1_m", t.low_1_m);            f("high_1_m", t.high_1_m);
   f("low_2_m", t.low_2_m);            f("high_2_m", t.high_2_m);
   f("group", t.group);                f("order", t.order);              f("next", t.next);
+  f("next_x_m", t.next_x_m);          f("next_y_m", t.next_y_m);        f("next_reach_m", t.next_reach_m);
 }
 // clang-format on
 

@@ -26,29 +26,31 @@ struct GroundState {
   V distance, height, z;                   // the last ground pixel that moved it
   V slope;                                 // against the road surface
   V from_distance, from_height;            // where the slope is measured from
-  V below_distance, below_z, below_above;  // the last pixel; its height over the running ground
+  V below_distance, below_z, below_above;  // the pixel below; its height over the running ground, 0 without a return
 };
 
 template <class V>
 OVT_INLINE GroundState<V> start_ground(V road_z) {
+  constexpr float kNowhere_m = 1e9f;  // the first ground pixel is not ahead of it, so it does not measure a slope
   const V zero(0.0f);
-  return {zero, zero, road_z, zero, zero, zero, zero, road_z, zero};
+  return {zero, zero, road_z, zero, V(kNowhere_m), zero, zero, road_z, zero};
 }
 
 template <class V, class M>
 struct GroundPixel {
-  V height;
+  V height;         // 0 without a return
   M ground, steep;  // steep: this pixel and the one below it, which is above the road, are a steep pair
 };
 
-// `exists`: the pixel has a range; `below`: so has the pixel below it. `level`: the largest slope of level ground.
+// `exists`: the pixel has a range. `level`: the largest slope of level ground.
 template <class V, class M>
 OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V z, V road_z, V level, M exists,
-                                         M below, GroundState<V>& s) {
+                                         GroundState<V>& s) {
   constexpr float kLeastReach_m = 0.5f;                               // of the slope
   constexpr float kSteepest = 0.45f, kFall = -0.6f, kDrop_m = -0.3f;  // of what moves the ground
   constexpr float kAny_m = 3e38f;
   constexpr float kFoot_m = 0.0f;  // lower pixels are road
+  static_assert(kFoot_m >= 0.0f, "a missing pixel is no foot");
   const V zero(0.0f);
   const V height = z - road_z, ahead = distance - s.distance, run = max_of(ahead, zero), rise = height - s.height;
   const V above = rise - s.slope * run;
@@ -56,14 +58,14 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
   const M is_level = (run <= V(block.level_reach_m)) & (z - s.z <= level * run + V(block.height_m));
   const M ground = exists & (above <= select(is_level, V(kAny_m), allowed));
   const V step_z = z - s.below_z;
-  const M steep = exists & below & (s.below_above > V(kFoot_m)) &
-                  (step_z > V(block.foot_slope) * abs_of(distance - s.below_distance));
+  const M steep =
+      exists & (s.below_above > V(kFoot_m)) & (step_z > V(block.foot_slope) * abs_of(distance - s.below_distance));
 
   const M moves = ground & (ahead > zero) & (rise <= V(kSteepest) * run) & (rise > V(kFall) * run + V(kDrop_m));
   const V reach = distance - s.from_distance;
   // The road under the sensor is only known by the sensor's mounting: the first ground pixel does not measure a slope.
   const M first = moves & (s.distance <= zero);
-  const V weight = select(first, zero, max_of(min_of(reach * V(block.per_reach), V(1.0f)), zero));
+  const V weight = max_of(min_of(reach * V(block.per_reach), V(1.0f)), zero);
   const V seen = (height - s.from_height) / max_of(reach, V(kLeastReach_m));
   const V turned = s.slope + weight * (seen - s.slope);
   const V limited = max_of(min_of(turned, V(block.slope_limit)), V(-block.slope_limit));
@@ -74,10 +76,10 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
   s.distance = select(moves, distance, s.distance);
   s.height = select(moves, height, s.height);
   s.z = select(moves, z, s.z);
-  s.below_distance = select(exists, distance, s.below_distance);
-  s.below_z = select(exists, z, s.below_z);
-  s.below_above = select(exists, above, s.below_above);
-  return {above, ground, steep};
+  s.below_distance = distance;
+  s.below_z = z;
+  s.below_above = select(exists, above, zero);
+  return {s.below_above, ground, steep};
 }
 
 }  // namespace overtake

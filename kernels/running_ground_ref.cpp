@@ -29,18 +29,16 @@ void walk_column(const RunningGroundParams& params, const RoadSurface& road, Pla
            mix(slope[piece], slope[kNodes + piece], weight) * distance;
   };
   GroundState<float> state = start_ground(road_z(0.0f));
-  bool below = false;
   for (int32_t r = range_filled_m.rows - 1; r >= 0; --r) {
     const float range = range_filled_m.row(r)[c];
     const bool exists = range > 0.0f;
     float sine, cosine;
     sin_cos_small_f32(elevation_filled_rad.row(r)[c], sine, cosine);
     const float distance = range * cosine;
-    const auto pixel = walk_ground(block, distance, range * sine, road_z(distance), level, exists, below, state);
-    height_m.row(r)[c] = exists ? pixel.height : 0.0f;
+    const auto pixel = walk_ground(block, distance, range * sine, road_z(distance), level, exists, state);
+    height_m.row(r)[c] = pixel.height;
     if (exists && !pixel.ground) nonground.set(r, c);
     if (pixel.steep) steep.set(r, c);
-    below = exists;
   }
 }
 

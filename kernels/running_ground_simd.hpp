@@ -46,7 +46,6 @@ OVT_INLINE void walk_columns(const RunningGroundParams& params, const RoadSurfac
   RoadPieces<A> pieces[kVectors];
   GroundState<Float<A>> state[kVectors];
   Float<A> level[kVectors];
-  Mask<A> below[kVectors];
   for (int32_t v = 0; v < kVectors; ++v) {
     const int32_t c = begin + v * kSize<A>, ray = c / kRayColumns;
     block[v] = make_ground_block(params, road.known[ray] + road.known[ray + 1] == 2.0f);
@@ -55,7 +54,6 @@ OVT_INLINE void walk_columns(const RunningGroundParams& params, const RoadSurfac
     level[v] = pieces[v].mix(Float<A>(road.level_slope[ray]), Float<A>(road.level_slope[ray + 1])) +
                Float<A>(params.level_slope_slack);
     state[v] = start_ground(pieces[v].road_z(zero));
-    below[v] = Mask<A>(false);
   }
   const int32_t word = begin / 64, shift = begin % 64;
   for (int32_t r = range_filled_m.rows - 1; r >= 0; --r) {
@@ -67,18 +65,17 @@ OVT_INLINE void walk_columns(const RunningGroundParams& params, const RoadSurfac
       const Mask<A> exists = range > zero;
       if (!exists.any()) {  // most of the sky
         zero.store(height_m.row(r) + c);
-        below[v] = exists;
+        state[v].below_above = zero;
         continue;
       }
       Float<A> sine, cosine;
       sin_cos_small_of(Float<A>::load(elevation_filled_rad.row(r) + c), sine, cosine);
       const Float<A> distance = range * cosine;
-      const auto pixel = walk_ground(block[v], distance, range * sine, pieces[v].road_z(distance), level[v], exists,
-                                     below[v], state[v]);
-      keep(exists, pixel.height).store(height_m.row(r) + c);
+      const auto pixel =
+          walk_ground(block[v], distance, range * sine, pieces[v].road_z(distance), level[v], exists, state[v]);
+      pixel.height.store(height_m.row(r) + c);
       obstacles |= (exists & ~pixel.ground).bits() << (v * kSize<A>);
       pairs |= pixel.steep.bits() << (v * kSize<A>);
-      below[v] = exists;
     }
     const uint64_t keep_others = shift == 0 ? 0 : ~uint64_t(0) >> (64 - shift);
     nonground.row(r)[word] = (nonground.row(r)[word] & keep_others) | uint64_t(obstacles & inside) << shift;

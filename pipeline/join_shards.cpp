@@ -7,6 +7,8 @@
 // longer than the limit. Side by side, it is a width and the distance apart. A seed that is wider than a car is one car
 // across the circuit; the limits are turned for it alone, so two cars side by side never become one of those.
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <tuple>
 
 #include "core/math.h"
@@ -17,6 +19,7 @@ namespace overtake {
 namespace {
 
 constexpr int32_t kFree = -1;
+constexpr float kSqrt2 = 1.41421357f, kRounding_m = 0.01f;
 
 struct Group {
   OrientedBox box;  // along psi_REF of the seed
@@ -83,7 +86,22 @@ class Joiner {
     for (int32_t k = 0; k < count_; ++k) {
       const int32_t row = places_.next[k];
       longest_m_ = max_of(longest_m_, merged_.max_x_m[row] - merged_.min_x_m[row]);
+      const Circle circle = surround(box_of(places_, row), row);
+      places_.next_x_m[k] = circle.x_m;
+      places_.next_y_m[k] = circle.y_m;
+      places_.next_reach_m[k] = kSqrt2 * (circle.radius_m + params_.gap_m) + kRounding_m;
     }
+  }
+
+  // The circle around a box on the axes of a row's psi_REF, in the vehicle frame.
+  struct Circle {
+    float x_m, y_m, radius_m;
+  };
+  Circle surround(const OrientedBox& box, int32_t row) const {
+    const float along = 0.5f * (box.low_1 + box.high_1), across = 0.5f * (box.low_2 + box.high_2);
+    const float c = places_.cos[row], s = places_.sin[row];
+    return {along * c - across * s, along * s + across * c,
+            0.5f * std::sqrt(box.length() * box.length() + box.width() * box.width())};
   }
 
   // By place, so that the numbering of the sensors does not matter; the row decides only between equal places.
@@ -120,11 +138,18 @@ class Joiner {
     const int32_t* const end = places_.next + count_;
     const int32_t* it = std::lower_bound<const int32_t*>(
         places_.next, end, first_x, [this](int32_t row, float x) { return merged_.min_x_m[row] < x; });
+    // Most rows of this strip are far to one side. On each axis of the seed, a row's turned box ends a radius from its
+    // middle at most. So where both gaps are small enough, the middles are no farther apart than half the diagonal of
+    // the group and sqrt 2 times radius and gap.
+    const Circle around = surround(group.box, seed);
     int32_t nearest = -1;
     float nearest_m2 = 0.0f;
     for (; it != end && merged_.min_x_m[*it] <= last_x; ++it) {
       const int32_t row = *it;
-      if (places_.group[row] != kFree) continue;
+      const std::ptrdiff_t k = it - places_.next;
+      const float dx = places_.next_x_m[k] - around.x_m, dy = places_.next_y_m[k] - around.y_m;
+      const float most_m = places_.next_reach_m[k] + around.radius_m;
+      if (dx * dx + dy * dy > most_m * most_m || places_.group[row] != kFree) continue;
       const OrientedBox box = turn_box(places_, row, seed);
       const float gap_1 = gap_of(group.box.low_1, group.box.high_1, box.low_1, box.high_1);
       const float gap_2 = gap_of(group.box.low_2, group.box.high_2, box.low_2, box.high_2);

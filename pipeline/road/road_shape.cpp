@@ -72,7 +72,6 @@ void walk_four(const GroundBlock& block, const RoadAxes& axes, const SensorModel
   const Four cosine(cosines), sine(sines);
   GroundState<Four> state =
       start_ground(Four(axes.to_sensor_z(float(shape.height(double(t[0]), double(t[1]))), 0.0f, 0.0f)));
-  Four::Bits below = {};
   struct Ground {
     float x[kFour], n[kFour], z[kFour];
     int32_t used[kFour];
@@ -99,8 +98,7 @@ void walk_four(const GroundBlock& block, const RoadAxes& axes, const SensorModel
       n.v[l] = float(shape.lane_offset(double(x.v[l]), double(y.v[l])));
     }
     const Four road_z = (height - Four(t[2]) - Four(m[6]) * sx - Four(m[7]) * sy) / Four(m[8]);
-    const auto pixel = walk_ground(block, distance, sensor_z, road_z, zero, exists, below, state);
-    below = exists;
+    const auto pixel = walk_ground(block, distance, sensor_z, road_z, zero, exists, state);
     const Four::Bits used =
         pixel.ground & (state.distance == distance) & (abs_of(x) <= Four(reach_m)) & (abs_of(n) <= Four(kLane_m));
     const Four z = Four(m[6]) * sx + Four(m[7]) * sy + Four(m[8]) * sensor_z + Four(t[2]);
