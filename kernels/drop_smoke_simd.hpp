@@ -45,7 +45,7 @@ struct Neighbours {
   Float<A> all, counted;
 };
 
-// Counts the neighbours of kSize pixels from c on, and those of them that are in counts(i, j, difference of the ranges).
+// Counts the neighbours of kSize pixels from c on, and those of them in counts(i, j, difference of the ranges).
 template <class A, class F>
 OVT_INLINE Neighbours<A> count_neighbours(Plane<const float> range_m, const WindowBits& considered, float reach_m,
                                           int32_t r, int32_t c, int32_t shift, F&& counts) {
