@@ -34,7 +34,8 @@ float find_ground_intensity(const ScanTable& scan, Plane<const int32_t> pixel_po
 //            - neighbours: the pixels of a window (which ends at the edges of the image) within reach_m, if they are
 //              non-ground or dark
 //            - rough: dark, and at most near_share of its neighbours are on one surface with it
-//            - smoke: dark, and at least kRoughShare of its neighbours are rough; so is a dark pixel without neighbours,
+//            - smoke: dark, and at least kRoughShare of its neighbours are rough; so is a dark pixel without
+//            neighbours,
 //              because NGRIR would join such pixels
 //   scratch  considered rough
 //   cost     an intensity a pixel, two windows a dark one     agrees  exactly on every ISA
