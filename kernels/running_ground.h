@@ -21,8 +21,10 @@ struct RunningGroundParams {
   float height_m;           // allowed height above the running ground at the last ground pixel
   GroundTolerance known;    // where the road surface is measured
   GroundTolerance guess;    // where it is a guess
+  float start_per_m, start_limit_m;  // as per_m and limit_m, for the first ground pixel of a column
   float level_reach_m;      // ground may also rise like a level plane this far from the last ground pixel
   float level_slope_slack;  // ... by this much steeper
+  float fade_m;             // a road has no returns where distance^2 / height over its tangent is larger
   float foot_slope;         // a ground pixel below an obstacle belongs to it when the pair is steeper
 };
 

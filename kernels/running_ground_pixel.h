@@ -11,13 +11,14 @@ namespace overtake {
 
 // Constants of one block of columns between two rays.
 struct GroundBlock {
-  float height_m, per_m, limit_m, slope_limit, per_reach, level_reach_m, foot_slope;
+  float height_m, per_m, limit_m, slope_limit, per_reach, level_reach_m, foot_slope, fade_m;
+  float start_per_m, start_limit_m;
 };
 
 OVT_INLINE GroundBlock make_ground_block(const RunningGroundParams& params, bool known) {
   const GroundTolerance& t = known ? params.known : params.guess;
   return {params.height_m,      t.per_m,          t.limit_m, t.slope_limit, 1.0f / t.slope_reach_m,
-          params.level_reach_m, params.foot_slope};
+          params.level_reach_m, params.foot_slope,    params.fade_m,         params.start_per_m,    params.start_limit_m};
 }
 
 // The running ground of a column. Distances from the sensor; `height` over the road surface, `z` in the sensor's axes.
@@ -42,21 +43,37 @@ struct GroundPixel {
   M ground, steep;  // steep: this pixel and the one below it, which is above the road, are a steep pair
 };
 
+// The road surface at a pixel's distance, and where its tangent meets the sensor's axis: minus the height of the sensor
+// over that tangent.
+template <class V>
+struct RoadPlace {
+  V z, offset;
+};
+
 // `exists`: the pixel has a range. `level`: the largest slope of level ground.
 template <class V, class M>
-OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V z, V road_z, V level, M exists,
-                                         GroundState<V>& s) {
+OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V z, RoadPlace<V> road, V level,
+                                         M exists, GroundState<V>& s) {
   constexpr float kLeastReach_m = 0.5f;                               // of the slope
   constexpr float kSteepest = 0.45f, kFall = -0.6f, kDrop_m = -0.3f;  // of what moves the ground
   constexpr float kAny_m = 3e38f;
+  constexpr float kShort_m = 2.0f;  // over less, the slope is not measured
+  constexpr float kLeastOver_m = 0.6f;  // a crest between two pieces of the surface is not one of the road
   constexpr float kFoot_m = 0.0f;  // lower pixels are road
   static_assert(kFoot_m >= 0.0f, "a missing pixel is no foot");
   const V zero(0.0f);
-  const V height = z - road_z, ahead = distance - s.distance, run = max_of(ahead, zero), rise = height - s.height;
+  const V height = z - road.z, ahead = distance - s.distance, run = max_of(ahead, zero), rise = height - s.height;
   const V above = rise - s.slope * run;
-  const V allowed = min_of(V(block.height_m) + V(block.per_m) * run, V(block.limit_m));
+  const M no_slope = s.distance <= s.from_distance + V(kShort_m);
+  const V per_m = select(no_slope, V(block.start_per_m), V(block.per_m));
+  const V limit_m = select(no_slope, V(block.start_limit_m), V(block.limit_m));
+  const V allowed = min_of(V(block.height_m) + per_m * run, limit_m);
   const M is_level = (run <= V(block.level_reach_m)) & (z - s.z <= level * run + V(block.height_m));
-  const M ground = exists & (above <= select(is_level, V(kAny_m), allowed));
+  // An echo gets longer and weaker with range / sin(angle to the surface) = distance^2 / height of the sensor over the
+  // tangent: from some length on the road has no returns, and what returns is something else.
+  const V over_tangent = max_of(max_of(s.slope * s.distance - s.height, zero) - road.offset, V(kLeastOver_m));
+  const M visible = distance * distance <= V(block.fade_m) * over_tangent;
+  const M ground = exists & (above <= select(is_level, V(kAny_m), allowed)) & visible;
   const V step_z = z - s.below_z;
   const M steep =
       exists & (s.below_above > V(kFoot_m)) & (step_z > V(block.foot_slope) * abs_of(distance - s.below_distance));

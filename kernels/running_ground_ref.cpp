@@ -25,10 +25,10 @@ void walk_column(const RunningGroundParams& params, const RoadSurface& road, Pla
   const auto road_z = [&](float distance) {
     const float scaled = std::sqrt(distance * (1.0f / kNodeScale_m));
     const int32_t piece = int32_t(min_of(scaled, float(kNodes - 1)));
-    return mix(offset_m[piece], offset_m[kNodes + piece], weight) +
-           mix(slope[piece], slope[kNodes + piece], weight) * distance;
+    const float offset = mix(offset_m[piece], offset_m[kNodes + piece], weight);
+    return RoadPlace<float>{offset + mix(slope[piece], slope[kNodes + piece], weight) * distance, offset};
   };
-  GroundState<float> state = start_ground(road_z(0.0f));
+  GroundState<float> state = start_ground(road_z(0.0f).z);
   for (int32_t r = range_filled_m.rows - 1; r >= 0; --r) {
     const float range = range_filled_m.row(r)[c];
     const bool exists = range > 0.0f;

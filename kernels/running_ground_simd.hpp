@@ -28,11 +28,11 @@ struct RoadPieces {
       return gather(table, piece);
     }
   }
-  OVT_INLINE Float<A> road_z(Float<A> distance) const {
+  OVT_INLINE RoadPlace<Float<A>> road_z(Float<A> distance) const {
     const Float<A> scaled = sqrt_of(distance * Float<A>(1.0f / kNodeScale_m));
     const Int<A> piece = to_int(min_of(scaled, Float<A>(float(kNodes - 1))));
-    return mix(lookup(offset_m, piece), lookup(offset_m + kNodes, piece)) +
-           mix(lookup(slope, piece), lookup(slope + kNodes, piece)) * distance;
+    const Float<A> offset = mix(lookup(offset_m, piece), lookup(offset_m + kNodes, piece));
+    return {offset + mix(lookup(slope, piece), lookup(slope + kNodes, piece)) * distance, offset};
   }
 };
 
@@ -53,7 +53,7 @@ OVT_INLINE void walk_columns(const RunningGroundParams& params, const RoadSurfac
                  (to_float(Int<A>::count_from(c % kRayColumns)) + half) * step};
     level[v] = pieces[v].mix(Float<A>(road.level_slope[ray]), Float<A>(road.level_slope[ray + 1])) +
                Float<A>(params.level_slope_slack);
-    state[v] = start_ground(pieces[v].road_z(zero));
+    state[v] = start_ground(pieces[v].road_z(zero).z);
   }
   const int32_t word = begin / 64, shift = begin % 64;
   for (int32_t r = range_filled_m.rows - 1; r >= 0; --r) {

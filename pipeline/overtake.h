@@ -165,6 +165,8 @@ typedef struct ovt_params {
   double gate_lowest_m, gate_top_m;  /* gate.lowest_m, gate.top_m  heights over the ground; preset best */
   double smoke_dark_share;           /* smoke.dark_share           of the ground's intensity */
   double smoke_near_share, smoke_reach_m;
+  double running_ground_fade_m;      /* running_ground.fade_m */
+  double running_ground_start_per_m, running_ground_start_limit_m;
 } ovt_params;
 
 typedef struct ovt_param_info {
