@@ -9,16 +9,22 @@
 
 namespace overtake {
 
-// Constants of one block of columns between two rays.
+// Constants of the walks.
 struct GroundBlock {
-  float height_m, per_m, limit_m, slope_limit, per_reach, level_reach_m, foot_slope, fade_m;
-  float start_per_m, start_limit_m;
+  struct Tolerance {
+    float per_m, limit_m, slope_limit, per_reach;
+  };
+  float height_m;
+  Tolerance known, guess;
+  float start_per_m, start_limit_m, level_reach_m, foot_slope, fade_m;
 };
 
-OVT_INLINE GroundBlock make_ground_block(const RunningGroundParams& params, bool known) {
-  const GroundTolerance& t = known ? params.known : params.guess;
-  return {params.height_m,      t.per_m,          t.limit_m, t.slope_limit, 1.0f / t.slope_reach_m,
-          params.level_reach_m, params.foot_slope,    params.fade_m,         params.start_per_m,    params.start_limit_m};
+OVT_INLINE GroundBlock make_ground_block(const RunningGroundParams& params) {
+  const auto tolerance = [](const GroundTolerance& t) {
+    return GroundBlock::Tolerance{t.per_m, t.limit_m, t.slope_limit, 1.0f / t.slope_reach_m};
+  };
+  return {params.height_m,      tolerance(params.known), tolerance(params.guess), params.start_per_m,
+          params.start_limit_m, params.level_reach_m,    params.foot_slope,       params.fade_m};
 }
 
 // The running ground of a column. Distances from the sensor; `height` over the road surface, `z` in the sensor's axes.
@@ -50,10 +56,10 @@ struct RoadPlace {
   V z, offset;
 };
 
-// `exists`: the pixel has a range. `level`: the largest slope of level ground.
+// `exists`: the pixel has a range. `level`: the largest slope of level ground. `known_m`: how far the road is known.
 template <class V, class M>
 OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V z, RoadPlace<V> road, V level,
-                                         M exists, GroundState<V>& s) {
+                                         V known_m, M exists, GroundState<V>& s) {
   constexpr float kLeastReach_m = 0.5f;                               // of the slope
   constexpr float kSteepest = 0.45f, kFall = -0.6f, kDrop_m = -0.3f;  // of what moves the ground
   constexpr float kAny_m = 3e38f;
@@ -65,8 +71,14 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
   const V height = z - road.z, ahead = distance - s.distance, run = max_of(ahead, zero), rise = height - s.height;
   const V above = rise - s.slope * run;
   const M no_slope = s.distance <= s.from_distance + V(kShort_m);
-  const V per_m = select(no_slope, V(block.start_per_m), V(block.per_m));
-  const V limit_m = select(no_slope, V(block.start_limit_m), V(block.limit_m));
+  const M known = distance < known_m;
+  const auto tolerance = [&](float GroundBlock::Tolerance::* value) {
+    return select(known, V(block.known.*value), V(block.guess.*value));
+  };
+  const V per_m = select(no_slope, V(block.start_per_m), tolerance(&GroundBlock::Tolerance::per_m));
+  const V limit_m = select(no_slope, V(block.start_limit_m), tolerance(&GroundBlock::Tolerance::limit_m));
+  const V slope_limit = tolerance(&GroundBlock::Tolerance::slope_limit);
+  const V per_reach = tolerance(&GroundBlock::Tolerance::per_reach);
   const V allowed = min_of(V(block.height_m) + per_m * run, limit_m);
   const M is_level = (run <= V(block.level_reach_m)) & (z - s.z <= level * run + V(block.height_m));
   // An echo gets longer and weaker with range / sin(angle to the surface) = distance^2 / height of the sensor over the
@@ -82,11 +94,11 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
   const V reach = distance - s.from_distance;
   // The road under the sensor is only known by the sensor's mounting: the first ground pixel does not measure a slope.
   const M first = moves & (s.distance <= zero);
-  const V weight = max_of(min_of(reach * V(block.per_reach), V(1.0f)), zero);
+  const V weight = max_of(min_of(reach * per_reach, V(1.0f)), zero);
   const V seen = (height - s.from_height) / max_of(reach, V(kLeastReach_m));
   const V turned = s.slope + weight * (seen - s.slope);
-  const V limited = max_of(min_of(turned, V(block.slope_limit)), V(-block.slope_limit));
-  const M renews = moves & (reach * V(block.per_reach) >= V(1.0f));
+  const V limited = max_of(min_of(turned, slope_limit), zero - slope_limit);
+  const M renews = moves & (reach * per_reach >= V(1.0f));
   s.slope = select(moves, limited, s.slope);
   s.from_distance = select(first, distance, select(renews, s.distance, s.from_distance));
   s.from_height = select(first, height, select(renews, s.height, s.from_height));

@@ -19,7 +19,8 @@ void walk_column(const RunningGroundParams& params, const RoadSurface& road, Pla
                  BitPlane steep) {
   const int32_t ray = c / kRayColumns;
   const float weight = (float(c % kRayColumns) + 0.5f) * (1.0f / kRayColumns);
-  const GroundBlock block = make_ground_block(params, road.known[ray] + road.known[ray + 1] == 2.0f);
+  const GroundBlock block = make_ground_block(params);
+  const float known_m = min_of(road.known_m[ray], road.known_m[ray + 1]);
   const float level = mix(road.level_slope[ray], road.level_slope[ray + 1], weight) + params.level_slope_slack;
   const float *offset_m = road.offset_m + ray * kNodes, *slope = road.slope + ray * kNodes;
   const auto road_z = [&](float distance) {
@@ -35,7 +36,7 @@ void walk_column(const RunningGroundParams& params, const RoadSurface& road, Pla
     float sine, cosine;
     sin_cos_small_f32(elevation_filled_rad.row(r)[c], sine, cosine);
     const float distance = range * cosine;
-    const auto pixel = walk_ground(block, distance, range * sine, road_z(distance), level, exists, state);
+    const auto pixel = walk_ground(block, distance, range * sine, road_z(distance), level, known_m, exists, state);
     height_m.row(r)[c] = pixel.height;
     if (exists && !pixel.ground) nonground.set(r, c);
     if (pixel.steep) steep.set(r, c);

@@ -42,13 +42,13 @@ OVT_INLINE void walk_columns(const RunningGroundParams& params, const RoadSurfac
                              Plane<const float> range_filled_m, Plane<const float> elevation_filled_rad, int32_t begin,
                              uint32_t inside, Plane<float> height_m, BitPlane nonground, BitPlane steep) {
   const Float<A> zero(0.0f), half(0.5f), step(1.0f / kRayColumns);
-  GroundBlock block[kVectors];
+  const GroundBlock block = make_ground_block(params);
   RoadPieces<A> pieces[kVectors];
   GroundState<Float<A>> state[kVectors];
-  Float<A> level[kVectors];
+  Float<A> level[kVectors], known_m[kVectors];
   for (int32_t v = 0; v < kVectors; ++v) {
     const int32_t c = begin + v * kSize<A>, ray = c / kRayColumns;
-    block[v] = make_ground_block(params, road.known[ray] + road.known[ray + 1] == 2.0f);
+    known_m[v] = Float<A>(min_of(road.known_m[ray], road.known_m[ray + 1]));
     pieces[v] = {road.offset_m + ray * kNodes, road.slope + ray * kNodes,
                  (to_float(Int<A>::count_from(c % kRayColumns)) + half) * step};
     level[v] = pieces[v].mix(Float<A>(road.level_slope[ray]), Float<A>(road.level_slope[ray + 1])) +
@@ -72,7 +72,8 @@ OVT_INLINE void walk_columns(const RunningGroundParams& params, const RoadSurfac
       sin_cos_small_of(Float<A>::load(elevation_filled_rad.row(r) + c), sine, cosine);
       const Float<A> distance = range * cosine;
       const auto pixel =
-          walk_ground(block[v], distance, range * sine, pieces[v].road_z(distance), level[v], exists, state[v]);
+          walk_ground(block, distance, range * sine, pieces[v].road_z(distance), level[v], known_m[v],
+                                     exists, state[v]);
       pixel.height.store(height_m.row(r) + c);
       obstacles |= (exists & ~pixel.ground).bits() << (v * kSize<A>);
       pairs |= pixel.steep.bits() << (v * kSize<A>);

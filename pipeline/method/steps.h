@@ -70,13 +70,13 @@ OVT_STEP(mark_ground, GROUND, "ground", params<&SegmentParams::mark_ground>, in<
          in<range_filled_m>, in<pixel_point>, out<nonground>);
 // Not a kernel: samples the road surface for running_ground.
 OVT_STEP_BY_HAND(sample_road, GROUND, "running_ground", OVT_READS(road, range_filled_m, elevation_filled_rad),
-                 OVT_WRITES(road_offset_m, road_slope, road_level_slope, road_known), OVT_SCRATCH()) {
+                 OVT_WRITES(road_offset_m, road_slope, road_level_slope, road_known_m), OVT_SCRATCH()) {
   const RangeImages& m = s.views.images;
   overtake::sample_road(s.params.running_ground, s.part.road, s.sensor, m.range_filled_m, m.elevation_filled_rad,
                         s.views.road_surface);
 }
 OVT_STEP_BY_HAND(running_ground, GROUND, "running_ground",
-                 OVT_READS(road_offset_m, road_slope, road_level_slope, road_known, range_filled_m,
+                 OVT_READS(road_offset_m, road_slope, road_level_slope, road_known_m, range_filled_m,
                            elevation_filled_rad),
                  OVT_WRITES(height_m, nonground), OVT_SCRATCH(steep)) {
   const RangeImages& m = s.views.images;

@@ -98,7 +98,7 @@ void walk_four(const GroundBlock& block, const RoadAxes& axes, const SensorModel
       n.v[l] = float(shape.lane_offset(double(x.v[l]), double(y.v[l])));
     }
     const Four road_z = (height - Four(t[2]) - Four(m[6]) * sx - Four(m[7]) * sy) / Four(m[8]);
-    const auto pixel = walk_ground(block, distance, sensor_z, RoadPlace<Four>{road_z, Four(-1e9f)}, zero, exists, state);
+    const auto pixel = walk_ground(block, distance, sensor_z, RoadPlace<Four>{road_z, Four(-1e9f)}, zero, zero, exists, state);
     const Four::Bits used =
         pixel.ground & (state.distance == distance) & (abs_of(x) <= Four(reach_m)) & (abs_of(n) <= Four(kLane_m));
     const Four z = Four(m[6]) * sx + Four(m[7]) * sy + Four(m[8]) * sensor_z + Four(t[2]);
@@ -118,7 +118,7 @@ void collect_ground(const RunningGroundParams& params, const RoadAxes& axes, con
                     Plane<const float> range_m, Plane<const float> elevation_rad, const RoadShape& shape, float reach_m,
                     RoadPoints& points) noexcept {
   constexpr int32_t kColumns = 20;
-  const GroundBlock block = make_ground_block(params, false);
+  const GroundBlock block = make_ground_block(params);
   points.count = 0;
   const int32_t stride = std::max(1, sensor.cols / kColumns);
   for (int32_t begin = stride / 2; begin < sensor.cols; begin += kFour * stride) {

@@ -13,6 +13,7 @@ namespace overtake {
 namespace {
 
 constexpr float kKnownReach_m = 100.0f;  // of known stations along a ray
+constexpr float kEdge_m = 1.0f;          // beyond it the ground is not the road
 constexpr float kVerge_m = 6.0f;         // a ray that is farther outside of the road goes on level
 constexpr float kOuterReach_m = 0.8f;    // the cross slope goes on beyond the outer edge, to the wall
 
@@ -44,10 +45,12 @@ constexpr int32_t kTogether = 28;
 struct Rays {
   float cosine[kTogether], sine[kTogether];
   bool known[kTogether];
+  float known_m[kTogether];            // where the ray leaves the road
   float heights_m[kNodes][kTogether];  // z in the sensor's axes
 };
 
-// Samples the known road; rays.known is false where a station on the way is not known.
+// Samples the known road; rays.known is false where a station on the way is not known. known_m is the distance at
+// which the ray leaves the road.
 void sample_known(const RoadData& road, const CentreLine& line, const RoadAxes& axes, float origin_m,
                   Rays& rays) noexcept {
   const float *r = axes.map, *m = axes.mounting.r, *t = axes.mounting.t;
@@ -55,6 +58,7 @@ void sample_known(const RoadData& road, const CentreLine& line, const RoadAxes& 
   float sensor_z[kTogether], vehicle_z[kTogether], last_z[kTogether], height_m[kTogether], outside_m[kTogether];
   for (int32_t l = 0; l < kTogether; ++l) {
     rays.known[l] = true;
+    rays.known_m[l] = 1e9f;
     station[l] = RoadData::kStations / 2;
     sensor_z[l] = -t[2];
     vehicle_z[l] = last_z[l] = height_m[l] = outside_m[l] = 0.0f;
@@ -80,6 +84,8 @@ void sample_known(const RoadData& road, const CentreLine& line, const RoadAxes& 
       else
         skips[l] = any_skips = true;
     }
+    for (int32_t l = 0; l < kTogether; ++l)
+      if (outside_m[l] > kEdge_m) rays.known_m[l] = min_of(rays.known_m[l], distance);
     const float *const before = rays.heights_m[std::max(i - 1, 0)], *const first = rays.heights_m[std::max(i - 2, 0)];
     float* const now = rays.heights_m[i];
     float next_z[kTogether];
@@ -175,7 +181,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
     for (int32_t l = 0; l < here; ++l) {
       const int32_t k = begin + l;
       const Rays& rays = known.known[l] ? known : guess;
-      surface.known[k] = known.known[l] ? 1.0f : 0.0f;
+      surface.known_m[k] = known.known[l] ? known.known_m[l] : 0.0f;
       surface.level_slope[k] = -(up[0] * rays.cosine[l] + up[1] * rays.sine[l]) / up[2];
       float heights_m[kNodes];
       for (int32_t i = 0; i < kNodes; ++i) heights_m[i] = rays.heights_m[i][l];
