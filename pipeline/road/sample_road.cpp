@@ -15,7 +15,7 @@ namespace {
 constexpr float kKnownReach_m = 100.0f;  // of known stations along a ray
 constexpr float kEdge_m = 1.0f;          // beyond it the ground is not the road
 constexpr float kVerge_m = 6.0f;         // a ray that is farther outside of the road goes on level
-constexpr float kOuterReach_m = 0.8f;    // the cross slope goes on beyond the outer edge, to the wall
+constexpr float kOuterReach_m = 6.0f;    // the cross slope goes on beyond the outer edge, to the wall
 
 static_assert(RoadData::kStations <= CentreLine::kMost);
 
@@ -35,7 +35,7 @@ OVT_INLINE bool find_height(const RoadData& road, const CentreLine& line, float 
   const float reach =
       max_of(min_of(d, left + (slope < 0.0f ? kOuterReach_m : 0.0f)), -right - (slope > 0.0f ? kOuterReach_m : 0.0f));
   height_m = mix(road.height_m[k], road.height_m[k + 1], t) - reach * slope;
-  outside_m = abs_of(d - reach);
+  outside_m = max_of(max_of(d - left, -right - d), 0.0f);
   return true;
 }
 
