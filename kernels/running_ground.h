@@ -21,7 +21,8 @@ struct RunningGroundParams {
   float height_m;           // allowed height above the running ground at the last ground pixel
   GroundTolerance known;    // where the road surface is measured
   GroundTolerance guess;    // where it is a guess
-  float start_per_m, start_limit_m;  // as per_m and limit_m, for the first ground pixel of a column
+  float start_per_m;        // per_m until the slope is measured
+  float start_limit_m;      // limit_m until then
   float level_reach_m;      // ground may also rise like a level plane this far from the last ground pixel
   float level_slope_slack;  // ... by this much steeper
   float fade_m;             // a road has no returns where distance^2 / height over its tangent is larger
@@ -35,12 +36,12 @@ struct RunningGroundParams {
 //   writes   height_m (height over the running ground, 0 without a return), nonground, every word
 //   rules    - ground: height <= height_m + per_m * distance from the last ground pixel, at most limit_m; or, up to
 //              level_reach_m from it, a rise up to that of a level plane (apron and infield beside a banked track)
+//            - only up to where a road returns an echo: distance^2 <= fade_m * height of the sensor over its tangent
 //            - only pixels farther than the last ground pixel, and not steeper than a slope of 0.45 (or falling by more
 //              than 0.6), move the running ground: the foot of a wall must not lift it
 //            - the running slope adapts over slope_reach_m and is limited; the first ground pixel measures none
 //            - feet: below a non-ground pixel, pixels over the running ground are non-ground while the pairs are
-//            steeper
-//              than foot_slope
+//              steeper than foot_slope
 //   scratch  steep
 //   agrees   exactly on every ISA
 namespace ref {

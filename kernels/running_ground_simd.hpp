@@ -71,8 +71,7 @@ OVT_INLINE void walk_columns(const RunningGroundParams& params, const RoadSurfac
       Float<A> sine, cosine;
       sin_cos_small_of(Float<A>::load(elevation_filled_rad.row(r) + c), sine, cosine);
       const Float<A> distance = range * cosine;
-      const auto pixel =
-          walk_ground(block, distance, range * sine, pieces[v].road_z(distance), level[v], known_m[v],
+      const auto pixel = walk_ground(block, distance, range * sine, pieces[v].road_z(distance), level[v], known_m[v],
                                      exists, state[v]);
       pixel.height.store(height_m.row(r) + c);
       obstacles |= (exists & ~pixel.ground).bits() << (v * kSize<A>);

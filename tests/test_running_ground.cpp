@@ -6,6 +6,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -25,10 +26,11 @@ struct FlatRoad {
     offset_m.assign(2 * kNodes, -kSensor_m);
     slopes.assign(2 * kNodes, slope);
     level.assign(2, level_slope);
-    is_known.assign(2, known ? 1.0f : 0.0f);
+    known_m.assign(2, known ? kEverywhere_m : 0.0f);
   }
-  RoadSurface view() { return {offset_m.data(), slopes.data(), level.data(), is_known.data()}; }
-  std::vector<float> offset_m, slopes, level, is_known;
+  RoadSurface view() { return {offset_m.data(), slopes.data(), level.data(), known_m.data()}; }
+  static constexpr float kEverywhere_m = 1e9f;
+  std::vector<float> offset_m, slopes, level, known_m;
 };
 
 struct Place {
@@ -41,8 +43,11 @@ RunningGroundParams params() {
   return {.height_m = 0.1f,
           .known = {.per_m = 0.004f, .limit_m = 0.25f, .slope_limit = 0.02f, .slope_reach_m = 20.0f},
           .guess = {.per_m = 0.02f, .limit_m = 0.5f, .slope_limit = 0.45f, .slope_reach_m = 4.0f},
+          .start_per_m = 0.012f,
+          .start_limit_m = 0.5f,
           .level_reach_m = 3.0f,
           .level_slope_slack = 0.03f,
+          .fade_m = 1e9f,
           .foot_slope = 1.7f};
 }
 
@@ -104,7 +109,7 @@ TEST_CASE("running_ground: the foot of a wall does not lift the ground") {
 
 TEST_CASE("running_ground: a slow climb that the surface does not have is followed where the road is a guess") {
   std::vector<Place> hill;
-  for (int32_t i = 1; i < 20; ++i) hill.push_back({float(5 * i), 0.025f * float(5 * i)});
+  for (int32_t i = 1; i < 20; ++i) hill.push_back({float(5 * i), 0.025f * float(std::max(5 * i - 10, 0))});
   CHECK(Column(hill, FlatRoad(false)).marks() == std::string(19, '.'));
   // On a known road a climb of 2.5 % is an error of the ego pose at most in part.
   CHECK(Column(hill, FlatRoad(true)).marks().back() == 'o');
@@ -147,18 +152,61 @@ TEST_CASE("running_ground: the allowed height grows with the distance from the l
        {Case{true, 14, 0.116f}, {true, 35, 0.2f}, {true, 80, 0.25f}, {false, 20, 0.3f}, {false, 60, 0.5f}}) {
     CAPTURE(c.known);
     CAPTURE(c.distance_m);
-    CHECK(Column({{10, 0}, {c.distance_m, c.allowed_m - 0.005f}}, FlatRoad(c.known)).marks() == "..");
-    CHECK(Column({{10, 0}, {c.distance_m, c.allowed_m + 0.005f}}, FlatRoad(c.known)).marks() == ".o");
+    CHECK(Column({{7, 0}, {10, 0}, {c.distance_m, c.allowed_m - 0.005f}}, FlatRoad(c.known)).marks() == "...");
+    CHECK(Column({{7, 0}, {10, 0}, {c.distance_m, c.allowed_m + 0.005f}}, FlatRoad(c.known)).marks() == "..o");
   }
 }
 
 TEST_CASE("running_ground: the road is known only between two known rays") {
   for (const std::size_t unknown : {0u, 1u}) {
     FlatRoad road;
-    road.is_known[unknown] = 0.0f;
-    CHECK(Column({{10, 0}, {25, 0.2f}}, road).marks() == "..");
+    road.known_m[unknown] = 0.0f;
+    CHECK(Column({{7, 0}, {10, 0}, {25, 0.2f}}, road).marks() == "...");
+    road.known_m[unknown] = 24.0f;  // up to here
+    CHECK(Column({{7, 0}, {10, 0}, {25, 0.2f}}, road).marks() == "...");
+    road.known_m[unknown] = 26.0f;
+    CHECK(Column({{7, 0}, {10, 0}, {25, 0.2f}}, road).marks() == "..o");
   }
-  CHECK(Column({{10, 0}, {25, 0.2f}}).marks() == ".o");
+  CHECK(Column({{7, 0}, {10, 0}, {25, 0.2f}}).marks() == "..o");
+}
+
+TEST_CASE("running_ground: before the slope is measured, over 2 m, the allowed height grows faster") {
+  // 0.1 m + 0.012 per metre up to 0.5 m: the attitude of the pose errs.
+  CHECK(Column({{20, 0.33f}}).marks() == ".");
+  CHECK(Column({{20, 0.35f}}).marks() == "o");
+  CHECK(Column({{50, 0.49f}}).marks() == ".");
+  CHECK(Column({{50, 0.51f}}).marks() == "o");
+  CHECK(Column({{8, 0}, {9.9f, 0}, {30, 0.3f}}).marks() == "...");
+  CHECK(Column({{8, 0}, {10.1f, 0}, {30, 0.3f}}).marks() == "..o");
+  CHECK(Column({{8, 0}, {9.9f, 0}, {30, 0.36f}}).marks() == "..o");
+}
+
+TEST_CASE("running_ground: what returns from farther than a road can is not ground") {
+  // distance^2 / height over the tangent of the road: at most 55 m for a sensor 1 m over the road.
+  RunningGroundParams fading = params();
+  fading.fade_m = 55.0f * 55.0f;
+  const auto marks = [&](std::vector<Place> places, const FlatRoad& road = FlatRoad()) {
+    return Column(std::move(places), road, fading).marks();
+  };
+  CHECK(marks({{10, 0}, {30, 0}, {54.5f, 0}}) == "...");
+  CHECK(marks({{10, 0}, {30, 0}, {55.5f, 0}}) == "..o");
+  CHECK(marks({{10, 0}, {30, 0}, {55.5f, -0.5f}}) == "..o");  // below the road, too
+  // A road that rises from 40 m on shows more of itself: its tangent there is 1.8 m below the sensor.
+  FlatRoad rises;
+  for (const int32_t ray : {0, kNodes})
+    for (int32_t i = 8; i < kNodes; ++i) {
+      rises.offset_m[std::size_t(ray + i)] = -1.8f;
+      rises.slopes[std::size_t(ray + i)] = 0.02f;
+    }
+  CHECK(marks({{10, 0}, {30, 0}, {73, 0.66f}}, rises) == "...");
+  CHECK(marks({{10, 0}, {30, 0}, {75, 0.7f}}, rises) == "..o");
+  // So does ground that is seen to rise from the surface.
+  CHECK(marks({{10, 0}, {20, 0}, {30, 0.2f}, {40, 0.4f}, {50, 0.6f}, {60, 0.8f}}, FlatRoad(false)) == "......");
+  // A tangent above the sensor, or just below it, is a bend of the surface: at least 0.6 m are assumed, so 42.6 m.
+  FlatRoad low;
+  low.offset_m.assign(low.offset_m.size(), -0.1f);
+  CHECK(marks({{10, 0.9f}, {30, 0.9f}, {42, 0.9f}}, low) == "...");
+  CHECK(marks({{10, 0.9f}, {30, 0.9f}, {43, 0.9f}}, low) == "..o");
 }
 
 TEST_CASE("running_ground: the level rule ends 3 m behind the last ground pixel, and allows a slack of 0.03") {
@@ -180,19 +228,19 @@ TEST_CASE("running_ground: feet: a chain of steep pairs down to the road; a miss
 
 TEST_CASE("running_ground: pixels that are nearer, or steep, or in a hole are ground but do not move the ground") {
   // Each is followed by a car's row of 0.24 m at 30 m, where 0.18 m is allowed behind ground at 10 m.
-  CHECK(Column({{10, 0}, {30, 0.24f}}).marks() == ".o");
-  CHECK(Column({{10, 0}, {9, 0.09f}, {30, 0.24f}}).marks() == "..o");
-  CHECK(Column({{10, 0}, {10.15f, 0.09f}, {30, 0.24f}}).marks() == "..o");  // a slope of 0.6
-  CHECK(Column({{10, 0}, {10.5f, 0.09f}, {30, 0.24f}}).marks() == "...");   // of 0.18: the road rises
+  CHECK(Column({{7, 0}, {10, 0}, {30, 0.24f}}).marks() == "..o");
+  CHECK(Column({{7, 0}, {10, 0}, {9, 0.09f}, {30, 0.24f}}).marks() == "...o");
+  CHECK(Column({{7, 0}, {10, 0}, {10.15f, 0.09f}, {30, 0.24f}}).marks() == "...o");  // a slope of 0.6
+  CHECK(Column({{7, 0}, {10, 0}, {10.5f, 0.09f}, {30, 0.24f}}).marks() == "....");   // of 0.18: the road rises
   // A pixel 0.85 m below the road at 11 m is a hole, one of 0.85 m at 12 m a road that falls by less than 0.6.
-  CHECK(Column({{10, 0}, {10.8f, -0.85f}, {11.8f, 0.05f}}).marks() == "...");
-  CHECK(Column({{10, 0}, {11, -0.85f}, {12, 0.05f}}).marks() == "..o");
+  CHECK(Column({{7, 0}, {10, 0}, {10.8f, -0.85f}, {11.8f, 0.05f}}).marks() == "....");
+  CHECK(Column({{7, 0}, {10, 0}, {11, -0.85f}, {12, 0.05f}}).marks() == "...o");
 }
 
 TEST_CASE("running_ground: the running slope is measured over a reach, limited, and not from the road at the sensor") {
   // A mounting that is 0.1 m too low lifts the first pixel; a slope from it would hide the row at 24 m.
-  CHECK(Column({{4, 0.1f}, {24, 0.65f}}, FlatRoad(false)).marks() == ".o");
-  CHECK(Column({{4, 0.1f}, {24, 0.55f}}, FlatRoad(false)).marks() == "..");
+  CHECK(Column({{4, 0.1f}, {24, 0.45f}}, FlatRoad(false)).marks() == ".o");
+  CHECK(Column({{4, 0.1f}, {24, 0.43f}}, FlatRoad(false)).marks() == "..");
   // A road that the surface has 1.5 % too flat is followed to the end; the slope is that of the last 20 m.
   std::vector<Place> hill;
   for (int32_t i = 1; i < 25; ++i) hill.push_back({float(4 * i), 0.015f * float(4 * i)});

@@ -51,10 +51,10 @@ struct Sampled {
     const std::size_t nodes = std::size_t(rays * kNodes);
     // One guard value behind each column.
     offset_m.assign(nodes + 1, kGuard), slope.assign(nodes + 1, kGuard);
-    level_slope.assign(std::size_t(rays) + 1, kGuard), known.assign(std::size_t(rays) + 1, kGuard);
+    level_slope.assign(std::size_t(rays) + 1, kGuard), known_m.assign(std::size_t(rays) + 1, kGuard);
     sample_road(test::paper_params(sensor).running_ground, road, sensor, scan.range, scan.elevation,
-                {offset_m.data(), slope.data(), level_slope.data(), known.data()});
-    for (const auto* column : {&offset_m, &slope, &level_slope, &known}) {
+                {offset_m.data(), slope.data(), level_slope.data(), known_m.data()});
+    for (const auto* column : {&offset_m, &slope, &level_slope, &known_m}) {
       CHECK(column->back() == kGuard);
       bool written = true;
       for (std::size_t i = 0; i + 1 < column->size(); ++i) written &= (*column)[i] != kGuard;
@@ -72,19 +72,19 @@ struct Sampled {
   }
   bool is_finite() const {
     bool finite = true;
-    for (const auto* column : {&offset_m, &slope, &level_slope, &known})
+    for (const auto* column : {&offset_m, &slope, &level_slope, &known_m})
       for (const float value : *column) finite &= std::isfinite(value);
     return finite;
   }
   int32_t known_count() const {
     int32_t count = 0;
-    for (int32_t k = 0; k < rays; ++k) count += known[std::size_t(k)] == 1.0f;
+    for (int32_t k = 0; k < rays; ++k) count += known_m[std::size_t(k)] > 0.0f;
     return count;
   }
   static constexpr float kGuard = -12345.0f;
   SensorModel sensor;
   int32_t rays;
-  std::vector<float> offset_m, slope, level_slope, known;
+  std::vector<float> offset_m, slope, level_slope, known_m;
 };
 
 // What the height profile tells a vehicle at the place. With all heights known.
@@ -157,19 +157,26 @@ void check_turn(double slope, double d_m, const Mounting& mounting) {
   const SensorModel sensor = make_sensor(mounting);
   const Sampled sampled(data, sensor);
   double left_m = 0.0;
-  // The road goes on with its slope 0.8 m beyond the outer edge; from there, and inside of the inner edge, it is level.
+  // The road goes on with its slope 6 m beyond the outer edge; from there, and inside of the inner edge, it is level.
   const auto surface = [&](double x, double y) {
     left_m = kRadius - std::hypot(x, y - kRadius);
-    return -slope * std::fmin(std::fmax(left_m, -CircleRoad::kWidthRight_m - (slope > 0.0 ? 0.8 : 0.0)),
-                              CircleRoad::kWidthLeft_m + (slope < 0.0 ? 0.8 : 0.0));
+    return -slope * std::fmin(std::fmax(left_m, -CircleRoad::kWidthRight_m - (slope > 0.0 ? 6.0 : 0.0)),
+                              CircleRoad::kWidthLeft_m + (slope < 0.0 ? 6.0 : 0.0));
   };
   int32_t on_road = 0, far_on_road = 0, beside = 0;
   for (int32_t k = 0; k < sampled.rays; ++k) {
-    if (sampled.known[std::size_t(k)] == 0.0f) continue;
+    const double known_m = double(sampled.known_m[std::size_t(k)]);
+    if (known_m == 0.0) continue;
+    bool on_the_road = true;  // so far
     for (int32_t node = 0; node < kNodes; ++node) {
       const double distance = double(node_distance_m(node));
       if (distance > 100.0) break;
       const double exact = exact_height(data, sensor, sampled.azimuth(k), distance, surface);
+      // It is known up to the first node that is 1 m beside the road.
+      const double outside_m = std::fmax(left_m - CircleRoad::kWidthLeft_m, -CircleRoad::kWidthRight_m - left_m);
+      on_the_road &= outside_m < 1.0;
+      if (std::fabs(outside_m - 1.0) < 0.3) break;  // either
+      CHECK((distance < known_m) == on_the_road);
       const bool on = left_m < CircleRoad::kWidthLeft_m - 0.3 && left_m > -CircleRoad::kWidthRight_m + 0.3;
       CAPTURE(k);
       CAPTURE(distance);
@@ -251,12 +258,12 @@ TEST_CASE("sample_road: unknown heights: a ray to one nearer than 100 m is a gue
     if (k > kHere + 22) data.known[k] = false;  // beyond 110 m
   const Sampled far(data, sensor);
   const int32_t ahead = far.rays / 2;
-  CHECK(far.known[std::size_t(ahead)] == 1.0f);
+  CHECK(far.known_m[std::size_t(ahead)] > 150.0f);
   CHECK(std::fabs(far.height(ahead, 150.0) - (1.5 - 1.0)) < 0.1);
   data.known[kHere + 15] = false;
   const Sampled near(data, sensor);
-  CHECK(near.known[std::size_t(ahead)] == 0.0f);
-  CHECK(near.known[0] == 1.0f);  // to the left it leaves the road at the stations around the vehicle
+  CHECK(near.known_m[std::size_t(ahead)] == 0.0f);
+  CHECK(near.known_m[0] > 0.0f);  // to the left it leaves the road at the stations around the vehicle
 }
 
 // A scan of the surface z(x, y) in the vehicle frame, up to 90 m: rows from 0.05 rad down to -0.3 rad. A box of 1 m

@@ -98,7 +98,8 @@ void walk_four(const GroundBlock& block, const RoadAxes& axes, const SensorModel
       n.v[l] = float(shape.lane_offset(double(x.v[l]), double(y.v[l])));
     }
     const Four road_z = (height - Four(t[2]) - Four(m[6]) * sx - Four(m[7]) * sy) / Four(m[8]);
-    const auto pixel = walk_ground(block, distance, sensor_z, RoadPlace<Four>{road_z, Four(-1e9f)}, zero, zero, exists, state);
+    const auto pixel =
+        walk_ground(block, distance, sensor_z, RoadPlace<Four>{road_z, Four(-1e9f)}, zero, zero, exists, state);
     const Four::Bits used =
         pixel.ground & (state.distance == distance) & (abs_of(x) <= Four(reach_m)) & (abs_of(n) <= Four(kLane_m));
     const Four z = Four(m[6]) * sx + Four(m[7]) * sy + Four(m[8]) * sensor_z + Four(t[2]);
