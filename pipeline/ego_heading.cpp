@@ -230,12 +230,39 @@ double median_of(double* values, int32_t count) noexcept {
   return values[count / 2];
 }
 
-// Weighted sums over the points that agree with the last turn and distances.
+// A turn of the ego heading, and the distance of each side's points from their bound after it.
+struct WallFit {
+  double turn = 0, distance_m[2] = {0, 0};
+};
+
+// Weighted sums over the points that agree with a fit.
 struct WallSums {
   double w[2] = {}, wa[2] = {}, wb[2] = {}, waa = 0, wab = 0, wrr = 0;
   double first_m = 1e9, last_m = -1e9;
   int32_t count[2] = {};
 };
+WallSums sum_agreeing(const WallPoint* points, int32_t count, const WallFit& fit, double scale_m) noexcept {
+  WallSums sums;
+  const double limit = 3.0 * scale_m;
+  for (int32_t i = 0; i < count; ++i) {
+    const WallPoint& p = points[i];
+    const double a = p.left ? p.along_m : -p.along_m;
+    const double r = p.beyond_m + a * fit.turn - fit.distance_m[p.left];
+    const double u = (r / limit) * (r / limit);
+    if (!(u < 1.0)) continue;
+    const double w = (1.0 - u) * (1.0 - u);
+    sums.w[p.left] += w;
+    sums.wa[p.left] += w * a;
+    sums.wb[p.left] += w * p.beyond_m;
+    sums.waa += w * a * a;
+    sums.wab += w * a * p.beyond_m;
+    sums.wrr += w * r * r;
+    sums.first_m = std::min(sums.first_m, p.along_m);
+    sums.last_m = std::max(sums.last_m, p.along_m);
+    ++sums.count[p.left];
+  }
+  return sums;
+}
 
 }  // namespace
 
@@ -276,40 +303,19 @@ void smooth_headings(const EgoWindow& in, EgoWindow& out) noexcept {
 WallHeading fit_walls(const WallParams& params, const WallPoint* points, int32_t count) noexcept {
   WallHeading out;
   if (count < kFewest || count > kMaxWallPoints) return out;
-  double distance[2] = {0, 0}, turn = 0, scratch[kMaxWallPoints];
-  int32_t given[2];
+  WallFit fit;
+  double scratch[kMaxWallPoints];
+  int32_t given[2];  // points of each side
   for (int32_t side = 0; side < 2; ++side) {
     int32_t n = 0;
     for (int32_t i = 0; i < count; ++i)
       if (points[i].left == (side == 1)) scratch[n++] = points[i].beyond_m;
-    if (n > 0) distance[side] = median_of(scratch, n);
+    if (n > 0) fit.distance_m[side] = median_of(scratch, n);
     given[side] = n;
   }
-  const auto sum = [&](double scale_m) {
-    WallSums sums;
-    const double limit = 3.0 * scale_m;
-    for (int32_t i = 0; i < count; ++i) {
-      const WallPoint& p = points[i];
-      const double a = p.left ? p.along_m : -p.along_m;
-      const double r = p.beyond_m + a * turn - distance[p.left];
-      const double u = (r / limit) * (r / limit);
-      if (!(u < 1.0)) continue;
-      const double w = (1.0 - u) * (1.0 - u);
-      sums.w[p.left] += w;
-      sums.wa[p.left] += w * a;
-      sums.wb[p.left] += w * p.beyond_m;
-      sums.waa += w * a * a;
-      sums.wab += w * a * p.beyond_m;
-      sums.wrr += w * r * r;
-      sums.first_m = std::min(sums.first_m, p.along_m);
-      sums.last_m = std::max(sums.last_m, p.along_m);
-      ++sums.count[p.left];
-    }
-    return sums;
-  };
   double scale_m = kFirstScale_m, information = 0;
   for (int32_t step = 0; step < kSteps; ++step) {
-    const WallSums s = sum(scale_m);
+    const WallSums s = sum_agreeing(points, count, fit, scale_m);
     double toward = s.wab;
     information = s.waa;
     for (int32_t side = 0; side < 2; ++side)
@@ -318,12 +324,12 @@ WallHeading fit_walls(const WallParams& params, const WallPoint* points, int32_t
         toward -= s.wa[side] * s.wb[side] / s.w[side];
       }
     if (!(information > 1e-6)) return out;
-    turn = -toward / information;
+    fit.turn = -toward / information;
     for (int32_t side = 0; side < 2; ++side)
-      if (s.w[side] > 0) distance[side] = (s.wb[side] + turn * s.wa[side]) / s.w[side];
+      if (s.w[side] > 0) fit.distance_m[side] = (s.wb[side] + fit.turn * s.wa[side]) / s.w[side];
     scale_m = std::max(kLastScale_m, scale_m * kShrink);
   }
-  const WallSums s = sum(scale_m);
+  const WallSums s = sum_agreeing(points, count, fit, scale_m);
   const double weight = s.w[0] + s.w[1];
   const int32_t agree = s.count[0] + s.count[1];
   if (agree < kFewest || s.last_m - s.first_m < kShortest_m || !(weight > 0)) return out;
@@ -331,10 +337,10 @@ WallHeading fit_walls(const WallParams& params, const WallPoint* points, int32_t
   bool sides_agree = true;
   for (int32_t side = 0; side < 2; ++side)
     if (given[side] >= kFewest) sides_agree = sides_agree && kSideShare * s.count[side] >= given[side];
-  out.offset_rad = turn;
+  out.offset_rad = fit.turn;
   out.variance = (scatter2 + kPointSigma_m * kPointSigma_m) / information;
   out.points = agree;
-  out.valid = sides_agree && scatter2 <= params.scatter_m * params.scatter_m && std::fabs(turn) <= kLargestOffset &&
+  out.valid = sides_agree && scatter2 <= params.scatter_m * params.scatter_m && std::fabs(fit.turn) <= kLargestOffset &&
               out.variance <= kLargestSigma * kLargestSigma;
   return out;
 }
