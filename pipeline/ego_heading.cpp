@@ -54,12 +54,18 @@ OVT_INLINE int32_t direction_of(float x, float y) {
 // Ego poses during a scan, every kStepNs, relative to an origin in the map; between two of them the matrix is linear.
 class ScanPoses {
  public:
-  // False: the pose is unknown at a part of the scan.
-  bool build(const EgoWindow& poses, int64_t stamp_ns, int32_t last_offset_ns, const EgoPose& origin) noexcept {
-    count_ = std::min(last_offset_ns / kStepNs + 2, kMost);
+  static constexpr int32_t kFarthestNs = 300'000'000;  // a point farther from the scan's stamp has a wrong time
+
+  // For points from first_ns to last_ns after the stamp. False: the pose is unknown at a part of that time.
+  bool build(const EgoWindow& poses, int64_t stamp_ns, int32_t first_ns, int32_t last_ns,
+             const EgoPose& origin) noexcept {
+    begin_ns_ = std::min(first_ns, 0);
+    count_ = (last_ns - begin_ns_) / kStepNs + 2;
+    OVT_CHECK(count_ >= 2 && count_ <= kMost);
     for (int32_t k = 0; k < count_; ++k) {
       EgoState ego;
-      if (!poses.at(later_ns(stamp_ns, int64_t(k) * kStepNs), ego) || ego.age_ns > kEgoFreshNs) return false;
+      const int64_t at_ns = later_ns(stamp_ns, begin_ns_ + int64_t(k) * kStepNs);
+      if (!poses.at(at_ns, ego) || ego.age_ns > kEgoFreshNs) return false;
       for (int32_t i = 0; i < 6; ++i) knots_[k][i] = float(ego.r[i]);
       knots_[k][6] = float(ego.pose.x_m - origin.x_m);
       knots_[k][7] = float(ego.pose.y_m - origin.y_m);
@@ -71,16 +77,16 @@ class ScanPoses {
     float x_m, y_m, ego_x_m, ego_y_m;
   };
   Placed place(int32_t offset_ns, float x, float y, float z) const noexcept {
-    const int32_t k = std::clamp(offset_ns / kStepNs, 0, count_ - 2);
-    const float u = float(offset_ns - k * kStepNs) * (1.0f / float(kStepNs));
+    const int32_t after_ns = offset_ns - begin_ns_, k = after_ns / kStepNs;
+    const float u = float(after_ns - k * kStepNs) * (1.0f / float(kStepNs));
     float m[8];
     for (int32_t i = 0; i < 8; ++i) m[i] = knots_[k][i] + u * (knots_[k + 1][i] - knots_[k][i]);
     return {m[0] * x + m[1] * y + m[2] * z, m[3] * x + m[4] * y + m[5] * z, m[6], m[7]};
   }
 
  private:
-  static constexpr int32_t kStepNs = 10'000'000, kMost = 32;
-  int32_t count_ = 0;
+  static constexpr int32_t kStepNs = 10'000'000, kMost = 2 * kFarthestNs / kStepNs + 2;
+  int32_t begin_ns_ = 0, count_ = 0;
   float knots_[kMost][8];
 };
 
@@ -173,28 +179,30 @@ struct NearLine {
   }
 };
 
-// Places these points against the bounds, at most one for each kSpacing_m and one for each bin along the track. Returns
-// their number.
+// Places the points of find_nearest against the bounds, at most one for each kSpacing_m and one for each bin along the
+// circuit. Returns their number.
 int32_t place_nearest(const StageContext& context, const Frame& frame, int32_t sensor, const EgoWindow& poses,
                       const NearLine& near, const Nearest* nearest, WallPoint* out) noexcept {
   const SensorPart& part = frame.sensors[sensor];
   const CentreLine& line = near.line;
   const auto offset_of = [&](int32_t row) { return part.scan.time_offset_ns[part.cluster_points.point[row]]; };
-  int32_t rows[kDirections], offset_ns[kDirections], count = 0, last_ns = -1;
+  int32_t rows[kDirections], offset_ns[kDirections], count = 0, first_ns = INT32_MAX, last_ns = INT32_MIN;
   float last_x_m = kFar_m, last_y_m = kFar_m;
   for (int32_t i = 0; i < kDirections; ++i) {
     if (nearest[i] == kNothing) continue;
-    const int32_t k = row_of(nearest[i]);
+    const int32_t k = row_of(nearest[i]), at_ns = offset_of(k);
+    if (at_ns < -ScanPoses::kFarthestNs || at_ns > ScanPoses::kFarthestNs) continue;
     const float dx = part.cluster_points.x_m[k] - last_x_m, dy = part.cluster_points.y_m[k] - last_y_m;
     if (dx * dx + dy * dy < kSpacing_m * kSpacing_m) continue;
     last_x_m = part.cluster_points.x_m[k];
     last_y_m = part.cluster_points.y_m[k];
     rows[count] = k;
-    offset_ns[count++] = offset_of(k);
+    offset_ns[count++] = at_ns;
+    first_ns = std::min(first_ns, at_ns);
+    last_ns = std::max(last_ns, at_ns);
   }
-  for (int32_t i = 0; i < count; ++i) last_ns = std::max(last_ns, offset_ns[i]);
   ScanPoses scan_poses;
-  if (last_ns < 0 || !scan_poses.build(poses, part.stamp_ns, last_ns, near.origin)) return 0;
+  if (count == 0 || !scan_poses.build(poses, part.stamp_ns, first_ns, last_ns, near.origin)) return 0;
   WallBins bins(context.detect.walls.reach_m);
   int32_t piece = line.first + (line.last - line.first) / 2;
   for (int32_t i = 0; i < count; ++i) {
