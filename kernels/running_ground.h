@@ -37,8 +37,7 @@ struct RunningGroundParams {
 //              than 0.6), move the running ground: the foot of a wall must not lift it
 //            - the running slope adapts over slope_reach_m and is limited; the first ground pixel measures none
 //            - feet: below a non-ground pixel, pixels over the running ground are non-ground while the pairs are
-//            steeper
-//              than foot_slope
+//              steeper than foot_slope
 //   scratch  steep
 //   agrees   exactly on every ISA
 namespace ref {
