@@ -90,19 +90,21 @@ inline constexpr FrameRule keep_car_shaped = {.name = "keep_car_shaped",
                                               .run = &overtake::keep_car_shaped,
                                               .uses_places = true};
 
-inline constexpr FrameRule keep_inside_bounds = {.name = "keep_inside_bounds",
-                                                 .stage = OVT_STAGE_GATE,
-                                                 .reads = columns(),
-                                                 .params = "gate.inside_m vehicle pose.front_length_m",
-                                                 .run = &overtake::keep_inside_bounds,
-                                                 .uses_places = true};
+inline constexpr FrameRule keep_inside_bounds = {
+    .name = "keep_inside_bounds",
+    .stage = OVT_STAGE_GATE,
+    .reads = columns(),
+    .params = "gate.inside_m gate.slack gate.width_slack_m vehicle pose.front_length_m",
+    .run = &overtake::keep_inside_bounds,
+    .uses_places = true};
 
-inline constexpr FrameRule keep_in_range = {.name = "keep_in_range",
-                                            .stage = OVT_STAGE_GATE,
-                                            .reads = columns(),
-                                            .params = "gate.range_m vehicle pose.front_length_m",
-                                            .run = &overtake::keep_in_range,
-                                            .uses_places = true};
+inline constexpr FrameRule keep_in_range = {
+    .name = "keep_in_range",
+    .stage = OVT_STAGE_GATE,
+    .reads = columns(),
+    .params = "gate.range_m gate.slack gate.width_slack_m vehicle pose.front_length_m",
+    .run = &overtake::keep_in_range,
+    .uses_places = true};
 
 inline constexpr FrameRule pose_by_view = {
     .name = "pose_by_view",
