@@ -78,8 +78,8 @@ void for_each_column(MemberTable& t, F&& f) {
 }
 // clang-format on
 
-// Where a merged cluster lies. Rows as FrameClusterTable; the rules locate_clusters and join_shards write it. Axis 1 of a
-// box points along psi_REF, axis 2 to the left of it; both from the vehicle's origin.
+// Where a merged cluster lies. Rows as FrameClusterTable; the rules locate_clusters and join_shards write it. Axis 1 of
+// a box points along psi_REF, axis 2 to the left of it; both from the vehicle's origin.
 struct ClusterPlaceTable {
   int32_t count = 0, capacity = 0;
   uint8_t* known = nullptr;              // 0: larger than a vehicle, so the other columns have no values

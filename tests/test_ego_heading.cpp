@@ -104,8 +104,8 @@ struct WallScene {
     }
   }
 
-  // A cluster of one sensor: the points that a wall at (s, d(s)) shows during a scan of 50 ms from begin_s on. Points beyond reach are
-  // left out.
+  // A cluster of one sensor: the points that a wall at (s, d(s)) shows during a scan of 50 ms from begin_s on, without
+  // points beyond reach.
   template <class Distance>
   void add_wall(double from_s, double to_s, Distance&& d_of, int32_t sensor = 0, double step_m = 0.25) {
     std::vector<Place> points;
