@@ -78,20 +78,22 @@ void for_each_column(MemberTable& t, F&& f) {
 }
 // clang-format on
 
-// Where a merged cluster lies. Rows as FrameClusterTable; written by the rules of pipeline/cluster_places.h.
+// Where a merged cluster lies. Rows as FrameClusterTable; the rules locate_clusters and join_shards write it. Axis 1 of
+// a box points along psi_REF, axis 2 to the left of it; both from the vehicle's origin.
 struct ClusterPlaceTable {
   int32_t count = 0, capacity = 0;
-  uint8_t* known = nullptr;                                 // 0: the other columns have no values yet
-  float* heading_rad = nullptr;                             // psi_REF, vehicle frame, in (-pi, pi]
-  float *s_m = nullptr, *d_m = nullptr;                     // centroid on the circuit; 0 where the map is not used
-  float *width_left_m = nullptr, *width_right_m = nullptr;  // of the circuit there; kNoBound where it has no bounds
-  float *cos = nullptr, *sin = nullptr;                     // of psi_REF
-  float *low_1_m = nullptr, *high_1_m = nullptr;            // points along psi_REF, from the vehicle's origin
-  float *low_2_m = nullptr, *high_2_m = nullptr;            // points to the left of psi_REF
-  int32_t *group = nullptr, *order = nullptr,
-          *next = nullptr;                         // scratch of join_shards, and of it in the order of next:
-  float *next_x_m = nullptr, *next_y_m = nullptr;  // middle of the box, vehicle frame
-  float* next_reach_m = nullptr;                   // how far from there a group's middle may be, less its size
+  uint8_t* known = nullptr;              // 0: larger than a vehicle, so the other columns have no values
+  float* heading_rad = nullptr;          // psi_REF, vehicle frame, in (-pi, pi]
+  float *s_m = nullptr, *d_m = nullptr;  // centroid on the circuit; 0 where the map is not used
+  // Of the circuit there. kNoBound_m where the map is not used; -kNoBound_m beyond the end of an open circuit.
+  float *width_left_m = nullptr, *width_right_m = nullptr;
+  float *cos = nullptr, *sin = nullptr;           // of psi_REF
+  float *low_1_m = nullptr, *high_1_m = nullptr;  // box of the points
+  float *low_2_m = nullptr, *high_2_m = nullptr;
+  // Scratch of join_shards: by row; lists of rows, by number of points and by place; and, in the order of `next`, the
+  // middle of the box (vehicle frame) and its largest distance from the middle of a group of size 0.
+  int32_t *group = nullptr, *order = nullptr, *next = nullptr;
+  float *next_x_m = nullptr, *next_y_m = nullptr, *next_reach_m = nullptr;
 };
 inline constexpr float kNoBound_m = 1e9f;
 // clang-format off

@@ -22,7 +22,7 @@ struct RangeImages {
   Plane<float> range_filled_m, elevation_filled_rad;      // gaps filled: range here, kNoReturn in range_m
   Plane<float> angle_rad, angle_smooth_rad;               // row r is the pair (r, r + 1); the last row is unused (A)
   Plane<float> height_m;                                  // over the running ground
-  BitPlane nonground, steep;                              // before repair; steep: with the pixel below
+  BitPlane nonground, steep;                              // before repair; steep: with the pixel below, then scratch
   BitPlane considered, smoke;                             // non-ground or dark; of these, taken out of nonground
   Plane<float> range_repaired_m, elevation_repaired_rad;  // non-ground image after repair; other pixels are 0
   BitPlane nonground_repaired;

@@ -15,18 +15,17 @@ struct DropSmokeParams {
   float reach_m;     // neighbours: ranges that differ by less
 };
 
-// The window of neighbours, to either side. Two ranges on one surface differ by less than kSurface_m + kSurfaceShare *
-// range.
-inline constexpr int32_t kSmokeRows = 2, kSmokeCols = 6;
-inline constexpr float kSurface_m = 0.05f, kSurfaceShare = 0.01f;
-inline constexpr float kRoughShare = 0.5f;
+inline constexpr int32_t kSmokeRows = 2, kSmokeCols = 6;           // window of neighbours, to either side
+inline constexpr float kSurface_m = 0.05f, kSurfaceShare = 0.01f;  // largest difference of two ranges on one surface:
+                                                                   // kSurface_m + kSurfaceShare * range
+inline constexpr float kRoughShare = 0.5f;                         // of the neighbours of a pixel of smoke, at least
 
 // The median intensity of ground pixels, of at most kGroundSamples that are spread over the image; 0 without any.
 inline constexpr int32_t kGroundSamples = 512;
 float find_ground_intensity(const ScanTable& scan, Plane<const int32_t> pixel_point, ConstBitPlane nonground) noexcept;
 
-// Returns of smoke are dark, and their ranges jump from pixel to pixel in every direction. Each of both alone is common
-// on cars (black parts, edges); a place where half of the pixels are both is smoke.
+// Returns of smoke are dark, and their ranges jump from pixel to pixel in every direction. One of the two alone is
+// common on cars (black parts, edges); a place where half of the pixels show both is smoke.
 //   reads    scan intensity; range_filled_m pixel_point nonground
 //   writes   smoke, every word; takes these pixels out of nonground
 //   rules    - dark: below dark_share of the ground's median intensity; also a filled gap that is non-ground. Low smoke
@@ -34,9 +33,8 @@ float find_ground_intensity(const ScanTable& scan, Plane<const int32_t> pixel_po
 //            - neighbours: the pixels of a window (which ends at the edges of the image) within reach_m, if they are
 //              non-ground or dark
 //            - rough: dark, and at most near_share of its neighbours are on one surface with it
-//            - smoke: dark, and at least kRoughShare of its neighbours are rough; so is a dark pixel without
-//            neighbours,
-//              because NGRIR would join such pixels
+//            - smoke: dark, and at least kRoughShare of its neighbours are rough. A dark pixel without neighbours is
+//              smoke, too, because NGRIR would join such pixels
 //   scratch  considered rough
 //   cost     an intensity a pixel, two windows a dark one     agrees  exactly on every ISA
 namespace ref {

@@ -43,7 +43,7 @@ int32_t find_seams(const SensorModel* sensors, int32_t sensor_count, int32_t lef
 //   returns  merged clusters that did not fit
 //   center   sums of the members in member order, divided by the count; stamp = mean of the points' stamps (integer,
 //            rounded toward minus infinity)
-//   scratch  seam: two columns sets of K * rows points (x y z member)     agrees  exactly on every ISA
+//   scratch  the points of both sides of a seam, K * rows on each; union-find     agrees  exactly on every ISA
 struct SeamScratch {
   float *x_m[2] = {}, *y_m[2] = {}, *z_m[2] = {};
   int32_t* member[2] = {};

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The gates of preset `best`: what can be a car, by its size along its heading, its place on the circuit and its range.
-#include <algorithm>
-
 #include "core/math.h"
 #include "kernels/heading_grid.h"
 #include "pipeline/cluster_places.h"
@@ -80,11 +78,9 @@ void keep_car_shaped(const StageContext& context, Frame& frame) noexcept {
 }
 
 void keep_inside_bounds(const StageContext& context, Frame& frame) noexcept {
-  // As keep_on_circuit: if the ego vehicle is a little outside of the circuit, cars up to a vehicle's width farther out
-  // may be in its way.
-  const double out_m = frame.ego_off_map_m > 0.0 ? frame.ego_off_map_m + context.detect.vehicle_width_m : 0.0;
-  const float least_m = min_of(context.detect.gate_cars.inside_m, 0.0f - float(out_m));
-  const float inside_m = out_m > 0.0 ? least_m : context.detect.gate_cars.inside_m;
+  const float outside_m = float(find_outside(context, frame));
+  float inside_m = context.detect.gate_cars.inside_m;
+  if (outside_m > 0.0f) inside_m = min_of(inside_m, -outside_m);
   frame.gated_map = filter(frame, [&](int32_t row) {
     const ClusterPlaceTable& places = frame.places;
     const FrameClusterTable& merged = frame.merged;

@@ -10,6 +10,18 @@
 
 namespace overtake {
 
+void list_sides(const StageContext& context, const Frame& frame, SeamSide* sides) noexcept {
+  for (int32_t s = 0; s < context.sensor_count; ++s) {
+    const SensorPart& part = frame.sensors[s];
+    sides[s] = {part.present,      &context.sensors[s], &part.kept.images, &part.scan,
+                &part.kept.points, &part.clusters,      part.row_of_label, part.stamp_ns};
+  }
+}
+
+double find_outside(const StageContext& context, const Frame& frame) noexcept {
+  return frame.ego_off_map_m > 0.0 ? frame.ego_off_map_m + context.detect.vehicle_width_m : 0.0;
+}
+
 ClusterReference find_reference(const StageContext& context, const Frame& frame, int32_t row, int32_t& hint) noexcept {
   const FrameClusterTable& merged = frame.merged;
   ClusterReference found;
@@ -109,8 +121,56 @@ void locate_cluster(const StageContext& context, Frame& frame, int32_t row, int3
   places.known[row] = 1;
 }
 
+void locate_clusters(const StageContext& context, Frame& frame) noexcept {
+  const FrameClusterTable& merged = frame.merged;
+  const float most_m = context.detect.gate_cars.limits.length_m;
+  frame.places.count = merged.count;
+  int32_t hint = -1;
+  for (int32_t row = 0; row < merged.count; ++row) {
+    const float x_m = merged.max_x_m[row] - merged.min_x_m[row], y_m = merged.max_y_m[row] - merged.min_y_m[row];
+    frame.places.known[row] = 0;
+    if (max_of(x_m, y_m) > most_m) continue;
+    if (merged.max_z_m[row] - merged.min_z_m[row] > most_m) continue;
+    locate_cluster(context, frame, row, hint);
+  }
+}
+
+RectangleFit fit_cluster(const StageContext& context, Frame& frame, int32_t row, float heading_ref_rad) noexcept {
+  const ClusterPoints points = gather_points(frame, row);
+  const Transform& mounting = context.sensors[frame.merged.main_sensor[row]].T_vehicle_sensor;
+  return context.kernels->fit_rectangle(context.detect.fit_rectangle, points.x_m, points.y_m, points.count,
+                                        heading_ref_rad, mounting.t[0], mounting.t[1]);
+}
+
+void write_pose(Frame& frame, int32_t i, int32_t row, const RectangleFit& fit) noexcept {
+  const FrameClusterTable& merged = frame.merged;
+  DetectionTable& out = frame.detections;
+  out.cluster[i] = row;
+  out.stamp_ns[i] = merged.stamp_ns[row];
+  out.x_m[i] = fit.center_x_m;
+  out.y_m[i] = fit.center_y_m;
+  out.z_m[i] = merged.center_z_m[row];
+  out.heading_rad[i] = fit.heading_rad;
+  out.heading_source[i] = int32_t(fit.from_var ? HeadingSource::kVar : HeadingSource::kRef);
+  out.length_m[i] = fit.extent_length_m;
+  out.width_m[i] = fit.extent_width_m;
+  out.point_count[i] = merged.point_count[row];
+  out.inliers_ref[i] = fit.inliers_ref;
+  out.inliers_var[i] = fit.inliers_var;
+  out.heading_ref_rad[i] = fit.heading_ref_rad;
+  out.heading_var_rad[i] = fit.heading_var_rad;
+  out.ref_x_m[i] = fit.ref_x_m;
+  out.ref_y_m[i] = fit.ref_y_m;
+  out.var_x_m[i] = fit.var_x_m;
+  out.var_y_m[i] = fit.var_y_m;
+  out.sensor_mask[i] = merged.sensor_mask[row];
+}
+
 CarAnchor anchor_car(const CarSize& size, const OrientedBox& seen, float sensor_1, float sensor_2) noexcept {
   constexpr float kMostOfFlank = 0.6f;
+  // Far away few rows and columns hit a car, and the seen end lies inside the real one: by 0.08 m at 50 m, 0.33 m at
+  // 100 m in simulated races.
+  constexpr float kInset_per_m = 3.3e-5f, kMostInset_m = 0.4f;
   const float middle_1 = 0.5f * (seen.low_1 + seen.high_1), middle_2 = 0.5f * (seen.low_2 + seen.high_2);
   const float ahead = sensor_1 - middle_1, left = sensor_2 - middle_2;  // of the sensor, from the middle
   const bool beside = abs_of(ahead) <= 0.5f * size.length_m;
@@ -121,7 +181,8 @@ CarAnchor anchor_car(const CarSize& size, const OrientedBox& seen, float sensor_
                    max_of(size.length_m - seen.length(), 0.0f), max_of(size.width_m - seen.width(), 0.0f)};
   if (car.unseen_1 > 0.0f) {
     if (ahead < 0.0f) {
-      car.center_1 = seen.low_1 + 0.5f * size.length_m;
+      const float inset_m = min_of(kInset_per_m * ahead * ahead, kMostInset_m);
+      car.center_1 = seen.low_1 - inset_m + 0.5f * size.length_m;
       if (!beside) car.unseen_1 = 0.0f;
     } else if (seen.length() >= size.front_length_m) {
       car.center_1 = seen.high_1 - 0.5f * size.length_m;

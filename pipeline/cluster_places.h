@@ -5,10 +5,19 @@
 // share.
 #pragma once
 
+#include <algorithm>
+
 #include "core/circuit_map.h"
 #include "pipeline/stages.h"
 
 namespace overtake {
+
+// The inputs of merge_seams, and of sum_up_members: one side for each sensor. sides[sensor_count].
+void list_sides(const StageContext& context, const Frame& frame, SeamSide* sides) noexcept;
+
+// How far outside of the circuit an object may be in the way of the ego vehicle. If the ego vehicle is a little outside
+// of the circuit: a vehicle's width farther out than it. Else 0.
+double find_outside(const StageContext& context, const Frame& frame) noexcept;
 
 // psi_REF of a merged cluster, and the place of its centroid on the circuit.
 struct ClusterReference {
@@ -74,7 +83,7 @@ inline float measure_inside(const ClusterPlaceTable& places, int32_t row, float 
 }
 
 // Where the centre of a car of known size lies, by what a sensor at (sensor_1, sensor_2) sees of it; all on the axes of
-// its heading. kernels/README.md does not cover it: the rule belongs to preset `best`.
+// its heading.
 //   along   both ends seen: the middle. From behind: the rear end plus half a length. From ahead: the front end minus
 //           half a length if at least front_length is seen, because the flat nose of a distant car returns no points;
 //           else the middle of what is seen

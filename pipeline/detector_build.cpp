@@ -250,12 +250,12 @@ ovt_status Detector::build_runner(const ovt_detector_def& def, const ovt_params&
   assembly.tolerance_ns = to_ns(params.frame_tolerance_s);
   assembly.wait_ns = to_ns(1.5 * params.frame_period_s);
   assembly.predict_after_ns = to_ns(params.tracker_predict_after * params.frame_period_s);
-  if (reads_column(*context_.method, Column::road) && !profile_.build(context_.map, memory_.allocator())) {
+  const bool reads_road = reads_column(*context_.method, Column::road);
+  if (reads_road && !profile_.build(context_.map, memory_.allocator())) {
     error = "no memory for the height profile";
     return OVT_NO_MEMORY;
   }
-  assembler_ = std::make_unique<FrameAssembler>(assembly, pool_, *ego_, *runner_,
-                                                reads_column(*context_.method, Column::road) ? &profile_ : nullptr);
+  assembler_ = std::make_unique<FrameAssembler>(assembly, pool_, *ego_, *runner_, reads_road ? &profile_ : nullptr);
   if (!assembler_->build(point_capacity_, def.candidate_capacity, memory_.allocator())) {
     error = "no memory for held scans";
     return OVT_NO_MEMORY;

@@ -54,12 +54,18 @@ OVT_INLINE int32_t direction_of(float x, float y) {
 // Ego poses during a scan, every kStepNs, relative to an origin in the map; between two of them the matrix is linear.
 class ScanPoses {
  public:
-  // False: the pose is unknown at a part of the scan.
-  bool build(const EgoWindow& poses, int64_t stamp_ns, int32_t last_offset_ns, const EgoPose& origin) noexcept {
-    count_ = std::min(last_offset_ns / kStepNs + 2, kMost);
+  static constexpr int32_t kFarthestNs = 300'000'000;  // a point farther from the scan's stamp has a wrong time
+
+  // For points from first_ns to last_ns after the stamp. False: the pose is unknown at a part of that time.
+  bool build(const EgoWindow& poses, int64_t stamp_ns, int32_t first_ns, int32_t last_ns,
+             const EgoPose& origin) noexcept {
+    begin_ns_ = std::min(first_ns, 0);
+    count_ = (last_ns - begin_ns_) / kStepNs + 2;
+    OVT_CHECK(count_ >= 2 && count_ <= kMost);
     for (int32_t k = 0; k < count_; ++k) {
       EgoState ego;
-      if (!poses.at(later_ns(stamp_ns, int64_t(k) * kStepNs), ego) || ego.age_ns > kEgoFreshNs) return false;
+      const int64_t at_ns = later_ns(stamp_ns, begin_ns_ + int64_t(k) * kStepNs);
+      if (!poses.at(at_ns, ego) || ego.age_ns > kEgoFreshNs) return false;
       for (int32_t i = 0; i < 6; ++i) knots_[k][i] = float(ego.r[i]);
       knots_[k][6] = float(ego.pose.x_m - origin.x_m);
       knots_[k][7] = float(ego.pose.y_m - origin.y_m);
@@ -71,16 +77,16 @@ class ScanPoses {
     float x_m, y_m, ego_x_m, ego_y_m;
   };
   Placed place(int32_t offset_ns, float x, float y, float z) const noexcept {
-    const int32_t k = std::clamp(offset_ns / kStepNs, 0, count_ - 2);
-    const float u = float(offset_ns - k * kStepNs) * (1.0f / float(kStepNs));
+    const int32_t after_ns = offset_ns - begin_ns_, k = after_ns / kStepNs;
+    const float u = float(after_ns - k * kStepNs) * (1.0f / float(kStepNs));
     float m[8];
     for (int32_t i = 0; i < 8; ++i) m[i] = knots_[k][i] + u * (knots_[k + 1][i] - knots_[k][i]);
     return {m[0] * x + m[1] * y + m[2] * z, m[3] * x + m[4] * y + m[5] * z, m[6], m[7]};
   }
 
  private:
-  static constexpr int32_t kStepNs = 10'000'000, kMost = 32;
-  int32_t count_ = 0;
+  static constexpr int32_t kStepNs = 10'000'000, kMost = 2 * kFarthestNs / kStepNs + 2;
+  int32_t begin_ns_ = 0, count_ = 0;
   float knots_[kMost][8];
 };
 
@@ -173,28 +179,30 @@ struct NearLine {
   }
 };
 
-// Places these points against the bounds, at most one for each kSpacing_m and one for each bin along the track. Returns
-// their number.
+// Places the points of find_nearest against the bounds, at most one for each kSpacing_m and one for each bin along the
+// circuit. Returns their number.
 int32_t place_nearest(const StageContext& context, const Frame& frame, int32_t sensor, const EgoWindow& poses,
                       const NearLine& near, const Nearest* nearest, WallPoint* out) noexcept {
   const SensorPart& part = frame.sensors[sensor];
   const CentreLine& line = near.line;
   const auto offset_of = [&](int32_t row) { return part.scan.time_offset_ns[part.cluster_points.point[row]]; };
-  int32_t rows[kDirections], offset_ns[kDirections], count = 0, last_ns = -1;
+  int32_t rows[kDirections], offset_ns[kDirections], count = 0, first_ns = INT32_MAX, last_ns = INT32_MIN;
   float last_x_m = kFar_m, last_y_m = kFar_m;
   for (int32_t i = 0; i < kDirections; ++i) {
     if (nearest[i] == kNothing) continue;
-    const int32_t k = row_of(nearest[i]);
+    const int32_t k = row_of(nearest[i]), at_ns = offset_of(k);
+    if (at_ns < -ScanPoses::kFarthestNs || at_ns > ScanPoses::kFarthestNs) continue;
     const float dx = part.cluster_points.x_m[k] - last_x_m, dy = part.cluster_points.y_m[k] - last_y_m;
     if (dx * dx + dy * dy < kSpacing_m * kSpacing_m) continue;
     last_x_m = part.cluster_points.x_m[k];
     last_y_m = part.cluster_points.y_m[k];
     rows[count] = k;
-    offset_ns[count++] = offset_of(k);
+    offset_ns[count++] = at_ns;
+    first_ns = std::min(first_ns, at_ns);
+    last_ns = std::max(last_ns, at_ns);
   }
-  for (int32_t i = 0; i < count; ++i) last_ns = std::max(last_ns, offset_ns[i]);
   ScanPoses scan_poses;
-  if (last_ns < 0 || !scan_poses.build(poses, part.stamp_ns, last_ns, near.origin)) return 0;
+  if (count == 0 || !scan_poses.build(poses, part.stamp_ns, first_ns, last_ns, near.origin)) return 0;
   WallBins bins(context.detect.walls.reach_m);
   int32_t piece = line.first + (line.last - line.first) / 2;
   for (int32_t i = 0; i < count; ++i) {
@@ -230,12 +238,39 @@ double median_of(double* values, int32_t count) noexcept {
   return values[count / 2];
 }
 
-// Weighted sums over the points that agree with the last turn and distances.
+// A turn of the ego heading, and the distance of each side's points from their bound after it.
+struct WallFit {
+  double turn = 0, distance_m[2] = {0, 0};
+};
+
+// Weighted sums over the points that agree with a fit.
 struct WallSums {
   double w[2] = {}, wa[2] = {}, wb[2] = {}, waa = 0, wab = 0, wrr = 0;
   double first_m = 1e9, last_m = -1e9;
   int32_t count[2] = {};
 };
+WallSums sum_agreeing(const WallPoint* points, int32_t count, const WallFit& fit, double scale_m) noexcept {
+  WallSums sums;
+  const double limit = 3.0 * scale_m;
+  for (int32_t i = 0; i < count; ++i) {
+    const WallPoint& p = points[i];
+    const double a = p.left ? p.along_m : -p.along_m;
+    const double r = p.beyond_m + a * fit.turn - fit.distance_m[p.left];
+    const double u = (r / limit) * (r / limit);
+    if (!(u < 1.0)) continue;
+    const double w = (1.0 - u) * (1.0 - u);
+    sums.w[p.left] += w;
+    sums.wa[p.left] += w * a;
+    sums.wb[p.left] += w * p.beyond_m;
+    sums.waa += w * a * a;
+    sums.wab += w * a * p.beyond_m;
+    sums.wrr += w * r * r;
+    sums.first_m = std::min(sums.first_m, p.along_m);
+    sums.last_m = std::max(sums.last_m, p.along_m);
+    ++sums.count[p.left];
+  }
+  return sums;
+}
 
 }  // namespace
 
@@ -276,40 +311,19 @@ void smooth_headings(const EgoWindow& in, EgoWindow& out) noexcept {
 WallHeading fit_walls(const WallParams& params, const WallPoint* points, int32_t count) noexcept {
   WallHeading out;
   if (count < kFewest || count > kMaxWallPoints) return out;
-  double distance[2] = {0, 0}, turn = 0, scratch[kMaxWallPoints];
-  int32_t given[2];
+  WallFit fit;
+  double scratch[kMaxWallPoints];
+  int32_t given[2];  // points of each side
   for (int32_t side = 0; side < 2; ++side) {
     int32_t n = 0;
     for (int32_t i = 0; i < count; ++i)
       if (points[i].left == (side == 1)) scratch[n++] = points[i].beyond_m;
-    if (n > 0) distance[side] = median_of(scratch, n);
+    if (n > 0) fit.distance_m[side] = median_of(scratch, n);
     given[side] = n;
   }
-  const auto sum = [&](double scale_m) {
-    WallSums sums;
-    const double limit = 3.0 * scale_m;
-    for (int32_t i = 0; i < count; ++i) {
-      const WallPoint& p = points[i];
-      const double a = p.left ? p.along_m : -p.along_m;
-      const double r = p.beyond_m + a * turn - distance[p.left];
-      const double u = (r / limit) * (r / limit);
-      if (!(u < 1.0)) continue;
-      const double w = (1.0 - u) * (1.0 - u);
-      sums.w[p.left] += w;
-      sums.wa[p.left] += w * a;
-      sums.wb[p.left] += w * p.beyond_m;
-      sums.waa += w * a * a;
-      sums.wab += w * a * p.beyond_m;
-      sums.wrr += w * r * r;
-      sums.first_m = std::min(sums.first_m, p.along_m);
-      sums.last_m = std::max(sums.last_m, p.along_m);
-      ++sums.count[p.left];
-    }
-    return sums;
-  };
   double scale_m = kFirstScale_m, information = 0;
   for (int32_t step = 0; step < kSteps; ++step) {
-    const WallSums s = sum(scale_m);
+    const WallSums s = sum_agreeing(points, count, fit, scale_m);
     double toward = s.wab;
     information = s.waa;
     for (int32_t side = 0; side < 2; ++side)
@@ -318,12 +332,12 @@ WallHeading fit_walls(const WallParams& params, const WallPoint* points, int32_t
         toward -= s.wa[side] * s.wb[side] / s.w[side];
       }
     if (!(information > 1e-6)) return out;
-    turn = -toward / information;
+    fit.turn = -toward / information;
     for (int32_t side = 0; side < 2; ++side)
-      if (s.w[side] > 0) distance[side] = (s.wb[side] + turn * s.wa[side]) / s.w[side];
+      if (s.w[side] > 0) fit.distance_m[side] = (s.wb[side] + fit.turn * s.wa[side]) / s.w[side];
     scale_m = std::max(kLastScale_m, scale_m * kShrink);
   }
-  const WallSums s = sum(scale_m);
+  const WallSums s = sum_agreeing(points, count, fit, scale_m);
   const double weight = s.w[0] + s.w[1];
   const int32_t agree = s.count[0] + s.count[1];
   if (agree < kFewest || s.last_m - s.first_m < kShortest_m || !(weight > 0)) return out;
@@ -331,10 +345,10 @@ WallHeading fit_walls(const WallParams& params, const WallPoint* points, int32_t
   bool sides_agree = true;
   for (int32_t side = 0; side < 2; ++side)
     if (given[side] >= kFewest) sides_agree = sides_agree && kSideShare * s.count[side] >= given[side];
-  out.offset_rad = turn;
+  out.offset_rad = fit.turn;
   out.variance = (scatter2 + kPointSigma_m * kPointSigma_m) / information;
   out.points = agree;
-  out.valid = sides_agree && scatter2 <= params.scatter_m * params.scatter_m && std::fabs(turn) <= kLargestOffset &&
+  out.valid = sides_agree && scatter2 <= params.scatter_m * params.scatter_m && std::fabs(fit.turn) <= kLargestOffset &&
               out.variance <= kLargestSigma * kLargestSigma;
   return out;
 }

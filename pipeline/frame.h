@@ -8,7 +8,7 @@
 //   segment    sensors[s]: everything else, but cluster_of_label                               (a task per sensor)
 //   detect     members, merged, cluster_of_label, walls, kept, places, detections, views       (after all segments)
 //   track      measurements, tracks, track_states, reference, ego_known, ego_state, tracks_ns,   (frame after frame)
-//              refiltered, lost_rows, ego_heading
+//              refiltered, lost_rows, ego_heading, views.ego_offset_rad
 //
 // Intake, detect, track and finish set bits of `flags`, one after the other.
 #pragma once
@@ -93,7 +93,7 @@ struct Frame {
   int32_t kept_count = 0, candidate_count = 0;
   ClusterPlaceTable places;  // of the rows of merged; no memory unless a rule of the method uses it
   DetectionTable detections;
-  DetectionViewTable views;                      // likewise
+  DetectionViewTable views;                      // by detection; no memory either
   float *fit_x_m = nullptr, *fit_y_m = nullptr;  // points of one candidate
   int32_t fit_capacity = 0;
   int32_t merged_overflow = 0, candidate_overflow = 0;

@@ -66,8 +66,7 @@ class Joiner {
  private:
   // Lists the rows that may be joined: in `order` by falling number of points, in `next` by min_x.
   void list_shards() {
-    const double out_m = frame_.ego_off_map_m > 0.0 ? frame_.ego_off_map_m + context_.detect.vehicle_width_m : 0.0;
-    const float bound_m = max_of(params_.bound_m, float(out_m));
+    const float bound_m = max_of(params_.bound_m, float(find_outside(context_, frame_)));
     count_ = 0;
     for (int32_t row = 0; row < merged_.count; ++row) {
       places_.group[row] = row;
@@ -193,10 +192,7 @@ class Joiner {
       merged_.first_member[row] = m;
     }
     SeamSide sides[kMaxSensors];
-    for (int32_t s = 0; s < context_.sensor_count; ++s) {
-      sides[s].clusters = &frame_.sensors[s].clusters;
-      sides[s].stamp_ns = frame_.sensors[s].stamp_ns;
-    }
+    list_sides(context_, frame_, sides);
     int32_t hint = -1;
     for (int32_t row = 0; row < rows; ++row) {
       if (places_.known[row] != kJoined) continue;
@@ -227,20 +223,6 @@ class Joiner {
 };
 
 }  // namespace
-
-void locate_clusters(const StageContext& context, Frame& frame) noexcept {
-  const FrameClusterTable& merged = frame.merged;
-  const float most_m = context.detect.gate_cars.limits.length_m;
-  frame.places.count = merged.count;
-  int32_t hint = -1;
-  for (int32_t row = 0; row < merged.count; ++row) {
-    const float x_m = merged.max_x_m[row] - merged.min_x_m[row], y_m = merged.max_y_m[row] - merged.min_y_m[row];
-    frame.places.known[row] = 0;
-    if (max_of(x_m, y_m) > most_m) continue;
-    if (merged.max_z_m[row] - merged.min_z_m[row] > most_m) continue;
-    locate_cluster(context, frame, row, hint);
-  }
-}
 
 void join_shards(const StageContext& context, Frame& frame) noexcept { Joiner(context, frame).run(); }
 

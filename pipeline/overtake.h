@@ -90,8 +90,8 @@ static inline void ovt_read_build_info(ovt_build_info* out) { ovt_read_build_inf
 
 /* ---- parameters ------------------------------------------------------------------------------------------------ */
 
-/* The method's parameters, grouped as in the paper. Text names (for files and command lines) are "group.name" with
- * angles in degrees. ovt_describe_param lists them with units, limits and meaning. */
+/* Parameters of all presets. Text names (for files and command lines) are "group.name" with angles in degrees.
+ * ovt_describe_param lists them with units, limits and meaning; ovt_reads_param tells which of them a preset reads. */
 typedef struct ovt_params {
   size_t struct_size;
   double frame_period_s;             /* frame.period_s             sensors' period */
@@ -133,27 +133,28 @@ typedef struct ovt_params {
   double gate_ego_margin_m;          /* ego farther outside: the map is not used */
   double tracker_work_limit;         /* tracker.work_limit         the tracker's steps per frame, about 2 ns each; a
                                         count, not a time. OVT_FLAG_WORK_LIMIT */
-  const char* method;                /* name of the preset, set by ovt_params_init: selects the detector's steps, rules
-                                        and tracker. Null: "paper" */
-  double running_ground_height_m;    /* running_ground.*: see ovt_describe_param */
+  const char* method;                /* name of the preset, set by ovt_params_init (static memory): selects the
+                                        detector's steps, rules and tracker. Null: "paper". The caller's own text must
+                                        be valid during each call that reads it; create keeps no pointer to it */
+  /* From here on: read by preset best only */
+  double running_ground_height_m;    /* running_ground.height_m ...  ground removal; heights in m, slopes in m/m */
   double running_ground_known_per_m, running_ground_known_limit_m, running_ground_known_slope;
   double running_ground_known_reach_m, running_ground_guess_reach_m;
   double running_ground_guess_per_m, running_ground_guess_limit_m, running_ground_guess_slope;
   double running_ground_level_reach_m, running_ground_level_slack, running_ground_foot_rad;
-  double join_gap_m;                 /* join.gap_m                 clusters of one car */
-  double join_slack_m;               /* join.slack_m */
-  double join_bound_m;               /* join.bound_m */
-  double gate_height_m;              /* gate.height_m */
-  double gate_width_slack_m;         /* gate.width_slack_m */
-  double gate_inside_m;              /* gate.inside_m              from the bounds of the circuit */
-  double gate_range_m;               /* gate.range_m */
-  double gate_own_back_m;            /* gate.own_back_m ...        the own car's body, from its origin */
+  double join_gap_m;                 /* join.gap_m                 between clusters of one car */
+  double join_slack_m;               /* join.slack_m               added to the vehicle's length and width */
+  double join_bound_m;               /* join.bound_m               outside of the circuit */
+  double gate_height_m;              /* gate.height_m              of a cluster, from its lowest to its highest point */
+  double gate_width_slack_m;         /* gate.width_slack_m         added to the vehicle's width */
+  double gate_inside_m;              /* gate.inside_m              centre of a car to the bounds of the circuit */
+  double gate_range_m;               /* gate.range_m               centre of a car to the vehicle's origin */
+  double gate_own_back_m;            /* gate.own_back_m ...        box of the own car, from the vehicle's origin */
   double gate_own_front_m, gate_own_side_m;
   double pose_front_length_m;        /* pose.front_length_m */
-  double pose_angle_sigma_rad;       /* pose.angle_sigma_deg       of the ego heading */
-  double class_debris_m;             /* class.debris_m */
-  /* the ego heading, learned from walls; preset paper does not read them */
-  double ego_heading_wall_length_m;  /* ego_heading.wall_length_m */
+  double pose_angle_sigma_rad;       /* pose.angle_sigma_deg       of the ego heading, in var_x, var_y and cov_xy */
+  double class_debris_m;             /* class.debris_m             size of OVT_CLASS_DEBRIS, at most */
+  double ego_heading_wall_length_m;  /* ego_heading.wall_length_m ...  the ego heading, learned from walls */
   double ego_heading_wall_reach_m;   /* ego_heading.wall_reach_m */
   double ego_heading_wall_scatter_m; /* ego_heading.wall_scatter_m */
   double ego_heading_wall_sigma_rad; /* ego_heading.wall_sigma_deg */
@@ -162,9 +163,10 @@ typedef struct ovt_params {
   double ego_heading_mounting_sigma_rad; /* ego_heading.mounting_sigma_deg */
   double ego_heading_slip_sigma_rad; /* ego_heading.slip_sigma_deg per m/s^2 */
   double ego_heading_lever_sigma_m;  /* ego_heading.lever_sigma_m */
-  double gate_lowest_m, gate_top_m;  /* gate.lowest_m, gate.top_m  heights over the ground; preset best */
-  double smoke_dark_share;           /* smoke.dark_share           of the ground's intensity */
-  double smoke_near_share, smoke_reach_m;
+  double gate_lowest_m, gate_top_m;  /* gate.lowest_m gate.top_m   heights of a cluster's points over the ground */
+  double smoke_dark_share;           /* smoke.dark_share           of the ground's intensity; 0: nothing is smoke */
+  double smoke_near_share;           /* smoke.near_share           of the neighbouring pixels */
+  double smoke_reach_m;              /* smoke.reach_m              difference of their ranges */
   double running_ground_fade_m;      /* running_ground.fade_m */
   double running_ground_start_per_m, running_ground_start_limit_m;
 } ovt_params;
@@ -174,11 +176,13 @@ typedef struct ovt_param_info {
   const char* unit;                  /* of the text form: "m", "deg", "" */
   const char* text;                  /* one sentence */
   int32_t is_integer;
-  double value_default, value_min, value_max;   /* in the unit of the text form; default of preset "paper" */
+  double value_default, value_min, value_max;   /* in the unit of the text form; default of preset "paper", and of
+                                        "best" for the parameters that only best reads. ovt_params_init gives those of
+                                        any preset */
 } ovt_param_info;
 
 OVT_API ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* preset);   /* "paper", "best" */
-/* Names of the presets, "paper" first. NULL when index is not smaller than their number. */
+/* Names of the presets, "paper" first; static memory. NULL when index is negative or not smaller than their number. */
 OVT_API const char* ovt_preset_name(int32_t index);
 OVT_API int32_t ovt_param_count(void);
 /* Non-zero when the method of `params` (null: paper) reads parameter `index`. Other parameters have no effect. */
@@ -208,12 +212,14 @@ typedef struct ovt_sensor_def {
 OVT_API ovt_status ovt_sensor_def_init(ovt_sensor_def* def, size_t struct_size);
 
 /* Race track map. Columns of `count` points in driving direction; create copies them. Either a centre line with widths,
- * or two bounds (then x_m to width_right_m are null). Points beyond 1e8 m, widths beyond 4e8 m: OVT_BAD_ARGUMENT. */
+ * or two bounds (then x_m to width_right_m are null). Points beyond 1e8 m, widths beyond 4e8 m: OVT_BAD_ARGUMENT.
+ * banking_rad: angle of the road across the line, positive where the right side is higher. Only preset best reads it;
+ * null, or 0 everywhere: unknown, and best takes the cross slope from the attitude of the ego poses. */
 typedef struct ovt_map_def {
   size_t struct_size;
   int32_t closed;                    /* non-zero: the last point is followed by the first */
   int32_t count;
-  const double *x_m, *y_m, *width_left_m, *width_right_m, *banking_rad;   /* banking may be null */
+  const double *x_m, *y_m, *width_left_m, *width_right_m, *banking_rad;
   int32_t left_count, right_count;
   const double *left_x_m, *left_y_m, *right_x_m, *right_y_m;
 } ovt_map_def;
@@ -459,7 +465,7 @@ OVT_API ovt_status ovt_advance(ovt_detector* detector, int64_t now_ns);
 /* Closes the open frame and returns when every pushed scan is finished. */
 OVT_API ovt_status ovt_flush(ovt_detector* detector);
 
-/* ---- output ---------------------------------------------------------------------------------------------------- */
+/* ---- output: readers and frames -------------------------------------------------------------------------------- */
 
 /* Each reader belongs to one thread. Its results stay valid until its next ovt_next_frame, or until the on_frame
  * callback returns. ovt_read_tracks writes into the reader, so its columns are also invalid after the next
@@ -519,8 +525,9 @@ typedef struct ovt_frame_info {
   int64_t tracks_stamp_ns;           /* stamp_ns, or the newest frame's stamp if this frame came out of sequence */
   double ego_off_map_m;              /* largest distance of the ego pose outside of the circuit during this frame: 0
                                         on it, and without a map or a pose; at most 1e9. See OVT_FLAG_EGO_OFF_MAP */
-  int32_t gated_points, gated_size;  /* clusters with fewer than gate.min_points points; longer than a vehicle */
-  int32_t gated_map;                 /* candidates outside of the circuit */
+  int32_t gated_points, gated_size;  /* clusters with fewer than gate.min_points points; longer than a vehicle, with
+                                        preset best also wider, higher, or too high over the ground */
+  int32_t gated_map;                 /* candidates outside of the circuit; best: nearer to a bound than gate.inside_m */
   int32_t overflow_candidates;       /* candidates beyond candidate_capacity */
                                      /* cluster_count = gated_points + gated_size + gated_own + candidate_count;
                                         candidate_count = gated_map + gated_range + overflow_candidates
@@ -537,8 +544,8 @@ typedef struct ovt_frame_info {
   int32_t ego_wall_points;           /* points of walls that this frame compared with the map's bounds */
 } ovt_frame_info;
 
-/* Moves the reader to the latest finished frame. OVT_NO_FRAME when there is no newer one: the reader keeps its frame.
- * */
+/* Moves the reader to the latest finished frame. OVT_NO_FRAME when there is no newer one: the reader keeps its
+ * frame. */
 OVT_API ovt_status ovt_next_frame_sized(ovt_reader* reader, ovt_frame_info* out, size_t out_size);
 OVT_API ovt_status ovt_read_info_sized(ovt_reader* reader, ovt_frame_info* out, size_t out_size);
 static inline ovt_status ovt_next_frame(ovt_reader* reader, ovt_frame_info* out) {
@@ -547,6 +554,8 @@ static inline ovt_status ovt_next_frame(ovt_reader* reader, ovt_frame_info* out)
 static inline ovt_status ovt_read_info(ovt_reader* reader, ovt_frame_info* out) {
   return ovt_read_info_sized(reader, out, sizeof *out);
 }
+
+/* ---- output: detections and tracks ----------------------------------------------------------------------------- */
 
 /* The library returns no NaN and no infinity, for any input, except in the points of ovt_labels, which are as pushed.
  * Unknown values are 0, and another field tells that they are unknown:
@@ -569,7 +578,8 @@ typedef enum ovt_object_class {
 typedef struct ovt_detections {
   int32_t count;
   const int64_t* stamp_ns;
-  const float *x_m, *y_m, *z_m;      /* centre of the imposed rectangle; z of the centroid */
+  const float *x_m, *y_m, *z_m;      /* centre of the imposed rectangle; best: of the car, by the side that is seen.
+                                        z of the centroid */
   const float* heading_rad;
   const int32_t* heading_source;     /* 0 map or ego heading (psi_REF), 1 points (psi_VAR) */
   const float *length_m, *width_m;   /* extent of the points along and across the heading */
@@ -582,11 +592,12 @@ typedef struct ovt_detections {
   const float *map_s_m, *map_d_m;    /* centroid on the map; 0 without map or ego pose, or if the pose is off the map */
   const uint64_t* track;             /* id of the associated track, 0 none */
   /* null with preset paper */
-  const float *var_x, *var_y, *cov_xy;   /* covariance of x_m, y_m. Includes the error of the ego heading: see
-                                        pose.angle_sigma_deg */
-  const int32_t* view;               /* ovt_view */
+  const float *var_x, *var_y, *cov_xy;   /* covariance of x_m, y_m, m^2, axes of the vehicle frame. Includes the error
+                                        of the ego heading: see pose.angle_sigma_deg */
+  const int32_t* view;               /* ovt_view, from the sensor with the most points */
   const int32_t* object_class;       /* ovt_object_class; initiates no track if it is OVT_CLASS_DEBRIS */
-  const float *road_z_m, *height_m;  /* z of the road under the object; height of its highest point over the road */
+  const float *road_z_m, *height_m;  /* z of the road under the object, vehicle frame; height of its highest point over
+                                        that road */
   const float* ego_offset_rad;       /* the row went to the map with the ego heading at stamp_ns plus this: slip, noise
                                         of the poses, mounting. 0 without ego pose. See OVT_FLAG_EGO_HEADING */
 } ovt_detections;
@@ -632,7 +643,9 @@ static inline ovt_status ovt_read_tracks(ovt_reader* reader, int64_t publish_ns,
   return ovt_read_tracks_sized(reader, publish_ns, out, sizeof *out);
 }
 
-/* One row per merged cluster, before any gate. Vehicle frame. */
+/* ---- output: clusters, points and images ----------------------------------------------------------------------- */
+
+/* One row per merged cluster, before any gate; best: after it joined the clusters of one car. Vehicle frame. */
 typedef struct ovt_clusters {
   int32_t count;
   const int32_t* point_count;
@@ -670,12 +683,12 @@ typedef enum ovt_image_id {
   OVT_IMAGE_ELEVATION_FILLED = 4,    /* f32 */
   OVT_IMAGE_ANGLE = 5,               /* f32 rad, rows - 1; -1 undefined, -2 skipped */
   OVT_IMAGE_ANGLE_SMOOTH = 6,        /* f32 rad, rows - 1; -1 undefined */
-  OVT_IMAGE_NONGROUND = 7,           /* bits */
+  OVT_IMAGE_NONGROUND = 7,           /* bits; best: without smoke */
   OVT_IMAGE_RANGE_REPAIRED = 8,      /* f32, 0: not a non-ground pixel */
   OVT_IMAGE_ELEVATION_REPAIRED = 9,  /* f32 */
   OVT_IMAGE_NONGROUND_REPAIRED = 10, /* bits */
   OVT_IMAGE_LABELS = 11,             /* i32: -1 none, 0 ground, clusters from 1 */
-  OVT_IMAGE_HEIGHT = 12,             /* f32 m over the running ground, 0 empty (best) */
+  OVT_IMAGE_HEIGHT = 12,             /* f32 m over the running ground, 0 empty; preset best */
   OVT_IMAGE_COUNT = 13
 } ovt_image_id;
 
@@ -696,6 +709,8 @@ static inline ovt_status ovt_read_image(ovt_reader* reader, int32_t sensor, ovt_
   return ovt_read_image_sized(reader, sensor, image, out, sizeof *out);
 }
 OVT_API const char* ovt_image_name(int32_t image);           /* "range", ... null when there is no such image */
+
+/* ---- output: times and counters -------------------------------------------------------------------------------- */
 
 typedef enum ovt_stage {
   OVT_STAGE_LOAD = 0, OVT_STAGE_PROJECT = 1, OVT_STAGE_GAPS = 2, OVT_STAGE_ANGLE = 3, OVT_STAGE_SMOOTH = 4,

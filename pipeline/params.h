@@ -39,15 +39,15 @@ struct JoinShardsParams {
 
 struct CarGateParams {
   CarLimits limits;
-  float own_back_m, own_front_m, own_side_m;
-  float inside_m, range_m;
-  float lowest_m, top_m;  // heights over the ground
+  float own_back_m, own_front_m, own_side_m;  // box of the own car, from the vehicle's origin
+  float inside_m, range_m;                    // of a car's centre: to the bounds, at least; to the origin, at most
+  float lowest_m, top_m;                      // of the lowest and the highest point, over the ground, at most
 };
 
 struct PoseByViewParams {
-  float front_length_m;
-  double angle_sigma_rad;
-  float debris_m;
+  float front_length_m;    // with at least this length the front end is seen
+  double angle_sigma_rad;  // of the ego heading
+  float debris_m;          // size of debris, at most
 };
 
 // Parameters of the stages over a whole frame.

@@ -11,6 +11,18 @@
 namespace overtake {
 namespace {
 
+// A car with the heading (c, s), in the vehicle frame.
+struct Posed {
+  float c, s;
+  OrientedBox box;  // of its points, along and across the heading
+  CarAnchor car;
+  float x_m, y_m;
+};
+Posed pose_at(const CarSize& size, const float* sensor_m, float c, float s, const OrientedBox& box) {
+  const CarAnchor car = anchor_car(size, box, sensor_m[0] * c + sensor_m[1] * s, sensor_m[1] * c - sensor_m[0] * s);
+  return {c, s, box, car, car.center_1 * c - car.center_2 * s, car.center_1 * s + car.center_2 * c};
+}
+
 // Standard deviations of the centre, m, fitted to simulated races. A part of the car that the sensor does not see, and
 // whose end is not known, leaves the centre uncertain by half of that part: 0.29 is the deviation of a uniform
 // distribution. The farther the car, the fewer rows and columns hit it.
@@ -22,19 +34,20 @@ constexpr double kAcrossOfUnseen = 0.22;  // of the width: mostly a part is miss
 constexpr double kFewPoints_m2 = 0.5;     // variance over the number of points
 constexpr double kFreeHeading_m = 0.25;   // at psi_VAR, which has an error of its own
 
-// Covariance of a centre in the vehicle frame. (c, s): the car's heading.
+// Covariance of a centre in the vehicle frame.
 struct Covariance {
   double xx, yy, xy;
 };
-Covariance find_covariance(const CarAnchor& car, bool from_var, double c, double s, double x_m, double y_m,
-                           int32_t points, double angle_sigma_rad) {
+Covariance find_covariance(const Posed& pose, bool from_var, int32_t points, double angle_sigma_rad) {
+  const double c = double(pose.c), s = double(pose.s), x_m = double(pose.x_m), y_m = double(pose.y_m);
+  const double unseen_1 = double(pose.car.unseen_1), unseen_2 = double(pose.car.unseen_2);
   const double range2 = x_m * x_m + y_m * y_m;
   const double least = kNear_m * kNear_m + (from_var ? kFreeHeading_m * kFreeHeading_m : 0.0);
   const double few = kFewPoints_m2 / double(std::max(points, 1));
   const double along = least + kAlongOfRange * kAlongOfRange * range2 +
-                       kAlongOfUnseen * kAlongOfUnseen * double(car.unseen_1) * double(car.unseen_1) + few;
+                       kAlongOfUnseen * kAlongOfUnseen * unseen_1 * unseen_1 + few;
   const double across = least + kAcrossOfRange * kAcrossOfRange * range2 +
-                        kAcrossOfUnseen * kAcrossOfUnseen * double(car.unseen_2) * double(car.unseen_2) +
+                        kAcrossOfUnseen * kAcrossOfUnseen * unseen_2 * unseen_2 +
                         kAcrossOfUnseen * kAcrossOfUnseen * few;
   const double turn = angle_sigma_rad * angle_sigma_rad;  // moves the centre across the line of sight
   return {c * c * along + s * s * across + turn * y_m * y_m, s * s * along + c * c * across + turn * x_m * x_m,
@@ -45,25 +58,29 @@ Covariance find_covariance(const CarAnchor& car, bool from_var, double c, double
 
 // The pixels of a cluster in the image of one sensor.
 struct PixelBox {
-  int32_t row_low = INT32_MAX, row_high = -1, col_low = INT32_MAX, col_high = -1;
+  int32_t row_low = INT32_MAX, row_high = -1, col_low = INT32_MAX, col_high = INT32_MIN;
 };
 
 class PixelView {
  public:
   PixelView(const SensorModel& sensor, const SensorPart& part) : sensor_(sensor), part_(part) {}
 
-  PixelBox find_pixels(int32_t cluster) const {
-    PixelBox box;
+  // Columns go on beyond the edges of a sensor that sees all around: a box across the first column has no gap.
+  void add_pixels(int32_t cluster, PixelBox& box) const {
     const Plane<int32_t>& image = part_.kept.images.pixel_point;
     const int32_t begin = part_.clusters.point_begin[cluster], end = begin + part_.clusters.point_count[cluster];
     for (int32_t k = begin; k < end; ++k) {
       const int32_t pixel = part_.kept.points.pixel[part_.cluster_points.point[k]];
       if (pixel < 0) continue;
-      const int32_t row = pixel / image.stride, col = pixel % image.stride;
+      const int32_t row = pixel / image.stride;
+      int32_t col = pixel % image.stride;
+      if (sensor_.wraps && box.row_high >= 0) {
+        if (col - box.col_low > image.cols / 2) col -= image.cols;
+        if (box.col_low - col > image.cols / 2) col += image.cols;
+      }
       box.row_low = std::min(box.row_low, row), box.row_high = std::max(box.row_high, row);
       box.col_low = std::min(box.col_low, col), box.col_high = std::max(box.col_high, col);
     }
-    return box;
   }
 
   // Largest angle between two neighbouring rows at the cluster; 0: unknown.
@@ -102,7 +119,7 @@ class PixelView {
   int32_t at(int32_t row, int32_t col) const {
     const Plane<int32_t>& image = part_.kept.images.pixel_point;
     if (row < 0 || row >= image.rows) return kNoPoint;
-    if (sensor_.wraps) col = (col + image.cols) % image.cols;
+    if (sensor_.wraps) col = (col % image.cols + image.cols) % image.cols;
     return col < 0 || col >= image.cols ? kNoPoint : image.at(row, col);
   }
   float range_of(int32_t point) const {
@@ -146,10 +163,7 @@ ObjectClass classify(const StageContext& context, const Frame& frame, int32_t ro
     return ObjectClass::kUnknown;
   PixelBox pixels;
   for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
-    if (&part != &frame.sensors[s]) return;
-    const PixelBox of = view.find_pixels(cluster);
-    pixels = {std::min(pixels.row_low, of.row_low), std::max(pixels.row_high, of.row_high),
-              std::min(pixels.col_low, of.col_low), std::max(pixels.col_high, of.col_high)};
+    if (&part == &frame.sensors[s]) view.add_pixels(cluster, pixels);
   });
   if (pixels.row_high < 0) return ObjectClass::kUnknown;
   const float row_m = range_m * view.find_row_pitch(pixels);
@@ -172,23 +186,12 @@ void pose_by_view(const StageContext& context, Frame& frame) noexcept {
     const int32_t row = frame.kept[i];
     const float* const at_m = context.sensors[merged.main_sensor[row]].T_vehicle_sensor.t;
     RectangleFit fit = fit_cluster(context, frame, row, places.heading_rad[row]);
-
-    struct Posed {
-      float c, s;
-      OrientedBox box;
-      CarAnchor car;
-      float x_m, y_m;
-    };
-    const auto pose_at = [&](float c, float s, const OrientedBox& box) {
-      const CarAnchor car = anchor_car(size, box, at_m[0] * c + at_m[1] * s, at_m[1] * c - at_m[0] * s);
-      return Posed{c, s, box, car, car.center_1 * c - car.center_2 * s, car.center_1 * s + car.center_2 * c};
-    };
-    const Posed ref = pose_at(places.cos[row], places.sin[row], box_of(places, row));
+    const Posed ref = pose_at(size, at_m, places.cos[row], places.sin[row], box_of(places, row));
     Posed var = ref;
     if (fit.heading_var_rad != fit.heading_ref_rad) {
       double s, c;
       sin_cos_f64(double(fit.heading_var_rad), s, c);
-      var = pose_at(float(c), float(s), measure_box(frame, row, float(c), float(s)));
+      var = pose_at(size, at_m, float(c), float(s), measure_box(frame, row, float(c), float(s)));
     }
     // psi_VAR of a car that is seen in part has errors that psi_REF has not: it must explain clearly more points.
     constexpr int32_t kLeastGain = 3, kGainDivisor = 20;
@@ -205,8 +208,7 @@ void pose_by_view(const StageContext& context, Frame& frame) noexcept {
     out.map_d_m[i] = places.d_m[row];
 
     const Covariance p =
-        find_covariance(best.car, fit.from_var, double(best.c), double(best.s), double(best.x_m), double(best.y_m),
-                        merged.point_count[row], params.pose_by_view.angle_sigma_rad);
+        find_covariance(best, fit.from_var, merged.point_count[row], params.pose_by_view.angle_sigma_rad);
     views.var_x[i] = float(p.xx), views.var_y[i] = float(p.yy), views.cov_xy[i] = float(p.xy);
     views.view[i] = int32_t(best.car.view);
     views.object_class[i] = int32_t(classify(context, frame, row, best.box));

@@ -20,14 +20,9 @@ void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part,
 
 void merge_frame(const StageContext& context, Frame& frame) noexcept {
   SeamSide sides[kMaxSensors];
-  for (int32_t s = 0; s < context.sensor_count; ++s) {
-    const SensorPart& part = frame.sensors[s];
-    sides[s] = {part.present,      &context.sensors[s], &part.kept.images, &part.scan,
-                &part.kept.points, &part.clusters,      part.row_of_label, part.stamp_ns};
-  }
+  list_sides(context, frame, sides);
   frame.merged_overflow = context.kernels->merge_seams(context.detect.merge_seams, sides, context.sensor_count,
                                                        frame.members, frame.merged, frame.seam);
-
   number_labels(context, frame);
 }
 
@@ -85,10 +80,9 @@ void keep_on_circuit(const StageContext& context, Frame& frame) noexcept {
   const FrameClusterTable& merged = frame.merged;
   // The map gate is active while the ego pose is known, fresh and on the map. The gate transforms each centroid to the
   // map with the ego pose at its cluster's stamp. The last segment is the hint of the next projection: neighbours in
-  // the table are mostly neighbours on the circuit. If the ego vehicle is a little outside of the circuit, the gate
-  // keeps clusters up to a vehicle's width farther out: they may be in its way.
-  const double out_m = frame.ego_off_map_m > 0.0 ? frame.ego_off_map_m + context.detect.vehicle_width_m : 0.0;
-  const double margin = out_m > 0.0 ? std::max(context.detect.map_margin_m, out_m) : context.detect.map_margin_m;
+  // the table are mostly neighbours on the circuit.
+  const double outside_m = find_outside(context, frame), map_margin_m = context.detect.map_margin_m;
+  const double margin = outside_m > 0.0 ? std::max(map_margin_m, outside_m) : map_margin_m;
   EgoState ego;
   const auto is_on_circuit = [&](int32_t row, MapProjection& place) {
     if (!frame.uses_map || !frame.ego.at(merged.stamp_ns[row], ego) || ego.age_ns > kEgoFreshNs) return true;
@@ -122,37 +116,6 @@ void keep_nearest(const StageContext& context, Frame& frame) noexcept {
     ++frame.candidate_overflow;
   }
   frame.kept_count = count;
-}
-
-RectangleFit fit_cluster(const StageContext& context, Frame& frame, int32_t row, float heading_ref_rad) noexcept {
-  const ClusterPoints points = gather_points(frame, row);
-  const Transform& mounting = context.sensors[frame.merged.main_sensor[row]].T_vehicle_sensor;
-  return context.kernels->fit_rectangle(context.detect.fit_rectangle, points.x_m, points.y_m, points.count,
-                                        heading_ref_rad, mounting.t[0], mounting.t[1]);
-}
-
-void write_pose(Frame& frame, int32_t i, int32_t row, const RectangleFit& fit) noexcept {
-  const FrameClusterTable& merged = frame.merged;
-  DetectionTable& out = frame.detections;
-  out.cluster[i] = row;
-  out.stamp_ns[i] = merged.stamp_ns[row];
-  out.x_m[i] = fit.center_x_m;
-  out.y_m[i] = fit.center_y_m;
-  out.z_m[i] = merged.center_z_m[row];
-  out.heading_rad[i] = fit.heading_rad;
-  out.heading_source[i] = int32_t(fit.from_var ? HeadingSource::kVar : HeadingSource::kRef);
-  out.length_m[i] = fit.extent_length_m;
-  out.width_m[i] = fit.extent_width_m;
-  out.point_count[i] = merged.point_count[row];
-  out.inliers_ref[i] = fit.inliers_ref;
-  out.inliers_var[i] = fit.inliers_var;
-  out.heading_ref_rad[i] = fit.heading_ref_rad;
-  out.heading_var_rad[i] = fit.heading_var_rad;
-  out.ref_x_m[i] = fit.ref_x_m;
-  out.ref_y_m[i] = fit.ref_y_m;
-  out.var_x_m[i] = fit.var_x_m;
-  out.var_y_m[i] = fit.var_y_m;
-  out.sensor_mask[i] = merged.sensor_mask[row];
 }
 
 void pose_frame(const StageContext& context, Frame& frame) noexcept {

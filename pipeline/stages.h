@@ -39,8 +39,7 @@ struct StageContext {
 };
 
 // Range image segmentation of one sensor (paper IV-A): the method's steps.
-//   reads  part.scan        writes  everything else of part but cluster_of_label, and the calling
-//   thread's scratch
+//   reads  part.scan, part.road        writes  everything else of part but cluster_of_label, and `scratch`
 void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept;
 
 // Merge across sensors (eq. 4).   reads  sensors[*]   writes  members, merged, merged_overflow, seam, cluster_of_label
@@ -65,8 +64,7 @@ void join_shards(const StageContext& context, Frame& frame) noexcept;
 // than the margin.   reads  ego, merged.stamp_ns   writes  ego_off_map_m, uses_map
 void find_ego_on_map(const StageContext& context, Frame& frame) noexcept;
 
-// Size gate (IV-B).   reads  merged   writes  kept, kept_count, candidate_count, gated_points,
-// gated_size
+// Size gate (IV-B).   reads  merged   writes  kept, kept_count, candidate_count, gated_points, gated_size
 void keep_car_sized(const StageContext& context, Frame& frame) noexcept;
 
 // Map gate (IV-B).   reads  kept, merged, ego, uses_map, ego_off_map_m   writes  kept, kept_count, gated_map
@@ -75,9 +73,10 @@ void keep_on_circuit(const StageContext& context, Frame& frame) noexcept;
 // Keeps the nearest, up to the capacity.   reads  kept, merged   writes  kept, kept_count, candidate_overflow
 void keep_nearest(const StageContext& context, Frame& frame) noexcept;
 
-// Gates of preset best. Number of points, own body, size along psi_REF, or along any heading where the points stand
-// across the circuit.   reads  merged, places   writes  kept, kept_count, candidate_count, gated_points, gated_own,
-// gated_size
+// Gates of preset best. Number of points; own body; length and width along psi_REF, or, with enough points for psi_VAR,
+// along any heading; height, and heights over the ground.
+//   reads  merged, places, members, cluster points, their pixels and heights
+//   writes  kept, kept_count, candidate_count, gated_points, gated_own, gated_size
 void keep_car_shaped(const StageContext& context, Frame& frame) noexcept;
 
 // The car's centre, by what is seen of it, inside the bounds.   reads  kept, merged, places, ego_off_map_m
@@ -88,8 +87,9 @@ void keep_inside_bounds(const StageContext& context, Frame& frame) noexcept;
 void keep_in_range(const StageContext& context, Frame& frame) noexcept;
 
 // Pose by the side that the sensor sees, with covariance, class and height.
-//   reads  kept, places, cluster points and their pixels   writes  detections, views
+//   reads  kept, merged, places, cluster points and their pixels   writes  detections, views but ego_offset_rad
 void pose_by_view(const StageContext& context, Frame& frame) noexcept;
+
 // The ego heading by the walls. Takes the nearest point of each azimuth from the long clusters of each sensor, so that
 // a fence behind the wall and points above it do not count, and fits each sensor's points (fit_walls).
 //   reads  merged, members, cluster points, scans, ego, uses_map   writes  walls

@@ -72,6 +72,7 @@ struct WallScene {
   std::unique_ptr<Frame> frame = std::make_unique<Frame>();
   std::vector<SensorModel> models;
   std::vector<int32_t> capacity;
+  double begin_s = 0;  // of the scan, after its stamp
 
   WallScene(const Course& track, const Drive& way, const Rig& sensors = {}) : course(track), drive(way), rig(sensors) {
     context.sensor_count = int32_t(rig.mounting_error_rad.size());
@@ -103,8 +104,8 @@ struct WallScene {
     }
   }
 
-  // A cluster of one sensor: the points that a wall at (s, d(s)) shows during a scan of 50 ms. Points beyond reach are
-  // left out.
+  // A cluster of one sensor: the points that a wall at (s, d(s)) shows during a scan of 50 ms from begin_s on, without
+  // points beyond reach.
   template <class Distance>
   void add_wall(double from_s, double to_s, Distance&& d_of, int32_t sensor = 0, double step_m = 0.25) {
     std::vector<Place> points;
@@ -112,7 +113,7 @@ struct WallScene {
     const int32_t count = int32_t((to_s - from_s) / step_m);
     for (int32_t i = 0; i <= count; ++i) {
       const double s = from_s + (to_s - from_s) * i / std::max(count, 1);
-      const double t = 0.05 * i / std::max(count, 1), ego_s = drive.s_at(t);
+      const double t = begin_s + 0.05 * i / std::max(count, 1), ego_s = drive.s_at(t);
       const Place p = course.at(s, d_of(s)), ego = course.at(ego_s, drive.d_m);
       const double yaw = course.heading(ego_s) + drive.swerve_rps * t + rig.mounting_error_rad[std::size_t(sensor)];
       const double dx = p.x - ego.x, dy = p.y - ego.y, co = std::cos(yaw), si = std::sin(yaw);
@@ -198,6 +199,27 @@ TEST_CASE("walls: in a bend, and with the motion during the scan") {
       scene.add_wall(-40, 60, kInner);
       check_offset(scene.measure(), -0.7 * kDeg, 0.02);
     }
+}
+
+TEST_CASE("walls: points may be older than the scan's stamp") {
+  for (const double radius : {300.0, 0.0}) {
+    const Course course(radius);
+    WallScene scene(course, {.speed_mps = 60, .error_rad = -0.7 * kDeg, .swerve_rps = radius > 0 ? 0.0 : 0.3});
+    scene.begin_s = -0.05;
+    scene.add_wall(-60, 90, kOuter);
+    check_offset(scene.measure(), -0.7 * kDeg, 0.02);
+  }
+}
+
+TEST_CASE("walls: points with an impossible time do not count") {
+  const Course course;
+  for (const int32_t wrong_ns : {INT32_MAX, INT32_MIN}) {
+    WallScene scene(course, {.speed_mps = 60, .error_rad = 0.4 * kDeg});
+    scene.add_wall(-60, 90, kOuter);
+    for (int32_t k = 0; k < scene.frame->sensors[0].cluster_points.count; k += 50)
+      scene.frame->sensors[0].scan.time_offset_ns[k] = wrong_ns;
+    check_offset(scene.measure(), 0.4 * kDeg, 0.02);
+  }
 }
 
 TEST_CASE("walls: none, cars alone, and a wall that is too short give no heading") {

@@ -123,6 +123,19 @@ TEST_CASE("height_profile: after a lap the heights and the cross slopes are thos
     }
 }
 
+TEST_CASE("height_profile: stations beyond the start have the heights of their own places") {
+  // A grade of 5 % at the start: a height from 1 m farther on is wrong by 0.05 m.
+  const CircleRoad road({.radius_m = 400.0, .height = [](double turn) { return 20.0 * std::sin(turn); }});
+  Drive drive(road);
+  drive.go(1.9 * road.length_m(), 70.0);
+  for (double s_m = 1.95 * road.length_m(); s_m < 2.01 * road.length_m(); s_m += 7.3) {
+    drive.go(s_m, 70.0);
+    const RoadData data = drive.describe();
+    CHECK(count_known(data) == RoadData::kStations);
+    check_stations(data, road, 0.05);
+  }
+}
+
 TEST_CASE("height_profile: on the first lap the road behind is known, and only the next stations ahead") {
   const CircleRoad road = hilly_road(true);
   Drive drive(road);

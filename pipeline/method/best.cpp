@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Preset `best`, from a scan to tracks: the paper's chain with another ground removal, and rules that know what a car
-// looks like and where the road is. Numbers: the section of kernels/README.md whose work a step or rule does.
+// looks like and where the road is. The numbers are the sections of kernels/README.md.
 #include "pipeline/method/frame_rules.h"
 #include "pipeline/method/method.h"
 #include "pipeline/method/steps.h"

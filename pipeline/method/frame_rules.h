@@ -56,13 +56,13 @@ inline constexpr FrameRule pose_by_two_headings = {.name = "pose_by_two_headings
 
 // ---- preset best ----------------------------------------------------------------------------------------------------
 
-// The same as find_ego_on_map, before the clusters are placed on the circuit.
-inline constexpr FrameRule find_ego_on_map_first = {.name = "find_ego_on_map",
-                                                    .stage = OVT_STAGE_MERGE,
-                                                    .reads = columns(),
-                                                    .params = "gate.ego_margin_m",
-                                                    .run = &overtake::find_ego_on_map,
-                                                    .without_scans = true};
+constexpr FrameRule in_stage(FrameRule rule, int32_t stage) {
+  rule.stage = stage;
+  return rule;
+}
+
+// In the stage of the rules that place clusters on the circuit, because it runs before them.
+inline constexpr FrameRule find_ego_on_map_first = in_stage(find_ego_on_map, OVT_STAGE_MERGE);
 
 inline constexpr FrameRule locate_clusters = {.name = "locate_clusters",
                                               .stage = OVT_STAGE_MERGE,
@@ -90,19 +90,21 @@ inline constexpr FrameRule keep_car_shaped = {.name = "keep_car_shaped",
                                               .run = &overtake::keep_car_shaped,
                                               .uses_places = true};
 
-inline constexpr FrameRule keep_inside_bounds = {.name = "keep_inside_bounds",
-                                                 .stage = OVT_STAGE_GATE,
-                                                 .reads = columns(),
-                                                 .params = "gate.inside_m vehicle pose.front_length_m",
-                                                 .run = &overtake::keep_inside_bounds,
-                                                 .uses_places = true};
+inline constexpr FrameRule keep_inside_bounds = {
+    .name = "keep_inside_bounds",
+    .stage = OVT_STAGE_GATE,
+    .reads = columns(),
+    .params = "gate.inside_m gate.slack gate.width_slack_m vehicle pose.front_length_m",
+    .run = &overtake::keep_inside_bounds,
+    .uses_places = true};
 
-inline constexpr FrameRule keep_in_range = {.name = "keep_in_range",
-                                            .stage = OVT_STAGE_GATE,
-                                            .reads = columns(),
-                                            .params = "gate.range_m vehicle pose.front_length_m",
-                                            .run = &overtake::keep_in_range,
-                                            .uses_places = true};
+inline constexpr FrameRule keep_in_range = {
+    .name = "keep_in_range",
+    .stage = OVT_STAGE_GATE,
+    .reads = columns(),
+    .params = "gate.range_m gate.slack gate.width_slack_m vehicle pose.front_length_m",
+    .run = &overtake::keep_in_range,
+    .uses_places = true};
 
 inline constexpr FrameRule pose_by_view = {
     .name = "pose_by_view",

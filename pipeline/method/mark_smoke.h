@@ -7,8 +7,8 @@
 
 namespace overtake {
 
-// Takes the labels of points in pixels of smoke: their reason becomes kSmoke. A point that lost such a pixel keeps the
-// reason that label_points gave it (kDust, kSecondReturn).
+// Removes the labels of points in pixels of smoke: their reason becomes kSmoke. A point that already has a reason
+// (kDust, kSecondReturn) keeps it.
 //   reads  smoke pixel_point, points pixel lost reason    writes  points label reason
 void mark_smoke(ConstBitPlane smoke, Plane<const int32_t> pixel_point, PointTable& points) noexcept;
 

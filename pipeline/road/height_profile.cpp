@@ -72,6 +72,7 @@ HeightProfile::Reading HeightProfile::read(double s_m, int64_t stamp_ns) const n
   if (va.passes == 0 || vb.passes == 0) return kUnknown;
   double from_a = s_m - (a + 0.5) * 2.0 * half_m;
   if (from_a < 0.0) from_a += map_->length_m();
+  if (from_a >= map_->length_m()) from_a -= map_->length_m();  // a station beyond the start of a closed line
   const double u = std::clamp(from_a / (2.0 * half_m), 0.0, 1.0);
   const auto is_earlier = [&](const Value& v) {
     return v.from_ns == INT64_MIN || difference_ns(stamp_ns, v.from_ns) >= kThisLapNs;

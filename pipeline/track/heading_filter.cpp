@@ -3,7 +3,6 @@
 #include "pipeline/track/heading_filter.h"
 
 #include <algorithm>
-#include <new>
 
 #include "core/math.h"
 
@@ -56,8 +55,7 @@ double HeadingFilter::State::variance(const HeadingCause& cause, int32_t sensor,
 
 HeadingFilter::HeadingFilter(const HeadingFilterParams& params, int32_t sensor_count, const Allocator& allocator)
     : params_(params), sensor_count_(sensor_count), base_(first_state()) {
-  const auto carve = [this](Carver& carver) { entries_ = carver.take<Entry>(std::size_t(kCapacity)); };
-  if (!arena_.build(allocator, carve)) throw std::bad_alloc();
+  arena_.build_or_throw(allocator, [this](Carver& carver) { entries_ = carver.take<Entry>(std::size_t(kCapacity)); });
 }
 
 // The covariance of what is unknown before any wall.

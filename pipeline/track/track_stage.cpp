@@ -27,10 +27,30 @@ double ego_variance(const EgoState& ego) noexcept {
 constexpr double kModelSigma = 9e-4;    // rad: 0.05 deg
 constexpr double kUnknownSigma = 5e-3;  // rad: 0.3 deg, as large as the error of the published heading
 
-// Transforms a measurement at height z_m from the vehicle frame to the map: position, heading and covariance.
-void turn_to_map(const EgoState& ego, double z_m, Measurement& z) noexcept {
+// Covariance of A v for a v with the covariance of `z`.
+void turn_covariance(double a00, double a01, double a10, double a11, Measurement& z) noexcept {
+  const double xx = z.var_x, yy = z.var_y, xy = z.cov_xy;
+  z.var_x = a00 * a00 * xx + 2 * a00 * a01 * xy + a01 * a01 * yy;
+  z.var_y = a10 * a10 * xx + 2 * a10 * a11 * xy + a11 * a11 * yy;
+  z.cov_xy = a00 * a10 * xx + (a00 * a11 + a01 * a10) * xy + a01 * a11 * yy;
+}
+
+// An error of the ego heading moves a place across the line of sight.
+void add_heading_variance(double sigma_rad, float x, float y, Measurement& z) noexcept {
+  const double variance = sigma_rad * sigma_rad, x_m = double(x), y_m = double(y);
+  z.var_x += variance * y_m * y_m;
+  z.var_y += variance * x_m * x_m;
+  z.cov_xy -= variance * x_m * y_m;
+}
+
+// Transforms a measurement at height z_m from the vehicle frame to the map: position and heading.
+void place_on_map(const EgoState& ego, double z_m, Measurement& z) noexcept {
   ego.to_map(z.x_m, z.y_m, z_m, z.x_m, z.y_m);
   if (z.heading_rad == z.heading_rad) z.heading_rad = ego.heading_to_map(z.heading_rad);
+}
+
+// The covariance of a level sensor's measurement.
+void turn_level(const EgoState& ego, Measurement& z) noexcept {
   const double c = ego.r[0], s = ego.r[3];
   const double xx = z.var_x, yy = z.var_y, xy = z.cov_xy;
   z.var_x = c * c * xx - 2 * c * s * xy + s * s * yy;
@@ -113,11 +133,17 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
         offset_rad = wrap_angle(corrected.pose.yaw_rad - ego.pose.yaw_rad);
         const bool by_map = frame.uses_map && in.heading_source[i] == int32_t(HeadingSource::kRef);
         const double heading_rad = (by_map ? ego : corrected).heading_to_map(z.heading_rad);
-        turn_to_map(corrected, z_m, z);
+        add_heading_variance(frame.ego_heading.sigma_rad, in.x_m[i], in.y_m[i], z);
+        if (frame.views.count > 0) {
+          frame.views.var_x[i] = float(z.var_x), frame.views.var_y[i] = float(z.var_y);
+          frame.views.cov_xy[i] = float(z.cov_xy);
+        }
+        place_on_map(corrected, z_m, z);
         z.heading_rad = heading_rad;
       } else {
-        turn_to_map(ego, z_m, z);
+        place_on_map(ego, z_m, z);
       }
+      turn_covariance(ego.r[0], ego.r[1], ego.r[3], ego.r[4], z);
       widen(params_, ego_variance(ego), z);
     }
     if (frame.views.count > 0) frame.views.ego_offset_rad[i] = float(offset_rad);
@@ -140,7 +166,7 @@ void TrackStage::measure_external(Frame& frame) const noexcept {
          .cov_xy = variances_alone ? 0.0 : in.cov_xy[i],
          .heading_rad = in.heading_rad[i],
          .stamp_ns = frame.stamp_ns};
-    if (turn) turn_to_map(ego, 0.0, z);
+    if (turn) place_on_map(ego, 0.0, z), turn_level(ego, z);
     widen(params_, variance, z);
   }
 }
