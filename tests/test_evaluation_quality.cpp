@@ -267,18 +267,25 @@ void simulate(const std::string& path) {
   out->close();
 }
 
+// Simulates a race into the folder; options to evaluate it quickly.
+RunOptions options_for_race(const TempFolder& folder) {
+  RunOptions options;
+  options.logs = {folder.path("race.mcap")};
+  options.quiet = options.only_figures = true;
+  simulate(options.logs[0]);
+  return options;
+}
+
 }  // namespace
 
 TEST_CASE(
     "configurations: named by their files, run beside presets; parameters take effect, and the log keeps its map") {
   const TempFolder folder;
-  simulate(folder.path("race.mcap"));
-  RunOptions options;
-  options.logs = {folder.path("race.mcap")};
+  RunOptions options = options_for_race(folder);
   options.presets = {"paper", "strict:no_map"};
   options.configs = {folder.write("strict.toml", "map = \"none.csv\"\nego = \"none.csv\"\n[gate]\nmin_points = 6\n"),
                      folder.write("same.toml", "preset = \"paper\"\n")};
-  options.out = folder.path("out"), options.quiet = true, options.only_figures = true;
+  options.out = folder.path("out");
   REQUIRE(run_logs(options));
   std::map<std::string, Run> runs;
   for (Run& run : read_runs(options.out)) runs[run.variant] = std::move(run);
@@ -311,11 +318,9 @@ TEST_CASE(
 TEST_CASE(
     "comparing every N-th frame: its rows are those of all frames; seconds count all; without poses cars are found") {
   const TempFolder folder;
-  simulate(folder.path("race.mcap"));
-  RunOptions options;
-  options.logs = {folder.path("race.mcap")};
+  RunOptions options = options_for_race(folder);
   options.presets = {"paper", "paper:ego", "paper:no_poses"};
-  options.out = folder.path("all"), options.quiet = true, options.only_figures = true;
+  options.out = folder.path("all");
   REQUIRE(run_logs(options));
   options.out = folder.path("some"), options.compare_every = 3;
   REQUIRE(run_logs(options));
