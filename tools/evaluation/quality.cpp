@@ -144,9 +144,7 @@ void Tally::add_false(const Run& run) {
     ++anywhere_;
     near_false_ += bin_of(ahead[i]) >= 0;
     without_car_ += with_car.count(at[i]) == 0;
-    ++sum_.by_surface[surface[i] < 0          ? "unknown"
-                      : surface[i] == kOwnCar ? "own car"
-                                              : sim::surface_name(uint16_t(surface[i]))];
+    ++sum_.by_surface[surface[i] < 0 ? "unknown" : sim::surface_name(uint16_t(surface[i]))];
     ++sum_.by_range[piece_of(range[i], {20, 50, 100, 150}, " m")];
     if (std::isfinite(bank[i])) ++sum_.by_bank[piece_of(std::fabs(bank[i]), {3, 8, 16}, " deg")];
     if (!std::isfinite(lap[i])) continue;

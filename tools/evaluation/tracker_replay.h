@@ -42,8 +42,8 @@ class TrackerReplay {
     double z_m = 0, stamp_ns = 0;    // sums
     void add(const std::array<double, 3>& at_m, int32_t sensor, int64_t stamp_ns);
   };
-  void change_headings(ovt_reader* reader, const LogFrame& frame, const ovt_detections& in);
-  void make_clusters(ovt_reader* reader, const LogFrame& frame);
+  void change_headings(ovt_reader* reader, const LogFrame& frame, const ovt_frame_info& info, const ovt_detections& in);
+  void make_clusters(ovt_reader* reader, const LogFrame& frame, const ovt_frame_info& info);
   void add_row(const Points& points, int64_t stamp_ns, double heading_ref_rad, bool only_ref);
   std::vector<Points> gather(ovt_reader* reader, const LogFrame& frame, int32_t count,
                              const std::vector<int32_t>& row_of_cluster) const;
