@@ -224,6 +224,13 @@ TEST_CASE("recorded: the wall of the racecar frames bounds the road, and the own
   CHECK(!is_on_racecar_road(-110, 8));
 }
 
+TEST_CASE("recordings: evaluated are the presets, or that of a variant, never another one") {
+  using Names = std::vector<std::string>;
+  CHECK(names_for_recordings({}) == Names{"paper"});
+  CHECK(names_for_recordings({"best:no_map", "best", "strict"}) == Names{"best", "strict"});
+  CHECK(names_for_recordings({"best:no_map", "paper:ego"}) == Names{"best"});
+}
+
 TEST_CASE("recordings: the table has a column for each preset, a row for each figure that one of them has") {
   const nlohmann::json json = {
       {"preset", "a"},
