@@ -315,6 +315,12 @@ TEST_CASE(
   REQUIRE(run_logs(options));
   for (Run& run : read_runs(options.out)) runs[run.variant] = std::move(run);
   CHECK(runs.at("strict").about.at("config") == "preset = paper\ngate.min_points = 5");
+  folder.write("strict.toml", "[gate]\nmin_points = 5\n[capacities]\nclusters = 16\n");
+  REQUIRE(run_logs(options));
+  const int64_t before = detections("strict");
+  for (Run& run : read_runs(options.out)) runs[run.variant] = std::move(run);
+  CHECK(runs.at("strict").about.at("config").find("clusters = 16") != std::string::npos);
+  CHECK(detections("strict") < before);
 
   const auto error = [&](const std::vector<std::string>& files) { return error_of([&] { read_configs(files); }); };
   CHECK(error({"a/x.toml", "b/x.toml"}) == "--config b/x.toml: two configurations have the name 'x'");
