@@ -144,6 +144,10 @@ for table in ablation['tables']:
     assert table['rows'][0]['worse'] == []
     assert table['scenario'] != 'overtake' or 'false a frame' in table['rows'][2]['worse']
 END
+# The committed list: its parameters exist and take these values. That is checked before the jobs, and there are none.
+tools/dev/ablation tools/dev/ablation_best.txt --preset best --out "$work/best" --build "$build" --shard 999/999 \
+  >/dev/null 2>"$work/error" || true
+grep -q ': shard 999/999 of [0-9]* jobs is empty$' "$work/error" || fail "ablation_best.txt: $(cat "$work/error")"
 for bad in "nope" "strict" "strict gate.min_points" "a/b gate.min_points=1" $'x gate.min_points=1\nx gate.min_points=2' "#"; do
   code=0
   printf '%s\n' "$bad" >"$work/changes"
