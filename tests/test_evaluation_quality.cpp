@@ -5,6 +5,7 @@
 // presets.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -329,6 +330,16 @@ TEST_CASE(
   options.presets = {"paper"};
   options.configs = {folder.write("bad.toml", "[gate]\nnonsense = 1\n")};
   CHECK(error_of([&] { run_logs(options); }).find("bad.toml:2") != std::string::npos);
+}
+
+TEST_CASE("variants: a method that judges ground by its height has no oracle of the ground") {
+  CHECK(variants_of("paper") == variant_names());
+  const std::vector<std::string> of_best = variants_of("best");
+  CHECK(of_best.size() == variant_names().size() - 1);
+  CHECK(std::count(of_best.begin(), of_best.end(), "ground") == 0);
+  CHECK(error_of([] { check_variant("best:ground"); }).find("has no oracle of the ground") != std::string::npos);
+  CHECK(error_of([] { check_variant("best:relay"); }).empty());
+  CHECK(error_of([] { check_variant("paper:ground"); }).empty());
 }
 
 TEST_CASE(

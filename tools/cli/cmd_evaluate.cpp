@@ -39,7 +39,8 @@ int evaluate(const EvaluateOptions& given) {
   const std::string preset = options.presets.empty() ? "paper" : options.presets[0];
   const std::vector<std::string> of_recordings = evaluation::names_for_recordings(options.presets);
   if (options.all_variants)
-    for (const std::string& variant : evaluation::variant_names()) options.presets.push_back(preset + ":" + variant);
+    for (const std::string& variant : evaluation::variants_of(preset, configs))
+      options.presets.push_back(preset + ":" + variant);
   if (options.check) {
     evaluation::variants_to_run(options);
     return 0;

@@ -5,10 +5,11 @@
 // second detector of the library that only tracks:
 //
 //   heading    the rectangle of each detection at a car uses the car's true heading
-//   clusters   one detection for each car with 3 or more non-ground points by truth, made of exactly these points, with
-//              the pipeline's pose (stage 10); no other detections
+//   clusters   one detection for each car with 3 or more non-ground points by truth, made of exactly these points; no
+//              other detections
 //   relay      no change: shows the effect of the second detector on the tracks, to compare the others with
 //
+// The first two lay the rectangle of `paper` (kernels/fit_rectangle.h), whatever the method's own rule is.
 // The second detector gets a frame's detections with one stamp, the frame's: detections at a car are moved by the car's
 // true speed from their own stamp to it. It does not know the area that no sensor sees.
 #pragma once
