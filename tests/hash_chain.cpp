@@ -133,13 +133,15 @@ Hashes compare(const std::string& name, const std::vector<std::string>& isas,
 void compare_golden(const Hashes& hashes, int32_t& differences) {
   if (hashes.frames.size() != kGoldenFrames) fail("the golden scene gave a different number of frames");
   if (hashes.detections == 0 || hashes.tracks < 2) fail("the golden scene gives no cars");
-  for (const auto& golden : kGolden)
-    for (std::size_t i = 0; std::strcmp(golden.method, test_method()) == 0 && i < kGoldenFrames; ++i)
+  for (const auto& golden : kGolden) {
+    if (std::strcmp(golden.method, test_method()) != 0) continue;
+    for (std::size_t i = 0; i < kGoldenFrames; ++i)
       if (hashes.frames[i] != golden.hashes[i]) {
         ++differences;
         std::fprintf(stderr, "scene %02zu: new hash 0x%016" PRIx64 ", golden hash 0x%016" PRIx64 "\n", i,
                      hashes.frames[i], golden.hashes[i]);
       }
+  }
 }
 
 #if defined(OVT_HASH_RECORDED)

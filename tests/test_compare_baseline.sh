@@ -75,6 +75,26 @@ code=0
 tools/dev/compare_baseline compare "$work/metrics.json" "$work/other.json" >"$work/log" || code=$?
 ((code == 1)) || fail "compare of another preset: exit code $code"
 grep -qE '^other +las_vegas_15 +detected of 3 points +0.5 +0.75 +better$' "$work/log" || fail "compare: no quality in $(cat "$work/log")"
+# The pooled quality of some scenarios is not compared with that of all, and a missing quality is named.
+python3 - "$work" <<END
+import json, sys
+for source, target in ('other', 'pooled'), ('metrics', 'part'):
+    data = json.load(open(f'{sys.argv[1]}/{source}.json'))
+    for q in data['quality']:
+        q['scenario'] = 'all'
+    json.dump(data, open(f'{sys.argv[1]}/{target}.json', 'w'))
+END
+compare_pooled() {  # CODE METRICS [OPTION]
+  local code=0
+  # shellcheck disable=SC2086
+  tools/dev/compare_baseline compare ${3:-} "$work/$2.json" "$work/pooled.json" >"$work/log" || code=$?
+  ((code == $1)) || fail "compare ${3:-} $2: exit code $code: $(cat "$work/log")"
+}
+compare_pooled 0 part --part
+compare_pooled 1 part
+grep -qE '^other +all +detected of 3 points +0.5 +0.75 +better$' "$work/log" || fail "compare: no pooled quality in $(cat "$work/log")"
+compare_pooled 1 metrics
+grep -q '^missing: other on all$' "$work/log" || fail "compare: a missing quality is not named: $(cat "$work/log")"
 compare 2 'holds nothing that a base line does'
 change "
 other = copy.deepcopy(paper)

@@ -135,12 +135,15 @@ TEST_CASE("compare: bad input is named with file and line, and runs of two recor
 
   folder.write("a/detections.csv", kDetections);
   folder.write("b/detections.csv", kDetections);
-  folder.write("b/tracks.csv", kTracks + track(200, 1, "confirmed", 1, 1, 1));
+  const std::string other_start = line({stamp(200), "1", "confirmed", "0", "1", "1", "1", "12.5", "", "-"});
+  folder.write("b/tracks.csv", kTracks + other_start);
   const auto compare = [&] {
     return error_of([&] { compare_runs(read_run(folder.path("a")), read_run(folder.path("b"))); });
   };
   CHECK(compare().find("is of another recording than " + folder.path("a")) != std::string::npos);
   folder.write("b/tracks.csv", kTracks + track(0, 5, "confirmed", 1, 1, 1));
+  CHECK(compare().empty());
+  folder.write("b/tracks.csv", kTracks + track(200, 1, "confirmed", 1, 1, 1));  // found something else, later
   CHECK(compare().empty());
   folder.write("a/detections.csv", kDetections + line({"0", stamp(0), "1", "2", "3", "4"}));
   folder.write("b/detections.csv", kDetections + line({"0", stamp(30), "1", "2", "3", "4"}));

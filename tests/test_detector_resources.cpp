@@ -164,19 +164,29 @@ std::string page_flags(const void* address) {
   }
   return "";
 }
-// Addresses in a frame slot, in a sensor's scan and in a reader.
+// Addresses in a frame slot, in a sensor's scan and in a reader, of a detector that has finished one frame. The reader
+// exists until close().
 struct Places {
   std::vector<const void*> of;
-  explicit Places(DetectorBench& bench, ovt_reader** reader) {
+  ovt_reader* reader = nullptr;
+  explicit Places(DetectorBench& bench) {
+    bench.create();
+    bench.push_frame(0);
     ovt_detections d;
     ovt_labels l;
     ovt_tracks t;
-    REQUIRE(ovt_create_reader(bench.detector, reader) == OVT_OK);
-    REQUIRE(ovt_next_frame(*reader, nullptr) == OVT_OK);
-    REQUIRE(ovt_read_detections(*reader, &d) == OVT_OK);
-    REQUIRE(ovt_read_labels(*reader, 0, &l) == OVT_OK);
-    REQUIRE(ovt_read_tracks(*reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
+    REQUIRE(ovt_create_reader(bench.detector, &reader) == OVT_OK);
+    REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
+    REQUIRE(ovt_read_detections(reader, &d) == OVT_OK);
+    REQUIRE(ovt_read_labels(reader, 0, &l) == OVT_OK);
+    REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
     of = {d.x_m, l.x_m, t.x_m};
+  }
+  Places(const Places&) = delete;
+  ~Places() { close(); }
+  void close() {
+    ovt_destroy_reader(reader);
+    reader = nullptr;
   }
   bool all(const char* flag) const {
     return std::all_of(of.begin(), of.end(),
@@ -197,12 +207,9 @@ TEST_CASE("detector resources: a child process does not get the blocks, and dest
     CAPTURE(flags);
     DetectorBench bench({.workers = 1, .record = false});
     bench.def.memory = flags;
-    bench.create();
-    bench.push_frame(0);
-    ovt_reader* reader = nullptr;
-    const Places places(bench, &reader);
+    Places places(bench);
     CHECK(places.all(" dc"));
-    ovt_destroy_reader(reader);
+    places.close();
     bench.destroy();
     CHECK(places.none(" dc"));  // not mapped, or mapped by somebody else: never pages without a copy in children
   }
@@ -210,12 +217,7 @@ TEST_CASE("detector resources: a child process does not get the blocks, and dest
   own.def.memory = OVT_MEMORY_LOCK;
   own.def.alloc = [](size_t bytes, size_t alignment, void*) { return std::aligned_alloc(alignment, bytes); };
   own.def.free = [](void* block, size_t, void*) { std::free(block); };
-  own.create();
-  own.push_frame(0);
-  ovt_reader* reader = nullptr;
-  const Places places(own, &reader);
-  CHECK(places.none(" dc"));
-  ovt_destroy_reader(reader);
+  CHECK(Places(own).none(" dc"));
 #endif
 }
 

@@ -18,6 +18,19 @@ namespace {
 
 constexpr int64_t kMs = 1'000'000;
 
+// Calls see(info, tracks) for each frame of the bench; `see` outlives the detector.
+template <class See>
+void watch(DetectorBench& bench, See& see) {
+  bench.def.user = &see;
+  bench.def.on_frame = [](ovt_reader* reader, void* user) {
+    ovt_frame_info info;
+    ovt_tracks tracks;
+    CHECK(ovt_read_info(reader, &info) == OVT_OK);  // exceptions must not pass through the library
+    CHECK(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks) == OVT_OK);
+    (*static_cast<See*>(user))(info, tracks);
+  };
+}
+
 }  // namespace
 
 TEST_CASE("detector time: a clock jump restarts the tracker at the third stamp, and no id returns") {
@@ -26,20 +39,13 @@ TEST_CASE("detector time: a clock jump restarts the tracker at the third stamp, 
       CAPTURE(jump_ns);
       DetectorBench bench({.workers = workers, .map = false});
       std::set<uint64_t> before, after;
-      struct Seen {
-        std::set<uint64_t>* ids;
-        std::vector<uint32_t> flags;
-      } seen{&before, {}};
-      bench.def.user = &seen;
-      bench.def.on_frame = [](ovt_reader* reader, void* user) {
-        auto& s = *static_cast<Seen*>(user);
-        ovt_tracks tracks;
-        ovt_frame_info info;
-        ovt_read_info(reader, &info);
-        ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks);
-        s.ids->insert(tracks.id, tracks.id + tracks.count);
-        s.flags.push_back(info.flags);
+      std::set<uint64_t>* ids = &before;
+      std::vector<uint32_t> flags;
+      auto see = [&](const ovt_frame_info& info, const ovt_tracks& tracks) {
+        ids->insert(tracks.id, tracks.id + tracks.count);
+        flags.push_back(info.flags);
       };
+      watch(bench, see);
       bench.create();
       const auto push = [&](std::size_t k, int64_t shift_ns) {
         for (int32_t s = 0; s < 3; ++s) {
@@ -50,7 +56,7 @@ TEST_CASE("detector time: a clock jump restarts the tracker at the third stamp, 
       };
       for (std::size_t k = 0; k < 4; ++k) push(k, 0);
       bench.flush();
-      seen.ids = &after;
+      ids = &after;
       for (std::size_t k = 4; k < 9; ++k) push(k, jump_ns);
       bench.flush();
       const ovt_stats stats = bench.stats();
@@ -59,8 +65,8 @@ TEST_CASE("detector time: a clock jump restarts the tracker at the third stamp, 
       CHECK(stats.used == 12 + 9);
       CHECK(stats.dropped == 6);
       CHECK(stats.late == 0);
-      REQUIRE(seen.flags.size() == 7);
-      for (std::size_t i = 0; i < 7; ++i) CHECK(((seen.flags[i] & OVT_FLAG_CLOCK_JUMP) != 0) == (i == 4));
+      REQUIRE(flags.size() == 7);
+      for (std::size_t i = 0; i < 7; ++i) CHECK(((flags[i] & OVT_FLAG_CLOCK_JUMP) != 0) == (i == 4));
       CHECK(!before.empty());
       CHECK(!after.empty());
       for (const uint64_t id : after) CHECK(before.count(id) == 0);
@@ -78,31 +84,26 @@ TEST_CASE("detector time: late scans are inserted at their stamp; the tracks equ
     Last last;
     DetectorBench bench({.workers = workers});
     bench.def.sensor_count = 1;
-    bench.def.user = &last;
-    bench.def.on_frame = [](ovt_reader* reader, void* user) {
-      auto& l = *static_cast<Last*>(user);
-      ovt_frame_info info;
-      ovt_tracks t;
-      ovt_read_info(reader, &info);
-      ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t);
-      ++l.frames;
+    auto see = [&](const ovt_frame_info& info, const ovt_tracks& t) {
+      ++last.frames;
       if (info.flags & OVT_FLAG_OUT_OF_SEQUENCE) {
-        ++l.late_frames;
+        ++last.late_frames;
         CHECK(info.tracks_stamp_ns > info.stamp_ns);
       } else {
         CHECK(info.tracks_stamp_ns == info.stamp_ns);
       }
-      l.refiltered += info.refiltered;
-      l.state.clear();
-      l.ids.assign(t.id, t.id + t.count);
+      last.refiltered += info.refiltered;
+      last.state.clear();
+      last.ids.assign(t.id, t.id + t.count);
       for (int32_t i = 0; i < t.count; ++i) {
-        for (const double* c : {t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps}) l.state.push_back(c[i]);
-        for (const double* c : t.covariance) l.state.push_back(c[i]);
-        if (t.state[i] == OVT_CONFIRMED) l.confirmed.insert(t.id[i]);
+        for (const double* c : {t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps}) last.state.push_back(c[i]);
+        for (const double* c : t.covariance) last.state.push_back(c[i]);
+        if (t.state[i] == OVT_CONFIRMED) last.confirmed.insert(t.id[i]);
         CHECK(((t.flags[i] & OVT_TRACK_STALE) != 0) == (info.tracks_stamp_ns - t.measured_ns[i] > 500 * kMs));
         CHECK(((t.flags[i] & OVT_TRACK_COASTING) == 0) == (t.detection[i] >= 0));
       }
     };
+    watch(bench, see);
     bench.create();
     for (std::size_t k = 0; k < order.size(); ++k) bench.push_ego(k);
     for (const std::size_t k : order) REQUIRE(bench.push_scan(k, 0) == OVT_OK);

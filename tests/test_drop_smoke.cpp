@@ -20,10 +20,17 @@ namespace {
 using test::OwnedBits;
 using test::OwnedPlane;
 
-// Obstacles over one row of road. A point a pixel; the road's intensity is 1.
+// Obstacles whose ranges jump by up to `jump_m`.
+struct Box {
+  int32_t top, left, rows, cols;
+  float range_m, jump_m, light;
+};
+constexpr Box kSmoke = {0, 10, 8, 20, 8.0f, 2.5f, 0.02f};
+
+// Obstacles over one row of road, a later one hides an earlier one. A point a pixel; the road's intensity is 1.
 struct Scene {
   static constexpr int32_t kRows = 9, kCols = 75, kObstacleRows = kRows - 1;
-  Scene()
+  explicit Scene(const std::vector<Box>& boxes = {})
       : range(kRows, kCols),
         point(kRows, kCols),
         nonground(kRows, kCols),
@@ -35,6 +42,7 @@ struct Scene {
     for (int32_t r = 0; r < kRows; ++r)
       for (int32_t c = 0; c < kCols; ++c) point.at(r, c) = kNoPoint;
     for (int32_t c = 0; c < kCols; ++c) add(kRows - 1, c, 5.0f, 1.0f);
+    for (const Box& box : boxes) add_box(box);
   }
   void add(int32_t r, int32_t c, float range_m, float light) {
     range.at(r, c) = range_m;
@@ -42,11 +50,10 @@ struct Scene {
     intensity.push_back(light);
     if (r < kObstacleRows) nonground.view().set(r, c);
   }
-  // A box of obstacles whose ranges jump by up to `jump_m`.
-  void add_box(int32_t top, int32_t left, int32_t rows, int32_t cols, float range_m, float jump_m, float light) {
-    for (int32_t r = top; r < top + rows; ++r)
-      for (int32_t c = left; c < left + cols; ++c)
-        add(r, c, range_m + jump_m * std::uniform_real_distribution<float>(0.0f, 1.0f)(random), light);
+  void add_box(const Box& box) {
+    for (int32_t r = box.top; r < box.top + box.rows; ++r)
+      for (int32_t c = box.left; c < box.left + box.cols; ++c)
+        add(r, c, box.range_m + box.jump_m * std::uniform_real_distribution<float>(0.0f, 1.0f)(random), box.light);
   }
   void scale_intensity(float factor) {
     for (float& light : intensity) light *= factor;
@@ -80,43 +87,31 @@ struct Scene {
 using Result = Scene::Result;
 
 TEST_CASE("drop_smoke: dark returns whose ranges jump are smoke, also across words and at the edges of the image") {
-  Scene scene;
-  scene.add_box(0, 50, 8, 25, 8.0f, 2.5f, 0.02f);
-  CHECK(scene.run() == Result{200, 0});
+  CHECK(Scene({{0, 50, 8, 25, 8.0f, 2.5f, 0.02f}}).run() == Result{200, 0});
 }
 
 TEST_CASE("drop_smoke: the scale of the intensities does not matter") {
   for (const float factor : {1.0f / 16, 255.0f}) {
-    Scene scene;
-    scene.add_box(0, 50, 8, 25, 8.0f, 2.5f, 0.02f);
+    Scene scene({{0, 50, 8, 25, 8.0f, 2.5f, 0.02f}});
     scene.scale_intensity(factor);
     CHECK(scene.run() == Result{200, 0});
   }
 }
 
 TEST_CASE("drop_smoke: a dark surface and a bright heap are obstacles") {
-  Scene surface;
-  surface.add_box(0, 10, 8, 20, 8.0f, 0.1f, 0.02f);
-  CHECK(surface.run() == Result{0, 160});
-  Scene heap;
-  heap.add_box(0, 10, 8, 20, 8.0f, 2.5f, 0.1f);  // not below smoke.dark_share of 1
-  CHECK(heap.run() == Result{0, 160});
-  Scene dark_heap;
-  dark_heap.add_box(0, 10, 8, 20, 8.0f, 2.5f, 0.099f);
-  CHECK(dark_heap.run() == Result{160, 0});
+  CHECK(Scene({{0, 10, 8, 20, 8.0f, 0.1f, 0.02f}}).run() == Result{0, 160});
+  CHECK(Scene({{0, 10, 8, 20, 8.0f, 2.5f, 0.1f}}).run() == Result{0, 160});  // not below smoke.dark_share of 1
+  CHECK(Scene({{0, 10, 8, 20, 8.0f, 2.5f, 0.099f}}).run() == Result{160, 0});
 }
 
 TEST_CASE("drop_smoke: a few dark and rough pixels on a surface belong to it") {
-  Scene car;
-  car.add_box(0, 10, 8, 20, 8.0f, 0.1f, 0.5f);
-  car.add_box(3, 18, 1, 4, 8.5f, 2.0f, 0.02f);
-  CHECK(car.run() == Result{0, 160});
+  const Box car = {0, 10, 8, 20, 8.0f, 0.1f, 0.5f}, dark = {3, 18, 1, 4, 8.5f, 2.0f, 0.02f};
+  CHECK(Scene({car, dark}).run() == Result{0, 160});
 }
 
 TEST_CASE("drop_smoke: a car in smoke stays, the smoke around it goes") {
-  Scene scene;
-  scene.add_box(0, 10, 8, 50, 8.0f, 2.5f, 0.02f);
-  scene.add_box(3, 30, 4, 10, 9.0f, 0.1f, 0.5f);
+  const Box smoke = {0, 10, 8, 50, 8.0f, 2.5f, 0.02f}, car = {3, 30, 4, 10, 9.0f, 0.1f, 0.5f};
+  Scene scene({smoke, car});
   const Result result = scene.run();
   CHECK(result.kept < 40 + 12);  // a smoke pixel at the car's range may belong to either
   for (int32_t r = 3; r < 7; ++r)
@@ -127,38 +122,26 @@ TEST_CASE("drop_smoke: smoke that has neighbours at its range by chance is still
   // Nine pixels of about one range: 8 of the 64 neighbours of the middle one at most.
   DropSmokeParams strict = test::paper_params().drop_smoke;
   strict.near_share = 0.2f;
-  Scene scene;
-  scene.add_box(0, 10, 8, 20, 8.0f, 2.5f, 0.02f);
-  scene.add_box(2, 18, 3, 3, 9.0f, 0.05f, 0.02f);
-  CHECK(scene.run(strict) == Result{160, 0});
+  CHECK(Scene({kSmoke, {2, 18, 3, 3, 9.0f, 0.05f, 0.02f}}).run(strict) == Result{160, 0});
   // A wide patch is a surface: nothing in its middle is rough.
-  Scene patch;
-  patch.add_box(0, 10, 8, 50, 8.0f, 2.5f, 0.02f);
-  patch.add_box(0, 20, 8, 30, 9.0f, 0.05f, 0.02f);
+  Scene patch({{0, 10, 8, 50, 8.0f, 2.5f, 0.02f}, {0, 20, 8, 30, 9.0f, 0.05f, 0.02f}});
   patch.run(strict);
   for (int32_t r = 0; r < 8; ++r) CHECK(patch.nonground.view().test(r, 35));
 }
 
 TEST_CASE("drop_smoke: a dark pixel at the rim of a cloud goes with it, a bright one stays") {
   for (const float light : {0.02f, 0.5f}) {
-    Scene scene;
-    scene.add_box(0, 10, 8, 20, 8.0f, 2.5f, 0.02f);
+    Scene scene({kSmoke});
     scene.add(4, 35, 11.0f, light);  // six columns beside the cloud
     CHECK(scene.run() == (light < 0.1f ? Result{161, 0} : Result{160, 1}));
   }
 }
 
 TEST_CASE("drop_smoke: what lies far behind or before a pixel is not its neighbour") {
-  // A far dark car of one row, before a wall.
-  Scene scene;
-  scene.add_box(0, 0, 8, 75, 90.0f, 0.1f, 0.5f);
-  scene.add_box(4, 30, 1, 3, 80.0f, 0.1f, 0.02f);
-  CHECK(scene.run() == Result{0, 600});
-  // Three dark pixels of a car before a cloud of smoke.
-  Scene cloud;
-  cloud.add_box(0, 10, 8, 50, 20.0f, 2.5f, 0.02f);
-  cloud.add_box(4, 30, 1, 3, 12.0f, 0.01f, 0.02f);
-  CHECK(cloud.run() == Result{397, 3});
+  const Box wall = {0, 0, 8, 75, 90.0f, 0.1f, 0.5f}, far_car = {4, 30, 1, 3, 80.0f, 0.1f, 0.02f};
+  CHECK(Scene({wall, far_car}).run() == Result{0, 600});
+  const Box cloud = {0, 10, 8, 50, 20.0f, 2.5f, 0.02f}, near_car = {4, 30, 1, 3, 12.0f, 0.01f, 0.02f};
+  CHECK(Scene({cloud, near_car}).run() == Result{397, 3});
 }
 
 TEST_CASE("drop_smoke: a lonely dark return is smoke, a few dark returns at one range are not") {
@@ -181,48 +164,42 @@ TEST_CASE("drop_smoke: a lonely dark return is smoke, a few dark returns at one 
 }
 
 TEST_CASE("drop_smoke: without intensities or without ground nothing is smoke") {
-  Scene dull;
-  dull.add_box(0, 10, 8, 20, 8.0f, 2.5f, 0.02f);
+  Scene dull({kSmoke});
   dull.add(4, 60, 8.0f, 1.0f);
   dull.point.at(4, 60) = kNoPoint;  // a filled gap
   dull.scale_intensity(0.0f);
   CHECK(dull.run() == Result{0, 161});
-  Scene floating;
-  floating.add_box(0, 10, 8, 20, 8.0f, 2.5f, 0.02f);
+  Scene floating({kSmoke});
   for (int32_t c = 0; c < Scene::kCols; ++c) floating.nonground.view().set(Scene::kRows - 1, c);
   CHECK(floating.run() == Result{0, 160 + Scene::kCols});
-  Scene off;
-  off.add_box(0, 10, 8, 20, 8.0f, 2.5f, 0.02f);
+  Scene off({kSmoke});
   DropSmokeParams params = test::paper_params().drop_smoke;
   params.dark_share = 0.0f;
   CHECK(off.run(params) == Result{0, 160});
 }
 
 TEST_CASE("drop_smoke: low smoke, which is ground by its height, is smoke") {
-  Scene scene;
-  scene.add_box(0, 10, 8, 20, 8.0f, 2.5f, 0.02f);
+  Scene scene({kSmoke});
   for (int32_t r = 6; r < 8; ++r) scene.nonground.view().clear_row(r);
   CHECK(scene.run() == Result{160, 0});
   // Two returns at one range are smoke among low smoke, and an obstacle without it.
   for (const bool low_smoke : {true, false}) {
     Scene two;
-    if (low_smoke) two.add_box(4, 14, 4, 13, 8.0f, 2.5f, 0.02f);
+    if (low_smoke) two.add_box({4, 14, 4, 13, 8.0f, 2.5f, 0.02f});
     for (int32_t r = 4; r < 8; ++r) two.nonground.view().clear_row(r);
-    two.add_box(5, 20, 1, 2, 9.0f, 0.01f, 0.02f);
+    two.add_box({5, 20, 1, 2, 9.0f, 0.01f, 0.02f});
     CHECK(two.run().kept == (low_smoke ? 0 : 2));
   }
   // Bright ground is no neighbour.
-  Scene road;
-  road.add_box(0, 10, 8, 20, 8.0f, 0.05f, 1.0f);
+  Scene road({{0, 10, 8, 20, 8.0f, 0.05f, 1.0f}});
   for (int32_t r = 0; r < 8; ++r) road.nonground.view().clear_row(r);
   road.add(4, 20, 8.0f, 0.02f);
   CHECK(road.run() == Result{1, 0});
 }
 
 TEST_CASE("drop_smoke: a filled gap goes with the smoke around it, and stays on a surface") {
-  Scene scene;
-  scene.add_box(0, 10, 8, 20, 8.0f, 2.5f, 0.02f);
-  scene.add_box(0, 40, 8, 20, 8.0f, 0.1f, 0.02f);
+  Scene scene({kSmoke});
+  scene.add_box({0, 40, 8, 20, 8.0f, 0.1f, 0.02f});
   scene.point.at(4, 20) = scene.point.at(4, 50) = kNoPoint;
   CHECK(scene.run() == Result{160, 160});
   CHECK(scene.smoke.view().test(4, 20));

@@ -112,11 +112,14 @@ figures || fail "--config: $(cat "$work/log")"
 grep -qE '^ +scenario: all +paper +strict$' "$work/log" || fail "no table of both: $(cat "$work/log")"
 [[ ! -e $work/figures/scaling.json && -z $(find "$work/figures/parts" -name '*.svg' -path '*/runs/*') ]] || fail "--only-figures made more"
 [[ $(find "$work/figures/runs" -name about.json -exec grep -c '"compared": "2"' {} + | grep -c ':1$') == 4 ]] || fail "--compare-every 2"
+mkdir "$work/figures/times"
 figures
 [[ $(grep -c "done before$" "$work/log") == 2 ]] || fail "the same configuration was run again"
+[[ -e $work/figures/times ]] || fail "what is measured once is measured again for the same configuration"
 sed -i 's/8/9/' "$work/strict.toml"
 figures
 [[ $(grep -c "other options" "$work/log") == 2 ]] || fail "another configuration was not run again"
+[[ ! -e $work/figures/times ]] || fail "what was measured once with another configuration is kept"
 refuse "--config $work/none.toml"
 # One table of a preset and of changes of it.
 printf '# changes\nstrict gate.min_points=9\n\nloose gate.min_points=2 cluster.threshold_deg=3  # two\n' >"$work/changes"
@@ -141,6 +144,10 @@ for table in ablation['tables']:
     assert table['rows'][0]['worse'] == []
     assert table['scenario'] != 'overtake' or 'false a frame' in table['rows'][2]['worse']
 END
+# The committed list: its parameters exist and take these values. That is checked before the jobs, and there are none.
+tools/dev/ablation tools/dev/ablation_best.txt --preset best --out "$work/best" --build "$build" --shard 999/999 \
+  >/dev/null 2>"$work/error" || true
+grep -q ': shard 999/999 of [0-9]* jobs is empty$' "$work/error" || fail "ablation_best.txt: $(cat "$work/error")"
 for bad in "nope" "strict" "strict gate.min_points" "a/b gate.min_points=1" $'x gate.min_points=1\nx gate.min_points=2' "#"; do
   code=0
   printf '%s\n' "$bad" >"$work/changes"

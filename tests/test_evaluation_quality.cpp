@@ -5,6 +5,7 @@
 // presets.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -173,33 +174,26 @@ TEST_CASE("quality: several scenarios are also pooled, and the tables have a col
 }
 
 TEST_CASE("columns that a method leaves out: the height of the road, the class, the covariance in the vehicle frame") {
-  struct Columns {
-    const float* z_m;
-    const float *road_z_m, *var_x, *var_y, *cov_xy;
-    const int32_t* object_class;
-  };
   const float z[] = {0.5f}, road[] = {-0.25f}, var_x[] = {4}, var_y[] = {0.25f}, none[] = {0};
   const int32_t debris[] = {2}, car[] = {1};
-  struct Info {
-    double ego_heading_offset_rad;
-  };
+  ovt_frame_info info{};
+  info.ego_heading_offset_rad = -0.125;
   io::EgoRow pose;
   pose.yaw_rad = 0.5;
-  CHECK(corrected(pose, Info{-0.125}).yaw_rad == 0.375);
-  CHECK(corrected(pose, 0).yaw_rad == 0.5);
-  struct Rows {
-    const float* ego_offset_rad;
-  };
+  CHECK(corrected(pose, info).yaw_rad == 0.375);
+  CHECK(corrected(pose, ovt_frame_info{}).yaw_rad == 0.5);
+  ovt_detections d{};
+  CHECK(corrected(pose, info, d, 1).yaw_rad == 0.375);
   const float offsets[2] = {0.25f, -0.5f};
-  CHECK(corrected(pose, Info{-0.125}, Rows{offsets}, 1).yaw_rad == 0.0);
-  CHECK(corrected(pose, Info{-0.125}, Rows{nullptr}, 1).yaw_rad == 0.375);
-  CHECK(corrected(pose, Info{-0.125}, 0, 1).yaw_rad == 0.375);
-  Columns d{z, nullptr, nullptr, nullptr, nullptr, nullptr};
+  d.ego_offset_rad = offsets;
+  CHECK(corrected(pose, info, d, 1).yaw_rad == 0.0);
+  d.z_m = z;
   const Rotation level = axes_of(0, 0, M_PI / 2), banked = axes_of(M_PI / 3, 0, 0);
   CHECK(height_of(d, 0) == 0.5);
   CHECK(!is_debris(d, 0));
   CHECK(std::isnan(square_of(d, 0, level, 1, 1)));
-  d = {z, road, var_x, var_y, none, debris};
+  d.road_z_m = road, d.object_class = debris;
+  d.var_x = var_x, d.var_y = var_y, d.cov_xy = none;
   CHECK(height_of(d, 0) == -0.25);
   CHECK(is_debris(d, 0));
   d.object_class = car;
@@ -207,6 +201,16 @@ TEST_CASE("columns that a method leaves out: the height of the road, the class, 
   CHECK(square_of(d, 0, level, 0, 2) == Approx(1));     // 2 m along: one standard deviation
   CHECK(square_of(d, 0, level, -1, 0) == Approx(4));    // 1 m to the left: two
   CHECK(square_of(d, 0, banked, 0, 0.5) == Approx(4));  // on a bank of 60 deg 0.5 m of the map are 1 m of the vehicle's
+
+  // In the map: by the corrected pose, at the height of the road. The ego looks along y and leans by 30 deg.
+  pose.x_m = 100, pose.y_m = 200, pose.roll_rad = M_PI / 6, pose.yaw_rad = M_PI / 2 - 0.25;
+  const float x[] = {10}, y[] = {0}, turn[] = {0};
+  const int64_t stamp[] = {7};
+  d.x_m = x, d.y_m = y, d.heading_rad = turn, d.stamp_ns = stamp;
+  const MapPlace at = place_in_map({{pose, 0}}, info, d, 0);
+  CHECK(at.x_m == Approx(100 - 0.25 * std::sin(M_PI / 6)));
+  CHECK(at.y_m == Approx(210));
+  CHECK(at.heading_rad == Approx(M_PI / 2));
 }
 
 TEST_CASE("recorded: the wall of the racecar frames bounds the road, and the own body is not on it") {
@@ -219,6 +223,13 @@ TEST_CASE("recorded: the wall of the racecar frames bounds the road, and the own
   CHECK(!is_on_racecar_road(2, 0.5));
   CHECK(is_on_racecar_road(-90, 3));
   CHECK(!is_on_racecar_road(-110, 8));
+}
+
+TEST_CASE("recordings: evaluated are the presets, or that of a variant, never another one") {
+  using Names = std::vector<std::string>;
+  CHECK(names_for_recordings({}) == Names{"paper"});
+  CHECK(names_for_recordings({"best:no_map", "best", "strict"}) == Names{"best", "strict"});
+  CHECK(names_for_recordings({"best:no_map", "paper:ego"}) == Names{"best"});
 }
 
 TEST_CASE("recordings: the table has a column for each preset, a row for each figure that one of them has") {
@@ -267,18 +278,25 @@ void simulate(const std::string& path) {
   out->close();
 }
 
+// Simulates a race into the folder; options to evaluate it quickly.
+RunOptions options_for_race(const TempFolder& folder) {
+  RunOptions options;
+  options.logs = {folder.path("race.mcap")};
+  options.quiet = options.only_figures = true;
+  simulate(options.logs[0]);
+  return options;
+}
+
 }  // namespace
 
 TEST_CASE(
     "configurations: named by their files, run beside presets; parameters take effect, and the log keeps its map") {
   const TempFolder folder;
-  simulate(folder.path("race.mcap"));
-  RunOptions options;
-  options.logs = {folder.path("race.mcap")};
+  RunOptions options = options_for_race(folder);
   options.presets = {"paper", "strict:no_map"};
   options.configs = {folder.write("strict.toml", "map = \"none.csv\"\nego = \"none.csv\"\n[gate]\nmin_points = 6\n"),
                      folder.write("same.toml", "preset = \"paper\"\n")};
-  options.out = folder.path("out"), options.quiet = true, options.only_figures = true;
+  options.out = folder.path("out");
   REQUIRE(run_logs(options));
   std::map<std::string, Run> runs;
   for (Run& run : read_runs(options.out)) runs[run.variant] = std::move(run);
@@ -298,6 +316,12 @@ TEST_CASE(
   REQUIRE(run_logs(options));
   for (Run& run : read_runs(options.out)) runs[run.variant] = std::move(run);
   CHECK(runs.at("strict").about.at("config") == "preset = paper\ngate.min_points = 5");
+  folder.write("strict.toml", "[gate]\nmin_points = 5\n[capacities]\nclusters = 16\n");
+  REQUIRE(run_logs(options));
+  const int64_t before = detections("strict");
+  for (Run& run : read_runs(options.out)) runs[run.variant] = std::move(run);
+  CHECK(runs.at("strict").about.at("config").find("clusters = 16") != std::string::npos);
+  CHECK(detections("strict") < before);
 
   const auto error = [&](const std::vector<std::string>& files) { return error_of([&] { read_configs(files); }); };
   CHECK(error({"a/x.toml", "b/x.toml"}) == "--config b/x.toml: two configurations have the name 'x'");
@@ -308,14 +332,22 @@ TEST_CASE(
   CHECK(error_of([&] { run_logs(options); }).find("bad.toml:2") != std::string::npos);
 }
 
+TEST_CASE("variants: a method that judges ground by its height has no oracle of the ground") {
+  CHECK(variants_of("paper") == variant_names());
+  const std::vector<std::string> of_best = variants_of("best");
+  CHECK(of_best.size() == variant_names().size() - 1);
+  CHECK(std::count(of_best.begin(), of_best.end(), "ground") == 0);
+  CHECK(error_of([] { check_variant("best:ground"); }).find("has no oracle of the ground") != std::string::npos);
+  CHECK(error_of([] { check_variant("best:relay"); }).empty());
+  CHECK(error_of([] { check_variant("paper:ground"); }).empty());
+}
+
 TEST_CASE(
     "comparing every N-th frame: its rows are those of all frames; seconds count all; without poses cars are found") {
   const TempFolder folder;
-  simulate(folder.path("race.mcap"));
-  RunOptions options;
-  options.logs = {folder.path("race.mcap")};
+  RunOptions options = options_for_race(folder);
   options.presets = {"paper", "paper:ego", "paper:no_poses"};
-  options.out = folder.path("all"), options.quiet = true, options.only_figures = true;
+  options.out = folder.path("all");
   REQUIRE(run_logs(options));
   options.out = folder.path("some"), options.compare_every = 3;
   REQUIRE(run_logs(options));

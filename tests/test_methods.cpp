@@ -77,18 +77,28 @@ const Absent kAbsent[] = {
      {OVT_STAGE_ANGLE, OVT_STAGE_SMOOTH, OVT_STAGE_REPAIR}},
 };
 
-void check_absent(const Absent& method) {
-  for (const int32_t keep_images : {1, 0}) {
-    CAPTURE(std::string(method.preset));
-    DetectorBench bench({});
-    REQUIRE(ovt_params_init(&bench.params, sizeof bench.params, method.preset) == OVT_OK);
+// A reader at the first frame of a detector with the defaults of a preset.
+struct FirstFrame {
+  explicit FirstFrame(const char* preset, int32_t keep_images = 1) : bench({}) {
+    REQUIRE(ovt_params_init(&bench.params, sizeof bench.params, preset) == OVT_OK);
     bench.def.keep_images = keep_images;
     bench.create();
     bench.push_frame(0);
     bench.flush();
-    ovt_reader* reader = nullptr;
     REQUIRE(ovt_create_reader(bench.detector, &reader) == OVT_OK);
     REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
+  }
+  FirstFrame(const FirstFrame&) = delete;
+  ~FirstFrame() { ovt_destroy_reader(reader); }
+  DetectorBench bench;
+  ovt_reader* reader = nullptr;
+};
+
+void check_absent(const Absent& method) {
+  for (const int32_t keep_images : {1, 0}) {
+    CAPTURE(std::string(method.preset));
+    const FirstFrame frame(method.preset, keep_images);
+    ovt_reader* const reader = frame.reader;
     for (int32_t id = 0; id < OVT_IMAGE_COUNT; ++id) {
       CAPTURE(id);
       const bool absent = method.images.contains(id);
@@ -109,7 +119,6 @@ void check_absent(const Absent& method) {
       CHECK(ovt_read_time(reader, of_frame ? -1 : 0, ovt_stage(stage), &ns) == (absent ? OVT_NOT_COMPUTED : OVT_OK));
       if (!absent && stage != OVT_STAGE_LOAD) CHECK(span.duration_ns >= 0);
     }
-    ovt_destroy_reader(reader);
   }
 }
 
@@ -118,14 +127,8 @@ TEST_CASE("methods: images and stages that a method does not compute return NOT_
 }
 
 TEST_CASE("methods: the height image of best has a height for each pixel with a range, and 0 for the others") {
-  DetectorBench bench({});
-  REQUIRE(ovt_params_init(&bench.params, sizeof bench.params, "best") == OVT_OK);
-  bench.create();
-  bench.push_frame(0);
-  bench.flush();
-  ovt_reader* reader = nullptr;
-  REQUIRE(ovt_create_reader(bench.detector, &reader) == OVT_OK);
-  REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
+  const FirstFrame frame("best");
+  ovt_reader* const reader = frame.reader;
   CHECK(std::string(ovt_image_name(OVT_IMAGE_HEIGHT)) == "height");
   ovt_image height, range, nonground;
   REQUIRE(ovt_read_image(reader, 0, OVT_IMAGE_HEIGHT, &height) == OVT_OK);
@@ -158,7 +161,6 @@ TEST_CASE("methods: the height image of best has a height for each pixel with a 
   CHECK(low_ground > ground * 9 / 10);
   CHECK(high > 100);
   CHECK(high_ground == 0);
-  ovt_destroy_reader(reader);
 }
 
 TEST_CASE("methods: a method that does not compare the ego pose with the map says nothing about its place") {

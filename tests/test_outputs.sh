@@ -184,6 +184,11 @@ echo mine >>early/000007_left.pcd
 expect "over a longer race" "$overtake" simulate demo --seconds 0.2 --out early --quiet
 [[ $(ls early/*.pcd | tail -n 2) == $'early/000003_right.pcd\nearly/000007_left.pcd' && -e early/notes.txt ]] ||
   fail "a shorter race over a longer one leaves $(ls early | tail -n 5)"
+# A race without map or poses does not get those of the one before.
+expect "a race without map" "$overtake" simulate no_map --seconds 0.1 --out early --quiet
+[[ ! -e early/map.csv && -e early/ego.csv ]] || fail "the map of another race is left: $(ls early)"
+expect "a race without poses" "$overtake" simulate no_poses --seconds 0.1 --out early --quiet
+[[ -e early/map.csv && ! -e early/ego.csv ]] || fail "the poses of another race are left: $(ls early)"
 mkdir long
 for ((i = 0; i < 3000; ++i)); do ln "scene/00000$((i % 6))_front.pcd" "long/${i}_front.pcd"; done
 stop INT 'long_run/tracks.csv.part' run long --rig av21 --out long_run --mcap long_run/view.mcap --quiet

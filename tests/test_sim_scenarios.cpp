@@ -168,7 +168,7 @@ TEST_CASE("scenarios: reflectors bloom, dust lies beside the track") {
   CHECK(left / points > 0.9);
 }
 
-TEST_CASE("scenarios: stopped_at_wall: a car stands parallel to the wall, 1 m from it, and is seen from 100 m on") {
+TEST_CASE("scenarios: stopped_at_wall: a car stands parallel to the wall, 1 m from it, and is seen from 80 m on") {
   Simulator simulator(load_scenario("stopped_at_wall"), 1, 0, 2);
   const CarState state = simulator.world().motions[1]->at(3);
   CHECK(state.speed_mps == 0);

@@ -103,6 +103,7 @@ struct ViewBench {
   TrackStage stage{context, make_tracker_params(ovt_default_params(), 64, 64)};
   Frame frame;
   int64_t stamp_ns = 1000 * kMs;
+  double yaw_rad = 0.0;  // of the ego vehicle
 
   ViewBench() {
     FrameSizes sizes;
@@ -120,6 +121,7 @@ struct ViewBench {
     frame.ego.poses[0] = {};
     frame.ego.poses[0].stamp_ns = stamp_ns;
     frame.ego.poses[0].roll_rad = roll_rad;
+    frame.ego.poses[0].yaw_rad = yaw_rad;
     frame.detections.count = frame.views.count = 1;
     frame.detections.stamp_ns[0] = stamp_ns;
     frame.detections.x_m[0] = 20.0f;
@@ -140,12 +142,22 @@ TEST_CASE("track stage: a detection with a covariance is measured with it, at th
   REQUIRE(bench.frame.measurements.count == 1);
   const Measurement& z = bench.frame.measurements.row[0];
   CHECK(z.var_x == doctest::Approx(0.25));
-  CHECK(z.var_y == doctest::Approx(0.5 * std::pow(std::cos(roll), 0)).epsilon(0.2));
-  CHECK(z.cov_xy == doctest::Approx(0.125).epsilon(0.2));
+  CHECK(z.var_y == doctest::Approx(0.5));
+  CHECK(z.cov_xy == doctest::Approx(0.125));
   CHECK(z.x_m == doctest::Approx(20));
   CHECK(z.y_m == doctest::Approx(std::sin(roll)));  // 1 m down the car's up axis, which leans to the right
   REQUIRE(bench.frame.tracks.count == 1);
   CHECK(bench.frame.tracks.covariance[0][0] < 1.0);
+
+  ViewBench turned;  // the ego vehicle looks 60 deg to the left of the map's x
+  turned.yaw_rad = std::acos(0.5);
+  turned.run(ObjectClass::kCar);
+  REQUIRE(turned.frame.measurements.count == 1);
+  const Measurement& t = turned.frame.measurements.row[0];
+  const double c = 0.5, s = std::sqrt(0.75);
+  CHECK(t.var_x == doctest::Approx(c * c * 0.25 + s * s * 0.5 - 2 * c * s * 0.125));
+  CHECK(t.var_y == doctest::Approx(s * s * 0.25 + c * c * 0.5 + 2 * c * s * 0.125));
+  CHECK(t.cov_xy == doctest::Approx(c * s * (0.25 - 0.5) + (c * c - s * s) * 0.125));
 }
 
 TEST_CASE("track stage: debris initiates no track, confirms none, and each of its rows is counted") {

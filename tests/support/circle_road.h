@@ -5,6 +5,8 @@
 // stands on it.
 #pragma once
 
+#include <doctest/doctest.h>
+
 #include <cmath>
 #include <functional>
 #include <vector>
@@ -40,8 +42,8 @@ class CircleRoad {
       banking.push_back(std::atan(def.slope(turn)));
     }
     const char* error = nullptr;
-    map.build(x.data(), y.data(), left.data(), right.data(), def.with_banking ? banking.data() : nullptr, count,
-              def.closed, &error);
+    REQUIRE(map.build(x.data(), y.data(), left.data(), right.data(), def.with_banking ? banking.data() : nullptr, count,
+                      def.closed, &error));
   }
   double length_m() const { return map.length_m(); }
   double turn(double s_m) const { return std::remainder(s_m / whole_m() * 2.0 * kPi, 2.0 * kPi); }

@@ -20,6 +20,13 @@ struct CompareOptions {
   bool json = false;
 };
 
+void add_compare_options(CLI::App& command, CompareOptions& options) {
+  command.add_option("run_a", options.a, "folder of overtake run")->required();
+  command.add_option("run_b", options.b, "the same for another run on this recording")->required();
+  add_map_option(command, options.map, "none", "; prints where on it the tracks are that only one run has");
+  add_json_option(command, options.json);
+}
+
 std::string share_of(int64_t part, int64_t whole) {
   return std::to_string(part) + (whole > 0 ? " (" + fixed(100.0 * double(part) / double(whole), 1) + " %)" : "");
 }
@@ -29,9 +36,9 @@ std::string sizes_of(const metrics::Summary& s, double scale, const char* unit) 
   return fixed(s.median * scale, 3) + ", " + fixed(s.p95 * scale, 3) + ", " + fixed(s.most * scale, 3) + " " + unit;
 }
 
-void print_lone_tracks(const std::string& folder, const RunCounts& run, bool on_map) {
+void print_lone_tracks(const char* name, const RunCounts& run, bool on_map) {
   constexpr std::size_t kMost = 40;
-  std::printf("\nConfirmed tracks that only %s has: %zu\n", printable(folder).c_str(), run.lone_tracks.size());
+  std::printf("\nConfirmed tracks that only %s has: %zu\n", name, run.lone_tracks.size());
   if (run.lone_tracks.empty()) return;
   std::vector<std::string> header = {"track", "from s", "for s",   "frames", "in both",
                                      "x m",   "y m",    "ahead m", "left m"};
@@ -50,7 +57,8 @@ void print_lone_tracks(const std::string& folder, const RunCounts& run, bool on_
 int compare(const CompareOptions& options) {
   const RunTables a = read_run(options.a), b = read_run(options.b);
   RunComparison found = compare_runs(a, b);
-  if (!options.map.empty()) place_on_map(found, options.map);
+  const bool on_map = !options.map.empty() && options.map != "none";
+  if (on_map) place_on_map(found, options.map);
   if (options.json) {
     std::fputs(compare_json(options.a, options.b, found).c_str(), stdout);
     return 0;
@@ -76,16 +84,9 @@ int compare(const CompareOptions& options) {
               sizes_of(found.detection_turn_rad, io::deg(1), "deg").c_str());
   std::printf("  %lld rows of tracks: position %s; speed %s\n", static_cast<long long>(found.track_distance_m.count),
               sizes_of(found.track_distance_m, 1, "m").c_str(), sizes_of(found.track_speed_mps, 1, "m/s").c_str());
-  print_lone_tracks("A", found.a, !options.map.empty());
-  print_lone_tracks("B", found.b, !options.map.empty());
+  print_lone_tracks("A", found.a, on_map);
+  print_lone_tracks("B", found.b, on_map);
   return 0;
-}
-
-void add_compare_options(CLI::App& command, CompareOptions& options) {
-  command.add_option("run_a", options.a, "folder of overtake run")->required();
-  command.add_option("run_b", options.b, "the same for another run on this recording")->required();
-  command.add_option("--map", options.map, "track map: also prints where on it the tracks are that only one run has");
-  add_json_option(command, options.json);
 }
 
 }  // namespace

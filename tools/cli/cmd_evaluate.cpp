@@ -37,12 +37,10 @@ int evaluate(const EvaluateOptions& given) {
         std::find(options.presets.begin(), options.presets.end(), name) == options.presets.end())
       options.presets.push_back(name);
   const std::string preset = options.presets.empty() ? "paper" : options.presets[0];
-  std::vector<std::string> of_recordings;  // oracles and controls need a log with truth
-  for (const std::string& name : options.presets)
-    if (name.find(':') == std::string::npos) of_recordings.push_back(name);
-  if (of_recordings.empty()) of_recordings.push_back("paper");
+  const std::vector<std::string> of_recordings = evaluation::names_for_recordings(options.presets);
   if (options.all_variants)
-    for (const std::string& variant : evaluation::variant_names()) options.presets.push_back(preset + ":" + variant);
+    for (const std::string& variant : evaluation::variants_of(preset, configs))
+      options.presets.push_back(preset + ":" + variant);
   if (options.check) {
     evaluation::variants_to_run(options);
     return 0;

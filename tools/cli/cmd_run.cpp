@@ -266,7 +266,7 @@ void add_run_options(CLI::App& command, RunOptions& options) {
   options.command = "run";
   add_detector_options(command, options);
   add_common_options(command, options);
-  add_map_option(command, options, "that of a simulated log or folder");
+  add_map_option(command, options.map, "that of a simulated log or folder");
   command.add_option("--ego", options.ego,
                      "CSV of ego poses: stamp_ns,x_m,y_m[,z_m][,roll_rad,pitch_rad],yaw_rad,speed_mps[,yaw_rate_rps] "
                      "(default: the recording's own, if any); none: without");

@@ -94,7 +94,7 @@ void add_track_options(CLI::App& command, Options& options) {
                   "one scan, a row without x and y is an empty scan")
       ->required();
   add_common_options(command, options);
-  add_map_option(command, options, "none");
+  add_map_option(command, options.map, "none");
   command.add_option("--ego", options.ego, "CSV of ego poses");
 }
 

@@ -25,10 +25,10 @@ void add_common_options(CLI::App& command, Options& options) {
   add_quiet_option(command, options.quiet);
 }
 
-void add_map_option(CLI::App& command, Options& options, const std::string& map_default) {
-  command.add_option(
-      "--map", options.map,
-      "track map: centre line with widths, or two bounds FILE1,FILE2; none: without (default: " + map_default + ")");
+void add_map_option(CLI::App& command, std::string& map, const std::string& map_default, const std::string& use) {
+  command.add_option("--map", map,
+                     "track map: centre line with widths, or two bounds FILE1,FILE2; none: without (default: " +
+                         map_default + ")" + use);
 }
 
 void add_detector_options(CLI::App& command, Options& options) {

@@ -15,8 +15,8 @@ namespace overtake::cli {
 
 // Parameters, capacities, the folder for the results.
 void add_common_options(CLI::App& command, Options& options);
-// map_default: text for help, the map without --map.
-void add_map_option(CLI::App& command, Options& options, const std::string& map_default);
+// The command uses no map if `map` is empty or "none". Texts for help: the map without --map, and its use.
+void add_map_option(CLI::App& command, std::string& map, const std::string& map_default, const std::string& use = "");
 // The recording and its rig.
 void add_detector_options(CLI::App& command, Options& options);
 // --force, for each command that writes files (tools/io/output.h).

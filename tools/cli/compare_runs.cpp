@@ -74,15 +74,14 @@ std::set<int64_t> keys_of(const std::map<int64_t, std::vector<Row>>& a, const st
   return keys;
 }
 
+// A frame of both has about the same stamp in both. Runs without a common frame may be of one recording: each found
+// something else.
 void check_same_recording(const RunTables& a, const RunTables& b) {
   constexpr int64_t kFarNs = 1'000'000'000;
-  const auto is_common = [&](const auto& of) { return b.tracks.count(of.first) > 0; };
-  bool differ = !a.tracks.empty() && !b.tracks.empty() && std::none_of(a.tracks.begin(), a.tracks.end(), is_common);
-  for (const auto& [frame, rows] : a.detections)
-    if (const auto& others = rows_at(b.detections, frame); !others.empty())
-      differ = differ || std::llabs(rows[0].stamp_ns - others[0].stamp_ns) > kFarNs;
-  if (differ)
-    throw io::Error(b.folder, 0, "is of another recording than " + a.folder + ": their frames have other stamps");
+  for (const auto& [frame, stamp_ns] : a.stamp_of_frame)
+    if (const auto other = b.stamp_of_frame.find(frame);
+        other != b.stamp_of_frame.end() && std::llabs(stamp_ns - other->second) > kFarNs)
+      throw io::Error(b.folder, 0, "is of another recording than " + a.folder + ": their frames have other stamps");
 }
 
 struct Life {
@@ -139,20 +138,23 @@ RunTables read_run(const std::string& folder) {
   if (const auto csv = read_table(folder + "/detections.csv")) {
     const int32_t frame = csv->need({"frame"}), stamp = csv->need({"stamp_ns"}), x = csv->need({"x_m"}),
                   y = csv->need({"y_m"}), heading = csv->find({"heading_rad"});
-    for (std::size_t i = 0; i < csv->row_count(); ++i)
+    for (std::size_t i = 0; i < csv->row_count(); ++i) {
       out.detections[csv->integer(i, frame)].push_back(
-          {csv->number(i, x), csv->number(i, y), number_or_unknown(*csv, i, heading), csv->integer(i, stamp)});
+          {csv->number(i, x), csv->number(i, y), number_or_unknown(*csv, i, heading)});
+      out.stamp_of_frame.try_emplace(csv->integer(i, frame), csv->integer(i, stamp));
+    }
   }
   if (const auto csv = read_table(folder + "/tracks.csv")) {
-    const int32_t stamp = csv->need({"stamp_ns"}), id = csv->need({"id"}), state = csv->need({"state"}),
-                  x = csv->need({"x_m"}), y = csv->need({"y_m"}), speed = csv->find({"speed_mps"}),
-                  ahead = csv->find({"ahead_m"}), left = csv->find({"left_m"});
+    const int32_t stamp = csv->need({"stamp_ns"}), frame = csv->need({"frame"}), id = csv->need({"id"}),
+                  state = csv->need({"state"}), x = csv->need({"x_m"}), y = csv->need({"y_m"}),
+                  speed = csv->find({"speed_mps"}), ahead = csv->find({"ahead_m"}), left = csv->find({"left_m"});
     for (std::size_t i = 0; i < csv->row_count(); ++i) {
       const std::string_view word = csv->text(i, state);
       if (word != "confirmed" && word != "tentative") csv->fail(i, state, "is neither confirmed nor tentative");
       out.tracks[csv->integer(i, stamp)].push_back(
           {uint64_t(csv->integer(i, id)), word == "confirmed", csv->number(i, x), csv->number(i, y),
            number_or_unknown(*csv, i, speed), number_or_unknown(*csv, i, ahead), number_or_unknown(*csv, i, left)});
+      out.stamp_of_frame.try_emplace(csv->integer(i, frame), csv->integer(i, stamp));
     }
   }
   return out;

@@ -18,7 +18,6 @@ inline constexpr double kSamePlaceM = 2.0;
 struct RunTables {
   struct Detection {
     double x_m, y_m, heading_rad;
-    int64_t stamp_ns;
   };
   struct Track {
     uint64_t id;
@@ -28,6 +27,7 @@ struct RunTables {
   std::string folder;
   std::map<int64_t, std::vector<Detection>> detections;  // by frame
   std::map<int64_t, std::vector<Track>> tracks;          // by stamp
+  std::map<int64_t, int64_t> stamp_of_frame;             // of the frames with a detection or a track
 };
 // Reads detections.csv and tracks.csv. Throws io::Error with file and line.
 RunTables read_run(const std::string& folder);
@@ -50,8 +50,8 @@ struct RunCounts {
 
 struct RunComparison {
   RunCounts a, b;
-  metrics::Summary detection_distance_m, detection_turn_rad, track_distance_m,
-      track_speed_mps;  // of the matched; sizes
+  // Sizes of the differences of the matched ones.
+  metrics::Summary detection_distance_m, detection_turn_rad, track_distance_m, track_speed_mps;
 };
 // Matches at the same frame (detections) or stamp (tracks), nearest pairs first. Throws io::Error if the runs are of
 // different recordings.

@@ -16,7 +16,6 @@
 #include "tools/sim/material.h"
 
 namespace overtake::evaluation {
-namespace {}  // namespace
 
 Kind kind_of(uint16_t surface) {
   using sim::Surface;
@@ -186,7 +185,8 @@ void Evaluator::add_labels(ovt_reader* reader, const ovt_frame_info& info) {
       const int32_t row = labels.cluster_of_label[label];  // -1: the table was full; it still counts
       const int64_t cluster = row >= 0 ? row : -1 - (int64_t(sensor) << 32 | label);
       tally.add(cluster, at, kind, car);
-      if (known) ++surfaces_[cluster][car < 0 ? surface : car == own ? kOwnCar : uint16_t(sim::Surface::car)];
+      if (known)
+        ++surfaces_[cluster][car < 0 ? surface : uint16_t(car == own ? sim::Surface::own_car : sim::Surface::car)];
       if (car >= 0) ++seams[car][sensor].points, seams[car][sensor].clusters.insert(cluster);
     }
     if (known) tables_["scans"].add({frame_number_, double(sensor), tp, fp, fn, tn, none});
@@ -247,8 +247,7 @@ void Evaluator::add_false_detection(const ovt_detections& d, int32_t i, const Ca
 
 void Evaluator::add_detections(const ovt_frame_info& info, const ovt_detections& d) {
   for (int32_t i = 0; i < d.count; ++i) {
-    const io::EgoRow pose = corrected(pose_at(poses(), d.stamp_ns[i]), info, d, i);
-    const MapPlace at = to_map(pose, double(d.x_m[i]), double(d.y_m[i]), height_of(d, i), double(d.heading_rad[i]));
+    const MapPlace at = place_in_map(poses(), info, d, i);
     const double x = at.x_m, y = at.y_m, heading = at.heading_rad;
     const std::vector<CarTruth> cars = cars_at(d.stamp_ns[i]);
     const int32_t c = (info.ego_known || poses_) && !is_debris(d, i) ? nearest_car(cars, x, y) : -1;

@@ -17,8 +17,7 @@
 //   detections  one per detection: position, its car (-1 none) and its errors
 //   tracks      one per track: the same with speed, course, yaw rate, NEES, age of its data
 //   centres     one per detection at a car: the error of its centre in the axes of the car, and its square in units of
-//   the
-//               published covariance (NaN without one)
+//               the published covariance (NaN without one)
 //   debris      one per frame that sees debris: its points, and detections of class debris on it
 //   false_detections   one per detection at no car: position, the surface of most of its points (-1 unknown), its
 //               place on the map, the roll of the ego
@@ -54,8 +53,7 @@ inline constexpr double kGateM = 4.0, kNearestM = -100, kFarthestM = 150;
 // The kind of a surface. Noise (smoke, blooming, the own car) counts as ground: nothing to find, as in the paper.
 Kind kind_of(uint16_t surface);
 inline bool is_positive(Kind kind) { return kind == Kind::kCar || kind == Kind::kObstacle; }
-int32_t car_of(uint16_t surface);        // -1: not a car
-inline constexpr uint16_t kOwnCar = 99;  // surface of the ego's own points in the table of false detections
+int32_t car_of(uint16_t surface);  // -1: not a car
 
 // The points of a frame that have a label, vehicle frame.
 struct CloudPoints {

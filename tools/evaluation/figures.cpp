@@ -23,6 +23,19 @@ int32_t bin_of(double ahead_m) {
   return ahead_m >= kNearestM && ahead_m < kFarthestM ? int32_t((ahead_m - kNearestM) / kBinM) : -1;
 }
 
+std::vector<CarRows> rows_by_car(const Table& cars) {
+  const auto car = column_of(cars, "car"), ahead = column_of(cars, "ahead_m");
+  std::map<double, std::vector<std::size_t>> rows_of;
+  for (std::size_t i = 0; i < car.size(); ++i) rows_of[car[i]].push_back(i);
+  std::vector<CarRows> out;
+  for (auto& [number, rows] : rows_of) {
+    std::vector<double> way;
+    for (const std::size_t r : rows) way.push_back(ahead[r]);
+    out.push_back({number, std::move(rows), events_of(way)});
+  }
+  return out;
+}
+
 namespace {
 
 void add_ground(const Table& scans, GroundFigures& out) {
@@ -84,14 +97,9 @@ struct BinCounts {
 
 void add_distance(const Run& run, std::size_t run_number, std::vector<BinCounts>& bins) {
   const Table& cars = run.tables.at("cars");
-  const auto car = column_of(cars, "car"), ahead = column_of(cars, "ahead_m"), found = column_of(cars, "detections"),
+  const auto ahead = column_of(cars, "ahead_m"), found = column_of(cars, "detections"),
              confirmed = column_of(cars, "confirmed");
-  std::map<double, std::vector<std::size_t>> rows_of;
-  for (std::size_t i = 0; i < car.size(); ++i) rows_of[car[i]].push_back(i);
-  for (const auto& [number, rows] : rows_of) {
-    std::vector<double> way;
-    for (const std::size_t r : rows) way.push_back(ahead[r]);
-    const std::vector<int32_t> events = events_of(way);
+  for (const auto& [number, rows, events] : rows_by_car(cars)) {
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const int32_t bin = bin_of(ahead[rows[k]]);
       if (bin < 0) continue;

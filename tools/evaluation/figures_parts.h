@@ -14,6 +14,14 @@ namespace overtake::evaluation {
 std::vector<double> column_of(const Table& table, const std::string& name);
 int32_t bin_of(double ahead_m);  // of distance, -1: outside
 
+// The rows of one car in the table of cars, in order, and the event (events_of) of each of them.
+struct CarRows {
+  double car;
+  std::vector<std::size_t> rows;
+  std::vector<int32_t> events;
+};
+std::vector<CarRows> rows_by_car(const Table& cars);
+
 struct TrackSamples {
   std::vector<double> gospa, located, missed, false_tracks, nees, nis, to_confirm, gap, age;
   metrics::HotaResult hota, hota_window;  // sums over the runs

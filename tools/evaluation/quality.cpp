@@ -97,16 +97,10 @@ void Tally::add(const Run& run) {
 
 void Tally::add_cars(const Run& run) {
   const Table& cars = run.tables.at("cars");
-  const auto car = column_of(cars, "car"), ahead = column_of(cars, "ahead_m"), points = column_of(cars, "points"),
+  const auto frame = column_of(cars, "frame"), ahead = column_of(cars, "ahead_m"), points = column_of(cars, "points"),
              detections = column_of(cars, "detections");
   const double second_lap = first_frame_of_second_lap(run);
-  const auto frame = column_of(cars, "frame");
-  std::map<double, std::vector<std::size_t>> rows_of;
-  for (std::size_t i = 0; i < car.size(); ++i) rows_of[car[i]].push_back(i);
-  for (const auto& [number, rows] : rows_of) {
-    std::vector<double> way;
-    for (const std::size_t r : rows) way.push_back(ahead[r]);
-    const std::vector<int32_t> events = events_of(way);
+  for (const auto& [number, rows, events] : rows_by_car(cars)) {
     std::map<int32_t, metrics::Group> groups;
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const std::size_t r = rows[k];
@@ -150,9 +144,7 @@ void Tally::add_false(const Run& run) {
     ++anywhere_;
     near_false_ += bin_of(ahead[i]) >= 0;
     without_car_ += with_car.count(at[i]) == 0;
-    ++sum_.by_surface[surface[i] < 0          ? "unknown"
-                      : surface[i] == kOwnCar ? "own car"
-                                              : sim::surface_name(uint16_t(surface[i]))];
+    ++sum_.by_surface[surface[i] < 0 ? "unknown" : sim::surface_name(uint16_t(surface[i]))];
     ++sum_.by_range[piece_of(range[i], {20, 50, 100, 150}, " m")];
     if (std::isfinite(bank[i])) ++sum_.by_bank[piece_of(std::fabs(bank[i]), {3, 8, 16}, " deg")];
     if (!std::isfinite(lap[i])) continue;

@@ -35,11 +35,11 @@ struct Quality {
   std::vector<CarFrames> by_distance;   // bins of kQualityBinM from -100 m on; the last one ends at +150 m
 
   double false_detections = 0;               // a frame, from -100 to +150 m
-  double false_anywhere = 0;                 // a frame, at any distance; the three tables below divide it
+  double false_anywhere = 0;                 // a frame, at any distance; each table below divides it
   std::map<std::string, double> by_surface;  // by the main surface of their points; "unknown": the log does not know
   std::map<std::string, double> by_range;
-  std::map<std::string, double> by_bank;  // roll of the ego, away from level
-  std::map<std::string, double> by_lap;   // only those on the map; pieces of 200 m of its centre line
+  std::map<std::string, double> by_bank;  // roll of the ego, away from level; those with a true ego pose
+  std::map<std::string, double> by_lap;   // pieces of 200 m of the centre line; those on the map
   int64_t frames_without_car = 0;         // no car from -100 to +150 m
   double false_without_car = 0;           // in each of these, at any distance
 

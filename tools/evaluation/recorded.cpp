@@ -335,10 +335,6 @@ std::vector<KnownBox> read_boxes(const std::string& path, const std::string& sta
   return out;
 }
 
-}  // namespace
-
-namespace {
-
 // Checks all boxes first: otherwise a recording without boxes would be skipped silently.
 void check_boxes(const std::string& folder) {
   if (fs::is_directory(folder + "/racecar") && files_with(folder + "/racecar", "_box.txt").empty())
@@ -350,10 +346,6 @@ void check_boxes(const std::string& folder) {
       if (!fs::exists(boxes)) throw io::Error(boxes, 0, "no such file: there is nothing to judge " + stem + ".pcd by");
     }
 }
-
-}  // namespace
-
-namespace {
 
 Json evaluate_all(const std::string& folder, const std::string& name, const cli::Options& preset) {
   Json json = {{"simulated", false}, {"preset", name}};
@@ -384,6 +376,14 @@ Json evaluate_all(const std::string& folder, const std::string& name, const cli:
 }
 
 }  // namespace
+
+std::vector<std::string> names_for_recordings(const std::vector<std::string>& names) {
+  std::vector<std::string> out;
+  for (const std::string& name : names)
+    if (name.find(':') == std::string::npos) out.push_back(name);
+  if (out.empty()) out.push_back(names.empty() ? "paper" : names[0].substr(0, names[0].find(':')));
+  return out;
+}
 
 Rows recording_rows(const Json& recordings) {
   static constexpr std::pair<const char*, const char*> kSets[] = {

@@ -7,12 +7,11 @@
 //   racecar         every frame: detections at the opponent's GNSS box and their offsets, clusters inside its box
 //                   enlarged by 1 m, points of its cluster outside of it (wall), ground against the automatic labels,
 //                   the grid; detections on the road between the walls that are not at the opponent
-//   kitti           12 frames: as the next
 //   av2, nuscenes   one frame each: detections within 2 m of boxes with a vehicle's size (up to 10 % longer than the
-//                   known one, 3 points and more), by range; detections at no box of any kind
-//                   Labelled cars to 60 m: one cluster (one has 3 points or more in the box, and none outside
-//                   of the box enlarged by 1 m),
+//                   known one, 3 points and more), by range; detections at no box of any kind. Labelled cars to 60 m:
+//                   one cluster (one has 3 points or more in the box, and none outside of the box enlarged by 1 m),
 //                   detected, centre error
+//   kitti           12 frames: labelled cars to 60 m, as above
 //   kitti, av2      the tracker alone on label centres with noise of 0.2 m, one in ten missed: CLEAR MOT, HOTA, GOSPA
 #pragma once
 
@@ -31,6 +30,9 @@ namespace overtake::evaluation {
 nlohmann::json evaluate_recordings(const std::string& folder, const std::vector<std::string>& presets,
                                    const std::map<std::string, std::string>& configs, const std::string& out,
                                    bool print);
+// The presets and configurations among the names, because variants need a log. If there are only variants: the preset
+// of the first one; "paper" without a name.
+std::vector<std::string> names_for_recordings(const std::vector<std::string>& names);
 // The table of recordings.json.
 Rows recording_rows(const nlohmann::json& recordings);
 

@@ -76,6 +76,9 @@ std::string config_text(const RunOptions& options, const std::string& name) {
     text += "\n" + std::string(info.name) + " = ";
     io::append_number(text, given);
   }
+  for (const io::CapacityKey& key : io::kCapacityKeys)
+    if (const int32_t rows = config.capacities.*key.rows; rows > 0)
+      text += "\ncapacities." + std::string(key.name) + " = " + std::to_string(rows);
   return text;
 }
 

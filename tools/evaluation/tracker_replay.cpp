@@ -80,16 +80,14 @@ std::vector<TrackerReplay::Points> TrackerReplay::gather(ovt_reader* reader, con
   return out;
 }
 
-void TrackerReplay::change_headings(ovt_reader* reader, const LogFrame& frame, const ovt_detections& in) {
+void TrackerReplay::change_headings(ovt_reader* reader, const LogFrame& frame, const ovt_frame_info& info,
+                                    const ovt_detections& in) {
   ovt_clusters clusters;
   cli::check(ovt_read_clusters(reader, &clusters), "clusters");
   std::vector<int32_t> row_of_cluster(std::size_t(clusters.count) + 1, -1);
   std::vector<double> heading(std::size_t(in.count), 0.0);
-  ovt_frame_info info;
-  cli::check(ovt_read_info(reader, &info), "frame");
   for (int32_t i = 0; i < in.count && kind_ == "heading"; ++i) {
-    const io::EgoRow pose = corrected(pose_at(log_.poses(), in.stamp_ns[i]), info, in, i);
-    const MapPlace at = to_map(pose, double(in.x_m[i]), double(in.y_m[i]), height_of(in, i), 0);
+    const MapPlace at = place_in_map(log_.poses(), info, in, i);
     const std::vector<CarTruth> cars = log_.cars_at(in.stamp_ns[i]);
     const int32_t c = nearest_car(cars, at.x_m, at.y_m);
     const CarTruth* ego = ego_of(cars);
@@ -100,20 +98,18 @@ void TrackerReplay::change_headings(ovt_reader* reader, const LogFrame& frame, c
   }
   const std::vector<Points> points = gather(reader, frame, in.count, row_of_cluster);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const int32_t row = int32_t(i);
     if (!points[i].x_m.empty()) {
       add_row(points[i], in.stamp_ns[i], heading[i], true);
-      if (height_of(in, row) != double(in.z_m[i])) z_m_.back() = float(height_of(in, row));  // of the road
       continue;
     }
     stamp_ns_.push_back(in.stamp_ns[i]);
-    x_m_.push_back(in.x_m[i]), y_m_.push_back(in.y_m[i]), z_m_.push_back(float(height_of(in, row)));
+    x_m_.push_back(in.x_m[i]), y_m_.push_back(in.y_m[i]), z_m_.push_back(in.z_m[i]);
     heading_rad_.push_back(in.heading_rad[i]), source_.push_back(in.heading_source[i]);
     point_count_.push_back(in.point_count[i]);
   }
 }
 
-void TrackerReplay::make_clusters(ovt_reader* reader, const LogFrame& frame) {
+void TrackerReplay::make_clusters(ovt_reader* reader, const LogFrame& frame, const ovt_frame_info& info) {
   if (frame.surface.empty()) throw io::Error("perfect clusters", 0, "the log does not say what each point lies on");
   const int64_t first_ns = frame.scans.scans[0].stamp_ns;
   const std::vector<CarTruth> cars = log_.cars_at(first_ns);
@@ -123,7 +119,7 @@ void TrackerReplay::make_clusters(ovt_reader* reader, const LogFrame& frame) {
     const double n = double(points.x_m.size());
     if (n < 3) continue;
     const int64_t stamp_ns = first_ns + int64_t(points.stamp_ns / n);
-    const io::EgoRow pose = pose_at(log_.poses(), stamp_ns);
+    const io::EgoRow pose = corrected(pose_at(log_.poses(), stamp_ns), info);
     double x = 0, y = 0, heading_ref = 0;
     for (const float v : points.x_m) x += double(v) / n;
     for (const float v : points.y_m) y += double(v) / n;
@@ -144,15 +140,21 @@ const Replayed& TrackerReplay::run(ovt_reader* reader, const LogFrame& frame) {
   ovt_detections detections;
   cli::check(ovt_read_detections(reader, &detections), "detections");
   if (kind_ == "clusters")
-    make_clusters(reader, frame);
+    make_clusters(reader, frame, info);
   else
-    change_headings(reader, frame, detections);
+    change_headings(reader, frame, info, detections);
   const std::size_t count = stamp_ns_.size();
+  out_.detections = {};
+  if (kind_ != "clusters") out_.detections = detections;  // the same rows: unused columns keep the pipeline's values
+  out_.detections.count = int32_t(count);
+  out_.detections.stamp_ns = stamp_ns_.data();
+  out_.detections.x_m = x_m_.data(), out_.detections.y_m = y_m_.data(), out_.detections.z_m = z_m_.data();
+  out_.detections.heading_rad = heading_rad_.data(), out_.detections.heading_source = source_.data();
+  out_.detections.point_count = point_count_.data();
 
   std::vector<double> x(count), y(count), heading(count);
   for (std::size_t i = 0; i < count; ++i) {
-    const io::EgoRow pose = corrected(pose_at(log_.poses(), stamp_ns_[i]), info);
-    const MapPlace at = to_map(pose, double(x_m_[i]), double(y_m_[i]), double(z_m_[i]), double(heading_rad_[i]));
+    const MapPlace at = place_in_map(log_.poses(), info, out_.detections, int32_t(i));
     x[i] = at.x_m, y[i] = at.y_m, heading[i] = at.heading_rad;
     const std::vector<CarTruth> cars = log_.cars_at(stamp_ns_[i]);
     if (const int32_t c = nearest_car(cars, x[i], y[i]); c >= 0) {
@@ -175,13 +177,7 @@ const Replayed& TrackerReplay::run(ovt_reader* reader, const LogFrame& frame) {
   for (int32_t i = 0; i < tracks.count; ++i)
     if (tracks.detection[i] >= 0 && std::size_t(tracks.detection[i]) < count)
       track_[std::size_t(tracks.detection[i])] = tracks.id[i];
-  out_.detections = {};
-  if (kind_ != "clusters") out_.detections = detections;  // the same rows: unused columns keep the pipeline's values
-  out_.detections.count = int32_t(count);
-  out_.detections.stamp_ns = stamp_ns_.data();
-  out_.detections.x_m = x_m_.data(), out_.detections.y_m = y_m_.data(), out_.detections.z_m = z_m_.data();
-  out_.detections.heading_rad = heading_rad_.data(), out_.detections.heading_source = source_.data();
-  out_.detections.point_count = point_count_.data(), out_.detections.track = track_.data();
+  out_.detections.track = track_.data();
   out_.tracks = reader_;
   return out_;
 }

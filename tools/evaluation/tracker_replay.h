@@ -5,10 +5,11 @@
 // second detector of the library that only tracks:
 //
 //   heading    the rectangle of each detection at a car uses the car's true heading
-//   clusters   one detection for each car with 3 or more non-ground points by truth, made of exactly these points, with
-//              the pipeline's pose (stage 10); no other detections
+//   clusters   one detection for each car with 3 or more non-ground points by truth, made of exactly these points; no
+//              other detections
 //   relay      no change: shows the effect of the second detector on the tracks, to compare the others with
 //
+// The first two lay the rectangle of `paper` (kernels/fit_rectangle.h), whatever the method's own rule is.
 // The second detector gets a frame's detections with one stamp, the frame's: detections at a car are moved by the car's
 // true speed from their own stamp to it. It does not know the area that no sensor sees.
 #pragma once
@@ -42,8 +43,8 @@ class TrackerReplay {
     double z_m = 0, stamp_ns = 0;    // sums
     void add(const std::array<double, 3>& at_m, int32_t sensor, int64_t stamp_ns);
   };
-  void change_headings(ovt_reader* reader, const LogFrame& frame, const ovt_detections& in);
-  void make_clusters(ovt_reader* reader, const LogFrame& frame);
+  void change_headings(ovt_reader* reader, const LogFrame& frame, const ovt_frame_info& info, const ovt_detections& in);
+  void make_clusters(ovt_reader* reader, const LogFrame& frame, const ovt_frame_info& info);
   void add_row(const Points& points, int64_t stamp_ns, double heading_ref_rad, bool only_ref);
   std::vector<Points> gather(ovt_reader* reader, const LogFrame& frame, int32_t count,
                              const std::vector<int32_t>& row_of_cluster) const;

@@ -83,6 +83,15 @@ std::vector<bool> lowest_ground(const io::SensorScan& scan, const std::vector<ui
   return keep;
 }
 
+bool judges_by_angles(const ovt_params& params) {
+  for (int32_t i = 0; i < ovt_param_count(); ++i) {
+    ovt_param_info info;
+    ovt_describe_param(i, &info);
+    if (std::string_view(info.name) == "ground.threshold_deg") return ovt_reads_param(&params, i) != 0;
+  }
+  return false;
+}
+
 // The preset's parameters with the changed one.
 cli::Config read_name(const std::string& name, const ConfigFiles& files, std::string& variant) {
   if (name.empty()) throw io::Error("--preset", 0, "a name is empty");
@@ -98,10 +107,22 @@ cli::Config read_name(const std::string& name, const ConfigFiles& files, std::st
           "--preset " + name, 0,
           "no variant '" + variant + "'; there are " + io::join(known, ", ") + io::did_you_mean(variant, known));
   }
-  return cli::load_config(options);
+  cli::Config config = cli::load_config(options);
+  if (variant == "ground" && !judges_by_angles(config.params))
+    throw io::Error("--preset " + name, 0,
+                    "this method does not judge ground by angles: it has no oracle of the ground");
+  return config;
 }
 
 }  // namespace
+
+std::vector<std::string> variants_of(const std::string& name, const ConfigFiles& files) {
+  std::string none;
+  const bool has_ground = judges_by_angles(read_name(name, files, none).params);
+  std::vector<std::string> names = variant_names();
+  if (!has_ground) std::erase(names, "ground");
+  return names;
+}
 
 LogFrame take_points(const LogFrame& frame, const std::vector<std::vector<int32_t>>& rows) {
   LogFrame out;

@@ -5,7 +5,8 @@
 //
 //   paper               the preset without changes
 //   paper:ground        oracle: of the ground's points only the lowest one of each column remains (the bottom row is
-//                       ground by definition), and every other point that is not level is non-ground
+//                       ground by definition), and every other point that is not level is non-ground. Only of methods
+//                       that judge ground by angles: others need the ground that this removes
 //   paper:clusters      oracle: each car is one cluster of its own non-ground points, and no others (tracker_replay.h)
 //   paper:heading       oracle: rectangles at cars use the true heading (tracker_replay.h)
 //   paper:relay         the path of these two to the tracker without any change, for comparison (tracker_replay.h)
@@ -43,7 +44,9 @@ using ConfigFiles = std::map<std::string, std::string>;  // name of a configurat
 std::string config_name(const std::string& file);        // its name without folder and ".toml"
 // The options that load a preset or a configuration.
 cli::Options options_of(const std::string& name, const ConfigFiles& files);
-std::vector<std::string> variant_names();    // oracles and controls, without the preset
+std::vector<std::string> variant_names();  // oracles and controls, without the preset
+// Those that exist of a preset or configuration. Throws io::Error for an unknown one.
+std::vector<std::string> variants_of(const std::string& name, const ConfigFiles& files = {});
 std::vector<std::string> condition_names();  // the same for the conditions
 inline bool is_of_sweep(const std::string& name) { return name.find('@') != std::string::npos; }
 

@@ -245,7 +245,7 @@ void OutputGuard::clear(const std::string& folder) {
   if (code) throw Error(folder, 0, "cannot be emptied: " + code.message());
 }
 
-void OutputGuard::remove_leftovers(const std::string& path, std::string_view extension) {
+void OutputGuard::remove_leftovers(const std::string& path, std::string_view ending) {
   const std::lock_guard lock(mutex_);
   std::error_code code;
   const std::string place = fs::canonical(path, code).string();
@@ -258,7 +258,7 @@ void OutputGuard::remove_leftovers(const std::string& path, std::string_view ext
     const std::string file = at->path().string(), name = at->path().filename().string();
     if (replaced.contains(file) || !fs::is_regular_file(at->symlink_status(code))) continue;
     const auto known = folder->files.find(name);
-    const bool old_result = name.ends_with(extension) && known != folder->files.end() && known->second == digest(file);
+    const bool old_result = name.ends_with(ending) && known != folder->files.end() && known->second == digest(file);
     std::string which;
     if ((old_result || name.ends_with(kPartSuffix)) && !is_input(file, which)) leftovers.push_back(name);
   }

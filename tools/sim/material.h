@@ -13,6 +13,7 @@
 #pragma once
 
 #include <cstdint>
+#include <iterator>
 
 #include "tools/sim/sim_math.h"
 
@@ -104,7 +105,7 @@ inline const char* surface_name(uint16_t surface) {
   constexpr const char* kNames[] = {"none",       "road",       "apron_grass", "outer_wall", "inner_wall",
                                     "fence_post", "fence_wire", "gantry_sign", "building",   "parked_vehicle",
                                     "smoke_dust", "debris",     "blooming",    "own_car"};
-  return surface < 14 ? kNames[surface] : surface >= uint16_t(Surface::car) ? "car" : "unknown";
+  return surface < std::size(kNames) ? kNames[surface] : surface >= uint16_t(Surface::car) ? "car" : "unknown";
 }
 
 }  // namespace overtake::sim

@@ -150,6 +150,40 @@ void read_without(Scenario& scenario, TomlReader& toml, const toml::table& table
   }
 }
 
+Puffs read_puffs(const Scenario& scenario, TomlReader& toml) {
+  Puffs puffs{toml.text("car"),
+              toml.number("from_s", 0, kMostTime),
+              toml.number("to_s", 0, kMostTime),
+              toml.number_or("per_s", 1, 200, 40),
+              toml.number_or("density_pm", 0.001, 10, 0.1),
+              toml.number_or("life_s", 0.1, 60, 3)};
+  if (scenario.find_car(puffs.car) < 0) toml.fail(toml.line_of("car"), "no car is named '" + puffs.car + "'");
+  toml.finish();
+  return puffs;
+}
+
+Debris read_debris(TomlReader& toml) {
+  Debris piece{};
+  piece.s_m = toml.number("s_m", -1e5, 1e5), piece.d_m = toml.number("d_m", -30, 30);
+  piece.size_m = toml.number_or("size_m", 0.02, 3, 0.4);
+  piece.height_m = toml.number_or("height_m", 0.01, 3, piece.size_m / 4);
+  const std::string shape = toml.text_or("shape", "box");
+  if (shape != "box" && shape != "tyre") toml.fail(toml.line_of("shape"), "shape is box or tyre");
+  piece.tyre = shape == "tyre";
+  toml.finish();
+  return piece;
+}
+
+Reflectors read_reflectors(TomlReader& toml) {
+  Reflectors row{};
+  row.s_m = toml.number("s_m", -1e5, 1e5), row.d_m = toml.number("d_m", -30, 30);
+  row.height_m = toml.number_or("height_m", 0.1, 10, 0.8), row.size_m = toml.number_or("size_m", 0.02, 3, 0.12);
+  row.count = int32_t(toml.number_or("count", 1, 1000, 1));
+  row.every_m = toml.number_or("every_m", 0.1, 1000, 25);
+  toml.finish();
+  return row;
+}
+
 void read_overtakes(Scenario& scenario, TomlReader& toml) {
   std::vector<Overtake> list;
   for (const toml::table* table : toml.tables("overtake")) {
@@ -208,56 +242,24 @@ Scenario parse_scenario(const std::string& path, std::string_view text) {
     if (std::count(scenario.tune_seeds.begin(), scenario.tune_seeds.end(), seed))
       toml.fail(toml.line_of("test_seeds"), "seed " + std::to_string(seed) + " is in both lists");
   scenario.patterns = {{0, ScanPattern()}};
-  for (const toml::table* table : toml.tables("sensors")) {
-    TomlReader reader(path, *table, "sensors");
-    read_sensors(scenario, reader);
-  }
-  for (const toml::table* table : toml.tables("localisation")) {
-    TomlReader reader(path, *table, "localisation");
-    read_localisation(scenario.localisation, reader);
-  }
-  for (const toml::table* table : toml.tables("car")) {
-    TomlReader reader(path, *table, "car");
+  const auto for_each = [&](const char* name, auto&& read) {
+    for (const toml::table* table : toml.tables(name)) {
+      TomlReader reader(path, *table, name);
+      read(reader);
+    }
+  };
+  for_each("sensors", [&](TomlReader& reader) { read_sensors(scenario, reader); });
+  for_each("localisation", [&](TomlReader& reader) { read_localisation(scenario.localisation, reader); });
+  for_each("car", [&](TomlReader& reader) {
     scenario.cars.push_back(read_car(reader));
     if (scenario.find_car(scenario.cars.back().name) != int32_t(scenario.cars.size()) - 1)
       reader.fail(reader.line(), "two cars have this name");
-  }
+  });
   if (scenario.find_car(scenario.ego) < 0) toml.fail(toml.line(), "no car is named '" + scenario.ego + "', the ego");
   read_overtakes(scenario, toml);
-  for (const toml::table* table : toml.tables("smoke")) {
-    TomlReader reader(path, *table, "smoke");
-    Puffs puffs{reader.text("car"),
-                reader.number("from_s", 0, kMostTime),
-                reader.number("to_s", 0, kMostTime),
-                reader.number_or("per_s", 1, 200, 40),
-                reader.number_or("density_pm", 0.001, 10, 0.1),
-                reader.number_or("life_s", 0.1, 60, 3)};
-    if (scenario.find_car(puffs.car) < 0) reader.fail(reader.line_of("car"), "no car is named '" + puffs.car + "'");
-    scenario.puffs.push_back(puffs);
-    reader.finish();
-  }
-  for (const toml::table* table : toml.tables("debris")) {
-    TomlReader reader(path, *table, "debris");
-    Debris piece{};
-    piece.s_m = reader.number("s_m", -1e5, 1e5), piece.d_m = reader.number("d_m", -30, 30);
-    piece.size_m = reader.number_or("size_m", 0.02, 3, 0.4);
-    piece.height_m = reader.number_or("height_m", 0.01, 3, piece.size_m / 4);
-    const std::string shape = reader.text_or("shape", "box");
-    if (shape != "box" && shape != "tyre") reader.fail(reader.line_of("shape"), "shape is box or tyre");
-    piece.tyre = shape == "tyre";
-    scenario.debris.push_back(piece);
-    reader.finish();
-  }
-  for (const toml::table* table : toml.tables("reflector")) {
-    TomlReader reader(path, *table, "reflector");
-    Reflectors row{};
-    row.s_m = reader.number("s_m", -1e5, 1e5), row.d_m = reader.number("d_m", -30, 30);
-    row.height_m = reader.number_or("height_m", 0.1, 10, 0.8), row.size_m = reader.number_or("size_m", 0.02, 3, 0.12);
-    row.count = int32_t(reader.number_or("count", 1, 1000, 1));
-    row.every_m = reader.number_or("every_m", 0.1, 1000, 25);
-    scenario.reflectors.push_back(row);
-    reader.finish();
-  }
+  for_each("smoke", [&](TomlReader& reader) { scenario.puffs.push_back(read_puffs(scenario, reader)); });
+  for_each("debris", [&](TomlReader& reader) { scenario.debris.push_back(read_debris(reader)); });
+  for_each("reflector", [&](TomlReader& reader) { scenario.reflectors.push_back(read_reflectors(reader)); });
   toml.finish();
   return scenario;
 }

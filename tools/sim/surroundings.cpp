@@ -131,8 +131,8 @@ void Builder::add_grass() {
   add_infield();
 }
 
-// On both sides wherever the line is curved: a ramp from the road, a flat top, a ramp down. The outer wall leaves 0.8
-// m.
+// On both sides wherever the line is curved: a ramp from the road, a flat top, a ramp down. The outer wall stands 0.8 m
+// behind the edge.
 void Builder::add_kerbs() {
   use(MaterialId::white_line, Surface::apron_grass);
   constexpr double kFrom = 1.0 / 450, kFull = 1.0 / 300, kRamp = 0.2;

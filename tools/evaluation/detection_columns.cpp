@@ -1,0 +1,43 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/evaluation/detection_columns.h"
+
+#include "tools/evaluation/metrics/consistency.h"
+#include "tools/evaluation/numbers.h"
+
+namespace overtake::evaluation {
+
+double height_of(const ovt_detections& d, int32_t row) { return double(d.road_z_m ? d.road_z_m[row] : d.z_m[row]); }
+
+io::EgoRow corrected(io::EgoRow pose, const ovt_frame_info& info) {
+  pose.yaw_rad += info.ego_heading_offset_rad;
+  return pose;
+}
+
+io::EgoRow corrected(io::EgoRow pose, const ovt_frame_info& info, const ovt_detections& d, int32_t row) {
+  if (!d.ego_offset_rad) return corrected(pose, info);
+  pose.yaw_rad += double(d.ego_offset_rad[row]);
+  return pose;
+}
+
+MapPlace place_in_map(const std::vector<PublishedPose>& poses, const ovt_frame_info& info, const ovt_detections& d,
+                      int32_t row) {
+  return to_map(corrected(pose_at(poses, d.stamp_ns[row]), info, d, row), double(d.x_m[row]), double(d.y_m[row]),
+                height_of(d, row), double(d.heading_rad[row]));
+}
+
+bool is_debris(const ovt_detections& d, int32_t row) {
+  return d.object_class && d.object_class[row] == OVT_CLASS_DEBRIS;
+}
+
+double square_of(const ovt_detections& d, int32_t row, const Rotation& vehicle, double x_map_m, double y_map_m) {
+  if (!d.var_x || !d.var_y || !d.cov_xy) return kNan;
+  const auto &ahead = vehicle[0], &left = vehicle[1];
+  const double det = ahead[0] * left[1] - ahead[1] * left[0];
+  const double error[2] = {(x_map_m * left[1] - y_map_m * left[0]) / det,
+                           (y_map_m * ahead[0] - x_map_m * ahead[1]) / det};
+  const double lower[3] = {double(d.var_x[row]), double(d.cov_xy[row]), double(d.var_y[row])};
+  return metrics::normalized_square(error, lower, 2);
+}
+
+}  // namespace overtake::evaluation
