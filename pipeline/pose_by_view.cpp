@@ -24,15 +24,15 @@ Posed pose_at(const CarSize& size, const float* sensor_m, float c, float s, cons
 }
 
 // Standard deviations of the centre, m, fitted to simulated races. A part of the car that the sensor does not see, and
-// whose end is not known, leaves the centre uncertain by half of that part: 0.29 is the deviation of a uniform
-// distribution. The farther the car, the fewer rows and columns hit it.
-constexpr double kNear_m = 0.05;          // at the sensor, along and across
-constexpr double kAlongOfRange = 0.0035;  // of the range: the end that is seen
-constexpr double kAcrossOfRange = 0.002;  // of the range
-constexpr double kAlongOfUnseen = 0.29;   // of the length that is not seen
-constexpr double kAcrossOfUnseen = 0.22;  // of the width: mostly a part is missing on both sides
-constexpr double kFewPoints_m2 = 0.5;     // variance over the number of points
-constexpr double kFreeHeading_m = 0.25;   // at psi_VAR, which has an error of its own
+// whose end is not known, leaves the centre uncertain by a share of that part: a uniform distribution would be 0.29
+// of it. The farther the car, the fewer rows and columns hit it.
+constexpr double kNear_m = 0.055;          // at the sensor, along and across
+constexpr double kAlongOfRange = 0.0028;   // of the range: the end that is seen
+constexpr double kAcrossOfRange = 0.0016;  // of the range
+constexpr double kAlongOfUnseen = 0.23;    // of the length that is not seen
+constexpr double kAcrossOfUnseen = 0.18;   // of the width: mostly a part is missing on both sides
+constexpr double kFewPoints_m2 = 0.32;     // variance over the number of points
+constexpr double kFreeHeading_m = 0.25;    // at psi_VAR, which has an error of its own
 
 // Covariance of a centre in the vehicle frame.
 struct Covariance {
@@ -44,8 +44,8 @@ Covariance find_covariance(const Posed& pose, bool from_var, int32_t points, dou
   const double range2 = x_m * x_m + y_m * y_m;
   const double least = kNear_m * kNear_m + (from_var ? kFreeHeading_m * kFreeHeading_m : 0.0);
   const double few = kFewPoints_m2 / double(std::max(points, 1));
-  const double along = least + kAlongOfRange * kAlongOfRange * range2 +
-                       kAlongOfUnseen * kAlongOfUnseen * unseen_1 * unseen_1 + few;
+  const double along =
+      least + kAlongOfRange * kAlongOfRange * range2 + kAlongOfUnseen * kAlongOfUnseen * unseen_1 * unseen_1 + few;
   const double across = least + kAcrossOfRange * kAcrossOfRange * range2 +
                         kAcrossOfUnseen * kAcrossOfUnseen * unseen_2 * unseen_2 +
                         kAcrossOfUnseen * kAcrossOfUnseen * few;
