@@ -8,7 +8,7 @@
 //   segment    sensors[s]: everything else, but cluster_of_label                               (a task per sensor)
 //   detect     members, merged, cluster_of_label, walls, kept, places, detections, views       (after all segments)
 //   track      measurements, tracks, track_states, reference, ego_known, ego_state, tracks_ns,   (frame after frame)
-//              refiltered, lost_rows, ego_heading, views.ego_offset_rad
+//              refiltered, lost_rows, ego_heading, views.ego_offset_rad (and adds to views.var_x ..)
 //
 // Intake, detect, track and finish set bits of `flags`, one after the other.
 #pragma once

@@ -152,7 +152,7 @@ typedef struct ovt_params {
   double gate_own_back_m;            /* gate.own_back_m ...        box of the own car, from the vehicle's origin */
   double gate_own_front_m, gate_own_side_m;
   double pose_front_length_m;        /* pose.front_length_m */
-  double pose_angle_sigma_rad;       /* pose.angle_sigma_deg       of the ego heading, in var_x, var_y and cov_xy */
+  double pose_angle_sigma_rad;       /* pose.angle_sigma_deg       of the line of sight, in var_x, var_y and cov_xy */
   double class_debris_m;             /* class.debris_m             size of OVT_CLASS_DEBRIS, at most */
   double ego_heading_wall_length_m;  /* ego_heading.wall_length_m ...  the ego heading, learned from walls */
   double ego_heading_wall_reach_m;   /* ego_heading.wall_reach_m */
@@ -592,8 +592,8 @@ typedef struct ovt_detections {
   const float *map_s_m, *map_d_m;    /* centroid on the map; 0 without map or ego pose, or if the pose is off the map */
   const uint64_t* track;             /* id of the associated track, 0 none */
   /* null with preset paper */
-  const float *var_x, *var_y, *cov_xy;   /* covariance of x_m, y_m, m^2, axes of the vehicle frame. Includes the error
-                                        of the ego heading: see pose.angle_sigma_deg */
+  const float *var_x, *var_y, *cov_xy;   /* covariance of x_m, y_m, m^2, axes of the vehicle frame. With an ego pose
+                                        it includes the error of the ego heading, ego_heading_sigma_rad */
   const int32_t* view;               /* ovt_view, from the sensor with the most points */
   const int32_t* object_class;       /* ovt_object_class; initiates no track if it is OVT_CLASS_DEBRIS */
   const float *road_z_m, *height_m;  /* z of the road under the object, vehicle frame; height of its highest point over

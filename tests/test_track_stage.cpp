@@ -105,7 +105,7 @@ struct ViewBench {
   int64_t stamp_ns = 1000 * kMs;
   double yaw_rad = 0.0;  // of the ego vehicle
 
-  ViewBench() {
+  explicit ViewBench(StageContext of = {}) : context(std::move(of)) {
     FrameSizes sizes;
     sizes.candidate_capacity = sizes.track_capacity = sizes.external_capacity = 64;
     sizes.cluster_capacity = 16;
@@ -142,8 +142,8 @@ TEST_CASE("track stage: a detection with a covariance is measured with it, at th
   REQUIRE(bench.frame.measurements.count == 1);
   const Measurement& z = bench.frame.measurements.row[0];
   CHECK(z.var_x == doctest::Approx(0.25));
-  CHECK(z.var_y == doctest::Approx(0.5));
-  CHECK(z.cov_xy == doctest::Approx(0.125));
+  CHECK(z.var_y == doctest::Approx(0.5 * std::cos(roll) * std::cos(roll)));  // seen from above
+  CHECK(z.cov_xy == doctest::Approx(0.125 * std::cos(roll)));
   CHECK(z.x_m == doctest::Approx(20));
   CHECK(z.y_m == doctest::Approx(std::sin(roll)));  // 1 m down the car's up axis, which leans to the right
   REQUIRE(bench.frame.tracks.count == 1);
@@ -158,6 +158,24 @@ TEST_CASE("track stage: a detection with a covariance is measured with it, at th
   CHECK(t.var_x == doctest::Approx(c * c * 0.25 + s * s * 0.5 - 2 * c * s * 0.125));
   CHECK(t.var_y == doctest::Approx(s * s * 0.25 + c * c * 0.5 + 2 * c * s * 0.125));
   CHECK(t.cov_xy == doctest::Approx(c * s * (0.25 - 0.5) + (c * c - s * s) * 0.125));
+}
+
+TEST_CASE("track stage: the error of the ego heading is part of a covariance, in the map and as published") {
+  StageContext context;
+  context.method = &kBest;
+  context.detect.ego_heading.constant_sigma_rad = 0.02;
+  ViewBench bench(context);
+  bench.run(ObjectClass::kCar);
+  const double sigma_rad = bench.frame.ego_heading.sigma_rad;
+  REQUIRE(sigma_rad > 0.01);
+  const double across = 0.5 + sigma_rad * sigma_rad * 20 * 20;
+  REQUIRE(bench.frame.measurements.count == 1);
+  const Measurement& z = bench.frame.measurements.row[0];
+  CHECK(z.var_x == doctest::Approx(0.25));
+  CHECK(z.var_y == doctest::Approx(across));
+  CHECK(z.cov_xy == doctest::Approx(0.125));
+  CHECK(bench.frame.views.var_x[0] == doctest::Approx(0.25));
+  CHECK(double(bench.frame.views.var_y[0]) == doctest::Approx(across));
 }
 
 TEST_CASE("track stage: debris initiates no track, confirms none, and each of its rows is counted") {
