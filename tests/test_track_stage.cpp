@@ -163,6 +163,7 @@ TEST_CASE("track stage: a detection with a covariance is measured with it, at th
 TEST_CASE("track stage: the error of the ego heading is part of a covariance, in the map and as published") {
   StageContext context;
   context.method = &kBest;
+  context.sensor_count = 1;
   context.detect.ego_heading.constant_sigma_rad = 0.02;
   ViewBench bench(context);
   bench.run(ObjectClass::kCar);
