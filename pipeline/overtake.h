@@ -301,6 +301,10 @@ typedef struct ovt_detector_def {
 } ovt_detector_def;
 OVT_API ovt_status ovt_detector_def_init(ovt_detector_def* def, size_t struct_size);
 
+/* Without `params` a detector has preset "paper", the publication to the letter. For a car, take preset "best":
+ *   ovt_params params;
+ *   ovt_params_init(&params, sizeof params, "best");
+ *   def.params = &params; */
 static inline ovt_detector_def ovt_default_detector_def(void) {
   ovt_detector_def def;
   ovt_detector_def_init(&def, sizeof def);
@@ -317,6 +321,7 @@ static inline ovt_map_def ovt_default_map_def(void) {
   ovt_map_def_init(&def, sizeof def);
   return def;
 }
+/* Preset "paper". */
 static inline ovt_params ovt_default_params(void) {
   ovt_params params;
   ovt_params_init(&params, sizeof params, "paper");

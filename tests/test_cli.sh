@@ -40,7 +40,7 @@ expect "scene" "$write_scene" scene 8
 run=("$overtake" run scene --rig av21 --ego scene/ego.csv --map scene/map.csv --set tracker.confirm_hits=3)
 expect "run" "${run[@]}" --out run
 grep -q '^ *scan  *points' stdout || fail "run prints no table"
-has_header run/detections.csv frame,stamp_ns,x_m,y_m,z_m,heading_rad,heading_source,length_m,width_m,points,inliers_ref,inliers_var,heading_ref_rad,heading_var_rad,sensor_mask
+has_header run/detections.csv frame,stamp_ns,x_m,y_m,z_m,heading_rad,heading_source,length_m,width_m,points,inliers_ref,inliers_var,heading_ref_rad,heading_var_rad,sensor_mask,var_x,var_y,cov_xy,view,class,road_z_m,height_m,ego_offset_rad
 has_header run/tracks.csv stamp_ns,id,state,frame,x_m,y_m,speed_mps,course_rad,yaw_rate_rps,heading_rad,age,hits,var_x,var_y,ahead_m,left_m,name
 has_header run/timing.csv frame,stamp_ns,sensor,stage,time_us
 for table in run/*.csv; do
@@ -72,12 +72,15 @@ for other in again from_config workers workers_0 isa; do
 done
 cmp run/config.toml from_config/config.toml || fail "config.toml changes on its way through --config"
 
-expect "inspect" "$overtake" inspect scene --rig av21 --frame 3 --sensor front --out images
+expect "inspect" "$overtake" inspect scene --rig av21 --frame 3 --sensor front --preset paper --out images
 for image in range elevation range_filled angle angle_smooth nonground range_repaired nonground_repaired labels \
   pixel_point point_label point_reason; do
   [[ $(head -c 6 images/$image.npy) == $'\x93NUMPY' ]] || fail "images/$image.npy is no NPY file"
   [[ $(head -c 4 images/$image.png | tail -c 3) == PNG ]] || fail "images/$image.png is no PNG file"
 done
+expect "inspect with the default preset" "$overtake" inspect scene --rig av21 --frame 3 --sensor front --out images_best &&
+  [[ -s images_best/height.png && ! -e images_best/angle.png ]] || fail "inspect's default is not preset best"
+grep -q '^preset = "best"$' run/config.toml || fail "the default preset of run is not best"
 grep -q '"0": "labelled"' images/reasons.json || fail "reasons.json does not name reason 0"
 grep -q "'descr': '<f4'.*'shape': (32, 857)" <(head -c 128 images/range.npy | tr -d '\0') || fail "range.npy has another type or shape"
 

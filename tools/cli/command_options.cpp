@@ -9,7 +9,7 @@
 namespace overtake::cli {
 
 void add_common_options(CLI::App& command, Options& options) {
-  command.add_option("--preset", options.preset, "parameters to start from (paper)");
+  command.add_option("--preset", options.preset, "best (default) or paper, the publication");
   command.add_option("--set", options.set, "key=value: one parameter (overtake params lists them); may be repeated")
       ->expected(1)
       ->take_all();

@@ -4,7 +4,7 @@
 // The configuration of a command. Later sources override earlier ones: the preset's defaults, the --config file, the
 // command line. Reader and writer use the same text form, so the config.toml beside a result works with --config.
 //
-//   preset = "paper"   map = "FILE"   ego = "FILE"   workers = 1   isa = "ref"      (all optional)
+//   preset = "best"   map = "FILE"   ego = "FILE"   workers = 1   isa = "ref"      (all optional)
 //   rig = "NAME or FILE", or the table [rig] with its [[rig.sensor]] (see tools/io/rig.h)
 //   [capacities]   clusters = 1024      (rows of the detector's tables, before the rig's: tools/io/rig.h)
 //   [tracker]   confirm_hits = 3      (any parameter "group.name"; overtake params lists them)
@@ -35,7 +35,7 @@ struct Options {
 };
 
 struct Config {
-  std::string command, input, preset = "paper", map, ego, isa;
+  std::string command, input, preset = "best", map, ego, isa;
   int32_t workers = 1;
   ovt_params params;
   bool keep_images = true;  // false: the detector need not keep images (ovt_detector_def.keep_images)

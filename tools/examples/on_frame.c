@@ -47,7 +47,8 @@ int main(void) {
   listener heard = {0};
   heard.in_order = 1;
 
-  ovt_params params = ovt_default_params();
+  ovt_params params;
+  if (ovt_params_init(&params, sizeof params, "best") != OVT_OK) return 1;
   if (ovt_set_param(&params, "tracker.confirm_hits", "8") != OVT_OK) return 1;
   ovt_sensor_def sensor = ovt_default_sensor_def();
   sensor.z_m = 1.2;

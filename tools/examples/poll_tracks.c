@@ -16,7 +16,10 @@ int main(void) {
   ovt_sensor_def sensor = ovt_default_sensor_def();
   sensor.z_m = 1.2;
   sensor.cols = SCAN_BEAMS;
+  ovt_params params;
+  if (ovt_params_init(&params, sizeof params, "best") != OVT_OK) return 1;
   ovt_detector_def def = ovt_default_detector_def();
+  def.params = &params;
   def.sensors = &sensor;
   def.sensor_count = 1;
   def.worker_count = 1;
