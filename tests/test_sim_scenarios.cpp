@@ -44,6 +44,7 @@ double row_step_deg(const std::string& name, int32_t rows) {
   const Scan scan = simulator.frame(0).scans[0];
   CHECK(scan.lines == rows);
   CHECK(simulator.rig().sensors[0].rows == rows);
+  CHECK(simulator.rig().sensors[0].point_capacity >= 2 * rows * simulator.rig().sensors[0].cols);  // two returns
   CHECK(*std::max_element(scan.time_ns.begin(), scan.time_ns.end()) < 50'000'000);
   double sum[2] = {0, 0};
   int32_t count[2] = {0, 0};

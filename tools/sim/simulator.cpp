@@ -38,6 +38,8 @@ Simulator::Simulator(const Scenario& scenario, uint64_t seed, double seconds, in
   for (int32_t s = 0; s < kSensors; ++s) {
     io::RigSensor& sensor = rig_.sensors[std::size_t(s)];
     sensor.rows = int32_t(fastest);
+    // Beams of the overlapping heads are in the image's columns, too; up to two returns of each.
+    sensor.point_capacity = std::max(sensor.point_capacity, 2 * sensor.rows * sensor.cols);
     sensor.range_max_m = scenario_.errors.range_max_m;
     sensor.range_min_m = scenario_.errors.range_min_m;
     Mounting& m = mounting_[s];
