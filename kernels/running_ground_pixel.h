@@ -61,7 +61,7 @@ template <class V, class M>
 OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V z, RoadPlace<V> road, V level,
                                          V known_m, M exists, GroundState<V>& s) {
   constexpr float kLeastReach_m = 0.5f;                               // of the slope
-  constexpr float kSteepest = 0.45f, kFall = -0.6f, kDrop_m = -0.3f;  // of what moves the ground
+  constexpr float kSteepest = 0.45f, kFall = -0.2f, kDrop_m = -0.2f;  // of what moves the ground
   constexpr float kAny_m = 3e38f;
   constexpr float kShort_m = 2.0f;      // over less, the slope is not measured
   constexpr float kLeastOver_m = 0.6f;  // a crest between two pieces of the surface is not one of the road

@@ -52,6 +52,7 @@ int32_t filter(Frame& frame, F&& keeps) {
 }  // namespace
 
 void keep_car_shaped(const StageContext& context, Frame& frame) noexcept {
+  constexpr float kFadeReach_m = 70.0f, kMostFarther = 2.0f;
   const FrameClusterTable& merged = frame.merged;
   const CarGateParams& params = context.detect.gate_cars;
   frame.kept_count = frame.gated_points = frame.gated_own = frame.gated_size = 0;
@@ -62,7 +63,10 @@ void keep_car_shaped(const StageContext& context, Frame& frame) noexcept {
                    !fits_across(params.limits, frame, row)))
       return false;
     const ClusterHeights heights = measure_heights(frame, row);  // a wall's top, a beam or a wire is no car
-    return heights.low_m <= params.lowest_m && heights.high_m <= params.top_m;
+    // The running ground ends where the road fades: farther away its height errs more.
+    const float x = merged.center_x_m[row], y = merged.center_y_m[row];
+    const float farther = max_of((x * x + y * y) * (1.0f / (kFadeReach_m * kFadeReach_m)), 1.0f);
+    return heights.low_m <= params.lowest_m * min_of(farther, kMostFarther) && heights.high_m <= params.top_m;
   };
   for (int32_t row = 0; row < merged.count; ++row) {
     if (merged.point_count[row] < context.detect.gate_clusters.min_points)

@@ -147,8 +147,9 @@ class PixelView {
 // The class of a cluster, by what a car would show at this distance. A car has kRows rows and kColumns columns at
 // least on its body, which is as wide as the car; then an object smaller than debris_m is not a car, unless something
 // hides the rest of it. Where a car has fewer rows or columns, its body may be missed: then the class is not debris.
-ObjectClass classify(const StageContext& context, const Frame& frame, int32_t row, const OrientedBox& box) {
-  constexpr float kBody_m = 0.7f, kRows = 3.0f, kColumns = 12.0f, kCarShare = 0.6f;
+ObjectClass classify(const StageContext& context, const Frame& frame, int32_t row, const OrientedBox& box,
+                     float low_m) {
+  constexpr float kBody_m = 0.7f, kRows = 3.0f, kColumns = 12.0f, kCarShare = 0.6f, kOnTheRoad_m = 0.2f;
   const FrameClusterTable& merged = frame.merged;
   const float width_m = context.detect.fit_rectangle.width_m, debris_m = context.detect.pose_by_view.debris_m;
   const float longest_m = max_of(box.length(), box.width());
@@ -168,6 +169,8 @@ ObjectClass classify(const StageContext& context, const Frame& frame, int32_t ro
   if (pixels.row_high < 0) return ObjectClass::kUnknown;
   const float row_m = range_m * view.find_row_pitch(pixels);
   if (!(row_m > 0.0f) || row_m * kRows > kBody_m) return ObjectClass::kUnknown;
+  // Debris lies on the road. What stands out over a crest, or over something near, may be the top of a car.
+  if (low_m > kOnTheRoad_m + row_m) return ObjectClass::kUnknown;
   return view.may_be_hidden(pixels, range_m) ? ObjectClass::kUnknown : ObjectClass::kDebris;
 }
 
@@ -211,8 +214,8 @@ void pose_by_view(const StageContext& context, Frame& frame) noexcept {
         find_covariance(best, fit.from_var, merged.point_count[row], params.pose_by_view.angle_sigma_rad);
     views.var_x[i] = float(p.xx), views.var_y[i] = float(p.yy), views.cov_xy[i] = float(p.xy);
     views.view[i] = int32_t(best.car.view);
-    views.object_class[i] = int32_t(classify(context, frame, row, best.box));
     const ClusterHeights heights = measure_heights(frame, row);
+    views.object_class[i] = int32_t(classify(context, frame, row, best.box, heights.low_m));
     views.road_z_m[i] = heights.road_z_m;
     views.height_m[i] = heights.high_m;
   }

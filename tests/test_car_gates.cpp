@@ -53,9 +53,9 @@ TEST_CASE("car gates: length, width and height along psi_REF") {
 }
 
 TEST_CASE("car gates: a beam over the circuit is no car, and neither is the top of something higher than a car") {
-  const auto kept = [](double low_m, double high_m) {
+  const auto kept = [](double low_m, double high_m, double x_m = 50) {
     RulesBench bench;
-    bench.look({{90, 0, 0, 0.4, 4.8, low_m, high_m}});
+    bench.look({{x_m, 0, 0, 0.4, 4.8, low_m, high_m}});
     gate(bench);
     CHECK(bench.frame.gated_size == 1 - bench.frame.kept_count);
     return bench.frame.kept_count;
@@ -65,6 +65,9 @@ TEST_CASE("car gates: a beam over the circuit is no car, and neither is the top 
   CHECK(kept(1.1, 1.9) == 0);
   CHECK(kept(4.5, 5.1) == 0);
   CHECK(kept(0.7, 2.2) == 0);
+  // Behind the end of the road's returns its height is less certain: up to 1 m * (80 / 70)^2.
+  CHECK(kept(1.2, 1.9, 80) == 1);
+  CHECK(kept(1.45, 1.95, 80) == 0);
 }
 
 TEST_CASE("car gates: a car at any angle to the circuit passes, at any place") {

@@ -294,8 +294,10 @@ TEST_CASE(
   const TempFolder folder;
   RunOptions options = options_for_race(folder);
   options.presets = {"paper", "strict:no_map"};
-  options.configs = {folder.write("strict.toml", "map = \"none.csv\"\nego = \"none.csv\"\n[gate]\nmin_points = 6\n"),
-                     folder.write("same.toml", "preset = \"paper\"\n")};
+  options.configs = {
+      folder.write("strict.toml",
+                   "preset = \"paper\"\nmap = \"none.csv\"\nego = \"none.csv\"\n[gate]\nmin_points = 6\n"),
+      folder.write("same.toml", "preset = \"paper\"\n")};
   options.out = folder.path("out");
   REQUIRE(run_logs(options));
   std::map<std::string, Run> runs;
@@ -312,11 +314,11 @@ TEST_CASE(
   CHECK(runs.at("paper").about.at("config") == "");
 
   // Changed contents of a file of the same name: run again.
-  folder.write("strict.toml", "[gate]\nmin_points = 5\n");
+  folder.write("strict.toml", "preset = \"paper\"\n[gate]\nmin_points = 5\n");
   REQUIRE(run_logs(options));
   for (Run& run : read_runs(options.out)) runs[run.variant] = std::move(run);
   CHECK(runs.at("strict").about.at("config") == "preset = paper\ngate.min_points = 5");
-  folder.write("strict.toml", "[gate]\nmin_points = 5\n[capacities]\nclusters = 16\n");
+  folder.write("strict.toml", "preset = \"paper\"\n[gate]\nmin_points = 5\n[capacities]\nclusters = 16\n");
   REQUIRE(run_logs(options));
   const int64_t before = detections("strict");
   for (Run& run : read_runs(options.out)) runs[run.variant] = std::move(run);

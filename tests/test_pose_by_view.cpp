@@ -179,6 +179,8 @@ TEST_CASE("pose by view: a box or a tyre is debris where a car would show more, 
   }
   // Hidden by a nearer object but for 0.7 m.
   CHECK(class_of({car_at(25, 0), {12, -0.6, 0, 0.2, 1.6, 0.0, 1.5, 0}}) == OVT_CLASS_UNKNOWN);
+  // It does not touch the road: the top of a car behind a crest.
+  CHECK(class_of({{25, 0.5, 20, 0.6, 0.4, 0.75, 1.0, 1}}) == OVT_CLASS_UNKNOWN);
   // Farther away than the columns tell, with fine rows; and with too few rows.
   CHECK(class_of({{80, 0, 0, 0.75, 0.75, 0.0, 0.75, 1}}, 0.001) == OVT_CLASS_UNKNOWN);
   CHECK(class_of({{15, 0, 0, 0.75, 0.75, 0.0, 0.75, 1}}, 0.02) == OVT_CLASS_UNKNOWN);

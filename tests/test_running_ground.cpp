@@ -232,9 +232,12 @@ TEST_CASE("running_ground: pixels that are nearer, or steep, or in a hole are gr
   CHECK(Column({{7, 0}, {10, 0}, {9, 0.09f}, {30, 0.24f}}).marks() == "...o");
   CHECK(Column({{7, 0}, {10, 0}, {10.15f, 0.09f}, {30, 0.24f}}).marks() == "...o");  // a slope of 0.6
   CHECK(Column({{7, 0}, {10, 0}, {10.5f, 0.09f}, {30, 0.24f}}).marks() == "....");   // of 0.18: the road rises
-  // A pixel 0.85 m below the road at 11 m is a hole, one of 0.85 m at 12 m a road that falls by less than 0.6.
-  CHECK(Column({{7, 0}, {10, 0}, {10.8f, -0.85f}, {11.8f, 0.05f}}).marks() == "....");
-  CHECK(Column({{7, 0}, {10, 0}, {11, -0.85f}, {12, 0.05f}}).marks() == "...o");
+  // A pixel 0.55 m below the road 1.5 m farther is a hole, 2 m farther a road that falls by 0.2 and 0.2 m at most.
+  CHECK(Column({{7, 0}, {10, 0}, {11.5f, -0.55f}, {13, 0.05f}}).marks() == "....");
+  CHECK(Column({{7, 0}, {10, 0}, {12, -0.55f}, {13, 0.05f}}).marks() == "...o");
+  // The image of a wall in a wet road, before any road: the road is seen all the same.
+  CHECK(Column({{13, -3.7f}, {5, 0}, {7, 0}, {10, 0}, {15, 0}}).marks() == ".....");
+  CHECK(Column({{13, -3.7f}, {5, 0}, {7, 0}, {10, 0}, {15, 0.5f}}).marks() == "....o");
 }
 
 TEST_CASE("running_ground: the running slope is measured over a reach, limited, and not from the road at the sensor") {

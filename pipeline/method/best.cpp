@@ -3,6 +3,7 @@
 //
 // Preset `best`, from a scan to tracks: the paper's chain with another ground removal, and rules that know what a car
 // looks like and where the road is. The numbers are the sections of kernels/README.md.
+#include "core/math.h"
 #include "pipeline/method/frame_rules.h"
 #include "pipeline/method/method.h"
 #include "pipeline/method/steps.h"
@@ -47,6 +48,9 @@ constinit const Method kBest = {.name = "best",
                                 .frame = kFrame,
                                 .make_tracker = make_cvtr_tracker,  // 11  CVTR, Munkres, M of N (eqs. 6 and 7)
                                 .tracker_params = "tracker",
-                                .set_defaults = [](ovt_params& params) noexcept { params.merge_columns = 8; }};
+                                .set_defaults = [](ovt_params& params) noexcept {
+                                  params.merge_columns = 8;
+                                  params.cluster_threshold_rad = 2.8 * kPi / 180;  // two cars are not one
+                                }};
 
 }  // namespace overtake

@@ -108,6 +108,10 @@ cli::Config config_of(const cli::Options& preset, const std::string& rig) {
   cli::Options options = preset;
   options.rig = rig, options.map = "none", options.ego = "none";
   cli::Config config = cli::load_config(options);
+  if (rig != "av21" && rig != "racecar") {  // data sets of road traffic: vans are taller than a race car
+    config.params.gate_height_m = std::max(config.params.gate_height_m, 2.3);
+    config.params.gate_top_m = std::max(config.params.gate_top_m, 2.6);
+  }
   config.no_ego = false, config.workers = 1;
   return config;
 }
