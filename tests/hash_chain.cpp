@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// hash_chain [--isa NAME]        hash_chain --golden >tests/golden_hashes.def
+// hash_chain [--isa NAME]        hash_chain --golden >tests/golden_hashes.def   (of best: golden_hashes_best.def)
 //
 // The whole chain from points to tracks, one hash per frame: of the golden scene, and of every recorded frame that is
 // present (with OVT_HASH_RECORDED; $OVERTAKE_DATA or ./recordings). All ISAs of this CPU, or the given one, must give
@@ -35,10 +35,13 @@ namespace {
 constexpr uint64_t kPaperHashes[kGoldenFrames] = {
 #include "tests/golden_hashes.def"
 };
+constexpr uint64_t kBestHashes[kGoldenFrames] = {
+#include "tests/golden_hashes_best.def"
+};
 constexpr struct {
   const char* method;
   const uint64_t* hashes;
-} kGolden[] = {{"paper", kPaperHashes}};
+} kGolden[] = {{"paper", kPaperHashes}, {"best", kBestHashes}};
 
 struct Hashes {
   int32_t sensor_count = 0, detections = 0, tracks = 0;
