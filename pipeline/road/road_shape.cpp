@@ -85,6 +85,11 @@ void walk_four(const GroundBlock& block, const RoadAxes& axes, const SensorModel
       ranges[l] = range_m.row(r)[columns.column[l]];
       elevations[l] = elevation_rad.row(r)[columns.column[l]];
     }
+    if (ranges[0] <= 0.0f && ranges[1] <= 0.0f && ranges[2] <= 0.0f && ranges[3] <= 0.0f) {  // most of the sky
+      state.below_above = zero;
+      for (int32_t l = 0; l < kFour; ++l) ground[i].used[l] = 0;
+      continue;
+    }
     const Four range(ranges);
     const Four::Bits exists = range > zero;
     Four up, level;
@@ -94,8 +99,9 @@ void walk_four(const GroundBlock& block, const RoadAxes& axes, const SensorModel
     const Four y = Four(m[3]) * sx + Four(m[4]) * sy + Four(m[5]) * sensor_z + Four(t[1]);
     Four height, n;
     for (int32_t l = 0; l < kFour; ++l) {
-      height.v[l] = float(shape.height(double(x.v[l]), double(y.v[l])));
-      n.v[l] = float(shape.lane_offset(double(x.v[l]), double(y.v[l])));
+      const double at_x = double(x.v[l]), offset_m = shape.lane_offset(at_x, double(y.v[l]));
+      height.v[l] = float(shape.height_at(at_x, offset_m));
+      n.v[l] = float(offset_m);
     }
     const Four road_z = (height - Four(t[2]) - Four(m[6]) * sx - Four(m[7]) * sy) / Four(m[8]);
     const auto pixel =

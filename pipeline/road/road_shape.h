@@ -36,8 +36,9 @@ struct RoadShape {
     const double near = limited(x, kBend_m);
     return y - 0.5 * curvature * near * (2.0 * x - near);
   }
-  double height(double x, double y) const noexcept {
-    const double near = limited(x, kBend_m), n = limited(lane_offset(x, y), kLane_m);
+  double height(double x, double y) const noexcept { return height_at(x, lane_offset(x, y)); }
+  double height_at(double x, double lane_offset_m) const noexcept {
+    const double near = limited(x, kBend_m), n = limited(lane_offset_m, kLane_m);
     return term[0] + term[1] * x + term[2] * n + term[3] * near * (2.0 * x - near) + term[4] * near * n;
   }
 };
