@@ -63,14 +63,14 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
   constexpr float kLeastReach_m = 0.5f;                               // of the slope
   constexpr float kSteepest = 0.45f, kFall = -0.2f, kDrop_m = -0.2f;  // of what moves the ground
   constexpr float kAny_m = 3e38f;
-  constexpr float kShort_m = 2.0f;      // over less, the slope is not measured
+  constexpr float kShort_m = 2.0f, kShortOfRun = 0.1f;  // measured over less, the slope says nothing about the run
   constexpr float kLeastOver_m = 0.6f;  // a crest between two pieces of the surface is not one of the road
   constexpr float kFoot_m = 0.0f;       // lower pixels are road
   static_assert(kFoot_m >= 0.0f, "a missing pixel is no foot");
   const V zero(0.0f);
   const V height = z - road.z, ahead = distance - s.distance, run = max_of(ahead, zero), rise = height - s.height;
   const V above = rise - s.slope * run;
-  const M no_slope = s.distance <= s.from_distance + V(kShort_m);
+  const M no_slope = s.distance <= s.from_distance + max_of(V(kShort_m), V(kShortOfRun) * run);
   const M known = distance < known_m;
   const auto tolerance = [&](float GroundBlock::Tolerance::*value) {
     return select(known, V(block.known.*value), V(block.guess.*value));

@@ -152,8 +152,8 @@ TEST_CASE("running_ground: the allowed height grows with the distance from the l
        {Case{true, 14, 0.116f}, {true, 35, 0.2f}, {true, 80, 0.25f}, {false, 20, 0.3f}, {false, 60, 0.5f}}) {
     CAPTURE(c.known);
     CAPTURE(c.distance_m);
-    CHECK(Column({{7, 0}, {10, 0}, {c.distance_m, c.allowed_m - 0.005f}}, FlatRoad(c.known)).marks() == "...");
-    CHECK(Column({{7, 0}, {10, 0}, {c.distance_m, c.allowed_m + 0.005f}}, FlatRoad(c.known)).marks() == "..o");
+    CHECK(Column({{2, 0}, {10, 0}, {c.distance_m, c.allowed_m - 0.005f}}, FlatRoad(c.known)).marks() == "...");
+    CHECK(Column({{2, 0}, {10, 0}, {c.distance_m, c.allowed_m + 0.005f}}, FlatRoad(c.known)).marks() == "..o");
   }
 }
 
@@ -170,7 +170,8 @@ TEST_CASE("running_ground: the road is known only between two known rays") {
   CHECK(Column({{7, 0}, {10, 0}, {25, 0.2f}}).marks() == "..o");
 }
 
-TEST_CASE("running_ground: before the slope is measured, over 2 m, the allowed height grows faster") {
+TEST_CASE(
+    "running_ground: before the slope is measured, over 2 m and a tenth of the run, the allowed height grows faster") {
   // 0.1 m + 0.012 per metre up to 0.5 m: the attitude of the pose errs.
   CHECK(Column({{20, 0.33f}}).marks() == ".");
   CHECK(Column({{20, 0.35f}}).marks() == "o");
@@ -179,6 +180,8 @@ TEST_CASE("running_ground: before the slope is measured, over 2 m, the allowed h
   CHECK(Column({{8, 0}, {9.9f, 0}, {30, 0.3f}}).marks() == "...");
   CHECK(Column({{8, 0}, {10.1f, 0}, {30, 0.3f}}).marks() == "..o");
   CHECK(Column({{8, 0}, {9.9f, 0}, {30, 0.36f}}).marks() == "..o");
+  CHECK(Column({{8, 0}, {11, 0}, {42, 0.4f}}).marks() == "...");
+  CHECK(Column({{8, 0}, {11, 0}, {40, 0.4f}}).marks() == "..o");
 }
 
 TEST_CASE("running_ground: what returns from farther than a road can is not ground") {
@@ -254,12 +257,12 @@ TEST_CASE("running_ground: the running slope is measured over a reach, limited, 
   CHECK(Column(hill).marks().back() == 'o');
   // The slope is limited: 3 % are followed from pixel to pixel, but not over 44 m.
   hill.clear();
-  for (int32_t i = 1; i < 49; ++i) hill.push_back({float(2 * i), 0.03f * float(2 * i)});
-  hill.push_back({140, 0.03f * 140});
-  CHECK(Column(hill).marks() == std::string(48, '.') + "o");
+  for (int32_t i = 1; i < 52; ++i) hill.push_back({float(2 * i), 0.03f * float(2 * i)});
+  hill.push_back({146, 0.03f * 146});
+  CHECK(Column(hill).marks() == std::string(51, '.') + "o");
   RunningGroundParams steeper = params();
   steeper.known.slope_limit = 0.03f;
-  CHECK(Column(hill, FlatRoad(), steeper).marks() == std::string(49, '.'));
+  CHECK(Column(hill, FlatRoad(), steeper).marks() == std::string(52, '.'));
 }
 
 // A surface of three rays, each level at another height.
