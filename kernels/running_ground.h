@@ -19,13 +19,13 @@ struct GroundTolerance {
 
 struct RunningGroundParams {
   float height_m;           // allowed height above the running ground at the last ground pixel
-  GroundTolerance known;    // where the road surface is measured
-  GroundTolerance guess;    // where it is a guess
+  GroundTolerance known;    // up to known_m of the rays
+  GroundTolerance guess;    // beyond
   float start_per_m;        // per_m until the slope is measured
   float start_limit_m;      // limit_m until then
   float level_reach_m;      // ground may also rise like a level plane this far from the last ground pixel
   float level_slope_slack;  // ... by this much steeper
-  float fade_m;             // a road has no returns where distance^2 / height over its tangent is larger
+  float echo_limit_m;       // a road has no returns where distance^2 / height over its tangent is larger
   float foot_slope;         // a ground pixel below an obstacle belongs to it when the pair is steeper
 };
 
@@ -36,7 +36,10 @@ struct RunningGroundParams {
 //   writes   height_m (height over the running ground, 0 without a return), nonground, every word
 //   rules    - ground: height <= height_m + per_m * distance from the last ground pixel, at most limit_m; or, up to
 //              level_reach_m from it, a rise up to that of a level plane (apron and infield beside a banked track)
-//            - only up to where a road returns an echo: distance^2 <= fade_m * height of the sensor over its tangent
+//              until two ground pixels have measured a slope, over 2 m and a tenth of the run, start_per_m and
+//              start_limit_m hold
+//            - only up to where a road returns an echo: distance^2 <= echo_limit_m * height of the sensor over its
+//              tangent
 //            - only pixels farther than the last ground pixel, that rise by a slope of 0.45 at most (the foot of a wall
 //              must not lift it) and fall by less than a slope of 0.2 and 0.2 m (nor a hole or a mirror image lower
 //              it), move it

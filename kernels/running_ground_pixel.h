@@ -16,7 +16,7 @@ struct GroundBlock {
   };
   float height_m;
   Tolerance known, guess;
-  float start_per_m, start_limit_m, level_reach_m, foot_slope, fade_m;
+  float start_per_m, start_limit_m, level_reach_m, foot_slope, echo_limit_m;
 };
 
 OVT_INLINE GroundBlock make_ground_block(const RunningGroundParams& params) {
@@ -24,7 +24,7 @@ OVT_INLINE GroundBlock make_ground_block(const RunningGroundParams& params) {
     return GroundBlock::Tolerance{t.per_m, t.limit_m, t.slope_limit, 1.0f / t.slope_reach_m};
   };
   return {params.height_m,      tolerance(params.known), tolerance(params.guess), params.start_per_m,
-          params.start_limit_m, params.level_reach_m,    params.foot_slope,       params.fade_m};
+          params.start_limit_m, params.level_reach_m,    params.foot_slope,       params.echo_limit_m};
 }
 
 // The running ground of a column. Distances from the sensor; `height` over the road surface, `z` in the sensor's axes.
@@ -84,7 +84,7 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
   // An echo gets longer and weaker with range / sin(angle to the surface) = distance^2 / height of the sensor over the
   // tangent: from some length on the road has no returns, and what returns is something else.
   const V over_tangent = max_of(max_of(s.slope * s.distance - s.height, zero) - road.offset, V(kLeastOver_m));
-  const M visible = distance * distance <= V(block.fade_m) * over_tangent;
+  const M visible = distance * distance <= V(block.echo_limit_m) * over_tangent;
   const M ground = exists & (above <= select(is_level, V(kAny_m), allowed)) & visible;
   const V step_z = z - s.below_z;
   const M steep =

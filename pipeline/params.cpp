@@ -126,7 +126,7 @@ SegmentParams make_segment_params(const ovt_params& params, const SensorModel& s
                         .start_limit_m = float(params.running_ground_start_limit_m),
                         .level_reach_m = float(params.running_ground_level_reach_m),
                         .level_slope_slack = float(params.running_ground_level_slack),
-                        .fade_m = float(params.running_ground_fade_m * params.running_ground_fade_m),
+                        .echo_limit_m = float(params.running_ground_fade_m * params.running_ground_fade_m),
                         .foot_slope = float(sine / cosine)};
   out.drop_smoke = {float(params.smoke_dark_share), float(params.smoke_near_share), float(params.smoke_reach_m)};
   out.repair_range = {(params.repair_window - 1) / 2, float(params.repair_range_limit_m), sensor.wraps};

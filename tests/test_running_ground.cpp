@@ -47,7 +47,7 @@ RunningGroundParams params() {
           .start_limit_m = 0.5f,
           .level_reach_m = 3.0f,
           .level_slope_slack = 0.03f,
-          .fade_m = 1e9f,
+          .echo_limit_m = 1e9f,
           .foot_slope = 1.7f};
 }
 
@@ -187,7 +187,7 @@ TEST_CASE(
 TEST_CASE("running_ground: what returns from farther than a road can is not ground") {
   // distance^2 / height over the tangent of the road: at most 55 m for a sensor 1 m over the road.
   RunningGroundParams fading = params();
-  fading.fade_m = 55.0f * 55.0f;
+  fading.echo_limit_m = 55.0f * 55.0f;
   const auto marks = [&](std::vector<Place> places, const FlatRoad& road = FlatRoad()) {
     return Column(std::move(places), road, fading).marks();
   };

@@ -43,14 +43,10 @@ void add_heading_variance(double sigma_rad, float x, float y, Measurement& z) no
   z.cov_xy -= variance * x_m * y_m;
 }
 
-// Transforms a measurement at height z_m from the vehicle frame to the map: position and heading.
-void place_on_map(const EgoState& ego, double z_m, Measurement& z) noexcept {
-  ego.to_map(z.x_m, z.y_m, z_m, z.x_m, z.y_m);
+// Transforms a measurement without a height, of a level vehicle, to the map.
+void turn_to_map(const EgoState& ego, Measurement& z) noexcept {
+  ego.to_map(z.x_m, z.y_m, 0.0, z.x_m, z.y_m);
   if (z.heading_rad == z.heading_rad) z.heading_rad = ego.heading_to_map(z.heading_rad);
-}
-
-// The covariance of a level sensor's measurement.
-void turn_level(const EgoState& ego, Measurement& z) noexcept {
   const double c = ego.r[0], s = ego.r[3];
   const double xx = z.var_x, yy = z.var_y, xy = z.cov_xy;
   z.var_x = c * c * xx - 2 * c * s * xy + s * s * yy;
@@ -125,25 +121,23 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
       z_m = double(views.road_z_m[i]);
     }
     if (reference_ == OVT_REFERENCE_MAP && frame.ego.at(in.stamp_ns[i], ego)) {
+      EgoState used = ego;
       if (heading_) {
-        EgoState corrected;
-        corrected_.at(in.stamp_ns[i], corrected);
+        corrected_.at(in.stamp_ns[i], used);
         const int32_t sensor = frame.merged.main_sensor[in.cluster[i]];
-        corrected = turned(corrected, learned_.offset_rad({}, sensor, heading_->sensor_count()));
-        offset_rad = wrap_angle(corrected.pose.yaw_rad - ego.pose.yaw_rad);
-        const bool by_map = frame.uses_map && in.heading_source[i] == int32_t(HeadingSource::kRef);
-        const double heading_rad = (by_map ? ego : corrected).heading_to_map(z.heading_rad);
+        used = turned(used, learned_.offset_rad({}, sensor, heading_->sensor_count()));
+        offset_rad = wrap_angle(used.pose.yaw_rad - ego.pose.yaw_rad);
         add_heading_variance(frame.ego_heading.sigma_rad, in.x_m[i], in.y_m[i], z);
         if (frame.views.count > 0) {
           frame.views.var_x[i] = float(z.var_x), frame.views.var_y[i] = float(z.var_y);
           frame.views.cov_xy[i] = float(z.cov_xy);
         }
-        place_on_map(corrected, z_m, z);
-        z.heading_rad = heading_rad;
-      } else {
-        place_on_map(ego, z_m, z);
       }
-      turn_covariance(ego.r[0], ego.r[1], ego.r[3], ego.r[4], z);
+      // psi_REF was found on the map with the ego heading as published.
+      const bool by_map = frame.uses_map && in.heading_source[i] == int32_t(HeadingSource::kRef);
+      z.heading_rad = (by_map ? ego : used).heading_to_map(z.heading_rad);
+      used.to_map(z.x_m, z.y_m, z_m, z.x_m, z.y_m);
+      turn_covariance(used.r[0], used.r[1], used.r[3], used.r[4], z);
       widen(params_, ego_variance(ego), z);
     }
     if (frame.views.count > 0) frame.views.ego_offset_rad[i] = float(offset_rad);
@@ -166,7 +160,7 @@ void TrackStage::measure_external(Frame& frame) const noexcept {
          .cov_xy = variances_alone ? 0.0 : in.cov_xy[i],
          .heading_rad = in.heading_rad[i],
          .stamp_ns = frame.stamp_ns};
-    if (turn) place_on_map(ego, 0.0, z), turn_level(ego, z);
+    if (turn) turn_to_map(ego, z);
     widen(params_, variance, z);
   }
 }
