@@ -243,6 +243,12 @@ expect "info --json" "$overtake" info scene --json && cp stdout info.json
 read_json info.json 'json["kind"] == "a folder of scans" and [s["files"] for s in json["scans"]] == [8, 8, 8] and json["first_ns"] is None'
 expect "params --json" "$overtake" params --json && cp stdout params.json
 read_json params.json '{"name": "tracker.confirm_hits", "min": 1, "max": 64}.items() <= [p for p in json["parameters"] if p["name"] == "tracker.confirm_hits"][0].items()'
+expect "params" "$overtake" params
+grep -qE '^cluster.threshold_deg +2.8 deg ' stdout || fail "params: not the defaults of best"
+grep -qE '^smooth.window .*no effect in best[]]$' stdout || fail "params: smooth.window has an effect in best"
+expect "params --preset paper" "$overtake" params --preset paper
+grep -qE '^cluster.threshold_deg +2.5 deg ' stdout || fail "params --preset paper: other defaults"
+refuse "--preset: there is no preset 'worst' (there is: paper, best)" params --preset worst
 [[ $(grep -c '"name"' params.json) == $("$overtake" params | wc -l) ]] || fail "params --json lists others than params"
 expect "compare" "$overtake" compare run again && grep -q '^Confirmed tracks that only A has: 0$' stdout || fail "compare of equal runs: $(cat stdout)"
 expect "another run" "${run[@]}" --set gate.min_points=60 --quiet --out fewer

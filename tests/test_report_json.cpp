@@ -66,7 +66,7 @@ TEST_CASE("doctor_json: lists every finding and the number of WRONG ones") {
 }
 
 TEST_CASE("params_json: lists every parameter of the library, integers as integers") {
-  const Json json = Json::parse(cli::params_json()).at("parameters");
+  const Json json = Json::parse(cli::params_json("paper")).at("parameters");
   REQUIRE(int32_t(json.size()) == ovt_param_count());
   for (int32_t i = 0; i < ovt_param_count(); ++i) {
     ovt_param_info info;

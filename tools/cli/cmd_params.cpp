@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// overtake params: every parameter with unit, default, limits, meaning.
+// overtake params: every parameter with unit, default of a preset, limits, meaning.
 #include <cstdio>
 
 #include "tools/cli/command.h"
@@ -12,13 +12,17 @@ namespace overtake::cli {
 namespace {
 
 struct ParamsOptions {
+  std::string preset = Config().preset;
   bool json = false;
 };
 
-void add_params_options(CLI::App& command, ParamsOptions& options) { add_json_option(command, options.json); }
+void add_params_options(CLI::App& command, ParamsOptions& options) {
+  command.add_option("--preset", options.preset, "whose defaults")->capture_default_str();
+  add_json_option(command, options.json);
+}
 
 int print_params(const ParamsOptions& options) {
-  std::fputs((options.json ? params_json() : list_params()).c_str(), stdout);
+  std::fputs((options.json ? params_json(options.preset) : list_params(options.preset)).c_str(), stdout);
   return 0;
 }
 

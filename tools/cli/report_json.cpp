@@ -108,11 +108,10 @@ std::string compare_json(const std::string& a, const std::string& b, const RunCo
                  {"speed_mps", json_of_sizes(c.track_speed_mps)}}}});
 }
 
-std::string params_json() {
-  Json json = {{"parameters", Json::array()}};
-  for (int32_t i = 0; i < ovt_param_count(); ++i) {
-    ovt_param_info info;
-    if (ovt_describe_param(i, &info) != OVT_OK) continue;
+std::string params_json(const std::string& preset) {
+  Json json = {{"preset", preset}, {"parameters", Json::array()}};
+  for (const PresetParam& param : describe_preset(preset)) {
+    const ovt_param_info& info = param.info;
     const auto value = [&](double number) {
       return info.is_integer ? Json(std::llround(number)) : finite_or_null(number);
     };
@@ -122,6 +121,7 @@ std::string params_json() {
                                   {"min", value(info.value_min)},
                                   {"max", value(info.value_max)},
                                   {"integer", info.is_integer != 0},
+                                  {"has_effect", param.has_effect},
                                   {"text", info.text}});
   }
   return dump(json);

@@ -33,7 +33,7 @@ struct RecordingInfo {
 
 std::string info_json(const RecordingInfo& info);
 std::string doctor_json(const std::string& input, const std::string& rig, const std::vector<Finding>& findings);
-std::string params_json();
+std::string params_json(const std::string& preset);
 std::string compare_json(const std::string& a, const std::string& b, const RunComparison& comparison);
 
 }  // namespace overtake::cli

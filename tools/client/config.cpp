@@ -325,16 +325,33 @@ void add_inputs(io::OutputGuard& guard, const Options& options, const Config& co
     guard.add_input(path);
 }
 
-std::string list_params() {
-  std::string text;
+std::vector<PresetParam> describe_preset(const std::string& preset) {
+  Config config;
+  config.preset = preset;
+  init_params(config, "--preset", 0);
+  std::vector<PresetParam> all;
   for (const ovt_param_info& info : describe_params()) {
+    all.push_back({info, ovt_reads_param(&config.params, int32_t(all.size())) != 0});
+    double value;
+    ovt_get_param(&config.params, info.name, &value);
+    // Angles are kept in radians, and come back some bits off their degrees.
+    double& shown = all.back().info.value_default;
+    if (std::abs(value - shown) > 1e-5 * std::abs(shown)) shown = std::round(value * 1e9) / 1e9;
+  }
+  return all;
+}
+
+std::string list_params(const std::string& preset) {
+  std::string text;
+  for (const auto& [info, has_effect] : describe_preset(preset)) {
     std::string value, limits;
     io::append_number(value, info.value_default);
     if (*info.unit) value += " " + std::string(info.unit);
     io::append_number(limits, info.value_min);
     limits += " to ";
     io::append_number(limits, info.value_max);
-    text += padded(info.name, 34) + padded(value, 23) + padded(limits, 16) + info.text + '\n';
+    text += padded(info.name, 34) + padded(value, 23) + padded(limits, 16) + info.text;
+    text += has_effect ? "\n" : " [no effect in " + preset + "]\n";
   }
   return text;
 }

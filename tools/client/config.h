@@ -59,7 +59,13 @@ io::Capacities effective_capacities(const Config& config);
 // "points, clusters, ...": the names that --capacity accepts.
 std::string capacity_names();
 
-// The parameters with units, defaults and limits, one per line.
-std::string list_params();
+// Parameters with the defaults of a preset. Throws Error if there is no such preset.
+struct PresetParam {
+  ovt_param_info info;  // value_default: of the preset
+  bool has_effect;      // the preset reads it
+};
+std::vector<PresetParam> describe_preset(const std::string& preset);
+// The same as text with units and limits, one per line.
+std::string list_params(const std::string& preset);
 
 }  // namespace overtake::cli
