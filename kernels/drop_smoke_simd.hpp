@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Section 5c: smoke and dust are not obstacles. Words of 64 columns: dark pixels are rare without smoke, and only
-// vectors with one look at their windows.
+// Section 5c: smoke and dust are not obstacles. Words of 64 columns: dark pixels are rare without smoke, and stand
+// alone or in small groups. So each looks at its own window, a row of it at a time.
 #pragma once
 
 #include "core/math.h"
@@ -12,78 +12,67 @@
 
 namespace overtake::simd {
 
-// The bits of a word and its neighbours: bit c of at(i, j) belongs to the pixel i rows below and j columns to the right
-// of that of column c.
+// The 64 neighbours of a pixel as bits of a word: 13 columns of each row above and below it, then its own row without
+// itself.
+constexpr int32_t kWindowCols = 2 * kSmokeCols + 1, kWindowRows = 2 * kSmokeRows + 1;
+static_assert(kWindowCols * kWindowRows == 65);
+template <class F>
+OVT_INLINE uint64_t make_window(F&& columns_of_row) {
+  constexpr uint64_t kLeft = (uint64_t(1) << kSmokeCols) - 1, kAll = (uint64_t(1) << kWindowCols) - 1;
+  uint64_t window = 0;
+  int32_t place = 0;
+#pragma GCC unroll 5
+  for (int32_t i = 0; i < kWindowRows; ++i) {
+    if (i == kSmokeRows) continue;
+    window |= (columns_of_row(i) & kAll) << place;
+    place += kWindowCols;
+  }
+  const uint64_t own = columns_of_row(kSmokeRows);
+  return window | ((own & kLeft) | (own >> 1 & kLeft << kSmokeCols)) << place;
+}
+
+// The windows of the pixels of a word. Bit c of low[i] belongs to column c - kSmokeCols of the word; high goes on.
 struct WindowBits {
-  uint64_t words[2 * kSmokeRows + 1][2 * kSmokeCols + 1];
+  uint64_t low[kWindowRows], high[kWindowRows];
 
   OVT_INLINE WindowBits(ConstBitPlane bits, int32_t r, int32_t w) {
-    for (int32_t i = -kSmokeRows; i <= kSmokeRows; ++i) {
-      uint64_t* const out = words[i + kSmokeRows] + kSmokeCols;
-      const int32_t row = r + i;
-      if (row < 0 || row >= bits.rows) {
-        for (int32_t j = -kSmokeCols; j <= kSmokeCols; ++j) out[j] = 0;
-        continue;
-      }
+    for (int32_t i = 0; i < kWindowRows; ++i) {
+      const int32_t row = r + i - kSmokeRows;
+      low[i] = high[i] = 0;
+      if (row < 0 || row >= bits.rows) continue;
       const uint64_t *in = bits.row(row), own = in[w];
       const uint64_t before = w > 0 ? in[w - 1] : 0, after = w + 1 < bits.words_per_row ? in[w + 1] : 0;
-      out[0] = own;
-      for (int32_t j = 1; j <= kSmokeCols; ++j) {
-        out[-j] = own << j | before >> (64 - j);
-        out[j] = own >> j | after << (64 - j);
-      }
+      low[i] = own << kSmokeCols | before >> (64 - kSmokeCols);
+      high[i] = after << kSmokeCols | own >> (64 - kSmokeCols);
     }
   }
+  OVT_INLINE uint64_t at(int32_t c) const {  // column of the word
+    return make_window([&](int32_t i) OVT_INLINED { return low[i] >> c | high[i] << 1 << (63 - c); });
+  }
+};
+
+// The ranges around the pixels of a row. Beyond the image's edge rows are those of the edge: no bit is set there.
+struct WindowRanges {
+  const float* row[kWindowRows];
+
+  OVT_INLINE WindowRanges(Plane<const float> range_m, int32_t r) {
+    for (int32_t i = 0; i < kWindowRows; ++i) {
+      const int32_t at = r + i - kSmokeRows;
+      row[i] = range_m.row(at < 0 ? 0 : at < range_m.rows ? at : range_m.rows - 1);
+    }
+  }
+  // The neighbours of the pixel of column c whose ranges differ from its own by less than limit_m.
   template <class A>
-  OVT_INLINE Mask<A> at(int32_t i, int32_t j, int32_t shift) const {
-    return Mask<A>::from_bits(uint32_t(words[i + kSmokeRows][j + kSmokeCols] >> shift));
+  OVT_INLINE uint64_t find_within(int32_t c, float limit_m) const {
+    const Float<A> own(row[kSmokeRows][c]), limit(limit_m);
+    return make_window([&](int32_t i) OVT_INLINED {
+      uint64_t bits = 0;
+      for (int32_t k = 0; k < kWindowCols; k += kSize<A>)
+        bits |= uint64_t((abs_of(Float<A>::load(row[i] + c - kSmokeCols + k) - own) < limit).bits()) << k;
+      return bits;
+    });
   }
 };
-
-template <class A>
-struct Neighbours {
-  Float<A> all, counted;
-};
-
-// Counts the neighbours of kSize pixels from c on, and those of them in counts(i, j, difference of the ranges).
-template <class A, class F>
-OVT_INLINE Neighbours<A> count_neighbours(Plane<const float> range_m, const WindowBits& considered, float reach_m,
-                                          int32_t r, int32_t c, int32_t shift, F&& counts) {
-  const Float<A> reach(reach_m), own = Float<A>::load(range_m.row(r) + c), one(1.0f);
-  Neighbours<A> n = {Float<A>(0.0f), Float<A>(0.0f)};
-  for (int32_t i = -kSmokeRows; i <= kSmokeRows; ++i) {
-    if (r + i < 0 || r + i >= range_m.rows) continue;
-    const float* const row = range_m.row(r + i) + c;
-    for (int32_t j = -kSmokeCols; j <= kSmokeCols; ++j) {
-      if (i == 0 && j == 0) continue;
-      const Float<A> apart = abs_of(Float<A>::load(row + j) - own);
-      const Mask<A> has = considered.at<A>(i, j, shift) & (apart < reach);
-      n.all = add_where(has, n.all, one);
-      n.counted = add_where(has & counts(i, j, apart), n.counted, one);
-    }
-  }
-  return n;
-}
-
-template <class A>
-OVT_INLINE Mask<A> are_rough(const DropSmokeParams& params, Plane<const float> range_m, const WindowBits& considered,
-                             int32_t r, int32_t c, int32_t shift) {
-  const Float<A> surface = Float<A>(kSurface_m) + Float<A>(kSurfaceShare) * Float<A>::load(range_m.row(r) + c);
-  const Neighbours<A> near =
-      count_neighbours<A>(range_m, considered, params.reach_m, r, c, shift,
-                          [&](int32_t, int32_t, Float<A> apart) OVT_INLINED { return apart < surface; });
-  return near.counted <= Float<A>(params.near_share) * near.all;
-}
-
-template <class A>
-OVT_INLINE Mask<A> are_among_rough(const DropSmokeParams& params, Plane<const float> range_m,
-                                   const WindowBits& considered, const WindowBits& rough, int32_t r, int32_t c,
-                                   int32_t shift) {
-  const Neighbours<A> among =
-      count_neighbours<A>(range_m, considered, params.reach_m, r, c, shift,
-                          [&](int32_t i, int32_t j, Float<A>) OVT_INLINED { return rough.at<A>(i, j, shift); });
-  return among.counted >= Float<A>(kRoughShare) * among.all;
-}
 
 // The dark pixels of the word that begins at `points`, with `cols` columns.
 template <class A>
@@ -103,7 +92,6 @@ template <class A>
 void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, Plane<const float> range_filled_m,
                 Plane<const int32_t> pixel_point, BitPlane nonground, BitPlane considered, BitPlane rough,
                 BitPlane smoke) noexcept {
-  constexpr uint64_t kGroup = (uint64_t(1) << kSize<A>)-1;
   const int32_t rows = nonground.rows, cols = nonground.cols, words_per_row = nonground.words_per_row;
   const float limit = params.dark_share * find_ground_intensity(scan, pixel_point, nonground);
   const bool may_be_smoke = limit > 0.0f;  // else there is no ground, or there are no intensities
@@ -122,31 +110,41 @@ void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, Plane<cons
     }
   if (any_dark == 0) return;
 
-  for (int32_t r = 0; r < rows; ++r)
+  for (int32_t r = 0; r < rows; ++r) {
+    const WindowRanges ranges(range_filled_m, r);
     for (int32_t w = 0; w < words_per_row; ++w) {
       if (dark.row(r)[w] == 0) continue;
       const WindowBits window(considered, r, w);
       uint64_t found = 0;
-      for (uint64_t left = dark.row(r)[w]; left != 0;) {
-        const int32_t shift = lowest_bit(left) & ~(kSize<A> - 1);
-        left &= ~(kGroup << shift);
-        found |= uint64_t(are_rough<A>(params, range_filled_m, window, r, 64 * w + shift, shift).bits()) << shift;
+      for (uint64_t left = dark.row(r)[w]; left != 0; left &= left - 1) {
+        const int32_t shift = lowest_bit(left), c = 64 * w + shift;
+        const uint64_t neighbours = window.at(shift) & ranges.find_within<A>(c, params.reach_m);
+        const uint64_t near =
+            neighbours & ranges.find_within<A>(c, kSurface_m + kSurfaceShare * range_filled_m.row(r)[c]);
+        const bool is_rough = float(count_bits(near)) <= params.near_share * float(count_bits(neighbours));
+        found |= uint64_t(is_rough) << shift;
       }
-      rough.row(r)[w] = found & dark.row(r)[w];
+      rough.row(r)[w] = found;
     }
-  for (int32_t r = 0; r < rows; ++r)
+  }
+  for (int32_t r = 0; r < rows; ++r) {
+    const WindowRanges ranges(range_filled_m, r);
     for (int32_t w = 0; w < words_per_row; ++w) {
       if (dark.row(r)[w] == 0) continue;
       const WindowBits window(considered, r, w), around(rough, r, w);
+      const uint64_t own = rough.row(r)[w];
       uint64_t found = 0;
-      for (uint64_t left = dark.row(r)[w]; left != 0;) {
-        const int32_t shift = lowest_bit(left) & ~(kSize<A> - 1);
-        left &= ~(kGroup << shift);
-        const Mask<A> mask = are_among_rough<A>(params, range_filled_m, window, around, r, 64 * w + shift, shift);
-        found |= uint64_t(mask.bits()) << shift;
+      for (uint64_t left = dark.row(r)[w]; left != 0; left &= left - 1) {
+        const int32_t shift = lowest_bit(left), c = 64 * w + shift;
+        const uint64_t among = around.at(shift);
+        if (among == 0 && (own >> shift & 1) == 0) continue;  // it has a neighbour, and that is not rough
+        const uint64_t neighbours = window.at(shift) & ranges.find_within<A>(c, params.reach_m);
+        const bool is_smoke = float(count_bits(neighbours & among)) >= kRoughShare * float(count_bits(neighbours));
+        found |= uint64_t(is_smoke) << shift;
       }
-      smoke.row(r)[w] = found & dark.row(r)[w];
+      smoke.row(r)[w] = found;
     }
+  }
   for (int32_t r = 0; r < rows; ++r)
     for (int32_t w = 0; w < words_per_row; ++w) nonground.row(r)[w] &= ~smoke.row(r)[w];
 }
