@@ -241,5 +241,32 @@ TEST_CASE("mark_smoke: points of smoke get their reason, losers of the pixel kee
   }
 }
 
+TEST_CASE("mark_smoke: finds the losers among any number of points") {
+  constexpr int32_t kCount = 64 * 3 + 5;
+  OwnedPlane<int32_t> pixel_point(2, 70);
+  pixel_point.fill(kNoPoint);
+  OwnedBits smoke(2, 70);
+  smoke.clear();
+  smoke.view().set(1, 66);
+  const int32_t at = pixel_point.view().stride + 66;
+  std::mt19937 random(3);
+  for (const uint32_t most : {2u, 30u}) {  // every other point, or a few, lost their pixels
+    std::vector<int32_t> pixel, label(kCount, 0);
+    std::vector<uint8_t> lost, reason(kCount, uint8_t(Reason::kLabelled));
+    for (int32_t i = 0; i < kCount; ++i) {
+      lost.push_back(random() % most == 0);
+      pixel.push_back(random() % 4 == 0 ? at + 1 : at);
+    }
+    PointTable points;
+    points.count = points.capacity = kCount;
+    points.pixel = pixel.data(), points.label = label.data(), points.lost = lost.data(), points.reason = reason.data();
+    mark_smoke(smoke.view(), pixel_point, points);
+    for (std::size_t i = 0; i < std::size_t(kCount); ++i) {
+      CHECK(Reason(reason[i]) == (lost[i] && pixel[i] == at ? Reason::kSmoke : Reason::kLabelled));
+      CHECK(label[i] == (lost[i] && pixel[i] == at ? kLabelNone : 0));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace overtake
