@@ -37,6 +37,21 @@ struct Four {
 };
 constexpr int32_t kFour = 4;
 
+// Two doubles side by side, for the shape.
+struct Two {
+  using Values = double __attribute__((vector_size(16)));
+  using Bits = int64_t __attribute__((vector_size(16)));
+  Values v;
+  explicit Two(double all) : v{all, all} {}
+  explicit Two(Values values) : v(values) {}
+  friend Two operator+(Two a, Two b) { return Two(a.v + b.v); }
+  friend Two operator-(Two a, Two b) { return Two(a.v - b.v); }
+  friend Two operator*(Two a, Two b) { return Two(a.v * b.v); }
+  friend Bits operator<(Two a, Two b) { return a.v < b.v; }
+  friend Bits operator>(Two a, Two b) { return a.v > b.v; }
+  friend Two select(Bits mask, Two yes, Two no) { return Two(mask ? yes.v : no.v); }
+};
+
 // Points on the road, of one scan.
 struct RoadPoints {
   static constexpr int32_t kCapacity = 4096;
@@ -51,89 +66,125 @@ struct RoadPoints {
   }
 };
 
-// Walks up four columns like running_ground, over the shape so far, and collects the ground near the vehicle's lane.
-// Lanes without a column have no returns.
-struct FourColumns {
-  int32_t column[kFour];
-  int32_t count;
-};
-void walk_four(const GroundBlock& block, const RoadAxes& axes, const SensorModel& sensor, const FourColumns& columns,
-               Plane<const float> range_m, Plane<const float> elevation_rad, const RoadShape& shape, float reach_m,
-               RoadPoints& points) noexcept {
-  constexpr int32_t kMostRows = 1024;
-  constexpr float kLane_m = 6.0f;
-  const float *m = axes.mounting.r, *t = axes.mounting.t;
-  const Four zero(0.0f);
-  float cosines[kFour] = {}, sines[kFour] = {};
-  for (int32_t l = 0; l < columns.count; ++l)
-    sin_cos_f32(
-        float(wrap_angle(double(sensor.azimuth_left_rad) - (columns.column[l] + 0.5) * double(sensor.pitch_rad))),
-        sines[l], cosines[l]);
-  const Four cosine(cosines), sine(sines);
-  GroundState<Four> state =
-      start_ground(Four(axes.to_sensor_z(float(shape.height(double(t[0]), double(t[1]))), 0.0f, 0.0f)));
-  struct Ground {
-    float x[kFour], n[kFour], z[kFour];
-    int32_t used[kFour];
-  } ground[kMostRows];
-  const int32_t rows = std::min(range_m.rows, kMostRows);
-  bool any = false;
-  for (int32_t i = 0; i < rows; ++i) {
-    const int32_t r = range_m.rows - 1 - i;
-    float ranges[kFour] = {}, elevations[kFour] = {};
-    for (int32_t l = 0; l < columns.count; ++l) {
-      ranges[l] = range_m.row(r)[columns.column[l]];
-      elevations[l] = elevation_rad.row(r)[columns.column[l]];
-    }
-    if (ranges[0] <= 0.0f && ranges[1] <= 0.0f && ranges[2] <= 0.0f && ranges[3] <= 0.0f) {  // most of the sky
-      state.below_above = zero;
-      for (int32_t l = 0; l < kFour; ++l) ground[i].used[l] = 0;
-      continue;
-    }
-    const Four range(ranges);
-    const Four::Bits exists = range > zero;
-    Four up, level;
-    sin_cos_small_of(Four(elevations), up, level);
-    const Four distance = range * level, sensor_z = range * up, sx = distance * cosine, sy = distance * sine;
-    const Four x = Four(m[0]) * sx + Four(m[1]) * sy + Four(m[2]) * sensor_z + Four(t[0]);
-    const Four y = Four(m[3]) * sx + Four(m[4]) * sy + Four(m[5]) * sensor_z + Four(t[1]);
-    Four height, n;
-    for (int32_t l = 0; l < kFour; ++l) {
-      const double at_x = double(x.v[l]), offset_m = shape.lane_offset(at_x, double(y.v[l]));
-      height.v[l] = float(shape.height_at(at_x, offset_m));
-      n.v[l] = float(offset_m);
-    }
-    const Four road_z = (height - Four(t[2]) - Four(m[6]) * sx - Four(m[7]) * sy) / Four(m[8]);
-    const auto pixel =
-        walk_ground(block, distance, sensor_z, RoadPlace<Four>{road_z, Four(-1e9f)}, zero, zero, exists, state);
-    const Four::Bits used =
-        pixel.ground & (state.distance == distance) & (abs_of(x) <= Four(reach_m)) & (abs_of(n) <= Four(kLane_m));
-    const Four z = Four(m[6]) * sx + Four(m[7]) * sy + Four(m[8]) * sensor_z + Four(t[2]);
-    for (int32_t l = 0; l < kFour; ++l) {
-      ground[i].x[l] = x.v[l], ground[i].n[l] = n.v[l], ground[i].z[l] = z.v[l];
-      ground[i].used[l] = used[l];
-      any |= used[l] != 0;
-    }
-  }
-  if (!any) return;
-  for (int32_t l = 0; l < columns.count; ++l)
-    for (int32_t i = 0; i < rows; ++i)
-      if (ground[i].used[l]) points.add(ground[i].x[l], ground[i].n[l], ground[i].z[l]);
-}
+// The ground near the vehicle's lane in every so many columns of an image. Four columns lie side by side, and the walks
+// of several fours go up together, because each is a chain of dependent operations.
+class GroundWalks {
+ public:
+  GroundWalks(const RunningGroundParams& params, const RoadAxes& axes, const SensorModel& sensor,
+              Plane<const float> range_m, Plane<const float> elevation_rad) noexcept
+      : block_(make_ground_block(params)),
+        axes_(axes),
+        sensor_(sensor),
+        range_m_(range_m),
+        elevation_rad_(elevation_rad),
+        rows_(std::min(range_m.rows, kRoom)),
+        stride_(std::max(1, sensor.cols / kColumns)) {}
 
-void collect_ground(const RunningGroundParams& params, const RoadAxes& axes, const SensorModel& sensor,
-                    Plane<const float> range_m, Plane<const float> elevation_rad, const RoadShape& shape, float reach_m,
-                    RoadPoints& points) noexcept {
-  constexpr int32_t kColumns = 20;
-  const GroundBlock block = make_ground_block(params);
-  points.count = 0;
-  const int32_t stride = std::max(1, sensor.cols / kColumns);
-  for (int32_t begin = stride / 2; begin < sensor.cols; begin += kFour * stride) {
-    FourColumns columns = {};
-    for (int32_t c = begin; c < sensor.cols && columns.count < kFour; c += stride) columns.column[columns.count++] = c;
-    walk_four(block, axes, sensor, columns, range_m, elevation_rad, shape, reach_m, points);
+  // Walks up like running_ground, over the shape so far, and lists the ground column after column.
+  void collect(const RoadShape& shape, float reach_m, RoadPoints& points) noexcept {
+    const int32_t columns = (sensor_.cols - stride_ / 2 + stride_ - 1) / stride_, fours = (columns + kFour - 1) / kFour;
+    const int32_t together = std::min(kRoom / rows_, kMostFours);
+    points.count = 0;
+    for (int32_t begin = 0; begin < fours; begin += together) {
+      const int32_t count = std::min(together, fours - begin);
+      if (laid_ != begin)
+        for (int32_t f = 0; f < count; ++f) lay(begin + f, pixels_ + f * rows_);
+      laid_ = begin;
+      walk(shape, reach_m, count);
+      for (int32_t f = 0; f < count; ++f) list(pixels_ + f * rows_, points);
+    }
   }
-}
+
+ private:
+  static constexpr int32_t kColumns = 20, kRoom = 1024, kMostFours = 16;
+
+  // Four pixels of one row.
+  struct Pixels {
+    Four x, y, z;                          // vehicle frame
+    Four distance, sensor_z, ahead, side;  // sensor's axes; what the place of a pixel adds to the vehicle's z
+    Four::Bits exists;
+    bool any;         // of `exists`
+    Four n;           // of the last walk: from the lane
+    Four::Bits used;  // ... is ground for the fit
+  };
+
+  void lay(int32_t four, Pixels* pixels) const noexcept {
+    const float *m = axes_.mounting.r, *t = axes_.mounting.t;
+    int32_t column[kFour] = {}, count = 0;  // lanes without a column have no returns
+    for (int32_t c = stride_ / 2 + kFour * stride_ * four; c < sensor_.cols && count < kFour; c += stride_)
+      column[count++] = c;
+    float cosines[kFour] = {}, sines[kFour] = {};
+    for (int32_t l = 0; l < count; ++l)
+      sin_cos_f32(float(wrap_angle(double(sensor_.azimuth_left_rad) - (column[l] + 0.5) * double(sensor_.pitch_rad))),
+                  sines[l], cosines[l]);
+    const Four cosine(cosines), sine(sines), zero(0.0f);
+    for (int32_t i = 0; i < rows_; ++i) {
+      const int32_t r = range_m_.rows - 1 - i;
+      Pixels& p = pixels[i];
+      float ranges[kFour] = {}, elevations[kFour] = {};
+      for (int32_t l = 0; l < count; ++l) {
+        ranges[l] = range_m_.row(r)[column[l]];
+        elevations[l] = elevation_rad_.row(r)[column[l]];
+      }
+      const Four range(ranges);
+      p.exists = range > zero;
+      p.any = ranges[0] > 0.0f || ranges[1] > 0.0f || ranges[2] > 0.0f || ranges[3] > 0.0f;
+      if (!p.any) continue;  // most of the sky
+      Four up, level;
+      sin_cos_small_of(Four(elevations), up, level);
+      p.distance = range * level, p.sensor_z = range * up;
+      const Four sx = p.distance * cosine, sy = p.distance * sine;
+      p.x = Four(m[0]) * sx + Four(m[1]) * sy + Four(m[2]) * p.sensor_z + Four(t[0]);
+      p.y = Four(m[3]) * sx + Four(m[4]) * sy + Four(m[5]) * p.sensor_z + Four(t[1]);
+      p.ahead = Four(m[6]) * sx, p.side = Four(m[7]) * sy;
+      p.z = p.ahead + p.side + Four(m[8]) * p.sensor_z + Four(t[2]);
+    }
+  }
+
+  void walk(const RoadShape& shape, float reach_m, int32_t count) noexcept {
+    constexpr float kLane_m = 6.0f;
+    const float *m = axes_.mounting.r, *t = axes_.mounting.t;
+    const Four zero(0.0f), reach(reach_m), lane(kLane_m);
+    GroundState<Four> states[kMostFours];
+    std::fill_n(states, count,
+                start_ground(Four(axes_.to_sensor_z(float(shape.height(double(t[0]), double(t[1]))), 0.0f, 0.0f))));
+    for (int32_t i = 0; i < rows_; ++i)
+      for (int32_t f = 0; f < count; ++f) {
+        Pixels& p = pixels_[f * rows_ + i];
+        GroundState<Four>& state = states[f];
+        if (!p.any) {
+          state.below_above = zero;
+          continue;
+        }
+        Four height;
+        for (int32_t l = 0; l < kFour; l += 2) {
+          const Two x(Two::Values{double(p.x.v[l]), double(p.x.v[l + 1])});
+          const Two y(Two::Values{double(p.y.v[l]), double(p.y.v[l + 1])});
+          const Two offset_m = shape.lane_offset(x, y), height_m = shape.height_at(x, offset_m);
+          height.v[l] = float(height_m.v[0]), height.v[l + 1] = float(height_m.v[1]);
+          p.n.v[l] = float(offset_m.v[0]), p.n.v[l + 1] = float(offset_m.v[1]);
+        }
+        const Four road_z = (height - Four(t[2]) - p.ahead - p.side) / Four(m[8]);
+        const auto pixel = walk_ground(block_, p.distance, p.sensor_z, RoadPlace<Four>{road_z, Four(-1e9f)}, zero, zero,
+                                       p.exists, state);
+        p.used = pixel.ground & (state.distance == p.distance) & (abs_of(p.x) <= reach) & (abs_of(p.n) <= lane);
+      }
+  }
+
+  void list(const Pixels* pixels, RoadPoints& points) const noexcept {
+    for (int32_t l = 0; l < kFour; ++l)
+      for (int32_t i = 0; i < rows_; ++i)
+        if (const Pixels& p = pixels[i]; p.any && p.used[l]) points.add(p.x.v[l], p.n.v[l], p.z.v[l]);
+  }
+
+  const GroundBlock block_;
+  const RoadAxes& axes_;
+  const SensorModel& sensor_;
+  const Plane<const float> range_m_, elevation_rad_;
+  const int32_t rows_, stride_;
+  int32_t laid_ = -1;  // the first four whose pixels are laid
+  Pixels pixels_[kRoom];
+};
 
 // Least squares over the points within trim_m of the shape, each 5 m of x with the same weight. False: too few points.
 bool fit_shape(const RoadPoints& points, double trim_m, RoadShape& shape) noexcept {
@@ -186,8 +237,9 @@ void fit_road(const RunningGroundParams& params, const RoadAxes& axes, const Sen
     double trim_m;
   } kPass[] = {{30.0f, 0.5}, {60.0f, 0.3}, {100.0f, 0.3}};
   RoadPoints points;
+  GroundWalks walks(params, axes, sensor, range_m, elevation_rad);
   for (const auto& pass : kPass) {
-    collect_ground(params, axes, sensor, range_m, elevation_rad, shape, pass.reach_m, points);
+    walks.collect(shape, pass.reach_m, points);
     if (!fit_shape(points, pass.trim_m, shape)) return;
   }
 }

@@ -23,24 +23,30 @@ struct RoadAxes {
 // from the vehicle's lane, which bends by `curvature`. Beyond kBend_m it goes on straight, beyond kLane_m it is as at
 // the edge.
 constexpr int32_t kTerms = 5;
+inline double select(bool mask, double yes, double no) noexcept { return mask ? yes : no; }
 struct RoadShape {
   double term[kTerms] = {};  // a, b, c, q, e
   double curvature = 0;
 
   static constexpr double kBend_m = 100.0, kLane_m = 12.0;
-  static double limited(double v, double most) noexcept {
-    const double low = v < -most ? -most : v;
-    return low > most ? most : low;
+  // V: double, or several of them side by side.
+  template <class V>
+  static V limited(V v, double most) noexcept {
+    const V low = select(v < V(-most), V(-most), v);
+    return select(low > V(most), V(most), low);
   }
-  double lane_offset(double x, double y) const noexcept {
-    const double near = limited(x, kBend_m);
-    return y - 0.5 * curvature * near * (2.0 * x - near);
+  template <class V>
+  V lane_offset(V x, V y) const noexcept {
+    const V near = limited(x, kBend_m);
+    return y - V(0.5 * curvature) * near * (V(2.0) * x - near);
+  }
+  template <class V>
+  V height_at(V x, V lane_offset_m) const noexcept {
+    const V near = limited(x, kBend_m), n = limited(lane_offset_m, kLane_m);
+    return V(term[0]) + V(term[1]) * x + V(term[2]) * n + V(term[3]) * near * (V(2.0) * x - near) +
+           V(term[4]) * near * n;
   }
   double height(double x, double y) const noexcept { return height_at(x, lane_offset(x, y)); }
-  double height_at(double x, double lane_offset_m) const noexcept {
-    const double near = limited(x, kBend_m), n = limited(lane_offset_m, kLane_m);
-    return term[0] + term[1] * x + term[2] * n + term[3] * near * (2.0 * x - near) + term[4] * near * n;
-  }
 };
 
 // Fits the shape to the scan's own ground, from near to far. A scan with too little ground leaves it as it is.
