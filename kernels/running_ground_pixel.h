@@ -36,6 +36,12 @@ struct GroundState {
   V below_distance, below_z, below_above;  // the pixel below; its height over the running ground, 0 without a return
 };
 
+template <class M>
+OVT_INLINE bool any_of(M mask) {
+  if constexpr (requires { mask.any(); }) return mask.any();
+  return true;
+}
+
 template <class V>
 OVT_INLINE GroundState<V> start_ground(V road_z) {
   constexpr float kNowhere_m = 1e9f;  // the first ground pixel is not ahead of it, so it does not measure a slope
@@ -91,6 +97,10 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
       exists & (s.below_above > V(kFoot_m)) & (step_z > V(block.foot_slope) * abs_of(distance - s.below_distance));
 
   const M moves = ground & (ahead > zero) & (rise <= V(kSteepest) * run) & (rise > V(kFall) * run + V(kDrop_m));
+  s.below_distance = distance;
+  s.below_z = z;
+  s.below_above = select(exists, above, zero);
+  if (!any_of(moves)) return {s.below_above, ground, steep};
   const V reach = distance - s.from_distance;
   // The road under the sensor is only known by the sensor's mounting: the first ground pixel does not measure a slope.
   const M first = moves & (s.distance <= zero);
@@ -105,9 +115,6 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
   s.distance = select(moves, distance, s.distance);
   s.height = select(moves, height, s.height);
   s.z = select(moves, z, s.z);
-  s.below_distance = distance;
-  s.below_z = z;
-  s.below_above = select(exists, above, zero);
   return {s.below_above, ground, steep};
 }
 
