@@ -110,6 +110,9 @@ void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, Plane<cons
     }
   if (any_dark == 0) return;
 
+  constexpr int32_t kKept = 2048;  // neighbours of the first dark pixels; those of others are found twice
+  uint64_t kept[kKept];
+  int32_t count = 0;
   for (int32_t r = 0; r < rows; ++r) {
     const WindowRanges ranges(range_filled_m, r);
     for (int32_t w = 0; w < words_per_row; ++w) {
@@ -119,6 +122,8 @@ void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, Plane<cons
       for (uint64_t left = dark.row(r)[w]; left != 0; left &= left - 1) {
         const int32_t shift = lowest_bit(left), c = 64 * w + shift;
         const uint64_t neighbours = window.at(shift) & ranges.find_within<A>(c, params.reach_m);
+        if (count < kKept) kept[count] = neighbours;
+        ++count;
         const uint64_t near =
             neighbours & ranges.find_within<A>(c, kSurface_m + kSurfaceShare * range_filled_m.row(r)[c]);
         const bool is_rough = float(count_bits(near)) <= params.near_share * float(count_bits(neighbours));
@@ -127,18 +132,20 @@ void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, Plane<cons
       rough.row(r)[w] = found;
     }
   }
+  count = 0;
   for (int32_t r = 0; r < rows; ++r) {
     const WindowRanges ranges(range_filled_m, r);
     for (int32_t w = 0; w < words_per_row; ++w) {
       if (dark.row(r)[w] == 0) continue;
-      const WindowBits window(considered, r, w), around(rough, r, w);
-      const uint64_t own = rough.row(r)[w];
+      const WindowBits around(rough, r, w);
       uint64_t found = 0;
       for (uint64_t left = dark.row(r)[w]; left != 0; left &= left - 1) {
         const int32_t shift = lowest_bit(left), c = 64 * w + shift;
         const uint64_t among = around.at(shift);
-        if (among == 0 && (own >> shift & 1) == 0) continue;  // it has a neighbour, and that is not rough
-        const uint64_t neighbours = window.at(shift) & ranges.find_within<A>(c, params.reach_m);
+        const uint64_t neighbours =
+            count < kKept ? kept[count]
+                          : WindowBits(considered, r, w).at(shift) & ranges.find_within<A>(c, params.reach_m);
+        ++count;
         const bool is_smoke = float(count_bits(neighbours & among)) >= kRoughShare * float(count_bits(neighbours));
         found |= uint64_t(is_smoke) << shift;
       }

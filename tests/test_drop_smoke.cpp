@@ -257,13 +257,17 @@ TEST_CASE("mark_smoke: finds the losers among any number of points") {
       lost.push_back(random() % most == 0);
       pixel.push_back(random() % 4 == 0 ? at + 1 : at);
     }
+    lost[10] = lost[11] = 0;  // the winners
+    pixel[10] = at, pixel[11] = at + 1;
+    pixel_point.at(1, 66) = 10, pixel_point.at(1, 67) = 11;
     PointTable points;
     points.count = points.capacity = kCount;
     points.pixel = pixel.data(), points.label = label.data(), points.lost = lost.data(), points.reason = reason.data();
     mark_smoke(smoke.view(), pixel_point, points);
     for (std::size_t i = 0; i < std::size_t(kCount); ++i) {
-      CHECK(Reason(reason[i]) == (lost[i] && pixel[i] == at ? Reason::kSmoke : Reason::kLabelled));
-      CHECK(label[i] == (lost[i] && pixel[i] == at ? kLabelNone : 0));
+      const bool is_smoke = (lost[i] || i == 10) && pixel[i] == at;
+      CHECK(Reason(reason[i]) == (is_smoke ? Reason::kSmoke : Reason::kLabelled));
+      CHECK(label[i] == (is_smoke ? kLabelNone : 0));
     }
   }
 }

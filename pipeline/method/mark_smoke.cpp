@@ -38,8 +38,9 @@ void mark_smoke(ConstBitPlane smoke, Plane<const int32_t> pixel_point, PointTabl
       }
   if (!any) return;
   const auto mark_loser = [&](int32_t i) {
-    const int32_t pixel = points.pixel[i];
-    if (pixel >= 0 && smoke.test(pixel / pixel_point.stride, pixel % pixel_point.stride)) mark(i);
+    if (points.pixel[i] < 0) return;
+    const int32_t winner = pixel_point.data[points.pixel[i]];  // always labelled, so it has a new reason now
+    if (winner != kNoPoint && Reason(points.reason[winner]) == Reason::kSmoke) mark(i);
   };
   int32_t i = 0;
   for (; i + 64 <= points.count; i += 64)  // a few percent lost their pixels
