@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "core/math.h"
 #include "kernels/running_ground_pixel.h"
@@ -36,21 +37,6 @@ struct Four {
   friend Four abs_of(Four a) { return Four(Values(Bits(a.v) & 0x7fffffff)); }
 };
 constexpr int32_t kFour = 4;
-
-// Two doubles side by side, for the shape.
-struct Two {
-  using Values = double __attribute__((vector_size(16)));
-  using Bits = int64_t __attribute__((vector_size(16)));
-  Values v;
-  explicit Two(double all) : v{all, all} {}
-  explicit Two(Values values) : v(values) {}
-  friend Two operator+(Two a, Two b) { return Two(a.v + b.v); }
-  friend Two operator-(Two a, Two b) { return Two(a.v - b.v); }
-  friend Two operator*(Two a, Two b) { return Two(a.v * b.v); }
-  friend Bits operator<(Two a, Two b) { return a.v < b.v; }
-  friend Bits operator>(Two a, Two b) { return a.v > b.v; }
-  friend Two select(Bits mask, Two yes, Two no) { return Two(mask ? yes.v : no.v); }
-};
 
 // Points on the road, of one scan.
 struct RoadPoints {
@@ -156,14 +142,15 @@ class GroundWalks {
           state.below_above = zero;
           continue;
         }
-        Four height;
+        float heights_m[kFour], offsets_m[kFour], x[kFour], y[kFour];
+        std::memcpy(x, &p.x, sizeof x), std::memcpy(y, &p.y, sizeof y);
         for (int32_t l = 0; l < kFour; l += 2) {
-          const Two x(Two::Values{double(p.x.v[l]), double(p.x.v[l + 1])});
-          const Two y(Two::Values{double(p.y.v[l]), double(p.y.v[l + 1])});
-          const Two offset_m = shape.lane_offset(x, y), height_m = shape.height_at(x, offset_m);
-          height.v[l] = float(height_m.v[0]), height.v[l + 1] = float(height_m.v[1]);
-          p.n.v[l] = float(offset_m.v[0]), p.n.v[l + 1] = float(offset_m.v[1]);
+          const Two offset_m = shape.lane_offset(Two(x + l), Two(y + l));
+          offset_m.store(offsets_m + l);
+          shape.height_at(Two(x + l), offset_m).store(heights_m + l);
         }
+        const Four height(heights_m);
+        p.n = Four(offsets_m);
         const Four road_z = (height - Four(t[2]) - p.ahead - p.side) / Four(m[8]);
         const auto pixel = walk_ground(block_, p.distance, p.sensor_z, RoadPlace<Four>{road_z, Four(-1e9f)}, zero, zero,
                                        p.exists, state);

@@ -24,6 +24,25 @@ struct RoadAxes {
 // the edge.
 constexpr int32_t kTerms = 5;
 inline double select(bool mask, double yes, double no) noexcept { return mask ? yes : no; }
+
+// Two doubles side by side, for the shape. Compilers make the baseline's vectors of it; the results are those of double.
+struct Two {
+  using Values = double __attribute__((vector_size(16)));
+  using Bits = int64_t __attribute__((vector_size(16)));
+  Values v;
+  explicit Two(double all) : v{all, all} {}
+  explicit Two(const float* at) : v{double(at[0]), double(at[1])} {}
+  friend Two operator+(Two a, Two b) { return Two(a.v + b.v); }
+  friend Two operator-(Two a, Two b) { return Two(a.v - b.v); }
+  friend Two operator*(Two a, Two b) { return Two(a.v * b.v); }
+  friend Bits operator<(Two a, Two b) { return a.v < b.v; }
+  friend Bits operator>(Two a, Two b) { return a.v > b.v; }
+  friend Two select(Bits mask, Two yes, Two no) { return Two(mask ? yes.v : no.v); }
+  void store(float* at) const { at[0] = float(v[0]), at[1] = float(v[1]); }
+
+ private:
+  explicit Two(Values values) : v(values) {}
+};
 struct RoadShape {
   double term[kTerms] = {};  // a, b, c, q, e
   double curvature = 0;

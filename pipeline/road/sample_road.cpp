@@ -42,6 +42,7 @@ OVT_INLINE bool find_height(const RoadData& road, const CentreLine& line, float 
 // Rays side by side: along a ray each node waits for the one before it, so the walks of several rays overlap, and
 // compilers make vectors of the loops over `l`.
 constexpr int32_t kTogether = 28;
+static_assert(kTogether % 2 == 0);
 struct Rays {
   float cosine[kTogether], sine[kTogether];
   bool known[kTogether];
@@ -119,13 +120,18 @@ void sample_shape(const RoadAxes& axes, const RoadShape& shape, Rays& rays) noex
   for (int32_t l = 0; l < kTogether; ++l) sensor_z[l] = -t[2];
   for (int32_t i = 0; i < kNodes; ++i) {
     const float distance = node_distance_m(i);
+    float x[kTogether], y[kTogether], vx[kTogether], vy[kTogether], height_m[kTogether];
     for (int32_t l = 0; l < kTogether; ++l) {
-      const float x = distance * rays.cosine[l], y = distance * rays.sine[l];
-      const float vx = m[0] * x + m[1] * y + m[2] * sensor_z[l] + t[0];
-      const float vy = m[3] * x + m[4] * y + m[5] * sensor_z[l] + t[1];
-      sensor_z[l] = axes.to_sensor_z(float(shape.height(double(vx), double(vy))), x, y);
-      rays.heights_m[i][l] = sensor_z[l];
+      x[l] = distance * rays.cosine[l], y[l] = distance * rays.sine[l];
+      vx[l] = m[0] * x[l] + m[1] * y[l] + m[2] * sensor_z[l] + t[0];
+      vy[l] = m[3] * x[l] + m[4] * y[l] + m[5] * sensor_z[l] + t[1];
     }
+    for (int32_t l = 0; l < kTogether; l += 2) {
+      const Two at_x(vx + l);
+      shape.height_at(at_x, shape.lane_offset(at_x, Two(vy + l))).store(height_m + l);
+    }
+    for (int32_t l = 0; l < kTogether; ++l)
+      rays.heights_m[i][l] = sensor_z[l] = axes.to_sensor_z(height_m[l], x[l], y[l]);
   }
 }
 
