@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "pipeline/road/height_profile.h"
@@ -361,6 +362,27 @@ TEST_CASE("sample_road: a guess has the height, grade, cross slope and bend of t
   check_guess(Sampled(data, sensor, scan_of(sensor, banked)), banked, 0.12);
   // A level guess is wrong by more than that.
   CHECK_FALSE(std::fabs(Sampled(data, sensor).height(8, 55.0) + 0.65 - bent(57.3, 0.0)) < 0.5);
+}
+
+TEST_CASE("sample_road: rows without a return change no byte of a guess, with any number of rows") {
+  const auto bent = [](double x, double) { return 4e-4 * x * x; };
+  const SensorModel sensor = make_sensor({2.3, 0.0, 0.65, 0.0, 0.0, 0.0}, 240);
+  Scan scan = scan_of(sensor, bent);
+  const Sampled sampled(turning_without_map(), sensor, scan_of(sensor, bent));
+  for (const int32_t apart : {2, 6, 8, 16, 32}) {  // up to the 1,024 rows of the largest image
+    CAPTURE(apart);
+    SensorModel tall = sensor;
+    tall.rows = apart * sensor.rows;
+    Scan sparse(tall);
+    for (int32_t r = 0; r < sensor.rows; ++r)
+      for (int32_t c = 0; c < sensor.cols; ++c) {
+        sparse.range.at(apart * r, c) = scan.range.at(r, c);
+        sparse.elevation.at(apart * r, c) = scan.elevation.at(r, c);
+      }
+    const Sampled same(turning_without_map(), tall, std::move(sparse));
+    CHECK(same.offset_m == sampled.offset_m);
+    CHECK(same.slope == sampled.slope);
+  }
 }
 
 TEST_CASE("sample_road: a car on the road does not lift the guess") {
