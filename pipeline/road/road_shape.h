@@ -25,7 +25,8 @@ struct RoadAxes {
 constexpr int32_t kTerms = 5;
 inline double select(bool mask, double yes, double no) noexcept { return mask ? yes : no; }
 
-// Two doubles side by side, for the shape. Compilers make the baseline's vectors of it; the results are those of double.
+// Two doubles side by side, for the shape. Compilers make the baseline's vectors of it; the results are those of
+// double.
 struct Two {
   using Values = double __attribute__((vector_size(16)));
   using Bits = int64_t __attribute__((vector_size(16)));
