@@ -169,6 +169,9 @@ typedef struct ovt_params {
   double smoke_reach_m;              /* smoke.reach_m              difference of their ranges */
   double running_ground_fade_m;      /* running_ground.fade_m */
   double running_ground_start_per_m, running_ground_start_limit_m;
+  double cut_threshold_rad;          /* cut.threshold_deg          weak links of clusters longer than a car */
+  double cut_step_m;                 /* cut.step_m */
+  double cut_from, cut_to;           /* cut.from cut.to            in lengths of the vehicle */
 } ovt_params;
 
 typedef struct ovt_param_info {

@@ -132,6 +132,13 @@ SegmentParams make_segment_params(const ovt_params& params, const SensorModel& s
   out.repair_range = {(params.repair_window - 1) / 2, float(params.repair_range_limit_m), sensor.wraps};
   sin_cos_f64(params.cluster_threshold_rad, sine, cosine);
   out.link_pixels = {float(sine / cosine), sensor.sin_pitch, sensor.cos_pitch, sensor.wraps};
+  sin_cos_f64(params.cut_threshold_rad, sine, cosine);
+  out.cut_links = {float(sine / cosine),
+                   sensor.sin_pitch,
+                   sensor.cos_pitch,
+                   float(params.cut_step_m),
+                   float(params.vehicle_length_m * params.cut_from),
+                   float(params.vehicle_length_m * params.cut_to)};
   out.label_points = {float(params.label_own_limit_m), float(params.label_loser_limit_m)};
   return out;
 }

@@ -24,6 +24,7 @@ struct SegmentParams {
   DropSmokeParams drop_smoke;
   RepairRangeParams repair_range;
   LinkPixelsParams link_pixels;
+  CutLinksParams cut_links;
   LabelPointsParams label_points;
 };
 

@@ -225,8 +225,8 @@ TEST_CASE("methods: parameters belong to the steps, rules and trackers that read
                                            "gate.range_m",        "gate.lowest_m",       "gate.top_m",
                                            "gate.own_back_m",     "gate.own_front_m",    "gate.own_side_m",
                                            "pose.front_length_m", "pose.angle_sigma_deg"};
-    const bool only_best = group == "join" || group == "class" || group == "running_ground" || group == "smoke" ||
-                           group == "ego_heading" || of_best.count(name) > 0;
+    const bool only_best = group == "join" || group == "cut" || group == "class" || group == "running_ground" ||
+                           group == "smoke" || group == "ego_heading" || of_best.count(name) > 0;
     const bool absent = (only_best && group != "ego_heading") || group == "angle" || group == "smooth" ||
                         group == "ground" || group == "repair" || name == "gate.map_margin_m";
     bool is_read = false;  // by one preset at least

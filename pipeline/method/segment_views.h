@@ -9,6 +9,7 @@
 #include "core/point_table.h"
 #include "core/range_image.h"
 #include "core/road_surface.h"
+#include "kernels/cut_links.h"
 #include "kernels/project_points.h"
 
 namespace overtake {
@@ -20,6 +21,7 @@ struct SegmentViews {
   RoadSurface road_surface;
   int32_t *row_of_layer = nullptr, *layer_order = nullptr;
   int32_t *queue = nullptr, *cursor = nullptr, *order = nullptr;
+  LabelExtent* label_extent = nullptr;
 };
 
 }  // namespace overtake

@@ -29,8 +29,8 @@ Plane<float> plane_of(const RangeImages& m, int32_t i) {
 constexpr Columns kRoad = columns_of(Extent::rays) | columns_of(Extent::nodes);
 constexpr Columns kImages = columns_of(Extent::pixels) | columns(Column::row_count) | kRoad;
 constexpr Columns kLayers = columns_of(Extent::layers) | columns(Column::layer_sums);
-constexpr Columns kScratch =
-    columns(Column::layer_order, Column::queue, Column::cursor, Column::order, Column::steep, Column::considered);
+constexpr Columns kScratch = columns(Column::layer_order, Column::queue, Column::cursor, Column::order,
+                                     Column::label_extent, Column::steep, Column::considered);
 
 template <class T>
 std::string compare_values(const std::string& name, const T* a, const T* b, std::size_t count) {

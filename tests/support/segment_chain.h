@@ -50,6 +50,7 @@ class SegmentChain {
       sums.elevation_sum = carver.take<int64_t>(kLayerIds);
       for (int32_t** labels : {&part.row_of_label, &views.queue, &views.cursor, &views.order})
         *labels = carver.take<int32_t>(pixels + 1);
+      views.label_extent = carver.take<LabelExtent>(pixels + 1);
     };
     if (!arena_.build(default_allocator(), carve)) std::abort();
     part.clusters.capacity = cluster_capacity;

@@ -1,0 +1,42 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Section 7b of kernels/README.md: cuts weak links in clusters that are longer than a car.
+#pragma once
+
+#include "core/plane.h"
+
+namespace overtake {
+
+struct CutLinksParams {
+  float tan_threshold;  // of th_cut
+  float sin_pitch, cos_pitch;
+  float step_m;                      // of a link down
+  float min_length_m, max_length_m;  // of a cluster
+};
+
+// Scratch: where the ends of a label's runs are.
+struct LabelExtent {
+  float near_m, far_m;
+  int32_t first_col, last_col;
+};
+
+// A cluster between min_length_m and max_length_m may be two cars. Cuts each of its links to the right that has
+// beta <= th_cut (link_pixels.h), and each link down that has that and joins ranges which differ by step_m or more.
+//   reads    range_repaired_m elevation_repaired_rad nonground_repaired; labels label_count (from label_bfs; labels
+//            beyond the count are none); the links
+//   writes   link_right link_down: clears bits of cut links
+//   returns  the number of cut links: if any, the labels are to be made anew
+//   length   of a label: the root of (far - near)^2 + (mean of far and near * columns * sin_pitch)^2, over the pixels
+//            that end a run (without a link to their left or right). A cluster across the first column of a sensor
+//            that wraps is long: it is not cut
+//   scratch  extents[label_count + 1]      cost  each end of a run once; each pixel of a cluster of such a length
+//   agrees   exactly on every ISA
+namespace ref {
+int32_t cut_links(const CutLinksParams& params, Plane<const float> range_repaired_m,
+                  Plane<const float> elevation_repaired_rad, ConstBitPlane nonground_repaired,
+                  Plane<const int32_t> labels, int32_t label_count, BitPlane link_right, BitPlane link_down,
+                  LabelExtent* extents) noexcept;
+}
+
+}  // namespace overtake

@@ -1,0 +1,135 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Section 7b: cuts weak links in clusters that are longer than a car.
+//
+// Two cars nose to tail are one cluster when a row sees the top of the near car and the next row the far car behind it:
+// the angle between two rows is large, so a step of 4 m can have beta > th_seg. Such a step is rare within one car, but
+// common along a wall. So only clusters that are too long for one car and too short for a wall are cut.
+#include "kernels/cut_links.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "core/math.h"
+
+namespace overtake::ref {
+namespace {
+
+bool joined(float range_a_m, float range_b_m, float sin_alpha, float cos_alpha, float tan_threshold) {
+  const float d1 = std::max(range_a_m, range_b_m), d2 = std::min(range_a_m, range_b_m);
+  return d2 * sin_alpha > tan_threshold * (d1 - d2 * cos_alpha);
+}
+
+// Pixels of a word that have a link to their left.
+uint64_t linked_left(const uint64_t* right, int32_t w) { return right[w] << 1 | (w > 0 ? right[w - 1] >> 63 : 0); }
+
+class LinkCutter {
+ public:
+  LinkCutter(const CutLinksParams& params, Plane<const float> range_m, Plane<const float> elevation_rad,
+             Plane<const int32_t> labels, int32_t label_count, BitPlane link_right, BitPlane link_down,
+             LabelExtent* extents)
+      : params_(params),
+        range_m_(range_m),
+        elevation_rad_(elevation_rad),
+        labels_(labels),
+        label_count_(label_count),
+        right_(link_right),
+        down_(link_down),
+        extents_(extents) {}
+
+  void measure(ConstBitPlane nonground) const {
+    std::fill_n(extents_, label_count_ + 1, LabelExtent{INFINITY, 0.0f, labels_.cols, 0});
+    for (int32_t r = 0; r < labels_.rows; ++r) {
+      const uint64_t* right = right_.row(r);
+      for (int32_t w = 0; w < nonground.words_per_row; ++w)
+        for (uint64_t ends = nonground.row(r)[w] & ~(right[w] & linked_left(right, w)); ends != 0; ends &= ends - 1) {
+          const int32_t c = 64 * w + std::countr_zero(ends);
+          const int32_t label = labels_.row(r)[c];
+          if (label < 1 || label > label_count_) continue;
+          LabelExtent& extent = extents_[label];
+          const float range_m = range_m_.row(r)[c];
+          extent.near_m = std::min(extent.near_m, range_m);
+          extent.far_m = std::max(extent.far_m, range_m);
+          extent.first_col = std::min(extent.first_col, c);
+          extent.last_col = std::max(extent.last_col, c);
+        }
+    }
+  }
+
+  bool is_long(int32_t label) const {
+    if (label < 1 || label > label_count_) return false;
+    const LabelExtent& extent = extents_[label];
+    const float depth_m = extent.far_m - extent.near_m;
+    const float width_m =
+        0.5f * (extent.far_m + extent.near_m) * float(extent.last_col - extent.first_col) * params_.sin_pitch;
+    const float length_m2 = depth_m * depth_m + width_m * width_m;
+    return length_m2 > params_.min_length_m * params_.min_length_m &&
+           length_m2 < params_.max_length_m * params_.max_length_m;
+  }
+
+  // Cuts the links of the run that begins at a pixel.
+  int32_t cut_run(int32_t r, int32_t c) {
+    int32_t cuts = 0;
+    for (bool goes_on = true; goes_on; ++c) {
+      if (down_.test(r, c) && is_weak_down(r, c)) cuts += clear(down_, r, c);
+      goes_on = c + 1 < labels_.cols && right_.test(r, c);
+      if (goes_on && is_weak_right(r, c)) cuts += clear(right_, r, c);
+    }
+    return cuts;
+  }
+
+ private:
+  bool is_weak_right(int32_t r, int32_t c) const {
+    const float* range_m = range_m_.row(r);
+    return !joined(range_m[c], range_m[c + 1], params_.sin_pitch, params_.cos_pitch, params_.tan_threshold);
+  }
+
+  bool is_weak_down(int32_t r, int32_t c) const {
+    const float own_m = range_m_.row(r)[c], below_m = range_m_.row(r + 1)[c];
+    if (std::fabs(own_m - below_m) < params_.step_m) return false;
+    const float alpha = std::min(std::fabs(elevation_rad_.row(r)[c] - elevation_rad_.row(r + 1)[c]), kHalfPiF);
+    float sin_alpha, cos_alpha;
+    sin_cos_small_f32(alpha, sin_alpha, cos_alpha);
+    return !joined(own_m, below_m, sin_alpha, cos_alpha, params_.tan_threshold);
+  }
+
+  static int32_t clear(BitPlane links, int32_t r, int32_t c) {
+    links.row(r)[c >> 6] &= ~(uint64_t(1) << (c & 63));
+    return 1;
+  }
+
+  const CutLinksParams& params_;
+  const Plane<const float> range_m_, elevation_rad_;
+  const Plane<const int32_t> labels_;
+  const int32_t label_count_;
+  const BitPlane right_, down_;
+  LabelExtent* const extents_;
+};
+
+}  // namespace
+
+int32_t cut_links(const CutLinksParams& params, Plane<const float> range_repaired_m,
+                  Plane<const float> elevation_repaired_rad, ConstBitPlane nonground_repaired,
+                  Plane<const int32_t> labels, int32_t label_count, BitPlane link_right, BitPlane link_down,
+                  LabelExtent* extents) noexcept {
+  LinkCutter cutter(params, range_repaired_m, elevation_repaired_rad, labels, label_count, link_right, link_down,
+                    extents);
+  cutter.measure(nonground_repaired);
+  bool any = false;
+  for (int32_t label = 1; label <= label_count; ++label) any = any || cutter.is_long(label);
+  if (!any) return 0;
+
+  int32_t cuts = 0;
+  for (int32_t r = 0; r < labels.rows; ++r)
+    for (int32_t w = 0; w < nonground_repaired.words_per_row; ++w)
+      for (uint64_t starts = nonground_repaired.row(r)[w] & ~linked_left(link_right.row(r), w); starts != 0;
+           starts &= starts - 1) {
+        const int32_t c = 64 * w + std::countr_zero(starts);
+        if (cutter.is_long(labels.row(r)[c])) cuts += cutter.cut_run(r, c);
+      }
+  return cuts;
+}
+
+}  // namespace overtake::ref

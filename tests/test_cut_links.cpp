@@ -1,0 +1,123 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Cuts weak links in clusters that are longer than a car.
+#include "kernels/cut_links.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "kernels/label_bfs.h"
+#include "tests/support/images.h"
+#include "tests/support/ray_scene.h"
+
+namespace overtake {
+namespace {
+
+using test::art_of;
+using test::drawn;
+using test::kDegree;
+using test::OwnedBits;
+using test::OwnedPlane;
+
+constexpr double kPitch = 0.2 * kDegree;
+constexpr float kRow = float(0.8 * kDegree);  // between two rows
+
+// At 30 m a link to the right with 2.8 deg < beta <= 6 deg has a step of 1.0 to 2.1 m; a link down, of 3.8 to 7.6 m.
+CutLinksParams usual() {
+  return {float(std::tan(6 * kDegree)), float(std::sin(kPitch)), float(std::cos(kPitch)), 2.0f, 5.5f, 10.0f};
+}
+
+// Ranges in metres; 0: no pixel. All neighbours are linked.
+struct Cut {
+  Cut(const CutLinksParams& params, OwnedPlane<float> range)
+      : right(range.view().rows, range.view().cols),
+        down(range.view().rows, range.view().cols),
+        labels(range.view().rows, range.view().cols) {
+    const int32_t rows = range.view().rows, cols = range.view().cols;
+    OwnedPlane<float> elevation(rows, cols);
+    OwnedBits nonground(rows, cols);
+    const auto is_there = [&](int32_t r, int32_t c) { return r < rows && c < cols && range.at(r, c) > 0.0f; };
+    for (OwnedBits* bits : {&nonground, &right, &down}) bits->clear();
+    for (int32_t r = 0; r < rows; ++r)
+      for (int32_t c = 0; c < cols; ++c) {
+        elevation.at(r, c) = -kRow * float(r);
+        if (!is_there(r, c)) continue;
+        nonground.view().set(r, c);
+        if (is_there(r, c + 1)) right.view().set(r, c);
+        if (is_there(r + 1, c)) down.view().set(r, c);
+      }
+    std::vector<int32_t> queue(std::size_t(rows * cols));
+    const auto label = [&] { return ref::label_bfs(false, range, nonground, right, down, labels, queue.data()); };
+    const int32_t label_count = label();
+    std::vector<LabelExtent> extents(std::size_t(label_count) + 1);
+    count = ref::cut_links(params, range, elevation, nonground, labels, label_count, right, down, extents.data());
+    label();
+  }
+  OwnedBits right, down;
+  OwnedPlane<int32_t> labels;
+  int32_t count;
+};
+
+TEST_CASE("cut_links: two cars in one cluster become two, above one another and side by side") {
+  Cut nose_to_tail(usual(), {{36.0f, 36.0f, 36.1f}, {30.1f, 30.0f, 30.0f}});
+  CHECK(nose_to_tail.count == 3);
+  CHECK(art_of(nose_to_tail.labels) == drawn({"111", "222"}));
+  Cut side_by_side(usual(), {{30.0f, 30.1f, 31.5f, 33.2f, 35.9f, 36.0f}});
+  CHECK(side_by_side.count == 3);
+  CHECK(art_of(side_by_side.labels) == drawn({"112344"}));
+}
+
+TEST_CASE("cut_links: a cluster as long as a car, and one as long as a wall, stay as they are") {
+  CHECK(Cut(usual(), {{35.4f, 35.4f}, {30.0f, 30.0f}}).count == 0);
+  CHECK(Cut(usual(), {{35.6f, 35.6f}, {30.0f, 30.0f}}).count == 2);
+  CHECK(Cut(usual(), {{39.9f, 39.9f}, {30.0f, 30.0f}}).count == 2);
+  CHECK(Cut(usual(), {{40.1f, 40.1f}, {30.0f, 30.0f}}).count == 0);
+}
+
+TEST_CASE("cut_links: the length is that of the diagonal, of columns and ranges") {
+  // 51 columns at 32 m are 5.6 m wide; 5.2 m with 2 m of depth are 5.5 m long.
+  const auto row_of = [](int32_t cols, float last_m) {
+    OwnedPlane<float> range(2, cols);
+    range.fill(32.0f);
+    for (int32_t c = 0; c < cols; ++c) range.at(1, c) = 0.0f;
+    range.at(0, cols - 1) = last_m;
+    return range;
+  };
+  CHECK(Cut(usual(), row_of(45, 34.0f)).count == 0);   // 4.9 and 2 m
+  CHECK(Cut(usual(), row_of(51, 34.0f)).count == 1);   // 5.7 and 2 m
+  CHECK(Cut(usual(), row_of(100, 34.0f)).count == 0);  // 11.4 m
+}
+
+TEST_CASE("cut_links: a small step down stays, whatever its angle") {
+  // The last step is one of 1.9 m between rows that almost touch.
+  CHECK(Cut(usual(), {{36.0f}, {32.0f}, {30.1f}}).count == 0);
+  CutLinksParams strict = usual();
+  strict.tan_threshold = float(std::tan(80 * kDegree));
+  CHECK(Cut(strict, {{36.0f}, {31.9f}, {30.0f}}).count == 1);
+  strict.step_m = 1.8f;
+  CHECK(Cut(strict, {{36.0f}, {31.9f}, {30.0f}}).count == 2);
+}
+
+TEST_CASE("cut_links: only the links of the long cluster") {
+  Cut cut(usual(), {{36.0f, 0.0f, 33.0f, 31.1f}, {30.0f, 0.0f, 0.0f, 0.0f}});
+  CHECK(cut.count == 1);
+  CHECK(art_of(cut.labels) == drawn({"1.22", "3..."}));
+  CHECK(art_of(cut.right) == drawn({"..#.", "...."}));
+}
+
+TEST_CASE("cut_links: words of 64 columns, and an image without a cluster") {
+  OwnedPlane<float> range(1, 130);
+  range.fill(0.0f);
+  for (int32_t c = 60; c < 70; ++c) range.at(0, c) = c < 64 ? 30.0f : 36.0f;
+  Cut cut(usual(), range);
+  CHECK(cut.count == 1);
+  CHECK_FALSE(cut.right.view().test(0, 63));
+  CHECK(cut.right.view().test(0, 64));
+  CHECK(Cut(usual(), {{0.0f, 0.0f}}).count == 0);
+}
+
+}  // namespace
+}  // namespace overtake
