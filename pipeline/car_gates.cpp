@@ -65,8 +65,9 @@ void keep_car_shaped(const StageContext& context, Frame& frame) noexcept {
     const ClusterHeights heights = measure_heights(frame, row);  // a wall's top, a beam or a wire is no car
     // The running ground ends where the road fades: farther away its height errs more.
     const float x = merged.center_x_m[row], y = merged.center_y_m[row];
-    const float farther = max_of((x * x + y * y) * (1.0f / (kFadeReach_m * kFadeReach_m)), 1.0f);
-    return heights.low_m <= params.lowest_m * min_of(farther, kMostFarther) && heights.high_m <= params.top_m;
+    const float farther = min_of(max_of((x * x + y * y) * (1.0f / (kFadeReach_m * kFadeReach_m)), 1.0f), kMostFarther);
+    return heights.low_m <= params.lowest_m * farther && heights.high_m >= 0.0f - params.sunk_m * farther &&
+           heights.high_m <= params.top_m;
   };
   for (int32_t row = 0; row < merged.count; ++row) {
     if (merged.point_count[row] < context.detect.gate_clusters.min_points)

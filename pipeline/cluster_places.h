@@ -75,6 +75,11 @@ void write_pose(Frame& frame, int32_t i, int32_t row, const RectangleFit& fit) n
 // Fills a row of frame.places from the merged cluster.
 void locate_cluster(const StageContext& context, Frame& frame, int32_t row, int32_t& hint) noexcept;
 
+// Whether the circuit's bounds are known at a row: with a map and a fresh ego pose on it.
+inline bool has_bounds(const ClusterPlaceTable& places, int32_t row) noexcept {
+  return places.width_left_m[row] < kNoBound_m;
+}
+
 // How far a place on the circuit is inside of the nearer bound; below 0 outside. `across_m`: from the row's centroid,
 // to the left of psi_REF. Large where the row has no bounds.
 inline float measure_inside(const ClusterPlaceTable& places, int32_t row, float across_m) noexcept {

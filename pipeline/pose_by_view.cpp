@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/math.h"
+#include "kernels/heading_grid.h"
 #include "pipeline/cluster_places.h"
 
 namespace overtake {
@@ -144,6 +145,21 @@ class PixelView {
   const SensorPart& part_;
 };
 
+constexpr float kSqrt2 = 1.41421357f;
+
+// The longer side of the tightest box around the points of a cluster.
+float measure_longest(const Frame& frame, int32_t row, const OrientedBox& box) {
+  constexpr int32_t kStep = 5;  // deg
+  float least_m = box.length() + box.width(), longest_m = max_of(box.length(), box.width());
+  for (int32_t degree = 0; degree < kDegreeCount; degree += kStep) {
+    const OrientedBox b = measure_box(frame, row, kHeadingGrid.degree_cos[degree], kHeadingGrid.degree_sin[degree]);
+    if (!(b.length() + b.width() < least_m)) continue;
+    least_m = b.length() + b.width();
+    longest_m = max_of(b.length(), b.width());
+  }
+  return longest_m;
+}
+
 // The class of a cluster, by what a car would show at this distance. A car has kRows rows and kColumns columns at
 // least on its body, which is as wide as the car; then an object smaller than debris_m is not a car, unless something
 // hides the rest of it. Where a car has fewer rows or columns, its body may be missed: then the class is not debris.
@@ -152,7 +168,10 @@ ObjectClass classify(const StageContext& context, const Frame& frame, int32_t ro
   constexpr float kBody_m = 0.7f, kRows = 3.0f, kColumns = 12.0f, kCarShare = 0.6f, kOnTheRoad_m = 0.2f;
   const FrameClusterTable& merged = frame.merged;
   const float width_m = context.detect.fit_rectangle.width_m, debris_m = context.detect.pose_by_view.debris_m;
-  const float longest_m = max_of(box.length(), box.width());
+  float longest_m = max_of(box.length(), box.width());
+  // A box that stands at an angle to the heading is longer along it than its own side.
+  if (longest_m >= kCarShare * width_m && longest_m < kSqrt2 * kCarShare * width_m)
+    longest_m = measure_longest(frame, row, box);
   if (longest_m >= kCarShare * width_m) return ObjectClass::kCar;
   const int32_t s = merged.main_sensor[row];
   const SensorModel& sensor = context.sensors[s];

@@ -71,6 +71,57 @@ TEST_CASE("car gates: a beam over the circuit is no car, and neither is the top 
   CHECK(kept(1.75, 1.95, 90) == 0);
 }
 
+TEST_CASE("car gates: what lies under the running ground is no car; far away the ground is less certain") {
+  const auto kept = [](double under_m, double x_m) {
+    RulesBench bench;
+    bench.look({{x_m, 0, 0, 4.8, 1.8, 0.1, 1.1}});
+    Plane<float>& heights_m = bench.frame.sensors[0].kept.images.height_m;
+    for (int32_t r = 0; r < heights_m.rows; ++r)
+      for (int32_t c = 0; c < heights_m.cols; ++c) heights_m.at(r, c) -= float(1.1 + under_m);
+    gate(bench);
+    CAPTURE(x_m);
+    CHECK(bench.frame.gated_size == 1 - bench.frame.kept_count);
+    return bench.frame.kept_count;
+  };
+  for (const double x_m : {20.0, 60.0}) CHECK(kept(0.3, x_m) == 1);
+  for (const double x_m : {20.0, 60.0}) CHECK(kept(0.65, x_m) == 0);
+  CHECK(kept(0.65, 95) == 1);  // up to 0.5 m * (95 / 70)^2
+  CHECK(kept(1.1, 95) == 0);
+}
+
+TEST_CASE("car gates: without a map, pieces of a wall and what is behind it are no cars; a car at the wall is one") {
+  const Solid wall_1 = {22, 8, 0, 36, 0.2, 0, 0.7, 1}, wall_2 = {62, 8, 0, 36, 0.2, 0, 0.7, 2};
+  const auto kept = [&](const Solid& solid, const std::vector<Solid>& others) {
+    std::vector<Solid> solids = others;
+    solids.push_back(solid);
+    solids.back().cluster = 3;
+    RulesBench bench(false);
+    bench.look(solids);
+    gate(bench);
+    CHECK(bench.frame.gated_map == 1 - bench.frame.kept_count);
+    return bench.frame.kept_count;
+  };
+  const std::vector<Solid> walls = {wall_1, wall_2};
+  const Solid piece = {42, 8, 0, 1.6, 0.2, 0, 0.7, 3};
+  CHECK(kept(piece, walls) == 0);
+  CHECK(kept(piece, {}) == 1);
+  for (const double x_m : {12.0, 20.0, 35.0, 75.0}) {
+    CAPTURE(x_m);
+    CHECK(kept({x_m, 6.8, 0, 4.9, 1.886, 0.1, 1.1}, walls) == 1);  // touches the wall
+    CHECK(kept({x_m, 12, 0, 0.4, 2.0, 0.5, 1.5}, walls) == 0);     // stands out over it
+    CHECK(kept({x_m, 12, 0, 0.4, 2.0, 0.5, 1.5}, {}) == 1);
+  }
+  // A beam over the road hides nothing.
+  CHECK(kept({60, 0, 0, 4.9, 1.886, 0.1, 1.1}, {{30, 0, 0, 0.5, 20, 1.2, 1.6, 1}}) == 1);
+  // Deep along the line of sight and narrow across it.
+  CHECK(kept({60, 2, 0, 4, 0.1, 0, 0.7}, {}) == 0);
+  CHECK(kept({60, 2, 0, 4, 1.8, 0, 0.7}, {}) == 1);
+  RulesBench bench;  // with a map its bounds decide
+  bench.look({{60, 2, 0, 4, 0.1, 0, 0.7, 3}});
+  gate(bench);
+  CHECK(bench.frame.kept_count == 1);
+}
+
 TEST_CASE("car gates: a car at any angle to the circuit passes, at any place") {
   for (const double x : {12.0, 25.0, 40.0})
     for (int32_t yaw = 0; yaw < 360; yaw += 15) {

@@ -191,13 +191,26 @@ TEST_CASE("columns that a method leaves out: the height of the road, the class, 
   const Rotation level = axes_of(0, 0, M_PI / 2), banked = axes_of(M_PI / 3, 0, 0);
   CHECK(height_of(d, 0) == 0.5);
   CHECK(!is_debris(d, 0));
+  const int32_t parked = int32_t(sim::Surface::parked_vehicle), thing = int32_t(sim::Surface::debris);
+  CHECK(is_on_obstacle(d, 0, parked));
+  CHECK(!is_on_obstacle(d, 0, thing));
   CHECK(std::isnan(square_of(d, 0, level, 1, 1)));
   d.road_z_m = road, d.object_class = debris;
   d.var_x = var_x, d.var_y = var_y, d.cov_xy = none;
   CHECK(height_of(d, 0) == -0.25);
   CHECK(is_debris(d, 0));
+  CHECK(!is_on_obstacle(d, 0, parked));
   d.object_class = car;
   CHECK(!is_debris(d, 0));
+  CHECK(is_on_obstacle(d, 0, parked));
+  CHECK(!is_on_obstacle(d, 0, thing));
+  const int32_t unknown[] = {OVT_CLASS_UNKNOWN};
+  d.object_class = unknown;
+  CHECK(is_on_obstacle(d, 0, parked));
+  CHECK(is_on_obstacle(d, 0, thing));
+  for (const int32_t surface : {int32_t(sim::Surface::road), int32_t(sim::Surface::outer_wall), -1})
+    CHECK(!is_on_obstacle(d, 0, surface));
+  d.object_class = car;
   CHECK(square_of(d, 0, level, 0, 2) == Approx(1));     // 2 m along: one standard deviation
   CHECK(square_of(d, 0, level, -1, 0) == Approx(4));    // 1 m to the left: two
   CHECK(square_of(d, 0, banked, 0, 0.5) == Approx(4));  // on a bank of 60 deg 0.5 m of the map are 1 m of the vehicle's

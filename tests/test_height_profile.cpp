@@ -42,6 +42,8 @@ struct Drive {
   void push(double speed_mps) {
     EgoPose pose = road->pose_at(s_m, d_m);
     pose.stamp_ns = stamp_ns;
+    const EgoPose beside = road->pose_at(s_m, d_m + shift_m);
+    pose.x_m = beside.x_m, pose.y_m = beside.y_m;
     pose.z_m += lift_m + lift_per_m * s_m;
     pose.speed_mps = speed_mps;
     REQUIRE(buffer.push(pose) == OVT_OK);
@@ -58,6 +60,7 @@ struct Drive {
   EgoBuffer buffer;
   int64_t stamp_ns = kStart_ns;
   double s_m = 0.0, d_m = 0.0, lift_m = 0.0, lift_per_m = 0.0;
+  double shift_m = 0.0;  // error of the pose, to the left
   bool learns = true;
 };
 
@@ -295,6 +298,49 @@ TEST_CASE("height_profile: a jump of the localisation, along the road or in heig
     const float height_m = data.height_m[k];
     CHECK((std::fabs(height_m) < 0.01f || std::fabs(height_m + 5.0f) < 0.01f));
   }
+}
+
+TEST_CASE("height_profile: a jump of the localisation to the side moves the road on a bank with the vehicle") {
+  const CircleRoad road({.radius_m = 400.0,
+                         .with_banking = true,
+                         .height = [](double turn) { return 2.0 * std::sin(turn); },
+                         .slope = [](double) { return 0.3; }});
+  for (const int32_t laps : {0, 1})
+    for (const double shift_m : {-1.5, 0.8, 2.5}) {
+      CAPTURE(laps);
+      CAPTURE(shift_m);
+      Drive drive(road);
+      const double start_m = laps * road.length_m() + 200.0;
+      drive.go(start_m, 70.0);
+      drive.shift_m = shift_m;
+      for (const double on_m : {1.0, 5.0, 20.0, 60.0, 200.0}) {
+        CAPTURE(on_m);
+        drive.go(start_m + on_m, 70.0);
+        const RoadData data = drive.describe();
+        CHECK(data.d_m == doctest::Approx(shift_m).epsilon(0.02));
+        CHECK(count_known(data, kHere - 30, kHere) == 31);
+        check_stations(data, road, 0.06, 0, kHere + 2);
+      }
+      drive.shift_m = 0.0;  // and back
+      for (const double on_m : {201.0, 220.0, 300.0}) {
+        CAPTURE(on_m);
+        drive.go(start_m + on_m, 70.0);
+        check_stations(drive.describe(), road, 0.06, 0, kHere + 2);
+      }
+    }
+}
+
+TEST_CASE("height_profile: nor do jumps depend on poses and scans that arrived by chance") {
+  const CircleRoad road({.radius_m = 60.0, .with_banking = true, .slope = [](double) { return 0.2; }});
+  std::vector<EgoPose> poses;
+  for (int32_t i = 0; i < 1500; ++i) {
+    EgoPose pose = road.pose_at(0.4 * i, i / 130 % 2 ? 2.0 : 0.0);
+    pose.z_m = road.pose_at(0.4 * i, 0.0).z_m;
+    pose.stamp_ns = kStart_ns + i * 10 * kMs;
+    pose.speed_mps = 40.0;
+    poses.push_back(pose);
+  }
+  check_interleaving(road, poses);
 }
 
 TEST_CASE("height_profile: poses beside the circuit teach nothing and do not use the map") {

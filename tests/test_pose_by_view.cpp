@@ -172,6 +172,12 @@ TEST_CASE("pose by view: a box or a tyre is debris where a car would show more, 
       CAPTURE(size_m);
       CHECK(class_of({{x_m, 0.5, 20, size_m, size_m, 0.0, size_m, 1}}) == OVT_CLASS_DEBRIS);
     }
+  // At an angle to the circuit, 1 m is 1.4 m along it.
+  for (const double yaw_deg : {0.0, 30.0, 45.0, 75.0}) {
+    CAPTURE(yaw_deg);
+    CHECK(class_of({{10, 0.5, yaw_deg, 0.95, 0.95, 0.0, 0.9, 1}}) == OVT_CLASS_DEBRIS);
+    if (yaw_deg > 0) CHECK(class_of({{10, 0.5, yaw_deg, 1.5, 0.3, 0.0, 0.9, 1}}) == OVT_CLASS_CAR);
+  }
   for (const double x_m : {8.0, 15.0, 25.0, 40.0, 60.0}) {
     CAPTURE(x_m);
     CHECK(class_of({car_at(x_m, 0.5)}) == OVT_CLASS_CAR);

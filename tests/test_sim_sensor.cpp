@@ -367,6 +367,15 @@ TEST_CASE("sim: edges give second returns, smoke gives returns and hides, a refl
   const SimFrame hazy = smoke.frame(60), clean = clear.frame(60);
   CHECK(count_surface(hazy, Surface::smoke_dust) > 100);
   CHECK(count_surface(clean, Surface::smoke_dust) == 0);
+  // Nor does smoke return through the own car, which a sensor does not report: that would be below the road.
+  int32_t near = 0;
+  for (const Scan& s : smoke.frame(75).scans)
+    for (std::size_t i = 0; i < s.size(); ++i) {
+      if (s.surface[i] != uint16_t(Surface::smoke_dust) || std::hypot(s.x_m[i], s.y_m[i]) > 12.0f) continue;
+      ++near;
+      CHECK(s.z_m[i] > -0.9f);  // the sensors are 0.65 m over the road
+    }
+  CHECK(near > 100);
   const auto car = Surface(uint16_t(Surface::car) + 1);
   CHECK(count_surface(clean, car) > 60);
   CHECK(count_surface(hazy, car) < 0.8 * count_surface(clean, car));

@@ -15,7 +15,11 @@ constexpr double kOffRoad_m = 1.0;       // a pose this far outside of the circu
 constexpr double kLongestStep_m = 40.0;  // between two poses; a longer one is a jump
 constexpr double kLargestClimb = 0.5;    // of the height between two poses: a larger one is a jump
 constexpr int64_t kLongestStepNs = 1'000'000'000;
-constexpr int32_t kPasses = 4;  // the mean over passes forgets older ones
+// A step that differs by this from going on with the velocity of the step before is one of the localisation: a car
+// accelerates by 50 m/s^2 at most, and good poses have a noise of some centimetres.
+constexpr double kJump_m = 0.4, kMostAcceleration = 50.0;
+constexpr double kFarthestJump_m = 5.0;  // after a longer one the vehicle is at another place: its height tells nothing
+constexpr int32_t kPasses = 4;           // the mean over passes forgets older ones
 constexpr int64_t kThisLapNs = 20'000'000'000;
 constexpr double kLeastEarlier = 0.25;  // share of earlier laps in the height below the vehicle that shows the drift
 // A vehicle that stands at the border of two bins would renew them with each pose. A late scan still finds its value if
@@ -42,7 +46,8 @@ bool HeightProfile::build(const CircuitMap* map, const Allocator& allocator) {
 
 void HeightProfile::restart() noexcept {
   for (int32_t i = 0; i < count_; ++i) bins_[i].newest.from_ns = bins_[i].before.from_ns = INT64_MIN;
-  has_last_ = has_drift_ = false;
+  has_last_ = has_drift_ = has_velocity_ = false;
+  jump_count_ = 0;
   open_bin_ = -1;
 }
 
@@ -77,8 +82,49 @@ HeightProfile::Reading HeightProfile::read(double s_m, int64_t stamp_ns) const n
   const auto is_earlier = [&](const Value& v) {
     return v.from_ns == INT64_MIN || difference_ns(stamp_ns, v.from_ns) >= kThisLapNs;
   };
-  return {true, va.height_m + u * (vb.height_m - va.height_m), va.cross_slope + u * (vb.cross_slope - va.cross_slope),
+  const double height_a = va.height_m + rise_since(va, stamp_ns), height_b = vb.height_m + rise_since(vb, stamp_ns);
+  return {true, height_a + u * (height_b - height_a), va.cross_slope + u * (vb.cross_slope - va.cross_slope),
           (is_earlier(va) ? 1.0 - u : 0.0) + (is_earlier(vb) ? u : 0.0)};
+}
+
+// How far the localisation has risen over the centre line in jumps since a value of this lap was learned.
+double HeightProfile::rise_since(const Value& value, int64_t stamp_ns) const noexcept {
+  if (jump_count_ == 0 || value.from_ns == INT64_MIN || difference_ns(stamp_ns, value.from_ns) >= kThisLapNs)
+    return 0.0;
+  double rise_m = 0.0;
+  for (int32_t i = 0; i < std::min(jump_count_, kJumps); ++i)
+    if (jumps_[i].stamp_ns <= stamp_ns && later_ns(jumps_[i].stamp_ns, kLagNs) > value.from_ns)
+      rise_m += jumps_[i].rise_m;
+  return rise_m;
+}
+
+// Whether the localisation has jumped since the last pose. Afterwards that pose is this one.
+bool HeightProfile::is_jump(const EgoPose& pose) noexcept {
+  const double seconds = double(difference_ns(pose.stamp_ns, last_pose_.stamp_ns)) * 1e-9;
+  const double x_m = pose.x_m - last_pose_.x_m, y_m = pose.y_m - last_pose_.y_m;
+  const bool usable = has_last_ && seconds > 0.0;
+  bool jumps = false;
+  if (usable && has_velocity_) {
+    const double error_x = x_m - velocity_x_ * seconds, error_y = y_m - velocity_y_ * seconds;
+    const double most_m = kJump_m + kMostAcceleration * seconds * seconds;
+    const double error_m2 = error_x * error_x + error_y * error_y;
+    jumps = error_m2 > most_m * most_m && error_m2 <= kFarthestJump_m * kFarthestJump_m;
+  }
+  has_velocity_ = usable && !jumps;  // the way over a jump is none
+  if (has_velocity_) velocity_x_ = x_m / seconds, velocity_y_ = y_m / seconds;
+  last_pose_ = pose;
+  return jumps;
+}
+
+// The vehicle stands on the road before and after a jump, so the jump moves the road with it.
+void HeightProfile::add_jump(const EgoState& ego, const Place& place) noexcept {
+  const double seconds = double(difference_ns(place.stamp_ns, last_.stamp_ns)) * 1e-9;
+  const double climb_m = std::sqrt(velocity_x_ * velocity_x_ + velocity_y_ * velocity_y_) * seconds * ego.r[6];
+  const double rise_m = place.height_m - last_.height_m - climb_m;
+  jumps_[jump_count_ % kJumps] = {place.stamp_ns, rise_m};
+  jump_count_ = jump_count_ < 2 * kJumps ? jump_count_ + 1 : kJumps + 1;
+  drift_m_ += rise_m;
+  open_bin_ = -1;
 }
 
 // The centre line's height at a pose. Without banking in the map, the cross slope is that of the vehicle's own plane.
@@ -110,6 +156,8 @@ void HeightProfile::complete(int64_t stamp_ns) noexcept {
     drift_m_ = has_drift_ ? drift_m_ + kDriftShare * (risen_m - drift_m_) : risen_m;
     has_drift_ = true;
     v.height_m += drift_m_;
+  } else {
+    v.height_m += rise_since(v, stamp_ns);
   }
   v.passes = std::min(v.passes + 1, kPasses);
   v.height_m += (height_m - v.height_m) / v.passes;
@@ -138,7 +186,7 @@ void HeightProfile::learn(const EgoPose& pose) noexcept {
   if (!on_road) {
     complete(pose.stamp_ns);
     open_bin_ = -1;
-    has_last_ = has_drift_ = false;
+    has_last_ = has_drift_ = has_velocity_ = false;
     return;
   }
   EgoState ego;
@@ -146,7 +194,10 @@ void HeightProfile::learn(const EgoPose& pose) noexcept {
   window_.poses[0] = pose;
   window_.at(pose.stamp_ns, ego);
   const Place place = place_of(ego, at);
-  if (has_last_) {
+  const bool jumps = is_jump(pose);
+  if (jumps) {
+    add_jump(ego, place);
+  } else if (has_last_) {
     double step_m = place.s_m - last_.s_m;
     const double length = map_->length_m();
     if (map_->closed() && step_m > 0.5 * length) step_m -= length;

@@ -6,7 +6,8 @@
 //
 // Results must not depend on the order of arrival. A bin is used from kLag after the pose that completed it, by stamps:
 // by then every pose up to that one has arrived, and a late scan still finds the value that was valid at its stamp,
-// because a bin keeps its last two values, and renews them at most once a second.
+// because a bin keeps its last two values, and renews them at most once a second. A step of the localisation is used at
+// once, as the pose of the scan itself.
 #pragma once
 
 #include <cstdint>
@@ -47,6 +48,12 @@ class HeightProfile {
     int64_t stamp_ns;
   };
 
+  // A step of the localisation: from its stamp on, the poses are higher over the centre line by so much than before.
+  struct Jump {
+    int64_t stamp_ns;
+    double rise_m;
+  };
+
   struct Reading {
     bool known;
     double height_m, cross_slope;
@@ -59,6 +66,9 @@ class HeightProfile {
   int32_t bin_at(double s_m) const noexcept;  // -1 beyond the ends of an open line
   const Value& value_at(int32_t bin, int64_t stamp_ns) const noexcept;
   Reading read(double s_m, int64_t stamp_ns) const noexcept;
+  bool is_jump(const EgoPose& pose) noexcept;
+  void add_jump(const EgoState& ego, const Place& place) noexcept;
+  double rise_since(const Value& value, int64_t stamp_ns) const noexcept;
   static void fill_stations(float height_m, float cross_slope, RoadData& road) noexcept;
   Place place_of(const EgoState& ego, const MapProjection& at) const noexcept;
 
@@ -76,6 +86,13 @@ class HeightProfile {
   // How far the poses of this lap are above those of the last one.
   bool has_drift_ = false;
   double drift_m_ = 0;
+  // The last pose and, if known, the velocity over the step to it, from which a jump is seen.
+  EgoPose last_pose_;
+  bool has_velocity_ = false;
+  double velocity_x_ = 0, velocity_y_ = 0;
+  static constexpr int32_t kJumps = 8;
+  Jump jumps_[kJumps] = {};  // the last ones
+  int32_t jump_count_ = 0;   // of all
   EgoWindow window_;
 };
 

@@ -4,6 +4,7 @@
 
 #include "tools/evaluation/metrics/consistency.h"
 #include "tools/evaluation/numbers.h"
+#include "tools/sim/material.h"
 
 namespace overtake::evaluation {
 
@@ -28,6 +29,11 @@ MapPlace place_in_map(const std::vector<PublishedPose>& poses, const ovt_frame_i
 
 bool is_debris(const ovt_detections& d, int32_t row) {
   return d.object_class && d.object_class[row] == OVT_CLASS_DEBRIS;
+}
+
+bool is_on_obstacle(const ovt_detections& d, int32_t row, int32_t surface) {
+  if (surface == int32_t(sim::Surface::parked_vehicle)) return !is_debris(d, row);
+  return surface == int32_t(sim::Surface::debris) && d.object_class && d.object_class[row] == OVT_CLASS_UNKNOWN;
 }
 
 double square_of(const ovt_detections& d, int32_t row, const Rotation& vehicle, double x_map_m, double y_map_m) {

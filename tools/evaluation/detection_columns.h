@@ -23,6 +23,10 @@ io::EgoRow corrected(io::EgoRow pose, const ovt_frame_info& info, const ovt_dete
 MapPlace place_in_map(const std::vector<PublishedPose>& poses, const ovt_frame_info& info,
                       const ovt_detections& detections, int32_t row);
 bool is_debris(const ovt_detections& detections, int32_t row);
+// Whether an obstacle that the truth does not list among the cars is there, so that a detection at no car is not false:
+// debris and a detection of class unknown, or a parked vehicle and a detection of another class than debris. `surface`:
+// that of most of its points.
+bool is_on_obstacle(const ovt_detections& detections, int32_t row, int32_t surface);
 // The square of a centre's error in units of its published covariance; NaN without one. The error is level, in the map;
 // the covariance is in the plane of the vehicle with the given axes.
 double square_of(const ovt_detections& detections, int32_t row, const Rotation& vehicle, double x_map_m,

@@ -257,10 +257,7 @@ void Evaluator::add_detections(const ovt_frame_info& info, const ovt_detections&
       debris_found_ += surface == int32_t(sim::Surface::debris);
       if (surface == int32_t(sim::Surface::debris) || surface == int32_t(sim::Surface::car)) continue;
     }
-    // An obstacle that is there, of a class that says nothing about cars.
-    if (c < 0 && d.object_class && d.object_class[i] == OVT_CLASS_UNKNOWN && d.cluster &&
-        main_surface(d.cluster[i]) == int32_t(sim::Surface::debris))
-      continue;
+    if (c < 0 && d.cluster && is_on_obstacle(d, i, main_surface(d.cluster[i]))) continue;
     double ex = kNan, ey = kNan, along = kNan, across = kNan, turn = kNan;
     if (c >= 0 && ego) {
       const CarTruth& car = cars[std::size_t(c)];

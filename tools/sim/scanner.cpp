@@ -382,6 +382,7 @@ void finish_line(JobWork& work, int32_t number) {
       const Ray ray = make_ray(work, line, beam, 0, 0);
       double far = job.errors->range_max_m;
       if (!echoes.empty()) far = std::min(far, echoes.front().range_m);
+      if (!middle.empty()) far = std::min(far, middle.back().range_m);  // also the own car, reported or not
       const double left = cross_smoke(work.smoke, ray.origin_map, ray.direction_map, far, dice, smoke);
       for (Contribution& echo : echoes) echo.g *= left, echo.peak *= left, echo.noticed *= left;
       for (const SmokeReturn& s : smoke) {
