@@ -33,7 +33,7 @@ struct GroundState {
   V distance, height, z;                   // the last ground pixel that moved it
   V slope;                                 // against the road surface
   V from_distance, from_height;            // where the slope is measured from
-  V below_distance, below_z, below_above;  // the pixel below; its height over the running ground, 0 without a return
+  V below_distance, below_z, below_above;  // the pixel below; its height over the running ground, kMissing_m: none
 };
 
 template <class M>
@@ -42,11 +42,13 @@ OVT_INLINE bool any_of(M mask) {
   return true;
 }
 
+constexpr float kMissing_m = -1e9f;  // is no foot
+
 template <class V>
 OVT_INLINE GroundState<V> start_ground(V road_z) {
   constexpr float kNowhere_m = 1e9f;  // the first ground pixel is not ahead of it, so it does not measure a slope
   const V zero(0.0f);
-  return {zero, zero, road_z, zero, V(kNowhere_m), zero, zero, road_z, zero};
+  return {zero, zero, road_z, zero, V(kNowhere_m), zero, zero, road_z, V(kMissing_m)};
 }
 
 template <class V, class M>
@@ -71,8 +73,7 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
   constexpr float kAny_m = 3e38f;
   constexpr float kShort_m = 2.0f, kShortOfRun = 0.1f;  // measured over less, the slope says nothing about the run
   constexpr float kLeastOver_m = 0.6f;  // a crest between two pieces of the surface is not one of the road
-  constexpr float kFoot_m = 0.0f;       // lower pixels are road
-  static_assert(kFoot_m >= 0.0f, "a missing pixel is no foot");
+  constexpr float kFoot_m = -0.5f;      // lower pixels are road; a wall may stand a little below it
   const V zero(0.0f);
   const V height = z - road.z, ahead = distance - s.distance, run = max_of(ahead, zero), rise = height - s.height;
   const V above = rise - s.slope * run;
@@ -99,8 +100,9 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
   const M moves = ground & (ahead > zero) & (rise <= V(kSteepest) * run) & (rise > V(kFall) * run + V(kDrop_m));
   s.below_distance = distance;
   s.below_z = z;
-  s.below_above = select(exists, above, zero);
-  if (!any_of(moves)) return {s.below_above, ground, steep};
+  s.below_above = select(exists, above, V(kMissing_m));
+  const V shown = select(exists, above, zero);
+  if (!any_of(moves)) return {shown, ground, steep};
   const V reach = distance - s.from_distance;
   // The road under the sensor is only known by the sensor's mounting: the first ground pixel does not measure a slope.
   const M first = moves & (s.distance <= zero);
@@ -115,7 +117,7 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
   s.distance = select(moves, distance, s.distance);
   s.height = select(moves, height, s.height);
   s.z = select(moves, z, s.z);
-  return {s.below_above, ground, steep};
+  return {shown, ground, steep};
 }
 
 }  // namespace overtake

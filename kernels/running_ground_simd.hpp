@@ -65,7 +65,7 @@ OVT_INLINE void walk_columns(const RunningGroundParams& params, const RoadSurfac
       const Mask<A> exists = range > zero;
       if (!exists.any()) {  // most of the sky
         zero.store(height_m.row(r) + c);
-        state[v].below_above = zero;
+        state[v].below_above = Float<A>(kMissing_m);
         continue;
       }
       Float<A> sine, cosine;

@@ -83,7 +83,7 @@ struct Column {
 
 TEST_CASE("running_ground: a level road is ground, an upright obstacle on it is not") {
   CHECK(Column({{5, 0}, {8, 0}, {14, 0}, {30, 0}}).marks() == "....");
-  CHECK(Column({{5, 0}, {8, 0}, {8.1f, 0.5f}, {8.1f, 1.0f}}).marks() == "..oo");
+  CHECK(Column({{5, 0}, {8, 0}, {8.6f, 0.5f}, {8.6f, 1.0f}}).marks() == "..oo");
 }
 
 TEST_CASE("running_ground: a car's lowest row is non-ground although the slope from the road before it is flat") {
@@ -131,11 +131,14 @@ TEST_CASE("running_ground: an apron that rises like a level plane is ground, a s
 
 TEST_CASE("running_ground: feet: ground below an obstacle belongs to it down a steep pair, at most to its foot") {
   // 0.05 m over the road is within the tolerance.
-  // The pixel before it, on the road, is not.
-  CHECK(Column({{8, 0}, {8.3f, -0.01f}, {8.31f, 0.05f}, {8.32f, 0.4f}}).marks() == "..oo");
+  // The road before it, not steep, is not.
+  CHECK(Column({{8, 0}, {8.2f, -0.01f}, {8.31f, 0.05f}, {8.32f, 0.4f}}).marks() == "..oo");
+  // The foot of a wall that stands lower than the road, but not what lies more than 0.5 m below it.
+  CHECK(Column({{8, 0}, {8.3f, -0.45f}, {8.31f, 0.05f}, {8.32f, 0.4f}}).marks() == ".ooo");
+  CHECK(Column({{8, 0}, {8.3f, -0.55f}, {8.31f, 0.05f}, {8.32f, 0.4f}}).marks() == "..oo");
   RunningGroundParams no_feet = params();
   no_feet.foot_slope = 1e9f;
-  CHECK(Column({{8, 0}, {8.3f, -0.01f}, {8.31f, 0.05f}, {8.32f, 0.4f}}, FlatRoad(), no_feet).marks() == "...o");
+  CHECK(Column({{8, 0}, {8.2f, -0.01f}, {8.31f, 0.05f}, {8.32f, 0.4f}}, FlatRoad(), no_feet).marks() == "...o");
 }
 
 TEST_CASE("running_ground: a hole in the road is ground, and does not become the running ground") {
@@ -223,8 +226,8 @@ TEST_CASE("running_ground: the level rule ends 3 m behind the last ground pixel,
 
 TEST_CASE("running_ground: feet: a chain of steep pairs down to the road; a missing pixel ends the chain") {
   const FlatRoad road;
-  CHECK(Column({{8, 0}, {8.3f, -0.01f}, {8.31f, 0.05f}, {8.32f, 0.09f}, {8.33f, 0.4f}}).marks() == "..ooo");
-  CHECK(Column({{8, 0}, {8.3f, -0.01f}, {8.31f, 0.05f}, kMissing, {8.33f, 0.4f}}).marks() == "... o");
+  CHECK(Column({{8, 0}, {8.2f, -0.01f}, {8.31f, 0.05f}, {8.32f, 0.09f}, {8.33f, 0.4f}}).marks() == "..ooo");
+  CHECK(Column({{8, 0}, {8.2f, -0.01f}, {8.31f, 0.05f}, kMissing, {8.33f, 0.4f}}).marks() == "... o");
   // A flat pair ends it, too: a slope of 1 between 0.05 m and 0.09 m.
   CHECK(Column({{8, 0}, {8.3f, 0.05f}, {8.34f, 0.09f}, {8.35f, 0.4f}}).marks() == "..oo");
 }
