@@ -64,14 +64,19 @@ class Joiner {
   }
 
  private:
-  // Lists the rows that may be joined: in `order` by falling number of points, in `next` by min_x.
+  // Lists the rows that may be joined, so without walls: in `order` by falling number of points, in `next` by min_x.
   void list_shards() {
     const float bound_m = max_of(params_.bound_m, float(find_outside(context_, frame_)));
+    const CarLimits& limits = params_.limits;
+    const float longest_side_m = kSqrt2 * max_of(limits.length_m, limits.width_m) + kRounding_m;
     count_ = 0;
     for (int32_t row = 0; row < merged_.count; ++row) {
       places_.group[row] = row;
       if (!places_.known[row] || is_own_body(context_.detect.gate_cars, merged_, row)) continue;
       if (measure_inside(places_, row, 0.0f) < -bound_m) continue;
+      // On axes at any angle, one side of a box is at least its longer side / sqrt 2: these fit into no group.
+      const OrientedBox box = box_of(places_, row);
+      if (max_of(box.length(), box.width()) > longest_side_m) continue;
       places_.group[row] = kFree;
       places_.order[count_] = places_.next[count_] = row;
       ++count_;
