@@ -57,12 +57,11 @@ inline const char* find_broken_info(const ovt_frame_info& info, int32_t sensor_c
   OVT_RULE(((info.flags & OVT_FLAG_NO_MAP) == 0) == def_map);
   if (!def_map) OVT_RULE(info.ego_off_map_m == 0 && (info.flags & OVT_FLAG_EGO_OFF_MAP) == 0);
   OVT_RULE(info.ego_off_map_m > 0 || (info.flags & OVT_FLAG_EGO_OFF_MAP) == 0);
-  // Every loss has a count, and no map gate runs while the map must not be used.
+  // Every loss has a count.
   OVT_RULE(info.gated_points >= 0 && info.gated_size >= 0 && info.gated_map >= 0 && info.overflow_candidates >= 0);
   OVT_RULE(info.gated_own >= 0 && info.gated_range >= 0);
   OVT_RULE(info.cluster_count == info.gated_points + info.gated_size + info.gated_own + info.candidate_count);
   OVT_RULE(info.candidate_count == info.gated_map + info.gated_range + info.overflow_candidates + info.detection_count);
-  if ((info.flags & (OVT_FLAG_NO_MAP | OVT_FLAG_EGO_OFF_MAP)) != 0) OVT_RULE(info.gated_map == 0);
   OVT_RULE(info.overflow_candidates == 0 || (info.flags & OVT_FLAG_OVERFLOW) != 0);
   return nullptr;
 }
@@ -139,6 +138,8 @@ inline const char* find_broken_rule(ovt_reader* reader, int32_t sensor_count, bo
   OVT_RULE(ovt_read_detections(reader, &d) == OVT_OK);
   OVT_RULE(d.count == info.detection_count);
   OVT_RULE(is_all_finite(d));
+  // No map gate runs while the map must not be used. Methods that publish the view gate by walls, too.
+  if (!d.view && (info.flags & (OVT_FLAG_NO_MAP | OVT_FLAG_EGO_OFF_MAP)) != 0) OVT_RULE(info.gated_map == 0);
   for (int32_t i = 0; i < d.count; ++i) {
     OVT_RULE(d.cluster[i] >= 0 && d.cluster[i] < clusters.count);
     if ((info.flags & (OVT_FLAG_NO_MAP | OVT_FLAG_EGO_OFF_MAP)) != 0) OVT_RULE(d.map_s_m[i] == 0 && d.map_d_m[i] == 0);
