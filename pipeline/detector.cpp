@@ -391,6 +391,7 @@ void Detector::finish(Frame& frame) {
   set(counters_.tracks_displaced, tracked.displaced);
   set(counters_.tracks_unsound, tracked.unsound);
   set(counters_.tracks_forgotten, tracked.forgotten);
+  set(counters_.tracks_joined, tracked.joined);
   set(counters_.work_limited, tracked.limited + tracked.refused);
   // A replay in the tracker may lower it.
   const bool tracks_overflowed =

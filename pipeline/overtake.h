@@ -174,6 +174,18 @@ typedef struct ovt_params {
   double cut_from, cut_to;           /* cut.from cut.to            in lengths of the vehicle */
   double gate_sunk_m;                /* gate.sunk_m                of a cluster's highest point, under the ground */
   double gate_wall_m;                /* gate.wall_m                without a map, from the line of a wall; 0: off */
+  /* lane_tracker.q_along ...: the tracker */
+  double lane_tracker_q_along, lane_tracker_q_across, lane_tracker_q_speed, lane_tracker_q_speed_unseen;
+  double lane_tracker_q_course, lane_tracker_q_yaw_rate, lane_tracker_lane_s, lane_tracker_stand_mps;
+  double lane_tracker_part_share, lane_tracker_steady_lag, lane_tracker_steady_d2, lane_tracker_manoeuvre_gain;
+  double lane_tracker_birth_speed_share, lane_tracker_birth_sigma_share, lane_tracker_birth_sigma_course_rad;
+  double lane_tracker_birth_sigma_yaw_rate, lane_tracker_p_detect, lane_tracker_half_m, lane_tracker_p_hidden;
+  double lane_tracker_p_wing, lane_tracker_clutter_per_m2, lane_tracker_clutter_reach_m;
+  double lane_tracker_clutter_area_m2, lane_tracker_hit_score, lane_tracker_unknown_score, lane_tracker_low_m;
+  double lane_tracker_low_score, lane_tracker_car_points, lane_tracker_sparse_score, lane_tracker_thin_score;
+  double lane_tracker_narrow_m, lane_tracker_narrow_score, lane_tracker_confirm_score, lane_tracker_drop_score;
+  double lane_tracker_most_score, lane_tracker_tentative_s, lane_tracker_coast_s, lane_tracker_coast_sigma_m;
+  int32_t lane_tracker_confirm_hits;
 } ovt_params;
 
 typedef struct ovt_param_info {
@@ -773,7 +785,7 @@ typedef struct ovt_stats {
   int64_t detections;                /* rows of ovt_detections */
   int64_t measurements_lost;         /* detections and pushed rows not given to the tracker: no ego pose
                                         (OVT_FLAG_EGO_STALE), or a stage threw (OVT_FLAG_EXCEPTION) */
-  int64_t tracks_born;               /* = tracks alive + the five below */
+  int64_t tracks_born;               /* = tracks alive + the five below + tracks_joined */
   int64_t tracks_missed;             /* deleted by the life cycle: too few hits */
   int64_t tracks_silent;             /* ... by tracker.max_silence_s without a measurement */
   int64_t tracks_displaced;          /* ... tentative, replaced by a nearer detection when the table was full */
@@ -782,6 +794,7 @@ typedef struct ovt_stats {
   int64_t work_limited;              /* frames that reached tracker.work_limit (OVT_FLAG_WORK_LIMIT) */
   int64_t gated_own, gated_range;    /* as in ovt_frame_info */
   int64_t measurements_debris;       /* rows of class debris that no track took: they initiate none */
+  int64_t tracks_joined;             /* tracks deleted because their car has an older track, which goes on */
 } ovt_stats;
 OVT_API ovt_status ovt_stats_init(ovt_stats* stats, size_t struct_size);
 static inline ovt_stats ovt_default_stats(void) {

@@ -47,7 +47,7 @@ class ManyModelsPolicy {
     update(0, s, 0, z);
     return s;
   }
-  bool record(State&, bool) const { return true; }
+  bool record(int32_t, State&, bool) const { return true; }
   bool is_confirmed(const State&) const { return true; }
   State publishable(const State& s, bool) const { return s; }
   void write(const State& s, TrackTable& t, std::size_t i) const {

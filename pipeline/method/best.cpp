@@ -7,7 +7,7 @@
 #include "pipeline/method/frame_rules.h"
 #include "pipeline/method/method.h"
 #include "pipeline/method/steps.h"
-#include "pipeline/track/cvtr_tracker.h"
+#include "pipeline/track/lane_tracker.h"
 
 namespace overtake {
 namespace {
@@ -49,10 +49,12 @@ constexpr FrameRule kFrame[] = {
 constinit const Method kBest = {.name = "best",
                                 .segment = kSegment,
                                 .frame = kFrame,
-                                .make_tracker = make_cvtr_tracker,  // 11  CVTR, Munkres, M of N (eqs. 6 and 7)
-                                .tracker_params = "tracker",
+                                .make_tracker = make_lane_tracker,  // 11  CVTR on a lane, Munkres, existence score
+                                .tracker_params = kLaneTrackerParams,
                                 .set_defaults = [](ovt_params& params) noexcept {
                                   params.merge_columns = 8;
+                                  params.tracker_gate_d2 = 25;        // a manoeuvre is still the same car
+                                  params.tracker_max_silence_s = 12;  // a lost car keeps its id for so long
                                   params.cluster_threshold_rad = 2.8 * kPi / 180;  // two cars are not one
                                 }};
 

@@ -36,7 +36,7 @@ class CvtrPolicy {
   }
   void update(int32_t slot, State& state, double dt_s, const Measurement& z) const noexcept;
   State initiate(const Measurement& z, const Iteration& it) const noexcept;
-  bool record(State& s, bool hit) const noexcept { return s.life.record(hit, life_cycle_); }
+  bool record(int32_t, State& s, bool hit) const noexcept { return s.life.record(hit, life_cycle_); }
   bool is_confirmed(const State& s) const noexcept { return s.life.state == TrackState::kConfirmed; }
   State publishable(const State& state, bool in_map) const noexcept;
   void write(const State& state, TrackTable& t, std::size_t i) const noexcept;

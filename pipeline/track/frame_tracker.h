@@ -47,12 +47,13 @@ struct TrackerFrame {
 // the same frames in sorted order.
 struct IterationCounts {
   int64_t births = 0, deaths = 0, hits = 0, misses = 0;
-  // Deaths, each for one reason: deaths = missed + silent + displaced + unsound + forgotten.
+  // Deaths, each for one reason: deaths = missed + silent + displaced + unsound + forgotten + joined.
   int64_t missed = 0;     // too few hits among the last iterations
   int64_t silent = 0;     // no hit for max_silence_s
   int64_t displaced = 0;  // evicted for a nearer measurement
   int64_t unsound = 0;    // a state that is not finite, or that no car can have
   int64_t forgotten = 0;  // by restart()
+  int64_t joined = 0;     // two tracks of one car became one
   int64_t unborn = 0;     // rows not initiated: no free slot, or beyond detection_capacity
   int64_t rejected = 0;   // rows that are not a valid measurement
   int64_t debris = 0;     // rows of debris that no track took

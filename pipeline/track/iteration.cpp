@@ -36,6 +36,7 @@ Measurement make_sane(Measurement z, const double* r_diag) noexcept {
   z.heading_rad = wrap_angle(value_or_none(z.heading_rad, -kMaxAngle_rad, kMaxAngle_rad));
   z.length_m = value_or_none(z.length_m, 0.0, 1e3);
   z.width_m = value_or_none(z.width_m, 0.0, 1e3);
+  z.height_m = value_or_none(z.height_m, -1e3, 1e3);
   return z;
 }
 

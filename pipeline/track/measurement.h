@@ -21,6 +21,12 @@ struct Measurement {
   double length_m = kNotMeasured, width_m = kNotMeasured;
   int64_t stamp_ns = 0;
   int64_t debris = 0;  // 1: initiates no track, and is no hit of a tentative one
+  // What the detection says beside its place. The paper's tracker reads none of it.
+  double height_m = kNotMeasured;  // of the highest point over the road
+  int32_t object_class = 0;        // ObjectClass
+  int32_t free_heading = 0;        // 1: heading_rad was measured, not taken from the map or the ego vehicle
+  int32_t view = -1;               // CarView, -1 unknown
+  int32_t points = 0;              // 0: unknown
 };
 
 // Positive definite, with variances of 1e-12 to 1e12 m^2.

@@ -169,6 +169,10 @@ void turn_round(TrackEstimate& estimate) noexcept {
   }
 }
 
+void keep_sound(TrackEstimate& estimate, double dt_s) noexcept {
+  if (dt_s < 0.0 || is_wide(estimate)) keep_positive(estimate);
+}
+
 bool is_sound(const TrackEstimate& estimate) noexcept {
   const MotionState& m = estimate.mean;
   bool sound = std::fabs(m.x_m) <= 1e12 && std::fabs(m.y_m) <= 1e12 && std::fabs(m.speed_mps) <= kMaxSpeed_mps &&

@@ -42,6 +42,9 @@ bool update(TrackEstimate& estimate, const Measurement& z) noexcept;
 // signs of v's row and column to match.
 void turn_round(TrackEstimate& estimate) noexcept;
 
+// After a prediction by dt_s that is not one of predict(): keeps P positive definite in spite of rounding.
+void keep_sound(TrackEstimate& estimate, double dt_s) noexcept;
+
 // Finite and within what a car can do (|v| <= 1000 m/s, |omega| <= 100 rad/s, positive variances).
 bool is_sound(const TrackEstimate& estimate) noexcept;
 

@@ -54,8 +54,8 @@ concept TrackPolicy = std::is_trivially_copyable_v<typename P::State> &&
   // The state of a track that the measurement initiates, including its first hit.
   { constant.initiate(z, it) } -> std::same_as<typename P::State>;
 
-  // Records one iteration that could have seen the track. False: the track is dead.
-  { constant.record(state, hit) } -> std::same_as<bool>;
+  // Records one iteration that could have seen the slot's track. False: the track is dead.
+  { constant.record(slot, state, hit) } -> std::same_as<bool>;
   // A full table may evict a track that is not confirmed.
   { constant.is_confirmed(seen) } -> std::same_as<bool>;
 
@@ -65,6 +65,21 @@ concept TrackPolicy = std::is_trivially_copyable_v<typename P::State> &&
   constant.write(seen, rows, i);
   // Appends the points_per_track points of its predicted path.
   constant.write_path(seen, paths);
+};
+
+// A policy with these members as well keeps one track for one car.
+template <class P>
+concept JoinsTracks = requires(P& policy, const P& constant, const typename P::State& seen, const Iteration& it,
+                               int32_t slot, int32_t measurement, bool is_newer,
+                               const TrackView<typename P::State>& tracks) {
+  // Called before the following, after each change of the tracks.
+  policy.look_round(tracks, it);
+  // The slot of an older track of the same car, -1 none.
+  { constant.find_elder(tracks, slot) } -> std::same_as<int32_t>;
+  // The state of the elder when the younger track ends; is_newer: the younger one was measured last.
+  { constant.join(seen, seen, is_newer) } -> std::same_as<typename P::State>;
+  // The slot of the track whose car a measurement without a track is a part of, -1 none: it initiates no track then.
+  { constant.find_owner(tracks, it, measurement) } -> std::same_as<int32_t>;
 };
 
 }  // namespace overtake

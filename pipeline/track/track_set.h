@@ -49,6 +49,7 @@ class TrackSet {
     counts_.limited += effort.limited;
     for (int32_t slot = 0; slot < params_.track_capacity; ++slot)
       if (head_[slot].alive) update_track(slot, it);
+    if constexpr (JoinsTracks<Policy>) join_tracks(it);
     give_births(it, place, ids);
   }
 
@@ -113,7 +114,7 @@ class TrackSet {
       it.track[hit] = head.id;
       it.birth[hit] = head.birth;
       ++counts_.hits;
-      lives = policy_.record(state, !z.debris || policy_.is_confirmed(state));
+      lives = policy_.record(slot, state, !z.debris || policy_.is_confirmed(state));
     } else {
       if (it.stamp_ns > head.state_ns) {  // a track's time never goes back
         policy_.predict(state, seconds_between(head.state_ns, it.stamp_ns));
@@ -124,7 +125,7 @@ class TrackSet {
       if (const Place place = policy_.place(state); is_observed(it, place.x_m, place.y_m)) {
         head.flags = kTrackCoasting;  // an iteration that could not see the track does not count
         ++counts_.misses;
-        lives = policy_.record(state, false);
+        lives = policy_.record(slot, state, false);
       }
     }
     if (!lives)
@@ -133,11 +134,49 @@ class TrackSet {
       end(slot, counts_.unsound);
   }
 
+  TrackView<State> view() const noexcept { return {params_.track_capacity, alive_count_, head_, state_}; }
+
+  // Of two tracks of one car the elder keeps its slot and its id, and gets the younger one's state if that is newer.
+  void join_tracks(Iteration& it) noexcept {
+    policy_.look_round(view(), it);
+    for (int32_t slot = 0; slot < params_.track_capacity; ++slot) {
+      if (!head_[slot].alive) continue;
+      const int32_t elder = policy_.find_elder(view(), slot);
+      if (elder < 0) continue;
+      TrackHead &kept = head_[elder], &left = head_[slot];
+      const bool is_newer = left.measured_ns > kept.measured_ns;
+      state_[elder] = policy_.join(state_[elder], state_[slot], is_newer);
+      if (is_newer) {
+        kept.state_ns = left.state_ns;
+        kept.measured_ns = left.measured_ns;
+        kept.row = left.row;
+        kept.flags = left.flags;
+      }
+      for (int32_t i = 0; i < it.count; ++i) {
+        if (it.slot[i] != slot) continue;
+        it.slot[i] = elder;
+        it.track[i] = kept.id;
+        it.birth[i] = kept.birth;
+      }
+      end(slot, counts_.joined);
+      policy_.look_round(view(), it);
+    }
+  }
+
   // Nearest first: so no new track is evicted for another new one, and row order does not matter.
   void give_births(Iteration& it, int32_t place, TrackIds& ids) noexcept {
     int32_t count = 0;
     for (int32_t i = 0; i < it.count; ++i) {
       if (it.slot[i] >= 0) continue;
+      if constexpr (JoinsTracks<Policy>) {
+        if (const int32_t owner = policy_.find_owner(view(), it, i); owner >= 0) {
+          it.slot[i] = owner;
+          it.track[i] = head_[owner].id;
+          it.birth[i] = head_[owner].birth;
+          ++counts_.hits;
+          continue;
+        }
+      }
       if (it.measurement[i].debris)
         ++counts_.debris;
       else

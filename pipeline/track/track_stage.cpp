@@ -118,6 +118,11 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
       const DetectionViewTable& views = frame.views;
       z.var_x = double(views.var_x[i]), z.var_y = double(views.var_y[i]), z.cov_xy = double(views.cov_xy[i]);
       z.debris = views.object_class[i] == int32_t(ObjectClass::kDebris);
+      z.height_m = double(views.height_m[i]);
+      z.object_class = views.object_class[i];
+      z.view = views.view[i];
+      z.free_heading = in.heading_source[i] == int32_t(HeadingSource::kVar);
+      z.points = in.point_count[i];
       z_m = double(views.road_z_m[i]);
     }
     if (reference_ == OVT_REFERENCE_MAP && frame.ego.at(in.stamp_ns[i], ego)) {

@@ -178,7 +178,8 @@ inline const char* find_broken_sum(const ovt_stats& s, int64_t alive, int64_t gi
   OVT_RULE(s.measurements == s.measurements_used + s.measurements_unborn + s.measurements_rejected +
                                  s.measurements_late + s.measurements_debris);
   if (given >= 0) OVT_RULE(s.detections + given == s.measurements + s.measurements_lost);
-  const int64_t ended = s.tracks_missed + s.tracks_silent + s.tracks_displaced + s.tracks_unsound + s.tracks_forgotten;
+  const int64_t ended =
+      s.tracks_missed + s.tracks_silent + s.tracks_displaced + s.tracks_unsound + s.tracks_forgotten + s.tracks_joined;
   OVT_RULE(s.tracks_born >= ended);
   if (alive >= 0) OVT_RULE(s.tracks_born == alive + ended);
   return nullptr;

@@ -116,7 +116,7 @@ class PlainPolicy {
     return s;
   }
 
-  bool record(State& s, bool hit) const noexcept { return s.life.record(hit, life_cycle_); }
+  bool record(int32_t, State& s, bool hit) const noexcept { return s.life.record(hit, life_cycle_); }
   bool is_confirmed(const State& s) const noexcept { return s.life.state == TrackState::kConfirmed; }
   State publishable(const State& s, bool) const noexcept { return s; }
 

@@ -1,0 +1,83 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/track/lane_motion.h"
+
+#include <cmath>
+
+#include "core/math.h"
+
+namespace overtake {
+namespace {
+
+// Of the yaw rate: next = kappa v + (omega - kappa v) decay; mean over the step = kappa v + (omega - kappa v) mean.
+// decay is e^(-dt / tau) to 1e-4 at dt = 0.1 tau; a step back is the inverse.
+struct Pull {
+  double decay = 1, mean = 1;
+};
+Pull pull_of(const LanePull& lane, double dt_s) {
+  if (!(lane.time_s > 0.0) || dt_s == 0.0) return {};
+  const double h = std::fabs(dt_s) / lane.time_s, grow = 1.0 + h * (1.0 + 0.5 * h);
+  const double decay = 1.0 / grow, mean = (1.0 - decay) / h;
+  return dt_s > 0.0 ? Pull{decay, mean} : Pull{grow, mean * grow};
+}
+
+}  // namespace
+
+MotionState advance_on_lane(const MotionState& state, const LanePull& lane, double dt_s) noexcept {
+  const Pull pull = pull_of(lane, dt_s);
+  const double of_lane = lane.curvature_per_m * state.speed_mps, off = state.yaw_rate_rps - of_lane;
+  MotionState mean = state;
+  if (lane.time_s > 0.0) mean.yaw_rate_rps = of_lane + off * pull.mean;
+  MotionState next = advance(mean, dt_s);
+  next.yaw_rate_rps = lane.time_s > 0.0 ? of_lane + off * pull.decay : state.yaw_rate_rps;
+  return next;
+}
+
+void predict_on_lane(TrackEstimate& estimate, const LanePull& lane, const CourseNoise& noise, double dt_s) noexcept {
+  if (dt_s == 0.0) return;
+  const bool on_lane = lane.time_s > 0.0;
+  const Pull pull = pull_of(lane, dt_s);
+  const double kappa = on_lane ? lane.curvature_per_m : 0.0;
+  const double of_lane = kappa * estimate.mean.speed_mps, off = estimate.mean.yaw_rate_rps - of_lane;
+  MotionState mean = estimate.mean;
+  if (on_lane) mean.yaw_rate_rps = of_lane + off * pull.mean;
+  MotionJacobian f;
+  MotionState next = advance(mean, dt_s, &f);
+  if (on_lane) next.yaw_rate_rps = of_lane + off * pull.decay;
+  // The mean yaw rate depends on the speed and on the yaw rate before.
+  const double mean_v = kappa * (1.0 - pull.mean), mean_omega = pull.mean;
+  const double x_v = f.x_v + f.x_omega * mean_v, y_v = f.y_v + f.y_omega * mean_v, phi_v = f.phi_omega * mean_v;
+  const double x_omega = f.x_omega * mean_omega, y_omega = f.y_omega * mean_omega, phi_omega = f.phi_omega * mean_omega;
+  const double omega_v = kappa * (1.0 - pull.decay), omega_omega = pull.decay;
+  auto& p = estimate.covariance;
+  for (int c = 0; c < kTrackStateSize; ++c) {
+    p[0][c] += x_v * p[2][c] + f.x_phi * p[3][c] + x_omega * p[4][c];
+    p[1][c] += y_v * p[2][c] + f.y_phi * p[3][c] + y_omega * p[4][c];
+    p[3][c] += phi_v * p[2][c] + phi_omega * p[4][c];
+    p[4][c] = omega_v * p[2][c] + omega_omega * p[4][c];
+  }
+  for (auto& row : p) {
+    row[0] += x_v * row[2] + f.x_phi * row[3] + x_omega * row[4];
+    row[1] += y_v * row[2] + f.y_phi * row[3] + y_omega * row[4];
+    row[3] += phi_v * row[2] + phi_omega * row[4];
+    row[4] = omega_v * row[2] + omega_omega * row[4];
+  }
+  estimate.mean = next;
+  if (dt_s > 0.0) {
+    double s, c;
+    sin_cos_f64(next.course_rad, s, c);
+    const double along = noise.along * dt_s, across = noise.across * dt_s;
+    p[0][0] += c * c * along + s * s * across;
+    p[1][1] += s * s * along + c * c * across;
+    p[0][1] += c * s * (along - across);
+    p[1][0] += c * s * (along - across);
+    p[2][2] += noise.speed * dt_s;
+    p[3][3] += noise.course * dt_s;
+    p[4][4] += noise.yaw_rate * dt_s;
+  }
+  for (int r = 1; r < kTrackStateSize; ++r)
+    for (int c = 0; c < r; ++c) p[r][c] = p[c][r] = 0.5 * (p[r][c] + p[c][r]);
+  keep_sound(estimate, dt_s);
+}
+
+}  // namespace overtake

@@ -1,0 +1,30 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// CVTR motion (motion_model.h) of a car that follows a lane: its yaw rate goes to that of the lane at its speed,
+//
+//   d omega / dt = (kappa v - omega) / tau
+//
+// with the lane's curvature kappa at the car's distance from the centre line. Without a lane, CVTR. Process noise is
+// along and across the course: a car slides across its course far less than it brakes.
+#pragma once
+
+#include "pipeline/track/track_filter.h"
+
+namespace overtake {
+
+struct LanePull {
+  double curvature_per_m = 0;
+  double time_s = 0;  // tau; 0: no lane
+};
+
+// Growth of the variances per second.
+struct CourseNoise {
+  double along = 0, across = 0, speed = 0, course = 0, yaw_rate = 0;
+};
+
+// One step; dt_s at most about 0.1 s. Back (dt_s < 0): inverts the motion, adds no noise.
+MotionState advance_on_lane(const MotionState& state, const LanePull& lane, double dt_s) noexcept;
+void predict_on_lane(TrackEstimate& estimate, const LanePull& lane, const CourseNoise& noise, double dt_s) noexcept;
+
+}  // namespace overtake

@@ -1,0 +1,537 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/track/lane_tracker.h"
+
+#include <bit>
+#include <cmath>
+
+#include "core/cluster_table.h"
+#include "core/math.h"
+
+namespace overtake {
+namespace {
+
+// Motion.
+constexpr double kStep_s = 0.1;  // longest step of a prediction
+constexpr int32_t kMostSteps = 600;
+constexpr double kLaneCourse_rad = 0.35, kLaneReach_m = 20.0;  // a car farther off its lane follows none
+constexpr double kDrives_mps = 5.0;                            // a slower car follows no lane
+constexpr double kStand_s = 0.5;                               // time constant of coming to rest
+constexpr double kUnseen_s = 0.2;                              // after this without a detection its speed is uncertain
+constexpr double kPart_m2 = 0.5;                               // variance of a detection whose error lasts for sure
+constexpr double kLagKeep = 0.8;                               // share of the lag that an iteration keeps
+constexpr double kManoeuvre_s = 0.3;  // the noise of a manoeuvre goes on for so long after the last sign of it
+constexpr int32_t kSteadyHits = 5;    // with fewer hits the state has not settled
+constexpr double kBirthSigma_mps = 10.0;
+
+// Heading.
+constexpr double kHeadingMemory_s = 0.3, kHeadingGate_d2 = 9.0, kHeadingSigma_rad = 0.1, kHeadingRate_rps = 2.0;
+constexpr double kHeadingRateNoise = 20.0;  // (rad/s)^2 per second
+constexpr int32_t kHeadingMisses = 3;       // this many contradictions in a row replace it
+
+// Existence.
+constexpr double kLog2Pi = 1.8378770664093453;
+constexpr double kLeastDetect = 0.01;
+constexpr double kWing_rad = 0.2, kWing_m = 15.0;       // the shadow of the own rear wing, to both sides; from here on
+constexpr double kBehindShare = 0.6, kPartShare = 1.2;  // of a car's width: a car this far beside another one's line of
+                                                        // sight is hidden by it, or may be in part
+constexpr double kKnownHit = 0.3;  // a hit adds at least this to the score of a track that was confirmed
+constexpr double kLowReach_m = 80.0, kNearest_m = 8.0, kSparse = 0.03, kThin = 0.1;
+
+// One track for one car.
+constexpr double kRecent_s = 0.3;                             // a track was seen lately
+constexpr double kSameTentative = 0.9, kSameConfirmed = 0.7;  // share of a car's length and width
+// A lost car comes back this near to its prediction, after t: base + t (rate + t growth), but no farther than most.
+constexpr double kAgainAlong_m = 6.0, kAgainAlongRate = 4.0, kAgainAlongGrowth = 5.0, kAgainMost_m = 40.0;
+constexpr double kAgainAcross_m = 3.0, kAgainAcrossRate = 1.5, kAgainSpeed_mps = 8.0, kAgainSpeedRate = 8.0;
+
+int32_t steps_of(double dt_s) {
+  const double ratio = std::fabs(dt_s) / kStep_s;
+  return ratio >= kMostSteps ? kMostSteps : 1 + int32_t(ratio * (1.0 - 1e-9));
+}
+
+}  // namespace
+
+LanePolicy::LanePolicy(const TrackerParams& params, const CircuitMap* map, const Allocator& allocator)
+    : params_(params), lane_(params.lane), map_(map && !map->empty() ? map : nullptr), assignment_(params, allocator) {
+  const auto slots = std::size_t(params.track_capacity), rows = std::size_t(params.detection_capacity);
+  arena_.build_or_throw(allocator, [&](Carver& carver) {
+    for (double** column : {&x_m_, &y_m_, &cos_, &sin_, &range_m_, &bearing_rad_, &p_detect_, &hit_score_})
+      *column = carver.take<double>(slots);
+    visibility_ = carver.take<Visibility>(slots);
+    in_part_ = carver.take<bool>(slots);
+    claimed_ = carver.take<bool>(rows);
+    unclaimed_ = carver.take<Place>(rows);
+  });
+}
+
+// ---- predict --------------------------------------------------------------------------------------------------------
+
+// The lane that the car follows. A slow car follows none, and does not turn.
+void LanePolicy::look_at_lane(State& s) const noexcept {
+  const MotionState& m = s.estimate.mean;
+  s.lane = {};
+  if (!(m.speed_mps > kDrives_mps)) {
+    s.lane.time_s = lane_.lane_s;
+    return;
+  }
+  if (!map_ || !s.asks_map) return;
+  const MapProjection at = map_->project(m.x_m, m.y_m, s.segment);
+  s.segment = at.segment;
+  if (at.segment < 0 || std::fabs(at.d_m) > kLaneReach_m) return;
+  if (!(std::fabs(wrap_angle(m.course_rad - at.heading_rad)) < kLaneCourse_rad)) return;
+  const double shrink = 1.0 - at.curvature_per_m * at.d_m;
+  if (shrink > 0.2) s.lane = {at.curvature_per_m / shrink, lane_.lane_s};
+}
+
+CourseNoise LanePolicy::noise_of(const State& s) const noexcept {
+  const double gain = s.manoeuvre_s > 0.0 ? lane_.manoeuvre_gain : 1.0;
+  CourseNoise noise = {lane_.q_along, lane_.q_across, lane_.q_speed * gain, lane_.q_course * gain,
+                       lane_.q_yaw_rate * gain};
+  if (s.unseen_s > kUnseen_s) noise.speed = std::max(noise.speed, lane_.q_speed_unseen);
+  return noise;
+}
+
+// forward_in_time: adds process noise, and the clocks of the state run.
+void LanePolicy::move(State& s, double dt_s, bool forward_in_time) const noexcept {
+  if (dt_s == 0.0) return;
+  const int32_t steps = steps_of(dt_s);
+  const double step_s = dt_s / steps;
+  for (int32_t k = 0; k < steps; ++k) {
+    predict_on_lane(s.estimate, s.lane, forward_in_time ? noise_of(s) : CourseNoise{}, step_s);
+    if (forward_in_time && dt_s > 0.0) {
+      if (s.estimate.mean.speed_mps < lane_.stand_mps && s.hits >= kSteadyHits)
+        s.estimate.mean.speed_mps /= 1.0 + step_s / kStand_s;
+      s.unseen_s += step_s;
+      s.heading_age_s += step_s;
+      s.manoeuvre_s = std::max(0.0, s.manoeuvre_s - step_s);
+    }
+    turn_heading(s, step_s);
+    look_at_lane(s);
+  }
+}
+
+// A measured heading turns at its own rate. Else a car that drives points along its course, and one that stands keeps
+// its heading.
+void LanePolicy::turn_heading(State& s, double dt_s) const noexcept {
+  if (s.heading_age_s <= kHeadingMemory_s) {
+    s.heading_rad = wrap_angle(s.heading_rad + s.heading_rate_rps * dt_s);
+    if (dt_s > 0.0) {
+      s.heading_var += dt_s * (2.0 * s.heading_cov + dt_s * s.heading_rate_var);
+      s.heading_cov += dt_s * s.heading_rate_var;
+      s.heading_rate_var += kHeadingRateNoise * dt_s;
+    }
+  } else if (s.estimate.mean.speed_mps > kDrives_mps) {
+    s.heading_rad = s.estimate.mean.course_rad;
+  }
+}
+
+// ---- associate ------------------------------------------------------------------------------------------------------
+
+LanePolicy::Ahead LanePolicy::look_ahead(const State& s, double dt_s) const noexcept {
+  MotionState ahead = s.estimate.mean;
+  const int32_t steps = steps_of(dt_s);
+  for (int32_t k = 0; k < steps; ++k) ahead = advance_on_lane(ahead, s.lane, dt_s / steps);
+  return ahead;
+}
+
+LanePolicy::Estimate LanePolicy::estimate(const State& s, double dt_s, const Ahead&) const noexcept {
+  Estimate e = s.estimate;
+  const CourseNoise noise = noise_of(s);
+  const int32_t steps = steps_of(dt_s);
+  for (int32_t k = 0; k < steps; ++k) predict_on_lane(e, s.lane, noise, dt_s / steps);
+  return e;
+}
+
+// The error of a detection that shows a part of a car only is the same in the next frames: it counts with a larger
+// covariance.
+Measurement LanePolicy::with_lasting_error(const Measurement& z) const noexcept {
+  Measurement r = z;
+  const double scale = 1.0 + lane_.part_share * std::min((z.var_x + z.var_y) / kPart_m2, 1.0);
+  r.var_x *= scale, r.var_y *= scale, r.cov_xy *= scale;
+  return r;
+}
+
+bool LanePolicy::cost(const Estimate& e, const Measurement& z, double& cost) const noexcept {
+  Innovation innovation;
+  if (!innovate(e, with_lasting_error(z), &innovation) || !(innovation.d2 <= params_.gate_d2)) return false;
+  cost = innovation.d2 + innovation.log_det;
+  return true;
+}
+
+// The tracks at the iteration's stamp, and as the ego vehicle sees them.
+void LanePolicy::look_round(const TrackView<State>& tracks, const Iteration& it) noexcept {
+  for (int32_t slot = 0; slot < tracks.slot_count; ++slot) {
+    if (!tracks.head[slot].alive) continue;
+    const MotionState& m = tracks.state[slot].estimate.mean;
+    const double way_m = m.speed_mps * seconds_between(tracks.head[slot].state_ns, it.stamp_ns);
+    sin_cos_f64(m.course_rad, sin_[slot], cos_[slot]);
+    x_m_[slot] = m.x_m + way_m * cos_[slot];
+    y_m_[slot] = m.y_m + way_m * sin_[slot];
+    const double dx = x_m_[slot] - it.ego.x_m, dy = y_m_[slot] - it.ego.y_m;
+    range_m_[slot] = hypot_f64(dx, dy);
+    bearing_rad_[slot] = wrap_angle(atan2_f64(dy, dx) - it.ego.heading_rad);
+  }
+}
+
+// The probability that the iteration's sensors detect a car at its place: by the distance, the shadow of the own wing,
+// and the cars in between.
+void LanePolicy::find_detectable(const TrackView<State>& tracks, const Iteration& it) noexcept {
+  for (int32_t slot = 0; slot < tracks.slot_count; ++slot) {
+    if (!tracks.head[slot].alive) continue;
+    const double range_m = range_m_[slot], bearing_rad = bearing_rad_[slot];
+    double ratio = range_m / lane_.half_m;
+    ratio *= ratio, ratio *= ratio, ratio *= ratio;
+    double p = lane_.p_detect / (1.0 + ratio);
+    visibility_[slot] = Visibility::kMissed;
+    in_part_[slot] = false;
+    if (it.ego.known) {
+      if (std::fabs(bearing_rad) > kPi - kWing_rad && range_m > kWing_m) {
+        p = std::min(p, lane_.p_wing);
+        visibility_[slot] = Visibility::kOwnShadow;
+      }
+      double beside_m = 1e9;  // how far beside the nearest line of sight over another car
+      for (int32_t other = 0; other < tracks.slot_count; ++other) {
+        if (other == slot || !tracks.head[other].alive || !is_confirmed(tracks.state[other])) continue;
+        if (!(range_m_[other] < range_m - 0.5 * lane_.length_m)) continue;
+        beside_m = std::min(beside_m, range_m_[other] * std::fabs(wrap_angle(bearing_rad_[other] - bearing_rad)));
+      }
+      in_part_[slot] = asks_map_ != 0 && beside_m < kPartShare * lane_.width_m;
+      if (beside_m < kBehindShare * lane_.width_m) {
+        p *= lane_.p_hidden;
+        visibility_[slot] = Visibility::kHidden;
+      }
+    }
+    p_detect_[slot] = std::max(p, kLeastDetect);
+  }
+}
+
+// Detections that no confirmed track explains: new cars, or clutter.
+void LanePolicy::list_unclaimed(const TrackView<State>& tracks, const Iteration& it,
+                                const int32_t* measurement_of_slot) noexcept {
+  std::fill_n(claimed_, it.count, false);
+  for (int32_t slot = 0; slot < tracks.slot_count; ++slot)
+    if (tracks.head[slot].alive && measurement_of_slot[slot] >= 0 && is_confirmed(tracks.state[slot]))
+      claimed_[measurement_of_slot[slot]] = true;
+  unclaimed_count_ = 0;
+  for (int32_t i = 0; i < it.count; ++i)
+    if (!claimed_[i]) unclaimed_[unclaimed_count_++] = place_of(it.measurement[i]);
+}
+
+Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it,
+                             int32_t* measurement_of_slot) noexcept {
+  asks_map_ = it.in_map && it.ask_map;
+  look_round(tracks, it);
+  find_detectable(tracks, it);
+  const Effort effort = assignment_.run(*this, tracks, it, measurement_of_slot);
+  list_unclaimed(tracks, it, measurement_of_slot);
+  return effort;
+}
+
+// ---- update ---------------------------------------------------------------------------------------------------------
+
+// Log of the ratio: such a detection of a car, to one of another object.
+double LanePolicy::evidence_of(const Measurement& z, double range_m) const noexcept {
+  if (!std::isfinite(z.height_m)) return 0.0;  // a pushed row: nothing is known of it
+  double score = z.object_class == int32_t(ObjectClass::kCar) ? 0.0 : lane_.unknown_score;
+  if (z.height_m < lane_.low_m) {  // the height of the road is less certain far away
+    const double share = range_m > kLowReach_m ? kLowReach_m / range_m : 1.0;
+    score += lane_.low_score * share * share;
+  }
+  const double near_m = std::max(range_m, kNearest_m);
+  const double share = double(z.points) * near_m * near_m / lane_.car_points;
+  if (share < kSparse)
+    score += lane_.sparse_score;
+  else if (share < kThin)
+    score += lane_.thin_score;
+  if (z.view != int32_t(CarView::kSide) && z.width_m < lane_.narrow_m) score += lane_.narrow_score;
+  return score;
+}
+
+// Density of the other unclaimed detections around an unclaimed one.
+double LanePolicy::clutter_near(const Measurement& z) const noexcept {
+  const double reach_m2 = lane_.clutter_reach_m * lane_.clutter_reach_m;
+  int32_t count = 0;
+  for (int32_t i = 0; i < unclaimed_count_; ++i) count += distance_m2(unclaimed_[i], place_of(z)) <= reach_m2;
+  return std::max(lane_.clutter_per_m2, double(count - 1) / lane_.clutter_area_m2);
+}
+
+// Innovations of one sign, or a large one: the car brakes, accelerates or turns.
+void LanePolicy::watch_for_manoeuvre(State& s, const Measurement& z, double d2, double dt_s) const noexcept {
+  if (s.hits < kSteadyHits || !(dt_s > 0.0)) return;
+  const MotionState& m = s.estimate.mean;
+  auto& p = s.estimate.covariance;
+  double sine, cosine;
+  sin_cos_f64(m.course_rad, sine, cosine);
+  const double along_m = cosine * (z.x_m - m.x_m) + sine * (z.y_m - m.y_m);
+  const double variance = cosine * cosine * (p[0][0] + z.var_x) + sine * sine * (p[1][1] + z.var_y) +
+                          2.0 * sine * cosine * (p[0][1] + z.cov_xy);
+  s.lag = kLagKeep * s.lag + along_m / std::sqrt(variance);
+  if (!(d2 > lane_.steady_d2) && !(std::fabs(s.lag) > lane_.steady_lag)) return;
+  if (!(s.manoeuvre_s > 0.0)) {  // it began after the last detection
+    const double more = (lane_.manoeuvre_gain - 1.0) * dt_s;
+    p[2][2] += lane_.q_speed * more;
+    p[3][3] += lane_.q_course * more;
+    p[4][4] += lane_.q_yaw_rate * more;
+  }
+  s.manoeuvre_s = kManoeuvre_s;
+}
+
+// A rectangle has no front: the heading is measured modulo pi.
+void LanePolicy::measure_heading(State& s, const Measurement& z) const noexcept {
+  if (!z.free_heading || !std::isfinite(z.heading_rad)) return;
+  constexpr double kVariance = kHeadingSigma_rad * kHeadingSigma_rad;
+  double turn = wrap_angle(z.heading_rad - s.heading_rad);
+  if (turn > kHalfPi) turn -= kPi;
+  if (turn < -kHalfPi) turn += kPi;
+  const bool is_known = s.heading_age_s <= kHeadingMemory_s;
+  const double sum = s.heading_var + kVariance;
+  if (is_known && turn * turn <= kHeadingGate_d2 * sum) {
+    const double gain = s.heading_var / sum, rate_gain = s.heading_cov / sum;
+    s.heading_rad = wrap_angle(s.heading_rad + gain * turn);
+    s.heading_rate_rps += rate_gain * turn;
+    s.heading_rate_var -= rate_gain * s.heading_cov;
+    s.heading_cov *= 1.0 - gain;
+    s.heading_var *= 1.0 - gain;
+  } else {
+    if (is_known && ++s.heading_misses < kHeadingMisses) return;
+    s.heading_rad = wrap_angle(s.heading_rad + turn);
+    s.heading_rate_rps = 0.0;
+    s.heading_var = kVariance;
+    s.heading_cov = 0.0;
+    s.heading_rate_var = kHeadingRate_rps * kHeadingRate_rps;
+  }
+  s.heading_misses = 0;
+  s.heading_age_s = 0.0;
+}
+
+// A measurement older than the state: back without noise, update, and forward to the state's time without noise.
+void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& z) noexcept {
+  const Measurement wide = with_lasting_error(z);
+  s.asks_map = asks_map_;
+  move(s, dt_s, dt_s > 0.0);
+  hit_score_[slot] = 0.0;
+  if (Innovation innovation; innovate(s.estimate, wide, &innovation)) {
+    const double log_density = -kLog2Pi - 0.5 * (innovation.log_det + innovation.d2);
+    const double log_ratio = log_f64(p_detect_[slot] / clutter_near(z)) + log_density;
+    hit_score_[slot] = std::clamp(log_ratio, -lane_.hit_score, lane_.hit_score);
+    if (!in_part_[slot]) hit_score_[slot] += evidence_of(z, range_m_[slot]);
+    watch_for_manoeuvre(s, wide, innovation.d2, dt_s);
+  }
+  overtake::update(s.estimate, wide);
+  measure_heading(s, z);
+  turn_heading(s, 0.0);
+  if (std::isfinite(z.length_m)) s.length_m = z.length_m;
+  if (std::isfinite(z.width_m)) s.width_m = z.width_m;
+  s.unseen_s = 0.0;
+  look_at_lane(s);
+  if (dt_s < 0.0) move(s, -dt_s, false);
+}
+
+LaneTrack LanePolicy::initiate(const Measurement& z, const Iteration& it) const noexcept {
+  State s;
+  s.asks_map = it.in_map && it.ask_map;
+  s.length_m = std::isfinite(z.length_m) ? z.length_m : 0.0;
+  s.width_m = std::isfinite(z.width_m) ? z.width_m : 0.0;
+  MotionState& mean = s.estimate.mean;
+  mean.x_m = z.x_m;
+  mean.y_m = z.y_m;
+  double sigma_v = params_.birth_sigma_v, sigma_phi = params_.birth_sigma_phi, sigma_omega = params_.birth_sigma_omega;
+  if (it.ego.known) {
+    mean.speed_mps = std::max(0.0, lane_.birth_speed_share * it.ego.speed_mps);
+    sigma_v = std::max(kBirthSigma_mps, lane_.birth_sigma_share * std::fabs(it.ego.speed_mps));
+  }
+  if (map_ && s.asks_map) {
+    const MapProjection at = map_->project(z.x_m, z.y_m);
+    mean.course_rad = wrap_angle(at.heading_rad);
+    mean.yaw_rate_rps = mean.speed_mps * at.curvature_per_m;
+    sigma_phi = lane_.birth_sigma_course, sigma_omega = lane_.birth_sigma_yaw_rate;
+  } else if (it.ego.known) {
+    mean.course_rad = wrap_angle(it.ego.heading_rad);
+  } else {
+    sigma_phi = kPi;
+  }
+  const Measurement wide = with_lasting_error(z);
+  auto& cov = s.estimate.covariance;
+  cov[0][0] = wide.var_x;
+  cov[1][1] = wide.var_y;
+  cov[0][1] = cov[1][0] = wide.cov_xy;
+  cov[2][2] = sigma_v * sigma_v;
+  cov[3][3] = sigma_phi * sigma_phi;
+  cov[4][4] = sigma_omega * sigma_omega;
+  s.heading_rad = mean.course_rad;
+  measure_heading(s, z);
+  s.score = evidence_of(z, hypot_f64(z.x_m - it.ego.x_m, z.y_m - it.ego.y_m));
+  s.history = 1;
+  s.age = s.hits = 1;
+  look_at_lane(s);
+  return s;
+}
+
+// ---- existence ------------------------------------------------------------------------------------------------------
+
+// The features tell new cars from other objects. A known car may show very little of itself, so a hit of a track that
+// was confirmed always speaks for it.
+bool LanePolicy::record(int32_t slot, State& s, bool hit) const noexcept {
+  s.history = s.history << 1 | uint64_t(hit);
+  if (s.age < INT32_MAX) ++s.age;
+  s.asks_map = asks_map_;
+  s.is_new = 0;
+  s.visibility = hit ? Visibility::kSeen : visibility_[slot];
+  if (hit) {
+    if (s.hits < INT32_MAX) ++s.hits;
+    s.score += s.stage == LaneStage::kTentative ? hit_score_[slot] : std::max(hit_score_[slot], kKnownHit);
+  } else {
+    s.score += log_f64(1.0 - p_detect_[slot]);
+  }
+  s.score = std::clamp(s.score, -lane_.most_score, lane_.most_score);
+  switch (s.stage) {
+    case LaneStage::kTentative:
+      if (s.score > lane_.confirm_score && s.hits >= lane_.confirm_hits) {
+        s.stage = LaneStage::kConfirmed;
+        s.is_new = 1;
+      }
+      return s.is_new != 0 || (s.score > lane_.drop_score - 0.5 * lane_.most_score && s.unseen_s <= lane_.tentative_s);
+    case LaneStage::kConfirmed: {
+      const auto& p = s.estimate.covariance;
+      const bool is_certain = p[0][0] + p[1][1] <= lane_.coast_sigma_m * lane_.coast_sigma_m;
+      if (!(s.score > lane_.drop_score) || s.unseen_s > lane_.coast_s || !is_certain) {
+        s.stage = LaneStage::kLost;
+        s.score = std::min(s.score, 0.0);
+      }
+      return true;
+    }
+    case LaneStage::kLost:
+      if (hit && s.score > lane_.confirm_score) s.stage = LaneStage::kConfirmed;
+      return true;  // until it is silent
+  }
+  return true;
+}
+
+// ---- one track for one car ------------------------------------------------------------------------------------------
+
+// Whether a place is the slot's car, within a share of its length and width.
+bool LanePolicy::is_same_place(int32_t slot, double x_m, double y_m, double share) const noexcept {
+  const double dx = x_m - x_m_[slot], dy = y_m - y_m_[slot];
+  return std::fabs(cos_[slot] * dx + sin_[slot] * dy) < share * lane_.length_m &&
+         std::fabs(cos_[slot] * dy - sin_[slot] * dx) < share * lane_.width_m;
+}
+
+// Whether the car of a lost track can be the one that was found: by the way along the lane, the offset across it, and
+// the speeds.
+bool LanePolicy::may_come_from(const State& lost, int32_t lost_slot, const State& found, int32_t slot,
+                               double& distance_m) const noexcept {
+  const double dx = x_m_[slot] - x_m_[lost_slot], dy = y_m_[slot] - y_m_[lost_slot];
+  double along_m = std::fabs(cos_[lost_slot] * dx + sin_[lost_slot] * dy);
+  double across_m = std::fabs(cos_[lost_slot] * dy - sin_[lost_slot] * dx);
+  if (map_ && found.asks_map) {
+    const MapProjection here = map_->project(x_m_[slot], y_m_[slot], found.segment);
+    const MapProjection there = map_->project(x_m_[lost_slot], y_m_[lost_slot], lost.segment);
+    if (here.segment >= 0 && there.segment >= 0) {
+      along_m = std::fabs(here.s_m - there.s_m);
+      if (map_->closed()) along_m = std::min(along_m, map_->length_m() - along_m);
+      across_m = std::fabs(here.d_m - there.d_m);
+    }
+  }
+  const double t = lost.unseen_s;
+  distance_m = along_m;
+  return along_m < std::min(kAgainMost_m, kAgainAlong_m + t * (kAgainAlongRate + t * kAgainAlongGrowth)) &&
+         across_m < kAgainAcross_m + t * kAgainAcrossRate &&
+         std::fabs(found.estimate.mean.speed_mps - lost.estimate.mean.speed_mps) <
+             kAgainSpeed_mps + t * kAgainSpeedRate;
+}
+
+// An older track of the same car: one at the same place, or, for a track that was just confirmed, one that was not seen
+// lately and whose car may have come here. The nearest one, of equals the lower slot.
+int32_t LanePolicy::find_elder(const TrackView<State>& tracks, int32_t slot) const noexcept {
+  const State& s = tracks.state[slot];
+  int32_t best = -1;
+  double best_m = 0;
+  for (int32_t other = 0; other < tracks.slot_count; ++other) {
+    if (other == slot || !tracks.head[other].alive) continue;
+    const State& o = tracks.state[other];
+    if (o.age < s.age || (o.age == s.age && other > slot)) continue;
+    if (o.stage == LaneStage::kTentative && s.stage != LaneStage::kTentative) continue;
+    double distance_m = 0;
+    if (o.stage == LaneStage::kTentative || (o.stage == LaneStage::kConfirmed && o.unseen_s <= kRecent_s)) {
+      const double share = s.stage == LaneStage::kConfirmed ? kSameConfirmed : kSameTentative;
+      if (!is_same_place(other, x_m_[slot], y_m_[slot], share)) continue;
+    } else if (!s.is_new || !may_come_from(o, other, s, slot, distance_m)) {
+      continue;
+    }
+    if (best < 0 || distance_m < best_m) best = other, best_m = distance_m;
+  }
+  return best;
+}
+
+// The elder keeps what it is, and goes on with the younger one's estimate if it was not seen lately itself.
+LaneTrack LanePolicy::join(const State& elder, const State& younger, bool younger_is_newer) const noexcept {
+  State s = elder;
+  if (younger_is_newer && elder.unseen_s > kRecent_s) {
+    s = younger;
+    s.age = elder.age;
+    s.hits = int32_t(std::min(int64_t(elder.hits) + younger.hits, int64_t(INT32_MAX)));
+    s.history = elder.history | younger.history;
+    s.score = std::max(elder.score, younger.score);
+  }
+  if (is_confirmed(elder) || is_confirmed(younger)) s.stage = LaneStage::kConfirmed;
+  s.is_new = 0;
+  return s;
+}
+
+// A detection beside the one that updated a car's track, and within the car: a part of it.
+int32_t LanePolicy::find_owner(const TrackView<State>& tracks, const Iteration& it, int32_t i) const noexcept {
+  const Measurement& z = it.measurement[i];
+  for (int32_t slot = 0; slot < tracks.slot_count; ++slot) {
+    if (!tracks.head[slot].alive || !is_confirmed(tracks.state[slot]) || tracks.state[slot].unseen_s > kRecent_s)
+      continue;
+    const double way_m = tracks.state[slot].estimate.mean.speed_mps * seconds_between(z.stamp_ns, it.stamp_ns);
+    if (is_same_place(slot, z.x_m + way_m * cos_[slot], z.y_m + way_m * sin_[slot], kSameTentative)) return slot;
+  }
+  return -1;
+}
+
+// ---- publish --------------------------------------------------------------------------------------------------------
+
+void LanePolicy::write(const State& s, TrackTable& t, std::size_t i) const noexcept {
+  const MotionState& mean = s.estimate.mean;
+  t.state[i] = int32_t(is_confirmed(s) ? TrackState::kConfirmed : TrackState::kTentative);
+  t.x_m[i] = mean.x_m;
+  t.y_m[i] = mean.y_m;
+  t.speed_mps[i] = mean.speed_mps;
+  t.course_rad[i] = mean.course_rad;
+  t.yaw_rate_rps[i] = mean.yaw_rate_rps;
+  int32_t entry = 0;
+  for (int32_t r = 0; r < kTrackStateSize; ++r)
+    for (int32_t c = 0; c <= r; ++c) t.covariance[entry++][i] = s.estimate.covariance[r][c];
+  t.heading_rad[i] = s.heading_rad;
+  t.length_m[i] = s.length_m;
+  t.width_m[i] = s.width_m;
+  t.age[i] = s.age;
+  const uint64_t window = params_.window >= 64 ? ~uint64_t(0) : (uint64_t(1) << params_.window) - 1;
+  t.hits[i] = std::popcount(s.history & window);
+}
+
+void LanePolicy::write_path(const State& state, PathTable& t) const noexcept {
+  State s = state;
+  for (int32_t k = 0; k < t.points_per_track; ++k) {
+    predict(s, params_.horizon_step_s);
+    const auto i = std::size_t(t.count++);
+    t.x_m[i] = s.estimate.mean.x_m;
+    t.y_m[i] = s.estimate.mean.y_m;
+    t.course_rad[i] = s.estimate.mean.course_rad;
+    t.speed_mps[i] = s.estimate.mean.speed_mps;
+    t.var_x[i] = s.estimate.covariance[0][0];
+    t.var_y[i] = s.estimate.covariance[1][1];
+    t.cov_xy[i] = s.estimate.covariance[1][0];
+  }
+}
+
+template class ReplayTracker<LanePolicy>;
+
+std::unique_ptr<FrameTracker> make_lane_tracker(const TrackerParams& params, const CircuitMap* map,
+                                                const Allocator& allocator) {
+  return std::make_unique<LaneTracker>(params, map, allocator);
+}
+
+}  // namespace overtake

@@ -1,0 +1,126 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The tracker of preset `best` as a policy (pipeline/README.md, "Tracker of best"): a CVTR filter whose yaw rate goes to
+// that of the lane, an existence score instead of M of N, and one track for one car.
+#pragma once
+
+#include <cmath>
+
+#include "pipeline/track/global_assignment.h"
+#include "pipeline/track/lane_motion.h"
+#include "pipeline/track/replay_tracker.h"
+
+namespace overtake {
+
+// A lost track was confirmed before. It is published as tentative, and keeps its id for its car.
+enum class LaneStage : int32_t { kTentative, kConfirmed, kLost };
+
+// What the last iteration that could see the place of a track saw of it.
+enum class Visibility : int32_t { kSeen, kMissed, kHidden, kOwnShadow };
+
+// No padding: equal tracks have equal bytes.
+struct LaneTrack {
+  TrackEstimate estimate;
+  // Motion: the lane at the estimate's place, and how steadily the car drives.
+  LanePull lane;
+  double lag = 0;          // sum of the innovations along the course, in standard deviations, fading
+  double manoeuvre_s = 0;  // the noise of a manoeuvre goes on for so long
+  // Heading: measured where two faces of the car are seen, else along the course.
+  double heading_rad = 0, heading_rate_rps = 0;
+  double heading_var = 0, heading_cov = 0, heading_rate_var = 0;
+  double heading_age_s = 1e3;  // since it was measured
+  // Existence.
+  double score = 0;                  // log odds
+  double unseen_s = 0;               // since the last hit
+  uint64_t history = 0;              // bit k: hit k iterations ago
+  double length_m = 0, width_m = 0;  // of the last detection; 0: never measured
+  int32_t age = 0, hits = 0;         // iterations; hits since its initiation
+  LaneStage stage = LaneStage::kTentative;
+  Visibility visibility = Visibility::kSeen;
+  int32_t is_new = 0;          // 1: the last iteration confirmed it
+  int32_t heading_misses = 0;  // measured headings in a row that contradict it
+  int32_t segment = -1;        // of the map, a hint
+  int32_t asks_map = 0;        // 1: the last iteration could use the map
+};
+
+class LanePolicy {
+ public:
+  using State = LaneTrack;
+
+  LanePolicy(const TrackerParams& params, const CircuitMap* map, const Allocator& allocator);
+
+  void predict(State& s, double dt_s) const noexcept { move(s, dt_s, true); }
+  Place place(const State& s) const noexcept { return {s.estimate.mean.x_m, s.estimate.mean.y_m}; }
+  bool is_sound(const State& s) const noexcept { return overtake::is_sound(s.estimate); }
+  Effort associate(const TrackView<State>& tracks, const Iteration& it, int32_t* measurement_of_slot) noexcept;
+  void update(int32_t slot, State& s, double dt_s, const Measurement& z) noexcept;
+  State initiate(const Measurement& z, const Iteration& it) const noexcept;
+  bool record(int32_t slot, State& s, bool hit) const noexcept;
+  bool is_confirmed(const State& s) const noexcept { return s.stage == LaneStage::kConfirmed; }
+  State publishable(const State& s, bool) const noexcept { return s; }
+  void write(const State& s, TrackTable& t, std::size_t i) const noexcept;
+  void write_path(const State& state, PathTable& t) const noexcept;
+
+  // One track for one car.
+  void look_round(const TrackView<State>& tracks, const Iteration& it) noexcept;
+  int32_t find_elder(const TrackView<State>& tracks, int32_t slot) const noexcept;
+  State join(const State& elder, const State& younger, bool younger_is_newer) const noexcept;
+  int32_t find_owner(const TrackView<State>& tracks, const Iteration& it, int32_t measurement) const noexcept;
+
+  // For the assignment. The lane is that at the track's state, which is at most a few frames old.
+  using Estimate = TrackEstimate;
+  using Ahead = MotionState;
+  Ahead look_ahead(const State& s, double dt_s) const noexcept;
+  Place place(const Ahead& ahead) const noexcept { return {ahead.x_m, ahead.y_m}; }
+  Estimate estimate(const State& s, double dt_s, const Ahead& ahead) const noexcept;
+  bool cost(const Estimate& e, const Measurement& z, double& cost) const noexcept;
+  double travel_m(const State& s, double dt_s) const noexcept { return s.estimate.mean.speed_mps * std::fabs(dt_s); }
+
+ private:
+  void move(State& s, double dt_s, bool forward_in_time) const noexcept;
+  void look_at_lane(State& s) const noexcept;
+  CourseNoise noise_of(const State& s) const noexcept;
+  void turn_heading(State& s, double dt_s) const noexcept;
+  void measure_heading(State& s, const Measurement& z) const noexcept;
+  void watch_for_manoeuvre(State& s, const Measurement& z, double d2, double dt_s) const noexcept;
+  Measurement with_lasting_error(const Measurement& z) const noexcept;
+  double evidence_of(const Measurement& z, double range_m) const noexcept;
+  double clutter_near(const Measurement& z) const noexcept;
+  void list_unclaimed(const TrackView<State>& tracks, const Iteration& it, const int32_t* measurement_of_slot) noexcept;
+  void find_detectable(const TrackView<State>& tracks, const Iteration& it) noexcept;
+  bool is_same_place(int32_t slot, double x_m, double y_m, double share) const noexcept;
+  bool may_come_from(const State& lost, int32_t lost_slot, const State& found, int32_t slot,
+                     double& distance_m) const noexcept;
+
+  const TrackerParams params_;
+  const LaneTrackerParams lane_;
+  const CircuitMap* const map_;
+  GlobalAssignment<LanePolicy> assignment_;
+  Arena arena_;
+  // Of the iteration under way, by slot: the tracks at its stamp, whether and how probably its sensors detect them, and
+  // the score of a hit.
+  double *x_m_ = nullptr, *y_m_ = nullptr, *cos_ = nullptr, *sin_ = nullptr;
+  double *range_m_ = nullptr, *bearing_rad_ = nullptr, *p_detect_ = nullptr, *hit_score_ = nullptr;
+  Visibility* visibility_ = nullptr;
+  bool* in_part_ = nullptr;  // another car may hide a part of it
+  // By measurement: whether a confirmed track takes it; the places of the others.
+  bool* claimed_ = nullptr;
+  Place* unclaimed_ = nullptr;
+  int32_t unclaimed_count_ = 0;
+  int32_t asks_map_ = 0;
+};
+
+// The parameters that LanePolicy reads, as FrameRule::params.
+inline constexpr const char* kLaneTrackerParams =
+    "lane_tracker tracker.r_x tracker.r_y tracker.birth_sigma_speed tracker.birth_sigma_course_deg "
+    "tracker.birth_sigma_yaw_rate tracker.gate_d2 tracker.gate_m tracker.window tracker.max_silence_s "
+    "tracker.horizon_s tracker.horizon_step_s tracker.work_limit vehicle.length_m vehicle.width_m";
+
+static_assert(sizeof(LaneTrack) == 30 * 8 + 15 * 8 + 8 * 4);
+
+extern template class ReplayTracker<LanePolicy>;
+using LaneTracker = ReplayTracker<LanePolicy>;
+MakeTracker make_lane_tracker;
+
+}  // namespace overtake

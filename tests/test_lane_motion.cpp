@@ -1,0 +1,169 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/track/lane_motion.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "core/math.h"
+
+namespace {
+
+using namespace overtake;
+
+constexpr int kLaneN = kTrackStateSize;
+constexpr CourseNoise kLaneNoise = {0.02, 0.006, 2.0, 2e-4, 8e-3};
+
+double draw(std::mt19937_64& random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
+
+MotionState draw_state(std::mt19937_64& random) {
+  return {draw(random, -100, 100), draw(random, -100, 100), draw(random, 0, 90), draw(random, -3, 3),
+          draw(random, -0.5, 0.5)};
+}
+
+TrackEstimate draw_estimate(std::mt19937_64& random) {
+  TrackEstimate e;
+  e.mean = draw_state(random);
+  const double scale[kLaneN] = {1.5, 1.5, 2.0, 0.2, 0.1};
+  double a[kLaneN][kLaneN];
+  for (auto& row : a)
+    for (double& value : row) value = draw(random, -1, 1);
+  for (int r = 0; r < kLaneN; ++r)
+    for (int c = 0; c < kLaneN; ++c)
+      for (int k = 0; k < kLaneN; ++k) e.covariance[r][c] += scale[r] * scale[c] * (a[r][k] * a[c][k] + 0.1 * (r == c));
+  return e;
+}
+
+double& entry_of(MotionState& s, int i) {
+  double* const all[kLaneN] = {&s.x_m, &s.y_m, &s.speed_mps, &s.course_rad, &s.yaw_rate_rps};
+  return *all[i];
+}
+
+}  // namespace
+
+TEST_CASE("lane motion: the yaw rate goes to the lane's, and the place follows its mean") {
+  // Steps of a millisecond of the differential equation d omega / dt = (kappa v - omega) / tau.
+  std::mt19937_64 random(71);
+  for (int n = 0; n < 200; ++n) {
+    MotionState s = draw_state(random);
+    const LanePull lane = {draw(random, -0.01, 0.01), draw(random, 0.1, 2.0)};
+    MotionState fine = s;
+    for (int k = 0; k < 20000; ++k) {
+      fine.yaw_rate_rps += 0.05 / 20000 * (lane.curvature_per_m * fine.speed_mps - fine.yaw_rate_rps) / lane.time_s;
+      fine = advance(fine, 0.05 / 20000);
+    }
+    const MotionState next = advance_on_lane(s, lane, 0.05);
+    CAPTURE(n);
+    CHECK(std::fabs(next.x_m - fine.x_m) < 5e-3);
+    CHECK(std::fabs(next.y_m - fine.y_m) < 5e-3);
+    CHECK(std::fabs(wrap_angle(next.course_rad - fine.course_rad)) < 1e-3);
+    CHECK(std::fabs(next.yaw_rate_rps - fine.yaw_rate_rps) < 0.02 * std::fabs(s.yaw_rate_rps) + 0.02);
+    CHECK(next.speed_mps == s.speed_mps);
+  }
+  MotionState car;
+  car.speed_mps = 60;
+  for (int k = 0; k < 100; ++k) car = advance_on_lane(car, {0.003, 0.2}, 0.05);
+  CHECK(car.yaw_rate_rps == doctest::Approx(0.18).epsilon(1e-6));
+}
+
+TEST_CASE("lane motion: without a lane it is CVTR, bit for bit") {
+  std::mt19937_64 random(72);
+  for (int n = 0; n < 1000; ++n) {
+    const MotionState s = draw_state(random);
+    const double dt_s = draw(random, -0.1, 0.1);
+    const MotionState a = advance_on_lane(s, {}, dt_s), b = advance(s, dt_s);
+    CHECK(a.x_m == b.x_m);
+    CHECK(a.y_m == b.y_m);
+    CHECK(a.course_rad == b.course_rad);
+    CHECK(a.yaw_rate_rps == b.yaw_rate_rps);
+  }
+}
+
+TEST_CASE("lane motion: the mean of a prediction is advance_on_lane, its covariance F P F^T + Q with the derivatives") {
+  std::mt19937_64 random(73);
+  for (int n = 0; n < 300; ++n) {
+    const TrackEstimate before = draw_estimate(random);
+    const LanePull lane = n % 3 == 0 ? LanePull{} : LanePull{draw(random, -0.01, 0.01), draw(random, 0.1, 2.0)};
+    const double dt_s = draw(random, 0.001, 0.1);
+    double f[kLaneN][kLaneN];
+    for (int c = 0; c < kLaneN; ++c) {
+      constexpr double kShift = 1e-5;
+      MotionState low = before.mean, high = before.mean;
+      entry_of(low, c) -= kShift;
+      entry_of(high, c) += kShift;
+      low = advance_on_lane(low, lane, dt_s), high = advance_on_lane(high, lane, dt_s);
+      for (int r = 0; r < kLaneN; ++r) {
+        const double change = entry_of(high, r) - entry_of(low, r);
+        f[r][c] = (r == 3 ? wrap_angle(change) : change) / (2 * kShift);
+      }
+    }
+    TrackEstimate after = before;
+    predict_on_lane(after, lane, kLaneNoise, dt_s);
+    const MotionState mean = advance_on_lane(before.mean, lane, dt_s);
+    CAPTURE(n);
+    CHECK(after.mean.x_m == mean.x_m);
+    CHECK(after.mean.yaw_rate_rps == mean.yaw_rate_rps);
+    const double cosine = std::cos(mean.course_rad), sine = std::sin(mean.course_rad);
+    double q[kLaneN][kLaneN] = {};
+    q[0][0] = cosine * cosine * kLaneNoise.along + sine * sine * kLaneNoise.across;
+    q[1][1] = sine * sine * kLaneNoise.along + cosine * cosine * kLaneNoise.across;
+    q[0][1] = q[1][0] = cosine * sine * (kLaneNoise.along - kLaneNoise.across);
+    q[2][2] = kLaneNoise.speed, q[3][3] = kLaneNoise.course, q[4][4] = kLaneNoise.yaw_rate;
+    for (int r = 0; r < kLaneN; ++r)
+      for (int c = 0; c < kLaneN; ++c) {
+        double expected = q[r][c] * dt_s;
+        for (int i = 0; i < kLaneN; ++i)
+          for (int k = 0; k < kLaneN; ++k) expected += f[r][i] * before.covariance[i][k] * f[c][k];
+        REQUIRE(after.covariance[r][c] == doctest::Approx(expected).epsilon(1e-5));
+        REQUIRE(after.covariance[r][c] == after.covariance[c][r]);
+      }
+  }
+}
+
+TEST_CASE("lane motion: a step back inverts the yaw rate, and adds no noise") {
+  std::mt19937_64 random(74);
+  for (int n = 0; n < 300; ++n) {
+    const TrackEstimate before = draw_estimate(random);
+    const LanePull lane = {draw(random, -0.01, 0.01), draw(random, 0.2, 2.0)};
+    const double dt_s = draw(random, 0.001, 0.05);
+    TrackEstimate e = before;
+    predict_on_lane(e, lane, {}, dt_s);
+    predict_on_lane(e, lane, kLaneNoise, -dt_s);
+    CAPTURE(n);
+    CHECK(e.mean.yaw_rate_rps == doctest::Approx(before.mean.yaw_rate_rps).epsilon(1e-9));
+    CHECK(std::fabs(wrap_angle(e.mean.course_rad - before.mean.course_rad)) < 1e-9);
+    CHECK(std::fabs(e.mean.x_m - before.mean.x_m) < 1e-6);
+    for (int r = 0; r < kLaneN; ++r)
+      CHECK(e.covariance[r][r] == doctest::Approx(before.covariance[r][r]).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("lane motion: covariances stay positive definite over random steps and updates") {
+  std::mt19937_64 random(75);
+  TrackEstimate e = draw_estimate(random);
+  for (int n = 0; n < 200000; ++n) {
+    const LanePull lane = n % 4 == 0 ? LanePull{} : LanePull{draw(random, -0.05, 0.05), draw(random, 0.01, 2.0)};
+    predict_on_lane(e, lane, kLaneNoise, draw(random, n % 7 == 0 ? -0.05 : 0.0, 0.1));
+    if (n % 3 == 0) {
+      const double sigma = std::pow(10.0, draw(random, -3, 2));
+      update(e, {.x_m = e.mean.x_m + draw(random, -1, 1),
+                 .y_m = e.mean.y_m + draw(random, -1, 1),
+                 .var_x = sigma * sigma,
+                 .var_y = sigma * sigma,
+                 .cov_xy = 0});
+    }
+    if (!is_sound(e)) e = draw_estimate(random);
+    double least = 1.0;
+    for (int i = 0; i < kLaneN; ++i)
+      for (int k = 0; k < i; ++k) {
+        const double both = e.covariance[i][i] * e.covariance[k][k];
+        least = std::min(least, both - e.covariance[i][k] * e.covariance[i][k]);
+      }
+    if (!(least > 0.0)) FAIL("step " << n);
+  }
+}
