@@ -184,8 +184,8 @@ typedef struct ovt_params {
   double lane_tracker_clutter_area_m2, lane_tracker_hit_score, lane_tracker_unknown_score, lane_tracker_low_m;
   double lane_tracker_low_score, lane_tracker_car_points, lane_tracker_sparse_score, lane_tracker_thin_score;
   double lane_tracker_narrow_m, lane_tracker_narrow_score, lane_tracker_confirm_score, lane_tracker_drop_score;
-  double lane_tracker_most_score, lane_tracker_tentative_s, lane_tracker_coast_s, lane_tracker_coast_sigma_m;
-  int32_t lane_tracker_confirm_hits;
+  double lane_tracker_most_score, lane_tracker_coast_s, lane_tracker_coast_sigma_m;
+  int32_t lane_tracker_confirm_hits, lane_tracker_tentative_misses;
 } ovt_params;
 
 typedef struct ovt_param_info {

@@ -234,7 +234,7 @@ TrackerParams make_tracker_params(const ovt_params& params, int32_t track_capaci
   lane.confirm_score = params.lane_tracker_confirm_score;
   lane.drop_score = params.lane_tracker_drop_score;
   lane.most_score = params.lane_tracker_most_score;
-  lane.tentative_s = params.lane_tracker_tentative_s;
+  lane.tentative_misses = params.lane_tracker_tentative_misses;
   lane.coast_s = params.lane_tracker_coast_s;
   lane.coast_sigma_m = params.lane_tracker_coast_sigma_m;
   lane.confirm_hits = params.lane_tracker_confirm_hits;

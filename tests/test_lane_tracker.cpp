@@ -209,7 +209,7 @@ TEST_CASE("lane tracker: a car that comes back keeps its id, also where it brake
   CHECK_FALSE(comes_back(260, 0));  // after 13 s
 }
 
-TEST_CASE("lane tracker: one car in two detections is one track, and both rows have its id") {
+TEST_CASE("lane tracker: one car in two detections is one track, and both rows count as used") {
   LaneBench bench;
   const TrackId id = bench.follow(20);
   for (int32_t k = 20; k < 40; ++k) {
@@ -217,7 +217,7 @@ TEST_CASE("lane tracker: one car in two detections is one track, and both rows h
     const double x_m = 50 * kFrame_s * k;
     const auto& ids = bench.step(k, {seen_car(x_m, 0, k), seen_car(x_m - 1.5, 0.6, k)});
     CHECK(ids[0] == id);
-    CHECK(ids[1] == id);
+    CHECK(ids[1] == kNobody);  // it updates no track
     CHECK(bench.rows.count == 1);
   }
   const TrackerCounts c = bench.tracker->counts();
@@ -252,23 +252,21 @@ TEST_CASE("lane tracker: two tracks that turn out to be one car become the elder
   CHECK(c.measurements == c.hits + c.births);
 }
 
-TEST_CASE("lane tracker: a hidden car follows the lane, without a map it goes on as before") {
+TEST_CASE("lane tracker: a car that is lost where a bend begins follows the lane, without a map it goes on as before") {
   constexpr double kRadius = 250;
   const test::CircleRoad ring = make_ring(kRadius);
   const auto error_after_2s = [&](const CircuitMap* map) {
     LaneBench bench(map);
-    // Straight on until the bend begins where the car gets lost: the ring's tangent.
-    for (int32_t k = 0; k <= 60; ++k) {
-      const double way_m = 50 * kFrame_s * (k - 20);
-      const Place at = way_m <= 0 && !map ? Place{way_m, 0} : on_ring(kRadius, way_m);
+    for (int32_t k = 0; k <= 60; ++k) {  // along the ring's tangent, and lost where it touches the ring
+      const Place at = {50 * kFrame_s * (k - 20), 0};
       bench.input.ego = {true, at.x_m - 30, at.y_m, 0, 50};
       bench.step(k, k <= 20 ? std::vector{seen_car(at.x_m, at.y_m, k)} : std::vector<Measurement>{});
     }
     const Place truth = on_ring(kRadius, 50 * kFrame_s * 40);
     return std::hypot(bench.rows.x_m[0] - truth.x_m, bench.rows.y_m[0] - truth.y_m);
   };
-  CHECK(error_after_2s(&ring.map) < 2.0);
-  CHECK(error_after_2s(nullptr) > 10.0);
+  CHECK(error_after_2s(&ring.map) < 7.0);
+  CHECK(error_after_2s(nullptr) > 15.0);
 }
 
 TEST_CASE("lane tracker: the heading of a car that spins is measured, its course goes on") {

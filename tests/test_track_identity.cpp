@@ -63,7 +63,8 @@ TEST_CASE("track identity: two cars that change slots keep their ids") {
 TEST_CASE("track identity: a track that an older frame deletes passes its id to the track that follows its car") {
   TrackerParams p;
   p.window = 4;
-  p.confirm_hits = 4;  // a tentative track is deleted at its first miss
+  p.confirm_hits = 4;           // a tentative track is deleted at its first miss
+  p.lane.tentative_misses = 0;  // the same
   p.keep_hits = 1;
   TrackerBench bench(p);
   bench.step(0.00, {{30, 0}});
@@ -102,7 +103,8 @@ TEST_CASE("track identity: a snapshot after an older frame refers to that frame'
 TEST_CASE("track identity: a track deleted since an older frame gives no id to the track now in its slot") {
   TrackerParams p;
   p.window = 4;
-  p.confirm_hits = 4;  // a tentative track is deleted at its first miss
+  p.confirm_hits = 4;           // a tentative track is deleted at its first miss
+  p.lane.tentative_misses = 0;  // the same
   TrackerBench bench(p);
   bench.step(0.00, {});
   bench.step(0.10, {{50, 0}});

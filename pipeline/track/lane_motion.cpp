@@ -10,40 +10,41 @@ namespace overtake {
 namespace {
 
 // Of the yaw rate: next = kappa v + (omega - kappa v) decay; mean over the step = kappa v + (omega - kappa v) mean.
-// decay is e^(-dt / tau) to 1e-4 at dt = 0.1 tau; a step back is the inverse.
+// decay is e^(-h), h = dt / tau, to 4 % of 1 - decay for h up to 0.5.
 struct Pull {
   double decay = 1, mean = 1;
 };
 Pull pull_of(const LanePull& lane, double dt_s) {
-  if (!(lane.time_s > 0.0) || dt_s == 0.0) return {};
-  const double h = std::fabs(dt_s) / lane.time_s, grow = 1.0 + h * (1.0 + 0.5 * h);
-  const double decay = 1.0 / grow, mean = (1.0 - decay) / h;
-  return dt_s > 0.0 ? Pull{decay, mean} : Pull{grow, mean * grow};
+  const double h = dt_s / lane.time_s, decay = 1.0 / (1.0 + h * (1.0 + 0.5 * h));
+  return {decay, (1.0 - decay) / h};
 }
+
+bool is_pulled(const LanePull& lane, double dt_s) { return lane.time_s > 0.0 && dt_s > 0.0; }
 
 }  // namespace
 
 MotionState advance_on_lane(const MotionState& state, const LanePull& lane, double dt_s) noexcept {
+  if (!is_pulled(lane, dt_s)) return advance(state, dt_s);
   const Pull pull = pull_of(lane, dt_s);
   const double of_lane = lane.curvature_per_m * state.speed_mps, off = state.yaw_rate_rps - of_lane;
   MotionState mean = state;
-  if (lane.time_s > 0.0) mean.yaw_rate_rps = of_lane + off * pull.mean;
+  mean.yaw_rate_rps = of_lane + off * pull.mean;
   MotionState next = advance(mean, dt_s);
-  next.yaw_rate_rps = lane.time_s > 0.0 ? of_lane + off * pull.decay : state.yaw_rate_rps;
+  next.yaw_rate_rps = of_lane + off * pull.decay;
   return next;
 }
 
 void predict_on_lane(TrackEstimate& estimate, const LanePull& lane, const CourseNoise& noise, double dt_s) noexcept {
   if (dt_s == 0.0) return;
-  const bool on_lane = lane.time_s > 0.0;
-  const Pull pull = pull_of(lane, dt_s);
-  const double kappa = on_lane ? lane.curvature_per_m : 0.0;
+  const bool pulled = is_pulled(lane, dt_s);
+  const Pull pull = pulled ? pull_of(lane, dt_s) : Pull{};
+  const double kappa = pulled ? lane.curvature_per_m : 0.0;
   const double of_lane = kappa * estimate.mean.speed_mps, off = estimate.mean.yaw_rate_rps - of_lane;
   MotionState mean = estimate.mean;
-  if (on_lane) mean.yaw_rate_rps = of_lane + off * pull.mean;
+  if (pulled) mean.yaw_rate_rps = of_lane + off * pull.mean;
   MotionJacobian f;
   MotionState next = advance(mean, dt_s, &f);
-  if (on_lane) next.yaw_rate_rps = of_lane + off * pull.decay;
+  if (pulled) next.yaw_rate_rps = of_lane + off * pull.decay;
   // The mean yaw rate depends on the speed and on the yaw rate before.
   const double mean_v = kappa * (1.0 - pull.mean), mean_omega = pull.mean;
   const double x_v = f.x_v + f.x_omega * mean_v, y_v = f.y_v + f.y_omega * mean_v, phi_v = f.phi_omega * mean_v;

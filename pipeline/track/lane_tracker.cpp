@@ -12,16 +12,18 @@ namespace overtake {
 namespace {
 
 // Motion.
-constexpr double kStep_s = 0.1;  // longest step of a prediction
-constexpr int32_t kMostSteps = 600;
+constexpr double kStep_s = 0.05;  // longest step of a prediction
+constexpr int32_t kMostSteps = 1200;
 constexpr double kLaneCourse_rad = 0.35, kLaneReach_m = 20.0;  // a car farther off its lane follows none
 constexpr double kDrives_mps = 5.0;                            // a slower car follows no lane
-constexpr double kStand_s = 0.5;                               // time constant of coming to rest
-constexpr double kUnseen_s = 0.2;                              // after this without a detection its speed is uncertain
-constexpr double kPart_m2 = 0.5;                               // variance of a detection whose error lasts for sure
-constexpr double kLagKeep = 0.8;                               // share of the lag that an iteration keeps
-constexpr double kManoeuvre_s = 0.3;  // the noise of a manoeuvre goes on for so long after the last sign of it
-constexpr int32_t kSteadyHits = 5;    // with fewer hits the state has not settled
+constexpr double kStandSigmas = 0.25;  // share of stand_mps^2: variance of a speed that is known
+constexpr double kStand_s = 0.5;       // time constant of coming to rest
+constexpr double kUnseen_s = 0.2;      // after this without a detection its speed is uncertain
+constexpr double kPart_m2 = 0.5;       // variance of a detection whose error lasts for sure
+constexpr double kLagKeep = 0.8;       // share of the lag that an iteration keeps
+constexpr double kManoeuvre_s = 0.3;   // the noise of a manoeuvre goes on for so long after the last sign of it
+constexpr double kTurnNoise = 0.1;     // rad^2 per second: of the course while the car leaves it
+constexpr int32_t kSteadyHits = 5;     // with fewer hits the state has not settled
 constexpr double kBirthSigma_mps = 10.0;
 
 // Heading.
@@ -88,23 +90,31 @@ CourseNoise LanePolicy::noise_of(const State& s) const noexcept {
   const double gain = s.manoeuvre_s > 0.0 ? lane_.manoeuvre_gain : 1.0;
   CourseNoise noise = {lane_.q_along, lane_.q_across, lane_.q_speed * gain, lane_.q_course * gain,
                        lane_.q_yaw_rate * gain};
+  if (s.turn_s > 0.0) noise.course = std::max(noise.course, kTurnNoise);
   if (s.unseen_s > kUnseen_s) noise.speed = std::max(noise.speed, lane_.q_speed_unseen);
   return noise;
 }
 
-// forward_in_time: adds process noise, and the clocks of the state run.
+// forward_in_time: on the lane, with process noise, and the clocks of the state run. Else CVTR alone, whose step back is
+// the inverse of its step forward.
 void LanePolicy::move(State& s, double dt_s, bool forward_in_time) const noexcept {
   if (dt_s == 0.0) return;
+  forward_in_time = forward_in_time && dt_s > 0.0;
   const int32_t steps = steps_of(dt_s);
   const double step_s = dt_s / steps;
   for (int32_t k = 0; k < steps; ++k) {
-    predict_on_lane(s.estimate, s.lane, forward_in_time ? noise_of(s) : CourseNoise{}, step_s);
-    if (forward_in_time && dt_s > 0.0) {
-      if (s.estimate.mean.speed_mps < lane_.stand_mps && s.hits >= kSteadyHits)
-        s.estimate.mean.speed_mps /= 1.0 + step_s / kStand_s;
+    if (!forward_in_time) {
+      predict_on_lane(s.estimate, {}, {}, step_s);
+    } else {
+      predict_on_lane(s.estimate, s.lane, noise_of(s), step_s);
+      double& speed_mps = s.estimate.mean.speed_mps;
+      const bool is_slow =
+          speed_mps < lane_.stand_mps && s.estimate.covariance[2][2] < kStandSigmas * lane_.stand_mps * lane_.stand_mps;
+      if (is_slow) speed_mps /= 1.0 + step_s / kStand_s;
       s.unseen_s += step_s;
       s.heading_age_s += step_s;
       s.manoeuvre_s = std::max(0.0, s.manoeuvre_s - step_s);
+      s.turn_s = std::max(0.0, s.turn_s - step_s);
     }
     turn_heading(s, step_s);
     look_at_lane(s);
@@ -147,6 +157,7 @@ LanePolicy::Estimate LanePolicy::estimate(const State& s, double dt_s, const Ahe
 // covariance.
 Measurement LanePolicy::with_lasting_error(const Measurement& z) const noexcept {
   Measurement r = z;
+  if (!std::isfinite(z.height_m)) return r;  // a pushed row: nothing is known of it
   const double scale = 1.0 + lane_.part_share * std::min((z.var_x + z.var_y) / kPart_m2, 1.0);
   r.var_x *= scale, r.var_y *= scale, r.cov_xy *= scale;
   return r;
@@ -256,18 +267,21 @@ double LanePolicy::clutter_near(const Measurement& z) const noexcept {
   return std::max(lane_.clutter_per_m2, double(count - 1) / lane_.clutter_area_m2);
 }
 
-// Innovations of one sign, or a large one: the car brakes, accelerates or turns.
+// A large innovation, or several to one side, are a manoeuvre: the car brakes, accelerates or turns.
 void LanePolicy::watch_for_manoeuvre(State& s, const Measurement& z, double d2, double dt_s) const noexcept {
   if (s.hits < kSteadyHits || !(dt_s > 0.0)) return;
   const MotionState& m = s.estimate.mean;
   auto& p = s.estimate.covariance;
   double sine, cosine;
   sin_cos_f64(m.course_rad, sine, cosine);
-  const double along_m = cosine * (z.x_m - m.x_m) + sine * (z.y_m - m.y_m);
-  const double variance = cosine * cosine * (p[0][0] + z.var_x) + sine * sine * (p[1][1] + z.var_y) +
-                          2.0 * sine * cosine * (p[0][1] + z.cov_xy);
-  s.lag = kLagKeep * s.lag + along_m / std::sqrt(variance);
-  if (!(d2 > lane_.steady_d2) && !(std::fabs(s.lag) > lane_.steady_lag)) return;
+  const double x_m = z.x_m - m.x_m, y_m = z.y_m - m.y_m;
+  const double xx = p[0][0] + z.var_x, yy = p[1][1] + z.var_y, xy = 2.0 * sine * cosine * (p[0][1] + z.cov_xy);
+  const double along = (cosine * x_m + sine * y_m) / std::sqrt(cosine * cosine * xx + sine * sine * yy + xy);
+  const double across = (cosine * y_m - sine * x_m) / std::sqrt(sine * sine * xx + cosine * cosine * yy - xy);
+  s.lag_along = kLagKeep * s.lag_along + along;
+  s.lag_across = kLagKeep * s.lag_across + across;
+  if (std::fabs(s.lag_across) > lane_.steady_lag) s.turn_s = kManoeuvre_s;
+  if (!(d2 > lane_.steady_d2) && !(std::fabs(s.lag_along) > lane_.steady_lag)) return;
   if (!(s.manoeuvre_s > 0.0)) {  // it began after the last detection
     const double more = (lane_.manoeuvre_gain - 1.0) * dt_s;
     p[2][2] += lane_.q_speed * more;
@@ -309,7 +323,7 @@ void LanePolicy::measure_heading(State& s, const Measurement& z) const noexcept 
 void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& z) noexcept {
   const Measurement wide = with_lasting_error(z);
   s.asks_map = asks_map_;
-  move(s, dt_s, dt_s > 0.0);
+  move(s, dt_s, true);
   hit_score_[slot] = 0.0;
   if (Innovation innovation; innovate(s.estimate, wide, &innovation)) {
     const double log_density = -kLog2Pi - 0.5 * (innovation.log_det + innovation.d2);
@@ -391,7 +405,8 @@ bool LanePolicy::record(int32_t slot, State& s, bool hit) const noexcept {
         s.stage = LaneStage::kConfirmed;
         s.is_new = 1;
       }
-      return s.is_new != 0 || (s.score > lane_.drop_score - 0.5 * lane_.most_score && s.unseen_s <= lane_.tentative_s);
+      return s.is_new != 0 || (s.score > lane_.drop_score - 0.5 * lane_.most_score &&
+                               std::countr_zero(s.history) <= lane_.tentative_misses);
     case LaneStage::kConfirmed: {
       const auto& p = s.estimate.covariance;
       const bool is_certain = p[0][0] + p[1][1] <= lane_.coast_sigma_m * lane_.coast_sigma_m;

@@ -24,8 +24,8 @@ struct LaneTrack {
   TrackEstimate estimate;
   // Motion: the lane at the estimate's place, and how steadily the car drives.
   LanePull lane;
-  double lag = 0;          // sum of the innovations along the course, in standard deviations, fading
-  double manoeuvre_s = 0;  // the noise of a manoeuvre goes on for so long
+  double lag_along = 0, lag_across = 0;  // sums of the innovations, in standard deviations, fading
+  double manoeuvre_s = 0, turn_s = 0;    // the noise of a manoeuvre, and of a new course, goes on for so long
   // Heading: measured where two faces of the car are seen, else along the course.
   double heading_rad = 0, heading_rate_rps = 0;
   double heading_var = 0, heading_cov = 0, heading_rate_var = 0;
@@ -117,7 +117,7 @@ inline constexpr const char* kLaneTrackerParams =
     "tracker.birth_sigma_yaw_rate tracker.gate_d2 tracker.gate_m tracker.window tracker.max_silence_s "
     "tracker.horizon_s tracker.horizon_step_s tracker.work_limit vehicle.length_m vehicle.width_m";
 
-static_assert(sizeof(LaneTrack) == 30 * 8 + 15 * 8 + 8 * 4);
+static_assert(sizeof(LaneTrack) == 30 * 8 + 17 * 8 + 8 * 4);
 
 extern template class ReplayTracker<LanePolicy>;
 using LaneTracker = ReplayTracker<LanePolicy>;

@@ -48,7 +48,6 @@ class ReplayTracker final : public FrameTracker {
     if (track_of_measurement)
       for_each_shown([&](const TrackHead& head) {
         if (head.row >= 0) track_of_measurement[head.row] = head.id;
-        if constexpr (JoinsTracks<Policy>) name_parts(head.id, track_of_measurement);
       });
     return {.limited = history_.limited_from(place), .refiltered = refiltered, .work = history_.work_from(place)};
   }
@@ -145,13 +144,6 @@ class ReplayTracker final : public FrameTracker {
       const SavedTracks& after = history_.at(shown_ + 1).before;
       std::for_each_n(after.head, after.count, f);
     }
-  }
-
-  // Names a track's car for the rows that are parts of it.
-  void name_parts(TrackId id, TrackId* track_of_measurement) const noexcept {
-    const Iteration& it = history_.at(shown_);
-    for (int32_t i = 0; i < it.count; ++i)
-      if (it.slot[i] >= 0 && it.track[i] == id) track_of_measurement[it.row[i]] = id;
   }
 
   // Sets a live track's row and flags to those of the last step's frame.

@@ -18,8 +18,7 @@ inline const char* test_method() {
   return name && *name ? name : "paper";
 }
 inline bool tests_paper() { return std::strcmp(test_method(), "paper") == 0; }
-// Whether the method's tracker is that of paper, which does more work per row than the trackers of tests.
-inline bool tests_tracker_of_paper() { return tests_paper() || std::strcmp(test_method(), "best") == 0; }
+inline bool tests_best() { return std::strcmp(test_method(), "best") == 0; }
 
 inline ovt_params test_params() {
   ovt_params params;
