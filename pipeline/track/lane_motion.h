@@ -23,8 +23,8 @@ struct CourseNoise {
   double along = 0, across = 0, speed = 0, course = 0, yaw_rate = 0;
 };
 
-// One step of at most about 0.1 s. A step back (dt_s < 0) is CVTR and adds no noise: the inverse of the lane's pull would
-// blow up any difference from the lane.
+// One step of at most about 0.1 s. A step back (dt_s < 0) is CVTR and adds no noise: the inverse of the lane's pull
+// would blow up any difference from the lane.
 MotionState advance_on_lane(const MotionState& state, const LanePull& lane, double dt_s) noexcept;
 void predict_on_lane(TrackEstimate& estimate, const LanePull& lane, const CourseNoise& noise, double dt_s) noexcept;
 

@@ -95,8 +95,8 @@ CourseNoise LanePolicy::noise_of(const State& s) const noexcept {
   return noise;
 }
 
-// forward_in_time: on the lane, with process noise, and the clocks of the state run. Else CVTR alone, whose step back is
-// the inverse of its step forward.
+// forward_in_time: on the lane, with process noise, and the clocks of the state run. Else CVTR alone, whose step back
+// is the inverse of its step forward.
 void LanePolicy::move(State& s, double dt_s, bool forward_in_time) const noexcept {
   if (dt_s == 0.0) return;
   forward_in_time = forward_in_time && dt_s > 0.0;

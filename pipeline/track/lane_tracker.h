@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The tracker of preset `best` as a policy (pipeline/README.md, "Tracker of best"): a CVTR filter whose yaw rate goes to
-// that of the lane, an existence score instead of M of N, and one track for one car.
+// The tracker of preset `best` as a policy (pipeline/README.md, "Tracker of best"): a CVTR filter whose yaw rate goes
+// to that of the lane, an existence score instead of M of N, and one track for one car.
 #pragma once
 
 #include <cmath>
