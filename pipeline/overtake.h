@@ -177,7 +177,7 @@ typedef struct ovt_params {
   /* lane_tracker.q_along ...: the tracker */
   double lane_tracker_q_along, lane_tracker_q_across, lane_tracker_q_speed, lane_tracker_q_speed_unseen;
   double lane_tracker_q_course, lane_tracker_q_yaw_rate, lane_tracker_lane_s, lane_tracker_stand_mps;
-  double lane_tracker_part_share, lane_tracker_steady_lag, lane_tracker_steady_d2, lane_tracker_manoeuvre_gain;
+  double lane_tracker_part_share, lane_tracker_steady_lag, lane_tracker_manoeuvre_gain;
   double lane_tracker_birth_speed_share, lane_tracker_birth_sigma_share, lane_tracker_birth_sigma_course_rad;
   double lane_tracker_birth_sigma_yaw_rate, lane_tracker_p_detect, lane_tracker_half_m, lane_tracker_p_hidden;
   double lane_tracker_p_wing, lane_tracker_clutter_per_m2, lane_tracker_clutter_reach_m;

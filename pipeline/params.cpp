@@ -209,7 +209,6 @@ TrackerParams make_tracker_params(const ovt_params& params, int32_t track_capaci
   lane.stand_mps = params.lane_tracker_stand_mps;
   lane.part_share = params.lane_tracker_part_share;
   lane.steady_lag = params.lane_tracker_steady_lag;
-  lane.steady_d2 = params.lane_tracker_steady_d2;
   lane.manoeuvre_gain = params.lane_tracker_manoeuvre_gain;
   lane.birth_speed_share = params.lane_tracker_birth_speed_share;
   lane.birth_sigma_share = params.lane_tracker_birth_sigma_share;

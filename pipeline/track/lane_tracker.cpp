@@ -267,8 +267,8 @@ double LanePolicy::clutter_near(const Measurement& z) const noexcept {
   return std::max(lane_.clutter_per_m2, double(count - 1) / lane_.clutter_area_m2);
 }
 
-// A large innovation, or several to one side, are a manoeuvre: the car brakes, accelerates or turns.
-void LanePolicy::watch_for_manoeuvre(State& s, const Measurement& z, double d2, double dt_s) const noexcept {
+// Innovations to one side, several or a large one, are a manoeuvre: the car brakes, accelerates or turns.
+void LanePolicy::watch_for_manoeuvre(State& s, const Measurement& z, double dt_s) const noexcept {
   if (s.hits < kSteadyHits || !(dt_s > 0.0)) return;
   const MotionState& m = s.estimate.mean;
   auto& p = s.estimate.covariance;
@@ -281,7 +281,7 @@ void LanePolicy::watch_for_manoeuvre(State& s, const Measurement& z, double d2, 
   s.lag_along = kLagKeep * s.lag_along + along;
   s.lag_across = kLagKeep * s.lag_across + across;
   if (std::fabs(s.lag_across) > lane_.steady_lag) s.turn_s = kManoeuvre_s;
-  if (!(d2 > lane_.steady_d2) && !(std::fabs(s.lag_along) > lane_.steady_lag)) return;
+  if (!(std::fabs(s.lag_along) > lane_.steady_lag)) return;
   if (!(s.manoeuvre_s > 0.0)) {  // it began after the last detection
     const double more = (lane_.manoeuvre_gain - 1.0) * dt_s;
     p[2][2] += lane_.q_speed * more;
@@ -330,7 +330,7 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
     const double log_ratio = log_f64(p_detect_[slot] / clutter_near(z)) + log_density;
     hit_score_[slot] = std::clamp(log_ratio, -lane_.hit_score, lane_.hit_score);
     if (!in_part_[slot]) hit_score_[slot] += evidence_of(z, range_m_[slot]);
-    watch_for_manoeuvre(s, wide, innovation.d2, dt_s);
+    watch_for_manoeuvre(s, wide, dt_s);
   }
   overtake::update(s.estimate, wide);
   measure_heading(s, z);

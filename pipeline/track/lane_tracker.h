@@ -83,7 +83,7 @@ class LanePolicy {
   CourseNoise noise_of(const State& s) const noexcept;
   void turn_heading(State& s, double dt_s) const noexcept;
   void measure_heading(State& s, const Measurement& z) const noexcept;
-  void watch_for_manoeuvre(State& s, const Measurement& z, double d2, double dt_s) const noexcept;
+  void watch_for_manoeuvre(State& s, const Measurement& z, double dt_s) const noexcept;
   Measurement with_lasting_error(const Measurement& z) const noexcept;
   double evidence_of(const Measurement& z, double range_m) const noexcept;
   double clutter_near(const Measurement& z) const noexcept;
