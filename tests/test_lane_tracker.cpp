@@ -127,7 +127,7 @@ TEST_CASE("lane tracker: a car is confirmed at its third hit, a low, sparse or n
 }
 
 TEST_CASE("lane tracker: objects among many others that no car explains are confirmed later or not at all") {
-  const auto confirmed_after = [](int32_t others) {
+  const auto confirmed_after = [](int32_t others, bool pushed = false) {
     std::mt19937_64 random(5);
     LaneBench bench;
     for (int32_t k = 0; k < 10; ++k) {
@@ -137,6 +137,8 @@ TEST_CASE("lane tracker: objects among many others that no car explains are conf
         const double angle = std::uniform_real_distribution<double>(0, 6.28)(random);
         seen.push_back(seen_car(seen[0].x_m + 8 * std::cos(angle), 8 * std::sin(angle), k));
       }
+      if (pushed)
+        for (Measurement& z : seen) z.height_m = kNotMeasured;
       bench.step(k, seen);
       for (int32_t i = 0; i < bench.rows.count; ++i)
         if (bench.is_confirmed(i)) return k + 1;
@@ -146,6 +148,7 @@ TEST_CASE("lane tracker: objects among many others that no car explains are conf
   CHECK(confirmed_after(0) == 3);
   CHECK(confirmed_after(12) > 3);
   CHECK(confirmed_after(30) > 4);
+  CHECK(confirmed_after(30, true) == 3);  // pushed rows may be traffic
 }
 
 TEST_CASE("lane tracker: a known car that shows little of itself keeps its track") {

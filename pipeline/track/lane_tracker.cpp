@@ -259,8 +259,10 @@ double LanePolicy::evidence_of(const Measurement& z, double range_m) const noexc
   return score;
 }
 
-// Density of the other unclaimed detections around an unclaimed one.
+// Density of the other unclaimed detections around an unclaimed one. Pushed rows are another detector's cars: many of
+// them are traffic.
 double LanePolicy::clutter_near(const Measurement& z) const noexcept {
+  if (!std::isfinite(z.height_m)) return lane_.clutter_per_m2;
   const double reach_m2 = lane_.clutter_reach_m * lane_.clutter_reach_m;
   int32_t count = 0;
   for (int32_t i = 0; i < unclaimed_count_; ++i) count += distance_m2(unclaimed_[i], place_of(z)) <= reach_m2;
