@@ -166,7 +166,9 @@ TEST_CASE("lane tracker: a known car that shows little of itself keeps its track
 TEST_CASE("lane tracker: misses end what is in view; what another car hides, or the own wing, goes on") {
   // Seconds from the last detection until the track is no longer confirmed.
   const auto lasts_s = [](double ahead_m, bool behind_another) {
-    LaneBench bench;
+    TrackerParams params = LaneBench::of_best();
+    params.lane.coast_sigma_m = 1e3;
+    LaneBench bench(nullptr, params);
     for (int32_t k = 0; k < 140; ++k) {
       const double x_m = 50 * kFrame_s * k;
       bench.ego_at(x_m - ahead_m);
@@ -293,17 +295,20 @@ TEST_CASE("lane tracker: the heading of a car that spins is measured, its course
 }
 
 TEST_CASE("lane tracker: braking is noticed") {
-  const auto speed_error = [](double gain) {
+  constexpr double kRadius = 3000;
+  const test::CircleRoad ring = make_ring(kRadius);
+  const auto speed_error = [&](double gain) {
     TrackerParams params = LaneBench::of_best();
     params.lane.manoeuvre_gain = gain;
-    LaneBench bench(nullptr, params);
-    double x_m = 0, v_mps = 70, worst = 0;
+    LaneBench bench(&ring.map, params);
+    double way_m = 0, v_mps = 70, worst = 0;
     for (int32_t k = 0; k < 60; ++k) {
       if (k >= 30) v_mps -= 18 * kFrame_s;
-      bench.ego_at(x_m - 40);
-      bench.step(k, {seen_car(x_m, 0, k)});
+      const Place at = on_ring(kRadius, way_m), ego = on_ring(kRadius, way_m - 40);
+      bench.input.ego = {true, ego.x_m, ego.y_m, (way_m - 40) / kRadius, 50};
+      bench.step(k, {seen_car(at.x_m, at.y_m, k)});
       if (k >= 45) worst = std::max(worst, std::fabs(bench.rows.speed_mps[0] - v_mps));
-      x_m += v_mps * kFrame_s;
+      way_m += v_mps * kFrame_s;
     }
     return worst;
   };
@@ -312,7 +317,8 @@ TEST_CASE("lane tracker: braking is noticed") {
 }
 
 TEST_CASE("lane tracker: a car that stands is confirmed far away, and stays where it is while hidden") {
-  LaneBench bench;
+  const test::CircleRoad ring = make_ring(3000);
+  LaneBench bench(&ring.map);
   bench.input.ego.speed_mps = 80;
   std::mt19937_64 random(9);
   std::normal_distribution<double> noise(0.0, 0.3);

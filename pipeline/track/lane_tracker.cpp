@@ -22,8 +22,9 @@ constexpr double kUnseen_s = 0.2;      // after this without a detection its spe
 constexpr double kPart_m2 = 0.5;       // variance of a detection whose error lasts for sure
 constexpr double kLagKeep = 0.8;       // share of the lag that an iteration keeps
 constexpr double kManoeuvre_s = 0.3;   // the noise of a manoeuvre goes on for so long after the last sign of it
-constexpr double kTurnNoise = 0.1;     // rad^2 per second: of the course while the car leaves it
-constexpr int32_t kSteadyHits = 5;     // with fewer hits the state has not settled
+constexpr double kFreeSpeedNoise = 10.0, kFreeCourseNoise = 0.05;  // (m/s)^2 and rad^2 per second, without a map
+constexpr double kTurnNoise = 0.1;  // rad^2 per second: of the course while the car leaves it
+constexpr int32_t kSteadyHits = 5;  // with fewer hits the state has not settled
 constexpr double kBirthSigma_mps = 10.0;
 
 // Heading.
@@ -90,6 +91,10 @@ CourseNoise LanePolicy::noise_of(const State& s) const noexcept {
   const double gain = s.manoeuvre_s > 0.0 ? lane_.manoeuvre_gain : 1.0;
   CourseNoise noise = {lane_.q_along, lane_.q_across, lane_.q_speed * gain, lane_.q_course * gain,
                        lane_.q_yaw_rate * gain};
+  if (!s.asks_map) {  // road traffic, or a place off the map: anything may happen
+    noise.speed = std::max(noise.speed, kFreeSpeedNoise);
+    noise.course = std::max(noise.course, kFreeCourseNoise);
+  }
   if (s.turn_s > 0.0) noise.course = std::max(noise.course, kTurnNoise);
   if (s.unseen_s > kUnseen_s) noise.speed = std::max(noise.speed, lane_.q_speed_unseen);
   return noise;
