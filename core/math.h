@@ -255,6 +255,31 @@ inline double log_f64(double x) {
   return double(e) * 0.6931471803691238 + (f - (correction - double(e) * 1.9082149292705877e-10));
 }
 
+// e^x for |x| <= 700, error <= 2 ulp. Taylor series on |r| <= (ln 2)/2 after x = k ln 2 + r with ln 2 in two parts, so
+// that k times the first is exact. Beyond 700, and for NaN: NaN.
+inline double exp_f64(double x) {
+  if (!(std::fabs(x) <= 700.0)) return std::numeric_limits<double>::quiet_NaN();
+  const double turns = x * 1.4426950408889634;
+  const int64_t k = int64_t(turns < 0.0 ? turns - 0.5 : turns + 0.5);
+  const double high = x - double(k) * 0.6931471803691238, low = double(k) * 1.9082149292705877e-10;
+  const double r = high - low;
+  double p = 1.0 / 6227020800.0;  // 1/13!
+  p = p * r + 1.0 / 479001600.0;  // 1/12!
+  p = p * r + 1.0 / 39916800.0;   // 1/11!
+  p = p * r + 1.0 / 3628800.0;    // 1/10!
+  p = p * r + 1.0 / 362880.0;     // 1/9!
+  p = p * r + 1.0 / 40320.0;      // 1/8!
+  p = p * r + 1.0 / 5040.0;       // 1/7!
+  p = p * r + 1.0 / 720.0;        // 1/6!
+  p = p * r + 1.0 / 120.0;        // 1/5!
+  p = p * r + 1.0 / 24.0;         // 1/4!
+  p = p * r + 1.0 / 6.0;          // 1/3!
+  p = p * r + 0.5;
+  const double rounding = (high - r) - low;  // of r
+  const double of_r = 1.0 + (r + (r * r * p + rounding));
+  return of_r * std::bit_cast<double>(uint64_t(k + 1023) << 52);
+}
+
 // The same angle in (-pi, pi]. An angle already in this range is unchanged. Exact to an ulp of `a` up to |a| = 1.6e6,
 // less exact beyond. NaN, and |a| above 1e15 (where a turn is smaller than an ulp), give NaN.
 inline double wrap_angle(double a) {

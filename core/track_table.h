@@ -41,6 +41,21 @@ void for_each_column(TrackTable& t, F&& f) {
 #include "core/columns.def"
 }
 
+// What the last iteration saw of a track: ovt_visibility.
+enum class Visibility : int32_t { kSeen = 0, kMissed = 1, kHidden = 2, kOwnShadow = 3, kOutside = 4 };
+
+// The columns of a track that only the trackers of some methods write. Rows as TrackTable.
+struct OptionalTrackTable {
+  int32_t count = 0, capacity = 0;
+#define OVT_TRACK_OPTIONAL(type, name, ...) type* name = nullptr;
+#include "core/columns.def"
+};
+template <class F>
+void for_each_column(OptionalTrackTable& t, F&& f) {
+#define OVT_TRACK_OPTIONAL(type, name, ...) f(#name, t.name);
+#include "core/columns.def"
+}
+
 // Predicted path of the tracks in a TrackTable: point k of track i is row i * points_per_track + k, at
 // stamp + (k + 1) * step.
 struct PathTable {

@@ -46,6 +46,7 @@ void for_each_column(T& t, F&& f) {
 #define OVT_TRACK(type, name, csv, json, words, meaning) f(ColumnInfo{#name, csv, words}, t.name, rows);
 #define OVT_TRACK_COVARIANCE(type, name, json, meaning) \
   for (auto& column : t.name) f(ColumnInfo{#name, "", ""}, column, rows);
+#define OVT_TRACK_OPTIONAL(type, name, csv, json, words, meaning) f(ColumnInfo{#name, csv, words, true}, t.name, rows);
 #define OVT_PATH(type, name, json, meaning) f(ColumnInfo{"path_" #name, "", ""}, t.path_##name, rows* t.path_points);
 #include "core/columns.def"
 }

@@ -428,10 +428,11 @@ void Detector::finish(Frame& frame) {
 ovt_status Detector::build_reader(Reader& reader) {
   reader.detector = this;
   const int32_t tracks = tracker_params_.track_capacity;
-  const int32_t path_points = track_stage_->tracker().path_points();
+  const FrameTracker& tracker = track_stage_->tracker();
   const bool built = reader.arena.build(memory_.allocator(), [&](Carver& carver) {
     carve_table(carver, reader.tracks, tracks);
-    carve_table(carver, reader.paths, round_up(tracks, kRowAlign) * path_points);
+    if (tracker.writes_optional()) carve_table(carver, reader.optional, tracks);
+    carve_table(carver, reader.paths, round_up(tracks, kRowAlign) * tracker.path_points());
   });
   return built ? OVT_OK : OVT_NO_MEMORY;
 }
@@ -471,7 +472,8 @@ ovt_status Detector::next_frame(Reader& reader) {
 int64_t Detector::publish_tracks(Reader& reader, int64_t publish_ns) {
   publish_ns = limit_publish_ns(reader.frame->tracks_ns, publish_ns);
   const Frame& frame = *reader.frame;
-  track_stage_->tracker().publish(frame.tracks, frame.track_states, publish_ns, reader.tracks, &reader.paths);
+  track_stage_->tracker().publish(frame.tracks, frame.track_states, publish_ns, reader.tracks, &reader.optional,
+                                  &reader.paths);
   return publish_ns;
 }
 

@@ -42,6 +42,7 @@ struct Reader {
   int64_t seen_sequence = -1;
   Arena arena;
   TrackTable tracks;
+  OptionalTrackTable optional;  // no memory unless the method's tracker writes it
   PathTable paths;
 };
 

@@ -348,6 +348,7 @@ ovt_status ovt_read_tracks_sized(ovt_reader* reader, int64_t publish_ns, ovt_tra
 #define OVT_TRACK(type, name, ...) rows.name = r.tracks.name;
 #define OVT_TRACK_COVARIANCE(type, name, ...) \
   std::copy(std::begin(r.tracks.name), std::end(r.tracks.name), std::begin(rows.name));
+#define OVT_TRACK_OPTIONAL(type, name, ...) rows.name = r.optional.name;
 #define OVT_PATH(type, name, ...) rows.path_##name = r.paths.name;
 #include "core/columns.def"
   return give(rows, out, out_size);

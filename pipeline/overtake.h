@@ -640,6 +640,14 @@ typedef enum ovt_track_flag {        /* ovt_tracks.flags: a track's health */
   OVT_TRACK_STALE = 4                /* the last measurement is more than 0.5 s before publish_ns */
 } ovt_track_flag;
 
+typedef enum ovt_visibility {        /* why a frame has a detection of a track, or none */
+  OVT_VISIBILITY_SEEN = 0,           /* it has one */
+  OVT_VISIBILITY_MISSED = 1,         /* none, although a sensor could see the track's position */
+  OVT_VISIBILITY_HIDDEN = 2,         /* none: another confirmed car is in front */
+  OVT_VISIBILITY_OWN_SHADOW = 3,     /* none: blind zone straight behind, in the shadow of the own car's rear wing */
+  OVT_VISIBILITY_OUTSIDE = 4         /* none: outside of the fields of view of the frame's sensors */
+} ovt_visibility;
+
 /* Columns of `count`, by slot. Frame of reference: ovt_frame_info.reference. */
 typedef struct ovt_tracks {
   int32_t count;
@@ -658,6 +666,15 @@ typedef struct ovt_tracks {
   double path_step_s;                /* ... is at publish_ns + (k + 1) * path_step_s */
   const double *path_x_m, *path_y_m, *path_course_rad, *path_speed_mps, *path_var_x, *path_var_y, *path_cov_xy;
   const uint32_t* flags;             /* since 0.2: ovt_track_flag bits */
+  /* null with preset paper */
+  const double* existence;           /* probability that the track is a car, 0 to 1, after the newest frame of scans or
+                                        pushed rows. A car that was lost keeps its track and its id, OVT_TENTATIVE, with
+                                        at most 0.5 when it is lost */
+  const int32_t* object_class;       /* ovt_object_class of most of its detections; pushed rows have none */
+  const int32_t* visibility;         /* ovt_visibility in the newest frame of scans or pushed rows; `flags` are of this
+                                        frame, which may be older or a prediction */
+  const double* unseen_s;            /* from measured_ns to publish_ns, s; not below 0 */
+  const double* heading_sigma_rad;   /* standard deviation of heading_rad, at most pi */
 } ovt_tracks;
 /* A copy of the tracks after this frame, predicted to publish_ns, at most 59 s from the frame's tracks_stamp_ns.
  * out->publish_ns is the time that they are predicted to. */

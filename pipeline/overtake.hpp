@@ -183,6 +183,7 @@ struct Tracks : Table<ovt_tracks> {
 // Element k of the covariance's lower triangle, row by row: 0 <= k < 15. Predicted path of one track: c.path_points
 // values, c.path_step_s apart.
 #define OVT_TRACK OVT_COLUMN
+#define OVT_TRACK_OPTIONAL OVT_COLUMN
 #define OVT_TRACK_COVARIANCE(type, name, ...) \
   std::span<const type> name(int32_t k) const noexcept { return column(c.name[k]); }
 #define OVT_PATH(type, name, ...) \

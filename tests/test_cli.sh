@@ -41,18 +41,22 @@ run=("$overtake" run scene --rig av21 --ego scene/ego.csv --map scene/map.csv --
 expect "run" "${run[@]}" --out run
 grep -q '^ *scan  *points' stdout || fail "run prints no table"
 has_header run/detections.csv frame,stamp_ns,x_m,y_m,z_m,heading_rad,heading_source,length_m,width_m,points,inliers_ref,inliers_var,heading_ref_rad,heading_var_rad,sensor_mask,var_x,var_y,cov_xy,view,class,road_z_m,height_m,ego_offset_rad
-has_header run/tracks.csv stamp_ns,id,state,frame,x_m,y_m,speed_mps,course_rad,yaw_rate_rps,heading_rad,age,hits,var_x,var_y,ahead_m,left_m,name
+has_header run/tracks.csv stamp_ns,id,state,frame,x_m,y_m,speed_mps,course_rad,yaw_rate_rps,heading_rad,age,hits,var_x,var_y,ahead_m,left_m,name,existence,class,visibility,unseen_s,heading_sigma_rad
 has_header run/timing.csv frame,stamp_ns,sensor,stage,time_us
 for table in run/*.csv; do
   awk -F, 'NR == 1 { n = NF } NF != n { exit 1 }' "$table" || fail "$table: a row is not as long as the header"
 done
 [[ $(awk -F, 'NR > 1 { print $1 }' run/timing.csv | sort -un | tr '\n' ' ') == "0 1 2 3 4 5 6 7 " ]] || fail "timing.csv lacks frames"
+awk -F, 'FNR > 1 && $4 == 7 && $3 == "confirmed" && $18 > 0.9 && $19 == "car" && $20 == "seen" && $21 < 0.1 { found = 1 }
+  END { exit !found }' run/tracks.csv || fail "no track of a car that was just seen: $(tail -n 3 run/tracks.csv)"
 # The opponent's columns in the ego vehicle's frame equal the truth, and the name is the id's slot and generation.
 awk -F, 'NR == FNR { if ($1 == 7) { x = $3; y = $4 } next }
   FNR > 1 && $4 == 7 && ($15 - x) ^ 2 + ($16 - y) ^ 2 < 9 { near = 1 }
   FNR > 1 { split($17, part, ":"); if (part[2] * 4294967296 + part[1] != $2) wrong = 1 }
   END { exit !near || wrong }' scene/truth.csv run/tracks.csv || fail "ahead_m, left_m, name of tracks.csv: $(tail -n 3 run/tracks.csv)"
 grep -qE '^ +[0-9]+:[0-9]+ +map ' stdout || fail "run's table does not name tracks by slot and generation: $(cat stdout)"
+expect "run of paper" "${run[@]}" --preset paper --out run_paper
+has_header run_paper/tracks.csv stamp_ns,id,state,frame,x_m,y_m,speed_mps,course_rad,yaw_rate_rps,heading_rad,age,hits,var_x,var_y,ahead_m,left_m,name
 grep -q ',confirmed,7,' run/tracks.csv || fail "no confirmed track at the end of the scene"
 grep -q '^confirm_hits = 3$' run/config.toml || fail "config.toml lacks what --set said"
 

@@ -24,6 +24,7 @@
 #include "tests/support/frame_hash.h"
 #include "tests/support/temp_folder.h"
 #include "tools/client/result_files.h"
+#include "tools/io/csv.h"
 #include "tools/view/mcap_numbers.h"
 
 namespace overtake {
@@ -43,6 +44,7 @@ struct ovt_tracks {
   int32_t count;
 #define OVT_TRACK(type, name, ...) const type* name;
 #define OVT_TRACK_COVARIANCE(type, name, ...) const type* name[15];
+#define OVT_TRACK_OPTIONAL OVT_TRACK
 #define OVT_TRACKS_VALUE(type, name, ...) type name;
 #define OVT_PATH(type, name, ...) const type* path_##name;
 #include "core/columns.def"
@@ -84,6 +86,7 @@ struct ovt_stats {
 #define OVT_DETECTION_VIEW OVT_DETECTION
 #define OVT_TRACK(type, name, ...) OVT_SAME(ovt_tracks, name)
 #define OVT_TRACK_COVARIANCE OVT_TRACK
+#define OVT_TRACK_OPTIONAL OVT_TRACK
 #define OVT_TRACKS_VALUE OVT_TRACK
 #define OVT_PATH(type, name, ...) OVT_SAME(ovt_tracks, path_##name)
 #define OVT_CLUSTER(type, name, ...) OVT_SAME(ovt_clusters, name)
@@ -313,6 +316,9 @@ TEST_CASE("columns: the JSON has every column and value of detections and tracks
   CHECK(track.at("state") == "confirmed");
   CHECK(track.at("measured_ns") == std::to_string(t.table.measured_ns[1]));
   CHECK(track.at("flags") == t.table.flags[1]);
+  CHECK(track.at("existence") == t.table.existence[1]);
+  CHECK(track.at("class") == "car");
+  CHECK(track.at("visibility") == "missed");
   CHECK(track.at("covariance").at(14) == t.table.covariance[14][1]);
   CHECK(track.at("path").at("cov_xy") == std::vector<double>(t.table.path_cov_xy + 3, t.table.path_cov_xy + 6));
 }
@@ -380,19 +386,39 @@ TEST_CASE("columns: the CSV files keep their columns; the header names each") {
 
   Filled<ovt_tracks> tracks;
   const auto tracks_csv = [&] {
-    io::CsvWriter csv(folder.path("table.csv"), cli::tracks_header());
+    io::CsvWriter csv(folder.path("table.csv"), cli::tracks_header(tracks.table));
     cli::write_tracks(csv, 7, info, tracks.table);
     csv.flush();
     return read();
   };
-  CHECK(cli::tracks_header() ==
-        "stamp_ns,id,state,frame,x_m,y_m,speed_mps,course_rad,yaw_rate_rps,heading_rad,age,hits,var_x,var_y,ahead_m,"
-        "left_m,"
-        "name");
-  CHECK(tracks_csv().substr(cli::tracks_header().size()) ==
-        "\n3,20,tentative,7,23,24,25,26,27,43,46,47,28,30,23,24,20:0"
-        "\n3,21,confirmed,7,24,25,26,27,28,44,47,48,29,31,24,25,21:0"
-        "\n3,22,tentative,7,25,26,27,28,29,45,48,49,30,32,25,26,22:0\n");
+  const std::string of_all =
+      "stamp_ns,id,state,frame,x_m,y_m,speed_mps,course_rad,yaw_rate_rps,heading_rad,age,hits,var_x,var_y,ahead_m,"
+      "left_m,name";
+  CHECK(tracks_csv() == of_all +
+                            ",existence,class,visibility,unseen_s,heading_sigma_rad"
+                            "\n3,20,tentative,7,23,24,25,26,27,43,46,47,28,30,23,24,20:0,57,unknown,seen,60,61"
+                            "\n3,21,confirmed,7,24,25,26,27,28,44,47,48,29,31,24,25,21:0,58,car,missed,61,62"
+                            "\n3,22,tentative,7,25,26,27,28,29,45,48,49,30,32,25,26,22:0,59,unknown,seen,62,63\n");
+  {  // of a method without the optional columns: the file ends with `name`
+    Filled<ovt_tracks> fewer;
+    for_each_column(fewer.table, [](const ColumnInfo& column, auto*& values, int64_t) {
+      if (column.optional) values = nullptr;
+    });
+    io::CsvWriter csv(folder.path("table.csv"), cli::tracks_header(fewer.table));
+    cli::write_tracks(csv, 7, info, fewer.table);
+    csv.flush();
+    CHECK(read() == of_all +
+                        "\n3,20,tentative,7,23,24,25,26,27,43,46,47,28,30,23,24,20:0"
+                        "\n3,21,confirmed,7,24,25,26,27,28,44,47,48,29,31,24,25,21:0"
+                        "\n3,22,tentative,7,25,26,27,28,29,45,48,49,30,32,25,26,22:0\n");
+    const Json few = Json::parse(cli::format_tracks(info, fewer.table)).at("tracks").at(0);
+    CHECK(few.contains("flags"));
+    CHECK_FALSE(few.contains("existence"));
+    const Json schema = Json::parse(cli::number_schema("overtake.Tracks"));
+    const Json& required = schema.at("properties").at("tracks").at("items").at("required");
+    CHECK(std::count(required.begin(), required.end(), "flags") == 1);
+    CHECK(std::count(required.begin(), required.end(), "existence") == 0);
+  }
   const std::string tracks_before = tracks_csv();
   std::size_t variances = 0;
   tracks.flip_each([&](const ColumnInfo& column) {
@@ -403,6 +429,27 @@ TEST_CASE("columns: the CSV files keep their columns; the header names each") {
       CHECK(changed == (*column.csv != 0));
   });
   CHECK(variances == 4);  // var_x and var_y of the first and the last row
+}
+
+TEST_CASE("columns: numbers that were read back from tracks.csv are the bits that were written") {
+  const TempFolder folder;
+  Filled<ovt_tracks> tracks;
+  const double existence[] = {1.0 / 3.0, 1e-3, 0.99966464986953363}, unseen_s[] = {0, 0.1, 3.95},
+               sigma_rad[] = {0.1, 3.14159265358979312, 5e-324};
+  tracks.table.existence = existence, tracks.table.unseen_s = unseen_s, tracks.table.heading_sigma_rad = sigma_rad;
+  io::CsvWriter writer(folder.path("tracks.csv"), cli::tracks_header(tracks.table));
+  cli::write_tracks(writer, 7, {}, tracks.table);
+  writer.flush();
+  const io::Csv csv = io::Csv::read(folder.path("tracks.csv"));
+  REQUIRE(csv.row_count() == 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(csv.number(i, csv.need({"existence"})) == existence[i]);
+    CHECK(csv.number(i, csv.need({"unseen_s"})) == unseen_s[i]);
+    CHECK(csv.number(i, csv.need({"heading_sigma_rad"})) == sigma_rad[i]);
+    CHECK(csv.number(i, csv.need({"x_m"})) == tracks.table.x_m[i]);
+    CHECK(csv.text(i, csv.need({"class"})) == (i == 1 ? "car" : "unknown"));
+    CHECK(csv.text(i, csv.need({"visibility"})) == (i == 1 ? "missed" : "seen"));
+  }
 }
 
 }  // namespace

@@ -257,6 +257,36 @@ TEST_CASE("math: log_f64 is within 2 ulp, and NaN where no logarithm exists") {
     CHECK(std::isnan(log_f64(bad)));
 }
 
+TEST_CASE("math: exp_f64 is within 2 ulp, and NaN beyond 700") {
+  const unsigned seed = 8;
+  CAPTURE(seed);
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> any(-700.0, 700.0), score(-10.0, 10.0), small(-1e-3, 1e-3);
+  std::uniform_int_distribution<int> half(-2000, 2000);
+  double worst = 0.0, worst_x = 0.0;
+  const auto look = [&](double x) {
+    const double error = ulps(exp_f64(x), std::exp(Wide(x)));
+    if (error > worst) worst = error, worst_x = x;
+  };
+  for (int i = 0; i < 500000; ++i) {
+    look(any(random));
+    look(score(random));
+    look(small(random));
+    const double edge = (half(random) / 2 + 0.5) * 0.69314718055994531;  // where k changes
+    look(std::nextafter(edge, 1e3));
+    look(std::nextafter(edge, -1e3));
+  }
+  look(700.0);
+  look(-700.0);
+  CAPTURE(worst_x);
+  MESSAGE("exp_f64: worst error " << worst << " ulp");
+  CHECK(worst <= 2.0);
+  CHECK(exp_f64(0.0) == 1.0);
+  for (const double bad :
+       {700.5, -701.0, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()})
+    CHECK(std::isnan(exp_f64(bad)));
+}
+
 TEST_CASE("math: wrap_angle gives (-pi, pi], keeps angles in this range, and changes only by whole turns") {
   CHECK(wrap_angle(kPi) == kPi);
   CHECK(wrap_angle(-kPi) == kPi);

@@ -48,6 +48,7 @@ TEST_CASE("tables: every table carves into aligned, separate columns") {
   check_columns<MemberTable>();
   check_columns<DetectionTable>();
   check_columns<TrackTable>();
+  check_columns<OptionalTrackTable>();
   check_columns<PathTable>();
 }
 
@@ -73,6 +74,7 @@ TEST_CASE("tables: every table lists all of its columns") {
   CHECK(count_columns<MemberTable>() == pointers(sizeof(MemberTable), 2));
   CHECK(count_columns<DetectionTable>() == pointers(sizeof(DetectionTable), 2));
   CHECK(count_columns<TrackTable>() == pointers(sizeof(TrackTable), 2));
+  CHECK(count_columns<OptionalTrackTable>() == pointers(sizeof(OptionalTrackTable), 2));
   CHECK(count_columns<PathTable>() == pointers(sizeof(PathTable), 3));
 }
 

@@ -106,7 +106,7 @@ TEST_CASE("track policy: a published path starts from the tracker's whole state 
   bench.step(0, 10, 7);
   bench.tracker.snapshot(bench.rows, bench.states);
   bench.step(100 * kMs, 500, 39);  // another model since
-  bench.tracker.publish(bench.rows, bench.states, 1000 * kMs, bench.tracks, &bench.paths);
+  bench.tracker.publish(bench.rows, bench.states, 1000 * kMs, bench.tracks, nullptr, &bench.paths);
   REQUIRE(bench.tracks.count == 1);
   CHECK(bench.tracks.x_m[0] == 17);
   REQUIRE(bench.paths.count == 4);
@@ -114,7 +114,7 @@ TEST_CASE("track policy: a published path starts from the tracker's whole state 
 
   bench.tracker.predict(1100 * kMs, bench.rows, bench.states);
   CHECK(bench.rows.x_m[0] == doctest::Approx(500 + 39));
-  bench.tracker.publish(bench.rows, bench.states, 1100 * kMs, bench.tracks, &bench.paths);
+  bench.tracker.publish(bench.rows, bench.states, 1100 * kMs, bench.tracks, nullptr, &bench.paths);
   CHECK(bench.paths.x_m[3] == doctest::Approx(500 + 2 * 39));
 }
 

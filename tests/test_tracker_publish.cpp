@@ -334,7 +334,7 @@ TEST_CASE("tracker publish: a snapshot published later equals the tracker publis
   bench.tracker.snapshot(snapshot, states);
   const TrackTable& expected = bench.tracks_at(1.6);
   for (int k = 30; k < 40; ++k) bench.step(0.05 * k, {{k * 1.0, 0, 1.0}});  // the tracker has moved on
-  bench.tracker.publish(snapshot, states, to_ns(1.6), tracks, &paths);
+  bench.tracker.publish(snapshot, states, to_ns(1.6), tracks, nullptr, &paths);
   REQUIRE(tracks.count == 2);
   CHECK(hash_table(tracks, 0) == hash_table(expected, 0));
   CHECK(hash_table(paths, 0) == hash_table(bench.paths(), 0));

@@ -135,6 +135,31 @@ TEST_CASE("wrapper: spans are the C API's columns, not copies") {
   CHECK(reader.span(OVT_STAGE_SEGMENT, 2)->duration_ns > 0);
 }
 
+TEST_CASE("wrapper: columns that the method does not compute are empty spans") {
+  const std::array<ovt_sensor_def, 3> sensors = demo_sensors();
+  for (const char* preset : {"paper", "best"}) {
+    CAPTURE(preset);
+    const ovt_params params = ovt::params(preset);
+    ovt_detector_def def = ovt::definition(sensors);
+    def.params = &params;
+    ovt::Detector detector(def);
+    ovt::Reader reader(detector);
+    for (int32_t frame = 0; frame < 3; ++frame) push_frame(detector, frame);
+    REQUIRE(reader.next_frame());
+    const auto tracks = reader.tracks();
+    REQUIRE(tracks);
+    REQUIRE(tracks->size() > 0);
+    const std::size_t rows = std::string(preset) == "best" ? tracks->size() : 0;
+    CHECK(tracks->existence().size() == rows);
+    CHECK(tracks->object_class().size() == rows);
+    CHECK(tracks->visibility().size() == rows);
+    CHECK(tracks->unseen_s().size() == rows);
+    CHECK(tracks->heading_sigma_rad().size() == rows);
+    CHECK((tracks->c.existence == nullptr) == (rows == 0));
+    for (const double existence : tracks->existence()) CHECK((existence > 0 && existence < 1));
+  }
+}
+
 TEST_CASE("wrapper: an image's rows are spans of its type, and empty for any other type") {
   const std::array<ovt_sensor_def, 3> sensors = demo_sensors();
   ovt::Detector detector(ovt::definition(sensors));

@@ -81,8 +81,8 @@ struct StepResult {
   int64_t work = 0;        // in the steps that work_limit counts
 };
 
-// Only one thread may call at a time. Exceptions are publish, path_points, path_step_s and state_bytes, which any
-// thread may call at any time. Only the constructor allocates.
+// Only one thread may call at a time. Exceptions are publish, writes_optional, path_points, path_step_s and
+// state_bytes, which any thread may call at any time. Only the constructor allocates.
 class FrameTracker {
  public:
   virtual ~FrameTracker() = default;
@@ -118,10 +118,12 @@ class FrameTracker {
 
   // Predicts the tracks of a snapshot to publish_ns, and their paths from there; `rows` and `tracks` may be the same
   // table. Depends on the arguments and the parameters alone. If publish_ns is before a track's own time, predicts back
-  // without noise. If it is more than 60 s away, predicts 60 s; stamp_ns is the stamp reached. `paths` has room for
-  // path_points() per track; it may be null.
+  // without noise. If it is more than 60 s away, predicts 60 s; stamp_ns is the stamp reached. `optional` has room for
+  // the rows; a tracker without writes_optional() does not write it. `paths` has room for path_points() per track. Both
+  // may be null.
   virtual void publish(const TrackTable& rows, const std::byte* states, int64_t publish_ns, TrackTable& tracks,
-                       PathTable* paths) const noexcept = 0;
+                       OptionalTrackTable* optional, PathTable* paths) const noexcept = 0;
+  virtual bool writes_optional() const noexcept = 0;
   virtual std::size_t state_bytes() const noexcept = 0;  // of one track in a snapshot
   virtual int32_t path_points() const noexcept = 0;      // of each track
   virtual double path_step_s() const noexcept = 0;       // between two of them

@@ -31,6 +31,7 @@ constexpr double kBirthSigma_mps = 10.0;
 constexpr double kHeadingMemory_s = 0.3, kHeadingGate_d2 = 9.0, kHeadingSigma_rad = 0.1, kHeadingRate_rps = 2.0;
 constexpr double kHeadingRateNoise = 20.0;  // (rad/s)^2 per second
 constexpr int32_t kHeadingMisses = 3;       // this many contradictions in a row replace it
+constexpr double kSlip_rad = 0.05;          // between the course and the axis of a car that drives
 
 // Existence.
 constexpr double kLog2Pi = 1.8378770664093453;
@@ -40,6 +41,7 @@ constexpr double kBehindShare = 0.6, kPartShare = 1.2;  // of a car's width: a c
                                                         // sight is hidden by it, or may be in part
 constexpr double kKnownHit = 0.3;  // a hit adds at least this to the score of a track that was confirmed
 constexpr double kLowReach_m = 80.0, kNearest_m = 8.0, kSparse = 0.03, kThin = 0.1;
+constexpr int64_t kMostVotes = 10;  // after so many votes for one class, more for another one decide
 
 // One track for one car.
 constexpr double kRecent_s = 0.3;                             // a track was seen lately
@@ -47,6 +49,13 @@ constexpr double kSameTentative = 0.9, kSameConfirmed = 0.7;  // share of a car'
 // A lost car comes back this near to its prediction, after t: base + t (rate + t growth), but no farther than most.
 constexpr double kAgainAlong_m = 6.0, kAgainAlongRate = 4.0, kAgainAlongGrowth = 5.0, kAgainMost_m = 40.0;
 constexpr double kAgainAcross_m = 3.0, kAgainAcrossRate = 1.5, kAgainSpeed_mps = 8.0, kAgainSpeedRate = 8.0;
+
+int64_t limit_votes(int64_t votes) { return std::clamp(votes, -kMostVotes, kMostVotes); }
+
+int64_t vote_of(const Measurement& z) {
+  return int64_t(z.object_class == int32_t(ObjectClass::kCar)) -
+         int64_t(z.object_class == int32_t(ObjectClass::kDebris));
+}
 
 int32_t steps_of(double dt_s) {
   const double ratio = std::fabs(dt_s) / kStep_s;
@@ -138,6 +147,7 @@ void LanePolicy::turn_heading(State& s, double dt_s) const noexcept {
     }
   } else if (s.estimate.mean.speed_mps > kDrives_mps) {
     s.heading_rad = s.estimate.mean.course_rad;
+    s.heading_var = s.estimate.covariance[3][3] + kSlip_rad * kSlip_rad;
   }
 }
 
@@ -345,6 +355,7 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
   if (std::isfinite(z.length_m)) s.length_m = z.length_m;
   if (std::isfinite(z.width_m)) s.width_m = z.width_m;
   s.unseen_s = 0.0;
+  s.class_votes = limit_votes(s.class_votes + vote_of(z));
   look_at_lane(s);
   if (dt_s < 0.0) move(s, -dt_s, false);
 }
@@ -381,7 +392,9 @@ LaneTrack LanePolicy::initiate(const Measurement& z, const Iteration& it) const 
   cov[3][3] = sigma_phi * sigma_phi;
   cov[4][4] = sigma_omega * sigma_omega;
   s.heading_rad = mean.course_rad;
+  s.heading_var = cov[3][3] + kSlip_rad * kSlip_rad;
   measure_heading(s, z);
+  s.class_votes = vote_of(z);
   s.score = evidence_of(z, hypot_f64(z.x_m - it.ego.x_m, z.y_m - it.ego.y_m));
   s.history = 1;
   s.age = s.hits = 1;
@@ -496,6 +509,8 @@ LaneTrack LanePolicy::join(const State& elder, const State& younger, bool younge
     s.history = elder.history | younger.history;
     s.score = std::max(elder.score, younger.score);
   }
+  if (younger_is_newer) s.visibility = younger.visibility;
+  s.class_votes = limit_votes(elder.class_votes + younger.class_votes);
   if (is_confirmed(elder) || is_confirmed(younger)) s.stage = LaneStage::kConfirmed;
   s.is_new = 0;
   return s;
@@ -532,6 +547,16 @@ void LanePolicy::write(const State& s, TrackTable& t, std::size_t i) const noexc
   t.age[i] = s.age;
   const uint64_t window = params_.window >= 64 ? ~uint64_t(0) : (uint64_t(1) << params_.window) - 1;
   t.hits[i] = std::popcount(s.history & window);
+}
+
+void LanePolicy::write_optional(const State& s, OptionalTrackTable& t, std::size_t i) const noexcept {
+  t.existence[i] = 1.0 / (1.0 + exp_f64(-s.score));
+  const ObjectClass object = s.class_votes > 0   ? ObjectClass::kCar
+                             : s.class_votes < 0 ? ObjectClass::kDebris
+                                                 : ObjectClass::kUnknown;
+  t.object_class[i] = int32_t(object);
+  t.visibility[i] = int32_t(s.visibility);
+  t.heading_sigma_rad[i] = std::sqrt(std::clamp(s.heading_var, 0.0, kPi * kPi));
 }
 
 void LanePolicy::write_path(const State& state, PathTable& t) const noexcept {

@@ -16,9 +16,6 @@ namespace overtake {
 // A lost track was confirmed before. It is published as tentative, and keeps its id for its car.
 enum class LaneStage : int32_t { kTentative, kConfirmed, kLost };
 
-// What the last iteration that could see the place of a track saw of it.
-enum class Visibility : int32_t { kSeen, kMissed, kHidden, kOwnShadow };
-
 // No padding: equal tracks have equal bytes.
 struct LaneTrack {
   TrackEstimate estimate;
@@ -28,12 +25,14 @@ struct LaneTrack {
   double manoeuvre_s = 0, turn_s = 0;    // the noise of a manoeuvre, and of a new course, goes on for so long
   // Heading: measured where two faces of the car are seen, else along the course.
   double heading_rad = 0, heading_rate_rps = 0;
-  double heading_var = 0, heading_cov = 0, heading_rate_var = 0;
+  double heading_var = 0;  // of heading_rad
+  double heading_cov = 0, heading_rate_var = 0;
   double heading_age_s = 1e3;  // since it was measured
   // Existence.
   double score = 0;                  // log odds
   double unseen_s = 0;               // since the last hit
   uint64_t history = 0;              // bit k: hit k iterations ago
+  int64_t class_votes = 0;           // of its detections: 1 of a car, -1 of debris, limited
   double length_m = 0, width_m = 0;  // of the last detection; 0: never measured
   int32_t age = 0, hits = 0;         // iterations; hits since its initiation
   LaneStage stage = LaneStage::kTentative;
@@ -60,6 +59,8 @@ class LanePolicy {
   bool is_confirmed(const State& s) const noexcept { return s.stage == LaneStage::kConfirmed; }
   State publishable(const State& s, bool) const noexcept { return s; }
   void write(const State& s, TrackTable& t, std::size_t i) const noexcept;
+  void leave_view(State& s) const noexcept { s.visibility = Visibility::kOutside; }
+  void write_optional(const State& s, OptionalTrackTable& t, std::size_t i) const noexcept;
   void write_path(const State& state, PathTable& t) const noexcept;
 
   // One track for one car.
@@ -117,7 +118,7 @@ inline constexpr const char* kLaneTrackerParams =
     "tracker.birth_sigma_yaw_rate tracker.gate_d2 tracker.gate_m tracker.window tracker.max_silence_s "
     "tracker.horizon_s tracker.horizon_step_s tracker.work_limit vehicle.length_m vehicle.width_m";
 
-static_assert(sizeof(LaneTrack) == 30 * 8 + 17 * 8 + 8 * 4);
+static_assert(sizeof(LaneTrack) == 30 * 8 + 18 * 8 + 8 * 4);
 
 extern template class ReplayTracker<LanePolicy>;
 using LaneTracker = ReplayTracker<LanePolicy>;

@@ -87,8 +87,14 @@ class ReplayTracker final : public FrameTracker {
   }
 
   void publish(const TrackTable& rows, const std::byte* states, int64_t publish_ns, TrackTable& tracks,
-               PathTable* paths) const noexcept override {
+               [[maybe_unused]] OptionalTrackTable* optional, PathTable* paths) const noexcept override {
     if (&rows != &tracks) copy_table(rows, tracks);
+    if constexpr (WritesOptional<Policy>) {
+      if (optional) {
+        OVT_CHECK(optional->capacity >= tracks.count);
+        optional->count = tracks.count;
+      }
+    }
     if (paths) {
       paths->count = 0;
       paths->points_per_track = path_points();
@@ -102,10 +108,17 @@ class ReplayTracker final : public FrameTracker {
       tracks_.policy().predict(state, seconds_between(state_ns, tracks.stamp_ns[i]));
       tracks_.policy().write(state, tracks, i);
       tracks.flags[i] = (tracks.flags[i] & ~kTrackStale) | stale_flag(tracks.measured_ns[i], publish_ns);
+      if constexpr (WritesOptional<Policy>) {
+        if (optional) {
+          tracks_.policy().write_optional(state, *optional, i);
+          optional->unseen_s[i] = std::max(0.0, seconds_between(tracks.measured_ns[i], tracks.stamp_ns[i]));
+        }
+      }
       if (paths) tracks_.policy().write_path(state, *paths);
     }
   }
 
+  bool writes_optional() const noexcept override { return WritesOptional<Policy>; }
   std::size_t state_bytes() const noexcept override { return sizeof(State); }
   int32_t path_points() const noexcept override { return int32_t(params_.horizon_s / params_.horizon_step_s + 0.5); }
   double path_step_s() const noexcept override { return params_.horizon_step_s; }

@@ -82,4 +82,14 @@ concept JoinsTracks = requires(P& policy, const P& constant, const typename P::S
   { constant.find_owner(tracks, it, measurement) } -> std::same_as<int32_t>;
 };
 
+// A policy with these members as well publishes the optional columns.
+template <class P>
+concept WritesOptional = requires(const P& constant, typename P::State& state, const typename P::State& seen,
+                                  OptionalTrackTable& rows, std::size_t i) {
+  // An iteration whose sensors could not see the place of the track; `record` is not called then.
+  constant.leave_view(state);
+  // Writes row i, but for unseen_s.
+  constant.write_optional(seen, rows, i);
+};
+
 }  // namespace overtake

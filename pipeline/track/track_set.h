@@ -126,6 +126,8 @@ class TrackSet {
         head.flags = kTrackCoasting;  // an iteration that could not see the track does not count
         ++counts_.misses;
         lives = policy_.record(slot, state, false);
+      } else if constexpr (WritesOptional<Policy>) {
+        policy_.leave_view(state);
       }
     }
     if (!lives)

@@ -76,6 +76,16 @@ inline const char* find_broken_tracks(const ovt_tracks& t) {
     OVT_RULE(t.length_m[i] >= 0 && t.width_m[i] >= 0);
     for (const int32_t diagonal : {0, 2, 5, 9, 14}) OVT_RULE(t.covariance[diagonal][i] > 0);
   }
+  const bool has_optional = t.existence != nullptr;
+  OVT_RULE((t.object_class != nullptr) == has_optional && (t.visibility != nullptr) == has_optional);
+  OVT_RULE((t.unseen_s != nullptr) == has_optional && (t.heading_sigma_rad != nullptr) == has_optional);
+  for (int32_t i = 0; has_optional && i < t.count; ++i) {
+    OVT_RULE(t.existence[i] > 0 && t.existence[i] < 1);
+    OVT_RULE(t.object_class[i] >= OVT_CLASS_UNKNOWN && t.object_class[i] <= OVT_CLASS_DEBRIS);
+    OVT_RULE(t.visibility[i] >= OVT_VISIBILITY_SEEN && t.visibility[i] <= OVT_VISIBILITY_OUTSIDE);
+    OVT_RULE(t.unseen_s[i] >= 0 && (t.publish_ns >= t.measured_ns[i] || t.unseen_s[i] == 0));
+    OVT_RULE(t.heading_sigma_rad[i] > 0 && t.heading_sigma_rad[i] < 3.15);
+  }
   return nullptr;
 }
 

@@ -82,7 +82,7 @@ class TrackerBench {
   const overtake::TrackTable& tracks_at(double time_s) { return tracks_at_ns(to_ns(time_s)); }
   const overtake::TrackTable& tracks_at_ns(int64_t stamp_ns) {
     tracker.snapshot(snapshot_, states_);
-    tracker.publish(snapshot_, states_, stamp_ns, tracks_, &paths_);
+    tracker.publish(snapshot_, states_, stamp_ns, tracks_, nullptr, &paths_);
     return tracks_;
   }
   // A pure prediction.

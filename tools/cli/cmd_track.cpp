@@ -4,6 +4,7 @@
 // overtake track: runs the tracker alone on detections in the map frame; writes tracks.csv and config.toml.
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <set>
 
 #include "tools/cli/command.h"
@@ -107,7 +108,10 @@ int track(const Options& options) {
   io::OutputGuard guard(options.force);
   add_inputs(guard, options, config);
   guard.add_folder(options.out);
-  io::CsvWriter tracks_csv(options.out + "/tracks.csv", tracks_header());
+  std::optional<io::CsvWriter> tracks_csv;  // from the first scan on, whose columns the header names
+  const auto open_table = [&](const ovt_tracks& tracks) {
+    if (!tracks_csv) tracks_csv.emplace(options.out + "/tracks.csv", tracks_header(tracks));
+  };
   Session session(config, nullptr, nullptr);
   const Reader reader(session);
   io::write_whole_file(options.out + "/config.toml", format_config(config));
@@ -124,7 +128,8 @@ int track(const Options& options) {
     ovt_tracks tracks;
     check(ovt_next_frame(reader.get(), &info), "scan " + std::to_string(scans[done].stamp_ns));
     check(ovt_read_tracks(reader.get(), OVT_AT_FRAME_STAMP, &tracks), "tracks");
-    write_tracks(tracks_csv, int64_t(done), info, tracks);
+    open_table(tracks);
+    write_tracks(*tracks_csv, int64_t(done), info, tracks);
     for (int32_t i = 0; i < tracks.count; ++i) {
       seen.insert(tracks.id[i]);
       if (tracks.state[i] == OVT_CONFIRMED) confirmed.insert(tracks.id[i]);
@@ -132,7 +137,8 @@ int track(const Options& options) {
     guard.keep();
     progress.show(int64_t(done) + 1);
   }
-  tracks_csv.flush();
+  open_table({});
+  tracks_csv->flush();
   progress.clear();
   if (interrupted())
     guard.keep();

@@ -9,26 +9,25 @@
 namespace overtake::cli {
 
 CsvSink::CsvSink(const std::string& folder, const io::Rig& rig)
-    : rig_(rig),
-      detections_path_(folder + "/detections.csv"),
-      tracks_(folder + "/tracks.csv", tracks_header()),
-      timing_(folder + "/timing.csv", kTimingHeader) {}
+    : rig_(rig), folder_(folder), timing_(folder + "/timing.csv", kTimingHeader) {}
 
-void CsvSink::open_detections(const ovt_detections& detections) {
-  if (!detections_) detections_.emplace(detections_path_, detections_header(detections));
+void CsvSink::open_tables(const ovt_detections& detections, const ovt_tracks& tracks) {
+  if (detections_) return;
+  detections_.emplace(folder_ + "/detections.csv", detections_header(detections));
+  tracks_.emplace(folder_ + "/tracks.csv", tracks_header(tracks));
 }
 
 void CsvSink::add(const FinishedFrame& frame) {
-  open_detections(frame.detections);
+  open_tables(frame.detections, frame.tracks);
   write_detections(*detections_, frame.number, frame.detections);
-  write_tracks(tracks_, frame.number, frame.info, frame.tracks);
+  write_tracks(*tracks_, frame.number, frame.info, frame.tracks);
   write_times(timing_, frame.number, frame.info.stamp_ns, rig_, frame.reader);
   finish();  // keeps the results so far after Ctrl-C or an error
 }
 
 void CsvSink::finish() {
-  open_detections({});  // without a frame the file has its header only
-  for (io::CsvWriter* table : {&*detections_, &tracks_, &timing_}) table->flush();
+  open_tables({}, {});  // without a frame the files have their headers only
+  for (io::CsvWriter* table : {&*detections_, &*tracks_, &timing_}) table->flush();
 }
 
 void McapSink::add(const FinishedFrame& frame) {

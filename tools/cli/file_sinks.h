@@ -23,12 +23,12 @@ class CsvSink : public FrameSink {
   void finish() override;
 
  private:
-  void open_detections(const ovt_detections& detections);
+  void open_tables(const ovt_detections& detections, const ovt_tracks& tracks);
 
   const io::Rig& rig_;
-  const std::string detections_path_;
-  std::optional<io::CsvWriter> detections_;  // from the first frame on, whose columns the header names
-  io::CsvWriter tracks_, timing_;
+  const std::string folder_;
+  std::optional<io::CsvWriter> detections_, tracks_;  // from the first frame on, whose columns the headers name
+  io::CsvWriter timing_;
 };
 
 class TraceSink : public FrameSink {

@@ -62,8 +62,12 @@ Place place_of(const ovt_frame_info& info, const ovt_tracks& tracks, int32_t i) 
 
 std::string track_name(uint64_t id) { return std::to_string(id & 0xffffffff) + ":" + std::to_string(id >> 32); }
 
-std::string tracks_header() {
-  return "stamp_ns" + names_of_cells(ovt_tracks{}, ",frame") + ",var_x,var_y,ahead_m,left_m,name";
+std::string tracks_header(const ovt_tracks& t) {
+  std::string header = "stamp_ns" + names_of_cells(ovt_tracks{}, ",frame") + ",var_x,var_y,ahead_m,left_m,name";
+  for_each_column(t, [&](const ColumnInfo& column, const auto* values, int64_t) {
+    if (column.optional && *column.csv && values) header += std::string(",") + column.csv;
+  });
+  return header;
 }
 
 void write_tracks(io::CsvWriter& csv, int64_t frame, const ovt_frame_info& info, const ovt_tracks& t) {
@@ -76,14 +80,18 @@ void write_tracks(io::CsvWriter& csv, int64_t frame, const ovt_frame_info& info,
   for (int32_t i = 0; i < t.count; ++i) {
     csv.cell(t.publish_ns);
     for_each_column(t, [&](const ColumnInfo& column, const auto* values, int64_t) {
-      if (*column.csv) write_cell(csv, column.words, values[i]);
+      if (*column.csv && !column.optional) write_cell(csv, column.words, values[i]);
       if (std::string_view(column.csv) == "state") csv.cell(frame);
     });
     csv.cell(t.covariance[0][i]).cell(t.covariance[2][i]);  // lower triangle: xx, yx, yy
     const Place place = place_of(info, t, i);
     cell_if_known(place.ahead_m);
     cell_if_known(place.left_m);
-    csv.cell(std::string_view(track_name(t.id[i]))).end_row();
+    csv.cell(std::string_view(track_name(t.id[i])));
+    for_each_column(t, [&](const ColumnInfo& column, const auto* values, int64_t) {
+      if (column.optional && *column.csv && values) write_cell(csv, column.words, values[i]);
+    });
+    csv.end_row();
   }
 }
 

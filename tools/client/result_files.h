@@ -18,10 +18,10 @@ inline constexpr const char* kTimingHeader = "frame,stamp_ns,sensor,stage,time_u
 
 // The name of a value: entry number `value` of `words`, which are separated by spaces (core/columns.def).
 std::string_view word_of(std::string_view words, int64_t value);
-// First lines of the CSV files: the columns that core/columns.def lists for them, and those of the frame.
-// detections.csv also has the columns that only some methods compute, where `detections` has them.
+// First lines of the CSV files: the columns that core/columns.def lists for them, those of the frame, and at the end
+// those that only some methods compute, where the table has them.
 std::string detections_header(const ovt_detections& detections);
-std::string tracks_header();
+std::string tracks_header(const ovt_tracks& tracks);
 // heading_source: "ref" (map or ego heading) or "var" (from the points).
 void write_detections(io::CsvWriter& csv, int64_t frame, const ovt_detections& detections);
 // state: tentative or confirmed. ahead_m, left_m: in the ego vehicle's frame at the frame's stamp; empty where the

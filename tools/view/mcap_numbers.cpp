@@ -75,7 +75,11 @@ Json track_schema() {
 #define OVT_PATH(type, name, json, meaning) path[json] = numbers(meaning);
 #include "core/columns.def"
   row["path"] = schema_object(path);
-  return schema_object(row);
+  Json schema = schema_object(row);  // as above
+#define OVT_TRACK_OPTIONAL(type, name, csv, json, words, meaning) \
+  schema["properties"][json] = value_schema<type>(words, meaning);
+#include "core/columns.def"
+  return schema;
 }
 Json track_row(const ovt_tracks& t, int32_t i) {
   const std::ptrdiff_t begin = std::ptrdiff_t(i) * t.path_points, end = begin + t.path_points;
@@ -86,6 +90,9 @@ Json track_row(const ovt_tracks& t, int32_t i) {
 #define OVT_PATH(type, name, json, meaning) path[json] = std::vector<type>(t.path_##name + begin, t.path_##name + end);
 #include "core/columns.def"
   row["path"] = path;
+#define OVT_TRACK_OPTIONAL(type, name, csv, json, words, meaning) \
+  if (t.name) row[json] = value_of(words, t.name[i]);
+#include "core/columns.def"
   return row;
 }
 
