@@ -109,6 +109,7 @@ int track(const Options& options) {
   add_inputs(guard, options, config);
   guard.add_folder(options.out);
   std::optional<io::CsvWriter> tracks_csv;  // from the first scan on, whose columns the header names
+  guard.check(options.out + "/tracks.csv");
   const auto open_table = [&](const ovt_tracks& tracks) {
     if (!tracks_csv) tracks_csv.emplace(options.out + "/tracks.csv", tracks_header(tracks));
   };

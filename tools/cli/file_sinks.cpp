@@ -4,12 +4,23 @@
 
 #include "tools/client/console.h"
 #include "tools/client/result_files.h"
+#include "tools/io/output.h"
 #include "tools/view/frame_picture.h"
 
 namespace overtake::cli {
+namespace {
+
+// The folder of the tables, after a check that the two which the first frame opens can be written.
+const std::string& checked(const std::string& folder) {
+  if (io::OutputGuard* guard = io::OutputGuard::current())
+    for (const char* name : {"/detections.csv", "/tracks.csv"}) guard->check(folder + name);
+  return folder;
+}
+
+}  // namespace
 
 CsvSink::CsvSink(const std::string& folder, const io::Rig& rig)
-    : rig_(rig), folder_(folder), timing_(folder + "/timing.csv", kTimingHeader) {}
+    : rig_(rig), folder_(checked(folder)), timing_(folder + "/timing.csv", kTimingHeader) {}
 
 void CsvSink::open_tables(const ovt_detections& detections, const ovt_tracks& tracks) {
   if (detections_) return;
