@@ -476,6 +476,23 @@ TEST_CASE("lane tracker: a track that goes on for another one has its visibility
   bench.publish_at(bench.input.stamp_ns);
   CHECK(Visibility(bench.told.visibility[0]) == Visibility::kSeen);
   CHECK(ObjectClass(bench.told.object_class[0]) == ObjectClass::kCar);
+
+  // Two parts of one car come together, and the elder's part is not seen any more.
+  LaneBench parts;
+  for (int32_t k = 0; k < 60 && (k < 40 || parts.rows.count == 2); ++k) {
+    const double x_m = 50 * kFrame_s * k;
+    parts.ego_at(x_m - 30);
+    std::vector<Measurement> seen;
+    if (k < 40) seen.push_back(seen_car(x_m, 0, k));
+    if (k > 0) seen.push_back(seen_car(x_m - 6.0 + 0.1 * std::max(0, k - 15), 0, k));
+    parts.step(k, seen);
+    if (k == 39) REQUIRE(parts.confirmed() == 2);
+  }
+  REQUIRE(parts.rows.count == 1);
+  CHECK(parts.state().unseen_s > 0);  // of the elder
+  parts.publish_at(parts.input.stamp_ns);
+  CHECK((parts.published.flags[0] & kTrackCoasting) == 0);
+  CHECK(Visibility(parts.told.visibility[0]) == Visibility::kSeen);
 }
 
 TEST_CASE("lane tracker: the deviation of the heading is that of its source") {

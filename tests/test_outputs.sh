@@ -92,8 +92,8 @@ expect "with --force" "$overtake" run scene --rig av21 --out first --quiet --for
 grep -q "a note of mine" first/config.toml && fail "--force did not replace config.toml"
 expect "again, ours now" "$overtake" run scene --rig av21 --out first --quiet
 mkdir mine
-for name in tracks.csv detections.csv labels.csv truth.csv scan.png metrics.json rig.toml above.png; do echo "mine" >mine/$name; done
-for words in "detections.csv run scene --rig av21" "tracks.csv track seen.csv" "labels.csv label scene --rig av21 --frame 0" \
+for name in tracks.csv labels.csv truth.csv scan.png metrics.json rig.toml above.png; do echo "mine" >mine/$name; done
+for words in "tracks.csv run scene --rig av21" "tracks.csv track seen.csv" "labels.csv label scene --rig av21 --frame 0" \
   "scan.png inspect scene --rig av21 --frame 0 --sensor front" \
   "metrics.json evaluate race.mcap --preset paper --frames 1"; do
   name=${words%% *}
@@ -102,7 +102,10 @@ for words in "detections.csv run scene --rig av21" "tracks.csv track seen.csv" "
 done
 refuse "mine/truth.csv: exists and is not a *" simulate demo --seconds 0.1 --out mine
 refuse "mine/above.png: exists and is not a *" simulate demo --seconds 0.1 --pictures mine
-[[ $(cat mine/* | sort -u) == mine && $(ls -A mine | wc -l) == 8 ]] || fail "a folder of files of mine holds $(ls -A mine)"
+[[ $(cat mine/* | sort -u) == mine && $(ls -A mine | wc -l) == 7 ]] || fail "a folder of files of mine holds $(ls -A mine)"
+mkdir other && echo "mine" >other/detections.csv
+refuse "other/detections.csv: exists and is not a *" run scene --rig av21 --out other
+[[ $(cat other/*) == mine && $(ls -A other | wc -l) == 1 ]] || fail "a folder with detections of mine holds $(ls -A other)"
 cp ego_copy.csv ego_copy.mcap
 for words in "simulate demo --seconds 0.1 --out" "run scene --rig av21 --out ov --mcap" "run scene --rig av21 --out ov --trace"; do
   # shellcheck disable=SC2086
