@@ -66,8 +66,7 @@ void keep_car_shaped(const StageContext& context, Frame& frame) noexcept {
     // The running ground ends where the road fades: farther away its height errs more.
     const float x = merged.center_x_m[row], y = merged.center_y_m[row];
     const float farther = min_of(max_of((x * x + y * y) * (1.0f / (kFadeReach_m * kFadeReach_m)), 1.0f), kMostFarther);
-    return heights.low_m <= params.lowest_m * farther && heights.high_m >= 0.0f - params.sunk_m * farther &&
-           heights.high_m <= params.top_m;
+    return heights.low_m <= params.lowest_m * farther && heights.high_m <= params.top_m;
   };
   for (int32_t row = 0; row < merged.count; ++row) {
     if (merged.point_count[row] < context.detect.gate_clusters.min_points)

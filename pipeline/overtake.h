@@ -172,7 +172,6 @@ typedef struct ovt_params {
   double cut_threshold_rad;          /* cut.threshold_deg          weak links of clusters longer than a car */
   double cut_step_m;                 /* cut.step_m */
   double cut_from, cut_to;           /* cut.from cut.to            in lengths of the vehicle */
-  double gate_sunk_m;                /* gate.sunk_m                of a cluster's highest point, under the ground */
   double gate_wall_m;                /* gate.wall_m                without a map, from the line of a wall; 0: off */
   /* lane_tracker.q_along ...: the tracker */
   double lane_tracker_q_along, lane_tracker_q_across, lane_tracker_q_speed, lane_tracker_q_speed_unseen;

@@ -166,7 +166,6 @@ DetectParams make_detect_params(const ovt_params& params) noexcept {
                    float(params.gate_range_m),
                    float(params.gate_lowest_m),
                    float(params.gate_top_m),
-                   float(params.gate_sunk_m),
                    float(params.gate_wall_m)};
   out.pose_by_view = {float(params.pose_front_length_m), params.pose_angle_sigma_rad, float(params.class_debris_m)};
   out.walls = {float(params.ego_heading_wall_length_m), params.ego_heading_wall_reach_m,

@@ -43,7 +43,6 @@ struct CarGateParams {
   float own_back_m, own_front_m, own_side_m;  // box of the own car, from the vehicle's origin
   float inside_m, range_m;                    // of a car's centre: to the bounds, at least; to the origin, at most
   float lowest_m, top_m;                      // of the lowest and the highest point, over the ground, at most
-  float sunk_m;                               // of the highest point, under the ground, at most
   float wall_m;                               // without a map, from a wall's line: a piece of the wall; 0: not gated
 };
 

@@ -71,24 +71,6 @@ TEST_CASE("car gates: a beam over the circuit is no car, and neither is the top 
   CHECK(kept(1.75, 1.95, 90) == 0);
 }
 
-TEST_CASE("car gates: what lies under the running ground is no car; far away the ground is less certain") {
-  const auto kept = [](double under_m, double x_m) {
-    RulesBench bench;
-    bench.look({{x_m, 0, 0, 4.8, 1.8, 0.1, 1.1}});
-    Plane<float>& heights_m = bench.frame.sensors[0].kept.images.height_m;
-    for (int32_t r = 0; r < heights_m.rows; ++r)
-      for (int32_t c = 0; c < heights_m.cols; ++c) heights_m.at(r, c) -= float(1.1 + under_m);
-    gate(bench);
-    CAPTURE(x_m);
-    CHECK(bench.frame.gated_size == 1 - bench.frame.kept_count);
-    return bench.frame.kept_count;
-  };
-  for (const double x_m : {20.0, 60.0}) CHECK(kept(0.3, x_m) == 1);
-  for (const double x_m : {20.0, 60.0}) CHECK(kept(0.65, x_m) == 0);
-  CHECK(kept(0.65, 95) == 1);  // up to 0.5 m * (95 / 70)^2
-  CHECK(kept(1.1, 95) == 0);
-}
-
 TEST_CASE("car gates: without a map, pieces of a wall and what is behind it are no cars; a car at the wall is one") {
   const Solid wall_1 = {22, 8, 0, 36, 0.2, 0, 0.7, 1}, wall_2 = {62, 8, 0, 36, 0.2, 0, 0.7, 2};
   const auto kept = [&](const Solid& solid, const std::vector<Solid>& others) {

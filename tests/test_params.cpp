@@ -86,7 +86,7 @@ const std::map<std::string, double> kMethod = {{"frame.period_s", 0.05},
                                                {"gate.range_m", 160},
                                                {"gate.lowest_m", 1},
                                                {"gate.top_m", 2},
-                                               {"gate.sunk_m", 0.5},
+
                                                {"gate.wall_m", 0.5},
                                                {"gate.own_back_m", 1.5},
                                                {"gate.own_front_m", 4.5},

@@ -299,8 +299,9 @@ TEST_CASE("recorded: lvms: overtake track writes the results of the C API") {
     io::CsvWriter csv(input, "stamp_ns,x_m,y_m");
     for (const Detection& d : detections) csv.cell(d.stamp_ns).cell(d.x_m).cell(d.y_m).end_row();
   }
-  const char* const words[] = {"overtake", "track", input.c_str(), "--out", out.c_str(), "--quiet"};
-  REQUIRE(cli::run_command_line(6, words) == 0);
+  const char* const words[] = {"overtake", "track", input.c_str(), "--preset",
+                               "paper",    "--out", out.c_str(),   "--quiet"};
+  REQUIRE(cli::run_command_line(8, words) == 0);
 
   const io::Csv csv = io::Csv::read(out + "/tracks.csv");
   REQUIRE(csv.row_count() == detections.size());  // one track, in every scan

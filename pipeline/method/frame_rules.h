@@ -80,16 +80,15 @@ inline constexpr FrameRule join_shards = {.name = "join_shards",
                                           .run = &overtake::join_shards,
                                           .uses_places = true};
 
-inline constexpr FrameRule keep_car_shaped = {
-    .name = "keep_car_shaped",
-    .stage = OVT_STAGE_GATE,
-    .reads = columns(clusters, cluster_points, point_pixel, height_m),
-    .params =
-        "gate.min_points gate.slack gate.width_slack_m gate.height_m "
-        "gate.lowest_m gate.top_m gate.sunk_m gate.own_back_m gate.own_front_m "
-        "gate.own_side_m vehicle pose.min_var_points",
-    .run = &overtake::keep_car_shaped,
-    .uses_places = true};
+inline constexpr FrameRule keep_car_shaped = {.name = "keep_car_shaped",
+                                              .stage = OVT_STAGE_GATE,
+                                              .reads = columns(clusters, cluster_points, point_pixel, height_m),
+                                              .params =
+                                                  "gate.min_points gate.slack gate.width_slack_m gate.height_m "
+                                                  "gate.lowest_m gate.top_m gate.own_back_m gate.own_front_m "
+                                                  "gate.own_side_m vehicle pose.min_var_points",
+                                              .run = &overtake::keep_car_shaped,
+                                              .uses_places = true};
 
 inline constexpr FrameRule keep_inside_bounds = {
     .name = "keep_inside_bounds",
