@@ -138,10 +138,12 @@ TEST_CASE("drop_smoke: a dark pixel at the rim of a cloud goes with it, a bright
 }
 
 TEST_CASE("drop_smoke: what lies far behind or before a pixel is not its neighbour") {
+  DropSmokeParams narrow = test::paper_params().drop_smoke;
+  narrow.near_share = 0.3f, narrow.reach_m = 3.0f;
   const Box wall = {0, 0, 8, 75, 90.0f, 0.1f, 0.5f}, far_car = {4, 30, 1, 3, 80.0f, 0.1f, 0.02f};
-  CHECK(Scene({wall, far_car}).run() == Result{0, 600});
+  CHECK(Scene({wall, far_car}).run(narrow) == Result{0, 600});
   const Box cloud = {0, 10, 8, 50, 20.0f, 2.5f, 0.02f}, near_car = {4, 30, 1, 3, 12.0f, 0.01f, 0.02f};
-  CHECK(Scene({cloud, near_car}).run() == Result{397, 3});
+  CHECK(Scene({cloud, near_car}).run(narrow) == Result{397, 3});
 }
 
 TEST_CASE("drop_smoke: a lonely dark return is smoke, a few dark returns at one range are not") {
