@@ -12,15 +12,10 @@
 #include <bit>
 #include <cmath>
 
-#include "core/math.h"
+#include "kernels/link_pixels.h"
 
 namespace overtake::ref {
 namespace {
-
-bool joined(float range_a_m, float range_b_m, float sin_alpha, float cos_alpha, float tan_threshold) {
-  const float d1 = std::max(range_a_m, range_b_m), d2 = std::min(range_a_m, range_b_m);
-  return d2 * sin_alpha > tan_threshold * (d1 - d2 * cos_alpha);
-}
 
 // Pixels of a word that have a link to their left.
 uint64_t linked_left(const uint64_t* right, int32_t w) { return right[w] << 1 | (w > 0 ? right[w - 1] >> 63 : 0); }
@@ -83,7 +78,7 @@ class LinkCutter {
  private:
   bool is_weak_right(int32_t r, int32_t c) const {
     const float* range_m = range_m_.row(r);
-    return !joined(range_m[c], range_m[c + 1], params_.sin_pitch, params_.cos_pitch, params_.tan_threshold);
+    return !pixels_join(range_m[c], range_m[c + 1], params_.sin_pitch, params_.cos_pitch, params_.tan_threshold);
   }
 
   bool is_weak_down(int32_t r, int32_t c) const {
@@ -92,7 +87,7 @@ class LinkCutter {
     const float alpha = std::min(std::fabs(elevation_rad_.row(r)[c] - elevation_rad_.row(r + 1)[c]), kHalfPiF);
     float sin_alpha, cos_alpha;
     sin_cos_small_f32(alpha, sin_alpha, cos_alpha);
-    return !joined(own_m, below_m, sin_alpha, cos_alpha, params_.tan_threshold);
+    return !pixels_join(own_m, below_m, sin_alpha, cos_alpha, params_.tan_threshold);
   }
 
   static int32_t clear(BitPlane links, int32_t r, int32_t c) {

@@ -17,16 +17,6 @@
 #include "core/math.h"
 
 namespace overtake::ref {
-namespace {
-
-// beta > th_seg. The denominator d1 - d2 cos alpha of eq. 2 is never negative, so the tangents compare as the angles
-// do. Equal ranges with no angle between the beams (two layers at one elevation) give no link: 0 > 0 is false.
-bool joined(float range_a_m, float range_b_m, float sin_alpha, float cos_alpha, float tan_threshold) {
-  const float d1 = std::max(range_a_m, range_b_m), d2 = std::min(range_a_m, range_b_m);
-  return d2 * sin_alpha > tan_threshold * (d1 - d2 * cos_alpha);
-}
-
-}  // namespace
 
 void link_pixels(const LinkPixelsParams& params, Plane<const float> range_repaired_m,
                  Plane<const float> elevation_repaired_rad, ConstBitPlane nonground_repaired, BitPlane link_right,
@@ -41,14 +31,14 @@ void link_pixels(const LinkPixelsParams& params, Plane<const float> range_repair
 
       const int32_t right = c + 1 < cols ? c + 1 : params.wraps ? 0 : -1;
       if (right >= 0 && right != c && nonground_repaired.test(r, right) &&
-          joined(range_m[c], range_m[right], params.sin_pitch, params.cos_pitch, params.tan_threshold))
+          pixels_join(range_m[c], range_m[right], params.sin_pitch, params.cos_pitch, params.tan_threshold))
         link_right.set(r, c);
 
       if (r + 1 < rows && nonground_repaired.test(r + 1, c)) {
         const float alpha = std::min(std::fabs(elevation_rad[c] - elevation_repaired_rad.row(r + 1)[c]), kHalfPiF);
         float sin_alpha, cos_alpha;
         sin_cos_small_f32(alpha, sin_alpha, cos_alpha);
-        if (joined(range_m[c], range_repaired_m.row(r + 1)[c], sin_alpha, cos_alpha, params.tan_threshold))
+        if (pixels_join(range_m[c], range_repaired_m.row(r + 1)[c], sin_alpha, cos_alpha, params.tan_threshold))
           link_down.set(r, c);
       }
     }

@@ -11,13 +11,6 @@
 
 namespace overtake::simd {
 
-// beta > th_seg.
-template <class V>
-OVT_INLINE auto pixels_join(V range_a_m, V range_b_m, V sin_alpha, V cos_alpha, V tan_threshold) {
-  const V d1 = max_of(range_a_m, range_b_m), d2 = min_of(range_a_m, range_b_m);
-  return d2 * sin_alpha > tan_threshold * (d1 - d2 * cos_alpha);
-}
-
 template <class A>
 void link_pixels(const LinkPixelsParams& params, Plane<const float> range_repaired_m,
                  Plane<const float> elevation_repaired_rad, ConstBitPlane nonground_repaired, BitPlane link_right,

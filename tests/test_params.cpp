@@ -308,3 +308,14 @@ TEST_CASE("params: the stages receive half windows, tangents and the gate's leng
   CHECK(double(segment.link_pixels.tan_threshold) == doctest::Approx(std::tan(2.5 * 3.14159265358979323846 / 180)));
   CHECK(double(make_detect_params(params).gate_clusters.max_extent_m) == doctest::Approx(4.921 * 1.1));
 }
+
+TEST_CASE("params: the tracker of best starts with the defaults of its own parameters") {
+  ovt_params best;
+  REQUIRE(ovt_params_init(&best, sizeof best, "best") == OVT_OK);
+  const TrackerParams params = make_tracker_params(best, 8, 8);
+  const LaneTrackerParams own;
+  static_assert(sizeof own == 39 * sizeof(double));  // no padding
+  CHECK(std::memcmp(&params.lane, &own, sizeof own) == 0);
+  CHECK(params.gate_d2 == 25);
+  CHECK(params.max_silence_s == 12);
+}

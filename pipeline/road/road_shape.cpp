@@ -139,7 +139,7 @@ class GroundWalks {
         Pixels& p = pixels_[f * rows_ + i];
         GroundState<Four>& state = states[f];
         if (!p.any) {
-          state.below_above = zero;
+          state.below_above = Four(kMissing_m);
           continue;
         }
         float heights_m[kFour], offsets_m[kFour], x[kFour], y[kFour];

@@ -107,16 +107,8 @@ CvtrState CvtrPolicy::publishable(const State& state, bool in_map) const noexcep
 }
 
 void CvtrPolicy::write(const State& s, TrackTable& t, std::size_t i) const noexcept {
-  const MotionState& mean = s.estimate.mean;
+  write_estimate(s.estimate, t, i);
   t.state[i] = int32_t(s.life.state);
-  t.x_m[i] = mean.x_m;
-  t.y_m[i] = mean.y_m;
-  t.speed_mps[i] = mean.speed_mps;
-  t.course_rad[i] = mean.course_rad;
-  t.yaw_rate_rps[i] = mean.yaw_rate_rps;
-  int32_t entry = 0;
-  for (int32_t r = 0; r < kTrackStateSize; ++r)
-    for (int32_t c = 0; c <= r; ++c) t.covariance[entry++][i] = s.estimate.covariance[r][c];
   t.heading_rad[i] = s.heading_rad;
   t.length_m[i] = s.length_m;
   t.width_m[i] = s.width_m;

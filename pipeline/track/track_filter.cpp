@@ -173,6 +173,18 @@ void keep_sound(TrackEstimate& estimate, double dt_s) noexcept {
   if (dt_s < 0.0 || is_wide(estimate)) keep_positive(estimate);
 }
 
+void write_estimate(const TrackEstimate& estimate, TrackTable& t, std::size_t i) noexcept {
+  const MotionState& mean = estimate.mean;
+  t.x_m[i] = mean.x_m;
+  t.y_m[i] = mean.y_m;
+  t.speed_mps[i] = mean.speed_mps;
+  t.course_rad[i] = mean.course_rad;
+  t.yaw_rate_rps[i] = mean.yaw_rate_rps;
+  int32_t entry = 0;
+  for (int32_t r = 0; r < kTrackStateSize; ++r)
+    for (int32_t c = 0; c <= r; ++c) t.covariance[entry++][i] = estimate.covariance[r][c];
+}
+
 bool is_sound(const TrackEstimate& estimate) noexcept {
   const MotionState& m = estimate.mean;
   bool sound = std::fabs(m.x_m) <= 1e12 && std::fabs(m.y_m) <= 1e12 && std::fabs(m.speed_mps) <= kMaxSpeed_mps &&

@@ -45,6 +45,9 @@ void turn_round(TrackEstimate& estimate) noexcept;
 // After a prediction by dt_s that is not one of predict(): keeps P positive definite in spite of rounding.
 void keep_sound(TrackEstimate& estimate, double dt_s) noexcept;
 
+// Writes the mean and the covariance to row i of a table.
+void write_estimate(const TrackEstimate& estimate, TrackTable& t, std::size_t i) noexcept;
+
 // Finite and within what a car can do (|v| <= 1000 m/s, |omega| <= 100 rad/s, positive variances).
 bool is_sound(const TrackEstimate& estimate) noexcept;
 

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/overtake.h"
+#include "tools/client/config.h"
 #include "tools/client/result_files.h"
 
 namespace overtake::cli {

@@ -1,0 +1,200 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the tracker of preset `best` tells a planner of each track.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "core/math.h"
+#include "tests/support/lane_bench.h"
+
+namespace {
+
+using namespace overtake;
+using test::kFrame_s, test::LaneBench, test::ns_of, test::seen_car;
+
+}  // namespace
+
+TEST_CASE("lane tracker: the existence probability is that of the score, also of a car that is lost") {
+  LaneBench bench;
+  const auto existence = [&](int64_t later_ns = 0) {
+    bench.publish_at(bench.input.stamp_ns + later_ns);
+    REQUIRE(bench.told.count == 1);
+    return bench.told.existence[0];
+  };
+  double before = 0;
+  for (int32_t k = 0; k < 20; ++k) {
+    bench.ego_at(50 * kFrame_s * k - 30);
+    bench.step(k, {seen_car(50 * kFrame_s * k, 0, k)});
+    CHECK(existence() >= before);
+    CHECK(existence() == doctest::Approx(1.0 / (1.0 + std::exp(-bench.state().score))).epsilon(1e-14));
+    if (!bench.is_confirmed()) CHECK(existence() < 0.983);  // confirm_score
+    before = existence();
+  }
+  CHECK(before == doctest::Approx(0.99966465).epsilon(1e-8));  // most_score
+  CHECK(existence(500'000'000) == before);                     // a prediction sees nothing
+  double when_lost = 1;
+  for (int32_t k = 20; k < 60; ++k) {
+    bench.ego_at(50 * kFrame_s * k - 30);
+    bench.step(k, {});
+    CHECK(existence() <= before);
+    before = existence();
+    if (when_lost == 1 && !bench.is_confirmed()) when_lost = before;
+  }
+  CHECK(bench.rows.state[0] == int32_t(TrackState::kTentative));  // and it is still there
+  CHECK(when_lost <= 0.5);
+  CHECK(before < 0.01);
+
+  LaneBench low;
+  for (int32_t k = 0; k < 3; ++k) {
+    low.ego_at(50 * kFrame_s * k - 30);
+    Measurement z = seen_car(50 * kFrame_s * k, 0, k);
+    z.height_m = 0.1;
+    low.step(k, {z});
+  }
+  low.publish_at(low.input.stamp_ns);
+  REQUIRE(low.told.count == 1);
+  CHECK(low.told.existence[0] < 0.2);
+}
+
+TEST_CASE("lane tracker: the class is that of most of the detections, and can change") {
+  LaneBench bench;
+  int32_t frame = 0;
+  const auto class_after = [&](int32_t frames, ObjectClass seen, bool pushed = false) {
+    for (const int32_t end = frame + frames; frame < end; ++frame) {
+      bench.ego_at(50 * kFrame_s * frame - 30);
+      Measurement z = seen_car(50 * kFrame_s * frame, 0, frame);
+      z.object_class = int32_t(seen), z.debris = seen == ObjectClass::kDebris;
+      if (pushed) z.height_m = kNotMeasured;
+      bench.step(frame, {z});
+    }
+    bench.publish_at(bench.input.stamp_ns);
+    REQUIRE(bench.told.count == 1);
+    return ObjectClass(bench.told.object_class[0]);
+  };
+  CHECK(class_after(8, ObjectClass::kUnknown, true) == ObjectClass::kUnknown);
+  CHECK(class_after(1, ObjectClass::kCar) == ObjectClass::kCar);
+  CHECK(class_after(40, ObjectClass::kCar) == ObjectClass::kCar);
+  CHECK(class_after(20, ObjectClass::kUnknown) == ObjectClass::kCar);
+  CHECK(class_after(9, ObjectClass::kDebris) == ObjectClass::kCar);  // partly hidden
+  CHECK(class_after(1, ObjectClass::kDebris) == ObjectClass::kUnknown);
+  CHECK(class_after(1, ObjectClass::kDebris) == ObjectClass::kDebris);
+  CHECK(class_after(40, ObjectClass::kDebris) == ObjectClass::kDebris);
+  CHECK(class_after(11, ObjectClass::kCar) == ObjectClass::kCar);
+}
+
+TEST_CASE("lane tracker: the visibility tells why a car has no detection, and the time how long") {
+  // Of a car `ahead_m` ahead of the ego vehicle, in the given frame after its last detection.
+  struct Told {
+    Visibility visibility;
+    double unseen_s;
+    bool coasting;
+  };
+  const auto told = [](int32_t frames, double ahead_m, bool behind_another = false, bool in_view = true) {
+    LaneBench bench;
+    const double front_m = ahead_m - 15;
+    for (int32_t k = 0; k < 20 + frames; ++k) {
+      const double x_m = 50 * kFrame_s * k;
+      bench.ego_at(x_m - ahead_m);
+      const ObservedSector left = {x_m - ahead_m, 0, 3.0, 0.3, 0, 300};
+      if (!in_view && k >= 20) bench.input.sectors = &left, bench.input.sector_count = 1;
+      std::vector<Measurement> seen;
+      if (k < 20) seen.push_back(seen_car(x_m, 0, k));
+      if (behind_another) seen.push_back(seen_car(x_m - ahead_m + front_m, 0, k));
+      bench.step(k, seen);
+    }
+    bench.publish_at(bench.input.stamp_ns);
+    REQUIRE(bench.rows.count == 1 + int32_t(behind_another));
+    const std::size_t row = behind_another;  // the nearer car's track is the first
+    return Told{Visibility(bench.told.visibility[row]), bench.told.unseen_s[row],
+                (bench.published.flags[row] & kTrackCoasting) != 0};
+  };
+  const Told seen = told(0, 40);
+  CHECK(seen.visibility == Visibility::kSeen);
+  CHECK(seen.unseen_s == 0);
+  CHECK_FALSE(seen.coasting);
+  const Told missed = told(4, 40);
+  CHECK(missed.visibility == Visibility::kMissed);
+  CHECK(missed.unseen_s == doctest::Approx(0.2));
+  CHECK(missed.coasting);
+  CHECK(told(4, 40, true).visibility == Visibility::kHidden);
+  CHECK(told(0, 40, true).visibility == Visibility::kSeen);
+  CHECK(told(4, -30).visibility == Visibility::kOwnShadow);
+  CHECK(told(4, -8).visibility == Visibility::kMissed);
+  CHECK(told(4, 40, false, false).visibility == Visibility::kOutside);
+  CHECK(told(30, 40, false, false).unseen_s == doctest::Approx(1.5));
+
+  LaneBench bench;
+  bench.follow(10);
+  bench.publish_at(bench.input.stamp_ns + 700'000'000);
+  CHECK(bench.told.unseen_s[0] == doctest::Approx(0.7));
+  bench.publish_at(bench.input.stamp_ns - 700'000'000);
+  CHECK(bench.told.unseen_s[0] == 0);
+}
+
+TEST_CASE("lane tracker: a track that goes on for another one has its visibility") {
+  LaneBench bench;
+  bench.follow(40);
+  for (int32_t k = 40; k < 60; ++k) {  // lost, then found 8 m farther back
+    bench.ego_at(50 * kFrame_s * k - 30);
+    const Measurement z = seen_car(50 * kFrame_s * k - 8, 0, k);
+    bench.step(k, k < 50 ? std::vector<Measurement>{} : std::vector{z});
+  }
+  REQUIRE(bench.rows.count == 1);
+  REQUIRE(bench.tracker->counts().joined == 1);
+  bench.publish_at(bench.input.stamp_ns);
+  CHECK(Visibility(bench.told.visibility[0]) == Visibility::kSeen);
+  CHECK(ObjectClass(bench.told.object_class[0]) == ObjectClass::kCar);
+
+  // Two parts of one car come together, and the elder's part is not seen any more.
+  LaneBench parts;
+  for (int32_t k = 0; k < 60 && (k < 40 || parts.rows.count == 2); ++k) {
+    const double x_m = 50 * kFrame_s * k;
+    parts.ego_at(x_m - 30);
+    std::vector<Measurement> seen;
+    if (k < 40) seen.push_back(seen_car(x_m, 0, k));
+    if (k > 0) seen.push_back(seen_car(x_m - 6.0 + 0.1 * std::max(0, k - 15), 0, k));
+    parts.step(k, seen);
+    if (k == 39) REQUIRE(parts.confirmed() == 2);
+  }
+  REQUIRE(parts.rows.count == 1);
+  CHECK(parts.state().unseen_s > 0);  // of the elder
+  parts.publish_at(parts.input.stamp_ns);
+  CHECK((parts.published.flags[0] & kTrackCoasting) == 0);
+  CHECK(Visibility(parts.told.visibility[0]) == Visibility::kSeen);
+}
+
+TEST_CASE("lane tracker: the deviation of the heading is that of its source") {
+  LaneBench bench;
+  const auto sigma = [&](double later_s = 0) {
+    bench.publish_at(bench.input.stamp_ns + int64_t(later_s * 1e9));
+    REQUIRE(bench.told.count == 1);
+    return bench.told.heading_sigma_rad[0];
+  };
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> noise(0.0, 0.1);
+  double sum_d2 = 0;
+  for (int32_t k = 0; k < 120; ++k) {
+    bench.ego_at(30 * kFrame_s * k - 20);
+    Measurement z = seen_car(30 * kFrame_s * k, 0, k);
+    const double heading = 2.0 * kFrame_s * (k - 20);
+    if (k >= 20) z.heading_rad = wrap_angle(heading + std::clamp(noise(random), -0.2, 0.2)), z.free_heading = 1;
+    bench.step(k, {z});
+    if (k < 20) {  // the course, and the slip
+      const double course_var = bench.rows.covariance[9][0];
+      CHECK(sigma() == doctest::Approx(std::sqrt(course_var + 0.05 * 0.05)));
+    } else if (k >= 30) {
+      const double off = wrap_angle(bench.rows.heading_rad[0] - heading) / sigma();
+      sum_d2 += off * off;
+      CHECK(sigma() < 0.1);  // of one measurement
+      CHECK(sigma(0.2) > 1.5 * sigma());
+    }
+  }
+  CHECK(sum_d2 / 90 > 0.3);
+  CHECK(sum_d2 / 90 < 2.0);
+  const double later = sigma(1.0);  // the course again
+  CHECK(later == doctest::Approx(std::sqrt(bench.published.covariance[9][0] + 0.05 * 0.05)));
+}
