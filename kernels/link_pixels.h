@@ -9,9 +9,9 @@
 
 namespace overtake {
 
-// beta > threshold, of two pixels and the angle between their beams. The denominator d1 - d2 cos alpha of eq. 2 is never
-// negative, so the tangents compare as the angles do. Equal ranges with no angle between the beams (two layers at one
-// elevation) give no link: 0 > 0 is false. V: float, or a vector of floats.
+// beta > threshold, of two pixels and the angle between their beams. The denominator d1 - d2 cos alpha of eq. 2 is
+// never negative, so the tangents compare as the angles do. Equal ranges with no angle between the beams (two layers at
+// one elevation) give no link: 0 > 0 is false. V: float, or a vector of floats.
 template <class V>
 OVT_INLINE auto pixels_join(V range_a_m, V range_b_m, V sin_alpha, V cos_alpha, V tan_threshold) {
   const V d1 = max_of(range_a_m, range_b_m), d2 = min_of(range_a_m, range_b_m);
