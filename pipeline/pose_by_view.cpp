@@ -30,7 +30,8 @@ Posed pose_at(const CarSize& size, const float* sensor_m, float c, float s, cons
 constexpr double kNear_m = 0.055;          // at the sensor, along and across
 constexpr double kAlongOfRange = 0.0028;   // of the range: the end that is seen
 constexpr double kAcrossOfRange = 0.0016;  // of the range
-constexpr double kAlongOfUnseen = 0.23;    // of the length that is not seen
+constexpr double kAlongOfUnseen = 0.23;    // of the length that is not seen,
+constexpr double kMostOfUnseen_m = 0.55;   // at most: what is seen of a distant car is mostly its middle
 constexpr double kAcrossOfUnseen = 0.18;   // of the width: mostly a part is missing on both sides
 constexpr double kFewPoints_m2 = 0.32;     // variance over the number of points
 constexpr double kFreeHeading_m = 0.25;    // at psi_VAR, which has an error of its own
@@ -41,12 +42,12 @@ struct Covariance {
 };
 Covariance find_covariance(const Posed& pose, bool from_var, int32_t points, double angle_sigma_rad) {
   const double c = double(pose.c), s = double(pose.s), x_m = double(pose.x_m), y_m = double(pose.y_m);
-  const double unseen_1 = double(pose.car.unseen_1), unseen_2 = double(pose.car.unseen_2);
+  const double unseen_1 = std::min(kAlongOfUnseen * double(pose.car.unseen_1), kMostOfUnseen_m);
+  const double unseen_2 = double(pose.car.unseen_2);
   const double range2 = x_m * x_m + y_m * y_m;
   const double least = kNear_m * kNear_m + (from_var ? kFreeHeading_m * kFreeHeading_m : 0.0);
   const double few = kFewPoints_m2 / double(std::max(points, 1));
-  const double along =
-      least + kAlongOfRange * kAlongOfRange * range2 + kAlongOfUnseen * kAlongOfUnseen * unseen_1 * unseen_1 + few;
+  const double along = least + kAlongOfRange * kAlongOfRange * range2 + unseen_1 * unseen_1 + few;
   const double across = least + kAcrossOfRange * kAcrossOfRange * range2 +
                         kAcrossOfUnseen * kAcrossOfUnseen * unseen_2 * unseen_2 +
                         kAcrossOfUnseen * kAcrossOfUnseen * few;

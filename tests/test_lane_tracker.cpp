@@ -356,3 +356,19 @@ TEST_CASE("lane tracker: any input leaves finite tracks") {
   }
   CHECK(bench.tracker->counts().hits > 1000);
 }
+
+TEST_CASE("lane tracker: the error of a car seen in part lasts near the ego vehicle, so its detection counts less") {
+  const auto variance_at = [](double x_m, double var) {
+    LaneBench bench;
+    Measurement z = seen_car(x_m, 0, 0);
+    z.var_x = z.var_y = var;
+    bench.step(0, {z});
+    return bench.state().estimate.covariance[0][0];
+  };
+  const double share = LaneTrackerParams{}.part_share;
+  CHECK(variance_at(20, 0.25) == doctest::Approx(0.25 * (1 + share)));
+  CHECK(variance_at(-50, 0.25) == doctest::Approx(0.25 * (1 + share)));
+  CHECK(variance_at(100, 0.25) == doctest::Approx(0.25 * (1 + 0.25 * share)));
+  CHECK(variance_at(20, 0.025) == doctest::Approx(0.025 * (1 + 0.1 * share)));
+  CHECK(variance_at(20, 2.5) == doctest::Approx(2.5 * (1 + share)));
+}

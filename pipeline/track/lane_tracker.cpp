@@ -20,6 +20,7 @@ constexpr double kStandSigmas = 0.25;  // share of stand_mps^2: variance of a sp
 constexpr double kStand_s = 0.5;       // time constant of coming to rest
 constexpr double kUnseen_s = 0.2;      // after this without a detection its speed is uncertain
 constexpr double kPart_m2 = 0.5;       // variance of a detection whose error lasts for sure
+constexpr double kLasting_m = 50.0;    // farther away, the parts of a car that are seen change with every frame
 constexpr double kLagKeep = 0.8;       // share of the lag that an iteration keeps
 constexpr double kManoeuvre_s = 0.3;   // the noise of a manoeuvre goes on for so long after the last sign of it
 constexpr double kFreeSpeedNoise = 10.0, kFreeCourseNoise = 0.05;  // (m/s)^2 and rad^2 per second, without a map
@@ -173,7 +174,9 @@ LanePolicy::Estimate LanePolicy::estimate(const State& s, double dt_s, const Ahe
 Measurement LanePolicy::with_lasting_error(const Measurement& z) const noexcept {
   Measurement r = z;
   if (!std::isfinite(z.height_m)) return r;  // a pushed row: nothing is known of it
-  const double scale = 1.0 + lane_.part_share * std::min((z.var_x + z.var_y) / kPart_m2, 1.0);
+  const double dx = z.x_m - ego_x_m_, dy = z.y_m - ego_y_m_;
+  const double near = std::min(kLasting_m * kLasting_m / std::max(dx * dx + dy * dy, 1.0), 1.0);
+  const double scale = 1.0 + lane_.part_share * near * std::min((z.var_x + z.var_y) / kPart_m2, 1.0);
   r.var_x *= scale, r.var_y *= scale, r.cov_xy *= scale;
   return r;
 }
@@ -187,6 +190,7 @@ bool LanePolicy::cost(const Estimate& e, const Measurement& z, double& cost) con
 
 // The tracks at the iteration's stamp, and as the ego vehicle sees them.
 void LanePolicy::look_round(const TrackView<State>& tracks, const Iteration& it) noexcept {
+  ego_x_m_ = it.ego.x_m, ego_y_m_ = it.ego.y_m;
   for (int32_t slot = 0; slot < tracks.slot_count; ++slot) {
     if (!tracks.head[slot].alive) continue;
     const MotionState& m = tracks.state[slot].estimate.mean;

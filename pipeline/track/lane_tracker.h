@@ -110,6 +110,7 @@ class LanePolicy {
   Place* unclaimed_ = nullptr;
   int32_t unclaimed_count_ = 0;
   int32_t asks_map_ = 0;
+  double ego_x_m_ = 0, ego_y_m_ = 0;
 };
 
 // The parameters that LanePolicy reads, as FrameRule::params.
