@@ -8,10 +8,12 @@
 #include <random>
 
 #include "core/math.h"
+#include "tests/support/covariance_steps.h"
 
 namespace {
 
 using namespace overtake;
+using overtake::test::is_positive_definite;
 
 constexpr int kN = kTrackStateSize;
 
@@ -33,27 +35,6 @@ TrackEstimate make_estimate(std::mt19937_64& random) {
     for (int c = 0; c < kN; ++c)
       for (int k = 0; k < kN; ++k) e.covariance[r][c] += scale[r] * scale[c] * (a[r][k] * a[c][k] + 0.1 * (r == c));
   return e;
-}
-
-// Cholesky: whether the matrix is positive definite. With more digits than the filter, so that rounding does not
-// decide.
-bool is_positive_definite(const TrackEstimate& e) {
-  long double l[kN][kN] = {};
-  for (int r = 0; r < kN; ++r)
-    for (int c = 0; c <= r; ++c) {
-      long double sum = e.covariance[r][c];
-      for (int k = 0; k < c; ++k) sum -= l[r][k] * l[c][k];
-      if (r == c && !(sum > 0)) return false;
-      l[r][c] = r == c ? std::sqrt(sum) : sum / l[c][c];
-    }
-  return true;
-}
-
-bool is_symmetric(const TrackEstimate& e) {
-  for (int r = 0; r < kN; ++r)
-    for (int c = 0; c < r; ++c)
-      if (e.covariance[r][c] != e.covariance[c][r]) return false;
-  return true;
 }
 
 double largest_difference(const TrackEstimate& a, const TrackEstimate& b) {
@@ -221,71 +202,30 @@ TEST_CASE("track filter: a measurement whose S is not positive definite changes 
   CHECK(largest_difference(e, zero) == 0);
 }
 
-// Predictions by any time forwards and backwards, updates of any accepted accuracy, with and without noise.
 namespace {
-void run_random_steps(int32_t steps) {
-  std::mt19937_64 random(27);
-  // Variances of the measurements and factors of the noise: first those of car sensors, then all allowed ones.
-  const struct {
-    double least, most, noise;
-  } worlds[] = {{-2, 1, 1}, {-4, 2, 1}, {-8, 4, 1}, {-12, 12, 1}, {-12, -6, 1}, {-4, 2, 1e-3}, {-12, 12, 0}};
-  TrackEstimate e;
-  int32_t updates = 0, backward = 0, unsound = 0, in_world = 0;
-  const auto* world = worlds;
-  ProcessNoise noise;
-  for (int32_t n = 0; n < steps; ++n) {
-    if (in_world-- == 0) {
-      in_world = 2000;
-      world = &worlds[random() % std::size(worlds)];
-      noise = make_paper_noise();
-      for (double& variance : noise.variance_per_s) variance *= world->noise;
-      e = TrackEstimate{};
-      e.mean = {0, 0, uniform(random, 0, 80), uniform(random, -3, 3), uniform(random, -0.3, 0.3)};
-      const double born[kN] = {5, 5, 400, random() % 2 ? 0.04 : kPi * kPi, 0.01};
-      for (int i = 0; i < kN; ++i) e.covariance[i][i] = born[i];
-    }
-    const double kind = uniform(random, 0, 1);
-    const double dt = kind < 0.3    ? uniform(random, -0.5, 0)
-                      : kind < 0.35 ? uniform(random, 0, 4)
-                      : kind < 0.36 ? uniform(random, 0, 60)
-                                    : uniform(random, 0, 0.06);
-    backward += dt < 0;
-    predict(e, noise, dt);
-    CAPTURE(n);
-    REQUIRE(is_symmetric(e));
-    REQUIRE(is_positive_definite(e));
-    if (random() % 3) {
-      const double var_x = std::pow(10.0, uniform(random, world->least, world->most));
-      const double var_y = random() % 2 ? var_x : std::pow(10.0, uniform(random, world->least, world->most));
-      const double reach_x = std::sqrt(var_x + e.covariance[0][0]), reach_y = std::sqrt(var_y + e.covariance[1][1]);
-      const Measurement z = {e.mean.x_m + reach_x * uniform(random, -2, 2),
-                             e.mean.y_m + reach_y * uniform(random, -2, 2), var_x, var_y,
-                             uniform(random, -0.99, 0.99) * std::sqrt(var_x * var_y)};
-      Innovation innovation;
-      if (innovate(e, z, &innovation) && innovation.d2 <= 9.21) updates += update(e, z);
-      REQUIRE(is_symmetric(e));
-      REQUIRE(is_positive_definite(e));
-      REQUIRE(e.mean.speed_mps >= 0);
-    }
-    REQUIRE(std::fabs(e.mean.course_rad) <= kPi);
-    if (is_sound(e)) continue;
-    REQUIRE((e.mean.speed_mps > 1000 || std::fabs(e.mean.yaw_rate_rps) > 100));  // finite, but no car moves so
-    ++unsound;
-    in_world = 0;
+
+// The filter of `paper`: updates of any accepted accuracy, with and without process noise.
+class CvtrSteps {
+ public:
+  void draw_world(std::mt19937_64&, double noise) {
+    noise_ = make_paper_noise();
+    for (double& variance : noise_.variance_per_s) variance *= noise;
   }
-  CHECK(updates > steps / 4);
-  CHECK(backward > steps / 4);
-  CHECK(unsound < steps / 1000);
-}
+  void predict(TrackEstimate& e, std::mt19937_64&, double dt_s) const { overtake::predict(e, noise_, dt_s); }
+
+ private:
+  ProcessNoise noise_;
+};
+
 }  // namespace
 
 TEST_CASE("track filter: covariance stays symmetric and positive definite over 100,000 random steps") {
-  run_random_steps(100'000);
+  test::run_random_steps(CvtrSteps{}, 100'000);
 }
 
 TEST_SUITE("long") {
   TEST_CASE("track filter: covariance stays symmetric and positive definite over ten million random steps") {
-    run_random_steps(10'000'000);
+    test::run_random_steps(CvtrSteps{}, 10'000'000);
   }
 }
 

@@ -9,6 +9,8 @@
 namespace overtake {
 namespace {
 
+constexpr double kLeastNoise = 1e-9;  // share of the yaw rate's variance
+
 // Of the yaw rate: next = kappa v + (omega - kappa v) decay; mean over the step = kappa v + (omega - kappa v) mean.
 // decay is e^(-h), h = dt / tau, to 4 % of 1 - decay for h up to 0.5.
 struct Pull {
@@ -78,7 +80,8 @@ void predict_on_lane(TrackEstimate& estimate, const LanePull& lane, const Course
   }
   for (int r = 1; r < kTrackStateSize; ++r)
     for (int c = 0; c < r; ++c) p[r][c] = p[c][r] = 0.5 * (p[r][c] + p[c][r]);
-  keep_sound(estimate, dt_s);
+  // Without noise, the pull makes the yaw rate a function of the speed, and many steps lose digits: P becomes singular.
+  keep_sound(estimate, dt_s < 0.0 || noise.yaw_rate * dt_s < kLeastNoise * p[4][4]);
 }
 
 }  // namespace overtake

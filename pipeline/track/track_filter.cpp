@@ -169,8 +169,8 @@ void turn_round(TrackEstimate& estimate) noexcept {
   }
 }
 
-void keep_sound(TrackEstimate& estimate, double dt_s) noexcept {
-  if (dt_s < 0.0 || is_wide(estimate)) keep_positive(estimate);
+void keep_sound(TrackEstimate& estimate, bool adds_little) noexcept {
+  if (adds_little || is_wide(estimate)) keep_positive(estimate);
 }
 
 void write_estimate(const TrackEstimate& estimate, TrackTable& t, std::size_t i) noexcept {

@@ -42,8 +42,9 @@ bool update(TrackEstimate& estimate, const Measurement& z) noexcept;
 // signs of v's row and column to match.
 void turn_round(TrackEstimate& estimate) noexcept;
 
-// After a prediction by dt_s that is not one of predict(): keeps P positive definite in spite of rounding.
-void keep_sound(TrackEstimate& estimate, double dt_s) noexcept;
+// After a prediction that is not one of predict(): keeps P positive definite in spite of rounding. `adds_little`: the
+// prediction added so little noise that rounding may remove more.
+void keep_sound(TrackEstimate& estimate, bool adds_little) noexcept;
 
 // Writes the mean and the covariance to row i of a table.
 void write_estimate(const TrackEstimate& estimate, TrackTable& t, std::size_t i) noexcept;
