@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/math.h"
+#include "tests/support/circle_road.h"
 #include "tests/support/tracker_bench.h"
 
 namespace overtake::test {
@@ -57,6 +58,36 @@ inline std::vector<TestFrame> make_frames(uint64_t seed, int32_t cars, double se
         f.car.push_back(-1);
       }
       if (random() % 8 == 0) f.detections.push_back({kNan, 0}), f.car.push_back(-1);
+      frames.push_back(std::move(f));
+    }
+  return frames;
+}
+
+// Cars at different speeds on a ring, each hidden for 1.4 s every few seconds, some detections in two parts; the ego
+// vehicle drives among them.
+inline std::vector<TestFrame> make_ring_frames(uint64_t seed, const CircleRoad& ring, double seconds) {
+  std::mt19937_64 random(seed);
+  std::vector<TestFrame> frames;
+  double start_m[5], speed_mps[5];
+  for (int c = 0; c < 5; ++c)
+    start_m[c] = 30.0 * c - 60 + uniform(random, -8, 8), speed_mps[c] = uniform(random, 36, 44);
+  for (const int64_t period_ns : {to_ns(0.05), to_ns(0.071)})
+    for (int64_t stamp_ns = 0; stamp_ns < to_ns(seconds); stamp_ns += period_ns) {
+      const double t_s = double(stamp_ns) * 1e-9;
+      const overtake::EgoPose ego = ring.pose_at(40 * t_s, 0);
+      TestFrame f;
+      f.stamp_ns = stamp_ns;
+      f.ego = {true, ego.x_m, ego.y_m, ego.yaw_rad, 40};
+      for (int c = 0; c < 5; ++c) {
+        if (std::fmod(t_s + 0.9 * c, 4.0) > 2.6) continue;
+        for (int parts = random() % 6 == 0 ? 2 : 1; parts > 0; --parts) {
+          const double along = uniform(random, -1, 1) + (parts == 2 ? 2.6 : 0.0);
+          const overtake::EgoPose at = ring.pose_at(start_m[c] + speed_mps[c] * t_s + along, uniform(random, 1, 2));
+          f.detections.push_back({at.x_m, at.y_m, at.yaw_rad, uniform(random, 0, 0.03), 4.5, 1.8, 0.1, 0.1, 0, 1.0,
+                                  int32_t(random() % 2), int32_t(random() % 3 == 0), 0, 2000});
+          f.car.push_back(c);
+        }
+      }
       frames.push_back(std::move(f));
     }
   return frames;
