@@ -90,6 +90,7 @@ ovt_points points_of(const std::vector<GoldenPoint>& cloud, int32_t sensor, int6
 
 struct Counts {
   int64_t frames = 0, next_sequence = 0, holes = 0, not_finite = 0, tracks = 0, detections = 0;
+  int64_t alive = 0;  // tracks of the last frame
   uint64_t hash = 0;
 };
 
@@ -103,13 +104,15 @@ void check_frame(ovt_reader* reader, void* user) {
   }
   counts.holes += info.sequence != counts.next_sequence++;
   for (int32_t i = 0; i < t.count; ++i)
-    for (const double* c : {t.x_m, t.y_m, t.speed_mps, t.course_rad, t.covariance[0], t.covariance[14]})
-      counts.not_finite += !std::isfinite(c[i]);
+    for (const double* c : {t.x_m, t.y_m, t.speed_mps, t.course_rad, t.yaw_rate_rps, t.heading_rad, t.covariance[0],
+                            t.covariance[14], t.existence, t.unseen_s, t.heading_sigma_rad})
+      counts.not_finite += c && !std::isfinite(c[i]);  // null: a column that the preset does not have
   const FrameHash hash(reader, kSensors);
   counts.hash = (counts.hash ^ hash.value()) * 0x9e3779b97f4a7c15u;
   counts.hash ^= counts.hash >> 29;
   ++counts.frames;
   counts.tracks += t.count;
+  counts.alive = t.count;
   counts.detections += info.detection_count;
 }
 
@@ -168,6 +171,9 @@ class Story {
     require(stats.frames == counts.frames && counts.holes == 0, "frames are missing or out of order");
     require(stats.exceptions == 0, "exceptions were caught");
     require(counts.not_finite == 0, "a track's number is not finite");
+    const int64_t alive = stats.tracks_born - stats.tracks_missed - stats.tracks_silent - stats.tracks_displaced -
+                          stats.tracks_unsound - stats.tracks_forgotten - stats.tracks_joined;
+    require(alive >= counts.alive && alive <= def_.track_capacity, "the tracks do not add up");
     require(counts.tracks > counts.frames / 10 && counts.detections > counts.frames / 10, "hardly a track: no story");
     require(rss_most - rss_start < 2048, "resident memory grew");
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
