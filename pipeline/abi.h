@@ -23,6 +23,8 @@ inline constexpr size_t kFirstSize<ovt_frame_info> = offsetof(ovt_frame_info, re
 template <>
 inline constexpr size_t kFirstSize<ovt_tracks> = offsetof(ovt_tracks, flags);
 template <>
+inline constexpr size_t kFirstSize<ovt_external_detections> = offsetof(ovt_external_detections, length_m);
+template <>
 inline constexpr size_t kFirstSize<ovt_stats> = offsetof(ovt_stats, in_flight);
 
 template <class T>

@@ -158,6 +158,9 @@ ovt_status Detector::push_detections(const ovt_external_detections& in) {
   copy(in.var_x, rows.var_x);
   copy(in.var_y, rows.var_y);
   copy(in.cov_xy, rows.cov_xy);
+  copy(in.length_m, rows.length_m);
+  copy(in.width_m, rows.width_m);
+  copy(in.height_m, rows.height_m);
   scan.stamp_ns = in.stamp_ns;
   scan.ticket = tickets_.fetch_add(1, std::memory_order_relaxed);
   scan.reference = in.reference;

@@ -271,8 +271,8 @@ ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose) {
 
 ovt_status ovt_push_detections(ovt_detector* detector, const ovt_external_detections* detections) {
   if (!detector || !detections) return OVT_BAD_ARGUMENT;
-  if (!is_known_size<ovt_external_detections>(detections->struct_size)) return OVT_BAD_VERSION;
-  const ovt_external_detections& d = *detections;
+  ovt_external_detections d{};
+  if (!take(*detections, d)) return OVT_BAD_VERSION;
   if (d.count < 0 || (d.count > 0 && (!d.x_m || !d.y_m))) return OVT_BAD_ARGUMENT;
   if (d.reference != OVT_REFERENCE_VEHICLE && d.reference != OVT_REFERENCE_MAP) return OVT_BAD_ARGUMENT;
   if ((d.var_x == nullptr) != (d.var_y == nullptr)) return OVT_BAD_ARGUMENT;

@@ -462,7 +462,7 @@ typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } 
 
 /* Detections of another detector (radar, neural network), all with one stamp: one iteration of the tracker, in the
  * order of stamps with the frames. They close the open frame, so push them after the scans of the same time. Columns of
- * `count`; heading and covariance may be null, or NaN per row; without cov_xy the variances are independent. Rows that
+ * `count`; all but x and y may be null, or NaN per row; without cov_xy the variances are independent. Rows that
  * still wait from an earlier push follow the push policy. More than candidate_capacity rows: OVT_TOO_MANY,
  * external_dropped. While a sensor delivers good stamps, detections never move the clock. If they are ahead of the
  * sensors by more than frame.tolerance_s plus frame.period_s, they are held until the sensors come near them. They are
@@ -474,6 +474,8 @@ typedef struct ovt_external_detections {
   int32_t count;
   int32_t reference;                 /* ovt_reference of x, y, heading and covariance */
   const double *x_m, *y_m, *heading_rad, *var_x, *var_y, *cov_xy;
+  /* Of the object's box: along and across its heading, and upwards from the road. */
+  const double *length_m, *width_m, *height_m;
 } ovt_external_detections;
 OVT_API ovt_status ovt_external_detections_init(ovt_external_detections* detections, size_t struct_size);
 OVT_API ovt_status ovt_push_detections(ovt_detector* detector, const ovt_external_detections* detections);

@@ -93,6 +93,11 @@ expect "track" "$overtake" track detections.csv --out track
 [[ $(awk -F, 'NR > 1 { print $2 }' track/tracks.csv | sort -u | wc -l) == 1 ]] || fail "a straight drive is not one track"
 awk -F, '$4 == 29 && ($7 < 38 || $7 > 42) { exit 1 }' track/tracks.csv || fail "2 m each 50 ms is not about 40 m/s"
 awk -F, 'NR > 1 && $15 $16 != "" { exit 1 }' track/tracks.csv || fail "track knows no ego pose, and says how far ahead a car is"
+{ echo stamp_ns,x_m,y_m,heading_rad,length_m,width_m,height_m
+  for i in {0..29}; do echo "$((i * 50000000)),$((i * 2)),5,0,4.6,1.9,$([[ $i == 5 ]] || echo 1.2)"; done; } >boxes.csv
+expect "track with boxes" "$overtake" track boxes.csv --out track_boxes
+cmp -s <(cut -d, -f1-14 track/tracks.csv | head -n 31) <(cut -d, -f1-14 track_boxes/tracks.csv) ||
+  fail "boxes change where a car is: $(tail -n 1 track_boxes/tracks.csv)"
 { echo stamp_ns,x_m,y_m,yaw_rad,speed_mps; for i in {-5..160}; do echo "$((i * 10000000)),$((i * 1)),1,0,100"; done; } >straight.csv
 expect "track with ego poses" "$overtake" track detections.csv --ego straight.csv --out track_ego
 awk -F, 'NR > 1 && $4 == 29 && ($15 + 145 - $5) ^ 2 + ($16 + 1 - $6) ^ 2 > 0.01 { exit 1 }' track_ego/tracks.csv ||
@@ -187,6 +192,10 @@ refuse "--frame 99: scene has no such frame (there are 0 to 7)" inspect scene --
 refuse "lone: frame 0 has no scan of sensor 'front'" inspect lone --frame 0 --sensor front "${av21[@]}"
 refuse "back.csv:3:1: the stamp goes back" track back.csv --out out
 refuse "word.csv:2:5: y_m 'zero' is not a number" track word.csv --out out
+printf 'stamp_ns,x_m,y_m,length_m,width_m\n0,1,2,4.5,1.8\n1,1,2,4.5,-1.8\n' >narrow.csv
+printf 'stamp_ns,x_m,y_m,height_m\n0,1,2,\n1,1,2,tall\n' >tall.csv
+refuse "narrow.csv:3:11: width_m is not positive" track narrow.csv --out out
+refuse "tall.csv:3:7: height_m 'tall' is not a number" track tall.csv --out out
 refuse "no/trace.json: cannot be written: No such file or directory" run scene "${av21[@]}" --trace no/trace.json
 refuse "no.csv: no such file" track no.csv --out out
 for usage in "" "run" "run scene --rig av21" "run scene --rig av21 --out out --workers -1" "fly scene"; do

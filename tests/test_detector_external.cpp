@@ -5,6 +5,10 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -48,6 +52,58 @@ TEST_CASE("detector: pushed rows up to the def's capacity are used, more are ref
     CHECK(stats.overflow_tracks == 0);
     CHECK(small.latest.info.track_count == capacity);
   }
+}
+
+TEST_CASE("detector: tracks have the length and width of the rows that were pushed, with every method") {
+  constexpr double kNotThere = std::numeric_limits<double>::quiet_NaN();
+  for (const char* method : {"paper", "best"}) {
+    CAPTURE(method);
+    ovt_params params;
+    REQUIRE(ovt_params_init(&params, sizeof params, method) == OVT_OK);
+    Small small(0);
+    small.def.params = &params;
+    small.create();
+    ovt_reader* reader = nullptr;
+    REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
+    const double x[] = {20, 50, 80}, y[] = {0, 0, 0};
+    const double length[] = {4.6, kNotThere, 3.1}, width[] = {1.9, 1.7, kNotThere}, height[] = {1.2, 1.1, kNotThere};
+    ovt_external_detections d;
+    ovt_external_detections_init(&d, sizeof d);
+    d.count = 3, d.reference = OVT_REFERENCE_MAP;
+    d.x_m = x, d.y_m = y;
+    for (const bool sized : {true, false}) {
+      d.length_m = sized ? length : nullptr, d.width_m = sized ? width : nullptr, d.height_m = sized ? height : nullptr;
+      d.stamp_ns += 50 * kMs;
+      REQUIRE(ovt_push_detections(small.detector, &d) == OVT_OK);
+      ovt_tracks t;
+      REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
+      REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
+      REQUIRE(t.count == 3);
+      for (int32_t i = 0; i < 3; ++i) {  // the second push has none: those of the first stay
+        CHECK(t.length_m[i] == (length[i] > 0 ? length[i] : 0));
+        CHECK(t.width_m[i] == (width[i] > 0 ? width[i] : 0));
+      }
+    }
+    ovt_destroy_reader(reader);
+  }
+}
+
+TEST_CASE("detector: an older caller's pushed rows end before the length, which is not read") {
+  Small small(0);
+  small.create();
+  const double place[] = {30};
+  ovt_external_detections d;
+  constexpr std::size_t kOlder = offsetof(ovt_external_detections, length_m);
+  std::memset(static_cast<void*>(&d), 0x5a, sizeof d);
+  CHECK(ovt_external_detections_init(&d, kOlder - 8) == OVT_BAD_VERSION);
+  REQUIRE(ovt_external_detections_init(&d, kOlder) == OVT_OK);
+  CHECK(d.struct_size == kOlder);
+  CHECK(reinterpret_cast<std::uintptr_t>(d.length_m) == 0x5a5a5a5a5a5a5a5a);
+  d.count = 1, d.x_m = d.y_m = place, d.reference = OVT_REFERENCE_MAP;
+  CHECK(ovt_push_detections(small.detector, &d) == OVT_OK);
+  CHECK(small.stats().measurements_used == 1);
+  d.struct_size = sizeof d + 8;
+  CHECK(ovt_push_detections(small.detector, &d) == OVT_BAD_VERSION);
 }
 
 TEST_CASE("detector: a late frame in dense clutter meets the work limit: flagged, counted, tracks unchanged") {

@@ -38,8 +38,24 @@ TEST_CASE("lane tracker: a car is confirmed at its third hit, a low, sparse or n
   CHECK(confirmed_at([](Measurement& z) { z.points = 1; }) == 0);
   CHECK(confirmed_at([](Measurement& z) { z.object_class = 0, z.width_m = 0.4, z.points = 5; }) == 0);
   CHECK(confirmed_at([](Measurement& z) { z.object_class = 0; }) > 3);  // not surely a car: later
-  // Pushed rows have no features.
-  CHECK(confirmed_at([](Measurement& z) { z.height_m = kNotMeasured, z.object_class = 0, z.points = 0; }) == 3);
+  // Pushed rows have no features, with or without a height.
+  for (const double height_m : {kNotMeasured, 1.1})
+    CHECK(confirmed_at([height_m](Measurement& z) {
+            z.height_m = height_m, z.object_class = 0, z.points = 0, z.view = -1, z.width_m = 0.4;
+          }) == 3);
+}
+
+TEST_CASE("lane tracker: the height of a pushed row does not make it a cluster, whose error lasts and may be clutter") {
+  const auto variance_of = [](int32_t points, double height_m) {
+    LaneBench bench;
+    Measurement z = seen_car(0, 0, 0);
+    z.points = points, z.height_m = height_m, z.var_x = z.var_y = 0.25;
+    bench.step(0, {z});
+    return bench.state().estimate.covariance[0][0];
+  };
+  CHECK(variance_of(0, kNotMeasured) == 0.25);
+  CHECK(variance_of(0, 1.1) == 0.25);
+  CHECK(variance_of(100, 1.1) > 0.5);
 }
 
 TEST_CASE("lane tracker: objects among many others that no car explains are confirmed later or not at all") {
@@ -54,7 +70,7 @@ TEST_CASE("lane tracker: objects among many others that no car explains are conf
         seen.push_back(seen_car(seen[0].x_m + 8 * std::cos(angle), 8 * std::sin(angle), k));
       }
       if (pushed)
-        for (Measurement& z : seen) z.height_m = kNotMeasured;
+        for (Measurement& z : seen) z.points = 0;
       bench.step(k, seen);
       for (int32_t i = 0; i < bench.rows.count; ++i)
         if (bench.is_confirmed(i)) return k + 1;

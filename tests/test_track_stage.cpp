@@ -52,6 +52,7 @@ struct Bench {
     frame.external.var_x[0] = var_x;
     frame.external.var_y[0] = var_y;
     frame.external.cov_xy[0] = cov_xy;
+    frame.external.length_m[0] = frame.external.width_m[0] = frame.external.height_m[0] = kNan;
     stage.run(frame);
   }
   void predict(int64_t stamp_ns) {
@@ -398,7 +399,8 @@ TEST_CASE("track stage: pushed detections in the vehicle frame take the correcte
     bench.frame.external.count = 1;
     bench.frame.external.x_m[0] = 50, bench.frame.external.y_m[0] = 0;
     for (double* column : {bench.frame.external.heading_rad, bench.frame.external.var_x, bench.frame.external.var_y,
-                           bench.frame.external.cov_xy})
+                           bench.frame.external.cov_xy, bench.frame.external.length_m, bench.frame.external.width_m,
+                           bench.frame.external.height_m})
       column[0] = kNan;
     bench.stage->run(bench.frame);
     const double turned = reference == OVT_REFERENCE_VEHICLE ? 50 * std::sin(1 * kDegree) : 0;

@@ -58,6 +58,10 @@ int64_t vote_of(const Measurement& z) {
          int64_t(z.object_class == int32_t(ObjectClass::kDebris));
 }
 
+// The rules for looks, lasting errors and clutter are of clusters. A pushed row has no points: its box is another
+// detector's estimate of a whole object.
+bool is_cluster(const Measurement& z) { return z.points > 0 && std::isfinite(z.height_m); }
+
 int32_t steps_of(double dt_s) {
   const double ratio = std::fabs(dt_s) / kStep_s;
   return ratio >= kMostSteps ? kMostSteps : 1 + int32_t(ratio * (1.0 - 1e-9));
@@ -173,7 +177,7 @@ LanePolicy::Estimate LanePolicy::estimate(const State& s, double dt_s, const Ahe
 // covariance.
 Measurement LanePolicy::with_lasting_error(const Measurement& z) const noexcept {
   Measurement r = z;
-  if (!std::isfinite(z.height_m)) return r;  // a pushed row: nothing is known of it
+  if (!is_cluster(z)) return r;
   const double dx = z.x_m - ego_x_m_, dy = z.y_m - ego_y_m_;
   const double near = std::min(kLasting_m * kLasting_m / std::max(dx * dx + dy * dy, 1.0), 1.0);
   const double scale = 1.0 + lane_.part_share * near * std::min((z.var_x + z.var_y) / kPart_m2, 1.0);
@@ -262,7 +266,7 @@ Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it
 
 // Log of the ratio: such a detection of a car, to one of another object.
 double LanePolicy::evidence_of(const Measurement& z, double range_m) const noexcept {
-  if (!std::isfinite(z.height_m)) return 0.0;  // a pushed row: nothing is known of it
+  if (!is_cluster(z)) return 0.0;
   double score = z.object_class == int32_t(ObjectClass::kCar) ? 0.0 : lane_.unknown_score;
   if (z.height_m < lane_.low_m) {  // the height of the road is less certain far away
     const double share = range_m > kLowReach_m ? kLowReach_m / range_m : 1.0;
@@ -281,7 +285,7 @@ double LanePolicy::evidence_of(const Measurement& z, double range_m) const noexc
 // Density of the other unclaimed detections around an unclaimed one. Pushed rows are another detector's cars: many of
 // them are traffic.
 double LanePolicy::clutter_near(const Measurement& z) const noexcept {
-  if (!std::isfinite(z.height_m)) return lane_.clutter_per_m2;
+  if (!is_cluster(z)) return lane_.clutter_per_m2;
   const double reach_m2 = lane_.clutter_reach_m * lane_.clutter_reach_m;
   int32_t count = 0;
   for (int32_t i = 0; i < unclaimed_count_; ++i) count += distance_m2(unclaimed_[i], place_of(z)) <= reach_m2;

@@ -164,7 +164,10 @@ void TrackStage::measure_external(Frame& frame) const noexcept {
          .var_y = in.var_y[i],
          .cov_xy = variances_alone ? 0.0 : in.cov_xy[i],
          .heading_rad = in.heading_rad[i],
-         .stamp_ns = frame.stamp_ns};
+         .length_m = in.length_m[i],
+         .width_m = in.width_m[i],
+         .stamp_ns = frame.stamp_ns,
+         .height_m = in.height_m[i]};
     if (turn) turn_to_map(ego, z);
     widen(params_, variance, z);
   }

@@ -23,7 +23,7 @@ namespace {
 // Detections with the same stamp; all columns have the same length.
 struct Scan {
   int64_t stamp_ns = 0;
-  std::vector<double> x_m, y_m, heading_rad, var_x, var_y, cov_xy;
+  std::vector<double> x_m, y_m, heading_rad, var_x, var_y, cov_xy, length_m, width_m, height_m;
 };
 
 // Rows with the same stamp form one scan; a row with neither x nor y is an empty scan.
@@ -37,8 +37,14 @@ std::vector<Scan> read_scans(const std::string& path) {
         "its own, track needs the map frame and one stamp a scan. overtake run --set tracker.... tracks again");
   const int32_t heading = csv.find({"heading_rad", "yaw_rad"});
   const int32_t var_x = csv.find({"var_x"}), var_y = csv.find({"var_y"}), cov_xy = csv.find({"cov_xy"});
+  const int32_t length = csv.find({"length_m"}), width = csv.find({"width_m"}), height = csv.find({"height_m"});
   const auto optional = [&](std::size_t row, int32_t column) {
     return column < 0 || csv.text(row, column).empty() ? std::nan("") : csv.number(row, column);
+  };
+  const auto size = [&](std::size_t row, int32_t column, const char* name) {
+    const double size_m = optional(row, column);
+    if (size_m <= 0.0) csv.fail(row, column, std::string(name) + " is not positive");
+    return size_m;
   };
   std::vector<Scan> scans;
   for (std::size_t i = 0; i < csv.row_count(); ++i) {
@@ -56,6 +62,9 @@ std::vector<Scan> read_scans(const std::string& path) {
     scan.var_x.push_back(optional(i, var_x));
     scan.var_y.push_back(optional(i, var_y));
     scan.cov_xy.push_back(optional(i, cov_xy));
+    scan.length_m.push_back(size(i, length, "length_m"));
+    scan.width_m.push_back(size(i, width, "width_m"));
+    scan.height_m.push_back(size(i, height, "height_m"));
   }
   return scans;
 }
@@ -72,6 +81,9 @@ void push_scan(const Session& session, const Scan& scan) {
   detections.var_x = scan.var_x.data();
   detections.var_y = scan.var_y.data();
   detections.cov_xy = scan.cov_xy.data();
+  detections.length_m = scan.length_m.data();
+  detections.width_m = scan.width_m.data();
+  detections.height_m = scan.height_m.data();
   check(ovt_push_detections(session.detector(), &detections), "scan " + std::to_string(scan.stamp_ns));
 }
 
@@ -91,8 +103,10 @@ void add_track_options(CLI::App& command, Options& options) {
   options.command = "track";
   command
       .add_option("input", options.input,
-                  "CSV: stamp_ns,x_m,y_m[,heading_rad][,var_x,var_y[,cov_xy]] in the map frame; rows of one stamp are "
-                  "one scan, a row without x and y is an empty scan")
+                  "CSV: stamp_ns,x_m,y_m[,heading_rad][,var_x,var_y[,cov_xy]][,length_m,width_m,height_m] in the map "
+                  "frame. x_m, y_m: the object's centre; heading_rad from x to y; var_x, var_y, cov_xy in m^2; "
+                  "length_m, width_m along and across the heading, height_m from the road up. An empty cell is not "
+                  "measured. Rows of one stamp are one scan, a row without x and y is an empty scan")
       ->required();
   add_common_options(command, options);
   add_map_option(command, options.map, "none");
