@@ -161,6 +161,7 @@ ovt_status Detector::push_detections(const ovt_external_detections& in) {
   copy(in.length_m, rows.length_m);
   copy(in.width_m, rows.width_m);
   copy(in.height_m, rows.height_m);
+  copy(in.score, rows.score);
   scan.stamp_ns = in.stamp_ns;
   scan.ticket = tickets_.fetch_add(1, std::memory_order_relaxed);
   scan.reference = in.reference;

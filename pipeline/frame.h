@@ -61,7 +61,7 @@ enum class FrameKind : int32_t { kScans, kExternal, kPrediction };
 struct ExternalTable {
   int32_t count = 0, capacity = 0;
   double *x_m = nullptr, *y_m = nullptr, *heading_rad = nullptr, *var_x = nullptr, *var_y = nullptr, *cov_xy = nullptr;
-  double *length_m = nullptr, *width_m = nullptr, *height_m = nullptr;
+  double *length_m = nullptr, *width_m = nullptr, *height_m = nullptr, *score = nullptr;
 };
 // clang-format off
 template <class F>
@@ -69,6 +69,7 @@ void for_each_column(ExternalTable& t, F&& f) {
   f("x_m", t.x_m);      f("y_m", t.y_m);      f("heading_rad", t.heading_rad);
   f("var_x", t.var_x);  f("var_y", t.var_y);  f("cov_xy", t.cov_xy);
   f("length_m", t.length_m);  f("width_m", t.width_m);  f("height_m", t.height_m);
+  f("score", t.score);
 }
 // clang-format on
 

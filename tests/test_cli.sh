@@ -98,6 +98,14 @@ awk -F, 'NR > 1 && $15 $16 != "" { exit 1 }' track/tracks.csv || fail "track kno
 expect "track with boxes" "$overtake" track boxes.csv --out track_boxes
 cmp -s <(cut -d, -f1-14 track/tracks.csv | head -n 31) <(cut -d, -f1-14 track_boxes/tracks.csv) ||
   fail "boxes change where a car is: $(tail -n 1 track_boxes/tracks.csv)"
+confirmed_at() {   # the first frame with a confirmed track, of rows of this height and score
+  { echo stamp_ns,x_m,y_m,height_m,score; for i in {0..29}; do echo "$((i * 50000000)),$((i * 2)),5,$1,$2"; done; } >scored.csv
+  "$overtake" track scored.csv --out scored --force --quiet || { echo failed && return; }
+  awk -F, '/,confirmed,/ { print $4; exit }' scored/tracks.csv
+}
+[[ $(confirmed_at 1.2 0.9) == 2 && $(confirmed_at 1.2 "") == 2 ]] || fail "a car of a high score is not confirmed at its third row"
+[[ $(confirmed_at 1.2 0.2) =~ ^[3-9]$ ]] || fail "a low score does not confirm later"
+[[ -z $(confirmed_at 0.2 "") ]] || fail "a box of 0.2 m is a car"
 { echo stamp_ns,x_m,y_m,yaw_rad,speed_mps; for i in {-5..160}; do echo "$((i * 10000000)),$((i * 1)),1,0,100"; done; } >straight.csv
 expect "track with ego poses" "$overtake" track detections.csv --ego straight.csv --out track_ego
 awk -F, 'NR > 1 && $4 == 29 && ($15 + 145 - $5) ^ 2 + ($16 + 1 - $6) ^ 2 > 0.01 { exit 1 }' track_ego/tracks.csv ||
@@ -195,6 +203,8 @@ refuse "word.csv:2:5: y_m 'zero' is not a number" track word.csv --out out
 printf 'stamp_ns,x_m,y_m,length_m,width_m\n0,1,2,4.5,1.8\n1,1,2,4.5,-1.8\n' >narrow.csv
 printf 'stamp_ns,x_m,y_m,height_m\n0,1,2,\n1,1,2,tall\n' >tall.csv
 refuse "narrow.csv:3:11: width_m is not positive" track narrow.csv --out out
+printf 'stamp_ns,x_m,y_m,score\n0,1,2,0.5\n1,1,2,87\n' >percent.csv
+refuse "percent.csv:3:7: score is not between 0 and 1" track percent.csv --out out
 refuse "tall.csv:3:7: height_m 'tall' is not a number" track tall.csv --out out
 refuse "no/trace.json: cannot be written: No such file or directory" run scene "${av21[@]}" --trace no/trace.json
 refuse "no.csv: no such file" track no.csv --out out

@@ -88,6 +88,29 @@ TEST_CASE("detector: tracks have the length and width of the rows that were push
   }
 }
 
+TEST_CASE("detector: the score of pushed rows is that of a new track; a score that is none counts as not given") {
+  ovt_params params;
+  REQUIRE(ovt_params_init(&params, sizeof params, "best") == OVT_OK);
+  Small small(0);
+  small.def.params = &params;
+  small.create();
+  ovt_reader* reader = nullptr;
+  REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
+  const double x[] = {20, 40, 60, 80, 100, 120}, y[6] = {};
+  const double score[] = {0.7, 0.3, 1.0, 1.5, -0.5, std::numeric_limits<double>::quiet_NaN()};
+  const double existence[] = {0.7, 0.3, 0.8808, 0.5, 0.5, 0.5};
+  ovt_external_detections d;
+  ovt_external_detections_init(&d, sizeof d);
+  d.count = 6, d.reference = OVT_REFERENCE_MAP, d.x_m = x, d.y_m = y, d.score = score;
+  REQUIRE(ovt_push_detections(small.detector, &d) == OVT_OK);
+  ovt_tracks t;
+  REQUIRE(ovt_next_frame(reader, nullptr) == OVT_OK);
+  REQUIRE(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t) == OVT_OK);
+  REQUIRE(t.count == 6);
+  for (int32_t i = 0; i < 6; ++i) CHECK(t.existence[i] == doctest::Approx(existence[i]).epsilon(1e-4));
+  ovt_destroy_reader(reader);
+}
+
 TEST_CASE("detector: an older caller's pushed rows end before the length, which is not read") {
   Small small(0);
   small.create();

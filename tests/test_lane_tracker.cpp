@@ -45,6 +45,50 @@ TEST_CASE("lane tracker: a car is confirmed at its third hit, a low, sparse or n
           }) == 3);
 }
 
+TEST_CASE("lane tracker: a pushed row of a low score or a low box confirms later, a cluster has no score") {
+  const auto confirmed_at = [](int32_t points, double score, double height_m = kNotMeasured) {
+    LaneBench bench;
+    for (int32_t k = 0; k < 40; ++k) {
+      bench.ego_at(50 * kFrame_s * k - 30);
+      Measurement z = seen_car(50 * kFrame_s * k, 0, k);
+      z.points = points, z.score = score;
+      if (points == 0) z.height_m = height_m;
+      bench.step(k, {z});
+      if (k == 0 && points == 0 && !std::isfinite(height_m)) {  // the first existence is the detector's
+        const double limited = std::isfinite(score) ? std::clamp(score, 0.1192029, 0.8807971) : 0.5;
+        CHECK(bench.state().score == doctest::Approx(std::log(limited / (1 - limited))).epsilon(1e-6));
+      }
+      if (bench.is_confirmed()) return k + 1;
+    }
+    return 0;
+  };
+  CHECK(confirmed_at(0, kNotMeasured) == 3);
+  for (const double score : {0.5, 0.95, 1.0}) CHECK(confirmed_at(0, score) == 3);
+  CHECK(confirmed_at(0, 0.3) > 3);
+  CHECK(confirmed_at(0, 0.15) > confirmed_at(0, 0.3));
+  CHECK(confirmed_at(0, 0.0) > confirmed_at(0, 0.15));
+  CHECK(confirmed_at(0, 0.0) == confirmed_at(0, 0.1));  // limited
+  CHECK(confirmed_at(0, 0.0) < 20);                     // many such rows are a car all the same
+  CHECK(confirmed_at(1000, 0.0) == 3);
+  CHECK(confirmed_at(0, kNotMeasured, 1.1) == 3);
+  CHECK(confirmed_at(0, kNotMeasured, 0.2) == 0);
+  CHECK(confirmed_at(0, 0.95, 0.2) > 3);
+}
+
+TEST_CASE("lane tracker: a confirmed car keeps its track while its rows have a score of 0") {
+  LaneBench bench;
+  TrackId id = kNobody;
+  for (int32_t k = 0; k < 80; ++k) {
+    bench.ego_at(50 * kFrame_s * k - 30);
+    Measurement z = seen_car(50 * kFrame_s * k, 0, k);
+    z.points = 0, z.height_m = kNotMeasured, z.score = k < 20 ? 0.9 : 0.0;
+    const TrackId taken = bench.step(k, {z})[0];
+    if (k == 0) id = taken;
+    REQUIRE(taken == id);
+  }
+  CHECK(bench.is_confirmed());
+}
+
 TEST_CASE("lane tracker: the height of a pushed row does not make it a cluster, whose error lasts and may be clutter") {
   const auto variance_of = [](int32_t points, double height_m) {
     LaneBench bench;

@@ -365,6 +365,7 @@ TestDetection draw_detection(std::mt19937_64& random, const CircleRoad* ring) {
   if (random() % 4 == 0) d.var_x = d.var_y = std::pow(10.0, uniform(random, -3, 3));
   if (random() % 4 == 0) d.cov_xy = uniform(random, -1, 1);
   if (random() % 4 == 0) d.length_m = uniform(random, -1, 9), d.width_m = random() % 4 ? uniform(random, 0, 3) : kNan;
+  if (random() % 4 == 0) d.score = uniform(random, -0.2, 1.2), d.height_m = uniform(random, 0, 2);
   if (random() % 2 == 0) {  // as the rules of a method give it, else a pushed row
     d.height_m = uniform(random, 0, 2);
     d.object_class = int32_t(random() % 3), d.view = int32_t(random() % 5) - 1;

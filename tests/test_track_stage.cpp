@@ -53,6 +53,7 @@ struct Bench {
     frame.external.var_y[0] = var_y;
     frame.external.cov_xy[0] = cov_xy;
     frame.external.length_m[0] = frame.external.width_m[0] = frame.external.height_m[0] = kNan;
+    frame.external.score[0] = kNan;
     stage.run(frame);
   }
   void predict(int64_t stamp_ns) {
@@ -400,7 +401,7 @@ TEST_CASE("track stage: pushed detections in the vehicle frame take the correcte
     bench.frame.external.x_m[0] = 50, bench.frame.external.y_m[0] = 0;
     for (double* column : {bench.frame.external.heading_rad, bench.frame.external.var_x, bench.frame.external.var_y,
                            bench.frame.external.cov_xy, bench.frame.external.length_m, bench.frame.external.width_m,
-                           bench.frame.external.height_m})
+                           bench.frame.external.height_m, bench.frame.external.score})
       column[0] = kNan;
     bench.stage->run(bench.frame);
     const double turned = reference == OVT_REFERENCE_VEHICLE ? 50 * std::sin(1 * kDegree) : 0;

@@ -37,6 +37,7 @@ Measurement make_sane(Measurement z, const double* r_diag) noexcept {
   z.length_m = value_or_none(z.length_m, 0.0, 1e3);
   z.width_m = value_or_none(z.width_m, 0.0, 1e3);
   z.height_m = value_or_none(z.height_m, -1e3, 1e3);
+  z.score = value_or_none(z.score, 0.0, 1.0);
   return z;
 }
 

@@ -42,7 +42,8 @@ constexpr double kBehindShare = 0.6, kPartShare = 1.2;  // of a car's width: a c
                                                         // sight is hidden by it, or may be in part
 constexpr double kKnownHit = 0.3;  // a hit adds at least this to the score of a track that was confirmed
 constexpr double kLowReach_m = 80.0, kNearest_m = 8.0, kSparse = 0.03, kThin = 0.1;
-constexpr int64_t kMostVotes = 10;  // after so many votes for one class, more for another one decide
+constexpr double kLeastScore = 0.11920292202211755;  // 1 / (1 + e^2)
+constexpr int64_t kMostVotes = 10;                   // after so many votes for one class, more for another one decide
 
 // One track for one car.
 constexpr double kRecent_s = 0.3;                             // a track was seen lately
@@ -61,6 +62,13 @@ int64_t vote_of(const Measurement& z) {
 // The rules for looks, lasting errors and clutter are of clusters. A pushed row has no points: its box is another
 // detector's estimate of a whole object.
 bool is_cluster(const Measurement& z) { return z.points > 0 && std::isfinite(z.height_m); }
+
+// Of a pushed row: log odds of its detector's confidence, from -2 to 2, because a detector repeats its errors.
+double score_of(const Measurement& z) {
+  if (!(z.score >= 0.0)) return 0.0;
+  const double p = std::clamp(z.score, kLeastScore, 1.0 - kLeastScore);
+  return log_f64(p / (1.0 - p));
+}
 
 int32_t steps_of(double dt_s) {
   const double ratio = std::fabs(dt_s) / kStep_s;
@@ -266,12 +274,13 @@ Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it
 
 // Log of the ratio: such a detection of a car, to one of another object.
 double LanePolicy::evidence_of(const Measurement& z, double range_m) const noexcept {
-  if (!is_cluster(z)) return 0.0;
   double score = z.object_class == int32_t(ObjectClass::kCar) ? 0.0 : lane_.unknown_score;
+  if (!is_cluster(z)) score = score_of(z);
   if (z.height_m < lane_.low_m) {  // the height of the road is less certain far away
     const double share = range_m > kLowReach_m ? kLowReach_m / range_m : 1.0;
     score += lane_.low_score * share * share;
   }
+  if (!is_cluster(z)) return score;
   const double near_m = std::max(range_m, kNearest_m);
   const double share = double(z.points) * near_m * near_m / lane_.car_points;
   if (share < kSparse)

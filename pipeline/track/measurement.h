@@ -27,6 +27,7 @@ struct Measurement {
   int32_t free_heading = 0;        // 1: heading_rad was measured, not taken from the map or the ego vehicle
   int32_t view = -1;               // CarView, -1 unknown
   int32_t points = 0;              // of a cluster; 0: a pushed row
+  double score = kNotMeasured;     // of a pushed row: its detector's confidence, 0 to 1
 };
 
 // Positive definite, with variances of 1e-12 to 1e12 m^2.

@@ -167,7 +167,8 @@ void TrackStage::measure_external(Frame& frame) const noexcept {
          .length_m = in.length_m[i],
          .width_m = in.width_m[i],
          .stamp_ns = frame.stamp_ns,
-         .height_m = in.height_m[i]};
+         .height_m = in.height_m[i],
+         .score = in.score[i]};
     if (turn) turn_to_map(ego, z);
     widen(params_, variance, z);
   }

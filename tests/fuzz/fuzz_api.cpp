@@ -189,7 +189,7 @@ struct Story {
       if (kind & 32) d.heading_rad = row[2];
       if (kind & 64) d.var_x = row[3], d.var_y = row[4];
       if (kind & 128) d.cov_xy = row[5];
-      if (kind & 1) d.length_m = row[3], d.width_m = row[4], d.height_m = row[5];
+      if (kind & 1) d.length_m = row[3], d.width_m = row[4], d.height_m = row[5], d.score = row[2];
     }
     const ovt_status status = ovt_push_detections(detector, &d);
     externals += status == OVT_OK || status == OVT_DUPLICATE || status == OVT_LATE || status == OVT_TOO_MANY;

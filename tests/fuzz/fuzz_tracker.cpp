@@ -68,6 +68,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
           d.var_y = wild ? in.raw<double>() : 0.01 * in.in(0, 200);
           d.cov_xy = wild ? in.raw<double>() : 0.01 * in.in(-50, 50);
         }
+        if (in.chance(40)) d.score = wild ? in.raw<double>() : 0.01 * in.in(-5, 105);
         if (in.chance(40)) {  // as the rules of a method give it
           d.length_m = wild ? in.raw<double>() : 0.1 * in.in(0, 60);
           d.width_m = wild ? in.raw<double>() : 0.1 * in.in(0, 30);

@@ -156,7 +156,7 @@ struct Rows {
       cov[i] = wild ? in.raw<double>() : 0.1 * in.in(-10, 10);
     }
     d.x_m = x, d.y_m = y;
-    if (wild) d.heading_rad = d.length_m = heading, d.width_m = x, d.height_m = y;
+    if (wild) d.heading_rad = d.length_m = heading, d.width_m = x, d.height_m = y, d.score = var_x;
     if (covariance) d.var_x = var_x, d.var_y = var_y, d.cov_xy = in.chance(128) ? cov : nullptr;
     return d;
   }

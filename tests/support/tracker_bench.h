@@ -37,6 +37,7 @@ struct TestDetection {
   double var_x = kNan, var_y = kNan, cov_xy = kNan;
   double height_m = kNan;
   int32_t object_class = 0, free_heading = 0, view = -1, points = 0, debris = 0;
+  double score = kNan;
 };
 
 // The tracker's parameters of a preset. TrackerParams{} are those of `paper`.
@@ -86,7 +87,8 @@ class TrackerBench {
                           .object_class = d.object_class,
                           .free_heading = d.free_heading,
                           .view = d.view,
-                          .points = d.points};
+                          .points = d.points,
+                          .score = d.score};
     }
     frame.stamp_ns = stamp_ns;
     frame.measurements = measurements_;

@@ -23,7 +23,7 @@ namespace {
 // Detections with the same stamp; all columns have the same length.
 struct Scan {
   int64_t stamp_ns = 0;
-  std::vector<double> x_m, y_m, heading_rad, var_x, var_y, cov_xy, length_m, width_m, height_m;
+  std::vector<double> x_m, y_m, heading_rad, var_x, var_y, cov_xy, length_m, width_m, height_m, score;
 };
 
 // Rows with the same stamp form one scan; a row with neither x nor y is an empty scan.
@@ -38,6 +38,7 @@ std::vector<Scan> read_scans(const std::string& path) {
   const int32_t heading = csv.find({"heading_rad", "yaw_rad"});
   const int32_t var_x = csv.find({"var_x"}), var_y = csv.find({"var_y"}), cov_xy = csv.find({"cov_xy"});
   const int32_t length = csv.find({"length_m"}), width = csv.find({"width_m"}), height = csv.find({"height_m"});
+  const int32_t score = csv.find({"score"});
   const auto optional = [&](std::size_t row, int32_t column) {
     return column < 0 || csv.text(row, column).empty() ? std::nan("") : csv.number(row, column);
   };
@@ -65,6 +66,8 @@ std::vector<Scan> read_scans(const std::string& path) {
     scan.length_m.push_back(size(i, length, "length_m"));
     scan.width_m.push_back(size(i, width, "width_m"));
     scan.height_m.push_back(size(i, height, "height_m"));
+    scan.score.push_back(optional(i, score));
+    if (scan.score.back() < 0.0 || scan.score.back() > 1.0) csv.fail(i, score, "score is not between 0 and 1");
   }
   return scans;
 }
@@ -84,6 +87,7 @@ void push_scan(const Session& session, const Scan& scan) {
   detections.length_m = scan.length_m.data();
   detections.width_m = scan.width_m.data();
   detections.height_m = scan.height_m.data();
+  detections.score = scan.score.data();
   check(ovt_push_detections(session.detector(), &detections), "scan " + std::to_string(scan.stamp_ns));
 }
 
@@ -102,11 +106,13 @@ class Reader {
 void add_track_options(CLI::App& command, Options& options) {
   options.command = "track";
   command
-      .add_option("input", options.input,
-                  "CSV: stamp_ns,x_m,y_m[,heading_rad][,var_x,var_y[,cov_xy]][,length_m,width_m,height_m] in the map "
-                  "frame. x_m, y_m: the object's centre; heading_rad from x to y; var_x, var_y, cov_xy in m^2; "
-                  "length_m, width_m along and across the heading, height_m from the road up. An empty cell is not "
-                  "measured. Rows of one stamp are one scan, a row without x and y is an empty scan")
+      .add_option(
+          "input", options.input,
+          "CSV: stamp_ns,x_m,y_m[,heading_rad][,var_x,var_y[,cov_xy]][,length_m,width_m,height_m][,score] in the map "
+          "frame. x_m, y_m: the object's centre; heading_rad from x to y; var_x, var_y, cov_xy in m^2; "
+          "length_m, width_m along and across the heading, height_m from the road up; score: the detector's "
+          "confidence, 0 to 1. An empty cell is not "
+          "measured. Rows of one stamp are one scan, a row without x and y is an empty scan")
       ->required();
   add_common_options(command, options);
   add_map_option(command, options.map, "none");
