@@ -168,6 +168,7 @@ void TrackStage::measure_external(Frame& frame) const noexcept {
          .width_m = in.width_m[i],
          .stamp_ns = frame.stamp_ns,
          .height_m = in.height_m[i],
+         .free_heading = in.heading_rad[i] == in.heading_rad[i],
          .score = in.score[i]};
     if (turn) turn_to_map(ego, z);
     widen(params_, variance, z);
