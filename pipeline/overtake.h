@@ -474,8 +474,8 @@ typedef struct ovt_external_detections {
   int32_t count;
   int32_t reference;                 /* ovt_reference of x, y, heading and covariance */
   const double *x_m, *y_m, *heading_rad, *var_x, *var_y, *cov_xy;
-  /* Of the object's box: along and across its heading, and upwards from the road. Its detector's confidence that it is a
-   * car, 0 to 1; another value counts as NaN. Preset `best`: of a new track, a row of a low score or a low box counts
+  /* Of the object's box: along and across its heading, and upwards from the road. Its detector's confidence that it is
+   * a car, 0 to 1; another value counts as NaN. Preset `best`: of a new track, a row of a low score or a low box counts
    * less (pipeline/README.md, "Pushed rows"); `paper` reads neither height nor score. */
   const double *length_m, *width_m, *height_m, *score;
 } ovt_external_detections;

@@ -210,8 +210,8 @@ inline bool adds_up(const overtake::TrackerCounts& c, int32_t track_count) {
 }
 
 // The ids after each frame: none is 0, no two tracks share one, and only a frame out of sequence may give back that of
-// a deleted track, while the history still has the iterations of that track. The history drops iterations in the order of
-// stamps, so some stay for longer than `history_iterations` frames.
+// a deleted track, while the history still has the iterations of that track. The history drops iterations in the order
+// of stamps, so some stay for longer than `history_iterations` frames.
 class IdWatch {
  public:
   explicit IdWatch(const overtake::TrackerParams& params) : history_(2 * params.history_iterations) {}
