@@ -36,6 +36,18 @@ bool is_on_obstacle(const ovt_detections& d, int32_t row, int32_t surface) {
   return surface == int32_t(sim::Surface::debris) && d.object_class && d.object_class[row] == OVT_CLASS_UNKNOWN;
 }
 
+void note_parked(const ovt_tracks& t, const ovt_detections& d,
+                 const std::function<int32_t(int32_t cluster)>& surface_of, std::set<uint64_t>& parked) {
+  for (int32_t i = 0; i < t.count && d.cluster; ++i) {
+    const int32_t row = t.detection[i];
+    if (row < 0 || row >= d.count) continue;  // it stays where its last detection was
+    if (surface_of(d.cluster[row]) == int32_t(sim::Surface::parked_vehicle) && !is_debris(d, row))
+      parked.insert(t.id[i]);
+    else
+      parked.erase(t.id[i]);
+  }
+}
+
 double square_of(const ovt_detections& d, int32_t row, const Rotation& vehicle, double x_map_m, double y_map_m) {
   if (!d.var_x || !d.var_y || !d.cov_xy) return kNan;
   const auto &ahead = vehicle[0], &left = vehicle[1];

@@ -45,6 +45,8 @@ struct TrackFigures {
   int64_t doubles = 0;  // false positives at a car that already has a track
   metrics::Summary gospa_m, nees, nis, time_to_confirm_s, longest_gap_s, data_age_s;
   double nees_low = 0, nees_high = 0, nis_low = 0, nis_high = 0;  // contains 95 % of a consistent filter's means
+  metrics::Share nees_inside,
+      nis_inside;  // of single values within the bounds that contain 95 % of a consistent filter's
   int64_t cars_seen = 0, never_confirmed = 0, false_tracks = 0;
   double false_per_hour = 0;
 };

@@ -75,6 +75,9 @@ void add_measures(const Figures& f, Json& entry) {
                           {"loc_a", t.hota_window.localisation}};
   tracking["hota_zero_m"] = kGateM;
   tracking["false_positives_at_a_car"] = t.doubles;
+  for (const auto& [name, share] :
+       {std::pair("nees_in_95_bounds", &t.nees_inside), {"nis_in_95_bounds", &t.nis_inside}})
+    tracking[name] = {{"hits", share->hits}, {"trials", share->trials}, {"value", share->value}};
   tracking["gospa_square_m2"] = {
       {"localisation", t.gospa_located_m2}, {"missed", t.gospa_missed_m2}, {"false", t.gospa_false_m2}};
 }
