@@ -13,6 +13,7 @@
 #include "tools/evaluation/figures.h"
 #include "tools/evaluation/metrics/calibration.h"
 #include "tools/evaluation/path_judge.h"
+#include "tools/evaluation/places.h"
 #include "tools/evaluation/report_html.h"
 #include "tools/evaluation/run_logs.h"
 #include "tools/evaluation/track_quality.h"
@@ -126,15 +127,16 @@ TEST_CASE("paths: the error is in the axes of the true course at the horizon, an
 
 TEST_CASE("paths: a horizon uses the nearest point at that point's own time; a path that is too short has none") {
   PathJudge judge;
-  PathColumns path(0.4, {4, 8, 12, 16}, {0, 0, 0, 0}, 1, 0, 1);  // at 0.4, 0.8, 1.2, 1.6 s: 10 m/s
+  PathColumns path(0.4, {4.1, 8.2, 12.3, 16.4}, {0, 0, 0, 0}, 1, 0, 1);  // at 0.4, 0.8, 1.2, 1.6 s
   const PathJudge::CarsAt truth = [](int64_t stamp_ns) {
     return std::vector<CarTruth>{{3, false, 1e-8 * double(stamp_ns) + 0.5, 0, 0, 0, 0, 0, 0, 10, 0}};
   };
   Table out = make_tables()["paths"];
   judge.add(0, path.tracks, 0, {3});
   judge.advance(10 * kSecond, truth, out);
-  REQUIRE(out.rows() == 2);  // 0.5 s: the point at 0.4; 1 s: that at 1.2; 2 s would be at 2.0
-  for (std::size_t r = 0; r < 2; ++r) CHECK(cell(out, r, "along_m") == Approx(-0.5));
+  REQUIRE(out.rows() == 2);                        // 0.5 s: the point at 0.4; 1 s: that at 1.2; 2 s would be at 2.0
+  CHECK(cell(out, 0, "along_m") == Approx(-0.4));  // the car drives 10 m/s, 0.5 m ahead
+  CHECK(cell(out, 1, "along_m") == Approx(-0.2));
   CHECK(cell(out, 0, "horizon_s") == 0.5);
   CHECK(cell(out, 1, "horizon_s") == 1);
   judge.add(0, ovt_tracks{}, 0, {3});  // a method without paths
@@ -267,6 +269,16 @@ TEST_CASE("track figures: errors by range, of speed while cruising and braking, 
   CHECK(q.course_rad.error.count == 3);  // of a moving car
   CHECK(q.spin_heading_rad.error.count == 2);
   CHECK(q.spin_heading_rad.error.mean == Approx(14));
+}
+
+TEST_CASE("places: the mean acceleration of a car is its change of speed over the time between") {
+  std::vector<CarTruth> before(3), after(2);
+  for (int32_t k = 0; k < 3; ++k) before[std::size_t(k)].car = k, before[std::size_t(k)].speed_mps = 10 * k;
+  after[0].car = 2, after[0].speed_mps = 19;
+  after[1].car = 1, after[1].speed_mps = 11.5;
+  CHECK(mean_acceleration(2, before, after, 0.05) == Approx(-20));
+  CHECK(mean_acceleration(1, before, after, 0.5) == Approx(3));
+  CHECK(std::isnan(mean_acceleration(0, before, after, 0.05)));
 }
 
 TEST_CASE("identity: a whole overtake keeps one id if the same track is at the car on both sides") {

@@ -299,15 +299,10 @@ void Evaluator::add_detections(const ovt_frame_info& info, const ovt_detections&
 void Evaluator::add_motion(int64_t publish_ns, const std::vector<CarTruth>& cars) {
   const int64_t half = log_.rig().period_ns() / 2;
   const std::vector<CarTruth> before = cars_at(publish_ns - half), after = cars_at(publish_ns + half);
-  const auto speed_of = [](const std::vector<CarTruth>& of, int32_t car) {
-    for (const CarTruth& c : of)
-      if (c.car == car) return c.speed_mps;
-    return kNan;
-  };
   for (const CarTruth& c : cars)
     if (!c.is_ego)
       tables_["motion"].add({frame_number_, double(c.car), c.speed_mps,
-                             (speed_of(after, c.car) - speed_of(before, c.car)) / (2e-9 * double(half)), c.yaw_rate_rps,
+                             mean_acceleration(c.car, before, after, 2e-9 * double(half)), c.yaw_rate_rps,
                              wrap_angle(c.heading_rad - c.course_rad)});
 }
 

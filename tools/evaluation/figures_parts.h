@@ -23,8 +23,8 @@ struct CarRows {
 };
 std::vector<CarRows> rows_by_car(const Table& cars);
 
-// Cars within reach and confirmed tracks of each compared frame, by its number. Cars count from kNearestM to kFarthestM,
-// even if no beam can hit them; a track at a car farther away is left out.
+// Cars within reach and confirmed tracks of each compared frame, by its number. Cars count from kNearestM to
+// kFarthestM, even if no beam can hit them; a track at a car farther away is left out.
 struct MotFrame {
   double time_s = 0;
   std::vector<metrics::MotPlace> objects, tracks;

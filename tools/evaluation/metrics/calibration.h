@@ -20,7 +20,8 @@ class Calibration {
   void add(double probability, bool hit);
   const std::array<Bin, 10>& bins() const { return bins_; }
   int64_t count() const;
-  // Expected calibration error (Naeini et al. 2015): the mean over all cases of their bin's | share - mean probability |.
+  // Expected calibration error (Naeini et al. 2015): the mean over all cases of their bin's
+  // | share - mean probability |.
   double expected_error() const;  // NaN: no case
   // Mean of (probability - truth)^2 (Brier 1950).
   double brier() const;  // NaN: no case
