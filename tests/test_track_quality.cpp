@@ -232,6 +232,9 @@ TEST_CASE("existence: a table of thresholds with false tracks an hour and delay,
   CHECK(at(0.98).delay.median_s == Approx(0.6));
   CHECK(at(0.99).delay.never == 1);
   CHECK(std::isnan(at(0.99).delay.median_s));
+  const Rows rows = track_rows({q});
+  CHECK(rows[rows.size() - 2][1] == "0.30, 0.30 (1, never: 0)");
+  CHECK(rows.back()[1] == "0.8; 0.000");
   REQUIRE(q.least_threshold());
   CHECK(q.least_threshold()->existence == 0.8);
   CHECK(q.existence.count() == 16 + 5 + 3 + 1);
@@ -269,6 +272,7 @@ TEST_CASE("track figures: errors by range, of speed while cruising and braking, 
   CHECK(q.course_rad.error.count == 3);  // of a moving car
   CHECK(q.spin_heading_rad.error.count == 2);
   CHECK(q.spin_heading_rad.error.mean == Approx(14));
+  CHECK(q.spin_axis_rad.error.mean == Approx((12 - 4 * M_PI + 16 - 5 * M_PI) / 2));
 }
 
 TEST_CASE("places: the mean acceleration of a car is its change of speed over the time between") {

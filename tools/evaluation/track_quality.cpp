@@ -9,6 +9,7 @@
 
 #include "tools/evaluation/figures_parts.h"
 #include "tools/evaluation/numbers.h"
+#include "tools/io/angles.h"
 
 namespace overtake::evaluation {
 namespace {
@@ -45,7 +46,7 @@ class TrackTally {
 
   TrackQuality sum_;
   std::array<std::array<PathSamples, kManoeuvres>, kHorizons> paths_;
-  std::vector<double> speed_, speed_cruising_, speed_braking_, course_, spin_heading_;
+  std::vector<double> speed_, speed_cruising_, speed_braking_, course_, spin_heading_, spin_axis_;
   std::array<std::vector<double>, kRangesM.size() - 1> along_, across_;
   std::vector<double> confirmed_s_;
   std::array<std::vector<double>, std::size(kThresholds)> found_s_;
@@ -134,7 +135,8 @@ void TrackTally::add_errors_at_cars(const Run& run) {
     if (d.speed_mps > kMovingMps) course_.push_back(course[i]);
     if (std::fabs(d.accel_mps2) <= kCruiseMps2) speed_cruising_.push_back(speed[i]);
     if (d.accel_mps2 < -kHardMps2) speed_braking_.push_back(speed[i]);
-    if (is_spinning(d.speed_mps, d.yaw_rate_rps, d.slip_rad)) spin_heading_.push_back(heading[i]);
+    if (is_spinning(d.speed_mps, d.yaw_rate_rps, d.slip_rad))
+      spin_heading_.push_back(heading[i]), spin_axis_.push_back(std::remainder(heading[i], io::kPi));
   }
 }
 
@@ -168,6 +170,7 @@ TrackQuality TrackTally::finish() const {
   q.speed_mps = spread_of(speed_), q.speed_cruising_mps = spread_of(speed_cruising_);
   q.speed_braking_mps = spread_of(speed_braking_);
   q.course_rad = spread_of(course_), q.spin_heading_rad = spread_of(spin_heading_);
+  q.spin_axis_rad = spread_of(spin_axis_);
   for (std::size_t k = 0; k + 1 < kRangesM.size(); ++k)
     q.along_m[k] = spread_of(along_[k]), q.across_m[k] = spread_of(across_[k]);
   q.confirmed = found_after(confirmed_s_);
@@ -285,6 +288,7 @@ nlohmann::json json_of(const TrackQuality& q) {
                              {"along_m", json_of_spread(q.along_m[k])},
                              {"across_m", json_of_spread(q.across_m[k])}});
   j["course_rad"] = json_of_spread(q.course_rad), j["spin_heading_rad"] = json_of_spread(q.spin_heading_rad);
+  j["spin_axis_rad"] = json_of_spread(q.spin_axis_rad);
   j["overtakes"] = json_of_group(q.overtakes), j["gaps"] = json_of_group(q.gaps);
   j["confirmed_after_detectable"] = json_of_found(q.confirmed);
   for (const auto& [name, at] :

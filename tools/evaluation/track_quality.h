@@ -68,7 +68,7 @@ struct TrackQuality {
   std::vector<Threshold> thresholds;  // rising; empty: the method publishes no existence
   Spread speed_mps, speed_cruising_mps, speed_braking_mps;
   std::array<Spread, kRangesM.size() - 1> along_m, across_m;  // by range, in the true ego's axes
-  Spread course_rad, spin_heading_rad;
+  Spread course_rad, spin_heading_rad, spin_axis_rad;         // axis: the heading modulo 180 deg
   metrics::Group overtakes, gaps;
   FoundAfter confirmed;
   ConfirmedAt from_ahead, from_behind;

@@ -94,6 +94,8 @@ Rows track_rows(const Columns& columns) {
              [](const TrackQuality& q) { return deviation_text(q.course_rad, io::deg(1), 2); });
   add_figure(rows, "heading of a spinning car deg: deviation (bias, 95 %)", columns, "6",
              [](const TrackQuality& q) { return deviation_text(q.spin_heading_rad, io::deg(1), 1); });
+  add_figure(rows, "  its axis: modulo 180 deg", columns, "-",
+             [](const TrackQuality& q) { return deviation_text(q.spin_axis_rad, io::deg(1), 1); });
   add_figure(rows, "whole overtakes with one id", columns, "-",
              [](const TrackQuality& q) { return kept_text(q.overtakes); });
   add_figure(rows, "id kept over a gap of " + number_text(kGapS) + " s and longer", columns, "99 %",
@@ -113,10 +115,12 @@ Rows track_rows(const Columns& columns) {
              [](const TrackQuality& q) -> std::string {
                if (q.thresholds.empty()) return "-";
                const Threshold* const least = q.least_threshold();
-               return (least ? found_text(least->delay) + " at existence " + number_text(least->existence)
-                             : "at no threshold") +
-                      ", " + cli::fixed(q.hours, 3) + " h of logs";
+               return least ? found_text(least->delay) : "more at each threshold";
              });
+  add_figure(rows, "  at existence; hours of logs", columns, "-", [](const TrackQuality& q) -> std::string {
+    const Threshold* const least = q.least_threshold();
+    return least ? number_text(least->existence) + "; " + cli::fixed(q.hours, 3) : "-";
+  });
   return rows;
 }
 
