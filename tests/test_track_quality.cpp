@@ -235,6 +235,7 @@ TEST_CASE("existence: a table of thresholds with false tracks an hour and delay,
   const Rows rows = track_rows({q});
   CHECK(rows[rows.size() - 2][1] == "0.30, 0.30 (1, never: 0)");
   CHECK(rows.back()[1] == "0.8; 0.000");
+  CHECK(threshold_rows({q}).back()[1] == "0.0 (0); never (1)");
   REQUIRE(q.least_threshold());
   CHECK(q.least_threshold()->existence == 0.8);
   CHECK(q.existence.count() == 16 + 5 + 3 + 1);
@@ -348,6 +349,26 @@ TEST_CASE("identity: a gap of 3 s counts if the car had an id before it, and is 
   rows = hidden(4, 9);
   for (CarRow& row : rows) row.points = NAN;  // a log that does not say
   CHECK(gaps(rows).trials == 0);
+}
+
+TEST_CASE("identity: after 3 s without a confirmed track the id is the same or another one, or there is none") {
+  const auto losses = [](const std::vector<CarRow>& rows) { return count_kept_ids(rows).losses; };
+  std::vector<CarRow> rows = drive(std::vector<double>(20, 40));
+  CHECK(losses(rows).trials == 0);
+  for (std::size_t k = 4; k < 9; ++k) rows[k].id = 0;  // rows 3 to 9: 3 s
+  CHECK(losses(rows).trials == 1);
+  CHECK(losses(rows).hits == 1);
+  for (std::size_t k = 9; k < 20; ++k) rows[k].id = 8;
+  CHECK(losses(rows).trials == 1);
+  CHECK(losses(rows).hits == 0);
+  rows[8].id = 8;  // 2.5 s
+  CHECK(losses(rows).trials == 0);
+  for (std::size_t k = 8; k < 20; ++k) rows[k].id = 0;
+  CHECK(losses(rows).trials == 0);  // never again
+  rows = drive(std::vector<double>(20, 40));
+  for (std::size_t k = 4; k < 9; ++k) rows[k].id = 0;
+  rows[6].left_m = 150;  // elsewhere on the circuit meanwhile
+  CHECK(losses(rows).trials == 0);
 }
 
 TEST_CASE("confirmation: the delay runs from the first 3 points, the distance is that of a car that comes from afar") {
@@ -483,7 +504,7 @@ TEST_CASE("track tables: a column for each preset and the goal; values that no p
   CHECK(!has(tracks, "braking"));
   CHECK(!has(tracks, "overtakes"));
   const auto cruising = std::find_if(paths.begin(), paths.end(), [](const auto& row) {
-    return row[0] == "cruising, 1 s ahead: along m, 95 % (bias, deviation)";
+    return row[0] == "cruising, 1 s: along m, 95 % (bias, deviation)";
   });
   REQUIRE(cruising != paths.end());
   CHECK((*cruising)[1] == "0.50 (0.50, 0.00)");

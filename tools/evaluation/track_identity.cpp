@@ -77,6 +77,19 @@ void count_gaps(const std::vector<CarRow>& rows, metrics::Group& out) {
   }
 }
 
+// Times of kGapS and longer without a confirmed track, between two with one.
+void count_losses(const std::vector<CarRow>& rows, metrics::Group& out) {
+  for (const auto& [begin, end] : pieces_of(rows, is_near)) {
+    std::size_t last = end;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (rows[i].id == 0) continue;
+      if (last != end && rows[i].time_s - rows[last].time_s >= kGapS)
+        ++out.trials, out.hits += rows[i].id == rows[last].id;
+      last = i;
+    }
+  }
+}
+
 }  // namespace
 
 std::map<double, std::vector<CarRow>> car_rows(const Run& run) {
@@ -114,6 +127,7 @@ KeptIds count_kept_ids(const std::vector<CarRow>& rows) {
   KeptIds out;
   count_overtakes(rows, out.overtakes);
   count_gaps(rows, out.gaps);
+  count_losses(rows, out.losses);
   return out;
 }
 

@@ -35,7 +35,7 @@ struct CarRow {
 std::map<double, std::vector<CarRow>> car_rows(const Run& run);
 
 struct KeptIds {
-  metrics::Group overtakes, gaps;  // hits: the id is the same
+  metrics::Group overtakes, gaps, losses;  // hits: the id is the same
 };
 KeptIds count_kept_ids(const std::vector<CarRow>& rows);
 

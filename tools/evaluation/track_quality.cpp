@@ -146,6 +146,7 @@ void TrackTally::add_cars(const Run& run) {
     const KeptIds kept = count_kept_ids(rows);
     sum_.overtakes.hits += kept.overtakes.hits, sum_.overtakes.trials += kept.overtakes.trials;
     sum_.gaps.hits += kept.gaps.hits, sum_.gaps.trials += kept.gaps.trials;
+    sum_.losses.hits += kept.losses.hits, sum_.losses.trials += kept.losses.trials;
     const auto append = [](std::vector<double>& to, const std::vector<double>& more) {
       to.insert(to.end(), more.begin(), more.end());
     };
@@ -289,7 +290,7 @@ nlohmann::json json_of(const TrackQuality& q) {
                              {"across_m", json_of_spread(q.across_m[k])}});
   j["course_rad"] = json_of_spread(q.course_rad), j["spin_heading_rad"] = json_of_spread(q.spin_heading_rad);
   j["spin_axis_rad"] = json_of_spread(q.spin_axis_rad);
-  j["overtakes"] = json_of_group(q.overtakes), j["gaps"] = json_of_group(q.gaps);
+  j["overtakes"] = json_of_group(q.overtakes), j["gaps"] = json_of_group(q.gaps), j["losses"] = json_of_group(q.losses);
   j["confirmed_after_detectable"] = json_of_found(q.confirmed);
   for (const auto& [name, at] :
        {std::pair("confirmed_from_ahead", &q.from_ahead), {"confirmed_from_behind", &q.from_behind}})

@@ -69,7 +69,7 @@ struct TrackQuality {
   Spread speed_mps, speed_cruising_mps, speed_braking_mps;
   std::array<Spread, kRangesM.size() - 1> along_m, across_m;  // by range, in the true ego's axes
   Spread course_rad, spin_heading_rad, spin_axis_rad;         // axis: the heading modulo 180 deg
-  metrics::Group overtakes, gaps;
+  metrics::Group overtakes, gaps, losses;
   FoundAfter confirmed;
   ConfirmedAt from_ahead, from_behind;
 

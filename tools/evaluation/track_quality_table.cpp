@@ -56,12 +56,14 @@ std::string kept_text(const metrics::Group& g) {
 
 std::string found_text(const FoundAfter& f) {
   if (f.presences == 0) return "-";
+  if (f.never == f.presences) return "never (" + std::to_string(f.presences) + ")";
   return cli::fixed(f.median_s, 2) + ", " + cli::fixed(f.p99_s, 2) + " (" + std::to_string(f.presences) +
          ", never: " + std::to_string(f.never) + ")";
 }
 
 std::string approach_text(const ConfirmedAt& a) {
   if (a.approaches == 0) return "-";
+  if (a.never == a.approaches) return "never (" + std::to_string(a.approaches) + ")";
   return cli::fixed(a.median_m, 0) + ", " + cli::fixed(a.least_m, 0) + " (" + std::to_string(a.approaches) +
          ", never: " + std::to_string(a.never) + ")";
 }
@@ -86,19 +88,21 @@ Rows track_rows(const Columns& columns) {
                  [&](const TrackQuality& q) { return deviation_text(is_along ? q.along_m[k] : q.across_m[k], 1, 2); });
   add_figure(rows, "speed m/s: deviation (bias, 95 %)", columns, "-",
              [](const TrackQuality& q) { return deviation_text(q.speed_mps, 1, 2); });
-  add_figure(rows, "  cruising: at most " + number_text(kCruiseMps2) + " m/s2", columns, "0.3",
+  add_figure(rows, "speed m/s, cruising (at most " + number_text(kCruiseMps2) + " m/s2)", columns, "0.3",
              [](const TrackQuality& q) { return deviation_text(q.speed_cruising_mps, 1, 2); });
-  add_figure(rows, "  braking: more than " + number_text(kHardMps2) + " m/s2", columns, "0.8",
+  add_figure(rows, "speed m/s, braking (more than " + number_text(kHardMps2) + " m/s2)", columns, "0.8",
              [](const TrackQuality& q) { return deviation_text(q.speed_braking_mps, 1, 2); });
   add_figure(rows, "course of a moving car deg: deviation (bias, 95 %)", columns, "0.4",
              [](const TrackQuality& q) { return deviation_text(q.course_rad, io::deg(1), 2); });
   add_figure(rows, "heading of a spinning car deg: deviation (bias, 95 %)", columns, "6",
              [](const TrackQuality& q) { return deviation_text(q.spin_heading_rad, io::deg(1), 1); });
-  add_figure(rows, "  its axis: modulo 180 deg", columns, "-",
+  add_figure(rows, "axis of a spinning car deg (heading modulo 180 deg)", columns, "-",
              [](const TrackQuality& q) { return deviation_text(q.spin_axis_rad, io::deg(1), 1); });
   add_figure(rows, "whole overtakes with one id", columns, "-",
              [](const TrackQuality& q) { return kept_text(q.overtakes); });
-  add_figure(rows, "id kept over a gap of " + number_text(kGapS) + " s and longer", columns, "99 %",
+  add_figure(rows, "id the same after " + number_text(kGapS) + " s and longer without a confirmed track", columns, "-",
+             [](const TrackQuality& q) { return kept_text(q.losses); });
+  add_figure(rows, "id kept while undetectable for " + number_text(kGapS) + " s and longer", columns, "99 %",
              [](const TrackQuality& q) { return kept_text(q.gaps); });
   add_figure(rows, "confirmed after first detectable s: median, 99 % (cars)", columns, "0.15, 0.35",
              [](const TrackQuality& q) { return found_text(q.confirmed); });
@@ -115,9 +119,9 @@ Rows track_rows(const Columns& columns) {
              [](const TrackQuality& q) -> std::string {
                if (q.thresholds.empty()) return "-";
                const Threshold* const least = q.least_threshold();
-               return least ? found_text(least->delay) : "more at each threshold";
+               return least ? found_text(least->delay) : "more false tracks at every existence";
              });
-  add_figure(rows, "  at existence; hours of logs", columns, "-", [](const TrackQuality& q) -> std::string {
+  add_figure(rows, "existence of that delay; hours of logs", columns, "-", [](const TrackQuality& q) -> std::string {
     const Threshold* const least = q.least_threshold();
     return least ? number_text(least->existence) + "; " + cli::fixed(q.hours, 3) : "-";
   });
@@ -130,18 +134,19 @@ Rows path_rows(const Columns& columns) {
   Rows rows = header_of(columns);
   for (std::size_t m = 0; m < kManoeuvres; ++m)
     for (std::size_t h = 0; h < kHorizons; ++h) {
-      const std::string label = std::string(kWords[m]) + ", " + number_text(kHorizonsS[h]) + " s ahead";
+      const std::string label = std::string(kWords[m]) + ", " + number_text(kHorizonsS[h]) + " s";
       const bool has_goal = m == std::size_t(Manoeuvre::kCruising);
       add_figure(rows, label + ": along m, 95 % (bias, deviation)", columns, has_goal ? kGoals[h][0] : "-",
                  [&](const TrackQuality& q) { return size_text(q.paths[h][m].along_m); });
-      add_figure(rows, "  across m, 95 % (bias, deviation)", columns, has_goal ? kGoals[h][1] : "-",
+      add_figure(rows, label + ": across m, 95 % (bias, deviation)", columns, has_goal ? kGoals[h][1] : "-",
                  [&](const TrackQuality& q) { return size_text(q.paths[h][m].across_m); });
-      add_figure(rows, "  inside the 70 %, 95 % ellipse (paths)", columns, "0.70, 0.95", [&](const TrackQuality& q) {
-        const PathFigures& p = q.paths[h][m];
-        if (p.in_70.trials == 0) return std::string("-");
-        return cli::fixed(p.in_70.value, 2) + ", " + cli::fixed(p.in_95.value, 2) + " (" +
-               std::to_string(p.in_70.trials) + ")";
-      });
+      add_figure(rows, label + ": inside the 70 %, 95 % ellipse (paths)", columns, "0.70, 0.95",
+                 [&](const TrackQuality& q) {
+                   const PathFigures& p = q.paths[h][m];
+                   if (p.in_70.trials == 0) return std::string("-");
+                   return cli::fixed(p.in_70.value, 2) + ", " + cli::fixed(p.in_95.value, 2) + " (" +
+                          std::to_string(p.in_70.trials) + ")";
+                 });
     }
   return rows;
 }
