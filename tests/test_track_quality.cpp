@@ -440,11 +440,31 @@ TEST_CASE("consistency: the share of single NEES and NIS values within their 95 
     add_track_row(run, 0, 5 + nees, 1, 60, 0, 0, 0, 0, 0, nees);
   for (const double nis : {0.05, 0.06, 7.3, 7.4}) run.tables["innovations"].add({0, 1, nis});
   run.tables["innovations"].add({0, -1, 1.0});
+  for (const double nis : {0.04, 2.0, 4.0}) run.tables["innovations_own"].add({0, 1, nis});
+  run.tables["innovations_own"].add({0, -1, 9.0});
   const TrackFigures t = make_figures({run})[0].tracks;
   CHECK(t.nees_inside.trials == 5);
   CHECK(t.nees_inside.hits == 3);
   CHECK(t.nis_inside.trials == 4);
   CHECK(t.nis_inside.hits == 2);
+  CHECK(t.nis_own.mean == Approx(6.04 / 3));
+  CHECK(t.nis_own_inside.trials == 3);
+  CHECK(t.nis_own_inside.hits == 2);
+}
+
+TEST_CASE("consistency: the covariance of a detection turns with the vehicle into the map") {
+  const float xx[] = {4}, yy[] = {1}, xy[] = {0.5f};
+  ovt_detections d{};
+  CHECK(std::isnan(covariance_in_map(d, 0, axes_of(0, 0, 0))[0]));
+  d.var_x = xx, d.var_y = yy, d.cov_xy = xy;
+  const auto check = [&](double roll, double yaw, std::array<double, 3> expected) {
+    const auto found = covariance_in_map(d, 0, axes_of(roll, 0, yaw));
+    for (std::size_t k = 0; k < 3; ++k) CHECK(found[k] == Approx(expected[k]));
+  };
+  check(0, 0, {4, 0.5, 1});
+  check(0, M_PI / 2, {1, -0.5, 4});
+  check(0, M_PI / 4, {2, 1.5, 3});      // (4 + 1) / 2 -+ 0.5; (4 - 1) / 2
+  check(M_PI / 3, 0, {4, 0.25, 0.25});  // on a bank of 60 deg
 }
 
 TEST_CASE("parked vehicles: a track stays on one until its next detection lies elsewhere") {
@@ -548,6 +568,8 @@ TEST_CASE(
     CHECK(motion.rows() == cars.rows());
     CHECK(parked.rows() > 0);
     CHECK(existence.rows() == (run.variant == "best" ? tracks.rows() : 0));
+    CHECK(run.tables.at("innovations").rows() > 0);
+    CHECK(run.tables.at("innovations_own").rows() == (run.variant == "best" ? run.tables.at("innovations").rows() : 0));
     std::set<std::pair<double, double>> rows;
     for (std::size_t r = 0; r < tracks.rows(); ++r) rows.insert({cell(tracks, r, "frame"), cell(tracks, r, "id")});
     for (std::size_t r = 0; r < parked.rows(); ++r)

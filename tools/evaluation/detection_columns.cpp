@@ -58,4 +58,13 @@ double square_of(const ovt_detections& d, int32_t row, const Rotation& vehicle, 
   return metrics::normalized_square(error, lower, 2);
 }
 
+std::array<double, 3> covariance_in_map(const ovt_detections& d, int32_t row, const Rotation& vehicle) {
+  if (!d.var_x || !d.var_y || !d.cov_xy) return {kNan, kNan, kNan};
+  const double xx = double(d.var_x[row]), xy = double(d.cov_xy[row]), yy = double(d.var_y[row]);
+  const auto &a = vehicle[0], &l = vehicle[1];
+  return {a[0] * a[0] * xx + 2 * a[0] * l[0] * xy + l[0] * l[0] * yy,
+          a[0] * a[1] * xx + (a[0] * l[1] + a[1] * l[0]) * xy + l[0] * l[1] * yy,
+          a[1] * a[1] * xx + 2 * a[1] * l[1] * xy + l[1] * l[1] * yy};
+}
+
 }  // namespace overtake::evaluation

@@ -4,6 +4,7 @@
 // Columns of ovt_detections and values of ovt_frame_info that only some methods compute: null or 0 otherwise.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <set>
@@ -37,5 +38,8 @@ void note_parked(const ovt_tracks& tracks, const ovt_detections& detections,
 // the covariance is in the plane of the vehicle with the given axes.
 double square_of(const ovt_detections& detections, int32_t row, const Rotation& vehicle, double x_map_m,
                  double y_map_m);
+
+// The published covariance of a centre in the map, for a vehicle with the given axes: xx, xy, yy. NaN without one.
+std::array<double, 3> covariance_in_map(const ovt_detections& detections, int32_t row, const Rotation& vehicle);
 
 }  // namespace overtake::evaluation

@@ -56,6 +56,7 @@ Tables make_tables() {
   t["ego_heading"] = Table({"frame", "published_rad", "corrected_rad"});
   t["debris"] = Table({"frame", "points", "detections"});
   t["innovations"] = Table({"frame", "car", "nis"});
+  t["innovations_own"] = Table({"frame", "car", "nis"});
   t["boxes"] = Table({"frame", "mixed_by_size"});
   t["seams"] = Table({"frame", "car", "sensors", "joined"});
   t["ego"] = Table({"frame", "time_s", "speed_mps", "yaw_rate_rps"});
@@ -292,6 +293,11 @@ void Evaluator::add_detections(const ovt_frame_info& info, const ovt_detections&
     const double s[3] = {p.xx + r_x_, p.xy, p.yy + r_y_};
     tables_["innovations"].add(
         {frame_number_, c < 0 ? -1.0 : double(cars[std::size_t(c)].car), metrics::normalized_square(innovation, s, 2)});
+    if (!d.var_x || !ego) continue;
+    const auto r = covariance_in_map(d, i, axes_of(ego->roll_rad, ego->pitch_rad, ego->heading_rad));
+    const double own[3] = {p.xx + r[0], p.xy + r[1], p.yy + r[2]};
+    tables_["innovations_own"].add({frame_number_, c < 0 ? -1.0 : double(cars[std::size_t(c)].car),
+                                    metrics::normalized_square(innovation, own, 2)});
   }
 }
 

@@ -25,7 +25,8 @@
 //   debris      one per frame that sees debris: its points, and detections of class debris on it
 //   false_detections   one per detection at no car: position, the surface of most of its points (-1 unknown), its
 //               place on the map, the roll of the ego
-//   innovations one per detection that updated a track: NIS
+//   innovations one per detection that updated a track: NIS with the parameters tracker.r_x and r_y
+//   innovations_own   the same with the covariance that the method publishes with the detection
 //   times       one per stage that ran: nanoseconds
 // and, on every N-th frame (evaluator_baselines.cpp), for the points with a label:
 //   grid        the 2.5-D grid: like scans

@@ -34,7 +34,7 @@ std::map<double, MotFrame> mot_frames(const Run& run);
 int64_t count_false_tracks(const Run& run);
 
 struct TrackSamples {
-  std::vector<double> gospa, located, missed, false_tracks, nees, nis, to_confirm, gap, age;
+  std::vector<double> gospa, located, missed, false_tracks, nees, nis, nis_own, to_confirm, gap, age;
   metrics::HotaResult hota, hota_window;  // sums over the runs
   int64_t runs = 0;
 };

@@ -109,10 +109,12 @@ void add_tracks(const Run& run, Figures& out, TrackSamples& samples) {
     samples.to_confirm.push_back(p.time_to_confirm_s);
     if (!std::isnan(p.time_to_confirm_s)) samples.gap.push_back(p.longest_gap_s);
   }
-  const Table& innovations = run.tables.at("innovations");
-  const auto nis = column_of(innovations, "nis"), n_car = column_of(innovations, "car");
-  for (std::size_t i = 0; i < nis.size(); ++i)
-    if (n_car[i] >= 0) samples.nis.push_back(nis[i]);
+  for (const auto& [name, to] : {std::pair("innovations", &samples.nis), {"innovations_own", &samples.nis_own}}) {
+    const Table& innovations = run.tables.at(name);
+    const auto nis = column_of(innovations, "nis"), n_car = column_of(innovations, "car");
+    for (std::size_t i = 0; i < nis.size(); ++i)
+      if (n_car[i] >= 0) to->push_back(nis[i]);
+  }
 }
 
 void finish_tracks(Figures& out, const TrackSamples& s) {
@@ -134,13 +136,15 @@ void finish_tracks(Figures& out, const TrackSamples& s) {
     low = metrics::chi_square_quantile(0.025, degrees * count) / count;
     high = metrics::chi_square_quantile(0.975, degrees * count) / count;
   };
-  // 95 % of one value of a consistent filter: quantiles 0.025 and 0.975 of chi-square, 5 and 2 degrees of freedom.
+  // 95 % of the values of a consistent filter: quantiles 0.025 and 0.975 of chi-square, 5 and 2 degrees of freedom.
+  constexpr double kNisLow = 0.0506356, kNisHigh = 7.3777589;
   const auto share_within = [](const std::vector<double>& values, double low, double high) {
     int64_t inside = 0, known = 0;
     for (const double v : values) known += std::isfinite(v), inside += v >= low && v <= high;
     return metrics::binomial_share(inside, known);
   };
-  t.nees_inside = share_within(s.nees, 0.8312116, 12.8325020), t.nis_inside = share_within(s.nis, 0.0506356, 7.3777589);
+  t.nees_inside = share_within(s.nees, 0.8312116, 12.8325020), t.nis_inside = share_within(s.nis, kNisLow, kNisHigh);
+  t.nis_own = metrics::summarize(s.nis_own), t.nis_own_inside = share_within(s.nis_own, kNisLow, kNisHigh);
   bounds(t.nees, 5, t.nees_low, t.nees_high);
   bounds(t.nis, 2, t.nis_low, t.nis_high);
 }
