@@ -36,6 +36,18 @@ bool is_on_obstacle(const ovt_detections& d, int32_t row, int32_t surface) {
   return surface == int32_t(sim::Surface::debris) && d.object_class && d.object_class[row] == OVT_CLASS_UNKNOWN;
 }
 
+void note_parked(const ovt_tracks& t, const ovt_detections& d,
+                 const std::function<int32_t(int32_t cluster)>& surface_of, std::set<uint64_t>& parked) {
+  for (int32_t i = 0; i < t.count && d.cluster; ++i) {
+    const int32_t row = t.detection[i];
+    if (row < 0 || row >= d.count) continue;  // it stays where its last detection was
+    if (surface_of(d.cluster[row]) == int32_t(sim::Surface::parked_vehicle) && !is_debris(d, row))
+      parked.insert(t.id[i]);
+    else
+      parked.erase(t.id[i]);
+  }
+}
+
 double square_of(const ovt_detections& d, int32_t row, const Rotation& vehicle, double x_map_m, double y_map_m) {
   if (!d.var_x || !d.var_y || !d.cov_xy) return kNan;
   const auto &ahead = vehicle[0], &left = vehicle[1];
@@ -44,6 +56,15 @@ double square_of(const ovt_detections& d, int32_t row, const Rotation& vehicle, 
                            (y_map_m * ahead[0] - x_map_m * ahead[1]) / det};
   const double lower[3] = {double(d.var_x[row]), double(d.cov_xy[row]), double(d.var_y[row])};
   return metrics::normalized_square(error, lower, 2);
+}
+
+std::array<double, 3> covariance_in_map(const ovt_detections& d, int32_t row, const Rotation& vehicle) {
+  if (!d.var_x || !d.var_y || !d.cov_xy) return {kNan, kNan, kNan};
+  const double xx = double(d.var_x[row]), xy = double(d.cov_xy[row]), yy = double(d.var_y[row]);
+  const auto &a = vehicle[0], &l = vehicle[1];
+  return {a[0] * a[0] * xx + 2 * a[0] * l[0] * xy + l[0] * l[0] * yy,
+          a[0] * a[1] * xx + (a[0] * l[1] + a[1] * l[0]) * xy + l[0] * l[1] * yy,
+          a[1] * a[1] * xx + 2 * a[1] * l[1] * xy + l[1] * l[1] * yy};
 }
 
 }  // namespace overtake::evaluation

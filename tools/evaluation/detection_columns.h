@@ -4,7 +4,10 @@
 // Columns of ovt_detections and values of ovt_frame_info that only some methods compute: null or 0 otherwise.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <functional>
+#include <set>
 #include <vector>
 
 #include "pipeline/overtake.h"
@@ -27,9 +30,16 @@ bool is_debris(const ovt_detections& detections, int32_t row);
 // debris and a detection of class unknown, or a parked vehicle and a detection of another class than debris. `surface`:
 // that of most of its points.
 bool is_on_obstacle(const ovt_detections& detections, int32_t row, int32_t surface);
+// Keeps `parked` the tracks that are on a parked vehicle: most points of their last detection lie on one, and it is not
+// of class debris. `surface_of`: that of most points of a cluster.
+void note_parked(const ovt_tracks& tracks, const ovt_detections& detections,
+                 const std::function<int32_t(int32_t cluster)>& surface_of, std::set<uint64_t>& parked);
 // The square of a centre's error in units of its published covariance; NaN without one. The error is level, in the map;
 // the covariance is in the plane of the vehicle with the given axes.
 double square_of(const ovt_detections& detections, int32_t row, const Rotation& vehicle, double x_map_m,
                  double y_map_m);
+
+// The published covariance of a centre in the map, for a vehicle with the given axes: xx, xy, yy. NaN without one.
+std::array<double, 3> covariance_in_map(const ovt_detections& detections, int32_t row, const Rotation& vehicle);
 
 }  // namespace overtake::evaluation

@@ -45,12 +45,18 @@ Tables make_tables() {
   t["tracks"] =
       Table({"frame", "time_s", "id", "confirmed", "car", "ahead_m", "x_m", "y_m", "x_map_m", "y_map_m", "x_veh_m",
              "y_veh_m", "speed_mps", "heading_rad", "course_rad", "yaw_rate_rps", "nees", "age_s"});
+  t["parked_tracks"] = Table({"frame", "id", "confirmed"});
+  t["existence"] = Table({"frame", "time_s", "id", "existence", "confirmed", "car"});
+  t["motion"] = Table({"frame", "car", "speed_mps", "accel_mps2", "yaw_rate_rps", "slip_rad"});
+  t["paths"] =
+      Table({"frame", "car", "horizon_s", "along_m", "across_m", "square", "speed_change_mps", "offset_change_m"});
   t["centres"] = Table({"frame", "car", "along_m", "across_m", "square"});
   t["false_detections"] =
       Table({"frame", "ahead_m", "left_m", "range_m", "points", "surface", "map_s_m", "map_d_m", "bank_deg"});
   t["ego_heading"] = Table({"frame", "published_rad", "corrected_rad"});
   t["debris"] = Table({"frame", "points", "detections"});
   t["innovations"] = Table({"frame", "car", "nis"});
+  t["innovations_own"] = Table({"frame", "car", "nis"});
   t["boxes"] = Table({"frame", "mixed_by_size"});
   t["seams"] = Table({"frame", "car", "sensors", "joined"});
   t["ego"] = Table({"frame", "time_s", "speed_mps", "yaw_rate_rps"});
@@ -101,15 +107,19 @@ void Evaluator::add(ovt_reader* reader, const Replayed* relayed) {
   const CarTruth* ego = ego_of(cars);
   if (!ego) return;  // after the end of the truth
   tables_["ego"].add({frame_number_, time_s_, ego->speed_mps, ego->yaw_rate_rps});
+  add_motion(publish_ns, cars);
+  paths_.advance(
+      publish_ns, [&](int64_t stamp_ns) { return cars_at(stamp_ns); }, tables_["paths"]);
   add_ego_heading(info);
   add_labels(reader, info);
   ovt_detections detections;
   cli::check(ovt_read_detections(reader, &detections), "detections");
-  add_detections(info, relayed ? relayed->detections : detections);
+  if (relayed) detections = relayed->detections;
+  add_detections(info, detections);
   ovt_tracks tracks{};
   if (ovt_reader* const of_tracks = relayed ? relayed->tracks : reader)
     cli::check(ovt_read_tracks(of_tracks, publish_ns, &tracks), "tracks");
-  add_tracks(info, tracks, cars);
+  add_tracks(info, tracks, detections, cars);
   if (with_times_) add_times(reader);
   if (debris_points_ > 0) tables_["debris"].add({frame_number_, double(debris_points_), double(debris_found_)});
   const auto by_truth = [&](double count) { return frame_->surface.empty() ? kNan : count; };
@@ -283,17 +293,40 @@ void Evaluator::add_detections(const ovt_frame_info& info, const ovt_detections&
     const double s[3] = {p.xx + r_x_, p.xy, p.yy + r_y_};
     tables_["innovations"].add(
         {frame_number_, c < 0 ? -1.0 : double(cars[std::size_t(c)].car), metrics::normalized_square(innovation, s, 2)});
+    if (!d.var_x || !ego) continue;
+    const auto r = covariance_in_map(d, i, axes_of(ego->roll_rad, ego->pitch_rad, ego->heading_rad));
+    const double own[3] = {p.xx + r[0], p.xy + r[1], p.yy + r[2]};
+    tables_["innovations_own"].add({frame_number_, c < 0 ? -1.0 : double(cars[std::size_t(c)].car),
+                                    metrics::normalized_square(innovation, own, 2)});
   }
 }
 
-void Evaluator::add_tracks(const ovt_frame_info& info, const ovt_tracks& t, const std::vector<CarTruth>& cars) {
+// The acceleration is the mean over a period with this time in its middle.
+void Evaluator::add_motion(int64_t publish_ns, const std::vector<CarTruth>& cars) {
+  const int64_t half = log_.rig().period_ns() / 2;
+  const std::vector<CarTruth> before = cars_at(publish_ns - half), after = cars_at(publish_ns + half);
+  for (const CarTruth& c : cars)
+    if (!c.is_ego)
+      tables_["motion"].add({frame_number_, double(c.car), c.speed_mps,
+                             mean_acceleration(c.car, before, after, 2e-9 * double(half)), c.yaw_rate_rps,
+                             wrap_angle(c.heading_rad - c.course_rad)});
+}
+
+void Evaluator::add_tracks(const ovt_frame_info& info, const ovt_tracks& t, const ovt_detections& detections,
+                           const std::vector<CarTruth>& cars) {
   prior_.clear();
+  note_parked(
+      t, detections, [this](int32_t cluster) { return main_surface(cluster); }, parked_);
   if (info.reference != OVT_REFERENCE_MAP) return;  // without ego there is no comparison
   const CarTruth& ego = *ego_of(cars);
   const double ce = std::cos(ego.heading_rad), se = std::sin(ego.heading_rad);
   for (int32_t i = 0; i < t.count; ++i) {
     const int32_t c = nearest_car(cars, t.x_m[i], t.y_m[i]);
     const bool confirmed = t.state[i] == OVT_CONFIRMED;
+    if (c < 0 && parked_.count(t.id[i])) {
+      tables_["parked_tracks"].add({frame_number_, double(t.id[i]), double(confirmed)});
+      continue;
+    }
     double e[5] = {kNan, kNan, kNan, kNan, kNan}, along = kNan, across = kNan, heading = kNan, nees = kNan;
     if (c >= 0) {
       const CarTruth& car = cars[std::size_t(c)];
@@ -305,7 +338,11 @@ void Evaluator::add_tracks(const ovt_frame_info& info, const ovt_tracks& t, cons
       for (int32_t k = 0; k < 15; ++k) covariance[k] = t.covariance[k][i];
       nees = metrics::normalized_square(e, covariance, 5);
       ++(confirmed ? confirmed_ : tentative_)[car.car];
+      if (confirmed) paths_.add(frame_number_, t, i, car);
     }
+    if (t.existence)
+      tables_["existence"].add({frame_number_, time_s_, double(t.id[i]), t.existence[i], double(confirmed),
+                                c < 0 ? -1.0 : double(cars[std::size_t(c)].car)});
     const Seen seen = see(ego, t.x_m[i], t.y_m[i], ego.z_m);
     tables_["tracks"].add({frame_number_, time_s_, double(t.id[i]), double(confirmed),
                            c < 0 ? -1.0 : double(cars[std::size_t(c)].car), seen.ahead_m, t.x_m[i], t.y_m[i], e[0],

@@ -16,12 +16,17 @@
 //   ego_heading one per frame: error of the ego heading that the pipeline got, and with its own correction
 //   detections  one per detection: position, its car (-1 none) and its errors
 //   tracks      one per track: the same with speed, course, yaw rate, NEES, age of its data
+//   parked_tracks   one per track at no car that is on a parked vehicle: it is in no other table of tracks
+//   existence   one per track of a method that publishes the probability of existence
+//   motion      one per car and frame, at publish time: what the car truly does; slip is heading minus course
+//   paths       one per predicted path of a confirmed track at a car, and horizon (path_judge.h)
 //   centres     one per detection at a car: the error of its centre in the axes of the car, and its square in units of
 //               the published covariance (NaN without one)
 //   debris      one per frame that sees debris: its points, and detections of class debris on it
 //   false_detections   one per detection at no car: position, the surface of most of its points (-1 unknown), its
 //               place on the map, the roll of the ego
-//   innovations one per detection that updated a track: NIS
+//   innovations one per detection that updated a track: NIS with the parameters tracker.r_x and r_y
+//   innovations_own   the same with the covariance that the method publishes with the detection
 //   times       one per stage that ran: nanoseconds
 // and, on every N-th frame (evaluator_baselines.cpp), for the points with a label:
 //   grid        the 2.5-D grid: like scans
@@ -34,14 +39,17 @@
 // first stamp plus a period. Errors are estimate minus truth, in the map; "veh" is the same error rotated to the true
 // ego's frame. A detection or a track is at the nearest car within the gate, else false. A detection of class debris is
 // at no car, and false unless most of its points are of debris or of a car; a right one is in no table of detections.
+// A track is on a parked vehicle while most points of its last detection lie on one, unless that is of class debris.
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "pipeline/overtake.h"
 #include "tools/evaluation/cluster_tally.h"
+#include "tools/evaluation/path_judge.h"
 #include "tools/evaluation/places.h"
 #include "tools/evaluation/table.h"
 #include "tools/evaluation/truth_log.h"
@@ -89,6 +97,8 @@ class Evaluator {
   void leave_out_times() { with_times_ = false; }
   // The ego poses that the pipeline got, if they are not those of the log; they outlive the evaluator.
   void use_poses(const std::vector<PublishedPose>& poses) { poses_ = &poses; }
+  // The true circuit, from which the paths' cars change their offset. Throws io::Error.
+  void use_circuit(const std::string& map_file) { paths_.use_circuit(map_file); }
 
   // Call before the scans of this frame are pushed.
   void expect(const LogFrame& frame) { frame_ = &frame; }
@@ -109,7 +119,9 @@ class Evaluator {
   void add_ego_heading(const ovt_frame_info& info);
   void add_detections(const ovt_frame_info& info, const ovt_detections& detections);
   void add_false_detection(const ovt_detections& detections, int32_t row, const CarTruth* ego);
-  void add_tracks(const ovt_frame_info& info, const ovt_tracks& tracks, const std::vector<CarTruth>& cars);
+  void add_motion(int64_t publish_ns, const std::vector<CarTruth>& cars);
+  void add_tracks(const ovt_frame_info& info, const ovt_tracks& tracks, const ovt_detections& detections,
+                  const std::vector<CarTruth>& cars);
   void remember_tracks(const ovt_tracks& tracks);
   void add_times(ovt_reader* reader);
   void add_ground_baselines(const CloudPoints& cloud);
@@ -128,6 +140,8 @@ class Evaluator {
   const LogFrame* frame_ = nullptr;
   Tables tables_;
   std::map<uint64_t, Prior> prior_;
+  std::set<uint64_t> parked_;  // tracks (note_parked)
+  PathJudge paths_;
   int64_t first_ns_ = -1;
   double frame_number_ = 0, time_s_ = 0;
   // Of the current frame, by car.

@@ -43,8 +43,9 @@ struct TrackFigures {
   metrics::HotaResult hota_window;  // the same with sequences of 20 s: ids need to last only that long
   double gospa_located_m2 = 0, gospa_missed_m2 = 0, gospa_false_m2 = 0;  // means of the parts of its square
   int64_t doubles = 0;  // false positives at a car that already has a track
-  metrics::Summary gospa_m, nees, nis, time_to_confirm_s, longest_gap_s, data_age_s;
+  metrics::Summary gospa_m, nees, nis, nis_own, time_to_confirm_s, longest_gap_s, data_age_s;
   double nees_low = 0, nees_high = 0, nis_low = 0, nis_high = 0;  // contains 95 % of a consistent filter's means
+  metrics::Share nees_inside, nis_inside, nis_own_inside;         // of single values, within bounds that contain 95 %
   int64_t cars_seen = 0, never_confirmed = 0, false_tracks = 0;
   double false_per_hour = 0;
 };

@@ -4,6 +4,7 @@
 // Declarations shared by the parts of figures.cpp.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,18 @@ struct CarRows {
 };
 std::vector<CarRows> rows_by_car(const Table& cars);
 
+// Cars within reach and confirmed tracks of each compared frame, by its number. Cars count from kNearestM to
+// kFarthestM, even if no beam can hit them; a track at a car farther away is left out.
+struct MotFrame {
+  double time_s = 0;
+  std::vector<metrics::MotPlace> objects, tracks;
+};
+std::map<double, MotFrame> mot_frames(const Run& run);
+// Confirmed tracks that, while confirmed, were never at a car nor on a parked vehicle.
+int64_t count_false_tracks(const Run& run);
+
 struct TrackSamples {
-  std::vector<double> gospa, located, missed, false_tracks, nees, nis, to_confirm, gap, age;
+  std::vector<double> gospa, located, missed, false_tracks, nees, nis, nis_own, to_confirm, gap, age;
   metrics::HotaResult hota, hota_window;  // sums over the runs
   int64_t runs = 0;
 };

@@ -31,39 +31,52 @@ int64_t count_doubles(const std::vector<metrics::MotPlace>& objects, const std::
 
 }  // namespace
 
-// Cars count from kNearestM to kFarthestM, even if no beam can hit them; a track at a car farther away is not false.
-void add_tracks(const Run& run, Figures& out, TrackSamples& samples) {
+std::map<double, MotFrame> mot_frames(const Run& run) {
   const Table &cars = run.tables.at("cars"), &tracks = run.tables.at("tracks");
-  struct Frame {
-    double time_s = 0;
-    std::vector<metrics::MotPlace> objects, tracks;
-  };
-  std::map<double, Frame> frames;
+  std::map<double, MotFrame> frames;
   std::set<std::pair<double, double>> here;  // frame, car
   for (const double f : column_of(run.tables.at("clusters"), "frame")) frames[f];
-  metrics::Continuity continuity;
-  metrics::FalseTracks false_tracks;
   const auto frame = column_of(cars, "frame"), time = column_of(cars, "time_s"), car = column_of(cars, "car"),
-             ahead = column_of(cars, "ahead_m"), x = column_of(cars, "x_m"), y = column_of(cars, "y_m"),
-             confirmed = column_of(cars, "confirmed");
+             ahead = column_of(cars, "ahead_m"), x = column_of(cars, "x_m"), y = column_of(cars, "y_m");
   for (std::size_t i = 0; i < frame.size(); ++i) {
     frames[frame[i]].time_s = time[i];
     if (bin_of(ahead[i]) < 0) continue;
     here.insert({frame[i], car[i]});
     frames[frame[i]].objects.push_back({uint64_t(car[i]), x[i], y[i]});
-    continuity.add(time[i], uint64_t(car[i]), confirmed[i] > 0);
   }
   const auto t_frame = column_of(tracks, "frame"), id = column_of(tracks, "id"), t_car = column_of(tracks, "car"),
-             t_confirmed = column_of(tracks, "confirmed"), t_ahead = column_of(tracks, "ahead_m"),
-             t_x = column_of(tracks, "x_m"), t_y = column_of(tracks, "y_m"), nees = column_of(tracks, "nees"),
-             age = column_of(tracks, "age_s");
-  for (std::size_t i = 0; i < t_frame.size(); ++i) {
-    if (t_confirmed[i] <= 0) continue;
-    false_tracks.add(uint64_t(id[i]), t_car[i] >= 0);
-    if (t_car[i] < 0 ? bin_of(t_ahead[i]) >= 0 : here.count({t_frame[i], t_car[i]}) > 0)
+             confirmed = column_of(tracks, "confirmed"), t_ahead = column_of(tracks, "ahead_m"),
+             t_x = column_of(tracks, "x_m"), t_y = column_of(tracks, "y_m");
+  for (std::size_t i = 0; i < t_frame.size(); ++i)
+    if (confirmed[i] > 0 && (t_car[i] < 0 ? bin_of(t_ahead[i]) >= 0 : here.count({t_frame[i], t_car[i]}) > 0))
       frames[t_frame[i]].tracks.push_back({uint64_t(id[i]), t_x[i], t_y[i]});
-    if (t_car[i] >= 0) samples.nees.push_back(nees[i]), samples.age.push_back(age[i]);
-  }
+  return frames;
+}
+
+int64_t count_false_tracks(const Run& run) {
+  const Table &tracks = run.tables.at("tracks"), &parked = run.tables.at("parked_tracks");
+  metrics::FalseTracks false_tracks;
+  const auto id = column_of(tracks, "id"), car = column_of(tracks, "car"), confirmed = column_of(tracks, "confirmed");
+  for (std::size_t i = 0; i < id.size(); ++i)
+    if (confirmed[i] > 0) false_tracks.add(uint64_t(id[i]), car[i] >= 0);
+  const auto parked_id = column_of(parked, "id"), parked_confirmed = column_of(parked, "confirmed");
+  for (std::size_t i = 0; i < parked_id.size(); ++i)
+    if (parked_confirmed[i] > 0) false_tracks.add(uint64_t(parked_id[i]), true);
+  return false_tracks.count();
+}
+
+void add_tracks(const Run& run, Figures& out, TrackSamples& samples) {
+  const Table &cars = run.tables.at("cars"), &tracks = run.tables.at("tracks");
+  const std::map<double, MotFrame> frames = mot_frames(run);
+  metrics::Continuity continuity;
+  const auto time = column_of(cars, "time_s"), car = column_of(cars, "car"), ahead = column_of(cars, "ahead_m"),
+             confirmed = column_of(cars, "confirmed");
+  for (std::size_t i = 0; i < car.size(); ++i)
+    if (bin_of(ahead[i]) >= 0) continuity.add(time[i], uint64_t(car[i]), confirmed[i] > 0);
+  const auto t_car = column_of(tracks, "car"), t_confirmed = column_of(tracks, "confirmed"),
+             nees = column_of(tracks, "nees"), age = column_of(tracks, "age_s");
+  for (std::size_t i = 0; i < t_car.size(); ++i)
+    if (t_confirmed[i] > 0 && t_car[i] >= 0) samples.nees.push_back(nees[i]), samples.age.push_back(age[i]);
   metrics::ClearMot mot(kGateM);
   metrics::Hota hota(kGateM), hota_window(kGateM);
   for (const auto& [number, f] : frames) {
@@ -89,17 +102,19 @@ void add_tracks(const Run& run, Figures& out, TrackSamples& samples) {
     }
     ++samples.runs;
   }
-  out.tracks.false_tracks += false_tracks.count();
+  out.tracks.false_tracks += count_false_tracks(run);
   for (const metrics::Presence& p : continuity.presences()) {
     ++out.tracks.cars_seen;
     out.tracks.never_confirmed += std::isnan(p.time_to_confirm_s);
     samples.to_confirm.push_back(p.time_to_confirm_s);
     if (!std::isnan(p.time_to_confirm_s)) samples.gap.push_back(p.longest_gap_s);
   }
-  const Table& innovations = run.tables.at("innovations");
-  const auto nis = column_of(innovations, "nis"), n_car = column_of(innovations, "car");
-  for (std::size_t i = 0; i < nis.size(); ++i)
-    if (n_car[i] >= 0) samples.nis.push_back(nis[i]);
+  for (const auto& [name, to] : {std::pair("innovations", &samples.nis), {"innovations_own", &samples.nis_own}}) {
+    const Table& innovations = run.tables.at(name);
+    const auto nis = column_of(innovations, "nis"), n_car = column_of(innovations, "car");
+    for (std::size_t i = 0; i < nis.size(); ++i)
+      if (n_car[i] >= 0) to->push_back(nis[i]);
+  }
 }
 
 void finish_tracks(Figures& out, const TrackSamples& s) {
@@ -121,6 +136,15 @@ void finish_tracks(Figures& out, const TrackSamples& s) {
     low = metrics::chi_square_quantile(0.025, degrees * count) / count;
     high = metrics::chi_square_quantile(0.975, degrees * count) / count;
   };
+  // 95 % of the values of a consistent filter: quantiles 0.025 and 0.975 of chi-square, 5 and 2 degrees of freedom.
+  constexpr double kNisLow = 0.0506356, kNisHigh = 7.3777589;
+  const auto share_within = [](const std::vector<double>& values, double low, double high) {
+    int64_t inside = 0, known = 0;
+    for (const double v : values) known += std::isfinite(v), inside += v >= low && v <= high;
+    return metrics::binomial_share(inside, known);
+  };
+  t.nees_inside = share_within(s.nees, 0.8312116, 12.8325020), t.nis_inside = share_within(s.nis, kNisLow, kNisHigh);
+  t.nis_own = metrics::summarize(s.nis_own), t.nis_own_inside = share_within(s.nis_own, kNisLow, kNisHigh);
   bounds(t.nees, 5, t.nees_low, t.nees_high);
   bounds(t.nis, 2, t.nis_low, t.nis_high);
 }

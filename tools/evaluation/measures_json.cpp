@@ -75,6 +75,11 @@ void add_measures(const Figures& f, Json& entry) {
                           {"loc_a", t.hota_window.localisation}};
   tracking["hota_zero_m"] = kGateM;
   tracking["false_positives_at_a_car"] = t.doubles;
+  for (const auto& [name, share] : {std::pair("nees_in_95_bounds", &t.nees_inside),
+                                    {"nis_in_95_bounds", &t.nis_inside},
+                                    {"nis_own_covariance_in_95_bounds", &t.nis_own_inside}})
+    tracking[name] = {{"hits", share->hits}, {"trials", share->trials}, {"value", share->value}};
+  tracking["nis_own_covariance"] = {{"count", t.nis_own.count}, {"mean", t.nis_own.mean}, {"median", t.nis_own.median}};
   tracking["gospa_square_m2"] = {
       {"localisation", t.gospa_located_m2}, {"missed", t.gospa_missed_m2}, {"false", t.gospa_false_m2}};
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tools/evaluation/evaluator.h"
+#include "tools/evaluation/numbers.h"
 #include "tools/io/angles.h"
 
 namespace overtake::evaluation {
@@ -76,6 +77,16 @@ const CarTruth* ego_of(const std::vector<CarTruth>& cars) {
   for (const CarTruth& c : cars)
     if (c.is_ego) return &c;
   return nullptr;
+}
+
+double mean_acceleration(int32_t car, const std::vector<CarTruth>& before, const std::vector<CarTruth>& after,
+                         double seconds) {
+  const auto speed_of = [car](const std::vector<CarTruth>& cars) {
+    for (const CarTruth& c : cars)
+      if (c.car == car) return c.speed_mps;
+    return kNan;
+  };
+  return (speed_of(after) - speed_of(before)) / seconds;
 }
 
 Seen see(const CarTruth& from, double x_m, double y_m, double z_m) {

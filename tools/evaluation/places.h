@@ -48,6 +48,10 @@ io::EgoRow pose_at(const std::vector<PublishedPose>& poses, int64_t stamp_ns);
 
 const CarTruth* ego_of(const std::vector<CarTruth>& cars);  // null: none
 
+// The mean acceleration of a car between two times that are this far apart; NaN if one of them does not have the car.
+double mean_acceleration(int32_t car, const std::vector<CarTruth>& before, const std::vector<CarTruth>& after,
+                         double seconds);
+
 // A map position seen from a car's frame (x forward, y left), with its full attitude.
 struct Seen {
   double ahead_m, left_m;

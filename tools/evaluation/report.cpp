@@ -16,6 +16,7 @@
 #include "tools/evaluation/quality.h"
 #include "tools/evaluation/report_html.h"
 #include "tools/evaluation/report_pages.h"
+#include "tools/evaluation/track_quality.h"
 #include "tools/io/text.h"
 
 namespace overtake::evaluation {
@@ -149,6 +150,12 @@ void write_report(const std::string& out, bool print) {
     metrics["quality"].push_back(json_of(q));
     metrics["quality"].back()["contestant"] = q.variant, metrics["quality"].back()["scenario"] = q.scenario;
   }
+  const std::vector<TrackQuality> tracks = find_track_quality(runs);
+  metrics["track_quality"] = Json::array();
+  for (const TrackQuality& q : tracks) {
+    metrics["track_quality"].push_back(json_of(q));
+    metrics["track_quality"].back()["contestant"] = q.variant, metrics["track_quality"].back()["scenario"] = q.scenario;
+  }
   for (const Figures& f : all) {
     metrics["figures"].push_back(json_of(f));
     for (const auto& [stage, values] : f.times_ms)
@@ -162,7 +169,7 @@ void write_report(const std::string& out, bool print) {
   std::vector<std::string> folders;
   for (const Run& run : runs) folders.push_back(run.folder);
   auto pictures = best_pictures(folders);
-  io::write_whole_file(out + "/report.html", format_report(all, runs, quality, pictures, out));
+  io::write_whole_file(out + "/report.html", format_report(all, runs, quality, tracks, pictures, out));
   if (const Figures* main = main_figures(all)) pictures["detection"].svg = detection_plot(*main);
   cli::make_folder(out + "/pictures");
   for (const auto& [name, picture] : pictures) io::write_whole_file(out + "/pictures/" + name + ".svg", picture.svg);
@@ -180,6 +187,7 @@ void write_report(const std::string& out, bool print) {
   }
   std::printf("%s", table.format().c_str());
   print_quality(quality);
+  print_track_quality(tracks, main_scenario(quality));
   std::printf("\n%s Written to %s: report.html metrics.json times.json detection_by_distance.csv errors.csv runs/\n",
               origin == Origin::kSimulated  ? "All of it simulated."
               : origin == Origin::kRecorded ? "All of it recorded."

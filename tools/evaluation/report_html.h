@@ -10,6 +10,7 @@
 #include "tools/evaluation/figures.h"
 #include "tools/evaluation/quality.h"
 #include "tools/evaluation/snapshot_picker.h"
+#include "tools/evaluation/track_quality.h"
 
 namespace overtake::evaluation {
 
@@ -36,6 +37,8 @@ std::string time_section(const Figures& f);
 std::string claims_section(const std::vector<Figures>& all, const Figures& f);
 std::string oracle_section(const std::vector<Figures>& all, const Figures& f);
 std::string quality_section(const std::vector<Quality>& all, const std::vector<Run>& runs);
+// `main`: the scenario of the tables that are not folded.
+std::string track_section(const std::vector<TrackQuality>& all, const std::string& main);
 std::string scenario_section(const std::vector<Figures>& all, const std::vector<Run>& runs);
 std::string picture_section(const std::map<std::string, NamedPicture>& pictures, const Figures& f,
                             const std::vector<Run>& runs);

@@ -11,14 +11,15 @@
 #include "tools/evaluation/figures.h"
 #include "tools/evaluation/quality.h"
 #include "tools/evaluation/snapshot_picker.h"
+#include "tools/evaluation/track_quality.h"
 
 namespace overtake::evaluation {
 
 // The source of the figures: the unchanged preset with the most frames; null: there is none.
 const Figures* main_figures(const std::vector<Figures>& all);
 std::string format_report(const std::vector<Figures>& all, const std::vector<Run>& runs,
-                          const std::vector<Quality>& quality, const std::map<std::string, NamedPicture>& pictures,
-                          const std::string& out);
+                          const std::vector<Quality>& quality, const std::vector<TrackQuality>& tracks,
+                          const std::map<std::string, NamedPicture>& pictures, const std::string& out);
 
 std::string cpu_name();
 

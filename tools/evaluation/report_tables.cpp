@@ -123,7 +123,36 @@ std::string variant_table(const std::vector<Figures>& all, const Figures& f) {
   return rows.size() < 3 ? "" : table_html(rows);
 }
 
+// The tables of one scenario that have rows.
+std::string track_tables(const std::vector<TrackQuality>& columns) {
+  std::string html;
+  for (const auto& [name, rows] :
+       {std::pair("Tracks", track_rows(columns)),
+        {"Predicted paths", path_rows(columns)},
+        {"Probability of existence: share of the tracks that are at a car", calibration_rows(columns)},
+        {"False tracks an hour (false tracks); delay s: median, 99 % (cars)", threshold_rows(columns)}})
+    if (rows.size() > 1) html += "<h3>" + escape_xml(name) + "</h3>\n" + table_html(rows);
+  return html;
+}
+
 }  // namespace
+
+std::string track_section(const std::vector<TrackQuality>& all, const std::string& main) {
+  std::string html =
+      heading("tracks", "Tracks and predicted paths") +
+      paragraph(
+          "Confirmed tracks at a car: errors by range and by what the car does, identity, confirmation, predicted "
+          "paths against the truth at their time, the published probability of existence; tools/evaluation/README.md "
+          "defines each figure and each limit.") +
+      track_tables(track_quality_of(all, main));
+  std::set<std::string> others;
+  for (const TrackQuality& q : all)
+    if (q.scenario != main) others.insert(q.scenario);
+  for (const std::string& scenario : others)
+    html += "<details><summary>" + escape_xml(scenario) + "</summary>" + track_tables(track_quality_of(all, scenario)) +
+            "</details>\n";
+  return html;
+}
 
 std::string quality_section(const std::vector<Quality>& all, const std::vector<Run>& runs) {
   const std::string main = main_scenario(all);
@@ -186,7 +215,7 @@ std::string scenario_section(const std::vector<Figures>& all, const std::vector<
                 "heading error deg, detections", "tracks", "id switches", "longest gap s",
                 "false confirmed tracks (an hour)"}};
   Rows more = {{"variant", "scenario", "frames with a car", "fragments", "MOTA", "MOTP m", "HOTA (race)", "GOSPA m",
-                "NEES (5)", "NIS (2)", "data age ms"}};
+                "NEES (5)", "NIS (2)", "data age ms", "NEES in 95 %", "NIS in 95 %", "NIS, own covariance", "in 95 %"}};
   for (const Figures& f : all) {
     if (f.variant.find_first_of("@:") != std::string::npos) continue;
     const TrackFigures& t = f.tracks;
@@ -207,7 +236,9 @@ std::string scenario_section(const std::vector<Figures>& all, const std::vector<
     more.push_back({f.variant, f.scenario, std::to_string(t.mot.objects), std::to_string(t.mot.fragments),
                     cli::fixed(t.mot.mota(), 3), cli::fixed(t.mot.motp_m(), 2), cli::fixed(t.hota.hota, 3),
                     cli::fixed(t.gospa_m.mean, 2), cli::fixed(t.nees.mean, 2), cli::fixed(t.nis.mean, 2),
-                    cli::fixed(1000 * t.data_age_s.mean, 0)});
+                    cli::fixed(1000 * t.data_age_s.mean, 0), cli::fixed(t.nees_inside.value, 3),
+                    cli::fixed(t.nis_inside.value, 3), cli::fixed(t.nis_own.mean, 2),
+                    cli::fixed(t.nis_own_inside.value, 3)});
   }
   return heading("scenarios", "All scenarios") +
          paragraph(
@@ -216,9 +247,12 @@ std::string scenario_section(const std::vector<Figures>& all, const std::vector<
              "errors: median of the absolute error (95th percentile) of those at a car. Longest gap: without a "
              "confirmed track, of any car once confirmed.") +
          table_html(rows) + heading_notes(all) +
-         paragraph("CLEAR MOT and HOTA with the gate of " + cli::fixed(kGateM, 1) +
-                   " m, GOSPA with c = 2 m, p = 2. Consistent would be NEES 5 and NIS 2. Data age: publish time minus "
-                   "the track's last measurement.") +
+         paragraph(
+             "CLEAR MOT and HOTA with the gate of " + cli::fixed(kGateM, 1) +
+             " m, GOSPA with c = 2 m, p = 2. Consistent would be NEES 5 and NIS 2, and 0.95 of their values "
+             "between the quantiles 0.025 and 0.975 of chi-square. NIS uses tracker.r_x and r_y; own covariance: that "
+             "of the detection, where the method publishes it. Data age: publish time minus the track's last "
+             "measurement.") +
          table_html(more);
 }
 

@@ -166,6 +166,7 @@ Variant::Variant(const std::string& name, const TruthLog& log, const std::string
   if (variant_ == "ground") config.params.ground_threshold_rad = 0;
   params_ = config.params;
   evaluator_ = std::make_unique<Evaluator>(log, config.params, variant_ == "late_truth" ? log.rig().period_ns() : 0);
+  if (!map_file.empty()) evaluator_->use_circuit(map_file);
   without_poses_ = variant_ == "no_poses" || (variant_ != "ego" && lacks(log, "poses"));
   if (variant_ == "ego" || without_poses_) evaluator_->use_poses(true_poses_);
   if (variant_ == "heading" || variant_ == "clusters" || variant_ == "relay")
