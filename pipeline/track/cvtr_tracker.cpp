@@ -116,18 +116,20 @@ void CvtrPolicy::write(const State& s, TrackTable& t, std::size_t i) const noexc
   t.hits[i] = s.life.hits();
 }
 
-void CvtrPolicy::write_path(const State& s, PathTable& t) const noexcept {
-  TrackEstimate estimate = s.estimate;
-  for (int32_t k = 0; k < t.points_per_track; ++k) {
-    overtake::predict(estimate, noise_, params_.horizon_step_s);
-    const auto i = std::size_t(t.count++);
-    t.x_m[i] = estimate.mean.x_m;
-    t.y_m[i] = estimate.mean.y_m;
-    t.course_rad[i] = estimate.mean.course_rad;
-    t.speed_mps[i] = estimate.mean.speed_mps;
-    t.var_x[i] = estimate.covariance[0][0];
-    t.var_y[i] = estimate.covariance[1][1];
-    t.cov_xy[i] = estimate.covariance[1][0];
+void CvtrPolicy::write_paths(std::span<const State> states, PathTable& t) const noexcept {
+  for (const State& s : states) {
+    TrackEstimate estimate = s.estimate;
+    for (int32_t k = 0; k < t.points_per_track; ++k) {
+      overtake::predict(estimate, noise_, params_.horizon_step_s);
+      const auto i = std::size_t(t.count++);
+      t.x_m[i] = estimate.mean.x_m;
+      t.y_m[i] = estimate.mean.y_m;
+      t.course_rad[i] = estimate.mean.course_rad;
+      t.speed_mps[i] = estimate.mean.speed_mps;
+      t.var_x[i] = estimate.covariance[0][0];
+      t.var_y[i] = estimate.covariance[1][1];
+      t.cov_xy[i] = estimate.covariance[1][0];
+    }
   }
 }
 

@@ -40,7 +40,7 @@ class CvtrPolicy {
   bool is_confirmed(const State& s) const noexcept { return s.life.state == TrackState::kConfirmed; }
   State publishable(const State& state, bool in_map) const noexcept;
   void write(const State& state, TrackTable& t, std::size_t i) const noexcept;
-  void write_path(const State& state, PathTable& t) const noexcept;
+  void write_paths(std::span<const State> states, PathTable& t) const noexcept;
 
   // For the assignment.
   using Estimate = TrackEstimate;

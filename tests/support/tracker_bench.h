@@ -44,6 +44,7 @@ class TrackerBench {
       states_ = carver.take<std::byte>(std::size_t(params.track_capacity) * tracker.state_bytes());
       overtake::carve_table(carver, tracks_, params.track_capacity);
       overtake::carve_table(carver, paths_, params.track_capacity * tracker.path_points());
+      paths_.points_per_track = tracker.path_points();
     });
     if (!built) std::abort();
   }
