@@ -60,10 +60,10 @@ OVT_INLINE PathPoint<V> place_path_point(const PathCar& car, V along_s, V across
   const V a = along_s, b = speed * across_s, e = speed * across_s2;
   const V a2 = a * a * V(car.p_vv), b2 = b * b * V(car.p_cc), e2 = e * e * V(car.p_ww);
   const V along = V(car.p_ss) + two * a * V(car.p_sv) + a2 + along_m2;
-  const V across = V(car.p_dd) + two * b * V(car.p_dc) + b2 +
-                   two * e * (V(car.p_dw) + b * V(car.p_cw)) + e2 + across_m2;
-  const V both = V(car.p_sd) + a * V(car.p_dv) + b * (V(car.p_sc) + a * V(car.p_vc)) +
-                 e * (V(car.p_sw) + a * V(car.p_vw));
+  const V across =
+      V(car.p_dd) + two * b * V(car.p_dc) + b2 + two * e * (V(car.p_dw) + b * V(car.p_cw)) + e2 + across_m2;
+  const V both =
+      V(car.p_sd) + a * V(car.p_dv) + b * (V(car.p_sc) + a * V(car.p_vc)) + e * (V(car.p_sw) + a * V(car.p_vw));
   const V least = V(1e-10) * (V(car.p_ss) + V(car.p_dd) + a2 + b2 + e2 + along_m2 + across_m2);
   const V wide = max_of(along, least), narrow = max_of(across, least);
   const V most = V(0.999) * sqrt_of(wide * narrow);

@@ -74,7 +74,8 @@ TEST_CASE("detector: a reader computes as much of the paths as it asks for") {
   for (const double bad : {-1e-9, -1.0, 3.0000001, 1e300, double(INFINITY), double(NAN)})
     CHECK(ovt_set_path_horizon(reader, bad) == OVT_BAD_ARGUMENT);
   compare(12);  // as before
-  for (const auto& [horizon_s, point_count] : std::map<double, int32_t>{{0.0, 0}, {0.04, 0}, {0.06, 1}, {2.5, 25}, {3.0, 30}}) {
+  for (const auto& [horizon_s, point_count] :
+       std::map<double, int32_t>{{0.0, 0}, {0.04, 0}, {0.06, 1}, {2.5, 25}, {3.0, 30}}) {
     CAPTURE(horizon_s);
     CHECK(ovt_set_path_horizon(reader, horizon_s) == OVT_OK);
     compare(point_count);

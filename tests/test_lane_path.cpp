@@ -53,7 +53,8 @@ CircuitMap straight(double length_m) {
 CircuitMap corner() {
   std::vector<double> x, y;
   for (double at = 0; at < 300.0; at += 3.0) x.push_back(at), y.push_back(0.0);
-  for (double a = 0; a < kPi; a += 0.02) x.push_back(300.0 + 150.0 * std::sin(a)), y.push_back(150.0 * (1 - std::cos(a)));
+  for (double a = 0; a < kPi; a += 0.02)
+    x.push_back(300.0 + 150.0 * std::sin(a)), y.push_back(150.0 * (1 - std::cos(a)));
   return map_of(x, y, false);
 }
 
@@ -205,10 +206,11 @@ TEST_CASE("lane path: the variances along and across grow as documented") {
         reach += 1e-4 / (1 + h + h * h / 2);
       }
       CAPTURE(k);
-      CHECK(t.var_x[k] == doctest::Approx(c[0][0] + 2 * at * c[0][2] + at * at * c[2][2] + 0.03 * at + at * at * at / 2));
+      CHECK(t.var_x[k] ==
+            doctest::Approx(c[0][0] + 2 * at * c[0][2] + at * at * c[2][2] + 0.03 * at + at * at * at / 2));
       const double lever = reach * kPathSpeed;
-      CHECK(t.var_y[k] == doctest::Approx(c[1][1] + 2 * lever * c[1][3] + lever * lever * c[3][3] + 0.007 * at +
-                                          0.04 * at * at));
+      CHECK(t.var_y[k] ==
+            doctest::Approx(c[1][1] + 2 * lever * c[1][3] + lever * lever * c[3][3] + 0.007 * at + 0.04 * at * at));
     }
   }
   for (const PathKind kind : kEveryKind) {
@@ -283,7 +285,8 @@ TEST_CASE("lane path: fewer points are the first points of the whole path, in an
     const TrackEstimate e = car_at(196, 0, kHalfPi - 0.02);
     bench.table.points_per_track = 100;
     bench.of(e, kind);
-    const std::vector<double> x(bench.table.x_m, bench.table.x_m + 100), var(bench.table.var_y, bench.table.var_y + 100);
+    const std::vector<double> x(bench.table.x_m, bench.table.x_m + 100),
+        var(bench.table.var_y, bench.table.var_y + 100);
     for (const int32_t points : {0, 1, 31, 32, 33, 64, 99}) {
       bench.table.points_per_track = points;
       const PathTable& t = bench.of(e, kind);

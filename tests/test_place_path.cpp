@@ -58,17 +58,30 @@ TEST_CASE("place_path: the covariance is that of s + a v along and d + b c + e w
       for (int c = 0; c < 5; ++c)
         for (int k = 0; k < 5; ++k) p[r][c] += root[r][k] * root[c][k] + 0.02 * (r == c);
     PathBlock b;
-    b.car = {.left_m = 0,       .turn_rad = draw(random, -0.3, 0.3), .speed_mps = draw(random, 0, 3),
-             .p_ss = p[0][0],   .p_sd = p[0][1],                     .p_dd = p[1][1],
-             .p_sv = p[0][2],   .p_dv = p[1][2],                     .p_vv = p[2][2],
-             .p_sc = p[0][3],   .p_dc = p[1][3],                     .p_vc = p[2][3],
-             .p_cc = p[3][3],   .p_sw = p[0][4],                     .p_dw = p[1][4],
-             .p_vw = p[2][4],   .p_cw = p[3][4],                     .p_ww = p[4][4]};
+    b.car = {.left_m = 0,
+             .turn_rad = draw(random, -0.3, 0.3),
+             .speed_mps = draw(random, 0, 3),
+             .p_ss = p[0][0],
+             .p_sd = p[0][1],
+             .p_dd = p[1][1],
+             .p_sv = p[0][2],
+             .p_dv = p[1][2],
+             .p_vv = p[2][2],
+             .p_sc = p[0][3],
+             .p_dc = p[1][3],
+             .p_vc = p[2][3],
+             .p_cc = p[3][3],
+             .p_sw = p[0][4],
+             .p_dw = p[1][4],
+             .p_vw = p[2][4],
+             .p_cw = p[3][4],
+             .p_ww = p[4][4]};
     for (int32_t c = 0; c < 4; ++c) b.in[c][0] = draw(random, 0, 2);
     b.in[3][0] = 0.5;
     b.in[4][0] = draw(random, 0, 1), b.in[5][0] = draw(random, 0, 1), b.heading(0) = draw(random, -3, 3);
     b.run(scalar(), 1);
-    const double v = b.car.speed_mps, rows[2][5] = {{1, 0, b.in[0][0], 0, 0}, {0, 1, 0, v * b.in[1][0], v * b.in[2][0]}};
+    const double v = b.car.speed_mps,
+                 rows[2][5] = {{1, 0, b.in[0][0], 0, 0}, {0, 1, 0, v * b.in[1][0], v * b.in[2][0]}};
     double m[2][2] = {{b.in[4][0], 0}, {0, b.in[5][0]}};
     for (int r = 0; r < 2; ++r)
       for (int c = 0; c < 2; ++c)

@@ -7,6 +7,7 @@
 
 #include <cmath>
 
+#include "kernels/kernel_table.h"
 #include "pipeline/track/global_assignment.h"
 #include "pipeline/track/life_cycle.h"
 #include "pipeline/track/replay_tracker.h"
@@ -65,8 +66,11 @@ class CvtrPolicy {
   double travel_m(const State& s, double dt_s) const noexcept { return s.estimate.mean.speed_mps * std::fabs(dt_s); }
 
  private:
+  void write_path(const State& state, const PathRows& rows, int32_t points) const noexcept;
+
   const TrackerParams params_;
   const CircuitMap* const map_;
+  const KernelTable& kernels_;
   const LifeCycleParams life_cycle_;
   const ProcessNoise noise_, no_noise_;
   GlobalAssignment<CvtrPolicy> assignment_;

@@ -10,11 +10,11 @@
 namespace overtake {
 namespace {
 
-constexpr double kWalkStep_s = 0.1;     // longest step along a lane
-constexpr double kLeastShrink = 0.2;    // a lane's centre is no nearer than this share of its radius
-constexpr double kMostDrift_m = 20.0;   // standard deviation of a car's own way across its lane
-constexpr double kRest_s = 0.5;         // time constant of coming to rest
-constexpr double kMostTurn_mps2 = 40.0; // a car turns no faster
+constexpr double kWalkStep_s = 0.1;      // longest step along a lane
+constexpr double kLeastShrink = 0.2;     // a lane's centre is no nearer than this share of its radius
+constexpr double kMostDrift_m = 20.0;    // standard deviation of a car's own way across its lane
+constexpr double kRest_s = 0.5;          // time constant of coming to rest
+constexpr double kMostTurn_mps2 = 40.0;  // a car turns no faster
 
 // f(h) = 1 / (1 + h + h^2 / 2) and the integrals of f and of f^2 from 0 to h, of u = 1 + h: f = 2 / (1 + u^2).
 struct Decay {

@@ -44,8 +44,8 @@ class LanePath {
   void write_points(const PathCar& car, const Columns& by_point, PlaceOf&& place, PathTable& t) const noexcept;
 
   Columns lane_{}, free_{}, rest_{};
-  double *late_s_ = nullptr;       // of e0^2: the time that a car loses along the lane while it drives across it
-  double *rest_speed_ = nullptr;   // of the speed: what a car that comes to rest still has
+  double* late_s_ = nullptr;      // of e0^2: the time that a car loses along the lane while it drives across it
+  double* rest_speed_ = nullptr;  // of the speed: what a car that comes to rest still has
   const LaneTrackerParams params_;
   const CircuitMap* const map_;
   const KernelTable& kernels_;

@@ -66,7 +66,11 @@ int32_t steps_of(double dt_s) {
 }  // namespace
 
 LanePolicy::LanePolicy(const TrackerParams& params, const CircuitMap* map, const Allocator& allocator)
-    : params_(params), lane_(params.lane), map_(map && !map->empty() ? map : nullptr), assignment_(params, allocator), path_(params, map_) {
+    : params_(params),
+      lane_(params.lane),
+      map_(map && !map->empty() ? map : nullptr),
+      assignment_(params, allocator),
+      path_(params, map_) {
   const auto slots = std::size_t(params.track_capacity), rows = std::size_t(params.detection_capacity);
   arena_.build_or_throw(allocator, [&](Carver& carver) {
     for (double** column : {&x_m_, &y_m_, &cos_, &sin_, &range_m_, &bearing_rad_, &p_detect_, &hit_score_})

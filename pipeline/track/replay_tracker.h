@@ -132,7 +132,7 @@ class ReplayTracker final : public FrameTracker {
 
  private:
   static constexpr std::size_t kPathGroup = 8;  // tracks whose paths are written at once
-  static constexpr int32_t kNone = -1;  // no frame to show: it was late, or there was none
+  static constexpr int32_t kNone = -1;          // no frame to show: it was late, or there was none
 
   // Restores the tracks before the new iteration at `place`, then runs it and all later ones.
   void run_from(int32_t place) noexcept {

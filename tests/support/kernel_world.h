@@ -92,6 +92,9 @@ class KernelWorld {
   SensorModel rig_[3];
   float *fit_x_m_, *fit_y_m_;
   PathCar car_;
+  PathCars cars_;
+  double* cars_out_[7];
+  uint32_t cars_left_ = 0;
   double *path_in_[10], *path_out_[6];
   int32_t path_count_ = 0;
   int32_t kept_count_ = 0, merged_overflow_ = 0, fit_count_ = 0;
