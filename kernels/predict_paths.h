@@ -105,7 +105,7 @@ OVT_INLINE void symmetrise_path(PathState<V>& s) {
   s.p13 = s.p31 = V(0.5) * (s.p31 + s.p13);
 }
 
-// Predicts the cars' paths as predict() in pipeline/track/track_filter.h does, point by point, with the same bytes. A car
+// Predicts the cars' paths as predict() in pipeline/track/track_filter.h does, point by point, to the same bytes. A car
 // that turns by 0.2 rad or more in a step, has no course within 4 rad, or is too uncertain for the plain formulas
 // (var_x + var_y at least 1e6 m^2 at a point) is left to the caller: its rows are written, but not to be used.
 //   reads    cars     writes   rows of `count` cars, `points` each

@@ -677,7 +677,7 @@ typedef struct ovt_tracks {
   const double* heading_sigma_rad;   /* standard deviation of heading_rad, at most pi */
 } ovt_tracks;
 /* How far this reader's ovt_read_tracks predicts paths: 0 (no path is computed; path_points is 0) to tracker.horizon_s,
- * where every reader starts. path_points is horizon_s / tracker.horizon_step_s, rounded. Also from on_frame, whose reader
+ * where every reader starts. path_points is horizon_s / tracker.horizon_step_s, rounded. Also from on_frame: its reader
  * keeps it for the next frames. NaN, below 0 or above tracker.horizon_s: OVT_BAD_ARGUMENT, and nothing changes. */
 OVT_API ovt_status ovt_set_path_horizon(ovt_reader* reader, double horizon_s);
 /* A copy of the tracks after this frame, predicted to publish_ns, at most 59 s from the frame's tracks_stamp_ns.

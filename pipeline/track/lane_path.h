@@ -8,7 +8,7 @@
 //   d(t) = d0 + v e0 g(t)              g = the integral of that decay = 2 path_turn_s atan(h / (2 + h))
 //   s(t)                               where the car has driven v t: a way ds at the offset d is (1 - kappa d) ds long
 //
-// A pure function of the estimate, the map and the parameters. A path starts at the estimate: as t goes to 0, the place,
+// A pure function of the estimate, the map and the parameters. A path starts at the estimate: as t goes to 0, place,
 // course and covariance go to those of the estimate.
 #pragma once
 

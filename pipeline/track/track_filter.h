@@ -27,7 +27,7 @@ struct Innovation {
   double log_det = 0;  // ln det S
 };
 
-// The steps of a prediction by dt_s. With more than kPlainSteps, predict() keeps P positive definite in spite of rounding.
+// The steps of a prediction by dt_s. With more than kPlainSteps, predict() guards P against rounding.
 int predict_steps(const ProcessNoise& noise, double dt_s) noexcept;
 inline constexpr int kPlainSteps = 8;
 
