@@ -308,6 +308,20 @@ TEST_CASE("lane path: with points far apart a car stays on its lane too") {
   }
 }
 
+TEST_CASE("lane path: points far apart are the points of a fine path, also where the lane begins to turn") {
+  const CircuitMap map = corner();
+  PathBench coarse(&map, 2.0, 6.0), fine(&map, 0.1, 6.0);
+  const TrackEstimate e = car_at(200, 7, 0.02);
+  const PathTable &a = coarse.of(e, PathKind::kLane), &b = fine.of(e, PathKind::kLane);
+  REQUIRE(a.count == 3);
+  for (int32_t k = 0; k < 3; ++k) {
+    const int32_t same = 20 * (k + 1) - 1;
+    CAPTURE(k);
+    CHECK(std::hypot(a.x_m[k] - b.x_m[same], a.y_m[k] - b.y_m[same]) < 0.3);
+    CHECK(a.var_x[k] == doctest::Approx(b.var_x[same]).epsilon(0.01));
+  }
+}
+
 TEST_CASE("lane path: covariances are positive definite for any state and any parameters") {
   std::mt19937_64 random(81);
   const CircuitMap map = circle(80, 50);
