@@ -1,15 +1,19 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Benchmarks of more than one kernel on one image: assignment, the rectangle of 500 points, other orders of points, and
-// our clusters beside those of PCL on the same non-ground points.
+// Benchmarks of more than one kernel on one image: assignment, the paths that readers get, the rectangle of 500
+// points, other orders of points, and our clusters beside those of PCL on the same non-ground points.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <memory>
 #include <random>
 #include <tuple>
 
 #include "bench/work.h"
 #include "pipeline/method/steps.h"
+#include "pipeline/track/cvtr_tracker.h"
+#include "pipeline/track/lane_tracker.h"
 #include "pipeline/track/munkres.h"
 
 #if defined(OVT_BENCH_PCL)
@@ -162,6 +166,107 @@ void bench_pcl(benchmark::State& state, const Cloud& cloud) {
 }
 #endif
 
+// The tracks of 47 cars on a circle of 400 m, and what ovt_read_tracks computes of them.
+constexpr int32_t kPathTracks = 47, kPathPoints = 30;
+template <class Policy>
+struct TracksOf {
+  CircuitMap map;
+  TrackerParams params;
+  std::unique_ptr<ReplayTracker<Policy>> tracker;
+  std::unique_ptr<Policy> policy;  // for the paths step by step
+  Arena arena;
+  TrackTable rows, tracks;
+  OptionalTrackTable optional;
+  PathTable paths;
+  std::byte* states = nullptr;
+  int64_t stamp_ns = 0;
+
+  TracksOf(const KernelTable* kernels, const char* preset) {
+    std::vector<double> x, y, width;
+    for (int32_t i = 0; i < 500; ++i) {
+      x.push_back(400 * std::cos(kTwoPi * i / 500));
+      y.push_back(400 * std::sin(kTwoPi * i / 500));
+      width.push_back(10);
+    }
+    const char* error = nullptr;
+    ovt_params of_preset;
+    if (!map.build(x.data(), y.data(), width.data(), width.data(), nullptr, 500, true, &error) ||
+        ovt_params_init(&of_preset, sizeof of_preset, preset) != OVT_OK)
+      std::abort();
+    params = make_tracker_params(of_preset, 64, 64);
+    params.kernels = kernels;
+    tracker = std::make_unique<ReplayTracker<Policy>>(params, &map);
+    policy = std::make_unique<Policy>(params, &map, default_allocator());
+    arena.build_or_throw(default_allocator(), [&](Carver& carver) {
+      carve_table(carver, rows, 64);
+      carve_table(carver, tracks, 64);
+      carve_table(carver, optional, 64);
+      carve_table(carver, paths, 64 * kPathPoints);
+      states = carver.take<std::byte>(64 * tracker->state_bytes());
+    });
+    for (int32_t frame = 0; frame < 30; ++frame) {
+      Measurement z[kPathTracks];
+      stamp_ns = frame * int64_t(50'000'000);
+      for (int32_t i = 0; i < kPathTracks; ++i) {
+        const double radius = 394 + i % 3 * 6, angle = kTwoPi * i / kPathTracks + 60 * 0.05 * frame / radius;
+        z[i] = {.x_m = radius * std::cos(angle), .y_m = radius * std::sin(angle), .stamp_ns = stamp_ns};
+        z[i].var_x = z[i].var_y = 0.05;
+        z[i].cov_xy = 0;
+      }
+      TrackerFrame in;
+      in.stamp_ns = stamp_ns;
+      in.measurements = z;
+      in.ego = {true, 0, 0, 0, 60};
+      tracker->step(in, nullptr);
+    }
+    tracker->snapshot(rows, states);
+    if (rows.count != kPathTracks) std::abort();
+  }
+  // To the frame's stamp, as readers mostly do.
+  void read(int32_t points) {
+    paths.points_per_track = points;
+    tracker->publish(rows, states, stamp_ns, tracks, &optional, &paths);
+    benchmark::DoNotOptimize(paths.x_m);
+  }
+  // The same without the path kernels: every point is a prediction of the whole track from the one before.
+  void read_step_by_step() {
+    read(0);
+    for (int32_t i = 0; i < rows.count; ++i) {
+      typename Policy::State state;
+      std::memcpy(&state, states + std::size_t(i) * sizeof state, sizeof state);
+      for (int32_t k = 0; k < kPathPoints; ++k) {
+        policy->predict(state, params.horizon_step_s);
+        const auto row = std::size_t(i * kPathPoints + k);
+        const TrackEstimate& e = state.estimate;
+        paths.x_m[row] = e.mean.x_m;
+        paths.y_m[row] = e.mean.y_m;
+        paths.course_rad[row] = e.mean.course_rad;
+        paths.speed_mps[row] = e.mean.speed_mps;
+        paths.var_x[row] = e.covariance[0][0];
+        paths.var_y[row] = e.covariance[1][1];
+        paths.cov_xy[row] = e.covariance[1][0];
+      }
+    }
+    benchmark::DoNotOptimize(paths.x_m);
+  }
+};
+
+template <class Policy>
+void add_reads(const KernelTable* const* tables, int32_t table_count, const char* preset) {
+  const auto bench = [preset](const KernelTable* kernels, auto&& read) {
+    return [preset, kernels, read](benchmark::State& state) {
+      TracksOf<Policy> of(kernels, preset);
+      for (auto _ : state) read(of);
+      state.SetItemsProcessed(int64_t(state.iterations()) * kPathTracks);
+    };
+  };
+  const std::string name = std::string("read_tracks/") + preset + "/";
+  add(name + "step_by_step", bench(tables[0], [](auto& of) { of.read_step_by_step(); }));
+  add(name + "no_paths", bench(tables[0], [](auto& of) { of.read(0); }));
+  for (int32_t t = 0; t < table_count; ++t)
+    add(name + tables[t]->isa, bench(tables[t], [](auto& of) { of.read(kPathPoints); }));
+}
+
 }  // namespace
 
 void add_tasks(const KernelTable* const* tables, int32_t table_count, const Cloud& racecar_front,
@@ -169,6 +274,8 @@ void add_tasks(const KernelTable* const* tables, int32_t table_count, const Clou
   add("assign/dense/32", [](benchmark::State& state) { bench_assign(state, 32, dense_pairs(32)); });
   add("assign/gated/256", [](benchmark::State& state) { bench_assign(state, 256, gated_pairs(256)); });
   add("assign/tangled/256", [](benchmark::State& state) { bench_assign(state, 256, tangled_pairs(256)); });
+  add_reads<CvtrPolicy>(tables, table_count, "paper");
+  add_reads<LanePolicy>(tables, table_count, "best");
   const auto add_each = [&](const std::string& before, const std::string& after, const auto& run) {
     for (int32_t t = 0; t < table_count; ++t)
       add(before + "/" + tables[t]->isa + "/" + after,

@@ -132,6 +132,20 @@ class Work {
                                                  part.cluster_points.y_m + begin, fit_count, 0.1f, 0.0f, 0.0f));
         break;
       }
+      case Kernel::predict_paths: {
+        double(&out)[7][kPathCars * 30] = cars_out;
+        benchmark::DoNotOptimize(k.predict_paths({0.05, 2, {0.005, 0.005, 0.5, 0.005, 0.0005}}, path_cars, kPathCars,
+                                                 30, {out[0], out[1], out[2], out[3], out[4], out[5], out[6]}));
+        break;
+      }
+      case Kernel::place_path: {
+        double(&in)[10][kPathBlock] = path_in;
+        double(&out)[6][kPathBlock] = path_out;
+        k.place_path(path_car, {in[0], in[1], in[2], in[3], in[4], in[5]}, {in[6], in[7], in[8], in[9]}, kPathBlock,
+                     {out[0], out[1], out[2], out[3], out[4], out[5]});
+        benchmark::DoNotOptimize(out);
+        break;
+      }
       default:
         std::fprintf(stderr, "%s: no step runs it, and Work does not either\n", kernel_name(kernel)), std::abort();
     }
@@ -147,6 +161,11 @@ class Work {
   SegmentScratch scratch;
   SegmentViews views;
   int32_t fit_count = 0;
+  PathCar path_car = {
+      .left_m = 2, .turn_rad = 0.02, .speed_mps = 70, .p_ss = 0.1, .p_dd = 0.1, .p_vv = 1, .p_cc = 1e-3};
+  double path_in[10][kPathBlock] = {}, path_out[6][kPathBlock];
+  PathCars path_cars;  // at the origin, certain
+  double cars_out[7][kPathCars * 30];
 
  private:
   struct LayerSum {

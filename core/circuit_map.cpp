@@ -283,7 +283,7 @@ MapPose CircuitMap::at(double s_m, int32_t* hint) const noexcept {
   if (empty()) return {};
   const double length = s_.back();
   double s = s_m == s_m ? s_m : 0.0;
-  if (closed_) {
+  if (closed_ && !(s >= 0.0 && s < length)) {  // else nothing to wrap, and no division
     const double turns = std::fabs(s / length) <= 1e15 ? s / length : 0.0;
     int64_t whole = int64_t(turns);
     if (double(whole) > turns) --whole;

@@ -36,6 +36,11 @@ OVT_INLINE float select(bool mask, float yes, float no) { return mask ? yes : no
 OVT_INLINE float abs_of(float v) { return __builtin_fabsf(v); }
 OVT_INLINE float min_of(float a, float b) { return a < b ? a : b; }
 OVT_INLINE float max_of(float a, float b) { return a > b ? a : b; }
+OVT_INLINE double select(bool mask, double yes, double no) { return mask ? yes : no; }
+OVT_INLINE double abs_of(double v) { return __builtin_fabs(v); }
+OVT_INLINE double min_of(double a, double b) { return a < b ? a : b; }
+OVT_INLINE double max_of(double a, double b) { return a > b ? a : b; }
+OVT_INLINE double sqrt_of(double v) { return __builtin_sqrt(v); }
 
 // ---- float, scalar and vector ---------------------------------------------------------------------------------------
 
@@ -234,6 +239,50 @@ inline void sin_cos_f64(double a, double& s, double& c) {
   }
 }
 
+// sin_cos_f64 for V = double, or a vector of doubles: the same bytes for |a| <= 1.6e6. Beyond, and for NaN: NaN.
+template <class V>
+OVT_INLINE void sin_cos_f64_of(V a, V& s, V& c) {
+  const V turns = a * V(0.63661977236758134);
+  // The integer nearest to |turns|, halves up: adding 2^52 rounds to an integer, and one too large is corrected.
+  const V half_up = abs_of(turns) + V(0.5);
+  const V rounded = (half_up + V(4503599627370496.0)) - V(4503599627370496.0);
+  const V whole = select(rounded > half_up, rounded - V(1.0), rounded);
+  const V kd = select(turns < V(0.0), V(0.0) - whole, whole);
+  const V high = a - kd * V(1.5707963267341256), middle = kd * V(6.077100506303966e-11), near = high - middle;
+  const V r = near + (((high - near) - middle) - kd * V(2.0222662487959506e-21));
+  const V z = r * r;
+  V ps(1.0 / 355687428096000.0);
+  ps = ps * z - V(1.0 / 1307674368000.0);
+  ps = ps * z + V(1.0 / 6227020800.0);
+  ps = ps * z - V(1.0 / 39916800.0);
+  ps = ps * z + V(1.0 / 362880.0);
+  ps = ps * z - V(1.0 / 5040.0);
+  ps = ps * z + V(1.0 / 120.0);
+  ps = ps * z - V(1.0 / 6.0);
+  const V sin_r = r + r * (z * ps);
+  V pc(1.0 / 20922789888000.0);
+  pc = pc * z - V(1.0 / 87178291200.0);
+  pc = pc * z + V(1.0 / 479001600.0);
+  pc = pc * z - V(1.0 / 3628800.0);
+  pc = pc * z + V(1.0 / 40320.0);
+  pc = pc * z - V(1.0 / 720.0);
+  pc = pc * z + V(1.0 / 24.0);
+  const V half_z = V(0.5) * z, near_one = V(1.0) - half_z;
+  const V cos_r = near_one + (((V(1.0) - near_one) - half_z) + z * z * pc);
+  // Quarter turns modulo 4, from -2 to 2.
+  const V fourth = kd * V(0.25);
+  const V q = kd - V(4.0) * ((fourth + V(6755399441055744.0)) - V(6755399441055744.0));
+  const V one_quarter = V(1.0) - abs_of(abs_of(q) - V(1.0));  // 1 in odd quarters, 0 in even ones
+  const auto odd = one_quarter > V(0.5);
+  const V sin_u = select(odd, cos_r, sin_r), cos_u = select(odd, sin_r, cos_r);
+  // Times -1, not 0 - x: a zero keeps the sign that sin_cos_f64 gives it.
+  const V sin_n = sin_u * V(-1.0), cos_n = cos_u * V(-1.0);
+  const V none(std::numeric_limits<double>::quiet_NaN());
+  const auto in_range = abs_of(a) <= V(1.6e6);
+  s = select(in_range, select(q < V(-0.5), sin_n, select(q > V(1.5), sin_n, sin_u)), none);
+  c = select(in_range, select(q > V(0.5), cos_n, select(q < V(-1.5), cos_n, cos_u)), none);
+}
+
 // Natural logarithm of a normal x > 0, error <= 2 ulp. x = 2^e m with m in [sqrt 1/2, sqrt 2); with s = (m-1)/(m+1):
 // log m = 2 atanh s = 2 (s + s^3/3 + s^5/5 + ...). Any other x gives NaN.
 inline double log_f64(double x) {
@@ -296,6 +345,16 @@ inline double wrap_angle(double a) {
   if (r > kPi) r -= kTwoPi;
   if (r <= -kPi) r += kTwoPi;
   return r;
+}
+
+// wrap_angle for V = double, or a vector of doubles, with the same bytes for |a| <= 3 pi; for NaN: NaN.
+template <class V>
+OVT_INLINE V wrap_once_of(V a) {
+  const V pi(kPi), turn(kTwoPi), back(-kPi);
+  const V once = select(a > V(0.0), a - turn, a + turn);
+  const V above = select(once > pi, once - turn, once);
+  const V within = select(above <= back, above + turn, above);
+  return select(a > pi, within, select(a <= back, within, a));
 }
 
 inline float wrap_angle(float a) {

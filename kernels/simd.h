@@ -4,7 +4,8 @@
 // The SIMD wrapper. It and simd_<isa>.h, which hold the intrinsics, are the only files that depend on ISA and xsimd
 // version.
 //
-//   Float<A>, Int<A>   kSize values of 4 bytes        Mask<A>   one bool per lane
+//   Float<A>, Int<A>   kSize values of 4 bytes        Mask<A>         one bool per lane
+//   Double<A>          kDoubles values of 8 bytes     DoubleMask<A>   one bool per lane
 //
 // A is an xsimd architecture. Every name here is a template on A or always inlined, so that the linker cannot use code
 // of one ISA for another. Kernels must do the same: no std:: function, no inline function without OVT_INLINE. Each
@@ -97,6 +98,37 @@ struct Float {
   OVT_INLINE friend Mask<A> operator!=(Float a, Float b) { return ~(a.v == b.v); }
 };
 
+template <class A>
+inline constexpr int32_t kDoubles = int32_t(xsimd::batch<double, A>::size);
+
+template <class A>
+struct DoubleMask {
+  using Batch = xsimd::batch_bool<double, A>;
+  Batch v;
+
+  OVT_INLINE DoubleMask(Batch b) : v(b) {}
+  OVT_INLINE friend DoubleMask operator&(DoubleMask a, DoubleMask b) { return a.v & b.v; }
+};
+
+template <class A>
+struct Double {
+  using Batch = xsimd::batch<double, A>;
+  Batch v;
+
+  OVT_INLINE Double() {}
+  OVT_INLINE Double(Batch b) : v(b) {}
+  OVT_INLINE explicit Double(double all) : v(all) {}
+  OVT_INLINE static Double load(const double* at) { return Batch::load_unaligned(at); }
+  OVT_INLINE void store(double* at) const { v.store_unaligned(at); }
+  OVT_INLINE friend Double operator+(Double a, Double b) { return a.v + b.v; }
+  OVT_INLINE friend Double operator-(Double a, Double b) { return a.v - b.v; }
+  OVT_INLINE friend Double operator*(Double a, Double b) { return a.v * b.v; }
+  OVT_INLINE friend Double operator/(Double a, Double b) { return a.v / b.v; }
+  OVT_INLINE friend DoubleMask<A> operator<(Double a, Double b) { return a.v < b.v; }
+  OVT_INLINE friend DoubleMask<A> operator>(Double a, Double b) { return a.v > b.v; }
+  OVT_INLINE friend DoubleMask<A> operator<=(Double a, Double b) { return a.v <= b.v; }
+};
+
 // The functions that core/math.h's templates need for a value type. The forms for float stay visible.
 using overtake::abs_of, overtake::max_of, overtake::min_of, overtake::select;
 template <class A>
@@ -122,6 +154,27 @@ OVT_INLINE Float<A> max_of(Float<A> a, Float<A> b) {
 template <class A>
 OVT_INLINE Float<A> sqrt_of(Float<A> a) {
   return Native<A>::sqrt(a.v);
+}
+
+template <class A>
+OVT_INLINE Double<A> select(DoubleMask<A> m, Double<A> yes, Double<A> no) {
+  return xsimd::select(m.v, yes.v, no.v);
+}
+template <class A>
+OVT_INLINE Double<A> abs_of(Double<A> a) {
+  return xsimd::abs(a.v);
+}
+template <class A>
+OVT_INLINE Double<A> min_of(Double<A> a, Double<A> b) {
+  return select(a < b, a, b);
+}
+template <class A>
+OVT_INLINE Double<A> max_of(Double<A> a, Double<A> b) {
+  return select(a > b, a, b);
+}
+template <class A>
+OVT_INLINE Double<A> sqrt_of(Double<A> a) {
+  return xsimd::sqrt(a.v);
 }
 
 // a + b where the mask is set, elsewhere a + 0, which is a (a must not be -0).

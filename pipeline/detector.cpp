@@ -438,6 +438,7 @@ ovt_status Detector::build_reader(Reader& reader) {
     if (tracker.writes_optional()) carve_table(carver, reader.optional, tracks);
     carve_table(carver, reader.paths, round_up(tracks, kRowAlign) * tracker.path_points());
   });
+  reader.paths.points_per_track = tracker.path_points();
   return built ? OVT_OK : OVT_NO_MEMORY;
 }
 
@@ -470,6 +471,12 @@ ovt_status Detector::next_frame(Reader& reader) {
   if (reader.frame) pool_.release(reader.frame);  // release first: a reader never holds two slots
   reader.frame = pool_.pin_latest();
   reader.seen_sequence = reader.frame->sequence;
+  return OVT_OK;
+}
+
+ovt_status Detector::set_path_horizon(Reader& reader, double horizon_s) {
+  if (!(horizon_s >= 0.0 && horizon_s <= tracker_params_.horizon_s)) return OVT_BAD_ARGUMENT;
+  reader.paths.points_per_track = path_points(tracker_params_, horizon_s);
   return OVT_OK;
 }
 

@@ -63,6 +63,7 @@ class Detector {
   ovt_status create_reader(Reader** out);
   void destroy_reader(Reader* reader);
   ovt_status next_frame(Reader& reader);
+  ovt_status set_path_horizon(Reader& reader, double horizon_s);
   int64_t publish_tracks(Reader& reader, int64_t publish_ns);  // returns the time that the tracks are predicted to
 
   void read_stats(ovt_stats& out) const;

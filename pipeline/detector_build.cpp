@@ -191,6 +191,7 @@ ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params&
   };
   const Allocator allocator = memory_.allocator();
   tracker_params_ = make_tracker_params(params, def.track_capacity, def.candidate_capacity);
+  tracker_params_.kernels = context_.kernels;
   track_stage_ = std::make_unique<TrackStage>(context_, tracker_params_, allocator);
   FrameSizes sizes;
   sizes.sensors = context_.sensors;

@@ -333,6 +333,11 @@ ovt_status ovt_read_detections_sized(ovt_reader* reader, ovt_detections* out, si
   return give(rows, out, out_size);
 }
 
+ovt_status ovt_set_path_horizon(ovt_reader* reader, double horizon_s) {
+  if (!reader) return OVT_BAD_ARGUMENT;
+  return cpp(reader).detector->set_path_horizon(cpp(reader), horizon_s);
+}
+
 ovt_status ovt_read_tracks_sized(ovt_reader* reader, int64_t publish_ns, ovt_tracks* out, size_t out_size) {
   if (!reader || !out) return OVT_BAD_ARGUMENT;
   if (!standing(reader)) return OVT_NO_FRAME;

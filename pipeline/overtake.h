@@ -185,6 +185,7 @@ typedef struct ovt_params {
   double lane_tracker_narrow_m, lane_tracker_narrow_score, lane_tracker_confirm_score, lane_tracker_drop_score;
   double lane_tracker_most_score, lane_tracker_coast_s, lane_tracker_coast_sigma_m;
   int32_t lane_tracker_confirm_hits, lane_tracker_tentative_misses;
+  double lane_tracker_path_turn_s, lane_tracker_path_speed, lane_tracker_path_across;
 } ovt_params;
 
 typedef struct ovt_param_info {
@@ -679,6 +680,10 @@ typedef struct ovt_tracks {
   const double* unseen_s;            /* from measured_ns to publish_ns, s; not below 0 */
   const double* heading_sigma_rad;   /* standard deviation of heading_rad, at most pi */
 } ovt_tracks;
+/* How far this reader's ovt_read_tracks predicts paths: 0 (no path is computed; path_points is 0) to tracker.horizon_s,
+ * where every reader starts. path_points is horizon_s / tracker.horizon_step_s, rounded. Also from on_frame: its reader
+ * keeps it for the next frames. NaN, below 0 or above tracker.horizon_s: OVT_BAD_ARGUMENT, and nothing changes. */
+OVT_API ovt_status ovt_set_path_horizon(ovt_reader* reader, double horizon_s);
 /* A copy of the tracks after this frame, predicted to publish_ns, at most 59 s from the frame's tracks_stamp_ns.
  * out->publish_ns is the time that they are predicted to. */
 OVT_API ovt_status ovt_read_tracks_sized(ovt_reader* reader, int64_t publish_ns, ovt_tracks* out, size_t out_size);

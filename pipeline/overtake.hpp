@@ -242,6 +242,10 @@ class FrameView {
   Result<Detections> detections() const noexcept {
     return read<Detections>([&](auto* out) { return ovt_read_detections(reader_, &out->c); });
   }
+  // How far tracks() predicts paths, 0: no paths. From on_frame too, whose reader keeps it for the next frames.
+  [[nodiscard]] ovt_status set_path_horizon(double horizon_s) const noexcept {
+    return ovt_set_path_horizon(reader_, horizon_s);
+  }
   Result<Tracks> tracks(int64_t publish_ns = OVT_AT_FRAME_STAMP) const noexcept {
     return read<Tracks>([&](auto* out) { return ovt_read_tracks(reader_, publish_ns, &out->c); });
   }

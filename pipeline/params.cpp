@@ -236,6 +236,9 @@ TrackerParams make_tracker_params(const ovt_params& params, int32_t track_capaci
   lane.coast_s = params.lane_tracker_coast_s;
   lane.coast_sigma_m = params.lane_tracker_coast_sigma_m;
   lane.confirm_hits = params.lane_tracker_confirm_hits;
+  lane.path_turn_s = params.lane_tracker_path_turn_s;
+  lane.path_speed = params.lane_tracker_path_speed;
+  lane.path_across = params.lane_tracker_path_across;
   lane.length_m = params.vehicle_length_m;
   lane.width_m = params.vehicle_width_m;
   out.track_capacity = track_capacity;

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <random>
 #include <type_traits>
 
@@ -226,6 +227,35 @@ TEST_CASE("math: sin_cos_f64 is within 2 ulp") {
   CHECK(c == 1.0);
   for (const double bad : {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN(), 1e300}) {
     sin_cos_f64(bad, s, c);
+    CHECK(std::isnan(s));
+    CHECK(std::isnan(c));
+  }
+}
+
+TEST_CASE("math: the forms of sin_cos_f64 and wrap_angle for vectors give the same bytes") {
+  const auto same = [](double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; };
+  std::mt19937_64 random(9);
+  int32_t differences = 0;
+  const auto check = [&](double a) {
+    double s, c, vector_s, vector_c;
+    sin_cos_f64(a, s, c);
+    sin_cos_f64_of(a, vector_s, vector_c);
+    differences += !same(s, vector_s) || !same(c, vector_c);
+    if (std::fabs(a) <= 3.0 * kPi) differences += !same(wrap_angle(a), wrap_once_of(a));
+  };
+  for (int n = 0; n < 1000000; ++n) {
+    const double unit = double(int64_t(random() >> 11)) / double(int64_t(1) << 52) - 1.0;
+    for (const double size : {1e-9, 1.0, 10.0, 1e3, 1.6e6}) check(size * unit);
+  }
+  for (int k = -12; k <= 12; ++k)
+    for (const double a :
+         {k * kHalfPi, std::nextafter(k * kHalfPi, 1e9), std::nextafter(k * kHalfPi, -1e9), k * kHalfPi / 2})
+      check(a);
+  check(-0.0);
+  CHECK(differences == 0);
+  double s, c;
+  for (const double a : {1.7e6, double(INFINITY), -double(INFINITY), double(NAN)}) {
+    sin_cos_f64_of(a, s, c);
     CHECK(std::isnan(s));
     CHECK(std::isnan(c));
   }

@@ -140,7 +140,10 @@ const std::map<std::string, double> kMethod = {{"frame.period_s", 0.05},
                                                {"lane_tracker.most_score", 8},
                                                {"lane_tracker.tentative_misses", 8},
                                                {"lane_tracker.coast_s", 4},
-                                               {"lane_tracker.coast_sigma_m", 20}};
+                                               {"lane_tracker.coast_sigma_m", 20},
+                                               {"lane_tracker.path_turn_s", 1},
+                                               {"lane_tracker.path_speed", 2},
+                                               {"lane_tracker.path_across", 0.1}};
 
 }  // namespace
 
@@ -314,7 +317,7 @@ TEST_CASE("params: the tracker of best starts with the defaults of its own param
   REQUIRE(ovt_params_init(&best, sizeof best, "best") == OVT_OK);
   const TrackerParams params = make_tracker_params(best, 8, 8);
   const LaneTrackerParams own;
-  static_assert(sizeof own == 39 * sizeof(double));  // no padding
+  static_assert(sizeof own == 42 * sizeof(double));  // no padding
   CHECK(std::memcmp(&params.lane, &own, sizeof own) == 0);
   CHECK(params.gate_d2 == 25);
   CHECK(params.max_silence_s == 12);

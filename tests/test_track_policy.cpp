@@ -54,11 +54,12 @@ class ManyModelsPolicy {
     t.x_m[i] = s.x_m;
     t.hits[i] = s.hits;
   }
-  void write_path(State s, PathTable& t) const {
-    for (int32_t k = 0; k < t.points_per_track; ++k) {
-      predict(s, step_s_);
-      t.x_m[t.count++] = s.x_m;
-    }
+  void write_paths(std::span<const State> states, PathTable& t) const {
+    for (State s : states)
+      for (int32_t k = 0; k < t.points_per_track; ++k) {
+        predict(s, step_s_);
+        t.x_m[t.count++] = s.x_m;
+      }
   }
 
  private:
@@ -77,6 +78,7 @@ struct Bench {
       carve_table(carver, rows, 4);
       carve_table(carver, tracks, 4);
       carve_table(carver, paths, 4 * tracker.path_points());
+      paths.points_per_track = tracker.path_points();
       states = carver.take<std::byte>(4 * tracker.state_bytes());
     }));
   }

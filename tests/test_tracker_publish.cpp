@@ -330,6 +330,7 @@ TEST_CASE("tracker publish: a snapshot published later equals the tracker publis
     states = carver.take<std::byte>(256 * bench.tracker.state_bytes());
     carve_table(carver, tracks, 256);
     carve_table(carver, paths, 256 * bench.tracker.path_points());
+    paths.points_per_track = bench.tracker.path_points();
   }));
   bench.tracker.snapshot(snapshot, states);
   const TrackTable& expected = bench.tracks_at(1.6);

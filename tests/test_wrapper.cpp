@@ -120,6 +120,11 @@ TEST_CASE("wrapper: spans are the C API's columns, not copies") {
   CHECK(tracked->path_x_m(1).data() == tracks.path_x_m + tracks.path_points);
   CHECK(tracked->path_x_m(1).size() == std::size_t(tracks.path_points));
   CHECK(tracked->path_x_m(tracked->size()).empty());
+  CHECK(reader.set_path_horizon(0.0) == OVT_OK);
+  CHECK(reader.tracks()->path_x_m(1).empty());
+  CHECK(reader.tracks()->x_m().size() == tracked->size());
+  CHECK(reader.set_path_horizon(-1.0) == OVT_BAD_ARGUMENT);
+  CHECK(reader.set_path_horizon(3.0) == OVT_OK);
   CHECK(reader.tracks(demo_frame(0).stamp_ns + 100'000'000)->c.publish_ns == demo_frame(0).stamp_ns + 100'000'000);
 
   const auto clusters = reader.clusters();

@@ -4,6 +4,7 @@
 // The shape of a road whose heights are not known, fitted to the ground of one scan.
 #pragma once
 
+#include "core/math.h"
 #include "core/plane.h"
 #include "core/sensor_model.h"
 #include "kernels/running_ground.h"
@@ -23,7 +24,6 @@ struct RoadAxes {
 // from the vehicle's lane, which bends by `curvature`. Beyond kBend_m it goes on straight, beyond kLane_m it is as at
 // the edge.
 constexpr int32_t kTerms = 5;
-inline double select(bool mask, double yes, double no) noexcept { return mask ? yes : no; }
 
 // Two doubles side by side, for the shape. Compilers make the baseline's vectors of it; the results are those of
 // double.

@@ -36,6 +36,7 @@ double choose_heading(const CvtrState& s, bool in_map, double min_speed_mps) {
 CvtrPolicy::CvtrPolicy(const TrackerParams& params, const CircuitMap* map, const Allocator& allocator)
     : params_(params),
       map_(map),
+      kernels_(params.kernels ? *params.kernels : *find_kernels(nullptr)),
       life_cycle_{params.window, params.confirm_hits, params.keep_hits},
       noise_(make_process_noise(params)),
       no_noise_{{}, params.predict_step_s},
@@ -116,18 +117,52 @@ void CvtrPolicy::write(const State& s, TrackTable& t, std::size_t i) const noexc
   t.hits[i] = s.life.hits();
 }
 
-void CvtrPolicy::write_path(const State& s, PathTable& t) const noexcept {
+void CvtrPolicy::write_path(const State& s, const PathRows& rows, int32_t points) const noexcept {
   TrackEstimate estimate = s.estimate;
-  for (int32_t k = 0; k < t.points_per_track; ++k) {
+  for (int32_t k = 0; k < points; ++k) {
     overtake::predict(estimate, noise_, params_.horizon_step_s);
-    const auto i = std::size_t(t.count++);
-    t.x_m[i] = estimate.mean.x_m;
-    t.y_m[i] = estimate.mean.y_m;
-    t.course_rad[i] = estimate.mean.course_rad;
-    t.speed_mps[i] = estimate.mean.speed_mps;
-    t.var_x[i] = estimate.covariance[0][0];
-    t.var_y[i] = estimate.covariance[1][1];
-    t.cov_xy[i] = estimate.covariance[1][0];
+    rows.x_m[k] = estimate.mean.x_m;
+    rows.y_m[k] = estimate.mean.y_m;
+    rows.course_rad[k] = estimate.mean.course_rad;
+    rows.speed_mps[k] = estimate.mean.speed_mps;
+    rows.var_x[k] = estimate.covariance[0][0];
+    rows.var_y[k] = estimate.covariance[1][1];
+    rows.cov_xy[k] = estimate.covariance[1][0];
+  }
+}
+
+// In groups by the kernel; a car that it leaves, and every car if a point takes many steps, by the filter.
+void CvtrPolicy::write_paths(std::span<const State> states, PathTable& t) const noexcept {
+  PredictPathsParams params = {0, predict_steps(noise_, params_.horizon_step_s), {}};
+  params.step_s = params_.horizon_step_s / params.steps;
+  for (int i = 0; i < kTrackStateSize; ++i) params.noise[i] = noise_.variance_per_s[i] * params.step_s;
+  const int32_t points = t.points_per_track;
+  for (std::size_t first = 0; first < states.size(); first += kPathCars) {
+    const auto group = states.subspan(first, std::min(states.size() - first, std::size_t(kPathCars)));
+    const auto count = int32_t(group.size());
+    const auto rows_from = [&t](int32_t row) {
+      return PathRows{t.x_m + row,   t.y_m + row,   t.course_rad + row, t.speed_mps + row,
+                      t.var_x + row, t.var_y + row, t.cov_xy + row};
+    };
+    uint32_t left = ~0u;
+    if (params.steps <= kPlainSteps) {
+      PathCars cars;
+      for (int32_t i = 0; i < count; ++i) {
+        const TrackEstimate& e = group[std::size_t(i)].estimate;
+        cars.x_m[i] = e.mean.x_m;
+        cars.y_m[i] = e.mean.y_m;
+        cars.speed_mps[i] = e.mean.speed_mps;
+        cars.course_rad[i] = e.mean.course_rad;
+        cars.yaw_rate_rps[i] = e.mean.yaw_rate_rps;
+        int32_t entry = 0;
+        for (int32_t r = 0; r < kTrackStateSize; ++r)
+          for (int32_t c = 0; c <= r; ++c) cars.covariance[entry++][i] = e.covariance[r][c];
+      }
+      left = kernels_.predict_paths(params, cars, count, points, rows_from(t.count));
+    }
+    for (int32_t i = 0; i < count; ++i)
+      if ((left >> i & 1) != 0) write_path(group[std::size_t(i)], rows_from(t.count + i * points), points);
+    t.count += count * points;
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include <cmath>
 
+#include "kernels/kernel_table.h"
 #include "pipeline/track/global_assignment.h"
 #include "pipeline/track/life_cycle.h"
 #include "pipeline/track/replay_tracker.h"
@@ -40,7 +41,7 @@ class CvtrPolicy {
   bool is_confirmed(const State& s) const noexcept { return s.life.state == TrackState::kConfirmed; }
   State publishable(const State& state, bool in_map) const noexcept;
   void write(const State& state, TrackTable& t, std::size_t i) const noexcept;
-  void write_path(const State& state, PathTable& t) const noexcept;
+  void write_paths(std::span<const State> states, PathTable& t) const noexcept;
 
   // For the assignment.
   using Estimate = TrackEstimate;
@@ -65,8 +66,11 @@ class CvtrPolicy {
   double travel_m(const State& s, double dt_s) const noexcept { return s.estimate.mean.speed_mps * std::fabs(dt_s); }
 
  private:
+  void write_path(const State& state, const PathRows& rows, int32_t points) const noexcept;
+
   const TrackerParams params_;
   const CircuitMap* const map_;
+  const KernelTable& kernels_;
   const LifeCycleParams life_cycle_;
   const ProcessNoise noise_, no_noise_;
   GlobalAssignment<CvtrPolicy> assignment_;

@@ -119,8 +119,8 @@ class FrameTracker {
   // Predicts the tracks of a snapshot to publish_ns, and their paths from there; `rows` and `tracks` may be the same
   // table. Depends on the arguments and the parameters alone. If publish_ns is before a track's own time, predicts back
   // without noise. If it is more than 60 s away, predicts 60 s; stamp_ns is the stamp reached. `optional` has room for
-  // the rows; a tracker without writes_optional() does not write it. `paths` has room for path_points() per track. Both
-  // may be null.
+  // the rows; a tracker without writes_optional() does not write it. `paths` has room for the caller's
+  // points_per_track, at most path_points(), of each track. Both may be null.
   virtual void publish(const TrackTable& rows, const std::byte* states, int64_t publish_ns, TrackTable& tracks,
                        OptionalTrackTable* optional, PathTable* paths) const noexcept = 0;
   virtual bool writes_optional() const noexcept = 0;

@@ -78,7 +78,11 @@ int32_t steps_of(double dt_s) {
 }  // namespace
 
 LanePolicy::LanePolicy(const TrackerParams& params, const CircuitMap* map, const Allocator& allocator)
-    : params_(params), lane_(params.lane), map_(map && !map->empty() ? map : nullptr), assignment_(params, allocator) {
+    : params_(params),
+      lane_(params.lane),
+      map_(map && !map->empty() ? map : nullptr),
+      assignment_(params, allocator),
+      path_(params, map_) {
   const auto slots = std::size_t(params.track_capacity), rows = std::size_t(params.detection_capacity);
   arena_.build_or_throw(allocator, [&](Carver& carver) {
     for (double** column : {&x_m_, &y_m_, &cos_, &sin_, &range_m_, &bearing_rad_, &p_detect_, &hit_score_})
@@ -87,7 +91,9 @@ LanePolicy::LanePolicy(const TrackerParams& params, const CircuitMap* map, const
     in_part_ = carver.take<bool>(slots);
     claimed_ = carver.take<bool>(rows);
     unclaimed_ = carver.take<Place>(rows);
+    path_.carve(carver);
   });
+  path_.fill();
 }
 
 // ---- predict --------------------------------------------------------------------------------------------------------
@@ -122,6 +128,11 @@ CourseNoise LanePolicy::noise_of(const State& s) const noexcept {
   return noise;
 }
 
+bool LanePolicy::comes_to_rest(const State& s) const noexcept {
+  return s.estimate.mean.speed_mps < lane_.stand_mps &&
+         s.estimate.covariance[2][2] < kStandSigmas * lane_.stand_mps * lane_.stand_mps;
+}
+
 // forward_in_time: on the lane, with process noise, and the clocks of the state run. Else CVTR alone, whose step back
 // is the inverse of its step forward.
 void LanePolicy::move(State& s, double dt_s, bool forward_in_time) const noexcept {
@@ -135,9 +146,7 @@ void LanePolicy::move(State& s, double dt_s, bool forward_in_time) const noexcep
     } else {
       predict_on_lane(s.estimate, s.lane, noise_of(s), step_s);
       double& speed_mps = s.estimate.mean.speed_mps;
-      const bool is_slow =
-          speed_mps < lane_.stand_mps && s.estimate.covariance[2][2] < kStandSigmas * lane_.stand_mps * lane_.stand_mps;
-      if (is_slow) speed_mps /= 1.0 + step_s / kStand_s;
+      if (comes_to_rest(s)) speed_mps /= 1.0 + step_s / kStand_s;
       s.unseen_s += step_s;
       s.heading_age_s += step_s;
       s.manoeuvre_s = std::max(0.0, s.manoeuvre_s - step_s);
@@ -568,19 +577,15 @@ void LanePolicy::write_optional(const State& s, OptionalTrackTable& t, std::size
   t.heading_sigma_rad[i] = std::sqrt(std::clamp(s.heading_var, 0.0, kPi * kPi));
 }
 
-void LanePolicy::write_path(const State& state, PathTable& t) const noexcept {
-  State s = state;
-  for (int32_t k = 0; k < t.points_per_track; ++k) {
-    predict(s, params_.horizon_step_s);
-    const auto i = std::size_t(t.count++);
-    t.x_m[i] = s.estimate.mean.x_m;
-    t.y_m[i] = s.estimate.mean.y_m;
-    t.course_rad[i] = s.estimate.mean.course_rad;
-    t.speed_mps[i] = s.estimate.mean.speed_mps;
-    t.var_x[i] = s.estimate.covariance[0][0];
-    t.var_y[i] = s.estimate.covariance[1][1];
-    t.cov_xy[i] = s.estimate.covariance[1][0];
-  }
+// A car that drives follows its lane, else the arc of its yaw rate.
+PathKind LanePolicy::path_of(const State& s) const noexcept {
+  if (comes_to_rest(s)) return PathKind::kRest;
+  if (!(s.estimate.mean.speed_mps > kDrives_mps)) return PathKind::kStraight;
+  return s.lane.time_s > 0.0 ? PathKind::kLane : PathKind::kArc;
+}
+
+void LanePolicy::write_paths(std::span<const State> states, PathTable& t) const noexcept {
+  for (const State& s : states) path_.write(s.estimate, path_of(s), s.segment, t);
 }
 
 template class ReplayTracker<LanePolicy>;

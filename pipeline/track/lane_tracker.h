@@ -9,6 +9,7 @@
 
 #include "pipeline/track/global_assignment.h"
 #include "pipeline/track/lane_motion.h"
+#include "pipeline/track/lane_path.h"
 #include "pipeline/track/replay_tracker.h"
 
 namespace overtake {
@@ -61,7 +62,7 @@ class LanePolicy {
   void write(const State& s, TrackTable& t, std::size_t i) const noexcept;
   void leave_view(State& s) const noexcept { s.visibility = Visibility::kOutside; }
   void write_optional(const State& s, OptionalTrackTable& t, std::size_t i) const noexcept;
-  void write_path(const State& state, PathTable& t) const noexcept;
+  void write_paths(std::span<const State> states, PathTable& t) const noexcept;
 
   // One track for one car.
   void look_round(const TrackView<State>& tracks, const Iteration& it) noexcept;
@@ -80,6 +81,8 @@ class LanePolicy {
 
  private:
   void move(State& s, double dt_s, bool forward_in_time) const noexcept;
+  bool comes_to_rest(const State& s) const noexcept;
+  PathKind path_of(const State& s) const noexcept;
   void look_at_lane(State& s) const noexcept;
   CourseNoise noise_of(const State& s) const noexcept;
   void turn_heading(State& s, double dt_s) const noexcept;
@@ -98,6 +101,7 @@ class LanePolicy {
   const LaneTrackerParams lane_;
   const CircuitMap* const map_;
   GlobalAssignment<LanePolicy> assignment_;
+  LanePath path_;
   Arena arena_;
   // Of the iteration under way, by slot: the tracks at its stamp, whether and how probably its sensors detect them, and
   // the score of a hit.

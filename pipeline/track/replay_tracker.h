@@ -97,11 +97,13 @@ class ReplayTracker final : public FrameTracker {
     }
     if (paths) {
       paths->count = 0;
-      paths->points_per_track = path_points();
+      OVT_CHECK(paths->points_per_track >= 0 && paths->points_per_track <= path_points());
       OVT_CHECK(paths->capacity >= tracks.count * paths->points_per_track);
     }
+    State group[kPathGroup];
+    std::size_t grouped = 0;
     for (std::size_t i = 0; i < std::size_t(tracks.count); ++i) {
-      State state;
+      State& state = group[grouped++];
       std::memcpy(&state, states + i * sizeof(State), sizeof(State));
       const int64_t state_ns = tracks.stamp_ns[i];
       tracks.stamp_ns[i] = limit_stamp(state_ns, publish_ns, kMaxPredict_s);
@@ -114,18 +116,23 @@ class ReplayTracker final : public FrameTracker {
           optional->unseen_s[i] = std::max(0.0, seconds_between(tracks.measured_ns[i], tracks.stamp_ns[i]));
         }
       }
-      if (paths) tracks_.policy().write_path(state, *paths);
+      if (grouped == kPathGroup || i + 1 == std::size_t(tracks.count)) {
+        if (paths && paths->points_per_track > 0)
+          tracks_.policy().write_paths(std::span<const State>(group, grouped), *paths);
+        grouped = 0;
+      }
     }
   }
 
   bool writes_optional() const noexcept override { return WritesOptional<Policy>; }
   std::size_t state_bytes() const noexcept override { return sizeof(State); }
-  int32_t path_points() const noexcept override { return int32_t(params_.horizon_s / params_.horizon_step_s + 0.5); }
+  int32_t path_points() const noexcept override { return overtake::path_points(params_, params_.horizon_s); }
   double path_step_s() const noexcept override { return params_.horizon_step_s; }
   TrackerCounts counts() const noexcept override { return {tracks_.counts(), counts_}; }
 
  private:
-  static constexpr int32_t kNone = -1;  // no frame to show: it was late, or there was none
+  static constexpr std::size_t kPathGroup = 8;  // tracks whose paths are written at once
+  static constexpr int32_t kNone = -1;          // no frame to show: it was late, or there was none
 
   // Restores the tracks before the new iteration at `place`, then runs it and all later ones.
   void run_from(int32_t place) noexcept {

@@ -98,11 +98,15 @@ Innovator make_innovator(const TrackEstimate& e, const Measurement& z) {
 
 }  // namespace
 
-void predict(TrackEstimate& estimate, const ProcessNoise& noise, double dt_s, const Advanced* whole) noexcept {
-  if (dt_s == 0.0) return;
+int predict_steps(const ProcessNoise& noise, double dt_s) noexcept {
   const double ratio = std::fabs(dt_s) / noise.max_step_s;
   // The slack keeps 50 ms one step of 50 ms, whatever the rounding of the division.
-  const int steps = ratio >= kMaxSteps ? kMaxSteps : 1 + int(ratio * (1.0 - 1e-9));
+  return ratio >= kMaxSteps ? kMaxSteps : 1 + int(ratio * (1.0 - 1e-9));
+}
+
+void predict(TrackEstimate& estimate, const ProcessNoise& noise, double dt_s, const Advanced* whole) noexcept {
+  if (dt_s == 0.0) return;
+  const int steps = predict_steps(noise, dt_s);
   const double step_s = dt_s / steps;
   const bool is_known = whole && steps == 1;
   for (int k = 0; k < steps; ++k) {
@@ -115,7 +119,7 @@ void predict(TrackEstimate& estimate, const ProcessNoise& noise, double dt_s, co
       for (int i = 0; i < kTrackStateSize; ++i) estimate.covariance[i][i] += noise.variance_per_s[i] * step_s;
   }
   symmetrise(estimate);
-  if (steps > 8 || dt_s < 0.0 || is_wide(estimate)) keep_positive(estimate);
+  if (steps > kPlainSteps || dt_s < 0.0 || is_wide(estimate)) keep_positive(estimate);
 }
 
 bool innovate(const TrackEstimate& estimate, const Measurement& z, Innovation* out) noexcept {

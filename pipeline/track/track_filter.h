@@ -27,6 +27,10 @@ struct Innovation {
   double log_det = 0;  // ln det S
 };
 
+// The steps of a prediction by dt_s. With more than kPlainSteps, predict() guards P against rounding.
+int predict_steps(const ProcessNoise& noise, double dt_s) noexcept;
+inline constexpr int kPlainSteps = 8;
+
 // Predicts by dt_s. The mean is exact for any dt; the covariance advances in equal steps <= max_step_s. A prediction
 // back (dt_s < 0) only inverts the motion and adds no process noise. `whole`: advance() by dt_s, if the caller has it
 // already; a prediction in one step then does not compute it again.

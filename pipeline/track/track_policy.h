@@ -12,6 +12,7 @@
 #pragma once
 
 #include <concepts>
+#include <span>
 #include <type_traits>
 
 #include "pipeline/track/iteration.h"
@@ -37,7 +38,7 @@ concept TrackPolicy = std::is_trivially_copyable_v<typename P::State> &&
     requires(P& policy, const P& constant, typename P::State& state, const typename P::State& seen, double dt_s,
              const Measurement& z, const Iteration& it, bool hit, bool in_map, int32_t slot,
              const TrackView<typename P::State>& tracks, int32_t* measurement_of_slot, TrackTable& rows, std::size_t i,
-             PathTable& paths) {
+             PathTable& paths, std::span<const typename P::State> group) {
   // Predicts a state by dt_s; if dt_s is negative, back without process noise. ReplayTracker calls it also without an
   // update after it: for a miss, for publication and for ovt_advance.
   constant.predict(state, dt_s);
@@ -63,8 +64,8 @@ concept TrackPolicy = std::is_trivially_copyable_v<typename P::State> &&
   { constant.publishable(seen, in_map) } -> std::same_as<typename P::State>;
   // Writes state, x to yaw rate, covariance, heading, extent, age and hits of row i.
   constant.write(seen, rows, i);
-  // Appends the points_per_track points of its predicted path.
-  constant.write_path(seen, paths);
+  // Appends the points_per_track points of the predicted path of each state.
+  constant.write_paths(group, paths);
 };
 
 // A policy with these members as well keeps one track for one car.

@@ -27,7 +27,10 @@ struct LaneTrackerParams {
   double most_score = 8.0, coast_s = 4.0, coast_sigma_m = 20.0;
   int32_t confirm_hits = 3, tentative_misses = 8;
   double length_m = 4.921, width_m = 1.886;  // of the cars
+  double path_turn_s = 1.0, path_speed = 2.0, path_across = 0.1;
 };
+
+struct KernelTable;
 
 struct TrackerParams {
   double q_diag[5] = {0.005, 0.005, 0.5, 0.005, 0.0005};  // per q_step_s, scales with dt
@@ -45,10 +48,16 @@ struct TrackerParams {
   int32_t history_iterations = 32;  // at most this many iterations back (1..256)
   int32_t track_capacity = 256, detection_capacity = 256;
   LaneTrackerParams lane;
-  double work_limit = 1e7;  // steps of about 2 ns that a frame may take
+  double work_limit = 1e7;               // steps of about 2 ns that a frame may take
+  const KernelTable* kernels = nullptr;  // null: the best of this CPU
 };
 
 // Clamps the parameters, so that any values give a tracker that works. The configuration refuses invalid ones by name.
 TrackerParams make_sane(TrackerParams params) noexcept;
+
+// The number of points of a predicted path over a horizon: the nearest number of steps.
+inline int32_t path_points(const TrackerParams& params, double horizon_s) noexcept {
+  return int32_t(horizon_s / params.horizon_step_s + 0.5);
+}
 
 }  // namespace overtake

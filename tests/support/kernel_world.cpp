@@ -107,8 +107,33 @@ KernelWorld::KernelWorld(Shape shape, uint64_t seed, int32_t cluster_capacity) :
   fit_y_m_ = g.take<float>("fit_y_m", std::size_t(round_up(shape.points + 1, kRowAlign)) + kRowAlign);
   make_smooth_sg(cols % 3 == 0 ? 9 : 5, 2, &params_.smooth_sg);
   params_.repair_range.half_window = cols % 3 == 0 ? kMaxRepairHalfWindow : 4;
+  path_count_ = shape.points % (kPathBlock + 1);
+  for (double*& column : path_in_) column = g.take<double>("path_in", std::size_t(round_up(path_count_, 8)));
+  for (double*& column : path_out_) column = g.take<double>("path_out", std::size_t(round_up(path_count_, 8)));
+  for (double*& column : cars_out_) column = g.take<double>("cars_out", std::size_t(path_count_ % 9 * 3));
   fill_tables();
   fill_road();
+  fill_path(seed);
+}
+
+// Its own random numbers: those of the other inputs stay what they are.
+void KernelWorld::fill_path(uint64_t seed) {
+  std::mt19937_64 random(seed + 12);
+  const auto draw = [&](double low, double high) { return low + (high - low) * double(random() % 65537) / 65536.0; };
+  car_ = {.left_m = draw(-10, 10), .turn_rad = draw(-0.35, 0.35), .speed_mps = draw(0, 90)};
+  for (double* p : {&car_.p_ss, &car_.p_dd, &car_.p_vv, &car_.p_cc, &car_.p_ww}) *p = draw(0, 2);
+  for (double* p : {&car_.p_sd, &car_.p_sv, &car_.p_dv, &car_.p_sc, &car_.p_dc, &car_.p_vc, &car_.p_sw, &car_.p_dw,
+                    &car_.p_vw, &car_.p_cw})
+    *p = draw(-1, 1);
+  for (int32_t i = 0; i < kPathCars; ++i) {
+    cars_.x_m[i] = draw(-1e3, 1e3), cars_.y_m[i] = draw(-1e3, 1e3), cars_.speed_mps[i] = draw(0, 90);
+    cars_.course_rad[i] = draw(-kPi, kPi), cars_.yaw_rate_rps[i] = draw(-5, 5);
+    for (auto& column : cars_.covariance) column[i] = draw(-1, 1);
+    for (const int32_t diagonal : {0, 2, 5, 9, 14}) cars_.covariance[diagonal][i] = draw(0, 2);
+  }
+  for (int32_t c = 0; c < 10; ++c)
+    for (int32_t i = 0; i < path_count_; ++i)
+      path_in_[c][i] = c == 8 ? draw(-kPi, kPi) : c < 6 ? draw(0, 3) : draw(-1e3, 1e3);
 }
 
 void KernelWorld::take_columns(Columns which) {
@@ -356,6 +381,18 @@ void KernelWorld::run(const KernelTable& k, Kernel kernel) {
       if (fit_count_ > 0)
         fit_ = k.fit_rectangle(frame_params_.fit_rectangle, fit_x_m_, fit_y_m_, fit_count_, 0.3f, 1.0f, -0.5f);
       return;
+    case Kernel::predict_paths: {
+      double* const* out = cars_out_;
+      cars_left_ = k.predict_paths({0.05, 2, {0.1, 0.1, 1, 0.1, 0.1}}, cars_, path_count_ % 9, 3,
+                                   {out[0], out[1], out[2], out[3], out[4], out[5], out[6]});
+      return;
+    }
+    case Kernel::place_path: {
+      double* const* in = path_in_;
+      double* const* out = path_out_;
+      return k.place_path(car_, {in[0], in[1], in[2], in[3], in[4], in[5]}, {in[6], in[7], in[8], in[9]}, path_count_,
+                          {out[0], out[1], out[2], out[3], out[4], out[5]});
+    }
     default: break;
   }
   std::fprintf(stderr, "%s: no step runs it, and KernelWorld does not either\n", kernel_name(kernel));
@@ -377,7 +414,9 @@ void KernelWorld::run_before(const KernelTable& k, Kernel kernel) {
 void KernelWorld::run_all(const KernelTable& k, const Method& method) {
   run(k, Kernel::load_points);
   run_steps(k, method.segment);
-  for (const Kernel kernel : {Kernel::merge_seams, Kernel::gate_clusters, Kernel::fit_rectangle}) run(k, kernel);
+  for (const Kernel kernel :
+       {Kernel::merge_seams, Kernel::gate_clusters, Kernel::fit_rectangle, Kernel::predict_paths, Kernel::place_path})
+    run(k, kernel);
 }
 
 void KernelWorld::run_steps(const KernelTable& k, std::span<const Step> steps) {
@@ -496,6 +535,11 @@ std::string KernelWorld::difference(KernelWorld& a, KernelWorld& b, Columns whic
                             g.center_y_m,      g.ref_x_m,         g.ref_y_m,       g.var_x_m,
                             g.var_y_m,         g.extent_length_m, g.extent_width_m};
   look(compare_values("fit", floats_a, floats_b, std::size(floats_a)));
+  for (int32_t c = 0; c < 7; ++c)
+    look(compare_values("cars_out", a.cars_out_[c], b.cars_out_[c], std::size_t(a.path_count_ % 9 * 3)));
+  if (a.cars_left_ != b.cars_left_) look("cars left");
+  for (int32_t c = 0; c < 6; ++c)
+    look(compare_values("path_out", a.path_out_[c], b.path_out_[c], std::size_t(a.path_count_)));
   if (f.inliers_ref != g.inliers_ref || f.inliers_var != g.inliers_var || f.from_var != g.from_var) look("fit inliers");
   return found;
 }

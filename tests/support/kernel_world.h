@@ -74,6 +74,7 @@ class KernelWorld {
   void take_layers();
   void fill_tables();
   void fill_road();
+  void fill_path(uint64_t seed);
   std::size_t count_elements(Extent extent) const;
   void load_points(const KernelTable& kernels);
 
@@ -90,6 +91,12 @@ class KernelWorld {
   SeamScratch seam_;
   SensorModel rig_[3];
   float *fit_x_m_, *fit_y_m_;
+  PathCar car_;
+  PathCars cars_;
+  double* cars_out_[7];
+  uint32_t cars_left_ = 0;
+  double *path_in_[10], *path_out_[6];
+  int32_t path_count_ = 0;
   int32_t kept_count_ = 0, merged_overflow_ = 0, fit_count_ = 0;
   RectangleFit fit_{};
 };

@@ -143,18 +143,19 @@ class PlainPolicy {
     t.hits[i] = s.life.hits();
   }
 
-  void write_path(State s, PathTable& t) const noexcept {
-    for (int32_t k = 0; k < t.points_per_track; ++k) {
-      predict(s, params_.horizon_step_s);
-      const auto i = std::size_t(t.count++);
-      t.x_m[i] = s.x_m;
-      t.y_m[i] = s.y_m;
-      t.course_rad[i] = course_of(s);
-      t.speed_mps[i] = speed_of(s);
-      t.var_x[i] = s.var_x;
-      t.var_y[i] = s.var_y;
-      t.cov_xy[i] = s.cov_xy;
-    }
+  void write_paths(std::span<const State> states, PathTable& t) const noexcept {
+    for (State s : states)
+      for (int32_t k = 0; k < t.points_per_track; ++k) {
+        predict(s, params_.horizon_step_s);
+        const auto i = std::size_t(t.count++);
+        t.x_m[i] = s.x_m;
+        t.y_m[i] = s.y_m;
+        t.course_rad[i] = course_of(s);
+        t.speed_mps[i] = speed_of(s);
+        t.var_x[i] = s.var_x;
+        t.var_y[i] = s.var_y;
+        t.cov_xy[i] = s.cov_xy;
+      }
   }
 
  private:

@@ -59,6 +59,7 @@ class TrackerBench {
       overtake::carve_table(carver, tracks_, params.track_capacity);
       overtake::carve_table(carver, optional_, params.track_capacity);
       overtake::carve_table(carver, paths_, params.track_capacity * tracker.path_points());
+      paths_.points_per_track = tracker.path_points();
     });
     if (!built) std::abort();
   }

@@ -93,7 +93,10 @@ void push_scan(const Session& session, const Scan& scan) {
 
 class Reader {
  public:
-  explicit Reader(const Session& session) { check(ovt_create_reader(session.detector(), &reader_), "reader"); }
+  explicit Reader(const Session& session) {
+    check(ovt_create_reader(session.detector(), &reader_), "reader");
+    check(ovt_set_path_horizon(reader_, 0.0), "paths");  // no file has them
+  }
   ~Reader() { ovt_destroy_reader(reader_); }
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;

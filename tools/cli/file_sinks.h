@@ -45,6 +45,7 @@ class McapSink : public FrameSink {
  public:
   McapSink(const std::string& path, const Config& config) : view_(path, config) {}
   void add(const FinishedFrame& frame) override;
+  bool reads_paths() const override { return true; }
   // Writes the counters with the last frame's stamp; nothing before the first frame. Read the counters outside of
   // add().
   void add_counters(const ovt_stats& stats);
@@ -62,6 +63,7 @@ class PictureSink : public FrameSink {
   PictureSink(int64_t number, const std::string& folder, const Config& config)
       : number_(number), path_(folder + "/frame_" + std::to_string(number) + ".png"), config_(config) {}
   void add(const FinishedFrame& frame) override;
+  bool reads_paths() const override { return true; }
   bool drew() const { return drew_; }
 
  private:

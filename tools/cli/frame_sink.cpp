@@ -26,6 +26,7 @@ void FrameSinks::on_frame(ovt_reader* reader, void* self) {
 void FrameSinks::add(ovt_reader* reader) {
   FinishedFrame frame{reader, 0, std::nullopt, {}, {}, {}};
   check(ovt_read_info(reader, &frame.info), "frame");
+  if (!reads_paths_) check(ovt_set_path_horizon(reader, 0.0), "paths");
   check(ovt_read_detections(reader, &frame.detections), "detections");
   check(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &frame.tracks), "tracks");
   frame.number = frame.info.sequence;

@@ -28,6 +28,7 @@ struct FinishedFrame {
 class FrameSink {
  public:
   virtual ~FrameSink() = default;
+  virtual bool reads_paths() const { return false; }  // of the tracks; they are not computed where no sink does
   // Receives one frame after the other, on the thread that finished the frame. Throws io::Error.
   virtual void add(const FinishedFrame& frame) = 0;
   // Called after the last frame: writes everything to the files. Throws io::Error.
@@ -39,7 +40,9 @@ class FrameSink {
 class FrameSinks {
  public:
   // The sinks get each frame in this order. They must outlive this object.
-  explicit FrameSinks(std::vector<FrameSink*> sinks) : sinks_(std::move(sinks)) {}
+  explicit FrameSinks(std::vector<FrameSink*> sinks) : sinks_(std::move(sinks)) {
+    for (const FrameSink* sink : sinks_) reads_paths_ |= sink->reads_paths();
+  }
 
   // Records which frame a stamp belongs to. Call it before pushing the frame's scans.
   void announce(const io::FrameScans& frame);
@@ -62,6 +65,7 @@ class FrameSinks {
   void add(ovt_reader* reader);
 
   std::vector<FrameSink*> sinks_;
+  bool reads_paths_ = false;
   std::mutex mutex_;
   std::map<int64_t, Announced> announced_;  // by stamp
   std::exception_ptr failure_;

@@ -28,6 +28,7 @@ class HashSink : public FrameSink {
 class CountSink : public FrameSink {
  public:
   void add(const FinishedFrame& frame) override;
+  bool reads_paths() const override { return true; }
   int64_t frames() const { return frames_; }
   int64_t frames_with(uint32_t flag) const;
   int64_t frames_with_ego() const { return frames_with_ego_; }  // with a recent ego pose

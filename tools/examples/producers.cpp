@@ -69,6 +69,7 @@ int run() {
   def.worker_count = 2;
   ovt::Detector detector(def);
   ovt::Reader reader(detector);
+  ovt::check(reader.set_path_horizon(1.0));  // as far as the planner looks; 0 where no path is needed
 
   const auto start = Clock::now() + std::chrono::milliseconds(100);
   std::atomic<int> producing = 4;

@@ -1,0 +1,56 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Predicted paths of the tracker of `best` in closed form (pipeline/README.md, "Predicted paths of best"). With the
+// place s0 and offset d0 on the lane, e0 the course less the lane's heading, and h = t / path_turn_s:
+//
+//   e(t) = e0 / (1 + h + h^2 / 2)      the course error decays
+//   d(t) = d0 + v e0 g(t)              g = the integral of that decay = 2 path_turn_s atan(h / (2 + h))
+//   s(t)                               where the car has driven v t: a way ds at the offset d is (1 - kappa d) ds long
+//
+// A pure function of the estimate, the map and the parameters. A path starts at the estimate: as t goes to 0, place,
+// course and covariance go to those of the estimate.
+#pragma once
+
+#include "core/arena.h"
+#include "core/circuit_map.h"
+#include "core/track_table.h"
+#include "kernels/kernel_table.h"
+#include "pipeline/track/track_filter.h"
+#include "pipeline/track/tracker_params.h"
+
+namespace overtake {
+
+enum class PathKind : int32_t {
+  kLane,      // along the centre line, at the car's offset
+  kArc,       // at the estimate's yaw rate
+  kStraight,  // along the course
+  kRest       // along the course, and comes to rest
+};
+
+class LanePath {
+ public:
+  LanePath(const TrackerParams& params, const CircuitMap* map);  // map: null, or not empty
+  void carve(Carver& carver);
+  void fill();  // after the memory is there
+  // Appends the points_per_track points of a car's path, at most path_points(params). `segment`: of the map, a hint.
+  void write(const TrackEstimate& estimate, PathKind kind, int32_t segment, PathTable& t) const noexcept;
+
+ private:
+  struct Columns {  // by point, see PathTimes
+    double *along_s, *across_s, *across_s2, *turn_left, *along_m2, *across_m2;
+  };
+  template <class PlaceOf>
+  void write_points(const PathCar& car, const Columns& by_point, PlaceOf&& place, PathTable& t) const noexcept;
+
+  Columns lane_{}, free_{}, rest_{};
+  double* late_s_ = nullptr;      // of e0^2: the time that a car loses along the lane while it drives across it
+  double* rest_speed_ = nullptr;  // of the speed: what a car that comes to rest still has
+  const LaneTrackerParams params_;
+  const CircuitMap* const map_;
+  const KernelTable& kernels_;
+  const double step_s_;
+  const int32_t points_;
+};
+
+}  // namespace overtake
