@@ -153,7 +153,9 @@ TEST_CASE("lane path: where the lane begins to turn, a car drives its own way at
 
 TEST_CASE("lane path: a course that differs from the lane's goes back to it, and the place follows the course") {
   const CircuitMap map = straight(900);
-  PathBench bench(&map, 0.01, 3.0);
+  LaneTrackerParams params;
+  params.path_turn_s = 1.0;
+  PathBench bench(&map, 0.01, 3.0, params);
   const PathTable& t = bench.of(car_at(50, 1, 0.06), PathKind::kLane);
   double y = 1.0, course = 0.06;
   for (int32_t k = 0; k < t.count; ++k) {

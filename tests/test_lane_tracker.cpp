@@ -432,3 +432,39 @@ TEST_CASE("lane tracker: the error of a car seen in part lasts near the ego vehi
   CHECK(variance_at(20, 0.025) == doctest::Approx(0.025 * (1 + 0.1 * share)));
   CHECK(variance_at(20, 2.5) == doctest::Approx(2.5 * (1 + share)));
 }
+
+TEST_CASE("lane tracker: two cars that stand side by side are two, whatever course their tracks began with") {
+  // Pushed rows, 2.5 m apart, headings across the way of the ego vehicle.
+  LaneBench bench;
+  for (int32_t k = 0; k < 20; ++k) {
+    std::vector<Measurement> rows;
+    for (const double x_m : {20.0, 22.5}) {
+      Measurement z = seen_car(x_m, 5, k);
+      z.height_m = z.length_m = z.width_m = std::nan("");
+      z.heading_rad = kHalfPi, z.free_heading = true;
+      rows.push_back(z);
+    }
+    bench.input.ego.speed_mps = 0;
+    bench.step(k, rows);
+  }
+  CHECK(bench.confirmed() == 2);
+}
+
+TEST_CASE("lane tracker: without a map, a distant car that is not seen is lost as soon as its place is uncertain") {
+  const auto coasts_s = [](double coast_sigma_m) {
+    TrackerParams params = LaneBench::of_best();
+    params.lane.coast_sigma_m = coast_sigma_m;
+    LaneBench bench(nullptr, params);
+    bench.follow(40);
+    REQUIRE(bench.confirmed() == 1);
+    int32_t k = 40;
+    for (; k < 200 && bench.is_confirmed(); ++k) {
+      bench.ego_at(50 * kFrame_s * k - 150);  // a miss says little
+      bench.step(k, {});
+    }
+    return (k - 40) * kFrame_s;
+  };
+  CHECK(coasts_s(20) == coasts_s(5));
+  CHECK(coasts_s(2) < coasts_s(5));
+  CHECK(coasts_s(5) > 0.3);
+}

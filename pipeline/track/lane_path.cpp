@@ -14,6 +14,7 @@ constexpr double kWalkStep_s = 0.1;      // longest step along a lane
 constexpr double kLeastShrink = 0.2;     // a lane's centre is no nearer than this share of its radius
 constexpr double kMostDrift_m = 20.0;    // standard deviation of a car's own way across its lane
 constexpr double kRest_s = 0.5;          // time constant of coming to rest
+constexpr double kRestDrift = 0.25;      // its own way is this share of a moving car's
 constexpr double kMostTurn_mps2 = 40.0;  // a car turns no faster
 
 // f(h) = 1 / (1 + h + h^2 / 2) and the integrals of f and of f^2 from 0 to h, of u = 1 + h: f = 2 / (1 + u^2).
@@ -122,6 +123,7 @@ void LanePath::fill() {
     const Decay turn = decay_of(t / turn_s), rest = decay_of(t / kRest_s);
     const double drift_m = std::min(params_.path_across * t, kMostDrift_m);
     const double along_m2 = params_.q_along * t, across_m2 = params_.q_across * t + drift_m * drift_m;
+    const double rest_m2 = kRestDrift * kRestDrift * drift_m * drift_m;
     const double moving_m2 = along_m2 + params_.path_speed * (t * t * t / 3.0);
     const auto set = [k](const Columns& c, double along_s, double across_s, double across_s2, double turn_left,
                          double s_m2, double d_m2) {
@@ -134,7 +136,8 @@ void LanePath::fill() {
     };
     set(lane_, t, turn_s * turn.integral, 0.0, turn.value, moving_m2, across_m2);
     set(free_, t, t, 0.5 * t * t, 1.0, moving_m2, across_m2);
-    set(rest_, kRest_s * rest.integral, kRest_s * rest.integral, 0.0, 1.0, along_m2 + drift_m * drift_m, across_m2);
+    set(rest_, kRest_s * rest.integral, kRest_s * rest.integral, 0.0, 1.0, along_m2 + rest_m2,
+        params_.q_across * t + rest_m2);
     late_s_[k] = 0.5 * turn_s * turn.integral2;
     rest_speed_[k] = rest.value;
   }

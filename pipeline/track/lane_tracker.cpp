@@ -24,8 +24,11 @@ constexpr double kLasting_m = 50.0;    // farther away, the parts of a car that 
 constexpr double kLagKeep = 0.8;       // share of the lag that an iteration keeps
 constexpr double kManoeuvre_s = 0.3;   // the noise of a manoeuvre goes on for so long after the last sign of it
 constexpr double kFreeSpeedNoise = 10.0, kFreeCourseNoise = 0.05;  // (m/s)^2 and rad^2 per second, without a map
-constexpr double kTurnNoise = 0.1;  // rad^2 per second: of the course while the car leaves it
-constexpr int32_t kSteadyHits = 5;  // with fewer hits the state has not settled
+constexpr double kFreeYawRateNoise = 0.05;                         // (rad/s)^2 per second
+constexpr double kFreeCoast_m = 5.0;     // most standard deviation of the place of a car that should be seen
+constexpr double kFreeTurns_mps = 10.0;  // a faster car changes its course less
+constexpr double kTurnNoise = 0.1;       // rad^2 per second: of the course while the car leaves it
+constexpr int32_t kSteadyHits = 5;       // with fewer hits the state has not settled
 constexpr double kBirthSigma_mps = 10.0;
 
 // Heading.
@@ -85,7 +88,8 @@ LanePolicy::LanePolicy(const TrackerParams& params, const CircuitMap* map, const
       path_(params, map_) {
   const auto slots = std::size_t(params.track_capacity), rows = std::size_t(params.detection_capacity);
   arena_.build_or_throw(allocator, [&](Carver& carver) {
-    for (double** column : {&x_m_, &y_m_, &cos_, &sin_, &range_m_, &bearing_rad_, &p_detect_, &hit_score_})
+    for (double** column :
+         {&x_m_, &y_m_, &cos_, &sin_, &axis_cos_, &axis_sin_, &range_m_, &bearing_rad_, &p_detect_, &hit_score_})
       *column = carver.take<double>(slots);
     visibility_ = carver.take<Visibility>(slots);
     in_part_ = carver.take<bool>(slots);
@@ -121,7 +125,9 @@ CourseNoise LanePolicy::noise_of(const State& s) const noexcept {
                        lane_.q_yaw_rate * gain};
   if (!s.asks_map) {  // road traffic, or a place off the map: anything may happen
     noise.speed = std::max(noise.speed, kFreeSpeedNoise);
-    noise.course = std::max(noise.course, kFreeCourseNoise);
+    const double share = std::min(kFreeTurns_mps / std::max(s.estimate.mean.speed_mps, kFreeTurns_mps), 1.0);
+    noise.course = std::max(noise.course, kFreeCourseNoise * share * share);
+    noise.yaw_rate = std::max(noise.yaw_rate, kFreeYawRateNoise);
   }
   if (s.turn_s > 0.0) noise.course = std::max(noise.course, kTurnNoise);
   if (s.unseen_s > kUnseen_s) noise.speed = std::max(noise.speed, lane_.q_speed_unseen);
@@ -219,6 +225,7 @@ void LanePolicy::look_round(const TrackView<State>& tracks, const Iteration& it)
     sin_cos_f64(m.course_rad, sin_[slot], cos_[slot]);
     x_m_[slot] = m.x_m + way_m * cos_[slot];
     y_m_[slot] = m.y_m + way_m * sin_[slot];
+    sin_cos_f64(tracks.state[slot].heading_rad, axis_sin_[slot], axis_cos_[slot]);
     const double dx = x_m_[slot] - it.ego.x_m, dy = y_m_[slot] - it.ego.y_m;
     range_m_[slot] = hypot_f64(dx, dy);
     bearing_rad_[slot] = wrap_angle(atan2_f64(dy, dx) - it.ego.heading_rad);
@@ -455,7 +462,9 @@ bool LanePolicy::record(int32_t slot, State& s, bool hit) const noexcept {
                                std::countr_zero(s.history) <= lane_.tentative_misses);
     case LaneStage::kConfirmed: {
       const auto& p = s.estimate.covariance;
-      const bool is_certain = p[0][0] + p[1][1] <= lane_.coast_sigma_m * lane_.coast_sigma_m;
+      const bool is_free = !s.asks_map && s.visibility == Visibility::kMissed;
+      const double most_m = is_free ? std::min(lane_.coast_sigma_m, kFreeCoast_m) : lane_.coast_sigma_m;
+      const bool is_certain = p[0][0] + p[1][1] <= most_m * most_m;
       if (!(s.score > lane_.drop_score) || s.unseen_s > lane_.coast_s || !is_certain) {
         s.stage = LaneStage::kLost;
         s.score = std::min(s.score, 0.0);
@@ -474,8 +483,8 @@ bool LanePolicy::record(int32_t slot, State& s, bool hit) const noexcept {
 // Whether a place is the slot's car, within a share of its length and width.
 bool LanePolicy::is_same_place(int32_t slot, double x_m, double y_m, double share) const noexcept {
   const double dx = x_m - x_m_[slot], dy = y_m - y_m_[slot];
-  return std::fabs(cos_[slot] * dx + sin_[slot] * dy) < share * lane_.length_m &&
-         std::fabs(cos_[slot] * dy - sin_[slot] * dx) < share * lane_.width_m;
+  return std::fabs(axis_cos_[slot] * dx + axis_sin_[slot] * dy) < share * lane_.length_m &&
+         std::fabs(axis_cos_[slot] * dy - axis_sin_[slot] * dx) < share * lane_.width_m;
 }
 
 // Whether the car of a lost track can be the one that was found: by the way along the lane, the offset across it, and

@@ -106,6 +106,7 @@ class LanePolicy {
   // Of the iteration under way, by slot: the tracks at its stamp, whether and how probably its sensors detect them, and
   // the score of a hit.
   double *x_m_ = nullptr, *y_m_ = nullptr, *cos_ = nullptr, *sin_ = nullptr;
+  double *axis_cos_ = nullptr, *axis_sin_ = nullptr;
   double *range_m_ = nullptr, *bearing_rad_ = nullptr, *p_detect_ = nullptr, *hit_score_ = nullptr;
   Visibility* visibility_ = nullptr;
   bool* in_part_ = nullptr;  // another car may hide a part of it
