@@ -267,6 +267,63 @@ void add_reads(const KernelTable* const* tables, int32_t table_count, const char
     add(name + tables[t]->isa, bench(tables[t], [](auto& of) { of.read(kPathPoints); }));
 }
 
+// One frame of a tracker in steady traffic: cars 3 m a frame round a ring of 768 frames, and clutter on the road.
+constexpr int32_t kLapFrames = 768, kRaceCars = 10;
+constexpr double kLapRadius_m = 768 * 3.0 / kTwoPi;
+
+std::vector<std::vector<Measurement>> make_lap(int32_t rows) {
+  std::mt19937 random(11);
+  const auto draw = [&random](double low, double high) {
+    return low + (high - low) * double(random() % 65536) / 65536;
+  };
+  std::vector<std::vector<Measurement>> lap(kLapFrames);
+  for (int32_t frame = 0; frame < kLapFrames; ++frame)
+    for (int32_t i = 0; i < rows; ++i) {
+      const bool is_car = i < kRaceCars;
+      const double radius_m = kLapRadius_m + (is_car ? 0.0 : draw(-8, 8));
+      const double angle = is_car ? kTwoPi * (double(i) / kRaceCars + double(frame) / kLapFrames) : draw(0, kTwoPi);
+      Measurement z{.x_m = radius_m * std::cos(angle), .y_m = radius_m * std::sin(angle), .stamp_ns = 0};
+      z.var_x = z.var_y = 0.05;
+      z.cov_xy = 0;
+      lap[std::size_t(frame)].push_back(z);
+    }
+  return lap;
+}
+
+// 64 rows in one block of 6 m x 6 m, each in the gate of each track.
+std::vector<std::vector<Measurement>> make_block() {
+  std::mt19937 random(12);
+  std::vector<std::vector<Measurement>> frames(kLapFrames);
+  for (auto& rows : frames)
+    for (int32_t i = 0; i < 64; ++i) {
+      Measurement z{.x_m = double(random() % 6000) * 1e-3, .y_m = double(random() % 6000) * 1e-3, .stamp_ns = 0};
+      z.var_x = z.var_y = 0.25;
+      z.cov_xy = 0;
+      rows.push_back(z);
+    }
+  return frames;
+}
+
+template <class Policy>
+void bench_frame(benchmark::State& state, const char* preset, std::vector<std::vector<Measurement>> frames,
+                 double ego_mps) {
+  ovt_params of_preset;
+  if (ovt_params_init(&of_preset, sizeof of_preset, preset) != OVT_OK) std::abort();
+  ReplayTracker<Policy> tracker(make_tracker_params(of_preset, 128, 128), nullptr);
+  TrackerFrame in;
+  in.ego = {true, 0, 0, 0, ego_mps};
+  in.in_map = in.ask_map = false;
+  const auto step = [&] {
+    in.stamp_ns += 50'000'000;
+    auto& rows = frames[std::size_t(in.stamp_ns / 50'000'000) % frames.size()];
+    for (Measurement& z : rows) z.stamp_ns = in.stamp_ns;
+    in.measurements = rows;
+    tracker.step(in, nullptr);
+  };
+  for (int32_t k = 0; k < kLapFrames; ++k) step();
+  for (auto _ : state) step();
+}
+
 }  // namespace
 
 void add_tasks(const KernelTable* const* tables, int32_t table_count, const Cloud& racecar_front,
@@ -274,6 +331,12 @@ void add_tasks(const KernelTable* const* tables, int32_t table_count, const Clou
   add("assign/dense/32", [](benchmark::State& state) { bench_assign(state, 32, dense_pairs(32)); });
   add("assign/gated/256", [](benchmark::State& state) { bench_assign(state, 256, gated_pairs(256)); });
   add("assign/tangled/256", [](benchmark::State& state) { bench_assign(state, 256, tangled_pairs(256)); });
+  // The detections that each preset makes of 10 cars: paper also of the road and of shards.
+  add("track_frame/paper/95", [](benchmark::State& s) { bench_frame<CvtrPolicy>(s, "paper", make_lap(95), 60); });
+  add("track_frame/best/20", [](benchmark::State& s) { bench_frame<LanePolicy>(s, "best", make_lap(20), 60); });
+  add("track_frame/best/95", [](benchmark::State& s) { bench_frame<LanePolicy>(s, "best", make_lap(95), 60); });
+  add("track_frame/paper/block", [](benchmark::State& s) { bench_frame<CvtrPolicy>(s, "paper", make_block(), 0); });
+  add("track_frame/best/block", [](benchmark::State& s) { bench_frame<LanePolicy>(s, "best", make_block(), 0); });
   add_reads<CvtrPolicy>(tables, table_count, "paper");
   add_reads<LanePolicy>(tables, table_count, "best");
   const auto add_each = [&](const std::string& before, const std::string& after, const auto& run) {

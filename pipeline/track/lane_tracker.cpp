@@ -93,6 +93,7 @@ LanePolicy::LanePolicy(const TrackerParams& params, const CircuitMap* map, const
       *column = carver.take<double>(slots);
     visibility_ = carver.take<Visibility>(slots);
     in_part_ = carver.take<bool>(slots);
+    confirmed_ = carver.take<int32_t>(slots);
     claimed_ = carver.take<bool>(rows);
     unclaimed_ = carver.take<Place>(rows);
     path_.carve(carver);
@@ -235,6 +236,9 @@ void LanePolicy::look_round(const TrackView<State>& tracks, const Iteration& it)
 // The probability that the iteration's sensors detect a car at its place: by the distance, the shadow of the own wing,
 // and the cars in between.
 void LanePolicy::find_detectable(const TrackView<State>& tracks, const Iteration& it) noexcept {
+  confirmed_count_ = 0;
+  for (int32_t slot = 0; slot < tracks.slot_count; ++slot)
+    if (tracks.head[slot].alive && is_confirmed(tracks.state[slot])) confirmed_[confirmed_count_++] = slot;
   for (int32_t slot = 0; slot < tracks.slot_count; ++slot) {
     if (!tracks.head[slot].alive) continue;
     const double range_m = range_m_[slot], bearing_rad = bearing_rad_[slot];
@@ -249,8 +253,9 @@ void LanePolicy::find_detectable(const TrackView<State>& tracks, const Iteration
         visibility_[slot] = Visibility::kOwnShadow;
       }
       double beside_m = 1e9;  // how far beside the nearest line of sight over another car
-      for (int32_t other = 0; other < tracks.slot_count; ++other) {
-        if (other == slot || !tracks.head[other].alive || !is_confirmed(tracks.state[other])) continue;
+      for (int32_t i = 0; i < confirmed_count_; ++i) {
+        const int32_t other = confirmed_[i];
+        if (other == slot) continue;
         if (!(range_m_[other] < range_m - 0.5 * lane_.length_m)) continue;
         beside_m = std::min(beside_m, range_m_[other] * std::fabs(wrap_angle(bearing_rad_[other] - bearing_rad)));
       }
@@ -480,6 +485,12 @@ bool LanePolicy::record(int32_t slot, State& s, bool hit) const noexcept {
 
 // ---- one track for one car ------------------------------------------------------------------------------------------
 
+// Whether two slots can be at one place at all: cheaper than is_same_place(), which decides.
+bool LanePolicy::is_near(int32_t a, int32_t b) const noexcept {
+  const double dx = x_m_[a] - x_m_[b], dy = y_m_[a] - y_m_[b];
+  return dx * dx + dy * dy <= lane_.length_m * lane_.length_m + lane_.width_m * lane_.width_m;
+}
+
 // Whether a place is the slot's car, within a share of its length and width.
 bool LanePolicy::is_same_place(int32_t slot, double x_m, double y_m, double share) const noexcept {
   const double dx = x_m - x_m_[slot], dy = y_m - y_m_[slot];
@@ -519,6 +530,7 @@ int32_t LanePolicy::find_elder(const TrackView<State>& tracks, int32_t slot) con
   double best_m = 0;
   for (int32_t other = 0; other < tracks.slot_count; ++other) {
     if (other == slot || !tracks.head[other].alive) continue;
+    if (!s.is_new && !is_near(slot, other)) continue;
     const State& o = tracks.state[other];
     if (o.age < s.age || (o.age == s.age && other > slot)) continue;
     if (o.stage == LaneStage::kTentative && s.stage != LaneStage::kTentative) continue;

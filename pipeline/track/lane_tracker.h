@@ -93,6 +93,7 @@ class LanePolicy {
   double clutter_near(const Measurement& z) const noexcept;
   void list_unclaimed(const TrackView<State>& tracks, const Iteration& it, const int32_t* measurement_of_slot) noexcept;
   void find_detectable(const TrackView<State>& tracks, const Iteration& it) noexcept;
+  bool is_near(int32_t a, int32_t b) const noexcept;
   bool is_same_place(int32_t slot, double x_m, double y_m, double share) const noexcept;
   bool may_come_from(const State& lost, int32_t lost_slot, const State& found, int32_t slot,
                      double& distance_m) const noexcept;
@@ -110,6 +111,8 @@ class LanePolicy {
   double *range_m_ = nullptr, *bearing_rad_ = nullptr, *p_detect_ = nullptr, *hit_score_ = nullptr;
   Visibility* visibility_ = nullptr;
   bool* in_part_ = nullptr;  // another car may hide a part of it
+  int32_t* confirmed_ = nullptr;  // slots of the confirmed tracks
+  int32_t confirmed_count_ = 0;
   // By measurement: whether a confirmed track takes it; the places of the others.
   bool* claimed_ = nullptr;
   Place* unclaimed_ = nullptr;
