@@ -110,7 +110,7 @@ class LanePolicy {
   double *axis_cos_ = nullptr, *axis_sin_ = nullptr;
   double *range_m_ = nullptr, *bearing_rad_ = nullptr, *p_detect_ = nullptr, *hit_score_ = nullptr;
   Visibility* visibility_ = nullptr;
-  bool* in_part_ = nullptr;  // another car may hide a part of it
+  bool* in_part_ = nullptr;       // another car may hide a part of it
   int32_t* confirmed_ = nullptr;  // slots of the confirmed tracks
   int32_t confirmed_count_ = 0;
   // By measurement: whether a confirmed track takes it; the places of the others.
