@@ -231,20 +231,14 @@ struct TracksOf {
   // The same without the path kernels: every point is a prediction of the whole track from the one before.
   void read_step_by_step() {
     read(0);
+    const PathRows points = {paths.x_m,   paths.y_m,   paths.course_rad, paths.speed_mps,
+                             paths.var_x, paths.var_y, paths.cov_xy};
     for (int32_t i = 0; i < rows.count; ++i) {
       typename Policy::State state;
       std::memcpy(&state, states + std::size_t(i) * sizeof state, sizeof state);
       for (int32_t k = 0; k < kPathPoints; ++k) {
         policy->predict(state, params.horizon_step_s);
-        const auto row = std::size_t(i * kPathPoints + k);
-        const TrackEstimate& e = state.estimate;
-        paths.x_m[row] = e.mean.x_m;
-        paths.y_m[row] = e.mean.y_m;
-        paths.course_rad[row] = e.mean.course_rad;
-        paths.speed_mps[row] = e.mean.speed_mps;
-        paths.var_x[row] = e.covariance[0][0];
-        paths.var_y[row] = e.covariance[1][1];
-        paths.cov_xy[row] = e.covariance[1][0];
+        write_point(state.estimate, points, i * kPathPoints + k);
       }
     }
     benchmark::DoNotOptimize(paths.x_m);

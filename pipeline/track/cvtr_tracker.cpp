@@ -121,13 +121,7 @@ void CvtrPolicy::write_path(const State& s, const PathRows& rows, int32_t points
   TrackEstimate estimate = s.estimate;
   for (int32_t k = 0; k < points; ++k) {
     overtake::predict(estimate, noise_, params_.horizon_step_s);
-    rows.x_m[k] = estimate.mean.x_m;
-    rows.y_m[k] = estimate.mean.y_m;
-    rows.course_rad[k] = estimate.mean.course_rad;
-    rows.speed_mps[k] = estimate.mean.speed_mps;
-    rows.var_x[k] = estimate.covariance[0][0];
-    rows.var_y[k] = estimate.covariance[1][1];
-    rows.cov_xy[k] = estimate.covariance[1][0];
+    write_point(estimate, rows, k);
   }
 }
 

@@ -93,6 +93,7 @@ class LanePolicy {
   double clutter_near(const Measurement& z) const noexcept;
   void list_unclaimed(const TrackView<State>& tracks, const Iteration& it, const int32_t* measurement_of_slot) noexcept;
   void find_detectable(const TrackView<State>& tracks, const Iteration& it) noexcept;
+  static int64_t limit_votes(int64_t votes) noexcept;
   bool is_near(int32_t a, int32_t b) const noexcept;
   bool is_same_place(int32_t slot, double x_m, double y_m, double share) const noexcept;
   bool may_come_from(const State& lost, int32_t lost_slot, const State& found, int32_t slot,

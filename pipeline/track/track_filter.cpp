@@ -189,6 +189,16 @@ void write_estimate(const TrackEstimate& estimate, TrackTable& t, std::size_t i)
     for (int32_t c = 0; c <= r; ++c) t.covariance[entry++][i] = estimate.covariance[r][c];
 }
 
+void write_point(const TrackEstimate& estimate, const PathRows& rows, int32_t k) noexcept {
+  rows.x_m[k] = estimate.mean.x_m;
+  rows.y_m[k] = estimate.mean.y_m;
+  rows.course_rad[k] = estimate.mean.course_rad;
+  rows.speed_mps[k] = estimate.mean.speed_mps;
+  rows.var_x[k] = estimate.covariance[0][0];
+  rows.var_y[k] = estimate.covariance[1][1];
+  rows.cov_xy[k] = estimate.covariance[1][0];
+}
+
 bool is_sound(const TrackEstimate& estimate) noexcept {
   const MotionState& m = estimate.mean;
   bool sound = std::fabs(m.x_m) <= 1e12 && std::fabs(m.y_m) <= 1e12 && std::fabs(m.speed_mps) <= kMaxSpeed_mps &&

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "core/track_table.h"
+#include "kernels/predict_paths.h"
 #include "pipeline/track/measurement.h"
 #include "pipeline/track/motion_model.h"
 
@@ -52,6 +53,9 @@ void keep_sound(TrackEstimate& estimate, bool adds_little) noexcept;
 
 // Writes the mean and the covariance to row i of a table.
 void write_estimate(const TrackEstimate& estimate, TrackTable& t, std::size_t i) noexcept;
+
+// Writes the estimate to a point of a path.
+void write_point(const TrackEstimate& estimate, const PathRows& rows, int32_t point) noexcept;
 
 // Finite and within what a car can do (|v| <= 1000 m/s, |omega| <= 100 rad/s, positive variances).
 bool is_sound(const TrackEstimate& estimate) noexcept;

@@ -11,6 +11,7 @@
 #include "tools/evaluation/evaluator.h"
 #include "tools/evaluation/figures_parts.h"
 #include "tools/evaluation/numbers.h"
+#include "tools/evaluation/run_tallies.h"
 #include "tools/io/angles.h"
 #include "tools/sim/material.h"
 
@@ -179,24 +180,7 @@ Quality Tally::finish() const {
 double CarFrames::bound(std::size_t k) const { return share_of(seen[k], all); }
 double CarFrames::detected_share(std::size_t k) const { return share_of(detected[k], seen[k]); }
 
-std::vector<Quality> find_quality(const std::vector<Run>& runs) {
-  std::map<std::string, std::map<std::string, Tally>> tallies;
-  std::map<std::string, Tally> whole;
-  for (const Run& run : runs) {
-    tallies[run.variant][scenario_of(run)].add(run);
-    whole[run.variant].add(run);
-  }
-  std::vector<Quality> out;
-  const auto put = [&](const Tally& tally, const std::string& variant, const std::string& scenario) {
-    out.push_back(tally.finish());
-    out.back().variant = variant, out.back().scenario = scenario;
-  };
-  for (const auto& [variant, scenarios] : tallies) {
-    for (const auto& [scenario, tally] : scenarios) put(tally, variant, scenario);
-    if (scenarios.size() > 1) put(whole[variant], variant, "all");
-  }
-  return out;
-}
+std::vector<Quality> find_quality(const std::vector<Run>& runs) { return tally_runs<Tally>(runs); }
 
 nlohmann::json json_of(const Quality& q) {
   using Json = nlohmann::json;

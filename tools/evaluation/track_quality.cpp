@@ -9,6 +9,7 @@
 
 #include "tools/evaluation/figures_parts.h"
 #include "tools/evaluation/numbers.h"
+#include "tools/evaluation/run_tallies.h"
 #include "tools/io/angles.h"
 
 namespace overtake::evaluation {
@@ -221,24 +222,7 @@ const Threshold* TrackQuality::least_threshold() const {
   return nullptr;
 }
 
-std::vector<TrackQuality> find_track_quality(const std::vector<Run>& runs) {
-  std::map<std::string, std::map<std::string, TrackTally>> tallies;
-  std::map<std::string, TrackTally> whole;
-  for (const Run& run : runs) {
-    tallies[run.variant][scenario_of(run)].add(run);
-    whole[run.variant].add(run);
-  }
-  std::vector<TrackQuality> out;
-  const auto put = [&](const TrackTally& tally, const std::string& variant, const std::string& scenario) {
-    out.push_back(tally.finish());
-    out.back().variant = variant, out.back().scenario = scenario;
-  };
-  for (const auto& [variant, scenarios] : tallies) {
-    for (const auto& [scenario, tally] : scenarios) put(tally, variant, scenario);
-    if (scenarios.size() > 1) put(whole[variant], variant, "all");
-  }
-  return out;
-}
+std::vector<TrackQuality> find_track_quality(const std::vector<Run>& runs) { return tally_runs<TrackTally>(runs); }
 
 nlohmann::json json_of(const TrackQuality& q) {
   using Json = nlohmann::json;
