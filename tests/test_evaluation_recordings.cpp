@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -15,6 +16,7 @@
 #include "tools/evaluation/odometry_log.h"
 #include "tools/evaluation/pose_history.h"
 #include "tools/evaluation/recorded.h"
+#include "tools/evaluation/recorded_tracks.h"
 #include "tools/evaluation/report.h"
 #include "tools/evaluation/simulated_log.h"
 #include "tools/evaluation/tune.h"
@@ -165,6 +167,56 @@ TEST_CASE("recordings: a simulated log read as a recording, with odometry as tru
   CHECK_THROWS_WITH_AS(run_logs(options), doctest::Contains("does not say what each point lies on"), io::Error);
 }
 
+namespace {
+
+// A car that stands for 2 s and then drives a circle of 200 m at 20 m/s, as a file of a recorded drive; `change` makes
+// a row of time, x, y, vx, vy, phi, omega wrong.
+std::string drive_text(const std::function<void(double (&row)[7])>& change) {
+  std::string text = "time(s),x(m),y(m),vx(m/s),vy(m/s),phi(rad),omega(rad/s)\n";
+  for (int32_t k = 0; k < 500; ++k) {
+    const double speed = k < 50 ? 0 : 20, turned = 20 * 0.04 * std::max(0, k - 50) / 200;
+    double row[7] = {100 + 0.04 * k, 200 * std::sin(turned), 200 - 200 * std::cos(turned), speed, 0, turned,
+                     speed / 200};
+    change(row);
+    for (int32_t i = 0; i < 7; ++i) text += (i > 0 ? "," : "") + std::to_string(row[i]);
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("recordings: a drive's errors are those of speed, course, yaw rate and place while the car drives") {
+  const TempFolder folder;
+  const auto errors = [&](const std::function<void(double(&row)[7])>& change) {
+    return evaluate_drive(folder.write("drive.csv", drive_text(change)), "none", options_of("paper", {}));
+  };
+  const nlohmann::json as_driven = errors([](double(&)[7]) {});
+  CHECK(as_driven["followed"].get<double>() > 0.99);
+  CHECK(as_driven["tracks"] == 1);
+  CHECK(as_driven["place_rmse_m"].get<double>() < 0.9);  // contains the jump of the speed
+  const double speed = as_driven["speed_rmse_mps"], course = as_driven["course_rmse_deg"];
+  CHECK(as_driven["course_with_slip_rmse_deg"] == Approx(course));
+  // The tracker sees the places only, so a wrong truth shows as it is.
+  const nlohmann::json faster = errors([](double(&row)[7]) { row[3] += row[3] > 0 ? 50 : 2.9; });
+  CHECK(faster["speed_rmse_mps"].get<double>() == Approx(std::hypot(50, speed)).epsilon(0.1));
+  CHECK(faster["course_rmse_deg"] == Approx(course));
+  const nlohmann::json turned = errors([](double(&row)[7]) { row[5] += 1; });
+  CHECK(turned["course_rmse_deg"].get<double>() == Approx(180 / M_PI).epsilon(0.1));
+  CHECK(turned["course_with_slip_rmse_deg"] == Approx(turned["course_rmse_deg"].get<double>()));
+  const nlohmann::json slips = errors([](double(&row)[7]) { row[5] += 1, row[4] = -std::tan(1.0) * row[3]; });
+  CHECK(slips["course_with_slip_rmse_deg"].get<double>() == Approx(course).epsilon(1e-3));
+  const nlohmann::json spins = errors([](double(&row)[7]) { row[6] += 3; });
+  CHECK(spins["yaw_rate_rmse_rps"].get<double>() == Approx(3).epsilon(0.05));
+}
+
+TEST_CASE("recordings: sequences together count each object once, ids by seed") {
+  const nlohmann::json all =
+      sum_tracks({{"a", {{"objects", 100}, {"misses", 10}, {"false_positives", 4}, {"switches", 2}, {"fragments", 8}}},
+                  {"b", {{"objects", 300}, {"misses", 0}, {"false_positives", 0}, {"switches", 4}, {"fragments", 0}}}});
+  CHECK(all == nlohmann::json{{"mota", 0.95}, {"switches", 1.5}, {"fragments", 2.0}});
+}
+
 TEST_CASE("recorded: the opponent is found in the racecar frames, and the tracker follows real traffic") {
   OVT_NEED_RECORDED("racecar");
   OVT_NEED_RECORDED("kitti/tracking");
@@ -203,6 +255,8 @@ TEST_CASE("recorded: the opponent is found in the racecar frames, and the tracke
   for (std::size_t r = 1; r < rows.size(); ++r) sets.insert(rows[r][0].substr(0, rows[r][0].find(':')));
   CHECK(sets.count("RACECAR") == 1);
   CHECK(sets.count("KITTI") == 1);
+  CHECK(sets.count("KITTI, label centres") == 1);
+  CHECK(sets.count("AV-21 drive (LVMS)") == std::filesystem::exists(recorded("lvms/LVMS_23_01_04_B.csv")));
   const nlohmann::json& kitti = json["kitti_frames"]["summary"];
   CHECK(kitti["cars_to_60_m"] == 12);  // one in each frame: the boxes lie where the points are
   CHECK(kitti["cars_detected"].get<double>() > 0.9);

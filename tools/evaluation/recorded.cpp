@@ -371,11 +371,19 @@ Json evaluate_all(const std::string& folder, const std::string& name, const cli:
     const std::string sequence = file.filename().string().substr(0, 4);
     json["kitti_tracks"][sequence] = evaluate_kitti_tracks(folder + "/kitti/tracking", sequence, preset);
   }
+  if (json.contains("kitti_tracks")) json["kitti_tracks_all"]["summary"] = sum_tracks(json["kitti_tracks"]);
   for (const fs::path& file : files_with(folder + "/av2", "_boxes.csv")) {
     const std::string log = file.filename().string().substr(0, file.filename().string().find('_'));
     json["av2_tracks"][log] = evaluate_av2_tracks(folder + "/av2", log, preset);
   }
-  if (json.size() == 2) throw io::Error(folder, 0, "holds none of racecar, av2, nuscenes, kitti/tracking");
+  if (json.contains("av2_tracks")) json["av2_tracks_all"]["summary"] = sum_tracks(json["av2_tracks"]);
+  const std::string lvms = folder + "/lvms/", drive = lvms + "LVMS_23_01_04_B.csv";
+  if (fs::exists(drive)) {
+    json["lvms_drive"]["summary"] = evaluate_drive(drive, "none", preset);
+    const std::string bounds = lvms + "lvms_inner_bound.csv," + lvms + "lvms_outer_bound.csv";
+    json["lvms_drive_on_map"]["summary"] = evaluate_drive(drive, bounds, preset);
+  }
+  if (json.size() == 2) throw io::Error(folder, 0, "holds none of racecar, av2, nuscenes, kitti/tracking, lvms");
   return json;
 }
 
@@ -391,7 +399,14 @@ std::vector<std::string> names_for_recordings(const std::vector<std::string>& na
 
 Rows recording_rows(const Json& recordings) {
   static constexpr std::pair<const char*, const char*> kSets[] = {
-      {"racecar", "RACECAR"}, {"kitti_frames", "KITTI"}, {"nuscenes_sweep", "nuScenes"}, {"av2_sweep", "Argoverse 2"}};
+      {"racecar", "RACECAR"},
+      {"kitti_frames", "KITTI"},
+      {"nuscenes_sweep", "nuScenes"},
+      {"av2_sweep", "Argoverse 2"},
+      {"kitti_tracks_all", "KITTI, label centres"},
+      {"av2_tracks_all", "Argoverse 2, label centres"},
+      {"lvms_drive", "AV-21 drive (LVMS)"},
+      {"lvms_drive_on_map", "AV-21 drive (LVMS) on its map"}};
   static constexpr std::pair<const char*, const char*> kFigures[] = {
       {"frames", "frames"},
       {"opponent_as_one_detection", "opponent as exactly one detection"},
@@ -401,7 +416,17 @@ Rows recording_rows(const Json& recordings) {
       {"cars_detected", "of them detected"},
       {"centre_error_median_m", "centre error, median m"},
       {"centre_error_p95_m", "centre error, 95 % m"},
-      {"ground_f1_by_auto_label", "ground F1 by automatic labels"}};
+      {"ground_f1_by_auto_label", "ground F1 by automatic labels"},
+      {"mota", "MOTA"},
+      {"switches", "id switches"},
+      {"fragments", "fragments"},
+      {"followed", "share with a confirmed track"},
+      {"tracks", "ids"},
+      {"speed_rmse_mps", "speed, RMSE m/s"},
+      {"course_rmse_deg", "course against the heading, RMSE deg"},
+      {"course_with_slip_rmse_deg", "course, RMSE deg"},
+      {"yaw_rate_rmse_rps", "yaw rate, RMSE rad/s"},
+      {"place_rmse_m", "place, RMSE m"}};
   std::vector<const Json*> columns = {&recordings};
   if (recordings.contains("others"))
     for (const Json& other : recordings["others"]) columns.push_back(&other);

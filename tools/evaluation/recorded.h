@@ -13,6 +13,8 @@
 //                   detected, centre error
 //   kitti           12 frames: labelled cars to 60 m, as above
 //   kitti, av2      the tracker alone on label centres with noise of 0.2 m, one in ten missed: CLEAR MOT, HOTA, GOSPA
+//   lvms            the tracker alone on the places of a driving AV-21, without a map and on that of its two bounds:
+//                   errors of speed, course, yaw rate and place
 #pragma once
 
 #include <map>

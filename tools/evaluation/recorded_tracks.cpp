@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <set>
 
 #include "tools/client/session.h"
 #include "tools/evaluation/metrics/clear_mot.h"
@@ -39,6 +41,42 @@ bool is_judged(const LabelFrame& f, const metrics::MotPlace& track) {
   return false;
 }
 
+// The tracker without sensors, in the map frame.
+class TrackerAlone {
+ public:
+  TrackerAlone(const cli::Options& preset, const std::string& map, double period_s)
+      : session_(config_of(preset, map, period_s), nullptr, nullptr) {
+    ovt_reader* reader = nullptr;
+    cli::check(ovt_create_reader(session_.detector(), &reader), "reader");
+    reader_.reset(reader);
+  }
+  // The tracks after these detections, at their stamp; valid until the next call.
+  ovt_tracks push(int64_t stamp_ns, const std::vector<double>& x_m, const std::vector<double>& y_m) {
+    ovt_external_detections in;
+    ovt_external_detections_init(&in, sizeof in);
+    in.stamp_ns = stamp_ns, in.count = int32_t(x_m.size()), in.reference = OVT_REFERENCE_MAP;
+    in.x_m = x_m.data(), in.y_m = y_m.data();
+    cli::check(ovt_push_detections(session_.detector(), &in), "detections");
+    session_.flush();
+    ovt_frame_info info;
+    ovt_tracks tracks;
+    cli::check(ovt_next_frame(reader_.get(), &info), "frame");
+    cli::check(ovt_read_tracks(reader_.get(), OVT_AT_FRAME_STAMP, &tracks), "tracks");
+    return tracks;
+  }
+
+ private:
+  static cli::Config config_of(cli::Options options, const std::string& map, double period_s) {
+    options.map = map, options.ego = "none";
+    cli::Config config = cli::load_config(options);
+    config.no_ego = config.has_rig = false, config.rig = io::Rig(), config.workers = 1;
+    config.params.frame_period_s = period_s;
+    return config;
+  }
+  cli::Session session_;
+  std::unique_ptr<ovt_reader, void (*)(ovt_reader*)> reader_{nullptr, &ovt_destroy_reader};
+};
+
 Json evaluate_tracks(const std::vector<LabelFrame>& frames, double period_s, const cli::Options& preset) {
   metrics::ClearMotCounts counts;
   std::vector<double> gospa;
@@ -47,15 +85,7 @@ Json evaluate_tracks(const std::vector<LabelFrame>& frames, double period_s, con
     std::mt19937_64 random(seed);
     std::normal_distribution<double> noise(0, kNoise_m);
     std::uniform_real_distribution<double> chance(0, 1);
-    cli::Options options = preset;
-    options.map = "none", options.ego = "none";
-    cli::Config config = cli::load_config(options);
-    config.no_ego = config.has_rig = false, config.rig = io::Rig(), config.workers = 1;
-    config.params.frame_period_s = period_s;
-    cli::Session session(config, nullptr, nullptr);  // no rig: only the tracker
-    ovt_reader* reader = nullptr;
-    cli::check(ovt_create_reader(session.detector(), &reader), "reader");
-    const std::unique_ptr<ovt_reader, void (*)(ovt_reader*)> owner(reader, &ovt_destroy_reader);
+    TrackerAlone tracker(preset, "none", period_s);
     metrics::ClearMot mot(kGate);
     metrics::Hota of_seed(kGate);
     for (const LabelFrame& f : frames) {
@@ -65,16 +95,7 @@ Json evaluate_tracks(const std::vector<LabelFrame>& frames, double period_s, con
         if (chance(random) < kMissed) continue;
         x.push_back(o.x_m + dx), y.push_back(o.y_m + dy);
       }
-      ovt_external_detections in;
-      ovt_external_detections_init(&in, sizeof in);
-      in.stamp_ns = f.stamp_ns, in.count = int32_t(x.size()), in.reference = OVT_REFERENCE_MAP;
-      in.x_m = x.data(), in.y_m = y.data();
-      cli::check(ovt_push_detections(session.detector(), &in), "labels");
-      session.flush();
-      ovt_frame_info info;
-      ovt_tracks t;
-      cli::check(ovt_next_frame(reader, &info), "frame");
-      cli::check(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &t), "tracks");
+      const ovt_tracks t = tracker.push(f.stamp_ns, x, y);
       std::vector<metrics::MotPlace> tracks;
       for (int32_t i = 0; i < t.count; ++i) {
         const metrics::MotPlace place{t.id[i], t.x_m[i], t.y_m[i]};
@@ -102,6 +123,17 @@ Json evaluate_tracks(const std::vector<LabelFrame>& frames, double period_s, con
           {"ass_a", hota.association},
           {"gospa_m", metrics::summarize(gospa).mean}};
 }
+
+// Root mean square.
+class Rms {
+ public:
+  void add(double error) { squares_ += error * error, ++count_; }
+  double value() const { return count_ > 0 ? std::sqrt(squares_ / double(count_)) : NAN; }
+
+ private:
+  double squares_ = 0;
+  int64_t count_ = 0;
+};
 
 }  // namespace
 
@@ -172,6 +204,66 @@ Json evaluate_av2_tracks(const std::string& folder, const std::string& log, cons
   std::vector<LabelFrame> in_order;
   for (auto& [stamp, f] : frames) in_order.push_back(std::move(f));
   return evaluate_tracks(in_order, 0.1, preset);
+}
+
+Json evaluate_drive(const std::string& path, const std::string& map, const cli::Options& preset) {
+  constexpr double kDriveNoise_m = 0.3, kDriving_mps = 3, kPeriod_s = 0.05;
+  constexpr std::size_t kDropEvery = 5;
+  const io::Csv csv = io::Csv::read(path);
+  const std::vector<double> time_s = csv.numbers(csv.need({"time"})), x_m = csv.numbers(csv.need({"x"})),
+                            y_m = csv.numbers(csv.need({"y"})), vx_mps = csv.numbers(csv.need({"vx"})),
+                            vy_mps = csv.numbers(csv.need({"vy"})), phi_rad = csv.numbers(csv.need({"phi"})),
+                            omega_rps = csv.numbers(csv.need({"omega"}));
+  Rms speed, course, slip_course, yaw_rate, place;
+  int64_t driven = 0, followed = 0, ids = 0;
+  for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> noise(0, kDriveNoise_m);
+    TrackerAlone tracker(preset, map, kPeriod_s);
+    std::set<uint64_t> of_seed;
+    for (std::size_t i = 0; i < x_m.size(); ++i) {
+      if (i % kDropEvery == kDropEvery - 1) continue;
+      const double dx = noise(random), dy = noise(random);
+      const ovt_tracks t = tracker.push(io::to_nanoseconds(time_s[i], 1'000'000'000), {x_m[i] + dx}, {y_m[i] + dy});
+      if (!(vx_mps[i] > kDriving_mps)) continue;
+      ++driven;
+      int32_t at = -1;
+      for (int32_t k = 0; k < t.count; ++k) {
+        if (t.state[k] != OVT_CONFIRMED) continue;
+        of_seed.insert(t.id[k]);
+        const auto distance_m = [&](int32_t j) { return std::hypot(t.x_m[j] - x_m[i], t.y_m[j] - y_m[i]); };
+        if (at < 0 || distance_m(k) < distance_m(at)) at = k;
+      }
+      if (at < 0) continue;
+      ++followed;
+      const double off_phi_rad = wrap_angle(t.course_rad[at] - phi_rad[i]);
+      speed.add(t.speed_mps[at] - vx_mps[i]);
+      course.add(off_phi_rad * 180 / io::kPi);
+      slip_course.add(wrap_angle(off_phi_rad - std::atan2(vy_mps[i], vx_mps[i])) * 180 / io::kPi);
+      yaw_rate.add(t.yaw_rate_rps[at] - omega_rps[i]);
+      place.add(std::hypot(t.x_m[at] - x_m[i], t.y_m[at] - y_m[i]));
+    }
+    ids += int64_t(of_seed.size());
+  }
+  return {{"followed", driven > 0 ? double(followed) / double(driven) : NAN},
+          {"tracks", double(ids) / double(kSeeds)},
+          {"speed_rmse_mps", speed.value()},
+          {"course_rmse_deg", course.value()},
+          {"course_with_slip_rmse_deg", slip_course.value()},
+          {"yaw_rate_rmse_rps", yaw_rate.value()},
+          {"place_rmse_m", place.value()}};
+}
+
+Json sum_tracks(const Json& sequences) {
+  int64_t objects = 0, wrong = 0, switches = 0, fragments = 0;
+  for (const Json& s : sequences) {
+    objects += s["objects"].get<int64_t>(), fragments += s["fragments"].get<int64_t>();
+    switches += s["switches"].get<int64_t>();
+    wrong += s["misses"].get<int64_t>() + s["false_positives"].get<int64_t>();
+  }
+  return {{"mota", objects > 0 ? 1 - double(wrong + switches) / double(objects) : NAN},
+          {"switches", double(switches) / double(kSeeds)},
+          {"fragments", double(fragments) / double(kSeeds)}};
 }
 
 }  // namespace overtake::evaluation
