@@ -16,6 +16,7 @@ const char* reason_name(Reason reason) noexcept {
     case Reason::kDust: return "dust";
     case Reason::kSecondReturn: return "second_return";
     case Reason::kSmoke: return "smoke";
+    case Reason::kOwnBody: return "own_body";
     case Reason::kCount: break;
   }
   return "unknown";

@@ -24,6 +24,7 @@ enum class Reason : uint8_t {
   kDust,            // another point won its pixel, and this one is more than 0.5 m nearer
   kSecondReturn,    // another point won its pixel, and this one is more than 0.5 m farther
   kSmoke,           // among smoke or dust (drop_smoke), not an obstacle
+  kOwnBody,         // in a cluster of the own car (mark_own_body), not an obstacle
   kCount
 };
 inline constexpr int32_t kReasonCount = int32_t(Reason::kCount);

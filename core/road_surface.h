@@ -28,7 +28,8 @@ OVT_INLINE constexpr float node_distance_m(int32_t node) { return kNodeScale_m *
 struct RoadSurface {
   float *offset_m = nullptr, *slope = nullptr;  // [count_rays * kNodes]: the pieces of each ray
   float* level_slope = nullptr;                 // [count_rays]: slope of a level plane along the ray
-  float* known_m = nullptr;  // [count_rays]: measured road up to here, beyond it a guess of its shape
+  // [count_rays]: measured road up to here, beyond it a guess of its shape; below 0 without a map or an ego pose
+  float* known_m = nullptr;
 };
 
 }  // namespace overtake

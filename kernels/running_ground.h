@@ -23,7 +23,8 @@ struct RunningGroundParams {
   GroundTolerance guess;    // beyond
   float start_per_m;        // per_m until the slope is measured
   float start_limit_m;      // limit_m until then
-  float level_reach_m;      // ground may also rise like a level plane this far from the last ground pixel
+  float level_reach_m;      // ground may also rise like a level plane this far from the last ground pixel,
+  float free_level_m;       // ... this far without a map
   float level_slope_slack;  // ... by this much steeper
   float echo_limit_m;       // a road has no returns where distance^2 / height over its tangent is larger
   float foot_slope;         // a ground pixel below an obstacle belongs to it when the pair is steeper
@@ -35,7 +36,8 @@ struct RunningGroundParams {
 //   reads    range_filled_m elevation_filled_rad; road: its rays for this image
 //   writes   height_m (height over the running ground, 0 without a return), nonground, every word
 //   rules    - ground: height <= height_m + per_m * distance from the last ground pixel, at most limit_m; or, up to
-//              level_reach_m from it, a rise up to that of a level plane (apron and infield beside a banked track)
+//              level_reach_m or free_level_m from it, a rise up to that of a level plane (apron and infield beside a
+//              banked track)
 //              until two ground pixels have measured a slope, over 2 m and a tenth of the run, start_per_m and
 //              start_limit_m hold
 //            - only up to where a road returns an echo: distance^2 <= echo_limit_m * height of the sensor over its

@@ -16,15 +16,16 @@ struct GroundBlock {
   };
   float height_m;
   Tolerance known, guess;
-  float start_per_m, start_limit_m, level_reach_m, foot_slope, echo_limit_m;
+  float start_per_m, start_limit_m, level_reach_m, free_level_m, foot_slope, echo_limit_m;
 };
 
 OVT_INLINE GroundBlock make_ground_block(const RunningGroundParams& params) {
   const auto tolerance = [](const GroundTolerance& t) {
     return GroundBlock::Tolerance{t.per_m, t.limit_m, t.slope_limit, 1.0f / t.slope_reach_m};
   };
-  return {params.height_m,      tolerance(params.known), tolerance(params.guess), params.start_per_m,
-          params.start_limit_m, params.level_reach_m,    params.foot_slope,       params.echo_limit_m};
+  return {params.height_m,     tolerance(params.known), tolerance(params.guess),
+          params.start_per_m,  params.start_limit_m,    params.level_reach_m,
+          params.free_level_m, params.foot_slope,       params.echo_limit_m};
 }
 
 // The running ground of a column. Distances from the sensor; `height` over the road surface, `z` in the sensor's axes.
@@ -64,7 +65,8 @@ struct RoadPlace {
   V z, offset;
 };
 
-// `exists`: the pixel has a range. `level`: the largest slope of level ground. `known_m`: how far the road is known.
+// `exists`: the pixel has a range. `level`: the largest slope of level ground. `known_m`: how far the road is known,
+// below 0 without a map.
 template <class V, class M>
 OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V z, RoadPlace<V> road, V level,
                                          V known_m, M exists, GroundState<V>& s) {
@@ -87,7 +89,8 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
   const V slope_limit = tolerance(&GroundBlock::Tolerance::slope_limit);
   const V per_reach = tolerance(&GroundBlock::Tolerance::per_reach);
   const V allowed = min_of(V(block.height_m) + per_m * run, limit_m);
-  const M is_level = (run <= V(block.level_reach_m)) & (z - s.z <= level * run + V(block.height_m));
+  const V level_reach = select(known_m < zero, V(block.free_level_m), V(block.level_reach_m));
+  const M is_level = (run <= level_reach) & (z - s.z <= level * run + V(block.height_m));
   // An echo gets longer and weaker with range / sin(angle to the surface) = distance^2 / height of the sensor over the
   // tangent: from some length on the road has no returns, and what returns is something else.
   const V over_tangent = max_of(max_of(s.slope * s.distance - s.height, zero) - road.offset, V(kLeastOver_m));

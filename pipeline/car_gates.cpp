@@ -71,7 +71,7 @@ void keep_car_shaped(const StageContext& context, Frame& frame) noexcept {
   for (int32_t row = 0; row < merged.count; ++row) {
     if (merged.point_count[row] < context.detect.gate_clusters.min_points)
       ++frame.gated_points;
-    else if (is_own_body(params, merged, row))
+    else if (is_own_body(params.own, merged, row))
       ++frame.gated_own;
     else if (is_car_sized(row))
       frame.kept[frame.kept_count++] = row;

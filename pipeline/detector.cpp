@@ -368,7 +368,7 @@ void Detector::finish(Frame& frame) {
     if (!part.present) continue;
     for (int32_t r = 1; r < kReasonCount; ++r) add(counters_.points_bad[r], part.reason_count[r]);
     add(counters_.points, part.kept.points.count);
-    add(counters_.points_clustered, part.cluster_points.count);
+    add(counters_.points_clustered, part.cluster_points.count - part.reason_count[int32_t(Reason::kOwnBody)]);
     add(counters_.overflow_clusters, part.cluster_overflow);
   }
   add(counters_.overflow_clusters, frame.merged_overflow);

@@ -72,7 +72,7 @@ class Joiner {
     count_ = 0;
     for (int32_t row = 0; row < merged_.count; ++row) {
       places_.group[row] = row;
-      if (!places_.known[row] || is_own_body(context_.detect.gate_cars, merged_, row)) continue;
+      if (!places_.known[row] || is_own_body(context_.detect.gate_cars.own, merged_, row)) continue;
       if (measure_inside(places_, row, 0.0f) < -bound_m) continue;
       // On axes at any angle, one side of a box is at least its longer side / sqrt 2: these fit into no group.
       const OrientedBox box = box_of(places_, row);

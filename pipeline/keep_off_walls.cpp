@@ -67,13 +67,16 @@ class WallView {
     return before_m > 0.0f && nearest_m2 < before_m * before_m;
   }
 
-  // A straight line through the wall around a place.
+  // A straight line through the wall around a place. The sensor is on its left.
   struct Line {
     bool valid = false;
     float x_m, y_m, cos, sin, low_m, high_m;
-    bool is_near(float x, float y, float most_m) const {
-      const float dx = x - x_m, dy = y - y_m, along = dx * cos + dy * sin;
-      return abs_of(dy * cos - dx * sin) <= most_m && along >= low_m - kBeyond_m && along <= high_m + kBeyond_m;
+    float left_of(float x, float y) const { return (y - y_m) * cos - (x - x_m) * sin; }
+    // What stands on the wall, as a fence does, is a little farther than its foot.
+    bool is_on(float x, float y, float most_m) const {
+      const float along = (x - x_m) * cos + (y - y_m) * sin, left = left_of(x, y);
+      return left <= most_m && left >= -(kBehind_m + most_m) && along >= low_m - kBeyond_m &&
+             along <= high_m + kBeyond_m;
     }
   };
   Line line_around(float x, float y) const {
@@ -98,6 +101,7 @@ class WallView {
     const float size = std::sqrt(u * u + v * v);
     if (!(size > 0.0f) || 0.5f * (a + c) - root > kScatter_m * kScatter_m) return line;
     line = {true, x + mean_x, y + mean_y, u / size, v / size, 0.0f, 0.0f};
+    if (line.left_of(at_m_[0], at_m_[1]) < 0.0f) line.cos = -line.cos, line.sin = -line.sin;
     for (int32_t k = 0; k < count; ++k) {
       const float along = (x_m_[near[k]] - line.x_m) * line.cos + (y_m_[near[k]] - line.y_m) * line.sin;
       line.low_m = min_of(line.low_m, along), line.high_m = max_of(line.high_m, along);
@@ -177,7 +181,7 @@ void keep_off_walls(const StageContext& context, Frame& frame) noexcept {
       if (on_wall[row]) continue;
       const WallView::Line line = walls.line_around(frame.merged.center_x_m[row], frame.merged.center_y_m[row]);
       on_wall[row] =
-          line.valid && holds_for_points(frame, row, -1, [&](float x, float y) { return line.is_near(x, y, wall_m); });
+          line.valid && holds_for_points(frame, row, -1, [&](float x, float y) { return line.is_on(x, y, wall_m); });
     }
   }
   int32_t count = 0;

@@ -186,6 +186,7 @@ typedef struct ovt_params {
   double lane_tracker_most_score, lane_tracker_coast_s, lane_tracker_coast_sigma_m;
   int32_t lane_tracker_confirm_hits, lane_tracker_tentative_misses;
   double lane_tracker_path_turn_s, lane_tracker_path_speed, lane_tracker_path_across;
+  double running_ground_free_level_m; /* running_ground.free_level_m  level_reach_m without a map or a pose */
 } ovt_params;
 
 typedef struct ovt_param_info {

@@ -7,10 +7,12 @@
 
 namespace overtake {
 
-// Whether all points of a merged cluster are on the own car. A car that touches it has points beyond this box.
-inline bool is_own_body(const CarGateParams& params, const FrameClusterTable& merged, int32_t row) noexcept {
-  return merged.min_x_m[row] >= 0.0f - params.own_back_m && merged.max_x_m[row] <= params.own_front_m &&
-         merged.min_y_m[row] >= 0.0f - params.own_side_m && merged.max_y_m[row] <= params.own_side_m;
+// Whether all points of a cluster are on the own car: a row of a ClusterTable, or of a FrameClusterTable. A car that
+// touches it has points beyond this box.
+template <class Table>
+bool is_own_body(const OwnBodyParams& own, const Table& clusters, int32_t row) noexcept {
+  return clusters.min_x_m[row] >= 0.0f - own.back_m && clusters.max_x_m[row] <= own.front_m &&
+         clusters.min_y_m[row] >= 0.0f - own.side_m && clusters.max_y_m[row] <= own.side_m;
 }
 
 }  // namespace overtake

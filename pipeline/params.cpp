@@ -78,6 +78,10 @@ bool is_within(const ParamRow& row, std::size_t struct_size) noexcept {
   return row.offset + (row.is_integer ? sizeof(int32_t) : sizeof(double)) <= struct_size;
 }
 
+OwnBodyParams own_body_of(const ovt_params& params) noexcept {
+  return {float(params.gate_own_back_m), float(params.gate_own_front_m), float(params.gate_own_side_m)};
+}
+
 }  // namespace
 
 std::string find_bad_param(const ovt_params& params) {
@@ -125,6 +129,7 @@ SegmentParams make_segment_params(const ovt_params& params, const SensorModel& s
                         .start_per_m = float(params.running_ground_start_per_m),
                         .start_limit_m = float(params.running_ground_start_limit_m),
                         .level_reach_m = float(params.running_ground_level_reach_m),
+                        .free_level_m = float(params.running_ground_free_level_m),
                         .level_slope_slack = float(params.running_ground_level_slack),
                         .echo_limit_m = float(params.running_ground_fade_m * params.running_ground_fade_m),
                         .foot_slope = float(sine / cosine)};
@@ -140,6 +145,7 @@ SegmentParams make_segment_params(const ovt_params& params, const SensorModel& s
                    float(params.vehicle_length_m * params.cut_from),
                    float(params.vehicle_length_m * params.cut_to)};
   out.label_points = {float(params.label_own_limit_m), float(params.label_loser_limit_m)};
+  out.own_body = own_body_of(params);
   return out;
 }
 
@@ -159,9 +165,7 @@ DetectParams make_detect_params(const ovt_params& params) noexcept {
                       float(params.vehicle_width_m + params.join_slack_m), height_m}};
   out.gate_cars = {{float(params.vehicle_length_m * (1.0 + params.gate_slack)),
                     float(params.vehicle_width_m * (1.0 + params.gate_slack) + params.gate_width_slack_m), height_m},
-                   float(params.gate_own_back_m),
-                   float(params.gate_own_front_m),
-                   float(params.gate_own_side_m),
+                   own_body_of(params),
                    float(params.gate_inside_m),
                    float(params.gate_range_m),
                    float(params.gate_lowest_m),

@@ -15,6 +15,11 @@
 namespace overtake {
 
 // Parameters of one sensor's segmentation, as the kernels take them.
+// Box of the own car, from the vehicle's origin.
+struct OwnBodyParams {
+  float back_m, front_m, side_m;
+};
+
 struct SegmentParams {
   FillGapsParams fill_gaps;
   AngleImageParams angle_image;
@@ -26,6 +31,7 @@ struct SegmentParams {
   LinkPixelsParams link_pixels;
   CutLinksParams cut_links;
   LabelPointsParams label_points;
+  OwnBodyParams own_body;
 };
 
 // Limits of what can be one car, along psi_REF: of joined clusters, or of a candidate.
@@ -40,10 +46,10 @@ struct JoinShardsParams {
 
 struct CarGateParams {
   CarLimits limits;
-  float own_back_m, own_front_m, own_side_m;  // box of the own car, from the vehicle's origin
-  float inside_m, range_m;                    // of a car's centre: to the bounds, at least; to the origin, at most
-  float lowest_m, top_m;                      // of the lowest and the highest point, over the ground, at most
-  float wall_m;                               // without a map, from a wall's line: a piece of the wall; 0: not gated
+  OwnBodyParams own;
+  float inside_m, range_m;  // of a car's centre: to the bounds, at least; to the origin, at most
+  float lowest_m, top_m;    // of the lowest and the highest point, over the ground, at most
+  float wall_m;             // without a map, from a wall's line: a piece of the wall; 0: not gated
 };
 
 struct PoseByViewParams {

@@ -93,6 +93,14 @@ TEST_CASE("car gates: without a map, pieces of a wall and what is behind it are 
     CHECK(kept({x_m, 12, 0, 0.4, 2.0, 0.5, 1.5}, walls) == 0);     // stands out over it
     CHECK(kept({x_m, 12, 0, 0.4, 2.0, 0.5, 1.5}, {}) == 1);
   }
+  // Abeam, a panel of a fence on a wall is 0.8 m behind its face as the sensor sees it: less than what the wall hides.
+  const auto panel = [](double y_m) { return Solid{6, y_m, 0, 1.2, 0.1, 0.8, 1.2}; };
+  CHECK(kept(panel(8.6), walls) == 0);
+  CHECK(kept(panel(8.6), {}) == 1);
+  CHECK(kept(panel(6.8), walls) == 1);  // before the wall
+  const std::vector<Solid> right = {{22, -8, 0, 36, 0.2, 0, 0.7, 1}, {62, -8, 0, 36, 0.2, 0, 0.7, 2}};
+  CHECK(kept(panel(-8.6), right) == 0);
+  CHECK(kept(panel(-6.8), right) == 1);
   // A beam over the road hides nothing.
   CHECK(kept({60, 0, 0, 4.9, 1.886, 0.1, 1.1}, {{30, 0, 0, 0.5, 20, 1.2, 1.6, 1}}) == 1);
   // Deep along the line of sight and narrow across it.

@@ -46,6 +46,7 @@ RunningGroundParams params() {
           .start_per_m = 0.012f,
           .start_limit_m = 0.5f,
           .level_reach_m = 3.0f,
+          .free_level_m = 6.0f,
           .level_slope_slack = 0.03f,
           .echo_limit_m = 1e9f,
           .foot_slope = 1.7f};
@@ -222,6 +223,13 @@ TEST_CASE("running_ground: the level rule ends 3 m behind the last ground pixel,
   CHECK(Column({{10, 0}, {12, 0.77f}}, road).marks() == ".o");
   CHECK(Column({{10, 0}, {12.99f, 0.9f}}, road).marks() == "..");
   CHECK(Column({{10, 0}, {13.01f, 0.9f}}, road).marks() == ".o");
+  CHECK(Column({{10, 0}, {13.01f, 0.95f}}, FlatRoad(false, 0.3f)).marks() == ".o");
+  // Without a map, 6 m: far from the vehicle the rows of an apron are so far apart.
+  FlatRoad free(false, 0.3f);
+  free.known_m.assign(2, -1.0f);
+  CHECK(Column({{10, 0}, {15.99f, 1.8f}}, free).marks() == "..");
+  CHECK(Column({{10, 0}, {16.01f, 1.8f}}, free).marks() == ".o");
+  CHECK(Column({{10, 0}, {15.0f, 1.8f}}, free).marks() == ".o");
 }
 
 TEST_CASE("running_ground: feet: a chain of steep pairs down to the road; a missing pixel ends the chain") {

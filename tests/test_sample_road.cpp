@@ -312,6 +312,7 @@ TEST_CASE("sample_road: without known heights and without ground in the scan the
       const SensorModel sensor = make_sensor(mounting);
       const Sampled sampled(data, sensor);
       CHECK(sampled.known_count() == 0);
+      for (int32_t k = 0; k < sampled.rays; ++k) CHECK(sampled.known_m[std::size_t(k)] == -1.0f);
       const Transform& m = sensor.T_vehicle_sensor;
       for (int32_t k = 0; k < sampled.rays; k += 5)
         for (const double distance : {0.0, 10.0, 50.0, 150.0}) {

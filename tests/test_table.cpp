@@ -138,6 +138,7 @@ TEST_CASE("reasons: every reason has a unique name") {
   CHECK(std::string(reason_name(Reason::kNotFinite)) == "not_finite");
   CHECK(std::string(reason_name(Reason::kSecondReturn)) == "second_return");
   CHECK(std::string(reason_name(Reason::kSmoke)) == "smoke");
+  CHECK(std::string(reason_name(Reason::kOwnBody)) == "own_body");
   CHECK(std::string(reason_name(Reason::kCount)) == "unknown");
 }
 

@@ -14,18 +14,20 @@ namespace {
 
 // Run for each scan.
 constexpr Step kSegment[] = {
-    step::project_points, step::rank_layers,   step::scatter_points,  // 1   range and elevation image
-    step::fill_gaps,                                                  // 2   gaps of one pixel
-    step::sample_road,                                                // 5b  where the road should be
-    step::running_ground,                                             // 5b  ground: height over the running ground
-    step::drop_smoke,                                                 // 5c  smoke and dust are not obstacles
-    step::repair_range,                                               // 6   NGRIR (eq. 3)
-    step::link_pixels,                                                // 7a  which neighbours belong together (eq. 2)
-    step::label_bfs,                                                  // 7b  connected components
-    step::cut_links,                                                  // 7b  two cars are not one
-    step::label_points,                                               // 7b
-    step::mark_smoke,                                                 //     points of smoke have no label
-    step::build_clusters, step::count_reasons,                        // 8a  table of clusters in the vehicle frame
+    step::project_points, step::rank_layers, step::scatter_points,  // 1   range and elevation image
+    step::fill_gaps,                                                // 2   gaps of one pixel
+    step::sample_road,                                              // 5b  where the road should be
+    step::running_ground,                                           // 5b  ground: height over the running ground
+    step::drop_smoke,                                               // 5c  smoke and dust are not obstacles
+    step::repair_range,                                             // 6   NGRIR (eq. 3)
+    step::link_pixels,                                              // 7a  which neighbours belong together (eq. 2)
+    step::label_bfs,                                                // 7b  connected components
+    step::cut_links,                                                // 7b  two cars are not one
+    step::label_points,                                             // 7b
+    step::mark_smoke,                                               //     points of smoke have no label
+    step::build_clusters,                                           // 8a  table of clusters in the vehicle frame
+    step::mark_own_body,                                            //     points of the own car have no label
+    step::count_reasons,
 };
 static_assert(is_chain(kSegment, kGivenColumns));
 

@@ -15,6 +15,7 @@
 #include <algorithm>
 
 #include "pipeline/method/count_reasons.h"
+#include "pipeline/method/mark_own_body.h"
 #include "pipeline/method/mark_smoke.h"
 #include "pipeline/method/step.h"
 #include "pipeline/method/step_arguments.h"
@@ -128,6 +129,13 @@ OVT_STEP_BY_HAND(build_clusters, CLUSTERS, "", OVT_READS(scan, point_label, poin
   s.part.cluster_overflow =
       k.build_clusters(s.sensor.T_vehicle_sensor, s.part.scan, s.views.points, s.part.label_count, s.part.clusters,
                        s.part.cluster_points, s.part.row_of_label, s.views.cursor, s.views.order);
+}
+
+// Not a kernel: points on the own car are no obstacles.
+OVT_STEP_BY_HAND(mark_own_body, CLUSTERS, "gate.own_back_m gate.own_front_m gate.own_side_m",
+                 OVT_READS(clusters, cluster_points, point_label, point_reason), OVT_WRITES(point_label, point_reason),
+                 OVT_SCRATCH()) {
+  overtake::mark_own_body(s.params.own_body, s.part.clusters, s.part.cluster_points, s.views.points);
 }
 
 // Not a kernel: counts the points of each reason.

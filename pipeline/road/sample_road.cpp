@@ -146,6 +146,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
   RoadShape shape;
   bool fitted = false;
   CentreLine line;
+  const bool on_map = road.map && road.has_pose;
   bool has_line = false;
   if (road.has_pose) {
     for (int32_t i = 0; i < 9; ++i) axes.map[i] = float(road.ego.r[i]);
@@ -187,7 +188,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
     for (int32_t l = 0; l < here; ++l) {
       const int32_t k = begin + l;
       const Rays& rays = known.known[l] ? known : guess;
-      surface.known_m[k] = known.known[l] ? known.known_m[l] : 0.0f;
+      surface.known_m[k] = known.known[l] ? known.known_m[l] : on_map ? 0.0f : -1.0f;
       surface.level_slope[k] = -(up[0] * rays.cosine[l] + up[1] * rays.sine[l]) / up[2];
       float heights_m[kNodes];
       for (int32_t i = 0; i < kNodes; ++i) heights_m[i] = rays.heights_m[i][l];

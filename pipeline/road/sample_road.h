@@ -13,9 +13,9 @@ namespace overtake {
 
 // Computes the surface along every ray of the sensor's image:
 //   - over the map, along rays whose stations are known up to 100 m: the learned height of the centre line, the cross
-//     slope over the width of the road, level beyond its edges; `known` is 1
+//     slope over the width of the road, level beyond its edges; known_m is where the ray leaves the road
 //   - else a shape z = a + b x + c n + q x^2 + e x n (n: distance from the vehicle's lane), fitted to the ground of the
-//     scan itself, level where the scan shows too little of it; `known` is 0
+//     scan itself, level where the scan shows too little of it; known_m is 0, without a map or an ego pose -1
 // Known heights are relative to the road under the vehicle.
 //   reads  road, sensor, images     writes  every element of the surface
 void sample_road(const RunningGroundParams& params, const RoadData& road, const SensorModel& sensor,
