@@ -174,7 +174,7 @@ typedef struct ovt_params {
   double cut_from, cut_to;           /* cut.from cut.to            in lengths of the vehicle */
   double gate_wall_m;                /* gate.wall_m                without a map, from the line of a wall; 0: off */
   /* lane_tracker.q_along ...: the tracker */
-  double lane_tracker_q_along, lane_tracker_q_across, lane_tracker_q_speed, lane_tracker_q_speed_unseen;
+  double lane_tracker_q_along, lane_tracker_q_across, lane_tracker_q_speed;
   double lane_tracker_q_course, lane_tracker_q_yaw_rate, lane_tracker_lane_s, lane_tracker_stand_mps;
   double lane_tracker_part_share, lane_tracker_steady_lag, lane_tracker_manoeuvre_gain;
   double lane_tracker_birth_speed_share, lane_tracker_birth_sigma_share, lane_tracker_birth_sigma_course_rad;
@@ -187,6 +187,7 @@ typedef struct ovt_params {
   int32_t lane_tracker_confirm_hits, lane_tracker_tentative_misses;
   double lane_tracker_path_turn_s, lane_tracker_path_speed, lane_tracker_path_across;
   double running_ground_free_level_m; /* running_ground.free_level_m  level_reach_m without a map or a pose */
+  double pose_profile_points;         /* pose.profile_points */
 } ovt_params;
 
 typedef struct ovt_param_info {

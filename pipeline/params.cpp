@@ -171,7 +171,8 @@ DetectParams make_detect_params(const ovt_params& params) noexcept {
                    float(params.gate_lowest_m),
                    float(params.gate_top_m),
                    float(params.gate_wall_m)};
-  out.pose_by_view = {float(params.pose_front_length_m), params.pose_angle_sigma_rad, float(params.class_debris_m)};
+  out.pose_by_view = {float(params.pose_front_length_m), float(params.pose_profile_points), params.pose_angle_sigma_rad,
+                      float(params.class_debris_m)};
   out.walls = {float(params.ego_heading_wall_length_m), params.ego_heading_wall_reach_m,
                params.ego_heading_wall_scatter_m};
   out.ego_heading = {params.ego_heading_slip_sigma_rad,     params.ego_heading_lever_sigma_m,
@@ -205,7 +206,6 @@ TrackerParams make_tracker_params(const ovt_params& params, int32_t track_capaci
   lane.q_along = params.lane_tracker_q_along;
   lane.q_across = params.lane_tracker_q_across;
   lane.q_speed = params.lane_tracker_q_speed;
-  lane.q_speed_unseen = params.lane_tracker_q_speed_unseen;
   lane.q_course = params.lane_tracker_q_course;
   lane.q_yaw_rate = params.lane_tracker_q_yaw_rate;
   lane.lane_s = params.lane_tracker_lane_s;

@@ -54,6 +54,7 @@ struct CarGateParams {
 
 struct PoseByViewParams {
   float front_length_m;    // with at least this length the front end is seen
+  float profile_points;    // of the profile of a race car; 0: not used
   double angle_sigma_rad;  // of the ego heading
   float debris_m;          // size of debris, at most
 };

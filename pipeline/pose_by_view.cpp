@@ -17,21 +17,66 @@ struct Posed {
   float c, s;
   OrientedBox box;  // of its points, along and across the heading
   CarAnchor car;
-  float x_m, y_m;
+  float x_m = 0.0f, y_m = 0.0f;
+  void move_to(float center_1) {
+    car.center_1 = center_1;
+    x_m = center_1 * c - car.center_2 * s;
+    y_m = center_1 * s + car.center_2 * c;
+  }
 };
 Posed pose_at(const CarSize& size, const float* sensor_m, float c, float s, const OrientedBox& box) {
-  const CarAnchor car = anchor_car(size, box, sensor_m[0] * c + sensor_m[1] * s, sensor_m[1] * c - sensor_m[0] * s);
-  return {c, s, box, car, car.center_1 * c - car.center_2 * s, car.center_1 * s + car.center_2 * c};
+  Posed pose = {c, s, box, anchor_car(size, box, sensor_m[0] * c + sensor_m[1] * s, sensor_m[1] * c - sensor_m[0] * s)};
+  pose.move_to(pose.car.center_1);
+  return pose;
+}
+
+// The points of a cluster on the axis of a heading, with their heights: at most PointsAlong::kCapacity of them, evenly
+// chosen.
+PointsAlong list_points(const Frame& frame, int32_t row, float c, float s) {
+  PointsAlong out;
+  const int32_t step = 1 + (frame.merged.point_count[row] - 1) / PointsAlong::kCapacity;
+  int32_t next = 0;
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    const Plane<float>& image = part.kept.images.height_m;
+    if (!image.data) return;
+    const int32_t begin = part.clusters.point_begin[cluster], count = part.clusters.point_count[cluster];
+    for (; next < count && out.count < PointsAlong::kCapacity; next += step) {
+      const int32_t k = begin + next, pixel = part.kept.points.pixel[part.cluster_points.point[k]];
+      if (pixel < 0) continue;
+      out.along_m[out.count] = part.cluster_points.x_m[k] * c + part.cluster_points.y_m[k] * s;
+      out.height_m[out.count++] = image.data[pixel];
+    }
+    next -= count;
+  });
+  return out;
+}
+
+// A car that is seen from ahead or from behind: its centre along the heading, by the heights of its parts. Of a car
+// near ahead all rows show the rear end itself, whatever its shape.
+CarProfile::Match match_profile(const StageContext& context, const Frame& frame, int32_t row, const Posed& pose,
+                                float high_m) {
+  constexpr float kTop_m = 1.35f;      // a higher one is not a race car
+  constexpr float kRearEnd_m = 50.0f;  // nearer, the rear end is seen
+  const DetectParams& params = context.detect;
+  const bool from_behind = pose.car.view == CarView::kRear;
+  if (pose.car.view == CarView::kSide || (from_behind && frame.merged.nearest_m[row] < kRearEnd_m) ||
+      !(params.pose_by_view.profile_points > 0.0f) || high_m > kTop_m ||
+      abs_of(params.fit_rectangle.length_m - CarProfile::kLength_m) > CarProfile::kLengthTolerance_m)
+    return {};
+  const CarProfile& profile = from_behind ? context.rear : context.front;
+  return profile.match(list_points(frame, row, pose.c, pose.s), pose.box.low_1, pose.box.high_1,
+                       params.pose_by_view.profile_points);
 }
 
 // Standard deviations of the centre, m, fitted to simulated races. A part of the car that the sensor does not see, and
 // whose end is not known, leaves the centre uncertain by a share of that part: a uniform distribution would be 0.29
 // of it. The farther the car, the fewer rows and columns hit it.
 constexpr double kNear_m = 0.055;          // at the sensor, along and across
-constexpr double kAlongOfRange = 0.0028;   // of the range: the end that is seen
+constexpr double kAlongOfRange = 0.0018;   // of the range: the end that is seen
 constexpr double kAcrossOfRange = 0.0016;  // of the range
 constexpr double kAlongOfUnseen = 0.23;    // of the length that is not seen,
 constexpr double kMostOfUnseen_m = 0.55;   // at most: what is seen of a distant car is mostly its middle
+constexpr double kMatchGain = 1.1;         // of the profile's own deviation
 constexpr double kAcrossOfUnseen = 0.18;   // of the width: mostly a part is missing on both sides
 constexpr double kFewPoints_m2 = 0.32;     // variance over the number of points
 constexpr double kFreeHeading_m = 0.25;    // at psi_VAR, which has an error of its own
@@ -40,14 +85,17 @@ constexpr double kFreeHeading_m = 0.25;    // at psi_VAR, which has an error of 
 struct Covariance {
   double xx, yy, xy;
 };
-Covariance find_covariance(const Posed& pose, bool from_var, int32_t points, double angle_sigma_rad) {
+Covariance find_covariance(const Posed& pose, const CarProfile::Match& match, bool from_var, int32_t points,
+                           double angle_sigma_rad) {
   const double c = double(pose.c), s = double(pose.s), x_m = double(pose.x_m), y_m = double(pose.y_m);
   const double unseen_1 = std::min(kAlongOfUnseen * double(pose.car.unseen_1), kMostOfUnseen_m);
   const double unseen_2 = double(pose.car.unseen_2);
   const double range2 = x_m * x_m + y_m * y_m;
   const double least = kNear_m * kNear_m + (from_var ? kFreeHeading_m * kFreeHeading_m : 0.0);
   const double few = kFewPoints_m2 / double(std::max(points, 1));
-  const double along = least + kAlongOfRange * kAlongOfRange * range2 + unseen_1 * unseen_1 + few;
+  const double sigma = kMatchGain * double(match.sigma_m);
+  const double of_ends = match.fits ? sigma * sigma : unseen_1 * unseen_1 + few;
+  const double along = least + kAlongOfRange * kAlongOfRange * range2 + of_ends;
   const double across = least + kAcrossOfRange * kAcrossOfRange * range2 +
                         kAcrossOfUnseen * kAcrossOfUnseen * unseen_2 * unseen_2 +
                         kAcrossOfUnseen * kAcrossOfUnseen * few;
@@ -220,7 +268,10 @@ void pose_by_view(const StageContext& context, Frame& frame) noexcept {
     constexpr int32_t kLeastGain = 3, kGainDivisor = 20;
     const int32_t gain = std::max(kLeastGain, (merged.point_count[row] + kGainDivisor - 1) / kGainDivisor);
     fit.from_var = fit.inliers_var >= fit.inliers_ref + gain;
-    const Posed& best = fit.from_var ? var : ref;
+    Posed best = fit.from_var ? var : ref;
+    const ClusterHeights heights = measure_heights(frame, row);
+    const CarProfile::Match match = match_profile(context, frame, row, best, heights.high_m);
+    if (match.fits) best.move_to(match.center_m);
     fit.heading_rad = fit.from_var ? fit.heading_var_rad : fit.heading_ref_rad;
     fit.center_x_m = best.x_m, fit.center_y_m = best.y_m;
     fit.extent_length_m = best.box.length(), fit.extent_width_m = best.box.width();
@@ -231,10 +282,9 @@ void pose_by_view(const StageContext& context, Frame& frame) noexcept {
     out.map_d_m[i] = places.d_m[row];
 
     const Covariance p =
-        find_covariance(best, fit.from_var, merged.point_count[row], params.pose_by_view.angle_sigma_rad);
+        find_covariance(best, match, fit.from_var, merged.point_count[row], params.pose_by_view.angle_sigma_rad);
     views.var_x[i] = float(p.xx), views.var_y[i] = float(p.yy), views.cov_xy[i] = float(p.xy);
     views.view[i] = int32_t(best.car.view);
-    const ClusterHeights heights = measure_heights(frame, row);
     views.object_class[i] = int32_t(classify(context, frame, row, best.box, heights.low_m));
     views.road_z_m[i] = heights.road_z_m;
     views.height_m[i] = heights.high_m;

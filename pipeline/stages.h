@@ -5,6 +5,7 @@
 #pragma once
 
 #include "core/circuit_map.h"
+#include "pipeline/car_profile.h"
 #include "pipeline/frame.h"
 #include "pipeline/method/method.h"
 #include "pipeline/params.h"
@@ -32,6 +33,7 @@ struct StageContext {
   SensorModel sensors[kMaxSensors];
   SegmentParams segment[kMaxSensors];
   DetectParams detect;
+  CarProfile rear{CarProfile::End::kRear}, front{CarProfile::End::kFront};
   int32_t candidate_capacity = 0;     // of a frame
   const CircuitMap* map = nullptr;    // null: none
   SegmentScratch* scratch = nullptr;  // one for each thread that segments

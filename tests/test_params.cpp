@@ -87,12 +87,12 @@ const std::map<std::string, double> kMethod = {{"frame.period_s", 0.05},
                                                {"gate.range_m", 160},
                                                {"gate.lowest_m", 1},
                                                {"gate.top_m", 2},
-
                                                {"gate.wall_m", 0.5},
                                                {"gate.own_back_m", 1.5},
                                                {"gate.own_front_m", 4.5},
                                                {"gate.own_side_m", 1.2},
                                                {"pose.front_length_m", 4.2},
+                                               {"pose.profile_points", 3},
                                                {"pose.angle_sigma_deg", 0.05},
                                                {"class.debris_m", 1},
                                                {"ego_heading.wall_length_m", 12},
@@ -107,7 +107,6 @@ const std::map<std::string, double> kMethod = {{"frame.period_s", 0.05},
                                                {"lane_tracker.q_along", 0.02},
                                                {"lane_tracker.q_across", 0.006},
                                                {"lane_tracker.q_speed", 1},
-                                               {"lane_tracker.q_speed_unseen", 20},
                                                {"lane_tracker.q_course", 0.0002},
                                                {"lane_tracker.q_yaw_rate", 0.008},
                                                {"lane_tracker.lane_s", 0.2},
@@ -318,7 +317,7 @@ TEST_CASE("params: the tracker of best starts with the defaults of its own param
   REQUIRE(ovt_params_init(&best, sizeof best, "best") == OVT_OK);
   const TrackerParams params = make_tracker_params(best, 8, 8);
   const LaneTrackerParams own;
-  static_assert(sizeof own == 42 * sizeof(double));  // no padding
+  static_assert(sizeof own == 41 * sizeof(double));  // no padding
   CHECK(std::memcmp(&params.lane, &own, sizeof own) == 0);
   CHECK(params.gate_d2 == 25);
   CHECK(params.max_silence_s == 12);

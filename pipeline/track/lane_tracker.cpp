@@ -19,7 +19,6 @@ constexpr double kLaneCourse_rad = 0.35, kLaneReach_m = 20.0;  // a car farther 
 constexpr double kDrives_mps = 5.0;                            // a slower car follows no lane
 constexpr double kStandSigmas = 0.25;  // share of stand_mps^2: variance of a speed that is known
 constexpr double kStand_s = 0.5;       // time constant of coming to rest
-constexpr double kUnseen_s = 0.2;      // after this without a detection its speed is uncertain
 constexpr double kPart_m2 = 0.5;       // variance of a detection whose error lasts for sure
 constexpr double kLasting_m = 50.0;    // farther away, the parts of a car that are seen change with every frame
 constexpr double kLagKeep = 0.8;       // share of the lag that an iteration keeps
@@ -123,7 +122,6 @@ CourseNoise LanePolicy::noise_of(const State& s) const noexcept {
     noise.yaw_rate = std::max(noise.yaw_rate, kFreeYawRateNoise);
   }
   if (s.turn_s > 0.0) noise.course = std::max(noise.course, kTurnNoise);
-  if (s.unseen_s > kUnseen_s) noise.speed = std::max(noise.speed, lane_.q_speed_unseen);
   return noise;
 }
 

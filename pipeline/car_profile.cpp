@@ -1,0 +1,118 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/car_profile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "core/math.h"
+
+namespace overtake {
+namespace {
+
+// A face that an end of the car shows: its place ahead of the centre and its height, m, and the share of the returns.
+struct Face {
+  double along_m, along_sigma_m, height_m, height_sigma_m, share;
+};
+// A Dallara AV-21 (length, wheel base and tyres as published), by the returns of simulated scans from all distances.
+constexpr Face kFromAhead[] = {
+    {2.17, 0.20, 0.20, 0.09, 0.25},   // nose and front wing
+    {1.57, 0.12, 0.38, 0.11, 0.20},   // front tyres
+    {1.17, 0.15, 0.43, 0.10, 0.06},   // suspension, tub
+    {0.72, 0.16, 0.62, 0.07, 0.11},   // cockpit
+    {0.42, 0.10, 0.32, 0.13, 0.11},   // side pods
+    {0.02, 0.25, 0.76, 0.09, 0.08},   // air box
+    {-0.38, 0.15, 0.92, 0.10, 0.04},  // its top
+    {-1.35, 0.14, 0.40, 0.14, 0.09},  // rear tyres
+    {-2.13, 0.22, 0.63, 0.10, 0.06},  // rear wing
+};
+constexpr Face kFromBehind[] = {
+    {-2.38, 0.09, 0.66, 0.10, 0.13},  // rear wing,
+    {-2.15, 0.10, 0.55, 0.10, 0.06},  // its end plates,
+    {-2.38, 0.09, 0.27, 0.07, 0.06},  // and crash structure
+    {-2.10, 0.15, 0.25, 0.12, 0.05},  // diffuser
+    {-1.83, 0.16, 0.30, 0.15, 0.38},  // rear tyres
+    {-1.20, 0.13, 0.25, 0.12, 0.06},  // floor
+    {-1.10, 0.15, 0.75, 0.09, 0.04},  // engine cover
+    {-0.55, 0.25, 0.92, 0.15, 0.06},  // air box
+    {-0.30, 0.30, 0.48, 0.12, 0.08},  // side pods
+    {0.40, 0.12, 0.64, 0.07, 0.02},   // mirrors
+    {1.22, 0.11, 0.32, 0.16, 0.09},   // front tyres
+    {2.10, 0.18, 0.22, 0.08, 0.02},   // front wing
+};
+constexpr double kOther = 0.06;                        // share of the returns of no face
+constexpr double kOtherOnCar = 0.2, kOtherOff = 0.01;  // their density, 1 / m^2
+constexpr double kTop_m = 1.0;                         // of the car
+
+constexpr double kCell_m = 0.05, kFirst_m = -2.75, kLowest_m = -0.2;
+constexpr double kUnit = 256.0;     // of a score
+constexpr float kBeyond_m = 0.1f;   // points may lie so far beyond an end of the car
+constexpr float kLeastFit = -2.4f;  // mean log likelihood of a point; of 100 cars 99 have more
+constexpr double kUnlikely = 12.0;  // places that are exp(this) less likely than the best one do not count
+
+double gaussian(double x, double mean, double sigma) {
+  const double z = (x - mean) / sigma;
+  return exp_f64(-std::min(0.5 * z * z, 600.0)) / sigma;
+}
+
+}  // namespace
+
+CarProfile::CarProfile(End seen) {
+  const std::span<const Face> faces = seen == End::kRear ? std::span<const Face>(kFromBehind) : kFromAhead;
+  const auto place_of = [](int32_t i) { return kFirst_m + (i + 0.5) * kCell_m; };
+  const auto height_of = [](int32_t h) { return kLowest_m + (h + 0.5) * kCell_m; };
+  double density[kHeights][kPlaces] = {};
+  for (const Face& f : faces) {
+    double at_place[kPlaces];
+    for (int32_t i = 0; i < kPlaces; ++i) at_place[i] = gaussian(place_of(i), f.along_m, f.along_sigma_m);
+    for (int32_t h = 0; h < kHeights; ++h) {
+      const double at_height = f.share / kTwoPi * gaussian(height_of(h), f.height_m, f.height_sigma_m);
+      for (int32_t i = 0; i < kPlaces; ++i) density[h][i] += at_height * at_place[i];
+    }
+  }
+  for (int32_t h = 0; h < kHeights; ++h)
+    for (int32_t i = 0; i < kPlaces; ++i) {
+      const bool on_car =
+          std::fabs(place_of(i)) < 0.5 * double(kLength_m) && height_of(h) >= 0.0 && height_of(h) < kTop_m;
+      const double with_others = (1.0 - kOther) * density[h][i] + kOther * (on_car ? kOtherOnCar : kOtherOff);
+      score_[h][kPlaces - 1 - i] = int16_t(std::floor(kUnit * log_f64(with_others) + 0.5));
+    }
+}
+
+CarProfile::Match CarProfile::match(const PointsAlong& points, float low_m, float high_m,
+                                    float independent) const noexcept {
+  constexpr float kPerMetre = float(1.0 / kCell_m), kReach_m = 0.5f * kLength_m + kBeyond_m;
+  constexpr int32_t kMostCenters = kPlaces;
+  if (points.count == 0) return {};
+  // The centres at which all points lie on the car: from first_m, a cell apart.
+  float first_m = high_m - kReach_m, last_m = low_m + kReach_m;
+  if (first_m > last_m) first_m = last_m = 0.5f * (low_m + high_m);
+  const int32_t centers = std::min(1 + int32_t((last_m - first_m) * kPerMetre), kMostCenters);
+  int32_t sum[kMostCenters] = {};
+  for (int32_t k = 0; k < points.count; ++k) {
+    const float place = (points.along_m[k] - first_m - float(kFirst_m)) * kPerMetre;
+    const float height = (points.height_m[k] - float(kLowest_m)) * kPerMetre;
+    const int32_t h = int32_t(std::clamp(height, 0.0f, float(kHeights - 1)));
+    const int32_t i = int32_t(std::clamp(place, float(centers - 1), float(kPlaces - 1)));
+    const int16_t* const score = score_[h] + kPlaces - 1 - i;
+    for (int32_t c = 0; c < centers; ++c) sum[c] += score[c];
+  }
+  const int32_t best = *std::max_element(sum, sum + centers);
+  if (float(best) < kLeastFit * float(kUnit) * float(points.count)) return {};
+  const double share = std::min(1.0, double(independent) / points.count) / kUnit;
+  double weights = 0.0, mean = 0.0, square = 0.0;
+  for (int32_t c = 0; c < centers; ++c) {
+    const double less = share * double(best - sum[c]);
+    if (less > kUnlikely) continue;
+    const double weight = exp_f64(-less), at_m = c * kCell_m;
+    weights += weight;
+    mean += weight * at_m;
+    square += weight * at_m * at_m;
+  }
+  mean /= weights;
+  const double variance = std::max(square / weights - mean * mean, 0.0);
+  return {true, first_m + float(mean), float(std::sqrt(variance))};
+}
+
+}  // namespace overtake

@@ -1,0 +1,42 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Where along a race car its returns come from. A distant car shows parts of itself only, by chance of the sensor's
+// rows: nose, wheels, air box, wing. The heights of the points tell which parts they are, and so where the centre is.
+#pragma once
+
+#include <cstdint>
+
+namespace overtake {
+
+struct PointsAlong {
+  static constexpr int32_t kCapacity = 48;
+  float along_m[kCapacity], height_m[kCapacity];  // on the axis of the heading; over the road
+  int32_t count = 0;
+};
+
+// Scores of a return by its place along the car and its height, for a car that is seen from one end: log likelihoods of
+// a mixture of Gaussians, one for each face of the car. Sums of integers: any order gives the same bytes.
+class CarProfile {
+ public:
+  // The length of the car that the faces are of. For a car of another length there is no profile.
+  static constexpr float kLength_m = 4.921f, kLengthTolerance_m = 0.25f;
+
+  enum class End { kRear, kFront };
+  explicit CarProfile(End seen);
+
+  // The centre, by the points of a car that lie within [low_m, high_m]: the mean over all places where they lie on the
+  // car, each weighted with its likelihood. Of many points `independent` count, because a scan's points err together.
+  // fits: false if they look like no part of this car; then the rest is not set.
+  struct Match {
+    bool fits;
+    float center_m, sigma_m;
+  };
+  Match match(const PointsAlong& points, float low_m, float high_m, float independent) const noexcept;
+
+ private:
+  static constexpr int32_t kPlaces = 110, kHeights = 28;  // cells of 0.05 m
+  int16_t score_[kHeights][kPlaces];                      // the places run from the front to the rear
+};
+
+}  // namespace overtake
