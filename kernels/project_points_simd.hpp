@@ -13,6 +13,7 @@
 #include <limits>
 
 #include "core/math.h"
+#include "kernels/float_pair.h"
 #include "kernels/project_points.h"
 #include "kernels/simd.h"
 
@@ -169,8 +170,14 @@ void project_points(const SensorModel& sensor, const ScanTable& scan, PointTable
       clear_tiny(x, y, z);
       const Float<A> level = x * x + y * y;
       Float<A> range = sqrt_of(level + z * z);
-      Float<A> elevation = atan2_half_of(z, sqrt_of(level));
-      Int<A> column = to.column_of(atan2_of(y, x, Projector<A>::kNearest_m));
+      // Both arctangents side by side: each is one long chain of dependent operations.
+      const Float<A> zero(0.0f), distance = sqrt_of(level);
+      const Float<A> abs_x = abs_of(x), abs_y = abs_of(y), abs_z = abs_of(z);
+      const Float<A> longer = max_of(max_of(abs_x, abs_y), Float<A>(Projector<A>::kNearest_m));
+      const FloatPair<A> angle = angle_in_quarter(FloatPair<A>(abs_z, abs_y), FloatPair<A>(distance, abs_x),
+                                                  FloatPair<A>(max_of(distance, abs_z), longer));
+      Float<A> elevation = select(z < zero, zero - angle.a, angle.a);
+      Int<A> column = to.column_of(turn_all_round(angle.b, y, x));
       const Int<A> layer = Int<A>::load(layers + i);
       const Mask<A> in_range = (range >= to.nearest_at_all) & (range <= to.farthest);
       const Mask<A> good = in_range & to.layer_fits(layer) & (column > Int<A>(-1));

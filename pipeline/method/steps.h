@@ -83,8 +83,8 @@ OVT_STEP_BY_HAND(running_ground, GROUND, "running_ground",
   k.running_ground(s.params.running_ground, s.views.road_surface, m.range_filled_m, m.elevation_filled_rad, m.height_m,
                    m.nonground, m.steep);
 }
-OVT_STEP(drop_smoke, GROUND, "smoke", params<&SegmentParams::drop_smoke>, in<scan>, in<range_filled_m>, in<pixel_point>,
-         inout<nonground>, scratch<considered>, scratch<steep>, out<smoke>);
+OVT_STEP(drop_smoke, GROUND, "smoke", params<&SegmentParams::drop_smoke>, in<scan>, in<point_pixel>, in<range_filled_m>,
+         in<pixel_point>, inout<nonground>, scratch<considered>, scratch<steep>, out<smoke>);
 OVT_STEP(keep_above_road, GROUND, "", sensor<&SensorModel::T_vehicle_sensor>, in<range_filled_m>,
          in<elevation_filled_rad>, out<range_repaired_m>, out<elevation_repaired_rad>, out<nonground_repaired>);
 OVT_STEP(repair_range, REPAIR, "repair", params<&SegmentParams::repair_range>, in<range_filled_m>,
