@@ -21,8 +21,7 @@ constexpr Step kSegment[] = {
     step::drop_smoke,                                                 // 5c  smoke and dust are not obstacles
     step::repair_range,                                               // 6   NGRIR (eq. 3)
     step::link_pixels,                                                // 7a  which neighbours belong together (eq. 2)
-    step::label_bfs,                                                  // 7b  connected components
-    step::cut_links,                                                  // 7b  two cars are not one
+    step::label_cut,                                                  // 7b  connected components; two cars are not one
     step::label_points,                                               // 7b
     step::mark_smoke,                                                 //     points of smoke have no label
     step::build_clusters, step::count_reasons,                        // 8a  table of clusters in the vehicle frame
