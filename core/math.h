@@ -66,13 +66,18 @@ OVT_INLINE V angle_in_quarter(V y, V x, V longer) {
   return select(y > x, V(kHalfPiF) - (angle + V(kHalfPiF * 2.78275199e-8f)), angle);
 }
 
+// The angle in [-pi, pi] of (x, y), from the angle of (|x|, |y|).
+template <class V>
+OVT_INLINE V turn_all_round(V angle, V y, V x) {
+  const V zero(0.0f);
+  const V turned = select(x < zero, V(kPiF) - (angle + V(kPiF * 2.78275199e-8f)), angle);
+  return select(y < zero, zero - turned, turned);
+}
+
 // Angle of (x, y) in [-pi, pi] from |x|, |y| and the longer of these, which must be above 0.
 template <class V>
 OVT_INLINE V angle_all_round(V y, V x, V abs_y, V abs_x, V longer) {
-  const V zero(0.0f);
-  const V angle = angle_in_quarter(abs_y, abs_x, longer);
-  const V turned = select(x < zero, V(kPiF) - (angle + V(kPiF * 2.78275199e-8f)), angle);
-  return select(y < zero, zero - turned, turned);
+  return turn_all_round(angle_in_quarter(abs_y, abs_x, longer), y, x);
 }
 
 // Angle of (x, y) in [-pi, pi], error <= 3.5 ulp for all finite arguments. (0, 0) gives 0. The sign of y is tested as

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Section 7b of kernels/README.md: cuts weak links in clusters that are longer than a car.
+// Section 7b of kernels/README.md: cuts weak links in clusters that are longer than a car. A step of label_cut.
 #pragma once
 
 #include "core/plane.h"
@@ -15,10 +15,12 @@ struct CutLinksParams {
   float min_length_m, max_length_m;  // of a cluster
 };
 
-// Scratch: where the ends of a label's runs are.
+// Scratch: where the ends of a label's runs are. The last two are of label_cut's vector form, which has one for each
+// run: the pixel where the run begins.
 struct LabelExtent {
   float near_m, far_m;
   int32_t first_col, last_col;
+  int32_t row, col;
 };
 
 // A cluster between min_length_m and max_length_m may be two cars. Cuts each of its links to the right that has

@@ -12,7 +12,7 @@
 #include <bit>
 #include <cmath>
 
-#include "kernels/link_pixels.h"
+#include "kernels/cut_links_run.h"
 
 namespace overtake::ref {
 namespace {
@@ -35,7 +35,7 @@ class LinkCutter {
         extents_(extents) {}
 
   void measure(ConstBitPlane nonground) const {
-    std::fill_n(extents_, label_count_ + 1, LabelExtent{INFINITY, 0.0f, labels_.cols, 0});
+    std::fill_n(extents_, label_count_ + 1, LabelExtent{INFINITY, 0.0f, labels_.cols, 0, 0, 0});
     for (int32_t r = 0; r < labels_.rows; ++r) {
       const uint64_t* right = right_.row(r);
       for (int32_t w = 0; w < nonground.words_per_row; ++w)
@@ -54,47 +54,14 @@ class LinkCutter {
   }
 
   bool is_long(int32_t label) const {
-    if (label < 1 || label > label_count_) return false;
-    const LabelExtent& extent = extents_[label];
-    const float depth_m = extent.far_m - extent.near_m;
-    const float width_m =
-        0.5f * (extent.far_m + extent.near_m) * float(extent.last_col - extent.first_col) * params_.sin_pitch;
-    const float length_m2 = depth_m * depth_m + width_m * width_m;
-    return length_m2 > params_.min_length_m * params_.min_length_m &&
-           length_m2 < params_.max_length_m * params_.max_length_m;
+    return label >= 1 && label <= label_count_ && overtake::is_long(params_, extents_[label]);
   }
-
   // Cuts the links of the run that begins at a pixel.
-  int32_t cut_run(int32_t r, int32_t c) {
-    int32_t cuts = 0;
-    for (bool goes_on = true; goes_on; ++c) {
-      if (down_.test(r, c) && is_weak_down(r, c)) cuts += clear(down_, r, c);
-      goes_on = c + 1 < labels_.cols && right_.test(r, c);
-      if (goes_on && is_weak_right(r, c)) cuts += clear(right_, r, c);
-    }
-    return cuts;
+  int32_t cut_run(int32_t r, int32_t c) const {
+    return overtake::cut_run(params_, range_m_, elevation_rad_, r, c, right_, down_);
   }
 
  private:
-  bool is_weak_right(int32_t r, int32_t c) const {
-    const float* range_m = range_m_.row(r);
-    return !pixels_join(range_m[c], range_m[c + 1], params_.sin_pitch, params_.cos_pitch, params_.tan_threshold);
-  }
-
-  bool is_weak_down(int32_t r, int32_t c) const {
-    const float own_m = range_m_.row(r)[c], below_m = range_m_.row(r + 1)[c];
-    if (std::fabs(own_m - below_m) < params_.step_m) return false;
-    const float alpha = std::min(std::fabs(elevation_rad_.row(r)[c] - elevation_rad_.row(r + 1)[c]), kHalfPiF);
-    float sin_alpha, cos_alpha;
-    sin_cos_small_f32(alpha, sin_alpha, cos_alpha);
-    return !pixels_join(own_m, below_m, sin_alpha, cos_alpha, params_.tan_threshold);
-  }
-
-  static int32_t clear(BitPlane links, int32_t r, int32_t c) {
-    links.row(r)[c >> 6] &= ~(uint64_t(1) << (c & 63));
-    return 1;
-  }
-
   const CutLinksParams& params_;
   const Plane<const float> range_m_, elevation_rad_;
   const Plane<const int32_t> labels_;
@@ -109,8 +76,8 @@ int32_t cut_links(const CutLinksParams& params, Plane<const float> range_repaire
                   Plane<const float> elevation_repaired_rad, ConstBitPlane nonground_repaired,
                   Plane<const int32_t> labels, int32_t label_count, BitPlane link_right, BitPlane link_down,
                   LabelExtent* extents) noexcept {
-  LinkCutter cutter(params, range_repaired_m, elevation_repaired_rad, labels, label_count, link_right, link_down,
-                    extents);
+  const LinkCutter cutter(params, range_repaired_m, elevation_repaired_rad, labels, label_count, link_right, link_down,
+                          extents);
   cutter.measure(nonground_repaired);
   bool any = false;
   for (int32_t label = 1; label <= label_count; ++label) any = any || cutter.is_long(label);

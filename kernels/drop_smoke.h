@@ -26,7 +26,7 @@ float find_ground_intensity(const ScanTable& scan, Plane<const int32_t> pixel_po
 
 // Returns of smoke are dark, and their ranges jump from pixel to pixel in every direction. One of the two alone is
 // common on cars (black parts, edges); a place where half of the pixels show both is smoke.
-//   reads    scan intensity; range_filled_m pixel_point nonground
+//   reads    scan intensity; points pixel (where pixel_point has the point); range_filled_m pixel_point nonground
 //   writes   smoke, every word; takes these pixels out of nonground
 //   rules    - dark: below dark_share of the ground's median intensity; also a filled gap that is non-ground. Low smoke
 //              is ground for running_ground: here such pixels count, too
@@ -36,11 +36,11 @@ float find_ground_intensity(const ScanTable& scan, Plane<const int32_t> pixel_po
 //            - smoke: dark, and at least kRoughShare of its neighbours are rough. A dark pixel without neighbours is
 //              smoke, too, because NGRIR would join such pixels
 //   scratch  considered rough
-//   cost     an intensity a pixel, two windows a dark one     agrees  exactly on every ISA
+//   cost     an intensity a point, two windows a dark pixel     agrees  exactly on every ISA
 namespace ref {
-void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, Plane<const float> range_filled_m,
-                Plane<const int32_t> pixel_point, BitPlane nonground, BitPlane considered, BitPlane rough,
-                BitPlane smoke) noexcept;
+void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, const int32_t* point_pixel,
+                Plane<const float> range_filled_m, Plane<const int32_t> pixel_point, BitPlane nonground,
+                BitPlane considered, BitPlane rough, BitPlane smoke) noexcept;
 }
 
 }  // namespace overtake

@@ -50,7 +50,7 @@ bool is_among_rough(const DropSmokeParams& params, const Image& image, ConstBitP
 
 }  // namespace
 
-void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, Plane<const float> range_filled_m,
+void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, const int32_t*, Plane<const float> range_filled_m,
                 Plane<const int32_t> pixel_point, BitPlane nonground, BitPlane considered, BitPlane rough,
                 BitPlane smoke) noexcept {
   const Image image = {range_filled_m, considered};

@@ -2,21 +2,21 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Section 5c: smoke and dust are not obstacles. Words of 64 columns: dark pixels are rare without smoke, and stand
-// alone or in small groups. So each looks at its own window, a row of it at a time.
+// alone or in small groups. So the points tell which pixels are dark, and each of these looks at its own window, a row
+// of it at a time. Most of them lie on a surface: three rows of the window show this.
 #pragma once
 
 #include "core/math.h"
 #include "kernels/drop_smoke.h"
-#include "kernels/near_rows.h"
 #include "kernels/simd.h"
 
 namespace overtake::simd {
 
 // The 64 neighbours of a pixel as bits of a word: 13 columns of each row above and below it, then its own row without
-// itself.
+// itself. kFar: only the rows up to so many above and below; the bits of the others are 0.
 constexpr int32_t kWindowCols = 2 * kSmokeCols + 1, kWindowRows = 2 * kSmokeRows + 1;
 static_assert(kWindowCols * kWindowRows == 65);
-template <class F>
+template <int32_t kFar = kSmokeRows, class F>
 OVT_INLINE uint64_t make_window(F&& columns_of_row) {
   constexpr uint64_t kLeft = (uint64_t(1) << kSmokeCols) - 1, kAll = (uint64_t(1) << kWindowCols) - 1;
   uint64_t window = 0;
@@ -24,7 +24,7 @@ OVT_INLINE uint64_t make_window(F&& columns_of_row) {
 #pragma GCC unroll 5
   for (int32_t i = 0; i < kWindowRows; ++i) {
     if (i == kSmokeRows) continue;
-    window |= (columns_of_row(i) & kAll) << place;
+    if (i >= kSmokeRows - kFar && i <= kSmokeRows + kFar) window |= (columns_of_row(i) & kAll) << place;
     place += kWindowCols;
   }
   const uint64_t own = columns_of_row(kSmokeRows);
@@ -46,6 +46,11 @@ struct WindowBits {
       high[i] = after << kSmokeCols | own >> (64 - kSmokeCols);
     }
   }
+  OVT_INLINE bool any() const {
+    uint64_t all = 0;
+    for (int32_t i = 0; i < kWindowRows; ++i) all |= low[i] | high[i];
+    return all != 0;
+  }
   OVT_INLINE uint64_t at(int32_t c) const {  // column of the word
     return make_window([&](int32_t i) OVT_INLINED { return low[i] >> c | high[i] << 1 << (63 - c); });
   }
@@ -62,10 +67,10 @@ struct WindowRanges {
     }
   }
   // The neighbours of the pixel of column c whose ranges differ from its own by less than limit_m.
-  template <class A>
+  template <class A, int32_t kFar = kSmokeRows>
   OVT_INLINE uint64_t find_within(int32_t c, float limit_m) const {
     const Float<A> own(row[kSmokeRows][c]), limit(limit_m);
-    return make_window([&](int32_t i) OVT_INLINED {
+    return make_window<kFar>([&](int32_t i) OVT_INLINED {
       uint64_t bits = 0;
       for (int32_t k = 0; k < kWindowCols; k += kSize<A>)
         bits |= uint64_t((abs_of(Float<A>::load(row[i] + c - kSmokeCols + k) - own) < limit).bits()) << k;
@@ -74,83 +79,143 @@ struct WindowRanges {
   }
 };
 
-// The dark pixels of the word that begins at `points`, with `cols` columns.
+// The pixels whose points are dark.
 template <class A>
-OVT_INLINE uint64_t find_dark(const ScanTable& scan, const int32_t* points, int32_t cols, uint64_t nonground,
-                              Float<A> limit) {
-  uint64_t dark = nonground;  // filled gaps
-  for (int32_t shift = 0; shift < cols; shift += kSize<A>) {
-    const Mask<A> has = (Int<A>::load(points + shift) > Int<A>(kNoPoint)) & Mask<A>::first(cols - shift);
-    if (!has.any()) continue;
-    const Mask<A> found = has & (NearRows<A>(points + shift, has, scan.capacity).get(scan.intensity) < limit);
-    dark = (dark & ~(uint64_t(has.bits()) << shift)) | uint64_t(found.bits()) << shift;
+OVT_INLINE void find_dark(const ScanTable& scan, const int32_t* point_pixel, Plane<const int32_t> pixel_point,
+                          float limit_m, BitPlane dark) {
+  const Float<A> limit(limit_m);
+  const float* intensity = scan.intensity;
+  int32_t row = 0, row_begin = 0;
+  for (int32_t i = 0; i < scan.count; i += 64) {
+    const int32_t left = scan.count - i;
+    uint64_t found = 0;
+    for (int32_t k = 0; k < 64 && k < left; k += kSize<A>)
+      found |= uint64_t((Float<A>::load(intensity + i + k) < limit).bits()) << k;
+    if (left < 64) found &= (uint64_t(1) << left) - 1;
+    for (; found != 0; found &= found - 1) {
+      const int32_t point = i + lowest_bit(found), pixel = point_pixel[point];
+      if (pixel < 0 || pixel_point.data[pixel] != point) continue;
+      if (pixel < row_begin || pixel >= row_begin + pixel_point.stride) {  // points come row by row, or in any order
+        row = pixel / pixel_point.stride;
+        row_begin = row * pixel_point.stride;
+      }
+      const int32_t c = pixel - row_begin;
+      dark.row(row)[c >> 6] |= uint64_t(1) << (c & 63);
+    }
   }
-  return dark;
+}
+
+// The pixels with a point, of the word that begins at `points`.
+template <class A>
+OVT_INLINE uint64_t find_points(const int32_t* points, int32_t cols) {
+  uint64_t has = 0;
+  for (int32_t shift = 0; shift < cols; shift += kSize<A>)
+    has |= uint64_t((Int<A>::load(points + shift) > Int<A>(kNoPoint)).bits()) << shift;
+  return has;
+}
+
+// The neighbours of the last dark pixels, in their order.
+struct NeighbourRing {
+  static constexpr int32_t kRoom = 2048;
+  static constexpr uint64_t kUnknown = ~uint64_t(0);
+  uint64_t of[kRoom];
+  OVT_INLINE uint64_t& at(int32_t i) { return of[i & (kRoom - 1)]; }
+};
+
+// Row r of `rough`. Returns the number of dark pixels so far.
+template <class A>
+OVT_INLINE int32_t find_rough(const DropSmokeParams& params, Plane<const float> range_filled_m,
+                              ConstBitPlane considered, ConstBitPlane dark, int32_t r, BitPlane rough,
+                              NeighbourRing& ring, int32_t count) {
+  const WindowRanges ranges(range_filled_m, r);
+  for (int32_t w = 0; w < dark.words_per_row; ++w) {
+    if (dark.row(r)[w] == 0) continue;
+    const WindowBits window(considered, r, w);
+    uint64_t found = 0;
+    for (uint64_t left = dark.row(r)[w]; left != 0; left &= left - 1) {
+      const int32_t shift = lowest_bit(left), c = 64 * w + shift;
+      const float surface_m = kSurface_m + kSurfaceShare * range_filled_m.row(r)[c];
+      const uint64_t all = window.at(shift);
+      uint64_t& neighbours = ring.at(count++);
+      // Most dark pixels lie on a surface, and a part of the window shows it: the share of all neighbours that are near
+      // is larger than this part's share of all that may be neighbours.
+      const uint64_t part = all & ranges.find_within<A, 1>(c, min_of(surface_m, params.reach_m));
+      neighbours = NeighbourRing::kUnknown;
+      if (float(count_bits(part)) > params.near_share * float(count_bits(all))) continue;
+      neighbours = all & ranges.find_within<A>(c, params.reach_m);
+      const uint64_t near = neighbours & ranges.find_within<A>(c, surface_m);
+      const bool is_rough = float(count_bits(near)) <= params.near_share * float(count_bits(neighbours));
+      found |= uint64_t(is_rough) << shift;
+    }
+    rough.row(r)[w] = found;
+  }
+  return count;
+}
+
+// Row r of `smoke`, which holds the dark pixels before. Returns the number of dark pixels so far.
+template <class A>
+OVT_INLINE int32_t find_smoke(const DropSmokeParams& params, Plane<const float> range_filled_m,
+                              ConstBitPlane considered, ConstBitPlane rough, int32_t r, BitPlane smoke,
+                              NeighbourRing& ring, int32_t found_count, int32_t count) {
+  const WindowRanges ranges(range_filled_m, r);
+  for (int32_t w = 0; w < smoke.words_per_row; ++w) {
+    const uint64_t dark = smoke.row(r)[w];
+    if (dark == 0) continue;
+    const WindowBits around(rough, r, w);
+    uint64_t found = 0;
+    if (!around.any()) {  // a pixel without neighbours is rough itself, so here each has one that is not rough
+      count += count_bits(dark);
+      smoke.row(r)[w] = 0;
+      continue;
+    }
+    for (uint64_t left = dark; left != 0; left &= left - 1) {
+      const int32_t shift = lowest_bit(left), place = count++;
+      const uint64_t among = around.at(shift);
+      uint64_t neighbours = ring.at(place);
+      const bool is_lost = found_count - place > NeighbourRing::kRoom;
+      if (is_lost || neighbours == NeighbourRing::kUnknown) {
+        if (!is_lost && among == 0) continue;  // a pixel on a surface: it has neighbours, and none of them is rough
+        neighbours = WindowBits(considered, r, w).at(shift) & ranges.find_within<A>(64 * w + shift, params.reach_m);
+      }
+      const bool is_smoke = float(count_bits(neighbours & among)) >= kRoughShare * float(count_bits(neighbours));
+      found |= uint64_t(is_smoke) << shift;
+    }
+    smoke.row(r)[w] = found;
+  }
+  return count;
 }
 
 template <class A>
-void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, Plane<const float> range_filled_m,
-                Plane<const int32_t> pixel_point, BitPlane nonground, BitPlane considered, BitPlane rough,
-                BitPlane smoke) noexcept {
+void drop_smoke(const DropSmokeParams& params, const ScanTable& scan, const int32_t* point_pixel,
+                Plane<const float> range_filled_m, Plane<const int32_t> pixel_point, BitPlane nonground,
+                BitPlane considered, BitPlane rough, BitPlane smoke) noexcept {
   const int32_t rows = nonground.rows, cols = nonground.cols, words_per_row = nonground.words_per_row;
   const float limit = params.dark_share * find_ground_intensity(scan, pixel_point, nonground);
   const bool may_be_smoke = limit > 0.0f;  // else there is no ground, or there are no intensities
   const BitPlane dark = smoke;             // at first
+  for (int32_t r = 0; r < rows; ++r)
+    for (int32_t w = 0; w < words_per_row; ++w) dark.row(r)[w] = rough.row(r)[w] = 0;
+  if (may_be_smoke) find_dark<A>(scan, point_pixel, pixel_point, limit, dark);
   uint64_t any_dark = 0;
   for (int32_t r = 0; r < rows; ++r)
     for (int32_t w = 0; w < words_per_row; ++w) {
-      const int32_t left = cols - 64 * w < 64 ? cols - 64 * w : 64;
       const uint64_t own = nonground.row(r)[w];
-      const uint64_t found =
-          may_be_smoke ? find_dark<A>(scan, pixel_point.row(r) + 64 * w, left, own, Float<A>(limit)) : 0;
-      dark.row(r)[w] = found;
-      considered.row(r)[w] = own | found;
-      rough.row(r)[w] = 0;
-      any_dark |= found;
+      if (own != 0 && may_be_smoke)  // filled gaps
+        dark.row(r)[w] |= own & ~find_points<A>(pixel_point.row(r) + 64 * w, cols - 64 * w < 64 ? cols - 64 * w : 64);
+      considered.row(r)[w] = own | dark.row(r)[w];
+      any_dark |= dark.row(r)[w];
     }
   if (any_dark == 0) return;
 
-  constexpr int32_t kKept = 2048;  // neighbours of the first dark pixels; those of others are found twice
-  uint64_t kept[kKept];
-  int32_t count = 0;
-  for (int32_t r = 0; r < rows; ++r) {
-    const WindowRanges ranges(range_filled_m, r);
-    for (int32_t w = 0; w < words_per_row; ++w) {
-      if (dark.row(r)[w] == 0) continue;
-      const WindowBits window(considered, r, w);
-      uint64_t found = 0;
-      for (uint64_t left = dark.row(r)[w]; left != 0; left &= left - 1) {
-        const int32_t shift = lowest_bit(left), c = 64 * w + shift;
-        const uint64_t neighbours = window.at(shift) & ranges.find_within<A>(c, params.reach_m);
-        if (count < kKept) kept[count] = neighbours;
-        ++count;
-        const uint64_t near =
-            neighbours & ranges.find_within<A>(c, kSurface_m + kSurfaceShare * range_filled_m.row(r)[c]);
-        const bool is_rough = float(count_bits(near)) <= params.near_share * float(count_bits(neighbours));
-        found |= uint64_t(is_rough) << shift;
-      }
-      rough.row(r)[w] = found;
-    }
-  }
-  count = 0;
-  for (int32_t r = 0; r < rows; ++r) {
-    const WindowRanges ranges(range_filled_m, r);
-    for (int32_t w = 0; w < words_per_row; ++w) {
-      if (dark.row(r)[w] == 0) continue;
-      const WindowBits around(rough, r, w);
-      uint64_t found = 0;
-      for (uint64_t left = dark.row(r)[w]; left != 0; left &= left - 1) {
-        const int32_t shift = lowest_bit(left), c = 64 * w + shift;
-        const uint64_t among = around.at(shift);
-        const uint64_t neighbours =
-            count < kKept ? kept[count]
-                          : WindowBits(considered, r, w).at(shift) & ranges.find_within<A>(c, params.reach_m);
-        ++count;
-        const bool is_smoke = float(count_bits(neighbours & among)) >= kRoughShare * float(count_bits(neighbours));
-        found |= uint64_t(is_smoke) << shift;
-      }
-      smoke.row(r)[w] = found;
-    }
+  // Whether a pixel of a row is smoke is known when the rows up to kSmokeRows below it are known to be rough or not. So
+  // the second step follows the first so many rows behind, and finds the neighbours of its pixels in a ring.
+  NeighbourRing ring;
+  int32_t found_count = 0, told_count = 0;
+  for (int32_t r = 0; r < rows + kSmokeRows; ++r) {
+    if (r < rows) found_count = find_rough<A>(params, range_filled_m, considered, dark, r, rough, ring, found_count);
+    const int32_t done = r - kSmokeRows;
+    if (done >= 0)
+      told_count = find_smoke<A>(params, range_filled_m, considered, rough, done, smoke, ring, found_count, told_count);
   }
   for (int32_t r = 0; r < rows; ++r)
     for (int32_t w = 0; w < words_per_row; ++w) nonground.row(r)[w] &= ~smoke.row(r)[w];

@@ -99,11 +99,12 @@ void label_bfs_write(Plane<const float> range_filled_m, ConstBitPlane nonground,
   }
 }
 
+// Writes the parent of each run: a run of its set that is not higher. Returns the number of runs.
 template <class A>
-int32_t label_bfs(bool wraps, Plane<const float> range_filled_m, ConstBitPlane nonground_repaired,
-                  ConstBitPlane link_right, ConstBitPlane link_down, Plane<int32_t> labels, int32_t* queue) noexcept {
-  const int32_t rows = labels.rows, cols = labels.cols, words_per_row = nonground_repaired.words_per_row;
-  int32_t* parent = queue;
+OVT_INLINE int32_t find_runs(bool wraps, ConstBitPlane nonground_repaired, ConstBitPlane link_right,
+                             ConstBitPlane link_down, int32_t* parent) {
+  const int32_t rows = nonground_repaired.rows, cols = nonground_repaired.cols;
+  const int32_t words_per_row = nonground_repaired.words_per_row;
   int32_t run_count = 0, first_above = 0;
   for (int32_t r = 0; r < rows; ++r) {
     const int32_t first_run = run_count;
@@ -135,10 +136,23 @@ int32_t label_bfs(bool wraps, Plane<const float> range_filled_m, ConstBitPlane n
       join_runs(parent, first_run, run_count - 1);
     first_above = first_run;
   }
+  return run_count;
+}
 
+// Turns parents into labels. Returns the number of clusters.
+OVT_INLINE int32_t number_runs(int32_t run_count, int32_t* parent) {
   int32_t cluster_count = 0;
   for (int32_t run = 0; run < run_count; ++run)
     parent[run] = parent[run] == run ? ++cluster_count : parent[parent[run]];
+  return cluster_count;
+}
+
+template <class A>
+int32_t label_bfs(bool wraps, Plane<const float> range_filled_m, ConstBitPlane nonground_repaired,
+                  ConstBitPlane link_right, ConstBitPlane link_down, Plane<int32_t> labels, int32_t* queue) noexcept {
+  int32_t* parent = queue;
+  const int32_t run_count = find_runs<A>(wraps, nonground_repaired, link_right, link_down, parent);
+  const int32_t cluster_count = number_runs(run_count, parent);
   label_bfs_write<A>(range_filled_m, nonground_repaired, link_right, parent, run_count, labels);
   return cluster_count;
 }

@@ -13,6 +13,7 @@
 #include <limits>
 
 #include "core/math.h"
+#include "kernels/float_pair.h"
 #include "kernels/project_points.h"
 #include "kernels/simd.h"
 
@@ -164,28 +165,48 @@ void project_points(const SensorModel& sensor, const ScanTable& scan, PointTable
 
   for (int32_t begin = 0; begin < count; begin += kProjectVectors * kSize<A>) {
     const int32_t end = begin + kProjectVectors * kSize<A> < count ? begin + kProjectVectors * kSize<A> : count;
-    for (int32_t i = begin; i < end; i += kSize<A>) {
-      Float<A> x = Float<A>::load(x_m + i), y = Float<A>::load(y_m + i), z = Float<A>::load(z_m + i);
-      clear_tiny(x, y, z);
-      const Float<A> level = x * x + y * y;
-      Float<A> range = sqrt_of(level + z * z);
-      Float<A> elevation = atan2_half_of(z, sqrt_of(level));
-      Int<A> column = to.column_of(atan2_of(y, x, Projector<A>::kNearest_m));
-      const Int<A> layer = Int<A>::load(layers + i);
-      const Mask<A> in_range = (range >= to.nearest_at_all) & (range <= to.farthest);
-      const Mask<A> good = in_range & to.layer_fits(layer) & (column > Int<A>(-1));
-      Int<A> reason{int32_t(Reason::kLabelled)};
-      if ((~good).any()) {
-        const Float<A> x_in = Float<A>::load(x_m + i), y_in = Float<A>::load(y_m + i), z_in = Float<A>::load(z_m + i);
-        reason = to.reason_of(x_in, y_in, z_in, range, layer, column);
-        range = keep(good, range);
-        elevation = keep(good, elevation);
-        column = select(good, column, Int<A>(-1));
+    for (int32_t i = begin; i < end; i += 2 * kSize<A>) {
+      // Two vectors, with both of their arctangents, side by side: each is one long chain of dependent operations. The
+      // last vector may be its own neighbour.
+      const int32_t at[2] = {i, i + kSize<A> < end ? i + kSize<A> : i};
+      Float<A> x[2], y[2], z[2], level[2], distance[2];
+#pragma GCC unroll 2
+      for (int32_t v = 0; v < 2; ++v) {
+        x[v] = Float<A>::load(x_m + at[v]), y[v] = Float<A>::load(y_m + at[v]), z[v] = Float<A>::load(z_m + at[v]);
+        clear_tiny(x[v], y[v], z[v]);
+        level[v] = x[v] * x[v] + y[v] * y[v];
+        distance[v] = sqrt_of(level[v]);
       }
-      range.store(range_m + i);
-      elevation.store(elevation_rad + i);
-      column.store(columns + i);
-      store_bytes(reason, reasons + i);
+      using Angles = Pair<FloatPair<A>, typename FloatPair<A>::Masks>;
+      const Float<A> least(Projector<A>::kNearest_m);
+      const auto longer = [&](int32_t v) OVT_INLINED { return max_of(max_of(abs_of(x[v]), abs_of(y[v])), least); };
+      const auto farther = [&](int32_t v) OVT_INLINED { return max_of(distance[v], abs_of(z[v])); };
+      const Angles angle = angle_in_quarter(Angles({abs_of(z[0]), abs_of(z[1])}, {abs_of(y[0]), abs_of(y[1])}),
+                                            Angles({distance[0], distance[1]}, {abs_of(x[0]), abs_of(x[1])}),
+                                            Angles({farther(0), farther(1)}, {longer(0), longer(1)}));
+      const Float<A> zero(0.0f);
+#pragma GCC unroll 2
+      for (int32_t v = 0; v < 2; ++v) {
+        const Float<A> up = v == 0 ? angle.a.a : angle.a.b;
+        Float<A> range = sqrt_of(level[v] + z[v] * z[v]);
+        Float<A> elevation = select(z[v] < zero, zero - up, up);
+        Int<A> column = to.column_of(turn_all_round(v == 0 ? angle.b.a : angle.b.b, y[v], x[v]));
+        const Int<A> layer = Int<A>::load(layers + at[v]);
+        const Mask<A> in_range = (range >= to.nearest_at_all) & (range <= to.farthest);
+        const Mask<A> good = in_range & to.layer_fits(layer) & (column > Int<A>(-1));
+        Int<A> reason{int32_t(Reason::kLabelled)};
+        if ((~good).any()) {
+          const Float<A> x_in = Float<A>::load(x_m + at[v]), y_in = Float<A>::load(y_m + at[v]);
+          reason = to.reason_of(x_in, y_in, Float<A>::load(z_m + at[v]), range, layer, column);
+          range = keep(good, range);
+          elevation = keep(good, elevation);
+          column = select(good, column, Int<A>(-1));
+        }
+        range.store(range_m + at[v]);
+        elevation.store(elevation_rad + at[v]);
+        column.store(columns + at[v]);
+        store_bytes(reason, reasons + at[v]);
+      }
     }
     sum_layers<A>(scan, points, begin, end, sums);
   }

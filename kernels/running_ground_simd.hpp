@@ -36,11 +36,11 @@ struct RoadPieces {
   }
 };
 
-// The walks of kVectors vectors of columns from `begin` on. Writes their bits into words of 32 columns.
+// The walks of kVectors vectors of columns from `begin` on. Writes their bits.
 template <class A, int32_t kVectors>
 OVT_INLINE void walk_columns(const RunningGroundParams& params, const RoadSurface& road,
                              Plane<const float> range_filled_m, Plane<const float> elevation_filled_rad, int32_t begin,
-                             uint32_t inside, Plane<float> height_m, BitPlane nonground, BitPlane steep) {
+                             uint64_t inside, Plane<float> height_m, BitPlane nonground, BitPlane steep) {
   const Float<A> zero(0.0f), half(0.5f), step(1.0f / kRayColumns);
   const GroundBlock block = make_ground_block(params);
   RoadPieces<A> pieces[kVectors];
@@ -56,30 +56,54 @@ OVT_INLINE void walk_columns(const RunningGroundParams& params, const RoadSurfac
     state[v] = start_ground(pieces[v].road_z(zero).z);
   }
   const int32_t word = begin / 64, shift = begin % 64;
-  for (int32_t r = range_filled_m.rows - 1; r >= 0; --r) {
-    uint32_t obstacles = 0, pairs = 0;
+  // First what does not depend on the running ground, a few rows at once: only the walk itself waits for the row below.
+  constexpr int32_t kRowsTogether = 8;
+  struct Place {
+    Float<A> distance, z, road_z, offset;
+    Mask<A> exists;
+    bool any;
+  };
+  Place places[kRowsTogether][kVectors];
+  for (int32_t bottom = range_filled_m.rows - 1; bottom >= 0; bottom -= kRowsTogether) {
+    const int32_t rows = bottom + 1 < kRowsTogether ? bottom + 1 : kRowsTogether;
+    for (int32_t i = 0; i < rows; ++i)
 #pragma GCC unroll 8
-    for (int32_t v = 0; v < kVectors; ++v) {
-      const int32_t c = begin + v * kSize<A>;
-      const Float<A> range = Float<A>::load(range_filled_m.row(r) + c);
-      const Mask<A> exists = range > zero;
-      if (!exists.any()) {  // most of the sky
-        zero.store(height_m.row(r) + c);
-        state[v].below_above = Float<A>(kMissing_m);
-        continue;
+      for (int32_t v = 0; v < kVectors; ++v) {
+        const int32_t c = begin + v * kSize<A>;
+        Place& place = places[i][v];
+        const Float<A> range = Float<A>::load(range_filled_m.row(bottom - i) + c);
+        place.exists = range > zero;
+        place.any = place.exists.any();
+        if (!place.any) continue;  // most of the sky
+        Float<A> sine, cosine;
+        sin_cos_small_of(Float<A>::load(elevation_filled_rad.row(bottom - i) + c), sine, cosine);
+        place.distance = range * cosine;
+        place.z = range * sine;
+        const RoadPlace<Float<A>> below = pieces[v].road_z(place.distance);
+        place.road_z = below.z, place.offset = below.offset;
       }
-      Float<A> sine, cosine;
-      sin_cos_small_of(Float<A>::load(elevation_filled_rad.row(r) + c), sine, cosine);
-      const Float<A> distance = range * cosine;
-      const auto pixel = walk_ground(block, distance, range * sine, pieces[v].road_z(distance), level[v], known_m[v],
-                                     exists, state[v]);
-      pixel.height.store(height_m.row(r) + c);
-      obstacles |= (exists & ~pixel.ground).bits() << (v * kSize<A>);
-      pairs |= pixel.steep.bits() << (v * kSize<A>);
+    for (int32_t i = 0; i < rows; ++i) {
+      const int32_t r = bottom - i;
+      uint64_t obstacles = 0, pairs = 0;
+#pragma GCC unroll 8
+      for (int32_t v = 0; v < kVectors; ++v) {
+        const int32_t c = begin + v * kSize<A>;
+        const Place& place = places[i][v];
+        if (!place.any) {
+          zero.store(height_m.row(r) + c);
+          state[v].below_above = Float<A>(kMissing_m);
+          continue;
+        }
+        const auto pixel = walk_ground(block, place.distance, place.z, {place.road_z, place.offset}, level[v],
+                                       known_m[v], place.exists, state[v]);
+        pixel.height.store(height_m.row(r) + c);
+        obstacles |= uint64_t((place.exists & ~pixel.ground).bits()) << (v * kSize<A>);
+        pairs |= uint64_t(pixel.steep.bits()) << (v * kSize<A>);
+      }
+      const uint64_t keep_others = shift == 0 ? 0 : ~uint64_t(0) >> (64 - shift);
+      nonground.row(r)[word] = (nonground.row(r)[word] & keep_others) | (obstacles & inside) << shift;
+      steep.row(r)[word] = (steep.row(r)[word] & keep_others) | (pairs & inside) << shift;
     }
-    const uint64_t keep_others = shift == 0 ? 0 : ~uint64_t(0) >> (64 - shift);
-    nonground.row(r)[word] = (nonground.row(r)[word] & keep_others) | uint64_t(obstacles & inside) << shift;
-    steep.row(r)[word] = (steep.row(r)[word] & keep_others) | uint64_t(pairs & inside) << shift;
   }
 }
 
@@ -87,18 +111,22 @@ template <class A>
 void running_ground(const RunningGroundParams& params, const RoadSurface& road, Plane<const float> range_filled_m,
                     Plane<const float> elevation_filled_rad, Plane<float> height_m, BitPlane nonground,
                     BitPlane steep) noexcept {
-  constexpr int32_t kTogether = 2 * kRayColumns;  // more walks at once need more registers than there are
-  static_assert(kRayColumns % kSize<A> == 0 && kTogether == 32);
+  constexpr int32_t kVectors = 4;  // more walks at once need more registers than there are
+  constexpr int32_t kTogether = kVectors * kSize<A>;
+  static_assert(kTogether % kRayColumns == 0 && 64 % kTogether == 0);
   const int32_t rows = range_filled_m.rows, cols = range_filled_m.cols;
-  for (int32_t begin = 0; begin < cols; begin += kTogether) {
+  for (int32_t begin = 0; begin < cols;) {
     const int32_t left = cols - begin;
-    const uint32_t inside = left < 32 ? (uint32_t(1) << left) - 1 : ~uint32_t(0);
-    if (left > kRayColumns)
-      walk_columns<A, kTogether / kSize<A>>(params, road, range_filled_m, elevation_filled_rad, begin, inside, height_m,
-                                            nonground, steep);
-    else
+    const uint64_t inside = left < 64 ? (uint64_t(1) << left) - 1 : ~uint64_t(0);
+    if (left > kTogether - kRayColumns) {
+      walk_columns<A, kVectors>(params, road, range_filled_m, elevation_filled_rad, begin, inside, height_m, nonground,
+                                steep);
+      begin += kTogether;
+    } else {
       walk_columns<A, kRayColumns / kSize<A>>(params, road, range_filled_m, elevation_filled_rad, begin, inside,
                                               height_m, nonground, steep);
+      begin += kRayColumns;
+    }
   }
   for (int32_t r = 0; r + 1 < rows; ++r)
     for (int32_t w = 0; w < nonground.words_per_row; ++w)

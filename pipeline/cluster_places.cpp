@@ -9,6 +9,34 @@
 #include "core/reduce.h"
 
 namespace overtake {
+namespace {
+
+// Bounds of a few values, as the lanes of core/reduce.h would give them.
+constexpr int32_t kFewPoints = 4;
+struct FewBounds {
+  float v[kFewPoints];
+  bool is_there[kFewPoints];
+
+  template <class F>
+  FewBounds(int32_t count, F&& value) {
+    for (int32_t k = 0; k < kFewPoints; ++k) is_there[k] = k < count, v[k] = value(k < count ? k : 0);
+  }
+  float low() const {
+    return fold(std::numeric_limits<float>::infinity(), [](float a, float b) { return min_of(a, b); });
+  }
+  float high() const {
+    return fold(-std::numeric_limits<float>::infinity(), [](float a, float b) { return max_of(a, b); });
+  }
+
+ private:
+  template <class F>
+  float fold(float none, F&& f) const {
+    const auto at = [&](int32_t k) { return is_there[k] ? v[k] : none; };
+    return f(f(at(0), at(2)), f(at(1), at(3)));
+  }
+};
+
+}  // namespace
 
 void list_sides(const StageContext& context, const Frame& frame, SeamSide* sides) noexcept {
   for (int32_t s = 0; s < context.sensor_count; ++s) {
@@ -84,13 +112,21 @@ OrientedBox measure_box(const Frame& frame, int32_t row, float cos, float sin) n
   for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
     const float* const x_m = part.cluster_points.x_m + part.clusters.point_begin[cluster];
     const float* const y_m = part.cluster_points.y_m + part.clusters.point_begin[cluster];
+    const int32_t count = part.clusters.point_count[cluster];
+    const auto along = [&](int32_t k) { return x_m[k] * cos + y_m[k] * sin; };
+    const auto across = [&](int32_t k) { return y_m[k] * cos - x_m[k] * sin; };
+    if (count <= kFewPoints) {  // most clusters
+      const FewBounds bounds_1(count, along), bounds_2(count, across);
+      box = {min_of(box.low_1, bounds_1.low()), max_of(box.high_1, bounds_1.high()), min_of(box.low_2, bounds_2.low()),
+             max_of(box.high_2, bounds_2.high())};
+      return;
+    }
     Lanes<float> low_1(kInfinity), high_1(-kInfinity), low_2(kInfinity), high_2(-kInfinity);
-    for_each_in_lanes(part.clusters.point_count[cluster], [&](int32_t k, int32_t l) {
-      const float along = x_m[k] * cos + y_m[k] * sin, across = y_m[k] * cos - x_m[k] * sin;
-      low_1[l] = min_of(low_1[l], along);
-      high_1[l] = max_of(high_1[l], along);
-      low_2[l] = min_of(low_2[l], across);
-      high_2[l] = max_of(high_2[l], across);
+    for_each_in_lanes(count, [&](int32_t k, int32_t l) {
+      low_1[l] = min_of(low_1[l], along(k));
+      high_1[l] = max_of(high_1[l], along(k));
+      low_2[l] = min_of(low_2[l], across(k));
+      high_2[l] = max_of(high_2[l], across(k));
     });
     box = {min_of(box.low_1, lane_min(low_1)), max_of(box.high_1, lane_max(high_1)), min_of(box.low_2, lane_min(low_2)),
            max_of(box.high_2, lane_max(high_2))};

@@ -70,33 +70,36 @@ TEST_CASE("limits: fill_gaps writes the reference's bytes") {
   });
 }
 
-// An image of few rows, and one with many more dark pixels than the vector form keeps the neighbours of.
+// A narrow image, and one with more dark pixels in three rows than the vector form keeps the neighbours of.
 TEST_CASE("limits: drop_smoke writes the reference's bytes") {
   check_every_isa([](const KernelTable& k, std::mt19937_64& random) {
-    const int32_t rows = random() % 2 ? kRows : 20 * kRows;
+    const int32_t rows = kRows, cols = random() % 4 ? kCols : 40 * kCols;
     // 10 and 10.5 differ by reach_m, 10 and 10.15 by the limit of a surface or a bit more or less.
     constexpr float kRanges_m[] = {0.0f, 9.75f, 10.0f, 10.149999f, 10.15f, 10.150001f, 10.25f, 10.5f, 14.0f};
     constexpr float kIntensities[] = {0.0f, 0.12499999f, 0.125f, 1.0f};
-    OwnedPlane<float> range(rows, kCols);
-    OwnedPlane<int32_t> point(rows, kCols);
-    OwnedBits nonground(rows, kCols), considered(rows, kCols), rough(rows, kCols), smoke(rows, kCols);
-    std::vector<float> intensity(std::size_t(round_up(rows * kCols, kRowAlign)), 1.0f);
+    OwnedPlane<float> range(rows, cols);
+    OwnedPlane<int32_t> point(rows, cols);
+    OwnedBits nonground(rows, cols), considered(rows, cols), rough(rows, cols), smoke(rows, cols);
+    std::vector<float> intensity(std::size_t(round_up(rows * cols, kRowAlign)), 1.0f);
+    std::vector<int32_t> pixel(intensity.size(), -1);
     nonground.clear();
     const uint64_t ground = 2 + random() % 6;
     for (int32_t r = 0; r < rows; ++r)
-      for (int32_t c = 0; c < kCols; ++c) {
+      for (int32_t c = 0; c < cols; ++c) {
         const bool is_ground = random() % ground == 0;
         range.at(r, c) = kRanges_m[random() % std::size(kRanges_m)];
-        point.at(r, c) = range.at(r, c) == 0.0f || random() % 8 == 0 ? kNoPoint : r * kCols + c;
-        if (!is_ground) intensity[std::size_t(r * kCols + c)] = kIntensities[random() % std::size(kIntensities)];
+        point.at(r, c) = range.at(r, c) == 0.0f || random() % 8 == 0 ? kNoPoint : r * cols + c;
+        // Some points without a pixel lost one.
+        if (point.at(r, c) != kNoPoint || random() % 2) pixel[std::size_t(r * cols + c)] = r * point.view().stride + c;
+        if (!is_ground) intensity[std::size_t(r * cols + c)] = kIntensities[random() % std::size(kIntensities)];
         if (!is_ground && range.at(r, c) > 0.0f) nonground.view().set(r, c);
       }
     ScanTable scan;
-    scan.count = rows * kCols;
+    scan.count = rows * cols;
     scan.capacity = int32_t(intensity.size());
     scan.intensity = intensity.data();
-    k.drop_smoke({0.125f, 0.25f, 0.5f}, scan, range, point, nonground.view(), considered.view(), rough.view(),
-                 smoke.view());
+    k.drop_smoke({0.125f, 0.25f, 0.5f}, scan, pixel.data(), range, point, nonground.view(), considered.view(),
+                 rough.view(), smoke.view());
     return draw_bits(nonground) + draw_bits(smoke);
   });
 }

@@ -68,7 +68,12 @@ struct Scene {
     ScanTable scan;
     scan.count = scan.capacity = int32_t(intensity.size());
     scan.intensity = intensity.data();
-    ref::drop_smoke(params, scan, range, point, nonground.view(), considered.view(), rough.view(), smoke.view());
+    std::vector<int32_t> pixel(intensity.size(), -1);
+    for (int32_t r = 0; r < kRows; ++r)
+      for (int32_t c = 0; c < kCols; ++c)
+        if (point.at(r, c) != kNoPoint) pixel[std::size_t(point.at(r, c))] = r * point.view().stride + c;
+    ref::drop_smoke(params, scan, pixel.data(), range, point, nonground.view(), considered.view(), rough.view(),
+                    smoke.view());
     CHECK(test::tail_is_clear(smoke));
     Result result{0, 0};
     for (int32_t r = 0; r < kRows; ++r)

@@ -21,8 +21,7 @@ constexpr Step kSegment[] = {
     step::drop_smoke,                                               // 5c  smoke and dust are not obstacles
     step::repair_range,                                             // 6   NGRIR (eq. 3)
     step::link_pixels,                                              // 7a  which neighbours belong together (eq. 2)
-    step::label_bfs,                                                // 7b  connected components
-    step::cut_links,                                                // 7b  two cars are not one
+    step::label_cut,                                                // 7b  connected components; two cars are not one
     step::label_points,                                             // 7b
     step::mark_smoke,                                               //     points of smoke have no label
     step::build_clusters,                                           // 8a  table of clusters in the vehicle frame
@@ -55,8 +54,9 @@ constinit const Method kBest = {.name = "best",
                                 .tracker_params = kLaneTrackerParams,
                                 .set_defaults = [](ovt_params& params) noexcept {
                                   params.merge_columns = 8;
-                                  params.tracker_gate_d2 = 25;        // a manoeuvre is still the same car
-                                  params.tracker_max_silence_s = 12;  // a lost car keeps its id for so long
+                                  params.tracker_r_x = params.tracker_r_y = 1;  // of pushed rows
+                                  params.tracker_gate_d2 = 25;                  // a manoeuvre is still the same car
+                                  params.tracker_max_silence_s = 12;            // a lost car keeps its id for so long
                                   params.cluster_threshold_rad = 2.8 * kPi / 180;  // two cars are not one
                                 }};
 

@@ -84,8 +84,8 @@ OVT_STEP_BY_HAND(running_ground, GROUND, "running_ground",
   k.running_ground(s.params.running_ground, s.views.road_surface, m.range_filled_m, m.elevation_filled_rad, m.height_m,
                    m.nonground, m.steep);
 }
-OVT_STEP(drop_smoke, GROUND, "smoke", params<&SegmentParams::drop_smoke>, in<scan>, in<range_filled_m>, in<pixel_point>,
-         inout<nonground>, scratch<considered>, scratch<steep>, out<smoke>);
+OVT_STEP(drop_smoke, GROUND, "smoke", params<&SegmentParams::drop_smoke>, in<scan>, in<point_pixel>, in<range_filled_m>,
+         in<pixel_point>, inout<nonground>, scratch<considered>, scratch<steep>, out<smoke>);
 OVT_STEP(keep_above_road, GROUND, "", sensor<&SensorModel::T_vehicle_sensor>, in<range_filled_m>,
          in<elevation_filled_rad>, out<range_repaired_m>, out<elevation_repaired_rad>, out<nonground_repaired>);
 OVT_STEP(repair_range, REPAIR, "repair", params<&SegmentParams::repair_range>, in<range_filled_m>,
@@ -96,19 +96,9 @@ OVT_STEP(link_pixels, LINK, "cluster", params<&SegmentParams::link_pixels>, in<r
 OVT_STEP(label_bfs, LABEL, "", result<label_count>, sensor<&SensorModel::wraps>, in<range_filled_m>,
          in<nonground_repaired>, in<link_right>, in<link_down>, out<labels>, scratch<queue>);
 
-// By hand: makes the labels anew where links were cut.
-OVT_STEP_BY_HAND(cut_links, LABEL, "cut",
-                 OVT_READS(range_filled_m, range_repaired_m, elevation_repaired_rad, nonground_repaired, labels,
-                           label_count, link_right, link_down),
-                 OVT_WRITES(link_right, link_down, labels, label_count), OVT_SCRATCH(label_extent, queue)) {
-  const RangeImages& m = s.views.images;
-  const int32_t cuts =
-      k.cut_links(s.params.cut_links, m.range_repaired_m, m.elevation_repaired_rad, m.nonground_repaired, m.labels,
-                  s.part.label_count, m.link_right, m.link_down, s.views.label_extent);
-  if (cuts > 0)
-    s.part.label_count = k.label_bfs(s.sensor.wraps, m.range_filled_m, m.nonground_repaired, m.link_right, m.link_down,
-                                     m.labels, s.views.queue);
-}
+OVT_STEP(label_cut, LABEL, "cut", result<label_count>, params<&SegmentParams::cut_links>, sensor<&SensorModel::wraps>,
+         in<range_filled_m>, in<range_repaired_m>, in<elevation_repaired_rad>, in<nonground_repaired>,
+         inout<link_right>, inout<link_down>, out<labels>, scratch<queue>, scratch<label_extent>);
 
 OVT_STEP_BY_HAND(label_points, LABEL, "label",
                  OVT_READS(point_range_m, point_pixel, point_lost, point_reason, range_m, range_repaired_m, pixel_point,

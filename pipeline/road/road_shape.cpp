@@ -90,7 +90,7 @@ class GroundWalks {
     Four distance, sensor_z, ahead, side;  // sensor's axes; what the place of a pixel adds to the vehicle's z
     Four::Bits exists;
     bool any;         // of `exists`
-    Four n;           // of the last walk: from the lane
+    Four n, road_z;   // of the last walk: from the lane; of the road below, in the sensor's axes
     Four::Bits used;  // ... is ground for the fit
   };
 
@@ -131,6 +131,22 @@ class GroundWalks {
     constexpr float kLane_m = 6.0f;
     const float *m = axes_.mounting.r, *t = axes_.mounting.t;
     const Four zero(0.0f), reach(reach_m), lane(kLane_m);
+    // First the road below each pixel, which does not wait for the walk. The first shape is level.
+    const bool is_level = std::all_of(shape.term, shape.term + kTerms, [](double term) { return term == 0.0; });
+    for (int32_t f = 0; f < count; ++f)
+      for (int32_t i = 0; i < rows_; ++i) {
+        Pixels& p = pixels_[f * rows_ + i];
+        if (!p.any) continue;
+        float heights_m[kFour] = {}, offsets_m[kFour], x[kFour], y[kFour];
+        std::memcpy(x, &p.x, sizeof x), std::memcpy(y, &p.y, sizeof y);
+        for (int32_t l = 0; l < kFour; l += 2) {
+          const Two offset_m = shape.lane_offset(Two(x + l), Two(y + l));
+          offset_m.store(offsets_m + l);
+          if (!is_level) shape.height_at(Two(x + l), offset_m).store(heights_m + l);
+        }
+        p.n = Four(offsets_m);
+        p.road_z = (Four(heights_m) - Four(t[2]) - p.ahead - p.side) / Four(m[8]);
+      }
     GroundState<Four> states[kMostFours];
     std::fill_n(states, count,
                 start_ground(Four(axes_.to_sensor_z(float(shape.height(double(t[0]), double(t[1]))), 0.0f, 0.0f))));
@@ -142,18 +158,8 @@ class GroundWalks {
           state.below_above = Four(kMissing_m);
           continue;
         }
-        float heights_m[kFour], offsets_m[kFour], x[kFour], y[kFour];
-        std::memcpy(x, &p.x, sizeof x), std::memcpy(y, &p.y, sizeof y);
-        for (int32_t l = 0; l < kFour; l += 2) {
-          const Two offset_m = shape.lane_offset(Two(x + l), Two(y + l));
-          offset_m.store(offsets_m + l);
-          shape.height_at(Two(x + l), offset_m).store(heights_m + l);
-        }
-        const Four height(heights_m);
-        p.n = Four(offsets_m);
-        const Four road_z = (height - Four(t[2]) - p.ahead - p.side) / Four(m[8]);
-        const auto pixel = walk_ground(block_, p.distance, p.sensor_z, RoadPlace<Four>{road_z, Four(-1e9f)}, zero, zero,
-                                       p.exists, state);
+        const auto pixel = walk_ground(block_, p.distance, p.sensor_z, RoadPlace<Four>{p.road_z, Four(-1e9f)}, zero,
+                                       zero, p.exists, state);
         p.used = pixel.ground & (state.distance == p.distance) & (abs_of(p.x) <= reach) & (abs_of(p.n) <= lane);
       }
   }

@@ -16,7 +16,8 @@ namespace {
 constexpr double kStep_s = 0.05;  // longest step of a prediction
 constexpr int32_t kMostSteps = 1200;
 constexpr double kLaneCourse_rad = 0.35, kLaneReach_m = 20.0;  // a car farther off its lane follows none
-constexpr double kDrives_mps = 5.0;                            // a slower car follows no lane
+constexpr double kLaneHalf_m = 25.0;
+constexpr double kDrives_mps = 5.0;    // a slower car follows no lane
 constexpr double kStandSigmas = 0.25;  // share of stand_mps^2: variance of a speed that is known
 constexpr double kStand_s = 0.5;       // time constant of coming to rest
 constexpr double kPart_m2 = 0.5;       // variance of a detection whose error lasts for sure
@@ -94,6 +95,17 @@ LanePolicy::LanePolicy(const TrackerParams& params, const CircuitMap* map, const
 
 // ---- predict --------------------------------------------------------------------------------------------------------
 
+// Of the lane around a place: the turn of its heading over 50 m. The points of a recorded centre line are less exact
+// than the curvature of a few of them needs. Near the ends of an open line it is that of the line itself.
+double LanePolicy::find_curvature(const MapProjection& at) const noexcept {
+  const bool is_inside = map_->closed() || (at.s_m > kLaneHalf_m && at.s_m < map_->length_m() - kLaneHalf_m);
+  if (!is_inside) return at.curvature_per_m;
+  int32_t before = at.segment, behind = at.segment;
+  const double turn_rad = wrap_angle(map_->at(at.s_m + kLaneHalf_m, &before).heading_rad -
+                                     map_->at(at.s_m - kLaneHalf_m, &behind).heading_rad);
+  return turn_rad / (2.0 * kLaneHalf_m);
+}
+
 // The lane that the car follows. A slow car follows none, and does not turn.
 void LanePolicy::look_at_lane(State& s) const noexcept {
   const MotionState& m = s.estimate.mean;
@@ -107,8 +119,9 @@ void LanePolicy::look_at_lane(State& s) const noexcept {
   s.segment = at.segment;
   if (at.segment < 0 || std::fabs(at.d_m) > kLaneReach_m) return;
   if (!(std::fabs(wrap_angle(m.course_rad - at.heading_rad)) < kLaneCourse_rad)) return;
-  const double shrink = 1.0 - at.curvature_per_m * at.d_m;
-  if (shrink > 0.2) s.lane = {at.curvature_per_m / shrink, lane_.lane_s};
+  const double curvature_per_m = find_curvature(at);
+  const double shrink = 1.0 - curvature_per_m * at.d_m;
+  if (shrink > 0.2) s.lane = {curvature_per_m / shrink, lane_.lane_s};
 }
 
 CourseNoise LanePolicy::noise_of(const State& s) const noexcept {

@@ -1,15 +1,20 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Cuts weak links in clusters that are longer than a car.
-#include "kernels/cut_links.h"
+// Labels after weak links are cut in clusters that are longer than a car.
+#include "kernels/label_cut.h"
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
+#include <random>
+#include <string>
 #include <vector>
 
+#include "kernels/kernel_table.h"
 #include "kernels/label_bfs.h"
+#include "kernels/link_pixels.h"
 #include "tests/support/images.h"
 #include "tests/support/ray_scene.h"
 
@@ -117,6 +122,59 @@ TEST_CASE("cut_links: words of 64 columns, and an image without a cluster") {
   CHECK_FALSE(cut.right.view().test(0, 63));
   CHECK(cut.right.view().test(0, 64));
   CHECK(Cut(usual(), {{0.0f, 0.0f}}).count == 0);
+}
+
+// Rows of cars and walls: runs of all lengths, at a few ranges, that end at the edges of words and of the image.
+TEST_CASE("label_cut: every ISA gives the labels of label_bfs after cut_links") {
+  const KernelTable* tables[16] = {};
+  const int32_t table_count = list_kernels(tables);
+  int32_t images_with_cuts = 0;
+  for (uint32_t seed = 1; seed <= 200; ++seed) {
+    std::mt19937 random(seed);
+    const int32_t rows = 6, cols = std::array{5, 64, 75, 130}[seed % 4];
+    const bool wraps = seed % 3 == 0;
+    OwnedPlane<float> range(rows, cols), elevation(rows, cols);
+    OwnedBits nonground(rows, cols);
+    nonground.clear();
+    for (int32_t r = 0; r < rows; ++r)
+      for (int32_t c = 0, left = 0, step = 0; c < cols; ++c, --left) {
+        if (left <= 0) left = int32_t(1 + random() % 20), step = int32_t(random() % 6);
+        elevation.at(r, c) = -kRow * float(r);
+        range.at(r, c) = step == 5 ? 0.0f : 30.0f + 1.5f * float(step) + 0.5f * float(random() % 3);
+        if (step < 5) nonground.view().set(r, c);
+      }
+    LinkPixelsParams links = {float(std::tan(2.5 * kDegree)), float(std::sin(kPitch)), float(std::cos(kPitch)), wraps};
+    std::string by_cutting;
+    for (int32_t t = -1; t < table_count; ++t) {
+      CAPTURE(seed);
+      CAPTURE(t);
+      OwnedBits right(rows, cols), down(rows, cols);
+      OwnedPlane<int32_t> labels(rows, cols);
+      std::vector<int32_t> queue(std::size_t(rows * cols) + 1);
+      std::vector<LabelExtent> extents(std::size_t(rows * cols) + 1);
+      ref::link_pixels(links, range, elevation, nonground, right, down);
+      int32_t count = 0;
+      if (t < 0) {  // step by step
+        const auto label = [&] { return ref::label_bfs(wraps, range, nonground, right, down, labels, queue.data()); };
+        count = label();
+        const int32_t cuts =
+            ref::cut_links(usual(), range, elevation, nonground, labels, count, right, down, extents.data());
+        images_with_cuts += cuts > 0;
+        count = label();
+      } else {
+        count = tables[t]->label_cut(usual(), wraps, range, range, elevation, nonground, right, down, labels,
+                                     queue.data(), extents.data());
+      }
+      std::string text = std::to_string(count) + '\n';
+      for (int32_t r = 0; r < rows; ++r)
+        for (int32_t c = 0; c < cols; ++c)
+          text += std::to_string(labels.at(r, c)) + (right.view().test(r, c) ? '>' : ' ') +
+                  (down.view().test(r, c) ? 'v' : ' ');
+      if (t < 0) by_cutting = text;
+      CHECK(text == by_cutting);
+    }
+  }
+  CHECK(images_with_cuts > 30);
 }
 
 }  // namespace

@@ -1,0 +1,52 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What cut_links and label_cut do with one cluster and with one run.
+#pragma once
+
+#include "core/math.h"
+#include "kernels/cut_links.h"
+#include "kernels/link_pixels.h"
+
+namespace overtake {
+
+// Whether a cluster is too long for one car and too short for a wall.
+OVT_INLINE bool is_long(const CutLinksParams& params, const LabelExtent& extent) {
+  const float depth_m = extent.far_m - extent.near_m;
+  const float width_m =
+      0.5f * (extent.far_m + extent.near_m) * float(extent.last_col - extent.first_col) * params.sin_pitch;
+  const float length_m2 = depth_m * depth_m + width_m * width_m;
+  return length_m2 > params.min_length_m * params.min_length_m && length_m2 < params.max_length_m * params.max_length_m;
+}
+
+OVT_INLINE bool is_weak_right(const CutLinksParams& params, const float* range_m, int32_t c) {
+  return !pixels_join(range_m[c], range_m[c + 1], params.sin_pitch, params.cos_pitch, params.tan_threshold);
+}
+
+OVT_INLINE bool is_weak_down(const CutLinksParams& params, Plane<const float> range_m, Plane<const float> elevation_rad,
+                             int32_t r, int32_t c) {
+  const float own_m = range_m.row(r)[c], below_m = range_m.row(r + 1)[c];
+  if (abs_of(own_m - below_m) < params.step_m) return false;
+  const float alpha = min_of(abs_of(elevation_rad.row(r)[c] - elevation_rad.row(r + 1)[c]), kHalfPiF);
+  float sin_alpha, cos_alpha;
+  sin_cos_small_f32(alpha, sin_alpha, cos_alpha);
+  return !pixels_join(own_m, below_m, sin_alpha, cos_alpha, params.tan_threshold);
+}
+
+// Cuts the weak links of the run that begins at a pixel. Returns their number.
+OVT_INLINE int32_t cut_run(const CutLinksParams& params, Plane<const float> range_m, Plane<const float> elevation_rad,
+                           int32_t r, int32_t c, BitPlane right, BitPlane down) {
+  const auto clear = [](BitPlane links, int32_t row, int32_t col) OVT_INLINED {
+    links.row(row)[col >> 6] &= ~(uint64_t(1) << (col & 63));
+    return 1;
+  };
+  int32_t cuts = 0;
+  for (bool goes_on = true; goes_on; ++c) {
+    if (down.test(r, c) && is_weak_down(params, range_m, elevation_rad, r, c)) cuts += clear(down, r, c);
+    goes_on = c + 1 < range_m.cols && right.test(r, c);
+    if (goes_on && is_weak_right(params, range_m.row(r), c)) cuts += clear(right, r, c);
+  }
+  return cuts;
+}
+
+}  // namespace overtake
