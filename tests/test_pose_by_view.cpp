@@ -146,6 +146,49 @@ TEST_CASE("pose by view: the covariance is valid, grows smoothly with range, and
   CHECK(with[2] - without[2] == doctest::Approx(-turn * x * y).epsilon(1e-3));
 }
 
+// A race car of boxes, that drives along x, with or without its rear wing.
+std::vector<Solid> race_car(double x_m, double y_m, bool with_wing) {
+  std::vector<Solid> parts = {{x_m + 1.3, y_m, 0, 0.66, 1.85, 0.05, 0.66},
+                              {x_m + 0.3, y_m, 0, 1.2, 0.5, 0.3, 0.7},
+                              {x_m - 0.5, y_m, 0, 0.5, 0.4, 0.6, 1.0},
+                              {x_m - 1.5, y_m, 0, 0.66, 1.85, 0.05, 0.6}};
+  if (with_wing) parts.push_back({x_m - 2.3, y_m, 0, 0.3, 1.2, 0.55, 0.75});
+  return parts;
+}
+
+TEST_CASE("pose by view: far away, the heights of its parts place a race car") {
+  ovt_params params;
+  REQUIRE(ovt_params_init(&params, sizeof params, "best") == OVT_OK);
+  const auto error_of = [&](const std::vector<Solid>& solids, double x_m) {
+    RulesBench bench(false, &params);
+    bench.look(solids, 0.0018);
+    bench.run();
+    REQUIRE(bench.frame.detections.count == 1);
+    return std::fabs(double(bench.frame.detections.x_m[0]) - x_m);
+  };
+  for (const double x_m : {53.0, 60.0, 70.0}) {
+    CAPTURE(x_m);
+    params.pose_profile_points = 3;
+    CHECK(error_of(race_car(x_m, 1, true), x_m) < 0.3);
+    const double without_wing = error_of(race_car(x_m, 1, false), x_m);
+    CHECK(without_wing < 0.35);
+    params.pose_profile_points = 0;
+    CHECK(without_wing < error_of(race_car(x_m, 1, false), x_m) - 0.1);
+  }
+  // A higher car, and a vehicle of another length, keep the centre by the end that is seen.
+  const auto keeps_end = [&](double length_m, double high_m) {
+    params.vehicle_length_m = length_m;
+    params.pose_profile_points = 3;
+    const std::vector<Solid> box = {{60, 1, 0, length_m, 1.8, 0.15, high_m}};
+    const double with = error_of(box, 60);
+    params.pose_profile_points = 0;
+    return with == error_of(box, 60);
+  };
+  CHECK(keeps_end(4.921, 1.45));
+  CHECK(keeps_end(4.2, 0.7));
+  CHECK(!keeps_end(4.921, 0.7));
+}
+
 TEST_CASE("pose by view: the less of a car is seen, and the fewer points, the larger its covariance") {
   const auto var_x = [](float x0, float x1, int32_t more) {
     RulesBench bench(false);
