@@ -111,6 +111,7 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
   push_waits_ = def.push_policy == OVT_PUSH_WAIT;
   deadline_ns_ = def.deadline_ns;
   watchdog_ns_ = def.watchdog_ns;
+  scan_limit_ns_ = int64_t(params.frame_scan_limit_s * 1e9 + 0.5);
   spin_ns_ = int64_t(def.spin_us) * 1000;
   reader_capacity_ = def.reader_capacity;
   // A default is at least 2: worker_count 1 has different threading rules.
@@ -215,7 +216,9 @@ ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params&
     if (!build_scratch(scratch_[std::size_t(i)], sizes, allocator)) return no_memory("the workers");
   context_.scratch = scratch_.get();
   for (int32_t s = 0; s < context_.sensor_count; ++s)
-    if (!mailboxes_[s].build(point_capacity_[s], allocator)) return no_memory("mailboxes");
+    if (!mailboxes_[s].build(scan_rows(point_capacity_[s]), allocator) ||
+        !streams_[s].builder.build(point_capacity_[s], allocator))
+      return no_memory("mailboxes");
   if (!external_.build(def.candidate_capacity, allocator)) return no_memory("pushed detections");
   ego_ = std::make_unique<EgoBuffer>(def.ego_pose_capacity, allocator);
   if (build_reader(callback_reader_) != OVT_OK) return no_memory("the callback's reader");

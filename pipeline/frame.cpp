@@ -6,13 +6,14 @@
 
 #include "pipeline/method/method.h"
 #include "pipeline/method/segment_memory.h"
+#include "pipeline/scan_builder.h"
 
 namespace overtake {
 namespace {
 
 void carve_sensor(Carver& carver, SensorPart& part, const SensorModel& sensor, int32_t point_capacity,
                   int32_t cluster_capacity, Columns kept) {
-  carve_table(carver, part.scan, point_capacity);
+  carve_table(carver, part.scan, scan_rows(point_capacity));
   part.kept.points.capacity = round_up(point_capacity, kRowAlign);
   carve_columns(carver, kept, sensor, point_capacity, part.kept);
   carve_table(carver, part.clusters, cluster_capacity);
@@ -71,7 +72,7 @@ bool build_frame(Frame& frame, const FrameSizes& sizes, const Allocator& allocat
 void reset_frame(Frame& frame) noexcept {
   frame.sensor_mask = 0;
   frame.flags = 0;
-  frame.stale_mask = frame.suspect_mask = 0;
+  frame.stale_mask = frame.suspect_mask = frame.incomplete_mask = 0;
   frame.restart = frame.failed = false;
   frame.refiltered = 0;
   frame.kind = FrameKind::kScans;

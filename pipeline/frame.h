@@ -84,10 +84,11 @@ struct Frame {
   SensorPart sensors[kMaxSensors];
   ExternalTable external;
   int32_t external_reference = OVT_REFERENCE_MAP;
-  uint32_t stale_mask = 0;    // sensors silent for more than 1.5 periods
-  uint32_t suspect_mask = 0;  // sources with a refused stamp: bit s for sensor s, OVT_SUSPECT_...
-  bool restart = false;       // the clock jumped: earlier tracks are invalid
-  bool failed = false;        // detect threw: no detections, the tracks are only predicted
+  uint32_t stale_mask = 0;       // sensors silent for more than 1.5 periods
+  uint32_t suspect_mask = 0;     // sources with a refused stamp: bit s for sensor s, OVT_SUSPECT_...
+  uint32_t incomplete_mask = 0;  // sensors whose scan lacks points
+  bool restart = false;          // the clock jumped: earlier tracks are invalid
+  bool failed = false;           // detect threw: no detections, the tracks are only predicted
   // detect
   MemberTable members;
   FrameClusterTable merged;
