@@ -18,6 +18,7 @@
 #include <thread>
 
 #include "pipeline/detector_graph.h"
+#include "pipeline/early_segment.h"
 #include "pipeline/event.h"
 #include "pipeline/frame_assembler.h"
 #include "pipeline/frame_pool.h"
@@ -186,6 +187,7 @@ class Detector {
     // The owner's.
     static constexpr uint32_t kRecent = 8;
     ScanBuilder builder;
+    EarlySegment early;
     bool is_open = false;
     bool is_refused = false;  // it has too many points
     int64_t load_start_ns = 0, load_ns = 0;

@@ -206,6 +206,8 @@ ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params&
   sizes.merge_columns = params.merge_columns;
   sizes.method = context_.method;
   sizes.keep_images = def.keep_images != 0;
+  const EarlyPlan early = def.stream ? plan_early(*context_.method) : EarlyPlan{};
+  sizes.early = early.columns;
   // In work; one more for a late scan while a frame waits for its sensors; the latest; and one for each reader.
   max_frames_ = (inline_ ? 1 : def.frames_in_flight) + 1;
   if (!pool_.build(max_frames_ + 1 + def.reader_capacity, max_frames_, sizes, allocator)) return no_memory("frames");
@@ -216,8 +218,12 @@ ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params&
     if (!build_scratch(scratch_[std::size_t(i)], sizes, allocator)) return no_memory("the workers");
   context_.scratch = scratch_.get();
   for (int32_t s = 0; s < context_.sensor_count; ++s)
-    if (!mailboxes_[s].build(scan_rows(point_capacity_[s]), allocator) ||
-        !streams_[s].builder.build(point_capacity_[s], allocator))
+    if (!mailboxes_[s].build(scan_rows(point_capacity_[s]), allocator,
+                             [&](Carver& carver, Scan& scan) {
+                               carve_early(carver, early.columns, context_.sensors[s], point_capacity_[s], scan.early);
+                             }) ||
+        !streams_[s].builder.build(point_capacity_[s], allocator) ||
+        !streams_[s].early.build(*context_.method, early, context_.sensors[s], context_.segment[s], allocator))
       return no_memory("mailboxes");
   if (!external_.build(def.candidate_capacity, allocator)) return no_memory("pushed detections");
   ego_ = std::make_unique<EgoBuffer>(def.ego_pose_capacity, allocator);
@@ -260,7 +266,8 @@ ovt_status Detector::build_runner(const ovt_detector_def& def, const ovt_params&
     return OVT_NO_MEMORY;
   }
   assembler_ = std::make_unique<FrameAssembler>(assembly, pool_, *ego_, *runner_, reads_road ? &profile_ : nullptr);
-  if (!assembler_->build(point_capacity_, def.candidate_capacity, memory_.allocator())) {
+  const Columns early = def.stream ? plan_early(*context_.method).columns : 0;
+  if (!assembler_->build(point_capacity_, def.candidate_capacity, memory_.allocator(), context_.sensors, early)) {
     error = "no memory for held scans";
     return OVT_NO_MEMORY;
   }

@@ -87,6 +87,7 @@ ovt_status Detector::push_scan(const ovt_points& points) {
   probe_stage_end(-1, s, OVT_STAGE_LOAD, points.stamp_ns);
   scan.pushed_ns = scan.load.start_ns + scan.load.duration_ns;
   scan.is_incomplete = false;
+  scan.early.steps = 0;
   note_stamp(s, points.stamp_ns);
   post_scan(s, points.stamp_ns);
   return OVT_OK;
@@ -113,6 +114,10 @@ ovt_status Detector::push_points(const ovt_points& piece) {
                                                       mailboxes_[piece.sensor].writable().table);
   stream.load_ns += steady_now_ns() - start;
   probe_stage_end(-1, piece.sensor, OVT_STAGE_LOAD, piece.stamp_ns);
+  if (added == ScanBuilder::Added::kUsed && stream.early.is_built()) {
+    Scan& scan = mailboxes_[piece.sensor].writable();
+    stream.early.add(context_, scan.table, stream.builder.whole(), scan.early);
+  }
   if (added == ScanBuilder::Added::kDuplicate) return count_as(counters_.pieces_dup, OVT_DUPLICATE);
   if (added == ScanBuilder::Added::kUsed) return count_as(counters_.pieces_used, OVT_OK);
   stream.is_refused = true;  // the whole scan, as by push_scan
@@ -151,7 +156,9 @@ bool Detector::begin_scan(Stream& stream, int32_t sensor, int64_t stamp_ns) {
   stream.builder.begin();
   stream.load_start_ns = steady_now_ns();
   stream.load_ns = 0;
-  mailboxes_[sensor].writable().table.count = 0;
+  Scan& scan = mailboxes_[sensor].writable();
+  scan.table.count = 0;
+  if (stream.early.is_built()) stream.early.begin(scan.early);
   stream.stamp_ns.store(stamp_ns, std::memory_order_relaxed);
   for (int32_t s = 0; s < context_.sensor_count; ++s)
     stream.ran_ns[s].store(streams_[s].clock_ns.load(std::memory_order_relaxed), std::memory_order_relaxed);
@@ -163,12 +170,23 @@ void Detector::close_scan(Stream& stream, int32_t sensor, bool ended, int32_t po
   const int64_t stamp_ns = stream.stamp_ns.load(std::memory_order_relaxed);
   stream.is_open = false;
   stream.recent_ns[stream.recent_count++ % Stream::kRecent] = stamp_ns;
-  if (stream.is_refused) return;
+  Scan& scan = mailboxes_[sensor].writable();
+  if (stream.is_refused) {
+    if (stream.early.is_built()) stream.early.drop(scan.early);
+    return;
+  }
   stream.last = {true, stamp_ns};
   counters_.pushed.fetch_add(1, std::memory_order_relaxed);
+  scan.pushed_ns = steady_now_ns();
   const ScanBuilder& builder = stream.builder;
   const int32_t missing = std::max(point_count, builder.end()) - builder.count();
-  Scan& scan = mailboxes_[sensor].writable();
+  if (stream.early.is_built()) {
+    // A thread that closes another sensor's scan leaves the work to the workers; so does a scan with gaps.
+    if (!ended || builder.has_gaps())
+      stream.early.drop(scan.early);
+    else if (!stream.early.finish(context_, scan.table, scan.early))
+      counters_.row_orders_wrong.fetch_add(1, std::memory_order_relaxed);
+  }
   if (builder.has_gaps()) stream.builder.close_gaps(scan.table);
   scan.is_incomplete = missing > 0 || !ended;
   if (scan.is_incomplete) {
@@ -177,7 +195,6 @@ void Detector::close_scan(Stream& stream, int32_t sensor, bool ended, int32_t po
     if (!ended) counters_.scans_unended.fetch_add(1, std::memory_order_relaxed);
   }
   scan.load = {stream.load_start_ns, stream.load_ns, this_worker()};
-  scan.pushed_ns = steady_now_ns();
   if (push_waits_ && !inline_) mailboxes_[sensor].wait_until_acquired();
   post_scan(sensor, stamp_ns);
 }

@@ -25,6 +25,7 @@
 #include "kernels/kernel_table.h"
 #include "pipeline/ego_buffer.h"
 #include "pipeline/ego_heading.h"
+#include "pipeline/method/segment_columns.h"
 #include "pipeline/method/segment_views.h"
 #include "pipeline/overtake.h"
 #include "pipeline/road/road_data.h"
@@ -36,6 +37,16 @@ namespace overtake {
 struct Method;
 extern const Method kPaper;
 
+// What was done of a scan's segmentation before the scan ended (early_segment.h). The views of these columns are all
+// that it has: of a scan on its way to a frame, all columns; of a frame, those that are not in SensorPart::kept.
+struct EarlyColumns {
+  SegmentViews views;
+  Columns columns = 0;    // that `views` has memory for
+  int32_t steps = 0;      // first steps of the method that are done
+  int32_t row_count = 0;  // layers found
+  StageSpans spans;       // of these steps
+};
+
 // One sensor's part of a frame.
 struct SensorPart {
   bool present = false;
@@ -44,6 +55,7 @@ struct SensorPart {
   ScanTable scan;
   RoadData road;      // by the intake, if a step of the method reads it
   SegmentViews kept;  // the segmentation's columns for rules and readers, in this frame's memory
+  EarlyColumns early;
   ClusterTable clusters;
   ClusterPointTable cluster_points;
   int32_t row_count = 0;  // layers found
@@ -135,6 +147,7 @@ struct FrameSizes {
   std::size_t track_state_bytes = 0;  // of one track
   int32_t merge_columns = 1;
   bool keep_images = true;
+  Columns early = 0;  // columns of EarlyPlan
   const Method* method = &kPaper;
 };
 

@@ -6,6 +6,7 @@
 #include <bit>
 #include <utility>
 
+#include "pipeline/early_segment.h"
 #include "pipeline/scan_builder.h"
 
 namespace overtake {
@@ -15,10 +16,13 @@ int64_t distance_ns(int64_t a, int64_t b) noexcept { return a > b ? difference_n
 
 }  // namespace
 
-bool FrameAssembler::build(const int32_t* point_capacity, int32_t external_capacity, const Allocator& allocator) {
+bool FrameAssembler::build(const int32_t* point_capacity, int32_t external_capacity, const Allocator& allocator,
+                           const SensorModel* sensors, Columns early) {
   return held_arena_.build(allocator, [&](Carver& carver) {
-    for (int32_t s = 0; s < params_.sensor_count; ++s)
+    for (int32_t s = 0; s < params_.sensor_count; ++s) {
       carve_table(carver, held_[s].table, scan_rows(point_capacity[s]));
+      if (early) carve_early(carver, early, sensors[s], point_capacity[s], held_[s].early);
+    }
     for (HeldExternal& held : held_external_) carve_table(carver, held.scan.table, external_capacity);
   });
 }
@@ -195,6 +199,7 @@ void FrameAssembler::put_scan(Frame& frame, int32_t sensor, Scan& scan) noexcept
   recent_[sensor].add(scan.stamp_ns);
   SensorPart& part = frame.sensors[sensor];
   std::swap(part.scan, scan.table);
+  take_early(part, scan.early);
   part.present = true;
   part.stamp_ns = scan.stamp_ns;
   part.spans[OVT_STAGE_LOAD] = scan.load;

@@ -318,6 +318,9 @@ typedef struct ovt_detector_def {
   int32_t keep_images;               /* non-zero, the default: a frame keeps every image for ovt_read_image; 0: only
                                         OVT_IMAGE_PIXEL_POINT. Each worker then reuses one scratch copy of the others,
                                         which stays in its cache: less time, and less memory unless workers are many */
+  int32_t stream;                    /* non-zero: the first steps of the segmentation run in ovt_push_points, while the
+                                        pieces of a scan arrive; takes more memory. 0, the default: all work begins with
+                                        the end of the scan. The results are the same */
 } ovt_detector_def;
 OVT_API ovt_status ovt_detector_def_init(ovt_detector_def* def, size_t struct_size);
 
@@ -863,6 +866,8 @@ typedef struct ovt_stats {
   int64_t scans_incomplete;          /* scans in pieces that lack points or did not end */
   int64_t scans_unended;             /* of these: closed without ovt_end_scan */
   int64_t points_missing;            /* points that incomplete scans are known to lack */
+  int64_t row_orders_wrong;          /* with ovt_detector_def.stream: scans whose layers had other rows than expected
+                                        from the scan before, so that a part of the work was done again */
 } ovt_stats;
 OVT_API ovt_status ovt_stats_init(ovt_stats* stats, size_t struct_size);
 static inline ovt_stats ovt_default_stats(void) {
