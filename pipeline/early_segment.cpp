@@ -169,8 +169,17 @@ void EarlySegment::meet_layer(int32_t layer) noexcept {
 
 void EarlySegment::look_at_layers(const ScanTable& scan, int32_t begin, int32_t end,
                                   const PointTable& points) noexcept {
+  constexpr int32_t kGroup = 16;
   int32_t last = kNoLayer;
   for (int32_t i = begin; i < end; ++i) {
+    if (last != kNoLayer && i + kGroup <= end) {  // most points have the layer of the one before
+      int32_t others = 0;
+      for (int32_t k = 0; k < kGroup; ++k) others |= scan.layer[i + k] ^ last;
+      if (others == 0) {
+        i += kGroup - 1;
+        continue;
+      }
+    }
     const int32_t layer = scan.layer[i];
     if (points.column[i] < 0 || layer == last) continue;
     last = layer;
