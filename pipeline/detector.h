@@ -177,8 +177,8 @@ class Detector {
   // A sensor's scan in pieces. Its owner is the sensor's producer, in a call; or another thread, which closes a scan
   // that does not end while no such call runs.
   struct Stream {
-    enum Owner : int32_t { kNobody, kNobodyOpen, kProducer, kCloser };  // kNobodyOpen: a scan is open
-    std::atomic<int32_t> owner{kNobody};
+    enum Owner : int32_t { kFree, kFreeOpen, kProducer, kCloser };  // kFreeOpen: a scan is open
+    std::atomic<int32_t> owner{kFree};
     // Of the open scan. Other threads read them before they try to become the owner.
     std::atomic<int64_t> stamp_ns{0};
     std::atomic<int64_t> ran_ns[kMaxSensors] = {};  // Stream::clock_ns of each sensor when the scan began
@@ -188,6 +188,7 @@ class Detector {
     static constexpr uint32_t kRecent = 8;
     ScanBuilder builder;
     EarlySegment early;
+    EarlyPool early_pool;
     bool is_open = false;
     bool is_refused = false;  // it has too many points
     int64_t load_start_ns = 0, load_ns = 0;

@@ -44,7 +44,7 @@ class Detector::Hold {
     }
   }
   ~Hold() {
-    if (mine_) stream_.owner.store(stream_.is_open ? Stream::kNobodyOpen : Stream::kNobody, std::memory_order_release);
+    if (mine_) stream_.owner.store(stream_.is_open ? Stream::kFreeOpen : Stream::kFree, std::memory_order_release);
   }
   Hold(const Hold&) = delete;
   Hold& operator=(const Hold&) = delete;
@@ -87,7 +87,7 @@ ovt_status Detector::push_scan(const ovt_points& points) {
   probe_stage_end(-1, s, OVT_STAGE_LOAD, points.stamp_ns);
   scan.pushed_ns = scan.load.start_ns + scan.load.duration_ns;
   scan.is_incomplete = false;
-  scan.early.steps = 0;
+  if (scan.early) scan.early->steps = 0;
   note_stamp(s, points.stamp_ns);
   post_scan(s, points.stamp_ns);
   return OVT_OK;
@@ -114,10 +114,8 @@ ovt_status Detector::push_points(const ovt_points& piece) {
                                                       mailboxes_[piece.sensor].writable().table);
   stream.load_ns += steady_now_ns() - start;
   probe_stage_end(-1, piece.sensor, OVT_STAGE_LOAD, piece.stamp_ns);
-  if (added == ScanBuilder::Added::kUsed && stream.early.is_built()) {
-    Scan& scan = mailboxes_[piece.sensor].writable();
-    stream.early.add(context_, scan.table, stream.builder.whole(), scan.early);
-  }
+  if (Scan& scan = mailboxes_[piece.sensor].writable(); added == ScanBuilder::Added::kUsed && scan.early)
+    stream.early.add(context_, scan.table, stream.builder.whole(), *scan.early);
   if (added == ScanBuilder::Added::kDuplicate) return count_as(counters_.pieces_dup, OVT_DUPLICATE);
   if (added == ScanBuilder::Added::kUsed) return count_as(counters_.pieces_used, OVT_OK);
   stream.is_refused = true;  // the whole scan, as by push_scan
@@ -158,7 +156,8 @@ bool Detector::begin_scan(Stream& stream, int32_t sensor, int64_t stamp_ns) {
   stream.load_ns = 0;
   Scan& scan = mailboxes_[sensor].writable();
   scan.table.count = 0;
-  if (stream.early.is_built()) stream.early.begin(scan.early);
+  if (!scan.early && stream.early.is_built()) scan.early = stream.early_pool.take();
+  if (scan.early) stream.early.begin(*scan.early);
   stream.stamp_ns.store(stamp_ns, std::memory_order_relaxed);
   for (int32_t s = 0; s < context_.sensor_count; ++s)
     stream.ran_ns[s].store(streams_[s].clock_ns.load(std::memory_order_relaxed), std::memory_order_relaxed);
@@ -172,7 +171,7 @@ void Detector::close_scan(Stream& stream, int32_t sensor, bool ended, int32_t po
   stream.recent_ns[stream.recent_count++ % Stream::kRecent] = stamp_ns;
   Scan& scan = mailboxes_[sensor].writable();
   if (stream.is_refused) {
-    if (stream.early.is_built()) stream.early.drop(scan.early);
+    if (scan.early) stream.early.drop(*scan.early);
     return;
   }
   stream.last = {true, stamp_ns};
@@ -180,11 +179,11 @@ void Detector::close_scan(Stream& stream, int32_t sensor, bool ended, int32_t po
   scan.pushed_ns = steady_now_ns();
   const ScanBuilder& builder = stream.builder;
   const int32_t missing = std::max(point_count, builder.end()) - builder.count();
-  if (stream.early.is_built()) {
+  if (scan.early) {
     // A thread that closes another sensor's scan leaves the work to the workers; so does a scan with gaps.
     if (!ended || builder.has_gaps())
-      stream.early.drop(scan.early);
-    else if (!stream.early.finish(context_, scan.table, scan.early))
+      stream.early.drop(*scan.early);
+    else if (!stream.early.finish(context_, scan.table, *scan.early))
       counters_.row_orders_wrong.fetch_add(1, std::memory_order_relaxed);
   }
   if (builder.has_gaps()) stream.builder.close_gaps(scan.table);
@@ -217,11 +216,11 @@ template <class IsOver>
 void Detector::close_open_scans(IsOver&& is_over) {
   for (int32_t s = 0; s < context_.sensor_count; ++s) {
     Stream& stream = streams_[s];
-    int32_t open = Stream::kNobodyOpen;
+    int32_t open = Stream::kFreeOpen;
     if (stream.owner.load(std::memory_order_relaxed) != open || !is_over(stream)) continue;
     if (!stream.owner.compare_exchange_strong(open, Stream::kCloser, std::memory_order_acq_rel)) continue;
     if (is_over(stream)) close_scan(stream, s, false, -1);
-    stream.owner.store(stream.is_open ? Stream::kNobodyOpen : Stream::kNobody, std::memory_order_release);
+    stream.owner.store(stream.is_open ? Stream::kFreeOpen : Stream::kFree, std::memory_order_release);
     stream.owner.notify_all();
   }
 }

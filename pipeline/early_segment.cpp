@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <utility>
 
 #include "core/table.h"
 #include "kernels/scatter_more.h"
@@ -96,21 +97,46 @@ EarlyPlan plan_early(const Method& method) noexcept {
   return plan;
 }
 
-void carve_early(Carver& carver, Columns columns, const SensorModel& sensor, int32_t point_capacity,
-                 EarlyColumns& early) {
-  early.columns = columns;
-  early.views.points.capacity = round_up(point_capacity, kRowAlign);
-  carve_columns(carver, columns, sensor, point_capacity, early.views);
+bool EarlyPool::build(Columns columns, const SensorModel& sensor, int32_t point_capacity, int32_t count,
+                      const Allocator& allocator) {
+  count = std::min(count, kMost);
+  const bool built = arena_.build(allocator, [&](Carver& carver) {
+    for (int32_t i = 0; i < count; ++i) {
+      EarlyColumns& early = all_[i];
+      early.pool = this;
+      early.columns = columns;
+      early.views.points.capacity = round_up(point_capacity, kRowAlign);
+      carve_columns(carver, columns, sensor, point_capacity, early.views);
+    }
+  });
+  if (built) free_.store(uint32_t((uint64_t(1) << count) - 1), std::memory_order_relaxed);
+  return built;
 }
 
-void take_early(SensorPart& part, EarlyColumns& early) noexcept {
-  part.early.steps = early.steps;
-  if (early.steps == 0) return;
-  swap_columns(part.early.columns, part.early.views, early.views);
-  swap_columns(early.columns & ~part.early.columns, part.kept, early.views);
-  part.row_count = early.row_count;
+EarlyColumns* EarlyPool::take() noexcept {
+  uint32_t free = free_.load(std::memory_order_acquire);
+  while (free != 0)
+    if (free_.compare_exchange_weak(free, free & (free - 1), std::memory_order_acq_rel, std::memory_order_acquire))
+      return &all_[std::countr_zero(free)];
+  return nullptr;
+}
+
+void EarlyPool::give(EarlyColumns& early) noexcept {
+  free_.fetch_or(uint32_t(1) << (&early - all_), std::memory_order_acq_rel);
+}
+
+void take_early(SensorPart& part, EarlyColumns*& early) noexcept {
+  if (!early || early->steps == 0) return;
+  part.early = std::exchange(early, nullptr);
+  swap_columns(part.early->columns & part.kept_columns, part.kept, part.early->views);
+  part.row_count = part.early->row_count;
   for (int32_t stage = 0; stage < OVT_STAGE_COUNT; ++stage)
-    if (early.spans[stage].duration_ns >= 0) part.spans[stage] = early.spans[stage];
+    if (part.early->spans[stage].duration_ns >= 0) part.spans[stage] = part.early->spans[stage];
+}
+
+void give_early(SensorPart& part) noexcept {
+  EarlyColumns* const early = std::exchange(part.early, nullptr);
+  if (early) early->pool->give(*early);
 }
 
 bool EarlySegment::build(const Method& method, const EarlyPlan& plan, const SensorModel& sensor,
@@ -273,7 +299,8 @@ bool EarlySegment::finish(const StageContext& context, const ScanTable& scan, Ea
   }
   const bool was_wrong = predicted_ && !right;
   if (was_wrong) pause_ = next_pause_;
-  if (predicted_) next_pause_ = was_wrong ? std::min(2 * next_pause_, kLongestPause) : kFirstPause;
+  if (predicted_)
+    next_pause_ = was_wrong ? std::min(2 * next_pause_, kLongestPause) : std::max(next_pause_ - 1, kFirstPause);
   learn();
   return !was_wrong;
 }

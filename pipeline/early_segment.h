@@ -10,10 +10,11 @@
 //   row steps        those that follow and have a halo (step.h): over the rows that are complete. Rows complete one by
 //                    one if the sensor measures layer after layer, from the top
 //
-// The columns travel with their scan (EarlyColumns): mailbox and frame swap them, as they swap the points. The workers
-// go on with the next step. The bytes are those of the whole segmentation.
+// The columns travel with their scan (EarlyColumns) until its segmentation ends: the workers go on with the next step.
+// The bytes are those of the whole segmentation.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 
@@ -34,12 +35,35 @@ struct EarlyPlan {
 inline constexpr int32_t kMaxRowSteps = 8;
 EarlyPlan plan_early(const Method& method) noexcept;
 
-// Memory for the plan's columns.
-void carve_early(Carver& carver, Columns columns, const SensorModel& sensor, int32_t point_capacity,
-                 EarlyColumns& early);
+// What was done of a scan's segmentation before the scan ended.
+struct EarlyColumns {
+  SegmentViews views;
+  Columns columns = 0;    // that `views` has memory for
+  int32_t steps = 0;      // first steps of the method that are done
+  int32_t row_count = 0;  // layers found
+  StageSpans spans;       // of these steps
+  class EarlyPool* pool = nullptr;
+};
 
-// A frame takes the early work of a scan: swaps its columns with those of the frame.
-void take_early(SensorPart& part, EarlyColumns& early) noexcept;
+// The columns of one sensor's scans: of the one that grows, those in the mailbox, those that are segmented. The
+// producer takes, a worker gives back, without a lock. The lowest free one comes first: it is still in the cache.
+class EarlyPool {
+ public:
+  [[nodiscard]] bool build(Columns columns, const SensorModel& sensor, int32_t point_capacity, int32_t count,
+                           const Allocator& allocator);
+  EarlyColumns* take() noexcept;  // null: none is free
+  void give(EarlyColumns& early) noexcept;
+
+ private:
+  static constexpr int32_t kMost = 32;
+  Arena arena_;
+  EarlyColumns all_[kMost];
+  std::atomic<uint32_t> free_{0};  // bits
+};
+
+// A frame takes the early work of a scan; columns that the frame keeps are swapped.
+void take_early(SensorPart& part, EarlyColumns*& early) noexcept;
+void give_early(SensorPart& part) noexcept;
 
 // One sensor's, from scan to scan. Its stream's owner calls it.
 class EarlySegment {
@@ -66,7 +90,8 @@ class EarlySegment {
   void learn() noexcept;
 
   static constexpr int32_t kUnmet = -1;
-  // A wrong prediction is followed by scans without one: 4, then twice as many each time.
+  // A wrong prediction is followed by scans without one: 4, then twice as many each time; each
+  // right one makes it one less.
   static constexpr int32_t kFirstPause = 4, kLongestPause = 64;
 
   Arena arena_;

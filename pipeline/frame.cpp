@@ -13,11 +13,11 @@ namespace overtake {
 namespace {
 
 void carve_sensor(Carver& carver, SensorPart& part, const SensorModel& sensor, int32_t point_capacity,
-                  int32_t cluster_capacity, Columns kept, Columns early) {
+                  int32_t cluster_capacity, Columns kept) {
   carve_table(carver, part.scan, scan_rows(point_capacity));
   part.kept.points.capacity = round_up(point_capacity, kRowAlign);
   carve_columns(carver, kept, sensor, point_capacity, part.kept);
-  carve_early(carver, early & ~kept, sensor, point_capacity, part.early);
+  part.kept_columns = kept;
   carve_table(carver, part.clusters, cluster_capacity);
   carve_table(carver, part.cluster_points, point_capacity);
   const std::size_t pixels = std::size_t(sensor.rows) * std::size_t(sensor.cols);  // upper limit of the labels
@@ -43,8 +43,7 @@ bool build_frame(Frame& frame, const FrameSizes& sizes, const Allocator& allocat
   const SegmentPlan plan = plan_segment(sizes);
   return frame.arena.build(allocator, [&](Carver& carver) {
     for (int32_t s = 0; s < sizes.sensor_count; ++s)
-      carve_sensor(carver, frame.sensors[s], sizes.sensors[s], sizes.point_capacity[s], clusters, plan.kept,
-                   sizes.early);
+      carve_sensor(carver, frame.sensors[s], sizes.sensors[s], sizes.point_capacity[s], clusters, plan.kept);
     carve_table(carver, frame.external, sizes.external_capacity);
     carve_table(carver, frame.members, members);
     carve_table(carver, frame.merged, clusters);
@@ -81,7 +80,7 @@ void reset_frame(Frame& frame) noexcept {
   frame.kind = FrameKind::kScans;
   for (SensorPart& part : frame.sensors) {
     part.present = part.failed = false;
-    part.early.steps = 0;
+    if (part.early) give_early(part);  // its segmentation threw
     part.road.has_pose = false;
     part.clusters.count = part.cluster_points.count = part.label_count = part.row_count = part.cluster_overflow = 0;
     part.kept.points.count = 0;

@@ -34,18 +34,9 @@
 
 namespace overtake {
 
+struct EarlyColumns;
 struct Method;
 extern const Method kPaper;
-
-// What was done of a scan's segmentation before the scan ended (early_segment.h). The views of these columns are all
-// that it has: of a scan on its way to a frame, all columns; of a frame, those that are not in SensorPart::kept.
-struct EarlyColumns {
-  SegmentViews views;
-  Columns columns = 0;    // that `views` has memory for
-  int32_t steps = 0;      // first steps of the method that are done
-  int32_t row_count = 0;  // layers found
-  StageSpans spans;       // of these steps
-};
 
 // One sensor's part of a frame.
 struct SensorPart {
@@ -53,9 +44,10 @@ struct SensorPart {
   bool failed = false;  // its segmentation threw: then present is false
   int64_t stamp_ns = 0;
   ScanTable scan;
-  RoadData road;      // by the intake, if a step of the method reads it
-  SegmentViews kept;  // the segmentation's columns for rules and readers, in this frame's memory
-  EarlyColumns early;
+  RoadData road;                  // by the intake, if a step of the method reads it
+  SegmentViews kept;              // the segmentation's columns for rules and readers, in this frame's memory
+  Columns kept_columns = 0;       // columns of `kept`
+  EarlyColumns* early = nullptr;  // until the segmentation ends, of a scan whose first steps its producer ran
   ClusterTable clusters;
   ClusterPointTable cluster_points;
   int32_t row_count = 0;  // layers found
@@ -147,7 +139,6 @@ struct FrameSizes {
   std::size_t track_state_bytes = 0;  // of one track
   int32_t merge_columns = 1;
   bool keep_images = true;
-  Columns early = 0;  // columns of EarlyPlan
   const Method* method = &kPaper;
 };
 

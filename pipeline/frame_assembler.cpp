@@ -16,13 +16,10 @@ int64_t distance_ns(int64_t a, int64_t b) noexcept { return a > b ? difference_n
 
 }  // namespace
 
-bool FrameAssembler::build(const int32_t* point_capacity, int32_t external_capacity, const Allocator& allocator,
-                           const SensorModel* sensors, Columns early) {
+bool FrameAssembler::build(const int32_t* point_capacity, int32_t external_capacity, const Allocator& allocator) {
   return held_arena_.build(allocator, [&](Carver& carver) {
-    for (int32_t s = 0; s < params_.sensor_count; ++s) {
+    for (int32_t s = 0; s < params_.sensor_count; ++s)
       carve_table(carver, held_[s].table, scan_rows(point_capacity[s]));
-      if (early) carve_early(carver, early, sensors[s], point_capacity[s], held_[s].early);
-    }
     for (HeldExternal& held : held_external_) carve_table(carver, held.scan.table, external_capacity);
   });
 }

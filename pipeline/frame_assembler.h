@@ -89,9 +89,8 @@ class FrameAssembler {
         runner_(runner),
         profile_(profile),
         clock_(params.sensor_count, params.period_ns, params.tolerance_ns) {}
-  // Allocates memory for held scans. False without memory. `early`: columns of EarlyPlan.
-  [[nodiscard]] bool build(const int32_t* point_capacity, int32_t external_capacity, const Allocator& allocator,
-                           const SensorModel* sensors = nullptr, Columns early = 0);
+  // Allocates memory for held scans. False without memory.
+  [[nodiscard]] bool build(const int32_t* point_capacity, int32_t external_capacity, const Allocator& allocator);
 
   // Swaps the scan's table with the frame's.
   IntakeResult take_scan(int32_t sensor, Scan& scan) noexcept;

@@ -14,10 +14,11 @@
 #include "core/point_table.h"
 #include "core/table.h"
 #include "pipeline/ego_buffer.h"
-#include "pipeline/frame.h"
 #include "pipeline/stage_clock.h"
 
 namespace overtake {
+
+struct EarlyColumns;
 
 struct Scan {
   ScanTable table;
@@ -27,23 +28,15 @@ struct Scan {
   StageSpan load;         // time of the copy; of a scan in pieces, the sum
   int64_t pushed_ns = 0;  // steady clock: the copy, or the call that ended a scan in pieces
   bool is_incomplete = false;
-  EarlyColumns early;
+  EarlyColumns* early = nullptr;  // null: none. Stays here, for the next scan, unless a frame takes it
 };
 
 template <class Slot>  // has a `table`
 class Mailbox {
  public:
   [[nodiscard]] bool build(int32_t row_capacity, const Allocator& allocator) {
-    return build(row_capacity, allocator, [](Carver&, Slot&) {});
-  }
-  // `carve` takes further memory of a slot.
-  template <class Carve>
-  [[nodiscard]] bool build(int32_t row_capacity, const Allocator& allocator, Carve&& carve) {
     return arena_.build(allocator, [&](Carver& carver) {
-      for (Slot& slot : slots_) {
-        carve_table(carver, slot.table, row_capacity);
-        carve(carver, slot);
-      }
+      for (Slot& slot : slots_) carve_table(carver, slot.table, row_capacity);
     });
   }
 

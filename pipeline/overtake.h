@@ -187,8 +187,8 @@ typedef struct ovt_params {
   double lane_tracker_most_score, lane_tracker_coast_s, lane_tracker_coast_sigma_m;
   int32_t lane_tracker_confirm_hits, lane_tracker_tentative_misses;
   double lane_tracker_path_turn_s, lane_tracker_path_speed, lane_tracker_path_across;
-  double frame_scan_limit_s;         /* frame.scan_limit_s         a scan in pieces ends after this time at the latest;
-                                        0: no limit. Read by every preset */
+  double frame_scan_limit;           /* frame.scan_limit           periods after which a scan in pieces is closed; 0:
+                                        never. Read by every preset */
 } ovt_params;
 
 typedef struct ovt_param_info {
@@ -472,8 +472,8 @@ OVT_API ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan)
  * unknown. Below the index of a point that came: OVT_BAD_ARGUMENT, and the scan stays open. OVT_LATE if the scan ended
  * already.
  * A scan that is not ended is closed, as incomplete (scans_unended), by the next scan of its sensor, by ovt_flush, when
- * ovt_advance reports a time frame.scan_limit_s or more after its stamp, or when the stamps of another sensor's scans
- * have advanced by as much since its first piece. Never by a clock of the machine.
+ * ovt_advance reports a time that is frame.scan_limit periods after its stamp, or when the stamps of another sensor's
+ * scans have advanced by as much since its first piece. Never by a clock of the machine.
  * An incomplete scan is used: OVT_FLAG_SCAN_INCOMPLETE, incomplete_mask, points_missing. What it does not show is not
  * free: no track counts a miss for it, and no object in it is OVT_CLASS_DEBRIS.
  * With OVT_PUSH_REPLACE, the end of a scan replaces a scan that still waits; an open scan replaces nothing. A scan
