@@ -144,10 +144,10 @@ namespace {
 // Calls f(column of a, the same column of b).
 template <class F>
 void for_each_pair(Columns which, SegmentViews& a, SegmentViews& b, F&& f) noexcept {
-#define OVT_SEGMENT_COLUMN(name, place, extent)                                                    \
-  if constexpr (Extent::extent != Extent::own) {                                                   \
-    constexpr auto view = [](auto& views, [[maybe_unused]] auto& part) -> auto& { return place; }; \
-    if (has(which, Column::name)) f(view(a, which), view(b, which));                               \
+#define OVT_SEGMENT_COLUMN(name, place, extent)                                                                     \
+  if constexpr (Extent::extent != Extent::own) {                                                                    \
+    constexpr auto view = []([[maybe_unused]] auto& views, [[maybe_unused]] auto& part) -> auto& { return place; }; \
+    if (has(which, Column::name)) f(view(a, which), view(b, which));                                                \
   }
 #include "pipeline/method/segment_columns.def"
 #undef OVT_SEGMENT_COLUMN
