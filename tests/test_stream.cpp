@@ -9,6 +9,7 @@
 #include <cmath>
 #include <map>
 #include <random>
+#include <stdexcept>
 #include <string>
 #include <thread>
 
@@ -338,6 +339,53 @@ TEST_CASE("stream: with layers from the top to the bottom, the first steps run w
   // A point of the top row at the end of scans 2 and 5.
   const std::vector<std::vector<int32_t>> late = stages_of(Pattern::kLateReturn);
   for (std::size_t k = 1; k < 6; ++k) CHECK(late[k] == (k % 3 == 2 ? points : rows));
+}
+
+TEST_CASE("stream: the pool of early columns gives the lowest free ones, and none when all are taken") {
+  const overtake::EarlyPlan plan = overtake::plan_early(overtake::kPaper);
+  CHECK(plan.steps == 6);  // up to smooth_sg
+  overtake::EarlyPool pool;
+  const overtake::SensorModel sensor = overtake::make_sensor_model(4, 8, 1, -1, false, 0.5, 100);
+  REQUIRE(pool.build(plan.columns, sensor, 100, 3, overtake::default_allocator()));
+  overtake::EarlyColumns *a = pool.take(), *b = pool.take(), *c = pool.take();
+  REQUIRE((a && b && c));
+  CHECK((a != b && b != c && a != c));
+  CHECK(pool.take() == nullptr);
+  pool.give(*c);
+  pool.give(*a);
+  CHECK(pool.take() == a);
+  CHECK(pool.take() == c);
+  CHECK(pool.take() == nullptr);
+}
+
+TEST_CASE("stream: a segmentation that throws gives the early columns back") {
+  OneSensor bench;
+  static int32_t early_frames;
+  early_frames = 0;
+  bench.def.on_frame = [](ovt_reader* reader, void*) {
+    ovt_span span;
+    if (ovt_read_span(reader, 0, OVT_STAGE_GAPS, &span) == OVT_OK && span.duration_ns >= 0) {
+      ovt_span segment;
+      ovt_read_span(reader, 0, OVT_STAGE_SEGMENT, &segment);
+      early_frames += span.start_ns < segment.start_ns;
+    }
+  };
+  bench.create();
+  reinterpret_cast<overtake::Detector*>(bench.detector)
+      ->set_hook(overtake::TestHook{[](void*, overtake::HookPoint at, overtake::Frame& frame, int32_t) {
+                                      if (at == overtake::HookPoint::kSegment && frame.stamp_ns < 2000 * kMs)
+                                        throw std::runtime_error("a test");
+                                    },
+                                    nullptr});
+  for (int64_t k = 0; k < 24; ++k) {
+    const overtake::SceneScan scan = make_pattern(Pattern::kTopDown, 0);
+    const ovt_points points = points_of(scan, 0, (1000 + 50 * k) * kMs);
+    REQUIRE(bench.push_piece(points, {0, points.count}) == OVT_OK);
+    REQUIRE(bench.end(points) == OVT_OK);
+  }
+  bench.flush();
+  CHECK(bench.stats().exceptions == 20);
+  CHECK(early_frames == 4);
 }
 
 TEST_CASE("stream: a lost piece leaves a scan of the other points, flagged and counted") {
@@ -756,8 +804,6 @@ TEST_CASE("stream: three producers in pieces, with other threads that close thei
 TEST_CASE("stream: two threads that push scans of one sensor at the same time are told") {
   Thin bench({.workers = 2, .record = false});
   bench.create();
-  const auto& detector = *bench.detector;
-  (void)detector;
   const ovt_points points = bench.points(0, 0);
   // One thread stays in its call: its mailbox is full, and the intake waits in a hook.
   struct Block {
