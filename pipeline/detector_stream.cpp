@@ -228,8 +228,10 @@ void Detector::close_open_scans(IsOver&& is_over) {
 // The stamps of this sensor's scans have come to stamp_ns.
 void Detector::note_stamp(int32_t sensor, int64_t stamp_ns) {
   Stream& stream = streams_[sensor];
-  const Stamp last = std::exchange(stream.last_noted, {true, stamp_ns});
+  const Stamp last = stream.last_noted;
   const int64_t step_ns = last.any ? difference_ns(stamp_ns, last.last_ns) : 0;
+  if (step_ns < 0 && step_ns >= -kLongestStep_ns) return;  // a late scan
+  stream.last_noted = {true, stamp_ns};
   if (step_ns <= 0 || step_ns > kLongestStep_ns) return;
   const int64_t clock_ns = stream.clock_ns.load(std::memory_order_relaxed) + step_ns;
   stream.clock_ns.store(clock_ns, std::memory_order_relaxed);

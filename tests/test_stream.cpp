@@ -609,7 +609,8 @@ TEST_CASE("stream: another sensor's wrong clock does not close a scan") {
   const ovt_points open = bench.points(0, 0);
   ovt_points other = bench.points(0, 1);
   REQUIRE(bench.push_piece(open, {0, 1000}) == OVT_OK);
-  for (const int64_t stamp_ms : {100'000, 500'000, 20, 400'000, 10}) {
+  // Wrong stamps; then late scans, which are no progress of time.
+  for (const int64_t stamp_ms : {100'000, 500'000, 20, 400'000, 10, 70, 15, 75, 20, 80, 25, 85, 30, 90}) {
     other.stamp_ns = stamp_ms * kMs;
     REQUIRE(ovt_push_scan(bench.detector, &other) == OVT_OK);
   }
