@@ -31,6 +31,7 @@ struct PointFields {
 //            NaN intensity becomes 0
 //            a layer that is not an integer in 0..65535 becomes kNoLayer
 //            time saturates at +-(2^31 - 1) ns, NaN becomes 0
+//   rows     columns may begin at any row of a table; up to kRowAlign - 1 rows behind the last may be written
 //   cost     one pass                   agrees  exactly on every ISA
 namespace ref {
 void load_points(const PointFields& fields, int32_t count, ScanTable& scan) noexcept;

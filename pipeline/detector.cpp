@@ -54,71 +54,12 @@ void Detector::drop_owner() {
 
 // ---- producers ----------------------------------------------------------------------------------------------------
 
-// With worker_count 1 the caller runs everything, one call at a time: a Turn is refused while another call runs. A call
-// from on_frame is always refused: it might wait for on_frame's own frame.
-class Detector::Turn {
- public:
-  explicit Turn(Detector& detector)
-      : detector_(detector),
-        mine_(calling_back != &detector &&
-              (!detector.inline_ || !detector.inside_.exchange(true, std::memory_order_acquire))) {
-    if (!mine_ && !detector.reported_wrong_thread_.exchange(true, std::memory_order_relaxed))
-      detector.log(OVT_LOG_ERROR, calling_back == &detector
-                                      ? "on_frame called something other than ovt_read_...: refused"
-                                      : "worker_count 1: a second thread called while one was inside");
-  }
-  ~Turn() {
-    if (mine_) detector_.inside_.store(false, std::memory_order_release);
-  }
-  Turn(const Turn&) = delete;
-  Turn& operator=(const Turn&) = delete;
-  explicit operator bool() const noexcept { return mine_; }
-
- private:
-  Detector& detector_;
-  const bool mine_;
-};
-
-ovt_status Detector::push_scan(const ovt_points& points) {
-  const Turn turn(*this);
-  if (!turn) return OVT_WRONG_THREAD;
-  const int32_t s = points.sensor;
-  counters_.pushed.fetch_add(1, std::memory_order_relaxed);
-  if (points.count > point_capacity_[s]) {
-    counters_.dropped.fetch_add(1, std::memory_order_relaxed);
-    probe_drop(s, points.stamp_ns);
-    return OVT_TOO_MANY;
-  }
-  Stamp& last = last_stamp_[s];
-  if (last.any && points.stamp_ns == last.last_ns) {
-    counters_.dup.fetch_add(1, std::memory_order_relaxed);
-    return OVT_DUPLICATE;
-  }
-  last = {true, points.stamp_ns};
-
-  Mailbox<Scan>& box = mailboxes_[s];
-  if (push_waits_ && !inline_) box.wait_until_acquired();
-  Scan& scan = box.writable();
-  const int64_t start = steady_now_ns();
-  probe_stage_begin(-1, s, OVT_STAGE_LOAD, points.stamp_ns);
-  const auto as_field = [](const ovt_column& c) {
-    return PointField{c.data, std::ptrdiff_t(c.stride), FieldType(c.type)};
-  };
-  const PointFields fields = {as_field(points.x),         as_field(points.y),     as_field(points.z),
-                              as_field(points.intensity), as_field(points.layer), as_field(points.time),
-                              points.time_unit_ns};
-  context_.kernels->load_points(fields, points.count, scan.table);
-  scan.load = {start, steady_now_ns() - start, this_worker()};
-  probe_stage_end(-1, s, OVT_STAGE_LOAD, points.stamp_ns);
-  scan.stamp_ns = points.stamp_ns;
-  scan.ticket = tickets_.fetch_add(1, std::memory_order_relaxed);
-  scan.ego = ego_->range();
-  if (box.post()) {
-    counters_.dropped.fetch_add(1, std::memory_order_relaxed);
-    probe_drop(s, box.writable().stamp_ns);  // writable() is the replaced scan after the exchange
-  }
-  tell_intake();
-  return OVT_OK;
+bool Detector::enter() {
+  const bool mine = calling_back != this && (!inline_ || !inside_.exchange(true, std::memory_order_acquire));
+  if (!mine && !reported_wrong_thread_.exchange(true, std::memory_order_relaxed))
+    log(OVT_LOG_ERROR, calling_back == this ? "on_frame called something other than ovt_read_...: refused"
+                                            : "worker_count 1: a second thread called while one was inside");
+  return mine;
 }
 
 ovt_status Detector::push_ego_pose(const ovt_ego_pose& in) {
@@ -186,6 +127,7 @@ void Detector::tell_intake() {
 ovt_status Detector::advance(int64_t now_ns) {
   const Turn turn(*this);
   if (!turn) return OVT_WRONG_THREAD;
+  close_late_scans(now_ns);
   if (inline_) {
     assembler_->advance(now_ns);
     count_settled();
@@ -202,6 +144,7 @@ ovt_status Detector::advance(int64_t now_ns) {
 ovt_status Detector::flush() {
   const Turn turn(*this);
   if (!turn) return OVT_WRONG_THREAD;
+  close_all_scans();
   if (inline_) {
     assembler_->flush();
     count_settled();

@@ -18,11 +18,13 @@
 #include <thread>
 
 #include "pipeline/detector_graph.h"
+#include "pipeline/early_segment.h"
 #include "pipeline/event.h"
 #include "pipeline/frame_assembler.h"
 #include "pipeline/frame_pool.h"
 #include "pipeline/mailbox.h"
 #include "pipeline/memory.h"
+#include "pipeline/scan_builder.h"
 #include "pipeline/stages.h"
 
 namespace overtake {
@@ -55,6 +57,8 @@ class Detector {
   ~Detector();
 
   ovt_status push_scan(const ovt_points& points);
+  ovt_status push_points(const ovt_points& piece);
+  ovt_status end_scan(int32_t sensor, int64_t stamp_ns, int32_t point_count);  // point_count -1: unknown
   ovt_status push_ego_pose(const ovt_ego_pose& pose);
   ovt_status push_detections(const ovt_external_detections& detections);
   ovt_status advance(int64_t now_ns);
@@ -94,7 +98,34 @@ class Detector {
   void stop();
   void drop_owner();
   void tell_intake();
-  class Turn;
+  bool enter();
+  // With worker_count 1 the caller runs everything, one call at a time: a Turn is refused while another call runs. A
+  // call from on_frame is always refused: it might wait for on_frame's own frame.
+  class Turn {
+   public:
+    explicit Turn(Detector& detector) : detector_(detector), mine_(detector.enter()) {}
+    ~Turn() {
+      if (mine_) detector_.inside_.store(false, std::memory_order_release);
+    }
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+    explicit operator bool() const noexcept { return mine_; }
+
+   private:
+    Detector& detector_;
+    const bool mine_;
+  };
+  // scans, whole or in pieces (detector_stream.cpp)
+  struct Stream;
+  class Hold;
+  bool begin_scan(Stream& stream, int32_t sensor, int64_t stamp_ns);
+  void close_scan(Stream& stream, int32_t sensor, bool ended, int32_t point_count);
+  void post_scan(int32_t sensor, int64_t stamp_ns);
+  template <class IsOver>
+  void close_open_scans(IsOver&& is_over);
+  void close_late_scans(int64_t now_ns);  // ovt_advance's time
+  void close_all_scans();
+  void note_stamp(int32_t sensor, int64_t stamp_ns);
   // intake
   void run_intake();
   bool step_intake();
@@ -141,8 +172,37 @@ class Detector {
     bool any = false;
     int64_t last_ns = 0;
   };
-  Stamp last_stamp_[kMaxSensors];
   Stamp last_external_;
+  int64_t scan_limit_ns_ = 0;
+  // A sensor's scan in pieces. Its owner is the sensor's producer, in a call; or another thread, which closes a scan
+  // that does not end while no such call runs.
+  struct Stream {
+    enum Owner : int32_t { kFree, kFreeOpen, kProducer, kCloser };  // kFreeOpen: a scan is open
+    std::atomic<int32_t> owner{kFree};
+    // Of the open scan. Other threads read them before they try to become the owner.
+    std::atomic<int64_t> stamp_ns{0};
+    std::atomic<int64_t> ran_ns[kMaxSensors] = {};  // Stream::clock_ns of each sensor when the scan began
+    // How far this sensor's stamps advanced since create, without steps that no sensor takes. Written by the owner.
+    std::atomic<int64_t> clock_ns{0};
+    // The owner's.
+    static constexpr uint32_t kRecent = 8;
+    ScanBuilder builder;
+    EarlySegment early;
+    EarlyPool early_pool;
+    bool is_open = false;
+    bool is_refused = false;  // it has too many points
+    int64_t load_start_ns = 0, load_ns = 0;
+    Stamp last, last_noted;           // of scans that ended; of those that count for clock_ns
+    int64_t recent_ns[kRecent] = {};  // stamps of scans that ended
+    uint32_t recent_count = 0;
+    bool is_recent(int64_t stamp) const noexcept {
+      const uint32_t count = recent_count < kRecent ? recent_count : kRecent;
+      for (uint32_t i = 0; i < count; ++i)
+        if (recent_ns[i] == stamp) return true;
+      return false;
+    }
+  };
+  Stream streams_[kMaxSensors];
   std::atomic<uint64_t> tickets_{0};
 
   // shared by callers and the intake thread

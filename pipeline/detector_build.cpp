@@ -111,6 +111,7 @@ ovt_status Detector::build(const ovt_detector_def& def, std::string& error) {
   push_waits_ = def.push_policy == OVT_PUSH_WAIT;
   deadline_ns_ = def.deadline_ns;
   watchdog_ns_ = def.watchdog_ns;
+  scan_limit_ns_ = int64_t(params.frame_scan_limit * params.frame_period_s * 1e9 + 0.5);
   spin_ns_ = int64_t(def.spin_us) * 1000;
   reader_capacity_ = def.reader_capacity;
   // A default is at least 2: worker_count 1 has different threading rules.
@@ -205,6 +206,7 @@ ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params&
   sizes.merge_columns = params.merge_columns;
   sizes.method = context_.method;
   sizes.keep_images = def.keep_images != 0;
+  const EarlyPlan early = def.stream ? plan_early(*context_.method) : EarlyPlan{};
   // In work; one more for a late scan while a frame waits for its sensors; the latest; and one for each reader.
   max_frames_ = (inline_ ? 1 : def.frames_in_flight) + 1;
   if (!pool_.build(max_frames_ + 1 + def.reader_capacity, max_frames_, sizes, allocator)) return no_memory("frames");
@@ -215,7 +217,16 @@ ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params&
     if (!build_scratch(scratch_[std::size_t(i)], sizes, allocator)) return no_memory("the workers");
   context_.scratch = scratch_.get();
   for (int32_t s = 0; s < context_.sensor_count; ++s)
-    if (!mailboxes_[s].build(point_capacity_[s], allocator)) return no_memory("mailboxes");
+    if (!mailboxes_[s].build(scan_rows(point_capacity_[s]), allocator) ||
+        !streams_[s].builder.build(point_capacity_[s], allocator) ||
+        !streams_[s].early.build(*context_.method, early, context_.sensors[s], context_.segment[s], allocator))
+      return no_memory("mailboxes");
+  // One in each slot of the mailbox, and one in each frame in work. If none is free, because a scan is held, the work
+  // of a scan begins with its end.
+  const int32_t early_count = 3 + (inline_ ? 0 : max_frames_);
+  for (int32_t s = 0; s < context_.sensor_count && early.steps > 0; ++s)
+    if (!streams_[s].early_pool.build(early.columns, context_.sensors[s], point_capacity_[s], early_count, allocator))
+      return no_memory("scans in pieces");
   if (!external_.build(def.candidate_capacity, allocator)) return no_memory("pushed detections");
   ego_ = std::make_unique<EgoBuffer>(def.ego_pose_capacity, allocator);
   if (build_reader(callback_reader_) != OVT_OK) return no_memory("the callback's reader");

@@ -100,6 +100,7 @@ void run_detect(const StageContext& context, const RunnerHooks& hooks, Frame& fr
   for (int32_t s = 0; s < context.sensor_count; ++s)
     if (frame.sensors[s].failed) {  // as if its scan had not come
       frame.sensor_mask &= ~(1u << s);
+      frame.incomplete_mask &= ~(1u << s);
       frame.flags |= OVT_FLAG_SENSOR_MISSING | OVT_FLAG_EXCEPTION;
     }
   const bool whole = guard(hooks, [&] {

@@ -4,17 +4,20 @@
 
 #include <algorithm>
 
+#include "pipeline/early_segment.h"
 #include "pipeline/method/method.h"
 #include "pipeline/method/segment_memory.h"
+#include "pipeline/scan_builder.h"
 
 namespace overtake {
 namespace {
 
 void carve_sensor(Carver& carver, SensorPart& part, const SensorModel& sensor, int32_t point_capacity,
                   int32_t cluster_capacity, Columns kept) {
-  carve_table(carver, part.scan, point_capacity);
+  carve_table(carver, part.scan, scan_rows(point_capacity));
   part.kept.points.capacity = round_up(point_capacity, kRowAlign);
   carve_columns(carver, kept, sensor, point_capacity, part.kept);
+  part.kept_columns = kept;
   carve_table(carver, part.clusters, cluster_capacity);
   carve_table(carver, part.cluster_points, point_capacity);
   const std::size_t pixels = std::size_t(sensor.rows) * std::size_t(sensor.cols);  // upper limit of the labels
@@ -71,12 +74,13 @@ bool build_frame(Frame& frame, const FrameSizes& sizes, const Allocator& allocat
 void reset_frame(Frame& frame) noexcept {
   frame.sensor_mask = 0;
   frame.flags = 0;
-  frame.stale_mask = frame.suspect_mask = 0;
+  frame.stale_mask = frame.suspect_mask = frame.incomplete_mask = 0;
   frame.restart = frame.failed = false;
   frame.refiltered = 0;
   frame.kind = FrameKind::kScans;
   for (SensorPart& part : frame.sensors) {
     part.present = part.failed = false;
+    if (part.early) give_early(part);  // its segmentation threw
     part.road.has_pose = false;
     part.clusters.count = part.cluster_points.count = part.label_count = part.row_count = part.cluster_overflow = 0;
     part.kept.points.count = 0;

@@ -25,6 +25,7 @@
 #include "kernels/kernel_table.h"
 #include "pipeline/ego_buffer.h"
 #include "pipeline/ego_heading.h"
+#include "pipeline/method/segment_columns.h"
 #include "pipeline/method/segment_views.h"
 #include "pipeline/overtake.h"
 #include "pipeline/road/road_data.h"
@@ -33,6 +34,7 @@
 
 namespace overtake {
 
+struct EarlyColumns;
 struct Method;
 extern const Method kPaper;
 
@@ -42,8 +44,10 @@ struct SensorPart {
   bool failed = false;  // its segmentation threw: then present is false
   int64_t stamp_ns = 0;
   ScanTable scan;
-  RoadData road;      // by the intake, if a step of the method reads it
-  SegmentViews kept;  // the segmentation's columns for rules and readers, in this frame's memory
+  RoadData road;                  // by the intake, if a step of the method reads it
+  SegmentViews kept;              // the segmentation's columns for rules and readers, in this frame's memory
+  Columns kept_columns = 0;       // columns of `kept`
+  EarlyColumns* early = nullptr;  // until the segmentation ends, of a scan whose first steps its producer ran
   ClusterTable clusters;
   ClusterPointTable cluster_points;
   int32_t row_count = 0;  // layers found
@@ -84,10 +88,11 @@ struct Frame {
   SensorPart sensors[kMaxSensors];
   ExternalTable external;
   int32_t external_reference = OVT_REFERENCE_MAP;
-  uint32_t stale_mask = 0;    // sensors silent for more than 1.5 periods
-  uint32_t suspect_mask = 0;  // sources with a refused stamp: bit s for sensor s, OVT_SUSPECT_...
-  bool restart = false;       // the clock jumped: earlier tracks are invalid
-  bool failed = false;        // detect threw: no detections, the tracks are only predicted
+  uint32_t stale_mask = 0;       // sensors silent for more than 1.5 periods
+  uint32_t suspect_mask = 0;     // sources with a refused stamp: bit s for sensor s, OVT_SUSPECT_...
+  uint32_t incomplete_mask = 0;  // sensors whose scan lacks points
+  bool restart = false;          // the clock jumped: earlier tracks are invalid
+  bool failed = false;           // detect threw: no detections, the tracks are only predicted
   // detect
   MemberTable members;
   FrameClusterTable merged;

@@ -6,6 +6,9 @@
 #include <bit>
 #include <utility>
 
+#include "pipeline/early_segment.h"
+#include "pipeline/scan_builder.h"
+
 namespace overtake {
 namespace {
 
@@ -15,7 +18,8 @@ int64_t distance_ns(int64_t a, int64_t b) noexcept { return a > b ? difference_n
 
 bool FrameAssembler::build(const int32_t* point_capacity, int32_t external_capacity, const Allocator& allocator) {
   return held_arena_.build(allocator, [&](Carver& carver) {
-    for (int32_t s = 0; s < params_.sensor_count; ++s) carve_table(carver, held_[s].table, point_capacity[s]);
+    for (int32_t s = 0; s < params_.sensor_count; ++s)
+      carve_table(carver, held_[s].table, scan_rows(point_capacity[s]));
     for (HeldExternal& held : held_external_) carve_table(carver, held.scan.table, external_capacity);
   });
 }
@@ -192,11 +196,16 @@ void FrameAssembler::put_scan(Frame& frame, int32_t sensor, Scan& scan) noexcept
   recent_[sensor].add(scan.stamp_ns);
   SensorPart& part = frame.sensors[sensor];
   std::swap(part.scan, scan.table);
+  take_early(part, scan.early);
   part.present = true;
   part.stamp_ns = scan.stamp_ns;
   part.spans[OVT_STAGE_LOAD] = scan.load;
-  frame.pushed_ns = std::max(frame.pushed_ns, scan.load.start_ns + scan.load.duration_ns);
+  frame.pushed_ns = std::max(frame.pushed_ns, scan.pushed_ns);
   frame.sensor_mask |= 1u << sensor;
+  if (scan.is_incomplete) {
+    frame.incomplete_mask |= 1u << sensor;
+    frame.flags |= OVT_FLAG_SCAN_INCOMPLETE;
+  }
   frame.first_stamp_ns = std::min(frame.first_stamp_ns, scan.stamp_ns);
   frame.stamp_ns = std::max(frame.stamp_ns, scan.stamp_ns);
   seen_ns_[sensor] = std::max(seen_ns_[sensor], scan.stamp_ns);

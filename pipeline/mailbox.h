@@ -18,12 +18,17 @@
 
 namespace overtake {
 
+struct EarlyColumns;
+
 struct Scan {
   ScanTable table;
   int64_t stamp_ns = 0;
-  uint64_t ticket = 0;  // pushes of all sources before this one
-  EgoRange ego;         // ego poses that were pushed before this scan
-  StageSpan load;       // time of the copy
+  uint64_t ticket = 0;    // pushes of all sources before this one
+  EgoRange ego;           // ego poses that were pushed before this scan
+  StageSpan load;         // time of the copy; of a scan in pieces, the sum
+  int64_t pushed_ns = 0;  // steady clock: the copy, or the call that ended a scan in pieces
+  bool is_incomplete = false;
+  EarlyColumns* early = nullptr;  // null: none. Stays here, for the next scan, unless a frame takes it
 };
 
 template <class Slot>  // has a `table`

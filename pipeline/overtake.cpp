@@ -75,6 +75,19 @@ bool good_column(const ovt_column& c, int32_t count, bool required, bool floatin
   return c.size_bytes >= size && (c.size_bytes - size) / c.stride >= size_t(count - 1);
 }
 
+// Checks the arguments of ovt_push_scan and ovt_push_points.
+ovt_status check_points(ovt_detector* detector, const ovt_points* scan) {
+  if (!detector || !scan) return OVT_BAD_ARGUMENT;
+  if (!is_known_size<ovt_points>(scan->struct_size)) return OVT_BAD_VERSION;
+  if (scan->sensor < 0 || scan->sensor >= cpp(detector).sensor_count() || scan->count < 0) return OVT_BAD_ARGUMENT;
+  const int32_t n = scan->count;
+  const bool good = good_column(scan->x, n, true, true) && good_column(scan->y, n, true, true) &&
+                    good_column(scan->z, n, true, true) && good_column(scan->layer, n, true, false) &&
+                    good_column(scan->intensity, n, false, false) && good_column(scan->time, n, false, false) &&
+                    std::isfinite(scan->time_unit_ns);
+  return good ? OVT_OK : OVT_BAD_ARGUMENT;
+}
+
 bool within(double limit, std::initializer_list<double> values) {  // false for NaN
   return std::all_of(values.begin(), values.end(), [=](double v) { return std::fabs(v) <= limit; });
 }
@@ -89,11 +102,11 @@ const char* const kStatusText[] = {
     "the system refused a thread",
     "no (new) finished frame",
     "duplicate stamp",
-    "late: the stamp is older than one already used",
+    "late: the stamp is older than one already used, or the scan ended already",
     "too many: more than the capacity set at create",
     "internal error: an exception was caught",
     "not kept: keep_images was 0 at create",
-    "wrong thread: called from on_frame, or with worker_count 1 while another thread is in a call",
+    "wrong thread: called from on_frame, or while another thread is in a call that excludes this one",
     "not computed: the detector's method has no such image or stage",
 };
 
@@ -165,6 +178,7 @@ void fill_info(const Frame& frame, int32_t sensor_count, ovt_frame_info* out) {
   out->ego_heading_offset_rad = frame.ego_heading.offset_rad;
   out->ego_heading_sigma_rad = frame.ego_heading.sigma_rad;
   out->ego_wall_points = frame.ego_heading.wall_points;
+  out->incomplete_mask = frame.incomplete_mask;
 }
 
 }  // namespace
@@ -203,6 +217,7 @@ ovt_status ovt_detector_def_init(ovt_detector_def* out, size_t struct_size) {
 ovt_status ovt_points_init(ovt_points* out, size_t struct_size) {
   ovt_points points{};
   points.time_unit_ns = 1.0;
+  points.first = -1;
   return init(out, struct_size, points);
 }
 ovt_status ovt_ego_pose_init(ovt_ego_pose* out, size_t struct_size) { return init(out, struct_size, {}); }
@@ -247,16 +262,22 @@ void ovt_destroy_detector(ovt_detector* detector) {
 }
 
 ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan) {
-  if (!detector || !scan) return OVT_BAD_ARGUMENT;
-  if (!is_known_size<ovt_points>(scan->struct_size)) return OVT_BAD_VERSION;
-  if (scan->sensor < 0 || scan->sensor >= cpp(detector).sensor_count() || scan->count < 0) return OVT_BAD_ARGUMENT;
-  const int32_t n = scan->count;
-  if (!good_column(scan->x, n, true, true) || !good_column(scan->y, n, true, true) ||
-      !good_column(scan->z, n, true, true) || !good_column(scan->layer, n, true, false) ||
-      !good_column(scan->intensity, n, false, false) || !good_column(scan->time, n, false, false) ||
-      !std::isfinite(scan->time_unit_ns))
-    return OVT_BAD_ARGUMENT;
-  return guard(detector, [&] { return cpp(detector).push_scan(*scan); });
+  const ovt_status status = check_points(detector, scan);
+  return status == OVT_OK ? guard(detector, [&] { return cpp(detector).push_scan(*scan); }) : status;
+}
+
+ovt_status ovt_push_points(ovt_detector* detector, const ovt_points* piece) {
+  if (const ovt_status status = check_points(detector, piece); status != OVT_OK) return status;
+  ovt_points whole{};
+  whole.first = -1;
+  if (!take(*piece, whole)) return OVT_BAD_VERSION;
+  if (whole.first < -1) return OVT_BAD_ARGUMENT;
+  return guard(detector, [&] { return cpp(detector).push_points(whole); });
+}
+
+ovt_status ovt_end_scan(ovt_detector* detector, int32_t sensor, int64_t stamp_ns, int32_t point_count) {
+  if (!detector || sensor < 0 || sensor >= cpp(detector).sensor_count() || point_count < -1) return OVT_BAD_ARGUMENT;
+  return guard(detector, [&] { return cpp(detector).end_scan(sensor, stamp_ns, point_count); });
 }
 
 ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose* pose) {

@@ -16,7 +16,7 @@
  *
  * Threads, worker_count other than 1. All of these may run at the same time:
  *
- *   ovt_push_scan                                   one thread per sensor
+ *   ovt_push_scan, ovt_push_points, ovt_end_scan    one thread per sensor
  *   ovt_push_ego_pose                               one thread
  *   ovt_push_detections                             one thread
  *   ovt_advance, ovt_flush                          one thread for both
@@ -26,8 +26,8 @@
  *   ovt_destroy_detector                            while no other call is in the detector, except readers' calls
  *
  * Threads, worker_count 1 (the default): the library starts no thread. Every push finishes all work that it makes
- * possible before it returns. ovt_push_scan, ovt_push_detections, ovt_advance and ovt_flush belong to one thread; a
- * second thread that calls one of them during such a call gets OVT_WRONG_THREAD.
+ * possible before it returns. ovt_push_scan, ovt_push_points, ovt_end_scan, ovt_push_detections, ovt_advance and
+ * ovt_flush belong to one thread; a second thread that calls one of them during such a call gets OVT_WRONG_THREAD.
  *
  * fork(): the child may exec or exit. There ovt_destroy_... do nothing, and no other call is allowed. The child does
  * not get the detector's blocks (MADV_DONTFORK, not with `alloc`), so the parent keeps its pages. Stacks and the heap
@@ -68,11 +68,12 @@ typedef enum ovt_status {
   OVT_NO_THREADS = 6,       /* the system refused a thread */
   OVT_NO_FRAME = 7,         /* the reader has no (new) finished frame */
   OVT_DUPLICATE = 8,        /* stamp equal to the last one of that sensor or stream; counted, not used */
-  OVT_LATE = 9,             /* ego pose older than the last one; counted, not used */
+  OVT_LATE = 9,             /* ego pose older than the last one, or piece of a scan that ended; counted, not used */
   OVT_TOO_MANY = 10,        /* more points, readers or rows than the def's capacity */
   OVT_INTERNAL = 11,        /* an exception was caught; counted, the next call works */
   OVT_NOT_KEPT = 12,        /* not available: keep_images was 0 at create */
-  OVT_WRONG_THREAD = 13,    /* called from on_frame, or worker_count 1 and another thread is in a call */
+  OVT_WRONG_THREAD = 13,    /* called from on_frame; worker_count 1 and another thread is in a call; or two threads push
+                               scans of one sensor at the same time */
   OVT_NOT_COMPUTED = 14     /* the detector's method has no such image or stage */
 } ovt_status;
 
@@ -188,6 +189,8 @@ typedef struct ovt_params {
   double lane_tracker_path_turn_s, lane_tracker_path_speed, lane_tracker_path_across;
   double running_ground_free_level_m; /* running_ground.free_level_m  level_reach_m without a map or a pose */
   double pose_profile_points;         /* pose.profile_points */
+  double frame_scan_limit;           /* frame.scan_limit           periods after which a scan in pieces is closed; 0:
+                                        never. Read by every preset */
 } ovt_params;
 
 typedef struct ovt_param_info {
@@ -317,6 +320,9 @@ typedef struct ovt_detector_def {
   int32_t keep_images;               /* non-zero, the default: a frame keeps every image for ovt_read_image; 0: only
                                         OVT_IMAGE_PIXEL_POINT. Each worker then reuses one scratch copy of the others,
                                         which stays in its cache: less time, and less memory unless workers are many */
+  int32_t stream;                    /* non-zero: the first steps of the segmentation run in ovt_push_points, while the
+                                        pieces of a scan arrive; takes more memory. 0, the default: all work begins with
+                                        the end of the scan. The results are the same */
 } ovt_detector_def;
 OVT_API ovt_status ovt_detector_def_init(ovt_detector_def* def, size_t struct_size);
 
@@ -417,6 +423,9 @@ typedef struct ovt_points {
   int64_t stamp_ns;
   ovt_column x, y, z, layer, intensity, time;
   double time_unit_ns;
+  /* since 0.2 */
+  int32_t first;                     /* ovt_push_points: index in the scan of the first of these points; -1, the
+                                        default: they follow all that came before. ovt_push_scan does not read it */
 } ovt_points;
 OVT_API ovt_status ovt_points_init(ovt_points* points, size_t struct_size);
 static inline ovt_points ovt_default_points(void) {
@@ -444,6 +453,35 @@ static inline ovt_points ovt_default_points(void) {
  * sensors report the new time than deliver good stamps (OVT_FLAG_CLOCK_JUMP: the tracker restarts). The two scans
  * before it are counted as `dropped`. */
 OVT_API ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan);
+
+/* A scan in pieces (packets, lines), of any size and number: each call copies more points of the scan with this stamp,
+ * the last call ends it. The results are, byte for byte, those of one ovt_push_scan of the whole scan; nothing of a
+ * scan is used before its end. The first piece, or the end of a scan without points, begins a scan; stamp_ns is that of
+ * the whole scan in every piece. Pieces may differ in the types of their fields and in time_unit_ns.
+ *
+ * With `first`, the index of its first point, each piece goes to its place. Without (-1) lost, doubled and reordered
+ * pieces cannot be recognised.
+ *
+ *   a piece out of order                          used; the results do not depend on the order
+ *   a piece with a point that came before         not used at all: OVT_DUPLICATE (pieces_dup)
+ *   a piece that is lost                          the scan has fewer points: incomplete
+ *   a piece of a scan that ended                  not used: OVT_LATE (pieces_late). Such a scan is one of the sensor's
+ *                                                 last eight, or up to 1 s older than the scan that is open
+ *   more points than point_capacity               OVT_TOO_MANY: the whole scan is dropped, as by ovt_push_scan, and the
+ *                                                 other pieces of this scan are refused too (pieces_dropped)
+ *
+ * ovt_end_scan: point_count is the number of points that the sensor sent, so that a lost last piece is noticed; -1:
+ * unknown. Below the index of a point that came: OVT_BAD_ARGUMENT, and the scan stays open. OVT_LATE if the scan ended
+ * already.
+ * A scan that is not ended is closed, as incomplete (scans_unended), by the next scan of its sensor, by ovt_flush, when
+ * ovt_advance reports a time that is frame.scan_limit periods after its stamp, or when the stamps of another sensor's
+ * scans have advanced by as much since its first piece. Never by a clock of the machine.
+ * An incomplete scan is used: OVT_FLAG_SCAN_INCOMPLETE, incomplete_mask, points_missing. What it does not show is not
+ * free: no track counts a miss for it, and no object in it is OVT_CLASS_DEBRIS.
+ * With OVT_PUSH_REPLACE, the end of a scan replaces a scan that still waits; an open scan replaces nothing. A scan
+ * counts as pushed when it ends. */
+OVT_API ovt_status ovt_push_points(ovt_detector* detector, const ovt_points* piece);
+OVT_API ovt_status ovt_end_scan(ovt_detector* detector, int32_t sensor, int64_t stamp_ns, int32_t point_count);
 
 typedef struct ovt_ego_pose {
   size_t struct_size;
@@ -490,7 +528,7 @@ OVT_API ovt_status ovt_push_detections(ovt_detector* detector, const ovt_externa
  * closes such a frame, too, so ovt_advance is needed only when all sensors may be silent. Works the same in replay and
  * live use: the library never reads a clock for this. */
 OVT_API ovt_status ovt_advance(ovt_detector* detector, int64_t now_ns);
-/* Closes the open frame and returns when every pushed scan is finished. */
+/* Closes scans in pieces that are not ended and the open frame, and returns when every pushed scan is finished. */
 OVT_API ovt_status ovt_flush(ovt_detector* detector);
 
 /* ---- output: readers and frames -------------------------------------------------------------------------------- */
@@ -526,9 +564,11 @@ enum {                               /* ovt_frame_info.flags */
                                         not used (its rows are measurements_late), or each track was compared with the
                                         nearest detections only, and the assignment is not the cheapest */
   OVT_FLAG_CLOCK_SUSPECT = 65536,    /* stamps of a source were refused (see suspect_mask) */
-  OVT_FLAG_EGO_HEADING = 131072      /* ego_heading_offset_rad is not known well: too few walls were seen so far, or
+  OVT_FLAG_EGO_HEADING = 131072,     /* ego_heading_offset_rad is not known well: too few walls were seen so far, or
                                         the walls of this frame contradict it. Never set if the method does not correct
                                         the ego heading */
+  OVT_FLAG_SCAN_INCOMPLETE = 262144  /* a scan in pieces lacks points, or did not end (see incomplete_mask): this is not
+                                        "all clear" */
 };
 
 enum {                               /* ovt_frame_info.suspect_mask, besides bit s for sensor s */
@@ -571,6 +611,7 @@ typedef struct ovt_frame_info {
   double ego_heading_offset_rad;
   double ego_heading_sigma_rad;      /* its standard deviation */
   int32_t ego_wall_points;           /* points of walls that this frame compared with the map's bounds */
+  uint32_t incomplete_mask;          /* bit s: the scan of sensor s is incomplete (ovt_push_points) */
 } ovt_frame_info;
 
 /* Moves the reader to the latest finished frame. OVT_NO_FRAME when there is no newer one: the reader keeps its
@@ -822,6 +863,13 @@ typedef struct ovt_stats {
   int64_t gated_own, gated_range;    /* as in ovt_frame_info */
   int64_t measurements_debris;       /* rows of class debris that no track took: they initiate none */
   int64_t tracks_joined;             /* tracks deleted because their car has an older track, which goes on */
+  int64_t pieces, pieces_used, pieces_dup, pieces_late, pieces_dropped;
+                                     /* of ovt_push_points: pieces = the four others */
+  int64_t scans_incomplete;          /* scans in pieces that lack points or did not end */
+  int64_t scans_unended;             /* of these: closed without ovt_end_scan */
+  int64_t points_missing;            /* points that incomplete scans are known to lack */
+  int64_t row_orders_wrong;          /* with ovt_detector_def.stream: scans whose layers had other rows than expected
+                                        from the scan before, so that a part of the work was done again */
 } ovt_stats;
 OVT_API ovt_status ovt_stats_init(ovt_stats* stats, size_t struct_size);
 static inline ovt_stats ovt_default_stats(void) {

@@ -293,6 +293,11 @@ class Detector {
 
   // Late and repeated stamps are normal on a race track: push returns the status. check() throws on it.
   [[nodiscard]] ovt_status push(const ovt_points& scan) noexcept { return ovt_push_scan(detector_, &scan); }
+  // A part of a scan; the scan counts when end_scan ends it.
+  [[nodiscard]] ovt_status push_piece(const ovt_points& piece) noexcept { return ovt_push_points(detector_, &piece); }
+  [[nodiscard]] ovt_status end_scan(int32_t sensor, int64_t stamp_ns, int32_t point_count = -1) noexcept {
+    return ovt_end_scan(detector_, sensor, stamp_ns, point_count);
+  }
   [[nodiscard]] ovt_status push(const ovt_ego_pose& pose) noexcept { return ovt_push_ego_pose(detector_, &pose); }
   [[nodiscard]] ovt_status push(const ovt_external_detections& rows) noexcept {
     return ovt_push_detections(detector_, &rows);

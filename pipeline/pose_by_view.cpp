@@ -223,6 +223,7 @@ ObjectClass classify(const StageContext& context, const Frame& frame, int32_t ro
     longest_m = measure_longest(frame, row, box);
   if (longest_m >= kCarShare * width_m) return ObjectClass::kCar;
   const int32_t s = merged.main_sensor[row];
+  if (frame.incomplete_mask >> s & 1u) return ObjectClass::kUnknown;  // the rest of a car may be missing
   const SensorModel& sensor = context.sensors[s];
   const PixelView view(sensor, frame.sensors[s]);
   const float range_m = max_of(merged.nearest_m[row], 0.1f);

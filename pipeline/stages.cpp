@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "pipeline/cluster_places.h"
+#include "pipeline/early_segment.h"
 #include "pipeline/method/step.h"
 
 namespace overtake {
@@ -12,10 +13,17 @@ namespace overtake {
 void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept {
   SegmentViews views = bind_views(context.sensors[sensor], part, scratch);
   Segment segment = {context.sensors[sensor], context.segment[sensor], part, views};
+  std::size_t done = 0;
+  if (part.early) {  // the producer ran the first steps
+    done = std::size_t(part.early->steps);
+    show_columns(part.early->columns & ~part.kept_columns, part.early->views, views);
+    views.points.count = part.scan.count;
+  }
   StageClock clock(part.spans, {-1, part.stamp_ns, sensor});
-  clock.run(context.method->segment, [&](const Step& step) { step.run(*context.kernels, segment); });
+  clock.run(context.method->segment.subspan(done), [&](const Step& step) { step.run(*context.kernels, segment); });
   clock.total(OVT_STAGE_SEGMENT);
   part.kept.points.count = views.points.count;
+  give_early(part);
 }
 
 void merge_frame(const StageContext& context, Frame& frame) noexcept {

@@ -8,8 +8,8 @@
 //
 // A run: three sensors, ego poses, pushed detections, readers. Sometimes a sensor is silent for a while, points are
 // NaN, stamps jump, repeat or come in the wrong order, poses stop, a cloud is huge or empty, a reader is created again,
-// or the caller calls ovt_advance. After the runs three threads flood a detector that drops scans: only counters are
-// checked.
+// the caller calls ovt_advance, or a scan comes in pieces of which some are lost. After the runs three threads flood a
+// detector that drops scans: only counters are checked.
 #include <malloc.h>
 #include <unistd.h>
 
@@ -25,6 +25,7 @@
 
 #include "tests/support/frame_hash.h"
 #include "tests/support/golden_scene.h"
+#include "tests/support/pieces.h"
 #include "tests/support/test_method.h"
 
 using namespace overtake::test;
@@ -135,6 +136,7 @@ class Story {
     def_.worker_count = workers;
     def_.keep_images = options.seed % 2 == 0 ? 0 : 1;
     def_.push_policy = OVT_PUSH_WAIT;
+    def_.stream = 1;
     def_.cluster_capacity = 200, def_.candidate_capacity = 60, def_.track_capacity = 40;
     def_.on_frame = check_frame;
     def_.user = &counts;
@@ -207,6 +209,7 @@ class Story {
         if (chance(bad)) point.x_m = chance(500) ? std::numeric_limits<float>::quiet_NaN() : 1e30f;
     }
     const ovt_points points = points_of(cloud_, sensor, stamp_ns);
+    if (chance(300)) return push_pieces(points);
     const ovt_status status = ovt_push_scan(detector_, &points);
     require(status == OVT_OK || status == OVT_DUPLICATE || status == OVT_LATE, ovt_status_text(status));
     ++pushed.scans;
@@ -214,6 +217,24 @@ class Story {
       ovt_push_scan(detector_, &points);
       ++pushed.scans;
     }
+  }
+
+  // Some pieces are lost or doubled. A stamp that is repeated makes all of them late.
+  void push_pieces(const ovt_points& points) {
+    bool late = false;
+    for (int32_t first = 0; first < points.count && !late;) {
+      const int32_t last = std::min(points.count, first + in(1, 300));
+      const ovt_points piece = piece_of(points, first, last);
+      first = last;
+      if (chance(20)) continue;
+      const ovt_status status = ovt_push_points(detector_, &piece);
+      require(status == OVT_OK || status == OVT_LATE, ovt_status_text(status));
+      late = status == OVT_LATE;
+      if (!late && chance(20)) require(ovt_push_points(detector_, &piece) == OVT_DUPLICATE, "a doubled piece was used");
+    }
+    const ovt_status status = ovt_end_scan(detector_, points.sensor, points.stamp_ns, points.count);
+    require(status == OVT_OK || status == OVT_LATE, ovt_status_text(status));
+    pushed.scans += status == OVT_OK;
   }
 
   void step(int64_t k) {

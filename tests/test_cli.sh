@@ -69,9 +69,10 @@ expect "trace" "${run[@]}" --workers 2 --out traced --trace trace.json
 [[ $(grep -c '"name":"track"' trace.json) == 8 ]] || fail "trace.json lacks frames"
 [[ $(tail -n 1 trace.json) == "]}" ]] || fail "trace.json does not end"
 cmp -s workers/tracks.csv traced/tracks.csv || fail "--trace changes the tracks"
+expect "scans in pieces" "${run[@]}" --stream --out pieces
 expect "a worker per CPU" "${run[@]}" --workers 0 --out workers_0
 expect "isa" "${run[@]}" --isa ref --out isa
-for other in again from_config workers workers_0 isa; do
+for other in again from_config workers workers_0 isa pieces; do
   for table in detections tracks; do cmp run/$table.csv "$other/$table.csv" || fail "$other/$table.csv differs"; done
 done
 cmp run/config.toml from_config/config.toml || fail "config.toml changes on its way through --config"

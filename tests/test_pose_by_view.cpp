@@ -237,6 +237,17 @@ TEST_CASE("pose by view: a box or a tyre is debris where a car would show more, 
   CHECK(class_of({{15, 0, 0, 0.75, 0.75, 0.0, 0.75, 1}}, 0.01) == OVT_CLASS_DEBRIS);
 }
 
+TEST_CASE("pose by view: nothing in an incomplete scan is debris") {
+  for (const uint32_t mask : {0u, 1u, 2u}) {
+    RulesBench bench;
+    bench.look({{15, 0.5, 20, 0.6, 0.6, 0.0, 0.6, 1}});
+    bench.frame.incomplete_mask = mask;
+    bench.run();
+    REQUIRE(bench.frame.detections.count == 1);
+    CHECK(bench.frame.views.object_class[0] == (mask == 1 ? OVT_CLASS_UNKNOWN : OVT_CLASS_DEBRIS));
+  }
+}
+
 TEST_CASE("pose by view: a distant car with three points in a row is never debris") {
   for (const double x_m : {60.0, 80.0, 95.0, 110.0})
     for (const double width_m : {0.5, 0.8, 1.886}) {

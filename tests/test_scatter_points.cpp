@@ -6,6 +6,11 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <random>
+
+#include "kernels/scatter_more.h"
+#include "pipeline/method/steps.h"
 #include "tests/support/ray_scene.h"
 
 namespace overtake {
@@ -58,6 +63,43 @@ TEST_CASE("scatter_points: every point except the winner is marked as lost, whoe
   const int32_t lost[5] = {1, 1, 0, 1, 0};
   for (int32_t i = 0; i < 5; ++i) CHECK(int32_t(chain.views.points.lost[i]) == lost[i]);
   CHECK(chain.views.points.pixel[4] != chain.views.points.pixel[2]);
+}
+
+TEST_CASE("scatter_points: scatter_more over any parts of the points writes the same, with many ties on few pixels") {
+  std::mt19937 random(4);
+  for (int32_t round = 0; round < 50; ++round) {
+    std::vector<TestPoint> cloud;
+    const int32_t count = 1 + int32_t(random() % 200);
+    for (int32_t i = 0; i < count; ++i) {
+      const float x_m = 10.0f + float(random() % 2), y_m = float(random() % 3) * (random() % 8 ? 1 : 100);
+      const auto layer = int32_t(random() % 2);
+      cloud.push_back({x_m, y_m, float(layer), float(random() % 3), float(layer)});
+    }
+    SegmentChain whole(make_sensor_model(2, 8, 40 * kDegree, -40 * kDegree, false, 0.1, 100), count);
+    SegmentChain parts(make_sensor_model(2, 8, 40 * kDegree, -40 * kDegree, false, 0.1, 100), count);
+    for (SegmentChain* chain : {&whole, &parts}) {
+      chain->load(fields_of(cloud), count);
+      chain->run_step(step::project_points, *chain->kernels);
+      chain->run_step(step::rank_layers, *chain->kernels);
+    }
+    whole.run_step(step::scatter_points, *whole.kernels);
+    clear_pixels(parts.views.images);
+    for (int32_t begin = 0; begin < count;) {
+      const int32_t end = std::min(count, begin + 1 + int32_t(random() % 40));
+      scatter_more(parts.part.scan, parts.views.row_of_layer, begin, end, parts.views.points, parts.views.images);
+      begin = end;
+    }
+    for (int32_t i = 0; i < count; ++i) {
+      CHECK(parts.views.points.pixel[i] == whole.views.points.pixel[i]);
+      CHECK(parts.views.points.lost[i] == whole.views.points.lost[i]);
+    }
+    for (int32_t r = 0; r < 2; ++r)
+      for (int32_t c = 0; c < 8; ++c) {
+        CHECK(parts.views.images.pixel_point.at(r, c) == whole.views.images.pixel_point.at(r, c));
+        CHECK(parts.views.images.range_m.at(r, c) == whole.views.images.range_m.at(r, c));
+        CHECK(parts.views.images.elevation_rad.at(r, c) == whole.views.images.elevation_rad.at(r, c));
+      }
+  }
 }
 
 TEST_CASE("scatter_points: a point of a dropped layer gets its reason") {

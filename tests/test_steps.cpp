@@ -10,6 +10,8 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <type_traits>
+#include <vector>
 
 #include "pipeline/method/methods.h"
 #include "tests/support/kernel_world.h"
@@ -71,6 +73,67 @@ TEST_CASE("steps: a step changes only the columns that it declares") {
         FAIL_CHECK(std::string(step.name) << " changes " << std::string(column_name(Column(c))));
   });
   CHECK(true);  // counts a check: FAIL_CHECK counts only failures
+}
+
+// Rows [0, first) and [last, rows) of the image columns take the contents of other rows.
+void shuffle_rows(KernelWorld& world, Columns which, int32_t first, int32_t last) {
+  const auto mix = [&](auto& image, std::size_t row_bytes) {
+    std::vector<char> rows;
+    for (int32_t r = 0; r < image.rows; ++r) {
+      const char* at = reinterpret_cast<const char*>(image.row(r));
+      rows.insert(rows.end(), at, at + row_bytes);
+    }
+    for (int32_t r = 0; r < image.rows; ++r)
+      if (r < first || r >= last)
+        std::memcpy(image.row(r), rows.data() + std::size_t((r * 7 + 3) % image.rows) * row_bytes, row_bytes);
+  };
+  for_each_segment_column(world.part, world.views, [&](Column column, auto extent, auto& view) {
+    if constexpr (extent == Extent::pixels) {
+      if (!has(which, column)) return;
+      if constexpr (std::is_same_v<decltype(view), BitPlane&>)
+        mix(view, std::size_t(view.words_per_row) * 8);
+      else
+        mix(view, std::size_t(view.cols) * 4);
+    }
+  });
+}
+
+std::vector<std::string> hash_rows(KernelWorld& world, Columns which, int32_t first, int32_t last) {
+  std::vector<std::string> rows;
+  for_each_segment_column(world.part, world.views, [&](Column column, auto extent, auto& view) {
+    if constexpr (extent == Extent::pixels)
+      if (has(which, column))
+        for (int32_t r = first; r < last; ++r) {
+          std::size_t bytes = 0;
+          if constexpr (std::is_same_v<decltype(view), BitPlane&>)
+            bytes = std::size_t(view.words_per_row) * 8;
+          else
+            bytes = std::size_t(view.cols) * 4;
+          rows.emplace_back(reinterpret_cast<const char*>(view.row(r)), bytes);
+        }
+  });
+  return rows;
+}
+
+TEST_CASE("steps: rows outside of a step's halo change nothing") {
+  int32_t halos = 0;
+  for_each_case([&](const Method& method, const Step& step, const KernelTable& table, Shape shape, uint64_t seed) {
+    if (!step.halo || seed != 1) return;
+    ++halos;
+    KernelWorld clean = make_world_before(method, step, shape, seed);
+    clean.run(table, step);
+    const Halo halo = step.halo(paper_params(clean.sensor));
+    CHECK(halo.above + halo.below > 0);
+    for (int32_t first = 0; first < shape.rows; ++first)
+      for (const int32_t last : {first + 1, (first + 1 + shape.rows) / 2, shape.rows}) {
+        KernelWorld other = make_world_before(method, step, shape, seed);
+        shuffle_rows(other, step.reads, first - halo.above, last + halo.below);
+        other.run(table, step);
+        const bool same = hash_rows(other, step.writes, first, last) == hash_rows(clean, step.writes, first, last);
+        CHECK(same);
+      }
+  });
+  CHECK(halos > 0);
 }
 
 // | `kernel` | reads | writes |

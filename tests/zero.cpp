@@ -5,7 +5,7 @@
 // many frames from the first push on; each sensor pushes from a separate thread that never pushed before, and a
 // callback and a reader read everything.
 //
-//   zero --workers N --frames N
+//   zero --workers N --frames N [--pieces N]        in pieces of N points: ovt_push_points
 //
 // This program replaces malloc and its family and the locks (support/heap_calls, support/lock_calls). With a graph,
 // libtbb must come from a folder without libtbbmalloc, so that TBB's allocator is malloc, too; else the program ends
@@ -28,6 +28,7 @@
 #include "tests/support/golden_scene.h"
 #include "tests/support/heap_calls.h"
 #include "tests/support/lock_calls.h"
+#include "tests/support/pieces.h"
 #include "tests/support/test_method.h"
 
 using namespace overtake::test;
@@ -132,9 +133,11 @@ void require(bool good, const char* sentence) {
 int main(int argc, char** argv) {
   int32_t workers = 1;
   int64_t frames = 2000;
+  int32_t piece_points = 0;
   for (int i = 1; i + 1 < argc; i += 2) {
     if (!std::strcmp(argv[i], "--workers")) workers = std::atoi(argv[i + 1]);
     if (!std::strcmp(argv[i], "--frames")) frames = std::atoll(argv[i + 1]);
+    if (!std::strcmp(argv[i], "--pieces")) piece_points = std::atoi(argv[i + 1]);
   }
   if (!overtake::test::can_count_heap_calls()) {
     std::printf("skipped: zero: a sanitizer brings its own heap\n");
@@ -160,6 +163,7 @@ int main(int argc, char** argv) {
   def.map = &map.def;
   def.worker_count = workers;
   def.keep_images = workers == 1;
+  def.stream = piece_points > 0;
   def.push_policy = OVT_PUSH_WAIT;
   def.cluster_capacity = 200, def.candidate_capacity = 32, def.track_capacity = 32;
   def.memory = OVT_MEMORY_LOCK | OVT_MEMORY_LOCK_PROCESS;
@@ -198,7 +202,15 @@ int main(int argc, char** argv) {
     points.intensity = {&p.intensity, bytes - 12, stride, OVT_F32};
     points.layer = {&p.layer, bytes - 16, stride, OVT_U16};
     points.time = {&p.time_ns, bytes - 20, stride, OVT_U32};
-    if (ovt_push_scan(detector, &points) != OVT_OK) refused.fetch_add(1);
+    if (piece_points == 0) {
+      if (ovt_push_scan(detector, &points) != OVT_OK) refused.fetch_add(1);
+      return;
+    }
+    for (int32_t first = 0; first < points.count; first += piece_points) {
+      const ovt_points piece = piece_of(points, first, std::min(first + piece_points, points.count));
+      if (ovt_push_points(detector, &piece) != OVT_OK) refused.fetch_add(1);
+    }
+    if (ovt_end_scan(detector, s, points.stamp_ns, points.count) != OVT_OK) refused.fetch_add(1);
   };
   // With one worker all pushes belong to one thread: here a thread that never pushed before.
   const int32_t producers = workers == 1 ? 1 : kSensors;

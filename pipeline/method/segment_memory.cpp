@@ -3,6 +3,7 @@
 #include "pipeline/method/segment_memory.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "pipeline/method/method.h"
 #include "pipeline/segment_scratch.h"
@@ -136,6 +137,30 @@ void carve_columns(Carver& carver, Columns which, const SensorModel& sensor, int
   for_each_planned_column(none, views, [&](Column column, Extent extent, auto& view) {
     if (has(which, column)) view = place(carver, view, sensor, count_elements(extent, sensor, point_capacity));
   });
+}
+
+namespace {
+
+// Calls f(column of a, the same column of b).
+template <class F>
+void for_each_pair(Columns which, SegmentViews& a, SegmentViews& b, F&& f) noexcept {
+#define OVT_SEGMENT_COLUMN(name, place, extent)                                                                     \
+  if constexpr (Extent::extent != Extent::own) {                                                                    \
+    constexpr auto view = []([[maybe_unused]] auto& views, [[maybe_unused]] auto& part) -> auto& { return place; }; \
+    if (has(which, Column::name)) f(view(a, which), view(b, which));                                                \
+  }
+#include "pipeline/method/segment_columns.def"
+#undef OVT_SEGMENT_COLUMN
+}
+
+}  // namespace
+
+void swap_columns(Columns which, SegmentViews& a, SegmentViews& b) noexcept {
+  for_each_pair(which, a, b, [](auto& of_a, auto& of_b) { std::swap(of_a, of_b); });
+}
+
+void show_columns(Columns which, SegmentViews& from, SegmentViews& to) noexcept {
+  for_each_pair(which, from, to, [](auto& of_from, auto& of_to) { of_to = of_from; });
 }
 
 SegmentViews bind_views(const SensorModel& sensor, SensorPart& part, const SegmentScratch& scratch) noexcept {

@@ -45,6 +45,11 @@ SegmentPlan plan_segment(const FrameSizes& sizes) noexcept;
 void carve_columns(Carver& carver, Columns which, const SensorModel& sensor, int32_t point_capacity,
                    SegmentViews& views);
 
+// Exchanges the columns' memory.
+void swap_columns(Columns which, SegmentViews& a, SegmentViews& b) noexcept;
+// Lets `to` show the columns of `from`.
+void show_columns(Columns which, SegmentViews& from, SegmentViews& to) noexcept;
+
 // The views of one segmentation, in the sensor's shape: kept columns in the frame, shared columns in the scratch's
 // block. Valid until the next segmentation with this scratch.
 SegmentViews bind_views(const SensorModel& sensor, SensorPart& part, const SegmentScratch& scratch) noexcept;

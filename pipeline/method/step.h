@@ -22,6 +22,17 @@ struct Segment {
   SegmentViews& views;
 };
 
+// The rows above and below that a row of a step's results depends on. The image may then be cut between rows: for a
+// part of the image the step gives the same rows, but for the halo at an edge that is not the image's. part.row_count
+// then counts the layers from the part's first row on; one more than the part's rows if others follow.
+struct Halo {
+  int32_t above, below;
+};
+template <int32_t kAbove, int32_t kBelow>
+constexpr Halo rows_around(const SegmentParams&) noexcept {
+  return {kAbove, kBelow};
+}
+
 struct Step {
   const char* name;  // of the kernel
   int32_t stage;     // ovt_stage: steps of one stage are neighbours and share its time
@@ -30,6 +41,7 @@ struct Step {
   Columns scratch;     // written; the contents are meaningless after the step
   const char* params;  // of ovt_params that it reads: groups and text names, separated by one space
   void (*run)(const KernelTable& kernels, Segment& s) noexcept;
+  Halo (*halo)(const SegmentParams& params) noexcept = nullptr;  // null: needs the whole image
 };
 
 // Whether each column that a step reads is `given` or written by an earlier step, and steps of one stage are

@@ -6,6 +6,7 @@
 //
 //   OVT_STEP(kernel, stage, parameters, arguments...);
 //       the arguments in the kernel's order, each with its use: in, out, ... (step_arguments.h)
+//   OVT_ROW_STEP(kernel, stage, parameters, halo, arguments...): its rows depend on few others (Step::halo)
 //   OVT_STEP_BY_HAND(name, stage, parameters, OVT_READS(...), OVT_WRITES(...), OVT_SCRATCH(...)) { call }
 //       for kernels that take whole tables and use some of their columns; in the call, k: KernelTable, s: Segment
 //
@@ -29,14 +30,22 @@ using namespace argument;
 #define OVT_READS(...) columns(__VA_ARGS__)
 #define OVT_WRITES(...) columns(__VA_ARGS__)
 #define OVT_SCRATCH(...) columns(__VA_ARGS__)
-#define OVT_STEP(name, stage, params, ...)                                                               \
-  inline void run_##name(const KernelTable& k, Segment& s) noexcept { call(k.name, s, __VA_ARGS__); }    \
-  inline constexpr Step name = {                                                                         \
-      #name,  OVT_STAGE_##stage, reads_of(__VA_ARGS__), writes_of(__VA_ARGS__), scratch_of(__VA_ARGS__), \
-      params, &run_##name}
-#define OVT_STEP_BY_HAND(name, stage, params, reads, writes, scratch)                                   \
-  inline void run_##name(const KernelTable& k, Segment& s) noexcept;                                    \
-  inline constexpr Step name = {#name, OVT_STAGE_##stage, reads, writes, scratch, params, &run_##name}; \
+#define OVT_STEP(name, stage, params, ...) OVT_ROW_STEP(name, stage, params, nullptr, __VA_ARGS__)
+#define OVT_STEP_BY_HAND(name, stage, params, reads, writes, scratch) \
+  OVT_ROW_STEP_BY_HAND(name, stage, params, nullptr, reads, writes, scratch)
+#define OVT_ROW_STEP(name, stage, params, halo, ...)                                                  \
+  inline void run_##name(const KernelTable& k, Segment& s) noexcept { call(k.name, s, __VA_ARGS__); } \
+  inline constexpr Step name = {#name,                                                                \
+                                OVT_STAGE_##stage,                                                    \
+                                reads_of(__VA_ARGS__),                                                \
+                                writes_of(__VA_ARGS__),                                               \
+                                scratch_of(__VA_ARGS__),                                              \
+                                params,                                                               \
+                                &run_##name,                                                          \
+                                halo}
+#define OVT_ROW_STEP_BY_HAND(name, stage, params, halo, reads, writes, scratch)                               \
+  inline void run_##name(const KernelTable& k, Segment& s) noexcept;                                          \
+  inline constexpr Step name = {#name, OVT_STAGE_##stage, reads, writes, scratch, params, &run_##name, halo}; \
   inline void run_##name([[maybe_unused]] const KernelTable& k, Segment& s) noexcept
 
 OVT_STEP_BY_HAND(project_points, PROJECT, "", OVT_READS(scan, layer_sums),
@@ -55,14 +64,17 @@ OVT_STEP_BY_HAND(scatter_points, PROJECT, "",
   k.scatter_points(s.part.scan, s.views.row_of_layer, s.views.points, s.views.images);
 }
 
-OVT_STEP(fill_gaps, GAPS, "gaps", params<&SegmentParams::fill_gaps>, in<range_m>, in<elevation_rad>,
-         out<range_filled_m>, out<elevation_filled_rad>);
-OVT_STEP(angle_image, ANGLE, "angle", params<&SegmentParams::angle_image>, in<range_filled_m>, in<elevation_filled_rad>,
-         out<angle_rad>);
+OVT_ROW_STEP(fill_gaps, GAPS, "gaps", (rows_around<1, 1>), params<&SegmentParams::fill_gaps>, in<range_m>,
+             in<elevation_rad>, out<range_filled_m>, out<elevation_filled_rad>);
+OVT_ROW_STEP(angle_image, ANGLE, "angle", (rows_around<0, 1>), params<&SegmentParams::angle_image>, in<range_filled_m>,
+             in<elevation_filled_rad>, out<angle_rad>);
 
 // By hand: there are row_count - 1 pairs of rows.
-OVT_STEP_BY_HAND(smooth_sg, SMOOTH, "smooth", OVT_READS(row_count, angle_rad), OVT_WRITES(angle_smooth_rad),
-                 OVT_SCRATCH()) {
+constexpr Halo smooth_halo(const SegmentParams& params) noexcept {
+  return {params.smooth_sg.half_window, params.smooth_sg.half_window};
+}
+OVT_ROW_STEP_BY_HAND(smooth_sg, SMOOTH, "smooth", smooth_halo, OVT_READS(row_count, angle_rad),
+                     OVT_WRITES(angle_smooth_rad), OVT_SCRATCH()) {
   const RangeImages& m = s.views.images;
   k.smooth_sg(s.params.smooth_sg, std::max(s.part.row_count - 1, 0), m.angle_rad, m.angle_smooth_rad);
 }

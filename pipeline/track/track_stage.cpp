@@ -179,7 +179,8 @@ int32_t TrackStage::observe(const Frame& frame, ObservedSector* sectors) const n
   if (frame.kind == FrameKind::kExternal) return -1;  // field of view unknown: assume everything
   int32_t count = 0;
   for (int32_t s = 0; s < context_.sensor_count; ++s) {
-    if (!(frame.sensor_mask >> s & 1u)) continue;
+    // What an incomplete scan does not show is not free.
+    if (!((frame.sensor_mask & ~frame.incomplete_mask) >> s & 1u)) continue;
     const SensorModel& model = context_.sensors[s];
     ObservedSector& sector = sectors[count++];
     const double span = model.wraps ? kTwoPi : double(model.pitch_rad) * model.cols;

@@ -43,6 +43,8 @@ bool is_all_finite(const Table& table) {
 inline const char* find_broken_info(const ovt_frame_info& info, int32_t sensor_count, bool def_map) {
   OVT_RULE(info.first_stamp_ns <= info.stamp_ns);
   OVT_RULE((info.sensor_mask | info.stale_mask) >> sensor_count == 0);
+  OVT_RULE((info.incomplete_mask & ~info.sensor_mask) == 0);
+  OVT_RULE(info.incomplete_mask == 0 || (info.flags & OVT_FLAG_SCAN_INCOMPLETE) != 0);
   OVT_RULE((info.suspect_mask != 0) == ((info.flags & OVT_FLAG_CLOCK_SUSPECT) != 0));
   OVT_RULE((info.suspect_mask & ~uint32_t(OVT_SUSPECT_DETECTIONS | OVT_SUSPECT_EGO)) >> sensor_count == 0);
   OVT_RULE(std::isfinite(info.ego_x_m) && std::isfinite(info.ego_y_m));

@@ -24,6 +24,7 @@ namespace {
 struct RunOptions : Options {
   std::string trace, mcap, truth;
   int64_t picture_at = -1;
+  bool stream = false;
 };
 
 // The ego vehicle is outside of the map in most frames.
@@ -46,6 +47,7 @@ void print_notes(const CountSink& counts, const Session& session) {
                 {OVT_FLAG_CLOUD_DEGRADED, "a scan has more bad points than good ones"},
                 {OVT_FLAG_CLOCK_JUMP, "the stamps jump"},
                 {OVT_FLAG_CLOCK_SUSPECT, "stamps of a sensor, of detections or of ego poses do not fit the others'"},
+                {OVT_FLAG_SCAN_INCOMPLETE, "a scan lacks points"},
                 {OVT_FLAG_WORK_LIMIT, "the tracker reached its work limit in dense clutter"}};
   for (const auto& note : kNotes) {
     const int64_t count = counts.frames_with(note.flag);
@@ -208,6 +210,7 @@ void print_result(const RunOptions& options, const Config& config, const Session
 int run(const RunOptions& options) {
   Config config = load_config_with_rig(options);
   config.keep_images = !options.mcap.empty();  // only the view shows images
+  config.in_pieces = options.stream;
   io::OutputGuard guard(options.force);
   add_inputs(guard, options, config);
   if (options.truth != TruthSink::kOwnTruth) guard.add_input(options.truth);
@@ -275,6 +278,8 @@ void add_run_options(CLI::App& command, RunOptions& options) {
                      "images, candidates, tracks, map, times, counters");
   command.add_option("--workers", options.workers, "threads; 1: the main thread only (default), 0: one per CPU")
       ->check(CLI::Range(0, 256));
+  command.add_flag("--stream", options.stream,
+                   "pushes the scans in pieces of 1 ms, by the points' times: the same results as without");
   command.add_option("--trace", options.trace,
                      "FILE: every stage of every frame on its thread, as Chrome trace JSON (ui.perfetto.dev)");
   command

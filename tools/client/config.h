@@ -39,6 +39,7 @@ struct Config {
   int32_t workers = 1;
   ovt_params params;
   bool keep_images = true;  // false: the detector need not keep images (ovt_detector_def.keep_images)
+  bool in_pieces = false;   // push scans in pieces, by the points' times
   bool has_rig = false;
   bool own_rig = false, own_map = false, own_ego = false;  // from the input: an MCAP log, a folder of simulate
   bool no_ego = false;                                     // --ego none: do not use the recording's own poses either

@@ -79,6 +79,19 @@ ovt_points to_points(const io::SensorScan& scan) {
   return points;
 }
 
+ovt_points piece_of(const ovt_points& scan, int32_t first, int32_t last) {
+  ovt_points piece = scan;
+  piece.first = first;
+  piece.count = last - first;
+  for (ovt_column* column : {&piece.x, &piece.y, &piece.z, &piece.layer, &piece.intensity, &piece.time}) {
+    if (column->type == OVT_NONE || piece.count == 0) continue;
+    const std::size_t skipped = std::size_t(first) * column->stride;
+    column->data = static_cast<const char*>(column->data) + skipped;
+    column->size_bytes -= skipped;
+  }
+  return piece;
+}
+
 ovt_ego_pose to_pose(const io::EgoRow& row) {
   ovt_ego_pose pose;
   ovt_ego_pose_init(&pose, sizeof pose);
@@ -101,6 +114,7 @@ void check(ovt_status status, const std::string& what) {
 Session::Session(const Config& config, ovt_frame_fn* on_frame, void* user)
     : period_ns_(config.has_rig ? config.rig.period_ns() : 0),
       capacities_(effective_capacities(config)),
+      in_pieces_(config.in_pieces),
       rig_(config.rig) {
   if (!config.ego.empty()) ego_ = io::read_ego_file(config.ego);
   io::MapData map;
@@ -125,6 +139,7 @@ Session::Session(const Config& config, ovt_frame_fn* on_frame, void* user)
   def.isa = config.isa.empty() ? nullptr : config.isa.c_str();
   def.push_policy = OVT_PUSH_WAIT;
   def.keep_images = config.keep_images;
+  def.stream = in_pieces_;
   def.on_frame = on_frame;
   def.user = user;
   char error[256] = "";
@@ -159,9 +174,52 @@ void Session::push(const io::FrameScans& frame) {
                       std::to_string(scan.count) + " points, but sensor '" + sensor.name + "' has point_capacity " +
                           std::to_string(sensor.point_capacity) + " (--capacity points=" + std::to_string(scan.count) +
                           " raises it)");
+    if (in_pieces_) continue;
     const ovt_points points = to_points(scan);
     const ovt_status status = ovt_push_scan(detector_, &points);
     if (status != OVT_DUPLICATE && status != OVT_LATE) check(status, scan.path);
+    count_overflows();
+  }
+  if (in_pieces_) push_pieces(frame);
+}
+
+// The pieces of all sensors' scans, in the order of the times at which their points were measured.
+void Session::push_pieces(const io::FrameScans& frame) {
+  constexpr int64_t kPiece_ns = 1'000'000;
+  constexpr int32_t kPieces = 50;  // of a scan without times
+  struct Piece {
+    int64_t due_ns;
+    std::size_t scan;
+    int32_t first, last;
+  };
+  std::vector<Piece> pieces;
+  std::vector<ovt_points> points;
+  for (const io::SensorScan& scan : frame.scans) {
+    const auto time_of = [&](int32_t i) {
+      return scan.time_offset_ns.empty() ? int64_t(i) * kPieces * kPiece_ns / scan.count
+                                         : int64_t(scan.time_offset_ns[std::size_t(i)]);
+    };
+    for (int32_t first = 0; first < scan.count;) {
+      int32_t last = first + 1;
+      while (last < scan.count && std::abs(time_of(last) - time_of(first)) < kPiece_ns) ++last;
+      pieces.push_back({scan.stamp_ns + time_of(last - 1), points.size(), first, last});
+      first = last;
+    }
+    if (scan.count == 0) pieces.push_back({scan.stamp_ns, points.size(), 0, 0});
+    points.push_back(to_points(scan));
+  }
+  std::stable_sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) { return a.due_ns < b.due_ns; });
+  const auto accept = [&](ovt_status status, std::size_t scan) {
+    if (status != OVT_DUPLICATE && status != OVT_LATE) check(status, frame.scans[scan].path);
+  };
+  std::vector<int32_t> pushed(points.size(), 0);
+  for (const Piece& piece : pieces) {
+    const ovt_points& scan = points[piece.scan];
+    const ovt_points part = piece_of(scan, piece.first, piece.last);
+    accept(ovt_push_points(detector_, &part), piece.scan);
+    pushed[piece.scan] += part.count;
+    if (pushed[piece.scan] < scan.count) continue;
+    accept(ovt_end_scan(detector_, scan.sensor, scan.stamp_ns, scan.count), piece.scan);
     count_overflows();
   }
 }

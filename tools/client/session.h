@@ -23,6 +23,7 @@ void check(ovt_status status, const std::string& what);
 ovt_sensor_def to_sensor_def(const io::RigSensor& sensor);
 ovt_map_def to_map_def(const io::MapData& map);
 ovt_points to_points(const io::SensorScan& scan);
+ovt_points piece_of(const ovt_points& scan, int32_t first, int32_t last);  // points [first, last), for ovt_push_points
 ovt_ego_pose to_pose(const io::EgoRow& row);
 
 class Session {
@@ -54,6 +55,7 @@ class Session {
 
  private:
   void count_overflows();
+  void push_pieces(const io::FrameScans& frame);
 
   struct Overflow {
     const char* capacity;
@@ -61,6 +63,7 @@ class Session {
   };
   int64_t period_ns_;
   io::Capacities capacities_;
+  bool in_pieces_;
   int64_t frames_ = 0;
   Overflow overflows_[3] = {{"clusters"}, {"candidates"}, {"tracks"}};
   std::vector<io::EgoRow> ego_;
