@@ -97,7 +97,7 @@ TEST_CASE("contract: the covariance after a gap equals that after as many steps 
     for (Watched* bench : {&gap, &stepped}) {
       bench->params.tracker_keep_hits = 0;
       bench->create();
-      for (int64_t k = 0; k < 20; ++k) bench->push_place(k * 50 * kMs, 100 + 0.5 * double(k), 50 + 0.3 * double(k));
+      for (int64_t k = 0; k < 20; ++k) bench->push_place(k * 50 * kMs, 100 + 0.5 * double(k), 50 + 0.05 * double(k));
     }
     const int64_t last_ns = 19 * 50 * kMs, after_ns = last_ns + gap_ms * kMs;
     ovt_external_detections none;

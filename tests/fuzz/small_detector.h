@@ -138,7 +138,7 @@ inline ovt_ego_pose draw_ego(Bytes& in, int64_t stamp_ns) {
 
 // Rows of pushed detections: near, far, and with any numbers.
 struct Rows {
-  double x[8], y[8], heading[8], var_x[8], var_y[8], cov[8];
+  double x[8] = {}, y[8] = {}, heading[8] = {}, var_x[8] = {}, var_y[8] = {}, cov[8] = {};
   ovt_external_detections draw(Bytes& in, int64_t stamp_ns) {
     ovt_external_detections d;
     ovt_external_detections_init(&d, sizeof d);
