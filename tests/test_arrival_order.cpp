@@ -32,12 +32,7 @@ const std::vector<std::array<overtake::SceneScan, 3>>& thin_frames() {
         const overtake::SceneScan& whole = demo_frame(k).scan[s];
         overtake::SceneScan& thin = all[k][s];
         for (std::size_t i = 0; i < whole.x_m.size(); i += 8) {
-          thin.x_m.push_back(whole.x_m[i]);
-          thin.y_m.push_back(whole.y_m[i]);
-          thin.z_m.push_back(whole.z_m[i]);
-          thin.layer.push_back(whole.layer[i]);
-          thin.intensity.push_back(whole.intensity[i]);
-          thin.time_offset_s.push_back(whole.time_offset_s[i]);
+          thin.add_point(whole, i);
         }
       }
     return all;

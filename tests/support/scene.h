@@ -54,6 +54,16 @@ struct SceneScan {
   std::vector<float> x_m, y_m, z_m, intensity, time_offset_s;
   std::vector<uint16_t> layer;
   std::vector<SceneSurface> surface;  // what was hit
+
+  // Copies point i of another scan, without its surface.
+  void add_point(const SceneScan& from, std::size_t i) {
+    x_m.push_back(from.x_m[i]);
+    y_m.push_back(from.y_m[i]);
+    z_m.push_back(from.z_m[i]);
+    layer.push_back(from.layer[i]);
+    intensity.push_back(from.intensity[i]);
+    time_offset_s.push_back(from.time_offset_s[i]);
+  }
 };
 
 struct SceneFrame {
