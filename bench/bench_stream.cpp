@@ -143,9 +143,13 @@ int run(const Options& options) {
   ovt_runtime_info runtime{};
   ovt_read_runtime_info(pieces.detector(), &runtime);
   const std::vector<Loops> all = all_loops();
-  const Loops* loops = &all[0];
+  const Loops* loops = nullptr;
   for (const Loops& candidate : all)
     if (candidate.can_run && (options.isa.empty() || options.isa == candidate.isa)) loops = &candidate;
+  if (!loops) {
+    std::fprintf(stderr, "bench_stream: this CPU has no floor for ISA %s\n", options.isa.c_str());
+    return 1;
+  }
 
   Times floor, batch, batch_tracks, in_pieces, after, after_tracks, both;
   constexpr int32_t kWarmUp = 30;

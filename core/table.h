@@ -24,6 +24,17 @@ void carve_table(Carver& carver, Table& table, int32_t capacity) {
   });
 }
 
+// The rows of a table from `first` on, as a table. Columns without memory stay so.
+template <class Table>
+Table rows_from(const Table& table, int32_t first) noexcept {
+  Table rows = table;
+  for_each_column(rows, [&](const char*, auto*& column) {
+    if (column) column += first;
+  });
+  rows.capacity -= first;
+  return rows;
+}
+
 // Copies the rows in use. `to` must have capacity for them.
 template <class Table>
 void copy_table(const Table& from, Table& to) {

@@ -82,8 +82,8 @@ struct WindowRanges {
 // The pixels whose points are dark.
 template <class A>
 OVT_INLINE void find_dark(const ScanTable& scan, const int32_t* point_pixel, Plane<const int32_t> pixel_point,
-                          float limit_m, BitPlane dark) {
-  const Float<A> limit(limit_m);
+                          float darkest, BitPlane dark) {
+  const Float<A> limit(darkest);
   const float* intensity = scan.intensity;
   int32_t row = 0, row_begin = 0;
   for (int32_t i = 0; i < scan.count; i += 64) {

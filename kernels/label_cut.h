@@ -13,7 +13,7 @@ namespace overtake {
 //   writes   labels, every pixel: kLabelNone, kLabelGround, 1, 2, ...; clears bits of cut links
 //   returns  the number of clusters
 //   scratch  queue[rows * cols] extents[rows * cols + 1]
-//   cost     two times each link once             agrees  exactly on every ISA
+//   cost     as label_bfs, twice where links are cut   agrees  exactly on every ISA
 namespace ref {
 int32_t label_cut(const CutLinksParams& params, bool wraps, Plane<const float> range_filled_m,
                   Plane<const float> range_repaired_m, Plane<const float> elevation_repaired_rad,

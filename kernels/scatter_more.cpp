@@ -32,7 +32,7 @@ void scatter_more(const ScanTable& scan, const int32_t* row_of_layer, int32_t be
     const int32_t layer = layers[first];
     int32_t others = 0;
     for (int32_t i = first; i < last; ++i) others |= layers[i] ^ layer;
-    if (others == 0 && layer >= 0) {
+    if (others == 0 && columns[first] >= 0) {  // else its layer may have no row
       const int32_t row_begin = row_of_layer[layer] * winner.stride;
       for (int32_t i = first; i < last; ++i) pixels[i] = columns[i] < 0 ? -1 : row_begin + columns[i];
     } else {

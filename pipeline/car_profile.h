@@ -27,7 +27,7 @@ class CarProfile {
 
   // The centre, by the points of a car that lie within [low_m, high_m]: the mean over all places where they lie on the
   // car, each weighted with its likelihood. Of many points `independent` count, because a scan's points err together.
-  // fits: false if they look like no part of this car; then the rest is not set.
+  // fits: false if there are no points, or if they look like no part of this car; then the rest is 0.
   struct Match {
     bool fits;
     float center_m, sigma_m;

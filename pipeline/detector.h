@@ -174,8 +174,8 @@ class Detector {
   };
   Stamp last_external_;
   int64_t scan_limit_ns_ = 0;
-  // A sensor's scan in pieces. Its owner is the sensor's producer, in a call; or another thread, which closes a scan
-  // that does not end while no such call runs.
+  // A sensor's scan in pieces. Its owner is the sensor's producer, in a call; or, while no such call runs, another
+  // thread, which closes a scan that was not ended.
   struct Stream {
     enum Owner : int32_t { kFree, kFreeOpen, kProducer, kCloser };  // kFreeOpen: a scan is open
     std::atomic<int32_t> owner{kFree};

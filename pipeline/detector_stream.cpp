@@ -5,7 +5,8 @@
 //
 // A scan in pieces grows in the writable slot of its sensor's mailbox. Its owner is a state, not a lock: the producer
 // takes it for the time of a call; a thread that brings a newer time takes it only while no call of the producer runs,
-// for the few microseconds in which it posts the scan. So a decision to close a scan is made in the call that brings
+// to post the scan: a few microseconds, but with OVT_PUSH_WAIT until the mailbox has room, and with worker_count 1 the
+// work that the scan makes possible. So a decision to close a scan is made in the call that brings
 // the time, and does not depend on the number of workers.
 #include "pipeline/detector.h"
 

@@ -19,21 +19,6 @@ namespace {
 constexpr int32_t kPointSteps = 3;  // project_points, rank_layers, scatter_points
 constexpr int32_t kBlock = 64;      // points that are projected at a time, at least: whole vectors, whole cache lines
 
-PointTable rows_from(const PointTable& points, int32_t first) noexcept {
-  PointTable rows = points;
-  for_each_column(rows, [&](const char*, auto*& column) {
-    if (column) column += first;
-  });
-  rows.capacity -= first;
-  return rows;
-}
-ScanTable rows_from(const ScanTable& scan, int32_t first) noexcept {
-  ScanTable rows = scan;
-  for_each_column(rows, [&](const char*, auto*& column) { column += first; });
-  rows.capacity -= first;
-  return rows;
-}
-
 // `span`: the sum of a stage's times.
 void add_time(StageSpan& span, int64_t start_ns) noexcept {
   const int64_t ns = steady_now_ns() - start_ns;
@@ -153,10 +138,10 @@ bool EarlySegment::build(const Method& method, const EarlyPlan& plan, const Sens
     kept_rows = std::max(kept_rows, std::size_t(std::popcount(written)) * std::size_t(step.halo(params).above));
   }
   const bool built = arena_.build(allocator, [&](Carver& carver) {
-    for (int32_t** by_layer :
-         {&sums_.touched, &sums_.point_count, &row_of_layer_, &layer_order_, &row_now_, &row_before_})
+    for (int32_t** by_layer : {&sums_.touched, &sums_.point_count, &layer_order_, &row_now_, &row_before_})
       *by_layer = carver.take<int32_t>(layers);
     sums_.elevation_sum = carver.take<int64_t>(layers);
+    row_of_layer_ = carver.take<int32_t>(kLayerIds);  // scatter_points reads it at the layers of other sensors, too
     met_ = carver.take<int32_t>(rows + 1);
     layers_before_ = carver.take<int32_t>(rows + 1);
     kept_rows_ = carver.take<float>(kept_rows * std::size_t(plane_stride(sensor.cols)));

@@ -78,7 +78,7 @@ class EarlySegment {
   void add(const StageContext& context, const ScanTable& scan, int32_t whole, EarlyColumns& early) noexcept;
   // All points are there. False if the rows differ from the predicted ones.
   bool finish(const StageContext& context, const ScanTable& scan, EarlyColumns& early) noexcept;
-  // The segmentation starts with the first step.
+  // Discards the early work: the workers run every step of this scan.
   void drop(EarlyColumns& early) noexcept;
 
  private:
@@ -90,8 +90,8 @@ class EarlySegment {
   void learn() noexcept;
 
   static constexpr int32_t kUnmet = -1;
-  // A wrong prediction is followed by scans without one: 4, then twice as many each time; each
-  // right one makes it one less.
+  // A wrong prediction is followed by a pause: scans without a prediction, 4 at first. Each wrong one doubles the next
+  // pause, each right one shortens it by one scan.
   static constexpr int32_t kFirstPause = 4, kLongestPause = 64;
 
   Arena arena_;

@@ -15,7 +15,7 @@ namespace {
 constexpr int32_t kBearings = 720;   // directions around a sensor
 constexpr int32_t kMostRead = 8192;  // points of walls, of one sensor
 constexpr float kFoot_m = 0.6f;      // a wall stands on the ground: a beam over the road is none
-constexpr float kBehind_m = 1.0f;    // behind the wall: at least this much farther in the same direction
+constexpr float kBehind_m = 1.0f;    // farther behind the wall is not on the track; nearer stands on the wall
 constexpr float kReach_m = 10.0f, kReachOfRange = 0.2f;  // from a candidate, of the points that give the wall's line
 constexpr int32_t kFewest = 4;                           // of these points
 constexpr float kShortest_m = 5.0f, kBeyond_m = 5.0f;    // length of the line, and how far it goes on

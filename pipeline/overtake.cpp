@@ -101,7 +101,7 @@ const char* const kStatusText[] = {
     "no memory",
     "the system refused a thread",
     "no (new) finished frame",
-    "duplicate stamp",
+    "duplicate: the stamp, or a point of the piece, came before",
     "late: the stamp is older than one already used, or the scan ended already",
     "too many: more than the capacity set at create",
     "internal error: an exception was caught",
@@ -268,11 +268,11 @@ ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan) {
 
 ovt_status ovt_push_points(ovt_detector* detector, const ovt_points* piece) {
   if (const ovt_status status = check_points(detector, piece); status != OVT_OK) return status;
-  ovt_points whole{};
-  whole.first = -1;
-  if (!take(*piece, whole)) return OVT_BAD_VERSION;
-  if (whole.first < -1) return OVT_BAD_ARGUMENT;
-  return guard(detector, [&] { return cpp(detector).push_points(whole); });
+  ovt_points with_first{};  // of a caller whose struct has no `first`
+  with_first.first = -1;
+  if (!take(*piece, with_first)) return OVT_BAD_VERSION;
+  if (with_first.first < -1) return OVT_BAD_ARGUMENT;
+  return guard(detector, [&] { return cpp(detector).push_points(with_first); });
 }
 
 ovt_status ovt_end_scan(ovt_detector* detector, int32_t sensor, int64_t stamp_ns, int32_t point_count) {

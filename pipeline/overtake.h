@@ -67,7 +67,8 @@ typedef enum ovt_status {
   OVT_NO_MEMORY = 5,        /* the allocator had no memory; nothing was kept */
   OVT_NO_THREADS = 6,       /* the system refused a thread */
   OVT_NO_FRAME = 7,         /* the reader has no (new) finished frame */
-  OVT_DUPLICATE = 8,        /* stamp equal to the last one of that sensor or stream; counted, not used */
+  OVT_DUPLICATE = 8,        /* stamp equal to the last one of that sensor or stream, or a piece with a point that
+                               came before; counted, not used */
   OVT_LATE = 9,             /* ego pose older than the last one, or piece of a scan that ended; counted, not used */
   OVT_TOO_MANY = 10,        /* more points, readers or rows than the def's capacity */
   OVT_INTERNAL = 11,        /* an exception was caught; counted, the next call works */
@@ -465,17 +466,18 @@ OVT_API ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan)
  *   a piece out of order                          used; the results do not depend on the order
  *   a piece with a point that came before         not used at all: OVT_DUPLICATE (pieces_dup)
  *   a piece that is lost                          the scan has fewer points: incomplete
- *   a piece of a scan that ended                  not used: OVT_LATE (pieces_late). Such a scan is one of the sensor's
- *                                                 last eight, or up to 1 s older than the scan that is open
+ *   a piece of a scan that is over                not used: OVT_LATE (pieces_late). A scan is over if it is one of the
+ *                                                 last eight that ended, or up to 1 s older than the open scan, also
+ *                                                 if no piece of it came before
  *   more points than point_capacity               OVT_TOO_MANY: the whole scan is dropped, as by ovt_push_scan, and the
  *                                                 other pieces of this scan are refused too (pieces_dropped)
  *
  * ovt_end_scan: point_count is the number of points that the sensor sent, so that a lost last piece is noticed; -1:
- * unknown. Below the index of a point that came: OVT_BAD_ARGUMENT, and the scan stays open. OVT_LATE if the scan ended
- * already.
+ * unknown. Below the index of a point that came: OVT_BAD_ARGUMENT, and the scan stays open. It may be above
+ * point_capacity: the missing points are only counted. OVT_LATE, not counted, if the scan ended already.
  * A scan that is not ended is closed, as incomplete (scans_unended), by the next scan of its sensor, by ovt_flush, when
  * ovt_advance reports a time that is frame.scan_limit periods after its stamp, or when the stamps of another sensor's
- * scans have advanced by as much since its first piece. Never by a clock of the machine.
+ * scans, those that were pushed whole or ended by ovt_end_scan, have advanced by as much since its first piece. Never by a clock of the machine.
  * An incomplete scan is used: OVT_FLAG_SCAN_INCOMPLETE, incomplete_mask, points_missing. What it does not show is not
  * free: no track counts a miss for it, and no object in it is OVT_CLASS_DEBRIS.
  * With OVT_PUSH_REPLACE, the end of a scan replaces a scan that still waits; an open scan replaces nothing. A scan

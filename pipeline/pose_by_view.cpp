@@ -93,8 +93,8 @@ Covariance find_covariance(const Posed& pose, const CarProfile::Match& match, bo
   const double range2 = x_m * x_m + y_m * y_m;
   const double least = kNear_m * kNear_m + (from_var ? kFreeHeading_m * kFreeHeading_m : 0.0);
   const double few = kFewPoints_m2 / double(std::max(points, 1));
-  const double sigma = kMatchGain * double(match.sigma_m);
-  const double of_ends = match.fits ? sigma * sigma : unseen_1 * unseen_1 + few;
+  const double of_match = kMatchGain * double(match.sigma_m);
+  const double of_ends = match.fits ? of_match * of_match : unseen_1 * unseen_1 + few;
   const double along = least + kAlongOfRange * kAlongOfRange * range2 + of_ends;
   const double across = least + kAcrossOfRange * kAcrossOfRange * range2 +
                         kAcrossOfUnseen * kAcrossOfUnseen * unseen_2 * unseen_2 +

@@ -23,13 +23,6 @@ void for_each_word(int32_t first, int32_t last, F&& f) noexcept {
   }
 }
 
-ScanTable rows_from(const ScanTable& scan, int32_t first) noexcept {
-  ScanTable rows = scan;
-  for_each_column(rows, [&](const char*, auto*& column) { column += first; });
-  rows.capacity -= first;
-  return rows;
-}
-
 // The rows that a kernel may write behind a piece, kept and put back.
 class RowsBehind {
  public:

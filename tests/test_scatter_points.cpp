@@ -5,6 +5,7 @@
 #include "kernels/scatter_points.h"
 
 #include <doctest/doctest.h>
+#include <sys/mman.h>
 
 #include <algorithm>
 #include <random>
@@ -63,6 +64,25 @@ TEST_CASE("scatter_points: every point except the winner is marked as lost, whoe
   const int32_t lost[5] = {1, 1, 0, 1, 0};
   for (int32_t i = 0; i < 5; ++i) CHECK(int32_t(chain.views.points.lost[i]) == lost[i]);
   CHECK(chain.views.points.pixel[4] != chain.views.points.pixel[2]);
+}
+
+TEST_CASE("scatter_points: scatter_more reads no row of a layer whose points have no column") {
+  // The rows of 4 layers at the end of a page; nothing behind it may be read.
+  constexpr std::size_t kPage = 4096, kBehind = std::size_t(kLayerIds) * sizeof(int32_t);
+  void* const memory = mmap(nullptr, kPage + kBehind, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  REQUIRE(memory != MAP_FAILED);
+  REQUIRE(mprotect(memory, kPage, PROT_READ | PROT_WRITE) == 0);
+  auto* const row_of_layer = reinterpret_cast<int32_t*>(static_cast<char*>(memory) + kPage) - 4;
+  SegmentChain chain(make_sensor_model(2, 8, 40 * kDegree, -40 * kDegree, false, 0.1, 100), 64);
+  const std::vector<TestPoint> cloud(64, {10, 0, 0, 1, 0});
+  chain.load(fields_of(cloud), 64);
+  chain.run_step(step::project_points, *chain.kernels);
+  std::fill_n(chain.part.scan.layer, 64, 60000);
+  std::fill_n(chain.views.points.column, 64, -1);
+  clear_pixels(chain.views.images);
+  scatter_more(chain.part.scan, row_of_layer, 0, 64, chain.views.points, chain.views.images);
+  for (int32_t i = 0; i < 64; ++i) CHECK(chain.views.points.pixel[i] == -1);
+  munmap(memory, kPage + kBehind);
 }
 
 TEST_CASE("scatter_points: scatter_more over any parts of the points writes the same, with many ties on few pixels") {

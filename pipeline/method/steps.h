@@ -8,6 +8,7 @@
 //       the arguments in the kernel's order, each with its use: in, out, ... (step_arguments.h)
 //   OVT_ROW_STEP(kernel, stage, parameters, halo, arguments...): its rows depend on few others (Step::halo)
 //   OVT_STEP_BY_HAND(name, stage, parameters, OVT_READS(...), OVT_WRITES(...), OVT_SCRATCH(...)) { call }
+//   OVT_ROW_STEP_BY_HAND(name, stage, parameters, halo, OVT_READS(...), ...) { call }
 //       for kernels that take whole tables and use some of their columns; in the call, k: KernelTable, s: Segment
 //
 // tests/test_steps.cpp checks that each step reads and writes only the columns that it declares.

@@ -16,7 +16,7 @@ namespace {
 constexpr double kStep_s = 0.05;  // longest step of a prediction
 constexpr int32_t kMostSteps = 1200;
 constexpr double kLaneCourse_rad = 0.35, kLaneReach_m = 20.0;  // a car farther off its lane follows none
-constexpr double kLaneHalf_m = 25.0;
+constexpr double kLaneHalf_m = 25.0;   // of the way over which a lane's curvature is the mean, to both sides
 constexpr double kDrives_mps = 5.0;    // a slower car follows no lane
 constexpr double kStandSigmas = 0.25;  // share of stand_mps^2: variance of a speed that is known
 constexpr double kStand_s = 0.5;       // time constant of coming to rest
@@ -100,8 +100,8 @@ LanePolicy::LanePolicy(const TrackerParams& params, const CircuitMap* map, const
 double LanePolicy::find_curvature(const MapProjection& at) const noexcept {
   const bool is_inside = map_->closed() || (at.s_m > kLaneHalf_m && at.s_m < map_->length_m() - kLaneHalf_m);
   if (!is_inside) return at.curvature_per_m;
-  int32_t before = at.segment, behind = at.segment;
-  const double turn_rad = wrap_angle(map_->at(at.s_m + kLaneHalf_m, &before).heading_rad -
+  int32_t ahead = at.segment, behind = at.segment;
+  const double turn_rad = wrap_angle(map_->at(at.s_m + kLaneHalf_m, &ahead).heading_rad -
                                      map_->at(at.s_m - kLaneHalf_m, &behind).heading_rad);
   return turn_rad / (2.0 * kLaneHalf_m);
 }
@@ -130,7 +130,7 @@ CourseNoise LanePolicy::noise_of(const State& s) const noexcept {
                        lane_.q_yaw_rate * gain};
   if (!s.asks_map) {  // road traffic, or a place off the map: anything may happen
     noise.speed = std::max(noise.speed, kFreeSpeedNoise);
-    const double share = std::min(kFreeTurns_mps / std::max(s.estimate.mean.speed_mps, kFreeTurns_mps), 1.0);
+    const double share = kFreeTurns_mps / std::max(s.estimate.mean.speed_mps, kFreeTurns_mps);
     noise.course = std::max(noise.course, kFreeCourseNoise * share * share);
     noise.yaw_rate = std::max(noise.yaw_rate, kFreeYawRateNoise);
   }
