@@ -1,7 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Section 7b of kernels/README.md: cuts weak links in clusters that are longer than a car. Not a kernel of its own: the reference of label_cut calls it.
+// Section 7b of kernels/README.md: cuts weak links in clusters that are longer than a car. Not a kernel of its own:
+// the reference of label_cut calls it.
 #pragma once
 
 #include "core/plane.h"

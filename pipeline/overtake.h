@@ -477,7 +477,8 @@ OVT_API ovt_status ovt_push_scan(ovt_detector* detector, const ovt_points* scan)
  * point_capacity: the missing points are only counted. OVT_LATE, not counted, if the scan ended already.
  * A scan that is not ended is closed, as incomplete (scans_unended), by the next scan of its sensor, by ovt_flush, when
  * ovt_advance reports a time that is frame.scan_limit periods after its stamp, or when the stamps of another sensor's
- * scans, those that were pushed whole or ended by ovt_end_scan, have advanced by as much since its first piece. Never by a clock of the machine.
+ * scans, those that were pushed whole or ended by ovt_end_scan, have advanced by as much since its first piece.
+ * Never by a clock of the machine.
  * An incomplete scan is used: OVT_FLAG_SCAN_INCOMPLETE, incomplete_mask, points_missing. What it does not show is not
  * free: no track counts a miss for it, and no object in it is OVT_CLASS_DEBRIS.
  * With OVT_PUSH_REPLACE, the end of a scan replaces a scan that still waits; an open scan replaces nothing. A scan

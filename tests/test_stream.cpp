@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Scans in pieces give the bytes of whole scans, for any cut, order, ISA and number of workers, and their first steps run
-// while the pieces arrive.
+// Scans in pieces give the bytes of whole scans, for any cut, order, ISA and number of workers, and their first steps
+// run while the pieces arrive.
 #include <doctest/doctest.h>
 
 #include <algorithm>
