@@ -17,39 +17,48 @@ struct Face {
 };
 // A Dallara AV-21 (length, wheel base and tyres as published), by the returns of simulated scans from all distances.
 constexpr Face kFromAhead[] = {
-    {2.17, 0.20, 0.20, 0.09, 0.25},   // nose and front wing
-    {1.57, 0.12, 0.38, 0.11, 0.20},   // front tyres
-    {1.17, 0.15, 0.43, 0.10, 0.06},   // suspension, tub
-    {0.72, 0.16, 0.62, 0.07, 0.11},   // cockpit
-    {0.42, 0.10, 0.32, 0.13, 0.11},   // side pods
-    {0.02, 0.25, 0.76, 0.09, 0.08},   // air box
-    {-0.38, 0.15, 0.92, 0.10, 0.04},  // its top
-    {-1.35, 0.14, 0.40, 0.14, 0.09},  // rear tyres
-    {-2.13, 0.22, 0.63, 0.10, 0.06},  // rear wing
+    {2.37, 0.10, 0.21, 0.09, 0.06},   // nose
+    {2.09, 0.10, 0.24, 0.07, 0.12},   // front wing
+    {1.61, 0.12, 0.40, 0.10, 0.15},   // front tyres
+    {1.11, 0.24, 0.47, 0.10, 0.08},   // suspension, tub
+    {0.63, 0.11, 0.63, 0.07, 0.12},   // cockpit
+    {0.44, 0.10, 0.35, 0.11, 0.11},   // side pods
+    {0.11, 0.27, 0.58, 0.14, 0.07},   // head rest
+    {-0.16, 0.14, 0.82, 0.07, 0.04},  // air box
+    {-0.43, 0.10, 0.98, 0.09, 0.04},  // its top
+    {-1.16, 0.10, 0.22, 0.09, 0.02},  // floor
+    {-1.34, 0.10, 0.45, 0.10, 0.08},  // rear tyres
+    {-1.92, 0.10, 0.60, 0.11, 0.05},  // rear wing,
+    {-2.29, 0.10, 0.70, 0.07, 0.02},  // its end plates,
+    {-2.35, 0.10, 0.36, 0.07, 0.01},  // and crash structure
 };
 constexpr Face kFromBehind[] = {
-    {-2.38, 0.09, 0.66, 0.10, 0.13},  // rear wing,
-    {-2.15, 0.10, 0.55, 0.10, 0.06},  // its end plates,
-    {-2.38, 0.09, 0.27, 0.07, 0.06},  // and crash structure
-    {-2.10, 0.15, 0.25, 0.12, 0.05},  // diffuser
-    {-1.83, 0.16, 0.30, 0.15, 0.38},  // rear tyres
-    {-1.20, 0.13, 0.25, 0.12, 0.06},  // floor
-    {-1.10, 0.15, 0.75, 0.09, 0.04},  // engine cover
-    {-0.55, 0.25, 0.92, 0.15, 0.06},  // air box
-    {-0.30, 0.30, 0.48, 0.12, 0.08},  // side pods
-    {0.40, 0.12, 0.64, 0.07, 0.02},   // mirrors
-    {1.22, 0.11, 0.32, 0.16, 0.09},   // front tyres
-    {2.10, 0.18, 0.22, 0.08, 0.02},   // front wing
+    {-2.45, 0.10, 0.64, 0.07, 0.10},  // rear wing,
+    {-2.22, 0.10, 0.51, 0.07, 0.02},  // its end plates,
+    {-2.40, 0.10, 0.30, 0.07, 0.07},  // and crash structure
+    {-1.84, 0.10, 0.28, 0.14, 0.29},  // rear tyres,
+    {-1.73, 0.12, 0.48, 0.07, 0.12},  // their upper half
+    {-1.63, 0.33, 0.04, 0.07, 0.03},  // diffuser
+    {-1.23, 0.10, 0.21, 0.13, 0.10},  // floor
+    {-1.13, 0.13, 0.77, 0.07, 0.05},  // engine cover
+    {-0.64, 0.10, 0.98, 0.08, 0.03},  // air box
+    {-0.37, 0.32, 0.48, 0.13, 0.09},  // side pods
+    {0.40, 0.10, 0.62, 0.07, 0.02},   // mirrors
+    {1.15, 0.10, 0.33, 0.14, 0.06},   // front tyres,
+    {1.18, 0.10, 0.48, 0.07, 0.01},   // their upper half
+    {1.93, 0.10, 0.24, 0.08, 0.01},   // front wing
 };
 constexpr double kOther = 0.06;                        // share of the returns of no face
 constexpr double kOtherOnCar = 0.2, kOtherOff = 0.01;  // their density, 1 / m^2
 constexpr double kTop_m = 1.0;                         // of the car
 
 constexpr double kCell_m = 0.05, kFirst_m = -2.75, kLowest_m = -0.2;
-constexpr double kUnit = 256.0;     // of a score
-constexpr float kBeyond_m = 0.1f;   // points may lie so far beyond an end of the car
-constexpr float kLeastFit = -2.4f;  // mean log likelihood of a point; of 100 cars 99 have more
-constexpr double kUnlikely = 12.0;  // places that are exp(this) less likely than the best one do not count
+constexpr double kUnit = 256.0;      // of a score
+constexpr float kBeyond_m = 0.1f;    // points may lie so far beyond an end of the car
+constexpr float kLeastFit = -2.4f;   // mean log likelihood of a point; of 100 cars 99 have more
+constexpr double kUnlikely = 12.0;   // places that are exp(this) less likely than the best one do not count
+constexpr double kMostSigmas = 3.0;  // of the height of the road,
+constexpr int32_t kMostRaised = 6;   // at most so many cells
 
 double gaussian(double x, double mean, double sigma) {
   const double z = (x - mean) / sigma;
@@ -80,8 +89,21 @@ CarProfile::CarProfile(End seen) {
     }
 }
 
-CarProfile::Match CarProfile::match(const PointsAlong& points, float low_m, float high_m,
-                                    float independent) const noexcept {
+void CarProfile::sum_scores(const PointsAlong& points, float first_m, int32_t centers, int32_t raised,
+                            int32_t* sum) const noexcept {
+  constexpr float kPerMetre = float(1.0 / kCell_m);
+  for (int32_t k = 0; k < points.count; ++k) {
+    const float place = (points.along_m[k] - first_m - float(kFirst_m)) * kPerMetre;
+    const float height = (points.height_m[k] - float(kLowest_m)) * kPerMetre;
+    const int32_t h = int32_t(std::clamp(height, 0.0f, float(kHeights - 1)));
+    const int32_t i = int32_t(std::clamp(place, float(centers - 1), float(kPlaces - 1)));
+    const int16_t* const score = score_[std::clamp(h + raised, 0, kHeights - 1)] + kPlaces - 1 - i;
+    for (int32_t c = 0; c < centers; ++c) sum[c] += score[c];
+  }
+}
+
+CarProfile::Match CarProfile::match(const PointsAlong& points, float low_m, float high_m, float independent,
+                                    float road_sigma_m) const noexcept {
   constexpr float kPerMetre = float(1.0 / kCell_m), kReach_m = 0.5f * kLength_m + kBeyond_m;
   constexpr int32_t kMostCenters = kPlaces;
   if (points.count == 0) return {};
@@ -89,26 +111,29 @@ CarProfile::Match CarProfile::match(const PointsAlong& points, float low_m, floa
   float first_m = high_m - kReach_m, last_m = low_m + kReach_m;
   if (first_m > last_m) first_m = last_m = 0.5f * (low_m + high_m);
   const int32_t centers = std::min(1 + int32_t((last_m - first_m) * kPerMetre), kMostCenters);
-  int32_t sum[kMostCenters] = {};
-  for (int32_t k = 0; k < points.count; ++k) {
-    const float place = (points.along_m[k] - first_m - float(kFirst_m)) * kPerMetre;
-    const float height = (points.height_m[k] - float(kLowest_m)) * kPerMetre;
-    const int32_t h = int32_t(std::clamp(height, 0.0f, float(kHeights - 1)));
-    const int32_t i = int32_t(std::clamp(place, float(centers - 1), float(kPlaces - 1)));
-    const int16_t* const score = score_[h] + kPlaces - 1 - i;
-    for (int32_t c = 0; c < centers; ++c) sum[c] += score[c];
+  // The road may be some cells lower than the one that the heights are over, or higher: then the points are raised.
+  const double cell_sigmas = kCell_m / std::max(double(road_sigma_m), 1e-3);
+  const int32_t most = int32_t(std::min(kMostSigmas / cell_sigmas, double(kMostRaised)));
+  const int32_t roads = 2 * most + 1;
+  int32_t sum[2 * kMostRaised + 1][kMostCenters] = {};
+  int32_t best = INT32_MIN;
+  for (int32_t r = 0; r < roads; ++r) {
+    sum_scores(points, first_m, centers, r - most, sum[r]);
+    best = std::max(best, *std::max_element(sum[r], sum[r] + centers));
   }
-  const int32_t best = *std::max_element(sum, sum + centers);
   if (float(best) < kLeastFit * float(kUnit) * float(points.count)) return {};
   const double share = std::min(1.0, double(independent) / points.count) / kUnit;
   double weights = 0.0, mean = 0.0, square = 0.0;
-  for (int32_t c = 0; c < centers; ++c) {
-    const double less = share * double(best - sum[c]);
-    if (less > kUnlikely) continue;
-    const double weight = exp_f64(-less), at_m = c * kCell_m;
-    weights += weight;
-    mean += weight * at_m;
-    square += weight * at_m * at_m;
+  for (int32_t r = 0; r < roads; ++r) {
+    const double raised = (r - most) * cell_sigmas;
+    for (int32_t c = 0; c < centers; ++c) {
+      const double less = share * double(best - sum[r][c]) + 0.5 * raised * raised;
+      if (less > kUnlikely) continue;
+      const double weight = exp_f64(-less), at_m = c * kCell_m;
+      weights += weight;
+      mean += weight * at_m;
+      square += weight * at_m * at_m;
+    }
   }
   mean /= weights;
   const double variance = std::max(square / weights - mean * mean, 0.0);

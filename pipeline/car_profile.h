@@ -27,14 +27,20 @@ class CarProfile {
 
   // The centre, by the points of a car that lie within [low_m, high_m]: the mean over all places where they lie on the
   // car, each weighted with its likelihood. Of many points `independent` count, because a scan's points err together.
+  // The heights are over a road whose own height has the deviation road_sigma_m: an error that all points share.
   // fits: false if there are no points, or if they look like no part of this car; then the rest is 0.
   struct Match {
     bool fits;
     float center_m, sigma_m;
   };
-  Match match(const PointsAlong& points, float low_m, float high_m, float independent) const noexcept;
+  Match match(const PointsAlong& points, float low_m, float high_m, float independent,
+              float road_sigma_m) const noexcept;
 
  private:
+  // Adds the scores of all points, raised by so many cells, to those of each centre.
+  void sum_scores(const PointsAlong& points, float first_m, int32_t centers, int32_t raised,
+                  int32_t* sum) const noexcept;
+
   static constexpr int32_t kPlaces = 110, kHeights = 28;  // cells of 0.05 m
   int16_t score_[kHeights][kPlaces];                      // the places run from the front to the rear
 };

@@ -55,8 +55,9 @@ PointsAlong list_points(const Frame& frame, int32_t row, float c, float s) {
 // near ahead all rows show the rear end itself, whatever its shape.
 CarProfile::Match match_profile(const StageContext& context, const Frame& frame, int32_t row, const Posed& pose,
                                 float high_m) {
-  constexpr float kTop_m = 1.35f;      // a higher one is not a race car
-  constexpr float kRearEnd_m = 50.0f;  // nearer, the rear end is seen
+  constexpr float kTop_m = 1.35f;          // a higher one is not a race car
+  constexpr float kRearEnd_m = 40.0f;      // nearer, the rear end is seen
+  constexpr float kRoadOfRange = 0.0008f;  // of the range: deviation of the height of the road at the car
   const DetectParams& params = context.detect;
   const bool from_behind = pose.car.view == CarView::kRear;
   if (pose.car.view == CarView::kSide || (from_behind && frame.merged.nearest_m[row] < kRearEnd_m) ||
@@ -65,21 +66,20 @@ CarProfile::Match match_profile(const StageContext& context, const Frame& frame,
     return {};
   const CarProfile& profile = from_behind ? context.rear : context.front;
   return profile.match(list_points(frame, row, pose.c, pose.s), pose.box.low_1, pose.box.high_1,
-                       params.pose_by_view.profile_points);
+                       params.pose_by_view.profile_points, kRoadOfRange * frame.merged.nearest_m[row]);
 }
 
 // Standard deviations of the centre, m, fitted to simulated races. A part of the car that the sensor does not see, and
 // whose end is not known, leaves the centre uncertain by a share of that part: a uniform distribution would be 0.29
 // of it. The farther the car, the fewer rows and columns hit it.
-constexpr double kNear_m = 0.055;          // at the sensor, along and across
-constexpr double kAlongOfRange = 0.0018;   // of the range: the end that is seen
-constexpr double kAcrossOfRange = 0.0016;  // of the range
-constexpr double kAlongOfUnseen = 0.23;    // of the length that is not seen,
-constexpr double kMostOfUnseen_m = 0.55;   // at most: what is seen of a distant car is mostly its middle
-constexpr double kMatchGain = 1.1;         // of the profile's own deviation
-constexpr double kAcrossOfUnseen = 0.18;   // of the width: mostly a part is missing on both sides
-constexpr double kFewPoints_m2 = 0.32;     // variance over the number of points
-constexpr double kFreeHeading_m = 0.25;    // at psi_VAR, which has an error of its own
+constexpr double kNear_m = 0.047;         // at the sensor, along and across
+constexpr double kAlongOfRange = 0.0012;  // of the range: the end that is seen
+constexpr double kAcrossOfRange = 0.001;  // of the range
+constexpr double kAlongOfUnseen = 0.23;   // of the length that is not seen,
+constexpr double kMostOfUnseen_m = 0.55;  // at most: what is seen of a distant car is mostly its middle
+constexpr double kAcrossOfUnseen = 0.18;  // of the width: mostly a part is missing on both sides
+constexpr double kFewPoints_m2 = 0.32;    // variance over the number of points
+constexpr double kFreeHeading_m = 0.25;   // at psi_VAR, which has an error of its own
 
 // Covariance of a centre in the vehicle frame.
 struct Covariance {
@@ -93,7 +93,7 @@ Covariance find_covariance(const Posed& pose, const CarProfile::Match& match, bo
   const double range2 = x_m * x_m + y_m * y_m;
   const double least = kNear_m * kNear_m + (from_var ? kFreeHeading_m * kFreeHeading_m : 0.0);
   const double few = kFewPoints_m2 / double(std::max(points, 1));
-  const double of_match = kMatchGain * double(match.sigma_m);
+  const double of_match = double(match.sigma_m);
   const double of_ends = match.fits ? of_match * of_match : unseen_1 * unseen_1 + few;
   const double along = least + kAlongOfRange * kAlongOfRange * range2 + of_ends;
   const double across = least + kAcrossOfRange * kAcrossOfRange * range2 +

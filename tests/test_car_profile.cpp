@@ -33,8 +33,8 @@ struct Seen {
       high_m = std::max(high_m, at_m);
     }
   }
-  CarProfile::Match match(const CarProfile& profile, float independent = 3) const {
-    return profile.match(points, low_m, high_m, independent);
+  CarProfile::Match match(const CarProfile& profile, float independent = 3, float road_sigma_m = 0) const {
+    return profile.match(points, low_m, high_m, independent, road_sigma_m);
   }
 };
 Seen see(float center_m, const std::vector<Part>& parts) {
@@ -73,6 +73,16 @@ TEST_CASE("car profile: one part alone is told by its height, with more doubt") 
   CHECK(tyre.sigma_m > 0.2f);
 }
 
+TEST_CASE("car profile: an error of the road's height, which all points share, is allowed for") {
+  Seen low = see(-95, {kNose, kFrontTyre, kCockpit, kTopFromAhead});
+  for (int32_t k = 0; k < low.points.count; ++k) low.points.height_m[k] -= 0.2f;
+  const CarProfile::Match trusting = low.match(kFront, 6), doubting = low.match(kFront, 6, 0.1f);
+  CHECK(std::fabs(doubting.center_m + 95) < 0.1f);
+  CHECK(std::fabs(trusting.center_m + 95) > 0.15f);
+  // One part alone tells less where the heights are less certain.
+  CHECK(see(90, {kRearWing}).match(kRear, 3, 0.1f).sigma_m > 1.1f * see(90, {kRearWing}).match(kRear).sigma_m);
+}
+
 TEST_CASE("car profile: of many points only `independent` count") {
   Seen seen;
   seen.add(50, kRearTyre, 40);
@@ -83,7 +93,7 @@ TEST_CASE("car profile: of many points only `independent` count") {
 TEST_CASE("car profile: what looks like no part of the car does not fit") {
   CHECK(!see(50, {{0, 1.15f}, {1, 1.2f}}).match(kRear).fits);
   CHECK(!see(50, {{-2.4f, 1.19f}, {2.4f, 1.19f}}).match(kFront).fits);
-  CHECK(!kRear.match({}, 0, 0, 3).fits);
+  CHECK(!kRear.match({}, 0, 0, 3, 0).fits);
 }
 
 TEST_CASE("car profile: a box that is longer than the car has its middle, and all heights are in the table") {
