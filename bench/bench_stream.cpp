@@ -165,7 +165,7 @@ int run(const Options& options) {
   }
 
   Times floor, batch, batch_tracks, in_pieces, after, after_tracks, both, last_piece, end_scan;
-  Times of_stage[std::size(kStages)];
+  Times of_stage[std::size(kStages)], of_whole[std::size(kStages)];
   constexpr int32_t kWarmUp = 30;
   std::size_t piece_count = 0;
   for (int32_t k = -kWarmUp; k < options.scans; ++k) {
@@ -202,9 +202,12 @@ int run(const Options& options) {
     last_piece.add(t_end - t3);
     const int64_t segment_ns = pieces.spans[OVT_STAGE_SEGMENT].start_ns;
     end_scan.add(segment_ns - t_end);
-    for (std::size_t i = 0; i < std::size(kStages); ++i)
+    for (std::size_t i = 0; i < std::size(kStages); ++i) {
       if (const ovt_span& span = pieces.spans[kStages[i].stage]; span.start_ns >= segment_ns)
         of_stage[i].add(span.duration_ns);
+      if (const ovt_span& span = whole.spans[kStages[i].stage]; span.duration_ns >= 0)
+        of_whole[i].add(span.duration_ns);
+    }
   }
   ovt_stats stats = ovt_default_stats();
   ovt_read_stats(pieces.detector(), &stats);
@@ -214,14 +217,17 @@ int run(const Options& options) {
     const Times& times;
   };
   std::vector<Row> rows = {{"floor", "segment_floor", floor},
-              {"whole", "whole scan, to the end of its segmentation", batch},
-              {"whole_to_tracks", "whole scan, to tracks", batch_tracks},
-              {"in_pieces", "in the pieces before the last one", in_pieces},
-              {"after", "from the last piece to the end of the segmentation", after},
-              {"sum", "both: a segmentation in pieces", both},
-              {"after_to_tracks", "from the last piece to tracks", after_tracks},
-              {"after_push", "after: the last piece", last_piece},
-              {"after_end", "after: the end of the scan, until the workers' steps", end_scan}};
+                           {"whole", "whole scan, to the end of its segmentation", batch},
+                           {"whole_to_tracks", "whole scan, to tracks", batch_tracks},
+                           {"in_pieces", "in the pieces before the last one", in_pieces},
+                           {"after", "from the last piece to the end of the segmentation", after},
+                           {"sum", "both: a segmentation in pieces", both},
+                           {"after_to_tracks", "from the last piece to tracks", after_tracks},
+                           {"after_push", "after: the last piece", last_piece},
+                           {"after_end", "after: the end of the scan, until the workers' steps", end_scan}};
+  for (std::size_t i = 0; i < std::size(kStages); ++i)
+    if (!of_whole[i].us.empty())
+      rows.push_back({std::string("whole_") + kStages[i].text, std::string("whole: ") + kStages[i].text, of_whole[i]});
   for (std::size_t i = 0; i < std::size(kStages); ++i)
     if (!of_stage[i].us.empty())
       rows.push_back({std::string("after_") + kStages[i].text, std::string("after: ") + kStages[i].text, of_stage[i]});
