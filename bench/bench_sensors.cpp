@@ -20,7 +20,7 @@
 #include "bench/floor.h"
 #include "pipeline/overtake.h"
 #include "pipeline/stage_clock.h"
-#include "tools/client/session.h"
+#include "tools/client/pieces.h"
 
 namespace overtake::bench {
 namespace {

@@ -16,6 +16,7 @@
 
 #include "bench/floor.h"
 #include "bench/measuring_thread.h"
+#include "tools/client/pieces.h"
 #include "tools/client/session.h"
 #include "tools/io/error.h"
 
