@@ -456,6 +456,7 @@ TEST_CASE("stream: two threads that push scans of one sensor at the same time ar
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   CHECK(status == OVT_WRONG_THREAD);
+  CHECK(lines == 1);
   CHECK(bench.push_piece(other, {0, 0}) == OVT_WRONG_THREAD);
   block.go.store(true);
   producer.join();
