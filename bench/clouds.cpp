@@ -27,10 +27,10 @@ bool has_recorded(const std::string& name) {
   return std::filesystem::is_directory(data_folder() + "/" + name, code);
 }
 
-std::vector<Cloud> read_clouds(const std::string& name, const std::string& rig_name) {
+std::vector<Cloud> read_clouds(const std::string& name, const std::string& rig_name, std::size_t frame = 0) {
   const io::Recording recording(data_folder() + "/" + name, io::load_rig(rig_name));
   std::vector<Cloud> clouds;
-  for (const io::SensorScan& scan : recording.read(0).scans) {
+  for (const io::SensorScan& scan : recording.read(frame).scans) {
     const io::RigSensor& sensor = recording.rig().sensors[std::size_t(scan.sensor)];
     Cloud cloud{name + "_" + sensor.name, {}, cli::to_sensor_def(sensor)};
     for (std::size_t i = 0; i < std::size_t(scan.count); ++i)
@@ -102,14 +102,14 @@ Cloud make_one_pixel_cloud() {
   return cloud;
 }
 
-std::vector<Cloud> racecar_clouds() {
-  if (has_recorded("racecar")) return read_clouds("racecar", "av21");
+std::vector<Cloud> racecar_clouds(int32_t frame) {
+  if (has_recorded("racecar")) return read_clouds("racecar", "av21", std::size_t(frame));
   const io::Rig rig = io::load_rig("av21");
-  const SceneFrame frame = Scene(1).frame(4);
+  const SceneFrame simulated = Scene(1).frame(std::size_t(4 + frame));
   std::vector<Cloud> clouds;
   for (std::size_t s = 0; s < std::size_t(kSceneSensors); ++s) {
     Cloud cloud{std::string("racecar_") + kSceneSensorName[s], {}, cli::to_sensor_def(rig.sensors[s])};
-    const SceneScan& scan = frame.scan[s];
+    const SceneScan& scan = simulated.scan[s];
     for (std::size_t i = 0; i < scan.x_m.size(); ++i)
       cloud.points.push_back({scan.x_m[i], scan.y_m[i], scan.z_m[i], scan.intensity[i], scan.layer[i], 0,
                               uint32_t(double(scan.time_offset_s[i]) * 1e9)});

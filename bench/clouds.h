@@ -33,8 +33,9 @@ SensorModel to_sensor_model(const ovt_sensor_def& def);
 Cloud make_cloud(int32_t rows, int32_t cols);
 // A 32 x 857 scan with all points in the same pixel.
 Cloud make_one_pixel_cloud();
-// racecar_front, _left and _right of one frame.
-std::vector<Cloud> racecar_clouds();
+// racecar_front, _left and _right of one of the recorded frames.
+inline constexpr int32_t kRacecarFrames = 4;
+std::vector<Cloud> racecar_clouds(int32_t frame = 0);
 // One scan of kitti (64 x 2048) or nuscenes (32 x 1084); without recordings a seeded one of that size.
 Cloud kitti_cloud();
 Cloud nuscenes_cloud();

@@ -31,7 +31,7 @@ ParsedOptions parse_latency_options(int argc, const char* const* argv) {
   CLI::App app("Latency from the arrival of a frame's last scan to its tracks.", "bench_latency");
   std::string loop = "open", cpus;
   double deadline_us = 0;
-  bool lock = false, huge = false;
+  bool lock = false, huge = false, stream = false;
 
   auto* input =
       app.add_option("--input", o.input.recording, "recording instead of the demo scene, as for overtake run");
@@ -48,6 +48,10 @@ ParsedOptions parse_latency_options(int argc, const char* const* argv) {
           ->check(CLI::Range(0.1, 10000.0));
   auto* stagger = app.add_option("--stagger-us", o.run.stagger_us, "open loop: sensor s arrives s times this later")
                       ->check(CLI::Range(0, 1000000));
+  auto* stream_option =
+      app.add_flag("--stream", stream, "open loop: the points of a scan come in pieces before its arrival");
+  app.add_option("--pieces", o.run.pieces, "of a scan, with --stream; default 32")->check(CLI::Range(1, 100000));
+  app.add_option("--preset", o.run.preset, "paper (default) or best");
   app.add_option("--cpus", cpus, "CPUs for all threads: \"2,3\", \"0-1\"; worker i is pinned to the i-th")
       ->check(check_cpus);
   app.add_option("--workers", o.run.workers, "1: no threads of the library; 0: one per CPU, at least two (default)")
@@ -74,7 +78,7 @@ ParsedOptions parse_latency_options(int argc, const char* const* argv) {
                  "noise beside it to FILE.noise");
   try {
     app.parse(argc, argv);
-    for (const CLI::Option* open_only : {rate, stagger})
+    for (const CLI::Option* open_only : {rate, stagger, stream_option})
       if (loop == "closed" && open_only->count() > 0)
         throw CLI::ValidationError(loop_option->get_name(), "closed excludes " + open_only->get_name() +
                                                                 ": each frame starts when the last is done");
@@ -85,6 +89,10 @@ ParsedOptions parse_latency_options(int argc, const char* const* argv) {
     return parsed;
   }
   o.run.closed_loop = loop == "closed";
+  if (!stream)
+    o.run.pieces = 0;
+  else if (o.run.pieces == 0)
+    o.run.pieces = 32;
   if (!cpus.empty()) o.run.cpus = parse_cpus(cpus);
   o.run.deadline_ns = int64_t(deadline_us * 1000 + 0.5);
   o.run.memory = (lock ? int32_t(OVT_MEMORY_LOCK) : 0) | (huge ? int32_t(OVT_MEMORY_HUGE) : 0);

@@ -8,7 +8,8 @@
 // wake_driver: from the scheduled arrival to the start of the copy, per scan (in the closed loop, and where one thread
 // pushes all scans because the library has none, the sensors before it are in it).
 // hand_over: from the end of a scan's copy to the start of its segmentation. gather: from the end of the last
-// segmentation to the merge. publish: from the tracks to on_frame.
+// segmentation to the merge. publish: from the tracks to on_frame. Of scans in pieces, last_piece goes from the scheduled
+// arrival to the start of the segmentation, instead of the first three.
 #include "bench/latency_report.h"
 
 #include <algorithm>
@@ -56,11 +57,15 @@ std::string policy_text(const LatencyRun& run, const LatencyRunDef& def) {
          " measuring ones have it";
 }
 
+double floors_of(const LatencyReport& report) {
+  return double(report.end_to_end.percentile(50)) / double(report.floor.percentile(50));
+}
+
 }  // namespace
 
 LatencyReport make_report(const LatencyRun& run, const LatencyRunDef& def) {
   LatencyReport report;
-  Histogram stage[OVT_STAGE_COUNT], wake, hand_over, gather, publish;
+  Histogram stage[OVT_STAGE_COUNT], wake, last_piece, hand_over, gather, publish;
   for (std::size_t k = 0; k < run.frames.size(); ++k) {
     const FrameSample& frame = run.frames[k];
     const bool is_warmup = int64_t(k) < def.warmup;
@@ -92,8 +97,12 @@ LatencyReport make_report(const LatencyRun& run, const LatencyRunDef& def) {
         while (frame.expected_mask >> (last + 1)) ++last;
         due_ns -= int64_t(last - s) * def.stagger_us * 1000;
       }
-      wake.record(load.start_ns - due_ns);
-      hand_over.record(segment.start_ns - end_of(load));
+      if (def.pieces > 0) {  // a load is the sum over the pieces
+        last_piece.record(segment.start_ns - due_ns);
+      } else {
+        wake.record(load.start_ns - due_ns);
+        hand_over.record(segment.start_ns - end_of(load));
+      }
       segmented_ns = std::max(segmented_ns, end_of(segment));
     }
     if (const ovt_span& merge = run.span(k, -1, OVT_STAGE_MERGE); merge.duration_ns >= 0 && segmented_ns > 0)
@@ -105,6 +114,7 @@ LatencyReport make_report(const LatencyRun& run, const LatencyRunDef& def) {
     if (histogram.count() > 0) report.stages.push_back({name, histogram});
   };
   add("wake_driver", wake);
+  add("last_piece", last_piece);
   add(ovt_stage_name(OVT_STAGE_LOAD), stage[OVT_STAGE_LOAD]);
   add("hand_over", hand_over);
   for (int32_t i = OVT_STAGE_PROJECT; i <= OVT_STAGE_SEGMENT; ++i) add(ovt_stage_name(i), stage[i]);
@@ -113,6 +123,7 @@ LatencyReport make_report(const LatencyRun& run, const LatencyRunDef& def) {
   add("publish", publish);
   add(ovt_stage_name(OVT_STAGE_FRAME), stage[OVT_STAGE_FRAME]);
 
+  for (std::size_t k = std::size_t(def.warmup); k < run.floor_ns.size(); ++k) report.floor.record(run.floor_ns[k]);
   for (std::size_t k = std::size_t(def.warmup); k < run.noise.size(); ++k) {
     const NoiseSample& sample = run.noise[k];
     if (sample.stolen_ns < 0) continue;
@@ -143,6 +154,11 @@ std::string format_text(const LatencyReport& report, const LatencyRun& run, cons
   text += line;
   append_row(text, "end to end", report.end_to_end);
   for (const StageHistogram& stage : report.stages) append_row(text, stage.name, stage.histogram);
+  if (report.floor.count() > 0) {
+    append_row(text, "segment_floor", report.floor);
+    std::snprintf(line, sizeof line, "  end to end, p50: %.2f floors\n", floors_of(report));
+    text += line;
+  }
   text += "machine's noise\n";
   append_row(text, "late", report.late);
   append_row(text, "stolen", report.stolen);
@@ -174,6 +190,10 @@ std::string format_json(const LatencyReport& report, const LatencyRun& run, cons
   json["warmup"] = to_json(report.warmup);
   json["warmup"]["first_us"] = double(report.warmup_first_ns) / 1000;
   for (const StageHistogram& stage : report.stages) json["stages"][stage.name] = to_json(stage.histogram);
+  if (report.floor.count() > 0) {
+    json["segment_floor"] = to_json(report.floor);
+    json["end_to_end"]["p50_floors"] = floors_of(report);
+  }
   json["noise"] = {{"late", to_json(report.late)},
                    {"stolen", to_json(report.stolen)},
                    {"late_and_stolen", to_json(report.noise)},
@@ -189,6 +209,8 @@ std::string format_json(const LatencyReport& report, const LatencyRun& run, cons
   if (def.closed_loop) json["frames"]["per_second"] = double(def.frames) * 1e9 / double(run.wall_ns);
   json["options"] = {{"rate_hz", run.rate_hz},
                      {"stagger_us", def.stagger_us},
+                     {"pieces", def.pieces},
+                     {"preset", def.preset},
                      {"cpus", def.cpus},
                      {"workers", def.workers},
                      {"fifo", def.fifo_priority},

@@ -15,12 +15,12 @@ namespace overtake::bench {
 
 // One interval of the latency, in the order of time. Stages of a sensor count once per scan.
 struct StageHistogram {
-  std::string name;  // ovt_stage_name, or wake_driver, hand_over, gather, publish (see the .cpp)
+  std::string name;  // ovt_stage_name, or wake_driver, last_piece, hand_over, gather, publish (see the .cpp)
   Histogram histogram;
 };
 
 struct LatencyReport {
-  Histogram end_to_end, warmup;
+  Histogram end_to_end, warmup, floor;
   int64_t warmup_first_ns = 0;  // latency of the very first frame; 0: no warm-up
   int64_t missing = 0;          // frames after the warm-up whose scans were all replaced: in no histogram
   int64_t incomplete = 0;       // ... published without one of their scans, or in parts
@@ -33,7 +33,7 @@ LatencyReport make_report(const LatencyRun& run, const LatencyRunDef& def);
 
 std::string format_text(const LatencyReport& report, const LatencyRun& run, const LatencyRunDef& def,
                         const std::string& source, const EnvironmentSheet& environment);
-// JSON: end_to_end.p50_us p90_us p99_us p999_us max_us min_us mean_us count; the same for warmup, stages.NAME and
+// JSON: end_to_end.p50_floors (open loop); end_to_end.p50_us p90_us p99_us p999_us max_us min_us mean_us count; the same for warmup, segment_floor, stages.NAME and
 // noise.NAME; frames, options, runtime, environment.
 std::string format_json(const LatencyReport& report, const LatencyRun& run, const LatencyRunDef& def,
                         const std::string& source, const EnvironmentSheet& environment);

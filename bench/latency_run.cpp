@@ -1,10 +1,11 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One period of the open loop, from one arrival to the next. Noise is measured at half time. Poses come 10 ms before
-// the next arrival, or a fifth of the period before it if that is less:
+// One period of the open loop, from one arrival to the next. Noise is measured at half time, the floor before it. Poses
+// come 10 ms before the next arrival, or a fifth of the period before it if that is less. Pieces of the next scans come
+// meanwhile:
 //
-//   |scans  ->  tracks         |noise, caches emptied                |poses      |scans
+//   |scans  ->  tracks  |floor |noise, caches emptied                |poses      |scans
 //   due k                      due k + period / 2                                due k + 1
 #include "bench/latency_run.h"
 
@@ -13,14 +14,18 @@
 #include <memory>
 #include <thread>
 
+#include "bench/floor.h"
 #include "bench/measuring_thread.h"
+#include "tools/client/pieces.h"
 #include "tools/client/session.h"
 #include "tools/io/error.h"
 
 namespace overtake::bench {
 namespace {
 
-constexpr int64_t kStartAfterNs = 50'000'000;  // from the end of the set-up to the first arrival
+constexpr int64_t kStartAfterNs = 50'000'000;  // from the end of the set-up to the first period
+constexpr double kScanShare = 0.9;             // of a period: the points of a scan in pieces
+constexpr double kFloorAt = -0.6;              // periods from the arrival
 
 struct DetectorHandle {
   ovt_detector* detector = nullptr;
@@ -74,6 +79,12 @@ class LatencyRunner {
     input_.fill(detector_def);
     detector_def.worker_count = def_.workers;
     detector_def.isa = def_.isa.empty() ? nullptr : def_.isa.c_str();
+    ovt_params params = ovt_default_params();
+    if (!def_.preset.empty()) {
+      cli::check(ovt_params_init(&params, sizeof params, def_.preset.c_str()), "preset " + def_.preset);
+      detector_def.params = &params;
+    }
+    detector_def.stream = def_.pieces > 0;
     detector_def.push_policy = OVT_PUSH_REPLACE;
     detector_def.cpus = def_.cpus.empty() ? nullptr : def_.cpus.data();
     detector_def.cpu_count = int32_t(def_.cpus.size());
@@ -129,6 +140,24 @@ class LatencyRunner {
     points.stamp_ns = input_.frame_stamp_ns(k) + scan->offset_ns;
     note(ovt_push_scan(handle_.detector, &points));
   }
+  // Piece `piece` of a scan in pieces.
+  void push_piece(int64_t k, int32_t sensor, int32_t piece) {
+    const ReplayScan* scan = input_.scan(k, sensor);
+    if (!scan) return;
+    ovt_points points = scan->points;
+    points.stamp_ns = input_.frame_stamp_ns(k) + scan->offset_ns;
+    const auto cut = [&](int32_t i) { return int32_t(int64_t(points.count) * i / def_.pieces); };
+    const ovt_points part = cli::piece_of(points, cut(piece), cut(piece + 1));
+    note(ovt_push_points(handle_.detector, &part));
+    if (piece + 1 == def_.pieces) note(ovt_end_scan(handle_.detector, sensor, points.stamp_ns, points.count));
+  }
+  // Twice: a scan's work begins in warm caches, too.
+  void measure_floor() {
+    segment_floor(*floor_loops_, *floor_scan_);
+    const int64_t start_ns = now_ns();
+    segment_floor(*floor_loops_, *floor_scan_);
+    run_.floor_ns.push_back(now_ns() - start_ns);
+  }
   void note(ovt_status status) {
     if (status != OVT_OK && status != OVT_DUPLICATE && status != OVT_LATE) failed_.store(status);
   }
@@ -144,45 +173,67 @@ class LatencyRunner {
     return start_ns_ + k * period_ns_ + int64_t(sensor) * def_.stagger_us * 1000;
   }
 
+  // What a thread does for each frame, at a time from the arrival of sensor 0's scan.
+  struct Event {
+    int64_t at_ns;
+    enum { poses, floor, scan, piece } what;
+    int32_t sensor, piece_index;
+  };
+  std::vector<Event> list_others() const {
+    return {{int64_t(kFloorAt * double(period_ns_)), Event::floor, 0, 0},
+            {-std::min<int64_t>(10'000'000, period_ns_ / 5), Event::poses, 0, 0}};
+  }
+  void list_scan(int32_t sensor, std::vector<Event>& events) const {
+    const int64_t due_ns = int64_t(sensor) * def_.stagger_us * 1000;
+    if (def_.pieces == 0) events.push_back({due_ns, Event::scan, sensor, 0});
+    for (int32_t i = 0; i < def_.pieces; ++i) {
+      const double before = kScanShare * double(def_.pieces - 1 - i) / double(def_.pieces);
+      events.push_back({due_ns - int64_t(before * double(period_ns_)), Event::piece, sensor, i});
+    }
+  }
+  void drive(const char* name, std::vector<Event> events) {
+    become_driver(name);
+    std::stable_sort(events.begin(), events.end(), [](const Event& a, const Event& b) { return a.at_ns < b.at_ns; });
+    std::vector<ovt_ego_pose> poses;
+    for (int32_t k = 0; k < frame_count_; ++k)
+      for (const Event& event : events) {
+        sleep_until(due_ns(k, 0) + event.at_ns);
+        if (event.what == Event::poses) push_poses(k, poses);
+        if (event.what == Event::floor) measure_floor();
+        if (event.what == Event::scan) push_scan(k, event.sensor);
+        if (event.what == Event::piece) push_piece(k, event.sensor, event.piece_index);
+      }
+  }
+
+  void choose_floor() {
+    floor_scan_ = std::make_unique<FloorScan>(racecar_clouds()[0]);
+    floor_isas_ = all_loops();
+    for (const Loops& loops : floor_isas_)
+      if (loops.can_run && (!floor_loops_ || def_.isa.empty() || def_.isa == loops.isa)) floor_loops_ = &loops;
+    run_.floor_ns.reserve(std::size_t(frame_count_));
+  }
+
   void run_open() {
-    start_ns_ = now_ns() + kStartAfterNs;
+    choose_floor();
+    start_ns_ = now_ns() + kStartAfterNs + period_ns_;
     for (int32_t k = 0; k < frame_count_; ++k) {
       FrameSample& sample = run_.frames[std::size_t(k)];
       for (int32_t s = 0; s < run_.sensor_count; ++s)
         if (sample.expected_mask >> s & 1) sample.due_ns = std::max(sample.due_ns, due_ns(k, s));
     }
     noise_->start_schedule(start_ns_ + period_ns_ / 2, period_ns_);
-    const int64_t poses_before_ns = std::min<int64_t>(10'000'000, period_ns_ / 5);
     std::vector<std::thread> drivers;
     if (run_.runtime.worker_count == 1) {  // then all pushes belong to one thread
-      drivers.emplace_back([&, this] {
-        become_driver("bench-drivers");
-        std::vector<ovt_ego_pose> poses;
-        for (int32_t k = 0; k < frame_count_; ++k) {
-          sleep_until(due_ns(k, 0) - poses_before_ns);
-          push_poses(k, poses);
-          for (int32_t s = 0; s < run_.sensor_count; ++s) {
-            sleep_until(due_ns(k, s));
-            push_scan(k, s);
-          }
-        }
-      });
+      std::vector<Event> events = list_others();
+      for (int32_t s = 0; s < run_.sensor_count; ++s) list_scan(s, events);
+      drivers.emplace_back([events, this] { drive("bench-drivers", events); });
     } else {
-      drivers.emplace_back([&, this] {
-        become_driver("bench-poses");
-        std::vector<ovt_ego_pose> poses;
-        for (int32_t k = 0; k < frame_count_; ++k) {
-          sleep_until(due_ns(k, 0) - poses_before_ns);
-          push_poses(k, poses);
-        }
-      });
+      drivers.emplace_back([this] { drive("bench-poses", list_others()); });
       for (int32_t s = 0; s < run_.sensor_count; ++s)
         drivers.emplace_back([this, s] {
-          become_driver(("bench-driver" + std::to_string(s)).c_str());
-          for (int32_t k = 0; k < frame_count_; ++k) {
-            sleep_until(due_ns(k, s));
-            push_scan(k, s);
-          }
+          std::vector<Event> events;
+          list_scan(s, events);
+          drive(("bench-driver" + std::to_string(s)).c_str(), events);
         });
     }
     run_.measuring_threads += int32_t(drivers.size());
@@ -222,6 +273,9 @@ class LatencyRunner {
   std::atomic<int64_t> published_{0};
   std::atomic<int32_t> failed_{OVT_OK}, fifo_drivers_{0};
   std::unique_ptr<NoiseFloor> noise_;
+  std::unique_ptr<FloorScan> floor_scan_;
+  std::vector<Loops> floor_isas_;
+  const Loops* floor_loops_ = nullptr;
   DetectorHandle handle_;  // last member, destroyed first: after that nothing calls on_frame
 };
 

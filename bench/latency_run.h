@@ -4,7 +4,8 @@
 // The run itself. Open loop: scans arrive by an absolute clock, whether or not the library is ready; one thread per
 // sensor pushes them. A frame's latency starts at the *scheduled* time of its last scan, so it includes a late wake-up
 // of the driver's thread, and the wait for an earlier frame. Closed loop: the next frame is pushed when the last one is
-// published; its latency starts before the first push.
+// published; its latency starts before the first push. With `pieces` the points of a scan come evenly over the time before
+// its arrival, which is that of its last piece.
 #pragma once
 
 #include <cstdint>
@@ -21,6 +22,8 @@ struct LatencyRunDef {
   int32_t frames = 1000, warmup = 50;  // warm-up frames come first and are not part of `frames`
   double rate_hz = 0;                  // per sensor; 0: the rate of the input
   int32_t stagger_us = 0;              // sensor s arrives s times this after sensor 0
+  int32_t pieces = 0;                  // open loop: of each scan; 0: scans are pushed whole
+  std::string preset;                  // empty: the library's default
   std::vector<int32_t> cpus;           // CPUs for all threads; empty: any
   int32_t workers = 0;                 // ovt_detector_def.worker_count
   int32_t fifo_priority = 0, spin_us = 0;
@@ -45,6 +48,7 @@ struct LatencyRun {
   std::vector<FrameSample> frames;  // warm-up frames first
   std::vector<ovt_span> spans;      // [frame][sensor, then the whole frame's][stage]
   std::vector<NoiseSample> noise;   // per frame
+  std::vector<int64_t> floor_ns;    // open loop: segment_floor, one per frame
   int32_t sensor_count = 0;
   int64_t wall_ns = 0;  // duration of the frames after the warm-up
   double rate_hz = 0;

@@ -33,9 +33,11 @@ OVT_INLINE bool is_weak_down(const CutLinksParams& params, Plane<const float> ra
   return !pixels_join(own_m, below_m, sin_alpha, cos_alpha, params.tan_threshold);
 }
 
-// Cuts the weak links of the run that begins at a pixel. Returns their number.
+// Cuts the weak links of the run that begins at a pixel. Returns their number. Calls splits(column) for each link to the
+// right of a column that it cuts.
+template <class F>
 OVT_INLINE int32_t cut_run(const CutLinksParams& params, Plane<const float> range_m, Plane<const float> elevation_rad,
-                           int32_t r, int32_t c, BitPlane right, BitPlane down) {
+                           int32_t r, int32_t c, BitPlane right, BitPlane down, F&& splits) {
   const auto clear = [](BitPlane links, int32_t row, int32_t col) OVT_INLINED {
     links.row(row)[col >> 6] &= ~(uint64_t(1) << (col & 63));
     return 1;
@@ -44,7 +46,9 @@ OVT_INLINE int32_t cut_run(const CutLinksParams& params, Plane<const float> rang
   for (bool goes_on = true; goes_on; ++c) {
     if (down.test(r, c) && is_weak_down(params, range_m, elevation_rad, r, c)) cuts += clear(down, r, c);
     goes_on = c + 1 < range_m.cols && right.test(r, c);
-    if (goes_on && is_weak_right(params, range_m.row(r), c)) cuts += clear(right, r, c);
+    if (!goes_on || !is_weak_right(params, range_m.row(r), c)) continue;
+    cuts += clear(right, r, c);
+    splits(c);
   }
   return cuts;
 }

@@ -79,27 +79,32 @@ struct WindowRanges {
   }
 };
 
-// The pixels whose points are dark.
+// The pixels whose points are dark. Lists them first: which of the points are dark, and which of these hold their pixel,
+// no predictor knows.
 template <class A>
 OVT_INLINE void find_dark(const ScanTable& scan, const int32_t* point_pixel, Plane<const int32_t> pixel_point,
                           float darkest, BitPlane dark) {
+  constexpr int32_t kBlock = 2048;
   const Float<A> limit(darkest);
-  const float* intensity = scan.intensity;
-  int32_t row = 0, row_begin = 0;
-  for (int32_t i = 0; i < scan.count; i += 64) {
-    const int32_t left = scan.count - i;
-    uint64_t found = 0;
-    for (int32_t k = 0; k < 64 && k < left; k += kSize<A>)
-      found |= uint64_t((Float<A>::load(intensity + i + k) < limit).bits()) << k;
-    if (left < 64) found &= (uint64_t(1) << left) - 1;
-    for (; found != 0; found &= found - 1) {
-      const int32_t point = i + lowest_bit(found), pixel = point_pixel[point];
-      if (pixel < 0 || pixel_point.data[pixel] != point) continue;
-      if (pixel < row_begin || pixel >= row_begin + pixel_point.stride) {  // points come row by row, or in any order
-        row = pixel / pixel_point.stride;
-        row_begin = row * pixel_point.stride;
-      }
-      const int32_t c = pixel - row_begin;
+  for (int32_t begin = 0; begin < scan.count; begin += kBlock) {
+    int32_t list[kBlock + kSize<A>], found = 0, held = 0;
+    const int32_t end = begin + kBlock < scan.count ? begin + kBlock : scan.count;
+    for (int32_t i = begin; i < end; i += kSize<A>) {
+      const Mask<A> is_dark = (Float<A>::load(scan.intensity + i) < limit) & Mask<A>::first(end - i) &
+                              (Int<A>::load(point_pixel + i) > Int<A>(-1));
+      store_packed(is_dark, Int<A>::count_from(i), list + found);
+      found += count_bits(is_dark.bits());
+    }
+    if (found == 0) continue;
+    for (int32_t k = found; k % kSize<A> != 0; ++k) list[k] = list[0];
+    for (int32_t k = 0; k < found; k += kSize<A>) {
+      const Int<A> point = Int<A>::load(list + k), pixel = gather(point_pixel, point);
+      const Mask<A> holds = (gather(pixel_point.data, pixel) == point) & Mask<A>::first(found - k);
+      store_packed(holds, pixel, list + held);  // held <= k
+      held += count_bits(holds.bits());
+    }
+    for (int32_t k = 0; k < held; ++k) {
+      const int32_t row = list[k] / pixel_point.stride, c = list[k] - row * pixel_point.stride;
       dark.row(row)[c >> 6] |= uint64_t(1) << (c & 63);
     }
   }
@@ -131,21 +136,32 @@ OVT_INLINE int32_t find_rough(const DropSmokeParams& params, Plane<const float> 
   for (int32_t w = 0; w < dark.words_per_row; ++w) {
     if (dark.row(r)[w] == 0) continue;
     const WindowBits window(considered, r, w);
-    uint64_t found = 0;
+    // Most dark pixels lie on a surface, and a part of the window shows it: the share of all neighbours that are near is
+    // larger than this part's share of all that may be neighbours. The others are listed: which ones they are, no
+    // predictor knows.
+    struct Unsure {
+      uint64_t all;
+      int32_t shift, place;
+    } unsure[64];
+    int32_t unsure_count = 0;
     for (uint64_t left = dark.row(r)[w]; left != 0; left &= left - 1) {
       const int32_t shift = lowest_bit(left), c = 64 * w + shift;
       const float surface_m = kSurface_m + kSurfaceShare * range_filled_m.row(r)[c];
       const uint64_t all = window.at(shift);
-      uint64_t& neighbours = ring.at(count++);
-      // Most dark pixels lie on a surface, and a part of the window shows it: the share of all neighbours that are near
-      // is larger than this part's share of all that may be neighbours.
       const uint64_t part = all & ranges.find_within<A, 1>(c, min_of(surface_m, params.reach_m));
-      neighbours = NeighbourRing::kUnknown;
-      if (float(count_bits(part)) > params.near_share * float(count_bits(all))) continue;
-      neighbours = all & ranges.find_within<A>(c, params.reach_m);
+      ring.at(count) = NeighbourRing::kUnknown;
+      unsure[unsure_count] = {all, shift, count++};
+      unsure_count += !(float(count_bits(part)) > params.near_share * float(count_bits(all)));
+    }
+    uint64_t found = 0;
+    for (int32_t k = 0; k < unsure_count; ++k) {
+      const int32_t c = 64 * w + unsure[k].shift;
+      const float surface_m = kSurface_m + kSurfaceShare * range_filled_m.row(r)[c];
+      const uint64_t neighbours = unsure[k].all & ranges.find_within<A>(c, params.reach_m);
       const uint64_t near = neighbours & ranges.find_within<A>(c, surface_m);
       const bool is_rough = float(count_bits(near)) <= params.near_share * float(count_bits(neighbours));
-      found |= uint64_t(is_rough) << shift;
+      ring.at(unsure[k].place) = neighbours;
+      found |= uint64_t(is_rough) << unsure[k].shift;
     }
     rough.row(r)[w] = found;
   }

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Section 7b: labels, after weak links are cut. Whether a cluster is cut depends on its runs alone
-// (label_bfs_simd.hpp), so labels are written once, at the end.
+// (label_bfs_simd.hpp), so labels are written once, at the end. Few clusters are cut: only their runs are joined anew.
 #pragma once
 
 #include "kernels/cut_links_run.h"
@@ -39,12 +39,12 @@ OVT_INLINE void measure_runs(Plane<const float> range_m, ConstBitPlane nonground
   }
 }
 
-// Turns parents into roots, and joins the ends of the runs of each root. Returns whether any cluster is to be cut.
+// Turns parents into roots, and joins the ends of the runs of each root. Returns whether any cluster is to be cut: the
+// extents of its root then have a negative near_m.
 OVT_INLINE bool join_extents(const CutLinksParams& params, int32_t run_count, int32_t* parent, LabelExtent* extents) {
-  for (int32_t run = 0; run < run_count; ++run) {
-    if (parent[run] == run) continue;
+  for (int32_t run = 0; run < run_count; ++run) {  // a root joins itself, which changes nothing
     const int32_t root = parent[run] = parent[parent[run]];
-    const LabelExtent& own = extents[run];
+    const LabelExtent own = extents[run];
     LabelExtent& all = extents[root];
     all.near_m = min_of(all.near_m, own.near_m);
     all.far_m = max_of(all.far_m, own.far_m);
@@ -52,8 +52,55 @@ OVT_INLINE bool join_extents(const CutLinksParams& params, int32_t run_count, in
     all.last_col = own.last_col > all.last_col ? own.last_col : all.last_col;
   }
   bool any = false;
-  for (int32_t run = 0; run < run_count; ++run) any |= parent[run] == run && is_long(params, extents[run]);
+  for (int32_t run = 0; run < run_count; ++run) {
+    if (parent[run] != run || !is_long(params, extents[run])) continue;
+    extents[run].near_m = -1.0f;
+    any = true;
+  }
   return any;
+}
+
+// Walks over splits, which are in the order of their pixels: a new run begins behind a column of a run.
+struct SplitWalk {
+  const LabelExtent* at;  // row: the run, col: the column
+  int32_t count, passed = 0;
+  OVT_INLINE int32_t pass(int32_t run, int32_t c) {  // splits before the pixel of a run
+    while (passed < count && (at[passed].row < run || (at[passed].row == run && at[passed].col < c))) ++passed;
+    return passed;
+  }
+};
+
+// Parents after the cut: a new run has a number of its own, so the runs behind it count on. Runs of clusters that were
+// cut begin anew and join along the links that are left; other runs keep their root. Returns the number of runs.
+OVT_INLINE int32_t join_cut_runs(ConstBitPlane nonground, ConstBitPlane link_down, int32_t run_count,
+                                 const LabelExtent* splits, int32_t split_count, int32_t* parent,
+                                 LabelExtent* extents) {
+  // last_col: the run's new number.
+  SplitWalk before{splits, split_count};
+  for (int32_t run = 0; run < run_count; ++run) extents[run].last_col = run + before.pass(run, -1);
+  for (int32_t run = run_count - 1, end = run_count + split_count; run >= 0; --run) {
+    const int32_t root = parent[run], number = extents[run].last_col;
+    for (int32_t part = number + 1; part < end; ++part) parent[part] = part;
+    end = number;
+    parent[number] = extents[root].near_m < 0.0f ? number : extents[root].last_col;
+    if (extents[root].near_m < 0.0f) extents[run].far_m = -1.0f;
+  }
+  // A link down joins two runs of one cluster. Pixels come in order, so those below them do, too.
+  SplitWalk own{splits, split_count}, of_below{splits, split_count};
+  int32_t below = 0;
+  for (int32_t run = 0; run < run_count; ++run) {
+    const int32_t r = extents[run].row;
+    if (extents[run].far_m >= 0.0f || r + 1 == nonground.rows) continue;
+    const int32_t last = run + 1 < run_count && extents[run + 1].row == r ? extents[run + 1].col : nonground.cols;
+    for (int32_t c = extents[run].col; c < last && nonground.test(r, c); ++c) {
+      if (!link_down.test(r, c) || !nonground.test(r + 1, c)) continue;
+      while (below + 1 < run_count &&
+             (extents[below + 1].row <= r || (extents[below + 1].row == r + 1 && extents[below + 1].col <= c)))
+        ++below;
+      join_runs(parent, run + own.pass(run, c), below + of_below.pass(below, c));
+    }
+  }
+  return run_count + split_count;
 }
 
 template <class A>
@@ -65,12 +112,22 @@ int32_t label_cut(const CutLinksParams& params, bool wraps, Plane<const float> r
   int32_t run_count = find_runs<A>(wraps, nonground_repaired, link_right, link_down, parent);
   measure_runs<A>(range_repaired_m, nonground_repaired, link_right, extents);
   if (join_extents(params, run_count, parent, extents)) {
-    int32_t cuts = 0;
-    for (int32_t run = 0; run < run_count; ++run)
-      if (is_long(params, extents[parent[run]]))
-        cuts += cut_run(params, range_repaired_m, elevation_repaired_rad, extents[run].row, extents[run].col,
-                        link_right, link_down);
-    if (cuts > 0) run_count = find_runs<A>(wraps, nonground_repaired, link_right, link_down, parent);
+    int32_t cuts = 0, split_count = 0;
+    LabelExtent* const splits = extents + run_count;
+    for (int32_t run = 0; run < run_count; ++run) {
+      if (extents[parent[run]].near_m >= 0.0f) continue;
+      const int32_t r = extents[run].row;
+      int32_t at = run;
+      cuts += cut_run(params, range_repaired_m, elevation_repaired_rad, r, extents[run].col, link_right, link_down,
+                      [&](int32_t c) OVT_INLINED {
+                        if (!nonground_repaired.test(r, c) || !nonground_repaired.test(r, c + 1)) return;
+                        while (at + 1 < run_count && extents[at + 1].row == r && extents[at + 1].col <= c) ++at;
+                        splits[split_count++] = {0.0f, 0.0f, 0, 0, at, c};
+                      });
+    }
+    if (cuts > 0)
+      run_count = wraps ? find_runs<A>(wraps, nonground_repaired, link_right, link_down, parent)
+                        : join_cut_runs(nonground_repaired, link_down, run_count, splits, split_count, parent, extents);
   }
   const int32_t cluster_count = number_runs(run_count, parent);
   label_bfs_write<A>(range_filled_m, nonground_repaired, link_right, parent, run_count, labels);

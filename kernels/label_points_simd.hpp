@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // End of stage 7: every input point gets its pixel's label. Most points are ground and hold their pixel, so the first
-// pass labels all as ground, except those that lost their pixel (a few percent), which are looked up one by one. A pass
-// over the pixels then labels the points that hold a cluster's pixel.
+// pass labels all as ground and lists those that lost their pixel (a few percent), which are then looked up in vectors:
+// whether one of them is near its winner is a coin toss, so no branch asks. A pass over the pixels then labels the points
+// that hold a cluster's pixel.
 #pragma once
 
 #include "core/math.h"
@@ -12,31 +13,50 @@
 
 namespace overtake::simd {
 
-// The return of a repaired pixel belongs to the cluster only if it lies where the repair is.
-OVT_INLINE int32_t label_of_pixel(const RangeImages& images, float own_limit_m, int32_t pixel) {
-  const int32_t label = images.labels.data[pixel];
-  const bool here = abs_of(images.range_m.data[pixel] - images.range_repaired_m.data[pixel]) < own_limit_m;
-  return label > kLabelGround && !here ? kLabelGround : label;
+// Labels and reasons of `count` points that lost their pixels. The list has room for whole vectors.
+template <class A>
+OVT_INLINE void label_losers(const LabelPointsParams& params, const RangeImages& images, PointTable& points,
+                             int32_t* losers, int32_t count) {
+  const Float<A> zero(0.0f), own_limit(params.own_limit_m), loser_limit(params.loser_limit_m);
+  const Int<A> ground(kLabelGround), none(kLabelNone), labelled(int32_t(Reason::kLabelled));
+  const Int<A> dust(int32_t(Reason::kDust)), second(int32_t(Reason::kSecondReturn));
+  for (int32_t k = count; k % kSize<A> != 0; ++k) losers[k] = losers[0];
+  for (int32_t k = 0; k < count; k += kSize<A>) {
+    const Int<A> index = Int<A>::load(losers + k), pixel = gather(points.pixel, index);
+    const Float<A> winner_m = gather(images.range_m.data, pixel);
+    const Float<A> behind = gather(points.range_m, index) - winner_m;
+    const Int<A> of_pixel = gather(images.labels.data, pixel);
+    // The return of a repaired pixel belongs to the cluster only if it lies where the repair is.
+    const Mask<A> here = abs_of(winner_m - gather(images.range_repaired_m.data, pixel)) < own_limit;
+    const Mask<A> near = abs_of(behind) <= loser_limit;
+    const Int<A> label = select((of_pixel > ground) & ~here, ground, of_pixel);
+    int32_t label_of[kSize<A>], reason_of[kSize<A>];
+    select(near, label, none).store(label_of);
+    select(near, labelled, select(behind < zero, dust, second)).store(reason_of);
+    for (int32_t l = 0; l < kSize<A>; ++l) {
+      points.label[losers[k + l]] = label_of[l];
+      points.reason[losers[k + l]] = uint8_t(reason_of[l]);
+    }
+  }
 }
 
 template <class A>
 void label_points(const LabelPointsParams& params, const RangeImages& images, PointTable& points) noexcept {
   const int32_t *pixels = points.pixel, count = points.count;
-  const float *range_m = points.range_m, *image_range = images.range_m.data;
   int32_t* labels = points.label;
-  uint8_t* reasons = points.reason;
   const uint8_t* lost = points.lost;
   const Int<A> ground(kLabelGround), none(kLabelNone);
-  for (int32_t i = 0; i < count; i += kSize<A>) {
-    select(Int<A>::load(pixels + i) > Int<A>(-1), ground, none).store(labels + i);
-    const Mask<A> losers = (load_bytes<A>(lost + i) > Int<A>(0)) & Mask<A>::first(count - i);
-    for (uint32_t bits = losers.bits(); bits != 0; bits &= bits - 1) {
-      const int32_t l = i + lowest_bit(bits), pixel = pixels[l];
-      const float behind = range_m[l] - image_range[pixel];
-      const bool near = abs_of(behind) <= params.loser_limit_m;
-      labels[l] = near ? label_of_pixel(images, params.own_limit_m, pixel) : kLabelNone;
-      reasons[l] = uint8_t(near ? Reason::kLabelled : behind < 0.0f ? Reason::kDust : Reason::kSecondReturn);
+  constexpr int32_t kBlock = 2048;
+  for (int32_t begin = 0; begin < count; begin += kBlock) {
+    int32_t losers[kBlock + kSize<A>], found = 0;
+    const int32_t end = begin + kBlock < count ? begin + kBlock : count;
+    for (int32_t i = begin; i < end; i += kSize<A>) {
+      select(Int<A>::load(pixels + i) > Int<A>(-1), ground, none).store(labels + i);
+      const Mask<A> loses = (load_bytes<A>(lost + i) > Int<A>(0)) & Mask<A>::first(end - i);
+      store_packed(loses, Int<A>::count_from(i), losers + found);
+      found += count_bits(loses.bits());
     }
+    if (found > 0) label_losers<A>(params, images, points, losers, found);
   }
 
   // Buffers (point, label) pairs and stores them once per row: scattered stores run faster apart from the wide loads.

@@ -12,7 +12,7 @@ namespace overtake::simd {
 template <class A>
 void mark_ground(const MarkGroundParams& params, int32_t row_count, Plane<const float> angle_smooth_rad,
                  Plane<const float> range_filled_m, Plane<const int32_t> pixel_point, BitPlane nonground) noexcept {
-  OVT_CHECK(row_count >= 0 && row_count <= nonground.rows);
+  OVT_CHECK(row_count >= 0 && row_count <= nonground.rows + 1);
   const Float<A> zero(0.0f), undefined(kAngleUndefined), threshold(params.threshold_rad);
   const Int<A> no_point(kNoPoint);
   for (int32_t w = 0; w < nonground.words_per_row; ++w) {

@@ -118,6 +118,7 @@ class Detector {
   // scans, whole or in pieces (detector_stream.cpp)
   struct Stream;
   class Hold;
+  ovt_status refuse_producer(Stream& stream) const noexcept;
   bool begin_scan(Stream& stream, int32_t sensor, int64_t stamp_ns);
   void close_scan(Stream& stream, int32_t sensor, bool ended, int32_t point_count);
   void post_scan(int32_t sensor, int64_t stamp_ns);
@@ -179,6 +180,7 @@ class Detector {
   struct Stream {
     enum Owner : int32_t { kFree, kFreeOpen, kProducer, kCloser };  // kFreeOpen: a scan is open
     std::atomic<int32_t> owner{kFree};
+    std::atomic<bool> reported_producers{false};
     // Of the open scan. Other threads read them before they try to become the owner.
     std::atomic<int64_t> stamp_ns{0};
     std::atomic<int64_t> ran_ns[kMaxSensors] = {};  // Stream::clock_ns of each sensor when the scan began

@@ -56,13 +56,20 @@ class Detector::Hold {
   bool mine_ = false;
 };
 
+// The first time, of each sensor, goes to the log.
+ovt_status Detector::refuse_producer(Stream& stream) const noexcept {
+  if (!stream.reported_producers.exchange(true, std::memory_order_relaxed))
+    log(OVT_LOG_ERROR, "two threads push scans of one sensor at the same time: refused");
+  return OVT_WRONG_THREAD;
+}
+
 ovt_status Detector::push_scan(const ovt_points& points) {
   const Turn turn(*this);
   if (!turn) return OVT_WRONG_THREAD;
   const int32_t s = points.sensor;
   Stream& stream = streams_[s];
   const Hold hold(stream);
-  if (!hold) return OVT_WRONG_THREAD;
+  if (!hold) return refuse_producer(stream);
   counters_.pushed.fetch_add(1, std::memory_order_relaxed);
   if (points.count > point_capacity_[s]) {
     counters_.dropped.fetch_add(1, std::memory_order_relaxed);
@@ -99,7 +106,7 @@ ovt_status Detector::push_points(const ovt_points& piece) {
   if (!turn) return OVT_WRONG_THREAD;
   Stream& stream = streams_[piece.sensor];
   const Hold hold(stream);
-  if (!hold) return OVT_WRONG_THREAD;
+  if (!hold) return refuse_producer(stream);
   const auto count_as = [](std::atomic<int64_t>& counter, ovt_status status) {
     counter.fetch_add(1, std::memory_order_relaxed);
     return status;
@@ -131,7 +138,7 @@ ovt_status Detector::end_scan(int32_t sensor, int64_t stamp_ns, int32_t point_co
   if (!turn) return OVT_WRONG_THREAD;
   Stream& stream = streams_[sensor];
   const Hold hold(stream);
-  if (!hold) return OVT_WRONG_THREAD;
+  if (!hold) return refuse_producer(stream);
   const bool is_open = stream.is_open && stamp_ns == stream.stamp_ns.load(std::memory_order_relaxed);
   if (is_open && !stream.is_refused && point_count >= 0 && point_count < stream.builder.end()) return OVT_BAD_ARGUMENT;
   if (!begin_scan(stream, sensor, stamp_ns)) return OVT_LATE;

@@ -16,8 +16,9 @@
 namespace overtake {
 namespace {
 
-constexpr int32_t kPointSteps = 3;  // project_points, rank_layers, scatter_points
-constexpr int32_t kBlock = 64;      // points that are projected at a time, at least: whole vectors, whole cache lines
+constexpr int32_t kPointSteps = 3;    // project_points, rank_layers, scatter_points
+constexpr int32_t kBlock = 64;        // points that are projected at a time, at least: whole vectors, whole cache lines
+constexpr int32_t kRowsTogether = 4;  // a row step computes its halo, too, so it waits for a few rows
 
 // `span`: the sum of a stage's times.
 void add_time(StageSpan& span, int64_t start_ns) noexcept {
@@ -133,9 +134,12 @@ bool EarlySegment::build(const Method& method, const EarlyPlan& plan, const Sens
   const std::size_t layers = std::size_t(std::clamp(sensor.layer_last + 1, 1, kLayerIds));
   const std::size_t rows = std::size_t(sensor.rows);
   std::size_t kept_rows = 0;
+  Columns guessed = 0;
   for (const Step& step : method.segment.subspan(kPointSteps, std::size_t(plan.steps - kPointSteps))) {
     const Columns written = step.writes & columns_of(Extent::pixels);
-    kept_rows = std::max(kept_rows, std::size_t(std::popcount(written)) * std::size_t(step.halo(params).above));
+    const Halo halo = step.halo(params);
+    kept_rows = std::max(kept_rows, std::size_t(std::popcount(written)) * std::size_t(halo.above + halo.below));
+    if (halo.is_guess) guessed |= written;
   }
   const bool built = arena_.build(allocator, [&](Carver& carver) {
     for (int32_t** by_layer : {&sums_.touched, &sums_.point_count, &layer_order_, &row_now_, &row_before_})
@@ -145,6 +149,8 @@ bool EarlySegment::build(const Method& method, const EarlyPlan& plan, const Sens
     met_ = carver.take<int32_t>(rows + 1);
     layers_before_ = carver.take<int32_t>(rows + 1);
     kept_rows_ = carver.take<float>(kept_rows * std::size_t(plane_stride(sensor.cols)));
+    is_wrong_ = carver.take<uint8_t>(rows);
+    carve_columns(carver, guessed, sensor, 0, guess_);
   });
   if (!built) return false;
   std::fill_n(row_now_, layers, kUnmet);
@@ -222,41 +228,113 @@ void EarlySegment::project(const StageContext& context, const ScanTable& scan, i
 void EarlySegment::add(const StageContext& context, const ScanTable& scan, int32_t whole,
                        EarlyColumns& early) noexcept {
   project(context, scan, whole - whole % kBlock, early);
-  if (predicts_ && rows_complete_in_turn_) run_row_steps(context, false, early);
+  if (!predicts_ || !rows_complete_in_turn_) return;
+  const bool ran = run_row_steps(context, false, early);
+  if (ran && met_count_ + 1 == before_count_) mend_guesses(context, false, early);
 }
 
-// Runs each row step over the rows that it can compute now; `whole`: over all others. The kernel gets the rows and the
-// halo as an image. It takes the halo's outer rows for the image's edge, so what it writes there is wrong: the rows
-// above are put back, the rows below come later.
-void EarlySegment::run_row_steps(const StageContext& context, bool whole, EarlyColumns& early) noexcept {
+// Runs a row step over rows [first, last). The kernel gets the rows and the halo as an image. It takes the halo's outer rows for the image's edge, so what it writes there is wrong and is put back.
+// `whole`: the image has no more layers than early.row_count, else more may follow.
+void EarlySegment::run_rows(const StageContext& context, const Step& step, int32_t first, int32_t last, bool whole,
+                            EarlyColumns& early) noexcept {
+  const int64_t start_ns = steady_now_ns();
+  const Halo halo = step.halo(*params_);
+  const int32_t top = std::max(first - halo.above, 0), bottom = std::min(last + halo.below, sensor_->rows);
+  char* kept = reinterpret_cast<char*>(kept_rows_);
+  const auto for_each_kept = [&](auto&& copy) {
+    for_each_rows(part_, early.views, step.writes, top, first, copy);
+    for_each_rows(part_, early.views, step.writes, last, bottom, copy);
+  };
+  for_each_kept([&](const void* rows, std::size_t bytes) {
+    std::memcpy(kept, rows, bytes);
+    kept += bytes;
+  });
+  SegmentViews window = cut_rows(part_, early.views, plan_.columns, top, bottom);
+  part_.row_count = std::max((whole ? early.row_count : bottom + 1) - top, 0);  // more layers follow
+  Segment segment = {*sensor_, *params_, part_, window};
+  step.run(*context.kernels, segment);
+  kept = reinterpret_cast<char*>(kept_rows_);
+  for_each_kept([&](void* rows, std::size_t bytes) {
+    std::memcpy(rows, kept, bytes);
+    kept += bytes;
+  });
+  add_time(early.spans[step.stage], start_ns);
+}
+
+// Runs each row step over the rows that it can compute now; `whole`: over all others. False: there were none.
+bool EarlySegment::run_row_steps(const StageContext& context, bool whole, EarlyColumns& early) noexcept {
   int32_t given = whole ? sensor_->rows : complete_;
+  const bool may_wait = !whole && met_count_ + 1 < before_count_;  // not when the last layers come
+  bool any = false;
   for (int32_t k = 0; k + kPointSteps < plan_.steps; ++k) {
     const Step& step = context.method->segment[std::size_t(k + kPointSteps)];
-    const Halo halo = step.halo(*params_);
-    const int32_t first = rows_done_[k], last = whole ? sensor_->rows : given - halo.below;
+    const int32_t first = rows_done_[k], last = whole ? sensor_->rows : given - step.halo(*params_).below;
     given = last;
-    if (last <= first) {
+    if (last <= first || (may_wait && last < first + kRowsTogether)) {
       given = first;
       continue;
     }
-    const int64_t start_ns = steady_now_ns();
-    const int32_t top = std::max(first - halo.above, 0), bottom = std::min(last + halo.below, sensor_->rows);
-    char* kept = reinterpret_cast<char*>(kept_rows_);
-    for_each_rows(part_, early.views, step.writes, top, first, [&](const void* rows, std::size_t bytes) {
-      std::memcpy(kept, rows, bytes);
-      kept += bytes;
-    });
-    SegmentViews window = cut_rows(part_, early.views, plan_.columns, top, bottom);
-    part_.row_count = (whole ? early.row_count : bottom + 1) - top;  // more layers follow
-    Segment segment = {*sensor_, *params_, part_, window};
-    step.run(*context.kernels, segment);
-    kept = reinterpret_cast<char*>(kept_rows_);
-    for_each_rows(part_, early.views, step.writes, top, first, [&](void* rows, std::size_t bytes) {
-      std::memcpy(rows, kept, bytes);
-      kept += bytes;
-    });
+    run_rows(context, step, first, last, whole, early);
     rows_done_[k] = last;
-    add_time(early.spans[step.stage], start_ns);
+    any = true;
+  }
+  return any;
+}
+
+// Runs a step over rows [0, given) and compares rows [0, done). Takes the rows that differ; is_wrong_ marks them.
+bool EarlySegment::find_wrong_rows(const StageContext& context, const Step& step, int32_t given, int32_t done,
+                                   bool whole, EarlyColumns& early) noexcept {
+  const int64_t start_ns = steady_now_ns();
+  SegmentViews again = early.views;
+  show_columns(step.writes, guess_, again);
+  SegmentViews window = cut_rows(part_, again, plan_.columns, 0, given);
+  part_.row_count = whole ? early.row_count : given + 1;
+  Segment segment = {*sensor_, *params_, part_, window};
+  step.run(*context.kernels, segment);
+  bool any = false;
+  for (int32_t r = 0; r < done; ++r) {
+    const char* right[kColumnCount];
+    int32_t count = 0, i = 0;
+    for_each_rows(part_, again, step.writes, r, r + 1,
+                  [&](const void* row, std::size_t) { right[count++] = static_cast<const char*>(row); });
+    for_each_rows(part_, early.views, step.writes, r, r + 1, [&](void* row, std::size_t bytes) {
+      const char* const from = right[i++];
+      if (std::memcmp(row, from, bytes) == 0) return;
+      std::memcpy(row, from, bytes);
+      is_wrong_[r] = 1;
+      any = true;
+    });
+  }
+  add_time(early.spans[step.stage], start_ns);
+  return any;
+}
+
+// After the row steps ran; `whole`: over all rows.
+void EarlySegment::mend_guesses(const StageContext& context, bool whole, EarlyColumns& early) noexcept {
+  const int32_t rows = sensor_->rows;
+  int32_t given = whole ? rows : complete_;
+  std::fill_n(is_wrong_, rows, uint8_t(0));
+  bool any = false;
+  for (int32_t k = 0; k + kPointSteps < plan_.steps; ++k) {
+    const Step& step = context.method->segment[std::size_t(k + kPointSteps)];
+    const Halo halo = step.halo(*params_);
+    if (halo.is_guess) {
+      any = find_wrong_rows(context, step, given, rows_done_[k], whole, early) || any;
+    } else if (any) {
+      // Row r reads the rows from r - above to r + below.
+      const auto is_touched = [&](int32_t r) {
+        const int32_t begin = std::max(r - halo.above, 0), end = std::min(r + halo.below + 1, rows);
+        return std::any_of(is_wrong_ + begin, is_wrong_ + end, [](uint8_t wrong) { return wrong == 1; });
+      };
+      for (int32_t r = 0; r < rows; ++r)
+        if (is_wrong_[r] == 0 && is_touched(r)) is_wrong_[r] = 2;
+      const int32_t done = rows_done_[k];  // later rows will read what is right
+      for (int32_t first = 0, last = 0; first < done; first = last + 1) {
+        for (last = first; last < done && is_wrong_[last] != 0; ++last) is_wrong_[last] = 1;
+        if (last > first) run_rows(context, step, first, last, whole, early);
+      }
+    }
+    given = rows_done_[k];
   }
 }
 
@@ -280,6 +358,7 @@ bool EarlySegment::finish(const StageContext& context, const ScanTable& scan, Ea
   early.steps = kPointSteps;
   if (right && rows_complete_in_turn_) {
     run_row_steps(context, true, early);
+    mend_guesses(context, true, early);
     early.steps = plan_.steps;
   }
   const bool was_wrong = predicted_ && !right;

@@ -8,7 +8,9 @@
 //   scatter_points   with rows that are predicted from the sensor's last scan, and compared at the end. Where they were
 //                    wrong, the whole scan is scattered again, and the next scans are not predicted
 //   row steps        those that follow and have a halo (step.h): over the rows that are complete. Rows complete one by
-//                    one if the sensor measures layer after layer, from the top
+//                    one if the sensor measures layer after layer, from the top. A step whose halo is a guess runs
+//                    again over the whole image, once before the last layer and once at the end, and the rows
+//                    that differ are mended
 //
 // The columns travel with their scan (EarlyColumns) until its segmentation ends: the workers go on with the next step.
 // The bytes are those of the whole segmentation.
@@ -85,7 +87,12 @@ class EarlySegment {
   void project(const StageContext& context, const ScanTable& scan, int32_t end, EarlyColumns& early) noexcept;
   void look_at_layers(const ScanTable& scan, int32_t begin, int32_t end, const PointTable& points) noexcept;
   void meet_layer(int32_t layer) noexcept;
-  void run_row_steps(const StageContext& context, bool whole, EarlyColumns& early) noexcept;
+  bool run_row_steps(const StageContext& context, bool whole, EarlyColumns& early) noexcept;
+  void run_rows(const StageContext& context, const Step& step, int32_t first, int32_t last, bool whole,
+                EarlyColumns& early) noexcept;
+  void mend_guesses(const StageContext& context, bool whole, EarlyColumns& early) noexcept;
+  bool find_wrong_rows(const StageContext& context, const Step& step, int32_t given, int32_t done, bool whole,
+                       EarlyColumns& early) noexcept;
   bool is_as_predicted() const noexcept;
   void learn() noexcept;
 
@@ -100,8 +107,10 @@ class EarlySegment {
   const SegmentParams* params_ = nullptr;
   LayerSums sums_;
   int32_t *row_of_layer_ = nullptr, *layer_order_ = nullptr;
-  float* kept_rows_ = nullptr;  // of the row steps' columns, above a window
-  SensorPart part_;             // row_count only
+  float* kept_rows_ = nullptr;   // of the row steps' columns, above and below a window
+  SegmentViews guess_;           // what the steps write whose halo is a guess, of the whole image
+  uint8_t* is_wrong_ = nullptr;  // by row: to be computed again
+  SensorPart part_;              // row_count only
 
   // This scan.
   int32_t projected_ = 0;       // points [0, projected_) are done

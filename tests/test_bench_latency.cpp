@@ -99,6 +99,12 @@ TEST_CASE("bench_latency: the command line reaches the run, and a wrong one ends
   CHECK(run.warmup == 4);
   CHECK(run.deadline_ns == 1500);
   CHECK(run.stagger_us == 7);
+  CHECK(run.pieces == 0);
+  CHECK(parse({"--stream"}).options.run.pieces == 32);
+  CHECK(parse({"--stream", "--pieces", "5", "--preset", "best"}).options.run.pieces == 5);
+  CHECK(parse({"--preset", "best"}).options.run.preset == "best");
+  CHECK(parse({"--pieces", "5"}).options.run.pieces == 0);
+  CHECK_FALSE(parse({"--stream", "--loop", "closed"}).run);
   CHECK(parsed.options.json);
   CHECK(parsed.options.hgrm == "a.hgrm");
   CHECK(parsed.options.out == "a.json");
@@ -159,6 +165,36 @@ TEST_CASE("bench_latency: histograms hold every frame once and a sensor's stages
       for (int32_t i = 0; i < OVT_STAGE_COUNT; ++i) CHECK(names.count(ovt_stage_name(i)) == 1);
       for (const char* name : {"wake_driver", "hand_over", "gather", "publish"}) CHECK(names.count(name) == 1);
     }
+}
+
+TEST_CASE("bench_latency: scans in pieces are whole frames, and their latency begins with the last piece") {
+  for (const int32_t workers : {1, 2}) {
+    CAPTURE(workers);
+    LatencyRunDef def = short_run();
+    def.workers = workers;
+    def.rate_hz = 4;
+    def.pieces = 5;
+    def.preset = "best";
+    const LatencyRun run = run_latency(small_scene(), def);
+    const LatencyReport report = make_report(run, def);
+    CHECK(run.stats.pushed == 3 * 11);
+    CHECK(run.stats.pieces == 3 * 11 * 5);
+    CHECK(run.stats.pieces_used == 3 * 11 * 5);
+    CHECK(run.stats.scans_incomplete == 0);
+    CHECK(report.end_to_end.count() + report.missing == 8);
+    CHECK(report.floor.count() == 8);
+    if (run.stats.used < run.stats.pushed || report.incomplete > 0) continue;
+    for (const StageHistogram& stage : report.stages) {
+      CAPTURE(stage.name);
+      CHECK(stage.name != "wake_driver");
+      if (stage.name == "last_piece") CHECK(stage.histogram.count() == 24);
+    }
+    for (std::size_t k = 0; k < run.frames.size(); ++k)
+      for (int32_t s = 0; s < 3; ++s) {
+        CHECK(run.span(k, s, OVT_STAGE_LOAD).start_ns < run.frames[k].due_ns);  // of the first piece
+        CHECK(run.span(k, s, OVT_STAGE_SEGMENT).start_ns >= run.frames[k].due_ns);
+      }
+  }
 }
 
 TEST_CASE("bench_latency: the JSON holds percentiles, every stage, the noise and the environment") {

@@ -248,7 +248,8 @@ TEST_CASE("stream: with layers from the top to the bottom, the first steps run w
   const auto stages_of = [](Pattern pattern) { return run_pattern(pattern, 6, true, 2).early_stages; };
   const std::vector<int32_t> points = {OVT_STAGE_PROJECT};
   std::vector<int32_t> rows = {OVT_STAGE_PROJECT, OVT_STAGE_GAPS};
-  if (tests_paper()) rows.insert(rows.end(), {OVT_STAGE_ANGLE, OVT_STAGE_SMOOTH});
+  if (tests_paper())
+    rows.insert(rows.end(), {OVT_STAGE_ANGLE, OVT_STAGE_SMOOTH, OVT_STAGE_GROUND, OVT_STAGE_REPAIR, OVT_STAGE_LINK});
   const std::vector<std::vector<int32_t>> top_down = stages_of(Pattern::kTopDown);
   REQUIRE(top_down.size() == 6);
   if (!tests_paper() && !tests_best()) return;  // another chain of steps
@@ -262,7 +263,7 @@ TEST_CASE("stream: with layers from the top to the bottom, the first steps run w
 
 TEST_CASE("stream: the pool of early columns gives the lowest free ones, and none when all are taken") {
   const overtake::EarlyPlan plan = overtake::plan_early(overtake::kPaper);
-  CHECK(plan.steps == 6);  // up to smooth_sg
+  CHECK(plan.steps == 9);  // up to link_pixels
   overtake::EarlyPool pool;
   const overtake::SensorModel sensor = overtake::make_sensor_model(4, 8, 1, -1, false, 0.5, 100);
   REQUIRE(pool.build(plan.columns, sensor, 100, 3, overtake::default_allocator()));

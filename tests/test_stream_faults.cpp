@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstring>
 #include <random>
 #include <string>
 #include <thread>
@@ -418,8 +419,13 @@ TEST_CASE("stream: three producers in pieces, with other threads that close thei
   CHECK(adds_up(stats));
 }
 
-TEST_CASE("stream: two threads that push scans of one sensor at the same time are told") {
+TEST_CASE("stream: two threads that push scans of one sensor at the same time are told, and once the log is") {
   Thin bench({.workers = 2, .record = false});
+  static std::atomic<int32_t> lines;
+  lines = 0;
+  bench.def.log = [](ovt_log_level, const char* text, void*) {
+    if (std::strstr(text, "two threads push scans of one sensor")) ++lines;
+  };
   bench.create();
   const ovt_points points = bench.points(0, 0);
   // One thread stays in its call: its mailbox is full, and the intake waits in a hook.
@@ -450,8 +456,11 @@ TEST_CASE("stream: two threads that push scans of one sensor at the same time ar
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   CHECK(status == OVT_WRONG_THREAD);
+  CHECK(lines == 1);
+  CHECK(bench.push_piece(other, {0, 0}) == OVT_WRONG_THREAD);
   block.go.store(true);
   producer.join();
+  CHECK(lines == 1);
 }
 
 TEST_CASE("stream: what an incomplete scan does not show is not free: no track misses there") {

@@ -24,9 +24,11 @@ struct Segment {
 
 // The rows above and below that a row of a step's results depends on. The image may then be cut between rows: for a
 // part of the image the step gives the same rows, but for the halo at an edge that is not the image's. part.row_count
-// then counts the layers from the part's first row on; one more than the part's rows if others follow.
+// then counts the layers from the part's first row on; one more than the part's rows if others follow. is_guess: rows
+// farther below seldom change a row's result, so the results are compared with those of the whole image.
 struct Halo {
   int32_t above, below;
+  bool is_guess = false;
 };
 template <int32_t kAbove, int32_t kBelow>
 constexpr Halo rows_around(const SegmentParams&) noexcept {

@@ -80,8 +80,10 @@ OVT_ROW_STEP_BY_HAND(smooth_sg, SMOOTH, "smooth", smooth_halo, OVT_READS(row_cou
   k.smooth_sg(s.params.smooth_sg, std::max(s.part.row_count - 1, 0), m.angle_rad, m.angle_smooth_rad);
 }
 
-OVT_STEP(mark_ground, GROUND, "ground", params<&SegmentParams::mark_ground>, in<row_count>, in<angle_smooth_rad>,
-         in<range_filled_m>, in<pixel_point>, out<nonground>);
+// A pixel without an angle asks whether its column has a return in any lower row: most have one in the next row.
+constexpr Halo ground_halo(const SegmentParams&) noexcept { return {0, 1, true}; }
+OVT_ROW_STEP(mark_ground, GROUND, "ground", ground_halo, params<&SegmentParams::mark_ground>, in<row_count>,
+             in<angle_smooth_rad>, in<range_filled_m>, in<pixel_point>, out<nonground>);
 // Not a kernel: samples the road surface for running_ground.
 OVT_STEP_BY_HAND(sample_road, GROUND, "running_ground", OVT_READS(road, range_filled_m, elevation_filled_rad),
                  OVT_WRITES(road_offset_m, road_slope, road_level_slope, road_known_m), OVT_SCRATCH()) {
@@ -101,11 +103,11 @@ OVT_STEP(drop_smoke, GROUND, "smoke", params<&SegmentParams::drop_smoke>, in<sca
          in<pixel_point>, inout<nonground>, scratch<considered>, scratch<steep>, out<smoke>);
 OVT_STEP(keep_above_road, GROUND, "", sensor<&SensorModel::T_vehicle_sensor>, in<range_filled_m>,
          in<elevation_filled_rad>, out<range_repaired_m>, out<elevation_repaired_rad>, out<nonground_repaired>);
-OVT_STEP(repair_range, REPAIR, "repair", params<&SegmentParams::repair_range>, in<range_filled_m>,
-         in<elevation_filled_rad>, in<nonground>, out<range_repaired_m>, out<elevation_repaired_rad>,
-         out<nonground_repaired>);
-OVT_STEP(link_pixels, LINK, "cluster", params<&SegmentParams::link_pixels>, in<range_repaired_m>,
-         in<elevation_repaired_rad>, in<nonground_repaired>, out<link_right>, out<link_down>);
+OVT_ROW_STEP(repair_range, REPAIR, "repair", (rows_around<0, 0>), params<&SegmentParams::repair_range>,
+             in<range_filled_m>, in<elevation_filled_rad>, in<nonground>, out<range_repaired_m>,
+             out<elevation_repaired_rad>, out<nonground_repaired>);
+OVT_ROW_STEP(link_pixels, LINK, "cluster", (rows_around<0, 1>), params<&SegmentParams::link_pixels>,
+             in<range_repaired_m>, in<elevation_repaired_rad>, in<nonground_repaired>, out<link_right>, out<link_down>);
 OVT_STEP(label_bfs, LABEL, "", result<label_count>, sensor<&SensorModel::wraps>, in<range_filled_m>,
          in<nonground_repaired>, in<link_right>, in<link_down>, out<labels>, scratch<queue>);
 

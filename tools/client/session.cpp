@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/client/pieces.h"
 #include "tools/io/angles.h"
 #include "tools/io/error.h"
 
@@ -77,19 +78,6 @@ ovt_points to_points(const io::SensorScan& scan) {
     points.time = {scan.time_offset_ns.data(), scan.time_offset_ns.size() * 4, 4, OVT_I32};
   points.time_unit_ns = 1;
   return points;
-}
-
-ovt_points piece_of(const ovt_points& scan, int32_t first, int32_t last) {
-  ovt_points piece = scan;
-  piece.first = first;
-  piece.count = last - first;
-  for (ovt_column* column : {&piece.x, &piece.y, &piece.z, &piece.layer, &piece.intensity, &piece.time}) {
-    if (column->type == OVT_NONE || piece.count == 0) continue;
-    const std::size_t skipped = std::size_t(first) * column->stride;
-    column->data = static_cast<const char*>(column->data) + skipped;
-    column->size_bytes -= skipped;
-  }
-  return piece;
 }
 
 ovt_ego_pose to_pose(const io::EgoRow& row) {

@@ -23,7 +23,6 @@ void check(ovt_status status, const std::string& what);
 ovt_sensor_def to_sensor_def(const io::RigSensor& sensor);
 ovt_map_def to_map_def(const io::MapData& map);
 ovt_points to_points(const io::SensorScan& scan);
-ovt_points piece_of(const ovt_points& scan, int32_t first, int32_t last);  // points [first, last), for ovt_push_points
 ovt_ego_pose to_pose(const io::EgoRow& row);
 
 class Session {
