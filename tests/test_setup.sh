@@ -31,7 +31,7 @@ cp "$project"/tests/node/*.json "$work/tree/tests/node"
 SEEN=$work/seen expect "tools/setup --node" "$work/tree/tools/setup" --node
 [[ $(cat "$work/seen") == "$(realpath "$work/tree/tests/node"): ci --ignore-scripts --no-audit --no-fund" ]] ||
   fail "tools/setup --node calls npm as: $(cat "$work/seen")"
-mkdir -p "$work/tree/tests/node/node_modules/@mcap/core"
+mkdir -p "$work/tree/tests/node/node_modules/"{@mcap/core,ws}
 : >"$work/seen"
 SEEN=$work/seen expect "tools/setup --node once more" "$work/tree/tools/setup" --node
 [[ ! -s $work/seen ]] || fail "what is installed is installed again"

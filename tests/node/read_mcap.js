@@ -5,22 +5,18 @@
 //
 // Reads an MCAP file with third-party code: once by its index, once as a stream (which checks every checksum).
 // Decodes every message by its schema, checks JSON against its JSON Schema, compares the Foxglove types with
-// @foxglove/schemas, and requires messages on each TOPIC. Exit code 77 and a line "skipped: ..." if the node modules are
+// @foxglove/schemas, and requires messages on each TOPIC. A view's log must also have small topics in chunks of their own
+// and a record of all frames. Exit code 77 and a line "skipped: ..." if the node modules are
 // missing.
 "use strict";
 const fs = require("fs");
 
-let core, protobuf, descriptor, Ajv, fzstd, lz4, rosmsg, ros2, schemas;
+let core, fzstd, lz4, decoding;
 try {
   core = require("@mcap/core");
-  protobuf = require("protobufjs");
-  descriptor = require("protobufjs/ext/descriptor");
-  Ajv = require("ajv/dist/2020").default;
   fzstd = require("fzstd");
   lz4 = require("lz4js");
-  rosmsg = require("@foxglove/rosmsg");
-  ros2 = require("@foxglove/rosmsg2-serialization");
-  schemas = require("@foxglove/schemas/internal");
+  decoding = require("./decoders.js");
 } catch (error) {
   if (error.code !== "MODULE_NOT_FOUND") throw error;
   console.log("skipped: node modules for tests are not installed (tools/setup --node)");
@@ -29,62 +25,25 @@ try {
 
 const [path, ...wanted] = process.argv.slice(2);
 const fail = (text) => { console.log("FAILED: " + text); process.exitCode = 1; };
+decoding.onFault(fail);
 const decompressHandlers = {
   zstd: (bytes, size) => { const out = fzstd.decompress(bytes); if (BigInt(out.length) !== size) fail("zstd size"); return out; },
   lz4: (bytes, size) => { const out = lz4.decompress(bytes); if (BigInt(out.length) !== size) fail("lz4 size"); return out; },
 };
 
-// The fields of a message in the published schema: name -> number, type, repeated.
-function published(name) {
-  const schema = schemas.foxgloveMessageSchemas[name];
-  const enums = Object.values(schemas.foxgloveEnumSchemas).filter((e) => e.parentSchemaName === name);
-  return protobuf.parse(schemas.generateProto(schema, enums), { keepCase: true }).root.lookupType("foxglove." + name);
-}
-const shape = (type) => Object.fromEntries(type.fieldsArray.map((f) => [f.name,
-  f.id + " " + f.type.replace(/^\.?(google\.protobuf|foxglove)\.(\w+\.)*/, "").replace(/^.*\./, "") + (f.repeated ? "[]" : "")]));
-
-const compared = new Set();
-function compareType(type) {
-  if (compared.has(type.fullName) || !type.fullName.startsWith(".foxglove.")) return;
-  compared.add(type.fullName);
-  const ours = shape(type), theirs = shape(published(type.name));
-  // The published schemas may have fields that we do not write; each of our fields must be in them.
-  for (const [field, text] of Object.entries(ours))
-    if (theirs[field] !== text) fail(`${type.fullName}.${field} is ${text}, published is ${theirs[field]}`);
-  for (const field of Object.keys(theirs))
-    if (!(field in ours)) fail(`${type.fullName} lacks the published field ${field}`);
-  for (const nested of type.nestedArray)
-    if (nested instanceof protobuf.Enum) {
-      const enums = Object.values(schemas.foxgloveEnumSchemas).find((e) => e.parentSchemaName === type.name);
-      for (const value of enums.values)
-        if (nested.values[value.name] !== value.value) fail(`${nested.fullName}.${value.name} differs`);
-    }
-  for (const field of type.fieldsArray) {
-    field.resolve();
-    if (field.resolvedType instanceof protobuf.Type) compareType(field.resolvedType);
-  }
-}
-
-// Returns a function that throws if a message does not fit its schema.
-function decoderOf(schema, encoding) {
-  const text = () => new TextDecoder().decode(schema.data);
-  if (encoding === "protobuf") {
-    const root = protobuf.Root.fromDescriptor(descriptor.FileDescriptorSet.decode(schema.data));
-    const type = root.lookupType(schema.name);
-    root.resolveAll();
-    compareType(type);
-    return (data) => { const message = type.decode(data); const wrong = type.verify(message); if (wrong) throw Error(wrong); return message; };
-  }
-  if (encoding === "json") {
-    const validate = new Ajv({ strict: true, allowUnionTypes: true }).compile(JSON.parse(text()));
-    return (data) => {
-      const value = JSON.parse(new TextDecoder().decode(data));
-      if (!validate(value)) throw Error(JSON.stringify(validate.errors[0]));
-      return value;
-    };
-  }
-  const reader = new ros2.MessageReader(rosmsg.parse(text(), { ros2: true }));
-  return (data) => reader.readMessage(data);
+// Reads the numbers alone: nearly all of the file must stay unread. The record of the frames must have one row a frame.
+async function checkView(indexed, frames, counts, size, bytesRead) {
+  const before = bytesRead(), stamps = [];
+  for await (const message of indexed.readMessages({ topics: ["/times", "/tracks/numbers"] }))
+    if (indexed.channelsById.get(message.channelId).topic === "/times") stamps.push(String(message.logTime));
+  const part = (bytesRead() - before) / size;
+  if (part > 0.05) fail(`the numbers alone cost ${(100 * part).toFixed(1)} % of the file`);
+  if (frames.count !== counts.get("/times") || frames.stamp_ns.join() !== stamps.join()) fail("the frames are not those of /times");
+  for (const [key, column] of Object.entries(frames))
+    if (Array.isArray(column) && !["sensors", "stages", "reason_names"].includes(key) && column.length !== frames.count)
+      fail(`column ${key} of the frames has ${column.length} of ${frames.count} rows`);
+  for (const stage of frames.stages)
+    if (stage.us.length !== frames.count) fail(`stage ${stage.stage} has ${stage.us.length} of ${frames.count} rows`);
 }
 
 async function main() {
@@ -94,8 +53,9 @@ async function main() {
     if (fs.readSync(file, bytes, 0, length, offset) !== length) throw Error("the file became shorter");
     return bytes;
   };
+  let bytesRead = 0;
   const readable = { size: async () => BigInt(size),
-                     read: async (offset, length) => read(Number(offset), Number(length)) };
+                     read: async (offset, length) => { bytesRead += Number(length); return read(Number(offset), Number(length)); } };
   // As a stream: file order, every checksum. In pieces, because a race does not fit into one buffer.
   const stream = new core.McapStreamReader({ validateCrcs: true, decompressHandlers });
   let appended = 0;
@@ -117,7 +77,7 @@ async function main() {
     if (record.type === "DataEnd") dataEnd = true;
     if (record.type !== "Message") continue;
     const channel = topics.get(record.channelId);
-    if (!decoders.has(channel.id)) decoders.set(channel.id, decoderOf(schemaOf.get(channel.schemaId), channel.messageEncoding));
+    if (!decoders.has(channel.id)) decoders.set(channel.id, decoding.decoderOf(schemaOf.get(channel.schemaId), channel.messageEncoding));
     try {
       decoders.get(channel.id)(record.data);
     } catch (error) {
@@ -136,13 +96,17 @@ async function main() {
     ++byIndex;
   }
   if (byIndex !== total || Number(indexed.statistics.messageCount) !== total) fail(`${total} messages, ${byIndex} by the index`);
-  let indexedAttachments = 0;
-  for await (const attachment of indexed.readAttachments()) indexedAttachments += attachment.data.length > 0 ? 1 : 0;
+  let indexedAttachments = 0, frames = null;
+  for await (const attachment of indexed.readAttachments()) {
+    indexedAttachments += attachment.data.length > 0 ? 1 : 0;
+    if (attachment.name === "frames") frames = JSON.parse(new TextDecoder().decode(attachment.data));
+  }
+  if (frames) await checkView(indexed, frames, counts, size, () => bytesRead);
   if (indexedAttachments !== attachments) fail("attachments differ");
   for (const topic of wanted)
     if (!counts.get(topic)) fail(`nothing on ${topic}`);
   console.log(`${total} messages on ${counts.size} topics, ${schemaOf.size} schemas, ${attachments} attachments: all decoded, ` +
-              `${compared.size} Foxglove types as published`);
+              `${decoding.compared.size} Foxglove types as published`);
 }
 
 main().catch((error) => { fail(error.stack); });

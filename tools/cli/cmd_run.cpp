@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // overtake run: detects and tracks on a recording; detections.csv, tracks.csv, timing.csv, config.toml.
+#include <chrono>
 #include <cstdio>
 #include <map>
 #include <optional>
+#include <thread>
 
 #include "tools/cli/command.h"
 #include "tools/cli/command_options.h"
@@ -17,13 +19,18 @@
 #include "tools/io/scan_stream.h"
 #include "tools/io/text.h"
 #include "tools/io/words.h"
+#include "tools/serve/live_view.h"
+#include "tools/serve/view_server.h"
 
 namespace overtake::cli {
 namespace {
 
 struct RunOptions : Options {
-  std::string trace, mcap, truth;
+  std::string trace, mcap, mcap_images, truth;
+  std::vector<std::string> allow_origins;
   int64_t picture_at = -1;
+  int32_t live = -1;  // port; 0: a free one
+  double rate = 0;    // of time; 0: as fast as possible
   bool stream = false;
 };
 
@@ -133,12 +140,49 @@ std::vector<std::string> find_faults(const Config& config, const io::ScanStream&
   return faults;
 }
 
+McapImages images_of(const RunOptions& options) {
+  return options.mcap_images == "none"     ? McapImages::kNone
+         : options.mcap_images == "labels" ? McapImages::kLabels
+                                           : McapImages::kAll;
+}
+
+// Holds frames back until their time, at `rate` times the recording's speed.
+class Pace {
+ public:
+  explicit Pace(double rate) : rate_(rate) {}
+  void wait(const io::FrameScans& frame) {
+    if (rate_ <= 0 || frame.scans.empty()) return;
+    const int64_t stamp_ns = frame.scans[0].stamp_ns;
+    if (!started_) first_ns_ = stamp_ns, begin_ = Clock::now(), started_ = true;
+    const double ahead_s = (double(stamp_ns) - double(first_ns_)) * 1e-9 / rate_;
+    const auto due = begin_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(ahead_s));
+    while (!interrupted() && Clock::now() < due)
+      std::this_thread::sleep_until(std::min(due, Clock::now() + std::chrono::milliseconds(100)));
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double rate_;
+  bool started_ = false;
+  int64_t first_ns_ = 0;
+  Clock::time_point begin_;
+};
+
+// The clients of --live and the server in front of them.
+struct Live {
+  Live(int32_t port, const std::vector<std::string>& allow_origins)
+      : server({"127.0.0.1", port, {}, "", allow_origins, &view}) {}
+  serve::LiveView view;
+  serve::ViewServer server;
+};
+
 // The sinks of a run, in the order in which they get a frame.
 struct Sinks {
   // Opens the files: `folder` must exist.
-  Sinks(const RunOptions& options, const Config& config) : tables(options.out, config.rig), times(config.rig) {
+  Sinks(const RunOptions& options, const Config& config, ViewSink* live)
+      : tables(options.out, config.rig), times(config.rig) {
     if (!options.trace.empty()) trace.emplace(options.trace, config.rig);
-    if (!options.mcap.empty()) mcap.emplace(options.mcap, config);
+    if (!options.mcap.empty() || live) view.emplace(config, options.mcap, images_of(options), live);
     if (options.picture_at >= 0) picture.emplace(options.picture_at, options.out, config);
     if (!options.truth.empty()) truth.emplace(options.truth);
   }
@@ -147,7 +191,7 @@ struct Sinks {
     const auto add = [&](auto& sink) {
       if (sink) sinks.push_back(&*sink);
     };
-    add(mcap);
+    add(view);
     sinks.insert(sinks.end(), {&hash, &tables});
     add(trace);
     add(picture);
@@ -158,7 +202,7 @@ struct Sinks {
 
   CsvSink tables;
   std::optional<TraceSink> trace;
-  std::optional<McapSink> mcap;
+  std::optional<ViewFrames> view;
   std::optional<PictureSink> picture;
   std::optional<TruthSink> truth;
   HashSink hash;
@@ -209,20 +253,30 @@ void print_result(const RunOptions& options, const Config& config, const Session
 
 int run(const RunOptions& options) {
   Config config = load_config_with_rig(options);
-  config.keep_images = !options.mcap.empty();  // only the view shows images
+  if (!options.mcap_images.empty() && options.mcap.empty())
+    throw io::Error("--mcap-images " + options.mcap_images, 0, "has no effect without --mcap");
+  // Only the view shows images.
+  if (!options.allow_origins.empty() && options.live < 0)
+    throw io::Error("--allow-origin " + options.allow_origins[0], 0, "has no effect without --live");
+  config.keep_images = options.live >= 0 || (!options.mcap.empty() && images_of(options) != McapImages::kNone);
   config.in_pieces = options.stream;
   io::OutputGuard guard(options.force);
   add_inputs(guard, options, config);
   if (options.truth != TruthSink::kOwnTruth) guard.add_input(options.truth);
   const auto stream = io::open_scans(config.input, config.rig);
+  std::optional<Live> live;
+  if (options.live >= 0) live.emplace(options.live, options.allow_origins);
+  if (live && !options.quiet)
+    std::fprintf(stderr, "overtake: live at %s (Foxglove, Lichtblick: ws://127.0.0.1:%d)\n", live->server.url().c_str(),
+                 live->server.port());
   guard.add_folder(options.out);
-  Sinks sinks(options, config);
+  Sinks sinks(options, config, live ? &live->view : nullptr);
   FrameSinks frames(sinks.all());
   Session session(config, &FrameSinks::on_frame, &frames);
   const auto add_counters = [&] {
-    if (!sinks.mcap) return;
+    if (!sinks.view) return;
     const ovt_stats stats = session.stats();
-    frames.between_frames([&] { sinks.mcap->add_counters(stats); });
+    frames.between_frames([&] { sinks.view->add_counters(stats); });
   };
   check_map_has_effect(config, !config.ego.empty() || (stream->has_ego() && !config.no_ego));
   io::write_whole_file(options.out + "/config.toml", format_config(config));
@@ -230,8 +284,10 @@ int run(const RunOptions& options) {
   catch_interrupt();
   Progress progress(1000, options.quiet);
   LineNotes lines;
+  Pace pace(options.rate);
   io::FrameScans scans;
   while (!interrupted() && stream->next(scans)) {
+    pace.wait(scans);
     lines.add(scans);
     if (config.ego.empty() && !config.no_ego) session.add_ego(stream->take_ego());
     frames.announce(scans);
@@ -246,7 +302,7 @@ int run(const RunOptions& options) {
   add_counters();
   progress.clear();
   const std::string partial = interrupted() ? "interrupted after " + io::counted(sinks.counts.frames(), "frame") : "";
-  if (sinks.mcap) sinks.mcap->close(partial);
+  if (sinks.view) sinks.view->close(partial);
   frames.finish();
   if (!interrupted()) {
     guard.keep(false);  // an option without effect: the results are not what the user asked for
@@ -256,6 +312,14 @@ int run(const RunOptions& options) {
     guard.keep();
   }
   if (!options.quiet) print_result(options, config, session, sinks, lines);
+  if (live) {
+    live->view.drain(std::chrono::seconds(1));
+    const auto counts = live->view.counts();
+    if (!options.quiet)
+      std::printf("note: live: %s, %s sent, %lld not sent to slow ones\n",
+                  io::counted(counts.clients, "client").c_str(), io::counted(counts.sent, "frame").c_str(),
+                  static_cast<long long>(counts.dropped));
+  }
   const std::vector<std::string> faults = find_faults(config, *stream, sinks.counts);
   for (const std::string& fault : faults) std::fprintf(stderr, "overtake: %s\n", printable(fault).c_str());
   if (interrupted()) {
@@ -276,6 +340,18 @@ void add_run_options(CLI::App& command, RunOptions& options) {
   command.add_option("--mcap", options.mcap,
                      "also writes the pipeline's input and results for Foxglove: clouds with labels, "
                      "images, candidates, tracks, map, times, counters");
+  command
+      .add_option("--mcap-images", options.mcap_images,
+                  "images in the file of --mcap: none, labels or all (default); they are a third of its bytes")
+      ->check(CLI::IsMember({"none", "labels", "all"}));
+  command
+      .add_option("--live", options.live,
+                  "PORT: shows the run in a browser, in Foxglove or Lichtblick while it runs; 0: a free port")
+      ->check(CLI::Range(0, 65535));
+  command.add_option("--allow-origin", options.allow_origins,
+                     "ORIGIN (https://app.foxglove.dev): pages of this site may connect to --live, too");
+  command.add_option("--rate", options.rate, "of time, for --live: 1 real time, 0.5 half of it (default: no limit)")
+      ->check(CLI::Range(0.001, 1000.0));
   command.add_option("--workers", options.workers, "threads; 1: the main thread only (default), 0: one per CPU")
       ->check(CLI::Range(0, 256));
   command.add_flag("--stream", options.stream,
