@@ -3,16 +3,14 @@
 //
 // Commands as functions: sinks of a run, `run --truth`, and `inspect` with a method that computes less than paper does.
 #include <doctest/doctest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <stdexcept>
 
+#include "tests/support/run_command.h"
 #include "tests/support/scene_files.h"
 #include "tests/support/temp_folder.h"
-#include "tools/cli/command_line.h"
 #include "tools/cli/frame_sink.h"
 #include "tools/cli/truth_sink.h"
 #include "tools/client/config.h"
@@ -25,43 +23,6 @@
 using namespace overtake;
 
 namespace {
-
-// Standard output goes to a file for as long as this lives.
-class OutputFile {
- public:
-  explicit OutputFile(const std::string& path) : kept_(dup(1)), file_(std::fopen(path.c_str(), "w")) {
-    std::fflush(stdout);
-    dup2(fileno(file_), 1);
-  }
-  ~OutputFile() {
-    std::fflush(stdout);
-    dup2(kept_, 1);
-    close(kept_);
-    std::fclose(file_);
-  }
-  OutputFile(const OutputFile&) = delete;
-  OutputFile& operator=(const OutputFile&) = delete;
-
- private:
-  int kept_;
-  std::FILE* file_;
-};
-
-struct Outcome {
-  int code;
-  std::string text;  // of standard output
-};
-Outcome run_overtake(const TempFolder& folder, const std::vector<std::string>& words) {
-  std::vector<const char*> argv = {"overtake"};
-  for (const std::string& word : words) argv.push_back(word.c_str());
-  const std::string path = folder.path("stdout.txt");
-  const auto run = [&] {
-    const OutputFile redirected(path);
-    return cli::run_command_line(int(argv.size()), argv.data());
-  };
-  const int code = run();
-  return {code, io::read_whole_file(path)};
-}
 
 // Frames without a reader, as the sinks of tables take them.
 struct MadeFrame {

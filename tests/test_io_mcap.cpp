@@ -71,7 +71,138 @@ std::vector<io::McapOptions> all_options() {
   return all;
 }
 
+// A chunk of an uncompressed file: the opcodes of its records, and its messages.
+struct ChunkPart {
+  std::vector<io::McapOp> ops;
+  std::vector<std::pair<uint16_t, uint64_t>> messages;  // channel, log time
+  uint64_t first_ns = 0, last_ns = 0;
+};
+
+template <class T>
+T value_at(std::string_view bytes, std::size_t at) {
+  T value;
+  std::memcpy(&value, bytes.data() + at, sizeof value);
+  return value;
+}
+
+template <class F>
+void for_each_record(std::string_view bytes, F&& f) {
+  while (bytes.size() >= io::kMcapRecordHead) {
+    const auto size = std::size_t(value_at<uint64_t>(bytes, 1));
+    f(io::McapOp(bytes[0]), bytes.substr(io::kMcapRecordHead, size));
+    if (io::McapOp(bytes[0]) == io::McapOp::kFooter) return;
+    bytes.remove_prefix(io::kMcapRecordHead + size);
+  }
+}
+
+std::vector<ChunkPart> chunks_of(const std::string& file) {
+  std::vector<ChunkPart> chunks;
+  for_each_record(std::string_view(file).substr(io::kMcapMagic.size()), [&](io::McapOp op, std::string_view content) {
+    if (op != io::McapOp::kChunk) return;
+    ChunkPart part;
+    part.first_ns = value_at<uint64_t>(content, 0), part.last_ns = value_at<uint64_t>(content, 8);
+    constexpr std::size_t kHead = 8 + 8 + 8 + 4 + 4 + 8;  // with compression ""
+    for_each_record(content.substr(kHead), [&](io::McapOp inner, std::string_view record) {
+      part.ops.push_back(inner);
+      if (inner == io::McapOp::kMessage)
+        part.messages.emplace_back(value_at<uint16_t>(record, 0), value_at<uint64_t>(record, 6));
+    });
+    chunks.push_back(part);
+  });
+  return chunks;
+}
+
+// 60 frames of three messages: channel 1 small, 2 and 3 large, by one schema; groups as the flag says.
+void write_groups(const std::string& path, const char* compression, bool whole_times) {
+  io::McapOptions options;
+  options.compression = compression;
+  options.chunk_bytes = 1000;
+  io::McapWriter log(path, options);
+  const int32_t large = log.add_group({4000, whole_times});
+  const uint16_t schema = log.add_schema("a/msg/A", "ros2msg", "uint8 x\n");
+  const uint16_t topics[] = {log.add_channel(schema, "/small", "cdr"),
+                             log.add_channel(schema, "/large", "cdr", {}, large),
+                             log.add_channel(schema, "/larger", "cdr", {}, large)};
+  for (int32_t i = 0; i < 60; ++i)
+    for (std::size_t k = 0; k < 3; ++k) log.write(topics[k], 100 + i, std::string(k == 0 ? 30 : 900, char(i)));
+  log.add_attachment("config.toml", "application/toml", "a = 1\n");
+  log.close();
+}
+
 }  // namespace
+
+TEST_CASE("mcap: each group has its own chunks, and each chunk can be read without those of other groups") {
+  const TempFolder folder;
+  for (const bool whole_times : {false, true}) {
+    write_groups(folder.path("a.mcap"), "none", whole_times);
+    const auto chunks = chunks_of(io::read_whole_file(folder.path("a.mcap")));
+    int64_t small = 0, large = 0, split = 0;
+    uint64_t last_large_ns = 0;
+    std::map<bool, bool> described;  // group: its first chunk begins with schema and channel
+    for (const ChunkPart& chunk : chunks) {
+      REQUIRE_FALSE(chunk.messages.empty());
+      const bool is_small = chunk.messages[0].first == 1;
+      for (const auto& [channel, time] : chunk.messages) {
+        REQUIRE((channel == 1) == is_small);
+        CHECK(time >= chunk.first_ns);
+        CHECK(time <= chunk.last_ns);
+      }
+      CHECK(chunk.first_ns == chunk.messages.front().second);
+      CHECK(chunk.last_ns == chunk.messages.back().second);
+      if (!described[is_small]) {
+        CHECK(chunk.ops[0] == io::McapOp::kSchema);
+        CHECK(chunk.ops[1] == io::McapOp::kChannel);
+        described[is_small] = true;
+      }
+      if (!is_small) split += chunk.first_ns == last_large_ns;
+      if (!is_small) last_large_ns = chunk.last_ns;
+      (is_small ? small : large) += int64_t(chunk.messages.size());
+    }
+    CHECK(small == 60);
+    CHECK(large == 120);
+    CHECK((split == 0) == whole_times);
+    CHECK(chunks.size() > 20);
+  }
+}
+
+TEST_CASE("mcap: a file with groups of chunks is read back whole, by index and by order, and is the same twice") {
+  const TempFolder folder;
+  for (const char* compression : {"none", "lz4", "zstd"}) {
+    write_groups(folder.path("a.mcap"), compression, true);
+    write_groups(folder.path("b.mcap"), compression, true);
+    CHECK(io::read_whole_file(folder.path("a.mcap")) == io::read_whole_file(folder.path("b.mcap")));
+    io::McapReader reader(folder.path("a.mcap"));
+    std::map<std::string, std::vector<Line>> lines;
+    for (const Line& line : read_log(reader)) lines[line.topic].push_back(line);
+    CHECK(reader.damage() == "");
+    REQUIRE(lines.size() == 3);
+    for (const auto& [topic, of_topic] : lines) {
+      REQUIRE(of_topic.size() == 60);
+      for (std::size_t i = 0; i < 60; ++i)
+        CHECK(of_topic[i] ==
+              Line{topic, std::string(topic == "/small" ? 30 : 900, char(i)), 100 + int64_t(i), uint32_t(i)});
+    }
+    CHECK(io::read_attached(folder.path("a.mcap"), "config.toml") == "a = 1\n");
+    // Cut anywhere, the messages of each topic are a beginning of those that were written.
+    const std::string whole = io::read_whole_file(folder.path("a.mcap"));
+    for (std::size_t size = 8; size < whole.size(); size += 997) {
+      io::write_whole_file(folder.path("cut.mcap"), std::string_view(whole).substr(0, size));
+      io::McapReader cut(folder.path("cut.mcap"));
+      std::map<std::string, std::size_t> count;
+      for (const Line& line : read_log(cut)) CHECK(line == lines.at(line.topic)[count[line.topic]++]);
+    }
+  }
+}
+
+TEST_CASE("mcap: a channel of a group that was not added is refused") {
+  const TempFolder folder;
+  io::McapWriter log(folder.path("a.mcap"));
+  CHECK(overtake::error_of([&] { log.add_channel(0, "/a", "json", {}, 1); }).find("names a group that was not added") !=
+        std::string::npos);
+  CHECK(log.add_group({}) == 1);
+  CHECK(log.add_channel(0, "/a", "json", {}, 1) == 1);
+  log.close();
+}
 
 TEST_CASE("mcap: every message, attachment and metadata is read back, with any chunks and compression") {
   const TempFolder folder;

@@ -24,7 +24,7 @@ read_back() {
 readonly race_topics=(/front/points /left/points /right/points /truth/front/surface /truth/left/surface /truth/right/surface
   /truth/cars /truth/ego/odometry /ego/odometry /opponent/odometry /tf_static)
 readonly view_topics=(/map /tf /front/points /left/points /right/points /front/image/range /front/image/labels /detections
-  /detections/numbers /tracks /tracks/numbers /times /counters)
+  /detections/numbers /tracks /tracks/numbers /truth /times /counters)
 
 if [[ -n ${3:-} ]]; then
   "$overtake" simulate las_vegas_15 --seed 1 --seconds "$3" --out race.mcap || exit 1
@@ -46,7 +46,15 @@ done
 read_back race.mcap "${race_topics[@]}"
 "$overtake" run race.mcap --out run --mcap view.mcap --quiet || fail "no view.mcap"
 read_back view.mcap "${view_topics[@]}"
-grep -q ', 1 attachments: all decoded' read.txt || fail "the configuration is not attached"
+grep -q ', 2 attachments: all decoded' read.txt || fail "the configuration or the record of the frames is not attached"
+"$overtake" run race.mcap --out run --mcap labels.mcap --mcap-images labels --quiet || fail "no labels.mcap"
+read_back labels.mcap /front/image/labels /truth
+"$overtake" info labels.mcap | grep '/image/' | grep -qv '/image/labels' && fail "--mcap-images labels has other images"
+"$overtake" run race.mcap --out run --mcap none.mcap --mcap-images none --quiet || fail "no none.mcap"
+read_back none.mcap /front/points
+"$overtake" info none.mcap | grep -q '/image/' && fail "--mcap-images none has images"
+"$overtake" run race.mcap --out run --mcap-images none --quiet 2>err.txt && fail "--mcap-images without --mcap is taken"
+grep -q -- '--mcap-images none: has no effect without --mcap' err.txt || fail "no reason: $(cat err.txt)"
 
 # A reader that accepts everything proves nothing: it must detect a flipped byte.
 size=$(stat -c %s view.mcap)

@@ -169,7 +169,10 @@ void write_mcaps() {
         io::McapWriter log(path, options);
         const uint16_t channel =
             log.add_channel(log.add_schema("a/msg/A", "ros2msg", "int32 a"), "/a", "cdr", {{"a", "b"}});
-        for (int32_t i = 0; i < 4; ++i) log.write(channel, i, std::string(100, char(i)));
+        const uint16_t other = log.add_channel(log.add_schema("a/msg/A", "ros2msg", "int32 a"), "/b", "cdr", {},
+                                               log.add_group({200, true}));
+        for (int32_t i = 0; i < 4; ++i)
+          for (const uint16_t topic : {channel, other}) log.write(topic, i, std::string(100, char(i)));
         log.add_attachment("map.csv", "text/csv", "x,y\n");
         log.add_metadata("race", {{"track", "oval"}});
         log.close();

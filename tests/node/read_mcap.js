@@ -5,7 +5,8 @@
 //
 // Reads an MCAP file with third-party code: once by its index, once as a stream (which checks every checksum).
 // Decodes every message by its schema, checks JSON against its JSON Schema, compares the Foxglove types with
-// @foxglove/schemas, and requires messages on each TOPIC. Exit code 77 and a line "skipped: ..." if the node modules are
+// @foxglove/schemas, and requires messages on each TOPIC. A view's log must also have small topics in chunks of their own
+// and a record of all frames. Exit code 77 and a line "skipped: ..." if the node modules are
 // missing.
 "use strict";
 const fs = require("fs");
@@ -87,6 +88,21 @@ function decoderOf(schema, encoding) {
   return (data) => reader.readMessage(data);
 }
 
+// Reads the numbers alone: nearly all of the file must stay unread. The record of the frames must have one row a frame.
+async function checkView(indexed, frames, counts, size, bytesRead) {
+  const before = bytesRead(), stamps = [];
+  for await (const message of indexed.readMessages({ topics: ["/times", "/tracks/numbers"] }))
+    if (indexed.channelsById.get(message.channelId).topic === "/times") stamps.push(String(message.logTime));
+  const part = (bytesRead() - before) / size;
+  if (part > 0.05) fail(`the numbers alone cost ${(100 * part).toFixed(1)} % of the file`);
+  if (frames.count !== counts.get("/times") || frames.stamp_ns.join() !== stamps.join()) fail("the frames are not those of /times");
+  for (const [key, column] of Object.entries(frames))
+    if (Array.isArray(column) && !["sensors", "stages", "reason_names"].includes(key) && column.length !== frames.count)
+      fail(`column ${key} of the frames has ${column.length} of ${frames.count} rows`);
+  for (const stage of frames.stages)
+    if (stage.us.length !== frames.count) fail(`stage ${stage.stage} has ${stage.us.length} of ${frames.count} rows`);
+}
+
 async function main() {
   const file = fs.openSync(path, "r"), size = fs.fstatSync(file).size;
   const read = (offset, length) => {
@@ -94,8 +110,9 @@ async function main() {
     if (fs.readSync(file, bytes, 0, length, offset) !== length) throw Error("the file became shorter");
     return bytes;
   };
+  let bytesRead = 0;
   const readable = { size: async () => BigInt(size),
-                     read: async (offset, length) => read(Number(offset), Number(length)) };
+                     read: async (offset, length) => { bytesRead += Number(length); return read(Number(offset), Number(length)); } };
   // As a stream: file order, every checksum. In pieces, because a race does not fit into one buffer.
   const stream = new core.McapStreamReader({ validateCrcs: true, decompressHandlers });
   let appended = 0;
@@ -136,8 +153,12 @@ async function main() {
     ++byIndex;
   }
   if (byIndex !== total || Number(indexed.statistics.messageCount) !== total) fail(`${total} messages, ${byIndex} by the index`);
-  let indexedAttachments = 0;
-  for await (const attachment of indexed.readAttachments()) indexedAttachments += attachment.data.length > 0 ? 1 : 0;
+  let indexedAttachments = 0, frames = null;
+  for await (const attachment of indexed.readAttachments()) {
+    indexedAttachments += attachment.data.length > 0 ? 1 : 0;
+    if (attachment.name === "frames") frames = JSON.parse(new TextDecoder().decode(attachment.data));
+  }
+  if (frames) await checkView(indexed, frames, counts, size, () => bytesRead);
   if (indexedAttachments !== attachments) fail("attachments differ");
   for (const topic of wanted)
     if (!counts.get(topic)) fail(`nothing on ${topic}`);

@@ -22,7 +22,7 @@ namespace overtake::cli {
 namespace {
 
 struct RunOptions : Options {
-  std::string trace, mcap, truth;
+  std::string trace, mcap, mcap_images, truth;
   int64_t picture_at = -1;
   bool stream = false;
 };
@@ -133,12 +133,18 @@ std::vector<std::string> find_faults(const Config& config, const io::ScanStream&
   return faults;
 }
 
+McapImages images_of(const RunOptions& options) {
+  return options.mcap_images == "none"     ? McapImages::kNone
+         : options.mcap_images == "labels" ? McapImages::kLabels
+                                           : McapImages::kAll;
+}
+
 // The sinks of a run, in the order in which they get a frame.
 struct Sinks {
   // Opens the files: `folder` must exist.
   Sinks(const RunOptions& options, const Config& config) : tables(options.out, config.rig), times(config.rig) {
     if (!options.trace.empty()) trace.emplace(options.trace, config.rig);
-    if (!options.mcap.empty()) mcap.emplace(options.mcap, config);
+    if (!options.mcap.empty()) view.emplace(config, options.mcap, images_of(options), nullptr);
     if (options.picture_at >= 0) picture.emplace(options.picture_at, options.out, config);
     if (!options.truth.empty()) truth.emplace(options.truth);
   }
@@ -147,7 +153,7 @@ struct Sinks {
     const auto add = [&](auto& sink) {
       if (sink) sinks.push_back(&*sink);
     };
-    add(mcap);
+    add(view);
     sinks.insert(sinks.end(), {&hash, &tables});
     add(trace);
     add(picture);
@@ -158,7 +164,7 @@ struct Sinks {
 
   CsvSink tables;
   std::optional<TraceSink> trace;
-  std::optional<McapSink> mcap;
+  std::optional<ViewFrames> view;
   std::optional<PictureSink> picture;
   std::optional<TruthSink> truth;
   HashSink hash;
@@ -209,7 +215,9 @@ void print_result(const RunOptions& options, const Config& config, const Session
 
 int run(const RunOptions& options) {
   Config config = load_config_with_rig(options);
-  config.keep_images = !options.mcap.empty();  // only the view shows images
+  if (!options.mcap_images.empty() && options.mcap.empty())
+    throw io::Error("--mcap-images " + options.mcap_images, 0, "has no effect without --mcap");
+  config.keep_images = !options.mcap.empty() && images_of(options) != McapImages::kNone;  // only the view shows images
   config.in_pieces = options.stream;
   io::OutputGuard guard(options.force);
   add_inputs(guard, options, config);
@@ -220,9 +228,9 @@ int run(const RunOptions& options) {
   FrameSinks frames(sinks.all());
   Session session(config, &FrameSinks::on_frame, &frames);
   const auto add_counters = [&] {
-    if (!sinks.mcap) return;
+    if (!sinks.view) return;
     const ovt_stats stats = session.stats();
-    frames.between_frames([&] { sinks.mcap->add_counters(stats); });
+    frames.between_frames([&] { sinks.view->add_counters(stats); });
   };
   check_map_has_effect(config, !config.ego.empty() || (stream->has_ego() && !config.no_ego));
   io::write_whole_file(options.out + "/config.toml", format_config(config));
@@ -246,7 +254,7 @@ int run(const RunOptions& options) {
   add_counters();
   progress.clear();
   const std::string partial = interrupted() ? "interrupted after " + io::counted(sinks.counts.frames(), "frame") : "";
-  if (sinks.mcap) sinks.mcap->close(partial);
+  if (sinks.view) sinks.view->close(partial);
   frames.finish();
   if (!interrupted()) {
     guard.keep(false);  // an option without effect: the results are not what the user asked for
@@ -276,6 +284,10 @@ void add_run_options(CLI::App& command, RunOptions& options) {
   command.add_option("--mcap", options.mcap,
                      "also writes the pipeline's input and results for Foxglove: clouds with labels, "
                      "images, candidates, tracks, map, times, counters");
+  command
+      .add_option("--mcap-images", options.mcap_images,
+                  "images in the file of --mcap: none, labels or all (default); they are a third of its bytes")
+      ->check(CLI::IsMember({"none", "labels", "all"}));
   command.add_option("--workers", options.workers, "threads; 1: the main thread only (default), 0: one per CPU")
       ->check(CLI::Range(0, 256));
   command.add_flag("--stream", options.stream,

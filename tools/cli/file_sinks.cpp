@@ -41,14 +41,33 @@ void CsvSink::finish() {
   for (io::CsvWriter* table : {&*detections_, &*tracks_, &timing_}) table->flush();
 }
 
-void McapSink::add(const FinishedFrame& frame) {
-  view_.add(frame.reader);
+namespace {
+
+std::vector<ViewSink*> sinks_of(std::optional<McapFile>& file, ViewSink* live) {
+  std::vector<ViewSink*> sinks;
+  if (file) sinks.push_back(&*file);
+  if (live) sinks.push_back(live);
+  return sinks;
+}
+
+}  // namespace
+
+ViewFrames::ViewFrames(const Config& config, const std::string& path, McapImages images, ViewSink* live)
+    : file_(path.empty() ? std::nullopt : std::optional<McapFile>(std::in_place, path, images)),
+      view_(config, sinks_of(file_, live)) {}
+
+void ViewFrames::add(const FinishedFrame& frame) {
+  view_.add(frame.reader, {frame.number, frame.opponent, frame.cars});
   any_ = true;
   last_stamp_ns_ = frame.info.stamp_ns;
 }
 
-void McapSink::add_counters(const ovt_stats& stats) {
+void ViewFrames::add_counters(const ovt_stats& stats) {
   if (any_) view_.add_counters(last_stamp_ns_, stats);
+}
+
+void ViewFrames::close(const std::string& partial) {
+  if (file_) view_.close(*file_, partial);
 }
 
 void PictureSink::add(const FinishedFrame& frame) {

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Sinks that write files: tables, trace, MCAP, the picture of one frame.
+// Sinks that write files: tables, trace, the view's messages, the picture of one frame.
 #pragma once
 
 #include <optional>
@@ -41,17 +41,20 @@ class TraceSink : public FrameSink {
   TraceFile trace_;
 };
 
-class McapSink : public FrameSink {
+// The view's messages: a file, a live server, or both.
+class ViewFrames : public FrameSink {
  public:
-  McapSink(const std::string& path, const Config& config) : view_(path, config) {}
+  // path: of the MCAP file, "": none. live: null: none.
+  ViewFrames(const Config& config, const std::string& path, McapImages images, ViewSink* live);
   void add(const FinishedFrame& frame) override;
   bool reads_paths() const override { return true; }
   // Writes the counters with the last frame's stamp; nothing before the first frame. Read the counters outside of
   // add().
   void add_counters(const ovt_stats& stats);
-  void close(const std::string& partial) { view_.close(partial); }
+  void close(const std::string& partial);
 
  private:
+  std::optional<McapFile> file_;
   McapView view_;
   bool any_ = false;
   int64_t last_stamp_ns_ = 0;

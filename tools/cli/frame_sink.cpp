@@ -9,7 +9,7 @@ namespace overtake::cli {
 
 void FrameSinks::announce(const io::FrameScans& frame) {
   const std::lock_guard lock(mutex_);
-  const Announced announced{frame.frame, frame.opponent ? frame.opponent : io::read_box_beside(frame)};
+  const Announced announced{frame.frame, frame.opponent ? frame.opponent : io::read_box_beside(frame), frame.cars};
   for (const io::SensorScan& scan : frame.scans) announced_[scan.stamp_ns] = announced;
 }
 
@@ -34,6 +34,7 @@ void FrameSinks::add(ovt_reader* reader) {
   if (known != announced_.end()) {
     frame.number = known->second.number;
     frame.opponent = known->second.opponent;
+    frame.cars = known->second.cars;
   }
   announced_.erase(announced_.begin(), known);
   for (FrameSink* sink : sinks_) sink->add(frame);

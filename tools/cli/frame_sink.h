@@ -22,7 +22,8 @@ struct FinishedFrame {
   std::optional<io::Box> opponent;  // its position, if the recording has it
   ovt_frame_info info;
   ovt_detections detections;
-  ovt_tracks tracks;  // at the frame's stamp
+  ovt_tracks tracks;                    // at the frame's stamp
+  std::vector<io::KnownCar> cars = {};  // true states, if the recording has them
 };
 
 class FrameSink {
@@ -61,6 +62,7 @@ class FrameSinks {
   struct Announced {
     int64_t number = 0;
     std::optional<io::Box> opponent;
+    std::vector<io::KnownCar> cars;
   };
   void add(ovt_reader* reader);
 

@@ -123,6 +123,9 @@ TopicRoles find_topic_roles(const std::vector<BagTopic>& topics, const Rig& rig)
   roles.ego = find(ego_topics_of(rig), kOdometryName, true);
   roles.opponent = find(opponent_topics_of(rig), kOdometryName, false);
   if (roles.opponent == roles.ego) roles.opponent = -1;
+  for (std::size_t i = 0; i < topics.size(); ++i)
+    if (topics[i].name == kCarStatesTopic && topics[i].type == kCarStatesName && topics[i].encoding == "json")
+      roles.cars = int32_t(i);
   return roles;
 }
 
@@ -194,6 +197,7 @@ bool BagStream::read_message() {
       ego_new_.push_back(row);
       remember(ego_, row);
     }
+    if (message.topic == roles_.cars) cars_.add(message.data);
     if (message.topic == roles_.opponent) remember(opponent_, ego_of_odometry(decode_odometry(message.data)));
   } catch (const Error&) {
     throw;
@@ -220,6 +224,9 @@ bool BagStream::next(FrameScans& out) {
   frames_.pop_front();
   for (const SensorScan& scan : out.scans) waiting_bytes_ -= bytes_of(scan);
   set_opponent(out);
+  int64_t last_ns = INT64_MIN;
+  for (const SensorScan& scan : out.scans) last_ns = std::max(last_ns, scan.stamp_ns);
+  out.cars = cars_.at(last_ns);
   return true;
 }
 

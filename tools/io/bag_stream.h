@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tools/io/bag_reader.h"
+#include "tools/io/known_cars.h"
 #include "tools/io/ros_messages.h"
 #include "tools/io/scan_stream.h"
 
@@ -17,8 +18,8 @@ namespace overtake::io {
 
 // The roles of topics, found by the rig's names and the recording's types.
 struct TopicRoles {
-  std::vector<int32_t> sensor_of;   // per topic: sensor of the rig, -1 none
-  int32_t ego = -1, opponent = -1;  // topics
+  std::vector<int32_t> sensor_of;              // per topic: sensor of the rig, -1 none
+  int32_t ego = -1, opponent = -1, cars = -1;  // topics
 };
 TopicRoles find_topic_roles(const std::vector<BagTopic>& topics, const Rig& rig);
 // "/a (sensor_msgs/msg/PointCloud2), ..." for error texts.
@@ -54,6 +55,7 @@ class BagStream : public ScanStream {
   std::deque<FrameScans> frames_;  // the last one is still open
   std::vector<EgoRow> ego_new_;
   std::deque<EgoRow> ego_, opponent_;  // those of the last seconds
+  KnownCars cars_;
   int64_t last_ego_ns_ = INT64_MIN, next_frame_ = 0;
   uint64_t waiting_bytes_ = 0, ego_rows_ = 0;  // of frames_; total number, because the receiver keeps all
   bool ended_ = false;

@@ -35,6 +35,7 @@ McapWriter::McapWriter(const std::string& path, const McapOptions& options) : pa
   if (options_.compression == "none") options_.compression.clear();
   if (!options_.compression.empty() && options_.compression != "lz4" && options_.compression != "zstd")
     throw Error(path, 0, "unknown compression '" + options_.compression + "' (known: none, lz4, zstd)");
+  add_group({options_.chunk_bytes, false});
   file_ = std::fopen(begin_output(path).c_str(), "wb");
   if (!file_) throw Error(path, 0, "cannot be written: " + std::string(std::strerror(errno)));
   put(kMcapMagic);
@@ -77,23 +78,30 @@ uint16_t McapWriter::add_schema(const std::string& name, const std::string& enco
   if (same != schemas_.end()) return uint16_t(same - schemas_.begin() + 1);
   if (schemas_.size() >= 65535) throw Error(path_, 0, "more than 65535 schemas");
   schemas_.push_back(std::move(content));
-  schema_described_.push_back(false);
   return uint16_t(schemas_.size());
 }
 
+int32_t McapWriter::add_group(const McapGroup& group) {
+  groups_.push_back({});
+  groups_.back().shape = group;
+  return int32_t(groups_.size() - 1);
+}
+
 uint16_t McapWriter::add_channel(uint16_t schema, const std::string& topic, const std::string& message_encoding,
-                                 const std::map<std::string, std::string>& metadata) {
+                                 const std::map<std::string, std::string>& metadata, int32_t group) {
+  if (group < 0 || std::size_t(group) >= groups_.size())
+    throw Error(path_, 0, "topic " + topic + " names a group that was not added");
   if (schema > schemas_.size()) throw Error(path_, 0, "topic " + topic + " names a schema that was not added");
   if (channels_.size() >= 65535) throw Error(path_, 0, "more than 65535 topics");
   const auto id = uint16_t(channels_.size() + 1);
   Channel channel;
+  channel.group = group;
   append_value(channel.record, id);
   append_value(channel.record, schema);
   append_text(channel.record, topic);
   append_text(channel.record, message_encoding);
   channel.record += format_map(metadata);
   channels_.push_back(std::move(channel));
-  described_.push_back(false);
   return id;
 }
 
@@ -104,21 +112,24 @@ static std::string schema_content(const std::vector<std::string>& schemas, uint1
   return content + schemas[std::size_t(id - 1)];
 }
 
-// Writes schema and channel before their first message, into the chunk or the file.
+// Writes schema and channel before their first message, into the group's chunk or the file.
 void McapWriter::describe_channel(uint16_t channel) {
-  if (described_[std::size_t(channel - 1)]) return;
-  described_[std::size_t(channel - 1)] = true;
-  const Channel& c = channels_[std::size_t(channel - 1)];
+  Channel& c = channels_[std::size_t(channel - 1)];
+  if (c.described) return;
+  c.described = true;
+  const bool in_chunk = options_.chunk_bytes > 0;
+  Group& group = groups_[in_chunk ? std::size_t(c.group) : 0];
   uint16_t schema = 0;
   std::memcpy(&schema, c.record.data() + 2, 2);
   std::string records;
-  if (schema > 0 && !schema_described_[std::size_t(schema - 1)]) {
-    schema_described_[std::size_t(schema - 1)] = true;
+  group.schema_described.resize(schemas_.size());
+  if (schema > 0 && !group.schema_described[std::size_t(schema - 1)]) {
+    group.schema_described[std::size_t(schema - 1)] = true;
     append_record(records, McapOp::kSchema, schema_content(schemas_, schema));
   }
   append_record(records, McapOp::kChannel, c.record);
-  if (options_.chunk_bytes > 0)
-    chunk_ += records;
+  if (in_chunk)
+    group.chunk += records;
   else
     put(records);
 }
@@ -126,9 +137,12 @@ void McapWriter::describe_channel(uint16_t channel) {
 void McapWriter::write(uint16_t channel, int64_t log_ns, std::string_view data, int64_t publish_ns) {
   if (channel == 0 || channel > channels_.size()) throw Error(path_, 0, "a message on a topic that was not added");
   if (log_ns < 0) throw Error(path_, 0, "a message's time is negative");
-  describe_channel(channel);
   Channel& c = channels_[std::size_t(channel - 1)];
+  Group& group = groups_[std::size_t(c.group)];
   const auto time = uint64_t(log_ns);
+  const auto is_full = [&] { return group.chunk.size() >= group.shape.chunk_bytes; };
+  if (group.shape.whole_times && group.newest_ns != time && is_full()) end_chunk(c.group);
+  describe_channel(channel);
   std::string head;
   append_value(head, uint8_t(McapOp::kMessage));
   append_value(head, uint64_t(22 + data.size()));
@@ -146,24 +160,30 @@ void McapWriter::write(uint16_t channel, int64_t log_ns, std::string_view data, 
     return;
   }
   append_value(c.index, time);
-  append_value(c.index, uint64_t(chunk_.size()));
-  chunk_ += head;
-  chunk_ += data;
-  chunk_first_ns_ = chunk_messages_ == 0 ? time : std::min(chunk_first_ns_, time);
-  chunk_last_ns_ = chunk_messages_ == 0 ? time : std::max(chunk_last_ns_, time);
-  ++chunk_messages_;
-  if (chunk_.size() >= options_.chunk_bytes) end_chunk();
+  append_value(c.index, uint64_t(group.chunk.size()));
+  group.chunk += head;
+  group.chunk += data;
+  group.first_ns = group.messages == 0 ? time : std::min(group.first_ns, time);
+  group.last_ns = group.messages == 0 ? time : std::max(group.last_ns, time);
+  group.newest_ns = time;
+  ++group.messages;
+  if (!group.shape.whole_times && is_full()) end_chunk(c.group);
 }
 
-void McapWriter::end_chunk() {
-  if (chunk_.empty()) return;
+void McapWriter::end_chunks() {
+  for (int32_t group = 0; group < int32_t(groups_.size()); ++group) end_chunk(group);
+}
+
+void McapWriter::end_chunk(int32_t group_index) {
+  Group& group = groups_[std::size_t(group_index)];
+  if (group.chunk.empty()) return;
   const uint64_t chunk_start = offset_;
-  const std::string records = compress_chunk(options_.compression, options_.level, chunk_);
+  const std::string records = compress_chunk(options_.compression, options_.level, group.chunk);
   std::string head;
-  append_value(head, chunk_first_ns_);
-  append_value(head, chunk_last_ns_);
-  append_value(head, uint64_t(chunk_.size()));
-  append_value(head, options_.crc ? update_crc32(0, chunk_) : 0u);
+  append_value(head, group.first_ns);
+  append_value(head, group.last_ns);
+  append_value(head, uint64_t(group.chunk.size()));
+  append_value(head, options_.crc ? update_crc32(0, group.chunk) : 0u);
   append_text(head, options_.compression);
   append_value(head, uint64_t(records.size()));
   std::string frame;
@@ -177,7 +197,7 @@ void McapWriter::end_chunk() {
   std::string index_offsets;
   for (std::size_t i = 0; i < channels_.size(); ++i) {
     std::string& index = channels_[i].index;
-    if (index.empty()) continue;
+    if (index.empty() || channels_[i].group != group_index) continue;
     if (options_.index) {
       append_value(index_offsets, uint16_t(i + 1));
       append_value(index_offsets, offset_);
@@ -189,25 +209,25 @@ void McapWriter::end_chunk() {
     index.clear();
   }
   std::string content;
-  append_value(content, chunk_first_ns_);
-  append_value(content, chunk_last_ns_);
+  append_value(content, group.first_ns);
+  append_value(content, group.last_ns);
   append_value(content, chunk_start);
   append_value(content, chunk_length);
   append_text(content, index_offsets);
   append_value(content, offset_ - index_start);
   append_text(content, options_.compression);
   append_value(content, uint64_t(records.size()));
-  append_value(content, uint64_t(chunk_.size()));
+  append_value(content, uint64_t(group.chunk.size()));
   append_record(chunk_indexes_, McapOp::kChunkIndex, content);
   ++chunk_count_;
-  chunk_.clear();
-  chunk_messages_ = 0;
-  chunk_first_ns_ = chunk_last_ns_ = 0;
+  group.chunk.clear();
+  group.messages = 0;
+  group.first_ns = group.last_ns = 0;
 }
 
 void McapWriter::add_attachment(const std::string& name, const std::string& media_type, std::string_view data,
                                 int64_t log_ns) {
-  end_chunk();
+  end_chunks();
   std::string content;
   append_value(content, uint64_t(log_ns));
   append_value(content, uint64_t(log_ns));
@@ -230,7 +250,7 @@ void McapWriter::add_attachment(const std::string& name, const std::string& medi
 }
 
 void McapWriter::add_metadata(const std::string& name, const std::map<std::string, std::string>& entries) {
-  end_chunk();
+  end_chunks();
   std::string content;
   append_text(content, name);
   content += format_map(entries);
@@ -251,7 +271,7 @@ void McapWriter::write_summary() {
   uint64_t offset_start = 0;
   std::string summary, offsets;
   if (options_.index) {
-    const auto add_group = [&](McapOp op, const std::string& records) {
+    const auto add_records = [&](McapOp op, const std::string& records) {
       if (records.empty()) return;
       std::string content;
       append_value(content, uint8_t(op));
@@ -263,10 +283,10 @@ void McapWriter::write_summary() {
     std::string records;
     for (std::size_t i = 0; i < schemas_.size(); ++i)
       append_record(records, McapOp::kSchema, schema_content(schemas_, uint16_t(i + 1)));
-    add_group(McapOp::kSchema, records);
+    add_records(McapOp::kSchema, records);
     records.clear();
     for (const Channel& channel : channels_) append_record(records, McapOp::kChannel, channel.record);
-    add_group(McapOp::kChannel, records);
+    add_records(McapOp::kChannel, records);
     std::string statistics, counts;
     append_value(statistics, message_count_);
     append_value(statistics, uint16_t(schemas_.size()));
@@ -283,10 +303,10 @@ void McapWriter::write_summary() {
     append_text(statistics, counts);
     records.clear();
     append_record(records, McapOp::kStatistics, statistics);
-    add_group(McapOp::kStatistics, records);
-    add_group(McapOp::kChunkIndex, chunk_indexes_);
-    add_group(McapOp::kAttachmentIndex, attachment_indexes_);
-    add_group(McapOp::kMetadataIndex, metadata_indexes_);
+    add_records(McapOp::kStatistics, records);
+    add_records(McapOp::kChunkIndex, chunk_indexes_);
+    add_records(McapOp::kAttachmentIndex, attachment_indexes_);
+    add_records(McapOp::kMetadataIndex, metadata_indexes_);
     offset_start = summary_start + summary.size();
   }
   std::string end = summary + offsets;
@@ -301,7 +321,7 @@ void McapWriter::write_summary() {
 
 void McapWriter::close() {
   if (!file_) return;
-  end_chunk();
+  end_chunks();
   write_summary();
   std::FILE* file = file_;
   file_ = nullptr;

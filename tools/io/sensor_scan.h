@@ -34,10 +34,19 @@ struct Box {
   double x_m = 0, y_m = 0, z_m = 0, length_m = 0, width_m = 0, height_m = 0, yaw_rad = 0;
 };
 
+// True state of another car, map frame: truth, never input. NaN: unknown.
+struct KnownCar {
+  int32_t id = 0;
+  std::string name;
+  double x_m = 0, y_m = 0, z_m = 0;  // centre of its box; z_m: above the own car's
+  double heading_rad = 0, speed_mps = 0, length_m = 0, width_m = 0;
+};
+
 struct FrameScans {
   int64_t frame = 0;
   std::vector<SensorScan> scans;  // ordered by sensor; a missing one has no entry
   std::optional<Box> opponent;    // if the recording has it
+  std::vector<KnownCar> cars;     // at the last scan's stamp, if the recording has them
 };
 
 // Takes one sensor's points from a cloud; `path` names the cloud in errors. Leaves out layers of another sensor of a

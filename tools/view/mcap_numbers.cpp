@@ -96,6 +96,18 @@ Json track_row(const ovt_tracks& t, int32_t i) {
   return row;
 }
 
+Json truth_schema() {
+  return schema_object({{"id", integer()},
+                        {"name", text()},
+                        {"x_m", number_or_null()},
+                        {"y_m", number_or_null()},
+                        {"z_m", number_or_null()},
+                        {"heading_rad", number_or_null()},
+                        {"speed_mps", number_or_null()},
+                        {"length_m", number_or_null()},
+                        {"width_m", number_or_null()}});
+}
+
 Json make_schema(const std::string& name) {
   Json keys = {{"stamp_ns", text()}};
   if (name == "overtake.Detections") {
@@ -105,6 +117,9 @@ Json make_schema(const std::string& name) {
     keys["tracks"] = list(track_schema());
 #define OVT_TRACKS_VALUE(type, name, json, meaning) keys[json] = value_schema<type>("", meaning);
 #include "core/columns.def"
+  } else if (name == "overtake.Truth") {
+    keys["frame"] = {{"enum", {"map", "vehicle"}}};
+    keys["cars"] = list(truth_schema());
   } else if (name == "overtake.Times") {
     keys["stages"] = list(schema_object({{"sensor", text()}, {"stage", text()}, {"us", number_or_null()}}));
   } else {
@@ -140,6 +155,21 @@ std::string format_tracks(const ovt_frame_info& info, const ovt_tracks& t) {
 #define OVT_TRACKS_VALUE(type, name, json, meaning) all[json] = value_of("", t.name);
 #include "core/columns.def"
   return all.dump();
+}
+
+std::string format_truth(int64_t stamp_ns, bool in_map, const std::vector<io::KnownCar>& cars) {
+  Json rows = Json::array();
+  for (const io::KnownCar& car : cars)
+    rows.push_back({{"id", car.id},
+                    {"name", car.name},
+                    {"x_m", car.x_m},
+                    {"y_m", car.y_m},
+                    {"z_m", car.z_m},
+                    {"heading_rad", car.heading_rad},
+                    {"speed_mps", car.speed_mps},
+                    {"length_m", car.length_m},
+                    {"width_m", car.width_m}});
+  return Json{{"stamp_ns", std::to_string(stamp_ns)}, {"frame", in_map ? "map" : "vehicle"}, {"cars", rows}}.dump();
 }
 
 std::string format_times(ovt_reader* reader, const ovt_frame_info& info, const io::Rig& rig) {
