@@ -246,10 +246,11 @@ export class LogScene {
   }
 
   private drawTruth(frame: Frame, state: State): void {
-    const lines = this.lines.get("truth")!, place = fromMap(frame);
-    if (!frame.ego) return;
+    const lines = this.lines.get("truth")!, inMap = frame.truthInMap, turn = inMap ? frame.ego?.yaw_rad ?? 0 : 0;
+    const place = inMap ? fromMap(frame) : (x: number, y: number): [number, number] => [x, y];
+    if (inMap && !frame.ego) return;
     for (const car of frame.truth) {
-      const [x, y] = place(car.x_m, car.y_m), z = roadAt(frame.road, x, y), heading = car.heading_rad - frame.ego.yaw_rad;
+      const [x, y] = place(car.x_m, car.y_m), z = roadAt(frame.road, x, y), heading = car.heading_rad - turn;
       lines.paint(kColors.truth);
       drawBox(lines, x, y, z, heading, car.length_m || this.vehicle.length_m, car.width_m || this.vehicle.width_m, 1.0);
       drawArrow(lines, [x, y, z + 1], heading, 3.5);

@@ -3,7 +3,7 @@
 //
 // The time line: the latency of every frame, marks where a deadline was missed or scans were lost, the loop, the playhead.
 import type { App } from "./app";
-import { button, clockText, el, fixed, select, setText } from "./dom";
+import { button, clockText, el, fixed, icon, kIcons, select, setText } from "./dom";
 import { nearestEntry } from "./pairs";
 import type { FrameTable } from "./types";
 
@@ -29,7 +29,7 @@ export class Timeline {
   private readonly still = document.createElement("canvas");  // what does not move with the playhead
   private readonly tip = el("div", { class: "tip" });
   private readonly clock = el("div", { class: "clock" });
-  private readonly playButton = button("▶", "play or pause (space)", () => this.playOrPause(), "play");
+  private readonly playButton = icon("play", "play or pause (space)", () => this.playOrPause());
   private readonly speed = select([0.1, 0.25, 0.5, 1, 2, 4].map((v) => [String(v), `${v}×`] as const), "speed", (v) => this.app.setSpeed(Number(v)));
   private readonly loop = button("loop", "loop: drag with shift on the time line, or [ and ]", () => this.toggleLoop());
   private width = 0;
@@ -38,8 +38,8 @@ export class Timeline {
 
   constructor(private readonly app: App) {
     const controls = el("div", { class: "controls" },
-      button("⏮", "first frame (Home)", () => app.step(-1e9)), button("◀", "a frame back (left; with shift a second)", () => app.step(-1)), this.playButton,
-      button("▶︎", "a frame on (right; with shift a second)", () => app.step(1), "small"), button("⏭", "last frame (End)", () => app.step(1e9)), this.speed, this.loop);
+      icon("first", "first frame (Home)", () => app.step(-1e9)), icon("back", "a frame back (left; with shift a second)", () => app.step(-1)), this.playButton,
+      icon("on", "a frame on (right; with shift a second)", () => app.step(1)), icon("last", "last frame (End)", () => app.step(1e9)), this.speed, this.loop);
     const area = el("div", { class: "area" }, this.canvas, this.tip);
     this.root.append(el("div", { class: "left" }, controls, this.clock), area);
     app.on(["table", "settings"], () => this.drawStill());
@@ -194,7 +194,7 @@ export class Timeline {
       g.lineTo(x, 7);
       g.fill();
     }
-    setText(this.playButton, app.playing ? "❚❚" : "▶");
+    this.playButton.querySelector("path")!.setAttribute("d", kIcons[app.playing ? "pause" : "play"]);
     this.speed.value = String(app.state.speed);
     this.loop.classList.toggle("on", app.state.loop !== null);
     setText(this.clock, app.entry ? `${clockText(app.seconds(app.entry.stamp))}  /  ${clockText(app.seconds(app.last))}` : "");

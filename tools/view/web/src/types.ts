@@ -67,6 +67,7 @@ export interface Frame {
   tracksInMap: boolean;
   pathStep_s: number;
   truth: Car[];
+  truthInMap: boolean;
   times: StageTime[];
   counters: Record<string, number | number[]> | null;
   road: Road;

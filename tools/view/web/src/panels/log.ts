@@ -10,7 +10,7 @@ import type { LogInfo } from "../types";
 export class LogPanel {
   readonly root = el("section", { class: "log" });
 
-  constructor(private readonly app: App) {
+  constructor(app: App) {
     for (const log of app.logs) {
       const head = el("h3"), traffic = el("div", { class: "hint" }), facts = el("dl", { class: "fields" }), config = el("pre");
       const counters = new DataTable<{ name: string; value: number }>([{ title: "counter", value: (r) => r.name, words: true }, { title: "value", value: (r) => r.value }]);

@@ -28,6 +28,7 @@ export class ObjectsPanel {
   private readonly plotBox = el("div", { class: "plots" });
   readonly plots: Plot[];
   private readonly share = el("div", { class: "hint" });
+  private readonly hint = el("div", { class: "hint" });
 
   constructor(private readonly app: App) {
     const two = app.logs.length > 1;
@@ -58,7 +59,7 @@ export class ObjectsPanel {
     this.plots = kPlots.map(([, unit, digits]) => new Plot({ height: 96, unit, digits, onClick: (s) => app.gotoStamp(app.first + BigInt(Math.round(s * 1e9))) }));
     this.plots.forEach((plot, i) => this.plotBox.append(el("h4", {}, ["speed, m/s", "distance, m", "standard deviation of the position, m", "hits of the last N"][i]), plot.root));
     this.root.append(this.trackHead, el("div", { class: "scroll" }, this.tracks.root), this.detectionHead, el("div", { class: "scroll" }, this.detections.root),
-                     this.chosenHead, this.chosen, this.share, this.plotBox);
+                     this.chosenHead, this.hint, this.chosen, this.share, this.plotBox);
     app.on(["frame", "selection", "info", "settings"], () => this.draw());
     app.on(["history", "selection", "table", "settings"], () => this.drawPlots());
     app.on(["clock"], () => this.plots.forEach((p) => p.showNow(app.entry ? app.seconds(app.entry.stamp) : NaN)));
@@ -103,7 +104,8 @@ export class ObjectsPanel {
       fields = this.pointFields(this.app.logs[selection.log], selection.sensor, selection.point);
     }
     setText(this.chosenHead, head);
-    this.chosen.replaceChildren(...fields.flatMap(([name, value, title]) => [el("dt", {}, name), el("dd", { title }, value)]));
+    setText(this.hint, fields.length === 1 ? fields[0][1] : "");
+    this.chosen.replaceChildren(...(fields.length === 1 ? [] : fields).flatMap(([name, value, title]) => [el("dt", {}, name), el("dd", { title }, value)]));
   }
 
   private pointFields(log: LogView | undefined, sensor: string, point: number): [string, string][] {

@@ -38,7 +38,7 @@ interface Mounted { cloud: decode.Packed; sensor: string }
 
 export function buildFrame(index: number, stamp: bigint, messages: TopicMessage[], statics: decode.Transform[]): Frame {
   const frame: Frame = { index, stamp, ego: null, clouds: [], images: [], detections: [], tracks: [], tracksInMap: false, pathStep_s: 0.1,
-                         truth: [], times: [], counters: null, road: { cell_m: kCell_m, side: kSide, z_m: new Float32Array(0) }, missing: [], read_ms: 0 };
+                         truth: [], truthInMap: true, times: [], counters: null, road: { cell_m: kCell_m, side: kSide, z_m: new Float32Array(0) }, missing: [], read_ms: 0 };
   const parents = new Map(statics.map((t) => [t.child, t]));
   const mounted: Mounted[] = [];
   let vehicle = "vehicle";
@@ -121,9 +121,10 @@ function readJson(frame: Frame, schema: string, message: unknown): void {
     const none: TrackPath = { x_m: [], y_m: [], var_x: [], var_y: [], cov_xy: [], speed_mps: [] };
     for (const track of frame.tracks) track.path = { ...none, ...track.path }, track.covariance ??= [0, 0, 0];
   }
-  if (schema === "overtake.Truth" || schema === "overtake.CarStates")
-    frame.truth = list<Car & { is_ego?: boolean; id?: unknown }>(message, "cars").filter((car) => !car.is_ego)
-      .map((car) => ({ ...car, name: String(car.name ?? car.id ?? "car") }));
+  if (schema !== "overtake.Truth" && schema !== "overtake.CarStates") return;
+  frame.truthInMap = all.frame !== "vehicle";
+  frame.truth = list<Car & { is_ego?: boolean; id?: unknown }>(message, "cars").filter((car) => !car.is_ego)
+    .map((car) => ({ ...car, name: String(car.name ?? car.id ?? "car") }));
 }
 
 // The mean height of the points labelled ground in each cell; of the lowest points where there are no labels. Cells
@@ -154,6 +155,12 @@ function estimateRoad(clouds: Cloud[]): Road {
   for (let i = 0; i < kSide; ++i) carry(i * kSide + half, 1);  // outwards from the vehicle's column
   for (let i = 0; i < kSide; ++i) for (const [from, step] of [[i * kSide + kSide - 1, -1], [i, kSide], [cells - kSide + i, -kSide]]) carry(from, step);
   for (let i = 0; i < cells; ++i) if (Number.isNaN(z_m[i])) z_m[i] = 0;
+  for (const step of [1, kSide])  // a cell's few points scatter: means of three
+    for (let i = step, before = z_m[0]; i + step < cells; ++i) {
+      const mean = ((step === 1 ? before : z_m[i - step]) + z_m[i] + z_m[i + step]) / 3;
+      before = z_m[i];
+      z_m[i] = mean;
+    }
   return { cell_m: kCell_m, side: kSide, z_m };
 }
 

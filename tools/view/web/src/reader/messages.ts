@@ -207,7 +207,7 @@ export function unpackField(cloud: Packed, field: Field, out: Float32Array, outS
   if ((field.type === 7 || field.type === 6 || field.type === 5) && aligned(4)) {
     const words = Math.floor(cloud.data.byteLength / 4), step = cloud.stride / 4;
     const make = field.type === 7 ? Float32Array : field.type === 6 ? Int32Array : Uint32Array;
-    const values = new make(cloud.data.buffer, cloud.data.byteOffset, words);
+    const values = new make(cloud.data.buffer as ArrayBuffer, cloud.data.byteOffset, words);
     for (let i = 0, at = field.offset / 4, to = outAt; i < count; ++i, at += step, to += outStride) out[to] = values[at];
     return;
   }

@@ -1,0 +1,51 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the tests of the page share: a browser with software rendering, pages on a server, and waiting.
+"use strict";
+const path = require("path");
+
+let puppeteer;
+try {
+  puppeteer = require("../node/node_modules/puppeteer-core");
+} catch (error) {
+  if (error.code !== "MODULE_NOT_FOUND") throw error;
+  console.log("skipped: node modules for tests are not installed (tools/setup --node)");
+  process.exit(77);
+}
+
+const kPatience_ms = 30000;
+
+async function launch(browser = "chrome") {
+  const firefox = browser === "firefox";
+  return puppeteer.launch({
+    browser, headless: true, executablePath: firefox ? "/usr/bin/firefox-esr" : "/usr/bin/chromium",
+    args: firefox ? [] : ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+                          "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1", "--disable-background-networking"],
+  });
+}
+
+// A page that records what it asks for, and each of its errors.
+async function open(browser, url, fragment = "", { width = 1280, height = 800, settled = true } = {}) {
+  const page = await browser.newPage(), errors = [], hosts = new Set();
+  await page.setViewport({ width, height });
+  page.on("console", (message) => { if (message.type() === "error" || /Refused to|Content Security/.test(message.text())) errors.push(message.text()); });
+  page.on("pageerror", (error) => errors.push(error.message));
+  page.on("request", (request) => { const { protocol, host } = new URL(request.url()); if (protocol !== "data:") hosts.add(host); });
+  await page.goto(url + (fragment ? `#${fragment}` : ""));
+  if (settled) await settle(page);
+  return { page, errors, hosts };
+}
+
+const until = (page, condition, ...values) => page.waitForFunction(condition, { timeout: kPatience_ms, polling: 30 }, ...values);
+// Waits until the frame that is asked for is shown, drawn included.
+async function settle(page) {
+  await until(page, () => window.overtake?.app.isSettled && window.overtake.app.changes.size === 0);
+}
+async function goto(page, entry) {
+  await page.evaluate((i) => window.overtake.app.seek(i), entry);
+  await settle(page);
+}
+
+const kSourceRoot = path.resolve(__dirname, "../..");
+module.exports = { launch, open, until, settle, goto, kSourceRoot };
