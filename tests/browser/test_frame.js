@@ -70,15 +70,28 @@ module.exports = {
     const { page } = await open(browser, (await view(logs.b)).url);
     await goto(page, 35);
     await page.waitForFunction(() => overtake.app.logs[0].history.size > 30);  // trails
+    const changes = async (layers) => {
+      const empty = await lit(page, []);
+      for (const layer of layers) {
+        const count = await lit(page, [layer]);
+        assert.ok(count > empty + 5, `${layer} draws nothing: ${count} lit pixels, ${empty} without it`);
+      }
+    };
+    await changes(["map", "rings", "sensor:front", "sensor:left", "sensor:right"]);
+    assert.ok(await lit(page, ["sensor:front", "sensor:left", "sensor:right", "map"]) > 0.02 * 800 * 500);
     await page.evaluate(() => {  // behind the track
-      const { app, view } = overtake, [x, y, z] = view.scenes[0].targets.find((t) => t.selection.kind === "track").center;
+      const { app, view } = overtake;
+      app.state.off.clear();
+      view.update();
+      const [x, y, z] = view.scenes[0].targets.find((t) => t.selection.kind === "track").center;
       view.cameraState = [x - 13, y - 1, z + 6, x, y, z, 1];
     });
-    const empty = await lit(page, []);
-    for (const layer of ["map", "detections", "headings", "tracks", "covariance", "paths", "trails", "truth", "rings", "sensor:front", "sensor:left", "sensor:right"])
-      assert.ok(await lit(page, [layer]) > empty + 5, `${layer} draws nothing: ${await lit(page, [layer])} and ${empty}`);
-    const all = await lit(page, ["sensor:front", "sensor:left", "sensor:right", "map"]);
-    assert.ok(all > 0.02 * 800 * 500, `only ${all} pixels`);
+    await changes(["detections", "headings", "tracks", "covariance", "paths", "trails", "truth"]);
+    const names = () => page.evaluate(() => document.querySelectorAll(".label.track:not([hidden])").length);
+    await lit(page, ["tracks", "names"]);
+    const named = await names();
+    await lit(page, ["tracks"]);
+    assert.deepStrictEqual([named > 0, await names()], [true, 0]);
   },
 
   "frame: the corners of the boxes lie where a pinhole camera puts them, and are drawn there": async ({ browser, logs, view }) => {
