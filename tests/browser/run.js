@@ -1,17 +1,16 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// usage: node tests/browser/run.js OVERTAKE PAGES WORK [NAME...]. Runs the tests of the page in headless Chromium: all, or
+// usage: node tests/browser/run.js OVERTAKE WORK [NAME...]. Runs the tests of the page in headless Chromium: all, or
 // those whose name contains a NAME. WORK is a folder for logs. Exit code 77 and a line "skipped: ..." without the node
 // modules.
 "use strict";
 const { execFileSync } = require("child_process");
 const fs = require("fs");
 const path = require("path");
-const { launch } = require("./support");
-const { serve } = require("./serve");
+const { launch, startView } = require("./support");
 
-const [overtake, pages, work, ...names] = process.argv.slice(2);
+const [overtake, work, ...names] = process.argv.slice(2);
 const kFiles = ["test_frame"];
 
 // One simulated overtake, and two views of it: A of preset paper, B of preset best.
@@ -27,8 +26,8 @@ async function main() {
   const logs = makeLogs(), browser = await launch();
   let failed = 0, passed = 0;
   const servers = [];
-  const view = async (...files) => {
-    servers.push(await serve(pages, files));
+  const view = async (...words) => {
+    servers.push(await startView(overtake, words));
     return servers[servers.length - 1];
   };
   for (const file of kFiles)
@@ -44,7 +43,7 @@ async function main() {
         console.log(`FAILED: ${name}: ${error.stack}`);
       }
       for (const page of (await browser.pages()).slice(1)) await page.close();
-      for (const server of servers.splice(0)) await server.close();
+      for (const server of servers.splice(0)) await server.stop();
     }
   await browser.close();
   console.log(`${passed} passed, ${failed} failed`);

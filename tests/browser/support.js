@@ -3,6 +3,7 @@
 //
 // What the tests of the page share: a browser with software rendering, pages on a server, and waiting.
 "use strict";
+const { spawn } = require("child_process");
 const path = require("path");
 
 let puppeteer;
@@ -25,16 +26,36 @@ async function launch(browser = "chrome") {
   });
 }
 
+// Starts `overtake view WORDS...`; resolves to { url, process, stop } when it has printed its address.
+function startView(overtake, words) {
+  const child = spawn(overtake, ["view", ...words, "--no-open"], { stdio: ["ignore", "pipe", "inherit"] });
+  const ended = new Promise((done) => child.once("exit", done));
+  const stop = (signal = "SIGINT") => {
+    child.kill(signal);
+    return ended;
+  };
+  return new Promise((done, refuse) => {
+    let text = "";
+    child.once("exit", (code) => refuse(new Error(`overtake view ended: ${code}`)));
+    child.stdout.on("data", (bytes) => {
+      text += bytes;
+      const url = /^http:\S+$/m.exec(text);
+      if (url) done({ url: url[0], process: child, stop });
+    });
+  });
+}
+
 // A page that records what it asks for, and each of its errors.
 async function open(browser, url, fragment = "", { width = 1280, height = 800, settled = true } = {}) {
-  const page = await browser.newPage(), errors = [], hosts = new Set();
+  const page = await browser.newPage(), errors = [], hosts = new Set(), requests = [];
   await page.setViewport({ width, height });
   page.on("console", (message) => { if (message.type() === "error" || /Refused to|Content Security/.test(message.text())) errors.push(message.text()); });
   page.on("pageerror", (error) => errors.push(error.message));
-  page.on("request", (request) => { const { protocol, host } = new URL(request.url()); if (protocol !== "data:") hosts.add(host); });
+  page.on("request", (request) => { const { protocol, host } = new URL(request.url()); if (protocol !== "data:") hosts.add(host);
+    requests.push({ url: request.url(), range: request.headers().range }); });
   await page.goto(url + (fragment ? `#${fragment}` : ""));
   if (settled) await settle(page);
-  return { page, errors, hosts };
+  return { page, errors, hosts, requests };
 }
 
 const until = (page, condition, ...values) => page.waitForFunction(condition, { timeout: kPatience_ms, polling: 30 }, ...values);
@@ -48,4 +69,4 @@ async function goto(page, entry) {
 }
 
 const kSourceRoot = path.resolve(__dirname, "../..");
-module.exports = { launch, open, until, settle, goto, kSourceRoot };
+module.exports = { launch, startView, open, until, settle, goto, kSourceRoot };

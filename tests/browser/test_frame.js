@@ -34,11 +34,14 @@ const lit = (page, on) => page.evaluate((layers) => {
 
 module.exports = {
   "page: asks only its own server, with no error under its content policy": async ({ browser, logs, view }) => {
-    const server = await view(logs.b), { page, errors, hosts } = await open(browser, server.url);
+    const server = await view(logs.b), { page, errors, hosts, requests } = await open(browser, server.url);
     await goto(page, 20);
     assert.deepStrictEqual(errors, []);
     assert.deepStrictEqual([...hosts], [new URL(server.url).host]);
-    assert.ok(server.requests.some((r) => r.path === "/favicon.svg") || await page.evaluate(() => document.querySelector("link[rel=icon]").href.endsWith("/favicon.svg")));
+    const own = await page.evaluate(() => overtake.app.logs[0].traffic.requests);
+    assert.strictEqual(requests.filter((r) => r.url.includes("/log/0")).length, own, "the browser and the page count the same requests");
+    const icon = await page.evaluate(async () => (await fetch(document.querySelector("link[rel=icon]").href)).status);
+    assert.strictEqual(icon, 200);
     assert.strictEqual(await page.title(), "b.mcap – overtake view");
   },
 
