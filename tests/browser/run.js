@@ -11,7 +11,7 @@ const path = require("path");
 const { launch, startView } = require("./support");
 
 const [overtake, work, ...names] = process.argv.slice(2);
-const kFiles = ["test_frame"];
+const kFiles = ["test_frame", "test_timeline", "test_panels", "test_logs"];
 
 // One simulated overtake, and two views of it: A of preset paper, B of preset best.
 function makeLogs() {

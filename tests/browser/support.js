@@ -27,8 +27,8 @@ async function launch(browser = "chrome") {
 }
 
 // Starts `overtake view WORDS...`; resolves to { url, process, stop } when it has printed its address.
-function startView(overtake, words) {
-  const child = spawn(overtake, ["view", ...words, "--no-open"], { stdio: ["ignore", "pipe", "inherit"] });
+function startView(overtake, words, errors = "inherit") {
+  const child = spawn(overtake, ["view", ...words, "--no-open"], { stdio: ["ignore", "pipe", errors] });
   const ended = new Promise((done) => child.once("exit", done));
   const stop = (signal = "SIGINT") => {
     child.kill(signal);

@@ -28,6 +28,7 @@ export class App implements Listener {
   private readonly changes = new Set<Change>();
   private clockBase = { wall_ms: 0, stamp: 0n };
   private fragment = "";
+  private imagesAsked = "";
   private startAt: bigint | null = null;
 
   start(list: LogList): void {
@@ -48,6 +49,7 @@ export class App implements Listener {
     if (this.changes.size === 0) return;
     const changes = new Set(this.changes);
     this.changes.clear();
+    if (changes.has("settings")) this.followImages();
     for (const { changes: wanted, act } of this.listeners) if (wanted.some((c) => changes.has(c))) act(changes);
     if (["settings", "selection", "frame", "clock"].some((c) => changes.has(c as Change)) && !this.playing) this.writeFragment();
   }
@@ -97,6 +99,14 @@ export class App implements Listener {
     const sensor = this.imageSensor, names = log.info?.images[sensor];
     if (!this.state.imagesOpen || !names) return [];
     return ["range", ...this.state.imageNames].filter((name, i, all) => names.includes(name) && all.indexOf(name) === i).map((name) => `/${sensor}/image/${name}`);
+  }
+  // Asks for the images that the settings want.
+  private followImages(): void {
+    const topics = this.logs.map((log) => this.imageTopics(log)), text = JSON.stringify(topics);
+    if (text === this.imagesAsked) return;
+    this.imagesAsked = text;
+    if (this.live) this.logs.forEach((log, i) => log.setLiveImages(topics[i]));
+    else this.request();
   }
   get imageSensor(): string {
     const all = this.logs[0]?.info?.sensors ?? [];

@@ -20,7 +20,7 @@ export function button(text: string, title: string, act: () => void, name = ""):
 }
 
 export const kIcons = { first: "M3 3h2v10H3z M13 3v10L6 8z", back: "M11 3v10L4 8z", play: "M4 2.5v11L13 8z", pause: "M3.5 3h3v10h-3z M9.5 3h3v10h-3z",
-  on: "M5 3v10l7-5z", last: "M11 3h2v10h-2z M3 3v10l7-5z" };
+  forward: "M5 3v10l7-5z", last: "M11 3h2v10h-2z M3 3v10l7-5z" };
 export function icon(name: keyof typeof kIcons, title: string, act: () => void): HTMLButtonElement {
   const made = button("", title, act, `icon ${name}`), svg = document.createElementNS("http://www.w3.org/2000/svg", "svg"), path = document.createElementNS(svg.namespaceURI, "path");
   svg.setAttribute("viewBox", "0 0 16 16");

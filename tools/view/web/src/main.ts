@@ -153,14 +153,6 @@ async function start(): Promise<void> {
   app.start(list);
   const view = new View3d(app.state);
   for (const log of app.logs) view.scenes.push(new LogScene(log));
-  const images = new ImagesPanel(app), objects = new ObjectsPanel(app), latency = new LatencyPanel(app), logPanel = new LogPanel(app);
-  const compare = app.logs.length > 1 ? new ComparePanel(app) : null, timeline = new Timeline(app);
-  view.root.append(makeToolbar(app, view), makeLegend(app, view.scenes[0]));
-  document.body.replaceChildren(makeHeader(app), makeFaults(app),
-    el("main", {}, el("div", { class: "stage" }, view.root, images.root),
-       makeTabs(app, { objects: objects.root, latency: latency.root, ...(compare ? { compare: compare.root } : {}), log: logPanel.root })), timeline.root);
-  document.title = list.live ? "overtake live" : `${list.logs.map((l) => l.name).join(" | ")} – overtake view`;
-
   let placed = false;
   app.on(["info"], () => view.scenes.forEach((scene) => {
     const values = readToml(scene.log.info?.config ?? ""), length = Number(values.get("vehicle.length_m")), width = Number(values.get("vehicle.width_m"));
@@ -173,6 +165,14 @@ async function start(): Promise<void> {
       if (app.state.camera) view.cameraState = app.state.camera, view.update();
     }
   });
+  const images = new ImagesPanel(app), objects = new ObjectsPanel(app), latency = new LatencyPanel(app), logPanel = new LogPanel(app);
+  const compare = app.logs.length > 1 ? new ComparePanel(app) : null, timeline = new Timeline(app);
+  view.root.append(makeToolbar(app, view), makeLegend(app, view.scenes[0]));
+  document.body.replaceChildren(makeHeader(app), makeFaults(app),
+    el("main", {}, el("div", { class: "stage" }, view.root, images.root),
+       makeTabs(app, { objects: objects.root, latency: latency.root, ...(compare ? { compare: compare.root } : {}), log: logPanel.root })), timeline.root);
+  document.title = list.live ? "overtake live" : `${list.logs.map((l) => l.name).join(" | ")} – overtake view`;
+
   app.on(["hover", "selection", "frame"], () => {
     const chosen = app.state.selection?.kind === "point" ? app.state.selection : null, point = app.hover ?? chosen;
     view.scenes.forEach((scene, i) => scene.mark(point?.log === i ? point.sensor : null, point?.point));

@@ -25,6 +25,11 @@ export class Plot {
 
   set(x: number[], series: Series[]): void {
     this.data = [x, ...series.map((s) => s.values)];
+    if (x.length === 0) {  // uPlot finds no axes for no data
+      this.plot?.destroy();
+      this.plot = null;
+      return;
+    }
     const signature = series.map((s) => `${s.name}|${s.color}|${s.dashed}`).join("\n");
     if (this.plot && signature === this.signature) this.plot.setData(this.data);
     else this.build(series);
@@ -37,7 +42,7 @@ export class Plot {
 
   showNow(seconds: number): void {
     this.now = seconds;
-    this.plot?.redraw(false);
+    if (this.data[0].length > 0) this.plot?.redraw(false);
   }
 
   private build(series: Series[]): void {
@@ -48,7 +53,7 @@ export class Plot {
       width: Math.max(200, this.root.clientWidth), height, legend: { show: series.length > 1, live: true }, cursor: { y: false, drag: { x: true, y: false } },
       scales: { x: { time: false } },
       axes: [{ ...kAxis, size: 24, values: (_, ticks) => ticks.map((t) => `${Number(t.toFixed(2))} s`) }, { ...kAxis, size: 44 }],
-      series: [{ value: (_, v) => (v == null ? "–" : `${v.toFixed(3)} s`) }, ...series.map((s): uPlot.Series => ({
+      series: [{ label: "time", value: (_, v) => (v == null ? "–" : `${v.toFixed(3)} s`) }, ...series.map((s): uPlot.Series => ({
         label: s.name, stroke: s.color, width: 1.25, dash: s.dashed ? [5, 3] : undefined, spanGaps: false, points: { show: false }, value: (_, v) => text(v) }))],
       hooks: { draw: [(u) => {
         const g = u.ctx, box = u.bbox;

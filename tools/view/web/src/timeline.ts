@@ -39,7 +39,7 @@ export class Timeline {
   constructor(private readonly app: App) {
     const controls = el("div", { class: "controls" },
       icon("first", "first frame (Home)", () => app.step(-1e9)), icon("back", "a frame back (left; with shift a second)", () => app.step(-1)), this.playButton,
-      icon("on", "a frame on (right; with shift a second)", () => app.step(1)), icon("last", "last frame (End)", () => app.step(1e9)), this.speed, this.loop);
+      icon("forward", "a frame on (right; with shift a second)", () => app.step(1)), icon("last", "last frame (End)", () => app.step(1e9)), this.speed, this.loop);
     const area = el("div", { class: "area" }, this.canvas, this.tip);
     this.root.append(el("div", { class: "left" }, controls, this.clock), area);
     app.on(["table", "settings"], () => this.drawStill());

@@ -109,25 +109,18 @@ export class ImagesPanel {
     app.on(["hover", "selection", "frame"], () => this.mark());
   }
 
-  private setting(): void {
-    const { app } = this;
-    app.changed("settings");
-    if (app.live) for (const log of app.logs) log.setLiveImages(app.imageTopics(log));
-    else app.request();
-  }
-
   private drawBar(): void {
     const { app } = this, { state } = app, images = app.logs[0]?.info?.images ?? {}, sensors = Object.keys(images);
     this.root.hidden = sensors.length === 0;
     if (sensors.length === 0) return;
-    const pickSensor = select(sensors.map((s) => [s, s] as const), "sensor", (s) => { state.imageSensor = s; this.setting(); });
+    const pickSensor = select(sensors.map((s) => [s, s] as const), "sensor", (s) => { state.imageSensor = s; app.changed("settings"); });
     pickSensor.value = app.imageSensor;
     const known = images[app.imageSensor] ?? [], names = [...kOrder.filter((n) => known.includes(n)), ...known.filter((n) => !kOrder.includes(n))];
-    const open = toggle(state.imagesOpen ? "▾ images" : "▸ images", "open or close", () => { state.imagesOpen = !state.imagesOpen; this.setting(); });
+    const open = toggle(state.imagesOpen ? "▾ images" : "▸ images", "open or close", () => { state.imagesOpen = !state.imagesOpen; app.changed("settings"); });
     const chips = names.map((name) => {
       const chip = toggle(name.replace("_", " "), name, () => {
         state.imageNames = state.imageNames.includes(name) ? state.imageNames.filter((n) => n !== name) : [...state.imageNames, name];
-        this.setting();
+        app.changed("settings");
       });
       chip.classList.toggle("on", state.imageNames.includes(name));
       return chip;
