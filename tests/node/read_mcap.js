@@ -11,17 +11,12 @@
 "use strict";
 const fs = require("fs");
 
-let core, protobuf, descriptor, Ajv, fzstd, lz4, rosmsg, ros2, schemas;
+let core, fzstd, lz4, decoding;
 try {
   core = require("@mcap/core");
-  protobuf = require("protobufjs");
-  descriptor = require("protobufjs/ext/descriptor");
-  Ajv = require("ajv/dist/2020").default;
   fzstd = require("fzstd");
   lz4 = require("lz4js");
-  rosmsg = require("@foxglove/rosmsg");
-  ros2 = require("@foxglove/rosmsg2-serialization");
-  schemas = require("@foxglove/schemas/internal");
+  decoding = require("./decoders.js");
 } catch (error) {
   if (error.code !== "MODULE_NOT_FOUND") throw error;
   console.log("skipped: node modules for tests are not installed (tools/setup --node)");
@@ -30,63 +25,11 @@ try {
 
 const [path, ...wanted] = process.argv.slice(2);
 const fail = (text) => { console.log("FAILED: " + text); process.exitCode = 1; };
+decoding.onFault(fail);
 const decompressHandlers = {
   zstd: (bytes, size) => { const out = fzstd.decompress(bytes); if (BigInt(out.length) !== size) fail("zstd size"); return out; },
   lz4: (bytes, size) => { const out = lz4.decompress(bytes); if (BigInt(out.length) !== size) fail("lz4 size"); return out; },
 };
-
-// The fields of a message in the published schema: name -> number, type, repeated.
-function published(name) {
-  const schema = schemas.foxgloveMessageSchemas[name];
-  const enums = Object.values(schemas.foxgloveEnumSchemas).filter((e) => e.parentSchemaName === name);
-  return protobuf.parse(schemas.generateProto(schema, enums), { keepCase: true }).root.lookupType("foxglove." + name);
-}
-const shape = (type) => Object.fromEntries(type.fieldsArray.map((f) => [f.name,
-  f.id + " " + f.type.replace(/^\.?(google\.protobuf|foxglove)\.(\w+\.)*/, "").replace(/^.*\./, "") + (f.repeated ? "[]" : "")]));
-
-const compared = new Set();
-function compareType(type) {
-  if (compared.has(type.fullName) || !type.fullName.startsWith(".foxglove.")) return;
-  compared.add(type.fullName);
-  const ours = shape(type), theirs = shape(published(type.name));
-  // The published schemas may have fields that we do not write; each of our fields must be in them.
-  for (const [field, text] of Object.entries(ours))
-    if (theirs[field] !== text) fail(`${type.fullName}.${field} is ${text}, published is ${theirs[field]}`);
-  for (const field of Object.keys(theirs))
-    if (!(field in ours)) fail(`${type.fullName} lacks the published field ${field}`);
-  for (const nested of type.nestedArray)
-    if (nested instanceof protobuf.Enum) {
-      const enums = Object.values(schemas.foxgloveEnumSchemas).find((e) => e.parentSchemaName === type.name);
-      for (const value of enums.values)
-        if (nested.values[value.name] !== value.value) fail(`${nested.fullName}.${value.name} differs`);
-    }
-  for (const field of type.fieldsArray) {
-    field.resolve();
-    if (field.resolvedType instanceof protobuf.Type) compareType(field.resolvedType);
-  }
-}
-
-// Returns a function that throws if a message does not fit its schema.
-function decoderOf(schema, encoding) {
-  const text = () => new TextDecoder().decode(schema.data);
-  if (encoding === "protobuf") {
-    const root = protobuf.Root.fromDescriptor(descriptor.FileDescriptorSet.decode(schema.data));
-    const type = root.lookupType(schema.name);
-    root.resolveAll();
-    compareType(type);
-    return (data) => { const message = type.decode(data); const wrong = type.verify(message); if (wrong) throw Error(wrong); return message; };
-  }
-  if (encoding === "json") {
-    const validate = new Ajv({ strict: true, allowUnionTypes: true }).compile(JSON.parse(text()));
-    return (data) => {
-      const value = JSON.parse(new TextDecoder().decode(data));
-      if (!validate(value)) throw Error(JSON.stringify(validate.errors[0]));
-      return value;
-    };
-  }
-  const reader = new ros2.MessageReader(rosmsg.parse(text(), { ros2: true }));
-  return (data) => reader.readMessage(data);
-}
 
 // Reads the numbers alone: nearly all of the file must stay unread. The record of the frames must have one row a frame.
 async function checkView(indexed, frames, counts, size, bytesRead) {
@@ -134,7 +77,7 @@ async function main() {
     if (record.type === "DataEnd") dataEnd = true;
     if (record.type !== "Message") continue;
     const channel = topics.get(record.channelId);
-    if (!decoders.has(channel.id)) decoders.set(channel.id, decoderOf(schemaOf.get(channel.schemaId), channel.messageEncoding));
+    if (!decoders.has(channel.id)) decoders.set(channel.id, decoding.decoderOf(schemaOf.get(channel.schemaId), channel.messageEncoding));
     try {
       decoders.get(channel.id)(record.data);
     } catch (error) {
@@ -163,7 +106,7 @@ async function main() {
   for (const topic of wanted)
     if (!counts.get(topic)) fail(`nothing on ${topic}`);
   console.log(`${total} messages on ${counts.size} topics, ${schemaOf.size} schemas, ${attachments} attachments: all decoded, ` +
-              `${compared.size} Foxglove types as published`);
+              `${decoding.compared.size} Foxglove types as published`);
 }
 
 main().catch((error) => { fail(error.stack); });

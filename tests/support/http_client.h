@@ -112,4 +112,58 @@ class HttpClient {
   std::string read_;
 };
 
+struct SocketFrame {
+  int32_t opcode = -1;  // 1 text, 2 binary, 8 close, 9 ping, 10 pong; -1: the connection ended
+  std::string data;
+};
+
+// A WebSocket on such a client.
+class SocketPeer {
+ public:
+  SocketPeer(int32_t port, const std::string& protocols, const std::string& headers = "",
+             const std::string& target = "/")
+      : http_(port) {
+    opened = http_.get(target,
+                       "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+                       "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n" +
+                           (protocols.empty() ? "" : "Sec-WebSocket-Protocol: " + protocols + "\r\n") + headers);
+  }
+  HttpResponse opened;
+
+  // fin: the last part of the message. Opcode 0 continues it.
+  bool send(std::string_view data, int32_t opcode = 1, bool fin = true) {
+    std::string frame(1, char((fin ? 0x80 : 0) | opcode));
+    if (data.size() < 126) {
+      frame += char(0x80 | data.size());
+    } else {
+      const bool is_long = data.size() > 65535;
+      frame += char(0x80 | (is_long ? 127 : 126));
+      for (int32_t shift = is_long ? 56 : 8; shift >= 0; shift -= 8)
+        frame += char(uint64_t(data.size()) >> shift & 255);
+    }
+    const std::string mask = "abcd";
+    frame += mask;
+    for (std::size_t i = 0; i < data.size(); ++i) frame += char(data[i] ^ mask[i % 4]);
+    return http_.send(frame);
+  }
+  SocketFrame next() {
+    SocketFrame out;
+    const std::string head = http_.take(2);
+    if (head.size() < 2) return out;
+    uint64_t size = uint8_t(head[1]) & 127;
+    if (size >= 126) {
+      const std::size_t bytes = size == 126 ? 2 : 8;
+      size = 0;
+      for (const char c : http_.take(bytes)) size = size << 8 | uint8_t(c);
+    }
+    out.data = http_.take(std::size_t(size));
+    if (out.data.size() == size) out.opcode = head[0] & 15;
+    return out;
+  }
+  HttpClient& http() { return http_; }
+
+ private:
+  HttpClient http_;
+};
+
 }  // namespace overtake::test

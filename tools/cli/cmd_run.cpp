@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // overtake run: detects and tracks on a recording; detections.csv, tracks.csv, timing.csv, config.toml.
+#include <chrono>
 #include <cstdio>
 #include <map>
 #include <optional>
+#include <thread>
 
 #include "tools/cli/command.h"
 #include "tools/cli/command_options.h"
@@ -17,6 +19,8 @@
 #include "tools/io/scan_stream.h"
 #include "tools/io/text.h"
 #include "tools/io/words.h"
+#include "tools/serve/live_view.h"
+#include "tools/serve/view_server.h"
 
 namespace overtake::cli {
 namespace {
@@ -24,6 +28,8 @@ namespace {
 struct RunOptions : Options {
   std::string trace, mcap, mcap_images, truth;
   int64_t picture_at = -1;
+  int32_t live = -1;  // port; 0: a free one
+  double rate = 0;    // of time; 0: as fast as possible
   bool stream = false;
 };
 
@@ -139,12 +145,42 @@ McapImages images_of(const RunOptions& options) {
                                            : McapImages::kAll;
 }
 
+// Holds frames back until their time, at `rate` times the recording's speed.
+class Pace {
+ public:
+  explicit Pace(double rate) : rate_(rate) {}
+  void wait(const io::FrameScans& frame) {
+    if (rate_ <= 0 || frame.scans.empty()) return;
+    const int64_t stamp_ns = frame.scans[0].stamp_ns;
+    if (!started_) first_ns_ = stamp_ns, begin_ = Clock::now(), started_ = true;
+    const double ahead_s = (double(stamp_ns) - double(first_ns_)) * 1e-9 / rate_;
+    const auto due = begin_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(ahead_s));
+    while (!interrupted() && Clock::now() < due)
+      std::this_thread::sleep_until(std::min(due, Clock::now() + std::chrono::milliseconds(100)));
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double rate_;
+  bool started_ = false;
+  int64_t first_ns_ = 0;
+  Clock::time_point begin_;
+};
+
+// The clients of --live and the server in front of them.
+struct Live {
+  explicit Live(int32_t port) : server({"127.0.0.1", port, {}, "", {}, &view}) {}
+  serve::LiveView view;
+  serve::ViewServer server;
+};
+
 // The sinks of a run, in the order in which they get a frame.
 struct Sinks {
   // Opens the files: `folder` must exist.
-  Sinks(const RunOptions& options, const Config& config) : tables(options.out, config.rig), times(config.rig) {
+  Sinks(const RunOptions& options, const Config& config, ViewSink* live)
+      : tables(options.out, config.rig), times(config.rig) {
     if (!options.trace.empty()) trace.emplace(options.trace, config.rig);
-    if (!options.mcap.empty()) view.emplace(config, options.mcap, images_of(options), nullptr);
+    if (!options.mcap.empty() || live) view.emplace(config, options.mcap, images_of(options), live);
     if (options.picture_at >= 0) picture.emplace(options.picture_at, options.out, config);
     if (!options.truth.empty()) truth.emplace(options.truth);
   }
@@ -217,14 +253,20 @@ int run(const RunOptions& options) {
   Config config = load_config_with_rig(options);
   if (!options.mcap_images.empty() && options.mcap.empty())
     throw io::Error("--mcap-images " + options.mcap_images, 0, "has no effect without --mcap");
-  config.keep_images = !options.mcap.empty() && images_of(options) != McapImages::kNone;  // only the view shows images
+  // Only the view shows images.
+  config.keep_images = options.live >= 0 || (!options.mcap.empty() && images_of(options) != McapImages::kNone);
   config.in_pieces = options.stream;
   io::OutputGuard guard(options.force);
   add_inputs(guard, options, config);
   if (options.truth != TruthSink::kOwnTruth) guard.add_input(options.truth);
   const auto stream = io::open_scans(config.input, config.rig);
+  std::optional<Live> live;
+  if (options.live >= 0) live.emplace(options.live);
+  if (live && !options.quiet)
+    std::fprintf(stderr, "overtake: live at %s (Foxglove, Lichtblick: ws://127.0.0.1:%d)\n", live->server.url().c_str(),
+                 live->server.port());
   guard.add_folder(options.out);
-  Sinks sinks(options, config);
+  Sinks sinks(options, config, live ? &live->view : nullptr);
   FrameSinks frames(sinks.all());
   Session session(config, &FrameSinks::on_frame, &frames);
   const auto add_counters = [&] {
@@ -238,8 +280,10 @@ int run(const RunOptions& options) {
   catch_interrupt();
   Progress progress(1000, options.quiet);
   LineNotes lines;
+  Pace pace(options.rate);
   io::FrameScans scans;
   while (!interrupted() && stream->next(scans)) {
+    pace.wait(scans);
     lines.add(scans);
     if (config.ego.empty() && !config.no_ego) session.add_ego(stream->take_ego());
     frames.announce(scans);
@@ -264,6 +308,14 @@ int run(const RunOptions& options) {
     guard.keep();
   }
   if (!options.quiet) print_result(options, config, session, sinks, lines);
+  if (live) {
+    live->view.drain(std::chrono::seconds(1));
+    const auto counts = live->view.counts();
+    if (!options.quiet)
+      std::printf("note: live: %s, %s sent, %lld not sent to slow ones\n",
+                  io::counted(counts.clients, "client").c_str(), io::counted(counts.sent, "frame").c_str(),
+                  static_cast<long long>(counts.dropped));
+  }
   const std::vector<std::string> faults = find_faults(config, *stream, sinks.counts);
   for (const std::string& fault : faults) std::fprintf(stderr, "overtake: %s\n", printable(fault).c_str());
   if (interrupted()) {
@@ -288,6 +340,12 @@ void add_run_options(CLI::App& command, RunOptions& options) {
       .add_option("--mcap-images", options.mcap_images,
                   "images in the file of --mcap: none, labels or all (default); they are a third of its bytes")
       ->check(CLI::IsMember({"none", "labels", "all"}));
+  command
+      .add_option("--live", options.live,
+                  "PORT: shows the run in a browser, in Foxglove or Lichtblick while it runs; 0: a free port")
+      ->check(CLI::Range(0, 65535));
+  command.add_option("--rate", options.rate, "of time, for --live: 1 real time, 0.5 half of it (default: no limit)")
+      ->check(CLI::Range(0.001, 1000.0));
   command.add_option("--workers", options.workers, "threads; 1: the main thread only (default), 0: one per CPU")
       ->check(CLI::Range(0, 256));
   command.add_flag("--stream", options.stream,
