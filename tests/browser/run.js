@@ -11,7 +11,7 @@ const path = require("path");
 const { launch, startView } = require("./support");
 
 const [overtake, work, ...names] = process.argv.slice(2);
-const kFiles = ["test_frame", "test_timeline", "test_panels", "test_logs"];
+const kFiles = ["test_frame", "test_timeline", "test_panels", "test_logs", "test_large", "test_live", "test_firefox"];
 
 // One simulated overtake, and two views of it: A of preset paper, B of preset best; and a short one.
 function makeLogs() {

@@ -10,7 +10,7 @@ import type { FaultKind, LogList } from "./types";
 import type { PickedPoint } from "./view3d";
 
 export type Change = "info" | "table" | "frame" | "selection" | "settings" | "history" | "hover" | "clock" | "faults";
-export interface FaultLine { log: number; kind: FaultKind; text: string }
+export interface FaultLine { log: number; kind: FaultKind; text: string; id?: string }
 
 export class App implements Listener {
   readonly state = new State();
@@ -183,11 +183,14 @@ export class App implements Listener {
     else this.underWay.set(key, { what, share });
     this.changed("faults");
   }
-  fault(log: LogView, kind: FaultKind, text: string): void {
+  fault(log: LogView, kind: FaultKind, text: string, id?: string): void {
+    const same = this.faults.find((f) => id !== undefined && f.id === id && f.log === log.index);
+    if (same) same.text = text, this.changed("faults");
+    if (same) return;
     if (kind === "back") {
       for (let i = this.faults.length - 1; i >= 0; --i) if (this.faults[i].kind === "gone" && this.faults[i].log === log.index) this.faults.splice(i, 1);
     } else if (!this.faults.some((f) => f.text === text && f.log === log.index)) {
-      this.faults.push({ log: log.index, kind, text });
+      this.faults.push({ log: log.index, kind, text, id });
     }
     this.changed("faults");
   }

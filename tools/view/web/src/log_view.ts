@@ -10,7 +10,7 @@ export interface Listener {
   frameArrived(log: LogView, live: boolean): void;
   historyGrew(log: LogView): void;
   progress(log: LogView, what: string, share: number): void;
-  fault(log: LogView, kind: FaultKind, text: string): void;
+  fault(log: LogView, kind: FaultKind, text: string, id?: string): void;
 }
 
 export class LogView {
@@ -70,7 +70,9 @@ export class LogView {
   private receive(message: FromWorker): void {
     switch (message.type) {
       case "opened": this.info = message.info; this.listener.opened(this); break;
-      case "table": this.table = message.table; this.tableComplete = message.complete; this.listener.tableChanged(this); break;
+      case "table":
+        if (message.forgotten) this.forget(message.forgotten);
+        this.table = message.table; this.tableComplete = message.complete; this.listener.tableChanged(this); break;
       case "progress": this.listener.progress(this, message.what, message.share); break;
       case "traffic": this.traffic = message.traffic; break;
       case "frame":
@@ -81,8 +83,15 @@ export class LogView {
         this.historyShare = message.share;
         this.listener.historyGrew(this);
         break;
-      case "fault": this.listener.fault(this, message.kind, message.text); break;
+      case "fault": this.listener.fault(this, message.kind, message.text, message.id); break;
     }
+  }
+
+  // The first rows left the table of a live run.
+  private forget(count: number): void {
+    const kept = [...this.history].filter(([index]) => index >= count);
+    this.history.clear();
+    for (const [index, rows] of kept) this.history.set(index - count, rows);
   }
 
   private receiveFrame(message: Extract<FromWorker, { type: "frame" | "noframe" }>): void {

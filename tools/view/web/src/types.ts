@@ -123,11 +123,11 @@ export type ToWorker =
 
 export type FromWorker =
   | { type: "opened"; info: LogInfo }
-  | { type: "table"; table: FrameTable; complete: boolean }
+  | { type: "table"; table: FrameTable; complete: boolean; forgotten?: number }  // forgotten: first rows that left it
   | { type: "progress"; what: string; share: number }
   | { type: "frame"; id: number; frame: Frame; traffic: Traffic }
   | { type: "live"; frame: Frame; dropped: number }
   | { type: "history"; rows: HistoryRows[]; share: number }
   | { type: "traffic"; traffic: Traffic }
   | { type: "noframe"; id: number }
-  | { type: "fault"; kind: FaultKind; text: string };
+  | { type: "fault"; kind: FaultKind; text: string; id?: string };  // replaces the one with the same id

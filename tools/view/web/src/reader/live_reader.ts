@@ -9,7 +9,7 @@ import { decodeLines, viewOf } from "./messages";
 
 interface Advertised { id: number; topic: string; encoding: string; schemaName: string }
 
-const kSubprotocols = ["foxglove.sdk.v1", "foxglove.websocket.v1"], kLongestWait_ms = 4000, kKeptFrames = 1200, kMessageData = 1;
+const kSubprotocols = ["foxglove.sdk.v1", "foxglove.websocket.v1"], kLongestWait_ms = 4000, kKeptFrames = 2400, kMessageData = 1;
 
 export class LiveReader {
   private readonly channels = new Map<number, Advertised>();
@@ -52,7 +52,7 @@ export class LiveReader {
   }
 
   private readText(text: string): void {
-    const message = JSON.parse(text) as { op: string; channels?: Advertised[]; channelIds?: number[]; message?: string };
+    const message = JSON.parse(text) as { op: string; channels?: Advertised[]; channelIds?: number[]; message?: string; id?: string };
     if (message.op === "advertise") {
       for (const channel of message.channels ?? []) this.channels.set(channel.id, channel);
       this.subscribe();
@@ -60,7 +60,7 @@ export class LiveReader {
     } else if (message.op === "unadvertise") {
       for (const id of message.channelIds ?? []) this.channels.delete(id), this.subscribed.delete(id);
     } else if (message.op === "status" && message.message) {
-      this.post({ type: "fault", kind: "notice", text: message.message });
+      this.post({ type: "fault", kind: "notice", text: message.message, id: message.id ?? message.message });
     }
   }
 
@@ -104,7 +104,8 @@ export class LiveReader {
     this.newest = null;
     if (!newest) return;
     const begin_ms = performance.now();
-    if (this.builder.stamps.length >= kKeptFrames) this.builder.dropFirst(kKeptFrames / 4);
+    const forgotten = this.builder.stamps.length >= kKeptFrames ? kKeptFrames / 4 : 0;
+    this.builder.dropFirst(forgotten);
     const index = this.builder.add(newest.stamp), frame = buildFrame(index, newest.stamp, newest.messages, []);
     this.builder.setTimes(index, frame.times);
     this.builder.set(index, "detections", frame.detections.length);
@@ -112,7 +113,7 @@ export class LiveReader {
     this.builder.set(index, "confirmed", frame.tracks.filter((t) => t.state === "confirmed").length);
     this.builder.set(index, "points", frame.clouds.reduce((sum, c) => sum + c.count, 0));
     frame.read_ms = performance.now() - begin_ms;
-    this.post({ type: "table", table: this.builder.table(), complete: true });
+    this.post({ type: "table", table: this.builder.table(), complete: true, forgotten });
     this.post({ type: "history", rows: [{ index, rows: historyRows(frame) }], share: 1 });
     this.post({ type: "live", frame, dropped: this.dropped }, this.buffersOf(frame));
   }

@@ -48,7 +48,7 @@ export class RangeFile {
     if (this.etag) headers["If-Match"] = this.etag;
     ++this.requests;
     const response = await fetch(this.url, { headers, cache: "no-store" });
-    if (response.status === 412 || response.status === 416 || response.status === 404) {
+    if (response.status === 412 || response.status === 416 || response.status === 404 || response.status === 410) {
       this.changed = true;
       throw this.changeFault();
     }
