@@ -4,6 +4,7 @@
 // What the tests of the page share: a browser with software rendering, pages on a server, and waiting.
 "use strict";
 const { spawn } = require("child_process");
+const fs = require("fs");
 const path = require("path");
 
 let puppeteer;
@@ -17,13 +18,22 @@ try {
 
 const kPatience_ms = 30000;
 
-async function launch(browser = "chrome") {
-  const firefox = browser === "firefox";
-  return puppeteer.launch({
-    browser, headless: true, executablePath: firefox ? "/usr/bin/firefox-esr" : "/usr/bin/chromium",
-    args: firefox ? [] : ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-                          "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1", "--disable-background-networking"],
-  });
+async function launch() {
+  return puppeteer.launch({ browser: "chrome", headless: true, executablePath: "/usr/bin/chromium",
+    args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+           "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1", "--disable-background-networking"] });
+}
+
+// Firefox draws WebGL only on a display: that of an Xvfb, which ends with it. Null if one of the two is not installed.
+async function launchFirefox() {
+  const firefox = "/usr/bin/firefox-esr", xvfb = "/usr/bin/Xvfb";
+  if (!fs.existsSync(firefox) || !fs.existsSync(xvfb)) return null;
+  const server = spawn(xvfb, ["-displayfd", "3", "-screen", "0", "1280x900x24", "-nolisten", "tcp"], { stdio: ["ignore", "ignore", "ignore", "pipe"] });
+  const display = await new Promise((done) => server.stdio[3].once("data", (text) => done(String(text).trim())));
+  const browser = await puppeteer.launch({ browser: "firefox", headless: false, executablePath: firefox,
+    extraPrefsFirefox: { "webgl.force-enabled": true }, env: { ...process.env, DISPLAY: `:${display}` } });
+  browser.once("disconnected", () => server.kill());
+  return browser;
 }
 
 // Starts `overtake view WORDS...`; resolves to { url, process, stop } when it has printed its address.
@@ -69,4 +79,4 @@ async function goto(page, entry) {
 }
 
 const kSourceRoot = path.resolve(__dirname, "../..");
-module.exports = { launch, startView, open, until, settle, goto, kSourceRoot };
+module.exports = { launch, launchFirefox, startView, open, until, settle, goto, kSourceRoot };

@@ -49,7 +49,7 @@ export class App implements Listener {
     if (this.changes.size === 0) return;
     const changes = new Set(this.changes);
     this.changes.clear();
-    if (changes.has("settings")) this.followImages();
+    if (changes.has("settings") || changes.has("info")) this.followImages();
     for (const { changes: wanted, act } of this.listeners) if (wanted.some((c) => changes.has(c))) act(changes);
     if (["settings", "selection", "frame", "clock"].some((c) => changes.has(c as Change)) && !this.playing) this.writeFragment();
   }
@@ -147,6 +147,7 @@ export class App implements Listener {
   }
 
   // ---- from the logs
+  get takesLiveFrames(): boolean { return this.playing; }
   opened(log: LogView): void {
     for (const text of log.info?.missing ?? []) this.fault(log, "notice", text);
     this.changed("info");
@@ -166,7 +167,6 @@ export class App implements Listener {
   }
   frameArrived(log: LogView, live: boolean): void {
     if (live) {
-      if (!this.playing) return;
       this.at = this.entries.length - 1;
       this.state.at = null;
       this.changed("clock");

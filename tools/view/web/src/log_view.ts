@@ -5,6 +5,7 @@
 import type { FaultKind, Frame, FrameTable, FromWorker, LogEntry, LogInfo, ToWorker, Traffic } from "./types";
 
 export interface Listener {
+  readonly takesLiveFrames: boolean;  // false: paused
   opened(log: LogView): void;
   tableChanged(log: LogView): void;
   frameArrived(log: LogView, live: boolean): void;
@@ -77,7 +78,12 @@ export class LogView {
       case "traffic": this.traffic = message.traffic; break;
       case "frame":
       case "noframe": this.receiveFrame(message); break;
-      case "live": this.frame = message.frame; this.dropped = message.dropped; this.listener.frameArrived(this, true); break;
+      case "live":
+        this.dropped = message.dropped;
+        if (!this.listener.takesLiveFrames) break;
+        this.frame = message.frame;
+        this.listener.frameArrived(this, true);
+        break;
       case "history":
         for (const { index, rows } of message.rows) this.history.set(index, rows);
         this.historyShare = message.share;
