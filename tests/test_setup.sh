@@ -3,13 +3,13 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: tests/test_setup.sh. How our tools use third-party software and shared folders, tested with substitutes for
-# npm, dpkg-query and the compiler: tools/setup --node installs the content of the lock file and runs no package
-# scripts; the lock file is complete and names no registry; tools/dev/fuzz opens no file in the temporary folder that may be
+# npm, dpkg-query and the compiler: tools/setup --node installs the content of the lock files and runs no package
+# scripts; the lock files are complete and name no registry; tools/dev/fuzz opens no file in the temporary folder that may be
 # a link.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 readonly project=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-readonly lock=$project/tests/node/package-lock.json
+readonly node_folders=(tests/node tools/view/web)
 
 # stand_in NAME LINE...: puts a program of this name on the PATH.
 mkdir -p "$work/bin" "$work/tree/tests/node" "$work/tree/build" "$work/tmp"
@@ -26,25 +26,34 @@ export PATH=$work/bin:$PATH
 stand_in npm 'echo "$PWD: $*" >>"$SEEN"'
 stand_in dpkg-query 'echo installed'
 stand_in apt-get 'exit 1'
-cp -r "$project/tools" "$work/tree/tools"
+(cd "$project" && tar -c --exclude=node_modules tools) | tar -x -C "$work/tree"
 cp "$project"/tests/node/*.json "$work/tree/tests/node"
 SEEN=$work/seen expect "tools/setup --node" "$work/tree/tools/setup" --node
-[[ $(cat "$work/seen") == "$(realpath "$work/tree/tests/node"): ci --ignore-scripts --no-audit --no-fund" ]] ||
-  fail "tools/setup --node calls npm as: $(cat "$work/seen")"
-mkdir -p "$work/tree/tests/node/node_modules/"{@mcap/core,ws}
+for folder in "${node_folders[@]}"; do
+  echo "$(realpath "$work/tree/$folder"): ci --ignore-scripts --no-audit --no-fund"
+  mkdir -p "$work/tree/$folder/node_modules"
+  touch -d '+1 minute' "$work/tree/$folder/node_modules/.package-lock.json"
+done >"$work/wanted"
+cmp -s "$work/wanted" "$work/seen" || fail "tools/setup --node calls npm as: $(cat "$work/seen")"
 : >"$work/seen"
 SEEN=$work/seen expect "tools/setup --node once more" "$work/tree/tools/setup" --node
 [[ ! -s $work/seen ]] || fail "what is installed is installed again"
 
-# ---- the lock file
-packages=$(grep -c '^    "node_modules/' "$lock") whole=$(grep -c '^      "integrity": "sha512-' "$lock")
-((packages > 9 && packages == whole)) || fail "$packages packages in the lock file, $whole with a checksum"
-grep -n '"resolved"' "$lock" && fail "the lock file names a registry"
-grep -n 'hasInstallScript' "$lock" && fail "a package wants to run a script"
-while read -r name version; do
-  grep -A 1 "^    \"node_modules/$name\": {" "$lock" | grep -q "\"version\": \"$version\"" ||
-    fail "the lock file has another version of $name than package.json ($version)"
-done < <(sed -n '/"dependencies"/,/}/s/^ *"\(.*\)": "\([0-9.]*\)",*$/\1 \2/p' "$project/tests/node/package.json")
+# ---- the lock files
+for folder in "${node_folders[@]}"; do
+  lock=$project/$folder/package-lock.json
+  packages=$(grep -c '^    "node_modules/' "$lock") whole=$(grep -c '^      "integrity": "sha512-' "$lock")
+  ((packages > 9 && packages == whole)) || fail "$packages packages in $folder/package-lock.json, $whole with a checksum"
+  grep -n '"resolved"' "$lock" && fail "$lock names a registry"
+  # esbuild's script only replaces its launcher by the program of the platform's package.
+  scripts=$(grep -B 12 'hasInstallScript' "$lock" | sed -n 's|^    "node_modules/\(.*\)": {|\1|p' | tail -n 1)
+  [[ -z $scripts || $scripts == esbuild ]] || fail "$scripts wants to run a script"
+  (($(grep -c hasInstallScript "$lock") <= 1)) || fail "several packages of $folder want to run scripts"
+  while read -r name version; do
+    grep -A 1 "^    \"node_modules/$name\": {" "$lock" | grep -q "\"version\": \"$version\"" ||
+      fail "$lock has another version of $name than package.json ($version)"
+  done < <(sed -n '/ependencies"/,/}/s/^ *"\(.*\)": "\([0-9.]*\)",*$/\1 \2/p' "$project/$folder/package.json")
+done
 
 # ---- every script says what it does
 for script in "$project"/tools/{setup,demo,test} "$project"/tools/dev/*; do

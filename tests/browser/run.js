@@ -1,0 +1,57 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// usage: node tests/browser/run.js OVERTAKE WORK [NAME...]. Runs the tests of the page in headless Chromium: all, or
+// those whose name contains a NAME. WORK is a folder for logs. Exit code 77 and a line "skipped: ..." without the node
+// modules.
+"use strict";
+const { execFileSync } = require("child_process");
+const fs = require("fs");
+const path = require("path");
+const { launch, startView } = require("./support");
+
+const [overtake, work, ...names] = process.argv.slice(2);
+const kFiles = ["test_frame", "test_timeline", "test_panels", "test_logs", "test_large", "test_live", "test_firefox"];
+
+// One simulated overtake, and two views of it: A of preset paper, B of preset best; and a short one.
+function makeLogs() {
+  const file = (name) => path.join(work, name), run = (...words) => execFileSync(overtake, [...words, "--quiet", "--force"], { stdio: ["ignore", "ignore", "inherit"] });
+  if (!fs.existsSync(file("race.mcap"))) run("simulate", "overtake", "--seed", "99", "--seconds", "2", "--out", file("race.mcap"));
+  for (const [name, preset] of [["a", "paper"], ["b", "best"]])
+    if (!fs.existsSync(file(`${name}.mcap`))) run("run", file("race.mcap"), "--preset", preset, "--out", file(name), "--mcap", file(`${name}.mcap`));
+  if (!fs.existsSync(file("short.mcap"))) {
+    run("simulate", "overtake", "--seed", "7", "--seconds", "0.5", "--out", file("short_race.mcap"));
+    run("run", file("short_race.mcap"), "--out", file("short"), "--mcap", file("short.mcap"));
+  }
+  return { short: file("short.mcap"), race: file("race.mcap"), a: file("a.mcap"), b: file("b.mcap"), resultsA: file("a"), resultsB: file("b") };
+}
+
+async function main() {
+  const logs = makeLogs(), browser = await launch();
+  let failed = 0, passed = 0;
+  const servers = [];
+  const view = async (...words) => {
+    servers.push(await startView(overtake, words));
+    return servers[servers.length - 1];
+  };
+  for (const file of kFiles)
+    for (const [name, test] of Object.entries(require(`./${file}`))) {
+      if (names.length > 0 && !names.some((n) => name.includes(n))) continue;
+      const begin = Date.now();
+      try {
+        await test({ browser, overtake, work, logs, view });
+        ++passed;
+        console.log(`passed: ${name} (${((Date.now() - begin) / 1000).toFixed(1)} s)`);
+      } catch (error) {
+        ++failed;
+        console.log(`FAILED: ${name}: ${error.stack}`);
+      }
+      for (const page of (await browser.pages()).slice(1)) await page.close();
+      for (const server of servers.splice(0)) await server.stop();
+    }
+  await browser.close();
+  console.log(`${passed} passed, ${failed} failed`);
+  process.exitCode = failed > 0 || passed === 0 ? 1 : 0;
+}
+
+main().catch((error) => { console.log(`FAILED: ${error.stack}`); process.exitCode = 1; });
