@@ -18,10 +18,11 @@ LAYERS = {
     'tools/client': ['core', 'pipeline', 'tools/io'],
     'tools/view': ['core', 'pipeline', 'tools/io', 'tools/sim', 'tools/client'],
     'tools/evaluation': ['core', 'kernels', 'pipeline', 'tools/io', 'tools/sim', 'tools/client', 'tools/view'],
+    'tools/python': ['core', 'pipeline', 'tools/io', 'tools/sim', 'tools/client'],
     'tools/cli': ['core', 'pipeline', 'tools/io', 'tools/sim', 'tools/client', 'tools/view', 'tools/evaluation'],
 }
 TOP_OF_TOOLS = {'CMakeLists.txt', 'README.md', 'demo', 'frame.png', 'setup', 'test', 'cli', 'client', 'dev', 'evaluation',
-                'examples', 'install', 'io', 'rigs', 'sim', 'view'}
+                'examples', 'install', 'io', 'python', 'rigs', 'sim', 'view'}
 
 root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else '.')
 faults = []

@@ -151,6 +151,8 @@ TracksCopy::TracksCopy(const ovt_tracks& from) : rows(from) {
   const auto count = std::size_t(rows.count), path_count = count * std::size_t(rows.path_points);
 #define OVT_TRACK(type, name, ...) rows.name = columns.copy(rows.name, count);
 #define OVT_TRACK_OPTIONAL OVT_TRACK
+#define OVT_TRACK_COVARIANCE(type, name, ...) \
+  for (const type*& column : rows.name) column = columns.copy(column, count);
 #define OVT_PATH(type, name, ...) rows.path_##name = columns.copy(rows.path_##name, path_count);
 #include "core/columns.def"
   double* full = columns.make<double>(count * 25);
@@ -158,7 +160,7 @@ TracksCopy::TracksCopy(const ovt_tracks& from) : rows(from) {
     std::size_t column = 0;
     for (std::size_t r = 0; r < 5; ++r)
       for (std::size_t c = 0; c <= r; ++c) {
-        const double value = from.covariance[column++][i];
+        const double value = rows.covariance[column++][i];
         full[i * 25 + r * 5 + c] = value;
         full[i * 25 + c * 5 + r] = value;
       }

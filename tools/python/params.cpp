@@ -25,7 +25,10 @@ ovt_param_info info_of(const std::string& name) {
   throw StatusError(OVT_UNKNOWN_NAME, "there is no parameter '" + name + "'");
 }
 
-std::string number_text(double value) { return py::cast<std::string>(py::repr(py::float_(value))); }
+std::string number_text(double value) {
+  const bool whole = value == std::floor(value) && std::fabs(value) < 1e15;
+  return whole ? std::to_string(std::llround(value)) : py::cast<std::string>(py::repr(py::float_(value)));
+}
 
 py::object get_param(const ParamSet& set, const std::string& name) {
   const ovt_param_info info = info_of(name);
@@ -39,9 +42,9 @@ py::object get_param(const ParamSet& set, const std::string& name) {
 
 void set_param(ParamSet& set, const std::string& name, const py::object& value) {
   const ovt_param_info info = info_of(name);
-  const double number = py::cast<double>(py::float_(value));
-  const bool whole = number == std::floor(number) && std::fabs(number) < 1e15;
-  const std::string text = whole ? std::to_string(std::llround(number)) : number_text(number);
+  if (!PyNumber_Check(value.ptr()) || PyComplex_Check(value.ptr()))
+    throw py::type_error(name + " is " + py::cast<std::string>(py::repr(value)) + "; a number is needed");
+  const std::string text = number_text(py::cast<double>(py::float_(value)));
   const ovt_status status = ovt_set_param(&set.values, info.name, text.c_str());
   if (status == OVT_OK) return;
   throw StatusError(status, name + " is " + text + "; it takes " + (info.is_integer ? "a whole number" : "a number") +
