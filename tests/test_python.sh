@@ -6,7 +6,8 @@
 # BUILD_FOLDER. FOUND: whether CMake found what the package needs. OVERTAKE_PRELOAD: libraries of a sanitizer.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
-readonly name=${1:?usage: test_python.sh NAME FOUND PYTHON BUILD_FOLDER PROGRAM} found=${2:-} python=${3:-} build=${4:-} program=${5:-}
+readonly name=${1:?usage: test_python.sh NAME FOUND PYTHON BUILD_FOLDER PROGRAM}
+readonly found=${2:-} python=${3:-} build=${4:-} program=${5:-}
 skip() { echo "skipped: python_$name: $* (tools/setup --python)"; exit 77; }
 
 [[ $found == TRUE ]] || skip "no python3-dev or pybind11-dev"

@@ -1,8 +1,8 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Tests of the Python package. tests/test_python.sh sets PYTHONPATH to the built package, OVERTAKE_PROGRAM to the command
-# line and OVERTAKE_SOURCE to the source tree.
+# Tests of the Python package. tests/test_python.sh sets PYTHONPATH to the built package, OVERTAKE_PROGRAM to the
+# command line, OVERTAKE_SOURCE to the source tree and OVERTAKE_BUILD to the build tree.
 import os
 import pathlib
 

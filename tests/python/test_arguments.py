@@ -131,7 +131,8 @@ WRONG = {
     "two layers": (lambda: {**car_tail(), "ring": car_tail()["layer"]}, ValueError, "points has two columns layer"),
     "unknown column": (lambda: {**car_tail(), "timestamp": numpy.zeros(360)}, ValueError,
                        "'timestamp' is none of x, y, z, layer or ring or line"),
-    "packed records": (lambda: records(align=False), ValueError, "x has a stride of 18 bytes; a positive multiple of 4"),
+    "packed records": (lambda: records(align=False), ValueError,
+                       "x has a stride of 18 bytes; a positive multiple of 4"),
     "misaligned": (lambda: {**car_tail(), "x": numpy.zeros(1441, "u1")[1:].view("f4")}, ValueError,
                    "x is at an address that is no multiple of 4"),
     "array field": (lambda: numpy.zeros(360, [("x", "f4"), ("y", "f4"), ("z", "f4", 2), ("ring", "u4")]), TypeError,
@@ -182,7 +183,8 @@ def test_what_becomes_of_a_scan_is_a_status(detector):
 
 def test_too_many_points_name_the_capacity():
     with overtake.Detector(a_sensor(point_capacity=100)) as detector:
-        with pytest.raises(overtake.TooManyError, match="360 points, but sensor 'front' has point_capacity 100") as error:
+        sentence = "360 points, but sensor 'front' has point_capacity 100"
+        with pytest.raises(overtake.TooManyError, match=sentence) as error:
             detector.push_scan(car_tail(), 0)
         assert error.value.status is overtake.Status.TOO_MANY
         assert detector.stats["dropped"] == 1

@@ -3,6 +3,7 @@
 #
 # Parameters as attributes, made from the library's table.
 import json
+import keyword
 import subprocess
 
 import pytest
@@ -15,8 +16,8 @@ def test_every_parameter_is_an_attribute_with_its_unit(program):
     params = overtake.Params("best")
     assert len(params) == len(listed["parameters"]) > 50
     for row in listed["parameters"]:
-        group, name = row["name"].split(".")
-        part = getattr(params, group + "_" * (group == "class"))
+        group, name = (word + "_" * keyword.iskeyword(word) for word in row["name"].split("."))
+        part = getattr(params, group)
         text = getattr(type(part), name).__doc__
         assert row["text"] in text and f"{row['min']:g} to {row['max']:g}" in text
         assert text.rstrip(")").endswith(row["unit"])

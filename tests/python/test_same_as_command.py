@@ -1,8 +1,8 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Detections and tracks of overtake.run, and of a Detector that is fed from overtake.open, equal those of `overtake run`:
-# on every recording of OVERTAKE_DATA and on a simulated race, with both presets.
+# Detections and tracks of overtake.run, and of a Detector that is fed from overtake.open, equal those of
+# `overtake run`: on every recording of OVERTAKE_DATA and on a simulated race, with both presets.
 import csv
 import os
 import pathlib

@@ -107,6 +107,7 @@ def test_a_detector_in_use_is_not_closed():
     detector.close()
 
 
+@pytest.mark.skipif(not overtake._overtake.has_files, reason="built without the tools")
 def test_one_iterator_in_two_threads_raises(race):
     run = overtake.run(race)
 

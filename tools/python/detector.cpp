@@ -27,11 +27,12 @@ void take(const py::dict& from, const char* name, T& to) {
 ovt_sensor_def to_sensor(const py::dict& from) {
   ovt_sensor_def def = ovt_default_sensor_def();
 #define OVT_TAKE(name) take(from, #name, def.name);
-  OVT_TAKE(x_m) OVT_TAKE(y_m) OVT_TAKE(z_m) OVT_TAKE(roll_rad) OVT_TAKE(pitch_rad) OVT_TAKE(yaw_rad)
-  OVT_TAKE(rows) OVT_TAKE(cols) OVT_TAKE(azimuth_left_rad) OVT_TAKE(azimuth_right_rad)
-  OVT_TAKE(range_min_m) OVT_TAKE(range_max_m) OVT_TAKE(layer_first) OVT_TAKE(layer_last) OVT_TAKE(point_capacity)
+  OVT_TAKE(x_m)
+  OVT_TAKE(y_m) OVT_TAKE(z_m) OVT_TAKE(roll_rad) OVT_TAKE(pitch_rad) OVT_TAKE(yaw_rad) OVT_TAKE(rows) OVT_TAKE(cols)
+      OVT_TAKE(azimuth_left_rad) OVT_TAKE(azimuth_right_rad) OVT_TAKE(range_min_m) OVT_TAKE(range_max_m)
+          OVT_TAKE(layer_first) OVT_TAKE(layer_last) OVT_TAKE(point_capacity)
 #undef OVT_TAKE
-  bool wraps = false;
+              bool wraps = false;
   take(from, "wraps", wraps);
   def.wraps = wraps;
   return def;
@@ -39,10 +40,10 @@ ovt_sensor_def to_sensor(const py::dict& from) {
 
 void take_options(const py::dict& options, ovt_detector_def& def) {
 #define OVT_TAKE(name) take(options, #name, def.name);
-  OVT_TAKE(worker_count) OVT_TAKE(push_policy) OVT_TAKE(cluster_capacity) OVT_TAKE(candidate_capacity)
-  OVT_TAKE(track_capacity) OVT_TAKE(frames_in_flight) OVT_TAKE(ego_pose_capacity) OVT_TAKE(fifo_priority)
-  OVT_TAKE(memory) OVT_TAKE(spin_us) OVT_TAKE(deadline_ns) OVT_TAKE(watchdog_ns) OVT_TAKE(keep_images)
-  OVT_TAKE(stream)
+  OVT_TAKE(worker_count)
+  OVT_TAKE(push_policy) OVT_TAKE(cluster_capacity) OVT_TAKE(candidate_capacity) OVT_TAKE(track_capacity)
+      OVT_TAKE(frames_in_flight) OVT_TAKE(ego_pose_capacity) OVT_TAKE(fifo_priority) OVT_TAKE(memory) OVT_TAKE(spin_us)
+          OVT_TAKE(deadline_ns) OVT_TAKE(watchdog_ns) OVT_TAKE(keep_images) OVT_TAKE(stream)
 #undef OVT_TAKE
 }
 
@@ -241,16 +242,20 @@ py::object Detector::push_detections(int64_t stamp_ns, const py::dict& columns, 
   ovt_external_detections rows;
   check(ovt_external_detections_init(&rows, sizeof rows), "push_detections");
   rows.stamp_ns = stamp_ns;
-  if (reference == "map") rows.reference = OVT_REFERENCE_MAP;
-  else if (reference == "vehicle") rows.reference = OVT_REFERENCE_VEHICLE;
-  else throw py::value_error("reference is '" + reference + "'; 'map' or 'vehicle' is needed");
+  if (reference == "map")
+    rows.reference = OVT_REFERENCE_MAP;
+  else if (reference == "vehicle")
+    rows.reference = OVT_REFERENCE_VEHICLE;
+  else
+    throw py::value_error("reference is '" + reference + "'; 'map' or 'vehicle' is needed");
   std::vector<py::object> kept;
   py::ssize_t count = -1;
 #define OVT_TAKE(name) rows.name = as_doubles(columns[#name], #name, count, kept);
-  OVT_TAKE(x_m) OVT_TAKE(y_m) OVT_TAKE(heading_rad) OVT_TAKE(var_x) OVT_TAKE(var_y) OVT_TAKE(cov_xy)
-  OVT_TAKE(length_m) OVT_TAKE(width_m) OVT_TAKE(height_m) OVT_TAKE(score)
+  OVT_TAKE(x_m)
+  OVT_TAKE(y_m) OVT_TAKE(heading_rad) OVT_TAKE(var_x) OVT_TAKE(var_y) OVT_TAKE(cov_xy) OVT_TAKE(length_m)
+      OVT_TAKE(width_m) OVT_TAKE(height_m) OVT_TAKE(score)
 #undef OVT_TAKE
-  if (count > std::numeric_limits<int32_t>::max()) throw StatusError(OVT_TOO_MANY, "push_detections");
+          if (count > std::numeric_limits<int32_t>::max()) throw StatusError(OVT_TOO_MANY, "push_detections");
   rows.count = int32_t(std::max(count, py::ssize_t(0)));
   Call call(*this, &detections_busy_);
   const ovt_status status =
@@ -288,11 +293,11 @@ py::dict Detector::stats() const {
   py::dict out;
 #define OVT_COUNTER(name, ...) out[#name] = stats.name;
 #define OVT_GAUGE OVT_COUNTER
-#define OVT_COUNTERS(name, size, ...)                                              \
-  {                                                                                \
-    py::list list;                                                                 \
-    for (const int64_t value : stats.name) list.append(value);                     \
-    out[#name] = list;                                                             \
+#define OVT_COUNTERS(name, size, ...)                          \
+  {                                                            \
+    py::list list;                                             \
+    for (const int64_t value : stats.name) list.append(value); \
+    out[#name] = list;                                         \
   }
 #include "pipeline/stats.def"
   return out;
@@ -304,10 +309,11 @@ py::dict Detector::runtime_info() const {
   check(ovt_read_runtime_info(detector_, &info), "runtime_info");
   py::dict out;
 #define OVT_PUT(name) out[#name] = info.name;
-  OVT_PUT(isa) OVT_PUT(worker_count) OVT_PUT(pinned) OVT_PUT(fifo) OVT_PUT(memory_bytes) OVT_PUT(locked_bytes)
-  OVT_PUT(huge_bytes) OVT_PUT(process_locked)
+  OVT_PUT(isa)
+  OVT_PUT(worker_count) OVT_PUT(pinned) OVT_PUT(fifo) OVT_PUT(memory_bytes) OVT_PUT(locked_bytes) OVT_PUT(huge_bytes)
+      OVT_PUT(process_locked)
 #undef OVT_PUT
-  return out;
+          return out;
 }
 
 void add_detector(py::module_& module) {
@@ -355,7 +361,8 @@ Returns Status.OK, DUPLICATE or LATE. Releases the GIL.)")
       .def_property_readonly(
           "sensors", [](const Detector& detector) { return py::cast(detector.sensors()); }, "Names of the sensors.")
       .def_property_readonly("stats", &Detector::stats, "Counters since the start, by name (ovt_stats).")
-      .def_property_readonly("runtime_info", &Detector::runtime_info, "What the detector was granted (isa, workers, memory).")
+      .def_property_readonly("runtime_info", &Detector::runtime_info,
+                             "What the detector was granted (isa, workers, memory).")
       .def("__enter__", [](py::object self) { return self; })
       .def("__exit__", [](Detector& detector, const py::args&) { detector.close(); });
 }

@@ -18,9 +18,9 @@ PyObject* flag_class = nullptr;
 
 PyObject* new_error(py::module_& module, const char* name, const char* text, PyObject* second_base, py::object status) {
   const std::string full_name = std::string("overtake.") + name;
-  py::tuple bases = second_base ? py::make_tuple(py::handle(base_error ? base_error : PyExc_RuntimeError),
-                                                 py::handle(second_base))
-                                : py::make_tuple(py::handle(base_error ? base_error : PyExc_RuntimeError));
+  py::tuple bases =
+      second_base ? py::make_tuple(py::handle(base_error ? base_error : PyExc_RuntimeError), py::handle(second_base))
+                  : py::make_tuple(py::handle(base_error ? base_error : PyExc_RuntimeError));
   PyObject* error = PyErr_NewExceptionWithDoc(full_name.c_str(), text, bases.ptr(), nullptr);
   if (!error) throw py::error_already_set();
   py::setattr(error, "status", std::move(status));
@@ -64,8 +64,7 @@ void add_enums(py::module_& module) {
                                 {"NOT_KEPT", OVT_NOT_KEPT},
                                 {"WRONG_THREAD", OVT_WRONG_THREAD},
                                 {"NOT_COMPUTED", OVT_NOT_COMPUTED}});
-  for (std::size_t i = 0; i < status_members.size(); ++i)
-    status_members[i] = status(py::int_(i)).release().ptr();
+  for (std::size_t i = 0; i < status_members.size(); ++i) status_members[i] = status(py::int_(i)).release().ptr();
   flag_class = new_enum(module, "IntFlag", "Flag", "Bits of Frame.flags, as OVT_FLAG_... of the C API.",
                         {{"NO_EGO", OVT_FLAG_NO_EGO},
                          {"NO_MAP", OVT_FLAG_NO_MAP},
@@ -107,8 +106,8 @@ void add_enums(py::module_& module) {
 }
 
 void add_errors(py::module_& module) {
-  base_error = new_error(module, "Error", "A call failed. `status` is the overtake.Status, or None.", nullptr,
-                         py::none());
+  base_error =
+      new_error(module, "Error", "A call failed. `status` is the overtake.Status, or None.", nullptr, py::none());
   released_error = new_error(module, "ReleasedError",
                              "A frame, or a table of it, was used after Frame.release(), or a detector after close().",
                              PyExc_ValueError, py::none());

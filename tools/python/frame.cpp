@@ -60,16 +60,16 @@ py::array make_array(const std::shared_ptr<const void>& owner, const py::dtype& 
 template <class T, class Table>
 py::object column(const Table& table, const T* data, const std::vector<py::ssize_t>& shape) {
   const std::shared_ptr<const void> owner = owner_of(table);  // raises where the frame was released
-  if (!data) return py::none();  // the preset does not compute it
+  if (!data) return py::none();                               // the preset does not compute it
   return make_array(owner, py::dtype::of<T>(), data, shape);
 }
 
 // ---- docstrings -----------------------------------------------------------------------------------------------------
 
 std::string unit_of(std::string name) {
-  static constexpr const char* kUnits[][2] = {{"_mps", "m/s"}, {"_rps", "rad/s"}, {"_rad", "rad"}, {"_ns", "ns"},
-                                              {"_m", "m"},     {"_s", "s"},       {"var_x", "m^2"}, {"var_y", "m^2"},
-                                              {"cov_xy", "m^2"}};
+  static constexpr const char* kUnits[][2] = {{"_mps", "m/s"},  {"_rps", "rad/s"}, {"_rad", "rad"},
+                                              {"_ns", "ns"},    {"_m", "m"},       {"_s", "s"},
+                                              {"var_x", "m^2"}, {"var_y", "m^2"},  {"cov_xy", "m^2"}};
   for (const auto& [ending, unit] : kUnits)
     if (name.ends_with(ending)) return unit;
   return "";
@@ -139,9 +139,9 @@ void add_detections(py::module_& module) {
   py::class_<Detections> type(module, "Detections",
                               "Detected objects: columns of len(detections) rows, vehicle frame at each row's stamp.");
   std::vector<const char*> names;
-#define OVT_ADD(type_, name, meaning, words, optional)                                                         \
-  names.push_back(#name);                                                                                      \
-  type.def_property_readonly(                                                                                  \
+#define OVT_ADD(type_, name, meaning, words, optional)                                                       \
+  names.push_back(#name);                                                                                    \
+  type.def_property_readonly(                                                                                \
       #name, [](const Detections& t) { return column<type_>(t, t.rows.name, {py::ssize_t(t.rows.count)}); }, \
       doc<type_>(#name, "(n,)", meaning, words, optional).c_str());
 #define OVT_DETECTION(type_, name, csv, json, words, meaning) OVT_ADD(type_, name, meaning, words, false)
@@ -156,9 +156,9 @@ void add_clusters(py::module_& module) {
   py::class_<Clusters> type(module, "Clusters",
                             "Merged clusters before any gate: columns of len(clusters) rows, vehicle frame.");
   std::vector<const char*> names;
-#define OVT_CLUSTER(type_, name, meaning)                                                                    \
-  names.push_back(#name);                                                                                    \
-  type.def_property_readonly(                                                                                \
+#define OVT_CLUSTER(type_, name, meaning)                                                                  \
+  names.push_back(#name);                                                                                  \
+  type.def_property_readonly(                                                                              \
       #name, [](const Clusters& t) { return column<type_>(t, t.rows.name, {py::ssize_t(t.rows.count)}); }, \
       doc<type_>(#name, "(n,)", meaning).c_str());
 #include "core/columns.def"
@@ -166,22 +166,24 @@ void add_clusters(py::module_& module) {
 }
 
 void add_labels(py::module_& module) {
-  py::class_<Labels> type(module, "Labels",
-                          "The points of one sensor's scan with their labels: columns of len(labels) rows, in the order "
-                          "of the push.");
+  py::class_<Labels> type(
+      module, "Labels",
+      "The points of one sensor's scan with their labels: columns of len(labels) rows, in the order "
+      "of the push.");
   std::vector<const char*> names;
-#define OVT_LABEL(type_, name, table, meaning)                                                             \
-  names.push_back(#name);                                                                                  \
-  type.def_property_readonly(                                                                              \
+#define OVT_LABEL(type_, name, table, meaning)                                                           \
+  names.push_back(#name);                                                                                \
+  type.def_property_readonly(                                                                            \
       #name, [](const Labels& t) { return column<type_>(t, t.rows.name, {py::ssize_t(t.rows.count)}); }, \
       doc<type_>(#name, "(n,)", meaning).c_str());
-#define OVT_LABEL_CLUSTER(type_, name, meaning)                                                                        \
-  names.push_back(#name);                                                                                              \
-  type.def_property_readonly(                                                                                          \
+#define OVT_LABEL_CLUSTER(type_, name, meaning)                                                                    \
+  names.push_back(#name);                                                                                          \
+  type.def_property_readonly(                                                                                      \
       #name, [](const Labels& t) { return column<type_>(t, t.rows.name, {py::ssize_t(t.rows.label_count) + 1}); }, \
       doc<type_>(#name, "(label_count + 1,)", meaning).c_str());
 #define OVT_LABELS_VALUE(type_, name, meaning) \
-  type.def_property_readonly(#name, [](const Labels& t) { return t.rows.name; }, meaning);
+  type.def_property_readonly(                  \
+      #name, [](const Labels& t) { return t.rows.name; }, meaning);
 #include "core/columns.def"
   add_common(type, "Labels", names, [](const Labels& t) { return t.rows.count; });
 }
@@ -191,30 +193,34 @@ void add_tracks(py::module_& module) {
                           "Tracked objects: columns of len(tracks) rows, in the frame of reference Frame.reference. "
                           "These arrays are copies: they do not hold the frame.");
   std::vector<const char*> names;
-#define OVT_ADD(type_, name, meaning, words, optional)                                                         \
-  names.push_back(#name);                                                                                      \
-  type.def_property_readonly(                                                                                  \
+#define OVT_ADD(type_, name, meaning, words, optional)                                                       \
+  names.push_back(#name);                                                                                    \
+  type.def_property_readonly(                                                                                \
       #name, [](const Tracks& t) { return column<type_>(t, t.rows().name, {py::ssize_t(t.rows().count)}); }, \
       doc<type_>(#name, "(n,)", meaning, words, optional).c_str());
 #define OVT_TRACK(type_, name, csv, json, words, meaning) OVT_ADD(type_, name, meaning, words, false)
 #define OVT_TRACK_OPTIONAL(type_, name, csv, json, words, meaning) OVT_ADD(type_, name, meaning, words, true)
-#define OVT_PATH(type_, name, json, meaning)                                                                        \
-  names.push_back("path_" #name);                                                                                   \
-  type.def_property_readonly(                                                                                       \
-      "path_" #name,                                                                                                \
-      [](const Tracks& t) {                                                                                         \
-        return column<type_>(t, t.rows().path_##name,                                                               \
-                             {py::ssize_t(t.rows().count), py::ssize_t(t.rows().path_points)});                     \
-      },                                                                                                            \
-      doc<type_>(#name, "(n, path_points)", std::string(meaning) + ", (k + 1) * path_step_s after publish_ns").c_str());
+#define OVT_PATH(type_, name, json, meaning)                                                                   \
+  names.push_back("path_" #name);                                                                              \
+  type.def_property_readonly(                                                                                  \
+      "path_" #name,                                                                                           \
+      [](const Tracks& t) {                                                                                    \
+        return column<type_>(t, t.rows().path_##name,                                                          \
+                             {py::ssize_t(t.rows().count), py::ssize_t(t.rows().path_points)});                \
+      },                                                                                                       \
+      doc<type_>(#name, "(n, path_points)", std::string(meaning) + ", (k + 1) * path_step_s after publish_ns") \
+          .c_str());
 #define OVT_TRACKS_VALUE(type_, name, json, meaning) \
-  type.def_property_readonly(#name, [](const Tracks& t) { return t.rows().name; }, meaning);
+  type.def_property_readonly(                        \
+      #name, [](const Tracks& t) { return t.rows().name; }, meaning);
 #include "core/columns.def"
 #undef OVT_ADD
   names.push_back("covariance");
   type.def_property_readonly(
       "covariance",
-      [](const Tracks& t) { return column<double>(t, t.copy->covariance, {py::ssize_t(t.rows().count), 5, 5}); },
+      [](const Tracks& t) {
+        return column<double>(t, t.copy->covariance, {py::ssize_t(t.rows().count), 5, 5});
+      },
       "float64 (n, 5, 5): covariance of x_m, y_m, speed_mps, course_rad, yaw_rate_rps.");
   add_common(type, "Tracks", names, [](const Tracks& t) { return t.rows().count; });
 }

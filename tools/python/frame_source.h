@@ -95,7 +95,7 @@ class FrameQueue {
  public:
   explicit FrameQueue(const CopyOptions& options) : options_(options) {}
   static void on_frame(ovt_reader* reader, void* self);  // an ovt_frame_fn
-  bool pop(CopiedFrame& out);  // false: empty. Throws what went wrong in on_frame
+  bool pop(CopiedFrame& out);                            // false: empty. Throws what went wrong in on_frame
 
  private:
   void add(ovt_reader* reader);

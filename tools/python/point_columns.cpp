@@ -10,12 +10,8 @@ namespace {
 
 // The names that a field of a record, or a key of a dict, may have. No other name means the time after the scan's
 // stamp: recordings use "t" and "timestamp" for other times, too.
-constexpr const char* kNames[kRoleCount][3] = {{"x"},
-                                               {"y"},
-                                               {"z"},
-                                               {"layer", "ring", "line"},
-                                               {"intensity", "reflectivity", "reflectance"},
-                                               {"time"}};
+constexpr const char* kNames[kRoleCount][3] = {
+    {"x"}, {"y"}, {"z"}, {"layer", "ring", "line"}, {"intensity", "reflectivity", "reflectance"}, {"time"}};
 
 int find_role(const std::string& name) {
   for (int role = 0; role < kRoleCount; ++role)
@@ -64,9 +60,9 @@ void set_column(ovt_points& points, int role, const void* data, char kind, char 
   const int32_t type = byteorder == '>' ? int32_t(OVT_NONE) : type_of(kind, size);
   const bool floats = role == kX || role == kY || role == kZ;
   if (type == OVT_NONE || (floats && kind != 'f'))
-    throw py::type_error(name + " is " + type_name(kind, byteorder, size) + "; " +
-                         (floats ? "float32 or float64 is needed"
-                                 : "float32, float64 or an integer of 8, 16 or 32 bits is needed"));
+    throw py::type_error(
+        name + " is " + type_name(kind, byteorder, size) + "; " +
+        (floats ? "float32 or float64 is needed" : "float32, float64 or an integer of 8, 16 or 32 bits is needed"));
   if (points.count <= 1) stride = size;  // NumPy's stride has no meaning then
   if (stride < size || stride % size != 0)
     throw py::value_error(name + " has a stride of " + std::to_string(stride) + " bytes; a positive multiple of " +
@@ -109,8 +105,7 @@ FieldList::FieldList(py::handle sequence) {
   for (const py::handle item : sequence) {
     const std::string name = item.is_none() ? "" : py::cast<std::string>(item);
     roles_.push_back(name.empty() ? -1 : find_role(name));
-    if (!name.empty() && roles_.back() < 0)
-      throw py::value_error("fields: '" + name + "' is none of " + all_names());
+    if (!name.empty() && roles_.back() < 0) throw py::value_error("fields: '" + name + "' is none of " + all_names());
   }
 }
 
@@ -136,7 +131,8 @@ const double* as_doubles(py::handle object, const char* name, py::ssize_t& count
     given = py::module_::import("numpy").attr("asarray")(object, "f8");
   else
     given = as_array(object, name);
-  if (given.ndim() != 1) throw py::value_error(std::string(name) + " has shape " + shape_text(given) + "; (n,) is needed");
+  if (given.ndim() != 1)
+    throw py::value_error(std::string(name) + " has shape " + shape_text(given) + "; (n,) is needed");
   if (std::string("fiu").find(given.dtype().kind()) == std::string::npos)
     throw py::type_error(std::string(name) + " is " +
                          type_name(given.dtype().kind(), given.dtype().byteorder(), given.itemsize()) +
@@ -166,7 +162,8 @@ void PointReader::read(py::handle points, py::handle fields, ovt_points& out, Bo
 
 void PointReader::read_matrix(const py::array& points, py::handle fields, ovt_points& out) {
   if (points.ndim() != 2)
-    throw py::value_error("points has shape " + shape_text(points) + "; (n, k) is needed, a structured array (n,), or a "
+    throw py::value_error("points has shape " + shape_text(points) +
+                          "; (n, k) is needed, a structured array (n,), or a "
                           "dict of columns");
   const FieldList list = fields.is_none() ? default_fields_ : FieldList(fields);
   if (points.shape(1) != py::ssize_t(list.roles().size()))

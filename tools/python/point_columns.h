@@ -23,8 +23,8 @@ inline constexpr const char* kRoleNames[kRoleCount] = {"x", "y", "z", "layer", "
 // Which role each column of an (n, k) array has.
 class FieldList {
  public:
-  FieldList();                              // x, y, z, intensity, layer
-  explicit FieldList(py::handle sequence);  // of names; None or "": the column is not used
+  FieldList();                                              // x, y, z, intensity, layer
+  explicit FieldList(py::handle sequence);                  // of names; None or "": the column is not used
   const std::vector<int>& roles() const { return roles_; }  // -1: not used
   std::string text() const;
 

@@ -137,8 +137,8 @@ _POLICIES = {"replace": 0, "wait": 1}
 class Detector(_overtake.DetectorBase):
     """Detects and tracks other cars: scans and own poses in, frames out.
 
-    rig             a built-in name or a TOML file (load_rig), a Rig, a Sensor, or a list of them; []: no LiDAR, only the
-                    tracker with push_detections
+    rig             a built-in name or a TOML file (load_rig), a Rig, a Sensor, or a list of them; []: no LiDAR, only
+                    the tracker with push_detections
     preset          "best" (default) or "paper", the publication to the letter
     map             a path (load_map), a Map, a dict of its columns; None: no map
     workers         1: the calling thread does all work; n: a graph on n threads; 0: one per CPU

@@ -14,7 +14,8 @@ def find_program():
 def main():
     program = find_program()
     if program is None:
-        sys.exit("overtake: there is no program 'overtake' in this package or on the PATH (Debian: apt install overtake)")
+        sys.exit("overtake: there is no program 'overtake' in this package or on the PATH (build with OVT_TOOLS=ON, or "
+                 "install Debian's package overtake)")
     os.execv(program, ["overtake", *sys.argv[1:]])
 
 

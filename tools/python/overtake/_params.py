@@ -42,15 +42,19 @@ def _make_property(row):
                     doc=_text_of(row))
 
 
+def _attribute(name):
+    return name + "_" if keyword.iskeyword(name) else name
+
+
 def _make_groups():
     tables = {}
     for row in _overtake.describe_params():
         group, name = row["name"].split(".", 1)
-        tables.setdefault(group, {})[name] = _make_property(row)
-    return {group + "_" * keyword.iskeyword(group): type(group, (_Group,), {"__slots__": (), "__doc__": f"Parameters {group}.*",
-                                           "__module__": "overtake", "_prefix": group, "_names": tuple(members),
-                                           **members})
-            for group, members in tables.items()}
+        tables.setdefault(_attribute(group), (group, {}))[1][_attribute(name)] = _make_property(row)
+    return {attribute: type(group, (_Group,), {
+        "__slots__": (), "__doc__": f"Parameters {group}.*", "__module__": "overtake", "_prefix": group,
+        "_names": tuple(members), **members})
+            for attribute, (group, members) in tables.items()}
 
 
 _groups = _make_groups()
@@ -63,7 +67,8 @@ class Params:
         params.tracker.confirm_hits = 3
         help(type(params.tracker).confirm_hits)
 
-    `params["tracker.confirm_hits"]` is the same by its name. The group `class` is the attribute `class_`. A detector copies them when it is made.
+    `params["tracker.confirm_hits"]` is the same by its name. Names that Python reserves end in an
+    underscore: params.class_, params.cut.from_. A detector copies them when it is made.
     """
 
     def __init__(self, preset="best", **values):
