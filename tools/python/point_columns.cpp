@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
+#include <string_view>
 
 namespace overtake::python {
 namespace {
@@ -13,7 +15,7 @@ namespace {
 constexpr const char* kNames[kRoleCount][3] = {
     {"x"}, {"y"}, {"z"}, {"layer", "ring", "line"}, {"intensity", "reflectivity", "reflectance"}, {"time"}};
 
-int find_role(const std::string& name) {
+int find_role(std::string_view name) {
   for (int role = 0; role < kRoleCount; ++role)
     for (const char* known : kNames[role])
       if (known && name == known) return role;
@@ -56,19 +58,19 @@ std::string type_name(char kind, char byteorder, py::ssize_t size) {
 
 void set_column(ovt_points& points, int role, const void* data, char kind, char byteorder, py::ssize_t size,
                 py::ssize_t stride) {
-  const std::string name = kRoleNames[role];
+  const auto name = [&] { return std::string(kRoleNames[role]); };
   const int32_t type = byteorder == '>' ? int32_t(OVT_NONE) : type_of(kind, size);
   const bool floats = role == kX || role == kY || role == kZ;
   if (type == OVT_NONE || (floats && kind != 'f'))
     throw py::type_error(
-        name + " is " + type_name(kind, byteorder, size) + "; " +
+        name() + " is " + type_name(kind, byteorder, size) + "; " +
         (floats ? "float32 or float64 is needed" : "float32, float64 or an integer of 8, 16 or 32 bits is needed"));
   if (points.count <= 1) stride = size;  // NumPy's stride has no meaning then
   if (stride < size || stride % size != 0)
-    throw py::value_error(name + " has a stride of " + std::to_string(stride) + " bytes; a positive multiple of " +
+    throw py::value_error(name() + " has a stride of " + std::to_string(stride) + " bytes; a positive multiple of " +
                           std::to_string(size) + " is needed, or a copy (numpy.ascontiguousarray)");
   if (reinterpret_cast<uintptr_t>(data) % std::size_t(size) != 0)
-    throw py::value_error(name + " is at an address that is no multiple of " + std::to_string(size) +
+    throw py::value_error(name() + " is at an address that is no multiple of " + std::to_string(size) +
                           " bytes (packed records?): pass a copy (numpy.ascontiguousarray)");
   ovt_column& column = column_of(points, role);
   column.data = data;
@@ -165,7 +167,9 @@ void PointReader::read_matrix(const py::array& points, py::handle fields, ovt_po
     throw py::value_error("points has shape " + shape_text(points) +
                           "; (n, k) is needed, a structured array (n,), or a "
                           "dict of columns");
-  const FieldList list = fields.is_none() ? default_fields_ : FieldList(fields);
+  std::optional<FieldList> given;
+  if (!fields.is_none()) given.emplace(fields);
+  const FieldList& list = given ? *given : default_fields_;
   if (points.shape(1) != py::ssize_t(list.roles().size()))
     throw py::value_error("points has " + std::to_string(points.shape(1)) + " columns, but fields names " +
                           std::to_string(list.roles().size()) + " (" + list.text() + "): pass fields=(...)");
@@ -213,19 +217,21 @@ void PointReader::read_records(const py::array& points, ovt_points& out) {
 void PointReader::read_columns(const py::dict& columns, ovt_points& out, BorrowedArrays& kept) {
   std::array<bool, kRoleCount> found{};
   py::ssize_t count = -1;
-  std::string first;
+  const char* first = "";
   for (const auto& [key, value] : columns) {
-    const std::string name = py::cast<std::string>(py::str(key));
+    const char* name = PyUnicode_Check(key.ptr()) ? PyUnicode_AsUTF8(key.ptr()) : nullptr;  // the key's own memory
+    if (!name) throw py::type_error("points has a key that is no text");
     const int role = find_role(name);
-    if (role < 0) throw py::value_error("points: '" + name + "' is none of " + all_names());
+    if (role < 0) throw py::value_error("points: '" + std::string(name) + "' is none of " + all_names());
     if (found[std::size_t(role)]) throw py::value_error("points has two columns " + std::string(kRoleNames[role]));
     found[std::size_t(role)] = true;
     if (value.is_none()) continue;
-    py::array array = as_array(value, name.c_str());
-    if (array.ndim() != 1) throw py::value_error(name + " has shape " + shape_text(array) + "; (n,) is needed");
+    py::array array = as_array(value, name);
+    if (array.ndim() != 1)
+      throw py::value_error(std::string(name) + " has shape " + shape_text(array) + "; (n,) is needed");
     if (count >= 0 && array.shape(0) != count)
-      throw py::value_error(name + " has " + std::to_string(array.shape(0)) + " points, " + first + " has " +
-                            std::to_string(count));
+      throw py::value_error(std::string(name) + " has " + std::to_string(array.shape(0)) + " points, " + first +
+                            " has " + std::to_string(count));
     if (count < 0) first = name, set_count(out, count = array.shape(0));
     const py::dtype type = array.dtype();
     set_column(out, role, array.data(), type.kind(), type.byteorder(), array.itemsize(), array.strides(0));
