@@ -1,9 +1,10 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# tools/examples/notebook.py without a screen: three figures that show something.
+# tools/examples/notebook.py without a screen: three figures that show something. The README's lines, too.
 import os
 import pathlib
+import re
 import runpy
 
 import numpy
@@ -38,4 +39,20 @@ def test_the_notebook_draws_three_figures(monkeypatch, tmp_path):
     assert numpy.isfinite(best).sum() > 0.5 * race.frame_count and numpy.nanmedian(best) < 1
     purple = [line for line in figures[2].axes[0].get_lines() if line.get_color() == "tab:purple"]
     assert sum(len(line.get_xdata()) for line in purple) > 50
+    plt.close("all")
+
+
+@pytest.mark.parametrize("document", ["README.md", "tools/python/README.md"])
+def test_the_first_lines_of_the_documents_run(monkeypatch, tmp_path, capsys, document):
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    plt.close("all")
+    monkeypatch.chdir(tmp_path)
+    code = re.search(r"```python\n(.*?)```", (SOURCE / document).read_text(), re.S)[1]
+    exec(compile(code.replace("seconds=5", "seconds=1"), document, "exec"), {})
+    if document == "README.md":
+        points = [line.get_xydata() for line in plt.gca().get_lines()]
+        assert (tmp_path / "tracks.png").stat().st_size > 5000 and sum(len(rows) for rows in points) > 10
+    else:
+        assert len(capsys.readouterr().out.splitlines()) == 20
     plt.close("all")

@@ -53,7 +53,7 @@ file(WRITE ${PROJECT_BINARY_DIR}/installed/kernels/README.md "${method}")
 install(FILES ${PROJECT_BINARY_DIR}/installed/kernels/README.md DESTINATION ${doc_dir}/kernels)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/kernels/pictures DESTINATION ${doc_dir}/kernels)
 foreach(file pipeline/README.md tests/README.md bench/README.md bench/flame.svg tools/README.md
-             tools/io/README.md tools/io/formats.def tools/sim/README.md tools/evaluation/README.md
+             tools/python/README.md tools/io/README.md tools/io/formats.def tools/sim/README.md tools/evaluation/README.md
              tools/frame.png)
   cmake_path(GET file PARENT_PATH folder)
   install(FILES ${PROJECT_SOURCE_DIR}/${file} DESTINATION ${doc_dir}/${folder})
