@@ -2,9 +2,9 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/test_deb.sh BUILD_FOLDER CC. cpack's Debian package: its dependencies are this system's package names.
-# dpkg installs it into an empty root (with this system's package database, so that it checks the dependencies). From
-# there the command line and a program built with the library run. This system does not change.
+# usage: tests/test_deb.sh BUILD_FOLDER CC. cpack's Debian packages: their dependencies are this system's package names.
+# dpkg installs them into an empty root (with this system's package database, so that it checks the dependencies). From
+# there the command line, a program built with the library and the Python package run. This system does not change.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 build=$(realpath "${1:?usage: test_deb.sh BUILD_FOLDER CC}")
@@ -71,6 +71,25 @@ expect "an example" "$cc" -std=c99 -o "$work/poll_tracks" "$example" "${flags[@]
 expect "the example" env LD_LIBRARY_PATH="$libdir" "$work/poll_tracks"
 [[ $(readelf -SW "$libdir/libovertake.so.0") != *.debug_info* ]] || fail "the package holds the debug information"
 [[ -n $(find "$work/packages" -name 'overtake-dbgsym_*.ddeb') ]] || fail "there is no package with the symbols"
+
+# ---- the Python package, where it is built
+python_debs=("$work"/packages/python3-overtake_*.deb)
+if [[ -f ${python_debs[0]} ]]; then
+  depends_python=$(dpkg-deb --field "${python_debs[0]}" Depends)
+  for package in python3 python3-numpy "overtake (= $(dpkg-deb --field "$deb" Version))" libtbb; do
+    [[ $depends_python == *"$package"* ]] || fail "python3-overtake does not depend on $package: $depends_python"
+  done
+  expect "dpkg --install python3-overtake" dpkg_there --install "${python_debs[0]}"
+  there() { env PYTHONDONTWRITEBYTECODE=1 PYTHONPATH="$root/usr/lib/python3/dist-packages" PATH="$root/usr/bin:$PATH" "$@"; }
+  expect "overtake.run" there /usr/bin/python3 -c "import overtake
+frames = list(overtake.run('$work/scene', path_horizon_s=0))
+assert len(frames) == 2 and overtake.__file__.startswith('$root'), frames"
+  expect "python -m overtake" there /usr/bin/python3 -m overtake --version
+  dpkg_there --remove overtake >"$work/log" 2>&1 && fail "dpkg removes overtake under python3-overtake"
+  expect "dpkg --remove python3-overtake" dpkg_there --remove python3-overtake
+else
+  grep -q '^pybind11_DIR:PATH=/' "$build/CMakeCache.txt" && fail "there is no python3-overtake"
+fi
 
 expect "dpkg --remove" dpkg_there --remove overtake
 [[ ! -e $root/usr ]] || fail "removed, but left: $(find "$root/usr")"

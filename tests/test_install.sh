@@ -19,6 +19,8 @@ readonly prefix=$work/moved
 library=$(find "$prefix" -name libovertake.so.0)
 readonly libdir=${library%/*}
 for file in include/overtake/overtake.h include/overtake/overtake.hpp include/overtake/columns.def bin/overtake \
+  share/man/man1/overtake.1 share/man/man1/overtake-run.1 share/bash-completion/completions/overtake \
+  share/zsh/site-functions/_overtake share/zsh/vendor-completions/_overtake \
   share/overtake/rigs/av21.toml share/doc/overtake/copyright share/doc/overtake/examples/poll_tracks.c; do
   [[ -f $prefix/$file ]] || fail "$file is not installed"
 done

@@ -9,6 +9,7 @@
 
 #include "pipeline/overtake.h"
 #include "tools/cli/command.h"
+#include "tools/cli/report_json.h"
 #include "tools/io/memory_limit.h"
 #include "tools/io/text.h"
 #include "tools/io/words.h"
@@ -22,24 +23,26 @@ namespace overtake::cli {
 namespace {
 
 constexpr int kBadUsage = 2;
-constexpr const char* kExitCodes =
+constexpr const char* kExitCodesInHelp =
     "Exit codes: 0 done; 1 an error; 2 a wrong command line; 3 the recording is damaged (what came before it is "
     "done),\n"
     "the map or the ego poses do not fit it, or doctor found something wrong; 130 ended by Ctrl-C (the results so far\n"
     "are kept).";
 
-std::string version_text() {
+// With --json, one object.
+std::string version_text(bool json) {
   ovt_build_info build;
   ovt_read_build_info(&build);
+  if (json) return version_json(build);
   return "overtake " + std::string(build.version_text) + "\ncommit   " + build.commit + "\ncompiler " + build.compiler +
          "\nISAs     " + build.isas;
 }
 
 bool is_listed(const CLI::App* command) { return command->get_group() != kHidden; }
 
-std::vector<std::string> listed_names(const CLI::App& app) {
+std::vector<std::string> listed_names(const CommandTree& tree) {
   std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands(is_listed)) names.push_back(command->get_name());
+  for (const CLI::App* command : tree.listed()) names.push_back(command->get_name());
   return names;
 }
 
@@ -49,8 +52,9 @@ bool is_known(const CLI::App& app, const std::string& name) {
 
 // The error of the command line, in one sentence. CLI11 reports missing options first, but an unknown word explains
 // more: it may be a misspelled option.
-std::string usage_error(const CLI::App& app, const std::vector<std::string>& words, const CLI::ParseError& error) {
-  const auto names = listed_names(app);
+std::string usage_error(const CommandTree& tree, const std::vector<std::string>& words, const CLI::ParseError& error) {
+  const CLI::App& app = tree.app();
+  const auto names = listed_names(tree);
   const std::string help = " (overtake --help)";
   if (words.empty()) return "a command is needed: " + io::join(names, ", ") + help;
   const auto first = std::find_if(words.begin(), words.end(), [](const auto& word) { return !word.starts_with("-"); });
@@ -91,28 +95,43 @@ void add_max_memory(CLI::App& app) {
 
 }  // namespace
 
-int run_command_line(int argc, const char* const* argv) {
-  CLI::App app("Sees and tracks other cars with LiDAR.", "overtake");
-  app.require_subcommand(1);
-  app.footer(kExitCodes);
-  app.set_version_flag("--version", version_text);
-  const Command commands[] = {
+CommandTree::CommandTree()
+    : commands_{
 #define OVT_COMMAND(name) name##_command(),
 #include "tools/cli/commands.def"
 #undef OVT_COMMAND
-  };
-  for (const Command& command : commands)
-    command.add_options(*app.add_subcommand(command.name, command.help)->group(command.group));
-  add_max_memory(app);
+      },
+      app_(std::make_unique<CLI::App>("Sees and tracks other cars with LiDAR.", "overtake")) {
+  app_->require_subcommand(1);
+  app_->footer(kExitCodesInHelp);
+  app_->set_version_flag(
+      "--version", [this] { return version_text(json_); },
+      "print version, commit, compiler and ISAs (with --json: one JSON object) and exit");
+  for (const Command& command : commands_)
+    command.add_options(*app_->add_subcommand(command.name, command.help)->group(command.group));
+  add_max_memory(*app_);
+}
 
+CommandTree::~CommandTree() = default;
+
+std::vector<const CLI::App*> CommandTree::listed() const {
+  const CLI::App& app = *app_;
+  return app.get_subcommands(is_listed);
+}
+
+int run_command_line(int argc, const char* const* argv) {
+  const std::vector<std::string> words(argv + 1, argv + argc);
+  CommandTree tree;
+  CLI::App& app = tree.app();
+  tree.set_json(std::find(words.begin(), words.end(), "--json") != words.end());
   try {
     app.parse(argc, argv);
-    for (const Command& command : commands)
+    for (const Command& command : tree.commands())
       if (app.got_subcommand(command.name)) return command.run();
     return 0;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    std::fprintf(stderr, "overtake: %s\n", usage_error(app, {argv + 1, argv + argc}, error).c_str());
+    std::fprintf(stderr, "overtake: %s\n", usage_error(tree, words, error).c_str());
     return kBadUsage;
   }
 }

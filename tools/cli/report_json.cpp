@@ -8,6 +8,7 @@
 #include "pipeline/overtake.h"
 #include "tools/client/config.h"
 #include "tools/client/result_files.h"
+#include "tools/io/text.h"
 
 namespace overtake::cli {
 namespace {
@@ -107,6 +108,15 @@ std::string compare_json(const std::string& a, const std::string& b, const RunCo
                 {{"rows", c.track_distance_m.count},
                  {"distance_m", json_of_sizes(c.track_distance_m)},
                  {"speed_mps", json_of_sizes(c.track_speed_mps)}}}});
+}
+
+std::string version_json(const ovt_build_info& build) {
+  Json json = {
+      {"version", build.version_text}, {"commit", build.commit}, {"compiler", build.compiler}, {"isas", Json::array()}};
+  for (const std::string_view isa : io::split_words(build.isas)) json["isas"].push_back(std::string(isa));
+  std::string text = dump(json);
+  text.pop_back();
+  return text;
 }
 
 std::string params_json(const std::string& preset) {

@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The results of info, doctor and params as JSON: one object and a line end, with the same facts as the text.
+// The results of info, doctor, params and --version as JSON: one object and a line end, with the same facts as the text.
 // tools/README.md lists the keys; new versions only add keys. Replaces bytes that are not UTF-8.
 #pragma once
 
@@ -33,6 +33,7 @@ struct RecordingInfo {
 
 std::string info_json(const RecordingInfo& info);
 std::string doctor_json(const std::string& input, const std::string& rig, const std::vector<Finding>& findings);
+std::string version_json(const ovt_build_info& build);  // without a line end
 std::string params_json(const std::string& preset);
 std::string compare_json(const std::string& a, const std::string& b, const RunComparison& comparison);
 

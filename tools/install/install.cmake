@@ -54,8 +54,8 @@ file(WRITE ${PROJECT_BINARY_DIR}/installed/kernels/README.md "${method}")
 install(FILES ${PROJECT_BINARY_DIR}/installed/kernels/README.md DESTINATION ${doc_dir}/kernels)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/kernels/pictures DESTINATION ${doc_dir}/kernels)
 foreach(file pipeline/README.md tests/README.md bench/README.md bench/flame.svg tools/README.md
-             tools/io/README.md tools/io/formats.def tools/sim/README.md tools/evaluation/README.md
-             tools/view/README.md tools/serve/README.md tools/frame.png)
+             tools/python/README.md tools/io/README.md tools/io/formats.def tools/sim/README.md
+             tools/evaluation/README.md tools/view/README.md tools/serve/README.md tools/frame.png)
   cmake_path(GET file PARENT_PATH folder)
   install(FILES ${PROJECT_SOURCE_DIR}/${file} DESTINATION ${doc_dir}/${folder})
 endforeach()
@@ -64,7 +64,15 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/bench/results DESTINATION ${doc_dir}/ben
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${doc_dir} RENAME copyright)
 if(OVT_TOOLS)
   list(APPEND product overtake)
+  list(APPEND product overtake_manual)
   install(TARGETS overtake)
+  get_property(manual_pages GLOBAL PROPERTY OVT_MANUAL_PAGES)
+  install(FILES ${manual_pages} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+  install(FILES ${PROJECT_BINARY_DIR}/manual/overtake.bash RENAME overtake
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+  foreach(place site-functions vendor-completions)      # of zsh; Debian searches the second one below /usr
+    install(FILES ${PROJECT_BINARY_DIR}/manual/_overtake DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/${place})
+  endforeach()
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/rigs DESTINATION ${CMAKE_INSTALL_DATADIR}/overtake
           FILES_MATCHING PATTERN *.toml)
 endif()

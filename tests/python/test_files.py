@@ -1,0 +1,179 @@
+# Copyright 2026 The Overtake authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# Recordings as arrays, runs and simulated races.
+import os
+import pathlib
+
+import numpy
+import pytest
+
+import overtake
+from conftest import a_sensor, car_tail
+
+
+def test_a_race_and_its_truth(race):
+    truth = race.truth
+    assert race.frame_count == 40 and set(truth["frame"]) == set(range(40))
+    cars = len(set(truth["car"]))
+    assert cars > 1 and len(truth["x_m"]) == 40 * cars
+    own = truth["is_ego"]
+    assert numpy.all(truth["speed_mps"] > 0) and own.sum() == 40 and list(truth["name"][own])[0] == "ego"
+    # The nearest car of the truth is where the last frame's confirmed track is.
+    *_, frame = overtake.run(race)
+    rows = (truth["frame"] == frame.number) & ~own
+    tracks = frame.tracks
+    confirmed = tracks.state == overtake.TrackState.CONFIRMED
+    distances = numpy.hypot(truth["x_m"][rows][:, None] - tracks.x_m[confirmed],
+                            truth["y_m"][rows][:, None] - tracks.y_m[confirmed])
+    assert confirmed.any() and distances.min(axis=0).max() < 2
+
+
+def test_a_temporary_race_is_removed():
+    race = overtake.simulate("demo", seconds=0.1)
+    path = pathlib.Path(race.path)
+    assert path.exists() and os.fspath(race) == race.path
+    del race
+    assert not path.parent.exists()
+
+
+def test_folders_and_logs_hold_the_same_scans(tmp_path):
+    folder = overtake.simulate("demo", 3, tmp_path / "race", seconds=0.2)
+    log = overtake.simulate("demo", 3, tmp_path / "race.mcap", seconds=0.2)
+    for one, other in zip(overtake.open(folder), overtake.open(log)):
+        assert (one.sensor, one.frame, len(one)) == (other.sensor, other.frame, len(other))
+        for name in ("x", "y", "z", "layer", "intensity"):
+            assert numpy.array_equal(one.points[name], other.points[name]), name
+        # The folder's files have the times of points only: a scan's stamp is that of its first point.
+        assert numpy.array_equal(one.stamp_ns + one.points["time"].astype("i8"),
+                                 other.stamp_ns + other.points["time"].astype("i8"))
+    assert overtake.run(folder).sensors == ["front", "left", "right"]
+
+
+def test_results_and_other_files_are_not_overwritten(tmp_path):
+    out = tmp_path / "precious.mcap"
+    out.write_text("mine")
+    with pytest.raises(overtake.FileError, match="force"):
+        overtake.simulate("demo", out=out, seconds=0.05)
+    assert out.read_text() == "mine"
+    overtake.simulate("demo", out=out, seconds=0.05, force=True)
+    assert out.read_bytes().startswith(b"\x89MCAP")
+
+
+def test_wrong_scenarios(tmp_path):
+    with pytest.raises(overtake.FileError, match="did you mean 'overtake'"):
+        overtake.simulate("overtaek", out=tmp_path / "a.mcap")
+    with pytest.raises(overtake.FileError, match="no car is named 'nobody'"):
+        overtake.simulate("demo", ego="nobody", out=tmp_path / "a.mcap")
+    assert "demo" in overtake.scenario_names
+
+
+def test_scans_of_a_race(race):
+    recording = overtake.open(race)
+    scans = list(recording)
+    assert recording.sensors == ["front", "left", "right"] and recording.damage == ""
+    assert len(scans) == 3 * race.frame_count and [scan.sensor for scan in scans[:3]] == recording.sensors
+    scan = scans[0]
+    assert scan.points["x"].dtype == numpy.float32 and scan.points["layer"].dtype == numpy.uint16
+    assert scan.points["time"].dtype == numpy.int32 and 0 <= scan.points["time"].max() < 60_000_000
+    assert len(scan) == len(scan.points["x"]) > 10_000
+    assert scan.ego_poses and set(scan.ego_poses[0]) >= {"stamp_ns", "x_m", "y_m", "yaw_rad", "speed_mps"}
+    assert scans[1].ego_poses == []
+    assert len(list(recording)) == len(scans)
+    assert list(overtake.open(race, ego="none"))[0].ego_poses == []
+
+
+def test_arrays_of_a_scan_outlive_it(race):
+    scans = list(overtake.open(race))
+    kept = scans[5].points["x"]
+    copy = kept.copy()
+    del scans
+    assert kept.tobytes() == copy.tobytes()
+
+
+def write_pcd(path, columns):
+    dtype = numpy.dtype([(name, column.dtype) for name, column in columns.items()])
+    records = numpy.zeros(len(columns["x"]), dtype)
+    for name, column in columns.items():
+        records[name] = column
+    fields = "".join(f" {name}" for name in dtype.names)
+    sizes = "".join(f" {dtype[name].itemsize}" for name in dtype.names)
+    kinds = "".join(f" {dtype[name].kind.upper()}" for name in dtype.names)
+    header = (f"VERSION .7\nFIELDS{fields}\nSIZE{sizes}\nTYPE{kinds}\nCOUNT{' 1' * len(dtype)}\nWIDTH {len(records)}\n"
+              f"HEIGHT 1\nPOINTS {len(records)}\nDATA binary\n")
+    path.write_bytes(header.encode() + records.tobytes())
+
+
+def test_files_without_a_rig_give_all_their_fields(tmp_path):
+    tail = car_tail()
+    columns = {"x": tail["x"], "y": tail["y"], "z": tail["z"], "ring": tail["layer"],
+               "colour": numpy.arange(360, dtype="u2"), "weight": numpy.linspace(0, 1, 360)}
+    for frame in (12, 13):
+        write_pcd(tmp_path / f"{frame:06d}_front.pcd", columns)
+    scans = list(overtake.open(tmp_path))
+    assert [(scan.sensor, scan.frame, scan.stamp_ns) for scan in scans] == [("front", 0, 0), ("front", 1, 0)]
+    assert set(scans[0].points) == set(columns)
+    for name, column in columns.items():
+        assert scans[1].points[name].dtype == column.dtype and numpy.array_equal(scans[1].points[name], column)
+    assert len(list(overtake.open(tmp_path / "000013_front.pcd"))) == 1
+
+
+def test_wrong_recordings(tmp_path):
+    with pytest.raises(overtake.FileError, match="no such file"):
+        overtake.open(tmp_path / "missing.mcap")
+    with pytest.raises(overtake.FileError, match="holds no recording"):
+        overtake.open(tmp_path)
+    with pytest.raises(overtake.FileError, match="--rig is needed"):
+        write_pcd(tmp_path / "000000_front.pcd", {"x": numpy.zeros(1, "f4")})
+        overtake.run(tmp_path)
+    with pytest.raises(ValueError, match="did you mean 'av21'"):
+        overtake.run(tmp_path, rig="av22")
+    with pytest.raises(TypeError, match="needs a name or a TOML file"):
+        overtake.run(tmp_path, rig=[a_sensor()])
+    with pytest.raises(overtake.FileError, match="tracker.confirm_hits is '99'"):
+        overtake.run(tmp_path, rig="av21", params={"tracker.confirm_hits": 99})
+
+
+def test_damage_is_a_warning_and_the_rest_is_read(race, tmp_path):
+    whole = pathlib.Path(race.path).read_bytes()
+    torn = tmp_path / "torn.mcap"
+    torn.write_bytes(whole[:len(whole) // 2])
+    with pytest.warns(overtake.DamageWarning, match="torn.mcap"):
+        frames = list(overtake.run(torn, rig=race.path, ego="none"))
+    assert 5 < len(frames) < race.frame_count
+    with pytest.warns(overtake.DamageWarning):
+        recording = overtake.open(torn, race.path)
+        scans = list(recording)
+    assert recording.damage and 3 * len(frames) - 2 <= len(scans) <= 3 * len(frames)
+
+
+def test_a_map_without_poses_is_an_error(race):
+    with pytest.raises(overtake.FileError, match="has no effect without ego poses"):
+        overtake.run(race, map=race.path, ego="none")
+
+
+def test_runs_tell_where_they_are(race):
+    run = overtake.run(race, copy_labels=True, copy_images=True)
+    frame = next(run)
+    assert 0 < run.progress < 0.5 and run.stats["frames"] >= 1 and len(run.hash) == 16
+    assert len(frame.labels("left")) > 10_000 and frame.image("labels", "left").max() > 0
+    rest = list(run)
+    assert run.progress == 1 and run.stats["frames"] == 1 + len(rest) == race.frame_count
+    assert list(run) == []
+    assert 'preset = "best"' in run.config
+
+
+def test_rigs_and_maps(race, tmp_path):
+    rig = overtake.load_rig("racecar")
+    assert [sensor.name for sensor in rig.sensors] == ["front", "left", "right"] and rig.period_s == 0.05
+    track = overtake.load_map(race.path)
+    assert len(track.x_m) == len(track.width_left_m) > 100 and track.closed
+    with overtake.Detector(rig, map=track) as detector:
+        assert detector.params["frame.period_s"] == 0.05
+    with overtake.Detector(rig, map={"x_m": [0, 100, 200], "y_m": [0, 0, 10], "width_left_m": [5] * 3,
+                                     "width_right_m": [5] * 3, "closed": False}):
+        pass
+    with pytest.raises(overtake.FileError, match="did you mean 'racecar'"):
+        overtake.load_rig("racecra")
+    with pytest.raises(TypeError, match="map is a int"):
+        overtake.Detector(rig, map=3)

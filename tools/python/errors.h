@@ -1,0 +1,46 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Statuses of the C API as Python exceptions and enums.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <stdexcept>
+#include <string>
+
+#include "pipeline/overtake.h"
+
+namespace overtake::python {
+
+namespace py = pybind11;
+
+// Becomes the Python exception of its status.
+class StatusError : public std::runtime_error {
+ public:
+  StatusError(ovt_status status, const std::string& sentence) : std::runtime_error(sentence), status_(status) {}
+  ovt_status status() const { return status_; }
+
+ private:
+  ovt_status status_;
+};
+
+// A table, frame or detector that was released or closed. Becomes overtake.ReleasedError.
+class ReleasedError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+inline void check(ovt_status status, const std::string& what) {
+  if (status != OVT_OK) throw StatusError(status, what + ": " + ovt_status_text(status));
+}
+
+// A member of overtake.Status.
+py::object status_object(ovt_status status);
+// A value of overtake.Flag.
+py::object flags_object(uint32_t flags);
+
+void add_errors(py::module_& module);
+void add_enums(py::module_& module);
+
+}  // namespace overtake::python

@@ -1,0 +1,112 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/python/files.h"
+
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+
+#include "tools/client/session.h"
+#include "tools/io/error.h"
+#include "tools/sim/scenario.h"
+
+namespace overtake::python {
+namespace {
+
+PyObject* file_error = nullptr;  // these live as long as the interpreter
+PyObject* damage_warning = nullptr;
+
+py::dict load_rig(const std::string& name) {
+  const io::Rig rig = io::load_rig(name);
+  py::list sensors;
+  for (const io::RigSensor& sensor : rig.sensors) {
+    const ovt_sensor_def def = cli::to_sensor_def(sensor);
+    py::dict fields;
+    fields["name"] = sensor.name;
+#define OVT_PUT(field) fields[#field] = def.field;
+    OVT_PUT(x_m)
+    OVT_PUT(y_m) OVT_PUT(z_m) OVT_PUT(roll_rad) OVT_PUT(pitch_rad) OVT_PUT(yaw_rad) OVT_PUT(rows) OVT_PUT(cols)
+        OVT_PUT(azimuth_left_rad) OVT_PUT(azimuth_right_rad) OVT_PUT(range_min_m) OVT_PUT(range_max_m)
+            OVT_PUT(layer_first) OVT_PUT(layer_last) OVT_PUT(point_capacity)
+#undef OVT_PUT
+                fields["wraps"] = def.wraps != 0;
+    sensors.append(fields);
+  }
+  py::dict capacities;
+  for (const io::CapacityKey& key : io::kCapacityKeys)
+    if (rig.capacities.*key.rows > 0) capacities[key.name] = rig.capacities.*key.rows;
+  py::dict out;
+  out["name"] = rig.name;
+  out["period_s"] = rig.period_s;
+  out["sensors"] = sensors;
+  out["capacities"] = capacities;
+  return out;
+}
+
+py::dict load_map(const std::string& path) {
+  const io::MapData map = io::read_map(path);
+  py::dict out;
+  out["closed"] = map.closed;
+  const auto put = [&](const char* name, const std::vector<double>& values) {
+    if (!values.empty()) out[name] = py::array_t<double>(py::ssize_t(values.size()), values.data());
+  };
+  put("x_m", map.x_m), put("y_m", map.y_m);
+  put("width_left_m", map.width_left_m), put("width_right_m", map.width_right_m);
+  put("banking_rad", map.banking_rad);
+  put("left_x_m", map.left_x_m), put("left_y_m", map.left_y_m);
+  put("right_x_m", map.right_x_m), put("right_y_m", map.right_y_m);
+  return out;
+}
+
+PyObject* new_type(py::module_& module, const char* name, const char* text, PyObject* bases) {
+  PyObject* type = PyErr_NewExceptionWithDoc((std::string("overtake.") + name).c_str(), text, bases, nullptr);
+  if (!type) throw py::error_already_set();
+  module.attr(name) = py::handle(type);
+  return type;
+}
+
+}  // namespace
+
+void warn_of_damage(const std::string& sentence) {
+  if (PyErr_WarnEx(damage_warning, sentence.c_str(), 1) != 0) throw py::error_already_set();
+}
+
+cli::Options to_options(const py::dict& from) {
+  cli::Options options;
+  options.command = "run";
+  const auto take = [&](const char* name, std::string& to) {
+    const py::object value = from[name];
+    if (!value.is_none()) to = py::cast<std::string>(py::str(value));
+  };
+  take("input", options.input), take("rig", options.rig), take("urdf", options.urdf), take("preset", options.preset);
+  take("map", options.map), take("ego", options.ego), take("config", options.config), take("isa", options.isa);
+  options.set = py::cast<std::vector<std::string>>(from["set"]);
+  options.capacity = py::cast<std::vector<std::string>>(from["capacity"]);
+  if (!py::object(from["workers"]).is_none()) options.workers = py::cast<int32_t>(from["workers"]);
+  return options;
+}
+
+void add_files(py::module_& module) {
+  const py::tuple bases = py::make_tuple(module.attr("Error"), py::handle(PyExc_ValueError));
+  file_error = new_type(module, "FileError", "A file is missing, damaged or of another kind; the sentence names it.",
+                        bases.ptr());
+  damage_warning = new_type(module, "DamageWarning",
+                            "A recording is damaged, or its map or own poses do not fit it; what came before is good.",
+                            PyExc_UserWarning);
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const io::Error& error) {
+      PyErr_SetString(file_error, error.what());
+    }
+  });
+
+  module.def("load_rig", &load_rig);
+  module.def("load_map", &load_map);
+  module.def("rig_names", &io::builtin_rig_names);
+  module.def("scenario_names", &sim::builtin_scenario_names);
+  add_recordings(module);
+  add_runs(module);
+  add_races(module);
+}
+
+}  // namespace overtake::python

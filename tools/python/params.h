@@ -1,0 +1,16 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "tools/python/errors.h"
+
+namespace overtake::python {
+
+// The parameters of a preset, by their text names. overtake.Params makes attributes of them.
+struct ParamSet {
+  ovt_params values;
+};
+
+void add_params(py::module_& module);
+
+}  // namespace overtake::python

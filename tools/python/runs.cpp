@@ -1,0 +1,161 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// overtake.run: a detector over a recording, frame by frame.
+#include <pybind11/stl.h>
+
+#include <cstdio>
+#include <map>
+#include <utility>
+
+#include "tools/client/result_files.h"
+#include "tools/client/session.h"
+#include "tools/io/error.h"
+#include "tools/io/scan_stream.h"
+#include "tools/io/words.h"
+#include "tools/python/files.h"
+#include "tools/python/params.h"
+
+namespace overtake::python {
+namespace {
+
+// The part of `overtake run` between the command line and the result files.
+class Run {
+ public:
+  Run(const py::dict& from, const py::object& params) : config_(cli::load_config_with_rig(to_options(from))) {
+    if (!params.is_none()) {
+      config_.params = py::cast<const ParamSet&>(params).values;
+      config_.preset = config_.params.method;
+    }
+    CopyOptions copies;
+    copies.sensor_count = int32_t(config_.rig.sensors.size());
+    copies.labels = py::cast<bool>(from["copy_labels"]);
+    copies.images = py::cast<bool>(from["copy_images"]);
+    if (!py::object(from["path_horizon_s"]).is_none()) copies.path_horizon_s = py::cast<double>(from["path_horizon_s"]);
+    config_.keep_images = copies.images;
+    config_.in_pieces = py::cast<bool>(from["stream"]);
+    auto names = std::make_shared<SensorNames>();
+    for (const io::RigSensor& sensor : config_.rig.sensors) names->push_back(sensor.name);
+    sensors_ = names;
+    const py::gil_scoped_release release;
+    stream_ = io::open_scans(config_.input, config_.rig);
+    if (!config_.map.empty() && !config_.own_map && config_.ego.empty() && (!stream_->has_ego() || config_.no_ego))
+      throw io::Error("map " + config_.map, 0, "has no effect without ego poses, and there are none");
+    queue_ = std::make_unique<FrameQueue>(copies);
+    session_ = std::make_unique<cli::Session>(config_, &FrameQueue::on_frame, queue_.get());
+  }
+  ~Run() {
+    const py::gil_scoped_release release;
+    session_.reset();  // before the queue that it fills
+  }
+  Run(const Run&) = delete;
+  Run& operator=(const Run&) = delete;
+
+  py::object next() {
+    const Busy busy(busy_);
+    CopiedFrame frame;
+    while (!queue_->pop(frame)) {
+      if (ended_) {
+        finish();
+        throw py::stop_iteration();
+      }
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      const py::gil_scoped_release release;
+      push_next();
+    }
+    count(frame);
+    return make_frame(frame.info, std::move(frame.source), sensors_, number_of(frame.info));
+  }
+
+  py::dict stats() const {
+    const ovt_stats stats = session_->stats();
+    py::dict out;
+#define OVT_COUNTER(name, ...) out[#name] = stats.name;
+#define OVT_GAUGE OVT_COUNTER
+#include "pipeline/stats.def"
+    return out;
+  }
+  // As `overtake run` prints it, of the frames so far.
+  std::string hash() const {
+    char text[17];
+    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash_.value()));
+    return text;
+  }
+  std::string damage() const { return stream_->damage(); }
+  double progress() const { return ended_ ? 1.0 : stream_->progress(); }
+  const SensorNames& sensors() const { return *sensors_; }
+  std::string config_text() const { return cli::format_config(config_); }
+
+ private:
+  void push_next() {
+    io::FrameScans scans;
+    if (!stream_->next(scans)) {
+      session_->flush();
+      ended_ = true;
+      return;
+    }
+    if (config_.ego.empty() && !config_.no_ego) session_->add_ego(stream_->take_ego());
+    for (const io::SensorScan& scan : scans.scans) numbers_[scan.stamp_ns] = scans.frame;
+    session_->push(scans);
+  }
+  int64_t number_of(const ovt_frame_info& info) {
+    const auto known = numbers_.find(info.first_stamp_ns);
+    const int64_t number = known == numbers_.end() ? info.sequence : known->second;
+    numbers_.erase(numbers_.begin(), known);
+    return number;
+  }
+  void count(CopiedFrame& frame) {
+    ++frames_;
+    off_map_ += (frame.info.flags & OVT_FLAG_EGO_OFF_MAP) != 0;
+    with_ego_ += frame.info.ego_known != 0;
+    ovt_detections detections;
+    std::shared_ptr<const TracksCopy> tracks;
+    check(frame.source->read_detections(detections), "detections");
+    check(frame.source->read_tracks(OVT_AT_FRAME_STAMP, tracks), "tracks");
+    hash_.add(frame.info, detections, tracks->rows);
+  }
+  void finish() {
+    if (std::exchange(finished_, true)) return;
+    if (!stream_->damage().empty())
+      warn_of_damage(config_.input + ": " + stream_->damage() + "; the frames are those before it");
+    if (stream_->lost_count() > 0)
+      warn_of_damage(config_.input + ": " + io::counted(stream_->lost_count(), "file") +
+                     " could not be read, the others are done; the first: " + stream_->first_loss());
+    if (2 * off_map_ > frames_)
+      warn_of_damage(config_.map + ": the ego vehicle is outside of this map in " + std::to_string(off_map_) + " of " +
+                     std::to_string(frames_) + " frames: map and poses are of different courses");
+    if (!config_.ego.empty() && 2 * with_ego_ < frames_)
+      warn_of_damage(config_.ego + ": covers only " + std::to_string(with_ego_) + " of " + std::to_string(frames_) +
+                     " frames");
+  }
+
+  cli::Config config_;
+  std::shared_ptr<const SensorNames> sensors_;
+  std::unique_ptr<io::ScanStream> stream_;
+  std::unique_ptr<FrameQueue> queue_;
+  std::unique_ptr<cli::Session> session_;
+  std::map<int64_t, int64_t> numbers_;  // of frames, by the stamps of their scans
+  cli::ResultHash hash_;
+  int64_t frames_ = 0, off_map_ = 0, with_ego_ = 0;
+  bool busy_ = false, ended_ = false, finished_ = false;
+};
+
+}  // namespace
+
+void add_runs(py::module_& module) {
+  py::class_<Run>(module, "Run", "The frames of a recording, one after the other: what overtake.run returns.")
+      .def(py::init<const py::dict&, const py::object&>())
+      .def("__iter__", [](py::object self) { return self; })
+      .def("__next__", &Run::next)
+      .def_property_readonly("stats", &Run::stats, "Counters so far, by name (ovt_stats).")
+      .def_property_readonly("hash", &Run::hash,
+                             "Hash of all detections and tracks so far, as `overtake run` prints it at the end.")
+      .def_property_readonly("damage", &Run::damage, "Why the recording ended early; empty: it did not.")
+      .def_property_readonly("progress", &Run::progress, "Share of the recording that was read, 0 to 1.")
+      .def_property_readonly(
+          "sensors", [](const Run& run) { return py::cast(run.sensors()); }, "Names of the rig's sensors.")
+      .def_property_readonly("config", &Run::config_text,
+                             "The configuration as a TOML text, as `overtake run` writes it to config.toml.");
+}
+
+}  // namespace overtake::python
