@@ -3,8 +3,8 @@
 //
 // End of stage 7: every input point gets its pixel's label. Most points are ground and hold their pixel, so the first
 // pass labels all as ground and lists those that lost their pixel (a few percent), which are then looked up in vectors:
-// whether one of them is near its winner is a coin toss, so no branch asks. A pass over the pixels then labels the points
-// that hold a cluster's pixel.
+// whether one of them is near its winner is a coin toss, so no branch asks. A pass over the pixels then labels the
+// points that hold a cluster's pixel.
 #pragma once
 
 #include "core/math.h"
