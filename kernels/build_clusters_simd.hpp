@@ -172,7 +172,7 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
   int32_t* packed_index = reinterpret_cast<int32_t*>(cluster_points.x_m);
   int32_t* packed_label = reinterpret_cast<int32_t*>(cluster_points.y_m);
   // The groups of equal labels of each vector, as lanes; the last group of a vector has kLastGroup. So the sort below
-  // need not find them again, and no predictor must guess their number.
+  // need not find them again, in a loop whose number of rounds cannot be predicted.
   constexpr int32_t kLastGroup = 1 << 30;
   int32_t* groups = reinterpret_cast<int32_t*>(cluster_points.z_m);
   int32_t group_count = 0;
