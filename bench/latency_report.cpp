@@ -8,8 +8,8 @@
 // wake_driver: from the scheduled arrival to the start of the copy, per scan (in the closed loop, and where one thread
 // pushes all scans because the library has none, the sensors before it are in it).
 // hand_over: from the end of a scan's copy to the start of its segmentation. gather: from the end of the last
-// segmentation to the merge. publish: from the tracks to on_frame. Of scans in pieces, last_piece goes from the scheduled
-// arrival to the start of the segmentation, instead of the first three.
+// segmentation to the merge. publish: from the tracks to on_frame. Of scans in pieces, last_piece goes from the
+// scheduled arrival to the start of the segmentation, instead of the first three.
 #include "bench/latency_report.h"
 
 #include <algorithm>

@@ -33,8 +33,8 @@ LatencyReport make_report(const LatencyRun& run, const LatencyRunDef& def);
 
 std::string format_text(const LatencyReport& report, const LatencyRun& run, const LatencyRunDef& def,
                         const std::string& source, const EnvironmentSheet& environment);
-// JSON: end_to_end.p50_floors (open loop); end_to_end.p50_us p90_us p99_us p999_us max_us min_us mean_us count; the same for warmup, segment_floor, stages.NAME and
-// noise.NAME; frames, options, runtime, environment.
+// JSON: end_to_end.p50_us p90_us p99_us p999_us max_us min_us mean_us count; the same for warmup, segment_floor,
+// stages.NAME and noise.NAME; end_to_end.p50_floors (open loop); frames, options, runtime, environment.
 std::string format_json(const LatencyReport& report, const LatencyRun& run, const LatencyRunDef& def,
                         const std::string& source, const EnvironmentSheet& environment);
 

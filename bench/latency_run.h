@@ -4,8 +4,8 @@
 // The run itself. Open loop: scans arrive by an absolute clock, whether or not the library is ready; one thread per
 // sensor pushes them. A frame's latency starts at the *scheduled* time of its last scan, so it includes a late wake-up
 // of the driver's thread, and the wait for an earlier frame. Closed loop: the next frame is pushed when the last one is
-// published; its latency starts before the first push. With `pieces` the points of a scan come evenly over the time before
-// its arrival, which is that of its last piece.
+// published; its latency starts before the first push. With `pieces` the points of a scan come evenly over the time
+// before its arrival, which is that of its last piece.
 #pragma once
 
 #include <cstdint>

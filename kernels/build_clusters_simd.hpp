@@ -171,13 +171,22 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
   // Temporary columns, in output columns that are written last.
   int32_t* packed_index = reinterpret_cast<int32_t*>(cluster_points.x_m);
   int32_t* packed_label = reinterpret_cast<int32_t*>(cluster_points.y_m);
+  // The groups of equal labels of each vector, as lanes; the last group of a vector has kLastGroup. So the sort below
+  // need not find them again, in a loop whose number of rounds cannot be predicted.
+  constexpr int32_t kLastGroup = 1 << 30;
+  int32_t* groups = reinterpret_cast<int32_t*>(cluster_points.z_m);
+  int32_t group_count = 0;
   const int32_t held = pack_points<A>(points.label, scan.count, packed_index, packed_label);
   for_each_packed<A>(held, [&](int32_t first, int32_t n) OVT_INLINED {
     const int32_t* label = packed_label + first;
     if constexpr (kSize<A> == 4) {
       for (int32_t k = 0; k < n; ++k) ++cursor[label[k]];
     } else {
-      for_each_label<A>(label, n, [&](int32_t own, uint32_t same) OVT_INLINED { cursor[own] += count_bits(same); });
+      for_each_label<A>(label, n, [&](int32_t own, uint32_t same) OVT_INLINED {
+        cursor[own] += count_bits(same);
+        groups[group_count++] = int32_t(same);
+      });
+      groups[group_count - 1] |= kLastGroup;
     }
   });
   int32_t found = 0;
@@ -212,23 +221,22 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
   OVT_CHECK(begin <= cluster_points.capacity);
 
   int32_t* point_out = cluster_points.point;
-  for_each_packed<A>(held, [&](int32_t first, int32_t n) OVT_INLINED {
-    const int32_t *index = packed_index + first, *label = packed_label + first;
-    if constexpr (kSize<A> == 4) {
-      for (int32_t k = 0; k < n; ++k)
-        if (all_fit || row_of_label[label[k]] >= 0) point_out[cursor[label[k]]++] = index[k];
-    } else {
-      const Int<A> all = Int<A>::load(index);
-      for_each_label<A>(label, n, [&](int32_t own, uint32_t same) OVT_INLINED {
-        if (!all_fit && row_of_label[own] < 0) return;
-        int32_t packed[kSize<A>];
-        store_packed(Mask<A>::from_bits(same), all, packed);
-        const int32_t count = count_bits(same);
-        store_where(Mask<A>::first(count), Int<A>::load(packed), point_out + cursor[own]);
-        cursor[own] += count;
-      });
+  if constexpr (kSize<A> == 4) {
+    for (int32_t k = 0; k < held; ++k)
+      if (all_fit || row_of_label[packed_label[k]] >= 0) point_out[cursor[packed_label[k]]++] = packed_index[k];
+  } else {
+    for (int32_t g = 0, first = 0; g < group_count; ++g) {
+      const uint32_t same = uint32_t(groups[g] & ~kLastGroup);
+      const int32_t own = packed_label[first + lowest_bit(same)], *index = packed_index + first;
+      first += groups[g] & kLastGroup ? kSize<A> : 0;
+      if (!all_fit && row_of_label[own] < 0) continue;
+      int32_t packed[kSize<A>];
+      store_packed(Mask<A>::from_bits(same), Int<A>::load(index), packed);
+      const int32_t count = count_bits(same);
+      store_where(Mask<A>::first(count), Int<A>::load(packed), point_out + cursor[own]);
+      cursor[own] += count;
     }
-  });
+  }
 
   const Transform T = T_vehicle_sensor;  // local copies, here and below: the compiler sees that no store changes them
   const float *x_m = scan.x_m, *y_m = scan.y_m, *z_m = scan.z_m;

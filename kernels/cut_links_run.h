@@ -33,8 +33,8 @@ OVT_INLINE bool is_weak_down(const CutLinksParams& params, Plane<const float> ra
   return !pixels_join(own_m, below_m, sin_alpha, cos_alpha, params.tan_threshold);
 }
 
-// Cuts the weak links of the run that begins at a pixel. Returns their number. Calls splits(column) for each link to the
-// right of a column that it cuts.
+// Cuts the weak links of the run that begins at a pixel. Returns their number. Calls splits(column) for each link to
+// the right of a column that it cuts.
 template <class F>
 OVT_INLINE int32_t cut_run(const CutLinksParams& params, Plane<const float> range_m, Plane<const float> elevation_rad,
                            int32_t r, int32_t c, BitPlane right, BitPlane down, F&& splits) {

@@ -79,8 +79,8 @@ struct WindowRanges {
   }
 };
 
-// The pixels whose points are dark. Lists them first: which of the points are dark, and which of these hold their pixel,
-// no predictor knows.
+// The pixels whose points are dark. Lists them first: which of the points are dark, and which of these hold their
+// pixel, cannot be predicted, so no branch depends on it.
 template <class A>
 OVT_INLINE void find_dark(const ScanTable& scan, const int32_t* point_pixel, Plane<const int32_t> pixel_point,
                           float darkest, BitPlane dark) {
@@ -136,9 +136,9 @@ OVT_INLINE int32_t find_rough(const DropSmokeParams& params, Plane<const float> 
   for (int32_t w = 0; w < dark.words_per_row; ++w) {
     if (dark.row(r)[w] == 0) continue;
     const WindowBits window(considered, r, w);
-    // Most dark pixels lie on a surface, and a part of the window shows it: the share of all neighbours that are near is
-    // larger than this part's share of all that may be neighbours. The others are listed: which ones they are, no
-    // predictor knows.
+    // Most dark pixels lie on a surface, and a part of the window shows it: the share of all neighbours that are near
+    // is larger than this part's share of all that may be neighbours. The others are listed: which ones they are
+    // cannot be predicted.
     struct Unsure {
       uint64_t all;
       int32_t shift, place;

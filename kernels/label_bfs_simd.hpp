@@ -39,7 +39,7 @@ struct RunRow {
   OVT_INLINE int32_t run_at(int32_t b) const { return runs + count_bits(starts & (~uint64_t(0) >> (63 - b))) - 1; }
 };
 
-// Most runs are at most two steps below their root. Two steps without a branch: how many there are, no predictor knows.
+// Most runs are at most two steps below their root. The first two steps have no branch.
 OVT_INLINE int32_t find_root(int32_t* parent, int32_t run) {
   run = parent[parent[run]];
   while (parent[run] != run) {

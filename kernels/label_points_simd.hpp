@@ -3,8 +3,8 @@
 //
 // End of stage 7: every input point gets its pixel's label. Most points are ground and hold their pixel, so the first
 // pass labels all as ground and lists those that lost their pixel (a few percent), which are then looked up in vectors:
-// whether one of them is near its winner is a coin toss, so no branch asks. A pass over the pixels then labels the points
-// that hold a cluster's pixel.
+// whether one of them is near its winner cannot be predicted, so no branch depends on it. A pass over the pixels then
+// labels the points that hold a cluster's pixel.
 #pragma once
 
 #include "core/math.h"
@@ -18,8 +18,8 @@ template <class A>
 OVT_INLINE void label_losers(const LabelPointsParams& params, const RangeImages& images, PointTable& points,
                              int32_t* losers, int32_t count) {
   const Float<A> zero(0.0f), own_limit(params.own_limit_m), loser_limit(params.loser_limit_m);
-  const Int<A> ground(kLabelGround), none(kLabelNone), labelled(int32_t(Reason::kLabelled));
-  const Int<A> dust(int32_t(Reason::kDust)), second(int32_t(Reason::kSecondReturn));
+  const Int<A> ground(kLabelGround), none(kLabelNone), labelled{int32_t(Reason::kLabelled)};
+  const Int<A> dust{int32_t(Reason::kDust)}, second{int32_t(Reason::kSecondReturn)};
   for (int32_t k = count; k % kSize<A> != 0; ++k) losers[k] = losers[0];
   for (int32_t k = 0; k < count; k += kSize<A>) {
     const Int<A> index = Int<A>::load(losers + k), pixel = gather(points.pixel, index);

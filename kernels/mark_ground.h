@@ -15,8 +15,8 @@ namespace overtake {
 //            - a pixel with an undefined pair is non-ground if it has a return and its column has a return in a lower
 //              row; a filled pixel with an undefined pair is ground. Without the lower return, the rim of the own car's
 //              shadow would be a ring of obstacles
-//            - all rows from row_count - 1 on are ground: no pair lies below them (row_count is one more than the rows if
-//              other rows follow)
+//            - all rows from row_count - 1 on are ground: no pair lies below them (row_count is one more than the rows
+//              if other rows follow)
 //   agrees   exactly on every ISA
 struct MarkGroundParams {
   float threshold_rad;  // th_gnd

@@ -233,8 +233,9 @@ void EarlySegment::add(const StageContext& context, const ScanTable& scan, int32
   if (ran && met_count_ + 1 == before_count_) mend_guesses(context, false, early);
 }
 
-// Runs a row step over rows [first, last). The kernel gets the rows and the halo as an image. It takes the halo's outer rows for the image's edge, so what it writes there is wrong and is put back.
-// `whole`: the image has no more layers than early.row_count, else more may follow.
+// Runs a row step over rows [first, last). The kernel gets the rows and the halo as an image. It takes the halo's outer
+// rows for the image's edge, so what it writes there is wrong and is put back. `whole`: the image has no more layers
+// than early.row_count, else more may follow.
 void EarlySegment::run_rows(const StageContext& context, const Step& step, int32_t first, int32_t last, bool whole,
                             EarlyColumns& early) noexcept {
   const int64_t start_ns = steady_now_ns();
