@@ -77,6 +77,7 @@ TEST_CASE("parse_range: one range of bytes, and 416 for what cannot be given") {
                         {"bytes=-1", 0, 0, 0},
                         {"bytes=0-0", 0, 0, 0},
                         {"bytes=5-4", 10, 0, 0},
+                        {"bytes=5-2", 10, 0, 0},
                         {"bytes=", 10, 0, 0},
                         {"bytes=-", 10, 0, 0},
                         {"bytes=a-b", 10, 0, 0},
