@@ -107,7 +107,7 @@ print('ended', got < 300 << 20, flush=True)
 PYTHON
 reader=$!
 for ((i = 0; i < 200; ++i)); do
-  grep -q began transfer.txt && break
+  grep -qs began transfer.txt && break
   sleep 0.05
 done
 end INT
