@@ -4,7 +4,7 @@
 // The 3-D objects of one log's frame, in the vehicle's frame: float32 then holds millimetres. Positions in the map's
 // frame are brought there with the ego pose in double precision.
 import * as THREE from "three";
-import { canColor, colorCloud, kColorings, scaleOf, type Coloring, type Scale } from "./colors";
+import { canColor, colorCloud, scaleOf, type Coloring, type Scale } from "./colors";
 import { fixed, shortId } from "./dom";
 import { Lines, type Point } from "./lines";
 import type { LogView } from "./log_view";
@@ -91,7 +91,7 @@ export class LogScene {
 
   private drawClouds(frame: Frame, state: State): void {
     const any = frame.clouds;
-    this.coloring = any.every((c) => canColor(state.coloring, c)) ? state.coloring : any.every((c) => canColor("intensity", c)) && state.coloring !== "intensity" ? "height" : "height";
+    this.coloring = any.every((c) => canColor(state.coloring, c)) ? state.coloring : "height";
     this.scale = scaleOf(this.coloring, any);
     this.material.size = state.pointSize * Math.min(devicePixelRatio, 2);
     frame.clouds.forEach((cloud) => {
@@ -158,7 +158,7 @@ export class LogScene {
 
   private drawEgo(road: Road): void {
     const lines = this.lines.get("ego")!, z = roadAt(road, 0, 0), half = this.vehicle.width_m / 2;
-    const back = -0.25 * this.vehicle.length_m, front = back + this.vehicle.length_m;
+    const back = -0.2 * this.vehicle.length_m, front = back + this.vehicle.length_m;
     lines.paint(kColors.ego);
     lines.strip([[back, half, z], [front - 1.2, half, z], [front, 0, z], [front - 1.2, -half, z], [back, -half, z]], true);
   }
@@ -254,7 +254,7 @@ export class LogScene {
       lines.paint(kColors.truth);
       drawBox(lines, x, y, z, heading, car.length_m || this.vehicle.length_m, car.width_m || this.vehicle.width_m, 1.0);
       drawArrow(lines, [x, y, z + 1], heading, 3.5);
-      if (state.isOn("names")) this.labels.push({ at: [x, y, z], text: `truth ${car.name}  ${fixed(car.speed_mps, 1)} m/s`, kind: "truth" });
+      if (state.isOn("names")) this.labels.push({ at: [x, y, z], text: `truth ${car.name}${car.speed_mps == null ? "" : `  ${fixed(car.speed_mps, 1)} m/s`}`, kind: "truth" });
       ++this.counts.truth;
     }
   }
@@ -313,4 +313,3 @@ function drawArrow(lines: Lines, [x, y, z]: Point, heading_rad: number, length_m
   for (const side of [2.65, -2.65]) lines.segment(tip, [tip[0] + 0.8 * Math.cos(heading_rad + side), tip[1] + 0.8 * Math.sin(heading_rad + side), z]);
 }
 
-export const colorings = kColorings;

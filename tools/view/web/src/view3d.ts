@@ -14,7 +14,7 @@ import type { Ego } from "./types";
 interface Viewport { scene: LogScene; left: number; width: number }
 export interface PickedPoint { log: number; sensor: string; point: number }
 
-const kBackground = 0x0d1014, kPickRadius_px = 7;
+const kBackground = 0x0d1014, kPickRadius_px = 7, kLetter_px = 6.2, kLine_px = 14;
 const kStart = { position: new THREE.Vector3(-17, 0, 10), target: new THREE.Vector3(16, 0, 0) }, kTopHeight_m = 90, kTopTarget = new THREE.Vector3(22, 0, 0);
 
 export class View3d {
@@ -172,6 +172,7 @@ export class View3d {
 
   private placeLabels(viewports: Viewport[], height: number): void {
     let used = 0;
+    const taken: [number, number, number][] = [];  // left, right, top of texts that are placed: others move below them
     const put = (x: number, y: number, kind: string, text: string): void => {
       const label = this.pool[used] ?? this.overlay.appendChild(el("span"));
       this.pool[used++] = label;
@@ -184,7 +185,15 @@ export class View3d {
       if (viewports.length > 1) put(left + 12, this.isOverlaid ? height - 52 + 18 * i : height - 34, `corner log${i}`, `${"AB"[i]}  ${scene.log.name}${this.isOverlaid && i === 1 ? "  (dashed)" : ""}`);
       for (const label of scene.labels) {
         const at = this.project(i, label.at);
-        if (at && at[0] > left && at[0] < left + width - 30 && at[1] > 40 && at[1] < height) put(at[0], at[1], label.kind, label.text);
+        if (!at || at[0] < left || at[0] > left + width - 30 || at[1] < 40 || at[1] > height) continue;
+        const right = at[0] + kLetter_px * label.text.length;
+        let top = at[1];
+        if (label.kind !== "ring") {
+          for (const [a, b, t] of taken) if (at[0] < b && right > a && Math.abs(top - t) < kLine_px) top = t + kLine_px;
+          taken.push([at[0], right, top]);
+          taken.sort((a, b) => a[2] - b[2]);
+        }
+        put(at[0], top, label.kind, label.text);
       }
       if (viewports.length > 1 && !scene.log.frame) put(left + width / 2 - 90, height / 2, "corner", "no frame of this log here");
     });
