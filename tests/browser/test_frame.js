@@ -103,14 +103,16 @@ module.exports = {
     const { boxes, camera, size, ratio } = await page.evaluate(() => {
       const { app, view } = overtake;
       app.state.off = new Set(["map", "detections", "headings", "covariance", "paths", "trails", "truth", "names", "rings", "sensor:front", "sensor:left", "sensor:right"]);
-      view.cameraState = [30, -3, 14, 62, 5, 2, 1];
+      view.update();
+      const to = view.scenes[0].targets[0].center, from = [to[0] - 6, to[1] - 11, to[2] + 7];
+      view.cameraState = [...from, ...to, 1];
       view.update();
       const boxes = view.scenes[0].targets.map((t) => ({ ...t, corners: [[1, 1, -1], [1, -1, -1], [-1, -1, 1], [-1, 1, 1]].map(([a, b, c]) => {
         const along = a * t.length_m / 2, across = b * t.width_m / 2, cos = Math.cos(t.heading_rad), sin = Math.sin(t.heading_rad);
         const point = [t.center[0] + cos * along - sin * across, t.center[1] + sin * along + cos * across, t.center[2] + 0.6 * c];
         return { point, at: view.project(0, point) };
       }) }));
-      return { boxes, camera: { from: [30, -3, 14], to: [62, 5, 2], fov: 55 }, size: [view.root.clientWidth, view.root.clientHeight], ratio: devicePixelRatio };
+      return { boxes, camera: { from, to, fov: 55 }, size: [view.root.clientWidth, view.root.clientHeight], ratio: devicePixelRatio };
     });
     assert.ok(boxes.length > 0);
     const sub = (a, b) => a.map((v, i) => v - b[i]), dot = (a, b) => a.reduce((s, v, i) => s + v * b[i], 0);

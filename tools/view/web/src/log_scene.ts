@@ -47,7 +47,7 @@ export class LogScene {
       this.root.add(lines.object);
     });
     const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(new Float32Array(3), 3));
-    this.marker = new THREE.Points(geometry, new THREE.PointsMaterial({ size: 13, sizeAttenuation: false, color: kColors.selected, depthTest: false }));
+    this.marker = new THREE.Points(geometry, new THREE.PointsMaterial({ size: 9, sizeAttenuation: false, color: kColors.selected, depthTest: false }));
     this.marker.visible = false;
     this.marker.frustumCulled = false;
     this.marker.renderOrder = 20;
