@@ -16,6 +16,7 @@
 #include "tools/evaluation/snapshot_picker.h"
 #include "tools/evaluation/svg_plot.h"
 #include "tools/io/error.h"
+#include "tools/io/mcap_reader.h"
 #include "tools/io/text.h"
 #include "tools/sim/log_writer.h"
 #include "tools/view/svg.h"
@@ -136,17 +137,35 @@ TEST_CASE("legend: stands above the frame on request, and a line without a name 
 TEST_CASE("pictures: of one name the highest score is shown, and a damaged list is reported") {
   const TempFolder folder;
   const std::string a = folder.path("a"), b = folder.path("b"), none = folder.path("none");
-  write_pictures(a, {{"strip", "<svg>low</svg>", "low", 3}, {"rig", "<svg>first</svg>", "first", 0}});
-  write_pictures(b, {{"strip", "<svg>high</svg>", "high", 5}, {"rig", "<svg>second</svg>", "second", 0}});
+  write_pictures(a, {{"strip", "<svg>low</svg>", "low", 3}, {"rig", "<svg>first</svg>", "first", 0}}, "a.mcap");
+  write_pictures(
+      b, {{"strip", "<svg>high</svg>", "high", 5, {1700000000000025378, 7}}, {"rig", "<svg>second</svg>", "second", 0}},
+      "b.mcap");
   const auto best = best_pictures({a, b, none});
   CHECK(best.size() == 2);
   CHECK(best.at("strip").svg == "<svg>high</svg>");
   CHECK(best.at("strip").caption == "b, high");
+  CHECK(best.at("strip").stamps_ns == std::vector<int64_t>{1700000000000025378, 7});
+  CHECK(best.at("strip").path == "b.mcap");
   CHECK(best.at("rig").svg == "<svg>first</svg>");
+  CHECK(best.at("rig").stamps_ns.empty());
   copy_pictures(a, none);
   CHECK(best_pictures({none}).at("strip").svg == "<svg>low</svg>");
   io::write_whole_file(b + "/pictures/pictures.json", "[{]");
   CHECK_THROWS_WITH_AS(best_pictures({a, b}), doctest::Contains("pictures.json"), io::Error);
+}
+
+TEST_CASE("report: a picture of single moments names the commands that show them, safe in a shell and in HTML") {
+  Run run{"paper:clusters", "log", {{"scenario", "spin_near"}, {"seed", "7"}, {"simulated", "true"}}, make_tables()};
+  NamedPicture strip{"strip", "<svg>s</svg>", "c", 1, {1700000000000025378}, "log", "out/spin near's <b>.mcap"};
+  NamedPicture race{"race", "<svg>r</svg>", "c", 1, {}, "log", ""};
+  const std::string html = picture_section({{"strip", strip}, {"race", race}}, Figures(), {run});
+  const std::string word = "'out/spin near'\\''s &lt;b&gt;.mcap'";
+  CHECK(html.find("<pre>overtake view " + word + " --at 1700000000000025378\n</pre>") != std::string::npos);
+  CHECK(html.find("overtake run " + word + " --preset paper --mcap FILE; overtake simulate spin_near --seed 7") !=
+        std::string::npos);
+  CHECK(count_of(html, "<pre>") == 1);
+  CHECK(html.find("<b>") == std::string::npos);
 }
 
 TEST_CASE("first seen: runs from a car's first row in reach to its first detection and its confirmed track") {
@@ -224,4 +243,18 @@ TEST_CASE("snapshots: the picker finds the strip, the seam and the spin of a sim
   CHECK(count_of(pictures.at("strip").svg, "data:image/png;base64,") == 2 + 5 + 5);  // clouds, images, scales
   CHECK(count_of(pictures.at("clouds").svg, "data:image/png;base64,") == 2);
   CHECK(count_of(pictures.at("fits").svg, "true slip angle") == 3);
+  // Each is a frame of the recording: of one of its clouds.
+  std::set<int64_t> stamps;
+  io::McapReader reader(log);
+  io::McapMessage message;
+  while (reader.next(message)) stamps.insert(message.publish_ns);
+  for (const char* name : {"strip", "clouds", "fits"}) {
+    CHECK(pictures.at(name).stamps_ns.size() == (name == std::string("fits") ? 3 : 1));
+    for (const int64_t stamp_ns : pictures.at(name).stamps_ns) CHECK(stamps.count(stamp_ns) == 1);
+  }
+  write_report(out, false);
+  const std::string html = io::read_whole_file(out + "/report.html");
+  CHECK(count_of(html, "\n</pre>") >= 3);
+  CHECK(html.find("overtake view " + log + " --at " + std::to_string(pictures.at("clouds").stamps_ns[0])) !=
+        std::string::npos);
 }

@@ -232,10 +232,10 @@ TEST_CASE("live: a client that stops reading loses frames, and nobody else does"
   const auto counts = run.view.counts();
   CHECK(counts.dropped > kFrames / 2);
   CHECK(counts.dropped < kFrames);
-  // It goes on with the newest frame, and is told what it lost.
-  int64_t newest = 0, received = 0;
+  // Once it reads again, it gets newer and newer frames up to the newest, and is told what it lost.
+  int64_t newest = 0, received = 0, last = kFrames;
   std::string told;
-  while (newest < kFrames) {
+  while (newest <= kFrames) {
     const SocketFrame frame = stopped.next();
     REQUIRE(frame.opcode > 0);
     if (frame.opcode == 2) {
@@ -243,24 +243,27 @@ TEST_CASE("live: a client that stops reading loses frames, and nobody else does"
       std::memcpy(&stamp_ns, frame.data.data() + 5, 8);
       CHECK(stamp_ns > newest);
       newest = stamp_ns;
-      ++received;
+      received += stamp_ns <= kFrames;
+      run.frame(++last, "small");
     } else if (const Json json = Json::parse(frame.data); json.at("op") == "status") {
       told = json.at("message");
+      CHECK(json.at("level") == 1);
     }
   }
-  CHECK(received + run.view.counts().dropped == kFrames);
-  CHECK(told ==
-        std::to_string(run.view.counts().dropped) + " of 100 frames were not sent: this client is slower than the run");
+  CHECK(received + counts.dropped <= kFrames);
+  CHECK(received + counts.dropped >= kFrames - 1);  // one may have waited in the slot, and be replaced now
+  CHECK(std::stoll(told) >= counts.dropped);
+  CHECK(told.find(" frames were not sent: this client is slower than the run") != std::string::npos);
 }
 
-TEST_CASE("live: nothing is encoded for a client that has taken nothing for a second") {
+TEST_CASE("live: nothing is encoded for a client that has taken nothing for a while") {
   LiveRun run;
   SocketPeer stopped = run.peer();
   stopped.send(subscribe({{1, kClouds}}));
   REQUIRE(run.becomes_wanted(kClouds));
   const std::string large(8 << 20, 'c');
   for (int64_t i = 1; i <= 4; ++i) run.frame(i, large);
-  std::this_thread::sleep_for(std::chrono::milliseconds(1200));
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
   CHECK(run.frame(5, large).empty());
   const int64_t dropped = run.view.counts().dropped;
   CHECK(run.frame(6, large).empty());

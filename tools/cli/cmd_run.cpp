@@ -27,6 +27,7 @@ namespace {
 
 struct RunOptions : Options {
   std::string trace, mcap, mcap_images, truth;
+  std::vector<std::string> allow_origins;
   int64_t picture_at = -1;
   int32_t live = -1;  // port; 0: a free one
   double rate = 0;    // of time; 0: as fast as possible
@@ -169,7 +170,8 @@ class Pace {
 
 // The clients of --live and the server in front of them.
 struct Live {
-  explicit Live(int32_t port) : server({"127.0.0.1", port, {}, "", {}, &view}) {}
+  Live(int32_t port, const std::vector<std::string>& allow_origins)
+      : server({"127.0.0.1", port, {}, "", allow_origins, &view}) {}
   serve::LiveView view;
   serve::ViewServer server;
 };
@@ -254,6 +256,8 @@ int run(const RunOptions& options) {
   if (!options.mcap_images.empty() && options.mcap.empty())
     throw io::Error("--mcap-images " + options.mcap_images, 0, "has no effect without --mcap");
   // Only the view shows images.
+  if (!options.allow_origins.empty() && options.live < 0)
+    throw io::Error("--allow-origin " + options.allow_origins[0], 0, "has no effect without --live");
   config.keep_images = options.live >= 0 || (!options.mcap.empty() && images_of(options) != McapImages::kNone);
   config.in_pieces = options.stream;
   io::OutputGuard guard(options.force);
@@ -261,7 +265,7 @@ int run(const RunOptions& options) {
   if (options.truth != TruthSink::kOwnTruth) guard.add_input(options.truth);
   const auto stream = io::open_scans(config.input, config.rig);
   std::optional<Live> live;
-  if (options.live >= 0) live.emplace(options.live);
+  if (options.live >= 0) live.emplace(options.live, options.allow_origins);
   if (live && !options.quiet)
     std::fprintf(stderr, "overtake: live at %s (Foxglove, Lichtblick: ws://127.0.0.1:%d)\n", live->server.url().c_str(),
                  live->server.port());
@@ -344,6 +348,8 @@ void add_run_options(CLI::App& command, RunOptions& options) {
       .add_option("--live", options.live,
                   "PORT: shows the run in a browser, in Foxglove or Lichtblick while it runs; 0: a free port")
       ->check(CLI::Range(0, 65535));
+  command.add_option("--allow-origin", options.allow_origins,
+                     "ORIGIN (https://app.foxglove.dev): pages of this site may connect to --live, too");
   command.add_option("--rate", options.rate, "of time, for --live: 1 real time, 0.5 half of it (default: no limit)")
       ->check(CLI::Range(0.001, 1000.0));
   command.add_option("--workers", options.workers, "threads; 1: the main thread only (default), 0: one per CPU")

@@ -17,13 +17,16 @@ std::string folder_of(const std::string& run_folder) { return run_folder + "/pic
 
 }  // namespace
 
-void write_pictures(const std::string& run_folder, const std::vector<NamedPicture>& pictures) {
+void write_pictures(const std::string& run_folder, const std::vector<NamedPicture>& pictures, const std::string& path) {
   cli::make_folder(folder_of(run_folder));
   nlohmann::json list = nlohmann::json::array();
   for (const NamedPicture& p : pictures) {
     list.push_back({{"name", p.name}, {"caption", p.caption}, {"score", p.score}});
-    io::write_whole_file(folder_of(run_folder) + "/" + p.name + ".svg", p.svg);
+    if (p.stamps_ns.empty()) continue;
+    list.back()["path"] = path;
+    for (const int64_t stamp_ns : p.stamps_ns) list.back()["stamps_ns"].push_back(std::to_string(stamp_ns));
   }
+  for (const NamedPicture& p : pictures) io::write_whole_file(folder_of(run_folder) + "/" + p.name + ".svg", p.svg);
   io::write_whole_file(folder_of(run_folder) + "/pictures.json", list.dump(1) + "\n");
 }
 
@@ -40,9 +43,14 @@ std::map<std::string, NamedPicture> best_pictures(const std::vector<std::string>
         p.svg = io::read_whole_file(folder + "/" + p.name + ".svg");
         p.log = fs::path(run_folder).filename().string();
         p.caption = p.log + ", " + p.caption;
+        p.path = entry.value("path", "");
+        for (const auto& stamp : entry.value("stamps_ns", nlohmann::json::array()))
+          p.stamps_ns.push_back(std::stoll(stamp.get<std::string>()));
         best[p.name] = std::move(p);
       }
     } catch (const nlohmann::json::exception& error) {
+      throw io::Error(path, 0, error.what());
+    } catch (const std::logic_error& error) {  // no number
       throw io::Error(path, 0, error.what());
     }
   }

@@ -16,6 +16,7 @@ namespace overtake::evaluation {
 struct PictureTime {
   int64_t frame = -1;
   double time_s = 0;  // since the first frame
+  int64_t stamp_ns = 0;
 };
 
 // The images of one scan of one sensor during the segmentation.

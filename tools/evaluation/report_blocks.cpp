@@ -71,6 +71,34 @@ std::string draw_blocks(const Figures& f) {
   return svg.finish();
 }
 
+// A word of a command line, quoted where a shell would change it.
+std::string shell_word(const std::string& word) {
+  constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789/._-+:=,@%";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+// The commands that show a picture's moments in the viewer.
+std::string view_commands(const NamedPicture& picture, const std::vector<Run>& runs) {
+  const auto run = std::find_if(runs.begin(), runs.end(), [&](const Run& r) { return r.log == picture.log; });
+  if (picture.stamps_ns.empty() || picture.path.empty() || run == runs.end()) return "";
+  const std::string log = shell_word(picture.path);
+  std::string lines;
+  for (const int64_t stamp_ns : picture.stamps_ns)
+    lines += "overtake view " + log + " --at " + std::to_string(stamp_ns) + "\n";
+  const auto said = [&](const char* key) {
+    const auto found = run->about.find(key);
+    return found == run->about.end() ? std::string() : found->second;
+  };
+  std::string words = "In the viewer (for labels, boxes and tracks, view the file of overtake run " + log +
+                      " --preset " + run->variant.substr(0, run->variant.find_first_of(":@")) + " --mcap FILE";
+  if (is_simulated(*run) && !said("scenario").empty() && !said("seed").empty())
+    words += "; overtake simulate " + said("scenario") + " --seed " + said("seed") + " makes the log";
+  return "<p class=\"note\">" + escape_xml(words) + "):</p>\n<pre>" + escape_xml(lines) + "</pre>\n";
+}
+
 }  // namespace
 
 std::string picture_section(const std::map<std::string, NamedPicture>& pictures, const Figures& f,
@@ -115,7 +143,7 @@ std::string picture_section(const std::map<std::string, NamedPicture>& pictures,
     } else {
       html += paragraph(kind.words) + "<p class=\"note\">" +
               (is_recorded(found->second.log) ? "Recorded: " : "Simulated: ") + escape_xml(found->second.caption) +
-              ".</p>\n" + found->second.svg;
+              ".</p>\n" + view_commands(found->second, runs) + found->second.svg;
     }
   }
   return html;

@@ -174,7 +174,7 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
     io::clear_output(folder);  // of another build or other options
     cli::make_folder(folder);
     write_tables(folder, variant->evaluator().tables());
-    if (const SnapshotPicker* album = variant->picker()) write_pictures(folder, album->finish());
+    if (const SnapshotPicker* album = variant->picker()) write_pictures(folder, album->finish(), path);
     About about = log.about();
     for (const auto& [key, value] : wanted[variant->name()]) about[key] = value;
     about["contestant"] = variant->name();

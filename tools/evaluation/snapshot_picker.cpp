@@ -41,7 +41,7 @@ void SnapshotPicker::look(ovt_reader* reader) {
   cli::check(ovt_read_info(reader, &info), "frame");
   if (info.sensor_mask == 0 || !frame_) return;
   if (first_ns_ < 0) first_ns_ = info.first_stamp_ns;
-  now_ = {frame_->scans.frame, double(info.first_stamp_ns - first_ns_) * 1e-9};
+  now_ = {frame_->scans.frame, double(info.first_stamp_ns - first_ns_) * 1e-9, info.stamp_ns};
   const Cars cars = cars_at(info.first_stamp_ns);
   if (!cars.ego) return;
   double nearest = std::numeric_limits<double>::quiet_NaN();
@@ -190,21 +190,28 @@ std::vector<NamedPicture> SnapshotPicker::finish() const {
     return "frame " + std::to_string(at.frame) + ", " + cli::fixed(at.time_s, 2) + " s";
   };
   if (strip_.at.frame >= 0)
-    out.push_back({"strip", draw_strip(strip_),
+    out.push_back({"strip",
+                   draw_strip(strip_),
                    when(strip_.at) + ", sensor " + strip_.sensor + ": the scan with most points (" +
                        std::to_string(strip_.car_points) + ") on a car " + cli::fixed(kNearM, 0) + " to " +
                        cli::fixed(kFarM, 0) + " m away",
-                   double(strip_.car_points)});
+                   double(strip_.car_points),
+                   {strip_.at.stamp_ns}});
   if (clouds_.at.frame >= 0)
-    out.push_back({"clouds", draw_clouds(clouds_, log_.rig()),
+    out.push_back({"clouds",
+                   draw_clouds(clouds_, log_.rig()),
                    when(clouds_.at) + ": the frame with most points of one car on both sides of a seam",
-                   double(clouds_score_)});
+                   double(clouds_score_),
+                   {clouds_.at.stamp_ns}});
   std::vector<FitMoment> fits;
   for (const FitMoment& m : fits_)
     if (m.at.frame >= 0) fits.push_back(m);
   if (fits.size() == kSlips)
-    out.push_back({"fits", draw_fits(fits, race_.simulated), "both rectangles of a car that begins to slide",
-                   double(fits[1].points.size())});
+    out.push_back({"fits",
+                   draw_fits(fits, race_.simulated),
+                   "both rectangles of a car that begins to slide",
+                   double(fits[1].points.size()),
+                   {fits[0].at.stamp_ns, fits[1].at.stamp_ns, fits[2].at.stamp_ns}});
   out.push_back(
       {"sensors", draw_rig(log_.rig(), params_.vehicle_length_m, params_.vehicle_width_m), log_.rig().name, 0});
   const io::MapData map = io::read_map(map_file_);

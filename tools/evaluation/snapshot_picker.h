@@ -25,7 +25,9 @@ namespace overtake::evaluation {
 struct NamedPicture {
   std::string name, svg, caption;
   double score = 0;
-  std::string log = {};  // the run of this picture
+  std::vector<int64_t> stamps_ns = {};  // of its frames, for pictures of single moments
+  std::string log = {};                 // the run of this picture
+  std::string path = {};                // of the recording, as it was given
 };
 
 class SnapshotPicker {
@@ -63,8 +65,8 @@ class SnapshotPicker {
   RacePath race_;
 };
 
-// The folder of a run contains its pictures: NAME.svg each, and pictures.json.
-void write_pictures(const std::string& run_folder, const std::vector<NamedPicture>& pictures);
+// The folder of a run contains its pictures: NAME.svg each, and pictures.json. path: of the recording.
+void write_pictures(const std::string& run_folder, const std::vector<NamedPicture>& pictures, const std::string& path);
 // The pictures with the highest score of each name, by name; ties: the first.
 std::map<std::string, NamedPicture> best_pictures(const std::vector<std::string>& run_folders);
 void copy_pictures(const std::string& from_run_folder, const std::string& to_run_folder);

@@ -34,7 +34,8 @@ string(REGEX REPLACE "/$" "" OVT_PREFIX_FROM_PC ${OVT_PREFIX_FROM_PC})
 configure_file(${CMAKE_CURRENT_LIST_DIR}/overtake.pc.in ${PROJECT_BINARY_DIR}/overtake.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/overtake.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/examples DESTINATION ${doc_dir})
+# tools/examples/live needs the source tree.
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/examples DESTINATION ${doc_dir} PATTERN live EXCLUDE)
 install(FILES ${PROJECT_SOURCE_DIR}/CHANGELOG.md DESTINATION ${doc_dir})
 # Installs the documents that README.md links to, in the layout of the source tree. Links to sources become plain text.
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/README.md)
@@ -54,7 +55,7 @@ install(FILES ${PROJECT_BINARY_DIR}/installed/kernels/README.md DESTINATION ${do
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/kernels/pictures DESTINATION ${doc_dir}/kernels)
 foreach(file pipeline/README.md tests/README.md bench/README.md bench/flame.svg tools/README.md
              tools/io/README.md tools/io/formats.def tools/sim/README.md tools/evaluation/README.md
-             tools/frame.png)
+             tools/view/README.md tools/serve/README.md tools/frame.png)
   cmake_path(GET file PARENT_PATH folder)
   install(FILES ${PROJECT_SOURCE_DIR}/${file} DESTINATION ${doc_dir}/${folder})
 endforeach()

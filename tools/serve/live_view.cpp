@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
 constexpr const char* kProtocols[] = {"foxglove.sdk.v1", "foxglove.websocket.v1"};
-constexpr std::chrono::milliseconds kStalled(1000), kLeft(200);
+constexpr std::chrono::milliseconds kStalled(100), kLeft(200);
 constexpr std::size_t kMostAnswers = 64;  // that wait for a client which asks and does not read
 
 std::string encode_base64(std::string_view bytes) {

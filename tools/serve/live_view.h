@@ -6,7 +6,7 @@
 //
 // A client has one slot: a frame that it has not taken yet is replaced by the next one and counted. So a slow client
 // gets the newest frame, and no client ever delays the run. A message that nobody subscribed to, and one for clients
-// that have taken nothing for a second, is not encoded.
+// that have taken nothing for 0.1 s, is not encoded.
 #pragma once
 
 #include <chrono>
