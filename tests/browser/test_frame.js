@@ -16,19 +16,24 @@ function readCsv(file) {
 
 const state = (page) => page.evaluate(() => {
   const { app, view } = overtake, [log] = app.logs;
-  return { stamp: String(log.frame.stamp), counts: view.scenes[0].counts, tracks: log.frame.tracks.map((t) => [t.id, t.state, t.x_m, t.y_m]),
-           detections: log.frame.detections.map((d) => [d.x_m, d.y_m, d.points]), points: log.frame.clouds.reduce((s, c) => s + c.count, 0),
-           header: document.querySelector(".facts").textContent, rows: [...document.querySelectorAll(".objects table")].map((t) => t.tBodies[0].rows.length) };
+  return { stamp: String(log.frame.stamp), counts: view.scenes[0].counts,
+      tracks: log.frame.tracks.map((t) => [t.id, t.state, t.x_m, t.y_m]),
+           detections: log.frame.detections.map((d) => [d.x_m, d.y_m, d.points]),
+               points: log.frame.clouds.reduce((s, c) => s + c.count, 0),
+           header: document.querySelector(".facts").textContent,
+               rows: [...document.querySelectorAll(".objects table")].map((t) => t.tBodies[0].rows.length) };
 });
 
 // Sets the layers and sensors that are drawn, and counts the pixels that are not background.
 const lit = (page, on) => page.evaluate((layers) => {
-  const { app, view } = overtake, all = ["map", "detections", "headings", "tracks", "covariance", "paths", "trails", "truth", "names", "rings", ...app.logs[0].info.sensors.map((s) => `sensor:${s}`)];
+  const { app, view } = overtake, all = ["map", "detections", "headings", "tracks", "covariance", "paths", "trails",
+      "truth", "names", "rings", ...app.logs[0].info.sensors.map((s) => `sensor:${s}`)];
   app.state.off = new Set(all.filter((name) => !layers.includes(name)));
   view.update();
   const { pixels } = view.readPixels();
   let count = 0;
-  for (let i = 0; i < pixels.length; i += 4) if (Math.abs(pixels[i] - 13) + Math.abs(pixels[i + 1] - 16) + Math.abs(pixels[i + 2] - 20) > 12) ++count;
+  for (let i = 0; i < pixels.length; i += 4)
+    if (Math.abs(pixels[i] - 13) + Math.abs(pixels[i + 1] - 16) + Math.abs(pixels[i + 2] - 20) > 12) ++count;
   return count;
 }, on);
 
@@ -39,24 +44,28 @@ module.exports = {
     assert.deepStrictEqual(errors, []);
     assert.deepStrictEqual([...hosts], [new URL(server.url).host]);
     const own = await page.evaluate(() => overtake.app.logs[0].traffic.requests);
-    assert.strictEqual(requests.filter((r) => r.url.includes("/log/0")).length, own, "the browser and the page count the same requests");
+    assert.strictEqual(requests.filter((r) => r.url.includes("/log/0")).length, own,
+        "the browser and the page count the same requests");
     const icon = await page.evaluate(async () => (await fetch(document.querySelector("link[rel=icon]").href)).status);
     assert.strictEqual(icon, 200);
-    assert.strictEqual(await page.title(), "b.mcap – overtake view");
+    assert.strictEqual(await page.title(), "b.mcap \u2013 overtake view");
   },
 
   "frame: points, detections and tracks are those of the log and of the CSV files": async ({ browser, logs, view }) => {
     const { page } = await open(browser, (await view(logs.b)).url);
-    const detections = readCsv(path.join(logs.resultsB, "detections.csv")), tracks = readCsv(path.join(logs.resultsB, "tracks.csv"));
+    const detections = readCsv(path.join(logs.resultsB, "detections.csv")),
+        tracks = readCsv(path.join(logs.resultsB, "tracks.csv"));
     const timing = readCsv(path.join(logs.resultsB, "timing.csv"));
     const stamps = [...new Set(timing.map((r) => r.stamp_ns))];
     for (const k of [0, 7, 20, 39]) {
       await goto(page, k);
-      const seen = await state(page), wantedTracks = tracks.filter((t) => t.stamp_ns === stamps[k]), wantedDetections = detections.filter((d) => Number(d.frame) === k);
+      const seen = await state(page), wantedTracks = tracks.filter((t) => t.stamp_ns === stamps[k]),
+          wantedDetections = detections.filter((d) => Number(d.frame) === k);
       assert.strictEqual(seen.stamp, stamps[k]);
       assert.strictEqual(seen.counts.points, seen.points);
       assert.ok(seen.points > 60000);
-      assert.deepStrictEqual(seen.tracks.map(([id, text]) => `${id} ${text}`).sort(), wantedTracks.map((t) => `${t.id} ${t.state}`).sort());
+      assert.deepStrictEqual(seen.tracks.map(([id, text]) => `${id} ${text}`).sort(),
+          wantedTracks.map((t) => `${t.id} ${t.state}`).sort());
       for (const [id, , x, y] of seen.tracks) {
         const row = wantedTracks.find((t) => t.id === id);
         assert.ok(Math.hypot(x - row.x_m, y - row.y_m) < 1e-6);
@@ -97,28 +106,37 @@ module.exports = {
     assert.deepStrictEqual([named > 0, await names()], [true, 0]);
   },
 
-  "frame: the corners of the boxes lie where a pinhole camera puts them, and are drawn there": async ({ browser, logs, view }) => {
+  "frame: the corners of the boxes lie where a pinhole camera puts them, and are drawn there": async (
+      { browser, logs, view }) => {
     const { page } = await open(browser, (await view(logs.b)).url);
     await goto(page, 30);
     const { boxes, camera, size, ratio } = await page.evaluate(() => {
       const { app, view } = overtake;
-      app.state.off = new Set(["map", "detections", "headings", "covariance", "paths", "trails", "truth", "names", "rings", "sensor:front", "sensor:left", "sensor:right"]);
+      app.state.off = new Set(["map", "detections", "headings", "covariance", "paths", "trails", "truth", "names",
+          "rings", "sensor:front", "sensor:left", "sensor:right"]);
       view.update();
       const to = view.scenes[0].targets[0].center, from = [to[0] - 6, to[1] - 11, to[2] + 7];
       view.cameraState = [...from, ...to, 1];
       view.update();
-      const boxes = view.scenes[0].targets.map((t) => ({ ...t, corners: [[1, 1, -1], [1, -1, -1], [-1, -1, 1], [-1, 1, 1]].map(([a, b, c]) => {
-        const along = a * t.length_m / 2, across = b * t.width_m / 2, cos = Math.cos(t.heading_rad), sin = Math.sin(t.heading_rad);
-        const point = [t.center[0] + cos * along - sin * across, t.center[1] + sin * along + cos * across, t.center[2] + 0.6 * c];
+      const boxes = view.scenes[0].targets.map((t) => ({ ...t,
+          corners: [[1, 1, -1], [1, -1, -1], [-1, -1, 1], [-1, 1, 1]].map(([a, b, c]) => {
+        const along = a * t.length_m / 2, across = b * t.width_m / 2, cos = Math.cos(t.heading_rad),
+            sin = Math.sin(t.heading_rad);
+        const point = [t.center[0] + cos * along - sin * across, t.center[1] + sin * along + cos * across,
+            t.center[2] + 0.6 * c];
         return { point, at: view.project(0, point) };
       }) }));
-      return { boxes, camera: { from, to, fov: 55 }, size: [view.root.clientWidth, view.root.clientHeight], ratio: devicePixelRatio };
+      return { boxes, camera: { from, to, fov: 55 }, size: [view.root.clientWidth, view.root.clientHeight],
+          ratio: devicePixelRatio };
     });
     assert.ok(boxes.length > 0);
     const sub = (a, b) => a.map((v, i) => v - b[i]), dot = (a, b) => a.reduce((s, v, i) => s + v * b[i], 0);
-    const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]], unit = (a) => a.map((v) => v / Math.hypot(...a));
-    const ahead = unit(sub(camera.to, camera.from)), right = unit(cross(ahead, [0, 0, 1])), up = cross(right, ahead), focal = size[1] / 2 / Math.tan(camera.fov * Math.PI / 360);
-    const { pixels, width } = await page.evaluate(() => { const { pixels, width } = overtake.view.readPixels(); return { pixels: [...pixels], width }; });
+    const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]],
+        unit = (a) => a.map((v) => v / Math.hypot(...a));
+    const ahead = unit(sub(camera.to, camera.from)), right = unit(cross(ahead, [0, 0, 1])), up = cross(right, ahead),
+        focal = size[1] / 2 / Math.tan(camera.fov * Math.PI / 360);
+    const { pixels, width } = await page.evaluate(() => { const { pixels, width } = overtake.view.readPixels();
+        return { pixels: [...pixels], width }; });
     for (const { corners } of boxes)
       for (const { point, at } of corners) {
         const d = sub(point, camera.from), depth = dot(d, ahead);

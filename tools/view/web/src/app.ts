@@ -51,11 +51,15 @@ export class App implements Listener {
     this.changes.clear();
     if (changes.has("settings") || changes.has("info")) this.followImages();
     for (const { changes: wanted, act } of this.listeners) if (wanted.some((c) => changes.has(c))) act(changes);
-    if (["settings", "selection", "frame", "clock"].some((c) => changes.has(c as Change)) && !this.playing) this.writeFragment();
+    if (["settings", "selection", "frame", "clock"].some((c) => changes.has(c as Change)) && !this.playing)
+      this.writeFragment();
   }
 
   get entry(): Entry | undefined { return this.entries[this.at]; }
-  get isSettled(): boolean { return this.at >= 0 && this.logs.every((l) => !l.isBusy && (l.frame?.index ?? -1) === (this.entry?.frames[l.index] ?? -1)); }
+  get isSettled(): boolean {
+    return this.at >= 0 && this.logs.every((l) => !l.isBusy &&
+        (l.frame?.index ?? -1) === (this.entry?.frames[l.index] ?? -1));
+  }
   get first(): bigint { return this.entries[0]?.stamp ?? 0n; }
   get last(): bigint { return this.entries[this.entries.length - 1]?.stamp ?? 0n; }
   seconds(stamp: bigint): number { return Number(stamp - this.first) / 1e9; }
@@ -98,7 +102,8 @@ export class App implements Listener {
   imageTopics(log: LogView): string[] {
     const sensor = this.imageSensor, names = log.info?.images[sensor];
     if (!this.state.imagesOpen || !names) return [];
-    return ["range", ...this.state.imageNames].filter((name, i, all) => names.includes(name) && all.indexOf(name) === i).map((name) => `/${sensor}/image/${name}`);
+    return ["range", ...this.state.imageNames].filter((name, i, all) => names.includes(name) &&
+        all.indexOf(name) === i).map((name) => `/${sensor}/image/${name}`);
   }
   // Asks for the images that the settings want.
   private followImages(): void {
@@ -117,7 +122,8 @@ export class App implements Listener {
   play(): void {
     if (this.playing || this.entries.length === 0) return;
     this.playing = true;
-    if (!this.live && this.at >= this.entries.length - 1) this.goto(this.state.loop ? entryAt(this.entries, this.state.loop[0]) : 0);
+    if (!this.live && this.at >= this.entries.length - 1)
+      this.goto(this.state.loop ? entryAt(this.entries, this.state.loop[0]) : 0);
     this.rebaseClock();
     this.changed("clock");
   }
@@ -188,7 +194,8 @@ export class App implements Listener {
     if (same) same.text = text, this.changed("faults");
     if (same) return;
     if (kind === "back") {
-      for (let i = this.faults.length - 1; i >= 0; --i) if (this.faults[i].kind === "gone" && this.faults[i].log === log.index) this.faults.splice(i, 1);
+      for (let i = this.faults.length - 1; i >= 0; --i)
+        if (this.faults[i].kind === "gone" && this.faults[i].log === log.index) this.faults.splice(i, 1);
     } else if (!this.faults.some((f) => f.text === text && f.log === log.index)) {
       this.faults.push({ log: log.index, kind, text, id });
     }

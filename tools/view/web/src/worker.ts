@@ -1,14 +1,16 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Reads one log, or one live run. Of several requests for a frame only the newest is answered; the background work stops
+// Reads one log, or one live run. Of several requests for a frame only the newest is answered; the background work
+// stops
 // for each request.
 import { LiveReader } from "./reader/live_reader";
 import { LogReader } from "./reader/log_reader";
 import { Fault } from "./reader/range_file";
 import type { Frame, FromWorker, ToWorker } from "./types";
 
-const scope = self as unknown as { postMessage(message: FromWorker, transfer: Transferable[]): void; onmessage: ((event: MessageEvent<ToWorker>) => void) | null };
+const scope = self as unknown as { postMessage(message: FromWorker, transfer: Transferable[]): void;
+    onmessage: ((event: MessageEvent<ToWorker>) => void) | null };
 const post = (message: FromWorker, transfer: Transferable[] = []): void => scope.postMessage(message, transfer);
 
 type FrameRequest = Extract<ToWorker, { type: "frame" }>;
@@ -24,7 +26,8 @@ function buffersOf(frame: Frame): Transferable[] {
 
 function report(error: unknown): void {
   if (error instanceof Fault) post({ type: "fault", kind: error.kind, text: error.message });
-  else post({ type: "fault", kind: "damaged", text: `The log cannot be read: ${error instanceof Error ? error.message : String(error)}.` });
+  else post({ type: "fault", kind: "damaged",
+      text: `The log cannot be read: ${error instanceof Error ? error.message : String(error)}.` });
 }
 
 async function answer(request: FrameRequest): Promise<void> {

@@ -4,7 +4,8 @@
 // The numbers of every frame: from the attachment `frames`, or collected one by one.
 import type { FrameTable, StageTime } from "../types";
 
-const kColumns = ["frame_us", "latency_us", "points", "detections", "tracks", "confirmed", "flags", "lostScans"] as const;
+const kColumns = ["frame_us", "latency_us", "points", "detections", "tracks", "confirmed", "flags",
+    "lostScans"] as const;
 type Column = typeof kColumns[number];
 
 export class TableBuilder {
@@ -25,13 +26,15 @@ export class TableBuilder {
   }
   dropFirst(count: number): void {
     this.stamps.splice(0, count);
-    for (const column of [...this.columns.values(), ...[...this.stages.values()].map((s) => s.us)]) column.splice(0, count);
+    for (const column of [...this.columns.values(), ...[...this.stages.values()].map((s) => s.us)])
+      column.splice(0, count);
   }
 
   table(): FrameTable {
     const count = this.stamps.length;
     const full = (values: number[]): Float64Array => Float64Array.from({ length: count }, (_, i) => values[i] ?? NaN);
-    const columns = Object.fromEntries(kColumns.map((name) => [name, full(this.columns.get(name)!)])) as Record<Column, Float64Array>;
+    const columns = Object.fromEntries(kColumns.map((name) => [name, full(this.columns.get(name)!)])) as Record<Column,
+        Float64Array>;
     return { stamps: BigInt64Array.from(this.stamps), deadline_us: this.deadline_us, ...columns,
              stages: [...this.stages.values()].map((s) => ({ sensor: s.sensor, stage: s.stage, us: full(s.us) })) };
   }
@@ -49,7 +52,9 @@ export function readFrames(json: unknown): FrameTable | null {
   const stages = (Array.isArray(all.stages) ? all.stages : []) as { sensor: string; stage: string; us: unknown }[];
   return { stamps: BigInt64Array.from(all.stamp_ns, (text) => BigInt(text as string)),
            deadline_us: typeof all.deadline_us === "number" ? all.deadline_us : null,
-           frame_us: column(all.frame_us), latency_us: column(all.latency_us), points: column(all.points), detections: column(all.detections),
-           tracks: column(all.tracks), confirmed: column(all.confirmed), flags: column(all.flags), lostScans: column(all.lost_scans),
+           frame_us: column(all.frame_us), latency_us: column(all.latency_us), points: column(all.points),
+               detections: column(all.detections),
+           tracks: column(all.tracks), confirmed: column(all.confirmed), flags: column(all.flags),
+               lostScans: column(all.lost_scans),
            stages: stages.map((s) => ({ sensor: String(s.sensor), stage: String(s.stage), us: column(s.us) })) };
 }
