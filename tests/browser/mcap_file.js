@@ -10,7 +10,7 @@ const fzstd = require("../node/node_modules/fzstd");
 // { channels: id -> { topic, encoding, schema, schemaEncoding, schemaData }, messages, attachments: name -> bytes };
 // messages
 // of the frames whose stamps keep() accepts.
-async function readLog(path, keep = () => true) {
+async function unpackLog(path, keep) {
   const file = fs.openSync(path, "r"), size = fs.fstatSync(file).size;
   const read = async (offset, length) => {
     const bytes = new Uint8Array(Number(length));
@@ -30,6 +30,15 @@ async function readLog(path, keep = () => true) {
   for await (const a of reader.readAttachments()) attachments.set(a.name, a.data);
   fs.closeSync(file);
   return { channels, messages, attachments };
+}
+
+// Unpacking in JavaScript takes seconds: whole logs are kept. The caller gets copies of all but the messages' bytes.
+const known = new Map();
+async function readLog(path, keep = null) {
+  const log = keep ? await unpackLog(path, keep) : known.get(path) ?? await unpackLog(path, () => true);
+  if (!keep) known.set(path, log);
+  return { channels: new Map([...log.channels].map(([id, c]) => [id, { ...c }])),
+           messages: log.messages.map((m) => ({ ...m })), attachments: new Map(log.attachments) };
 }
 
 const bytesOf = (data) => (typeof data === "string" ? Buffer.from(data)

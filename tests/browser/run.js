@@ -8,7 +8,7 @@
 const { execFileSync } = require("child_process");
 const fs = require("fs");
 const path = require("path");
-const { launch, startView } = require("./support");
+const { launch, startView, stopAll } = require("./support");
 
 const [overtake, work, ...names] = process.argv.slice(2);
 const kFiles = ["test_frame", "test_timeline", "test_panels", "test_logs", "test_large", "test_live", "test_firefox"];
@@ -56,7 +56,12 @@ async function main() {
     }
   await browser.close();
   console.log(`${passed} passed, ${failed} failed`);
-  process.exitCode = failed > 0 || passed === 0 ? 1 : 0;
+  stopAll();
+  process.exit(failed > 0 || passed === 0 ? 1 : 0);
 }
 
-main().catch((error) => { console.log(`FAILED: ${error.stack}`); process.exitCode = 1; });
+main().catch((error) => {
+  console.log(`FAILED: ${error.stack}`);
+  stopAll();
+  process.exit(1);
+});

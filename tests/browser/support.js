@@ -37,9 +37,19 @@ async function launchFirefox() {
   return browser;
 }
 
+// Programs that a failed test leaves behind.
+const children = new Set();
+function start(program, words, stdio) {
+  const child = spawn(program, words, { stdio });
+  children.add(child);
+  child.once("exit", () => children.delete(child));
+  return child;
+}
+function stopAll() { for (const child of children) child.kill("SIGKILL"); }
+
 // Starts `overtake view WORDS...`; resolves to { url, process, stop } when it has printed its address.
 function startView(overtake, words, errors = "inherit") {
-  const child = spawn(overtake, ["view", ...words, "--no-open"], { stdio: ["ignore", "pipe", errors] });
+  const child = start(overtake, ["view", ...words, "--no-open"], ["ignore", "pipe", errors]);
   const ended = new Promise((done) => child.once("exit", done));
   const stop = (signal = "SIGINT") => {
     child.kill(signal);
@@ -83,4 +93,4 @@ async function goto(page, entry) {
 }
 
 const kSourceRoot = path.resolve(__dirname, "../..");
-module.exports = { launch, launchFirefox, startView, open, until, settle, goto, kSourceRoot };
+module.exports = { start, stopAll, launch, launchFirefox, startView, open, until, settle, goto, kSourceRoot };

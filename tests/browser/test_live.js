@@ -4,18 +4,17 @@
 // A run that is under way: overtake run --live.
 "use strict";
 const assert = require("assert");
-const { spawn } = require("child_process");
 const net = require("net");
 const path = require("path");
-const { open, until } = require("./support");
+const { start, open, until } = require("./support");
 
 const freePort = () => new Promise((done) => { const s = net.createServer().listen(0, "127.0.0.1",
     () => { const { port } = s.address(); s.close(() => done(port)); }); });
 
 // Starts a run of the race at its own pace, or at another rate.
 function startRun(overtake, logs, work, port, rate) {
-  const child = spawn(overtake, ["run", logs.race, "--out", path.join(work, "live"), "--force", "--quiet", "--live",
-      String(port), "--rate", String(rate)], { stdio: "ignore" });
+  const child = start(overtake, ["run", logs.race, "--out", path.join(work, "live"), "--force", "--quiet",
+    "--live", String(port), "--rate", String(rate)], "ignore");
   return { child, ended: new Promise((done) => child.once("exit", done)) };
 }
 async function openWhenUp(browser, url, fragment) {

@@ -125,7 +125,7 @@ module.exports = {
     const { page } = await open(browser, (await view(logs.a)).url, "images=front,labels,range&size=6");
     // Label of a point against the colour of its pixel in the image that the binary wrote.
     const seen = new Map();
-    for (let k = 0; k < 40 && seen.size < 50; k += 6) {
+    for (let k = 0; k < 40 && seen.size < 50; k += 2) {
       await goto(page, k);
       for (const sensor of ["front", "left", "right"]) {
         await page.evaluate((s) => { overtake.app.state.imageSensor = s; overtake.app.changed("settings"); }, sensor);

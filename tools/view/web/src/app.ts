@@ -172,6 +172,7 @@ export class App implements Listener {
     }
   }
   frameArrived(log: LogView, live: boolean): void {
+    if (!live && (this.entry?.frames[log.index] ?? -1) < 0) log.frame = null;  // asked for before the clock went on
     if (live) {
       this.at = this.entries.length - 1;
       this.state.at = null;

@@ -16,6 +16,7 @@ const post = (message: FromWorker, transfer: Transferable[] = []): void => scope
 type FrameRequest = Extract<ToWorker, { type: "frame" }>;
 let reader: LogReader | null = null;
 let wanted: FrameRequest | null = null;
+const numbersWanted: FrameRequest[] = [];  // of two logs' comparison: all are answered
 let running = false;
 let live: LiveReader | null = null;
 
@@ -47,8 +48,8 @@ async function pump(): Promise<void> {
   running = true;
   for (;;) {
     await new Promise((done) => setTimeout(done, 0));  // lets newer requests in
-    const request = wanted;
-    wanted = null;
+    const request = wanted ?? numbersWanted.shift();
+    if (request === wanted) wanted = null;
     if (request) {
       await answer(request);
       continue;
@@ -61,7 +62,7 @@ async function pump(): Promise<void> {
     }
   }
   running = false;
-  if (wanted) void pump();
+  if (wanted || numbersWanted.length > 0) void pump();
 }
 
 scope.onmessage = async ({ data }) => {
@@ -78,6 +79,7 @@ scope.onmessage = async ({ data }) => {
     live.connect();
   } else if (data.type === "frame") {
     if (live) live.setImages(data.images);
+    else if (data.numbersOnly) numbersWanted.push(data);
     else wanted = data;
   } else if (data.type === "history") {
     reader?.wantHistory(data.center, data.all);

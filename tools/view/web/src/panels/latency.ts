@@ -25,8 +25,7 @@ export class LatencyPanel {
   constructor(private readonly app: App) {
     this.plot = new Plot({ height: 190, unit: "ms", digits: 3,
         onClick: (s) => app.gotoStamp(app.first + BigInt(Math.round(s * 1e9))),
-                           lines: () => (this.deadline_ms === null ? []
-                               : [{ value: this.deadline_ms, color: "#ff5c5c" }]) });
+                           lines: () => this.limits().map(({ ms, color }) => ({ value: ms, color })) });
     const ms = (row: StageRow, share: number): number => quantile(row.sorted, share) / 1000;
     this.table = new DataTable<StageRow>([
       ...(app.logs.length > 1 ? [{ title: "log", value: (r: StageRow) => "AB"[r.log], words: true }] : []),
@@ -46,9 +45,12 @@ export class LatencyPanel {
     new ResizeObserver(() => this.drawHistogram()).observe(this.histogram);
   }
 
-  get deadline_ms(): number | null {
-    const us = this.app.logs[0]?.table?.deadline_us ?? null;
-    return us === null ? null : us / 1000;
+  // The deadline, and the period of the scans: the lines of the plot.
+  private limits(): { name: string; ms: number; color: string }[] {
+    const { deadline_us = null, period_us = null } = this.app.logs[0]?.table ?? {}, list = [];
+    if (deadline_us !== null) list.push({ name: "deadline", ms: deadline_us / 1000, color: "#ff5c5c" });
+    if (period_us !== null) list.push({ name: "period", ms: period_us / 1000, color: "#5a6575" });
+    return list;
   }
   private nowOf(row: StageRow): number { return (row.values[this.app.entry?.frames[row.log] ?? -1] ?? NaN) / 1000; }
 
@@ -90,8 +92,8 @@ export class LatencyPanel {
             color: kColors[series.length % kColors.length], values, dashed: row.log === 1 });
       }
     this.plot.set(x, series);
-    setText(this.head, this.deadline_ms === null ? "Time of each frame, ms (the log names no deadline)"
-        : `Time of each frame, ms; deadline ${fixed(this.deadline_ms, 1)} ms`);
+    const limits = this.limits().map(({ name, ms }) => `; ${name} ${fixed(ms, 1)}`);
+    setText(this.head, `Time of each frame, ms${limits.join("")}`);
     this.drawNow();
     this.drawHistogram();
   }

@@ -46,5 +46,7 @@ export class LogPanel {
               : [{ name, value }])).filter((r) => r.value !== 0));
       });
     }
+    this.root.append(el("p", {}, el("a", { href: "THIRD_PARTY.txt", target: "_blank", rel: "noopener" },
+        "licences of the packages that this page contains")));
   }
 }
