@@ -122,9 +122,11 @@ module.exports = {
           corners: [[1, 1, -1], [1, -1, -1], [-1, -1, 1], [-1, 1, 1]].map(([a, b, c]) => {
         const along = a * t.length_m / 2, across = b * t.width_m / 2, cos = Math.cos(t.heading_rad),
             sin = Math.sin(t.heading_rad);
-        const point = [t.center[0] + cos * along - sin * across, t.center[1] + sin * along + cos * across,
+        const place = (u, v) => [t.center[0] + cos * u - sin * v, t.center[1] + sin * u + cos * v,
             t.center[2] + 0.6 * c];
-        return { point, at: view.project(0, point) };
+        const point = place(along, across);  // beyond: in line with the edges, outside of the box
+        return { point, at: view.project(0, point),
+            beyond: [place(along + 0.35 * a, across), place(along, across + 0.35 * b)] };
       }) }));
       return { boxes, camera: { from, to, fov: 55 }, size: [view.root.clientWidth, view.root.clientHeight],
           ratio: devicePixelRatio };
@@ -137,18 +139,27 @@ module.exports = {
         focal = size[1] / 2 / Math.tan(camera.fov * Math.PI / 360);
     const { pixels, width } = await page.evaluate(() => { const { pixels, width } = overtake.view.readPixels();
         return { pixels: [...pixels], width }; });
+    const pinhole = (point) => {
+      const d = sub(point, camera.from), depth = dot(d, ahead);
+      return [size[0] / 2 + focal * dot(d, right) / depth, size[1] / 2 - focal * dot(d, up) / depth];
+    };
+    const isGreen = ([x, y]) => {  // within two pixels
+      for (let dy = -2; dy <= 2; ++dy)
+        for (let dx = -2; dx <= 2; ++dx) {
+          const i = 4 * ((Math.round(y * ratio) + dy) * width + Math.round(x * ratio) + dx);
+          if (pixels[i + 1] > 90 && pixels[i + 1] > pixels[i] * 1.3) return true;
+        }
+      return false;
+    };
+    let outside = 0;
     for (const { corners } of boxes)
-      for (const { point, at } of corners) {
-        const d = sub(point, camera.from), depth = dot(d, ahead);
-        const wanted = [size[0] / 2 + focal * dot(d, right) / depth, size[1] / 2 - focal * dot(d, up) / depth];
+      for (const { point, at, beyond } of corners) {
+        const wanted = pinhole(point);
         assert.ok(Math.hypot(wanted[0] - at[0], wanted[1] - at[1]) < 1, `${wanted} and ${at}`);
-        let green = false;  // within two pixels
-        for (let dy = -2; dy <= 2; ++dy)
-          for (let dx = -2; dx <= 2; ++dx) {
-            const i = 4 * ((Math.round(wanted[1] * ratio) + dy) * width + Math.round(wanted[0] * ratio) + dx);
-            green ||= pixels[i + 1] > 90 && pixels[i + 1] > pixels[i] * 1.3;
-          }
-        assert.ok(green, `no line at ${wanted}`);
+        assert.ok(isGreen(wanted), `no line at ${wanted}`);
+        outside += beyond.filter((p) => isGreen(pinhole(p))).length;
       }
+    // Another edge of the box may pass behind one of them.
+    assert.ok(outside <= boxes.length, `${outside} lines go on beyond the corners of ${boxes.length} boxes`);
   },
 };
