@@ -74,7 +74,9 @@ std::vector<io::McapOptions> all_options() {
 // A chunk of an uncompressed file: the opcodes of its records, and its messages.
 struct ChunkPart {
   std::vector<io::McapOp> ops;
-  std::vector<std::pair<uint16_t, uint64_t>> messages;  // channel, log time
+  std::vector<std::pair<uint16_t, uint64_t>> messages;           // channel, log time
+  std::vector<uint64_t> offsets;                                 // of these
+  std::multimap<uint16_t, std::pair<uint64_t, uint64_t>> index;  // by the records behind it: channel, log time, offset
   uint64_t first_ns = 0, last_ns = 0;
 };
 
@@ -98,14 +100,20 @@ void for_each_record(std::string_view bytes, F&& f) {
 std::vector<ChunkPart> chunks_of(const std::string& file) {
   std::vector<ChunkPart> chunks;
   for_each_record(std::string_view(file).substr(io::kMcapMagic.size()), [&](io::McapOp op, std::string_view content) {
+    if (op == io::McapOp::kMessageIndex)
+      for (std::size_t at = 6; at + 16 <= content.size(); at += 16)
+        chunks.back().index.emplace(value_at<uint16_t>(content, 0),
+                                    std::pair(value_at<uint64_t>(content, at), value_at<uint64_t>(content, at + 8)));
     if (op != io::McapOp::kChunk) return;
     ChunkPart part;
     part.first_ns = value_at<uint64_t>(content, 0), part.last_ns = value_at<uint64_t>(content, 8);
     constexpr std::size_t kHead = 8 + 8 + 8 + 4 + 4 + 8;  // with compression ""
-    for_each_record(content.substr(kHead), [&](io::McapOp inner, std::string_view record) {
+    const std::string_view records = content.substr(kHead);
+    for_each_record(records, [&](io::McapOp inner, std::string_view record) {
       part.ops.push_back(inner);
-      if (inner == io::McapOp::kMessage)
-        part.messages.emplace_back(value_at<uint16_t>(record, 0), value_at<uint64_t>(record, 6));
+      if (inner != io::McapOp::kMessage) return;
+      part.messages.emplace_back(value_at<uint16_t>(record, 0), value_at<uint64_t>(record, 6));
+      part.offsets.push_back(uint64_t(record.data() - records.data()) - io::kMcapRecordHead);
     });
     chunks.push_back(part);
   });
@@ -147,6 +155,11 @@ TEST_CASE("mcap: each group has its own chunks, and each chunk can be read witho
         CHECK(time >= chunk.first_ns);
         CHECK(time <= chunk.last_ns);
       }
+      REQUIRE(chunk.index.size() == chunk.messages.size());
+      std::multimap<uint16_t, std::pair<uint64_t, uint64_t>> right;
+      for (std::size_t i = 0; i < chunk.messages.size(); ++i)
+        right.emplace(chunk.messages[i].first, std::pair(chunk.messages[i].second, chunk.offsets[i]));
+      CHECK(chunk.index == right);
       CHECK(chunk.first_ns == chunk.messages.front().second);
       CHECK(chunk.last_ns == chunk.messages.back().second);
       if (!described[is_small]) {

@@ -256,6 +256,20 @@ TEST_CASE("live: a client that stops reading loses frames, and nobody else does"
   CHECK(told.find(" frames were not sent: this client is slower than the run") != std::string::npos);
 }
 
+TEST_CASE("live: the frame after the one in transfer is the newest, not the next") {
+  LiveRun run;
+  SocketPeer slow = run.peer();
+  slow.send(subscribe({{1, kClouds}}));
+  REQUIRE(run.becomes_wanted(kClouds));
+  const std::string large(16 << 20, 'c');  // no socket takes that at once
+  int64_t newest = 0;
+  for (int64_t i = 1; i <= 5; ++i)
+    if (run.frame(i, large).contains(kClouds)) newest = i;
+  CHECK(newest > 1);
+  const int64_t first = next_data(slow).stamp_ns;
+  if (first < newest) CHECK(next_data(slow).stamp_ns == newest);
+}
+
 TEST_CASE("live: nothing is encoded for a client that has taken nothing for a while") {
   LiveRun run;
   SocketPeer stopped = run.peer();

@@ -412,6 +412,19 @@ TEST_CASE("serve: only 127.0.0.1 is bound") {
     CHECK_FALSE_MESSAGE(HttpClient(one.server.port(), address.c_str()).connected(), address);
 }
 
+TEST_CASE("serve: bound to another address on purpose, it answers to that address, too") {
+  const TempFolder folder;
+  const serve::ViewServer server({"127.0.0.2", 0, {folder.write("a.mcap", "abc")}, "", {}, nullptr});
+  const std::string port = std::to_string(server.port());
+  CHECK(server.url() == "http://127.0.0.2:" + port + "/");
+  const auto status = [&](const std::string& host) {
+    return HttpClient(server.port(), "127.0.0.2").get("/log/0", "Host: " + host + ":" + port + "\r\n").status;
+  };
+  CHECK(status("127.0.0.2") == 200);
+  CHECK(status("evil.example") == 403);
+  CHECK_FALSE(HttpClient(server.port(), "127.0.0.1").connected());
+}
+
 TEST_CASE("serve: a log that is replaced while it is open has another tag, and the old one is refused") {
   const OneLog one;
   HttpResponse before = one.get("/log/0", range("bytes=0-9"));

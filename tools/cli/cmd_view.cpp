@@ -40,7 +40,11 @@ void check_log(const std::string& path) {
   if (!std::filesystem::exists(path, code)) throw io::Error(path, 0, "no such file");
   io::refuse_special_file(path);
   if (std::filesystem::file_size(path, code) == 0) throw io::Error(path, 0, "is empty (0 bytes)");
-  const io::McapReader is_mcap(path);
+  try {
+    const io::McapReader is_mcap(path);
+  } catch (const io::Error& error) {
+    throw io::Error("", 0, std::string(error.what()) + "; overtake run RECORDING --mcap FILE writes a log for view");
+  }
 }
 
 // Starts the desktop's browser, if there is a desktop. The page's address is printed anyway, so a failure is no error.
