@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <cstring>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -367,13 +368,17 @@ TEST_CASE("view: a sink gets the channels that it wants, and their messages alon
   struct PickySink : cli::ViewSink {
     std::set<std::string> wanted, written, known;
     std::vector<std::string> topics;
+    mutable std::map<std::string, int64_t> asked;
     int64_t frames = 0;
     void add_channel(const cli::ViewChannel& added) override {
       CHECK(added.id == topics.size() + 1);
       CHECK(known.insert(added.topic).second);
       topics.push_back(added.topic);
     }
-    bool wants(uint16_t id) const override { return wanted.contains(topics[std::size_t(id - 1)]); }
+    bool wants(uint16_t id) const override {
+      ++asked[topics[std::size_t(id - 1)]];
+      return wanted.contains(topics[std::size_t(id - 1)]);
+    }
     void write(uint16_t id, int64_t, std::string_view data) override {
       CHECK(wants(id));
       CHECK_FALSE(data.empty());
@@ -404,4 +409,7 @@ TEST_CASE("view: a sink gets the channels that it wants, and their messages alon
   CHECK(none.known.contains("/right/image/range"));
   CHECK(some.written == some.wanted);
   CHECK(none.frames == 4);
+  // Asked once a frame before the message is encoded, and once more where there is one to write.
+  CHECK(none.asked.at("/right/image/range") == 4);
+  CHECK(none.asked.at("/front/points") == 8);
 }

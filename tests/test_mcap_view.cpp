@@ -117,6 +117,7 @@ TEST_CASE("view log: --mcap-images selects the images, and no other topic") {
   const ShortRun run;
   const ViewLog all = run.view({}), labels = run.view({"--mcap-images", "labels"}),
                 none = run.view({"--mcap-images", "none"});
+  CHECK(all.topics.at("/map").size() == 1);
   CHECK(all.has_image("range"));
   CHECK(all.has_image("labels"));
   CHECK_FALSE(labels.has_image("range"));
