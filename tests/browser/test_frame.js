@@ -6,7 +6,8 @@
 const assert = require("assert");
 const fs = require("fs");
 const path = require("path");
-const { open, settle, goto } = require("./support");
+const { open, goto } = require("./support");
+const { readLog, writeLog } = require("./mcap_file");
 
 // Rows of a CSV file as objects, grouped by stamp or frame.
 function readCsv(file) {
@@ -76,6 +77,44 @@ module.exports = {
       assert.deepStrictEqual(seen.rows, [wantedTracks.length, wantedDetections.length]);
       assert.ok(seen.header.includes(`frame ${k} of 40`) && seen.header.includes(stamps[k]), seen.header);
     }
+  },
+
+  "frame: points of 29 bytes in another order, as version 0.1 wrote them, are read": async (
+      { browser, logs, work, view }) => {
+    const file = path.join(work, "old.mcap"), log = await readLog(logs.b, (t) => t < 1700000000100000000n);
+    const varint = (v) => { const out = []; for (; v > 127; v = Math.floor(v / 128)) out.push(v & 127 | 128);
+        return [...out, v]; };
+    const part = (field, bytes) => Buffer.concat([Buffer.from([field << 3 | 2, ...varint(bytes.length)]),
+        Buffer.from(bytes)]);
+    const fixed32 = (field, v) => { const b = Buffer.alloc(5); b[0] = field << 3 | 5; b.writeUInt32LE(v, 1); return b;
+        };
+    const layout = [["x", 0, 7], ["y", 4, 7], ["z", 8, 7], ["intensity", 12, 7], ["layer", 16, 6], ["label", 20, 6],
+        ["cluster", 24, 6], ["reason", 28, 1]];
+    const from = [0, 4, 8, 12, 24, 16, 20, 28];  // where each field is in the points of 32 bytes
+    const first = log.messages[0].time, { page: now } = await open(browser, (await view(logs.b)).url, "images=none");
+    const sums = (p) => p.evaluate(() => overtake.app.logs[0].frame.clouds.map((c) => [c.sensor, c.count,
+        ...[c.position, ...Object.keys(c.fields).sort().map((n) => c.fields[n])].map(
+            (f) => f.reduce((s, v) => s + v, 0))]));
+    const wanted = await sums(now);
+    writeLog(file, { ...log, messages: log.messages.filter((m) => m.time === first), attachments: new Map() },
+        (all) => {
+      for (const m of all.frames[0].messages) {
+        const { schema, topic } = all.channels.get(m.channel);
+        if (schema !== "foxglove.PointCloud") continue;
+        const count = wanted.find(([sensor]) => topic === `/${sensor}/points`)[1], data = m.data.slice(-32 * count);
+        const old = Buffer.alloc(29 * count);
+        for (let i = 0; i < count; ++i)
+          layout.forEach(([, offset, type], k) => {
+            for (let b = 0; b < (type === 1 ? 1 : 4); ++b) old[29 * i + offset + b] = data[32 * i + from[k] + b];
+          });
+        const fields = layout.map(([name, offset, type]) =>
+          part(5, Buffer.concat([part(1, Buffer.from(name)), fixed32(2, offset), Buffer.from([3 << 3, type])])));
+        m.data = Buffer.concat([part(2, Buffer.from(topic.split("/")[1])), fixed32(4, 29), ...fields, part(6, old)]);
+      }
+      return all;
+    });
+    const { page } = await open(browser, (await view(file)).url, "images=none");
+    assert.deepStrictEqual(await sums(page), wanted);
   },
 
   "frame: each layer and each sensor changes the picture": async ({ browser, logs, view }) => {

@@ -172,6 +172,8 @@ module.exports = {
     });
     await page.waitForFunction(() => overtake.app.logs[0].frame.images.length === 2);
     await settle(page);
+    const before = await page.evaluate(() => overtake.app.state.encode());
+    await until(page, (fragment) => location.hash === `#${fragment}`, before);
     const text = await page.evaluate(() => location.hash);
     const read = (p) => p.evaluate(() => ({ hash: location.hash, shown: String(overtake.app.logs[0].frame.stamp),
         tab: document.querySelector(".tabs .on").textContent,
@@ -180,6 +182,7 @@ module.exports = {
       images: overtake.app.logs[0].frame.images.map((i) => `${i.sensor} ${i.name}`),
           loop: overtake.app.state.loop.map(String), selected: overtake.app.state.selection.kind }));
     const here = await read(page), other = await open(browser, url, text.slice(1));
+    await new Promise((done) => setTimeout(done, 500));  // a changed address would be written by then
     assert.deepStrictEqual(await read(other.page), here);
     assert.deepStrictEqual(here.camera, [1, 2, 30, 40, 5, 6, 1]);
     await page.bringToFront();

@@ -9,6 +9,8 @@ import { State, type Selection } from "./state";
 import type { FaultKind, LogList } from "./types";
 import type { PickedPoint } from "./view3d";
 
+const kFragmentPause_ms = 300;
+
 export type Change = "info" | "table" | "frame" | "selection" | "settings" | "history" | "hover" | "clock" | "faults";
 export interface FaultLine { log: number; kind: FaultKind; text: string; id?: string }
 
@@ -28,6 +30,7 @@ export class App implements Listener {
   private readonly changes = new Set<Change>();
   private clockBase = { wall_ms: 0, stamp: 0n };
   private fragment = "";
+  private fragmentTimer: number | null = null;
   private imagesAsked = "";
   private startAt: bigint | null = null;
 
@@ -254,8 +257,12 @@ export class App implements Listener {
     this.changed("settings", "selection");
     this.request();
   }
+  // Browsers refuse more than some 100 changes of the address in 30 s: the last one of a quick series is written.
   writeFragment(): void {
-    this.fragment = this.state.encode();
-    history.replaceState(null, "", `#${this.fragment}`);
+    this.fragmentTimer ??= window.setTimeout(() => {
+      this.fragmentTimer = null;
+      this.fragment = this.state.encode();
+      history.replaceState(null, "", `#${this.fragment}`);
+    }, kFragmentPause_ms);
   }
 }
