@@ -8,22 +8,27 @@
 const { execFileSync } = require("child_process");
 const fs = require("fs");
 const path = require("path");
-const { launch, startView } = require("./support");
+const { launch, startView, stopAll } = require("./support");
 
 const [overtake, work, ...names] = process.argv.slice(2);
 const kFiles = ["test_frame", "test_timeline", "test_panels", "test_logs", "test_large", "test_live", "test_firefox"];
 
 // One simulated overtake, and two views of it: A of preset paper, B of preset best; and a short one.
 function makeLogs() {
-  const file = (name) => path.join(work, name), run = (...words) => execFileSync(overtake, [...words, "--quiet", "--force"], { stdio: ["ignore", "ignore", "inherit"] });
-  if (!fs.existsSync(file("race.mcap"))) run("simulate", "overtake", "--seed", "99", "--seconds", "2", "--out", file("race.mcap"));
+  const file = (name) => path.join(work, name),
+      run = (...words) => execFileSync(overtake, [...words, "--quiet", "--force"],
+      { stdio: ["ignore", "ignore", "inherit"] });
+  if (!fs.existsSync(file("race.mcap")))
+    run("simulate", "overtake", "--seed", "99", "--seconds", "2", "--out", file("race.mcap"));
   for (const [name, preset] of [["a", "paper"], ["b", "best"]])
-    if (!fs.existsSync(file(`${name}.mcap`))) run("run", file("race.mcap"), "--preset", preset, "--out", file(name), "--mcap", file(`${name}.mcap`));
+    if (!fs.existsSync(file(`${name}.mcap`)))
+      run("run", file("race.mcap"), "--preset", preset, "--out", file(name), "--mcap", file(`${name}.mcap`));
   if (!fs.existsSync(file("short.mcap"))) {
     run("simulate", "overtake", "--seed", "7", "--seconds", "0.5", "--out", file("short_race.mcap"));
     run("run", file("short_race.mcap"), "--out", file("short"), "--mcap", file("short.mcap"));
   }
-  return { short: file("short.mcap"), race: file("race.mcap"), a: file("a.mcap"), b: file("b.mcap"), resultsA: file("a"), resultsB: file("b") };
+  return { short: file("short.mcap"), race: file("race.mcap"), a: file("a.mcap"), b: file("b.mcap"),
+      resultsA: file("a"), resultsB: file("b") };
 }
 
 async function main() {
@@ -51,7 +56,12 @@ async function main() {
     }
   await browser.close();
   console.log(`${passed} passed, ${failed} failed`);
-  process.exitCode = failed > 0 || passed === 0 ? 1 : 0;
+  stopAll();
+  process.exit(failed > 0 || passed === 0 ? 1 : 0);
 }
 
-main().catch((error) => { console.log(`FAILED: ${error.stack}`); process.exitCode = 1; });
+main().catch((error) => {
+  console.log(`FAILED: ${error.stack}`);
+  stopAll();
+  process.exit(1);
+});

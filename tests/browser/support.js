@@ -28,7 +28,8 @@ async function launch() {
 async function launchFirefox() {
   const firefox = "/usr/bin/firefox-esr", xvfb = "/usr/bin/Xvfb";
   if (!fs.existsSync(firefox) || !fs.existsSync(xvfb)) return null;
-  const server = spawn(xvfb, ["-displayfd", "3", "-screen", "0", "1280x900x24", "-nolisten", "tcp"], { stdio: ["ignore", "ignore", "ignore", "pipe"] });
+  const server = spawn(xvfb, ["-displayfd", "3", "-screen", "0", "1280x900x24", "-nolisten", "tcp"],
+      { stdio: ["ignore", "ignore", "ignore", "pipe"] });
   const display = await new Promise((done) => server.stdio[3].once("data", (text) => done(String(text).trim())));
   const browser = await puppeteer.launch({ browser: "firefox", headless: false, executablePath: firefox,
     extraPrefsFirefox: { "webgl.force-enabled": true }, env: { ...process.env, DISPLAY: `:${display}` } });
@@ -36,9 +37,19 @@ async function launchFirefox() {
   return browser;
 }
 
+// Programs that a failed test leaves behind.
+const children = new Set();
+function start(program, words, stdio) {
+  const child = spawn(program, words, { stdio });
+  children.add(child);
+  child.once("exit", () => children.delete(child));
+  return child;
+}
+function stopAll() { for (const child of children) child.kill("SIGKILL"); }
+
 // Starts `overtake view WORDS...`; resolves to { url, process, stop } when it has printed its address.
 function startView(overtake, words, errors = "inherit") {
-  const child = spawn(overtake, ["view", ...words, "--no-open"], { stdio: ["ignore", "pipe", errors] });
+  const child = start(overtake, ["view", ...words, "--no-open"], ["ignore", "pipe", errors]);
   const ended = new Promise((done) => child.once("exit", done));
   const stop = (signal = "SIGINT") => {
     child.kill(signal);
@@ -59,16 +70,19 @@ function startView(overtake, words, errors = "inherit") {
 async function open(browser, url, fragment = "", { width = 1280, height = 800, settled = true } = {}) {
   const page = await browser.newPage(), errors = [], hosts = new Set(), requests = [];
   await page.setViewport({ width, height });
-  page.on("console", (message) => { if (message.type() === "error" || /Refused to|Content Security/.test(message.text())) errors.push(message.text()); });
+  page.on("console", (message) => { if (message.type() === "error" ||
+      /Refused to|Content Security/.test(message.text())) errors.push(message.text()); });
   page.on("pageerror", (error) => errors.push(error.message));
-  page.on("request", (request) => { const { protocol, host } = new URL(request.url()); if (protocol !== "data:") hosts.add(host);
+  page.on("request", (request) => { const { protocol, host } = new URL(request.url());
+      if (protocol !== "data:") hosts.add(host);
     requests.push({ url: request.url(), range: request.headers().range }); });
   await page.goto(url + (fragment ? `#${fragment}` : ""));
   if (settled) await settle(page);
   return { page, errors, hosts, requests };
 }
 
-const until = (page, condition, ...values) => page.waitForFunction(condition, { timeout: kPatience_ms, polling: 30 }, ...values);
+const until = (page, condition, ...values) =>
+    page.waitForFunction(condition, { timeout: kPatience_ms, polling: 30 }, ...values);
 // Waits until the frame that is asked for is shown, drawn included.
 async function settle(page) {
   await until(page, () => window.overtake?.app.isSettled && window.overtake.app.changes.size === 0);
@@ -79,4 +93,4 @@ async function goto(page, entry) {
 }
 
 const kSourceRoot = path.resolve(__dirname, "../..");
-module.exports = { launch, launchFirefox, startView, open, until, settle, goto, kSourceRoot };
+module.exports = { start, stopAll, launch, launchFirefox, startView, open, until, settle, goto, kSourceRoot };

@@ -11,17 +11,20 @@ const { readLog, writeLog } = require("./mcap_file");
 
 const faults = (page) => page.evaluate(() => overtake.app.faults.map((f) => `${f.kind}: ${f.text}`));
 // Draws no points: for tests that look at no picture.
-const kBare = "images=none&off=sensor:front,sensor:left,sensor:right", kSmall = { settled: false, width: 480, height: 360 };
+const kBare = "images=none&off=sensor:front,sensor:left,sensor:right",
+    kSmall = { settled: false, width: 480, height: 360 };
 const rewrite = async (from, to, change) => writeLog(to, await readLog(from), change);
 const json = (bytes) => JSON.parse(Buffer.from(bytes).toString());
 
 module.exports = {
-  "compare: frames pair by stamp, also where one log lacks some; unpaired ones say so": async ({ browser, logs, work, view }) => {
+  "compare: frames pair by stamp, also where one log lacks some; unpaired ones say so": async (
+      { browser, logs, work, view }) => {
     const file = path.join(work, "gaps.mcap"), lacks = [0, 7, 8, 39];
     await rewrite(logs.b, file, (log) => {
       const frames = json(log.attachments.get("frames")), keep = (list) => list.filter((_, i) => !lacks.includes(i));
       const gone = lacks.map((i) => BigInt(frames.stamp_ns[i]));
-      for (const [key, value] of Object.entries(frames)) if (Array.isArray(value) && value.length === frames.count) frames[key] = keep(value);
+      for (const [key, value] of Object.entries(frames))
+        if (Array.isArray(value) && value.length === frames.count) frames[key] = keep(value);
       for (const stage of frames.stages) stage.us = keep(stage.us);
       frames.count = frames.stamp_ns.length;
       log.attachments.set("frames", JSON.stringify(frames));
@@ -35,8 +38,10 @@ module.exports = {
       assert.ok(seen[0] !== null);
       assert.strictEqual(seen[1], lacks.includes(k) ? null : seen[0]);
     }
-    assert.ok(await page.evaluate(() => [...document.querySelectorAll(".label.corner")].some((l) => !l.hidden && l.textContent === "no frame of this log here")));
-    assert.strictEqual(await page.evaluate(() => document.querySelector(".compare .hint").textContent), "36 frames in both logs, 4 in A only, 0 in B only");
+    assert.ok(await page.evaluate(() => [...document.querySelectorAll(".label.corner")].some((l) => !l.hidden &&
+        l.textContent === "no frame of this log here")));
+    assert.strictEqual(await page.evaluate(() => document.querySelector(".compare .hint").textContent),
+        "36 frames in both logs, 4 in A only, 0 in B only");
     await goto(page, 5);
     await page.keyboard.press("n");  // the table tells
     await until(page, () => !overtake.app.searching && overtake.app.difference.startsWith("log B has no frame"));
@@ -47,7 +52,8 @@ module.exports = {
   "compare: the next difference finds a moved track that no count shows": async ({ browser, logs, work, view }) => {
     const file = path.join(work, "moved.mcap");
     await rewrite(logs.b, file, (log) => {
-      const id = [...log.channels].find(([, c]) => c.topic === "/tracks/numbers")[0], message = log.frames[23].messages.find((m) => m.channel === id), tracks = json(message.data);
+      const id = [...log.channels].find(([, c]) => c.topic === "/tracks/numbers")[0],
+          message = log.frames[23].messages.find((m) => m.channel === id), tracks = json(message.data);
       tracks.tracks[0].x_m += 0.3;
       message.data = Buffer.from(JSON.stringify(tracks));
       return log;
@@ -57,25 +63,32 @@ module.exports = {
     await until(page, () => !overtake.app.searching && overtake.app.at > 0);
     await settle(page);
     assert.strictEqual(await page.evaluate(() => overtake.app.at), 23);
-    assert.match(await page.evaluate(() => document.querySelector(".found").textContent), /^track \d+:\d+ lies 0\.30 m apart$/);
+    assert.match(await page.evaluate(() => document.querySelector(".found").textContent),
+        /^track \d+:\d+ lies 0\.30 m apart$/);
     await page.click(".compare .next");
     await until(page, () => !overtake.app.searching);
     assert.strictEqual(await page.evaluate(() => overtake.app.difference), "no difference in the frames that follow");
   },
 
-  "compare: side by side with one camera, or overlaid; differences of configuration, counts and times": async ({ browser, logs, view }) => {
+  "compare: side by side with one camera, or overlaid; differences of configuration, counts and times": async (
+      { browser, logs, view }) => {
     const { page, errors } = await open(browser, (await view(logs.a, logs.b)).url, "tab=compare&images=none");
     await goto(page, 20);
     const look = () => page.evaluate(() => {
-      const { app, view } = overtake, half = view.root.clientWidth / 2, at = [0, 1].map((i) => view.project(i, [20, 2, 0]));
+      const { app, view } = overtake, half = view.root.clientWidth / 2,
+          at = [0, 1].map((i) => view.project(i, [20, 2, 0]));
       const { pixels, width, height } = view.readPixels(), lit = [0, 0];
-      for (let y = 0; y < height; ++y) for (let x = 0; x < width; ++x) { const i = 4 * (y * width + x); if (pixels[i] + pixels[i + 1] + pixels[i + 2] > 70) ++lit[x < width / 2 ? 0 : 1]; }
-      return { shift: [at[1][0] - at[0][0] - half, at[1][1] - at[0][1]], at: at[0], lit, layout: app.state.compare, dashed: view.scenes[1].segmentsOf("tracks"), points: view.scenes.map((s) => s.counts.points) };
+      for (let y = 0; y < height; ++y)
+        for (let x = 0; x < width; ++x) { const i = 4 * (y * width + x);
+            if (pixels[i] + pixels[i + 1] + pixels[i + 2] > 70) ++lit[x < width / 2 ? 0 : 1]; }
+      return { shift: [at[1][0] - at[0][0] - half, at[1][1] - at[0][1]], at: at[0], lit, layout: app.state.compare,
+          dashed: view.scenes[1].segmentsOf("tracks"), points: view.scenes.map((s) => s.counts.points) };
     });
     const before = await look();
     assert.ok(Math.abs(before.shift[0]) < 1e-6 && Math.abs(before.shift[1]) < 1e-6, "both halves show the same place");
     assert.ok(before.lit[0] > 3000 && before.lit[1] > 3000, String(before.lit));
-    const box = await page.evaluate(() => { const { left, top, width, height } = overtake.view.canvas.getBoundingClientRect(); return { x: left + width * 0.75, y: top + height * 0.6 }; });
+    const box = await page.evaluate(() => { const { left, top, width, height } =
+        overtake.view.canvas.getBoundingClientRect(); return { x: left + width * 0.75, y: top + height * 0.6 }; });
     await page.mouse.move(box.x, box.y);  // drags in the right half
     await page.mouse.down();
     await page.mouse.move(box.x - 80, box.y + 20, { steps: 4 });
@@ -83,17 +96,22 @@ module.exports = {
     const after = await look();
     assert.ok(Math.hypot(after.at[0] - before.at[0], after.at[1] - before.at[1]) > 5, "the left half moves, too");
     assert.ok(Math.abs(after.shift[0]) < 1e-6 && Math.abs(after.shift[1]) < 1e-6);
-    const tables = await page.evaluate(() => [...document.querySelectorAll(".compare table")].map((t) => [...t.tBodies[0].rows].map((r) => [...r.cells].map((c) => c.textContent))));
+    const tables = await page.evaluate(() => [...document.querySelectorAll(".compare table")].map(
+        (t) => [...t.tBodies[0].rows].map((r) => [...r.cells].map((c) => c.textContent))));
     const config = Object.fromEntries(tables[2].map(([key, a, b]) => [key, [a, b]]));
     assert.deepStrictEqual(config.preset, ['"paper"', '"best"']);
-    const counted = await page.evaluate(() => overtake.app.logs.map((l) => l.table.detections.reduce((s, v) => s + v, 0)));
-    assert.deepStrictEqual(tables[1].find((r) => r[0] === "detections").slice(1), [String(counted[0]), String(counted[1]), String(counted[1] - counted[0])]);
+    const counted = await page.evaluate(() => overtake.app.logs.map(
+        (l) => l.table.detections.reduce((s, v) => s + v, 0)));
+    assert.deepStrictEqual(tables[1].find((r) => r[0] === "detections").slice(1),
+        [String(counted[0]), String(counted[1]), String(counted[1] - counted[0])]);
     assert.ok(tables[1].some((r) => r[0] === "frame p99, ms" && Number(r[1]) > 0 && Number(r[2]) > 0));
-    await page.evaluate(() => { const made = [...document.querySelectorAll(".compare .choice button")].find((b) => b.textContent === "overlaid"); made.click(); });
+    await page.evaluate(() => { const made = [...document.querySelectorAll(".compare .choice button")].find(
+        (b) => b.textContent === "overlaid"); made.click(); });
     await until(page, () => overtake.view.scenes[1].counts.points === 0);
     const overlaid = await look();
     assert.deepStrictEqual(overlaid.at, [overlaid.at[0], overlaid.at[1]]);
-    assert.strictEqual(await page.evaluate(() => { const { view } = overtake, [a, b] = [0, 1].map((i) => view.project(i, [20, 2, 0])); return a[0] === b[0] && a[1] === b[1]; }), true);
+    assert.strictEqual(await page.evaluate(() => { const { view } = overtake,
+        [a, b] = [0, 1].map((i) => view.project(i, [20, 2, 0])); return a[0] === b[0] && a[1] === b[1]; }), true);
     assert.ok(overlaid.dashed > before.dashed, "the lines of B are dashed");
     assert.deepStrictEqual(errors, []);
   },
@@ -101,26 +119,35 @@ module.exports = {
   "sensors alone: race.mcap shows clouds and poses, and says what it lacks": async ({ browser, logs, view }) => {
     const { page } = await open(browser, (await view(logs.race)).url);
     await goto(page, 20);
-    const seen = await page.evaluate(() => { const { app, view } = overtake, { frame } = app.logs[0]; return { counts: view.scenes[0].counts, ego: frame.ego, sensors: frame.clouds.map((c) => c.sensor), coloring: view.scenes[0].coloring, legend: document.querySelector(".legend b").textContent, images: document.querySelector(".images").hidden, truth: frame.truth.length, mounts: frame.clouds.map((c) => c.vehicleFromSensor[12]) }; });
+    const seen = await page.evaluate(() => { const { app, view } = overtake, { frame } = app.logs[0];
+        return { counts: view.scenes[0].counts, ego: frame.ego, sensors: frame.clouds.map((c) => c.sensor),
+        coloring: view.scenes[0].coloring, legend: document.querySelector(".legend b").textContent,
+        images: document.querySelector(".images").hidden, truth: frame.truth.length,
+        mounts: frame.clouds.map((c) => c.vehicleFromSensor[12]) }; });
     assert.ok(seen.counts.points > 60000 && seen.ego !== null);
     assert.deepStrictEqual(seen.sensors, ["front", "left", "right"]);
     assert.ok(seen.mounts.every((x) => x > 1), "sensors stand where /tf_static has them");
     assert.strictEqual(seen.coloring, "height");
     assert.strictEqual(seen.legend, "height: the log has no label");
     assert.ok(seen.truth > 0 && seen.images);
-    assert.ok((await faults(page)).some((t) => t.includes("no labels, clusters, detections or tracks") && t.includes("overtake run")));
+    assert.ok((await faults(page)).some((t) => t.includes("no labels, clusters, detections or tracks") &&
+        t.includes("overtake run")));
     assert.ok(await page.evaluate(() => document.querySelector(".fault.notice").textContent.includes("overtake run")));
   },
 
-  "schemas: a log without a known one says which it has; an unknown topic beside known ones is named": async ({ browser, logs, work, view }) => {
+  "schemas: a log without a known one says which it has; an unknown topic beside known ones is named": async (
+      { browser, logs, work, view }) => {
     const other = path.join(work, "other.mcap"), some = path.join(work, "some.mcap");
     const log = await readLog(logs.b, (t) => t < 1700000000200000000n);
-    writeLog(other, log, (l) => ({ ...l, channels: new Map([...l.channels].map(([id, c]) => [id, { ...c, schema: `acme.Thing${id}` }])), attachments: new Map() }));
+    writeLog(other, log, (l) => ({ ...l, channels: new Map([...l.channels].map(
+        ([id, c]) => [id, { ...c, schema: `acme.Thing${id}` }])), attachments: new Map() }));
     const { page } = await open(browser, (await view(other)).url, "", { settled: false });
     await until(page, () => overtake.app.faults.length > 0);
     assert.match((await faults(page))[0], /^unknown: The page draws none of this log's schemas: .*acme\.Thing/);
     assert.ok(await page.evaluate(() => document.querySelector(".fault.unknown") !== null));
-    writeLog(some, log, (l) => { l.channels.set(99, { topic: "/radar", encoding: "json", schema: "acme.Radar", schemaEncoding: "jsonschema", schemaData: Buffer.from("{}") }); l.frames[0].messages.push({ channel: 99, time: l.frames[0].stamp, data: "{}" }); return l; });
+    writeLog(some, log, (l) => { l.channels.set(99, { topic: "/radar", encoding: "json", schema: "acme.Radar",
+        schemaEncoding: "jsonschema", schemaData: Buffer.from("{}") });
+        l.frames[0].messages.push({ channel: 99, time: l.frames[0].stamp, data: "{}" }); return l; });
     const { page: second } = await open(browser, (await view(some)).url);
     assert.ok((await faults(second)).some((t) => t.includes("does not draw the topic /radar (acme.Radar)")));
   },
@@ -129,14 +156,21 @@ module.exports = {
     const file = path.join(work, "<img src=x onerror=hit()>.mcap"), evil = "<img src=x onerror='window.hit=1'><b>x</b>";
     await rewrite(logs.b, file, (log) => {
       for (const c of log.channels.values()) c.topic = c.topic.replace("/front/", `/${evil}/`);
-      log.channels.set(98, { topic: `/${evil}`, encoding: "json", schema: evil, schemaEncoding: "jsonschema", schemaData: Buffer.from("{}") });
+      log.channels.set(98, { topic: `/${evil}`, encoding: "json", schema: evil, schemaEncoding: "jsonschema",
+          schemaData: Buffer.from("{}") });
       log.frames[0].messages.push({ channel: 98, time: log.frames[0].stamp, data: "{}" });
       for (const { messages } of log.frames)
         for (const m of messages) {
           const { schema } = log.channels.get(m.channel);
-          if (schema === "overtake.Tracks") { const v = json(m.data); for (const t of v.tracks) Object.assign(t, { visibility: evil, class: evil }); m.data = Buffer.from(JSON.stringify(v)); }
-          if (schema === "overtake.Detections") { const v = json(m.data); for (const d of v.detections) Object.assign(d, { class: evil, heading_source: evil, [evil]: evil }); m.data = Buffer.from(JSON.stringify(v)); }
-          if (schema === "overtake.Truth") { const v = json(m.data); for (const c of v.cars) c.name = evil; m.data = Buffer.from(JSON.stringify(v)); }
+          if (schema === "overtake.Tracks") { const v = json(m.data);
+              for (const t of v.tracks)
+            Object.assign(t, { visibility: evil, class: evil }); m.data = Buffer.from(JSON.stringify(v)); }
+          if (schema === "overtake.Detections") { const v = json(m.data);
+              for (const d of v.detections)
+            Object.assign(d, { class: evil, heading_source: evil, [evil]: evil });
+                m.data = Buffer.from(JSON.stringify(v)); }
+          if (schema === "overtake.Truth") { const v = json(m.data); for (const c of v.cars) c.name = evil;
+              m.data = Buffer.from(JSON.stringify(v)); }
           if (schema === "overtake.Counters") m.data = Buffer.from(JSON.stringify({ ...json(m.data), [evil]: 1 }));
         }
       const frames = json(log.attachments.get("frames"));
@@ -146,20 +180,24 @@ module.exports = {
       log.attachments.set("config.toml", `[${evil}]\nname = "${evil}"\n`);
       return log;
     });
-    const { page, errors } = await open(browser, (await view(logs.b, file)).url, `series=frame,${encodeURIComponent(evil)}`);
+    const { page, errors } = await open(browser, (await view(logs.b, file)).url,
+        `series=frame,${encodeURIComponent(evil)}`);
     await goto(page, 20);
     for (const tab of ["objects", "latency", "compare", "log"]) {
       await page.evaluate((t) => { overtake.app.state.tab = t; overtake.app.changed("settings"); }, tab);
       await settle(page);
       if (tab === "objects") await page.evaluate(() => overtake.app.select({ log: 1, kind: "detection", row: 0 }));
       await new Promise((done) => setTimeout(done, 150));
-      assert.ok(await page.evaluate(() => document.body.innerText.includes("<img src=x")), `the names are shown as text: ${tab}`);
-      assert.deepStrictEqual(await page.evaluate(() => [document.querySelectorAll("img").length, document.querySelectorAll("main b:not(.legend b)").length, window.hit ?? 0]), [0, 0, 0]);
+      assert.ok(await page.evaluate(() => document.body.innerText.includes("<img src=x")),
+          `the names are shown as text: ${tab}`);
+      assert.deepStrictEqual(await page.evaluate(() => [document.querySelectorAll("img").length,
+          document.querySelectorAll("main b:not(.legend b)").length, window.hit ?? 0]), [0, 0, 0]);
     }
     assert.deepStrictEqual(errors, []);
   },
 
-  "damage: a log cut at 20 places is usable up to the cut, or a sentence says why not": async ({ browser, logs, work, overtake }) => {
+  "damage: a log cut at 20 places is usable up to the cut, or a sentence says why not": async (
+      { browser, logs, work, overtake }) => {
     const whole = fs.readFileSync(logs.short), file = path.join(work, "cut.mcap");
     let shown = 0, told = 0;
     for (let i = 0; i < 20; ++i) {
@@ -173,7 +211,8 @@ module.exports = {
         continue;
       }
       const { page, errors } = await open(browser, server.url, kBare, kSmall);
-      await until(page, () => window.overtake && (overtake.app.isSettled || overtake.app.faults.some((f) => f.kind !== "notice")));
+      await until(page, () => window.overtake && (overtake.app.isSettled ||
+          overtake.app.faults.some((f) => f.kind !== "notice")));
       const lines = await faults(page);
       assert.ok(lines.some((t) => t.startsWith("damaged: ")), `cut at ${size}: ${lines}`);
       if (!lines.some((t) => t.includes("nothing can be shown"))) {
@@ -194,14 +233,17 @@ module.exports = {
     assert.ok(shown >= 12 && told >= 1, `${shown} shown, ${told} told`);
   },
 
-  "damage: a flipped byte in each of 20 places is told, and the rest is shown": async ({ browser, logs, work, view }) => {
+  "damage: a flipped byte in each of 20 places is told, and the rest is shown": async (
+      { browser, logs, work, view }) => {
     const whole = fs.readFileSync(logs.short), file = path.join(work, "flipped.mcap");
     for (let i = 0; i < 20; ++i) {
       const bytes = Buffer.from(whole), at = Math.floor(whole.length * (i + 0.5) / 20);
       bytes[at] ^= 0x55;
       fs.writeFileSync(file, bytes);
-      const { page: flipped, errors } = await open(browser, (await view(file)).url, kBare.replace("none", "front,range"), kSmall);
-      await until(flipped, () => window.overtake && (overtake.app.isSettled || overtake.app.faults.some((f) => f.kind !== "notice")));
+      const { page: flipped, errors } = await open(browser, (await view(file)).url,
+          kBare.replace("none", "front,range"), kSmall);
+      await until(flipped, () => window.overtake && (overtake.app.isSettled ||
+          overtake.app.faults.some((f) => f.kind !== "notice")));
       // The chunk with the byte is read when a frame in it is shown.
       const told = () => flipped.evaluate(() => overtake.app.faults.some((f) => f.kind === "damaged"));
       for (let k = 0; k < 10 && !await told(); ++k) {
@@ -215,12 +257,16 @@ module.exports = {
     }
   },
 
-  "damage: a log without summary, without the frames record, and with a broken one": async ({ browser, logs, work, view }) => {
+  "damage: a log without summary, without the frames record, and with a broken one": async (
+      { browser, logs, work, view }) => {
     const plain = path.join(work, "plain.mcap"), broken = path.join(work, "broken.mcap");
     await rewrite(logs.b, plain, (log) => { log.attachments.delete("frames"); return log; });
     const { page } = await open(browser, (await view(plain)).url, "images=none&tab=latency");
-    await until(page, () => overtake.app.logs[0].tableComplete && overtake.app.underWay.size === 0 && overtake.latency.plot.values[1]?.filter((v) => v !== null).length === 40);
-    const table = await page.evaluate(() => { const { table } = overtake.app.logs[0]; return { frames: table.stamps.length, detections: [...table.detections], tracks: [...table.tracks], us: [...table.frame_us] }; });
+    await until(page, () => overtake.app.logs[0].tableComplete && overtake.app.underWay.size === 0 &&
+        overtake.latency.plot.values[1]?.filter((v) => v !== null).length === 40);
+    const table = await page.evaluate(() => { const { table } = overtake.app.logs[0];
+        return { frames: table.stamps.length, detections: [...table.detections], tracks: [...table.tracks],
+        us: [...table.frame_us] }; });
     const record = json((await readLog(logs.b, () => false)).attachments.get("frames"));
     assert.strictEqual(table.frames, 40);
     assert.deepStrictEqual([table.detections, table.tracks], [record.detections, record.tracks]);
@@ -232,7 +278,8 @@ module.exports = {
     assert.strictEqual(await second.evaluate(() => overtake.app.logs[0].frame.index), 12);
   },
 
-  "faults: a log that changes while it is open is never mixed with the old one": async ({ browser, logs, work, view }) => {
+  "faults: a log that changes while it is open is never mixed with the old one": async (
+      { browser, logs, work, view }) => {
     const file = path.join(work, "changing.mcap");
     fs.copyFileSync(logs.b, file);
     const { page } = await open(browser, (await view(file)).url, kBare);
@@ -241,17 +288,19 @@ module.exports = {
     await until(page, () => overtake.app.faults.some((f) => f.kind === "changed"));
     assert.match((await faults(page))[0], /The log changed while it was open.*Reload the page/);
     await until(page, () => document.querySelector(".fault.changed") !== null);
-    assert.strictEqual(await page.evaluate(() => overtake.app.logs[0].frame.index), 0);
+    assert.strictEqual(await page.evaluate(() => overtake.app.logs[0].frame), null);
   },
 
   "faults: a server that ends is asked again until it answers": async ({ browser, logs, overtake }) => {
-    const server = await startView(overtake, [logs.b]), port = new URL(server.url).port, { page } = await open(browser, server.url, kBare);
+    const server = await startView(overtake, [logs.b]), port = new URL(server.url).port,
+        { page } = await open(browser, server.url, kBare);
     await server.stop();
     await page.evaluate(() => overtake.app.seek(25));
     await until(page, () => overtake.app.faults.some((f) => f.kind === "gone"));
     await until(page, () => document.querySelector(".fault.gone")?.textContent.includes("does not answer"));
     const again = await startView(overtake, [logs.b, "--port", port]);
-    await until(page, () => overtake.app.logs[0].frame.index === 25 && overtake.app.faults.every((f) => f.kind !== "gone"));
+    await until(page, () => overtake.app.logs[0].frame.index === 25 &&
+        overtake.app.faults.every((f) => f.kind !== "gone"));
     await again.stop();
   },
 

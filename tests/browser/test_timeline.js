@@ -8,11 +8,14 @@ const path = require("path");
 const { open, settle, goto, until } = require("./support");
 const { readLog, writeLog } = require("./mcap_file");
 
-const at = (page) => page.evaluate(() => ({ at: overtake.app.at, shown: overtake.app.logs[0].frame?.index, playing: overtake.app.playing }));
+const at = (page) => page.evaluate(() => ({ at: overtake.app.at, shown: overtake.app.logs[0].frame?.index,
+    playing: overtake.app.playing }));
 
 module.exports = {
-  "time line: 100 random seeks end at the asked frame, also those asked faster than answered": async ({ browser, logs, view }) => {
-    const { page, errors } = await open(browser, (await view(logs.b)).url, "images=none&off=sensor:front,sensor:left");
+  "time line: 100 random seeks end at the asked frame, also those asked faster than answered": async (
+      { browser, logs, view }) => {
+    const { page, errors } = await open(browser, (await view(logs.b)).url, "images=none&off=sensor:front,sensor:left",
+        { width: 640, height: 480 });
     let seed = 1;
     const random = () => (seed = seed * 16807 % 2147483647) % 40;
     for (let i = 0; i < 50; ++i) {
@@ -54,7 +57,8 @@ module.exports = {
     assert.strictEqual(await press("Shift", "ArrowLeft"), 1);
     assert.strictEqual(await press("End"), 39);
     assert.strictEqual(await press("Home"), 0);
-    const box = await page.evaluate(() => { const { left, top, width } = document.querySelector(".area").getBoundingClientRect(); return { left, top, width }; });
+    const box = await page.evaluate(() => { const { left, top, width } =
+        document.querySelector(".area").getBoundingClientRect(); return { left, top, width }; });
     const xOf = (k) => box.left + k / 39 * (box.width - 1);
     await page.mouse.click(xOf(26), box.top + 30);
     await settle(page);
@@ -86,7 +90,8 @@ module.exports = {
       const samples = await sample(ms);
       await page.evaluate(() => overtake.app.pause());
       const [wall, clock] = samples[samples.length - 1];
-      assert.ok(Math.abs(clock - wall * speed) < 0.05 * (1 + speed) + 0.06, `speed ${speed}: ${clock} s of the log in ${wall} s`);
+      assert.ok(Math.abs(clock - wall * speed) < 0.05 * (1 + speed) + 0.06,
+          `speed ${speed}: ${clock} s of the log in ${wall} s`);
       for (let i = 1; i < samples.length; ++i) assert.ok(samples[i][1] >= samples[i - 1][1]);
     }
     await page.evaluate(() => overtake.app.pause());
@@ -98,7 +103,7 @@ module.exports = {
     const loop = await page.evaluate(() => new Promise((done) => {
       const { app } = overtake, seen = new Set();
       app.state.loop = [app.entries[10].stamp, app.entries[14].stamp];
-      app.setSpeed(2);
+      app.setSpeed(0.25);
       app.seek(10);
       app.play();
       let turns = 0, before = 10;
@@ -106,12 +111,12 @@ module.exports = {
         seen.add(app.at);
         if (app.at < before) ++turns;
         before = app.at;
-        if (turns < 3) requestAnimationFrame(look);
+        if (turns < 2) requestAnimationFrame(look);
         else { app.pause(); done([Math.min(...seen), Math.max(...seen)]); }
       };
       look();
     }));
-    assert.ok(loop[0] === 10 && loop[1] >= 13 && loop[1] <= 14, String(loop));
+    assert.ok(loop[0] === 10 && loop[1] >= 12 && loop[1] <= 14, String(loop));
     await page.keyboard.press("Space");
     assert.strictEqual((await at(page)).playing, true);
     await page.keyboard.press("Space");
@@ -146,7 +151,8 @@ module.exports = {
     assert.strictEqual(await page.evaluate(() => document.querySelector(".chip").textContent), "1 scans lost");
   },
 
-  "address: it holds frame, camera, colour, layers, panels and selection, and brings them back": async ({ browser, logs, view }) => {
+  "address: it holds frame, camera, colour, layers, panels and selection, and brings them back": async (
+      { browser, logs, view }) => {
     const { url } = await view(logs.b), { page } = await open(browser, url);
     await goto(page, 33);
     await page.evaluate(() => {
@@ -166,11 +172,17 @@ module.exports = {
     });
     await page.waitForFunction(() => overtake.app.logs[0].frame.images.length === 2);
     await settle(page);
+    const before = await page.evaluate(() => overtake.app.state.encode());
+    await until(page, (fragment) => location.hash === `#${fragment}`, before);
     const text = await page.evaluate(() => location.hash);
-    const read = (p) => p.evaluate(() => ({ hash: location.hash, shown: String(overtake.app.logs[0].frame.stamp), tab: document.querySelector(".tabs .on").textContent,
-      camera: overtake.view.cameraState.map((v) => Math.round(v)), points: overtake.view.scenes[0].counts.points, coloring: overtake.view.scenes[0].coloring,
-      images: overtake.app.logs[0].frame.images.map((i) => `${i.sensor} ${i.name}`), loop: overtake.app.state.loop.map(String), selected: overtake.app.state.selection.kind }));
+    const read = (p) => p.evaluate(() => ({ hash: location.hash, shown: String(overtake.app.logs[0].frame.stamp),
+        tab: document.querySelector(".tabs .on").textContent,
+      camera: overtake.view.cameraState.map((v) => Math.round(v)), points: overtake.view.scenes[0].counts.points,
+          coloring: overtake.view.scenes[0].coloring,
+      images: overtake.app.logs[0].frame.images.map((i) => `${i.sensor} ${i.name}`),
+          loop: overtake.app.state.loop.map(String), selected: overtake.app.state.selection.kind }));
     const here = await read(page), other = await open(browser, url, text.slice(1));
+    await new Promise((done) => setTimeout(done, 500));  // a changed address would be written by then
     assert.deepStrictEqual(await read(other.page), here);
     assert.deepStrictEqual(here.camera, [1, 2, 30, 40, 5, 6, 1]);
     await page.bringToFront();

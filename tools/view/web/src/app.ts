@@ -9,6 +9,8 @@ import { State, type Selection } from "./state";
 import type { FaultKind, LogList } from "./types";
 import type { PickedPoint } from "./view3d";
 
+const kFragmentPause_ms = 300;
+
 export type Change = "info" | "table" | "frame" | "selection" | "settings" | "history" | "hover" | "clock" | "faults";
 export interface FaultLine { log: number; kind: FaultKind; text: string; id?: string }
 
@@ -28,6 +30,7 @@ export class App implements Listener {
   private readonly changes = new Set<Change>();
   private clockBase = { wall_ms: 0, stamp: 0n };
   private fragment = "";
+  private fragmentTimer: number | null = null;
   private imagesAsked = "";
   private startAt: bigint | null = null;
 
@@ -51,11 +54,15 @@ export class App implements Listener {
     this.changes.clear();
     if (changes.has("settings") || changes.has("info")) this.followImages();
     for (const { changes: wanted, act } of this.listeners) if (wanted.some((c) => changes.has(c))) act(changes);
-    if (["settings", "selection", "frame", "clock"].some((c) => changes.has(c as Change)) && !this.playing) this.writeFragment();
+    if (["settings", "selection", "frame", "clock"].some((c) => changes.has(c as Change)) && !this.playing)
+      this.writeFragment();
   }
 
   get entry(): Entry | undefined { return this.entries[this.at]; }
-  get isSettled(): boolean { return this.at >= 0 && this.logs.every((l) => !l.isBusy && (l.frame?.index ?? -1) === (this.entry?.frames[l.index] ?? -1)); }
+  get isSettled(): boolean {
+    return this.at >= 0 && this.logs.every((l) => !l.isBusy &&
+        (l.frame?.index ?? -1) === (this.entry?.frames[l.index] ?? -1));
+  }
   get first(): bigint { return this.entries[0]?.stamp ?? 0n; }
   get last(): bigint { return this.entries[this.entries.length - 1]?.stamp ?? 0n; }
   seconds(stamp: bigint): number { return Number(stamp - this.first) / 1e9; }
@@ -98,7 +105,8 @@ export class App implements Listener {
   imageTopics(log: LogView): string[] {
     const sensor = this.imageSensor, names = log.info?.images[sensor];
     if (!this.state.imagesOpen || !names) return [];
-    return ["range", ...this.state.imageNames].filter((name, i, all) => names.includes(name) && all.indexOf(name) === i).map((name) => `/${sensor}/image/${name}`);
+    return ["range", ...this.state.imageNames].filter((name, i, all) => names.includes(name) &&
+        all.indexOf(name) === i).map((name) => `/${sensor}/image/${name}`);
   }
   // Asks for the images that the settings want.
   private followImages(): void {
@@ -117,7 +125,8 @@ export class App implements Listener {
   play(): void {
     if (this.playing || this.entries.length === 0) return;
     this.playing = true;
-    if (!this.live && this.at >= this.entries.length - 1) this.goto(this.state.loop ? entryAt(this.entries, this.state.loop[0]) : 0);
+    if (!this.live && this.at >= this.entries.length - 1)
+      this.goto(this.state.loop ? entryAt(this.entries, this.state.loop[0]) : 0);
     this.rebaseClock();
     this.changed("clock");
   }
@@ -166,6 +175,7 @@ export class App implements Listener {
     }
   }
   frameArrived(log: LogView, live: boolean): void {
+    if (!live && (this.entry?.frames[log.index] ?? -1) < 0) log.frame = null;  // asked for before the clock went on
     if (live) {
       this.at = this.entries.length - 1;
       this.state.at = null;
@@ -188,7 +198,8 @@ export class App implements Listener {
     if (same) same.text = text, this.changed("faults");
     if (same) return;
     if (kind === "back") {
-      for (let i = this.faults.length - 1; i >= 0; --i) if (this.faults[i].kind === "gone" && this.faults[i].log === log.index) this.faults.splice(i, 1);
+      for (let i = this.faults.length - 1; i >= 0; --i)
+        if (this.faults[i].kind === "gone" && this.faults[i].log === log.index) this.faults.splice(i, 1);
     } else if (!this.faults.some((f) => f.text === text && f.log === log.index)) {
       this.faults.push({ log: log.index, kind, text, id });
     }
@@ -246,8 +257,12 @@ export class App implements Listener {
     this.changed("settings", "selection");
     this.request();
   }
+  // Browsers refuse more than some 100 changes of the address in 30 s: the last one of a quick series is written.
   writeFragment(): void {
-    this.fragment = this.state.encode();
-    history.replaceState(null, "", `#${this.fragment}`);
+    this.fragmentTimer ??= window.setTimeout(() => {
+      this.fragmentTimer = null;
+      this.fragment = this.state.encode();
+      history.replaceState(null, "", `#${this.fragment}`);
+    }, kFragmentPause_ms);
   }
 }

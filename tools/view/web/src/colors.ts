@@ -6,7 +6,8 @@ import type { Cloud } from "./types";
 
 export type Rgb = [number, number, number];
 
-const kStops: Rgb[] = [[38, 20, 84], [50, 60, 135], [44, 100, 150], [36, 135, 150], [40, 170, 130], [105, 200, 90], [190, 220, 60], [253, 240, 110]];
+const kStops: Rgb[] = [[38, 20, 84], [50, 60, 135], [44, 100, 150], [36, 135, 150], [40, 170, 130], [105, 200, 90],
+    [190, 220, 60], [253, 240, 110]];
 const kLightness = [1.0, 0.72, 0.86], kGoldenAngle = 0.61803398874989485;  // in turns
 const kNoLabel: Rgb = [74, 58, 92], kGround: Rgb = [60, 60, 60];
 
@@ -30,11 +31,14 @@ export function labelColor(label: number): Rgb {
 }
 
 export const kReasons: [string, Rgb][] = [
-  ["labelled", [84, 92, 104]], ["not finite", [255, 0, 255]], ["zero range", [120, 0, 160]], ["range limit", [170, 110, 255]],
-  ["bad layer", [255, 90, 90]], ["outside azimuth", [70, 130, 255]], ["layer dropped", [255, 160, 60]], ["dust", [240, 220, 90]],
+  ["labelled", [84, 92, 104]], ["not finite", [255, 0, 255]], ["zero range", [120, 0, 160]],
+      ["range limit", [170, 110, 255]],
+  ["bad layer", [255, 90, 90]], ["outside azimuth", [70, 130, 255]], ["layer dropped", [255, 160, 60]],
+      ["dust", [240, 220, 90]],
   ["second return", [60, 220, 200]], ["smoke", [200, 200, 210]], ["own body", [110, 220, 110]]];
 
-export const kSensorColors: Rgb[] = [[92, 200, 255], [255, 176, 84], [140, 226, 120], [240, 130, 200], [190, 160, 255], [250, 230, 110], [120, 230, 220], [255, 120, 110]];
+export const kSensorColors: Rgb[] = [[92, 200, 255], [255, 176, 84], [140, 226, 120], [240, 130, 200], [190, 160, 255],
+    [250, 230, 110], [120, 230, 220], [255, 120, 110]];
 
 // The colour scale of 256 steps and the labels' colours as bytes r g b a in one word.
 const word = ([r, g, b]: Rgb): number => (255 << 24 | b << 16 | g << 8 | r) >>> 0;
@@ -42,7 +46,8 @@ const kScale = Uint32Array.from({ length: 256 }, (_, i) => word(scaleColor(i / 2
 let labels = new Uint32Array(0);
 function labelWord(label: number): number {
   if (!(label >= 0)) return word(kNoLabel);
-  if (label >= labels.length && label < 1 << 20) labels = Uint32Array.from({ length: 2 * label + 1024 }, (_, i) => word(labelColor(i)));
+  if (label >= labels.length && label < 1 << 20)
+    labels = Uint32Array.from({ length: 2 * label + 1024 }, (_, i) => word(labelColor(i)));
   return labels[label] ?? word(kNoLabel);
 }
 
@@ -70,7 +75,8 @@ export function canColor(coloring: Coloring, cloud: Cloud): boolean {
   return ["height", "range", "sensor"].includes(coloring) || coloring in cloud.fields;
 }
 
-export function colorCloud(cloud: Cloud, sensorIndex: number, coloring: Coloring, scale: Scale | null, out: Uint32Array): void {
+export function colorCloud(cloud: Cloud, sensorIndex: number, coloring: Coloring, scale: Scale | null,
+    out: Uint32Array): void {
   const { count, position: p, fields, vehicleFromSensor: m } = cloud;
   if (coloring === "label" || coloring === "cluster") {
     const values = fields[coloring];

@@ -36,7 +36,8 @@ export class Lines {
   }
 
   segment(a: Point, b: Point): void {
-    const length = this.dashed ? Math.hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]) : 0, pieces = this.dashed ? Math.max(1, Math.round(length / kDash_m)) : 1;
+    const length = this.dashed ? Math.hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]) : 0,
+        pieces = this.dashed ? Math.max(1, Math.round(length / kDash_m)) : 1;
     for (let i = 0; i < pieces; ++i) {
       const from = i / pieces, to = this.dashed ? (i + 0.55) / pieces : 1;
       this.put(a.map((v, k) => v + (b[k] - v) * from) as Point, a.map((v, k) => v + (b[k] - v) * to) as Point);

@@ -18,7 +18,8 @@ export function columnsOf(config: string | null, sensor: string): Columns | null
     const number = (key: string): number => Number(values.get(`rig.sensor[${i}].${key}`));
     const cols = number("cols"), left = number("azimuth_left_deg"), right = number("azimuth_right_deg");
     const span = left - right > 0 ? left - right : 360;
-    return Number.isFinite(left) && cols > 0 ? { left_rad: left * Math.PI / 180, perColumn: cols / (span * Math.PI / 180), cols } : null;
+    return Number.isFinite(left) && cols > 0 ? { left_rad: left * Math.PI / 180,
+        perColumn: cols / (span * Math.PI / 180), cols } : null;
   }
   return null;
 }
@@ -34,7 +35,8 @@ export class PixelLink {
 
   private columnOf(point: number): number | null {
     if (!this.columns) return null;
-    const right = this.columns.left_rad - Math.atan2(this.cloud.position[3 * point + 1], this.cloud.position[3 * point]);
+    const right = this.columns.left_rad - Math.atan2(this.cloud.position[3 * point + 1],
+        this.cloud.position[3 * point]);
     const turn = 2 * Math.PI;
     return Math.floor((right < 0 ? right + turn : right >= turn ? right - turn : right) * this.columns.perColumn);
   }
@@ -61,7 +63,8 @@ export class PixelLink {
 
   // Null: another point won its pixel, or it was not used.
   pixelOf(point: number): { row: number; col: number } | null {
-    const { rows, cols } = this.image, values = this.image.values as Float32Array, column = this.columnOf(point), range = this.range[point];
+    const { rows, cols } = this.image, values = this.image.values as Float32Array, column = this.columnOf(point),
+        range = this.range[point];
     if (!(range > 0)) return null;
     const candidates = column === null ? Array.from({ length: cols }, (_, i) => i) : [column, column - 1, column + 1];
     for (const col of candidates)

@@ -4,7 +4,7 @@
 // The 3-D objects of one log's frame, in the vehicle's frame: float32 then holds millimetres. Positions in the map's
 // frame are brought there with the ego pose in double precision.
 import * as THREE from "three";
-import { canColor, colorCloud, kColorings, scaleOf, type Coloring, type Scale } from "./colors";
+import { canColor, colorCloud, scaleOf, type Coloring, type Scale } from "./colors";
 import { fixed, shortId } from "./dom";
 import { Lines, type Point } from "./lines";
 import type { LogView } from "./log_view";
@@ -15,12 +15,15 @@ export interface Label { at: Point; text: string; kind: string }
 // Something that a click can select: an upright box.
 export interface Target { selection: Selection; center: Point; heading_rad: number; length_m: number; width_m: number }
 
-export const kColors = { detection: 0x4da3ff, ref: 0xffffff, variance: 0xffa530, confirmed: 0x3ddc84, tentative: 0x98a2b0, truth: 0xff6ad5,
+export const kColors = { detection: 0x4da3ff, ref: 0xffffff, variance: 0xffa530, confirmed: 0x3ddc84,
+    tentative: 0x98a2b0, truth: 0xff6ad5,
                          map: 0x5d6b80, ego: 0xe8ecf2, ring: 0x262d38, selected: 0xffe14d };
 const kSecondHue = { detection: 0xc58bff, confirmed: 0xffb347, tentative: 0xb09a80 };
 const kTrail_s = 3, kEllipsePoints = 32, kWidestEllipse_m = 10, kRings_m = [25, 50, 100, 150, 200];
-const kLineLayers = ["rings", "map", "truth", "trails", "paths", "covariance", "headings", "detections", "tracks", "ego"] as const;
-const kWidths_px: Record<string, number> = { rings: 1, map: 1.5, trails: 2, covariance: 1.2, headings: 1.8, detections: 2, tracks: 2.6, paths: 2 };
+const kLineLayers = ["rings", "map", "truth", "trails", "paths", "covariance", "headings", "detections", "tracks",
+    "ego"] as const;
+const kWidths_px: Record<string, number> = { rings: 1, map: 1.5, trails: 2, covariance: 1.2, headings: 1.8,
+    detections: 2, tracks: 2.6, paths: 2 };
 
 interface CloudObject { points: THREE.Points; capacity: number; colors: Uint32Array }
 
@@ -46,15 +49,19 @@ export class LogScene {
       this.lines.set(layer, lines);
       this.root.add(lines.object);
     });
-    const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(new Float32Array(3), 3));
-    this.marker = new THREE.Points(geometry, new THREE.PointsMaterial({ size: 13, sizeAttenuation: false, color: kColors.selected, depthTest: false }));
+    const geometry = new THREE.BufferGeometry().setAttribute("position",
+        new THREE.BufferAttribute(new Float32Array(3), 3));
+    this.marker = new THREE.Points(geometry, new THREE.PointsMaterial(
+        { size: 9, sizeAttenuation: false, color: kColors.selected, depthTest: false }));
     this.marker.visible = false;
     this.marker.frustumCulled = false;
     this.marker.renderOrder = 20;
     this.root.add(this.marker);
   }
 
-  setResolution(width: number, height: number): void { for (const lines of this.lines.values()) lines.setResolution(width, height); }
+  setResolution(width: number, height: number): void {
+    for (const lines of this.lines.values()) lines.setResolution(width, height);
+  }
   segmentsOf(layer: string): number { return this.lines.get(layer)?.segments ?? 0; }
 
   // Marks a point: linked from the images, or picked.
@@ -67,7 +74,8 @@ export class LogScene {
     position.needsUpdate = true;
   }
   get marked(): Point | null {
-    return this.marker.visible ? [...(this.marker.geometry.getAttribute("position").array as Float32Array)] as Point : null;
+    return this.marker.visible ? [...(this.marker.geometry.getAttribute("position").array as Float32Array)] as Point
+        : null;
   }
 
   update(state: State, overlaid: boolean): void {
@@ -91,15 +99,17 @@ export class LogScene {
 
   private drawClouds(frame: Frame, state: State): void {
     const any = frame.clouds;
-    this.coloring = any.every((c) => canColor(state.coloring, c)) ? state.coloring : any.every((c) => canColor("intensity", c)) && state.coloring !== "intensity" ? "height" : "height";
+    this.coloring = any.every((c) => canColor(state.coloring, c)) ? state.coloring : "height";
     this.scale = scaleOf(this.coloring, any);
     this.material.size = state.pointSize * Math.min(devicePixelRatio, 2);
     frame.clouds.forEach((cloud) => {
       if (!state.isOn(`sensor:${cloud.sensor}`)) return;
       const object = this.cloudObject(cloud), geometry = object.points.geometry;
-      const position = geometry.getAttribute("position") as THREE.BufferAttribute, color = geometry.getAttribute("color") as THREE.BufferAttribute;
+      const position = geometry.getAttribute("position") as THREE.BufferAttribute,
+          color = geometry.getAttribute("color") as THREE.BufferAttribute;
       (position.array as Float32Array).set(cloud.position);
-      colorCloud(cloud, Math.max(0, this.log.info?.sensors.indexOf(cloud.sensor) ?? 0), this.coloring, this.scale, object.colors);
+      colorCloud(cloud, Math.max(0, this.log.info?.sensors.indexOf(cloud.sensor) ?? 0), this.coloring, this.scale,
+          object.colors);
       for (const [attribute, size] of [[position, 3], [color, 4]] as const) {
         attribute.clearUpdateRanges();
         attribute.addUpdateRange(0, cloud.count * size);
@@ -121,8 +131,10 @@ export class LogScene {
     }
     const capacity = Math.ceil(cloud.count * 1.25 / 1024) * 1024 + 1024, colors = new Uint32Array(capacity);
     const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3 * capacity), 3).setUsage(THREE.DynamicDrawUsage));
-    geometry.setAttribute("color", new THREE.BufferAttribute(new Uint8Array(colors.buffer), 4, true).setUsage(THREE.DynamicDrawUsage));
+    geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3 * capacity),
+        3).setUsage(THREE.DynamicDrawUsage));
+    geometry.setAttribute("color", new THREE.BufferAttribute(new Uint8Array(colors.buffer), 4,
+        true).setUsage(THREE.DynamicDrawUsage));
     const points = new THREE.Points(geometry, this.material);
     points.frustumCulled = false;
     points.matrixAutoUpdate = false;
@@ -158,22 +170,28 @@ export class LogScene {
 
   private drawEgo(road: Road): void {
     const lines = this.lines.get("ego")!, z = roadAt(road, 0, 0), half = this.vehicle.width_m / 2;
-    const back = -0.25 * this.vehicle.length_m, front = back + this.vehicle.length_m;
+    const back = -0.2 * this.vehicle.length_m, front = back + this.vehicle.length_m;
     lines.paint(kColors.ego);
-    lines.strip([[back, half, z], [front - 1.2, half, z], [front, 0, z], [front - 1.2, -half, z], [back, -half, z]], true);
+    lines.strip([[back, half, z], [front - 1.2, half, z], [front, 0, z], [front - 1.2, -half, z], [back, -half, z]],
+        true);
   }
 
-  private drawDetection(d: Detection, row: number, frame: Frame, state: State, selection: Selection | null, overlaid: boolean): void {
-    const z = Number.isFinite(d.z_m) ? d.z_m : roadAt(frame.road, d.x_m, d.y_m) + 0.5, { length_m, width_m } = this.vehicle;
-    const picked = selection?.kind === "detection" && selection.row === row || (selection?.kind === "track" && d.track === selection.id);
+  private drawDetection(d: Detection, row: number, frame: Frame, state: State, selection: Selection | null,
+      overlaid: boolean): void {
+    const z = Number.isFinite(d.z_m) ? d.z_m : roadAt(frame.road, d.x_m, d.y_m) + 0.5,
+        { length_m, width_m } = this.vehicle;
+    const picked = selection?.kind === "detection" && selection.row === row ||
+        (selection?.kind === "track" && d.track === selection.id);
     if (state.isOn("detections")) {
       const lines = this.lines.get("detections")!;
       lines.paint(picked ? kColors.selected : overlaid ? kSecondHue.detection : kColors.detection);
       lines.strip(rectangle(d.x_m, d.y_m, z, d.heading_rad, length_m, width_m), true);
-      this.targets.push({ selection: { log: this.log.index, kind: "detection", row }, center: [d.x_m, d.y_m, z], heading_rad: d.heading_rad, length_m, width_m });
+      this.targets.push({ selection: { log: this.log.index, kind: "detection", row }, center: [d.x_m, d.y_m, z],
+          heading_rad: d.heading_rad, length_m, width_m });
       ++this.counts.detections;
       if (state.isOn("names") && (picked || d.track === "0"))
-        this.labels.push({ at: [d.x_m, d.y_m, z], text: `${d.points} points, ${d.heading_source}`, kind: overlaid ? "detection second" : "detection" });
+        this.labels.push({ at: [d.x_m, d.y_m, z], text: `${d.points} points, ${d.heading_source}`,
+            kind: overlaid ? "detection second" : "detection" });
     }
     if (!state.isOn("headings")) return;
     const lines = this.lines.get("headings")!;
@@ -185,17 +203,21 @@ export class LogScene {
 
   private drawTrack(t: Track, frame: Frame, state: State, selection: Selection | null, overlaid: boolean): void {
     const place = t && frame.tracksInMap ? fromMap(frame) : (x: number, y: number): [number, number] => [x, y];
-    const turn = frame.tracksInMap && frame.ego ? frame.ego.yaw_rad : 0, [x, y] = place(t.x_m, t.y_m), confirmed = t.state === "confirmed";
-    const detection = frame.detections[t.detection], z = roadAt(frame.road, x, y), heading_rad = t.heading_rad - turn, { length_m, width_m } = this.vehicle;
+    const turn = frame.tracksInMap && frame.ego ? frame.ego.yaw_rad : 0, [x, y] = place(t.x_m, t.y_m),
+        confirmed = t.state === "confirmed";
+    const detection = frame.detections[t.detection], z = roadAt(frame.road, x, y), heading_rad = t.heading_rad - turn,
+        { length_m, width_m } = this.vehicle;
     const picked = selection?.kind === "track" && selection.id === t.id ||
       (selection?.kind === "detection" && detection !== undefined && selection.row === t.detection);
-    const hue = picked ? kColors.selected : overlaid ? (confirmed ? kSecondHue.confirmed : kSecondHue.tentative) : confirmed ? kColors.confirmed : kColors.tentative;
+    const hue = picked ? kColors.selected : overlaid ? (confirmed ? kSecondHue.confirmed : kSecondHue.tentative)
+        : confirmed ? kColors.confirmed : kColors.tentative;
     const share = confirmed || picked ? 1 : 0.6;
     if (state.isOn("tracks")) {
       const lines = this.lines.get("tracks")!;
       lines.paint(hue, share);
       drawBox(lines, x, y, z, heading_rad, length_m, width_m, 1.2);
-      this.targets.push({ selection: { log: this.log.index, kind: "track", id: t.id }, center: [x, y, z + 0.6], heading_rad, length_m, width_m });
+      this.targets.push({ selection: { log: this.log.index, kind: "track", id: t.id }, center: [x, y, z + 0.6],
+          heading_rad, length_m, width_m });
       ++this.counts.tracks;
       if (state.isOn("names") && (confirmed || picked)) {
         const existence = t.existence === undefined ? "" : `  p ${fixed(t.existence, 2)}`;
@@ -212,8 +234,10 @@ export class LogScene {
     if (state.isOn("trails")) this.drawTrail(t, frame, place, hue);
   }
 
-  private drawPath(t: Track, frame: Frame, place: (x: number, y: number) => [number, number], turn: number, from: Point, hue: number): void {
-    const lines = this.lines.get("paths")!, points: Point[] = [[from[0], from[1], from[2] + 0.1]], every = Math.max(1, Math.round(0.5 / frame.pathStep_s));
+  private drawPath(t: Track, frame: Frame, place: (x: number, y: number) => [number, number], turn: number, from: Point,
+      hue: number): void {
+    const lines = this.lines.get("paths")!, points: Point[] = [[from[0], from[1], from[2] + 0.1]],
+        every = Math.max(1, Math.round(0.5 / frame.pathStep_s));
     ++this.counts.paths;
     t.path.x_m.forEach((px, k) => {
       const [x, y] = place(px, t.path.y_m[k]), z = roadAt(frame.road, x, y) + 0.1;
@@ -226,7 +250,8 @@ export class LogScene {
   }
 
   private drawTrail(t: Track, frame: Frame, place: (x: number, y: number) => [number, number], hue: number): void {
-    const id = BigInt(t.id), slot = Number(id & 0xffffffffn), generation = Number(id >> 32n), points: Point[] = [], stamps = this.log.table?.stamps;
+    const id = BigInt(t.id), slot = Number(id & 0xffffffffn), generation = Number(id >> 32n), points: Point[] = [],
+        stamps = this.log.table?.stamps;
     if (!stamps) return;
     for (let index = frame.index; index >= 0 && Number(frame.stamp - stamps[index]) <= kTrail_s * 1e9; --index) {
       const rows = this.log.history.get(index);
@@ -254,7 +279,9 @@ export class LogScene {
       lines.paint(kColors.truth);
       drawBox(lines, x, y, z, heading, car.length_m || this.vehicle.length_m, car.width_m || this.vehicle.width_m, 1.0);
       drawArrow(lines, [x, y, z + 1], heading, 3.5);
-      if (state.isOn("names")) this.labels.push({ at: [x, y, z], text: `truth ${car.name}  ${fixed(car.speed_mps, 1)} m/s`, kind: "truth" });
+      if (state.isOn("names"))
+        this.labels.push({ at: [x, y, z], text: `truth ${car.name}${car.speed_mps == null ? ""
+            : `  ${fixed(car.speed_mps, 1)} m/s`}`, kind: "truth" });
       ++this.counts.truth;
     }
   }
@@ -262,24 +289,28 @@ export class LogScene {
 
 // ---- shapes
 export function fromMap(frame: Frame): (x: number, y: number) => [number, number] {
-  const { x_m, y_m, yaw_rad } = frame.ego ?? { x_m: 0, y_m: 0, yaw_rad: 0 }, c = Math.cos(yaw_rad), s = Math.sin(yaw_rad);
+  const { x_m, y_m, yaw_rad } = frame.ego ?? { x_m: 0, y_m: 0, yaw_rad: 0 }, c = Math.cos(yaw_rad),
+      s = Math.sin(yaw_rad);
   return (x, y) => [(x - x_m) * c + (y - y_m) * s, (y - y_m) * c - (x - x_m) * s];
 }
 
 export function pointAt(cloud: Cloud, i: number): Point {
   const m = cloud.vehicleFromSensor, [x, y, z] = cloud.position.subarray(3 * i, 3 * i + 3);
-  return [m[0] * x + m[4] * y + m[8] * z + m[12], m[1] * x + m[5] * y + m[9] * z + m[13], m[2] * x + m[6] * y + m[10] * z + m[14]];
+  return [m[0] * x + m[4] * y + m[8] * z + m[12], m[1] * x + m[5] * y + m[9] * z + m[13],
+      m[2] * x + m[6] * y + m[10] * z + m[14]];
 }
 
 // Height of the road, bilinear between the middles of the cells.
 export function roadAt(road: Road, x: number, y: number): number {
   const clampCell = (v: number): number => Math.min(Math.max(v, 0), road.side - 1.001);
   const cx = clampCell(x / road.cell_m + road.side / 2 - 0.5), cy = clampCell(y / road.cell_m + road.side / 2 - 0.5);
-  const i = Math.floor(cx), j = Math.floor(cy), u = cx - i, v = cy - j, at = (a: number, b: number): number => road.z_m[b * road.side + a] ?? 0;
+  const i = Math.floor(cx), j = Math.floor(cy), u = cx - i, v = cy - j,
+      at = (a: number, b: number): number => road.z_m[b * road.side + a] ?? 0;
   return (at(i, j) * (1 - u) + at(i + 1, j) * u) * (1 - v) + (at(i, j + 1) * (1 - u) + at(i + 1, j + 1) * u) * v;
 }
 
-export function rectangle(x: number, y: number, z: number, heading_rad: number, length_m: number, width_m: number): Point[] {
+export function rectangle(x: number, y: number, z: number, heading_rad: number, length_m: number,
+    width_m: number): Point[] {
   const c = Math.cos(heading_rad), s = Math.sin(heading_rad);
   return [[0.5, 0.5], [0.5, -0.5], [-0.5, -0.5], [-0.5, 0.5]].map(([a, b]) =>
     [x + c * a * length_m - s * b * width_m, y + s * a * length_m + c * b * width_m, z]);
@@ -294,14 +325,18 @@ function circle(x: number, y: number, z: number, a: number, b: number, turn: num
 }
 
 // Two standard deviations; none where it would hide the scene.
-function drawEllipse(lines: Lines, x: number, y: number, z: number, varX: number, cov: number, varY: number, turn: number): void {
-  const middle = (varX + varY) / 2, half = Math.hypot((varX - varY) / 2, cov), a = 2 * Math.sqrt(Math.max(0, middle + half)), b = 2 * Math.sqrt(Math.max(0, middle - half));
+function drawEllipse(lines: Lines, x: number, y: number, z: number, varX: number, cov: number, varY: number,
+    turn: number): void {
+  const middle = (varX + varY) / 2, half = Math.hypot((varX - varY) / 2, cov),
+      a = 2 * Math.sqrt(Math.max(0, middle + half)), b = 2 * Math.sqrt(Math.max(0, middle - half));
   if (!(a < kWidestEllipse_m)) return;
   lines.strip(circle(x, y, z, a, b, 0.5 * Math.atan2(2 * cov, varX - varY) - turn, kEllipsePoints), true);
 }
 
-function drawBox(lines: Lines, x: number, y: number, z: number, heading_rad: number, length_m: number, width_m: number, height_m: number): void {
-  const low = rectangle(x, y, z, heading_rad, length_m, width_m), high = rectangle(x, y, z + height_m, heading_rad, length_m, width_m);
+function drawBox(lines: Lines, x: number, y: number, z: number, heading_rad: number, length_m: number, width_m: number,
+    height_m: number): void {
+  const low = rectangle(x, y, z, heading_rad, length_m, width_m),
+      high = rectangle(x, y, z + height_m, heading_rad, length_m, width_m);
   lines.strip(low, true);
   lines.strip(high, true);
   low.forEach((corner, i) => lines.segment(corner, high[i]));
@@ -310,7 +345,7 @@ function drawBox(lines: Lines, x: number, y: number, z: number, heading_rad: num
 function drawArrow(lines: Lines, [x, y, z]: Point, heading_rad: number, length_m: number): void {
   const tip: Point = [x + length_m * Math.cos(heading_rad), y + length_m * Math.sin(heading_rad), z];
   lines.segment([x, y, z], tip);
-  for (const side of [2.65, -2.65]) lines.segment(tip, [tip[0] + 0.8 * Math.cos(heading_rad + side), tip[1] + 0.8 * Math.sin(heading_rad + side), z]);
+  for (const side of [2.65, -2.65])
+    lines.segment(tip, [tip[0] + 0.8 * Math.cos(heading_rad + side), tip[1] + 0.8 * Math.sin(heading_rad + side), z]);
 }
 
-export const colorings = kColorings;

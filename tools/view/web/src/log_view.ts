@@ -111,7 +111,7 @@ export class LogView {
     }
     if (this.pending?.id !== message.id) return;
     this.pending = null;
-    if (frame) this.frame = frame;
+    if (frame || !this.next) this.frame = frame;  // a frame that cannot be read is not shown as another one
     this.sendNext();
     this.listener.frameArrived(this, false);
   }

@@ -20,7 +20,8 @@ import type { LogList } from "./types";
 import { View3d } from "./view3d";
 
 const rgb = (color: Rgb): string => `rgb(${color.join(" ")})`;
-const kFaultTitles: Record<string, string> = { gone: "no answer", changed: "log changed", damaged: "damaged log", unknown: "cannot show", notice: "note" };
+const kFaultTitles: Record<string, string> = { gone: "no answer", changed: "log changed", damaged: "damaged log",
+    unknown: "cannot show", notice: "note" };
 
 function fail(text: string): void {
   document.body.replaceChildren(el("main", { class: "stop" }, el("h1", {}, "overtake view"), el("p", {}, text)));
@@ -28,20 +29,27 @@ function fail(text: string): void {
 
 // The strip above everything: which log, which frame, what is wrong with it.
 function makeHeader(app: App): HTMLElement {
-  const logs = el("span", { class: "logs" }), facts = el("span", { class: "facts" }), chips = el("span", { class: "chips" }), version = el("b", {}, "overtake view");
-  app.on(["info"], () => logs.replaceChildren(...app.logs.map((log) => el("span", { class: `log${log.index}` }, `${app.logs.length > 1 ? `${"AB"[log.index]}  ` : ""}${log.name}`))));
+  const logs = el("span", { class: "logs" }), facts = el("span", { class: "facts" }),
+      chips = el("span", { class: "chips" }), version = el("b", {}, "overtake view");
+  app.on(["info"], () => logs.replaceChildren(...app.logs.map(
+      (log) => el("span", { class: `log${log.index}` },
+      `${app.logs.length > 1 ? `${"AB"[log.index]}  ` : ""}${log.name}`))));
   app.on(["frame", "clock", "table"], () => {
     const { entry } = app, frame = app.logs[0]?.frame, table = app.logs[0]?.table;
     if (!entry) return;
     const parts = [`frame ${app.at} of ${app.entries.length}`, String(entry.stamp)];
-    if (frame) parts.push(`${frame.clouds.reduce((sum, c) => sum + c.count, 0).toLocaleString("en")} points`, `${frame.detections.length} detections`, `${frame.tracks.length} tracks`);
+    if (frame) parts.push(`${frame.clouds.reduce((sum, c) => sum + c.count, 0).toLocaleString("en")} points`,
+        `${frame.detections.length} detections`, `${frame.tracks.length} tracks`);
     const us = table?.frame_us[entry.frames[0]];
     if (us !== undefined && Number.isFinite(us)) parts.push(`${fixed(us / 1000, 2)} ms`);
     setText(facts, parts.join("   "));
-    const names = table && entry.frames[0] >= 0 ? flagNames(table.flags[entry.frames[0]]) : [], lost = table?.lostScans[entry.frames[0]] ?? 0;
+    const names = table && entry.frames[0] >= 0 ? flagNames(table.flags[entry.frames[0]]) : [],
+        lost = table?.lostScans[entry.frames[0]] ?? 0;
     if (lost > 0) names.push(`${lost} scans lost`);
-    if (table && entry.frames[0] >= 0 && marksOf(table, entry.frames[0]).missed && !names.includes("deadline missed")) names.push("deadline missed");
-    chips.replaceChildren(...names.map((name) => el("span", { class: name === "deadline missed" ? "chip bad" : "chip" }, name)));
+    if (table && entry.frames[0] >= 0 && marksOf(table, entry.frames[0]).missed && !names.includes("deadline missed"))
+      names.push("deadline missed");
+    chips.replaceChildren(...names.map((name) => el("span", { class: name === "deadline missed" ? "chip bad" : "chip" },
+        name)));
     if (app.live) chips.prepend(el("span", { class: "chip live" }, app.playing ? "live" : "live, paused"));
   });
   return el("header", {}, version, logs, facts, chips);
@@ -51,8 +59,9 @@ function makeHeader(app: App): HTMLElement {
 function makeFaults(app: App): HTMLElement {
   const root = el("div", { class: "faults" });
   app.on(["faults"], () => {
-    const lines = app.faults.map((fault) => el("div", { class: `fault ${fault.kind}` }, el("b", {}, kFaultTitles[fault.kind] ?? ""),
-      `${app.logs.length > 1 ? `${"AB"[fault.log]}: ` : ""}${fault.text}`, button("×", "close", () => {
+    const lines = app.faults.map((fault) => el("div", { class: `fault ${fault.kind}` },
+        el("b", {}, kFaultTitles[fault.kind] ?? ""),
+      `${app.logs.length > 1 ? `${"AB"[fault.log]}: ` : ""}${fault.text}`, button("\u00d7", "close", () => {
         app.faults.splice(app.faults.indexOf(fault), 1);
         app.changed("faults");
       })));
@@ -69,11 +78,16 @@ function makeFaults(app: App): HTMLElement {
 function makeToolbar(app: App, view: View3d): HTMLElement {
   const { state } = app;
   const set = (act: () => void): void => { act(); app.changed("settings"); };
-  const camera = new Choice([["3d", "3-D", "perspective: drag turns, right button moves, wheel zooms"], ["top", "from above", "parallel, from above"]] as const, (v) => set(() => { state.view = v; }));
-  const follow = new Choice([["vehicle", "follow", "the camera moves with the vehicle"], ["map", "stay", "the camera stays on the map"]] as const, (v) => set(() => { state.follow = v; }));
-  const coloring = select(kColorings.map((c) => [c, `colour: ${c}`] as const), "colour of the points", (v) => set(() => { state.coloring = kColorings.find((c) => c === v)!; }));
-  const size = select([1, 2, 3, 4, 6].map((v) => [String(v), `${v} px`] as const), "size of a point", (v) => set(() => { state.pointSize = Number(v); }));
-  const reset = button("⌂", "camera to its first place (double click)", () => { view.resetCamera(); view.update(); state.camera = null; app.changed("settings"); });
+  const camera = new Choice([["3d", "3-D", "perspective: drag turns, right button moves, wheel zooms"],
+      ["top", "from above", "parallel, from above"]] as const, (v) => set(() => { state.view = v; }));
+  const follow = new Choice([["vehicle", "follow", "the camera moves with the vehicle"],
+      ["map", "stay", "the camera stays on the map"]] as const, (v) => set(() => { state.follow = v; }));
+  const coloring = select(kColorings.map((c) => [c, `colour: ${c}`] as const), "colour of the points",
+      (v) => set(() => { state.coloring = kColorings.find((c) => c === v)!; }));
+  const size = select([1, 2, 3, 4, 6].map((v) => [String(v), `${v} px`] as const), "size of a point",
+      (v) => set(() => { state.pointSize = Number(v); }));
+  const reset = button("\u2302", "camera to its first place (double click)",
+      () => { view.resetCamera(); view.update(); state.camera = null; app.changed("settings"); });
   const layers = el("div", { class: "layers" }), sensors = el("div", { class: "layers" });
   const layerButtons = kLayers.map(([name, text, hint]) => {
     const made = toggle(text, hint, () => app.toggleLayer(name));
@@ -88,34 +102,46 @@ function makeToolbar(app: App, view: View3d): HTMLElement {
     size.value = String(state.pointSize);
     kLayers.forEach(([name], i) => layerButtons[i].classList.toggle("on", state.isOn(name)));
     sensors.replaceChildren(...(app.logs[0]?.info?.sensors ?? []).map((name, i) => {
-      const made = toggle(name, `points of ${name}`, () => app.toggleLayer(`sensor:${name}`), rgb(kSensorColors[i % kSensorColors.length]));
+      const made = toggle(name, `points of ${name}`, () => app.toggleLayer(`sensor:${name}`),
+          rgb(kSensorColors[i % kSensorColors.length]));
       made.dataset.sensor = name;
       made.classList.toggle("on", state.isOn(`sensor:${name}`));
       return made;
     }));
   });
-  return el("div", { class: "toolbar" }, el("div", { class: "row" }, camera.root, follow.root, reset, coloring, size, sensors), el("div", { class: "row" }, layers));
+  return el("div", { class: "toolbar" }, el("div", { class: "row" }, camera.root, follow.root, reset, coloring, size,
+      sensors), el("div", { class: "row" }, layers));
 }
 
 // What the colours of the points mean.
 function makeLegend(app: App, scene: LogScene): HTMLElement {
   const root = el("div", { class: "legend" });
   app.on(["frame", "settings"], () => {
-    const frame = scene.log.frame, swatch = (color: string, text: string): HTMLElement => el("span", {}, Object.assign(el("i"), { style: `background:${color}` }), text);
+    const frame = scene.log.frame, swatch = (color: string, text: string): HTMLElement =>
+        el("span", {}, Object.assign(el("i"), { style: `background:${color}` }), text);
     const { coloring, scale } = scene;
     root.hidden = !frame;
     if (!frame) return;
-    const title = el("b", {}, coloring === app.state.coloring ? coloring : `${coloring}: the log has no ${app.state.coloring}`);
+    const title = el("b", {}, coloring === app.state.coloring ? coloring
+        : `${coloring}: the log has no ${app.state.coloring}`);
     if (scale) {
-      const stops = Array.from({ length: 9 }, (_, i) => rgb(scaleColor(i / 8))).join(", "), digits = scale.high - scale.low > 20 ? 0 : 1;
-      root.replaceChildren(title, el("span", {}, fixed(scale.low, digits), Object.assign(el("u"), { style: `background:linear-gradient(90deg, ${stops})` }), `${fixed(scale.high, digits)} ${scale.unit}${scale.log ? " (log)" : ""}`));
+      const stops = Array.from({ length: 9 }, (_, i) => rgb(scaleColor(i / 8))).join(", "),
+          digits = scale.high - scale.low > 20 ? 0 : 1;
+      root.replaceChildren(title, el("span", {}, fixed(scale.low, digits),
+          Object.assign(el("u"), { style: `background:linear-gradient(90deg, ${stops})` }),
+          `${fixed(scale.high, digits)} ${scale.unit}${scale.log ? " (log)" : ""}`));
     } else if (coloring === "sensor") {
-      root.replaceChildren(title, ...(scene.log.info?.sensors ?? []).map((name, i) => swatch(rgb(kSensorColors[i % kSensorColors.length]), name)));
+      root.replaceChildren(title, ...(scene.log.info?.sensors ??
+          []).map((name, i) => swatch(rgb(kSensorColors[i % kSensorColors.length]), name)));
     } else if (coloring === "reason") {
       const seen = new Set(frame.clouds.flatMap((c) => [...new Set(c.fields.reason ?? [])]));
-      root.replaceChildren(title, ...kReasons.filter((_, i) => seen.has(i)).map(([name, color]) => swatch(rgb(color), name)));
+      root.replaceChildren(title, ...kReasons.filter((_, i) => seen.has(i)).map(
+          ([name, color]) => swatch(rgb(color), name)));
     } else {
-      root.replaceChildren(title, swatch(coloring === "label" ? rgb(labelColor(0)) : "rgb(74 58 92)", coloring === "label" ? "ground" : "none"), el("span", {}, swatch(rgb(labelColor(1)), ""), swatch(rgb(labelColor(2)), ""), swatch(rgb(labelColor(3)), "clusters")), coloring === "label" && swatch("rgb(74 58 92)", "no label") || "");
+      root.replaceChildren(title, swatch(coloring === "label" ? rgb(labelColor(0)) : "rgb(74 58 92)",
+          coloring === "label" ? "ground" : "none"),
+          el("span", {}, swatch(rgb(labelColor(1)), ""), swatch(rgb(labelColor(2)), ""),
+          swatch(rgb(labelColor(3)), "clusters")), coloring === "label" && swatch("rgb(74 58 92)", "no label") || "");
     }
   });
   return root;
@@ -123,7 +149,8 @@ function makeLegend(app: App, scene: LogScene): HTMLElement {
 
 function makeTabs(app: App, panels: Partial<Record<Tab, HTMLElement>>): HTMLElement {
   const names = kTabs.filter((tab) => panels[tab]);
-  const choice = new Choice(names.map((tab) => [tab, tab, tab] as const), (tab) => { app.state.tab = tab; app.changed("settings"); });
+  const choice = new Choice(names.map((tab) => [tab, tab, tab] as const),
+      (tab) => { app.state.tab = tab; app.changed("settings"); });
   choice.root.classList.add("tabs");
   app.on(["info", "settings"], () => {
     if (!panels[app.state.tab]) app.state.tab = "objects";
@@ -136,7 +163,8 @@ function makeTabs(app: App, panels: Partial<Record<Tab, HTMLElement>>): HTMLElem
 async function start(): Promise<void> {
   const probe = document.createElement("canvas").getContext("webgl2");
   if (!probe) {
-    fail("This browser offers no WebGL2, which draws the points. Allow hardware or software rendering in its settings, or use another browser.");
+    fail("This browser offers no WebGL2, which draws the points. Allow hardware or software rendering in "
+        + "its settings, or use another browser.");
     return;
   }
   probe.getExtension("WEBGL_lose_context")?.loseContext();
@@ -146,7 +174,8 @@ async function start(): Promise<void> {
     if (!response.ok) throw new Error(`status ${response.status}`);
     list = await response.json() as LogList;
   } catch (error) {
-    fail(`The server does not say which log to show (${error instanceof Error ? error.message : String(error)}). Is overtake view still running?`);
+    fail(`The server does not say which log to show (${error instanceof Error ? error.message
+        : String(error)}). Is overtake view still running?`);
     return;
   }
   const app = new App();
@@ -155,7 +184,8 @@ async function start(): Promise<void> {
   for (const log of app.logs) view.scenes.push(new LogScene(log));
   let placed = false;
   app.on(["info"], () => view.scenes.forEach((scene) => {
-    const values = readToml(scene.log.info?.config ?? ""), length = Number(values.get("vehicle.length_m")), width = Number(values.get("vehicle.width_m"));
+    const values = readToml(scene.log.info?.config ?? ""), length = Number(values.get("vehicle.length_m")),
+        width = Number(values.get("vehicle.width_m"));
     if (length > 0 && width > 0) scene.vehicle = { length_m: length, width_m: width };
   }));
   app.on(["frame", "settings", "selection", "history", "info"], () => {
@@ -165,13 +195,15 @@ async function start(): Promise<void> {
       if (app.state.camera) view.cameraState = app.state.camera, view.update();
     }
   });
-  const images = new ImagesPanel(app), objects = new ObjectsPanel(app), latency = new LatencyPanel(app), logPanel = new LogPanel(app);
+  const images = new ImagesPanel(app), objects = new ObjectsPanel(app), latency = new LatencyPanel(app),
+      logPanel = new LogPanel(app);
   const compare = app.logs.length > 1 ? new ComparePanel(app) : null, timeline = new Timeline(app);
   view.root.append(makeToolbar(app, view), makeLegend(app, view.scenes[0]));
   document.body.replaceChildren(makeHeader(app), makeFaults(app),
     el("main", {}, el("div", { class: "stage" }, view.root, images.root),
-       makeTabs(app, { objects: objects.root, latency: latency.root, ...(compare ? { compare: compare.root } : {}), log: logPanel.root })), timeline.root);
-  document.title = list.live ? "overtake live" : `${list.logs.map((l) => l.name).join(" | ")} – overtake view`;
+       makeTabs(app, { objects: objects.root, latency: latency.root, ...(compare ? { compare: compare.root } : {}),
+           log: logPanel.root })), timeline.root);
+  document.title = list.live ? "overtake live" : `${list.logs.map((l) => l.name).join(" | ")} \u2013 overtake view`;
 
   app.on(["hover", "selection", "frame"], () => {
     const chosen = app.state.selection?.kind === "point" ? app.state.selection : null, point = app.hover ?? chosen;

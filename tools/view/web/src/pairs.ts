@@ -43,7 +43,8 @@ export function tableDifference(tables: (FrameTable | null)[], { frames: [a, b] 
   if (!ta || !tb) return "";
   if (a < 0) return "log A has no frame at this stamp";
   if (b < 0) return "log B has no frame at this stamp";
-  for (const [name, key] of [["detections", "detections"], ["tracks", "tracks"], ["confirmed tracks", "confirmed"]] as const) {
+  for (const [name, key] of [["detections", "detections"], ["tracks", "tracks"],
+      ["confirmed tracks", "confirmed"]] as const) {
     const x = ta[key][a], y = tb[key][b];
     if (Number.isFinite(x) && Number.isFinite(y) && x !== y) return `${name}: ${x} and ${y}`;
   }
@@ -52,7 +53,8 @@ export function tableDifference(tables: (FrameTable | null)[], { frames: [a, b] 
 
 const kDiffers_m = 0.05;
 export function frameDifference(a: Frame, b: Frame): string {
-  if (a.detections.length !== b.detections.length) return `detections: ${a.detections.length} and ${b.detections.length}`;
+  if (a.detections.length !== b.detections.length)
+    return `detections: ${a.detections.length} and ${b.detections.length}`;
   if (a.tracks.length !== b.tracks.length) return `tracks: ${a.tracks.length} and ${b.tracks.length}`;
   for (const [i, d] of a.detections.entries()) {
     const far = Math.hypot(d.x_m - b.detections[i].x_m, d.y_m - b.detections[i].y_m);
@@ -62,8 +64,10 @@ export function frameDifference(a: Frame, b: Frame): string {
     const same = b.tracks.find((other) => other.id === t.id);
     if (!same) return `track ${BigInt(t.id) & 0xffffffffn}:${BigInt(t.id) >> 32n} is in log A only`;
     const far = Math.hypot(t.x_m - same.x_m, t.y_m - same.y_m);
-    if (far > kDiffers_m) return `track ${BigInt(t.id) & 0xffffffffn}:${BigInt(t.id) >> 32n} lies ${far.toFixed(2)} m apart`;
-    if (t.state !== same.state) return `track ${BigInt(t.id) & 0xffffffffn}:${BigInt(t.id) >> 32n} is ${t.state} and ${same.state}`;
+    if (far > kDiffers_m)
+      return `track ${BigInt(t.id) & 0xffffffffn}:${BigInt(t.id) >> 32n} lies ${far.toFixed(2)} m apart`;
+    if (t.state !== same.state)
+      return `track ${BigInt(t.id) & 0xffffffffn}:${BigInt(t.id) >> 32n} is ${t.state} and ${same.state}`;
   }
   return "";
 }
@@ -89,11 +93,13 @@ export function readToml(text: string): Map<string, string> {
 export interface ConfigDifference { key: string; a: string; b: string }
 export function configDifference(a: string, b: string): ConfigDifference[] {
   const x = readToml(a), y = readToml(b);
-  return [...new Set([...x.keys(), ...y.keys()])].filter((key) => x.get(key) !== y.get(key)).map((key) => ({ key, a: x.get(key) ?? "–", b: y.get(key) ?? "–" }));
+  return [...new Set([...x.keys(), ...y.keys()])].filter((key) => x.get(key) !== y.get(key)).map(
+      (key) => ({ key, a: x.get(key) ?? "\u2013", b: y.get(key) ?? "\u2013" }));
 }
 
 // Of finite values: the smallest value that at least this share of the values does not exceed.
 export function quantile(sorted: Float64Array, share: number): number {
-  return sorted.length === 0 ? NaN : sorted[Math.min(sorted.length - 1, Math.max(0, Math.ceil(share * sorted.length) - 1))];
+  return sorted.length === 0 ? NaN : sorted[Math.min(sorted.length - 1,
+      Math.max(0, Math.ceil(share * sorted.length) - 1))];
 }
 export function finiteSorted(values: Float64Array): Float64Array { return values.filter(Number.isFinite).sort(); }

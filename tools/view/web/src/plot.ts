@@ -6,9 +6,11 @@ import uPlot from "uplot";
 import { el } from "./dom";
 
 export interface Series { name: string; color: string; values: (number | null)[]; dashed?: boolean }
-export interface PlotOptions { height: number; unit: string; digits: number; onClick: (seconds: number) => void; lines?: () => { value: number; color: string }[] }
+export interface PlotOptions { height: number; unit: string; digits: number; onClick: (seconds: number) => void;
+    lines?: () => { value: number; color: string }[] }
 
-const kAxis = { stroke: "#8690a0", grid: { stroke: "#1f252e", width: 1 }, ticks: { stroke: "#2a313c", width: 1, size: 4 }, font: "10px system-ui, sans-serif" };
+const kAxis = { stroke: "#8690a0", grid: { stroke: "#1f252e", width: 1 },
+    ticks: { stroke: "#2a313c", width: 1, size: 4 }, font: "10px system-ui, sans-serif" };
 
 export class Plot {
   readonly root = el("div", { class: "plot" });
@@ -19,7 +21,8 @@ export class Plot {
 
   constructor(private readonly options: PlotOptions) {
     new ResizeObserver(() => {
-      if (this.plot && this.root.clientWidth > 0) this.plot.setSize({ width: this.root.clientWidth, height: options.height });
+      if (this.plot && this.root.clientWidth > 0)
+        this.plot.setSize({ width: this.root.clientWidth, height: options.height });
     }).observe(this.root);
   }
 
@@ -38,7 +41,9 @@ export class Plot {
   // The values as drawn, for tests.
   get values(): uPlot.AlignedData { return this.data; }
   // Where a value of x lies, in pixels from the plot's left edge.
-  position(x: number): number { return this.plot ? this.plot.valToPos(x, "x") + this.plot.over.getBoundingClientRect().left : NaN; }
+  position(x: number): number {
+    return this.plot ? this.plot.valToPos(x, "x") + this.plot.over.getBoundingClientRect().left : NaN;
+  }
 
   showNow(seconds: number): void {
     this.now = seconds;
@@ -48,13 +53,17 @@ export class Plot {
   private build(series: Series[]): void {
     const { height, unit, digits, onClick, lines } = this.options;
     this.plot?.destroy();
-    const text = (value: number | null): string => (value == null ? "–" : `${value.toFixed(digits)} ${unit}`);
+    const text = (value: number | null): string => (value == null ? "\u2013" : `${value.toFixed(digits)} ${unit}`);
     this.plot = new uPlot({
-      width: Math.max(200, this.root.clientWidth), height, legend: { show: series.length > 1, live: true }, cursor: { y: false, drag: { x: true, y: false } },
+      width: Math.max(200, this.root.clientWidth), height, legend: { show: series.length > 1, live: true },
+          cursor: { y: false, drag: { x: true, y: false } },
       scales: { x: { time: false } },
-      axes: [{ ...kAxis, size: 24, values: (_, ticks) => ticks.map((t) => `${Number(t.toFixed(2))} s`) }, { ...kAxis, size: 44 }],
-      series: [{ label: "time", value: (_, v) => (v == null ? "–" : `${v.toFixed(3)} s`) }, ...series.map((s): uPlot.Series => ({
-        label: s.name, stroke: s.color, width: 1.25, dash: s.dashed ? [5, 3] : undefined, spanGaps: false, points: { show: false }, value: (_, v) => text(v) }))],
+      axes: [{ ...kAxis, size: 24, values: (_, ticks) => ticks.map((t) => `${Number(t.toFixed(2))} s`) },
+          { ...kAxis, size: 44 }],
+      series: [{ label: "time", value: (_, v) => (v == null ? "\u2013" : `${v.toFixed(3)} s`) },
+          ...series.map((s): uPlot.Series => ({
+        label: s.name, stroke: s.color, width: 1.25, dash: s.dashed ? [5, 3] : undefined, spanGaps: false,
+            points: { show: false }, value: (_, v) => text(v) }))],
       hooks: { draw: [(u) => {
         const g = u.ctx, box = u.bbox;
         for (const { value, color } of lines?.() ?? []) {
@@ -64,14 +73,16 @@ export class Plot {
           g.fillRect(box.left, y, box.width, 1);
         }
         const x = u.valToPos(this.now, "x", true);
-        if (x >= box.left && x <= box.left + box.width) g.fillStyle = "rgba(242,245,249,0.8)", g.fillRect(x - 0.5, box.top, 1.5, box.height);
+        if (x >= box.left && x <= box.left + box.width)
+          g.fillStyle = "rgba(242,245,249,0.8)", g.fillRect(x - 0.5, box.top, 1.5, box.height);
       }] },
     }, this.data, this.root);
     const over = this.plot.over;
     let down = 0;
     over.addEventListener("mousedown", (e) => { down = e.clientX; });
     over.addEventListener("mouseup", (e) => {
-      if (this.plot && Math.abs(e.clientX - down) < 3) onClick(this.plot.posToVal(e.clientX - over.getBoundingClientRect().left, "x"));
+      if (this.plot && Math.abs(e.clientX - down) < 3)
+        onClick(this.plot.posToVal(e.clientX - over.getBoundingClientRect().left, "x"));
     });
   }
 }

@@ -73,7 +73,8 @@ export class State {
       } catch { /* a broken escape */ }
     }
     const list = (key: string): string[] => (values.get(key) ?? "").split(",").filter((s) => s !== "");
-    const one = <T extends string>(key: string, all: readonly T[], other: T): T => all.find((v) => v === values.get(key)) ?? other;
+    const one = <T extends string>(key: string, all: readonly T[], other: T): T =>
+        all.find((v) => v === values.get(key)) ?? other;
     this.at = stampOf(values.get("at"));
     this.coloring = one("colour", kColorings, "label");
     this.pointSize = Math.min(8, Math.max(1, Number(values.get("size") ?? 2) || 2));
@@ -82,7 +83,8 @@ export class State {
     this.off = new Set(list("off"));
     this.tab = one("tab", kTabs, "objects");
     this.imagesOpen = values.get("images") !== "none";
-    if (this.imagesOpen && values.has("images")) [this.imageSensor = "", ...this.imageNames] = values.get("images")!.split(",");
+    if (this.imagesOpen && values.has("images"))
+      [this.imageSensor = "", ...this.imageNames] = values.get("images")!.split(",");
     this.compare = one("compare", ["side", "overlay"], "side");
     this.speed = Math.min(4, Math.max(0.1, Number(values.get("speed") ?? 1) || 1));
     const [from, to] = list("loop").map(stampOf);
@@ -97,7 +99,8 @@ export class State {
 const stampOf = (text: string | undefined): bigint | null => (text && /^\d{1,19}$/.test(text) ? BigInt(text) : null);
 
 function encodeSelection(s: Selection): string {
-  return s.kind === "track" ? `${s.log},track,${s.id}` : s.kind === "detection" ? `${s.log},detection,${s.row}` : `${s.log},point,${s.point},${s.sensor}`;
+  return s.kind === "track" ? `${s.log},track,${s.id}` : s.kind === "detection" ? `${s.log},detection,${s.row}`
+      : `${s.log},point,${s.point},${s.sensor}`;
 }
 function decodeSelection(text: string): Selection | null {
   const [logText, kind, number, sensor] = text.split(","), log = Number(logText);

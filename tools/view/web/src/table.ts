@@ -4,7 +4,8 @@
 // A table that sorts by a click on a head and calls back for a click on a row.
 import { el, setText } from "./dom";
 
-export interface Column<Row> { title: string; hint?: string; value: (row: Row) => number | string; text?: (row: Row) => string; words?: boolean }
+export interface Column<Row> { title: string; hint?: string; value: (row: Row) => number | string;
+    text?: (row: Row) => string; words?: boolean }
 
 export class DataTable<Row> {
   readonly root = el("table", { class: "data" });
@@ -16,9 +17,11 @@ export class DataTable<Row> {
   private shown: Row[] = [];
   private isPicked: (row: Row) => boolean = () => false;
 
-  constructor(private readonly columns: Column<Row>[], private readonly pick: (row: Row) => void = () => {}, private readonly rowClass: (row: Row) => string = () => "") {
+  constructor(private readonly columns: Column<Row>[], private readonly pick: (row: Row) => void = () => {},
+      private readonly rowClass: (row: Row) => string = () => "") {
     columns.forEach((column, i) => {
-      const head = el("th", { title: column.hint ?? column.title, class: column.words ? "words" : undefined }, column.title);
+      const head = el("th", { title: column.hint ?? column.title, class: column.words ? "words" : undefined },
+          column.title);
       head.addEventListener("click", () => {
         this.direction = this.sortBy === i ? -this.direction : column.words ? 1 : -1;
         this.sortBy = i;
@@ -44,12 +47,16 @@ export class DataTable<Row> {
     const column = this.columns[this.sortBy];
     this.shown = column ? [...this.rows].sort((a, b) => {
       const x = column.value(a), y = column.value(b);
-      return this.direction * (typeof x === "string" || typeof y === "string" ? String(x).localeCompare(String(y), "en", { numeric: true }) : Number.isNaN(x) ? 1 : Number.isNaN(y) ? -1 : x - y);
+      return this.direction * (typeof x === "string" || typeof y === "string"
+          ? String(x).localeCompare(String(y), "en", { numeric: true }) : Number.isNaN(x) ? 1 : Number.isNaN(y) ? -1
+          : x - y);
     }) : this.rows;
-    this.heads.forEach((head, i) => { head.dataset.sort = i === this.sortBy ? (this.direction > 0 ? "up" : "down") : ""; });
+    this.heads.forEach((head, i) => { head.dataset.sort = i === this.sortBy ? (this.direction > 0 ? "up" : "down") : "";
+        });
     while (this.body.children.length > this.shown.length) this.body.lastElementChild!.remove();
     this.shown.forEach((row, i) => {
-      const tr = this.body.children[i] ?? this.body.appendChild(el("tr", {}, ...this.columns.map((c) => el("td", { class: c.words ? "words" : undefined }))));
+      const tr = this.body.children[i] ?? this.body.appendChild(
+          el("tr", {}, ...this.columns.map((c) => el("td", { class: c.words ? "words" : undefined }))));
       tr.className = `${this.rowClass(row)}${this.isPicked(row) ? " picked" : ""}`;
       this.columns.forEach((c, k) => setText(tr.children[k], c.text ? c.text(row) : String(c.value(row))));
     });

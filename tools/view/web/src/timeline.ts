@@ -1,26 +1,32 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The time line: the latency of every frame, marks where a deadline was missed or scans were lost, the loop, the playhead.
+// The time line: the latency of every frame, marks where a deadline was missed or scans were lost, the loop, the
+// playhead.
 import type { App } from "./app";
 import { button, clockText, el, fixed, icon, kIcons, select, setText } from "./dom";
 import { nearestEntry } from "./pairs";
 import type { FrameTable } from "./types";
 
 export const kFlags: [number, string][] = [
-  [1, "no ego pose"], [2, "no map"], [4, "sensor missing"], [8, "sensor silent"], [16, "ego pose old"], [32, "cloud degraded"],
-  [64, "no data"], [128, "overflow"], [256, "clock jump"], [512, "deadline missed"], [1024, "external"], [2048, "out of sequence"],
+  [1, "no ego pose"], [2, "no map"], [4, "sensor missing"], [8, "sensor silent"], [16, "ego pose old"],
+      [32, "cloud degraded"],
+  [64, "no data"], [128, "overflow"], [256, "clock jump"], [512, "deadline missed"], [1024, "external"],
+      [2048, "out of sequence"],
   [4096, "prediction"], [8192, "exception"], [16384, "ego off map"], [32768, "work limit"], [65536, "clock suspect"],
   [131072, "ego heading unknown"], [262144, "scan incomplete"]];
-export const flagNames = (flags: number): string[] => kFlags.filter(([bit]) => Math.floor(flags / bit) % 2 === 1).map(([, name]) => name);
+export const flagNames = (flags: number): string[] =>
+    kFlags.filter(([bit]) => Math.floor(flags / bit) % 2 === 1).map(([, name]) => name);
 
 const kMissed = "#ff5c5c", kLost = "#ffb020", kBar = "#2e5f94", kBarB = "#7d5a2c";
 
 // What is marked on a frame.
 export function marksOf(table: FrameTable, index: number): { missed: boolean; lost: boolean } {
-  const flags = table.flags[index], has = (bit: number): boolean => Number.isFinite(flags) && Math.floor(flags / bit) % 2 === 1;
+  const flags = table.flags[index], has = (bit: number): boolean => Number.isFinite(flags) &&
+      Math.floor(flags / bit) % 2 === 1;
   const took = Number.isFinite(table.latency_us[index]) ? table.latency_us[index] : table.frame_us[index];
-  return { missed: has(512) || (table.deadline_us !== null && took > table.deadline_us), lost: table.lostScans[index] > 0 || has(4) || has(262144) };
+  return { missed: has(512) || (table.deadline_us !== null && took > table.deadline_us),
+      lost: table.lostScans[index] > 0 || has(4) || has(262144) };
 }
 
 export class Timeline {
@@ -30,7 +36,8 @@ export class Timeline {
   private readonly tip = el("div", { class: "tip" });
   private readonly clock = el("div", { class: "clock" });
   private readonly playButton = icon("play", "play or pause (space)", () => this.playOrPause());
-  private readonly speed = select([0.1, 0.25, 0.5, 1, 2, 4].map((v) => [String(v), `${v}×`] as const), "speed", (v) => this.app.setSpeed(Number(v)));
+  private readonly speed = select([0.1, 0.25, 0.5, 1, 2, 4].map((v) => [String(v), `${v}\u00d7`] as const), "speed",
+      (v) => this.app.setSpeed(Number(v)));
   private readonly loop = button("loop", "loop: drag with shift on the time line, or [ and ]", () => this.toggleLoop());
   private width = 0;
   private height = 0;
@@ -38,8 +45,10 @@ export class Timeline {
 
   constructor(private readonly app: App) {
     const controls = el("div", { class: "controls" },
-      icon("first", "first frame (Home)", () => app.step(-1e9)), icon("back", "a frame back (left; with shift a second)", () => app.step(-1)), this.playButton,
-      icon("forward", "a frame on (right; with shift a second)", () => app.step(1)), icon("last", "last frame (End)", () => app.step(1e9)), this.speed, this.loop);
+      icon("first", "first frame (Home)", () => app.step(-1e9)),
+          icon("back", "a frame back (left; with shift a second)", () => app.step(-1)), this.playButton,
+      icon("forward", "a frame on (right; with shift a second)", () => app.step(1)),
+          icon("last", "last frame (End)", () => app.step(1e9)), this.speed, this.loop);
     const area = el("div", { class: "area" }, this.canvas, this.tip);
     this.root.append(el("div", { class: "left" }, controls, this.clock), area);
     app.on(["table", "settings"], () => this.drawStill());
@@ -70,8 +79,10 @@ export class Timeline {
       app.changed("settings");
     };
     const keys: Record<string, () => void> = {
-      ArrowLeft: () => (e.shiftKey ? app.stepSeconds(-1) : app.step(-1)), ArrowRight: () => (e.shiftKey ? app.stepSeconds(1) : app.step(1)),
-      Home: () => app.step(-1e9), End: () => app.step(1e9), " ": () => this.playOrPause(), "[": () => setLoop(0), "]": () => setLoop(1),
+      ArrowLeft: () => (e.shiftKey ? app.stepSeconds(-1) : app.step(-1)),
+          ArrowRight: () => (e.shiftKey ? app.stepSeconds(1) : app.step(1)),
+      Home: () => app.step(-1e9), End: () => app.step(1e9), " ": () => this.playOrPause(), "[": () => setLoop(0),
+          "]": () => setLoop(1),
       n: () => void app.nextDifference(), Escape: () => app.select(null),
     };
     if (!keys[e.key]) return;
@@ -110,7 +121,8 @@ export class Timeline {
   private showTip(e: PointerEvent, stamp: bigint): void {
     const { app } = this;
     if (app.entries.length === 0) return;
-    const i = nearestEntry(app.entries, stamp), entry = app.entries[i], table = app.logs[0].table, frame = entry.frames[0];
+    const i = nearestEntry(app.entries, stamp), entry = app.entries[i], table = app.logs[0].table,
+        frame = entry.frames[0];
     const parts = [`frame ${i}`, `${clockText(app.seconds(entry.stamp))} s`];
     if (table && frame >= 0) {
       parts.push(`${fixed(table.frame_us[frame] / 1000, 2)} ms`);
@@ -118,7 +130,7 @@ export class Timeline {
       parts.push(...flagNames(table.flags[frame]));
     }
     this.tip.hidden = false;
-    setText(this.tip, parts.join("  ·  "));
+    setText(this.tip, parts.join("  \u00b7  "));
     const box = this.root.getBoundingClientRect(), left = (this.canvas.getBoundingClientRect().left);
     this.tip.style.left = `${Math.min(e.clientX - left, box.right - left - this.tip.offsetWidth - 8)}px`;
   }
@@ -132,7 +144,8 @@ export class Timeline {
     const ratio = devicePixelRatio, area = this.canvas.parentElement!, { app } = this;
     this.width = area.clientWidth;
     this.height = area.clientHeight;
-    for (const canvas of [this.canvas, this.still]) Object.assign(canvas, { width: Math.max(1, this.width * ratio), height: Math.max(1, this.height * ratio) });
+    for (const canvas of [this.canvas, this.still])
+      Object.assign(canvas, { width: Math.max(1, this.width * ratio), height: Math.max(1, this.height * ratio) });
     const g = this.still.getContext("2d")!, base = this.height - 16, top = 12;
     g.scale(ratio, ratio);
     this.marked = { missed: 0, lost: 0 };
@@ -149,7 +162,8 @@ export class Timeline {
           g.fillRect(x, base - 3, bar, 3);
           continue;
         }
-        const us = table.frame_us[frame], marks = marksOf(table, frame), height = Number.isFinite(us) && highest > 0 ? us / highest * (base - top) : 2;
+        const us = table.frame_us[frame], marks = marksOf(table, frame),
+            height = Number.isFinite(us) && highest > 0 ? us / highest * (base - top) : 2;
         g.fillStyle = log === 0 ? kBar : kBarB;
         g.fillRect(x, base - height, log === 0 ? bar : Math.max(1, bar / 2), height);
         if (marks.missed) ++this.marked.missed, g.fillStyle = kMissed, g.fillRect(x, 0, Math.max(2, bar), 6);
@@ -162,7 +176,8 @@ export class Timeline {
     }
     g.fillStyle = "#7d8797";
     g.font = "10px system-ui, sans-serif";
-    const whole = app.seconds(app.last), step = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600].find((s) => whole / s < this.width / 70) ?? 1200;
+    const whole = app.seconds(app.last), step = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300,
+        600].find((s) => whole / s < this.width / 70) ?? 1200;
     for (let s = 0; whole > 0 && s <= whole; s += step) {
       const x = s / whole * (this.width - 1);
       g.fillRect(x, base, 1, 3);
@@ -197,6 +212,7 @@ export class Timeline {
     this.playButton.querySelector("path")!.setAttribute("d", kIcons[app.playing ? "pause" : "play"]);
     this.speed.value = String(app.state.speed);
     this.loop.classList.toggle("on", app.state.loop !== null);
-    setText(this.clock, app.entry ? `${clockText(app.seconds(app.entry.stamp))}  /  ${clockText(app.seconds(app.last))}` : "");
+    setText(this.clock, app.entry ? `${clockText(app.seconds(app.entry.stamp))}  /  ${clockText(app.seconds(app.last))}`
+        : "");
   }
 }

@@ -81,6 +81,7 @@ export interface StageColumn { sensor: string; stage: string; us: Float64Array }
 export interface FrameTable {
   stamps: BigInt64Array;
   deadline_us: number | null;
+  period_us: number | null;
   frame_us: Float64Array;
   latency_us: Float64Array;
   points: Float64Array;

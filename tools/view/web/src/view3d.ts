@@ -14,8 +14,9 @@ import type { Ego } from "./types";
 interface Viewport { scene: LogScene; left: number; width: number }
 export interface PickedPoint { log: number; sensor: string; point: number }
 
-const kBackground = 0x0d1014, kPickRadius_px = 7;
-const kStart = { position: new THREE.Vector3(-17, 0, 10), target: new THREE.Vector3(16, 0, 0) }, kTopHeight_m = 90, kTopTarget = new THREE.Vector3(22, 0, 0);
+const kBackground = 0x0d1014, kPickRadius_px = 7, kLetter_px = 6.2, kLine_px = 14;
+const kStart = { position: new THREE.Vector3(-17, 0, 10), target: new THREE.Vector3(16, 0, 0) }, kTopHeight_m = 90,
+    kTopTarget = new THREE.Vector3(22, 0, 0);
 
 export class View3d {
   readonly root = el("div", { class: "view3d" });
@@ -66,7 +67,9 @@ export class View3d {
   }
 
   get canvas(): HTMLCanvasElement { return this.renderer.domElement; }
-  private get camera(): THREE.PerspectiveCamera | THREE.OrthographicCamera { return this.state.view === "top" ? this.top : this.perspective; }
+  private get camera(): THREE.PerspectiveCamera | THREE.OrthographicCamera {
+    return this.state.view === "top" ? this.top : this.perspective;
+  }
 
   invalidate(): void { this.dirty = true; }
 
@@ -104,7 +107,8 @@ export class View3d {
       return new THREE.Matrix4();
     }
     this.anchor ??= ego;
-    const { x_m, y_m, yaw_rad } = this.anchor, c = Math.cos(yaw_rad), s = Math.sin(yaw_rad), dx = ego.x_m - x_m, dy = ego.y_m - y_m;
+    const { x_m, y_m, yaw_rad } = this.anchor, c = Math.cos(yaw_rad), s = Math.sin(yaw_rad), dx = ego.x_m - x_m,
+        dy = ego.y_m - y_m;
     return new THREE.Matrix4().makeRotationZ(ego.yaw_rad - yaw_rad).setPosition(dx * c + dy * s, dy * c - dx * s, 0);
   }
 
@@ -118,7 +122,8 @@ export class View3d {
   private get isOverlaid(): boolean { return this.scenes.length > 1 && this.state.compare === "overlay"; }
   private viewports(): Viewport[] {
     const width = this.root.clientWidth, share = this.isOverlaid ? 1 : this.scenes.length || 1;
-    return this.scenes.map((scene, i) => ({ scene, left: this.isOverlaid ? 0 : i * width / share, width: width / share }));
+    return this.scenes.map((scene, i) => ({ scene, left: this.isOverlaid ? 0 : i * width / share,
+        width: width / share }));
   }
 
   // Brings the scenes to the state; the picture follows.
@@ -172,6 +177,7 @@ export class View3d {
 
   private placeLabels(viewports: Viewport[], height: number): void {
     let used = 0;
+    const taken: [number, number, number][] = [];  // left, right, top of texts that are placed: others move below them
     const put = (x: number, y: number, kind: string, text: string): void => {
       const label = this.pool[used] ?? this.overlay.appendChild(el("span"));
       this.pool[used++] = label;
@@ -181,12 +187,23 @@ export class View3d {
       label.hidden = false;
     };
     viewports.forEach(({ scene, left, width }, i) => {
-      if (viewports.length > 1) put(left + 12, this.isOverlaid ? height - 52 + 18 * i : height - 34, `corner log${i}`, `${"AB"[i]}  ${scene.log.name}${this.isOverlaid && i === 1 ? "  (dashed)" : ""}`);
+      if (viewports.length > 1)
+        put(left + 12, this.isOverlaid ? height - 52 + 18 * i : height - 34, `corner log${i}`,
+            `${"AB"[i]}  ${scene.log.name}${this.isOverlaid && i === 1 ? "  (dashed)" : ""}`);
       for (const label of scene.labels) {
         const at = this.project(i, label.at);
-        if (at && at[0] > left && at[0] < left + width - 30 && at[1] > 40 && at[1] < height) put(at[0], at[1], label.kind, label.text);
+        if (!at || at[0] < left || at[0] > left + width - 30 || at[1] < 40 || at[1] > height) continue;
+        const right = at[0] + kLetter_px * label.text.length;
+        let top = at[1];
+        if (label.kind !== "ring") {
+          for (const [a, b, t] of taken) if (at[0] < b && right > a && Math.abs(top - t) < kLine_px) top = t + kLine_px;
+          taken.push([at[0], right, top]);
+          taken.sort((a, b) => a[2] - b[2]);
+        }
+        put(at[0], top, label.kind, label.text);
       }
-      if (viewports.length > 1 && !scene.log.frame) put(left + width / 2 - 90, height / 2, "corner", "no frame of this log here");
+      if (viewports.length > 1 && !scene.log.frame)
+        put(left + width / 2 - 90, height / 2, "corner", "no frame of this log here");
     });
     for (let i = used; i < this.pool.length; ++i) this.pool[i].hidden = true;
   }
@@ -196,7 +213,8 @@ export class View3d {
     let down: [number, number] | null = null, hover: [number, number] | null = null;
     canvas.addEventListener("pointerdown", (e) => { down = [e.offsetX, e.offsetY]; });
     canvas.addEventListener("pointerup", (e) => {
-      if (down && Math.hypot(e.offsetX - down[0], e.offsetY - down[1]) < 4) this.onPick(this.pick(e.offsetX, e.offsetY));
+      if (down && Math.hypot(e.offsetX - down[0], e.offsetY - down[1]) < 4)
+        this.onPick(this.pick(e.offsetX, e.offsetY));
       down = null;
     });
     canvas.addEventListener("pointermove", (e) => {
@@ -224,7 +242,8 @@ export class View3d {
       if (x < left || x > left + width) return;
       this.aim(width / this.root.clientHeight);
       const caster = new THREE.Raycaster();
-      caster.setFromCamera(new THREE.Vector2((x - left) / width * 2 - 1, 1 - y / this.root.clientHeight * 2), this.camera);
+      caster.setFromCamera(new THREE.Vector2((x - left) / width * 2 - 1, 1 - y / this.root.clientHeight * 2),
+          this.camera);
       const ray = caster.ray.applyMatrix4(scene.root.matrix.clone().invert());
       for (const t of scene.targets) {
         const inverse = new THREE.Matrix4().makeRotationZ(t.heading_rad).setPosition(...t.center).invert();
@@ -244,10 +263,12 @@ export class View3d {
     this.viewports().forEach(({ scene, left, width }, log) => {
       if (x < left || x > left + width || (this.isOverlaid && log > 0)) return;
       this.aim(width / height);
-      const whole = new THREE.Matrix4().multiplyMatrices(this.camera.projectionMatrix, this.camera.matrixWorldInverse).multiply(scene.root.matrix);
+      const whole = new THREE.Matrix4().multiplyMatrices(this.camera.projectionMatrix,
+          this.camera.matrixWorldInverse).multiply(scene.root.matrix);
       for (const cloud of scene.log.frame?.clouds ?? []) {
         if (!this.state.isOn(`sensor:${cloud.sensor}`)) continue;
-        const m = whole.clone().multiply(new THREE.Matrix4().fromArray(cloud.vehicleFromSensor)).elements, p = cloud.position;
+        const m = whole.clone().multiply(new THREE.Matrix4().fromArray(cloud.vehicleFromSensor)).elements,
+            p = cloud.position;
         for (let i = 0, k = 0; i < cloud.count; ++i, k += 3) {
           const w = m[3] * p[k] + m[7] * p[k + 1] + m[11] * p[k + 2] + m[15];
           if (!(w > 0)) continue;
@@ -266,10 +287,12 @@ export class View3d {
   // For tests: the canvas' pixels, r g b a, from the top left, in device pixels.
   readPixels(): { width: number; height: number; pixels: Uint8Array } {
     this.render();
-    const gl = this.renderer.getContext(), width = gl.drawingBufferWidth, height = gl.drawingBufferHeight, raw = new Uint8Array(4 * width * height);
+    const gl = this.renderer.getContext(), width = gl.drawingBufferWidth, height = gl.drawingBufferHeight,
+        raw = new Uint8Array(4 * width * height);
     gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, raw);
     const pixels = new Uint8Array(raw.length);
-    for (let row = 0; row < height; ++row) pixels.set(raw.subarray(4 * width * (height - 1 - row), 4 * width * (height - row)), 4 * width * row);
+    for (let row = 0; row < height; ++row)
+      pixels.set(raw.subarray(4 * width * (height - 1 - row), 4 * width * (height - row)), 4 * width * row);
     return { width, height, pixels };
   }
   pointPosition(p: PickedPoint): Point | null {

@@ -1,19 +1,22 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Reads one log, or one live run. Of several requests for a frame only the newest is answered; the background work stops
+// Reads one log, or one live run. Of several requests for a frame only the newest is answered; the background work
+// stops
 // for each request.
 import { LiveReader } from "./reader/live_reader";
 import { LogReader } from "./reader/log_reader";
 import { Fault } from "./reader/range_file";
 import type { Frame, FromWorker, ToWorker } from "./types";
 
-const scope = self as unknown as { postMessage(message: FromWorker, transfer: Transferable[]): void; onmessage: ((event: MessageEvent<ToWorker>) => void) | null };
+const scope = self as unknown as { postMessage(message: FromWorker, transfer: Transferable[]): void;
+    onmessage: ((event: MessageEvent<ToWorker>) => void) | null };
 const post = (message: FromWorker, transfer: Transferable[] = []): void => scope.postMessage(message, transfer);
 
 type FrameRequest = Extract<ToWorker, { type: "frame" }>;
 let reader: LogReader | null = null;
 let wanted: FrameRequest | null = null;
+const numbersWanted: FrameRequest[] = [];  // of two logs' comparison: all are answered
 let running = false;
 let live: LiveReader | null = null;
 
@@ -24,7 +27,8 @@ function buffersOf(frame: Frame): Transferable[] {
 
 function report(error: unknown): void {
   if (error instanceof Fault) post({ type: "fault", kind: error.kind, text: error.message });
-  else post({ type: "fault", kind: "damaged", text: `The log cannot be read: ${error instanceof Error ? error.message : String(error)}.` });
+  else post({ type: "fault", kind: "damaged",
+      text: `The log cannot be read: ${error instanceof Error ? error.message : String(error)}.` });
 }
 
 async function answer(request: FrameRequest): Promise<void> {
@@ -44,8 +48,8 @@ async function pump(): Promise<void> {
   running = true;
   for (;;) {
     await new Promise((done) => setTimeout(done, 0));  // lets newer requests in
-    const request = wanted;
-    wanted = null;
+    const request = wanted ?? numbersWanted.shift();
+    if (request === wanted) wanted = null;
     if (request) {
       await answer(request);
       continue;
@@ -58,7 +62,7 @@ async function pump(): Promise<void> {
     }
   }
   running = false;
-  if (wanted) void pump();
+  if (wanted || numbersWanted.length > 0) void pump();
 }
 
 scope.onmessage = async ({ data }) => {
@@ -75,6 +79,7 @@ scope.onmessage = async ({ data }) => {
     live.connect();
   } else if (data.type === "frame") {
     if (live) live.setImages(data.images);
+    else if (data.numbersOnly) numbersWanted.push(data);
     else wanted = data;
   } else if (data.type === "history") {
     reader?.wantHistory(data.center, data.all);

@@ -18,15 +18,19 @@ export class ComparePanel {
   private readonly counts: DataTable<Row>;
   private readonly now: DataTable<Row>;
   private readonly config = new DataTable<{ key: string; a: string; b: string }>([
-    { title: "parameter", value: (r) => r.key, words: true }, { title: "A", value: (r) => r.a, words: true }, { title: "B", value: (r) => r.b, words: true }]);
+    { title: "parameter", value: (r) => r.key, words: true }, { title: "A", value: (r) => r.a, words: true },
+        { title: "B", value: (r) => r.b, words: true }]);
   private readonly configHead = el("h3");
 
   constructor(private readonly app: App) {
-    const columns = [{ title: "", value: (r: Row) => r.name, words: true }, { title: "A", value: (r: Row) => r.a, text: (r: Row) => fixed(r.a, r.digits) },
-      { title: "B", value: (r: Row) => r.b, text: (r: Row) => fixed(r.b, r.digits) }, { title: "B − A", value: (r: Row) => r.b - r.a, text: (r: Row) => fixed(r.b - r.a, r.digits) }];
+    const columns = [{ title: "", value: (r: Row) => r.name, words: true },
+        { title: "A", value: (r: Row) => r.a, text: (r: Row) => fixed(r.a, r.digits) },
+      { title: "B", value: (r: Row) => r.b, text: (r: Row) => fixed(r.b, r.digits) },
+          { title: "B \u2212 A", value: (r: Row) => r.b - r.a, text: (r: Row) => fixed(r.b - r.a, r.digits) }];
     this.counts = new DataTable<Row>(columns);
     this.now = new DataTable<Row>(columns);
-    this.layout = new Choice([["side", "side by side", "one camera, two views"], ["overlay", "overlaid", "B dashed over A"]], (value) => {
+    this.layout = new Choice([["side", "side by side", "one camera, two views"],
+        ["overlay", "overlaid", "B dashed over A"]], (value) => {
       app.state.compare = value;
       app.changed("settings");
     });
@@ -34,7 +38,8 @@ export class ComparePanel {
       if (app.searching) app.searching = false;
       else void app.nextDifference();
     }, "next");
-    this.root.append(el("div", { class: "row" }, this.layout.root, next), this.found, this.pairs, el("h3", {}, "This frame"), this.now.root,
+    this.root.append(el("div", { class: "row" }, this.layout.root, next), this.found, this.pairs,
+        el("h3", {}, "This frame"), this.now.root,
                      el("h3", {}, "All frames"), this.counts.root, this.configHead, this.config.root);
     app.on(["info", "table", "settings", "faults"], () => this.draw());
     app.on(["frame", "settings"], () => this.drawNow());
@@ -45,11 +50,13 @@ export class ComparePanel {
     if (app.state.tab !== "compare" || !a || !b) return;
     this.layout.show(app.state.compare);
     setText(this.found, app.difference);
-    const only = [0, 1].map((i) => app.entries.filter((e) => e.frames[1 - i] < 0).length), both = app.entries.length - only[0] - only[1];
+    const only = [0, 1].map((i) => app.entries.filter((e) => e.frames[1 - i] < 0).length),
+        both = app.entries.length - only[0] - only[1];
     setText(this.pairs, `${both} frames in both logs, ${only[0]} in A only, ${only[1]} in B only`);
     this.counts.set(rowsOf(a.table, b.table));
     const differences = configDifference(a.info?.config ?? "", b.info?.config ?? "");
-    setText(this.configHead, `Configuration: ${differences.length} ${differences.length === 1 ? "value differs" : "values differ"}`);
+    setText(this.configHead, `Configuration: ${differences.length} ${differences.length === 1 ? "value differs"
+        : "values differ"}`);
     this.config.set(differences);
   }
 
@@ -76,7 +83,8 @@ function rowsOf(a: FrameTable | null, b: FrameTable | null): Row[] {
     const known = values ? finiteSorted(values) : new Float64Array(0);
     return known.length === 0 ? NaN : known.reduce((s, v) => s + v, 0);
   };
-  for (const [name, key] of [["points", "points"], ["detections", "detections"], ["tracks", "tracks"], ["confirmed tracks", "confirmed"], ["lost scans", "lostScans"]] as const)
+  for (const [name, key] of [["points", "points"], ["detections", "detections"], ["tracks", "tracks"],
+      ["confirmed tracks", "confirmed"], ["lost scans", "lostScans"]] as const)
     rows.push({ name, a: sum(a?.[key]), b: sum(b?.[key]), digits: 0 });
   for (const [name, share] of [["frame p50, ms", 0.5], ["frame p99, ms", 0.99], ["frame max, ms", 1]] as const) {
     const [x, y] = [a, b].map((t) => quantile(finiteSorted(t?.frame_us ?? new Float64Array(0)), share) / 1000);

@@ -10,7 +10,8 @@ import { DataTable } from "../table";
 
 interface StageRow { key: string; log: number; values: Float64Array; sorted: Float64Array }
 
-const kColors = ["#4da3ff", "#3ddc84", "#ffb020", "#ff6ad5", "#c58bff", "#5ee0e6", "#f2e35c", "#ff8a70"], kBins = 48, kNone = new Float64Array(0);
+const kColors = ["#4da3ff", "#3ddc84", "#ffb020", "#ff6ad5", "#c58bff", "#5ee0e6", "#f2e35c", "#ff8a70"], kBins = 48,
+    kNone = new Float64Array(0);
 
 export class LatencyPanel {
   readonly root = el("section", { class: "latency" });
@@ -22,8 +23,9 @@ export class LatencyPanel {
   private rows: StageRow[] = [];
 
   constructor(private readonly app: App) {
-    this.plot = new Plot({ height: 190, unit: "ms", digits: 3, onClick: (s) => app.gotoStamp(app.first + BigInt(Math.round(s * 1e9))),
-                           lines: () => (this.deadline_ms === null ? [] : [{ value: this.deadline_ms, color: "#ff5c5c" }]) });
+    this.plot = new Plot({ height: 190, unit: "ms", digits: 3,
+        onClick: (s) => app.gotoStamp(app.first + BigInt(Math.round(s * 1e9))),
+                           lines: () => this.limits().map(({ ms, color }) => ({ value: ms, color })) });
     const ms = (row: StageRow, share: number): number => quantile(row.sorted, share) / 1000;
     this.table = new DataTable<StageRow>([
       ...(app.logs.length > 1 ? [{ title: "log", value: (r: StageRow) => "AB"[r.log], words: true }] : []),
@@ -34,15 +36,21 @@ export class LatencyPanel {
       { title: "now ms", value: (r) => this.nowOf(r), text: (r) => fixed(this.nowOf(r), 3) },
       { title: "frames", value: (r) => r.sorted.length },
     ], (r) => this.toggleSeries(r.key));
-    this.root.append(this.head, this.plot.root, this.histogramHead, this.histogram, el("h3", {}, "Stages"), el("div", { class: "hint" }, "A click on a row adds it to the plot or takes it away. A click in the plot goes to the frame."), this.table.root);
+    this.root.append(this.head, this.plot.root, this.histogramHead, this.histogram, el("h3", {}, "Stages"),
+        el("div", { class: "hint" },
+        "A click on a row adds it to the plot or takes it away. A click in the plot goes to the frame."),
+        this.table.root);
     app.on(["table", "settings"], () => this.draw());
     app.on(["clock"], () => this.drawNow());
     new ResizeObserver(() => this.drawHistogram()).observe(this.histogram);
   }
 
-  get deadline_ms(): number | null {
-    const us = this.app.logs[0]?.table?.deadline_us ?? null;
-    return us === null ? null : us / 1000;
+  // The deadline, and the period of the scans: the lines of the plot.
+  private limits(): { name: string; ms: number; color: string }[] {
+    const { deadline_us = null, period_us = null } = this.app.logs[0]?.table ?? {}, list = [];
+    if (deadline_us !== null) list.push({ name: "deadline", ms: deadline_us / 1000, color: "#ff5c5c" });
+    if (period_us !== null) list.push({ name: "period", ms: period_us / 1000, color: "#5a6575" });
+    return list;
   }
   private nowOf(row: StageRow): number { return (row.values[this.app.entry?.frames[row.log] ?? -1] ?? NaN) / 1000; }
 
@@ -64,7 +72,8 @@ export class LatencyPanel {
       };
       add("frame", table.frame_us);
       add("latency", table.latency_us);
-      for (const s of table.stages) if (s.sensor !== "" || s.stage !== "frame") add(s.sensor === "" ? s.stage : `${s.sensor}/${s.stage}`, s.us);
+      for (const s of table.stages)
+        if (s.sensor !== "" || s.stage !== "frame") add(s.sensor === "" ? s.stage : `${s.sensor}/${s.stage}`, s.us);
     }
   }
 
@@ -79,10 +88,12 @@ export class LatencyPanel {
           const us = row.values[e.frames[row.log]];
           return us === undefined || Number.isNaN(us) ? null : us / 1000;
         });
-        series.push({ name: app.logs.length > 1 ? `${"AB"[row.log]} ${key}` : key, color: kColors[series.length % kColors.length], values, dashed: row.log === 1 });
+        series.push({ name: app.logs.length > 1 ? `${"AB"[row.log]} ${key}` : key,
+            color: kColors[series.length % kColors.length], values, dashed: row.log === 1 });
       }
     this.plot.set(x, series);
-    setText(this.head, this.deadline_ms === null ? "Time of each frame, ms (the log names no deadline)" : `Time of each frame, ms; deadline ${fixed(this.deadline_ms, 1)} ms`);
+    const limits = this.limits().map(({ name, ms }) => `; ${name} ${fixed(ms, 1)}`);
+    setText(this.head, `Time of each frame, ms${limits.join("")}`);
     this.drawNow();
     this.drawHistogram();
   }
@@ -102,11 +113,13 @@ export class LatencyPanel {
     const g = this.histogram.getContext("2d")!;
     g.scale(ratio, ratio);
     setText(this.histogramHead, `Histogram: ${key}`);
-    const sorted = shown.map((r) => r.sorted), high = Math.max(...sorted.map((s) => quantile(s, 1)), 1), base = height - 16;
+    const sorted = shown.map((r) => r.sorted), high = Math.max(...sorted.map((s) => quantile(s, 1)), 1),
+        base = height - 16;
     for (const [i, values] of sorted.entries()) {
       const counts = histogramOf(values, high), most = Math.max(...counts, 1), bar = width / kBins;
       g.fillStyle = i === 0 ? "#2e6fb5" : "rgba(255,176,32,0.55)";
-      counts.forEach((count, k) => { if (count > 0) g.fillRect(k * bar, base - Math.max(1, count / most * (base - 14)), bar - 1, Math.max(1, count / most * (base - 14))); });
+      counts.forEach((count, k) => { if (count > 0) g.fillRect(k * bar, base - Math.max(1, count / most * (base - 14)),
+          bar - 1, Math.max(1, count / most * (base - 14))); });
       g.font = "10px system-ui, sans-serif";
       for (const [name, share] of [["p50", 0.5], ["p99", 0.99], ["max", 1]] as const) {
         const x = Math.min(quantile(values, share) / high * width, width - 1);

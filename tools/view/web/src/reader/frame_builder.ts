@@ -1,7 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// One frame from its messages. All that a frame draws is in the vehicle's frame, or in the map's frame with the ego pose.
+// One frame from its messages. All that a frame draws is in the vehicle's frame, or in the map's frame with the ego
+// pose.
 import { kHistory } from "../types";
 import type { Car, Cloud, Detection, Ego, Frame, Image, Matrix, Road, Track, TrackPath } from "../types";
 import * as decode from "./messages";
@@ -10,8 +11,10 @@ export interface TopicMessage { topic: string; schema: string; encoding: string;
 
 export const kCloudSchemas = ["foxglove.PointCloud", "sensor_msgs/msg/PointCloud2"];
 export const kOdometry = "nav_msgs/msg/Odometry";
-export const kFrameSchemas = new Set([...kCloudSchemas, kOdometry, "foxglove.FrameTransform", "foxglove.RawImage", "tf2_msgs/msg/TFMessage",
-  "overtake.Detections", "overtake.Tracks", "overtake.Times", "overtake.Counters", "overtake.Truth", "overtake.CarStates"]);
+export const kFrameSchemas = new Set([...kCloudSchemas, kOdometry, "foxglove.FrameTransform", "foxglove.RawImage",
+    "tf2_msgs/msg/TFMessage",
+  "overtake.Detections", "overtake.Tracks", "overtake.Times", "overtake.Counters", "overtake.Truth",
+      "overtake.CarStates"]);
 
 export const sensorOf = (topic: string): string => topic.replace(/^\//, "").replace(/\/(points|image\/.*)$/, "");
 
@@ -37,8 +40,11 @@ function list<T>(message: unknown, key: string): T[] {
 interface Mounted { cloud: decode.Packed; sensor: string }
 
 export function buildFrame(index: number, stamp: bigint, messages: TopicMessage[], statics: decode.Transform[]): Frame {
-  const frame: Frame = { index, stamp, ego: null, clouds: [], images: [], detections: [], tracks: [], tracksInMap: false, pathStep_s: 0.1,
-                         truth: [], truthInMap: true, times: [], counters: null, road: { cell_m: kCell_m, side: kSide, z_m: new Float32Array(0) }, missing: [], read_ms: 0 };
+  const frame: Frame = { index, stamp, ego: null, clouds: [], images: [], detections: [], tracks: [],
+      tracksInMap: false, pathStep_s: 0.1,
+                         truth: [], truthInMap: true, times: [], counters: null,
+                             road: { cell_m: kCell_m, side: kSide, z_m: new Float32Array(0) }, missing: [],
+                             read_ms: 0 };
   const parents = new Map(statics.map((t) => [t.child, t]));
   const mounted: Mounted[] = [];
   let vehicle = "vehicle";
@@ -52,8 +58,11 @@ export function buildFrame(index: number, stamp: bigint, messages: TopicMessage[
         for (const t of decode.decodeTfMessage(data)) parents.set(t.child, t);
       } else if (schema === kOdometry && encoding === "cdr") {
         const pose = decode.decodeOdometry(data);
-        if (topic.includes("opponent")) frame.truth.push({ name: "opponent", ...planar(pose.matrix), heading_rad: planar(pose.matrix).yaw_rad, speed_mps: pose.speed_mps, length_m: 4.921, width_m: 1.886 });
-        else if (!topic.includes("truth") || !frame.ego) frame.ego = planar(pose.matrix), vehicle = pose.child || vehicle;
+        if (topic.includes("opponent"))
+          frame.truth.push({ name: "opponent", ...planar(pose.matrix), heading_rad: planar(pose.matrix).yaw_rad,
+              speed_mps: pose.speed_mps, length_m: 4.921, width_m: 1.886 });
+        else if (!topic.includes("truth") || !frame.ego)
+          frame.ego = planar(pose.matrix), vehicle = pose.child || vehicle;
       } else if (schema === "foxglove.PointCloud") {
         mounted.push({ cloud: decode.decodeCloud(data), sensor: sensorOf(topic) });
       } else if (schema === "sensor_msgs/msg/PointCloud2") {
@@ -64,10 +73,12 @@ export function buildFrame(index: number, stamp: bigint, messages: TopicMessage[
         readJson(frame, schema, decode.decodeJson(data));
       }
     } catch (error) {
-      frame.missing.push(`A message on ${topic} cannot be read: ${error instanceof Error ? error.message : String(error)}.`);
+      frame.missing.push(`A message on ${topic} cannot be read: ${error instanceof Error ? error.message
+          : String(error)}.`);
     }
   }
-  for (const { cloud, sensor } of mounted) frame.clouds.push(unpackCloud(cloud, sensor, findMount(cloud.frame, vehicle, parents, frame)));
+  for (const { cloud, sensor } of mounted)
+    frame.clouds.push(unpackCloud(cloud, sensor, findMount(cloud.frame, vehicle, parents, frame)));
   frame.clouds.sort((a, b) => a.sensor.localeCompare(b.sensor));
   frame.road = estimateRoad(frame.clouds);
   return frame;
@@ -81,12 +92,16 @@ function findMount(name: string, vehicle: string, parents: Map<string, decode.Tr
     matrix = multiply(up.matrix, matrix);
     at = up.parent;
   }
-  if (at === name && at !== vehicle) frame.missing.push(`No transform leads from the frame ${name} to the vehicle: its points are drawn as if its origin was the vehicle's.`);
+  if (at === name && at !== vehicle)
+    frame.missing.push(
+        `No transform leads from the frame ${name} to the vehicle: its points are drawn as if `
+            + "its origin was the vehicle's.");
   return matrix;
 }
 
 function unpackCloud(cloud: decode.Packed, sensor: string, vehicleFromSensor: Matrix): Cloud {
-  if (cloud.stride % 4 === 0 && cloud.data.byteOffset % 4 !== 0) cloud = { ...cloud, data: cloud.data.slice() };  // aligned
+  // aligned
+  if (cloud.stride % 4 === 0 && cloud.data.byteOffset % 4 !== 0) cloud = { ...cloud, data: cloud.data.slice() };
   const count = cloud.stride > 0 ? Math.floor(cloud.data.length / cloud.stride) : 0;
   const out: Cloud = { sensor, count, position: new Float32Array(3 * count), fields: {}, vehicleFromSensor };
   for (const field of cloud.fields) {
@@ -103,9 +118,11 @@ function unpackCloud(cloud: decode.Packed, sensor: string, vehicleFromSensor: Ma
 
 function unpackImage(topic: string, data: Uint8Array): Image {
   const raw = decode.decodeImage(data), pixel = raw.encoding === "32FC1" ? 4 : raw.encoding === "rgb8" ? 3 : 1;
-  if (raw.step !== raw.cols * pixel || raw.data.length !== raw.rows * raw.step) throw new RangeError("its size does not fit its pixels");
+  if (raw.step !== raw.cols * pixel || raw.data.length !== raw.rows * raw.step)
+    throw new RangeError("its size does not fit its pixels");
   const bytes = raw.data.slice();
-  return { sensor: sensorOf(topic), name: topic.split("/image/")[1] ?? topic, rows: raw.rows, cols: raw.cols, encoding: raw.encoding,
+  return { sensor: sensorOf(topic), name: topic.split("/image/")[1] ?? topic, rows: raw.rows, cols: raw.cols,
+      encoding: raw.encoding,
            values: pixel === 4 ? new Float32Array(bytes.buffer) : bytes };
 }
 
@@ -130,7 +147,8 @@ function readJson(frame: Frame, schema: string, message: unknown): void {
 // The mean height of the points labelled ground in each cell; of the lowest points where there are no labels. Cells
 // without points take the next cell's.
 function estimateRoad(clouds: Cloud[]): Road {
-  const cells = kSide * kSide, sum = new Float32Array(cells), count = new Uint16Array(cells), lowest = new Float32Array(cells).fill(Infinity);
+  const cells = kSide * kSide, sum = new Float32Array(cells), count = new Uint16Array(cells),
+      lowest = new Float32Array(cells).fill(Infinity);
   const half = kSide / 2;
   for (const { count: points, position: p, fields, vehicleFromSensor: m } of clouds)
     for (let i = 0, k = 0; i < points; ++i, k += 3) {
@@ -153,7 +171,9 @@ function estimateRoad(clouds: Cloud[]): Road {
     }
   };
   for (let i = 0; i < kSide; ++i) carry(i * kSide + half, 1);  // outwards from the vehicle's column
-  for (let i = 0; i < kSide; ++i) for (const [from, step] of [[i * kSide + kSide - 1, -1], [i, kSide], [cells - kSide + i, -kSide]]) carry(from, step);
+  for (let i = 0; i < kSide; ++i)
+    for (const [from, step] of [[i * kSide + kSide - 1, -1], [i, kSide], [cells - kSide + i, -kSide]])
+      carry(from, step);
   for (let i = 0; i < cells; ++i) if (Number.isNaN(z_m[i])) z_m[i] = 0;
   for (const step of [1, kSide])  // a cell's few points scatter: means of three
     for (let i = step, before = z_m[0]; i + step < cells; ++i) {
@@ -168,8 +188,10 @@ export function historyRows(frame: { tracks: Track[]; tracksInMap: boolean; ego:
   const rows = new Float64Array(frame.tracks.length * kHistory.length);
   frame.tracks.forEach((t, i) => {
     const id = BigInt(t.id), from = frame.tracksInMap ? frame.ego : { x_m: 0, y_m: 0 };
-    rows.set([Number(id & 0xffffffffn), Number(id >> 32n), t.state === "confirmed" ? 1 : 0, t.x_m, t.y_m, t.speed_mps, t.covariance[0],
-              t.covariance[2], t.hits, t.existence ?? NaN, from ? Math.hypot(t.x_m - from.x_m, t.y_m - from.y_m) : NaN, t.flags], i * kHistory.length);
+    rows.set([Number(id & 0xffffffffn), Number(id >> 32n), t.state === "confirmed" ? 1 : 0, t.x_m, t.y_m, t.speed_mps,
+        t.covariance[0],
+              t.covariance[2], t.hits, t.existence ?? NaN, from ? Math.hypot(t.x_m - from.x_m, t.y_m - from.y_m) : NaN,
+                  t.flags], i * kHistory.length);
   });
   return rows;
 }

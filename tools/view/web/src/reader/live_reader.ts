@@ -9,7 +9,8 @@ import { decodeLines, viewOf } from "./messages";
 
 interface Advertised { id: number; topic: string; encoding: string; schemaName: string }
 
-const kSubprotocols = ["foxglove.sdk.v1", "foxglove.websocket.v1"], kLongestWait_ms = 4000, kKeptFrames = 2400, kMessageData = 1;
+const kSubprotocols = ["foxglove.sdk.v1", "foxglove.websocket.v1"], kLongestWait_ms = 4000, kKeptFrames = 2400,
+    kMessageData = 1;
 
 export class LiveReader {
   private readonly channels = new Map<number, Advertised>();
@@ -25,14 +26,16 @@ export class LiveReader {
   private wait_ms = 250;
   private map: Float64Array[] = [];
 
-  constructor(private readonly url: string, private readonly post: (message: FromWorker, transfer?: Transferable[]) => void,
+  constructor(private readonly url: string, private readonly post: (message: FromWorker, transfer?: Transferable[]) =>
+      void,
               private readonly buffersOf: (frame: Frame) => Transferable[]) {}
 
   connect(): void {
     const socket = new WebSocket(this.url, kSubprotocols);
     this.socket = socket;
     socket.binaryType = "arraybuffer";
-    socket.onmessage = ({ data }) => (typeof data === "string" ? this.readText(data) : this.readData(new Uint8Array(data as ArrayBuffer)));
+    socket.onmessage = ({ data }) => (typeof data === "string" ? this.readText(data)
+        : this.readData(new Uint8Array(data as ArrayBuffer)));
     socket.onopen = () => {
       this.wait_ms = 250;
       this.post({ type: "fault", kind: "back", text: "Connected to the run." });
@@ -40,7 +43,8 @@ export class LiveReader {
     socket.onclose = () => {
       this.channels.clear();
       this.subscribed.clear();
-      this.post({ type: "fault", kind: "gone", text: "The run does not answer: it ended, or it has not begun. The page keeps trying." });
+      this.post({ type: "fault", kind: "gone",
+          text: "The run does not answer: it ended, or it has not begun. The page keeps trying." });
       setTimeout(() => this.connect(), this.wait_ms);
       this.wait_ms = Math.min(2 * this.wait_ms, kLongestWait_ms);
     };
@@ -52,7 +56,8 @@ export class LiveReader {
   }
 
   private readText(text: string): void {
-    const message = JSON.parse(text) as { op: string; channels?: Advertised[]; channelIds?: number[]; message?: string; id?: string };
+    const message = JSON.parse(text) as { op: string; channels?: Advertised[]; channelIds?: number[]; message?: string;
+        id?: string };
     if (message.op === "advertise") {
       for (const channel of message.channels ?? []) this.channels.set(channel.id, channel);
       this.subscribe();
@@ -66,13 +71,16 @@ export class LiveReader {
 
   private subscribe(): void {
     const wanted = (c: Advertised): boolean =>
-      c.schemaName === "foxglove.RawImage" ? this.images.includes(c.topic) : kFrameSchemas.has(c.schemaName) || c.topic === "/map";
+      c.schemaName === "foxglove.RawImage" ? this.images.includes(c.topic)
+          : kFrameSchemas.has(c.schemaName) || c.topic === "/map";
     const add = [...this.channels.values()].filter((c) => wanted(c) && !this.subscribed.has(c.id));
     const drop = [...this.subscribed.keys()].filter((id) => !this.channels.has(id) || !wanted(this.channels.get(id)!));
     for (const c of add) this.subscribed.set(c.id, c.id);
     for (const id of drop) this.subscribed.delete(id);
     if (this.socket?.readyState !== WebSocket.OPEN) return;
-    if (add.length > 0) this.socket.send(JSON.stringify({ op: "subscribe", subscriptions: add.map((c) => ({ id: c.id, channelId: c.id })) }));
+    if (add.length > 0)
+      this.socket.send(JSON.stringify({ op: "subscribe", subscriptions: add.map(
+          (c) => ({ id: c.id, channelId: c.id })) }));
     if (drop.length > 0) this.socket.send(JSON.stringify({ op: "unsubscribe", subscriptionIds: drop }));
   }
 
@@ -120,9 +128,13 @@ export class LiveReader {
 
   private describe(): LogInfo {
     const channels = [...this.channels.values()], images: Record<string, string[]> = {};
-    for (const c of channels) if (c.schemaName === "foxglove.RawImage") (images[sensorOf(c.topic)] ??= []).push(c.topic.split("/image/")[1] ?? c.topic);
-    return { name: "live", bytes: 0, kind: "view", sensors: channels.filter((c) => kCloudSchemas.includes(c.schemaName)).map((c) => sensorOf(c.topic)), images,
-             topics: channels.map((c) => ({ topic: c.topic, schema: c.schemaName, encoding: c.encoding, messages: null, group: "" })),
+    for (const c of channels)
+      if (c.schemaName === "foxglove.RawImage")
+        (images[sensorOf(c.topic)] ??= []).push(c.topic.split("/image/")[1] ?? c.topic);
+    return { name: "live", bytes: 0, kind: "view",
+        sensors: channels.filter((c) => kCloudSchemas.includes(c.schemaName)).map((c) => sensorOf(c.topic)), images,
+             topics: channels.map((c) => ({ topic: c.topic, schema: c.schemaName, encoding: c.encoding, messages: null,
+                 group: "" })),
              config: null, metadata: [], map: this.map, missing: [], live: true };
   }
 }

@@ -3,7 +3,8 @@
 //
 // One log on disk: what it holds, its frames, and work in the background (stamps, numbers of all frames, checksums).
 import type { Frame, FrameTable, FromWorker, HistoryRows, LogEntry, LogInfo, Traffic } from "../types";
-import { buildFrame, historyRows, kCloudSchemas, kFrameSchemas, kOdometry, sensorOf, type TopicMessage } from "./frame_builder";
+import { buildFrame, historyRows, kCloudSchemas, kFrameSchemas, kOdometry, sensorOf,
+    type TopicMessage } from "./frame_builder";
 import { readFrames, TableBuilder } from "./frame_table";
 import { McapLog, type Channel, type Chunk } from "./mcap_log";
 import { decodeJson, decodeLines, decodeText, decodeTfMessage, type Transform } from "./messages";
@@ -27,11 +28,15 @@ export class LogReader {
   private openedTraffic: { requests: number; bytes: number } | null = null;
   private nextChunk: bigint | null = null;
 
-  constructor(private readonly entry: LogEntry, private readonly post: (message: FromWorker, transfer?: Transferable[]) => void) {
-    this.log = new McapLog(new RangeFile(entry.url, Number(entry.bytes), entry.etag, (f) => post({ type: "fault", kind: f.kind, text: f.message })));
+  constructor(private readonly entry: LogEntry,
+      private readonly post: (message: FromWorker, transfer?: Transferable[]) => void) {
+    this.log = new McapLog(new RangeFile(entry.url, Number(entry.bytes), entry.etag,
+        (f) => post({ type: "fault", kind: f.kind, text: f.message })));
   }
 
-  get traffic(): Traffic { return { requests: this.log.file.requests, bytes: this.log.file.bytes, opened: this.openedTraffic }; }
+  get traffic(): Traffic {
+    return { requests: this.log.file.requests, bytes: this.log.file.bytes, opened: this.openedTraffic };
+  }
   private get stamps(): ArrayLike<bigint> { return this.table?.stamps ?? this.builder.stamps; }
 
   async open(): Promise<void> {
@@ -39,15 +44,20 @@ export class LogReader {
     if (this.log.cut !== null) {
       this.indexer = this.walkLog();
       for (let first = await this.indexer.next(); !first.done && !this.reference; first = await this.indexer.next());
-      if (!this.reference) throw new Fault("damaged", "The log was cut off before its first frame was complete: nothing can be shown.");
-      this.post({ type: "fault", kind: "damaged", text: "The log has no index: it was cut off, or is still being written. The frames up to the cut are shown." });
+      if (!this.reference)
+        throw new Fault("damaged", "The log was cut off before its first frame was complete: nothing can be shown.");
+      this.post({ type: "fault", kind: "damaged",
+          text: "The log has no index: it was cut off, or is still being written. "
+              + "The frames up to the cut are shown." });
     } else {
       this.findReference();
       const frames = await this.log.readAttachment("frames");
       try {
         this.table = frames && readFrames(decodeJson(frames));
       } catch {
-        this.post({ type: "fault", kind: "damaged", text: "The attachment `frames` cannot be read: the numbers of all frames are collected from the messages." });
+        this.post({ type: "fault", kind: "damaged",
+            text: "The attachment `frames` cannot be read: the numbers of all frames are "
+                + "collected from the messages." });
       }
       if (!this.table) {
         this.indexer = this.collectStamps();
@@ -60,19 +70,23 @@ export class LogReader {
     this.post({ type: "opened", info: this.info });
     this.post({ type: "traffic", traffic: this.traffic });
     this.postTable(true);
-    const reason = this.log.metadata.find((m) => m.name.includes("partial"))?.entries.find(([key]) => key === "reason")?.[1];
+    const reason = this.log.metadata.find((m) => m.name.includes("partial"))?.entries.find(
+        ([key]) => key === "reason")?.[1];
     if (reason) this.post({ type: "fault", kind: "notice", text: `The run ended early: ${reason}` });
   }
 
   private describeUnknown(): string {
     const schemas = [...new Set([...this.log.channels.values()].map((c) => c.schema || c.encoding))];
-    return schemas.length === 0 ? "The log holds no messages." : `The page draws none of this log's schemas: ${schemas.slice(0, 12).join(", ")}.`;
+    return schemas.length === 0 ? "The log holds no messages."
+        : `The page draws none of this log's schemas: ${schemas.slice(0, 12).join(", ")}.`;
   }
 
   private findReference(): void {
     const channels = [...this.log.channels.values()];
-    this.reference = channels.find((c) => c.schema === "overtake.Times") ?? channels.find((c) => c.schema === "overtake.Tracks") ??
-      channels.find((c) => kCloudSchemas.includes(c.schema) && c.topic.includes("front")) ?? channels.find((c) => kCloudSchemas.includes(c.schema));
+    this.reference = channels.find((c) => c.schema === "overtake.Times") ??
+        channels.find((c) => c.schema === "overtake.Tracks") ??
+      channels.find((c) => kCloudSchemas.includes(c.schema) && c.topic.includes("front")) ??
+          channels.find((c) => kCloudSchemas.includes(c.schema));
   }
 
   private async describe(): Promise<LogInfo> {
@@ -81,20 +95,28 @@ export class LogReader {
     const has = (schema: string): boolean => channels.some((c) => c.schema === schema);
     const kind = has("overtake.Tracks") || has("foxglove.PointCloud") ? "view" : clouds.length > 0 ? "race" : "other";
     const images: Record<string, string[]> = {};
-    for (const c of channels) if (c.schema === "foxglove.RawImage") (images[sensorOf(c.topic)] ??= []).push(c.topic.split("/image/")[1] ?? c.topic);
+    for (const c of channels)
+      if (c.schema === "foxglove.RawImage")
+        (images[sensorOf(c.topic)] ??= []).push(c.topic.split("/image/")[1] ?? c.topic);
     const config = await this.log.readAttachment("config.toml") ?? await this.log.readAttachment("rig.toml");
     const map = await this.readMap();
     this.statics = await this.readStatics(channels);
     const missing: string[] = [];
-    if (kind === "race") missing.push("This is a log of sensors, not of results: it has no labels, clusters, detections or tracks. `overtake run LOG --out FOLDER --mcap VIEW.mcap` computes them.");
+    if (kind === "race")
+      missing.push(
+          "This is a log of sensors, not of results: it has no labels, clusters, detections or tracks. "
+              + "`overtake run LOG --out FOLDER --mcap VIEW.mcap` computes them.");
     if (kind === "view" && !has("foxglove.RawImage")) missing.push("The log has no images (`--mcap-images none`).");
     if (kind === "view" && clouds.length === 0) missing.push("The log has no point clouds.");
     if (map.length === 0) missing.push("The log has no map.");
     const unknown = channels.filter((c) => !kFrameSchemas.has(c.schema) && c.schema !== "foxglove.SceneUpdate");
     if (unknown.length > 0)
-      missing.push(`The page does not draw ${unknown.length === 1 ? "the topic" : "the topics"} ${unknown.map((c) => `${c.topic} (${c.schema || c.encoding})`).slice(0, 8).join(", ")}.`);
-    return { name: this.entry.name, bytes: Number(this.entry.bytes), kind, sensors: clouds.map((c) => sensorOf(c.topic)), images,
-             topics: channels.map((c) => ({ topic: c.topic, schema: c.schema, encoding: c.encoding, messages: c.messages, group: "" })),
+      missing.push(`The page does not draw ${unknown.length === 1 ? "the topic"
+          : "the topics"} ${unknown.map((c) => `${c.topic} (${c.schema || c.encoding})`).slice(0, 8).join(", ")}.`);
+    return { name: this.entry.name, bytes: Number(this.entry.bytes), kind,
+        sensors: clouds.map((c) => sensorOf(c.topic)), images,
+             topics: channels.map((c) => ({ topic: c.topic, schema: c.schema, encoding: c.encoding,
+                 messages: c.messages, group: "" })),
              config: config && decodeText(config), metadata: this.log.metadata, map, missing, live: false };
   }
 
@@ -113,7 +135,8 @@ export class LogReader {
     const channel = channels.find((c) => c.topic === "/tf_static" && c.encoding === "cdr");
     const chunk = channel && this.log.chunks.find((c) => c.channels.has(channel.id));
     if (!channel || !chunk) return [];
-    return (await this.log.messagesIn(chunk)).filter((m) => m.channel === channel.id).flatMap((m) => decodeTfMessage(m.data));
+    return (await this.log.messagesIn(chunk)).filter((m) => m.channel === channel.id).flatMap(
+        (m) => decodeTfMessage(m.data));
   }
 
   // ---- one frame
@@ -123,7 +146,8 @@ export class LogReader {
     const wanted = new Map<number, Channel>();
     for (const c of this.log.channels.values()) {
       const isCloud = kCloudSchemas.includes(c.schema), isImage = c.schema === "foxglove.RawImage";
-      if (!kFrameSchemas.has(c.schema) || (numbersOnly && (isCloud || isImage)) || (isImage && !images.includes(c.topic))) continue;
+      if (!kFrameSchemas.has(c.schema) || (numbersOnly && (isCloud || isImage)) ||
+          (isImage && !images.includes(c.topic))) continue;
       if (isCloud && c.topic.startsWith("/truth")) continue;
       if (c.schema === kOdometry && this.info.kind === "view") continue;
       wanted.set(c.id, c);
@@ -145,7 +169,8 @@ export class LogReader {
 
   // Unpacks the chunk of the clouds that follow the last frame that was read.
   async readAhead(): Promise<void> {
-    const ids = new Set([...this.log.channels.values()].filter((c) => kCloudSchemas.includes(c.schema)).map((c) => c.id));
+    const ids = new Set([...this.log.channels.values()].filter((c) => kCloudSchemas.includes(c.schema)).map(
+        (c) => c.id));
     const from = this.nextChunk;
     this.nextChunk = null;
     if (from === null) return;
@@ -167,7 +192,9 @@ export class LogReader {
     }
     if (await this.stepNumbers()) return true;
     if (this.log.hasUnverified) {
-      if (!this.log.verifyOne()) this.post({ type: "fault", kind: "damaged", text: "A part of the log is damaged: the checksum of a chunk differs. What is shown of it may be wrong." });
+      if (!this.log.verifyOne())
+        this.post({ type: "fault", kind: "damaged",
+            text: "A part of the log is damaged: the checksum of a chunk differs. What is shown of it may be wrong." });
       return true;
     }
     return false;
@@ -182,7 +209,8 @@ export class LogReader {
   private async *collectStamps(): AsyncGenerator<number> {
     const id = this.reference?.id;
     if (id === undefined) return;
-    const chunks = this.log.chunks.filter((c) => c.channels.has(id)).sort((a, b) => (a.begin < b.begin ? -1 : 1)), kAtOnce = 8;
+    const chunks = this.log.chunks.filter((c) => c.channels.has(id)).sort((a, b) => (a.begin < b.begin ? -1 : 1)),
+        kAtOnce = 8;
     for (let i = 0; i < chunks.length; i += kAtOnce) {
       const lists = await Promise.all(chunks.slice(i, i + kAtOnce).map((c) => this.log.readStamps(c, id)));
       this.addStamps(lists.flat());
@@ -216,13 +244,16 @@ export class LogReader {
     if (this.info.kind !== "view" || count === 0) return false;
     const everything = !this.table || wanted?.all;
     if (!everything && !wanted) return false;
-    const ids = new Set([...this.log.channels.values()].filter((c) => c.encoding === "json" || c.topic === "/tf").map((c) => c.id));
+    const ids = new Set([...this.log.channels.values()].filter((c) => c.encoding === "json" ||
+        c.topic === "/tf").map((c) => c.id));
     const center = this.stamps[Math.min(wanted?.center ?? 0, count - 1)], reach = BigInt(Math.round(kTrail_s * 1e9));
     let chunks = this.log.chunksOf(ids, center - reach, center).filter((c) => !this.scanned.has(c));
-    if (chunks.length === 0 && everything) chunks = this.log.chunksOf(ids, -kAllTime, kAllTime).filter((c) => !this.scanned.has(c));
+    if (chunks.length === 0 && everything)
+      chunks = this.log.chunksOf(ids, -kAllTime, kAllTime).filter((c) => !this.scanned.has(c));
     const chunk = chunks.find((c) => this.log.isCached(c)) ?? chunks[0];
     if (!chunk) {
-      if (!this.table) this.postTable(true), this.post({ type: "progress", what: "reading the numbers of all frames", share: 1 });
+      if (!this.table)
+        this.postTable(true), this.post({ type: "progress", what: "reading the numbers of all frames", share: 1 });
       this.historyWanted = null;
       return false;
     }
@@ -247,7 +278,8 @@ export class LogReader {
         byStamp.get(m.time)!.push({ ...this.log.channels.get(m.channel)!, data: m.data });
       }
     } catch (error) {
-      if (error instanceof Fault && error.kind === "damaged") this.post({ type: "fault", kind: error.kind, text: error.message });
+      if (error instanceof Fault && error.kind === "damaged")
+        this.post({ type: "fault", kind: error.kind, text: error.message });
       else throw error;
     }
     const rows: HistoryRows[] = [];
@@ -257,7 +289,8 @@ export class LogReader {
       const frame = buildFrame(index, stamp, messages, []);
       if (!this.table) {
         if (frame.times.length > 0) this.builder.setTimes(index, frame.times);
-        if (messages.some((m) => m.schema === "overtake.Detections")) this.builder.set(index, "detections", frame.detections.length);
+        if (messages.some((m) => m.schema === "overtake.Detections"))
+          this.builder.set(index, "detections", frame.detections.length);
         if (messages.some((m) => m.schema === "overtake.Tracks")) {
           this.builder.set(index, "tracks", frame.tracks.length);
           this.builder.set(index, "confirmed", frame.tracks.filter((t) => t.state === "confirmed").length);
@@ -283,7 +316,8 @@ function nearest<M extends { channel: number; time: bigint }>(messages: M[], sta
 
 // The lines of a centre line with widths (x, y, width to the right, width to the left), closed: centre, left, right.
 function readCenterLine(csv: string): Float64Array[] {
-  const rows = csv.split("\n").map((line) => line.split(",").map(Number)).filter((row) => row.length >= 2 && row.every(Number.isFinite));
+  const rows = csv.split("\n").map((line) => line.split(",").map(Number)).filter((row) => row.length >= 2 &&
+      row.every(Number.isFinite));
   const lines: number[][] = [[], [], []];
   rows.forEach(([x, y, right = 0, left = 0], i) => {
     const [before, after] = [rows[(i + rows.length - 1) % rows.length], rows[(i + 1) % rows.length]];

@@ -1,7 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// An MCAP file in ranges. The summary gives chunks, channels and attachments; without a summary (a log that was cut off)
+// An MCAP file in ranges. The summary gives chunks, channels and attachments; without a summary (a log that was cut
+// off)
 // the records are walked from the start, which reads only their heads. A chunk is read as a whole, in one request.
 import { McapIndexedReader } from "@mcap/core";
 import { crc32 } from "@foxglove/crc";
@@ -20,7 +21,8 @@ export interface Attachment { name: string; offset: number; length: number }
 interface Unpacked { records: Uint8Array; messages: Message[]; crc: number }
 
 const kMagic = [0x89, 0x4d, 0x43, 0x41, 0x50, 0x30, 0x0d, 0x0a];
-const kSchema = 3, kChannel = 4, kMessage = 5, kChunk = 6, kMessageIndex = 7, kAttachment = 9, kMetadata = 12, kDataEnd = 15;
+const kSchema = 3, kChannel = 4, kMessage = 5, kChunk = 6, kMessageIndex = 7, kAttachment = 9, kMetadata = 12,
+    kDataEnd = 15;
 const kCacheBytes = 26 << 20, kWalkWindow = 16 << 10, kLargestChunk = 1 << 28;
 
 const zstd = new ZSTDDecoder();
@@ -40,20 +42,27 @@ export class McapLog {
 
   async open(): Promise<void> {
     await zstd.init();
-    if (this.file.length < kMagic.length) throw new Fault("damaged", this.file.length === 0 ? "The log is empty: 0 bytes." : "The log ends within its first bytes.");
+    if (this.file.length < kMagic.length)
+      throw new Fault("damaged", this.file.length === 0 ? "The log is empty: 0 bytes."
+          : "The log ends within its first bytes.");
     const magic = await this.file.read(0, kMagic.length);
     if (kMagic.some((byte, i) => byte !== magic[i])) throw new Fault("damaged", "This file is not an MCAP file.");
     try {
       const reader = await McapIndexedReader.Initialize({
-        readable: { size: async () => BigInt(this.file.length), read: (offset, length) => this.file.read(Number(offset), Number(length)) },
+        readable: { size: async () => BigInt(this.file.length),
+            read: (offset, length) => this.file.read(Number(offset), Number(length)) },
       });
       for (const [id, schema] of reader.schemasById) this.schemas.set(id, schema.name);
       for (const c of reader.channelsById.values())
-        this.addChannel(c.id, c.schemaId, c.topic, c.messageEncoding, Number(reader.statistics?.channelMessageCounts.get(c.id) ?? 0));
+        this.addChannel(c.id, c.schemaId, c.topic, c.messageEncoding,
+            Number(reader.statistics?.channelMessageCounts.get(c.id) ?? 0));
       for (const c of reader.chunkIndexes)
-        this.chunks.push({ offset: Number(c.chunkStartOffset), length: Number(c.chunkLength), begin: c.messageStartTime, end: c.messageEndTime,
-                           channels: new Set(c.messageIndexOffsets.keys()), indexLength: Number(c.messageIndexLength), verified: false });
-      for (const a of reader.attachmentIndexes) this.attachments.push({ name: a.name, offset: Number(a.offset), length: Number(a.length) });
+        this.chunks.push({ offset: Number(c.chunkStartOffset), length: Number(c.chunkLength), begin: c.messageStartTime,
+            end: c.messageEndTime,
+                           channels: new Set(c.messageIndexOffsets.keys()), indexLength: Number(c.messageIndexLength),
+                               verified: false });
+      for (const a of reader.attachmentIndexes)
+        this.attachments.push({ name: a.name, offset: Number(a.offset), length: Number(a.length) });
       for await (const m of reader.readMetadata()) this.metadata.push({ name: m.name, entries: [...m.metadata] });
     } catch (error) {
       if (error instanceof Fault && error.kind !== "damaged") throw error;
@@ -77,7 +86,8 @@ export class McapLog {
     const at = async (offset: number, length: number): Promise<Uint8Array> => {
       if (offset < begin || offset + length > begin + window.length) {
         begin = offset;
-        window = await this.file.read(offset, Math.min(Math.max(length, kWalkWindow), size - offset)) as Uint8Array<ArrayBuffer>;
+        window = await this.file.read(offset, Math.min(Math.max(length, kWalkWindow),
+            size - offset)) as Uint8Array<ArrayBuffer>;
       }
       return window.subarray(offset - begin, offset - begin + length);
     };
@@ -87,14 +97,16 @@ export class McapLog {
       if (offset + 9 + length > size) return;  // cut within this record
       if (op === kChunk && length >= 40) {
         const view = viewOf(await at(offset + 9, 28));
-        this.chunks.push({ offset, length: 9 + length, begin: view.getBigUint64(0, true), end: view.getBigUint64(8, true),
+        this.chunks.push({ offset, length: 9 + length, begin: view.getBigUint64(0, true),
+            end: view.getBigUint64(8, true),
                            channels: new Set(), indexLength: 0, verified: false });
       } else if (op === kMessageIndex && this.chunks.length > 0) {
         const chunk = this.chunks[this.chunks.length - 1];
         chunk.indexLength += 9 + length;
         this.addStamps(await at(offset + 9, length), chunk);
       } else if (op === kAttachment && length < kLargestChunk) {
-        this.attachments.push({ name: parseAttachment(await this.file.read(offset + 9, length)).name, offset, length: 9 + length });
+        this.attachments.push({ name: parseAttachment(await this.file.read(offset + 9, length)).name, offset,
+            length: 9 + length });
       } else if (op === kMetadata && length < 1 << 20) {
         this.metadata.push(parseMetadata(await at(offset + 9, length)));
       } else if (op === kSchema || op === kChannel) {
@@ -120,7 +132,8 @@ export class McapLog {
 
   // The stamps of a channel's messages in one chunk, from the message indexes behind it.
   async readStamps(chunk: Chunk, channel: number): Promise<bigint[]> {
-    const stamps: bigint[] = [], bytes = await this.file.read(chunk.offset + chunk.length, chunk.indexLength), view = viewOf(bytes);
+    const stamps: bigint[] = [], bytes = await this.file.read(chunk.offset + chunk.length, chunk.indexLength),
+        view = viewOf(bytes);
     for (let at = 0; at + 9 <= bytes.length; ) {
       const length = Number(view.getBigUint64(at + 1, true));
       if (bytes[at] === kMessageIndex && view.getUint16(at + 9, true) === channel)
@@ -188,9 +201,11 @@ export class McapLog {
   }
 
   private unpack(bytes: Uint8Array): Unpacked {
-    const view = viewOf(bytes), damaged = new Fault("damaged", "A part of the log is damaged: a chunk does not unpack. The frames in it are not shown.");
+    const view = viewOf(bytes), damaged = new Fault("damaged",
+        "A part of the log is damaged: a chunk does not unpack. The frames in it are not shown.");
     if (bytes.length < 49 || bytes[0] !== kChunk) throw damaged;
-    const size = Number(view.getBigUint64(25, true)), crc = view.getUint32(33, true), nameLength = view.getUint32(37, true);
+    const size = Number(view.getBigUint64(25, true)), crc = view.getUint32(33, true),
+        nameLength = view.getUint32(37, true);
     if (nameLength > 64 || size > kLargestChunk) throw damaged;
     const compression = decodeText(bytes.subarray(41, 41 + nameLength));
     const packed = bytes.subarray(41 + nameLength + 8);
@@ -204,7 +219,8 @@ export class McapLog {
     } else if (compression === "") {
       records = packed;
     } else {
-      throw new Fault("unknown", `The log is compressed with ${compression}; the page reads zstd and uncompressed logs.`);
+      throw new Fault("unknown",
+          `The log is compressed with ${compression}; the page reads zstd and uncompressed logs.`);
     }
     if (records.length !== size) throw damaged;
     const messages: Message[] = [], inner = viewOf(records);
@@ -213,7 +229,8 @@ export class McapLog {
       at = content + length;
       if (at > size) throw damaged;
       if (op === kMessage && length >= 22)
-        messages.push({ channel: inner.getUint16(content, true), time: inner.getBigUint64(content + 6, true), data: records.subarray(content + 22, at) });
+        messages.push({ channel: inner.getUint16(content, true), time: inner.getBigUint64(content + 6, true),
+            data: records.subarray(content + 22, at) });
       else this.addRecord(op, records.subarray(content, at));
     }
     return { records, messages, crc };
@@ -227,7 +244,8 @@ export class McapLog {
       at += 4 + length;
       return decodeText(content.subarray(at - length, at));
     };
-    if (op === kSchema && !this.schemas.has(view.getUint16(0, true))) this.schemas.set(view.getUint16(0, true), string());
+    if (op === kSchema && !this.schemas.has(view.getUint16(0, true)))
+      this.schemas.set(view.getUint16(0, true), string());
     if (op === kChannel && !this.channels.has(view.getUint16(0, true))) {
       at = 4;
       this.addChannel(view.getUint16(0, true), view.getUint16(2, true), string(), string(), null);

@@ -195,8 +195,10 @@ export function decodeTfMessage(bytes: Uint8Array): Transform[] {
 // ---- points
 type Getter = (view: DataView, at: number) => number;
 const kGetters: Getter[] = [
-  () => NaN, (v, a) => v.getUint8(a), (v, a) => v.getInt8(a), (v, a) => v.getUint16(a, true), (v, a) => v.getInt16(a, true),
-  (v, a) => v.getUint32(a, true), (v, a) => v.getInt32(a, true), (v, a) => v.getFloat32(a, true), (v, a) => v.getFloat64(a, true),
+  () => NaN, (v, a) => v.getUint8(a), (v, a) => v.getInt8(a), (v, a) => v.getUint16(a, true),
+      (v, a) => v.getInt16(a, true),
+  (v, a) => v.getUint32(a, true), (v, a) => v.getInt32(a, true), (v, a) => v.getFloat32(a, true),
+      (v, a) => v.getFloat64(a, true),
 ];
 
 // The field's value of each point, as float32: labels and layers are exact up to 2^24.
@@ -208,9 +210,11 @@ export function unpackField(cloud: Packed, field: Field, out: Float32Array, outS
     const words = Math.floor(cloud.data.byteLength / 4), step = cloud.stride / 4;
     const make = field.type === 7 ? Float32Array : field.type === 6 ? Int32Array : Uint32Array;
     const values = new make(cloud.data.buffer as ArrayBuffer, cloud.data.byteOffset, words);
-    for (let i = 0, at = field.offset / 4, to = outAt; i < count; ++i, at += step, to += outStride) out[to] = values[at];
+    for (let i = 0, at = field.offset / 4, to = outAt; i < count; ++i, at += step, to += outStride)
+      out[to] = values[at];
     return;
   }
   const view = viewOf(cloud.data), get = kGetters[field.type] ?? kGetters[0];
-  for (let i = 0, at = field.offset, to = outAt; i < count; ++i, at += cloud.stride, to += outStride) out[to] = get(view, at);
+  for (let i = 0, at = field.offset, to = outAt; i < count; ++i, at += cloud.stride, to += outStride)
+    out[to] = get(view, at);
 }

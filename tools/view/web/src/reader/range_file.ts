@@ -22,7 +22,8 @@ export class RangeFile {
 
   async read(offset: number, length: number): Promise<Uint8Array> {
     if (length === 0) return new Uint8Array(0);
-    if (offset < 0 || offset + length > this.length) throw new Fault("damaged", "The log ends before a record that its index names.");
+    if (offset < 0 || offset + length > this.length)
+      throw new Fault("damaged", "The log ends before a record that its index names.");
     for (let wait_ms = kFirstWait_ms; ; wait_ms = Math.min(2 * wait_ms, kLongestWait_ms)) {
       if (this.changed) throw this.changeFault();
       let body: Uint8Array | null = null;
@@ -38,7 +39,8 @@ export class RangeFile {
         return body;
       }
       this.gone = true;
-      this.report(new Fault("gone", "The server does not answer. Is `overtake view` still running? The page keeps asking."));
+      this.report(new Fault("gone",
+          "The server does not answer. Is `overtake view` still running? The page keeps asking."));
       await new Promise((done) => setTimeout(done, wait_ms));
     }
   }
@@ -52,13 +54,16 @@ export class RangeFile {
       this.changed = true;
       throw this.changeFault();
     }
-    if (response.status !== 206) throw new Fault("unknown", `The server answered ${response.status} to a request for a part of the log.`);
+    if (response.status !== 206)
+      throw new Fault("unknown", `The server answered ${response.status} to a request for a part of the log.`);
     const body = new Uint8Array(await response.arrayBuffer());
     if (body.length !== length) throw new Error("the transfer ended early");
     return body;
   }
 
   private changeFault(): Fault {
-    return new Fault("changed", "The log changed while it was open: another run wrote it anew, or it is gone. Reload the page to read it from the start.");
+    return new Fault("changed",
+        "The log changed while it was open: another run wrote it anew, or it is gone. "
+            + "Reload the page to read it from the start.");
   }
 }
