@@ -74,7 +74,7 @@ for command in ["", *commands]:
     summary = text.splitlines()[0].rstrip(".")
     expect(f"- {summary}" in page, f"{path.name} does not begin with '{summary}'")
     for code, meaning in codes.items():
-        expect(re.search(rf" {code} [^.]*{meaning}", page.split("EXIT STATUS")[1]), f"{path.name}: exit code {code}")
+        expect(re.search(rf" {code} [^.]*{meaning}", page.split("EXIT STATUS")[-1]), f"{path.name}: exit code {code}")
     if shutil.which("man"):
         wide = {"MANWIDTH": "200", "LC_ALL": "C.UTF-8", "PATH": "/usr/bin:/bin"}
         shown = run("man", "--warnings", "-l", path, env=wide)

@@ -22,6 +22,7 @@ def test_a_race_and_its_truth(race):
     # The nearest car of the truth is where the last frame's confirmed track is.
     *_, frame = overtake.run(race)
     rows = (truth["frame"] == frame.number) & ~own
+    assert numpy.all(abs(truth["stamp_ns"][rows] - frame.stamp_ns) < 60_000_000)
     tracks = frame.tracks
     confirmed = tracks.state == overtake.TrackState.CONFIRMED
     distances = numpy.hypot(truth["x_m"][rows][:, None] - tracks.x_m[confirmed],

@@ -117,6 +117,16 @@ def test_parameters_workers_and_pieces(program, tmp_path, race):
     assert run.hash == printed
 
 
+def test_a_last_frame_that_waits_for_a_sensor(program, tmp_path):
+    folder = tmp_path / "race"
+    race = overtake.simulate("demo", 1, folder, seconds=0.3)
+    (folder / f"{race.frame_count - 1:06d}_right.pcd").unlink()
+    printed = run_command(program, tmp_path / "out", folder)
+    run = overtake.run(folder)
+    frames = list(run)
+    assert [len(frame.sensors) for frame in frames] == [3] * (race.frame_count - 1) + [2] and run.hash == printed
+
+
 def test_the_log_of_a_race_is_that_of_the_command(program, tmp_path, race):
     subprocess.run([program, "simulate", "overtake", "--seed", "7", "--seconds", "2", "--quiet", "--out",
                     tmp_path / "race.mcap"], check=True)

@@ -24,7 +24,7 @@ std::vector<std::string> all_names(const std::vector<OptionHelp>& options) {
 }
 
 // In single quotes of a shell.
-std::string quoted(const std::string& text) {
+std::string shell_quoted(const std::string& text) {
   std::string out = "'";
   for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return out + "'";
@@ -35,7 +35,7 @@ std::string quoted(const std::string& text) {
 // The statement that completes a value.
 std::string bash_values(const OptionHelp& option) {
   std::string text;
-  if (!option.words.empty()) text += "_overtake_words " + quoted(io::join(option.words, " ")) + "; ";
+  if (!option.words.empty()) text += "_overtake_words " + shell_quoted(io::join(option.words, " ")) + "; ";
   if (option.takes_files) text += "_overtake_files; ";
   return text + "return";
 }
@@ -76,8 +76,8 @@ std::string zsh_option(const OptionHelp& option) {
     const std::string value = option.value.empty() ? "" : ":" + zsh_text(option.value) + ":" + zsh_action(option);
     const bool takes_equals = !option.value.empty() && name.starts_with("--");
     text += "    " +
-            quoted((option.several ? "*" : "") + name + (takes_equals ? "=" : "") + "[" + zsh_text(option.text) + "]" +
-                   value) +
+            shell_quoted((option.several ? "*" : "") + name + (takes_equals ? "=" : "") + "[" + zsh_text(option.text) +
+                         "]" + value) +
             " \\\n";
   }
   return text;
@@ -120,12 +120,12 @@ _overtake() {
 )";
   append_bash_case(text, "  ", program.options);
   text += "  case $command in\n    '') _overtake_words " +
-          quoted(io::join(names, " ") + " " + io::join(all_names(program.options), " ")) + " ;;\n";
+          shell_quoted(io::join(names, " ") + " " + io::join(all_names(program.options), " ")) + " ;;\n";
   for (const CommandHelp& command : program.commands) {
     text += "    " + command.name + ")\n";
     append_bash_case(text, "      ", command.options);
     text += "      if [[ $cur == -* ]]; then\n        _overtake_words " +
-            quoted(io::join(all_names(command.options), " ")) + "\n        return\n      fi\n";
+            shell_quoted(io::join(all_names(command.options), " ")) + "\n        return\n      fi\n";
     for (const OptionHelp& argument : command.arguments) {
       text += "      " + bash_values(argument) + "\n";
       break;
@@ -140,7 +140,7 @@ std::string zsh_completion(const ProgramHelp& program) {
       "#compdef overtake\n# Completion of overtake in zsh. Made from the texts of --help.\n_overtake() {\n";
   text += "  local curcontext=$curcontext state line\n  typeset -A opt_args\n  local -a commands\n  commands=(\n";
   for (const CommandHelp& command : program.commands)
-    text += "    " + quoted(command.name + ":" + zsh_text(command.text)) + "\n";
+    text += "    " + shell_quoted(command.name + ":" + zsh_text(command.text)) + "\n";
   text += "  )\n  _arguments -C \\\n";
   for (const OptionHelp& option : program.options) text += zsh_option(option);
   text += "    '1:command:->command' '*::argument:->argument'\n";
@@ -150,8 +150,8 @@ std::string zsh_completion(const ProgramHelp& program) {
     for (const OptionHelp& option : command.options) text += zsh_option(option);
     for (const OptionHelp& argument : command.arguments)
       text += "    " +
-              quoted(std::string(argument.several ? "*" : "") + ":" + zsh_text(argument.names) + ":" +
-                     zsh_action(argument)) +
+              shell_quoted(std::string(argument.several ? "*" : "") + ":" + zsh_text(argument.names) + ":" +
+                           zsh_action(argument)) +
               " \\\n";
     text += "    ;;\n";
   }

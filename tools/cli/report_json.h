@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The results of info, doctor, params and --version as JSON: one object and a line end, with the same facts as the text.
+// The results of info, doctor, params and --version as JSON: one object and a line end, with the facts of the text.
 // tools/README.md lists the keys; new versions only add keys. Replaces bytes that are not UTF-8.
 #pragma once
 

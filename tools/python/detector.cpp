@@ -26,25 +26,28 @@ void take(const py::dict& from, const char* name, T& to) {
 
 ovt_sensor_def to_sensor(const py::dict& from) {
   ovt_sensor_def def = ovt_default_sensor_def();
-#define OVT_TAKE(name) take(from, #name, def.name);
-  OVT_TAKE(x_m)
-  OVT_TAKE(y_m) OVT_TAKE(z_m) OVT_TAKE(roll_rad) OVT_TAKE(pitch_rad) OVT_TAKE(yaw_rad) OVT_TAKE(rows) OVT_TAKE(cols)
-      OVT_TAKE(azimuth_left_rad) OVT_TAKE(azimuth_right_rad) OVT_TAKE(range_min_m) OVT_TAKE(range_max_m)
-          OVT_TAKE(layer_first) OVT_TAKE(layer_last) OVT_TAKE(point_capacity)
-#undef OVT_TAKE
-              bool wraps = false;
+  bool wraps = false;
   take(from, "wraps", wraps);
   def.wraps = wraps;
+  // clang-format off
+#define OVT_TAKE(name) take(from, #name, def.name);
+  OVT_TAKE(x_m) OVT_TAKE(y_m) OVT_TAKE(z_m) OVT_TAKE(roll_rad) OVT_TAKE(pitch_rad) OVT_TAKE(yaw_rad) OVT_TAKE(rows)
+  OVT_TAKE(cols) OVT_TAKE(azimuth_left_rad) OVT_TAKE(azimuth_right_rad) OVT_TAKE(range_min_m) OVT_TAKE(range_max_m)
+  OVT_TAKE(layer_first) OVT_TAKE(layer_last) OVT_TAKE(point_capacity);
+#undef OVT_TAKE
+  // clang-format on
   return def;
 }
 
 void take_options(const py::dict& options, ovt_detector_def& def) {
+  // clang-format off
 #define OVT_TAKE(name) take(options, #name, def.name);
-  OVT_TAKE(worker_count)
-  OVT_TAKE(push_policy) OVT_TAKE(cluster_capacity) OVT_TAKE(candidate_capacity) OVT_TAKE(track_capacity)
-      OVT_TAKE(frames_in_flight) OVT_TAKE(ego_pose_capacity) OVT_TAKE(fifo_priority) OVT_TAKE(memory) OVT_TAKE(spin_us)
-          OVT_TAKE(deadline_ns) OVT_TAKE(watchdog_ns) OVT_TAKE(keep_images) OVT_TAKE(stream)
+  OVT_TAKE(worker_count) OVT_TAKE(push_policy) OVT_TAKE(cluster_capacity) OVT_TAKE(candidate_capacity)
+  OVT_TAKE(track_capacity) OVT_TAKE(frames_in_flight) OVT_TAKE(ego_pose_capacity) OVT_TAKE(fifo_priority)
+  OVT_TAKE(memory) OVT_TAKE(spin_us) OVT_TAKE(deadline_ns) OVT_TAKE(watchdog_ns) OVT_TAKE(keep_images)
+  OVT_TAKE(stream);
 #undef OVT_TAKE
+  // clang-format on
 }
 
 }  // namespace
@@ -250,12 +253,13 @@ py::object Detector::push_detections(int64_t stamp_ns, const py::dict& columns, 
     throw py::value_error("reference is '" + reference + "'; 'map' or 'vehicle' is needed");
   std::vector<py::object> kept;
   py::ssize_t count = -1;
+  // clang-format off
 #define OVT_TAKE(name) rows.name = as_doubles(columns[#name], #name, count, kept);
-  OVT_TAKE(x_m)
-  OVT_TAKE(y_m) OVT_TAKE(heading_rad) OVT_TAKE(var_x) OVT_TAKE(var_y) OVT_TAKE(cov_xy) OVT_TAKE(length_m)
-      OVT_TAKE(width_m) OVT_TAKE(height_m) OVT_TAKE(score)
+  OVT_TAKE(x_m) OVT_TAKE(y_m) OVT_TAKE(heading_rad) OVT_TAKE(var_x) OVT_TAKE(var_y) OVT_TAKE(cov_xy)
+  OVT_TAKE(length_m) OVT_TAKE(width_m) OVT_TAKE(height_m) OVT_TAKE(score);
 #undef OVT_TAKE
-          if (count > std::numeric_limits<int32_t>::max()) throw StatusError(OVT_TOO_MANY, "push_detections");
+  // clang-format on
+  if (count > std::numeric_limits<int32_t>::max()) throw StatusError(OVT_TOO_MANY, "push_detections");
   rows.count = int32_t(std::max(count, py::ssize_t(0)));
   Call call(*this, &detections_busy_);
   const ovt_status status =
@@ -308,12 +312,13 @@ py::dict Detector::runtime_info() const {
   ovt_runtime_info info;
   check(ovt_read_runtime_info(detector_, &info), "runtime_info");
   py::dict out;
+  // clang-format off
 #define OVT_PUT(name) out[#name] = info.name;
-  OVT_PUT(isa)
-  OVT_PUT(worker_count) OVT_PUT(pinned) OVT_PUT(fifo) OVT_PUT(memory_bytes) OVT_PUT(locked_bytes) OVT_PUT(huge_bytes)
-      OVT_PUT(process_locked)
+  OVT_PUT(isa) OVT_PUT(worker_count) OVT_PUT(pinned) OVT_PUT(fifo) OVT_PUT(memory_bytes) OVT_PUT(locked_bytes)
+  OVT_PUT(huge_bytes) OVT_PUT(process_locked);
 #undef OVT_PUT
-          return out;
+  // clang-format on
+  return out;
 }
 
 void add_detector(py::module_& module) {

@@ -48,12 +48,13 @@ void put_column(py::dict& points, const char* name, const std::shared_ptr<const 
 
 py::dict pose_fields(const io::EgoRow& row) {
   py::dict out;
+  // clang-format off
 #define OVT_PUT(field) out[#field] = row.field;
-  OVT_PUT(stamp_ns)
-  OVT_PUT(x_m) OVT_PUT(y_m) OVT_PUT(yaw_rad) OVT_PUT(speed_mps) OVT_PUT(yaw_rate_rps) OVT_PUT(z_m) OVT_PUT(roll_rad)
-      OVT_PUT(pitch_rad)
+  OVT_PUT(stamp_ns) OVT_PUT(x_m) OVT_PUT(y_m) OVT_PUT(yaw_rad) OVT_PUT(speed_mps) OVT_PUT(yaw_rate_rps) OVT_PUT(z_m)
+  OVT_PUT(roll_rad) OVT_PUT(pitch_rad);
 #undef OVT_PUT
-          return out;
+  // clang-format on
+  return out;
 }
 
 struct PyScan {
