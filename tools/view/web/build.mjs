@@ -2,15 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // usage: node build.mjs FOLDER [--embed PAGES_CPP]. Bundles the page into FOLDER. --embed also writes the files,
-// compressed,
-// as a C++ source (pages.h), and the files that it depends on to PAGES_CPP.d.
+// compressed, as a C++ source (pages.h), and the files that it depends on to PAGES_CPP.d.
 import { build } from "esbuild";
 import { copyFileSync, mkdirSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { dirname, extname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import { gzipSync } from "node:zlib";
 
-const here = dirname(fileURLToPath(import.meta.url)), out = process.argv[2];
+const here = dirname(fileURLToPath(import.meta.url)), out = process.argv[2] && resolve(process.argv[2]);
 if (!out) throw new Error("usage: node build.mjs FOLDER [--embed PAGES_CPP]");
 mkdirSync(out, { recursive: true });
 const { metafile } = await build({
