@@ -39,6 +39,7 @@ void KnownCars::add(std::string_view text) {
   } catch (const nlohmann::json::exception& error) {
     throw std::runtime_error(std::string("the states of the cars cannot be read: ") + error.what());
   }
+  if (states.stamp_ns < 0) return;
   if (!states_.empty() && states.stamp_ns <= states_.back().stamp_ns) return;
   states_.push_back(std::move(states));
   if (states_.size() > kMostStates) states_.pop_front();

@@ -278,6 +278,7 @@ py::object Detector::flush() {
 }
 
 py::object Detector::next_frame() {
+  if (forks_ != fork_count()) check_open();
   if (queue_) {  // frames that were copied stay after close()
     CopiedFrame frame;
     if (queue_->pop(frame)) return make_frame(frame.info, std::move(frame.source), sensors_, frame.info.sequence);

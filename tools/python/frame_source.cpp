@@ -168,8 +168,19 @@ TracksCopy::TracksCopy(const ovt_tracks& from) : rows(from) {
   covariance = full;
 }
 
-ReaderPool::~ReaderPool() {
+ReaderPool::~ReaderPool() { close(); }
+
+void ReaderPool::close() {
+  detector_ = nullptr;
   for (ovt_reader* reader : free_) ovt_destroy_reader(reader);
+  free_.clear();
+}
+
+void ReaderPool::give_back(ovt_reader* reader) {
+  if (detector_)
+    free_.push_back(reader);
+  else
+    ovt_destroy_reader(reader);
 }
 
 std::unique_ptr<FrameSource> ReaderPool::take(const std::shared_ptr<ReaderPool>& self, ovt_frame_info& info,

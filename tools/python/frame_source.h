@@ -69,8 +69,8 @@ class ReaderPool {
   // Null: no frame is newer than the last one taken. Throws StatusError if every reader is held.
   std::unique_ptr<FrameSource> take(const std::shared_ptr<ReaderPool>& self, ovt_frame_info& info, int32_t capacity,
                                     double path_horizon_s);
-  void close() { detector_ = nullptr; }
-  void give_back(ovt_reader* reader) { free_.push_back(reader); }
+  void close();  // the last reader gives the detector's memory back
+  void give_back(ovt_reader* reader);
 
  private:
   ovt_detector* detector_;  // null: closed

@@ -36,8 +36,7 @@ py::object get_param(const ParamSet& set, const std::string& name) {
   check(ovt_get_param(&set.values, info.name, &value), name);
   if (info.is_integer) return py::int_(std::llround(value));
   // Angles are kept in radians; their degrees come back some bits off.
-  const double rounded = std::strtod(py::cast<std::string>(py::str("{:.12g}").format(value)).c_str(), nullptr);
-  return py::float_(rounded);
+  return py::float_(py::str("{:.12g}").format(value));
 }
 
 void set_param(ParamSet& set, const std::string& name, const py::object& value) {

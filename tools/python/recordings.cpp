@@ -19,6 +19,7 @@
 #include "tools/io/scan_stream.h"
 #include "tools/io/words.h"
 #include "tools/python/files.h"
+#include "tools/python/frame.h"
 
 namespace overtake::python {
 namespace {
@@ -255,6 +256,8 @@ class ScanIterator {
  public:
   explicit ScanIterator(std::unique_ptr<ScanReader> reader) : reader_(std::move(reader)) {}
   PyScan next() {
+    if (forks_ != fork_count())
+      throw ReleasedError("this process was forked after the recording was opened: open it again here");
     const Busy busy(busy_);
     PyScan scan;
     if (!ended_ && reader_->next(scan)) return scan;
@@ -267,6 +270,7 @@ class ScanIterator {
 
  private:
   std::unique_ptr<ScanReader> reader_;
+  const int32_t forks_ = fork_count();
   bool busy_ = false, ended_ = false;
 };
 

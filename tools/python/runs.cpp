@@ -14,6 +14,7 @@
 #include "tools/io/scan_stream.h"
 #include "tools/io/words.h"
 #include "tools/python/files.h"
+#include "tools/python/frame.h"
 #include "tools/python/params.h"
 
 namespace overtake::python {
@@ -52,6 +53,7 @@ class Run {
   Run& operator=(const Run&) = delete;
 
   py::object next() {
+    if (forks_ != fork_count()) throw ReleasedError("this process was forked after the run began: begin it again here");
     const Busy busy(busy_);
     CopiedFrame frame;
     while (!queue_->pop(frame)) {
@@ -137,6 +139,7 @@ class Run {
   std::map<int64_t, int64_t> numbers_;  // of frames, by the stamps of their scans
   cli::ResultHash hash_;
   int64_t frames_ = 0, off_map_ = 0, with_ego_ = 0;
+  const int32_t forks_ = fork_count();
   bool busy_ = false, ended_ = false, finished_ = false;
 };
 

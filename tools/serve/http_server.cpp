@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/serve/http_server.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -297,6 +298,7 @@ HttpServer::Loop::Loop(const std::string& address, int32_t port, HttpHandler& ha
   fail("is not an address of this machine");
   const tcp::endpoint endpoint(place, uint16_t(port));
   acceptor_.open(endpoint.protocol(), error);
+  if (!error) ::fcntl(acceptor_.native_handle(), F_SETFD, FD_CLOEXEC);  // a browser that is started must not keep it
   fail("cannot be opened");
   acceptor_.set_option(net::socket_base::reuse_address(true), error);
   acceptor_.bind(endpoint, error);
@@ -322,6 +324,7 @@ void HttpServer::Loop::accept() {
     if (connections_.size() < kMostConnections) {
       beast::error_code ignored;
       socket.set_option(tcp::no_delay(true), ignored);
+      ::fcntl(socket.native_handle(), F_SETFD, FD_CLOEXEC);
       std::make_shared<Connection>(*this, std::move(socket))->read();
     }
     accept();

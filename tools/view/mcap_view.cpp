@@ -44,7 +44,7 @@ foxglove::FrameTransform make_transform(int64_t stamp_ns, const char* parent, co
 
 McapView::McapView(const Config& config, std::vector<ViewSink*> sinks)
     : config_(config), sinks_(std::move(sinks)), frames_(config.rig) {
-  if (!config.map.empty()) io::read_map(config.map);  // report an unreadable map before any work
+  if (!config.map.empty()) map_ = io::read_map(config.map);
 }
 
 uint16_t McapView::wanted(const std::string& topic, const std::string& schema, ViewKind kind, bool once) {
@@ -255,7 +255,7 @@ void McapView::add_map(int64_t stamp_ns) {
   if (config_.map.empty()) return;
   const uint16_t scene = wanted("/map", "foxglove.SceneUpdate", ViewKind::kNumbers, true);
   if (scene == 0) return;
-  const io::MapData map = io::read_map(config_.map);
+  const io::MapData& map = map_;
   foxglove::SceneUpdate update;
   auto& entity = add_entity(update, stamp_ns, kMapFrame, "map");
   const auto zip = [](const std::vector<double>& x, const std::vector<double>& y) {

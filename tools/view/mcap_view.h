@@ -13,6 +13,7 @@
 
 #include "pipeline/overtake.h"
 #include "tools/client/config.h"
+#include "tools/io/map_file.h"
 #include "tools/io/sensor_scan.h"
 #include "tools/view/frames_record.h"
 #include "tools/view/mcap_file.h"
@@ -56,6 +57,7 @@ class McapView {
   std::vector<ViewSink*> sinks_;
   std::map<std::string, uint16_t> channels_;
   FramesRecord frames_;
+  io::MapData map_;
   int64_t last_ns_ = 0;
 };
 

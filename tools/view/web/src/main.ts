@@ -224,9 +224,14 @@ async function start(): Promise<void> {
   Object.assign(window, { overtake: { app, view, images, objects, latency, compare, timeline, labelColor } });
   app.changed("info", "settings", "faults");
   const picture = (now_ms: number): void => {
-    app.tick(now_ms);
-    view.renderIfDirty();
     requestAnimationFrame(picture);
+    try {
+      app.tick(now_ms);
+      view.renderIfDirty();
+    } catch (error) {
+      const log = app.logs[0];
+      if (log) app.fault(log, "damaged", `A frame cannot be drawn: ${error instanceof Error ? error.message : error}`);
+    }
   };
   requestAnimationFrame(picture);
 }
