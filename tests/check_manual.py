@@ -126,7 +126,7 @@ if shutil.which("zsh"):
     script = """
       zmodload zsh/zpty
       zpty shell zsh -f -i
-      line() { local text; zpty -w shell "$1"; sleep 0.1; }
+      line() { local text; zpty -w shell "$1"; sleep 0.5; }
       line "PS1='$ '; fpath=($1 \\$fpath); autoload -Uz compinit; compinit -u -D"
       line "zstyle ':completion:*' menu no; LISTMAX=0; cd $2; echo re''ady"
       local text='' part
