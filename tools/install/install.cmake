@@ -2,22 +2,28 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # cmake --install: headers, libovertake.so, CMake and pkg-config packages, the command line, rigs and examples. The tree
-# may be moved afterwards: every path in it is relative.
+# may be moved afterwards: every path in it is relative. Components, which become Debian packages (package.cmake):
+#   library      libovertake.so.0
+#   development  headers, libraries to link, CMake and pkg-config packages, documents of the library, examples
+#   tools        the command line with its manual, completions and rigs; documents of the tools and of the formats
+#   tree         what only a whole tree has
 include(CMakePackageConfigHelpers)
 set(cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/overtake)
 set(doc_dir ${CMAKE_INSTALL_DATADIR}/doc/overtake)
 
 install(FILES ${PROJECT_SOURCE_DIR}/pipeline/overtake.h ${PROJECT_SOURCE_DIR}/pipeline/overtake.hpp
-        ${PROJECT_SOURCE_DIR}/core/columns.def DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/overtake)
-install(TARGETS overtake_shared EXPORT overtake-shared)
-install(EXPORT overtake-shared NAMESPACE overtake:: DESTINATION ${cmake_dir})
+        ${PROJECT_SOURCE_DIR}/core/columns.def DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/overtake
+        COMPONENT development)
+install(TARGETS overtake_shared EXPORT overtake-shared
+        LIBRARY COMPONENT library NAMELINK_COMPONENT development)
+install(EXPORT overtake-shared NAMESPACE overtake:: DESTINATION ${cmake_dir} COMPONENT development)
 set(product overtake_shared)
 set(OVT_PC_STATIC "")
 if(OVT_STATIC)
   list(APPEND product overtake_static)
-  install(TARGETS overtake_static EXPORT overtake-static)
-  install(EXPORT overtake-static NAMESPACE overtake:: DESTINATION ${cmake_dir})
-  install(FILES ${CMAKE_CURRENT_LIST_DIR}/overtake-static-config.cmake DESTINATION ${cmake_dir})
+  install(TARGETS overtake_static EXPORT overtake-static ARCHIVE COMPONENT development)
+  install(EXPORT overtake-static NAMESPACE overtake:: DESTINATION ${cmake_dir} COMPONENT development)
+  install(FILES ${CMAKE_CURRENT_LIST_DIR}/overtake-static-config.cmake DESTINATION ${cmake_dir} COMPONENT development)
   set(OVT_PC_STATIC "Libs.private: -ltbb -lstdc++ -lm -lpthread\n")
 endif()
 
@@ -27,16 +33,17 @@ configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/overtake-config.cmake.in
 # The same rule as the library's check of a caller's header: equal major versions.
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/overtake-config-version.cmake COMPATIBILITY SameMajorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/overtake-config.cmake ${PROJECT_BINARY_DIR}/overtake-config-version.cmake
-        DESTINATION ${cmake_dir})
+        DESTINATION ${cmake_dir} COMPONENT development)
 
 file(RELATIVE_PATH OVT_PREFIX_FROM_PC /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 string(REGEX REPLACE "/$" "" OVT_PREFIX_FROM_PC ${OVT_PREFIX_FROM_PC})
 configure_file(${CMAKE_CURRENT_LIST_DIR}/overtake.pc.in ${PROJECT_BINARY_DIR}/overtake.pc @ONLY)
-install(FILES ${PROJECT_BINARY_DIR}/overtake.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+install(FILES ${PROJECT_BINARY_DIR}/overtake.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 
 # tools/examples/live needs the source tree.
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/examples DESTINATION ${doc_dir} PATTERN live EXCLUDE)
-install(FILES ${PROJECT_SOURCE_DIR}/CHANGELOG.md DESTINATION ${doc_dir})
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/examples DESTINATION ${doc_dir} COMPONENT development
+        PATTERN live EXCLUDE)
+install(FILES ${PROJECT_SOURCE_DIR}/CHANGELOG.md DESTINATION ${doc_dir} COMPONENT development)
 # Installs the documents that README.md links to, in the layout of the source tree. Links to sources become plain text.
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/README.md)
 file(READ ${PROJECT_SOURCE_DIR}/README.md readme)
@@ -45,37 +52,40 @@ foreach(source core tests/abi)
   string(REPLACE "[${source}](${source})" "${source}" readme "${readme}")
 endforeach()
 file(WRITE ${PROJECT_BINARY_DIR}/installed/README.md "${readme}")
-install(FILES ${PROJECT_BINARY_DIR}/installed/README.md DESTINATION ${doc_dir})
+install(FILES ${PROJECT_BINARY_DIR}/installed/README.md DESTINATION ${doc_dir} COMPONENT development)
 # Installs the method's pictures, but not the sources that it links to.
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/kernels/README.md)
 file(READ ${PROJECT_SOURCE_DIR}/kernels/README.md method)
 string(REGEX REPLACE "\\[([^]]*)\\]\\([^)]*\\.(h|cpp)\\)" "\\1" method "${method}")
 file(WRITE ${PROJECT_BINARY_DIR}/installed/kernels/README.md "${method}")
-install(FILES ${PROJECT_BINARY_DIR}/installed/kernels/README.md DESTINATION ${doc_dir}/kernels)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/kernels/pictures DESTINATION ${doc_dir}/kernels)
-foreach(file pipeline/README.md tests/README.md bench/README.md bench/flame.svg tools/README.md
-             tools/python/README.md tools/io/README.md tools/io/formats.def tools/sim/README.md
+install(FILES ${PROJECT_BINARY_DIR}/installed/kernels/README.md DESTINATION ${doc_dir}/kernels COMPONENT development)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/kernels/pictures DESTINATION ${doc_dir}/kernels COMPONENT development)
+foreach(file pipeline/README.md tests/README.md bench/README.md bench/flame.svg)
+  cmake_path(GET file PARENT_PATH folder)
+  install(FILES ${PROJECT_SOURCE_DIR}/${file} DESTINATION ${doc_dir}/${folder} COMPONENT development)
+endforeach()
+foreach(file tools/README.md tools/python/README.md tools/io/README.md tools/io/formats.def tools/sim/README.md
              tools/evaluation/README.md tools/view/README.md tools/view/web/README.md tools/serve/README.md
              tools/frame.png)
   cmake_path(GET file PARENT_PATH folder)
-  install(FILES ${PROJECT_SOURCE_DIR}/${file} DESTINATION ${doc_dir}/${folder})
+  install(FILES ${PROJECT_SOURCE_DIR}/${file} DESTINATION ${doc_dir}/${folder} COMPONENT tools)
 endforeach()
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/view/pictures DESTINATION ${doc_dir}/tools/view)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/evaluation/pictures DESTINATION ${doc_dir}/tools/evaluation)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/bench/results DESTINATION ${doc_dir}/bench)
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${doc_dir} RENAME copyright)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/view/pictures DESTINATION ${doc_dir}/tools/view COMPONENT tools)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/evaluation/pictures DESTINATION ${doc_dir}/tools/evaluation COMPONENT tools)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/bench/results DESTINATION ${doc_dir}/bench COMPONENT development)
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${doc_dir} RENAME copyright COMPONENT tree)
 if(OVT_TOOLS)
   list(APPEND product overtake)
   list(APPEND product overtake_manual)
-  install(TARGETS overtake)
+  install(TARGETS overtake COMPONENT tools)
   get_property(manual_pages GLOBAL PROPERTY OVT_MANUAL_PAGES)
-  install(FILES ${manual_pages} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+  install(FILES ${manual_pages} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT tools)
   install(FILES ${PROJECT_BINARY_DIR}/manual/overtake.bash RENAME overtake
-          DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT tools)
   foreach(place site-functions vendor-completions)      # of zsh; Debian searches the second one below /usr
-    install(FILES ${PROJECT_BINARY_DIR}/manual/_overtake DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/${place})
+    install(FILES ${PROJECT_BINARY_DIR}/manual/_overtake DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/${place} COMPONENT tools)
   endforeach()
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/rigs DESTINATION ${CMAKE_INSTALL_DATADIR}/overtake
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/rigs DESTINATION ${CMAKE_INSTALL_DATADIR}/overtake COMPONENT tools
           FILES_MATCHING PATTERN *.toml)
 endif()
 add_custom_target(product DEPENDS ${product})      # what is installed, without tests and benches
