@@ -4,10 +4,13 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
 #include <cstring>
 #include <limits>
 
 #include "tests/support/temp_folder.h"
+#include "tools/io/lettering.h"
 #include "tools/io/npy.h"
 
 using namespace overtake;
@@ -93,6 +96,63 @@ TEST_CASE("colours: consecutive labels differ clearly from each other, from grou
     CHECK(distance(io::label_color(label), io::label_color(label + 1)) > 100);
     CHECK(distance(io::label_color(label), io::label_color(0)) > 100);
     CHECK(distance(io::label_color(label), io::label_color(-1)) > 100);
+  }
+}
+
+TEST_CASE("text: capitals begin at their corner; it keeps to its width; letters differ; edges are smooth") {
+  constexpr int32_t kSize = 20, kX = 30, kY = 10;
+  const Rgb ink = {255, 200, 0}, paper = {0, 0, 40};
+  const auto draw = [&](std::string_view text) {
+    Picture picture(400, 40, paper);
+    io::draw_text(picture, kX, kY, text, ink, kSize);
+    return picture;
+  };
+  const auto touched = [&](Picture& picture) {  // left, top, right, bottom
+    std::array<int32_t, 4> box = {picture.width, picture.height, -1, -1};
+    for (int32_t y = 0; y < picture.height; ++y)
+      for (int32_t x = 0; x < picture.width; ++x)
+        if (picture.at(x, y) != paper)
+          box = {std::min(box[0], x), std::min(box[1], y), std::max(box[2], x), std::max(box[3], y)};
+    return box;
+  };
+  Picture capitals = draw("HEAD");
+  const auto box = touched(capitals);
+  CHECK(std::abs(box[0] - kX) <= 2);
+  CHECK(box[1] == kY);
+  CHECK(box[2] <= kX + io::text_width("HEAD", kSize));
+  CHECK(box[3] - box[1] + 1 >= kSize * 7 / 10);
+  CHECK(box[3] - box[1] + 1 <= kSize * 8 / 10);
+  std::size_t solid = 0, between = 0;
+  for (const Rgb& pixel : capitals.pixels) {
+    solid += pixel == ink;
+    between += pixel != ink && pixel != paper;
+  }
+  CHECK(solid > 50);
+  CHECK(between > 50);
+  Picture low = draw("head");
+  CHECK(low.pixels != capitals.pixels);
+  CHECK(draw("m/s").pixels != draw("M/S").pixels);
+  CHECK(io::text_width("wide", kSize) > io::text_width("ill", kSize));
+  CHECK(io::text_width("wide", 2 * kSize) > io::text_width("wide", kSize) * 3 / 2);
+  CHECK(io::text_width("", kSize) == 0);
+}
+
+TEST_CASE("text: UTF-8; each byte that is none becomes one replacement character; nothing beyond the picture") {
+  constexpr int32_t kSize = 16;
+  const auto width = [](std::string_view text) { return io::text_width(text, kSize); };
+  const int32_t wrong = width("\xEF\xBF\xBD");
+  CHECK(wrong > 0);
+  CHECK(width("\xC3\xA9") == width("e"));  // e with an acute accent
+  CHECK(width("\xFF") == wrong);
+  CHECK(width("\xC3") == wrong);  // cut off
+  CHECK(width("\xC3"
+              "a") == wrong + width("a"));
+  CHECK(width("\x80\x80") == 2 * wrong);
+  CHECK(width("\xF8\x80\x80\x80\x80") == 5 * wrong);
+  for (const auto& [x, y] : {std::pair{-20, 3}, {85, 3}, {5, -9}, {5, 28}, {-500, -500}, {500, 500}}) {
+    Picture picture(90, 30);  // the address sanitizer looks
+    io::draw_text(picture, x, y, "a car at 80 m", {255, 255, 255}, kSize);
+    CHECK(picture.pixels.size() == 90u * 30u);
   }
 }
 

@@ -4,25 +4,11 @@
 
 #include <algorithm>
 
+#include "tools/io/lettering.h"
 #include "tools/io/text.h"
 
 namespace overtake::io {
 namespace {
-
-// Three bits per line, top line in the highest bits, left pixel first.
-struct Glyph {
-  char letter;
-  uint16_t bits;
-};
-constexpr Glyph kFont[] = {
-    {'0', 075557}, {'1', 026227}, {'2', 071747}, {'3', 071717}, {'4', 055711}, {'5', 074717}, {'6', 074757},
-    {'7', 071122}, {'8', 075757}, {'9', 075717}, {'A', 025755}, {'B', 065656}, {'C', 034443}, {'D', 065556},
-    {'E', 074647}, {'F', 074644}, {'G', 034553}, {'H', 055755}, {'I', 072227}, {'J', 011152}, {'K', 055655},
-    {'L', 044447}, {'M', 057755}, {'N', 065555}, {'O', 025552}, {'P', 065644}, {'Q', 025563}, {'R', 065655},
-    {'S', 034216}, {'T', 072222}, {'U', 055557}, {'V', 055552}, {'W', 055775}, {'X', 055255}, {'Y', 055222},
-    {'Z', 071247}, {'.', 000002}, {':', 002020}, {',', 000024}, {'-', 000700}, {'+', 002720}, {'/', 011244},
-    {'_', 000007}, {'(', 012221}, {')', 042224}, {'%', 051245}, {'=', 007070},
-};
 
 Rgb mix(const Rgb& a, const Rgb& b, double share) {
   Rgb out;
@@ -62,31 +48,15 @@ Rgb label_color(int32_t label) {
   return hue_color(turns, kLightness[label % 3], label % 2 ? 0.85 : 0.6);
 }
 
-void draw_text(Picture& picture, int32_t x, int32_t y, std::string_view text, Rgb color, int32_t zoom) {
-  for (char c : text) {
-    if (c >= 'a' && c <= 'z') c = char(c - 'a' + 'A');
-    const auto* glyph = std::find_if(std::begin(kFont), std::end(kFont), [c](const Glyph& g) { return g.letter == c; });
-    if (glyph != std::end(kFont))
-      for (int32_t py = 0; py < 5 * zoom; ++py)
-        for (int32_t px = 0; px < 3 * zoom; ++px) {
-          const bool lit = (glyph->bits >> (14 - py / zoom * 3 - px / zoom)) & 1;
-          if (lit && x + px >= 0 && x + px < picture.width && y + py >= 0 && y + py < picture.height)
-            picture.at(x + px, y + py) = color;
-        }
-    x += 4 * zoom;
-  }
-}
-
 Picture render_image(int32_t rows, int32_t cols, const std::vector<Rgb>& colors, const ImageStyle& style) {
-  constexpr int32_t kTextZoom = 2, kHead = 5 * kTextZoom + 10, kBar = 160;
+  constexpr int32_t kHead = 20, kBar = 160;
   constexpr Rgb kPaper = {24, 24, 28}, kInk = {230, 230, 230};
   Picture picture(std::max(cols * style.zoom_x, 320), rows * style.zoom_y + kHead, kPaper);
-  draw_text(picture, 6, 5, style.caption, kInk, kTextZoom);
+  draw_text(picture, 6, 5, style.caption, kInk, kCaptionSize);
   if (style.scaled) {
-    const auto width_of = [](const std::string& text) { return int32_t(text.size()) * 4 * kTextZoom; };
-    const int32_t high = picture.width - width_of(style.high_text) - 4, bar = high - kBar - 8;
-    draw_text(picture, high, 5, style.high_text, kInk, kTextZoom);
-    draw_text(picture, bar - width_of(style.low_text) - 6, 5, style.low_text, kInk, kTextZoom);
+    const int32_t high = picture.width - text_width(style.high_text, kCaptionSize) - 4, bar = high - kBar - 8;
+    draw_text(picture, high, 5, style.high_text, kInk, kCaptionSize);
+    draw_text(picture, bar - text_width(style.low_text, kCaptionSize) - 6, 5, style.low_text, kInk, kCaptionSize);
     for (int32_t x = 0; x < kBar; ++x)
       for (int32_t y = 4; y < kHead - 5; ++y)
         if (bar + x >= 0) picture.at(bar + x, y) = scale_color(double(x) / (kBar - 1));

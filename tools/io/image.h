@@ -7,7 +7,6 @@
 #include <array>
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace overtake::io {
@@ -31,9 +30,7 @@ Rgb scale_color(double share);
 // Colours of labels: neighbouring numbers differ in hue and lightness. -1 is black, 0 (ground) dark grey.
 Rgb label_color(int32_t label);
 
-// Text of capital letters, digits and . : , - + / _ ( ) % in glyphs of 3 x 5 pixels, each `zoom` pixels large. Draws
-// lower case as capitals, other characters as blanks.
-void draw_text(Picture& picture, int32_t x, int32_t y, std::string_view text, Rgb color, int32_t zoom);
+constexpr int32_t kCaptionSize = 14;  // of the font (lettering.h), for a caption in a head of 20 rows
 
 // One picture per image: every pixel is zoom_x * zoom_y large, below a caption; `scaled` adds a colour bar with its
 // limits.

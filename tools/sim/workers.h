@@ -1,44 +1,32 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Threads that share the indices of a loop. The loop's results must not depend on which thread runs which index.
+// Threads of oneTBB that share the indices of a loop. The loop's results must not depend on which thread runs which
+// index.
 #pragma once
 
-#include <atomic>
-#include <condition_variable>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
 #include <cstdint>
-#include <exception>
-#include <functional>
-#include <mutex>
-#include <thread>
-#include <vector>
 
 namespace overtake::sim {
 
 class Workers {
  public:
-  explicit Workers(int32_t count);  // 0: one per CPU
-  ~Workers();
-  Workers(const Workers&) = delete;
-  Workers& operator=(const Workers&) = delete;
+  explicit Workers(int32_t count)  // 0: one per CPU
+      : arena_(count > 0 ? count : oneapi::tbb::task_arena::automatic) {}
 
-  // Calls body(0..count-1), each once; returns when all are done. Rethrows the first exception.
-  void for_each(int32_t count, const std::function<void(int32_t)>& body);
-  int32_t count() const { return int32_t(threads_.size()) + 1; }
+  // Calls body(0..count-1), each once; returns when all are done. Rethrows the first exception; the other indices may
+  // then be left out.
+  template <class Body>
+  void for_each(int32_t count, const Body& body) {
+    arena_.execute([&] { oneapi::tbb::parallel_for(int32_t(0), count, body, oneapi::tbb::simple_partitioner()); });
+  }
+  int32_t count() const { return arena_.max_concurrency(); }
 
  private:
-  void work();
-  void take(const std::function<void(int32_t)>& body, int32_t count);
-
-  std::vector<std::thread> threads_;
-  std::mutex mutex_;
-  std::condition_variable begin_, end_;
-  const std::function<void(int32_t)>* body_ = nullptr;
-  int32_t loop_count_ = 0, busy_ = 0;
-  uint64_t loop_ = 0;
-  bool stop_ = false;
-  std::atomic<int32_t> next_{0};
-  std::exception_ptr error_;
+  oneapi::tbb::task_arena arena_;
 };
 
 }  // namespace overtake::sim

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/io/lettering.h"
+
 namespace overtake::cli {
 
 Canvas::Canvas(double left_m, double top_m, double pixels_per_m, int32_t width, int32_t height, io::Rgb paper)
@@ -31,10 +33,10 @@ void Canvas::polygon(const std::vector<PlanePoint>& corners, io::Rgb color, int3
   for (std::size_t i = 0; i < corners.size(); ++i) line(corners[i], corners[(i + 1) % corners.size()], color, size);
 }
 
-void Canvas::label(PlanePoint at, std::string_view text, io::Rgb color, int32_t zoom, int32_t pixels) {
+void Canvas::label(PlanePoint at, std::string_view text, io::Rgb color, int32_t size, int32_t pixels) {
   const double x = (at.right_m - left_m_) * scale_, y = (top_m_ - at.up_m) * scale_ + kHead;
   if (!(x >= 0) || !(y >= kHead) || x >= picture.width || y >= picture.height) return;
-  io::draw_text(picture, int32_t(x) + pixels, int32_t(y) - pixels - 5 * zoom, text, color, zoom);
+  io::draw_text(picture, int32_t(x) + pixels, int32_t(y) - pixels - size * 3 / 4, text, color, size);
 }
 
 io::Picture halve(const io::Picture& picture) {

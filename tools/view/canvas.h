@@ -27,7 +27,7 @@ class Canvas {
   void line(PlanePoint from, PlanePoint to, io::Rgb color, int32_t size);
   void polygon(const std::vector<PlanePoint>& corners, io::Rgb color, int32_t size);  // closed
   // Writes beside a point: the text's lower left corner is `pixels` to the right of it and above it.
-  void label(PlanePoint at, std::string_view text, io::Rgb color, int32_t zoom, int32_t pixels);
+  void label(PlanePoint at, std::string_view text, io::Rgb color, int32_t size, int32_t pixels);
 
   io::Picture picture;
 

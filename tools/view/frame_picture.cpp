@@ -8,6 +8,7 @@
 
 #include "tools/client/console.h"
 #include "tools/client/session.h"
+#include "tools/io/lettering.h"
 #include "tools/view/canvas.h"
 
 namespace overtake::cli {
@@ -101,8 +102,8 @@ void draw_confirmed(Canvas& canvas, const EgoFrame& ego, const ovt_tracks& track
   PlanePoint last = ego.place(tracks.x_m[i], tracks.y_m[i]);
   canvas.polygon(rectangle(last, ego.heading(tracks.heading_rad[i]), params.vehicle_length_m, params.vehicle_width_m),
                  kTrack, 4);
-  canvas.label(last, "ID " + std::to_string(tracks.id[i] & 0xffffffffu) + "  " + fixed(tracks.speed_mps[i], 1) + " M/S",
-               kTrack, 5, 44);
+  canvas.label(last, "id " + std::to_string(tracks.id[i] & 0xffffffffu) + "  " + fixed(tracks.speed_mps[i], 1) + " m/s",
+               kTrack, 32, 44);
   for (int32_t k = 0; k < tracks.path_points; ++k) {
     const int32_t p = i * tracks.path_points + k;
     const PlanePoint next = ego.place(tracks.path_x_m[p], tracks.path_y_m[p]);
@@ -135,14 +136,14 @@ io::Picture draw_frame(ovt_reader* reader, const io::Rig& rig, const ovt_params&
   draw_points(canvas, reader, rig, detections);
   canvas.polygon(rectangle({params.vehicle_length_m * 0.3, 0}, 0, params.vehicle_length_m, params.vehicle_width_m),
                  kEgo, 4);
-  canvas.label({-2, 1}, "EGO", kEgo, 5, 20);
+  canvas.label({-2, 1}, "ego", kEgo, 32, 20);
   for (int32_t i = 0; i < detections.count; ++i)
     canvas.polygon(rectangle({double(detections.x_m[i]), double(detections.y_m[i])}, double(detections.heading_rad[i]),
                              params.vehicle_length_m, params.vehicle_width_m),
                    kDetection, 3);
   for (int32_t i = 0; i < tracks.count; ++i)
     if (tracks.state[i] == OVT_CONFIRMED) draw_confirmed(canvas, ego, tracks, i, params);
-  io::draw_text(canvas.picture, 12, 4, caption, kTextColor, 3);
+  io::draw_text(canvas.picture, 12, 1, caption, kTextColor, 24);
   return halve(canvas.picture);
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tools/client/console.h"
+#include "tools/io/lettering.h"
 #include "tools/sim/log_writer.h"
 #include "tools/view/canvas.h"
 #include "tools/view/scan_picture.h"
@@ -83,12 +84,12 @@ io::Picture draw_overview(const sim::Simulator& simulator, double at_s) {
   draw_cars(canvas, simulator, at_s, flat);
   std::string caption =
       simulator.scenario().name + " on " + track.name() + ", " + fixed(simulator.seconds(), 1) + " s, a dot a second:";
-  io::draw_text(canvas.picture, 6, 5, caption, kInk, 2);
-  int32_t x = 14 + 8 * int32_t(caption.size());
+  io::draw_text(canvas.picture, 6, 5, caption, kInk, io::kCaptionSize);
+  int32_t x = 14 + io::text_width(caption, io::kCaptionSize);
   for (std::size_t car = 0; car < simulator.scenario().cars.size(); ++car) {
     const std::string& name = simulator.scenario().cars[car].name;
-    io::draw_text(canvas.picture, x, 5, name, car_color(car), 2);
-    x += 8 * int32_t(name.size() + 1);
+    io::draw_text(canvas.picture, x, 5, name, car_color(car), io::kCaptionSize);
+    x += io::text_width(name + "  ", io::kCaptionSize);
   }
   return std::move(canvas.picture);
 }
@@ -113,8 +114,9 @@ io::Picture draw_surroundings(const sim::Simulator& simulator, const sim::SimFra
     }
   }
   draw_cars(canvas, simulator, at_s, to_ego);
-  io::draw_text(canvas.picture, 6, 5, "at " + fixed(at_s, 2) + " s, all points of the 50 ms after it", kInk, 2);
-  draw_surface_legend(canvas.picture, 760, 8);
+  io::draw_text(canvas.picture, 6, 5, "at " + fixed(at_s, 2) + " s, all points of the 50 ms after it", kInk,
+                io::kCaptionSize);
+  draw_surface_legend(canvas.picture, 340, 5);
   return std::move(canvas.picture);
 }
 

@@ -7,6 +7,7 @@
 
 #include "tools/client/console.h"
 #include "tools/io/angles.h"
+#include "tools/io/lettering.h"
 #include "tools/sim/material.h"
 #include "tools/view/views.h"
 
@@ -16,7 +17,7 @@ namespace {
 using io::Rgb;
 
 constexpr Rgb kInk = {230, 230, 230}, kGrid = {40, 40, 48};
-constexpr int32_t kWidth = 1400, kHeight = 420, kHead = 20;
+constexpr int32_t kWidth = 1400, kHeight = 420, kHead = 20, kLegendSize = 12;
 constexpr double kNearest = 2, kFarthest = 200, kLowest = -2, kHighest = 4;
 
 struct Angles {
@@ -58,7 +59,7 @@ io::Picture draw_angles(const Angles& angles, const std::vector<Rgb>& colors, co
     const int32_t x = column(angles.azimuth_deg[i]), y = line(angles.elevation_deg[i]);
     for (int32_t k = 0; k < 6; ++k) picture.at(x + k % 2, y + k / 2) = colors[i];
   }
-  io::draw_text(picture, 6, 5, caption, kInk, 2);
+  io::draw_text(picture, 6, 5, caption, kInk, io::kCaptionSize);
   return picture;
 }
 
@@ -79,9 +80,12 @@ void draw_surface_legend(io::Picture& picture, int32_t x, int32_t y) {
     entries.emplace_back(sim::surface_name(s), surface_color(s));
   for (uint16_t car = 0; car < 3; ++car)
     entries.emplace_back("car " + std::to_string(car), surface_color(uint16_t(uint16_t(sim::Surface::car) + car)));
+  const int32_t left = x;
   for (const auto& [name, color] : entries) {
-    io::draw_text(picture, x, y, name, color, 1);
-    x += int32_t(4 * name.size()) + 10;
+    const int32_t width = io::text_width(name, kLegendSize);
+    if (x > left && x + width > picture.width) x = left, y += kLegendSize + 3;
+    io::draw_text(picture, x, y, name, color, kLegendSize);
+    x += width + 10;
   }
 }
 
@@ -100,7 +104,7 @@ io::Picture draw_scan(const ScanPoints& points, const std::string& caption) {
   std::vector<io::Picture> parts = {draw_angles(angles, by_range, caption + ", range 2 to 200 m (log), " + axes)};
   if (points.surface) {
     parts.push_back(draw_angles(angles, by_surface, caption + ", surfaces"));
-    draw_surface_legend(parts.back(), 6, kHead + kHeight - 8);
+    draw_surface_legend(parts.back(), 6, kHead + kHeight - kLegendSize);
   }
   parts.push_back(draw_top_view(points.x_m, points.y_m, by_height, 100, caption + ", height -2 to 4 m"));
   return stack_pictures(parts);

@@ -27,6 +27,7 @@ io::Picture draw_scan(const ScanPoints& points, const std::string& caption);
 
 // The colour of a surface; each car has its own.
 io::Rgb surface_color(uint16_t surface);
+// Names of all surfaces, each in its colour, from (x, y) on; goes on in a new line where the picture ends.
 void draw_surface_legend(io::Picture& picture, int32_t x, int32_t y);
 
 }  // namespace overtake::cli

@@ -9,6 +9,7 @@
 #include "tools/client/console.h"
 #include "tools/client/session.h"
 #include "tools/io/angles.h"
+#include "tools/io/lettering.h"
 
 namespace overtake::cli {
 namespace {
@@ -192,7 +193,7 @@ io::Picture draw_top_view(const float* x_m, const float* y_m, const std::vector<
       for (int32_t k = 0; k < 4; ++k)
         picture.at(std::min(column(double(y_m[i])) + k % 2, picture.width - 1),
                    std::min(line(double(x_m[i])) + k / 2, picture.height - 1)) = colors[i];
-  io::draw_text(picture, 6, 5, caption + ", grid " + fixed(grid_m, 0) + " m, x up", kInk, 2);
+  io::draw_text(picture, 6, 5, caption + ", grid " + fixed(grid_m, 0) + " m, x up", kInk, io::kCaptionSize);
   return picture;
 }
 
