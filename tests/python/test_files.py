@@ -2,9 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # Recordings as arrays, runs and simulated races.
+import contextlib
 import gc
+import json
 import os
 import pathlib
+import re
+import sqlite3
+import struct
 import subprocess
 import sys
 import tempfile
@@ -190,6 +195,83 @@ def test_files_without_a_rig_give_all_their_fields(tmp_path):
     for name, column in columns.items():
         assert scans[1].points[name].dtype == column.dtype and numpy.array_equal(scans[1].points[name], column)
     assert len(list(overtake.open(tmp_path / "000013_front.pcd"))) == 1
+
+
+def cloud_message(columns, stamp_ns):
+    """A sensor_msgs/PointCloud2 in CDR; every column is float32."""
+    body = bytearray()
+
+    def put(kind, *values):
+        body.extend(bytes(-len(body) % struct.calcsize(kind)))
+        body.extend(struct.pack("<" + kind * len(values), *values))
+
+    def put_text(text):
+        put("I", len(text) + 1)
+        body.extend(text.encode() + b"\0")
+
+    points = numpy.column_stack([columns[name] for name in columns]).astype("f4")
+    put("I", stamp_ns // 10**9, stamp_ns % 10**9)
+    put_text("lidar")
+    put("I", 1, len(points), len(columns))
+    for place, name in enumerate(columns):
+        put_text(name)
+        put("I", 4 * place)
+        put("B", 7)                     # FLOAT32
+        put("I", 1)
+    put("B", 0)
+    put("I", 4 * len(columns), points.nbytes, points.nbytes)
+    body.extend(points.tobytes() + b"\1")
+    return b"\0\1\0\0" + bytes(body)
+
+
+def write_db3(path, messages):
+    with contextlib.closing(sqlite3.connect(path)) as bag, bag:
+        bag.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, "
+                    "serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL)")
+        bag.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT "
+                    "NULL, data BLOB NOT NULL)")
+        bag.execute("INSERT INTO topics VALUES(1, '/lidar/points', 'sensor_msgs/msg/PointCloud2', 'cdr', '')")
+        for number, message in enumerate(messages):
+            bag.execute("INSERT INTO messages VALUES(?, 1, ?, ?)", (number + 1, 10**9 + number, message))
+
+
+def write_ply(path, columns):
+    names = "".join(f"property float {name}\n" for name in columns)
+    rows = numpy.column_stack(list(columns.values())).astype("f4")
+    path.write_bytes(f"ply\nformat binary_little_endian 1.0\nelement vertex {len(rows)}\n{names}end_header\n".encode() +
+                     rows.tobytes())
+
+
+def test_open_reads_what_info_knows(program, race, tmp_path):
+    tail = car_tail()
+    columns = {"x": tail["x"], "y": tail["y"], "z": tail["z"], "intensity": tail["intensity"]}
+    write_pcd(tmp_path / "a.pcd", columns)
+    write_ply(tmp_path / "a.ply", columns)
+    (tmp_path / "a.bin").write_bytes(numpy.column_stack(list(columns.values())).astype("f4").tobytes())
+    write_db3(tmp_path / "a.db3", [cloud_message(columns, stamp_ns) for stamp_ns in (5 * 10**9, 6 * 10**9)])
+    (tmp_path / "bag").mkdir()
+    write_db3(tmp_path / "bag" / "bag_0.db3", [cloud_message(columns, 5 * 10**9)])
+    paths = [tmp_path / name for name in ("a.pcd", "a.ply", "a.bin", "a.db3", "bag")] + [pathlib.Path(race.path)]
+    listed = subprocess.run([program, "info", "--help"], check=True, capture_output=True, text=True).stdout
+    endings = set(re.findall(r"\((\.\w+)\)", listed.split("Formats, ")[1]))
+    assert endings == {path.suffix for path in paths} - {""}
+    for path in paths:
+        told = json.loads(subprocess.run([program, "info", path, "--json"], check=True, capture_output=True).stdout)
+        scans = list(overtake.open(path))     # without a rig, but a race has its own: the clouds of its sensors
+        if told["topics"]:
+            clouds = [topic for topic in told["topics"] if topic["name"].endswith("/points")]
+            assert {topic["type"] for topic in clouds} == {"sensor_msgs/msg/PointCloud2"}
+            assert len(scans) == sum(topic["messages"] for topic in clouds)
+            assert sum(map(len, scans)) == sum(topic["points"] for topic in clouds)
+            assert {scan.sensor.strip("/").split("/")[0] for scan in scans} == {
+                topic["name"].split("/")[1] for topic in clouds}
+        else:
+            assert [len(scan) for scan in scans] == [told["scans"][0]["points_of_first"]] == [360]
+            assert list(scans[0].points) == [field.split()[0] for field in told["scans"][0]["fields"].split(", ")]
+        if path.suffix != ".mcap":
+            for name, column in columns.items():
+                assert numpy.array_equal(scans[0].points[name], column), (path, name)
+    assert [scan.stamp_ns for scan in overtake.open(tmp_path / "a.db3")] == [5 * 10**9, 6 * 10**9]
 
 
 def test_wrong_recordings(tmp_path):
