@@ -7,7 +7,6 @@
 // No map, no poses. Also the wall clock's time from the first push to the tracks.
 //
 //   bench_sensors [--preset NAME] [--isa NAME] [--sensors N] [--workers W] [--stream] [--frames N] [--json]
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -18,6 +17,7 @@
 #include <vector>
 
 #include "bench/floor.h"
+#include "bench/program.h"
 #include "pipeline/overtake.h"
 #include "pipeline/stage_clock.h"
 #include "tools/client/pieces.h"
@@ -135,10 +135,7 @@ int run(const Options& options) {
   Sensors inline_several(options, frames, options.sensors, 1),
       several(options, frames, options.sensors, options.workers);
   FloorScan floor_scan(frames[0][0]);
-  const std::vector<Loops> all = all_loops();
-  const Loops* loops = nullptr;
-  for (const Loops& candidate : all)
-    if (candidate.can_run && (!loops || options.isa.empty() || options.isa == candidate.isa)) loops = &candidate;
+  const Loops loops = find_loops(options.isa);
   std::vector<double> floor_us;
   constexpr int32_t kWarmUp = 20;
   for (int32_t k = 0; k < kWarmUp + options.frames; ++k) {
@@ -148,7 +145,7 @@ int run(const Options& options) {
       floor_us.clear();
     }
     const int64_t start_ns = process_cpu_ns();
-    segment_floor(*loops, floor_scan);
+    segment_floor(loops, floor_scan);
     floor_us.push_back(double(process_cpu_ns() - start_ns) * 1e-3);
     for (const auto& sensor : one) sensor->run_frame(k);
     inline_several.run_frame(k);
@@ -186,20 +183,19 @@ int run(const Options& options) {
   return 0;
 }
 
-}  // namespace
-}  // namespace overtake::bench
-
-int main(int argc, char** argv) {
-  overtake::bench::Options options;
-  CLI::App app("The cost of a sensor when there are several, against one sensor's");
-  app.add_option("--preset", options.preset, "paper or best (default)");
-  app.add_option("--isa", options.isa, "default: the best");
+void add_options(CLI::App& app, Options& options) {
   app.add_option("--sensors", options.sensors, "default 8")->check(CLI::Range(1, 8));
   app.add_option("--workers", options.workers, "default 4")->check(CLI::Range(1, 64));
   app.add_option("--frames", options.frames, "default 300")->check(CLI::Range(1, 100000));
   app.add_option("--pieces", options.pieces, "of a scan, with --stream; default 32")->check(CLI::Range(1, 100000));
   app.add_flag("--stream", options.stream, "scans in pieces, in turn, with ovt_detector_def.stream");
-  app.add_flag("--json", options.json);
-  CLI11_PARSE(app, argc, argv);
-  return overtake::bench::run(options);
+}
+
+}  // namespace
+}  // namespace overtake::bench
+
+int main(int argc, char** argv) {
+  using namespace overtake::bench;
+  return run_program<Options>(argc, argv, "The cost of a sensor when there are several, against one sensor's",
+                              add_options, run);
 }

@@ -8,7 +8,6 @@
 //   bench_stream [--preset NAME] [--isa NAME] [--points N] [--changing] [--scans N] [--core N] [--json]
 #include <sched.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -18,6 +17,7 @@
 #include <vector>
 
 #include "bench/floor.h"
+#include "bench/program.h"
 #include "pipeline/overtake.h"
 #include "pipeline/stage_clock.h"
 
@@ -155,14 +155,7 @@ int run(const Options& options) {
   OneSensor whole(options, cloud, false), pieces(options, cloud, true);
   ovt_runtime_info runtime{};
   ovt_read_runtime_info(pieces.detector(), &runtime);
-  const std::vector<Loops> all = all_loops();
-  const Loops* loops = nullptr;
-  for (const Loops& candidate : all)
-    if (candidate.can_run && (options.isa.empty() || options.isa == candidate.isa)) loops = &candidate;
-  if (!loops) {
-    std::fprintf(stderr, "bench_stream: this CPU has no floor for ISA %s\n", options.isa.c_str());
-    return 1;
-  }
+  const Loops loops = find_loops(options.isa);
 
   Times floor, batch, batch_tracks, in_pieces, after, after_tracks, both, last_piece, end_scan;
   Times of_stage[std::size(kStages)], of_whole[std::size(kStages)];
@@ -175,7 +168,7 @@ int run(const Options& options) {
     const std::vector<int32_t> cuts = find_cuts(now, options.points);
     piece_count = cuts.size();
     const int64_t stamp_ns = int64_t(1000 + k) * 50'000'000, t0 = steady_now_ns();
-    segment_floor(*loops, floor_scans[frame]);
+    segment_floor(loops, floor_scans[frame]);
     const int64_t t1 = steady_now_ns();
     const ovt_points scan = whole.points(now, stamp_ns, 0, count);
     if (!require_ok(ovt_push_scan(whole.detector(), &scan))) return 1;
@@ -237,7 +230,7 @@ int run(const Options& options) {
                                    {"source", cloud_source()},
                                    {"preset", options.preset},
                                    {"isa", runtime.isa},
-                                   {"floor_isa", loops->isa},
+                                   {"floor_isa", loops.isa},
                                    {"point_count", cloud.points.size()},
                                    {"piece_count", piece_count},
                                    {"scans", options.scans},
@@ -263,19 +256,19 @@ int run(const Options& options) {
   return 0;
 }
 
-}  // namespace
-}  // namespace overtake::bench
-
-int main(int argc, char** argv) {
-  overtake::bench::Options options;
-  CLI::App app("The time after the last point of a scan that comes in pieces, in floors of the same run");
-  app.add_option("--preset", options.preset, "paper or best (default)");
-  app.add_option("--isa", options.isa, "default: the best");
+void add_options(CLI::App& app, Options& options) {
   app.add_option("--points", options.points, "points of a piece; default: a line")->check(CLI::Range(1, 1000000));
   app.add_option("--scans", options.scans, "default 1000")->check(CLI::Range(1, 1000000));
   app.add_option("--core", options.core, "run on this CPU")->check(CLI::Range(0, 1023));
   app.add_flag("--changing", options.changing, "every other scan has its lines in reverse order");
-  app.add_flag("--json", options.json);
-  CLI11_PARSE(app, argc, argv);
-  return overtake::bench::run(options);
+}
+
+}  // namespace
+}  // namespace overtake::bench
+
+int main(int argc, char** argv) {
+  using namespace overtake::bench;
+  return run_program<Options>(argc, argv,
+                              "The time after the last point of a scan that comes in pieces, in floors of the same run",
+                              add_options, run);
 }

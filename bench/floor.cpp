@@ -65,6 +65,14 @@ std::vector<Loops> all_loops() {
 #endif
 }
 
+Loops find_loops(const std::string& isa) {
+  const std::vector<Loops> all = all_loops();
+  Loops found = all.front();
+  for (const Loops& loops : all)
+    if (loops.can_run && (isa.empty() || isa == loops.isa)) found = loops;
+  return found;
+}
+
 __attribute__((noinline)) void floor_scatter(const std::vector<int32_t>& pixel, const std::vector<float>& value,
                                              std::vector<float>& image) {
   for (std::size_t i = 0; i < pixel.size(); ++i) image[std::size_t(pixel[i])] = value[i];

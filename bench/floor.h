@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "bench/clouds.h"
@@ -26,6 +27,8 @@ struct Loops {
 
 // Of each ISA that this program has; the best one that this CPU runs comes last.
 std::vector<Loops> all_loops();
+// Those of an ISA; "": the best one that this CPU runs. Of an ISA without loops (ref): the first.
+Loops find_loops(const std::string& isa);
 
 inline constexpr int32_t kFloorRows = 32, kFloorCols = 857;
 inline constexpr std::size_t kFloorPixels = std::size_t(kFloorRows) * kFloorCols;

@@ -153,9 +153,9 @@ class LatencyRunner {
   }
   // Twice: a scan's work begins in warm caches, too.
   void measure_floor() {
-    segment_floor(*floor_loops_, *floor_scan_);
+    segment_floor(floor_loops_, *floor_scan_);
     const int64_t start_ns = now_ns();
-    segment_floor(*floor_loops_, *floor_scan_);
+    segment_floor(floor_loops_, *floor_scan_);
     run_.floor_ns.push_back(now_ns() - start_ns);
   }
   void note(ovt_status status) {
@@ -207,9 +207,7 @@ class LatencyRunner {
 
   void choose_floor() {
     floor_scan_ = std::make_unique<FloorScan>(racecar_clouds()[0]);
-    floor_isas_ = all_loops();
-    for (const Loops& loops : floor_isas_)
-      if (loops.can_run && (!floor_loops_ || def_.isa.empty() || def_.isa == loops.isa)) floor_loops_ = &loops;
+    floor_loops_ = find_loops(def_.isa);
     run_.floor_ns.reserve(std::size_t(frame_count_));
   }
 
@@ -274,8 +272,7 @@ class LatencyRunner {
   std::atomic<int32_t> failed_{OVT_OK}, fifo_drivers_{0};
   std::unique_ptr<NoiseFloor> noise_;
   std::unique_ptr<FloorScan> floor_scan_;
-  std::vector<Loops> floor_isas_;
-  const Loops* floor_loops_ = nullptr;
+  Loops floor_loops_ = {};
   DetectorHandle handle_;  // last member, destroyed first: after that nothing calls on_frame
 };
 

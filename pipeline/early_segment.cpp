@@ -251,7 +251,8 @@ void EarlySegment::run_rows(const StageContext& context, const Step& step, int32
     kept += bytes;
   });
   SegmentViews window = cut_rows(part_, early.views, plan_.columns, top, bottom);
-  part_.row_count = std::max((whole ? early.row_count : bottom + 1) - top, 0);  // more layers follow
+  // More layers than rows: one more (step.h).
+  part_.row_count = std::clamp((whole ? early.row_count : bottom + 1) - top, 0, bottom - top + 1);
   Segment segment = {*sensor_, *params_, part_, window};
   step.run(*context.kernels, segment);
   kept = reinterpret_cast<char*>(kept_rows_);

@@ -9,8 +9,8 @@
 //                    wrong, the whole scan is scattered again, and the next scans are not predicted
 //   row steps        those that follow and have a halo (step.h): over the rows that are complete. Rows complete one by
 //                    one if the sensor measures layer after layer, from the top. A step whose halo is a guess runs
-//                    again over the whole image, once before the last layer and once at the end, and the rows
-//                    that differ are mended
+//                    again: over the rows so far, once before the last layer, and over the whole image at the end.
+//                    The rows that differ are mended
 //
 // The columns travel with their scan (EarlyColumns) until its segmentation ends: the workers go on with the next step.
 // The bytes are those of the whole segmentation.

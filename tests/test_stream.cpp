@@ -16,6 +16,7 @@
 
 #include "kernels/kernel_table.h"
 #include "pipeline/detector.h"
+#include "pipeline/method/steps.h"
 #include "tests/support/frame_rules.h"
 #include "tests/support/one_sensor_detector.h"
 #include "tests/support/stream_bench.h"
@@ -259,6 +260,80 @@ TEST_CASE("stream: with layers from the top to the bottom, the first steps run w
   // A point of the top row at the end of scans 2 and 5.
   const std::vector<std::vector<int32_t>> late = stages_of(Pattern::kLateReturn);
   for (std::size_t k = 1; k < 6; ++k) CHECK(late[k] == (k % 3 == 2 ? points : rows));
+}
+
+// Of the runs of count_layers at the end of a scan.
+struct LayerCounts {
+  int32_t runs, fewest_rows, most_more;  // more layers than rows
+};
+LayerCounts layer_counts;
+
+TEST_CASE("stream: a step that runs again over some rows is told of one layer more than these rows, not of all") {
+  using namespace overtake;
+  const Step count_layers = {"count_layers",
+                             OVT_STAGE_REPAIR,
+                             columns(Column::row_count, Column::nonground),
+                             columns(Column::range_repaired_m),
+                             0,
+                             "",
+                             [](const KernelTable&, Segment& s) noexcept {
+                               const Plane<float>& out = s.views.images.range_repaired_m;
+                               for (int32_t r = 0; r < out.rows; ++r) std::fill_n(out.row(r), out.cols, 0.0f);
+                               ++layer_counts.runs;
+                               layer_counts.fewest_rows = std::min(layer_counts.fewest_rows, out.rows);
+                               layer_counts.most_more = std::max(layer_counts.most_more, s.part.row_count - out.rows);
+                             },
+                             rows_around<0, 0>};
+  std::vector<Step> steps(kPaper.segment.begin(), kPaper.segment.begin() + 7);  // up to mark_ground
+  steps.push_back(count_layers);
+  Method method = kPaper;
+  method.segment = steps;
+  const EarlyPlan plan = plan_early(method);
+  REQUIRE(plan.steps == 8);
+
+  // Columns 20 to 29 have returns in rows 0 to 3 and in the last one: mark_ground guesses wrong in row 3.
+  constexpr int32_t kRows = 16, kCols = 64;
+  std::vector<float> x, y, z, intensity;
+  std::vector<int32_t> layer, time;
+  for (int32_t r = 0; r < kRows; ++r)
+    for (int32_t c = 0; c < kCols; ++c) {
+      if (c >= 20 && c < 30 && r > 3 && r + 1 < kRows) continue;
+      const double azimuth = 0.5 - (c + 0.5) / kCols, elevation = 0.01 - 0.02 * r;
+      x.push_back(float(10 * std::cos(azimuth)));
+      y.push_back(float(10 * std::sin(azimuth)));
+      z.push_back(float(10 * std::tan(elevation)));
+      layer.push_back(r);
+    }
+  const auto count = int32_t(x.size()), capacity = round_up(count, kRowAlign);
+  for (std::vector<float>* column : {&x, &y, &z, &intensity}) column->resize(std::size_t(capacity));
+  for (std::vector<int32_t>* column : {&layer, &time}) column->resize(std::size_t(capacity));
+  const ScanTable scan = {count, capacity, x.data(), y.data(), z.data(), intensity.data(), layer.data(), time.data()};
+
+  ovt_params params;
+  REQUIRE(ovt_params_init(&params, sizeof params, "paper") == OVT_OK);
+  StageContext context;
+  context.method = &method;
+  context.kernels = find_kernels("ref");
+  context.sensor_count = 1;
+  context.sensors[0] = make_sensor_model(kRows, kCols, 0.5, -0.5, false, 0.5, 100);
+  context.segment[0] = make_segment_params(params, context.sensors[0]);
+  EarlyPool pool;
+  EarlySegment segment;
+  REQUIRE(pool.build(plan.columns, context.sensors[0], capacity, 1, default_allocator()));
+  REQUIRE(segment.build(method, plan, context.sensors[0], context.segment[0], default_allocator()));
+  for (int32_t k = 0; k < 2; ++k) {  // the second scan has the rows of the first one
+    EarlyColumns* const early = pool.take();
+    segment.begin(*early);
+    for (int32_t whole = 0; whole < count; whole += kCols) segment.add(context, scan, whole, *early);
+    layer_counts = {0, kRows, -kRows};
+    CHECK(segment.finish(context, scan, *early));
+    CHECK(early->row_count == kRows);
+    CHECK(early->steps == (k == 0 ? 3 : 8));
+    pool.give(*early);
+  }
+  CHECK(layer_counts.runs >= 2);  // the last rows, and row 3 again
+  CHECK(layer_counts.fewest_rows == 1);
+  CHECK(layer_counts.most_more == 1);
 }
 
 TEST_CASE("stream: the pool of early columns gives the lowest free ones, and none when all are taken") {

@@ -32,6 +32,28 @@ def push_tails(detector, count=20, sensor=0, first=0):
         detector.push_scan(car_tail(20 + 0.5 * k), k * 50_000_000, sensor)
 
 
+def in_a_forked_child(*calls):
+    """What became of each call in a forked child: "returned", or an error's type and sentence."""
+    pipe, end = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            for call in calls:
+                try:
+                    call()
+                    told = "returned"
+                except BaseException as error:  # noqa: BLE001: the test looks at all of them
+                    told = f"{type(error).__name__}: {error}"
+                os.write(end, (told.replace("\n", " ") + "\n").encode())
+        finally:
+            os._exit(0)
+    os.close(end)
+    with open(pipe) as file:
+        told = file.read().splitlines()
+    assert os.waitpid(child, 0)[1] == 0
+    return told
+
+
 @pytest.fixture
 def detector():
     with overtake.Detector(a_sensor(), preset="best") as made:

@@ -3,6 +3,7 @@
 #
 # What push_scan takes, and how it refuses the rest.
 import array
+import re
 import tracemalloc
 
 import numpy
@@ -256,8 +257,41 @@ def test_wrong_definitions_raise_a_sentence():
     with pytest.raises(overtake.Error) as error:
         overtake.Detector(a_sensor(), isa="z80")
     assert error.value.status is overtake.Status.UNKNOWN_NAME
-    with pytest.raises(ValueError, match="width_left_m has 2 rows"):
-        overtake.Detector(a_sensor(), map={"x_m": [0, 1, 2], "y_m": [0, 1, 2], "width_left_m": [1, 2]})
+    for capacity in (0, -1):
+        with pytest.raises(ValueError, match=f"frame_capacity is {capacity}; 1 or more is needed"):
+            overtake.Detector(a_sensor(), frame_capacity=capacity)
+    with pytest.raises(TypeError, match="cpus is 'all'; a whole number is needed"):
+        overtake.Detector(a_sensor(), cpus=["all"])
+
+
+def test_wrong_maps_name_the_column():
+    wrong = {
+        "width_left_m has 2 rows, x_m has 3": (ValueError, {"width_left_m": [1, 2]}),
+        "left_y_m has 1 rows, left_x_m has 2": (ValueError, {"left_x_m": [0, 1], "left_y_m": [0]}),
+        "banking_rad: could not convert string to float: 'steep'": (ValueError, {"banking_rad": [0, 0, "steep"]}),
+        r"banking_rad: float\(\) argument must be": (TypeError, {"banking_rad": [0, 0, {}]}),
+        r"banking_rad has shape \(\); \(n,\) is needed": (ValueError, {"banking_rad": numpy.float64(0)}),
+        "banking_rad is a float; an array is needed": (TypeError, {"banking_rad": 0.0}),
+        "closed is 'yes'; True or False is needed": (TypeError, {"closed": "yes"}),
+        "map has no column 'width_m'": (TypeError, {"width_m": [1, 2, 3]}),
+        "map has no column '3'": (TypeError, {3: [1, 2, 3]}),
+    }
+    for sentence, (error, columns) in wrong.items():
+        with pytest.raises(error, match=sentence):
+            overtake.Detector(a_sensor(), map={"x_m": [0, 1, 2], "y_m": [0, 1, 2], **columns})
+
+
+def test_wrong_whole_numbers_name_the_argument(detector):
+    calls = {"first": lambda value: detector.push_points(car_tail(), 0, first=value),
+             "point_count": lambda value: detector.end_scan(0, point_count=value),
+             "sensor": lambda value: detector.push_scan(car_tail(), 0, value)}
+    for name, call in calls.items():
+        for value in (1.5, [1]):
+            with pytest.raises(TypeError, match=re.escape(f"{name} is {value!r}; a whole number is needed")):
+                call(value)
+    assert detector.stats["pushed"] == 0
+    detector.push_points(car_tail(), 0, numpy.uint8(0), first=numpy.int64(0))
+    assert detector.end_scan(0, point_count=numpy.int16(360)) is overtake.Status.OK
 
 
 def test_options_reach_the_library():

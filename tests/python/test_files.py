@@ -2,14 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # Recordings as arrays, runs and simulated races.
+import contextlib
+import gc
+import json
 import os
 import pathlib
+import re
+import sqlite3
+import struct
+import subprocess
+import sys
+import tempfile
 
 import numpy
 import pytest
 
 import overtake
-from conftest import a_sensor, car_tail
+from conftest import a_sensor, car_tail, in_a_forked_child
 
 
 def test_a_race_and_its_truth(race):
@@ -36,6 +45,75 @@ def test_a_temporary_race_is_removed():
     assert path.exists() and os.fspath(race) == race.path
     del race
     assert not path.parent.exists()
+
+
+def temporary_folders():
+    return set(pathlib.Path(tempfile.gettempdir()).glob("overtake_*"))
+
+
+def test_a_temporary_race_lives_as_long_as_something_reads_it():
+    before = temporary_folders()
+
+    def made():
+        return temporary_folders() - before
+
+    recording = overtake.open(overtake.simulate("demo", seconds=0.1))
+    assert len(list(recording)) == 6 == len(list(recording)) and len(made()) == 1
+    scans = iter(recording)
+    del recording
+    assert len(list(scans)) == 6 and len(made()) == 1
+    del scans
+    assert not made()
+    run = overtake.run(overtake.simulate("demo", seconds=0.1), copy_labels=True)
+    assert len(made()) == 1
+    frames = list(run)
+    del run
+    assert not made() and all(len(frame.labels()) > 10_000 for frame in frames) and len(frames) == 2
+    for one in overtake.open(overtake.simulate("demo", seconds=0.1)):
+        assert len(made()) == 1
+    del one
+    assert not made()
+
+
+def test_a_race_that_fails_leaves_no_folder():
+    before = temporary_folders()
+    with pytest.raises(overtake.FileError, match="no car is named 'nobody'"):
+        overtake.simulate("demo", ego="nobody")
+    assert temporary_folders() == before
+
+
+def test_a_forked_child_removes_no_race():
+    race = overtake.simulate("demo", seconds=0.1)
+    path = pathlib.Path(race.path)
+    code = "import os, sys, overtake; race = overtake.simulate('demo', seconds=0.1); print(race.path, flush=True)\n" \
+           "if os.fork() == 0: sys.exit(0)\n" \
+           "os.wait(); print(os.path.exists(race.path))"
+    told = subprocess.run([sys.executable, "-W", "error", "-c", code], check=True, capture_output=True, text=True)
+    log, found = told.stdout.split()
+    assert found == "True" and told.stderr == "" and not os.path.exists(os.path.dirname(log))
+
+    def give_up():
+        nonlocal race
+        del race
+        gc.collect()
+
+    assert in_a_forked_child(give_up) == ["returned"] and path.exists()
+
+
+def test_a_forked_child_raises_instead_of_reading(race):
+    run, recording = overtake.run(race), overtake.open(race)
+    scans = iter(recording)
+    frames, scan = [next(run)], next(scans)
+    told = in_a_forked_child(lambda: next(run), lambda: list(run), lambda: run.stats, lambda: frames[0].detections)
+    assert len(told) == 4 and all(line.startswith("ReleasedError: this process was forked") for line in told), told
+    told = in_a_forked_child(lambda: next(scans), lambda: list(scans))
+    assert told == ["ReleasedError: this process was forked after the recording was opened: open it again here"] * 2
+    # What was read before is there, and what is opened there can be read there.
+    assert in_a_forked_child(lambda: scan.points["x"].sum(), lambda: next(iter(recording)),
+                             lambda: next(overtake.run(race)), lambda: run.progress) == ["returned"] * 4
+    frames += run
+    assert [frame.number for frame in frames] == list(range(race.frame_count))
+    assert len(list(scans)) == 3 * race.frame_count - 1
 
 
 def test_folders_and_logs_hold_the_same_scans(tmp_path):
@@ -119,6 +197,83 @@ def test_files_without_a_rig_give_all_their_fields(tmp_path):
     assert len(list(overtake.open(tmp_path / "000013_front.pcd"))) == 1
 
 
+def cloud_message(columns, stamp_ns):
+    """A sensor_msgs/PointCloud2 in CDR; every column is float32."""
+    body = bytearray()
+
+    def put(kind, *values):
+        body.extend(bytes(-len(body) % struct.calcsize(kind)))
+        body.extend(struct.pack("<" + kind * len(values), *values))
+
+    def put_text(text):
+        put("I", len(text) + 1)
+        body.extend(text.encode() + b"\0")
+
+    points = numpy.column_stack([columns[name] for name in columns]).astype("f4")
+    put("I", stamp_ns // 10**9, stamp_ns % 10**9)
+    put_text("lidar")
+    put("I", 1, len(points), len(columns))
+    for place, name in enumerate(columns):
+        put_text(name)
+        put("I", 4 * place)
+        put("B", 7)                     # FLOAT32
+        put("I", 1)
+    put("B", 0)
+    put("I", 4 * len(columns), points.nbytes, points.nbytes)
+    body.extend(points.tobytes() + b"\1")
+    return b"\0\1\0\0" + bytes(body)
+
+
+def write_db3(path, messages):
+    with contextlib.closing(sqlite3.connect(path)) as bag, bag:
+        bag.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, "
+                    "serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL)")
+        bag.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT "
+                    "NULL, data BLOB NOT NULL)")
+        bag.execute("INSERT INTO topics VALUES(1, '/lidar/points', 'sensor_msgs/msg/PointCloud2', 'cdr', '')")
+        for number, message in enumerate(messages):
+            bag.execute("INSERT INTO messages VALUES(?, 1, ?, ?)", (number + 1, 10**9 + number, message))
+
+
+def write_ply(path, columns):
+    names = "".join(f"property float {name}\n" for name in columns)
+    rows = numpy.column_stack(list(columns.values())).astype("f4")
+    path.write_bytes(f"ply\nformat binary_little_endian 1.0\nelement vertex {len(rows)}\n{names}end_header\n".encode() +
+                     rows.tobytes())
+
+
+def test_open_reads_what_info_knows(program, race, tmp_path):
+    tail = car_tail()
+    columns = {"x": tail["x"], "y": tail["y"], "z": tail["z"], "intensity": tail["intensity"]}
+    write_pcd(tmp_path / "a.pcd", columns)
+    write_ply(tmp_path / "a.ply", columns)
+    (tmp_path / "a.bin").write_bytes(numpy.column_stack(list(columns.values())).astype("f4").tobytes())
+    write_db3(tmp_path / "a.db3", [cloud_message(columns, stamp_ns) for stamp_ns in (5 * 10**9, 6 * 10**9)])
+    (tmp_path / "bag").mkdir()
+    write_db3(tmp_path / "bag" / "bag_0.db3", [cloud_message(columns, 5 * 10**9)])
+    paths = [tmp_path / name for name in ("a.pcd", "a.ply", "a.bin", "a.db3", "bag")] + [pathlib.Path(race.path)]
+    listed = subprocess.run([program, "info", "--help"], check=True, capture_output=True, text=True).stdout
+    endings = set(re.findall(r"\((\.\w+)\)", listed.split("Formats, ")[1]))
+    assert endings == {path.suffix for path in paths} - {""}
+    for path in paths:
+        told = json.loads(subprocess.run([program, "info", path, "--json"], check=True, capture_output=True).stdout)
+        scans = list(overtake.open(path))     # without a rig, but a race has its own: the clouds of its sensors
+        if told["topics"]:
+            clouds = [topic for topic in told["topics"] if topic["name"].endswith("/points")]
+            assert {topic["type"] for topic in clouds} == {"sensor_msgs/msg/PointCloud2"}
+            assert len(scans) == sum(topic["messages"] for topic in clouds)
+            assert sum(map(len, scans)) == sum(topic["points"] for topic in clouds)
+            assert {scan.sensor.strip("/").split("/")[0] for scan in scans} == {
+                topic["name"].split("/")[1] for topic in clouds}
+        else:
+            assert [len(scan) for scan in scans] == [told["scans"][0]["points_of_first"]] == [360]
+            assert list(scans[0].points) == [field.split()[0] for field in told["scans"][0]["fields"].split(", ")]
+        if path.suffix != ".mcap":
+            for name, column in columns.items():
+                assert numpy.array_equal(scans[0].points[name], column), (path, name)
+    assert [scan.stamp_ns for scan in overtake.open(tmp_path / "a.db3")] == [5 * 10**9, 6 * 10**9]
+
+
 def test_wrong_recordings(tmp_path):
     with pytest.raises(overtake.FileError, match="no such file"):
         overtake.open(tmp_path / "missing.mcap")
@@ -133,6 +288,34 @@ def test_wrong_recordings(tmp_path):
         overtake.run(tmp_path, rig=[a_sensor()])
     with pytest.raises(overtake.FileError, match="tracker.confirm_hits is '99'"):
         overtake.run(tmp_path, rig="av21", params={"tracker.confirm_hits": 99})
+    for value in ("many", "3", None, [3]):
+        with pytest.raises(TypeError, match="tracker.confirm_hits is .*; a number is needed"):
+            overtake.run(tmp_path, rig="av21", params={"tracker.confirm_hits": value})
+    for wrong in (-1, float("nan"), 1000):
+        with pytest.raises(ValueError, match=f"path_horizon_s is {wrong}; 0 to .* s .tracker.horizon_s. is needed"):
+            overtake.run(tmp_path, rig="av21", path_horizon_s=wrong)
+    with pytest.raises(TypeError, match="workers is 'two'; a whole number is needed"):
+        overtake.run(tmp_path, rig="av21", workers="two")
+
+
+def test_numpy_scalars_are_numbers(race):
+    values = {"tracker.confirm_hits": (4, numpy.int64(4), numpy.uint8(4), numpy.float32(4), numpy.array(4)),
+              "gate.min_points": (7, numpy.int16(7)),
+              "ground.threshold_deg": (12.5, numpy.float32(12.5), numpy.float64(12.5))}
+    plain = {name: kinds[0] for name, kinds in values.items()}
+    config = overtake.run(race, params=plain).config
+    assert "confirm_hits = 4" in config and "threshold_deg = 12.5" in config
+    for name in plain:
+        for value in values[name]:
+            assert overtake.run(race, params={**plain, name: value}).config == config, (name, value)
+            params = overtake.Params("best")
+            params[name] = value
+            assert params[name] == plain[name]
+    run = overtake.run(race, workers=numpy.int64(1), capacities={"tracks": numpy.int32(99)},
+                       path_horizon_s=numpy.float32(1), copy_labels=numpy.bool_(True))
+    assert "tracks = 99" in run.config and len(next(run).labels("left")) > 10_000
+    small = overtake.simulate("demo", numpy.int64(3), seconds=numpy.float64(0.1))
+    assert small.frame_count == 2
 
 
 def test_damage_is_a_warning_and_the_rest_is_read(race, tmp_path):

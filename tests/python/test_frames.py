@@ -4,7 +4,6 @@
 # Frames, their tables and arrays: values, and how long they live. tests/test_python.sh runs this file under the address
 # sanitizer, too, in builds with it.
 import gc
-import os
 import sys
 import weakref
 
@@ -12,7 +11,7 @@ import numpy
 import pytest
 
 import overtake
-from conftest import a_sensor, car_tail, push_tails
+from conftest import a_sensor, car_tail, in_a_forked_child, push_tails
 
 
 def table_of_every_kind(frame):
@@ -214,6 +213,25 @@ def test_path_horizon():
         push_tails(detector, 3)
         tracks = detector.next_frame().tracks
         assert tracks.path_points == 0 and tracks.path_x_m.shape == (len(tracks), 0)
+    with overtake.Detector(a_sensor(), path_horizon_s=numpy.float32(0.5), every_frame=True) as detector:
+        push_tails(detector, 3)
+        tracks = detector.next_frame().tracks
+        assert tracks.path_points * tracks.path_step_s == pytest.approx(0.5)
+    most_s = overtake.Params("best").tracker.horizon_s
+    for wrong in (-0.5, float("nan"), most_s + 0.1):
+        with pytest.raises(ValueError, match=f"path_horizon_s is {wrong}; 0 to {most_s:g} s"):
+            overtake.Detector(a_sensor(), path_horizon_s=wrong)
+    with pytest.raises(TypeError, match="path_horizon_s is 'far'; a number is needed"):
+        overtake.Detector(a_sensor(), path_horizon_s="far")
+
+
+def test_frames_that_were_copied_are_given_after_close():
+    detector = overtake.Detector(a_sensor(), every_frame=True)
+    push_tails(detector, 2)
+    detector.close()
+    assert [detector.next_frame().sequence for _ in range(2)] == [0, 1]
+    with pytest.raises(overtake.ReleasedError, match="closed"):
+        detector.next_frame()
 
 
 def test_every_frame_comes_in_order_as_a_copy():
@@ -223,7 +241,8 @@ def test_every_frame_comes_in_order_as_a_copy():
     frames = list(detector.frames())
     assert [frame.sequence for frame in frames] == list(range(40))
     detector.close()
-    assert detector.next_frame is not None
+    with pytest.raises(overtake.ReleasedError, match="closed"):
+        detector.next_frame()
     assert all(len(frame.labels("front")) == 360 for frame in frames)
     assert [len(frame.tracks) for frame in frames][-1] == 1
     with pytest.raises(overtake.NotKeptError, match="copy_images=True"):
@@ -313,22 +332,28 @@ def test_objects_die_without_the_garbage_collector():
         gc.enable()
 
 
-def test_a_forked_child_raises_instead_of_reading():
-    with overtake.Detector(a_sensor()) as detector:
+@pytest.mark.parametrize("options", [{}, {"workers": 2}, {"every_frame": True}, {"workers": 2, "every_frame": True}],
+                         ids=["latest", "workers", "every_frame", "every_frame and workers"])
+def test_a_forked_child_raises_instead_of_reading(options):
+    with overtake.Detector(a_sensor(), preset="best", **options) as detector:
         push_tails(detector, 2)
+        detector.flush()
         frame = detector.next_frame()
-        child = os.fork()
-        if child == 0:
-            code = 1
-            try:
-                detector.flush()
-            except overtake.ReleasedError:
-                try:
-                    frame.detections
-                except overtake.ReleasedError:
-                    code = 0
-            finally:
-                os._exit(code)
-        assert os.waitpid(child, 0)[1] == 0
+        tracks, before = frame.tracks, frame.sequence
+        calls = [lambda: detector.flush(), lambda: detector.next_frame(), lambda: next(detector.frames()),
+                 lambda: detector.push_scan(car_tail(), 10**9), lambda: detector.push_points(car_tail(), 10**9),
+                 lambda: detector.end_scan(10**9), lambda: detector.push_ego_pose(0, 0, 0, 0, 0),
+                 lambda: detector.push_detections(0, [], []), lambda: detector.advance(0), lambda: detector.stats,
+                 lambda: detector.runtime_info, lambda: frame.detections, lambda: frame.labels(),
+                 lambda: frame.image("range"), lambda: tracks.x_m, lambda: tracks.to_dict()]
+        told = in_a_forked_child(*calls)
+        assert len(told) == len(calls)
+        for line in told:
+            assert line.startswith("ReleasedError: this process was forked"), line
+        # A child may give them up, or use a detector of its own.
+        assert in_a_forked_child(frame.release, detector.close, gc.collect,
+                                 lambda: push_tails(overtake.Detector(a_sensor()), 2)) == ["returned"] * 4
         push_tails(detector, 2, first=2)
-        assert detector.next_frame().sequence == 3
+        detector.flush()
+        *_, last = detector.frames()
+        assert last.sequence == 3 > before and not detector.closed

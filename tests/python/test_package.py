@@ -19,7 +19,7 @@ from conftest import SOURCE
 
 PACKAGE = SOURCE / "tools" / "python" / "overtake"
 STUB = ast.parse((PACKAGE / "__init__.pyi").read_text())
-MODULES = {"dataclasses", "os", "typing"}
+MODULES = {"collections", "dataclasses", "os", "typing"}
 PUBLIC = sorted(name for name in vars(overtake) if not name.startswith("_") and name not in MODULES)
 
 

@@ -4,7 +4,10 @@
 # Parameters as attributes, made from the library's table.
 import json
 import keyword
+import os
+import shutil
 import subprocess
+import sys
 
 import pytest
 
@@ -62,3 +65,46 @@ def test_a_detector_copies_its_parameters():
     with overtake.Detector(overtake.Sensor(), params=params) as detector:
         params.gate.min_points = 50
         assert detector.params.gate.min_points != 50
+
+
+COMMA = """
+import locale, sys, overtake
+locale.setlocale(locale.LC_ALL, "comma.UTF-8")
+assert locale.localeconv()["decimal_point"] == "," and locale.str(1.5) == "1,5"
+params = overtake.Params("best")
+params.ground.threshold_deg = 12.5
+params["frame.period_s"] = 0.0125
+assert (params.ground.threshold_deg, params["frame.period_s"]) == (12.5, 0.0125), params.to_dict()
+try:
+    params.ground.threshold_deg = 90.5
+except overtake.OutOfRangeError as error:
+    assert "threshold_deg is 90.5; it takes a number from 0 to 90 deg" in str(error), error
+for name, value in overtake.Params("best").to_dict().items():
+    params[name] = value
+assert params.to_dict() == overtake.Params("best").to_dict()
+overtake.Detector(overtake.Sensor(), params={"ground.threshold_deg": 12.5}).close()
+if overtake._overtake.has_files:
+    run = overtake.run(overtake.simulate("demo", seconds=0.2), params={"ground.threshold_deg": 12.5})
+    frames = list(run)
+    print(run.config, run.hash)
+"""
+
+
+def test_a_locale_with_a_decimal_comma_changes_nothing(tmp_path):
+    if shutil.which("localedef") is None:
+        pytest.skip("no localedef (Debian's package locales)")
+    made = subprocess.run(["localedef", "-i", "de_DE", "-f", "UTF-8", tmp_path / "comma.UTF-8"], capture_output=True,
+                          text=True)
+    if not (tmp_path / "comma.UTF-8").is_dir():
+        pytest.skip(f"no locale with a decimal comma: {made.stderr.strip()}")
+    run = {"capture_output": True, "text": True, "cwd": tmp_path}
+    comma = subprocess.run([sys.executable, "-c", COMMA], env={**os.environ, "LOCPATH": str(tmp_path)}, **run)
+    assert comma.returncode == 0, comma.stderr
+    plain = COMMA[:COMMA.index("locale.setlocale")] + COMMA[COMMA.index("params ="):]
+    there = subprocess.run([sys.executable, "-c", plain], **run)
+    assert there.returncode == 0, there.stderr
+
+    def without_paths(text):
+        return [line for line in text.splitlines() if "overtake_" not in line]
+
+    assert without_paths(comma.stdout) == without_paths(there.stdout)

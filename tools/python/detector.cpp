@@ -4,8 +4,6 @@
 
 #include <pybind11/stl.h>
 
-#include <algorithm>
-#include <limits>
 #include <utility>
 
 namespace overtake::python {
@@ -15,13 +13,7 @@ template <class T>
 void take(const py::dict& from, const char* name, T& to) {
   if (!from.contains(name)) return;
   const py::object value = from[name];
-  if (value.is_none()) return;
-  try {
-    to = py::cast<T>(value);
-  } catch (const py::cast_error&) {
-    throw py::type_error(std::string(name) + " is " + py::cast<std::string>(py::repr(value)) + "; " +
-                         (std::is_floating_point_v<T> ? "a number" : "a whole number") + " is needed");
-  }
+  if (!value.is_none()) to = to_number<T>(value, name);
 }
 
 ovt_sensor_def to_sensor(const py::dict& from) {
@@ -95,18 +87,18 @@ Detector::Detector(const py::list& sensors, const ParamSet& params, const py::ob
   std::vector<py::object> kept;
   if (!map.is_none()) {
     const auto fields = py::reinterpret_borrow<py::dict>(map);
-    const auto column = [&](const char* name, py::ssize_t& count) {
-      return fields.contains(name) ? as_doubles(fields[name], name, count, kept) : nullptr;
+    const auto column = [&](const char* name, RowCount& rows) {
+      return fields.contains(name) ? as_doubles(fields[name], name, rows, kept) : nullptr;
     };
-    py::ssize_t count = -1, left = -1, right = -1;
-    map_def.x_m = column("x_m", count), map_def.y_m = column("y_m", count);
-    map_def.width_left_m = column("width_left_m", count), map_def.width_right_m = column("width_right_m", count);
-    map_def.banking_rad = column("banking_rad", count);
+    RowCount center, left, right;
+    map_def.x_m = column("x_m", center), map_def.y_m = column("y_m", center);
+    map_def.width_left_m = column("width_left_m", center), map_def.width_right_m = column("width_right_m", center);
+    map_def.banking_rad = column("banking_rad", center);
     map_def.left_x_m = column("left_x_m", left), map_def.left_y_m = column("left_y_m", left);
     map_def.right_x_m = column("right_x_m", right), map_def.right_y_m = column("right_y_m", right);
-    map_def.count = int32_t(std::max(count, py::ssize_t(0)));
-    map_def.left_count = int32_t(std::max(left, py::ssize_t(0)));
-    map_def.right_count = int32_t(std::max(right, py::ssize_t(0)));
+    map_def.count = center.value("map");
+    map_def.left_count = left.value("map");
+    map_def.right_count = right.value("map");
     bool closed = true;
     take(fields, "closed", closed);
     map_def.closed = closed;
@@ -117,13 +109,16 @@ Detector::Detector(const py::list& sensors, const ParamSet& params, const py::ob
   copies.sensor_count = int32_t(defs.size());
   std::string isa;
   std::vector<int32_t> cpus;
+  py::object path_horizon_s = py::none();
   take(options, "frame_capacity", frame_capacity_);
-  take(options, "path_horizon_s", path_horizon_s_);
+  take(options, "path_horizon_s", path_horizon_s);
   take(options, "every_frame", every_frame);
   take(options, "copy_labels", copies.labels);
   take(options, "copy_images", copies.images);
   take(options, "isa", isa);
-  copies.path_horizon_s = path_horizon_s_;
+  if (frame_capacity_ < 1)
+    throw py::value_error("frame_capacity is " + std::to_string(frame_capacity_) + "; 1 or more is needed");
+  copies.path_horizon_s = path_horizon_s_ = to_horizon(path_horizon_s, params.values);
 
   ovt_detector_def def = ovt_default_detector_def();
   take_options(options, def);
@@ -134,7 +129,7 @@ Detector::Detector(const py::list& sensors, const ParamSet& params, const py::ob
   def.isa = isa.empty() ? nullptr : isa.c_str();
   def.reader_capacity = frame_capacity_;
   if (options.contains("cpus") && !py::object(options["cpus"]).is_none()) {
-    for (const py::handle cpu : options["cpus"]) cpus.push_back(py::cast<int32_t>(cpu));
+    for (const py::handle cpu : options["cpus"]) cpus.push_back(to_number<int32_t>(cpu, "cpus"));
     def.cpus = cpus.data();
     def.cpu_count = int32_t(cpus.size());
   }
@@ -212,7 +207,7 @@ py::object Detector::push_points(const py::object& points, int64_t stamp_ns, con
   BorrowedArrays kept;
   prepare(points, stamp_ns, sensor, fields, time_unit_ns, piece, kept);
   if (!first.is_none()) {
-    piece.first = py::cast<int32_t>(first);
+    piece.first = to_number<int32_t>(first, "first");
     if (piece.first < 0) throw py::value_error("first is " + std::to_string(piece.first) + "; 0 or more is needed");
   }
   Call call(*this);
@@ -222,7 +217,7 @@ py::object Detector::push_points(const py::object& points, int64_t stamp_ns, con
 
 py::object Detector::end_scan(int64_t stamp_ns, const py::object& sensor, const py::object& point_count) {
   const int32_t index = sensor_index(*sensors_, sensor);
-  const int32_t count = point_count.is_none() ? -1 : py::cast<int32_t>(point_count);
+  const int32_t count = point_count.is_none() ? -1 : to_number<int32_t>(point_count, "point_count");
   Call call(*this);
   const ovt_status status =
       call.without_gil([&](ovt_detector* detector) { return ovt_end_scan(detector, index, stamp_ns, count); });
@@ -252,15 +247,14 @@ py::object Detector::push_detections(int64_t stamp_ns, const py::dict& columns, 
   else
     throw py::value_error("reference is '" + reference + "'; 'map' or 'vehicle' is needed");
   std::vector<py::object> kept;
-  py::ssize_t count = -1;
+  RowCount count;
   // clang-format off
 #define OVT_TAKE(name) rows.name = as_doubles(columns[#name], #name, count, kept);
   OVT_TAKE(x_m) OVT_TAKE(y_m) OVT_TAKE(heading_rad) OVT_TAKE(var_x) OVT_TAKE(var_y) OVT_TAKE(cov_xy)
   OVT_TAKE(length_m) OVT_TAKE(width_m) OVT_TAKE(height_m) OVT_TAKE(score);
 #undef OVT_TAKE
   // clang-format on
-  if (count > std::numeric_limits<int32_t>::max()) throw StatusError(OVT_TOO_MANY, "push_detections");
-  rows.count = int32_t(std::max(count, py::ssize_t(0)));
+  rows.count = count.value("push_detections");
   Call call(*this, &detections_busy_);
   const ovt_status status =
       call.without_gil([&](ovt_detector* detector) { return ovt_push_detections(detector, &rows); });

@@ -8,6 +8,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 #include "pipeline/overtake.h"
 
@@ -33,6 +34,20 @@ class ReleasedError : public std::runtime_error {
 
 inline void check(ovt_status status, const std::string& what) {
   if (status != OVT_OK) throw StatusError(status, what + ": " + ovt_status_text(status));
+}
+
+// A number, True or False, or one of NumPy's scalars. Throws TypeError that names it.
+template <class T>
+T to_number(py::handle value, const std::string& name) {
+  try {
+    return py::cast<T>(value);
+  } catch (const py::cast_error&) {
+    throw py::type_error(name + " is " + py::cast<std::string>(py::repr(value)) + "; " +
+                         (std::is_same_v<T, bool>       ? "True or False"
+                          : std::is_floating_point_v<T> ? "a number"
+                                                        : "a whole number") +
+                         " is needed");
+  }
 }
 
 // A member of overtake.Status.

@@ -16,7 +16,7 @@ PyObject* file_error = nullptr;  // these live as long as the interpreter
 PyObject* damage_warning = nullptr;
 
 py::dict load_rig(const std::string& name) {
-  const io::Rig rig = io::load_rig(name);
+  const auto rig = without_gil([&] { return io::load_rig(name); });
   py::list sensors;
   for (const io::RigSensor& sensor : rig.sensors) {
     const ovt_sensor_def def = cli::to_sensor_def(sensor);
@@ -44,7 +44,7 @@ py::dict load_rig(const std::string& name) {
 }
 
 py::dict load_map(const std::string& path) {
-  const io::MapData map = io::read_map(path);
+  const auto map = without_gil([&] { return io::read_map(path); });
   py::dict out;
   out["closed"] = map.closed;
   const auto put = [&](const char* name, const std::vector<double>& values) {
@@ -82,7 +82,8 @@ cli::Options to_options(const py::dict& from) {
   take("map", options.map), take("ego", options.ego), take("config", options.config), take("isa", options.isa);
   options.set = py::cast<std::vector<std::string>>(from["set"]);
   options.capacity = py::cast<std::vector<std::string>>(from["capacity"]);
-  if (!py::object(from["workers"]).is_none()) options.workers = py::cast<int32_t>(from["workers"]);
+  if (const py::object workers = from["workers"]; !workers.is_none())
+    options.workers = to_number<int32_t>(workers, "workers");
   return options;
 }
 

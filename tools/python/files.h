@@ -19,6 +19,12 @@ cli::Options to_options(const py::dict& from);
 // Issues a DamageWarning.
 void warn_of_damage(const std::string& sentence);
 
+template <class Work>
+auto without_gil(Work&& work) {
+  const py::gil_scoped_release release;
+  return work();
+}
+
 // One thread at a time in an iterator that reads without the GIL.
 class Busy {
  public:

@@ -257,6 +257,7 @@ Labels read_labels(const PyFrame& frame, const py::object& sensor) {
 py::array unpack_bits(const ovt_image& image) {
   py::array_t<bool> out({py::ssize_t(image.rows), py::ssize_t(image.cols)});
   auto pixels = out.mutable_unchecked<2>();
+  const py::gil_scoped_release release;
   for (int32_t r = 0; r < image.rows; ++r) {
     const auto* words =
         reinterpret_cast<const uint64_t*>(static_cast<const char*>(image.data) + std::size_t(r) * image.stride_bytes);
@@ -394,7 +395,7 @@ int32_t sensor_index(const SensorNames& names, py::handle sensor) {
       if (names[i] == name) return int32_t(i);
     throw StatusError(OVT_UNKNOWN_NAME, "there is no sensor '" + name + "' (there is: " + list() + ")");
   }
-  const auto index = py::cast<int64_t>(sensor);
+  const auto index = to_number<int64_t>(sensor, "sensor");
   if (index < 0 || index >= int64_t(names.size()))
     throw StatusError(OVT_UNKNOWN_NAME, "there is no sensor " + std::to_string(index) + " (there are " +
                                             std::to_string(names.size()) + ": " + list() + ")");

@@ -211,20 +211,22 @@ std::unique_ptr<FrameSource> ReaderPool::take(const std::shared_ptr<ReaderPool>&
 
 void FrameQueue::on_frame(ovt_reader* reader, void* self) {
   auto& queue = *static_cast<FrameQueue*>(self);
-  const std::lock_guard lock(queue.mutex_);
   try {
-    if (!queue.failure_) queue.add(reader);
+    CopiedFrame frame = queue.copy(reader);  // several MB: without the lock, for which pop() waits with the GIL
+    const std::lock_guard lock(queue.mutex_);
+    queue.frames_.push_back(std::move(frame));
   } catch (...) {
-    queue.failure_ = std::current_exception();
+    const std::lock_guard lock(queue.mutex_);
+    if (!queue.failure_) queue.failure_ = std::current_exception();
   }
 }
 
-void FrameQueue::add(ovt_reader* reader) {
+CopiedFrame FrameQueue::copy(ovt_reader* reader) const {
   CopiedFrame frame;
   check(ovt_read_info(reader, &frame.info), "frame");
   set_horizon(reader, options_.path_horizon_s);
   frame.source = std::make_unique<CopiedSource>(reader, options_);
-  frames_.push_back(std::move(frame));
+  return frame;
 }
 
 bool FrameQueue::pop(CopiedFrame& out) {

@@ -98,7 +98,7 @@ class FrameQueue {
   bool pop(CopiedFrame& out);                            // false: empty. Throws what went wrong in on_frame
 
  private:
-  void add(ovt_reader* reader);
+  CopiedFrame copy(ovt_reader* reader) const;
 
   const CopyOptions options_;
   std::mutex mutex_;

@@ -29,9 +29,10 @@ def property_lines(kind, hand_written):
         if not isinstance(value, property) or name in hand_written:
             continue
         text = " ".join((value.__doc__ or "").split())
-        column = re.match(r"(\w+) \(", text)
+        column = re.match(r"(\w+) (\()", text)
         if column and column[1] in TYPES:
             made = TYPES[column[1]] + (" | None" if "None with preset paper" in text else "")
+            text = text[column.start(2):]       # the type says the rest
         elif name == "flags":
             made = "Flag"
         elif name == "ego_known":

@@ -71,6 +71,16 @@ py::list describe_params() {
 
 }  // namespace
 
+double to_horizon(const py::object& path_horizon_s, const ovt_params& params) {
+  if (path_horizon_s.is_none()) return -1;
+  const auto horizon_s = to_number<double>(path_horizon_s, "path_horizon_s");
+  double most_s = 0;
+  check(ovt_get_param(&params, "tracker.horizon_s", &most_s), "tracker.horizon_s");
+  if (horizon_s >= 0 && horizon_s <= most_s) return horizon_s;
+  throw py::value_error("path_horizon_s is " + py::cast<std::string>(py::repr(path_horizon_s)) + "; 0 to " +
+                        number_text(most_s) + " s (tracker.horizon_s) is needed");
+}
+
 void add_params(py::module_& module) {
   py::class_<ParamSet>(module, "ParamSet")
       .def(py::init(&make_params), py::arg("preset"))

@@ -11,6 +11,9 @@ struct ParamSet {
   ovt_params values;
 };
 
+// How far tracks have predicted paths: 0 to tracker.horizon_s. None: -1, that of the parameters. Throws ValueError.
+double to_horizon(const py::object& path_horizon_s, const ovt_params& params);
+
 void add_params(py::module_& module);
 
 }  // namespace overtake::python

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/python/point_columns.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -126,23 +127,43 @@ py::array as_array(py::handle object, const char* name) {
   return py::module_::import("numpy").attr("asarray")(py::memoryview(py::reinterpret_borrow<py::object>(object)));
 }
 
-const double* as_doubles(py::handle object, const char* name, py::ssize_t& count, std::vector<py::object>& kept) {
+int32_t RowCount::value(const char* table) const {
+  if (rows > std::numeric_limits<int32_t>::max())
+    throw StatusError(OVT_TOO_MANY, std::string(table) + ": " + first + " has " + std::to_string(rows) + " rows");
+  return int32_t(std::max(rows, py::ssize_t(0)));
+}
+
+namespace {
+
+// A list or another sequence of numbers.
+py::array to_doubles(py::handle sequence, const char* name) {
+  try {
+    return py::module_::import("numpy").attr("asarray")(sequence, "f8");
+  } catch (const py::error_already_set& error) {
+    const std::string sentence = std::string(name) + ": " + py::cast<std::string>(py::str(error.value()));
+    if (error.matches(PyExc_TypeError)) throw py::type_error(sentence);
+    if (error.matches(PyExc_ValueError)) throw py::value_error(sentence);
+    throw;
+  }
+}
+
+}  // namespace
+
+const double* as_doubles(py::handle object, const char* name, RowCount& count, std::vector<py::object>& kept) {
   if (object.is_none()) return nullptr;
-  py::array given;
-  if (py::isinstance<py::sequence>(object) && !py::isinstance<py::array>(object) && !PyObject_CheckBuffer(object.ptr()))
-    given = py::module_::import("numpy").attr("asarray")(object, "f8");
-  else
-    given = as_array(object, name);
+  const bool is_array = py::isinstance<py::array>(object) || PyObject_CheckBuffer(object.ptr());
+  const py::array given =
+      py::isinstance<py::sequence>(object) && !is_array ? to_doubles(object, name) : as_array(object, name);
   if (given.ndim() != 1)
     throw py::value_error(std::string(name) + " has shape " + shape_text(given) + "; (n,) is needed");
   if (std::string("fiu").find(given.dtype().kind()) == std::string::npos)
     throw py::type_error(std::string(name) + " is " +
                          type_name(given.dtype().kind(), given.dtype().byteorder(), given.itemsize()) +
                          "; numbers are needed");
-  if (count >= 0 && given.shape(0) != count)
-    throw py::value_error(std::string(name) + " has " + std::to_string(given.shape(0)) + " rows, x_m has " +
-                          std::to_string(count));
-  count = given.shape(0);
+  if (count.rows >= 0 && given.shape(0) != count.rows)
+    throw py::value_error(std::string(name) + " has " + std::to_string(given.shape(0)) + " rows, " + count.first +
+                          " has " + std::to_string(count.rows));
+  if (count.rows < 0) count = {given.shape(0), name};
   const auto doubles = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(given);
   if (!doubles) throw py::error_already_set();
   kept.push_back(doubles);

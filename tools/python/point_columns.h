@@ -62,8 +62,15 @@ class PointReader {
 
 // numpy.ndarray of an array or an object with the buffer protocol, never a copy. Throws TypeError.
 py::array as_array(py::handle object, const char* name);
-// One column of `count` values as contiguous doubles for ovt_push_detections: the array itself if it is that, else a
-// converted copy, which `kept` holds. None: null.
-const double* as_doubles(py::handle object, const char* name, py::ssize_t& count, std::vector<py::object>& kept);
+
+// How many rows the columns of a table have, and the first one's name.
+struct RowCount {
+  py::ssize_t rows = -1;  // no column yet
+  const char* first = "";
+  int32_t value(const char* table) const;  // 0 without a column. Throws StatusError
+};
+// One column as contiguous doubles, for maps and detections: the array itself if it is that, else a converted copy,
+// which `kept` holds. None: null. Throws TypeError or ValueError that names the column.
+const double* as_doubles(py::handle object, const char* name, RowCount& count, std::vector<py::object>& kept);
 
 }  // namespace overtake::python

@@ -254,33 +254,45 @@ class FileReader : public ScanReader {
 // An iterator over the scans of a recording.
 class ScanIterator {
  public:
-  explicit ScanIterator(std::unique_ptr<ScanReader> reader) : reader_(std::move(reader)) {}
+  // kept: what must live as long as the recording is read.
+  ScanIterator(std::unique_ptr<ScanReader> reader, py::object kept)
+      : kept_(std::move(kept)), reader_(std::move(reader)), sensors_(reader_->sensors()), damage_(reader_->damage()) {}
   PyScan next() {
     if (forks_ != fork_count())
       throw ReleasedError("this process was forked after the recording was opened: open it again here");
     const Busy busy(busy_);
     PyScan scan;
-    if (!ended_ && reader_->next(scan)) return scan;
-    if (!std::exchange(ended_, true) && !reader_->damage().empty())
-      warn_of_damage(reader_->damage() + "; the scans are those before it");
+    const bool found = !ended_ && reader_->next(scan);
+    damage_ = reader_->damage();
+    if (found) return scan;
+    if (!std::exchange(ended_, true) && !damage_.empty()) warn_of_damage(damage_ + "; the scans are those before it");
     throw py::stop_iteration();
   }
-  std::string damage() const { return reader_->damage(); }
-  py::list sensors() const { return reader_->sensors(); }
+  // Copies: another thread may be in next(), which reads without the GIL.
+  const std::string& damage() const { return damage_; }
+  const py::list& sensors() const { return sensors_; }
 
  private:
+  const py::object kept_;
   std::unique_ptr<ScanReader> reader_;
+  const py::list sensors_;
+  std::string damage_;
   const int32_t forks_ = fork_count();
   bool busy_ = false, ended_ = false;
 };
 
-std::unique_ptr<ScanIterator> open_recording(const py::dict& from) {
-  const cli::Options options = to_options(from);
+std::unique_ptr<ScanReader> open_reader(const cli::Options& options) {
   const cli::Config config = cli::load_config(options);
-  if (config.has_rig) return std::make_unique<ScanIterator>(std::make_unique<RigReader>(config));
+  if (config.has_rig) return std::make_unique<RigReader>(config);
   io::check_one_kind(options.input);
-  if (io::is_bag(options.input)) return std::make_unique<ScanIterator>(std::make_unique<BagReader>(options.input));
-  return std::make_unique<ScanIterator>(std::make_unique<FileReader>(options.input));
+  if (io::is_bag(options.input)) return std::make_unique<BagReader>(options.input);
+  return std::make_unique<FileReader>(options.input);
+}
+
+std::unique_ptr<ScanIterator> open_recording(const py::dict& from, py::object kept) {
+  const cli::Options options = to_options(from);
+  auto reader = without_gil([&] { return open_reader(options); });
+  return std::make_unique<ScanIterator>(std::move(reader), std::move(kept));
 }
 
 }  // namespace

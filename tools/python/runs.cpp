@@ -23,18 +23,20 @@ namespace {
 // The part of `overtake run` between the command line and the result files.
 class Run {
  public:
-  Run(const py::dict& from, const py::object& params) : config_(cli::load_config_with_rig(to_options(from))) {
+  // kept: what must live as long as the recording is read.
+  Run(const py::dict& from, const py::object& params, py::object kept)
+      : kept_(std::move(kept)), config_(load_config(to_options(from))) {
     if (!params.is_none()) {
       config_.params = py::cast<const ParamSet&>(params).values;
       config_.preset = config_.params.method;
     }
     CopyOptions copies;
     copies.sensor_count = int32_t(config_.rig.sensors.size());
-    copies.labels = py::cast<bool>(from["copy_labels"]);
-    copies.images = py::cast<bool>(from["copy_images"]);
-    if (!py::object(from["path_horizon_s"]).is_none()) copies.path_horizon_s = py::cast<double>(from["path_horizon_s"]);
+    copies.labels = to_number<bool>(from["copy_labels"], "copy_labels");
+    copies.images = to_number<bool>(from["copy_images"], "copy_images");
+    copies.path_horizon_s = to_horizon(from["path_horizon_s"], config_.params);
     config_.keep_images = copies.images;
-    config_.in_pieces = py::cast<bool>(from["stream"]);
+    config_.in_pieces = to_number<bool>(from["stream"], "stream");
     auto names = std::make_shared<SensorNames>();
     for (const io::RigSensor& sensor : config_.rig.sensors) names->push_back(sensor.name);
     sensors_ = names;
@@ -44,6 +46,7 @@ class Run {
       throw io::Error("map " + config_.map, 0, "has no effect without ego poses, and there are none");
     queue_ = std::make_unique<FrameQueue>(copies);
     session_ = std::make_unique<cli::Session>(config_, &FrameQueue::on_frame, queue_.get());
+    damage_ = stream_->damage();
   }
   ~Run() {
     const py::gil_scoped_release release;
@@ -53,7 +56,7 @@ class Run {
   Run& operator=(const Run&) = delete;
 
   py::object next() {
-    if (forks_ != fork_count()) throw ReleasedError("this process was forked after the run began: begin it again here");
+    check_process();
     const Busy busy(busy_);
     CopiedFrame frame;
     while (!queue_->pop(frame)) {
@@ -62,14 +65,16 @@ class Run {
         throw py::stop_iteration();
       }
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      const py::gil_scoped_release release;
-      push_next();
+      without_gil([&] { push_next(); });
+      damage_ = stream_->damage();
+      progress_ = ended_ ? 1.0 : stream_->progress();
     }
     count(frame);
     return make_frame(frame.info, std::move(frame.source), sensors_, number_of(frame.info));
   }
 
   py::dict stats() const {
+    check_process();
     const ovt_stats stats = session_->stats();
     py::dict out;
 #define OVT_COUNTER(name, ...) out[#name] = stats.name;
@@ -83,12 +88,19 @@ class Run {
     std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash_.value()));
     return text;
   }
-  std::string damage() const { return stream_->damage(); }
-  double progress() const { return ended_ ? 1.0 : stream_->progress(); }
+  // Copies: another thread may be in next(), which reads without the GIL.
+  const std::string& damage() const { return damage_; }
+  double progress() const { return progress_; }
   const SensorNames& sensors() const { return *sensors_; }
   std::string config_text() const { return cli::format_config(config_); }
 
  private:
+  static cli::Config load_config(const cli::Options& options) {
+    return without_gil([&] { return cli::load_config_with_rig(options); });
+  }
+  void check_process() const {
+    if (forks_ != fork_count()) throw ReleasedError("this process was forked after the run began: begin it again here");
+  }
   void push_next() {
     io::FrameScans scans;
     if (!stream_->next(scans)) {
@@ -118,8 +130,7 @@ class Run {
   }
   void finish() {
     if (std::exchange(finished_, true)) return;
-    if (!stream_->damage().empty())
-      warn_of_damage(config_.input + ": " + stream_->damage() + "; the frames are those before it");
+    if (!damage_.empty()) warn_of_damage(config_.input + ": " + damage_ + "; the frames are those before it");
     if (stream_->lost_count() > 0)
       warn_of_damage(config_.input + ": " + io::counted(stream_->lost_count(), "file") +
                      " could not be read, the others are done; the first: " + stream_->first_loss());
@@ -131,6 +142,7 @@ class Run {
                      " frames");
   }
 
+  const py::object kept_;
   cli::Config config_;
   std::shared_ptr<const SensorNames> sensors_;
   std::unique_ptr<io::ScanStream> stream_;
@@ -138,6 +150,8 @@ class Run {
   std::unique_ptr<cli::Session> session_;
   std::map<int64_t, int64_t> numbers_;  // of frames, by the stamps of their scans
   cli::ResultHash hash_;
+  std::string damage_;
+  double progress_ = 0;
   int64_t frames_ = 0, off_map_ = 0, with_ego_ = 0;
   const int32_t forks_ = fork_count();
   bool busy_ = false, ended_ = false, finished_ = false;
@@ -147,7 +161,7 @@ class Run {
 
 void add_runs(py::module_& module) {
   py::class_<Run>(module, "Run", "The frames of a recording, one after the other: what overtake.run returns.")
-      .def(py::init<const py::dict&, const py::object&>())
+      .def(py::init<const py::dict&, const py::object&, py::object>())
       .def("__iter__", [](py::object self) { return self; })
       .def("__next__", &Run::next)
       .def_property_readonly("stats", &Run::stats, "Counters so far, by name (ovt_stats).")

@@ -11,6 +11,7 @@
 
 Units are SI: m, s, rad, m/s; stamps are nanoseconds. Frames of reference are right-handed: x forward, y left, z up.
 """
+import collections.abc
 import dataclasses
 import os
 import typing
@@ -110,8 +111,13 @@ def _to_rig(rig):
 
 
 def _to_map(track_map):
-    if track_map is None or isinstance(track_map, dict):
-        return track_map
+    if track_map is None:
+        return None
+    if isinstance(track_map, collections.abc.Mapping):
+        for name in track_map:
+            if name not in Map.__dataclass_fields__:
+                raise TypeError(f"map has no column '{name}' (it has: {', '.join(Map.__dataclass_fields__)})")
+        track_map = Map(**track_map)
     if isinstance(track_map, (str, os.PathLike)):
         track_map = load_map(track_map)
     if not isinstance(track_map, Map):

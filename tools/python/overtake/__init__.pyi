@@ -18,9 +18,14 @@ _Flags = numpy.typing.NDArray[numpy.uint32]
 _Bytes = numpy.typing.NDArray[numpy.uint8]
 _Array = numpy.typing.NDArray[typing.Any]
 _Numbers = typing.Sequence[float] | _Array
+_OptionalNumbers = _Numbers | None
 _Path = str | os.PathLike[str]
+_OptionalPath = _Path | None
+_SensorKey = str | int
+_Fields = typing.Sequence[str | None] | None
 _Points = _Array | typing.Mapping[str, typing.Any] | typing.Any
-_Table = typing.TypeVar("_Table")
+_ParamValues = Params | typing.Mapping[str, float] | None
+_RigName = _Path | Rig | None
 
 __version__: str
 preset_names: tuple[str, ...]
@@ -154,96 +159,94 @@ class Detections(_Columns):
     # generated: Detections
     @property
     def stamp_ns(self) -> _Longs:
-        """int64 (n,), ns: mean stamp of its points."""
+        """(n,), ns: mean stamp of its points."""
     @property
     def x_m(self) -> _Floats:
-        """float32 (n,), m: centre of the imposed rectangle, vehicle frame at stamp_ns."""
+        """(n,), m: centre of the imposed rectangle, vehicle frame at stamp_ns."""
     @property
     def y_m(self) -> _Floats:
-        """float32 (n,), m: centre of the imposed rectangle."""
+        """(n,), m: centre of the imposed rectangle."""
     @property
     def z_m(self) -> _Floats:
-        """float32 (n,), m: centroid of the points."""
+        """(n,), m: centroid of the points."""
     @property
     def heading_rad(self) -> _Floats:
-        """float32 (n,), rad: heading_ref_rad or heading_var_rad."""
+        """(n,), rad: heading_ref_rad or heading_var_rad."""
     @property
     def heading_source(self) -> _Ints:
-        """int32 (n,): psi_REF (map or ego heading) or psi_VAR (the points). Values: 0 ref, 1 var."""
+        """(n,): psi_REF (map or ego heading) or psi_VAR (the points). Values: 0 ref, 1 var."""
     @property
     def length_m(self) -> _Floats:
-        """float32 (n,), m: extent of the points along the heading."""
+        """(n,), m: extent of the points along the heading."""
     @property
     def width_m(self) -> _Floats:
-        """float32 (n,), m: extent of the points across the heading."""
+        """(n,), m: extent of the points across the heading."""
     @property
     def point_count(self) -> _Ints:
-        """int32 (n,): number of points."""
+        """(n,): number of points."""
     @property
     def inliers_ref(self) -> _Ints:
-        """int32 (n,): points in the rectangle at psi_REF (eq. 5)."""
+        """(n,): points in the rectangle at psi_REF (eq. 5)."""
     @property
     def inliers_var(self) -> _Ints:
-        """int32 (n,): points in the rectangle at psi_VAR (eq. 5)."""
+        """(n,): points in the rectangle at psi_VAR (eq. 5)."""
     @property
     def heading_ref_rad(self) -> _Floats:
-        """float32 (n,), rad: psi_REF."""
+        """(n,), rad: psi_REF."""
     @property
     def heading_var_rad(self) -> _Floats:
-        """float32 (n,), rad: psi_VAR."""
+        """(n,), rad: psi_VAR."""
     @property
     def ref_x_m(self) -> _Floats:
-        """float32 (n,), m: centre of the rectangle imposed at psi_REF."""
+        """(n,), m: centre of the rectangle imposed at psi_REF."""
     @property
     def ref_y_m(self) -> _Floats:
-        """float32 (n,), m: centre of the rectangle imposed at psi_REF."""
+        """(n,), m: centre of the rectangle imposed at psi_REF."""
     @property
     def var_x_m(self) -> _Floats:
-        """float32 (n,), m: centre of the rectangle imposed at psi_VAR."""
+        """(n,), m: centre of the rectangle imposed at psi_VAR."""
     @property
     def var_y_m(self) -> _Floats:
-        """float32 (n,), m: centre of the rectangle imposed at psi_VAR."""
+        """(n,), m: centre of the rectangle imposed at psi_VAR."""
     @property
     def sensor_mask(self) -> _Ints:
-        """int32 (n,): bit s: sensor s holds points of it."""
+        """(n,): bit s: sensor s holds points of it."""
     @property
     def cluster(self) -> _Ints:
-        """int32 (n,): row of the merged cluster."""
+        """(n,): row of the merged cluster."""
     @property
     def map_s_m(self) -> _Floats:
-        """float32 (n,), m: centroid along the centre line; 0 where the map is not used."""
+        """(n,), m: centroid along the centre line; 0 where the map is not used."""
     @property
     def map_d_m(self) -> _Floats:
-        """float32 (n,), m: centroid across the centre line; 0 where the map is not used."""
+        """(n,), m: centroid across the centre line; 0 where the map is not used."""
     @property
     def track(self) -> _Ids:
-        """uint64 (n,): id of the track that took it, 0 none."""
+        """(n,): id of the track that took it, 0 none."""
     @property
     def var_x(self) -> _Floats | None:
-        """float32 (n,), m^2: variance of x_m, vehicle frame. None with preset paper."""
+        """(n,), m^2: variance of x_m, vehicle frame. None with preset paper."""
     @property
     def var_y(self) -> _Floats | None:
-        """float32 (n,), m^2: variance of y_m. None with preset paper."""
+        """(n,), m^2: variance of y_m. None with preset paper."""
     @property
     def cov_xy(self) -> _Floats | None:
-        """float32 (n,), m^2: covariance of x_m and y_m. None with preset paper."""
+        """(n,), m^2: covariance of x_m and y_m. None with preset paper."""
     @property
     def view(self) -> _Ints | None:
-        """int32 (n,): side of the car that the sensor faces. Values: 0 rear, 1 front, 2 side. None with preset
-        paper."""
+        """(n,): side of the car that the sensor faces. Values: 0 rear, 1 front, 2 side. None with preset paper."""
     @property
     def object_class(self) -> _Ints | None:
-        """int32 (n,): what the points can be. Values: 0 unknown, 1 car, 2 debris. None with preset paper."""
+        """(n,): what the points can be. Values: 0 unknown, 1 car, 2 debris. None with preset paper."""
     @property
     def road_z_m(self) -> _Floats | None:
-        """float32 (n,), m: height of the road under the car, vehicle frame. None with preset paper."""
+        """(n,), m: height of the road under the car, vehicle frame. None with preset paper."""
     @property
     def height_m(self) -> _Floats | None:
-        """float32 (n,), m: height of the highest point over the road. None with preset paper."""
+        """(n,), m: height of the highest point over the road. None with preset paper."""
     @property
     def ego_offset_rad(self) -> _Floats | None:
-        """float32 (n,), rad: added to the ego heading on the way to the map, at stamp_ns. None with preset
-        paper."""
+        """(n,), rad: added to the ego heading on the way to the map, at stamp_ns. None with preset paper."""
     # end
 
 class Tracks(_Columns):
@@ -254,46 +257,46 @@ class Tracks(_Columns):
         """stamp that the tracks are predicted to"""
     @property
     def id(self) -> _Ids:
-        """uint64 (n,): slot in the low half, generation in the high half; never reused."""
+        """(n,): slot in the low half, generation in the high half; never reused."""
     @property
     def state(self) -> _Ints:
-        """int32 (n,): state of the M/N life cycle. Values: 0 tentative, 1 confirmed."""
+        """(n,): state of the M/N life cycle. Values: 0 tentative, 1 confirmed."""
     @property
     def measured_ns(self) -> _Longs:
-        """int64 (n,), ns: stamp of its last measurement."""
+        """(n,), ns: stamp of its last measurement."""
     @property
     def x_m(self) -> _Doubles:
-        """float64 (n,), m: position."""
+        """(n,), m: position."""
     @property
     def y_m(self) -> _Doubles:
-        """float64 (n,), m: position."""
+        """(n,), m: position."""
     @property
     def speed_mps(self) -> _Doubles:
-        """float64 (n,), m/s: speed along the course."""
+        """(n,), m/s: speed along the course."""
     @property
     def course_rad(self) -> _Doubles:
-        """float64 (n,), rad: direction of the speed."""
+        """(n,), rad: direction of the speed."""
     @property
     def yaw_rate_rps(self) -> _Doubles:
-        """float64 (n,), rad/s: change of the course."""
+        """(n,), rad/s: change of the course."""
     @property
     def heading_rad(self) -> _Doubles:
-        """float64 (n,), rad: of the last detection, turned on by the yaw rate."""
+        """(n,), rad: of the last detection, turned on by the yaw rate."""
     @property
     def length_m(self) -> _Doubles:
-        """float64 (n,), m: extent of the last detection."""
+        """(n,), m: extent of the last detection."""
     @property
     def width_m(self) -> _Doubles:
-        """float64 (n,), m: extent of the last detection."""
+        """(n,), m: extent of the last detection."""
     @property
     def age(self) -> _Ints:
-        """int32 (n,): iterations since its initiation."""
+        """(n,): iterations since its initiation."""
     @property
     def hits(self) -> _Ints:
-        """int32 (n,): hits among the last N iterations."""
+        """(n,): hits among the last N iterations."""
     @property
     def detection(self) -> _Ints:
-        """int32 (n,): row of this frame's detections, -1 none."""
+        """(n,): row of this frame's detections, -1 none."""
     @property
     def path_points(self) -> int:
         """points of each predicted path"""
@@ -302,48 +305,47 @@ class Tracks(_Columns):
         """time between two points of a path"""
     @property
     def path_x_m(self) -> _Doubles:
-        """float64 (n, path_points), m: predicted position, (k + 1) * path_step_s after publish_ns."""
+        """(n, path_points), m: predicted position, (k + 1) * path_step_s after publish_ns."""
     @property
     def path_y_m(self) -> _Doubles:
-        """float64 (n, path_points), m: predicted position, (k + 1) * path_step_s after publish_ns."""
+        """(n, path_points), m: predicted position, (k + 1) * path_step_s after publish_ns."""
     @property
     def path_course_rad(self) -> _Doubles:
-        """float64 (n, path_points), rad: predicted course, (k + 1) * path_step_s after publish_ns."""
+        """(n, path_points), rad: predicted course, (k + 1) * path_step_s after publish_ns."""
     @property
     def path_speed_mps(self) -> _Doubles:
-        """float64 (n, path_points), m/s: predicted speed, (k + 1) * path_step_s after publish_ns."""
+        """(n, path_points), m/s: predicted speed, (k + 1) * path_step_s after publish_ns."""
     @property
     def path_var_x(self) -> _Doubles:
-        """float64 (n, path_points), m^2: variance of x_m, (k + 1) * path_step_s after publish_ns."""
+        """(n, path_points), m^2: variance of x_m, (k + 1) * path_step_s after publish_ns."""
     @property
     def path_var_y(self) -> _Doubles:
-        """float64 (n, path_points), m^2: variance of y_m, (k + 1) * path_step_s after publish_ns."""
+        """(n, path_points), m^2: variance of y_m, (k + 1) * path_step_s after publish_ns."""
     @property
     def path_cov_xy(self) -> _Doubles:
-        """float64 (n, path_points), m^2: covariance of x_m and y_m, (k + 1) * path_step_s after publish_ns."""
+        """(n, path_points), m^2: covariance of x_m and y_m, (k + 1) * path_step_s after publish_ns."""
     @property
     def flags(self) -> _Flags:
-        """uint32 (n,): health: 1 coasting, 2 unobserved, 4 stale."""
+        """(n,): health: 1 coasting, 2 unobserved, 4 stale."""
     @property
     def existence(self) -> _Doubles | None:
-        """float64 (n,): probability that the track is a car. None with preset paper."""
+        """(n,): probability that the track is a car. None with preset paper."""
     @property
     def object_class(self) -> _Ints | None:
-        """int32 (n,): what most of its detections were. Values: 0 unknown, 1 car, 2 debris. None with preset
-        paper."""
+        """(n,): what most of its detections were. Values: 0 unknown, 1 car, 2 debris. None with preset paper."""
     @property
     def visibility(self) -> _Ints | None:
-        """int32 (n,): why the newest frame has a detection of it, or none. Values: 0 seen, 1 missed, 2 hidden, 3
+        """(n,): why the newest frame has a detection of it, or none. Values: 0 seen, 1 missed, 2 hidden, 3
         own_shadow, 4 outside. None with preset paper."""
     @property
     def unseen_s(self) -> _Doubles | None:
-        """float64 (n,), s: time since its last detection. None with preset paper."""
+        """(n,), s: time since its last detection. None with preset paper."""
     @property
     def heading_sigma_rad(self) -> _Doubles | None:
-        """float64 (n,), rad: standard deviation of heading_rad. None with preset paper."""
+        """(n,), rad: standard deviation of heading_rad. None with preset paper."""
     @property
     def covariance(self) -> _Doubles:
-        """float64 (n, 5, 5): covariance of x_m, y_m, speed_mps, course_rad, yaw_rate_rps."""
+        """(n, 5, 5): covariance of x_m, y_m, speed_mps, course_rad, yaw_rate_rps."""
     # end
 
 class Clusters(_Columns):
@@ -351,40 +353,40 @@ class Clusters(_Columns):
     # generated: Clusters
     @property
     def point_count(self) -> _Ints:
-        """int32 (n,): number of points."""
+        """(n,): number of points."""
     @property
     def min_x_m(self) -> _Floats:
-        """float32 (n,), m: smallest coordinate of its points, vehicle frame."""
+        """(n,), m: smallest coordinate of its points, vehicle frame."""
     @property
     def min_y_m(self) -> _Floats:
-        """float32 (n,), m: smallest coordinate."""
+        """(n,), m: smallest coordinate."""
     @property
     def min_z_m(self) -> _Floats:
-        """float32 (n,), m: smallest coordinate."""
+        """(n,), m: smallest coordinate."""
     @property
     def max_x_m(self) -> _Floats:
-        """float32 (n,), m: largest coordinate."""
+        """(n,), m: largest coordinate."""
     @property
     def max_y_m(self) -> _Floats:
-        """float32 (n,), m: largest coordinate."""
+        """(n,), m: largest coordinate."""
     @property
     def max_z_m(self) -> _Floats:
-        """float32 (n,), m: largest coordinate."""
+        """(n,), m: largest coordinate."""
     @property
     def center_x_m(self) -> _Floats:
-        """float32 (n,), m: centroid of the points."""
+        """(n,), m: centroid of the points."""
     @property
     def center_y_m(self) -> _Floats:
-        """float32 (n,), m: centroid of the points."""
+        """(n,), m: centroid of the points."""
     @property
     def center_z_m(self) -> _Floats:
-        """float32 (n,), m: centroid of the points."""
+        """(n,), m: centroid of the points."""
     @property
     def stamp_ns(self) -> _Longs:
-        """int64 (n,), ns: mean stamp of its points."""
+        """(n,), ns: mean stamp of its points."""
     @property
     def sensor_mask(self) -> _Ints:
-        """int32 (n,): bit s: sensor s holds points of it."""
+        """(n,): bit s: sensor s holds points of it."""
     # end
 
 class Labels(_Columns):
@@ -395,31 +397,31 @@ class Labels(_Columns):
         """stamp of the scan"""
     @property
     def label(self) -> _Ints:
-        """int32 (n,): -1 none, 0 ground, clusters of this sensor from 1."""
+        """(n,): -1 none, 0 ground, clusters of this sensor from 1."""
     @property
     def reason(self) -> _Bytes:
-        """uint8 (n,): 0 labelled, else the reason why not."""
+        """(n,): 0 labelled, else the reason why not."""
     @property
     def label_count(self) -> int:
         """clusters of this sensor"""
     @property
     def cluster_of_label(self) -> _Ints:
-        """int32 (label_count + 1,): row of the merged cluster, -1 none."""
+        """(label_count + 1,): row of the merged cluster, -1 none."""
     @property
     def x_m(self) -> _Floats:
-        """float32 (n,), m: as pushed, sensor frame."""
+        """(n,), m: as pushed, sensor frame."""
     @property
     def y_m(self) -> _Floats:
-        """float32 (n,), m: as pushed."""
+        """(n,), m: as pushed."""
     @property
     def z_m(self) -> _Floats:
-        """float32 (n,), m: as pushed."""
+        """(n,), m: as pushed."""
     @property
     def intensity(self) -> _Floats:
-        """float32 (n,): as pushed."""
+        """(n,): as pushed."""
     @property
     def layer(self) -> _Ints:
-        """int32 (n,): ring; -1 if it was not a 16-bit integer."""
+        """(n,): ring; -1 if it was not a 16-bit integer."""
     # end
 
 class Frame:
@@ -536,9 +538,9 @@ class Frame:
     @property
     def released(self) -> bool: ...
     def tracks_at(self, publish_ns: int) -> Tracks: ...
-    def labels(self, sensor: str | int = 0) -> Labels: ...
-    def image(self, name: str, sensor: str | int = 0) -> _Array: ...
-    def times(self, sensor: str | int | None = None) -> dict[str, int]: ...
+    def labels(self, sensor: _SensorKey = 0) -> Labels: ...
+    def image(self, name: str, sensor: _SensorKey = 0) -> _Array: ...
+    def times(self, sensor: _SensorKey | None = None) -> dict[str, int]: ...
     def release(self) -> None: ...
     def __enter__(self) -> Frame: ...
     def __exit__(self, *error: object) -> None: ...
@@ -590,11 +592,11 @@ class Map:
     left_y_m: typing.Any
     right_x_m: typing.Any
     right_y_m: typing.Any
-    def __init__(self, closed: bool = True, x_m: _Numbers | None = None, y_m: _Numbers | None = None,
-                 width_left_m: _Numbers | None = None, width_right_m: _Numbers | None = None,
-                 banking_rad: _Numbers | None = None, left_x_m: _Numbers | None = None,
-                 left_y_m: _Numbers | None = None, right_x_m: _Numbers | None = None,
-                 right_y_m: _Numbers | None = None) -> None: ...
+    def __init__(self, closed: bool = True, x_m: _OptionalNumbers = None, y_m: _OptionalNumbers = None,
+                 width_left_m: _OptionalNumbers = None, width_right_m: _OptionalNumbers = None,
+                 banking_rad: _OptionalNumbers = None, left_x_m: _OptionalNumbers = None,
+                 left_y_m: _OptionalNumbers = None, right_x_m: _OptionalNumbers = None,
+                 right_y_m: _OptionalNumbers = None) -> None: ...
 
 class Scan:
     """One scan of one sensor, as arrays."""
@@ -618,8 +620,8 @@ class Recording:
     sensors: list[str]
     @property
     def damage(self) -> str: ...
-    def __init__(self, path: _Path | Race, rig: _Path | Rig | None = None, *, map: _Path | None = None,
-                 ego: _Path | None = None, urdf: _Path | None = None) -> None: ...
+    def __init__(self, path: _Path, rig: _RigName = None, *, map: _OptionalPath = None, ego: _OptionalPath = None,
+                 urdf: _OptionalPath = None) -> None: ...
     def __iter__(self) -> typing.Iterator[Scan]: ...
     def __fspath__(self) -> str: ...
 
@@ -656,22 +658,21 @@ class Detector:
     params: Params
     def __init__(self, rig: _Path | Rig | Sensor | typing.Sequence[Sensor] = "racecar", preset: str | None = None,
                  map: _Path | Map | typing.Mapping[str, typing.Any] | None = None, workers: int = 1,
-                 params: Params | typing.Mapping[str, float] | None = None, *, push: str = "wait",
-                 isa: str | None = None, keep_images: bool = True, frame_capacity: int = 4, every_frame: bool = False,
-                 copy_labels: bool = False, copy_images: bool = False, path_horizon_s: float | None = None,
-                 **options: typing.Any) -> None: ...
-    def push_scan(self, points: _Points, stamp_ns: int, sensor: str | int = 0,
-                  fields: typing.Sequence[str | None] | None = None, time_unit_ns: float = 1.0) -> Status: ...
-    def push_points(self, points: _Points, stamp_ns: int, sensor: str | int = 0, first: int | None = None,
-                    fields: typing.Sequence[str | None] | None = None, time_unit_ns: float = 1.0) -> Status: ...
-    def end_scan(self, stamp_ns: int, sensor: str | int = 0, point_count: int | None = None) -> Status: ...
+                 params: _ParamValues = None, *, push: str = "wait", isa: str | None = None, keep_images: bool = True,
+                 frame_capacity: int = 4, every_frame: bool = False, copy_labels: bool = False,
+                 copy_images: bool = False, path_horizon_s: float | None = None, **options: typing.Any) -> None: ...
+    def push_scan(self, points: _Points, stamp_ns: int, sensor: _SensorKey = 0, fields: _Fields = None,
+                  time_unit_ns: float = 1.0) -> Status: ...
+    def push_points(self, points: _Points, stamp_ns: int, sensor: _SensorKey = 0, first: int | None = None,
+                    fields: _Fields = None, time_unit_ns: float = 1.0) -> Status: ...
+    def end_scan(self, stamp_ns: int, sensor: _SensorKey = 0, point_count: int | None = None) -> Status: ...
     def push_ego_pose(self, stamp_ns: int, x_m: float, y_m: float, yaw_rad: float, speed_mps: float,
                       yaw_rate_rps: float = 0.0, z_m: float = 0.0, roll_rad: float = 0.0,
                       pitch_rad: float = 0.0) -> Status: ...
-    def push_detections(self, stamp_ns: int, x_m: _Numbers, y_m: _Numbers, *, heading_rad: _Numbers | None = None,
-                        var_x: _Numbers | None = None, var_y: _Numbers | None = None, cov_xy: _Numbers | None = None,
-                        length_m: _Numbers | None = None, width_m: _Numbers | None = None,
-                        height_m: _Numbers | None = None, score: _Numbers | None = None,
+    def push_detections(self, stamp_ns: int, x_m: _Numbers, y_m: _Numbers, *, heading_rad: _OptionalNumbers = None,
+                        var_x: _OptionalNumbers = None, var_y: _OptionalNumbers = None, cov_xy: _OptionalNumbers = None,
+                        length_m: _OptionalNumbers = None, width_m: _OptionalNumbers = None,
+                        height_m: _OptionalNumbers = None, score: _OptionalNumbers = None,
                         reference: str = "map") -> Status: ...
     def push(self, scan: Scan) -> Status: ...
     def advance(self, now_ns: int) -> Status: ...
@@ -694,12 +695,12 @@ def build_info() -> dict[str, str]: ...
 def load_rig(name: _Path) -> Rig: ...
 def load_map(path: _Path) -> Map: ...
 def track_name(track_id: int) -> str: ...
-def open(path: _Path | Race, rig: _Path | Rig | None = None, *, map: _Path | None = None, ego: _Path | None = None,
-         urdf: _Path | None = None) -> Recording: ...
-def run(path: _Path | Race, rig: _Path | Rig | None = None, preset: str | None = None, map: _Path | None = None,
-        workers: int = 1, params: Params | typing.Mapping[str, float] | None = None, *, ego: _Path | None = None,
-        config: _Path | None = None, urdf: _Path | None = None, isa: str | None = None,
-        capacities: typing.Mapping[str, int] | None = None, stream: bool = False, copy_labels: bool = False,
-        copy_images: bool = False, path_horizon_s: float | None = None) -> Run: ...
-def simulate(scenario: _Path, seed: int = 1, out: _Path | None = None, *, seconds: float | None = None,
+def open(path: _Path, rig: _RigName = None, *, map: _OptionalPath = None, ego: _OptionalPath = None,
+         urdf: _OptionalPath = None) -> Recording: ...
+def run(path: _Path, rig: _RigName = None, preset: str | None = None, map: _OptionalPath = None, workers: int = 1,
+        params: _ParamValues = None, *, ego: _OptionalPath = None, config: _OptionalPath = None,
+        urdf: _OptionalPath = None, isa: str | None = None, capacities: typing.Mapping[str, int] | None = None,
+        stream: bool = False, copy_labels: bool = False, copy_images: bool = False,
+        path_horizon_s: float | None = None) -> Run: ...
+def simulate(scenario: _Path, seed: int = 1, out: _OptionalPath = None, *, seconds: float | None = None,
              ego: str | None = None, workers: int = 0, force: bool = False) -> Race: ...

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recordings, runs and simulated races."""
 import os
+import shutil
 import tempfile
 import weakref
 
@@ -29,8 +30,9 @@ class Recording:
     """
 
     def __init__(self, path, rig=None, *, map=None, ego=None, urdf=None):
+        self._source = path     # a Race: its log is there as long as it is read
         self._options = _options(path, rig, map=map, ego=ego, urdf=urdf)
-        self._iterator = _overtake.open_recording(self._options)
+        self._iterator = _overtake.open_recording(self._options, path)
         self._fresh = True
         self.path = self._options["input"]
         self.sensors = self._iterator.sensors
@@ -41,7 +43,7 @@ class Recording:
 
     def __iter__(self):
         if not self._fresh:
-            self._iterator = _overtake.open_recording(self._options)
+            self._iterator = _overtake.open_recording(self._options, self._source)
         self._fresh = False
         return self._iterator
 
@@ -79,12 +81,28 @@ def run(path, rig=None, preset=None, map=None, workers=1, params=None, *, ego=No
     whole = params if isinstance(params, Params) else None
     if whole is not None and preset is not None and preset != whole.preset:
         raise ValueError(f"preset is '{preset}', but params are those of '{whole.preset}'")
-    pairs = [f"{name}={value!r}" for name, value in ({} if whole is not None else params or {}).items()]
+    pairs = [f"{name}={_number_text(name, value)}"
+             for name, value in ({} if whole is not None else params or {}).items()]
     return Run(_options(path, rig, preset=whole.preset if whole is not None else preset, map=map, ego=ego,
                         config=config, urdf=urdf, isa=isa, workers=workers, set=pairs,
                         capacity=[f"{name}={rows}" for name, rows in (capacities or {}).items()], stream=stream,
                         copy_labels=copy_labels, copy_images=copy_images, path_horizon_s=path_horizon_s),
-               None if whole is None else whole._set)
+               None if whole is None else whole._set, path)
+
+
+def _number_text(name, value):
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = None
+    if number is None or isinstance(value, str):
+        raise TypeError(f"{name} is {value!r}; a number is needed")
+    return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
+
+
+def _remove(folder, process):
+    if os.getpid() == process:      # not in a forked child, which has a copy of the Race
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 class Race:
@@ -95,11 +113,11 @@ class Race:
     overtake.run(race) and overtake.open(race) read it.
     """
 
-    def __init__(self, scenario, seed, path, made, temporary):
+    def __init__(self, scenario, seed, path, made, folder):
         self.scenario, self.seed, self.path = scenario, seed, path
         self.truth, self.frame_count, self.seconds = made["truth"], made["frame_count"], made["seconds"]
-        if temporary is not None:
-            self._cleanup = weakref.finalize(self, temporary.cleanup)
+        if folder is not None:
+            weakref.finalize(self, _remove, folder, os.getpid())
 
     def __fspath__(self):
         return self.path
@@ -112,12 +130,17 @@ def simulate(scenario, seed=1, out=None, *, seconds=None, ego=None, workers=0, f
     """Simulates a race with its truth: a Race.
 
     scenario: a built-in one (overtake.scenario_names) or a TOML file. out: LOG.mcap or a folder; None: a temporary log,
-    removed with the Race (about 7 MB a frame for three sensors of 27 thousand points). seconds: end earlier. ego: the
-    car that carries the sensors. The log is byte for byte that of `overtake simulate`.
+    removed with the Race and what reads it (about 7 MB a frame for three sensors of 27 thousand points). seconds: end
+    earlier. ego: the car that carries the sensors. The log is byte for byte that of `overtake simulate`.
     """
-    temporary = None
+    folder = None
     if out is None:
-        temporary = tempfile.TemporaryDirectory(prefix="overtake_")
-        out = os.path.join(temporary.name, "race.mcap")
-    made = _overtake.simulate(os.fspath(scenario), seed, os.fspath(out), seconds or 0.0, ego or "", workers, force)
-    return Race(os.fspath(scenario), seed, os.fspath(out), made, temporary)
+        folder = tempfile.mkdtemp(prefix="overtake_")
+        out = os.path.join(folder, "race.mcap")
+    try:
+        made = _overtake.simulate(os.fspath(scenario), seed, os.fspath(out), seconds or 0.0, ego or "", workers, force)
+        return Race(os.fspath(scenario), seed, os.fspath(out), made, folder)
+    except BaseException:
+        if folder is not None:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
