@@ -1,8 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// overtake compare: two runs of one recording, without truth.
+// overtake compare: two runs of one recording, without truth; or the results of several evaluations.
 #include <cstdio>
+#include <filesystem>
 
 #include "tools/cli/command.h"
 #include "tools/cli/command_options.h"
@@ -10,19 +11,27 @@
 #include "tools/cli/report_json.h"
 #include "tools/client/console.h"
 #include "tools/client/result_files.h"
+#include "tools/evaluation/differences.h"
 #include "tools/io/angles.h"
+#include "tools/io/error.h"
 
 namespace overtake::cli {
 namespace {
 
 struct CompareOptions {
-  std::string a, b, map;
+  std::vector<std::string> paths;
+  std::string map;
   bool json = false;
 };
 
 void add_compare_options(CLI::App& command, CompareOptions& options) {
-  command.add_option("run_a", options.a, "folder of overtake run")->required();
-  command.add_option("run_b", options.b, "the same for another run on this recording")->required();
+  command
+      .add_option(
+          "result", options.paths,
+          "two folders of overtake run on one recording; or any number of results of overtake evaluate, of which "
+          "it prints the differences from the first one, with intervals")
+      ->required()
+      ->expected(2, 1000);
   add_map_option(command, options.map, "none", "; prints where on it the tracks are that only one run has");
   add_json_option(command, options.json);
 }
@@ -54,13 +63,31 @@ void print_lone_tracks(const char* name, const RunCounts& run, bool on_map) {
   std::fputs(table.format(kMost).c_str(), stdout);
 }
 
+bool is_evaluation(const std::string& path) { return std::filesystem::exists(path + "/metrics.json"); }
+
+int compare_evaluations(const CompareOptions& options) {
+  for (const std::string& path : options.paths)
+    if (!is_evaluation(path)) throw io::Error(path, 0, "is no result of overtake evaluate: it has no metrics.json");
+  if (!options.map.empty()) throw io::Error("--map", 0, "is for two folders of overtake run");
+  const std::vector<evaluation::Run> runs = evaluation::read_results(options.paths);
+  const evaluation::Differences found = evaluation::find_differences(runs, runs.empty() ? "" : runs[0].variant);
+  if (found.logs == 0) throw io::Error(options.paths[0], 0, "has no log that all the others have, too");
+  if (options.json)
+    std::printf("%s\n", evaluation::json_text(found).c_str());
+  else
+    evaluation::print_differences(found);
+  return 0;
+}
+
 int compare(const CompareOptions& options) {
-  const RunTables a = read_run(options.a), b = read_run(options.b);
+  if (is_evaluation(options.paths[0]) || options.paths.size() > 2) return compare_evaluations(options);
+  const std::string &path_a = options.paths[0], &path_b = options.paths[1];
+  const RunTables a = read_run(path_a), b = read_run(path_b);
   RunComparison found = compare_runs(a, b);
   const bool on_map = !options.map.empty() && options.map != "none";
   if (on_map) place_on_map(found, options.map);
   if (options.json) {
-    std::fputs(compare_json(options.a, options.b, found).c_str(), stdout);
+    std::fputs(compare_json(path_a, path_b, found).c_str(), stdout);
     return 0;
   }
   TextTable table({"", "A", "B"});
@@ -76,8 +103,7 @@ int compare(const CompareOptions& options) {
   add("rows of confirmed tracks", &RunCounts::confirmed_rows);
   table.add({"rows without one of the other within 2 m", share_of(found.a.lone_rows, found.a.confirmed_rows),
              share_of(found.b.lone_rows, found.b.confirmed_rows)});
-  std::printf("A: %s\nB: %s\n\n%s\n", printable(options.a).c_str(), printable(options.b).c_str(),
-              table.format().c_str());
+  std::printf("A: %s\nB: %s\n\n%s\n", printable(path_a).c_str(), printable(path_b).c_str(), table.format().c_str());
   std::printf("Differences where both found one (median, 95 %%, largest):\n");
   std::printf("  %lld detections: position %s; heading %s\n", static_cast<long long>(found.detection_distance_m.count),
               sizes_of(found.detection_distance_m, 1, "m").c_str(),
@@ -92,8 +118,9 @@ int compare(const CompareOptions& options) {
 }  // namespace
 
 Command compare_command() {
-  return make_command("compare", "compares two runs on one recording, without truth", kListed, add_compare_options,
-                      compare);
+  return make_command("compare",
+                      "compares two runs on one recording, without truth; or results of evaluate, with intervals",
+                      kListed, add_compare_options, compare);
 }
 
 }  // namespace overtake::cli

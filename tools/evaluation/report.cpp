@@ -10,6 +10,7 @@
 #include <set>
 
 #include "tools/client/console.h"
+#include "tools/evaluation/differences.h"
 #include "tools/evaluation/figures.h"
 #include "tools/evaluation/kept_runs.h"
 #include "tools/evaluation/measures_json.h"
@@ -156,6 +157,8 @@ void write_report(const std::string& out, bool print) {
     metrics["track_quality"].push_back(json_of(q));
     metrics["track_quality"].back()["contestant"] = q.variant, metrics["track_quality"].back()["scenario"] = q.scenario;
   }
+  const Differences differences = find_differences(runs);
+  if (differences.contestants.size() > 1) metrics["differences"] = json_of(differences);
   for (const Figures& f : all) {
     metrics["figures"].push_back(json_of(f));
     for (const auto& [stage, values] : f.times_ms)
@@ -169,7 +172,7 @@ void write_report(const std::string& out, bool print) {
   std::vector<std::string> folders;
   for (const Run& run : runs) folders.push_back(run.folder);
   auto pictures = best_pictures(folders);
-  io::write_whole_file(out + "/report.html", format_report(all, runs, quality, tracks, pictures, out));
+  io::write_whole_file(out + "/report.html", format_report(all, runs, quality, tracks, differences, pictures, out));
   if (const Figures* main = main_figures(all)) pictures["detection"].svg = detection_plot(*main);
   cli::make_folder(out + "/pictures");
   for (const auto& [name, picture] : pictures) io::write_whole_file(out + "/pictures/" + name + ".svg", picture.svg);
@@ -188,6 +191,7 @@ void write_report(const std::string& out, bool print) {
   std::printf("%s", table.format().c_str());
   print_quality(quality);
   print_track_quality(tracks, main_scenario(quality));
+  print_differences(differences);
   std::printf("\n%s Written to %s: report.html metrics.json times.json detection_by_distance.csv errors.csv runs/\n",
               origin == Origin::kSimulated  ? "All of it simulated."
               : origin == Origin::kRecorded ? "All of it recorded."

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/evaluation/differences.h"
 #include "tools/evaluation/figures.h"
 #include "tools/evaluation/quality.h"
 #include "tools/evaluation/snapshot_picker.h"
@@ -37,6 +38,8 @@ std::string time_section(const Figures& f);
 std::string claims_section(const std::vector<Figures>& all, const Figures& f);
 std::string oracle_section(const std::vector<Figures>& all, const Figures& f);
 std::string quality_section(const std::vector<Quality>& all, const std::vector<Run>& runs);
+// "": nothing to compare.
+std::string difference_section(const Differences& differences);
 // `main`: the scenario of the tables that are not folded.
 std::string track_section(const std::vector<TrackQuality>& all, const std::string& main);
 std::string scenario_section(const std::vector<Figures>& all, const std::vector<Run>& runs);

@@ -158,18 +158,22 @@ const Figures* main_figures(const std::vector<Figures>& all) {
 
 std::string format_report(const std::vector<Figures>& all, const std::vector<Run>& runs,
                           const std::vector<Quality>& quality, const std::vector<TrackQuality>& tracks,
-                          const std::map<std::string, NamedPicture>& pictures, const std::string& out) {
+                          const Differences& differences, const std::map<std::string, NamedPicture>& pictures,
+                          const std::string& out) {
   const Figures* main = main_figures(all);
   std::string html = page_begin("Overtake evaluation") + origin_line(origin_of(runs));
-  if (!main) return html + "<p>No run of a preset as it is.</p>\n" + log_section(runs) + page_end();
+  if (!main)
+    return html + "<p>No run of a preset as it is.</p>\n" + difference_section(differences) + log_section(runs) +
+           page_end();
   html += paragraph("Figures: variant " + main->variant + " on scenario " + main->scenario + ", " +
                     io::counted(main->runs, "log") + ", " + io::counted(main->frames, "frame") + ", " +
                     cli::fixed(main->seconds, 0) + " s.");
-  html += headline_table(*main) + quality_section(quality, runs) + track_section(tracks, main_scenario(quality)) +
-          index_section() + claims_section(all, *main) + oracle_section(all, *main) + scenario_section(all, runs) +
-          picture_section(pictures, *main, runs) + time_section(*main) + scaling_section(out) + ground_section(*main) +
-          clustering_section(all, *main) + detection_section(*main) + error_section(*main) + recordings_section(out) +
-          ways_section() + parameter_section() + log_section(runs);
+  html += headline_table(*main) + quality_section(quality, runs) + difference_section(differences) +
+          track_section(tracks, main_scenario(quality)) + index_section() + claims_section(all, *main) +
+          oracle_section(all, *main) + scenario_section(all, runs) + picture_section(pictures, *main, runs) +
+          time_section(*main) + scaling_section(out) + ground_section(*main) + clustering_section(all, *main) +
+          detection_section(*main) + error_section(*main) + recordings_section(out) + ways_section() +
+          parameter_section() + log_section(runs);
   return html + page_end();
 }
 

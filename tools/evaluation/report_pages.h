@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/evaluation/differences.h"
 #include "tools/evaluation/figures.h"
 #include "tools/evaluation/quality.h"
 #include "tools/evaluation/snapshot_picker.h"
@@ -19,7 +20,8 @@ namespace overtake::evaluation {
 const Figures* main_figures(const std::vector<Figures>& all);
 std::string format_report(const std::vector<Figures>& all, const std::vector<Run>& runs,
                           const std::vector<Quality>& quality, const std::vector<TrackQuality>& tracks,
-                          const std::map<std::string, NamedPicture>& pictures, const std::string& out);
+                          const Differences& differences, const std::map<std::string, NamedPicture>& pictures,
+                          const std::string& out);
 
 std::string cpu_name();
 

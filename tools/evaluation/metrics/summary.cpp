@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "tools/evaluation/metrics/random.h"
+
 namespace overtake::metrics {
 namespace {
 
@@ -19,14 +21,6 @@ double normal_quantile(double p) {
     (0.5 * std::erfc(-mid / std::sqrt(2.0)) < p ? low : high) = mid;
   }
   return 0.5 * (low + high);
-}
-
-// Splitmix64 (Steele et al. 2014).
-uint64_t next_random(uint64_t& state) {
-  uint64_t z = (state += 0x9e3779b97f4a7c15u);
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  return z ^ (z >> 31);
 }
 
 }  // namespace
