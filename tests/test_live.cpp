@@ -332,6 +332,19 @@ TEST_CASE("live: a client that wakes up in the middle of a frame gets no part of
   CHECK(received[stamp - 1] == 0);
 }
 
+TEST_CASE("live: a client that had nothing to take for long is not one that takes nothing") {
+  LiveRun run;
+  SocketPeer peer = run.peer();
+  peer.send(subscribe({{1, kNumbers}}));
+  REQUIRE(run.becomes_wanted(kNumbers));
+  for (int64_t i = 1; i <= 10; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(150));
+    CHECK(run.frame(i, "x").contains(kNumbers));
+    CHECK(run.view.wants(kNumbers));  // at once, before the server's thread sends the frame
+    CHECK(next_data(peer).stamp_ns == i);
+  }
+}
+
 TEST_CASE("live: a silent client is pinged, and closed if it does not answer") {
   LiveRun run(true, std::chrono::milliseconds(600));
   SocketPeer dead = run.peer(), alive = run.peer();

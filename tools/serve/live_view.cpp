@@ -205,6 +205,7 @@ class LiveView::Client : public SocketClient {
     if (is_whole && frame->empty()) return;
     if (slot_.messages || !is_whole) ++dropped_, ++state_->counts.dropped;
     if (!is_whole) return;
+    if (!frame_.messages && !slot_.messages) progress_ = Clock::now();  // nothing was there to take until now
     slot_ = {frame, wished_};
     wake_();
   }

@@ -36,7 +36,10 @@ function makeHeader(app: App): HTMLElement {
       `${app.logs.length > 1 ? `${"AB"[log.index]}  ` : ""}${log.name}`))));
   app.on(["frame", "clock", "table"], () => {
     const { entry } = app, frame = app.logs[0]?.frame, table = app.logs[0]?.table;
-    if (!entry) return;
+    if (!entry) {
+      setText(facts, "");
+      return;
+    }
     const parts = [`frame ${app.at} of ${app.entries.length}`, String(entry.stamp)];
     if (frame) parts.push(`${frame.clouds.reduce((sum, c) => sum + c.count, 0).toLocaleString("en")} points`,
         `${frame.detections.length} detections`, `${frame.tracks.length} tracks`);
@@ -195,6 +198,7 @@ async function start(): Promise<void> {
       if (app.state.camera) view.cameraState = app.state.camera, view.update();
     }
   });
+  app.on(["run"], () => view.forgetPlace());
   const images = new ImagesPanel(app), objects = new ObjectsPanel(app), latency = new LatencyPanel(app),
       logPanel = new LogPanel(app);
   const compare = app.logs.length > 1 ? new ComparePanel(app) : null, timeline = new Timeline(app);
