@@ -37,9 +37,9 @@ function list<T extends object>(frame: Frame, message: unknown, key: string, fit
     true): T[] {
   const value = (message as Record<string, unknown> | null)?.[key], all: unknown[] = Array.isArray(value) ? value : [];
   const good = all.filter((item): item is T => typeof item === "object" && item !== null && fits(item as T));
-  if (good.length < all.length)
-    frame.missing.push(`Of ${key}, ${all.length - good.length} cannot be read: they are not shown.`);
-  if (good.length > kMostItems) frame.missing.push(`Of ${good.length} ${key}, the first ${kMostItems} are shown.`);
+  if (good.length < all.length) frame.missing.push(`A frame has ${key} that cannot be read: they are not shown.`);
+  if (good.length > kMostItems)
+    frame.missing.push(`A frame has more than ${kMostItems} ${key}: the others are not shown.`);
   return good.slice(0, kMostItems);
 }
 const isId = (id: unknown): boolean => typeof id === "string" && /^\d{1,20}$/.test(id);
@@ -119,6 +119,8 @@ function unpackCloud(cloud: decode.Packed, sensor: string, vehicleFromSensor: Ma
   const count = cloud.stride > 0 ? Math.floor(cloud.data.length / cloud.stride) : 0;
   const out: Cloud = { sensor, count, position: new Float32Array(3 * count), fields: {}, vehicleFromSensor };
   for (const field of cloud.fields) {
+    if (field.offset + decode.sizeOfType(field.type) > cloud.stride)
+      throw new RangeError(`the field ${field.name} lies outside of a point`);
     const axis = "xyz".indexOf(field.name);
     if (field.name.length === 1 && axis >= 0) {
       decode.unpackField(cloud, field, out.position, 3, axis);
