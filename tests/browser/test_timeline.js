@@ -176,7 +176,7 @@ module.exports = {
     await goto(page, 5);
     assert.strictEqual(await page.evaluate(() => document.querySelector(".chip.bad").textContent), "deadline missed");
     await goto(page, 12);
-    assert.strictEqual(await page.evaluate(() => document.querySelector(".chip").textContent), "1 scans lost");
+    assert.strictEqual(await page.evaluate(() => document.querySelector(".chip").textContent), "1 scan lost");
   },
 
   "address: it holds frame, camera, colour, layers, panels and selection, and brings them back": async (

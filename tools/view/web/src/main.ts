@@ -15,7 +15,7 @@ import { LatencyPanel } from "./panels/latency";
 import { LogPanel } from "./panels/log";
 import { ObjectsPanel } from "./panels/objects";
 import { kLayers, kTabs, type Tab } from "./state";
-import { flagNames, marksOf, Timeline } from "./timeline";
+import { flagNames, lostText, marksOf, Timeline } from "./timeline";
 import type { LogList } from "./types";
 import { View3d } from "./view3d";
 
@@ -48,7 +48,7 @@ function makeHeader(app: App): HTMLElement {
     setText(facts, parts.join("   "));
     const names = table && entry.frames[0] >= 0 ? flagNames(table.flags[entry.frames[0]]) : [],
         lost = table?.lostScans[entry.frames[0]] ?? 0;
-    if (lost > 0) names.push(`${lost} scans lost`);
+    if (lost > 0) names.push(lostText(lost));
     if (table && entry.frames[0] >= 0 && marksOf(table, entry.frames[0]).missed && !names.includes("deadline missed"))
       names.push("deadline missed");
     chips.replaceChildren(...names.map((name) => el("span", { class: name === "deadline missed" ? "chip bad" : "chip" },

@@ -18,6 +18,8 @@ export const kFlags: [number, string][] = [
 export const flagNames = (flags: number): string[] =>
     kFlags.filter(([bit]) => Math.floor(flags / bit) % 2 === 1).map(([, name]) => name);
 
+export const lostText = (scans: number): string => `${scans} ${scans === 1 ? "scan" : "scans"} lost`;
+
 const kMissed = "#ff5c5c", kLost = "#ffb020", kBar = "#2e5f94", kBarB = "#7d5a2c";
 
 // What is marked on a frame.
@@ -130,7 +132,7 @@ export class Timeline {
     const parts = [`frame ${i}`, `${clockText(app.seconds(entry.stamp))} s`];
     if (table && frame >= 0) {
       parts.push(`${fixed(table.frame_us[frame] / 1000, 2)} ms`);
-      if (table.lostScans[frame] > 0) parts.push(`${table.lostScans[frame]} scans lost`);
+      if (table.lostScans[frame] > 0) parts.push(lostText(table.lostScans[frame]));
       parts.push(...flagNames(table.flags[frame]));
     }
     this.tip.hidden = false;
