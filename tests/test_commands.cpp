@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "tests/support/bags.h"
 #include "tests/support/run_command.h"
 #include "tests/support/scene_files.h"
 #include "tests/support/temp_folder.h"
@@ -135,6 +136,21 @@ TEST_CASE("commands: what a sink throws ends the frames and reaches the caller")
     sinks.finish();
     CHECK(first.ends + second.ends == 2);
   }
+}
+
+TEST_CASE("commands: --rate waits for no hour by which the stamps jump") {
+  const TempFolder folder;
+  constexpr int64_t kHourNs = 3'600'000'000'000, kPeriodNs = 50'000'000;
+  std::vector<test::Recorded> messages;
+  for (int64_t k = 0; k < 9; ++k)  // an hour forward, and back
+    messages.push_back(test::cloud_of(test::swept_cloud(8, 40, 0.1 * double(k)), "/front/points",
+                                      kHourNs + k * kPeriodNs + (k >= 3 && k < 6 ? kHourNs : 0)));
+  test::write_mcap(folder.path("a.mcap"), messages);
+  folder.write("rig.toml", io::format_rig(test::swept_rig(8)));
+  const Outcome outcome = run_overtake(folder, {"run", folder.path("a.mcap"), "--rig", folder.path("rig.toml"),
+                                                "--rate", "1", "--out", folder.path("out")});
+  CHECK(outcome.code == 0);
+  CHECK(outcome.text.find("frames. Written to ") != std::string::npos);
 }
 
 TEST_CASE("commands: --truth pairs each other car with the nearest detection and confirmed track") {

@@ -20,6 +20,7 @@
 #include "tools/evaluation/report.h"
 #include "tools/evaluation/simulated_log.h"
 #include "tools/evaluation/tune.h"
+#include "tools/evaluation/variant.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
 #include "tools/sim/log_writer.h"

@@ -4,6 +4,7 @@
 // A live run for WebSocket clients: handshake, subscriptions, slow, stopped and hostile clients; what is encoded.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstring>
 #include <map>
@@ -15,12 +16,14 @@
 #include "tests/support/http_client.h"
 #include "tests/support/run_command.h"
 #include "tools/client/session.h"
+#include "tools/io/mcap_reader.h"
 #include "tools/io/scan_stream.h"
 #include "tools/serve/live_view.h"
 #include "tools/view/mcap_view.h"
 
 using namespace overtake;
 using Json = nlohmann::json;
+using overtake::test::HttpResponse;
 using overtake::test::SocketFrame;
 using overtake::test::SocketPeer;
 
@@ -36,9 +39,10 @@ cli::ViewChannel channel(uint16_t id, const std::string& topic, bool once = fals
 // A live run of three channels. Members end in the other order: the server goes first.
 struct LiveRun {
   serve::LiveView view;
-  serve::ViewServer server{{"127.0.0.1", 0, {}, "", {"https://app.example"}, &view}};
+  serve::ViewServer server;
 
-  explicit LiveRun(bool with_channels = true) {
+  explicit LiveRun(bool with_channels = true, std::chrono::milliseconds most_silence = serve::kMostSilence)
+      : server({"127.0.0.1", 0, {}, "", {"https://app.example"}, &view, most_silence}) {
     if (!with_channels) return;
     view.add_channel(channel(kNumbers, "/numbers"));
     view.add_channel(channel(kClouds, "/clouds"));
@@ -47,12 +51,15 @@ struct LiveRun {
   // As McapView does: writes what is wanted. Returns the channels that were.
   std::set<uint16_t> frame(int64_t stamp_ns, const std::string& text) {
     std::set<uint16_t> wanted;
+    view.begin_frame();
     for (const uint16_t id : {kNumbers, kClouds, kMap})
-      if (view.wants(id)) {
-        wanted.insert(id);
-        view.write(id, stamp_ns, text);
-      }
+      if (write(id, stamp_ns, text)) wanted.insert(id);
     view.end_frame();
+    return wanted;
+  }
+  bool write(uint16_t id, int64_t stamp_ns, const std::string& text) {
+    const bool wanted = view.wants(id);
+    if (wanted) view.write(id, stamp_ns, text);
     return wanted;
   }
   SocketPeer peer(const std::string& protocols = kBoth) const { return SocketPeer(server.port(), protocols); }
@@ -92,6 +99,16 @@ struct Data {
   std::string text;
   bool operator==(const Data&) const = default;
 };
+// Until the server has read all that the peer has sent.
+void settle(SocketPeer& peer) {
+  peer.send("settled", 9);
+  while (true) {
+    const SocketFrame frame = peer.next();
+    REQUIRE(frame.opcode > 0);
+    REQUIRE(frame.opcode != 2);
+    if (frame.opcode == 10) return;
+  }
+}
 Data next_data(SocketPeer& peer) {
   while (true) {
     const SocketFrame frame = peer.next();
@@ -215,6 +232,148 @@ TEST_CASE("live: a message that is needed once reaches each client once, however
   CHECK(next_data(a) == Data{2, 3, "map 3"});  // as its numbers; the map does not come again
   run.frame(4, "y");
   CHECK(next_data(a) == Data{2, 4, "y"});
+}
+
+TEST_CASE("live: a client that subscribes again gets what is needed once again") {
+  LiveRun run;
+  SocketPeer peer = run.peer();
+  peer.send(subscribe({{1, kMap}, {2, kNumbers}}));
+  REQUIRE(run.becomes_wanted(kMap));
+  run.frame(1, "first");
+  CHECK(next_data(peer) == Data{1, 1, "first"});
+  CHECK(next_data(peer) == Data{2, 1, "first"});
+  peer.send(R"({"op":"unsubscribe","subscriptionIds":[1]})");
+  settle(peer);
+  CHECK(run.frame(2, "none") == std::set<uint16_t>{kNumbers});
+  CHECK(next_data(peer) == Data{2, 2, "none"});
+  peer.send(subscribe({{3, kMap}}));
+  REQUIRE(run.becomes_wanted(kMap));
+  run.frame(3, "again");
+  CHECK(next_data(peer) == Data{3, 3, "again"});
+}
+
+TEST_CASE("live: a client that subscribes in the middle of a frame gets no part of it") {
+  LiveRun run;
+  SocketPeer first = run.peer(), second = run.peer(), third = run.peer();
+  first.send(subscribe({{1, kNumbers}, {2, kClouds}}));
+  third.send(subscribe({{6, kClouds}}));
+  settle(first);
+  settle(third);
+  next_op(second, "advertise");
+  run.view.begin_frame();
+  CHECK(run.write(kNumbers, 1, "part"));
+  second.send(subscribe({{3, kNumbers}, {4, kClouds}}));
+  first.send(subscribe({{5, kMap}}));
+  third.send(subscribe({{7, kNumbers}}));
+  settle(second);
+  settle(first);
+  settle(third);
+  CHECK(run.write(kClouds, 1, "rest"));
+  CHECK(run.write(kMap, 1, "map"));  // belongs to no frame
+  run.view.end_frame();
+  CHECK(next_data(first) == Data{5, 1, "map"});
+  CHECK(next_data(first) == Data{1, 1, "part"});
+  CHECK(next_data(first) == Data{2, 1, "rest"});
+  CHECK(run.frame(2, "whole") == std::set<uint16_t>{kNumbers, kClouds});
+  CHECK(next_data(second) == Data{3, 2, "whole"});
+  CHECK(next_data(second) == Data{4, 2, "whole"});
+  CHECK(next_data(third) == Data{6, 1, "rest"});  // what it had asked for before the frame
+  CHECK(next_data(third) == Data{7, 2, "whole"});
+  CHECK(next_data(third) == Data{6, 2, "whole"});
+  CHECK(run.view.counts().dropped == 0);
+}
+
+TEST_CASE("live: a channel that nobody had before a frame is not encoded in its middle") {
+  LiveRun run;
+  SocketPeer peer = run.peer();
+  next_op(peer, "advertise");
+  run.view.begin_frame();
+  CHECK_FALSE(run.write(kNumbers, 1, "x"));
+  peer.send(subscribe({{1, kNumbers}, {2, kClouds}}));
+  settle(peer);
+  CHECK_FALSE(run.write(kClouds, 1, "x"));
+  run.view.end_frame();
+  CHECK(run.frame(2, "y") == std::set<uint16_t>{kNumbers, kClouds});
+  CHECK(next_data(peer) == Data{1, 2, "y"});
+}
+
+TEST_CASE("live: a client that wakes up in the middle of a frame gets no part of it") {
+  LiveRun run;
+  SocketPeer sleeper = run.peer(), other = run.peer();
+  sleeper.send(subscribe({{1, kNumbers}, {2, kClouds}}));
+  other.send(subscribe({{3, kNumbers}}));
+  REQUIRE(run.becomes_wanted(kClouds));
+  const std::string large(8 << 20, 'c');
+  std::map<int64_t, std::set<uint16_t>> encoded;
+  int64_t stamp = 0;
+  int32_t quiet = 0;
+  while (stamp < 400 && quiet < 20) {  // for half a second only the other's messages are encoded
+    ++stamp;
+    encoded[stamp] = run.frame(stamp, large);
+    REQUIRE(encoded[stamp].contains(kNumbers));
+    CHECK(next_data(other).stamp_ns == stamp);
+    quiet = encoded[stamp].contains(kClouds) ? 0 : quiet + 1;
+    std::this_thread::sleep_for(std::chrono::milliseconds(25));
+  }
+  REQUIRE(quiet == 20);
+  run.view.begin_frame();
+  CHECK(run.write(kNumbers, ++stamp, "numbers"));
+  std::map<int64_t, int32_t> received;
+  const int64_t newest = std::find_if(encoded.rbegin(), encoded.rend(), [](const auto& entry) {
+                           return entry.second.contains(kClouds);
+                         })->first;
+  while (received[newest] < 2) ++received[next_data(sleeper).stamp_ns];
+  CHECK_FALSE(run.write(kClouds, stamp, "clouds"));
+  run.view.end_frame();
+  CHECK(next_data(other).stamp_ns == stamp);
+  CHECK(run.frame(++stamp, "last").contains(kClouds));
+  while (received[stamp] < 2) ++received[next_data(sleeper).stamp_ns];
+  for (const auto& [at, messages] : received) CHECK_MESSAGE((messages == 0 || messages == 2), at);
+  CHECK(received[stamp - 1] == 0);
+}
+
+TEST_CASE("live: a client that had nothing to take for long is not one that takes nothing") {
+  LiveRun run;
+  SocketPeer peer = run.peer();
+  peer.send(subscribe({{1, kNumbers}}));
+  REQUIRE(run.becomes_wanted(kNumbers));
+  for (int64_t i = 1; i <= 10; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(150));
+    CHECK(run.frame(i, "x").contains(kNumbers));
+    CHECK(run.view.wants(kNumbers));  // at once, before the server's thread sends the frame
+    CHECK(next_data(peer).stamp_ns == i);
+  }
+}
+
+TEST_CASE("live: a silent client is pinged, and closed if it does not answer") {
+  LiveRun run(true, std::chrono::milliseconds(600));
+  SocketPeer dead = run.peer(), alive = run.peer();
+  alive.send(subscribe({{1, kNumbers}}));
+  REQUIRE(run.becomes_wanted(kNumbers));
+  int32_t pings = 0;
+  for (SocketFrame frame; pings < 4;) {
+    frame = alive.next();
+    REQUIRE(frame.opcode > 0);
+    if (frame.opcode != 9) continue;
+    ++pings;
+    alive.send(frame.data, 10);
+  }
+  bool was_pinged = false;
+  for (SocketFrame frame = dead.next(); frame.opcode >= 0; frame = dead.next()) was_pinged |= frame.opcode == 9;
+  CHECK(was_pinged);
+  run.frame(1, "still here");
+  CHECK(next_data(alive) == Data{1, 1, "still here"});
+}
+
+TEST_CASE("live: a handshake without a key is refused under the same policy as other requests") {
+  LiveRun run;
+  HttpResponse response = test::HttpClient(run.server.port())
+                              .get("/",
+                                   "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+                                   "Sec-WebSocket-Protocol: foxglove.websocket.v1\r\n");
+  CHECK(response.status == 400);
+  CHECK(response.headers["content-security-policy"].find("default-src 'self'") == 0);
+  CHECK(response.headers["x-content-type-options"] == "nosniff");
 }
 
 TEST_CASE("live: a client that stops reading loses frames, and nobody else does") {
@@ -387,10 +546,21 @@ TEST_CASE("view: a sink gets the channels that it wants, and their messages alon
     }
     void write(uint16_t id, int64_t, std::string_view data) override {
       CHECK(wants(id));
+      CHECK(in_frame);
       CHECK_FALSE(data.empty());
       written.insert(topics[std::size_t(id - 1)]);
     }
-    void end_frame() override { ++frames; }
+    bool in_frame = false, keeps = false;
+    void begin_frame() override {
+      CHECK_FALSE(in_frame);
+      in_frame = true;
+    }
+    void end_frame() override {
+      CHECK(in_frame);
+      in_frame = false;
+      ++frames;
+    }
+    bool keeps_frames() const override { return keeps; }
   };
   const TempFolder folder;
   const std::string log = folder.path("race.mcap");
@@ -399,6 +569,8 @@ TEST_CASE("view: a sink gets the channels that it wants, and their messages alon
   options.input = log;
   const cli::Config config = cli::load_config_with_rig(options);
   PickySink none, some;
+  SUBCASE("sinks without a file") {}
+  SUBCASE("a sink that keeps the record of all frames") { some.keeps = true; }
   some.wanted = {"/tf", "/front/points", "/left/image/labels", "/tracks/numbers"};
   cli::McapView view(config, {&none, &some});
   const auto on_frame = [](ovt_reader* reader, void* user) { static_cast<cli::McapView*>(user)->add(reader, {}); };
@@ -417,5 +589,12 @@ TEST_CASE("view: a sink gets the channels that it wants, and their messages alon
   CHECK(none.frames == 4);
   // Asked once a frame before the message is encoded, and once more where there is one to write.
   CHECK(none.asked.at("/right/image/range") == 4);
+  const std::string path = folder.path("record.mcap");
+  cli::McapFile file(path);
+  view.close(file);
+  io::McapReader record(path);
+  record.list_attachments();
+  REQUIRE(record.attachments().at(0).name == "frames");
+  CHECK(Json::parse(record.attachments()[0].data).at("count") == (some.keeps ? 4 : 0));
   CHECK(none.asked.at("/front/points") == 8);
 }

@@ -23,6 +23,7 @@
 #include "tools/io/image.h"
 #include "tools/io/known_cars.h"
 #include "tools/io/mcap_reader.h"
+#include "tools/io/mcap_writer.h"
 #include "tools/io/npy.h"
 #include "tools/io/text.h"
 
@@ -246,6 +247,48 @@ TEST_CASE("view log: /truth has the other cars at the frame's stamp, in the map"
     CHECK(json.at("cars").size() == others);
     CHECK(others > 0);
   }
+}
+
+TEST_CASE("view log: truth that cannot be read ends no run, a note says so") {
+  const ShortRun run;
+  const std::string odd = run.folder.path("odd.mcap");
+  {
+    io::McapReader from(run.log);
+    io::McapWriter to(odd);
+    std::map<uint16_t, uint16_t> channels;
+    io::McapMessage message;
+    int64_t truths = 0;
+    while (from.next(message)) {
+      const io::McapChannel& channel = from.channels().at(message.channel_id);
+      if (!channels.contains(message.channel_id)) {
+        const io::McapSchema& schema = from.schemas().at(channel.schema_id);
+        channels[message.channel_id] = to.add_channel(to.add_schema(schema.name, schema.encoding, schema.data),
+                                                      channel.topic, channel.message_encoding);
+      }
+      const bool is_truth = channel.topic == io::kCarStatesTopic;
+      const bool is_odd = is_truth && (truths == 5 || truths == 6);
+      truths += is_truth;
+      to.write(channels[message.channel_id], message.log_ns,
+               is_odd ? R"({"stamp_ns":1700000000000000000,"cars":[{"is_ego":false,"car":{}}]})" : message.data);
+    }
+    for (const io::McapAttachment& a : from.attachments()) to.add_attachment(a.name, a.media_type, a.data, a.log_ns);
+    for (const auto& [name, entries] : from.metadata()) to.add_metadata(name, entries);
+    to.close();
+  }
+  const auto run_on = [&](const std::string& log, const std::string& name) {
+    const Outcome outcome = run_overtake(
+        run.folder, {"run", log, "--out", run.folder.path(name), "--force", "--mcap", run.folder.path(name + ".mcap")});
+    CHECK(outcome.code == 0);
+    return outcome.text;
+  };
+  const std::string right = run_on(run.log, "right"), noted = run_on(odd, "odd_run");
+  CHECK(right.find("truth") == std::string::npos);
+  CHECK(noted.find("note: 2 messages with the truth could not be read; the first: message ") != std::string::npos);
+  CHECK(noted.find(" on /truth/cars: the states of the cars cannot be read: ") != std::string::npos);
+  for (const char* table : {"/detections.csv", "/tracks.csv"})
+    CHECK(io::read_whole_file(run.folder.path("odd_run") + table) ==
+          io::read_whole_file(run.folder.path("right") + table));
+  CHECK(ViewLog(run.folder.path("odd_run.mcap")).topics.at("/truth").size() == 10);  // from the messages beside them
 }
 
 TEST_CASE("view log: a recording that knows a relative position only shows it in the map where the own pose is known") {

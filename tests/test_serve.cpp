@@ -117,6 +117,11 @@ TEST_CASE("is_own_host: names of this machine with the server's port") {
   CHECK(serve::is_own_host("localhost", 80, false));
   for (const char* host : {"192.168.1.7:8123", "[fe80::1]:8123", "localhost:8123"})
     CHECK(serve::is_own_host(host, 8123, true));
+  for (const char* host : {"Race-PC:8123", "race-pc:8123", "RACE-PC:8123"}) {
+    CHECK(serve::is_own_host(host, 8123, true, "Race-PC"));
+    CHECK_FALSE(serve::is_own_host(host, 8123, false, "Race-PC"));
+  }
+  CHECK_FALSE(serve::is_own_host(":8123", 8123, true, ""));
   for (const char* host : {"evil.example:8123", "192.168.1.7", "192.168.1.7.evil.example:8123", "[evil]:8123", ":8123"})
     CHECK_FALSE_MESSAGE(serve::is_own_host(host, 8123, true), host);
 }
@@ -196,6 +201,9 @@ TEST_CASE("serve: another Host or Origin gets nothing") {
     CHECK_MESSAGE(one.get("/log/0", "Origin: " + origin + "\r\n").status == 403, origin);
   for (const std::string& origin : std::vector<std::string>{"http://127.0.0.1:" + port, "http://localhost:" + port})
     CHECK_MESSAGE(one.get("/log/0", "Origin: " + origin + "\r\n").status == 200, origin);
+  const std::string own = "Origin: http://127.0.0.1:" + port + "\r\n", evil = "Origin: http://evil.example\r\n";
+  for (const std::string& both : {own + evil, evil + own, evil + evil, own + own})
+    CHECK_MESSAGE(one.get("/log/0", both).status == 403, both);
   CHECK(one.get("/log/0", "Host: localhost:" + port + "\r\n").status == 200);
 }
 
@@ -308,8 +316,12 @@ TEST_CASE("serve: other methods, bodies and text that is no HTTP are refused") {
         "GET " + std::string(9000, '/') + "?" + std::string(9000, 'q') + " HTTP/1.1\r\n\r\n"}) {
     HttpClient client = one.client();
     client.send(junk);
-    const HttpResponse response = client.response();
+    HttpResponse response = client.response();
     CHECK(response.status == 400);
+    CHECK(response.headers["content-security-policy"].find("default-src 'self'") == 0);
+    CHECK(response.headers["x-content-type-options"] == "nosniff");
+    CHECK(response.headers["cross-origin-resource-policy"] == "same-origin");
+    CHECK(response.headers["cache-control"] == "no-store");
     CHECK(client.take(1).empty());  // and the connection ends
   }
   HttpClient body = one.client();

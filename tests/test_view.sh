@@ -128,6 +128,24 @@ done
 [[ $(cat opened) == "$url" ]] || fail "the browser is called with '$(cat opened)', not '$url'"
 end INT
 rm opened
+# One that stays: it holds neither the server nor its socket.
+mkdir stays
+printf '%s\n' '#!/bin/sh' "echo \$\$ >'$work/sleeper'" 'exec sleep 600' >stays/xdg-open
+chmod +x stays/xdg-open
+DISPLAY=:9 PATH=$work/stays:$PATH serve view.mcap
+for ((i = 0; i < 200; ++i)); do
+  [[ -s sleeper ]] && break
+  sleep 0.05
+done
+[[ -s sleeper ]] || fail "the browser that stays was not started"
+fetch "${url}logs.json" >/dev/null || fail "no answer beside a browser that stays"
+port=${url##*:} port=${port%/}
+end INT
+kill -0 "$(cat sleeper)" || fail "the browser ends with the server"
+serve view.mcap --no-open --port "$port"
+[[ $url == "http://127.0.0.1:$port/" ]] || fail "a browser that stays holds port $port: $(cat stderr)"
+end INT
+kill "$(cat sleeper)"
 DISPLAY=:9 PATH=$work/bin:$PATH serve view.mcap --no-open
 fetch "${url}logs.json" >/dev/null
 end INT

@@ -132,8 +132,7 @@ class LogWriter {
 }
 
 // Writes a log as the viewer's writer does, in three groups, after change({ channels, frames, attachments }): a frame
-// is
-// { stamp, messages }.
+// is { stamp, messages }. Returns its chunks: one of each group a frame.
 function writeLog(path, { channels, messages, attachments }, change = (log) => log) {
   const byStamp = new Map();
   for (const m of messages) byStamp.set(m.time, [...(byStamp.get(m.time) ?? []), m]);
@@ -148,6 +147,14 @@ function writeLog(path, { channels, messages, attachments }, change = (log) => l
     }
   for (const [name, data] of log.attachments) writer.attach(name, "application/json", data);
   writer.close();
+  return writer.chunks;
 }
 
-module.exports = { readLog, writeLog, LogWriter };
+// Makes chunks of such a file unreadable: the length of the first record is beyond the chunk.
+function damageChunks(path, chunks) {
+  const file = fs.openSync(path, "r+");
+  for (const { start } of chunks) fs.writeSync(file, Buffer.from([255, 255, 255]), 0, 3, start + 9 + 40 + 4);
+  fs.closeSync(file);
+}
+
+module.exports = { readLog, writeLog, damageChunks, LogWriter };

@@ -1,14 +1,14 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// usage: node tests/browser/run.js OVERTAKE WORK [NAME...]. Runs the tests of the page in headless Chromium: all, or
-// those whose name contains a NAME. WORK is a folder for logs. Exit code 77 and a line "skipped: ..." without the node
-// modules.
+// usage: node tests/browser/run.js OVERTAKE WORK [NAME...]. Runs the tests of the page in headless Chromium: all but
+// those of Firefox, or those whose name contains a NAME. WORK is a folder for logs. Exit code 77 and a line "skipped:
+// ..." without the node modules, or if every test was skipped.
 "use strict";
 const { execFileSync } = require("child_process");
 const fs = require("fs");
 const path = require("path");
-const { launch, startView, stopAll } = require("./support");
+const { Skip, launch, startView, stopAll } = require("./support");
 
 const [overtake, work, ...names] = process.argv.slice(2);
 const kFiles = ["test_frame", "test_timeline", "test_panels", "test_logs", "test_large", "test_live", "test_firefox"];
@@ -33,7 +33,7 @@ function makeLogs() {
 
 async function main() {
   const logs = makeLogs(), browser = await launch();
-  let failed = 0, passed = 0;
+  let failed = 0, passed = 0, skipped = 0;
   const servers = [];
   const view = async (...words) => {
     servers.push(await startView(overtake, words));
@@ -41,23 +41,23 @@ async function main() {
   };
   for (const file of kFiles)
     for (const [name, test] of Object.entries(require(`./${file}`))) {
-      if (names.length > 0 && !names.some((n) => name.includes(n))) continue;
+      if (names.length > 0 ? !names.some((n) => name.includes(n)) : name.startsWith("firefox")) continue;
       const begin = Date.now();
       try {
         await test({ browser, overtake, work, logs, view });
         ++passed;
         console.log(`passed: ${name} (${((Date.now() - begin) / 1000).toFixed(1)} s)`);
       } catch (error) {
-        ++failed;
-        console.log(`FAILED: ${name}: ${error.stack}`);
+        if (error instanceof Skip) ++skipped, console.log(`skipped: ${name}: ${error.message}`);
+        else ++failed, console.log(`FAILED: ${name}: ${error.stack}`);
       }
       for (const page of (await browser.pages()).slice(1)) await page.close();
       for (const server of servers.splice(0)) await server.stop();
     }
   await browser.close();
-  console.log(`${passed} passed, ${failed} failed`);
+  console.log(`${passed} passed, ${skipped} skipped, ${failed} failed`);
   stopAll();
-  process.exit(failed > 0 || passed === 0 ? 1 : 0);
+  process.exit(failed > 0 || passed + skipped === 0 ? 1 : passed === 0 ? 77 : 0);
 }
 
 main().catch((error) => {

@@ -18,6 +18,9 @@ try {
 
 const kPatience_ms = 30000;
 
+// A test throws it where something optional is missing.
+class Skip extends Error {}
+
 async function launch() {
   return puppeteer.launch({ browser: "chrome", headless: true, executablePath: "/usr/bin/chromium",
     args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
@@ -93,4 +96,4 @@ async function goto(page, entry) {
 }
 
 const kSourceRoot = path.resolve(__dirname, "../..");
-module.exports = { start, stopAll, launch, launchFirefox, startView, open, until, settle, goto, kSourceRoot };
+module.exports = { Skip, start, stopAll, launch, launchFirefox, startView, open, until, settle, goto, kSourceRoot };

@@ -4,15 +4,12 @@
 // Firefox: load, seek, one picture.
 "use strict";
 const assert = require("assert");
-const { launchFirefox, open, goto } = require("./support");
+const { launchFirefox, open, goto, Skip } = require("./support");
 
 module.exports = {
   "firefox: loads the page, seeks, draws a picture": async ({ logs, view }) => {
     const firefox = await launchFirefox();
-    if (!firefox) {
-      console.log("  skipped: firefox: no firefox-esr or no xvfb (tools/setup --node)");
-      return;
-    }
+    if (!firefox) throw new Skip("no firefox-esr or no Xvfb (tools/setup --node)");
     try {
       const { page } = await open(firefox, (await view(logs.b)).url, "images=none", { width: 800, height: 600 });
       await goto(page, 30);

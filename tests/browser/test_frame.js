@@ -145,6 +145,56 @@ module.exports = {
     assert.deepStrictEqual([named > 0, await names()], [true, 0]);
   },
 
+  "camera: from above, what is ahead is up, and heights do not matter": async ({ browser, logs, view }) => {
+    const { page, errors } = await open(browser, (await view(logs.b)).url, "images=none");
+    await goto(page, 20);
+    const inSpace = await lit(page, ["sensor:front", "sensor:left", "sensor:right"]);
+    await page.click(".toolbar button[data-value=top]");
+    await page.waitForFunction(() => overtake.app.state.view === "top" &&
+        document.querySelector(".toolbar button[data-value=top]").classList.contains("on"));
+    const seen = await page.evaluate(() => {
+      const { view } = overtake, at = (...p) => view.project(0, p);
+      return { low: at(20, 0, 0), high: at(20, 0, 5), ahead: at(30, 0, 0), left: at(20, 10, 0),
+          height: view.root.clientHeight, width: view.root.clientWidth };
+    });
+    const scale = seen.height / 90, near = (got, wanted) => Math.hypot(got[0] - wanted[0], got[1] - wanted[1]) < 0.5;
+    assert.ok(near(seen.low, seen.high), "a parallel view straight down");
+    assert.ok(near(seen.ahead, [seen.low[0], seen.low[1] - 10 * scale]), JSON.stringify(seen));
+    assert.ok(near(seen.left, [seen.low[0] - 10 * scale, seen.low[1]]), JSON.stringify(seen));
+    assert.ok(Math.abs(seen.low[0] - seen.width / 2) < 1);
+    const empty = await lit(page, []), above = await lit(page, ["sensor:front", "sensor:left", "sensor:right"]);
+    assert.ok(above > empty + 2000 && above !== inSpace, `${above} lit pixels, ${empty} without points`);
+    await page.click(".toolbar button[data-value='3d']");
+    await page.waitForFunction(() => overtake.app.state.view === "3d");
+    assert.ok(await page.evaluate(() => Math.abs(overtake.view.project(0, [20, 0, 0])[1]
+        - overtake.view.project(0, [20, 0, 5])[1]) > 20));
+    assert.deepStrictEqual(errors, []);
+  },
+
+  "camera: it stays on the map, or follows the vehicle": async ({ browser, logs, view }) => {
+    const { page } = await open(browser, (await view(logs.b)).url, "images=none");
+    // Where the vehicle, and a place on the map 30 m ahead of its first place, lie in the picture.
+    const look = async (k, place) => {
+      await goto(page, k);
+      return page.evaluate((p) => {
+        const { app, view } = overtake, { ego } = app.logs[0].frame, c = Math.cos(ego.yaw_rad), s = Math.sin(ego.yaw_rad);
+        const [x, y] = p ?? [ego.x_m + 30 * c, ego.y_m + 30 * s], dx = x - ego.x_m, dy = y - ego.y_m;
+        return { place: [x, y], vehicle: view.project(0, [5, 0, 0]),
+            at: view.project(0, [dx * c + dy * s, dy * c - dx * s, 0]) };
+      }, place);
+    };
+    const apart = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
+    await page.click(".toolbar button[data-value=map]");
+    await page.waitForFunction(() => overtake.app.state.follow === "map");
+    const first = await look(20), later = await look(25, first.place);
+    assert.ok(apart(first.at, later.at) < 0.5, `the map moves by ${apart(first.at, later.at)} pixels`);
+    assert.ok(apart(first.vehicle, later.vehicle) > 20, "the vehicle stands still");
+    await page.click(".toolbar button[data-value=vehicle]");
+    await page.waitForFunction(() => overtake.app.state.follow === "vehicle");
+    const followed = await look(20, first.place), after = await look(25, first.place);
+    assert.ok(apart(followed.vehicle, after.vehicle) < 0.5 && apart(followed.at, after.at) > 20);
+  },
+
   "frame: the corners of the boxes lie where a pinhole camera puts them, and are drawn there": async (
       { browser, logs, view }) => {
     const { page } = await open(browser, (await view(logs.b)).url);

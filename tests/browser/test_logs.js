@@ -7,7 +7,7 @@ const assert = require("assert");
 const fs = require("fs");
 const path = require("path");
 const { open, settle, goto, until, startView } = require("./support");
-const { readLog, writeLog } = require("./mcap_file");
+const { readLog, writeLog, damageChunks } = require("./mcap_file");
 
 const faults = (page) => page.evaluate(() => overtake.app.faults.map((f) => `${f.kind}: ${f.text}`));
 // Draws no points: for tests that look at no picture.
@@ -255,6 +255,132 @@ module.exports = {
       assert.deepStrictEqual(errors, []);
       await flipped.close();
     }
+  },
+
+  "damage: a chunk of the map, of the sensors' transforms or of clouds hides nothing but itself": async (
+      { browser, logs, work, view }) => {
+    const file = path.join(work, "damaged.mcap"), log = await readLog(logs.b),
+        chunksOf = (chunks, topic) => {
+          const id = [...log.channels].find(([, c]) => c.topic === topic)[0];
+          return chunks.filter((c) => c.offsets.has(id));
+        };
+    let chunks = writeLog(file, await readLog(logs.b));
+    assert.strictEqual(chunksOf(chunks, "/map").length, 1);
+    damageChunks(file, [chunksOf(chunks, "/map")[0], chunksOf(chunks, "/front/points")[5]]);
+    const { page, errors } = await open(browser, (await view(file)).url, "images=none");
+    const look = () => page.evaluate(() => ({ index: overtake.app.logs[0].frame.index,
+        ...overtake.view.scenes[0].counts, map: overtake.app.logs[0].info.map.length }));
+    const before = await look();  // the map's chunk holds the first frame's numbers, too
+    assert.ok(before.index === 0 && before.points > 60000 && before.tracks === 0 && before.map === 0,
+        JSON.stringify(before));
+    await goto(page, 5);
+    const without = await look();
+    assert.ok(without.points === 0 && without.detections > 0, JSON.stringify(without));
+    await goto(page, 6);
+    const whole = await look();
+    assert.ok(whole.points > 60000 && whole.detections > 0, JSON.stringify(whole));
+    const told = await faults(page);
+    for (const text of ["damaged: The map in the log cannot be read: it is not drawn.",
+        "damaged: A part of the log is damaged: a chunk does not unpack. Frames in it lack "
+            + "/front/points, /left/points, /right/points."])
+      assert.ok(told.includes(text), `${text}: ${told.join(" | ")}`);
+    assert.deepStrictEqual(errors, []);
+
+    const race = await readLog(logs.race, (t) => t < 1700000000300000000n);
+    log.channels = race.channels;
+    const statics = [...race.channels].find(([, c]) => c.topic === "/tf_static")[0];
+    const rest = race.messages.filter((m) => m.channel !== statics), [first] = race.messages;
+    // The transforms in a chunk of their own.
+    chunks = writeLog(file, { ...race, messages: [...race.messages.filter((m) => m.channel === statics).map(
+        (m) => ({ ...m, time: first.time - 1n })), ...rest] });
+    const [own] = chunksOf(chunks, "/tf_static");
+    assert.strictEqual(own.offsets.size, 1);
+    damageChunks(file, [own]);
+    const { page: sensors } = await open(browser, (await view(file)).url, "images=none");
+    await goto(sensors, 2);
+    assert.ok(await sensors.evaluate(() => overtake.view.scenes[0].counts.points > 60000));
+    assert.ok((await faults(sensors)).some((t) => t.startsWith("damaged: The transforms on /tf_static cannot be read")));
+  },
+
+  "odd content: ids that are no numbers, holes in lists and images without pixels are left out with a sentence": async (
+      { browser, logs, work, view }) => {
+    const file = path.join(work, "odd.mcap");
+    let tracks = 0, detections = 0;
+    await rewrite(logs.b, file, (log) => {
+      for (const m of log.frames[20].messages) {
+        const { schema, topic } = log.channels.get(m.channel);
+        const edit = (change) => { const v = json(m.data); change(v); m.data = Buffer.from(JSON.stringify(v)); };
+        if (schema === "overtake.Tracks") edit((v) => {
+          tracks = v.tracks.length;
+          v.tracks.push(null, 7, { ...v.tracks[0], id: "x" }, { ...v.tracks[0], id: 1.5 },
+              { ...v.tracks[0], path: { x_m: 5 } });
+        });
+        if (schema === "overtake.Detections") edit((v) => {
+          detections = v.detections.length;
+          v.detections.push({ ...v.detections[0], track: "none" });
+        });
+        if (schema === "overtake.Truth") edit((v) => { v.cars = [null]; });
+        if (schema === "overtake.Times") edit((v) => { v.stages.push("junk"); });
+        if (topic === "/front/image/range") m.data = Buffer.concat([Buffer.from([0x22, 5]), Buffer.from("32FC1")]);
+        if (topic === "/left/points")  // fields that lie outside of the points: no offset fits a stride of 1
+          m.data = Buffer.concat([Buffer.from([0x25, 1, 0, 0, 0, 0x2a, 10, 0x0a, 1, 120, 0x15, 9, 0, 0, 0, 0x18, 7,
+              0x32, 3, 1, 2, 3])]);
+      }
+      return log;
+    });
+    const { page, errors } = await open(browser, (await view(file)).url, "images=front,range,labels");
+    await goto(page, 20);
+    const seen = await page.evaluate(() => ({ tracks: overtake.app.logs[0].frame.tracks.length,
+        rows: [...document.querySelectorAll(".objects table")].map((t) => t.tBodies[0].rows.length),
+        images: overtake.app.logs[0].frame.images.map((i) => i.name), ...overtake.view.scenes[0].counts }));
+    assert.ok(tracks > 0 && detections > 0);
+    assert.deepStrictEqual([seen.tracks, seen.detections, seen.rows, seen.images],
+        [tracks, detections, [tracks, detections], ["labels"]]);
+    assert.ok(seen.points > 30000, "the other sensors' points are shown");
+    const told = await faults(page);
+    for (const text of [...["tracks", "detections", "cars", "stages"].map(
+        (name) => `A frame has ${name} that cannot be read: they are not shown.`),
+        "A message on /front/image/range cannot be read: it has no pixels.",
+        "The points of left cannot be read: the field x lies outside of a point."])
+      assert.ok(told.includes(`notice: ${text}`), `${text}: ${told.join(" | ")}`);
+    assert.ok(!told.some((t) => t.includes("cannot be drawn")), told.join(" | "));
+    await goto(page, 21);
+    assert.ok(await page.evaluate(() => overtake.app.logs[0].frame.images.length === 2));
+    assert.deepStrictEqual(errors, []);
+  },
+
+  "odd content: a log that claims a million frames of two centuries, and a path to the moon, are drawn": async (
+      { browser, logs, work, view }) => {
+    const claims = path.join(work, "claims.mcap"), far = path.join(work, "far.mcap"), count = 1000000;
+    await rewrite(logs.short, claims, (log) => {
+      const first = log.frames[0].stamp, frames = { version: 1, count, lost_scans: new Array(count).fill(1),
+          stamp_ns: Array.from({ length: count }, (_, i) => String(first + BigInt(i) * 7000000000000n)) };
+      log.attachments.set("frames", JSON.stringify(frames));
+      return log;
+    });
+    const { page, errors } = await open(browser, (await view(claims)).url, kBare);
+    const seen = await page.evaluate(() => ({ entries: overtake.app.entries.length, ...overtake.timeline.marked,
+        ...overtake.timeline.drawn, width: document.querySelector(".area").clientWidth,
+        points: overtake.app.logs[0].frame.clouds.length }));
+    assert.deepStrictEqual([seen.entries, seen.lost, seen.points], [count, count, 3]);
+    assert.ok(seen.bars > seen.width && seen.bars <= 2 * (seen.width + 1), `${seen.bars} rectangles`);
+    assert.ok(seen.labels > 1 && seen.labels < seen.width / 70 + 2, `${seen.labels} labels`);
+    assert.deepStrictEqual(errors, []);
+    await page.close();
+    await rewrite(logs.b, far, (log) => {
+      for (const m of log.frames.flatMap((f) => f.messages))
+        if (log.channels.get(m.channel).schema === "overtake.Tracks") {
+          const v = json(m.data);
+          for (const t of v.tracks) t.path.x_m[3] = 384e6;
+          m.data = Buffer.from(JSON.stringify(v));
+        }
+      return log;
+    });
+    const { page: overlaid } = await open(browser, (await view(logs.b, far)).url, `${kBare}&compare=overlay`);
+    await goto(overlaid, 39);
+    const paths = await overlaid.evaluate(() => ({ drawn: overtake.view.scenes[1].counts.paths,
+        segments: overtake.view.scenes[1].segmentsOf("paths") }));
+    assert.ok(paths.drawn > 0 && paths.segments > 500 && paths.segments < 10000 * paths.drawn, JSON.stringify(paths));
   },
 
   "damage: a log without summary, without the frames record, and with a broken one": async (

@@ -8,6 +8,7 @@ const { execFileSync } = require("child_process");
 const fs = require("fs");
 const path = require("path");
 const { open, settle, goto, until } = require("./support");
+const { readLog, writeLog } = require("./mcap_file");
 
 // A NumPy file of float32, int32 or bytes: { rows, cols, values }.
 function readNpy(file) {
@@ -61,6 +62,76 @@ module.exports = {
       }
     }
     assert.deepStrictEqual(Object.values(compared), [6, 6, 6, 6, 6]);
+  },
+
+  "images: the height image has the log's values, and no colour where no beam returned": async (
+      { browser, logs, view }) => {
+    const { channels, messages } = await readLog(logs.b), times = [...new Set(messages.map((m) => m.time))],
+        { page } = await open(browser, (await view(logs.b)).url, "images=left,height");
+    const read = (name) => {  // the pixels are the field before the last one, the frame of reference
+      const { data } = messages.find((m) => m.time === times[20] &&
+          channels.get(m.channel).topic === `/left/image/${name}`);
+      const view = new DataView(data.buffer, data.byteOffset + data.length - 6 - 4 * 32 * 857);
+      return { rows: 32, cols: 857, at: (r, c) => view.getFloat32(4 * (857 * r + c), true) };
+    };
+    const height = read("height"), range = read("range");
+    await goto(page, 20);
+    const shown = await page.evaluate(() => {
+      const { images, app } = overtake, image = app.logs[0].frame.images.find((i) => i.name === "height"),
+          canvas = document.querySelector(".strip canvas"),
+          pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data, out = [];
+      for (let row = 0; row < image.rows; ++row)
+        for (let col = row % 7; col < image.cols; col += 7)
+          out.push([row, col, images.valueAt(0, row, col).text,
+              [...pixels.subarray(4 * (row * image.cols + col), 4 * (row * image.cols + col) + 3)]]);
+      return { out, size: [image.rows, image.cols], scale: document.querySelector(".strip .scale").textContent };
+    });
+    assert.deepStrictEqual(shown.size, [height.rows, height.cols]);
+    assert.ok(shown.scale.includes("2.0 m over the road"), shown.scale);
+    let lit = 0;
+    const brightness = new Map();
+    for (const [row, col, text, color] of shown.out) {
+      const value = height.at(row, col);
+      assert.strictEqual(text, Number.isFinite(value) ? `${value.toFixed(3)} m` : "\u2013");
+      if (!(range.at(row, col) > 0)) {
+        assert.deepStrictEqual(color, [0, 0, 0]);
+        continue;
+      }
+      ++lit;
+      if (value < -0.45 || value > 1.9) brightness.set(value < 0 ? "low" : "high", color.reduce((a, b) => a + b, 0));
+    }
+    assert.ok(lit > 1000, `${lit} pixels`);
+    assert.ok(!brightness.has("low") || brightness.get("high") > brightness.get("low"));
+  },
+
+  "latency: the deadline is a line in the plot, at its value": async ({ browser, logs, work, view }) => {
+    const file = path.join(work, "deadline.mcap"), record = JSON.parse(Buffer.from((await readLog(logs.b)).attachments.get(
+        "frames")).toString());
+    const [least, most] = [Math.min, Math.max].map((pick) => pick(...record.frame_us)),
+        deadline_us = Math.round((least + most) / 2);
+    writeLog(file, await readLog(logs.b), (log) => {
+      log.attachments.set("frames", JSON.stringify({ ...record, deadline_us }));
+      return log;
+    });
+    const red = async (log) => {
+      const { page } = await open(browser, (await view(log)).url, "tab=latency&images=none");
+      return page.evaluate((ms) => {
+        const { plot } = overtake.latency.plot, canvas = document.querySelector(".latency .uplot canvas"),
+            y = Math.round(plot.valToPos(ms, "y", true)), { left, width } = plot.bbox;
+        let found = 0;
+        for (let dy = -1; dy <= 1; ++dy) {
+          const line = canvas.getContext("2d").getImageData(left, y + dy, width, 1).data;
+          let count = 0;
+          for (let i = 0; i < line.length; i += 4) if (line[i] > 120 && line[i] > 1.6 * line[i + 2]) ++count;
+          found = Math.max(found, count / width);
+        }
+        return { found, head: document.querySelector(".latency h3").textContent };
+      }, deadline_us / 1000);
+    };
+    const drawn = await red(file), without = await red(logs.b);
+    assert.ok(drawn.found > 0.8, JSON.stringify(drawn));
+    assert.ok(drawn.head.includes(`deadline ${(deadline_us / 1000).toFixed(1)}`), drawn.head);
+    assert.ok(without.found < 0.1 && !without.head.includes("deadline"), JSON.stringify(without));
   },
 
   "images: a pixel marks its point in the 3-D view, and a point its pixel": async ({ browser, logs, view }) => {

@@ -94,6 +94,34 @@ module.exports = {
           `speed ${speed}: ${clock} s of the log in ${wall} s`);
       for (let i = 1; i < samples.length; ++i) assert.ok(samples[i][1] >= samples[i - 1][1]);
     }
+    // Frames that take long are skipped, never queued: each one that comes is the newest that was asked for.
+    await page.evaluate(() => overtake.app.pause());
+    await goto(page, 0);
+    const slow = await page.evaluate(() => new Promise((done) => {
+      const { app } = overtake, [log] = app.logs, receive = log.receive.bind(log), shown = [];
+      let waiting = 0, most = 0;
+      log.receive = (message) => {
+        if (message.type !== "frame") return receive(message);
+        most = Math.max(most, ++waiting);
+        setTimeout(() => { --waiting; receive(message); shown.push(log.frame.index); }, 300);
+      };
+      app.setSpeed(1);
+      app.play();
+      const look = () => {
+        if (app.at < 30) return requestAnimationFrame(look);
+        app.pause();
+        const rest = setInterval(() => {
+          if (!app.isSettled) return;
+          clearInterval(rest);
+          delete log.receive;
+          done({ shown, most, last: app.at });
+        }, 30);
+      };
+      look();
+    }));
+    assert.ok(slow.shown.length < 15 && slow.most === 1, JSON.stringify(slow));
+    assert.ok(slow.shown.every((k, i, all) => i === 0 || k > all[i - 1]), JSON.stringify(slow));
+    assert.strictEqual(slow.shown[slow.shown.length - 1], slow.last);
     await page.evaluate(() => overtake.app.pause());
     await settle(page);
     const paused = await at(page);
@@ -148,7 +176,7 @@ module.exports = {
     await goto(page, 5);
     assert.strictEqual(await page.evaluate(() => document.querySelector(".chip.bad").textContent), "deadline missed");
     await goto(page, 12);
-    assert.strictEqual(await page.evaluate(() => document.querySelector(".chip").textContent), "1 scans lost");
+    assert.strictEqual(await page.evaluate(() => document.querySelector(".chip").textContent), "1 scan lost");
   },
 
   "address: it holds frame, camera, colour, layers, panels and selection, and brings them back": async (

@@ -3,6 +3,7 @@
 //
 // overtake run: detects and tracks on a recording; detections.csv, tracks.csv, timing.csv, config.toml.
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <map>
 #include <optional>
@@ -146,25 +147,26 @@ McapImages images_of(const RunOptions& options) {
                                            : McapImages::kAll;
 }
 
-// Holds frames back until their time, at `rate` times the recording's speed.
+// Holds frames back until their time, at `rate` times the recording's speed. After a jump of the stamps the next frame
+// is due at once: nobody waits for an hour that a clock was set forward, or until the old time comes again.
 class Pace {
  public:
   explicit Pace(double rate) : rate_(rate) {}
   void wait(const io::FrameScans& frame) {
     if (rate_ <= 0 || frame.scans.empty()) return;
-    const int64_t stamp_ns = frame.scans[0].stamp_ns;
-    if (!started_) first_ns_ = stamp_ns, begin_ = Clock::now(), started_ = true;
-    const double ahead_s = (double(stamp_ns) - double(first_ns_)) * 1e-9 / rate_;
-    const auto due = begin_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(ahead_s));
+    const double stamp_s = double(frame.scans[0].stamp_ns) * 1e-9;
+    if (!(std::abs(stamp_s - last_s_) <= kJump_s)) first_s_ = stamp_s, begin_ = Clock::now();
+    last_s_ = stamp_s;
+    const std::chrono::duration<double> ahead((stamp_s - first_s_) / rate_);
+    const auto due = begin_ + std::chrono::duration_cast<Clock::duration>(ahead);
     while (!interrupted() && Clock::now() < due)
       std::this_thread::sleep_until(std::min(due, Clock::now() + std::chrono::milliseconds(100)));
   }
 
  private:
   using Clock = std::chrono::steady_clock;
-  double rate_;
-  bool started_ = false;
-  int64_t first_ns_ = 0;
+  static constexpr double kJump_s = 2;
+  double rate_, first_s_ = 0, last_s_ = std::nan("");  // no frame yet
   Clock::time_point begin_;
 };
 
@@ -224,7 +226,7 @@ void check_effects(const RunOptions& options, const Config& config, const Sessio
 }
 
 void print_result(const RunOptions& options, const Config& config, const Session& session, const Sinks& sinks,
-                  const LineNotes& lines) {
+                  const LineNotes& lines, const std::string& stream_note) {
   std::printf("%s\n%s", sinks.frame_table.format().c_str(), sinks.times.format().c_str());
   const std::size_t confirmed = sinks.track_table.count();
   if (confirmed > 0) {
@@ -244,6 +246,7 @@ void print_result(const RunOptions& options, const Config& config, const Session
                 share_text(sinks.counts.frames_with_ego(), sinks.counts.frames()).c_str());
   if (const std::string why = io::why_partial(config.input); !why.empty())
     std::printf("note: this log is partial: %s\n", why.c_str());
+  if (!stream_note.empty()) std::printf("note: %s\n", printable(stream_note).c_str());
   lines.print(config.rig);
   print_notes(sinks.counts, session);
   if (sinks.counts.frames_with(OVT_FLAG_EGO_OFF_MAP) > 0 && !is_wrong_map(sinks.counts))
@@ -311,7 +314,7 @@ int run(const RunOptions& options) {
   } else {
     guard.keep();
   }
-  if (!options.quiet) print_result(options, config, session, sinks, lines);
+  if (!options.quiet) print_result(options, config, session, sinks, lines, stream->note());
   if (live) {
     live->view.drain(std::chrono::seconds(1));
     const auto counts = live->view.counts();

@@ -19,6 +19,7 @@
 #include "tools/io/csv.h"
 #include "tools/io/error.h"
 #include "tools/io/kitti_tracking.h"
+#include "tools/io/text.h"
 
 namespace overtake::evaluation {
 namespace {

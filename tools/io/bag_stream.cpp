@@ -12,6 +12,7 @@
 #include "tools/io/error.h"
 #include "tools/io/memory_limit.h"
 #include "tools/io/text.h"
+#include "tools/io/words.h"
 
 namespace overtake::io {
 namespace {
@@ -197,14 +198,30 @@ bool BagStream::read_message() {
       ego_new_.push_back(row);
       remember(ego_, row);
     }
-    if (message.topic == roles_.cars) cars_.add(message.data);
-    if (message.topic == roles_.opponent) remember(opponent_, ego_of_odometry(decode_odometry(message.data)));
+    read_truth(message);
   } catch (const Error&) {
     throw;
   } catch (const std::runtime_error& error) {
     throw Error(place, 0, error.what());
   }
   return true;
+}
+
+// The method never reads the truth, so an odd message of it ends no run.
+void BagStream::read_truth(const BagMessage& message) {
+  try {
+    if (message.topic == roles_.cars) cars_.add(message.data);
+    if (message.topic == roles_.opponent) remember(opponent_, ego_of_odometry(decode_odometry(message.data)));
+  } catch (const std::runtime_error& error) {
+    if (odd_truths_++ > 0) return;
+    first_odd_truth_ = "message " + std::to_string(message.number) + " on " +
+                       bag_->topics()[std::size_t(message.topic)].name + ": " + error.what();
+  }
+}
+
+std::string BagStream::note() const {
+  if (odd_truths_ == 0) return "";
+  return counted(odd_truths_, "message") + " with the truth could not be read; the first: " + first_odd_truth_;
 }
 
 bool BagStream::next(FrameScans& out) {

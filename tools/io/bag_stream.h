@@ -42,9 +42,11 @@ class BagStream : public ScanStream {
   const std::string& damage() const override { return damage_; }
   double progress() const override { return bag_->progress(); }
   bool has_ego() const override { return roles_.ego >= 0; }
+  std::string note() const override;
 
  private:
   bool read_message();  // false: the end
+  void read_truth(const BagMessage& message);
   void add_scan(SensorScan scan);
   void set_opponent(FrameScans& frame) const;
 
@@ -56,6 +58,8 @@ class BagStream : public ScanStream {
   std::vector<EgoRow> ego_new_;
   std::deque<EgoRow> ego_, opponent_;  // those of the last seconds
   KnownCars cars_;
+  int64_t odd_truths_ = 0;
+  std::string first_odd_truth_;
   int64_t last_ego_ns_ = INT64_MIN, next_frame_ = 0;
   uint64_t waiting_bytes_ = 0, ego_rows_ = 0;  // of frames_; total number, because the receiver keeps all
   bool ended_ = false;

@@ -28,6 +28,8 @@ class ScanStream {
   virtual const std::string& damage() const = 0;  // why reading ended early; "": it did not
   virtual double progress() const = 0;            // 0 to 1
   virtual bool has_ego() const { return false; }  // whether take_ego may return any
+  // What could not be read so far and changes no result, in words; "": nothing.
+  virtual std::string note() const { return ""; }
   // Number of files that were unreadable and left out; the error of the first one.
   virtual int64_t lost_count() const { return 0; }
   virtual std::string first_loss() const { return ""; }

@@ -29,6 +29,7 @@ namespace http = beast::http;
 namespace websocket = beast::websocket;
 using net::ip::tcp;
 using RawRequest = http::request<http::empty_body>;
+using Headers = std::vector<std::pair<std::string, std::string>>;
 
 constexpr auto kPatience = std::chrono::seconds(30);  // for a request, and for the next bytes of a response to be taken
 constexpr std::size_t kPieceBytes = 256 << 10;        // of a file, in memory
@@ -40,9 +41,9 @@ Request request_of(const RawRequest& raw) {
     return raw.count(field) == 1 ? view_of(raw[field]) : std::string_view();
   };
   const std::string_view target = view_of(raw.target());
-  return {view_of(raw.method_string()), target.substr(0, target.find('?')), header(http::field::host),
-          header(http::field::origin),  header(http::field::range),         header(http::field::if_match),
-          header(http::field::if_range)};
+  const std::string_view origin = raw.count(http::field::origin) > 1 ? kManyOrigins : header(http::field::origin);
+  return {view_of(raw.method_string()), target.substr(0, target.find('?')), header(http::field::host),    origin,
+          header(http::field::range),   header(http::field::if_match),      header(http::field::if_range)};
 }
 
 // Reads up to `size` bytes from a place of a file. Fewer: the file is shorter now, or damaged.
@@ -64,7 +65,7 @@ File::~File() { close(fd_); }
 // The loop's thread alone touches connections and the list of them.
 class HttpServer::Loop {
  public:
-  Loop(const std::string& address, int32_t port, HttpHandler& handler);
+  Loop(const std::string& address, int32_t port, HttpHandler& handler, std::chrono::milliseconds most_silence);
   void run() {
     while (!io_.stopped()) try {
         io_.run();
@@ -81,6 +82,7 @@ class HttpServer::Loop {
   void make_room();
 
   HttpHandler& handler_;
+  const std::chrono::milliseconds most_silence_;
   std::set<Connection*> connections_;  // outlives io_, which destroys the connections
   uint64_t next_number_ = 0;
   net::io_context io_{1};
@@ -94,12 +96,16 @@ class HttpServer::Loop::Socket : public std::enable_shared_from_this<Socket> {
   Socket(beast::tcp_stream stream, RawRequest request, std::shared_ptr<SocketClient> client)
       : stream_(std::move(stream)), request_(std::move(request)), client_(std::move(client)) {}
 
-  void start(const std::string& protocol) {
+  // headers: of a response that refuses a bad handshake.
+  void start(const std::string& protocol, const Headers& headers, std::chrono::milliseconds most_silence) {
     beast::get_lowest_layer(stream_).expires_never();
-    stream_.set_option(websocket::stream_base::timeout{kPatience, websocket::stream_base::none(), false});
-    stream_.set_option(websocket::stream_base::decorator([protocol](websocket::response_type& response) {
+    stream_.set_option(websocket::stream_base::timeout{kPatience, most_silence, true});
+    stream_.set_option(websocket::stream_base::decorator([protocol, headers](websocket::response_type& response) {
       response.set(http::field::server, "overtake");
-      response.set(http::field::sec_websocket_protocol, protocol);
+      if (response.result() == http::status::switching_protocols)
+        response.set(http::field::sec_websocket_protocol, protocol);
+      else
+        for (const auto& [name, value] : headers) response.set(name, value);
     }));
     stream_.read_message_max(64 << 10);
     stream_.auto_fragment(false);
@@ -181,7 +187,7 @@ class HttpServer::Loop::Connection : public std::enable_shared_from_this<Connect
       if (error == http::error::end_of_stream || error.category() != http::make_error_code({}).category())
         return self->close();
       self->keep_alive_ = false;
-      self->send({400, "text/plain; charset=utf-8", {}, "This request cannot be read.\n", {}}, false, 11);
+      self->send(self->loop_.handler_.explain(400, "This request cannot be read.\n"), false, 11);
     });
   }
 
@@ -196,7 +202,7 @@ class HttpServer::Loop::Connection : public std::enable_shared_from_this<Connect
       upgrade(std::move(raw));
     } catch (const std::exception& error) {
       keep_alive_ = false;
-      send({500, "text/plain; charset=utf-8", {}, std::string(error.what()) + "\n", {}}, is_head, version);
+      send(loop_.handler_.explain(500, std::string(error.what()) + "\n"), is_head, version);
     }
   }
 
@@ -222,7 +228,7 @@ class HttpServer::Loop::Connection : public std::enable_shared_from_this<Connect
     loop_.connections_.erase(this);
     const auto socket = std::make_shared<Socket>(std::move(stream_), std::move(raw), std::move(client));
     *later = socket;
-    socket->start(chosen);
+    socket->start(chosen, loop_.handler_.explain(400, "").headers, loop_.most_silence_);
   }
 
   void send(Response response, bool is_head, unsigned version) {
@@ -289,7 +295,9 @@ class HttpServer::Loop::Connection : public std::enable_shared_from_this<Connect
   bool waits_ = false, keep_alive_ = false;
 };
 
-HttpServer::Loop::Loop(const std::string& address, int32_t port, HttpHandler& handler) : handler_(handler) {
+HttpServer::Loop::Loop(const std::string& address, int32_t port, HttpHandler& handler,
+                       std::chrono::milliseconds most_silence)
+    : handler_(handler), most_silence_(most_silence) {
   beast::error_code error;
   const auto fail = [&](const std::string& what) {
     if (error) throw io::Error(address + ":" + std::to_string(port), 0, what + ": " + error.message());
@@ -339,8 +347,9 @@ void HttpServer::Loop::make_room() {
   if (oldest) oldest->close();
 }
 
-HttpServer::HttpServer(const std::string& address, int32_t port, HttpHandler& handler)
-    : loop_(std::make_unique<Loop>(address, port, handler)) {}
+HttpServer::HttpServer(const std::string& address, int32_t port, HttpHandler& handler,
+                       std::chrono::milliseconds most_silence)
+    : loop_(std::make_unique<Loop>(address, port, handler, most_silence)) {}
 
 void HttpServer::start() {
   thread_ = std::thread([this] { loop_->run(); });

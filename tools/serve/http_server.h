@@ -6,8 +6,10 @@
 //
 // A slow or silent client costs others nothing: nothing blocks, a request must arrive within 30 s, and beyond
 // kMostConnections the longest silent connection is closed for a new one. Requests have no body and 8 KiB at most.
+// A silent WebSocket is pinged, and closed if it does not answer: its peer may be gone without a word.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -21,8 +23,11 @@
 namespace overtake::serve {
 
 inline constexpr std::size_t kMostConnections = 256;
+inline constexpr std::chrono::milliseconds kMostSilence(60'000);  // of a WebSocket; a ping comes after half of it
 
-// Valid during the call that receives it. A header that is missing, or there twice, is "".
+// Valid during the call that receives it. A header that is missing, or there twice, is "". Two origins are
+// kManyOrigins, which no origin equals: "" would be a request of no page.
+inline constexpr std::string_view kManyOrigins = "(many)";
 struct Request {
   std::string_view method, path;  // path: without the query, not decoded
   std::string_view host, origin, range, if_match, if_range;
@@ -77,6 +82,8 @@ class HttpHandler {
   virtual ~HttpHandler() = default;
   // Called on the server's thread.
   virtual Response respond(const Request& request) = 0;
+  // A response to what is no request (400), or to one whose response failed (500).
+  virtual Response explain(int32_t status, const std::string& text) = 0;
   // A WebSocket. Null: refused, with the status of `refusal`. `chosen`: the subprotocol. `wake` may be called on any
   // thread for as long as the server exists.
   virtual std::shared_ptr<SocketClient> accept(const Request& request, const std::vector<std::string>& protocols,
@@ -87,7 +94,8 @@ class HttpServer {
  public:
   // Takes the port (0: a free one). The handler must outlive the server. Throws io::Error if the port is taken or the
   // address is not one of this machine.
-  HttpServer(const std::string& address, int32_t port, HttpHandler& handler);
+  HttpServer(const std::string& address, int32_t port, HttpHandler& handler,
+             std::chrono::milliseconds most_silence = kMostSilence);
   ~HttpServer();  // ends every connection at once
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;

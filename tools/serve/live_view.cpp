@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <thread>
+#include <utility>
 
 #include "pipeline/overtake.h"
 
@@ -53,6 +54,33 @@ Json describe(const cli::ViewChannel& channel) {
           {"schemaEncoding", channel.schema_encoding}};
 }
 
+// A client's request. A mistake in it is a sentence, and the rest of the request is not followed.
+struct LiveRequest {
+  struct Wish {
+    uint32_t id = 0, channel = 0;
+  };
+  std::vector<Wish> subscribe;
+  std::vector<uint32_t> unsubscribe;
+  std::string mistake;
+};
+
+LiveRequest parse_request(std::string_view data, bool text) {
+  LiveRequest request;
+  try {
+    if (!text) throw std::runtime_error("binary messages are not expected");
+    const Json json = Json::parse(data);
+    const std::string op = json.at("op");
+    if (op == "subscribe")
+      for (const Json& wish : json.at("subscriptions"))
+        request.subscribe.push_back({wish.at("id"), wish.at("channelId")});
+    else if (op == "unsubscribe")
+      for (const Json& id : json.at("subscriptionIds")) request.unsubscribe.push_back(id);
+  } catch (const std::exception& error) {
+    request.mistake = error.what();
+  }
+  return request;
+}
+
 struct FrameMessage {
   uint16_t channel;
   int64_t stamp_ns;
@@ -77,6 +105,8 @@ struct LiveView::State {
   std::vector<cli::ViewChannel> channels;
   std::set<Client*> clients;
   LiveFrame pending;
+  bool in_frame = false;
+  std::set<uint16_t> wanted;  // of the frame that is being written: what clients asked for before it began
   Counts counts;
   std::string session;
 };
@@ -118,17 +148,18 @@ class LiveView::Client : public SocketClient {
       return true;
     }
     while (true) {
-      for (; frame_ && next_ < frame_->size(); ++next_) {
-        const auto subscribed = subscriptions_.find((*frame_)[next_].channel);
-        if (subscribed == subscriptions_.end()) continue;
-        out = data_message(subscribed->second, (*frame_)[next_++]);
+      for (; frame_.messages && next_ < frame_.messages->size(); ++next_) {
+        const FrameMessage& message = (*frame_.messages)[next_];
+        const auto subscribed = subscriptions_.find(message.channel);
+        if (subscribed == subscriptions_.end() || !frame_.channels.contains(message.channel)) continue;
+        out = data_message(subscribed->second, message);
+        ++next_;
         return true;
       }
-      if (frame_) ++state_->counts.sent;
-      frame_ = std::move(slot_);
-      slot_.reset();
+      if (frame_.messages) ++state_->counts.sent;
+      frame_ = std::exchange(slot_, {});
       next_ = 0;
-      if (!frame_) return false;
+      if (!frame_.messages) return false;
       if (dropped_ == told_) continue;
       told_ = dropped_;
       out = status_message(1, "frames",
@@ -139,19 +170,14 @@ class LiveView::Client : public SocketClient {
   }
 
   bool receive(std::string_view data, bool text) override {
+    LiveRequest request = parse_request(data, text);  // without the mutex: the run must not wait for it
     const std::lock_guard lock(state_->mutex);
     if (answers_.size() >= kMostAnswers) return false;
-    try {
-      if (!text) throw std::runtime_error("binary messages are not expected");
-      const Json json = Json::parse(data);
-      const std::string op = json.at("op");
-      if (op == "subscribe")
-        for (const Json& wish : json.at("subscriptions")) subscribe(wish.at("id"), wish.at("channelId"));
-      else if (op == "unsubscribe")
-        for (const Json& id : json.at("subscriptionIds")) unsubscribe(id);
-    } catch (const std::exception& error) {
-      answers_.push_back(status_message(2, "request", std::string("a request was not understood: ") + error.what()));
-    }
+    for (const LiveRequest::Wish& wish : request.subscribe)
+      if (request.mistake.empty()) request.mistake = subscribe(wish);
+    for (const uint32_t id : request.unsubscribe) unsubscribe(id);
+    if (!request.mistake.empty())
+      answers_.push_back(status_message(2, "request", "a request was not understood: " + request.mistake));
     return true;
   }
 
@@ -159,32 +185,58 @@ class LiveView::Client : public SocketClient {
   bool wants(const cli::ViewChannel& channel) const {
     return has(channel.id) && (channel.once ? !had_.contains(channel.id) : !is_stalled());
   }
+  // Adds the channels of a frame that this client wants to `wanted`; none while it takes nothing.
+  void begin_frame(std::set<uint16_t>& wanted) {
+    wished_.clear();
+    for (const cli::ViewChannel& channel : state_->channels)
+      if (has(channel.id) && !channel.once) wished_.insert(channel.id);
+    if (!is_stalled()) wanted.insert(wished_.begin(), wished_.end());
+  }
   void give_once(const FrameMessage& message) {
     if (!has(message.channel) || !had_.insert(message.channel).second) return;
     answers_.push_back(data_message(subscriptions_.at(message.channel), message));
     wake_();
   }
-  void give(const std::shared_ptr<const LiveFrame>& frame) {
-    if (subscriptions_.empty()) return;
+  // A client that took nothing at the frame's begin gets it if others wanted all that this client wants.
+  void give(const std::shared_ptr<const LiveFrame>& frame, const std::set<uint16_t>& wanted) {
+    if (wished_.empty()) return;
     ++frames_;
-    if (slot_) ++dropped_, ++state_->counts.dropped;
-    if (frame->empty()) return;
-    slot_ = frame;
+    const bool is_whole = std::includes(wanted.begin(), wanted.end(), wished_.begin(), wished_.end());
+    if (is_whole && frame->empty()) return;
+    if (slot_.messages || !is_whole) ++dropped_, ++state_->counts.dropped;
+    if (!is_whole) return;
+    if (!frame_.messages && !slot_.messages) progress_ = Clock::now();  // nothing was there to take until now
+    slot_ = {frame, wished_};
     wake_();
   }
-  bool has_all() const { return answers_.empty() && !slot_ && !frame_ && advertised_ == state_->channels.size(); }
+  bool has_all() const {
+    return answers_.empty() && !slot_.messages && !frame_.messages && advertised_ == state_->channels.size();
+  }
   bool left_for(Clock::duration time) const { return Clock::now() - progress_ > time; }
   void wake() const { wake_(); }
 
  private:
-  bool is_stalled() const { return slot_ && left_for(kStalled); }
-  void subscribe(uint32_t id, uint32_t channel) {
-    if (channel == 0 || channel > state_->channels.size())
-      throw std::runtime_error("there is no channel " + std::to_string(channel));
-    subscriptions_[uint16_t(channel)] = id;
+  struct Slot {
+    std::shared_ptr<const LiveFrame> messages;
+    std::set<uint16_t> channels;  // that the client wanted at the frame's begin
+  };
+  bool is_stalled() const { return slot_.messages && left_for(kStalled); }
+  // The reason why it cannot be; "": done.
+  std::string subscribe(const LiveRequest::Wish& wish) {
+    if (wish.channel == 0 || wish.channel > state_->channels.size())
+      return "there is no channel " + std::to_string(wish.channel);
+    subscriptions_[uint16_t(wish.channel)] = wish.id;
+    return "";
   }
   void unsubscribe(uint32_t id) {
-    std::erase_if(subscriptions_, [id](const auto& entry) { return entry.second == id; });
+    for (auto at = subscriptions_.begin(); at != subscriptions_.end();) {
+      if (at->second != id) {
+        ++at;
+        continue;
+      }
+      had_.erase(at->first);  // who subscribes again gets the map again
+      at = subscriptions_.erase(at);
+    }
   }
 
   const std::function<void()> wake_;
@@ -192,9 +244,10 @@ class LiveView::Client : public SocketClient {
   std::map<uint16_t, uint32_t> subscriptions_;  // channel: the client's id
   std::set<uint16_t> had_;                      // channels of one message
   std::deque<SocketMessage> answers_;
-  std::size_t advertised_ = 0;                     // channels
-  std::shared_ptr<const LiveFrame> frame_, slot_;  // being sent; the one after it
-  std::size_t next_ = 0;                           // message of frame_
+  std::size_t advertised_ = 0;  // channels
+  std::set<uint16_t> wished_;   // of the frame that is being written
+  Slot frame_, slot_;           // being sent; the one after it
+  std::size_t next_ = 0;        // message of frame_
   int64_t frames_ = 0, dropped_ = 0, told_ = 0;
   Clock::time_point progress_ = Clock::now();
 };
@@ -214,6 +267,7 @@ void LiveView::add_channel(const cli::ViewChannel& channel) {
 bool LiveView::wants(uint16_t channel) const {
   const std::lock_guard lock(state_->mutex);
   const cli::ViewChannel& wanted = state_->channels[std::size_t(channel - 1)];
+  if (state_->in_frame && !wanted.once) return state_->wanted.contains(channel);
   return std::any_of(state_->clients.begin(), state_->clients.end(),
                      [&](const Client* client) { return client->wants(wanted); });
 }
@@ -225,11 +279,19 @@ void LiveView::write(uint16_t channel, int64_t stamp_ns, std::string_view data) 
   for (Client* client : state_->clients) client->give_once(message);
 }
 
+void LiveView::begin_frame() {
+  const std::lock_guard lock(state_->mutex);
+  state_->in_frame = true;
+  state_->wanted.clear();
+  for (Client* client : state_->clients) client->begin_frame(state_->wanted);
+}
+
 void LiveView::end_frame() {
   const std::lock_guard lock(state_->mutex);
   const auto frame = std::make_shared<const LiveFrame>(std::move(state_->pending));
   state_->pending.clear();
-  for (Client* client : state_->clients) client->give(frame);
+  state_->in_frame = false;
+  for (Client* client : state_->clients) client->give(frame, state_->wanted);
 }
 
 LiveView::Counts LiveView::counts() const {

@@ -6,7 +6,8 @@
 //
 // A client has one slot: a frame that it has not taken yet is replaced by the next one and counted. So a slow client
 // gets the newest frame, and no client ever delays the run. A message that nobody subscribed to, and one for clients
-// that have taken nothing for 0.1 s, is not encoded.
+// that have taken nothing for 0.1 s, is not encoded. What a frame has is settled at its begin: a client that subscribes
+// in the middle of a frame gets the next one, never a part.
 #pragma once
 
 #include <chrono>
@@ -30,6 +31,7 @@ class LiveView : public cli::ViewSink, public SocketAcceptor {
   void add_channel(const cli::ViewChannel& channel) override;
   bool wants(uint16_t channel) const override;
   void write(uint16_t channel, int64_t stamp_ns, std::string_view data) override;
+  void begin_frame() override;
   void end_frame() override;
 
   struct Counts {

@@ -79,13 +79,13 @@ bool is_numeric_address(const std::string& host) {
   return inet_pton(AF_INET, host.c_str(), bytes) == 1;
 }
 
-std::string own_name() {
+}  // namespace
+
+std::string machine_name() {
   char name[256] = "";
   gethostname(name, sizeof name - 1);
   return name;
 }
-
-}  // namespace
 
 std::optional<ByteRange> parse_range(std::string_view header, uint64_t bytes) {
   constexpr std::string_view kUnit = "bytes=";
@@ -105,7 +105,7 @@ std::optional<ByteRange> parse_range(std::string_view header, uint64_t bytes) {
   return ByteRange{*first, end - *first + 1};
 }
 
-bool is_own_host(std::string_view host, int32_t port, bool open) {
+bool is_own_host(std::string_view host, int32_t port, bool open, const std::string& machine) {
   std::string name(host);
   const std::string suffix = ":" + std::to_string(port);
   if (name.ends_with(suffix))
@@ -114,11 +114,11 @@ bool is_own_host(std::string_view host, int32_t port, bool open) {
     return false;
   name = io::lower_case(name);
   if (name == "localhost" || name == "127.0.0.1") return true;
-  return open && (is_numeric_address(name) || (!name.empty() && name == own_name()));
+  return open && (is_numeric_address(name) || (!name.empty() && name == io::lower_case(machine)));
 }
 
 ViewServer::ViewServer(const ViewServerOptions& options) : options_(options) {
-  server_ = std::make_unique<HttpServer>(options_.address, options_.port, *this);
+  server_ = std::make_unique<HttpServer>(options_.address, options_.port, *this, options_.most_silence);
   server_->start();
 }
 
@@ -170,6 +170,12 @@ Response ViewServer::respond(const Request& request) {
   auto refusal = refuse(request);
   Response response = refusal ? std::move(*refusal) : route(request);
   add_headers(request, response);
+  return response;
+}
+
+Response ViewServer::explain(int32_t status, const std::string& text) {
+  Response response = text_response(status, text);
+  add_headers({}, response);
   return response;
 }
 

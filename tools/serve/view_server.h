@@ -5,6 +5,7 @@
 // which headers a response has, how ranges work.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -23,9 +24,12 @@ struct ByteRange {
 // Nothing: no range is meant (another unit), the whole resource is. Of "bytes=a-b", "bytes=a-", "bytes=-n" only one.
 std::optional<ByteRange> parse_range(std::string_view header, uint64_t bytes);
 
+// Of this computer; "" if it has none.
+std::string machine_name();
+
 // Whether a Host header names this server: localhost or 127.0.0.1 with its port. open: bound to another address, then
-// any numeric address and the machine's own name, too. A page of another site cannot use those names (DNS rebinding).
-bool is_own_host(std::string_view host, int32_t port, bool open);
+// any numeric address and the machine's name, too. A page of another site cannot use those names (DNS rebinding).
+bool is_own_host(std::string_view host, int32_t port, bool open, const std::string& machine = machine_name());
 
 // Takes the WebSocket connections of a live run.
 class SocketAcceptor {
@@ -42,6 +46,7 @@ struct ViewServerOptions {
   std::string at;                          // stamp of a frame to show; "": the first
   std::vector<std::string> allow_origins;  // pages of other sites that may connect
   SocketAcceptor* live = nullptr;          // null: no live run. Must outlive the server
+  std::chrono::milliseconds most_silence = kMostSilence;
 };
 
 class ViewServer final : public HttpHandler {
@@ -53,6 +58,7 @@ class ViewServer final : public HttpHandler {
 
  private:
   Response respond(const Request& request) override;
+  Response explain(int32_t status, const std::string& text) override;
   std::shared_ptr<SocketClient> accept(const Request& request, const std::vector<std::string>& protocols,
                                        std::function<void()> wake, std::string& chosen, Response& refusal) override;
   // The reason to refuse a request of this Host and Origin; nothing: it is welcome.

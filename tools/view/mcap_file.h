@@ -22,6 +22,7 @@ class McapFile : public ViewSink {
   void add_channel(const ViewChannel& channel) override;
   bool wants(uint16_t channel) const override;
   void write(uint16_t channel, int64_t stamp_ns, std::string_view data) override;
+  bool keeps_frames() const override { return true; }
   io::McapWriter& log() { return log_; }  // for attachments, metadata, close
 
  private:

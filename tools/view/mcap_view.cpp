@@ -43,7 +43,10 @@ foxglove::FrameTransform make_transform(int64_t stamp_ns, const char* parent, co
 }  // namespace
 
 McapView::McapView(const Config& config, std::vector<ViewSink*> sinks)
-    : config_(config), sinks_(std::move(sinks)), frames_(config.rig) {
+    : config_(config),
+      sinks_(std::move(sinks)),
+      frames_(config.rig),
+      keeps_frames_(std::any_of(sinks_.begin(), sinks_.end(), [](const ViewSink* s) { return s->keeps_frames(); })) {
   if (!config.map.empty()) map_ = io::read_map(config.map);
 }
 
@@ -80,7 +83,8 @@ void McapView::add(ovt_reader* reader, const ViewFrame& frame) {
   check(ovt_read_tracks(reader, OVT_AT_FRAME_STAMP, &tracks), "tracks");
   last_ns_ = std::max(last_ns_, info.stamp_ns);
   if (info.stamp_ns < 0) return;  // MCAP has no time before 1970
-  frames_.add(reader, frame.number, info, tracks);
+  for (ViewSink* sink : sinks_) sink->begin_frame();
+  if (keeps_frames_) frames_.add(reader, frame.number, info, tracks);
   add_map(info.stamp_ns);
   add_transforms(info);
   add_clouds(reader, info);

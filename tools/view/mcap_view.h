@@ -56,7 +56,8 @@ class McapView {
   const Config config_;
   std::vector<ViewSink*> sinks_;
   std::map<std::string, uint16_t> channels_;
-  FramesRecord frames_;
+  FramesRecord frames_;  // empty without a sink that keeps it: a live run has no end
+  bool keeps_frames_;
   io::MapData map_;
   int64_t last_ns_ = 0;
 };

@@ -33,8 +33,11 @@ class ViewSink {
   virtual bool wants(uint16_t channel) const = 0;
   // Called only for a channel that the sink wants. Throws io::Error.
   virtual void write(uint16_t channel, int64_t stamp_ns, std::string_view data) = 0;
-  // All messages of a frame are written.
+  // The messages between these two calls are those of one frame.
+  virtual void begin_frame() {}
   virtual void end_frame() {}
+  // Whether the record of all frames (frames_record.h) is written to this sink at the end.
+  virtual bool keeps_frames() const { return false; }
 };
 
 }  // namespace overtake::cli

@@ -11,7 +11,8 @@ import type { PickedPoint } from "./view3d";
 
 const kFragmentPause_ms = 300;
 
-export type Change = "info" | "table" | "frame" | "selection" | "settings" | "history" | "hover" | "clock" | "faults";
+export type Change = "info" | "table" | "frame" | "selection" | "settings" | "history" | "hover" | "clock" | "faults" |
+  "run";
 export interface FaultLine { log: number; kind: FaultKind; text: string; id?: string }
 
 export class App implements Listener {
@@ -185,6 +186,15 @@ export class App implements Listener {
     }
     if (log.frame) for (const text of log.frame.missing) this.fault(log, "notice", text);
     this.changed("frame");
+  }
+  // Another run answers: what was known of the one before is gone.
+  reset(log: LogView): void {
+    this.entries = [];
+    this.at = -1;
+    this.state.at = this.state.loop = this.state.selection = null;
+    for (let i = this.faults.length - 1; i >= 0; --i)
+      if (this.faults[i].log === log.index && this.faults[i].kind === "notice") this.faults.splice(i, 1);
+    this.changed("run", "table", "frame", "selection", "history", "faults", "clock");
   }
   historyGrew(): void { this.changed("history"); }
   progress(log: LogView, what: string, share: number): void {

@@ -8,7 +8,7 @@ import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
 import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
 
 export type Point = [number, number, number];
-const kDash_m = 0.8;
+const kDash_m = 0.8, kMostDashes = 500, kMostSegments = 300_000;  // of a log that claims any number of anything
 
 export class Lines {
   readonly object: LineSegments2;
@@ -37,7 +37,7 @@ export class Lines {
 
   segment(a: Point, b: Point): void {
     const length = this.dashed ? Math.hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]) : 0,
-        pieces = this.dashed ? Math.max(1, Math.round(length / kDash_m)) : 1;
+        pieces = this.dashed ? Math.min(kMostDashes, Math.max(1, Math.round(length / kDash_m))) : 1;
     for (let i = 0; i < pieces; ++i) {
       const from = i / pieces, to = this.dashed ? (i + 0.55) / pieces : 1;
       this.put(a.map((v, k) => v + (b[k] - v) * from) as Point, a.map((v, k) => v + (b[k] - v) * to) as Point);
@@ -49,6 +49,7 @@ export class Lines {
   }
 
   private put(a: Point, b: Point): void {
+    if (this.count >= kMostSegments) return;
     if (this.count * 6 + 6 > this.positions.length) this.reserve(2 * this.positions.length / 6);
     this.positions.set(a, this.count * 6);
     this.positions.set(b, this.count * 6 + 3);

@@ -19,7 +19,7 @@ export const kColors = { detection: 0x4da3ff, ref: 0xffffff, variance: 0xffa530,
     tentative: 0x98a2b0, truth: 0xff6ad5,
                          map: 0x5d6b80, ego: 0xe8ecf2, ring: 0x262d38, selected: 0xffe14d };
 const kSecondHue = { detection: 0xc58bff, confirmed: 0xffb347, tentative: 0xb09a80 };
-const kTrail_s = 3, kEllipsePoints = 32, kWidestEllipse_m = 10, kRings_m = [25, 50, 100, 150, 200];
+const kTrail_s = 3, kMostTrail = 1000, kEllipsePoints = 32, kWidestEllipse_m = 10, kRings_m = [25, 50, 100, 150, 200];
 const kLineLayers = ["rings", "map", "truth", "trails", "paths", "covariance", "headings", "detections", "tracks",
     "ego"] as const;
 const kWidths_px: Record<string, number> = { rings: 1, map: 1.5, trails: 2, covariance: 1.2, headings: 1.8,
@@ -253,7 +253,8 @@ export class LogScene {
     const id = BigInt(t.id), slot = Number(id & 0xffffffffn), generation = Number(id >> 32n), points: Point[] = [],
         stamps = this.log.table?.stamps;
     if (!stamps) return;
-    for (let index = frame.index; index >= 0 && Number(frame.stamp - stamps[index]) <= kTrail_s * 1e9; --index) {
+    const oldest = Math.max(0, frame.index - kMostTrail);
+    for (let index = frame.index; index >= oldest && Number(frame.stamp - stamps[index]) <= kTrail_s * 1e9; --index) {
       const rows = this.log.history.get(index);
       for (let k = 0; rows && k < rows.length; k += kHistory.length)
         if (rows[k] === slot && rows[k + 1] === generation) {

@@ -9,6 +9,7 @@ export interface Listener {
   opened(log: LogView): void;
   tableChanged(log: LogView): void;
   frameArrived(log: LogView, live: boolean): void;
+  reset(log: LogView): void;
   historyGrew(log: LogView): void;
   progress(log: LogView, what: string, share: number): void;
   fault(log: LogView, kind: FaultKind, text: string, id?: string): void;
@@ -22,7 +23,8 @@ export class LogView {
   readonly history = new Map<number, Float64Array>();
   historyShare = 0;
   traffic: Traffic = { requests: 0, bytes: 0, opened: null };
-  dropped = 0;
+  received = 0;  // frames of a live run
+  dropped = 0;   // of them: not drawn, because newer ones had come
   private readonly worker = new Worker("worker.js");
   private pending: { id: number; index: number } | null = null;
   private next: { index: number; images: string[]; ahead: boolean } | null = null;
@@ -79,10 +81,17 @@ export class LogView {
       case "frame":
       case "noframe": this.receiveFrame(message); break;
       case "live":
+        this.received = message.received;
         this.dropped = message.dropped;
         if (!this.listener.takesLiveFrames) break;
         this.frame = message.frame;
         this.listener.frameArrived(this, true);
+        break;
+      case "reset":
+        this.table = this.frame = null;
+        this.history.clear();
+        this.received = this.dropped = 0;
+        this.listener.reset(this);
         break;
       case "history":
         for (const { index, rows } of message.rows) this.history.set(index, rows);

@@ -15,7 +15,7 @@ import { LatencyPanel } from "./panels/latency";
 import { LogPanel } from "./panels/log";
 import { ObjectsPanel } from "./panels/objects";
 import { kLayers, kTabs, type Tab } from "./state";
-import { flagNames, marksOf, Timeline } from "./timeline";
+import { flagNames, lostText, marksOf, Timeline } from "./timeline";
 import type { LogList } from "./types";
 import { View3d } from "./view3d";
 
@@ -36,7 +36,10 @@ function makeHeader(app: App): HTMLElement {
       `${app.logs.length > 1 ? `${"AB"[log.index]}  ` : ""}${log.name}`))));
   app.on(["frame", "clock", "table"], () => {
     const { entry } = app, frame = app.logs[0]?.frame, table = app.logs[0]?.table;
-    if (!entry) return;
+    if (!entry) {
+      setText(facts, "");
+      return;
+    }
     const parts = [`frame ${app.at} of ${app.entries.length}`, String(entry.stamp)];
     if (frame) parts.push(`${frame.clouds.reduce((sum, c) => sum + c.count, 0).toLocaleString("en")} points`,
         `${frame.detections.length} detections`, `${frame.tracks.length} tracks`);
@@ -45,7 +48,7 @@ function makeHeader(app: App): HTMLElement {
     setText(facts, parts.join("   "));
     const names = table && entry.frames[0] >= 0 ? flagNames(table.flags[entry.frames[0]]) : [],
         lost = table?.lostScans[entry.frames[0]] ?? 0;
-    if (lost > 0) names.push(`${lost} scans lost`);
+    if (lost > 0) names.push(lostText(lost));
     if (table && entry.frames[0] >= 0 && marksOf(table, entry.frames[0]).missed && !names.includes("deadline missed"))
       names.push("deadline missed");
     chips.replaceChildren(...names.map((name) => el("span", { class: name === "deadline missed" ? "chip bad" : "chip" },
@@ -195,6 +198,7 @@ async function start(): Promise<void> {
       if (app.state.camera) view.cameraState = app.state.camera, view.update();
     }
   });
+  app.on(["run"], () => view.forgetPlace());
   const images = new ImagesPanel(app), objects = new ObjectsPanel(app), latency = new LatencyPanel(app),
       logPanel = new LogPanel(app);
   const compare = app.logs.length > 1 ? new ComparePanel(app) : null, timeline = new Timeline(app);

@@ -18,6 +18,8 @@ export const kFlags: [number, string][] = [
 export const flagNames = (flags: number): string[] =>
     kFlags.filter(([bit]) => Math.floor(flags / bit) % 2 === 1).map(([, name]) => name);
 
+export const lostText = (scans: number): string => `${scans} ${scans === 1 ? "scan" : "scans"} lost`;
+
 const kMissed = "#ff5c5c", kLost = "#ffb020", kBar = "#2e5f94", kBarB = "#7d5a2c";
 
 // What is marked on a frame.
@@ -28,6 +30,9 @@ export function marksOf(table: FrameTable, index: number): { missed: boolean; lo
   return { missed: has(512) || (table.deadline_us !== null && took > table.deadline_us),
       lost: table.lostScans[index] > 0 || has(4) || has(262144) };
 }
+
+// What is drawn in a column of pixels: of all its frames the tallest bar and every mark.
+interface Column { x: number; height: number; absent: boolean; missed: boolean; lost: boolean }
 
 export class Timeline {
   readonly root = el("footer", { class: "timeline" });
@@ -42,6 +47,7 @@ export class Timeline {
   private width = 0;
   private height = 0;
   marked = { missed: 0, lost: 0 };
+  drawn = { bars: 0, labels: 0 };  // for tests
 
   constructor(private readonly app: App) {
     const controls = el("div", { class: "controls" },
@@ -126,7 +132,7 @@ export class Timeline {
     const parts = [`frame ${i}`, `${clockText(app.seconds(entry.stamp))} s`];
     if (table && frame >= 0) {
       parts.push(`${fixed(table.frame_us[frame] / 1000, 2)} ms`);
-      if (table.lostScans[frame] > 0) parts.push(`${table.lostScans[frame]} scans lost`);
+      if (table.lostScans[frame] > 0) parts.push(lostText(table.lostScans[frame]));
       parts.push(...flagNames(table.flags[frame]));
     }
     this.tip.hidden = false;
@@ -153,33 +159,50 @@ export class Timeline {
     let highest = deadline ?? 0;
     for (const table of tables) for (const us of table?.frame_us ?? []) if (us > highest) highest = us;
     const bar = Math.max(1, this.width / Math.max(1, app.entries.length) - 0.5);
+    const columns = tables.map(() => Array.from({ length: this.width + 1 }, (): Column => (
+        { x: NaN, height: -1, absent: false, missed: false, lost: false })));
     for (const entry of app.entries) {
       const x = this.x(entry.stamp);
       for (const [log, table] of tables.entries()) {
-        const frame = entry.frames[log];
+        const frame = entry.frames[log], column = columns[log][Math.floor(x)];
+        if (!column) continue;
+        if (Number.isNaN(column.x)) column.x = x;
         if (!table || frame < 0) {
-          g.fillStyle = "#3b2f4d";
-          g.fillRect(x, base - 3, bar, 3);
+          column.absent = true;
           continue;
         }
         const us = table.frame_us[frame], marks = marksOf(table, frame),
             height = Number.isFinite(us) && highest > 0 ? us / highest * (base - top) : 2;
-        g.fillStyle = log === 0 ? kBar : kBarB;
-        g.fillRect(x, base - height, log === 0 ? bar : Math.max(1, bar / 2), height);
-        if (marks.missed) ++this.marked.missed, g.fillStyle = kMissed, g.fillRect(x, 0, Math.max(2, bar), 6);
-        if (marks.lost) ++this.marked.lost, g.fillStyle = kLost, g.fillRect(x, 6, Math.max(2, bar), 5);
+        if (height > column.height) column.height = height;
+        if (marks.missed) ++this.marked.missed, column.missed = true;
+        if (marks.lost) ++this.marked.lost, column.lost = true;
       }
     }
+    this.drawn = { bars: 0, labels: 0 };
+    const fill = (color: string, x: number, y: number, width: number, height: number): void => {
+      g.fillStyle = color;
+      g.fillRect(x, y, width, height);
+      ++this.drawn.bars;
+    };
+    for (const [log, list] of columns.entries())
+      for (const { x, height, absent, missed, lost } of list) {
+        if (absent) fill("#3b2f4d", x, base - 3, bar, 3);
+        if (height >= 0) fill(log === 0 ? kBar : kBarB, x, base - height, log === 0 ? bar : Math.max(1, bar / 2), height);
+        if (missed) fill(kMissed, x, 0, Math.max(2, bar), 6);
+        if (lost) fill(kLost, x, 6, Math.max(2, bar), 5);
+      }
     if (deadline !== null) {
       g.fillStyle = "rgba(255,92,92,0.55)";
       g.fillRect(0, base - deadline / highest * (base - top), this.width, 1);
     }
     g.fillStyle = "#7d8797";
     g.font = "10px system-ui, sans-serif";
-    const whole = app.seconds(app.last), step = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300,
-        600].find((s) => whole / s < this.width / 70) ?? 1200;
+    const whole = app.seconds(app.last), most = Math.max(1, this.width / 70);
+    let step = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600].find((s) => whole / s < most) ?? 1200;
+    while (whole / step > most) step *= 2;  // a log of odd stamps lasts for years
     for (let s = 0; whole > 0 && s <= whole; s += step) {
       const x = s / whole * (this.width - 1);
+      ++this.drawn.labels;
       g.fillRect(x, base, 1, 3);
       g.fillText(`${Number(s.toFixed(1))} s`, Math.min(x + 3, this.width - 30), this.height - 4);
     }

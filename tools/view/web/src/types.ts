@@ -127,7 +127,8 @@ export type FromWorker =
   | { type: "table"; table: FrameTable; complete: boolean; forgotten?: number }  // forgotten: first rows that left it
   | { type: "progress"; what: string; share: number }
   | { type: "frame"; id: number; frame: Frame; traffic: Traffic }
-  | { type: "live"; frame: Frame; dropped: number }
+  | { type: "live"; frame: Frame; received: number; dropped: number }  // frames so far
+  | { type: "reset" }                                                  // another run answers: its frames follow
   | { type: "history"; rows: HistoryRows[]; share: number }
   | { type: "traffic"; traffic: Traffic }
   | { type: "noframe"; id: number }

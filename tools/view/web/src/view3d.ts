@@ -14,7 +14,8 @@ import type { Ego } from "./types";
 interface Viewport { scene: LogScene; left: number; width: number }
 export interface PickedPoint { log: number; sensor: string; point: number }
 
-const kBackground = 0x0d1014, kPickRadius_px = 7, kLetter_px = 6.2, kLine_px = 14;
+const kBackground = 0x0d1014, kPickRadius_px = 7, kLetter_px = 6.2, kLine_px = 14,
+    kMostLabels = 300;
 const kStart = { position: new THREE.Vector3(-17, 0, 10), target: new THREE.Vector3(16, 0, 0) }, kTopHeight_m = 90,
     kTopTarget = new THREE.Vector3(22, 0, 0);
 
@@ -83,6 +84,9 @@ export class View3d {
     for (const controls of Object.values(this.controls)) controls.update();
     this.invalidate();
   }
+
+  // The vehicle of another run stands elsewhere on the map.
+  forgetPlace(): void { this.anchor = null; }
 
   // The camera in the vehicle's frame: position, target, zoom.
   get cameraState(): number[] {
@@ -193,6 +197,7 @@ export class View3d {
       for (const label of scene.labels) {
         const at = this.project(i, label.at);
         if (!at || at[0] < left || at[0] > left + width - 30 || at[1] < 40 || at[1] > height) continue;
+        if (used >= kMostLabels) break;
         const right = at[0] + kLetter_px * label.text.length;
         let top = at[1];
         if (label.kind !== "ring") {

@@ -38,7 +38,8 @@ export class LogPanel {
       app.on(["frame", "settings"], () => {
         if (app.state.tab !== "log") return;
         const { requests, bytes, opened } = log.traffic;
-        setText(traffic, log.info?.live ? `${log.dropped} frames not drawn because newer ones had come` :
+        setText(traffic, log.info?.live
+            ? `${log.received} frames received, ${log.dropped} of them not drawn because newer ones had come` :
           `read so far: ${requests} requests, ${bytesText(bytes)}${opened
               ? `; to open: ${opened.requests} requests, ${bytesText(opened.bytes)}` : ""}`);
         counters.set(Object.entries(log.frame?.counters ?? {}).flatMap(([name, value]) =>

@@ -18,7 +18,7 @@ export const kFrameSchemas = new Set([...kCloudSchemas, kOdometry, "foxglove.Fra
 
 export const sensorOf = (topic: string): string => topic.replace(/^\//, "").replace(/\/(points|image\/.*)$/, "");
 
-const kCell_m = 4, kSide = 96;
+const kCell_m = 4, kSide = 96, kMostItems = 5000;
 
 function multiply(a: Matrix, b: Matrix): Matrix {
   const out = new Array<number>(16);
@@ -31,11 +31,19 @@ const kIdentity: Matrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
 
 const planar = (m: Matrix): Ego => ({ x_m: m[12], y_m: m[13], yaw_rad: Math.atan2(m[1], m[0]) });
 
-// A JSON message's member as a list; [] if it is none: a log can hold anything.
-function list<T>(message: unknown, key: string): T[] {
-  const value = (message as Record<string, unknown> | null)?.[key];
-  return Array.isArray(value) ? value as T[] : [];
+// The objects in a list of a JSON message that fit; [] if there is no list: a log can hold anything. What is left out
+// is told.
+function list<T extends object>(frame: Frame, message: unknown, key: string, fits: (item: T) => boolean = () =>
+    true): T[] {
+  const value = (message as Record<string, unknown> | null)?.[key], all: unknown[] = Array.isArray(value) ? value : [];
+  const good = all.filter((item): item is T => typeof item === "object" && item !== null && fits(item as T));
+  if (good.length < all.length) frame.missing.push(`A frame has ${key} that cannot be read: they are not shown.`);
+  if (good.length > kMostItems)
+    frame.missing.push(`A frame has more than ${kMostItems} ${key}: the others are not shown.`);
+  return good.slice(0, kMostItems);
 }
+const isId = (id: unknown): boolean => typeof id === "string" && /^\d{1,20}$/.test(id);
+const isNumbers = (value: unknown): boolean => Array.isArray(value) && value.length <= kMostItems;
 
 interface Mounted { cloud: decode.Packed; sensor: string }
 
@@ -77,8 +85,14 @@ export function buildFrame(index: number, stamp: bigint, messages: TopicMessage[
           : String(error)}.`);
     }
   }
-  for (const { cloud, sensor } of mounted)
-    frame.clouds.push(unpackCloud(cloud, sensor, findMount(cloud.frame, vehicle, parents, frame)));
+  for (const { cloud, sensor } of mounted) {
+    try {
+      frame.clouds.push(unpackCloud(cloud, sensor, findMount(cloud.frame, vehicle, parents, frame)));
+    } catch (error) {
+      frame.missing.push(`The points of ${sensor} cannot be read: ${error instanceof Error ? error.message
+          : String(error)}.`);
+    }
+  }
   frame.clouds.sort((a, b) => a.sensor.localeCompare(b.sensor));
   frame.road = estimateRoad(frame.clouds);
   return frame;
@@ -105,6 +119,8 @@ function unpackCloud(cloud: decode.Packed, sensor: string, vehicleFromSensor: Ma
   const count = cloud.stride > 0 ? Math.floor(cloud.data.length / cloud.stride) : 0;
   const out: Cloud = { sensor, count, position: new Float32Array(3 * count), fields: {}, vehicleFromSensor };
   for (const field of cloud.fields) {
+    if (field.offset + decode.sizeOfType(field.type) > cloud.stride)
+      throw new RangeError(`the field ${field.name} lies outside of a point`);
     const axis = "xyz".indexOf(field.name);
     if (field.name.length === 1 && axis >= 0) {
       decode.unpackField(cloud, field, out.position, 3, axis);
@@ -118,6 +134,7 @@ function unpackCloud(cloud: decode.Packed, sensor: string, vehicleFromSensor: Ma
 
 function unpackImage(topic: string, data: Uint8Array): Image {
   const raw = decode.decodeImage(data), pixel = raw.encoding === "32FC1" ? 4 : raw.encoding === "rgb8" ? 3 : 1;
+  if (raw.rows === 0 || raw.cols === 0) throw new RangeError("it has no pixels");
   if (raw.step !== raw.cols * pixel || raw.data.length !== raw.rows * raw.step)
     throw new RangeError("its size does not fit its pixels");
   const bytes = raw.data.slice();
@@ -127,20 +144,24 @@ function unpackImage(topic: string, data: Uint8Array): Image {
 }
 
 function readJson(frame: Frame, schema: string, message: unknown): void {
-  const all = message as Record<string, unknown>;
-  if (schema === "overtake.Detections") frame.detections = list<Detection>(message, "detections");
-  if (schema === "overtake.Times") frame.times = list(message, "stages");
+  const all = (message ?? {}) as Record<string, unknown>;
+  if (schema === "overtake.Detections") {
+    frame.detections = list<Detection>(frame, message, "detections", (d) => d.track === undefined || isId(d.track));
+    for (const detection of frame.detections) detection.track ??= "0";
+  }
+  if (schema === "overtake.Times") frame.times = list(frame, message, "stages");
   if (schema === "overtake.Counters") frame.counters = all as Record<string, number | number[]>;
   if (schema === "overtake.Tracks") {
-    frame.tracks = list<Track>(message, "tracks");
+    const none: TrackPath = { x_m: [], y_m: [], var_x: [], var_y: [], cov_xy: [], speed_mps: [] };
+    frame.tracks = list<Track>(frame, message, "tracks", (t) => isId(t.id) &&
+        Object.keys(none).every((key) => isNumbers({ ...none, ...t.path }[key as keyof TrackPath])));
     frame.tracksInMap = all.frame === "map";
     frame.pathStep_s = Number(all.path_step_s ?? 0.1);
-    const none: TrackPath = { x_m: [], y_m: [], var_x: [], var_y: [], cov_xy: [], speed_mps: [] };
     for (const track of frame.tracks) track.path = { ...none, ...track.path }, track.covariance ??= [0, 0, 0];
   }
   if (schema !== "overtake.Truth" && schema !== "overtake.CarStates") return;
   frame.truthInMap = all.frame !== "vehicle";
-  frame.truth = list<Car & { is_ego?: boolean; id?: unknown }>(message, "cars").filter((car) => !car.is_ego)
+  frame.truth = list<Car & { is_ego?: boolean; id?: unknown }>(frame, message, "cars").filter((car) => !car.is_ego)
     .map((car) => ({ ...car, name: String(car.name ?? car.id ?? "car") }));
 }
 

@@ -15,14 +15,16 @@ const kSubprotocols = ["foxglove.sdk.v1", "foxglove.websocket.v1"], kLongestWait
 export class LiveReader {
   private readonly channels = new Map<number, Advertised>();
   private readonly subscribed = new Map<number, number>();  // subscription to channel; the page uses equal numbers
-  private readonly builder = new TableBuilder();
+  private builder = new TableBuilder();
   private socket: WebSocket | null = null;
   private images: string[] = [];
   private collecting: TopicMessage[] = [];
   private collectingStamp = -1n;
   private newest: { stamp: bigint; messages: TopicMessage[] } | null = null;
   private decoding = false;
-  private dropped = 0;
+  private received = 0;  // frames
+  private dropped = 0;   // of them: newer ones had come
+  private session: string | null = null;
   private wait_ms = 250;
   private map: Float64Array[] = [];
 
@@ -57,8 +59,10 @@ export class LiveReader {
 
   private readText(text: string): void {
     const message = JSON.parse(text) as { op: string; channels?: Advertised[]; channelIds?: number[]; message?: string;
-        id?: string };
-    if (message.op === "advertise") {
+        id?: string; sessionId?: string };
+    if (message.op === "serverInfo") {
+      this.beginSession(message.sessionId ?? null);
+    } else if (message.op === "advertise") {
       for (const channel of message.channels ?? []) this.channels.set(channel.id, channel);
       this.subscribe();
       this.post({ type: "opened", info: this.describe() });
@@ -67,6 +71,19 @@ export class LiveReader {
     } else if (message.op === "status" && message.message) {
       this.post({ type: "fault", kind: "notice", text: message.message, id: message.id ?? message.message });
     }
+  }
+
+  // Frames of another run do not belong on the time line of the one before.
+  private beginSession(session: string | null): void {
+    const isOther = this.session !== null && session !== this.session;
+    this.session = session;
+    if (!isOther) return;
+    this.builder = new TableBuilder();
+    this.collecting = [];
+    this.newest = null;
+    this.map = [];
+    this.received = this.dropped = 0;
+    this.post({ type: "reset" });
   }
 
   private subscribe(): void {
@@ -93,10 +110,13 @@ export class LiveReader {
       this.post({ type: "opened", info: this.describe() });
       return;
     }
-    if (stamp !== this.collectingStamp) this.collecting = [];
+    // The counters come between two frames: they are those of the next one.
+    if (stamp !== this.collectingStamp)
+      this.collecting = this.collecting.filter((m) => m.schema === "overtake.Counters");
     this.collectingStamp = stamp;
     this.collecting.push({ topic: channel.topic, schema: channel.schemaName, encoding: channel.encoding, data });
     if (channel.schemaName !== "overtake.Times") return;  // the last message of a frame
+    ++this.received;
     if (this.newest) ++this.dropped;
     this.newest = { stamp, messages: this.collecting };
     this.collecting = [];
@@ -123,7 +143,7 @@ export class LiveReader {
     frame.read_ms = performance.now() - begin_ms;
     this.post({ type: "table", table: this.builder.table(), complete: true, forgotten });
     this.post({ type: "history", rows: [{ index, rows: historyRows(frame) }], share: 1 });
-    this.post({ type: "live", frame, dropped: this.dropped }, this.buffersOf(frame));
+    this.post({ type: "live", frame, received: this.received, dropped: this.dropped }, this.buffersOf(frame));
   }
 
   private describe(): LogInfo {

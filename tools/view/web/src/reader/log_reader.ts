@@ -51,14 +51,12 @@ export class LogReader {
               + "The frames up to the cut are shown." });
     } else {
       this.findReference();
-      const frames = await this.log.readAttachment("frames");
-      try {
-        this.table = frames && readFrames(decodeJson(frames));
-      } catch {
-        this.post({ type: "fault", kind: "damaged",
-            text: "The attachment `frames` cannot be read: the numbers of all frames are "
-                + "collected from the messages." });
-      }
+      this.table = await this.readPart(
+          "The attachment `frames` cannot be read: the numbers of all frames are collected from the messages.",
+          async () => {
+            const frames = await this.log.readAttachment("frames");
+            return frames && readFrames(decodeJson(frames));
+          }, null);
       if (!this.table) {
         this.indexer = this.collectStamps();
         await this.indexer.next();
@@ -70,9 +68,21 @@ export class LogReader {
     this.post({ type: "opened", info: this.info });
     this.post({ type: "traffic", traffic: this.traffic });
     this.postTable(true);
+    for (const text of this.log.losses) this.post({ type: "fault", kind: "damaged", text });
     const reason = this.log.metadata.find((m) => m.name.includes("partial"))?.entries.find(
         ([key]) => key === "reason")?.[1];
     if (reason) this.post({ type: "fault", kind: "notice", text: `The run ended early: ${reason}` });
+  }
+
+  // A part that the page can do without: where it is damaged, a sentence says so.
+  private async readPart<T>(sentence: string, read: () => Promise<T>, without: T): Promise<T> {
+    try {
+      return await read();
+    } catch (error) {
+      if (error instanceof Fault && error.kind !== "damaged") throw error;
+      this.post({ type: "fault", kind: "damaged", text: sentence });
+      return without;
+    }
   }
 
   private describeUnknown(): string {
@@ -98,9 +108,12 @@ export class LogReader {
     for (const c of channels)
       if (c.schema === "foxglove.RawImage")
         (images[sensorOf(c.topic)] ??= []).push(c.topic.split("/image/")[1] ?? c.topic);
-    const config = await this.log.readAttachment("config.toml") ?? await this.log.readAttachment("rig.toml");
-    const map = await this.readMap();
-    this.statics = await this.readStatics(channels);
+    const config = await this.readPart("The configuration in the log cannot be read.", async () =>
+        await this.log.readAttachment("config.toml") ?? await this.log.readAttachment("rig.toml"), null);
+    const map = await this.readPart("The map in the log cannot be read: it is not drawn.", () => this.readMap(), null);
+    this.statics = await this.readPart(
+        "The transforms on /tf_static cannot be read: the sensors' points are drawn as if each sensor was the "
+            + "vehicle's origin.", () => this.readStatics(channels), []);
     const missing: string[] = [];
     if (kind === "race")
       missing.push(
@@ -108,7 +121,7 @@ export class LogReader {
               + "`overtake run LOG --out FOLDER --mcap VIEW.mcap` computes them.");
     if (kind === "view" && !has("foxglove.RawImage")) missing.push("The log has no images (`--mcap-images none`).");
     if (kind === "view" && clouds.length === 0) missing.push("The log has no point clouds.");
-    if (map.length === 0) missing.push("The log has no map.");
+    if (map?.length === 0) missing.push("The log has no map.");
     const unknown = channels.filter((c) => !kFrameSchemas.has(c.schema) && c.schema !== "foxglove.SceneUpdate");
     if (unknown.length > 0)
       missing.push(`The page does not draw ${unknown.length === 1 ? "the topic"
@@ -117,7 +130,7 @@ export class LogReader {
         sensors: clouds.map((c) => sensorOf(c.topic)), images,
              topics: channels.map((c) => ({ topic: c.topic, schema: c.schema, encoding: c.encoding,
                  messages: c.messages, group: "" })),
-             config: config && decodeText(config), metadata: this.log.metadata, map, missing, live: false };
+             config: config && decodeText(config), metadata: this.log.metadata, map: map ?? [], missing, live: false };
   }
 
   private async readMap(): Promise<Float64Array[]> {
@@ -153,7 +166,17 @@ export class LogReader {
       wanted.set(c.id, c);
     }
     const exact = this.info.kind === "view", reach = exact ? 0n : this.halfPeriod();
-    const messages = await this.log.read(new Set(wanted.keys()), stamp - reach, stamp + reach);
+    const lost = new Set<string>();  // topics
+    let damage: Fault | null = null;
+    const messages = await this.log.read(new Set(wanted.keys()), stamp - reach, stamp + reach, (chunk, fault) => {
+      damage = fault;
+      for (const id of chunk.channels) if (wanted.has(id)) lost.add(wanted.get(id)!.topic);
+    });
+    // A comparison needs all numbers; and a frame of nothing is none.
+    if (damage && (numbersOnly || messages.length === 0)) throw damage;
+    if (damage)
+      this.post({ type: "fault", kind: "damaged",
+          text: `${(damage as Fault).message} Frames in it lack ${[...lost].sort().join(", ")}.` });
     const near = exact ? messages : nearest(messages, stamp);
     const byTopic: TopicMessage[] = near.map((m) => ({ ...wanted.get(m.channel)!, data: m.data }));
     const frame = buildFrame(index, stamp, byTopic, this.statics);
@@ -212,7 +235,8 @@ export class LogReader {
     const chunks = this.log.chunks.filter((c) => c.channels.has(id)).sort((a, b) => (a.begin < b.begin ? -1 : 1)),
         kAtOnce = 8;
     for (let i = 0; i < chunks.length; i += kAtOnce) {
-      const lists = await Promise.all(chunks.slice(i, i + kAtOnce).map((c) => this.log.readStamps(c, id)));
+      const lists = await Promise.all(chunks.slice(i, i + kAtOnce).map((c) => this.readPart(
+          "An index in the log is damaged: its frames are not listed.", () => this.log.readStamps(c, id), [])));
       this.addStamps(lists.flat());
       yield Math.min(1, (i + kAtOnce) / chunks.length);
     }

@@ -33,6 +33,7 @@ export class McapLog {
   readonly attachments: Attachment[] = [];
   readonly metadata: { name: string; entries: [string, string][] }[] = [];
   cut: string | null = null;  // why the log has no summary
+  readonly losses: string[] = [];  // sentences: what of the summary could not be read
   private readonly schemas = new Map<number, string>();
   private readonly cache = new Map<Chunk, Unpacked>();
   private cacheBytes = 0;
@@ -63,7 +64,7 @@ export class McapLog {
                                verified: false });
       for (const a of reader.attachmentIndexes)
         this.attachments.push({ name: a.name, offset: Number(a.offset), length: Number(a.length) });
-      for await (const m of reader.readMetadata()) this.metadata.push({ name: m.name, entries: [...m.metadata] });
+      await this.readMetadata(reader);
     } catch (error) {
       if (error instanceof Fault && error.kind !== "damaged") throw error;
       this.channels.clear();
@@ -73,6 +74,15 @@ export class McapLog {
     }
     if (this.chunks.length === 0 && this.channels.size > 0)
       throw new Fault("unknown", "This log is not divided into chunks, so the page cannot read a part of it.");
+  }
+
+  private async readMetadata(reader: McapIndexedReader): Promise<void> {
+    try {
+      for await (const m of reader.readMetadata()) this.metadata.push({ name: m.name, entries: [...m.metadata] });
+    } catch (error) {
+      if (error instanceof Fault && error.kind !== "damaged") throw error;
+      this.losses.push("The log's metadata cannot be read.");
+    }
   }
 
   private addChannel(id: number, schema: number, topic: string, encoding: string, messages: number | null): void {
@@ -115,7 +125,7 @@ export class McapLog {
       offset += 9 + length;
       if (op === kMessageIndex) {
         const chunk = this.chunks[this.chunks.length - 1];
-        if ([...chunk.channels].some((id) => !this.channels.has(id))) await this.messagesIn(chunk);
+        if ([...chunk.channels].some((id) => !this.channels.has(id))) await this.messagesIn(chunk).catch(ifDamaged);
         yield offset / size;
       }
     }
@@ -157,11 +167,18 @@ export class McapLog {
     return this.chunks.filter((c) => c.begin <= to && c.end >= from && [...channels].some((id) => c.channels.has(id)));
   }
 
-  async read(channels: ReadonlySet<number>, from: bigint, to: bigint): Promise<Message[]> {
+  // Damaged chunks are left out and given to `lose`.
+  async read(channels: ReadonlySet<number>, from: bigint, to: bigint,
+      lose: (chunk: Chunk, fault: Fault) => void): Promise<Message[]> {
     const found: Message[] = [];
-    for (const chunk of this.chunksOf(channels, from, to))
-      for (const message of await this.messagesIn(chunk))
+    for (const chunk of this.chunksOf(channels, from, to)) {
+      const messages = await this.messagesIn(chunk).catch((error: unknown) => {
+        lose(chunk, ifDamaged(error));
+        return [];
+      });
+      for (const message of messages)
         if (channels.has(message.channel) && message.time >= from && message.time <= to) found.push(message);
+    }
     return found;
   }
 
@@ -202,7 +219,7 @@ export class McapLog {
 
   private unpack(bytes: Uint8Array): Unpacked {
     const view = viewOf(bytes), damaged = new Fault("damaged",
-        "A part of the log is damaged: a chunk does not unpack. The frames in it are not shown.");
+        "A part of the log is damaged: a chunk does not unpack.");
     if (bytes.length < 49 || bytes[0] !== kChunk) throw damaged;
     const size = Number(view.getBigUint64(25, true)), crc = view.getUint32(33, true),
         nameLength = view.getUint32(37, true);
@@ -228,10 +245,16 @@ export class McapLog {
       const op = records[at], length = Number(inner.getBigUint64(at + 1, true)), content = at + 9;
       at = content + length;
       if (at > size) throw damaged;
-      if (op === kMessage && length >= 22)
+      if (op === kMessage && length >= 22) {
         messages.push({ channel: inner.getUint16(content, true), time: inner.getBigUint64(content + 6, true),
             data: records.subarray(content + 22, at) });
-      else this.addRecord(op, records.subarray(content, at));
+        continue;
+      }
+      try {
+        this.addRecord(op, records.subarray(content, at));
+      } catch {  // RangeError: its texts are longer than the record
+        throw damaged;
+      }
     }
     return { records, messages, crc };
   }
@@ -251,6 +274,12 @@ export class McapLog {
       this.addChannel(view.getUint16(0, true), view.getUint16(2, true), string(), string(), null);
     }
   }
+}
+
+// The fault of a damaged part, without which the page goes on; throws any other error.
+function ifDamaged(error: unknown): Fault {
+  if (error instanceof Fault && error.kind === "damaged") return error;
+  throw error;
 }
 
 function parseAttachment(content: Uint8Array): { name: string; data: Uint8Array } {

@@ -201,6 +201,9 @@ const kGetters: Getter[] = [
       (v, a) => v.getFloat64(a, true),
 ];
 
+// In bytes; 0: a type that is not known.
+export const sizeOfType = (type: number): number => [0, 1, 1, 2, 2, 4, 4, 4, 8][type] ?? 0;
+
 // The field's value of each point, as float32: labels and layers are exact up to 2^24.
 export function unpackField(cloud: Packed, field: Field, out: Float32Array, outStride: number, outAt: number): void {
   const count = cloud.stride > 0 ? Math.floor(cloud.data.length / cloud.stride) : 0;
