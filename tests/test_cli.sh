@@ -280,6 +280,15 @@ expect "compare --json" "$overtake" compare run fewer --map scene/map.csv --json
 read_json compare.json 'json["b"]["detections"] < json["a"]["detections"] == json["matched_detections"]["count"] + json["a"]["detections_without_match"]'
 refuse "scene/detections.csv: *" compare run scene
 misuse "compare: run_b is required (overtake compare --help)" compare run
+expect "a race" "$overtake" simulate demo --seconds 0.5 --out race.mcap --quiet
+expect "evaluate" "$overtake" evaluate race.mcap --preset paper,best --only-figures --quiet --out judged
+expect "compare of evaluations" "$overtake" compare judged judged
+grep -q '^  judged/best ' stdout && grep -q '^  judged/paper .*[+]' stdout || fail "compare of evaluations: $(cat stdout)"
+expect "compare of evaluations --json" "$overtake" compare judged judged --json && cp stdout differences.json
+read_json differences.json 'json["base"] == "judged/best" and json["logs"] == 1 and len(json["contestants"]) == 2'
+refuse "run: is no result of overtake evaluate*" compare judged run
+refuse "run: is no result of overtake evaluate*" compare run again fewer
+refuse "--map: *" compare judged judged --map scene/map.csv
 expect "doctor --json" "$overtake" doctor scene --rig av21 --json && cp stdout doctor.json
 read_json doctor.json 'json["wrong"] == 0 and json["rig"] == "av21" and json["findings"][0]["severity"] == "note"'
 

@@ -19,19 +19,16 @@ namespace overtake::cli {
 namespace {
 
 struct CompareOptions {
-  std::vector<std::string> paths;
-  std::string map;
+  std::string a, b, map;
+  std::vector<std::string> more;  // further evaluations
   bool json = false;
 };
 
 void add_compare_options(CLI::App& command, CompareOptions& options) {
-  command
-      .add_option(
-          "result", options.paths,
-          "two folders of overtake run on one recording; or any number of results of overtake evaluate, of which "
-          "it prints the differences from the first one, with intervals")
-      ->required()
-      ->expected(2, 1000);
+  command.add_option("run_a", options.a, "folder of overtake run, or result of overtake evaluate")->required();
+  command.add_option("run_b", options.b, "the same for another run on this recording, or another result of evaluate")
+      ->required();
+  command.add_option("more", options.more, "further results of evaluate");
   add_map_option(command, options.map, "none", "; prints where on it the tracks are that only one run has");
   add_json_option(command, options.json);
 }
@@ -66,12 +63,14 @@ void print_lone_tracks(const char* name, const RunCounts& run, bool on_map) {
 bool is_evaluation(const std::string& path) { return std::filesystem::exists(path + "/metrics.json"); }
 
 int compare_evaluations(const CompareOptions& options) {
-  for (const std::string& path : options.paths)
+  std::vector<std::string> paths = {options.a, options.b};
+  paths.insert(paths.end(), options.more.begin(), options.more.end());
+  for (const std::string& path : paths)
     if (!is_evaluation(path)) throw io::Error(path, 0, "is no result of overtake evaluate: it has no metrics.json");
   if (!options.map.empty()) throw io::Error("--map", 0, "is for two folders of overtake run");
-  const std::vector<evaluation::Run> runs = evaluation::read_results(options.paths);
+  const std::vector<evaluation::Run> runs = evaluation::read_results(paths);
   const evaluation::Differences found = evaluation::find_differences(runs, runs.empty() ? "" : runs[0].variant);
-  if (found.logs == 0) throw io::Error(options.paths[0], 0, "has no log that all the others have, too");
+  if (found.logs == 0) throw io::Error(options.a, 0, "has no log that all the others have, too");
   if (options.json)
     std::printf("%s\n", evaluation::json_text(found).c_str());
   else
@@ -80,14 +79,13 @@ int compare_evaluations(const CompareOptions& options) {
 }
 
 int compare(const CompareOptions& options) {
-  if (is_evaluation(options.paths[0]) || options.paths.size() > 2) return compare_evaluations(options);
-  const std::string &path_a = options.paths[0], &path_b = options.paths[1];
-  const RunTables a = read_run(path_a), b = read_run(path_b);
+  if (is_evaluation(options.a) || !options.more.empty()) return compare_evaluations(options);
+  const RunTables a = read_run(options.a), b = read_run(options.b);
   RunComparison found = compare_runs(a, b);
   const bool on_map = !options.map.empty() && options.map != "none";
   if (on_map) place_on_map(found, options.map);
   if (options.json) {
-    std::fputs(compare_json(path_a, path_b, found).c_str(), stdout);
+    std::fputs(compare_json(options.a, options.b, found).c_str(), stdout);
     return 0;
   }
   TextTable table({"", "A", "B"});
@@ -103,7 +101,8 @@ int compare(const CompareOptions& options) {
   add("rows of confirmed tracks", &RunCounts::confirmed_rows);
   table.add({"rows without one of the other within 2 m", share_of(found.a.lone_rows, found.a.confirmed_rows),
              share_of(found.b.lone_rows, found.b.confirmed_rows)});
-  std::printf("A: %s\nB: %s\n\n%s\n", printable(path_a).c_str(), printable(path_b).c_str(), table.format().c_str());
+  std::printf("A: %s\nB: %s\n\n%s\n", printable(options.a).c_str(), printable(options.b).c_str(),
+              table.format().c_str());
   std::printf("Differences where both found one (median, 95 %%, largest):\n");
   std::printf("  %lld detections: position %s; heading %s\n", static_cast<long long>(found.detection_distance_m.count),
               sizes_of(found.detection_distance_m, 1, "m").c_str(),

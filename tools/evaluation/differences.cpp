@@ -17,7 +17,7 @@
 namespace overtake::evaluation {
 namespace {
 
-constexpr double kLeastPoints = 3;
+constexpr double kSeenPoints = 3;
 constexpr double kAloneS = 20;  // frames without a car: a group is as long
 
 using Parts = std::array<metrics::RatioPart, kMeasureCount>;
@@ -69,7 +69,7 @@ std::map<int64_t, Parts> sum_run(const Run& run, const std::map<double, int64_t>
   const auto at = column_of(cars, "frame"), ahead = column_of(cars, "ahead_m"), points = column_of(cars, "points"),
              detections = column_of(cars, "detections"), confirmed = column_of(cars, "confirmed");
   for (std::size_t i = 0; i < at.size(); ++i) {
-    if (bin_of(ahead[i]) < 0 || !(points[i] >= kLeastPoints)) continue;
+    if (bin_of(ahead[i]) < 0 || !(points[i] >= kSeenPoints)) continue;
     count(at[i], kDetected, detections[i] > 0);
     count(at[i], kConfirmed, confirmed[i] > 0);
   }

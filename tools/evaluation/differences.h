@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Differences between configurations on the same logs, with their 95 % intervals: overtaking events are drawn again, the
-// same ones for every configuration. For a grid of parameters: what each value costs. README "Differences".
+// Differences between configurations on the same logs, with their 95 % intervals: overtaking events are drawn again,
+// the same ones for every configuration. For a grid of parameters: what each value costs. README "Differences".
 #pragma once
 
 #include <array>

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The bootstrap for figures of many methods on the same groups (overtaking events): every method sees the same draws, so
-// that the interval of a difference does not contain what both have in common.
+// The bootstrap for figures of many methods on the same groups (overtaking events): every method sees the same draws,
+// so that the interval of a difference does not contain what both have in common.
 #pragma once
 
 #include <cstddef>
