@@ -35,17 +35,24 @@ def make_race(work, seconds, scenario='overtake'):
     race = work / 'race.mcap'
     subprocess.run([overtake, 'simulate', scenario, '--seed', '7', '--seconds', str(seconds), '--out', race, '--quiet'],
                    check=True)
+    # Its rig and map as files of their own: a node starts at once.
+    subprocess.run([overtake, 'simulate', scenario, '--seed', '7', '--seconds', '0.05', '--out', work / 'race', '--quiet'],
+                   check=True)
     return race
+
+
+def random_domain():
+    return random.SystemRandom().randrange(1, 232)
 
 
 class Node:
     """An `overtake node` of its own domain."""
 
-    def __init__(self, work, race, *options, rig=None, environment=None):
-        self.domain = random.SystemRandom().randrange(1, 232)
+    def __init__(self, work, *options, rig=None, environment=None, domain=None):
+        self.domain = domain or random_domain()
         self.log = work / f'node_{time.monotonic_ns()}.txt'
-        words = [overtake, 'node', '--rig', rig or race, '--map', race, '--domain', str(self.domain), '--interface', 'lo',
-                 *options]
+        words = [overtake, 'node', '--rig', rig or work / 'race' / 'rig.toml', '--map', work / 'race' / 'map.csv',
+                 '--domain', str(self.domain), '--interface', 'lo', *options]
         kept = {key: value for key, value in os.environ.items() if not key.startswith(('ROS_', 'CYCLONEDDS_'))}
         with open(self.log, 'w') as log:
             self.process = subprocess.Popen(words, stdout=log, stderr=log, env=kept | (environment or {}))
@@ -88,15 +95,17 @@ class Node:
 class Peer:
     """A ros2_peer in the background."""
 
-    def __init__(self, work, race, node, *options, folder=None):
-        self.folder = work / (folder or f'peer_{time.monotonic_ns()}')
+    def __init__(self, work, race, node_or_domain, *options):
+        self.folder = work / f'peer_{time.monotonic_ns()}'
         self.folder.mkdir()
-        words = [peer_program, race, self.folder, '--domain', str(node.domain), '--wait', str(PATIENCE_S), *options]
+        domain = node_or_domain if isinstance(node_or_domain, int) else node_or_domain.domain
+        words = [peer_program, race, self.folder, '--domain', str(domain), '--wait', str(PATIENCE_S), *options]
         self.process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
     def ready(self):
         line = self.process.stdout.readline()
-        expect(line == 'ready\n', f'ros2_peer: {line}{self.process.stdout.read() if line != "ready" else ""}')
+        if line != 'ready\n':
+            raise Failure(f'ros2_peer: {line}{self.process.stdout.read()}')
         return self
 
     def wait(self):
@@ -204,10 +213,13 @@ def interop(work, seconds):
     race = make_race(work, seconds)
     frames = 20 * seconds
     subprocess.run([overtake, 'run', race, '--preset', 'paper', '--out', work / 'run', '--quiet'], check=True)
-    with Node(work, race, '--preset', 'paper') as node, Peer(work, race, node) as peer:
+    with Node(work, '--preset', 'paper') as node, Peer(work, race, node) as peer:
         peer.ready().wait()
         node.stop()
-        compare(work / 'run', peer, frames)
+        try:
+            compare(work / 'run', peer, frames)
+        except Failure as failure:
+            raise Failure(f'{failure}\n{node.said()}\n{chr(10).join(peer.diagnostics().splitlines()[-7:])}') from None
         lines = peer.diagnostics().splitlines()
         for part in ('front', 'left', 'right'):
             of_part = [line for line in lines if f' overtake: {part}:' in line]
@@ -241,6 +253,207 @@ def check_others(peer):
     expect(len([row for row in markers if row['topic'] == 'marker detections']) == len(peer.rows('detections.csv')),
            'markers of detections')
     expect(any(row['topic'] == 'marker labels' and ' m/s' in row['child_frame_id'] for row in markers), 'labels')
+
+
+def frames_back(peer):
+    return len([row for row in peer.rows('times.csv') if row['what'] == 'detections'])
+
+
+def rig_with_frames(work):
+    """The race's rig, with the frame_id of each sensor's clouds."""
+    text = (work / 'race' / 'rig.toml').read_text()
+    for sensor in ('front', 'left', 'right'):
+        text = text.replace(f'name = "{sensor}"', f'name = "{sensor}"\nframe_id = "{sensor}"')
+    rig = work / 'frames.toml'
+    rig.write_text(text)
+    return rig
+
+
+def test_faults(work):
+    """Types, quality of service, frames of reference and fields that do not fit: one node, many publishers."""
+    race = make_race(work, 2)
+    short = ('--frames', '25', '--linger', '1.5')
+    with Node(work, rig=rig_with_frames(work)) as node:
+        node.expect(r'front: nobody publishes /front/points .*of type sensor_msgs/msg/PointCloud2 there is none')
+
+        def play(*options):
+            # Its stamps follow those before: the publishers of a race that goes on.
+            play.shift += 5
+            with Peer(work, race, node, *short, '--shift', str(play.shift), *options) as peer:
+                if '--no-match' not in options:
+                    peer.ready()
+                return peer.wait()
+        play.shift = 0
+
+        peer = play('--type', 'front=std_msgs::msg::dds_::String_', '--no-match', '--wait', '3')
+        node.expect(r'front: /front/points has the type std_msgs/msg/String, sensor_msgs/msg/PointCloud2 is needed')
+        expect(re.search(r'^2 overtake: front: /front/points has the type std_msgs/msg/String', peer.diagnostics(), re.M),
+               f'the wrong type is not in the diagnostics:\n{peer.diagnostics()}\n{node.said()}')
+        expect(frames_back(peer) >= 20, 'the other sensors have no frames while the type of one is wrong')
+        peer = play()
+        node.expect(r'front: nobody publishes it with the wrong type any more')
+        node.expect(r'front: found on /front/points')
+        expect(frames_back(peer) >= 20, 'no frames after the type was mended')
+
+        peer = play('--exclusive', 'left', '--no-match', '--wait', '3')
+        node.expect(r'left: the quality of service of a publisher of /left/points does not match: its ownership')
+        expect(re.search(r'^2 overtake: left: .*ownership', peer.diagnostics(), re.M), 'not in the diagnostics')
+
+        peer = play('--latched', 'detections', '--no-match', '--wait', '3')
+        node.expect(r'results: the quality of service of a subscriber of /overtake/detections does not match: its durab')
+
+        peer = play('--frame-id', 'right=base_link')
+        node.expect(r"right: its clouds on /right/points are in frame_id 'base_link', the rig 'av21' says 'right'")
+        expect(re.search(r'^2 overtake: right: its clouds .*\[refused=[1-9]', peer.diagnostics(), re.M), 'the wrong frame')
+
+        play('--pose-frame', 'odom')
+        node.expect(r"ego: frame_id of a pose on /ego/odometry is 'odom', not 'map': not used")
+
+        play('--drop-field', 'front.x')
+        node.expect(r'front: a cloud is not used: /front/points: no field gives x')
+
+        peer = play('--drop-field', 'front.ring')
+        expect('[read=by a copy: it has no ring field: the 32 lines are recovered from the points]' in peer.diagnostics(),
+               'clouds without ring')
+        node.stop()
+        expect(len(re.findall('front: a cloud is not used', node.said())) == 1, f'said more than once:\n{node.said()}')
+
+
+def test_publishers(work):
+    """Late joiners on both sides; a publisher that crashes and comes back."""
+    race = make_race(work, 4)
+    domain = random_domain()
+    # The publisher is first, the node and another subscriber join it.
+    with Peer(work, race, domain, '--no-match', '--wait', '0', '--rate', '4', '--linger', '60') as first:
+        first.ready()
+        with Node(work, domain=domain) as node:
+            with Peer(work, race, node, '--frames', '0', '--no-poses', '--linger', '2.5') as late:
+                late.ready().wait()
+                transforms = {row['child_frame_id'] for row in late.rows('others.csv') if row['topic'] == 'tf_static'}
+                expect(transforms == {'front', 'left', 'right'}, f'a late subscriber has the transforms of {transforms}')
+                expect('overtake: detector: ' in late.diagnostics(), 'a late subscriber has no diagnostics')
+            expect(first.process.poll() is None, f'the first publisher ended: {first.process.poll()}')
+            node.expect_not('nobody publishes')
+            first.kill()
+            node.expect(r'front: nothing on /front/points for')
+            node.expect(r'ego: nothing on /ego/odometry for')
+            with Peer(work, race, node, '--frames', '40', '--shift', '60', '--linger', '1.5') as second:
+                second.ready().wait()
+                node.expect(r'front: comes again, after')
+                node.expect(r'ego: comes again, after')
+                expect(frames_back(second) >= 35, f'{frames_back(second)} of 40 frames after the return')
+                node.expect_not('their messages mix')
+            node.expect(r'front: the publisher of /front/points is gone')      # it said farewell
+            with Peer(work, race, node, '--frames', '40', '--shift', '70') as third:
+                third.ready().wait()
+            node.expect(r'front: the publisher of /front/points is back, after')
+            node.stop()
+
+
+def test_lost(work):
+    """Clouds of up to 650 kB in fragments, into a receive buffer that is far too small."""
+    race = make_race(work, 3)
+    small = '<CycloneDDS><Domain id="any"><Internal><SocketReceiveBufferSize max="40kB"/></Internal></Domain></CycloneDDS>'
+    with Node(work, '--preset', 'paper', environment={'CYCLONEDDS_URI': small}) as node:
+        with Peer(work, race, node, '--linger', '1.5') as peer:
+            peer.ready().wait()
+        node.expect(r'network: the kernel dropped \d+ datagrams? since the start, so clouds are torn')
+        expect(re.search(r'^2 overtake: network: the kernel dropped .*\[datagrams_dropped=[1-9]', peer.diagnostics(), re.M),
+               'not in the diagnostics')
+        node.expect(r'(front|left|right): (\d+ scans? of /\w+/points missing since the start|nothing on )')
+        node.stop()
+        node.expect_not('is not used: is not a')     # what arrives is whole
+
+
+def test_clocks(work):
+    """Stamps that jump, of all sensors and of one; a simulation's clock that goes back."""
+    race = make_race(work, 4)
+    for jump in ('100', '-100'):
+        with Node(work) as node, Peer(work, race, node, '--jump-at', '30', '--jump', jump, '--linger', '1.5') as peer:
+            peer.ready().wait()
+            node.expect(r'detector: the stamps of the sensors jumped: the tracker started again')
+            expect(frames_back(peer) >= 70, f'{frames_back(peer)} of 80 frames around a jump of {jump} s')
+            expect(re.search(r'\[clock_jumps=1\]', peer.diagnostics()), 'the jump is not in the diagnostics')
+            node.stop()
+    options = ('--jump-at', '30', '--jump', '1.5', '--jump-only', 'front')
+    with Node(work) as node, Peer(work, race, node, *options) as peer:
+        peer.ready().wait()
+        node.expect(r"detector: the clock of front does not fit the others'")
+        node.stop()
+    with Node(work, '--use-sim-time') as node, Peer(work, race, node, '--clock', 'back') as peer:
+        peer.ready().wait()
+        node.expect(r'clock: /clock went back by \d+\.\d s')
+        node.stop()
+
+
+def test_sim_time(work):
+    """With the clock of a simulation, tracks go on while the sensors are silent, by that clock and no other."""
+    race = make_race(work, 4)
+    with Node(work, '--use-sim-time') as node:
+        options = ('--clock', 'run', '--silent-from', '50', '--silent-to', '60', '--rate', '8')
+        with Peer(work, race, node, *options) as peer:
+            peer.ready().wait()
+        node.stop()
+    scans = {int(row['stamp_ns']) for row in peer.rows('times.csv') if row['what'] == 'detections'}
+    begin = min(scans)
+    predicted = [row for row in peer.rows('times.csv') if row['what'] == 'tracks' and int(row['stamp_ns']) not in scans]
+    expect(len(predicted) >= 5, f'{len(predicted)} predictions while the sensors were silent')
+    for row in predicted:
+        frame = (int(row['stamp_ns']) - begin) / PERIOD_NS
+        expect(50 <= frame <= 62 or frame >= 80, f'a prediction at frame {frame:.1f}')
+    # Eight frames a second would be silence by the clock of this machine.
+    expect(len(scans) == 70, f'{len(scans)} of 70 frames')
+
+
+def test_names(work):
+    """Namespaces, remaps, a configuration file; what the command line refuses."""
+    race = make_race(work, 2)
+    results = ['detections', 'tracks', 'markers', 'track_0/odometry', 'track_0/path']
+    moved = [word for result in results for word in ('--remap', f'~/{result}:=/overtake/{result}')]
+
+    def frames_with(*options, prefix='', rig=None):
+        with Node(work, *options, rig=rig) as node, Peer(work, race, node, '--prefix', prefix) as peer:
+            peer.ready().wait()
+            node.stop()
+            return frames_back(peer)
+    expect(frames_with('--namespace', '/car1', *moved, prefix='/car1') >= 38, 'inputs in the namespace')
+    expect(frames_with('--namespace', 'car1', *moved) >= 38, 'inputs outside of the namespace')
+    inputs = [word for topic in ('front/points', 'left/points', 'right/points', 'ego/odometry')
+              for word in ('--remap', f'{topic}:=/elsewhere/{topic}')]
+    expect(frames_with(*inputs, prefix='/elsewhere') >= 38, 'inputs with other names')
+
+    config = work / 'node.toml'
+    config.write_text(f'rig = "{race}"\npreset = "paper"\n[node]\nname = "other"\nremap = ['
+                      + ', '.join(f'"~/{result}:=/overtake/{result}"' for result in results) + ']\n')
+    expect(frames_with('--config', str(config)) >= 38, 'a configuration file')
+
+    def refused(sentence, *words, code=1):
+        done = subprocess.run([overtake, 'node', *words], capture_output=True, text=True, timeout=PATIENCE_S)
+        expect(done.returncode == code and re.search(sentence, done.stderr), f'{words}: {done.returncode} {done.stderr}')
+    rig = ('--rig', work / 'race' / 'rig.toml', '--interface', 'lo', '--domain', str(random_domain()))
+    refused('--rig is needed')
+    refused(r"this node has no topic /frnt/points; did you mean '/front/points'", *rig, '--remap', 'frnt/points:=/a')
+    refused(r'FROM:=TO is needed', *rig, '--remap', 'front/points')
+    refused(r"'/2nd' is not a name of ROS 2", *rig, '--namespace', '/2nd')
+    refused(r'--interface nothing: Cyclone DDS cannot join', '--rig', race, '--interface', 'nothing')
+    refused(r'--domain', '--rig', race, '--domain', '233', code=2)
+    config.write_text('[node]\nnamespce = "/a"\n')
+    refused(r"node.toml:2: .*namespce", *rig, '--config', str(config))
+    done = subprocess.run([overtake, 'node', '--rig', race], capture_output=True, text=True, timeout=PATIENCE_S,
+                          env=os.environ | {'ROS_DOMAIN_ID': 'x'})
+    expect("ROS_DOMAIN_ID: 'x' is not a domain id" in done.stderr, done.stderr)
+
+
+def test_detections(work):
+    """Detections of another detector come into the tracker."""
+    race = make_race(work, 3)
+    with Node(work) as node, Peer(work, race, node, '--external', '--linger', '1.5') as peer:
+        peer.ready().wait()
+        line = [line for line in peer.diagnostics().splitlines() if ' overtake: detections:' in line][-1]
+        expect(int(value_of(line, 'received')) >= 55 and value_of(line, 'refused') == '0', line)
+        node.stop()
+    frames = {row['stamp_ns'] for row in peer.rows('times.csv') if row['what'] == 'tracks'}
+    expect(len(frames) >= 115, f'{len(frames)} iterations of the tracker: those of 60 frames and of 60 pushes')
 
 
 def test_interop(work):

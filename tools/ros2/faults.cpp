@@ -41,7 +41,10 @@ std::vector<Faults::Fault> Faults::of(const std::string& part) const {
   std::vector<Fault> out;
   std::copy_if(faults_.begin(), faults_.end(), std::back_inserter(out),
                [&](const Fault& fault) { return fault.part == part; });
-  std::stable_sort(out.begin(), out.end(), [](const Fault& a, const Fault& b) { return a.level > b.level; });
+  const auto weight = [](Level level) { return level == Level::kError ? 3 : level == Level::kStale ? 2 : int(level); };
+  std::reverse(out.begin(), out.end());
+  std::stable_sort(out.begin(), out.end(),
+                   [&](const Fault& a, const Fault& b) { return weight(a.level) > weight(b.level); });
   return out;
 }
 

@@ -35,7 +35,7 @@ class Faults {
     Level level = Level::kWarning;
     int64_t begin_ns = 0, until_ns = 0;
   };
-  // Of a part, the worst first.
+  // Of a part, the worst first (an error is worse than silence), of these the newest.
   std::vector<Fault> of(const std::string& part) const;
   const std::vector<Fault>& all() const { return faults_; }
 

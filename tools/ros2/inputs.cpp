@@ -44,8 +44,10 @@ namespace {
 
 constexpr const char* kDetectionsType = "vision_msgs/msg/Detection3DArray";
 constexpr const char* kClockType = "rosgraph_msgs/msg/Clock";
-constexpr int64_t kStart_ns = 2'000'000'000;  // publishers need some time to be found
-constexpr int64_t kSilent_ns = 500'000'000;   // without a sample: a fault
+constexpr int64_t kStart_ns = 2'000'000'000;       // publishers need some time to be found
+constexpr int64_t kSilent_ns = 500'000'000;        // without a sample: a fault
+constexpr int64_t kLongestGap_ns = 5'000'000'000;  // a longer one is a pause, or another race
+constexpr int64_t kLease_ns = 30'000'000'000;      // a participant that says nothing for so long is gone
 constexpr int64_t kClockBack_ns = -100'000'000;
 
 std::string seconds(int64_t ns) { return cli::fixed(double(ns) * 1e-9, 1) + " s"; }
@@ -301,6 +303,15 @@ void Inputs::push_scan(Input& input, int32_t sensor, const ovt_points& points, i
   else if (status != OVT_OK && status != OVT_LATE && status != OVT_TOO_MANY)
     refuse(input, "push", std::string("a scan is not used: ") + ovt_status_text(status), now_ns);
   if (status != OVT_OK) return;
+  const int64_t gap_ns = points.stamp_ns - input.stamp_ns;
+  if (input.stamp_ns != 0 && 2 * gap_ns > 3 * rig_.period_ns() && gap_ns < kLongestGap_ns) {
+    input.lost += (gap_ns + rig_.period_ns() / 2) / rig_.period_ns() - 1;
+    faults_.note(input.part, "lost", Level::kWarning,
+                 io::counted(input.lost, "scan") + " of " + input.topic +
+                     " missing since the start, by the stamps of the others: not sent, or lost or torn on the way",
+                 now_ns);
+  }
+  input.stamp_ns = points.stamp_ns;
   if (!any_scan_ || points.stamp_ns > newest_scan_ns_ || newest_scan_ns_ - points.stamp_ns > 1'000'000'000)
     newest_scan_ns_ = points.stamp_ns;
   any_scan_ = true;
@@ -396,7 +407,8 @@ int64_t Inputs::take_clock(int64_t now_ns) {
   });
 }
 
-// The library needs the time only when all sensors are silent: otherwise the next scan closes a frame. Without /clock,
+// The library needs the time only when all sensors are silent: otherwise the next scan closes a frame. A scan is sent at
+// its end, a period after its stamp, and /clock may be ahead of it by another one. Without /clock,
 // time passes since the newest scan's arrival, so that no clock of this machine has to agree with the stamps.
 void Inputs::advance(int64_t now_ns) {
   const int64_t period_ns = rig_.period_ns();
@@ -404,7 +416,7 @@ void Inputs::advance(int64_t now_ns) {
   last_advance_ns_ = now_ns;
   if (!any_scan_ || paused) return;
   const int64_t elapsed_ns = use_sim_time_ ? sim_ns_ - newest_scan_ns_ : now_ns - newest_arrival_ns_;
-  if (elapsed_ns < 2 * period_ns || elapsed_ns > 60'000'000'000) return;
+  if (elapsed_ns < 3 * period_ns || elapsed_ns > 60'000'000'000) return;
   const int64_t time_ns = newest_scan_ns_ + elapsed_ns;
   if (advanced_ns_ != 0 && time_ns > advanced_ns_ && time_ns - advanced_ns_ < period_ns) return;
   advanced_ns_ = time_ns;
@@ -429,10 +441,12 @@ void Inputs::watch_input(Input& input, const Discovery& discovery, int64_t now_n
     else
       published = true;
   }
-  if (!other.empty())
+  if (!other.empty()) {
     faults_.raise(input.part, "type", Level::kError, other, now_ns);
-  else
-    faults_.lower(input.part, "type", "its topic has the right type now");
+    faults_.lower(input.part, "topic");
+  } else {
+    faults_.lower(input.part, "type", "nobody publishes it with the wrong type any more");
+  }
   dds_subscription_matched_status_t matched{};
   if (input.reader > 0) dds_get_subscription_matched_status(input.reader, &matched);
   if (input.found_ns == 0 && matched.current_count > 0) input.found_ns = now_ns;
@@ -460,7 +474,10 @@ void Inputs::watch_input(Input& input, const Discovery& discovery, int64_t now_n
     input.gone_ns = 0;
   }
   input.publishers = matched.current_count;
-  if (matched.current_count > 1)
+  // A publisher that crashed and started again counts twice until its lease is over.
+  if (matched.current_count < 2) input.several_ns = 0;
+  if (matched.current_count > 1 && input.several_ns == 0) input.several_ns = now_ns;
+  if (input.several_ns != 0 && now_ns - input.several_ns > kLease_ns)
     faults_.raise(input.part, "several", Level::kWarning,
                   std::to_string(matched.current_count) + " publishers of " + input.topic + ": their messages mix",
                   now_ns);
@@ -476,17 +493,6 @@ void Inputs::watch_input(Input& input, const Discovery& discovery, int64_t now_n
                   now_ns);
   else if (matched.current_count > 0 || !published)
     faults_.lower(input.part, "qos");
-
-  dds_sample_lost_status_t lost{};
-  dds_get_sample_lost_status(input.reader, &lost);
-  if (lost.total_count_change > 0) {
-    input.lost += lost.total_count_change;
-    faults_.note(input.part, "lost", Level::kWarning,
-                 io::counted(input.lost, "message") + " of " + input.topic +
-                     " lost or torn on the way since the start (receive buffer of " +
-                     cli::fixed(double(granted_receive_buffer()) / (1 << 20), 1) + " MiB)",
-                 now_ns);
-  }
 
   if (input.last_ns != 0 && now_ns - input.last_ns > kSilent_ns && (input.needed || input.part != "detections"))
     faults_.raise(input.part, "silent", input.needed ? Level::kStale : Level::kWarning,

@@ -33,8 +33,10 @@ struct Input {
   uint32_t publishers = 0;
   int64_t found_ns = 0;  // when it had its first publisher; 0: never yet
   int64_t received = 0, refused = 0, lost = 0;
+  int64_t stamp_ns = 0;           // of the newest scan
   int64_t last_ns = 0;            // of arrival, by the steady clock; 0: none yet
   int64_t gone_ns = 0;            // since when it has had no publisher; 0: it has, or never had one
+  int64_t several_ns = 0;         // since when it has had more than one publisher; 0: it has not
   Window arrivals, transport_ms;  // from the publisher's write to here, if the clocks agree
 };
 

@@ -26,8 +26,6 @@ int64_t system_ns() {
       .count();
 }
 
-std::string mebibytes(int32_t bytes) { return cli::fixed(double(bytes) / (1 << 20), 1) + " MiB"; }
-
 class Node {
  public:
   Node(const cli::Config& config, const NodeOptions& options)
@@ -61,6 +59,7 @@ class Node {
       }
       if (now_ns - reported_ns >= kSecond_ns) {
         reported_ns = now_ns;
+        watch_network(now_ns);
         report(now_ns);
       }
     }
@@ -78,13 +77,13 @@ class Node {
   }
 
   void say_hello() const {
-    const int32_t granted = granted_receive_buffer();
+    const int32_t granted = look_at_sockets().receive_buffer;
     if (granted < kReceiveBuffer)
       std::fprintf(
           stderr,
           "overtake: note: the kernel caps the receive buffer at %s, %s are wanted, so that no clouds are lost: "
           "sysctl -w net.core.rmem_max=%d\n",
-          mebibytes(granted).c_str(), mebibytes(kReceiveBuffer).c_str(), kReceiveBuffer);
+          io::format_size(uint64_t(granted)).c_str(), io::format_size(kReceiveBuffer).c_str(), kReceiveBuffer);
     if (options_.quiet) return;
     std::fprintf(stderr, "overtake: domain %d, rig %s, preset %s, results on %s and the like; Ctrl-C ends it\n",
                  options_.domain, config_.rig.name.c_str(), config_.preset.c_str(), outputs_.topics()[0].c_str());
@@ -177,6 +176,19 @@ class Node {
     newest_ = report;
   }
 
+  // The kernel drops datagrams when their receive buffer is full; a cloud that lacks one is torn, and never arrives.
+  void watch_network(int64_t now_ns) {
+    const Sockets sockets = look_at_sockets();
+    if (sockets.dropped > dropped_datagrams_)
+      faults_.note("network", "dropped", Level::kError,
+                   "the kernel dropped " + io::counted(sockets.dropped, "datagram") +
+                       " since the start, so clouds are torn and do not arrive: the receive buffer of " +
+                       io::format_size(uint64_t(sockets.receive_buffer)) +
+                       " is too small (sysctl -w net.core.rmem_max=" + std::to_string(kReceiveBuffer) + ")",
+                   now_ns);
+    dropped_datagrams_ = sockets.dropped;
+  }
+
   static void add(Status& status, const std::string& key, const std::string& value) {
     status.values.emplace_back(key, value);
   }
@@ -245,8 +257,15 @@ class Node {
     add(results, "publish_p50_ms", cli::fixed(newest_.publish_p50_ms, 2));
     add(results, "publish_p99_ms", cli::fixed(newest_.publish_p99_ms, 2));
     add(results, "not_sent", newest_.all_not_sent);
-    add(results, "receive_buffer", mebibytes(granted_receive_buffer()));
     all.push_back(std::move(results));
+    const Sockets sockets = look_at_sockets();
+    Status network;
+    network.name = options_.name + ": network";
+    judge(network, "network", "no datagrams lost");
+    add(network, "domain", int64_t(options_.domain));
+    add(network, "receive_buffer", io::format_size(uint64_t(sockets.receive_buffer)));
+    add(network, "datagrams_dropped", sockets.dropped);
+    all.push_back(std::move(network));
     const int64_t stamp_ns = inputs_.use_sim_time() && inputs_.sim_ns() != 0 ? inputs_.sim_ns() : system_ns();
     outputs_.publish_diagnostics(all, stamp_ns);
   }
@@ -262,7 +281,7 @@ class Node {
   cli::Session session_;
   Inputs inputs_;
   Outputs::Report newest_;
-  int64_t late_ = 0, dropped_ = 0;
+  int64_t late_ = 0, dropped_ = 0, dropped_datagrams_ = 0;
 };
 
 }  // namespace

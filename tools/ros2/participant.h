@@ -24,9 +24,14 @@ enum class Qos {
 // How long a reliable writer may wait for a slow subscriber. Longer would delay the detector.
 inline constexpr int64_t kMostWait_ns = 2'000'000;
 
-// Size of the receive buffer that is asked for, and what the kernel grants: fragments of clouds wait in it.
+// Size of the receive buffers that is asked for: fragments of clouds wait in them.
 inline constexpr int32_t kReceiveBuffer = 8 << 20;
-int32_t granted_receive_buffer();
+// The UDP sockets of this process.
+struct Sockets {
+  int32_t receive_buffer = 0;  // of the largest, bytes, as the kernel granted it
+  int64_t dropped = 0;         // datagrams that did not fit
+};
+Sockets look_at_sockets();
 
 class Participant {
  public:
