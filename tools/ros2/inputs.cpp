@@ -407,9 +407,9 @@ int64_t Inputs::take_clock(int64_t now_ns) {
   });
 }
 
-// The library needs the time only when all sensors are silent: otherwise the next scan closes a frame. A scan is sent at
-// its end, a period after its stamp, and /clock may be ahead of it by another one. Without /clock,
-// time passes since the newest scan's arrival, so that no clock of this machine has to agree with the stamps.
+// The library needs the time only when all sensors are silent: otherwise the next scan closes a frame. A scan is sent
+// at its end, a period after its stamp, and /clock may be ahead of it by another one. Without /clock, time passes since
+// the newest scan's arrival, so that no clock of this machine has to agree with the stamps.
 void Inputs::advance(int64_t now_ns) {
   const int64_t period_ns = rig_.period_ns();
   const bool paused = now_ns - last_advance_ns_ > period_ns;  // then scans may wait that this process has not seen yet
