@@ -19,12 +19,13 @@ LAYERS = {
     'tools/view': ['core', 'pipeline', 'tools/io', 'tools/sim', 'tools/client'],
     'tools/serve': ['core', 'pipeline', 'tools/io', 'tools/client', 'tools/view'],
     'tools/evaluation': ['core', 'kernels', 'pipeline', 'tools/io', 'tools/sim', 'tools/client', 'tools/view'],
+    'tools/ros2': ['core', 'pipeline', 'tools/io', 'tools/client'],
     'tools/python': ['core', 'pipeline', 'tools/io', 'tools/sim', 'tools/client'],
     'tools/cli': ['core', 'pipeline', 'tools/io', 'tools/sim', 'tools/client', 'tools/view', 'tools/serve',
-                  'tools/evaluation'],
+                  'tools/ros2', 'tools/evaluation'],
 }
 TOP_OF_TOOLS = {'CMakeLists.txt', 'README.md', 'demo', 'frame.png', 'setup', 'test', 'cli', 'client', 'dev', 'evaluation',
-                'examples', 'install', 'io', 'python', 'rigs', 'serve', 'sim', 'view'}
+                'examples', 'install', 'io', 'python', 'rigs', 'ros2', 'serve', 'sim', 'view'}
 
 root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else '.')
 faults = []

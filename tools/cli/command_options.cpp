@@ -8,7 +8,7 @@
 
 namespace overtake::cli {
 
-void add_common_options(CLI::App& command, Options& options) {
+void add_parameter_options(CLI::App& command, Options& options) {
   command.add_option("--preset", options.preset, "best (default) or paper, the publication");
   command.add_option("--set", options.set, "key=value: one parameter (overtake params lists them); may be repeated")
       ->expected(1)
@@ -20,6 +20,10 @@ void add_common_options(CLI::App& command, Options& options) {
                   "NAME=ROWS: size of a table of the detector (" + capacity_names() + "); may be repeated")
       ->expected(1)
       ->take_all();
+}
+
+void add_common_options(CLI::App& command, Options& options) {
+  add_parameter_options(command, options);
   command.add_option("--out", options.out, "folder for the results, made if needed")->required();
   add_force_option(command, options.force);
   add_quiet_option(command, options.quiet);
@@ -33,9 +37,13 @@ void add_map_option(CLI::App& command, std::string& map, const std::string& map_
 
 void add_detector_options(CLI::App& command, Options& options) {
   command.add_option("input", options.input, io::describe_inputs())->required();
-  command.add_option("--rig", options.rig,
-                     "sensors: a TOML file, or " + io::join(io::builtin_rig_names(), ", ") +
-                         " (default: that of a simulated log or folder)");
+  add_rig_options(command, options, "that of a simulated log or folder");
+}
+
+void add_rig_options(CLI::App& command, Options& options, const std::string& rig_default) {
+  command.add_option(
+      "--rig", options.rig,
+      "sensors: a TOML file, or " + io::join(io::builtin_rig_names(), ", ") + " (default: " + rig_default + ")");
   command.add_option("--urdf", options.urdf,
                      "FILE[,LINK]: mounting of the rig's sensors from a URDF, relative to LINK (default: its root)");
   command.add_option("--isa", options.isa, "force an instruction set (ref: the scalar reference)");

@@ -13,10 +13,14 @@
 
 namespace overtake::cli {
 
-// Parameters, capacities, the folder for the results.
+// Preset, parameters, configuration, capacities.
+void add_parameter_options(CLI::App& command, Options& options);
+// The same, and the folder for the results.
 void add_common_options(CLI::App& command, Options& options);
 // The command uses no map if `map` is empty or "none". Texts for help: the map without --map, and its use.
 void add_map_option(CLI::App& command, std::string& map, const std::string& map_default, const std::string& use = "");
+// The rig, its mounting, the instruction set. Text for help: the rig without --rig.
+void add_rig_options(CLI::App& command, Options& options, const std::string& rig_default);
 // The recording and its rig.
 void add_detector_options(CLI::App& command, Options& options);
 // --force, for each command that writes files (tools/io/output.h).

@@ -131,6 +131,7 @@ bool read_config_file(Config& config, const Options& options) {
   io::TomlReader reader(options.config, table);
   reader.mark_read("command");  // information for people; the reader ignores it
   reader.mark_read("input");
+  reader.mark_read("node");  // tools/ros2 reads it
   if (options.preset.empty())
     config.preset = reader.text_or("preset", config.preset);
   else

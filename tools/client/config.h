@@ -7,6 +7,7 @@
 //   preset = "best"   map = "FILE"   ego = "FILE"   workers = 1   isa = "ref"      (all optional)
 //   rig = "NAME or FILE", or the table [rig] with its [[rig.sensor]] (see tools/io/rig.h)
 //   [capacities]   clusters = 1024      (rows of the detector's tables, before the rig's: tools/io/rig.h)
+//   [node]   domain = 0      (of overtake node only: tools/ros2/node_options.h)
 //   [tracker]   confirm_hits = 3      (any parameter "group.name"; overtake params lists them)
 //
 // Without a rig, map or ego option, the input's own are used: attachments rig.toml and map.csv and the ego poses of an
@@ -40,6 +41,8 @@ struct Config {
   ovt_params params;
   bool keep_images = true;  // false: the detector need not keep images (ovt_detector_def.keep_images)
   bool in_pieces = false;   // push scans in pieces, by the points' times
+  bool live = false;        // the newest scan replaces one that waits (OVT_PUSH_REPLACE)
+  int64_t deadline_ns = 0;  // ovt_detector_def.deadline_ns
   bool has_rig = false;
   bool own_rig = false, own_map = false, own_ego = false;  // from the input: an MCAP log, a folder of simulate
   bool no_ego = false;                                     // --ego none: do not use the recording's own poses either

@@ -125,7 +125,8 @@ Session::Session(const Config& config, ovt_frame_fn* on_frame, void* user)
   def.map = config.map.empty() ? nullptr : &map_def;
   def.worker_count = config.workers;
   def.isa = config.isa.empty() ? nullptr : config.isa.c_str();
-  def.push_policy = OVT_PUSH_WAIT;
+  def.push_policy = config.live ? OVT_PUSH_REPLACE : OVT_PUSH_WAIT;
+  def.deadline_ns = config.deadline_ns;
   def.keep_images = config.keep_images;
   def.stream = in_pieces_;
   def.on_frame = on_frame;
@@ -169,6 +170,12 @@ void Session::push(const io::FrameScans& frame) {
     count_overflows();
   }
   if (in_pieces_) push_pieces(frame);
+}
+
+ovt_status Session::push_scan(const ovt_points& scan) {
+  const ovt_status status = ovt_push_scan(detector_, &scan);
+  count_overflows();
+  return status;
 }
 
 // The pieces of all sensors' scans, in the order of the times at which their points were measured.

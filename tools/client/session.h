@@ -43,6 +43,8 @@ class Session {
   // Pushes the poses that the frame's points need, then its scans. A scan that the library reports as late or as a
   // duplicate is not an error: the library counts it.
   void push(const io::FrameScans& frame);
+  // Pushes one scan of a live sensor; the caller judges the status.
+  ovt_status push_scan(const ovt_points& scan);
   void flush();
 
   ovt_detector* detector() const { return detector_; }

@@ -31,6 +31,14 @@ void copy_values(const PointCloud2& cloud, std::size_t row_step, std::size_t off
 
 }  // namespace
 
+std::vector<CloudField> fields_of(const PointCloud2& cloud) {
+  std::vector<CloudField> fields;
+  for (const PointField& field : cloud.fields)
+    fields.push_back({field.name, is_known(field.datatype) ? kValueType[field.datatype] : ValueType::kUint8,
+                      is_known(field.datatype) && field.count <= 1 ? 1 : int64_t(field.count) + 2});
+  return fields;
+}
+
 Cloud read_cloud_message(const std::string& path, const PointCloud2& cloud) {
   const uint64_t count = uint64_t(cloud.width) * cloud.height;
   if (count > uint64_t(INT32_MAX)) throw Error(path, 0, "declares " + std::to_string(count) + " points");
@@ -47,9 +55,7 @@ Cloud read_cloud_message(const std::string& path, const PointCloud2& cloud) {
                "reading its " + std::to_string(count) + " points");
   Cloud out;
   out.points = int64_t(count);
-  for (const PointField& field : cloud.fields)
-    out.fields.push_back({field.name, is_known(field.datatype) ? kValueType[field.datatype] : ValueType::kUint8,
-                          is_known(field.datatype) && field.count <= 1 ? 1 : int64_t(field.count) + 2});
+  out.fields = fields_of(cloud);
   out.columns.resize(out.fields.size());
   for (const CloudRole role :
        {CloudRole::kX, CloudRole::kY, CloudRole::kZ, CloudRole::kIntensity, CloudRole::kLayer, CloudRole::kTime}) {

@@ -13,6 +13,10 @@
 
 namespace overtake::io {
 
+// The fields as those of a Cloud, in the same order, so that find_role finds their roles. A field of an unknown type or
+// of several values has a count that no role accepts.
+std::vector<CloudField> fields_of(const PointCloud2& cloud);
+
 // Copies the fields that have a role (find_role); the columns of other fields stay empty. Throws Error if the layout
 // does not fit the data; `path` names the message in errors.
 Cloud read_cloud_message(const std::string& path, const PointCloud2& cloud);

@@ -1,0 +1,55 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/ros2/node_options.h"
+
+#include <cstdlib>
+
+#include "tools/io/error.h"
+#include "tools/io/text.h"
+#include "tools/io/toml_reader.h"
+
+namespace overtake::ros2 {
+namespace {
+
+void read_table(NodeOptions& options, const std::string& config_file) {
+  const std::string text = io::read_whole_file(config_file, io::kMostToml);
+  const toml::table table = io::parse_toml(config_file, text);
+  io::TomlReader whole(config_file, table);
+  if (!whole.has("node")) return;
+  io::TomlReader reader(config_file, *whole.tables("node")[0], "node");
+  const auto take = [&](const char* key, std::string& value) {
+    const std::string from_file = reader.text_or(key, "");
+    if (value.empty()) value = from_file;
+  };
+  const auto domain = int32_t(reader.integer_or("domain", 0, kMostDomain, -1));
+  if (options.domain < 0) options.domain = domain;
+  take("interface", options.interface);
+  take("namespace", options.name_space);
+  take("name", options.name);
+  take("map_frame", options.map_frame);
+  take("vehicle_frame", options.vehicle_frame);
+  for (const std::string& remap : reader.texts("remap")) options.remaps.push_back(remap);
+  options.use_sim_time = reader.boolean_or("use_sim_time", false) || options.use_sim_time;
+  options.publish_tf = reader.boolean_or("publish_tf", true) && options.publish_tf;
+  const double deadline = reader.number_or("deadline_ms", 0, 60'000, -1);
+  if (options.deadline_ms < 0) options.deadline_ms = deadline;
+  reader.finish();
+}
+
+}  // namespace
+
+void complete(NodeOptions& options, const std::string& config_file) {
+  if (!config_file.empty()) read_table(options, config_file);
+  if (const char* text = std::getenv("ROS_DOMAIN_ID"); options.domain < 0 && text && *text) {
+    int64_t domain = 0;
+    if (!io::parse_integer(text, domain) || domain < 0 || domain > kMostDomain)
+      throw io::Error("ROS_DOMAIN_ID", 0, "'" + std::string(text) + "' is not a domain id from 0 to 232");
+    options.domain = int32_t(domain);
+  }
+  if (options.domain < 0) options.domain = 0;
+  const char* local = std::getenv("ROS_LOCALHOST_ONLY");
+  if (options.interface.empty() && local && std::string_view(local) == "1") options.interface = "lo";
+  if (options.name.empty()) options.name = "overtake";
+}
+
+}  // namespace overtake::ros2
