@@ -63,6 +63,13 @@ sed -i 's/seeds: .*/seeds: [1, 2]/' sweep.yaml
 sweep --directory out --dry-run
 grep -q "Nothing to be done" "$work/log" || fail "the first sweep again is not finished: $(cat "$work/log")"
 
+# Pieces with a warm-up from the start give the bytes of the whole.
+mv sweep.yaml whole.yaml
+sed 's/contestants_per_job: 3/pieces: {seconds: 0.2, warm_up: 10}/' whole.yaml >sweep.yaml
+sweep --directory pieces || fail "pieces: $(tail -n 30 "$work/log")"
+[[ $(ls pieces/parts | wc -l) == 13 ]] || fail "not 2 pieces of each race, 3 and 2 of the records: $(ls pieces/parts)"
+cmp by_hand/metrics.json pieces/metrics.json || fail "pieces differ from overtake evaluate"
+
 # A program that fails once in each job.
 cat >unlucky <<END
 #!/bin/bash
@@ -109,6 +116,9 @@ refuse recordings "recordings: [records/none.mcap]"
 refuse rig "recordings: [records]"
 refuse resources.merge.threads "${good}resources: {merge: {threads: 0}}"
 refuse resources.report "${good}resources: {report: {threads: 1}}"
+refuse pieces "${good}seconds: 1\nextent: whole\npieces: {seconds: 1}"
+refuse pieces "scenarios: [las_vegas_15]\npieces: {seconds: 1}"
+refuse pieces.seconds "${good}pieces: {seconds: 0}"
 refuse shard "${good}shard: 3/2"
 sed -i 's/^overtake:.*/overtake: .\/missing/' sweep.yaml
 sed -i '/shard/d' sweep.yaml

@@ -6,6 +6,7 @@
 import hashlib
 import itertools
 import json
+import math
 import os
 import re
 import shlex
@@ -18,7 +19,8 @@ SCENARIOS = os.path.join(ROOT, 'tools/sim/scenarios')
 NOT_IN_ALL = ('demo', 'overtake', 'recorded_like')
 RESOURCES = {'simulate': {'threads': 1, 'mem_mb': 2000, 'runtime': 120},
              'evaluate': {'threads': 1, 'mem_mb': 3000, 'runtime': 240},
-             'merge': {'threads': 1, 'mem_mb': 8000, 'runtime': 240}}
+             'merge': {'threads': 1, 'mem_mb': 8000, 'runtime': 240},
+             'times': {'threads': os.cpu_count()}}
 
 
 class SweepError(Exception):
@@ -125,6 +127,11 @@ def simulated_logs(config, base):
             options += [] if seconds is None else ['--seconds', f'{seconds:g}']
             log = f'{name}_{seed}' + ('' if seconds is None else f'_{seconds:g}s')
             logs[log] = {'scenario': name, 'options': options}
+            if 'pieces' in config:
+                length = re.search(r'^seconds = ([0-9.]+)', text, re.MULTILINE)
+                if seconds is None and not length:
+                    fail('pieces', f'{name} does not say how long it takes: give seconds')
+                logs[log]['length_s'] = min([seconds or 1e9] + ([float(length.group(1))] if length else []))
     return logs, texts
 
 
@@ -134,7 +141,16 @@ def is_recording(path):
     return path.endswith(('.db3', '.mcap'))
 
 
-def recorded_logs(config, base):
+def length_of(path, program):
+    done = run(program, 'info', path, '--json')
+    try:
+        about = json.loads(done.stdout)
+        return (about['last_ns'] - about['first_ns']) * 1e-9
+    except (ValueError, KeyError, TypeError):
+        fail('pieces', f'{path} does not say how long it takes: {done.stderr.strip() or "it has no times"}')
+
+
+def recorded_logs(config, base, program):
     given = config['recordings']
     if isinstance(given, str):
         folder = os.path.join(base, given)
@@ -156,7 +172,24 @@ def recorded_logs(config, base):
         if name in logs:
             fail('recordings', f"two recordings have the name '{name}': their results would lie in one folder")
         logs[name] = {'path': path}
+        if 'pieces' in config:
+            logs[name]['length_s'] = length_of(path, program)
     return logs
+
+
+def pieces_of(log, config):
+    """The options of each piece of a log, by the end of its name."""
+    if 'pieces' not in config:
+        return {'': []}
+    step, warm_up = config['pieces']['seconds'], config['pieces'].get('warm_up', 30)
+    count = max(1, math.ceil(log['length_s'] / step - 1e-9))
+    if count == 1:
+        return {'': []}
+    out = {}
+    for k in range(count):
+        options = ['--from', number(k * step), '--warm-up', number(warm_up)]
+        out[f'_from_{number(k * step)}s'] = options + (['--to', number((k + 1) * step)] if k + 1 < count else [])
+    return out
 
 
 # ---- contestants
@@ -239,7 +272,7 @@ def make_plan(config, base, folder='.'):
                            if '/' in config.get('overtake', '') else config.get('overtake'))
     logs, scenarios = simulated_logs(config, base) if 'scenarios' in config else ({}, {})
     if 'recordings' in config:
-        recorded = recorded_logs(config, base)
+        recorded = recorded_logs(config, base, program)
         for name in set(recorded) & set(logs):
             fail('recordings', f"'{name}' has the name of a simulated race")
         logs.update(recorded)
@@ -263,11 +296,15 @@ def make_plan(config, base, folder='.'):
         if key in config:
             path = os.path.join(base, config[key])
             of_recording += [f'--{key}', os.path.abspath(path) if os.path.exists(path) else config[key]]
+    if 'pieces' in config and whole:
+        fail('pieces', 'they need extent: figures')
     parts = {}
     for log, about in logs.items():
-        for group in groups:
-            name = log if len(groups) == 1 else f'{log}.{group}'
-            parts[name] = {'log': log, 'group': group, 'options': judge + (of_recording if 'path' in about else [])}
+        for ending, times in pieces_of(about, config).items():
+            for group in groups:
+                name = log + ending + ('' if len(groups) == 1 else f'.{group}')
+                options = judge + times + (of_recording if 'path' in about else [])
+                parts[name] = {'log': log, 'group': group, 'options': options}
     targets = list(parts)
     if config.get('shard'):
         index, count = (int(word) for word in config['shard'].split('/'))
@@ -282,6 +319,7 @@ def make_plan(config, base, folder='.'):
     check(program, config, presets, configs, folder)
     texts = {'build': run(program, '--version').stdout, 'judge': quote(judge) + '\n' + quote(of_recording) + '\n',
              'first': quote(options_of(presets, configs)) + '\n' + ''.join(configs.values()),
+             'pieces': json.dumps(config.get('pieces', {})) + '\n',
              'parts': ''.join(f'parts/{part}\n' for part in targets)}
     for path in of_recording[1::2]:
         if os.path.isfile(path):
