@@ -1,13 +1,13 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pieces of a log, so that one log is many jobs. A piece is the frames whose first scan is from `from_s` until before `to_s`
-// after the log's first scan. The pipeline starts `warm_up_s` earlier; these frames are compared with nothing. The truth is
-// read further, as far as predicted paths reach. Every frame is in one piece.
+// Pieces of a log, so that one log is many jobs. A piece is the frames whose first scan is from `from_s` until before
+// `to_s` after the log's first scan. The pipeline starts `warm_up_s` earlier; these frames are compared with nothing.
+// The truth is read further, as far as predicted paths reach. Every frame is in one piece.
 //
-// A track at a cut. Each piece names its tracks by itself. The tracks of the frame before a cut are known twice: as the end
-// of one piece, and as the end of the next one's warm-up. Two of them are one track if they are the nearest pair that is
-// left and at most kCutPlaceM apart. Its id goes on. Any other track ends at the cut, or begins there.
+// A track at a cut. Each piece names its tracks by itself. The tracks of the frame before a cut are known twice: as the
+// end of one piece, and as the end of the next one's warm-up. Two of them are one track if they are the nearest pair
+// that is left and at most kCutPlaceM apart. Its id goes on. Any other track ends at the cut, or begins there.
 #pragma once
 
 #include <cstdint>

@@ -329,8 +329,20 @@ void write_run(const Run& run, const std::vector<std::string>& sources, const st
   write_tables(target, run.tables);
   for (const std::string& source : sources) copy_pictures(source, target);
   write_about(target, run.about);
-  io::commit_outputs();
 }
+
+// Commits rarely: each commit writes the list of all results in the folder (tools/io/output.h) anew.
+class Commits {
+ public:
+  void count() {
+    if (++waiting_ < std::max<int64_t>(16, committed_ / 4)) return;
+    io::commit_outputs();
+    committed_ += waiting_, waiting_ = 0;
+  }
+
+ private:
+  int64_t committed_ = 0, waiting_ = 0;
+};
 
 }  // namespace
 
@@ -342,6 +354,8 @@ void merge_runs(const std::vector<std::string>& from, const std::string& out) {
         io::write_whole_file(out + "/" + name, io::read_whole_file(folder + "/" + name));
         io::commit_outputs();
       }
+  Commits commits;
+  std::set<std::string> targets;
   std::map<std::pair<std::string, std::string>, std::vector<Run>> pieces;  // variant and log
   for (const std::string& folder : from)
     for (Run& run : read_runs(folder)) {
@@ -350,19 +364,23 @@ void merge_runs(const std::vector<std::string>& from, const std::string& out) {
         continue;
       }
       const std::string source = run.folder, target = folder_of(out, run.variant, run.log);
+      if (!targets.insert(target).second) io::commit_outputs();  // the earlier one may wait
       if (is_done(target)) {
         if (io::read_whole_file(source + "/cars.csv") != io::read_whole_file(target + "/cars.csv"))
           throw io::Error(source, 0, "differs from the run of the same name in " + out);
         continue;
       }
       write_run(run, {source}, out);
+      commits.count();
     }
   for (auto& [of, runs] : pieces) {
     Run whole = join_pieces(std::move(runs));
     if (is_done(folder_of(out, whole.variant, whole.log)))
       throw io::Error(out, 0, "has a run of " + whole.variant + " on " + whole.log + " as well as pieces of it");
     write_run(whole, {}, out);
+    commits.count();
   }
+  io::commit_outputs();
 }
 
 }  // namespace overtake::evaluation
