@@ -4,7 +4,7 @@
 #
 # usage: test_evaluate_set.sh OVERTAKE
 # tools/dev/evaluate_set: two merged shards equal one run; a second call repeats nothing; a killed run continues to the same
-# result; results of another build are computed again; bad options are refused.
+# result; results of another build and deleted ones are computed again; bad options are refused.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 set -e  # an unexpected failure ends the test
@@ -12,24 +12,26 @@ overtake=$(realpath "${1:?usage: test_evaluate_set.sh OVERTAKE}")
 build=$(dirname "$overtake")
 readonly overtake build
 cd "$(dirname "$0")/.."
+need test_evaluate_set "tools/setup --cluster" snakemake
 run() { tools/dev/evaluate_set --build "$build" --set overtake,empty_track --seconds 0.4 --sweep none "$@"; }
 
-run --out "$work/whole" >"$work/log"
-for line in '1/2\] overtake_1001_0.4s: simulating' '1/2\] overtake_1001_0.4s: evaluating' \
-  '2/2\] empty_track_1001_0.4s: evaluated, [0-9]* s in all'; do
-  [[ $(grep -c "^\[$line" "$work/log") == 1 ]] || fail "no line '$line': $(cat "$work/log")"
+# The names of the parts that are newer than FILE.
+made_after() { find "$1/parts" -mindepth 1 -maxdepth 1 -newer "$2" -printf '%f\n' | sort | tr '\n' ' '; }
+run --out "$work/whole" >"$work/log" 2>&1
+for line in 'simulate  *2  *1 ' 'evaluate  *2  *1 '; do
+  grep -q "^$line" "$work/log" || fail "no line '$line': $(cat "$work/log")"
 done
 before=$(stat -c %Y "$work/whole/parts/overtake_1001_0.4s/metrics.json")
-run --out "$work/whole" >"$work/log"
-[[ $(grep -c "done before" "$work/log") == 2 ]] || fail "a done job was done again"
+run --out "$work/whole" >"$work/log" 2>&1
+grep -q "Nothing to be done" "$work/log" || fail "a done job was done again: $(cat "$work/log")"
 [[ $(stat -c %Y "$work/whole/parts/overtake_1001_0.4s/metrics.json") == "$before" ]] || fail "a done part was written"
 # Measured once, beside the parts (for so short a race only where it exists already).
 "$overtake" evaluate "$work/whole/logs/overtake_1001_0.4s.mcap" --preset paper --scaling --frames 1 --quiet \
   --out "$work/times"
 mkdir "$work/a"
 cp "$work/times/scaling.json" "$work/a"
-run --out "$work/a" --shard 1/2 >/dev/null
-run --out "$work/b" --shard 2/2 >/dev/null
+run --out "$work/a" --shard 1/2 >/dev/null 2>&1
+run --out "$work/b" --shard 2/2 >/dev/null 2>&1
 [[ $(ls "$work/a/parts" "$work/b/parts" | grep -c 1001) == 2 ]] || fail "shards are no partition"
 "$overtake" merge "$work"/a/parts/* "$work"/b/parts/* --out "$work/merged" >/dev/null
 cmp "$work/whole/metrics.json" "$work/merged/metrics.json" || fail "shards merged differ from the whole"
@@ -46,17 +48,29 @@ done
 kill -KILL -- "-$killed" 2>/dev/null || fail "it ended before it could be killed"
 wait "$killed" 2>/dev/null || true
 [[ ! -f $work/killed/metrics.json ]] || fail "it was whole before it was killed"
-run --out "$work/killed" >/dev/null
+run --out "$work/killed" >/dev/null 2>&1
 cmp "$work/whole/metrics.json" "$work/killed/metrics.json" || fail "killed and gone on differs from the whole"
-# Results of another build: its parts and its merged runs.
-for about in "$work"/killed/{,parts/overtake_1001_0.4s/}runs/paper/overtake_1001_0.4s/about.json; do
-  sed -i 's/"commit": "[^"]*"/"commit": "another"/' "$about"
-done
-echo another >"$work/killed/parts/overtake_1001_0.4s/done"
-run --out "$work/killed" >"$work/log"
-grep -q "overtake_1001.*another build" "$work/log" || fail "a part of another build was reused"
-grep -q "empty_track_1001.*done before$" "$work/log" || fail "a part of this build was not reused"
-grep -rqs '"another"' "$work/killed" && fail "another build's runs are left"
+# A deleted part is made again, though the merged file is newer; a deleted log is not missed.
+cp -r "$work/whole" "$work/deleted"
+rm -rf "$work/deleted/parts/overtake_1001_0.4s" "$work/deleted/logs"
+touch "$work/now"
+run --out "$work/deleted" >/dev/null 2>&1
+[[ $(made_after "$work/deleted" "$work/now") == "overtake_1001_0.4s " ]] || fail "deleted: made $(made_after "$work/deleted" "$work/now")"
+[[ $work/deleted/metrics.json -nt $work/now ]] || fail "deleted: not merged again"
+cmp "$work/whole/metrics.json" "$work/deleted/metrics.json" || fail "a deleted part made again differs"
+# Results of another build: every part is made again, no log.
+mkdir "$work/other"
+cat >"$work/other/overtake" <<END
+#!/bin/bash
+[[ \$1 != --version ]] || { "$overtake" --version | sed 's/^commit .*/commit   another/'; exit; }
+exec "$overtake" "\$@"
+END
+chmod +x "$work/other/overtake"
+touch "$work/now"
+run --out "$work/killed" --build "$work/other" >"$work/log" 2>&1
+[[ $(made_after "$work/killed" "$work/now") == "empty_track_1001_0.4s overtake_1001_0.4s " ]] ||
+  fail "another build: made $(made_after "$work/killed" "$work/now")"
+[[ -z $(find "$work/killed/logs" -newer "$work/now" -name '*.mcap') ]] || fail "a log was simulated again"
 cmp "$work/whole/metrics.json" "$work/killed/metrics.json" || fail "done again differs"
 cp -r "$work/whole/parts/overtake_1001_0.4s" "$work/mixed"
 sed -i 's/"commit": "[^"]*"/"commit": "another"/' "$work/mixed/runs/paper/overtake_1001_0.4s/about.json"
@@ -107,26 +121,27 @@ grep -q "done before" "$work/log" || fail "the same frames were run again"
 mkdir -p "$work/figures"
 cp -r "$work/whole/logs" "$work/figures/logs"
 printf '[gate]\nmin_points = 8\n' >"$work/strict.toml"
-figures() { run --out "$work/figures" --preset paper --config "$work/strict.toml" --only-figures --compare-every 2 >"$work/log"; }
+figures() { run --out "$work/figures" --preset paper --config "$work/strict.toml" --only-figures --compare-every 2 >"$work/log" 2>&1; }
 figures || fail "--config: $(cat "$work/log")"
 grep -qE '^ +scenario: all +paper +strict$' "$work/log" || fail "no table of both: $(cat "$work/log")"
 [[ ! -e $work/figures/scaling.json && -z $(find "$work/figures/parts" -name '*.svg' -path '*/runs/*') ]] || fail "--only-figures made more"
 [[ $(find "$work/figures/runs" -name about.json -exec grep -c '"compared": "2"' {} + | grep -c ':1$') == 4 ]] || fail "--compare-every 2"
-mkdir "$work/figures/times"
+echo '{}' >"$work/figures/scaling.json"
 figures
-[[ $(grep -c "done before$" "$work/log") == 2 ]] || fail "the same configuration was run again"
-[[ -e $work/figures/times ]] || fail "what is measured once is measured again for the same configuration"
+grep -q "Nothing to be done" "$work/log" || fail "the same configuration was run again"
+[[ -e $work/figures/scaling.json ]] || fail "what was measured once is gone with the same configuration"
 sed -i 's/8/9/' "$work/strict.toml"
+touch "$work/now"
 figures
-[[ $(grep -c "other options" "$work/log") == 2 ]] || fail "another configuration was not run again"
-[[ ! -e $work/figures/times ]] || fail "what was measured once with another configuration is kept"
+[[ $(made_after "$work/figures" "$work/now" | wc -w) == 2 ]] || fail "another configuration was not run again"
+[[ ! -e $work/figures/scaling.json ]] || fail "what was measured once with another configuration is kept"
 refuse "--config $work/none.toml"
 # One table of a preset and of changes of it.
 printf '# changes\nstrict gate.min_points=9\n\nloose gate.min_points=2 cluster.threshold_deg=3  # two\n' >"$work/changes"
 mkdir -p "$work/ablation"
 cp -r "$work/whole/logs" "$work/ablation/logs"
 tools/dev/ablation "$work/changes" --preset paper --out "$work/ablation" --build "$build" --set overtake,empty_track \
-  --seconds 0.4 >"$work/log" || fail "ablation: $(cat "$work/log")"
+  --seconds 0.4 >"$work/log" 2>&1 || fail "ablation: $(cat "$work/log")"
 for line in '^\| loose \| gate.min_points = 2, cluster.threshold_deg = 3 \|$' '^### all$' '^### overtake$' '^\| paper \| [0-9]'; do
   grep -qE "$line" "$work/ablation/ablation.md" || fail "ablation: no '$line' in $(cat "$work/ablation/ablation.md")"
 done
@@ -147,7 +162,7 @@ END
 # The committed list: its parameters exist and take these values. That is checked before the jobs, and there are none.
 tools/dev/ablation tools/dev/ablation_best.txt --preset best --out "$work/best" --build "$build" --shard 999/999 \
   >/dev/null 2>"$work/error" || true
-grep -q ': shard 999/999 of [0-9]* jobs is empty$' "$work/error" || fail "ablation_best.txt: $(cat "$work/error")"
+grep -q ': shard: 999/999 of [0-9]* jobs is empty$' "$work/error" || fail "ablation_best.txt: $(cat "$work/error")"
 for bad in "nope" "strict" "strict gate.min_points" "a/b gate.min_points=1" $'x gate.min_points=1\nx gate.min_points=2' "#"; do
   code=0
   printf '%s\n' "$bad" >"$work/changes"

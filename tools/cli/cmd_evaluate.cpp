@@ -45,6 +45,8 @@ int evaluate(const EvaluateOptions& given) {
     evaluation::variants_to_run(options);
     return 0;
   }
+  if ((options.from_s > 0 || options.to_s >= 0) && !options.only_figures)
+    throw CLI::RequiredError("--only-figures (for a piece of a log)");
   if (options.presets.empty() && !options.logs.empty() && !options.tune)
     throw CLI::RequiredError("--preset or --config");
   io::OutputGuard guard(options.force);
@@ -117,6 +119,16 @@ void add_evaluate_options(CLI::App& command, EvaluateOptions& options) {
                    "no baselines, times or pictures, and all presets at the same time: the fastest way to the table");
   command.add_option("--frames", options.most_frames, "end each log after this number of frames")
       ->check(CLI::Range(1, 1000000000));
+  command
+      .add_option("--from", options.from_s,
+                  "a piece of each log: its frames from this many seconds on; merge joins pieces. Needs --only-figures")
+      ->check(CLI::Range(0.0, 1e6));
+  command.add_option("--to", options.to_s, "until before this many seconds (default: the end)")
+      ->check(CLI::Range(0.0, 1e6));
+  command
+      .add_option("--warm-up", options.warm_up_s, "seconds before --from that the pipeline gets, but nothing compares")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
   command.add_option("--workers", options.workers, "parallel runs, 0: one per CPU; the results are the same")
       ->check(CLI::Range(0, 256));
   command.add_option("--rig", options.rig, "sensors and topics of recordings whose truth is the odometry of two cars");

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <numeric>
 #include <set>
 #include <stdexcept>
 
@@ -65,6 +66,7 @@ Tables make_tables() {
   t["euclid"] = Table({"frame", "radius_m", "car", "clusters", "boxed"});
   t["euclid_mixed"] = Table({"frame", "radius_m", "mixed_other", "mixed_cars", "mixed_by_size"});
   t["times"] = Table({"frame", "sensor", "stage", "ns"});
+  t["cuts"] = Table({"frame", "id", "x_m", "y_m"});
   return t;
 }
 
@@ -94,6 +96,7 @@ void Evaluator::add(ovt_reader* reader, const Replayed* relayed) {
   if (info.sensor_mask == 0) return;  // a prediction over a gap
   if (!frame_) throw std::runtime_error("received a frame that was not pushed");
   if (first_ns_ < 0) first_ns_ = info.first_stamp_ns;
+  last_frame_ = frame_->scans.frame, last_tracks_.clear();
   if (frame_->scans.frame % compare_every_ != 0) {
     skip(info, relayed ? relayed->tracks : reader);
     return;
@@ -353,9 +356,46 @@ void Evaluator::add_tracks(const ovt_frame_info& info, const ovt_tracks& t, cons
 }
 
 void Evaluator::remember_tracks(const ovt_tracks& t) {
+  for (int32_t i = 0; i < t.count; ++i) last_tracks_.push_back({double(t.id[i]), t.x_m[i], t.y_m[i]});
   for (int32_t i = 0; i < t.count; ++i)
     prior_[t.id[i]] = {t.x_m[i],           t.y_m[i],           t.speed_mps[i],     t.course_rad[i],
                        t.covariance[0][i], t.covariance[1][i], t.covariance[2][i], t.publish_ns};
+}
+
+void Evaluator::note_cut() {
+  for (const Place& p : last_tracks_) tables_["cuts"].add({double(last_frame_), p.id, p.x_m, p.y_m});
+}
+
+void Evaluator::begin_piece() {
+  tables_ = make_tables();
+  paths_.forget();
+  note_cut();
+}
+
+void Evaluator::look_ahead(const LogFrame& frame) {
+  if (frame.scans.frame % compare_every_ != 0) return;
+  int64_t first_ns = INT64_MAX;
+  for (const io::SensorScan& scan : frame.scans.scans) first_ns = std::min(first_ns, scan.stamp_ns);
+  const int64_t publish_ns = first_ns + log_.rig().period_ns();
+  if (!ego_of(cars_at(publish_ns))) return;  // after the end of the truth
+  paths_.advance(
+      publish_ns, [&](int64_t stamp_ns) { return cars_at(stamp_ns); }, tables_["paths"]);
+}
+
+const Tables& Evaluator::tables() {
+  // In the order of the frames, as all others: a piece of a log has the same rows in another order.
+  Table& paths = tables_["paths"];
+  const std::size_t width = paths.columns.size();
+  std::vector<std::size_t> order(paths.rows());
+  std::iota(order.begin(), order.end(), std::size_t(0));
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return paths.at(a, 0) < paths.at(b, 0); });
+  std::vector<double> cells;
+  cells.reserve(paths.cells.size());
+  for (const std::size_t row : order)
+    for (std::size_t c = 0; c < width; ++c) cells.push_back(paths.at(row, c));
+  paths.cells = std::move(cells);
+  return tables_;
 }
 
 void Evaluator::add_times(ovt_reader* reader) {

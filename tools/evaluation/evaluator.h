@@ -28,6 +28,7 @@
 //   innovations one per detection that updated a track: NIS with the parameters tracker.r_x and r_y
 //   innovations_own   the same with the covariance that the method publishes with the detection
 //   times       one per stage that ran: nanoseconds
+//   cuts        of a piece of a log (pieces.h): one per track at the frames before and at its end
 // and, on every N-th frame (evaluator_baselines.cpp), for the points with a label:
 //   grid        the 2.5-D grid: like scans
 //   auto_label  the automatic labels (tools/evaluation/baselines/label_ground.h) compared with the truth: like scans
@@ -100,6 +101,15 @@ class Evaluator {
   // The true circuit, from which the paths' cars change their offset. Throws io::Error.
   void use_circuit(const std::string& map_file) { paths_.use_circuit(map_file); }
 
+  // For a piece of a log (pieces.h): times count from the log's first stamp instead of the first frame's.
+  void start_at(int64_t first_ns) { first_ns_ = first_ns; }
+  // The piece begins: forgets the rows of its warm-up, and notes the tracks at its last frame.
+  void begin_piece();
+  // The piece ends: notes the tracks at its last frame.
+  void end_piece() { note_cut(); }
+  // A frame after the end of the piece: only its truth counts, for predicted paths.
+  void look_ahead(const LogFrame& frame);
+
   // Call before the scans of this frame are pushed.
   void expect(const LogFrame& frame) { frame_ = &frame; }
   void expect_nothing() { frame_ = nullptr; }
@@ -107,7 +117,7 @@ class Evaluator {
   void add(ovt_reader* reader, const Replayed* relayed = nullptr);
   // Runs the baselines on the last frame if they are due: slow, and not part of the library's times.
   void evaluate_baselines();
-  const Tables& tables() const { return tables_; }
+  const Tables& tables();  // sorted by frame
 
  private:
   struct Prior {
@@ -123,6 +133,7 @@ class Evaluator {
   void add_tracks(const ovt_frame_info& info, const ovt_tracks& tracks, const ovt_detections& detections,
                   const std::vector<CarTruth>& cars);
   void remember_tracks(const ovt_tracks& tracks);
+  void note_cut();
   void add_times(ovt_reader* reader);
   void add_ground_baselines(const CloudPoints& cloud);
   void add_euclid(const CloudPoints& cloud);
@@ -142,6 +153,11 @@ class Evaluator {
   std::map<uint64_t, Prior> prior_;
   std::set<uint64_t> parked_;  // tracks (note_parked)
   PathJudge paths_;
+  struct Place {
+    double id, x_m, y_m;
+  };
+  int64_t last_frame_ = -1;
+  std::vector<Place> last_tracks_;  // at last_frame_
   int64_t first_ns_ = -1;
   double frame_number_ = 0, time_s_ = 0;
   // Of the current frame, by car.

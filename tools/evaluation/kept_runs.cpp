@@ -82,7 +82,9 @@ std::string why_not_kept(const std::string& folder, const About& wanted) {
                        {"input", "log, rig or map"},
                        {"compared", "--compare-every"},
                        {"extent", "--only-figures"},
-                       {"config", "--config"}};
+                       {"config", "--config"},
+                       {"to_s", "--to"},
+                       {"warm_up_s", "--warm-up"}};
   std::vector<std::string> differ;
   for (const auto& [key, value] : wanted)
     if (found[key] != value) differ.push_back(words.count(key) ? words.at(key) : key);

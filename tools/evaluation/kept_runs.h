@@ -11,9 +11,10 @@
 //   extent       "whole", or "figures": no baselines, times or pictures (--only-figures)
 //   config       what a configuration of --config changes; "" for a preset
 //   input        hash of the log, and of its rig and map
+//   log, from_s, to_s, warm_up_s    of a piece of a log (pieces.h), to_s "end": until the end
 //   cpu          the CPU of the times
 //
-// The last two depend on files and machines: metrics.json omits them, so that it is the same everywhere.
+// input and cpu depend on files and machines: metrics.json omits them, so that it is the same everywhere.
 #pragma once
 
 #include <map>

@@ -36,6 +36,7 @@ class PathJudge {
   void use_circuit(const std::string& map_file);  // throws io::Error
   // The path of a track at `car`, the truth at tracks.publish_ns.
   void add(double frame, const ovt_tracks& tracks, int32_t row, const CarTruth& car);
+  void forget() { open_.clear(); }
   // Adds the rows of all points up to `until_ns`, to which the truth is known.
   void advance(int64_t until_ns, const CarsAt& cars_at, Table& out);
 

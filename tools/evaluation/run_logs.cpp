@@ -12,6 +12,7 @@
 #include "tools/client/console.h"
 #include "tools/evaluation/kept_runs.h"
 #include "tools/evaluation/odometry_log.h"
+#include "tools/evaluation/pieces.h"
 #include "tools/evaluation/report_pages.h"
 #include "tools/evaluation/simulated_log.h"
 #include "tools/evaluation/variant.h"
@@ -109,12 +110,14 @@ std::unique_ptr<TruthLog> open_log(const RunOptions& options, const std::string&
 
 // False: interrupted.
 bool run_log(const RunOptions& options, const std::string& path, const std::vector<std::string>& names) {
-  const std::string log_name = fs::path(path).stem().string();
+  const PieceTimes piece(options.from_s, options.to_s, options.warm_up_s);
+  const std::string log_name = piece.name_of(fs::path(path).stem().string());
   const std::string input = hash_input(path, text_of_input(options));
   std::map<std::string, About> wanted;
   std::vector<std::string> todo;
   for (const std::string& name : names) {
     wanted[name] = wanted_of(options, name, name == names[0], input);
+    piece.add_to(wanted[name], fs::path(path).stem().string());
     const std::string why = why_not_kept(folder_of(options.out, name, log_name), wanted[name]);
     if (why.empty()) continue;
     todo.push_back(name);
@@ -152,10 +155,30 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
   cli::Progress progress(1000, options.quiet);
   if (options.progress_s >= 0) progress.print_lines(log_name + ": evaluated", options.progress_s);
   LogFrame frame;
-  int64_t frames = 0;
+  int64_t frames = 0, first_ns = -1;
+  bool is_open = piece.is_whole();  // the piece has begun; a whole log has no cuts
   sim::Workers workers(options.workers);
+  log.skip_scans(piece.warm_up_ns());
   for (; frames < options.most_frames && log.next(frame); ++frames) {
     if (cli::interrupted()) return false;
+    if (!piece.is_whole()) {
+      const int64_t stamp_ns = first_stamp(frame);
+      if (first_ns < 0)
+        for (auto& variant : variants) variant->evaluator().start_at(first_ns = stamp_ns);
+      const int64_t at_ns = stamp_ns - first_ns;
+      if (at_ns < piece.warm_up_ns()) continue;
+      if (at_ns >= piece.end_ns()) {
+        if (!is_open) break;
+        if (at_ns >= piece.end_ns() + kLookAheadNs) break;
+        for (auto& variant : variants)
+          if (variant->takes(frames)) variant->evaluator().look_ahead(frame);
+        continue;
+      }
+      if (!is_open && at_ns >= piece.begin_ns()) {
+        is_open = true;
+        for (auto& variant : variants) variant->begin_piece();
+      }
+    }
     // The first variant runs alone, because the report uses its times. All others run at the same time after it.
     std::vector<std::function<void()>> jobs;
     if (!options.only_figures) {
@@ -170,6 +193,10 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
   progress.clear();
   for (auto& variant : variants) {
     variant->finish();
+    if (!piece.is_whole()) {
+      if (!is_open) variant->begin_piece();  // it begins after the end of the log
+      variant->evaluator().end_piece();
+    }
     const std::string folder = folder_of(options.out, variant->name(), log_name);
     io::clear_output(folder);  // of another build or other options
     cli::make_folder(folder);
@@ -293,6 +320,32 @@ std::vector<Run> read_runs(const std::string& out) {
   return runs;
 }
 
+namespace {
+
+// Throws io::Error.
+void write_run(const Run& run, const std::vector<std::string>& sources, const std::string& out) {
+  const std::string target = folder_of(out, run.variant, run.log);
+  cli::make_folder(target);
+  write_tables(target, run.tables);
+  for (const std::string& source : sources) copy_pictures(source, target);
+  write_about(target, run.about);
+}
+
+// Commits rarely: each commit writes the list of all results in the folder (tools/io/output.h) anew.
+class Commits {
+ public:
+  void count() {
+    if (++waiting_ < std::max<int64_t>(16, committed_ / 4)) return;
+    io::commit_outputs();
+    committed_ += waiting_, waiting_ = 0;
+  }
+
+ private:
+  int64_t committed_ = 0, waiting_ = 0;
+};
+
+}  // namespace
+
 void merge_runs(const std::vector<std::string>& from, const std::string& out) {
   for (const char* name : {"scaling.json", "recordings.json", "tuning.csv"})  // measured once, in any folder
     for (const std::string& folder : from)
@@ -301,20 +354,33 @@ void merge_runs(const std::vector<std::string>& from, const std::string& out) {
         io::write_whole_file(out + "/" + name, io::read_whole_file(folder + "/" + name));
         io::commit_outputs();
       }
+  Commits commits;
+  std::set<std::string> targets;
+  std::map<std::pair<std::string, std::string>, std::vector<Run>> pieces;  // variant and log
   for (const std::string& folder : from)
-    for (const Run& run : read_runs(folder)) {
+    for (Run& run : read_runs(folder)) {
+      if (is_piece(run)) {
+        pieces[{run.variant, run.about.at("log")}].push_back(std::move(run));
+        continue;
+      }
       const std::string source = run.folder, target = folder_of(out, run.variant, run.log);
+      if (!targets.insert(target).second) io::commit_outputs();  // the earlier one may wait
       if (is_done(target)) {
         if (io::read_whole_file(source + "/cars.csv") != io::read_whole_file(target + "/cars.csv"))
           throw io::Error(source, 0, "differs from the run of the same name in " + out);
         continue;
       }
-      cli::make_folder(target);
-      write_tables(target, run.tables);
-      copy_pictures(source, target);
-      io::write_whole_file(target + "/about.json", io::read_whole_file(source + "/about.json"));
-      io::commit_outputs();
+      write_run(run, {source}, out);
+      commits.count();
     }
+  for (auto& [of, runs] : pieces) {
+    Run whole = join_pieces(std::move(runs));
+    if (is_done(folder_of(out, whole.variant, whole.log)))
+      throw io::Error(out, 0, "has a run of " + whole.variant + " on " + whole.log + " as well as pieces of it");
+    write_run(whole, {}, out);
+    commits.count();
+  }
+  io::commit_outputs();
 }
 
 }  // namespace overtake::evaluation

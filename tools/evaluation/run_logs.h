@@ -27,7 +27,9 @@ struct RunOptions {
   int32_t compare_every = 1;  // interval of the frames that are compared with the truth; the pipeline gets all frames
   bool only_figures = false;  // no baselines, times or pictures: the fastest way to the figures
   int64_t most_frames = INT64_MAX;
-  int32_t workers = 0;  // variants at once; 0: one per CPU
+  // A piece of each log (pieces.h): its frames from here until before there, after the frames of the warm-up.
+  double from_s = 0, to_s = -1, warm_up_s = 10;  // seconds after the first scan; to_s negative: until the end
+  int32_t workers = 0;                           // variants at once; 0: one per CPU
   bool quiet = false;
   double progress_s = -1;  // seconds between two progress lines; negative: a bar on a terminal
 };
@@ -53,7 +55,7 @@ struct Run {
 // All complete runs, by name. Throws io::Error for a folder without runs, and for runs of two builds.
 std::vector<Run> read_runs(const std::string& out);
 // Copies the complete runs of `from` that are missing in `out`. Throws io::Error for a folder without runs, and for two
-// different runs of one variant and log.
+// different runs of one variant and log. Joins the pieces of a log (pieces.h).
 void merge_runs(const std::vector<std::string>& from, const std::string& out);
 // {"group.name=1", "group.name=1.5", ...}. Throws io::Error for an invalid range.
 std::vector<std::string> sweep_values(const std::string& text);

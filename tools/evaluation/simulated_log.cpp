@@ -95,6 +95,12 @@ bool SimulatedLog::read_message() {
     const io::PointCloud2 cloud = io::decode_point_cloud2(message.data);
     const std::string place = reader_.path() + ": " + topic;
     Half& half = waiting_[{cloud.header.stamp_ns, s}];
+    if (first_scan_ns_ == INT64_MIN) first_scan_ns_ = cloud.header.stamp_ns;
+    if (cloud.header.stamp_ns - first_scan_ns_ < skip_ns_) {  // the frame without its points
+      half.scan.sensor = s, half.scan.stamp_ns = cloud.header.stamp_ns;
+      (is_scan ? half.has_scan : half.has_surface) = true;
+      continue;
+    }
     if (is_scan) {
       half.scan = io::make_scan(place, io::read_cloud_message(place, cloud), rig_, s, cloud.header.stamp_ns);
       half.has_scan = true;

@@ -31,6 +31,7 @@ class SimulatedLog : public TruthLog {
   const std::map<std::string, std::string>& about() const override { return about_; }  // scenario, seed, ego
   // The next frame; truth and poses are known up to two periods after it. False: the end, or damage.
   bool next(LogFrame& out) override;
+  void skip_scans(int64_t until_ns) override { skip_ns_ = until_ns; }
   const std::string& damage() const override { return reader_.damage(); }
   double progress() const override { return double(reader_.position()) / double(reader_.file_bytes()); }
 
@@ -56,7 +57,7 @@ class SimulatedLog : public TruthLog {
     bool has_scan = false, has_surface = false;
   };
   std::map<std::pair<int64_t, int32_t>, Half> waiting_;  // by stamp and sensor
-  int64_t newest_ns_ = INT64_MIN, frame_ = 0;
+  int64_t newest_ns_ = INT64_MIN, frame_ = 0, first_scan_ns_ = INT64_MIN, skip_ns_ = INT64_MIN;
   bool ended_ = false;
 };
 

@@ -42,6 +42,8 @@ class TruthLog {
   virtual const std::map<std::string, std::string>& about() const = 0;
   // The next frame; truth and poses are known up to two periods after it. False: the end, or damage.
   virtual bool next(LogFrame& out) = 0;
+  // Scans that begin earlier than this after the first one may be left out of their frames, which saves time.
+  virtual void skip_scans(int64_t /*until_ns*/) {}
   virtual const std::string& damage() const = 0;  // the reason of an early end; "": none
   virtual double progress() const = 0;            // 0 to 1
 

@@ -69,6 +69,8 @@ class Variant {
   void push(const LogFrame& frame);
   int64_t frames() const { return frames_; }  // pushed frames
   void finish();
+  // A piece of the log (pieces.h) begins: the frames so far were its warm-up.
+  void begin_piece() { evaluator_->begin_piece(), frames_ = 0; }
 
   const std::string& name() const { return name_; }
   Evaluator& evaluator() { return *evaluator_; }

@@ -1,0 +1,127 @@
+#!/bin/bash
+# Copyright 2026 The Overtake authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# usage: test_sweep.sh OVERTAKE
+# tools/evaluation/Snakefile: a sweep of scenarios, seeds, presets, a grid and recordings gives the metrics.json of
+# overtake evaluate on all its logs; logs of a sweep are deleted; a failed job is tried again; a wrong sweep.yaml gets a
+# sentence that begins with its field.
+# shellcheck source=tests/support/shell_test.sh
+source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
+overtake=$(realpath "${1:?usage: test_sweep.sh OVERTAKE}")
+snakefile=$(realpath "$(dirname "$0")/../tools/evaluation/Snakefile")
+readonly overtake snakefile
+need test_sweep "tools/setup --cluster" snakemake
+cd "$work" || exit 1
+sweep() { snakemake --snakefile "$snakefile" --configfile sweep.yaml --rerun-triggers mtime --cores 2 "$@" >"$work/log" 2>&1; }
+
+# What the sweep runs, by hand.
+mkdir logs records
+for seed in 1 2; do
+  for scenario in overtake empty_track; do
+    "$overtake" simulate "$scenario" --seed "$seed" --seconds 0.4 --quiet --out "logs/${scenario}_${seed}_0.4s.mcap"
+  done
+done
+"$overtake" simulate overtake --seed 3 --seconds 0.5 --quiet --out "records/drive one.mcap"
+"$overtake" simulate overtake --seed 4 --seconds 0.3 --quiet --out records/drive_two.mcap
+printf 'preset = "best"\n[gate]\nmin_points = 8\n' >strict.toml
+for preset in paper best; do
+  for value in 2 6; do printf 'preset = "%s"\n[gate]\nmin_points = %s\n' $preset $value >"${preset}_gate.min_points=$value.toml"; done
+done
+grid=$(ls -- *_gate*.toml | tr '\n' ',')
+expect "evaluate" "$overtake" evaluate logs/*.mcap records/*.mcap --preset paper,best --config "strict.toml,${grid%,}" \
+  --only-figures --quiet --out by_hand
+
+cat >sweep.yaml <<END
+overtake: $overtake
+scenarios: [overtake, empty_track]
+seeds: [1, 2]
+seconds: 0.4
+recordings: records
+presets: [paper, best]
+configurations: [strict.toml]
+grid: {parameters: {gate.min_points: [2, 6]}}
+contestants_per_job: 3
+END
+sweep --directory out || fail "the sweep: $(tail -n 30 "$work/log")"
+cmp by_hand/metrics.json out/metrics.json || fail "the sweep differs from overtake evaluate"
+[[ $(ls out/parts | wc -l) == 18 ]] || fail "not 6 logs with 3 groups: $(ls out/parts)"
+[[ -z $(ls out/logs 2>/dev/null) ]] || fail "logs are left: $(ls out/logs)"
+[[ -f records/drive_two.mcap ]] || fail "a recording was deleted"
+[[ -z $(find out -name '*:*') ]] || fail "a colon in a name: $(find out -name '*:*')"
+sweep --directory out --dry-run || fail "dry run: $(cat "$work/log")"
+grep -q "Nothing to be done" "$work/log" || fail "a finished sweep is not finished: $(cat "$work/log")"
+# Another value makes its two groups anew, and of a deleted log all three; another seed its logs alone; then the merge.
+sed -i 's/min_points: \[2, 6\]/min_points: [2, 7]/' sweep.yaml
+sweep --directory out --dry-run
+grep -qE '^evaluate +16 ' "$work/log" || fail "another value: $(cat "$work/log")"
+grep -qE '^merge +1 ' "$work/log" || fail "another value does not merge again"
+sed -i 's/min_points: \[2, 7\]/min_points: [2, 6]/; s/seeds: .*/seeds: [1, 2, 5]/' sweep.yaml
+sweep --directory out --dry-run
+grep -qE '^evaluate +6 ' "$work/log" && grep -qE '^simulate +2 ' "$work/log" || fail "another seed: $(cat "$work/log")"
+sed -i 's/seeds: .*/seeds: [1, 2]/' sweep.yaml
+sweep --directory out --dry-run
+grep -q "Nothing to be done" "$work/log" || fail "the first sweep again is not finished: $(cat "$work/log")"
+
+# Pieces with a warm-up from the start give the bytes of the whole.
+mv sweep.yaml whole.yaml
+sed 's/contestants_per_job: 3/pieces: {seconds: 0.2, warm_up: 10}/' whole.yaml >sweep.yaml
+sweep --directory pieces || fail "pieces: $(tail -n 30 "$work/log")"
+[[ $(ls pieces/parts | wc -l) == 13 ]] || fail "not 2 pieces of each race, 3 and 2 of the records: $(ls pieces/parts)"
+cmp by_hand/metrics.json pieces/metrics.json || fail "pieces differ from overtake evaluate"
+
+# A program that fails once in each job.
+cat >unlucky <<END
+#!/bin/bash
+if [[ \$1 == simulate || \$2 == logs/* ]] && mkdir "$work/\$1" 2>/dev/null; then kill -KILL \$\$; fi
+exec "$overtake" "\$@"
+END
+chmod +x unlucky
+printf 'overtake: ./unlucky\nscenarios: [overtake]\nseeds: [1]\nseconds: 0.2\nretries: 1\n' >sweep.yaml
+sweep --directory unlucky_out || fail "a killed job was not tried again: $(tail -n 30 "$work/log")"
+[[ -d simulate && -d evaluate ]] || fail "no job was killed"
+rm -r simulate evaluate
+sed -i 's/retries: 1/retries: 0/' sweep.yaml
+sweep --directory unlucky_two && fail "a killed job counts as done"
+[[ ! -e unlucky_two/metrics.json ]] || fail "merged without a part"
+
+refuse() {  # FIELD LINES: a sentence that begins with the field, and no job
+  printf 'overtake: %s\n%b\n' "$overtake" "$2" >sweep.yaml
+  sweep --directory bad && fail "taken: $2"
+  grep -q "/sweep.yaml: $1: " "$work/log" || fail "'$2' gave no sentence on $1: $(cat "$work/log")"
+  [[ $(grep -c . "$work/log") -le 4 ]] || fail "'$2': more than a sentence: $(cat "$work/log")"
+  [[ ! -d bad/logs ]] || fail "'$2': found out after a simulation"
+}
+good='scenarios: [overtake]\n'
+refuse "scenarios or recordings" "presets: [paper]"
+refuse scenarios "scenarios: overtake"
+refuse scenarios "scenarios: [overtake, nonsense]"
+refuse scenarios "scenarios: []"
+refuse scenarios "scenarios: [none.toml]"
+refuse "scenarios.0" "scenarios: [1]"
+refuse seeds "${good}seeds: last"
+refuse seeds.1 "${good}seeds: [1, -2]"
+refuse seconds "${good}seconds: soon"
+refuse sedes "${good}sedes: [1]"
+refuse presets "${good}presets: [paper, nonsense]"
+refuse configurations "${good}configurations: [none.toml]"
+refuse grid.parameters.gate.min_points.1 "${good}presets: [best]\ngrid: {parameters: {gate.min_points: [1, two]}}"
+refuse grid "${good}presets: [best]\ngrid: {parameters: {gate.nonsense: [1]}}"
+refuse grid "${good}presets: [best]\ngrid: {combine: single}"
+refuse grid.values "${good}presets: [best]\ngrid: {values: {}, parameters: {gate.min_points: [1]}}"
+refuse grid.presets "${good}grid: {parameters: {gate.min_points: [1]}}"
+refuse sweep "${good}sweep: cluster.nonsense=1:2:1"
+refuse recordings "recordings: nowhere"
+refuse recordings "recordings: [records/none.mcap]"
+refuse rig "recordings: [records]"
+refuse resources.merge.threads "${good}resources: {merge: {threads: 0}}"
+refuse resources.report "${good}resources: {report: {threads: 1}}"
+refuse pieces "${good}seconds: 1\nextent: whole\npieces: {seconds: 1}"
+refuse pieces "scenarios: [las_vegas_15]\npieces: {seconds: 1}"
+refuse pieces.seconds "${good}pieces: {seconds: 0}"
+refuse shard "${good}shard: 3/2"
+sed -i 's/^overtake:.*/overtake: .\/missing/' sweep.yaml
+sed -i '/shard/d' sweep.yaml
+sweep --directory bad && fail "taken without a program"
+grep -q "/sweep.yaml: overtake: " "$work/log" || fail "no sentence on the program: $(cat "$work/log")"
+passed

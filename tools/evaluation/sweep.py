@@ -1,0 +1,370 @@
+# Copyright 2026 The Overtake authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# The plan of a sweep: from sweep.yaml (sweep.schema.yaml) its logs, groups of configurations and parts. A part is one
+# job: a log with a group. The Snakefile and tools/dev/evaluate_set use it.
+import hashlib
+import itertools
+import json
+import math
+import os
+import re
+import shlex
+import shutil
+import subprocess
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+ROOT = os.path.dirname(os.path.dirname(HERE))
+SCENARIOS = os.path.join(ROOT, 'tools/sim/scenarios')
+NOT_IN_ALL = ('demo', 'overtake', 'recorded_like')
+RESOURCES = {'simulate': {'threads': 1, 'mem_mb': 2000, 'runtime': 120},
+             'evaluate': {'threads': 1, 'mem_mb': 3000, 'runtime': 240},
+             'merge': {'threads': 1, 'mem_mb': 8000, 'runtime': 240},
+             'times': {'threads': os.cpu_count()}}
+
+
+class SweepError(Exception):
+    """A sentence that begins with the field of sweep.yaml."""
+
+
+def fail(field, sentence):
+    raise SweepError(f'{field}: {sentence}')
+
+
+def sentence_of(error):
+    """A ValidationError of jsonschema as one sentence that begins with the field."""
+    best = error
+    while best.context:  # of several forms, the one that fits best
+        best = max(best.context, key=lambda e: len(e.absolute_path))
+        if len(best.absolute_path) == len(error.absolute_path):
+            best = error
+            break
+    field = '.'.join(str(p) for p in best.absolute_path)
+    if best.validator == 'anyOf':
+        return 'scenarios or recordings: one of them is needed'
+    if best.validator == 'additionalProperties':
+        known = sorted(best.schema['properties'])
+        unknown = sorted(set(best.instance) - set(known))
+        return f"{'.'.join(filter(None, [field, unknown[0]]))}: there is no such field; there are {', '.join(known)}"
+    if best.validator == 'oneOf':
+        forms = []
+        for form in best.schema['oneOf']:
+            if 'const' in form or 'enum' in form:
+                forms += form.get('enum', [form.get('const')])
+            else:
+                forms.append('a text' if form.get('type') == 'string' else 'a list')
+        return f"{field}: {json.dumps(best.instance)} is none of {', '.join(forms)}"
+    return f"{field or 'the file'}: {best.message}"
+
+
+def quote(words):
+    return ' '.join(shlex.quote(word) for word in words)
+
+
+def find_program(name):
+    if name is None:
+        name = os.path.join(ROOT, 'build/release/overtake')
+        name = name if os.path.exists(name) else 'overtake'
+    path = shutil.which(name)
+    if path is None:
+        fail('overtake', f"'{name}' is not there: build it, or name another one")
+    return os.path.abspath(path)
+
+
+def run(program, *arguments):
+    return subprocess.run([program, *arguments], capture_output=True, text=True)
+
+
+def read_text(path, field):
+    try:
+        with open(path) as file:
+            return file.read()
+    except OSError as error:
+        fail(field, f'{path}: {error.strerror}')
+
+
+# ---- logs
+
+
+def scenario_file(scenario, base):
+    """The scenario's TOML file; None: built into the program, and without the source tree."""
+    if scenario.endswith('.toml'):
+        return os.path.join(base, scenario)
+    path = os.path.join(SCENARIOS, scenario + '.toml')
+    if os.path.isdir(SCENARIOS) and not os.path.exists(path):
+        fail('scenarios', f"there is no scenario '{scenario}' ({SCENARIOS})")
+    return path if os.path.exists(path) else None
+
+
+def seeds_of(seeds, scenario, text):
+    if isinstance(seeds, list):
+        return seeds
+    found = re.search(rf'^{"tune" if seeds == "tune" else "test"}_seeds = \[(.*)\]$', text or '', re.MULTILINE)
+    numbers = [int(word) for word in found.group(1).split(',')] if found and found.group(1).strip() else []
+    if not numbers:
+        fail('seeds', f"{scenario} names no seeds for '{seeds}'")
+    return numbers[:1] if seeds == 'first' else numbers
+
+
+def simulated_logs(config, base):
+    scenarios, seconds = config['scenarios'], config.get('seconds')
+    if scenarios == 'all':
+        names = [name[:-5] for name in sorted(os.listdir(SCENARIOS)) if name.endswith('.toml')]
+        scenarios = ['las_vegas_15'] + [n for n in names if n != 'las_vegas_15' and n not in NOT_IN_ALL]
+    # The report shows a spin, and this race has none.
+    if 'las_vegas_15' in scenarios and 'spin_near' not in scenarios and seconds is None:
+        scenarios = scenarios + ['spin_near']
+    logs, texts = {}, {}
+    for scenario in scenarios:
+        path = scenario_file(scenario, base)
+        text = read_text(path, 'scenarios') if path else ''
+        name = os.path.basename(scenario)[:-5] if scenario.endswith('.toml') else scenario
+        if name in texts:
+            fail('scenarios', f"two scenarios have the name '{name}'")
+        texts[name] = text
+        for seed in seeds_of(config['seeds'], name, text):
+            options = [path if scenario.endswith('.toml') else scenario, '--seed', str(seed)]
+            options += [] if seconds is None else ['--seconds', f'{seconds:g}']
+            log = f'{name}_{seed}' + ('' if seconds is None else f'_{seconds:g}s')
+            logs[log] = {'scenario': name, 'options': options}
+            if 'pieces' in config:
+                length = re.search(r'^seconds = ([0-9.]+)', text, re.MULTILINE)
+                if seconds is None and not length:
+                    fail('pieces', f'{name} does not say how long it takes: give seconds')
+                logs[log]['length_s'] = min([seconds or 1e9] + ([float(length.group(1))] if length else []))
+    return logs, texts
+
+
+def is_recording(path):
+    if os.path.isdir(path):
+        return any(n.endswith(('.db3', '.mcap', '.pcd', '.bin', '.ply')) for n in os.listdir(path))
+    return path.endswith(('.db3', '.mcap'))
+
+
+def length_of(path, program):
+    done = run(program, 'info', path, '--json')
+    try:
+        about = json.loads(done.stdout)
+        return (about['last_ns'] - about['first_ns']) * 1e-9
+    except (ValueError, KeyError, TypeError):
+        fail('pieces', f'{path} does not say how long it takes: {done.stderr.strip() or "it has no times"}')
+
+
+def recorded_logs(config, base, program):
+    given = config['recordings']
+    if isinstance(given, str):
+        folder = os.path.join(base, given)
+        if not os.path.isdir(folder):
+            fail('recordings', f'{folder} is no folder; a single recording is a list: [{given}]')
+        paths = [os.path.join(folder, n) for n in sorted(os.listdir(folder)) if is_recording(os.path.join(folder, n))]
+        if not paths:
+            fail('recordings', f'{folder} holds no recording (.db3, .mcap, folders)')
+    else:
+        paths = [os.path.join(base, path) for path in given]
+    logs = {}
+    for path in paths:
+        path = os.path.abspath(path)
+        name = os.path.splitext(os.path.basename(path))[0]
+        if not os.path.exists(path):
+            fail('recordings', f'{path} is not there')
+        if not config.get('rig') and not path.endswith('.mcap'):
+            fail('rig', f'{path} needs it: only logs of overtake simulate hold their own')
+        if name in logs:
+            fail('recordings', f"two recordings have the name '{name}': their results would lie in one folder")
+        logs[name] = {'path': path}
+        if 'pieces' in config:
+            logs[name]['length_s'] = length_of(path, program)
+    return logs
+
+
+def pieces_of(log, config):
+    """The options of each piece of a log, by the end of its name."""
+    if 'pieces' not in config:
+        return {'': []}
+    step, warm_up = config['pieces']['seconds'], config['pieces'].get('warm_up', 30)
+    count = max(1, math.ceil(log['length_s'] / step - 1e-9))
+    if count == 1:
+        return {'': []}
+    out = {}
+    for k in range(count):
+        options = ['--from', number(k * step), '--warm-up', number(warm_up)]
+        out[f'_from_{number(k * step)}s'] = options + (['--to', number((k + 1) * step)] if k + 1 < count else [])
+    return out
+
+
+# ---- contestants
+
+
+def number(value):
+    return f'{value:.17g}' if float(f'{value:g}') != value else f'{value:g}'
+
+
+def grid_configs(config, presets):
+    """name -> TOML text, for each point of the grid."""
+    grid = config.get('grid')
+    if not grid:
+        return {}
+    parameters = grid['parameters']
+    if grid.get('combine', 'product') == 'single':
+        points = [((name, value),) for name, values in parameters.items() for value in values]
+    else:
+        points = list(itertools.product(*[[(name, v) for v in values] for name, values in parameters.items()]))
+    out = {}
+    for preset in grid.get('presets', presets):
+        for point in points:
+            groups = {}
+            for name, value in point:
+                group, key = name.split('.')
+                groups.setdefault(group, []).append(f'{key} = {number(value)}\n')
+            text = f'preset = "{preset}"\n' + ''.join(f'\n[{g}]\n{"".join(rows)}' for g, rows in groups.items())
+            out['_'.join([preset] + [f'{name}={number(value)}' for name, value in point])] = text
+    return out
+
+
+def read_contestants(config, base):
+    """Presets, and the configurations by their names."""
+    presets = list(config.get('presets', []))
+    configs = {}
+    for file in config.get('configurations', []):
+        name = os.path.basename(file)
+        name = name[:-5] if name.endswith('.toml') else name
+        if name in configs:
+            fail('configurations', f"two configurations have the name '{name}'")
+        configs[name] = read_text(os.path.join(base, file), 'configurations')
+    if config.get('grid') and not presets and 'presets' not in config['grid']:
+        fail('grid.presets', 'is needed, or presets')
+    for name, text in grid_configs(config, presets).items():
+        if name in configs:
+            fail('configurations', f"'{name}' has the name of a point of the grid")
+        configs[name] = text
+    if not presets and not configs:
+        presets = ['paper']
+    return presets, configs
+
+
+def options_of(presets, configs):
+    out = ['--preset', ','.join(presets)] if presets else []
+    return out + (['--config', ','.join(f'configs/{name}.toml' for name in configs)] if configs else [])
+
+
+# ---- the plan
+
+
+def check(program, config, presets, configs, folder):
+    """Asks the program whether these contestants can run."""
+    os.makedirs(os.path.join(folder, 'configs'), exist_ok=True)
+    for name, text in configs.items():
+        write_changed(os.path.join(folder, f'configs/{name}.toml'), text)
+    extra = ['--sweep', config['sweep']] if config.get('sweep') else []
+    extra += ['--variants'] if config.get('variants') else []
+    done = subprocess.run([program, 'evaluate', '--check', *options_of(presets, configs), *extra, '--out', 'out'],
+                          capture_output=True, text=True, cwd=folder)
+    if done.returncode:
+        sentence = re.sub('^overtake: ', '', done.stderr.split('\n')[0])
+        field = 'sweep' if sentence.startswith('--sweep') else 'presets' if sentence.startswith('--preset') else (
+            'grid' if config.get('grid') else 'configurations')
+        fail(field, sentence)
+
+
+def make_plan(config, base, folder='.'):
+    """The plan of a valid config (with its defaults); `base`: the folder of its paths. Throws SweepError."""
+    program = find_program(os.path.join(base, config['overtake'])
+                           if '/' in config.get('overtake', '') else config.get('overtake'))
+    logs, scenarios = simulated_logs(config, base) if 'scenarios' in config else ({}, {})
+    if 'recordings' in config:
+        recorded = recorded_logs(config, base, program)
+        for name in set(recorded) & set(logs):
+            fail('recordings', f"'{name}' has the name of a simulated race")
+        logs.update(recorded)
+    presets, configs = read_contestants(config, base)
+    whole = config['extent'] == 'whole'
+    all_of = [('preset', name) for name in presets] + [('config', name) for name in configs]
+    size = len(all_of) if whole else config['contestants_per_job']  # baselines and times are those of the first one
+    groups = {}
+    for k in range(0, len(all_of), size):
+        members = all_of[k:k + size]
+        options = options_of([n for kind, n in members if kind == 'preset'], [n for kind, n in members if kind == 'config'])
+        if k == 0:
+            options += ['--variants'] if config['variants'] else []
+            options += ['--sweep', config['sweep']] if config.get('sweep') else []
+        groups[str(len(groups) + 1)] = options
+    judge = [] if whole else ['--only-figures']
+    for key, option in (('compare_every', '--compare-every'), ('every', '--every')):
+        judge += [option, str(config[key])] if key in config else []
+    of_recording = []
+    for key in ('rig', 'map'):
+        if key in config:
+            path = os.path.join(base, config[key])
+            of_recording += [f'--{key}', os.path.abspath(path) if os.path.exists(path) else config[key]]
+    if 'pieces' in config and whole:
+        fail('pieces', 'they need extent: figures')
+    parts = {}
+    for log, about in logs.items():
+        for ending, times in pieces_of(about, config).items():
+            for group in groups:
+                name = log + ending + ('' if len(groups) == 1 else f'.{group}')
+                options = judge + times + (of_recording if 'path' in about else [])
+                parts[name] = {'log': log, 'group': group, 'options': options}
+    targets = list(parts)
+    if config.get('shard'):
+        index, count = (int(word) for word in config['shard'].split('/'))
+        if index > count:
+            fail('shard', f"I/N with 1 <= I <= N is needed, not '{config['shard']}'")
+        targets = targets[index - 1::count]
+        if not targets:
+            fail('shard', f"{config['shard']} of {len(parts)} jobs is empty")
+    measured = ['scaling.json'] if config['times'] else []
+    measured += ['recordings.json'] if config.get('data_sets') else []
+    resources = {rule: {**RESOURCES[rule], **config.get('resources', {}).get(rule, {})} for rule in RESOURCES}
+    check(program, config, presets, configs, folder)
+    texts = {'build': run(program, '--version').stdout, 'judge': quote(judge) + '\n' + quote(of_recording) + '\n',
+             'first': quote(options_of(presets, configs)) + '\n' + ''.join(configs.values()),
+             'pieces': json.dumps(config.get('pieces', {})) + '\n',
+             'parts': ''.join(f'parts/{part}\n' for part in targets)}
+    for path in of_recording[1::2]:
+        if os.path.isfile(path):
+            with open(path, 'rb') as file:
+                texts['judge'] += hashlib.sha256(file.read()).hexdigest() + '\n'
+    for scenario, text in scenarios.items():
+        texts[f'scenarios/{scenario}'] = text
+    for group, options in groups.items():
+        names = [re.sub(r'^configs/|\.toml$', '', word) for option in options for word in option.split(',')]
+        texts[f'groups/{group}'] = quote(options) + '\n' + ''.join(configs[n] for n in names if n in configs)
+    return {'overtake': shlex.quote(program), 'logs': logs, 'groups': groups, 'parts': parts, 'targets': targets,
+            'results': measured if config.get('shard') else ['metrics.json', 'report.html'],
+            'measured': measured, 'data_sets': config.get('data_sets') and os.path.join(base, config['data_sets']),
+            'first': options_of(presets, configs), 'keep_logs': config['keep_logs'], 'retries': config['retries'],
+            'resources': resources, 'texts': texts}
+
+
+def write_changed(path, text):
+    """Leaves a file of the same content alone, and its time with it. True: there was another one."""
+    before = None
+    if os.path.exists(path):
+        with open(path) as file:
+            before = file.read()
+    if before == text:
+        return False
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    with open(path + '.part', 'w') as file:
+        file.write(text)
+    os.replace(path + '.part', path)
+    return before is not None
+
+
+def write_plan(plan, folder='.'):
+    # The rule merge replaces the folder runs.
+    if os.path.exists(os.path.join(folder, 'runs')) and not os.path.exists(os.path.join(folder, '.overtake')):
+        fail('--directory', f'{os.path.abspath(folder)}/runs is not of a sweep: choose another folder')
+    changed = [name for name, text in plan['texts'].items() if write_changed(os.path.join(folder, 'inputs', name), text)]
+    if 'build' in changed or 'first' in changed:  # also where this sweep does not measure them
+        for name in ('scaling.json', 'recordings.json'):
+            if os.path.exists(os.path.join(folder, name)):
+                os.remove(os.path.join(folder, name))
+    stored = {key: value for key, value in plan.items() if key != 'texts'}
+    write_changed(os.path.join(folder, 'inputs/plan.json'), json.dumps(stored, indent=1) + '\n')
+
+
+def read_plan(folder='.'):
+    with open(os.path.join(folder, 'inputs/plan.json')) as file:
+        return json.load(file)
