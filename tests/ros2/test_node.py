@@ -422,6 +422,13 @@ def test_names(work):
               for word in ('--remap', f'{topic}:=/elsewhere/{topic}')]
     expect(frames_with(*inputs, prefix='/elsewhere') >= 38, 'inputs with other names')
 
+    text = (work / 'race' / 'rig.toml').read_text()
+    for sensor in ('front', 'left', 'right'):
+        text = text.replace(f'name = "{sensor}"', f'name = "{sensor}"\ntopics = ["/vehicle_*/{sensor}/points"]')
+    star = work / 'star.toml'
+    star.write_text(text.replace('[[sensor]]', '[topics]\nego = ["/vehicle_*/ego/odometry"]\n[[sensor]]', 1))
+    expect(frames_with(prefix='/vehicle_5', rig=star) >= 38, 'topics of a rig with *')
+
     config = work / 'node.toml'
     config.write_text(f'rig = "{race}"\npreset = "paper"\n[node]\nname = "other"\nremap = ['
                       + ', '.join(f'"~/{result}:=/overtake/{result}"' for result in results) + ']\n')
