@@ -471,7 +471,23 @@ def test_interop_long(work):
     interop(work, 60, 'las_vegas_15')
 
 
-if not peer_program:
+def test_messages(_):
+    """messages.idl and the .msg files of overtake_msgs have the same fields in the same order."""
+    folder = pathlib.Path(__file__).resolve().parents[2] / 'tools' / 'ros2'
+    idl = (folder / 'messages.idl').read_text()
+    types = {'double': 'float64', 'octet': 'uint8', 'long': 'int32', 'unsigned long': 'uint32', 'string': 'string',
+             'unsigned long long': 'uint64', 'builtin_interfaces::msg::dds_::Time_': 'builtin_interfaces/Time',
+             'std_msgs::msg::dds_::Header_': 'std_msgs/Header', 'sequence<Track_>': 'Track[]'}
+    for message, count in (('Track', 22), ('Tracks', 7)):
+        body = re.search(rf'struct {message}_ \{{(.*?)\}};', idl, re.S)[1]
+        of_idl = [(types[kind] + (size or ''), field)
+                  for kind, field, size in re.findall(r'(\S[^;\n]*?) (\w+)(\[\d+\])?;', body)]
+        lines = [line.split('#')[0] for line in (folder / f'overtake_msgs/msg/{message}.msg').read_text().splitlines()]
+        of_msg = [tuple(line.split()) for line in lines if line.strip() and '=' not in line]
+        expect(of_idl == of_msg and len(of_idl) == count, f'{message}: {set(of_idl) ^ set(of_msg)}')
+
+
+if not peer_program and name != 'messages':
     print(f'skipped: ros2_{name}: no Cyclone DDS, or no Fast DDS with fastddsgen (tools/setup --ros2)')
     sys.exit(77)
 with tempfile.TemporaryDirectory() as folder:
