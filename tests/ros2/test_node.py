@@ -274,7 +274,7 @@ def test_faults(work):
     race = make_race(work, 2)
     short = ('--frames', '25', '--linger', '1.5')
     with Node(work, rig=rig_with_frames(work)) as node:
-        node.expect(r'front: nobody publishes /front/points .*of type sensor_msgs/msg/PointCloud2 there is none')
+        node.expect(r'front: nobody publishes /front/points or .*of type sensor_msgs/msg/PointCloud2 there is none')
 
         def play(*options):
             # Its stamps follow those before: the publishers of a race that goes on.
@@ -422,6 +422,13 @@ def test_names(work):
               for word in ('--remap', f'{topic}:=/elsewhere/{topic}')]
     expect(frames_with(*inputs, prefix='/elsewhere') >= 38, 'inputs with other names')
 
+    text = (work / 'race' / 'rig.toml').read_text()
+    for sensor in ('front', 'left', 'right'):
+        text = text.replace(f'name = "{sensor}"', f'name = "{sensor}"\ntopics = ["/vehicle_*/{sensor}/points"]')
+    star = work / 'star.toml'
+    star.write_text(text.replace('[[sensor]]', '[topics]\nego = ["/vehicle_*/ego/odometry"]\n[[sensor]]', 1))
+    expect(frames_with(prefix='/vehicle_5', rig=star) >= 38, 'topics of a rig with *')
+
     config = work / 'node.toml'
     config.write_text(f'rig = "{race}"\npreset = "paper"\n[node]\nname = "other"\nremap = ['
                       + ', '.join(f'"~/{result}:=/overtake/{result}"' for result in results) + ']\n')
@@ -464,7 +471,23 @@ def test_interop_long(work):
     interop(work, 60, 'las_vegas_15')
 
 
-if not peer_program:
+def test_messages(_):
+    """messages.idl and the .msg files of overtake_msgs have the same fields in the same order."""
+    folder = pathlib.Path(__file__).resolve().parents[2] / 'tools' / 'ros2'
+    idl = (folder / 'messages.idl').read_text()
+    types = {'double': 'float64', 'octet': 'uint8', 'long': 'int32', 'unsigned long': 'uint32', 'string': 'string',
+             'unsigned long long': 'uint64', 'builtin_interfaces::msg::dds_::Time_': 'builtin_interfaces/Time',
+             'std_msgs::msg::dds_::Header_': 'std_msgs/Header', 'sequence<Track_>': 'Track[]'}
+    for message, count in (('Track', 22), ('Tracks', 7)):
+        body = re.search(rf'struct {message}_ \{{(.*?)\}};', idl, re.S)[1]
+        of_idl = [(types[kind] + (size or ''), field)
+                  for kind, field, size in re.findall(r'(\S[^;\n]*?) (\w+)(\[\d+\])?;', body)]
+        lines = [line.split('#')[0] for line in (folder / f'overtake_msgs/msg/{message}.msg').read_text().splitlines()]
+        of_msg = [tuple(line.split()) for line in lines if line.strip() and '=' not in line]
+        expect(of_idl == of_msg and len(of_idl) == count, f'{message}: {set(of_idl) ^ set(of_msg)}')
+
+
+if not peer_program and name != 'messages':
     print(f'skipped: ros2_{name}: no Cyclone DDS, or no Fast DDS with fastddsgen (tools/setup --ros2)')
     sys.exit(77)
 with tempfile.TemporaryDirectory() as folder:

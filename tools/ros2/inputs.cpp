@@ -453,12 +453,12 @@ void Inputs::watch_input(Input& input, const Discovery& discovery, int64_t now_n
   if (input.found_ns == 0 && input.needed && other.empty() && now_ns - begin_ns_ > kStart_ns) {
     std::sort(same_type.begin(), same_type.end());
     same_type.erase(std::unique(same_type.begin(), same_type.end()), same_type.end());
-    const std::string wanted = input.topic.empty() ? input.wanted[0] : input.topic;
+    const std::string wanted = input.topic.empty() ? io::join(input.wanted, " or ") : input.topic;
+    const std::string others = same_type.empty() ? "none" : io::join(same_type, ", ");
+    const bool cloud = input.type == io::kPointCloud2Name;
     faults_.raise(input.part, "topic", Level::kError,
-                  "nobody publishes " + wanted + (input.wanted.size() > 1 ? " (or another name of the rig)" : "") +
-                      "; of type " + input.type + " there is " +
-                      (same_type.empty() ? "none" : io::join(same_type, ", ")) +
-                      (input.type == io::kPointCloud2Name ? " (--remap " + input.part + "/points:=NAME)" : ""),
+                  "nobody publishes " + wanted + "; of type " + input.type + " there is " + others +
+                      (cloud ? " (--remap " + input.part + "/points:=NAME)" : ""),
                   now_ns);
   }
   if (input.reader <= 0) return;

@@ -79,11 +79,10 @@ class Node {
   void say_hello() const {
     const int32_t granted = look_at_sockets().receive_buffer;
     if (granted < kReceiveBuffer)
-      std::fprintf(
-          stderr,
-          "overtake: note: the kernel caps the receive buffer at %s, %s are wanted, so that no clouds are lost: "
-          "sysctl -w net.core.rmem_max=%d\n",
-          io::format_size(uint64_t(granted)).c_str(), io::format_size(kReceiveBuffer).c_str(), kReceiveBuffer);
+      std::fprintf(stderr,
+                   "overtake: note: the receive buffer has %s, %s are wanted, so that no clouds are lost: "
+                   "sysctl -w net.core.rmem_max=%d\n",
+                   io::format_size(uint64_t(granted)).c_str(), io::format_size(kReceiveBuffer).c_str(), kReceiveBuffer);
     if (options_.quiet) return;
     std::fprintf(stderr, "overtake: domain %d, rig %s, preset %s, results on %s and the like; Ctrl-C ends it\n",
                  options_.domain, config_.rig.name.c_str(), config_.preset.c_str(), outputs_.topics()[0].c_str());
