@@ -55,7 +55,8 @@ install(FILES ${PROJECT_BINARY_DIR}/installed/kernels/README.md DESTINATION ${do
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/kernels/pictures DESTINATION ${doc_dir}/kernels)
 foreach(file pipeline/README.md tests/README.md bench/README.md bench/flame.svg tools/README.md
              tools/python/README.md tools/io/README.md tools/io/formats.def tools/sim/README.md
-             tools/evaluation/README.md tools/view/README.md tools/view/web/README.md tools/serve/README.md
+             tools/evaluation/README.md tools/evaluation/SCALE.md tools/view/README.md tools/view/web/README.md
+             tools/serve/README.md
              tools/frame.png)
   cmake_path(GET file PARENT_PATH folder)
   install(FILES ${PROJECT_SOURCE_DIR}/${file} DESTINATION ${doc_dir}/${folder})
