@@ -299,9 +299,11 @@ std::vector<Run> read_runs(const std::string& out) {
   std::vector<Run> runs;
   std::vector<fs::path> folders;
   if (!fs::is_directory(out + "/runs")) throw io::Error(out, 0, "holds no runs of overtake evaluate");
-  for (const auto& variant : fs::directory_iterator(out + "/runs"))
+  for (const auto& variant : fs::directory_iterator(out + "/runs")) {
+    if (!variant.is_directory()) continue;  // Snakemake's note of the time
     for (const auto& log : fs::directory_iterator(variant.path()))
       if (is_done(log.path().string())) folders.push_back(log.path());
+  }
   std::sort(folders.begin(), folders.end());
   for (const fs::path& folder : folders) {
     Run run{"", folder.filename().string(), read_about(folder.string()), {}};

@@ -187,8 +187,8 @@ def pieces_of(log, config):
         return {'': []}
     out = {}
     for k in range(count):
-        options = ['--from', number(k * step), '--warm-up', number(warm_up)]
-        out[f'_from_{number(k * step)}s'] = options + (['--to', number((k + 1) * step)] if k + 1 < count else [])
+        options = ['--from', number(round(k * step, 9)), '--warm-up', number(warm_up)]
+        out[f'_from_{number(round(k * step, 9))}s'] = options + (['--to', number(round((k + 1) * step, 9))] if k + 1 < count else [])
     return out
 
 
@@ -196,7 +196,7 @@ def pieces_of(log, config):
 
 
 def number(value):
-    return f'{value:.17g}' if float(f'{value:g}') != value else f'{value:g}'
+    return f'{value:g}' if float(f'{value:g}') == value else repr(value)
 
 
 def grid_configs(config, presets):

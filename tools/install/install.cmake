@@ -65,7 +65,8 @@ foreach(file pipeline/README.md tests/README.md bench/README.md bench/flame.svg)
   install(FILES ${PROJECT_SOURCE_DIR}/${file} DESTINATION ${doc_dir}/${folder} COMPONENT development)
 endforeach()
 foreach(file tools/README.md tools/python/README.md tools/io/README.md tools/io/formats.def tools/sim/README.md
-             tools/evaluation/README.md tools/view/README.md tools/view/web/README.md tools/serve/README.md
+             tools/evaluation/README.md tools/evaluation/SCALE.md tools/view/README.md tools/view/web/README.md
+             tools/serve/README.md tools/ros2/README.md
              tools/frame.png)
   cmake_path(GET file PARENT_PATH folder)
   install(FILES ${PROJECT_SOURCE_DIR}/${file} DESTINATION ${doc_dir}/${folder} COMPONENT tools)
@@ -85,6 +86,14 @@ if(OVT_TOOLS)
   foreach(place site-functions vendor-completions)      # of zsh; Debian searches the second one below /usr
     install(FILES ${PROJECT_BINARY_DIR}/manual/_overtake DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/${place} COMPONENT tools)
   endforeach()
+  # Sweeps, and packages for a colcon workspace.
+  install(FILES ${PROJECT_SOURCE_DIR}/tools/evaluation/Snakefile ${PROJECT_SOURCE_DIR}/tools/evaluation/sweep.py
+          ${PROJECT_SOURCE_DIR}/tools/evaluation/sweep.schema.yaml
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/overtake/evaluation COMPONENT tools)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/evaluation/profiles
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/overtake/evaluation COMPONENT tools USE_SOURCE_PERMISSIONS)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/ros2/overtake_msgs ${PROJECT_SOURCE_DIR}/tools/ros2/overtake_ros2
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/overtake/ros2 COMPONENT tools)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/rigs DESTINATION ${CMAKE_INSTALL_DATADIR}/overtake COMPONENT tools
           FILES_MATCHING PATTERN *.toml)
 endif()

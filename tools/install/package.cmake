@@ -49,6 +49,7 @@ if(OVT_TOOLS)
   list(APPEND CPACK_COMPONENTS_ALL tools)
   set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME overtake)
   set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION utils)
+  set(CPACK_DEBIAN_TOOLS_PACKAGE_SUGGESTS "snakemake, libovertake-dev")
   set(CPACK_DEBIAN_TOOLS_DESCRIPTION "command line
 Replays recordings (rosbag2, MCAP, PCD, KITTI and others), simulates races, evaluates
 detections and tracks, and shows them in a browser. With rigs of sensors and the
