@@ -43,8 +43,8 @@ killed=0
 for ((k = 0; k < times; ++k)); do
   setsid "${sweep[@]}" --directory killed >"$work/log" 2>&1 &
   sweep_id=$!
-  # Up to a third of the whole sweep, which begins with a start of Snakemake.
-  sleep "$(awk -v t="$took_ms" -v r="$RANDOM" 'BEGIN { print (0.8 + t / 3000 * r / 32768) }')"
+  # Up to an eighth of the whole sweep, after a start of Snakemake.
+  sleep "$(awk -v t="$took_ms" -v r="$RANDOM" 'BEGIN { print (0.8 + t / 8000 * r / 32768) }')"
   if kill -KILL -- "-$sweep_id" 2>/dev/null; then killed=$((killed + 1)); fi
   wait "$sweep_id" 2>/dev/null
   "${sweep[@]}" --directory killed --unlock >/dev/null 2>&1
