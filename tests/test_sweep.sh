@@ -51,6 +51,19 @@ cmp by_hand/metrics.json out/metrics.json || fail "the sweep differs from overta
 [[ -z $(find out -name '*:*') ]] || fail "a colon in a name: $(find out -name '*:*')"
 sweep --directory out --dry-run || fail "dry run: $(cat "$work/log")"
 grep -q "Nothing to be done" "$work/log" || fail "a finished sweep is not finished: $(cat "$work/log")"
+# The differences from another result.
+sed 's/^seeds: .*/&\nagainst: [by_hand]/' sweep.yaml >sweep_against.yaml
+snakemake --snakefile "$snakefile" --configfile sweep_against.yaml --rerun-triggers mtime --cores 2 --directory out >"$work/log" 2>&1 ||
+  fail "against: $(tail -n 30 "$work/log")"
+[[ $(grep -c '^rule compare:' "$work/log") == 1 && $(grep -cE '^rule (evaluate|simulate|merge):' "$work/log") == 0 ]] ||
+  fail "against runs more than compare: $(grep '^rule' "$work/log")"
+python3 - <<'END' || fail "comparison.json: $(head -c 300 out/comparison.json)"
+import json
+found = json.load(open('out/comparison.json'))
+assert found['base'] == 'by_hand/best' and found['logs'] == 6 and len(found['contestants']) == 14, found['base']
+there = {c['contestant']: c['differences']['detected']['value'] for c in found['contestants']}
+assert there['out/best'] == 0 and there['out/paper'] == there['by_hand/paper'], there
+END
 # Another value makes its two groups anew, and of a deleted log all three; another seed its logs alone; then the merge.
 sed -i 's/min_points: \[2, 6\]/min_points: [2, 7]/' sweep.yaml
 sweep --directory out --dry-run
@@ -116,6 +129,7 @@ refuse recordings "recordings: [records/none.mcap]"
 refuse rig "recordings: [records]"
 refuse resources.merge.threads "${good}resources: {merge: {threads: 0}}"
 refuse resources.report "${good}resources: {report: {threads: 1}}"
+refuse against.0 "${good}against: [logs]"
 refuse pieces "${good}seconds: 1\nextent: whole\npieces: {seconds: 1}"
 refuse pieces "scenarios: [las_vegas_15]\npieces: {seconds: 1}"
 refuse pieces.seconds "${good}pieces: {seconds: 0}"

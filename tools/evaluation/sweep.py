@@ -315,6 +315,11 @@ def make_plan(config, base, folder='.'):
             fail('shard', f"{config['shard']} of {len(parts)} jobs is empty")
     measured = ['scaling.json'] if config['times'] else []
     measured += ['recordings.json'] if config.get('data_sets') else []
+    against = [os.path.abspath(os.path.join(base, folder)) for folder in config.get('against', [])]
+    for k, folder in enumerate(against):
+        if not os.path.isfile(os.path.join(folder, 'metrics.json')):
+            fail(f'against.{k}', f"'{config['against'][k]}' has no metrics.json")
+    results = ['metrics.json', 'report.html'] + (['comparison.json'] if against else [])
     resources = {rule: {**RESOURCES[rule], **config.get('resources', {}).get(rule, {})} for rule in RESOURCES}
     check(program, config, presets, configs, folder)
     texts = {'build': run(program, '--version').stdout, 'judge': quote(judge) + '\n' + quote(of_recording) + '\n',
@@ -331,7 +336,7 @@ def make_plan(config, base, folder='.'):
         names = [re.sub(r'^configs/|\.toml$', '', word) for option in options for word in option.split(',')]
         texts[f'groups/{group}'] = quote(options) + '\n' + ''.join(configs[n] for n in names if n in configs)
     return {'overtake': shlex.quote(program), 'logs': logs, 'groups': groups, 'parts': parts, 'targets': targets,
-            'results': measured if config.get('shard') else ['metrics.json', 'report.html'],
+            'results': measured if config.get('shard') else results, 'against': against,
             'measured': measured, 'data_sets': config.get('data_sets') and os.path.join(base, config['data_sets']),
             'first': options_of(presets, configs), 'keep_logs': config['keep_logs'], 'retries': config['retries'],
             'resources': resources, 'texts': texts}
