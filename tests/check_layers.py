@@ -25,7 +25,7 @@ LAYERS = {
                   'tools/ros2', 'tools/evaluation'],
 }
 TOP_OF_TOOLS = {'CMakeLists.txt', 'README.md', 'demo', 'frame.png', 'setup', 'test', 'cli', 'client', 'dev', 'evaluation',
-                'examples', 'install', 'io', 'python', 'rigs', 'ros2', 'serve', 'sim', 'view'}
+                'cluster', 'examples', 'install', 'io', 'python', 'rigs', 'ros2', 'serve', 'sim', 'view'}
 
 root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else '.')
 faults = []

@@ -45,7 +45,7 @@ std::string note_of(const Differences& d) {
   return text;
 }
 
-std::string text_of(double value) {
+std::string value_text(double value) {
   std::string text;
   io::append_number(text, value);
   return text;
@@ -96,7 +96,7 @@ Rows parameter_rows(const Differences& d) {
   Rows rows(1, {"preset", "parameter", "value", "configurations"});
   add_header(rows[0]);
   for (const ParameterValue& p : d.parameters) {
-    rows.push_back({p.preset, p.parameter, text_of(p.value) + (p.is_reference ? " (reference)" : ""),
+    rows.push_back({p.preset, p.parameter, value_text(p.value) + (p.is_reference ? " (reference)" : ""),
                     std::to_string(p.configurations)});
     for (std::size_t m = 0; m < kMeasureCount; ++m)
       rows.back().push_back(p.is_reference ? "" : difference_text(p.differences[m], kMeasures[m].digits));
