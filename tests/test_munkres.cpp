@@ -248,3 +248,32 @@ TEST_CASE("munkres: clear removes the last problem") {
   CHECK(column_of_row[0] == -1);
   CHECK(column_of_row[1] == 0);
 }
+
+TEST_CASE("munkres: a row that may stay alone does so where that is cheaper, also for the others") {
+  for (uint32_t seed = 1; seed <= 6000; ++seed) {
+    std::mt19937 random(seed);
+    Problem p = make_problem(random, 6, 5, seed % 3 == 0 ? 2 : 400);
+    std::vector<double> alone(std::size_t(p.rows));
+    Munkres munkres(p.rows, p.columns, int32_t(p.pairs.size()));
+    munkres.clear(p.rows, p.columns);
+    for (double& cost : alone) {
+      cost = 0.125 * (int32_t(random() % 801) - 400);
+      if (random() % 3 == 0) cost = std::numeric_limits<double>::infinity();
+      munkres.leave_alone_for(int32_t(&cost - alone.data()), cost);
+    }
+    for (const TestPair& pair : p.pairs) REQUIRE(munkres.add(pair.row, pair.column, pair.cost));
+    std::vector<int32_t> column_of_row(std::size_t(p.rows), -2);
+    munkres.solve(column_of_row.data());
+    // The same as a problem in which each of these rows has a column of its own.
+    Problem same = p;
+    std::vector<int32_t> of_row(std::size_t(p.rows), -1);
+    for (int32_t r = 0; r < p.rows; ++r)
+      if (alone[std::size_t(r)] < 1e9)
+        same.pairs.push_back({r, of_row[std::size_t(r)] = same.columns++, alone[std::size_t(r)]});
+    std::vector<int32_t> answer = column_of_row;
+    for (int32_t r = 0; r < p.rows; ++r)
+      if (answer[std::size_t(r)] < 0) answer[std::size_t(r)] = of_row[std::size_t(r)];
+    CAPTURE(seed);
+    REQUIRE(value_of(same, answer) == search_all(same, 0, 0));
+  }
+}

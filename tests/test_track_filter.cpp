@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <cstring>
 #include <random>
 
 #include "core/math.h"
@@ -245,4 +246,46 @@ TEST_CASE("track filter: a state that no car can have is not sound") {
   e = good;
   e.covariance[4][0] = INFINITY;
   CHECK_FALSE(is_sound(e));
+}
+
+TEST_CASE("track filter: the second measurement gives speed and course as a filter in velocities does") {
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  for (int32_t round = 0; round < 400; ++round) {
+    // Truth drawn from the prior, two measurements: the errors are as large as the covariance says.
+    const double sigma_mps = 20, dt_s = 0.1, sigma_m = round % 2 ? 0.2 : 1.0;
+    TrackEstimate e;
+    e.mean = {normal(random) * sigma_m, normal(random) * sigma_m, 0, 0, 0};
+    for (int32_t i = 0; i < kTrackStateSize; ++i) e.covariance[i][i] = 1;
+    e.covariance[0][0] = e.covariance[1][1] = sigma_m * sigma_m + sigma_mps * sigma_mps * dt_s * dt_s;
+    e.covariance[3][3] = kPi * kPi;
+    const double x_m = e.mean.x_m, y_m = e.mean.y_m;
+    const double vx = normal(random) * sigma_mps, vy = normal(random) * sigma_mps;
+    Measurement z{};
+    z.x_m = vx * dt_s + normal(random) * sigma_m, z.y_m = vy * dt_s + normal(random) * sigma_m;
+    z.var_x = z.var_y = sigma_m * sigma_m;
+    z.cov_xy = 0;
+    REQUIRE(find_course(e, z, sigma_mps, dt_s));
+    CHECK(is_sound(e));
+    // The innovation is shared between place and velocity.
+    const double share = sigma_mps * sigma_mps * dt_s / (2 * z.var_x + sigma_mps * sigma_mps * dt_s * dt_s);
+    const double speed_mps = share * std::hypot(z.x_m - x_m, z.y_m - y_m);
+    CHECK(e.mean.speed_mps == doctest::Approx(speed_mps).epsilon(1e-9));
+    CHECK(std::fabs(wrap_angle(e.mean.course_rad - std::atan2(z.y_m - y_m, z.x_m - x_m))) < 1e-9);
+    const double var = sigma_mps * sigma_mps * (1 - share * dt_s);
+    CHECK(e.covariance[2][2] == doctest::Approx(var).epsilon(1e-6));
+    CHECK(e.covariance[3][3] == doctest::Approx(var / std::max(speed_mps * speed_mps, var)).epsilon(1e-6));
+    CHECK(e.covariance[4][4] == doctest::Approx(1).epsilon(1e-6));
+    // The covariance in map axes does not depend on the course.
+    CHECK(e.covariance[0][0] == doctest::Approx(e.covariance[1][1]).epsilon(1e-6));
+  }
+  TrackEstimate e;
+  for (int32_t i = 0; i < kTrackStateSize; ++i) e.covariance[i][i] = 1;
+  const TrackEstimate before = e;
+  Measurement z{};
+  z.var_x = z.var_y = 1, z.cov_xy = 0;
+  CHECK_FALSE(find_course(e, z, 20, 0));
+  z.var_x = -2;
+  CHECK_FALSE(find_course(e, z, 20, 0.1));
+  CHECK(std::memcmp(&e, &before, sizeof e) == 0);
 }

@@ -54,9 +54,9 @@ constinit const Method kBest = {.name = "best",
                                 .tracker_params = kLaneTrackerParams,
                                 .set_defaults = [](ovt_params& params) noexcept {
                                   params.merge_columns = 8;
-                                  params.tracker_r_x = params.tracker_r_y = 1;  // of pushed rows
-                                  params.tracker_gate_d2 = 25;                  // a manoeuvre is still the same car
-                                  params.tracker_max_silence_s = 12;            // a lost car keeps its id for so long
+                                  params.tracker_r_x = params.tracker_r_y = 0.3;  // of pushed rows
+                                  params.tracker_gate_d2 = 25;                    // a manoeuvre is still the same car
+                                  params.tracker_max_silence_s = 12;              // a lost car keeps its id for so long
                                   params.cluster_threshold_rad = 2.8 * kPi / 180;  // two cars are not one
                                 }};
 

@@ -9,6 +9,7 @@
 //   look_ahead(state, dt_s)         -> Ahead, and place(Ahead)
 //   estimate(state, dt_s, ahead)    -> Estimate
 //   cost(estimate, z, cost)         false: outside of the policy's gate
+//   alone_cost(state, cost)         optional. True: the track may also stay without a measurement, at this cost
 //   travel_m(state, dt_s)           upper limit of the distance between the state's place and the predicted one
 #pragma once
 
@@ -192,6 +193,8 @@ class GlobalAssignment {
       effort.limited = true;
     }
     effort.work += kStepsPerPair * near_count;
+    if constexpr (requires(double& cost) { policy.alone_cost(g.state, cost); })
+      if (double cost; policy.alone_cost(g.state, cost)) munkres_.leave_alone_for(g.slot, cost);
     for (int32_t k = 0; k < near_count; ++k) {
       const int32_t i = within_reach_[k];
       const Measurement& z = g.it.measurement[i];

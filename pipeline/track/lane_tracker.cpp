@@ -24,13 +24,15 @@ constexpr double kPart_m2 = 0.5;       // variance of a detection whose error la
 constexpr double kLasting_m = 50.0;    // farther away, the parts of a car that are seen change with every frame
 constexpr double kLagKeep = 0.8;       // share of the lag that an iteration keeps
 constexpr double kManoeuvre_s = 0.3;   // the noise of a manoeuvre goes on for so long after the last sign of it
-constexpr double kFreeSpeedNoise = 10.0, kFreeCourseNoise = 0.05;  // (m/s)^2 and rad^2 per second, without a map
-constexpr double kFreeYawRateNoise = 0.05;                         // (rad/s)^2 per second
-constexpr double kFreeCoast_m = 5.0;     // most standard deviation of the place of a car that should be seen
+constexpr double kFreeSpeedNoise = 2.5, kFreeCourseNoise = 0.0125;  // (m/s)^2 and rad^2 per second, without a map
+constexpr double kFreeYawRateNoise = 0.0125;                        // (rad/s)^2 per second
+constexpr double kFreeBirthCourse_rad = 1.0, kFreeBirthYawRate_rps = 0.5;  // deviations, at least
+constexpr double kFreeCoast_m = 3.0;     // most standard deviation of the place of a car that should be seen
 constexpr double kFreeTurns_mps = 10.0;  // a faster car changes its course less
 constexpr double kTurnNoise = 0.1;       // rad^2 per second: of the course while the car leaves it
 constexpr int32_t kSteadyHits = 5;       // with fewer hits the state has not settled
 constexpr double kBirthSigma_mps = 10.0;
+constexpr double kAloneCost = 14.0;  // of a first detection that stays the only one of its track
 
 // Heading.
 constexpr double kHeadingMemory_s = 0.3, kHeadingGate_d2 = 9.0, kHeadingSigma_rad = 0.1, kHeadingRate_rps = 2.0;
@@ -46,6 +48,8 @@ constexpr double kBehindShare = 0.6, kPartShare = 1.2;  // of a car's width: a c
                                                         // sight is hidden by it, or may be in part
 constexpr double kKnownHit = 0.3;  // a hit adds at least this to the score of a track that was confirmed
 constexpr double kLowReach_m = 80.0, kNearest_m = 8.0, kSparse = 0.03, kThin = 0.1;
+constexpr double kRowScore = 1.0;  // of a pushed row without a score: its detector says that it is a car
+constexpr int32_t kRowHits = 2;    // what the first row counts, because it is a whole object
 constexpr double kLeastScore = 0.11920292202211755;  // 1 / (1 + e^2)
 constexpr int64_t kMostVotes = 10;                   // after so many votes for one class, more for another one decide
 
@@ -60,9 +64,18 @@ bool is_cluster(const Measurement& z) { return z.points > 0 && std::isfinite(z.h
 
 // Of a pushed row: log odds of its detector's confidence, from -2 to 2, because a detector repeats its errors.
 double score_of(const Measurement& z) {
-  if (!(z.score >= 0.0)) return 0.0;
+  if (!(z.score >= 0.0)) return kRowScore;
   const double p = std::clamp(z.score, kLeastScore, 1.0 - kLeastScore);
   return log_f64(p / (1.0 - p));
+}
+
+// A track begins so where neither map nor ego vehicle tells its course: it stays where it is, and its place spreads to
+// all sides until the second measurement.
+bool is_course_unknown(const TrackEstimate& e) { return e.covariance[3][3] >= kPi * kPi; }
+void spread(TrackEstimate& e, double sigma_mps, double from_s, double to_s) {
+  const double more = sigma_mps * sigma_mps * (to_s * to_s - from_s * from_s);
+  e.covariance[0][0] += more;
+  e.covariance[1][1] += more;
 }
 
 int32_t steps_of(double dt_s) {
@@ -148,6 +161,13 @@ bool LanePolicy::comes_to_rest(const State& s) const noexcept {
 void LanePolicy::move(State& s, double dt_s, bool forward_in_time) const noexcept {
   if (dt_s == 0.0) return;
   forward_in_time = forward_in_time && dt_s > 0.0;
+  if (is_course_unknown(s.estimate)) {
+    if (!forward_in_time) return;
+    spread(s.estimate, params_.birth_sigma_v, s.unseen_s, s.unseen_s + dt_s);
+    s.unseen_s += dt_s;
+    s.heading_age_s += dt_s;
+    return;
+  }
   const int32_t steps = steps_of(dt_s);
   const double step_s = dt_s / steps;
   for (int32_t k = 0; k < steps; ++k) {
@@ -194,6 +214,10 @@ LanePolicy::Ahead LanePolicy::look_ahead(const State& s, double dt_s) const noex
 
 LanePolicy::Estimate LanePolicy::estimate(const State& s, double dt_s, const Ahead&) const noexcept {
   Estimate e = s.estimate;
+  if (is_course_unknown(e)) {
+    if (dt_s > 0.0) spread(e, params_.birth_sigma_v, s.unseen_s, s.unseen_s + dt_s);
+    return e;
+  }
   const CourseNoise noise = noise_of(s);
   const int32_t steps = steps_of(dt_s);
   for (int32_t k = 0; k < steps; ++k) predict_on_lane(e, s.lane, noise, dt_s / steps);
@@ -217,6 +241,12 @@ bool LanePolicy::cost(const Estimate& e, const Measurement& z, double& cost) con
   if (!innovate(e, with_lasting_error(z), &innovation) || !(innovation.d2 <= params_.gate_d2)) return false;
   cost = innovation.d2 + innovation.log_det;
   return true;
+}
+
+// Cars that stand one behind the other, one of which is not seen: each track would take the next car, and a speed.
+bool LanePolicy::alone_cost(const State& s, double& cost) const noexcept {
+  cost = kAloneCost;
+  return is_course_unknown(s.estimate);
 }
 
 // The tracks at the iteration's stamp, and as the ego vehicle sees them.
@@ -392,7 +422,10 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
     if (!in_part_[slot]) hit_score_[slot] += evidence_of(z, range_m_[slot]);
     watch_for_manoeuvre(s, wide, dt_s);
   }
-  overtake::update(s.estimate, wide);
+  if (is_course_unknown(s.estimate) && s.unseen_s > 0.0)
+    find_course(s.estimate, wide, params_.birth_sigma_v, s.unseen_s);
+  else
+    overtake::update(s.estimate, wide);
   measure_heading(s, z);
   turn_heading(s, 0.0);
   if (std::isfinite(z.length_m)) s.length_m = z.length_m;
@@ -421,10 +454,10 @@ LaneTrack LanePolicy::initiate(const Measurement& z, const Iteration& it) const 
     mean.course_rad = wrap_angle(at.heading_rad);
     mean.yaw_rate_rps = mean.speed_mps * at.curvature_per_m;
     sigma_phi = lane_.birth_sigma_course, sigma_omega = lane_.birth_sigma_yaw_rate;
-  } else if (it.ego.known) {
-    mean.course_rad = wrap_angle(it.ego.heading_rad);
   } else {
-    sigma_phi = kPi;
+    if (it.ego.known) mean.course_rad = wrap_angle(it.ego.heading_rad);
+    sigma_phi = it.ego.known ? std::max(sigma_phi, kFreeBirthCourse_rad) : kPi;
+    sigma_omega = std::max(sigma_omega, kFreeBirthYawRate_rps);
   }
   const Measurement wide = with_lasting_error(z);
   auto& cov = s.estimate.covariance;
@@ -440,7 +473,8 @@ LaneTrack LanePolicy::initiate(const Measurement& z, const Iteration& it) const 
   s.class_votes = vote_of(z);
   s.score = evidence_of(z, hypot_f64(z.x_m - it.ego.x_m, z.y_m - it.ego.y_m));
   s.history = 1;
-  s.age = s.hits = 1;
+  s.age = 1;
+  s.hits = is_cluster(z) ? 1 : kRowHits;
   look_at_lane(s);
   return s;
 }

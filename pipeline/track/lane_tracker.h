@@ -77,6 +77,7 @@ class LanePolicy {
   Place place(const Ahead& ahead) const noexcept { return {ahead.x_m, ahead.y_m}; }
   Estimate estimate(const State& s, double dt_s, const Ahead& ahead) const noexcept;
   bool cost(const Estimate& e, const Measurement& z, double& cost) const noexcept;
+  bool alone_cost(const State& s, double& cost) const noexcept;
   double travel_m(const State& s, double dt_s) const noexcept { return s.estimate.mean.speed_mps * std::fabs(dt_s); }
 
  private:

@@ -17,7 +17,7 @@ Munkres::Munkres(int32_t max_rows, int32_t max_columns, int32_t max_pairs, const
   arena_.build_or_throw(allocator, [this](Carver& carver) {
     pairs_ = carver.take<Pair>(at(max_pairs_));
     begin_ = carver.take<int32_t>(at(max_rows_) + 1);
-    for (Cost** column : {&row_price_, &row_reach_}) *column = carver.take<Cost>(at(max_rows_));
+    for (Cost** column : {&row_price_, &row_reach_, &alone_}) *column = carver.take<Cost>(at(max_rows_));
     for (Cost** column : {&column_price_, &reach_}) *column = carver.take<Cost>(at(max_columns_));
     for (int32_t** column : {&row_of_column_, &parent_row_, &touched_by_, &settled_by_, &open_})
       *column = carver.take<int32_t>(at(max_columns_));
@@ -30,6 +30,11 @@ void Munkres::clear(int32_t rows, int32_t columns) noexcept {
   rows_ = std::clamp(rows, 0, max_rows_);
   columns_ = std::clamp(columns, 0, max_columns_);
   pair_count_ = 0;
+  std::fill_n(alone_, rows_, kNever);
+}
+
+void Munkres::leave_alone_for(int32_t row, double cost) noexcept {
+  if (row >= 0 && row < rows_ && std::fabs(cost) <= 1e300) alone_[at(row)] = {0, cost};
 }
 
 bool Munkres::add(int32_t row, int32_t column, double cost) noexcept {
@@ -64,7 +69,8 @@ int32_t Munkres::solve(int32_t* column_of_row, int64_t max_steps) noexcept {
   // Most gated rows need no search: their cheapest column is free.
   take_cheapest(column_of_row);
   const auto needs_search = [&](int32_t row) {
-    return column_of_row[row] < 0 && begin_[at(row)] < begin_[at(row + 1)];
+    return column_of_row[row] < 0 && begin_[at(row)] < begin_[at(row + 1)] &&
+           less(row_price_[at(row)], alone_[at(row)]);
   };
   for (search_ = 0; search_ < rows_; ++search_)
     if (needs_search(search_) && !augment(search_, column_of_row)) break;
@@ -80,6 +86,10 @@ void Munkres::take_cheapest(int32_t* column_of_row) noexcept {
     for (int32_t i = begin_[at(r)]; i < begin_[at(r + 1)]; ++i)
       if (!best || pairs_[at(i)].cost < best->cost) best = &pairs_[at(i)];
     row_price_[at(r)] = {0, best ? best->cost : 0.0};
+    if (!less(row_price_[at(r)], alone_[at(r)])) {
+      row_price_[at(r)] = alone_[at(r)];
+      continue;
+    }
     if (best && row_of_column_[at(best->column)] < 0) {
       row_of_column_[at(best->column)] = r;
       column_of_row[r] = best->column;
@@ -109,7 +119,7 @@ bool Munkres::augment(int32_t from_row, int32_t* column_of_row) noexcept {
     tree_rows_[tree_count_++] = row;
     row_reach_[at(row)] = length;
     const Cost base = minus(length, row_price_[at(row)]);
-    const Cost leave = plus(base, {1, 0.0});
+    const Cost leave = plus(base, alone_[at(row)]);
     if (less(leave, exit_length)) exit_length = leave, exit_row = row;
     for (int32_t i = begin_[at(row)]; i < begin_[at(row + 1)]; ++i) {
       const std::size_t c = at(pairs_[at(i)].column);

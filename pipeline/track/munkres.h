@@ -30,6 +30,9 @@ class Munkres {
   // Adds a feasible pair behind the last one. Costs are finite, any sign. False when max_pairs is reached, or for an
   // invalid pair (index out of range, cost not finite, not behind the last one in the order of row and column).
   bool add(int32_t row, int32_t column, double cost) noexcept;
+  // The row may also stay without a partner at this cost. Other rows do so only where no assignment has a partner for
+  // them.
+  void leave_alone_for(int32_t row, double cost) noexcept;
   // column_of_row[rows]: the partner or -1. Returns the number of pairs. When the searches take more than max_steps,
   // the rows that are still unassigned take their cheapest free column, in the order of rows.
   int32_t solve(int32_t* column_of_row, int64_t max_steps = INT64_MAX) noexcept;
@@ -49,6 +52,8 @@ class Munkres {
   static Cost minus(Cost a, Cost b) { return {a.alone - b.alone, a.cost - b.cost}; }
   static bool less(Cost a, Cost b) { return a.alone != b.alone ? a.alone < b.alone : a.cost < b.cost; }
 
+  static constexpr Cost kNever = {1, 0.0};
+
   void index_rows() noexcept;
   void take_cheapest(int32_t* column_of_row) noexcept;
   bool augment(int32_t from_row, int32_t* column_of_row) noexcept;  // false, nothing changed: max_steps is reached
@@ -61,6 +66,7 @@ class Munkres {
   Pair* pairs_ = nullptr;
   int32_t* begin_ = nullptr;                             // row -> first of its pairs
   Cost *row_price_ = nullptr, *column_price_ = nullptr;  // duals: cost >= their sum, equal for assigned pairs
+  Cost* alone_ = nullptr;                                // row -> of leaving it unassigned
   int32_t* row_of_column_ = nullptr;
   // State of one search. touched_by_ and settled_by_ name the last search that touched or settled a column, so no
   // search clears them.

@@ -6,6 +6,7 @@
 #define EIGEN_DONT_VECTORIZE  // one order of additions on every machine
 #endif
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 
 #include "core/math.h"
@@ -159,6 +160,41 @@ bool update(TrackEstimate& estimate, const Measurement& z) noexcept {
   symmetrise(estimate);
   if (was_wide || z.var_x * z.var_y - z.cov_xy * z.cov_xy < 1e-6 * s.det) keep_positive(estimate);
   turn_round(estimate);
+  return true;
+}
+
+bool find_course(TrackEstimate& estimate, const Measurement& z, double sigma_mps, double dt_s) noexcept {
+  const Innovator s = make_innovator(estimate, z);
+  if (!s.sound || !(dt_s > 0.0)) return false;
+  const double speed_var = sigma_mps * sigma_mps, cov = speed_var * dt_s;
+  MotionState& m = estimate.mean;
+  auto p = matrix_of(estimate);
+  const Matrix2 one = Matrix2::Identity(), place = p.topLeftCorner<2, 2>();
+  Matrix2 s_inverse;
+  s_inverse << s.yy / s.det, -s.xy / s.det, -s.xy / s.det, s.xx / s.det;
+  const Matrix2 gain = place * s_inverse, speed_gain = cov * s_inverse;
+  const Vector2 innovation(z.x_m - m.x_m, z.y_m - m.y_m), way = gain * innovation, velocity = speed_gain * innovation;
+  const Matrix2 place_var = place - gain * place, place_velocity = cov * (one - gain);
+  const Matrix2 velocity_var = speed_var * one - cov * speed_gain;
+
+  m.x_m += way[0];
+  m.y_m += way[1];
+  m.speed_mps = hypot_f64(velocity[0], velocity[1]);
+  m.course_rad = atan2_f64(velocity[1], velocity[0]);
+  double sine, cosine;
+  sin_cos_f64(m.course_rad, sine, cosine);
+  // Where the speed is less than its own deviation, any course is possible: 1 rad.
+  const double across = sine * sine * velocity_var(0, 0) + cosine * cosine * velocity_var(1, 1) -
+                        2.0 * sine * cosine * velocity_var(0, 1);
+  const double fast_mps = std::sqrt(std::max(m.speed_mps * m.speed_mps, across));
+  Matrix2 to_course;  // (v, phi) of a velocity
+  to_course << cosine, sine, -sine / fast_mps, cosine / fast_mps;
+  p.topLeftCorner<2, 2>() = place_var;
+  p.block<2, 2>(0, 2) = place_velocity * to_course.transpose();
+  p.block<2, 2>(2, 0) = p.block<2, 2>(0, 2).transpose().eval();
+  p.block<2, 2>(2, 2) = to_course * velocity_var * to_course.transpose();
+  symmetrise(estimate);
+  keep_positive(estimate);
   return true;
 }
 

@@ -43,6 +43,11 @@ bool innovate(const TrackEstimate& estimate, const Measurement& z, Innovation* o
 // Joseph form, symmetrised, phi wrapped, v >= 0 (turn_round). False, nothing changed, when S is not positive definite.
 bool update(TrackEstimate& estimate, const Measurement& z) noexcept;
 
+// The second measurement of a track without speed or course, dt_s after the first one. The place's covariance holds
+// what a velocity of sigma_mps to each side adds in that time. Linear in the velocity: an update in (v, phi) cannot
+// turn the course by more than a few tenths of a radian. False, nothing changed, when S is not positive definite.
+bool find_course(TrackEstimate& estimate, const Measurement& z, double sigma_mps, double dt_s) noexcept;
+
 // (v, phi) and (-v, phi + pi) are the same motion with the same omega. Chooses the form with v >= 0, and changes the
 // signs of v's row and column to match.
 void turn_round(TrackEstimate& estimate) noexcept;
