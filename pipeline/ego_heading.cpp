@@ -44,9 +44,11 @@ OVT_INLINE Nearest make_nearest(float range2, int32_t row) {
 OVT_INLINE int32_t row_of(Nearest nearest) { return nearest == kNothing ? -1 : int32_t(uint32_t(nearest)); }
 
 // A direction around the sensor as an index; the steps are not equal angles, but this needs no arc tangent.
+// Without branches, so compilers make vectors of a loop over it.
 OVT_INLINE int32_t direction_of(float x, float y) {
-  const float q = x / max_of(abs_of(x) + abs_of(y), 1e-30f);
-  const float turn = y >= 0.0f ? 1.0f - q : 3.0f + q;  // 0 to 4
+  const float q = x / (abs_of(x) + abs_of(y) + 1e-30f);
+  const float begin = y >= 0.0f ? 1.0f : 3.0f, sign = y >= 0.0f ? -1.0f : 1.0f;
+  const float turn = begin + sign * q;  // 0 to 4
   const int32_t direction = int32_t(turn * (float(kDirections) * 0.25f));
   return direction < kDirections - 1 ? direction : kDirections - 1;
 }
