@@ -38,7 +38,7 @@ struct RunningGroundParams {
 //   rules    - ground: height <= height_m + per_m * distance from the last ground pixel, at most limit_m; or, up to
 //              level_reach_m or free_level_m from it, a rise up to that of a level plane (apron and infield beside a
 //              banked track)
-//              until two ground pixels have measured a slope, over 2 m and a tenth of the run, start_per_m and
+//              until the ground pixels have measured a slope, over 2 m and a quarter of the run, start_per_m and
 //              start_limit_m hold
 //            - only up to where a road returns an echo: distance^2 <= echo_limit_m * height of the sensor over its
 //              tangent

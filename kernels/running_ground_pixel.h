@@ -33,6 +33,7 @@ template <class V>
 struct GroundState {
   V distance, height, z;                   // the last ground pixel that moved it
   V slope;                                 // against the road surface
+  V first_distance;                        // the first ground pixel that moved it
   V from_distance, from_height;            // where the slope is measured from
   V below_distance, below_z, below_above;  // the pixel below; its height over the running ground, kMissing_m: none
 };
@@ -58,7 +59,7 @@ template <class V>
 OVT_INLINE GroundState<V> start_ground(V road_z) {
   constexpr float kNowhere_m = 1e9f;  // the first ground pixel is not ahead of it, so it does not measure a slope
   const V zero(0.0f);
-  return {zero, zero, road_z, zero, V(kNowhere_m), zero, zero, road_z, V(kMissing_m)};
+  return {zero, zero, road_z, zero, V(kNowhere_m), V(kNowhere_m), zero, zero, road_z, V(kMissing_m)};
 }
 
 template <class V, class M>
@@ -82,13 +83,13 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
   constexpr float kLeastReach_m = 0.5f;                               // of the slope
   constexpr float kSteepest = 0.45f, kFall = -0.2f, kDrop_m = -0.2f;  // of what moves the ground
   constexpr float kAny_m = 3e38f;
-  constexpr float kShort_m = 2.0f, kShortOfRun = 0.1f;  // measured over less, the slope says nothing about the run
+  constexpr float kShort_m = 2.0f, kShortOfRun = 0.25f;  // measured over less, the slope says nothing about the run
   constexpr float kLeastOver_m = 0.6f;  // a crest between two pieces of the surface is not one of the road
   constexpr float kFoot_m = -0.5f;      // lower pixels are road; a wall may stand a little below it
   const V zero(0.0f);
   const V height = z - road.z, ahead = distance - s.distance, run = max_of(ahead, zero), rise = height - s.height;
   const V above = rise - s.slope * run;
-  const M no_slope = s.distance <= s.from_distance + max_of(V(kShort_m), V(kShortOfRun) * run);
+  const M no_slope = s.distance <= s.first_distance + max_of(V(kShort_m), V(kShortOfRun) * run);
   const M known = distance < known_m;
   const auto tolerance = [&](float GroundBlock::Tolerance::*value) {
     return select(known, V(block.known.*value), V(block.guess.*value));
@@ -124,6 +125,7 @@ OVT_INLINE GroundPixel<V, M> walk_ground(const GroundBlock& block, V distance, V
   const V limited = max_of(min_of(turned, slope_limit), zero - slope_limit);
   const M renews = moves & (reach * per_reach >= V(1.0f));
   s.slope = select(moves, limited, s.slope);
+  s.first_distance = select(first, distance, s.first_distance);
   s.from_distance = select(first, distance, select(renews, s.distance, s.from_distance));
   s.from_height = select(first, height, select(renews, s.height, s.from_height));
   s.distance = select(moves, distance, s.distance);

@@ -153,7 +153,7 @@ TEST_CASE("running_ground: the allowed height grows with the distance from the l
   };
   // 0.1 m + 0.004 per metre up to 0.25 m on a known road; 0.1 m + 0.02 per metre up to 0.5 m on a guess.
   for (const Case& c :
-       {Case{true, 14, 0.116f}, {true, 35, 0.2f}, {true, 80, 0.25f}, {false, 20, 0.3f}, {false, 60, 0.5f}}) {
+       {Case{true, 14, 0.116f}, {true, 35, 0.2f}, {true, 41, 0.224f}, {false, 20, 0.3f}, {false, 41, 0.5f}}) {
     CAPTURE(c.known);
     CAPTURE(c.distance_m);
     CHECK(Column({{2, 0}, {10, 0}, {c.distance_m, c.allowed_m - 0.005f}}, FlatRoad(c.known)).marks() == "...");
@@ -165,27 +165,32 @@ TEST_CASE("running_ground: the road is known only between two known rays") {
   for (const std::size_t unknown : {0u, 1u}) {
     FlatRoad road;
     road.known_m[unknown] = 0.0f;
-    CHECK(Column({{7, 0}, {10, 0}, {25, 0.2f}}, road).marks() == "...");
+    CHECK(Column({{6, 0}, {10, 0}, {25, 0.2f}}, road).marks() == "...");
     road.known_m[unknown] = 24.0f;  // up to here
-    CHECK(Column({{7, 0}, {10, 0}, {25, 0.2f}}, road).marks() == "...");
+    CHECK(Column({{6, 0}, {10, 0}, {25, 0.2f}}, road).marks() == "...");
     road.known_m[unknown] = 26.0f;
-    CHECK(Column({{7, 0}, {10, 0}, {25, 0.2f}}, road).marks() == "..o");
+    CHECK(Column({{6, 0}, {10, 0}, {25, 0.2f}}, road).marks() == "..o");
   }
-  CHECK(Column({{7, 0}, {10, 0}, {25, 0.2f}}).marks() == "..o");
+  CHECK(Column({{6, 0}, {10, 0}, {25, 0.2f}}).marks() == "..o");
 }
 
 TEST_CASE(
-    "running_ground: before the slope is measured, over 2 m and a tenth of the run, the allowed height grows faster") {
+    "running_ground: before the slope is measured, over 2 m and a quarter of the run, the allowed height grows faster") {
   // 0.1 m + 0.012 per metre up to 0.5 m: the attitude of the pose errs.
   CHECK(Column({{20, 0.33f}}).marks() == ".");
   CHECK(Column({{20, 0.35f}}).marks() == "o");
   CHECK(Column({{50, 0.49f}}).marks() == ".");
   CHECK(Column({{50, 0.51f}}).marks() == "o");
-  CHECK(Column({{8, 0}, {9.9f, 0}, {30, 0.3f}}).marks() == "...");
-  CHECK(Column({{8, 0}, {10.1f, 0}, {30, 0.3f}}).marks() == "..o");
-  CHECK(Column({{8, 0}, {9.9f, 0}, {30, 0.36f}}).marks() == "..o");
-  CHECK(Column({{8, 0}, {11, 0}, {42, 0.4f}}).marks() == "...");
-  CHECK(Column({{8, 0}, {11, 0}, {40, 0.4f}}).marks() == "..o");
+  CHECK(Column({{8, 0}, {9.9f, 0}, {15, 0.15f}}).marks() == "...");
+  CHECK(Column({{8, 0}, {10.1f, 0}, {15, 0.15f}}).marks() == "..o");
+  CHECK(Column({{8, 0}, {9.9f, 0}, {15, 0.17f}}).marks() == "..o");
+  CHECK(Column({{8, 0}, {11, 0}, {23.1f, 0.2f}}).marks() == "...");
+  CHECK(Column({{8, 0}, {11, 0}, {22.9f, 0.2f}}).marks() == "..o");
+}
+
+TEST_CASE("running_ground: a slope stays measured when a new reach begins") {
+  // A new reach begins at 26 m, and the slope is measured from 24 m.
+  CHECK(Column({{5, 0}, {24, 0}, {26, 0}, {50, 0.3f}}).marks() == "...o");
 }
 
 TEST_CASE("running_ground: what returns from farther than a road can is not ground") {
@@ -242,13 +247,13 @@ TEST_CASE("running_ground: feet: a chain of steep pairs down to the road; a miss
 
 TEST_CASE("running_ground: pixels that are nearer, or steep, or in a hole are ground but do not move the ground") {
   // Each is followed by a car's row of 0.24 m at 30 m, where 0.18 m is allowed behind ground at 10 m.
-  CHECK(Column({{7, 0}, {10, 0}, {30, 0.24f}}).marks() == "..o");
-  CHECK(Column({{7, 0}, {10, 0}, {9, 0.09f}, {30, 0.24f}}).marks() == "...o");
-  CHECK(Column({{7, 0}, {10, 0}, {10.15f, 0.09f}, {30, 0.24f}}).marks() == "...o");  // a slope of 0.6
-  CHECK(Column({{7, 0}, {10, 0}, {10.5f, 0.09f}, {30, 0.24f}}).marks() == "....");   // of 0.18: the road rises
+  CHECK(Column({{4, 0}, {10, 0}, {30, 0.24f}}).marks() == "..o");
+  CHECK(Column({{4, 0}, {10, 0}, {9, 0.09f}, {30, 0.24f}}).marks() == "...o");
+  CHECK(Column({{4, 0}, {10, 0}, {10.15f, 0.09f}, {30, 0.24f}}).marks() == "...o");  // a slope of 0.6
+  CHECK(Column({{4, 0}, {10, 0}, {10.5f, 0.09f}, {30, 0.24f}}).marks() == "....");   // of 0.18: the road rises
   // A pixel 0.55 m below the road 1.5 m farther is a hole, 2 m farther a road that falls by 0.2 and 0.2 m at most.
-  CHECK(Column({{7, 0}, {10, 0}, {11.5f, -0.55f}, {13, 0.05f}}).marks() == "....");
-  CHECK(Column({{7, 0}, {10, 0}, {12, -0.55f}, {13, 0.05f}}).marks() == "...o");
+  CHECK(Column({{4, 0}, {10, 0}, {11.5f, -0.55f}, {13, 0.05f}}).marks() == "....");
+  CHECK(Column({{4, 0}, {10, 0}, {12, -0.55f}, {13, 0.05f}}).marks() == "...o");
   // The image of a wall in a wet road, before any road: the road is seen all the same.
   CHECK(Column({{13, -3.7f}, {5, 0}, {7, 0}, {10, 0}, {15, 0}}).marks() == ".....");
   CHECK(Column({{13, -3.7f}, {5, 0}, {7, 0}, {10, 0}, {15, 0.5f}}).marks() == "....o");
