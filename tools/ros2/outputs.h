@@ -51,7 +51,8 @@ class Outputs {
     ovt_frame_info newest{};
   };
   Report take_report(int64_t now_ns);
-  // Topics with new messages of which a subscriber has acknowledged nothing for kSlow_ns: it is slow, stopped or crashed.
+  // Topics with new messages of which a subscriber has acknowledged nothing for kSlow_ns: it is slow, stopped or
+  // crashed.
   std::vector<std::string> find_slow_topics(int64_t now_ns);
   static constexpr int64_t kSlow_ns = 1'000'000'000;
   const std::vector<dds_entity_t>& writers() const { return writers_; }
