@@ -4,6 +4,7 @@
 // The parts of `overtake node` that need no DDS: names, options, faults, numbers of tracks. tests/ros2 has the others.
 #include <doctest/doctest.h>
 
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -80,6 +81,7 @@ TEST_CASE("ros2 names: topics and types on the wire and back") {
   CHECK(dds_topic_of("/front/points") == "rt/front/points");
   CHECK(ros_topic_of("rt/front/points") == "/front/points");
   CHECK(ros_topic_of("other") == "other");
+  CHECK(dds_topic_of("ros_discovery_info") == "ros_discovery_info");
   CHECK(ros_type_of("sensor_msgs::msg::dds_::PointCloud2_") == "sensor_msgs/msg/PointCloud2");
   CHECK(ros_type_of("A::B") == "A::B");
 }
@@ -104,6 +106,35 @@ TEST_CASE("ros2 options: the command line, then the file, then the defaults; a w
   io::write_whole_file(file, "[node]\ndomain = 7\n\ndomian = 3\n");
   NodeOptions wrong;
   CHECK_THROWS_WITH(complete(wrong, file), doctest::Contains((file + ":4").c_str()));
+}
+
+TEST_CASE("ros2 options: a release has the GUIDs of its graph; an unknown one is an error that names where it is") {
+  CHECK(gid_bytes_of("humble") == 24);
+  CHECK(gid_bytes_of("iron") == 16);
+  CHECK(gid_bytes_of("rolling") == 16);
+  CHECK(gid_bytes_of("noetic") == 0);
+  const TempFolder folder;
+  const std::string file = folder.path("node.toml");
+  io::write_whole_file(file, "[node]\nros_distro = \"jazzy\"\n");
+  NodeOptions from_file, from_line, without;
+  from_line.ros_distro = "galactic";
+  setenv("ROS_DISTRO", "foxy", 1);
+  complete(from_file, file);
+  CHECK(from_file.ros_distro == "jazzy");
+  complete(from_line, file);
+  CHECK(from_line.ros_distro == "galactic");
+  complete(without, "");
+  CHECK(without.ros_distro == "foxy");
+  setenv("ROS_DISTRO", "noetic", 1);
+  NodeOptions wrong;
+  CHECK_THROWS_WITH(complete(wrong, ""), doctest::Contains("ROS_DISTRO: 'noetic' is not a release of ROS 2"));
+  unsetenv("ROS_DISTRO");
+  NodeOptions bare;
+  complete(bare, "");
+  CHECK(bare.ros_distro == "humble");
+  io::write_whole_file(file, "[node]\nros_distro = \"jazy\"\n");
+  NodeOptions misspelled;
+  CHECK_THROWS_WITH(complete(misspelled, file), doctest::Contains("did you mean 'jazzy'"));
 }
 
 TEST_CASE("ros2 faults: each is said once when it begins and once when it ends") {

@@ -3,7 +3,9 @@
 #
 # The package as a whole: stubs, docstrings, `python -m overtake`, the wheel.
 import ast
+import email
 import inspect
+import json
 import os
 import pathlib
 import re
@@ -128,6 +130,23 @@ def test_python_m_overtake_without_a_program(tmp_path):
     assert done.returncode == 1 and "no program 'overtake'" in done.stderr
 
 
+@pytest.mark.parametrize("settings, scripts", [(None, True), ({"tools": "OFF"}, False)], ids=["tools", "no tools"])
+def test_metadata_need_no_build(tmp_path, settings, scripts):
+    # No cmake and no build tree: a build would fail.
+    code = ("import json, os, sys; import build_backend; "
+            "print(build_backend.prepare_metadata_for_build_wheel(sys.argv[1], json.loads(sys.argv[2])))")
+    made = subprocess.run([sys.executable, "-c", code, tmp_path, json.dumps(settings)], capture_output=True, text=True,
+                          env={"PATH": str(tmp_path), "PYTHONPATH": str(SOURCE / "tools" / "python"),
+                               "PYTHONDONTWRITEBYTECODE": "1"})
+    assert made.returncode == 0, made.stderr
+    folder = tmp_path / made.stdout.split()[-1]
+    assert folder.name == f"overtake-{overtake.__version__}.dist-info"
+    about = email.message_from_string((folder / "METADATA").read_text())
+    assert (about["Name"], about["Version"]) == ("overtake", overtake.__version__)
+    assert about.get_all("Requires-Dist") == ["numpy<2", 'pandas; extra == "tables"']
+    assert (folder / "entry_points.txt").exists() == scripts
+
+
 @pytest.mark.skipif("OVERTAKE_PRELOAD" in os.environ, reason="a wheel of a build with sanitizers")
 def test_pip_installs_a_wheel_from_the_source_tree(tmp_path):
     try:
@@ -150,6 +169,13 @@ def test_pip_installs_a_wheel_from_the_source_tree(tmp_path):
         record, = (name for name in names if name.endswith("RECORD"))
         recorded = [line.split(",")[0] for line in files.read(record).decode().split()]
     assert sorted(recorded) == sorted(names)
+    # The metadata that pip got before the build are those of the wheel.
+    subprocess.run([python, "-c", "import build_backend, sys; build_backend.prepare_metadata_for_build_wheel(sys.argv[1])",
+                    tmp_path], env={**environment, "PYTHONPATH": str(SOURCE / "tools" / "python")}, check=True)
+    info, = tmp_path.glob("*.dist-info")
+    with zipfile.ZipFile(wheel) as files:
+        for path in info.iterdir():
+            assert files.read(f"{info.name}/{path.name}") == path.read_bytes()
     assert {"overtake/__init__.py", "overtake/__init__.pyi", "overtake/_params.pyi", "overtake/py.typed",
             "overtake/bin/overtake"} <= set(names)
     subprocess.run([*pip, "install", "--no-deps", "--no-index", wheel], check=True, env=environment)

@@ -68,7 +68,7 @@ def compare(program, tmp_path, path, rig, preset):
     printed = run_command(program, tmp_path / "out", path, *options)
     run = overtake.run(path, rig=rig, preset=preset)
     frames = list(run)
-    assert run.hash == printed
+    assert run.hash == printed and len(frames) > 0
     compared = check_rows(tmp_path / "out" / "detections.csv", [(f.number, f.detections) for f in frames])
     compared += check_rows(tmp_path / "out" / "tracks.csv", [(f.number, f.tracks) for f in frames])
 
@@ -94,6 +94,21 @@ def test_recordings(program, tmp_path, path, rig, preset):
     if not path.exists():
         pytest.skip(f"no {path}")
     compare(program, tmp_path, path, rig, preset)
+
+
+@pytest.mark.skipif(not DATA or not pathlib.Path(DATA).is_dir(), reason="no recorded data (OVERTAKE_DATA)")
+def test_no_recording_is_left_out(program):
+    folders = {pathlib.Path(DATA) / name for name in RECORDINGS}
+    compared = 0
+    for path in sorted(pathlib.Path(DATA).rglob("*")):
+        if path in folders or path.parent in folders and path.is_file():
+            compared += 1
+            continue
+        if any(folder.is_relative_to(path) for folder in folders):
+            continue       # the folder of several recordings
+        done = subprocess.run([program, "info", path], capture_output=True, text=True)
+        assert done.returncode == 1 and "holds no recording" in done.stderr, f"{path} is not compared: {done.stdout}"
+    assert compared > 0
 
 
 @pytest.mark.parametrize("preset", overtake.preset_names)

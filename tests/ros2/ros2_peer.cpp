@@ -6,10 +6,12 @@
 //
 //   ros2_peer LOG FOLDER --domain N [--from FRAME] [--frames N] [--rate HZ] [options, see parse()]
 //
-// It uses the loopback interface only. "ready" on standard output: every publisher has a subscriber.
+// It uses the loopback interface only. "ready" on standard output: every publisher has a subscriber. At the end a
+// summary: frames sent, received and lost, latency.
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/DataReader.hpp>
@@ -41,7 +43,7 @@
 namespace {
 
 namespace dds = eprosima::fastdds::dds;
-namespace rtps = eprosima::fastdds::rtps;
+namespace rtps = eprosima::fastrtps::rtps;
 namespace io = overtake::io;
 using Clock = std::chrono::steady_clock;
 
@@ -51,7 +53,8 @@ struct Options {
   int64_t from = 0, frames = 1'000'000'000;
   double rate = 20, shift_s = 0, jump_s = 0, wait_s = 10, linger_s = 0.5;
   int64_t jump_at = -1, silent_from = -1, silent_to = -1;
-  std::string prefix, drop_field, frame_id, type, exclusive, latched, only, clock, jump_only, pose_frame;
+  std::string prefix, drop_field, frame_id, type, exclusive, latched, only, clock, jump_only, pose_frame, stamp, times;
+  int64_t gid_bytes = 24;
   bool poses = true, no_match = false, external = false;
 };
 
@@ -70,13 +73,16 @@ Options parse(int argc, char** argv) {
       {"--jump-only", [&](auto& v) { o.jump_only = v; }},                  // ... of this sensor alone
       {"--silent-from", [&](auto& v) { o.silent_from = std::stoll(v); }},  // no clouds from this frame on
       {"--silent-to", [&](auto& v) { o.silent_to = std::stoll(v); }},
-      {"--prefix", [&](auto& v) { o.prefix = v; }},                // of the topics of clouds and poses
-      {"--drop-field", [&](auto& v) { o.drop_field = v; }},        // SENSOR.FIELD is not sent
-      {"--frame-id", [&](auto& v) { o.frame_id = v; }},            // SENSOR=FRAME
-      {"--pose-frame", [&](auto& v) { o.pose_frame = v; }},        // header.frame_id of the poses from frame 20 on
-      {"--type", [&](auto& v) { o.type = v; }},                    // SENSOR=type name
-      {"--exclusive", [&](auto& v) { o.exclusive = v; }},          // the sensor's writer owns its topic
-      {"--latched", [&](auto& v) { o.latched = v; }},              // the reader of this result asks for old ones
+      {"--prefix", [&](auto& v) { o.prefix = v; }},          // of the topics of clouds and poses
+      {"--drop-field", [&](auto& v) { o.drop_field = v; }},  // SENSOR.FIELD is not sent
+      {"--frame-id", [&](auto& v) { o.frame_id = v; }},      // SENSOR=FRAME
+      {"--pose-frame", [&](auto& v) { o.pose_frame = v; }},  // header.frame_id of the poses from frame 20 on
+      {"--type", [&](auto& v) { o.type = v; }},              // SENSOR=type name
+      {"--exclusive", [&](auto& v) { o.exclusive = v; }},    // the sensor's writer owns its topic
+      {"--latched", [&](auto& v) { o.latched = v; }},        // the reader of this result asks for old ones
+      {"--stamp", [&](auto& v) { o.stamp = v; }},            // SENSOR=none: no stamps; SENSOR=repeat: each comes twice
+      {"--points", [&](auto& v) { o.times = v; }},           // SENSOR=N: each cloud has its points N times
+      {"--gid", [&](auto& v) { o.gid_bytes = std::stoll(v); }},    // bytes of a GUID in ros_discovery_info
       {"--only", [&](auto& v) { o.only = v; }},                    // publishes this sensor alone
       {"--clock", [&](auto& v) { o.clock = v; }},                  // "run": publishes /clock; "back": it goes back
       {"--wait", [&](auto& v) { o.wait_s = std::stod(v); }},       // for subscribers
@@ -161,8 +167,11 @@ sensor_msgs::msg::dds_::PointCloud2_ make_cloud(const Options& o, const Scan& sc
   out.header().stamp(to_time(stamp_ns));
   const std::string frame = value_for(o.frame_id, scan.sensor);
   out.header().frame_id(frame.empty() ? in.header.frame_id : frame);
+  const std::string times = value_for(o.times, scan.sensor);
+  const uint32_t copies = times.empty() ? 1 : uint32_t(std::stoul(times));
+  const std::size_t count = std::size_t(in.width) * in.height;
   out.height(in.height);
-  out.width(in.width);
+  out.width(in.width * copies);
   const uint32_t step = scan.sensor == "left" ? in.point_step : scan.sensor == "front" ? 32 : 24;
   // Each value aligned to its size.
   uint32_t at = 0;
@@ -183,12 +192,12 @@ sensor_msgs::msg::dds_::PointCloud2_ make_cloud(const Options& o, const Scan& sc
   }
   out.is_bigendian(false);
   out.point_step(step);
-  out.row_step(step * in.width);
-  out.data().resize(std::size_t(step) * in.width * in.height);
+  out.row_step(step * out.width());
+  out.data().resize(step * count * copies);
   for (std::size_t f = 0; f < in.fields.size(); ++f) {
     const std::size_t size = (f + 1 < in.fields.size() ? in.fields[f + 1].offset : in.point_step) - in.fields[f].offset;
-    for (std::size_t i = 0; i < std::size_t(in.width) * in.height; ++i)
-      std::copy_n(in.data.data() + i * in.point_step + in.fields[f].offset, size,
+    for (std::size_t i = 0; i < count * copies; ++i)
+      std::copy_n(in.data.data() + i % count * in.point_step + in.fields[f].offset, size,
                   reinterpret_cast<char*>(out.data().data()) + i * step + offsets[f]);
   }
   out.is_dense(true);
@@ -212,21 +221,37 @@ nav_msgs::msg::dds_::Odometry_ make_pose(const io::Odometry& in, int64_t stamp_n
 
 // ---- the participant
 
+template <class Guid>
+std::string hex(const Guid& guid) {
+  std::string text;
+  for (const auto byte : guid) {
+    char two[3];
+    std::snprintf(two, sizeof two, "%02x", unsigned(uint8_t(byte)));
+    text += two;
+  }
+  return text;
+}
+std::string hex(const rtps::GUID_t& guid) { return hex(guid.guidPrefix.value) + hex(guid.entityId.value); }
+
 class Peer {
  public:
-  explicit Peer(uint32_t domain) {
+  // What this participant sees of the others: kind "participant" (its user data as type), "writer" or "reader".
+  using Discovered =
+      std::function<void(const char* kind, const std::string& topic, const std::string& type, const std::string& guid)>;
+  Peer(uint32_t domain, Discovered discovered) : listener_(std::move(discovered)) {
     dds::DomainParticipantQos qos;
     qos.name("ros2_peer");
-    const auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
+    const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
     udp->interfaceWhiteList.push_back("127.0.0.1");
     udp->sendBufferSize = udp->receiveBufferSize = 4 << 20;
     qos.transport().use_builtin_transports = false;
     qos.transport().user_transports.push_back(udp);
     // As on a machine without multicast: one peer by its address.
-    eprosima::fastrtps::rtps::Locator_t peer;
-    eprosima::fastrtps::rtps::IPLocator::setIPv4(peer, "127.0.0.1");
+    rtps::Locator_t peer;
+    rtps::IPLocator::setIPv4(peer, "127.0.0.1");
     qos.wire_protocol().builtin.initialPeersList.push_back(peer);
-    participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(domain, qos);
+    participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(domain, qos, &listener_,
+                                                                                     dds::StatusMask::none());
     if (!participant_) throw std::runtime_error("Fast DDS: no participant");
     publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
     subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
@@ -242,14 +267,15 @@ class Peer {
     dds::DataWriterQos qos;
     qos.reliability().kind = reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
     qos.history().depth = reliable ? 1000 : 5;
-    qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+    qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
     qos.publish_mode().kind = reliable ? dds::SYNCHRONOUS_PUBLISH_MODE : dds::ASYNCHRONOUS_PUBLISH_MODE;
     if (exclusive) qos.ownership().kind = dds::EXCLUSIVE_OWNERSHIP_QOS;
     return publisher_->create_datawriter(topic<Type>(name, type_name), qos);
   }
 
   template <class Type, class Message>
-  dds::DataReader* reader(const std::string& name, bool latched, std::function<void(const Message&)> use) {
+  dds::DataReader* reader(const std::string& name, bool latched, std::function<void(const Message&)> use,
+                          const std::string& type_name = "") {
     struct Listener : dds::DataReaderListener {
       explicit Listener(std::function<void(const Message&)> f) : use(std::move(f)) {}
       void on_data_available(dds::DataReader* from) override {
@@ -264,10 +290,10 @@ class Peer {
     qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
     qos.durability().kind = latched ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
     qos.history().depth = 200;
-    qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+    qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
     auto listener = std::make_shared<Listener>(std::move(use));
     listeners_.push_back(listener);
-    return subscriber_->create_datareader(topic<Type>(name, ""), qos, listener.get());
+    return subscriber_->create_datareader(topic<Type>(name, type_name), qos, listener.get());
   }
 
  private:
@@ -276,8 +302,29 @@ class Peer {
     dds::TypeSupport type(new Type());
     if (!type_name.empty()) type->setName(type_name.c_str());
     type.register_type(participant_);
-    return participant_->create_topic("rt" + name, type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
+    return participant_->create_topic(name.starts_with("/") ? "rt" + name : name, type.get_type_name(),
+                                      dds::TOPIC_QOS_DEFAULT);
   }
+  struct DiscoveryListener : dds::DomainParticipantListener {
+    explicit DiscoveryListener(Discovered f) : discovered(std::move(f)) {}
+    void on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& found) override {
+      if (found.status != rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT) return;
+      const auto& data = found.info.m_userData.data_vec();
+      discovered("participant", "", std::string(data.begin(), data.end()), hex(found.info.m_guid));
+    }
+    void on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& found) override {
+      if (found.status == rtps::WriterDiscoveryInfo::DISCOVERED_WRITER)
+        discovered("writer", found.info.topicName().to_string(), found.info.typeName().to_string(),
+                   hex(found.info.guid()));
+    }
+    void on_subscriber_discovery(dds::DomainParticipant*, rtps::ReaderDiscoveryInfo&& found) override {
+      if (found.status == rtps::ReaderDiscoveryInfo::DISCOVERED_READER)
+        discovered("reader", found.info.topicName().to_string(), found.info.typeName().to_string(),
+                   hex(found.info.guid()));
+    }
+    Discovered discovered;
+  };
+  DiscoveryListener listener_;
   dds::DomainParticipant* participant_;
   dds::Publisher* publisher_;
   dds::Subscriber* subscriber_;
@@ -304,6 +351,8 @@ class Results {
         tracks_(open(folder, "tracks.csv")),
         others_(open(folder, "others.csv")),
         diagnostics_(open(folder, "diagnostics.txt")),
+        endpoints_(open(folder, "endpoints.csv")),
+        graph_(open(folder, "graph.csv")),
         times_(open(folder, "times.csv")) {
     std::fprintf(detections_, "frame_ns,stamp_ns,frame_id,x_m,y_m,z_m,qz,qw,length_m,width_m,id\n");
     std::fprintf(tracks_,
@@ -311,19 +360,74 @@ class Results {
                  "age,hits,var_x,var_y\n");
     std::fprintf(others_, "topic,stamp_ns,frame_id,child_frame_id,count,x_m,y_m\n");
     std::fprintf(times_, "what,stamp_ns,at_ns\n");
+    std::fprintf(endpoints_, "kind,topic,type,guid\n");
+    std::fprintf(graph_, "message,participant,namespace,node,kind,guid\n");
   }
   ~Results() {
-    for (std::FILE* file : {detections_, tracks_, others_, diagnostics_, times_}) std::fclose(file);
+    for (std::FILE* file : {detections_, tracks_, others_, diagnostics_, endpoints_, graph_, times_}) std::fclose(file);
   }
 
   void time(const char* what, int64_t stamp_ns, int64_t at_ns) {
     const std::lock_guard lock(mutex_);
     std::fprintf(times_, "%s,%lld,%lld\n", what, static_cast<long long>(stamp_ns), static_cast<long long>(at_ns));
   }
+  void add_endpoint(const char* kind, const std::string& topic, const std::string& type, const std::string& guid) {
+    const std::lock_guard lock(mutex_);
+    std::fprintf(endpoints_, "%s,%s,%s,%s\n", kind, topic.c_str(), type.c_str(), guid.c_str());
+    std::fflush(endpoints_);
+  }
+  template <class ParticipantEntitiesInfo>
+  void add_graph(const ParticipantEntitiesInfo& m) {
+    const std::lock_guard lock(mutex_);
+    const std::string participant = hex(m.gid().data());
+    for (const auto& node : m.node_entities_info_seq()) {
+      const auto put = [&](const char* kind, const std::string& guid) {
+        std::fprintf(graph_, "%lld,%s,%s,%s,%s,%s\n", static_cast<long long>(graph_messages_), participant.c_str(),
+                     node.node_namespace().c_str(), node.node_name().c_str(), kind, guid.c_str());
+      };
+      for (const auto& gid : node.reader_gid_seq()) put("reader", hex(gid.data()));
+      for (const auto& gid : node.writer_gid_seq()) put("writer", hex(gid.data()));
+    }
+    ++graph_messages_;
+    std::fflush(graph_);
+  }
+  // A frame whose clouds were all written, with its scans' stamps.
+  void add_sent(std::set<int64_t> stamps_ns, std::size_t clouds, std::size_t bytes, int64_t written_ns) {
+    const std::lock_guard lock(mutex_);
+    sent_.push_back({std::move(stamps_ns), written_ns, 0});
+    sent_clouds_ += clouds, sent_bytes_ += bytes;
+  }
+  void summarise(std::size_t poses) {
+    const std::lock_guard lock(mutex_);
+    std::printf("sent      %zu frames, %zu clouds, %.1f MB, %zu poses\n", sent_.size(), sent_clouds_,
+                double(sent_bytes_) * 1e-6, poses);
+    std::printf("received  %zu frames with %zu detections, %zu of tracks\n", arrived_.size(), rows_, track_frames_);
+    for (const auto& [stamp_ns, at_ns] : arrived_)
+      for (Sent& frame : sent_)
+        if (frame.stamps_ns.count(stamp_ns)) frame.arrived_ns = at_ns;
+    std::vector<double> latency_ms;
+    std::string lost;
+    for (std::size_t i = 0; i < sent_.size(); ++i)
+      if (sent_[i].arrived_ns != 0)
+        latency_ms.push_back(double(sent_[i].arrived_ns - sent_[i].written_ns) * 1e-6);
+      else
+        lost += (lost.empty() ? ": " : ", ") + std::to_string(i);
+    std::printf("lost      %zu frames%s\n", sent_.size() - latency_ms.size(), lost.c_str());
+    if (latency_ms.empty()) return;
+    std::sort(latency_ms.begin(), latency_ms.end());
+    const auto quantile = [&](double share) {
+      return latency_ms[std::size_t(share * double(latency_ms.size() - 1) + 0.5)];
+    };
+    std::printf(
+        "latency   last cloud of a frame written to its detections: p50 %.2f, p90 %.2f, p99 %.2f, max %.2f ms\n",
+        quantile(0.5), quantile(0.9), quantile(0.99), latency_ms.back());
+  }
   void add(const vision_msgs::msg::dds_::Detection3DArray_& m) {
     const int64_t at = now_ns(), frame = stamp_of(m.header().stamp());
     time("detections", frame, at);
     const std::lock_guard lock(mutex_);
+    arrived_.emplace_back(frame, at);
+    rows_ += m.detections().size();
     for (const auto& row : m.detections()) {
       const auto& pose = row.results().at(0).pose().pose();
       std::fprintf(detections_, "%lld,%lld,%s,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%s\n",
@@ -336,6 +440,7 @@ class Results {
   void add(const overtake_msgs::msg::dds_::Tracks_& m) {
     time("tracks", stamp_of(m.frame_stamp()), now_ns());
     const std::lock_guard lock(mutex_);
+    ++track_frames_;
     for (const auto& t : m.tracks())
       std::fprintf(tracks_, "%lld,%lld,%llu,%d,%s,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%d,%d,%.17g,%.17g\n",
                    static_cast<long long>(stamp_of(m.header().stamp())),
@@ -367,7 +472,15 @@ class Results {
     if (!file) throw std::runtime_error(folder + "/" + name + " cannot be written");
     return file;
   }
-  std::FILE *detections_, *tracks_, *others_, *diagnostics_, *times_;
+  struct Sent {
+    std::set<int64_t> stamps_ns;
+    int64_t written_ns = 0, arrived_ns = 0;
+  };
+  std::FILE *detections_, *tracks_, *others_, *diagnostics_, *endpoints_, *graph_, *times_;
+  std::vector<Sent> sent_;
+  std::vector<std::pair<int64_t, int64_t>> arrived_;  // stamp and time of arrival of detections
+  std::size_t sent_clouds_ = 0, sent_bytes_ = 0, rows_ = 0, track_frames_ = 0;
+  int64_t graph_messages_ = 0;
   std::mutex mutex_;
 };
 
@@ -377,7 +490,8 @@ int run(const Options& o) {
   Results results(o.folder);
   Race race;
   if (o.frames > 0) race = read_race(o);
-  Peer peer(o.domain);
+  Peer peer(o.domain, [&](const char* kind, const std::string& topic, const std::string& type,
+                          const std::string& guid) { results.add_endpoint(kind, topic, type, guid); });
 
   std::vector<dds::DataReader*> readers;
   const auto latched = [&](const std::string& name) { return o.latched == name; };
@@ -414,6 +528,17 @@ int run(const Options& o) {
                           m.poses().empty() ? 0 : m.poses().back().pose().position().y());
       }));
 
+  const std::string graph_type = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
+  if (o.gid_bytes == 16) {
+    using namespace rmw_dds_common_iron::msg::dds_;
+    readers.push_back(peer.reader<ParticipantEntitiesInfo_PubSubType, ParticipantEntitiesInfo_>(
+        "ros_discovery_info", true, [&](const auto& m) { results.add_graph(m); }, graph_type));
+  } else {
+    using namespace rmw_dds_common::msg::dds_;
+    readers.push_back(peer.reader<ParticipantEntitiesInfo_PubSubType, ParticipantEntitiesInfo_>(
+        "ros_discovery_info", true, [&](const auto& m) { results.add_graph(m); }, graph_type));
+  }
+
   std::map<std::string, dds::DataWriter*> clouds;
   if (!race.frames.empty())
     for (const Scan& scan : race.frames[0])
@@ -443,7 +568,7 @@ int run(const Options& o) {
 
   const int64_t period_ns = 50'000'000;
   const auto interval = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / o.rate));
-  std::size_t next_pose = 0;
+  std::size_t next_pose = 0, sent_poses = 0;
   auto due = Clock::now();
   for (std::size_t f = 0; f < race.frames.size() && !ended; ++f, due += interval) {
     std::this_thread::sleep_until(due);
@@ -462,6 +587,7 @@ int run(const Options& o) {
       if (o.from > 0 && in.header.stamp_ns < last_ns - 10 * period_ns) continue;
       auto message = make_pose(in, in.header.stamp_ns + shift_of("ego"), f >= 20 ? o.pose_frame : "");
       poses->write(&message);
+      ++sent_poses;
       if (next_pose % 20 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(3));
@@ -473,14 +599,27 @@ int run(const Options& o) {
     }
     if (int64_t(f) >= o.silent_from && int64_t(f) < o.silent_to && o.silent_from >= 0) continue;
     std::vector<sensor_msgs::msg::dds_::PointCloud2_> messages;
-    for (const Scan& scan : race.frames[f])
-      messages.push_back(make_cloud(o, scan, scan.stamp_ns + shift_of(scan.sensor)));
+    for (std::size_t s = 0; s < race.frames[f].size(); ++s) {
+      const Scan& scan = race.frames[f][s];
+      const std::string fault = value_for(o.stamp, scan.sensor);
+      const int64_t stamp_ns = race.frames[fault == "repeat" ? f / 2 * 2 : f][s].stamp_ns + shift_of(scan.sensor);
+      messages.push_back(make_cloud(o, scan, fault == "none" ? 0 : stamp_ns));
+    }
+    std::set<int64_t> stamps_ns;
+    std::size_t bytes = 0;
+    int64_t written_ns = 0;
     for (std::size_t s = 0; s < messages.size(); ++s) {
       const Scan& scan = race.frames[f][s];
       if (!clouds.count(scan.sensor)) continue;
-      results.time(("write " + scan.sensor).c_str(), stamp_of(messages[s].header().stamp()), now_ns());
+      written_ns = now_ns();
+      results.time(("write " + scan.sensor).c_str(), stamp_of(messages[s].header().stamp()), written_ns);
       clouds.at(scan.sensor)->write(&messages[s]);
+      stamps_ns.insert(stamp_of(messages[s].header().stamp()));
+      bytes += messages[s].data().size();
     }
+    const std::size_t written = std::size_t(std::count_if(
+        race.frames[f].begin(), race.frames[f].end(), [&](const Scan& scan) { return clouds.count(scan.sensor) > 0; }));
+    if (written > 0) results.add_sent(std::move(stamps_ns), written, bytes, written_ns);
     if (external) {
       Detection3DArray_ message;
       message.header().stamp(to_time(last_ns + shift_of("external")));
@@ -496,6 +635,7 @@ int run(const Options& o) {
   }
   const auto last = Clock::now() + std::chrono::duration<double>(o.linger_s);
   while (!ended && Clock::now() < last) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  results.summarise(sent_poses);
   return 0;
 }
 

@@ -110,12 +110,18 @@ class Peer:
 
     def wait(self):
         try:
-            out, _ = self.process.communicate(timeout=4 * PATIENCE_S)
+            self.summary, _ = self.process.communicate(timeout=4 * PATIENCE_S)
         except subprocess.TimeoutExpired:
             self.process.kill()
             raise Failure('ros2_peer does not end') from None
-        expect(self.process.returncode == 0, f'ros2_peer: {out}')
+        expect(self.process.returncode == 0, f'ros2_peer: {self.summary}')
         return self
+
+    def counted(self, pattern):
+        """Numbers of the summary."""
+        found = re.search(pattern, self.summary)
+        expect(found, f"no '{pattern}' in the summary:\n{self.summary}")
+        return tuple(float(number) for number in found.groups())
 
     def kill(self):
         """As a crash: without a farewell."""
@@ -229,7 +235,21 @@ def interop(work, seconds, scenario='overtake'):
         expect(value_of(front, 'read') == 'in place', front)
         expect("by a copy: field 'x' is not aligned in points of 22 bytes" in left, left)
         check_others(peer)
+        check_summary(peer, frames)
         report_times(peer, frames)
+
+
+def check_summary(peer, frames):
+    """The numbers that ros2_peer prints at its end are those of its tables."""
+    clouds = [row for row in peer.rows('times.csv') if row['what'].startswith('write')]
+    expect(peer.counted(r'sent +(\d+) frames, (\d+) clouds, [1-9][\d.]+ MB, [1-9]\d* poses') == (frames, len(clouds)),
+           peer.summary)
+    expect(peer.counted(r'received +(\d+) frames with (\d+) detections, (\d+) of tracks') ==
+           (frames, len(peer.rows('detections.csv')),
+            len([row for row in peer.rows('times.csv') if row['what'] == 'tracks'])), peer.summary)
+    expect(peer.counted(r'lost +(\d+) frames') == (0,), peer.summary)
+    p50, p90, p99, most = peer.counted(r'detections: p50 ([\d.]+), p90 ([\d.]+), p99 ([\d.]+), max ([\d.]+) ms')
+    expect(0 < p50 <= p90 <= p99 <= most, peer.summary)
 
 
 def check_others(peer):
@@ -317,6 +337,122 @@ def test_faults(work):
                'clouds without ring')
         node.stop()
         expect(len(re.findall('front: a cloud is not used', node.said())) == 1, f'said more than once:\n{node.said()}')
+
+
+def test_scans(work):
+    """Scans without stamps, with repeated stamps, with more points than the rig has room for."""
+    race = make_race(work, 2)
+    short = ('--frames', '30', '--linger', '1.5')
+    with Node(work) as node:
+        with Peer(work, race, node, *short, '--stamp', 'front=none') as peer:
+            peer.ready().wait()
+        node.expect(r'front: its clouds have no stamp \(header.stamp is 0\): not used')
+        expect(re.search(r'^2 overtake: front: its clouds have no stamp .*\[refused=[1-9]', peer.diagnostics(), re.M),
+               f'no stamps:\n{peer.diagnostics()}')
+        expect(frames_back(peer) >= 25, f'{frames_back(peer)} of 30 frames while one sensor has no stamps')
+
+        with Peer(work, race, node, *short, '--shift', '5', '--stamp', 'left=repeat') as peer:
+            peer.ready().wait()
+        node.expect(r'left: a scan has the stamp of the scan before: not used')
+        expect(re.search(r'^2 overtake: left: a scan has the stamp .*\[refused=[1-9]', peer.diagnostics(), re.M),
+               f'repeated stamps:\n{peer.diagnostics()}')
+        expect(frames_back(peer) >= 25, f'{frames_back(peer)} of 30 frames while one sensor repeats stamps')
+
+        with Peer(work, race, node, *short, '--shift', '10', '--points', 'right=4') as peer:
+            peer.ready().wait()
+        node.expect(r'right: a scan has \d+ points, point_capacity of the rig is \d+: not used '
+                    r'\(--capacity points=\d+ raises it\)')
+        expect(re.search(r'^2 overtake: right: a scan has \d+ points.*\[refused=[1-9]', peer.diagnostics(), re.M),
+               f'too many points:\n{peer.diagnostics()}')
+        expect(frames_back(peer) >= 25, f'{frames_back(peer)} of 30 frames while one sensor has too many points')
+        node.stop()
+        advice = re.search(r'--capacity points=\d+', node.said())[0].split()
+    with Node(work, *advice) as node, Peer(work, race, node, *short, '--points', 'right=4') as peer:     # it helps
+        peer.ready().wait()
+        line = [line for line in peer.diagnostics().splitlines() if ' overtake: right:' in line][-1]
+        expect(value_of(line, 'refused') == '0' and int(value_of(line, 'received')) >= 25, line)
+        node.stop()
+
+
+def test_senders(work):
+    """Two publishers of one topic that send at the same time."""
+    race = make_race(work, 5)
+    with Node(work) as node:
+        with Peer(work, race, node, '--linger', '5') as first:
+            first.ready()
+            with Peer(work, race, node, '--frames', '40', '--only', 'front', '--no-poses', '--linger', '0') as second:
+                second.ready()
+                node.expect(r'front: 2 publishers of /front/points send at the same time: their messages mix')
+                second.wait()
+            first.wait()
+            node.expect(r'front: only one publisher of /front/points sends now')
+            expect(re.search(r'^[12] overtake: front: .*2 publishers of /front/points send at the same time',
+                             first.diagnostics(), re.M), f'not in the diagnostics:\n{first.diagnostics()}')
+        node.stop()
+        node.expect_not(r'(left|right|ego): 2 publishers')
+
+
+def test_slow(work):
+    """A subscriber that has stopped is named, and costs the others nothing."""
+    race = make_race(work, 5)
+    with Node(work, '--preset', 'paper') as node:
+        with Peer(work, race, node, '--frames', '0', '--no-poses', '--linger', '200') as stopped:
+            stopped.ready().process.send_signal(signal.SIGSTOP)
+            with Peer(work, race, node, '--rate', '10') as peer:
+                peer.ready()
+                node.expect(r'results: a subscriber of /.* is slow, stopped or crashed: it has')
+                time.sleep(3)       # for the diagnostics
+                stopped.process.send_signal(signal.SIGCONT)
+                node.expect(r'results: no subscriber is behind any more')
+                peer.wait()
+            expect(peer.counted(r'sent +(\d+) frames') == (100,), peer.summary)
+            expect(frames_back(peer) >= 98, f'{frames_back(peer)} of 100 frames while another subscriber has stopped')
+            lines = [line for line in peer.diagnostics().splitlines() if ' overtake: results: a subscriber of' in line]
+            expect(any(line.startswith('1 ') and int(value_of(line, 'slow_topics')) >= 3 for line in lines), f'{lines}')
+            expect(all(value_of(line, 'not_sent') == '0' for line in lines), f'{lines}')
+        node.stop()
+
+
+def test_graph(work):
+    """The node's entry in the graph of ROS 2: its names, and the GUIDs that an independent participant has found."""
+    race = make_race(work, 2)
+
+    def check(peer, gid_bytes, name_space, name, topics):
+        rows = peer.rows('graph.csv')
+        expect(rows, f'nothing on ros_discovery_info:\n{peer.summary}')
+        last = [row for row in rows if row['message'] == rows[-1]['message']]
+        expect({(row['namespace'], row['node']) for row in last} == {(name_space, name)}, f'names: {last[0]}')
+        participant, = {row['participant'] for row in last}
+        zeros = '00' * (gid_bytes - 16)
+        found = peer.rows('endpoints.csv')
+        expect([row['type'] for row in found if row['kind'] == 'participant' and row['guid'] + zeros == participant]
+               == ['enclave=/;'], f'the participant {participant} in {found[:3]}')
+        theirs = [row for row in found if row['kind'] != 'participant' and row['guid'][:24] == participant[:24]]
+        for kind in ('reader', 'writer'):
+            said = [row['guid'] for row in last if row['kind'] == kind]
+            seen = [row['guid'] + zeros for row in theirs if row['kind'] == kind and row['topic'].startswith('rt/')]
+            expect(sorted(said) == sorted(seen) and said, f'{kind}s: {len(said)} said, {len(seen)} seen')
+        others = {row['topic']: row['type'] for row in theirs if not row['topic'].startswith('rt/')}
+        expect(others == {'ros_discovery_info': 'rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_'}, f'{others}')
+        known = {row['topic'] for row in theirs}
+        expect(set(topics) <= known, f'{set(topics) - known} is missing')
+        return len({row['message'] for row in rows})
+
+    inputs = [f'rt/{sensor}/points' for sensor in ('front', 'left', 'right')] + ['rt/ego/odometry']
+    with Node(work) as node:
+        with Peer(work, race, node, '--frames', '10') as peer:      # the node finds its topics while it plays
+            peer.ready().wait()
+            expect(check(peer, 24, '/', 'overtake', [*inputs, 'rt/overtake/tracks']) <= 3, 'more messages than changes')
+        with Peer(work, race, node, '--frames', '0', '--no-poses') as late:
+            late.ready().wait()
+            expect(check(late, 24, '/', 'overtake', inputs) == 1, 'a late subscriber gets more than the last entry')
+        node.stop()
+    for options, environment in ((('--ros-distro', 'jazzy'), {'ROS_DISTRO': 'humble'}), ((), {'ROS_DISTRO': 'iron'})):
+        with Node(work, '--namespace', '/car1', '--name', 'detector', *options, environment=environment) as node:
+            with Peer(work, race, node, '--gid', '16', '--frames', '0', '--no-poses', '--no-match', '--wait', '3') as peer:
+                peer.ready().wait()
+                check(peer, 16, '/car1', 'detector', ['rt/car1/detector/tracks', 'rt/diagnostics'])
+            node.stop()
 
 
 def test_publishers(work):
@@ -449,6 +585,7 @@ def test_names(work):
     done = subprocess.run([overtake, 'node', '--rig', race], capture_output=True, text=True, timeout=PATIENCE_S,
                           env=os.environ | {'ROS_DOMAIN_ID': 'x'})
     expect("ROS_DOMAIN_ID: 'x' is not a domain id" in done.stderr, done.stderr)
+    refused(r"--ros-distro: 'humbel' is not a release of ROS 2 .*did you mean 'humble'", *rig, '--ros-distro', 'humbel')
 
 
 def test_detections(work):

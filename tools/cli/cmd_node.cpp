@@ -62,6 +62,9 @@ void add_live_options(CLI::App& command, LiveOptions& options) {
                   "period)")
       ->check(CLI::Range(0.0, 60000.0));
   command.add_flag("--no-tf", options.no_tf, "does not publish the sensors' mounting on /tf_static");
+  command.add_option("--ros-distro", node.ros_distro,
+                     "release of the other nodes, humble, jazzy, ...: the form of the entry in their graph, for ros2 "
+                     "node list (default: ROS_DISTRO, else humble)");
   add_quiet_option(command, options.quiet);
 }
 

@@ -75,6 +75,36 @@ def _strip(path):
         subprocess.run(["strip", "--strip-unneeded", path], check=True)
 
 
+def _project():
+    """The table [project], and the version, which is that of CMakeLists.txt."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    return project, re.search(r"project\(overtake VERSION ([0-9.]+)", (ROOT / "CMakeLists.txt").read_text())[1]
+
+
+def _has_tools(config_settings):
+    return str((config_settings or {}).get("tools", "ON")).upper() != "OFF"
+
+
+def _info_files(with_tools):
+    """Folder and files of the wheel's dist-info that need no build."""
+    project, version = _project()
+    files = {"METADATA": _metadata(project, version).encode(), "LICENSE": (ROOT / "LICENSE").read_bytes()}
+    if with_tools:
+        scripts = "".join(f"{script} = {target}\n" for script, target in project["scripts"].items())
+        files["entry_points.txt"] = f"[console_scripts]\n{scripts}".encode()
+    return f"overtake-{version}.dist-info", files
+
+
+def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
+    """Without this hook pip builds a whole wheel to learn its name and what it depends on, and shows no output of it."""
+    info, files = _info_files(_has_tools(config_settings))
+    folder = pathlib.Path(metadata_directory) / info
+    folder.mkdir()
+    for name, data in files.items():
+        (folder / name).write_bytes(data)
+    return info
+
+
 class _Wheel:
     def __init__(self, path, info):
         self.path, self.info, self.rows = path, info, []
@@ -95,16 +125,14 @@ class _Wheel:
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
-    with_tools = str((config_settings or {}).get("tools", "ON")).upper() != "OFF"
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    version = re.search(r"project\(overtake VERSION ([0-9.]+)", (ROOT / "CMakeLists.txt").read_text())[1]
+    with_tools = _has_tools(config_settings)
     build = _build(with_tools)
     module, = (build / "python" / "overtake").glob("_overtake.*.so")
 
     python = f"cp{sys.version_info.major}{sys.version_info.minor}"
     tag = f"{python}-{python}-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"
-    name = f"overtake-{version}-{tag}.whl"
-    info = f"overtake-{version}.dist-info"
+    info, info_files = _info_files(with_tools)
+    name = f"{info.removesuffix('.dist-info')}-{tag}.whl"
     wheel = _Wheel(pathlib.Path(wheel_directory) / name, info)
     with tempfile.TemporaryDirectory() as folder:
         binaries = [(module, module.name)] + [(build / "overtake", "bin/overtake")] * with_tools
@@ -117,12 +145,9 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     for path in sorted(sources.iterdir()):
         if path.suffix in (".py", ".pyi") or path.name == "py.typed":
             wheel.add(f"overtake/{path.name}", path.read_bytes())
-    wheel.add(f"{info}/METADATA", _metadata(project, version).encode())
+    for file, data in info_files.items():
+        wheel.add(f"{info}/{file}", data)
     wheel.add(f"{info}/WHEEL", ("Wheel-Version: 1.0\nGenerator: overtake\nRoot-Is-Purelib: false\n"
                                 f"Tag: {tag}\n").encode())
-    wheel.add(f"{info}/LICENSE", (ROOT / "LICENSE").read_bytes())
-    scripts = "".join(f"{script} = {target}\n" for script, target in project["scripts"].items())
-    if with_tools:
-        wheel.add(f"{info}/entry_points.txt", f"[console_scripts]\n{scripts}".encode())
     wheel.close()
     return name

@@ -38,15 +38,18 @@ struct PyFrame {
 
 // ---- arrays ---------------------------------------------------------------------------------------------------------
 
-// What keeps an array's memory: the frame's source, or the copy of its tracks.
+// What keeps an array's memory: the frame's source. Memory of its own (tracks, unpacked bits) keeps a live frame, too, so
+// that all arrays of a frame have one rule; that of a copied frame is kept alone, because such frames are many.
+std::shared_ptr<const void> keep(const std::shared_ptr<FrameSource>& source, std::shared_ptr<const void> memory) {
+  if (!source->is_live()) return memory;
+  using Both = std::pair<std::shared_ptr<const void>, std::shared_ptr<const void>>;
+  return std::make_shared<const Both>(source, std::move(memory));
+}
 template <class Table>
 std::shared_ptr<const void> owner_of(const Table& table) {
   return table.hold->get();
 }
-std::shared_ptr<const void> owner_of(const Tracks& table) {
-  table.hold->get();
-  return table.copy;
-}
+std::shared_ptr<const void> owner_of(const Tracks& table) { return keep(table.hold->get(), table.copy); }
 
 py::array make_array(const std::shared_ptr<const void>& owner, const py::dtype& type, const void* data,
                      const std::vector<py::ssize_t>& shape, const std::vector<py::ssize_t>& strides = {}) {
@@ -189,9 +192,11 @@ void add_labels(py::module_& module) {
 }
 
 void add_tracks(py::module_& module) {
-  py::class_<Tracks> type(module, "Tracks",
-                          "Tracked objects: columns of len(tracks) rows, in the frame of reference Frame.reference. "
-                          "These arrays are copies: they do not hold the frame.");
+  py::class_<Tracks> type(
+      module, "Tracks",
+      "Tracked objects: columns of len(tracks) rows, in the frame of reference Frame.reference. "
+      "They are a copy in the frame's memory, a few kB, because the library's reader has room for the "
+      "tracks at one time only, and tracks_at() would change them.");
   std::vector<const char*> names;
 #define OVT_ADD(type_, name, meaning, words, optional)                                                       \
   names.push_back(#name);                                                                                    \
@@ -221,7 +226,8 @@ void add_tracks(py::module_& module) {
       [](const Tracks& t) {
         return column<double>(t, t.copy->covariance, {py::ssize_t(t.rows().count), 5, 5});
       },
-      "float64 (n, 5, 5): covariance of x_m, y_m, speed_mps, course_rad, yaw_rate_rps.");
+      "float64 (n, 5, 5): covariance of x_m, y_m, speed_mps, course_rad, yaw_rate_rps. Symmetric; the library has the "
+      "lower triangle, as columns.");
   add_common(type, "Tracks", names, [](const Tracks& t) { return t.rows().count; });
 }
 
@@ -253,17 +259,20 @@ Labels read_labels(const PyFrame& frame, const py::object& sensor) {
   return table;
 }
 
-// Bits as bool, in an array of its own.
-py::array unpack_bits(const ovt_image& image) {
-  py::array_t<bool> out({py::ssize_t(image.rows), py::ssize_t(image.cols)});
-  auto pixels = out.mutable_unchecked<2>();
-  const py::gil_scoped_release release;
-  for (int32_t r = 0; r < image.rows; ++r) {
-    const auto* words =
-        reinterpret_cast<const uint64_t*>(static_cast<const char*>(image.data) + std::size_t(r) * image.stride_bytes);
-    for (int32_t c = 0; c < image.cols; ++c) pixels(r, c) = (words[c / 64] >> (c % 64)) & 1;
+// Bits as bool: NumPy has no type for bits.
+py::array unpack_bits(const std::shared_ptr<FrameSource>& source, const ovt_image& image) {
+  const auto memory = std::make_shared<Columns>();
+  const auto rows = std::size_t(image.rows), cols = std::size_t(image.cols);
+  bool* out = memory->make<bool>(rows * cols);
+  {
+    const py::gil_scoped_release release;
+    for (std::size_t r = 0; r < rows; ++r) {
+      const auto* words =
+          reinterpret_cast<const uint64_t*>(static_cast<const char*>(image.data) + r * std::size_t(image.stride_bytes));
+      for (std::size_t c = 0; c < cols; ++c) out[r * cols + c] = (words[c / 64] >> (c % 64)) & 1;
+    }
   }
-  return py::array(std::move(out));
+  return make_array(keep(source, memory), py::dtype::of<bool>(), out, {image.rows, image.cols});
 }
 
 py::array read_image(const PyFrame& frame, const std::string& name, const py::object& sensor) {
@@ -279,7 +288,7 @@ py::array read_image(const PyFrame& frame, const std::string& name, const py::ob
       throw StatusError(status, about(frame, index, "image '" + name + "'") +
                                     " was not kept: pass keep_images=True to Detector, or copy_images=True to run");
     check(status, about(frame, index, "image '" + name + "'"));
-    if (image.type == OVT_IMAGE_BITS) return unpack_bits(image);
+    if (image.type == OVT_IMAGE_BITS) return unpack_bits(source, image);
     const py::dtype type = image.type == OVT_IMAGE_F32 ? py::dtype::of<float>() : py::dtype::of<int32_t>();
     return make_array(source, type, image.data, {image.rows, image.cols}, {py::ssize_t(image.stride_bytes), 4});
   }
@@ -309,10 +318,11 @@ py::object info_value(const char* name, T value) {
 void add_frame(py::module_& module) {
   py::class_<PyFrame> type(module, "Frame", R"(One finished frame: what the detector found in one sweep of the sensors.
 
-Its tables have NumPy arrays of read-only columns over the library's memory. Arrays and tables hold the frame: its
-memory is reused only when all of them are gone. A detector has frame_capacity frames to give. After release() the
-frame and its tables raise ReleasedError; arrays taken before stay valid, and hold the memory until they die. A frame
-of overtake.run, or of a detector with every_frame, owns copies and holds nothing.)");
+Its tables have NumPy arrays of read-only columns over the frame's memory: the library's own, or for tracks and images
+of bits a copy that belongs to the frame. All arrays and tables hold the frame: its memory is reused only when all of
+them are gone. A detector has frame_capacity frames to give. After release() the frame and its tables raise
+ReleasedError; arrays taken before stay valid, and hold the memory until they die. A frame of overtake.run, or of a
+detector with every_frame, owns copies and holds nothing of the detector.)");
 #define OVT_FRAME_VALUE(type_, name, meaning) \
   type.def_property_readonly(                 \
       #name, [](const PyFrame& f) { return info_value(#name, f.info.name); }, meaning);
@@ -353,9 +363,11 @@ of overtake.run, or of a detector with every_frame, owns copies and holds nothin
       },
       "Merged clusters of this frame.");
   type.def("labels", &read_labels, py::arg("sensor") = 0, "Points and labels of one sensor (name or index).");
-  type.def("image", &read_image, py::arg("name"), py::arg("sensor") = 0,
-           "Image (rows, cols) of one sensor: float32 (m or rad), int32, or bool for images of bits. "
-           "overtake.image_names lists the names.");
+  type.def(
+      "image", &read_image, py::arg("name"), py::arg("sensor") = 0,
+      "Image (rows, cols) of one sensor: float32 (m or rad), int32, or bool for images of bits. "
+      "overtake.image_names lists the names. Images of bits are copies in the frame's memory, a byte for each bit, "
+      "because NumPy has no type for bits.");
   type.def("times", &read_times, py::arg("sensor") = py::none(),
            "Nanoseconds of each stage that ran: of the whole frame, or of one sensor (name or index).");
   type.def(

@@ -13,6 +13,7 @@ class LiveSource : public FrameSource {
  public:
   LiveSource(std::shared_ptr<ReaderPool> pool, ovt_reader* reader) : pool_(std::move(pool)), reader_(reader) {}
   ~LiveSource() override { pool_->give_back(reader_); }
+  bool is_live() const override { return true; }
 
   ovt_status read_detections(ovt_detections& out) override { return ovt_read_detections(reader_, &out); }
   ovt_status read_clusters(ovt_clusters& out) override { return ovt_read_clusters(reader_, &out); }
@@ -59,6 +60,7 @@ class CopiedSource : public FrameSource {
     }
   }
 
+  bool is_live() const override { return false; }
   ovt_status read_detections(ovt_detections& out) override { return out = detections_, OVT_OK; }
   ovt_status read_clusters(ovt_clusters& out) override { return out = clusters_, OVT_OK; }
   ovt_status read_tracks(int64_t publish_ns, std::shared_ptr<const TracksCopy>& out) override {

@@ -42,7 +42,8 @@ class Columns {
   std::vector<std::unique_ptr<char[]>> blocks_;
 };
 
-// A copy of ovt_tracks. covariance: [count][5][5], symmetric.
+// A copy of ovt_tracks: a reader has room for the tracks at one time only, so those of Frame.tracks would change with
+// Frame.tracks_at. covariance: [count][5][5], symmetric.
 struct TracksCopy {
   explicit TracksCopy(const ovt_tracks& from);
   Columns columns;
@@ -53,6 +54,7 @@ struct TracksCopy {
 class FrameSource {
  public:
   virtual ~FrameSource() = default;
+  virtual bool is_live() const = 0;  // its tables are in a reader, and arrays of it hold the reader's frame
   virtual ovt_status read_detections(ovt_detections& out) = 0;
   virtual ovt_status read_tracks(int64_t publish_ns, std::shared_ptr<const TracksCopy>& out) = 0;
   virtual ovt_status read_clusters(ovt_clusters& out) = 0;

@@ -47,7 +47,8 @@ constexpr const char* kClockType = "rosgraph_msgs/msg/Clock";
 constexpr int64_t kStart_ns = 2'000'000'000;       // publishers need some time to be found
 constexpr int64_t kSilent_ns = 500'000'000;        // without a sample: a fault
 constexpr int64_t kLongestGap_ns = 5'000'000'000;  // a longer one is a pause, or another race
-constexpr int64_t kLease_ns = 30'000'000'000;      // a participant that says nothing for so long is gone
+constexpr int64_t kMixed_ns = 500'000'000;         // two publishers send for so long at the same time: a fault
+constexpr int64_t kQuiet_ns = 3'000'000'000;       // a publisher that has sent nothing for so long is not counted
 constexpr int64_t kClockBack_ns = -100'000'000;
 
 std::string seconds(int64_t ns) { return cli::fixed(double(ns) * 1e-9, 1) + " s"; }
@@ -128,6 +129,16 @@ Input make_input(Names& names, const std::string& part, const std::string& name,
   return input;
 }
 
+// How many publishers send at the same time. One that crashed and started again is another publisher, and both match
+// until the lease of the first is over; but the first one's last message came before the second one's first.
+int64_t count_senders(const Input& input, int64_t now_ns) {
+  int64_t newest_ns = 0, senders = 0;
+  for (const Input::Source& source : input.sources) newest_ns = std::max(newest_ns, source.first_ns);
+  for (const Input::Source& source : input.sources)
+    senders += now_ns - source.last_ns < kQuiet_ns && source.last_ns - newest_ns > kMixed_ns;
+  return senders;
+}
+
 // A topic that has no name of its own to wait for is looked up among those that exist.
 bool is_fixed(const Input& input) { return !input.topic.empty(); }
 
@@ -137,8 +148,6 @@ struct Inputs::Waiting {
   std::unique_ptr<Serialised> sample;
   io::PointCloud2 cloud;  // points into the sample
 };
-
-int64_t steady_ns() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
 
 Inputs::Inputs(Participant& participant, Names& names, const io::Rig& rig, const NodeOptions& options,
                FrameNames& frames, cli::Session& session, Faults& faults)
@@ -221,6 +230,13 @@ void Inputs::count(Input& input, const dds_sample_info_t& info, int64_t now_ns) 
   if (input.last_ns != 0 && now_ns - input.last_ns > kSilent_ns)
     faults_.lower(input.part, "silent", "comes again, after " + seconds(now_ns - input.last_ns));
   input.last_ns = now_ns;
+  std::erase_if(input.sources, [&](const Input::Source& source) { return now_ns - source.last_ns > kQuiet_ns; });
+  for (Input::Source& source : input.sources)
+    if (source.handle == info.publication_handle) {
+      source.last_ns = now_ns;
+      return;
+    }
+  input.sources.push_back({info.publication_handle, now_ns, now_ns});
 }
 
 void Inputs::refuse(Input& input, const char* kind, const std::string& sentence, int64_t now_ns) {
@@ -291,12 +307,14 @@ void Inputs::push_cloud(std::size_t cloud, const Waiting& waiting, int64_t now_n
 
 void Inputs::push_scan(Input& input, int32_t sensor, const ovt_points& points, int64_t now_ns) {
   const io::RigSensor& model = rig_.sensors[std::size_t(sensor)];
-  if (points.count > model.point_capacity)
+  if (points.count > model.point_capacity) {
+    const int64_t enough = (int64_t(points.count) * 11 / 10 + 999) / 1000 * 1000;  // scans differ
     refuse(input, "capacity",
            "a scan has " + std::to_string(points.count) + " points, point_capacity of the rig is " +
-               std::to_string(model.point_capacity) + ": not used (--capacity points=" + std::to_string(points.count) +
+               std::to_string(model.point_capacity) + ": not used (--capacity points=" + std::to_string(enough) +
                " raises it)",
            now_ns);
+  }
   const ovt_status status = session_.push_scan(points);
   if (status == OVT_DUPLICATE)
     refuse(input, "duplicate", "a scan has the stamp of the scan before: not used", now_ns);
@@ -474,15 +492,13 @@ void Inputs::watch_input(Input& input, const Discovery& discovery, int64_t now_n
     input.gone_ns = 0;
   }
   input.publishers = matched.current_count;
-  // A publisher that crashed and started again counts twice until its lease is over.
-  if (matched.current_count < 2) input.several_ns = 0;
-  if (matched.current_count > 1 && input.several_ns == 0) input.several_ns = now_ns;
-  if (input.several_ns != 0 && now_ns - input.several_ns > kLease_ns)
-    faults_.raise(input.part, "several", Level::kWarning,
-                  std::to_string(matched.current_count) + " publishers of " + input.topic + ": their messages mix",
-                  now_ns);
+  if (const int64_t senders = count_senders(input, now_ns); senders > 1)
+    faults_.raise(
+        input.part, "several", Level::kWarning,
+        std::to_string(senders) + " publishers of " + input.topic + " send at the same time: their messages mix",
+        now_ns);
   else
-    faults_.lower(input.part, "several");
+    faults_.lower(input.part, "several", "only one publisher of " + input.topic + " sends now");
 
   dds_requested_incompatible_qos_status_t qos{};
   dds_get_requested_incompatible_qos_status(input.reader, &qos);

@@ -33,10 +33,14 @@ struct Input {
   uint32_t publishers = 0;
   int64_t found_ns = 0;  // when it had its first publisher; 0: never yet
   int64_t received = 0, refused = 0, lost = 0;
-  int64_t stamp_ns = 0;           // of the newest scan
-  int64_t last_ns = 0;            // of arrival, by the steady clock; 0: none yet
-  int64_t gone_ns = 0;            // since when it has had no publisher; 0: it has, or never had one
-  int64_t several_ns = 0;         // since when it has had more than one publisher; 0: it has not
+  int64_t stamp_ns = 0;  // of the newest scan
+  int64_t last_ns = 0;   // of arrival, by the steady clock; 0: none yet
+  int64_t gone_ns = 0;   // since when it has had no publisher; 0: it has, or never had one
+  struct Source {        // a publisher that sends
+    dds_instance_handle_t handle;
+    int64_t first_ns, last_ns;  // of arrival
+  };
+  std::vector<Source> sources;
   Window arrivals, transport_ms;  // from the publisher's write to here, if the clocks agree
 };
 
@@ -103,7 +107,5 @@ class Inputs {
   int64_t newest_scan_ns_ = 0, newest_arrival_ns_ = 0, advanced_ns_ = 0, last_advance_ns_ = 0, sim_ns_ = 0;
   bool any_scan_ = false;
 };
-
-int64_t steady_ns();
 
 }  // namespace overtake::ros2

@@ -89,7 +89,7 @@ void Names::check_used() const {
   }
 }
 
-std::string dds_topic_of(const std::string& name) { return "rt" + name; }
+std::string dds_topic_of(const std::string& name) { return name.starts_with("/") ? "rt" + name : name; }
 
 std::string ros_topic_of(const std::string& dds_name) {
   return dds_name.starts_with("rt/") ? dds_name.substr(2) : dds_name;

@@ -37,7 +37,7 @@ class Names {
 };
 
 // "/front/points" is rt/front/points on the wire, and the type sensor_msgs/msg/PointCloud2 is
-// sensor_msgs::msg::dds_::PointCloud2_. The inverses return what is not of ROS 2 as it is.
+// sensor_msgs::msg::dds_::PointCloud2_. A name without a slash in front, and what is not of ROS 2, stays as it is.
 std::string dds_topic_of(const std::string& name);
 std::string ros_topic_of(const std::string& dds_name);
 std::string ros_type_of(const std::string& dds_type);

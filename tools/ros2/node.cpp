@@ -11,6 +11,7 @@
 #include "tools/io/error.h"
 #include "tools/io/text.h"
 #include "tools/io/words.h"
+#include "tools/ros2/graph.h"
 #include "tools/ros2/inputs.h"
 #include "tools/ros2/outputs.h"
 
@@ -38,16 +39,18 @@ class Node {
         discovery_(participant_),
         outputs_(participant_, names_, frames_.map, frames_.vehicle),
         session_(config, &Outputs::on_frame, &outputs_),
-        inputs_(participant_, names_, config.rig, options, frames_, session_, faults_) {}
+        inputs_(participant_, names_, config.rig, options, frames_, session_, faults_),
+        graph_(participant_, names_, gid_bytes_of(options.ros_distro)) {}
 
   void run() {
     say_hello();
+    graph_.update();
     if (options_.publish_tf) outputs_.publish_transforms(config_.rig, frames_.vehicle, system_ns());
     int64_t watched_ns = 0, reported_ns = steady_ns();
     while (!cli::interrupted()) {
       participant_.wait(kWait_ns);
       int64_t now_ns = steady_ns();
-      if (discovery_.update()) inputs_.follow(discovery_);
+      if (discovery_.update()) inputs_.follow(discovery_), graph_.update();
       inputs_.take(now_ns);
       follow_frames();
       now_ns = steady_ns();
@@ -123,6 +126,16 @@ class Node {
               "a subscriber of " + topic + " expects the type " + endpoint.type + ", it is " + outputs_.types()[i],
               now_ns);
     }
+    const std::vector<std::string> slow = outputs_.find_slow_topics(now_ns);
+    if (!slow.empty())
+      faults_.raise("results", "slow", Level::kWarning,
+                    "a subscriber of " + io::join(slow, ", ") +
+                        " is slow, stopped or crashed: it has acknowledged nothing for over 1 s and may lack results; "
+                        "the node and the other subscribers go on",
+                    now_ns);
+    else
+      faults_.lower("results", "slow", "no subscriber is behind any more");
+    slow_topics_ = int64_t(slow.size());
     watch_frames(now_ns);
   }
 
@@ -256,6 +269,7 @@ class Node {
     add(results, "publish_p50_ms", cli::fixed(newest_.publish_p50_ms, 2));
     add(results, "publish_p99_ms", cli::fixed(newest_.publish_p99_ms, 2));
     add(results, "not_sent", newest_.all_not_sent);
+    add(results, "slow_topics", slow_topics_);
     all.push_back(std::move(results));
     const Sockets sockets = look_at_sockets();
     Status network;
@@ -279,8 +293,9 @@ class Node {
   Outputs outputs_;  // outlives the session, which calls it
   cli::Session session_;
   Inputs inputs_;
+  Graph graph_;
   Outputs::Report newest_;
-  int64_t late_ = 0, dropped_ = 0, dropped_datagrams_ = 0;
+  int64_t slow_topics_ = 0, late_ = 0, dropped_ = 0, dropped_datagrams_ = 0;
 };
 
 }  // namespace

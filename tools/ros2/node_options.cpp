@@ -7,9 +7,26 @@
 #include "tools/io/error.h"
 #include "tools/io/text.h"
 #include "tools/io/toml_reader.h"
+#include "tools/io/words.h"
 
 namespace overtake::ros2 {
 namespace {
+
+struct Release {
+  const char* name;
+  int32_t gid_bytes;
+};
+constexpr Release kReleases[] = {{"foxy", 24},  {"galactic", 24}, {"humble", 24}, {"iron", 16},
+                                 {"jazzy", 16}, {"kilted", 16},   {"rolling", 16}};
+
+void check_distro(const std::string& place, const std::string& name) {
+  if (gid_bytes_of(name) != 0) return;
+  std::vector<std::string> names;
+  for (const Release& release : kReleases) names.emplace_back(release.name);
+  throw io::Error(place, 0,
+                  "'" + name + "' is not a release of ROS 2 that this node knows" + io::did_you_mean(name, names) +
+                      "; it knows " + io::join(names, ", ") + " (for a later one: --ros-distro rolling)");
+}
 
 void read_table(NodeOptions& options, const std::string& config_file) {
   const std::string text = io::read_whole_file(config_file, io::kMostToml);
@@ -28,6 +45,9 @@ void read_table(NodeOptions& options, const std::string& config_file) {
   take("name", options.name);
   take("map_frame", options.map_frame);
   take("vehicle_frame", options.vehicle_frame);
+  const bool given = !options.ros_distro.empty();
+  take("ros_distro", options.ros_distro);
+  if (!given && !options.ros_distro.empty()) check_distro(config_file + ": node.ros_distro", options.ros_distro);
   for (const std::string& remap : reader.texts("remap")) options.remaps.push_back(remap);
   options.use_sim_time = reader.boolean_or("use_sim_time", false) || options.use_sim_time;
   options.publish_tf = reader.boolean_or("publish_tf", true) && options.publish_tf;
@@ -38,8 +58,21 @@ void read_table(NodeOptions& options, const std::string& config_file) {
 
 }  // namespace
 
+int32_t gid_bytes_of(const std::string& ros_distro) {
+  for (const Release& release : kReleases)
+    if (ros_distro == release.name) return release.gid_bytes;
+  return 0;
+}
+
 void complete(NodeOptions& options, const std::string& config_file) {
+  if (!options.ros_distro.empty()) check_distro("--ros-distro", options.ros_distro);
   if (!config_file.empty()) read_table(options, config_file);
+  const char* distro = std::getenv("ROS_DISTRO");
+  if (options.ros_distro.empty() && distro && *distro) {
+    options.ros_distro = distro;
+    check_distro("ROS_DISTRO", options.ros_distro);
+  }
+  if (options.ros_distro.empty()) options.ros_distro = "humble";
   if (const char* text = std::getenv("ROS_DOMAIN_ID"); options.domain < 0 && text && *text) {
     int64_t domain = 0;
     if (!io::parse_integer(text, domain) || domain < 0 || domain > kMostDomain)

@@ -14,6 +14,7 @@
 //   vehicle_frame = "base_link" # rear axle, on the ground; default: child_frame_id of the first pose
 //   deadline_ms = 50            # from the last scan's arrival to its tracks; default: the rig's period
 //   publish_tf = true           # static transforms of the sensors' mounting
+//   ros_distro = "humble"       # of the other nodes: the form of the node's entry in their graph; default: ROS_DISTRO
 #pragma once
 
 #include <cstdint>
@@ -31,8 +32,12 @@ struct NodeOptions {
   std::string map_frame, vehicle_frame;
   double deadline_ms = -1;
   bool publish_tf = true, quiet = false;
+  std::string ros_distro;
 };
 inline constexpr int32_t kMostDomain = 232;  // of the ports of RTPS
+
+// Size of a GUID in the graph of a release of ROS 2: 24 up to Humble, 16 from Iron on; 0: an unknown name.
+int32_t gid_bytes_of(const std::string& ros_distro);
 
 // Fills what is not given from the table [node] of the file, then from the environment. Throws io::Error with the line.
 void complete(NodeOptions& options, const std::string& config_file);

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
 
 #include "tools/io/error.h"
 #include "tools/ros2/names.h"
@@ -52,6 +53,12 @@ void set(dds_qos_t* qos, Qos kind) {
   dds_qset_data_representation(qos, 1, &xcdr1);
 }
 
+dds_guid_t guid_of(dds_entity_t entity, const std::string& what) {
+  dds_guid_t guid;
+  check(dds_get_guid(entity, &guid), what);
+  return guid;
+}
+
 bool equal(const dds_guid_t& a, const dds_guid_t& b) { return std::memcmp(a.v, b.v, sizeof a.v) == 0; }
 
 }  // namespace
@@ -80,8 +87,12 @@ Participant::Participant(int32_t domain, const std::string& interface) {
   if (domain_ < 0)
     throw io::Error(interface.empty() ? place : "--interface " + interface, 0,
                     "Cyclone DDS cannot join the domain (its message is above)");
-  participant_ = check(dds_create_participant(dds_domainid_t(domain), nullptr, nullptr), place);
-  check(dds_get_guid(participant_, &guid_), place);
+  // ROS 2 takes only participants with an enclave into its graph; "/" is the one without security.
+  const QosHolder holder;
+  constexpr std::string_view kEnclave = "enclave=/;";
+  dds_qset_userdata(holder.qos, kEnclave.data(), kEnclave.size());
+  participant_ = check(dds_create_participant(dds_domainid_t(domain), holder.qos, nullptr), place);
+  guid_ = guid_of(participant_, place);
   waitset_ = check(dds_create_waitset(participant_), place);
 }
 
@@ -102,13 +113,17 @@ dds_entity_t Participant::create_reader(const std::string& name, const dds_topic
       check(dds_create_reader(participant_, create_topic(name, type), holder.qos, nullptr), name);
   const dds_entity_t samples = check(dds_create_readcondition(reader, DDS_ANY_STATE), name);
   dds_waitset_attach(waitset_, samples, 0);
+  readers_.push_back(guid_of(reader, name));
   return reader;
 }
 
 dds_entity_t Participant::create_writer(const std::string& name, const dds_topic_descriptor_t& type, Qos kind) {
   const QosHolder holder;
   set(holder.qos, kind);
-  return check(dds_create_writer(participant_, create_topic(name, type), holder.qos, nullptr), name);
+  const dds_entity_t writer =
+      check(dds_create_writer(participant_, create_topic(name, type), holder.qos, nullptr), name);
+  writers_.push_back(guid_of(writer, name));
+  return writer;
 }
 
 void Participant::wait(int64_t most_ns) { dds_waitset_wait(waitset_, nullptr, 0, most_ns); }

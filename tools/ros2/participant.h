@@ -47,11 +47,14 @@ class Participant {
   void wait(int64_t most_ns);  // until a reader has samples
   dds_entity_t entity() const { return participant_; }
   const dds_guid_t& guid() const { return guid_; }
+  const std::vector<dds_guid_t>& readers() const { return readers_; }
+  const std::vector<dds_guid_t>& writers() const { return writers_; }
 
  private:
   dds_entity_t create_topic(const std::string& name, const dds_topic_descriptor_t& type);
   dds_entity_t domain_ = 0, participant_ = 0, waitset_ = 0;
   dds_guid_t guid_{};
+  std::vector<dds_guid_t> readers_, writers_;  // in the order of their creation
 };
 
 // The readers and writers of other participants.

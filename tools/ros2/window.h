@@ -5,11 +5,14 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <vector>
 
 namespace overtake::ros2 {
+
+inline int64_t steady_ns() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
 
 class Window {
  public:

@@ -345,7 +345,8 @@ class Tracks(_Columns):
         """(n,), rad: standard deviation of heading_rad. None with preset paper."""
     @property
     def covariance(self) -> _Doubles:
-        """(n, 5, 5): covariance of x_m, y_m, speed_mps, course_rad, yaw_rate_rps."""
+        """(n, 5, 5): covariance of x_m, y_m, speed_mps, course_rad, yaw_rate_rps. Symmetric; the library has the
+        lower triangle, as columns."""
     # end
 
 class Clusters(_Columns):
