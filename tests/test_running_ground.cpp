@@ -175,7 +175,8 @@ TEST_CASE("running_ground: the road is known only between two known rays") {
 }
 
 TEST_CASE(
-    "running_ground: before the slope is measured, over 2 m and a quarter of the run, the allowed height grows faster") {
+    "running_ground: before the slope is measured, over 2 m and a quarter of the run, the allowed height grows "
+    "faster") {
   // 0.1 m + 0.012 per metre up to 0.5 m: the attitude of the pose errs.
   CHECK(Column({{20, 0.33f}}).marks() == ".");
   CHECK(Column({{20, 0.35f}}).marks() == "o");
