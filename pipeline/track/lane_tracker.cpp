@@ -34,10 +34,10 @@ constexpr int32_t kSteadyHits = 5;       // with fewer hits the state has not se
 constexpr double kBirthSigma_mps = 10.0;
 
 // Heading.
-constexpr double kHeadingMemory_s = 0.3, kHeadingGate_d2 = 9.0, kHeadingSigma_rad = 0.1, kHeadingRate_rps = 2.0;
-constexpr double kHeadingRateNoise = 20.0;  // (rad/s)^2 per second
-constexpr int32_t kHeadingMisses = 3;       // this many contradictions in a row replace it
-constexpr double kSlip_rad = 0.05;          // between the course and the axis of a car that drives
+constexpr double kHeadingMemory_s = 0.3, kHeadingGate_d2 = 9.0, kHeadingSigma_rad = 0.15, kHeadingRate_rps = 2.0;
+constexpr double kHeadingRateNoise = 5.0;  // (rad/s)^2 per second
+constexpr int32_t kHeadingMisses = 3;      // this many contradictions in a row replace it
+constexpr double kSlip_rad = 0.05;         // between the course and the axis of a car that drives
 
 // Existence.
 constexpr double kLog2Pi = 1.8378770664093453;
