@@ -72,6 +72,22 @@ TEST_CASE("lane motion: the yaw rate goes to the lane's, and the place follows i
   CHECK(car.yaw_rate_rps == doctest::Approx(0.18).epsilon(1e-6));
 }
 
+TEST_CASE("lane motion: the course of a car that is not seen goes to the lane's heading, which turns") {
+  constexpr double kCurvature = 0.003, kTime_s = 0.3, kFirst_rad = 0.05, kStep_s = 0.05;
+  MotionState car = {.speed_mps = 60, .course_rad = kFirst_rad, .yaw_rate_rps = 60 * kCurvature};
+  double lane_rad = 0;
+  for (int k = 1; k <= 60; ++k) {
+    car = advance_on_lane(car, {kCurvature, 0.2, lane_rad, kTime_s}, kStep_s);
+    lane_rad += kCurvature * 60 * kStep_s;
+    CAPTURE(k);
+    CHECK(car.course_rad - lane_rad ==
+          doctest::Approx(kFirst_rad * std::exp(-k * kStep_s / kTime_s)).epsilon(0.02 * k));
+  }
+  CHECK(std::fabs(car.course_rad - lane_rad) < 1e-5);
+  const MotionState seen = advance_on_lane(car, {kCurvature, 0.2, lane_rad - 1.0, 0}, kStep_s);
+  CHECK(seen.course_rad == doctest::Approx(car.course_rad + kCurvature * 60 * kStep_s).epsilon(1e-6));
+}
+
 TEST_CASE("lane motion: without a lane it is CVTR, bit for bit") {
   std::mt19937_64 random(72);
   for (int n = 0; n < 1000; ++n) {
@@ -89,7 +105,10 @@ TEST_CASE("lane motion: the mean of a prediction is advance_on_lane, its covaria
   std::mt19937_64 random(73);
   for (int n = 0; n < 300; ++n) {
     const TrackEstimate before = draw_estimate(random);
-    const LanePull lane = n % 3 == 0 ? LanePull{} : LanePull{draw(random, -0.01, 0.01), draw(random, 0.1, 2.0)};
+    LanePull lane;
+    if (n % 3 != 0) lane = {draw(random, -0.01, 0.01), draw(random, 0.1, 2.0)};
+    if (n % 3 == 2)
+      lane.heading_rad = before.mean.course_rad + draw(random, -1, 1), lane.course_s = draw(random, 0.1, 2);
     const double dt_s = draw(random, 0.001, 0.1);
     double f[kLaneN][kLaneN];
     for (int c = 0; c < kLaneN; ++c) {
@@ -108,6 +127,7 @@ TEST_CASE("lane motion: the mean of a prediction is advance_on_lane, its covaria
     const MotionState mean = advance_on_lane(before.mean, lane, dt_s);
     CAPTURE(n);
     CHECK(after.mean.x_m == mean.x_m);
+    CHECK(after.mean.course_rad == mean.course_rad);
     CHECK(after.mean.yaw_rate_rps == mean.yaw_rate_rps);
     const double cosine = std::cos(mean.course_rad), sine = std::sin(mean.course_rad);
     double q[kLaneN][kLaneN] = {};
@@ -130,7 +150,7 @@ TEST_CASE("lane motion: a step back is CVTR, and adds no noise") {
   std::mt19937_64 random(74);
   for (int n = 0; n < 300; ++n) {
     const TrackEstimate before = draw_estimate(random);
-    const LanePull lane = {draw(random, -0.01, 0.01), draw(random, 0.2, 2.0)};
+    const LanePull lane = {draw(random, -0.01, 0.01), draw(random, 0.2, 2.0), draw(random, -3, 3), 0.3};
     const double dt_s = draw(random, 0.001, 0.05);
     TrackEstimate e = before, back = before;
     predict_on_lane(back, lane, kLaneNoise, -dt_s);
@@ -150,7 +170,7 @@ TEST_CASE("lane motion: without process noise the lane's pull leaves the covaria
   std::mt19937_64 random(76);
   for (int n = 0; n < 200; ++n) {
     TrackEstimate e = draw_estimate(random);
-    const LanePull lane = {draw(random, -0.05, 0.05), 0.01};
+    const LanePull lane = {draw(random, -0.05, 0.05), 0.01, draw(random, -3, 3), n % 2 == 0 ? 0.0 : 0.01};
     for (int k = 0; k < 40; ++k) {
       predict_on_lane(e, lane, {}, 0.05);
       CAPTURE(n);
@@ -173,6 +193,7 @@ class LaneSteps {
   void predict(TrackEstimate& e, std::mt19937_64& random, double dt_s) const {
     LanePull lane;
     if (random() % 4) lane = {draw(random, -0.05, 0.05), std::pow(10.0, draw(random, -2, 1))};
+    if (random() % 2) lane.heading_rad = draw(random, -3, 3), lane.course_s = std::pow(10.0, draw(random, -2, 1));
     const int32_t steps = 1 + int32_t(std::fabs(dt_s) / 0.05);
     for (int32_t k = 0; k < steps; ++k) predict_on_lane(e, lane, noise_, dt_s / steps);
   }

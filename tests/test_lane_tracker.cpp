@@ -251,6 +251,44 @@ TEST_CASE("lane tracker: a car that is lost where a bend begins follows the lane
   CHECK(error_after_2s(nullptr) > 15.0);
 }
 
+TEST_CASE(
+    "lane tracker: a car that is lost while it leaves its offset becomes parallel to its lane, without a map it goes "
+    "on") {
+  constexpr double kRadius = 2000, kOff_rad = 0.04;
+  constexpr int32_t kSeen = 12;
+  const test::CircleRoad ring = make_ring(kRadius);
+  struct Guess {
+    double off_m, off_rad, var_m2;
+  };
+  const auto guess_after_2s = [&](const CircuitMap* map) {
+    LaneBench bench(map);
+    double last_m = 0;
+    Guess guess{};
+    for (int32_t k = 0; k < kSeen + 40; ++k) {
+      const double way_m = 50 * kFrame_s * k;
+      const Place on_line = on_ring(kRadius, way_m), ego = on_ring(kRadius, way_m - 30);
+      bench.input.ego = {true, ego.x_m, ego.y_m, (way_m - 30) / kRadius, 50};
+      const double angle = way_m / kRadius, left_m = kOff_rad * way_m;
+      if (k < kSeen) last_m = left_m;
+      const Measurement car =
+          seen_car(on_line.x_m - left_m * std::sin(angle), on_line.y_m + left_m * std::cos(angle), k);
+      bench.step(k, k < kSeen ? std::vector{car} : std::vector<Measurement>{});
+      if (bench.rows.count == 0) continue;
+      const double from_middle_m = std::hypot(bench.rows.x_m[0], bench.rows.y_m[0] - kRadius);
+      guess = {kRadius - from_middle_m - last_m, wrap_angle(bench.rows.course_rad[0] - angle),
+               bench.rows.covariance[2][0]};
+    }
+    REQUIRE(bench.rows.count == 1);
+    return guess;
+  };
+  const Guess on_lane = guess_after_2s(&ring.map), free = guess_after_2s(nullptr);
+  CHECK(on_lane.off_m > 0.2);  // after some way
+  CHECK(on_lane.off_m < 1.5);
+  CHECK(std::fabs(on_lane.off_rad) < 0.003);
+  CHECK(on_lane.var_m2 > 0.4 * 0.4 * 1.9 * 1.9);  // path_across in a second
+  CHECK(free.off_m > 2.5);
+}
+
 TEST_CASE("lane tracker: the heading of a car that spins is measured, its course goes on") {
   LaneBench bench;
   constexpr double kSpin_rps = 3.0;

@@ -5,8 +5,9 @@
 //
 //   d omega / dt = (kappa v - omega) / tau
 //
-// with the lane's curvature kappa at the car's distance from the centre line. Without a lane, CVTR. Process noise is
-// along and across the course: a car slides across its course far less than it brakes.
+// with the lane's curvature kappa at the car's distance from the centre line. Without a lane, CVTR. The course of a car
+// that is not seen goes to the lane's heading as well, after each step. Process noise is along and across the course: a
+// car slides across its course far less than it brakes.
 #pragma once
 
 #include "pipeline/track/track_filter.h"
@@ -15,7 +16,9 @@ namespace overtake {
 
 struct LanePull {
   double curvature_per_m = 0;
-  double time_s = 0;  // tau; 0: no lane
+  double time_s = 0;       // tau; 0: no lane
+  double heading_rad = 0;  // of the lane, where the step begins
+  double course_s = 0;     // time constant of the course; 0: it goes on as it is
 };
 
 // Growth of the variances per second.

@@ -86,6 +86,7 @@ class LanePolicy {
   PathKind path_of(const State& s) const noexcept;
   double find_curvature(const MapProjection& at) const noexcept;
   void look_at_lane(State& s) const noexcept;
+  bool is_guessed(const State& s) const noexcept;
   CourseNoise noise_of(const State& s) const noexcept;
   void turn_heading(State& s, double dt_s) const noexcept;
   void measure_heading(State& s, const Measurement& z) const noexcept;
@@ -130,7 +131,7 @@ inline constexpr const char* kLaneTrackerParams =
     "tracker.birth_sigma_yaw_rate tracker.gate_d2 tracker.gate_m tracker.window tracker.max_silence_s "
     "tracker.horizon_s tracker.horizon_step_s tracker.work_limit vehicle.length_m vehicle.width_m";
 
-static_assert(sizeof(LaneTrack) == 30 * 8 + 18 * 8 + 8 * 4);
+static_assert(sizeof(LaneTrack) == 30 * 8 + 20 * 8 + 8 * 4);
 
 extern template class ReplayTracker<LanePolicy>;
 using LaneTracker = ReplayTracker<LanePolicy>;
