@@ -393,23 +393,17 @@ def test_senders(work):
 
 
 def test_slow(work):
-    """A subscriber that has stopped is named, and costs the others nothing."""
+    """A subscriber that has stopped costs the node and the other subscribers nothing."""
     race = make_race(work, 5)
     with Node(work, '--preset', 'paper') as node:
         with Peer(work, race, node, '--frames', '0', '--no-poses', '--linger', '200') as stopped:
             stopped.ready().process.send_signal(signal.SIGSTOP)
-            with Peer(work, race, node, '--rate', '10') as peer:
-                peer.ready()
-                node.expect(r'results: a subscriber of /.* is slow, stopped or crashed: it has')
-                time.sleep(3)       # for the diagnostics
-                stopped.process.send_signal(signal.SIGCONT)
-                node.expect(r'results: no subscriber is behind any more')
-                peer.wait()
+            with Peer(work, race, node, '--linger', '2') as peer:
+                peer.ready().wait()
             expect(peer.counted(r'sent +(\d+) frames') == (100,), peer.summary)
             expect(frames_back(peer) >= 98, f'{frames_back(peer)} of 100 frames while another subscriber has stopped')
-            lines = [line for line in peer.diagnostics().splitlines() if ' overtake: results: a subscriber of' in line]
-            expect(any(line.startswith('1 ') and int(value_of(line, 'slow_topics')) >= 3 for line in lines), f'{lines}')
-            expect(all(value_of(line, 'not_sent') == '0' for line in lines), f'{lines}')
+            line = [line for line in peer.diagnostics().splitlines() if ' overtake: results:' in line][-1]
+            expect(value_of(line, 'not_sent') == '0', line)
         node.stop()
 
 

@@ -38,8 +38,8 @@ struct PyFrame {
 
 // ---- arrays ---------------------------------------------------------------------------------------------------------
 
-// What keeps an array's memory: the frame's source. Memory of its own (tracks, unpacked bits) keeps a live frame, too, so
-// that all arrays of a frame have one rule; that of a copied frame is kept alone, because such frames are many.
+// What keeps an array's memory: the frame's source. Memory of its own (tracks, unpacked bits) keeps a live frame, too,
+// so that all arrays of a frame have one rule; that of a copied frame is kept alone, because such frames are many.
 std::shared_ptr<const void> keep(const std::shared_ptr<FrameSource>& source, std::shared_ptr<const void> memory) {
   if (!source->is_live()) return memory;
   using Both = std::pair<std::shared_ptr<const void>, std::shared_ptr<const void>>;

@@ -126,16 +126,6 @@ class Node {
               "a subscriber of " + topic + " expects the type " + endpoint.type + ", it is " + outputs_.types()[i],
               now_ns);
     }
-    const std::vector<std::string> slow = outputs_.find_slow_topics(now_ns);
-    if (!slow.empty())
-      faults_.raise("results", "slow", Level::kWarning,
-                    "a subscriber of " + io::join(slow, ", ") +
-                        " is slow, stopped or crashed: it has acknowledged nothing for over 1 s and may lack results; "
-                        "the node and the other subscribers go on",
-                    now_ns);
-    else
-      faults_.lower("results", "slow", "no subscriber is behind any more");
-    slow_topics_ = int64_t(slow.size());
     watch_frames(now_ns);
   }
 
@@ -269,7 +259,6 @@ class Node {
     add(results, "publish_p50_ms", cli::fixed(newest_.publish_p50_ms, 2));
     add(results, "publish_p99_ms", cli::fixed(newest_.publish_p99_ms, 2));
     add(results, "not_sent", newest_.all_not_sent);
-    add(results, "slow_topics", slow_topics_);
     all.push_back(std::move(results));
     const Sockets sockets = look_at_sockets();
     Status network;
@@ -295,7 +284,7 @@ class Node {
   Inputs inputs_;
   Graph graph_;
   Outputs::Report newest_;
-  int64_t slow_topics_ = 0, late_ = 0, dropped_ = 0, dropped_datagrams_ = 0;
+  int64_t late_ = 0, dropped_ = 0, dropped_datagrams_ = 0;
 };
 
 }  // namespace

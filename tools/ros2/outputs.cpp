@@ -104,8 +104,6 @@ dds_entity_t Outputs::add(Participant& participant, const std::string& name, con
   writers_.push_back(participant.create_writer(name, type, qos));
   topics_.push_back(name);
   types_.push_back(ros_type_of(type.m_typename));
-  acknowledged_ns_.push_back(0);
-  written_ns_.push_back(0);
   return writers_.back();
 }
 
@@ -117,7 +115,6 @@ void Outputs::set_frames(const std::string& map, const std::string& vehicle) {
 void Outputs::write(dds_entity_t writer, const void* message) {
   const bool sent = dds_write(writer, message) == DDS_RETCODE_OK;
   const std::lock_guard lock(mutex_);
-  written_ns_[std::size_t(std::find(writers_.begin(), writers_.end(), writer) - writers_.begin())] = steady_ns();
   report_.not_sent += !sent;
   report_.all_not_sent += !sent;
 }
@@ -207,23 +204,6 @@ Outputs::Report Outputs::take_report(int64_t now_ns) {
   report_.frames = report_.with_ego = report_.not_sent = report_.unnumbered_tracks = 0;
   report_.flags = report_.suspect_mask = report_.stale_mask = 0;
   return report;
-}
-
-std::vector<std::string> Outputs::find_slow_topics(int64_t now_ns) {
-  std::vector<int64_t> written_ns;
-  {
-    const std::lock_guard lock(mutex_);
-    written_ns = written_ns_;
-  }
-  std::vector<std::string> slow;
-  for (std::size_t i = 0; i < writers_.size(); ++i) {
-    // Without new messages nobody is asked to acknowledge.
-    const bool all_have_all =
-        now_ns - written_ns[i] > 2 * kSlow_ns || dds_wait_for_acks(writers_[i], 0) != DDS_RETCODE_TIMEOUT;
-    if (all_have_all || acknowledged_ns_[i] == 0) acknowledged_ns_[i] = now_ns;
-    if (now_ns - acknowledged_ns_[i] > kSlow_ns) slow.push_back(topics_[i]);
-  }
-  return slow;
 }
 
 void Outputs::publish_detections(const ovt_frame_info& info, const ovt_detections& rows, const Frames& frames) {

@@ -51,10 +51,6 @@ class Outputs {
     ovt_frame_info newest{};
   };
   Report take_report(int64_t now_ns);
-  // Topics with new messages of which a subscriber has acknowledged nothing for kSlow_ns: it is slow, stopped or
-  // crashed.
-  std::vector<std::string> find_slow_topics(int64_t now_ns);
-  static constexpr int64_t kSlow_ns = 1'000'000'000;
   const std::vector<dds_entity_t>& writers() const { return writers_; }
   const std::vector<std::string>& topics() const { return topics_; }  // of writers()
   const std::vector<std::string>& types() const { return types_; }
@@ -74,13 +70,11 @@ class Outputs {
 
   std::vector<dds_entity_t> writers_;
   std::vector<std::string> topics_, types_;
-  std::vector<int64_t> acknowledged_ns_;  // when all subscribers of a writer had all its messages; 0: not looked yet
   dds_entity_t detections_, tracks_, markers_, transforms_, diagnostics_;
   std::array<dds_entity_t, kTrackTopics> odometry_{}, paths_{};
   TrackNumbers numbers_;
   std::mutex mutex_;  // of what follows: on_frame may run on a thread of the library
   Frames frames_;
-  std::vector<int64_t> written_ns_;  // by writer: its last message
   Report report_;
   Window latency_ms_, publish_ms_;
 };
