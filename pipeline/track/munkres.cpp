@@ -86,10 +86,7 @@ void Munkres::take_cheapest(int32_t* column_of_row) noexcept {
     for (int32_t i = begin_[at(r)]; i < begin_[at(r + 1)]; ++i)
       if (!best || pairs_[at(i)].cost < best->cost) best = &pairs_[at(i)];
     row_price_[at(r)] = {0, best ? best->cost : 0.0};
-    if (!less(row_price_[at(r)], alone_[at(r)])) {
-      row_price_[at(r)] = alone_[at(r)];
-      continue;
-    }
+    if (!less(row_price_[at(r)], alone_[at(r)])) continue;  // needs no search, either
     if (best && row_of_column_[at(best->column)] < 0) {
       row_of_column_[at(best->column)] = r;
       column_of_row[r] = best->column;
