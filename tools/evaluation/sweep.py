@@ -20,6 +20,7 @@ NOT_IN_ALL = ('demo', 'overtake', 'recorded_like')
 RESOURCES = {'simulate': {'threads': 1, 'mem_mb': 2000, 'runtime': 120},
              'evaluate': {'threads': 1, 'mem_mb': 3000, 'runtime': 240},
              'merge': {'threads': 1, 'mem_mb': 8000, 'runtime': 240},
+             'report': {'threads': 1, 'mem_mb': 8000, 'runtime': 240},
              'times': {'threads': os.cpu_count()}}
 
 
