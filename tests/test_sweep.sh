@@ -134,6 +134,10 @@ refuse pieces "${good}seconds: 1\nextent: whole\npieces: {seconds: 1}"
 refuse pieces "scenarios: [las_vegas_15]\npieces: {seconds: 1}"
 refuse pieces.seconds "${good}pieces: {seconds: 0}"
 refuse shard "${good}shard: 3/2"
+mkdir -p some/slurm
+echo 'cores: 1' >some/slurm/config.yaml
+snakemake --snakefile "$snakefile" --configfile sweep.yaml --profile some/slurm --directory bad >"$work/log" 2>&1 && fail "a relative profile was taken"
+grep -q "^--profile: some/slurm must be an absolute path" "$work/log" || fail "no sentence on the profile: $(cat "$work/log")"
 sed -i 's/^overtake:.*/overtake: .\/missing/' sweep.yaml
 sed -i '/shard/d' sweep.yaml
 sweep --directory bad && fail "taken without a program"

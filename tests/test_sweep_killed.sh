@@ -3,8 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: test_sweep_killed.sh OVERTAKE [TIMES]
-# A sweep that is killed with all its jobs at 20 random moments (seed 1) and started again each time gives the metrics.json
-# of one that is not, and does no whole job twice.
+# A sweep that is killed with all its jobs 20 times, at random moments (seed 1) and every fifth time as soon as a job is
+# whole, and started again each time gives the metrics.json of one that is not, and does no whole job twice.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 overtake=$(realpath "${1:?usage: test_sweep_killed.sh OVERTAKE [TIMES]}")
@@ -33,6 +33,14 @@ note_whole() {  # FOLDER
     [[ ! -d $path || $path == *.part ]] || touch "done/$(basename "$(dirname "$path")").$(basename "$path")"
   done
 }
+has_new_whole() {  # FOLDER: a whole result that note_whole has not seen
+  local path
+  for path in "$1"/whole/*/*/.hash; do
+    path=${path%/.hash}
+    [[ ! -d $path || $path == *.part || -e done/$(basename "$(dirname "$path")").$(basename "$path") ]] || return 0
+  done
+  return 1
+}
 cat >sweep.yaml <<END
 overtake: ./program
 scenarios: [overtake, empty_track, three_cars]
@@ -56,15 +64,23 @@ killed=0
 for ((k = 0; k < times; ++k)); do
   setsid "${sweep[@]}" --directory killed >"$work/log" 2>&1 &
   sweep_id=$!
-  # Up to an eighth of the whole sweep, after a start of Snakemake.
-  sleep "$(awk -v t="$took_ms" -v r="$RANDOM" 'BEGIN { print (0.8 + t / 8000 * r / 32768) }')"
+  if ((k % 5 == 4)); then  # when a job is whole, and Snakemake does not know yet
+    for ((w = 0; w < 1000; ++w)); do
+      if has_new_whole killed; then break; fi
+      sleep 0.01
+    done
+  else  # up to an eighth of the whole sweep, after a start of Snakemake
+    sleep "$(awk -v t="$took_ms" -v r="$RANDOM" 'BEGIN { print (0.8 + t / 8000 * r / 32768) }')"
+  fi
   if kill -KILL -- "-$sweep_id" 2>/dev/null; then killed=$((killed + 1)); fi
   wait "$sweep_id" 2>/dev/null
   note_whole killed
   "${sweep[@]}" --directory killed --unlock >/dev/null 2>&1
 done
 expect "the last start" "${sweep[@]}" --directory killed
-echo "killed $killed times; $(grep -c . started) starts of $(sort -u started | grep -c .) jobs; $(cat killed/jobs/*/*.txt | grep -c "done before an interruption") whole jobs recognised at the last start of each"
+recognised=$(cat killed/jobs/*/*.txt | grep -c "done before an interruption")
+echo "killed $killed times; $(grep -c . started) starts of $(sort -u started | grep -c .) jobs, of which $recognised were whole at a kill and not noted"
+((recognised > 0)) || fail "no kill came between the end of a job and Snakemake's note of it"
 ((killed > times / 2)) || fail "killed only $killed times: the sweep was done"
 cmp whole/metrics.json killed/metrics.json || fail "killed and gone on differs"
 [[ ! -e again ]] || fail "whole jobs were done again: $(cat again)"

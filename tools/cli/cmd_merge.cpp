@@ -25,8 +25,8 @@ void add_merge_options(CLI::App& command, MergeOptions& options) {
   command.add_option("folders", options.folders, "results of overtake evaluate");
   command.add_option("--list", options.list, "file with more of them, one a line: for more than a command line holds");
   command.add_option("--out", options.out, "folder for the combined results")->required();
-  CLI::Option* only_runs = command.add_flag("--only-runs", options.only_runs, "combines, without a report");
-  command.add_flag("--only-report", options.only_report, "reports on the runs that are in --out")->excludes(only_runs);
+  command.add_flag("--only-runs", options.only_runs, "combines, without a report");
+  command.add_flag("--only-report", options.only_report, "reports on the runs that are in --out");
   add_force_option(command, options.force);
 }
 
@@ -39,8 +39,8 @@ int merge(const MergeOptions& given) {
     for (std::string line; std::getline(lines, line);)
       if (!line.empty()) options.folders.push_back(line);
   }
-  if (options.only_report && !options.folders.empty())
-    throw io::Error("--only-report", 0, "reports on the runs in --out, and combines no folders");
+  if (options.only_report && (options.only_runs || !options.folders.empty()))
+    throw io::Error("--only-report", 0, "reports on the runs in --out: give neither folders nor --only-runs");
   if (options.folders.empty() && !options.only_report) throw CLI::RequiredError("folders or --list");
   for (const std::string& folder : options.folders) guard.add_input_tree(folder + "/runs");
   for (const std::string& folder : options.folders)
