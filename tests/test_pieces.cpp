@@ -38,7 +38,7 @@ rate_hz = 10
 lines_per_s = 64
 second_returns = false
 [localisation]
-rate_hz = 400
+rate_hz = 500
 [[car]]
 name = "ego"
 [[car]]
