@@ -2,8 +2,8 @@
 # Copyright 2026 The Overtake authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# usage: tests/make_db3.py SCANS OUT.db3 [--layout ring|none|line_index] [--vehicle N] [--ego ego.csv] [--fault
-# NAME|all]
+# usage: tests/make_db3.py SCANS OUT.db3 [--layout ring|none|line_index] [--vehicle N] [--ego ego.csv]
+#        [--opponent ego.csv] [--fault NAME|all]
 #
 # A rosbag2 recording out of a folder of binary PCD scans FRAME_SENSOR.pcd, written with Python's sqlite3 and a
 # separate CDR encoder: it shares no code with the reader. Three layouts Luminar's drivers have used: float32 ring; no
@@ -87,10 +87,15 @@ def read_pcd(path):
     end = raw.index(b"DATA binary\n") + len(b"DATA binary\n")
     head = dict(line.split(None, 1) for line in raw[:end].decode().splitlines() if line and line[0] != "#")
     names, sizes, types = head["FIELDS"].split(), head["SIZE"].split(), head["TYPE"].split()
-    letter = {("F", "4"): "f", ("F", "8"): "d", ("U", "1"): "B", ("U", "2"): "H", ("U", "4"): "I", ("I", "4"): "i"}
+    letter = {("F", "4"): "f", ("F", "8"): "d", ("U", "1"): "B", ("U", "2"): "H", ("U", "4"): "I", ("I", "4"): "i",
+              ("I", "8"): "q"}
     form = struct.Struct("<" + "".join(letter[t, s] for t, s in zip(types, sizes)))
     points = form.iter_unpack(raw[end:end + form.size * int(head["POINTS"])])
-    return [dict(zip(names, p)) for p in points]
+    rows = [dict(zip(names, p)) for p in points]
+    if "t" in names and sizes[names.index("t")] == "8":  # absolute times
+        first = min((row["t"] for row in rows), default=0)
+        rows = [dict(row, t=row["t"] - first) for row in rows]
+    return rows
 
 
 def layout_of(name, with_time):
@@ -192,6 +197,7 @@ def main():
     parser.add_argument("--layout", default="ring", choices=["ring", "none", "line_index"])
     parser.add_argument("--vehicle", default="3")
     parser.add_argument("--ego")
+    parser.add_argument("--opponent")  # the odometry of another vehicle
     parser.add_argument("--fault", choices=FAULTS + ["all"])
     args = parser.parse_args()
     if args.fault != "all":
@@ -207,6 +213,8 @@ def write(args):
     messages = list(cloud_messages(args.scans, args.layout, vehicle, args.fault))
     if args.ego and args.fault != "ego_missing":
         messages += ego_messages(args.ego, vehicle, args.fault)
+    if args.opponent:
+        messages += ego_messages(args.opponent, vehicle + "0", None)
     messages.sort(key=lambda m: m[0])
     if os.path.exists(args.out):
         os.remove(args.out)

@@ -193,7 +193,7 @@ for command in info doctor run label inspect; do
   # shellcheck disable=SC2086
   refuse "empty.mcap: is empty (0 bytes)" $command empty.mcap $([[ $command == info || $command == doctor ]] || echo --out out)
 done
-refuse "file/out: the folder cannot be made" run scene --rig av21 --out file/out
+refuse "file/out: the folder cannot be made: Not a directory" run scene --rig av21 --out file/out
 refuse "--sensor is needed: front, left, right" inspect scene --frame 3 "${av21[@]}"
 refuse "--sensor top: rig av21 has front, left, right" inspect scene --frame 3 --sensor top "${av21[@]}"
 refuse "--frame is needed: scene has several, from 0 on" inspect scene --sensor front "${av21[@]}"

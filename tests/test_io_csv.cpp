@@ -100,10 +100,12 @@ TEST_CASE("csv: numbers are written in the shortest text that reads back as the 
 TEST_CASE("csv: a table that cannot be written gives an error") {
   const TempFolder folder;
   CHECK(error_of([&] { io::CsvWriter csv(folder.path("no/t.csv"), "a"); }) ==
-        folder.path("no/t.csv") + ": cannot be written");
+        folder.path("no/t.csv") + ": cannot be written: No such file or directory");
   if (std::filesystem::exists("/dev/full")) {
     io::CsvWriter csv("/dev/full", "a");
-    CHECK(error_of([&] { csv.flush(); }) == "/dev/full: cannot be written (is the disk full?)");
+    CHECK(error_of([&] { csv.flush(); }) == "/dev/full: cannot be written: No space left on device");
+    CHECK(error_of([&] { io::write_whole_file("/dev/full", "a"); }) ==
+          "/dev/full: cannot be written: No space left on device");
   }
 }
 

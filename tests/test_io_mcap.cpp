@@ -217,6 +217,41 @@ TEST_CASE("mcap: a channel of a group that was not added is refused") {
   log.close();
 }
 
+TEST_CASE("mcap: seek goes on with the first chunk that has a message of that time; without an index nothing changes") {
+  const TempFolder folder;
+  const std::string path = folder.path("log.mcap");
+  io::McapOptions options;
+  options.chunk_bytes = 2000;
+  const std::vector<Line> lines = write_log(path, options);
+  for (const int64_t time : {1000, 1005, 1200, 1390}) {
+    CAPTURE(time);
+    io::McapReader reader(path);
+    io::McapMessage message;
+    for (int32_t k = 0; k < 7; ++k) REQUIRE(reader.next(message));
+    bool is_first = false;
+    REQUIRE(reader.seek(time, is_first));
+    CHECK(is_first == (time <= 1005));
+    const std::vector<Line> rest = read_log(reader);
+    CHECK(reader.damage() == "");
+    REQUIRE(rest.size() <= lines.size());
+    CHECK(std::equal(rest.begin(), rest.end(), lines.end() - int64_t(rest.size())));  // the end of the log
+    CHECK(rest.front().log_ns <= std::max<int64_t>(time, lines.front().log_ns + 9));
+    CHECK(rest.front().log_ns >= time - 150);  // not a whole chunk too early
+  }
+  io::McapReader reader(path);
+  io::McapMessage message;
+  bool is_first = false;
+  REQUIRE(reader.next(message));
+  CHECK(!reader.seek(1391, is_first));  // later than the last message
+  CHECK(read_log(reader).size() == lines.size() - 1);
+  options.index = false;
+  write_log(path, options);
+  io::McapReader plain(path);
+  REQUIRE(plain.next(message));
+  CHECK(!plain.seek(1200, is_first));
+  CHECK(read_log(plain).size() == lines.size() - 1);
+}
+
 TEST_CASE("mcap: every message, attachment and metadata is read back, with any chunks and compression") {
   const TempFolder folder;
   for (const io::McapOptions& options : all_options()) {

@@ -5,12 +5,15 @@
 #include <doctest/doctest.h>
 
 #include <filesystem>
+#include <fstream>
 #include <set>
 
 #include "tests/support/temp_folder.h"
 #include "tools/evaluation/pieces.h"
 #include "tools/evaluation/report.h"
 #include "tools/io/error.h"
+#include "tools/io/mcap_reader.h"
+#include "tools/io/mcap_writer.h"
 #include "tools/io/text.h"
 #include "tools/sim/log_writer.h"
 
@@ -25,6 +28,69 @@ void simulate_race(const std::string& path, double seconds) {
   const auto out = sim::make_mcap_log(path, simulator, 2);
   for (int32_t k = 0; k < simulator.frame_count(); ++k) out->write(k, simulator.frame(k));
   out->close();
+}
+
+// A race whose localisation fills the library's list of poses within seconds.
+void simulate_small_race(const std::string& path) {
+  const sim::Scenario scenario = sim::parse_scenario("small", R"(
+[sensors]
+rate_hz = 10
+lines_per_s = 64
+second_returns = false
+[localisation]
+rate_hz = 500
+[[car]]
+name = "ego"
+[[car]]
+name = "other"
+start_s_m = 15
+speed_kmh = 201
+)");
+  sim::Simulator simulator(scenario, 2, 12, 2);
+  const auto out = sim::make_mcap_log(path, simulator, 2);
+  for (int32_t k = 0; k < simulator.frame_count(); ++k) out->write(k, simulator.frame(k));
+  out->close();
+}
+
+// The same messages, attachments and metadata, without an index of chunks.
+void copy_without_index(const std::string& from, const std::string& to) {
+  io::McapOptions options;
+  options.index = false;
+  io::McapReader attached(from);
+  attached.list_attachments();
+  io::McapReader log(from);
+  io::McapWriter out(to, options);
+  for (const auto& [name, entries] : attached.metadata()) out.add_metadata(name, entries);
+  for (const io::McapAttachment& a : attached.attachments()) out.add_attachment(a.name, a.media_type, a.data);
+  std::map<uint16_t, uint16_t> channels;
+  io::McapMessage message;
+  while (log.next(message)) {
+    const io::McapChannel& channel = log.channels().at(message.channel_id);
+    if (!channels.count(message.channel_id)) {
+      const io::McapSchema& schema = log.schemas().at(channel.schema_id);
+      const uint16_t id = out.add_schema(schema.name, schema.encoding, schema.data);
+      channels[message.channel_id] = out.add_channel(id, channel.topic, channel.message_encoding);
+    }
+    out.write(channels[message.channel_id], message.log_ns, message.data, message.publish_ns);
+  }
+  REQUIRE(log.damage().empty());
+  out.close();
+}
+
+// The bytes that this process has read from files; -1 where the system does not tell.
+int64_t bytes_read() {
+  std::ifstream file("/proc/self/io");
+  std::string word;
+  int64_t count = -1;
+  return file >> word >> count ? count : -1;
+}
+
+// The bytes that a function reads.
+template <class Function>
+int64_t bytes_of(Function&& function) {
+  const int64_t before = bytes_read();
+  function();
+  return bytes_read() - before;
 }
 
 void run_piece(RunOptions options, double from_s, double to_s, double warm_up_s, const std::string& out) {
@@ -124,6 +190,42 @@ TEST_CASE("pieces: with a short warm-up every frame is compared once, and a car'
   };
   CHECK(of_car(whole) == 1);
   CHECK(of_car(joined) == 1);
+}
+
+TEST_CASE("pieces: a piece of an indexed log is read from its warm-up on, with the same results") {
+  if (bytes_read() < 0) {
+    MESSAGE("skipped: the system does not count the bytes that a process reads");
+    return;
+  }
+  const TempFolder folder;
+  simulate_small_race(folder.path("race.mcap"));
+  std::filesystem::create_directory(folder.path("plain"));
+  copy_without_index(folder.path("race.mcap"), folder.path("plain/race.mcap"));
+  RunOptions options;
+  options.presets = {"paper", "best", "best:no_poses"};
+  options.only_figures = options.quiet = true;
+  for (const double from_s : {5.0, 10.0, 20.0}) {  // 20: after the end of the log
+    CAPTURE(from_s);
+    const std::string a = folder.path("a" + std::to_string(from_s)), b = folder.path("b" + std::to_string(from_s));
+    options.logs = {folder.path("plain/race.mcap")};
+    const int64_t from_start = bytes_of([&] { run_piece(options, from_s, from_s + 1, 1, a); });
+    options.logs = {folder.path("race.mcap")};
+    const int64_t by_index = bytes_of([&] { run_piece(options, from_s, from_s + 1, 1, b); });
+    if (from_s == 10) CHECK(double(by_index) < 0.75 * double(from_start));
+    const std::vector<Run> runs = read_runs(a), sought = read_runs(b);
+    REQUIRE(runs.size() == options.presets.size());
+    REQUIRE(sought.size() == runs.size());
+    for (std::size_t k = 0; k < runs.size(); ++k) {
+      CAPTURE(runs[k].variant);
+      CHECK(sought[k].about.at("frames") == runs[k].about.at("frames"));
+      if (from_s < 20) CHECK(runs[k].tables.at("clusters").rows() >= 10);
+      for (const auto& [name, table] : runs[k].tables) {
+        CAPTURE(name);
+        CHECK(io::read_whole_file(sought[k].folder + "/" + name + ".csv") ==
+              io::read_whole_file(runs[k].folder + "/" + name + ".csv"));
+      }
+    }
+  }
 }
 
 TEST_CASE("pieces: the nearest tracks at a cut are one track; farther ones end and begin there") {

@@ -55,7 +55,7 @@ grep -q "Nothing to be done" "$work/log" || fail "a finished sweep is not finish
 sed 's/^seeds: .*/&\nagainst: [by_hand]/' sweep.yaml >sweep_against.yaml
 snakemake --snakefile "$snakefile" --configfile sweep_against.yaml --rerun-triggers mtime --cores 2 --directory out >"$work/log" 2>&1 ||
   fail "against: $(tail -n 30 "$work/log")"
-[[ $(grep -c '^rule compare:' "$work/log") == 1 && $(grep -cE '^rule (evaluate|simulate|merge):' "$work/log") == 0 ]] ||
+[[ $(grep -c '^rule compare:' "$work/log") == 1 && $(grep -cE '^rule (evaluate|simulate|merge|report):' "$work/log") == 0 ]] ||
   fail "against runs more than compare: $(grep '^rule' "$work/log")"
 python3 - <<'END' || fail "comparison.json: $(head -c 300 out/comparison.json)"
 import json
@@ -68,7 +68,7 @@ END
 sed -i 's/min_points: \[2, 6\]/min_points: [2, 7]/' sweep.yaml
 sweep --directory out --dry-run
 grep -qE '^evaluate +16 ' "$work/log" || fail "another value: $(cat "$work/log")"
-grep -qE '^merge +1 ' "$work/log" || fail "another value does not merge again"
+grep -qE '^merge +1 ' "$work/log" && grep -qE '^report +1 ' "$work/log" || fail "another value does not merge and report again"
 sed -i 's/min_points: \[2, 7\]/min_points: [2, 6]/; s/seeds: .*/seeds: [1, 2, 5]/' sweep.yaml
 sweep --directory out --dry-run
 grep -qE '^evaluate +6 ' "$work/log" && grep -qE '^simulate +2 ' "$work/log" || fail "another seed: $(cat "$work/log")"
@@ -128,12 +128,16 @@ refuse recordings "recordings: nowhere"
 refuse recordings "recordings: [records/none.mcap]"
 refuse rig "recordings: [records]"
 refuse resources.merge.threads "${good}resources: {merge: {threads: 0}}"
-refuse resources.report "${good}resources: {report: {threads: 1}}"
+refuse resources.plot "${good}resources: {plot: {threads: 1}}"
 refuse against.0 "${good}against: [logs]"
 refuse pieces "${good}seconds: 1\nextent: whole\npieces: {seconds: 1}"
 refuse pieces "scenarios: [las_vegas_15]\npieces: {seconds: 1}"
 refuse pieces.seconds "${good}pieces: {seconds: 0}"
 refuse shard "${good}shard: 3/2"
+mkdir -p some/slurm
+echo 'cores: 1' >some/slurm/config.yaml
+snakemake --snakefile "$snakefile" --configfile sweep.yaml --profile some/slurm --directory bad >"$work/log" 2>&1 && fail "a relative profile was taken"
+grep -q "^--profile: some/slurm must be an absolute path" "$work/log" || fail "no sentence on the profile: $(cat "$work/log")"
 sed -i 's/^overtake:.*/overtake: .\/missing/' sweep.yaml
 sed -i '/shard/d' sweep.yaml
 sweep --directory bad && fail "taken without a program"

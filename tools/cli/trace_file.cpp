@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "tools/client/session.h"
@@ -36,7 +35,7 @@ std::string quoted(const std::string& text) {
 TraceFile::TraceFile(std::string path, const io::Rig& rig) : path_(std::move(path)) {
   for (const io::RigSensor& sensor : rig.sensors) sensor_names_.push_back(quoted(sensor.name));
   file_ = std::fopen(io::begin_output(path_).c_str(), "wb");
-  if (!file_) throw io::Error(path_, 0, std::string("cannot be written: ") + std::strerror(errno));
+  if (!file_) io::fail_write(path_, errno);
   pending_ = "{\"otherData\":{\"writer\":\"overtake\"},\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n";
 }
 
@@ -129,13 +128,13 @@ void TraceFile::add_frame(const ovt_span& span, int64_t sequence, int64_t frame)
 
 void TraceFile::write(bool last) {
   auto* file = static_cast<std::FILE*>(file_);
-  bool good = std::fwrite(pending_.data(), 1, pending_.size(), file) == pending_.size();
+  int reason = std::fwrite(pending_.data(), 1, pending_.size(), file) == pending_.size() ? 0 : errno;
   pending_.clear();
   if (last) {
     file_ = nullptr;
-    good = (std::fclose(file) == 0) && good;
+    if (std::fclose(file) != 0 && reason == 0) reason = errno;
   }
-  if (!good) throw io::Error(path_, 0, "cannot be written: is the disk full?");
+  if (reason != 0) io::fail_write(path_, reason);
 }
 
 void TraceFile::finish() {

@@ -108,6 +108,13 @@ std::unique_ptr<TruthLog> open_log(const RunOptions& options, const std::string&
   return std::make_unique<OdometryLog>(path, io::load_rig(options.rig), options.map);
 }
 
+// The number of poses that the library keeps: it forgets earlier ones before the first frame of a piece.
+int64_t poses_kept() {
+  ovt_detector_def def;
+  ovt_detector_def_init(&def, sizeof def);
+  return def.ego_pose_capacity;
+}
+
 // False: interrupted.
 bool run_log(const RunOptions& options, const std::string& path, const std::vector<std::string>& names) {
   const PieceTimes piece(options.from_s, options.to_s, options.warm_up_s);
@@ -158,14 +165,15 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
   int64_t frames = 0, first_ns = -1;
   bool is_open = piece.is_whole();  // the piece has begun; a whole log has no cuts
   sim::Workers workers(options.workers);
-  log.skip_scans(piece.warm_up_ns());
   for (; frames < options.most_frames && log.next(frame); ++frames) {
     if (cli::interrupted()) return false;
     if (!piece.is_whole()) {
       const int64_t stamp_ns = first_stamp(frame);
-      if (first_ns < 0)
+      const bool is_first = first_ns < 0;
+      if (is_first)
         for (auto& variant : variants) variant->evaluator().start_at(first_ns = stamp_ns);
       const int64_t at_ns = stamp_ns - first_ns;
+      if (is_first && piece.warm_up_ns() > 0) frames += log.skip_frames(piece.warm_up_ns(), poses_kept());
       if (at_ns < piece.warm_up_ns()) continue;
       if (at_ns >= piece.end_ns()) {
         if (!is_open) break;

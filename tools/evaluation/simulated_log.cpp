@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "tools/io/cloud_message.h"
 #include "tools/io/error.h"
@@ -32,7 +33,7 @@ std::vector<uint16_t> decode_surface(const std::string& path, const io::PointClo
 TruthFrame decode_cars(const std::string& path, std::string_view text) {
   try {
     const nlohmann::json json = nlohmann::json::parse(text);
-    TruthFrame out{json.at("stamp_ns").get<int64_t>(), {}};
+    TruthFrame out{json.at("stamp_ns").get<int64_t>(), json.at("frame").get<int64_t>(), {}};
     for (const auto& c : json.at("cars"))
       out.cars.push_back({c.at("car"), c.at("is_ego"), c.at("x_m"), c.at("y_m"), c.at("z_m"), c.at("roll_rad"),
                           c.at("pitch_rad"), c.at("heading_rad"), c.at("course_rad"), c.at("speed_mps"),
@@ -110,6 +111,36 @@ bool SimulatedLog::read_message() {
     }
   }
   return true;
+}
+
+void SimulatedLog::forget() {
+  waiting_.clear(), poses_.clear(), truth_.clear(), ego_truth_.clear();
+  newest_ns_ = INT64_MIN, ended_ = false;
+}
+
+// The chunk where reading goes on may begin within a frame: the log leaves out this frame, too.
+int64_t SimulatedLog::skip_frames(int64_t until_ns, int64_t pose_count) {
+  constexpr int64_t kFirstBack = 2'000'000'000;
+  skip_ns_ = until_ns;
+  const int64_t until = first_scan_ns_ + until_ns, period = rig_.period_ns();
+  if (until - kFirstBack <= newest_ns_) return 0;
+  const int64_t wanted = lacks(*this, "poses") ? 0 : pose_count;
+  for (int64_t back = kFirstBack;; back *= 2) {
+    bool is_first = false;
+    if (!reader_.seek(until - back, is_first)) return 0;
+    forget();
+    while (newest_ns_ < until && read_message()) {
+    }
+    const auto known = std::count_if(poses_.begin(), poses_.end(),
+                                     [&](const PublishedPose& pose) { return pose.publish_ns <= until; });
+    if (known < wanted && !is_first) continue;
+    for (const TruthFrame& truth : truth_) {
+      if (waiting_.empty() || truth.stamp_ns < waiting_.begin()->first.first + period) continue;
+      waiting_.erase(waiting_.begin(), waiting_.lower_bound({truth.stamp_ns - period / 2, 0}));
+      return truth.frame - std::exchange(frame_, truth.frame);
+    }
+    if (is_first) return 0;
+  }
 }
 
 bool SimulatedLog::next(LogFrame& out) {

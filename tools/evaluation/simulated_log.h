@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A log of `overtake simulate` (MCAP) with its truth, read once from start to end: each frame with the surface of every
-// point, the localisation published so far, and the true position of every car.
+// A log of `overtake simulate` (MCAP) with its truth, read once: each frame with the surface of every point, the
+// localisation published so far, and the true position of every car. skip_frames goes on by the file's index.
 #pragma once
 
 #include <deque>
@@ -16,7 +16,7 @@
 namespace overtake::evaluation {
 
 struct TruthFrame {
-  int64_t stamp_ns = 0;
+  int64_t stamp_ns = 0, frame = -1;
   std::vector<CarTruth> cars;  // by number
 };
 
@@ -31,7 +31,7 @@ class SimulatedLog : public TruthLog {
   const std::map<std::string, std::string>& about() const override { return about_; }  // scenario, seed, ego
   // The next frame; truth and poses are known up to two periods after it. False: the end, or damage.
   bool next(LogFrame& out) override;
-  void skip_scans(int64_t until_ns) override { skip_ns_ = until_ns; }
+  int64_t skip_frames(int64_t until_ns, int64_t pose_count) override;
   const std::string& damage() const override { return reader_.damage(); }
   double progress() const override { return double(reader_.position()) / double(reader_.file_bytes()); }
 
@@ -43,6 +43,7 @@ class SimulatedLog : public TruthLog {
  private:
   bool read_message();
   void start();
+  void forget();
 
   io::McapReader reader_;
   io::Rig rig_;

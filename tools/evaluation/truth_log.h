@@ -42,8 +42,10 @@ class TruthLog {
   virtual const std::map<std::string, std::string>& about() const = 0;
   // The next frame; truth and poses are known up to two periods after it. False: the end, or damage.
   virtual bool next(LogFrame& out) = 0;
-  // Scans that begin earlier than this after the first one may be left out of their frames, which saves time.
-  virtual void skip_scans(int64_t /*until_ns*/) {}
+  // After the first frame: the frames that begin earlier than `until_ns` after it may be left out, or be without scans,
+  // which saves time. At least `pose_count` poses before `until_ns` stay, or all. Returns the number of frames that the
+  // log leaves out.
+  virtual int64_t skip_frames(int64_t /*until_ns*/, int64_t /*pose_count*/) { return 0; }
   virtual const std::string& damage() const = 0;  // the reason of an early end; "": none
   virtual double progress() const = 0;            // 0 to 1
 

@@ -89,6 +89,7 @@ if(OVT_TOOLS)
   endforeach()
   # Sweeps, and packages for a colcon workspace.
   install(FILES ${PROJECT_SOURCE_DIR}/tools/evaluation/Snakefile ${PROJECT_SOURCE_DIR}/tools/evaluation/sweep.py
+                ${PROJECT_SOURCE_DIR}/tools/evaluation/once.py
           ${PROJECT_SOURCE_DIR}/tools/evaluation/sweep.schema.yaml
           DESTINATION ${CMAKE_INSTALL_DATADIR}/overtake/evaluation COMPONENT tools)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/evaluation/profiles

@@ -1,6 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
+#include <cerrno>
 #include <cstdio>
+#include <utility>
 
 #include "tools/io/csv.h"
 #include "tools/io/error.h"
@@ -12,7 +14,7 @@ namespace overtake::io {
 CsvWriter::CsvWriter(std::string path, std::string_view header) : path_(std::move(path)), pending_(header) {
   pending_ += '\n';
   file_ = std::fopen(begin_output(path_).c_str(), "wb");
-  if (!file_) throw Error(path_, 0, "cannot be written");
+  if (!file_) fail_write(path_, errno);
 }
 
 CsvWriter::~CsvWriter() {
@@ -45,9 +47,8 @@ void CsvWriter::end_row() {
 
 void CsvWriter::flush() {
   auto* file = static_cast<std::FILE*>(file_);
-  const bool written = std::fwrite(pending_.data(), 1, pending_.size(), file) == pending_.size();
-  pending_.clear();
-  if (std::fflush(file) != 0 || !written) throw Error(path_, 0, "cannot be written (is the disk full?)");
+  const std::string rows = std::exchange(pending_, "");
+  if (std::fwrite(rows.data(), 1, rows.size(), file) != rows.size() || std::fflush(file) != 0) fail_write(path_, errno);
 }
 
 }  // namespace overtake::io

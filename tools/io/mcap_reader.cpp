@@ -241,8 +241,38 @@ bool McapReader::read_summary() {
     const std::string_view content = records.take(records.value<uint64_t>());
     if (!records.ok()) break;
     if (McapOp(opcode) == McapOp::kSchema || McapOp(opcode) == McapOp::kChannel) take_record(opcode, content, &none);
+    if (McapOp(opcode) == McapOp::kChunkIndex) {
+      ByteReader index(content);
+      index.value<uint64_t>();  // the first time
+      const auto last_ns = int64_t(index.value<uint64_t>());
+      chunks_.push_back({last_ns, index.value<uint64_t>()});
+      if (!index.ok() || chunks_.back().offset >= start) return false;
+    }
   }
+  std::stable_sort(chunks_.begin(), chunks_.end(),
+                   [](const ChunkPlace& a, const ChunkPlace& b) { return a.offset < b.offset; });
   return records.ok() && damage_.empty() && !channels_.empty();
+}
+
+bool McapReader::seek(int64_t log_ns, bool& is_first) {
+  if (!damage_.empty()) return false;
+  const uint64_t here = offset_;
+  if (!knows_chunks_) {
+    knows_chunks_ = true;
+    if (!read_summary()) chunks_.clear();
+    damage_.clear();
+    offset_ = here;
+    std::fseek(file_, long(here), SEEK_SET);
+  }
+  const auto chunk =
+      std::find_if(chunks_.begin(), chunks_.end(), [&](const ChunkPlace& c) { return c.last_ns >= log_ns; });
+  if (chunk == chunks_.end() || std::fseek(file_, long(chunk->offset), SEEK_SET) != 0) return false;
+  is_first = chunk == chunks_.begin();
+  offset_ = chunk->offset;
+  ended_ = false;
+  chunk_rest_ = {};
+  chunk_damage_.clear();
+  return true;
 }
 
 void McapReader::list_channels() {

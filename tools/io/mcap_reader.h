@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Reads MCAP files from start to end, in the order they were written; does not use the index. The file may be
-// truncated, have flipped bits or wrong counts: every message before the damage is delivered, then damage() describes
-// the damage and its position. A chunk with a wrong checksum is damaged as a whole.
+// Reads MCAP files in the order they were written, from start to end, or from a time on by the index of chunks. A file
+// may be truncated, have flipped bits or wrong counts: every message before the damage is delivered, then damage()
+// describes the damage and its position. A chunk with a wrong checksum is damaged as a whole.
 #pragma once
 
 #include <cstdint>
@@ -46,6 +46,10 @@ class McapReader {
   McapReader& operator=(const McapReader&) = delete;
 
   bool next(McapMessage& out);  // false: the end, or damage
+  // The next message is the first one of the first chunk that has a message of this log time or later; `is_first`: no
+  // chunk is before it. Attachments and metadata before it are not read. False, and nothing changes: the file has no
+  // index, or no such chunk.
+  bool seek(int64_t log_ns, bool& is_first);
   // Finds every channel and schema: in the summary if its checksum is right, else by reading the whole file. No message
   // can be read afterwards.
   void list_channels();
@@ -71,7 +75,7 @@ class McapReader {
   bool next_record();
   void open_chunk(std::string_view content, bool cut);
   bool take_record(uint8_t opcode, std::string_view content, McapMessage* message);
-  bool read_summary();
+  bool read_summary();  // also chunks_
   void fail(uint64_t at, const std::string& sentence);
   bool hold(uint64_t bytes);  // false, and damage: it would keep more than the memory limit
 
@@ -88,6 +92,12 @@ class McapReader {
   std::map<std::string, std::map<std::string, std::string>> metadata_;
   std::map<std::string, uint64_t> compressions_;
   uint64_t chunk_count_ = 0;
+  struct ChunkPlace {
+    int64_t last_ns;
+    uint64_t offset;
+  };
+  std::vector<ChunkPlace> chunks_;  // in the order of the file
+  bool knows_chunks_ = false;
 };
 
 }  // namespace overtake::io

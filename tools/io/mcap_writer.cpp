@@ -9,6 +9,7 @@
 #include "tools/io/error.h"
 #include "tools/io/mcap_format.h"
 #include "tools/io/output.h"
+#include "tools/io/text.h"
 
 namespace overtake::io {
 namespace {
@@ -37,7 +38,7 @@ McapWriter::McapWriter(const std::string& path, const McapOptions& options) : pa
     throw Error(path, 0, "unknown compression '" + options_.compression + "' (known: none, lz4, zstd)");
   add_group({options_.chunk_bytes, false});
   file_ = std::fopen(begin_output(path).c_str(), "wb");
-  if (!file_) throw Error(path, 0, "cannot be written: " + std::string(std::strerror(errno)));
+  if (!file_) fail_write(path, errno);
   put(kMcapMagic);
   std::string header;
   append_text(header, options_.profile);
@@ -55,8 +56,7 @@ McapWriter::~McapWriter() {
 
 void McapWriter::put(std::string_view bytes) {
   if (!file_) throw Error(path_, 0, "is closed already");
-  if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size())
-    throw Error(path_, 0, "cannot be written: " + std::string(std::strerror(errno)));
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size()) fail_write(path_, errno);
   if (options_.crc) data_crc_ = update_crc32(data_crc_, bytes);
   offset_ += bytes.size();
 }
@@ -325,7 +325,7 @@ void McapWriter::close() {
   write_summary();
   std::FILE* file = file_;
   file_ = nullptr;
-  if (std::fclose(file) != 0) throw Error(path_, 0, "cannot be written: " + std::string(std::strerror(errno)));
+  if (std::fclose(file) != 0) fail_write(path_, errno);
 }
 
 }  // namespace overtake::io

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -29,6 +30,11 @@ constexpr std::string_view kTraceHead = "{\"otherData\":{\"writer\":\"overtake\"
 constexpr std::streamoff kHashedBytes = 4 << 20;  // at either end of a file
 
 OutputGuard* current_guard = nullptr;
+
+void fail_unless_folder(const std::string& path, const std::error_code& code) {
+  if (code) throw Error(path, 0, "the folder cannot be made: " + code.message());
+  if (!fs::is_directory(path)) throw Error(path, 0, "the folder cannot be made: a file has this name");
+}
 
 // The path with its folder's links resolved: each directory entry has one such text.
 std::string real_place(const std::string& path) {
@@ -214,7 +220,7 @@ void OutputGuard::make_folder(const std::string& path) {
        at = at.parent_path())
     if (at.has_filename()) missing.push_back(at.string());
   fs::create_directories(path, code);
-  if (code || !fs::is_directory(path, code)) throw Error(path, 0, "the folder cannot be made");
+  fail_unless_folder(path, code);
   made_.insert(made_.end(), missing.rbegin(), missing.rend());
 }
 
@@ -306,7 +312,11 @@ void OutputGuard::write_list(const Folder& folder) {
   for (const auto& [name, value] : folder.files) text += value + ' ' + name + '\n';
   std::error_code code;
   fs::remove(path + kPartSuffix, code);
-  std::ofstream(path + kPartSuffix, std::ios::binary) << text;
+  errno = 0;
+  std::ofstream file(path + kPartSuffix, std::ios::binary);
+  file << text << std::flush;
+  if (!file) fail_write(path, errno ? errno : EIO);
+  file.close();
   fs::rename(path + kPartSuffix, path, code);
   if (code) throw Error(path, 0, "cannot be written: " + code.message());
 }
@@ -317,7 +327,7 @@ void make_output_folder(const std::string& path) {
   if (current_guard) return current_guard->make_folder(path);
   std::error_code code;
   fs::create_directories(path, code);
-  if (code || !fs::is_directory(path, code)) throw Error(path, 0, "the folder cannot be made");
+  fail_unless_folder(path, code);
 }
 
 void commit_outputs() {

@@ -86,11 +86,15 @@ void refuse_special_file(const std::string& path) {
     fail_special(path, status.st_mode);
 }
 
+void fail_write(const std::string& path, int reason) {
+  throw Error(path, 0, "cannot be written: " + std::string(std::strerror(reason)));
+}
+
 void write_whole_file(const std::string& path, std::string_view bytes) {
   File file(std::fopen(begin_output(path).c_str(), "wb"));
-  if (!file) throw Error(path, 0, "cannot be written");
-  const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
-  if (std::fclose(file.release()) != 0 || !written) throw Error(path, 0, "cannot be written (is the disk full?)");
+  if (!file) fail_write(path, errno);
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) fail_write(path, errno);
+  if (std::fclose(file.release()) != 0) fail_write(path, errno);
 }
 
 std::string_view trim(std::string_view text) {

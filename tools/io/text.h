@@ -18,6 +18,8 @@ namespace overtake::io {
 std::string read_whole_file(const std::string& path, uint64_t most = memory_limit());
 // Throws Error unless the path is a regular file, a folder if allowed, or does not exist.
 void refuse_special_file(const std::string& path);
+// Throws the Error of a file that cannot be written; `reason`: errno.
+[[noreturn]] void fail_write(const std::string& path, int reason);
 // Replaces the file. Throws Error if the folder does not exist or the disk is full.
 void write_whole_file(const std::string& path, std::string_view bytes);
 
