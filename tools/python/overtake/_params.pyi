@@ -349,11 +349,12 @@ class lane_tracker_group:
     coast_sigma_m: float
     """so is one whose place has a larger standard deviation (number, 0.1 to 1e+06 m)"""
     path_turn_s: float
-    """predicted path: a car is parallel to its lane after about this time (number, 0.01 to 1e+06 s)"""
+    """a car is parallel to its lane after about this time: predicted path, and a track that is not seen (number,
+    0.01 to 1e+06 s)"""
     path_speed: float
     """predicted path: noise of the speed in a second (number, 0 to 1e+06 m^2/s^3)"""
     path_across: float
-    """predicted path: standard deviation of a car's own way across its lane in a second (number, 0 to 1000 m/s)"""
+    """standard deviation of a car's own way across its lane in a second: as path_turn_s (number, 0 to 1000 m/s)"""
 
 class Params:
     """The parameters of a preset; each is an attribute of its group."""
