@@ -98,7 +98,7 @@ TEST_CASE("detector: the score of pushed rows is that of a new track; a score th
   REQUIRE(ovt_create_reader(small.detector, &reader) == OVT_OK);
   const double x[] = {20, 40, 60, 80, 100, 120}, y[6] = {};
   const double score[] = {0.7, 0.3, 1.0, 1.5, -0.5, std::numeric_limits<double>::quiet_NaN()};
-  const double existence[] = {0.7, 0.3, 0.8808, 0.5, 0.5, 0.5};
+  const double existence[] = {0.7, 0.3, 0.8808, 0.73106, 0.73106, 0.73106};
   ovt_external_detections d;
   ovt_external_detections_init(&d, sizeof d);
   d.count = 6, d.reference = OVT_REFERENCE_MAP, d.x_m = x, d.y_m = y, d.score = score;
