@@ -47,7 +47,7 @@ module.exports = {
     await until(page, () => overtake.app.logs[0].frame.images.some((i) => i.name === "range"));
     await until(page, () => overtake.app.logs[0].info.map.length > 0);
     const other = await open(browser, url, "images=none", { settled: false });
-    await until(other.page, () => window.overtake?.app.logs[0].frame !== null);
+    await until(other.page, () => window.overtake?.app.logs[0].frame);
     const later = await look(other.page);
     assert.ok(later.stamp > first.stamp && later.points > 60000);
     await until(other.page, () => overtake.app.logs[0].info.map.length > 0);

@@ -144,7 +144,7 @@ module.exports = {
     const { page } = await open(browser, (await view(other)).url, "", { settled: false });
     await until(page, () => overtake.app.faults.length > 0);
     assert.match((await faults(page))[0], /^unknown: The page draws none of this log's schemas: .*acme\.Thing/);
-    assert.ok(await page.evaluate(() => document.querySelector(".fault.unknown") !== null));
+    await until(page, () => document.querySelector(".fault.unknown") !== null);
     writeLog(some, log, (l) => { l.channels.set(99, { topic: "/radar", encoding: "json", schema: "acme.Radar",
         schemaEncoding: "jsonschema", schemaData: Buffer.from("{}") });
         l.frames[0].messages.push({ channel: 99, time: l.frames[0].stamp, data: "{}" }); return l; });
