@@ -39,7 +39,7 @@ ovt_detector_def default_detector_def() {
   ovt_detector_def def{};
   def.struct_size = sizeof def;
   def.worker_count = 1;
-  def.cluster_capacity = 1024;
+  def.cluster_capacity = 4096;
   def.candidate_capacity = 256;
   def.track_capacity = 256;
   def.frames_in_flight = 3;

@@ -292,7 +292,7 @@ typedef struct ovt_detector_def {
                                         least two */
   const char* isa;                   /* NULL: the best; "ref": the scalar reference; see ovt_build_info.isas */
   int32_t push_policy;               /* ovt_push_policy */
-  int32_t cluster_capacity;          /* per sensor and per frame, 1,024 */
+  int32_t cluster_capacity;          /* per sensor and per frame, 4,096: fences and mesh make 1,000 small clusters */
   int32_t candidate_capacity;        /* per frame and per push of detections, 256; at most 4,096, the tracker's limit */
   int32_t track_capacity;            /* 256; at most 4,096. If all detections and tracks are in each other's gates, a
                                         frame costs 0.2 ms with 64 of each, 5 with 256, 35 with 1,024, 140 with 4,096

@@ -6,7 +6,7 @@
 //
 //   preset = "best"   map = "FILE"   ego = "FILE"   workers = 1   isa = "ref"      (all optional)
 //   rig = "NAME or FILE", or the table [rig] with its [[rig.sensor]] (see tools/io/rig.h)
-//   [capacities]   clusters = 1024      (rows of the detector's tables, before the rig's: tools/io/rig.h)
+//   [capacities]   clusters = 4096      (rows of the detector's tables, before the rig's: tools/io/rig.h)
 //   [node]   domain = 0      (of overtake node only: tools/ros2/node_options.h)
 //   [tracker]   confirm_hits = 3      (any parameter "group.name"; overtake params lists them)
 //

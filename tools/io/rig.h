@@ -15,7 +15,7 @@
 //   ego = ["/ego/odometry"]       # poses of the ego vehicle (default), nav_msgs/msg/Odometry
 //   opponent = ["/opponent/odometry"]   # of another car: truth, shown and never used
 //   [capacities]                  # rows of the detector's tables; missing ones have the library's defaults
-//   clusters = 1024   candidates = 256   tracks = 256   ego_poses = 1024
+//   clusters = 4096   candidates = 256   tracks = 256   ego_poses = 1024
 //   [[sensor]]                    # 1 to 8 of them
 //   name = "front"                # FRAME_front.pcd
 //   x_m = 2.342   y_m = 0.0   z_m = 0.646   roll_deg = 0   pitch_deg = 0   yaw_deg = 0   # mounting, sensor to vehicle
