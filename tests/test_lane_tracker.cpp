@@ -309,6 +309,33 @@ TEST_CASE("lane tracker: the heading of a car that spins is measured, its course
   CHECK(bench.rows.speed_mps[0] == doctest::Approx(30).epsilon(0.03));
 }
 
+TEST_CASE("lane tracker: places that jump across turn no course, a car that leaves its course does") {
+  constexpr double kRadius = 3000;
+  const test::CircleRoad ring = make_ring(kRadius);
+  // Degrees between course and lane at frame 31 to 44. The place is `jump_m` too far left for four frames, or the car
+  // turns off at `turn_rps` for half a second.
+  const auto course_error = [&](double jump_m, double turn_rps, double var_m2) {
+    LaneBench bench(&ring.map);
+    double way_m = 0, off_m = 0, off_rad = 0, worst = 0;
+    for (int32_t k = 0; k < 45; ++k) {
+      if (k >= 30 && k < 40) off_rad += turn_rps * kFrame_s;
+      const Place on = on_ring(kRadius, way_m), ego = on_ring(kRadius, way_m - 40);
+      bench.input.ego = {true, ego.x_m, ego.y_m, (way_m - 40) / kRadius, 50};
+      const double scale = 1.0 - (off_m + (k >= 30 && k < 34 ? jump_m : 0.0)) / kRadius;  // to the centre of the ring
+      Measurement z = seen_car(on.x_m * scale, kRadius + (on.y_m - kRadius) * scale, k);
+      z.var_x = z.var_y = var_m2, z.points = 6;
+      bench.step(k, {z});
+      const double lane_rad = way_m / kRadius;
+      if (k > 30) worst = std::max(worst, std::fabs(wrap_angle(bench.rows.course_rad[0] - lane_rad - off_rad)));
+      way_m += 50 * std::cos(off_rad) * kFrame_s;
+      off_m += 50 * std::sin(off_rad) * kFrame_s;
+    }
+    return worst * 180 / kPi;
+  };
+  CHECK(course_error(1.0, 0, 0.09) < 2.0);  // far away: three standard deviations
+  CHECK(course_error(0, 0.5, 0.01) < 9.0);  // near
+}
+
 TEST_CASE("lane tracker: braking is noticed") {
   constexpr double kRadius = 3000;
   const test::CircleRoad ring = make_ring(kRadius);

@@ -30,6 +30,7 @@ constexpr double kFreeYawRateNoise = 0.0125;                        // (rad/s)^2
 constexpr double kFreeBirthCourse_rad = 1.0, kFreeBirthYawRate_rps = 0.5;  // deviations, at least
 constexpr double kFreeCoast_m = 3.0;     // most standard deviation of the place of a car that should be seen
 constexpr double kFreeTurns_mps = 10.0;  // a faster car changes its course less
+constexpr double kTurnLag = 2.0;         // times steady_lag: far away a car's place jumps across, which is no turn
 constexpr double kTurnNoise = 0.1;       // rad^2 per second: of the course while the car leaves it
 constexpr int32_t kSteadyHits = 5;       // with fewer hits the state has not settled
 constexpr double kBirthSigma_mps = 10.0;
@@ -376,7 +377,7 @@ void LanePolicy::watch_for_manoeuvre(State& s, const Measurement& z, double dt_s
   const double across = (cosine * y_m - sine * x_m) / std::sqrt(sine * sine * xx + cosine * cosine * yy - xy);
   s.lag_along = kLagKeep * s.lag_along + along;
   s.lag_across = kLagKeep * s.lag_across + across;
-  if (std::fabs(s.lag_across) > lane_.steady_lag) s.turn_s = kManoeuvre_s;
+  if (std::fabs(s.lag_across) > kTurnLag * lane_.steady_lag) s.turn_s = kManoeuvre_s;
   if (!(std::fabs(s.lag_along) > lane_.steady_lag)) return;
   if (!(s.manoeuvre_s > 0.0)) {  // it began after the last detection
     const double more = (lane_.manoeuvre_gain - 1.0) * dt_s;
