@@ -201,6 +201,13 @@ for program in sbatch squeue scancel; do printf '#!/usr/bin/env bash\necho "%s: 
 chmod +x bin/sbatch bin/squeue bin/scancel
 stops "--profile: Slurm does not answer (squeue: no controller)" "${slurm[@]}"
 expect "a dry run without Slurm" "${slurm[@]}" --dry-run
+# A job that Slurm refuses: the field to change.
+printf '#!/usr/bin/env bash\n' >bin/squeue
+printf '#!/usr/bin/env bash\necho "sbatch: error: Memory specification can not be satisfied" >&2\nexit 1\n' >bin/sbatch
+printf 'overtake: %s\nscenarios: [overtake]\nseconds: 0.2\n' "$overtake" >sweep.yaml
+ln -s "$(command -v mkdir)" bin/
+"${slurm[@]}" --latency-wait 1 >"$work/log" 2>&1 && fail "a refused job counts as done"
+grep -q "^simulate: .* Slurm refuses it: resources.simulate.mem_mb (now 2000)" "$work/log" || fail "no hint on a refused job: $(cat "$work/log")"
 rm -r bad
 sed -i 's/^overtake:.*/overtake: .\/missing/' sweep.yaml
 sweep --directory bad && fail "taken without a program"

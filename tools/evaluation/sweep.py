@@ -147,7 +147,8 @@ def check_profile(arguments):
 def check_slurm():
     for program in ('sbatch', 'squeue', 'scancel'):
         if not shutil.which(program):
-            fail('--profile', f'its jobs need Slurm, and there is no {program} on this machine; without --profile, -j N runs the jobs here')
+            fail('--profile', f'its jobs need Slurm, and there is no {program} on this machine; '
+                              'without --profile, -j N runs the jobs here')
     try:
         done = subprocess.run(['squeue', '--me', '--noheader'], capture_output=True, text=True, timeout=60)
         problem = done.stderr.strip().split('\n')[-1] or 'squeue fails' if done.returncode else None
@@ -494,9 +495,17 @@ def read_plan(folder='.'):
 def hint(resources, log):
     """After a failed sweep: where its jobs say why, and the fields that give them more."""
     rows = ['A job failed; what jobs print is in the folder jobs (jobs/slurm: of Slurm).']
-    for rule in sorted(set(re.findall(r'^Error in rule (\w+):', log, re.MULTILINE))):
+    started, failed = '', set()
+    for line in log.splitlines():
+        found = re.match(r'(Error in )?rule (\w+):$', line)
+        if found:
+            started = found.group(2)
+        if line.startswith('Error in rule') or line.startswith('Error submitting jobscript'):
+            failed.add(started)
+    for rule in sorted(failed):
         of = {'compare': 'report', 'times': 'evaluate', 'data_sets': 'evaluate'}.get(rule, rule)
         if of in resources:
-            rows.append(f"{rule}: if it lacks memory or time, or Slurm refuses it: resources.{of}.mem_mb (now {resources[of]['mem_mb']}), "
-                        f"resources.{of}.runtime (now {resources[of]['runtime']} min) in sweep.yaml; half as much again at each attempt")
+            memory, minutes = resources[of]['mem_mb'], resources[of]['runtime']
+            rows.append(f'{rule}: if it lacks memory or time, or Slurm refuses it: resources.{of}.mem_mb (now {memory}), '
+                        f'resources.{of}.runtime (now {minutes} min) in sweep.yaml; half as much again at each attempt')
     return '\n'.join(rows)
