@@ -86,6 +86,7 @@ begin=$(now)
 expect "Slurm" "${slurm[@]}" --directory slurm
 echo "Slurm without faults: $(since "$begin")"
 cmp by_hand/metrics.json slurm/metrics.json || fail "Slurm differs from one process"
+[[ -s slurm/.snakemake/slurm_jobs ]] || fail "status keeps its list elsewhere than in the sweep's folder"
 [[ $(jobs_done) == 18 && -z $(sort done | uniq -d) ]] || fail "Slurm: not each job once: $(sort done)"
 
 begin=$(now)

@@ -50,7 +50,7 @@ dpkg-deb --contents "$library_deb" >"$work/contents"
   fail "libovertake0 has files of other packages: $(cat "$work/log")"
 dpkg-deb --contents "$deb" >"$work/contents"
 for path in bin/overtake share/overtake/rigs share/doc/overtake/tools/evaluation/README.md \
-            share/doc/overtake/tools/io/formats.def share/man/man1/overtake-run.1 share/overtake/evaluation/Snakefile share/overtake/ros2/overtake_msgs/package.xml; do
+            share/doc/overtake/tools/io/formats.def share/man/man1/overtake-run.1 share/overtake/evaluation/Snakefile share/overtake/evaluation/sweep share/overtake/ros2/overtake_msgs/package.xml; do
   grep -q " ./usr/$path" "$work/contents" || fail "overtake has no $path"
 done
 expect control dpkg-deb --control "$library_deb" "$work/control"

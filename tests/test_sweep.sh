@@ -5,15 +5,16 @@
 # usage: test_sweep.sh OVERTAKE
 # tools/evaluation/Snakefile: a sweep of scenarios, seeds, presets, a grid and recordings gives the metrics.json of
 # overtake evaluate on all its logs; logs of a sweep are deleted; a failed job is tried again; a wrong sweep.yaml gets a
-# sentence that begins with its field.
+# sentence that begins with its field; wrong files, folders, versions, profiles get one, too (tools/evaluation/sweep).
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 overtake=$(realpath "${1:?usage: test_sweep.sh OVERTAKE}")
-snakefile=$(realpath "$(dirname "$0")/../tools/evaluation/Snakefile")
-readonly overtake snakefile
+evaluation=$(realpath "$(dirname "$0")/../tools/evaluation")
+snakefile=$evaluation/Snakefile
+readonly overtake evaluation snakefile
 need test_sweep "tools/setup --cluster" snakemake
 cd "$work" || exit 1
-sweep() { snakemake --snakefile "$snakefile" --configfile sweep.yaml --rerun-triggers mtime --cores 2 "$@" >"$work/log" 2>&1; }
+sweep() { "$evaluation/sweep" --configfile sweep.yaml --rerun-triggers mtime --cores 2 "$@" >"$work/log" 2>&1; }
 
 # What the sweep runs, by hand.
 mkdir logs records
@@ -97,6 +98,7 @@ rm -r simulate evaluate
 sed -i 's/retries: 1/retries: 0/' sweep.yaml
 sweep --directory unlucky_two && fail "a killed job counts as done"
 [[ ! -e unlucky_two/metrics.json ]] || fail "merged without a part"
+grep -q "^simulate: .* resources.simulate.mem_mb (now 2000)" "$work/log" || fail "no hint on the resources: $(tail "$work/log")"
 
 refuse() {  # FIELD LINES: a sentence that begins with the field, and no job
   printf 'overtake: %s\n%b\n' "$overtake" "$2" >sweep.yaml
@@ -134,12 +136,80 @@ refuse pieces "${good}seconds: 1\nextent: whole\npieces: {seconds: 1}"
 refuse pieces "scenarios: [las_vegas_15]\npieces: {seconds: 1}"
 refuse pieces.seconds "${good}pieces: {seconds: 0}"
 refuse shard "${good}shard: 3/2"
-mkdir -p some/slurm
+# says FIELDS SENTENCE: the remedy.
+says() {
+  refuse "${2%%: *}" "$1"
+  grep -qF "/sweep.yaml: $2" "$work/log" || fail "'$1' does not say: $2: $(cat "$work/log")"
+}
+says "scenarios: overtake" 'scenarios: "overtake" is none of all, a list; write [overtake]'
+says "scenarios: []" "scenarios: the list is empty"
+says "scenarios: [overtke]" "scenarios: there is no scenario 'overtke'; the nearest is 'overtake';"
+says "scenarios: [zzz]" "scenarios: there is no scenario 'zzz'; there are being_overtaken, blind_zone, "
+says "${good}seeds: 3" "seeds: 3 is none of first, test, tune, a list; write [3]"
+says "${good}presets: best" 'presets: "best" is not a list; write [best]'
+says "${good}pieces: 600" "pieces: 600 is not a group of fields; write {seconds: 600}"
+says "${good}keep_logs: yes" "keep_logs: true is none of no, build, any"
+says "${good}grid: {parameters: {min_points: [2]}}" "grid.parameters.min_points: 'min_points' is not of the form GROUP.NAME, as gate.min_points"
+says "${good}grid: {parameters: {gate.min_points: 2}}" "grid.parameters.gate.min_points: 2 is not a list; write [2]"
+says "${good}resources: {merge: 8000}" "resources.merge: 8000 is not a group of fields; write {mem_mb: "
+says "${good}shard: '3'" "shard: '3' is not of the form I/N"
+printf 'overtake: %s\nscenarios: [overtake]\nkeep_logs: no\n' "$overtake" >sweep.yaml
+sweep --directory keep --dry-run || fail "keep_logs: no is refused: $(cat "$work/log")"
+
+# stops SENTENCE COMMAND...: the command fails with one sentence, without a traceback.
+stops() {
+  local sentence=$1
+  shift
+  "$@" >"$work/log" 2>&1 && fail "taken: $*"
+  grep -qF -- "$sentence" "$work/log" || fail "'$*' does not say: $sentence: $(cat "$work/log")"
+  ! grep -q "^Traceback" "$work/log" && [[ $(grep -c . "$work/log") -le 4 ]] || fail "'$*': more than a sentence: $(cat "$work/log")"
+}
+call=("$evaluation/sweep" --cores 1 --directory bad)
+printf 'scenarios: [overtake\nseeds: 1\n' >invalid.yaml
+: >empty.yaml
+echo '- overtake' >list.yaml
+stops "--configfile: invalid.yaml:2:6: " "${call[@]}" --configfile invalid.yaml
+stops "--configfile: empty.yaml: the file is empty" "${call[@]}" --configfile=empty.yaml
+stops "--configfile: list.yaml: it has no fields" "${call[@]}" --configfile list.yaml
+stops "--configfile: none.yaml: No such file" "${call[@]}" --configfile none.yaml
+stops "--configfile: it is needed" "${call[@]}"
+stops "--directory: $work/empty.yaml: " "$evaluation/sweep" --configfile sweep.yaml --directory "$work/empty.yaml" --cores 1
+mkdir -m 555 closed
+as_user=()
+((EUID)) || as_user=(setpriv --reuid 65534 --regid 65534 --clear-groups env HOME=/tmp)
+chmod 755 "$work"
+if "${as_user[@]}" "$evaluation/sweep" --help >/dev/null 2>&1; then
+  stops "--directory: $work/closed: no permission to write" "${as_user[@]}" "$evaluation/sweep" --configfile sweep.yaml --directory "$work/closed" --cores 1
+else
+  echo "skipped: a folder without permission: the source tree is closed to other users"
+fi
+mkdir shim
+echo 'import snakemake; snakemake.__version__ = "8.4.2"' >shim/sitecustomize.py
+stops "snakemake: version 7.21 or newer, but older than 8, is needed, not 8.4.2" env PYTHONPATH="$work/shim" snakemake -s "$snakefile" \
+  --configfile sweep.yaml --cores 1 --directory bad
+
+# A profile: an absolute path for Snakemake; sbatch and Slurm before the first job.
+mkdir -p some/slurm bin
 echo 'cores: 1' >some/slurm/config.yaml
-snakemake --snakefile "$snakefile" --configfile sweep.yaml --profile some/slurm --directory bad >"$work/log" 2>&1 && fail "a relative profile was taken"
-grep -q "^--profile: some/slurm must be an absolute path" "$work/log" || fail "no sentence on the profile: $(cat "$work/log")"
+stops "--profile: some/slurm must be an absolute path" snakemake --snakefile "$snakefile" --configfile sweep.yaml --profile some/slurm --directory bad
+"$evaluation/sweep" --configfile sweep.yaml --profile some/slurm --directory keep --dry-run >"$work/log" 2>&1 || fail "a relative profile: $(cat "$work/log")"
+ln -s "$(command -v snakemake)" "$(command -v env)" "$(command -v bash)" bin/
+ln -s "$(python3 -c 'import sys; print(sys.executable)')" bin/python3
+slurm=(env PATH="$work/bin" "$evaluation/sweep" --configfile sweep.yaml --directory bad --profile "$evaluation/profiles/slurm")
+stops "--profile: its jobs need Slurm, and there is no sbatch" "${slurm[@]}"
+for program in sbatch squeue scancel; do printf '#!/usr/bin/env bash\necho "%s: no controller" >&2\nexit 1\n' $program >bin/$program; done
+chmod +x bin/sbatch bin/squeue bin/scancel
+stops "--profile: Slurm does not answer (squeue: no controller)" "${slurm[@]}"
+expect "a dry run without Slurm" "${slurm[@]}" --dry-run
+# A job that Slurm refuses: the field to change.
+printf '#!/usr/bin/env bash\n' >bin/squeue
+printf '#!/usr/bin/env bash\necho "sbatch: error: Memory specification can not be satisfied" >&2\nexit 1\n' >bin/sbatch
+printf 'overtake: %s\nscenarios: [overtake]\nseconds: 0.2\n' "$overtake" >sweep.yaml
+ln -s "$(command -v mkdir)" bin/
+"${slurm[@]}" --latency-wait 1 >"$work/log" 2>&1 && fail "a refused job counts as done"
+grep -q "^simulate: .* Slurm refuses it: resources.simulate.mem_mb (now 2000)" "$work/log" || fail "no hint on a refused job: $(cat "$work/log")"
+rm -r bad
 sed -i 's/^overtake:.*/overtake: .\/missing/' sweep.yaml
-sed -i '/shard/d' sweep.yaml
 sweep --directory bad && fail "taken without a program"
 grep -q "/sweep.yaml: overtake: " "$work/log" || fail "no sentence on the program: $(cat "$work/log")"
 passed

@@ -4,6 +4,7 @@
 # The plan of a sweep: from sweep.yaml (sweep.schema.yaml) its logs, groups of configurations and parts. A part is one
 # job: a log with a group. The Snakefile and tools/dev/evaluate_set use it.
 import base64
+import difflib
 import hashlib
 import itertools
 import json
@@ -33,6 +34,22 @@ def fail(field, sentence):
     raise SweepError(f'{field}: {sentence}')
 
 
+KINDS = {'object': 'a group of fields', 'array': 'a list', 'integer': 'a whole number', 'number': 'a number', 'string': 'a text',
+         'boolean': 'true or false'}
+
+
+def flow(value):
+    """As one writes it in YAML."""
+    return json.dumps(value).replace('"', '')
+
+
+def list_form(error, form):
+    """; write [X], where X alone is given for a list of such."""
+    kind = form.get('items', {}).get('type', 'string')
+    fits = isinstance(error.instance, {'string': str, 'integer': int, 'number': (int, float)}.get(kind, ()))
+    return f'; write [{flow(error.instance)}]' if fits and not isinstance(error.instance, bool) else ''
+
+
 def sentence_of(error):
     """A ValidationError of jsonschema as one sentence that begins with the field."""
     best = error
@@ -42,30 +59,103 @@ def sentence_of(error):
             best = error
             break
     field = '.'.join(str(p) for p in best.absolute_path)
+    example = best.schema.get('examples', [None])[0]
     if best.validator == 'anyOf':
         return 'scenarios or recordings: one of them is needed'
     if best.validator == 'additionalProperties':
         known = sorted(best.schema['properties'])
-        unknown = sorted(set(best.instance) - set(known))
+        unknown = sorted(str(name) for name in set(best.instance) - set(known))
         return f"{'.'.join(filter(None, [field, unknown[0]]))}: there is no such field; there are {', '.join(known)}"
-    if best.validator == 'oneOf':
-        forms = []
-        for form in best.schema['oneOf']:
+    if best.instance == [] and best.validator in ('oneOf', 'minItems'):
+        return f'{field}: the list is empty'
+    if best.validator in ('oneOf', 'enum'):
+        forms, remedy = [], ''
+        for form in best.schema.get('oneOf', [best.schema]):
             if 'const' in form or 'enum' in form:
-                forms += form.get('enum', [form.get('const')])
+                forms += [word for word in form.get('enum', [form.get('const')]) if word is not False]
             else:
                 forms.append('a text' if form.get('type') == 'string' else 'a list')
-        return f"{field}: {json.dumps(best.instance)} is none of {', '.join(forms)}"
+                remedy = list_form(best, form) if form.get('type') != 'string' else remedy
+        return f"{field}: {json.dumps(best.instance)} is none of {', '.join(forms)}{remedy}"
+    if best.validator == 'pattern' and example is not None:
+        field = f'{field}.{best.instance}' if 'propertyNames' in best.absolute_schema_path else field
+        return f"{field}: '{best.instance}' is not of the form {example}"
+    if best.validator == 'type':
+        remedy = list_form(best, best.schema) if best.validator_value == 'array' else f'; write {flow(example)}' if example else ''
+        return f"{field or 'the file'}: {json.dumps(best.instance)} is not {KINDS[best.validator_value]}{remedy}"
     return f"{field or 'the file'}: {best.message}"
 
 
-def check_profile(arguments):
-    """Snakemake runs the profile's programs in the folder of --directory, where it would not find them."""
+def words_of(arguments, *names):
+    """The values of an option of Snakemake."""
+    out = []
     for k, word in enumerate(arguments):
-        path = word[len('--profile='):] if word.startswith('--profile=') else (
-            arguments[k + 1] if word == '--profile' and k + 1 < len(arguments) else '')
-        if '/' in path and not os.path.isabs(path):
-            fail('--profile', f'{path} must be an absolute path')
+        for name in names:
+            if word == name:
+                out += itertools.takewhile(lambda w: not w.startswith('-'), arguments[k + 1:])
+            elif name.startswith('--') and word.startswith(name + '='):
+                out.append(word[len(name) + 1:])
+    return out
+
+
+def check_version(version):
+    """Snakemake 8 has no --cluster, and its workflow has no mode."""
+    number = [int(n) for n in re.findall('[0-9]+', version)[:2]]
+    if not [7, 21] <= number < [8]:
+        fail('snakemake', f'version 7.21 or newer, but older than 8, is needed, not {version}: pip install "snakemake>=7.21,<8"')
+
+
+def read_yaml(path, field):
+    """The fields of a YAML or JSON file; file, line and column of what is none."""
+    import yaml  # Snakemake brings it
+    try:
+        text = read_text(path, field)
+        try:
+            found = json.loads(text)
+        except ValueError:
+            found = yaml.safe_load(text)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        fail(field, f'{path}:{mark.line + 1}:{mark.column + 1}: {error.problem or error.context}')
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        fail(field, f"{path}: {str(error).splitlines()[0]}")
+    if not isinstance(found, dict):
+        fail(field, f"{path}: {'the file is empty' if found is None else 'it has no fields'}; write fields as scenarios: [overtake]")
+    return found
+
+
+def find_profile(profile):
+    """Its file, where Snakemake finds it."""
+    folders = [profile, os.path.expanduser(f'~/.config/snakemake/{profile}'), f'/etc/xdg/snakemake/{profile}']
+    return next((f'{f}/config.yaml' for f in folders if os.path.isfile(f'{f}/config.yaml')), None)
+
+
+def check_profile(arguments):
+    """Snakemake runs the profile's programs in the folder of --directory, where it would not find them. Where Slurm does
+    not answer, it would try each job, one after the other."""
+    commands = words_of(arguments, '--cluster')
+    for profile in words_of(arguments, '--profile')[:1]:
+        if '/' in profile and not os.path.isabs(profile):
+            fail('--profile', f'{profile} must be an absolute path: "$PWD/{profile}"')
+        path = find_profile(profile)
+        commands.append(str(read_yaml(path, '--profile').get('cluster')) if path else '')
+    runs_jobs = not any(re.fullmatch('--dry-?run|--unlock|-[a-zA-Z]*n[a-zA-Z]*', word) for word in arguments)
+    if runs_jobs and any('sbatch' in command for command in commands):
+        check_slurm()
+
+
+def check_slurm():
+    for program in ('sbatch', 'squeue', 'scancel'):
+        if not shutil.which(program):
+            fail('--profile', f'its jobs need Slurm, and there is no {program} on this machine; '
+                              'without --profile, -j N runs the jobs here')
+    try:
+        done = subprocess.run(['squeue', '--me', '--noheader'], capture_output=True, text=True, timeout=60)
+        problem = done.stderr.strip().split('\n')[-1] or 'squeue fails' if done.returncode else None
+    except subprocess.TimeoutExpired:
+        problem = 'squeue waited for 60 s'
+    if problem:
+        fail('--profile', f'Slurm does not answer ({problem}); a cluster of tools/cluster/start FOLDER needs: source FOLDER/env')
 
 
 def quote(words):
@@ -97,13 +187,20 @@ def read_text(path, field):
 # ---- logs
 
 
+def built_in():
+    return [name[:-5] for name in sorted(os.listdir(SCENARIOS)) if name.endswith('.toml')]
+
+
 def scenario_file(scenario, base):
     """The scenario's TOML file; None: built into the program, and without the source tree."""
     if scenario.endswith('.toml'):
         return os.path.join(base, scenario)
     path = os.path.join(SCENARIOS, scenario + '.toml')
     if os.path.isdir(SCENARIOS) and not os.path.exists(path):
-        fail('scenarios', f"there is no scenario '{scenario}' ({SCENARIOS})")
+        names = built_in()
+        near = difflib.get_close_matches(scenario, names, 1)
+        there = f"the nearest is '{near[0]}'" if near else f"there are {', '.join(names)}"
+        fail('scenarios', f"there is no scenario '{scenario}'; {there}; one of your own is a path that ends in .toml")
     return path if os.path.exists(path) else None
 
 
@@ -120,8 +217,7 @@ def seeds_of(seeds, scenario, text):
 def simulated_logs(config, base):
     scenarios, seconds = config['scenarios'], config.get('seconds')
     if scenarios == 'all':
-        names = [name[:-5] for name in sorted(os.listdir(SCENARIOS)) if name.endswith('.toml')]
-        scenarios = ['las_vegas_15'] + [n for n in names if n != 'las_vegas_15' and n not in NOT_IN_ALL]
+        scenarios = ['las_vegas_15'] + [n for n in built_in() if n != 'las_vegas_15' and n not in NOT_IN_ALL]
     # The report shows a spin, and this race has none.
     if 'las_vegas_15' in scenarios and 'spin_near' not in scenarios and seconds is None:
         scenarios = scenarios + ['spin_near']
@@ -349,7 +445,7 @@ def make_plan(config, base, folder='.'):
     return {'overtake': shlex.quote(program), 'logs': logs, 'groups': groups, 'parts': parts, 'targets': targets,
             'results': measured if config.get('shard') else results, 'against': against,
             'measured': measured, 'data_sets': config.get('data_sets') and os.path.join(base, config['data_sets']),
-            'first': options_of(presets, configs), 'keep_logs': config['keep_logs'], 'retries': config['retries'],
+            'first': options_of(presets, configs), 'keep_logs': config['keep_logs'] or 'no', 'retries': config['retries'],
             'resources': resources, 'texts': texts}
 
 
@@ -394,3 +490,22 @@ def unlink_unnoted(plan):
 def read_plan(folder='.'):
     with open(os.path.join(folder, 'inputs/plan.json')) as file:
         return json.load(file)
+
+
+def hint(resources, log):
+    """After a failed sweep: where its jobs say why, and the fields that give them more."""
+    rows = ['A job failed; what jobs print is in the folder jobs (jobs/slurm: of Slurm).']
+    started, failed = '', set()
+    for line in log.splitlines():
+        found = re.match(r'(Error in )?rule (\w+):$', line)
+        if found:
+            started = found.group(2)
+        if line.startswith('Error in rule') or line.startswith('Error submitting jobscript'):
+            failed.add(started)
+    for rule in sorted(failed):
+        of = {'compare': 'report', 'times': 'evaluate', 'data_sets': 'evaluate'}.get(rule, rule)
+        if of in resources:
+            memory, minutes = resources[of]['mem_mb'], resources[of]['runtime']
+            rows.append(f'{rule}: if it lacks memory or time, or Slurm refuses it: resources.{of}.mem_mb (now {memory}), '
+                        f'resources.{of}.runtime (now {minutes} min) in sweep.yaml; half as much again at each attempt')
+    return '\n'.join(rows)

@@ -92,6 +92,7 @@ if(OVT_TOOLS)
                 ${PROJECT_SOURCE_DIR}/tools/evaluation/once.py
           ${PROJECT_SOURCE_DIR}/tools/evaluation/sweep.schema.yaml
           DESTINATION ${CMAKE_INSTALL_DATADIR}/overtake/evaluation COMPONENT tools)
+  install(PROGRAMS ${PROJECT_SOURCE_DIR}/tools/evaluation/sweep DESTINATION ${CMAKE_INSTALL_DATADIR}/overtake/evaluation COMPONENT tools)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/evaluation/profiles
           DESTINATION ${CMAKE_INSTALL_DATADIR}/overtake/evaluation COMPONENT tools USE_SOURCE_PERMISSIONS)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/ros2/overtake_msgs ${PROJECT_SOURCE_DIR}/tools/ros2/overtake_ros2
