@@ -282,6 +282,10 @@ refuse "scene/detections.csv: *" compare run scene
 misuse "compare: run_b is required (overtake compare --help)" compare run
 expect "a race" "$overtake" simulate demo --seconds 0.5 --out race.mcap --quiet
 expect "evaluate" "$overtake" evaluate race.mcap --preset paper,best --only-figures --quiet --out judged
+grep -q note stdout && fail "a note on an evaluation: $(cat stdout)"
+printf 'preset = "paper"\n[capacities]\nclusters = 20\n' >few.toml
+expect "evaluate with few clusters" "$overtake" evaluate race.mcap --config few.toml --only-figures --quiet --out judged_few
+grep -qE '^note: race, few: capacity clusters [(]20[)] was reached in [0-9]+ of 10 frames: .* raise it with \[capacities\] clusters=40$' stdout || fail "a capacity that is reached: $(cat stdout)"
 expect "compare of evaluations" "$overtake" compare judged judged
 grep -q '^  judged/best ' stdout && grep -q '^  judged/paper .*[+]' stdout || fail "compare of evaluations: $(cat stdout)"
 expect "compare of evaluations --json" "$overtake" compare judged judged --json && cp stdout differences.json

@@ -237,7 +237,7 @@ void Session::count_overflows() {
   frames_ = now.frames;
 }
 
-std::vector<std::string> Session::full_capacities() const {
+std::vector<std::string> Session::full_capacities(std::string_view remedy) const {
   std::vector<std::string> sentences;
   for (const Overflow& seen : overflows_) {
     if (seen.frames == 0) continue;
@@ -248,7 +248,7 @@ std::vector<std::string> Session::full_capacities() const {
       sentences.push_back("capacity " + std::string(key.name) + " (" + std::to_string(rows) + ") was reached in " +
                           std::to_string(seen.frames) + " of " + std::to_string(frames_) + " frames: " +
                           (tracks ? "confirmed first, then nearest first" : "nearest first") + " were kept; " +
-                          (rows < key.most ? "raise it with --capacity " + std::string(key.name) + "=" +
+                          (rows < key.most ? "raise it with " + std::string(remedy) + std::string(key.name) + "=" +
                                                  std::to_string(std::min(2 * rows, key.most))
                                            : "this is the maximum"));
     }

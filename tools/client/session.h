@@ -6,6 +6,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "pipeline/overtake.h"
@@ -51,8 +52,8 @@ class Session {
   ovt_stats stats() const;
   // One sentence for each capacity that was too small, with the number of frames; empty if all were large enough. The
   // session compares the counters after each push, so with several workers two frames that finish together may count
-  // as one.
-  std::vector<std::string> full_capacities() const;
+  // as one. `remedy` stands before "NAME=ROWS" in the advice.
+  std::vector<std::string> full_capacities(std::string_view remedy = "--capacity ") const;
 
  private:
   void count_overflows();

@@ -201,6 +201,8 @@ bool run_log(const RunOptions& options, const std::string& path, const std::vect
   progress.clear();
   for (auto& variant : variants) {
     variant->finish();
+    for (const std::string& sentence : variant->full_capacities())
+      std::printf("note: %s, %s: %s\n", log_name.c_str(), variant->name().c_str(), sentence.c_str());
     if (!piece.is_whole()) {
       if (!is_open) variant->begin_piece();  // it begins after the end of the log
       variant->evaluator().end_piece();

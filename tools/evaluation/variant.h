@@ -69,6 +69,8 @@ class Variant {
   void push(const LogFrame& frame);
   int64_t frames() const { return frames_; }  // pushed frames
   void finish();
+  // Sentences on capacities that were reached: the farthest clusters, candidates or tracks were dropped.
+  std::vector<std::string> full_capacities() const { return session_->full_capacities("[capacities] "); }
   // A piece of the log (pieces.h) begins: the frames so far were its warm-up.
   void begin_piece() { evaluator_->begin_piece(), frames_ = 0; }
 
