@@ -8,491 +8,33 @@
 //
 // It uses the loopback interface only. "ready" on standard output: every publisher has a subscriber. At the end a
 // summary: frames sent, received and lost, latency.
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastdds/dds/domain/DomainParticipant.hpp>
-#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
-#include <fastdds/dds/domain/DomainParticipantListener.hpp>
-#include <fastdds/dds/publisher/DataWriter.hpp>
-#include <fastdds/dds/publisher/Publisher.hpp>
-#include <fastdds/dds/subscriber/DataReader.hpp>
-#include <fastdds/dds/subscriber/DataReaderListener.hpp>
-#include <fastdds/dds/subscriber/SampleInfo.hpp>
-#include <fastdds/dds/subscriber/Subscriber.hpp>
-#include <fastdds/dds/topic/Topic.hpp>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
-#include <functional>
+#include <exception>
 #include <map>
-#include <memory>
-#include <mutex>
 #include <set>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "messagesPubSubTypes.h"
-#include "tools/io/bag_reader.h"
-#include "tools/io/ros_messages.h"
+#include "peer_options.h"
+#include "peer_participant.h"
+#include "peer_race.h"
+#include "peer_results.h"
 
+namespace overtake::ros2_peer {
 namespace {
-
-namespace dds = eprosima::fastdds::dds;
-namespace rtps = eprosima::fastrtps::rtps;
-namespace io = overtake::io;
-using Clock = std::chrono::steady_clock;
-
-struct Options {
-  std::string log, folder;
-  uint32_t domain = 0;
-  int64_t from = 0, frames = 1'000'000'000;
-  double rate = 20, shift_s = 0, jump_s = 0, wait_s = 10, linger_s = 0.5;
-  int64_t jump_at = -1, silent_from = -1, silent_to = -1;
-  std::string prefix, drop_field, frame_id, type, exclusive, latched, only, clock, jump_only, pose_frame, stamp, times;
-  int64_t gid_bytes = 24;
-  bool poses = true, no_match = false, external = false;
-};
-
-Options parse(int argc, char** argv) {
-  Options o;
-  if (argc < 3) throw std::runtime_error("usage: ros2_peer LOG FOLDER [options]");
-  o.log = argv[1], o.folder = argv[2];
-  const std::map<std::string, std::function<void(const std::string&)>> values = {
-      {"--domain", [&](auto& v) { o.domain = uint32_t(std::stoul(v)); }},
-      {"--from", [&](auto& v) { o.from = std::stoll(v); }},                // first frame
-      {"--frames", [&](auto& v) { o.frames = std::stoll(v); }},            // at most; 0: listens only
-      {"--rate", [&](auto& v) { o.rate = std::stod(v); }},                 // frames a second
-      {"--shift", [&](auto& v) { o.shift_s = std::stod(v); }},             // of all stamps
-      {"--jump-at", [&](auto& v) { o.jump_at = std::stoll(v); }},          // from this frame on ...
-      {"--jump", [&](auto& v) { o.jump_s = std::stod(v); }},               // ... the stamps are later by this
-      {"--jump-only", [&](auto& v) { o.jump_only = v; }},                  // ... of this sensor alone
-      {"--silent-from", [&](auto& v) { o.silent_from = std::stoll(v); }},  // no clouds from this frame on
-      {"--silent-to", [&](auto& v) { o.silent_to = std::stoll(v); }},
-      {"--prefix", [&](auto& v) { o.prefix = v; }},          // of the topics of clouds and poses
-      {"--drop-field", [&](auto& v) { o.drop_field = v; }},  // SENSOR.FIELD is not sent
-      {"--frame-id", [&](auto& v) { o.frame_id = v; }},      // SENSOR=FRAME
-      {"--pose-frame", [&](auto& v) { o.pose_frame = v; }},  // header.frame_id of the poses from frame 20 on
-      {"--type", [&](auto& v) { o.type = v; }},              // SENSOR=type name
-      {"--exclusive", [&](auto& v) { o.exclusive = v; }},    // the sensor's writer owns its topic
-      {"--latched", [&](auto& v) { o.latched = v; }},        // the reader of this result asks for old ones
-      {"--stamp", [&](auto& v) { o.stamp = v; }},            // SENSOR=none: no stamps; SENSOR=repeat: each comes twice
-      {"--points", [&](auto& v) { o.times = v; }},           // SENSOR=N: each cloud has its points N times
-      {"--gid", [&](auto& v) { o.gid_bytes = std::stoll(v); }},    // bytes of a GUID in ros_discovery_info
-      {"--only", [&](auto& v) { o.only = v; }},                    // publishes this sensor alone
-      {"--clock", [&](auto& v) { o.clock = v; }},                  // "run": publishes /clock; "back": it goes back
-      {"--wait", [&](auto& v) { o.wait_s = std::stod(v); }},       // for subscribers
-      {"--linger", [&](auto& v) { o.linger_s = std::stod(v); }}};  // after the last frame
-  for (int i = 3; i < argc; ++i) {
-    const std::string key = argv[i];
-    if (key == "--no-poses")
-      o.poses = false;
-    else if (key == "--no-match")
-      o.no_match = true;  // goes on without subscribers
-    else if (key == "--external")
-      o.external = true;  // sends detections of another detector, too
-    else if (const auto found = values.find(key); found != values.end() && i + 1 < argc)
-      found->second(argv[++i]);
-    else
-      throw std::runtime_error("unknown option " + key);
-  }
-  return o;
-}
-
-// "front=x": "x" if the sensor is front.
-std::string value_for(const std::string& pair, const std::string& sensor) {
-  const auto equals = pair.find('=');
-  return equals != std::string::npos && pair.substr(0, equals) == sensor ? pair.substr(equals + 1) : "";
-}
-
-int64_t now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch()).count();
-}
-
-// ---- the race
-
-struct Scan {
-  std::string sensor;
-  int64_t stamp_ns = 0;
-  std::string message;  // CDR
-};
-struct Race {
-  std::vector<std::vector<Scan>> frames;
-  std::vector<io::Odometry> poses;
-};
-
-Race read_race(const Options& o) {
-  Race race;
-  const auto bag = io::open_bag(o.log);
-  std::map<std::string, std::vector<Scan>> by_sensor;
-  io::BagMessage message;
-  while (bag->next(message)) {
-    const io::BagTopic& topic = bag->topics()[std::size_t(message.topic)];
-    if (topic.name == "/ego/odometry") race.poses.push_back(io::decode_odometry(message.data));
-    if (topic.name.starts_with("/truth") || topic.type != io::kPointCloud2Name) continue;
-    const std::string sensor = topic.name.substr(1, topic.name.find('/', 1) - 1);
-    std::vector<Scan>& scans = by_sensor[sensor];
-    if (int64_t(scans.size()) >= o.from + o.frames) continue;
-    scans.push_back({sensor, io::decode_point_cloud2(message.data).header.stamp_ns, std::string(message.data)});
-  }
-  for (auto& [sensor, scans] : by_sensor)
-    for (std::size_t i = std::size_t(o.from); i < scans.size(); ++i) {
-      race.frames.resize(std::max(race.frames.size(), i - std::size_t(o.from) + 1));
-      race.frames[i - std::size_t(o.from)].push_back(std::move(scans[i]));
-    }
-  return race;
-}
-
-// ---- messages
-
-builtin_interfaces::msg::dds_::Time_ to_time(int64_t stamp_ns) {
-  builtin_interfaces::msg::dds_::Time_ time;
-  time.sec(int32_t(stamp_ns / 1'000'000'000));
-  time.nanosec(uint32_t(stamp_ns % 1'000'000'000));
-  return time;
-}
-template <class T>
-int64_t stamp_of(const T& time) {
-  return int64_t(time.sec()) * 1'000'000'000 + int64_t(time.nanosec());
-}
-
-// The left sensor's points stay as recorded (22 bytes, not aligned), the front's take 32 bytes, the others' 24.
-sensor_msgs::msg::dds_::PointCloud2_ make_cloud(const Options& o, const Scan& scan, int64_t stamp_ns) {
-  const io::PointCloud2 in = io::decode_point_cloud2(scan.message);
-  sensor_msgs::msg::dds_::PointCloud2_ out;
-  out.header().stamp(to_time(stamp_ns));
-  const std::string frame = value_for(o.frame_id, scan.sensor);
-  out.header().frame_id(frame.empty() ? in.header.frame_id : frame);
-  const std::string times = value_for(o.times, scan.sensor);
-  const uint32_t copies = times.empty() ? 1 : uint32_t(std::stoul(times));
-  const std::size_t count = std::size_t(in.width) * in.height;
-  out.height(in.height);
-  out.width(in.width * copies);
-  const uint32_t step = scan.sensor == "left" ? in.point_step : scan.sensor == "front" ? 32 : 24;
-  // Each value aligned to its size.
-  uint32_t at = 0;
-  std::vector<uint32_t> offsets;
-  for (const io::PointField& field : in.fields) {
-    static constexpr uint32_t kSize[] = {0, 1, 1, 2, 2, 4, 4, 4, 8};
-    const uint32_t size = kSize[field.datatype];
-    if (step != in.point_step) at = (at + size - 1) / size * size;
-    offsets.push_back(at);
-    at += size;
-    if (o.drop_field == scan.sensor + "." + field.name) continue;
-    sensor_msgs::msg::dds_::PointField_ described;
-    described.name(field.name);
-    described.offset(offsets.back());
-    described.datatype(field.datatype);
-    described.count(1);
-    out.fields().push_back(described);
-  }
-  out.is_bigendian(false);
-  out.point_step(step);
-  out.row_step(step * out.width());
-  out.data().resize(step * count * copies);
-  for (std::size_t f = 0; f < in.fields.size(); ++f) {
-    const std::size_t size = (f + 1 < in.fields.size() ? in.fields[f + 1].offset : in.point_step) - in.fields[f].offset;
-    for (std::size_t i = 0; i < count * copies; ++i)
-      std::copy_n(in.data.data() + i % count * in.point_step + in.fields[f].offset, size,
-                  reinterpret_cast<char*>(out.data().data()) + i * step + offsets[f]);
-  }
-  out.is_dense(true);
-  return out;
-}
-
-nav_msgs::msg::dds_::Odometry_ make_pose(const io::Odometry& in, int64_t stamp_ns, const std::string& frame) {
-  nav_msgs::msg::dds_::Odometry_ out;
-  out.header().stamp(to_time(stamp_ns));
-  out.header().frame_id(frame.empty() ? in.header.frame_id : frame);
-  out.child_frame_id(in.child_frame_id);
-  auto& pose = out.pose().pose();
-  pose.position().x(in.pose.x_m), pose.position().y(in.pose.y_m), pose.position().z(in.pose.z_m);
-  pose.orientation().x(in.pose.qx), pose.orientation().y(in.pose.qy), pose.orientation().z(in.pose.qz),
-      pose.orientation().w(in.pose.qw);
-  auto& twist = out.twist().twist();
-  twist.linear().x(in.vx_mps), twist.linear().y(in.vy_mps), twist.linear().z(in.vz_mps);
-  twist.angular().x(in.wx_rps), twist.angular().y(in.wy_rps), twist.angular().z(in.wz_rps);
-  return out;
-}
-
-// ---- the participant
-
-template <class Guid>
-std::string hex(const Guid& guid) {
-  std::string text;
-  for (const auto byte : guid) {
-    char two[3];
-    std::snprintf(two, sizeof two, "%02x", unsigned(uint8_t(byte)));
-    text += two;
-  }
-  return text;
-}
-std::string hex(const rtps::GUID_t& guid) { return hex(guid.guidPrefix.value) + hex(guid.entityId.value); }
-
-class Peer {
- public:
-  // What this participant sees of the others: kind "participant" (its user data as type), "writer" or "reader".
-  using Discovered =
-      std::function<void(const char* kind, const std::string& topic, const std::string& type, const std::string& guid)>;
-  Peer(uint32_t domain, Discovered discovered) : listener_(std::move(discovered)) {
-    dds::DomainParticipantQos qos;
-    qos.name("ros2_peer");
-    const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
-    udp->interfaceWhiteList.push_back("127.0.0.1");
-    udp->sendBufferSize = udp->receiveBufferSize = 4 << 20;
-    qos.transport().use_builtin_transports = false;
-    qos.transport().user_transports.push_back(udp);
-    // As on a machine without multicast: one peer by its address.
-    rtps::Locator_t peer;
-    rtps::IPLocator::setIPv4(peer, "127.0.0.1");
-    qos.wire_protocol().builtin.initialPeersList.push_back(peer);
-    participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(domain, qos, &listener_,
-                                                                                     dds::StatusMask::none());
-    if (!participant_) throw std::runtime_error("Fast DDS: no participant");
-    publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
-    subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
-  }
-  ~Peer() {
-    participant_->delete_contained_entities();
-    dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
-  }
-
-  template <class Type>
-  dds::DataWriter* writer(const std::string& name, bool reliable, const std::string& type_name = "",
-                          bool exclusive = false) {
-    dds::DataWriterQos qos;
-    qos.reliability().kind = reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
-    qos.history().depth = reliable ? 1000 : 5;
-    qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
-    qos.publish_mode().kind = reliable ? dds::SYNCHRONOUS_PUBLISH_MODE : dds::ASYNCHRONOUS_PUBLISH_MODE;
-    if (exclusive) qos.ownership().kind = dds::EXCLUSIVE_OWNERSHIP_QOS;
-    return publisher_->create_datawriter(topic<Type>(name, type_name), qos);
-  }
-
-  template <class Type, class Message>
-  dds::DataReader* reader(const std::string& name, bool latched, std::function<void(const Message&)> use,
-                          const std::string& type_name = "") {
-    struct Listener : dds::DataReaderListener {
-      explicit Listener(std::function<void(const Message&)> f) : use(std::move(f)) {}
-      void on_data_available(dds::DataReader* from) override {
-        Message message;
-        dds::SampleInfo info;
-        while (from->take_next_sample(&message, &info) == ReturnCode_t::RETCODE_OK)
-          if (info.valid_data) use(message);
-      }
-      std::function<void(const Message&)> use;
-    };
-    dds::DataReaderQos qos;
-    qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
-    qos.durability().kind = latched ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
-    qos.history().depth = 200;
-    qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
-    auto listener = std::make_shared<Listener>(std::move(use));
-    listeners_.push_back(listener);
-    return subscriber_->create_datareader(topic<Type>(name, type_name), qos, listener.get());
-  }
-
- private:
-  template <class Type>
-  dds::Topic* topic(const std::string& name, const std::string& type_name) {
-    dds::TypeSupport type(new Type());
-    if (!type_name.empty()) type->setName(type_name.c_str());
-    type.register_type(participant_);
-    return participant_->create_topic(name.starts_with("/") ? "rt" + name : name, type.get_type_name(),
-                                      dds::TOPIC_QOS_DEFAULT);
-  }
-  struct DiscoveryListener : dds::DomainParticipantListener {
-    explicit DiscoveryListener(Discovered f) : discovered(std::move(f)) {}
-    void on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& found) override {
-      if (found.status != rtps::ParticipantDiscoveryInfo::DISCOVERED_PARTICIPANT) return;
-      const auto& data = found.info.m_userData.data_vec();
-      discovered("participant", "", std::string(data.begin(), data.end()), hex(found.info.m_guid));
-    }
-    void on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& found) override {
-      if (found.status == rtps::WriterDiscoveryInfo::DISCOVERED_WRITER)
-        discovered("writer", found.info.topicName().to_string(), found.info.typeName().to_string(),
-                   hex(found.info.guid()));
-    }
-    void on_subscriber_discovery(dds::DomainParticipant*, rtps::ReaderDiscoveryInfo&& found) override {
-      if (found.status == rtps::ReaderDiscoveryInfo::DISCOVERED_READER)
-        discovered("reader", found.info.topicName().to_string(), found.info.typeName().to_string(),
-                   hex(found.info.guid()));
-    }
-    Discovered discovered;
-  };
-  DiscoveryListener listener_;
-  dds::DomainParticipant* participant_;
-  dds::Publisher* publisher_;
-  dds::Subscriber* subscriber_;
-  std::vector<std::shared_ptr<dds::DataReaderListener>> listeners_;
-};
-
-int32_t matched(dds::DataWriter* writer) {
-  dds::PublicationMatchedStatus status;
-  writer->get_publication_matched_status(status);
-  return status.current_count;
-}
-int32_t matched(dds::DataReader* reader) {
-  dds::SubscriptionMatchedStatus status;
-  reader->get_subscription_matched_status(status);
-  return status.current_count;
-}
-
-// ---- what comes back
-
-class Results {
- public:
-  explicit Results(const std::string& folder)
-      : detections_(open(folder, "detections.csv")),
-        tracks_(open(folder, "tracks.csv")),
-        others_(open(folder, "others.csv")),
-        diagnostics_(open(folder, "diagnostics.txt")),
-        endpoints_(open(folder, "endpoints.csv")),
-        graph_(open(folder, "graph.csv")),
-        times_(open(folder, "times.csv")) {
-    std::fprintf(detections_, "frame_ns,stamp_ns,frame_id,x_m,y_m,z_m,qz,qw,length_m,width_m,id\n");
-    std::fprintf(tracks_,
-                 "stamp_ns,frame_ns,id,state,frame_id,x_m,y_m,speed_mps,course_rad,yaw_rate_rps,heading_rad,"
-                 "age,hits,var_x,var_y\n");
-    std::fprintf(others_, "topic,stamp_ns,frame_id,child_frame_id,count,x_m,y_m\n");
-    std::fprintf(times_, "what,stamp_ns,at_ns\n");
-    std::fprintf(endpoints_, "kind,topic,type,guid\n");
-    std::fprintf(graph_, "message,participant,namespace,node,kind,guid\n");
-  }
-  ~Results() {
-    for (std::FILE* file : {detections_, tracks_, others_, diagnostics_, endpoints_, graph_, times_}) std::fclose(file);
-  }
-
-  void time(const char* what, int64_t stamp_ns, int64_t at_ns) {
-    const std::lock_guard lock(mutex_);
-    std::fprintf(times_, "%s,%lld,%lld\n", what, static_cast<long long>(stamp_ns), static_cast<long long>(at_ns));
-  }
-  void add_endpoint(const char* kind, const std::string& topic, const std::string& type, const std::string& guid) {
-    const std::lock_guard lock(mutex_);
-    std::fprintf(endpoints_, "%s,%s,%s,%s\n", kind, topic.c_str(), type.c_str(), guid.c_str());
-    std::fflush(endpoints_);
-  }
-  template <class ParticipantEntitiesInfo>
-  void add_graph(const ParticipantEntitiesInfo& m) {
-    const std::lock_guard lock(mutex_);
-    const std::string participant = hex(m.gid().data());
-    for (const auto& node : m.node_entities_info_seq()) {
-      const auto put = [&](const char* kind, const std::string& guid) {
-        std::fprintf(graph_, "%lld,%s,%s,%s,%s,%s\n", static_cast<long long>(graph_messages_), participant.c_str(),
-                     node.node_namespace().c_str(), node.node_name().c_str(), kind, guid.c_str());
-      };
-      for (const auto& gid : node.reader_gid_seq()) put("reader", hex(gid.data()));
-      for (const auto& gid : node.writer_gid_seq()) put("writer", hex(gid.data()));
-    }
-    ++graph_messages_;
-    std::fflush(graph_);
-  }
-  // A frame whose clouds were all written, with its scans' stamps.
-  void add_sent(std::set<int64_t> stamps_ns, std::size_t clouds, std::size_t bytes, int64_t written_ns) {
-    const std::lock_guard lock(mutex_);
-    sent_.push_back({std::move(stamps_ns), written_ns, 0});
-    sent_clouds_ += clouds, sent_bytes_ += bytes;
-  }
-  void summarise(std::size_t poses) {
-    const std::lock_guard lock(mutex_);
-    std::printf("sent      %zu frames, %zu clouds, %.1f MB, %zu poses\n", sent_.size(), sent_clouds_,
-                double(sent_bytes_) * 1e-6, poses);
-    std::printf("received  %zu frames with %zu detections, %zu of tracks\n", arrived_.size(), rows_, track_frames_);
-    for (const auto& [stamp_ns, at_ns] : arrived_)
-      for (Sent& frame : sent_)
-        if (frame.stamps_ns.count(stamp_ns)) frame.arrived_ns = at_ns;
-    std::vector<double> latency_ms;
-    std::string lost;
-    for (std::size_t i = 0; i < sent_.size(); ++i)
-      if (sent_[i].arrived_ns != 0)
-        latency_ms.push_back(double(sent_[i].arrived_ns - sent_[i].written_ns) * 1e-6);
-      else
-        lost += (lost.empty() ? ": " : ", ") + std::to_string(i);
-    std::printf("lost      %zu frames%s\n", sent_.size() - latency_ms.size(), lost.c_str());
-    if (latency_ms.empty()) return;
-    std::sort(latency_ms.begin(), latency_ms.end());
-    const auto quantile = [&](double share) {
-      return latency_ms[std::size_t(share * double(latency_ms.size() - 1) + 0.5)];
-    };
-    std::printf(
-        "latency   last cloud of a frame written to its detections: p50 %.2f, p90 %.2f, p99 %.2f, max %.2f ms\n",
-        quantile(0.5), quantile(0.9), quantile(0.99), latency_ms.back());
-  }
-  void add(const vision_msgs::msg::dds_::Detection3DArray_& m) {
-    const int64_t at = now_ns(), frame = stamp_of(m.header().stamp());
-    time("detections", frame, at);
-    const std::lock_guard lock(mutex_);
-    arrived_.emplace_back(frame, at);
-    rows_ += m.detections().size();
-    for (const auto& row : m.detections()) {
-      const auto& pose = row.results().at(0).pose().pose();
-      std::fprintf(detections_, "%lld,%lld,%s,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%s\n",
-                   static_cast<long long>(frame), static_cast<long long>(stamp_of(row.header().stamp())),
-                   row.header().frame_id().c_str(), pose.position().x(), pose.position().y(), pose.position().z(),
-                   pose.orientation().z(), pose.orientation().w(), row.bbox().size().x(), row.bbox().size().y(),
-                   row.id().c_str());
-    }
-  }
-  void add(const overtake_msgs::msg::dds_::Tracks_& m) {
-    time("tracks", stamp_of(m.frame_stamp()), now_ns());
-    const std::lock_guard lock(mutex_);
-    ++track_frames_;
-    for (const auto& t : m.tracks())
-      std::fprintf(tracks_, "%lld,%lld,%llu,%d,%s,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%d,%d,%.17g,%.17g\n",
-                   static_cast<long long>(stamp_of(m.header().stamp())),
-                   static_cast<long long>(stamp_of(m.frame_stamp())), static_cast<unsigned long long>(t.id()),
-                   int(t.state()), m.header().frame_id().c_str(), t.x(), t.y(), t.speed(), t.course(), t.yaw_rate(),
-                   t.heading(), t.age(), t.hits(), t.covariance()[0], t.covariance()[2]);
-  }
-  void add_other(const char* topic, const std_msgs::msg::dds_::Header_& header, const std::string& child,
-                 std::size_t count, double x, double y) {
-    const std::lock_guard lock(mutex_);
-    std::fprintf(others_, "%s,%lld,%s,%s,%zu,%.17g,%.17g\n", topic, static_cast<long long>(stamp_of(header.stamp())),
-                 header.frame_id().c_str(), child.c_str(), count, x, y);
-    std::fflush(others_);
-  }
-  void add(const diagnostic_msgs::msg::dds_::DiagnosticArray_& m) {
-    const std::lock_guard lock(mutex_);
-    for (const auto& status : m.status()) {
-      std::fprintf(diagnostics_, "%d %s: %s", int(status.level()), status.name().c_str(), status.message().c_str());
-      for (const auto& pair : status.values())
-        std::fprintf(diagnostics_, " [%s=%s]", pair.key().c_str(), pair.value().c_str());
-      std::fprintf(diagnostics_, "\n");
-    }
-    std::fflush(diagnostics_);
-  }
-
- private:
-  static std::FILE* open(const std::string& folder, const char* name) {
-    std::FILE* file = std::fopen((folder + "/" + name).c_str(), "w");
-    if (!file) throw std::runtime_error(folder + "/" + name + " cannot be written");
-    return file;
-  }
-  struct Sent {
-    std::set<int64_t> stamps_ns;
-    int64_t written_ns = 0, arrived_ns = 0;
-  };
-  std::FILE *detections_, *tracks_, *others_, *diagnostics_, *endpoints_, *graph_, *times_;
-  std::vector<Sent> sent_;
-  std::vector<std::pair<int64_t, int64_t>> arrived_;  // stamp and time of arrival of detections
-  std::size_t sent_clouds_ = 0, sent_bytes_ = 0, rows_ = 0, track_frames_ = 0;
-  int64_t graph_messages_ = 0;
-  std::mutex mutex_;
-};
 
 std::atomic<bool> ended{false};
 
-int run(const Options& o) {
-  Results results(o.folder);
-  Race race;
-  if (o.frames > 0) race = read_race(o);
-  Peer peer(o.domain, [&](const char* kind, const std::string& topic, const std::string& type,
-                          const std::string& guid) { results.add_endpoint(kind, topic, type, guid); });
-
+// Readers of all that a node publishes.
+std::vector<dds::DataReader*> subscribe(Peer& peer, const Options& o, Results& results) {
   std::vector<dds::DataReader*> readers;
   const auto latched = [&](const std::string& name) { return o.latched == name; };
   using namespace vision_msgs::msg::dds_;
@@ -538,7 +80,17 @@ int run(const Options& o) {
     readers.push_back(peer.reader<ParticipantEntitiesInfo_PubSubType, ParticipantEntitiesInfo_>(
         "ros_discovery_info", true, [&](const auto& m) { results.add_graph(m); }, graph_type));
   }
+  return readers;
+}
 
+int run(const Options& o) {
+  Results results(o.folder);
+  Race race;
+  if (o.frames > 0) race = read_race(o);
+  Peer peer(o.domain, [&](const char* kind, const std::string& topic, const std::string& type,
+                          const std::string& guid) { results.add_endpoint(kind, topic, type, guid); });
+
+  const std::vector<dds::DataReader*> readers = subscribe(peer, o, results);
   std::map<std::string, dds::DataWriter*> clouds;
   if (!race.frames.empty())
     for (const Scan& scan : race.frames[0])
@@ -551,7 +103,8 @@ int run(const Options& o) {
   dds::DataWriter* clock =
       o.clock.empty() ? nullptr : peer.writer<rosgraph_msgs::msg::dds_::Clock_PubSubType>("/clock", false);
   dds::DataWriter* external =
-      o.external ? peer.writer<Detection3DArray_PubSubType>("/external_detections", true) : nullptr;
+      o.external ? peer.writer<vision_msgs::msg::dds_::Detection3DArray_PubSubType>("/external_detections", true)
+                 : nullptr;
 
   const auto all_matched = [&] {
     for (const auto& [sensor, writer] : clouds)
@@ -621,10 +174,10 @@ int run(const Options& o) {
         race.frames[f].begin(), race.frames[f].end(), [&](const Scan& scan) { return clouds.count(scan.sensor) > 0; }));
     if (written > 0) results.add_sent(std::move(stamps_ns), written, bytes, written_ns);
     if (external) {
-      Detection3DArray_ message;
+      vision_msgs::msg::dds_::Detection3DArray_ message;
       message.header().stamp(to_time(last_ns + shift_of("external")));
       message.header().frame_id("base_link");
-      Detection3D_ row;
+      vision_msgs::msg::dds_::Detection3D_ row;
       row.header(message.header());
       row.bbox().center().position().x(30);
       row.bbox().center().orientation().w(1);
@@ -640,11 +193,12 @@ int run(const Options& o) {
 }
 
 }  // namespace
+}  // namespace overtake::ros2_peer
 
 int main(int argc, char** argv) {
-  std::signal(SIGTERM, [](int) { ended = true; });
+  std::signal(SIGTERM, [](int) { overtake::ros2_peer::ended = true; });
   try {
-    return run(parse(argc, argv));
+    return overtake::ros2_peer::run(overtake::ros2_peer::parse(argc, argv));
   } catch (const std::exception& error) {
     std::fprintf(stderr, "ros2_peer: %s\n", error.what());
     return 1;

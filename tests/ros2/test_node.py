@@ -344,27 +344,17 @@ def test_scans(work):
     race = make_race(work, 2)
     short = ('--frames', '30', '--linger', '1.5')
     with Node(work) as node:
-        with Peer(work, race, node, *short, '--stamp', 'front=none') as peer:
-            peer.ready().wait()
-        node.expect(r'front: its clouds have no stamp \(header.stamp is 0\): not used')
-        expect(re.search(r'^2 overtake: front: its clouds have no stamp .*\[refused=[1-9]', peer.diagnostics(), re.M),
-               f'no stamps:\n{peer.diagnostics()}')
-        expect(frames_back(peer) >= 25, f'{frames_back(peer)} of 30 frames while one sensor has no stamps')
-
-        with Peer(work, race, node, *short, '--shift', '5', '--stamp', 'left=repeat') as peer:
-            peer.ready().wait()
-        node.expect(r'left: a scan has the stamp of the scan before: not used')
-        expect(re.search(r'^2 overtake: left: a scan has the stamp .*\[refused=[1-9]', peer.diagnostics(), re.M),
-               f'repeated stamps:\n{peer.diagnostics()}')
-        expect(frames_back(peer) >= 25, f'{frames_back(peer)} of 30 frames while one sensor repeats stamps')
-
-        with Peer(work, race, node, *short, '--shift', '10', '--points', 'right=4') as peer:
-            peer.ready().wait()
-        node.expect(r'right: a scan has \d+ points, point_capacity of the rig is \d+: not used '
-                    r'\(--capacity points=\d+ raises it\)')
-        expect(re.search(r'^2 overtake: right: a scan has \d+ points.*\[refused=[1-9]', peer.diagnostics(), re.M),
-               f'too many points:\n{peer.diagnostics()}')
-        expect(frames_back(peer) >= 25, f'{frames_back(peer)} of 30 frames while one sensor has too many points')
+        for shift, options, sensor, said, advice in (
+                (0, ('--stamp', 'front=none'), 'front', r'its clouds have no stamp \(header.stamp is 0\): not used', ''),
+                (5, ('--stamp', 'left=repeat'), 'left', 'a scan has the stamp of the scan before: not used', ''),
+                (10, ('--points', 'right=4'), 'right', r'a scan has \d+ points, point_capacity of the rig is \d+: not used',
+                 r' \(--capacity points=\d+ raises it\)')):
+            with Peer(work, race, node, *short, '--shift', str(shift), *options) as peer:
+                peer.ready().wait()
+            node.expect(f'{sensor}: {said}{advice}')
+            expect(re.search(rf'^2 overtake: {sensor}: {said}.*\[refused=[1-9]', peer.diagnostics(), re.M),
+                   f'{sensor} refused:\n{peer.diagnostics()}')
+            expect(frames_back(peer) >= 25, f'{frames_back(peer)} of 30 frames while scans of {sensor} are refused')
         node.stop()
         advice = re.search(r'--capacity points=\d+', node.said())[0].split()
     with Node(work, *advice) as node, Peer(work, race, node, *short, '--points', 'right=4') as peer:     # it helps

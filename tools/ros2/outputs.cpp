@@ -113,10 +113,10 @@ void Outputs::set_frames(const std::string& map, const std::string& vehicle) {
 }
 
 void Outputs::write(dds_entity_t writer, const void* message) {
-  const bool sent = dds_write(writer, message) == DDS_RETCODE_OK;
+  if (dds_write(writer, message) == DDS_RETCODE_OK) return;
   const std::lock_guard lock(mutex_);
-  report_.not_sent += !sent;
-  report_.all_not_sent += !sent;
+  ++report_.not_sent;
+  ++report_.all_not_sent;
 }
 
 void Outputs::publish_transforms(const io::Rig& rig, const std::string& vehicle_frame, int64_t stamp_ns) {
