@@ -37,7 +37,7 @@ TEST_CASE("lane tracker: a car is confirmed at its third hit, a low, sparse or n
   CHECK(confirmed_at([](Measurement& z) { z.height_m = 0.2; }) == 0);
   CHECK(confirmed_at([](Measurement& z) { z.points = 1; }) == 0);
   CHECK(confirmed_at([](Measurement& z) { z.object_class = 0, z.width_m = 0.4, z.points = 5; }) == 0);
-  CHECK(confirmed_at([](Measurement& z) { z.object_class = 0; }) > 3);  // not surely a car: later
+  CHECK(confirmed_at([](Measurement& z) { z.object_class = 0; }) == 0);  // it never looks like a car
   // Pushed rows have no features, with or without a height.
   for (const double height_m : {kNotMeasured, 1.1})
     CHECK(confirmed_at([height_m](Measurement& z) {
@@ -138,6 +138,73 @@ TEST_CASE("lane tracker: a known car that shows little of itself keeps its track
     CHECK(bench.step(k, {z})[0] == id);
   }
   CHECK(bench.is_confirmed());
+}
+
+TEST_CASE("lane tracker: near the ego vehicle a car shows many points, but not behind the own wing") {
+  const auto confirmed_at = [](double ahead_m, double left_m, int32_t points) {
+    LaneBench bench;
+    for (int32_t k = 0; k < 40; ++k) {
+      bench.ego_at(50 * kFrame_s * k - ahead_m);
+      Measurement z = seen_car(50 * kFrame_s * k, left_m, k);
+      z.points = points;
+      bench.step(k, {z});
+      if (bench.is_confirmed()) return k + 1;
+    }
+    return 0;
+  };
+  CHECK(confirmed_at(100, 0, 3) == 3);
+  CHECK(confirmed_at(25, 0, 200) == 3);
+  CHECK(confirmed_at(25, 0, 60) > 3);
+  CHECK(confirmed_at(25, 0, 12) == 0);
+  CHECK(confirmed_at(2, 2.5, 1000) == 3);
+  CHECK(confirmed_at(2, 2.5, 100) == 0);
+  CHECK(confirmed_at(-25, 0, 20) == 3);
+  CHECK(confirmed_at(-25, 10, 20) > 3);  // beside the wing's shadow
+}
+
+TEST_CASE("lane tracker: a track that never looked like a car is lost when it looks like none, debris at once") {
+  const auto lost_after = [](auto first, auto later) {
+    LaneBench bench;
+    for (int32_t k = 0; k < 60; ++k) {
+      bench.ego_at(50 * kFrame_s * k - 60);
+      Measurement z = seen_car(50 * kFrame_s * k, 0, k);
+      z.points = 0, z.object_class = 0;  // pushed rows confirm it
+      if (k >= 10 && k < 15) z.points = 1000, first(z);
+      if (k >= 15) z.points = 1000, later(z);
+      bench.step(k, {z});
+      REQUIRE(bench.rows.count == 1);
+      if (k == 9) REQUIRE(bench.is_confirmed());
+      if (k >= 15 && !bench.is_confirmed()) return k - 14;
+    }
+    return 0;
+  };
+  const auto as_it_is = [](Measurement&) {};
+  const auto low = [](Measurement& z) { z.height_m = 0.2; };
+  const auto debris = [](Measurement& z) { z.object_class = int32_t(ObjectClass::kDebris), z.debris = 1; };
+  const auto car = [](Measurement& z) { z.object_class = int32_t(ObjectClass::kCar); };
+  CHECK(lost_after(as_it_is, as_it_is) == 0);
+  CHECK(lost_after(as_it_is, low) > 0);
+  const int32_t at_once = lost_after(as_it_is, debris);
+  CHECK(at_once > 0);
+  CHECK(at_once <= 4);
+  CHECK(lost_after(car, low) == 0);    // a known car
+  CHECK(lost_after(car, debris) > 5);  // as many votes have to say so
+}
+
+TEST_CASE("lane tracker: what stands and comes into view behind the ego vehicle is no new car") {
+  const auto is_confirmed = [](double ahead_m, double speed_mps) {
+    LaneBench bench;
+    for (int32_t k = 0; k < 30; ++k) {
+      const double t_s = kFrame_s * k;
+      bench.ego_at(50 * t_s);
+      bench.step(k, {seen_car(ahead_m + speed_mps * t_s, 0, k)});
+    }
+    return bench.is_confirmed();
+  };
+  CHECK(is_confirmed(140, 0));  // seen from ahead, and passed
+  CHECK_FALSE(is_confirmed(-80, 0));
+  CHECK(is_confirmed(-80, 30));
+  CHECK(is_confirmed(-10, 0));  // near: it may have been hidden
 }
 
 TEST_CASE("lane tracker: misses end what is in view; what another car hides, or the own wing, goes on") {

@@ -50,9 +50,12 @@ constexpr double kBehindShare = 0.6, kPartShare = 1.2;  // of a car's width: a c
                                                         // sight is hidden by it, or may be in part
 constexpr double kKnownHit = 0.3;  // a hit adds at least this to the score of a track that was confirmed
 constexpr double kLowReach_m = 80.0, kNearest_m = 8.0, kSparse = 0.03, kThin = 0.1;
+constexpr double kPart_m = 60.0, kMostWhole = 6.0;  // nearer than this a car shows more than a small part of itself, by
+                                                    // up to this factor
 constexpr double kRowScore = 1.0;  // of a pushed row without a score: its detector says that it is a car
 constexpr int32_t kRowHits = 2;    // what the first row counts, because it is a whole object
 constexpr double kLeastScore = 0.11920292202211755;  // 1 / (1 + e^2)
+constexpr double kLeft_m = 60.0, kLeftShare = 0.25;  // farther behind and slower than this share of the ego's speed
 constexpr int64_t kMostVotes = 10;                   // after so many votes for one class, more for another one decide
 
 int64_t vote_of(const Measurement& z) {
@@ -69,6 +72,16 @@ double score_of(const Measurement& z) {
   if (!(z.score >= 0.0)) return kRowScore;
   const double p = std::clamp(z.score, kLeastScore, 1.0 - kLeastScore);
   return log_f64(p / (1.0 - p));
+}
+
+// A car that was confirmed may show very little of itself. What never looked like a car is not known to be one, unless
+// another detector says so.
+bool is_known_car(const LaneTrack& s, const Measurement& z) {
+  return s.stage != LaneStage::kTentative && (s.class_votes > 0 || !is_cluster(z));
+}
+
+bool is_behind_wing(const TrackerEgo& ego, double range_m, double bearing_rad) {
+  return ego.known && range_m > kWing_m && std::fabs(bearing_rad) > kPi - kWing_rad;
 }
 
 // A track begins so where neither map nor ego vehicle tells its course: it stays where it is, and its place spreads to
@@ -238,7 +251,7 @@ LanePolicy::Estimate LanePolicy::estimate(const State& s, double dt_s, const Ahe
 Measurement LanePolicy::with_lasting_error(const Measurement& z) const noexcept {
   Measurement r = z;
   if (!is_cluster(z)) return r;
-  const double dx = z.x_m - ego_x_m_, dy = z.y_m - ego_y_m_;
+  const double dx = z.x_m - ego_.x_m, dy = z.y_m - ego_.y_m;
   const double near = std::min(kLasting_m * kLasting_m / std::max(dx * dx + dy * dy, 1.0), 1.0);
   const double scale = 1.0 + lane_.part_share * near * std::min((z.var_x + z.var_y) / kPart_m2, 1.0);
   r.var_x *= scale, r.var_y *= scale, r.cov_xy *= scale;
@@ -260,7 +273,7 @@ bool LanePolicy::alone_cost(const State& s, double& cost) const noexcept {
 
 // The tracks at the iteration's stamp, and as the ego vehicle sees them.
 void LanePolicy::look_round(const TrackView<State>& tracks, const Iteration& it) noexcept {
-  ego_x_m_ = it.ego.x_m, ego_y_m_ = it.ego.y_m;
+  ego_ = it.ego;
   for (int32_t slot = 0; slot < tracks.slot_count; ++slot) {
     if (!tracks.head[slot].alive) continue;
     const MotionState& m = tracks.state[slot].estimate.mean;
@@ -290,7 +303,7 @@ void LanePolicy::find_detectable(const TrackView<State>& tracks, const Iteration
     visibility_[slot] = Visibility::kMissed;
     in_part_[slot] = false;
     if (it.ego.known) {
-      if (std::fabs(bearing_rad) > kPi - kWing_rad && range_m > kWing_m) {
+      if (is_behind_wing(it.ego, range_m, bearing_rad)) {
         p = std::min(p, lane_.p_wing);
         visibility_[slot] = Visibility::kOwnShadow;
       }
@@ -336,7 +349,8 @@ Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it
 // ---- update ---------------------------------------------------------------------------------------------------------
 
 // Log of the ratio: such a detection of a car, to one of another object.
-double LanePolicy::evidence_of(const Measurement& z, double range_m) const noexcept {
+double LanePolicy::evidence_of(const Measurement& z) const noexcept {
+  const double dx = z.x_m - ego_.x_m, dy = z.y_m - ego_.y_m, range_m = hypot_f64(dx, dy);
   double score = z.object_class == int32_t(ObjectClass::kCar) ? 0.0 : lane_.unknown_score;
   if (!is_cluster(z)) score = score_of(z);
   if (z.height_m < lane_.low_m) {  // the height of the road is less certain far away
@@ -345,7 +359,9 @@ double LanePolicy::evidence_of(const Measurement& z, double range_m) const noexc
   }
   if (!is_cluster(z)) return score;
   const double near_m = std::max(range_m, kNearest_m);
-  const double share = double(z.points) * near_m * near_m / lane_.car_points;
+  double share = double(z.points) * near_m * near_m / lane_.car_points;
+  if (!is_behind_wing(ego_, range_m, wrap_angle(atan2_f64(dy, dx) - ego_.heading_rad)))
+    share /= std::clamp(kPart_m * kPart_m / (near_m * near_m), 1.0, kMostWhole);
   if (share < kSparse)
     score += lane_.sparse_score;
   else if (share < kThin)
@@ -428,9 +444,14 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
     const double log_density = -kLog2Pi - 0.5 * (innovation.log_det + innovation.d2);
     const double log_ratio = log_f64(p_detect_[slot] / clutter_near(z)) + log_density;
     hit_score_[slot] = std::clamp(log_ratio, -lane_.hit_score, lane_.hit_score);
-    if (!in_part_[slot]) hit_score_[slot] += evidence_of(z, range_m_[slot]);
+    if (!in_part_[slot]) hit_score_[slot] += evidence_of(z);
     watch_for_manoeuvre(s, wide, dt_s);
   }
+  s.class_votes = limit_votes(s.class_votes + vote_of(z));
+  if (is_known_car(s, z))
+    hit_score_[slot] = std::max(hit_score_[slot], kKnownHit);
+  else if (s.class_votes < 0 && z.debris && !in_part_[slot])
+    hit_score_[slot] = -lane_.hit_score;
   if (is_course_unknown(s.estimate) && s.unseen_s > 0.0)
     find_course(s.estimate, wide, params_.birth_sigma_v, s.unseen_s);
   else
@@ -440,7 +461,6 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
   if (std::isfinite(z.length_m)) s.length_m = z.length_m;
   if (std::isfinite(z.width_m)) s.width_m = z.width_m;
   s.unseen_s = 0.0;
-  s.class_votes = limit_votes(s.class_votes + vote_of(z));
   look_at_lane(s);
   if (dt_s < 0.0) move(s, -dt_s, false);
 }
@@ -480,7 +500,7 @@ LaneTrack LanePolicy::initiate(const Measurement& z, const Iteration& it) const 
   s.heading_var = cov[3][3] + kSlip_rad * kSlip_rad;
   measure_heading(s, z);
   s.class_votes = vote_of(z);
-  s.score = evidence_of(z, hypot_f64(z.x_m - it.ego.x_m, z.y_m - it.ego.y_m));
+  s.score = evidence_of(z);
   s.history = 1;
   s.age = 1;
   s.hits = is_cluster(z) ? 1 : kRowHits;
@@ -489,6 +509,13 @@ LaneTrack LanePolicy::initiate(const Measurement& z, const Iteration& it) const 
 }
 
 // ---- existence ------------------------------------------------------------------------------------------------------
+
+// What stands is seen first from ahead: a new track behind the ego vehicle of something much slower than it is of an
+// object that did not look like a car then.
+bool LanePolicy::is_left_behind(int32_t slot, const State& s) const noexcept {
+  return ego_.known && std::fabs(bearing_rad_[slot]) > kHalfPi && range_m_[slot] > kLeft_m &&
+         s.estimate.mean.speed_mps < kLeftShare * ego_.speed_mps;
+}
 
 // The features tell new cars from other objects. A known car may show very little of itself, so a hit of a track that
 // was confirmed always speaks for it.
@@ -500,14 +527,14 @@ bool LanePolicy::record(int32_t slot, State& s, bool hit) const noexcept {
   s.visibility = hit ? Visibility::kSeen : visibility_[slot];
   if (hit) {
     if (s.hits < INT32_MAX) ++s.hits;
-    s.score += s.stage == LaneStage::kTentative ? hit_score_[slot] : std::max(hit_score_[slot], kKnownHit);
+    s.score += hit_score_[slot];
   } else {
     s.score += log_f64(1.0 - p_detect_[slot]);
   }
   s.score = std::clamp(s.score, -lane_.most_score, lane_.most_score);
   switch (s.stage) {
     case LaneStage::kTentative:
-      if (s.score > lane_.confirm_score && s.hits >= lane_.confirm_hits) {
+      if (s.score > lane_.confirm_score && s.hits >= lane_.confirm_hits && !is_left_behind(slot, s)) {
         s.stage = LaneStage::kConfirmed;
         s.is_new = 1;
       }

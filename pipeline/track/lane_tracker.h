@@ -92,11 +92,12 @@ class LanePolicy {
   void measure_heading(State& s, const Measurement& z) const noexcept;
   void watch_for_manoeuvre(State& s, const Measurement& z, double dt_s) const noexcept;
   Measurement with_lasting_error(const Measurement& z) const noexcept;
-  double evidence_of(const Measurement& z, double range_m) const noexcept;
+  double evidence_of(const Measurement& z) const noexcept;
   double clutter_near(const Measurement& z) const noexcept;
   void list_unclaimed(const TrackView<State>& tracks, const Iteration& it, const int32_t* measurement_of_slot) noexcept;
   void find_detectable(const TrackView<State>& tracks, const Iteration& it) noexcept;
   static int64_t limit_votes(int64_t votes) noexcept;
+  bool is_left_behind(int32_t slot, const State& s) const noexcept;
   bool is_near(int32_t a, int32_t b) const noexcept;
   bool is_same_place(int32_t slot, double x_m, double y_m, double share) const noexcept;
   bool may_come_from(const State& lost, int32_t lost_slot, const State& found, int32_t slot,
@@ -122,7 +123,7 @@ class LanePolicy {
   Place* unclaimed_ = nullptr;
   int32_t unclaimed_count_ = 0;
   int32_t asks_map_ = 0;
-  double ego_x_m_ = 0, ego_y_m_ = 0;
+  TrackerEgo ego_;
 };
 
 // The parameters that LanePolicy reads, as FrameRule::params.
