@@ -192,6 +192,8 @@ typedef struct ovt_params {
   double pose_profile_points;         /* pose.profile_points */
   double frame_scan_limit;           /* frame.scan_limit           periods after which a scan in pieces is closed; 0:
                                         never. Read by every preset */
+  int32_t segment_parts;             /* segment.parts              of a segmentation on several workers: see worker_count.
+                                        Read by every preset */
 } ovt_params;
 
 typedef struct ovt_param_info {
