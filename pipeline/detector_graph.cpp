@@ -10,6 +10,7 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -60,9 +61,10 @@ struct Job {
   int64_t order;  // position among the messages of a frame's tail: the sequencer's key
 };
 
-void note_start(Frame& frame) noexcept {
+// True for the first scan of a frame.
+bool note_start(Frame& frame) noexcept {
   int64_t none = 0;
-  frame.started_ns.compare_exchange_strong(none, steady_now_ns(), std::memory_order_relaxed);
+  return frame.started_ns.compare_exchange_strong(none, steady_now_ns(), std::memory_order_relaxed);
 }
 
 void note_end(Frame& frame) noexcept {
@@ -206,7 +208,9 @@ struct DetectorGraph::Nodes {
     return true;
   }
 
-  // A worker without a message, as long as `more` says, looks for messages and for parts of other workers' steps.
+  // A worker without a message, as long as `more` says, looks for messages and for parts of other workers' steps. Not
+  // while a frame waits for scans: the thread that brings one would take the CPU in the middle of a part, and the part's
+  // owner would wait for both.
   template <class More>
   void idle_while(More&& more) {
     const auto is_idle = [&] { return waiting.load(std::memory_order_relaxed) == 0 && more(); };
@@ -214,9 +218,14 @@ struct DetectorGraph::Nodes {
       while (is_idle()) idle_briefly();
       return;
     }
-    SpareWorkers::Visit visit(*context.spare);
-    while (is_idle())
-      if (!visit.take_part()) idle_briefly();
+    std::optional<SpareWorkers::Visit> visit;
+    while (is_idle()) {
+      if (open_frames.load(std::memory_order_relaxed) > 0)
+        visit.reset();
+      else if (!visit)
+        visit.emplace(*context.spare);
+      if (!visit || !visit->take_part()) idle_briefly();
+    }
   }
   // Behind its own scan, until the others have segmented theirs.
   void help_others() {
@@ -286,7 +295,8 @@ struct DetectorGraph::Nodes {
   RunnerHooks hooks;
   std::atomic<int32_t> waiting{0};  // messages of the intake that no worker has started
   std::atomic<int32_t> spinning{0};
-  std::atomic<int32_t> segmenting{0};  // workers
+  std::atomic<int32_t> segmenting{0};   // workers
+  std::atomic<int32_t> open_frames{0};  // with a scan, and not closed
   ThreadSetup& setup;
   std::atomic<int32_t> arrived{0}, left{0};    // warm-up messages that workers started; that they finished
   std::atomic<int32_t> here{0}, most_here{0};  // workers in the warm-up; the maximum, which is the worker count
@@ -340,14 +350,18 @@ void DetectorGraph::warm_up() {
 }
 
 void DetectorGraph::start_segment(Frame& frame, int32_t sensor) {
-  note_start(frame);
+  if (note_start(frame)) nodes_->open_frames.fetch_add(1, std::memory_order_relaxed);
   nodes_->context.hook(HookPoint::kTake, frame, sensor);
   frame.pending.fetch_add(1, std::memory_order_acq_rel);
   nodes_->waiting.fetch_add(1, std::memory_order_relaxed);
   nodes_->segment->try_put({&frame, sensor, 0});
 }
 
-void DetectorGraph::close(Frame& frame) { nodes_->finish_part(frame, true); }
+void DetectorGraph::close(Frame& frame) {
+  if (frame.started_ns.load(std::memory_order_relaxed) != 0)
+    nodes_->open_frames.fetch_sub(1, std::memory_order_relaxed);
+  nodes_->finish_part(frame, true);
+}
 
 int32_t DetectorGraph::workers() const noexcept { return nodes_->most_here.load(); }
 
