@@ -63,10 +63,16 @@ int run(const Options& options) {
   });
   run_on({cores[0]});
 
-  // Times of each step, of the whole segmentation, and of a step that does nothing.
+  // Times of each step, of the whole segmentation, of a step that does nothing, and of 64 KiB of cache lines: to be
+  // written where they are (whole), and after the other core wrote them (in parts).
   const std::size_t steps = method->segment.size();
   std::vector<std::vector<double>> us[2];
-  for (auto& of : us) of.resize(steps + 2);
+  for (auto& of : us) of.resize(steps + 3);
+  std::vector<uint64_t> lines(65536 / sizeof(uint64_t));
+  const auto touch = [&] {
+    for (std::size_t i = 0; i < lines.size(); i += kCacheLine / sizeof(uint64_t)) ++lines[i];
+  };
+  const std::thread::id owner = std::this_thread::get_id();
   constexpr int32_t kBlock = 8, kWarm = 64;
   for (int32_t scan = 0; scan < kWarm + options.scans; ++scan) {
     work.cloud.points = clouds[std::size_t(scan % kRacecarFrames)].points;
@@ -94,6 +100,21 @@ int run(const Options& options) {
     if (scan >= kWarm) us[way][steps].push_back(double(last - begin) * 1e-3);
     if (parts > 1) workers.run(0, parts, [](int32_t) {});
     note(steps + 1);
+    if (parts > 1) {
+      std::atomic<bool> touched{false};
+      workers.run(0, 2, [&](int32_t) {
+        if (std::this_thread::get_id() != owner) {
+          touch();
+          touched.store(true, std::memory_order_release);
+        }
+        while (!touched.load(std::memory_order_acquire)) pause_cpu();
+      });
+    } else {
+      touch();
+    }
+    last = steady_now_ns();
+    touch();
+    note(steps + 2);
   }
   ends.store(true);
   helper.join();
@@ -103,8 +124,11 @@ int run(const Options& options) {
   if (!options.json)
     std::printf("%s scans, %s, %s, %d parts; us, medians\n\n%-16s %8s %8s\n", cloud_source(), method->name,
                 kernels->isa, options.parts, "", "whole", "parts");
-  for (std::size_t i = 0; i < steps + 2; ++i) {
-    const std::string name = i < steps ? method->segment[i].name : i == steps ? "all" : "nothing";
+  for (std::size_t i = 0; i < steps + 3; ++i) {
+    const std::string name = i < steps        ? method->segment[i].name
+                             : i == steps     ? "all"
+                             : i == steps + 1 ? "nothing"
+                                              : "64 KiB";
     const double whole = median(us[0][i]), parts = median(us[1][i]);
     json["us"][name] = {whole, parts};
     if (!options.json)
