@@ -75,9 +75,9 @@ TEST_CASE("step parts: every step that may be cut writes the same bytes in any n
     ++steps;
     for (int32_t t = 0; t < table_count; ++t) {
       for (const Shape& shape : kShapes)
-        for (uint64_t seed = 1; seed <= 2; ++seed) check_parts(method, step, *tables[t], shape, seed);
-      check_parts(method, step, *tables[t], kFull, 3);
+        check_parts(method, step, *tables[t], shape, uint64_t(1 + (&shape - kShapes) % 2));
     }
+    check_parts(method, step, *tables[table_count - 1], kFull, 3);
   });
   CHECK(steps >= 14);
 }
