@@ -209,8 +209,8 @@ struct DetectorGraph::Nodes {
   }
 
   // A worker without a message, as long as `more` says, looks for messages and for parts of other workers' steps. Not
-  // while a frame waits for scans: the thread that brings one would take the CPU in the middle of a part, and the part's
-  // owner would wait for both.
+  // while a frame waits for scans: the thread that brings one would take the CPU in the middle of a part, and the
+  // part's owner would wait for both.
   template <class More>
   void idle_while(More&& more) {
     const auto is_idle = [&] { return waiting.load(std::memory_order_relaxed) == 0 && more(); };

@@ -43,7 +43,7 @@ struct StageContext {
 };
 
 // Range image segmentation of one sensor (paper IV-A): the method's steps.
-//   reads  part.scan, part.road        writes  everything else of part but cluster_of_label, and context.scratch[thread]
+//   reads  part.scan, part.road        writes  everything else of part but cluster_of_label; context.scratch[thread]
 void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part, int32_t thread) noexcept;
 
 // Merge across sensors (eq. 4).   reads  sensors[*]   writes  members, merged, merged_overflow, seam, cluster_of_label

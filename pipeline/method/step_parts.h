@@ -19,8 +19,8 @@ void run_part(const KernelTable& kernels, const Step& step, const Segment& whole
 
 // Joins. The sums of layers are integers, so their order does not matter; the first part of the join adds all of them.
 void join_layer_sums(Segment& whole, int32_t part, int32_t count) noexcept;
-// The winners of the parts' pixels, by columns. The winner of a pixel is the largest by a total order (scatter_points.h),
-// so it does not matter which points competed first.
+// The winners of the parts' pixels, by columns. The winner of a pixel is the largest by a total order
+// (scatter_points.h), so it does not matter which points competed first.
 void join_winners(Segment& whole, int32_t part, int32_t count) noexcept;
 
 }  // namespace overtake
