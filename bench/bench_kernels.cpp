@@ -229,7 +229,7 @@ void bench_segment(benchmark::State& state, const KernelTable* kernels, const Cl
   work.part.road = road;
   for (auto _ : state) {
     work.load(*kernels);
-    segment_scan(work.context, 0, work.part, work.scratch);
+    segment_scan(work.context, 0, work.part, 0);
   }
   state.SetItemsProcessed(int64_t(state.iterations()) * work.points());
   state.SetBytesProcessed(int64_t(state.iterations()) * work.points() * int64_t(sizeof(CloudPoint)));

@@ -56,6 +56,8 @@ ParsedOptions parse_latency_options(int argc, const char* const* argv) {
       ->check(check_cpus);
   app.add_option("--workers", o.run.workers, "1: no threads of the library; 0: one per CPU, at least two (default)")
       ->check(CLI::Range(0, 256));
+  app.add_option("--parts", o.run.parts, "segment.parts: of a segmentation on several workers")
+      ->check(CLI::Range(1, 4));
   app.add_option("--fifo", o.run.fifo_priority, "SCHED_FIFO of the library's threads; drivers run one step above")
       ->check(CLI::Range(0, 99));
   app.add_option("--spin-us", o.run.spin_us, "workers look for work this long before they sleep")

@@ -213,6 +213,7 @@ std::string format_json(const LatencyReport& report, const LatencyRun& run, cons
                      {"preset", def.preset},
                      {"cpus", def.cpus},
                      {"workers", def.workers},
+                     {"parts", def.parts},
                      {"fifo", def.fifo_priority},
                      {"spin_us", def.spin_us},
                      {"isa", def.isa},

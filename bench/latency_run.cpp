@@ -80,10 +80,10 @@ class LatencyRunner {
     detector_def.worker_count = def_.workers;
     detector_def.isa = def_.isa.empty() ? nullptr : def_.isa.c_str();
     ovt_params params = ovt_default_params();
-    if (!def_.preset.empty()) {
+    if (!def_.preset.empty())
       cli::check(ovt_params_init(&params, sizeof params, def_.preset.c_str()), "preset " + def_.preset);
-      detector_def.params = &params;
-    }
+    if (def_.parts > 0) params.segment_parts = def_.parts;
+    detector_def.params = &params;
     detector_def.stream = def_.pieces > 0;
     detector_def.push_policy = OVT_PUSH_REPLACE;
     detector_def.cpus = def_.cpus.empty() ? nullptr : def_.cpus.data();

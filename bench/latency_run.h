@@ -26,6 +26,7 @@ struct LatencyRunDef {
   std::string preset;                  // empty: the library's default
   std::vector<int32_t> cpus;           // CPUs for all threads; empty: any
   int32_t workers = 0;                 // ovt_detector_def.worker_count
+  int32_t parts = 0;                   // ovt_params.segment_parts; 0: the library's default
   int32_t fifo_priority = 0, spin_us = 0;
   int32_t memory = 0;  // OVT_MEMORY_... bits
   int64_t deadline_ns = 0;

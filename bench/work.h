@@ -44,9 +44,7 @@ inline const Step* find_step(Kernel kernel) { return step::kOfKernel[int32_t(ker
 class Work {
  public:
   explicit Work(const Cloud& source, const Method& method = kPaper) : cloud(source) {
-    FrameSizes sizes;
     context.method = sizes.method = &method;
-    int32_t point_capacity[3];
     sizes.sensors = context.sensors;
     sizes.point_capacity = point_capacity;
     sizes.sensor_count = context.sensor_count = 3;
@@ -65,6 +63,7 @@ class Work {
     sizes.merge_columns = context.detect.merge_seams.columns;
     if (!build_frame(frame, sizes, default_allocator()) || !build_scratch(scratch, sizes, default_allocator()))
       std::abort();
+    context.scratch = &scratch;
     views = part.kept;
     views.layer_sums = scratch.layer_sums;
     const auto carve = [&](Carver& carver) {
@@ -156,6 +155,8 @@ class Work {
 
   Cloud cloud;
   StageContext context;
+  FrameSizes sizes;
+  int32_t point_capacity[3];
   Frame frame;
   SensorPart& part = frame.sensors[0];
   SegmentScratch scratch;

@@ -76,4 +76,14 @@ struct BitsOf {
 using BitPlane = BitsOf<uint64_t>;
 using ConstBitPlane = BitsOf<const uint64_t>;
 
+// Columns [first, last) of an image: those that a kernel writes; it may read any. Both bounds lie between words of bits
+// or at the image's edge, so no two spans share a word, a vector or a cache line.
+struct ColumnSpan {
+  int32_t first = 0, last = INT32_MAX;
+
+  OVT_INLINE ColumnSpan within(int32_t cols) const { return {first, last < cols ? last : cols}; }
+  OVT_INLINE int32_t first_word() const { return first / 64; }
+  OVT_INLINE int32_t end_word() const { return (last + 63) / 64; }  // of a span within an image
+};
+
 }  // namespace overtake

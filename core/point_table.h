@@ -46,6 +46,13 @@ void for_each_column(ScanTable& t, F&& f) {
 }
 // clang-format on
 
+// Points [first, last). Bounds between two spans are multiples of kPointSpan, so they share no vector and no cache
+// line.
+inline constexpr int32_t kPointSpan = 64;
+struct PointSpan {
+  int32_t first = 0, last = INT32_MAX;
+};
+
 // One row per input point, same order: the results of the stages.
 struct PointTable {
   int32_t count = 0, capacity = 0;

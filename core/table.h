@@ -35,6 +35,15 @@ Table rows_from(const Table& table, int32_t first) noexcept {
   return rows;
 }
 
+// The rows of a table that are in use and in the span, as a table.
+template <class Table, class Span>
+Table rows_of(const Table& table, Span span) noexcept {
+  const int32_t last = span.last < table.count ? span.last : table.count;
+  Table rows = rows_from(table, span.first);
+  rows.count = last > span.first ? last - span.first : 0;
+  return rows;
+}
+
 // Copies the rows in use. `to` must have capacity for them.
 template <class Table>
 void copy_table(const Table& from, Table& to) {

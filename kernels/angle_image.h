@@ -18,7 +18,7 @@ struct AngleImageParams {
 };
 namespace ref {
 void angle_image(const AngleImageParams& params, Plane<const float> range_filled_m,
-                 Plane<const float> elevation_filled_rad, Plane<float> angle_rad) noexcept;
+                 Plane<const float> elevation_filled_rad, Plane<float> angle_rad, ColumnSpan columns = {}) noexcept;
 }
 
 }  // namespace overtake

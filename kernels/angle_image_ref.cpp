@@ -15,10 +15,11 @@
 namespace overtake::ref {
 
 void angle_image(const AngleImageParams& params, Plane<const float> range_filled_m,
-                 Plane<const float> elevation_filled_rad, Plane<float> angle_rad) noexcept {
-  const int32_t rows = range_filled_m.rows, cols = range_filled_m.cols;
-  for (int32_t c0 = 0; c0 < cols; c0 += kRowAlign) {
-    const int32_t width = std::min(kRowAlign, cols - c0);
+                 Plane<const float> elevation_filled_rad, Plane<float> angle_rad, ColumnSpan columns) noexcept {
+  const int32_t rows = range_filled_m.rows;
+  const ColumnSpan own_columns = columns.within(range_filled_m.cols);
+  for (int32_t c0 = own_columns.first; c0 < own_columns.last; c0 += kRowAlign) {
+    const int32_t width = std::min(kRowAlign, own_columns.last - c0);
     float h_above_m[kRowAlign] = {}, z_above_m[kRowAlign] = {};
     for (int32_t r = 0; r < rows; ++r)
       for (int32_t i = 0; i < width; ++i) {
@@ -39,7 +40,8 @@ void angle_image(const AngleImageParams& params, Plane<const float> range_filled
         z_above_m[i] = z_m;
       }
   }
-  if (rows > 0) std::fill_n(angle_rad.row(rows - 1), cols, kAngleUndefined);
+  if (rows > 0)
+    std::fill(angle_rad.row(rows - 1) + own_columns.first, angle_rad.row(rows - 1) + own_columns.last, kAngleUndefined);
 }
 
 }  // namespace overtake::ref

@@ -50,13 +50,13 @@ OVT_INLINE void angle_stripe(const AngleImageParams& params, Plane<const float> 
 
 template <class A>
 void angle_image(const AngleImageParams& params, Plane<const float> range_filled_m,
-                 Plane<const float> elevation_filled_rad, Plane<float> angle_rad) noexcept {
-  const int32_t cols = range_filled_m.cols;
+                 Plane<const float> elevation_filled_rad, Plane<float> angle_rad, ColumnSpan columns) noexcept {
+  const ColumnSpan own = columns.within(range_filled_m.cols);
   if (range_filled_m.rows == 0) return;
-  int32_t c = 0;
-  for (; c + kSize<A> < cols; c += FloatPair<A>::kCount)
+  int32_t c = own.first;
+  for (; c + kSize<A> < own.last; c += FloatPair<A>::kCount)
     angle_stripe<FloatPair<A>>(params, range_filled_m, elevation_filled_rad, angle_rad, c);
-  if (c < cols) angle_stripe<Float<A>>(params, range_filled_m, elevation_filled_rad, angle_rad, c);
+  if (c < own.last) angle_stripe<Float<A>>(params, range_filled_m, elevation_filled_rad, angle_rad, c);
 }
 
 }  // namespace overtake::simd

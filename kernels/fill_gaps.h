@@ -18,7 +18,7 @@ struct FillGapsParams {
 };
 namespace ref {
 void fill_gaps(const FillGapsParams& params, Plane<const float> range_m, Plane<const float> elevation_rad,
-               Plane<float> range_filled_m, Plane<float> elevation_filled_rad) noexcept;
+               Plane<float> range_filled_m, Plane<float> elevation_filled_rad, ColumnSpan columns = {}) noexcept;
 }
 
 }  // namespace overtake

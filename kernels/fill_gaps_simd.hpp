@@ -11,8 +11,9 @@ namespace overtake::simd {
 
 template <class A>
 void fill_gaps(const FillGapsParams& params, Plane<const float> range_m, Plane<const float> elevation_rad,
-               Plane<float> range_filled_m, Plane<float> elevation_filled_rad) noexcept {
+               Plane<float> range_filled_m, Plane<float> elevation_filled_rad, ColumnSpan columns) noexcept {
   const Float<A> zero(0.0f), half(0.5f), limit_floor_m(params.limit_m), limit_share(params.limit_share);
+  const ColumnSpan own_columns = columns.within(range_m.cols);
   for (int32_t r = 0; r < range_m.rows; ++r) {
     // The top and the bottom row read themselves as the missing neighbour; a gap has no return, so none is filled.
     const int32_t r_above = r > 0 ? r - 1 : 0, r_below = r + 1 < range_m.rows ? r + 1 : r;
@@ -20,7 +21,7 @@ void fill_gaps(const FillGapsParams& params, Plane<const float> range_m, Plane<c
     const float *e_row = elevation_rad.row(r), *e_up_row = elevation_rad.row(r_above);
     const float* e_down_row = elevation_rad.row(r_below);
     float *range_out = range_filled_m.row(r), *e_out = elevation_filled_rad.row(r);
-    for (int32_t c = 0; c < range_m.cols; c += kSize<A>) {
+    for (int32_t c = own_columns.first; c < own_columns.last; c += kSize<A>) {
       const Float<A> own = Float<A>::load(own_row + c);
       const Float<A> up = Float<A>::load(up_row + c), down = Float<A>::load(down_row + c);
       const Float<A> limit_m = max_of(limit_floor_m, limit_share * min_of(up, down));

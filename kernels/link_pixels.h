@@ -32,7 +32,7 @@ struct LinkPixelsParams {
 namespace ref {
 void link_pixels(const LinkPixelsParams& params, Plane<const float> range_repaired_m,
                  Plane<const float> elevation_repaired_rad, ConstBitPlane nonground_repaired, BitPlane link_right,
-                 BitPlane link_down) noexcept;
+                 BitPlane link_down, ColumnSpan columns = {}) noexcept;
 }
 
 }  // namespace overtake

@@ -20,13 +20,13 @@ namespace overtake::ref {
 
 void link_pixels(const LinkPixelsParams& params, Plane<const float> range_repaired_m,
                  Plane<const float> elevation_repaired_rad, ConstBitPlane nonground_repaired, BitPlane link_right,
-                 BitPlane link_down) noexcept {
+                 BitPlane link_down, ColumnSpan columns) noexcept {
   const int32_t rows = range_repaired_m.rows, cols = range_repaired_m.cols;
+  const ColumnSpan own = columns.within(cols);
   for (int32_t r = 0; r < rows; ++r) {
-    link_right.clear_row(r);
-    link_down.clear_row(r);
+    for (int32_t w = own.first_word(); w < own.end_word(); ++w) link_right.row(r)[w] = link_down.row(r)[w] = 0;
     const float *range_m = range_repaired_m.row(r), *elevation_rad = elevation_repaired_rad.row(r);
-    for (int32_t c = 0; c < cols; ++c) {
+    for (int32_t c = own.first; c < own.last; ++c) {
       if (!nonground_repaired.test(r, c)) continue;
 
       const int32_t right = c + 1 < cols ? c + 1 : params.wraps ? 0 : -1;

@@ -14,9 +14,10 @@ namespace overtake::simd {
 template <class A>
 void link_pixels(const LinkPixelsParams& params, Plane<const float> range_repaired_m,
                  Plane<const float> elevation_repaired_rad, ConstBitPlane nonground_repaired, BitPlane link_right,
-                 BitPlane link_down) noexcept {
+                 BitPlane link_down, ColumnSpan columns) noexcept {
   const int32_t rows = range_repaired_m.rows, cols = range_repaired_m.cols;
   const int32_t words_per_row = nonground_repaired.words_per_row;
+  const ColumnSpan own_columns = columns.within(cols);
   const Float<A> tan_threshold(params.tan_threshold), sin_pitch(params.sin_pitch), cos_pitch(params.cos_pitch);
   const Float<A> upright(kHalfPiF);
   constexpr uint64_t kGroup = (uint64_t(1) << kSize<A>)-1;
@@ -29,7 +30,7 @@ void link_pixels(const LinkPixelsParams& params, Plane<const float> range_repair
     const uint64_t *words = nonground_repaired.row(r), *words_below = nonground_repaired.row(r_below);
     uint64_t *right_out = link_right.row(r), *down_out = link_down.row(r);
 
-    for (int32_t w = 0; w < words_per_row; ++w) {
+    for (int32_t w = own_columns.first_word(); w < own_columns.end_word(); ++w) {
       const uint64_t own = words[w], next = w + 1 < words_per_row ? words[w + 1] << 63 : 0;
       const uint64_t right = own & ((own >> 1) | next);
       const uint64_t down = has_below ? own & words_below[w] : 0;
@@ -55,7 +56,8 @@ void link_pixels(const LinkPixelsParams& params, Plane<const float> range_repair
       down_out[w] = down_word & down;
     }
 
-    if (params.wraps && cols > 1 && nonground_repaired.test(r, cols - 1) && nonground_repaired.test(r, 0) &&
+    if (own_columns.last == cols && params.wraps && cols > 1 && nonground_repaired.test(r, cols - 1) &&
+        nonground_repaired.test(r, 0) &&
         pixels_join(range_m[cols - 1], range_m[0], params.sin_pitch, params.cos_pitch, params.tan_threshold))
       link_right.set(r, cols - 1);
   }

@@ -23,7 +23,8 @@ struct MarkGroundParams {
 };
 namespace ref {
 void mark_ground(const MarkGroundParams& params, int32_t row_count, Plane<const float> angle_smooth_rad,
-                 Plane<const float> range_filled_m, Plane<const int32_t> pixel_point, BitPlane nonground) noexcept;
+                 Plane<const float> range_filled_m, Plane<const int32_t> pixel_point, BitPlane nonground,
+                 ColumnSpan columns = {}) noexcept;
 }
 
 }  // namespace overtake

@@ -9,9 +9,11 @@
 namespace overtake::ref {
 
 void mark_ground(const MarkGroundParams& params, int32_t row_count, Plane<const float> angle_smooth_rad,
-                 Plane<const float> range_filled_m, Plane<const int32_t> pixel_point, BitPlane nonground) noexcept {
+                 Plane<const float> range_filled_m, Plane<const int32_t> pixel_point, BitPlane nonground,
+                 ColumnSpan columns) noexcept {
   OVT_CHECK(row_count >= 0 && row_count <= nonground.rows + 1);
-  for (int32_t w = 0; w < nonground.words_per_row; ++w) {
+  const ColumnSpan own = columns.within(nonground.cols);
+  for (int32_t w = own.first_word(); w < own.end_word(); ++w) {
     const int32_t begin = 64 * w, end = begin + 64 < nonground.cols ? begin + 64 : nonground.cols;
     uint64_t below = 0;  // columns with a return in a lower row
     for (int32_t r = nonground.rows - 1; r >= 0; --r) {

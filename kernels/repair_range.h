@@ -23,7 +23,7 @@ inline constexpr int32_t kMaxRepairHalfWindow = 15;
 namespace ref {
 void repair_range(const RepairRangeParams& params, Plane<const float> range_filled_m,
                   Plane<const float> elevation_filled_rad, ConstBitPlane nonground, Plane<float> range_repaired_m,
-                  Plane<float> elevation_repaired_rad, BitPlane nonground_repaired) noexcept;
+                  Plane<float> elevation_repaired_rad, BitPlane nonground_repaired, ColumnSpan columns = {}) noexcept;
 }
 
 }  // namespace overtake

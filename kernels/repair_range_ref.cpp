@@ -25,23 +25,24 @@ bool row_is_empty(ConstBitPlane bits, int32_t r) {
 
 void repair_range(const RepairRangeParams& params, Plane<const float> range_filled_m,
                   Plane<const float> elevation_filled_rad, ConstBitPlane nonground, Plane<float> range_repaired_m,
-                  Plane<float> elevation_repaired_rad, BitPlane nonground_repaired) noexcept {
+                  Plane<float> elevation_repaired_rad, BitPlane nonground_repaired, ColumnSpan columns) noexcept {
   OVT_CHECK(params.half_window >= 0 && params.half_window <= kMaxRepairHalfWindow);
   const int32_t cols = nonground.cols;
+  const ColumnSpan own = columns.within(cols);
   // On a narrow image that wraps, the two sides of the window must not meet: the pixels of a pair are always different.
   const int32_t half = params.wraps ? std::min(params.half_window, (cols - 1) / 2) : params.half_window;
 
   for (int32_t r = 0; r < nonground.rows; ++r) {
     const float *range_m = range_filled_m.row(r), *elevation_rad = elevation_filled_rad.row(r);
     float *range_out_m = range_repaired_m.row(r), *elevation_out_rad = elevation_repaired_rad.row(r);
-    nonground_repaired.clear_row(r);
+    for (int32_t w = own.first_word(); w < own.end_word(); ++w) nonground_repaired.row(r)[w] = 0;
     if (row_is_empty(nonground, r)) {
-      std::fill_n(range_out_m, cols, 0.0f);
-      std::fill_n(elevation_out_rad, cols, 0.0f);
+      std::fill(range_out_m + own.first, range_out_m + own.last, 0.0f);
+      std::fill(elevation_out_rad + own.first, elevation_out_rad + own.last, 0.0f);
       continue;
     }
 
-    for (int32_t c = 0; c < cols; ++c) {
+    for (int32_t c = own.first; c < own.last; ++c) {
       if (nonground.test(r, c)) {
         range_out_m[c] = range_m[c];
         elevation_out_rad[c] = elevation_rad[c];

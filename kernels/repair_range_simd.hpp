@@ -66,9 +66,10 @@ OVT_INLINE void repair_wrapped_pixel(const float* range_m, const float* elevatio
 template <class A>
 void repair_range(const RepairRangeParams& params, Plane<const float> range_filled_m,
                   Plane<const float> elevation_filled_rad, ConstBitPlane nonground, Plane<float> range_repaired_m,
-                  Plane<float> elevation_repaired_rad, BitPlane nonground_repaired) noexcept {
+                  Plane<float> elevation_repaired_rad, BitPlane nonground_repaired, ColumnSpan columns) noexcept {
   OVT_CHECK(params.half_window >= 0 && params.half_window <= kMaxRepairHalfWindow);
   const int32_t cols = nonground.cols, words_per_row = nonground.words_per_row;
+  const ColumnSpan own_columns = columns.within(cols);
   // On a narrow image that wraps, the two sides of the window must not meet: the pixels of a pair are always different.
   const int32_t arm = (cols - 1) / 2;
   const int32_t half = params.wraps && arm < params.half_window ? arm : params.half_window;
@@ -80,9 +81,8 @@ void repair_range(const RepairRangeParams& params, Plane<const float> range_fill
     float *range_out_m = range_repaired_m.row(r), *elevation_out_rad = elevation_repaired_rad.row(r);
     const uint64_t* words = nonground.row(r);
     uint64_t* words_out = nonground_repaired.row(r);
-    uint64_t any_in_row = 0;
 
-    for (int32_t w = 0; w < words_per_row; ++w) {
+    for (int32_t w = own_columns.first_word(); w < own_columns.end_word(); ++w) {
       const int32_t begin = 64 * w, end = begin + 64 < cols ? begin + 64 : cols;
       const uint64_t own = words[w];
       const uint64_t inside = end - begin < 64 ? (uint64_t(1) << (end - begin)) - 1 : ~uint64_t(0);
@@ -92,7 +92,6 @@ void repair_range(const RepairRangeParams& params, Plane<const float> range_fill
         pair[k] = bits_from_left(words, w, k) & bits_from_right(words, w, words_per_row, k) & ~own & inside;
         any_pair |= pair[k];
       }
-      any_in_row |= own;
       if ((own | any_pair) == 0) {
         for (int32_t c = begin; c < end; c += kSize<A>) {
           zero.store(range_out_m + c);
@@ -122,10 +121,12 @@ void repair_range(const RepairRangeParams& params, Plane<const float> range_fill
       words_out[w] = word_out;
     }
 
-    if (!params.wraps || any_in_row == 0) continue;
+    // The windows of the pixels at the edges end in these words.
+    const uint64_t last_words = words[words_per_row - 1] | (words_per_row > 1 ? words[words_per_row - 2] : 0);
+    if (!params.wraps || (words[0] | last_words) == 0) continue;
     for (int32_t i = 0; i < 2 * half; ++i) {
       const int32_t c = i < half ? i : cols - 2 * half + i;
-      if (!nonground.test(r, c))
+      if (c >= own_columns.first && c < own_columns.last && !nonground.test(r, c))
         repair_wrapped_pixel(range_m, elevation_rad, nonground, r, c, half, params.range_limit_m, range_out_m,
                              elevation_out_rad, nonground_repaired);
     }

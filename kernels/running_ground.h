@@ -52,8 +52,8 @@ struct RunningGroundParams {
 //   agrees   exactly on every ISA
 namespace ref {
 void running_ground(const RunningGroundParams& params, const RoadSurface& road, Plane<const float> range_filled_m,
-                    Plane<const float> elevation_filled_rad, Plane<float> height_m, BitPlane nonground,
-                    BitPlane steep) noexcept;
+                    Plane<const float> elevation_filled_rad, Plane<float> height_m, BitPlane nonground, BitPlane steep,
+                    ColumnSpan columns = {}) noexcept;
 }
 
 }  // namespace overtake

@@ -46,16 +46,15 @@ void walk_column(const RunningGroundParams& params, const RoadSurface& road, Pla
 }  // namespace
 
 void running_ground(const RunningGroundParams& params, const RoadSurface& road, Plane<const float> range_filled_m,
-                    Plane<const float> elevation_filled_rad, Plane<float> height_m, BitPlane nonground,
-                    BitPlane steep) noexcept {
-  for (int32_t r = 0; r < nonground.rows; ++r) {
-    nonground.clear_row(r);
-    steep.clear_row(r);
-  }
-  for (int32_t c = 0; c < range_filled_m.cols; ++c)
+                    Plane<const float> elevation_filled_rad, Plane<float> height_m, BitPlane nonground, BitPlane steep,
+                    ColumnSpan columns) noexcept {
+  const ColumnSpan own = columns.within(range_filled_m.cols);
+  for (int32_t r = 0; r < nonground.rows; ++r)
+    for (int32_t w = own.first_word(); w < own.end_word(); ++w) nonground.row(r)[w] = steep.row(r)[w] = 0;
+  for (int32_t c = own.first; c < own.last; ++c)
     walk_column(params, road, range_filled_m, elevation_filled_rad, c, height_m, nonground, steep);
   for (int32_t r = 0; r + 1 < nonground.rows; ++r)  // feet, from the top down
-    for (int32_t w = 0; w < nonground.words_per_row; ++w)
+    for (int32_t w = own.first_word(); w < own.end_word(); ++w)
       nonground.row(r + 1)[w] |= nonground.row(r)[w] & steep.row(r)[w];
 }
 

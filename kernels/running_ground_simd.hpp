@@ -109,14 +109,15 @@ OVT_INLINE void walk_columns(const RunningGroundParams& params, const RoadSurfac
 
 template <class A>
 void running_ground(const RunningGroundParams& params, const RoadSurface& road, Plane<const float> range_filled_m,
-                    Plane<const float> elevation_filled_rad, Plane<float> height_m, BitPlane nonground,
-                    BitPlane steep) noexcept {
+                    Plane<const float> elevation_filled_rad, Plane<float> height_m, BitPlane nonground, BitPlane steep,
+                    ColumnSpan columns) noexcept {
   constexpr int32_t kVectors = 4;  // more walks at once need more registers than there are
   constexpr int32_t kTogether = kVectors * kSize<A>;
   static_assert(kTogether % kRayColumns == 0 && 64 % kTogether == 0);
-  const int32_t rows = range_filled_m.rows, cols = range_filled_m.cols;
-  for (int32_t begin = 0; begin < cols;) {
-    const int32_t left = cols - begin;
+  const int32_t rows = range_filled_m.rows;
+  const ColumnSpan own = columns.within(range_filled_m.cols);
+  for (int32_t begin = own.first; begin < own.last;) {
+    const int32_t left = own.last - begin;
     const uint64_t inside = left < 64 ? (uint64_t(1) << left) - 1 : ~uint64_t(0);
     if (left > kTogether - kRayColumns) {
       walk_columns<A, kVectors>(params, road, range_filled_m, elevation_filled_rad, begin, inside, height_m, nonground,
@@ -129,7 +130,7 @@ void running_ground(const RunningGroundParams& params, const RoadSurface& road, 
     }
   }
   for (int32_t r = 0; r + 1 < rows; ++r)
-    for (int32_t w = 0; w < nonground.words_per_row; ++w)
+    for (int32_t w = own.first_word(); w < own.end_word(); ++w)
       nonground.row(r + 1)[w] |= nonground.row(r)[w] & steep.row(r)[w];
 }
 

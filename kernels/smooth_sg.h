@@ -30,8 +30,8 @@ inline constexpr float kBesideUndefined = -0.99999994f;
 //            An undefined pair stays kAngleUndefined; a skipped one gets its value from the other taps (none: 0).
 //   agrees   exactly on every ISA
 namespace ref {
-void smooth_sg(const SmoothSgParams& params, int32_t pairs, Plane<const float> angle_rad,
-               Plane<float> smooth_rad) noexcept;
+void smooth_sg(const SmoothSgParams& params, int32_t pairs, Plane<const float> angle_rad, Plane<float> smooth_rad,
+               ColumnSpan columns = {}) noexcept;
 }
 
 }  // namespace overtake

@@ -21,10 +21,11 @@ int32_t mirrored(int32_t r, int32_t rows) {
 
 }  // namespace
 
-void smooth_sg(const SmoothSgParams& params, int32_t pairs, Plane<const float> angle_rad,
-               Plane<float> smooth_rad) noexcept {
+void smooth_sg(const SmoothSgParams& params, int32_t pairs, Plane<const float> angle_rad, Plane<float> smooth_rad,
+               ColumnSpan columns) noexcept {
   OVT_CHECK(pairs >= 0 && pairs <= angle_rad.rows && params.half_window <= kMaxHalfWindow);
   const int32_t half = params.half_window, taps = 2 * half + 1;
+  const ColumnSpan own_columns = columns.within(angle_rad.cols);
   for (int32_t r = 0; r < pairs; ++r) {
     const float* tap_row[2 * kMaxHalfWindow + 1];
     float tap_weight[2 * kMaxHalfWindow + 1];
@@ -32,7 +33,7 @@ void smooth_sg(const SmoothSgParams& params, int32_t pairs, Plane<const float> a
       tap_row[t] = angle_rad.row(mirrored(r + t - half, pairs));
       tap_weight[t] = params.weight[t < half ? half - t : t - half];
     }
-    for (int32_t c = 0; c < angle_rad.cols; ++c) {
+    for (int32_t c = own_columns.first; c < own_columns.last; ++c) {
       float sum = 0.0f, weight_sum = 0.0f;
       for (int32_t t = 0; t < taps; ++t) {
         const float angle = tap_row[t][c];
@@ -48,7 +49,8 @@ void smooth_sg(const SmoothSgParams& params, int32_t pairs, Plane<const float> a
       smooth_rad.row(r)[c] = own == kAngleUndefined ? kAngleUndefined : value;
     }
   }
-  for (int32_t r = pairs; r < smooth_rad.rows; ++r) std::fill_n(smooth_rad.row(r), smooth_rad.cols, kAngleUndefined);
+  for (int32_t r = pairs; r < smooth_rad.rows; ++r)
+    std::fill(smooth_rad.row(r) + own_columns.first, smooth_rad.row(r) + own_columns.last, kAngleUndefined);
 }
 
 }  // namespace overtake::ref

@@ -23,9 +23,9 @@ OVT_INLINE int32_t mirror_row(int32_t r, int32_t rows) {
 }
 
 template <class A>
-OVT_INLINE void smooth_row(const SmoothTaps& tap, int32_t taps, const float* own_row, int32_t cols, float* out) {
+OVT_INLINE void smooth_row(const SmoothTaps& tap, int32_t taps, const float* own_row, ColumnSpan columns, float* out) {
   const Float<A> zero(0.0f), undefined(kAngleUndefined);
-  for (int32_t c = 0; c < cols; c += kSize<A>) {
+  for (int32_t c = columns.first; c < columns.last; c += kSize<A>) {
     const Float<A> own = Float<A>::load(own_row + c);
     if (!(own != undefined).any()) {  // whole vectors of sky, or of rows without a layer
       undefined.store(out + c);
@@ -47,10 +47,11 @@ OVT_INLINE void smooth_row(const SmoothTaps& tap, int32_t taps, const float* own
 }
 
 template <class A>
-void smooth_sg(const SmoothSgParams& params, int32_t pairs, Plane<const float> angle_rad,
-               Plane<float> smooth_rad) noexcept {
+void smooth_sg(const SmoothSgParams& params, int32_t pairs, Plane<const float> angle_rad, Plane<float> smooth_rad,
+               ColumnSpan columns) noexcept {
   OVT_CHECK(pairs >= 0 && pairs <= angle_rad.rows && params.half_window <= kMaxHalfWindow);
-  const int32_t half = params.half_window, taps = 2 * half + 1, cols = angle_rad.cols;
+  const int32_t half = params.half_window, taps = 2 * half + 1;
+  const ColumnSpan own = columns.within(angle_rad.cols);
   for (int32_t r = 0; r < pairs; ++r) {
     SmoothTaps tap;
     for (int32_t t = 0; t < taps; ++t) {
@@ -58,12 +59,12 @@ void smooth_sg(const SmoothSgParams& params, int32_t pairs, Plane<const float> a
       tap.weight[t] = params.weight[t < half ? half - t : t - half];
     }
     if (taps == 5)
-      smooth_row<A>(tap, 5, angle_rad.row(r), cols, smooth_rad.row(r));
+      smooth_row<A>(tap, 5, angle_rad.row(r), own, smooth_rad.row(r));
     else
-      smooth_row<A>(tap, taps, angle_rad.row(r), cols, smooth_rad.row(r));
+      smooth_row<A>(tap, taps, angle_rad.row(r), own, smooth_rad.row(r));
   }
   for (int32_t r = pairs; r < smooth_rad.rows; ++r)
-    for (int32_t c = 0; c < cols; c += kSize<A>) Float<A>(kAngleUndefined).store(smooth_rad.row(r) + c);
+    for (int32_t c = own.first; c < own.last; c += kSize<A>) Float<A>(kAngleUndefined).store(smooth_rad.row(r) + c);
 }
 
 }  // namespace overtake::simd

@@ -140,6 +140,7 @@ class Detector {
   Memory memory_;  // first member: every block is returned to it
   StageContext context_;
   std::unique_ptr<SegmentScratch[]> scratch_;  // one per thread of the arena; one with worker_count 1
+  std::unique_ptr<SpareWorkers> spare_;        // null: no scan is segmented in parts
   int32_t worker_count_ = 1, max_frames_ = 1;
   bool process_locked_ = false;
   CircuitMap map_;

@@ -213,9 +213,12 @@ ovt_status Detector::build_tables(const ovt_detector_def& def, const ovt_params&
   const int32_t threads = inline_ ? 1 : worker_count_ + 1;  // the arena has a place for the intake
   scratch_.reset(new (std::nothrow) SegmentScratch[std::size_t(threads)]);
   if (!scratch_) return no_memory("the workers");
+  const int32_t parts = std::min(params.segment_parts, worker_count_);
   for (int32_t i = 0; i < threads; ++i)
-    if (!build_scratch(scratch_[std::size_t(i)], sizes, allocator)) return no_memory("the workers");
+    if (!build_scratch(scratch_[std::size_t(i)], sizes, allocator, parts)) return no_memory("the workers");
   context_.scratch = scratch_.get();
+  if (parts > 1) spare_ = std::make_unique<SpareWorkers>(threads, parts);
+  context_.spare = spare_.get();
   for (int32_t s = 0; s < context_.sensor_count; ++s)
     if (!mailboxes_[s].build(scan_rows(point_capacity_[s]), allocator) ||
         !streams_[s].builder.build(point_capacity_[s], allocator) ||

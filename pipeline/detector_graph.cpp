@@ -10,6 +10,7 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -60,9 +61,10 @@ struct Job {
   int64_t order;  // position among the messages of a frame's tail: the sequencer's key
 };
 
-void note_start(Frame& frame) noexcept {
+// True for the first scan of a frame.
+bool note_start(Frame& frame) noexcept {
   int64_t none = 0;
-  frame.started_ns.compare_exchange_strong(none, steady_now_ns(), std::memory_order_relaxed);
+  return frame.started_ns.compare_exchange_strong(none, steady_now_ns(), std::memory_order_relaxed);
 }
 
 void note_end(Frame& frame) noexcept {
@@ -88,7 +90,7 @@ void run_segment(const StageContext& context, const RunnerHooks& hooks, Frame& f
                  int32_t thread) noexcept {
   const bool whole = guard(hooks, [&] {
     context.hook(HookPoint::kSegment, frame, sensor);
-    segment_scan(context, sensor, frame.sensors[sensor], context.scratch[thread]);
+    segment_scan(context, sensor, frame.sensors[sensor], thread);
     context.hook(HookPoint::kSegmented, frame, sensor);
   });
   if (whole) return;
@@ -162,9 +164,11 @@ struct DetectorGraph::Nodes {
           return flow::continue_msg();
         }
         OVT_CHECK(visit.place >= 0 && visit.place <= params.worker_count);
+        segmenting.fetch_add(1, std::memory_order_relaxed);
         run_segment(context, hooks, *job.frame, job.sensor, visit.place);
+        segmenting.fetch_sub(1, std::memory_order_relaxed);
         keep_awake();  // first: a thread runs the last message of a body first
-        finish_part(*job.frame, false);
+        if (!finish_part(*job.frame, false)) help_others();
         return flow::continue_msg();
       });
       detect = std::make_unique<DetectNode>(*graph, flow::unlimited, [this](const Job& job) {
@@ -186,7 +190,7 @@ struct DetectorGraph::Nodes {
       });
       spin = std::make_unique<SpinNode>(*graph, flow::unlimited, [this](const flow::continue_msg&) {
         const int64_t until = steady_now_ns() + params.spin_ns;
-        while (waiting.load(std::memory_order_relaxed) == 0 && steady_now_ns() < until) idle_briefly();
+        idle_while([&] { return steady_now_ns() < until; });
         spinning.fetch_sub(1, std::memory_order_relaxed);
         return flow::continue_msg();
       });
@@ -196,11 +200,36 @@ struct DetectorGraph::Nodes {
   }
 
   // The frame's last segmentation, or its closing, sends the frame to `detect`. The intake runs no stage itself: a
-  // worker must come for its messages.
-  void finish_part(Frame& frame, bool by_intake) {
-    if (frame.pending.fetch_sub(1, std::memory_order_acq_rel) != 1) return;
+  // worker must come for its messages. False: other scans of the frame are in work, or may come.
+  bool finish_part(Frame& frame, bool by_intake) {
+    if (frame.pending.fetch_sub(1, std::memory_order_acq_rel) != 1) return false;
     if (by_intake) waiting.fetch_add(1, std::memory_order_relaxed);
     detect->try_put({&frame, by_intake ? kAwaited : -1, warm_messages() + frame.sequence});
+    return true;
+  }
+
+  // A worker without a message, as long as `more` says, looks for messages and for parts of other workers' steps. Not
+  // while a frame waits for scans: the thread that brings one would take the CPU in the middle of a part, and the
+  // part's owner would wait for both.
+  template <class More>
+  void idle_while(More&& more) {
+    const auto is_idle = [&] { return waiting.load(std::memory_order_relaxed) == 0 && more(); };
+    if (!context.spare) {
+      while (is_idle()) idle_briefly();
+      return;
+    }
+    std::optional<SpareWorkers::Visit> visit;
+    while (is_idle()) {
+      if (open_frames.load(std::memory_order_relaxed) > 0)
+        visit.reset();
+      else if (!visit)
+        visit.emplace(*context.spare);
+      if (!visit || !visit->take_part()) idle_briefly();
+    }
+  }
+  // Behind its own scan, until the others have segmented theirs.
+  void help_others() {
+    if (context.spare) idle_while([&] { return segmenting.load(std::memory_order_relaxed) > 0; });
   }
 
   // Workers without work spin for a while before TBB puts them to sleep.
@@ -266,6 +295,8 @@ struct DetectorGraph::Nodes {
   RunnerHooks hooks;
   std::atomic<int32_t> waiting{0};  // messages of the intake that no worker has started
   std::atomic<int32_t> spinning{0};
+  std::atomic<int32_t> segmenting{0};   // workers
+  std::atomic<int32_t> open_frames{0};  // with a scan, and not closed
   ThreadSetup& setup;
   std::atomic<int32_t> arrived{0}, left{0};    // warm-up messages that workers started; that they finished
   std::atomic<int32_t> here{0}, most_here{0};  // workers in the warm-up; the maximum, which is the worker count
@@ -319,14 +350,18 @@ void DetectorGraph::warm_up() {
 }
 
 void DetectorGraph::start_segment(Frame& frame, int32_t sensor) {
-  note_start(frame);
+  if (note_start(frame)) nodes_->open_frames.fetch_add(1, std::memory_order_relaxed);
   nodes_->context.hook(HookPoint::kTake, frame, sensor);
   frame.pending.fetch_add(1, std::memory_order_acq_rel);
   nodes_->waiting.fetch_add(1, std::memory_order_relaxed);
   nodes_->segment->try_put({&frame, sensor, 0});
 }
 
-void DetectorGraph::close(Frame& frame) { nodes_->finish_part(frame, true); }
+void DetectorGraph::close(Frame& frame) {
+  if (frame.started_ns.load(std::memory_order_relaxed) != 0)
+    nodes_->open_frames.fetch_sub(1, std::memory_order_relaxed);
+  nodes_->finish_part(frame, true);
+}
 
 int32_t DetectorGraph::workers() const noexcept { return nodes_->most_here.load(); }
 

@@ -192,6 +192,10 @@ typedef struct ovt_params {
   double pose_profile_points;         /* pose.profile_points */
   double frame_scan_limit;           /* frame.scan_limit           periods after which a scan in pieces is closed; 0:
                                         never. Read by every preset */
+  int32_t segment_parts;             /* segment.parts              with several workers: one that is idle takes
+                                        parts of another's segmentation, which is cut into up to so many. 1: none. The
+                                        results are the same; each worker needs 1 MB more for each further part. No
+                                        effect with worker_count 1. Read by every preset */
 } ovt_params;
 
 typedef struct ovt_param_info {

@@ -6,12 +6,24 @@
 
 #include "pipeline/cluster_places.h"
 #include "pipeline/early_segment.h"
-#include "pipeline/method/step.h"
+#include "pipeline/method/step_parts.h"
 
 namespace overtake {
 
-void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept {
-  SegmentViews views = bind_views(context.sensors[sensor], part, scratch);
+namespace {
+
+// Runs a step, in parts if it may be cut and workers are spare.
+void run_step(const StageContext& context, const Step& step, Segment& segment, int32_t thread) noexcept {
+  const int32_t parts = step.cut.by == Cut::kNone || !context.spare ? 1 : context.spare->count_parts();
+  if (parts == 1) return step.run(*context.kernels, segment);
+  context.spare->run(thread, parts, [&](int32_t part) { run_part(*context.kernels, step, segment, part, parts); });
+  if (step.cut.join) context.spare->run(thread, parts, [&](int32_t part) { step.cut.join(segment, part, parts); });
+}
+
+}  // namespace
+
+void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part, int32_t thread) noexcept {
+  SegmentViews views = bind_views(context.sensors[sensor], part, context.scratch[thread]);
   Segment segment = {context.sensors[sensor], context.segment[sensor], part, views};
   std::size_t done = 0;
   if (part.early) {  // the producer ran the first steps
@@ -20,7 +32,7 @@ void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part,
     views.points.count = part.scan.count;
   }
   StageClock clock(part.spans, {-1, part.stamp_ns, sensor});
-  clock.run(context.method->segment.subspan(done), [&](const Step& step) { step.run(*context.kernels, segment); });
+  clock.run(context.method->segment.subspan(done), [&](const Step& step) { run_step(context, step, segment, thread); });
   clock.total(OVT_STAGE_SEGMENT);
   part.kept.points.count = views.points.count;
   give_early(part);

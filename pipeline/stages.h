@@ -10,6 +10,7 @@
 #include "pipeline/method/method.h"
 #include "pipeline/params.h"
 #include "pipeline/segment_scratch.h"
+#include "pipeline/spare_workers.h"
 #include "pipeline/stage_clock.h"
 
 namespace overtake {
@@ -37,12 +38,13 @@ struct StageContext {
   int32_t candidate_capacity = 0;     // of a frame
   const CircuitMap* map = nullptr;    // null: none
   SegmentScratch* scratch = nullptr;  // one for each thread that segments
+  SpareWorkers* spare = nullptr;      // take parts of steps; null: no step is cut
   TestHook hook;
 };
 
 // Range image segmentation of one sensor (paper IV-A): the method's steps.
-//   reads  part.scan, part.road        writes  everything else of part but cluster_of_label, and `scratch`
-void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part, SegmentScratch& scratch) noexcept;
+//   reads  part.scan, part.road        writes  everything else of part but cluster_of_label; context.scratch[thread]
+void segment_scan(const StageContext& context, int32_t sensor, SensorPart& part, int32_t thread) noexcept;
 
 // Merge across sensors (eq. 4).   reads  sensors[*]   writes  members, merged, merged_overflow, seam, cluster_of_label
 void merge_frame(const StageContext& context, Frame& frame) noexcept;

@@ -45,16 +45,19 @@ class ThreadSetup {
   std::vector<std::atomic<uint8_t>> granted_;  // [worker_count + 1]: the last is the intake's
 };
 
+// One round of a loop that waits for another thread, which is about to be ready.
+inline void pause_cpu() noexcept {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#elif defined(__aarch64__)
+  asm volatile("yield");
+#endif
+}
+
 // About a microsecond in a loop that looks for work. Yields the CPU to a thread of the same priority: with SCHED_FIFO
 // that thread would otherwise wait until the loop ends, and it may be the one that brings the work.
 inline void idle_briefly() noexcept {
-  for (int32_t i = 0; i < 16; ++i) {
-#if defined(__x86_64__)
-    __builtin_ia32_pause();
-#elif defined(__aarch64__)
-    asm volatile("yield");
-#endif
-  }
+  for (int32_t i = 0; i < 16; ++i) pause_cpu();
   sched_yield();
 }
 

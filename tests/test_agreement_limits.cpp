@@ -65,7 +65,7 @@ TEST_CASE("limits: fill_gaps writes the reference's bytes") {
     OwnedPlane<float> range(kRows, kCols), elevation(kRows, kCols), filled(kRows, kCols), e_filled(kRows, kCols);
     for (int32_t r = 0; r < kRows; ++r)
       for (int32_t c = 0; c < kCols; ++c) range.at(r, c) = draw_range(random), elevation.at(r, c) = 0.25f * float(r);
-    k.fill_gaps({1.0f, 0.0f}, range, elevation, filled, e_filled);
+    k.fill_gaps({1.0f, 0.0f}, range, elevation, filled, e_filled, {});
     return draw_plane(filled, kRows, kCols) + draw_plane(e_filled, kRows, kCols);
   });
 }
@@ -116,7 +116,7 @@ TEST_CASE("limits: mark_ground writes the reference's bytes") {
         range.at(r, c) = draw_range(random);
         point.at(r, c) = random() % 3 ? int32_t(random() % 100) : kNoPoint;
       }
-    k.mark_ground({0.5f}, kRows - 1, angle, range, point, nonground);
+    k.mark_ground({0.5f}, kRows - 1, angle, range, point, nonground, {});
     return draw_bits(nonground);
   });
 }
@@ -131,7 +131,8 @@ TEST_CASE("limits: repair_range writes the reference's bytes") {
         range.at(r, c) = draw_range(random), elevation.at(r, c) = 0.25f * float(c % 3);
         if (range.at(r, c) > 0.0f && random() % 2) nonground.view().set(r, c);
       }
-    k.repair_range({4, 5.0f, random() % 2 == 0}, range, elevation, nonground, repaired, e_repaired, nonground_repaired);
+    k.repair_range({4, 5.0f, random() % 2 == 0}, range, elevation, nonground, repaired, e_repaired, nonground_repaired,
+                   {});
     return draw_plane(repaired, kRows, kCols) + draw_plane(e_repaired, kRows, kCols) + draw_bits(nonground_repaired);
   });
 }
@@ -152,7 +153,7 @@ TEST_CASE("limits: links and labels over the seam of narrow images are the refer
       LinkPixelsParams params = paper_params().link_pixels;
       params.wraps = true;
       params.sin_pitch = 0.09983342f, params.cos_pitch = 0.99500417f;
-      k.link_pixels(params, range, elevation, nonground, right, down);
+      k.link_pixels(params, range, elevation, nonground, right, down, {});
       std::vector<int32_t> queue(std::size_t(kRows * cols) + 1);
       const int32_t count = k.label_bfs(true, range, nonground, right, down, labels, queue.data());
       std::string text = std::to_string(count) + '\n';

@@ -103,6 +103,8 @@ TEST_CASE("bench_latency: the command line reaches the run, and a wrong one ends
   CHECK(parse({"--stream"}).options.run.pieces == 32);
   CHECK(parse({"--stream", "--pieces", "5", "--preset", "best"}).options.run.pieces == 5);
   CHECK(parse({"--preset", "best"}).options.run.preset == "best");
+  CHECK(run.parts == 0);
+  CHECK(parse({"--parts", "2"}).options.run.parts == 2);
   CHECK(parse({"--pieces", "5"}).options.run.pieces == 0);
   CHECK_FALSE(parse({"--stream", "--loop", "closed"}).run);
   CHECK(parsed.options.json);

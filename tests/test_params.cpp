@@ -29,6 +29,7 @@ const std::map<std::string, double> kPaper = {
 const std::map<std::string, double> kMethod = {{"frame.period_s", 0.05},
                                                {"frame.tolerance_s", 0.025},
                                                {"frame.scan_limit", 3},
+                                               {"segment.parts", 1},
                                                {"gaps.limit_m", 1.0},
                                                {"gaps.limit_share", 0.03},
                                                {"angle.skip_deg", 0.05},

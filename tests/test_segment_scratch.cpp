@@ -93,7 +93,8 @@ struct World {
         kPaper.segment[std::size_t(s)].run(kernels, segment);
       }
     } else {
-      segment_scan(context, sensor, part, scratch);
+      context.scratch = &scratch;
+      segment_scan(context, sensor, part, 0);
     }
     Hash hash(hash_table(part.clusters, hash_table(part.cluster_points, 0)));
     hash.add_value(part.label_count);

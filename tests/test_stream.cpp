@@ -42,7 +42,7 @@ std::vector<FrameRecord> run_whole(const char* isa = nullptr, bool by_column = f
 }
 
 struct Manner {
-  int32_t workers = 1;
+  int32_t workers = 1, parts = 1;  // parts: of a segmentation
   const char* isa = nullptr;
   bool by_column = false;  // the points come column by column
   bool keep_images = true;
@@ -56,6 +56,7 @@ struct Manner {
 std::vector<FrameRecord> run_pieces(const Manner& manner, uint64_t seed) {
   std::mt19937_64 random(seed);
   Thin bench({.workers = manner.workers}, manner.by_column);
+  bench.params.segment_parts = manner.parts;
   bench.def.isa = manner.isa;
   bench.def.stream = manner.early;
   bench.def.keep_images = manner.keep_images;
@@ -110,9 +111,11 @@ void check_cuts(int32_t cuts, uint64_t seed) {
     manner.shuffled = random() % 3 == 0;
     manner.interleaved = random() % 2;
     manner.early = random() % 4 != 0;
+    manner.parts = 1 + i / 3 % 4;
     manner.with_index = manner.shuffled || manner.interleaved || random() % 2;
     CAPTURE(i);
     CAPTURE(manner.workers);
+    CAPTURE(manner.parts);
     CAPTURE(std::string(manner.isa));
     CAPTURE(manner.by_column);
     CAPTURE(manner.shuffled);

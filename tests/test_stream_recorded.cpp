@@ -43,7 +43,7 @@ struct Run {
 
 struct Manner {
   const char* isa = nullptr;
-  int32_t workers = 1;
+  int32_t workers = 1, parts = 1;  // parts: of a segmentation
   bool pieces = false, stream = false, keep_images = true;
   uint64_t seed = 0;
 };
@@ -51,7 +51,8 @@ struct Manner {
 // The frames twice: the rows of the first scans are not predicted.
 Run run(const Recorded& recorded, const Manner& manner) {
   Run run;
-  const ovt_params params = test_params();
+  ovt_params params = test_params();
+  params.segment_parts = manner.parts;
   ovt_detector_def def = ovt_default_detector_def();
   def.sensors = recorded.sensors.data();
   def.sensor_count = kSensors;
@@ -119,6 +120,7 @@ TEST_CASE("stream: recorded scans in pieces, at any cut, give the bytes of whole
       manner.pieces = true;
       manner.stream = i % 4 != 0;
       manner.workers = 1 << i % 3;
+      manner.parts = 1 + i / 2 % 4;
       manner.isa = tables[1 + i % (table_count - 1)]->isa;  // the first is the reference, which is slow
       manner.seed = uint64_t(i + 1);
       CAPTURE(i);

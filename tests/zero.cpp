@@ -133,10 +133,11 @@ void require(bool good, const char* sentence) {
 int main(int argc, char** argv) {
   int32_t workers = 1;
   int64_t frames = 2000;
-  int32_t piece_points = 0;
+  int32_t piece_points = 0, parts = 1;
   for (int i = 1; i + 1 < argc; i += 2) {
     if (!std::strcmp(argv[i], "--workers")) workers = std::atoi(argv[i + 1]);
     if (!std::strcmp(argv[i], "--frames")) frames = std::atoll(argv[i + 1]);
+    if (!std::strcmp(argv[i], "--parts")) parts = std::atoi(argv[i + 1]);
     if (!std::strcmp(argv[i], "--pieces")) piece_points = std::atoi(argv[i + 1]);
   }
   if (!overtake::test::can_count_heap_calls()) {
@@ -155,6 +156,7 @@ int main(int argc, char** argv) {
   const GoldenMap map;
   ovt_params params = test_params();
   params.tracker_confirm_hits = 3, params.tracker_keep_hits = 2;
+  params.segment_parts = parts;
   Seen seen;
   ovt_detector_def def = ovt_default_detector_def();
   def.sensors = sensors.data();

@@ -20,8 +20,9 @@ constinit int32_t method_count = 0
 #undef OVT_PRESET
     ;
 
-// Every method reads these: how scans become frames, and when tracks are predicted without a frame.
-constexpr const char* kCommonParams = "frame tracker.predict_after";
+// Every method reads these: how scans become frames, when tracks are predicted without a frame, and on how many workers
+// a scan is segmented.
+constexpr const char* kCommonParams = "frame tracker.predict_after segment";
 
 // `list`: groups and names, one space between two.
 bool lists_param(std::string_view list, std::string_view name) noexcept {

@@ -163,9 +163,20 @@ void show_columns(Columns which, SegmentViews& from, SegmentViews& to) noexcept 
   for_each_pair(which, from, to, [](auto& of_from, auto& of_to) { of_to = of_from; });
 }
 
-SegmentViews bind_views(const SensorModel& sensor, SensorPart& part, const SegmentScratch& scratch) noexcept {
+void carve_part(Carver& carver, const SensorModel& sensor, RangeImages& images) {
+  images.range_m = carver.take_plane<float>(sensor.rows, sensor.cols);
+  images.elevation_rad = carver.take_plane<float>(sensor.rows, sensor.cols);
+  images.pixel_point = carver.take_plane<int32_t>(sensor.rows, sensor.cols);
+}
+
+SegmentViews bind_views(const SensorModel& sensor, SensorPart& part, SegmentScratch& scratch) noexcept {
   SegmentViews views = part.kept;
   views.layer_sums = scratch.layer_sums;
+  if (scratch.parts > 1) views.parts = scratch.part;
+  for (int32_t i = 1; i < scratch.parts; ++i) {
+    Carver carver(scratch.part_block[i]);
+    carve_part(carver, sensor, scratch.part[i].images);
+  }
   for_each_planned_column(part, views, [&](Column column, Extent, auto& view) {
     if (!has(scratch.plan.shared, column)) return;
     Carver carver(scratch.block + scratch.plan.offset[int32_t(column)]);

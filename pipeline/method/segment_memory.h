@@ -23,6 +23,7 @@ namespace overtake {
 struct FrameSizes;
 struct Method;
 struct SegmentScratch;
+struct RangeImages;
 struct SegmentViews;
 struct SensorPart;
 
@@ -50,8 +51,11 @@ void swap_columns(Columns which, SegmentViews& a, SegmentViews& b) noexcept;
 // Lets `to` show the columns of `from`.
 void show_columns(Columns which, SegmentViews& from, SegmentViews& to) noexcept;
 
+// The images of a part of a step that is cut by points.
+void carve_part(Carver& carver, const SensorModel& sensor, RangeImages& images);
+
 // The views of one segmentation, in the sensor's shape: kept columns in the frame, shared columns in the scratch's
 // block. Valid until the next segmentation with this scratch.
-SegmentViews bind_views(const SensorModel& sensor, SensorPart& part, const SegmentScratch& scratch) noexcept;
+SegmentViews bind_views(const SensorModel& sensor, SensorPart& part, SegmentScratch& scratch) noexcept;
 
 }  // namespace overtake

@@ -14,11 +14,19 @@
 
 namespace overtake {
 
+// What a part of a step that is cut by points writes, until the parts are joined (step_parts.h). The first part writes
+// to the segmentation's own columns.
+struct PartViews {
+  LayerSums layer_sums;
+  RangeImages images;  // range_m elevation_rad pixel_point
+};
+
 struct SegmentViews {
   PointTable points;
   RangeImages images;
   LayerSums layer_sums;
   RoadSurface road_surface;
+  PartViews* parts = nullptr;  // one for each part; null: no step is cut
   int32_t *row_of_layer = nullptr, *layer_order = nullptr;
   int32_t *queue = nullptr, *cursor = nullptr, *order = nullptr;
   LabelExtent* label_extent = nullptr;

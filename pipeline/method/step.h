@@ -20,6 +20,8 @@ struct Segment {
   const SegmentParams& params;
   SensorPart& part;
   SegmentViews& views;
+  ColumnSpan columns = {};  // of a step that is cut: what this part of it computes (step_parts.h)
+  PointSpan points = {};
 };
 
 // The rows above and below that a row of a step's results depends on. The image may then be cut between rows: for a
@@ -35,6 +37,17 @@ constexpr Halo rows_around(const SegmentParams&) noexcept {
   return {kAbove, kBelow};
 }
 
+// How a step may be cut into parts that run at the same time on several workers (step_parts.h), with the bytes of one
+// part. A part reads all that the steps before wrote, so no halo is copied or computed twice.
+//   columns   each part computes its own columns of the images
+//   points    each part runs over its own points; what it sums up over them goes to memory of its own, and `join` adds
+//             that to the first part's, again in `count` parts
+struct Cut {
+  enum By { kNone, kColumns, kPoints } by = kNone;
+  void (*join)(Segment& whole, int32_t part, int32_t count) noexcept = nullptr;
+};
+inline constexpr Cut kWhole{}, kByColumns{Cut::kColumns};
+
 struct Step {
   const char* name;  // of the kernel
   int32_t stage;     // ovt_stage: steps of one stage are neighbours and share its time
@@ -44,6 +57,7 @@ struct Step {
   const char* params;  // of ovt_params that it reads: groups and text names, separated by one space
   void (*run)(const KernelTable& kernels, Segment& s) noexcept;
   Halo (*halo)(const SegmentParams& params) noexcept = nullptr;  // null: needs the whole image
+  Cut cut = kWhole;
 };
 
 // Whether each column that a step reads is `given` or written by an earlier step, and steps of one stage are

@@ -40,6 +40,7 @@ OVT_INLINE const T& to_const(const T& view) {  // a table or a number
 
 struct Nothing {
   static constexpr Columns kReads = 0, kWrites = 0, kScratch = 0;
+  static constexpr bool kByColumns = false;
 };
 template <Column kColumn>
 struct In : Nothing {
@@ -72,6 +73,10 @@ template <auto kMember>
 struct OfSensor : Nothing {
   static OVT_INLINE const auto& get(Segment& s) { return s.sensor.*kMember; }
 };
+struct OfPart : Nothing {
+  static constexpr bool kByColumns = true;
+  static OVT_INLINE ColumnSpan get(Segment& s) { return s.columns; }
+};
 
 template <Column kColumn>
 inline constexpr In<kColumn> in;  // the kernel reads it
@@ -87,6 +92,7 @@ template <auto kMember>
 inline constexpr OfParams<kMember> params;  // a member of SegmentParams
 template <auto kMember>
 inline constexpr OfSensor<kMember> sensor;  // a member of SensorModel
+inline constexpr OfPart by_columns;         // the columns to compute: the step may be cut by them
 
 template <class... A>
 constexpr Columns reads_of(A...) {
@@ -99,6 +105,10 @@ constexpr Columns writes_of(A...) {
 template <class... A>
 constexpr Columns scratch_of(A...) {
   return (Columns(0) | ... | A::kScratch);
+}
+template <class... A>
+constexpr Cut cut_of(A...) {
+  return (A::kByColumns || ...) ? kByColumns : kWhole;
 }
 
 template <class Kernel, class... A>

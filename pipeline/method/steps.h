@@ -5,10 +5,11 @@
 // describes the kernel. A method lists the steps that run, in their order (pipeline/method/paper.cpp).
 //
 //   OVT_STEP(kernel, stage, parameters, arguments...);
-//       the arguments in the kernel's order, each with its use: in, out, ... (step_arguments.h)
+//       the arguments in the kernel's order, each with its use: in, out, ... (step_arguments.h). With by_columns, the
+//       step may be cut into parts
 //   OVT_ROW_STEP(kernel, stage, parameters, halo, arguments...): its rows depend on few others (Step::halo)
-//   OVT_STEP_BY_HAND(name, stage, parameters, OVT_READS(...), OVT_WRITES(...), OVT_SCRATCH(...)) { call }
-//   OVT_ROW_STEP_BY_HAND(name, stage, parameters, halo, OVT_READS(...), ...) { call }
+//   OVT_STEP_BY_HAND(name, stage, parameters, cut, OVT_READS(...), OVT_WRITES(...), OVT_SCRATCH(...)) { call }
+//   OVT_ROW_STEP_BY_HAND(name, stage, parameters, halo, cut, OVT_READS(...), ...) { call }
 //       for kernels that take whole tables and use some of their columns; in the call, k: KernelTable, s: Segment
 //
 // tests/test_steps.cpp checks that each step reads and writes only the columns that it declares.
@@ -16,11 +17,13 @@
 
 #include <algorithm>
 
+#include "core/table.h"
 #include "pipeline/method/count_reasons.h"
 #include "pipeline/method/mark_own_body.h"
 #include "pipeline/method/mark_smoke.h"
 #include "pipeline/method/step.h"
 #include "pipeline/method/step_arguments.h"
+#include "pipeline/method/step_parts.h"
 #include "pipeline/road/sample_road.h"
 
 namespace overtake::step {
@@ -32,8 +35,8 @@ using namespace argument;
 #define OVT_WRITES(...) columns(__VA_ARGS__)
 #define OVT_SCRATCH(...) columns(__VA_ARGS__)
 #define OVT_STEP(name, stage, params, ...) OVT_ROW_STEP(name, stage, params, nullptr, __VA_ARGS__)
-#define OVT_STEP_BY_HAND(name, stage, params, reads, writes, scratch) \
-  OVT_ROW_STEP_BY_HAND(name, stage, params, nullptr, reads, writes, scratch)
+#define OVT_STEP_BY_HAND(name, stage, params, cut, reads, writes, scratch) \
+  OVT_ROW_STEP_BY_HAND(name, stage, params, nullptr, cut, reads, writes, scratch)
 #define OVT_ROW_STEP(name, stage, params, halo, ...)                                                  \
   inline void run_##name(const KernelTable& k, Segment& s) noexcept { call(k.name, s, __VA_ARGS__); } \
   inline constexpr Step name = {#name,                                                                \
@@ -43,61 +46,68 @@ using namespace argument;
                                 scratch_of(__VA_ARGS__),                                              \
                                 params,                                                               \
                                 &run_##name,                                                          \
-                                halo}
-#define OVT_ROW_STEP_BY_HAND(name, stage, params, halo, reads, writes, scratch)                               \
-  inline void run_##name(const KernelTable& k, Segment& s) noexcept;                                          \
-  inline constexpr Step name = {#name, OVT_STAGE_##stage, reads, writes, scratch, params, &run_##name, halo}; \
+                                halo,                                                                 \
+                                cut_of(__VA_ARGS__)}
+#define OVT_ROW_STEP_BY_HAND(name, stage, params, halo, cut, reads, writes, scratch)                               \
+  inline void run_##name(const KernelTable& k, Segment& s) noexcept;                                               \
+  inline constexpr Step name = {#name, OVT_STAGE_##stage, reads, writes, scratch, params, &run_##name, halo, cut}; \
   inline void run_##name([[maybe_unused]] const KernelTable& k, Segment& s) noexcept
 
-OVT_STEP_BY_HAND(project_points, PROJECT, "", OVT_READS(scan, layer_sums),
+OVT_STEP_BY_HAND(project_points, PROJECT, "", (Cut{Cut::kPoints, &join_layer_sums}), OVT_READS(scan, layer_sums),
                  OVT_WRITES(point_range_m, point_elevation_rad, point_column, point_reason, layer_sums),
                  OVT_SCRATCH()) {
-  k.project_points(s.sensor, s.part.scan, s.views.points, s.views.layer_sums);
+  const ScanTable scan = rows_of(s.part.scan, s.points);
+  PointTable points = rows_from(s.views.points, s.points.first);
+  k.project_points(s.sensor, scan, points, s.views.layer_sums);
+  s.views.points.count = s.part.scan.count;
 }
 
 OVT_STEP(rank_layers, PROJECT, "", result<row_count>, sensor<&SensorModel::rows>, inout<layer_sums>, out<row_of_layer>,
          scratch<layer_order>);
 
-OVT_STEP_BY_HAND(scatter_points, PROJECT, "",
+OVT_STEP_BY_HAND(scatter_points, PROJECT, "", (Cut{Cut::kPoints, &join_winners}),
                  OVT_READS(scan, row_of_layer, point_range_m, point_elevation_rad, point_column, point_reason),
                  OVT_WRITES(range_m, elevation_rad, pixel_point, point_pixel, point_lost, point_reason),
                  OVT_SCRATCH()) {
-  k.scatter_points(s.part.scan, s.views.row_of_layer, s.views.points, s.views.images);
+  const ScanTable scan = rows_of(s.part.scan, s.points);
+  PointTable points = rows_of(s.views.points, s.points);
+  k.scatter_points(scan, s.views.row_of_layer, points, s.views.images);
 }
 
 OVT_ROW_STEP(fill_gaps, GAPS, "gaps", (rows_around<1, 1>), params<&SegmentParams::fill_gaps>, in<range_m>,
-             in<elevation_rad>, out<range_filled_m>, out<elevation_filled_rad>);
+             in<elevation_rad>, out<range_filled_m>, out<elevation_filled_rad>, by_columns);
 OVT_ROW_STEP(angle_image, ANGLE, "angle", (rows_around<0, 1>), params<&SegmentParams::angle_image>, in<range_filled_m>,
-             in<elevation_filled_rad>, out<angle_rad>);
+             in<elevation_filled_rad>, out<angle_rad>, by_columns);
 
 // By hand: there are row_count - 1 pairs of rows.
 constexpr Halo smooth_halo(const SegmentParams& params) noexcept {
   return {params.smooth_sg.half_window, params.smooth_sg.half_window};
 }
-OVT_ROW_STEP_BY_HAND(smooth_sg, SMOOTH, "smooth", smooth_halo, OVT_READS(row_count, angle_rad),
+OVT_ROW_STEP_BY_HAND(smooth_sg, SMOOTH, "smooth", smooth_halo, kByColumns, OVT_READS(row_count, angle_rad),
                      OVT_WRITES(angle_smooth_rad), OVT_SCRATCH()) {
   const RangeImages& m = s.views.images;
-  k.smooth_sg(s.params.smooth_sg, std::max(s.part.row_count - 1, 0), m.angle_rad, m.angle_smooth_rad);
+  k.smooth_sg(s.params.smooth_sg, std::max(s.part.row_count - 1, 0), m.angle_rad, m.angle_smooth_rad, s.columns);
 }
 
 // A pixel without an angle asks whether its column has a return in any lower row: most have one in the next row.
 constexpr Halo ground_halo(const SegmentParams&) noexcept { return {0, 1, true}; }
 OVT_ROW_STEP(mark_ground, GROUND, "ground", ground_halo, params<&SegmentParams::mark_ground>, in<row_count>,
-             in<angle_smooth_rad>, in<range_filled_m>, in<pixel_point>, out<nonground>);
+             in<angle_smooth_rad>, in<range_filled_m>, in<pixel_point>, out<nonground>, by_columns);
 // Not a kernel: samples the road surface for running_ground.
-OVT_STEP_BY_HAND(sample_road, GROUND, "running_ground", OVT_READS(road, range_filled_m, elevation_filled_rad),
+OVT_STEP_BY_HAND(sample_road, GROUND, "running_ground", kByColumns,
+                 OVT_READS(road, range_filled_m, elevation_filled_rad),
                  OVT_WRITES(road_offset_m, road_slope, road_level_slope, road_known_m), OVT_SCRATCH()) {
   const RangeImages& m = s.views.images;
   overtake::sample_road(s.params.running_ground, s.part.road, s.sensor, m.range_filled_m, m.elevation_filled_rad,
-                        s.views.road_surface);
+                        s.views.road_surface, s.columns);
 }
-OVT_STEP_BY_HAND(running_ground, GROUND, "running_ground",
+OVT_STEP_BY_HAND(running_ground, GROUND, "running_ground", kByColumns,
                  OVT_READS(road_offset_m, road_slope, road_level_slope, road_known_m, range_filled_m,
                            elevation_filled_rad),
                  OVT_WRITES(height_m, nonground), OVT_SCRATCH(steep)) {
   const RangeImages& m = s.views.images;
   k.running_ground(s.params.running_ground, s.views.road_surface, m.range_filled_m, m.elevation_filled_rad, m.height_m,
-                   m.nonground, m.steep);
+                   m.nonground, m.steep, s.columns);
 }
 OVT_STEP(drop_smoke, GROUND, "smoke", params<&SegmentParams::drop_smoke>, in<scan>, in<point_pixel>, in<range_filled_m>,
          in<pixel_point>, inout<nonground>, scratch<considered>, scratch<steep>, out<smoke>);
@@ -105,9 +115,10 @@ OVT_STEP(keep_above_road, GROUND, "", sensor<&SensorModel::T_vehicle_sensor>, in
          in<elevation_filled_rad>, out<range_repaired_m>, out<elevation_repaired_rad>, out<nonground_repaired>);
 OVT_ROW_STEP(repair_range, REPAIR, "repair", (rows_around<0, 0>), params<&SegmentParams::repair_range>,
              in<range_filled_m>, in<elevation_filled_rad>, in<nonground>, out<range_repaired_m>,
-             out<elevation_repaired_rad>, out<nonground_repaired>);
+             out<elevation_repaired_rad>, out<nonground_repaired>, by_columns);
 OVT_ROW_STEP(link_pixels, LINK, "cluster", (rows_around<0, 1>), params<&SegmentParams::link_pixels>,
-             in<range_repaired_m>, in<elevation_repaired_rad>, in<nonground_repaired>, out<link_right>, out<link_down>);
+             in<range_repaired_m>, in<elevation_repaired_rad>, in<nonground_repaired>, out<link_right>, out<link_down>,
+             by_columns);
 OVT_STEP(label_bfs, LABEL, "", result<label_count>, sensor<&SensorModel::wraps>, in<range_filled_m>,
          in<nonground_repaired>, in<link_right>, in<link_down>, out<labels>, scratch<queue>);
 
@@ -115,7 +126,7 @@ OVT_STEP(label_cut, LABEL, "cut", result<label_count>, params<&SegmentParams::cu
          in<range_filled_m>, in<range_repaired_m>, in<elevation_repaired_rad>, in<nonground_repaired>,
          inout<link_right>, inout<link_down>, out<labels>, scratch<queue>, scratch<label_extent>);
 
-OVT_STEP_BY_HAND(label_points, LABEL, "label",
+OVT_STEP_BY_HAND(label_points, LABEL, "label", kWhole,
                  OVT_READS(point_range_m, point_pixel, point_lost, point_reason, range_m, range_repaired_m, pixel_point,
                            labels),
                  OVT_WRITES(point_label, point_reason), OVT_SCRATCH()) {
@@ -123,13 +134,13 @@ OVT_STEP_BY_HAND(label_points, LABEL, "label",
 }
 
 // Not a kernel: gives the points in pixels of smoke their reason.
-OVT_STEP_BY_HAND(mark_smoke, LABEL, "",
+OVT_STEP_BY_HAND(mark_smoke, LABEL, "", kWhole,
                  OVT_READS(smoke, pixel_point, point_pixel, point_lost, point_reason, point_label),
                  OVT_WRITES(point_label, point_reason), OVT_SCRATCH()) {
   overtake::mark_smoke(s.views.images.smoke, s.views.images.pixel_point, s.views.points);
 }
 
-OVT_STEP_BY_HAND(build_clusters, CLUSTERS, "", OVT_READS(scan, point_label, point_range_m, label_count),
+OVT_STEP_BY_HAND(build_clusters, CLUSTERS, "", kWhole, OVT_READS(scan, point_label, point_range_m, label_count),
                  OVT_WRITES(clusters, cluster_points, row_of_label, cluster_overflow), OVT_SCRATCH(cursor, order)) {
   s.part.cluster_overflow =
       k.build_clusters(s.sensor.T_vehicle_sensor, s.part.scan, s.views.points, s.part.label_count, s.part.clusters,
@@ -137,14 +148,15 @@ OVT_STEP_BY_HAND(build_clusters, CLUSTERS, "", OVT_READS(scan, point_label, poin
 }
 
 // Not a kernel: points on the own car are no obstacles.
-OVT_STEP_BY_HAND(mark_own_body, CLUSTERS, "gate.own_back_m gate.own_front_m gate.own_side_m",
+OVT_STEP_BY_HAND(mark_own_body, CLUSTERS, "gate.own_back_m gate.own_front_m gate.own_side_m", kWhole,
                  OVT_READS(clusters, cluster_points, point_label, point_reason), OVT_WRITES(point_label, point_reason),
                  OVT_SCRATCH()) {
   overtake::mark_own_body(s.params.own_body, s.part.clusters, s.part.cluster_points, s.views.points);
 }
 
 // Not a kernel: counts the points of each reason.
-OVT_STEP_BY_HAND(count_reasons, CLUSTERS, "", OVT_READS(point_reason), OVT_WRITES(reason_count), OVT_SCRATCH()) {
+OVT_STEP_BY_HAND(count_reasons, CLUSTERS, "", kWhole, OVT_READS(point_reason), OVT_WRITES(reason_count),
+                 OVT_SCRATCH()) {
   overtake::count_reasons(s.views.points, s.part.reason_count);
 }
 

@@ -138,8 +138,8 @@ void sample_shape(const RoadAxes& axes, const RoadShape& shape, Rays& rays) noex
 }  // namespace
 
 void sample_road(const RunningGroundParams& params, const RoadData& road, const SensorModel& sensor,
-                 Plane<const float> range_filled_m, Plane<const float> elevation_filled_rad,
-                 const RoadSurface& surface) noexcept {
+                 Plane<const float> range_filled_m, Plane<const float> elevation_filled_rad, const RoadSurface& surface,
+                 ColumnSpan columns) noexcept {
   RoadAxes axes = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, sensor.T_vehicle_sensor};
   if (abs_of(axes.mounting.r[8]) < 0.1f) axes.mounting.r[8] = 0.1f;  // a sensor on its side sees no road
   float origin_m = 0.0f, outside_m = 0.0f;
@@ -167,8 +167,9 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
   for (int32_t i = 0; i < 3; ++i) up[i] = m[i] * r[6] + m[3 + i] * r[7] + m[6 + i] * r[8];
   if (abs_of(up[2]) < 0.1f) up[2] = 0.1f;
 
-  const int32_t count = count_rays(sensor.cols);
-  for (int32_t begin = 0; begin < count; begin += kTogether) {
+  static_assert(64 % kRayColumns == 0);
+  const int32_t count = columns.last < sensor.cols ? columns.last / kRayColumns : count_rays(sensor.cols);
+  for (int32_t begin = columns.first / kRayColumns; begin < count; begin += kTogether) {
     Rays known, guess;
     const int32_t here = std::min(kTogether, count - begin);
     for (int32_t l = 0; l < kTogether; ++l) {

@@ -17,9 +17,10 @@ namespace overtake {
 //   - else a shape z = a + b x + c n + q x^2 + e x n (n: distance from the vehicle's lane), fitted to the ground of the
 //     scan itself, level where the scan shows too little of it; known_m is 0, without a map or an ego pose -1
 // Known heights are relative to the road under the vehicle.
-//   reads  road, sensor, images     writes  every element of the surface
+//   reads  road, sensor, images     writes  the rays at the columns of the span, each at its left edge; the last span
+//                                           also the ray at the image's right edge
 void sample_road(const RunningGroundParams& params, const RoadData& road, const SensorModel& sensor,
-                 Plane<const float> range_filled_m, Plane<const float> elevation_filled_rad,
-                 const RoadSurface& surface) noexcept;
+                 Plane<const float> range_filled_m, Plane<const float> elevation_filled_rad, const RoadSurface& surface,
+                 ColumnSpan columns = {}) noexcept;
 
 }  // namespace overtake

@@ -211,15 +211,31 @@ void KernelWorld::fill_tables() {
   }
 }
 
-void KernelWorld::take_layers() {
-  LayerSums& sums = views.layer_sums;
-  sums.touched = guarded_.take<int32_t>("touched", kLayerIds);
-  sums.point_count = guarded_.take<int32_t>("point_count", kLayerIds);
-  sums.elevation_sum = guarded_.take<int64_t>("elevation_sum", kLayerIds);
+void KernelWorld::take_sums(const std::string& name, LayerSums& sums) {
+  sums.touched = guarded_.take<int32_t>(name + "touched", kLayerIds);
+  sums.point_count = guarded_.take<int32_t>(name + "point_count", kLayerIds);
+  sums.elevation_sum = guarded_.take<int64_t>(name + "elevation_sum", kLayerIds);
   std::fill_n(sums.point_count, kLayerIds, 0);
   std::fill_n(sums.elevation_sum, kLayerIds, int64_t(0));
+}
+
+void KernelWorld::take_layers() {
+  take_sums("", views.layer_sums);
   take_columns(kLayers);
   has_layers_ = true;
+}
+
+void KernelWorld::take_parts() {
+  if (views.parts) return;
+  views.parts = parts_;
+  for (int32_t p = 1; p < kMaxParts; ++p) {
+    const std::string name = "part " + std::to_string(p) + " ";
+    take_sums(name, parts_[p].layer_sums);
+    RangeImages& images = parts_[p].images;
+    images.range_m = guarded_.take_plane<float>(name + "range_m", shape_.rows, shape_.cols);
+    images.elevation_rad = guarded_.take_plane<float>(name + "elevation_rad", shape_.rows, shape_.cols);
+    images.pixel_point = guarded_.take_plane<int32_t>(name + "pixel_point", shape_.rows, shape_.cols);
+  }
 }
 
 void KernelWorld::fill_cloud_from(const unsigned char* bytes, std::size_t size) {
@@ -359,6 +375,13 @@ void KernelWorld::load_points(const KernelTable& k) {
 void KernelWorld::run(const KernelTable& k, const Step& step) {
   Segment segment = {sensor, params_, part, views};
   step.run(k, segment);
+}
+
+void KernelWorld::run_in_parts(const KernelTable& k, const Step& step, int32_t count, const RunAll& run_all) {
+  take_parts();
+  Segment segment = {sensor, params_, part, views};
+  run_all([&](int32_t p) { run_part(k, step, segment, p, count); });
+  if (step.cut.join) run_all([&](int32_t p) { step.cut.join(segment, p, count); });
 }
 
 void KernelWorld::run(const KernelTable& k, Kernel kernel) {

@@ -6,9 +6,11 @@
 #pragma once
 
 #include <cmath>
+#include <functional>
 #include <random>
 
 #include "pipeline/method/method.h"
+#include "pipeline/method/step_parts.h"
 #include "tests/support/guarded.h"
 #include "tests/support/paper_params.h"
 
@@ -40,6 +42,9 @@ class KernelWorld {
   // Runs one kernel of the table on the contents; a kernel of a segmentation runs through its step.
   void run(const KernelTable& kernels, Kernel kernel);
   void run(const KernelTable& kernels, const Step& step);
+  // Runs a step that may be cut in so many parts. `run_all` calls its argument once for each part.
+  using RunAll = std::function<void(const std::function<void(int32_t part)>& run_one)>;
+  void run_in_parts(const KernelTable& kernels, const Step& step, int32_t count, const RunAll& run_all);
   // Runs the steps before that kernel in the first method that has it; if none has it, paper's whole segmentation.
   void run_before(const KernelTable& kernels, Kernel kernel);
   // The method's segmentation from load_points on, then the kernels behind it.
@@ -71,7 +76,9 @@ class KernelWorld {
   bool chance(int32_t percent) { return int32_t(random_() % 100) < percent; }
   void run_steps(const KernelTable& kernels, std::span<const Step> steps);
   void take_columns(Columns which);
+  void take_sums(const std::string& name, LayerSums& sums);
   void take_layers();
+  void take_parts();
   void fill_tables();
   void fill_road();
   void fill_path(uint64_t seed);
@@ -84,6 +91,7 @@ class KernelWorld {
   std::vector<RawPoint> raw_;
   SegmentParams params_;
   DetectParams frame_params_ = paper_frame_params();
+  PartViews parts_[kMaxParts];
   bool has_layers_ = false;  // with a cloud only: a megabyte
   int32_t* kept_;
   MemberTable members_;

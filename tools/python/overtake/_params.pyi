@@ -15,6 +15,12 @@ class frame_group:
     """a scan in pieces that has not ended after so many periods is closed as incomplete; 0: never (number, 0 to
     1000 periods)"""
 
+class segment_group:
+    """Parameters segment.*"""
+    parts: int
+    """a worker without work of its own takes part in another's segmentation, cut into up to so many parts; 1: off
+    (whole number, 1 to 4)"""
+
 class gaps_group:
     """Parameters gaps.*"""
     limit_m: float
@@ -359,6 +365,7 @@ class lane_tracker_group:
 class Params:
     """The parameters of a preset; each is an attribute of its group."""
     frame: frame_group
+    segment: segment_group
     gaps: gaps_group
     angle: angle_group
     smooth: smooth_group
