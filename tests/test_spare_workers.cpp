@@ -7,6 +7,7 @@
 #include <doctest/doctest.h>
 
 #include <atomic>
+#include <chrono>
 #include <optional>
 #include <thread>
 #include <vector>
@@ -42,11 +43,13 @@ TEST_CASE("spare workers: a part that another thread took is waited for") {
     while (!ends.load() && !visit.take_part()) std::this_thread::yield();
   });
   while (!here.load()) std::this_thread::yield();
-  // Part 1 goes to one thread, part 0 to the other: each waits until both run.
+  // Part 1 goes to one thread, part 0 to the other: each waits until both run. The other thread's part is the longer one.
+  const std::thread::id owner = std::this_thread::get_id();
   std::atomic<int32_t> begun{0}, ended{0};
   workers.run(0, 2, [&](int32_t) {
     begun.fetch_add(1);
     while (begun.load() < 2) std::this_thread::yield();
+    if (std::this_thread::get_id() != owner) std::this_thread::sleep_for(std::chrono::milliseconds(50));
     ended.fetch_add(1);
   });
   CHECK(ended.load() == 2);

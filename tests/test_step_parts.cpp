@@ -82,18 +82,19 @@ TEST_CASE("step parts: every step that may be cut writes the same bytes in any n
   CHECK(steps >= 14);
 }
 
-// All steps in parts, one after the other.
+// All steps in parts, one after the other, for two scans in the same memory.
 KernelWorld segment_in_parts(const KernelTable& table, const Method& method, Shape shape, uint64_t seed,
                              int32_t count) {
   KernelWorld world(shape, seed);
   world.fill_cloud();
   world.run(table, Kernel::load_points);
-  for (const Step& step : method.segment) {
-    if (step.cut.by == Cut::kNone)
-      world.run(table, step);
-    else
-      world.run_in_parts(table, step, count, in_order(count, seed % 2 == 0));
-  }
+  for (int32_t scan = 0; scan < 2; ++scan)
+    for (const Step& step : method.segment) {
+      if (step.cut.by == Cut::kNone)
+        world.run(table, step);
+      else
+        world.run_in_parts(table, step, count, in_order(count, seed % 2 == 0));
+    }
   return world;
 }
 
