@@ -43,7 +43,7 @@ TEST_CASE("spare workers: a part that another thread took is waited for") {
     while (!ends.load() && !visit.take_part()) std::this_thread::yield();
   });
   while (!here.load()) std::this_thread::yield();
-  // Part 1 goes to one thread, part 0 to the other: each waits until both run. The other thread's part is the longer one.
+  // Part 1 goes to one thread, part 0 to the other: each waits until both run. That of the other thread takes longer.
   const std::thread::id owner = std::this_thread::get_id();
   std::atomic<int32_t> begun{0}, ended{0};
   workers.run(0, 2, [&](int32_t) {
