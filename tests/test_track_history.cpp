@@ -586,7 +586,9 @@ TEST_CASE("track history: any set of columns may be NaN: the car is tracked all 
       REQUIRE(id != kNobody);
       REQUIRE(is_sound(bench.snapshot()));
     }
-    CHECK(bench.snapshot().state[0] == OVT_CONFIRMED);
+    // For `best` a cluster that never looks like a car is none; a row without a height is another detector's.
+    const bool looks_like_none = test::tests_best() && (missing >> 6 & 3) == 2;
+    CHECK(bench.snapshot().state[0] == (looks_like_none ? OVT_TENTATIVE : OVT_CONFIRMED));
     const bool own = (missing >> 3 & 7) == 0;  // without one of the three, R of the parameters counts
     CHECK(bench.snapshot().speed_mps[0] == doctest::Approx(30).epsilon(own ? 0.05 : 0.2));
     CHECK((bench.snapshot().covariance[0][0] < 0.05) == own);
