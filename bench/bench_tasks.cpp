@@ -265,7 +265,10 @@ void add_reads(const KernelTable* const* tables, int32_t table_count, const char
 constexpr int32_t kLapFrames = 768, kRaceCars = 10;
 constexpr double kLapRadius_m = 768 * 3.0 / kTwoPi;
 
-std::vector<std::vector<Measurement>> make_lap(int32_t rows) {
+// Rows that another detector pushes, or clusters with their features as the library's own detections have them.
+enum class Rows { kPushed, kClusters };
+
+std::vector<std::vector<Measurement>> make_lap(int32_t rows, Rows kind) {
   std::mt19937 random(11);
   const auto draw = [&random](double low, double high) {
     return low + (high - low) * double(random() % 65536) / 65536;
@@ -279,6 +282,13 @@ std::vector<std::vector<Measurement>> make_lap(int32_t rows) {
       Measurement z{.x_m = radius_m * std::cos(angle), .y_m = radius_m * std::sin(angle), .stamp_ns = 0};
       z.var_x = z.var_y = 0.05;
       z.cov_xy = 0;
+      if (kind == Rows::kClusters) {
+        z.points = is_car ? 200 : 4;
+        z.height_m = is_car ? 1.1 : 0.5;
+        z.width_m = is_car ? 1.9 : 0.6;
+        z.object_class = int32_t(is_car ? ObjectClass::kCar : ObjectClass::kUnknown);
+        z.view = int32_t(CarView::kRear);
+      }
       lap[std::size_t(frame)].push_back(z);
     }
   return lap;
@@ -326,9 +336,14 @@ void add_tasks(const KernelTable* const* tables, int32_t table_count, const Clou
   add("assign/gated/256", [](benchmark::State& state) { bench_assign(state, 256, gated_pairs(256)); });
   add("assign/tangled/256", [](benchmark::State& state) { bench_assign(state, 256, tangled_pairs(256)); });
   // The detections that each preset makes of 10 cars: paper also of the road and of shards.
-  add("track_frame/paper/95", [](benchmark::State& s) { bench_frame<CvtrPolicy>(s, "paper", make_lap(95), 60); });
-  add("track_frame/best/20", [](benchmark::State& s) { bench_frame<LanePolicy>(s, "best", make_lap(20), 60); });
-  add("track_frame/best/95", [](benchmark::State& s) { bench_frame<LanePolicy>(s, "best", make_lap(95), 60); });
+  add("track_frame/paper/95",
+      [](benchmark::State& s) { bench_frame<CvtrPolicy>(s, "paper", make_lap(95, Rows::kPushed), 60); });
+  add("track_frame/best/20",
+      [](benchmark::State& s) { bench_frame<LanePolicy>(s, "best", make_lap(20, Rows::kPushed), 60); });
+  add("track_frame/best/20_clusters",
+      [](benchmark::State& s) { bench_frame<LanePolicy>(s, "best", make_lap(20, Rows::kClusters), 60); });
+  add("track_frame/best/95",
+      [](benchmark::State& s) { bench_frame<LanePolicy>(s, "best", make_lap(95, Rows::kPushed), 60); });
   add("track_frame/paper/block", [](benchmark::State& s) { bench_frame<CvtrPolicy>(s, "paper", make_block(), 0); });
   add("track_frame/best/block", [](benchmark::State& s) { bench_frame<LanePolicy>(s, "best", make_block(), 0); });
   add_reads<CvtrPolicy>(tables, table_count, "paper");

@@ -36,8 +36,8 @@ class GlobalAssignment {
     const auto rows = std::size_t(params.detection_capacity);
     arena_.build_or_throw(allocator, [&](Carver& carver) {
       predictions_ = carver.take<Prediction>(std::size_t(params.track_capacity));
-      x_m_ = carver.take<double>(rows);
-      y_m_ = carver.take<double>(rows);
+      x_m_ = carver.take<double>(rows + kBlock - 1);
+      y_m_ = carver.take<double>(rows + kBlock - 1);
       within_reach_ = carver.take<int32_t>(rows);
       nearest_ = carver.take<uint64_t>(rows);
     });
@@ -53,6 +53,7 @@ class GlobalAssignment {
       x_m_[i] = it.measurement[i].x_m;
       y_m_[i] = it.measurement[i].y_m;
     }
+    std::fill_n(x_m_ + it.count, kBlock - 1, kNotMeasured);  // the rest of the last block is near to nothing
     const int64_t near_share = work_limit_ / 2 / kStepsPerPair / std::max(tracks.alive_count, 1);
     const auto most_near = int32_t(std::min(std::max(near_share, kFewestNear), int64_t(INT32_MAX)));
     if (it.count > 0)
@@ -157,7 +158,7 @@ class GlobalAssignment {
     int32_t count = 0;
     for (int32_t begin = 0; begin <= last; begin += kBlock) {
       const int32_t end = std::min(begin + kBlock, last + 1);
-      if (end - begin == kBlock && !is_any_near(begin, place, most_m2)) continue;
+      if (!is_any_near(begin, place, most_m2)) continue;
       for (int32_t i = begin; i < end; ++i) {
         within_reach_[count] = i;
         count += distance_m2({x_m_[i], y_m_[i]}, place) <= most_m2;
@@ -214,7 +215,7 @@ class GlobalAssignment {
   Arena arena_;
   Munkres munkres_;
   Prediction* predictions_ = nullptr;       // by slot, if a measurement passed the distance gate
-  double *x_m_ = nullptr, *y_m_ = nullptr;  // of the iteration's measurements
+  double *x_m_ = nullptr, *y_m_ = nullptr;  // of the iteration's measurements, padded to whole blocks
   int32_t* within_reach_ = nullptr;         // measurements near the current track
   uint64_t* nearest_ = nullptr;             // sort keys of these, if there are too many
 };

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/math.h"
 #include "pipeline/track/lane_tracker.h"
 
 namespace overtake {
@@ -17,31 +18,58 @@ constexpr double kSameTentative = 0.9, kSameConfirmed = 0.7;  // share of a car'
 constexpr double kAgainAlong_m = 6.0, kAgainAlongRate = 4.0, kAgainAlongGrowth = 5.0, kAgainMost_m = 40.0;
 constexpr double kAgainAcross_m = 3.0, kAgainAcrossRate = 1.5, kAgainSpeed_mps = 8.0, kAgainSpeedRate = 8.0;
 
-}  // namespace
-
-// Whether two slots can be at one place at all: cheaper than is_same_place(), which decides.
-bool LanePolicy::is_near(int32_t a, int32_t b) const noexcept {
-  const double dx = x_m_[a] - x_m_[b], dy = y_m_[a] - y_m_[b];
-  return dx * dx + dy * dy <= lane_.length_m * lane_.length_m + lane_.width_m * lane_.width_m;
+// A place that moves with a car, after dt_s. Most rows have the iteration's stamp.
+Place straight_on(Place from, const MotionState& m, double dt_s) {
+  const double way_m = m.speed_mps * dt_s;
+  if (way_m == 0.0) return from;
+  double sine, cosine;
+  sin_cos_f64(m.course_rad, sine, cosine);
+  return {from.x_m + way_m * cosine, from.y_m + way_m * sine};
 }
 
-// Whether a place is the slot's car, within a share of its length and width.
-bool LanePolicy::is_same_place(int32_t slot, double x_m, double y_m, double share) const noexcept {
-  const double dx = x_m - x_m_[slot], dy = y_m - y_m_[slot];
-  return std::fabs(axis_cos_[slot] * dx + axis_sin_[slot] * dy) < share * lane_.length_m &&
-         std::fabs(axis_cos_[slot] * dy - axis_sin_[slot] * dx) < share * lane_.width_m;
+}  // namespace
+
+// The tracks at the iteration's stamp.
+void LanePolicy::find_places(const TrackView<State>& tracks, const Iteration& it) noexcept {
+  for (int32_t slot = 0; slot < tracks.slot_count; ++slot)
+    if (tracks.head[slot].alive)
+      place_[slot] = straight_on(place(tracks.state[slot]), tracks.state[slot].estimate.mean,
+                                 seconds_between(tracks.head[slot].state_ns, it.stamp_ns));
+}
+
+void LanePolicy::look_round(const TrackView<State>& tracks, const Iteration& it) noexcept {
+  find_places(tracks, it);
+  grid_.clear();
+  owner_count_ = 0;
+  for (int32_t slot = 0; slot < tracks.slot_count; ++slot) {
+    if (!tracks.head[slot].alive) continue;
+    grid_.add(slot, place_[slot]);
+    if (is_confirmed(tracks.state[slot]) && tracks.state[slot].unseen_s <= kRecent_s) owners_[owner_count_++] = slot;
+  }
+}
+
+// Whether `other` lies within a share of the length and width of the car of `s` that is at `place`.
+bool LanePolicy::is_same_place(const State& s, Place place, Place other, double share) const noexcept {
+  const double dx = other.x_m - place.x_m, dy = other.y_m - place.y_m;
+  if (dx * dx + dy * dy > lane_.length_m * lane_.length_m + lane_.width_m * lane_.width_m) return false;
+  double sine, cosine;
+  sin_cos_f64(s.heading_rad, sine, cosine);
+  return std::fabs(cosine * dx + sine * dy) < share * lane_.length_m &&
+         std::fabs(cosine * dy - sine * dx) < share * lane_.width_m;
 }
 
 // Whether the car of a lost track can be the one that was found: by the way along the lane, the offset across it, and
 // the speeds.
 bool LanePolicy::may_come_from(const State& lost, int32_t lost_slot, const State& found, int32_t slot,
                                double& distance_m) const noexcept {
-  const double dx = x_m_[slot] - x_m_[lost_slot], dy = y_m_[slot] - y_m_[lost_slot];
-  double along_m = std::fabs(cos_[lost_slot] * dx + sin_[lost_slot] * dy);
-  double across_m = std::fabs(cos_[lost_slot] * dy - sin_[lost_slot] * dx);
+  const Place at = place_[slot], from = place_[lost_slot];
+  const double dx = at.x_m - from.x_m, dy = at.y_m - from.y_m;
+  double sine, cosine;
+  sin_cos_f64(lost.estimate.mean.course_rad, sine, cosine);
+  double along_m = std::fabs(cosine * dx + sine * dy), across_m = std::fabs(cosine * dy - sine * dx);
   if (map_ && found.asks_map) {
-    const MapProjection here = map_->project(x_m_[slot], y_m_[slot], found.segment);
-    const MapProjection there = map_->project(x_m_[lost_slot], y_m_[lost_slot], lost.segment);
+    const MapProjection here = map_->project(at.x_m, at.y_m, found.segment);
+    const MapProjection there = map_->project(from.x_m, from.y_m, lost.segment);
     if (here.segment >= 0 && there.segment >= 0) {
       along_m = std::fabs(here.s_m - there.s_m);
       if (map_->closed()) along_m = std::min(along_m, map_->length_m() - along_m);
@@ -56,26 +84,34 @@ bool LanePolicy::may_come_from(const State& lost, int32_t lost_slot, const State
              kAgainSpeed_mps + t * kAgainSpeedRate;
 }
 
+// Whether `other` is an older track of the slot's car, and how far from it.
+bool LanePolicy::is_elder(const TrackView<State>& tracks, int32_t other, int32_t slot,
+                          double& distance_m) const noexcept {
+  const State &s = tracks.state[slot], &o = tracks.state[other];
+  if (other == slot || o.age < s.age || (o.age == s.age && other > slot)) return false;
+  if (o.stage == LaneStage::kTentative && s.stage != LaneStage::kTentative) return false;
+  distance_m = 0.0;
+  if (o.stage == LaneStage::kTentative || (o.stage == LaneStage::kConfirmed && o.unseen_s <= kRecent_s))
+    return is_same_place(o, place_[other], place_[slot],
+                         s.stage == LaneStage::kConfirmed ? kSameConfirmed : kSameTentative);
+  return s.is_new && may_come_from(o, other, s, slot, distance_m);
+}
+
 // An older track of the same car: one at the same place, or, for a track that was just confirmed, one that was not seen
 // lately and whose car may have come here. The nearest one, of equals the lower slot.
 int32_t LanePolicy::find_elder(const TrackView<State>& tracks, int32_t slot) const noexcept {
-  const State& s = tracks.state[slot];
   int32_t best = -1;
   double best_m = 0;
-  for (int32_t other = 0; other < tracks.slot_count; ++other) {
-    if (other == slot || !tracks.head[other].alive) continue;
-    if (!s.is_new && !is_near(slot, other)) continue;
-    const State& o = tracks.state[other];
-    if (o.age < s.age || (o.age == s.age && other > slot)) continue;
-    if (o.stage == LaneStage::kTentative && s.stage != LaneStage::kTentative) continue;
-    double distance_m = 0;
-    if (o.stage == LaneStage::kTentative || (o.stage == LaneStage::kConfirmed && o.unseen_s <= kRecent_s)) {
-      const double share = s.stage == LaneStage::kConfirmed ? kSameConfirmed : kSameTentative;
-      if (!is_same_place(other, x_m_[slot], y_m_[slot], share)) continue;
-    } else if (!s.is_new || !may_come_from(o, other, s, slot, distance_m)) {
-      continue;
-    }
-    if (best < 0 || distance_m < best_m) best = other, best_m = distance_m;
+  const auto look_at = [&](int32_t other) {
+    double distance_m;
+    if (!is_elder(tracks, other, slot, distance_m)) return;
+    if (best < 0 || distance_m < best_m || (distance_m == best_m && other < best)) best = other, best_m = distance_m;
+  };
+  if (!tracks.state[slot].is_new) {
+    grid_.for_each_near(place_[slot], look_at);
+  } else {
+    for (int32_t other = 0; other < tracks.slot_count; ++other)
+      if (tracks.head[other].alive) look_at(other);
   }
   return best;
 }
@@ -100,11 +136,10 @@ LaneTrack LanePolicy::join(const State& elder, const State& younger, bool younge
 // A detection beside the one that updated a car's track, and within the car: a part of it.
 int32_t LanePolicy::find_owner(const TrackView<State>& tracks, const Iteration& it, int32_t i) const noexcept {
   const Measurement& z = it.measurement[i];
-  for (int32_t slot = 0; slot < tracks.slot_count; ++slot) {
-    if (!tracks.head[slot].alive || !is_confirmed(tracks.state[slot]) || tracks.state[slot].unseen_s > kRecent_s)
-      continue;
-    const double way_m = tracks.state[slot].estimate.mean.speed_mps * seconds_between(z.stamp_ns, it.stamp_ns);
-    if (is_same_place(slot, z.x_m + way_m * cos_[slot], z.y_m + way_m * sin_[slot], kSameTentative)) return slot;
+  for (int32_t k = 0; k < owner_count_; ++k) {
+    const State& s = tracks.state[owners_[k]];
+    const Place there = straight_on(place_of(z), s.estimate.mean, seconds_between(z.stamp_ns, it.stamp_ns));
+    if (is_same_place(s, place_[owners_[k]], there, kSameTentative)) return owners_[k];
   }
   return -1;
 }

@@ -108,12 +108,13 @@ LanePolicy::LanePolicy(const TrackerParams& params, const CircuitMap* map, const
       path_(params, map_) {
   const auto slots = std::size_t(params.track_capacity), rows = std::size_t(params.detection_capacity);
   arena_.build_or_throw(allocator, [&](Carver& carver) {
-    for (double** column :
-         {&x_m_, &y_m_, &cos_, &sin_, &axis_cos_, &axis_sin_, &range_m_, &bearing_rad_, &p_detect_, &hit_score_})
-      *column = carver.take<double>(slots);
+    for (double** column : {&range_m_, &bearing_rad_, &p_detect_, &hit_score_}) *column = carver.take<double>(slots);
+    place_ = carver.take<Place>(slots);
     visibility_ = carver.take<Visibility>(slots);
     in_part_ = carver.take<bool>(slots);
     confirmed_ = carver.take<int32_t>(slots);
+    owners_ = carver.take<int32_t>(slots);
+    grid_.carve(carver, params.track_capacity, std::hypot(lane_.length_m, lane_.width_m));
     claimed_ = carver.take<bool>(rows);
     unclaimed_ = carver.take<Place>(rows);
     path_.carve(carver);
@@ -271,20 +272,12 @@ bool LanePolicy::alone_cost(const State& s, double& cost) const noexcept {
   return is_course_unknown(s.estimate);
 }
 
-// The tracks at the iteration's stamp, and as the ego vehicle sees them.
-void LanePolicy::look_round(const TrackView<State>& tracks, const Iteration& it) noexcept {
-  ego_ = it.ego;
+void LanePolicy::look_from_ego(const TrackView<State>& tracks) noexcept {
   for (int32_t slot = 0; slot < tracks.slot_count; ++slot) {
     if (!tracks.head[slot].alive) continue;
-    const MotionState& m = tracks.state[slot].estimate.mean;
-    const double way_m = m.speed_mps * seconds_between(tracks.head[slot].state_ns, it.stamp_ns);
-    sin_cos_f64(m.course_rad, sin_[slot], cos_[slot]);
-    x_m_[slot] = m.x_m + way_m * cos_[slot];
-    y_m_[slot] = m.y_m + way_m * sin_[slot];
-    sin_cos_f64(tracks.state[slot].heading_rad, axis_sin_[slot], axis_cos_[slot]);
-    const double dx = x_m_[slot] - it.ego.x_m, dy = y_m_[slot] - it.ego.y_m;
+    const double dx = place_[slot].x_m - ego_.x_m, dy = place_[slot].y_m - ego_.y_m;
     range_m_[slot] = hypot_f64(dx, dy);
-    bearing_rad_[slot] = wrap_angle(atan2_f64(dy, dx) - it.ego.heading_rad);
+    bearing_rad_[slot] = wrap_angle(atan2_f64(dy, dx) - ego_.heading_rad);
   }
 }
 
@@ -312,7 +305,8 @@ void LanePolicy::find_detectable(const TrackView<State>& tracks, const Iteration
         const int32_t other = confirmed_[i];
         if (other == slot) continue;
         if (!(range_m_[other] < range_m - 0.5 * lane_.length_m)) continue;
-        beside_m = std::min(beside_m, range_m_[other] * std::fabs(wrap_angle(bearing_rad_[other] - bearing_rad)));
+        const double turn_rad = std::fabs(bearing_rad_[other] - bearing_rad);
+        beside_m = std::min(beside_m, range_m_[other] * std::min(turn_rad, kTwoPi - turn_rad));
       }
       in_part_[slot] = asks_map_ != 0 && beside_m < kPartShare * lane_.width_m;
       if (beside_m < kBehindShare * lane_.width_m) {
@@ -339,7 +333,9 @@ void LanePolicy::list_unclaimed(const TrackView<State>& tracks, const Iteration&
 Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it,
                              int32_t* measurement_of_slot) noexcept {
   asks_map_ = it.in_map && it.ask_map;
-  look_round(tracks, it);
+  ego_ = it.ego;
+  find_places(tracks, it);
+  look_from_ego(tracks);
   find_detectable(tracks, it);
   const Effort effort = assignment_.run(*this, tracks, it, measurement_of_slot);
   list_unclaimed(tracks, it, measurement_of_slot);

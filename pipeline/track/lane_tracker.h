@@ -10,6 +10,7 @@
 #include "pipeline/track/global_assignment.h"
 #include "pipeline/track/lane_motion.h"
 #include "pipeline/track/lane_path.h"
+#include "pipeline/track/place_grid.h"
 #include "pipeline/track/replay_tracker.h"
 
 namespace overtake {
@@ -98,8 +99,10 @@ class LanePolicy {
   void find_detectable(const TrackView<State>& tracks, const Iteration& it) noexcept;
   static int64_t limit_votes(int64_t votes) noexcept;
   bool is_left_behind(int32_t slot, const State& s) const noexcept;
-  bool is_near(int32_t a, int32_t b) const noexcept;
-  bool is_same_place(int32_t slot, double x_m, double y_m, double share) const noexcept;
+  void find_places(const TrackView<State>& tracks, const Iteration& it) noexcept;
+  void look_from_ego(const TrackView<State>& tracks) noexcept;
+  bool is_same_place(const State& s, Place place, Place other, double share) const noexcept;
+  bool is_elder(const TrackView<State>& tracks, int32_t other, int32_t slot, double& distance_m) const noexcept;
   bool may_come_from(const State& lost, int32_t lost_slot, const State& found, int32_t slot,
                      double& distance_m) const noexcept;
 
@@ -111,13 +114,15 @@ class LanePolicy {
   Arena arena_;
   // Of the iteration under way, by slot: the tracks at its stamp, whether and how probably its sensors detect them, and
   // the score of a hit.
-  double *x_m_ = nullptr, *y_m_ = nullptr, *cos_ = nullptr, *sin_ = nullptr;
-  double *axis_cos_ = nullptr, *axis_sin_ = nullptr;
+  Place* place_ = nullptr;
   double *range_m_ = nullptr, *bearing_rad_ = nullptr, *p_detect_ = nullptr, *hit_score_ = nullptr;
   Visibility* visibility_ = nullptr;
   bool* in_part_ = nullptr;       // another car may hide a part of it
   int32_t* confirmed_ = nullptr;  // slots of the confirmed tracks
   int32_t confirmed_count_ = 0;
+  PlaceGrid grid_;             // slots by place_
+  int32_t* owners_ = nullptr;  // slots of the confirmed tracks that were seen lately
+  int32_t owner_count_ = 0;
   // By measurement: whether a confirmed track takes it; the places of the others.
   bool* claimed_ = nullptr;
   Place* unclaimed_ = nullptr;

@@ -56,12 +56,14 @@ class TrackSet {
   void save(SavedTracks& saved) const noexcept {
     saved.count = 0;
     saved.counts = counts_;
-    for_each_live([&](int32_t slot) {
-      const auto i = std::size_t(saved.count++);
-      saved.slot[i] = slot;
-      saved.head[i] = head_[slot];
-      std::memcpy(saved.state + i * sizeof(State), &state_[slot], sizeof(State));
-    });
+    for (int32_t first = 0, end; first < params_.track_capacity; first = end + 1) {
+      for (end = first; end < params_.track_capacity && head_[end].alive; ++end)
+        saved.slot[saved.count + end - first] = end;
+      const auto i = std::size_t(saved.count), run = std::size_t(end - first);
+      std::copy_n(head_ + first, run, saved.head + i);
+      std::memcpy(saved.state + i * sizeof(State), state_ + first, run * sizeof(State));
+      saved.count += end - first;
+    }
   }
   void restore(const SavedTracks& saved) noexcept {
     for (int32_t slot = 0; slot < params_.track_capacity; ++slot) head_[slot].alive = false;
@@ -208,12 +210,13 @@ class TrackSet {
   // Returns the first free slot. A full table evicts its farthest tentative track if it is farther than the
   // measurement. -1: none.
   int32_t find_slot(const Iteration& it, int32_t measurement) noexcept {
+    for (int32_t slot = 0; slot < params_.track_capacity; ++slot)
+      if (!head_[slot].alive) return slot;
     const auto distance_of_m2 = [&](int32_t slot) {
       return distance_m2(policy_.place(state_[slot]), {it.ego.x_m, it.ego.y_m});
     };
     int32_t farthest = -1;
     for (int32_t slot = 0; slot < params_.track_capacity; ++slot) {
-      if (!head_[slot].alive) return slot;
       if (policy_.is_confirmed(state_[slot])) continue;
       if (farthest < 0 || distance_of_m2(slot) > distance_of_m2(farthest)) farthest = slot;
     }
