@@ -28,11 +28,10 @@ constexpr double kManoeuvre_s = 0.3;   // the noise of a manoeuvre goes on for s
 constexpr double kFreeSpeedNoise = 2.5, kFreeCourseNoise = 0.0125;  // (m/s)^2 and rad^2 per second, without a map
 constexpr double kFreeYawRateNoise = 0.0125;                        // (rad/s)^2 per second
 constexpr double kFreeBirthCourse_rad = 1.0, kFreeBirthYawRate_rps = 0.5;  // deviations, at least
-constexpr double kFreeCoast_m = 3.0;     // most standard deviation of the place of a car that should be seen
-constexpr double kFreeTurns_mps = 10.0;  // a faster car changes its course less
-constexpr double kTurnLag = 2.0;         // times steady_lag: far away a car's place jumps across, which is no turn
-constexpr double kTurnNoise = 0.1;       // rad^2 per second: of the course while the car leaves it
-constexpr int32_t kSteadyHits = 5;       // with fewer hits the state has not settled
+constexpr double kFreeTurns_mps = 10.0;                                    // a faster car changes its course less
+constexpr double kTurnLag = 2.0;    // times steady_lag: far away a car's place jumps across, which is no turn
+constexpr double kTurnNoise = 0.1;  // rad^2 per second: of the course while the car leaves it
+constexpr int32_t kSteadyHits = 5;  // with fewer hits the state has not settled
 constexpr double kBirthSigma_mps = 10.0;
 constexpr double kAloneCost = 14.0;  // of a first detection that stays the only one of its track
 
@@ -41,48 +40,6 @@ constexpr double kHeadingMemory_s = 0.3, kHeadingGate_d2 = 9.0, kHeadingSigma_ra
 constexpr double kHeadingRateNoise = 5.0;  // (rad/s)^2 per second
 constexpr int32_t kHeadingMisses = 3;      // this many contradictions in a row replace it
 constexpr double kSlip_rad = 0.05;         // between the course and the axis of a car that drives
-
-// Existence.
-constexpr double kLog2Pi = 1.8378770664093453;
-constexpr double kLeastDetect = 0.01;
-constexpr double kWing_rad = 0.2, kWing_m = 15.0;       // the shadow of the own rear wing, to both sides; from here on
-constexpr double kBehindShare = 0.6, kPartShare = 1.2;  // of a car's width: a car this far beside another one's line of
-                                                        // sight is hidden by it, or may be in part
-constexpr double kKnownHit = 0.3;  // a hit adds at least this to the score of a track that was confirmed
-constexpr double kLowReach_m = 80.0, kNearest_m = 8.0, kSparse = 0.03, kThin = 0.1;
-constexpr double kPart_m = 60.0, kMostWhole = 6.0;  // nearer than this a car shows more than a small part of itself, by
-                                                    // up to this factor
-constexpr double kRowScore = 1.0;  // of a pushed row without a score: its detector says that it is a car
-constexpr int32_t kRowHits = 2;    // what the first row counts, because it is a whole object
-constexpr double kLeastScore = 0.11920292202211755;  // 1 / (1 + e^2)
-constexpr double kLeft_m = 60.0, kLeftShare = 0.25;  // farther behind and slower than this share of the ego's speed
-constexpr int64_t kMostVotes = 10;                   // after so many votes for one class, more for another one decide
-
-int64_t vote_of(const Measurement& z) {
-  return int64_t(z.object_class == int32_t(ObjectClass::kCar)) -
-         int64_t(z.object_class == int32_t(ObjectClass::kDebris));
-}
-
-// The rules for looks, lasting errors and clutter are of clusters. A pushed row has no points: its box is another
-// detector's estimate of a whole object.
-bool is_cluster(const Measurement& z) { return z.points > 0 && std::isfinite(z.height_m); }
-
-// Of a pushed row: log odds of its detector's confidence, from -2 to 2, because a detector repeats its errors.
-double score_of(const Measurement& z) {
-  if (!(z.score >= 0.0)) return kRowScore;
-  const double p = std::clamp(z.score, kLeastScore, 1.0 - kLeastScore);
-  return log_f64(p / (1.0 - p));
-}
-
-// A car that was confirmed may show very little of itself. What never looked like a car is not known to be one, unless
-// another detector says so.
-bool is_known_car(const LaneTrack& s, const Measurement& z) {
-  return s.stage != LaneStage::kTentative && (s.class_votes > 0 || !is_cluster(z));
-}
-
-bool is_behind_wing(const TrackerEgo& ego, double range_m, double bearing_rad) {
-  return ego.known && range_m > kWing_m && std::fabs(bearing_rad) > kPi - kWing_rad;
-}
 
 // A track begins so where neither map nor ego vehicle tells its course: it stays where it is, and its place spreads to
 // all sides until the second measurement.
@@ -272,64 +229,6 @@ bool LanePolicy::alone_cost(const State& s, double& cost) const noexcept {
   return is_course_unknown(s.estimate);
 }
 
-void LanePolicy::look_from_ego(const TrackView<State>& tracks) noexcept {
-  for (int32_t slot = 0; slot < tracks.slot_count; ++slot) {
-    if (!tracks.head[slot].alive) continue;
-    const double dx = place_[slot].x_m - ego_.x_m, dy = place_[slot].y_m - ego_.y_m;
-    range_m_[slot] = hypot_f64(dx, dy);
-    bearing_rad_[slot] = wrap_angle(atan2_f64(dy, dx) - ego_.heading_rad);
-  }
-}
-
-// The probability that the iteration's sensors detect a car at its place: by the distance, the shadow of the own wing,
-// and the cars in between.
-void LanePolicy::find_detectable(const TrackView<State>& tracks, const Iteration& it) noexcept {
-  confirmed_count_ = 0;
-  for (int32_t slot = 0; slot < tracks.slot_count; ++slot)
-    if (tracks.head[slot].alive && is_confirmed(tracks.state[slot])) confirmed_[confirmed_count_++] = slot;
-  for (int32_t slot = 0; slot < tracks.slot_count; ++slot) {
-    if (!tracks.head[slot].alive) continue;
-    const double range_m = range_m_[slot], bearing_rad = bearing_rad_[slot];
-    double ratio = range_m / lane_.half_m;
-    ratio *= ratio, ratio *= ratio, ratio *= ratio;
-    double p = lane_.p_detect / (1.0 + ratio);
-    visibility_[slot] = Visibility::kMissed;
-    in_part_[slot] = false;
-    if (it.ego.known) {
-      if (is_behind_wing(it.ego, range_m, bearing_rad)) {
-        p = std::min(p, lane_.p_wing);
-        visibility_[slot] = Visibility::kOwnShadow;
-      }
-      double beside_m = 1e9;  // how far beside the nearest line of sight over another car
-      for (int32_t i = 0; i < confirmed_count_; ++i) {
-        const int32_t other = confirmed_[i];
-        if (other == slot) continue;
-        if (!(range_m_[other] < range_m - 0.5 * lane_.length_m)) continue;
-        const double turn_rad = std::fabs(bearing_rad_[other] - bearing_rad);
-        beside_m = std::min(beside_m, range_m_[other] * std::min(turn_rad, kTwoPi - turn_rad));
-      }
-      in_part_[slot] = asks_map_ != 0 && beside_m < kPartShare * lane_.width_m;
-      if (beside_m < kBehindShare * lane_.width_m) {
-        p *= lane_.p_hidden;
-        visibility_[slot] = Visibility::kHidden;
-      }
-    }
-    p_detect_[slot] = std::max(p, kLeastDetect);
-  }
-}
-
-// Detections that no confirmed track explains: new cars, or clutter.
-void LanePolicy::list_unclaimed(const TrackView<State>& tracks, const Iteration& it,
-                                const int32_t* measurement_of_slot) noexcept {
-  std::fill_n(claimed_, it.count, false);
-  for (int32_t slot = 0; slot < tracks.slot_count; ++slot)
-    if (tracks.head[slot].alive && measurement_of_slot[slot] >= 0 && is_confirmed(tracks.state[slot]))
-      claimed_[measurement_of_slot[slot]] = true;
-  unclaimed_count_ = 0;
-  for (int32_t i = 0; i < it.count; ++i)
-    if (!claimed_[i]) unclaimed_[unclaimed_count_++] = place_of(it.measurement[i]);
-}
-
 Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it,
                              int32_t* measurement_of_slot) noexcept {
   asks_map_ = it.in_map && it.ask_map;
@@ -343,38 +242,6 @@ Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it
 }
 
 // ---- update ---------------------------------------------------------------------------------------------------------
-
-// Log of the ratio: such a detection of a car, to one of another object.
-double LanePolicy::evidence_of(const Measurement& z) const noexcept {
-  const double dx = z.x_m - ego_.x_m, dy = z.y_m - ego_.y_m, range_m = hypot_f64(dx, dy);
-  double score = z.object_class == int32_t(ObjectClass::kCar) ? 0.0 : lane_.unknown_score;
-  if (!is_cluster(z)) score = score_of(z);
-  if (z.height_m < lane_.low_m) {  // the height of the road is less certain far away
-    const double share = range_m > kLowReach_m ? kLowReach_m / range_m : 1.0;
-    score += lane_.low_score * share * share;
-  }
-  if (!is_cluster(z)) return score;
-  const double near_m = std::max(range_m, kNearest_m);
-  double share = double(z.points) * near_m * near_m / lane_.car_points;
-  if (!is_behind_wing(ego_, range_m, wrap_angle(atan2_f64(dy, dx) - ego_.heading_rad)))
-    share /= std::clamp(kPart_m * kPart_m / (near_m * near_m), 1.0, kMostWhole);
-  if (share < kSparse)
-    score += lane_.sparse_score;
-  else if (share < kThin)
-    score += lane_.thin_score;
-  if (z.view != int32_t(CarView::kSide) && z.width_m < lane_.narrow_m) score += lane_.narrow_score;
-  return score;
-}
-
-// Density of the other unclaimed detections around an unclaimed one. Pushed rows are another detector's cars: many of
-// them are traffic.
-double LanePolicy::clutter_near(const Measurement& z) const noexcept {
-  if (!is_cluster(z)) return lane_.clutter_per_m2;
-  const double reach_m2 = lane_.clutter_reach_m * lane_.clutter_reach_m;
-  int32_t count = 0;
-  for (int32_t i = 0; i < unclaimed_count_; ++i) count += distance_m2(unclaimed_[i], place_of(z)) <= reach_m2;
-  return std::max(lane_.clutter_per_m2, double(count - 1) / lane_.clutter_area_m2);
-}
 
 // Innovations to one side, several or a large one, are a manoeuvre: the car brakes, accelerates or turns.
 void LanePolicy::watch_for_manoeuvre(State& s, const Measurement& z, double dt_s) const noexcept {
@@ -428,26 +295,15 @@ void LanePolicy::measure_heading(State& s, const Measurement& z) const noexcept 
   s.heading_age_s = 0.0;
 }
 
-int64_t LanePolicy::limit_votes(int64_t votes) noexcept { return std::clamp(votes, -kMostVotes, kMostVotes); }
-
 // A measurement older than the state: back without noise, update, and forward to the state's time without noise.
 void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& z) noexcept {
   const Measurement wide = with_lasting_error(z);
   s.asks_map = asks_map_;
   move(s, dt_s, true);
-  hit_score_[slot] = 0.0;
-  if (Innovation innovation; innovate(s.estimate, wide, &innovation)) {
-    const double log_density = -kLog2Pi - 0.5 * (innovation.log_det + innovation.d2);
-    const double log_ratio = log_f64(p_detect_[slot] / clutter_near(z)) + log_density;
-    hit_score_[slot] = std::clamp(log_ratio, -lane_.hit_score, lane_.hit_score);
-    if (!in_part_[slot]) hit_score_[slot] += evidence_of(z);
-    watch_for_manoeuvre(s, wide, dt_s);
-  }
-  s.class_votes = limit_votes(s.class_votes + vote_of(z));
-  if (is_known_car(s, z))
-    hit_score_[slot] = std::max(hit_score_[slot], kKnownHit);
-  else if (s.class_votes < 0 && z.debris && !in_part_[slot])
-    hit_score_[slot] = -lane_.hit_score;
+  Innovation innovation;
+  const bool is_known = innovate(s.estimate, wide, &innovation);
+  score_hit(slot, s, z, is_known ? &innovation : nullptr);
+  if (is_known) watch_for_manoeuvre(s, wide, dt_s);
   if (is_course_unknown(s.estimate) && s.unseen_s > 0.0)
     find_course(s.estimate, wide, params_.birth_sigma_v, s.unseen_s);
   else
@@ -495,63 +351,9 @@ LaneTrack LanePolicy::initiate(const Measurement& z, const Iteration& it) const 
   s.heading_rad = mean.course_rad;
   s.heading_var = cov[3][3] + kSlip_rad * kSlip_rad;
   measure_heading(s, z);
-  s.class_votes = vote_of(z);
-  s.score = evidence_of(z);
-  s.history = 1;
-  s.age = 1;
-  s.hits = is_cluster(z) ? 1 : kRowHits;
+  begin_existence(s, z);
   look_at_lane(s);
   return s;
-}
-
-// ---- existence ------------------------------------------------------------------------------------------------------
-
-// What stands is seen first from ahead: a new track behind the ego vehicle of something much slower than it is of an
-// object that did not look like a car then.
-bool LanePolicy::is_left_behind(int32_t slot, const State& s) const noexcept {
-  return ego_.known && std::fabs(bearing_rad_[slot]) > kHalfPi && range_m_[slot] > kLeft_m &&
-         s.estimate.mean.speed_mps < kLeftShare * ego_.speed_mps;
-}
-
-// The features tell new cars from other objects. A known car may show very little of itself, so a hit of a track that
-// was confirmed always speaks for it.
-bool LanePolicy::record(int32_t slot, State& s, bool hit) const noexcept {
-  s.history = s.history << 1 | uint64_t(hit);
-  if (s.age < INT32_MAX) ++s.age;
-  s.asks_map = asks_map_;
-  s.is_new = 0;
-  s.visibility = hit ? Visibility::kSeen : visibility_[slot];
-  if (hit) {
-    if (s.hits < INT32_MAX) ++s.hits;
-    s.score += hit_score_[slot];
-  } else {
-    s.score += log_f64(1.0 - p_detect_[slot]);
-  }
-  s.score = std::clamp(s.score, -lane_.most_score, lane_.most_score);
-  switch (s.stage) {
-    case LaneStage::kTentative:
-      if (s.score > lane_.confirm_score && s.hits >= lane_.confirm_hits && !is_left_behind(slot, s)) {
-        s.stage = LaneStage::kConfirmed;
-        s.is_new = 1;
-      }
-      return s.is_new != 0 || (s.score > lane_.drop_score - 0.5 * lane_.most_score &&
-                               std::countr_zero(s.history) <= lane_.tentative_misses);
-    case LaneStage::kConfirmed: {
-      const auto& p = s.estimate.covariance;
-      const bool is_free = !s.asks_map && s.visibility == Visibility::kMissed;
-      const double most_m = is_free ? std::min(lane_.coast_sigma_m, kFreeCoast_m) : lane_.coast_sigma_m;
-      const bool is_certain = p[0][0] + p[1][1] <= most_m * most_m;
-      if (!(s.score > lane_.drop_score) || s.unseen_s > lane_.coast_s || !is_certain) {
-        s.stage = LaneStage::kLost;
-        s.score = std::min(s.score, 0.0);
-      }
-      return true;
-    }
-    case LaneStage::kLost:
-      if (hit && s.score > lane_.confirm_score) s.stage = LaneStage::kConfirmed;
-      return true;  // until it is silent
-  }
-  return true;
 }
 
 // ---- publish --------------------------------------------------------------------------------------------------------

@@ -82,6 +82,7 @@ class LanePolicy {
   double travel_m(const State& s, double dt_s) const noexcept { return s.estimate.mean.speed_mps * std::fabs(dt_s); }
 
  private:
+  // lane_tracker.cpp
   void move(State& s, double dt_s, bool forward_in_time) const noexcept;
   bool comes_to_rest(const State& s) const noexcept;
   PathKind path_of(const State& s) const noexcept;
@@ -93,18 +94,24 @@ class LanePolicy {
   void measure_heading(State& s, const Measurement& z) const noexcept;
   void watch_for_manoeuvre(State& s, const Measurement& z, double dt_s) const noexcept;
   Measurement with_lasting_error(const Measurement& z) const noexcept;
+
+  // lane_existence.cpp
+  void look_from_ego(const TrackView<State>& tracks) noexcept;
+  void find_detectable(const TrackView<State>& tracks, const Iteration& it) noexcept;
+  void list_unclaimed(const TrackView<State>& tracks, const Iteration& it, const int32_t* measurement_of_slot) noexcept;
   double evidence_of(const Measurement& z) const noexcept;
   double clutter_near(const Measurement& z) const noexcept;
-  void list_unclaimed(const TrackView<State>& tracks, const Iteration& it, const int32_t* measurement_of_slot) noexcept;
-  void find_detectable(const TrackView<State>& tracks, const Iteration& it) noexcept;
+  void score_hit(int32_t slot, State& s, const Measurement& z, const Innovation* innovation) noexcept;
+  void begin_existence(State& s, const Measurement& z) const noexcept;
+  bool was_passed(int32_t slot, const State& s) const noexcept;
   static int64_t limit_votes(int64_t votes) noexcept;
-  bool is_left_behind(int32_t slot, const State& s) const noexcept;
+
+  // lane_identity.cpp
   void find_places(const TrackView<State>& tracks, const Iteration& it) noexcept;
-  void look_from_ego(const TrackView<State>& tracks) noexcept;
   bool is_same_place(const State& s, Place place, Place other, double share) const noexcept;
-  bool is_elder(const TrackView<State>& tracks, int32_t other, int32_t slot, double& distance_m) const noexcept;
   bool may_come_from(const State& lost, int32_t lost_slot, const State& found, int32_t slot,
                      double& distance_m) const noexcept;
+  bool is_elder(const TrackView<State>& tracks, int32_t other, int32_t slot, double& distance_m) const noexcept;
 
   const TrackerParams params_;
   const LaneTrackerParams lane_;

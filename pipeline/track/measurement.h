@@ -5,6 +5,7 @@
 // frame's detections and the filter's update: the frame fills it, the history keeps it, the filter reads it.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -29,6 +30,10 @@ struct Measurement {
   int32_t points = 0;              // of a cluster; 0: a pushed row
   double score = kNotMeasured;     // of a pushed row: its detector's confidence, 0 to 1
 };
+
+// The rules for looks, lasting errors and clutter are of clusters. A pushed row has no points: its box is another
+// detector's estimate of a whole object.
+inline bool is_cluster(const Measurement& z) noexcept { return z.points > 0 && std::isfinite(z.height_m); }
 
 // Positive definite, with variances of 1e-12 to 1e12 m^2.
 inline bool is_position_covariance(double var_x, double var_y, double cov_xy) noexcept {

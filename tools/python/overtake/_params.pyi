@@ -336,7 +336,7 @@ class lane_tracker_group:
     """a detection with less than 0.03 of these points (up to 6 times as many nearer than 60 m) adds (number, -100
     to 100)"""
     thin_score: float
-    """one with up to 0.1 of them adds (number, -100 to 100)"""
+    """one with 0.03 to 0.1 of them adds (likewise) (number, -100 to 100)"""
     narrow_m: float
     """a detection from behind or ahead that is less wide is narrow (number, 0 to 100 m)"""
     narrow_score: float

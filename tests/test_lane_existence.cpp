@@ -1,0 +1,235 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The tracker of preset `best`: which tracks are cars.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "tests/support/lane_bench.h"
+
+namespace {
+
+using namespace overtake;
+using test::kFrame_s, test::LaneBench, test::seen_car;
+
+}  // namespace
+
+TEST_CASE("lane existence: a car is confirmed at its third hit, a low, sparse or narrow object is not") {
+  const auto confirmed_at = [](auto change) {
+    LaneBench bench;
+    for (int32_t k = 0; k < 40; ++k) {
+      bench.ego_at(50 * kFrame_s * k - 30);
+      Measurement z = seen_car(50 * kFrame_s * k, 0, k);
+      change(z);
+      bench.step(k, {z});
+      if (bench.is_confirmed()) return k + 1;
+    }
+    return 0;
+  };
+  CHECK(confirmed_at([](Measurement&) {}) == 3);
+  CHECK(confirmed_at([](Measurement& z) { z.height_m = 0.2; }) == 0);
+  CHECK(confirmed_at([](Measurement& z) { z.points = 1; }) == 0);
+  CHECK(confirmed_at([](Measurement& z) { z.object_class = 0, z.width_m = 0.4, z.points = 5; }) == 0);
+  CHECK(confirmed_at([](Measurement& z) { z.object_class = 0; }) == 0);  // it never looks like a car
+  // Pushed rows have no features, with or without a height.
+  for (const double height_m : {kNotMeasured, 1.1})
+    CHECK(confirmed_at([height_m](Measurement& z) {
+            z.height_m = height_m, z.object_class = 0, z.points = 0, z.view = -1, z.width_m = 0.4;
+          }) == 2);
+}
+
+TEST_CASE("lane existence: a pushed row of a low score or a low box confirms later, a cluster has no score") {
+  const auto confirmed_at = [](int32_t points, double score, double height_m = kNotMeasured) {
+    LaneBench bench;
+    for (int32_t k = 0; k < 40; ++k) {
+      bench.ego_at(50 * kFrame_s * k - 30);
+      Measurement z = seen_car(50 * kFrame_s * k, 0, k);
+      z.points = points, z.score = score;
+      if (points == 0) z.height_m = height_m;
+      bench.step(k, {z});
+      if (k == 0 && points == 0 && !std::isfinite(height_m)) {  // the first existence is the detector's
+        const double limited = std::isfinite(score) ? std::clamp(score, 0.1192029, 0.8807971) : 0.7310586;
+        CHECK(bench.state().score == doctest::Approx(std::log(limited / (1 - limited))).epsilon(1e-6));
+      }
+      if (bench.is_confirmed()) return k + 1;
+    }
+    return 0;
+  };
+  CHECK(confirmed_at(0, kNotMeasured) == 2);  // its detector says that it is a car
+  for (const double score : {0.7, 0.95, 1.0}) CHECK(confirmed_at(0, score) == 2);
+  for (const double score : {0.5, 0.6}) CHECK(confirmed_at(0, score) == 3);
+  CHECK(confirmed_at(0, 0.3) > 3);
+  CHECK(confirmed_at(0, 0.15) > confirmed_at(0, 0.3));
+  CHECK(confirmed_at(0, 0.0) > confirmed_at(0, 0.15));
+  CHECK(confirmed_at(0, 0.0) == confirmed_at(0, 0.1));  // limited
+  CHECK(confirmed_at(0, 0.0) < 20);                     // many such rows are a car all the same
+  CHECK(confirmed_at(1000, 0.0) == 3);
+  CHECK(confirmed_at(0, kNotMeasured, 1.1) == 2);
+  CHECK(confirmed_at(0, kNotMeasured, 0.2) > 6);
+  CHECK(confirmed_at(0, 0.95, 0.2) > 3);
+}
+
+TEST_CASE("lane existence: a confirmed car keeps its track while its rows have a score of 0") {
+  LaneBench bench;
+  TrackId id = kNobody;
+  for (int32_t k = 0; k < 80; ++k) {
+    bench.ego_at(50 * kFrame_s * k - 30);
+    Measurement z = seen_car(50 * kFrame_s * k, 0, k);
+    z.points = 0, z.height_m = kNotMeasured, z.score = k < 20 ? 0.9 : 0.0;
+    const TrackId taken = bench.step(k, {z})[0];
+    if (k == 0) id = taken;
+    REQUIRE(taken == id);
+  }
+  CHECK(bench.is_confirmed());
+}
+
+TEST_CASE("lane existence: objects among many others that no car explains are confirmed later or not at all") {
+  const auto confirmed_after = [](int32_t others, bool pushed = false) {
+    std::mt19937_64 random(5);
+    LaneBench bench;
+    for (int32_t k = 0; k < 10; ++k) {
+      bench.ego_at(50 * kFrame_s * k - 30);
+      std::vector<Measurement> seen = {seen_car(50 * kFrame_s * k, 0, k)};
+      for (int32_t i = 0; i < others; ++i) {
+        const double angle = std::uniform_real_distribution<double>(0, 6.28)(random);
+        seen.push_back(seen_car(seen[0].x_m + 8 * std::cos(angle), 8 * std::sin(angle), k));
+      }
+      if (pushed)
+        for (Measurement& z : seen) z.points = 0;
+      bench.step(k, seen);
+      for (int32_t i = 0; i < bench.rows.count; ++i)
+        if (bench.is_confirmed(i)) return k + 1;
+    }
+    return 100;
+  };
+  CHECK(confirmed_after(0) == 3);
+  CHECK(confirmed_after(12) > 3);
+  CHECK(confirmed_after(30) > 4);
+  CHECK(confirmed_after(30, true) == 2);  // pushed rows may be traffic
+}
+
+TEST_CASE("lane existence: a known car that shows little of itself keeps its track") {
+  LaneBench bench;
+  const TrackId id = bench.follow(20);
+  for (int32_t k = 20; k < 80; ++k) {
+    bench.ego_at(50 * kFrame_s * k - 30);
+    Measurement z = seen_car(50 * kFrame_s * k, 0, k);
+    z.object_class = 0, z.points = 2, z.width_m = 0.2, z.height_m = 0.2;
+    CHECK(bench.step(k, {z})[0] == id);
+  }
+  CHECK(bench.is_confirmed());
+}
+
+TEST_CASE("lane existence: near the ego vehicle a car shows many points, but not behind the own wing") {
+  const auto confirmed_at = [](double ahead_m, double left_m, int32_t points) {
+    LaneBench bench;
+    for (int32_t k = 0; k < 40; ++k) {
+      bench.ego_at(50 * kFrame_s * k - ahead_m);
+      Measurement z = seen_car(50 * kFrame_s * k, left_m, k);
+      z.points = points;
+      bench.step(k, {z});
+      if (bench.is_confirmed()) return k + 1;
+    }
+    return 0;
+  };
+  CHECK(confirmed_at(100, 0, 3) == 3);
+  CHECK(confirmed_at(25, 0, 200) == 3);
+  CHECK(confirmed_at(25, 0, 60) > 3);
+  CHECK(confirmed_at(25, 0, 12) == 0);
+  CHECK(confirmed_at(2, 2.5, 1000) == 3);
+  CHECK(confirmed_at(2, 2.5, 100) == 0);
+  CHECK(confirmed_at(-25, 0, 20) == 3);
+  CHECK(confirmed_at(-25, 10, 20) > 3);  // beside the wing's shadow
+}
+
+TEST_CASE("lane existence: a track that never looked like a car is lost when it looks like none, debris at once") {
+  const auto lost_after = [](auto first, auto later) {
+    LaneBench bench;
+    for (int32_t k = 0; k < 60; ++k) {
+      bench.ego_at(50 * kFrame_s * k - 60);
+      Measurement z = seen_car(50 * kFrame_s * k, 0, k);
+      z.points = 0, z.object_class = 0;  // pushed rows confirm it
+      if (k >= 10 && k < 15) z.points = 1000, first(z);
+      if (k >= 15) z.points = 1000, later(z);
+      bench.step(k, {z});
+      REQUIRE(bench.rows.count == 1);
+      if (k == 9) REQUIRE(bench.is_confirmed());
+      if (k >= 15 && !bench.is_confirmed()) return k - 14;
+    }
+    return 0;
+  };
+  const auto as_it_is = [](Measurement&) {};
+  const auto low = [](Measurement& z) { z.height_m = 0.2; };
+  const auto debris = [](Measurement& z) { z.object_class = int32_t(ObjectClass::kDebris), z.debris = 1; };
+  const auto car = [](Measurement& z) { z.object_class = int32_t(ObjectClass::kCar); };
+  CHECK(lost_after(as_it_is, as_it_is) == 0);
+  CHECK(lost_after(as_it_is, low) > 0);
+  const int32_t at_once = lost_after(as_it_is, debris);
+  CHECK(at_once > 0);
+  CHECK(at_once <= 4);
+  CHECK(lost_after(car, low) == 0);    // a known car
+  CHECK(lost_after(car, debris) > 5);  // as many votes have to say so
+}
+
+TEST_CASE("lane existence: what stands and comes into view behind the ego vehicle is no new car") {
+  const auto is_confirmed = [](double ahead_m, double speed_mps) {
+    LaneBench bench;
+    for (int32_t k = 0; k < 30; ++k) {
+      const double t_s = kFrame_s * k;
+      bench.ego_at(50 * t_s);
+      bench.step(k, {seen_car(ahead_m + speed_mps * t_s, 0, k)});
+    }
+    return bench.is_confirmed();
+  };
+  CHECK(is_confirmed(140, 0));  // seen from ahead, and passed
+  CHECK_FALSE(is_confirmed(-80, 0));
+  CHECK(is_confirmed(-80, 30));
+  CHECK(is_confirmed(-10, 0));  // near: it may have been hidden
+}
+
+TEST_CASE("lane existence: misses end what is in view; what another car hides, or the own wing, goes on") {
+  // Seconds from the last detection until the track is no longer confirmed.
+  const auto lasts_s = [](double ahead_m, bool behind_another) {
+    TrackerParams params = LaneBench::of_best();
+    params.lane.coast_sigma_m = 1e3;
+    LaneBench bench(nullptr, params);
+    for (int32_t k = 0; k < 140; ++k) {
+      const double x_m = 50 * kFrame_s * k;
+      bench.ego_at(x_m - ahead_m);
+      std::vector<Measurement> seen;
+      if (behind_another) seen.push_back(seen_car(x_m - 15, 0, k));
+      if (k < 20) seen.push_back(seen_car(x_m, 0, k));
+      bench.step(k, seen);
+      if (k > 25 && bench.confirmed() == int32_t(behind_another)) return (k - 19) * kFrame_s;
+    }
+    return 100.0;
+  };
+  CHECK(lasts_s(40, false) < 1.5);
+  CHECK(lasts_s(40, true) > 2.5);
+  CHECK(lasts_s(-30, false) > 2.5);
+  CHECK(lasts_s(-8, false) < 1.5);  // nearer than the shadow of the wing
+  CHECK(lasts_s(40, true) < 4.5);   // and no longer than coast_s
+}
+
+TEST_CASE("lane existence: without a map, a distant car that is not seen is lost as soon as its place is uncertain") {
+  const auto coasts_s = [](double coast_sigma_m) {
+    TrackerParams params = LaneBench::of_best();
+    params.lane.coast_sigma_m = coast_sigma_m;
+    LaneBench bench(nullptr, params);
+    bench.follow(40);
+    REQUIRE(bench.confirmed() == 1);
+    int32_t k = 40;
+    for (; k < 200 && bench.is_confirmed(); ++k) {
+      bench.ego_at(50 * kFrame_s * k - 150);  // a miss says little
+      bench.step(k, {});
+    }
+    return (k - 40) * kFrame_s;
+  };
+  CHECK(coasts_s(20) == coasts_s(3));
+  CHECK(coasts_s(1) < coasts_s(3));
+  CHECK(coasts_s(3) > 0.3);
+}
