@@ -8,6 +8,7 @@
 #include "core/math.h"
 #include "kernels/heading_grid.h"
 #include "pipeline/cluster_places.h"
+#include "pipeline/pixel_view.h"
 
 namespace overtake {
 namespace {
@@ -106,94 +107,6 @@ Covariance find_covariance(const Posed& pose, const CarProfile::Match& match, bo
 
 // ---- class ----------------------------------------------------------------------------------------------------------
 
-// The pixels of a cluster in the image of one sensor.
-struct PixelBox {
-  int32_t row_low = INT32_MAX, row_high = -1, col_low = INT32_MAX, col_high = INT32_MIN;
-};
-
-class PixelView {
- public:
-  PixelView(const SensorModel& sensor, const SensorPart& part) : sensor_(sensor), part_(part) {}
-
-  // Columns go on beyond the edges of a sensor that sees all around: a box across the first column has no gap.
-  void add_pixels(int32_t cluster, PixelBox& box) const {
-    const Plane<int32_t>& image = part_.kept.images.pixel_point;
-    const int32_t begin = part_.clusters.point_begin[cluster], end = begin + part_.clusters.point_count[cluster];
-    for (int32_t k = begin; k < end; ++k) {
-      const int32_t pixel = part_.kept.points.pixel[part_.cluster_points.point[k]];
-      if (pixel < 0) continue;
-      const int32_t row = pixel / image.stride;
-      int32_t col = pixel % image.stride;
-      if (sensor_.wraps && box.row_high >= 0) {
-        if (col - box.col_low > image.cols / 2) col -= image.cols;
-        if (box.col_low - col > image.cols / 2) col += image.cols;
-      }
-      box.row_low = std::min(box.row_low, row), box.row_high = std::max(box.row_high, row);
-      box.col_low = std::min(box.col_low, col), box.col_high = std::max(box.col_high, col);
-    }
-  }
-
-  // Largest angle between two neighbouring rows at the cluster; 0: unknown.
-  float find_row_pitch(const PixelBox& box) const {
-    float pitch = 0.0f, before = 0.0f;
-    bool any = false;
-    for (int32_t row = box.row_low - 1; row <= box.row_high + 1; ++row) {
-      float slope;
-      if (!find_slope(row, box.col_low - kBeside, box.col_high + kBeside, slope)) {
-        any = false;  // a row without a return: the next angle would be of two rows
-        continue;
-      }
-      if (any) pitch = max_of(pitch, abs_of(slope - before));
-      before = slope;
-      any = true;
-    }
-    return pitch;
-  }
-
-  // Whether something nearer, or the edge of the image, may hide more of the object on the left or on the right.
-  bool may_be_hidden(const PixelBox& box, float range_m) const {
-    constexpr float kNearer_m = 0.5f;
-    for (int32_t row = box.row_low; row <= box.row_high; ++row)
-      for (int32_t k = 1; k <= kBeside; ++k)
-        for (const int32_t col : {box.col_low - k, box.col_high + k}) {
-          if (!sensor_.wraps && (col < 0 || col >= sensor_.cols)) return true;
-          const int32_t point = at(row, col);
-          if (point >= 0 && range_of(point) < range_m - kNearer_m) return true;
-        }
-    return false;
-  }
-
- private:
-  static constexpr int32_t kBeside = 2;  // columns
-
-  int32_t at(int32_t row, int32_t col) const {
-    const Plane<int32_t>& image = part_.kept.images.pixel_point;
-    if (row < 0 || row >= image.rows) return kNoPoint;
-    if (sensor_.wraps) col = (col % image.cols + image.cols) % image.cols;
-    return col < 0 || col >= image.cols ? kNoPoint : image.at(row, col);
-  }
-  float range_of(int32_t point) const {
-    const ScanTable& scan = part_.scan;
-    const float x = scan.x_m[point], y = scan.y_m[point], z = scan.z_m[point];
-    return std::sqrt(x * x + y * y + z * z);
-  }
-  // Height over distance of a return of the row between the columns, in the sensor's axes.
-  bool find_slope(int32_t row, int32_t first, int32_t last, float& slope) const {
-    for (int32_t col = first; col <= last; ++col) {
-      const int32_t point = at(row, col);
-      if (point < 0) continue;
-      const ScanTable& scan = part_.scan;
-      const float x = scan.x_m[point], y = scan.y_m[point];
-      slope = scan.z_m[point] / std::sqrt(max_of(x * x + y * y, 1e-6f));
-      return true;
-    }
-    return false;
-  }
-
-  const SensorModel& sensor_;
-  const SensorPart& part_;
-};
-
 constexpr float kSqrt2 = 1.41421357f;
 
 // The longer side of the tightest box around the points of a cluster.
@@ -209,12 +122,31 @@ float measure_longest(const Frame& frame, int32_t row, const OrientedBox& box) {
   return longest_m;
 }
 
+// Whether a large part of what returns around a cluster is smoke. What is left of smoke looks like anything. A car in
+// smoke is known from before, and its track needs no class.
+bool is_among_smoke(const StageContext& context, const Frame& frame, int32_t row) {
+  constexpr float kSmokeShare = 0.4f;
+  SmokeCount all;
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    if (3 * part.reason_count[int32_t(Reason::kSmoke)] < frame.merged.point_count[row]) {
+      all.labelled += part.clusters.point_count[cluster];
+      return;
+    }
+    const PixelView view(context.sensors[&part - frame.sensors], part);
+    PixelBox pixels;
+    view.add_pixels(cluster, pixels);
+    if (pixels.row_high >= 0) view.count_smoke(pixels, frame.merged.nearest_m[row], all);
+  });
+  return float(all.smoke) > kSmokeShare * float(all.smoke + all.labelled);
+}
+
 // The class of a cluster, by what a car would show at this distance. A car has kRows rows and kColumns columns at
 // least on its body, which is as wide as the car; then an object smaller than debris_m is not a car, unless something
 // hides the rest of it. Where a car has fewer rows or columns, its body may be missed: then the class is not debris.
 ObjectClass classify(const StageContext& context, const Frame& frame, int32_t row, const OrientedBox& box,
                      float low_m) {
   constexpr float kBody_m = 0.7f, kRows = 3.0f, kColumns = 12.0f, kCarShare = 0.6f, kOnTheRoad_m = 0.2f;
+  if (is_among_smoke(context, frame, row)) return ObjectClass::kUnknown;
   const FrameClusterTable& merged = frame.merged;
   const float width_m = context.detect.fit_rectangle.width_m, debris_m = context.detect.pose_by_view.debris_m;
   float longest_m = max_of(box.length(), box.width());

@@ -237,6 +237,23 @@ TEST_CASE("pose by view: a box or a tyre is debris where a car would show more, 
   CHECK(class_of({{15, 0, 0, 0.75, 0.75, 0.0, 0.75, 1}}, 0.01) == OVT_CLASS_DEBRIS);
 }
 
+TEST_CASE("pose by view: what is left between pixels of smoke has no class") {
+  const auto class_of = [](const Solid& beside, double x_m = 25.0) {
+    const Looked bench({car_at(x_m, 0), beside});
+    REQUIRE(bench.frame.detections.count == 1);
+    return bench.frame.views.object_class[0];
+  };
+  // Smoke over the middle of a car, half as wide as the car; a fifth; and as much of a solid object.
+  CHECK(class_of({22, 0, 0, 0.1, 0.9, 0.0, 1.5, -1}) == OVT_CLASS_UNKNOWN);
+  CHECK(class_of({22, 0, 0, 0.1, 0.3, 0.0, 1.5, -1}) == OVT_CLASS_CAR);
+  CHECK(class_of({22, 0, 0, 0.1, 0.9, 0.0, 1.5, 0}) == OVT_CLASS_CAR);
+  // Smoke in front of the car, but not near it.
+  CHECK(class_of({14, 0, 0, 0.1, 0.6, 0.0, 1.3, -1}) == OVT_CLASS_CAR);
+  // All around a distant car; and farther behind it.
+  CHECK(class_of({62.9, 0, 0, 0.1, 6.0, 0.0, 2.5, -1}, 60) == OVT_CLASS_UNKNOWN);
+  CHECK(class_of({65.9, 0, 0, 0.1, 6.0, 0.0, 2.5, -1}, 60) == OVT_CLASS_CAR);
+}
+
 TEST_CASE("pose by view: nothing in an incomplete scan is debris") {
   for (const uint32_t mask : {0u, 1u, 2u}) {
     RulesBench bench;

@@ -32,7 +32,7 @@ inline Spots corners(float x0, float x1, float y0, float y1, float z0, float z1,
   return spots;
 }
 
-// A box on the road. Cluster 0 hides what is behind it, and is in no cluster.
+// A box on the road. Cluster 0 hides what is behind it, and is in no cluster; -1 does so as smoke.
 struct Solid {
   double x_m, y_m, yaw_deg, length_m, width_m, low_m, high_m;
   int32_t cluster = 1;
@@ -92,6 +92,7 @@ class RulesBench {
       part.present = true;
       part.stamp_ns = frame.stamp_ns;
       part.scan.count = 0;
+      part.reason_count[int32_t(Reason::kSmoke)] = 0;
       Plane<int32_t>& image = part.kept.images.pixel_point;
       for (int32_t r = 0; r < image.rows; ++r)
         for (int32_t c = 0; c < image.cols; ++c) image.at(r, c) = kNoPoint;
@@ -128,6 +129,10 @@ class RulesBench {
         image.at(r, c) = point;
         frame.sensors[0].kept.images.height_m.at(r, c) = spot.z;  // the road is level
         if (hit > 0) clusters[std::size_t(hit)].push_back(point);
+        if (hit < 0) {
+          frame.sensors[0].kept.points.reason[point] = uint8_t(Reason::kSmoke);
+          ++frame.sensors[0].reason_count[int32_t(Reason::kSmoke)];
+        }
       }
     for (const std::vector<int32_t>& rows : clusters)
       if (!rows.empty()) add_cluster(0, rows);
@@ -155,6 +160,7 @@ class RulesBench {
     for (int32_t k = 0; k < 3; ++k) of_sensor[k][row] = t.r[k] * v[0] + t.r[3 + k] * v[1] + t.r[6 + k] * v[2];
     part.kept.points.pixel[row] = pixel;
     part.kept.points.label[row] = -1;
+    part.kept.points.reason[row] = uint8_t(Reason::kLabelled);
     part.kept.points.count = part.scan.count;
     if (std::size_t(row) >= spots_[std::size_t(s)].size()) spots_[std::size_t(s)].resize(std::size_t(row) + 1);
     spots_[std::size_t(s)][std::size_t(row)] = spot;

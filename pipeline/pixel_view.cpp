@@ -1,0 +1,100 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/pixel_view.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/math.h"
+#include "kernels/drop_smoke.h"
+
+namespace overtake {
+namespace {
+
+constexpr int32_t kBeside = 2;  // columns
+
+}  // namespace
+
+void PixelView::add_pixels(int32_t cluster, PixelBox& box) const noexcept {
+  const Plane<int32_t>& image = part_.kept.images.pixel_point;
+  const int32_t begin = part_.clusters.point_begin[cluster], end = begin + part_.clusters.point_count[cluster];
+  for (int32_t k = begin; k < end; ++k) {
+    const int32_t pixel = part_.kept.points.pixel[part_.cluster_points.point[k]];
+    if (pixel < 0) continue;
+    const int32_t row = pixel / image.stride;
+    int32_t col = pixel % image.stride;
+    if (sensor_.wraps && box.row_high >= 0) {
+      if (col - box.col_low > image.cols / 2) col -= image.cols;
+      if (box.col_low - col > image.cols / 2) col += image.cols;
+    }
+    box.row_low = std::min(box.row_low, row), box.row_high = std::max(box.row_high, row);
+    box.col_low = std::min(box.col_low, col), box.col_high = std::max(box.col_high, col);
+  }
+}
+
+float PixelView::find_row_pitch(const PixelBox& box) const noexcept {
+  float pitch = 0.0f, before = 0.0f;
+  bool any = false;
+  for (int32_t row = box.row_low - 1; row <= box.row_high + 1; ++row) {
+    float slope;
+    if (!find_slope(row, box.col_low - kBeside, box.col_high + kBeside, slope)) {
+      any = false;  // a row without a return: the next angle would be of two rows
+      continue;
+    }
+    if (any) pitch = max_of(pitch, abs_of(slope - before));
+    before = slope;
+    any = true;
+  }
+  return pitch;
+}
+
+bool PixelView::may_be_hidden(const PixelBox& box, float range_m) const noexcept {
+  constexpr float kNearer_m = 0.5f;
+  for (int32_t row = box.row_low; row <= box.row_high; ++row)
+    for (int32_t k = 1; k <= kBeside; ++k)
+      for (const int32_t col : {box.col_low - k, box.col_high + k}) {
+        if (!sensor_.wraps && (col < 0 || col >= sensor_.cols)) return true;
+        const int32_t point = at(row, col);
+        if (point >= 0 && range_of(point) < range_m - kNearer_m) return true;
+      }
+  return false;
+}
+
+void PixelView::count_smoke(const PixelBox& box, float range_m, SmokeCount& count) const noexcept {
+  constexpr float kReach_m = 6.0f;
+  for (int32_t row = box.row_low - kSmokeRows; row <= box.row_high + kSmokeRows; ++row)
+    for (int32_t col = box.col_low - kSmokeCols; col <= box.col_high + kSmokeCols; ++col) {
+      const int32_t point = at(row, col);
+      if (point < 0 || !(abs_of(range_of(point) - range_m) <= kReach_m)) continue;
+      count.smoke += Reason(part_.kept.points.reason[point]) == Reason::kSmoke;
+      count.labelled += part_.kept.points.label[point] > kLabelGround;
+    }
+}
+
+int32_t PixelView::at(int32_t row, int32_t col) const noexcept {
+  const Plane<int32_t>& image = part_.kept.images.pixel_point;
+  if (row < 0 || row >= image.rows) return kNoPoint;
+  if (sensor_.wraps) col = (col % image.cols + image.cols) % image.cols;
+  return col < 0 || col >= image.cols ? kNoPoint : image.at(row, col);
+}
+
+float PixelView::range_of(int32_t point) const noexcept {
+  const ScanTable& scan = part_.scan;
+  const float x = scan.x_m[point], y = scan.y_m[point], z = scan.z_m[point];
+  return std::sqrt(x * x + y * y + z * z);
+}
+
+// Height over distance of a return of the row between the columns, in the sensor's axes.
+bool PixelView::find_slope(int32_t row, int32_t first, int32_t last, float& slope) const noexcept {
+  for (int32_t col = first; col <= last; ++col) {
+    const int32_t point = at(row, col);
+    if (point < 0) continue;
+    const ScanTable& scan = part_.scan;
+    const float x = scan.x_m[point], y = scan.y_m[point];
+    slope = scan.z_m[point] / std::sqrt(max_of(x * x + y * y, 1e-6f));
+    return true;
+  }
+  return false;
+}
+
+}  // namespace overtake

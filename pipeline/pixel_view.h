@@ -1,0 +1,44 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The pixels of a cluster in the image of one sensor, and what lies around them.
+#pragma once
+
+#include <cstdint>
+
+#include "pipeline/frame.h"
+
+namespace overtake {
+
+struct PixelBox {
+  int32_t row_low = INT32_MAX, row_high = -1, col_low = INT32_MAX, col_high = INT32_MIN;
+};
+
+// Pixels of smoke (drop_smoke), and of clusters.
+struct SmokeCount {
+  int32_t smoke = 0, labelled = 0;
+};
+
+class PixelView {
+ public:
+  PixelView(const SensorModel& sensor, const SensorPart& part) : sensor_(sensor), part_(part) {}
+
+  // Columns go on beyond the edges of a sensor that sees all around: a box across the first column has no gap.
+  void add_pixels(int32_t cluster, PixelBox& box) const noexcept;
+  // Largest angle between two neighbouring rows at the cluster; 0: unknown.
+  float find_row_pitch(const PixelBox& box) const noexcept;
+  // Whether something nearer, or the edge of the image, may hide more of the object on the left or on the right.
+  bool may_be_hidden(const PixelBox& box, float range_m) const noexcept;
+  // Adds the pixels in the box, and in drop_smoke's window around it, whose ranges differ from range_m by 6 m at most.
+  void count_smoke(const PixelBox& box, float range_m, SmokeCount& count) const noexcept;
+
+ private:
+  int32_t at(int32_t row, int32_t col) const noexcept;  // the point of a pixel, kNoPoint
+  float range_of(int32_t point) const noexcept;
+  bool find_slope(int32_t row, int32_t first, int32_t last, float& slope) const noexcept;
+
+  const SensorModel& sensor_;
+  const SensorPart& part_;
+};
+
+}  // namespace overtake
