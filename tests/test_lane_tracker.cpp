@@ -104,6 +104,48 @@ TEST_CASE("lane tracker: two tracks that turn out to be one car become the elder
   CHECK(c.measurements == c.hits + c.births);
 }
 
+TEST_CASE("lane tracker: a car that leaves its track abruptly has one track, and its id") {
+  // The car turns aside at once and falls back, as in a spin.
+  for (const double aside_m : {5.0, 6.0}) {
+    CAPTURE(aside_m);
+    LaneBench bench;
+    const TrackId id = bench.follow(40);
+    double x_m = 50 * kFrame_s * 39;
+    for (int32_t k = 40; k < 60; ++k) {
+      bench.ego_at(50 * kFrame_s * k - 30);
+      x_m += 30 * kFrame_s;
+      bench.step(k, {seen_car(x_m, aside_m, k)});
+      if (k >= 48) {
+        CHECK(bench.confirmed() == 1);
+        CHECK(bench.ids[0] == id);
+      }
+    }
+    CHECK(bench.tracker->counts().joined == 1);
+  }
+}
+
+TEST_CASE("lane tracker: a car that comes into view is another one if the missing car is hidden, or missing for long") {
+  // Whether a car that comes into view beside a missing one takes over its track.
+  const auto takes_over = [](bool hidden, int32_t missing) {
+    LaneBench bench;
+    for (int32_t k = 0; k < 60; ++k) {
+      const double x_m = 50 * kFrame_s * k;
+      bench.ego_at(x_m - 40);
+      std::vector<Measurement> seen;
+      if (hidden) seen.push_back(seen_car(x_m - 15, 0, k));
+      if (k < 40) seen.push_back(seen_car(x_m, 0, k));
+      if (k >= 40 + missing) seen.push_back(seen_car(x_m, 7, k));
+      bench.step(k, seen);
+    }
+    return bench.tracker->counts().joined > 0;
+  };
+  CHECK(takes_over(false, 0));
+  CHECK_FALSE(takes_over(true, 0));
+  CHECK(takes_over(false, 4));
+  CHECK_FALSE(takes_over(false, 12));
+  CHECK_FALSE(takes_over(false, -10));  // both cars were seen
+}
+
 TEST_CASE("lane tracker: a car that is lost where a bend begins follows the lane, without a map it goes on as before") {
   constexpr double kRadius = 250;
   const test::CircleRoad ring = make_ring(kRadius);

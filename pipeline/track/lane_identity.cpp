@@ -4,6 +4,7 @@
 // One track for one car: which tracks of LanePolicy are the same car, what two of them become, and which detections are
 // a part of a known car.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "core/math.h"
@@ -12,7 +13,10 @@
 namespace overtake {
 namespace {
 
-constexpr double kRecent_s = 0.3;                             // a track was seen lately
+constexpr double kRecent_s = 0.3;                            // a track was seen lately
+constexpr int32_t kYoung = 20, kBothSeen = 3, kBetween = 8;  // iterations; in the second so many a car hit two of its
+                                                             // tracks, in the third so many none of them
+constexpr double kTakenOver_s = 0.12, kTakenOver_m = 6.0, kTakenOver_mps = 10.0;
 constexpr double kSameTentative = 0.9, kSameConfirmed = 0.7;  // share of a car's length and width
 // A lost car comes back this near to its prediction, after t: base + t (rate + t growth), but no farther than most.
 constexpr double kAgainAlong_m = 6.0, kAgainAlongRate = 4.0, kAgainAlongGrowth = 5.0, kAgainMost_m = 40.0;
@@ -84,6 +88,17 @@ bool LanePolicy::may_come_from(const State& lost, int32_t lost_slot, const State
              kAgainSpeed_mps + t * kAgainSpeedRate;
 }
 
+// A car that changes its motion abruptly leaves its track: the track that found it began about when the old one, whose
+// car should be seen, had its last hit. (Two cars would have been seen at the same time.) The old track's speed and
+// course may be anything then.
+bool LanePolicy::took_over(const State& found, int32_t slot, const State& lost, int32_t lost_slot) const noexcept {
+  const double reach_m = kTakenOver_m + kTakenOver_mps * lost.unseen_s;
+  const int32_t between = std::countr_zero(lost.history) - found.age;
+  return found.stage == LaneStage::kConfirmed && found.age <= kYoung && lost.visibility == Visibility::kMissed &&
+         lost.unseen_s > kTakenOver_s && between >= -kBothSeen && between <= kBetween &&
+         distance_m2(place_[slot], place_[lost_slot]) < reach_m * reach_m;
+}
+
 // Whether `other` is an older track of the slot's car, and how far from it.
 bool LanePolicy::is_elder(const TrackView<State>& tracks, int32_t other, int32_t slot,
                           double& distance_m) const noexcept {
@@ -91,14 +106,15 @@ bool LanePolicy::is_elder(const TrackView<State>& tracks, int32_t other, int32_t
   if (other == slot || o.age < s.age || (o.age == s.age && other > slot)) return false;
   if (o.stage == LaneStage::kTentative && s.stage != LaneStage::kTentative) return false;
   distance_m = 0.0;
+  if (o.stage != LaneStage::kTentative && took_over(s, slot, o, other)) return true;
   if (o.stage == LaneStage::kTentative || (o.stage == LaneStage::kConfirmed && o.unseen_s <= kRecent_s))
     return is_same_place(o, place_[other], place_[slot],
                          s.stage == LaneStage::kConfirmed ? kSameConfirmed : kSameTentative);
   return s.is_new && may_come_from(o, other, s, slot, distance_m);
 }
 
-// An older track of the same car: one at the same place, or, for a track that was just confirmed, one that was not seen
-// lately and whose car may have come here. The nearest one, of equals the lower slot.
+// An older track of the same car: one at the same place, or, for a track that was just confirmed or that took over, one
+// that was not seen lately and whose car may have come here. The nearest one, of equals the lower slot.
 int32_t LanePolicy::find_elder(const TrackView<State>& tracks, int32_t slot) const noexcept {
   int32_t best = -1;
   double best_m = 0;
@@ -107,7 +123,8 @@ int32_t LanePolicy::find_elder(const TrackView<State>& tracks, int32_t slot) con
     if (!is_elder(tracks, other, slot, distance_m)) return;
     if (best < 0 || distance_m < best_m || (distance_m == best_m && other < best)) best = other, best_m = distance_m;
   };
-  if (!tracks.state[slot].is_new) {
+  const State& s = tracks.state[slot];
+  if (s.stage != LaneStage::kConfirmed || (!s.is_new && s.age > kYoung)) {
     grid_.for_each_near(place_[slot], look_at);
   } else {
     for (int32_t other = 0; other < tracks.slot_count; ++other)
@@ -119,7 +136,7 @@ int32_t LanePolicy::find_elder(const TrackView<State>& tracks, int32_t slot) con
 // The elder keeps what it is, and goes on with the younger one's estimate if it was not seen lately itself.
 LaneTrack LanePolicy::join(const State& elder, const State& younger, bool younger_is_newer) const noexcept {
   State s = elder;
-  if (younger_is_newer && elder.unseen_s > kRecent_s) {
+  if (younger_is_newer && elder.unseen_s > kTakenOver_s) {
     s = younger;
     s.age = elder.age;
     s.hits = int32_t(std::min(int64_t(elder.hits) + younger.hits, int64_t(INT32_MAX)));
