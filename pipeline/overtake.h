@@ -645,7 +645,7 @@ typedef enum ovt_view {              /* side of a car that the sensor faces: whe
 } ovt_view;
 
 typedef enum ovt_object_class {
-  OVT_CLASS_UNKNOWN = 0,             /* too few points to tell, or partly hidden */
+  OVT_CLASS_UNKNOWN = 0,             /* too few points, partly hidden, among smoke */
   OVT_CLASS_CAR = 1,
   OVT_CLASS_DEBRIS = 2               /* smaller than what a car would show at this distance */
 } ovt_object_class;
