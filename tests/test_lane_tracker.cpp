@@ -126,7 +126,7 @@ TEST_CASE("lane tracker: a car that leaves its track abruptly has one track, and
 
 TEST_CASE("lane tracker: a car that comes into view is another one if the missing car is hidden, or missing for long") {
   // Whether a car that comes into view beside a missing one takes over its track.
-  const auto takes_over = [](bool hidden, int32_t missing) {
+  const auto takes_over = [](bool hidden, int32_t missing, double aside_m = 7) {
     LaneBench bench;
     for (int32_t k = 0; k < 60; ++k) {
       const double x_m = 50 * kFrame_s * k;
@@ -134,13 +134,14 @@ TEST_CASE("lane tracker: a car that comes into view is another one if the missin
       std::vector<Measurement> seen;
       if (hidden) seen.push_back(seen_car(x_m - 15, 0, k));
       if (k < 40) seen.push_back(seen_car(x_m, 0, k));
-      if (k >= 40 + missing) seen.push_back(seen_car(x_m, 7, k));
+      if (k >= 40 + missing) seen.push_back(seen_car(x_m, aside_m, k));
       bench.step(k, seen);
     }
     return bench.tracker->counts().joined > 0;
   };
   CHECK(takes_over(false, 0));
   CHECK_FALSE(takes_over(true, 0));
+  CHECK_FALSE(takes_over(false, 0, 20));
   CHECK(takes_over(false, 4));
   CHECK_FALSE(takes_over(false, 12));
   CHECK_FALSE(takes_over(false, -10));  // both cars were seen
