@@ -5,7 +5,7 @@
 //
 //   1  block by block: computes the pixels of kSize points at a time; then every point claims its pixel, so that the
 //      last point holds it
-//   2  compares each point that does not hold its pixel (a few percent) with the point that does
+//   2  lists the points that do not hold their pixels (a few percent), and compares each with the point that does
 //   3  copies range and elevation of the winners, in tiles of kSize columns and all rows: the points of a tile lie near
 //      each other in memory, whether they came ring by ring or column by column
 //
@@ -30,6 +30,35 @@ OVT_INLINE void challenge_winner(const float* intensity, const float* range_m, i
   const bool wins = (light > other_light) | ((light == other_light) & first);
   *winner = wins ? i : other;
   lost[wins ? other : i] = 1;
+}
+
+// The same for a list of points, which has room for whole vectors. Which of two points wins cannot be predicted, so no
+// branch depends on it. ISAs with short vectors go point by point.
+template <class A>
+OVT_INLINE void challenge_winners(const float* intensity, const float* range_m, const int32_t* pixels, int32_t* list,
+                                  int32_t count, int32_t* winners, uint8_t* lost) {
+  for (int32_t k = count; k % kSize<A> != 0; ++k) list[k] = list[0];
+  for (int32_t k = 0; k < count; k += kSize<A>) {
+    const Int<A> point = Int<A>::load(list + k), pixel = gather(pixels, point);
+    Mask<A> late = Mask<A>::first(count - k);
+    do {
+      const Int<A> other = gather(winners, pixel);
+      const Float<A> light = gather(intensity, point), other_light = gather(intensity, other);
+      const Float<A> near = gather(range_m, point), other_near = gather(range_m, other);
+      const Mask<A> before = (near < other_near) | ((near == other_near) & (other > point));
+      const Mask<A> wins = (light > other_light) | ((light == other_light) & before);
+      int32_t loser_of[kSize<A>], pixel_of[kSize<A>];
+      select(wins, other, point).store(loser_of);
+      select(wins & late, pixel, Int<A>(-1)).store(pixel_of);
+      const uint32_t lanes = late.bits();
+      for (int32_t l = 0; l < kSize<A>; ++l) {
+        winners[pixel_of[l]] = list[k + l];
+        if (lanes >> l & 1) lost[loser_of[l]] = 1;
+      }
+      // Two points of one pixel may both win: then the one that does not hold it now comes again.
+      late = late & wins & ~(gather(winners, pixel) == point);
+    } while (late.any());
+  }
 }
 
 template <class A>
@@ -75,18 +104,24 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
     for (; claimed < end; ++claimed) winners[pixels[claimed]] = claimed;
   }
 
-  // A few vectors at a time: most groups of four contain a point that lost its pixel.
-  for (int32_t i = 0; i < count; i += 4 * kSize<A>) {
-    uint64_t late = 0;
-    for (int32_t k = 0; k < 4 * kSize<A> && i + k < count; k += kSize<A>) {
-      const Int<A> pixel = Int<A>::load(pixels + i + k);
-      const Mask<A> held = gather(winners, pixel) == Int<A>::count_from(i + k);
-      late |= uint64_t(((pixel > none) & ~held & Mask<A>::first(count - i - k)).bits()) << k;
+  constexpr int32_t kListed = 2048;
+  for (int32_t begin = 0; begin < count; begin += kListed) {
+    int32_t list[kListed + kSize<A>], found = 0;
+    const int32_t end = begin + kListed < count ? begin + kListed : count;
+    for (int32_t i = begin; i < end; i += kSize<A>) {
+      const Int<A> pixel = Int<A>::load(pixels + i), point = Int<A>::count_from(i);
+      const Mask<A> late = (pixel > none) & ~(gather(winners, pixel) == point) & Mask<A>::first(end - i);
+      if constexpr (kSize<A> == 4) {
+        for (uint32_t bits = late.bits(); bits != 0; bits &= bits - 1) {
+          const int32_t l = i + lowest_bit(bits);
+          challenge_winner(intensity, range_m, l, winners + pixels[l], lost);
+        }
+      } else {
+        store_packed(late, point, list + found);
+        found += count_bits(late.bits());
+      }
     }
-    for (; late != 0; late &= late - 1) {
-      const int32_t l = i + lowest_bit(late);
-      challenge_winner(intensity, range_m, l, winners + pixels[l], lost);
-    }
+    if (found > 0) challenge_winners<A>(intensity, range_m, pixels, list, found, winners, lost);
   }
 
   const Float<A> no_return(kNoReturn), level(0.0f);

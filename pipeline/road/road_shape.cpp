@@ -187,26 +187,38 @@ bool fit_shape(const RoadPoints& points, double trim_m, RoadShape& shape) noexce
   const auto bin_of = [](float x) { return std::clamp(int32_t(x / kBin_m + 0.5 * kBins), 0, kBins - 1); };
   int32_t of_bin[kBins] = {}, used = 0, bins = 0;
   int32_t chosen[RoadPoints::kCapacity];
+  uint8_t bin_of_chosen[RoadPoints::kCapacity];
   const double* const p = shape.term;
   for (int32_t i = 0; i < points.count; ++i) {
     const double x = double(points.x[i]), n = double(points.n[i]);
     if (!(std::fabs(p[0] + p[1] * x + p[2] * n + p[3] * x * x + p[4] * x * n - double(points.z[i])) <= trim_m))
       continue;
+    const int32_t bin = bin_of(points.x[i]);
+    bin_of_chosen[used] = uint8_t(bin);
     chosen[used++] = i;
-    bins += of_bin[bin_of(points.x[i])]++ == 0;
+    bins += of_bin[bin]++ == 0;
   }
   if (used < kFewest || bins < kFewestBins) return false;
   double weight_of[kBins];
   for (int32_t bin = 0; bin < kBins; ++bin) weight_of[bin] = 1.0 / std::max(of_bin[bin], 1);
-  double a[kTerms][kTerms + 1] = {};
-  for (int32_t k = 0; k < kTerms; ++k) a[k][k] = kSigma_m * kSigma_m / (kPrior[k] * kPrior[k]);
+  // The upper triangle of the normal equations, in pairs of columns. Below the diagonal it is not used.
+  static_assert(kTerms == 5);
+  using Pair = double __attribute__((vector_size(16)));
+  Pair sum[kTerms][3] = {};
+  for (int32_t k = 0; k < kTerms; ++k) sum[k][k / 2][k % 2] = kSigma_m * kSigma_m / (kPrior[k] * kPrior[k]);
   for (int32_t k = 0; k < used; ++k) {
     const int32_t i = chosen[k];
-    const double x = double(points.x[i]), n = double(points.n[i]), weight = weight_of[bin_of(points.x[i])];
-    const double basis[kTerms + 1] = {1.0, x, n, x * x, x * n, double(points.z[i])};
-    for (int32_t row = 0; row < kTerms; ++row)
-      for (int32_t col = row; col <= kTerms; ++col) a[row][col] += weight * basis[row] * basis[col];
+    const double x = double(points.x[i]), n = double(points.n[i]), weight = weight_of[bin_of_chosen[k]];
+    const double basis[kTerms] = {1.0, x, n, x * x, x * n};
+    const Pair pair[3] = {{1.0, x}, {n, basis[3]}, {basis[4], double(points.z[i])}};
+    for (int32_t row = 0; row < kTerms; ++row) {
+      const double weighted = weight * basis[row];
+      for (int32_t at = row / 2; at < 3; ++at) sum[row][at] += Pair{weighted, weighted} * pair[at];
+    }
   }
+  double a[kTerms][kTerms + 1];
+  for (int32_t row = 0; row < kTerms; ++row)
+    for (int32_t col = 0; col <= kTerms; ++col) a[row][col] = sum[row][col / 2][col % 2];
   // Symmetric and positive definite by the prior: elimination without pivots.
   for (int32_t k = 0; k < kTerms; ++k)
     for (int32_t row = k + 1; row < kTerms; ++row) {
