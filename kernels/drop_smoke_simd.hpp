@@ -85,13 +85,15 @@ template <class A>
 OVT_INLINE void find_dark(const ScanTable& scan, const int32_t* point_pixel, Plane<const int32_t> pixel_point,
                           float darkest, BitPlane dark) {
   constexpr int32_t kBlock = 2048;
+  constexpr int32_t kPlaces = 40;  // of the inverse stride: exact for up to 2^25 pixels in rows of less than 2^15
+  OVT_CHECK(int64_t(pixel_point.rows) * pixel_point.stride <= 1 << 25 && pixel_point.stride < 1 << 15);
+  const uint64_t per_stride = (uint64_t(1) << kPlaces) / uint64_t(pixel_point.stride) + 1;
   const Float<A> limit(darkest);
   for (int32_t begin = 0; begin < scan.count; begin += kBlock) {
     int32_t list[kBlock + kSize<A>], found = 0, held = 0;
     const int32_t end = begin + kBlock < scan.count ? begin + kBlock : scan.count;
     for (int32_t i = begin; i < end; i += kSize<A>) {
-      const Mask<A> is_dark = (Float<A>::load(scan.intensity + i) < limit) & Mask<A>::first(end - i) &
-                              (Int<A>::load(point_pixel + i) > Int<A>(-1));
+      const Mask<A> is_dark = (Float<A>::load(scan.intensity + i) < limit) & Mask<A>::first(end - i);
       store_packed(is_dark, Int<A>::count_from(i), list + found);
       found += count_bits(is_dark.bits());
     }
@@ -99,12 +101,14 @@ OVT_INLINE void find_dark(const ScanTable& scan, const int32_t* point_pixel, Pla
     for (int32_t k = found; k % kSize<A> != 0; ++k) list[k] = list[0];
     for (int32_t k = 0; k < found; k += kSize<A>) {
       const Int<A> point = Int<A>::load(list + k), pixel = gather(point_pixel, point);
-      const Mask<A> holds = (gather(pixel_point.data, pixel) == point) & Mask<A>::first(found - k);
+      const Mask<A> holds =  // the lead of row 0 is the pixel of points without one
+          (gather(pixel_point.data, pixel) == point) & (pixel > Int<A>(-1)) & Mask<A>::first(found - k);
       store_packed(holds, pixel, list + held);  // held <= k
       held += count_bits(holds.bits());
     }
     for (int32_t k = 0; k < held; ++k) {
-      const int32_t row = list[k] / pixel_point.stride, c = list[k] - row * pixel_point.stride;
+      const auto row = int32_t(uint64_t(uint32_t(list[k])) * per_stride >> kPlaces);
+      const int32_t c = list[k] - row * pixel_point.stride;
       dark.row(row)[c >> 6] |= uint64_t(1) << (c & 63);
     }
   }
@@ -119,12 +123,13 @@ OVT_INLINE uint64_t find_points(const int32_t* points, int32_t cols) {
   return has;
 }
 
-// The neighbours of the last dark pixels, in their order.
+// The neighbours of the last dark pixels, in their order, where they are known, and a number that they are at least.
 struct NeighbourRing {
   static constexpr int32_t kRoom = 2048;
   static constexpr uint64_t kUnknown = ~uint64_t(0);
   uint64_t of[kRoom];
-  OVT_INLINE uint64_t& at(int32_t i) { return of[i & (kRoom - 1)]; }
+  uint8_t least[kRoom];
+  OVT_INLINE static int32_t slot(int32_t i) { return i & (kRoom - 1); }
 };
 
 // Row r of `rough`. Returns the number of dark pixels so far.
@@ -149,7 +154,8 @@ OVT_INLINE int32_t find_rough(const DropSmokeParams& params, Plane<const float> 
       const float surface_m = kSurface_m + kSurfaceShare * range_filled_m.row(r)[c];
       const uint64_t all = window.at(shift);
       const uint64_t part = all & ranges.find_within<A, 1>(c, min_of(surface_m, params.reach_m));
-      ring.at(count) = NeighbourRing::kUnknown;
+      ring.of[ring.slot(count)] = NeighbourRing::kUnknown;
+      ring.least[ring.slot(count)] = uint8_t(count_bits(part));
       unsure[unsure_count] = {all, shift, count++};
       unsure_count += !(float(count_bits(part)) > params.near_share * float(count_bits(all)));
     }
@@ -160,7 +166,7 @@ OVT_INLINE int32_t find_rough(const DropSmokeParams& params, Plane<const float> 
       const uint64_t neighbours = unsure[k].all & ranges.find_within<A>(c, params.reach_m);
       const uint64_t near = neighbours & ranges.find_within<A>(c, surface_m);
       const bool is_rough = float(count_bits(near)) <= params.near_share * float(count_bits(neighbours));
-      ring.at(unsure[k].place) = neighbours;
+      ring.of[ring.slot(unsure[k].place)] = neighbours;
       found |= uint64_t(is_rough) << unsure[k].shift;
     }
     rough.row(r)[w] = found;
@@ -185,14 +191,14 @@ OVT_INLINE int32_t find_smoke(const DropSmokeParams& params, Plane<const float> 
       continue;
     }
     for (uint64_t left = dark; left != 0; left &= left - 1) {
-      const int32_t shift = lowest_bit(left), place = count++;
+      const int32_t shift = lowest_bit(left), place = count++, slot = ring.slot(place);
       const uint64_t among = around.at(shift);
-      uint64_t neighbours = ring.at(place);
       const bool is_lost = found_count - place > NeighbourRing::kRoom;
-      if (is_lost || neighbours == NeighbourRing::kUnknown) {
-        if (!is_lost && among == 0) continue;  // a pixel on a surface: it has neighbours, and none of them is rough
+      // Most of them lie on a surface, with more neighbours than rough pixels around them.
+      if (!is_lost && float(count_bits(among)) < kRoughShare * float(ring.least[slot])) continue;
+      uint64_t neighbours = ring.of[slot];
+      if (is_lost || neighbours == NeighbourRing::kUnknown)
         neighbours = WindowBits(considered, r, w).at(shift) & ranges.find_within<A>(64 * w + shift, params.reach_m);
-      }
       const bool is_smoke = float(count_bits(neighbours & among)) >= kRoughShare * float(count_bits(neighbours));
       found |= uint64_t(is_smoke) << shift;
     }

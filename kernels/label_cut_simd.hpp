@@ -103,6 +103,49 @@ OVT_INLINE int32_t join_cut_runs(ConstBitPlane nonground, ConstBitPlane link_dow
   return run_count + split_count;
 }
 
+// As cut_run, on words of 64 columns.
+template <class A, class F>
+OVT_INLINE int32_t cut_words(const CutLinksParams& params, Plane<const float> range_m, Plane<const float> elevation_rad,
+                             int32_t r, int32_t c, BitPlane right, BitPlane down, F&& splits) {
+  const Float<A> tan_threshold(params.tan_threshold), sin_pitch(params.sin_pitch), cos_pitch(params.cos_pitch);
+  const Float<A> step(params.step_m), upright(kHalfPiF);
+  constexpr uint64_t kGroup = (uint64_t(1) << kSize<A>)-1;
+  const float* const own_m = range_m.row(r);
+  int32_t cuts = 0;
+  for (int32_t first = c & 63, w = c >> 6; w < right.words_per_row; ++w, first = 0) {
+    // The run goes on behind a link.
+    const uint64_t links = right.row(r)[w] >> first, run = ~links == 0 ? links : (links ^ (links + 1)) << first;
+    const int32_t last_col = range_m.cols - 1 - 64 * w;  // its link leads to the first column
+    const uint64_t of_right = right.row(r)[w] & run & (last_col < 64 ? ~(uint64_t(1) << last_col) : ~uint64_t(0));
+    const uint64_t of_down = down.row(r)[w] & run;
+    uint64_t weak_right = 0, weak_down = 0;
+    for (int32_t shift = first & ~(kSize<A> - 1); shift < 64; shift += kSize<A>) {
+      if ((((of_right | of_down) >> shift) & kGroup) == 0) continue;
+      const int32_t at = 64 * w + shift;
+      const Float<A> own = Float<A>::load(own_m + at);
+      const Mask<A> joins_right = pixels_join(own, Float<A>::load(own_m + at + 1), sin_pitch, cos_pitch, tan_threshold);
+      weak_right |= uint64_t((~joins_right).bits()) << shift;
+      if (((of_down >> shift) & kGroup) == 0) continue;
+      const Float<A> below = Float<A>::load(range_m.row(r + 1) + at);
+      const Mask<A> steps = ~(abs_of(own - below) < step);
+      if (((of_down >> shift) & steps.bits()) == 0) continue;
+      const Float<A> alpha =
+          abs_of(Float<A>::load(elevation_rad.row(r) + at) - Float<A>::load(elevation_rad.row(r + 1) + at));
+      Float<A> sin_alpha, cos_alpha;
+      sin_cos_small_of(min_of(alpha, upright), sin_alpha, cos_alpha);
+      const Mask<A> joins_down = pixels_join(own, below, sin_alpha, cos_alpha, tan_threshold);
+      weak_down |= uint64_t((steps & ~joins_down).bits()) << shift;
+    }
+    weak_right &= of_right, weak_down &= of_down;
+    right.row(r)[w] &= ~weak_right;
+    down.row(r)[w] &= ~weak_down;
+    cuts += count_bits(weak_right) + count_bits(weak_down);
+    for (; weak_right != 0; weak_right &= weak_right - 1) splits(64 * w + lowest_bit(weak_right));
+    if ((run & of_right) >> 63 == 0) break;
+  }
+  return cuts;
+}
+
 template <class A>
 int32_t label_cut(const CutLinksParams& params, bool wraps, Plane<const float> range_filled_m,
                   Plane<const float> range_repaired_m, Plane<const float> elevation_repaired_rad,
@@ -118,12 +161,12 @@ int32_t label_cut(const CutLinksParams& params, bool wraps, Plane<const float> r
       if (extents[parent[run]].near_m >= 0.0f) continue;
       const int32_t r = extents[run].row;
       int32_t at = run;
-      cuts += cut_run(params, range_repaired_m, elevation_repaired_rad, r, extents[run].col, link_right, link_down,
-                      [&](int32_t c) OVT_INLINED {
-                        if (!nonground_repaired.test(r, c) || !nonground_repaired.test(r, c + 1)) return;
-                        while (at + 1 < run_count && extents[at + 1].row == r && extents[at + 1].col <= c) ++at;
-                        splits[split_count++] = {0.0f, 0.0f, 0, 0, at, c};
-                      });
+      cuts += cut_words<A>(params, range_repaired_m, elevation_repaired_rad, r, extents[run].col, link_right, link_down,
+                           [&](int32_t c) OVT_INLINED {
+                             if (!nonground_repaired.test(r, c) || !nonground_repaired.test(r, c + 1)) return;
+                             while (at + 1 < run_count && extents[at + 1].row == r && extents[at + 1].col <= c) ++at;
+                             splits[split_count++] = {0.0f, 0.0f, 0, 0, at, c};
+                           });
     }
     if (cuts > 0)
       run_count = wraps ? find_runs<A>(wraps, nonground_repaired, link_right, link_down, parent)
