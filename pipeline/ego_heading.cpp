@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "core/math.h"
-#include "core/reduce.h"
 #include "pipeline/clock_watch.h"
+#include "pipeline/nearest_walls.h"
 #include "pipeline/road/centre_line.h"
 #include "pipeline/stages.h"
 
@@ -23,9 +23,8 @@ constexpr double kLargestScatter = 0.01;  // rad, root mean square: the headings
 
 // ---- points of walls -----------------------------------------------------------------------------------------------
 
-constexpr int32_t kDirections = 720;  // of a full turn, about half a degree each
-constexpr int32_t kMostRead = 4096;   // points of one sensor
-constexpr float kSpacing_m = 1.5f;    // of the points that are projected on the map
+constexpr int32_t kMostRead = 4096;  // points of one sensor
+constexpr float kSpacing_m = 1.5f;   // of the points that are projected on the map
 constexpr float kFar_m = 1e6f;
 constexpr double kBin_m = 2.0;     // of the distance along the track
 constexpr int32_t kMaxBins = 512;  // of one side
@@ -33,25 +32,6 @@ constexpr double kInside_m = 2.5;  // a wall appears this far inside its bound a
 constexpr double kOutside_m = 30.0;
 
 static_assert(2 * kMaxBins <= kMaxWallPoints);
-
-// The nearest point of a direction, as one key that sorts by range, then by row of the ClusterPointTable: positive
-// floats sort like their bits.
-using Nearest = uint64_t;
-constexpr Nearest kNothing = ~uint64_t(0);
-OVT_INLINE Nearest make_nearest(float range2, int32_t row) {
-  return uint64_t(std::bit_cast<uint32_t>(range2)) << 32 | uint32_t(row);
-}
-OVT_INLINE int32_t row_of(Nearest nearest) { return nearest == kNothing ? -1 : int32_t(uint32_t(nearest)); }
-
-// A direction around the sensor as an index; the steps are not equal angles, but this needs no arc tangent.
-// Without branches, so compilers make vectors of a loop over it.
-OVT_INLINE int32_t direction_of(float x, float y) {
-  const float q = x / (abs_of(x) + abs_of(y) + 1e-30f);
-  const float begin = y >= 0.0f ? 1.0f : 3.0f, sign = y >= 0.0f ? -1.0f : 1.0f;
-  const float turn = begin + sign * q;  // 0 to 4
-  const int32_t direction = int32_t(turn * (float(kDirections) * 0.25f));
-  return direction < kDirections - 1 ? direction : kDirections - 1;
-}
 
 // Ego poses during a scan, every kStepNs, relative to an origin in the map; between two of them the matrix is linear.
 class ScanPoses {
@@ -121,47 +101,6 @@ class WallBins {
   double beyond_m_[2][kMaxBins], along_m_[2][kMaxBins];
 };
 
-// The nearest wall point of each direction from a sensor. Reads every n-th point, so that a scan has a limited cost.
-void find_nearest(const StageContext& context, const Frame& frame, int32_t sensor, Nearest* nearest) noexcept {
-  const SensorPart& part = frame.sensors[sensor];
-  const FrameClusterTable& merged = frame.merged;
-  const float* const origin_m = context.sensors[sensor].T_vehicle_sensor.t;
-  const auto for_each_wall = [&](auto&& f) {
-    for (int32_t m = 0; m < frame.members.count; ++m) {
-      const int32_t row = frame.members.merged[m];
-      if (frame.members.sensor[m] != sensor || row < 0) continue;
-      const float dx = merged.max_x_m[row] - merged.min_x_m[row], dy = merged.max_y_m[row] - merged.min_y_m[row];
-      if (std::max(dx, dy) > context.detect.walls.length_m) f(frame.members.cluster[m]);
-    }
-  };
-  int32_t total = 0;
-  for_each_wall([&](int32_t cluster) { total += part.clusters.point_count[cluster]; });
-  const int32_t step = std::max(1, (total + kMostRead - 1) / kMostRead);
-  for_each_wall([&](int32_t cluster) {
-    const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
-    for (int32_t first = begin; first < end; first += kLanes * step) {
-      int32_t direction[kLanes];
-      float range2[kLanes];
-      const int32_t count = std::min((end - first + step - 1) / step, kLanes);
-      float x[kLanes] = {}, y[kLanes] = {};
-      for (int32_t l = 0; l < count; ++l) {
-        x[l] = part.cluster_points.x_m[first + l * step];
-        y[l] = part.cluster_points.y_m[first + l * step];
-      }
-      for (int32_t l = 0; l < kLanes; ++l) {
-        const float dx = x[l] - origin_m[0], dy = y[l] - origin_m[1];
-        range2[l] = dx * dx + dy * dy;
-        direction[l] = direction_of(dx, dy);
-      }
-      for (int32_t l = 0; l < count; ++l) {
-        if (!(range2[l] > 0.0f)) continue;
-        Nearest& best = nearest[direction[l]];
-        best = std::min(best, make_nearest(range2[l], first + l * step));
-      }
-    }
-  });
-}
-
 // The centre line around the ego vehicle.
 struct NearLine {
   EgoPose origin;
@@ -181,17 +120,17 @@ struct NearLine {
   }
 };
 
-// Places the points of find_nearest against the bounds, at most one for each kSpacing_m and one for each bin along the
+// Places the points of find_nearest_walls against the bounds, at most one for each kSpacing_m and one for each bin along the
 // circuit. Returns their number.
 int32_t place_nearest(const StageContext& context, const Frame& frame, int32_t sensor, const EgoWindow& poses,
-                      const NearLine& near, const Nearest* nearest, WallPoint* out) noexcept {
+                      const NearLine& near, const NearestWall* nearest, WallPoint* out) noexcept {
   const SensorPart& part = frame.sensors[sensor];
   const CentreLine& line = near.line;
   const auto offset_of = [&](int32_t row) { return part.scan.time_offset_ns[part.cluster_points.point[row]]; };
-  int32_t rows[kDirections], offset_ns[kDirections], count = 0, first_ns = INT32_MAX, last_ns = INT32_MIN;
+  int32_t rows[kWallDirections], offset_ns[kWallDirections], count = 0, first_ns = INT32_MAX, last_ns = INT32_MIN;
   float last_x_m = kFar_m, last_y_m = kFar_m;
-  for (int32_t i = 0; i < kDirections; ++i) {
-    if (nearest[i] == kNothing) continue;
+  for (int32_t i = 0; i < kWallDirections; ++i) {
+    if (nearest[i] == kNoWall) continue;
     const int32_t k = row_of(nearest[i]), at_ns = offset_of(k);
     if (at_ns < -ScanPoses::kFarthestNs || at_ns > ScanPoses::kFarthestNs) continue;
     const float dx = part.cluster_points.x_m[k] - last_x_m, dy = part.cluster_points.y_m[k] - last_y_m;
@@ -364,9 +303,8 @@ void measure_walls(const StageContext& context, Frame& frame) noexcept {
   if (!near.lay(*context.map, frame, context.detect.walls.reach_m)) return;
   for (int32_t s = 0; s < context.sensor_count; ++s) {
     if (!frame.sensors[s].present) continue;
-    Nearest nearest[kDirections];
-    std::fill_n(nearest, kDirections, kNothing);
-    find_nearest(context, frame, s, nearest);
+    NearestWall nearest[kWallDirections];
+    find_nearest_walls(context, frame, s, kMostRead, false, nearest);
     WallPoint points[kMaxWallPoints];
     const int32_t count = place_nearest(context, frame, s, poses, near, nearest, points);
     frame.walls[s] = fit_walls(context.detect.walls, points, count);

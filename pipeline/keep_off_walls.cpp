@@ -8,13 +8,12 @@
 
 #include "core/math.h"
 #include "pipeline/cluster_places.h"
+#include "pipeline/nearest_walls.h"
 
 namespace overtake {
 namespace {
 
-constexpr int32_t kBearings = 720;   // directions around a sensor
 constexpr int32_t kMostRead = 8192;  // points of walls, of one sensor
-constexpr float kFoot_m = 0.6f;      // a wall stands on the ground: a beam over the road is none
 constexpr float kBehind_m = 1.0f;    // farther behind the wall is not on the track; nearer stands on the wall
 constexpr float kReach_m = 10.0f, kReachOfRange = 0.2f;  // from a candidate, of the points that give the wall's line
 constexpr int32_t kFewest = 4;                           // of these points
@@ -22,48 +21,28 @@ constexpr float kShortest_m = 5.0f, kBeyond_m = 5.0f;    // length of the line, 
 constexpr float kScatter_m = 0.3f;                       // root mean square of their distances from the line, at most
 constexpr int32_t kMostTested = 64;                      // points of a candidate
 
-// A direction as an index; the steps are not equal angles, but this needs no arc tangent.
-int32_t bearing_of(float x, float y) {
-  const float q = x / max_of(abs_of(x) + abs_of(y), 1e-30f);
-  const float turn = y >= 0.0f ? 1.0f - q : 3.0f + q;  // 0 to 4
-  return std::min(int32_t(turn * (float(kBearings) * 0.25f)), kBearings - 1);
-}
-
 // The nearest point of a wall in each direction from a sensor.
 class WallView {
  public:
   WallView(const StageContext& context, const Frame& frame, int32_t sensor)
       : at_m_(context.sensors[sensor].T_vehicle_sensor.t) {
-    std::fill_n(range_m2_, kBearings, kNone_m2);
-    const SensorPart& part = frame.sensors[sensor];
-    const Plane<float>& image = part.kept.images.height_m;
-    const auto for_each_wall = [&](auto&& f) {
-      const FrameClusterTable& merged = frame.merged;
-      for (int32_t m = 0; m < frame.members.count; ++m) {
-        const int32_t row = frame.members.merged[m];
-        if (frame.members.sensor[m] != sensor || row < 0) continue;
-        const float x_m = merged.max_x_m[row] - merged.min_x_m[row], y_m = merged.max_y_m[row] - merged.min_y_m[row];
-        if (max_of(x_m, y_m) > context.detect.walls.length_m) f(frame.members.cluster[m]);
-      }
-    };
-    int32_t total = 0;
-    for_each_wall([&](int32_t cluster) { total += part.clusters.point_count[cluster]; });
-    const int32_t step = std::max(1, (total + kMostRead - 1) / kMostRead);
-    for_each_wall([&](int32_t cluster) {
-      const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
-      for (int32_t k = begin; k < end; k += step) {
-        const int32_t pixel = part.kept.points.pixel[part.cluster_points.point[k]];
-        if (pixel >= 0 && image.data && image.data[pixel] > kFoot_m) continue;
-        add(part.cluster_points.x_m[k], part.cluster_points.y_m[k]);
-      }
-    });
+    NearestWall nearest[kWallDirections];
+    find_nearest_walls(context, frame, sensor, kMostRead, true, nearest);
+    const ClusterPointTable& points = frame.sensors[sensor].cluster_points;
+    for (int32_t b = 0; b < kWallDirections; ++b) {
+      const int32_t row = row_of(nearest[b]);
+      range_m2_[b] = row < 0 ? kNone_m2 : range2_of(nearest[b]);
+      if (row < 0) continue;
+      x_m_[b] = points.x_m[row], y_m_[b] = points.y_m[row];
+      empty_ = false;
+    }
   }
 
   bool empty() const { return empty_; }
   // Whether the wall is between the sensor and a point.
   bool hides(float x, float y) const {
     const float dx = x - at_m_[0], dy = y - at_m_[1];
-    const float nearest_m2 = range_m2_[bearing_of(dx, dy)], before_m = std::sqrt(dx * dx + dy * dy) - kBehind_m;
+    const float nearest_m2 = range_m2_[wall_direction_of(dx, dy)], before_m = std::sqrt(dx * dx + dy * dy) - kBehind_m;
     return before_m > 0.0f && nearest_m2 < before_m * before_m;
   }
 
@@ -81,9 +60,9 @@ class WallView {
   };
   Line line_around(float x, float y) const {
     const float reach = kReach_m + kReachOfRange * std::sqrt(x * x + y * y);
-    int32_t near[kBearings], count = 0;
+    int32_t near[kWallDirections], count = 0;
     float sum_x = 0.0f, sum_y = 0.0f, xx = 0.0f, xy = 0.0f, yy = 0.0f;  // relative to the place
-    for (int32_t b = 0; b < kBearings; ++b) {
+    for (int32_t b = 0; b < kWallDirections; ++b) {
       const float dx = x_m_[b] - x, dy = y_m_[b] - y;
       if (range_m2_[b] == kNone_m2 || dx * dx + dy * dy > reach * reach) continue;
       near[count++] = b;
@@ -113,17 +92,9 @@ class WallView {
  private:
   static constexpr float kNone_m2 = 1e30f;
 
-  void add(float x, float y) {
-    const float dx = x - at_m_[0], dy = y - at_m_[1], range_m2 = dx * dx + dy * dy;
-    const int32_t b = bearing_of(dx, dy);
-    if (!(range_m2 < range_m2_[b])) return;
-    range_m2_[b] = range_m2, x_m_[b] = x, y_m_[b] = y;
-    empty_ = false;
-  }
-
   const float* at_m_;
   bool empty_ = true;
-  float range_m2_[kBearings], x_m_[kBearings], y_m_[kBearings];
+  float range_m2_[kWallDirections], x_m_[kWallDirections], y_m_[kWallDirections];
 };
 
 // A piece of a wall that the sensor sees at a grazing angle: deep along the line of sight, and narrow across it. A car
