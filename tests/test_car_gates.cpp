@@ -179,4 +179,62 @@ TEST_CASE("car gates: beyond gate.range_m nothing is a detection, ahead and behi
   for (const float x : {-166.0f, 166.0f}) CHECK(keep(corners(x, x + 1, -0.5f, 0.5f, 0, 1), &Frame::gated_range) == 0);
 }
 
+// Candidates that remain of what sensor 0 sees. Gated ones are no solid body of a car.
+int32_t keep_seen(const std::vector<Solid>& solids, bool with_map = true, double row_pitch_rad = 0.0035) {
+  RulesBench bench(with_map);
+  bench.look(solids, row_pitch_rad);
+  gate(bench);
+  CHECK(bench.frame.gated_size == bench.frame.merged.count - bench.frame.kept_count);
+  return bench.frame.kept_count;
+}
+
+TEST_CASE("car gates: what is as dark as the smoke around it and lies on no surface is smoke") {
+  // Specks of one cluster, of which each is nearer or farther than the one beside it; smoke beside them.
+  const auto specks = [](float intensity, int32_t bright, bool with_smoke = true) {
+    std::vector<Solid> solids;
+    for (int32_t k = 0; k < 12; ++k)
+      solids.push_back({20 + 0.7 * (k % 3), 0.08 * k, 0, 0.02, 0.06, 0.4 + 0.1 * (k % 2), 0.47 + 0.1 * (k % 2), 1,
+                        k < bright ? 1.0f : intensity});
+    if (with_smoke) solids.push_back({20, 4, 0, 0.02, 0.5, 0.3, 0.8, -1, 0.01f});
+    return solids;
+  };
+  CHECK(keep_seen(specks(0.05f, 0)) == 0);
+  CHECK(keep_seen(specks(0.05f, 1)) == 0);
+  CHECK(keep_seen(specks(0.2f, 0)) == 1);          // brighter than smoke
+  CHECK(keep_seen(specks(0.05f, 6)) == 1);         // as a part of it: something stands in the smoke
+  CHECK(keep_seen(specks(0.05f, 0, false)) == 1);  // a scan without smoke
+  CHECK(keep_seen({{20, 0, 0, 0.02, 1.5, 0.2, 0.8, 1, 0.05f}, {20, 4, 0, 0.02, 0.5, 0.3, 0.8, -1, 0.01f}}) ==
+        1);  // a surface
+}
+
+TEST_CASE("car gates: rows that hit one height are on the ground") {
+  CHECK(keep_seen({{13, 0, 0, 4, 1.5, 0.29, 0.3}}) == 0);
+  CHECK(keep_seen({{13, 0, 0, 4, 1.5, 0.1, 0.6}}) == 1);
+  CHECK(keep_seen({{13, 0, 0, 4, 1.5, 0.25, 0.6}}) == 1);    // flat, but higher than ground
+  CHECK(keep_seen({{13, 0, 0, 0.02, 1.5, 0.2, 0.6}}) == 1);  // an upright face
+}
+
+TEST_CASE("car gates: far away without a map, one row that is lower than the tyres of a car is ground") {
+  constexpr double kPitch = 0.009;
+  const auto kept = [](double x_m, double high_m, bool with_map) {
+    CAPTURE(x_m);
+    CAPTURE(high_m);
+    return keep_seen({{x_m, 0, 0, 0.5, 1.5, 0.0, high_m}}, with_map, kPitch);
+  };
+  CHECK(kept(48, 0.18, false) == 0);
+  CHECK(kept(48, 0.18, true) == 1);
+  CHECK(kept(48, 0.7, false) == 1);  // two rows
+  CHECK(kept(35, 0.18, false) == 1);
+}
+
+TEST_CASE("car gates: behind the road's returns without a map, what is far brighter than the road is a sign") {
+  const auto kept = [](double x_m, float intensity, bool with_map) {
+    return keep_seen({{x_m, 0, 0, 0.05, 1.2, 0.5, 1.5, 1, intensity}}, with_map);
+  };
+  CHECK(kept(100, 5, false) == 0);
+  CHECK(kept(100, 3, false) == 1);
+  CHECK(kept(100, 5, true) == 1);
+  CHECK(kept(60, 5, false) == 1);
+}
+
 }  // namespace
