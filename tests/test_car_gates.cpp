@@ -203,14 +203,15 @@ TEST_CASE("car gates: what is as dark as the smoke around it and lies on no surf
   CHECK(keep_seen(specks(0.2f, 0)) == 1);          // brighter than smoke
   CHECK(keep_seen(specks(0.05f, 6)) == 1);         // as a part of it: something stands in the smoke
   CHECK(keep_seen(specks(0.05f, 0, false)) == 1);  // a scan without smoke
-  CHECK(keep_seen({{20, 0, 0, 0.02, 1.5, 0.2, 0.8, 1, 0.05f}, {20, 4, 0, 0.02, 0.5, 0.3, 0.8, -1, 0.01f}}) ==
-        1);  // a surface
+  const Solid smoke = {20, 4, 0, 0.02, 0.5, 0.3, 0.8, -1, 0.01f};
+  CHECK(keep_seen({{20, 0, 0, 0.02, 1.5, 0.2, 0.8, 1, 0.05f}, smoke}) == 1);  // a surface
 }
 
 TEST_CASE("car gates: rows that hit one height are on the ground") {
   CHECK(keep_seen({{13, 0, 0, 4, 1.5, 0.29, 0.3}}) == 0);
   CHECK(keep_seen({{13, 0, 0, 4, 1.5, 0.1, 0.6}}) == 1);
-  CHECK(keep_seen({{13, 0, 0, 4, 1.5, 0.25, 0.6}}) == 1);    // flat, but higher than ground
+  // Few rows of a car that is seen over its whole length.
+  CHECK(keep_seen({{30, 0, 0, 0.1, 1.5, 0.1, 0.2}, {34, 0, 0, 0.1, 1.5, 0.3, 0.45}}) == 1);
   CHECK(keep_seen({{13, 0, 0, 0.02, 1.5, 0.2, 0.6}}) == 1);  // an upright face
 }
 
