@@ -71,6 +71,31 @@ TEST_CASE("car gates: a beam over the circuit is no car, and neither is the top 
   CHECK(kept(1.75, 1.95, 90) == 0);
 }
 
+TEST_CASE("car gates: a running ground that errs below a few columns of a car makes it no higher") {
+  // The heights of so many columns, from the left end of the car on, are 1.5 m too large.
+  const auto kept = [](int32_t columns) {
+    RulesBench bench;
+    bench.look({{20, 0, 0, 4, 1.8, 0.1, 1.1}});
+    const ClusterTable& table = bench.frame.sensors[0].clusters;
+    SegmentViews& views = bench.frame.sensors[0].kept;
+    const int32_t stride = views.images.pixel_point.stride;
+    int32_t first = stride;
+    const auto for_each_pixel = [&](auto&& f) {
+      for (int32_t k = 0; k < table.point_count[0]; ++k)
+        f(views.points.pixel[bench.frame.sensors[0].cluster_points.point[k]]);
+    };
+    for_each_pixel([&](int32_t pixel) { first = std::min(first, pixel % stride); });
+    for_each_pixel([&](int32_t pixel) {
+      if (pixel % stride < first + columns) views.images.height_m.data[pixel] += 1.5f;
+    });
+    gate(bench);
+    return bench.frame.kept_count;
+  };
+  CHECK(kept(0) == 1);
+  CHECK(kept(2) == 1);
+  CHECK(kept(15) == 0);
+}
+
 TEST_CASE("car gates: without a map, pieces of a wall and what is behind it are no cars; a car at the wall is one") {
   const Solid wall_1 = {22, 8, 0, 36, 0.2, 0, 0.7, 1}, wall_2 = {62, 8, 0, 36, 0.2, 0, 0.7, 2};
   const auto kept = [&](const Solid& solid, const std::vector<Solid>& others) {
