@@ -31,23 +31,42 @@ float select_rank(uint32_t* keys, int32_t count, int32_t rank) {
   return std::bit_cast<float>(value & 0x80000000u ? value & 0x7fffffffu : ~value);
 }
 
+// Of at most kGroundSamples intensities; NaN and signs sort as in a total order.
+class Samples {
+ public:
+  bool full() const { return count_ == kGroundSamples; }
+  void add(float intensity) {
+    const uint32_t bits = std::bit_cast<uint32_t>(intensity);
+    keys_[count_++] = bits & 0x80000000u ? ~bits : bits | 0x80000000u;
+  }
+  float median() { return count_ == 0 ? 0.0f : select_rank(keys_, count_, count_ / 2); }
+
+ private:
+  uint32_t keys_[kGroundSamples];
+  int32_t count_ = 0;
+};
+
 }  // namespace
 
 float find_ground_intensity(const ScanTable& scan, Plane<const int32_t> pixel_point, ConstBitPlane nonground) noexcept {
   constexpr int32_t kShift = 37;  // of the columns from row to row
   const int32_t rows = pixel_point.rows, cols = pixel_point.cols;
   const int32_t most = rows > 0 ? std::max(kGroundSamples / rows, 1) : 1, step = std::max((cols + most - 1) / most, 1);
-  uint32_t keys[kGroundSamples];  // sort like the intensities
-  int32_t count = 0;
-  for (int32_t r = 0; r < rows && count < kGroundSamples; ++r)
-    for (int32_t c = r * kShift % step; c < cols && count < kGroundSamples; c += step) {
+  Samples samples;
+  for (int32_t r = 0; r < rows && !samples.full(); ++r)
+    for (int32_t c = r * kShift % step; c < cols && !samples.full(); c += step) {
       const int32_t point = pixel_point.row(r)[c];
-      if (point == kNoPoint || nonground.test(r, c)) continue;
-      const uint32_t bits = std::bit_cast<uint32_t>(scan.intensity[point]);
-      keys[count++] = bits & 0x80000000u ? ~bits : bits | 0x80000000u;
+      if (point != kNoPoint && !nonground.test(r, c)) samples.add(scan.intensity[point]);
     }
-  if (count == 0) return 0.0f;
-  return select_rank(keys, count, count / 2);
+  return samples.median();
+}
+
+float find_ground_intensity(const ScanTable& scan, const int32_t* labels) noexcept {
+  const int32_t step = std::max(1, (scan.count + kGroundSamples - 1) / kGroundSamples);
+  Samples samples;
+  for (int32_t i = 0; i < scan.count && !samples.full(); i += step)
+    if (labels[i] == kLabelGround) samples.add(scan.intensity[i]);
+  return samples.median();
 }
 
 }  // namespace overtake

@@ -38,6 +38,23 @@ CarAnchor anchor_cluster(const StageContext& context, const Frame& frame, int32_
                     box, at_m[0] * c + at_m[1] * s, at_m[1] * c - at_m[0] * s);
 }
 
+// Whether only a few points of a cluster are too high over the running ground, which errs in some columns, and its top
+// is not too high over the mean ground below it.
+bool is_top_misjudged(const Frame& frame, int32_t row, float mean_top_m, float top_m) {
+  constexpr int32_t kPart = 10;
+  if (!(mean_top_m <= top_m)) return false;
+  int32_t higher = 0;
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    const Plane<float>& image = part.kept.images.height_m;
+    const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
+    for (int32_t k = begin; image.data && k < end; ++k) {
+      const int32_t pixel = part.kept.points.pixel[part.cluster_points.point[k]];
+      if (pixel >= 0 && image.data[pixel] > top_m) ++higher;
+    }
+  });
+  return kPart * higher <= frame.merged.point_count[row];
+}
+
 // Keeps the candidates for which `keeps` is true; returns how many it removed.
 template <class F>
 int32_t filter(Frame& frame, F&& keeps) {
@@ -66,7 +83,9 @@ void keep_car_shaped(const StageContext& context, Frame& frame) noexcept {
     // The running ground ends where the road fades: farther away its height errs more.
     const float x = merged.center_x_m[row], y = merged.center_y_m[row];
     const float farther = min_of(max_of((x * x + y * y) * (1.0f / (kFadeReach_m * kFadeReach_m)), 1.0f), kMostFarther);
-    return heights.low_m <= params.lowest_m * farther && heights.high_m <= params.top_m;
+    return heights.low_m <= params.lowest_m * farther &&
+           (heights.high_m <= params.top_m ||
+            is_top_misjudged(frame, row, merged.max_z_m[row] - heights.road_z_m, params.top_m));
   };
   for (int32_t row = 0; row < merged.count; ++row) {
     if (merged.point_count[row] < context.detect.gate_clusters.min_points)

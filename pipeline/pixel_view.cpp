@@ -60,6 +60,16 @@ bool PixelView::may_be_hidden(const PixelBox& box, float range_m) const noexcept
   return false;
 }
 
+bool PixelView::is_on_surface(int32_t point) const noexcept {
+  const int32_t pixel = part_.kept.points.pixel[point];
+  if (pixel < 0) return false;
+  const int32_t stride = part_.kept.images.pixel_point.stride, row = pixel / stride, col = pixel % stride;
+  const float range_m = range_of(point), surface_m = kSurface_m + kSurfaceShare * range_m;
+  for (const int32_t beside : {at(row, col - 1), at(row, col + 1)})
+    if (beside >= 0 && abs_of(range_of(beside) - range_m) < surface_m) return true;
+  return false;
+}
+
 void PixelView::count_smoke(const PixelBox& box, float range_m, SmokeCount& count) const noexcept {
   constexpr float kReach_m = 6.0f;
   for (int32_t row = box.row_low - kSmokeRows; row <= box.row_high + kSmokeRows; ++row)

@@ -29,6 +29,8 @@ class PixelView {
   float find_row_pitch(const PixelBox& box) const noexcept;
   // Whether something nearer, or the edge of the image, may hide more of the object on the left or on the right.
   bool may_be_hidden(const PixelBox& box, float range_m) const noexcept;
+  // Whether a pixel beside that of the point, in its row, lies on one surface with it.
+  bool is_on_surface(int32_t point) const noexcept;
   // Adds the pixels in the box, and in drop_smoke's window around it, whose ranges differ from range_m by 6 m at most.
   void count_smoke(const PixelBox& box, float range_m, SmokeCount& count) const noexcept;
 

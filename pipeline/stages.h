@@ -95,6 +95,11 @@ void keep_off_walls(const StageContext& context, Frame& frame) noexcept;
 // Range of the car's centre.   reads  kept, merged, places   writes  kept, kept_count, gated_range
 void keep_in_range(const StageContext& context, Frame& frame) noexcept;
 
+// Not what is left of smoke, no flat ground, and, where the bounds are not known, no sign.
+//   reads  kept, merged, members, places, scans, cluster points, their pixels, heights, reasons and labels
+//   writes  kept, kept_count, candidate_count, gated_size
+void keep_solid(const StageContext& context, Frame& frame) noexcept;
+
 // Pose by the side that the sensor sees, with covariance, class and height.
 //   reads  kept, merged, places, cluster points and their pixels   writes  detections, views but ego_offset_rad
 void pose_by_view(const StageContext& context, Frame& frame) noexcept;

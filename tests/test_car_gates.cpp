@@ -71,6 +71,31 @@ TEST_CASE("car gates: a beam over the circuit is no car, and neither is the top 
   CHECK(kept(1.75, 1.95, 90) == 0);
 }
 
+TEST_CASE("car gates: a running ground that errs below a few columns of a car makes it no higher") {
+  // The heights of so many columns, from the left end of the car on, are 1.5 m too large.
+  const auto kept = [](int32_t columns) {
+    RulesBench bench;
+    bench.look({{20, 0, 0, 4, 1.8, 0.1, 1.1}});
+    const ClusterTable& table = bench.frame.sensors[0].clusters;
+    SegmentViews& views = bench.frame.sensors[0].kept;
+    const int32_t stride = views.images.pixel_point.stride;
+    int32_t first = stride;
+    const auto for_each_pixel = [&](auto&& f) {
+      for (int32_t k = 0; k < table.point_count[0]; ++k)
+        f(views.points.pixel[bench.frame.sensors[0].cluster_points.point[k]]);
+    };
+    for_each_pixel([&](int32_t pixel) { first = std::min(first, pixel % stride); });
+    for_each_pixel([&](int32_t pixel) {
+      if (pixel % stride < first + columns) views.images.height_m.data[pixel] += 1.5f;
+    });
+    gate(bench);
+    return bench.frame.kept_count;
+  };
+  CHECK(kept(0) == 1);
+  CHECK(kept(2) == 1);
+  CHECK(kept(15) == 0);
+}
+
 TEST_CASE("car gates: without a map, pieces of a wall and what is behind it are no cars; a car at the wall is one") {
   const Solid wall_1 = {22, 8, 0, 36, 0.2, 0, 0.7, 1}, wall_2 = {62, 8, 0, 36, 0.2, 0, 0.7, 2};
   const auto kept = [&](const Solid& solid, const std::vector<Solid>& others) {
@@ -177,6 +202,65 @@ TEST_CASE("car gates: beyond the end of an open circuit nothing is on it") {
 TEST_CASE("car gates: beyond gate.range_m nothing is a detection, ahead and behind") {
   for (const float x : {-156.0f, 156.0f}) CHECK(keep(corners(x, x + 1, -0.5f, 0.5f, 0, 1), &Frame::gated_range) == 1);
   for (const float x : {-166.0f, 166.0f}) CHECK(keep(corners(x, x + 1, -0.5f, 0.5f, 0, 1), &Frame::gated_range) == 0);
+}
+
+// Candidates that remain of what sensor 0 sees. Gated ones are no solid body of a car.
+int32_t keep_seen(const std::vector<Solid>& solids, bool with_map = true, double row_pitch_rad = 0.0035) {
+  RulesBench bench(with_map);
+  bench.look(solids, row_pitch_rad);
+  gate(bench);
+  CHECK(bench.frame.gated_size == bench.frame.merged.count - bench.frame.kept_count);
+  return bench.frame.kept_count;
+}
+
+TEST_CASE("car gates: what is as dark as the smoke around it and lies on no surface is smoke") {
+  // Specks of one cluster, of which each is nearer or farther than the one beside it; smoke beside them.
+  const auto specks = [](float intensity, int32_t bright, bool with_smoke = true) {
+    std::vector<Solid> solids;
+    for (int32_t k = 0; k < 12; ++k)
+      solids.push_back({20 + 0.7 * (k % 3), 0.08 * k, 0, 0.02, 0.06, 0.4 + 0.1 * (k % 2), 0.47 + 0.1 * (k % 2), 1,
+                        k < bright ? 1.0f : intensity});
+    if (with_smoke) solids.push_back({20, 4, 0, 0.02, 0.5, 0.3, 0.8, -1, 0.01f});
+    return solids;
+  };
+  CHECK(keep_seen(specks(0.05f, 0)) == 0);
+  CHECK(keep_seen(specks(0.05f, 1)) == 0);
+  CHECK(keep_seen(specks(0.2f, 0)) == 1);          // brighter than smoke
+  CHECK(keep_seen(specks(0.05f, 6)) == 1);         // as a part of it: something stands in the smoke
+  CHECK(keep_seen(specks(0.05f, 0, false)) == 1);  // a scan without smoke
+  const Solid smoke = {20, 4, 0, 0.02, 0.5, 0.3, 0.8, -1, 0.01f};
+  CHECK(keep_seen({{20, 0, 0, 0.02, 1.5, 0.2, 0.8, 1, 0.05f}, smoke}) == 1);  // a surface
+}
+
+TEST_CASE("car gates: rows that hit one height are on the ground") {
+  CHECK(keep_seen({{13, 0, 0, 4, 1.5, 0.29, 0.3}}) == 0);
+  CHECK(keep_seen({{13, 0, 0, 4, 1.5, 0.1, 0.6}}) == 1);
+  // Few rows of a car that is seen over its whole length.
+  CHECK(keep_seen({{30, 0, 0, 0.1, 1.5, 0.1, 0.2}, {34, 0, 0, 0.1, 1.5, 0.3, 0.45}}) == 1);
+  CHECK(keep_seen({{13, 0, 0, 0.02, 1.5, 0.2, 0.6}}) == 1);  // an upright face
+}
+
+TEST_CASE("car gates: far away without a map, one row that is lower than the tyres of a car is ground") {
+  constexpr double kPitch = 0.009;
+  const auto kept = [](double x_m, double high_m, bool with_map) {
+    CAPTURE(x_m);
+    CAPTURE(high_m);
+    return keep_seen({{x_m, 0, 0, 0.5, 1.5, 0.0, high_m}}, with_map, kPitch);
+  };
+  CHECK(kept(48, 0.18, false) == 0);
+  CHECK(kept(48, 0.18, true) == 1);
+  CHECK(kept(48, 0.7, false) == 1);  // two rows
+  CHECK(kept(35, 0.18, false) == 1);
+}
+
+TEST_CASE("car gates: behind the road's returns without a map, what is far brighter than the road is a sign") {
+  const auto kept = [](double x_m, float intensity, bool with_map) {
+    return keep_seen({{x_m, 0, 0, 0.05, 1.2, 0.5, 1.5, 1, intensity}}, with_map);
+  };
+  CHECK(kept(100, 5, false) == 0);
+  CHECK(kept(100, 3, false) == 1);
+  CHECK(kept(100, 5, true) == 1);
+  CHECK(kept(60, 5, false) == 1);
 }
 
 }  // namespace

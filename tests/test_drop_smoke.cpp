@@ -222,6 +222,19 @@ TEST_CASE("drop_smoke: the ground's intensity is a median over the whole image")
   CHECK(find_ground_intensity(scan, scene.point, scene.nonground.view()) == 100.0f);
 }
 
+TEST_CASE("drop_smoke: the ground's intensity by the labels of the points") {
+  std::vector<float> intensity(3000, 7.0f);
+  std::vector<int32_t> labels(3000, 1);
+  ScanTable scan;
+  scan.intensity = intensity.data();
+  scan.count = 3000;
+  CHECK(find_ground_intensity(scan, labels.data()) == 0.0f);  // no ground
+  for (std::size_t i = 1200; i < 3000; ++i) labels[i] = kLabelGround, intensity[i] = i < 2000 ? 1.0f : 2.0f;
+  CHECK(find_ground_intensity(scan, labels.data()) == 2.0f);
+  for (std::size_t i = 1200; i < 2400; ++i) intensity[i] = 1.0f;
+  CHECK(find_ground_intensity(scan, labels.data()) == 1.0f);
+}
+
 TEST_CASE("mark_smoke: points of smoke get their reason, losers of the pixel keep theirs") {
   OwnedPlane<int32_t> pixel_point(2, 70);
   pixel_point.fill(kNoPoint);

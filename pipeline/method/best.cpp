@@ -41,6 +41,7 @@ constexpr FrameRule kFrame[] = {
     rule::keep_inside_bounds,     // 9   and with its centre on the circuit
     rule::keep_off_walls,         //     without a map: and not at or behind a wall
     rule::keep_in_range,          //     and near
+    rule::keep_solid,             //     and no smoke, road or sign
     rule::keep_nearest,           //     the nearest, up to the capacity
     rule::pose_by_view,           // 10  pose and covariance by the side that is seen
 };

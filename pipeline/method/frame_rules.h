@@ -114,6 +114,14 @@ inline constexpr FrameRule keep_in_range = {
     .run = &overtake::keep_in_range,
     .uses_places = true};
 
+inline constexpr FrameRule keep_solid = {
+    .name = "keep_solid",
+    .stage = OVT_STAGE_GATE,
+    .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel, point_label, height_m),
+    .params = "gate.min_points smoke.dark_share",
+    .run = &overtake::keep_solid,
+    .uses_places = true};
+
 inline constexpr FrameRule pose_by_view = {
     .name = "pose_by_view",
     .stage = OVT_STAGE_POSE,

@@ -36,6 +36,7 @@ inline Spots corners(float x0, float x1, float y0, float y1, float z0, float z1,
 struct Solid {
   double x_m, y_m, yaw_deg, length_m, width_m, low_m, high_m;
   int32_t cluster = 1;
+  float intensity = 1.0f;  // of the road: 1
 };
 
 class RulesBench {
@@ -57,6 +58,7 @@ class RulesBench {
       context.sensors[s] = make_sensor_model(kRows, kCols, half, -half, false, 0.5, 400);
       context.sensors[s].T_vehicle_sensor = make_transform(0, 0, kSensorHeight_m, 0, 0, yaw);
       context.sensors[s].mounting_yaw_rad = float(yaw);
+      context.segment[s] = make_segment_params(params, context.sensors[s]);
     }
     FrameSizes sizes;
     sizes.sensors = context.sensors;
@@ -119,14 +121,18 @@ class RulesBench {
         const double d[3] = {std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e)};
         double range_m = d[2] < 0 ? -kSensorHeight_m / d[2] : 1e9;
         int32_t hit = 0;
+        float intensity = 1.0f;
+        bool is_road = true;
         for (const Solid& solid : solids) {
           const double t = cast(solid, d);
-          if (t < range_m) range_m = t, hit = solid.cluster;
+          if (t < range_m) range_m = t, hit = solid.cluster, intensity = solid.intensity, is_road = false;
         }
         if (range_m > 200.0) continue;
         const Spot spot = {float(range_m * d[0]), float(range_m * d[1]), float(range_m * d[2] + kSensorHeight_m)};
         const int32_t point = add_point(0, spot, r * image.stride + c);
         image.at(r, c) = point;
+        frame.sensors[0].scan.intensity[point] = intensity;
+        if (is_road) frame.sensors[0].kept.points.label[point] = kLabelGround;
         frame.sensors[0].kept.images.height_m.at(r, c) = spot.z;  // the road is level
         if (hit > 0) clusters[std::size_t(hit)].push_back(point);
         if (hit < 0) {
@@ -158,6 +164,7 @@ class RulesBench {
     const int32_t row = part.scan.count++;
     float* const of_sensor[3] = {part.scan.x_m, part.scan.y_m, part.scan.z_m};
     for (int32_t k = 0; k < 3; ++k) of_sensor[k][row] = t.r[k] * v[0] + t.r[3 + k] * v[1] + t.r[6 + k] * v[2];
+    part.scan.intensity[row] = 1.0f;
     part.kept.points.pixel[row] = pixel;
     part.kept.points.label[row] = -1;
     part.kept.points.reason[row] = uint8_t(Reason::kLabelled);

@@ -1,0 +1,120 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What has the size of a car and is no solid body of one: what drop_smoke leaves of smoke, a piece of road whose height
+// was misjudged, and, where nothing else tells it, a sign beside the road.
+#include <cmath>
+
+#include "core/math.h"
+#include "kernels/drop_smoke.h"
+#include "pipeline/cluster_places.h"
+#include "pipeline/pixel_view.h"
+
+namespace overtake {
+namespace {
+
+// The median intensity of each sensor's ground, found when it is first asked for.
+class GroundIntensities {
+ public:
+  explicit GroundIntensities(const Frame& frame) : frame_(frame) {}
+  float of(const SensorPart& part) {
+    const int32_t s = int32_t(&part - frame_.sensors);
+    if (!known_[s]) value_[s] = find_ground_intensity(part.scan, part.kept.points.label);
+    known_[s] = true;
+    return value_[s];
+  }
+
+ private:
+  const Frame& frame_;
+  bool known_[kMaxSensors] = {};
+  float value_[kMaxSensors];
+};
+
+// All points of a candidate are as dark as smoke, and few of them lie beside another one on a surface. A few brighter
+// ones are of what stands in the smoke.
+bool is_smoke(const StageContext& context, const Frame& frame, GroundIntensities& ground, int32_t row) {
+  constexpr int32_t kBrightPart = 4;
+  int32_t points = 0, bright = 0, beside = 0;
+  bool any_smoke = false;
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    const int32_t begin = part.clusters.point_begin[cluster], count = part.clusters.point_count[cluster];
+    points += count;
+    const int32_t s = int32_t(&part - frame.sensors);
+    if (part.reason_count[int32_t(Reason::kSmoke)] == 0) {
+      bright += count;
+      return;
+    }
+    any_smoke = true;
+    const PixelView view(context.sensors[s], part);
+    const float dark = context.segment[s].drop_smoke.dark_share * ground.of(part);
+    for (int32_t k = begin; k < begin + count; ++k) {
+      const int32_t point = part.cluster_points.point[k];
+      bright += !(part.scan.intensity[point] < dark);
+      beside += view.is_on_surface(point);
+    }
+  });
+  return any_smoke && bright < context.detect.gate_clusters.min_points && kBrightPart * bright <= points &&
+         2 * beside < points;
+}
+
+// Rows that hit an upright body are as far apart on it as the beams are; on flat ground they have one height. Of an
+// object of one row, the next row went over it: far away on a road whose height is not known, what is lower than the
+// tyres of a car is ground.
+bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
+  constexpr float kRise = 0.4f, kSlope = 0.1f;  // of what the rows span upright; of the depth along the line of sight
+  constexpr float kTyres_m = 0.66f, kFar_m = 40.0f;
+  const FrameClusterTable& merged = frame.merged;
+  const int32_t s = merged.main_sensor[row];
+  const PixelView view(context.sensors[s], frame.sensors[s]);
+  PixelBox pixels;
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    if (&part == &frame.sensors[s]) view.add_pixels(cluster, pixels);
+  });
+  if (pixels.row_high < 0) return false;
+  const int32_t rows = pixels.row_high - pixels.row_low;
+  if (rows == 0 && (has_bounds(frame.places, row) || merged.nearest_m[row] < kFar_m)) return false;
+  const float row_m = merged.nearest_m[row] * view.find_row_pitch(pixels);
+  if (rows == 0) return row_m > 0.0f && measure_heights(frame, row).high_m + row_m < kTyres_m;
+  const float high_m = merged.max_z_m[row] - merged.min_z_m[row];
+  if (!(high_m < kRise * row_m * float(rows))) return false;
+  const float* const at_m = context.sensors[s].T_vehicle_sensor.t;
+  const float x = merged.center_x_m[row] - at_m[0], y = merged.center_y_m[row] - at_m[1];
+  const float range_m = max_of(std::sqrt(x * x + y * y), 1e-3f);
+  return high_m < kSlope * measure_box(frame, row, x / range_m, y / range_m).length();
+}
+
+// A sign reflects the light back to where it comes from: most of it is far brighter than the road. Of a car so are lamps
+// and plates, but not the body around them.
+bool is_sign(const Frame& frame, GroundIntensities& ground, int32_t row) {
+  constexpr float kBright = 4.0f;
+  int32_t points = 0, bright = 0;
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    const float least = kBright * ground.of(part);
+    const int32_t begin = part.clusters.point_begin[cluster], count = part.clusters.point_count[cluster];
+    points += count;
+    for (int32_t k = begin; least > 0.0f && k < begin + count; ++k)
+      bright += part.scan.intensity[part.cluster_points.point[k]] > least;
+  });
+  return 2 * bright > points;
+}
+
+}  // namespace
+
+void keep_solid(const StageContext& context, Frame& frame) noexcept {
+  constexpr float kFar_m = 70.0f;  // the road returns nothing: its height does not tell a sign
+  GroundIntensities ground(frame);
+  int32_t count = 0;
+  for (int32_t i = 0; i < frame.kept_count; ++i) {
+    const int32_t row = frame.kept[i];
+    const bool may_be_sign = !has_bounds(frame.places, row) && frame.merged.nearest_m[row] > kFar_m;
+    if (is_smoke(context, frame, ground, row) || is_ground(context, frame, row) ||
+        (may_be_sign && is_sign(frame, ground, row)))
+      continue;
+    frame.kept[count++] = row;
+  }
+  frame.gated_size += frame.kept_count - count;
+  frame.candidate_count -= frame.kept_count - count;
+  frame.kept_count = count;
+}
+
+}  // namespace overtake
