@@ -140,6 +140,19 @@ bool is_among_smoke(const StageContext& context, const Frame& frame, int32_t row
   return float(all.smoke) > kSmokeShare * float(all.smoke + all.labelled);
 }
 
+// Whether the cluster is a part of the road: the ground beside most of its rows goes on at the same range. Behind the
+// own wing, or where a sensor is tilted, the running ground does not know the road's height. Beside a car the road is
+// farther away. Many points are more than such a piece of road has.
+bool is_level(const StageContext& context, const Frame& frame, int32_t row) {
+  constexpr int32_t kMostPoints = 200;
+  if (frame.merged.point_count[row] > kMostPoints) return false;
+  LevelRows all;
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    PixelView(context.sensors[&part - frame.sensors], part).count_level(cluster, all);
+  });
+  return all.rows > 0 && 4 * all.level >= 3 * all.rows;
+}
+
 // The class of a cluster, by what a car would show at this distance. A car has kRows rows and kColumns columns at
 // least on its body, which is as wide as the car; then an object smaller than debris_m is not a car, unless something
 // hides the rest of it. Where a car has fewer rows or columns, its body may be missed: then the class is not debris.
@@ -153,7 +166,8 @@ ObjectClass classify(const StageContext& context, const Frame& frame, int32_t ro
   // A box that stands at an angle to the heading is longer along it than its own side.
   if (longest_m >= kCarShare * width_m && longest_m < kSqrt2 * kCarShare * width_m)
     longest_m = measure_longest(frame, row, box);
-  if (longest_m >= kCarShare * width_m) return ObjectClass::kCar;
+  if (longest_m >= kCarShare * width_m)
+    return is_level(context, frame, row) ? ObjectClass::kUnknown : ObjectClass::kCar;
   const int32_t s = merged.main_sensor[row];
   if (frame.incomplete_mask >> s & 1u) return ObjectClass::kUnknown;  // the rest of a car may be missing
   const SensorModel& sensor = context.sensors[s];

@@ -107,7 +107,7 @@ class RulesBench {
     add_cluster(s, rows);
   }
 
-  // What sensor 0 sees of the solids and of the level road.
+  // What sensor 0 sees of the solids and of the level road, whose points are ground.
   void look(const std::vector<Solid>& solids, double row_pitch_rad = 0.0035) {
     std::vector<std::vector<int32_t>> clusters(16);
     const SensorModel& sensor = context.sensors[0];
@@ -119,14 +119,16 @@ class RulesBench {
         const double d[3] = {std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e)};
         double range_m = d[2] < 0 ? -kSensorHeight_m / d[2] : 1e9;
         int32_t hit = 0;
+        bool is_road = true;
         for (const Solid& solid : solids) {
           const double t = cast(solid, d);
-          if (t < range_m) range_m = t, hit = solid.cluster;
+          if (t < range_m) range_m = t, hit = solid.cluster, is_road = false;
         }
         if (range_m > 200.0) continue;
         const Spot spot = {float(range_m * d[0]), float(range_m * d[1]), float(range_m * d[2] + kSensorHeight_m)};
         const int32_t point = add_point(0, spot, r * image.stride + c);
         image.at(r, c) = point;
+        if (is_road) frame.sensors[0].kept.points.label[point] = kLabelGround;
         frame.sensors[0].kept.images.height_m.at(r, c) = spot.z;  // the road is level
         if (hit > 0) clusters[std::size_t(hit)].push_back(point);
         if (hit < 0) {
