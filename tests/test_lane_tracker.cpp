@@ -83,6 +83,20 @@ TEST_CASE("lane tracker: one car in two detections is one track, and both rows c
   CHECK(bench.confirmed() == 2);
 }
 
+TEST_CASE("lane tracker: a detection updates a track before faint points that lie nearer to its prediction") {
+  LaneBench bench;
+  const TrackId id = bench.follow(20);
+  for (int32_t k = 20; k < 30; ++k) {
+    bench.ego_at(50 * kFrame_s * k - 30);
+    const double x_m = 50 * kFrame_s * k;
+    Measurement faint = seen_car(x_m, 0, k);
+    faint.faint = 1, faint.points = 2;
+    const auto& ids = bench.step(k, {seen_car(x_m, 0.15, k), faint});
+    CHECK(ids[0] == id);
+    CHECK(ids[1] == kNobody);
+  }
+}
+
 TEST_CASE("lane tracker: two tracks that turn out to be one car become the elder one") {
   LaneBench bench;
   TrackId elder = kNobody;

@@ -274,6 +274,19 @@ TEST_CASE("pose by view: rows that the ground beside them continues are road, wh
         OVT_CLASS_CAR);
 }
 
+TEST_CASE("pose by view: a few points among smoke are smoke, not faint points of a car") {
+  const auto faint = [](double smoke_x_m, int32_t cluster) {
+    RulesBench bench;
+    bench.look({{60, 0, 0, 0.1, 0.1, 0.6, 0.75, 1}, {smoke_x_m, 0, 0, 0.1, 6.0, 0.0, 2.5, cluster}});
+    bench.run();
+    CHECK(bench.frame.detections.count == 0);
+    return bench.frame.faint_count;
+  };
+  CHECK(faint(66.5, -1) == 1);  // far behind them
+  CHECK(faint(62.5, -1) == 0);
+  CHECK(faint(62.5, 0) == 1);
+}
+
 TEST_CASE("pose by view: nothing in an incomplete scan is debris") {
   for (const uint32_t mask : {0u, 1u, 2u}) {
     RulesBench bench;

@@ -42,6 +42,7 @@ constexpr FrameRule kFrame[] = {
     rule::keep_off_walls,         //     without a map: and not at or behind a wall
     rule::keep_in_range,          //     and near
     rule::keep_nearest,           //     the nearest, up to the capacity
+    rule::list_faint,             //     a few points that a known car may show, for the tracker only
     rule::pose_by_view,           // 10  pose and covariance by the side that is seen
 };
 

@@ -222,7 +222,7 @@ Measurement LanePolicy::with_lasting_error(const Measurement& z) const noexcept 
 bool LanePolicy::cost(const Estimate& e, const Measurement& z, double& cost) const noexcept {
   Innovation innovation;
   if (!innovate(e, with_lasting_error(z), &innovation) || !(innovation.d2 <= params_.gate_d2)) return false;
-  cost = innovation.d2 + innovation.log_det;
+  cost = innovation.d2 + innovation.log_det + (z.faint ? params_.gate_d2 : 0.0);  // a detection comes first
   return true;
 }
 
