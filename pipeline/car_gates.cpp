@@ -66,33 +66,52 @@ int32_t filter(Frame& frame, F&& keeps) {
   return removed;
 }
 
-}  // namespace
-
-void keep_car_shaped(const StageContext& context, Frame& frame) noexcept {
+bool is_car_sized(const StageContext& context, const Frame& frame, int32_t row) {
   constexpr float kFadeReach_m = 70.0f, kMostFarther = 2.0f;
   const FrameClusterTable& merged = frame.merged;
   const CarGateParams& params = context.detect.gate_cars;
+  if (!frame.places.known[row] || merged.max_z_m[row] - merged.min_z_m[row] > params.limits.height_m) return false;
+  const bool along = fits(params.limits, box_of(frame.places, row));
+  if (!along && (merged.point_count[row] < context.detect.fit_rectangle.min_var_points ||
+                 !fits_across(params.limits, frame, row)))
+    return false;
+  const ClusterHeights heights = measure_heights(frame, row);  // a wall's top, a beam or a wire is no car
+  // The running ground ends where the road fades: farther away its height errs more.
+  const float x = merged.center_x_m[row], y = merged.center_y_m[row];
+  const float farther = min_of(max_of((x * x + y * y) * (1.0f / (kFadeReach_m * kFadeReach_m)), 1.0f), kMostFarther);
+  return heights.low_m <= params.lowest_m * farther &&
+         (heights.high_m <= params.top_m ||
+          is_top_misjudged(frame, row, merged.max_z_m[row] - heights.road_z_m, params.top_m));
+}
+
+// How far inside of the bounds a car's centre is, at least.
+float find_inside(const StageContext& context, const Frame& frame) {
+  const float outside_m = float(find_outside(context, frame)), inside_m = context.detect.gate_cars.inside_m;
+  return outside_m > 0.0f ? min_of(inside_m, -outside_m) : inside_m;
+}
+bool is_inside(const Frame& frame, int32_t row, const CarAnchor& car, float inside_m) {
+  const ClusterPlaceTable& places = frame.places;
+  const FrameClusterTable& merged = frame.merged;
+  const float centroid_2 = merged.center_y_m[row] * places.cos[row] - merged.center_x_m[row] * places.sin[row];
+  return measure_inside(places, row, car.center_2 - centroid_2) >= inside_m;
+}
+
+bool is_in_range(const StageContext& context, const CarAnchor& car) {
+  const float range_m = context.detect.gate_cars.range_m;
+  return car.center_1 * car.center_1 + car.center_2 * car.center_2 <= range_m * range_m;
+}
+
+}  // namespace
+
+void keep_car_shaped(const StageContext& context, Frame& frame) noexcept {
+  const FrameClusterTable& merged = frame.merged;
   frame.kept_count = frame.gated_points = frame.gated_own = frame.gated_size = 0;
-  const auto is_car_sized = [&](int32_t row) {
-    if (!frame.places.known[row] || merged.max_z_m[row] - merged.min_z_m[row] > params.limits.height_m) return false;
-    const bool along = fits(params.limits, box_of(frame.places, row));
-    if (!along && (merged.point_count[row] < context.detect.fit_rectangle.min_var_points ||
-                   !fits_across(params.limits, frame, row)))
-      return false;
-    const ClusterHeights heights = measure_heights(frame, row);  // a wall's top, a beam or a wire is no car
-    // The running ground ends where the road fades: farther away its height errs more.
-    const float x = merged.center_x_m[row], y = merged.center_y_m[row];
-    const float farther = min_of(max_of((x * x + y * y) * (1.0f / (kFadeReach_m * kFadeReach_m)), 1.0f), kMostFarther);
-    return heights.low_m <= params.lowest_m * farther &&
-           (heights.high_m <= params.top_m ||
-            is_top_misjudged(frame, row, merged.max_z_m[row] - heights.road_z_m, params.top_m));
-  };
   for (int32_t row = 0; row < merged.count; ++row) {
     if (merged.point_count[row] < context.detect.gate_clusters.min_points)
       ++frame.gated_points;
-    else if (is_own_body(params.own, merged, row))
+    else if (is_own_body(context.detect.gate_cars.own, merged, row))
       ++frame.gated_own;
-    else if (is_car_sized(row))
+    else if (is_car_sized(context, frame, row))
       frame.kept[frame.kept_count++] = row;
     else
       ++frame.gated_size;
@@ -101,23 +120,30 @@ void keep_car_shaped(const StageContext& context, Frame& frame) noexcept {
 }
 
 void keep_inside_bounds(const StageContext& context, Frame& frame) noexcept {
-  const float outside_m = float(find_outside(context, frame));
-  float inside_m = context.detect.gate_cars.inside_m;
-  if (outside_m > 0.0f) inside_m = min_of(inside_m, -outside_m);
-  frame.gated_map = filter(frame, [&](int32_t row) {
-    const ClusterPlaceTable& places = frame.places;
-    const FrameClusterTable& merged = frame.merged;
-    const float centroid_2 = merged.center_y_m[row] * places.cos[row] - merged.center_x_m[row] * places.sin[row];
-    return measure_inside(places, row, anchor_cluster(context, frame, row).center_2 - centroid_2) >= inside_m;
-  });
+  const float inside_m = find_inside(context, frame);
+  frame.gated_map =
+      filter(frame, [&](int32_t row) { return is_inside(frame, row, anchor_cluster(context, frame, row), inside_m); });
 }
 
 void keep_in_range(const StageContext& context, Frame& frame) noexcept {
-  const float range_m = context.detect.gate_cars.range_m;
-  frame.gated_range = filter(frame, [&](int32_t row) {
+  frame.gated_range =
+      filter(frame, [&](int32_t row) { return is_in_range(context, anchor_cluster(context, frame, row)); });
+}
+
+void list_faint(const StageContext& context, Frame& frame) noexcept {
+  constexpr float kFrom_m = 40.0f;  // nearer, a car shows 50 points: one or two are something else
+  const FrameClusterTable& merged = frame.merged;
+  frame.faint_count = 0;
+  if (!frame.uses_map) return;
+  const float inside_m = find_inside(context, frame);
+  const int32_t room = context.candidate_capacity - frame.kept_count;
+  for (int32_t row = 0; row < merged.count && frame.faint_count < room; ++row) {
+    if (merged.point_count[row] >= context.detect.gate_clusters.min_points) continue;
+    if (!frame.places.known[row] || !has_bounds(frame.places, row) || merged.nearest_m[row] < kFrom_m) continue;
     const CarAnchor car = anchor_cluster(context, frame, row);
-    return car.center_1 * car.center_1 + car.center_2 * car.center_2 <= range_m * range_m;
-  });
+    if (is_inside(frame, row, car, inside_m) && is_in_range(context, car) && is_car_sized(context, frame, row))
+      frame.kept[frame.kept_count + frame.faint_count++] = row;
+  }
 }
 
 }  // namespace overtake

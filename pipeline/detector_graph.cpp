@@ -110,7 +110,7 @@ void run_detect(const StageContext& context, const RunnerHooks& hooks, Frame& fr
     detect_frame(context, frame);
   });
   if (whole) return;
-  frame.detections.count = frame.views.count = 0;
+  frame.detections.count = frame.views.count = frame.faint_count = 0;
   frame.failed = true;
   frame.flags |= OVT_FLAG_EXCEPTION;
 }

@@ -90,7 +90,7 @@ void reset_frame(Frame& frame) noexcept {
   frame.external.count = 0;
   frame.members.count = frame.merged.count = frame.detections.count = frame.measurements.count = 0;
   frame.tracks.count = 0;
-  frame.kept_count = frame.candidate_count = frame.merged_overflow = frame.candidate_overflow = 0;
+  frame.kept_count = frame.faint_count = frame.candidate_count = frame.merged_overflow = frame.candidate_overflow = 0;
   frame.places.count = frame.views.count = 0;
   frame.gated_points = frame.gated_size = frame.gated_map = frame.gated_own = frame.gated_range = frame.lost_rows = 0;
   frame.ego_off_map_m = 0;

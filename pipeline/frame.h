@@ -97,8 +97,9 @@ struct Frame {
   MemberTable members;
   FrameClusterTable merged;
   SeamScratch seam;
-  int32_t* kept = nullptr;  // rows of merged that pass the gates
+  int32_t* kept = nullptr;  // rows of merged that pass the gates; behind them the faint ones
   int32_t kept_count = 0, candidate_count = 0;
+  int32_t faint_count = 0;   // rows behind those of `kept`, `detections` and `views`, for the tracker only
   ClusterPlaceTable places;  // of the rows of merged; no memory unless a rule of the method uses it
   DetectionTable detections;
   DetectionViewTable views;                      // by detection; no memory either

@@ -3,6 +3,7 @@
 #include "pipeline/pixel_view.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "core/math.h"
@@ -79,6 +80,28 @@ void PixelView::count_smoke(const PixelBox& box, float range_m, SmokeCount& coun
       count.smoke += Reason(part_.kept.points.reason[point]) == Reason::kSmoke;
       count.labelled += part_.kept.points.label[point] > kLabelGround;
     }
+}
+
+void PixelView::count_level(int32_t cluster, LevelRows& count) const noexcept {
+  constexpr float kStep_m = 0.4f;
+  const Plane<int32_t>& image = part_.kept.images.pixel_point;
+  const int32_t begin = part_.clusters.point_begin[cluster], end = begin + part_.clusters.point_count[cluster];
+  uint64_t rows = 0, level = 0;
+  for (int32_t k = begin; k < end; ++k) {
+    const int32_t point = part_.cluster_points.point[k], pixel = part_.kept.points.pixel[point];
+    if (pixel < 0) continue;
+    const int32_t row = pixel / image.stride, col = pixel % image.stride;
+    const uint64_t bit = uint64_t(1) << (row & 63);
+    rows |= bit;
+    if (level & bit) continue;
+    for (int32_t side = -kBeside; side <= kBeside; ++side) {
+      const int32_t beside = at(row, col + side);
+      if (beside >= 0 && part_.kept.points.label[beside] == kLabelGround &&
+          abs_of(range_of(beside) - range_of(point)) < kStep_m)
+        level |= bit;
+    }
+  }
+  count.rows += std::popcount(rows), count.level += std::popcount(level);
 }
 
 int32_t PixelView::at(int32_t row, int32_t col) const noexcept {

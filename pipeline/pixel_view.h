@@ -19,6 +19,11 @@ struct SmokeCount {
   int32_t smoke = 0, labelled = 0;
 };
 
+// Rows of a cluster, and those that the ground beside the cluster continues without a step.
+struct LevelRows {
+  int32_t rows = 0, level = 0;
+};
+
 class PixelView {
  public:
   PixelView(const SensorModel& sensor, const SensorPart& part) : sensor_(sensor), part_(part) {}
@@ -31,6 +36,8 @@ class PixelView {
   bool may_be_hidden(const PixelBox& box, float range_m) const noexcept;
   // Whether a pixel beside that of the point, in its row, lies on one surface with it.
   bool is_on_surface(int32_t point) const noexcept;
+  // Adds the rows of a cluster. The ground beside a row has the range of the row's end: the row lies on it.
+  void count_level(int32_t cluster, LevelRows& count) const noexcept;
   // Adds the pixels in the box, and in drop_smoke's window around it, whose ranges differ from range_m by 6 m at most.
   void count_smoke(const PixelBox& box, float range_m, SmokeCount& count) const noexcept;
 

@@ -140,6 +140,19 @@ bool is_among_smoke(const StageContext& context, const Frame& frame, int32_t row
   return float(all.smoke) > kSmokeShare * float(all.smoke + all.labelled);
 }
 
+// Whether the cluster is a part of the road: the ground beside most of its rows goes on at the same range. Behind the
+// own wing, or where a sensor is tilted, the running ground does not know the road's height. Beside a car the road is
+// farther away. Many points are more than such a piece of road has.
+bool is_level(const StageContext& context, const Frame& frame, int32_t row) {
+  constexpr int32_t kMostPoints = 200;
+  if (frame.merged.point_count[row] > kMostPoints) return false;
+  LevelRows all;
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    PixelView(context.sensors[&part - frame.sensors], part).count_level(cluster, all);
+  });
+  return all.rows > 0 && 4 * all.level >= 3 * all.rows;
+}
+
 // The class of a cluster, by what a car would show at this distance. A car has kRows rows and kColumns columns at
 // least on its body, which is as wide as the car; then an object smaller than debris_m is not a car, unless something
 // hides the rest of it. Where a car has fewer rows or columns, its body may be missed: then the class is not debris.
@@ -153,7 +166,8 @@ ObjectClass classify(const StageContext& context, const Frame& frame, int32_t ro
   // A box that stands at an angle to the heading is longer along it than its own side.
   if (longest_m >= kCarShare * width_m && longest_m < kSqrt2 * kCarShare * width_m)
     longest_m = measure_longest(frame, row, box);
-  if (longest_m >= kCarShare * width_m) return ObjectClass::kCar;
+  if (longest_m >= kCarShare * width_m)
+    return is_level(context, frame, row) ? ObjectClass::kUnknown : ObjectClass::kCar;
   const int32_t s = merged.main_sensor[row];
   if (frame.incomplete_mask >> s & 1u) return ObjectClass::kUnknown;  // the rest of a car may be missing
   const SensorModel& sensor = context.sensors[s];
@@ -175,53 +189,79 @@ ObjectClass classify(const StageContext& context, const Frame& frame, int32_t ro
   return view.may_be_hidden(pixels, range_m) ? ObjectClass::kUnknown : ObjectClass::kDebris;
 }
 
-}  // namespace
+// ---- pose -----------------------------------------------------------------------------------------------------------
 
-void pose_by_view(const StageContext& context, Frame& frame) noexcept {
+struct ClusterPose {
+  RectangleFit fit;
+  Posed posed;
+  ClusterHeights heights;
+  CarProfile::Match match;
+};
+ClusterPose find_pose(const StageContext& context, Frame& frame, int32_t row) {
   const FrameClusterTable& merged = frame.merged;
   const ClusterPlaceTable& places = frame.places;
   const DetectParams& params = context.detect;
   const CarSize size = {params.fit_rectangle.length_m, params.fit_rectangle.width_m,
                         params.pose_by_view.front_length_m};
-  DetectionTable& out = frame.detections;
+  const float* const at_m = context.sensors[merged.main_sensor[row]].T_vehicle_sensor.t;
+  RectangleFit fit = fit_cluster(context, frame, row, places.heading_rad[row]);
+  const Posed ref = pose_at(size, at_m, places.cos[row], places.sin[row], box_of(places, row));
+  Posed var = ref;
+  if (fit.heading_var_rad != fit.heading_ref_rad) {
+    double s, c;
+    sin_cos_f64(double(fit.heading_var_rad), s, c);
+    var = pose_at(size, at_m, float(c), float(s), measure_box(frame, row, float(c), float(s)));
+  }
+  // psi_VAR of a car that is seen in part has errors that psi_REF has not: it must explain clearly more points.
+  constexpr int32_t kLeastGain = 3, kGainDivisor = 20;
+  const int32_t gain = std::max(kLeastGain, (merged.point_count[row] + kGainDivisor - 1) / kGainDivisor);
+  fit.from_var = fit.inliers_var >= fit.inliers_ref + gain;
+  Posed best = fit.from_var ? var : ref;
+  const ClusterHeights heights = measure_heights(frame, row);
+  const CarProfile::Match match = match_profile(context, frame, row, best, heights.high_m);
+  if (match.fits) best.move_to(match.center_m);
+  fit.heading_rad = fit.from_var ? fit.heading_var_rad : fit.heading_ref_rad;
+  fit.center_x_m = best.x_m, fit.center_y_m = best.y_m;
+  fit.extent_length_m = best.box.length(), fit.extent_width_m = best.box.width();
+  fit.ref_x_m = ref.x_m, fit.ref_y_m = ref.y_m;
+  fit.var_x_m = var.x_m, fit.var_y_m = var.y_m;
+  return {fit, best, heights, match};
+}
+
+// Row i of the detections and their views, but for the class.
+void write_row(const StageContext& context, Frame& frame, int32_t i, int32_t row, const ClusterPose& pose) {
   DetectionViewTable& views = frame.views;
-  out.count = views.count = frame.kept_count;
+  write_pose(frame, i, row, pose.fit);
+  frame.detections.map_s_m[i] = frame.places.s_m[row];
+  frame.detections.map_d_m[i] = frame.places.d_m[row];
+  const Covariance p = find_covariance(pose.posed, pose.match, pose.fit.from_var, frame.merged.point_count[row],
+                                       context.detect.pose_by_view.angle_sigma_rad);
+  views.var_x[i] = float(p.xx), views.var_y[i] = float(p.yy), views.cov_xy[i] = float(p.xy);
+  views.view[i] = int32_t(pose.posed.car.view);
+  views.road_z_m[i] = pose.heights.road_z_m;
+  views.height_m[i] = pose.heights.high_m;
+}
+
+}  // namespace
+
+void pose_by_view(const StageContext& context, Frame& frame) noexcept {
+  DetectionTable& out = frame.detections;
+  out.count = frame.views.count = frame.kept_count;
   for (int32_t i = 0; i < out.count; ++i) {
     const int32_t row = frame.kept[i];
-    const float* const at_m = context.sensors[merged.main_sensor[row]].T_vehicle_sensor.t;
-    RectangleFit fit = fit_cluster(context, frame, row, places.heading_rad[row]);
-    const Posed ref = pose_at(size, at_m, places.cos[row], places.sin[row], box_of(places, row));
-    Posed var = ref;
-    if (fit.heading_var_rad != fit.heading_ref_rad) {
-      double s, c;
-      sin_cos_f64(double(fit.heading_var_rad), s, c);
-      var = pose_at(size, at_m, float(c), float(s), measure_box(frame, row, float(c), float(s)));
-    }
-    // psi_VAR of a car that is seen in part has errors that psi_REF has not: it must explain clearly more points.
-    constexpr int32_t kLeastGain = 3, kGainDivisor = 20;
-    const int32_t gain = std::max(kLeastGain, (merged.point_count[row] + kGainDivisor - 1) / kGainDivisor);
-    fit.from_var = fit.inliers_var >= fit.inliers_ref + gain;
-    Posed best = fit.from_var ? var : ref;
-    const ClusterHeights heights = measure_heights(frame, row);
-    const CarProfile::Match match = match_profile(context, frame, row, best, heights.high_m);
-    if (match.fits) best.move_to(match.center_m);
-    fit.heading_rad = fit.from_var ? fit.heading_var_rad : fit.heading_ref_rad;
-    fit.center_x_m = best.x_m, fit.center_y_m = best.y_m;
-    fit.extent_length_m = best.box.length(), fit.extent_width_m = best.box.width();
-    fit.ref_x_m = ref.x_m, fit.ref_y_m = ref.y_m;
-    fit.var_x_m = var.x_m, fit.var_y_m = var.y_m;
-    write_pose(frame, i, row, fit);
-    out.map_s_m[i] = places.s_m[row];
-    out.map_d_m[i] = places.d_m[row];
-
-    const Covariance p =
-        find_covariance(best, match, fit.from_var, merged.point_count[row], params.pose_by_view.angle_sigma_rad);
-    views.var_x[i] = float(p.xx), views.var_y[i] = float(p.yy), views.cov_xy[i] = float(p.xy);
-    views.view[i] = int32_t(best.car.view);
-    views.object_class[i] = int32_t(classify(context, frame, row, best.box, heights.low_m));
-    views.road_z_m[i] = heights.road_z_m;
-    views.height_m[i] = heights.high_m;
+    const ClusterPose pose = find_pose(context, frame, row);
+    write_row(context, frame, i, row, pose);
+    frame.views.object_class[i] = int32_t(classify(context, frame, row, pose.posed.box, pose.heights.low_m));
   }
+  const int32_t* const faint = frame.kept + frame.kept_count;
+  int32_t count = 0;
+  for (int32_t k = 0; k < frame.faint_count; ++k) {
+    if (is_among_smoke(context, frame, faint[k])) continue;
+    const int32_t i = out.count + count++;
+    write_row(context, frame, i, faint[k], find_pose(context, frame, faint[k]));
+    frame.views.object_class[i] = int32_t(ObjectClass::kUnknown);
+  }
+  frame.faint_count = count;
 }
 
 }  // namespace overtake

@@ -100,8 +100,15 @@ void keep_in_range(const StageContext& context, Frame& frame) noexcept;
 //   writes  kept, kept_count, candidate_count, gated_size
 void keep_solid(const StageContext& context, Frame& frame) noexcept;
 
-// Pose by the side that the sensor sees, with covariance, class and height.
-//   reads  kept, merged, places, cluster points and their pixels   writes  detections, views but ego_offset_rad
+// Clusters with too few points for a detection that pass all other gates, far away and where the bounds are known: what
+// a known car may show of itself. They lie behind the kept ones, and go to the tracker only.
+//   reads  kept_count, merged, members, places, cluster points, their pixels and heights, uses_map, ego_off_map_m
+//   writes  kept behind kept_count, faint_count
+void list_faint(const StageContext& context, Frame& frame) noexcept;
+
+// Pose by the side that the sensor sees, with covariance, class and height. Leaves out the faint ones among smoke.
+//   reads  kept, merged, places, cluster points and their pixels
+//   writes  detections, views but ego_offset_rad, faint_count
 void pose_by_view(const StageContext& context, Frame& frame) noexcept;
 
 // The ego heading by the walls. Takes the nearest point of each azimuth from the long clusters of each sensor, so that

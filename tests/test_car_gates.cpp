@@ -39,6 +39,42 @@ TEST_CASE("car gates: fewer than three points, and the points of the own car") {
   CHECK(keep(corners(-1.6f, 0, -1, 1, 0, 1), &Frame::gated_own) == 1);
 }
 
+TEST_CASE("car gates: two points far away on the circuit are faint, and no detection") {
+  const auto faint = [](const Spots& spots, bool with_map = true, double ego_y_m = 0.0) {
+    RulesBench bench(with_map);
+    if (ego_y_m != 0.0) bench.clear(ego_y_m);
+    bench.add(spots);
+    bench.run();
+    CHECK(bench.frame.gated_points == 1);
+    CHECK(bench.frame.detections.count == 0);
+    CHECK(bench.frame.views.count == 0);
+    if (bench.frame.faint_count == 1) {
+      CHECK(bench.frame.detections.x_m[0] == doctest::Approx(double(spots[0].x)).epsilon(0.05));
+      CHECK(bench.frame.detections.y_m[0] == doctest::Approx(double(spots[0].y)).epsilon(0.05));
+      CHECK(bench.frame.views.var_x[0] > 0.1f);
+      CHECK(bench.frame.views.object_class[0] == OVT_CLASS_UNKNOWN);
+    }
+    return bench.frame.faint_count;
+  };
+  const auto pair = [](float x, float y, float z = 0.5f) { return Spots{{x, y, z}, {x, y + 0.1f, z}}; };
+  CHECK(faint(pair(60, 1)) == 1);
+  CHECK(faint({{60, 1, 0.5f}}) == 1);
+  CHECK(faint(pair(38, 1)) == 0);                     // a near car shows more
+  CHECK(faint(pair(60, 1), false) == 0);              // without a map anything may be there
+  CHECK(faint(pair(60, 7)) == 0);                     // outside of the bounds
+  CHECK(faint(pair(190, 1)) == 0);                    // out of range
+  CHECK(faint({{60, 1, 0.5f}, {60, 1, 2.4f}}) == 0);  // higher than a car
+  CHECK(faint(pair(60, 1), true, 40) == 0);           // the ego vehicle is not on the map
+
+  RulesBench full;
+  full.context.candidate_capacity = 4;
+  full.add(corners(60, 61, -0.5f, 0.5f, 0.2f, 0.9f));
+  for (int32_t i = 0; i < 6; ++i) full.add(pair(70.0f + 8.0f * float(i), 0));
+  full.run();
+  CHECK(full.frame.detections.count == 1);
+  CHECK(full.frame.faint_count == 3);
+}
+
 TEST_CASE("car gates: length, width and height along psi_REF") {
   CHECK(keep(corners(20, 25.4f, -0.5f, 0.5f, 0.1f, 1), &Frame::gated_size) == 1);
   CHECK(keep(corners(20, 25.5f, -0.5f, 0.5f, 0.1f, 1), &Frame::gated_size) == 0);

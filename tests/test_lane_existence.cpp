@@ -14,7 +14,7 @@
 namespace {
 
 using namespace overtake;
-using test::kFrame_s, test::LaneBench, test::seen_car;
+using test::kFrame_s, test::LaneBench, test::make_ring, test::seen_car;
 
 }  // namespace
 
@@ -173,6 +173,48 @@ TEST_CASE("lane existence: a track that never looked like a car is lost when it 
   CHECK(at_once <= 4);
   CHECK(lost_after(car, low) == 0);    // a known car
   CHECK(lost_after(car, debris) > 5);  // as many votes have to say so
+}
+
+TEST_CASE("lane existence: what another car may hide in part may be small, but is not low") {
+  const test::CircleRoad ring = make_ring(1e5);
+  const auto is_confirmed = [&](double height_m) {
+    LaneBench bench(&ring.map);
+    for (int32_t k = 0; k < 40; ++k) {
+      const double x_m = 50 * kFrame_s * k;
+      bench.ego_at(x_m - 30);
+      std::vector<Measurement> seen = {seen_car(x_m, 0, k)};
+      if (k >= 10) {
+        seen.push_back(seen_car(x_m + 20, 1, k));
+        seen[1].object_class = 0, seen[1].points = 5, seen[1].width_m = 0.3, seen[1].height_m = height_m;
+      }
+      // It never looks like a car otherwise; one look as a car makes it known.
+      if (k == 12) seen[1].object_class = int32_t(ObjectClass::kCar);
+      bench.step(k, seen);
+    }
+    return bench.confirmed() == 2;
+  };
+  CHECK(is_confirmed(0.9));
+  CHECK_FALSE(is_confirmed(0.15));
+}
+
+TEST_CASE("lane existence: faint points are no clutter around a new car") {
+  const auto confirmed_at = [](int32_t faint) {
+    LaneBench bench;
+    for (int32_t k = 0; k < 20; ++k) {
+      const double x_m = 50 * kFrame_s * k;
+      bench.ego_at(x_m - 60);
+      std::vector<Measurement> seen = {seen_car(x_m, 0, k)};
+      for (int32_t i = 0; i < 12; ++i) {
+        seen.push_back(seen_car(x_m + 3 + 0.3 * i, 5.0, k));
+        seen.back().points = 1, seen.back().object_class = 0, seen.back().faint = faint, seen.back().debris = !faint;
+      }
+      bench.step(k, seen);
+      if (bench.confirmed() > 0) return k + 1;
+    }
+    return 0;
+  };
+  CHECK(confirmed_at(1) == 3);
+  CHECK(confirmed_at(0) > 3);
 }
 
 TEST_CASE("lane existence: what stands and comes into view behind the ego vehicle is no new car") {

@@ -83,6 +83,20 @@ TEST_CASE("lane tracker: one car in two detections is one track, and both rows c
   CHECK(bench.confirmed() == 2);
 }
 
+TEST_CASE("lane tracker: a detection updates a track before faint points that lie nearer to its prediction") {
+  LaneBench bench;
+  const TrackId id = bench.follow(20);
+  for (int32_t k = 20; k < 30; ++k) {
+    bench.ego_at(50 * kFrame_s * k - 30);
+    const double x_m = 50 * kFrame_s * k;
+    Measurement faint = seen_car(x_m, 0, k);
+    faint.faint = 1, faint.points = 2;
+    const auto& ids = bench.step(k, {seen_car(x_m, 0.15, k), faint});
+    CHECK(ids[0] == id);
+    CHECK(ids[1] == kNobody);
+  }
+}
+
 TEST_CASE("lane tracker: two tracks that turn out to be one car become the elder one") {
   LaneBench bench;
   TrackId elder = kNobody;
@@ -126,7 +140,7 @@ TEST_CASE("lane tracker: a car that leaves its track abruptly has one track, and
 
 TEST_CASE("lane tracker: a car that comes into view is another one if the missing car is hidden, or missing for long") {
   // Whether a car that comes into view beside a missing one takes over its track.
-  const auto takes_over = [](bool hidden, int32_t missing, double aside_m = 7) {
+  const auto takes_over = [](bool hidden, int32_t missing, double aside_m = 7, bool pushed = false) {
     LaneBench bench;
     for (int32_t k = 0; k < 60; ++k) {
       const double x_m = 50 * kFrame_s * k;
@@ -135,6 +149,8 @@ TEST_CASE("lane tracker: a car that comes into view is another one if the missin
       if (hidden) seen.push_back(seen_car(x_m - 15, 0, k));
       if (k < 40) seen.push_back(seen_car(x_m, 0, k));
       if (k >= 40 + missing) seen.push_back(seen_car(x_m, aside_m, k));
+      for (Measurement& z : seen)
+        if (pushed) z.points = 0, z.object_class = 0;
       bench.step(k, seen);
     }
     return bench.tracker->counts().joined > 0;
@@ -144,7 +160,8 @@ TEST_CASE("lane tracker: a car that comes into view is another one if the missin
   CHECK_FALSE(takes_over(false, 0, 20));
   CHECK(takes_over(false, 4));
   CHECK_FALSE(takes_over(false, 12));
-  CHECK_FALSE(takes_over(false, -10));  // both cars were seen
+  CHECK_FALSE(takes_over(false, -10));         // both cars were seen
+  CHECK_FALSE(takes_over(false, 0, 7, true));  // the next car in traffic
 }
 
 TEST_CASE("lane tracker: a car that is lost where a bend begins follows the lane, without a map it goes on as before") {
@@ -269,6 +286,23 @@ TEST_CASE("lane tracker: braking is noticed") {
   };
   CHECK(speed_error(10) < 2.5);
   CHECK(speed_error(1) > 1.3 * speed_error(10));
+}
+
+TEST_CASE("lane tracker: a slow car on its lane changes its speed faster than a fast one, a standing one does not") {
+  constexpr double kRadius = 2000;
+  const test::CircleRoad ring = make_ring(kRadius);
+  const auto speed_variance = [&](double speed_mps) {
+    LaneBench bench(&ring.map);
+    for (int32_t k = 0; k < 60; ++k) {
+      const Place at = on_ring(kRadius, speed_mps * kFrame_s * k);
+      bench.ego_at(at.x_m - 30);
+      bench.step(k, {seen_car(at.x_m, at.y_m, k)});
+    }
+    REQUIRE(bench.rows.count == 1);
+    return bench.state().estimate.covariance[2][2];
+  };
+  CHECK(speed_variance(15) > 1.5 * speed_variance(40));
+  CHECK(speed_variance(0.5) < 1.1 * speed_variance(40));
 }
 
 TEST_CASE("lane tracker: a car that stands is confirmed far away, and stays where it is while hidden") {

@@ -254,6 +254,39 @@ TEST_CASE("pose by view: what is left between pixels of smoke has no class") {
   CHECK(class_of({65.9, 0, 0, 0.1, 6.0, 0.0, 2.5, -1}, 60) == OVT_CLASS_CAR);
 }
 
+TEST_CASE("pose by view: rows that the ground beside them continues are road, whatever their size") {
+  const auto class_of = [](const std::vector<Solid>& solids) {
+    const Looked bench(solids);
+    REQUIRE(bench.frame.detections.count == 1);
+    return bench.frame.views.object_class[0];
+  };
+  // As large as a car, and no higher than the road; also where something nearer hides one side, but not both.
+  const Solid road = {22, 0, 0, 2.0, 1.6, -0.5, 0.002, 1}, step = {22, 0, 0, 2.0, 1.6, -0.5, 0.2, 1};
+  CHECK(class_of({road}) == OVT_CLASS_UNKNOWN);
+  CHECK(class_of({road, {12, 0.7, 0, 0.1, 1.0, 0.0, 1.5, 0}}) == OVT_CLASS_UNKNOWN);
+  CHECK(class_of({road, {12, -0.7, 0, 0.1, 1.0, 0.0, 1.5, 0}}) == OVT_CLASS_UNKNOWN);
+  CHECK(class_of({road, {12, 0.88, 0, 0.1, 1.0, 0.0, 1.5, 0}, {12, -0.88, 0, 0.1, 1.0, 0.0, 1.5, 0}}) == OVT_CLASS_CAR);
+  // A step over the road; and a car whose lowest row lies on it.
+  CHECK(class_of({step}) == OVT_CLASS_CAR);
+  CHECK(class_of({{22, 0, 0, 4.921, 1.886, 0.0, 1.1, 1}}) == OVT_CLASS_CAR);
+  // A wall beside a wall is no road.
+  CHECK(class_of({road, {22, 1.8, 0, 2.0, 2.0, -0.5, 0.002, 0}, {22, -1.8, 0, 2.0, 2.0, -0.5, 0.002, 0}}) ==
+        OVT_CLASS_CAR);
+}
+
+TEST_CASE("pose by view: a few points among smoke are smoke, not faint points of a car") {
+  const auto faint = [](double smoke_x_m, int32_t cluster) {
+    RulesBench bench;
+    bench.look({{60, 0, 0, 0.1, 0.1, 0.6, 0.75, 1}, {smoke_x_m, 0, 0, 0.1, 6.0, 0.0, 2.5, cluster}});
+    bench.run();
+    CHECK(bench.frame.detections.count == 0);
+    return bench.frame.faint_count;
+  };
+  CHECK(faint(66.5, -1) == 1);  // far behind them
+  CHECK(faint(62.5, -1) == 0);
+  CHECK(faint(62.5, 0) == 1);
+}
+
 TEST_CASE("pose by view: nothing in an incomplete scan is debris") {
   for (const uint32_t mask : {0u, 1u, 2u}) {
     RulesBench bench;

@@ -370,6 +370,7 @@ TestDetection draw_detection(std::mt19937_64& random, const CircleRoad* ring) {
     d.height_m = uniform(random, 0, 2);
     d.object_class = int32_t(random() % 3), d.view = int32_t(random() % 5) - 1;
     d.points = int32_t(random() % 3 ? random() % 2000 : 0), d.debris = random() % 12 == 0;
+    d.faint = random() % 8 == 0;
     d.free_heading = random() % 2 == 0;
   }
   return d;
@@ -410,7 +411,7 @@ void run_random_stamps(int32_t steps, const CircleRoad* ring) {
     bench.frame.ask_map = random() % 16 != 0;
     std::vector<TestDetection> detections(random() % 16);
     for (TestDetection& d : detections) d = draw_detection(random, ring);
-    rows += int64_t(detections.size());
+    for (const TestDetection& d : detections) rows += !d.faint;
     bench.step_ns(stamp_ns, detections);
     CAPTURE(n);
     const TrackTable& t = bench.snapshot();

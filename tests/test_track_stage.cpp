@@ -115,7 +115,7 @@ struct ViewBench {
     sizes.method = &kBest;
     REQUIRE(build_frame(frame, sizes, default_allocator()));
   }
-  void run(ObjectClass object, double roll_rad = 0.0) {
+  void run(ObjectClass object, double roll_rad = 0.0, bool faint = false) {
     stamp_ns += 50 * kMs;
     reset_frame(frame);
     frame.stamp_ns = stamp_ns;
@@ -124,7 +124,8 @@ struct ViewBench {
     frame.ego.poses[0].stamp_ns = stamp_ns;
     frame.ego.poses[0].roll_rad = roll_rad;
     frame.ego.poses[0].yaw_rad = yaw_rad;
-    frame.detections.count = frame.views.count = 1;
+    frame.detections.count = frame.views.count = faint ? 0 : 1;
+    frame.faint_count = faint ? 1 : 0;
     frame.detections.stamp_ns[0] = stamp_ns;
     frame.detections.x_m[0] = 20.0f;
     frame.detections.y_m[0] = 0.0f;
@@ -202,6 +203,37 @@ TEST_CASE("track stage: debris initiates no track, confirms none, and each of it
   REQUIRE(confirmed.frame.tracks.count == 1);
   CHECK(confirmed.frame.tracks.state[0] == OVT_CONFIRMED);
   CHECK(confirmed.stage.tracker().counts().debris == 0);
+}
+
+TEST_CASE("track stage: faint points keep a known car's track, and are neither a detection nor counted") {
+  ViewBench alone;
+  for (int32_t i = 0; i < 20; ++i) alone.run(ObjectClass::kUnknown, 0.0, true);
+  CHECK(alone.frame.tracks.count == 0);
+  CHECK(alone.stage.tracker().counts().measurements == 0);
+
+  ViewBench tentative;
+  for (int32_t i = 0; i < 2; ++i) tentative.run(ObjectClass::kUnknown);
+  const int64_t hits = tentative.stage.tracker().counts().hits;
+  for (int32_t i = 0; i < 6; ++i) tentative.run(ObjectClass::kUnknown, 0.0, true);
+  CHECK((tentative.frame.tracks.count == 0 || tentative.frame.tracks.state[0] == OVT_TENTATIVE));
+  CHECK(tentative.stage.tracker().counts().hits == hits);
+
+  ViewBench confirmed;
+  for (int32_t i = 0; i < 10; ++i) confirmed.run(ObjectClass::kCar);
+  TrackId id = confirmed.frame.tracks.id[0];
+  for (int32_t i = 0; i < 100; ++i) {
+    confirmed.run(ObjectClass::kUnknown, 0.0, true);
+    REQUIRE(confirmed.frame.tracks.count == 1);
+    CHECK(confirmed.frame.tracks.id[0] == id);
+    CHECK(confirmed.frame.tracks.state[0] == OVT_CONFIRMED);
+    CHECK(confirmed.frame.tracks.detection[0] == -1);
+    CHECK((confirmed.frame.tracks.flags[0] & OVT_TRACK_COASTING) != 0);
+    CHECK(confirmed.frame.tracks.measured_ns[0] == confirmed.stamp_ns);
+  }
+  const TrackerCounts counts = confirmed.stage.tracker().counts();
+  CHECK(counts.measurements == 10);
+  CHECK(counts.measurements ==
+        counts.hits + counts.births + counts.unborn + counts.rejected + counts.debris + counts.late);
 }
 
 TEST_CASE("track stage: the covariance of a detection pushed in the vehicle frame rotates with the ego yaw") {

@@ -43,6 +43,7 @@ constexpr FrameRule kFrame[] = {
     rule::keep_in_range,          //     and near
     rule::keep_solid,             //     and no smoke, road or sign
     rule::keep_nearest,           //     the nearest, up to the capacity
+    rule::list_faint,             //     a few points that a known car may show, for the tracker only
     rule::pose_by_view,           // 10  pose and covariance by the side that is seen
 };
 

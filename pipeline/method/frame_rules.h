@@ -122,6 +122,16 @@ inline constexpr FrameRule keep_solid = {
     .run = &overtake::keep_solid,
     .uses_places = true};
 
+inline constexpr FrameRule list_faint = {.name = "list_faint",
+                                         .stage = OVT_STAGE_GATE,
+                                         .reads = columns(clusters, cluster_points, point_pixel, height_m),
+                                         .params =
+                                             "gate.min_points gate.slack gate.width_slack_m gate.height_m "
+                                             "gate.lowest_m gate.top_m gate.inside_m gate.range_m vehicle "
+                                             "pose.min_var_points pose.front_length_m",
+                                         .run = &overtake::list_faint,
+                                         .uses_places = true};
+
 inline constexpr FrameRule pose_by_view = {
     .name = "pose_by_view",
     .stage = OVT_STAGE_POSE,

@@ -60,7 +60,7 @@ void select_rows(const TrackerParams& params, const TrackerFrame& frame, Iterati
   it.rejected = it.unread = 0;
   for (int32_t row = 0; row < int32_t(frame.measurements.size()); ++row) {
     if (!is_measurement(given[row], frame.stamp_ns)) {
-      ++it.rejected;
+      it.rejected += !given[row].faint;
       continue;
     }
     if (count < params.detection_capacity) {
@@ -68,8 +68,9 @@ void select_rows(const TrackerParams& params, const TrackerFrame& frame, Iterati
       if (count == params.detection_capacity) std::make_heap(kept, kept + count, is_nearer);
       continue;
     }
-    ++it.unread;
-    if (!is_nearer(row, kept[0])) continue;
+    const int32_t left = is_nearer(row, kept[0]) ? kept[0] : row;
+    it.unread += !given[left].faint;
+    if (left == row) continue;
     std::pop_heap(kept, kept + count, is_nearer);
     kept[count - 1] = row;
     std::push_heap(kept, kept + count, is_nearer);

@@ -111,21 +111,23 @@ void LanePolicy::list_unclaimed(const TrackView<State>& tracks, const Iteration&
       claimed_[measurement_of_slot[slot]] = true;
   unclaimed_count_ = 0;
   for (int32_t i = 0; i < it.count; ++i)
-    if (!claimed_[i]) unclaimed_[unclaimed_count_++] = place_of(it.measurement[i]);
+    if (!claimed_[i] && !it.measurement[i].faint) unclaimed_[unclaimed_count_++] = place_of(it.measurement[i]);
 }
 
 // ---- what a detection says ------------------------------------------------------------------------------------------
 
-// Log of the ratio: such a detection of a car, to one of another object.
-double LanePolicy::evidence_of(const Measurement& z) const noexcept {
+// Log of the ratio: such a detection of a car, to one of another object. A car that another one hides in part may show
+// few points and a small side; but what is hidden of it is its lower part, or one side at its full height.
+double LanePolicy::evidence_of(const Measurement& z, bool in_part) const noexcept {
+  if (in_part && !is_cluster(z)) return 0.0;
   const double dx = z.x_m - ego_.x_m, dy = z.y_m - ego_.y_m, range_m = hypot_f64(dx, dy);
-  double score = z.object_class == int32_t(ObjectClass::kCar) ? 0.0 : lane_.unknown_score;
+  double score = in_part || z.object_class == int32_t(ObjectClass::kCar) ? 0.0 : lane_.unknown_score;
   if (!is_cluster(z)) score = score_of(z);
   if (z.height_m < lane_.low_m) {  // the height of the road is less certain far away
     const double share = range_m > kLowReach_m ? kLowReach_m / range_m : 1.0;
     score += lane_.low_score * share * share;
   }
-  if (!is_cluster(z)) return score;
+  if (in_part || !is_cluster(z)) return score;
   const double near_m = std::max(range_m, kNearest_m);
   double share = double(z.points) * near_m * near_m / lane_.car_points;
   if (near_m < kFewFrom_m && !is_behind_wing(ego_, range_m, wrap_angle(atan2_f64(dy, dx) - ego_.heading_rad)))
@@ -156,7 +158,7 @@ void LanePolicy::score_hit(int32_t slot, State& s, const Measurement& z, const I
     const double log_density = -kLog2Pi - 0.5 * (innovation->log_det + innovation->d2);
     const double log_ratio = log_f64(p_detect_[slot] / clutter_near(z)) + log_density;
     score = std::clamp(log_ratio, -lane_.hit_score, lane_.hit_score);
-    if (!in_part_[slot]) score += evidence_of(z);
+    score += evidence_of(z, in_part_[slot]);
   }
   s.class_votes = limit_votes(s.class_votes + vote_of(z));
   if (is_known_car(s, z))
@@ -168,7 +170,7 @@ void LanePolicy::score_hit(int32_t slot, State& s, const Measurement& z, const I
 
 void LanePolicy::begin_existence(State& s, const Measurement& z) const noexcept {
   s.class_votes = vote_of(z);
-  s.score = evidence_of(z);
+  s.score = evidence_of(z, false);
   s.history = 1;
   s.age = 1;
   s.hits = is_cluster(z) ? 1 : kRowHits;

@@ -90,13 +90,13 @@ bool LanePolicy::may_come_from(const State& lost, int32_t lost_slot, const State
 
 // A car that changes its motion abruptly leaves its track: the track that found it began about when the old one, whose
 // car should be seen, had its last hit. (Two cars would have been seen at the same time.) The old track's speed and
-// course may be anything then.
+// course may be anything then. Not of pushed rows, which have no votes: many are traffic, where the next car is near.
 bool LanePolicy::took_over(const State& found, int32_t slot, const State& lost, int32_t lost_slot) const noexcept {
   const double reach_m = kTakenOver_m + kTakenOver_mps * lost.unseen_s;
   const int32_t between = std::countr_zero(lost.history) - found.age;
-  return found.stage == LaneStage::kConfirmed && found.age <= kYoung && lost.visibility == Visibility::kMissed &&
-         lost.unseen_s > kTakenOver_s && between >= -kBothSeen && between <= kBetween &&
-         distance_m2(place_[slot], place_[lost_slot]) < reach_m * reach_m;
+  return found.stage == LaneStage::kConfirmed && found.class_votes > 0 && found.age <= kYoung &&
+         lost.visibility == Visibility::kMissed && lost.unseen_s > kTakenOver_s && between >= -kBothSeen &&
+         between <= kBetween && distance_m2(place_[slot], place_[lost_slot]) < reach_m * reach_m;
 }
 
 // Whether `other` is an older track of the slot's car, and how far from it.

@@ -26,7 +26,8 @@ constexpr double kLasting_m = 50.0;    // farther away, the parts of a car that 
 constexpr double kLagKeep = 0.8;       // share of the lag that an iteration keeps
 constexpr double kManoeuvre_s = 0.3;   // the noise of a manoeuvre goes on for so long after the last sign of it
 constexpr double kFreeSpeedNoise = 2.5, kFreeCourseNoise = 0.0125;  // (m/s)^2 and rad^2 per second, without a map
-constexpr double kFreeYawRateNoise = 0.0125;                        // (rad/s)^2 per second
+constexpr double kSlow_mps = 25.0;            // power over speed: a slower car accelerates as one without a map
+constexpr double kFreeYawRateNoise = 0.0125;  // (rad/s)^2 per second
 constexpr double kFreeBirthCourse_rad = 1.0, kFreeBirthYawRate_rps = 0.5;  // deviations, at least
 constexpr double kFreeTurns_mps = 10.0;                                    // a faster car changes its course less
 constexpr double kTurnLag = 2.0;    // times steady_lag: far away a car's place jumps across, which is no turn
@@ -126,6 +127,8 @@ CourseNoise LanePolicy::noise_of(const State& s) const noexcept {
     noise.course = std::max(noise.course, kFreeCourseNoise * share * share);
     noise.yaw_rate = std::max(noise.yaw_rate, kFreeYawRateNoise);
   }
+  if (s.estimate.mean.speed_mps > kDrives_mps && s.estimate.mean.speed_mps < kSlow_mps)
+    noise.speed = std::max(noise.speed, kFreeSpeedNoise);
   if (s.turn_s > 0.0) noise.course = std::max(noise.course, kTurnNoise);
   if (s.lane.course_s > 0.0) noise.across += 2.0 * lane_.path_across * lane_.path_across * s.unseen_s;
   return noise;
@@ -219,7 +222,7 @@ Measurement LanePolicy::with_lasting_error(const Measurement& z) const noexcept 
 bool LanePolicy::cost(const Estimate& e, const Measurement& z, double& cost) const noexcept {
   Innovation innovation;
   if (!innovate(e, with_lasting_error(z), &innovation) || !(innovation.d2 <= params_.gate_d2)) return false;
-  cost = innovation.d2 + innovation.log_det;
+  cost = innovation.d2 + innovation.log_det + (z.faint ? params_.gate_d2 : 0.0);  // a detection comes first
   return true;
 }
 

@@ -21,7 +21,8 @@ struct Measurement {
   double heading_rad = kNotMeasured;
   double length_m = kNotMeasured, width_m = kNotMeasured;
   int64_t stamp_ns = 0;
-  int64_t debris = 0;  // 1: initiates no track, and is no hit of a tentative one
+  int32_t debris = 0;  // 1: initiates no track, and is no hit of a tentative one
+  int32_t faint = 0;   // 1: likewise, and it is no detection: too few points for one. No counter counts it
   // What the detection says beside its place. The paper's tracker reads none of it.
   double height_m = kNotMeasured;  // of the highest point over the road
   int32_t object_class = 0;        // ObjectClass

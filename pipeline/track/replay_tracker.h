@@ -28,13 +28,15 @@ class ReplayTracker final : public FrameTracker {
 
   StepResult step(const TrackerFrame& frame, TrackId* track_of_measurement) noexcept override {
     const auto rows = int32_t(frame.measurements.size());
-    counts_.measurements += rows;
+    int32_t counted = 0;
+    for (const Measurement& z : frame.measurements) counted += !z.faint;
+    counts_.measurements += counted;
     if (track_of_measurement) std::fill_n(track_of_measurement, rows, kNobody);
     shown_ = kNone;
     int32_t place = history_.find_place(frame.stamp_ns);
     const bool too_much = place >= 0 && double(history_.work_from(place)) > params_.work_limit;
     if (place < 0 || too_much) {
-      counts_.late += rows;
+      counts_.late += counted;
       ++counts_.late_frames;
       counts_.refused += too_much;
       return {.limited = too_much};

@@ -110,13 +110,13 @@ class TrackSet {
       policy_.update(slot, state, seconds_between(head.state_ns, z.stamp_ns), z);
       head.state_ns = std::max(head.state_ns, z.stamp_ns);
       head.measured_ns = std::max(head.measured_ns, z.stamp_ns);
-      head.row = it.row[hit];
-      head.flags = 0;
+      head.row = z.faint ? -1 : it.row[hit];
+      head.flags = z.faint ? kTrackCoasting : 0;
       it.slot[hit] = slot;
       it.track[hit] = head.id;
       it.birth[hit] = head.birth;
-      ++counts_.hits;
-      lives = policy_.record(slot, state, !z.debris || policy_.is_confirmed(state));
+      counts_.hits += !z.faint;
+      lives = policy_.record(slot, state, !(z.debris || z.faint) || policy_.is_confirmed(state));
     } else {
       if (it.stamp_ns > head.state_ns) {  // a track's time never goes back
         policy_.predict(state, seconds_between(head.state_ns, it.stamp_ns));
@@ -177,10 +177,11 @@ class TrackSet {
           it.slot[i] = owner;
           it.track[i] = head_[owner].id;
           it.birth[i] = head_[owner].birth;
-          ++counts_.hits;
+          counts_.hits += !it.measurement[i].faint;
           continue;
         }
       }
+      if (it.measurement[i].faint) continue;
       if (it.measurement[i].debris)
         ++counts_.debris;
       else

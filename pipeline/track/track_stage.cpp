@@ -103,9 +103,10 @@ void TrackStage::correct_heading(Frame& frame) noexcept {
 
 void TrackStage::measure_detections(Frame& frame) const noexcept {
   const DetectionTable& in = frame.detections;
-  frame.measurements.count = in.count;
+  const int32_t rows = in.count + frame.faint_count;
+  frame.measurements.count = rows;
   EgoState ego;
-  for (int32_t i = 0; i < in.count; ++i) {
+  for (int32_t i = 0; i < rows; ++i) {
     Measurement& z = frame.measurements.row[i];
     z = {.x_m = double(in.x_m[i]),
          .y_m = double(in.y_m[i]),
@@ -114,9 +115,10 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
          .width_m = double(in.width_m[i]),
          .stamp_ns = in.stamp_ns[i]};
     double z_m = double(in.z_m[i]), offset_rad = 0;
-    if (frame.views.count > 0) {  // the centre on the road: on a bank, a place above it is another place of the map
+    if (frame.views.capacity > 0) {  // the centre on the road: on a bank, a place above it is another place of the map
       const DetectionViewTable& views = frame.views;
       z.var_x = double(views.var_x[i]), z.var_y = double(views.var_y[i]), z.cov_xy = double(views.cov_xy[i]);
+      z.faint = i >= in.count;
       z.debris = views.object_class[i] == int32_t(ObjectClass::kDebris);
       z.height_m = double(views.height_m[i]);
       z.object_class = views.object_class[i];
@@ -133,7 +135,7 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
         used = turned(used, learned_.offset_rad({}, sensor, heading_->sensor_count()));
         offset_rad = wrap_angle(used.pose.yaw_rad - ego.pose.yaw_rad);
         add_heading_variance(frame.ego_heading.sigma_rad, in.x_m[i], in.y_m[i], z);
-        if (frame.views.count > 0) {
+        if (frame.views.capacity > 0) {
           frame.views.var_x[i] = float(z.var_x), frame.views.var_y[i] = float(z.var_y);
           frame.views.cov_xy[i] = float(z.cov_xy);
         }
@@ -145,7 +147,7 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
       turn_covariance(used.r[0], used.r[1], used.r[3], used.r[4], z);
       widen(params_, ego_variance(ego), z);
     }
-    if (frame.views.count > 0) frame.views.ego_offset_rad[i] = float(offset_rad);
+    if (frame.views.capacity > 0) frame.views.ego_offset_rad[i] = float(offset_rad);
   }
 }
 

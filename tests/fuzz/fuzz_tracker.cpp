@@ -76,7 +76,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
           d.object_class = wild ? in.raw<int32_t>() : in.in(0, 2);
           d.view = wild ? in.raw<int32_t>() : in.in(-1, 3);
           d.points = wild ? in.raw<int32_t>() : 8 * in.in(0, 255);
-          d.free_heading = in.chance(128), d.debris = in.chance(16);
+          d.free_heading = in.chance(128), d.debris = in.chance(16), d.faint = d.debris && in.chance(128);
         }
       }
       bench.frame.ego.known = in.chance(128);

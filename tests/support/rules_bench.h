@@ -109,7 +109,7 @@ class RulesBench {
     add_cluster(s, rows);
   }
 
-  // What sensor 0 sees of the solids and of the level road.
+  // What sensor 0 sees of the solids and of the level road, whose points are ground.
   void look(const std::vector<Solid>& solids, double row_pitch_rad = 0.0035) {
     std::vector<std::vector<int32_t>> clusters(16);
     const SensorModel& sensor = context.sensors[0];

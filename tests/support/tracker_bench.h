@@ -36,7 +36,7 @@ struct TestDetection {
   double length_m = kNan, width_m = kNan;
   double var_x = kNan, var_y = kNan, cov_xy = kNan;
   double height_m = kNan;
-  int32_t object_class = 0, free_heading = 0, view = -1, points = 0, debris = 0;
+  int32_t object_class = 0, free_heading = 0, view = -1, points = 0, debris = 0, faint = 0;
   double score = kNan;
 };
 
@@ -84,6 +84,7 @@ class TrackerBench {
                           .width_m = d.width_m,
                           .stamp_ns = d.late_s == 0 ? stamp_ns : stamp_ns - to_ns(d.late_s),
                           .debris = d.debris,
+                          .faint = d.faint,
                           .height_m = d.height_m,
                           .object_class = d.object_class,
                           .free_heading = d.free_heading,
