@@ -31,6 +31,9 @@ class PixelView {
   bool may_be_hidden(const PixelBox& box, float range_m) const noexcept;
   // Whether a pixel beside that of the point, in its row, lies on one surface with it.
   bool is_on_surface(int32_t point) const noexcept;
+  // Whether a point is high_m over the running ground, and one in the next row above or below is as high, at another
+  // range.
+  bool is_level(int32_t point, float high_m) const noexcept;
   // Adds the pixels in the box, and in drop_smoke's window around it, whose ranges differ from range_m by 6 m at most.
   void count_smoke(const PixelBox& box, float range_m, SmokeCount& count) const noexcept;
 
