@@ -75,7 +75,7 @@ bool is_level(const StageContext& context, const Frame& frame, int32_t row) {
 // tyres of a car is ground.
 bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
   constexpr float kRise = 0.4f, kSlope = 0.1f;  // of what the rows span upright; of the depth along the line of sight
-  constexpr float kTyres_m = 0.66f, kFar_m = 40.0f;
+  constexpr float kTyres_m = 0.66f, kNear_m = 30.0f, kFar_m = 40.0f;
   const FrameClusterTable& merged = frame.merged;
   const int32_t s = merged.main_sensor[row];
   const PixelView view(context.sensors[s], frame.sensors[s]);
@@ -85,8 +85,8 @@ bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
   });
   if (pixels.row_high < 0) return false;
   const int32_t rows = pixels.row_high - pixels.row_low;
-  if (rows == 0 && merged.nearest_m[row] < kFar_m) return is_level(context, frame, row);
-  if (rows == 0 && has_bounds(frame.places, row)) return false;
+  if (rows == 0 && merged.nearest_m[row] < kNear_m) return is_level(context, frame, row);
+  if (rows == 0 && (has_bounds(frame.places, row) || merged.nearest_m[row] < kFar_m)) return false;
   const float row_m = merged.nearest_m[row] * view.find_row_pitch(pixels);
   if (rows == 0) return row_m > 0.0f && measure_heights(frame, row).high_m + row_m < kTyres_m;
   const float high_m = merged.max_z_m[row] - merged.min_z_m[row];
