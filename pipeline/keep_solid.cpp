@@ -57,12 +57,25 @@ bool is_smoke(const StageContext& context, const Frame& frame, GroundIntensities
          2 * beside < points;
 }
 
+// Whether the next row, above or below, returns from another range and the same height over the running ground as most
+// points of a candidate. So high over the road, the row below hits the same body, or its foot.
+bool is_level(const StageContext& context, const Frame& frame, int32_t row) {
+  constexpr float kHigh_m = 0.25f;  // lower objects may lie on the road
+  int32_t level = 0;
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    const PixelView view(context.sensors[&part - frame.sensors], part);
+    const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
+    for (int32_t k = begin; k < end; ++k) level += view.is_level(part.cluster_points.point[k], kHigh_m);
+  });
+  return 2 * level >= frame.merged.point_count[row];
+}
+
 // Rows that hit an upright body are as far apart on it as the beams are; on flat ground they have one height. Of an
 // object of one row, the next row went over it: far away on a road whose height is not known, what is lower than the
 // tyres of a car is ground.
 bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
   constexpr float kRise = 0.4f, kSlope = 0.1f;  // of what the rows span upright; of the depth along the line of sight
-  constexpr float kTyres_m = 0.66f, kFar_m = 40.0f;
+  constexpr float kTyres_m = 0.66f, kNear_m = 30.0f, kFar_m = 40.0f;
   const FrameClusterTable& merged = frame.merged;
   const int32_t s = merged.main_sensor[row];
   const PixelView view(context.sensors[s], frame.sensors[s]);
@@ -72,6 +85,7 @@ bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
   });
   if (pixels.row_high < 0) return false;
   const int32_t rows = pixels.row_high - pixels.row_low;
+  if (rows == 0 && merged.nearest_m[row] < kNear_m) return is_level(context, frame, row);
   if (rows == 0 && (has_bounds(frame.places, row) || merged.nearest_m[row] < kFar_m)) return false;
   const float row_m = merged.nearest_m[row] * view.find_row_pitch(pixels);
   if (rows == 0) return row_m > 0.0f && measure_heights(frame, row).high_m + row_m < kTyres_m;
@@ -83,8 +97,8 @@ bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
   return high_m < kSlope * measure_box(frame, row, x / range_m, y / range_m).length();
 }
 
-// A sign reflects the light back to where it comes from: most of it is far brighter than the road. Of a car so are lamps
-// and plates, but not the body around them.
+// A sign reflects the light back to where it comes from: most of it is far brighter than the road. Of a car so are
+// lamps and plates, but not the body around them.
 bool is_sign(const Frame& frame, GroundIntensities& ground, int32_t row) {
   constexpr float kBright = 4.0f;
   int32_t points = 0, bright = 0;

@@ -276,6 +276,22 @@ TEST_CASE("car gates: rows that hit one height are on the ground") {
   CHECK(keep_seen({{13, 0, 0, 0.02, 1.5, 0.2, 0.6}}) == 1);  // an upright face
 }
 
+TEST_CASE("car gates: one row that is as high over a misjudged road as the next row, at another range, is road") {
+  // One row hits the top of a plate; `plate_m`, `road_m`: heights over the running ground.
+  const auto kept = [](float plate_m, float road_m) {
+    RulesBench bench;
+    bench.look({{18, 0, 0, 0.9, 1.0, 0.29, 0.3}});
+    const SegmentViews& views = bench.frame.sensors[0].kept;
+    for (int32_t i = 0; i < bench.frame.sensors[0].scan.count; ++i)
+      views.images.height_m.data[views.points.pixel[i]] = views.points.label[i] == kLabelGround ? road_m : plate_m;
+    gate(bench);
+    return bench.frame.kept_count;
+  };
+  CHECK(kept(0.3f, 0.0f) == 1);
+  CHECK(kept(0.45f, 0.4f) == 0);
+  CHECK(kept(0.2f, 0.15f) == 1);  // may lie on the road
+}
+
 TEST_CASE("car gates: far away without a map, one row that is lower than the tyres of a car is ground") {
   constexpr double kPitch = 0.009;
   const auto kept = [](double x_m, double high_m, bool with_map) {
