@@ -134,7 +134,6 @@ void list_faint(const StageContext& context, Frame& frame) noexcept {
   constexpr float kFrom_m = 40.0f;  // nearer, a car shows 50 points: one or two are something else
   const FrameClusterTable& merged = frame.merged;
   frame.faint_count = 0;
-  if (!frame.uses_map) return;
   const float inside_m = find_inside(context, frame);
   const int32_t room = context.candidate_capacity - frame.kept_count;
   for (int32_t row = 0; row < merged.count && frame.faint_count < room; ++row) {

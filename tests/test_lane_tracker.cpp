@@ -97,6 +97,27 @@ TEST_CASE("lane tracker: a detection updates a track before faint points that li
   }
 }
 
+TEST_CASE("lane tracker: faint points on the road, or beside the car, are not of it") {
+  const auto is_taken = [](double height_m, double aside_m) {
+    LaneBench bench;
+    bench.follow(20);
+    bench.ego_at(50 * kFrame_s * 20 - 30);
+    Measurement faint = seen_car(50 * kFrame_s * 20, aside_m, 20);
+    faint.faint = 1, faint.points = 2, faint.height_m = height_m, faint.object_class = 0;
+    bench.step(20, {faint});
+    return bench.state().unseen_s == 0.0;
+  };
+  const double sigma_m = [] {
+    LaneBench bench;
+    bench.follow(20);
+    return std::sqrt(bench.state().estimate.covariance[1][1] + 0.01);
+  }();
+  CHECK(is_taken(0.6, 0));
+  CHECK(is_taken(0.6, 2 * sigma_m));
+  CHECK_FALSE(is_taken(0.6, 4 * sigma_m));
+  CHECK_FALSE(is_taken(0.1, 0));
+}
+
 TEST_CASE("lane tracker: two tracks that turn out to be one car become the elder one") {
   LaneBench bench;
   TrackId elder = kNobody;

@@ -263,12 +263,12 @@ TEST_CASE("pose by view: rows that the ground beside them continues are road, wh
   // As large as a car, and no higher than the road; also where something nearer hides one side, but not both.
   const Solid road = {22, 0, 0, 2.0, 1.6, -0.5, 0.002, 1}, step = {22, 0, 0, 2.0, 1.6, -0.5, 0.2, 1};
   CHECK(class_of({road}) == OVT_CLASS_UNKNOWN);
-  CHECK(class_of({road, {12, 0.7, 0, 0.1, 1.0, 0.0, 1.5, 0}}) == OVT_CLASS_UNKNOWN);
-  CHECK(class_of({road, {12, -0.7, 0, 0.1, 1.0, 0.0, 1.5, 0}}) == OVT_CLASS_UNKNOWN);
+  CHECK(class_of({road, {12, 0.83, 0, 0.1, 1.0, 0.0, 1.5, 0}}) == OVT_CLASS_UNKNOWN);
+  CHECK(class_of({road, {12, -0.83, 0, 0.1, 1.0, 0.0, 1.5, 0}}) == OVT_CLASS_UNKNOWN);
   CHECK(class_of({road, {12, 0.88, 0, 0.1, 1.0, 0.0, 1.5, 0}, {12, -0.88, 0, 0.1, 1.0, 0.0, 1.5, 0}}) == OVT_CLASS_CAR);
   // A step over the road; and a car whose lowest row lies on it.
   CHECK(class_of({step}) == OVT_CLASS_CAR);
-  CHECK(class_of({{22, 0, 0, 4.921, 1.886, 0.0, 1.1, 1}}) == OVT_CLASS_CAR);
+  CHECK(class_of({road, {23.5, 0, 0, 1.0, 1.6, 0.0, 0.35, 1}}) == OVT_CLASS_CAR);
   // A wall beside a wall is no road.
   CHECK(class_of({road, {22, 1.8, 0, 2.0, 2.0, -0.5, 0.002, 0}, {22, -1.8, 0, 2.0, 2.0, -0.5, 0.002, 0}}) ==
         OVT_CLASS_CAR);

@@ -34,6 +34,7 @@ constexpr double kTurnLag = 2.0;    // times steady_lag: far away a car's place 
 constexpr double kTurnNoise = 0.1;  // rad^2 per second: of the course while the car leaves it
 constexpr int32_t kSteadyHits = 5;  // with fewer hits the state has not settled
 constexpr double kBirthSigma_mps = 10.0;
+constexpr double kFaintGate_d2 = 9.0;
 constexpr double kAloneCost = 14.0;  // of a first detection that stays the only one of its track
 
 // Heading.
@@ -222,6 +223,7 @@ Measurement LanePolicy::with_lasting_error(const Measurement& z) const noexcept 
 bool LanePolicy::cost(const Estimate& e, const Measurement& z, double& cost) const noexcept {
   Innovation innovation;
   if (!innovate(e, with_lasting_error(z), &innovation) || !(innovation.d2 <= params_.gate_d2)) return false;
+  if (z.faint && !(innovation.d2 <= kFaintGate_d2 && z.height_m >= lane_.low_m)) return false;  // may be the road
   cost = innovation.d2 + innovation.log_det + (z.faint ? params_.gate_d2 : 0.0);  // a detection comes first
   return true;
 }
