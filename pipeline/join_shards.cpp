@@ -20,7 +20,6 @@ namespace {
 
 constexpr int32_t kFree = -1;
 constexpr float kSqrt2 = 1.41421357f, kRounding_m = 0.01f;
-constexpr float kVerge_m = 3.0f;  // beside join.bound_m
 
 struct Group {
   OrientedBox box;  // along psi_REF of the seed
@@ -67,14 +66,14 @@ class Joiner {
  private:
   // Lists the rows that may be joined, so without walls: in `order` by falling number of points, in `next` by min_x.
   void list_shards() {
-    bound_m_ = max_of(params_.bound_m, float(find_outside(context_, frame_)));
+    const float bound_m = max_of(params_.bound_m, float(find_outside(context_, frame_)));
     const CarLimits& limits = params_.limits;
     const float longest_side_m = kSqrt2 * max_of(limits.length_m, limits.width_m) + kRounding_m;
     count_ = 0;
     for (int32_t row = 0; row < merged_.count; ++row) {
       places_.group[row] = row;
       if (!places_.known[row] || is_own_body(context_.detect.gate_cars.own, merged_, row)) continue;
-      if (measure_inside(places_, row, 0.0f) < -(bound_m_ + kVerge_m)) continue;
+      if (measure_inside(places_, row, 0.0f) < -bound_m) continue;
       // On axes at any angle, one side of a box is at least its longer side / sqrt 2: these fit into no group.
       const OrientedBox box = box_of(places_, row);
       if (max_of(box.length(), box.width()) > longest_side_m) continue;
@@ -97,10 +96,6 @@ class Joiner {
       places_.next_reach_m[k] = kSqrt2 * (circle.radius_m + params_.gap_m) + kRounding_m;
     }
   }
-
-  // Beside the circuit, a car's shards are joined with each other: what stands there, as a wall does, stays apart from
-  // a car on the circuit.
-  bool is_beside(int32_t row) const { return measure_inside(places_, row, 0.0f) < -bound_m_; }
 
   // The circle around a box on the axes of a row's psi_REF, in the vehicle frame.
   struct Circle {
@@ -151,7 +146,6 @@ class Joiner {
     // middle at most. So where both gaps are small enough, the middles are no farther apart than half the diagonal of
     // the group and sqrt 2 times radius and gap.
     const Circle around = surround(group.box, seed);
-    const bool beside = is_beside(seed);
     int32_t nearest = -1;
     float nearest_m2 = 0.0f;
     for (; it != end && merged_.min_x_m[*it] <= last_x; ++it) {
@@ -159,7 +153,7 @@ class Joiner {
       const std::ptrdiff_t k = it - places_.next;
       const float dx = places_.next_x_m[k] - around.x_m, dy = places_.next_y_m[k] - around.y_m;
       const float most_m = places_.next_reach_m[k] + around.radius_m;
-      if (dx * dx + dy * dy > most_m * most_m || places_.group[row] != kFree || is_beside(row) != beside) continue;
+      if (dx * dx + dy * dy > most_m * most_m || places_.group[row] != kFree) continue;
       const OrientedBox box = turn_box(places_, row, seed);
       const float gap_1 = gap_of(group.box.low_1, group.box.high_1, box.low_1, box.high_1);
       const float gap_2 = gap_of(group.box.low_2, group.box.high_2, box.low_2, box.high_2);
@@ -230,7 +224,6 @@ class Joiner {
   FrameClusterTable& merged_;
   ClusterPlaceTable& places_;
   int32_t count_ = 0;
-  float bound_m_ = 0.0f;
   float longest_m_ = 0.0f;  // along x
 };
 
