@@ -120,8 +120,8 @@ struct NearLine {
   }
 };
 
-// Places the points of find_nearest_walls against the bounds, at most one for each kSpacing_m and one for each bin along the
-// circuit. Returns their number.
+// Places the points of find_nearest_walls against the bounds, at most one for each kSpacing_m and one for each bin
+// along the circuit. Returns their number.
 int32_t place_nearest(const StageContext& context, const Frame& frame, int32_t sensor, const EgoWindow& poses,
                       const NearLine& near, const NearestWall* nearest, WallPoint* out) noexcept {
   const SensorPart& part = frame.sensors[sensor];

@@ -11,8 +11,8 @@ namespace {
 
 constexpr float kFoot_m = 0.6f;  // a wall stands on the ground: a beam over the road is none
 
-// Points begin, begin + step, ... of a cluster, kLanes at once. Which of them is nearer cannot be predicted, so no branch
-// depends on it.
+// Points begin, begin + step, ... of a cluster, kLanes at once. Which of them is nearer cannot be predicted, so no
+// branch depends on it.
 template <bool kOnlyFoot>
 void add_points(const SensorPart& part, const float* origin_m, int32_t begin, int32_t end, int32_t step,
                 NearestWall* nearest) noexcept {

@@ -31,9 +31,9 @@ OVT_INLINE int32_t wall_direction_of(float x, float y) {
   return direction < kWallDirections - 1 ? direction : kWallDirections - 1;
 }
 
-// Walls are the clusters longer than WallParams::length_m along x or y. Of the points of one sensor on walls reads every
-// n-th, at most `most_read`, so that a scan has a limited cost; with `only_foot` those up to 0.6 m over the running
-// ground.
+// Walls are the clusters longer than WallParams::length_m along x or y. Of the points of one sensor on walls reads
+// every n-th, at most `most_read`, so that a scan has a limited cost; with `only_foot` those up to 0.6 m over the
+// running ground.
 //   reads  merged, members, cluster points; only_foot: their pixels and heights    writes  nearest[kWallDirections]
 void find_nearest_walls(const StageContext& context, const Frame& frame, int32_t sensor, int32_t most_read,
                         bool only_foot, NearestWall* nearest) noexcept;

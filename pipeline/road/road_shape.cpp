@@ -186,16 +186,16 @@ bool fit_shape(const RoadPoints& points, double trim_m, RoadShape& shape) noexce
   constexpr double kPrior[kTerms] = {0.1, 0.02, 0.02, 5e-4, 2e-3};  // standard deviations from the level road
   const auto bin_of = [](float x) { return std::clamp(int32_t(x / kBin_m + 0.5 * kBins), 0, kBins - 1); };
   int32_t of_bin[kBins] = {}, used = 0, bins = 0;
-  int32_t chosen[RoadPoints::kCapacity];
-  uint8_t bin_of_chosen[RoadPoints::kCapacity];
+  struct Chosen {
+    int16_t point, bin;
+  } chosen[RoadPoints::kCapacity];
   const double* const p = shape.term;
   for (int32_t i = 0; i < points.count; ++i) {
     const double x = double(points.x[i]), n = double(points.n[i]);
     if (!(std::fabs(p[0] + p[1] * x + p[2] * n + p[3] * x * x + p[4] * x * n - double(points.z[i])) <= trim_m))
       continue;
     const int32_t bin = bin_of(points.x[i]);
-    bin_of_chosen[used] = uint8_t(bin);
-    chosen[used++] = i;
+    chosen[used++] = {int16_t(i), int16_t(bin)};
     bins += of_bin[bin]++ == 0;
   }
   if (used < kFewest || bins < kFewestBins) return false;
@@ -207,8 +207,8 @@ bool fit_shape(const RoadPoints& points, double trim_m, RoadShape& shape) noexce
   Pair sum[kTerms][3] = {};
   for (int32_t k = 0; k < kTerms; ++k) sum[k][k / 2][k % 2] = kSigma_m * kSigma_m / (kPrior[k] * kPrior[k]);
   for (int32_t k = 0; k < used; ++k) {
-    const int32_t i = chosen[k];
-    const double x = double(points.x[i]), n = double(points.n[i]), weight = weight_of[bin_of_chosen[k]];
+    const int32_t i = chosen[k].point;
+    const double x = double(points.x[i]), n = double(points.n[i]), weight = weight_of[chosen[k].bin];
     const double basis[kTerms] = {1.0, x, n, x * x, x * n};
     const Pair pair[3] = {{1.0, x}, {n, basis[3]}, {basis[4], double(points.z[i])}};
     for (int32_t row = 0; row < kTerms; ++row) {
