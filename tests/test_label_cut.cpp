@@ -144,6 +144,8 @@ TEST_CASE("label_cut: every ISA gives the labels of label_bfs after cut_links") 
         if (step < 5) nonground.view().set(r, c);
       }
     LinkPixelsParams links = {float(std::tan(2.5 * kDegree)), float(std::sin(kPitch)), float(std::cos(kPitch)), wraps};
+    CutLinksParams cut = usual();
+    if (seed % 2 == 0) cut.tan_threshold = float(std::tan(20 * kDegree));  // then small steps down have weak links
     std::string by_cutting;
     for (int32_t t = -1; t < table_count; ++t) {
       CAPTURE(seed);
@@ -158,12 +160,12 @@ TEST_CASE("label_cut: every ISA gives the labels of label_bfs after cut_links") 
         const auto label = [&] { return ref::label_bfs(wraps, range, nonground, right, down, labels, queue.data()); };
         count = label();
         const int32_t cuts =
-            ref::cut_links(usual(), range, elevation, nonground, labels, count, right, down, extents.data());
+            ref::cut_links(cut, range, elevation, nonground, labels, count, right, down, extents.data());
         images_with_cuts += cuts > 0;
         count = label();
       } else {
-        count = tables[t]->label_cut(usual(), wraps, range, range, elevation, nonground, right, down, labels,
-                                     queue.data(), extents.data());
+        count = tables[t]->label_cut(cut, wraps, range, range, elevation, nonground, right, down, labels, queue.data(),
+                                     extents.data());
       }
       std::string text = std::to_string(count) + '\n';
       for (int32_t r = 0; r < rows; ++r)
