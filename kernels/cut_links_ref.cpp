@@ -58,7 +58,7 @@ class LinkCutter {
   }
   // Cuts the links of the run that begins at a pixel.
   int32_t cut_run(int32_t r, int32_t c) const {
-    return overtake::cut_run(params_, range_m_, elevation_rad_, r, c, right_, down_, [](int32_t) {});
+    return overtake::cut_run(params_, range_m_, elevation_rad_, r, c, right_, down_);
   }
 
  private:

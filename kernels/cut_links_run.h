@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What cut_links and label_cut do with one cluster and with one run.
+// What cut_links does with one cluster and with one run. (label_cut has a vector form of cut_run.)
 #pragma once
 
 #include "core/math.h"
@@ -33,11 +33,9 @@ OVT_INLINE bool is_weak_down(const CutLinksParams& params, Plane<const float> ra
   return !pixels_join(own_m, below_m, sin_alpha, cos_alpha, params.tan_threshold);
 }
 
-// Cuts the weak links of the run that begins at a pixel. Returns their number. Calls splits(column) for each link to
-// the right of a column that it cuts.
-template <class F>
+// Cuts the weak links of the run that begins at a pixel. Returns their number.
 OVT_INLINE int32_t cut_run(const CutLinksParams& params, Plane<const float> range_m, Plane<const float> elevation_rad,
-                           int32_t r, int32_t c, BitPlane right, BitPlane down, F&& splits) {
+                           int32_t r, int32_t c, BitPlane right, BitPlane down) {
   const auto clear = [](BitPlane links, int32_t row, int32_t col) OVT_INLINED {
     links.row(row)[col >> 6] &= ~(uint64_t(1) << (col & 63));
     return 1;
@@ -46,9 +44,7 @@ OVT_INLINE int32_t cut_run(const CutLinksParams& params, Plane<const float> rang
   for (bool goes_on = true; goes_on; ++c) {
     if (down.test(r, c) && is_weak_down(params, range_m, elevation_rad, r, c)) cuts += clear(down, r, c);
     goes_on = c + 1 < range_m.cols && right.test(r, c);
-    if (!goes_on || !is_weak_right(params, range_m.row(r), c)) continue;
-    cuts += clear(right, r, c);
-    splits(c);
+    if (goes_on && is_weak_right(params, range_m.row(r), c)) cuts += clear(right, r, c);
   }
   return cuts;
 }

@@ -103,7 +103,7 @@ OVT_INLINE int32_t join_cut_runs(ConstBitPlane nonground, ConstBitPlane link_dow
   return run_count + split_count;
 }
 
-// As cut_run, on words of 64 columns.
+// As cut_run, on words of 64 columns. Calls splits(column) for each link to the right of a column that it cuts.
 template <class A, class F>
 OVT_INLINE int32_t cut_words(const CutLinksParams& params, Plane<const float> range_m, Plane<const float> elevation_rad,
                              int32_t r, int32_t c, BitPlane right, BitPlane down, F&& splits) {

@@ -186,6 +186,7 @@ bool fit_shape(const RoadPoints& points, double trim_m, RoadShape& shape) noexce
   constexpr double kPrior[kTerms] = {0.1, 0.02, 0.02, 5e-4, 2e-3};  // standard deviations from the level road
   const auto bin_of = [](float x) { return std::clamp(int32_t(x / kBin_m + 0.5 * kBins), 0, kBins - 1); };
   int32_t of_bin[kBins] = {}, used = 0, bins = 0;
+  static_assert(RoadPoints::kCapacity <= INT16_MAX);
   struct Chosen {
     int16_t point, bin;
   } chosen[RoadPoints::kCapacity];
