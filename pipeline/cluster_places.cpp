@@ -224,7 +224,8 @@ CarAnchor anchor_car(const CarSize& size, const OrientedBox& seen, float sensor_
       car.center_1 = seen.high_1 - 0.5f * size.length_m;
     }
   }
-  if (beside && car.unseen_2 > 0.0f && seen.length() >= kMostOfFlank * size.length_m) {
+  const bool sees_flank = beside || (abs_of(ahead) <= size.length_m && abs_of(left) > 0.5f * size.width_m);
+  if (sees_flank && car.unseen_2 > 0.0f && seen.length() >= kMostOfFlank * size.length_m) {
     car.center_2 = left < 0.0f ? seen.low_2 + 0.5f * size.width_m : seen.high_2 - 0.5f * size.width_m;
     car.unseen_2 = 0.0f;
   }

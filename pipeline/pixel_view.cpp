@@ -61,6 +61,26 @@ bool PixelView::may_be_hidden(const PixelBox& box, float range_m) const noexcept
   return false;
 }
 
+GroundBeside PixelView::find_ground(const PixelBox& box) const noexcept {
+  constexpr int32_t kColumns = 3, kRows = 3;
+  const int32_t last_row = std::min(box.row_high + kRows, part_.kept.images.pixel_point.rows - 1);
+  const auto look = [&](int32_t col, int32_t step, bool& most, bool& none) {
+    if (!sensor_.wraps && (col + kColumns * step < 0 || col + kColumns * step >= sensor_.cols)) return;
+    int32_t found = 0;
+    for (int32_t k = 1; k <= kColumns; ++k) {
+      bool any = false;
+      for (int32_t row = box.row_high + 1; row <= last_row; ++row) any = any || at(row, col + k * step) >= 0;
+      found += any;
+    }
+    most = 2 * found > kColumns;
+    none = found == 0;
+  };
+  GroundBeside ground;
+  look(box.col_low, -1, ground.left, ground.none_left);
+  look(box.col_high, 1, ground.right, ground.none_right);
+  return ground;
+}
+
 bool PixelView::is_on_surface(int32_t point) const noexcept {
   const int32_t pixel = part_.kept.points.pixel[point];
   if (pixel < 0) return false;

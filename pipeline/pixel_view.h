@@ -24,6 +24,13 @@ struct LevelRows {
   int32_t rows = 0, level = 0;
 };
 
+// Whether there is ground beside an object, on the left and on the right as the sensor sees it: in most of the columns that
+// are looked at, or in none of them. In the shadow of the own car there is none, and a part of the object may be in it.
+struct GroundBeside {
+  bool left = false, right = false;
+  bool none_left = false, none_right = false;
+};
+
 class PixelView {
  public:
   PixelView(const SensorModel& sensor, const SensorPart& part) : sensor_(sensor), part_(part) {}
@@ -34,6 +41,8 @@ class PixelView {
   float find_row_pitch(const PixelBox& box) const noexcept;
   // Whether something nearer, or the edge of the image, may hide more of the object on the left or on the right.
   bool may_be_hidden(const PixelBox& box, float range_m) const noexcept;
+  // Ground is what returns in the rows next below the box. Beyond the edge of the image nothing is known.
+  GroundBeside find_ground(const PixelBox& box) const noexcept;
   // Whether a pixel beside that of the point, in its row, lies on one surface with it.
   bool is_on_surface(int32_t point) const noexcept;
   // Adds the rows of a cluster. The ground beside a row has the range of the row's end: the row lies on it.

@@ -73,7 +73,7 @@ CarProfile::Match match_profile(const StageContext& context, const Frame& frame,
 // Standard deviations of the centre, m, fitted to simulated races. A part of the car that the sensor does not see, and
 // whose end is not known, leaves the centre uncertain by a share of that part: a uniform distribution would be 0.29
 // of it. The farther the car, the fewer rows and columns hit it.
-constexpr double kNear_m = 0.047;         // at the sensor, along and across
+constexpr double kNear_m = 0.040;         // at the sensor, along and across
 constexpr double kAlongOfRange = 0.0012;  // of the range: the end that is seen
 constexpr double kAcrossOfRange = 0.001;  // of the range
 constexpr double kAlongOfUnseen = 0.23;   // of the length that is not seen,
@@ -191,6 +191,31 @@ ObjectClass classify(const StageContext& context, const Frame& frame, int32_t ro
 
 // ---- pose -----------------------------------------------------------------------------------------------------------
 
+// A car that is seen from ahead or behind, and of which the shadow of the own car hides one side: its centre is half a
+// width from the other side.
+void anchor_to_seen_side(const StageContext& context, const Frame& frame, int32_t row, Posed& pose) {
+  constexpr float kLeastUnseen_m = 0.2f;
+  constexpr float kFarthest_m = 40.0f;  // farther, the ground has too few returns to show where none may come from
+  CarAnchor& car = pose.car;
+  const FrameClusterTable& merged = frame.merged;
+  const int32_t s = merged.main_sensor[row];
+  if (car.view == CarView::kSide || !(car.unseen_2 > kLeastUnseen_m) || merged.sensor_mask[row] != 1 << s ||
+      merged.nearest_m[row] > kFarthest_m)
+    return;
+  const PixelView view(context.sensors[s], frame.sensors[s]);
+  PixelBox pixels;
+  for_each_member(frame, row, [&](const SensorPart&, int32_t cluster) { view.add_pixels(cluster, pixels); });
+  if (pixels.row_high < 0) return;
+  const GroundBeside ground = view.find_ground(pixels);
+  const bool from_left = ground.left && ground.none_right, from_right = ground.right && ground.none_left;
+  if (!from_left && !from_right) return;
+  // The left of the image is the left of the car where the line of sight goes along its heading.
+  const float half_m = 0.5f * context.detect.fit_rectangle.width_m;
+  car.center_2 = from_left == (car.view == CarView::kRear) ? pose.box.high_2 - half_m : pose.box.low_2 + half_m;
+  car.unseen_2 = 0.0f;
+  pose.move_to(car.center_1);
+}
+
 struct ClusterPose {
   RectangleFit fit;
   Posed posed;
@@ -217,6 +242,7 @@ ClusterPose find_pose(const StageContext& context, Frame& frame, int32_t row) {
   const int32_t gain = std::max(kLeastGain, (merged.point_count[row] + kGainDivisor - 1) / kGainDivisor);
   fit.from_var = fit.inliers_var >= fit.inliers_ref + gain;
   Posed best = fit.from_var ? var : ref;
+  anchor_to_seen_side(context, frame, row, best);
   const ClusterHeights heights = measure_heights(frame, row);
   const CarProfile::Match match = match_profile(context, frame, row, best, heights.high_m);
   if (match.fits) best.move_to(match.center_m);

@@ -54,6 +54,42 @@ TEST_CASE("anchor_car: across the heading, the middle of what is seen; beside th
   CHECK(center({-1, 1, 3, 3.5f}) == 3.25f);  // too little of the flank
 }
 
+TEST_CASE("anchor_car: less than a length beside its ends the near flank is seen, too") {
+  const auto center = [](OrientedBox seen) { return anchor_car(kSize, seen, 0, 0).center_2; };
+  CHECK(center({2.4f, 7.3f, 3, 4.4f}) == doctest::Approx(3 + 0.5f * kWidth));    // ahead of the sensor
+  CHECK(center({-7.3f, -2.4f, 3, 4.4f}) == doctest::Approx(3 + 0.5f * kWidth));  // behind it
+  CHECK(center({2.4f, 7.3f, -4.4f, -3}) == doctest::Approx(-3 - 0.5f * kWidth));
+  CHECK(center({2.6f, 7.5f, 3, 4.4f}) == 3.7f);         // farther
+  CHECK(center({2.4f, 7.3f, -0.5f, 0.75f}) == 0.125f);  // straight ahead no flank is seen
+  CHECK(center({2.4f, 5.3f, 3, 4.4f}) == 3.7f);         // too little of the flank
+  CHECK(center({2.4f, 7.3f, 3, 5}) == 4.0f);            // all of its width
+}
+
+TEST_CASE(
+    "pose by view: a car that the shadow of the own car hides in part is half a width from the side that is seen") {
+  // A plate near the sensor that returns nothing: it hides the car on one side of the line of sight, and the ground
+  // below from low_m on.
+  const auto find_y = [](double x_m, double side, double low_m, double ego_yaw_rad) {
+    RulesBench bench;
+    const double half_m = 0.15, y_m = side * (half_m + 0.01);
+    bench.look({car_at(x_m, 0), {2.0, y_m, 0, 0.1, 2 * half_m, low_m, 1.2, -2}});
+    bench.frame.ego.poses[0].yaw_rad = ego_yaw_rad;
+    bench.run();
+    REQUIRE(bench.frame.detections.count == 1);
+    CHECK(bench.frame.views.view[0] == (ego_yaw_rad == 0.0 ? OVT_VIEW_REAR : OVT_VIEW_FRONT));
+    return double(bench.frame.detections.y_m[0]);
+  };
+  for (const double ego_yaw_rad : {0.0, kPi})
+    for (const double side : {-1.0, 1.0}) {
+      CAPTURE(ego_yaw_rad);
+      CAPTURE(side);
+      CHECK(std::fabs(find_y(25, side, 0.5, ego_yaw_rad)) < 0.15);
+      CHECK(-side * find_y(25, side, 0.91, ego_yaw_rad) >
+            0.3);  // ground on both sides: nothing says that a part is hidden
+    }
+  CHECK(find_y(45, -1, 0.5, 0.0) > 0.25);  // too far: the middle of what is seen
+}
+
 TEST_CASE("pose by view: a box seen from behind, from beside and at any angle has its true centre and heading") {
   for (const double y_m : {-3.0, 0.0, 3.0})
     for (const double x_m : {12.0, 20.0, 35.0}) {

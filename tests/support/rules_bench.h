@@ -32,7 +32,8 @@ inline Spots corners(float x0, float x1, float y0, float y1, float z0, float z1,
   return spots;
 }
 
-// A box on the road. Cluster 0 hides what is behind it, and is in no cluster; -1 does so as smoke.
+// A box on the road. Cluster 0 hides what is behind it, and is in no cluster; -1 does so as smoke; -2 returns nothing, as
+// the own car.
 struct Solid {
   double x_m, y_m, yaw_deg, length_m, width_m, low_m, high_m;
   int32_t cluster = 1;
@@ -127,7 +128,7 @@ class RulesBench {
           const double t = cast(solid, d);
           if (t < range_m) range_m = t, hit = solid.cluster, intensity = solid.intensity, is_road = false;
         }
-        if (range_m > 200.0) continue;
+        if (range_m > 200.0 || hit == -2) continue;
         const Spot spot = {float(range_m * d[0]), float(range_m * d[1]), float(range_m * d[2] + kSensorHeight_m)};
         const int32_t point = add_point(0, spot, r * image.stride + c);
         image.at(r, c) = point;
