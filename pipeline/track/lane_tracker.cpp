@@ -35,7 +35,7 @@ constexpr double kTurnNoise = 0.1;  // rad^2 per second: of the course while the
 constexpr int32_t kSteadyHits = 5;  // with fewer hits the state has not settled
 constexpr double kBirthSigma_mps = 10.0;
 constexpr double kFaintGate_d2 = 9.0;
-constexpr double kAloneCost = 14.0;  // of a first detection that stays the only one of its track
+constexpr double kAloneCost = 14.0;  // of a track that stays without a detection
 
 // Heading.
 constexpr double kHeadingMemory_s = 0.3, kHeadingGate_d2 = 9.0, kHeadingSigma_rad = 0.15, kHeadingRate_rps = 2.0;
@@ -197,7 +197,7 @@ LanePolicy::Ahead LanePolicy::look_ahead(const State& s, double dt_s) const noex
 }
 
 LanePolicy::Estimate LanePolicy::estimate(const State& s, double dt_s, const Ahead&) const noexcept {
-  Estimate e = s.estimate;
+  Estimate e = {s.estimate, s.stage == LaneStage::kLost};
   if (is_course_unknown(e)) {
     if (dt_s > 0.0) spread(e, params_.birth_sigma_v, s.unseen_s, s.unseen_s + dt_s);
     return e;
@@ -220,7 +220,10 @@ Measurement LanePolicy::with_lasting_error(const Measurement& z) const noexcept 
   return r;
 }
 
+// A lost track's place is so uncertain that it would take the next car of traffic, whose pushed row shows nothing of
+// the car itself. That car gets a track of its own; find_elder gives it the lost id if its motion fits.
 bool LanePolicy::cost(const Estimate& e, const Measurement& z, double& cost) const noexcept {
+  if (e.is_lost && !is_cluster(z)) return false;
   Innovation innovation;
   if (!innovate(e, with_lasting_error(z), &innovation) || !(innovation.d2 <= params_.gate_d2)) return false;
   if (z.faint && !(innovation.d2 <= kFaintGate_d2 && z.height_m >= lane_.low_m)) return false;  // may be the road
@@ -228,16 +231,18 @@ bool LanePolicy::cost(const Estimate& e, const Measurement& z, double& cost) con
   return true;
 }
 
-// Cars that stand one behind the other, one of which is not seen: each track would take the next car, and a speed.
+// Cars that stand one behind the other, one of which is not seen: each track would take the next car, and a speed. Of
+// pushed rows a known track must not take a new one's row at any cost either, only because that one may stay alone.
 bool LanePolicy::alone_cost(const State& s, double& cost) const noexcept {
   cost = kAloneCost;
-  return is_course_unknown(s.estimate);
+  return only_rows_ || is_course_unknown(s.estimate);
 }
 
 Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it,
                              int32_t* measurement_of_slot) noexcept {
   asks_map_ = it.in_map && it.ask_map;
   ego_ = it.ego;
+  only_rows_ = std::none_of(it.measurement, it.measurement + it.count, is_cluster);
   find_places(tracks, it);
   look_from_ego(tracks);
   find_detectable(tracks, it);

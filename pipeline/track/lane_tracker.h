@@ -72,7 +72,9 @@ class LanePolicy {
   int32_t find_owner(const TrackView<State>& tracks, const Iteration& it, int32_t measurement) const noexcept;
 
   // For the assignment. The lane is that at the track's state, which is at most a few frames old.
-  using Estimate = TrackEstimate;
+  struct Estimate : TrackEstimate {
+    bool is_lost = false;
+  };
   using Ahead = MotionState;
   Ahead look_ahead(const State& s, double dt_s) const noexcept;
   Place place(const Ahead& ahead) const noexcept { return {ahead.x_m, ahead.y_m}; }
@@ -136,6 +138,7 @@ class LanePolicy {
   Place* unclaimed_ = nullptr;
   int32_t unclaimed_count_ = 0;
   int32_t asks_map_ = 0;
+  bool only_rows_ = false;  // all measurements are pushed rows
   TrackerEgo ego_;
 };
 
