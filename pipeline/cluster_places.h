@@ -92,8 +92,8 @@ inline float measure_inside(const ClusterPlaceTable& places, int32_t row, float 
 //   along   both ends seen: the middle. From behind: the rear end plus half a length. From ahead: the front end minus
 //           half a length if at least front_length is seen, because the flat nose of a distant car returns no points;
 //           else the middle of what is seen
-//   across  the middle of what is seen; from the side, or from less than a length beside its ends: the near flank plus half
-//           a width, if most of the flank is seen
+//   across  the middle of what is seen; from the side, or from less than a length beside its ends: the near flank plus
+//           half a width, if most of the flank is seen
 struct CarAnchor {
   float center_1, center_2;
   CarView view;

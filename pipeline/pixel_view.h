@@ -24,8 +24,9 @@ struct LevelRows {
   int32_t rows = 0, level = 0;
 };
 
-// Whether there is ground beside an object, on the left and on the right as the sensor sees it: in most of the columns that
-// are looked at, or in none of them. In the shadow of the own car there is none, and a part of the object may be in it.
+// Whether there is ground beside an object, on the left and on the right as the sensor sees it: in most of the columns
+// that are looked at, or in none of them. In the shadow of the own car there is none, and a part of the object may be
+// in it.
 struct GroundBeside {
   bool left = false, right = false;
   bool none_left = false, none_right = false;

@@ -73,7 +73,7 @@ CarProfile::Match match_profile(const StageContext& context, const Frame& frame,
 // Standard deviations of the centre, m, fitted to simulated races. A part of the car that the sensor does not see, and
 // whose end is not known, leaves the centre uncertain by a share of that part: a uniform distribution would be 0.29
 // of it. The farther the car, the fewer rows and columns hit it.
-constexpr double kNear_m = 0.040;         // at the sensor, along and across
+constexpr double kNear_m = 0.034;         // at the sensor, along and across
 constexpr double kAlongOfRange = 0.0012;  // of the range: the end that is seen
 constexpr double kAcrossOfRange = 0.001;  // of the range
 constexpr double kAlongOfUnseen = 0.23;   // of the length that is not seen,

@@ -61,6 +61,64 @@ TEST_CASE("lane tracker: a car that comes back keeps its id, also where it brake
   CHECK_FALSE(comes_back(260, 0));  // after 13 s
 }
 
+namespace {
+
+// A row of another program: it shows nothing of the car itself.
+Measurement pushed_row(double x_m, double y_m, int32_t frame) {
+  Measurement z = seen_car(x_m, y_m, frame);
+  z.points = 0;
+  z.height_m = kNotMeasured;
+  z.var_x = z.var_y = 0.09;
+  return z;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "lane tracker: a lost track takes no pushed row: the row has a track of its own, which gets the id back if it "
+    "fits") {
+  const auto come_back = [](double aside_m, bool is_row) {
+    LaneBench bench;
+    const auto row = [&](double y_m, int32_t k) {
+      bench.ego_at(10 * kFrame_s * k - 30);
+      return is_row ? pushed_row(10 * kFrame_s * k, y_m, k) : seen_car(10 * kFrame_s * k, y_m, k);
+    };
+    TrackId before = kNobody, after = kNobody;
+    int32_t k = 0;
+    for (; k < 30; ++k) before = bench.step(k, {row(0, k)})[0];
+    for (; bench.rows.count > 0 && bench.state().stage != LaneStage::kLost; ++k) bench.step(k, {});
+    REQUIRE(bench.rows.count == 1);
+    for (int32_t i = 0; i < 20; ++i, ++k) after = bench.step(k, {row(aside_m, k)})[0];
+    CHECK(bench.tracker->counts().births == (is_row ? 2 : 1));
+    return before == after;
+  };
+  CHECK(come_back(0, true));
+  CHECK_FALSE(come_back(9, true));
+  CHECK(come_back(0, false));  // a cluster shows that it is a car
+}
+
+TEST_CASE("lane tracker: where all rows are pushed, a track rather stays without one than takes a far one") {
+  // How far aside the track of a car takes a row. A cluster far away makes the frames no frames of pushed rows only.
+  const auto reach_m = [](bool only_rows) {
+    double farthest_m = 0;
+    for (double aside_m = 0; aside_m < 6; aside_m += 0.1) {
+      LaneBench bench;
+      const auto step = [&](int32_t k, double y_m) {
+        std::vector<Measurement> seen = {pushed_row(10 * kFrame_s * k, y_m, k)};
+        if (!only_rows) seen.push_back(seen_car(500, 500, k));
+        bench.ego_at(10 * kFrame_s * k - 30);
+        return bench.step(k, seen)[0];
+      };
+      TrackId before = kNobody;
+      for (int32_t k = 0; k < 10; ++k) before = step(k, 0);
+      if (step(10, aside_m) == before) farthest_m = aside_m;
+    }
+    return farthest_m;
+  };
+  CHECK(reach_m(true) > 0.5);
+  CHECK(reach_m(true) < reach_m(false));
+}
+
 TEST_CASE("lane tracker: one car in two detections is one track, and both rows count as used") {
   LaneBench bench;
   const TrackId id = bench.follow(20);

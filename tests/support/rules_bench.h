@@ -32,8 +32,8 @@ inline Spots corners(float x0, float x1, float y0, float y1, float z0, float z1,
   return spots;
 }
 
-// A box on the road. Cluster 0 hides what is behind it, and is in no cluster; -1 does so as smoke; -2 returns nothing, as
-// the own car.
+// A box on the road. Cluster 0 hides what is behind it, and is in no cluster; -1 does so as smoke; -2 returns nothing,
+// as the own car.
 struct Solid {
   double x_m, y_m, yaw_deg, length_m, width_m, low_m, high_m;
   int32_t cluster = 1;
