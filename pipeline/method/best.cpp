@@ -21,6 +21,7 @@ constexpr Step kSegment[] = {
     step::drop_smoke,                                               // 5c  smoke and dust are not obstacles
     step::repair_range,                                             // 6   NGRIR (eq. 3)
     step::link_pixels,                                              // 7a  which neighbours belong together (eq. 2)
+    step::cut_steps,                                                // 7a  not a car and what stands behind it
     step::label_cut,                                                // 7b  connected components; two cars are not one
     step::label_points,                                             // 7b
     step::mark_smoke,                                               //     points of smoke have no label

@@ -119,6 +119,7 @@ OVT_ROW_STEP(repair_range, REPAIR, "repair", (rows_around<0, 0>), params<&Segmen
 OVT_ROW_STEP(link_pixels, LINK, "cluster", (rows_around<0, 1>), params<&SegmentParams::link_pixels>,
              in<range_repaired_m>, in<elevation_repaired_rad>, in<nonground_repaired>, out<link_right>, out<link_down>,
              by_columns);
+OVT_STEP(cut_steps, LINK, "", in<range_filled_m>, in<range_repaired_m>, inout<link_down>);
 OVT_STEP(label_bfs, LABEL, "", result<label_count>, sensor<&SensorModel::wraps>, in<range_filled_m>,
          in<nonground_repaired>, in<link_right>, in<link_down>, out<labels>, scratch<queue>);
 

@@ -1,0 +1,26 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Section 7a of kernels/README.md: a car and what stands behind it are two objects, also where two rows are far apart.
+#pragma once
+
+#include "core/plane.h"
+
+namespace overtake {
+
+// A step in range is cut from this on, or from this share of the nearer range.
+inline constexpr float kCutStep_m = 1.5f, kCutStepShare = 0.12f;
+// The surface below the step is upright: it comes nearer by less than this part of the step from row to row.
+inline constexpr float kCutStepBelow = 0.5f;
+
+// Cuts a link down where the upper pixel lies behind the top of an upright object: the step in range is large, and the
+// next pixel further down, ground included, is at nearly the range of the lower pixel. On ground that was taken for an
+// obstacle each step is about as large as the next one: its rows stay linked. So does a lower pixel over an empty one.
+//   reads    range_filled_m range_repaired_m
+//   writes   link_down: clears bits                          cost    two differences per linked pixel
+//   agrees   exactly on every ISA
+namespace ref {
+void cut_steps(Plane<const float> range_filled_m, Plane<const float> range_repaired_m, BitPlane link_down) noexcept;
+}
+
+}  // namespace overtake

@@ -1,0 +1,29 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Section 7a: cuts links at the top of an object.
+//
+//          ___ r          One row passes over the car and hits the house behind it, the next one hits the roof. Rows
+//      car    |           are up to some degrees apart, so the angle beta of the pair may exceed th_seg although the
+//    r + 1 \  | house     step is several metres: a parked car, a tree and a house are one cluster.
+//    r + 2 |  |
+#include "kernels/cut_steps.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace overtake::ref {
+
+void cut_steps(Plane<const float> range_filled_m, Plane<const float> range_repaired_m, BitPlane link_down) noexcept {
+  for (int32_t r = 0; r + 2 < range_repaired_m.rows; ++r)
+    for (int32_t c = 0; c < range_repaired_m.cols; ++c) {
+      if (!link_down.test(r, c)) continue;
+      const float near_m = range_repaired_m.row(r + 1)[c], under_m = range_filled_m.row(r + 2)[c];
+      const float step_m = range_repaired_m.row(r)[c] - near_m;
+      if (step_m > std::max(kCutStep_m, kCutStepShare * near_m) && under_m > 0.0f &&
+          std::fabs(near_m - under_m) < kCutStepBelow * step_m)
+        link_down.row(r)[c >> 6] &= ~(uint64_t(1) << (c & 63));
+    }
+}
+
+}  // namespace overtake::ref

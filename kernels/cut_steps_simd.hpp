@@ -1,0 +1,42 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Section 7a: cuts links at the top of an object, on words of 64 columns. Most groups have no step: they read two rows.
+#pragma once
+
+#include "core/math.h"
+#include "kernels/cut_steps.h"
+#include "kernels/simd.h"
+
+namespace overtake::simd {
+
+template <class A>
+void cut_steps(Plane<const float> range_filled_m, Plane<const float> range_repaired_m, BitPlane link_down) noexcept {
+  constexpr uint64_t kGroup = (uint64_t(1) << kSize<A>)-1;
+  const Float<A> least(kCutStep_m), share(kCutStepShare), below(kCutStepBelow), none(0.0f);
+  for (int32_t r = 0; r + 2 < range_repaired_m.rows; ++r) {
+    const float *own_m = range_repaired_m.row(r), *lower_m = range_repaired_m.row(r + 1);
+    const float* next_m = range_filled_m.row(r + 2);
+    uint64_t* const down = link_down.row(r);
+    for (int32_t w = 0; w < link_down.words_per_row; ++w) {
+      const uint64_t links = down[w];
+      uint64_t cuts = 0;
+      if (links == 0) continue;
+      for (int32_t shift = 0; shift < 64; shift += kSize<A>) {
+        const uint64_t group = (links >> shift) & kGroup;
+        if (group == 0) continue;
+        const int32_t c = 64 * w + shift;
+        const Float<A> near_m = Float<A>::load(lower_m + c);
+        const Float<A> step_m = Float<A>::load(own_m + c) - near_m;
+        const Mask<A> is_step = step_m > max_of(least, share * near_m);
+        if ((is_step.bits() & group) == 0) continue;
+        const Float<A> under_m = Float<A>::load(next_m + c);
+        const Mask<A> is_upright = (under_m > none) & (abs_of(near_m - under_m) < below * step_m);
+        cuts |= uint64_t((is_step & is_upright).bits()) << shift;
+      }
+      down[w] = links & ~cuts;
+    }
+  }
+}
+
+}  // namespace overtake::simd
