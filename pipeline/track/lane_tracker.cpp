@@ -232,7 +232,8 @@ bool LanePolicy::cost(const Estimate& e, const Measurement& z, double& cost) con
 }
 
 // Cars that stand one behind the other, one of which is not seen: each track would take the next car, and a speed. Of
-// pushed rows a known track must not take a new one's row at any cost either, only because that one may stay alone.
+// pushed rows a known track must not take a new one's row at any cost either, only because that one may stay alone. But
+// on a map a track begins with the lane's course and a speed that may be far from its car's.
 bool LanePolicy::alone_cost(const State& s, double& cost) const noexcept {
   cost = kAloneCost;
   return only_rows_ || is_course_unknown(s.estimate);
@@ -242,7 +243,7 @@ Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it
                              int32_t* measurement_of_slot) noexcept {
   asks_map_ = it.in_map && it.ask_map;
   ego_ = it.ego;
-  only_rows_ = std::none_of(it.measurement, it.measurement + it.count, is_cluster);
+  only_rows_ = asks_map_ == 0 && std::none_of(it.measurement, it.measurement + it.count, is_cluster);
   find_places(tracks, it);
   look_from_ego(tracks);
   find_detectable(tracks, it);

@@ -138,7 +138,7 @@ class LanePolicy {
   Place* unclaimed_ = nullptr;
   int32_t unclaimed_count_ = 0;
   int32_t asks_map_ = 0;
-  bool only_rows_ = false;  // all measurements are pushed rows
+  bool only_rows_ = false;  // all measurements are pushed rows, and no map is asked
   TrackerEgo ego_;
 };
 
