@@ -15,9 +15,9 @@ inline constexpr float kCutStepBelow = 0.5f;
 
 // Cuts a link down where the upper pixel lies behind the top of an upright object: the step in range is large, and the
 // next pixel further down, ground included, is at nearly the range of the lower pixel. On ground that was taken for an
-// obstacle each step is about as large as the next one: its rows stay linked. So does a lower pixel over an empty one.
+// obstacle each step is about as large as the next one: its rows stay linked. Over an empty pixel nothing is cut.
 //   reads    range_filled_m range_repaired_m
-//   writes   link_down: clears bits                          cost    two differences per linked pixel
+//   writes   link_down: clears bits                          cost    two differences a linked pixel
 //   agrees   exactly on every ISA
 namespace ref {
 void cut_steps(Plane<const float> range_filled_m, Plane<const float> range_repaired_m, BitPlane link_down) noexcept;

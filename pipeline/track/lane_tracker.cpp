@@ -231,9 +231,10 @@ bool LanePolicy::cost(const Estimate& e, const Measurement& z, double& cost) con
   return true;
 }
 
-// Cars that stand one behind the other, one of which is not seen: each track would take the next car, and a speed. Of
-// pushed rows a known track must not take a new one's row at any cost either, only because that one may stay alone. But
-// on a map a track begins with the lane's course and a speed that may be far from its car's.
+// Of cars that stand one behind the other, one of which is not seen, each track would take the next car, and a speed: a
+// track without a course may stay alone. Where all rows are pushed ones, each track may: the assignment forms as many
+// pairs as it can, at any cost within the gates. Not on a map, where a track begins with the lane's course and a speed
+// that may be far from its car's.
 bool LanePolicy::alone_cost(const State& s, double& cost) const noexcept {
   cost = kAloneCost;
   return only_rows_ || is_course_unknown(s.estimate);

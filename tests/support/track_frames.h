@@ -63,6 +63,14 @@ inline std::vector<TestFrame> make_frames(uint64_t seed, int32_t cars, double se
   return frames;
 }
 
+// Every detection lies in every track's gate.
+inline std::vector<TestDetection> make_clutter(int32_t count, uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::vector<TestDetection> clutter;
+  for (int32_t i = 0; i < count; ++i) clutter.push_back({uniform(random, -3, 3), uniform(random, -3, 3)});
+  return clutter;
+}
+
 // Cars at different speeds on a ring, each hidden for 1.4 s every few seconds, some detections in two parts; the ego
 // vehicle drives among them.
 inline std::vector<TestFrame> make_ring_frames(uint64_t seed, const CircleRoad& ring, double seconds) {
