@@ -4,9 +4,9 @@
 // Clusters from labels.
 //   1  Packs the points of clusters: most of a scan is ground.
 //   2  Handles groups of equal labels within a vector: with a counter per point, each point would wait for the last.
-//   3  Transforms all points to the vehicle frame in one pass, across cluster borders.
-//   4  Sums up each cluster in the order of core/reduce.h: clusters of a few points (two in three) as scalars, the
-//      others in vectors.
+//   3  Transforms the points of a cluster to the vehicle frame and sums them up in one pass, in the order of
+//      core/reduce.h. Clusters of a few points (two in three): the points across the clusters' borders, then the sums
+//      as scalars.
 #pragma once
 
 #include <limits>
@@ -69,84 +69,100 @@ struct FewValues {
   OVT_INLINE float high() const { return max_of(max_of(v[0], v[2]), max_of(v[1], v[3])); }
 };
 
-// The same for many values. `room` values may be read.
+// Bounds and sum of one axis, in the lanes of core/reduce.h.
 template <class A>
-OVT_INLINE void reduce_values(const float* v, int32_t count, int32_t room, float& low_out, float& high_out,
-                              float& sum_out) {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  constexpr int32_t kGroups = kLanes / kSize<A>;
+struct LaneBounds {
+  static constexpr int32_t kGroups = kLanes / kSize<A>;
+  static constexpr float kInfinity = std::numeric_limits<float>::infinity();
   Float<A> low[kGroups], high[kGroups], sum[kGroups];
-  for (int32_t g = 0; g < kGroups; ++g) {
-    low[g] = Float<A>(kInfinity), high[g] = Float<A>(-kInfinity), sum[g] = Float<A>(0.0f);
-    int32_t k = g * kSize<A>;
-    for (; k + kSize<A> <= count; k += kLanes) {
-      const Float<A> value = Float<A>::load(v + k);
-      low[g] = min_of(low[g], value);
-      high[g] = max_of(high[g], value);
-      sum[g] = sum[g] + value;
-    }
-    if (k >= count) continue;
-    Float<A> value;
-    if (k + kSize<A> <= room) {  // reads points of the next cluster, too
-      value = Float<A>::load(v + k);
-    } else {
-      float tail[kSize<A>] = {};
-      for (int32_t l = 0; k + l < count; ++l) tail[l] = v[k + l];
-      value = Float<A>::load(tail);
-    }
-    const Mask<A> in = Mask<A>::first(count - k);
+
+  OVT_INLINE LaneBounds() {
+    for (int32_t g = 0; g < kGroups; ++g)
+      low[g] = Float<A>(kInfinity), high[g] = Float<A>(-kInfinity), sum[g] = Float<A>(0.0f);
+  }
+  OVT_INLINE void add(int32_t g, Float<A> value) {
+    low[g] = min_of(low[g], value);
+    high[g] = max_of(high[g], value);
+    sum[g] = sum[g] + value;
+  }
+  OVT_INLINE void add(int32_t g, Float<A> value, Mask<A> in) {
     low[g] = select(in, min_of(low[g], value), low[g]);
     high[g] = select(in, max_of(high[g], value), high[g]);
     sum[g] = add_where(in, sum[g], value);
   }
-  low_out = lane_min(low), high_out = lane_max(high), sum_out = lane_sum(sum);
-}
+};
 
-// The smallest range, and the sum of the time offsets as two halves of 16 bits so that a lane can hold them.
+// Transforms the points of a cluster and sums them up, in one pass. The sum of the time offsets has two halves of 16
+// bits so that a lane can hold them.
 template <class A>
-OVT_INLINE void reduce_points(const ScanTable& scan, const PointTable& points, const int32_t* index, int32_t count,
-                              int64_t& offset_out, float& nearest_out) {
+OVT_INLINE void take_cluster(const Transform& T, const ScanTable& scan, const float* range_m, ClusterPointTable& to,
+                             ClusterTable& clusters, int32_t row) {
   constexpr int32_t kMostVectors = 16384;
-  int64_t offset = 0;
+  const int32_t begin = clusters.point_begin[row], count = clusters.point_count[row], *index = to.point + begin;
+  const float *x_m = scan.x_m, *y_m = scan.y_m, *z_m = scan.z_m;
+  const int32_t* time_ns = scan.time_offset_ns;
+  float *x_out = to.x_m + begin, *y_out = to.y_m + begin, *z_out = to.z_m + begin;
+  LaneBounds<A> bounds[3];
   Float<A> nearest(std::numeric_limits<float>::infinity());
-  int32_t k = 0;
-  while (k + kSize<A> <= count) {
-    Int<A> low(0), high(0);
-    for (int32_t vectors = 0; vectors < kMostVectors && k + kSize<A> <= count; ++vectors, k += kSize<A>) {
-      const NearRows<A> at(index + k, Mask<A>(true), scan.capacity);
-      const Int<A> time = at.get(scan.time_offset_ns);
-      low = low + (time & Int<A>(0xffff));
-      high = high + (time >> 16);
-      nearest = min_of(nearest, at.get(points.range_m));
-    }
+  Int<A> time_low(0), time_high(0);
+  int64_t offset = 0;
+  int32_t vectors = 0;
+  const auto add_times = [&] {
     int32_t lows[kSize<A>], highs[kSize<A>];
-    low.store(lows);
-    high.store(highs);
+    time_low.store(lows);
+    time_high.store(highs);
     for (int32_t l = 0; l < kSize<A>; ++l) offset += int64_t(lows[l]) + int64_t(highs[l]) * 65536;
+    time_low = time_high = Int<A>(0);
+    vectors = 0;
+  };
+  for (int32_t k = 0; k < count; k += kLanes)
+    for (int32_t g = 0; g < LaneBounds<A>::kGroups; ++g) {
+      const int32_t at = k + g * kSize<A>;
+      if (at >= count) break;
+      const bool is_whole = at + kSize<A> <= count;
+      const Mask<A> in = Mask<A>::first(count - at);
+      const NearRows<A> from(index + at, in, scan.capacity);
+      Float<A> axis[3];
+      transform_point(T, from.get(x_m), from.get(y_m), from.get(z_m), axis[0], axis[1], axis[2]);
+      axis[0].store(x_out + at);  // the rest of a vector is overwritten by the next cluster
+      axis[1].store(y_out + at);
+      axis[2].store(z_out + at);
+      Int<A> time = from.get(time_ns);
+      Float<A> range = from.get(range_m);
+      if (is_whole) {
+        for (int32_t a = 0; a < 3; ++a) bounds[a].add(g, axis[a]);
+      } else {
+        for (int32_t a = 0; a < 3; ++a) bounds[a].add(g, axis[a], in);
+        time = select(in, time, Int<A>(0));
+        range = select(in, range, nearest);
+      }
+      nearest = min_of(nearest, range);
+      time_low = time_low + (time & Int<A>(0xffff));
+      time_high = time_high + (time >> 16);
+      if (++vectors == kMostVectors) add_times();
+    }
+  add_times();
+  float* out_min[3] = {clusters.min_x_m, clusters.min_y_m, clusters.min_z_m};
+  float* out_max[3] = {clusters.max_x_m, clusters.max_y_m, clusters.max_z_m};
+  float* out_sum[3] = {clusters.sum_x_m, clusters.sum_y_m, clusters.sum_z_m};
+  for (int32_t a = 0; a < 3; ++a) {
+    out_min[a][row] = lane_min(bounds[a].low);
+    out_max[a][row] = lane_max(bounds[a].high);
+    out_sum[a][row] = lane_sum(bounds[a].sum);
   }
-  nearest_out = any_lane_min(nearest);
-  for (; k < count; ++k) {
-    offset += scan.time_offset_ns[index[k]];
-    nearest_out = min_of(nearest_out, points.range_m[index[k]]);
-  }
-  offset_out = offset;
+  clusters.sum_offset_ns[row] = offset;
+  clusters.nearest_m[row] = any_lane_min(nearest);
 }
 
-template <class A>
-OVT_INLINE void sum_up_cluster(const ScanTable& scan, const PointTable& points, const ClusterPointTable& from,
-                               ClusterTable& clusters, int32_t row) {
+// Sums up a cluster of up to four points.
+OVT_INLINE void sum_up_few(const ScanTable& scan, const float* range_m, const ClusterPointTable& from,
+                           ClusterTable& clusters, int32_t row) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const int32_t begin = clusters.point_begin[row], count = clusters.point_count[row];
   const float* axis[3] = {from.x_m + begin, from.y_m + begin, from.z_m + begin};
   float* out_min[3] = {clusters.min_x_m, clusters.min_y_m, clusters.min_z_m};
   float* out_max[3] = {clusters.max_x_m, clusters.max_y_m, clusters.max_z_m};
   float* out_sum[3] = {clusters.sum_x_m, clusters.sum_y_m, clusters.sum_z_m};
-  if (count > 4) {
-    for (int32_t a = 0; a < 3; ++a)
-      reduce_values<A>(axis[a], count, from.count - begin, out_min[a][row], out_max[a][row], out_sum[a][row]);
-    reduce_points<A>(scan, points, from.point + begin, count, clusters.sum_offset_ns[row], clusters.nearest_m[row]);
-    return;
-  }
   for (int32_t a = 0; a < 3; ++a) {
     out_min[a][row] = FewValues(axis[a], count, kInfinity).low();
     out_max[a][row] = FewValues(axis[a], count, -kInfinity).high();
@@ -157,7 +173,7 @@ OVT_INLINE void sum_up_cluster(const ScanTable& scan, const PointTable& points, 
   for (int32_t k = 0; k < count; ++k) {
     const int32_t i = from.point[begin + k];
     offset += scan.time_offset_ns[i];
-    nearest = min_of(nearest, points.range_m[i]);
+    nearest = min_of(nearest, range_m[i]);
   }
   clusters.sum_offset_ns[row] = offset;
   clusters.nearest_m[row] = nearest;
@@ -238,18 +254,28 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
     }
   }
 
-  const Transform T = T_vehicle_sensor;  // local copies, here and below: the compiler sees that no store changes them
-  const float *x_m = scan.x_m, *y_m = scan.y_m, *z_m = scan.z_m;
+  const Transform T = T_vehicle_sensor;  // local copies, here and above: the compiler sees that no store changes them
+  const float *x_m = scan.x_m, *y_m = scan.y_m, *z_m = scan.z_m, *range_m = points.range_m;
   float *x_out = cluster_points.x_m, *y_out = cluster_points.y_m, *z_out = cluster_points.z_m;
-  for (int32_t k = 0; k < begin; k += kSize<A>) {
-    const NearRows<A> from(point_out + k, Mask<A>::first(begin - k), scan.capacity);
-    Float<A> x, y, z;
-    transform_point(T, from.get(x_m), from.get(y_m), from.get(z_m), x, y, z);
-    x.store(x_out + k);
-    y.store(y_out + k);
-    z.store(z_out + k);
+  constexpr int32_t kFew = 4;
+  for (int32_t row = 0; row < clusters.count;) {
+    if (clusters.point_count[row] > kFew) {
+      take_cluster<A>(T, scan, range_m, cluster_points, clusters, row++);
+      continue;
+    }
+    int32_t last = row;  // the small clusters that follow each other: first their points, across their borders
+    while (last < clusters.count && clusters.point_count[last] <= kFew) ++last;
+    const int32_t end = clusters.point_begin[last - 1] + clusters.point_count[last - 1];
+    for (int32_t k = clusters.point_begin[row]; k < end; k += kSize<A>) {
+      const NearRows<A> from(point_out + k, Mask<A>::first(end - k), scan.capacity);
+      Float<A> x, y, z;
+      transform_point(T, from.get(x_m), from.get(y_m), from.get(z_m), x, y, z);
+      x.store(x_out + k);
+      y.store(y_out + k);
+      z.store(z_out + k);
+    }
+    for (; row < last; ++row) sum_up_few(scan, range_m, cluster_points, clusters, row);
   }
-  for (int32_t row = 0; row < clusters.count; ++row) sum_up_cluster<A>(scan, points, cluster_points, clusters, row);
   return found - clusters.count;
 }
 

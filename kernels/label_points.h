@@ -12,7 +12,8 @@ namespace overtake {
 // Label of a pixel's winner: the pixel's label when |r - r_repaired| < own_limit_m, else ground (a repaired pixel whose
 // own return is elsewhere). A point that lost its pixel takes the same label when its range is within loser_limit_m of
 // the winner's; else it gets none: a nearer one is kDust, a farther one kSecondReturn.
-//   reads    points range_m pixel lost; images range_m range_repaired_m pixel_point labels
+//   reads    points range_m pixel lost label (as scatter_points leaves it: ground, or none without a pixel);
+//            images range_filled_m range_repaired_m pixel_point labels
 //   writes   points label; reason of those that lost their pixel (a winner's is kLabelled already)
 //   cost     one pass over pixels, one store per cluster point     agrees  exactly on every ISA
 struct LabelPointsParams {

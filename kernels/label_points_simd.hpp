@@ -1,10 +1,11 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// End of stage 7: every input point gets its pixel's label. Most points are ground and hold their pixel, so the first
-// pass labels all as ground and lists those that lost their pixel (a few percent), which are then looked up in vectors:
+// End of stage 7: every input point gets its pixel's label. Most points are ground and hold their pixel; their labels
+// are ground already. The first pass lists those that lost their pixel (a few percent), which are looked up in vectors:
 // whether one of them is near its winner cannot be predicted, so no branch depends on it. A pass over the pixels then
-// labels the points that hold a cluster's pixel.
+// labels the points that hold a cluster's pixel. The range of a pixel with a point is that of the filled image, too,
+// which the steps before have read.
 #pragma once
 
 #include "core/math.h"
@@ -17,13 +18,15 @@ namespace overtake::simd {
 template <class A>
 OVT_INLINE void label_losers(const LabelPointsParams& params, const RangeImages& images, PointTable& points,
                              int32_t* losers, int32_t count) {
+  int32_t* const labels = points.label;  // local: the stores of bytes could change the table
+  uint8_t* const reasons = points.reason;
   const Float<A> zero(0.0f), own_limit(params.own_limit_m), loser_limit(params.loser_limit_m);
   const Int<A> ground(kLabelGround), none(kLabelNone), labelled{int32_t(Reason::kLabelled)};
   const Int<A> dust{int32_t(Reason::kDust)}, second{int32_t(Reason::kSecondReturn)};
   for (int32_t k = count; k % kSize<A> != 0; ++k) losers[k] = losers[0];
   for (int32_t k = 0; k < count; k += kSize<A>) {
     const Int<A> index = Int<A>::load(losers + k), pixel = gather(points.pixel, index);
-    const Float<A> winner_m = gather(images.range_m.data, pixel);
+    const Float<A> winner_m = gather(images.range_filled_m.data, pixel);
     const Float<A> behind = gather(points.range_m, index) - winner_m;
     const Int<A> of_pixel = gather(images.labels.data, pixel);
     // The return of a repaired pixel belongs to the cluster only if it lies where the repair is.
@@ -34,24 +37,23 @@ OVT_INLINE void label_losers(const LabelPointsParams& params, const RangeImages&
     select(near, label, none).store(label_of);
     select(near, labelled, select(behind < zero, dust, second)).store(reason_of);
     for (int32_t l = 0; l < kSize<A>; ++l) {
-      points.label[losers[k + l]] = label_of[l];
-      points.reason[losers[k + l]] = uint8_t(reason_of[l]);
+      labels[losers[k + l]] = label_of[l];
+      reasons[losers[k + l]] = uint8_t(reason_of[l]);
     }
   }
 }
 
 template <class A>
 void label_points(const LabelPointsParams& params, const RangeImages& images, PointTable& points) noexcept {
-  const int32_t *pixels = points.pixel, count = points.count;
+  const int32_t count = points.count;
   int32_t* labels = points.label;
   const uint8_t* lost = points.lost;
-  const Int<A> ground(kLabelGround), none(kLabelNone);
+  const Int<A> ground(kLabelGround);
   constexpr int32_t kBlock = 2048;
   for (int32_t begin = 0; begin < count; begin += kBlock) {
     int32_t losers[kBlock + kSize<A>], found = 0;
     const int32_t end = begin + kBlock < count ? begin + kBlock : count;
     for (int32_t i = begin; i < end; i += kSize<A>) {
-      select(Int<A>::load(pixels + i) > Int<A>(-1), ground, none).store(labels + i);
       const Mask<A> loses = (load_bytes<A>(lost + i) > Int<A>(0)) & Mask<A>::first(end - i);
       store_packed(loses, Int<A>::count_from(i), losers + found);
       found += count_bits(loses.bits());
@@ -68,7 +70,7 @@ void label_points(const LabelPointsParams& params, const RangeImages& images, Po
   };
   for (int32_t r = 0; r < images.labels.rows; ++r) {
     const int32_t *own_labels = images.labels.row(r), *winners = images.pixel_point.row(r);
-    const float *own = images.range_m.row(r), *repaired = images.range_repaired_m.row(r);
+    const float *own = images.range_filled_m.row(r), *repaired = images.range_repaired_m.row(r);
     int32_t held = 0;
     for (int32_t c = 0; c < images.labels.cols; c += kSize<A>) {
       const Int<A> own_label = Int<A>::load(own_labels + c);

@@ -24,7 +24,7 @@ void scatter_more(const ScanTable& scan, const int32_t* row_of_layer, int32_t be
   const Plane<int32_t> winner = images.pixel_point;
   const int32_t *layers = scan.layer, *columns = points.column;
   const float *intensity = scan.intensity, *range_m = points.range_m, *elevation_rad = points.elevation_rad;
-  int32_t *pixels = points.pixel, *winners = winner.data;
+  int32_t *pixels = points.pixel, *labels = points.label, *winners = winner.data;
   uint8_t* lost = points.lost;
   float *pixel_range_m = images.range_m.data, *pixel_elevation_rad = images.elevation_rad.data;
   for (int32_t first = begin; first < end; first += kBlock) {
@@ -40,6 +40,7 @@ void scatter_more(const ScanTable& scan, const int32_t* row_of_layer, int32_t be
         pixels[i] = columns[i] < 0 ? -1 : row_of_layer[layers[i]] * winner.stride + columns[i];
     }
     std::fill(lost + first, lost + last, uint8_t(0));
+    for (int32_t i = first; i < last; ++i) labels[i] = pixels[i] < 0 ? kLabelNone : kLabelGround;
     for (int32_t i = first; i < last; ++i) {
       const int32_t pixel = pixels[i];
       if (pixel < 0) continue;

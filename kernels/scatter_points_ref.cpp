@@ -20,6 +20,7 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
 
   for (int32_t i = 0; i < points.count; ++i) {
     points.pixel[i] = -1;
+    points.label[i] = kLabelNone;
     points.lost[i] = 0;
     if (Reason(points.reason[i]) != Reason::kLabelled) continue;
     const int32_t row = row_of_layer[scan.layer[i]];
@@ -30,6 +31,7 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
     OVT_CHECK(row < winner.rows && points.column[i] >= 0 && points.column[i] < winner.cols);
     const int32_t pixel = row * winner.stride + points.column[i];
     points.pixel[i] = pixel;
+    points.label[i] = kLabelGround;
 
     // The brightest point is the least likely dust. Ties: the nearest, then the first in input order.
     const int32_t old = winner.data[pixel];

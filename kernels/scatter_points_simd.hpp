@@ -70,7 +70,8 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
 
   const int32_t count = points.count, *layers = scan.layer, *columns = points.column;
   const float *intensity = scan.intensity, *range_m = points.range_m, *elevation_rad = points.elevation_rad;
-  int32_t *pixels = points.pixel, *winners = winner.data;
+  static_assert(kLabelGround == 0 && kLabelNone == -1);
+  int32_t *pixels = points.pixel, *labels = points.label, *winners = winner.data;
   uint8_t *reasons = points.reason, *lost = points.lost;
   winners[-1] = kNoPoint;
   const Int<A> none(-1), stride(winner.stride);
@@ -97,6 +98,7 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
       store_bytes(select(dropped, Int<A>(int32_t(Reason::kLayerDropped)), load_bytes<A>(reasons + i)), reasons + i);
     const Int<A> pixel = select(row < Int<A>(0), none, row * stride + column);
     pixel.store(pixels + i);
+    (pixel >> 31).store(labels + i);  // of a point without a pixel: all bits
     store_bytes(Int<A>(0), lost + i);
 
     const int32_t end = i + kSize<A> < count ? i + kSize<A> : count;

@@ -230,20 +230,21 @@ TEST_CASE("limits: label_points writes the reference's bytes") {
       points.pixel[i] = r * m.labels.stride + c;
       points.range_m[i] = range_m;
       points.lost[i] = lost;
+      points.label[i] = kLabelGround;
       points.reason[i] = 0;
       return i;
     };
     for (int32_t r = 0; r < kRows; ++r)
       for (int32_t c = 0; c < kCols; ++c) {
         const float range_m = 10.0f + 0.5f * float(random() % 3);
-        m.range_m.at(r, c) = range_m;
+        m.range_filled_m.at(r, c) = range_m;
         m.range_repaired_m.at(r, c) = range_m + 0.25f * float(random() % 4);  // 0.5 m is the limit
         m.labels.at(r, c) = int32_t(random() % 4);
         m.pixel_point.at(r, c) = add(r, c, range_m, false);
       }
     for (int32_t k_lost = 0; k_lost < kRows * kCols; ++k_lost) {
       const auto r = int32_t(random() % kRows), c = int32_t(random() % kCols);
-      add(r, c, m.range_m.at(r, c) + 0.25f * float(int32_t(random() % 9) - 4), true);
+      add(r, c, m.range_filled_m.at(r, c) + 0.25f * float(int32_t(random() % 9) - 4), true);
     }
     k.label_points({0.5f, 0.5f}, m, points);
     std::string text;

@@ -21,7 +21,7 @@ using test::OwnedPlane;
 struct Labels {
   Labels() {
     REQUIRE(arena.build(default_allocator(), [&](Carver& carver) { carve_table(carver, points, 16); }));
-    images.range_m = range;
+    images.range_filled_m = range;
     images.range_repaired_m = repaired;
     images.pixel_point = pixel_point;
     images.labels = labels;
@@ -33,7 +33,7 @@ struct Labels {
     points.lost[i] = 0;
     points.range_m[i] = range_m;
     points.reason[i] = uint8_t(reason);
-    points.label[i] = 12345;
+    points.label[i] = pixel < 0 ? kLabelNone : kLabelGround;  // by scatter_points
     return i;
   }
   // Adds a point that lost the pixel.

@@ -112,6 +112,7 @@ TEST_CASE("scatter_points: scatter_more over any parts of the points writes the 
     for (int32_t i = 0; i < count; ++i) {
       CHECK(parts.views.points.pixel[i] == whole.views.points.pixel[i]);
       CHECK(parts.views.points.lost[i] == whole.views.points.lost[i]);
+      CHECK(parts.views.points.label[i] == whole.views.points.label[i]);
     }
     for (int32_t r = 0; r < 2; ++r)
       for (int32_t c = 0; c < 8; ++c) {

@@ -67,7 +67,7 @@ OVT_STEP(rank_layers, PROJECT, "", result<row_count>, sensor<&SensorModel::rows>
 
 OVT_STEP_BY_HAND(scatter_points, PROJECT, "", (Cut{Cut::kPoints, &join_winners}),
                  OVT_READS(scan, row_of_layer, point_range_m, point_elevation_rad, point_column, point_reason),
-                 OVT_WRITES(range_m, elevation_rad, pixel_point, point_pixel, point_lost, point_reason),
+                 OVT_WRITES(range_m, elevation_rad, pixel_point, point_pixel, point_lost, point_label, point_reason),
                  OVT_SCRATCH()) {
   const ScanTable scan = rows_of(s.part.scan, s.points);
   PointTable points = rows_of(s.views.points, s.points);
@@ -128,8 +128,8 @@ OVT_STEP(label_cut, LABEL, "cut", result<label_count>, params<&SegmentParams::cu
          inout<link_right>, inout<link_down>, out<labels>, scratch<queue>, scratch<label_extent>);
 
 OVT_STEP_BY_HAND(label_points, LABEL, "label", kWhole,
-                 OVT_READS(point_range_m, point_pixel, point_lost, point_reason, range_m, range_repaired_m, pixel_point,
-                           labels),
+                 OVT_READS(point_range_m, point_pixel, point_lost, point_label, point_reason, range_filled_m,
+                           range_repaired_m, pixel_point, labels),
                  OVT_WRITES(point_label, point_reason), OVT_SCRATCH()) {
   k.label_points(s.params.label_points, s.views.images, s.views.points);
 }
