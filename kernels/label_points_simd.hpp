@@ -23,6 +23,10 @@ OVT_INLINE void label_losers(const LabelPointsParams& params, const RangeImages&
   const Float<A> zero(0.0f), own_limit(params.own_limit_m), loser_limit(params.loser_limit_m);
   const Int<A> ground(kLabelGround), none(kLabelNone), labelled{int32_t(Reason::kLabelled)};
   const Int<A> dust{int32_t(Reason::kDust)}, second{int32_t(Reason::kSecondReturn)};
+  for (int32_t k = 0; k < count; ++k) {  // of a scan in pieces these columns are in no near cache
+    __builtin_prefetch(points.pixel + losers[k]);
+    __builtin_prefetch(points.range_m + losers[k]);
+  }
   for (int32_t k = count; k % kSize<A> != 0; ++k) losers[k] = losers[0];
   for (int32_t k = 0; k < count; k += kSize<A>) {
     const Int<A> index = Int<A>::load(losers + k), pixel = gather(points.pixel, index);
@@ -66,7 +70,10 @@ void label_points(const LabelPointsParams& params, const RangeImages& images, Po
   int32_t point[kRoom + kSize<A>], label[kRoom + kSize<A>];
   const Float<A> own_limit(params.own_limit_m);
   const auto tell = [&](int32_t held) OVT_INLINED {
-    for (int32_t k = 0; k < held; ++k) labels[point[k]] = label[k];
+    for (int32_t k = 0; k < held; ++k) {
+      labels[point[k]] = label[k];
+      keep_scalar();
+    }
   };
   for (int32_t r = 0; r < images.labels.rows; ++r) {
     const int32_t *own_labels = images.labels.row(r), *winners = images.pixel_point.row(r);

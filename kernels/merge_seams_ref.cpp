@@ -50,22 +50,30 @@ void list_members(const SeamSide* sides, int32_t sensor_count, MemberTable& memb
 }
 
 // Copies the clusters' points in columns [first, last), in the vehicle frame, to side k of the scratch; returns their
-// count.
+// count. First it lists them, without a branch on what it reads: these columns of a frame's sensors are in no near
+// cache, and so the reads overlap.
 int32_t collect_columns(const SeamSide& side, int32_t member_begin, int32_t first, int32_t last, SeamScratch& scratch,
                         int32_t k) {
   const Plane<int32_t>& pixel_point = side.images->pixel_point;
-  int32_t count = 0;
+  OVT_CHECK(pixel_point.rows * (last - first) <= scratch.capacity);
+  int32_t* const list = scratch.member[k];  // rows of the scan's points, then members
+  int32_t held = 0, count = 0;
   for (int32_t r = 0; r < pixel_point.rows; ++r)
     for (int32_t c = first; c < last; ++c) {
-      const int32_t i = pixel_point.at(r, c);
-      if (i == kNoPoint) continue;
-      const int32_t label = side.points->label[i];  // a repaired pixel may have another label
-      if (label < 1 || side.row_of_label[label] < 0) continue;
-      OVT_CHECK(count < scratch.capacity);
-      transform_point(side.sensor->T_vehicle_sensor, side.scan->x_m[i], side.scan->y_m[i], side.scan->z_m[i],
-                      scratch.x_m[k][count], scratch.y_m[k][count], scratch.z_m[k][count]);
-      scratch.member[k][count++] = member_begin + side.row_of_label[label];
+      const int32_t i = list[held] = pixel_point.at(r, c);
+      held += i != kNoPoint;
     }
+  for (int32_t n = 0; n < held; ++n) {
+    const int32_t i = list[count] = list[n], label = side.points->label[i];  // a repaired pixel may have another label
+    count += side.row_of_label[std::max(label, 0)] >= 0;                      // entry 0 is -1
+  }
+  const Transform T = side.sensor->T_vehicle_sensor;
+  for (int32_t n = 0; n < count; ++n) {
+    const int32_t i = list[n];
+    transform_point(T, side.scan->x_m[i], side.scan->y_m[i], side.scan->z_m[i], scratch.x_m[k][n], scratch.y_m[k][n],
+                    scratch.z_m[k][n]);
+    list[n] = member_begin + side.row_of_label[side.points->label[i]];
+  }
   return count;
 }
 

@@ -27,6 +27,9 @@ namespace overtake::simd {
 template <class A>
 inline constexpr int32_t kSize = int32_t(xsimd::batch<float, A>::size);
 
+// Compilers make no vectors of a loop with it: scattered stores cost more than single ones.
+OVT_INLINE void keep_scalar() { __asm__ volatile(""); }
+
 template <class A>
 struct Native;  // the intrinsics, one specialisation per ISA, in simd_<isa>.h
 
