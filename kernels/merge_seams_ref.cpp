@@ -65,7 +65,7 @@ int32_t collect_columns(const SeamSide& side, int32_t member_begin, int32_t firs
     }
   for (int32_t n = 0; n < held; ++n) {
     const int32_t i = list[count] = list[n], label = side.points->label[i];  // a repaired pixel may have another label
-    count += side.row_of_label[std::max(label, 0)] >= 0;                      // entry 0 is -1
+    count += side.row_of_label[std::max(label, 0)] >= 0;                     // entry 0 is -1
   }
   const Transform T = side.sensor->T_vehicle_sensor;
   for (int32_t n = 0; n < count; ++n) {
