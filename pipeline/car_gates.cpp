@@ -4,6 +4,7 @@
 // The gates of preset `best`: what can be a car, by its size along its heading, its place on the circuit and its range.
 #include "core/math.h"
 #include "kernels/heading_grid.h"
+#include "pipeline/body_look.h"
 #include "pipeline/cluster_places.h"
 #include "pipeline/own_body.h"
 
@@ -121,8 +122,11 @@ void keep_car_shaped(const StageContext& context, Frame& frame) noexcept {
 
 void keep_inside_bounds(const StageContext& context, Frame& frame) noexcept {
   const float inside_m = find_inside(context, frame);
-  frame.gated_map =
-      filter(frame, [&](int32_t row) { return is_inside(frame, row, anchor_cluster(context, frame, row), inside_m); });
+  frame.gated_map = filter(frame, [&](int32_t row) {
+    const CarAnchor car = anchor_cluster(context, frame, row);
+    return is_inside(frame, row, car, inside_m) ||
+           (is_inside(frame, row, car, 0.0f - kApron_m) && is_surely_car(context, frame, row));
+  });
 }
 
 void keep_in_range(const StageContext& context, Frame& frame) noexcept {

@@ -7,6 +7,7 @@
 
 #include "core/math.h"
 #include "core/reduce.h"
+#include "pipeline/body_look.h"
 
 namespace overtake {
 namespace {
@@ -151,7 +152,8 @@ void locate_cluster(const StageContext& context, Frame& frame, int32_t row, int3
   const bool is_between = place.d_m <= place.width_left_m && place.d_m >= 0.0 - place.width_right_m;
   if (reference.fresh && is_between && !place.inside && !(frame.ego_off_map_m > 0.0))
     places.width_left_m[row] = places.width_right_m[row] = 0.0f - kNoBound_m;  // beyond the end of an open circuit
-  const OrientedBox box = measure_box(frame, row, places.cos[row], places.sin[row]);
+  const OrientedBox all = measure_box(frame, row, places.cos[row], places.sin[row]);
+  const OrientedBox box = trim_smoke(context, frame, row, places.cos[row], places.sin[row], all);
   places.low_1_m[row] = box.low_1, places.high_1_m[row] = box.high_1;
   places.low_2_m[row] = box.low_2, places.high_2_m[row] = box.high_2;
   places.known[row] = 1;
@@ -159,14 +161,20 @@ void locate_cluster(const StageContext& context, Frame& frame, int32_t row, int3
 
 void locate_clusters(const StageContext& context, Frame& frame) noexcept {
   const FrameClusterTable& merged = frame.merged;
+  constexpr float kWithSmoke = 2.0f;  // a car and the smoke that is joined with it are at most so many cars long
   const float most_m = context.detect.gate_cars.limits.length_m;
+  find_smoke_limits(context, frame);
   frame.places.count = merged.count;
   int32_t hint = -1;
   for (int32_t row = 0; row < merged.count; ++row) {
     const float x_m = merged.max_x_m[row] - merged.min_x_m[row], y_m = merged.max_y_m[row] - merged.min_y_m[row];
     frame.places.known[row] = 0;
-    if (max_of(x_m, y_m) > most_m) continue;
+    if (max_of(x_m, y_m) > kWithSmoke * most_m) continue;
     if (merged.max_z_m[row] - merged.min_z_m[row] > most_m) continue;
+    if (max_of(x_m, y_m) > most_m) {
+      const OrientedBox box = trim_smoke(context, frame, row, 1.0f, 0.0f, {0.0f, x_m, 0.0f, y_m});
+      if (max_of(box.length(), box.width()) > most_m) continue;
+    }
     locate_cluster(context, frame, row, hint);
   }
 }

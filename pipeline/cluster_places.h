@@ -15,6 +15,9 @@ namespace overtake {
 // The inputs of merge_seams, and of sum_up_members: one side for each sensor. sides[sensor_count].
 void list_sides(const StageContext& context, const Frame& frame, SeamSide* sides) noexcept;
 
+// A car may be this far outside of the circuit, on its apron.
+inline constexpr float kApron_m = 5.0f;
+
 // How far outside of the circuit an object may be in the way of the ego vehicle. If the ego vehicle is a little outside
 // of the circuit: a vehicle's width farther out than it. Else 0.
 double find_outside(const StageContext& context, const Frame& frame) noexcept;

@@ -99,8 +99,9 @@ struct Frame {
   SeamScratch seam;
   int32_t* kept = nullptr;  // rows of merged that pass the gates; behind them the faint ones
   int32_t kept_count = 0, candidate_count = 0;
-  int32_t faint_count = 0;   // rows behind those of `kept`, `detections` and `views`, for the tracker only
-  ClusterPlaceTable places;  // of the rows of merged; no memory unless a rule of the method uses it
+  int32_t faint_count = 0;              // rows behind those of `kept`, `detections` and `views`, for the tracker only
+  ClusterPlaceTable places;             // of the rows of merged; no memory unless a rule of the method uses it
+  float smoke_limit[kMaxSensors] = {};  // darker points of a sensor may be smoke; 0: it sees none
   DetectionTable detections;
   DetectionViewTable views;                      // by detection; no memory either
   float *fit_x_m = nullptr, *fit_y_m = nullptr;  // points of one candidate

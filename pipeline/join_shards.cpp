@@ -12,6 +12,7 @@
 #include <tuple>
 
 #include "core/math.h"
+#include "pipeline/body_look.h"
 #include "pipeline/cluster_places.h"
 #include "pipeline/own_body.h"
 
@@ -19,6 +20,7 @@ namespace overtake {
 namespace {
 
 constexpr int32_t kFree = -1;
+constexpr float kApronReach_m = 40.0f;  // farther away few cars on the apron fall into several clusters
 constexpr float kSqrt2 = 1.41421357f, kRounding_m = 0.01f;
 
 struct Group {
@@ -73,10 +75,13 @@ class Joiner {
     for (int32_t row = 0; row < merged_.count; ++row) {
       places_.group[row] = row;
       if (!places_.known[row] || is_own_body(context_.detect.gate_cars.own, merged_, row)) continue;
-      if (measure_inside(places_, row, 0.0f) < -bound_m) continue;
+      const float inside_m = measure_inside(places_, row, 0.0f);
+      const bool on_apron = bound_m >= 0.0f && inside_m >= -kApron_m && merged_.nearest_m[row] <= kApronReach_m;
+      if (inside_m < -bound_m && !on_apron) continue;
       // On axes at any angle, one side of a box is at least its longer side / sqrt 2: these fit into no group.
       const OrientedBox box = box_of(places_, row);
       if (max_of(box.length(), box.width()) > longest_side_m) continue;
+      if (inside_m < -bound_m && !may_be_on_apron(row)) continue;
       places_.group[row] = kFree;
       places_.order[count_] = places_.next[count_] = row;
       ++count_;
@@ -106,6 +111,13 @@ class Joiner {
     const float c = places_.cos[row], s = places_.sin[row];
     return {along * c - across * s, along * s + across * c,
             0.5f * std::sqrt(box.length() * box.length() + box.width() * box.width())};
+  }
+
+  // Of a car on the apron: as low as a car, and no smoke.
+  bool may_be_on_apron(int32_t row) {
+    const ClusterHeights heights = measure_heights(frame_, row);
+    return heights.low_m <= context_.detect.gate_cars.lowest_m && heights.high_m <= context_.detect.gate_cars.top_m &&
+           is_lit(context_, frame_, row);
   }
 
   // By place, so that the numbering of the sensors does not matter; the row decides only between equal places.

@@ -7,6 +7,7 @@
 
 #include "core/math.h"
 #include "kernels/heading_grid.h"
+#include "pipeline/body_look.h"
 #include "pipeline/cluster_places.h"
 #include "pipeline/pixel_view.h"
 
@@ -33,7 +34,7 @@ Posed pose_at(const CarSize& size, const float* sensor_m, float c, float s, cons
 
 // The points of a cluster on the axis of a heading, with their heights: at most PointsAlong::kCapacity of them, evenly
 // chosen.
-PointsAlong list_points(const Frame& frame, int32_t row, float c, float s) {
+PointsAlong list_points(const Frame& frame, int32_t row, float c, float s, const OrientedBox& box) {
   PointsAlong out;
   const int32_t step = 1 + (frame.merged.point_count[row] - 1) / PointsAlong::kCapacity;
   int32_t next = 0;
@@ -44,7 +45,9 @@ PointsAlong list_points(const Frame& frame, int32_t row, float c, float s) {
     for (; next < count && out.count < PointsAlong::kCapacity; next += step) {
       const int32_t k = begin + next, pixel = part.kept.points.pixel[part.cluster_points.point[k]];
       if (pixel < 0) continue;
-      out.along_m[out.count] = part.cluster_points.x_m[k] * c + part.cluster_points.y_m[k] * s;
+      const float along_m = part.cluster_points.x_m[k] * c + part.cluster_points.y_m[k] * s;
+      if (along_m < box.low_1 || along_m > box.high_1) continue;  // of smoke
+      out.along_m[out.count] = along_m;
       out.height_m[out.count++] = image.data[pixel];
     }
     next -= count;
@@ -66,7 +69,7 @@ CarProfile::Match match_profile(const StageContext& context, const Frame& frame,
       abs_of(params.fit_rectangle.length_m - CarProfile::kLength_m) > CarProfile::kLengthTolerance_m)
     return {};
   const CarProfile& profile = from_behind ? context.rear : context.front;
-  return profile.match(list_points(frame, row, pose.c, pose.s), pose.box.low_1, pose.box.high_1,
+  return profile.match(list_points(frame, row, pose.c, pose.s, pose.box), pose.box.low_1, pose.box.high_1,
                        params.pose_by_view.profile_points, kRoadOfRange * frame.merged.nearest_m[row]);
 }
 
@@ -235,7 +238,8 @@ ClusterPose find_pose(const StageContext& context, Frame& frame, int32_t row) {
   if (fit.heading_var_rad != fit.heading_ref_rad) {
     double s, c;
     sin_cos_f64(double(fit.heading_var_rad), s, c);
-    var = pose_at(size, at_m, float(c), float(s), measure_box(frame, row, float(c), float(s)));
+    const OrientedBox box = measure_box(frame, row, float(c), float(s));
+    var = pose_at(size, at_m, float(c), float(s), trim_smoke(context, frame, row, float(c), float(s), box));
   }
   // psi_VAR of a car that is seen in part has errors that psi_REF has not: it must explain clearly more points.
   constexpr int32_t kLeastGain = 3, kGainDivisor = 20;

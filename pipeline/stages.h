@@ -52,15 +52,16 @@ void merge_frame(const StageContext& context, Frame& frame) noexcept;
 // The merged cluster of each label, for readers.   reads  members   writes  cluster_of_label
 void number_labels(const StageContext& context, Frame& frame) noexcept;
 
-// Places the clusters that are no longer than a vehicle (cluster_places.h).   reads  merged, ego, uses_map
-// writes  places
+// Places the clusters that are, without smoke, no longer than a vehicle (cluster_places.h).
+//   reads  merged, members, cluster points, scans, labels, ego, uses_map   writes  smoke_limit, places
 void locate_clusters(const StageContext& context, Frame& frame) noexcept;
 
 // Joins the clusters of one car. Seeds by falling number of points: to a seed comes the nearest cluster (box gap on the
 // axes of the seed's psi_REF at most gap_m) with which the box along psi_REF stays within the limits, and so on. A seed
 // wider than a car stands across the circuit: its limits are turned by 90 deg. Only clusters that locate_clusters
-// placed, near the circuit, and not of the own car.
-//   reads  merged, members, places, ego, uses_map   writes  the same, merged.count, cluster_of_label
+// placed, near the circuit or on its apron (there only near ahead or behind, and no smoke), and not of the own car.
+//   reads  merged, members, places, smoke_limit, scans, cluster points, their pixels and heights, ego, uses_map
+//   writes  merged, members, places, merged.count, cluster_of_label
 // A joined cluster takes the row order of its first member; its columns are those of its members as after merge_frame.
 void join_shards(const StageContext& context, Frame& frame) noexcept;
 
@@ -83,8 +84,9 @@ void keep_nearest(const StageContext& context, Frame& frame) noexcept;
 //   writes  kept, kept_count, candidate_count, gated_points, gated_own, gated_size
 void keep_car_shaped(const StageContext& context, Frame& frame) noexcept;
 
-// The car's centre, by what is seen of it, inside the bounds.   reads  kept, merged, places, ego_off_map_m
-// writes  kept, kept_count, gated_map
+// The car's centre, by what is seen of it, inside the bounds; on the apron only what is a car beyond doubt.
+//   reads  kept, merged, members, places, smoke_limit, scans, cluster points, their pixels and heights, ego_off_map_m
+//   writes  kept, kept_count, gated_map
 void keep_inside_bounds(const StageContext& context, Frame& frame) noexcept;
 
 // Only without a map: not a piece of a wall that the sensors see, and not behind one.

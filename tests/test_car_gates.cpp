@@ -268,6 +268,61 @@ TEST_CASE("car gates: what is as dark as the smoke around it and lies on no surf
   CHECK(keep_seen({{20, 0, 0, 0.02, 1.5, 0.2, 0.8, 1, 0.05f}, smoke}) == 1);  // a surface
 }
 
+// So much smoke that dark points may be of it.
+const Solid kSmoke = {25, -8, 0, 0.1, 2.0, 0.2, 1.4, -1, 0.01f};
+
+TEST_CASE("car gates: on the apron, up to 5 m beyond a bound, what is a car beyond doubt stays") {
+  // The bound is 6 m to the left. Number of candidates that remain of one solid, whose right side is at right_m.
+  const auto kept = [](double x_m, double length_m, double width_m, double low_m, double high_m, float intensity = 1.0f,
+                       double right_m = 6.5) {
+    RulesBench bench;
+    bench.look({{x_m, right_m + 0.5 * width_m, 0, length_m, width_m, low_m, high_m, 1, intensity}, kSmoke});
+    gate(bench);
+    CHECK(bench.frame.gated_map + bench.frame.gated_size == 1 - bench.frame.kept_count);
+    return bench.frame.kept_count;
+  };
+  CHECK(kept(25, 4.9, 1.9, 0.1, 1.1) == 1);
+  CHECK(kept(25, 4.9, 1.9, 0.1, 1.1, 1.0f, 9.9) == 1);
+  CHECK(kept(25, 4.9, 1.9, 0.1, 1.1, 1.0f, 10.6) == 0);  // its centre is farther out
+  CHECK(kept(25, 4.9, 1.9, 0.1, 1.1, 0.05f) == 0);       // as dark as smoke
+  CHECK(kept(25, 4.0, 0.3, 0.1, 1.1) == 0);              // a piece of a wall
+  CHECK(kept(25, 1.9, 1.9, 0.1, 1.1) == 0);              // a sign
+  CHECK(kept(25, 4.9, 1.9, 0.1, 1.5) == 0);              // higher than a car
+  CHECK(kept(25, 4.9, 1.9, 0.5, 1.1) == 0);              // does not stand on the ground
+  CHECK(kept(25, 4.9, 1.9, -0.1, 0.5) == 0);             // lower than a car
+  CHECK(kept(120, 4.9, 1.9, 0.1, 1.1) == 0);             // few points
+}
+
+TEST_CASE("car gates: on the apron nothing stays whose points lie beside no other one on a surface") {
+  // Posts in a row that is 3 m wide and 1.2 m deep.
+  const auto kept = [](double apart_m) {
+    std::vector<Solid> posts;
+    for (double at_m = 0.0; at_m < 3.0; at_m += apart_m)
+      posts.push_back({20 + 0.4 * at_m, 6.5 + at_m, 0, 0.02, 0.05, 0.1, 1.1});
+    RulesBench bench;
+    bench.look(posts);
+    gate(bench);
+    CHECK(bench.frame.gated_map == 1 - bench.frame.kept_count);
+    return bench.frame.kept_count;
+  };
+  CHECK(kept(0.05) == 1);
+  CHECK(kept(0.15) == 0);
+}
+
+TEST_CASE("car gates: smoke at the end of a car makes it no longer") {
+  // A car, and a plate behind it that is one cluster with it.
+  const auto kept = [](double x_m, float plate, float car = 1.0f, bool with_smoke = true) {
+    std::vector<Solid> solids = {{25, 4, 0, 4.9, 1.9, 0.1, 1.1, 1, car}, {x_m, 4, 0, 0.05, 0.5, 0.3, 0.5, 1, plate}};
+    if (with_smoke) solids.push_back(kSmoke);
+    return keep_seen(solids);
+  };
+  CHECK(kept(21, 0.05f) == 1);
+  CHECK(kept(21, 1.0f) == 0);                // as bright as the car: the end of something longer
+  CHECK(kept(21, 0.05f, 1.0f, false) == 0);  // a scan without smoke
+  CHECK(kept(16, 0.05f) == 0);               // longer than two cars
+  CHECK(kept(21, 1.0f, 0.05f) == 0);         // most of it is dark: not a car with smoke
+}
+
 TEST_CASE("car gates: rows that hit one height are on the ground") {
   CHECK(keep_seen({{13, 0, 0, 4, 1.5, 0.29, 0.3}}) == 0);
   CHECK(keep_seen({{13, 0, 0, 4, 1.5, 0.1, 0.6}}) == 1);

@@ -163,10 +163,29 @@ TEST_CASE("join_shards: the limits of gap, length, width and height, to both sid
   CHECK(rows_of(seed, corners(20, 21, 1.0f, 1.9f, 0.2f, 0.9f)) == 2);      // 2.4 m
   CHECK(rows_of(seed, corners(20, 21, -0.5f, 0.5f, 1.2f, 1.75f)) == 1);    // height: 1.55 m
   CHECK(rows_of(seed, corners(20, 21, -0.5f, 0.5f, 1.2f, 1.85f)) == 2);    // 1.65 m
-  CHECK(rows_of(corners(20, 21, -7.5f, -7.2f, 0.2f, 0.9f), corners(20, 21, -6.9f, -6.7f, 0.2f, 0.9f)) == 2);  // fence
+  CHECK(rows_of(corners(50, 51, -7.5f, -7.2f, 0.2f, 0.9f), corners(50, 51, -6.9f, -6.7f, 0.2f, 0.9f)) == 2);  // fence
   CHECK(rows_of(corners(20, 21, -6.8f, -6.5f, 0.2f, 0.9f), corners(20, 21, -6.2f, -6.1f, 0.2f, 0.9f)) == 1);
   CHECK(rows_of(corners(20, 26, -0.5f, 0.5f, 0.2f, 0.9f), corners(20, 21, 0.6f, 0.7f, 0.2f, 0.9f)) == 2);  // too long
   CHECK(rows_of(corners(3, 4, -0.5f, 0.5f, 0.2f, 0.9f), corners(4.6f, 6, -0.5f, 0.5f, 0.2f, 0.9f)) == 2);  // own nose
+}
+
+TEST_CASE("join_shards: on the apron, the parts of a near car become one; smoke, what is higher or far out does not") {
+  // The rear and the front of a car whose right side is at y, beside the bound at 6 m: number of rows after joining.
+  const auto rows = [](double x, double y, double low_m, double high_m, float intensity) {
+    RulesBench bench;
+    const double middle = y + 0.5 * double(kWidth);
+    bench.look({{x, middle, 0, 1.0, double(kWidth), 0.1, 0.9, 1},
+                {x + 3.2, middle, 0, 1.0, double(kWidth), low_m, high_m, 2, intensity},
+                {25, -8, 0, 0.1, 2.0, 0.2, 1.4, -1, 0.01f}});
+    join(bench);
+    return bench.frame.merged.count;
+  };
+  CHECK(rows(22, 7, 0.1, 1.2, 1.0f) == 1);
+  CHECK(rows(22, 7, 0.1, 1.2, 0.05f) == 2);  // smoke
+  CHECK(rows(22, 7, 1.1, 1.6, 1.0f) == 2);   // over the ground
+  CHECK(rows(45, 7, 0.1, 1.2, 1.0f) == 2);   // farther away its parts are not looked for
+  CHECK(rows(22, 11, 0.1, 1.2, 1.0f) == 2);  // more than 5 m beyond the bound
+  CHECK(rows(22, 5, 0.1, 1.2, 0.05f) == 1);  // on the circuit
 }
 
 TEST_CASE("join_shards: a seed wider than a car stands across the circuit, and its parts are joined across") {

@@ -310,6 +310,27 @@ TEST_CASE("pose by view: rows that the ground beside them continues are road, wh
         OVT_CLASS_CAR);
 }
 
+TEST_CASE("pose by view: dark points, and rough ones that are almost as dark, do not move the centre in smoke") {
+  // A car, and specks behind it that are one cluster with it: on columns apart, or side by side.
+  const auto error_m = [](float intensity, int32_t columns_apart, bool with_smoke = true) {
+    constexpr double kAt_m = 21.5;
+    std::vector<Solid> solids = {car_at(25, 0)};
+    const double column_m = kAt_m * 2.0 * kPi / 3.0 / double(RulesBench::kCols);
+    for (int32_t k = -2; k <= 2; ++k)
+      solids.push_back({kAt_m, k * columns_apart * column_m, 0, 0.02, column_m, 0.3, 0.5, 1, intensity});
+    if (with_smoke) solids.push_back({25, -8, 0, 0.1, 2.0, 0.2, 1.4, -1, 0.01f});
+    const Looked bench(solids);
+    REQUIRE(bench.frame.detections.count == 1);
+    return std::abs(bench.frame.detections.x_m[0] - 25.0);
+  };
+  CHECK(error_m(0.05f, 1) < 0.1);
+  CHECK(error_m(0.05f, 3) < 0.1);
+  CHECK(error_m(0.15f, 3) < 0.1);
+  CHECK(error_m(0.15f, 1) > 0.3);  // a surface
+  CHECK(error_m(0.25f, 3) > 0.3);  // too bright
+  CHECK(error_m(0.05f, 1, false) > 0.3);
+}
+
 TEST_CASE("pose by view: a few points among smoke are smoke, not faint points of a car") {
   const auto faint = [](double smoke_x_m, int32_t cluster) {
     RulesBench bench;

@@ -61,6 +61,7 @@ constinit const Method kBest = {.name = "best",
                                   params.tracker_gate_d2 = 25;                    // a manoeuvre is still the same car
                                   params.tracker_max_silence_s = 12;              // a lost car keeps its id for so long
                                   params.cluster_threshold_rad = 2.8 * kPi / 180;  // two cars are not one
+                                  params.repair_range_limit_m = 3;  // nor a car and what stands behind it
                                 }};
 
 }  // namespace overtake

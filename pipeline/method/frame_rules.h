@@ -64,21 +64,23 @@ constexpr FrameRule in_stage(FrameRule rule, int32_t stage) {
 // In the stage of the rules that place clusters on the circuit, because it runs before them.
 inline constexpr FrameRule find_ego_on_map_first = in_stage(find_ego_on_map, OVT_STAGE_MERGE);
 
-inline constexpr FrameRule locate_clusters = {.name = "locate_clusters",
-                                              .stage = OVT_STAGE_MERGE,
-                                              .reads = columns(clusters, cluster_points),
-                                              .params = "vehicle.length_m gate.slack",
-                                              .run = &overtake::locate_clusters,
-                                              .uses_places = true};
+inline constexpr FrameRule locate_clusters = {
+    .name = "locate_clusters",
+    .stage = OVT_STAGE_MERGE,
+    .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel, point_label),
+    .params = "vehicle.length_m gate.slack smoke.dark_share",
+    .run = &overtake::locate_clusters,
+    .uses_places = true};
 
-inline constexpr FrameRule join_shards = {.name = "join_shards",
-                                          .stage = OVT_STAGE_MERGE,
-                                          .reads = columns(clusters, cluster_points, row_of_label, label_count),
-                                          .params =
-                                              "join vehicle gate.height_m gate.own_back_m gate.own_front_m "
-                                              "gate.own_side_m",
-                                          .run = &overtake::join_shards,
-                                          .uses_places = true};
+inline constexpr FrameRule join_shards = {
+    .name = "join_shards",
+    .stage = OVT_STAGE_MERGE,
+    .reads = columns(scan, clusters, cluster_points, row_of_label, label_count, pixel_point, point_pixel, height_m),
+    .params =
+        "join vehicle gate.height_m gate.lowest_m gate.top_m gate.own_back_m "
+        "gate.own_front_m gate.own_side_m",
+    .run = &overtake::join_shards,
+    .uses_places = true};
 
 inline constexpr FrameRule keep_car_shaped = {.name = "keep_car_shaped",
                                               .stage = OVT_STAGE_GATE,
@@ -93,7 +95,7 @@ inline constexpr FrameRule keep_car_shaped = {.name = "keep_car_shaped",
 inline constexpr FrameRule keep_inside_bounds = {
     .name = "keep_inside_bounds",
     .stage = OVT_STAGE_GATE,
-    .reads = columns(),
+    .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel, height_m),
     .params = "gate.inside_m gate.slack gate.width_slack_m vehicle pose.front_length_m",
     .run = &overtake::keep_inside_bounds,
     .uses_places = true};

@@ -1,0 +1,97 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pipeline/body_look.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/math.h"
+#include "kernels/drop_smoke.h"
+#include "pipeline/pixel_view.h"
+
+namespace overtake {
+namespace {
+
+constexpr float kRough = 2.0f;  // times the limit: brighter points are lit, whatever is beside them
+
+// Calls f(x, y) for each lit point of a cluster.
+template <class F>
+void for_each_lit(const StageContext& context, const Frame& frame, int32_t row, F&& f) {
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    const int32_t s = int32_t(&part - frame.sensors);
+    const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
+    const float dark = frame.smoke_limit[s], rough = kRough * dark;
+    const PixelView view(context.sensors[s], part);
+    for (int32_t k = begin; k < end; ++k) {
+      const int32_t point = part.cluster_points.point[k];
+      if (dark > 0.0f && part.scan.intensity[point] < rough &&
+          (part.scan.intensity[point] < dark || !view.is_on_surface(point)))
+        continue;
+      f(part.cluster_points.x_m[k], part.cluster_points.y_m[k]);
+    }
+  });
+}
+
+}  // namespace
+
+void find_smoke_limits(const StageContext& context, Frame& frame) noexcept {
+  constexpr int32_t kSmokePoints = 100;  // a scan without smoke has up to 40, smoke thousands
+  for (int32_t s = 0; s < context.sensor_count; ++s) {
+    const SensorPart& part = frame.sensors[s];
+    frame.smoke_limit[s] = 0.0f;
+    if (part.present && part.reason_count[int32_t(Reason::kSmoke)] >= kSmokePoints)
+      frame.smoke_limit[s] =
+          context.segment[s].drop_smoke.dark_share * find_ground_intensity(part.scan, part.kept.points.label);
+  }
+}
+
+bool is_lit(const StageContext& context, const Frame& frame, int32_t row) noexcept {
+  int32_t lit = 0;
+  for_each_lit(context, frame, row, [&](float, float) { ++lit; });
+  return 2 * lit >= frame.merged.point_count[row];
+}
+
+OrientedBox trim_smoke(const StageContext& context, const Frame& frame, int32_t row, float cos, float sin,
+                       const OrientedBox& box) noexcept {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  bool any_smoke = false;
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t) {
+    any_smoke = any_smoke || frame.smoke_limit[&part - frame.sensors] > 0.0f;
+  });
+  if (!any_smoke) return box;
+  OrientedBox lit = {kInfinity, -kInfinity, kInfinity, -kInfinity};
+  int32_t count = 0;
+  for_each_lit(context, frame, row, [&](float x, float y) {
+    const float along = x * cos + y * sin, across = y * cos - x * sin;
+    lit = {min_of(lit.low_1, along), max_of(lit.high_1, along), min_of(lit.low_2, across), max_of(lit.high_2, across)};
+    ++count;
+  });
+  return 2 * count >= frame.merged.point_count[row] ? lit : box;
+}
+
+bool is_surely_car(const StageContext& context, const Frame& frame, int32_t row) noexcept {
+  constexpr int32_t kPoints = 30, kRows = 3;  // the rows of one sensor
+  constexpr float kUpright_m = 0.5f, kLow_m = 0.4f, kHigh_m = 0.6f, kTop_m = 1.25f;
+  constexpr float kLength = 0.5f, kWidth = 0.45f;  // of the vehicle
+  constexpr float kSurface = 0.65f;
+  const FrameClusterTable& merged = frame.merged;
+  if (merged.point_count[row] < kPoints || merged.max_z_m[row] - merged.min_z_m[row] < kUpright_m) return false;
+  const OrientedBox box = box_of(frame.places, row);
+  if (max_of(box.length(), box.width()) < kLength * context.detect.fit_rectangle.length_m ||
+      min_of(box.length(), box.width()) < kWidth * context.detect.fit_rectangle.width_m)
+    return false;
+  int32_t rows = 0, beside = 0;
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    const PixelView view(context.sensors[&part - frame.sensors], part);
+    PixelBox pixels;
+    view.add_pixels(cluster, pixels);
+    if (pixels.row_high >= 0) rows = std::max(rows, pixels.row_high - pixels.row_low + 1);
+    const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
+    for (int32_t k = begin; k < end; ++k) beside += view.is_on_surface(part.cluster_points.point[k]);
+  });
+  if (rows < kRows || float(beside) < kSurface * float(merged.point_count[row])) return false;
+  const ClusterHeights heights = measure_heights(frame, row);
+  return heights.low_m < kLow_m && heights.high_m >= kHigh_m && heights.high_m < kTop_m && is_lit(context, frame, row);
+}
+
+}  // namespace overtake

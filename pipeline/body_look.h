@@ -1,0 +1,29 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the points of a merged cluster look like. Smoke is dark, and its ranges jump from pixel to pixel. A point is lit
+// if it is brighter than the frame's smoke_limit of its sensor, and up to twice that also beside another one on a
+// surface. All points of a sensor that sees little or no smoke are lit.
+#pragma once
+
+#include "pipeline/cluster_places.h"
+#include "pipeline/stages.h"
+
+namespace overtake {
+
+// Writes frame.smoke_limit.
+void find_smoke_limits(const StageContext& context, Frame& frame) noexcept;
+
+// Whether at least half of a cluster's points are lit.
+bool is_lit(const StageContext& context, const Frame& frame, int32_t row) noexcept;
+
+// The box of a cluster's lit points, if they are at least half of it; else `box`, which is that of all its points. What
+// smoke adds to a car lies at its ends.
+OrientedBox trim_smoke(const StageContext& context, const Frame& frame, int32_t row, float cos, float sin,
+                       const OrientedBox& box) noexcept;
+
+// Whether a cluster is a car beyond doubt: many points on several rows, lit, and most of them beside another one on a
+// surface; it stands on the ground, is about as high as a car, and is wider than a piece of a wall.
+bool is_surely_car(const StageContext& context, const Frame& frame, int32_t row) noexcept;
+
+}  // namespace overtake
