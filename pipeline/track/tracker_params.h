@@ -17,7 +17,7 @@ inline constexpr double kMaxPredict_s = 60.0;
 
 // Parameters of LanePolicy only (params.def: lane_tracker.*).
 struct LaneTrackerParams {
-  double q_along = 0.02, q_across = 0.006, q_speed = 1.0, q_course = 0.0002;
+  double q_along = 0.02, q_across = 0.006, q_speed = 0.5, q_course = 0.0002;
   double q_yaw_rate = 0.008, lane_s = 0.08, stand_mps = 3.0, part_share = 3.0, steady_lag = 3.0;
   double manoeuvre_gain = 20.0, birth_speed_share = 0.6, birth_sigma_share = 0.4, birth_sigma_course = 0.1;
   double birth_sigma_yaw_rate = 0.05, p_detect = 0.5, half_m = 110.0, p_hidden = 0.1, p_wing = 0.1;
