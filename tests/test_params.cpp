@@ -144,7 +144,7 @@ const std::map<std::string, double> kMethod = {{"frame.period_s", 0.05},
                                                {"lane_tracker.coast_s", 4},
                                                {"lane_tracker.coast_sigma_m", 20},
                                                {"lane_tracker.path_turn_s", 0.3},
-                                               {"lane_tracker.path_speed", 6},
+                                               {"lane_tracker.path_speed", 10},
                                                {"lane_tracker.path_across", 0.4}};
 
 }  // namespace

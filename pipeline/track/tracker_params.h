@@ -27,7 +27,7 @@ struct LaneTrackerParams {
   double most_score = 8.0, coast_s = 4.0, coast_sigma_m = 20.0;
   int32_t confirm_hits = 3, tentative_misses = 8;
   double length_m = 4.921, width_m = 1.886;  // of the cars
-  double path_turn_s = 0.3, path_speed = 6.0, path_across = 0.4;
+  double path_turn_s = 0.3, path_speed = 10.0, path_across = 0.4;
 };
 
 struct KernelTable;
