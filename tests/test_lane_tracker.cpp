@@ -380,6 +380,61 @@ TEST_CASE("lane tracker: braking is noticed") {
   CHECK(speed_error(1) > 1.3 * speed_error(10));
 }
 
+namespace {
+
+// The speed of the track of a car that drives along x at 50 m/s and from frame 30 on changes its speed, less that of
+// the car, in the last of `frames` frames. The car is not seen from frame `hidden` on.
+double late_by(LaneBench& bench, double accel_mps2, int32_t frames, int32_t hidden = INT32_MAX) {
+  double x_m = 0, v_mps = 50, late_mps = 0;
+  for (int32_t k = 0; k < frames; ++k) {
+    bench.ego_at(x_m - 30);
+    bench.step(k, k < hidden ? std::vector{seen_car(x_m, 0, k)} : std::vector<Measurement>{});
+    REQUIRE(bench.rows.count == 1);
+    late_mps = bench.rows.speed_mps[0] - v_mps;
+    x_m += v_mps * kFrame_s;
+    if (k >= 30) v_mps += accel_mps2 * kFrame_s;
+  }
+  return late_mps;
+}
+
+}  // namespace
+
+TEST_CASE("lane tracker: the speed of a car that accelerates or brakes is not late by much, and its track knows why") {
+  for (const double accel_mps2 : {-3.0, 3.0}) {
+    CAPTURE(accel_mps2);
+    const test::CircleRoad road = make_ring(1e6);
+    LaneBench bench(&road.map);
+    CHECK(std::fabs(late_by(bench, accel_mps2, 70)) < 0.65);
+    CHECK(bench.state().estimate.accel_mps2 / accel_mps2 > 0.25);
+    CHECK(bench.state().estimate.accel_mps2 / accel_mps2 < 1.25);
+  }
+}
+
+TEST_CASE("lane tracker: the acceleration of a car that is not seen ends soon, and a slow or new car has none") {
+  const test::CircleRoad road = make_ring(1e6);
+  LaneBench bench(&road.map);
+  late_by(bench, -3, 70);
+  const double before_mps = bench.rows.speed_mps[0];
+  LaneBench hidden(&road.map);
+  late_by(hidden, -3, 90, 70);
+  CHECK(hidden.rows.speed_mps[0] < before_mps);
+  CHECK(hidden.rows.speed_mps[0] > before_mps - 0.6);
+  CHECK(std::fabs(hidden.state().estimate.accel_mps2) < 0.05);
+
+  LaneBench young(&road.map);
+  late_by(young, 3, 4);
+  CHECK(young.state().estimate.accel_mps2 == 0);
+  CHECK(young.state().estimate.accel_var == 0);
+  LaneBench slow(&road.map);
+  for (int32_t k = 0; k < 40; ++k) {
+    slow.ego_at(-30);
+    slow.step(k, {seen_car(0.1 * k, 0, k)});
+  }
+  REQUIRE(slow.rows.count == 1);
+  CHECK(slow.state().estimate.accel_mps2 == 0);
+  CHECK(slow.state().estimate.accel_var == 0);
+}
+
 TEST_CASE("lane tracker: a slow car on its lane changes its speed faster than a fast one, a standing one does not") {
   constexpr double kRadius = 2000;
   const test::CircleRoad ring = make_ring(kRadius);

@@ -108,7 +108,7 @@ const std::map<std::string, double> kMethod = {{"frame.period_s", 0.05},
                                                {"ego_heading.lever_sigma_m", 2},
                                                {"lane_tracker.q_along", 0.02},
                                                {"lane_tracker.q_across", 0.006},
-                                               {"lane_tracker.q_speed", 1},
+                                               {"lane_tracker.q_speed", 0.5},
                                                {"lane_tracker.q_course", 0.0002},
                                                {"lane_tracker.q_yaw_rate", 0.008},
                                                {"lane_tracker.lane_s", 0.08},
@@ -144,7 +144,7 @@ const std::map<std::string, double> kMethod = {{"frame.period_s", 0.05},
                                                {"lane_tracker.coast_s", 4},
                                                {"lane_tracker.coast_sigma_m", 20},
                                                {"lane_tracker.path_turn_s", 0.3},
-                                               {"lane_tracker.path_speed", 6},
+                                               {"lane_tracker.path_speed", 10},
                                                {"lane_tracker.path_across", 0.4}};
 
 }  // namespace

@@ -208,11 +208,13 @@ namespace {
 // The filter of `paper`: updates of any accepted accuracy, with and without process noise.
 class CvtrSteps {
  public:
+  using Estimate = TrackEstimate;
   void draw_world(std::mt19937_64&, double noise) {
     noise_ = make_paper_noise();
     for (double& variance : noise_.variance_per_s) variance *= noise;
   }
   void predict(TrackEstimate& e, std::mt19937_64&, double dt_s) const { overtake::predict(e, noise_, dt_s); }
+  bool update(TrackEstimate& e, const Measurement& z) const { return overtake::update(e, z); }
 
  private:
   ProcessNoise noise_;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pipeline/track/lane_motion.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/math.h"
@@ -32,6 +33,29 @@ double pull_course(const LanePull& lane, double turn_rad, double keep, double co
   return wrap_angle(heading_rad + keep * wrap_angle(course_rad - heading_rad));
 }
 
+// Whether the covariance of all six elements is positive definite in spite of rounding: q^T P^-1 q < var a, by P = L D
+// L^T. Where variances lie far apart, the acceleration is not known well enough to be of use.
+bool is_sound_with_acceleration(const LaneEstimate& e) {
+  constexpr double kMost = 0.99;
+  const auto& p = e.covariance;
+  double ld[kTrackStateSize][kTrackStateSize], inverse[kTrackStateSize], left[kTrackStateSize], known = 0.0;
+  for (int r = 0; r < kTrackStateSize; ++r) {
+    double pivot = p[r][r];
+    left[r] = e.accel_cov[r];
+    for (int c = 0; c < r; ++c) {
+      double sum = p[r][c];
+      for (int k = 0; k < c; ++k) sum -= ld[r][k] * ld[c][k] * inverse[k];
+      ld[r][c] = sum;
+      pivot -= sum * sum * inverse[c];
+      left[r] -= sum * inverse[c] * left[c];
+    }
+    if (!(pivot > 1e-9 * p[r][r])) return false;
+    inverse[r] = 1.0 / pivot;
+    known += left[r] * left[r] * inverse[r];
+  }
+  return known <= kMost * e.accel_var;
+}
+
 bool is_pulled(const LanePull& lane, double dt_s) { return lane.time_s > 0.0 && dt_s > 0.0; }
 
 }  // namespace
@@ -48,7 +72,12 @@ MotionState advance_on_lane(const MotionState& state, const LanePull& lane, doub
   return next;
 }
 
-void predict_on_lane(TrackEstimate& estimate, const LanePull& lane, const CourseNoise& noise, double dt_s) noexcept {
+void forget_acceleration(LaneEstimate& estimate) noexcept {
+  estimate.accel_mps2 = estimate.accel_var = 0.0;
+  std::fill_n(estimate.accel_cov, kTrackStateSize, 0.0);
+}
+
+void predict_on_lane(LaneEstimate& estimate, const LanePull& lane, const CourseNoise& noise, double dt_s) noexcept {
   if (dt_s == 0.0) return;
   const bool pulled = is_pulled(lane, dt_s);
   const Pull pull = pulled ? pull_of(lane.time_s, dt_s) : Pull{};
@@ -56,8 +85,16 @@ void predict_on_lane(TrackEstimate& estimate, const LanePull& lane, const Course
   const double of_lane = kappa * estimate.mean.speed_mps, off = estimate.mean.yaw_rate_rps - of_lane;
   MotionState mean = estimate.mean;
   if (pulled) mean.yaw_rate_rps = of_lane + off * pull.mean;
+  // Of the acceleration: what is left of it, and what it adds to the speed at the end and in the mean of the step.
+  double accel_keep = 1.0, accel_end_s = 0.0, accel_mean_s = 0.0;
+  if (noise.accel_s > 0.0 && dt_s > 0.0) {
+    const Pull decay = pull_of(noise.accel_s, dt_s);
+    accel_keep = decay.decay, accel_end_s = decay.mean * dt_s, accel_mean_s = noise.accel_s * (1.0 - decay.mean);
+  }
+  mean.speed_mps += estimate.accel_mps2 * accel_mean_s;
   MotionJacobian f;
   MotionState next = advance(mean, dt_s, &f);
+  next.speed_mps = estimate.mean.speed_mps + estimate.accel_mps2 * accel_end_s;
   const double keep = pulled ? keep_of(lane, dt_s) : 1.0;
   if (pulled) {
     next.yaw_rate_rps = of_lane + off * pull.decay;
@@ -71,6 +108,11 @@ void predict_on_lane(TrackEstimate& estimate, const LanePull& lane, const Course
   const double phi_omega = keep * f.phi_omega * mean_omega;
   const double omega_v = kappa * (1.0 - pull.decay), omega_omega = pull.decay;
   auto& p = estimate.covariance;
+  auto& q = estimate.accel_cov;
+  q[0] += x_v * q[2] + f.x_phi * q[3] + x_omega * q[4];
+  q[1] += y_v * q[2] + f.y_phi * q[3] + y_omega * q[4];
+  q[3] = phi_phi * q[3] + phi_v * q[2] + phi_omega * q[4];
+  q[4] = omega_v * q[2] + omega_omega * q[4];
   for (int c = 0; c < kTrackStateSize; ++c) {
     p[0][c] += x_v * p[2][c] + f.x_phi * p[3][c] + x_omega * p[4][c];
     p[1][c] += y_v * p[2][c] + f.y_phi * p[3][c] + y_omega * p[4][c];
@@ -84,7 +126,25 @@ void predict_on_lane(TrackEstimate& estimate, const LanePull& lane, const Course
     row[4] = omega_v * row[2] + omega_omega * row[4];
   }
   estimate.mean = next;
+  if (accel_end_s > 0.0 && estimate.accel_var > 0.0 && !is_sound_with_acceleration(estimate))
+    forget_acceleration(estimate);
+  // The acceleration moves x, y and v.
+  const double by[3] = {f.x_v * accel_mean_s, f.y_v * accel_mean_s, accel_end_s}, variance = estimate.accel_var;
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < kTrackStateSize; ++c) {
+      const double more = by[r] * (c < 3 ? q[c] + 0.5 * by[c] * variance : q[c]);
+      p[r][c] += more;
+      p[c][r] += more;
+    }
+  for (int i = 0; i < kTrackStateSize; ++i) q[i] = accel_keep * (i < 3 ? q[i] + by[i] * variance : q[i]);
+  estimate.accel_mps2 *= accel_keep;
+  estimate.accel_var = accel_keep * accel_keep * variance;
+  if (estimate.mean.speed_mps < 0.0 && accel_end_s > 0.0) {  // who brakes comes to rest
+    estimate.mean.speed_mps = 0.0;
+    forget_acceleration(estimate);
+  }
   if (dt_s > 0.0) {
+    estimate.accel_var += noise.accel * dt_s;
     double s, c;
     sin_cos_f64(next.course_rad, s, c);
     const double along = noise.along * dt_s, across = noise.across * dt_s;
@@ -100,6 +160,23 @@ void predict_on_lane(TrackEstimate& estimate, const LanePull& lane, const Course
     for (int c = 0; c < r; ++c) p[r][c] = p[c][r] = 0.5 * (p[r][c] + p[c][r]);
   // Without noise, the pull makes the yaw rate a function of the speed, and many steps lose digits: P becomes singular.
   keep_sound(estimate, dt_s < 0.0 || noise.yaw_rate * dt_s < kLeastNoise * p[4][4]);
+}
+
+bool update_on_lane(LaneEstimate& estimate, const Measurement& z) noexcept {
+  const LaneEstimate before = estimate;
+  if (!update(estimate, z)) return false;
+  const auto& p = before.covariance;
+  const auto& q = before.accel_cov;
+  const double xx = p[0][0] + z.var_x, xy = p[1][0] + z.cov_xy, yy = p[1][1] + z.var_y, det = xx * yy - xy * xy;
+  const double gain_x = (yy * q[0] - xy * q[1]) / det, gain_y = (xx * q[1] - xy * q[0]) / det;
+  const double x_m = z.x_m - before.mean.x_m, y_m = z.y_m - before.mean.y_m;
+  estimate.accel_mps2 += gain_x * x_m + gain_y * y_m;
+  estimate.accel_var -= gain_x * q[0] + gain_y * q[1];
+  for (int i = 0; i < kTrackStateSize; ++i) estimate.accel_cov[i] = q[i] - gain_x * p[0][i] - gain_y * p[1][i];
+  // A car that has turned round drives the other way, and rounding may remove more than there is.
+  const bool turned = std::fabs(wrap_angle(estimate.mean.course_rad - before.mean.course_rad)) > kHalfPi;
+  if (turned || !(estimate.accel_var >= 0.0)) forget_acceleration(estimate);
+  return true;
 }
 
 }  // namespace overtake

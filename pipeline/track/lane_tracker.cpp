@@ -30,6 +30,9 @@ constexpr double kSlow_mps = 25.0;            // power over speed: a slower car 
 constexpr double kFreeYawRateNoise = 0.0125;  // (rad/s)^2 per second
 constexpr double kFreeBirthCourse_rad = 1.0, kFreeBirthYawRate_rps = 0.5;  // deviations, at least
 constexpr double kFreeTurns_mps = 10.0;                                    // a faster car changes its course less
+// (m/s^2)^2 per second; how long an acceleration lasts of a car that is seen, and of one that is not.
+constexpr double kAccelNoise = 2.0, kAccel_s = 0.6, kGuessedAccel_s = 0.1;
+constexpr double kBrakeLag = 0.83;  // times steady_lag: changes of speed are common, other manoeuvres are rare
 constexpr double kTurnLag = 2.0;    // times steady_lag: far away a car's place jumps across, which is no turn
 constexpr double kTurnNoise = 0.1;  // rad^2 per second: of the course while the car leaves it
 constexpr int32_t kSteadyHits = 5;  // with fewer hits the state has not settled
@@ -118,10 +121,23 @@ void LanePolicy::look_at_lane(State& s) const noexcept {
 // course of a car that is seen is its own: pulled to the lane, the places of a recorded drive were less exact.
 bool LanePolicy::is_guessed(const State& s) const noexcept { return s.lane.time_s > 0.0 && s.unseen_s > kGuess_s; }
 
+// With fewer hits the speed is not known well enough for its changes.
+bool LanePolicy::may_accelerate(const State& s) const noexcept {
+  return s.hits >= kSteadyHits && s.estimate.mean.speed_mps > kDrives_mps;
+}
+
+// Off the map, a car whose acceleration is not estimated has more noise: as if each acceleration ended at once.
+double LanePolicy::speed_noise(const State& s) const noexcept {
+  return lane_.q_speed + (s.asks_map || may_accelerate(s) ? 0.0 : kAccelNoise * kAccel_s * kAccel_s);
+}
+
 CourseNoise LanePolicy::noise_of(const State& s) const noexcept {
   const double gain = s.manoeuvre_s > 0.0 ? lane_.manoeuvre_gain : 1.0;
-  CourseNoise noise = {lane_.q_along, lane_.q_across, lane_.q_speed * gain, lane_.q_course * gain,
+  const double speed_gain = s.brake_s > 0.0 ? lane_.manoeuvre_gain : 1.0;
+  CourseNoise noise = {lane_.q_along, lane_.q_across, speed_noise(s) * speed_gain, lane_.q_course * gain,
                        lane_.q_yaw_rate * gain};
+  if (may_accelerate(s)) noise.accel = kAccelNoise * speed_gain;
+  noise.accel_s = s.unseen_s > kGuess_s ? kGuessedAccel_s : kAccel_s;
   if (!s.asks_map) {  // road traffic, or a place off the map: anything may happen
     noise.speed = std::max(noise.speed, kFreeSpeedNoise);
     const double share = kFreeTurns_mps / std::max(s.estimate.mean.speed_mps, kFreeTurns_mps);
@@ -160,10 +176,12 @@ void LanePolicy::move(State& s, double dt_s, bool forward_in_time) const noexcep
     } else {
       predict_on_lane(s.estimate, s.lane, noise_of(s), step_s);
       double& speed_mps = s.estimate.mean.speed_mps;
+      if (!may_accelerate(s)) forget_acceleration(s.estimate);
       if (comes_to_rest(s)) speed_mps /= 1.0 + step_s / kStand_s;
       s.unseen_s += step_s;
       s.heading_age_s += step_s;
       s.manoeuvre_s = std::max(0.0, s.manoeuvre_s - step_s);
+      s.brake_s = std::max(0.0, s.brake_s - step_s);
       s.turn_s = std::max(0.0, s.turn_s - step_s);
     }
     turn_heading(s, step_s);
@@ -269,10 +287,13 @@ void LanePolicy::watch_for_manoeuvre(State& s, const Measurement& z, double dt_s
   s.lag_along = kLagKeep * s.lag_along + along;
   s.lag_across = kLagKeep * s.lag_across + across;
   if (std::fabs(s.lag_across) > kTurnLag * lane_.steady_lag) s.turn_s = kManoeuvre_s;
+  const double more = (lane_.manoeuvre_gain - 1.0) * dt_s;  // a manoeuvre began after the last detection
+  if (std::fabs(s.lag_along) > (may_accelerate(s) ? kBrakeLag : 1.0) * lane_.steady_lag) {
+    if (!(s.brake_s > 0.0)) p[2][2] += speed_noise(s) * more;
+    s.brake_s = kManoeuvre_s;
+  }
   if (!(std::fabs(s.lag_along) > lane_.steady_lag)) return;
-  if (!(s.manoeuvre_s > 0.0)) {  // it began after the last detection
-    const double more = (lane_.manoeuvre_gain - 1.0) * dt_s;
-    p[2][2] += lane_.q_speed * more;
+  if (!(s.manoeuvre_s > 0.0)) {
     p[3][3] += lane_.q_course * more;
     p[4][4] += lane_.q_yaw_rate * more;
   }
@@ -319,7 +340,7 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
   if (is_course_unknown(s.estimate) && s.unseen_s > 0.0)
     find_course(s.estimate, wide, params_.birth_sigma_v, s.unseen_s);
   else
-    overtake::update(s.estimate, wide);
+    update_on_lane(s.estimate, wide);
   measure_heading(s, z);
   turn_heading(s, 0.0);
   if (std::isfinite(z.length_m)) s.length_m = z.length_m;

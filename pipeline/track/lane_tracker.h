@@ -20,11 +20,12 @@ enum class LaneStage : int32_t { kTentative, kConfirmed, kLost };
 
 // No padding: equal tracks have equal bytes.
 struct LaneTrack {
-  TrackEstimate estimate;
+  LaneEstimate estimate;
   // Motion: the lane at the estimate's place, and how steadily the car drives.
   LanePull lane;
   double lag_along = 0, lag_across = 0;  // sums of the innovations, in standard deviations, fading
-  double manoeuvre_s = 0, turn_s = 0;    // the noise of a manoeuvre, and of a new course, goes on for so long
+  // The noise of a manoeuvre, of a new speed, and of a new course, goes on for so long.
+  double manoeuvre_s = 0, brake_s = 0, turn_s = 0;
   // Heading: measured where two faces of the car are seen, else along the course.
   double heading_rad = 0, heading_rate_rps = 0;
   double heading_var = 0;  // of heading_rad
@@ -72,7 +73,7 @@ class LanePolicy {
   int32_t find_owner(const TrackView<State>& tracks, const Iteration& it, int32_t measurement) const noexcept;
 
   // For the assignment. The lane is that at the track's state, which is at most a few frames old.
-  struct Estimate : TrackEstimate {
+  struct Estimate : LaneEstimate {
     bool is_lost = false;
   };
   using Ahead = MotionState;
@@ -91,6 +92,8 @@ class LanePolicy {
   double find_curvature(const MapProjection& at) const noexcept;
   void look_at_lane(State& s) const noexcept;
   bool is_guessed(const State& s) const noexcept;
+  bool may_accelerate(const State& s) const noexcept;
+  double speed_noise(const State& s) const noexcept;
   CourseNoise noise_of(const State& s) const noexcept;
   void turn_heading(State& s, double dt_s) const noexcept;
   void measure_heading(State& s, const Measurement& z) const noexcept;
@@ -148,7 +151,7 @@ inline constexpr const char* kLaneTrackerParams =
     "tracker.birth_sigma_yaw_rate tracker.gate_d2 tracker.gate_m tracker.window tracker.max_silence_s "
     "tracker.horizon_s tracker.horizon_step_s tracker.work_limit vehicle.length_m vehicle.width_m";
 
-static_assert(sizeof(LaneTrack) == 30 * 8 + 20 * 8 + 8 * 4);
+static_assert(sizeof(LaneTrack) == 37 * 8 + 21 * 8 + 8 * 4);
 
 extern template class ReplayTracker<LanePolicy>;
 using LaneTracker = ReplayTracker<LanePolicy>;

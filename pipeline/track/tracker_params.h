@@ -17,7 +17,7 @@ inline constexpr double kMaxPredict_s = 60.0;
 
 // Parameters of LanePolicy only (params.def: lane_tracker.*).
 struct LaneTrackerParams {
-  double q_along = 0.02, q_across = 0.006, q_speed = 1.0, q_course = 0.0002;
+  double q_along = 0.02, q_across = 0.006, q_speed = 0.5, q_course = 0.0002;
   double q_yaw_rate = 0.008, lane_s = 0.08, stand_mps = 3.0, part_share = 3.0, steady_lag = 3.0;
   double manoeuvre_gain = 20.0, birth_speed_share = 0.6, birth_sigma_share = 0.4, birth_sigma_course = 0.1;
   double birth_sigma_yaw_rate = 0.05, p_detect = 0.5, half_m = 110.0, p_hidden = 0.1, p_wing = 0.1;
@@ -27,7 +27,7 @@ struct LaneTrackerParams {
   double most_score = 8.0, coast_s = 4.0, coast_sigma_m = 20.0;
   int32_t confirm_hits = 3, tentative_misses = 8;
   double length_m = 4.921, width_m = 1.886;  // of the cars
-  double path_turn_s = 0.3, path_speed = 6.0, path_across = 0.4;
+  double path_turn_s = 0.3, path_speed = 10.0, path_across = 0.4;
 };
 
 struct KernelTable;

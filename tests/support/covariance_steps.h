@@ -38,7 +38,8 @@ inline bool is_symmetric(const TrackEstimate& e) {
 }
 
 // Predictions by any time forwards and backwards, updates of any accepted accuracy, with and without noise. The model
-// has draw_world(random, noise), whose `noise` is a factor of its process noise, and predict(estimate, random, dt_s).
+// has its type of Estimate, draw_world(random, noise), whose `noise` is a factor of its process noise,
+// predict(estimate, random, dt_s), and update(estimate, measurement).
 template <class Model>
 void run_random_steps(Model model, int32_t steps) {
   std::mt19937_64 random(27);
@@ -49,7 +50,7 @@ void run_random_steps(Model model, int32_t steps) {
   const struct {
     double least, most, noise;
   } worlds[] = {{-2, 1, 1}, {-4, 2, 1}, {-8, 4, 1}, {-12, 12, 1}, {-12, -6, 1}, {-4, 2, 1e-3}, {-12, 12, 0}};
-  TrackEstimate e;
+  typename Model::Estimate e;
   int32_t updates = 0, backward = 0, unsound = 0, in_world = 0;
   const auto* world = worlds;
   for (int32_t n = 0; n < steps; ++n) {
@@ -57,7 +58,7 @@ void run_random_steps(Model model, int32_t steps) {
       in_world = 2000;
       world = &worlds[random() % std::size(worlds)];
       model.draw_world(random, world->noise);
-      e = TrackEstimate{};
+      e = {};
       e.mean = {0, 0, draw(0, 80), draw(-3, 3), draw(-0.3, 0.3)};
       const double born[kTrackStateSize] = {5, 5, 400, random() % 2 ? 0.04 : kPi * kPi, 0.01};
       for (int i = 0; i < kTrackStateSize; ++i) e.covariance[i][i] = born[i];
@@ -76,7 +77,7 @@ void run_random_steps(Model model, int32_t steps) {
       const Measurement z = {e.mean.x_m + reach_x * draw(-2, 2), e.mean.y_m + reach_y * draw(-2, 2), var_x, var_y,
                              draw(-0.99, 0.99) * std::sqrt(var_x * var_y)};
       Innovation innovation;
-      if (innovate(e, z, &innovation) && innovation.d2 <= 9.21) updates += update(e, z);
+      if (innovate(e, z, &innovation) && innovation.d2 <= 9.21) updates += model.update(e, z);
       REQUIRE(is_symmetric(e));
       REQUIRE(is_positive_definite(e));
       REQUIRE(e.mean.speed_mps >= 0);
