@@ -324,7 +324,7 @@ grep -q "^note   rig: nothing is wrong with its first scans for rig av21" stdout
 
 # ---- capacities: from the command line and the rig, written to config.toml, and reported when they are reached
 expect "capacities" "${run[@]}" --capacity clusters=20 --capacity candidates=4 --capacity tracks=7 --out full
-grep -q '^note: capacity clusters (20) was reached in 7 of 8 frames: nearest first were kept; raise it with --capacity clusters=40$' stdout ||
+grep -q '^note: capacity clusters (20) was reached in 8 of 8 frames: nearest first were kept; raise it with --capacity clusters=40$' stdout ||
   fail "full clusters are not said: $(grep note stdout)"
 grep -q 'capacity [ct]ra' stdout && fail "a capacity that nothing filled is called full: $(grep note stdout)"
 expect "capacities by workers" "${run[@]}" --capacity clusters=20 --capacity candidates=4 --capacity tracks=7 --workers 2 --out full_workers
