@@ -274,9 +274,10 @@ const Solid kSmoke = {25, -8, 0, 0.1, 2.0, 0.2, 1.4, -1, 0.01f};
 TEST_CASE("car gates: on the apron, up to 5 m beyond a bound, what is a car beyond doubt stays") {
   // The bound is 6 m to the left. Number of candidates that remain of one solid, whose right side is at right_m.
   const auto kept = [](double x_m, double length_m, double width_m, double low_m, double high_m, float intensity = 1.0f,
-                       double right_m = 6.5) {
+                       double right_m = 6.5, double row_pitch_rad = 0.0035) {
     RulesBench bench;
-    bench.look({{x_m, right_m + 0.5 * width_m, 0, length_m, width_m, low_m, high_m, 1, intensity}, kSmoke});
+    bench.look({{x_m, right_m + 0.5 * width_m, 0, length_m, width_m, low_m, high_m, 1, intensity}, kSmoke},
+               row_pitch_rad);
     gate(bench);
     CHECK(bench.frame.gated_map + bench.frame.gated_size == 1 - bench.frame.kept_count);
     return bench.frame.kept_count;
@@ -289,8 +290,11 @@ TEST_CASE("car gates: on the apron, up to 5 m beyond a bound, what is a car beyo
   CHECK(kept(25, 1.9, 1.9, 0.1, 1.1) == 0);              // a sign
   CHECK(kept(25, 4.9, 1.9, 0.1, 1.5) == 0);              // higher than a car
   CHECK(kept(25, 4.9, 1.9, 0.5, 1.1) == 0);              // does not stand on the ground
-  CHECK(kept(25, 4.9, 1.9, -0.1, 0.5) == 0);             // lower than a car
-  CHECK(kept(120, 4.9, 1.9, 0.1, 1.1) == 0);             // few points
+  CHECK(kept(12, 4.9, 1.9, 0.0, 0.65) == 1);
+  CHECK(kept(12, 4.9, 1.9, 0.0, 0.57) == 0);                   // lower than a car
+  CHECK(kept(25, 4.9, 1.9, 0.1, 1.1, 1.0f, 6.5, 0.016) == 1);  // three rows
+  CHECK(kept(12, 4.9, 1.9, 0.1, 1.1, 1.0f, 6.5, 0.046) == 0);  // two
+  CHECK(kept(120, 4.9, 1.9, 0.1, 1.1) == 0);                   // few points
 }
 
 TEST_CASE("car gates: on the apron nothing stays whose points lie beside no other one on a surface") {
