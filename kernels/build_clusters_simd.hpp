@@ -92,16 +92,36 @@ struct LaneBounds {
   }
 };
 
+// Vectors at any place of the table, of which `count` values are used. The last ones may end behind the table.
+template <class A>
+OVT_INLINE NearRows<A> rows_at(const ClusterPointTable& table, int32_t place, int32_t count, int32_t scan_capacity) {
+  const Mask<A> in = Mask<A>::first(count);
+  if (place + kSize<A> <= table.capacity) return NearRows<A>(table.point + place, in, scan_capacity);
+  int32_t rows[kSize<A>] = {};
+  for (int32_t l = 0; l < count; ++l) rows[l] = table.point[place + l];
+  return NearRows<A>(rows, in, scan_capacity);
+}
+template <class A>
+OVT_INLINE void store_at(Float<A> value, float* column, int32_t place, int32_t count, int32_t capacity) {
+  if (place + kSize<A> <= capacity) {
+    value.store(column + place);
+    return;
+  }
+  float values[kSize<A>];
+  value.store(values);
+  for (int32_t l = 0; l < count; ++l) column[place + l] = values[l];
+}
+
 // Transforms the points of a cluster and sums them up, in one pass. The sum of the time offsets has two halves of 16
 // bits so that a lane can hold them.
 template <class A>
 OVT_INLINE void take_cluster(const Transform& T, const ScanTable& scan, const float* range_m, ClusterPointTable& to,
                              ClusterTable& clusters, int32_t row) {
   constexpr int32_t kMostVectors = 16384;
-  const int32_t begin = clusters.point_begin[row], count = clusters.point_count[row], *index = to.point + begin;
+  const int32_t begin = clusters.point_begin[row], count = clusters.point_count[row], capacity = to.capacity;
   const float *x_m = scan.x_m, *y_m = scan.y_m, *z_m = scan.z_m;
   const int32_t* time_ns = scan.time_offset_ns;
-  float *x_out = to.x_m + begin, *y_out = to.y_m + begin, *z_out = to.z_m + begin;
+  float *x_out = to.x_m, *y_out = to.y_m, *z_out = to.z_m;
   LaneBounds<A> bounds[3];
   Float<A> nearest(std::numeric_limits<float>::infinity());
   Int<A> time_low(0), time_high(0);
@@ -120,13 +140,14 @@ OVT_INLINE void take_cluster(const Transform& T, const ScanTable& scan, const fl
       const int32_t at = k + g * kSize<A>;
       if (at >= count) break;
       const bool is_whole = at + kSize<A> <= count;
-      const Mask<A> in = Mask<A>::first(count - at);
-      const NearRows<A> from(index + at, in, scan.capacity);
+      const int32_t held = is_whole ? kSize<A> : count - at;
+      const Mask<A> in = Mask<A>::first(held);
+      const NearRows<A> from = rows_at<A>(to, begin + at, held, scan.capacity);
       Float<A> axis[3];
       transform_point(T, from.get(x_m), from.get(y_m), from.get(z_m), axis[0], axis[1], axis[2]);
-      axis[0].store(x_out + at);  // the rest of a vector is overwritten by the next cluster
-      axis[1].store(y_out + at);
-      axis[2].store(z_out + at);
+      store_at(axis[0], x_out, begin + at, held, capacity);  // the next cluster overwrites the rest of a vector
+      store_at(axis[1], y_out, begin + at, held, capacity);
+      store_at(axis[2], z_out, begin + at, held, capacity);
       Int<A> time = from.get(time_ns);
       Float<A> range = from.get(range_m);
       if (is_whole) {
@@ -267,12 +288,13 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
     while (last < clusters.count && clusters.point_count[last] <= kFew) ++last;
     const int32_t end = clusters.point_begin[last - 1] + clusters.point_count[last - 1];
     for (int32_t k = clusters.point_begin[row]; k < end; k += kSize<A>) {
-      const NearRows<A> from(point_out + k, Mask<A>::first(end - k), scan.capacity);
+      const int32_t used = end - k < kSize<A> ? end - k : kSize<A>;
+      const NearRows<A> from = rows_at<A>(cluster_points, k, used, scan.capacity);
       Float<A> x, y, z;
       transform_point(T, from.get(x_m), from.get(y_m), from.get(z_m), x, y, z);
-      x.store(x_out + k);
-      y.store(y_out + k);
-      z.store(z_out + k);
+      store_at(x, x_out, k, used, cluster_points.capacity);
+      store_at(y, y_out, k, used, cluster_points.capacity);
+      store_at(z, z_out, k, used, cluster_points.capacity);
     }
     for (; row < last; ++row) sum_up_few(scan, range_m, cluster_points, clusters, row);
   }

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/method/steps.h"
 #include "tests/support/images.h"
 #include "tests/support/segment_chain.h"
 
@@ -252,6 +253,34 @@ TEST_CASE("limits: label_points writes the reference's bytes") {
       text += std::to_string(points.label[i]) + ' ' + std::to_string(points.reason[i]) + '\n';
     return text;
   });
+}
+
+// The clusters' points fill their table, and the last clusters begin at any place of a vector.
+TEST_CASE("limits: build_clusters writes the reference's bytes and nothing behind a full table") {
+  for (int32_t last = 1; last <= 40; ++last) {
+    CAPTURE(last);
+    check_every_isa([&](const KernelTable& k, std::mt19937_64& random) {
+      const SensorModel sensor = make_sensor_model(kRows, kCols, 1.05, -1.05, false, 0.5, 200.0);
+      SegmentChain chain(sensor, 64);
+      ScanTable& scan = chain.part.scan;
+      PointTable& points = chain.views.points;
+      ClusterPointTable& out = chain.part.cluster_points;
+      const int32_t count = out.capacity;
+      REQUIRE(scan.capacity >= count);
+      scan.count = points.count = count;
+      for (int32_t i = 0; i < count; ++i) {
+        scan.x_m[i] = 10.0f + 0.01f * float(random() % 1000), scan.y_m[i] = 0.01f * float(random() % 1000);
+        scan.z_m[i] = 0.01f * float(random() % 100);
+        scan.time_offset_ns[i] = int32_t(random() % 100000000);
+        points.range_m[i] = 1.0f + float(random() % 50);
+        points.label[i] = i < count - last ? 1 : 2 + i % (1 + last / 9);
+      }
+      chain.part.label_count = 2 + last / 9;
+      chain.run_step(step::build_clusters, k);
+      CHECK(out.count == count);
+      return std::to_string(hash_table(chain.part.clusters, 1)) + ' ' + std::to_string(hash_table(out, 2));
+    });
+  }
 }
 
 }  // namespace overtake::test

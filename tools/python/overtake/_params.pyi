@@ -142,7 +142,8 @@ class join_group:
     slack_m: float
     """joined clusters may be longer and wider than the vehicle by this much (number, 0 to 100 m)"""
     bound_m: float
-    """a cluster farther outside the circuit is joined with no other, but for what may be a car near on its apron (number, -100 to 1000 m)"""
+    """a cluster farther outside the circuit is joined with no other, but for what may be a car near on its apron
+    (number, -100 to 1000 m)"""
 
 class gate_group:
     """Parameters gate.*"""
@@ -160,7 +161,8 @@ class gate_group:
     width_slack_m: float
     """a cluster may be wider than the vehicle by the share of gate.slack and this (number, 0 to 100 m)"""
     inside_m: float
-    """the centre of a car is at least this far inside the circuit's bounds, unless it is a car beyond doubt (number, -100 to 100 m)"""
+    """the centre of a car is at least this far inside the circuit's bounds, unless it is a car beyond doubt
+    (number, -100 to 100 m)"""
     lowest_m: float
     """a cluster whose lowest point is higher over the ground is not a vehicle (beams, wires, tops of walls)
     (number, 0 to 100 m)"""
