@@ -100,7 +100,7 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
     begin += clusters.point_count[row];
   }
   cluster_points.count = begin;
-  OVT_CHECK(begin <= cluster_points.capacity);
+  OVT_CHECK(begin + kRowAlign <= cluster_points.capacity);
 
   for (int32_t i = 0; i < scan.count; ++i) {
     const int32_t label = points.label[i];

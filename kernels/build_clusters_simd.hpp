@@ -59,7 +59,8 @@ OVT_INLINE void for_each_label(const int32_t* label, int32_t count, F&& f) {
 
 // Bounds and sum of up to four values, with the result that the sixteen lanes would give.
 struct FewValues {
-  float v[4];
+  static constexpr int32_t kMost = 4;
+  float v[kMost];
 
   OVT_INLINE FewValues(const float* values, int32_t count, float rest) {
     for (int32_t k = 0; k < 4; ++k) v[k] = k < count ? values[k < count ? k : 0] : rest;
@@ -92,36 +93,27 @@ struct LaneBounds {
   }
 };
 
-// Vectors at any place of the table, of which `count` values are used. The last ones may end behind the table.
+// Transforms the points of `count` rows of the table from `place` on, at most a vector of them, and stores them there.
+// The vector may write over the rows behind, which are transformed later. Returns the points' rows in the scan; `at`: x,
+// y, z.
 template <class A>
-OVT_INLINE NearRows<A> rows_at(const ClusterPointTable& table, int32_t place, int32_t count, int32_t scan_capacity) {
-  const Mask<A> in = Mask<A>::first(count);
-  if (place + kSize<A> <= table.capacity) return NearRows<A>(table.point + place, in, scan_capacity);
-  int32_t rows[kSize<A>] = {};
-  for (int32_t l = 0; l < count; ++l) rows[l] = table.point[place + l];
-  return NearRows<A>(rows, in, scan_capacity);
-}
-template <class A>
-OVT_INLINE void store_at(Float<A> value, float* column, int32_t place, int32_t count, int32_t capacity) {
-  if (place + kSize<A> <= capacity) {
-    value.store(column + place);
-    return;
-  }
-  float values[kSize<A>];
-  value.store(values);
-  for (int32_t l = 0; l < count; ++l) column[place + l] = values[l];
+OVT_INLINE NearRows<A> transform_rows(const Transform& T, const ScanTable& scan, ClusterPointTable& table,
+                                      int32_t place, int32_t count, Float<A>* at) {
+  const NearRows<A> from(table.point + place, Mask<A>::first(count), scan.capacity);
+  transform_point(T, from.get(scan.x_m), from.get(scan.y_m), from.get(scan.z_m), at[0], at[1], at[2]);
+  at[0].store(table.x_m + place);
+  at[1].store(table.y_m + place);
+  at[2].store(table.z_m + place);
+  return from;
 }
 
 // Transforms the points of a cluster and sums them up, in one pass. The sum of the time offsets has two halves of 16
 // bits so that a lane can hold them.
 template <class A>
-OVT_INLINE void take_cluster(const Transform& T, const ScanTable& scan, const float* range_m, ClusterPointTable& to,
-                             ClusterTable& clusters, int32_t row) {
+OVT_INLINE void sum_up_cluster(const Transform& T, const ScanTable& scan, const float* range_m,
+                               ClusterPointTable& table, ClusterTable& clusters, int32_t row) {
   constexpr int32_t kMostVectors = 16384;
-  const int32_t begin = clusters.point_begin[row], count = clusters.point_count[row], capacity = to.capacity;
-  const float *x_m = scan.x_m, *y_m = scan.y_m, *z_m = scan.z_m;
-  const int32_t* time_ns = scan.time_offset_ns;
-  float *x_out = to.x_m, *y_out = to.y_m, *z_out = to.z_m;
+  const int32_t begin = clusters.point_begin[row], count = clusters.point_count[row];
   LaneBounds<A> bounds[3];
   Float<A> nearest(std::numeric_limits<float>::infinity());
   Int<A> time_low(0), time_high(0);
@@ -141,18 +133,14 @@ OVT_INLINE void take_cluster(const Transform& T, const ScanTable& scan, const fl
       if (at >= count) break;
       const bool is_whole = at + kSize<A> <= count;
       const int32_t held = is_whole ? kSize<A> : count - at;
-      const Mask<A> in = Mask<A>::first(held);
-      const NearRows<A> from = rows_at<A>(to, begin + at, held, scan.capacity);
       Float<A> axis[3];
-      transform_point(T, from.get(x_m), from.get(y_m), from.get(z_m), axis[0], axis[1], axis[2]);
-      store_at(axis[0], x_out, begin + at, held, capacity);  // the next cluster overwrites the rest of a vector
-      store_at(axis[1], y_out, begin + at, held, capacity);
-      store_at(axis[2], z_out, begin + at, held, capacity);
-      Int<A> time = from.get(time_ns);
+      const NearRows<A> from = transform_rows<A>(T, scan, table, begin + at, held, axis);
+      Int<A> time = from.get(scan.time_offset_ns);
       Float<A> range = from.get(range_m);
       if (is_whole) {
         for (int32_t a = 0; a < 3; ++a) bounds[a].add(g, axis[a]);
       } else {
+        const Mask<A> in = Mask<A>::first(held);
         for (int32_t a = 0; a < 3; ++a) bounds[a].add(g, axis[a], in);
         time = select(in, time, Int<A>(0));
         range = select(in, range, nearest);
@@ -175,7 +163,7 @@ OVT_INLINE void take_cluster(const Transform& T, const ScanTable& scan, const fl
   clusters.nearest_m[row] = any_lane_min(nearest);
 }
 
-// Sums up a cluster of up to four points.
+// Sums up a cluster of at most FewValues::kMost points.
 OVT_INLINE void sum_up_few(const ScanTable& scan, const float* range_m, const ClusterPointTable& from,
                            ClusterTable& clusters, int32_t row) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -255,7 +243,7 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
     begin += count;
   }
   cluster_points.count = begin;
-  OVT_CHECK(begin <= cluster_points.capacity);
+  OVT_CHECK(begin + kRowAlign <= cluster_points.capacity);
 
   int32_t* point_out = cluster_points.point;
   if constexpr (kSize<A> == 4) {
@@ -275,28 +263,24 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
     }
   }
 
-  const Transform T = T_vehicle_sensor;  // local copies, here and above: the compiler sees that no store changes them
-  const float *x_m = scan.x_m, *y_m = scan.y_m, *z_m = scan.z_m, *range_m = points.range_m;
-  float *x_out = cluster_points.x_m, *y_out = cluster_points.y_m, *z_out = cluster_points.z_m;
-  constexpr int32_t kFew = 4;
+  // Local copies: the compiler sees that no store changes them.
+  const Transform T = T_vehicle_sensor;
+  const ScanTable from = scan;
+  ClusterPointTable to = cluster_points;
+  const float* const range_m = points.range_m;
   for (int32_t row = 0; row < clusters.count;) {
-    if (clusters.point_count[row] > kFew) {
-      take_cluster<A>(T, scan, range_m, cluster_points, clusters, row++);
+    if (clusters.point_count[row] > FewValues::kMost) {
+      sum_up_cluster<A>(T, from, range_m, to, clusters, row++);
       continue;
     }
     int32_t last = row;  // the small clusters that follow each other: first their points, across their borders
-    while (last < clusters.count && clusters.point_count[last] <= kFew) ++last;
+    while (last < clusters.count && clusters.point_count[last] <= FewValues::kMost) ++last;
     const int32_t end = clusters.point_begin[last - 1] + clusters.point_count[last - 1];
     for (int32_t k = clusters.point_begin[row]; k < end; k += kSize<A>) {
-      const int32_t used = end - k < kSize<A> ? end - k : kSize<A>;
-      const NearRows<A> from = rows_at<A>(cluster_points, k, used, scan.capacity);
-      Float<A> x, y, z;
-      transform_point(T, from.get(x_m), from.get(y_m), from.get(z_m), x, y, z);
-      store_at(x, x_out, k, used, cluster_points.capacity);
-      store_at(y, y_out, k, used, cluster_points.capacity);
-      store_at(z, z_out, k, used, cluster_points.capacity);
+      Float<A> at[3];
+      transform_rows<A>(T, from, to, k, end - k < kSize<A> ? end - k : kSize<A>, at);
     }
-    for (; row < last; ++row) sum_up_few(scan, range_m, cluster_points, clusters, row);
+    for (; row < last; ++row) sum_up_few(from, range_m, to, clusters, row);
   }
   return found - clusters.count;
 }

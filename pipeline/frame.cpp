@@ -19,7 +19,7 @@ void carve_sensor(Carver& carver, SensorPart& part, const SensorModel& sensor, i
   carve_columns(carver, kept, sensor, point_capacity, part.kept);
   part.kept_columns = kept;
   carve_table(carver, part.clusters, cluster_capacity);
-  carve_table(carver, part.cluster_points, point_capacity);
+  carve_table(carver, part.cluster_points, point_capacity + kRowAlign);            // build_clusters.h
   const std::size_t pixels = std::size_t(sensor.rows) * std::size_t(sensor.cols);  // upper limit of the labels
   part.row_of_label = carver.take<int32_t>(pixels + 1);
   part.cluster_of_label = carver.take<int32_t>(pixels + 1);

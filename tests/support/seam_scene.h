@@ -109,7 +109,7 @@ struct Frame {
         carve_table(carver, scan[s], n);
         carve_table(carver, points[s], n);
         carve_table(carver, clusters[s], 256);
-        carve_table(carver, cluster_points[s], n);
+        carve_table(carver, cluster_points[s], n + kRowAlign);
       }
       carve_table(carver, members, 256 * int32_t(rig.size()));
       carve_table(carver, merged, merged_capacity);

@@ -43,7 +43,7 @@ class SegmentChain {
       carve_table(carver, views.points, capacity);
       carve_range_images(carver, views.images, sensor.rows, sensor.cols);
       carve_table(carver, part.clusters, cluster_capacity);
-      carve_table(carver, part.cluster_points, capacity);
+      carve_table(carver, part.cluster_points, capacity + kRowAlign);
       LayerSums& sums = views.layer_sums;
       for (int32_t** ids : {&sums.touched, &sums.point_count, &views.row_of_layer, &views.layer_order})
         *ids = carver.take<int32_t>(kLayerIds);

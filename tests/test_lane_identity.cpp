@@ -1,0 +1,285 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The tracker of preset `best`: which car a track is of, and which detections it takes.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <vector>
+
+#include "core/math.h"
+#include "tests/support/lane_bench.h"
+
+namespace {
+
+using namespace overtake;
+using test::kFrame_s, test::LaneBench, test::ns_of, test::seen_car;
+using test::make_ring, test::on_ring;
+
+}  // namespace
+
+TEST_CASE("lane identity: a car that comes back keeps its id, also where it braked meanwhile") {
+  constexpr double kRadius = 300;
+  const test::CircleRoad ring = make_ring(kRadius);
+  const auto comes_back = [&](int32_t hidden, double late_m) {
+    LaneBench bench(&ring.map);
+    TrackId before = kNobody, after = kNobody;
+    for (int32_t k = 0; k < 40 + hidden + 20; ++k) {
+      const double way_m = 50 * kFrame_s * k;
+      const Place ego = on_ring(kRadius, way_m - 40);
+      bench.input.ego = {true, ego.x_m, ego.y_m, (way_m - 40) / kRadius, 50};
+      const bool is_hidden = k >= 40 && k < 40 + hidden;
+      const Place at = on_ring(kRadius, k < 40 ? way_m : way_m - late_m);
+      const auto& ids =
+          bench.step(k, is_hidden ? std::vector<Measurement>{} : std::vector{seen_car(at.x_m, at.y_m, k)});
+      if (!ids.empty()) (k < 40 ? before : after) = ids[0];
+    }
+    CHECK(bench.confirmed() == 1);
+    return before == after;
+  };
+  CHECK(comes_back(20, 0));
+  CHECK(comes_back(60, 0));
+  CHECK(comes_back(60, 15));
+  CHECK(comes_back(100, 25));
+  CHECK_FALSE(comes_back(20, 60));  // another car
+  CHECK_FALSE(comes_back(260, 0));  // after 13 s
+}
+
+namespace {
+
+// A row of another program: it shows nothing of the car itself.
+Measurement pushed_row(double x_m, double y_m, int32_t frame) {
+  Measurement z = seen_car(x_m, y_m, frame);
+  z.points = 0;
+  z.height_m = kNotMeasured;
+  z.var_x = z.var_y = 0.09;
+  return z;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "lane identity: a lost track takes no pushed row: the row has a track of its own, which gets the id back if it "
+    "fits") {
+  const auto come_back = [](double aside_m, bool is_row) {
+    LaneBench bench;
+    const auto row = [&](double y_m, int32_t k) {
+      bench.ego_at(10 * kFrame_s * k - 30);
+      return is_row ? pushed_row(10 * kFrame_s * k, y_m, k) : seen_car(10 * kFrame_s * k, y_m, k);
+    };
+    TrackId before = kNobody, after = kNobody;
+    int32_t k = 0;
+    for (; k < 30; ++k) before = bench.step(k, {row(0, k)})[0];
+    for (; bench.rows.count > 0 && bench.state().stage != LaneStage::kLost; ++k) bench.step(k, {});
+    REQUIRE(bench.rows.count == 1);
+    for (int32_t i = 0; i < 20; ++i, ++k) after = bench.step(k, {row(aside_m, k)})[0];
+    CHECK(bench.tracker->counts().births == (is_row ? 2 : 1));
+    return before == after;
+  };
+  CHECK(come_back(0, true));
+  CHECK_FALSE(come_back(9, true));
+  CHECK(come_back(0, false));  // a cluster shows that it is a car
+}
+
+TEST_CASE("lane identity: where all rows are pushed, a track rather stays without one than takes a far one") {
+  // How far aside the track of a car takes a row. A cluster far away makes the frames no frames of pushed rows only.
+  const auto reach_m = [](bool only_rows) {
+    double farthest_m = 0;
+    for (double aside_m = 0; aside_m < 6; aside_m += 0.1) {
+      LaneBench bench;
+      const auto step = [&](int32_t k, double y_m) {
+        std::vector<Measurement> seen = {pushed_row(10 * kFrame_s * k, y_m, k)};
+        if (!only_rows) seen.push_back(seen_car(500, 500, k));
+        bench.ego_at(10 * kFrame_s * k - 30);
+        return bench.step(k, seen)[0];
+      };
+      TrackId before = kNobody;
+      for (int32_t k = 0; k < 10; ++k) before = step(k, 0);
+      if (step(10, aside_m) == before) farthest_m = aside_m;
+    }
+    return farthest_m;
+  };
+  CHECK(reach_m(true) > 0.5);
+  CHECK(reach_m(true) < reach_m(false));
+}
+
+TEST_CASE("lane identity: one car in two detections is one track, and both rows count as used") {
+  LaneBench bench;
+  const TrackId id = bench.follow(20);
+  for (int32_t k = 20; k < 40; ++k) {
+    bench.ego_at(50 * kFrame_s * k - 30);
+    const double x_m = 50 * kFrame_s * k;
+    const auto& ids = bench.step(k, {seen_car(x_m, 0, k), seen_car(x_m - 1.5, 0.6, k)});
+    CHECK(ids[0] == id);
+    CHECK(ids[1] == kNobody);  // it updates no track
+    CHECK(bench.rows.count == 1);
+  }
+  const TrackerCounts c = bench.tracker->counts();
+  CHECK(c.births == 1);
+  CHECK(c.measurements == c.hits + c.births);
+  // Side by side, 2.2 m apart, are two cars.
+  for (int32_t k = 40; k < 60; ++k) {
+    bench.ego_at(50 * kFrame_s * k - 30);
+    bench.step(k, {seen_car(50 * kFrame_s * k, 0, k), seen_car(50 * kFrame_s * k, 2.2, k)});
+  }
+  CHECK(bench.confirmed() == 2);
+}
+
+TEST_CASE("lane identity: a part of a car that was measured earlier in the frame moves with the car") {
+  LaneBench bench;
+  bench.follow(20);
+  for (int32_t k = 20; k < 30; ++k) {
+    const double x_m = 50 * kFrame_s * k;
+    Measurement part = seen_car(x_m - 4.5, 0.6, k);  // where the car was 90 ms before
+    part.stamp_ns -= 90'000'000;
+    bench.ego_at(x_m - 30);
+    bench.step(k, {seen_car(x_m, 0, k), part});
+  }
+  CHECK(bench.tracker->counts().births == 1);
+}
+
+TEST_CASE("lane identity: a detection updates a track before faint points that lie nearer to its prediction") {
+  LaneBench bench;
+  const TrackId id = bench.follow(20);
+  for (int32_t k = 20; k < 30; ++k) {
+    bench.ego_at(50 * kFrame_s * k - 30);
+    const double x_m = 50 * kFrame_s * k;
+    Measurement faint = seen_car(x_m, 0, k);
+    faint.faint = 1, faint.points = 2;
+    const auto& ids = bench.step(k, {seen_car(x_m, 0.15, k), faint});
+    CHECK(ids[0] == id);
+    CHECK(ids[1] == kNobody);
+  }
+}
+
+TEST_CASE("lane identity: faint points on the road, or beside the car, are not of it") {
+  const auto is_taken = [](double height_m, double aside_m) {
+    LaneBench bench;
+    bench.follow(20);
+    bench.ego_at(50 * kFrame_s * 20 - 30);
+    Measurement faint = seen_car(50 * kFrame_s * 20, aside_m, 20);
+    faint.faint = 1, faint.points = 2, faint.height_m = height_m, faint.object_class = 0;
+    bench.step(20, {faint});
+    return bench.state().unseen_s == 0.0;
+  };
+  const double sigma_m = [] {
+    LaneBench bench;
+    bench.follow(20);
+    return std::sqrt(bench.state().estimate.covariance[1][1] + 0.01);
+  }();
+  CHECK(is_taken(0.6, 0));
+  CHECK(is_taken(0.6, 2 * sigma_m));
+  CHECK_FALSE(is_taken(0.6, 4 * sigma_m));
+  CHECK_FALSE(is_taken(0.1, 0));
+}
+
+TEST_CASE("lane identity: two tracks that turn out to be one car become the elder one") {
+  LaneBench bench;
+  TrackId elder = kNobody;
+  // Two parts of one car, too far apart for one detection, that come together.
+  for (int32_t k = 0; k < 60; ++k) {
+    bench.ego_at(50 * kFrame_s * k - 30);
+    const double x_m = 50 * kFrame_s * k, gap_m = k < 40 ? 6.0 : std::max(0.0, 6.0 - 0.5 * (k - 40));
+    const auto& ids = k == 0 ? bench.step(k, {seen_car(x_m, 0, k)})
+                             : bench.step(k, {seen_car(x_m, 0, k), seen_car(x_m - gap_m, 0, k)});
+    if (k == 0) elder = ids[0];
+    if (k == 39) CHECK(bench.confirmed() == 2);
+  }
+  CHECK(bench.rows.count == 1);
+  CHECK(bench.rows.id[0] == elder);
+  const TrackerCounts c = bench.tracker->counts();
+  CHECK(c.joined == 1);
+  CHECK(c.deaths == c.missed + c.silent + c.displaced + c.unsound + c.forgotten + c.joined);
+  CHECK(c.births == bench.rows.count + c.deaths);
+  CHECK(c.measurements == c.hits + c.births);
+}
+
+TEST_CASE("lane identity: a car that leaves its track abruptly has one track, and its id") {
+  // The car turns aside at once and falls back, as in a spin.
+  for (const double aside_m : {5.0, 6.0}) {
+    CAPTURE(aside_m);
+    LaneBench bench;
+    const TrackId id = bench.follow(40);
+    double x_m = 50 * kFrame_s * 39;
+    for (int32_t k = 40; k < 60; ++k) {
+      bench.ego_at(50 * kFrame_s * k - 30);
+      x_m += 30 * kFrame_s;
+      bench.step(k, {seen_car(x_m, aside_m, k)});
+      if (k >= 48) {
+        CHECK(bench.confirmed() == 1);
+        CHECK(bench.ids[0] == id);
+      }
+    }
+    CHECK(bench.tracker->counts().joined == 1);
+  }
+}
+
+TEST_CASE(
+    "lane identity: a car that comes into view is another one if the missing car is hidden, or missing for long") {
+  // Whether a car that comes into view beside a missing one takes over its track.
+  const auto takes_over = [](bool hidden, int32_t missing, double aside_m = 7, bool pushed = false) {
+    LaneBench bench;
+    for (int32_t k = 0; k < 60; ++k) {
+      const double x_m = 50 * kFrame_s * k;
+      bench.ego_at(x_m - 40);
+      std::vector<Measurement> seen;
+      if (hidden) seen.push_back(seen_car(x_m - 15, 0, k));
+      if (k < 40) seen.push_back(seen_car(x_m, 0, k));
+      if (k >= 40 + missing) seen.push_back(seen_car(x_m, aside_m, k));
+      for (Measurement& z : seen)
+        if (pushed) z.points = 0, z.object_class = 0;
+      bench.step(k, seen);
+    }
+    return bench.tracker->counts().joined > 0;
+  };
+  CHECK(takes_over(false, 0));
+  CHECK_FALSE(takes_over(true, 0));
+  CHECK_FALSE(takes_over(false, 0, 20));
+  CHECK(takes_over(false, 4));
+  CHECK_FALSE(takes_over(false, 12));
+  CHECK_FALSE(takes_over(false, -10));         // both cars were seen
+  CHECK_FALSE(takes_over(false, 0, 7, true));  // the next car in traffic
+}
+
+TEST_CASE("lane identity: two cars that stand side by side are two, whatever course their tracks began with") {
+  // Pushed rows, 2.5 m apart, headings across the way of the ego vehicle.
+  LaneBench bench;
+  for (int32_t k = 0; k < 20; ++k) {
+    std::vector<Measurement> rows;
+    for (const double x_m : {20.0, 22.5}) {
+      Measurement z = seen_car(x_m, 5, k);
+      z.height_m = z.length_m = z.width_m = std::nan("");
+      z.heading_rad = kHalfPi, z.free_heading = true;
+      rows.push_back(z);
+    }
+    bench.input.ego.speed_mps = 0;
+    bench.step(k, rows);
+  }
+  CHECK(bench.confirmed() == 2);
+}
+
+TEST_CASE("lane identity: of parked cars that come into view one after the other, none takes the next one's row") {
+  // 5.5 m apart; the first is not seen a second time when the last comes into view. The same where the library's own
+  // sensors see a car far away: then not each track may stay alone, but these may, because their course is unknown.
+  for (const bool sees_car : {false, true}) {
+    CAPTURE(sees_car);
+    LaneBench bench;
+    bench.input.ego.known = false;
+    const auto step = [&](int32_t frame, std::initializer_list<double> places_m) {
+      std::vector<Measurement> rows;
+      for (const double x_m : places_m) {
+        rows.push_back(seen_car(x_m, 0, frame));
+        rows.back().points = 0, rows.back().var_x = rows.back().var_y = 0.3;
+      }
+      if (sees_car) rows.push_back(seen_car(500, 500, frame));
+      return bench.step(frame, rows);
+    };
+    const std::vector<TrackId> first = step(0, {0, 5.5, 11}), second = step(2, {5.5, 11, 16.5});
+    CHECK(second[0] == first[1]);
+    CHECK(second[1] == first[2]);
+    CHECK(std::count(first.begin(), first.end(), second[2]) == 0);
+  }
+}
