@@ -15,7 +15,8 @@ namespace overtake {
 // clusters.capacity it keeps the nearest (smallest range of a point, ties: smaller label); rows stay in label order.
 //   reads    scan x y z time_offset_ns; points label range_m; label_count (from label_bfs)
 //   writes   clusters, cluster_points, row_of_label[label_count + 1] (row or -1; entry 0 is -1)
-//            cluster_points has room for kRowAlign rows more than the points: vectors begin at the first row of a cluster
+//            cluster_points has room for kRowAlign rows more than the points: vectors begin at the first row of a
+//            cluster
 //   returns  clusters that did not fit
 //   sums     in input order within a cluster, in 16 lanes (core/reduce.h)
 //   scratch  cursor[label_count + 1], order[label_count]

@@ -94,8 +94,8 @@ struct LaneBounds {
 };
 
 // Transforms the points of `count` rows of the table from `place` on, at most a vector of them, and stores them there.
-// The vector may write over the rows behind, which are transformed later. Returns the points' rows in the scan; `at`: x,
-// y, z.
+// The vector may write over the rows behind, which are transformed later. Returns the points' rows in the scan;
+// `at`: x, y, z.
 template <class A>
 OVT_INLINE NearRows<A> transform_rows(const Transform& T, const ScanTable& scan, ClusterPointTable& table,
                                       int32_t place, int32_t count, Float<A>* at) {
