@@ -59,7 +59,7 @@ void locate_clusters(const StageContext& context, Frame& frame) noexcept;
 // Joins the clusters of one car. Seeds by falling number of points: to a seed comes the nearest cluster (box gap on the
 // axes of the seed's psi_REF at most gap_m) with which the box along psi_REF stays within the limits, and so on. A seed
 // wider than a car stands across the circuit: its limits are turned by 90 deg. Only clusters that locate_clusters
-// placed, near the circuit or on its apron (there only near ahead or behind, and no smoke), and not of the own car.
+// placed, near the circuit or on its apron (there only within 40 m, and no smoke), and not of the own car.
 //   reads  merged, members, places, smoke_limit, scans, cluster points, their pixels and heights, ego, uses_map
 //   writes  merged, members, places, merged.count, cluster_of_label
 // A joined cluster takes the row order of its first member; its columns are those of its members as after merge_frame.
