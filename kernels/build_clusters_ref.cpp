@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/math.h"
+#include "core/plane.h"
 #include "core/reduce.h"
 #include "kernels/build_clusters.h"
 #include "kernels/transform_point.h"

@@ -12,6 +12,7 @@
 #include <limits>
 
 #include "core/math.h"
+#include "core/plane.h"
 #include "core/reduce.h"
 #include "kernels/build_clusters.h"
 #include "kernels/near_rows.h"
