@@ -31,7 +31,7 @@ struct Scene {
       carve_table(carver, scan, n);
       carve_table(carver, points, n);
       carve_table(carver, clusters, capacity);
-      carve_table(carver, cluster_points, n);
+      carve_table(carver, cluster_points, n + kRowAlign);
     };
     Carver measure;
     carve(measure);

@@ -88,7 +88,7 @@ KernelWorld::KernelWorld(Shape shape, uint64_t seed, int32_t cluster_capacity) :
   const auto pixels = std::size_t(rows) * std::size_t(cols);
   part.row_of_label = g.take<int32_t>("row_of_label", pixels + 1);
   g.take_table("clusters", part.clusters, seed % 3 == 0 ? 16 : cluster_capacity);
-  g.take_table("cluster_points", part.cluster_points, shape.points);
+  g.take_table("cluster_points", part.cluster_points, shape.points + kRowAlign);  // build_clusters.h
   g.take_table("members", members_, 3 * cluster_capacity);
   g.take_table("merged", merged_, cluster_capacity);
   g.take_table("gate_input", gate_input_, std::max(shape.points, 1));
