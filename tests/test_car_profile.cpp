@@ -63,6 +63,23 @@ TEST_CASE("car profile: any two parts that a car shows give its centre, near and
   check(kFront, {kFrontTyre, kCockpit});
 }
 
+// In three recorded scans 49 m ahead: the wing, then the tyres 0.48 m before it (simulated: 0.61 m), and the air box.
+TEST_CASE("car profile: a recorded rear, whose end is the end of the car") {
+  constexpr float kEnd_m = 46.57f;
+  Seen seen;
+  for (const Part& part : {Part{0.0f, 0.59f},
+                           {0.0f, 0.47f},
+                           {0.49f, 0.30f},
+                           {0.46f, 0.27f},
+                           {0.35f, 0.11f},
+                           {1.88f, 1.07f},
+                           {1.90f, 0.85f}})
+    seen.add(kEnd_m, part);
+  const CarProfile::Match match = seen.match(kRear, 6, 0.04f);
+  CHECK(match.fits);
+  CHECK(std::fabs(match.center_m - (kEnd_m + 0.5f * CarProfile::kLength_m)) < 0.04f);
+}
+
 TEST_CASE("car profile: one part alone is told by its height, with more doubt") {
   const CarProfile::Match nose = see(-80, {kNose}).match(kFront), top = see(-80, {kTopFromAhead}).match(kFront);
   CHECK(std::fabs(nose.center_m + 80) < 0.3f);
