@@ -60,7 +60,7 @@ struct PointTable {
   float* elevation_rad = nullptr;  // project_points
   int32_t* column = nullptr;       // project_points; -1 for a dropped point
   int32_t* pixel = nullptr;        // scatter_points: row * stride + column in the images, -1 none
-  int32_t* label = nullptr;        // label_points
+  int32_t* label = nullptr;        // scatter_points: ground or none; label_points, mark_smoke, mark_own_body
   uint8_t* lost = nullptr;         // scatter_points: 1 if another point won its pixel, else 0
   uint8_t* reason = nullptr;       // Reason; project_points, scatter_points, label_points
 };

@@ -18,7 +18,7 @@ void clear_pixels(RangeImages& images) noexcept;
 // writes. The winner of a pixel follows a total order (intensity, range, input order), so the cut does not matter.
 //   reads    scan layer intensity; points range_m elevation_rad column; row_of_layer, a row of each layer of the points
 //            with a column
-//   writes   images range_m elevation_rad pixel_point; points pixel, lost (also of earlier points)
+//   writes   images range_m elevation_rad pixel_point; points pixel, label, lost (also of earlier points)
 void scatter_more(const ScanTable& scan, const int32_t* row_of_layer, int32_t begin, int32_t end, PointTable& points,
                   RangeImages& images) noexcept;
 

@@ -15,8 +15,9 @@ namespace {
 struct Face {
   double along_m, along_sigma_m, height_m, height_sigma_m, share;
 };
-// A Dallara AV-21 (length, wheel base and tyres as published), by the returns of simulated scans from all distances. In
-// recorded scans of the rear the tyres are 0.13 m nearer to its end: theirs are the mean of both, and hold both.
+// A Dallara AV-21 (length, wheel base and tyres as published), by the returns of simulated scans from all distances.
+// In recorded scans of the rear the tyres are 0.13 m nearer to its end. So the rear tyres are 0.08 m nearer to it here
+// than simulated, and their deviation holds both.
 constexpr Face kFromAhead[] = {
     {2.37, 0.10, 0.21, 0.09, 0.06},   // nose
     {2.09, 0.10, 0.24, 0.07, 0.12},   // front wing

@@ -6,7 +6,8 @@
 //
 //   intake     sequence, stamps, sensor_mask, kind, ego, external, sensors[s].scan, .present   (before the stages)
 //   segment    sensors[s]: everything else, but cluster_of_label                               (a task per sensor)
-//   detect     members, merged, cluster_of_label, walls, kept, places, detections, views       (after all segments)
+//   detect     members, merged, cluster_of_label, smoke_limit, walls, kept, places, detections, views   (after all
+//              segments)
 //   track      measurements, tracks, track_states, reference, ego_known, ego_state, tracks_ns,   (frame after frame)
 //              refiltered, lost_rows, ego_heading, views.ego_offset_rad (and adds to views.var_x ..)
 //

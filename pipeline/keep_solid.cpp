@@ -59,7 +59,7 @@ bool is_smoke(const StageContext& context, const Frame& frame, GroundIntensities
 
 // Whether the next row, above or below, returns from another range and the same height over the running ground as most
 // points of a candidate. So high over the road, the row below hits the same body, or its foot.
-bool is_level(const StageContext& context, const Frame& frame, int32_t row) {
+bool goes_on_level(const StageContext& context, const Frame& frame, int32_t row) {
   constexpr float kHigh_m = 0.25f;  // lower objects may lie on the road
   int32_t level = 0;
   for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
@@ -85,7 +85,7 @@ bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
   });
   if (pixels.row_high < 0) return false;
   const int32_t rows = pixels.row_high - pixels.row_low;
-  if (rows == 0 && merged.nearest_m[row] < kNear_m) return is_level(context, frame, row);
+  if (rows == 0 && merged.nearest_m[row] < kNear_m) return goes_on_level(context, frame, row);
   if (rows == 0 && (has_bounds(frame.places, row) || merged.nearest_m[row] < kFar_m)) return false;
   const float row_m = merged.nearest_m[row] * view.find_row_pitch(pixels);
   if (rows == 0) return row_m > 0.0f && measure_heights(frame, row).high_m + row_m < kTyres_m;

@@ -603,7 +603,8 @@ typedef struct ovt_frame_info {
   int32_t gated_points, gated_size;  /* clusters with fewer than gate.min_points points; longer than a vehicle, with
                                         preset best also wider, higher, or too high over the ground */
   int32_t gated_map;                 /* candidates outside of the circuit; best: nearer to a bound than
-                                        gate.inside_m, or, where no bounds are known, at a wall or behind it */
+                                        gate.inside_m and no car beyond doubt, or, where no bounds are known, at a
+                                        wall or behind it */
   int32_t overflow_candidates;       /* candidates beyond candidate_capacity */
                                      /* cluster_count = gated_points + gated_size + gated_own + candidate_count;
                                         candidate_count = gated_map + gated_range + overflow_candidates

@@ -146,7 +146,7 @@ bool is_among_smoke(const StageContext& context, const Frame& frame, int32_t row
 // Whether the cluster is a part of the road: the ground beside most of its rows goes on at the same range. Behind the
 // own wing, or where a sensor is tilted, the running ground does not know the road's height. Beside a car the road is
 // farther away. Many points are more than such a piece of road has.
-bool is_level(const StageContext& context, const Frame& frame, int32_t row) {
+bool is_beside_ground(const StageContext& context, const Frame& frame, int32_t row) {
   constexpr int32_t kMostPoints = 200;
   if (frame.merged.point_count[row] > kMostPoints) return false;
   LevelRows all;
@@ -170,7 +170,7 @@ ObjectClass classify(const StageContext& context, const Frame& frame, int32_t ro
   if (longest_m >= kCarShare * width_m && longest_m < kSqrt2 * kCarShare * width_m)
     longest_m = measure_longest(frame, row, box);
   if (longest_m >= kCarShare * width_m)
-    return is_level(context, frame, row) ? ObjectClass::kUnknown : ObjectClass::kCar;
+    return is_beside_ground(context, frame, row) ? ObjectClass::kUnknown : ObjectClass::kCar;
   const int32_t s = merged.main_sensor[row];
   if (frame.incomplete_mask >> s & 1u) return ObjectClass::kUnknown;  // the rest of a car may be missing
   const SensorModel& sensor = context.sensors[s];

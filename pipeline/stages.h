@@ -104,12 +104,12 @@ void keep_solid(const StageContext& context, Frame& frame) noexcept;
 
 // Clusters with too few points for a detection that pass all other gates, far away and where the bounds are known: what
 // a known car may show of itself. They lie behind the kept ones, and go to the tracker only.
-//   reads  kept_count, merged, members, places, cluster points, their pixels and heights, uses_map, ego_off_map_m
+//   reads  kept_count, merged, members, places, cluster points, their pixels and heights, ego_off_map_m
 //   writes  kept behind kept_count, faint_count
 void list_faint(const StageContext& context, Frame& frame) noexcept;
 
 // Pose by the side that the sensor sees, with covariance, class and height. Leaves out the faint ones among smoke.
-//   reads  kept, merged, places, cluster points and their pixels
+//   reads  kept, merged, members, places, smoke_limit, scans, cluster points, their pixels, heights, reasons and labels
 //   writes  detections, views but ego_offset_rad, faint_count
 void pose_by_view(const StageContext& context, Frame& frame) noexcept;
 

@@ -396,6 +396,20 @@ TEST_CASE("lane tracker: without map and ego pose, two rows tell speed and cours
   }
 }
 
+TEST_CASE("lane tracker: a car that is lost off the map goes on, also when its course has become unknown") {
+  constexpr double kSpeed_mps = 10;
+  constexpr int32_t kSeen = 5, kLast = kSeen + 180;
+  LaneBench bench;
+  for (int32_t k = 0; k <= kLast; ++k) {
+    const double way_m = kSpeed_mps * k * kFrame_s;
+    bench.input.ego = {true, way_m - 30, 0, 0, kSpeed_mps};
+    bench.step(k, k <= kSeen ? std::vector{seen_car(way_m, 0, k)} : std::vector<Measurement>{});
+  }
+  const TrackEstimate& e = bench.state().estimate;
+  CHECK(e.covariance[3][3] > kPi * kPi);
+  CHECK(e.mean.x_m == doctest::Approx(kSpeed_mps * kLast * kFrame_s).epsilon(0.1));
+}
+
 TEST_CASE("lane tracker: a track of one row waits where it is, and its place spreads to all sides") {
   LaneBench bench;
   bench.input.ego.known = false;

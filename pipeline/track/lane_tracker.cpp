@@ -47,8 +47,8 @@ constexpr int32_t kHeadingMisses = 3;      // this many contradictions in a row 
 constexpr double kSlip_rad = 0.05;         // between the course and the axis of a car that drives
 
 // A track begins so where neither map nor ego vehicle tells its course: it stays where it is, and its place spreads to
-// all sides until the second measurement.
-bool is_course_unknown(const TrackEstimate& e) { return e.covariance[3][3] >= kPi * kPi; }
+// all sides until the second measurement. A track that drives goes on, however uncertain its course has become.
+bool is_course_unknown(const TrackEstimate& e) { return e.covariance[3][3] >= kPi * kPi && e.mean.speed_mps == 0.0; }
 void spread(TrackEstimate& e, double sigma_mps, double from_s, double to_s) {
   const double more = sigma_mps * sigma_mps * (to_s * to_s - from_s * from_s);
   e.covariance[0][0] += more;

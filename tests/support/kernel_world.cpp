@@ -82,7 +82,7 @@ KernelWorld::KernelWorld(Shape shape, uint64_t seed, int32_t cluster_capacity) :
   params_ = paper_params(sensor);
 
   Guarded& g = guarded_;
-  g.take_table("scan", part.scan, shape.points);
+  g.take_table("scan", part.scan, shape.points + kRowAlign);  // more rows than the results have, as in a frame
   views.points.capacity = round_up(shape.points, kRowAlign);
   take_columns(~kLayers);
   const auto pixels = std::size_t(rows) * std::size_t(cols);

@@ -297,10 +297,11 @@ class lane_tracker_group:
     """a detection that shows a part of a car counts with up to 1 + this times its covariance: its error lasts
     (number, 0 to 1000)"""
     steady_lag: float
-    """a track that lags behind its detections by this many standard deviations is in a manoeuvre (number, 0.1 to
-    1e+06)"""
+    """a track that lags behind its detections by this many standard deviations is in a manoeuvre (along the course:
+    0.83 of it) (number, 0.1 to 1e+06)"""
     manoeuvre_gain: float
-    """process noise of speed, course and yaw rate in a manoeuvre, times the steady one (number, 1 to 1e+06)"""
+    """process noise of speed, acceleration, course and yaw rate in a manoeuvre, times the steady one (number, 1 to
+    1e+06)"""
     birth_speed_share: float
     """a new track's speed as a share of the ego speed (number, 0 to 10)"""
     birth_sigma_share: float
