@@ -267,7 +267,7 @@ int32_t build_clusters(const Transform& T_vehicle_sensor, const ScanTable& scan,
   // Local copies: the compiler sees that no store changes them.
   const Transform T = T_vehicle_sensor;
   ScanTable from = scan;
-  from.capacity = points.capacity < scan.capacity ? points.capacity : scan.capacity;  // both are read in windows
+  from.capacity = points.capacity < scan.capacity ? points.capacity : scan.capacity;  // NearRows reads columns of both
   ClusterPointTable to = cluster_points;
   const float* const range_m = points.range_m;
   for (int32_t row = 0; row < clusters.count;) {

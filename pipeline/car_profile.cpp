@@ -16,8 +16,6 @@ struct Face {
   double along_m, along_sigma_m, height_m, height_sigma_m, share;
 };
 // A Dallara AV-21 (length, wheel base and tyres as published), by the returns of simulated scans from all distances.
-// In recorded scans of the rear the tyres are 0.13 m nearer to its end. So the rear tyres are 0.08 m nearer to it here
-// than simulated, and their deviation holds both.
 constexpr Face kFromAhead[] = {
     {2.37, 0.10, 0.21, 0.09, 0.06},   // nose
     {2.09, 0.10, 0.24, 0.07, 0.12},   // front wing
@@ -34,6 +32,8 @@ constexpr Face kFromAhead[] = {
     {-2.29, 0.10, 0.70, 0.07, 0.02},  // its end plates,
     {-2.35, 0.10, 0.36, 0.07, 0.01},  // and crash structure
 };
+// In recorded scans the rear tyres are 0.13 m nearer to the car's end than in simulated ones. Here they are 0.08 m
+// nearer, with a deviation that covers both cars.
 constexpr Face kFromBehind[] = {
     {-2.45, 0.10, 0.64, 0.07, 0.10},  // rear wing,
     {-2.22, 0.10, 0.51, 0.07, 0.02},  // its end plates,
