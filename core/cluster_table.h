@@ -134,11 +134,13 @@ enum class ObjectClass : int32_t { kUnknown = 0, kCar = 1, kDebris = 2 };
 struct DetectionViewTable {
   int32_t count = 0, capacity = 0;
 #define OVT_DETECTION_VIEW(type, name, ...) type* name = nullptr;
+#define OVT_DETECTION_VIEW_OWN OVT_DETECTION_VIEW
 #include "core/columns.def"
 };
 template <class F>
 void for_each_column(DetectionViewTable& t, F&& f) {
 #define OVT_DETECTION_VIEW(type, name, ...) f(#name, t.name);
+#define OVT_DETECTION_VIEW_OWN OVT_DETECTION_VIEW
 #include "core/columns.def"
 }
 

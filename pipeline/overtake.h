@@ -658,7 +658,8 @@ typedef struct ovt_detections {
   const int64_t* stamp_ns;
   const float *x_m, *y_m, *z_m;      /* centre of the imposed rectangle; best: of the car, by the side that is seen.
                                         z of the centroid */
-  const float* heading_rad;
+  const float* heading_rad;          /* best: psi_VAR without its error and towards the car's front, where the points
+                                        show both of its ends */
   const int32_t* heading_source;     /* 0 map or ego heading (psi_REF), 1 points (psi_VAR) */
   const float *length_m, *width_m;   /* extent of the points along and across the heading */
   const int32_t* point_count;

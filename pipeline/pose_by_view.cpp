@@ -9,6 +9,7 @@
 #include "kernels/heading_grid.h"
 #include "pipeline/body_look.h"
 #include "pipeline/cluster_places.h"
+#include "pipeline/free_heading.h"
 #include "pipeline/pixel_view.h"
 
 namespace overtake {
@@ -55,6 +56,11 @@ PointsAlong list_points(const Frame& frame, int32_t row, float c, float s, const
   return out;
 }
 
+// Whether the cars are those that the profile and the free heading know.
+bool knows_shape(const DetectParams& params) {
+  return abs_of(params.fit_rectangle.length_m - CarProfile::kLength_m) <= CarProfile::kLengthTolerance_m;
+}
+
 // A car that is seen from ahead or from behind: its centre along the heading, by the heights of its parts. Of a car
 // near ahead all rows show the rear end itself, whatever its shape.
 CarProfile::Match match_profile(const StageContext& context, const Frame& frame, int32_t row, const Posed& pose,
@@ -65,8 +71,7 @@ CarProfile::Match match_profile(const StageContext& context, const Frame& frame,
   const DetectParams& params = context.detect;
   const bool from_behind = pose.car.view == CarView::kRear;
   if (pose.car.view == CarView::kSide || (from_behind && frame.merged.nearest_m[row] < kRearEnd_m) ||
-      !(params.pose_by_view.profile_points > 0.0f) || high_m > kTop_m ||
-      abs_of(params.fit_rectangle.length_m - CarProfile::kLength_m) > CarProfile::kLengthTolerance_m)
+      !(params.pose_by_view.profile_points > 0.0f) || high_m > kTop_m || !knows_shape(params))
     return {};
   const CarProfile& profile = from_behind ? context.rear : context.front;
   return profile.match(list_points(frame, row, pose.c, pose.s, pose.box), pose.box.low_1, pose.box.high_1,
@@ -125,10 +130,8 @@ float measure_longest(const Frame& frame, int32_t row, const OrientedBox& box) {
   return longest_m;
 }
 
-// Whether a large part of what returns around a cluster is smoke. What is left of smoke looks like anything. A car in
-// smoke is known from before, and its track needs no class.
-bool is_among_smoke(const StageContext& context, const Frame& frame, int32_t row) {
-  constexpr float kSmokeShare = 0.4f;
+// The share of smoke in what returns around a cluster. A sensor that sees little of it counts as one without.
+float find_smoke_share(const StageContext& context, const Frame& frame, int32_t row) {
   SmokeCount all;
   for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
     if (3 * part.reason_count[int32_t(Reason::kSmoke)] < frame.merged.point_count[row]) {
@@ -140,7 +143,13 @@ bool is_among_smoke(const StageContext& context, const Frame& frame, int32_t row
     view.add_pixels(cluster, pixels);
     if (pixels.row_high >= 0) view.count_smoke(pixels, frame.merged.nearest_m[row], all);
   });
-  return float(all.smoke) > kSmokeShare * float(all.smoke + all.labelled);
+  return float(all.smoke) / float(std::max(all.smoke + all.labelled, 1));
+}
+
+// What is left of smoke looks like anything. A car in smoke is known from before, and its track needs no class.
+bool is_among_smoke(const StageContext& context, const Frame& frame, int32_t row) {
+  constexpr float kSmokeShare = 0.4f;
+  return find_smoke_share(context, frame, row) > kSmokeShare;
 }
 
 // Whether the cluster is a part of the road: the ground beside most of its rows goes on at the same range. Behind the
@@ -219,11 +228,49 @@ void anchor_to_seen_side(const StageContext& context, const Frame& frame, int32_
   pose.move_to(car.center_1);
 }
 
+// With the heading of the points.
+Posed pose_along(const StageContext& context, const Frame& frame, int32_t row, double heading_rad) {
+  const DetectParams& params = context.detect;
+  const CarSize size = {params.fit_rectangle.length_m, params.fit_rectangle.width_m,
+                        params.pose_by_view.front_length_m};
+  double s, c;
+  sin_cos_f64(heading_rad, s, c);
+  const OrientedBox box = measure_box(frame, row, float(c), float(s));
+  return pose_at(size, context.sensors[frame.merged.main_sensor[row]].T_vehicle_sensor.t, float(c), float(s),
+                 trim_smoke(context, frame, row, float(c), float(s), box));
+}
+
+// Where the front of a car is: 1 along the heading of its pose, -1 the other way, 0 unknown. Of a car that stands along
+// the track it must be quite clear: smoke behind a car looks like a nose, and far away an end may not show its height.
+int32_t find_front(const StageContext& context, const Frame& frame, int32_t row, bool from_var, const Posed& pose) {
+  constexpr float kHigher_m = 0.08f, kClearlyHigher_m = 0.25f;
+  constexpr float kClear_m = 50.0f, kClearOfSmoke = 0.05f;
+  constexpr int32_t kClearPoints = 30;
+  const FrameClusterTable& merged = frame.merged;
+  if (!knows_shape(context.detect)) return 0;
+  if (!from_var && (merged.nearest_m[row] > kClear_m || merged.point_count[row] < kClearPoints)) return 0;
+  const RearEnd rear = find_rear(list_points(frame, row, pose.c, pose.s, pose.box), pose.box.low_1, pose.box.high_1,
+                                 from_var ? kHigher_m : kClearlyHigher_m);
+  if (rear == RearEnd::kUnknown) return 0;
+  if (rear == RearEnd::kLow) return 1;
+  return from_var || find_smoke_share(context, frame, row) <= kClearOfSmoke ? -1 : 0;
+}
+
+// The heading at a car's front: psi_VAR without its error.
+double turn_to_front(const StageContext& context, const Frame& frame, int32_t row, double heading_var_rad,
+                     int32_t front, const Posed& pose) {
+  const float* const at_m = context.sensors[frame.merged.main_sensor[row]].T_vehicle_sensor.t;
+  const double along_rad = wrap_angle(heading_var_rad + (front < 0 ? kPi : 0.0));
+  const double sight_rad = atan2_f64(double(pose.y_m - at_m[1]), double(pose.x_m - at_m[0]));
+  return wrap_angle(along_rad - psi_var_error(wrap_angle(along_rad - sight_rad)));
+}
+
 struct ClusterPose {
   RectangleFit fit;
   Posed posed;
   ClusterHeights heights;
   CarProfile::Match match;
+  int32_t front;  // 1 along the heading, -1 the other way, 0 unknown
 };
 ClusterPose find_pose(const StageContext& context, Frame& frame, int32_t row) {
   const FrameClusterTable& merged = frame.merged;
@@ -235,27 +282,29 @@ ClusterPose find_pose(const StageContext& context, Frame& frame, int32_t row) {
   RectangleFit fit = fit_cluster(context, frame, row, places.heading_rad[row]);
   const Posed ref = pose_at(size, at_m, places.cos[row], places.sin[row], box_of(places, row));
   Posed var = ref;
-  if (fit.heading_var_rad != fit.heading_ref_rad) {
-    double s, c;
-    sin_cos_f64(double(fit.heading_var_rad), s, c);
-    const OrientedBox box = measure_box(frame, row, float(c), float(s));
-    var = pose_at(size, at_m, float(c), float(s), trim_smoke(context, frame, row, float(c), float(s), box));
-  }
+  if (fit.heading_var_rad != fit.heading_ref_rad) var = pose_along(context, frame, row, double(fit.heading_var_rad));
   // psi_VAR of a car that is seen in part has errors that psi_REF has not: it must explain clearly more points.
   constexpr int32_t kLeastGain = 3, kGainDivisor = 20;
   const int32_t gain = std::max(kLeastGain, (merged.point_count[row] + kGainDivisor - 1) / kGainDivisor);
   fit.from_var = fit.inliers_var >= fit.inliers_ref + gain;
   Posed best = fit.from_var ? var : ref;
+  fit.heading_rad = fit.from_var ? fit.heading_var_rad : fit.heading_ref_rad;
+  int32_t front = find_front(context, frame, row, fit.from_var, best);
+  if (fit.from_var && front != 0) {
+    const double heading_rad = turn_to_front(context, frame, row, double(fit.heading_var_rad), front, best);
+    fit.heading_rad = float(heading_rad);
+    best = pose_along(context, frame, row, heading_rad);
+    front = 1;
+  }
   anchor_to_seen_side(context, frame, row, best);
   const ClusterHeights heights = measure_heights(frame, row);
   const CarProfile::Match match = match_profile(context, frame, row, best, heights.high_m);
   if (match.fits) best.move_to(match.center_m);
-  fit.heading_rad = fit.from_var ? fit.heading_var_rad : fit.heading_ref_rad;
   fit.center_x_m = best.x_m, fit.center_y_m = best.y_m;
   fit.extent_length_m = best.box.length(), fit.extent_width_m = best.box.width();
   fit.ref_x_m = ref.x_m, fit.ref_y_m = ref.y_m;
   fit.var_x_m = var.x_m, fit.var_y_m = var.y_m;
-  return {fit, best, heights, match};
+  return {fit, best, heights, match, front};
 }
 
 // Row i of the detections and their views, but for the class.
@@ -270,6 +319,7 @@ void write_row(const StageContext& context, Frame& frame, int32_t i, int32_t row
   views.view[i] = int32_t(pose.posed.car.view);
   views.road_z_m[i] = pose.heights.road_z_m;
   views.height_m[i] = pose.heights.high_m;
+  views.front[i] = pose.front;
 }
 
 }  // namespace

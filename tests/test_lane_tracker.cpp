@@ -109,6 +109,38 @@ TEST_CASE("lane tracker: the heading of a car that spins is measured, its course
   CHECK(bench.rows.speed_mps[0] == doctest::Approx(30).epsilon(0.03));
 }
 
+TEST_CASE("lane tracker: three fronts in a row that point the other way turn a car round, and it stays so") {
+  constexpr double kSpeed = 20;
+  struct Step {
+    int32_t frames;
+    double heading_deg;
+    int32_t front;  // of the detections
+  };
+  // The heading after the steps, deg. The car drives along x.
+  const auto heading_after = [](const std::vector<Step>& steps) {
+    LaneBench bench;
+    int32_t k = 0;
+    for (const Step& step : steps)
+      for (int32_t i = 0; i < step.frames; ++i, ++k) {
+        bench.ego_at(kSpeed * kFrame_s * k - 20);
+        Measurement z = seen_car(kSpeed * kFrame_s * k, 0, k);
+        z.heading_rad = wrap_angle(step.heading_deg * kPi / 180), z.front = step.front;
+        bench.step(k, {z});
+      }
+    return std::fabs(bench.rows.heading_rad[0]) * 180 / kPi;
+  };
+  CHECK(heading_after({{10, 0, 0}, {2, 180, 1}}) < 10);
+  CHECK(heading_after({{10, 0, 0}, {3, 180, 1}}) > 170);
+  CHECK(heading_after({{10, 0, 0}, {3, 0, -1}}) > 170);
+  CHECK(heading_after({{10, 0, 0}, {8, 180, -1}}) < 10);
+  // One that points forward takes one back, and so does one without a front.
+  CHECK(heading_after({{10, 0, 0}, {2, 180, 1}, {1, 0, 1}, {1, 180, 1}}) < 10);
+  CHECK(heading_after({{10, 0, 0}, {2, 180, 1}, {1, 0, 0}, {1, 180, 1}}) < 10);
+  CHECK(heading_after({{10, 0, 0}, {3, 180, 1}, {20, 0, 0}}) > 170);  // its course does not turn it
+  CHECK(heading_after({{10, 0, 0}, {3, 180, 1}, {3, 0, 1}, {20, 0, 0}}) < 10);
+  CHECK(heading_after({{10, 0, 0}, {8, 170, 1}}) > 170);
+}
+
 TEST_CASE("lane tracker: places that jump across turn no course, a car that leaves its course does") {
   constexpr double kRadius = 3000;
   const test::CircleRoad ring = make_ring(kRadius);

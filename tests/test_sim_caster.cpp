@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "tools/sim/bvh.h"
@@ -88,10 +89,21 @@ TEST_CASE("sim: four rays cast together have the hits of single rays, for any di
   }
 }
 
+bool runs_here([[maybe_unused]] const std::string& isa) {
+#if defined(__x86_64__)
+  if (isa == "sse4.2") return __builtin_cpu_supports("sse4.2");
+  if (isa == "avx") return __builtin_cpu_supports("avx");
+  if (isa == "avx2") return __builtin_cpu_supports("avx2");
+  if (isa == "avx512") return __builtin_cpu_supports("avx512f");
+#endif
+  return true;
+}
+
 TEST_CASE("sim: every instruction set of Embree gives the same hits") {
   const Mesh soup = random_soup(400, 1);
   std::vector<Hit> expected;
-  for (const char* isa : {"", "sse2", "sse4.2", "avx", "avx2", "avx512"}) {  // a wider one than the machine's: its own
+  for (const char* isa : {"", "sse2", "sse4.2", "avx", "avx2", "avx512"}) {
+    if (!runs_here(isa)) continue;  // Embree takes no wider one than the machine's
     const Bvh bvh(soup, isa);
     Random dice(17);
     std::vector<Hit> hits;

@@ -44,6 +44,7 @@ constexpr double kAloneCost = 14.0;  // of a track that stays without a detectio
 constexpr double kHeadingMemory_s = 0.3, kHeadingGate_d2 = 9.0, kHeadingSigma_rad = 0.15, kHeadingRate_rps = 2.0;
 constexpr double kHeadingRateNoise = 5.0;  // (rad/s)^2 per second
 constexpr int32_t kHeadingMisses = 3;      // this many contradictions in a row replace it
+constexpr int32_t kTurnedVotes = 3;        // so many more detections with the front at the other end turn it round
 constexpr double kSlip_rad = 0.05;         // between the course and the axis of a car that drives
 
 // A track begins so where neither map nor ego vehicle tells its course: it stays where it is, and its place spreads to
@@ -200,7 +201,7 @@ void LanePolicy::turn_heading(State& s, double dt_s) const noexcept {
       s.heading_rate_var += kHeadingRateNoise * dt_s;
     }
   } else if (s.estimate.mean.speed_mps > kDrives_mps) {
-    s.heading_rad = s.estimate.mean.course_rad;
+    s.heading_rad = s.is_backwards ? wrap_angle(s.estimate.mean.course_rad + kPi) : s.estimate.mean.course_rad;
     s.heading_var = s.estimate.covariance[3][3] + kSlip_rad * kSlip_rad;
   }
 }
@@ -300,6 +301,17 @@ void LanePolicy::watch_for_manoeuvre(State& s, const Measurement& z, double dt_s
   s.manoeuvre_s = kManoeuvre_s;
 }
 
+// Single fronts err, so most detections in a row must show one that points the other way.
+void LanePolicy::measure_front(State& s, const Measurement& z) const noexcept {
+  const bool is_known = z.front != 0 && std::isfinite(z.heading_rad);
+  const bool is_across = is_known && std::fabs(wrap_angle(z.heading_rad - s.heading_rad)) > kHalfPi;
+  const bool is_other = is_known && is_across == (z.front > 0);
+  s.turned_votes = std::max(s.turned_votes + (is_other ? 1 : -1), 0);
+  if (s.turned_votes < kTurnedVotes) return;
+  s.heading_rad = wrap_angle(s.heading_rad + kPi);
+  s.turned_votes = 0;
+}
+
 // A rectangle has no front: the heading is measured modulo pi.
 void LanePolicy::measure_heading(State& s, const Measurement& z) const noexcept {
   if (!z.free_heading || !std::isfinite(z.heading_rad)) return;
@@ -341,7 +353,9 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
     find_course(s.estimate, wide, params_.birth_sigma_v, s.unseen_s);
   else
     update_on_lane(s.estimate, wide);
+  measure_front(s, z);
   measure_heading(s, z);
+  if (z.front != 0) s.is_backwards = std::fabs(wrap_angle(s.heading_rad - s.estimate.mean.course_rad)) > kHalfPi;
   turn_heading(s, 0.0);
   if (std::isfinite(z.length_m)) s.length_m = z.length_m;
   if (std::isfinite(z.width_m)) s.width_m = z.width_m;

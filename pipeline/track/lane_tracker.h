@@ -42,6 +42,8 @@ struct LaneTrack {
   Visibility visibility = Visibility::kSeen;
   int32_t is_new = 0;          // 1: the last iteration confirmed it
   int32_t heading_misses = 0;  // measured headings in a row that contradict it
+  int32_t turned_votes = 0;    // of detections: 1 with the front at the other end, else -1; not below 0
+  int32_t is_backwards = 0;    // 1: the heading at the last measured front was more than 90 deg from the course
   int32_t segment = -1;        // of the map, a hint
   int32_t asks_map = 0;        // 1: the last iteration could use the map
 };
@@ -96,6 +98,7 @@ class LanePolicy {
   double speed_noise(const State& s) const noexcept;
   CourseNoise noise_of(const State& s) const noexcept;
   void turn_heading(State& s, double dt_s) const noexcept;
+  void measure_front(State& s, const Measurement& z) const noexcept;
   void measure_heading(State& s, const Measurement& z) const noexcept;
   void watch_for_manoeuvre(State& s, const Measurement& z, double dt_s) const noexcept;
   Measurement with_lasting_error(const Measurement& z) const noexcept;
@@ -151,7 +154,7 @@ inline constexpr const char* kLaneTrackerParams =
     "tracker.birth_sigma_yaw_rate tracker.gate_d2 tracker.gate_m tracker.window tracker.max_silence_s "
     "tracker.horizon_s tracker.horizon_step_s tracker.work_limit vehicle.length_m vehicle.width_m";
 
-static_assert(sizeof(LaneTrack) == 37 * 8 + 21 * 8 + 8 * 4);
+static_assert(sizeof(LaneTrack) == 37 * 8 + 21 * 8 + 10 * 4);
 
 extern template class ReplayTracker<LanePolicy>;
 using LaneTracker = ReplayTracker<LanePolicy>;

@@ -26,7 +26,8 @@ struct Measurement {
   // What the detection says beside its place. The paper's tracker reads none of it.
   double height_m = kNotMeasured;  // of the highest point over the road
   int32_t object_class = 0;        // ObjectClass
-  int32_t free_heading = 0;        // 1: heading_rad was measured, not taken from the map or the ego vehicle
+  int32_t free_heading = 0;        // 1: heading_rad was measured modulo pi, not taken from the map or the ego vehicle
+  int32_t front = 0;               // where the front of the car is: 1 along heading_rad, -1 the other way, 0 unknown
   int32_t view = -1;               // CarView, -1 unknown
   int32_t points = 0;              // of a cluster; 0: a pushed row
   double score = kNotMeasured;     // of a pushed row: its detector's confidence, 0 to 1

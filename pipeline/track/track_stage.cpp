@@ -124,6 +124,7 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
       z.object_class = views.object_class[i];
       z.view = views.view[i];
       z.free_heading = in.heading_source[i] == int32_t(HeadingSource::kVar);
+      z.front = views.front[i];
       z.points = in.point_count[i];
       z_m = double(views.road_z_m[i]);
     }

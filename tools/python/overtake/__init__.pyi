@@ -171,7 +171,8 @@ class Detections(_Columns):
         """(n,), m: centroid of the points."""
     @property
     def heading_rad(self) -> _Floats:
-        """(n,), rad: heading_ref_rad or heading_var_rad."""
+        """(n,), rad: heading_ref_rad or heading_var_rad; best: psi_VAR without its error and to the front, if the
+        ends tell it."""
     @property
     def heading_source(self) -> _Ints:
         """(n,): psi_REF (map or ego heading) or psi_VAR (the points). Values: 0 ref, 1 var."""
