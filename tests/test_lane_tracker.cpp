@@ -388,19 +388,24 @@ TEST_CASE("lane tracker: any input leaves finite tracks") {
 }
 
 TEST_CASE("lane tracker: the error of a car seen in part lasts near the ego vehicle, so its detection counts less") {
-  const auto variance_at = [](double x_m, double var) {
+  const auto variance_at = [](double x_m, double var, double y_m = 0) {
     LaneBench bench;
-    Measurement z = seen_car(x_m, 0, 0);
+    Measurement z = seen_car(x_m, y_m, 0);
     z.var_x = z.var_y = var;
     bench.step(0, {z});
     return bench.state().estimate.covariance[0][0];
   };
   const double share = LaneTrackerParams{}.part_share;
   CHECK(variance_at(20, 0.25) == doctest::Approx(0.25 * (1 + share)));
-  CHECK(variance_at(-50, 0.25) == doctest::Approx(0.25 * (1 + share)));
+  CHECK(variance_at(50, 0.25) == doctest::Approx(0.25 * (1 + share)));
   CHECK(variance_at(100, 0.25) == doctest::Approx(0.25 * (1 + 0.25 * share)));
   CHECK(variance_at(20, 0.025) == doctest::Approx(0.025 * (1 + 0.1 * share)));
   CHECK(variance_at(20, 2.5) == doctest::Approx(2.5 * (1 + share)));
+  // Behind the own rear wing.
+  CHECK(variance_at(-60, 0.25) == doctest::Approx(0.25 * (1 + share * 10 / 3)));
+  CHECK(variance_at(-120, 0.25) == doctest::Approx(0.25 * (1 + share * 10 / 3 / 16)));
+  CHECK(variance_at(-60, 0.25, 20) == doctest::Approx(0.25 * (1 + share * 10 / 3)).epsilon(0.3));
+  CHECK(variance_at(-60, 0.25, 30) < 0.25 * (1 + share));  // beside it
 }
 
 TEST_CASE("lane tracker: without map and ego pose, two rows tell speed and course, whatever the course") {

@@ -23,8 +23,11 @@ constexpr double kStandSigmas = 0.25;  // share of stand_mps^2: variance of a sp
 constexpr double kStand_s = 0.5;       // time constant of coming to rest
 constexpr double kPart_m2 = 0.5;       // variance of a detection whose error lasts for sure
 constexpr double kLasting_m = 50.0;    // farther away, the parts of a car that are seen change with every frame
-constexpr double kLagKeep = 0.8;       // share of the lag that an iteration keeps
-constexpr double kManoeuvre_s = 0.3;   // the noise of a manoeuvre goes on for so long after the last sign of it
+constexpr double kBehind_rad = 0.4,
+                 kBehindLasting_m = 60.0;    // from straight behind; the same behind the own rear wing,
+constexpr double kBehindShare = 10.0 / 3.0;  // which hides the same parts for long: times part_share
+constexpr double kLagKeep = 0.8;             // share of the lag that an iteration keeps
+constexpr double kManoeuvre_s = 0.3;         // the noise of a manoeuvre goes on for so long after the last sign of it
 constexpr double kFreeSpeedNoise = 2.5, kFreeCourseNoise = 0.0125;  // (m/s)^2 and rad^2 per second, without a map
 constexpr double kSlow_mps = 25.0;            // power over speed: a slower car accelerates as one without a map
 constexpr double kFreeYawRateNoise = 0.0125;  // (rad/s)^2 per second
@@ -233,8 +236,11 @@ Measurement LanePolicy::with_lasting_error(const Measurement& z) const noexcept 
   Measurement r = z;
   if (!is_cluster(z)) return r;
   const double dx = z.x_m - ego_.x_m, dy = z.y_m - ego_.y_m;
-  const double near = std::min(kLasting_m * kLasting_m / std::max(dx * dx + dy * dy, 1.0), 1.0);
-  const double scale = 1.0 + lane_.part_share * near * std::min((z.var_x + z.var_y) / kPart_m2, 1.0);
+  const bool is_behind = ego_.known && std::fabs(wrap_angle(atan2_f64(dy, dx) - ego_.heading_rad)) > kPi - kBehind_rad;
+  const double lasting_m = is_behind ? kBehindLasting_m : kLasting_m;
+  const double near = std::min(lasting_m * lasting_m / std::max(dx * dx + dy * dy, 1.0), 1.0);
+  const double share = is_behind ? lane_.part_share * kBehindShare * near : lane_.part_share;
+  const double scale = 1.0 + share * near * std::min((z.var_x + z.var_y) / kPart_m2, 1.0);
   r.var_x *= scale, r.var_y *= scale, r.cov_xy *= scale;
   return r;
 }
