@@ -228,7 +228,7 @@ void anchor_to_seen_side(const StageContext& context, const Frame& frame, int32_
   pose.move_to(car.center_1);
 }
 
-// With the heading of the points.
+// The pose of a cluster as a car with this heading, which is not that of its box in `places`.
 Posed pose_along(const StageContext& context, const Frame& frame, int32_t row, double heading_rad) {
   const DetectParams& params = context.detect;
   const CarSize size = {params.fit_rectangle.length_m, params.fit_rectangle.width_m,
@@ -240,8 +240,9 @@ Posed pose_along(const StageContext& context, const Frame& frame, int32_t row, d
                  trim_smoke(context, frame, row, float(c), float(s), box));
 }
 
-// Where the front of a car is: 1 along the heading of its pose, -1 the other way, 0 unknown. Of a car that stands along
-// the track it must be quite clear: smoke behind a car looks like a nose, and far away an end may not show its height.
+// Where the front of a car is: 1 along the heading of its pose, -1 the other way, 0 unknown. At psi_REF most cars drive
+// forward, so it must be clear that one has turned round: smoke behind a car looks like a nose, and far away an end may
+// not show its height.
 int32_t find_front(const StageContext& context, const Frame& frame, int32_t row, bool from_var, const Posed& pose) {
   constexpr float kHigher_m = 0.08f, kClearlyHigher_m = 0.25f;
   constexpr float kClear_m = 50.0f, kClearOfSmoke = 0.05f;
@@ -256,7 +257,7 @@ int32_t find_front(const StageContext& context, const Frame& frame, int32_t row,
   return from_var || find_smoke_share(context, frame, row) <= kClearOfSmoke ? -1 : 0;
 }
 
-// The heading at a car's front: psi_VAR without its error.
+// psi_VAR, turned to the front of the car and without its error.
 double turn_to_front(const StageContext& context, const Frame& frame, int32_t row, double heading_var_rad,
                      int32_t front, const Posed& pose) {
   const float* const at_m = context.sensors[frame.merged.main_sensor[row]].T_vehicle_sensor.t;

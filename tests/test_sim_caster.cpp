@@ -89,6 +89,7 @@ TEST_CASE("sim: four rays cast together have the hits of single rays, for any di
   }
 }
 
+// Whether this machine has an instruction set of Embree's list.
 bool runs_here([[maybe_unused]] const std::string& isa) {
 #if defined(__x86_64__)
   if (isa == "sse4.2") return __builtin_cpu_supports("sse4.2");

@@ -23,11 +23,13 @@ constexpr double kStandSigmas = 0.25;  // share of stand_mps^2: variance of a sp
 constexpr double kStand_s = 0.5;       // time constant of coming to rest
 constexpr double kPart_m2 = 0.5;       // variance of a detection whose error lasts for sure
 constexpr double kLasting_m = 50.0;    // farther away, the parts of a car that are seen change with every frame
-constexpr double kBehind_rad = 0.4,
-                 kBehindLasting_m = 60.0;    // from straight behind; the same behind the own rear wing,
-constexpr double kBehindShare = 10.0 / 3.0;  // which hides the same parts for long: times part_share
-constexpr double kLagKeep = 0.8;             // share of the lag that an iteration keeps
-constexpr double kManoeuvre_s = 0.3;         // the noise of a manoeuvre goes on for so long after the last sign of it
+// Up to this angle from straight behind, the own rear wing hides the same parts of a car for long: there it is
+// kBehindShare times part_share, and farther away than this distance less.
+constexpr double kBehind_rad = 0.4;
+constexpr double kBehindLasting_m = 60.0;
+constexpr double kBehindShare = 10.0 / 3.0;
+constexpr double kLagKeep = 0.8;      // share of the lag that an iteration keeps
+constexpr double kManoeuvre_s = 0.3;  // the noise of a manoeuvre goes on for so long after the last sign of it
 constexpr double kFreeSpeedNoise = 2.5, kFreeCourseNoise = 0.0125;  // (m/s)^2 and rad^2 per second, without a map
 constexpr double kSlow_mps = 25.0;            // power over speed: a slower car accelerates as one without a map
 constexpr double kFreeYawRateNoise = 0.0125;  // (rad/s)^2 per second
@@ -307,7 +309,8 @@ void LanePolicy::watch_for_manoeuvre(State& s, const Measurement& z, double dt_s
   s.manoeuvre_s = kManoeuvre_s;
 }
 
-// Single fronts err, so most detections in a row must show one that points the other way.
+// Single detections take the wrong end for the front. Three more with the front at the other end than without turn the
+// car round.
 void LanePolicy::measure_front(State& s, const Measurement& z) const noexcept {
   const bool is_known = z.front != 0 && std::isfinite(z.heading_rad);
   const bool is_across = is_known && std::fabs(wrap_angle(z.heading_rad - s.heading_rad)) > kHalfPi;
