@@ -149,7 +149,9 @@ class Joiner {
   int32_t find_nearest(int32_t seed, const Group& group, bool across) const {
     const CarLimits& limits = params_.limits;
     const float most_1 = across ? limits.width_m : limits.length_m, most_2 = across ? limits.length_m : limits.width_m;
-    const float reach = 1.5f * params_.gap_m;  // more than the diagonal of two gaps
+    // The gap of two turned boxes, of which the nearest points may lie up to a car's width inside.
+    const float width_m = min_of(limits.width_m, limits.length_m);
+    const float reach = max_of(1.5f * params_.gap_m, std::sqrt(params_.gap_m * params_.gap_m + width_m * width_m));
     const float first_x = group.min_x - reach - longest_m_, last_x = group.max_x + reach;
     const int32_t* const end = places_.next + count_;
     const int32_t* it = std::lower_bound<const int32_t*>(

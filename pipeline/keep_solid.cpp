@@ -40,6 +40,7 @@ bool is_smoke(const StageContext& context, const Frame& frame, GroundIntensities
     const int32_t begin = part.clusters.point_begin[cluster], count = part.clusters.point_count[cluster];
     points += count;
     const int32_t s = int32_t(&part - frame.sensors);
+    if (bright >= context.detect.gate_clusters.min_points) return;  // it is not smoke
     if (part.reason_count[int32_t(Reason::kSmoke)] == 0) {
       bright += count;
       return;

@@ -697,7 +697,7 @@ typedef enum ovt_track_flag {        /* ovt_tracks.flags: a track's health */
 } ovt_track_flag;
 
 typedef enum ovt_visibility {        /* why a frame has a detection of a track, or none */
-  OVT_VISIBILITY_SEEN = 0,           /* it has one, or points of it that are too few for one */
+  OVT_VISIBILITY_SEEN = 0,           /* it has one, or (confirmed tracks) a few points */
   OVT_VISIBILITY_MISSED = 1,         /* none, although a sensor could see the track's position */
   OVT_VISIBILITY_HIDDEN = 2,         /* none: another confirmed car is in front */
   OVT_VISIBILITY_OWN_SHADOW = 3,     /* none: blind zone straight behind, in the shadow of the own car's rear wing */
@@ -713,8 +713,10 @@ typedef struct ovt_tracks {
   const int64_t* measured_ns;        /* stamp of the last measurement */
   const double *x_m, *y_m, *speed_mps, *course_rad, *yaw_rate_rps;
   const double* covariance[15];      /* lower triangle of P over (x, y, v, course, yaw rate), row by row */
-  const double* heading_rad;         /* of the last detection, advanced by the yaw rate; in the map frame, the course of
-                                        a confirmed track in motion decides which end is the front */
+  const double* heading_rad;         /* paper: of the last detection, advanced by the yaw rate; in the map frame, the
+                                        course of a confirmed track in motion decides which end is the front. best:
+                                        measured, with a rate of its own, where the car's angle or its front is seen,
+                                        else the course (its opposite for a car that rolls backwards) */
   const double *length_m, *width_m;  /* extent of the last detection */
   const int32_t *age, *hits;
   const int32_t* detection;          /* row of this frame's ovt_detections, -1 none */

@@ -160,6 +160,29 @@ TEST_CASE("height_profile: on the first lap the road behind is known, and only t
   check_stations(data, road, 0.05);
 }
 
+TEST_CASE(
+    "height_profile: on the first lap the inner edge of a banked road goes on as it came, if the map has banking") {
+  // An inner edge that climbs by 2 %; banking from 0.1 to 0.3.
+  const auto slope = [](double turn) { return 0.2 - 0.1 * std::cos(turn); };
+  const auto height = [=](double turn) { return 0.02 * 400.0 * turn + CircleRoad::kWidthLeft_m * slope(turn); };
+  for (const bool with_banking : {true, false}) {
+    const CircleRoad road({.radius_m = 400.0, .with_banking = with_banking, .height = height, .slope = slope});
+    Drive drive(road);
+    drive.s_m = 100.0;
+    drive.go(600.0, 70.0);
+    const RoadData data = drive.describe();
+    CHECK(data.has_expected == with_banking);
+    if (!with_banking) continue;
+    const double ego_m = road.height(data.s_m) - data.d_m * road.slope(data.s_m);
+    for (int32_t k = kHere; k < RoadData::kStations; ++k) {
+      CAPTURE(k);
+      CHECK(data.known[k] == (k <= kHere + 2));
+      CHECK(std::fabs(double(data.height_m[k]) - (road.height(station_s(data, k)) - ego_m)) < 0.1);
+      CHECK(std::fabs(double(data.cross_slope[k]) - road.slope(station_s(data, k))) < 0.01);
+    }
+  }
+}
+
 TEST_CASE("height_profile: a stretch is used from 0.2 s after the pose that left it") {
   // A bump of 0.5 m in the stretch from 50 to 55 m; the vehicle then stands at 56 m, with a station at 51 m.
   const CircleRoad whole = level_road();

@@ -244,3 +244,23 @@ TEST_CASE("join_shards: any clutter keeps every member once, within the limits, 
 }
 
 }  // namespace
+
+TEST_CASE("join_shards: a small gap is the same at every angle to the map") {
+  ovt_params params;
+  REQUIRE(ovt_params_init(&params, sizeof params, "best") == OVT_OK);
+  params.join_gap_m = 1.0;
+  for (int32_t degree = 0; degree < 360; degree += 30) {
+    CAPTURE(degree);
+    RulesBench bench(true, &params);
+    const double a = degree * kPi / 180;
+    bench.frame.ego.poses[0].yaw_rad = -a;
+    const auto at = [&](double u, double v) {
+      u += 25;
+      return Spot{float(u * std::cos(a) - v * std::sin(a)), float(u * std::sin(a) + v * std::cos(a)), 0.5f};
+    };
+    bench.add({at(0.5, 1.0), at(0.0, 0.2), at(0.25, 0.6)});
+    bench.add({at(1.49, -0.79)});
+    join(bench);
+    CHECK(bench.frame.merged.count == 1);
+  }
+}

@@ -275,3 +275,18 @@ TEST_CASE("lane existence: without a map, a distant car that is not seen is lost
   CHECK(coasts_s(1) < coasts_s(3));
   CHECK(coasts_s(3) > 0.3);
 }
+
+TEST_CASE("lane existence: without an ego pose, it does not count how far a car is from the map's origin") {
+  const auto score_at = [](double x_m) {
+    LaneBench bench;
+    bench.input.ego = {};
+    bench.input.in_map = true;
+    for (int32_t k = 0; k < 24; ++k) {
+      Measurement z = seen_car(x_m + 10 * kFrame_s * k, 0, k);
+      z.points = 0, z.height_m = 0.2;
+      bench.step(k, k < 20 ? std::vector{z} : std::vector<Measurement>{});
+    }
+    return bench.state().score;
+  };
+  CHECK(score_at(2000) == doctest::Approx(score_at(0)).epsilon(1e-6));
+}

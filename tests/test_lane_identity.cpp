@@ -197,6 +197,34 @@ TEST_CASE("lane identity: two tracks that turn out to be one car become the elde
   CHECK(c.measurements == c.hits + c.births);
 }
 
+TEST_CASE("lane identity: two tracks that become one have the time of their state, also where their stamps differ") {
+  // The detections of the elder, or of the younger one, are 40 ms older: 2 m.
+  for (const bool elder_is_early : {true, false}) {
+    CAPTURE(elder_is_early);
+    LaneBench bench;
+    for (int32_t k = 0; k < 60; ++k) {
+      bench.ego_at(50 * kFrame_s * k - 30);
+      const double gap_m = k < 40 ? 6.0 : std::max(0.0, 6.0 - 0.5 * (k - 40));
+      const auto seen = [&](bool early, double behind_m) {
+        const double ago_s = early ? 0.04 : 0.0;
+        Measurement z = seen_car(50 * (kFrame_s * k - ago_s) - behind_m, 0, k);
+        z.stamp_ns -= early ? 40'000'000 : 0;
+        return z;
+      };
+      std::vector<Measurement> rows = {seen(elder_is_early, 0)};
+      if (k > 0) rows.push_back(seen(!elder_is_early, gap_m));
+      bench.step(k, rows);
+      for (int32_t i = 0; k > 10 && i < bench.rows.count; ++i) {
+        CAPTURE(k);
+        // On the elder's place or on the younger one's, at its own time.
+        const double error_m = bench.rows.x_m[i] - 50 * double(bench.rows.stamp_ns[i]) * 1e-9;
+        CHECK(std::fmin(std::fabs(error_m), std::fabs(error_m + gap_m)) < 0.4);
+      }
+    }
+    CHECK(bench.tracker->counts().joined >= 1);
+  }
+}
+
 TEST_CASE("lane identity: a car that leaves its track abruptly has one track, and its id") {
   // The car turns aside at once and falls back, as in a spin.
   for (const double aside_m : {5.0, 6.0}) {

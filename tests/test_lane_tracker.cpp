@@ -460,3 +460,21 @@ TEST_CASE("lane tracker: a track of one row waits where it is, and its place spr
   CHECK(e.covariance[0][0] == doctest::Approx(0.04 + std::pow(20 * 3 * kFrame_s, 2)).epsilon(1e-9));
   CHECK(e.covariance[1][1] == doctest::Approx(e.covariance[0][0]).epsilon(1e-12));
 }
+
+TEST_CASE("lane tracker: a measurement that is older than the state adds no noise to the heading") {
+  const auto variance_after = [](int64_t late_ns) {
+    LaneBench bench;
+    for (int32_t k = 0; k < 12; ++k) {
+      bench.ego_at(50 * kFrame_s * k - 30);
+      Measurement z = seen_car(50 * kFrame_s * k, 0, k);
+      z.free_heading = true, z.heading_rad = 0;
+      bench.step(k, {z});
+    }
+    Measurement z = seen_car(50 * (kFrame_s * 11 - double(late_ns) * 1e-9), 0, 11);
+    z.stamp_ns -= late_ns;
+    z.heading_rad = kNotMeasured;
+    bench.step(11, {z});
+    return bench.state().heading_var;
+  };
+  CHECK(variance_after(40'000'000) == doctest::Approx(variance_after(0)).epsilon(1e-9));
+}

@@ -365,6 +365,94 @@ TEST_CASE("sample_road: a guess has the height, grade, cross slope and bend of t
   CHECK_FALSE(std::fabs(Sampled(data, sensor).height(8, 55.0) + 0.65 - bent(57.3, 0.0)) < 0.5);
 }
 
+// A left turn whose banking rises ahead of the vehicle: the slope goes from 0.1 to 0.35 between 100 and 240 m. Its
+// inner edge is level, or its centre line.
+CircleRoad rising_bank(bool with_banking, bool level_edge) {
+  constexpr double kRadius = 400.0;
+  const auto slope = [](double turn) {
+    const double t = std::fmin(std::fmax((turn * kRadius - 100.0) / 140.0, 0.0), 1.0);
+    return 0.1 + 0.25 * t * t * (3.0 - 2.0 * t);
+  };
+  return CircleRoad({.radius_m = kRadius,
+                     .with_banking = with_banking,
+                     .height = [=](double turn) { return level_edge ? CircleRoad::kWidthLeft_m * slope(turn) : 0.0; },
+                     .slope = slope});
+}
+
+// The first time at a place, with what one ego pose tells.
+RoadData first_look(const CircleRoad& road, double s_m) {
+  EgoBuffer buffer(512);
+  REQUIRE(buffer.push(road.pose_at(s_m, 0.0)) == OVT_OK);
+  HeightProfile profile;
+  REQUIRE(profile.build(&road.map, default_allocator()));
+  RoadData data;
+  profile.describe(buffer, buffer.range(), 0, data);
+  REQUIRE(data.map == &road.map);
+  return data;
+}
+
+// The largest error of the surface on the road around the centre line, up to so far ahead.
+double worst_on_road(const Sampled& sampled, const RoadData& data, const CircleRoad& road, double far_m) {
+  double worst_m = 0.0, left_m = 0.0;
+  int32_t checked = 0;
+  const auto surface = [&](double x, double y) {
+    const MapProjection at = road.map.project(x, y, -1);
+    left_m = at.d_m;
+    return road.height(at.s_m) - at.d_m * road.slope(at.s_m);
+  };
+  for (int32_t k = 0; k < sampled.rays; ++k)
+    for (double distance = 5.0; distance <= far_m; distance += 5.0) {
+      const double exact = exact_height(data, sampled.sensor, sampled.azimuth(k), distance, surface);
+      if (std::fabs(left_m) > 3.0) continue;
+      worst_m = std::fmax(worst_m, std::fabs(sampled.height(k, distance) - exact));
+      ++checked;
+    }
+  CHECK(checked > 8);
+  return worst_m;
+}
+
+TEST_CASE("sample_road: the first time at a place, a map with banking tells how the road turns ahead") {
+  const SensorModel sensor = make_sensor(kMountings[0], 240);
+  for (const double s_m : {60.0, 120.0, 200.0}) {
+    CAPTURE(s_m);
+    const CircleRoad told = rising_bank(true, true), untold = rising_bank(false, true);
+    const RoadData with = first_look(told, s_m), without = first_look(untold, s_m);
+    const Sampled sampled(with, sensor);
+    CHECK(sampled.known_m[std::size_t(sampled.rays / 2)] == 0.0f);
+    CHECK(worst_on_road(sampled, with, told, 95.0) < 0.2);
+    CHECK(worst_on_road(Sampled(without, sensor), without, untold, 95.0) > 1.0);
+  }
+}
+
+// A scan of the road, up to 90 m.
+Scan scan_of_road(const SensorModel& sensor, const RoadData& data, const CircleRoad& road) {
+  return scan_of(sensor, [&](double x, double y) {  // the height above the vehicle's plane, by two steps
+    double z = 0.0;
+    for (int32_t i = 0; i < 3; ++i) {
+      const double* const r = data.ego.r;
+      const double map_x = data.ego.pose.x_m + r[0] * x + r[1] * y + r[2] * z;
+      const double map_y = data.ego.pose.y_m + r[3] * x + r[4] * y + r[5] * z;
+      const MapProjection at = road.map.project(map_x, map_y, -1);
+      z = (road.height(at.s_m) - at.d_m * road.slope(at.s_m) - data.ego.pose.z_m - r[6] * x - r[7] * y) / r[8];
+    }
+    return z;
+  });
+}
+
+TEST_CASE("sample_road: where the road is not what the map lets expect, the scan's ground corrects it") {
+  const SensorModel sensor = make_sensor(kMountings[0], 120);
+  const CircleRoad told = rising_bank(true, false), untold = rising_bank(false, false);
+  const double s_m = 120.0;  // the edge falls by 1.5 m over the next 100 m, and is expected to stay level
+  const RoadData with = first_look(told, s_m), without = first_look(untold, s_m);
+  const double plain = worst_on_road(Sampled(with, sensor), with, told, 60.0);
+  const double corrected = worst_on_road(Sampled(with, sensor, scan_of_road(sensor, with, told)), with, told, 60.0);
+  CHECK(corrected < 0.5 * plain);
+  CHECK(corrected < 0.3);
+  const double fitted =
+      worst_on_road(Sampled(without, sensor, scan_of_road(sensor, without, untold)), without, untold, 60.0);
+  CHECK(corrected < fitted + 0.1);
+}
+
 TEST_CASE("sample_road: rows without a return change no byte of a guess, with any number of rows") {
   const auto bent = [](double x, double) { return 4e-4 * x * x; };
   const SensorModel sensor = make_sensor({2.3, 0.0, 0.65, 0.0, 0.0, 0.0}, 240);

@@ -461,3 +461,47 @@ TEST_CASE("track stage: after a jump of the clock back, the learned heading stay
   for (int k = 0; k < 60; ++k) bench.run((1000 + 50 * k) * kMs, 1.2 * kDegree, 1.2 * kDegree);
   CHECK(bench.frame.ego_heading.offset_rad > 1.05 * kDegree);
 }
+
+TEST_CASE("track stage: a detection whose own stamp has no ego pose has no place in the map") {
+  for (const Method* const method : {&kPaper, &kBest}) {
+    CAPTURE(method->name);
+    StageContext context;
+    context.method = method;
+    TrackStage stage(context, make_tracker_params(ovt_default_params(), 64, 64));
+    FrameSizes sizes;
+    sizes.candidate_capacity = sizes.track_capacity = sizes.external_capacity = 64;
+    sizes.cluster_capacity = 16;
+    sizes.track_state_bytes = stage.tracker().state_bytes();
+    sizes.method = method;
+    Frame frame;
+    REQUIRE(build_frame(frame, sizes, default_allocator()));
+    // The last pose is 480 ms older than the frame: it serves the frame, but not what was seen 40 ms after its stamp.
+    for (const int64_t after_ms : {0, 40}) {
+      reset_frame(frame);
+      frame.stamp_ns = 1000 * kMs;
+      frame.ego.count = 1;
+      frame.ego.poses[0] = {};
+      frame.ego.poses[0].stamp_ns = 520 * kMs;
+      frame.ego.poses[0].x_m = 1000, frame.ego.poses[0].y_m = 2000;
+      DetectionTable& rows = frame.detections;
+      rows.count = 1;
+      rows.stamp_ns[0] = frame.stamp_ns + after_ms * kMs;
+      rows.x_m[0] = 20;
+      rows.y_m[0] = rows.z_m[0] = rows.heading_rad[0] = rows.length_m[0] = rows.width_m[0] = 0;
+      rows.cluster[0] = 0;
+      if (frame.views.capacity > 0) {
+        frame.views.count = 1;
+        frame.views.var_x[0] = frame.views.var_y[0] = 0.25f;
+        frame.views.cov_xy[0] = frame.views.road_z_m[0] = 0;
+        frame.views.object_class[0] = int32_t(ObjectClass::kCar);
+      }
+      const int64_t rejected = stage.tracker().counts().rejected;
+      stage.run(frame);
+      CHECK(frame.ego_known);
+      REQUIRE(frame.measurements.count == 1);
+      if (after_ms == 0) CHECK(frame.measurements.row[0].x_m == doctest::Approx(1020));
+      CHECK(stage.tracker().counts().rejected == rejected + (after_ms > 0));
+      for (int32_t i = 0; i < frame.tracks.count; ++i) CHECK(frame.tracks.x_m[i] > 900);
+    }
+  }
+}

@@ -24,8 +24,8 @@ struct CentreLine {
            double origin_y_m) noexcept;
   bool empty() const noexcept { return last <= first; }
 
-  // The piece of a place, found from `piece` on; returns the share of its length, outside of 0 to 1 only beyond the
-  // first and the last station.
+  // The piece of a place, found from `piece` on; returns the share of its length, outside of 0 to 1 beyond the first
+  // and the last station and outside of a corner.
   float find_piece(float x, float y, int32_t& piece) const noexcept {
     int32_t k = piece < first ? first : piece > last - 1 ? last - 1 : piece;
     const auto along = [&](int32_t i) { return ((x - x_m[i]) * dx_m[i] + (y - y_m[i]) * dy_m[i]) * per_m2[i]; };

@@ -25,6 +25,7 @@ constexpr double kLeastEarlier = 0.25;  // share of earlier laps in the height b
 // A vehicle that stands at the border of two bins would renew them with each pose. A late scan still finds its value if
 // a bin keeps two values that are this far apart: a scan may be late by kLateNs, and poses may be ahead of it.
 constexpr int64_t kRenewNs = 1'000'000'000;
+constexpr int32_t kHere = RoadData::kStations / 2, kAhead = 2;  // stations; so many ahead count as known
 static_assert(kRenewNs >= kLateNs + HeightProfile::kLagNs);
 constexpr double kDriftShare = 0.2;  // of a new bin in the drift since the last lap: the mean of about 25 m
 
@@ -246,7 +247,6 @@ void HeightProfile::describe(const EgoBuffer& poses, const EgoRange& range, int6
   // an earlier lap at the same place, corrects the part that was driven in an earlier lap.
   const Reading below = read(at.s_m, stamp_ns);
   const double drift_m = below.earlier > kLeastEarlier ? (here.height_m - below.height_m) / below.earlier : 0.0;
-  constexpr int32_t kHere = RoadData::kStations / 2;
   for (int32_t k = 0; k < RoadData::kStations; ++k) {
     const Reading v = read(at.s_m + (k - kHere) * RoadData::kStation_m, stamp_ns);
     road.known[k] = v.known;
@@ -255,12 +255,40 @@ void HeightProfile::describe(const EgoBuffer& poses, const EgoRange& range, int6
     road.cross_slope[k] = float(v.cross_slope);
   }
   fill_stations(float(here.height_m - road.ego.pose.z_m), float(here.cross_slope), road);
+  road.has_expected = map_->has_banking();
+  if (road.has_expected)
+    expect_stations(road);
+  else
+    extend_stations(road);
+}
+
+// Beyond the known stations: a banked road turns about its inner edge, which goes on as it comes to the vehicle.
+void HeightProfile::expect_stations(RoadData& road) const noexcept {
+  constexpr int32_t kBack = 4;  // stations over which the grade is measured
+  int32_t hint = -1;
+  const auto place_at = [&](int32_t k) { return map_->at(road.s_m + (k - kHere) * RoadData::kStation_m, &hint); };
+  const auto above_edge = [](const MapPose& at, double cross_slope) {
+    return cross_slope > 0.0 ? cross_slope * at.width_left_m : -cross_slope * at.width_right_m;
+  };
+  const auto edge_at = [&](int32_t k) {
+    return double(road.height_m[k]) - above_edge(place_at(k), double(road.cross_slope[k]));
+  };
+  const double edge_m = edge_at(kHere),
+               step_m = road.known[kHere - kBack] ? (edge_m - edge_at(kHere - kBack)) / kBack : 0.0;
+  for (int32_t k = 0; k < RoadData::kStations; ++k) {
+    if (road.known[k]) continue;
+    const MapPose at = place_at(k);
+    const double cross_slope = tangent(at.banking_rad);
+    road.height_m[k] = float(edge_m + (k - kHere) * step_m + above_edge(at, cross_slope));
+    road.cross_slope[k] = float(cross_slope);
+    road.known[k] = k > kHere && k <= kHere + kAhead;
+  }
 }
 
 // The vehicle itself stands on the road. Fills the stations between it and the known ones behind it, which are not old
-// enough yet, and goes on straight for two stations ahead, because the sensors are ahead of the rear axle.
+// enough yet.
 void HeightProfile::fill_stations(float height_m, float cross_slope, RoadData& road) noexcept {
-  constexpr int32_t kHere = RoadData::kStations / 2, kLongestGap = 8, kAhead = 2;
+  constexpr int32_t kLongestGap = 8;
   if (!road.known[kHere]) {
     road.known[kHere] = true;
     road.height_m[kHere] = height_m;
@@ -277,6 +305,10 @@ void HeightProfile::fill_stations(float height_m, float cross_slope, RoadData& r
     }
     last = k;
   }
+}
+
+// Goes on straight for some stations ahead, because the sensors are ahead of the rear axle.
+void HeightProfile::extend_stations(RoadData& road) noexcept {
   for (int32_t k = kHere + 1; k <= kHere + kAhead && !road.known[k] && road.known[k - 2]; ++k) {
     road.known[k] = true;
     road.height_m[k] = 2.0f * road.height_m[k - 1] - road.height_m[k - 2];

@@ -70,6 +70,8 @@ class HeightProfile {
   void add_jump(const EgoState& ego, const Place& place) noexcept;
   double rise_since(const Value& value, int64_t stamp_ns) const noexcept;
   static void fill_stations(float height_m, float cross_slope, RoadData& road) noexcept;
+  static void extend_stations(RoadData& road) noexcept;
+  void expect_stations(RoadData& road) const noexcept;
   Place place_of(const EgoState& ego, const MapProjection& at) const noexcept;
 
   const CircuitMap* map_ = nullptr;

@@ -23,7 +23,9 @@ struct RoadData {
   double curvature_per_m = 0;
   // Heights relative to the ego vehicle's rear axle, which stands on the road, and tangents of the cross slope
   // (positive: the right side is higher). Station k is at s_m + (k - kStations / 2) * kStation_m.
+  // Where the map has banking, stations that are not known have expected values.
   bool known[kStations] = {};
+  bool has_expected = false;
   float height_m[kStations] = {}, cross_slope[kStations] = {};
 };
 

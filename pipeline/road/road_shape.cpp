@@ -77,7 +77,7 @@ class GroundWalks {
         for (int32_t f = 0; f < count; ++f) lay(begin + f, pixels_ + f * rows_);
       laid_ = begin;
       walk(shape, reach_m, count);
-      for (int32_t f = 0; f < count; ++f) list(pixels_ + f * rows_, points);
+      for (int32_t f = 0; f < count; ++f) list(shape, pixels_ + f * rows_, points);
     }
   }
 
@@ -132,7 +132,8 @@ class GroundWalks {
     const float *m = axes_.mounting.r, *t = axes_.mounting.t;
     const Four zero(0.0f), reach(reach_m), lane(kLane_m);
     // First the road below each pixel, which does not wait for the walk. The first shape is level.
-    const bool is_level = std::all_of(shape.term, shape.term + kTerms, [](double term) { return term == 0.0; });
+    const bool is_level =
+        !shape.expected.any && std::all_of(shape.term, shape.term + kTerms, [](double term) { return term == 0.0; });
     for (int32_t f = 0; f < count; ++f)
       for (int32_t i = 0; i < rows_; ++i) {
         Pixels& p = pixels_[f * rows_ + i];
@@ -164,10 +165,11 @@ class GroundWalks {
       }
   }
 
-  void list(const Pixels* pixels, RoadPoints& points) const noexcept {
+  void list(const RoadShape& shape, const Pixels* pixels, RoadPoints& points) const noexcept {
     for (int32_t l = 0; l < kFour; ++l)
       for (int32_t i = 0; i < rows_; ++i)
-        if (const Pixels& p = pixels[i]; p.any && p.used[l]) points.add(p.x.v[l], p.n.v[l], p.z.v[l]);
+        if (const Pixels& p = pixels[i]; p.any && p.used[l])
+          points.add(p.x.v[l], p.n.v[l], p.z.v[l] - float(shape.expected_at(double(p.x.v[l]), double(p.n.v[l]))));
   }
 
   const GroundBlock block_;
@@ -183,7 +185,9 @@ class GroundWalks {
 bool fit_shape(const RoadPoints& points, double trim_m, RoadShape& shape) noexcept {
   constexpr int32_t kBins = 40, kFewest = 24, kFewestBins = 3;
   constexpr double kBin_m = 5.0, kSigma_m = 0.03;
-  constexpr double kPrior[kTerms] = {0.1, 0.02, 0.02, 5e-4, 2e-3};  // standard deviations from the level road
+  // Standard deviations from the level road, and from the one that the map lets expect.
+  constexpr double kLevel[kTerms] = {0.1, 0.02, 0.02, 5e-4, 2e-3}, kExpected[kTerms] = {0.1, 0.02, 0.02, 2e-5, 2e-4};
+  const double* const prior = shape.expected.any ? kExpected : kLevel;
   const auto bin_of = [](float x) { return std::clamp(int32_t(x / kBin_m + 0.5 * kBins), 0, kBins - 1); };
   int32_t of_bin[kBins] = {}, used = 0, bins = 0;
   static_assert(RoadPoints::kCapacity <= INT16_MAX);
@@ -206,7 +210,7 @@ bool fit_shape(const RoadPoints& points, double trim_m, RoadShape& shape) noexce
   static_assert(kTerms == 5);
   using Pair = double __attribute__((vector_size(16)));
   Pair sum[kTerms][3] = {};
-  for (int32_t k = 0; k < kTerms; ++k) sum[k][k / 2][k % 2] = kSigma_m * kSigma_m / (kPrior[k] * kPrior[k]);
+  for (int32_t k = 0; k < kTerms; ++k) sum[k][k / 2][k % 2] = kSigma_m * kSigma_m / (prior[k] * prior[k]);
   for (int32_t k = 0; k < used; ++k) {
     const int32_t i = chosen[k].point;
     const double x = double(points.x[i]), n = double(points.n[i]), weight = weight_of[chosen[k].bin];

@@ -22,8 +22,28 @@ struct RoadAxes {
 
 // The shape of a road that is not known, in the vehicle frame: z = a + b x + c n + q x^2 + e x n with n the distance
 // from the vehicle's lane, which bends by `curvature`. Beyond kBend_m it goes on straight, beyond kLane_m it is as at
-// the edge.
+// the edge. Where a map has banking, this is the difference to the road that the map lets expect: z = base + twist n.
 constexpr int32_t kTerms = 5;
+
+// The road that a map with banking lets expect, at places of the vehicle's lane.
+struct ExpectedRoad {
+  static constexpr int32_t kPlaces = 37;
+  static constexpr float kFirst_m = -80.0f, kStep_m = 5.0f;  // x of the places
+  bool any = false;                                          // else the rest is not valid: a level plane
+  float base_m[kPlaces], twist[kPlaces];
+
+  struct At {
+    double base_m, twist;
+  };
+  // Between two places; beyond the last ones straight on.
+  At at(double x) const noexcept {
+    const double place = (x - double(kFirst_m)) * double(1.0f / kStep_m);
+    const int32_t i = int32_t(place > 0.0 ? (place < kPlaces - 2 ? place : kPlaces - 2) : 0.0);
+    const double t = place - i, within = t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t;
+    return {double(base_m[i]) + t * double(base_m[i + 1] - base_m[i]),
+            double(twist[i]) + within * double(twist[i + 1] - twist[i])};
+  }
+};
 
 // Two doubles side by side, for the shape. Compilers make the baseline's vectors of it; the results are those of
 // double.
@@ -32,6 +52,7 @@ struct Two {
   using Bits = int64_t __attribute__((vector_size(16)));
   Values v;
   explicit Two(double all) : v{all, all} {}
+  Two(double first, double second) : v{first, second} {}
   explicit Two(const float* at) : v{double(at[0]), double(at[1])} {}
   friend Two operator+(Two a, Two b) { return Two(a.v + b.v); }
   friend Two operator-(Two a, Two b) { return Two(a.v - b.v); }
@@ -47,6 +68,7 @@ struct Two {
 struct RoadShape {
   double term[kTerms] = {};  // a, b, c, q, e
   double curvature = 0;
+  ExpectedRoad expected;
 
   static constexpr double kBend_m = 100.0, kLane_m = 12.0;
   // V: double, or several of them side by side.
@@ -64,9 +86,17 @@ struct RoadShape {
   V height_at(V x, V lane_offset_m) const noexcept {
     const V near = limited(x, kBend_m), n = limited(lane_offset_m, kLane_m);
     return V(term[0]) + V(term[1]) * x + V(term[2]) * n + V(term[3]) * near * (V(2.0) * x - near) +
-           V(term[4]) * near * n;
+           V(term[4]) * near * n + expected_at(x, lane_offset_m);
   }
   double height(double x, double y) const noexcept { return height_at(x, lane_offset(x, y)); }
+  double expected_at(double x, double lane_offset_m) const noexcept {
+    if (!expected.any) return 0.0;
+    const ExpectedRoad::At at = expected.at(x);
+    return at.base_m + at.twist * limited(lane_offset_m, kLane_m);
+  }
+  Two expected_at(Two x, Two lane_offset_m) const noexcept {
+    return {expected_at(x.v[0], lane_offset_m.v[0]), expected_at(x.v[1], lane_offset_m.v[1])};
+  }
 };
 
 // Fits the shape to the scan's own ground, from near to far. A scan with too little ground leaves it as it is.

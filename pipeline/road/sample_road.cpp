@@ -22,12 +22,14 @@ static_assert(RoadData::kStations <= CentreLine::kMost);
 float mix(float a, float b, float weight) noexcept { return a + weight * (b - a); }
 
 // Height of the road at a place relative to the ego vehicle, in the map's axes. `station`: where to begin; then the
-// piece of the place. `outside_m`: distance from the road. False where the heights are not known.
+// piece of the place. `outside_m`: distance from the road. False where the heights are not known; kExpected: they may
+// also be expected.
+template <bool kExpected = false>
 OVT_INLINE bool find_height(const RoadData& road, const CentreLine& line, float x, float y, int32_t& station,
                             float& height_m, float& outside_m) noexcept {
   const float beside = line.find_piece(x, y, station);
   const int32_t k = station;
-  if (!road.known[k] || !road.known[k + 1]) return false;
+  if (!kExpected && (!road.known[k] || !road.known[k + 1])) return false;
   const float t = max_of(min_of(beside, 1.0f), 0.0f);
   const float d = line.measure_left(x, y, k);
   const float slope = mix(road.cross_slope[k], road.cross_slope[k + 1], t);
@@ -114,6 +116,38 @@ void sample_known(const RoadData& road, const CentreLine& line, const RoadAxes& 
   }
 }
 
+// The road that the map lets expect along the vehicle's lane, in the vehicle frame.
+void expect_road(const RoadData& road, const CentreLine& line, const float* r, float origin_m,
+                 RoadShape& shape) noexcept {
+  constexpr float kBeside_m = 4.0f;  // to either side of the lane: the cross slope
+  constexpr float kMost_m = 100.0f;  // a vehicle on its side has no road ahead
+  ExpectedRoad& expected = shape.expected;
+  int32_t station = RoadData::kStations / 2;
+  // The height of the vehicle's plane at which a place of it is on the road.
+  const auto find_z = [&](float x, float y, float guess_z) {
+    const float map_x = r[0] * x + r[1] * y + r[2] * guess_z, map_y = r[3] * x + r[4] * y + r[5] * guess_z;
+    float height_m = 0.0f, outside_m = 0.0f;
+    find_height<true>(road, line, map_x, map_y, station, height_m, outside_m);
+    const float z = (height_m - r[6] * x - r[7] * y) / r[8] - origin_m;
+    return max_of(min_of(z, kMost_m), -kMost_m);
+  };
+  constexpr int32_t kHere = int32_t(-ExpectedRoad::kFirst_m / ExpectedRoad::kStep_m);
+  const auto walk = [&](int32_t first, int32_t step) {  // away from the vehicle, whose place is known
+    float guess_z = 0.0f;
+    for (int32_t i = first; i >= 0 && i < ExpectedRoad::kPlaces; i += step) {
+      const float x = ExpectedRoad::kFirst_m + float(i) * ExpectedRoad::kStep_m;
+      const float y = -float(shape.lane_offset(double(x), 0.0));
+      const float left_z = find_z(x, y + kBeside_m, guess_z), right_z = find_z(x, y - kBeside_m, guess_z);
+      expected.base_m[i] = guess_z = 0.5f * (left_z + right_z);
+      expected.twist[i] = (left_z - right_z) * (0.5f / kBeside_m);
+    }
+  };
+  walk(kHere, 1);
+  station = RoadData::kStations / 2;
+  walk(kHere - 1, -1);
+  expected.any = true;
+}
+
 void sample_shape(const RoadAxes& axes, const RoadShape& shape, Rays& rays) noexcept {
   const float *m = axes.mounting.r, *t = axes.mounting.t;
   float sensor_z[kTogether];
@@ -147,7 +181,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
   bool fitted = false;
   CentreLine line;
   const bool on_map = road.map && road.has_pose;
-  bool has_line = false;
+  bool has_line = false, expects = false;
   if (road.has_pose) {
     for (int32_t i = 0; i < 9; ++i) axes.map[i] = float(road.ego.r[i]);
     const double speed = road.ego.pose.speed_mps;
@@ -158,7 +192,9 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
   if (has_line) {
     line.lay(*road.map, road.s_m, RoadData::kStation_m, RoadData::kStations, road.ego.pose.x_m, road.ego.pose.y_m);
     int32_t station = RoadData::kStations / 2;
+    expects = !line.empty() && road.has_expected;
     has_line = !line.empty() && find_height(road, line, 0.0f, 0.0f, station, origin_m, outside_m);
+    if (!has_line && expects) find_height<true>(road, line, 0.0f, 0.0f, station, origin_m, outside_m);
     origin_m /= axes.map[8];
   }
   // The up axis of the map, in the sensor's axes.
@@ -182,6 +218,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
     }
     if (has_line) sample_known(road, line, axes, origin_m, known);
     if (!std::all_of(known.known, known.known + here, [](bool is_known) { return is_known; })) {
+      if (!fitted && expects) expect_road(road, line, axes.map, origin_m, shape);
       if (!fitted) fit_road(params, axes, sensor, range_filled_m, elevation_filled_rad, shape);
       fitted = true;
       sample_shape(axes, shape, guess);

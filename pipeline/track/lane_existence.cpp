@@ -55,12 +55,15 @@ bool is_behind_wing(const TrackerEgo& ego, double range_m, double bearing_rad) {
 
 // ---- what the sensors can see ---------------------------------------------------------------------------------------
 
+// Distance from the ego vehicle; 0 in the map without an ego pose, where no place is farther than another.
+double LanePolicy::range_of(double dx, double dy) const noexcept { return knows_range_ ? hypot_f64(dx, dy) : 0.0; }
+
 // The tracks as the ego vehicle sees them.
 void LanePolicy::look_from_ego(const TrackView<State>& tracks) noexcept {
   for (int32_t slot = 0; slot < tracks.slot_count; ++slot) {
     if (!tracks.head[slot].alive) continue;
     const double dx = place_[slot].x_m - ego_.x_m, dy = place_[slot].y_m - ego_.y_m;
-    range_m_[slot] = hypot_f64(dx, dy);
+    range_m_[slot] = range_of(dx, dy);
     bearing_rad_[slot] = wrap_angle(atan2_f64(dy, dx) - ego_.heading_rad);
   }
 }
@@ -120,7 +123,7 @@ void LanePolicy::list_unclaimed(const TrackView<State>& tracks, const Iteration&
 // few points and a small side; but what is hidden of it is its lower part, or one side at its full height.
 double LanePolicy::evidence_of(const Measurement& z, bool in_part) const noexcept {
   if (in_part && !is_cluster(z)) return 0.0;
-  const double dx = z.x_m - ego_.x_m, dy = z.y_m - ego_.y_m, range_m = hypot_f64(dx, dy);
+  const double dx = z.x_m - ego_.x_m, dy = z.y_m - ego_.y_m, range_m = range_of(dx, dy);
   double score = in_part || z.object_class == int32_t(ObjectClass::kCar) ? 0.0 : lane_.unknown_score;
   if (!is_cluster(z)) score = score_of(z);
   if (z.height_m < lane_.low_m) {  // the height of the road is less certain far away

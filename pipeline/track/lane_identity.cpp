@@ -134,9 +134,10 @@ int32_t LanePolicy::find_elder(const TrackView<State>& tracks, int32_t slot) con
 }
 
 // The elder keeps what it is, and goes on with the younger one's estimate if it was not seen lately itself.
-LaneTrack LanePolicy::join(const State& elder, const State& younger, bool younger_is_newer) const noexcept {
-  State s = elder;
-  if (younger_is_newer && elder.unseen_s > kTakenOver_s) {
+bool LanePolicy::join(State& s, const State& younger, bool younger_is_newer) const noexcept {
+  const State elder = s;
+  const bool takes_over = younger_is_newer && elder.unseen_s > kTakenOver_s;
+  if (takes_over) {
     s = younger;
     s.age = elder.age;
     s.hits = int32_t(std::min(int64_t(elder.hits) + younger.hits, int64_t(INT32_MAX)));
@@ -147,7 +148,7 @@ LaneTrack LanePolicy::join(const State& elder, const State& younger, bool younge
   s.class_votes = limit_votes(elder.class_votes + younger.class_votes);
   if (is_confirmed(elder) || is_confirmed(younger)) s.stage = LaneStage::kConfirmed;
   s.is_new = 0;
-  return s;
+  return takes_over;
 }
 
 // A detection beside the one that updated a car's track, and within the car: a part of it.

@@ -190,17 +190,17 @@ void LanePolicy::move(State& s, double dt_s, bool forward_in_time) const noexcep
       s.brake_s = std::max(0.0, s.brake_s - step_s);
       s.turn_s = std::max(0.0, s.turn_s - step_s);
     }
-    turn_heading(s, step_s);
+    turn_heading(s, step_s, forward_in_time);
     look_at_lane(s);
   }
 }
 
 // A measured heading turns at its own rate. Else a car that drives points along its course, and one that stands keeps
 // its heading.
-void LanePolicy::turn_heading(State& s, double dt_s) const noexcept {
+void LanePolicy::turn_heading(State& s, double dt_s, bool forward_in_time) const noexcept {
   if (s.heading_age_s <= kHeadingMemory_s) {
     s.heading_rad = wrap_angle(s.heading_rad + s.heading_rate_rps * dt_s);
-    if (dt_s > 0.0) {
+    if (forward_in_time) {
       s.heading_var += dt_s * (2.0 * s.heading_cov + dt_s * s.heading_rate_var);
       s.heading_cov += dt_s * s.heading_rate_var;
       s.heading_rate_var += kHeadingRateNoise * dt_s;
@@ -271,6 +271,7 @@ Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it
                              int32_t* measurement_of_slot) noexcept {
   asks_map_ = it.in_map && it.ask_map;
   ego_ = it.ego;
+  knows_range_ = it.ego.known || !it.in_map;
   only_rows_ = asks_map_ == 0 && std::none_of(it.measurement, it.measurement + it.count, is_cluster);
   find_places(tracks, it);
   look_from_ego(tracks);
@@ -365,7 +366,7 @@ void LanePolicy::update(int32_t slot, State& s, double dt_s, const Measurement& 
   measure_front(s, z);
   measure_heading(s, z);
   if (z.front != 0) s.is_backwards = std::fabs(wrap_angle(s.heading_rad - s.estimate.mean.course_rad)) > kHalfPi;
-  turn_heading(s, 0.0);
+  turn_heading(s, 0.0, true);
   if (std::isfinite(z.length_m)) s.length_m = z.length_m;
   if (std::isfinite(z.width_m)) s.width_m = z.width_m;
   s.unseen_s = 0.0;

@@ -64,14 +64,17 @@ class LanePolicy {
   bool is_confirmed(const State& s) const noexcept { return s.stage == LaneStage::kConfirmed; }
   State publishable(const State& s, bool) const noexcept { return s; }
   void write(const State& s, TrackTable& t, std::size_t i) const noexcept;
-  void leave_view(State& s) const noexcept { s.visibility = Visibility::kOutside; }
+  void leave_view(State& s) const noexcept {
+    s.visibility = Visibility::kOutside;
+    s.is_new = 0;
+  }
   void write_optional(const State& s, OptionalTrackTable& t, std::size_t i) const noexcept;
   void write_paths(std::span<const State> states, PathTable& t) const noexcept;
 
   // One track for one car.
   void look_round(const TrackView<State>& tracks, const Iteration& it) noexcept;
   int32_t find_elder(const TrackView<State>& tracks, int32_t slot) const noexcept;
-  State join(const State& elder, const State& younger, bool younger_is_newer) const noexcept;
+  bool join(State& elder, const State& younger, bool younger_is_newer) const noexcept;
   int32_t find_owner(const TrackView<State>& tracks, const Iteration& it, int32_t measurement) const noexcept;
 
   // For the assignment. The lane is that at the track's state, which is at most a few frames old.
@@ -97,13 +100,14 @@ class LanePolicy {
   bool may_accelerate(const State& s) const noexcept;
   double speed_noise(const State& s) const noexcept;
   CourseNoise noise_of(const State& s) const noexcept;
-  void turn_heading(State& s, double dt_s) const noexcept;
+  void turn_heading(State& s, double dt_s, bool forward_in_time) const noexcept;
   void measure_front(State& s, const Measurement& z) const noexcept;
   void measure_heading(State& s, const Measurement& z) const noexcept;
   void watch_for_manoeuvre(State& s, const Measurement& z, double dt_s) const noexcept;
   Measurement with_lasting_error(const Measurement& z) const noexcept;
 
   // lane_existence.cpp
+  double range_of(double dx, double dy) const noexcept;
   void look_from_ego(const TrackView<State>& tracks) noexcept;
   void find_detectable(const TrackView<State>& tracks, const Iteration& it) noexcept;
   void list_unclaimed(const TrackView<State>& tracks, const Iteration& it, const int32_t* measurement_of_slot) noexcept;
@@ -144,7 +148,8 @@ class LanePolicy {
   Place* unclaimed_ = nullptr;
   int32_t unclaimed_count_ = 0;
   int32_t asks_map_ = 0;
-  bool only_rows_ = false;  // all measurements are pushed rows, and no map is asked
+  bool knows_range_ = true;  // of the iteration's places from the ego vehicle
+  bool only_rows_ = false;   // all measurements are pushed rows, and no map is asked
   TrackerEgo ego_;
 };
 

@@ -70,15 +70,16 @@ concept TrackPolicy = std::is_trivially_copyable_v<typename P::State> &&
 
 // A policy with these members as well keeps one track for one car.
 template <class P>
-concept JoinsTracks = requires(P& policy, const P& constant, const typename P::State& seen, const Iteration& it,
-                               int32_t slot, int32_t measurement, bool is_newer,
+concept JoinsTracks = requires(P& policy, const P& constant, typename P::State& state, const typename P::State& seen,
+                               const Iteration& it, int32_t slot, int32_t measurement, bool is_newer,
                                const TrackView<typename P::State>& tracks) {
   // Called before the following, after each change of the tracks.
   policy.look_round(tracks, it);
   // The slot of an older track of the same car, -1 none.
   { constant.find_elder(tracks, slot) } -> std::same_as<int32_t>;
-  // The state of the elder when the younger track ends; is_newer: the younger one was measured last.
-  { constant.join(seen, seen, is_newer) } -> std::same_as<typename P::State>;
+  // Joins the state of a younger track that ends to that of the elder; is_newer: the younger one was measured last.
+  // True: the elder goes on from the younger one's estimate, which has the younger one's time.
+  { constant.join(state, seen, is_newer) } -> std::same_as<bool>;
   // The slot of the track whose car a measurement without a track is a part of, -1 none: it initiates no track then.
   { constant.find_owner(tracks, it, measurement) } -> std::same_as<int32_t>;
 };

@@ -140,7 +140,7 @@ class TrackSet {
 
   TrackView<State> view() const noexcept { return {params_.track_capacity, alive_count_, head_, state_}; }
 
-  // Of two tracks of one car the elder keeps its slot and its id, and gets the younger one's state if that is newer.
+  // Of two tracks of one car the elder keeps its slot and its id. Its state has the time of the newer one of both.
   void join_tracks(Iteration& it) noexcept {
     policy_.look_round(view(), it);
     for (int32_t slot = 0; slot < params_.track_capacity; ++slot) {
@@ -149,9 +149,13 @@ class TrackSet {
       if (elder < 0) continue;
       TrackHead &kept = head_[elder], &left = head_[slot];
       const bool is_newer = left.measured_ns > kept.measured_ns;
-      state_[elder] = policy_.join(state_[elder], state_[slot], is_newer);
-      if (is_newer) {
+      if (policy_.join(state_[elder], state_[slot], is_newer)) {
         kept.state_ns = left.state_ns;
+      } else if (left.state_ns > kept.state_ns) {
+        policy_.predict(state_[elder], seconds_between(kept.state_ns, left.state_ns));
+        kept.state_ns = left.state_ns;
+      }
+      if (is_newer) {
         kept.measured_ns = left.measured_ns;
         kept.row = left.row;
         kept.flags = left.flags;

@@ -147,6 +147,8 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
       used.to_map(z.x_m, z.y_m, z_m, z.x_m, z.y_m);
       turn_covariance(used.r[0], used.r[1], used.r[3], used.r[4], z);
       widen(params_, ego_variance(ego), z);
+    } else if (reference_ == OVT_REFERENCE_MAP) {
+      z.x_m = kNotMeasured;  // the ego pose is known at the frame's stamp, but not at the row's: its place is not
     }
     if (frame.views.capacity > 0) frame.views.ego_offset_rad[i] = float(offset_rad);
   }

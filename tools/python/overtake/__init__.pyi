@@ -261,7 +261,8 @@ class Tracks(_Columns):
         """(n,): slot in the low half, generation in the high half; never reused."""
     @property
     def state(self) -> _Ints:
-        """(n,): state of the M/N life cycle. Values: 0 tentative, 1 confirmed."""
+        """(n,): by the life cycle: M of N hits (paper), existence score (best). Values: 0 tentative, 1
+        confirmed."""
     @property
     def measured_ns(self) -> _Longs:
         """(n,), ns: stamp of its last measurement."""
@@ -282,7 +283,7 @@ class Tracks(_Columns):
         """(n,), rad/s: change of the course."""
     @property
     def heading_rad(self) -> _Doubles:
-        """(n,), rad: of the last detection, turned on by the yaw rate."""
+        """(n,), rad: of the car: the way it points."""
     @property
     def length_m(self) -> _Doubles:
         """(n,), m: extent of the last detection."""

@@ -242,7 +242,7 @@ class tracker_group:
     keep_hits: int
     """a track with fewer hits among the last N iterations is deleted (M_e) (whole number, 0 to 64 hits)"""
     max_silence_s: float
-    """a track without a hit for this long is deleted (number, 0.01 to 10000 s)"""
+    """a track without a hit for this long is deleted (number, 0.01 to 60 s)"""
     predict_after: float
     """ovt_advance predicts the tracks if no frame came for this long (number, 0 to 10000 periods)"""
     horizon_s: float
@@ -294,8 +294,8 @@ class lane_tracker_group:
     stand_mps: float
     """a track slower than this comes to rest (number, 0 to 1000 m/s)"""
     part_share: float
-    """a detection that shows a part of a car counts with up to 1 + this times its covariance: its error lasts
-    (number, 0 to 1000)"""
+    """a detection that shows a part of a car counts with up to 1 + this times its covariance (straight behind: 1 +
+    10/3 of this): its error lasts (number, 0 to 1000)"""
     steady_lag: float
     """a track that lags behind its detections by this many standard deviations is in a manoeuvre (along the course:
     0.83 of it) (number, 0.1 to 1e+06)"""
