@@ -28,6 +28,11 @@ StampVerdict ClockWatch::classify(int32_t source, int64_t stamp_ns) noexcept {
   if (s.suspects == 0 || step <= 0 || step > max_gap_ns_) s.suspects = s.late = 0;
   s.suspects = std::min(s.suspects + 1, kAgreeing);
   s.suspect_ns = stamp_ns;
+  if (others.good > 0) {
+    if (!s.is_alone) s.others_ns = others.newest_ns;
+    s.is_alone = true;
+    if (difference_ns(others.newest_ns, s.others_ns) > near_ns_) s.contradicted = true;
+  }
   s.continued = continued;
   const bool gap = ahead >= 0 && ahead <= max_gap_ns_;
   if (is_sensor && (gap || starts()) && majority_says(source, stamp_ns, others))
@@ -52,11 +57,12 @@ StampVerdict ClockWatch::classify_held(int64_t stamp_ns, int64_t base_ns) const 
 
 ClockWatch::Others ClockWatch::look_at_others(int32_t source) const noexcept {
   Others others;
+  const int32_t patience = sources_[source].contradicted ? kContradictedWait : 0;
   for (int32_t i = 0; i < kMaxSensors; ++i) {
     const Source& other = sources_[i];
     const Heard& heard = heard_[source][i];
     if (i == source || !other.any || other.silent || other.back || other.suspects > 0 || other.named > 0 ||
-        heard.since > heard.rhythm() + 1)
+        heard.since > std::max(heard.rhythm() + 1, patience))
       continue;
     ++others.good;
     if (heard.since <= heard.rhythm()) ++others.fresh;
@@ -136,7 +142,7 @@ void ClockWatch::note_good(int32_t source, int64_t stamp_ns) noexcept {
   if (step_ns > 0) s.interval_ns = std::min(step_ns, std::exchange(s.before_ns, step_ns));
   s.good_ns = s.any ? std::max(s.good_ns, stamp_ns) : stamp_ns;
   s.any = true;
-  s.silent = s.continued = false;
+  s.silent = s.continued = s.is_alone = s.contradicted = false;
   s.suspects = s.late = 0;
   if (s.named > 0) --s.named;
   // Detections move the time only if no sensor is good.

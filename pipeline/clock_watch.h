@@ -12,7 +12,7 @@
 //   else                                                    good
 //
 // Sensor A is good evidence for sensor B while A is no suspect, and B has delivered at most one stamp more than usual
-// since A's last good stamp. This counts B's stamps instead of using their values, which may be wrong. A time from
+// since A's last good stamp, or 24 stamps if the others went on while B's stamps were suspect. This counts B's stamps instead of using their values, which may be wrong. A time from
 // ovt_advance 3.5 periods after A's newest stamp ends A's evidence, too. Outcome of a held stamp:
 //
 //   the other sensors come near it                            good: it was early
@@ -100,6 +100,10 @@ class ClockWatch {
  private:
   static constexpr int32_t kAgreeing = 3;
   static constexpr int32_t kMaxRatio = 16;  // largest ratio of two sources' rates
+  // A source whose suspect stamps the others contradicted by going on without it is not the clock before it has delivered
+  // so many stamps without a good one of them: a short gap of all others does not make a wrong clock right.
+  static constexpr int32_t kContradictedWait = 24;
+  static_assert(kContradictedWait < 2 * kMaxRatio);
   struct Source {
     bool any = false;         // had a good stamp
     bool silent = false;      // according to the time from ovt_advance
@@ -113,6 +117,10 @@ class ClockWatch {
     bool continued = false;   // the last suspect continues the earlier stamps
     int64_t base_ns = 0;      // newest stamp of the others when this one was held
     int32_t named = 0;        // good stamps until the source is no longer a suspect
+    // Since its last good stamp: it had a suspect one, when the newest good stamp of the others was others_ns, and they
+    // went on from there.
+    bool is_alone = false, contradicted = false;
+    int64_t others_ns = 0;
   };
   // Number of stamps of one source since another one's last good stamp, and between its two good stamps before.
   struct Heard {

@@ -134,6 +134,7 @@ ovt_status Detector::advance(int64_t now_ns) {
     return OVT_OK;
   }
   advance_ns_.store(now_ns, std::memory_order_relaxed);
+  advance_before_.store(tickets_.load(std::memory_order_relaxed), std::memory_order_relaxed);
   const uint64_t ticket = advance_wanted_.fetch_add(1, std::memory_order_acq_rel) + 1;
   event_.signal();
   if (push_waits_)  // replay: the intake must handle this time before any later push
@@ -150,6 +151,7 @@ ovt_status Detector::flush() {
     count_settled();
     return OVT_OK;
   }
+  flush_before_.store(tickets_.load(std::memory_order_relaxed), std::memory_order_relaxed);
   const uint64_t ticket = flush_wanted_.fetch_add(1, std::memory_order_acq_rel) + 1;
   event_.signal();
   for (uint64_t done; (done = flush_done_.load(std::memory_order_acquire)) < ticket;) flush_done_.wait(done);
@@ -274,17 +276,25 @@ int32_t Detector::find_next() {
   return waiting[next].source;
 }
 
+// Whether something that was pushed before this ticket still waits.
+bool Detector::is_pending_before(uint64_t ticket) noexcept {
+  for (int32_t s = 0; s < context_.sensor_count; ++s)
+    if (const Scan* scan = mailboxes_[s].pending(); scan && scan->ticket < ticket) return true;
+  const ExternalScan* const external = external_.pending();
+  return external && external->ticket < ticket;
+}
+
 bool Detector::step_intake() {
   // Read the tickets first: then everything pushed before a ticket was drawn is gathered and used before that ticket.
   const uint64_t advance_wanted = advance_wanted_.load(std::memory_order_acquire);
   const uint64_t flush_wanted = flush_wanted_.load(std::memory_order_acquire);
+  const uint64_t advance_before = advance_before_.load(std::memory_order_relaxed);
+  const uint64_t flush_before = flush_before_.load(std::memory_order_relaxed);
   gather();
   if (gather_hook_) gather_hook_(gather_user_);
-  if (const int32_t next = find_next(); next >= 0)
-    return next == ClockWatch::kExternal ? place_pending_detections() : place_pending_scan(next);
-  if (inline_) return false;
-
-  if (advance_wanted != advance_done_.load(std::memory_order_relaxed)) {
+  // What is pushed later does not delay them.
+  if (!inline_ && advance_wanted != advance_done_.load(std::memory_order_relaxed) &&
+      !is_pending_before(advance_before)) {
     const bool done = assembler_->advance(advance_ns_.load(std::memory_order_relaxed));
     count_settled();
     if (!done) return false;
@@ -292,15 +302,23 @@ bool Detector::step_intake() {
     advance_done_.notify_all();
     return true;
   }
-  if (flush_wanted != flush_done_.load(std::memory_order_relaxed)) {
-    assembler_->flush();
-    count_settled();
-    if (assembler_->closed_count() != counters_.frames.load(std::memory_order_acquire)) return false;
-    flush_done_.store(flush_wanted, std::memory_order_release);
-    flush_done_.notify_all();
-    return true;
+  if (!inline_ && flush_wanted != flush_done_.load(std::memory_order_relaxed) && !is_pending_before(flush_before)) {
+    if (flushed_ != flush_wanted) {
+      const bool done = assembler_->flush();
+      count_settled();
+      if (!done) return false;
+      flushed_ = flush_wanted;
+      flushed_frames_ = assembler_->closed_count();
+    }
+    if (counters_.frames.load(std::memory_order_acquire) >= flushed_frames_) {
+      flush_done_.store(flush_wanted, std::memory_order_release);
+      flush_done_.notify_all();
+      return true;
+    }
   }
-  return false;
+  const int32_t next = find_next();
+  if (next < 0) return false;
+  return next == ClockWatch::kExternal ? place_pending_detections() : place_pending_scan(next);
 }
 
 // ---- finished frames -----------------------------------------------------------------------------------------------

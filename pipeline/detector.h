@@ -131,6 +131,7 @@ class Detector {
   void run_intake();
   bool step_intake();
   void gather();
+  bool is_pending_before(uint64_t ticket) noexcept;
   int32_t find_next();
   bool place_pending_scan(int32_t sensor);
   bool place_pending_detections();
@@ -218,6 +219,9 @@ class Detector {
   std::atomic<int64_t> advance_ns_{INT64_MIN};
   std::atomic<uint64_t> advance_wanted_{0}, advance_done_{0};
   std::atomic<uint64_t> flush_wanted_{0}, flush_done_{0};
+  std::atomic<uint64_t> advance_before_{0}, flush_before_{0};  // they wait for what was pushed before these tickets
+  uint64_t flushed_ = 0;                                       // intake: the last flush that closed its frames
+  int64_t flushed_frames_ = 0;                                 // ... and waits for so many
   std::thread intake_;
   void (*gather_hook_)(void* user) = nullptr;
   void* gather_user_ = nullptr;

@@ -34,7 +34,7 @@ IntakeResult FrameAssembler::check_stamp(int32_t source, int64_t stamp_ns) noexc
     std::fill(std::begin(seen_ns_), std::end(seen_ns_), stamp_ns);
     settled_.late_before_jump += clock_.late_before_jump();
     ++clock_jumps_;
-    closed_any_ = false;
+    closed_any_ = closed_scans_ = false;
     restart_next_ = true;
     if (profile_) profile_->restart();
     ego_watch_ = {.refused = ego_watch_.refused};
@@ -93,7 +93,8 @@ bool FrameAssembler::joins(int32_t sensor, int64_t stamp_ns) const noexcept {
 
 bool FrameAssembler::place_scan(int32_t sensor, Scan& scan) noexcept {
   if (!joins(sensor, scan.stamp_ns)) {
-    if (belongs_before(scan.stamp_ns)) {
+    const bool was_placed = opens_next_ && opens_sensor_ == sensor && opens_stamp_ns_ == scan.stamp_ns;
+    if (!was_placed && belongs_before(scan.stamp_ns)) {
       Frame* frame = open(scan.stamp_ns, FrameKind::kScans);
       if (!frame) return false;
       const EgoRange range = scan.ego;
@@ -101,9 +102,12 @@ bool FrameAssembler::place_scan(int32_t sensor, Scan& scan) noexcept {
       close(*frame, range);
       return true;
     }
+    opens_next_ = true;  // also when no slot is free and the scan is offered again
+    opens_sensor_ = sensor, opens_stamp_ns_ = scan.stamp_ns;
     close_open();
     open_ = open(scan.stamp_ns, FrameKind::kScans);
     if (!open_) return false;
+    opens_next_ = false;
     open_range_ = scan.ego;
     if (!started_) std::fill(std::begin(seen_ns_), std::end(seen_ns_), scan.stamp_ns);
     started_ = true;
@@ -115,7 +119,7 @@ bool FrameAssembler::place_scan(int32_t sensor, Scan& scan) noexcept {
 }
 
 bool FrameAssembler::place_external(ExternalScan& scan) noexcept {
-  if (open_ && scan.stamp_ns >= open_->stamp_ns) close_open();
+  if (open_ && difference_ns(scan.stamp_ns, open_->first_stamp_ns) >= 2 * params_.wait_ns) close_open();
   if (!started_ && !closed_any_) std::fill(std::begin(seen_ns_), std::end(seen_ns_), scan.stamp_ns);
   Frame* frame = open(scan.stamp_ns, FrameKind::kExternal);
   if (!frame) return false;
@@ -160,12 +164,14 @@ bool FrameAssembler::settle_externals() noexcept {
   return true;
 }
 
-void FrameAssembler::flush() noexcept {
+bool FrameAssembler::flush() noexcept {
   clock_.reject_held();
   settle();
-  if (place_accepted())
+  const bool placed = place_accepted();
+  if (placed)
     while (held_externals_ > 0) drop_external(0);
   close_open();
+  return placed;
 }
 
 bool FrameAssembler::advance(int64_t now_ns) noexcept {
@@ -231,8 +237,11 @@ void FrameAssembler::close(Frame& frame, const EgoRange& range) noexcept {
     } else {
       closed_any_ = true;
       closed_stamp_ns_ = frame.stamp_ns;
-      closed_kind_ = frame.kind;
     }
+  }
+  if (frame.kind == FrameKind::kScans) {
+    closed_scans_ns_ = closed_scans_ ? std::max(closed_scans_ns_, frame.stamp_ns) : frame.stamp_ns;
+    closed_scans_ = true;
   }
   ego_.copy_window(watch_ego(range, frame), frame.first_stamp_ns, frame.stamp_ns, frame.ego);
   frame.suspect_mask |= clock_.suspect_mask();
@@ -279,12 +288,11 @@ EgoRange FrameAssembler::watch_ego(const EgoRange& range, Frame& frame) noexcept
   return used;
 }
 
-// The open frame starts later, or a frame of scans already has this stamp. Pushed detections with the same stamp do not
-// count: the scans come after them.
+// The open frame starts later, or a frame of scans has this stamp or a later one. Frames of pushed detections do not
+// count: a radar may deliver before the scans of the same time, which still belong together.
 bool FrameAssembler::belongs_before(int64_t stamp_ns) const noexcept {
   if (open_ && stamp_ns <= open_->first_stamp_ns) return true;
-  if (!closed_any_) return false;
-  return stamp_ns < closed_stamp_ns_ || (stamp_ns == closed_stamp_ns_ && closed_kind_ == FrameKind::kScans);
+  return closed_scans_ && stamp_ns <= closed_scans_ns_;
 }
 
 // Whether the frame has every sensor, except those silent for more than 1.5 periods.

@@ -6,7 +6,7 @@
 // ovt_advance reports a time that is too late for it. The segmentation starts with each scan, before the frame is
 // complete.
 //
-// A scan older than a closed frame, or than the open frame, becomes a separate frame; the tracker inserts it at its
+// A scan older than a closed frame of scans, or than the open frame, becomes a separate frame; the tracker inserts it at its
 // stamp. Frames get their sequence numbers when they close.
 //
 // The assembler keeps one held scan per sensor (held: see clock_watch.h). The next held scan of the sensor replaces it.
@@ -94,11 +94,12 @@ class FrameAssembler {
 
   // Swaps the scan's table with the frame's.
   IntakeResult take_scan(int32_t sensor, Scan& scan) noexcept;
-  // Pushed detections become a separate frame after the open one, which may have the same stamp.
+  // Pushed detections become a separate frame, before the open one unless they are 2 wait_ns newer.
   IntakeResult take_external(ExternalScan& scan) noexcept;
   // False if a frame slot was needed and none is free: try again.
   bool advance(int64_t now_ns) noexcept;
-  void flush() noexcept;                                                   // rejects everything that is held
+  // Rejects everything that is held, and closes the open frame. False if a frame slot was needed and none is free.
+  bool flush() noexcept;
   int64_t closed_count() const noexcept { return next_sequence_; }         // frames closed so far
   Settled take_settled() noexcept { return std::exchange(settled_, {}); }  // results since the last call
   int64_t clock_jumps() const noexcept { return clock_jumps_; }
@@ -167,7 +168,12 @@ class FrameAssembler {
   EgoWatch ego_watch_;
   bool closed_any_ = false;
   int64_t closed_stamp_ns_ = 0;  // newest stamp of the closed frames, without predictions
-  FrameKind closed_kind_ = FrameKind::kScans;
+  bool closed_scans_ = false;
+  int64_t closed_scans_ns_ = 0;  // newest stamp of the closed frames of scans
+  // A scan that closed the open frame, and found no free slot for its own.
+  bool opens_next_ = false;
+  int32_t opens_sensor_ = 0;
+  int64_t opens_stamp_ns_ = 0;
   int64_t seen_ns_[kMaxSensors] = {};  // newest scan of each sensor; before its first scan: the first frame's stamp
   // Each stamp is classified once, also when no slot was free and the scan is offered again.
   bool classified_ = false;

@@ -443,11 +443,14 @@ static inline ovt_points ovt_default_points(void) {
  * counted. The stamp decides how the scan is used:
  *
  *   equal to the sensor's last stamp              not used: OVT_DUPLICATE
- *   up to 0.5 s older than the newest stamp       used: a separate frame, which the tracker inserts at its stamp
+ *   up to 0.5 s older than the newest stamp       used: a separate frame, which the tracker inserts at its stamp, up to
+ *                                                 32 iterations back (frames and pushed detections): beyond that its
+ *                                                 measurements are late (ovt_stats.measurements_late)
  *   older than that                               not used: counted as `late`
  *   ahead of the other sensors by more than       held until the other sensors have delivered newer stamps. Used when
  *   frame.tolerance_s + frame.period_s            they come near it, when more sensors have such a stamp than continue
- *                                                 without it (a common gap), or when no other sensor is good. Else
+ *                                                 without it (a common gap), or when no other sensor is good (if they
+ *                                                 went on without it before: after 24 of its stamps). Else
  *                                                 counted as `late`; suspect_mask names the sensor. ovt_flush ends the
  *                                                 wait: counted as `late`
  *   else                                          used
@@ -509,7 +512,10 @@ OVT_API ovt_status ovt_push_ego_pose(ovt_detector* detector, const ovt_ego_pose*
 typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } ovt_reference;
 
 /* Detections of another detector (radar, neural network), all with one stamp: one iteration of the tracker, in the
- * order of stamps with the frames. They close the open frame, so push them after the scans of the same time. Columns of
+ * order of stamps with the frames. Push them when they come, before or after the scans of the same time: scans that
+ * come later are inserted (OVT_FLAG_OUT_OF_SEQUENCE) and still share a frame. Detections that are 3 periods newer than
+ * the first stamp of the open frame close it. In the map (reference), without an ego pose and with sensors, whose cars
+ * are in the vehicle frame then, rows are lost (ovt_stats.measurements_lost). Columns of
  * `count`; all but x and y may be null, or NaN per row; without cov_xy the variances are independent. Rows that
  * still wait from an earlier push follow the push policy. More than candidate_capacity rows: OVT_TOO_MANY,
  * external_dropped. While a sensor delivers good stamps, detections never move the clock. If they are ahead of the
@@ -533,7 +539,8 @@ OVT_API ovt_status ovt_push_detections(ovt_detector* detector, const ovt_externa
 /* Reports the current time: closes a frame that has waited for a sensor for 1.5 periods since its first stamp, and
  * predicts the tracks when no frame came for tracker.predict_after (OVT_FLAG_PREDICTION). The next scan of any sensor
  * closes such a frame, too, so ovt_advance is needed only when all sensors may be silent. Works the same in replay and
- * live use: the library never reads a clock for this. */
+ * live use: the library never reads a clock for this. now_ns is a time of the sensors' stamps: in live use subtract
+ * their usual latency (a scan's duration and its way), or frames close before their last scans come. */
 OVT_API ovt_status ovt_advance(ovt_detector* detector, int64_t now_ns);
 /* Closes scans in pieces that are not ended and the open frame, and returns when every pushed scan is finished. */
 OVT_API ovt_status ovt_flush(ovt_detector* detector);
@@ -719,7 +726,8 @@ typedef struct ovt_tracks {
                                         else the course (its opposite for a car that rolls backwards) */
   const double *length_m, *width_m;  /* extent of the last detection */
   const int32_t *age, *hits;
-  const int32_t* detection;          /* row of this frame's ovt_detections, -1 none */
+  const int32_t* detection;          /* row of this frame's ovt_detections (of a frame of pushed detections: of the
+                                        rows as pushed), -1 none */
   int32_t path_points;               /* predicted path: point k of track i at [i * path_points + k] */
   double path_step_s;                /* ... is at publish_ns + (k + 1) * path_step_s */
   const double *path_x_m, *path_y_m, *path_course_rad, *path_speed_mps, *path_var_x, *path_var_y, *path_cov_xy;

@@ -365,14 +365,36 @@ TEST_CASE("frame_assembler: pushed detections are a separate frame, in the order
   bench.scan(1, 110);
   CHECK(bench.external(105) == IntakeResult::kUsed);  // between the stamps of the open frame, which then is late itself
   CHECK(bench.count() == 3);
-  CHECK(bench.external(111) == IntakeResult::kUsed);
-  REQUIRE(bench.count() == 5);
-  CHECK(bench.runner.closed[3].mask == 3);
-  CHECK(bench.runner.closed[3].last_ms == 110);
-  CHECK((bench.runner.closed[3].flags & OVT_FLAG_OUT_OF_SEQUENCE) == 0);
+  CHECK(bench.external(174) == IntakeResult::kUsed);  // a radar is faster than the scans of the same time
+  CHECK(bench.count() == 4);
+  for (int64_t k = 1; k < 8; ++k) bench.external(150 + 50 * k);  // no sensor goes on: the open frame ends
+  std::size_t scans = 0;
+  for (const Closed& frame : bench.runner.closed) {
+    if (frame.kind != FrameKind::kScans) continue;
+    ++scans;
+    CHECK(frame.mask == 3);
+    CHECK(frame.last_ms == 110);
+    CHECK((frame.flags & OVT_FLAG_OUT_OF_SEQUENCE) != 0);
+  }
+  CHECK(scans == 1);
   CHECK(bench.external(109) == IntakeResult::kUsed);
   CHECK(bench.last().flags == (OVT_FLAG_EXTERNAL | OVT_FLAG_OUT_OF_SEQUENCE));
   CHECK(bench.external(109) == IntakeResult::kDuplicate);
+}
+
+TEST_CASE("frame_assembler: a radar that is faster than the scans of the same time splits no frame") {
+  Bench bench;
+  for (int64_t k = 0; k < 40; ++k) {
+    // It delivers the rows of 25 and 50 ms from now before the scans of now, or between them.
+    CHECK(bench.external(50 * k + 25) == IntakeResult::kUsed);
+    bench.scan(0, 50 * k);
+    CHECK(bench.external(50 * k + 49) == IntakeResult::kUsed);
+    bench.scan(1, 50 * k + 1);
+    bench.scan(2, 50 * k + 2);
+    REQUIRE(bench.count() == 3 * (k + 1));
+    CHECK(bench.last().mask == 7);
+    CHECK((bench.last().flags & OVT_FLAG_OUT_OF_SEQUENCE) != 0);
+  }
 }
 
 TEST_CASE("frame_assembler: pushed detections and scans with one stamp are both used, in either order") {
@@ -401,6 +423,55 @@ TEST_CASE("frame_assembler: without a free slot nothing is used and the sequence
   CHECK(bench.assembler.advance(1000 * kMs));
   REQUIRE(bench.count() == kSlots + 3);
   for (std::size_t k = 0; k < bench.count(); ++k) CHECK(bench.runner.closed[k].sequence == int64_t(k));
+}
+
+TEST_CASE("frame_assembler: which scans share a frame does not depend on free slots") {
+  for (const bool is_full : {false, true}) {
+    CAPTURE(is_full);
+    Bench bench;
+    bench.runner.keep = is_full;
+    for (int64_t k = 0; k + 1 < kSlots; ++k) bench.sweep(50 * k);
+    const int64_t now = 50 * (kSlots - 1);
+    CHECK(bench.scan(0, now) == IntakeResult::kUsed);
+    CHECK(bench.scan(1, now + 10) == IntakeResult::kUsed);
+    // The next one of sensor 0 closes the frame, although it is older than the frame's newest scan.
+    if (is_full) {
+      for (int32_t i = 0; i < 2; ++i) CHECK(bench.scan(0, now + 5) == IntakeResult::kNoSlot);
+      bench.runner.finish_kept();
+      bench.runner.keep = false;
+    }
+    CHECK(bench.scan(0, now + 5) == IntakeResult::kUsed);
+    CHECK(bench.scan(1, now + 15) == IntakeResult::kUsed);
+    CHECK(bench.scan(2, now + 16) == IntakeResult::kUsed);
+    CHECK(bench.count() == std::size_t(kSlots) + 1);
+    CHECK(bench.last().mask == 7);
+  }
+}
+
+TEST_CASE("frame_assembler: a clock that is known to be wrong is not believed in a short gap of the others") {
+  for (const int64_t ahead_ms : {200, 300, 490, 520, 700, 990, 1500})
+    for (const int64_t lost : {1, 2, 4, 8})
+      for (const bool is_radar : {false, true}) {
+        CAPTURE(ahead_ms);
+        CAPTURE(lost);
+        CAPTURE(is_radar);
+        Bench bench;
+        for (int64_t k = 0; k < 60; ++k) {
+          const bool is_gap = k >= 40 && k < 40 + lost;
+          const int64_t wrong_ms = 50 * k + 1 + (k >= 20 ? ahead_ms : 0);
+          if (is_radar)
+            bench.external(wrong_ms);
+          else
+            bench.scan(1, wrong_ms);
+          if (is_gap) continue;
+          CHECK(bench.scan(0, 50 * k) == (k == 40 + lost ? IntakeResult::kHeld : IntakeResult::kUsed));
+          CHECK(bench.scan(2, 50 * k + 2) == IntakeResult::kUsed);
+        }
+        CHECK(bench.assembler.take_settled().used == 1);  // the scan that was held after the gap
+        CHECK(bench.assembler.clock_jumps() == 0);
+        CHECK((bench.last().flags & OVT_FLAG_OUT_OF_SEQUENCE) == 0);
+        CHECK((bench.last().mask & 5u) == 5u);
+      }
 }
 
 TEST_CASE("frame_assembler: stamps at both ends of int64 work") {

@@ -290,3 +290,14 @@ TEST_CASE("lane existence: without an ego pose, it does not count how far a car 
   };
   CHECK(score_at(2000) == doctest::Approx(score_at(0)).epsilon(1e-6));
 }
+
+TEST_CASE("lane existence: the score of a new track is limited as that of an older one") {
+  TrackerParams params = LaneBench::of_best();
+  params.lane.narrow_score = -100, params.lane.most_score = 8;
+  LaneBench bench(nullptr, params);
+  Measurement z = seen_car(0, 0, 0);
+  z.view = int32_t(CarView::kRear), z.width_m = 0.1;
+  bench.step(0, {z});
+  REQUIRE(bench.rows.count == 1);
+  CHECK(bench.state().score == -8);
+}

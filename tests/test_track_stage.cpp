@@ -505,3 +505,17 @@ TEST_CASE("track stage: a detection whose own stamp has no ego pose has no place
     }
   }
 }
+
+TEST_CASE("track stage: pushed rows in the map wait for an ego pose where sensors see cars in the vehicle frame") {
+  for (const int32_t sensors : {0, 1}) {
+    CAPTURE(sensors);
+    Bench bench;
+    bench.context.sensor_count = sensors;
+    bench.run(0, -1, OVT_REFERENCE_MAP);
+    const bool waits = sensors > 0;
+    CHECK(bench.frame.reference == (waits ? OVT_REFERENCE_VEHICLE : OVT_REFERENCE_MAP));
+    CHECK(bench.frame.lost_rows == (waits ? 1 : 0));
+    CHECK(((bench.frame.flags & OVT_FLAG_NO_EGO) != 0) == waits);
+    CHECK((bench.frame.flags & OVT_FLAG_EGO_STALE) == 0);
+  }
+}

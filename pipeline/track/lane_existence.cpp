@@ -173,7 +173,7 @@ void LanePolicy::score_hit(int32_t slot, State& s, const Measurement& z, const I
 
 void LanePolicy::begin_existence(State& s, const Measurement& z) const noexcept {
   s.class_votes = vote_of(z);
-  s.score = evidence_of(z, false);
+  s.score = std::clamp(evidence_of(z, false), -lane_.most_score, lane_.most_score);
   s.history = 1;
   s.age = 1;
   s.hits = is_cluster(z) ? 1 : kRowHits;

@@ -205,9 +205,10 @@ int32_t TrackStage::observe(const Frame& frame, ObservedSector* sectors) const n
   return count;
 }
 
-// A prediction does not change the tracker, so it does not change the frame of reference either.
+// A prediction does not change the tracker, so it does not change the frame of reference either. Nor do pushed rows in
+// the map while sensors see cars in the vehicle frame: only an ego pose tells where these are in the map.
 void TrackStage::choose_reference(Frame& frame) noexcept {
-  const bool in_map = frame.kind == FrameKind::kExternal && !frame.ego_known
+  const bool in_map = frame.kind == FrameKind::kExternal && !frame.ego_known && context_.sensor_count == 0
                           ? frame.external_reference == OVT_REFERENCE_MAP
                           : frame.ego_known;
   if (in_map && reference_ == OVT_REFERENCE_VEHICLE && frame.kind != FrameKind::kPrediction) {
@@ -226,8 +227,9 @@ bool TrackStage::may_measure(Frame& frame) const noexcept {
   const bool measured_in_vehicle =
       frame.kind == FrameKind::kScans ||
       (frame.kind == FrameKind::kExternal && frame.external_reference == OVT_REFERENCE_VEHICLE);
-  const bool lost = reference_ == OVT_REFERENCE_MAP && !frame.ego_known && measured_in_vehicle;
-  if (lost) frame.flags |= OVT_FLAG_EGO_STALE;
+  const bool lost = reference_ == OVT_REFERENCE_MAP ? !frame.ego_known && measured_in_vehicle
+                                                    : frame.kind == FrameKind::kExternal && !measured_in_vehicle;
+  if (lost && reference_ == OVT_REFERENCE_MAP) frame.flags |= OVT_FLAG_EGO_STALE;
   return frame.kind != FrameKind::kPrediction && !lost && !frame.failed;
 }
 
