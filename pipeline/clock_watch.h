@@ -12,8 +12,9 @@
 //   else                                                    good
 //
 // Sensor A is good evidence for sensor B while A is no suspect, and B has delivered at most one stamp more than usual
-// since A's last good stamp, or 24 stamps if the others went on while B's stamps were suspect. This counts B's stamps instead of using their values, which may be wrong. A time from
-// ovt_advance 3.5 periods after A's newest stamp ends A's evidence, too. Outcome of a held stamp:
+// since A's last good stamp; or 24 stamps if the others went on while B's stamps were suspect. This counts B's stamps
+// instead of using their values, which may be wrong. A time from ovt_advance 3.5 periods after A's newest stamp ends
+// A's evidence, too. Outcome of a held stamp:
 //
 //   the other sensors come near it                            good: it was early
 //   more sensors report such a stamp than deliver good ones   good: a common gap, nothing is lost
@@ -100,8 +101,8 @@ class ClockWatch {
  private:
   static constexpr int32_t kAgreeing = 3;
   static constexpr int32_t kMaxRatio = 16;  // largest ratio of two sources' rates
-  // A source whose suspect stamps the others contradicted by going on without it is not the clock before it has delivered
-  // so many stamps without a good one of them: a short gap of all others does not make a wrong clock right.
+  // A source whose suspect stamps the others contradicted by going on without it is not the clock before it has
+  // delivered so many stamps without a good one of them: a short gap of all others does not make a wrong clock right.
   static constexpr int32_t kContradictedWait = 24;
   static_assert(kContradictedWait < 2 * kMaxRatio);
   struct Source {

@@ -6,8 +6,8 @@
 // ovt_advance reports a time that is too late for it. The segmentation starts with each scan, before the frame is
 // complete.
 //
-// A scan older than a closed frame of scans, or than the open frame, becomes a separate frame; the tracker inserts it at its
-// stamp. Frames get their sequence numbers when they close.
+// A scan older than a closed frame of scans, or than the open frame, becomes a separate frame; the tracker inserts it
+// at its stamp. Frames get their sequence numbers when they close.
 //
 // The assembler keeps one held scan per sensor (held: see clock_watch.h). The next held scan of the sensor replaces it.
 #pragma once

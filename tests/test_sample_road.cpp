@@ -418,7 +418,7 @@ TEST_CASE("sample_road: the first time at a place, a map with banking tells how 
     const CircleRoad told = rising_bank(true, true), untold = rising_bank(false, true);
     const RoadData with = first_look(told, s_m), without = first_look(untold, s_m);
     const Sampled sampled(with, sensor);
-    CHECK(sampled.known_m[std::size_t(sampled.rays / 2)] == 0.0f);
+    CHECK(sampled.known_m[std::size_t(sampled.rays / 2)] > 40.0f);  // where the ray leaves the road
     CHECK(worst_on_road(sampled, with, told, 95.0) < 0.2);
     CHECK(worst_on_road(Sampled(without, sensor), without, untold, 95.0) > 1.0);
   }
@@ -451,6 +451,31 @@ TEST_CASE("sample_road: where the road is not what the map lets expect, the scan
   const double fitted =
       worst_on_road(Sampled(without, sensor, scan_of_road(sensor, without, untold)), without, untold, 60.0);
   CHECK(corrected < fitted + 0.1);
+
+  // And no pixel of that road is an obstacle, as far as a road returns.
+  Scan scan = scan_of_road(sensor, with, told);
+  Sampled sampled(with, sensor, scan_of_road(sensor, with, told));
+  test::OwnedPlane<float> height(sensor.rows, sensor.cols);
+  test::OwnedBits nonground(sensor.rows, sensor.cols), steep(sensor.rows, sensor.cols);
+  ref::running_ground(
+      test::paper_params(sensor).running_ground,
+      {sampled.offset_m.data(), sampled.slope.data(), sampled.level_slope.data(), sampled.known_m.data()}, scan.range,
+      scan.elevation, height, nonground, steep);
+  int32_t obstacles = 0, returns = 0;
+  for (int32_t r = 0; r < sensor.rows; ++r)
+    for (int32_t c = 0; c < sensor.cols; ++c) {
+      const double range = double(scan.range.at(r, c)), up = double(scan.elevation.at(r, c));
+      const double azimuth = double(sensor.azimuth_left_rad) - (c + 0.5) * double(sensor.pitch_rad);
+      const double x = 2.3 + range * std::cos(up) * std::cos(azimuth), y = range * std::cos(up) * std::sin(azimuth);
+      const double z = 0.65 + range * std::sin(up);
+      double map_x, map_y;
+      with.ego.to_map(x, y, z, map_x, map_y);
+      if (!(range > 0.0 && range < 70.0) || std::fabs(told.map.project(map_x, map_y, -1).d_m) > 4.0) continue;
+      ++returns;
+      obstacles += ConstBitPlane(BitPlane(nonground)).test(r, c);
+    }
+  CHECK(returns > 500);
+  CHECK(obstacles == 0);
 }
 
 TEST_CASE("sample_road: rows without a return change no byte of a guess, with any number of rows") {

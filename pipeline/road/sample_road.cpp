@@ -24,7 +24,7 @@ float mix(float a, float b, float weight) noexcept { return a + weight * (b - a)
 // Height of the road at a place relative to the ego vehicle, in the map's axes. `station`: where to begin; then the
 // piece of the place. `outside_m`: distance from the road. False where the heights are not known; kExpected: they may
 // also be expected.
-template <bool kExpected = false>
+template <bool kExpected>
 OVT_INLINE bool find_height(const RoadData& road, const CentreLine& line, float x, float y, int32_t& station,
                             float& height_m, float& outside_m) noexcept {
   const float beside = line.find_piece(x, y, station);
@@ -52,10 +52,11 @@ struct Rays {
   float heights_m[kNodes][kTogether];  // z in the sensor's axes
 };
 
-// Samples the known road; rays.known is false where a station on the way is not known. known_m is the distance at
-// which the ray leaves the road.
-void sample_known(const RoadData& road, const CentreLine& line, const RoadAxes& axes, float origin_m,
-                  Rays& rays) noexcept {
+// Samples the known road, or the expected one; rays.known is false where a station on the way is not known. known_m is
+// the distance at which the ray leaves the road.
+template <bool kExpected>
+void sample_stations(const RoadData& road, const CentreLine& line, const RoadAxes& axes, float origin_m,
+                     Rays& rays) noexcept {
   const float *r = axes.map, *m = axes.mounting.r, *t = axes.mounting.t;
   int32_t station[kTogether];
   float sensor_z[kTogether], vehicle_z[kTogether], last_z[kTogether], height_m[kTogether], outside_m[kTogether];
@@ -80,7 +81,7 @@ void sample_known(const RoadData& road, const CentreLine& line, const RoadAxes& 
     bool skips[kTogether] = {}, any_skips = false;
     for (int32_t l = 0; l < kTogether; ++l) {
       if (!rays.known[l] || !(outside_m[l] <= kVerge_m) ||
-          find_height(road, line, map_x[l], map_y[l], station[l], height_m[l], outside_m[l]))
+          find_height<kExpected>(road, line, map_x[l], map_y[l], station[l], height_m[l], outside_m[l]))
         continue;
       if (distance <= kKnownReach_m)
         rays.known[l] = false;
@@ -148,6 +149,25 @@ void expect_road(const RoadData& road, const CentreLine& line, const float* r, f
   expected.any = true;
 }
 
+// Adds what the scan's ground differs from the expected road.
+void add_shape(const RoadAxes& axes, const RoadShape& shape, Rays& rays) noexcept {
+  const float *m = axes.mounting.r, *t = axes.mounting.t;
+  for (int32_t i = 0; i < kNodes; ++i) {
+    const float distance = node_distance_m(i);
+    float x[kTogether], y[kTogether], height_m[kTogether];
+    for (int32_t l = 0; l < kTogether; ++l) {
+      const float at_x = distance * rays.cosine[l], at_y = distance * rays.sine[l], at_z = rays.heights_m[i][l];
+      x[l] = m[0] * at_x + m[1] * at_y + m[2] * at_z + t[0];
+      y[l] = m[3] * at_x + m[4] * at_y + m[5] * at_z + t[1];
+    }
+    for (int32_t l = 0; l < kTogether; l += 2) {
+      const Two two_x(x + l);
+      shape.height_at(two_x, shape.lane_offset(two_x, Two(y + l))).store(height_m + l);
+    }
+    for (int32_t l = 0; l < kTogether; ++l) rays.heights_m[i][l] += height_m[l] / m[8];
+  }
+}
+
 void sample_shape(const RoadAxes& axes, const RoadShape& shape, Rays& rays) noexcept {
   const float *m = axes.mounting.r, *t = axes.mounting.t;
   float sensor_z[kTogether];
@@ -193,7 +213,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
     line.lay(*road.map, road.s_m, RoadData::kStation_m, RoadData::kStations, road.ego.pose.x_m, road.ego.pose.y_m);
     int32_t station = RoadData::kStations / 2;
     expects = !line.empty() && road.has_expected;
-    has_line = !line.empty() && find_height(road, line, 0.0f, 0.0f, station, origin_m, outside_m);
+    has_line = !line.empty() && find_height<false>(road, line, 0.0f, 0.0f, station, origin_m, outside_m);
     if (!has_line && expects) find_height<true>(road, line, 0.0f, 0.0f, station, origin_m, outside_m);
     origin_m /= axes.map[8];
   }
@@ -216,17 +236,24 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
       guess.sine[l] = known.sine[l], guess.cosine[l] = known.cosine[l];
       known.known[l] = false;
     }
-    if (has_line) sample_known(road, line, axes, origin_m, known);
+    if (has_line) sample_stations<false>(road, line, axes, origin_m, known);
     if (!std::all_of(known.known, known.known + here, [](bool is_known) { return is_known; })) {
       if (!fitted && expects) expect_road(road, line, axes.map, origin_m, shape);
       if (!fitted) fit_road(params, axes, sensor, range_filled_m, elevation_filled_rad, shape);
       fitted = true;
-      sample_shape(axes, shape, guess);
+      if (expects) {
+        sample_stations<true>(road, line, axes, origin_m, guess);
+        shape.expected.any = false;  // the rays have it
+        add_shape(axes, shape, guess);
+        shape.expected.any = true;
+      } else {
+        sample_shape(axes, shape, guess);
+      }
     }
     for (int32_t l = 0; l < here; ++l) {
       const int32_t k = begin + l;
       const Rays& rays = known.known[l] ? known : guess;
-      surface.known_m[k] = known.known[l] ? known.known_m[l] : on_map ? 0.0f : -1.0f;
+      surface.known_m[k] = known.known[l] || expects ? rays.known_m[l] : on_map ? 0.0f : -1.0f;
       surface.level_slope[k] = -(up[0] * rays.cosine[l] + up[1] * rays.sine[l]) / up[2];
       float heights_m[kNodes];
       for (int32_t i = 0; i < kNodes; ++i) heights_m[i] = rays.heights_m[i][l];
