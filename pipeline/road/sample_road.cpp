@@ -168,6 +168,14 @@ void add_shape(const RoadAxes& axes, const RoadShape& shape, Rays& rays) noexcep
   }
 }
 
+// Takes what lies on the road. Beside it the fitted shape goes on: it knows the apron better than the map does.
+void take_road(const Rays& expected, Rays& rays) noexcept {
+  for (int32_t i = 0; i < kNodes; ++i)
+    for (int32_t l = 0; l < kTogether; ++l)
+      if (node_distance_m(i) < expected.known_m[l]) rays.heights_m[i][l] = expected.heights_m[i][l];
+  std::copy_n(expected.known_m, kTogether, rays.known_m);
+}
+
 void sample_shape(const RoadAxes& axes, const RoadShape& shape, Rays& rays) noexcept {
   const float *m = axes.mounting.r, *t = axes.mounting.t;
   float sensor_z[kTogether];
@@ -241,13 +249,14 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
       if (!fitted && expects) expect_road(road, line, axes.map, origin_m, shape);
       if (!fitted) fit_road(params, axes, sensor, range_filled_m, elevation_filled_rad, shape);
       fitted = true;
+      sample_shape(axes, shape, guess);
       if (expects) {
-        sample_stations<true>(road, line, axes, origin_m, guess);
+        Rays expected = guess;
+        sample_stations<true>(road, line, axes, origin_m, expected);
         shape.expected.any = false;  // the rays have it
-        add_shape(axes, shape, guess);
+        add_shape(axes, shape, expected);
         shape.expected.any = true;
-      } else {
-        sample_shape(axes, shape, guess);
+        take_road(expected, guess);
       }
     }
     for (int32_t l = 0; l < here; ++l) {
