@@ -76,22 +76,22 @@ double EgoState::heading_to_vehicle(double heading_rad) const noexcept {
   return atan2_f64(r[0] * s - r[3] * c, r[4] * c - r[1] * s);
 }
 
-bool EgoWindow::at(int64_t stamp_ns, EgoState& out) const noexcept {
+bool EgoWindow::at(int64_t stamp_ns, EgoState& out, int64_t oldest_ns) const noexcept {
   if (count == 0) return false;
   const EgoPose& newest = poses[count - 1];
   out.age_ns = difference_ns(stamp_ns, newest.stamp_ns);
-  if (out.age_ns > kEgoLostNs) return false;
+  if (out.age_ns > oldest_ns) return false;
   if (out.age_ns >= 0) {
     out.pose = extrapolate(newest, stamp_ns);
   } else if (stamp_ns < poses[0].stamp_ns) {
     out.age_ns = difference_ns(poses[0].stamp_ns, stamp_ns);
-    if (out.age_ns > kEgoLostNs) return false;
+    if (out.age_ns > oldest_ns) return false;
     out.pose = extrapolate(poses[0], stamp_ns);
   } else {
     const EgoPose* after =
         std::upper_bound(poses, poses + count, stamp_ns, [](int64_t t, const EgoPose& p) { return t < p.stamp_ns; });
     out.age_ns = std::min(difference_ns(stamp_ns, after[-1].stamp_ns), difference_ns(after[0].stamp_ns, stamp_ns));
-    if (out.age_ns > kEgoLostNs) return false;
+    if (out.age_ns > oldest_ns) return false;
     out.pose = interpolate(after[-1], after[0], stamp_ns);
   }
   fill_rotation(out);

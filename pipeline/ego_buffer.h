@@ -48,7 +48,7 @@ struct EgoWindow {
 
   // Interpolates (linear; yaw along the shorter way) or extrapolates (constant speed and yaw rate). False if no pose is
   // known within kEgoLostNs of stamp_ns, before or after.
-  bool at(int64_t stamp_ns, EgoState& out) const noexcept;
+  bool at(int64_t stamp_ns, EgoState& out, int64_t oldest_ns = kEgoLostNs) const noexcept;
 };
 
 // The poses in the buffer when a scan was pushed: from `first` to before `count`.

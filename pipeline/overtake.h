@@ -514,8 +514,8 @@ typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } 
 /* Detections of another detector (radar, neural network), all with one stamp: one iteration of the tracker, in the
  * order of stamps with the frames. Push them when they come, before or after the scans of the same time: scans that
  * come later are inserted (OVT_FLAG_OUT_OF_SEQUENCE) and still share a frame. Detections that are 3 periods newer than
- * the first stamp of the open frame close it. In the map (reference), without an ego pose and with sensors, whose cars
- * are in the vehicle frame then, rows are lost (ovt_stats.measurements_lost). Columns of
+ * the first stamp of the open frame close it. In the map (reference), without an ego pose and after scans were tracked
+ * in the vehicle frame, rows are lost (ovt_stats.measurements_lost). Columns of
  * `count`; all but x and y may be null, or NaN per row; without cov_xy the variances are independent. Rows that
  * still wait from an earlier push follow the push policy. More than candidate_capacity rows: OVT_TOO_MANY,
  * external_dropped. While a sensor delivers good stamps, detections never move the clock. If they are ahead of the

@@ -128,7 +128,8 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
       z.points = in.point_count[i];
       z_m = double(views.road_z_m[i]);
     }
-    if (reference_ == OVT_REFERENCE_MAP && frame.ego.at(in.stamp_ns[i], ego)) {
+    // A frame whose ego pose is known has the poses of its rows, too: their stamps differ by less than a scan.
+    if (reference_ == OVT_REFERENCE_MAP && frame.ego.at(in.stamp_ns[i], ego, 2 * kEgoLostNs)) {
       EgoState used = ego;
       if (heading_) {
         corrected_.at(in.stamp_ns[i], used);
@@ -148,7 +149,7 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
       turn_covariance(used.r[0], used.r[1], used.r[3], used.r[4], z);
       widen(params_, ego_variance(ego), z);
     } else if (reference_ == OVT_REFERENCE_MAP) {
-      z.x_m = kNotMeasured;  // the ego pose is known at the frame's stamp, but not at the row's: its place is not
+      z.x_m = kNotMeasured;  // its place in the map is not known
     }
     if (frame.views.capacity > 0) frame.views.ego_offset_rad[i] = float(offset_rad);
   }
@@ -206,9 +207,10 @@ int32_t TrackStage::observe(const Frame& frame, ObservedSector* sectors) const n
 }
 
 // A prediction does not change the tracker, so it does not change the frame of reference either. Nor do pushed rows in
-// the map while sensors see cars in the vehicle frame: only an ego pose tells where these are in the map.
+// the map after scans were tracked in the vehicle frame: only an ego pose tells where their cars are in the map.
 void TrackStage::choose_reference(Frame& frame) noexcept {
-  const bool in_map = frame.kind == FrameKind::kExternal && !frame.ego_known && context_.sensor_count == 0
+  if (frame.kind == FrameKind::kScans && reference_ == OVT_REFERENCE_VEHICLE) tracks_scans_ = true;
+  const bool in_map = frame.kind == FrameKind::kExternal && !frame.ego_known && !tracks_scans_
                           ? frame.external_reference == OVT_REFERENCE_MAP
                           : frame.ego_known;
   if (in_map && reference_ == OVT_REFERENCE_VEHICLE && frame.kind != FrameKind::kPrediction) {

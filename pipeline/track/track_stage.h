@@ -57,6 +57,7 @@ class TrackStage {
   std::unique_ptr<HeadingFilter> heading_;  // null: the method measures no walls
   EgoWindow corrected_;                     // of the frame under way: poses with corrected headings, without constants
   HeadingFilter::State learned_{};          // of the frame under way
+  bool tracks_scans_ = false;               // in the vehicle frame
   int32_t reference_ = OVT_REFERENCE_VEHICLE;
   int64_t newest_ns_ = INT64_MIN;  // of the frames run so far
 };
