@@ -424,6 +424,18 @@ TEST_CASE("sample_road: the first time at a place, a map with banking tells how 
   }
 }
 
+TEST_CASE("sample_road: beside an expected road the cross slope goes on, a known one ends at its inner edge") {
+  const SensorModel sensor = make_sensor(kMountings[0], 240);
+  const CircleRoad road = rising_bank(true, true);
+  const RoadData first = first_look(road, 200.0), later = data_at(road, 200.0, 0.0);
+  const Sampled expected(first, sensor), known(later, sensor);
+  const double slope = road.slope(200.0);
+  CHECK(expected.known_m[0] < 15.0f);  // the ray to the left leaves the road
+  // There the vehicle's plane goes down with the road; 8 m from the centre line the known road becomes level.
+  CHECK(std::fabs(expected.height(0, 14.0) + 0.65) < 0.3);
+  CHECK(known.height(0, 20.0) > expected.height(0, 20.0) + 0.5 * slope * 4.0);
+}
+
 // A scan of the road, up to 90 m.
 Scan scan_of_road(const SensorModel& sensor, const RoadData& data, const CircleRoad& road) {
   return scan_of(sensor, [&](double x, double y) {  // the height above the vehicle's plane, by two steps
