@@ -247,8 +247,13 @@ TEST_CASE("detector threads: flush returns while frames take longer than their s
   for (int32_t sensor = 0; sensor < 3; ++sensor)
     producers.emplace_back([&, sensor] {
       for (int32_t k = 0; !returned.load() && !gave_up.load(); ++k) {
-        bench.push_scan(k, sensor);
-        if (bench.stats().frames >= kMostFrames) gave_up.store(true);
+        ovt_points empty = ovt_default_points();
+        empty.x.type = empty.y.type = empty.z.type = OVT_F32, empty.layer.type = OVT_I32;
+        empty.sensor = sensor;
+        empty.stamp_ns = int64_t(k) * 50'000'000 + sensor;
+        ovt_push_scan(bench.detector, &empty);
+        ovt_stats stats = ovt_default_stats();
+        if (ovt_read_stats(bench.detector, &stats) == OVT_OK && stats.frames >= kMostFrames) gave_up.store(true);
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
       }
     });
