@@ -29,8 +29,8 @@ StampVerdict ClockWatch::classify(int32_t source, int64_t stamp_ns) noexcept {
   s.suspects = std::min(s.suspects + 1, kAgreeing);
   s.suspect_ns = stamp_ns;
   if (others.good > 0) {
-    if (!s.is_alone) s.others_ns = others.newest_ns;
-    s.is_alone = true;
+    if (!s.is_opposed) s.others_ns = others.newest_ns;
+    s.is_opposed = true;
     if (difference_ns(others.newest_ns, s.others_ns) > near_ns_) s.contradicted = true;
   }
   s.continued = continued;
@@ -142,7 +142,7 @@ void ClockWatch::note_good(int32_t source, int64_t stamp_ns) noexcept {
   if (step_ns > 0) s.interval_ns = std::min(step_ns, std::exchange(s.before_ns, step_ns));
   s.good_ns = s.any ? std::max(s.good_ns, stamp_ns) : stamp_ns;
   s.any = true;
-  s.silent = s.continued = s.is_alone = s.contradicted = false;
+  s.silent = s.continued = s.is_opposed = s.contradicted = false;
   s.suspects = s.late = 0;
   if (s.named > 0) --s.named;
   // Detections move the time only if no sensor is good.

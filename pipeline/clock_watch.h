@@ -120,7 +120,7 @@ class ClockWatch {
     int32_t named = 0;        // good stamps until the source is no longer a suspect
     // Since its last good stamp: it had a suspect one, when the newest good stamp of the others was others_ns, and they
     // went on from there.
-    bool is_alone = false, contradicted = false;
+    bool is_opposed = false, contradicted = false;
     int64_t others_ns = 0;
   };
   // Number of stamps of one source since another one's last good stamp, and between its two good stamps before.

@@ -293,8 +293,7 @@ bool Detector::step_intake() {
   gather();
   if (gather_hook_) gather_hook_(gather_user_);
   // What is pushed later does not delay them.
-  if (!inline_ && advance_wanted != advance_done_.load(std::memory_order_relaxed) &&
-      !is_pending_before(advance_before)) {
+  if (advance_wanted != advance_done_.load(std::memory_order_relaxed) && !is_pending_before(advance_before)) {
     const bool done = assembler_->advance(advance_ns_.load(std::memory_order_relaxed));
     count_settled();
     if (!done) return false;
@@ -302,7 +301,7 @@ bool Detector::step_intake() {
     advance_done_.notify_all();
     return true;
   }
-  if (!inline_ && flush_wanted != flush_done_.load(std::memory_order_relaxed) && !is_pending_before(flush_before)) {
+  if (flush_wanted != flush_done_.load(std::memory_order_relaxed) && !is_pending_before(flush_before)) {
     if (flushed_ != flush_wanted) {
       const bool done = assembler_->flush();
       count_settled();

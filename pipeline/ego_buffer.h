@@ -47,7 +47,7 @@ struct EgoWindow {
   EgoPose poses[kCapacity];
 
   // Interpolates (linear; yaw along the shorter way) or extrapolates (constant speed and yaw rate). False if no pose is
-  // known within kEgoLostNs of stamp_ns, before or after.
+  // known within oldest_ns of stamp_ns, before or after.
   bool at(int64_t stamp_ns, EgoState& out, int64_t oldest_ns = kEgoLostNs) const noexcept;
 };
 

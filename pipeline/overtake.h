@@ -514,10 +514,10 @@ typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } 
 /* Detections of another detector (radar, neural network), all with one stamp: one iteration of the tracker, in the
  * order of stamps with the frames. Push them when they come, before or after the scans of the same time: scans that
  * come later are inserted (OVT_FLAG_OUT_OF_SEQUENCE) and still share a frame. Detections that are 3 periods newer than
- * the first stamp of the open frame close it. In the map (reference), without an ego pose and after scans were tracked
- * in the vehicle frame, rows are lost (ovt_stats.measurements_lost). Columns of
- * `count`; all but x and y may be null, or NaN per row; without cov_xy the variances are independent. Rows that
- * still wait from an earlier push follow the push policy. More than candidate_capacity rows: OVT_TOO_MANY,
+ * the first stamp of the open frame close it. Without an ego pose, rows in the map (reference) are lost if scans were
+ * tracked in the vehicle frame before (ovt_stats.measurements_lost).
+ * Columns of `count`; all but x and y may be null, or NaN per row; without cov_xy the variances are independent. Rows
+ * that still wait from an earlier push follow the push policy. More than candidate_capacity rows: OVT_TOO_MANY,
  * external_dropped. While a sensor delivers good stamps, detections never move the clock. If they are ahead of the
  * sensors by more than frame.tolerance_s plus frame.period_s, they are held until the sensors come near them. They are
  * dropped (OVT_SUSPECT_DETECTIONS) when the sensors advance by more than that and are still behind, when more than
@@ -539,8 +539,8 @@ OVT_API ovt_status ovt_push_detections(ovt_detector* detector, const ovt_externa
 /* Reports the current time: closes a frame that has waited for a sensor for 1.5 periods since its first stamp, and
  * predicts the tracks when no frame came for tracker.predict_after (OVT_FLAG_PREDICTION). The next scan of any sensor
  * closes such a frame, too, so ovt_advance is needed only when all sensors may be silent. Works the same in replay and
- * live use: the library never reads a clock for this. now_ns is a time of the sensors' stamps: in live use subtract
- * their usual latency (a scan's duration and its way), or frames close before their last scans come. */
+ * live use: the library never reads a clock for this. now_ns is in the time of the sensors' stamps: in live use,
+ * subtract the usual time from a scan's stamp to its push, or frames close before their last scans come. */
 OVT_API ovt_status ovt_advance(ovt_detector* detector, int64_t now_ns);
 /* Closes scans in pieces that are not ended and the open frame, and returns when every pushed scan is finished. */
 OVT_API ovt_status ovt_flush(ovt_detector* detector);
@@ -704,7 +704,7 @@ typedef enum ovt_track_flag {        /* ovt_tracks.flags: a track's health */
 } ovt_track_flag;
 
 typedef enum ovt_visibility {        /* why a frame has a detection of a track, or none */
-  OVT_VISIBILITY_SEEN = 0,           /* it has one, or (confirmed tracks) a few points */
+  OVT_VISIBILITY_SEEN = 0,           /* it has one; a confirmed track: or a few points */
   OVT_VISIBILITY_MISSED = 1,         /* none, although a sensor could see the track's position */
   OVT_VISIBILITY_HIDDEN = 2,         /* none: another confirmed car is in front */
   OVT_VISIBILITY_OWN_SHADOW = 3,     /* none: blind zone straight behind, in the shadow of the own car's rear wing */

@@ -233,6 +233,44 @@ TEST_CASE("detector threads: if oneTBB has no thread create fails, if it has few
   CHECK(bench.records == good.records);
 }
 
+TEST_CASE("detector threads: flush and advance come before a scan that is pushed after them") {
+  for (const bool flushes : {true, false}) {
+    CAPTURE(flushes);
+    DetectorBench bench({.workers = 2, .push_policy = OVT_PUSH_REPLACE});
+    bench.create();
+    struct Meeting {
+      std::atomic<bool> armed{false}, looked{false}, go_on{false};
+    } meeting;
+    auto& detector = *reinterpret_cast<overtake::Detector*>(bench.detector);
+    detector.set_gather_hook(
+        [](void* user) {
+          auto& m = *static_cast<Meeting*>(user);
+          if (!m.armed.exchange(false)) return;
+          m.looked.store(true);
+          while (!m.go_on.load()) std::this_thread::yield();
+        },
+        &meeting);
+    meeting.armed.store(true);
+    REQUIRE(bench.push_scan(0, 0) == OVT_OK);  // opens a frame that waits for the other sensors
+    while (!meeting.looked.load()) std::this_thread::yield();
+    std::thread flusher;
+    if (flushes) {
+      flusher = std::thread([&] { ovt_flush(bench.detector); });
+      while (detector.flushes_asked() == 0) std::this_thread::yield();
+    } else {
+      REQUIRE(ovt_advance(bench.detector, demo_frame(0).stamp_ns + 100'000'000) == OVT_OK);
+    }
+    REQUIRE(bench.push_scan(0, 1) == OVT_OK);  // would have joined that frame
+    meeting.go_on.store(true);
+    if (flushes) flusher.join();
+    bench.flush();
+    std::vector<uint32_t> masks;
+    for (const FrameRecord& record : bench.records)
+      if ((record.info.flags & OVT_FLAG_PREDICTION) == 0) masks.push_back(record.info.sensor_mask);
+    CHECK(masks == std::vector<uint32_t>{1, 2});
+  }
+}
+
 TEST_CASE("detector threads: flush returns while frames take longer than their scans take to come") {
   DetectorBench bench({.workers = 2, .push_policy = OVT_PUSH_REPLACE});
   bench.create();

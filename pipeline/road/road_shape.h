@@ -29,13 +29,13 @@ constexpr int32_t kTerms = 5;
 struct ExpectedRoad {
   static constexpr int32_t kPlaces = 37;
   static constexpr float kFirst_m = -80.0f, kStep_m = 5.0f;  // x of the places
-  bool any = false;                                          // else the rest is not valid: a level plane
+  bool any = false;                                          // else a level plane, and the rest is not valid
   float base_m[kPlaces], twist[kPlaces];
 
   struct At {
     double base_m, twist;
   };
-  // Between two places; beyond the last ones straight on.
+  // Between two places; beyond the last ones straight on, with their twist.
   At at(double x) const noexcept {
     const double place = (x - double(kFirst_m)) * double(1.0f / kStep_m);
     const int32_t i = int32_t(place > 0.0 ? (place < kPlaces - 2 ? place : kPlaces - 2) : 0.0);
@@ -82,11 +82,16 @@ struct RoadShape {
     const V near = limited(x, kBend_m);
     return y - V(0.5 * curvature) * near * (V(2.0) * x - near);
   }
+  // From the expected road.
   template <class V>
-  V height_at(V x, V lane_offset_m) const noexcept {
+  V difference_at(V x, V lane_offset_m) const noexcept {
     const V near = limited(x, kBend_m), n = limited(lane_offset_m, kLane_m);
     return V(term[0]) + V(term[1]) * x + V(term[2]) * n + V(term[3]) * near * (V(2.0) * x - near) +
-           V(term[4]) * near * n + expected_at(x, lane_offset_m);
+           V(term[4]) * near * n;
+  }
+  template <class V>
+  V height_at(V x, V lane_offset_m) const noexcept {
+    return difference_at(x, lane_offset_m) + expected_at(x, lane_offset_m);
   }
   double height(double x, double y) const noexcept { return height_at(x, lane_offset(x, y)); }
   double expected_at(double x, double lane_offset_m) const noexcept {

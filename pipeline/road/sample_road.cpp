@@ -149,25 +149,6 @@ void expect_road(const RoadData& road, const CentreLine& line, const float* r, f
   expected.any = true;
 }
 
-// Adds what the scan's ground differs from the expected road.
-void add_shape(const RoadAxes& axes, const RoadShape& shape, Rays& rays) noexcept {
-  const float *m = axes.mounting.r, *t = axes.mounting.t;
-  for (int32_t i = 0; i < kNodes; ++i) {
-    const float distance = node_distance_m(i);
-    float x[kTogether], y[kTogether], height_m[kTogether];
-    for (int32_t l = 0; l < kTogether; ++l) {
-      const float at_x = distance * rays.cosine[l], at_y = distance * rays.sine[l], at_z = rays.heights_m[i][l];
-      x[l] = m[0] * at_x + m[1] * at_y + m[2] * at_z + t[0];
-      y[l] = m[3] * at_x + m[4] * at_y + m[5] * at_z + t[1];
-    }
-    for (int32_t l = 0; l < kTogether; l += 2) {
-      const Two two_x(x + l);
-      shape.height_at(two_x, shape.lane_offset(two_x, Two(y + l))).store(height_m + l);
-    }
-    for (int32_t l = 0; l < kTogether; ++l) rays.heights_m[i][l] += height_m[l] / m[8];
-  }
-}
-
 // Takes what lies on the road. Beside it the fitted shape goes on: it knows the apron better than the map does.
 void take_road(const Rays& expected, Rays& rays) noexcept {
   for (int32_t i = 0; i < kNodes; ++i)
@@ -176,24 +157,44 @@ void take_road(const Rays& expected, Rays& rays) noexcept {
   std::copy_n(expected.known_m, kTogether, rays.known_m);
 }
 
-void sample_shape(const RoadAxes& axes, const RoadShape& shape, Rays& rays) noexcept {
-  const float *m = axes.mounting.r, *t = axes.mounting.t;
-  float sensor_z[kTogether];
-  for (int32_t l = 0; l < kTogether; ++l) sensor_z[l] = -t[2];
-  for (int32_t i = 0; i < kNodes; ++i) {
-    const float distance = node_distance_m(i);
-    float x[kTogether], y[kTogether], vx[kTogether], vy[kTogether], height_m[kTogether];
+// A node of the rays in the sensor's axes, where its z is known, and a height of the shape there, in the vehicle frame.
+struct NodeOnShape {
+  float x[kTogether], y[kTogether], height_m[kTogether];
+
+  template <class HeightAt>
+  NodeOnShape(const RoadAxes& axes, const RoadShape& shape, const Rays& rays, int32_t node, const float* z,
+              HeightAt&& height_at) noexcept {
+    const float *m = axes.mounting.r, *t = axes.mounting.t;
+    const float distance = node_distance_m(node);
+    float vx[kTogether], vy[kTogether];
     for (int32_t l = 0; l < kTogether; ++l) {
       x[l] = distance * rays.cosine[l], y[l] = distance * rays.sine[l];
-      vx[l] = m[0] * x[l] + m[1] * y[l] + m[2] * sensor_z[l] + t[0];
-      vy[l] = m[3] * x[l] + m[4] * y[l] + m[5] * sensor_z[l] + t[1];
+      vx[l] = m[0] * x[l] + m[1] * y[l] + m[2] * z[l] + t[0];
+      vy[l] = m[3] * x[l] + m[4] * y[l] + m[5] * z[l] + t[1];
     }
     for (int32_t l = 0; l < kTogether; l += 2) {
       const Two at_x(vx + l);
-      shape.height_at(at_x, shape.lane_offset(at_x, Two(vy + l))).store(height_m + l);
+      height_at(at_x, shape.lane_offset(at_x, Two(vy + l))).store(height_m + l);
     }
+  }
+};
+
+void sample_shape(const RoadAxes& axes, const RoadShape& shape, Rays& rays) noexcept {
+  float sensor_z[kTogether];
+  for (int32_t l = 0; l < kTogether; ++l) sensor_z[l] = -axes.mounting.t[2];
+  for (int32_t i = 0; i < kNodes; ++i) {
+    const NodeOnShape node(axes, shape, rays, i, sensor_z, [&](Two x, Two n) { return shape.height_at(x, n); });
     for (int32_t l = 0; l < kTogether; ++l)
-      rays.heights_m[i][l] = sensor_z[l] = axes.to_sensor_z(height_m[l], x[l], y[l]);
+      rays.heights_m[i][l] = sensor_z[l] = axes.to_sensor_z(node.height_m[l], node.x[l], node.y[l]);
+  }
+}
+
+// Adds what the scan's ground differs from the expected road.
+void add_difference(const RoadAxes& axes, const RoadShape& shape, Rays& rays) noexcept {
+  for (int32_t i = 0; i < kNodes; ++i) {
+    const NodeOnShape node(axes, shape, rays, i, rays.heights_m[i],
+                           [&](Two x, Two n) { return shape.difference_at(x, n); });
+    for (int32_t l = 0; l < kTogether; ++l) rays.heights_m[i][l] += node.height_m[l] / axes.mounting.r[8];
   }
 }
 
@@ -253,9 +254,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
       if (expects) {
         Rays expected = guess;
         sample_stations<true>(road, line, axes, origin_m, expected);
-        shape.expected.any = false;  // the rays have it
-        add_shape(axes, shape, expected);
-        shape.expected.any = true;
+        add_difference(axes, shape, expected);
         take_road(expected, guess);
       }
     }

@@ -128,11 +128,13 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
       z.points = in.point_count[i];
       z_m = double(views.road_z_m[i]);
     }
-    // A frame whose ego pose is known has the poses of its rows, too: their stamps differ by less than a scan.
-    if (reference_ == OVT_REFERENCE_MAP && frame.ego.at(in.stamp_ns[i], ego, 2 * kEgoLostNs)) {
+    // The pose is known at the frame's stamp, so it may be somewhat older at that of a row, which is a part of a scan
+    // later.
+    constexpr int64_t kOldestNs = 2 * kEgoLostNs;
+    if (reference_ == OVT_REFERENCE_MAP && frame.ego.at(in.stamp_ns[i], ego, kOldestNs)) {
       EgoState used = ego;
       if (heading_) {
-        corrected_.at(in.stamp_ns[i], used);
+        corrected_.at(in.stamp_ns[i], used, kOldestNs);
         const int32_t sensor = frame.merged.main_sensor[in.cluster[i]];
         used = turned(used, learned_.offset_rad({}, sensor, heading_->sensor_count()));
         offset_rad = wrap_angle(used.pose.yaw_rad - ego.pose.yaw_rad);

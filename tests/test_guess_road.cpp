@@ -1,0 +1,274 @@
+// Copyright 2026 The Overtake authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The road surface along the rays of a sensor where the heights are not known: fitted to the scan's ground, and
+// expected from a map with banking.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "tests/support/road_samples.h"
+
+namespace overtake {
+namespace {
+
+using test::CircleRoad, test::Mounting, test::Sampled, test::Scan;
+using test::data_at, test::exact_height, test::make_sensor, test::kMountings;
+
+// A scan of the surface z(x, y) in the vehicle frame, up to 90 m: rows from 0.05 rad down to -0.3 rad. A box of 1 m
+// height, 2 m across and any length stands at box_x_m on the lane.
+template <class Surface>
+Scan scan_of(const SensorModel& sensor, Surface&& surface, double box_x_m = 1e9) {
+  Scan scan(sensor);
+  const Transform& m = sensor.T_vehicle_sensor;
+  for (int32_t r = 0; r < sensor.rows; ++r)
+    for (int32_t c = 0; c < sensor.cols; ++c) {
+      const double up = 0.05 - 0.35 * std::pow(double(r) / (sensor.rows - 1), 2.0);
+      const double azimuth = double(sensor.azimuth_left_rad) - (c + 0.5) * double(sensor.pitch_rad);
+      const double beam[3] = {std::cos(up) * std::cos(azimuth), std::cos(up) * std::sin(azimuth), std::sin(up)};
+      const auto above = [&](double range) {
+        double v[3];
+        for (int32_t i = 0; i < 3; ++i) {
+          v[i] = double(m.t[i]);
+          for (int32_t j = 0; j < 3; ++j) v[i] += double(m.r[3 * i + j]) * beam[j] * range;
+        }
+        const bool box = v[0] > box_x_m && v[0] < box_x_m + 5.0 && std::fabs(v[1]) < 1.0;
+        return v[2] - surface(v[0], v[1]) - (box ? 1.0 : 0.0);
+      };
+      double range = 0.5;
+      while (range < 90.0 && above(range) > 0.0) range += 0.02;
+      scan.elevation.at(r, c) = float(up);
+      scan.range.at(r, c) = range < 90.0 ? float(range) : kNoReturn;
+    }
+  return scan;
+}
+
+// A vehicle in a left turn of 400 m, with a yaw rate but no map.
+RoadData turning_without_map() {
+  RoadData data;
+  data.has_pose = true;
+  data.ego.pose.speed_mps = 70.0;
+  data.ego.pose.yaw_rate_rps = 0.175;
+  return data;
+}
+
+TEST_CASE("guess_road: without known heights and without ground in the scan the road is level") {
+  for (const Mounting& mounting : kMountings)
+    for (const bool has_pose : {true, false}) {
+      RoadData data = turning_without_map();
+      data.has_pose = has_pose;
+      const SensorModel sensor = make_sensor(mounting);
+      const Sampled sampled(data, sensor);
+      CHECK(sampled.known_count() == 0);
+      for (int32_t k = 0; k < sampled.rays; ++k) CHECK(sampled.known_m[std::size_t(k)] == -1.0f);
+      const Transform& m = sensor.T_vehicle_sensor;
+      for (int32_t k = 0; k < sampled.rays; k += 5)
+        for (const double distance : {0.0, 10.0, 50.0, 150.0}) {
+          const double x = distance * std::cos(sampled.azimuth(k)), y = distance * std::sin(sampled.azimuth(k));
+          const double exact = -(double(m.t[2]) + double(m.r[6]) * x + double(m.r[7]) * y) / double(m.r[8]);
+          CHECK(sampled.height(k, distance) == doctest::Approx(exact).epsilon(1e-3));
+        }
+    }
+}
+
+// Checks a guess against the surface z(x, y) in the vehicle frame, near the lane and up to 60 m.
+template <class Surface>
+void check_guess(const Sampled& sampled, Surface&& surface, double tolerance_m) {
+  const Transform& m = sampled.sensor.T_vehicle_sensor;
+  int32_t checked = 0;
+  for (int32_t k = 0; k < sampled.rays; ++k)
+    for (int32_t node = 0; node < kNodes; ++node) {
+      const double distance = double(node_distance_m(node)), a = sampled.azimuth(k);
+      const double z = sampled.height(k, distance);
+      const double p[3] = {distance * std::cos(a), distance * std::sin(a), z};
+      double v[3];
+      for (int32_t i = 0; i < 3; ++i) {
+        v[i] = double(m.t[i]);
+        for (int32_t j = 0; j < 3; ++j) v[i] += double(m.r[3 * i + j]) * p[j];
+      }
+      if (std::fabs(v[0]) > 60.0 || std::fabs(v[1] - 0.5 / 400.0 * v[0] * v[0]) > 4.0) continue;
+      CAPTURE(v[0]);
+      CAPTURE(v[1]);
+      CHECK(std::fabs(v[2] - surface(v[0], v[1])) < tolerance_m);
+      ++checked;
+    }
+  CHECK(checked > 20);
+}
+
+TEST_CASE("guess_road: a guess has the height, grade, cross slope and bend of the scan's ground") {
+  const auto lane = [](double x, double y) { return y - 0.5 / 400.0 * x * x; };
+  const auto level = [](double, double) { return 0.0; };
+  const auto low = [](double, double) { return -0.06; };            // of the mounting
+  const auto pitched = [](double x, double) { return 0.01 * x; };   // of the vehicle
+  const auto bent = [](double x, double) { return 4e-4 * x * x; };  // into a bank
+  const auto banked = [&](double x, double y) { return 0.01 * lane(x, y) + 0.001 * x * lane(x, y); };
+  const SensorModel sensor = make_sensor({2.3, 0.0, 0.65, 0.0, 0.0, 0.0}, 240);
+  const RoadData data = turning_without_map();
+  check_guess(Sampled(data, sensor, scan_of(sensor, level)), level, 0.03);
+  check_guess(Sampled(data, sensor, scan_of(sensor, low)), low, 0.05);
+  check_guess(Sampled(data, sensor, scan_of(sensor, pitched)), pitched, 0.08);
+  check_guess(Sampled(data, sensor, scan_of(sensor, bent)), bent, 0.12);
+  check_guess(Sampled(data, sensor, scan_of(sensor, banked)), banked, 0.12);
+  // A level guess is wrong by more than that.
+  CHECK_FALSE(std::fabs(Sampled(data, sensor).height(8, 55.0) + 0.65 - bent(57.3, 0.0)) < 0.5);
+}
+
+// A left turn whose banking rises ahead of the vehicle: the slope goes from 0.1 to 0.35 between 100 and 240 m. Its
+// inner edge is level, or its centre line.
+CircleRoad rising_bank(bool with_banking, bool level_edge) {
+  constexpr double kRadius = 400.0;
+  const auto slope = [](double turn) {
+    const double t = std::fmin(std::fmax((turn * kRadius - 100.0) / 140.0, 0.0), 1.0);
+    return 0.1 + 0.25 * t * t * (3.0 - 2.0 * t);
+  };
+  return CircleRoad({.radius_m = kRadius,
+                     .with_banking = with_banking,
+                     .height = [=](double turn) { return level_edge ? CircleRoad::kWidthLeft_m * slope(turn) : 0.0; },
+                     .slope = slope});
+}
+
+// The first time at a place, with what one ego pose tells.
+RoadData first_look(const CircleRoad& road, double s_m) {
+  EgoBuffer buffer(512);
+  REQUIRE(buffer.push(road.pose_at(s_m, 0.0)) == OVT_OK);
+  HeightProfile profile;
+  REQUIRE(profile.build(&road.map, default_allocator()));
+  RoadData data;
+  profile.describe(buffer, buffer.range(), 0, data);
+  REQUIRE(data.map == &road.map);
+  return data;
+}
+
+// The largest error of the surface on the road around the centre line, up to so far ahead.
+double worst_on_road(const Sampled& sampled, const RoadData& data, const CircleRoad& road, double far_m) {
+  double worst_m = 0.0, left_m = 0.0;
+  int32_t checked = 0;
+  const auto surface = [&](double x, double y) {
+    const MapProjection at = road.map.project(x, y, -1);
+    left_m = at.d_m;
+    return road.height(at.s_m) - at.d_m * road.slope(at.s_m);
+  };
+  for (int32_t k = 0; k < sampled.rays; ++k)
+    for (double distance = 5.0; distance <= far_m; distance += 5.0) {
+      const double exact = exact_height(data, sampled.sensor, sampled.azimuth(k), distance, surface);
+      if (std::fabs(left_m) > 3.0) continue;
+      worst_m = std::fmax(worst_m, std::fabs(sampled.height(k, distance) - exact));
+      ++checked;
+    }
+  CHECK(checked > 8);
+  return worst_m;
+}
+
+TEST_CASE("guess_road: the first time at a place, a map with banking tells how the road turns ahead") {
+  const SensorModel sensor = make_sensor(kMountings[0], 240);
+  for (const double s_m : {60.0, 120.0, 200.0}) {
+    CAPTURE(s_m);
+    const CircleRoad told = rising_bank(true, true), untold = rising_bank(false, true);
+    const RoadData with = first_look(told, s_m), without = first_look(untold, s_m);
+    const Sampled sampled(with, sensor);
+    CHECK(sampled.known_m[std::size_t(sampled.rays / 2)] > 40.0f);  // where the ray leaves the road
+    CHECK(worst_on_road(sampled, with, told, 95.0) < 0.2);
+    CHECK(worst_on_road(Sampled(without, sensor), without, untold, 95.0) > 1.0);
+  }
+}
+
+TEST_CASE("guess_road: beside an expected road the cross slope goes on, a known one ends at its inner edge") {
+  const SensorModel sensor = make_sensor(kMountings[0], 240);
+  const CircleRoad road = rising_bank(true, true);
+  const RoadData first = first_look(road, 200.0), later = data_at(road, 200.0, 0.0);
+  const Sampled expected(first, sensor), known(later, sensor);
+  const double slope = road.slope(200.0);
+  CHECK(expected.known_m[0] < 15.0f);  // the ray to the left leaves the road
+  // There the vehicle's plane goes down with the road; 8 m from the centre line the known road becomes level.
+  CHECK(std::fabs(expected.height(0, 14.0) + 0.65) < 0.3);
+  CHECK(known.height(0, 20.0) > expected.height(0, 20.0) + 0.5 * slope * 4.0);
+}
+
+// A scan of the road, up to 90 m.
+Scan scan_of_road(const SensorModel& sensor, const RoadData& data, const CircleRoad& road) {
+  return scan_of(sensor, [&](double x, double y) {  // the height above the vehicle's plane, by two steps
+    double z = 0.0;
+    for (int32_t i = 0; i < 3; ++i) {
+      const double* const r = data.ego.r;
+      const double map_x = data.ego.pose.x_m + r[0] * x + r[1] * y + r[2] * z;
+      const double map_y = data.ego.pose.y_m + r[3] * x + r[4] * y + r[5] * z;
+      const MapProjection at = road.map.project(map_x, map_y, -1);
+      z = (road.height(at.s_m) - at.d_m * road.slope(at.s_m) - data.ego.pose.z_m - r[6] * x - r[7] * y) / r[8];
+    }
+    return z;
+  });
+}
+
+TEST_CASE("guess_road: where the road is not what the map lets expect, the scan's ground corrects it") {
+  const SensorModel sensor = make_sensor(kMountings[0], 120);
+  const CircleRoad told = rising_bank(true, false), untold = rising_bank(false, false);
+  const double s_m = 120.0;  // the edge falls by 1.5 m over the next 100 m, and is expected to stay level
+  const RoadData with = first_look(told, s_m), without = first_look(untold, s_m);
+  const double plain = worst_on_road(Sampled(with, sensor), with, told, 60.0);
+  const double corrected = worst_on_road(Sampled(with, sensor, scan_of_road(sensor, with, told)), with, told, 60.0);
+  CHECK(corrected < 0.5 * plain);
+  CHECK(corrected < 0.3);
+  const double fitted =
+      worst_on_road(Sampled(without, sensor, scan_of_road(sensor, without, untold)), without, untold, 60.0);
+  CHECK(corrected < fitted + 0.1);
+
+  // And no pixel of that road is an obstacle, as far as a road returns.
+  Scan scan = scan_of_road(sensor, with, told);
+  Sampled sampled(with, sensor, scan_of_road(sensor, with, told));
+  test::OwnedPlane<float> height(sensor.rows, sensor.cols);
+  test::OwnedBits nonground(sensor.rows, sensor.cols), steep(sensor.rows, sensor.cols);
+  ref::running_ground(
+      test::paper_params(sensor).running_ground,
+      {sampled.offset_m.data(), sampled.slope.data(), sampled.level_slope.data(), sampled.known_m.data()}, scan.range,
+      scan.elevation, height, nonground, steep);
+  int32_t obstacles = 0, returns = 0;
+  for (int32_t r = 0; r < sensor.rows; ++r)
+    for (int32_t c = 0; c < sensor.cols; ++c) {
+      const double range = double(scan.range.at(r, c)), up = double(scan.elevation.at(r, c));
+      const double azimuth = double(sensor.azimuth_left_rad) - (c + 0.5) * double(sensor.pitch_rad);
+      const double x = 2.3 + range * std::cos(up) * std::cos(azimuth), y = range * std::cos(up) * std::sin(azimuth);
+      const double z = 0.65 + range * std::sin(up);
+      double map_x, map_y;
+      with.ego.to_map(x, y, z, map_x, map_y);
+      if (!(range > 0.0 && range < 70.0) || std::fabs(told.map.project(map_x, map_y, -1).d_m) > 4.0) continue;
+      ++returns;
+      obstacles += ConstBitPlane(BitPlane(nonground)).test(r, c);
+    }
+  CHECK(returns > 500);
+  CHECK(obstacles == 0);
+}
+
+TEST_CASE("guess_road: rows without a return change no byte of a guess, with any number of rows") {
+  const auto bent = [](double x, double) { return 4e-4 * x * x; };
+  const SensorModel sensor = make_sensor({2.3, 0.0, 0.65, 0.0, 0.0, 0.0}, 240);
+  Scan scan = scan_of(sensor, bent);
+  const Sampled sampled(turning_without_map(), sensor, scan_of(sensor, bent));
+  for (const int32_t apart : {2, 6, 8, 16, 32}) {  // up to the 1,024 rows of the largest image
+    CAPTURE(apart);
+    SensorModel tall = sensor;
+    tall.rows = apart * sensor.rows;
+    Scan sparse(tall);
+    for (int32_t r = 0; r < sensor.rows; ++r)
+      for (int32_t c = 0; c < sensor.cols; ++c) {
+        sparse.range.at(apart * r, c) = scan.range.at(r, c);
+        sparse.elevation.at(apart * r, c) = scan.elevation.at(r, c);
+      }
+    const Sampled same(turning_without_map(), tall, std::move(sparse));
+    CHECK(same.offset_m == sampled.offset_m);
+    CHECK(same.slope == sampled.slope);
+  }
+}
+
+TEST_CASE("guess_road: a car on the road does not lift the guess") {
+  const auto level = [](double, double) { return 0.0; };
+  const SensorModel sensor = make_sensor({2.3, 0.0, 0.65, 0.0, 0.0, 0.0}, 240);
+  for (const double car_x_m : {8.0, 15.0, 30.0}) {
+    CAPTURE(car_x_m);
+    check_guess(Sampled(turning_without_map(), sensor, scan_of(sensor, level, car_x_m)), level, 0.05);
+  }
+}
+
+}  // namespace
+}  // namespace overtake
