@@ -54,7 +54,7 @@ ended nobody
 grep -q '^note: live: 0 clients, 0 frames sent, 0 not sent to slow ones$' nobody.txt || fail "nobody: $(tail -n 2 nobody.txt)"
 
 # Two clients by both subprotocols; the file of --mcap has the same messages beside them.
-live two --rate 0.5 --mcap two.mcap
+live two --rate 0.5 --live-clients 2 --mcap two.mcap
 watch all.txt foxglove.sdk.v1 all
 all=$!
 watch numbers.txt foxglove.websocket.v1 numbers
@@ -68,7 +68,7 @@ seen numbers.txt 'Object.keys(s.messages).sort().join() === "/detections/numbers
   fail "the file beside a live run: $("$overtake" info two.mcap)"
 
 # A client that stops reading, and one that is killed.
-live stopped --rate 0.5
+live stopped --rate 0.5 --live-clients 2
 watch stall.txt foxglove.sdk.v1 stall
 stall=$!
 watch killed.txt foxglove.sdk.v1 all
@@ -85,14 +85,19 @@ dropped=$(sed -n 's/^note: live: 2 clients, [0-9]* frames* sent, \([0-9]*\) not 
 ((${dropped:-0} > 5)) || fail "frames not sent to a client that stops: $(tail -n 1 stopped.txt)"
 
 # One that comes again.
-live again --rate 0.5
+live again --rate 0.5 --live-clients 1
 watch twice.txt foxglove.websocket.v1 twice
 ended again
 wait $!
 seen twice.txt 's.connections === 2 && s.messages["/map"] === 2 && s.messages["/front/points"] > 1'
 
-# Ctrl-C, and a port that is taken.
-live early --rate 0.1
+# Ctrl-C while it waits for a client, and of a run that goes on; a port that is taken.
+live waiting --live-clients 1
+sleep 0.2
+kill -INT $pid
+wait $pid
+(($? == 130)) || fail "Ctrl-C of a run without its client: $(cat err.txt)"
+live early --rate 0.1 --live-clients 1
 timeout 20 "$overtake" run race.mcap --out late --live "$port" --quiet 2>late.txt && fail "a taken port is taken again"
 grep -q "^overtake: port $port: is taken by another program" late.txt || fail "a taken port: $(cat late.txt)"
 [[ ! -e late ]] || fail "a run that cannot be live leaves results"

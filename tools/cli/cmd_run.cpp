@@ -30,8 +30,9 @@ struct RunOptions : Options {
   std::string trace, mcap, mcap_images, truth;
   std::vector<std::string> allow_origins;
   int64_t picture_at = -1;
-  int32_t live = -1;  // port; 0: a free one
-  double rate = 0;    // of time; 0: as fast as possible
+  int32_t live = -1;         // port; 0: a free one
+  int32_t live_clients = 0;  // to wait for
+  double rate = 0;           // of time; 0: as fast as possible
   bool stream = false;
 };
 
@@ -174,6 +175,10 @@ class Pace {
 struct Live {
   Live(int32_t port, const std::vector<std::string>& allow_origins)
       : server({"127.0.0.1", port, {}, "", allow_origins, &view}) {}
+  // Until `count` clients have connected, or an interrupt.
+  void wait_for(int32_t count) const {
+    while (!interrupted() && view.counts().clients < count) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
   serve::LiveView view;
   serve::ViewServer server;
 };
@@ -261,6 +266,8 @@ int run(const RunOptions& options) {
   // Only the view shows images.
   if (!options.allow_origins.empty() && options.live < 0)
     throw io::Error("--allow-origin " + options.allow_origins[0], 0, "has no effect without --live");
+  if (options.live_clients > 0 && options.live < 0)
+    throw io::Error("--live-clients " + std::to_string(options.live_clients), 0, "has no effect without --live");
   config.keep_images = options.live >= 0 || (!options.mcap.empty() && images_of(options) != McapImages::kNone);
   config.in_pieces = options.stream;
   io::OutputGuard guard(options.force);
@@ -285,6 +292,7 @@ int run(const RunOptions& options) {
   io::write_whole_file(options.out + "/config.toml", format_config(config));
 
   catch_interrupt();
+  if (live) live->wait_for(options.live_clients);
   Progress progress(1000, options.quiet);
   LineNotes lines;
   Pace pace(options.rate);
@@ -351,6 +359,10 @@ void add_run_options(CLI::App& command, RunOptions& options) {
       .add_option("--live", options.live,
                   "PORT: shows the run in a browser, in Foxglove or Lichtblick while it runs; 0: a free port")
       ->check(CLI::Range(0, 65535));
+  command
+      .add_option("--live-clients", options.live_clients,
+                  "COUNT of clients of --live that the first frame waits for (default: none)")
+      ->check(CLI::Range(0, int(serve::kMostLiveClients)));
   command.add_option("--allow-origin", options.allow_origins,
                      "ORIGIN (https://app.foxglove.dev): pages of this site may connect to --live, too");
   command.add_option("--rate", options.rate, "of time, for --live: 1 real time, 0.5 half of it (default: no limit)")
