@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Section 7b of kernels/README.md: cuts weak links in clusters that are longer than a car. Not a kernel of its own:
-// the reference of label_cut calls it.
+// Section 7b of kernels/README.md: cuts weak links in clusters that may be two cars. Not a kernel of its own: the
+// reference of label_cut calls it.
 #pragma once
 
 #include "core/plane.h"
@@ -14,6 +14,7 @@ struct CutLinksParams {
   float sin_pitch, cos_pitch;
   float step_m;                      // of a link down
   float min_length_m, max_length_m;  // of a cluster
+  float in_line_length_m, in_line_width_m, in_line_step_m;
 };
 
 // Scratch: where the ends of a label's runs are. The last two are of label_cut's vector form, which has one for each
@@ -25,13 +26,16 @@ struct LabelExtent {
 };
 
 // A cluster between min_length_m and max_length_m may be two cars. Cuts each of its links to the right that has
-// beta <= th_cut (link_pixels.h), and each link down that has that and joins ranges which differ by step_m or more.
+// beta <= th_cut (link_pixels.h), and each link down that has that and joins ranges which differ by step_m or more. A
+// shorter cluster, from in_line_length_m on, may be parts of two cars one behind the other if it is narrower than
+// in_line_width_m: cuts each of its links that has beta <= th_cut and joins ranges which differ by in_line_step_m or
+// more.
 //   reads    range_repaired_m elevation_repaired_rad nonground_repaired; labels label_count (from label_bfs; labels
 //            beyond the count are none); the links
 //   writes   link_right link_down: clears bits of cut links
 //   returns  the number of cut links: if any, the labels are to be made anew
-//   length   of a label: the root of (far - near)^2 + (mean of far and near * columns * sin_pitch)^2, over the pixels
-//            that end a run (without a link to their left or right). A cluster across the first column of a sensor
+//   length   of a label: the root of (far - near)^2 + width^2, width = mean of far and near * columns * sin_pitch, over
+//            the pixels that end a run (without a link to their left or right). A cluster across the first column of a sensor
 //            that wraps is long: it is not cut
 //   scratch  extents[label_count + 1]      cost  each end of a run once; each pixel of a cluster of such a length
 //   agrees   exactly on every ISA

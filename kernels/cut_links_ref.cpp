@@ -1,11 +1,12 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Section 7b: cuts weak links in clusters that are longer than a car.
+// Section 7b: cuts weak links in clusters that may be two cars.
 //
 // Two cars nose to tail are one cluster when a row sees the top of the near car and the next row the far car behind it:
 // the angle between two rows is large, so a step of 4 m can have beta > th_seg. Such a step is rare within one car, but
-// common along a wall. So only clusters that are too long for one car and too short for a wall are cut.
+// common along a wall. So only clusters that are too long for one car and too short for a wall are cut, and those that
+// are no wider than a car, in links with a step that no car has.
 #include "kernels/cut_links.h"
 
 #include <algorithm>
@@ -53,12 +54,12 @@ class LinkCutter {
     }
   }
 
-  bool is_long(int32_t label) const {
-    return label >= 1 && label <= label_count_ && overtake::is_long(params_, extents_[label]);
+  TwoCars may_be_two_cars(int32_t label) const {
+    return label >= 1 && label <= label_count_ ? overtake::may_be_two_cars(params_, extents_[label]) : TwoCars::kNo;
   }
   // Cuts the links of the run that begins at a pixel.
-  int32_t cut_run(int32_t r, int32_t c) const {
-    return overtake::cut_run(params_, range_m_, elevation_rad_, r, c, right_, down_);
+  int32_t cut_run(TwoCars cluster, int32_t r, int32_t c) const {
+    return overtake::cut_run(params_, steps_of(params_, cluster), range_m_, elevation_rad_, r, c, right_, down_);
   }
 
  private:
@@ -80,7 +81,7 @@ int32_t cut_links(const CutLinksParams& params, Plane<const float> range_repaire
                           extents);
   cutter.measure(nonground_repaired);
   bool any = false;
-  for (int32_t label = 1; label <= label_count; ++label) any = any || cutter.is_long(label);
+  for (int32_t label = 1; label <= label_count; ++label) any = any || cutter.may_be_two_cars(label) != TwoCars::kNo;
   if (!any) return 0;
 
   int32_t cuts = 0;
@@ -89,7 +90,8 @@ int32_t cut_links(const CutLinksParams& params, Plane<const float> range_repaire
       for (uint64_t starts = nonground_repaired.row(r)[w] & ~linked_left(link_right.row(r), w); starts != 0;
            starts &= starts - 1) {
         const int32_t c = 64 * w + std::countr_zero(starts);
-        if (cutter.is_long(labels.row(r)[c])) cuts += cutter.cut_run(r, c);
+        const TwoCars cluster = cutter.may_be_two_cars(labels.row(r)[c]);
+        if (cluster != TwoCars::kNo) cuts += cutter.cut_run(cluster, r, c);
       }
   return cuts;
 }

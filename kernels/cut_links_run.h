@@ -10,23 +10,39 @@
 
 namespace overtake {
 
-// Whether a cluster is too long for one car and too short for a wall.
-OVT_INLINE bool is_long(const CutLinksParams& params, const LabelExtent& extent) {
+enum class TwoCars { kNo, kLong, kInLine };
+
+// Whether a cluster may be two cars, and why: too long for one car and too short for a wall, or narrow and not short.
+OVT_INLINE TwoCars may_be_two_cars(const CutLinksParams& params, const LabelExtent& extent) {
   const float depth_m = extent.far_m - extent.near_m;
   const float width_m =
       0.5f * (extent.far_m + extent.near_m) * float(extent.last_col - extent.first_col) * params.sin_pitch;
   const float length_m2 = depth_m * depth_m + width_m * width_m;
-  return length_m2 > params.min_length_m * params.min_length_m && length_m2 < params.max_length_m * params.max_length_m;
+  if (!(length_m2 < params.max_length_m * params.max_length_m)) return TwoCars::kNo;
+  if (length_m2 > params.min_length_m * params.min_length_m) return TwoCars::kLong;
+  const bool is_in_line =
+      width_m < params.in_line_width_m && length_m2 > params.in_line_length_m * params.in_line_length_m;
+  return is_in_line ? TwoCars::kInLine : TwoCars::kNo;
 }
 
-OVT_INLINE bool is_weak_right(const CutLinksParams& params, const float* range_m, int32_t c) {
+// The least steps of range of the links that are cut.
+struct CutSteps {
+  float right_m, down_m;
+};
+OVT_INLINE CutSteps steps_of(const CutLinksParams& params, TwoCars cluster) {
+  return cluster == TwoCars::kLong ? CutSteps{0.0f, params.step_m}
+                                   : CutSteps{params.in_line_step_m, params.in_line_step_m};
+}
+
+OVT_INLINE bool is_weak_right(const CutLinksParams& params, float step_m, const float* range_m, int32_t c) {
+  if (abs_of(range_m[c] - range_m[c + 1]) < step_m) return false;
   return !pixels_join(range_m[c], range_m[c + 1], params.sin_pitch, params.cos_pitch, params.tan_threshold);
 }
 
-OVT_INLINE bool is_weak_down(const CutLinksParams& params, Plane<const float> range_m, Plane<const float> elevation_rad,
-                             int32_t r, int32_t c) {
+OVT_INLINE bool is_weak_down(const CutLinksParams& params, float step_m, Plane<const float> range_m,
+                             Plane<const float> elevation_rad, int32_t r, int32_t c) {
   const float own_m = range_m.row(r)[c], below_m = range_m.row(r + 1)[c];
-  if (abs_of(own_m - below_m) < params.step_m) return false;
+  if (abs_of(own_m - below_m) < step_m) return false;
   const float alpha = min_of(abs_of(elevation_rad.row(r)[c] - elevation_rad.row(r + 1)[c]), kHalfPiF);
   float sin_alpha, cos_alpha;
   sin_cos_small_f32(alpha, sin_alpha, cos_alpha);
@@ -34,17 +50,17 @@ OVT_INLINE bool is_weak_down(const CutLinksParams& params, Plane<const float> ra
 }
 
 // Cuts the weak links of the run that begins at a pixel. Returns their number.
-OVT_INLINE int32_t cut_run(const CutLinksParams& params, Plane<const float> range_m, Plane<const float> elevation_rad,
-                           int32_t r, int32_t c, BitPlane right, BitPlane down) {
+OVT_INLINE int32_t cut_run(const CutLinksParams& params, const CutSteps& steps, Plane<const float> range_m,
+                           Plane<const float> elevation_rad, int32_t r, int32_t c, BitPlane right, BitPlane down) {
   const auto clear = [](BitPlane links, int32_t row, int32_t col) OVT_INLINED {
     links.row(row)[col >> 6] &= ~(uint64_t(1) << (col & 63));
     return 1;
   };
   int32_t cuts = 0;
   for (bool goes_on = true; goes_on; ++c) {
-    if (down.test(r, c) && is_weak_down(params, range_m, elevation_rad, r, c)) cuts += clear(down, r, c);
+    if (down.test(r, c) && is_weak_down(params, steps.down_m, range_m, elevation_rad, r, c)) cuts += clear(down, r, c);
     goes_on = c + 1 < range_m.cols && right.test(r, c);
-    if (goes_on && is_weak_right(params, range_m.row(r), c)) cuts += clear(right, r, c);
+    if (goes_on && is_weak_right(params, steps.right_m, range_m.row(r), c)) cuts += clear(right, r, c);
   }
   return cuts;
 }

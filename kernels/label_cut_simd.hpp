@@ -39,8 +39,11 @@ OVT_INLINE void measure_runs(Plane<const float> range_m, ConstBitPlane nonground
   }
 }
 
+// near_m of the root's extents, where its cluster is to be cut.
+inline constexpr float kLongMark = -1.0f, kInLineMark = -2.0f;
+
 // Turns parents into roots, and joins the ends of the runs of each root. Returns whether any cluster is to be cut: the
-// extents of its root then have a negative near_m.
+// extents of its root then have a mark.
 OVT_INLINE bool join_extents(const CutLinksParams& params, int32_t run_count, int32_t* parent, LabelExtent* extents) {
   for (int32_t run = 0; run < run_count; ++run) {  // a root joins itself, which changes nothing
     const int32_t root = parent[run] = parent[parent[run]];
@@ -53,8 +56,10 @@ OVT_INLINE bool join_extents(const CutLinksParams& params, int32_t run_count, in
   }
   bool any = false;
   for (int32_t run = 0; run < run_count; ++run) {
-    if (parent[run] != run || !is_long(params, extents[run])) continue;
-    extents[run].near_m = -1.0f;
+    if (parent[run] != run) continue;
+    const TwoCars cluster = may_be_two_cars(params, extents[run]);
+    if (cluster == TwoCars::kNo) continue;
+    extents[run].near_m = cluster == TwoCars::kLong ? kLongMark : kInLineMark;
     any = true;
   }
   return any;
@@ -105,10 +110,11 @@ OVT_INLINE int32_t join_cut_runs(ConstBitPlane nonground, ConstBitPlane link_dow
 
 // As cut_run, on words of 64 columns. Calls splits(column) for each link to the right of a column that it cuts.
 template <class A, class F>
-OVT_INLINE int32_t cut_words(const CutLinksParams& params, Plane<const float> range_m, Plane<const float> elevation_rad,
-                             int32_t r, int32_t c, BitPlane right, BitPlane down, F&& splits) {
+OVT_INLINE int32_t cut_words(const CutLinksParams& params, const CutSteps& steps, Plane<const float> range_m,
+                             Plane<const float> elevation_rad, int32_t r, int32_t c, BitPlane right, BitPlane down,
+                             F&& splits) {
   const Float<A> tan_threshold(params.tan_threshold), sin_pitch(params.sin_pitch), cos_pitch(params.cos_pitch);
-  const Float<A> step(params.step_m), upright(kHalfPiF);
+  const Float<A> step_right(steps.right_m), step_down(steps.down_m), upright(kHalfPiF);
   constexpr uint64_t kGroup = (uint64_t(1) << kSize<A>)-1;
   const float* const own_m = range_m.row(r);
   int32_t cuts = 0;
@@ -123,18 +129,20 @@ OVT_INLINE int32_t cut_words(const CutLinksParams& params, Plane<const float> ra
       if ((((of_right | of_down) >> shift) & kGroup) == 0) continue;
       const int32_t at = 64 * w + shift;
       const Float<A> own = Float<A>::load(own_m + at);
-      const Mask<A> joins_right = pixels_join(own, Float<A>::load(own_m + at + 1), sin_pitch, cos_pitch, tan_threshold);
-      weak_right |= uint64_t((~joins_right).bits()) << shift;
+      const Float<A> next = Float<A>::load(own_m + at + 1);
+      const Mask<A> stays =
+          pixels_join(own, next, sin_pitch, cos_pitch, tan_threshold) | (abs_of(own - next) < step_right);
+      weak_right |= uint64_t((~stays).bits()) << shift;
       if (((of_down >> shift) & kGroup) == 0) continue;
       const Float<A> below = Float<A>::load(range_m.row(r + 1) + at);
-      const Mask<A> steps = ~(abs_of(own - below) < step);
-      if (((of_down >> shift) & steps.bits()) == 0) continue;
+      const Mask<A> is_step = ~(abs_of(own - below) < step_down);
+      if (((of_down >> shift) & is_step.bits()) == 0) continue;
       const Float<A> alpha =
           abs_of(Float<A>::load(elevation_rad.row(r) + at) - Float<A>::load(elevation_rad.row(r + 1) + at));
       Float<A> sin_alpha, cos_alpha;
       sin_cos_small_of(min_of(alpha, upright), sin_alpha, cos_alpha);
       const Mask<A> joins_down = pixels_join(own, below, sin_alpha, cos_alpha, tan_threshold);
-      weak_down |= uint64_t((steps & ~joins_down).bits()) << shift;
+      weak_down |= uint64_t((is_step & ~joins_down).bits()) << shift;
     }
     weak_right &= of_right, weak_down &= of_down;
     right.row(r)[w] &= ~weak_right;
@@ -160,9 +168,11 @@ int32_t label_cut(const CutLinksParams& params, bool wraps, Plane<const float> r
     for (int32_t run = 0; run < run_count; ++run) {
       if (extents[parent[run]].near_m >= 0.0f) continue;
       const int32_t r = extents[run].row;
+      const bool is_long = extents[parent[run]].near_m == kLongMark;
+      const CutSteps steps = steps_of(params, is_long ? TwoCars::kLong : TwoCars::kInLine);
       int32_t at = run;
-      cuts += cut_words<A>(params, range_repaired_m, elevation_repaired_rad, r, extents[run].col, link_right, link_down,
-                           [&](int32_t c) OVT_INLINED {
+      cuts += cut_words<A>(params, steps, range_repaired_m, elevation_repaired_rad, r, extents[run].col, link_right,
+                           link_down, [&](int32_t c) OVT_INLINED {
                              if (!nonground_repaired.test(r, c) || !nonground_repaired.test(r, c + 1)) return;
                              while (at + 1 < run_count && extents[at + 1].row == r && extents[at + 1].col <= c) ++at;
                              splits[split_count++] = {0.0f, 0.0f, 0, 0, at, c};

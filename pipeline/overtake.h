@@ -196,6 +196,9 @@ typedef struct ovt_params {
                                         parts of another's segmentation, which is cut into up to so many. 1: none. The
                                         results are the same; each worker needs 1 MB more for each further part. No
                                         effect with worker_count 1. Read by every preset */
+  double cut_in_line_from;           /* cut.in_line_from           in lengths of the vehicle */
+  double cut_in_line_width;          /* cut.in_line_width          in widths of the vehicle */
+  double cut_in_line_step_m;         /* cut.in_line_step_m */
 } ovt_params;
 
 typedef struct ovt_param_info {

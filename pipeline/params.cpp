@@ -143,7 +143,10 @@ SegmentParams make_segment_params(const ovt_params& params, const SensorModel& s
                    sensor.cos_pitch,
                    float(params.cut_step_m),
                    float(params.vehicle_length_m * params.cut_from),
-                   float(params.vehicle_length_m * params.cut_to)};
+                   float(params.vehicle_length_m * params.cut_to),
+                   float(params.vehicle_length_m * params.cut_in_line_from),
+                   float(params.vehicle_width_m * params.cut_in_line_width),
+                   float(params.cut_in_line_step_m)};
   out.label_points = {float(params.label_own_limit_m), float(params.label_loser_limit_m)};
   out.own_body = own_body_of(params);
   return out;

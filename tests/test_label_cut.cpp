@@ -31,8 +31,22 @@ constexpr double kPitch = 0.2 * kDegree;
 constexpr float kRow = float(0.8 * kDegree);  // between two rows
 
 // At 30 m a link to the right with 2.8 deg < beta <= 6 deg has a step of 1.0 to 2.1 m; a link down, of 3.8 to 7.6 m.
+// No cluster is in line.
 CutLinksParams usual() {
-  return {float(std::tan(6 * kDegree)), float(std::sin(kPitch)), float(std::cos(kPitch)), 2.0f, 5.5f, 10.0f};
+  return {.tan_threshold = float(std::tan(6 * kDegree)),
+          .sin_pitch = float(std::sin(kPitch)),
+          .cos_pitch = float(std::cos(kPitch)),
+          .step_m = 2.0f,
+          .min_length_m = 5.5f,
+          .max_length_m = 10.0f,
+          .in_line_length_m = 3.0f,
+          .in_line_width_m = 0.0f,
+          .in_line_step_m = 3.0f};
+}
+CutLinksParams with_in_line() {
+  CutLinksParams params = usual();
+  params.in_line_width_m = 2.0f;
+  return params;
 }
 
 // Ranges in metres; 0: no pixel. All neighbours are linked.
@@ -106,6 +120,39 @@ TEST_CASE("cut_links: a small step down stays, whatever its angle") {
   CHECK(Cut(strict, {{36.0f}, {31.9f}, {30.0f}}).count == 2);
 }
 
+TEST_CASE("cut_links: a narrow cluster shorter than a car is cut where it has a step that no car has") {
+  // The far car's wing over the near car's.
+  Cut in_line(with_in_line(), {{34.6f, 34.7f, 34.6f}, {30.1f, 30.0f, 30.0f}});
+  CHECK(in_line.count == 3);
+  CHECK(art_of(in_line.labels) == drawn({"111", "222"}));
+  CHECK(Cut(usual(), {{34.6f, 34.7f, 34.6f}, {30.1f, 30.0f, 30.0f}}).count == 0);
+  // A part of the far car beside the near one.
+  Cut beside(with_in_line(), {{30.0f, 30.0f, 33.5f, 33.5f}});
+  CHECK(beside.count == 1);
+  CHECK(art_of(beside.labels) == drawn({"1122"}));
+  // Steps of less than 3 m, each a weak link: one car.
+  CutLinksParams weak = with_in_line();
+  weak.tan_threshold = float(std::tan(40 * kDegree));
+  CHECK(Cut(weak, {{34.8f}, {32.4f}, {30.0f}}).count == 0);
+  CHECK(Cut(weak, {{30.0f, 32.5f, 34.9f}}).count == 0);
+  CHECK(Cut(weak, {{35.0f}, {33.1f}, {30.0f}}).count == 1);
+  // Not as long as 3 m.
+  weak.in_line_step_m = 2.5f;
+  CHECK(Cut(weak, {{32.9f}, {30.0f}}).count == 0);
+  CHECK(Cut(weak, {{33.1f}, {30.0f}}).count == 1);
+  // 18 columns at 32 m are 1.9 m wide, 20 are 2.1 m.
+  const auto of_width = [](int32_t cols) {
+    OwnedPlane<float> range(2, cols);
+    range.fill(34.6f);
+    for (int32_t c = 0; c < cols; ++c) range.at(1, c) = 30.0f;
+    return range;
+  };
+  CHECK(Cut(with_in_line(), of_width(18)).count == 18);
+  CHECK(Cut(with_in_line(), of_width(20)).count == 0);
+  // A long one is cut as before.
+  CHECK(Cut(with_in_line(), {{30.0f, 30.1f, 31.5f, 33.2f, 35.9f, 36.0f}}).count == 3);
+}
+
 TEST_CASE("cut_links: only the links of the long cluster") {
   Cut cut(usual(), {{36.0f, 0.0f, 33.0f, 31.1f}, {30.0f, 0.0f, 0.0f, 0.0f}});
   CHECK(cut.count == 1);
@@ -146,6 +193,7 @@ TEST_CASE("label_cut: every ISA gives the labels of label_bfs after cut_links") 
     LinkPixelsParams links = {float(std::tan(2.5 * kDegree)), float(std::sin(kPitch)), float(std::cos(kPitch)), wraps};
     CutLinksParams cut = usual();
     if (seed % 2 == 0) cut.tan_threshold = float(std::tan(20 * kDegree));  // then small steps down have weak links
+    if (seed % 5 == 0) cut.min_length_m = 9.0f;                            // then only narrow clusters are cut
     std::string by_cutting;
     for (int32_t t = -1; t < table_count; ++t) {
       CAPTURE(seed);

@@ -30,13 +30,14 @@ constexpr double kBehindLasting_m = 60.0;
 constexpr double kBehindShare = 10.0 / 3.0;
 constexpr double kLagKeep = 0.8;      // share of the lag that an iteration keeps
 constexpr double kManoeuvre_s = 0.3;  // the noise of a manoeuvre goes on for so long after the last sign of it
-constexpr double kFreeSpeedNoise = 2.5, kFreeCourseNoise = 0.0125;  // (m/s)^2 and rad^2 per second, without a map
+constexpr double kFreeSpeedNoise = 1.0, kFreeCourseNoise = 0.0125;  // (m/s)^2 and rad^2 per second, without a map
 constexpr double kSlow_mps = 25.0;            // power over speed: a slower car accelerates as one without a map
 constexpr double kFreeYawRateNoise = 0.0125;  // (rad/s)^2 per second
 constexpr double kFreeBirthCourse_rad = 1.0, kFreeBirthYawRate_rps = 0.5;  // deviations, at least
 constexpr double kFreeTurns_mps = 10.0;                                    // a faster car changes its course less
 // (m/s^2)^2 per second; how long an acceleration lasts of a car that is seen, and of one that is not.
 constexpr double kAccelNoise = 2.0, kAccel_s = 0.6, kGuessedAccel_s = 0.1;
+constexpr double kFreeAccelNoise = 4.0, kFreeAccel_s = 1.2;  // without a map, and of a slow car
 constexpr double kBrakeLag = 0.83;  // times steady_lag: changes of speed are common, other manoeuvres are rare
 constexpr double kTurnLag = 2.0;    // times steady_lag: far away a car's place jumps across, which is no turn
 constexpr double kTurnNoise = 0.1;  // rad^2 per second: of the course while the car leaves it
@@ -142,16 +143,16 @@ CourseNoise LanePolicy::noise_of(const State& s) const noexcept {
   const double speed_gain = s.brake_s > 0.0 ? lane_.manoeuvre_gain : 1.0;
   CourseNoise noise = {lane_.q_along, lane_.q_across, speed_noise(s) * speed_gain, lane_.q_course * gain,
                        lane_.q_yaw_rate * gain};
-  if (may_accelerate(s)) noise.accel = kAccelNoise * speed_gain;
-  noise.accel_s = s.unseen_s > kGuess_s ? kGuessedAccel_s : kAccel_s;
+  const double speed_mps = s.estimate.mean.speed_mps;
+  const bool is_free = !s.asks_map || (speed_mps > kDrives_mps && speed_mps < kSlow_mps);
+  if (is_free) noise.speed = std::max(noise.speed, kFreeSpeedNoise);
+  if (may_accelerate(s)) noise.accel = (is_free ? kFreeAccelNoise : kAccelNoise) * speed_gain;
+  noise.accel_s = s.unseen_s > kGuess_s ? kGuessedAccel_s : is_free ? kFreeAccel_s : kAccel_s;
   if (!s.asks_map) {  // road traffic, or a place off the map: anything may happen
-    noise.speed = std::max(noise.speed, kFreeSpeedNoise);
-    const double share = kFreeTurns_mps / std::max(s.estimate.mean.speed_mps, kFreeTurns_mps);
+    const double share = kFreeTurns_mps / std::max(speed_mps, kFreeTurns_mps);
     noise.course = std::max(noise.course, kFreeCourseNoise * share * share);
     noise.yaw_rate = std::max(noise.yaw_rate, kFreeYawRateNoise);
   }
-  if (s.estimate.mean.speed_mps > kDrives_mps && s.estimate.mean.speed_mps < kSlow_mps)
-    noise.speed = std::max(noise.speed, kFreeSpeedNoise);
   if (s.turn_s > 0.0) noise.course = std::max(noise.course, kTurnNoise);
   if (s.lane.course_s > 0.0) noise.across += 2.0 * lane_.path_across * lane_.path_across * s.unseen_s;
   return noise;

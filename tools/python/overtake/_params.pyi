@@ -118,6 +118,13 @@ class cut_group:
     """such clusters are longer than this, in lengths of the vehicle (number, 0 to 1000)"""
     to: float
     """... and shorter than this; a longer one is a wall (number, 0 to 1000)"""
+    in_line_from: float
+    """a cluster no wider than a car is cut from this on, in lengths of the vehicle: it may be parts of two cars in
+    line (number, 0 to 1000)"""
+    in_line_width: float
+    """... if it is narrower than this, in widths of the vehicle (number, 0 to 1000)"""
+    in_line_step_m: float
+    """... where the ranges of pixels differ by this or more (number, 0 to 1000 m)"""
 
 class label_group:
     """Parameters label.*"""
