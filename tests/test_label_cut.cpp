@@ -193,7 +193,9 @@ TEST_CASE("label_cut: every ISA gives the labels of label_bfs after cut_links") 
     LinkPixelsParams links = {float(std::tan(2.5 * kDegree)), float(std::sin(kPitch)), float(std::cos(kPitch)), wraps};
     CutLinksParams cut = usual();
     if (seed % 2 == 0) cut.tan_threshold = float(std::tan(20 * kDegree));  // then small steps down have weak links
-    if (seed % 5 == 0) cut.min_length_m = 9.0f;                            // then only narrow clusters are cut
+    // Short clusters, too, of any width; in every fifth image no cluster is long enough without that.
+    if (seed % 5 < 2) cut.in_line_width_m = 20.0f, cut.in_line_length_m = cut.in_line_step_m = 1.0f;
+    if (seed % 5 == 0) cut.min_length_m = 9.9f;
     std::string by_cutting;
     for (int32_t t = -1; t < table_count; ++t) {
       CAPTURE(seed);
