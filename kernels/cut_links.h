@@ -12,9 +12,10 @@ namespace overtake {
 struct CutLinksParams {
   float tan_threshold;  // of th_cut
   float sin_pitch, cos_pitch;
-  float step_m;                      // of a link down
-  float min_length_m, max_length_m;  // of a cluster
-  float in_line_length_m, in_line_width_m, in_line_step_m;
+  float step_m;                             // of a link down
+  float min_length_m, max_length_m;         // of a cluster
+  float in_line_length_m, in_line_width_m;  // of a cluster that may be two cars in line
+  float in_line_step_m;                     // of its links
 };
 
 // Scratch: where the ends of a label's runs are. The last two are of label_cut's vector form, which has one for each

@@ -134,21 +134,30 @@ TEST_CASE("detector threads: with any worker_count, calls that would wait for on
   }
 }
 
+namespace {
+
+// Holds the intake, once armed, where it has looked for scans, until it may go on.
+struct Meeting {
+  explicit Meeting(overtake::Detector& detector) {
+    detector.set_gather_hook(
+        [](void* user) {
+          auto& m = *static_cast<Meeting*>(user);
+          if (!m.armed.exchange(false)) return;
+          m.looked.store(true);
+          while (!m.go_on.load()) std::this_thread::yield();
+        },
+        this);
+  }
+  std::atomic<bool> armed{false}, looked{false}, go_on{false};
+};
+
+}  // namespace
+
 TEST_CASE("detector threads: a flush waits for a scan pushed just after the intake has looked") {
   DetectorBench bench({.workers = 2, .push_policy = OVT_PUSH_REPLACE});
   bench.create();
-  struct Meeting {
-    std::atomic<bool> armed{false}, looked{false}, go_on{false};
-  } meeting;
   auto& detector = *reinterpret_cast<overtake::Detector*>(bench.detector);
-  detector.set_gather_hook(
-      [](void* user) {
-        auto& m = *static_cast<Meeting*>(user);
-        if (!m.armed.exchange(false)) return;
-        m.looked.store(true);
-        while (!m.go_on.load()) std::this_thread::yield();
-      },
-      &meeting);
+  Meeting meeting(detector);
   detector.set_hook(TestHook{[](void* user, HookPoint at, overtake::Frame& frame, int32_t) {
                                auto& m = *static_cast<Meeting*>(user);
                                if (at == HookPoint::kTrack && frame.sequence == 0) m.armed.store(true);
@@ -238,18 +247,8 @@ TEST_CASE("detector threads: flush and advance come before a scan that is pushed
     CAPTURE(flushes);
     DetectorBench bench({.workers = 2, .push_policy = OVT_PUSH_REPLACE});
     bench.create();
-    struct Meeting {
-      std::atomic<bool> armed{false}, looked{false}, go_on{false};
-    } meeting;
     auto& detector = *reinterpret_cast<overtake::Detector*>(bench.detector);
-    detector.set_gather_hook(
-        [](void* user) {
-          auto& m = *static_cast<Meeting*>(user);
-          if (!m.armed.exchange(false)) return;
-          m.looked.store(true);
-          while (!m.go_on.load()) std::this_thread::yield();
-        },
-        &meeting);
+    Meeting meeting(detector);
     meeting.armed.store(true);
     REQUIRE(bench.push_scan(0, 0) == OVT_OK);  // opens a frame that waits for the other sensors
     while (!meeting.looked.load()) std::this_thread::yield();

@@ -361,7 +361,7 @@ void add_run_options(CLI::App& command, RunOptions& options) {
       ->check(CLI::Range(0, 65535));
   command
       .add_option("--live-clients", options.live_clients,
-                  "COUNT of clients of --live that the first frame waits for (default: none)")
+                  "COUNT: begins when so many clients of --live have connected (default: 0)")
       ->check(CLI::Range(0, int(serve::kMostLiveClients)));
   command.add_option("--allow-origin", options.allow_origins,
                      "ORIGIN (https://app.foxglove.dev): pages of this site may connect to --live, too");
