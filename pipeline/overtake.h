@@ -171,7 +171,7 @@ typedef struct ovt_params {
   double smoke_reach_m;              /* smoke.reach_m              difference of their ranges */
   double running_ground_fade_m;      /* running_ground.fade_m */
   double running_ground_start_per_m, running_ground_start_limit_m;
-  double cut_threshold_rad;          /* cut.threshold_deg          weak links of clusters longer than a car */
+  double cut_threshold_rad;          /* cut.threshold_deg          weak links of clusters that may be two cars */
   double cut_step_m;                 /* cut.step_m */
   double cut_from, cut_to;           /* cut.from cut.to            in lengths of the vehicle */
   double gate_wall_m;                /* gate.wall_m                without a map, from the line of a wall; 0: off */

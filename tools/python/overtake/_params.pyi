@@ -110,7 +110,7 @@ class cluster_group:
 class cut_group:
     """Parameters cut.*"""
     threshold_deg: float
-    """in a cluster longer than a car, neighbouring pixels join only if beta exceeds this (number, 0.01 to 89
+    """in a cluster that may be two cars, neighbouring pixels join only if beta exceeds this (number, 0.01 to 89
     deg)"""
     step_m: float
     """... but pixels one above the other whose ranges differ by less stay joined (number, 0 to 1000 m)"""
@@ -119,12 +119,12 @@ class cut_group:
     to: float
     """... and shorter than this; a longer one is a wall (number, 0 to 1000)"""
     in_line_from: float
-    """a cluster no wider than a car is cut from this on, in lengths of the vehicle: it may be parts of two cars in
-    line (number, 0 to 1000)"""
+    """a shorter one may be parts of two cars in line, if it is longer than this, in lengths of the vehicle (number,
+    0 to 1000)"""
     in_line_width: float
-    """... if it is narrower than this, in widths of the vehicle (number, 0 to 1000)"""
+    """... and narrower than this, in widths of the vehicle (number, 0 to 1000)"""
     in_line_step_m: float
-    """... where the ranges of pixels differ by this or more (number, 0 to 1000 m)"""
+    """... then pixels whose ranges differ by less stay joined (number, 0 to 1000 m)"""
 
 class label_group:
     """Parameters label.*"""
