@@ -13,22 +13,21 @@ inline constexpr int32_t kPathBlock = 32;  // points of one call; every column h
 // A car at the start of its path. Covariances of s (along the course), d (left of it), v (speed), c (course), w (yaw
 // rate), in m, m/s, rad, rad/s; those of w are 0 where a lane determines the yaw rate.
 struct PathCar {
-  double left_m = 0;    // of the lane's place
-  double turn_rad = 0;  // course - heading of the lane
   double speed_mps = 0;
   double p_ss = 0, p_sd = 0, p_dd = 0, p_sv = 0, p_dv = 0, p_vv = 0, p_sc = 0, p_dc = 0, p_vc = 0, p_cc = 0;
   double p_sw = 0, p_dw = 0, p_vw = 0, p_cw = 0, p_ww = 0;
 };
 
-// By point. What its state at the start changes there: along, m per m/s; across, m per m/s of speed and rad of course,
-// and per m/s and rad/s of yaw rate. The course error that is left, of 1. The variances that the motion adds.
+// By point. What an error of its state at the start changes there: along, m per m/s; across, m per m/s of speed and rad
+// of course, and per m/s and rad/s of yaw rate. The variances that the motion adds.
 struct PathTimes {
-  const double *along_s, *across_s, *across_s2, *turn_left, *along_m2, *across_m2;
+  const double *along_s, *across_s, *across_s2, *along_m2, *across_m2;
 };
 
-// By point: a place of the lane, its heading, in (-pi, pi], and the car's distance ahead of it.
+// By point: a place of the lane, its heading, in (-pi, pi]; how far the car is ahead of it and left of it, and its
+// course less the heading.
 struct LanePlaces {
-  const double *x_m, *y_m, *heading_rad, *ahead_m;
+  const double *x_m, *y_m, *heading_rad, *ahead_m, *left_m, *turn_rad;
 };
 
 struct PathColumns {
@@ -44,17 +43,16 @@ struct PathPoint {
 // at least 1e-5 of what the wide one can be, and the correlation at most 0.999: so the covariance is positive definite
 // in spite of rounding.
 template <class V>
-OVT_INLINE PathPoint<V> place_path_point(const PathCar& car, V along_s, V across_s, V across_s2, V turn_left,
-                                         V along_m2, V across_m2, V lane_x_m, V lane_y_m, V lane_heading_rad,
-                                         V ahead_m) {
+OVT_INLINE PathPoint<V> place_path_point(const PathCar& car, V along_s, V across_s, V across_s2, V along_m2,
+                                         V across_m2, V lane_x_m, V lane_y_m, V lane_heading_rad, V ahead_m, V left_m,
+                                         V turn_rad) {
   const V speed(car.speed_mps), two(2.0);
-  const V left_m = V(car.left_m) + speed * V(car.turn_rad) * across_s;
   V sine, cosine;
   sin_cos_f64_of(lane_heading_rad, sine, cosine);
   PathPoint<V> p;
   p.x_m = lane_x_m + (cosine * ahead_m - sine * left_m);
   p.y_m = lane_y_m + (sine * ahead_m + cosine * left_m);
-  p.course_rad = wrap_once_of(lane_heading_rad + V(car.turn_rad) * turn_left);
+  p.course_rad = wrap_once_of(lane_heading_rad + turn_rad);
 
   // s + a v along, d + b c + e w across.
   const V a = along_s, b = speed * across_s, e = speed * across_s2;

@@ -151,12 +151,17 @@ TEST_CASE("lane path: where the lane begins to turn, a car drives its own way at
   }
 }
 
-TEST_CASE("lane path: a course that differs from the lane's goes back to it, and the place follows the course") {
+TEST_CASE("lane path: a known course that differs from the lane's goes back to it, and the place follows the course") {
   const CircuitMap map = straight(900);
   LaneTrackerParams params;
   params.path_turn_s = 1.0;
   PathBench bench(&map, 0.01, 3.0, params);
-  const PathTable& t = bench.of(car_at(50, 1, 0.06), PathKind::kLane);
+  const auto car = [] {
+    TrackEstimate e = car_at(50, 1, 0.06);
+    e.covariance[3][3] = 1e-12, e.covariance[1][3] = e.covariance[3][1] = 0.0;
+    return e;
+  };
+  const PathTable& t = bench.of(car(), PathKind::kLane);
   double y = 1.0, course = 0.06;
   for (int32_t k = 0; k < t.count; ++k) {
     CAPTURE(k);
@@ -170,7 +175,55 @@ TEST_CASE("lane path: a course that differs from the lane's goes back to it, and
   LaneTrackerParams soon;
   soon.path_turn_s = 0.5;
   PathBench quick(&map, 0.01, 3.0, soon);
-  CHECK(quick.of(car_at(50, 1, 0.06), PathKind::kLane).course_rad[49] == doctest::Approx(0.06 / 2.5));
+  CHECK(quick.of(car(), PathKind::kLane).course_rad[49] == doctest::Approx(0.06 / 2.5));
+}
+
+TEST_CASE("lane path: a course that may be the lane's is an error, and so is the part of the place that goes with it") {
+  const CircuitMap map = straight(900);
+  PathBench bench(&map, 0.05, 3.0), start(&map, 1e-3, 1e-3);
+  // The car keeps its place at y = 1; course and place of the estimate are wrong together.
+  constexpr double kSigma_rad = 0.005, kMeters_per_rad = 20.0;
+  const auto end_of = [&](double turn_rad) {
+    TrackEstimate e = car_at(50, 1 + kMeters_per_rad * turn_rad, turn_rad);
+    auto& p = e.covariance;
+    p[3][3] = kSigma_rad * kSigma_rad, p[1][3] = p[3][1] = kMeters_per_rad * p[3][3];
+    p[1][1] = 1.1 * kMeters_per_rad * p[1][3];
+    CAPTURE(turn_rad);
+    const PathTable& first = start.of(e, PathKind::kLane);
+    CHECK(std::fabs(first.y_m[0] - e.mean.y_m) < 0.01);
+    CHECK(std::fabs(first.course_rad[0] - turn_rad) < 1e-3);
+    const PathTable& t = bench.of(e, PathKind::kLane);
+    return t.y_m[t.count - 1];
+  };
+  CHECK(end_of(0.0) == doctest::Approx(1.0));
+  for (const double sign : {-1.0, 1.0}) {
+    CHECK(std::fabs(end_of(sign * kSigma_rad) - 1.0) < 0.09);      // 0.23 if every turn were its own
+    CHECK(std::fabs(end_of(sign * 2 * kSigma_rad) - 1.0) < 0.28);  // 0.45
+    CHECK(sign * (end_of(sign * 8 * kSigma_rad) - 1.0) > 1.7);     // 1.8: it changes its place
+  }
+}
+
+TEST_CASE("lane path: whether a car changes its place is uncertain at a turn of some deviations only") {
+  const CircuitMap map = straight(900);
+  PathBench bench(&map, 0.1, 1.0);
+  const auto var_of = [&](double turn_rad) {
+    TrackEstimate e = car_at(50, 1, turn_rad);
+    e.covariance[3][3] = 0.005 * 0.005, e.covariance[1][3] = e.covariance[3][1] = 0.0;
+    const PathTable& t = bench.of(e, PathKind::kLane);
+    return t.var_x[9] + t.var_y[9];
+  };
+  CHECK(var_of(0.0125) - var_of(0.0) > 0.01);
+  CHECK(std::fabs(var_of(0.03) - var_of(0.0)) < 1e-3);
+}
+
+TEST_CASE("lane path: a course without an error is the car's own") {
+  const CircuitMap map = straight(900);
+  PathBench bench(&map);
+  TrackEstimate e = car_at(50, 1, 0.001);
+  for (int i = 0; i < kTrackStateSize; ++i) e.covariance[3][i] = e.covariance[i][3] = 0.0;
+  const PathTable& t = bench.of(e, PathKind::kLane);
+  CHECK(t.y_m[29] > 1.0);
+  CHECK(t.y_m[29] < 1.0 + 0.001 * kPathSpeed);
 }
 
 TEST_CASE("lane path: a path starts at the estimate, with its covariance") {

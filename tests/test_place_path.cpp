@@ -18,14 +18,15 @@ namespace {
 
 struct PathBlock {
   PathCar car;
-  double in[10][kPathBlock] = {}, out[6][kPathBlock];
+  double in[11][kPathBlock] = {}, out[6][kPathBlock];
 
   void run(const KernelTable& k, int32_t count) {
     std::memset(out, 0x5a, sizeof out);
-    k.place_path(car, {in[0], in[1], in[2], in[3], in[4], in[5]}, {in[6], in[7], in[8], in[9]}, count,
+    k.place_path(car, {in[0], in[1], in[2], in[3], in[4]}, {in[5], in[6], in[7], in[8], in[9], in[10]}, count,
                  {out[0], out[1], out[2], out[3], out[4], out[5]});
   }
-  double& heading(int32_t k) { return in[8][k]; }
+  double& heading(int32_t k) { return in[7][k]; }
+  double& turn(int32_t k) { return in[10][k]; }
 };
 
 double draw(std::mt19937_64& random, double low, double high) {
@@ -36,9 +37,8 @@ const KernelTable& scalar() { return *find_kernels("ref"); }
 
 TEST_CASE("place_path: a point is ahead of the lane's place and to the left of it") {
   PathBlock b;
-  b.car.left_m = 2.0;
   b.car.p_ss = b.car.p_dd = 1.0;
-  b.in[6][0] = 100.0, b.in[7][0] = 50.0, b.heading(0) = kHalfPi, b.in[9][0] = 7.0;
+  b.in[5][0] = 100.0, b.in[6][0] = 50.0, b.heading(0) = kHalfPi, b.in[8][0] = 7.0, b.in[9][0] = 2.0;
   b.run(scalar(), 1);
   CHECK(b.out[0][0] == doctest::Approx(98.0));
   CHECK(b.out[1][0] == doctest::Approx(57.0));
@@ -58,9 +58,7 @@ TEST_CASE("place_path: the covariance is that of s + a v along and d + b c + e w
       for (int c = 0; c < 5; ++c)
         for (int k = 0; k < 5; ++k) p[r][c] += root[r][k] * root[c][k] + 0.02 * (r == c);
     PathBlock b;
-    b.car = {.left_m = 0,
-             .turn_rad = draw(random, -0.3, 0.3),
-             .speed_mps = draw(random, 0, 3),
+    b.car = {.speed_mps = draw(random, 0, 3),
              .p_ss = p[0][0],
              .p_sd = p[0][1],
              .p_dd = p[1][1],
@@ -76,18 +74,18 @@ TEST_CASE("place_path: the covariance is that of s + a v along and d + b c + e w
              .p_vw = p[2][4],
              .p_cw = p[3][4],
              .p_ww = p[4][4]};
-    for (int32_t c = 0; c < 4; ++c) b.in[c][0] = draw(random, 0, 2);
-    b.in[3][0] = 0.5;
-    b.in[4][0] = draw(random, 0, 1), b.in[5][0] = draw(random, 0, 1), b.heading(0) = draw(random, -3, 3);
+    for (int32_t c = 0; c < 3; ++c) b.in[c][0] = draw(random, 0, 2);
+    b.in[3][0] = draw(random, 0, 1), b.in[4][0] = draw(random, 0, 1);
+    b.heading(0) = draw(random, -3, 3), b.turn(0) = draw(random, -0.15, 0.15);
     b.run(scalar(), 1);
     const double v = b.car.speed_mps,
                  rows[2][5] = {{1, 0, b.in[0][0], 0, 0}, {0, 1, 0, v * b.in[1][0], v * b.in[2][0]}};
-    double m[2][2] = {{b.in[4][0], 0}, {0, b.in[5][0]}};
+    double m[2][2] = {{b.in[3][0], 0}, {0, b.in[4][0]}};
     for (int r = 0; r < 2; ++r)
       for (int c = 0; c < 2; ++c)
         for (int i = 0; i < 5; ++i)
           for (int j = 0; j < 5; ++j) m[r][c] += rows[r][i] * p[i][j] * rows[c][j];
-    const double course = b.heading(0) + 0.5 * b.car.turn_rad, s = std::sin(course), c = std::cos(course);
+    const double course = b.heading(0) + b.turn(0), s = std::sin(course), c = std::cos(course);
     CAPTURE(n);
     CHECK(b.out[3][0] == doctest::Approx(c * c * m[0][0] + s * s * m[1][1] - 2 * s * c * m[0][1]).epsilon(1e-9));
     CHECK(b.out[4][0] == doctest::Approx(s * s * m[0][0] + c * c * m[1][1] + 2 * s * c * m[0][1]).epsilon(1e-9));
@@ -97,9 +95,9 @@ TEST_CASE("place_path: the covariance is that of s + a v along and d + b c + e w
 
 TEST_CASE("place_path: a course beyond pi is wrapped") {
   PathBlock b;
-  b.car.turn_rad = 0.25, b.car.p_ss = 1.0;
-  b.heading(0) = 3.0, b.in[3][0] = 1.0;
-  b.heading(1) = -3.0, b.in[3][1] = 1.0;
+  b.car.p_ss = 1.0;
+  b.heading(0) = 3.0, b.heading(1) = -3.0;
+  b.turn(0) = b.turn(1) = 0.25;
   b.run(scalar(), 2);
   CHECK(b.out[2][0] == doctest::Approx(3.25 - kTwoPi));
   CHECK(b.out[2][1] == doctest::Approx(-2.75));
@@ -112,14 +110,15 @@ TEST_CASE("place_path: every ISA writes the reference's bytes, for ordinary and 
   for (int n = 0; n < 4000; ++n) {
     PathBlock b;
     const double size = n % 4 == 0 ? 1e6 : 1.0;
-    b.car = {.left_m = draw(random, -20, 20), .turn_rad = draw(random, -0.4, 0.4), .speed_mps = draw(random, 0, 100)};
+    b.car = {.speed_mps = draw(random, 0, 100)};
     for (double* p : {&b.car.p_ss, &b.car.p_dd, &b.car.p_vv, &b.car.p_cc, &b.car.p_ww}) *p = size * draw(random, 0, 2);
     for (double* p : {&b.car.p_sd, &b.car.p_sv, &b.car.p_dv, &b.car.p_sc, &b.car.p_dc, &b.car.p_vc, &b.car.p_sw,
                       &b.car.p_dw, &b.car.p_vw, &b.car.p_cw})
       *p = size * draw(random, -1, 1);
     for (int32_t c = 0; c < 10; ++c)
-      for (double& value : b.in[c]) value = c < 6 ? draw(random, 0, 3) : draw(random, -1e3, 1e3);
-    for (double& value : b.in[8]) value = draw(random, -kPi, kPi);
+      for (double& value : b.in[c]) value = c < 5 ? draw(random, 0, 3) : draw(random, -1e3, 1e3);
+    for (double& value : b.in[7]) value = draw(random, -kPi, kPi);
+    for (double& value : b.in[10]) value = draw(random, -0.4, 0.4);
     b.heading(0) = kPi, b.heading(1) = -kHalfPi, b.heading(2) = kHalfPi, b.heading(3) = 0.0, b.heading(4) = -0.0;
     const int32_t count = n % (kPathBlock + 1);
     PathBlock truth = b;

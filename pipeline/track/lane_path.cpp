@@ -16,6 +16,9 @@ constexpr double kMostDrift_m = 20.0;    // standard deviation of a car's own wa
 constexpr double kRest_s = 0.5;          // time constant of coming to rest
 constexpr double kRestDrift = 0.25;      // its own way is this share of a moving car's
 constexpr double kMostTurn_mps2 = 40.0;  // a car turns no faster
+// How fast cars drive across their lanes, deviations: those that keep their places, and the share that changes them.
+constexpr double kKeep_mps = 0.1, kChange_mps = 2.0, kChangeShare = 0.4;
+constexpr double kSettle_s = 0.05;  // time constant with which a path leaves the errors of its start
 
 // f(h) = 1 / (1 + h + h^2 / 2) and the integrals of f and of f^2 from 0 to h, of u = 1 + h: f = 2 / (1 + u^2).
 struct Decay {
@@ -53,6 +56,30 @@ PathCar make_car(const TrackEstimate& estimate) {
 }
 
 void drop_yaw_rate(PathCar& car) { car.p_sw = car.p_dw = car.p_vw = car.p_cw = car.p_ww = 0.0; }
+
+// What the course differs from the lane's is in part the car's own way across the lane, in part an error of the
+// estimate, and an error of the place goes with that.
+struct Turn {
+  double own_rad = 0, error_rad = 0, error_m = 0;
+  double own_var = 0;  // because it is not known whether the car keeps its place
+};
+
+// The mean of both cases: the car keeps its place, or it changes it.
+Turn split_turn(const PathCar& car, double turn_rad) {
+  const double v = std::max(car.speed_mps, 1.0), keep = kKeep_mps / v, change = kChange_mps / v;
+  const double keeps_var = keep * keep + car.p_cc, changes_var = change * change + car.p_cc;  // of turn_rad
+  const double odds = kChangeShare / (1.0 - kChangeShare) * std::sqrt(keeps_var / changes_var) *
+                      exp_f64(std::min(0.5 * turn_rad * turn_rad * (1.0 / keeps_var - 1.0 / changes_var), 50.0));
+  const double changes = odds / (1.0 + odds);
+  const double of_keep = keep * keep / keeps_var, of_change = change * change / changes_var;
+  Turn turn;
+  turn.own_rad = (of_keep + changes * (of_change - of_keep)) * turn_rad;
+  turn.error_rad = turn_rad - turn.own_rad;
+  turn.error_m = car.p_cc > 0.0 ? turn.error_rad * car.p_dc / car.p_cc : 0.0;
+  const double apart_rad = (of_change - of_keep) * turn_rad;
+  turn.own_var = changes * (1.0 - changes) * apart_rad * apart_rad;
+  return turn;
+}
 
 // The place on the lane beside the car. Beyond the end of an open line, the car drives straight on.
 class LaneWalk {
@@ -95,7 +122,8 @@ class LaneWalk {
 };
 
 struct LanePlace {
-  double x_m, y_m, heading_rad, ahead_m;
+  double x_m, y_m, heading_rad, ahead_m, left_m = 0, turn_rad = 0;
+  double across_m2 = 0;  // in addition to that of the columns
 };
 
 }  // namespace
@@ -110,8 +138,9 @@ LanePath::LanePath(const TrackerParams& params, const CircuitMap* map)
 void LanePath::carve(Carver& carver) {
   const auto rows = std::size_t(round_up(points_, kPathBlock));
   for (Columns* c : {&lane_, &free_, &rest_})
-    for (double** column : {&c->along_s, &c->across_s, &c->across_s2, &c->turn_left, &c->along_m2, &c->across_m2})
+    for (double** column : {&c->along_s, &c->across_s, &c->across_s2, &c->along_m2, &c->across_m2})
       *column = carver.take<double>(rows);
+  for (Decays* d : {&turn_, &settle_}) d->value = carver.take<double>(rows), d->integral_s = carver.take<double>(rows);
   late_s_ = carver.take<double>(rows);
   rest_speed_ = carver.take<double>(rows);
 }
@@ -120,24 +149,25 @@ void LanePath::fill() {
   const double turn_s = params_.path_turn_s >= 1e-3 ? params_.path_turn_s : 1e-3;
   for (int32_t k = 0; k < round_up(points_, kPathBlock); ++k) {
     const double t = (k + 1) * step_s_;
-    const Decay turn = decay_of(t / turn_s), rest = decay_of(t / kRest_s);
+    const Decay turn = decay_of(t / turn_s), settle = decay_of(t / kSettle_s), rest = decay_of(t / kRest_s);
     const double drift_m = std::min(params_.path_across * t, kMostDrift_m);
     const double along_m2 = params_.q_along * t, across_m2 = params_.q_across * t + drift_m * drift_m;
     const double rest_m2 = kRestDrift * kRestDrift * drift_m * drift_m;
     const double moving_m2 = along_m2 + params_.path_speed * (t * t * t / 3.0);
-    const auto set = [k](const Columns& c, double along_s, double across_s, double across_s2, double turn_left,
-                         double s_m2, double d_m2) {
+    const auto set = [k](const Columns& c, double along_s, double across_s, double across_s2, double s_m2,
+                         double d_m2) {
       c.along_s[k] = along_s;
       c.across_s[k] = across_s;
       c.across_s2[k] = across_s2;
-      c.turn_left[k] = turn_left;
       c.along_m2[k] = s_m2;
       c.across_m2[k] = d_m2;
     };
-    set(lane_, t, turn_s * turn.integral, 0.0, turn.value, moving_m2, across_m2);
-    set(free_, t, t, 0.5 * t * t, 1.0, moving_m2, across_m2);
-    set(rest_, kRest_s * rest.integral, kRest_s * rest.integral, 0.0, 1.0, along_m2 + rest_m2,
+    set(lane_, t, turn_s * turn.integral, 0.0, moving_m2, across_m2);
+    set(free_, t, t, 0.5 * t * t, moving_m2, across_m2);
+    set(rest_, kRest_s * rest.integral, kRest_s * rest.integral, 0.0, along_m2 + rest_m2,
         params_.q_across * t + rest_m2);
+    turn_.value[k] = turn.value, turn_.integral_s[k] = turn_s * turn.integral;
+    settle_.value[k] = settle.value, settle_.integral_s[k] = kSettle_s * settle.integral;
     late_s_[k] = 0.5 * turn_s * turn.integral2;
     rest_speed_[k] = rest.value;
   }
@@ -148,16 +178,18 @@ template <class PlaceOf>
 void LanePath::write_points(const PathCar& car, const Columns& by_point, PlaceOf&& place, PathTable& t) const noexcept {
   for (int32_t begin = 0; begin < t.points_per_track; begin += kPathBlock) {
     const int32_t count = std::min(t.points_per_track - begin, kPathBlock);
-    alignas(kCacheLine) double lane[4][kPathBlock] = {}, out[6][kPathBlock];
+    alignas(kCacheLine) double lane[6][kPathBlock] = {}, across_m2[kPathBlock] = {}, out[6][kPathBlock];
+    const Columns& c = by_point;
     for (int32_t i = 0; i < count; ++i) {
       const LanePlace p = place(begin + i);
-      lane[0][i] = p.x_m, lane[1][i] = p.y_m, lane[2][i] = p.heading_rad, lane[3][i] = p.ahead_m;
+      lane[0][i] = p.x_m, lane[1][i] = p.y_m, lane[2][i] = p.heading_rad;
+      lane[3][i] = p.ahead_m, lane[4][i] = p.left_m, lane[5][i] = p.turn_rad;
+      across_m2[i] = c.across_m2[begin + i] + p.across_m2;
     }
-    const Columns& c = by_point;
     kernels_.place_path(car,
-                        {c.along_s + begin, c.across_s + begin, c.across_s2 + begin, c.turn_left + begin,
-                         c.along_m2 + begin, c.across_m2 + begin},
-                        {lane[0], lane[1], lane[2], lane[3]}, count, {out[0], out[1], out[2], out[3], out[4], out[5]});
+                        {c.along_s + begin, c.across_s + begin, c.across_s2 + begin, c.along_m2 + begin, across_m2},
+                        {lane[0], lane[1], lane[2], lane[3], lane[4], lane[5]}, count,
+                        {out[0], out[1], out[2], out[3], out[4], out[5]});
     double* const columns[6] = {t.x_m, t.y_m, t.course_rad, t.var_x, t.var_y, t.cov_xy};
     for (int32_t i = 0; i < 6; ++i) std::copy_n(out[i], count, columns[i] + t.count);
     t.count += count;
@@ -175,19 +207,28 @@ void LanePath::write(const TrackEstimate& estimate, PathKind kind, int32_t segme
     LaneWalk lane;
     if (map_ && lane.begin(*map_, segment, m)) {
       drop_yaw_rate(car);
-      car.left_m = lane.left_m();
-      car.turn_rad = wrap_angle(m.course_rad - lane.at().heading_rad);
+      const double left_m = lane.left_m();
+      const Turn turn = split_turn(car, wrap_angle(m.course_rad - lane.at().heading_rad));
       const auto steps = int32_t(std::ceil(step_s_ / kWalkStep_s - 1e-9));
       double way_m = 0;
       const auto place = [&](int32_t k) {
         const double way_from_m = way_m, left_from_m = lane.left_m();
-        way_m = m.speed_mps * ((k + 1) * step_s_ - car.turn_rad * car.turn_rad * late_s_[k]);
-        const double left_m = car.left_m + m.speed_mps * car.turn_rad * lane_.across_s[k];
+        way_m = m.speed_mps * ((k + 1) * step_s_ - turn.own_rad * turn.own_rad * late_s_[k]);
+        const double across_m =
+            m.speed_mps * (turn.own_rad * turn_.integral_s[k] + turn.error_rad * settle_.integral_s[k]);
+        const double left_to_m = left_m + across_m - turn.error_m * (1.0 - settle_.value[k]);
         for (int32_t i = 1; i <= steps; ++i) {
           const double share = double(i) / steps;
-          lane.go_on(way_from_m + share * (way_m - way_from_m), left_from_m + share * (left_m - left_from_m));
+          lane.go_on(way_from_m + share * (way_m - way_from_m), left_from_m + share * (left_to_m - left_from_m));
         }
-        return LanePlace{lane.at().x_m, lane.at().y_m, lane.at().heading_rad, lane.ahead_m()};
+        const double lever_m = m.speed_mps * turn_.integral_s[k];
+        return LanePlace{.x_m = lane.at().x_m,
+                         .y_m = lane.at().y_m,
+                         .heading_rad = lane.at().heading_rad,
+                         .ahead_m = lane.ahead_m(),
+                         .left_m = left_to_m,
+                         .turn_rad = turn.own_rad * turn_.value[k] + turn.error_rad * settle_.value[k],
+                         .across_m2 = turn.own_var * lever_m * lever_m};
       };
       return write_points(car, lane_, place, t);
     }

@@ -2,11 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Predicted paths of the tracker of `best` in closed form (pipeline/README.md, "Predicted paths of best"). With the
-// place s0 and offset d0 on the lane, e0 the course less the lane's heading, and h = t / path_turn_s:
+// place s0 and offset d0 on the lane, and the course less the lane's heading in two parts, e0 of the car's own way
+// across its lane, and c0 an error of the estimate, with which d0 is wrong by b0:
 //
-//   e(t) = e0 / (1 + h + h^2 / 2)      the course error decays
-//   d(t) = d0 + v e0 g(t)              g = the integral of that decay = 2 path_turn_s atan(h / (2 + h))
-//   s(t)                               where the car has driven v t: a way ds at the offset d is (1 - kappa d) ds long
+//   e(t) = e0 f(t / path_turn_s) + c0 f(t / 0.05 s)            f(h) = 1 / (1 + h + h^2 / 2)
+//   d(t) = d0 + the integral of v e(t) - b0 (1 - f(t / 0.05 s))
+//   s(t)   where the car has driven v t: a way ds at the offset d is (1 - kappa d) ds long
 //
 // A pure function of the estimate, the map and the parameters. A path starts at the estimate: as t goes to 0, place,
 // course and covariance go to those of the estimate.
@@ -38,12 +39,17 @@ class LanePath {
 
  private:
   struct Columns {  // by point, see PathTimes
-    double *along_s, *across_s, *across_s2, *turn_left, *along_m2, *across_m2;
+    double *along_s, *across_s, *across_s2, *along_m2, *across_m2;
   };
   template <class PlaceOf>
   void write_points(const PathCar& car, const Columns& by_point, PlaceOf&& place, PathTable& t) const noexcept;
 
+  struct Decays {  // by point: what is left, of 1, and its integral
+    double *value, *integral_s;
+  };
+
   Columns lane_{}, free_{}, rest_{};
+  Decays turn_{}, settle_{};      // of the car's own way across its lane; of the errors of its start
   double* late_s_ = nullptr;      // of e0^2: the time that a car loses along the lane while it drives across it
   double* rest_speed_ = nullptr;  // of the speed: what a car that comes to rest still has
   const LaneTrackerParams params_;
