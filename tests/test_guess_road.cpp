@@ -186,7 +186,38 @@ TEST_CASE("guess_road: beside an expected road the cross slope goes on, a known 
   CHECK(known.height(0, 20.0) > expected.height(0, 20.0) + 0.5 * slope * 4.0);
 }
 
-// A scan of the road, up to 90 m.
+TEST_CASE("guess_road: ahead, the ground beside an expected road does not twist with it") {
+  const SensorModel sensor = make_sensor(kMountings[0], 240);
+  const CircleRoad road = rising_bank(true, true);
+  const double s_m = 120.0;
+  const RoadData data = first_look(road, s_m);
+  const Sampled sampled(data, sensor);
+  double left_m = 0.0, worst_m = 0.0, twisted_m = 0.0;
+  int32_t checked = 0;
+  const auto height = [&](double x, double y, bool twists) {  // from the edge on, with the vehicle's slope
+    const MapProjection at = road.map.project(x, y, -1);
+    left_m = at.d_m;
+    const double on_road = std::fmin(left_m, CircleRoad::kWidthLeft_m);
+    return road.height(at.s_m) - on_road * road.slope(at.s_m) - (left_m - on_road) * road.slope(twists ? at.s_m : s_m);
+  };
+  for (int32_t k = 0; k < sampled.rays; ++k)
+    for (double distance = 20.0; distance <= 60.0; distance += 5.0) {
+      const auto exact = [&](bool twists) {
+        return exact_height(data, sensor, sampled.azimuth(k), distance,
+                            [&](double x, double y) { return height(x, y, twists); });
+      };
+      const double level = exact(false);
+      if (!(left_m > 9.0 && left_m < 14.0)) continue;
+      worst_m = std::fmax(worst_m, std::fabs(sampled.height(k, distance) - level));
+      twisted_m = std::fmax(twisted_m, std::fabs(exact(true) - level));
+      ++checked;
+    }
+  CHECK(checked > 8);
+  CHECK(twisted_m > 0.5);
+  CHECK(worst_m < 0.3 * twisted_m);
+}
+
+// A scan of the road, up to 90 m. Beside it the ground is level.
 Scan scan_of_road(const SensorModel& sensor, const RoadData& data, const CircleRoad& road) {
   return scan_of(sensor, [&](double x, double y) {  // the height above the vehicle's plane, by two steps
     double z = 0.0;
@@ -195,7 +226,8 @@ Scan scan_of_road(const SensorModel& sensor, const RoadData& data, const CircleR
       const double map_x = data.ego.pose.x_m + r[0] * x + r[1] * y + r[2] * z;
       const double map_y = data.ego.pose.y_m + r[3] * x + r[4] * y + r[5] * z;
       const MapProjection at = road.map.project(map_x, map_y, -1);
-      z = (road.height(at.s_m) - at.d_m * road.slope(at.s_m) - data.ego.pose.z_m - r[6] * x - r[7] * y) / r[8];
+      const double on_road = std::clamp(at.d_m, -CircleRoad::kWidthRight_m, CircleRoad::kWidthLeft_m);
+      z = (road.height(at.s_m) - on_road * road.slope(at.s_m) - data.ego.pose.z_m - r[6] * x - r[7] * y) / r[8];
     }
     return z;
   });
@@ -214,7 +246,7 @@ TEST_CASE("guess_road: where the road is not what the map lets expect, the scan'
       worst_on_road(Sampled(without, sensor, scan_of_road(sensor, without, untold)), without, untold, 60.0);
   CHECK(corrected < fitted + 0.1);
 
-  // And no pixel of that road is an obstacle, as far as a road returns.
+  // And no pixel of that road is an obstacle. Farther away a ray comes to the road from the ground inside of the bend.
   Scan scan = scan_of_road(sensor, with, told);
   Sampled sampled(with, sensor, scan_of_road(sensor, with, told));
   test::OwnedPlane<float> height(sensor.rows, sensor.cols);
@@ -232,7 +264,7 @@ TEST_CASE("guess_road: where the road is not what the map lets expect, the scan'
       const double z = 0.65 + range * std::sin(up);
       double map_x, map_y;
       with.ego.to_map(x, y, z, map_x, map_y);
-      if (!(range > 0.0 && range < 70.0) || std::fabs(told.map.project(map_x, map_y, -1).d_m) > 4.0) continue;
+      if (!(range > 0.0 && range < 50.0) || std::fabs(told.map.project(map_x, map_y, -1).d_m) > 4.0) continue;
       ++returns;
       obstacles += ConstBitPlane(BitPlane(nonground)).test(r, c);
     }

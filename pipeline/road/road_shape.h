@@ -4,6 +4,8 @@
 // The shape of a road whose heights are not known, fitted to the ground of one scan.
 #pragma once
 
+#include <algorithm>
+
 #include "core/math.h"
 #include "core/plane.h"
 #include "core/sensor_model.h"
@@ -22,7 +24,8 @@ struct RoadAxes {
 
 // The shape of a road that is not known, in the vehicle frame: z = a + b x + c n + q x^2 + e x n with n the distance
 // from the vehicle's lane, which bends by `curvature`. Beyond kBend_m it goes on straight, beyond kLane_m it is as at
-// the edge. Where a map has banking, this is the difference to the road that the map lets expect: z = base + twist n.
+// the edge. Where a map has banking, this is the difference to the road that the map lets expect: z = base + twist n, n
+// no farther to either side than the edges of the bank. Beside it the ground does not twist with it.
 constexpr int32_t kTerms = 5;
 
 // The road that a map with banking lets expect, at places of the vehicle's lane.
@@ -30,6 +33,7 @@ struct ExpectedRoad {
   static constexpr int32_t kPlaces = 37;
   static constexpr float kFirst_m = -80.0f, kStep_m = 5.0f;  // x of the places
   bool any = false;                                          // else a level plane, and the rest is not valid
+  double left_m = 0, right_m = 0;                            // from the vehicle to these edges, at least 0
   float base_m[kPlaces], twist[kPlaces];
 
   struct At {
@@ -97,7 +101,7 @@ struct RoadShape {
   double expected_at(double x, double lane_offset_m) const noexcept {
     if (!expected.any) return 0.0;
     const ExpectedRoad::At at = expected.at(x);
-    return at.base_m + at.twist * limited(lane_offset_m, kLane_m);
+    return at.base_m + at.twist * std::clamp(lane_offset_m, -expected.right_m, expected.left_m);
   }
   Two expected_at(Two x, Two lane_offset_m) const noexcept {
     return {expected_at(x.v[0], lane_offset_m.v[0]), expected_at(x.v[1], lane_offset_m.v[1])};

@@ -146,6 +146,11 @@ void expect_road(const RoadData& road, const CentreLine& line, const float* r, f
   walk(kHere, 1);
   station = RoadData::kStations / 2;
   walk(kHere - 1, -1);
+  station = RoadData::kStations / 2;
+  line.find_piece(0.0f, 0.0f, station);
+  const float d = line.measure_left(0.0f, 0.0f, station), slope = road.cross_slope[station];
+  expected.left_m = double(max_of(line.left_m[station] - d, 0.0f) + (slope < 0.0f ? kOuterReach_m : 0.0f));
+  expected.right_m = double(max_of(line.right_m[station] + d, 0.0f) + (slope > 0.0f ? kOuterReach_m : 0.0f));
   expected.any = true;
 }
 
