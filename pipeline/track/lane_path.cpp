@@ -140,9 +140,8 @@ void LanePath::carve(Carver& carver) {
   for (Columns* c : {&lane_, &free_, &rest_})
     for (double** column : {&c->along_s, &c->across_s, &c->across_s2, &c->along_m2, &c->across_m2})
       *column = carver.take<double>(rows);
-  for (Decays* d : {&turn_, &settle_}) d->value = carver.take<double>(rows), d->integral_s = carver.take<double>(rows);
-  late_s_ = carver.take<double>(rows);
-  rest_speed_ = carver.take<double>(rows);
+  for (double** column : {&turn_left_, &error_left_, &error_across_s_, &late_s_, &rest_speed_})
+    *column = carver.take<double>(rows);
 }
 
 void LanePath::fill() {
@@ -166,8 +165,9 @@ void LanePath::fill() {
     set(free_, t, t, 0.5 * t * t, moving_m2, across_m2);
     set(rest_, kRest_s * rest.integral, kRest_s * rest.integral, 0.0, along_m2 + rest_m2,
         params_.q_across * t + rest_m2);
-    turn_.value[k] = turn.value, turn_.integral_s[k] = turn_s * turn.integral;
-    settle_.value[k] = settle.value, settle_.integral_s[k] = kSettle_s * settle.integral;
+    turn_left_[k] = turn.value;
+    error_left_[k] = settle.value;
+    error_across_s_[k] = kSettle_s * settle.integral;
     late_s_[k] = 0.5 * turn_s * turn.integral2;
     rest_speed_[k] = rest.value;
   }
@@ -214,20 +214,19 @@ void LanePath::write(const TrackEstimate& estimate, PathKind kind, int32_t segme
       const auto place = [&](int32_t k) {
         const double way_from_m = way_m, left_from_m = lane.left_m();
         way_m = m.speed_mps * ((k + 1) * step_s_ - turn.own_rad * turn.own_rad * late_s_[k]);
-        const double across_m =
-            m.speed_mps * (turn.own_rad * turn_.integral_s[k] + turn.error_rad * settle_.integral_s[k]);
-        const double left_to_m = left_m + across_m - turn.error_m * (1.0 - settle_.value[k]);
+        const double across_m = m.speed_mps * (turn.own_rad * lane_.across_s[k] + turn.error_rad * error_across_s_[k]);
+        const double left_to_m = left_m + across_m - turn.error_m * (1.0 - error_left_[k]);
         for (int32_t i = 1; i <= steps; ++i) {
           const double share = double(i) / steps;
           lane.go_on(way_from_m + share * (way_m - way_from_m), left_from_m + share * (left_to_m - left_from_m));
         }
-        const double lever_m = m.speed_mps * turn_.integral_s[k];
+        const double lever_m = m.speed_mps * lane_.across_s[k];
         return LanePlace{.x_m = lane.at().x_m,
                          .y_m = lane.at().y_m,
                          .heading_rad = lane.at().heading_rad,
                          .ahead_m = lane.ahead_m(),
                          .left_m = left_to_m,
-                         .turn_rad = turn.own_rad * turn_.value[k] + turn.error_rad * settle_.value[k],
+                         .turn_rad = turn.own_rad * turn_left_[k] + turn.error_rad * error_left_[k],
                          .across_m2 = turn.own_var * lever_m * lever_m};
       };
       return write_points(car, lane_, place, t);

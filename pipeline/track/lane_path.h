@@ -44,12 +44,9 @@ class LanePath {
   template <class PlaceOf>
   void write_points(const PathCar& car, const Columns& by_point, PlaceOf&& place, PathTable& t) const noexcept;
 
-  struct Decays {  // by point: what is left, of 1, and its integral
-    double *value, *integral_s;
-  };
-
   Columns lane_{}, free_{}, rest_{};
-  Decays turn_{}, settle_{};      // of the car's own way across its lane; of the errors of its start
+  double* turn_left_ = nullptr;  // of e0: what is left, of 1; its integral is lane_.across_s
+  double *error_left_ = nullptr, *error_across_s_ = nullptr;  // the same of c0 and b0
   double* late_s_ = nullptr;      // of e0^2: the time that a car loses along the lane while it drives across it
   double* rest_speed_ = nullptr;  // of the speed: what a car that comes to rest still has
   const LaneTrackerParams params_;
