@@ -10,9 +10,10 @@
 
 namespace overtake {
 
-enum class TwoCars { kNo, kLong, kInLine };
+enum class TwoCars { kNo, kLong, kAbreast, kInLine };
 
-// Whether a cluster may be two cars, and why: too long for one car and too short for a wall, or narrow and not short.
+// Whether a cluster may be two cars, and why: too long for one car and too short for a wall, as wide as two cars, or
+// narrow and not short.
 OVT_INLINE TwoCars may_be_two_cars(const CutLinksParams& params, const LabelExtent& extent) {
   const float depth_m = extent.far_m - extent.near_m;
   const float width_m =
@@ -20,6 +21,7 @@ OVT_INLINE TwoCars may_be_two_cars(const CutLinksParams& params, const LabelExte
   const float length_m2 = depth_m * depth_m + width_m * width_m;
   if (!(length_m2 < params.max_length_m * params.max_length_m)) return TwoCars::kNo;
   if (length_m2 > params.min_length_m * params.min_length_m) return TwoCars::kLong;
+  if (width_m > params.abreast_width_m) return TwoCars::kAbreast;
   const bool is_in_line =
       width_m < params.in_line_width_m && length_m2 > params.in_line_length_m * params.in_line_length_m;
   return is_in_line ? TwoCars::kInLine : TwoCars::kNo;
@@ -30,8 +32,9 @@ struct CutSteps {
   float right_m, down_m;
 };
 OVT_INLINE CutSteps steps_of(const CutLinksParams& params, TwoCars cluster) {
-  return cluster == TwoCars::kLong ? CutSteps{0.0f, params.step_m}
-                                   : CutSteps{params.in_line_step_m, params.in_line_step_m};
+  if (cluster == TwoCars::kLong) return {0.0f, params.step_m};
+  if (cluster == TwoCars::kAbreast) return {params.abreast_step_m, params.in_line_step_m};
+  return {params.in_line_step_m, params.in_line_step_m};
 }
 
 OVT_INLINE bool is_weak_right(const CutLinksParams& params, float step_m, const float* range_m, int32_t c) {

@@ -39,8 +39,9 @@ OVT_INLINE void measure_runs(Plane<const float> range_m, ConstBitPlane nonground
   }
 }
 
-// near_m of the root's extents, where its cluster is to be cut.
-inline constexpr float kLongMark = -1.0f, kInLineMark = -2.0f;
+// near_m of the root's extents, where its cluster is to be cut: negative, with the reason.
+OVT_INLINE float mark_of(TwoCars cluster) { return -float(int32_t(cluster)); }
+OVT_INLINE TwoCars cluster_of(float mark) { return TwoCars(int32_t(-mark)); }
 
 // Turns parents into roots, and joins the ends of the runs of each root. Returns whether any cluster is to be cut: the
 // extents of its root then have a mark.
@@ -59,7 +60,7 @@ OVT_INLINE bool join_extents(const CutLinksParams& params, int32_t run_count, in
     if (parent[run] != run) continue;
     const TwoCars cluster = may_be_two_cars(params, extents[run]);
     if (cluster == TwoCars::kNo) continue;
-    extents[run].near_m = cluster == TwoCars::kLong ? kLongMark : kInLineMark;
+    extents[run].near_m = mark_of(cluster);
     any = true;
   }
   return any;
@@ -166,10 +167,10 @@ int32_t label_cut(const CutLinksParams& params, bool wraps, Plane<const float> r
     int32_t cuts = 0, split_count = 0;
     LabelExtent* const splits = extents + run_count;
     for (int32_t run = 0; run < run_count; ++run) {
-      if (extents[parent[run]].near_m >= 0.0f) continue;
+      const float mark = extents[parent[run]].near_m;
+      if (mark >= 0.0f) continue;
       const int32_t r = extents[run].row;
-      const bool is_long = extents[parent[run]].near_m == kLongMark;
-      const CutSteps steps = steps_of(params, is_long ? TwoCars::kLong : TwoCars::kInLine);
+      const CutSteps steps = steps_of(params, cluster_of(mark));
       int32_t at = run;
       cuts += cut_words<A>(params, steps, range_repaired_m, elevation_repaired_rad, r, extents[run].col, link_right,
                            link_down, [&](int32_t c) OVT_INLINED {

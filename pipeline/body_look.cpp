@@ -69,6 +69,26 @@ OrientedBox trim_smoke(const StageContext& context, const Frame& frame, int32_t 
   return 2 * count >= frame.merged.point_count[row] ? lit : box;
 }
 
+float GroundIntensities::of(const SensorPart& part) {
+  const int32_t s = int32_t(&part - frame_.sensors);
+  if (!known_[s]) value_[s] = find_ground_intensity(part.scan, part.kept.points.label);
+  known_[s] = true;
+  return value_[s];
+}
+
+bool is_sign(const Frame& frame, GroundIntensities& ground, int32_t row) noexcept {
+  constexpr float kBright = 4.0f;
+  int32_t points = 0, bright = 0;
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    const float least = kBright * ground.of(part);
+    const int32_t begin = part.clusters.point_begin[cluster], count = part.clusters.point_count[cluster];
+    points += count;
+    for (int32_t k = begin; least > 0.0f && k < begin + count; ++k)
+      bright += part.scan.intensity[part.cluster_points.point[k]] > least;
+  });
+  return 2 * bright > points;
+}
+
 bool is_surely_car(const StageContext& context, const Frame& frame, int32_t row) noexcept {
   constexpr int32_t kPoints = 30, kRows = 3;  // the rows of one sensor
   constexpr float kUpright_m = 0.5f, kLow_m = 0.4f, kHigh_m = 0.6f, kTop_m = 1.25f;
@@ -81,8 +101,10 @@ bool is_surely_car(const StageContext& context, const Frame& frame, int32_t row)
       min_of(box.length(), box.width()) < kWidth * context.detect.fit_rectangle.width_m)
     return false;
   int32_t rows = 0, beside = 0;
+  RowCount by_row;
   for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
     const PixelView view(context.sensors[&part - frame.sensors], part);
+    view.count_rows(cluster, by_row);
     PixelBox pixels;
     view.add_pixels(cluster, pixels);
     if (pixels.row_high >= 0) rows = std::max(rows, pixels.row_high - pixels.row_low + 1);
@@ -90,8 +112,12 @@ bool is_surely_car(const StageContext& context, const Frame& frame, int32_t row)
     for (int32_t k = begin; k < end; ++k) beside += view.is_on_surface(part.cluster_points.point[k]);
   });
   if (rows < kRows || float(beside) < kSurface * float(merged.point_count[row])) return false;
+  // A post, and the row of ground from its foot on.
+  if (2 * *std::max_element(std::begin(by_row.points), std::end(by_row.points)) > merged.point_count[row]) return false;
   const ClusterHeights heights = measure_heights(frame, row);
-  return heights.low_m < kLow_m && heights.high_m >= kHigh_m && heights.high_m < kTop_m && is_lit(context, frame, row);
+  if (!(heights.low_m < kLow_m && heights.high_m >= kHigh_m && heights.high_m < kTop_m)) return false;
+  GroundIntensities ground(frame);
+  return is_lit(context, frame, row) && !is_sign(frame, ground, row);
 }
 
 }  // namespace overtake

@@ -22,8 +22,25 @@ bool is_lit(const StageContext& context, const Frame& frame, int32_t row) noexce
 OrientedBox trim_smoke(const StageContext& context, const Frame& frame, int32_t row, float cos, float sin,
                        const OrientedBox& box) noexcept;
 
-// Whether a cluster is a car beyond doubt: many points on several rows, lit, and most of them beside another one on a
-// surface; it stands on the ground, is about as high as a car, and is wider than a piece of a wall.
+// The median intensity of each sensor's ground, found when it is first asked for. 0: no intensities.
+class GroundIntensities {
+ public:
+  explicit GroundIntensities(const Frame& frame) : frame_(frame) {}
+  float of(const SensorPart& part);
+
+ private:
+  const Frame& frame_;
+  bool known_[kMaxSensors] = {};
+  float value_[kMaxSensors];
+};
+
+// Whether a cluster is a sign, which reflects the light back to where it comes from: most of it is far brighter than
+// the road. Of a car so are lamps and plates, but not the body around them.
+bool is_sign(const Frame& frame, GroundIntensities& ground, int32_t row) noexcept;
+
+// Whether a cluster is a car beyond doubt: many points on several rows, at most half of them on one, lit, and most of
+// them beside another one on a surface; it stands on the ground, is about as high as a car, is wider than a piece of a
+// wall, and is no sign.
 bool is_surely_car(const StageContext& context, const Frame& frame, int32_t row) noexcept;
 
 }  // namespace overtake

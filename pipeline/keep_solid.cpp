@@ -6,29 +6,11 @@
 #include <cmath>
 
 #include "core/math.h"
-#include "kernels/drop_smoke.h"
-#include "pipeline/cluster_places.h"
+#include "pipeline/body_look.h"
 #include "pipeline/pixel_view.h"
 
 namespace overtake {
 namespace {
-
-// The median intensity of each sensor's ground, found when it is first asked for.
-class GroundIntensities {
- public:
-  explicit GroundIntensities(const Frame& frame) : frame_(frame) {}
-  float of(const SensorPart& part) {
-    const int32_t s = int32_t(&part - frame_.sensors);
-    if (!known_[s]) value_[s] = find_ground_intensity(part.scan, part.kept.points.label);
-    known_[s] = true;
-    return value_[s];
-  }
-
- private:
-  const Frame& frame_;
-  bool known_[kMaxSensors] = {};
-  float value_[kMaxSensors];
-};
 
 // All points of a candidate are as dark as smoke, and few of them lie beside another one on a surface. A few brighter
 // ones are of what stands in the smoke.
@@ -96,21 +78,6 @@ bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
   const float x = merged.center_x_m[row] - at_m[0], y = merged.center_y_m[row] - at_m[1];
   const float range_m = max_of(std::sqrt(x * x + y * y), 1e-3f);
   return high_m < kSlope * measure_box(frame, row, x / range_m, y / range_m).length();
-}
-
-// A sign reflects the light back to where it comes from: most of it is far brighter than the road. Of a car so are
-// lamps and plates, but not the body around them.
-bool is_sign(const Frame& frame, GroundIntensities& ground, int32_t row) {
-  constexpr float kBright = 4.0f;
-  int32_t points = 0, bright = 0;
-  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
-    const float least = kBright * ground.of(part);
-    const int32_t begin = part.clusters.point_begin[cluster], count = part.clusters.point_count[cluster];
-    points += count;
-    for (int32_t k = begin; least > 0.0f && k < begin + count; ++k)
-      bright += part.scan.intensity[part.cluster_points.point[k]] > least;
-  });
-  return 2 * bright > points;
 }
 
 }  // namespace

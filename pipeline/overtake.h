@@ -199,6 +199,8 @@ typedef struct ovt_params {
   double cut_in_line_from;           /* cut.in_line_from           in lengths of the vehicle */
   double cut_in_line_width;          /* cut.in_line_width          in widths of the vehicle */
   double cut_in_line_step_m;         /* cut.in_line_step_m */
+  double cut_abreast_from;           /* cut.abreast_from           in widths of the vehicle */
+  double cut_abreast_step_m;         /* cut.abreast_step_m */
 } ovt_params;
 
 typedef struct ovt_param_info {

@@ -146,7 +146,9 @@ SegmentParams make_segment_params(const ovt_params& params, const SensorModel& s
                    float(params.vehicle_length_m * params.cut_to),
                    float(params.vehicle_length_m * params.cut_in_line_from),
                    float(params.vehicle_width_m * params.cut_in_line_width),
-                   float(params.cut_in_line_step_m)};
+                   float(params.cut_in_line_step_m),
+                   float(params.vehicle_width_m * params.cut_abreast_from),
+                   float(params.cut_abreast_step_m)};
   out.label_points = {float(params.label_own_limit_m), float(params.label_loser_limit_m)};
   out.own_body = own_body_of(params);
   return out;

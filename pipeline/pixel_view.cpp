@@ -33,6 +33,14 @@ void PixelView::add_pixels(int32_t cluster, PixelBox& box) const noexcept {
   }
 }
 
+void PixelView::count_rows(int32_t cluster, RowCount& count) const noexcept {
+  const int32_t begin = part_.clusters.point_begin[cluster], end = begin + part_.clusters.point_count[cluster];
+  for (int32_t k = begin; k < end; ++k) {
+    const int32_t pixel = part_.kept.points.pixel[part_.cluster_points.point[k]];
+    if (pixel >= 0) ++count.points[pixel / part_.kept.images.pixel_point.stride & 63];
+  }
+}
+
 float PixelView::find_row_pitch(const PixelBox& box) const noexcept {
   float pitch = 0.0f, before = 0.0f;
   bool any = false;

@@ -24,6 +24,11 @@ struct LevelRows {
   int32_t rows = 0, level = 0;
 };
 
+// Points by row. Rows that are a multiple of 64 apart are counted together: no car holds both.
+struct RowCount {
+  int32_t points[64] = {};
+};
+
 // Whether there is ground beside an object, on the left and on the right as the sensor sees it: in most of the columns
 // that are looked at, or in none of them. In the shadow of the own car there is none, and a part of the object may be
 // in it.
@@ -38,6 +43,8 @@ class PixelView {
 
   // Columns go on beyond the edges of a sensor that sees all around: a box across the first column has no gap.
   void add_pixels(int32_t cluster, PixelBox& box) const noexcept;
+  // Adds the points of a cluster to those of their rows.
+  void count_rows(int32_t cluster, RowCount& count) const noexcept;
   // Largest angle between two neighbouring rows at the cluster; 0: unknown.
   float find_row_pitch(const PixelBox& box) const noexcept;
   // Whether something nearer, or the edge of the image, may hide more of the object on the left or on the right.

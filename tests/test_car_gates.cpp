@@ -286,10 +286,12 @@ TEST_CASE("car gates: on the apron, up to 5 m beyond a bound, what is a car beyo
   CHECK(kept(25, 4.9, 1.9, 0.1, 1.1, 1.0f, 9.9) == 1);
   CHECK(kept(25, 4.9, 1.9, 0.1, 1.1, 1.0f, 10.6) == 0);  // its centre is farther out
   CHECK(kept(25, 4.9, 1.9, 0.1, 1.1, 0.05f) == 0);       // as dark as smoke
-  CHECK(kept(25, 4.0, 0.3, 0.1, 1.1) == 0);              // a piece of a wall
-  CHECK(kept(25, 1.9, 1.9, 0.1, 1.1) == 0);              // a sign
-  CHECK(kept(25, 4.9, 1.9, 0.1, 1.5) == 0);              // higher than a car
-  CHECK(kept(25, 4.9, 1.9, 0.5, 1.1) == 0);              // does not stand on the ground
+  CHECK(kept(25, 4.9, 1.9, 0.1, 1.1, 3.0f) == 1);
+  CHECK(kept(25, 4.9, 1.9, 0.1, 1.1, 5.0f) == 0);  // so bright is a sign
+  CHECK(kept(25, 4.0, 0.3, 0.1, 1.1) == 0);        // a piece of a wall
+  CHECK(kept(25, 1.9, 1.9, 0.1, 1.1) == 0);        // a sign
+  CHECK(kept(25, 4.9, 1.9, 0.1, 1.5) == 0);        // higher than a car
+  CHECK(kept(25, 4.9, 1.9, 0.5, 1.1) == 0);        // does not stand on the ground
   CHECK(kept(12, 4.9, 1.9, 0.0, 0.65) == 1);
   CHECK(kept(12, 4.9, 1.9, 0.0, 0.57) == 0);                   // lower than a car
   CHECK(kept(25, 4.9, 1.9, 0.1, 1.1, 1.0f, 6.5, 0.016) == 1);  // three rows
@@ -311,6 +313,19 @@ TEST_CASE("car gates: on the apron nothing stays whose points lie beside no othe
   };
   CHECK(kept(0.05) == 1);
   CHECK(kept(0.15) == 0);
+}
+
+TEST_CASE("car gates: on the apron a post and one row of the ground beside it are no car") {
+  // The row hits a thin slab at 21 m; the post is one cluster with it.
+  const auto kept = [](double post_m) {
+    RulesBench bench;
+    bench.look({{19.5, 8.2, 0, 2.6, 3.0, 0.0, 0.05}, {20.5, 8.2, 0, 0.1, post_m, 0.0, 1.0}}, 0.01);
+    gate(bench);
+    CHECK(bench.frame.gated_map == 1 - bench.frame.kept_count);
+    return bench.frame.kept_count;
+  };
+  CHECK(kept(0.12) == 0);
+  CHECK(kept(1.5) == 1);  // more points on its rows than on that of the ground
 }
 
 TEST_CASE("car gates: smoke at the end of a car makes it no longer") {

@@ -41,7 +41,9 @@ CutLinksParams usual() {
           .max_length_m = 10.0f,
           .in_line_length_m = 3.0f,
           .in_line_width_m = 0.0f,
-          .in_line_step_m = 3.0f};
+          .in_line_step_m = 3.0f,
+          .abreast_width_m = 100.0f,
+          .abreast_step_m = 1.0f};
 }
 CutLinksParams with_in_line() {
   CutLinksParams params = usual();
@@ -153,6 +155,34 @@ TEST_CASE("cut_links: a narrow cluster shorter than a car is cut where it has a 
   CHECK(Cut(with_in_line(), {{30.0f, 30.1f, 31.5f, 33.2f, 35.9f, 36.0f}}).count == 3);
 }
 
+TEST_CASE("cut_links: a cluster as wide as two cars is cut where it has a step between them") {
+  // Two rows of 41 columns at 30 m are 4.2 m wide from the first to the last.
+  const auto of = [](int32_t cols, float step_m, float down_m = 0.0f) {
+    OwnedPlane<float> range(2, cols);
+    range.fill(30.0f);
+    for (int32_t c = 0; c < cols; ++c) {
+      range.at(0, c) += down_m + (c < cols / 2 ? 0.0f : step_m);
+      range.at(1, c) += c < cols / 2 ? 0.0f : step_m;
+    }
+    return range;
+  };
+  CutLinksParams params = usual();
+  params.abreast_width_m = 4.0f;
+  params.abreast_step_m = 1.2f;
+  CHECK(Cut(params, of(41, 1.5f)).count == 2);
+  CHECK(Cut(params, of(36, 1.5f)).count == 0);
+  CHECK(Cut(usual(), of(41, 1.5f)).count == 0);
+  CHECK(Cut(params, of(100, 1.5f)).count == 0);  // a wall
+  // A step as of one car that is seen from its side.
+  CHECK(Cut(params, of(41, 1.1f)).count == 0);
+  params.abreast_step_m = 1.0f;
+  CHECK(Cut(params, of(41, 1.1f)).count == 2);
+  // A step down: as in line, though it is large enough for a long cluster.
+  params.tan_threshold = float(std::tan(40 * kDegree));
+  CHECK(Cut(params, of(41, 0.0f, 2.5f)).count == 0);
+  CHECK(Cut(params, of(41, 0.0f, 3.1f)).count == 41);
+}
+
 TEST_CASE("cut_links: only the links of the long cluster") {
   Cut cut(usual(), {{36.0f, 0.0f, 33.0f, 31.1f}, {30.0f, 0.0f, 0.0f, 0.0f}});
   CHECK(cut.count == 1);
@@ -196,6 +226,7 @@ TEST_CASE("label_cut: every ISA gives the labels of label_bfs after cut_links") 
     // Short clusters, too, of any width; in every fifth image no cluster is long enough without that.
     if (seed % 5 < 2) cut.in_line_width_m = 20.0f, cut.in_line_length_m = cut.in_line_step_m = 1.0f;
     if (seed % 5 == 0) cut.min_length_m = 9.9f;
+    if (seed % 7 == 0) cut.abreast_width_m = cut.abreast_step_m = 3.0f;
     std::string by_cutting;
     for (int32_t t = -1; t < table_count; ++t) {
       CAPTURE(seed);

@@ -125,6 +125,11 @@ class cut_group:
     """... and narrower than this, in widths of the vehicle (number, 0 to 1000)"""
     in_line_step_m: float
     """... then pixels whose ranges differ by less stay joined (number, 0 to 1000 m)"""
+    abreast_from: float
+    """a cluster shorter than cut.from may be two cars side by side, if it is wider than this, in widths of the
+    vehicle (number, 0 to 1000)"""
+    abreast_step_m: float
+    """... then pixels side by side whose ranges differ by less stay joined (number, 0 to 1000 m)"""
 
 class label_group:
     """Parameters label.*"""
