@@ -32,8 +32,8 @@ struct LabelExtent {
 // beta <= th_cut (link_pixels.h), and each link down that has that and joins ranges which differ by step_m or more. A
 // shorter cluster, from in_line_length_m on, may be parts of two cars one behind the other if it is narrower than
 // in_line_width_m: cuts each of its links that has beta <= th_cut and joins ranges which differ by in_line_step_m or
-// more. So does a shorter one that is wider than abreast_width_m, and may be two cars side by side; its links to the
-// right from abreast_step_m on.
+// more. A shorter one that is wider than abreast_width_m may be two cars side by side: cuts the same links down, and
+// each link to the right that has beta <= th_cut and joins ranges which differ by abreast_step_m or more.
 //   reads    range_repaired_m elevation_repaired_rad nonground_repaired; labels label_count (from label_bfs; labels
 //            beyond the count are none); the links
 //   writes   link_right link_down: clears bits of cut links

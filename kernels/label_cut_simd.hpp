@@ -39,7 +39,7 @@ OVT_INLINE void measure_runs(Plane<const float> range_m, ConstBitPlane nonground
   }
 }
 
-// near_m of the root's extents, where its cluster is to be cut: negative, with the reason.
+// near_m of the root's extents, where its cluster is to be cut: negative, as no range is, and tells why.
 OVT_INLINE float mark_of(TwoCars cluster) { return -float(int32_t(cluster)); }
 OVT_INLINE TwoCars cluster_of(float mark) { return TwoCars(int32_t(-mark)); }
 

@@ -89,7 +89,7 @@ bool is_sign(const Frame& frame, GroundIntensities& ground, int32_t row) noexcep
   return 2 * bright > points;
 }
 
-bool is_surely_car(const StageContext& context, const Frame& frame, int32_t row) noexcept {
+bool is_surely_car(const StageContext& context, const Frame& frame, GroundIntensities& ground, int32_t row) noexcept {
   constexpr int32_t kPoints = 30, kRows = 3;  // the rows of one sensor
   constexpr float kUpright_m = 0.5f, kLow_m = 0.4f, kHigh_m = 0.6f, kTop_m = 1.25f;
   constexpr float kLength = 0.5f, kWidth = 0.45f;  // of the vehicle
@@ -112,11 +112,10 @@ bool is_surely_car(const StageContext& context, const Frame& frame, int32_t row)
     for (int32_t k = begin; k < end; ++k) beside += view.is_on_surface(part.cluster_points.point[k]);
   });
   if (rows < kRows || float(beside) < kSurface * float(merged.point_count[row])) return false;
-  // A post, and the row of ground from its foot on.
+  // Most points on one row: a post in one cluster with the ground at its foot.
   if (2 * *std::max_element(std::begin(by_row.points), std::end(by_row.points)) > merged.point_count[row]) return false;
   const ClusterHeights heights = measure_heights(frame, row);
   if (!(heights.low_m < kLow_m && heights.high_m >= kHigh_m && heights.high_m < kTop_m)) return false;
-  GroundIntensities ground(frame);
   return is_lit(context, frame, row) && !is_sign(frame, ground, row);
 }
 

@@ -41,6 +41,6 @@ bool is_sign(const Frame& frame, GroundIntensities& ground, int32_t row) noexcep
 // Whether a cluster is a car beyond doubt: many points on several rows, at most half of them on one, lit, and most of
 // them beside another one on a surface; it stands on the ground, is about as high as a car, is wider than a piece of a
 // wall, and is no sign.
-bool is_surely_car(const StageContext& context, const Frame& frame, int32_t row) noexcept;
+bool is_surely_car(const StageContext& context, const Frame& frame, GroundIntensities& ground, int32_t row) noexcept;
 
 }  // namespace overtake
