@@ -251,6 +251,16 @@ diff -r gone.d instead || fail "scene does something else than it says"
 [[ $(tail -n 1 stderr) == "overtake: --frames 121: the scenario demo has 120 frames; "* && ! -e too_many ]] || fail "scene --frames 121: $(cat stderr)"
 grep -qw scene <("$overtake" --help; "$overtake" 2>&1; "$overtake" scen 2>&1) && fail "overtake names the command that is gone"
 
+# ---- a log or a folder may have the name of its scenario or rig: the built-in one is meant
+mkdir demo av21
+expect "folder of a scenario's name" "$overtake" simulate demo --seconds 0.1 --seed 3 --out demo/
+expect "the same again, over it" "$overtake" simulate demo --seconds 0.1 --seed 3 --out demo/ --force
+diff -r gone.d demo || fail "a folder of a scenario's name changes what is simulated"
+expect "folder of a rig's name" "$overtake" run demo --rig av21 --out rig_run
+cp -r demo/rig.toml ./overtake
+refuse "./overtake:1: no car is named 'ego', the ego" simulate ./overtake --out out
+rm -r demo av21 overtake rig_run
+
 # ---- one of a thing has no plural
 expect "one frame" "$overtake" simulate demo --seconds 0.05 --out one_frame && grep -q ': 1 frame (' stdout || fail "simulate: $(cat stdout)"
 expect "one frame" "$write_scene" one 1

@@ -314,9 +314,7 @@ module.exports = {
     });
     await page.mouse.click(box.x, box.y);
     await until(page, () => ["track", "detection"].includes(overtake.app.state.selection?.kind));
-    assert.ok(await page.evaluate(() => document.querySelectorAll(".objects tr.picked").length >= 1 ||
-        new Promise((done) => setTimeout(() => done(document.querySelectorAll(".objects tr.picked").length >= 1),
-        200))));
+    await until(page, () => document.querySelector(".objects tr.picked"));
   },
 
   "tables: a click on a head sorts, a second one the other way": async ({ browser, logs, view }) => {

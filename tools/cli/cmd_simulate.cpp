@@ -43,7 +43,7 @@ int simulate(const SimulateOptions& options) {
   if (options.out.empty() && options.pictures.empty()) throw CLI::RequiredError("--out or --pictures");
   const bool is_mcap = is_mcap_name(options.out);
   io::OutputGuard guard(options.force);
-  guard.add_input(options.scenario);
+  if (!sim::is_builtin_scenario(options.scenario)) guard.add_input(options.scenario);
   sim::Scenario scenario = sim::load_scenario(options.scenario);
   if (!options.ego.empty()) {
     if (scenario.find_car(options.ego) < 0)
@@ -119,7 +119,8 @@ namespace {
 void add_simulate_options(CLI::App& command, SimulateOptions& options) {
   command
       .add_option("scenario", options.scenario,
-                  "TOML file, or a built-in scenario: " + io::join(sim::builtin_scenario_names(), ", "))
+                  "Built-in scenario, or a TOML file (./NAME if it is named like a built-in one): " +
+                      io::join(sim::builtin_scenario_names(), ", "))
       ->required();
   command.add_option("--out", options.out, "LOG.mcap, or a folder of PCD scans and tables");
   auto* pictures = command.add_option("--pictures", options.pictures,

@@ -80,7 +80,7 @@ struct Rig {
   std::string sensor_names() const;                  // "front, left, right"
 };
 
-// A file, or the name of a built-in rig. Throws Error with file and line.
+// The name of a built-in rig, or else a file: ./NAME is a file of such a name. Throws Error with file and line.
 Rig load_rig(const std::string& file_or_name);
 Rig parse_rig(const std::string& path_in_errors, std::string_view text);
 std::vector<std::string> builtin_rig_names();

@@ -68,7 +68,7 @@ py::dict simulate(const std::string& scenario_name, uint64_t seed, const std::st
     const py::gil_scoped_release release;
     const std::lock_guard lock(one_guard);
     io::OutputGuard guard(force);
-    guard.add_input(scenario_name);
+    if (!sim::is_builtin_scenario(scenario_name)) guard.add_input(scenario_name);
     sim::Scenario scenario = sim::load_scenario(scenario_name);
     if (!ego.empty()) {
       if (scenario.find_car(ego) < 0) throw io::Error(scenario_name, 0, "no car is named '" + ego + "'");

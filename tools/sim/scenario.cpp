@@ -207,6 +207,12 @@ void read_overtakes(Scenario& scenario, TomlReader& toml) {
   plan_overtakes(list, scenario.cars[0], scenario.cars[1], scenario.seconds);
 }
 
+const BuiltinScenario* find_builtin(const std::string& name) {
+  for (int32_t i = 0; i < kBuiltinScenarioCount; ++i)
+    if (name == kBuiltinScenarios[i].name) return &kBuiltinScenarios[i];
+  return nullptr;
+}
+
 }  // namespace
 
 int32_t Scenario::find_car(const std::string& car) const {
@@ -265,9 +271,8 @@ Scenario parse_scenario(const std::string& path, std::string_view text) {
 }
 
 Scenario load_scenario(const std::string& file_or_name) {
-  if (!std::filesystem::exists(file_or_name))
-    for (int32_t i = 0; i < kBuiltinScenarioCount; ++i)
-      if (file_or_name == kBuiltinScenarios[i].name) return parse_scenario(file_or_name, kBuiltinScenarios[i].text);
+  // Before the file: a log or a folder is often named after its scenario.
+  if (const BuiltinScenario* builtin = find_builtin(file_or_name)) return parse_scenario(file_or_name, builtin->text);
   if (!std::filesystem::exists(file_or_name))
     throw io::Error(file_or_name, 0,
                     "is neither a file nor a built-in scenario; built in are " +
@@ -281,5 +286,7 @@ std::vector<std::string> builtin_scenario_names() {
   for (int32_t i = 0; i < kBuiltinScenarioCount; ++i) names.push_back(kBuiltinScenarios[i].name);
   return names;
 }
+
+bool is_builtin_scenario(const std::string& name) { return find_builtin(name) != nullptr; }
 
 }  // namespace overtake::sim

@@ -73,9 +73,10 @@ struct Scenario {
   const ScanPattern& pattern_at(double time_s) const;
 };
 
-// Throws io::Error with file and line.
+// A built-in name, or else a file: ./NAME is a file of a built-in name. Throws io::Error with file and line.
 Scenario load_scenario(const std::string& file_or_name);
 Scenario parse_scenario(const std::string& path_in_errors, std::string_view text);
 std::vector<std::string> builtin_scenario_names();
+bool is_builtin_scenario(const std::string& name);
 
 }  // namespace overtake::sim
