@@ -187,9 +187,8 @@ module.exports = {
       await page.evaluate((t) => { overtake.app.state.tab = t; overtake.app.changed("settings"); }, tab);
       await settle(page);
       if (tab === "objects") await page.evaluate(() => overtake.app.select({ log: 1, kind: "detection", row: 0 }));
-      await new Promise((done) => setTimeout(done, 150));
-      assert.ok(await page.evaluate(() => document.body.innerText.includes("<img src=x")),
-          `the names are shown as text: ${tab}`);
+      // The names are shown as text.
+      await until(page, () => document.body.innerText.includes("<img src=x"));
       assert.deepStrictEqual(await page.evaluate(() => [document.querySelectorAll("img").length,
           document.querySelectorAll("main b:not(.legend b)").length, window.hit ?? 0]), [0, 0, 0]);
     }
