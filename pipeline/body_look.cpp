@@ -7,7 +7,6 @@
 
 #include "core/math.h"
 #include "kernels/drop_smoke.h"
-#include "pipeline/pixel_view.h"
 
 namespace overtake {
 namespace {
@@ -67,6 +66,26 @@ OrientedBox trim_smoke(const StageContext& context, const Frame& frame, int32_t 
     ++count;
   });
   return 2 * count >= frame.merged.point_count[row] ? lit : box;
+}
+
+PixelBox main_pixels(const Frame& frame, int32_t row, const PixelView& view) noexcept {
+  const SensorPart& part = frame.sensors[frame.merged.main_sensor[row]];
+  PixelBox pixels;
+  for_each_member(frame, row, [&](const SensorPart& own, int32_t cluster) {
+    if (&own == &part) view.add_pixels(cluster, pixels);
+  });
+  return pixels;
+}
+
+bool is_in_own_shadow(const StageContext& context, const Frame& frame, int32_t row) noexcept {
+  constexpr float kNear_m = 30.0f;  // farther away, the road may return nothing
+  const int32_t s = frame.merged.main_sensor[row];
+  if (!(frame.merged.nearest_m[row] < kNear_m) || frame.smoke_limit[s] > 0.0f) return false;
+  const PixelView view(context.sensors[s], frame.sensors[s]);
+  const PixelBox pixels = main_pixels(frame, row, view);
+  if (pixels.row_high < 0) return false;
+  const GroundBeside ground = view.find_ground(pixels);
+  return !ground.left && !ground.right && (ground.none_left || ground.none_right);
 }
 
 float GroundIntensities::of(const SensorPart& part) {

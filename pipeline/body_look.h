@@ -7,6 +7,7 @@
 #pragma once
 
 #include "pipeline/cluster_places.h"
+#include "pipeline/pixel_view.h"
 #include "pipeline/stages.h"
 
 namespace overtake {
@@ -33,6 +34,13 @@ class GroundIntensities {
   bool known_[kMaxSensors] = {};
   float value_[kMaxSensors];
 };
+
+// The pixels of a cluster in the image of its main sensor, which `view` is of; row_high is -1 if it has none.
+PixelBox main_pixels(const Frame& frame, int32_t row, const PixelView& view) noexcept;
+
+// Whether the shadow of the own car may hide the sides of a near cluster: the sensor sees no ground beside it. Where it
+// sees smoke, that may be between. Such a cluster shows little of a car, and not its width.
+bool is_in_own_shadow(const StageContext& context, const Frame& frame, int32_t row) noexcept;
 
 // Whether a cluster is a sign, which reflects the light back to where it comes from: most of it is far brighter than
 // the road. Of a car so are lamps and plates, but not the body around them.

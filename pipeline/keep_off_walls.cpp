@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/math.h"
-#include "pipeline/cluster_places.h"
+#include "pipeline/body_look.h"
 #include "pipeline/nearest_walls.h"
 
 namespace overtake {
@@ -98,7 +98,7 @@ class WallView {
 };
 
 // A piece of a wall that the sensor sees at a grazing angle: deep along the line of sight, and narrow across it. A car
-// shows its width.
+// shows its width, but not through a slit of the own shadow.
 bool is_streak(const StageContext& context, const Frame& frame, int32_t row) {
   constexpr float kDepthOfWidth = 4.0f, kCarShare = 0.6f;
   const float* const at_m = context.sensors[frame.merged.main_sensor[row]].T_vehicle_sensor.t;
@@ -107,7 +107,7 @@ bool is_streak(const StageContext& context, const Frame& frame, int32_t row) {
   if (!(range_m > 0.0f)) return false;
   const OrientedBox box = measure_box(frame, row, x / range_m, y / range_m);
   return box.length() > context.detect.pose_by_view.debris_m && box.length() >= kDepthOfWidth * box.width() &&
-         box.width() < kCarShare * float(context.detect.vehicle_width_m);
+         box.width() < kCarShare * float(context.detect.vehicle_width_m) && !is_in_own_shadow(context, frame, row);
 }
 
 // Whether `is` holds for the points of a candidate; of many points, for some that are spread over it. False if the

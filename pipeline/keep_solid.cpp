@@ -7,7 +7,6 @@
 
 #include "core/math.h"
 #include "pipeline/body_look.h"
-#include "pipeline/pixel_view.h"
 
 namespace overtake {
 namespace {
@@ -41,9 +40,12 @@ bool is_smoke(const StageContext& context, const Frame& frame, GroundIntensities
 }
 
 // Whether the next row, above or below, returns from another range and the same height over the running ground as most
-// points of a candidate. So high over the road, the row below hits the same body, or its foot.
+// points of a candidate. So high over the road, the row below hits the same body, or its foot. A beam as high as the
+// sensor goes level over the body of a car: no road is misjudged by as much.
 bool goes_on_level(const StageContext& context, const Frame& frame, int32_t row) {
   constexpr float kHigh_m = 0.25f;  // lower objects may lie on the road
+  constexpr float kTop_m = 0.6f;
+  if (measure_heights(frame, row).high_m >= kTop_m) return false;
   int32_t level = 0;
   for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
     const PixelView view(context.sensors[&part - frame.sensors], part);
@@ -62,10 +64,7 @@ bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
   const FrameClusterTable& merged = frame.merged;
   const int32_t s = merged.main_sensor[row];
   const PixelView view(context.sensors[s], frame.sensors[s]);
-  PixelBox pixels;
-  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
-    if (&part == &frame.sensors[s]) view.add_pixels(cluster, pixels);
-  });
+  const PixelBox pixels = main_pixels(frame, row, view);
   if (pixels.row_high < 0) return false;
   const int32_t rows = pixels.row_high - pixels.row_low;
   if (rows == 0 && merged.nearest_m[row] < kNear_m) return goes_on_level(context, frame, row);

@@ -189,10 +189,7 @@ ObjectClass classify(const StageContext& context, const Frame& frame, int32_t ro
   if (column_m * kColumns > width_m) return ObjectClass::kUnknown;
   if (longest_m > debris_m + column_m || merged.max_z_m[row] - merged.min_z_m[row] > debris_m)
     return ObjectClass::kUnknown;
-  PixelBox pixels;
-  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
-    if (&part == &frame.sensors[s]) view.add_pixels(cluster, pixels);
-  });
+  const PixelBox pixels = main_pixels(frame, row, view);
   if (pixels.row_high < 0) return ObjectClass::kUnknown;
   const float row_m = range_m * view.find_row_pitch(pixels);
   if (!(row_m > 0.0f) || row_m * kRows > kBody_m) return ObjectClass::kUnknown;
@@ -215,8 +212,7 @@ void anchor_to_seen_side(const StageContext& context, const Frame& frame, int32_
       merged.nearest_m[row] > kFarthest_m)
     return;
   const PixelView view(context.sensors[s], frame.sensors[s]);
-  PixelBox pixels;
-  for_each_member(frame, row, [&](const SensorPart&, int32_t cluster) { view.add_pixels(cluster, pixels); });
+  const PixelBox pixels = main_pixels(frame, row, view);
   if (pixels.row_high < 0) return;
   const GroundBeside ground = view.find_ground(pixels);
   const bool from_left = ground.left && ground.none_right, from_right = ground.right && ground.none_left;
@@ -321,6 +317,7 @@ void write_row(const StageContext& context, Frame& frame, int32_t i, int32_t row
   views.road_z_m[i] = pose.heights.road_z_m;
   views.height_m[i] = pose.heights.high_m;
   views.front[i] = pose.front;
+  views.in_shadow[i] = is_in_own_shadow(context, frame, row);
 }
 
 }  // namespace

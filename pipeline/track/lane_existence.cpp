@@ -19,7 +19,10 @@ constexpr double kLeastDetect = 0.01;
 constexpr double kWing_rad = 0.2, kWing_m = 15.0;       // the shadow of the own rear wing, to both sides; from here on
 constexpr double kBehindShare = 0.6, kPartShare = 1.2;  // of a car's width: a car this far beside another one's line of
                                                         // sight is hidden by it, or may be in part
-constexpr double kKnownHit = 0.3;  // a hit adds at least this to the score of a track that was confirmed
+constexpr double kTall_m = 0.6;      // no road is misjudged by as much: what stands so high in the own shadow is a car
+constexpr double kOutside_m = 0.3;   // of the circuit is where a car's centre cannot be,
+constexpr int32_t kMostOfWall = 30;  // unless more points tell that it is a car
+constexpr double kKnownHit = 0.3;    // a hit adds at least this to the score of a track that was confirmed
 constexpr double kLowReach_m = 80.0, kNearest_m = 8.0, kSparse = 0.03, kThin = 0.1;
 constexpr double kFewFrom_m = 60.0, kMostTimes = 6.0;  // nearer a car shows more points, up to so many times as many
 constexpr double kRowScore = 1.0;  // of a pushed row without a score: its detector says that it is a car
@@ -120,9 +123,11 @@ void LanePolicy::list_unclaimed(const TrackView<State>& tracks, const Iteration&
 // ---- what a detection says ------------------------------------------------------------------------------------------
 
 // Log of the ratio: such a detection of a car, to one of another object. A car that another one hides in part may show
-// few points and a small side; but what is hidden of it is its lower part, or one side at its full height.
+// few points and a small side; but what is hidden of it is its lower part, or one side at its full height. The same
+// holds for a follower in the shadow of the own car.
 double LanePolicy::evidence_of(const Measurement& z, bool in_part) const noexcept {
   if (in_part && !is_cluster(z)) return 0.0;
+  if (z.in_shadow && z.height_m >= kTall_m) in_part = true;
   const double dx = z.x_m - ego_.x_m, dy = z.y_m - ego_.y_m, range_m = range_of(dx, dy);
   double score = in_part || z.object_class == int32_t(ObjectClass::kCar) ? 0.0 : lane_.unknown_score;
   if (!is_cluster(z)) score = score_of(z);
@@ -153,6 +158,14 @@ double LanePolicy::clutter_near(const Measurement& z) const noexcept {
   return std::max(lane_.clutter_per_m2, double(count - 1) / lane_.clutter_area_m2);
 }
 
+// A few points outside of the circuit, by the ego heading as the tracker has learned it. The gates know it as published:
+// half a degree is a metre at 120 m.
+bool LanePolicy::is_piece_of_wall(const State& s, const Measurement& z) const noexcept {
+  if (!map_ || !asks_map_ || !is_cluster(z) || z.points >= kMostOfWall) return false;
+  int32_t segment = s.segment;
+  return map_->measure_outside(z.x_m, z.y_m, &segment) > kOutside_m;
+}
+
 int64_t LanePolicy::limit_votes(int64_t votes) noexcept { return std::clamp(votes, -kMostVotes, kMostVotes); }
 
 void LanePolicy::score_hit(int32_t slot, State& s, const Measurement& z, const Innovation* innovation) noexcept {
@@ -166,7 +179,7 @@ void LanePolicy::score_hit(int32_t slot, State& s, const Measurement& z, const I
   s.class_votes = limit_votes(s.class_votes + vote_of(z));
   if (is_known_car(s, z))
     score = std::max(score, kKnownHit);
-  else if (s.class_votes < 0 && z.debris && !in_part_[slot])
+  else if ((s.class_votes < 0 && z.debris && !in_part_[slot]) || is_piece_of_wall(s, z))
     score = -lane_.hit_score;
   hit_score_[slot] = score;
 }

@@ -112,6 +112,7 @@ class LanePolicy {
   void find_detectable(const TrackView<State>& tracks, const Iteration& it) noexcept;
   void list_unclaimed(const TrackView<State>& tracks, const Iteration& it, const int32_t* measurement_of_slot) noexcept;
   double evidence_of(const Measurement& z, bool in_part) const noexcept;
+  bool is_piece_of_wall(const State& s, const Measurement& z) const noexcept;
   double clutter_near(const Measurement& z) const noexcept;
   void score_hit(int32_t slot, State& s, const Measurement& z, const Innovation* innovation) noexcept;
   void begin_existence(State& s, const Measurement& z) const noexcept;
