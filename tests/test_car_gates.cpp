@@ -173,6 +173,27 @@ TEST_CASE("car gates: without a map, pieces of a wall and what is behind it are 
   CHECK(bench.frame.kept_count == 1);
 }
 
+TEST_CASE("car gates: without a map, what the own shadow leaves of a near car is no piece of a wall") {
+  // Two parts of the own car, 2 m away, with a slit between them.
+  const auto kept = [](double x_m, bool left, bool right, bool with_smoke = false) {
+    const double slope = 0.1, half = 0.012;  // of the slit, y over x
+    std::vector<Solid> solids = {{x_m, slope * x_m, 0, 4, 0.1, 0, 0.7}};
+    if (left) solids.push_back({2, 2 * (slope + half) + 0.5, 0, 0.01, 1.0, 0, 3, -2});
+    if (right) solids.push_back({2, 2 * (slope - half) - 0.5, 0, 0.01, 1.0, 0, 3, -2});
+    if (with_smoke) solids.push_back({10, -8, 0, 1, 2, 0, 2, -1});
+    RulesBench bench(false);
+    bench.look(solids);
+    gate(bench);
+    CHECK(bench.frame.merged.count == 1);
+    return bench.frame.kept_count;
+  };
+  CHECK(kept(20, true, true) == 1);
+  CHECK(kept(20, false, false) == 0);
+  CHECK(kept(20, true, false) == 0);  // the ground on the other side shows where it ends
+  CHECK(kept(20, true, true, true) == 0);
+  CHECK(kept(36, true, true) == 0);
+}
+
 TEST_CASE("car gates: a car at any angle to the circuit passes, at any place") {
   for (const double x : {12.0, 25.0, 40.0})
     for (int32_t yaw = 0; yaw < 360; yaw += 15) {
@@ -364,6 +385,8 @@ TEST_CASE("car gates: one row that is as high over a misjudged road as the next 
   CHECK(kept(0.3f, 0.0f) == 1);
   CHECK(kept(0.45f, 0.4f) == 0);
   CHECK(kept(0.2f, 0.15f) == 1);  // may lie on the road
+  CHECK(kept(0.59f, 0.55f) == 0);
+  CHECK(kept(0.61f, 0.57f) == 1);  // a level beam over the body of a car
 }
 
 TEST_CASE("car gates: far away without a map, one row that is lower than the tyres of a car is ground") {

@@ -146,6 +146,55 @@ TEST_CASE("lane existence: near the ego vehicle a car shows many points, but not
   CHECK(confirmed_at(-25, 10, 20) > 3);  // beside the wing's shadow
 }
 
+TEST_CASE("lane existence: what the own shadow leaves of a follower is confirmed, unless it is low") {
+  const auto confirmed_at = [](int32_t in_shadow, double height_m) {
+    LaneBench bench;
+    for (int32_t k = 0; k < 40; ++k) {
+      bench.ego_at(50 * kFrame_s * k + 14);
+      Measurement z = seen_car(50 * kFrame_s * k, 0.3, k);
+      z.object_class = 0, z.points = 8, z.width_m = 0.3, z.in_shadow = in_shadow, z.height_m = height_m;
+      bench.step(k, {z});
+      if (bench.is_confirmed()) return k + 1;
+    }
+    return 0;
+  };
+  CHECK(confirmed_at(1, 0.9) == 3);
+  CHECK(confirmed_at(0, 0.9) == 0);
+  CHECK(confirmed_at(1, 0.59) == 0);  // may be a piece of a misjudged road
+}
+
+TEST_CASE("lane existence: a few points outside of the circuit are no new car, and a known one keeps its track") {
+  const test::CircleRoad ring = make_ring(1e5);
+  const auto confirmed_at = [&](double left_m, int32_t points, bool with_map = true) {
+    LaneBench bench(with_map ? &ring.map : nullptr);
+    for (int32_t k = 0; k < 40; ++k) {
+      const double x_m = 50 * kFrame_s * k;
+      bench.ego_at(x_m - 100);
+      Measurement z = seen_car(x_m, left_m, k);
+      z.points = points;
+      bench.step(k, {z});
+      if (bench.is_confirmed()) return k + 1;
+    }
+    return 0;
+  };
+  const double left_m = test::CircleRoad::kWidthLeft_m, right_m = -test::CircleRoad::kWidthRight_m;
+  CHECK(confirmed_at(left_m + 0.4, 10) == 0);
+  CHECK(confirmed_at(right_m - 0.4, 10) == 0);
+  CHECK(confirmed_at(left_m + 0.2, 10) == 3);  // the map errs, too
+  CHECK(confirmed_at(left_m + 0.4, 30) == 3);  // a car on the apron
+  CHECK(confirmed_at(left_m + 0.4, 0) == 2);   // a pushed row
+  CHECK(confirmed_at(left_m + 0.4, 10, false) == 3);
+  LaneBench bench(&ring.map);
+  const TrackId id = bench.follow(20, left_m - 0.5);
+  for (int32_t k = 20; k < 60; ++k) {
+    bench.ego_at(50 * kFrame_s * k - 100);
+    Measurement z = seen_car(50 * kFrame_s * k, left_m - 0.5 + std::min(0.05 * (k - 20), 1.0), k);
+    z.points = 10;
+    CHECK(bench.step(k, {z})[0] == id);
+  }
+  CHECK(bench.is_confirmed());
+}
+
 TEST_CASE("lane existence: a track that never looked like a car is lost when it looks like none, debris at once") {
   const auto lost_after = [](auto first, auto later) {
     LaneBench bench;

@@ -90,6 +90,20 @@ TEST_CASE(
   CHECK(find_y(45, -1, 0.5, 0.0) > 0.25);  // too far: the middle of what is seen
 }
 
+TEST_CASE("pose by view: a near car that is seen through a slit of the own shadow is marked") {
+  const auto is_marked = [](double x_m, bool with_slit) {
+    std::vector<Solid> solids = {car_at(x_m, 0)};
+    for (const double side : {-1.0, 1.0})
+      if (with_slit) solids.push_back({2.0, side * 0.53, 0, 0.01, 1.0, 0, 3, -2});
+    const Looked bench(solids);
+    REQUIRE(bench.frame.detections.count == 1);
+    return bench.frame.views.in_shadow[0] != 0;
+  };
+  CHECK(is_marked(18, true));
+  CHECK_FALSE(is_marked(18, false));
+  CHECK_FALSE(is_marked(34, true));
+}
+
 TEST_CASE("pose by view: a box seen from behind, from beside and at any angle has its true centre and heading") {
   for (const double y_m : {-3.0, 0.0, 3.0})
     for (const double x_m : {12.0, 20.0, 35.0}) {

@@ -118,6 +118,19 @@ TEST_CASE("scenarios: hidden and hidden_braking: a car shows few points for seco
   }
 }
 
+TEST_CASE("scenarios: follower: the own rear wing leaves little of a car 14 m behind") {
+  Simulator simulator(load_scenario("follower"), 3, 0, 2);
+  for (const double t : {0.5, 5.0, 10.0}) {
+    CAPTURE(t);
+    const auto rows = truth_at(simulator.world(), t);
+    CHECK(gap_of(rows[0], rows[1]).along > 5);
+    CHECK(gap_of(rows[0], rows[1]).along < 15);
+    const int32_t follower = count_car(simulator.frame(int32_t(t * 20)), 1);
+    CHECK(follower >= 3);
+    CHECK(follower < 100);  // beside the shadow, thousands
+  }
+}
+
 TEST_CASE("scenarios: debris_on_track: boxes and tyres of 0.2 to 1 m on the racing line, near and far") {
   const Scenario scenario = load_scenario("debris_on_track");
   double least = 9, most = 0;

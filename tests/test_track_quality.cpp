@@ -546,6 +546,36 @@ TEST_CASE("track tables: a column for each preset and the goal; values that no p
 }
 
 TEST_CASE(
+    "evaluation of tracks: a follower in the own shadow is detected and confirmed, a far piece of the wall is not") {
+  const TempFolder folder;
+  const std::string log = folder.path("follower.mcap");
+  {
+    const sim::Scenario scenario = sim::load_scenario("follower");
+    sim::Simulator simulator(scenario, 3, 4, 2);
+    const auto out = sim::make_mcap_log(log, simulator, 3);
+    for (int32_t k = 0; k < simulator.frame_count(); ++k) out->write(k, simulator.frame(k));
+    out->close();
+  }
+  RunOptions options;
+  options.logs = {log}, options.presets = {"best"}, options.out = folder.path("out");
+  options.only_figures = options.quiet = true;
+  REQUIRE(run_logs(options));
+  for (const Run& run : read_runs(options.out)) {
+    const Table &cars = run.tables.at("cars"), &tracks = run.tables.at("tracks");
+    int32_t seen = 0, detected = 0, confirmed = 0;
+    for (std::size_t r = 0; r < cars.rows(); ++r) {
+      if (cell(cars, r, "car") != 1 || cell(cars, r, "points") < 3) continue;
+      ++seen, detected += cell(cars, r, "detections") > 0, confirmed += cell(cars, r, "confirmed") > 0;
+    }
+    CHECK(seen > 70);
+    CHECK(detected >= seen - 2);
+    CHECK(confirmed >= seen - 4);
+    for (std::size_t r = 0; r < tracks.rows(); ++r)
+      CHECK_FALSE((cell(tracks, r, "confirmed") > 0 && cell(tracks, r, "car") < 0));
+  }
+}
+
+TEST_CASE(
     "evaluation of tracks: a simulated drive past parked vehicles gives rows of motion, paths and parked tracks") {
   const TempFolder folder;
   const std::string log = folder.path("pit_lane.mcap");
