@@ -158,8 +158,8 @@ double LanePolicy::clutter_near(const Measurement& z) const noexcept {
   return std::max(lane_.clutter_per_m2, double(count - 1) / lane_.clutter_area_m2);
 }
 
-// A few points outside of the circuit, by the ego heading as the tracker has learned it. The gates know it as published:
-// half a degree is a metre at 120 m.
+// A few points outside of the circuit, by the ego heading as the tracker has learned it. The gates know it as
+// published: half a degree is a metre at 120 m.
 bool LanePolicy::is_piece_of_wall(const State& s, const Measurement& z) const noexcept {
   if (!map_ || !asks_map_ || !is_cluster(z) || z.points >= kMostOfWall) return false;
   int32_t segment = s.segment;
