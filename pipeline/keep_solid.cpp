@@ -40,8 +40,8 @@ bool is_smoke(const StageContext& context, const Frame& frame, GroundIntensities
 }
 
 // Whether the next row, above or below, returns from another range and the same height over the running ground as most
-// points of a candidate. So high over the road, the row below hits the same body, or its foot. A beam as high as the
-// sensor goes level over the body of a car: no road is misjudged by as much.
+// points of a candidate. So high over the road, the row below hits the same body, or its foot. From kTop_m on it may be
+// a beam that goes level over the body of a car, and no road so near is misjudged by as much.
 bool goes_on_level(const StageContext& context, const Frame& frame, int32_t row) {
   constexpr float kHigh_m = 0.25f;  // lower objects may lie on the road
   constexpr float kTop_m = 0.6f;

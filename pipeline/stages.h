@@ -90,7 +90,7 @@ void keep_car_shaped(const StageContext& context, Frame& frame) noexcept;
 void keep_inside_bounds(const StageContext& context, Frame& frame) noexcept;
 
 // Only without a map: not a piece of a wall that the sensors see, and not behind one.
-//   reads  kept, merged, members, places, cluster points, their pixels and heights
+//   reads  kept, merged, members, places, smoke_limit, cluster points, their pixels and heights
 //   writes  kept, kept_count, gated_map   scratch  places.group
 void keep_off_walls(const StageContext& context, Frame& frame) noexcept;
 
