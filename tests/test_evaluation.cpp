@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <set>
 
+#include "tests/support/simulated_race.h"
 #include "tools/evaluation/cluster_tally.h"
 #include "tools/evaluation/figures.h"
 #include "tools/evaluation/paper_claims.h"
@@ -18,7 +19,6 @@
 #include "tools/evaluation/variant.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
-#include "tools/sim/log_writer.h"
 
 using namespace overtake;
 using namespace overtake::evaluation;
@@ -380,13 +380,7 @@ void check_oracles(std::map<std::string, Run>& runs) {
 
 TEST_CASE("evaluation: shuffled rows change nothing, a late truth is off by the car's motion") {
   const std::string folder = fresh_folder("race"), log = folder + "/race.mcap";
-  {
-    const sim::Scenario scenario = sim::load_scenario("overtake");
-    sim::Simulator simulator(scenario, 1, 0.8, 2);
-    const auto out = sim::make_mcap_log(log, simulator, 1);
-    for (int32_t k = 0; k < simulator.frame_count(); ++k) out->write(k, simulator.frame(k));
-    out->close();
-  }
+  test::write_race(sim::load_scenario("overtake"), 1, 0.8, log);
   RunOptions options;
   options.logs = {log};
   options.presets = {"paper"};

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/simulated_race.h"
 #include "tests/support/temp_folder.h"
 #include "tools/evaluation/detection_columns.h"
 #include "tools/evaluation/figures.h"
@@ -23,7 +24,6 @@
 #include "tools/io/mcap_reader.h"
 #include "tools/io/mcap_writer.h"
 #include "tools/io/text.h"
-#include "tools/sim/log_writer.h"
 #include "tools/sim/material.h"
 
 using namespace overtake;
@@ -283,13 +283,7 @@ void strip(const std::string& from, const std::string& to) {
   writer.close();
 }
 
-void simulate(const std::string& path) {
-  const sim::Scenario scenario = sim::load_scenario("overtake");
-  sim::Simulator simulator(scenario, 1, 0.4, 2);
-  const auto out = sim::make_mcap_log(path, simulator, 1);
-  for (int32_t k = 0; k < simulator.frame_count(); ++k) out->write(k, simulator.frame(k));
-  out->close();
-}
+void simulate(const std::string& path) { test::write_race(sim::load_scenario("overtake"), 1, 0.4, path); }
 
 // Simulates a race into the folder; options to evaluate it quickly.
 RunOptions options_for_race(const TempFolder& folder) {

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "tests/support/recorded.h"
+#include "tests/support/simulated_race.h"
 #include "tests/support/temp_folder.h"
 #include "tools/evaluation/figures.h"
 #include "tools/evaluation/odometry_log.h"
@@ -23,7 +24,6 @@
 #include "tools/evaluation/variant.h"
 #include "tools/io/error.h"
 #include "tools/io/text.h"
-#include "tools/sim/log_writer.h"
 
 using namespace overtake;
 using namespace overtake::evaluation;
@@ -78,13 +78,7 @@ TEST_CASE("pose_history: noise is smoothed, a gap gives no result, a standing ca
 TEST_CASE("recordings: a simulated log read as a recording, with odometry as truth, gives the same cars") {
   const TempFolder folder;
   const std::string log = folder.path("race.mcap"), rig_file = folder.path("rig.toml");
-  {
-    const sim::Scenario scenario = sim::load_scenario("spin_near");
-    sim::Simulator simulator(scenario, 1, 0.8, 2);
-    const auto out = sim::make_mcap_log(log, simulator, 1);
-    for (int32_t k = 0; k < simulator.frame_count(); ++k) out->write(k, simulator.frame(k));
-    out->close();
-  }
+  test::write_race(sim::load_scenario("spin_near"), 1, 0.8, log);
   SimulatedLog truth(log);
   OdometryLog recorded(log, truth.rig(), "");
   LogFrame a, b;

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <set>
 
+#include "tests/support/simulated_race.h"
 #include "tests/support/temp_folder.h"
 #include "tools/evaluation/first_seen.h"
 #include "tools/evaluation/report.h"
@@ -18,7 +19,6 @@
 #include "tools/io/error.h"
 #include "tools/io/mcap_reader.h"
 #include "tools/io/text.h"
-#include "tools/sim/log_writer.h"
 #include "tools/view/svg.h"
 
 using namespace overtake;
@@ -44,11 +44,7 @@ std::set<std::string> all_after(const std::string& text, const std::string& befo
 }
 
 void simulate(const std::string& scenario_name, double seconds, const std::string& path) {
-  const sim::Scenario scenario = sim::load_scenario(scenario_name);
-  sim::Simulator simulator(scenario, 1, seconds, 2);
-  const auto out = sim::make_mcap_log(path, simulator, 1);
-  for (int32_t k = 0; k < simulator.frame_count(); ++k) out->write(k, simulator.frame(k));
-  out->close();
+  test::write_race(sim::load_scenario(scenario_name), 1, seconds, path);
 }
 
 }  // namespace

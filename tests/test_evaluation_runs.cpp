@@ -8,12 +8,12 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/simulated_race.h"
 #include "tests/support/temp_folder.h"
 #include "tools/evaluation/kept_runs.h"
 #include "tools/evaluation/report.h"
 #include "tools/evaluation/run_logs.h"
 #include "tools/io/error.h"
-#include "tools/sim/log_writer.h"
 
 using namespace overtake;
 using namespace overtake::evaluation;
@@ -21,11 +21,7 @@ using namespace overtake::evaluation;
 namespace {
 
 void simulate_race(const std::string& path, double seconds, uint64_t seed) {
-  const sim::Scenario scenario = sim::load_scenario("blind_zone");  // starts with a car over a seam
-  sim::Simulator simulator(scenario, seed, seconds, 2);
-  const auto out = sim::make_mcap_log(path, simulator, seed);
-  for (int32_t k = 0; k < simulator.frame_count(); ++k) out->write(k, simulator.frame(k));
-  out->close();
+  test::write_race(sim::load_scenario("blind_zone"), seed, seconds, path);  // starts with a car over a seam
 }
 
 std::map<std::string, Run> runs_of(const std::string& out) {

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <set>
 
+#include "tests/support/simulated_race.h"
 #include "tests/support/temp_folder.h"
 #include "tools/evaluation/pieces.h"
 #include "tools/evaluation/report.h"
@@ -15,7 +16,6 @@
 #include "tools/io/mcap_reader.h"
 #include "tools/io/mcap_writer.h"
 #include "tools/io/text.h"
-#include "tools/sim/log_writer.h"
 
 using namespace overtake;
 using namespace overtake::evaluation;
@@ -23,11 +23,7 @@ using namespace overtake::evaluation;
 namespace {
 
 void simulate_race(const std::string& path, double seconds) {
-  const sim::Scenario scenario = sim::load_scenario("blind_zone");
-  sim::Simulator simulator(scenario, 2, seconds, 2);
-  const auto out = sim::make_mcap_log(path, simulator, 2);
-  for (int32_t k = 0; k < simulator.frame_count(); ++k) out->write(k, simulator.frame(k));
-  out->close();
+  test::write_race(sim::load_scenario("blind_zone"), 2, seconds, path);
 }
 
 // A race whose localisation fills the library's list of poses within seconds.
@@ -46,10 +42,7 @@ name = "other"
 start_s_m = 15
 speed_kmh = 201
 )");
-  sim::Simulator simulator(scenario, 2, 12, 2);
-  const auto out = sim::make_mcap_log(path, simulator, 2);
-  for (int32_t k = 0; k < simulator.frame_count(); ++k) out->write(k, simulator.frame(k));
-  out->close();
+  test::write_race(scenario, 2, 12, path);
 }
 
 // The same messages, attachments and metadata, without an index of chunks.

@@ -15,10 +15,8 @@
 #include "tools/evaluation/path_judge.h"
 #include "tools/evaluation/places.h"
 #include "tools/evaluation/report_html.h"
-#include "tools/evaluation/run_logs.h"
 #include "tools/evaluation/track_quality.h"
 #include "tools/io/angles.h"
-#include "tools/sim/log_writer.h"
 #include "tools/sim/material.h"
 
 using namespace overtake;
@@ -543,79 +541,4 @@ TEST_CASE("track tables: a column for each preset and the goal; values that no p
   const std::string html = track_section(find_track_quality({best, paper}), "hand");
   for (const char* part : {"id=\"tracks\"", "<th>goal</th>", "Predicted paths", "Probability of existence"})
     CHECK_MESSAGE(html.find(part) != std::string::npos, part);
-}
-
-TEST_CASE(
-    "evaluation of tracks: a follower in the own shadow is detected and confirmed, a far piece of the wall is not") {
-  const TempFolder folder;
-  const std::string log = folder.path("follower.mcap");
-  {
-    const sim::Scenario scenario = sim::load_scenario("follower");
-    sim::Simulator simulator(scenario, 3, 4, 2);
-    const auto out = sim::make_mcap_log(log, simulator, 3);
-    for (int32_t k = 0; k < simulator.frame_count(); ++k) out->write(k, simulator.frame(k));
-    out->close();
-  }
-  RunOptions options;
-  options.logs = {log}, options.presets = {"best"}, options.out = folder.path("out");
-  options.only_figures = options.quiet = true;
-  REQUIRE(run_logs(options));
-  for (const Run& run : read_runs(options.out)) {
-    const Table &cars = run.tables.at("cars"), &tracks = run.tables.at("tracks");
-    int32_t seen = 0, detected = 0, confirmed = 0;
-    for (std::size_t r = 0; r < cars.rows(); ++r) {
-      if (cell(cars, r, "car") != 1 || cell(cars, r, "points") < 3) continue;
-      ++seen, detected += cell(cars, r, "detections") > 0, confirmed += cell(cars, r, "confirmed") > 0;
-    }
-    CHECK(seen > 70);
-    CHECK(detected >= seen - 2);
-    CHECK(confirmed >= seen - 4);
-    for (std::size_t r = 0; r < tracks.rows(); ++r)
-      CHECK_FALSE((cell(tracks, r, "confirmed") > 0 && cell(tracks, r, "car") < 0));
-  }
-}
-
-TEST_CASE(
-    "evaluation of tracks: a simulated drive past parked vehicles gives rows of motion, paths and parked tracks") {
-  const TempFolder folder;
-  const std::string log = folder.path("pit_lane.mcap");
-  {
-    const sim::Scenario scenario = sim::load_scenario("pit_lane");
-    sim::Simulator simulator(scenario, 1, 1.5, 2);
-    const auto out = sim::make_mcap_log(log, simulator, 1);
-    for (int32_t k = 0; k < simulator.frame_count(); ++k) out->write(k, simulator.frame(k));
-    out->close();
-  }
-  RunOptions options;
-  options.logs = {log}, options.presets = {"best", "paper"}, options.out = folder.path("out");
-  options.only_figures = options.quiet = true;
-  REQUIRE(run_logs(options));
-  for (const Run& run : read_runs(options.out)) {
-    CAPTURE(run.variant);
-    const Table &tracks = run.tables.at("tracks"), &paths = run.tables.at("paths"), &motion = run.tables.at("motion"),
-                &cars = run.tables.at("cars"), &parked = run.tables.at("parked_tracks"),
-                &existence = run.tables.at("existence");
-    CHECK(motion.rows() == cars.rows());
-    CHECK(parked.rows() > 0);
-    CHECK(existence.rows() == (run.variant == "best" ? tracks.rows() : 0));
-    CHECK(run.tables.at("innovations").rows() > 0);
-    CHECK(run.tables.at("innovations_own").rows() == (run.variant == "best" ? run.tables.at("innovations").rows() : 0));
-    std::set<std::pair<double, double>> rows;
-    for (std::size_t r = 0; r < tracks.rows(); ++r) rows.insert({cell(tracks, r, "frame"), cell(tracks, r, "id")});
-    for (std::size_t r = 0; r < parked.rows(); ++r)
-      CHECK(rows.count({cell(parked, r, "frame"), cell(parked, r, "id")}) == 0);
-    // Every confirmed track at a car has a path of 0.5 s until the log ends that much later.
-    double last_s = 0, expected = 0, found = 0;
-    for (std::size_t r = 0; r < cars.rows(); ++r) last_s = std::max(last_s, cell(cars, r, "time_s"));
-    for (std::size_t r = 0; r < tracks.rows(); ++r)
-      expected += cell(tracks, r, "confirmed") > 0 && cell(tracks, r, "car") >= 0 &&
-                  cell(tracks, r, "time_s") <= last_s - 0.5 + 1e-6;
-    for (std::size_t r = 0; r < paths.rows(); ++r) found += cell(paths, r, "horizon_s") == 0.5;
-    CHECK(found > 5);
-    CHECK(found == expected);
-    for (std::size_t r = 0; r < paths.rows(); ++r) {
-      CHECK(std::fabs(cell(paths, r, "offset_change_m")) < 5);
-      if (run.variant == "best") CHECK(std::hypot(cell(paths, r, "along_m"), cell(paths, r, "across_m")) < 6);
-    }
-  }
 }
