@@ -98,7 +98,7 @@ class WallView {
 };
 
 // A piece of a wall that the sensor sees at a grazing angle: deep along the line of sight, and narrow across it. A car
-// shows its width, but not through a slit of the own shadow.
+// shows its width, unless the shadow of the own car cuts it off.
 bool is_streak(const StageContext& context, const Frame& frame, int32_t row) {
   constexpr float kDepthOfWidth = 4.0f, kCarShare = 0.6f;
   const float* const at_m = context.sensors[frame.merged.main_sensor[row]].T_vehicle_sensor.t;

@@ -173,10 +173,10 @@ TEST_CASE("car gates: without a map, pieces of a wall and what is behind it are 
   CHECK(bench.frame.kept_count == 1);
 }
 
-TEST_CASE("car gates: without a map, what the own shadow leaves of a near car is no piece of a wall") {
-  // Two parts of the own car, 2 m away, with a slit between them.
+TEST_CASE("car gates: without a map, a near car whose sides the own shadow cuts off is no piece of a wall") {
+  // Two parts of the own car, 2 m away, with a gap between them.
   const auto kept = [](double x_m, bool left, bool right, bool with_smoke = false) {
-    const double slope = 0.1, half = 0.012;  // of the slit, y over x
+    const double slope = 0.1, half = 0.012;  // of the gap, y over x
     std::vector<Solid> solids = {{x_m, slope * x_m, 0, 4, 0.1, 0, 0.7}};
     if (left) solids.push_back({2, 2 * (slope + half) + 0.5, 0, 0.01, 1.0, 0, 3, -2});
     if (right) solids.push_back({2, 2 * (slope - half) - 0.5, 0, 0.01, 1.0, 0, 3, -2});

@@ -146,7 +146,7 @@ TEST_CASE("lane existence: near the ego vehicle a car shows many points, but not
   CHECK(confirmed_at(-25, 10, 20) > 3);  // beside the wing's shadow
 }
 
-TEST_CASE("lane existence: what the own shadow leaves of a follower is confirmed, unless it is low") {
+TEST_CASE("lane existence: a follower whose sides the own shadow cuts off is confirmed, unless it is low") {
   const auto confirmed_at = [](int32_t in_shadow, double height_m) {
     LaneBench bench;
     for (int32_t k = 0; k < 40; ++k) {

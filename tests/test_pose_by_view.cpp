@@ -90,11 +90,11 @@ TEST_CASE(
   CHECK(find_y(45, -1, 0.5, 0.0) > 0.25);  // too far: the middle of what is seen
 }
 
-TEST_CASE("pose by view: a near car that is seen through a slit of the own shadow is marked") {
-  const auto is_marked = [](double x_m, bool with_slit) {
+TEST_CASE("pose by view: a near car whose sides the own shadow cuts off is marked") {
+  const auto is_marked = [](double x_m, bool with_gap) {
     std::vector<Solid> solids = {car_at(x_m, 0)};
     for (const double side : {-1.0, 1.0})
-      if (with_slit) solids.push_back({2.0, side * 0.53, 0, 0.01, 1.0, 0, 3, -2});
+      if (with_gap) solids.push_back({2.0, side * 0.53, 0, 0.01, 1.0, 0, 3, -2});
     const Looked bench(solids);
     REQUIRE(bench.frame.detections.count == 1);
     return bench.frame.views.in_shadow[0] != 0;

@@ -19,8 +19,8 @@ constexpr double kLeastDetect = 0.01;
 constexpr double kWing_rad = 0.2, kWing_m = 15.0;       // the shadow of the own rear wing, to both sides; from here on
 constexpr double kBehindShare = 0.6, kPartShare = 1.2;  // of a car's width: a car this far beside another one's line of
                                                         // sight is hidden by it, or may be in part
-constexpr double kTall_m = 0.6;  // nearer than 30 m no road is misjudged by as much: so high in the own shadow is a car
-constexpr double kOutside_m = 0.3;   // of the circuit is where a car's centre cannot be,
+constexpr double kTall_m = 0.6;     // no road nearer than 30 m is misjudged by as much: in the own shadow this is a car
+constexpr double kOutside_m = 0.3;  // of the circuit is where a car's centre cannot be,
 constexpr int32_t kMostOfWall = 30;  // unless more points tell that it is a car
 constexpr double kKnownHit = 0.3;    // a hit adds at least this to the score of a track that was confirmed
 constexpr double kLowReach_m = 80.0, kNearest_m = 8.0, kSparse = 0.03, kThin = 0.1;
