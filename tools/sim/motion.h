@@ -38,7 +38,7 @@ struct CarPlan {
 
 inline constexpr double kRearAxleToCg = 1.6, kWheelBase = 2.971;
 inline constexpr double kSlipStiffness = 700;  // m/s^2 per radian: 1.8 deg at 22 m/s^2
-inline constexpr double kMostAlong = 18.5, kMostAcross = 26.5, kMostSpeed = 278 / 3.6;
+inline constexpr double kMostAlong = 18.5, kMostAcross = 26.5, kMostSpeed_kmh = 350, kMostSpeed = kMostSpeed_kmh / 3.6;
 
 struct CarState {
   Rigid T_map_vehicle;             // rear axle on the road; the body stands on the banked surface

@@ -101,10 +101,10 @@ CarPlan read_car(TomlReader& toml) {
   toml.name_it("car '" + car.name + "'");
   car.start_s_m = toml.number_or("start_s_m", -1e5, 1e5, 0);
   car.start_d_m = toml.number_or("start_d_m", -30, 30, 0);
-  car.start_speed_mps = kmh(toml.number_or("speed_kmh", 0, 278, 200));
+  car.start_speed_mps = kmh(toml.number_or("speed_kmh", 0, kMostSpeed_kmh, 200));
   for (const toml::table* table : toml.tables("speed")) {
     TomlReader change(toml.path(), *table, toml.where() + ".speed");
-    car.speed.push_back({change.number("at_s", 0, kMostTime), kmh(change.number("kmh", 0, 278)),
+    car.speed.push_back({change.number("at_s", 0, kMostTime), kmh(change.number("kmh", 0, kMostSpeed_kmh)),
                          change.number("over_s", 0.01, kMostTime)});
     change.finish();
   }
@@ -190,8 +190,8 @@ void read_overtakes(Scenario& scenario, TomlReader& toml) {
     TomlReader reader(toml.path(), *table, "overtake");
     Overtake o;
     o.ego_passes = reader.text("passer") == "ego";
-    o.passer_mps = kmh(reader.number("passer_kmh", 50, 278));
-    o.passed_mps = kmh(reader.number("passed_kmh", 50, 278));
+    o.passer_mps = kmh(reader.number("passer_kmh", 50, kMostSpeed_kmh));
+    o.passed_mps = kmh(reader.number("passed_kmh", 50, kMostSpeed_kmh));
     const std::string side = reader.text("side");
     if (side != "left" && side != "right") reader.fail(reader.line_of("side"), "side is left or right");
     o.on_left = side == "left";
