@@ -100,7 +100,8 @@ sweep --directory unlucky_two && fail "a killed job counts as done"
 [[ ! -e unlucky_two/metrics.json ]] || fail "merged without a part"
 grep -q "^simulate: .* resources.simulate.mem_mb (now 2000)" "$work/log" || fail "no hint on the resources: $(tail "$work/log")"
 
-refuse() {  # FIELD LINES: a sentence that begins with the field, and no job
+# Wrong files: a sentence that begins with the field, and no job. Two of them as a user sees it.
+refuse() {  # FIELD LINES
   printf 'overtake: %s\n%b\n' "$overtake" "$2" >sweep.yaml
   sweep --directory bad && fail "taken: $2"
   grep -q "/sweep.yaml: $1: " "$work/log" || fail "'$2' gave no sentence on $1: $(cat "$work/log")"
@@ -108,51 +109,71 @@ refuse() {  # FIELD LINES: a sentence that begins with the field, and no job
   [[ ! -d bad/logs ]] || fail "'$2': found out after a simulation"
 }
 good='scenarios: [overtake]\n'
-refuse "scenarios or recordings" "presets: [paper]"
 refuse scenarios "scenarios: overtake"
-refuse scenarios "scenarios: [overtake, nonsense]"
-refuse scenarios "scenarios: []"
-refuse scenarios "scenarios: [none.toml]"
-refuse "scenarios.0" "scenarios: [1]"
-refuse seeds "${good}seeds: last"
-refuse seeds.1 "${good}seeds: [1, -2]"
-refuse seconds "${good}seconds: soon"
-refuse sedes "${good}sedes: [1]"
-refuse presets "${good}presets: [paper, nonsense]"
-refuse configurations "${good}configurations: [none.toml]"
-refuse grid.parameters.gate.min_points.1 "${good}presets: [best]\ngrid: {parameters: {gate.min_points: [1, two]}}"
-refuse grid "${good}presets: [best]\ngrid: {parameters: {gate.nonsense: [1]}}"
-refuse grid "${good}presets: [best]\ngrid: {combine: single}"
-refuse grid.values "${good}presets: [best]\ngrid: {values: {}, parameters: {gate.min_points: [1]}}"
-refuse grid.presets "${good}grid: {parameters: {gate.min_points: [1]}}"
-refuse sweep "${good}sweep: cluster.nonsense=1:2:1"
 refuse recordings "recordings: nowhere"
-refuse recordings "recordings: [records/none.mcap]"
-refuse rig "recordings: [records]"
-refuse resources.merge.threads "${good}resources: {merge: {threads: 0}}"
-refuse resources.plot "${good}resources: {plot: {threads: 1}}"
-refuse against.0 "${good}against: [logs]"
-refuse pieces "${good}seconds: 1\nextent: whole\npieces: {seconds: 1}"
-refuse pieces "scenarios: [las_vegas_15]\npieces: {seconds: 1}"
-refuse pieces.seconds "${good}pieces: {seconds: 0}"
-refuse shard "${good}shard: 3/2"
-# says FIELDS SENTENCE: the remedy.
-says() {
-  refuse "${2%%: *}" "$1"
-  grep -qF "/sweep.yaml: $2" "$work/log" || fail "'$1' does not say: $2: $(cat "$work/log")"
-}
-says "scenarios: overtake" 'scenarios: "overtake" is none of all, a list; write [overtake]'
-says "scenarios: []" "scenarios: the list is empty"
-says "scenarios: [overtke]" "scenarios: there is no scenario 'overtke'; the nearest is 'overtake';"
-says "scenarios: [zzz]" "scenarios: there is no scenario 'zzz'; there are being_overtaken, blind_zone, "
-says "${good}seeds: 3" "seeds: 3 is none of first, test, tune, a list; write [3]"
-says "${good}presets: best" 'presets: "best" is not a list; write [best]'
-says "${good}pieces: 600" "pieces: 600 is not a group of fields; write {seconds: 600}"
-says "${good}keep_logs: yes" "keep_logs: true is none of no, build, any"
-says "${good}grid: {parameters: {min_points: [2]}}" "grid.parameters.min_points: 'min_points' is not of the form GROUP.NAME, as gate.min_points"
-says "${good}grid: {parameters: {gate.min_points: 2}}" "grid.parameters.gate.min_points: 2 is not a list; write [2]"
-says "${good}resources: {merge: 8000}" "resources.merge: 8000 is not a group of fields; write {mem_mb: "
-says "${good}shard: '3'" "shard: '3' is not of the form I/N"
+# The others in one process: field, lines, and what the sentence begins with.
+: >cases
+plan_fails() { printf '%s\0' "${1%%: *}" "$2" "$1" >>cases; }  # FIELD[: SENTENCE] LINES
+plan_fails "scenarios or recordings" "presets: [paper]"
+plan_fails scenarios "scenarios: [overtake, nonsense]"
+plan_fails scenarios "scenarios: []"
+plan_fails scenarios "scenarios: [none.toml]"
+plan_fails "scenarios.0" "scenarios: [1]"
+plan_fails seeds "${good}seeds: last"
+plan_fails seeds.1 "${good}seeds: [1, -2]"
+plan_fails seconds "${good}seconds: soon"
+plan_fails sedes "${good}sedes: [1]"
+plan_fails presets "${good}presets: [paper, nonsense]"
+plan_fails configurations "${good}configurations: [none.toml]"
+plan_fails grid.parameters.gate.min_points.1 "${good}presets: [best]\ngrid: {parameters: {gate.min_points: [1, two]}}"
+plan_fails grid "${good}presets: [best]\ngrid: {parameters: {gate.nonsense: [1]}}"
+plan_fails grid "${good}presets: [best]\ngrid: {combine: single}"
+plan_fails grid.values "${good}presets: [best]\ngrid: {values: {}, parameters: {gate.min_points: [1]}}"
+plan_fails grid.presets "${good}grid: {parameters: {gate.min_points: [1]}}"
+plan_fails sweep "${good}sweep: cluster.nonsense=1:2:1"
+plan_fails recordings "recordings: [records/none.mcap]"
+plan_fails rig "recordings: [records]"
+plan_fails resources.merge.threads "${good}resources: {merge: {threads: 0}}"
+plan_fails resources.plot "${good}resources: {plot: {threads: 1}}"
+plan_fails against.0 "${good}against: [logs]"
+plan_fails pieces "${good}seconds: 1\nextent: whole\npieces: {seconds: 1}"
+plan_fails pieces "scenarios: [las_vegas_15]\npieces: {seconds: 1}"
+plan_fails pieces.seconds "${good}pieces: {seconds: 0}"
+plan_fails shard "${good}shard: 3/2"
+plan_fails 'scenarios: "overtake" is none of all, a list; write [overtake]' "scenarios: overtake"
+plan_fails "scenarios: the list is empty" "scenarios: []"
+plan_fails "scenarios: there is no scenario 'overtke'; the nearest is 'overtake';" "scenarios: [overtke]"
+plan_fails "scenarios: there is no scenario 'zzz'; there are being_overtaken, blind_zone, " "scenarios: [zzz]"
+plan_fails "seeds: 3 is none of first, test, tune, a list; write [3]" "${good}seeds: 3"
+plan_fails 'presets: "best" is not a list; write [best]' "${good}presets: best"
+plan_fails "pieces: 600 is not a group of fields; write {seconds: 600}" "${good}pieces: 600"
+plan_fails "keep_logs: true is none of no, build, any" "${good}keep_logs: yes"
+plan_fails "grid.parameters.min_points: 'min_points' is not of the form GROUP.NAME, as gate.min_points" "${good}grid: {parameters: {min_points: [2]}}"
+plan_fails "grid.parameters.gate.min_points: 2 is not a list; write [2]" "${good}grid: {parameters: {gate.min_points: 2}}"
+plan_fails "resources.merge: 8000 is not a group of fields; write {mem_mb: " "${good}resources: {merge: 8000}"
+plan_fails "shard: '3' is not of the form I/N" "${good}shard: '3'"
+"$(sed -n '1s/^#!//p' "$(command -v snakemake)")" - "$evaluation" "$overtake" "$work/cases" <<'END' || fail "wrong files"
+import os, sys
+evaluation, overtake, cases = sys.argv[1:]
+sys.path.insert(0, evaluation)
+import yaml
+from snakemake.utils import validate
+import sweep
+words = open(cases).read().split('\0')[:-1]
+failed = 0
+for field, lines, sentence in zip(*[iter(words)] * 3):
+    config = yaml.safe_load(f'overtake: {overtake}\n' + lines.replace('\\n', '\n'))
+    try:
+        sweep.plan_of(config, 'sweep.yaml', validate)
+        found = 'taken'
+    except sweep.SweepError as error:
+        found = str(error)
+    if not found.startswith(f'sweep.yaml: {field}: ') or f'sweep.yaml: {sentence}' not in found or '\n' in found:
+        print(f'{lines!r} does not say {sentence!r}: {found}')
+        failed = 1
+print(len(words) // 3, 'wrong files')
+sys.exit(failed or len(words) < 3)
+END
 printf 'overtake: %s\nscenarios: [overtake]\nkeep_logs: no\n' "$overtake" >sweep.yaml
 sweep --directory keep --dry-run || fail "keep_logs: no is refused: $(cat "$work/log")"
 

@@ -373,6 +373,21 @@ def check(program, config, presets, configs, folder):
         fail(field, sentence)
 
 
+def plan_of(config, config_file, validate):
+    """The plan of config_file, whose content is `config`; `validate` (of snakemake.utils) sets its defaults. Throws
+    SweepError: the file, and a sentence that begins with the field."""
+    try:
+        validate(config, os.path.join(HERE, 'sweep.schema.yaml'))
+    except Exception as error:
+        if not hasattr(error.__context__, 'absolute_path'):  # a ValidationError
+            raise
+        raise SweepError(f'{config_file}: {sentence_of(error.__context__)}') from None
+    try:
+        return make_plan(config, os.path.dirname(os.path.abspath(config_file)))
+    except SweepError as error:
+        raise SweepError(f'{config_file}: {error}') from None
+
+
 def make_plan(config, base, folder='.'):
     """The plan of a valid config (with its defaults); `base`: the folder of its paths. Throws SweepError."""
     program = find_program(os.path.join(base, config['overtake'])
