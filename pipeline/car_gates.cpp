@@ -97,8 +97,10 @@ bool is_inside(const Frame& frame, int32_t row, const CarAnchor& car, float insi
   return measure_inside(places, row, car.center_2 - centroid_2) >= inside_m;
 }
 
-bool is_in_range(const StageContext& context, const CarAnchor& car) {
-  const float range_m = context.detect.gate_cars.range_m;
+// Farther than free_range_m, only the circuit tells what stands on the road.
+bool is_in_range(const StageContext& context, const Frame& frame, int32_t row, const CarAnchor& car) {
+  const CarGateParams& gate = context.detect.gate_cars;
+  const float range_m = has_bounds(frame.places, row) ? gate.range_m : gate.free_range_m;
   return car.center_1 * car.center_1 + car.center_2 * car.center_2 <= range_m * range_m;
 }
 
@@ -132,7 +134,7 @@ void keep_inside_bounds(const StageContext& context, Frame& frame) noexcept {
 
 void keep_in_range(const StageContext& context, Frame& frame) noexcept {
   frame.gated_range =
-      filter(frame, [&](int32_t row) { return is_in_range(context, anchor_cluster(context, frame, row)); });
+      filter(frame, [&](int32_t row) { return is_in_range(context, frame, row, anchor_cluster(context, frame, row)); });
 }
 
 void list_faint(const StageContext& context, Frame& frame) noexcept {
@@ -145,8 +147,8 @@ void list_faint(const StageContext& context, Frame& frame) noexcept {
     if (merged.point_count[row] >= context.detect.gate_clusters.min_points) continue;
     if (!frame.places.known[row] || !has_bounds(frame.places, row) || merged.nearest_m[row] < kFrom_m) continue;
     const CarAnchor car = anchor_cluster(context, frame, row);
-    if (is_inside(frame, row, car, inside_m) && is_in_range(context, car) && is_car_sized(context, frame, row))
-      frame.kept[frame.kept_count + frame.faint_count++] = row;
+    const bool is_on_road = is_inside(frame, row, car, inside_m) && is_in_range(context, frame, row, car);
+    if (is_on_road && is_car_sized(context, frame, row)) frame.kept[frame.kept_count + frame.faint_count++] = row;
   }
 }
 

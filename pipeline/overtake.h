@@ -201,6 +201,7 @@ typedef struct ovt_params {
   double cut_in_line_step_m;         /* cut.in_line_step_m */
   double cut_abreast_from;           /* cut.abreast_from           in widths of the vehicle */
   double cut_abreast_step_m;         /* cut.abreast_step_m */
+  double gate_free_range_m;          /* gate.free_range_m          gate.range_m without a map or a pose, if smaller */
 } ovt_params;
 
 typedef struct ovt_param_info {

@@ -173,6 +173,7 @@ DetectParams make_detect_params(const ovt_params& params) noexcept {
                    own_body_of(params),
                    float(params.gate_inside_m),
                    float(params.gate_range_m),
+                   float(std::min(params.gate_range_m, params.gate_free_range_m)),
                    float(params.gate_lowest_m),
                    float(params.gate_top_m),
                    float(params.gate_wall_m)};

@@ -47,9 +47,10 @@ struct JoinShardsParams {
 struct CarGateParams {
   CarLimits limits;
   OwnBodyParams own;
-  float inside_m, range_m;  // of a car's centre: to the bounds, at least; to the origin, at most
-  float lowest_m, top_m;    // of the lowest and the highest point, over the ground, at most
-  float wall_m;             // without a map, from a wall's line: a piece of the wall; 0: not gated
+  float inside_m;               // of a car's centre to the bounds, at least
+  float range_m, free_range_m;  // to the origin, at most: with bounds of the circuit; without
+  float lowest_m, top_m;        // of the lowest and the highest point, over the ground, at most
+  float wall_m;                 // without a map, from a wall's line: a piece of the wall; 0: not gated
 };
 
 struct PoseByViewParams {

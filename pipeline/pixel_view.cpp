@@ -99,20 +99,20 @@ bool PixelView::is_on_surface(int32_t point) const noexcept {
   return false;
 }
 
-bool PixelView::is_level(int32_t point, float high_m) const noexcept {
+LevelPoints PixelView::find_level(int32_t point, float high_m) const noexcept {
   constexpr float kApart_m = 1.0f, kSlope = 0.05f, kMost_m = 0.15f;
   const int32_t pixel = part_.kept.points.pixel[point];
   const Plane<float>& heights_m = part_.kept.images.height_m;
-  if (pixel < 0 || !heights_m.data || heights_m.data[pixel] < high_m) return false;
+  if (pixel < 0 || !heights_m.data || heights_m.data[pixel] < high_m) return {};
   const int32_t stride = part_.kept.images.pixel_point.stride, row = pixel / stride, col = pixel % stride;
-  for (const int32_t next : {row - 1, row + 1}) {
+  const auto find = [&](int32_t next) {
     const int32_t other = at(next, col);
-    if (other < 0) continue;
+    if (other < 0) return kNoPoint;
     const float apart_m = abs_of(range_of(other) - range_of(point));
     const float rise_m = abs_of(heights_m.at(next, col) - heights_m.data[pixel]);
-    if (apart_m >= kApart_m && rise_m <= min_of(kSlope * apart_m, kMost_m)) return true;
-  }
-  return false;
+    return apart_m >= kApart_m && rise_m <= min_of(kSlope * apart_m, kMost_m) ? other : kNoPoint;
+  };
+  return {find(row - 1), find(row + 1)};
 }
 
 void PixelView::count_smoke(const PixelBox& box, float range_m, SmokeCount& count) const noexcept {

@@ -24,6 +24,11 @@ struct LevelRows {
   int32_t rows = 0, level = 0;
 };
 
+// kNoPoint: none.
+struct LevelPoints {
+  int32_t above = kNoPoint, below = kNoPoint;
+};
+
 // Points by row. Rows that are a multiple of 64 apart are counted together: no car holds both.
 struct RowCount {
   int32_t points[64] = {};
@@ -55,9 +60,9 @@ class PixelView {
   bool is_on_surface(int32_t point) const noexcept;
   // Adds the rows of a cluster. The ground beside a row has the range of the row's end: the row lies on it.
   void count_level(int32_t cluster, LevelRows& count) const noexcept;
-  // Whether a point is high_m over the running ground, and one in the next row above or below is as high, at another
-  // range.
-  bool is_level(int32_t point, float high_m) const noexcept;
+  // The points in the next rows above and below that are as high over the running ground as a point, at another range;
+  // none if that is lower than high_m.
+  LevelPoints find_level(int32_t point, float high_m) const noexcept;
   // Adds the pixels in the box, and in drop_smoke's window around it, whose ranges differ from range_m by 6 m at most.
   void count_smoke(const PixelBox& box, float range_m, SmokeCount& count) const noexcept;
 

@@ -62,7 +62,7 @@ TEST_CASE("car gates: two points far away on the circuit are faint, and no detec
   CHECK(faint(pair(38, 1)) == 0);                     // a near car shows more
   CHECK(faint(pair(60, 1), false) == 0);              // without a map anything may be there
   CHECK(faint(pair(60, 7)) == 0);                     // outside of the bounds
-  CHECK(faint(pair(190, 1)) == 0);                    // out of range
+  CHECK(faint(pair(260, 1)) == 0);                    // out of range
   CHECK(faint({{60, 1, 0.5f}, {60, 1, 2.4f}}) == 0);  // higher than a car
   CHECK(faint(pair(60, 1), true, 40) == 0);           // the ego vehicle is not on the map
 
@@ -256,9 +256,17 @@ TEST_CASE("car gates: beyond the end of an open circuit nothing is on it") {
   }
 }
 
-TEST_CASE("car gates: beyond gate.range_m nothing is a detection, ahead and behind") {
-  for (const float x : {-156.0f, 156.0f}) CHECK(keep(corners(x, x + 1, -0.5f, 0.5f, 0, 1), &Frame::gated_range) == 1);
-  for (const float x : {-166.0f, 166.0f}) CHECK(keep(corners(x, x + 1, -0.5f, 0.5f, 0, 1), &Frame::gated_range) == 0);
+TEST_CASE("car gates: beyond gate.range_m nothing is a detection, without bounds beyond gate.free_range_m") {
+  const auto kept_at = [](float x, bool with_map) {
+    return keep(corners(x, x + 1, -0.5f, 0.5f, 0, 1), &Frame::gated_range, with_map);
+  };
+  for (const float side : {-1.0f, 1.0f}) {
+    CAPTURE(side);
+    CHECK(kept_at(side * 245, true) == 1);
+    CHECK(kept_at(side * 256, true) == 0);
+    CHECK(kept_at(side * 156, false) == 1);
+    CHECK(kept_at(side * 166, false) == 0);
+  }
 }
 
 // Candidates that remain of what sensor 0 sees. Gated ones are no solid body of a car.
@@ -387,6 +395,41 @@ TEST_CASE("car gates: one row that is as high over a misjudged road as the next 
   CHECK(kept(0.2f, 0.15f) == 1);  // may lie on the road
   CHECK(kept(0.59f, 0.55f) == 0);
   CHECK(kept(0.61f, 0.57f) == 1);  // a level beam over the body of a car
+}
+
+TEST_CASE("car gates: far rows that are one object each are a plane, unless one is seen over a nearer car") {
+  // What 40 m away passes the gates: one row of a plate. Heights over the running ground by cluster, 0: the ground.
+  const auto kept = [](const std::vector<Solid>& solids, std::vector<float> heights_m, bool with_map = true) {
+    RulesBench bench(with_map);
+    bench.look(solids);
+    const SegmentViews& views = bench.frame.sensors[0].kept;
+    for (int32_t i = 0; i < bench.frame.sensors[0].scan.count; ++i)
+      views.images.height_m.data[views.points.pixel[i]] = heights_m[std::size_t(views.points.label[i])];
+    gate(bench);
+    int32_t count = 0;
+    for (int32_t k = 0; k < bench.frame.kept_count; ++k) {
+      const float range_m = bench.frame.merged.nearest_m[bench.frame.kept[k]];
+      count += range_m > 38.0f && range_m < 44.0f;
+    }
+    return count;
+  };
+  const Solid plate = {41.0, 0, 0, 0.5, 1.0, 0.05, 0.12}, other = {34.6, 0, 0, 0.5, 1.0, 0.05, 0.12, 2},
+              behind = {49.0, 0, 0, 0.5, 1.0, 0.05, 0.12, 2};
+  CHECK(kept({plate}, {0.0f, 0.4f}) == 1);
+  CHECK(kept({plate}, {0.35f, 0.4f}) == 0);  // the ground goes on as high
+  CHECK(kept({plate}, {0.35f, 0.4f}, false) == 0);
+  CHECK(kept({plate}, {0.2f, 0.24f}) == 1);  // lower: an object on it
+  CHECK(kept({plate, other}, {0.0f, 0.8f, 0.7f}) == 0);
+  CHECK(kept({plate, other}, {0.0f, 0.8f, 0.5f}) == 1);
+  CHECK(kept({plate, behind}, {0.0f, 0.6f, 0.7f}) == 0);
+  // A nearer car of several rows below it; it does not tell, but what the next row above hits behind a low object does.
+  Solid car = other;
+  car.low_m = 0.0, car.high_m = 0.24;
+  CHECK(kept({plate, car}, {0.0f, 0.8f, 0.7f}) == 1);
+  Solid wall = behind;
+  wall.high_m = 1.5;
+  CHECK(kept({plate, wall}, {0.0f, 0.64f, 0.7f}) == 0);
+  CHECK(kept({plate, wall}, {0.0f, 0.68f, 0.7f}) == 1);
 }
 
 TEST_CASE("car gates: far away without a map, one row that is lower than the tyres of a car is ground") {

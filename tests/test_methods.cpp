@@ -222,9 +222,9 @@ TEST_CASE("methods: parameters belong to the steps, rules and trackers that read
     const std::string name = info.name, group = name.substr(0, name.find('.'));
     CAPTURE(name);
     const std::set<std::string> of_best = {
-        "gate.height_m",       "gate.width_slack_m",  "gate.inside_m",       "gate.range_m",    "gate.lowest_m",
-        "gate.top_m",          "gate.own_back_m",     "gate.own_front_m",    "gate.own_side_m", "gate.wall_m",
-        "pose.front_length_m", "pose.profile_points", "pose.angle_sigma_deg"};
+        "gate.height_m", "gate.width_slack_m",  "gate.inside_m",       "gate.range_m",        "gate.free_range_m",
+        "gate.lowest_m", "gate.top_m",          "gate.own_back_m",     "gate.own_front_m",    "gate.own_side_m",
+        "gate.wall_m",   "pose.front_length_m", "pose.profile_points", "pose.angle_sigma_deg"};
     const bool only_best = group == "join" || group == "cut" || group == "class" || group == "running_ground" ||
                            group == "smoke" || group == "ego_heading" || group == "lane_tracker" ||
                            of_best.count(name) > 0;

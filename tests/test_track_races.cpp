@@ -33,22 +33,53 @@ std::vector<Run> evaluate_race(const std::string& scenario, uint64_t seed, doubl
   return read_runs(options.out);
 }
 
+// Frames in which a car that shows 3 points is in sight, up to `range_m`.
+struct CarFrames {
+  int32_t frames = 0, detected = 0, confirmed = 0;
+};
+CarFrames count_seen(const Run& run, int32_t car, double range_m) {
+  const Table& cars = run.tables.at("cars");
+  CarFrames seen;
+  for (std::size_t r = 0; r < cars.rows(); ++r) {
+    if (cell(cars, r, "car") != car || cell(cars, r, "points") < 3 ||
+        std::hypot(cell(cars, r, "ahead_m"), cell(cars, r, "left_m")) > range_m)
+      continue;
+    ++seen.frames, seen.detected += cell(cars, r, "detections") > 0, seen.confirmed += cell(cars, r, "confirmed") > 0;
+  }
+  return seen;
+}
+
+int32_t count_false_confirmed(const Run& run) {
+  const Table& tracks = run.tables.at("tracks");
+  int32_t count = 0;
+  for (std::size_t r = 0; r < tracks.rows(); ++r)
+    count += cell(tracks, r, "confirmed") > 0 && cell(tracks, r, "car") < 0;
+  return count;
+}
+
 }  // namespace
 
 TEST_CASE(
     "evaluation of tracks: a follower in the own shadow is detected and confirmed, a far piece of the wall is not") {
   for (const Run& run : evaluate_race("follower", 3, 4, {"best"})) {
-    const Table &cars = run.tables.at("cars"), &tracks = run.tables.at("tracks");
-    int32_t seen = 0, detected = 0, confirmed = 0;
-    for (std::size_t r = 0; r < cars.rows(); ++r) {
-      if (cell(cars, r, "car") != 1 || cell(cars, r, "points") < 3) continue;
-      ++seen, detected += cell(cars, r, "detections") > 0, confirmed += cell(cars, r, "confirmed") > 0;
+    const CarFrames follower = count_seen(run, 1, 1000);
+    CHECK(follower.frames > 70);
+    CHECK(follower.detected >= follower.frames - 2);
+    CHECK(follower.confirmed >= follower.frames - 4);
+    CHECK(count_false_confirmed(run) == 0);
+  }
+}
+
+TEST_CASE("evaluation of tracks: at 300 km/h every car is detected and confirmed, the lapped one 110 m ahead") {
+  for (const Run& run : evaluate_race("full_speed", 2, 6, {"best"})) {
+    for (const int32_t car : {1, 2, 3}) {
+      CAPTURE(car);
+      const CarFrames seen = count_seen(run, car, 110);
+      CHECK(seen.frames > 60);
+      CHECK(seen.detected >= seen.frames - 3);
+      CHECK(seen.confirmed >= seen.frames - 3);
     }
-    CHECK(seen > 70);
-    CHECK(detected >= seen - 2);
-    CHECK(confirmed >= seen - 4);
-    for (std::size_t r = 0; r < tracks.rows(); ++r)
-      CHECK_FALSE((cell(tracks, r, "confirmed") > 0 && cell(tracks, r, "car") < 0));
+    CHECK(count_false_confirmed(run) == 0);
   }
 }
 

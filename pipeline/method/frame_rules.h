@@ -112,7 +112,7 @@ inline constexpr FrameRule keep_in_range = {
     .name = "keep_in_range",
     .stage = OVT_STAGE_GATE,
     .reads = columns(),
-    .params = "gate.range_m gate.slack gate.width_slack_m vehicle pose.front_length_m",
+    .params = "gate.range_m gate.free_range_m gate.slack gate.width_slack_m vehicle pose.front_length_m",
     .run = &overtake::keep_in_range,
     .uses_places = true};
 
@@ -120,19 +120,20 @@ inline constexpr FrameRule keep_solid = {
     .name = "keep_solid",
     .stage = OVT_STAGE_GATE,
     .reads = columns(scan, clusters, cluster_points, pixel_point, point_pixel, point_label, height_m),
-    .params = "gate.min_points smoke.dark_share",
+    .params = "gate.min_points smoke.dark_share vehicle.length_m",
     .run = &overtake::keep_solid,
     .uses_places = true};
 
-inline constexpr FrameRule list_faint = {.name = "list_faint",
-                                         .stage = OVT_STAGE_GATE,
-                                         .reads = columns(clusters, cluster_points, point_pixel, height_m),
-                                         .params =
-                                             "gate.min_points gate.slack gate.width_slack_m gate.height_m "
-                                             "gate.lowest_m gate.top_m gate.inside_m gate.range_m vehicle "
-                                             "pose.min_var_points pose.front_length_m",
-                                         .run = &overtake::list_faint,
-                                         .uses_places = true};
+inline constexpr FrameRule list_faint = {
+    .name = "list_faint",
+    .stage = OVT_STAGE_GATE,
+    .reads = columns(clusters, cluster_points, point_pixel, height_m),
+    .params =
+        "gate.min_points gate.slack gate.width_slack_m gate.height_m "
+        "gate.lowest_m gate.top_m gate.inside_m gate.range_m gate.free_range_m vehicle "
+        "pose.min_var_points pose.front_length_m",
+    .run = &overtake::list_faint,
+    .uses_places = true};
 
 inline constexpr FrameRule pose_by_view = {
     .name = "pose_by_view",
