@@ -419,6 +419,7 @@ TEST_CASE("car gates: far rows that are one object each are a plane, unless one 
   CHECK(kept({plate}, {0.35f, 0.4f}) == 0);  // the ground goes on as high
   CHECK(kept({plate}, {0.35f, 0.4f}, false) == 0);
   CHECK(kept({plate}, {0.2f, 0.24f}) == 1);  // lower: an object on it
+  CHECK(kept({plate}, {0.66f, 0.7f}) == 0);
   CHECK(kept({plate, other}, {0.0f, 0.8f, 0.7f}) == 0);
   CHECK(kept({plate, other}, {0.0f, 0.8f, 0.5f}) == 1);
   CHECK(kept({plate, behind}, {0.0f, 0.6f, 0.7f}) == 0);
@@ -426,10 +427,12 @@ TEST_CASE("car gates: far rows that are one object each are a plane, unless one 
   Solid car = other;
   car.low_m = 0.0, car.high_m = 0.24;
   CHECK(kept({plate, car}, {0.0f, 0.8f, 0.7f}) == 1);
+  CHECK(kept({plate, car}, {0.0f, 0.5f, 0.45f}) == 1);
   Solid wall = behind;
   wall.high_m = 1.5;
   CHECK(kept({plate, wall}, {0.0f, 0.64f, 0.7f}) == 0);
   CHECK(kept({plate, wall}, {0.0f, 0.68f, 0.7f}) == 1);
+  CHECK(kept({plate, wall}, {0.66f, 0.7f, 0.3f}) == 1);  // ground 1 m before it may be its foot
 }
 
 TEST_CASE("car gates: far away without a map, one row that is lower than the tyres of a car is ground") {
