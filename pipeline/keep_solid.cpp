@@ -11,6 +11,8 @@
 namespace overtake {
 namespace {
 
+constexpr float kTyres_m = 0.66f;  // height of a car's tyres
+
 // All points of a candidate are as dark as smoke, and few of them lie beside another one on a surface. A few brighter
 // ones are of what stands in the smoke.
 bool is_smoke(const StageContext& context, const Frame& frame, GroundIntensities& ground, int32_t row) {
@@ -39,8 +41,8 @@ bool is_smoke(const StageContext& context, const Frame& frame, GroundIntensities
          2 * beside < points;
 }
 
-// Whether the next row, above or below, returns from another range and the same height over the running ground as most
-// points of a candidate, and counts(sensor, view, point, that return) is true.
+// Whether for most points of a candidate the next row, above or below, returns from another range and the same height
+// over the running ground, and counts(sensor, view, point, that return) is true.
 template <class F>
 bool goes_on_level(const StageContext& context, const Frame& frame, int32_t row, F&& counts) {
   constexpr float kHigh_m = 0.25f;  // lower objects may lie on the road
@@ -59,26 +61,26 @@ bool goes_on_level(const StageContext& context, const Frame& frame, int32_t row,
   return 2 * level >= frame.merged.point_count[row];
 }
 
-// A near candidate of one row. So high over the road, the row below hits the same body, or its foot. From kTop_m on it
-// may be a beam that goes level over the body of a car, and no road so near is misjudged by as much.
+// Whether a near candidate of one row is road: of a body so high over the road, the row below hits a lower part, or its
+// foot. From kTop_m on it may be a beam that goes level over the body of a car, and no road so near is misjudged by as
+// much.
 bool is_near_ground(const StageContext& context, const Frame& frame, int32_t row) {
   constexpr float kTop_m = 0.6f;
   return measure_heights(frame, row).high_m < kTop_m &&
          goes_on_level(context, frame, row, [](int32_t, const PixelView&, int32_t, int32_t) { return true; });
 }
 
-constexpr float kTyres_m = 0.66f;  // of a car
-
-// A farther candidate of one row, where a row next to it hits one object, too, or ground more than a car's length
-// away: the rows cut a plane one by one. A mounting that is wrong by half a degree lifts the road by 0.4 m at 45 m. Of
-// a car of which a nearer one hides all but a row, the row below hits that one, which has several. What is lower than a
-// car's tyres would be hit by the row above, too, if it were one.
-bool is_row_of_plane(const StageContext& context, const Frame& frame, int32_t row) {
+// Whether a farther candidate of one row is one of several rows of road, which a mounting that is wrong by half a
+// degree lifts by 0.4 m at 45 m: a row next to it hits another object of one row, or ground more than a car's length
+// away. Where a nearer car hides all but one row of another, the row below hits the nearer one, which has several rows.
+// And a candidate lower than a car's tyres is no car if the row above passes over it.
+bool is_row_of_road(const StageContext& context, const Frame& frame, int32_t row) {
   const float length_m = context.detect.fit_rectangle.length_m;
   const bool is_low = measure_heights(frame, row).high_m < kTyres_m;
   return goes_on_level(context, frame, row, [&](int32_t s, const PixelView& view, int32_t point, int32_t next) {
     const SensorPart& part = frame.sensors[s];
-    if (is_low && part.kept.points.pixel[next] < part.kept.points.pixel[point]) return true;
+    const bool is_above = part.kept.points.pixel[next] < part.kept.points.pixel[point];
+    if (is_low && is_above) return true;
     const float x_m = part.scan.x_m[next] - part.scan.x_m[point], y_m = part.scan.y_m[next] - part.scan.y_m[point];
     const int32_t label = part.kept.points.label[next];
     if (label == kLabelGround) return x_m * x_m + y_m * y_m > length_m * length_m;
@@ -102,7 +104,7 @@ bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
   if (pixels.row_high < 0) return false;
   const int32_t rows = pixels.row_high - pixels.row_low;
   if (rows == 0 && merged.nearest_m[row] < kNear_m) return is_near_ground(context, frame, row);
-  if (rows == 0 && is_row_of_plane(context, frame, row)) return true;
+  if (rows == 0 && is_row_of_road(context, frame, row)) return true;
   if (rows == 0 && (has_bounds(frame.places, row) || merged.nearest_m[row] < kFar_m)) return false;
   const float row_m = merged.nearest_m[row] * view.find_row_pitch(pixels);
   if (rows == 0) return row_m > 0.0f && measure_heights(frame, row).high_m + row_m < kTyres_m;

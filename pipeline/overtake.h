@@ -625,7 +625,7 @@ typedef struct ovt_frame_info {
   uint32_t suspect_mask;             /* sources with a refused stamp, set in each frame closed after it until the third
                                         good stamp of the source in a row (ego poses: for three frames) or a clock jump.
                                         Bit s: sensor s; OVT_SUSPECT_... */
-  int32_t gated_own, gated_range;    /* preset best: clusters of the own car's points; candidates beyond gate.range_m */
+  int32_t gated_own, gated_range;    /* preset best: clusters of the own car's points; candidates out of range */
   /* Error of the ego heading (slip, a constant, noise) at stamp_ns: detections go to the map, and to the tracks, with
      ego_yaw_rad + ego_heading_offset_rad. The pushed poses and ego_yaw_rad stay as they are. 0: preset paper, no ego
      pose. See OVT_FLAG_EGO_HEADING */

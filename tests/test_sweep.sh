@@ -100,7 +100,7 @@ sweep --directory unlucky_two && fail "a killed job counts as done"
 [[ ! -e unlucky_two/metrics.json ]] || fail "merged without a part"
 grep -q "^simulate: .* resources.simulate.mem_mb (now 2000)" "$work/log" || fail "no hint on the resources: $(tail "$work/log")"
 
-# Wrong files: a sentence that begins with the field, and no job. Two of them as a user sees it.
+# Wrong files: a sentence that begins with the field, and no job. Two of them through the program.
 refuse() {  # FIELD LINES
   printf 'overtake: %s\n%b\n' "$overtake" "$2" >sweep.yaml
   sweep --directory bad && fail "taken: $2"

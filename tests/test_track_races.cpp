@@ -70,7 +70,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("evaluation of tracks: at 300 km/h every car is detected and confirmed, the lapped one 110 m ahead") {
+TEST_CASE("evaluation of tracks: at 300 km/h every car up to 110 m away is detected and confirmed") {
   for (const Run& run : evaluate_race("full_speed", 2, 6, {"best"})) {
     for (const int32_t car : {1, 2, 3}) {
       CAPTURE(car);

@@ -513,7 +513,7 @@ class Frame:
         """clusters of the own car's points"""
     @property
     def gated_range(self) -> int:
-        """candidates beyond gate.range_m"""
+        """candidates beyond gate.range_m or gate.free_range_m"""
     @property
     def ego_heading_offset_rad(self) -> float:
         """estimated error of ego_yaw_rad, to add to it"""

@@ -183,7 +183,7 @@ class gate_group:
     range_m: float
     """a farther candidate is not a detection (number, 1 to 1e+06 m)"""
     free_range_m: float
-    """nor one farther than this where no bounds of the circuit are known (number, 1 to 1e+06 m)"""
+    """a farther candidate is not a detection where no bounds of the circuit are known (number, 1 to 1e+06 m)"""
     wall_m: float
     """without a map: what lies within this of the line of a wall, or behind the wall, is no car (0: it may be)
     (number, 0 to 10 m)"""
