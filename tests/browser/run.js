@@ -33,7 +33,8 @@ function makeLogs() {
 
 async function main() {
   const logs = makeLogs(), browser = await launch();
-  let failed = 0, passed = 0, skipped = 0;
+  const failures = [];  // told once more at the end, where a long output is not cut
+  let passed = 0, skipped = 0;
   const servers = [];
   const view = async (...words) => {
     servers.push(await startView(overtake, words));
@@ -49,15 +50,16 @@ async function main() {
         console.log(`passed: ${name} (${((Date.now() - begin) / 1000).toFixed(1)} s)`);
       } catch (error) {
         if (error instanceof Skip) ++skipped, console.log(`skipped: ${name}: ${error.message}`);
-        else ++failed, console.log(`FAILED: ${name}: ${error.stack}`);
+        else failures.push(`FAILED: ${name}: ${error.stack}`), console.log(failures[failures.length - 1]);
       }
       for (const page of (await browser.pages()).slice(1)) await page.close();
       for (const server of servers.splice(0)) await server.stop();
     }
   await browser.close();
-  console.log(`${passed} passed, ${skipped} skipped, ${failed} failed`);
+  for (const failure of failures) console.log(failure);
+  console.log(`${passed} passed, ${skipped} skipped, ${failures.length} failed`);
   stopAll();
-  process.exit(failed > 0 || passed + skipped === 0 ? 1 : passed === 0 ? 77 : 0);
+  process.exit(failures.length > 0 || passed + skipped === 0 ? 1 : passed === 0 ? 77 : 0);
 }
 
 main().catch((error) => {

@@ -32,7 +32,7 @@ async function openWhenUp(browser, url, fragment) {
 module.exports = {
   "live: two pages show the newest frames of a run, one opened at its start and one later; then they reconnect": async (
       { browser, overtake, logs, work }) => {
-    const port = await freePort(), url = `http://127.0.0.1:${port}/`, run = startRun(overtake, logs, work, port, 0.1);
+    const port = await freePort(), url = `http://127.0.0.1:${port}/`, run = startRun(overtake, logs, work, port, 0.05);
     const { page, errors } = await openWhenUp(browser, url, "images=front,range");
     await until(page, () => window.overtake?.app.logs[0].frame && overtake.view.scenes[0].counts.points > 60000);
     const look = (p) => p.evaluate(() => ({ stamp: Number(overtake.app.logs[
@@ -68,11 +68,12 @@ module.exports = {
     // the browser's own lines
     assert.ok(errors.every((text) => text.includes("WebSocket") || text.includes("ERR_")), String(errors));
     // The page counts what came, and has the run's counters.
+    // A frame's row comes in a message before the one with its numbers.
+    await until(page, () => overtake.app.logs[0].received - overtake.app.logs[0].dropped === overtake.app.entries.length);
     const told = await page.evaluate(() => { const { app } = overtake, [log] = app.logs; app.state.tab = "log";
         app.changed("settings", "frame"); return { received: log.received, dropped: log.dropped,
-        counters: log.frame.counters !== null, rows: app.entries.length }; });
-    assert.ok(told.received > 3 && told.dropped >= 0 && told.counters && told.received - told.dropped === told.rows,
-        JSON.stringify(told));
+        counters: log.frame.counters !== null }; });
+    assert.ok(told.received > 3 && told.dropped >= 0 && told.counters, JSON.stringify(told));
     await until(page, ({ received, dropped }) => document.querySelector(".log .hint").textContent ===
         `${received} frames received, ${dropped} of them not drawn because newer ones had come`, told);
     await page.evaluate(() => overtake.app.select({ log: 0, kind: "point", sensor: "front", point: 1 }));
@@ -84,7 +85,8 @@ module.exports = {
         return { sorted: app.entries.every((e, i, all) => i === 0 || e.stamp > all[i - 1].stamp),
         rows: app.entries.length, received: log.received, history: log.history.size,
         selection: app.state.selection, map: log.info.map.length }; });
-    assert.ok(fresh.sorted && fresh.rows <= fresh.received && fresh.history <= fresh.rows &&
+    // One row may be there before the frame's number.
+    assert.ok(fresh.sorted && fresh.rows <= fresh.received + 1 && fresh.history <= fresh.rows &&
         fresh.selection === null, JSON.stringify(fresh));
     await until(page, () => overtake.app.logs[0].info.map.length > 0);
     next.child.kill("SIGINT");

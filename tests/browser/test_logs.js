@@ -249,8 +249,9 @@ module.exports = {
         await flipped.evaluate((n) => overtake.app.seek(n), k);
         await until(flipped, () => overtake.app.logs.every((l) => !l.isBusy));
       }
-      for (let wait = 0; wait < 40 && !await told(); ++wait) await new Promise((done) => setTimeout(done, 50));
-      assert.ok(await told(), `byte ${at} of ${whole.length}`);
+      await until(flipped, () => overtake.app.faults.some((f) => f.kind === "damaged")).catch(() => {
+        throw new Error(`nothing told of byte ${at} of ${whole.length}`);
+      });
       assert.deepStrictEqual(errors, []);
       await flipped.close();
     }

@@ -163,6 +163,8 @@ class Pace {
     while (!interrupted() && Clock::now() < due)
       std::this_thread::sleep_until(std::min(due, Clock::now() + std::chrono::milliseconds(100)));
   }
+  // The next frame is due at once.
+  void restart() { last_s_ = std::nan(""); }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -175,9 +177,16 @@ class Pace {
 struct Live {
   Live(int32_t port, const std::vector<std::string>& allow_origins)
       : server({"127.0.0.1", port, {}, "", allow_origins, &view}) {}
-  // Until `count` clients have connected, or an interrupt.
-  void wait_for(int32_t count) const {
-    while (!interrupted() && view.counts().clients < count) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  // Until `count` clients have connected and, once they could learn the channels from a frame, subscribed; or until an
+  // interrupt. True if it had to wait.
+  bool wait_for(int32_t count) const {
+    const auto lacks = [&] {
+      const serve::LiveView::Counts counts = view.counts();
+      return counts.clients < count || (counts.frames > 0 && counts.subscribed < count);
+    };
+    bool waited = false;
+    for (; !interrupted() && lacks(); waited = true) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    return waited;
   }
   serve::LiveView view;
   serve::ViewServer server;
@@ -292,12 +301,12 @@ int run(const RunOptions& options) {
   io::write_whole_file(options.out + "/config.toml", format_config(config));
 
   catch_interrupt();
-  if (live) live->wait_for(options.live_clients);
   Progress progress(1000, options.quiet);
   LineNotes lines;
   Pace pace(options.rate);
   io::FrameScans scans;
   while (!interrupted() && stream->next(scans)) {
+    if (live && live->wait_for(options.live_clients)) pace.restart();
     pace.wait(scans);
     lines.add(scans);
     if (config.ego.empty() && !config.no_ego) session.add_ego(stream->take_ego());
@@ -361,7 +370,8 @@ void add_run_options(CLI::App& command, RunOptions& options) {
       ->check(CLI::Range(0, 65535));
   command
       .add_option("--live-clients", options.live_clients,
-                  "COUNT: begins when so many clients of --live have connected (default: 0)")
+                  "COUNT: begins when so many clients of --live have connected, goes on after its first frame when "
+                  "they have subscribed (default: 0)")
       ->check(CLI::Range(0, int(serve::kMostLiveClients)));
   command.add_option("--allow-origin", options.allow_origins,
                      "ORIGIN (https://app.foxglove.dev): pages of this site may connect to --live, too");

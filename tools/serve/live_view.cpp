@@ -225,6 +225,7 @@ class LiveView::Client : public SocketClient {
   std::string subscribe(const LiveRequest::Wish& wish) {
     if (wish.channel == 0 || wish.channel > state_->channels.size())
       return "there is no channel " + std::to_string(wish.channel);
+    if (!std::exchange(has_subscribed_, true)) ++state_->counts.subscribed;
     subscriptions_[uint16_t(wish.channel)] = wish.id;
     return "";
   }
@@ -242,6 +243,7 @@ class LiveView::Client : public SocketClient {
   const std::function<void()> wake_;
   const std::shared_ptr<State> state_;
   std::map<uint16_t, uint32_t> subscriptions_;  // channel: the client's id
+  bool has_subscribed_ = false;                 // once
   std::set<uint16_t> had_;                      // channels of one message
   std::deque<SocketMessage> answers_;
   std::size_t advertised_ = 0;  // channels
@@ -291,6 +293,7 @@ void LiveView::end_frame() {
   const auto frame = std::make_shared<const LiveFrame>(std::move(state_->pending));
   state_->pending.clear();
   state_->in_frame = false;
+  ++state_->counts.frames;
   for (Client* client : state_->clients) client->give(frame, state_->wanted);
 }
 

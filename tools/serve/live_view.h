@@ -36,6 +36,8 @@ class LiveView : public cli::ViewSink, public SocketAcceptor {
 
   struct Counts {
     int64_t clients = 0;            // that connected so far
+    int64_t subscribed = 0;         // of them: those that asked for a channel
+    int64_t frames = 0;             // that the run wrote
     int64_t sent = 0, dropped = 0;  // frames, over all clients
     bool operator==(const Counts&) const = default;
   };
