@@ -64,6 +64,8 @@ seen all.txt 's.order && s.connections === 1 && Object.keys(s.messages).length >
 seen all.txt '["/tf", "/map", "/truth", "/front/points", "/left/image/labels", "/tracks", "/detections", "/times", "/counters"].every((t) => s.messages[t] > 0)'
 seen all.txt 's.messages["/map"] === 1 && s.messages["/front/points"] > 5'
 seen numbers.txt 'Object.keys(s.messages).sort().join() === "/detections/numbers,/tracks/numbers"'
+# 60 frames: the run held the second one until both had subscribed.
+awk '/^note: live: 2 clients, / { given = $5 + $8 } END { exit given < 112 }' two.txt || fail "two: $(tail -n 1 two.txt)"
 "$overtake" info two.mcap | awk '$1 == "/map" && $2 == 1 { ++map } $1 == "/times" && $2 == 60 { ++times } END { exit !(map && times) }' ||
   fail "the file beside a live run: $("$overtake" info two.mcap)"
 

@@ -5,7 +5,7 @@
 //
 // A client of a live run, by @foxglove/ws-protocol. MODE:
 //   all       subscribes to every channel, decodes every message, ends with the run
-//   numbers   the same, of the topics that end in /numbers
+//   numbers   the same, of the topics that end in /numbers, a second after it learned of them
 //   stall     subscribes to every channel, reads until the first message and then never again
 //   twice     as all, but leaves after 20 messages and connects again
 // The last line of output is JSON: messages by topic, statuses, connections. Exit code 77 if modules are missing.
@@ -41,10 +41,12 @@ function connect() {
   client.on("status", (event) => seen.statuses.push(event.message));
   client.on("advertise", (list) => {
     if (!info) fail("channels come before serverInfo");
-    for (const channel of list) {
-      if (mode === "numbers" && !channel.topic.endsWith("/numbers")) continue;
-      channels.set(client.subscribe(channel.id), channel);
-    }
+    const subscribe = () => {
+      for (const channel of list)
+        if (mode !== "numbers" || channel.topic.endsWith("/numbers")) channels.set(client.subscribe(channel.id), channel);
+    };
+    if (mode === "numbers") setTimeout(subscribe, 1000);
+    else subscribe();
   });
   client.on("message", (event) => {
     const channel = channels.get(event.subscriptionId);
