@@ -17,6 +17,7 @@ try {
 }
 
 const kPatience_ms = 30000;
+const kLong = process.env.OVT_TEST_LONG === "1";  // more places, more seeks
 
 // A test throws it where something optional is missing.
 class Skip extends Error {}
@@ -96,4 +97,4 @@ async function goto(page, entry) {
 }
 
 const kSourceRoot = path.resolve(__dirname, "../..");
-module.exports = { Skip, start, stopAll, launch, launchFirefox, startView, open, until, settle, goto, kSourceRoot };
+module.exports = { kLong, Skip, start, stopAll, launch, launchFirefox, startView, open, until, settle, goto, kSourceRoot };
