@@ -16,6 +16,7 @@ constexpr int32_t kLeafSegments = 8;
 constexpr int32_t kHintSteps = 8;
 constexpr double kCoincident_m = 1e-6;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNarrow_m = 1.0;
 
 double mix(double a, double b, double t) { return a + t * (b - a); }
 double mix_angle(double a, double b, double t) { return wrap_angle(a + t * wrap_angle(b - a)); }
@@ -24,6 +25,7 @@ const char* find_fault(const double* x, const double* y, const double* left, con
                        int32_t count) {
   if (count < 3) return "a track map needs at least 3 points";
   if (!x || !y || !left || !right) return "a track map needs columns x, y, width left and width right";
+  double widest_m = 0.0;
   for (int32_t i = 0; i < count; ++i) {
     if (!std::isfinite(x[i]) || !std::isfinite(y[i]) || !std::isfinite(left[i]) || !std::isfinite(right[i]) ||
         (banking && !std::isfinite(banking[i])))
@@ -34,7 +36,9 @@ const char* find_fault(const double* x, const double* y, const double* left, con
     if (left[i] > kMaxMapWidth || right[i] > kMaxMapWidth) return "a track map's width is over 4e8 m";
     if (i > 0 && hypot_f64(x[i] - x[i - 1], y[i] - y[i - 1]) < kCoincident_m)
       return "two neighbouring points of a track map are the same";
+    widest_m = std::max(widest_m, left[i] + right[i]);
   }
+  if (widest_m < kNarrow_m) return "a track map is nowhere 1 m wide: no car fits between its bounds";
   return nullptr;
 }
 

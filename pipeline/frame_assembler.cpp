@@ -26,7 +26,9 @@ bool FrameAssembler::build(const int32_t* point_capacity, int32_t external_capac
 
 IntakeResult FrameAssembler::check_stamp(int32_t source, int64_t stamp_ns) noexcept {
   if (classified_ && classified_source_ == source && classified_stamp_ns_ == stamp_ns) return IntakeResult::kNoSlot;
-  if (recent_[source].holds(stamp_ns)) return IntakeResult::kDuplicate;
+  // A clock that went back by whole periods delivers stamps that were used before: no duplicates, as they are late.
+  const bool late = clock_.any() && difference_ns(clock_.newest_ns(), stamp_ns) > kLateNs;
+  if (late ? recent_[source].is_last(stamp_ns) : recent_[source].holds(stamp_ns)) return IntakeResult::kDuplicate;
   const StampVerdict verdict = clock_.classify(source, stamp_ns);
   if (verdict == StampVerdict::kJump) {
     close_open();
@@ -295,11 +297,13 @@ bool FrameAssembler::belongs_before(int64_t stamp_ns) const noexcept {
   return closed_scans_ && stamp_ns <= closed_scans_ns_;
 }
 
-// Whether the frame has every sensor, except those silent for more than 1.5 periods.
+// Whether the frame has every sensor, except those silent for more than 1.5 periods. After a gap of all sensors, those
+// count as silent that were so before the gap.
 bool FrameAssembler::complete() const noexcept {
+  const bool after_gap = closed_scans_ && difference_ns(open_->first_stamp_ns, closed_scans_ns_) > params_.wait_ns;
+  const int64_t until_ns = after_gap ? closed_scans_ns_ : open_->first_stamp_ns;
   for (int32_t s = 0; s < params_.sensor_count; ++s)
-    if (!(open_->sensor_mask >> s & 1u) && difference_ns(open_->first_stamp_ns, seen_ns_[s]) <= params_.wait_ns)
-      return false;
+    if (!(open_->sensor_mask >> s & 1u) && difference_ns(until_ns, seen_ns_[s]) <= params_.wait_ns) return false;
   return true;
 }
 

@@ -114,6 +114,7 @@ class FrameAssembler {
     bool holds(int64_t stamp) const noexcept {
       return std::find(stamp_ns, stamp_ns + std::min(count, kCapacity), stamp) != stamp_ns + std::min(count, kCapacity);
     }
+    bool is_last(int64_t stamp) const noexcept { return count > 0 && stamp_ns[(count - 1) % kCapacity] == stamp; }
     void add(int64_t stamp) noexcept { stamp_ns[count++ % kCapacity] = stamp; }
   };
 

@@ -214,7 +214,8 @@ typedef struct ovt_param_info {
                                         any preset */
 } ovt_param_info;
 
-OVT_API ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* preset);   /* "paper", "best" */
+/* "paper", "best". A struct of the first version has no place for the preset's name: OVT_BAD_VERSION but for paper. */
+OVT_API ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* preset);
 /* Names of the presets, "paper" first; static memory. NULL when index is negative or not smaller than their number. */
 OVT_API const char* ovt_preset_name(int32_t index);
 OVT_API int32_t ovt_param_count(void);
@@ -245,7 +246,8 @@ typedef struct ovt_sensor_def {
 OVT_API ovt_status ovt_sensor_def_init(ovt_sensor_def* def, size_t struct_size);
 
 /* Race track map. Columns of `count` points in driving direction; create copies them. Either a centre line with widths,
- * or two bounds (then x_m to width_right_m are null). Points beyond 1e8 m, widths beyond 4e8 m: OVT_BAD_ARGUMENT.
+ * or two bounds (then x_m to width_right_m are null). Points beyond 1e8 m, widths beyond 4e8 m, a map that is nowhere
+ * 1 m wide: OVT_BAD_ARGUMENT.
  * banking_rad: angle of the road across the line, positive where the right side is higher. Only preset best reads it;
  * null, or 0 everywhere: unknown, and best takes the cross slope from the attitude of the ego poses. */
 typedef struct ovt_map_def {
@@ -283,9 +285,9 @@ typedef void ovt_free_fn(void* block, size_t bytes, void* user);
  * tracks are counters (ovt_stats) and flags, never log lines. */
 typedef void ovt_log_fn(ovt_log_level level, const char* text, void* user);
 /* Called for every finished frame, in order, one call at a time, on the thread that finished the frame: with
- * worker_count 1 the thread whose push, advance or flush finished it, else a thread of the library. The tracks of the
- * next frame wait for on_frame, and other readers see the frame only afterwards. The reader is valid during the call
- * only and is positioned at that frame. From on_frame call only ovt_read_...(reader): ovt_push_scan,
+ * worker_count 1 the thread whose push, advance, flush or destroy finished it, else a thread of the library. The
+ * tracks of the next frame wait for on_frame, and other readers see the frame only afterwards. The reader is valid
+ * during the call only and is positioned at that frame. From on_frame call only ovt_read_...(reader): ovt_push_scan,
  * ovt_push_detections, ovt_advance and ovt_flush of the same detector return OVT_WRONG_THREAD, and ovt_destroy_detector
  * would wait for itself. */
 typedef void ovt_frame_fn(ovt_reader* reader, void* user);
@@ -372,8 +374,8 @@ OVT_API ovt_status ovt_create_detector(const ovt_detector_def* def, ovt_detector
 OVT_API ovt_status ovt_create_detector_verbose(const ovt_detector_def* def, ovt_detector** out, char* error,
                                                size_t error_size);
 /* Order of a shut-down: stop the producers, ovt_flush if the last frames matter, destroy the readers, destroy the
- * detector. NULL is allowed. Waits for the frames in work. Readers that still exist stay valid until destroyed, but get
- * no new frames. */
+ * detector. NULL is allowed. Waits for the frames in work and for the open one: on_frame is called for them, so `user`
+ * must outlive this call. Readers that still exist stay valid until destroyed, but get no new frames. */
 OVT_API void ovt_destroy_detector(ovt_detector* detector);
 
 /* What create granted of the def's requests. worker_count is smaller than requested when something else in the process
@@ -426,7 +428,9 @@ static inline ovt_column ovt_make_column(const void* records, const void* member
  *   x, y, z      float32 or float64
  *   layer        any integer, or float32 that holds integers; 0..65535. The id of the point's ring
  *   intensity    any type
- *   time         any type, optional: the point's offset after the scan's stamp, in units of time_unit_ns */
+ *   time         any type, optional: the point's offset after the scan's stamp, in units of time_unit_ns. Limited to
+ *                +-2.147 s: times since 1970 or since midnight must be made offsets before, or each point is 2 s late
+ *                and the tracker refuses its car (ovt_stats.measurements_rejected) */
 typedef struct ovt_points {
   size_t struct_size;
   int32_t sensor;                    /* index in the def */
@@ -448,7 +452,9 @@ static inline ovt_points ovt_default_points(void) {
 /* Copies one scan into its sensor's mailbox. With OVT_PUSH_REPLACE, a scan that still waited there is dropped and
  * counted. The stamp decides how the scan is used:
  *
- *   equal to the sensor's last stamp              not used: OVT_DUPLICATE
+ *   equal to the sensor's last stamp, or to one   not used: counted as `dup`
+ *   of its last 32 that is at most 0.5 s older
+ *   than the newest stamp of all
  *   up to 0.5 s older than the newest stamp       used: a separate frame, which the tracker inserts at its stamp, up to
  *                                                 32 iterations back (frames and pushed detections): beyond that its
  *                                                 measurements are late (ovt_stats.measurements_late)
@@ -520,8 +526,8 @@ typedef enum ovt_reference { OVT_REFERENCE_VEHICLE = 0, OVT_REFERENCE_MAP = 1 } 
 /* Detections of another detector (radar, neural network), all with one stamp: one iteration of the tracker, in the
  * order of stamps with the frames. Push them when they come, before or after the scans of the same time: scans that
  * come later are inserted (OVT_FLAG_OUT_OF_SEQUENCE) and still share a frame. Detections that are 3 periods newer than
- * the first stamp of the open frame close it. Without an ego pose, rows in the map (reference) are lost if scans were
- * tracked in the vehicle frame before (ovt_stats.measurements_lost).
+ * the first stamp of the open frame close it. Without an ego pose, rows in the map (reference) are lost once scans are
+ * tracked in the vehicle frame (ovt_stats.measurements_lost): the first scan ends the tracks of such rows.
  * Columns of `count`; all but x and y may be null, or NaN per row; without cov_xy the variances are independent. Rows
  * that still wait from an earlier push follow the push policy. More than candidate_capacity rows: OVT_TOO_MANY,
  * external_dropped. While a sensor delivers good stamps, detections never move the clock. If they are ahead of the
@@ -871,8 +877,9 @@ typedef struct ovt_stats {
                                      /* rows given to the tracker = used + unborn (no free slot) + rejected + late
                                         + measurements_debris */
   /* The result for every point, cluster, detection and track of the finished frames: the sums account for all. */
-  int64_t points_clustered;          /* points in clusters; each other point of `points` has a reason (points_bad), is
-                                        ground, or belongs to a cluster that did not fit */
+  int64_t points_clustered;          /* points in clusters of their sensor, also of those beyond the frame's table
+                                        (overflow_clusters); each other point of `points` has a reason (points_bad),
+                                        is ground, or belongs to a cluster that did not fit in its sensor's table */
   int64_t clusters, gated_points, gated_size, gated_map;
                                      /* clusters = gated (as in ovt_frame_info) + overflow_candidates + detections */
   int64_t detections;                /* rows of ovt_detections */

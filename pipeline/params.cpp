@@ -267,6 +267,9 @@ ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* p
   if (!is_known_size<ovt_params>(struct_size)) return OVT_BAD_VERSION;
   const Method* method = find_method(preset);
   if (!method) return OVT_UNKNOWN_NAME;
+  // A caller of the first version has no place for the method's name: its detector would run paper.
+  const bool names_method = struct_size >= offsetof(ovt_params, method) + sizeof(ovt_params::method);
+  if (!names_method && method != &kPaper) return OVT_BAD_VERSION;
   ovt_params defaults{};
   defaults.struct_size = struct_size;
   for (const ParamRow& row : kParams) write(defaults, row, row.info.value_default);

@@ -367,6 +367,12 @@ TEST_CASE("circuit map: a bad map is refused with a sentence and keeps the old o
     (bad.*column)[0] = 4.1e8;
     refuse(bad, true, "a track map's width is over 4e8 m");
   }
+  bad = good;
+  bad.left.assign(20, 0.4);
+  bad.right.assign(20, 0.5);
+  refuse(bad, true, "a track map is nowhere 1 m wide: no car fits between its bounds");
+  bad.right[7] = 3.0;  // a narrow place is the caller's matter
+  CHECK(map.build(bad.x.data(), bad.y.data(), bad.left.data(), bad.right.data(), nullptr, 20, true, nullptr));
   const char* error = "";
   CHECK_FALSE(map.build(good.x.data(), nullptr, good.left.data(), good.right.data(), nullptr, 20, true, &error));
   CHECK(std::string(error) == "a track map needs columns x, y, width left and width right");

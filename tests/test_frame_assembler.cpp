@@ -89,6 +89,13 @@ class Bench {
   void sweep(int64_t ms, std::vector<int32_t> sensors = {0, 1, 2}) {
     for (const int32_t s : sensors) CHECK(scan(s, ms + s) == IntakeResult::kUsed);
   }
+  // The first scans after a gap are held until more of them come.
+  void sweep_after_gap(int64_t ms, const std::vector<int32_t>& sensors) {
+    for (const int32_t s : sensors) {
+      const IntakeResult result = scan(s, ms + s);
+      CHECK((result == IntakeResult::kUsed || result == IntakeResult::kHeld));
+    }
+  }
   const Closed& last() const { return runner.closed.back(); }
   std::size_t count() const { return runner.closed.size(); }
 
@@ -240,6 +247,68 @@ TEST_CASE("frame_assembler: a repeated stamp of a sensor is a duplicate, also ou
   CHECK(bench.scan(0, 101) == IntakeResult::kUsed);  // another sensor's stamp
   CHECK(bench.scan(0, 101) == IntakeResult::kDuplicate);
   CHECK(bench.count() == 6);
+}
+
+TEST_CASE("frame_assembler: a clock that goes back by whole periods restarts at its third stamp, a used one") {
+  for (const int64_t back : {20, 30}) {  // periods: 1 and 1.5 s
+    CAPTURE(back);
+    Bench bench;
+    for (int64_t k = 0; k < 100; ++k) bench.sweep(50 * k);
+    for (int64_t k = 100 - back; k < 102 - back; ++k)
+      for (const int32_t s : {0, 1, 2}) CHECK(bench.scan(s, 50 * k + s) == IntakeResult::kLate);
+    CHECK(bench.count() == 100);
+    bench.sweep(50 * (102 - back));
+    REQUIRE(bench.count() == 101);
+    CHECK(bench.last().mask == 7);
+    CHECK((bench.last().flags & OVT_FLAG_CLOCK_JUMP) != 0);
+    CHECK(bench.assembler.clock_jumps() == 1);
+  }
+}
+
+TEST_CASE("frame_assembler: the last stamp of a sensor is a duplicate, however old it is; earlier ones are late then") {
+  Bench bench;
+  for (int64_t k = 0; k < 4; ++k) bench.sweep(50 * k);
+  for (int64_t k = 4; k < 20; ++k) bench.sweep(50 * k, {0, 1});  // the driver of sensor 2 repeats its last scan
+  for (int64_t k = 20; k < 40; ++k) {
+    CHECK(bench.scan(2, 152) == IntakeResult::kDuplicate);
+    bench.sweep(50 * k, {0, 1});
+  }
+  CHECK(bench.scan(2, 102) == IntakeResult::kLate);
+  CHECK(bench.assembler.clock_jumps() == 0);
+}
+
+TEST_CASE("frame_assembler: after a gap of all sensors the first frame has them all, in any order of arrival") {
+  for (const std::vector<int32_t>& order : {std::vector<int32_t>{0, 1, 2}, {2, 1, 0}, {1, 2, 0}}) {
+    Bench bench;
+    for (int64_t k = 0; k < 4; ++k) bench.sweep(50 * k);
+    bench.sweep_after_gap(350, order);  // 200 ms after the last one
+    REQUIRE(bench.count() == 5);
+    CHECK(bench.last().mask == 7);
+    CHECK(bench.last().flags == 0);
+    for (int64_t k = 0; k < 5; ++k) bench.sweep_after_gap(450 + 100 * k, order);  // slower than frame.period_s
+    REQUIRE(bench.count() == 10);
+    for (std::size_t k = 5; k < 10; ++k) CHECK(bench.runner.closed[k].mask == 7);
+  }
+}
+
+TEST_CASE("frame_assembler: after a gap of all sensors a frame does not wait for one that was silent before") {
+  Bench bench;
+  for (int64_t k = 0; k < 4; ++k) bench.sweep(50 * k);
+  for (int64_t k = 4; k < 8; ++k) bench.sweep(50 * k, {0, 1});
+  CHECK(bench.count() == 8);
+  bench.sweep_after_gap(600, {1, 0});
+  REQUIRE(bench.count() == 9);
+  CHECK(bench.last().mask == 3);
+  CHECK(bench.scan(2, 601) == IntakeResult::kUsed);  // a frame of its own: the next one has it
+  bench.sweep(650, {0, 1, 2});
+  CHECK(bench.last().mask == 7);
+  // One that does not come back after the gap is waited for once.
+  bench.sweep_after_gap(900, {0, 1});
+  const std::size_t before = bench.count();
+  bench.sweep(950, {0, 1});
+  CHECK(bench.count() == before + 2);
+  bench.sweep(1000, {0, 1});
+  CHECK(bench.count() == before + 3);
 }
 
 TEST_CASE("frame_assembler: after a gap of over a second the third consistent stamp restarts the clock") {

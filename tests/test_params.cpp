@@ -282,6 +282,11 @@ TEST_CASE("params: an unknown preset and a struct of an unknown size are refused
   CHECK(ovt_params_init(&params, sizeof params, nullptr) == OVT_BAD_ARGUMENT);
   CHECK(ovt_params_init(nullptr, sizeof params, "paper") == OVT_BAD_ARGUMENT);
   CHECK(ovt_params_init(&params, sizeof params - 1, "paper") == OVT_BAD_VERSION);
+  // The first version's struct ends before the preset's name.
+  constexpr size_t kFirst = offsetof(ovt_params, tracker_horizon_step_s) + sizeof(double);
+  static_assert(kFirst <= offsetof(ovt_params, method));
+  CHECK(ovt_params_init(&params, kFirst, "paper") == OVT_OK);
+  CHECK(ovt_params_init(&params, kFirst, "best") == OVT_BAD_VERSION);
 }
 
 TEST_CASE("params: find_bad_param names the wrong parameter") {

@@ -523,3 +523,39 @@ TEST_CASE("track stage: pushed rows in the map wait for an ego pose after scans 
     CHECK((bench.frame.flags & OVT_FLAG_EGO_STALE) == 0);
   }
 }
+
+TEST_CASE("track stage: scans without an ego pose end the map that pushed rows chose, and no empty push chooses one") {
+  Bench bench;
+  bench.run(0, -1, OVT_REFERENCE_MAP);
+  CHECK(bench.frame.reference == OVT_REFERENCE_MAP);
+  reset_frame(bench.frame);
+  bench.frame.stamp_ns = 50 * kMs;
+  bench.frame.ego.count = 0;
+  bench.stage.run(bench.frame);
+  CHECK(bench.frame.reference == OVT_REFERENCE_VEHICLE);
+  CHECK((bench.frame.flags & OVT_FLAG_NO_EGO) != 0);
+  CHECK((bench.frame.flags & OVT_FLAG_EGO_STALE) == 0);
+  CHECK(bench.frame.lost_rows == 0);
+  bench.run(100 * kMs, -1, OVT_REFERENCE_MAP);
+  CHECK(bench.frame.reference == OVT_REFERENCE_VEHICLE);
+  CHECK(bench.frame.lost_rows == 1);
+
+  Bench empty;
+  reset_frame(empty.frame);
+  empty.frame.kind = FrameKind::kExternal;
+  empty.frame.external_reference = OVT_REFERENCE_MAP;
+  empty.frame.stamp_ns = 0;
+  empty.frame.ego.count = 0;
+  empty.stage.run(empty.frame);
+  CHECK(empty.frame.reference == OVT_REFERENCE_VEHICLE);
+}
+
+TEST_CASE("track stage: the map that pushed rows chose stays once an ego pose was known") {
+  Bench bench;
+  bench.run(0, -1, OVT_REFERENCE_MAP);
+  bench.run(50 * kMs, 50 * kMs, OVT_REFERENCE_MAP);
+  reset_frame(bench.frame);
+  bench.frame.stamp_ns = 5000 * kMs;  // the pose is too old
+  bench.stage.run(bench.frame);
+  CHECK(bench.frame.reference == OVT_REFERENCE_MAP);
+}

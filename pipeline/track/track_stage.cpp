@@ -211,14 +211,22 @@ int32_t TrackStage::observe(const Frame& frame, ObservedSector* sectors) const n
 
 // A prediction does not change the tracker, so it does not change the frame of reference either. Nor do pushed rows in
 // the map after scans were tracked in the vehicle frame: only an ego pose tells where their cars are in the map.
+// Without one, scans that come after such rows are tracked in the vehicle frame.
 void TrackStage::choose_reference(Frame& frame) noexcept {
-  if (frame.kind == FrameKind::kScans && reference_ == OVT_REFERENCE_VEHICLE) tracks_scans_ = true;
-  const bool in_map = frame.kind == FrameKind::kExternal && !frame.ego_known && !tracks_scans_
-                          ? frame.external_reference == OVT_REFERENCE_MAP
-                          : frame.ego_known;
-  if (in_map && reference_ == OVT_REFERENCE_VEHICLE && frame.kind != FrameKind::kPrediction) {
+  const bool scans = frame.kind == FrameKind::kScans;
+  if (frame.ego_known) rows_chose_map_ = false;
+  if (scans && rows_chose_map_) {
+    tracker_->restart();
+    reference_ = OVT_REFERENCE_VEHICLE;
+    rows_chose_map_ = false;
+  }
+  if (scans && reference_ == OVT_REFERENCE_VEHICLE) tracks_scans_ = true;
+  const bool by_rows = frame.kind == FrameKind::kExternal && !frame.ego_known && !tracks_scans_ &&
+                       frame.external.count > 0 && frame.external_reference == OVT_REFERENCE_MAP;
+  if ((frame.ego_known || by_rows) && reference_ == OVT_REFERENCE_VEHICLE && frame.kind != FrameKind::kPrediction) {
     tracker_->restart();
     reference_ = OVT_REFERENCE_MAP;
+    rows_chose_map_ = by_rows;
   }
   frame.reference = reference_;
   if (reference_ == OVT_REFERENCE_VEHICLE) frame.flags |= OVT_FLAG_NO_EGO;
