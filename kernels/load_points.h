@@ -30,7 +30,7 @@ struct PointFields {
 //   values   subnormal coordinates become 0; NaN and infinite ones stay (project_points counts them)
 //            NaN intensity becomes 0
 //            a layer that is not an integer in 0..65535 becomes kNoLayer
-//            time saturates at +-(2^31 - 1) ns, NaN becomes 0
+//            time of 2^31 - 1 ns or more before or after the stamp, or NaN, is unknown and becomes 0
 //   rows     columns may begin at any row of a table; up to kRowAlign - 1 rows behind the last may be written
 //   cost     one pass                   agrees  exactly on every ISA
 namespace ref {

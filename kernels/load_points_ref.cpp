@@ -78,15 +78,14 @@ int32_t layer_of(double v) {
   return double(layer) == v ? layer : kNoLayer;
 }
 
-// To the nearest nanosecond, halves away from zero.
+// To the nearest nanosecond, halves away from zero. Unknown (0) if that is no offset but a time since 1970.
 int32_t offset_of(double v, double unit_ns) {
   if (is_nan(v)) return 0;
   constexpr double kLimit = 2147483647.0;
   constexpr double kHuge = 1e200;  // keeps the product finite for any sensible unit
   v = v > kHuge ? kHuge : v < -kHuge ? -kHuge : v;
   const double offset = v * unit_ns;
-  if (offset >= kLimit) return int32_t(kLimit);
-  if (offset <= -kLimit) return -int32_t(kLimit);
+  if (offset >= kLimit - 0.5 || offset <= 0.5 - kLimit) return 0;
   return int32_t(offset + (offset < 0 ? -0.5 : 0.5));
 }
 

@@ -116,11 +116,12 @@ OVT_INLINE void store_field(const FieldPlan& plan, Int<A> bits, double unit_ns, 
   } else if constexpr (kKind == FieldKind::kLayerInteger) {
     select((bits > Int<A>(-1)) & (bits < Int<A>(65536)), bits, Int<A>(kNoLayer)).store(plan.out_int + i);
   } else if constexpr (kKind == FieldKind::kTimeFloat) {
-    select(number, scale_to_int(value, unit_ns), Int<A>(0)).store(plan.out_int + i);
+    const Int<A> offset = scale_to_int(value, unit_ns);
+    select(number & (offset > Int<A>(-kLimit)) & (offset < Int<A>(kLimit)), offset, Int<A>(0)).store(plan.out_int + i);
   } else if constexpr (kKind == FieldKind::kTimeInt32) {
-    select(bits < Int<A>(-kLimit), Int<A>(-kLimit), bits).store(plan.out_int + i);
+    select((bits > Int<A>(-kLimit)) & (bits < Int<A>(kLimit)), bits, Int<A>(0)).store(plan.out_int + i);
   } else if constexpr (kKind == FieldKind::kTimeUint32) {
-    select(bits < Int<A>(0), Int<A>(kLimit), bits).store(plan.out_int + i);
+    select((bits > Int<A>(-1)) & (bits < Int<A>(kLimit)), bits, Int<A>(0)).store(plan.out_int + i);
   } else {  // kLayerNarrow, kAbsentInt
     bits.store(plan.out_int + i);
   }

@@ -428,9 +428,9 @@ static inline ovt_column ovt_make_column(const void* records, const void* member
  *   x, y, z      float32 or float64
  *   layer        any integer, or float32 that holds integers; 0..65535. The id of the point's ring
  *   intensity    any type
- *   time         any type, optional: the point's offset after the scan's stamp, in units of time_unit_ns. Limited to
- *                +-2.147 s: times since 1970 or since midnight must be made offsets before, or each point is 2 s late
- *                and the tracker refuses its car (ovt_stats.measurements_rejected) */
+ *   time         any type, optional: the point's offset after the scan's stamp, in units of time_unit_ns. Beyond
+ *                +-2.147 s it is no offset and counts as 0: make offsets of times since 1970 or since midnight, or
+ *                points of a moving car and of the own turn are not put to their time */
 typedef struct ovt_points {
   size_t struct_size;
   int32_t sensor;                    /* index in the def */

@@ -90,8 +90,8 @@ TEST_CASE("load_points: converts every field type, and reads backwards with a ne
   CHECK(own.scan.y_m[0] == -128.0f);
   CHECK(own.scan.z_m[1] == 32767.0f);
   CHECK(own.scan.intensity[1] == 4294967296.0f);
-  CHECK(own.scan.time_offset_ns[0] == -2147483647);
-  CHECK(own.scan.time_offset_ns[1] == 2147483647);
+  CHECK(own.scan.time_offset_ns[0] == 0);
+  CHECK(own.scan.time_offset_ns[1] == 0);
 
   fields.x = {f64.data() + 1, -std::ptrdiff_t(sizeof(double)), FieldType::kFloat64};
   ref::load_points(fields, 2, own.scan);
@@ -160,25 +160,27 @@ TEST_CASE("load_points: a layer that is not an integer in 0..65535 becomes kNoLa
   CHECK(own.scan.layer[2] == 12);
 }
 
-TEST_CASE("load_points: NaN intensity becomes 0; time is scaled, rounded and saturated, and NaN becomes 0") {
-  const std::vector<float> bright = {kNan, 7.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-  const std::vector<double> time = {0.05, -1e-9, 3.0, -3.0, double(kNan), 1e308, 1.6e-9, -1.6e-9};
-  OwnedScan own(8);
+TEST_CASE("load_points: NaN intensity becomes 0; time is scaled and rounded; one that is no offset is 0") {
+  std::vector<float> bright(12, 0.0f);
+  bright[0] = kNan;
+  bright[1] = 7.0f;
+  const std::vector<double> time = {0.05,   -1e-9,   3.0,          -3.0,          double(kNan), 1e308,
+                                    1.6e-9, -1.6e-9, 2.1474836464, -2.1474836464, 2.1474836467, 1.7e9};
+  OwnedScan own(12);
   PointFields fields;
   fields.intensity = field_of(bright, FieldType::kFloat32);
   fields.time = field_of(time, FieldType::kFloat64);
   fields.time_unit_ns = 1e9;
-  ref::load_points(fields, 8, own.scan);
+  ref::load_points(fields, 12, own.scan);
   CHECK(own.scan.intensity[0] == 0.0f);
   CHECK(own.scan.intensity[1] == 7.0f);
   CHECK(own.scan.time_offset_ns[0] == 50000000);
   CHECK(own.scan.time_offset_ns[1] == -1);
-  CHECK(own.scan.time_offset_ns[2] == 2147483647);
-  CHECK(own.scan.time_offset_ns[3] == -2147483647);
-  CHECK(own.scan.time_offset_ns[4] == 0);
-  CHECK(own.scan.time_offset_ns[5] == 2147483647);
+  for (const int32_t i : {2, 3, 4, 5, 10, 11}) CHECK(own.scan.time_offset_ns[i] == 0);
   CHECK(own.scan.time_offset_ns[6] == 2);
   CHECK(own.scan.time_offset_ns[7] == -2);
+  CHECK(own.scan.time_offset_ns[8] == 2147483646);
+  CHECK(own.scan.time_offset_ns[9] == -2147483646);
 }
 
 }  // namespace
