@@ -6,8 +6,7 @@
 // A client of a live run, by @foxglove/ws-protocol. MODE:
 //   all       subscribes to every channel, decodes every message, ends with the run
 //   numbers   the same, of the topics that end in /numbers, a second after it learned of them
-//   stall     subscribes to every channel, reads until the first message of a frame and then never again (the map may
-//             come before the other channels are told)
+//   stall     subscribes to every channel, reads until the first message of a frame and then never again
 //   twice     as all, but leaves after 20 messages and connects again
 // The last line of output is JSON: messages by topic, statuses, connections. Exit code 77 if modules are missing.
 "use strict";
@@ -32,7 +31,7 @@ function connect() {
   const socket = new ws.WebSocket(url, [subprotocol], { perMessageDeflate: true });
   const client = new protocol.FoxgloveClient({ ws: socket });
   const channels = new Map(), decoders = new Map();
-  let count = 0, last = 0n, info = false, stalled = false;
+  let count = 0, last = 0n, info = false, begun = false;
   ++seen.connections;
   client.on("open", () => { if (socket.protocol !== subprotocol) fail(`the subprotocol is '${socket.protocol}'`); });
   client.on("serverInfo", (event) => {
@@ -66,9 +65,11 @@ function connect() {
       last = event.timestamp;
     }
     seen.messages[channel.topic] = (seen.messages[channel.topic] ?? 0) + 1;
-    if (++count === 1) console.log("first message");
-    if (mode === "stall" && channel.topic !== "/map" && !stalled) {
-      stalled = true;
+    ++count;
+    const begins = channel.topic !== "/map" && !begun;  // the map may come before the other channels are told
+    if (begins) console.log("first message");
+    begun ||= begins;
+    if (mode === "stall" && begins) {
       socket._socket.pause();
       setInterval(() => {}, 1000);  // a paused socket alone does not keep node from ending
     }
