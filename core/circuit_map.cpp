@@ -16,7 +16,7 @@ constexpr int32_t kLeafSegments = 8;
 constexpr int32_t kHintSteps = 8;
 constexpr double kCoincident_m = 1e-6;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNarrow_m = 1.0;
+constexpr double kNarrow_m = 1.0;  // a map that is nowhere wider has one bound twice, or no widths
 
 double mix(double a, double b, double t) { return a + t * (b - a); }
 double mix_angle(double a, double b, double t) { return wrap_angle(a + t * wrap_angle(b - a)); }

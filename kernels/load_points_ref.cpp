@@ -78,7 +78,8 @@ int32_t layer_of(double v) {
   return double(layer) == v ? layer : kNoLayer;
 }
 
-// To the nearest nanosecond, halves away from zero. Unknown (0) if that is no offset but a time since 1970.
+// To the nearest nanosecond, halves away from zero. 0, as for an absent time, if that does not fit: such a value is a
+// time since 1970, for instance, and no offset.
 int32_t offset_of(double v, double unit_ns) {
   if (is_nan(v)) return 0;
   constexpr double kLimit = 2147483647.0;

@@ -26,7 +26,8 @@ bool FrameAssembler::build(const int32_t* point_capacity, int32_t external_capac
 
 IntakeResult FrameAssembler::check_stamp(int32_t source, int64_t stamp_ns) noexcept {
   if (classified_ && classified_source_ == source && classified_stamp_ns_ == stamp_ns) return IntakeResult::kNoSlot;
-  // A clock that went back by whole periods delivers stamps that were used before: no duplicates, as they are late.
+  // A clock that goes back by whole periods repeats stamps that were used. The clock watch must see the late ones of
+  // them to accept the new time; only the sensor's very last stamp is a duplicate at any age.
   const bool late = clock_.any() && difference_ns(clock_.newest_ns(), stamp_ns) > kLateNs;
   if (late ? recent_[source].is_last(stamp_ns) : recent_[source].holds(stamp_ns)) return IntakeResult::kDuplicate;
   const StampVerdict verdict = clock_.classify(source, stamp_ns);
@@ -297,8 +298,8 @@ bool FrameAssembler::belongs_before(int64_t stamp_ns) const noexcept {
   return closed_scans_ && stamp_ns <= closed_scans_ns_;
 }
 
-// Whether the frame has every sensor, except those silent for more than 1.5 periods. After a gap of all sensors, those
-// count as silent that were so before the gap.
+// Whether the frame has every sensor, except those silent for more than 1.5 periods. After a gap of all sensors the
+// silence is that before the gap: the other sensors are likely to come back with this one.
 bool FrameAssembler::complete() const noexcept {
   const bool after_gap = closed_scans_ && difference_ns(open_->first_stamp_ns, closed_scans_ns_) > params_.wait_ns;
   const int64_t until_ns = after_gap ? closed_scans_ns_ : open_->first_stamp_ns;

@@ -214,7 +214,8 @@ typedef struct ovt_param_info {
                                         any preset */
 } ovt_param_info;
 
-/* "paper", "best". A struct of the first version has no place for the preset's name: OVT_BAD_VERSION but for paper. */
+/* preset: "paper" or "best". A struct of the first version cannot hold the preset's name, so for any but "paper" it
+ * gets OVT_BAD_VERSION. */
 OVT_API ovt_status ovt_params_init(ovt_params* params, size_t struct_size, const char* preset);
 /* Names of the presets, "paper" first; static memory. NULL when index is negative or not smaller than their number. */
 OVT_API const char* ovt_preset_name(int32_t index);
@@ -429,8 +430,8 @@ static inline ovt_column ovt_make_column(const void* records, const void* member
  *   layer        any integer, or float32 that holds integers; 0..65535. The id of the point's ring
  *   intensity    any type
  *   time         any type, optional: the point's offset after the scan's stamp, in units of time_unit_ns. Beyond
- *                +-2.147 s it is no offset and counts as 0: make offsets of times since 1970 or since midnight, or
- *                points of a moving car and of the own turn are not put to their time */
+ *                +-2.147 s it counts as 0, like an absent time. So subtract the stamp from times since 1970 or since
+ *                midnight before: without offsets a scan is not corrected for the motion during it */
 typedef struct ovt_points {
   size_t struct_size;
   int32_t sensor;                    /* index in the def */
@@ -452,9 +453,9 @@ static inline ovt_points ovt_default_points(void) {
 /* Copies one scan into its sensor's mailbox. With OVT_PUSH_REPLACE, a scan that still waited there is dropped and
  * counted. The stamp decides how the scan is used:
  *
- *   equal to the sensor's last stamp, or to one   not used: counted as `dup`
- *   of its last 32 that is at most 0.5 s older
- *   than the newest stamp of all
+ *   equal to the sensor's last stamp              not used: OVT_DUPLICATE
+ *   equal to an earlier one that was used, at     not used: OVT_OK, counted as `dup`
+ *   most 0.5 s older than the newest stamp
  *   up to 0.5 s older than the newest stamp       used: a separate frame, which the tracker inserts at its stamp, up to
  *                                                 32 iterations back (frames and pushed detections): beyond that its
  *                                                 measurements are late (ovt_stats.measurements_late)

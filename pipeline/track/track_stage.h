@@ -58,7 +58,7 @@ class TrackStage {
   EgoWindow corrected_;                     // of the frame under way: poses with corrected headings, without constants
   HeadingFilter::State learned_{};          // of the frame under way
   bool tracks_scans_ = false;               // in the vehicle frame
-  bool rows_chose_map_ = false;             // pushed rows put the tracks in the map, no ego pose
+  bool rows_chose_map_ = false;             // reference_ is the map by pushed rows alone
   int32_t reference_ = OVT_REFERENCE_VEHICLE;
   int64_t newest_ns_ = INT64_MIN;  // of the frames run so far
 };

@@ -67,8 +67,7 @@ module.exports = {
     await until(page, () => overtake.app.faults.some((f) => f.kind === "gone"));
     // the browser's own lines
     assert.ok(errors.every((text) => text.includes("WebSocket") || text.includes("ERR_")), String(errors));
-    // The page counts what came, and has the run's counters.
-    // A frame's row comes in a message before the one with its numbers.
+    // The page counts what came, and has the run's counters. A frame's row comes in a message before its counts.
     await until(page, () => overtake.app.logs[0].received - overtake.app.logs[0].dropped === overtake.app.entries.length);
     const told = await page.evaluate(() => { const { app } = overtake, [log] = app.logs; app.state.tab = "log";
         app.changed("settings", "frame"); return { received: log.received, dropped: log.dropped,
