@@ -106,6 +106,14 @@ grep -q "^note   sensor 'front': its clouds have no ring field: 3[0-9] lines rec
 grep -q -- '--rig racecar' doctor.txt || fail "doctor does not name the rig whose topics fit: $(cat doctor.txt)"
 grep -q 'no topic of the rig.s sensors is in it; clouds in it: /vehicle_3/luminar_front_points' doctor.txt || fail "wrong rig: $(cat doctor.txt)"
 
+# ---- a sensor that sends clouds without points: they are scans, and every frame has them
+for file in ring.db3 faults/empty_sensor.db3; do
+  [[ -n $(hash_of $file --rig racecar --ego scene/ego.csv) ]] || fail "no hash of $file"
+  cut -d, -f1 out/timing.csv | sort -u | wc -l
+  grep -c "a sensor is missing" stdout.txt
+done >frames.txt
+[[ $(xargs <frames.txt) == "8 0 8 0" ]] || fail "frames, and frames without a sensor, of a recording and of one with empty clouds: $(xargs <frames.txt)"
+
 # ---- damage: the part before the damage is used, and the exit code reports the damage
 head -c $(($(stat -c %s ring.db3) * 2 / 3)) ring.db3 >cut.db3
 "$overtake" run cut.db3 --rig racecar --out cut >stdout.txt 2>stderr.txt

@@ -73,6 +73,8 @@ ovt_points to_points(const io::SensorScan& scan) {
   points.y = to_column(scan.y);
   points.z = to_column(scan.z);
   points.layer = to_column(scan.layer);
+  if (scan.count == 0)  // an empty scan is a scan: the columns that each one needs have a type, and no values
+    for (ovt_column* column : {&points.x, &points.y, &points.z, &points.layer}) *column = {nullptr, 0, 4, OVT_F32};
   points.intensity = to_column(scan.intensity);
   if (!scan.time_offset_ns.empty())
     points.time = {scan.time_offset_ns.data(), scan.time_offset_ns.size() * 4, 4, OVT_I32};
