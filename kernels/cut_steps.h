@@ -1,10 +1,11 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Section 7a of kernels/README.md: a car and what stands behind it are two objects, also where two rows are far apart.
+// Section 7a of kernels/README.md: cuts links between an object and what stands behind it.
 #pragma once
 
 #include "core/plane.h"
+#include "core/road_surface.h"
 
 namespace overtake {
 
@@ -13,14 +14,18 @@ inline constexpr float kCutStep_m = 1.5f, kCutStepShare = 0.12f;
 // The surface below the step is upright: it comes nearer by less than this part of the step from row to row.
 inline constexpr float kCutStepBelow = 0.5f;
 
-// Cuts a link down where the upper pixel lies behind the top of an upright object: the step in range is large, and the
-// next pixel further down, ground included, is at nearly the range of the lower pixel. On ground that was taken for an
-// obstacle each step is about as large as the next one: its rows stay linked. Over an empty pixel nothing is cut.
-//   reads    range_filled_m range_repaired_m
-//   writes   link_down: clears bits                          cost    two differences a linked pixel
+// Cuts a link down with a large step in range, where
+//   - the upper pixel lies behind the top of an upright object: the next pixel further down, ground included, is at
+//     nearly the range of the lower pixel. On ground that was taken for an obstacle each step is about as large as the
+//     next one: its rows stay linked. Over an empty pixel nothing is cut; or
+//   - the lower pixel lies inside of the circuit and the upper one outside: a car and the wall behind it. Ranges stand
+//     for distances, the bound between two rays is a straight line, and rays without a bound cut nothing.
+//   reads    range_filled_m range_repaired_m bound_per_m[count_rays]
+//   writes   link_down: clears bits              cost    two differences a linked pixel, two products a group of them
 //   agrees   exactly on every ISA
 namespace ref {
-void cut_steps(Plane<const float> range_filled_m, Plane<const float> range_repaired_m, BitPlane link_down) noexcept;
+void cut_steps(Plane<const float> range_filled_m, Plane<const float> range_repaired_m, const float* bound_per_m,
+               BitPlane link_down) noexcept;
 }
 
 }  // namespace overtake

@@ -1,7 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Section 7a: cuts links at the top of an object, on words of 64 columns. Most groups have no step: they read two rows.
+// Section 7a: cuts links between an object and what stands behind it, on words of 64 columns. Most groups have no step:
+// they read two rows.
 #pragma once
 
 #include "core/math.h"
@@ -11,12 +12,15 @@
 namespace overtake::simd {
 
 template <class A>
-void cut_steps(Plane<const float> range_filled_m, Plane<const float> range_repaired_m, BitPlane link_down) noexcept {
+void cut_steps(Plane<const float> range_filled_m, Plane<const float> range_repaired_m, const float* bound_per_m,
+               BitPlane link_down) noexcept {
   constexpr uint64_t kGroup = (uint64_t(1) << kSize<A>)-1;
-  const Float<A> least(kCutStep_m), share(kCutStepShare), below(kCutStepBelow), none(0.0f);
-  for (int32_t r = 0; r + 2 < range_repaired_m.rows; ++r) {
+  static_assert(kRayColumns % kSize<A> == 0);
+  const Float<A> least(kCutStep_m), share(kCutStepShare), below(kCutStepBelow), none(0.0f), one(1.0f), half(0.5f);
+  const Float<A> of_ray(1.0f / kRayColumns);
+  for (int32_t r = 0; r + 1 < range_repaired_m.rows; ++r) {
     const float *own_m = range_repaired_m.row(r), *lower_m = range_repaired_m.row(r + 1);
-    const float* next_m = range_filled_m.row(r + 2);
+    const float* next_m = r + 2 < range_filled_m.rows ? range_filled_m.row(r + 2) : nullptr;
     uint64_t* const down = link_down.row(r);
     for (int32_t w = 0; w < link_down.words_per_row; ++w) {
       const uint64_t links = down[w];
@@ -26,13 +30,17 @@ void cut_steps(Plane<const float> range_filled_m, Plane<const float> range_repai
         const uint64_t group = (links >> shift) & kGroup;
         if (group == 0) continue;
         const int32_t c = 64 * w + shift;
-        const Float<A> near_m = Float<A>::load(lower_m + c);
-        const Float<A> step_m = Float<A>::load(own_m + c) - near_m;
+        const Float<A> far_m = Float<A>::load(own_m + c), near_m = Float<A>::load(lower_m + c);
+        const Float<A> step_m = far_m - near_m;
         const Mask<A> is_step = step_m > max_of(least, share * near_m);
         if ((is_step.bits() & group) == 0) continue;
-        const Float<A> under_m = Float<A>::load(next_m + c);
-        const Mask<A> is_upright = (under_m > none) & (abs_of(near_m - under_m) < below * step_m);
-        cuts |= uint64_t((is_step & is_upright).bits()) << shift;
+        const Float<A> under_m = next_m ? Float<A>::load(next_m + c) : none;
+        const Mask<A> is_top = (under_m > none) & (abs_of(near_m - under_m) < below * step_m);
+        const float* const ray = bound_per_m + c / kRayColumns;
+        const Float<A> weight = (to_float(Int<A>::count_from(c % kRayColumns)) + half) * of_ray;
+        const Float<A> per_m = Float<A>(ray[0]) + weight * Float<A>(ray[1] - ray[0]);
+        const Mask<A> is_across_bound = (near_m * per_m < one) & (far_m * per_m > one);
+        cuts |= uint64_t((is_step & (is_top | is_across_bound)).bits()) << shift;
       }
       down[w] = links & ~cuts;
     }

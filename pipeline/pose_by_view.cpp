@@ -304,6 +304,18 @@ ClusterPose find_pose(const StageContext& context, Frame& frame, int32_t row) {
   return {fit, best, heights, match, front};
 }
 
+// Whether a candidate far behind on the circuit is upright: two rows hit it, which on a misjudged road are many metres
+// apart. The shadow of the own rear wing leaves a strip of a car. In smoke it may be smoke.
+bool is_upright_behind(const StageContext& context, const Frame& frame, int32_t row) {
+  constexpr float kFrom_m = 15.0f, kWing = 0.2f;  // the shadow's width to either side, per metre
+  const float behind_m = -frame.merged.center_x_m[row], beside_m = abs_of(frame.merged.center_y_m[row]);
+  const int32_t s = frame.merged.main_sensor[row];
+  if (!has_bounds(frame.places, row) || !(behind_m > kFrom_m && beside_m < kWing * behind_m)) return false;
+  if (frame.smoke_limit[s] > 0.0f) return false;
+  const PixelBox pixels = main_pixels(frame, row, PixelView(context.sensors[s], frame.sensors[s]));
+  return pixels.row_high > pixels.row_low;
+}
+
 // Row i of the detections and their views, but for the class.
 void write_row(const StageContext& context, Frame& frame, int32_t i, int32_t row, const ClusterPose& pose) {
   DetectionViewTable& views = frame.views;
@@ -317,7 +329,7 @@ void write_row(const StageContext& context, Frame& frame, int32_t i, int32_t row
   views.road_z_m[i] = pose.heights.road_z_m;
   views.height_m[i] = pose.heights.high_m;
   views.front[i] = pose.front;
-  views.in_shadow[i] = is_in_own_shadow(context, frame, row);
+  views.in_shadow[i] = is_in_own_shadow(context, frame, row) || is_upright_behind(context, frame, row);
 }
 
 }  // namespace

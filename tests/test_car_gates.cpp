@@ -226,6 +226,22 @@ TEST_CASE("car gates: a car at the wall passes, also on a map that is wrong by 0
       }
 }
 
+TEST_CASE("car gates: where the ego heading is wrong by a degree, the walls put a far car back on the circuit") {
+  for (const double side : {-1.0, 1.0})
+    for (const bool sees_walls : {false, true}) {
+      CAPTURE(side);
+      CAPTURE(sees_walls);
+      RulesBench bench;
+      bench.frame.ego.poses[0].yaw_rad = side * kPi / 180;
+      std::vector<Solid> solids = {{80, 4.4 * side, 0, 4.921, 1.886, 0.1, 1.1, 1}};
+      if (sees_walls) solids.insert(solids.end(), {{60, 7.1, 0, 140, 0.2, 0, 1, 2}, {60, -7.1, 0, 140, 0.2, 0, 1, 3}});
+      bench.look(solids);
+      gate(bench);
+      CHECK(bench.frame.walls[0].valid == sees_walls);
+      CHECK(bench.frame.kept_count == int32_t(sees_walls));
+    }
+}
+
 TEST_CASE("car gates: without a map, and with the ego vehicle far off it, no candidate is off the circuit") {
   const Spots off = corners(20, 24, 9, 10.5f, 0.1f, 1);
   CHECK(keep(off, &Frame::gated_map) == 0);

@@ -104,6 +104,25 @@ TEST_CASE("pose by view: a near car whose sides the own shadow cuts off is marke
   CHECK_FALSE(is_marked(34, true));
 }
 
+TEST_CASE("pose by view: a strip of a car far behind, which two rows hit, is marked, but not one row, and not smoke") {
+  const auto is_marked = [](double x_m, double y_m, double high_m, bool with_map = true, bool with_smoke = false) {
+    RulesBench bench(with_map);
+    bench.turn_to_rear();
+    std::vector<Solid> solids = {{x_m, y_m, 0, 0.3, 0.4, 0.3, high_m}};
+    if (with_smoke) solids.push_back({-20, 5, 0, 1, 1, 0, 1, -1, 0.1f});
+    bench.look(solids);
+    bench.run();
+    REQUIRE(bench.frame.detections.count == 1);
+    return bench.frame.views.in_shadow[0] != 0;
+  };
+  CHECK(is_marked(-45, 1, 1.0));
+  CHECK(is_marked(-45, -5, 1.0));
+  CHECK_FALSE(is_marked(-45, 1, 0.48));  // one row: a misjudged road looks like this
+  CHECK_FALSE(is_marked(-24, 5, 1.0));   // beside the shadow
+  CHECK_FALSE(is_marked(-45, 1, 1.0, false));
+  CHECK_FALSE(is_marked(-45, 1, 1.0, true, true));
+}
+
 TEST_CASE("pose by view: a box seen from behind, from beside and at any angle has its true centre and heading") {
   for (const double y_m : {-3.0, 0.0, 3.0})
     for (const double x_m : {12.0, 20.0, 35.0}) {

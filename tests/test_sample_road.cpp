@@ -34,6 +34,36 @@ TEST_CASE("sample_road: a level road is a level plane below every sensor") {
   }
 }
 
+TEST_CASE("sample_road: each ray tells where it passes a bound of the circuit, and none without a map") {
+  constexpr double kRadius = 400.0;
+  const CircleRoad road({.radius_m = kRadius});
+  for (const Mounting& mounting : kMountings) {
+    const SensorModel sensor = make_sensor(mounting);
+    for (const double d_m : {-2.0, 3.0}) {
+      const RoadData data = data_at(road, 50.0, d_m);
+      const Sampled sampled(data, sensor);
+      int32_t passed = 0;
+      for (int32_t k = 0; k < sampled.rays; ++k) {
+        const double per_m = double(sampled.bound_per_m[std::size_t(k)]);
+        if (per_m == 0.0) continue;
+        double left_m = 0.0;
+        exact_height(data, sensor, sampled.azimuth(k), 1.0 / per_m, [&](double x, double y) {
+          left_m = kRadius - std::hypot(x, y - kRadius);
+          return 0.0;
+        });
+        const double outside_m = std::fmax(left_m - CircleRoad::kWidthLeft_m, -CircleRoad::kWidthRight_m - left_m);
+        CHECK(std::fabs(outside_m) < 0.2);
+        ++passed;
+      }
+      CHECK(passed > sampled.rays * 3 / 4);  // the others go along the road
+    }
+    RoadData none = data_at(road, 50.0, 0.0);
+    none.map = nullptr;
+    const Sampled without(none, sensor);
+    CHECK(std::all_of(without.bound_per_m.begin(), without.bound_per_m.end() - 1, [](float v) { return v == 0.0f; }));
+  }
+}
+
 // The cone of a constant bank in a constant turn. The vehicle drives on the centre line, or beside it.
 void check_turn(double slope, double d_m, const Mounting& mounting) {
   constexpr double kRadius = 400.0;

@@ -15,6 +15,7 @@ namespace {
 constexpr float kKnownReach_m = 100.0f;  // of known stations along a ray
 constexpr float kEdge_m = 1.0f;          // beyond it the ground is not the road
 constexpr float kVerge_m = 6.0f;         // a ray that is farther outside of the road goes on level
+constexpr float kNearBound_m = 0.5f;     // no bound is nearer
 constexpr float kOuterReach_m = 6.0f;    // the cross slope goes on beyond the outer edge, to the wall
 
 static_assert(RoadData::kStations <= CentreLine::kMost);
@@ -22,8 +23,8 @@ static_assert(RoadData::kStations <= CentreLine::kMost);
 float mix(float a, float b, float weight) noexcept { return a + weight * (b - a); }
 
 // Height of the road at a place relative to the ego vehicle, in the map's axes. `station`: where to begin; then the
-// piece of the place. `outside_m`: distance from the road. False where the heights are not known; kExpected: they may
-// also be expected.
+// piece of the place. `outside_m`: distance from the road, below 0 on it. False where the heights are not known;
+// kExpected: they may also be expected.
 template <bool kExpected>
 OVT_INLINE bool find_height(const RoadData& road, const CentreLine& line, float x, float y, int32_t& station,
                             float& height_m, float& outside_m) noexcept {
@@ -37,7 +38,7 @@ OVT_INLINE bool find_height(const RoadData& road, const CentreLine& line, float 
   const float reach =
       max_of(min_of(d, left + (slope < 0.0f ? kOuterReach_m : 0.0f)), -right - (slope > 0.0f ? kOuterReach_m : 0.0f));
   height_m = mix(road.height_m[k], road.height_m[k + 1], t) - reach * slope;
-  outside_m = max_of(max_of(d - left, -right - d), 0.0f);
+  outside_m = max_of(d - left, -right - d);
   return true;
 }
 
@@ -49,6 +50,7 @@ struct Rays {
   float cosine[kTogether], sine[kTogether];
   bool known[kTogether];
   float known_m[kTogether];            // where the ray leaves the road
+  float bound_per_m[kTogether];        // 1 / distance at which it passes the bound; 0: none that is known
   float heights_m[kNodes][kTogether];  // z in the sensor's axes
 };
 
@@ -63,6 +65,7 @@ void sample_stations(const RoadData& road, const CentreLine& line, const RoadAxe
   for (int32_t l = 0; l < kTogether; ++l) {
     rays.known[l] = true;
     rays.known_m[l] = 1e9f;
+    rays.bound_per_m[l] = 0.0f;
     station[l] = RoadData::kStations / 2;
     sensor_z[l] = -t[2];
     vehicle_z[l] = last_z[l] = height_m[l] = outside_m[l] = 0.0f;
@@ -79,6 +82,8 @@ void sample_stations(const RoadData& road, const CentreLine& line, const RoadAxe
       map_y[l] = r[3] * vx[l] + r[4] * vy[l] + r[5] * guess_z;
     }
     bool skips[kTogether] = {}, any_skips = false;
+    float before_m[kTogether];  // outside_m of the node before
+    std::copy_n(outside_m, kTogether, before_m);
     for (int32_t l = 0; l < kTogether; ++l) {
       if (!rays.known[l] || !(outside_m[l] <= kVerge_m) ||
           find_height<kExpected>(road, line, map_x[l], map_y[l], station[l], height_m[l], outside_m[l]))
@@ -88,8 +93,13 @@ void sample_stations(const RoadData& road, const CentreLine& line, const RoadAxe
       else
         skips[l] = any_skips = true;
     }
-    for (int32_t l = 0; l < kTogether; ++l)
+    const float step_m = distance - node_distance_m(std::max(i - 1, 0));
+    for (int32_t l = 0; l < kTogether; ++l) {
       if (outside_m[l] > kEdge_m) rays.known_m[l] = min_of(rays.known_m[l], distance);
+      if (i > 0 && before_m[l] < 0.0f && outside_m[l] >= 0.0f && rays.bound_per_m[l] == 0.0f)
+        rays.bound_per_m[l] =
+            1.0f / max_of(distance - step_m * outside_m[l] / (outside_m[l] - before_m[l]), kNearBound_m);
+    }
     const float *const before = rays.heights_m[std::max(i - 1, 0)], *const first = rays.heights_m[std::max(i - 2, 0)];
     float* const now = rays.heights_m[i];
     float next_z[kTogether];
@@ -160,6 +170,7 @@ void take_road(const Rays& expected, Rays& rays) noexcept {
     for (int32_t l = 0; l < kTogether; ++l)
       if (node_distance_m(i) < expected.known_m[l]) rays.heights_m[i][l] = expected.heights_m[i][l];
   std::copy_n(expected.known_m, kTogether, rays.known_m);
+  std::copy_n(expected.bound_per_m, kTogether, rays.bound_per_m);
 }
 
 // A node of the rays in the sensor's axes, where its z is known, and a height of the shape there, in the vehicle frame.
@@ -267,6 +278,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
       const int32_t k = begin + l;
       const Rays& rays = known.known[l] ? known : guess;
       surface.known_m[k] = known.known[l] || expects ? rays.known_m[l] : on_map ? 0.0f : -1.0f;
+      surface.bound_per_m[k] = known.known[l] || expects ? rays.bound_per_m[l] : 0.0f;
       surface.level_slope[k] = -(up[0] * rays.cosine[l] + up[1] * rays.sine[l]) / up[2];
       float heights_m[kNodes];
       for (int32_t i = 0; i < kNodes; ++i) heights_m[i] = rays.heights_m[i][l];

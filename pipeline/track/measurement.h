@@ -30,7 +30,7 @@ struct Measurement {
   int32_t front = 0;               // where the front of the car is: 1 along heading_rad, -1 the other way, 0 unknown
   int32_t view = -1;               // CarView, -1 unknown
   int32_t points = 0;              // of a cluster; 0: a pushed row
-  int32_t in_shadow = 0;           // 1: near, and the shadow of the own car may cut off its sides
+  int32_t in_shadow = 0;           // 1: the shadow of the own car may cut off its sides (pose_by_view.cpp)
   double score = kNotMeasured;     // of a pushed row: its detector's confidence, 0 to 1
 };
 

@@ -103,6 +103,13 @@ class RulesBench {
     }
   }
 
+  // Sensor 0 looks to the rear from now on.
+  void turn_to_rear() {
+    context.sensors[0].T_vehicle_sensor = make_transform(0, 0, kSensorHeight_m, 0, 0, kPi);
+    context.sensors[0].mounting_yaw_rad = float(kPi);
+    view_yaw_rad_ = kPi;
+  }
+
   // A cluster of a sensor, from points of the vehicle frame. The rules that read pixels see none of them.
   void add(const Spots& spots, int32_t s = 0) {
     std::vector<int32_t> rows;
@@ -118,7 +125,7 @@ class RulesBench {
     for (int32_t r = 0; r < kRows; ++r)
       for (int32_t c = 0; c < kCols; ++c) {
         const double e = kTop - (r + 0.5) * row_pitch_rad;
-        const double a = double(sensor.azimuth_left_rad) - (c + 0.5) * double(sensor.pitch_rad);
+        const double a = view_yaw_rad_ + double(sensor.azimuth_left_rad) - (c + 0.5) * double(sensor.pitch_rad);
         const double d[3] = {std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e)};
         double range_m = d[2] < 0 ? -kSensorHeight_m / d[2] : 1e9;
         int32_t hit = 0;
@@ -227,6 +234,7 @@ class RulesBench {
     return first <= last ? first : 1e9;
   }
 
+  double view_yaw_rad_ = 0.0;  // of sensor 0
   std::array<std::vector<Spot>, kMaxSensors> spots_;
 };
 
