@@ -305,9 +305,10 @@ ClusterPose find_pose(const StageContext& context, Frame& frame, int32_t row) {
 }
 
 // Whether a candidate far behind on the circuit is upright: two rows hit it, which on a misjudged road are many metres
-// apart. The shadow of the own rear wing leaves a strip of a car. In smoke it may be smoke.
+// apart. The shadow of the own rear wing leaves a strip of a car. Nearer, the ground beside it tells the shadow
+// (is_in_own_shadow). In smoke it may be smoke.
 bool is_upright_behind(const StageContext& context, const Frame& frame, int32_t row) {
-  constexpr float kFrom_m = 15.0f, kWing = 0.2f;  // the shadow's width to either side, per metre
+  constexpr float kFrom_m = 30.0f, kWing = 0.2f;  // the shadow's width to either side, per metre
   const float behind_m = -frame.merged.center_x_m[row], beside_m = abs_of(frame.merged.center_y_m[row]);
   const int32_t s = frame.merged.main_sensor[row];
   if (!has_bounds(frame.places, row) || !(behind_m > kFrom_m && beside_m < kWing * behind_m)) return false;
