@@ -92,6 +92,7 @@ float find_inside(const StageContext& context, const Frame& frame) {
   const float outside_m = float(find_outside(context, frame)), inside_m = context.detect.gate_cars.inside_m;
   return outside_m > 0.0f ? min_of(inside_m, -outside_m) : inside_m;
 }
+
 // What the walls of this frame add to the ego heading, by the sensor that sees most of them. A small turn may be an
 // error of the map's bounds instead.
 double find_turn(const StageContext& context, const Frame& frame) {
