@@ -6,6 +6,10 @@
 
 #include <doctest/doctest.h>
 
+#include <random>
+#include <vector>
+
+#include "kernels/kernel_table.h"
 #include "tests/support/images.h"
 
 namespace overtake {
@@ -65,6 +69,37 @@ TEST_CASE("cut_steps: also above the last row, and the bound between two rays is
   ref::cut_steps(range, range, bound_per_m, down);
   for (int32_t c = 0; c < 2 * kRayColumns; ++c)
     CHECK(down.view().test(0, c) == (c < kRayColumns / 2 || c >= kRayColumns));
+}
+
+TEST_CASE("cut_steps: every ISA cuts what the reference cuts, on rows of random ranges and bounds") {
+  constexpr int32_t kRows = 9, kCols = 150;  // test_agreement has few steps across a bound
+  std::mt19937 random(1);
+  const auto uniform = [&](float low, float high) { return std::uniform_real_distribution<float>(low, high)(random); };
+  int32_t cuts = 0, links = 0;
+  for (int32_t round = 0; round < 20; ++round) {
+    OwnedPlane<float> filled(kRows, kCols), repaired(kRows, kCols);
+    for (int32_t r = 0; r < kRows; ++r)
+      for (int32_t c = 0; c < kCols; ++c) {
+        repaired.view().row(r)[c] = uniform(10, 100);
+        filled.view().row(r)[c] = uniform(0, 1) < 0.5f ? 0.0f : repaired.view().row(r)[c] + uniform(-9, 9);
+      }
+    std::vector<float> bound_per_m(std::size_t(count_rays(kCols)));
+    for (float& per_m : bound_per_m) per_m = uniform(0, 1) < 0.3f ? 0.0f : 1.0f / uniform(10, 100);
+    OwnedBits expected(kRows, kCols);
+    ref::cut_steps(filled, repaired, bound_per_m.data(), expected);
+    for (const char* isa : {"sse2", "avx2", "avx512", "neon64"}) {
+      const KernelTable* kernels = find_kernels(isa);
+      if (!kernels) continue;
+      OwnedBits found(kRows, kCols);
+      kernels->cut_steps(filled, repaired, bound_per_m.data(), found);
+      for (int32_t r = 0; r < kRows; ++r)
+        for (int32_t c = 0; c < kCols; ++c) {
+          CHECK(found.view().test(r, c) == expected.view().test(r, c));
+          cuts += !expected.view().test(r, c), ++links;
+        }
+    }
+  }
+  CHECK(20 * cuts > links);
 }
 
 }  // namespace
