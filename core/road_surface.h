@@ -30,7 +30,7 @@ struct RoadSurface {
   float* level_slope = nullptr;                 // [count_rays]: slope of a level plane along the ray
   // [count_rays]: measured road up to here, beyond it a guess of its shape; below 0 without a map or an ego pose
   float* known_m = nullptr;
-  // [count_rays]: 1 / distance at which the ray passes a bound of the circuit; 0: none that is known
+  // [count_rays]: 1 / distance at which the ray leaves the circuit; 0: not known, or nowhere
   float* bound_per_m = nullptr;
 };
 

@@ -17,7 +17,7 @@ inline constexpr float kCutStepBelow = 0.5f;
 // Cuts a link down with a large step in range, where
 //   - the upper pixel lies behind the top of an upright object: the next pixel further down, ground included, is at
 //     nearly the range of the lower pixel. On ground that was taken for an obstacle each step is about as large as the
-//     next one: its rows stay linked. Over an empty pixel nothing is cut; or
+//     next one: its rows stay linked. An empty pixel below tells nothing; or
 //   - the lower pixel lies inside of the circuit and the upper one outside: a car and the wall behind it. Ranges stand
 //     for distances, the bound between two rays is a straight line, and rays without a bound cut nothing.
 //   reads    range_filled_m range_repaired_m bound_per_m[count_rays]
