@@ -77,6 +77,14 @@ PixelBox main_pixels(const Frame& frame, int32_t row, const PixelView& view) noe
   return pixels;
 }
 
+LevelRows count_level_rows(const StageContext& context, const Frame& frame, int32_t row) noexcept {
+  LevelRows all;
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    PixelView(context.sensors[&part - frame.sensors], part).count_level(cluster, all);
+  });
+  return all;
+}
+
 bool is_in_own_shadow(const StageContext& context, const Frame& frame, int32_t row) noexcept {
   constexpr float kNear_m = 30.0f;  // farther away, the road may return nothing
   const int32_t s = frame.merged.main_sensor[row];

@@ -38,6 +38,9 @@ class GroundIntensities {
 // The pixels of a cluster in the image of its main sensor, which `view` is of; row_high is -1 if it has none.
 PixelBox main_pixels(const Frame& frame, int32_t row, const PixelView& view) noexcept;
 
+// The rows of a cluster, of all its sensors, and those beside which the ground has the same range.
+LevelRows count_level_rows(const StageContext& context, const Frame& frame, int32_t row) noexcept;
+
 // Whether the shadow of the own car may cut off the sides of a near cluster: the sensor sees no ground beside it. There
 // a car shows few points, and not its width. False where the sensor sees smoke, which hides the ground, too.
 bool is_in_own_shadow(const StageContext& context, const Frame& frame, int32_t row) noexcept;

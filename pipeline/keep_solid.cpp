@@ -91,11 +91,33 @@ bool is_row_of_road(const StageContext& context, const Frame& frame, int32_t row
   });
 }
 
+// Whether a cluster lies as flat as ground along the line of sight.
+bool is_flat(const StageContext& context, const Frame& frame, int32_t row) {
+  constexpr float kSlope = 0.1f;
+  const FrameClusterTable& merged = frame.merged;
+  const float* const at_m = context.sensors[merged.main_sensor[row]].T_vehicle_sensor.t;
+  const float x = merged.center_x_m[row] - at_m[0], y = merged.center_y_m[row] - at_m[1];
+  const float range_m = max_of(std::sqrt(x * x + y * y), 1e-3f);
+  return merged.max_z_m[row] - merged.min_z_m[row] <
+         kSlope * measure_box(frame, row, x / range_m, y / range_m).length();
+}
+
+// Whether a candidate is a piece of the ground around it, which no map tells: ground beside each of its rows has the
+// same range, and several rows lie flat. Beside a body the row passes on to what is farther away. Nor is one row a
+// body that is not over the ground. Farther away the road returns less.
+bool goes_on_as_ground(const StageContext& context, const Frame& frame, int32_t row, int32_t rows) {
+  constexpr float kFar_m = 60.0f, kLow_m = 0.05f;
+  if (has_bounds(frame.places, row) || !(frame.merged.nearest_m[row] < kFar_m)) return false;
+  const LevelRows all = count_level_rows(context, frame, row);
+  if (rows > 0) return all.level == all.rows && is_flat(context, frame, row);
+  return all.level > 0 || measure_heights(frame, row).high_m < kLow_m;
+}
+
 // Rows that hit an upright body are as far apart on it as the beams are; on flat ground they have one height. Of an
 // object of one row, the next row went over it: far away on a road whose height is not known, what is lower than the
 // tyres of a car is ground.
 bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
-  constexpr float kRise = 0.4f, kSlope = 0.1f;  // of what the rows span upright; of the depth along the line of sight
+  constexpr float kRise = 0.4f;  // of what the rows span upright
   constexpr float kNear_m = 30.0f, kFar_m = 40.0f;
   const FrameClusterTable& merged = frame.merged;
   const int32_t s = merged.main_sensor[row];
@@ -103,17 +125,13 @@ bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
   const PixelBox pixels = main_pixels(frame, row, view);
   if (pixels.row_high < 0) return false;
   const int32_t rows = pixels.row_high - pixels.row_low;
+  if (goes_on_as_ground(context, frame, row, rows)) return true;
   if (rows == 0 && merged.nearest_m[row] < kNear_m) return is_near_ground(context, frame, row);
   if (rows == 0 && is_row_of_road(context, frame, row)) return true;
   if (rows == 0 && (has_bounds(frame.places, row) || merged.nearest_m[row] < kFar_m)) return false;
   const float row_m = merged.nearest_m[row] * view.find_row_pitch(pixels);
   if (rows == 0) return row_m > 0.0f && measure_heights(frame, row).high_m + row_m < kTyres_m;
-  const float high_m = merged.max_z_m[row] - merged.min_z_m[row];
-  if (!(high_m < kRise * row_m * float(rows))) return false;
-  const float* const at_m = context.sensors[s].T_vehicle_sensor.t;
-  const float x = merged.center_x_m[row] - at_m[0], y = merged.center_y_m[row] - at_m[1];
-  const float range_m = max_of(std::sqrt(x * x + y * y), 1e-3f);
-  return high_m < kSlope * measure_box(frame, row, x / range_m, y / range_m).length();
+  return merged.max_z_m[row] - merged.min_z_m[row] < kRise * row_m * float(rows) && is_flat(context, frame, row);
 }
 
 }  // namespace

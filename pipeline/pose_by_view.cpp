@@ -158,10 +158,7 @@ bool is_among_smoke(const StageContext& context, const Frame& frame, int32_t row
 bool is_beside_ground(const StageContext& context, const Frame& frame, int32_t row) {
   constexpr int32_t kMostPoints = 200;
   if (frame.merged.point_count[row] > kMostPoints) return false;
-  LevelRows all;
-  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
-    PixelView(context.sensors[&part - frame.sensors], part).count_level(cluster, all);
-  });
+  const LevelRows all = count_level_rows(context, frame, row);
   return all.rows > 0 && 4 * all.level >= 3 * all.rows;
 }
 

@@ -4,6 +4,7 @@
 // The gates of preset `best`: each removes what it should, keeps every car, and counts.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "tests/support/rules_bench.h"
@@ -449,6 +450,39 @@ TEST_CASE("car gates: far rows that are one object each are a plane, unless one 
   CHECK(kept({plate, wall}, {0.0f, 0.64f, 0.7f}) == 0);
   CHECK(kept({plate, wall}, {0.0f, 0.68f, 0.7f}) == 1);
   CHECK(kept({plate, wall}, {0.66f, 0.7f, 0.3f}) == 1);  // ground 1 m before it may be its foot
+}
+
+TEST_CASE("car gates: without a map, rows that go on beside the object as ground at the same range are ground") {
+  // An object and, to its left, ground; both at x_m, and high_m over the running ground that the scan was judged by.
+  const auto kept = [](double x_m, double ground_x_m, Solid object, float high_m, bool with_map = false) {
+    object.x_m = x_m;
+    const double width_m = 2.0;
+    const Solid ground = {ground_x_m, 0.5 * (object.width_m + width_m), 0, object.length_m, width_m,
+                          object.low_m,  object.high_m, 0};
+    RulesBench bench(with_map);
+    bench.look({object, ground});
+    const SegmentViews& views = bench.frame.sensors[0].kept;
+    for (int32_t i = 0; i < bench.frame.sensors[0].scan.count; ++i) {
+      int32_t& label = views.points.label[i];
+      label = std::max(label, kLabelGround);
+      views.images.height_m.data[views.points.pixel[i]] = label > kLabelGround ? high_m : 0.0f;
+    }
+    gate(bench);
+    return bench.frame.kept_count;
+  };
+  const Solid row = {0, 0, 0, 0.5, 1.0, 0.29, 0.3}, flat = {0, 0, 0, 4.0, 1.5, 0.1, 0.5}, upright = {0, 0, 0, 0.5, 1.5, 0.1, 0.5};
+  CHECK(kept(18, 18, row, 0.4f) == 0);
+  CHECK(kept(18, 18, row, 0.4f, true) == 1);  // with a map, what the road is like is known
+  CHECK(kept(18, 20, row, 0.4f) == 1);        // a step: beside it the row passes on to the ground behind it
+  CHECK(kept(18, 20, row, 0.04f) == 0);       // on the running ground there is no body
+  CHECK(kept(18, 20, row, 0.04f, true) == 1);
+  CHECK(kept(18, 18, flat, 0.4f) == 0);  // several rows
+  CHECK(kept(18, 18, flat, 0.4f, true) == 1);
+  CHECK(kept(18, 20.5, flat, 0.4f) == 1);
+  CHECK(kept(18, 18, upright, 0.4f) == 1);
+  const auto face = [](double x_m) { return Solid{0, 0, 0, 0.05, 1.5, 0.3, 0.3 + 0.0035 * x_m}; };  // one row
+  CHECK(kept(55, 55, face(55), 0.7f) == 0);
+  CHECK(kept(70, 70, face(70), 0.7f) == 1);
 }
 
 TEST_CASE("car gates: far away without a map, one row that is lower than the tyres of a car is ground") {

@@ -282,6 +282,30 @@ TEST_CASE("lane existence: what stands and comes into view behind the ego vehicl
   CHECK(is_confirmed(-10, 0));  // near: it may have been hidden
 }
 
+TEST_CASE("lane existence: without a map, what stands and comes into view beside the road is no new car") {
+  struct Car {
+    double ahead_m, beside_m, speed_mps = 0.0;
+    int32_t points = 1000;  // 0: a pushed row
+  };
+  const auto is_confirmed = [](const Car& car) {
+    LaneBench bench;
+    for (int32_t k = 0; k < 30; ++k) {
+      const double t_s = kFrame_s * k;
+      bench.ego_at(20 * t_s);
+      Measurement seen = seen_car(car.ahead_m + car.speed_mps * t_s, car.beside_m, k);
+      seen.points = car.points;
+      bench.step(k, {seen});
+    }
+    return bench.is_confirmed();
+  };
+  CHECK_FALSE(is_confirmed({10, 9}));
+  CHECK_FALSE(is_confirmed({10, -9}));
+  CHECK(is_confirmed({30, 9}));  // seen from ahead
+  CHECK(is_confirmed({10, 5}));  // on the road: it may have been hidden
+  CHECK(is_confirmed({10, 9, 30}));
+  CHECK(is_confirmed({10, 9, 0, 0}));
+}
+
 TEST_CASE("lane existence: misses end what is in view; what another car hides, or the own wing, goes on") {
   // Seconds from the last detection until the track is no longer confirmed.
   const auto lasts_s = [](double ahead_m, bool behind_another) {

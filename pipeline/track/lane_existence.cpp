@@ -28,6 +28,7 @@ constexpr double kFewFrom_m = 60.0, kMostTimes = 6.0;  // nearer a car shows mor
 constexpr double kRowScore = 1.0;  // of a pushed row without a score: its detector says that it is a car
 constexpr int32_t kRowHits = 2;    // what the first row counts, because it is a whole object
 constexpr double kLeastScore = 0.11920292202211755;      // 1 / (1 + e^2)
+constexpr double kPassing_m = 15.0, kBesideRoad_m = 6.0;  // ahead of the ego vehicle at most, and beside it at least
 constexpr double kPassed_m = 60.0, kPassedShare = 0.25;  // farther behind and slower than this share of the ego's speed
 constexpr double kFreeCoast_m = 3.0;  // without a map: most deviation of the place of a car that should be seen
 constexpr int64_t kMostVotes = 10;    // after so many votes for one class, more for another one decide
@@ -195,10 +196,14 @@ void LanePolicy::begin_existence(State& s, const Measurement& z) const noexcept 
 // ---- the life of a track --------------------------------------------------------------------------------------------
 
 // What stands is seen first from ahead, so something slow that comes into view far behind was passed, and did not look
-// like a car then.
+// like a car then. Nor did, without a map, a post or a sign that is new beside the road where the ego vehicle is.
 bool LanePolicy::was_passed(int32_t slot, const State& s) const noexcept {
-  return ego_.known && std::fabs(bearing_rad_[slot]) > kHalfPi && range_m_[slot] > kPassed_m &&
-         s.estimate.mean.speed_mps < kPassedShare * ego_.speed_mps;
+  if (!ego_.known || !(s.estimate.mean.speed_mps < kPassedShare * ego_.speed_mps)) return false;
+  if (std::fabs(bearing_rad_[slot]) > kHalfPi && range_m_[slot] > kPassed_m) return true;
+  if (map_ || only_rows_) return false;
+  double sine, cosine;
+  sin_cos_f64(bearing_rad_[slot], sine, cosine);
+  return range_m_[slot] * cosine < kPassing_m && std::fabs(range_m_[slot] * sine) > kBesideRoad_m;
 }
 
 // The features tell new cars from other objects. A known car may show very little of itself, so a hit of a track that
