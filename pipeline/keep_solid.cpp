@@ -12,6 +12,8 @@ namespace overtake {
 namespace {
 
 constexpr float kTyres_m = 0.66f;  // height of a car's tyres
+constexpr float kHigh_m = 0.25f;   // lower objects may lie on the road
+constexpr float kTop_m = 0.6f;     // higher ones may be the level beam over the body of a car
 
 // All points of a candidate are as dark as smoke, and few of them lie beside another one on a surface. A few brighter
 // ones are of what stands in the smoke.
@@ -41,11 +43,21 @@ bool is_smoke(const StageContext& context, const Frame& frame, GroundIntensities
          2 * beside < points;
 }
 
+// Whether a cluster lies as flat as ground along the line of sight.
+bool is_flat(const StageContext& context, const Frame& frame, int32_t row) {
+  constexpr float kSlope = 0.1f;
+  const FrameClusterTable& merged = frame.merged;
+  const float* const at_m = context.sensors[merged.main_sensor[row]].T_vehicle_sensor.t;
+  const float x = merged.center_x_m[row] - at_m[0], y = merged.center_y_m[row] - at_m[1];
+  const float range_m = max_of(std::sqrt(x * x + y * y), 1e-3f);
+  return merged.max_z_m[row] - merged.min_z_m[row] <
+         kSlope * measure_box(frame, row, x / range_m, y / range_m).length();
+}
+
 // Whether for most points of a candidate the next row, above or below, returns from another range and the same height
 // over the running ground, and counts(sensor, view, point, that return) is true.
 template <class F>
 bool goes_on_level(const StageContext& context, const Frame& frame, int32_t row, F&& counts) {
-  constexpr float kHigh_m = 0.25f;  // lower objects may lie on the road
   int32_t level = 0;
   for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
     const int32_t s = int32_t(&part - frame.sensors);
@@ -65,9 +77,28 @@ bool goes_on_level(const StageContext& context, const Frame& frame, int32_t row,
 // foot. From kTop_m on it may be a beam that goes level over the body of a car, and no road so near is misjudged by as
 // much.
 bool is_near_ground(const StageContext& context, const Frame& frame, int32_t row) {
-  constexpr float kTop_m = 0.6f;
   return measure_heights(frame, row).high_m < kTop_m &&
          goes_on_level(context, frame, row, [](int32_t, const PixelView&, int32_t, int32_t) { return true; });
+}
+
+// Whether a near candidate of two rows is a part of a misjudged road: it lies flat, and the row above its upper row is
+// as high, too, at another range. Above a body the row passes over it.
+bool is_near_slab(const StageContext& context, const Frame& frame, int32_t row, int32_t upper) {
+  if (!is_flat(context, frame, row) || measure_heights(frame, row).high_m >= kTop_m) return false;
+  int32_t points = 0, level = 0;
+  const SensorPart& main = frame.sensors[frame.merged.main_sensor[row]];
+  const PixelView view(context.sensors[frame.merged.main_sensor[row]], main);
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    if (&part != &main) return;
+    const int32_t begin = part.clusters.point_begin[cluster], end = begin + part.clusters.point_count[cluster];
+    for (int32_t k = begin; k < end; ++k) {
+      const int32_t point = part.cluster_points.point[k];
+      if (part.kept.points.pixel[point] / part.kept.images.pixel_point.stride != upper) continue;
+      ++points;
+      level += view.find_level(point, kHigh_m).above >= 0;
+    }
+  });
+  return 2 * level > points;
 }
 
 // Whether a farther candidate of one row is one of several rows of road, which a mounting that is wrong by half a
@@ -89,17 +120,6 @@ bool is_row_of_road(const StageContext& context, const Frame& frame, int32_t row
     const PixelBox pixels = main_pixels(frame, other, view);
     return pixels.row_low == pixels.row_high;
   });
-}
-
-// Whether a cluster lies as flat as ground along the line of sight.
-bool is_flat(const StageContext& context, const Frame& frame, int32_t row) {
-  constexpr float kSlope = 0.1f;
-  const FrameClusterTable& merged = frame.merged;
-  const float* const at_m = context.sensors[merged.main_sensor[row]].T_vehicle_sensor.t;
-  const float x = merged.center_x_m[row] - at_m[0], y = merged.center_y_m[row] - at_m[1];
-  const float range_m = max_of(std::sqrt(x * x + y * y), 1e-3f);
-  return merged.max_z_m[row] - merged.min_z_m[row] <
-         kSlope * measure_box(frame, row, x / range_m, y / range_m).length();
 }
 
 // Whether a candidate is a piece of the ground around it, which no map tells: ground beside each of its rows has the
@@ -126,6 +146,7 @@ bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
   if (pixels.row_high < 0) return false;
   const int32_t rows = pixels.row_high - pixels.row_low;
   if (goes_on_as_ground(context, frame, row, rows)) return true;
+  if (rows == 1 && merged.nearest_m[row] < kFar_m && is_near_slab(context, frame, row, pixels.row_low)) return true;
   if (rows == 0 && merged.nearest_m[row] < kNear_m) return is_near_ground(context, frame, row);
   if (rows == 0 && is_row_of_road(context, frame, row)) return true;
   if (rows == 0 && (has_bounds(frame.places, row) || merged.nearest_m[row] < kFar_m)) return false;

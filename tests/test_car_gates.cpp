@@ -414,6 +414,25 @@ TEST_CASE("car gates: one row that is as high over a misjudged road as the next 
   CHECK(kept(0.61f, 0.57f) == 1);  // a level beam over the body of a car
 }
 
+TEST_CASE("car gates: two flat rows that are as high over a misjudged road as the row above them are road") {
+  // Two rows, 1 m apart; `object_m`, `road_m`: heights over the running ground.
+  const auto kept = [](float object_m, float road_m, double apart_m = 1.0) {
+    RulesBench bench;
+    bench.look({{28, 0, 0, 0.02, 1.0, 0.26, 0.34}, {28 + apart_m, 0, 0, 0.02, 1.0, 0.35, 0.43}});
+    const SegmentViews& views = bench.frame.sensors[0].kept;
+    for (int32_t i = 0; i < bench.frame.sensors[0].scan.count; ++i)
+      views.images.height_m.data[views.points.pixel[i]] = views.points.label[i] == kLabelGround ? road_m : object_m;
+    gate(bench);
+    CHECK(bench.frame.merged.count == 1);
+    return bench.frame.kept_count;
+  };
+  CHECK(kept(0.4f, 0.38f) == 0);
+  CHECK(kept(0.4f, 0.0f) == 1);
+  CHECK(kept(0.2f, 0.18f) == 1);       // may lie on the road
+  CHECK(kept(0.61f, 0.59f) == 1);      // a level beam over the body of a car
+  CHECK(kept(0.4f, 0.38f, 0.3) == 1);  // upright
+}
+
 TEST_CASE("car gates: far rows that are one object each are a plane, unless one is seen over a nearer car") {
   // What 40 m away passes the gates: one row of a plate. Heights over the running ground by cluster, 0: the ground.
   const auto kept = [](const std::vector<Solid>& solids, std::vector<float> heights_m, bool with_map = true) {
@@ -457,8 +476,8 @@ TEST_CASE("car gates: without a map, rows that go on beside the object as ground
   const auto kept = [](double x_m, double ground_x_m, Solid object, float high_m, bool with_map = false) {
     object.x_m = x_m;
     const double width_m = 2.0;
-    const Solid ground = {ground_x_m, 0.5 * (object.width_m + width_m), 0, object.length_m, width_m,
-                          object.low_m,  object.high_m, 0};
+    const Solid ground = {
+        ground_x_m, 0.5 * (object.width_m + width_m), 0, object.length_m, width_m, object.low_m, object.high_m, 0};
     RulesBench bench(with_map);
     bench.look({object, ground});
     const SegmentViews& views = bench.frame.sensors[0].kept;
@@ -470,7 +489,8 @@ TEST_CASE("car gates: without a map, rows that go on beside the object as ground
     gate(bench);
     return bench.frame.kept_count;
   };
-  const Solid row = {0, 0, 0, 0.5, 1.0, 0.29, 0.3}, flat = {0, 0, 0, 4.0, 1.5, 0.1, 0.5}, upright = {0, 0, 0, 0.5, 1.5, 0.1, 0.5};
+  const Solid row = {0, 0, 0, 0.5, 1.0, 0.29, 0.3}, flat = {0, 0, 0, 4.0, 1.5, 0.1, 0.5},
+              upright = {0, 0, 0, 0.5, 1.5, 0.1, 0.5};
   CHECK(kept(18, 18, row, 0.4f) == 0);
   CHECK(kept(18, 18, row, 0.4f, true) == 1);  // with a map, what the road is like is known
   CHECK(kept(18, 20, row, 0.4f) == 1);        // a step: beside it the row passes on to the ground behind it

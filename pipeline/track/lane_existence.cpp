@@ -27,7 +27,7 @@ constexpr double kLowReach_m = 80.0, kNearest_m = 8.0, kSparse = 0.03, kThin = 0
 constexpr double kFewFrom_m = 60.0, kMostTimes = 6.0;  // nearer a car shows more points, up to so many times as many
 constexpr double kRowScore = 1.0;  // of a pushed row without a score: its detector says that it is a car
 constexpr int32_t kRowHits = 2;    // what the first row counts, because it is a whole object
-constexpr double kLeastScore = 0.11920292202211755;      // 1 / (1 + e^2)
+constexpr double kLeastScore = 0.11920292202211755;       // 1 / (1 + e^2)
 constexpr double kPassing_m = 15.0, kBesideRoad_m = 6.0;  // ahead of the ego vehicle at most, and beside it at least
 constexpr double kPassed_m = 60.0, kPassedShare = 0.25;  // farther behind and slower than this share of the ego's speed
 constexpr double kFreeCoast_m = 3.0;  // without a map: most deviation of the place of a car that should be seen
