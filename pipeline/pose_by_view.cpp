@@ -301,17 +301,23 @@ ClusterPose find_pose(const StageContext& context, Frame& frame, int32_t row) {
   return {fit, best, heights, match, front};
 }
 
-// Whether a candidate far behind on the circuit is upright: two rows hit it, which on a misjudged road are many metres
-// apart. The shadow of the own rear wing leaves a strip of a car. Nearer, the ground beside it tells the shadow
-// (is_in_own_shadow). In smoke it may be smoke.
+// Whether a candidate straight behind is upright, and so a part of a car in the shadow of the own rear wing, which may
+// leave a strip of it. Far away on the circuit two rows hit it, which on a misjudged road are many metres apart. Near,
+// where the own car has just driven, three rows do, and it does not lie flat. In smoke it may be smoke.
 bool is_upright_behind(const StageContext& context, const Frame& frame, int32_t row) {
   constexpr float kFrom_m = 30.0f, kWing = 0.2f;  // the shadow's width to either side, per metre
-  const float behind_m = -frame.merged.center_x_m[row], beside_m = abs_of(frame.merged.center_y_m[row]);
-  const int32_t s = frame.merged.main_sensor[row];
-  if (!has_bounds(frame.places, row) || !(behind_m > kFrom_m && beside_m < kWing * behind_m)) return false;
-  if (frame.smoke_limit[s] > 0.0f) return false;
+  constexpr float kDriven_m = 1.5f, kUpright_m = 0.15f, kSlope = 0.1f;
+  constexpr int32_t kRows = 2;
+  const FrameClusterTable& merged = frame.merged;
+  const float behind_m = -merged.center_x_m[row], beside_m = abs_of(merged.center_y_m[row]);
+  const int32_t s = merged.main_sensor[row];
+  if (!(beside_m < kWing * behind_m) || frame.smoke_limit[s] > 0.0f) return false;
   const PixelBox pixels = main_pixels(frame, row, PixelView(context.sensors[s], frame.sensors[s]));
-  return pixels.row_high > pixels.row_low;
+  const int32_t rows = pixels.row_high - pixels.row_low;
+  if (behind_m > kFrom_m) return has_bounds(frame.places, row) && rows > 0;
+  const float high_m = merged.max_z_m[row] - merged.min_z_m[row];
+  return beside_m < kDriven_m && rows >= kRows &&
+         high_m >= max_of(kUpright_m, kSlope * box_of(frame.places, row).length());
 }
 
 // Row i of the detections and their views, but for the class.

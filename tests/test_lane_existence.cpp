@@ -163,6 +163,26 @@ TEST_CASE("lane existence: a follower whose sides the own shadow cuts off is con
   CHECK(confirmed_at(1, 0.59) == 0);  // may be a piece of a misjudged road
 }
 
+TEST_CASE("lane existence: on a map two new cars close behind the own wing are no clutter of each other") {
+  const test::CircleRoad ring = make_ring(1e5);
+  const auto confirmed_at = [&](double ahead_m, bool with_map, double var_m2) {
+    LaneBench bench(with_map ? &ring.map : nullptr);
+    for (int32_t k = 0; k < 40; ++k) {
+      const double x_m = 50 * kFrame_s * k;
+      bench.ego_at(x_m - ahead_m);
+      std::vector<Measurement> seen = {seen_car(x_m, -1.5, k), seen_car(x_m - 7, 1.5, k)};
+      for (Measurement& z : seen) z.var_x = z.var_y = var_m2;
+      bench.step(k, seen);
+      if (bench.confirmed() == 2) return k + 1;
+    }
+    return 1000;
+  };
+  constexpr int32_t kMost = 8;
+  CHECK(confirmed_at(50, true, 0.2) <= kMost);
+  CHECK(confirmed_at(-50, true, 0.2) <= kMost);
+  CHECK(confirmed_at(-50, false, 0.01) > confirmed_at(50, false, 0.01));  // may be a misjudged road
+}
+
 TEST_CASE("lane existence: a few points outside of the circuit are no new car, and a known one keeps its track") {
   const test::CircleRoad ring = make_ring(1e5);
   const auto confirmed_at = [&](double left_m, int32_t points, bool with_map = true) {
@@ -294,7 +314,10 @@ TEST_CASE("lane existence: without a map, what stands and comes into view beside
       bench.ego_at(20 * t_s);
       Measurement seen = seen_car(car.ahead_m + car.speed_mps * t_s, car.beside_m, k);
       seen.points = car.points;
-      bench.step(k, {seen});
+      if (k == 25)
+        bench.step(k, {});
+      else
+        bench.step(k, {seen});
     }
     return bench.is_confirmed();
   };

@@ -104,14 +104,15 @@ TEST_CASE("pose by view: a near car whose sides the own shadow cuts off is marke
   CHECK_FALSE(is_marked(34, true));
 }
 
-TEST_CASE("pose by view: a strip of a car far behind, which two rows hit, is marked, but not one row, and not smoke") {
-  const auto is_marked = [](double x_m, double y_m, double high_m, bool with_map = true, bool with_smoke = false) {
+TEST_CASE("pose by view: a strip of a car behind, which some rows hit, is marked, but not fewer rows, and not smoke") {
+  const auto is_marked = [](double x_m, double y_m, double high_m, bool with_map = true, bool with_smoke = false,
+                            double length_m = 0.3, double row_pitch_rad = 0.0035) {
     RulesBench bench(with_map);
     bench.clear(y_m < -5.0 ? 5.0 : 0.0);
     bench.turn_to_rear();
-    std::vector<Solid> solids = {{x_m, y_m, 0, 0.3, 0.4, 0.3, high_m}};
+    std::vector<Solid> solids = {{x_m, y_m, 0, length_m, 0.4, 0.3, high_m}};
     if (with_smoke) solids.push_back({-20, 5, 0, 1, 1, 0, 1, -1, 0.1f});
-    bench.look(solids);
+    bench.look(solids, row_pitch_rad);
     bench.run();
     REQUIRE(bench.frame.detections.count == 1);
     return bench.frame.views.in_shadow[0] != 0;
@@ -120,9 +121,15 @@ TEST_CASE("pose by view: a strip of a car far behind, which two rows hit, is mar
   CHECK(is_marked(-45, -5, 1.0));
   CHECK_FALSE(is_marked(-45, 1, 0.48));  // one row: a misjudged road looks like this
   CHECK_FALSE(is_marked(-35, -8, 1.0));  // beside the shadow
-  CHECK_FALSE(is_marked(-28, 1, 1.0));   // near: the ground beside it tells
   CHECK_FALSE(is_marked(-45, 1, 1.0, false));
   CHECK_FALSE(is_marked(-45, 1, 1.0, true, true));
+  // Near, where the own car has just driven.
+  CHECK(is_marked(-28, 1, 1.0));
+  CHECK(is_marked(-18, 1, 0.6, false));
+  CHECK_FALSE(is_marked(-18, 1, 0.6, false, true));
+  CHECK_FALSE(is_marked(-25, 1, 0.72, false, false, 0.3, 0.009));  // two rows
+  CHECK_FALSE(is_marked(-28, 2, 1.0));                             // beside its way
+  CHECK_FALSE(is_marked(-18, 1, 0.6, true, false, 4.0));           // flat
 }
 
 TEST_CASE("pose by view: a box seen from behind, from beside and at any angle has its true centre and heading") {

@@ -56,7 +56,6 @@ constinit const Method kBest = {.name = "best",
                                 .make_tracker = make_lane_tracker,  // 11  CVTR on a lane, Munkres, existence score
                                 .tracker_params = kLaneTrackerParams,
                                 .set_defaults = [](ovt_params& params) noexcept {
-                                  params.merge_columns = 8;
                                   params.merge_distance_m = 1.4;                  // two cars side by side are not one
                                   params.tracker_r_x = params.tracker_r_y = 0.3;  // of pushed rows
                                   params.tracker_gate_d2 = 25;                    // a manoeuvre is still the same car

@@ -84,6 +84,7 @@ void LanePolicy::find_detectable(const TrackView<State>& tracks, const Iteration
     double ratio = range_m / lane_.half_m;
     ratio *= ratio, ratio *= ratio, ratio *= ratio;
     double p = lane_.p_detect / (1.0 + ratio);
+    p_in_view_[slot] = std::max(p, kLeastDetect);
     visibility_[slot] = Visibility::kMissed;
     in_part_[slot] = false;
     if (it.ego.known) {
@@ -173,7 +174,9 @@ void LanePolicy::score_hit(int32_t slot, State& s, const Measurement& z, const I
   double score = 0.0;
   if (innovation) {
     const double log_density = -kLog2Pi - 0.5 * (innovation->log_det + innovation->d2);
-    const double log_ratio = log_f64(p_detect_[slot] / clutter_near(z)) + log_density;
+    // A hit tells that the car is not hidden. Without a map a misjudged road behind the own wing makes hits, too.
+    const double p_hit = map_ ? p_in_view_[slot] : p_detect_[slot];
+    const double log_ratio = log_f64(p_hit / clutter_near(z)) + log_density;
     score = std::clamp(log_ratio, -lane_.hit_score, lane_.hit_score);
     score += evidence_of(z, in_part_[slot]);
   }

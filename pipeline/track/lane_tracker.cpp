@@ -77,7 +77,8 @@ LanePolicy::LanePolicy(const TrackerParams& params, const CircuitMap* map, const
       path_(params, map_) {
   const auto slots = std::size_t(params.track_capacity), rows = std::size_t(params.detection_capacity);
   arena_.build_or_throw(allocator, [&](Carver& carver) {
-    for (double** column : {&range_m_, &bearing_rad_, &p_detect_, &hit_score_}) *column = carver.take<double>(slots);
+    for (double** column : {&range_m_, &bearing_rad_, &p_detect_, &p_in_view_, &hit_score_})
+      *column = carver.take<double>(slots);
     place_ = carver.take<Place>(slots);
     visibility_ = carver.take<Visibility>(slots);
     in_part_ = carver.take<bool>(slots);
@@ -273,7 +274,7 @@ Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it
   asks_map_ = it.in_map && it.ask_map;
   ego_ = it.ego;
   knows_range_ = it.ego.known || !it.in_map;
-  only_rows_ = asks_map_ == 0 && std::none_of(it.measurement, it.measurement + it.count, is_cluster);
+  only_rows_ = asks_map_ == 0 && it.count > 0 && std::none_of(it.measurement, it.measurement + it.count, is_cluster);
   find_places(tracks, it);
   look_from_ego(tracks);
   find_detectable(tracks, it);

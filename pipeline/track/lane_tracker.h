@@ -136,7 +136,8 @@ class LanePolicy {
   // Of the iteration under way, by slot: the tracks at its stamp, whether and how probably its sensors detect them, and
   // the score of a hit.
   Place* place_ = nullptr;
-  double *range_m_ = nullptr, *bearing_rad_ = nullptr, *p_detect_ = nullptr, *hit_score_ = nullptr;
+  double *range_m_ = nullptr, *bearing_rad_ = nullptr, *p_detect_ = nullptr, *p_in_view_ = nullptr,
+         *hit_score_ = nullptr;
   Visibility* visibility_ = nullptr;
   bool* in_part_ = nullptr;       // another car may hide a part of it
   int32_t* confirmed_ = nullptr;  // slots of the confirmed tracks
