@@ -133,8 +133,8 @@ class LanePolicy {
   GlobalAssignment<LanePolicy> assignment_;
   LanePath path_;
   Arena arena_;
-  // Of the iteration under way, by slot: the tracks at its stamp, whether and how probably its sensors detect them, and
-  // the score of a hit.
+  // Of the iteration under way, by slot: the tracks at its stamp, whether and how probably its sensors detect them (and
+  // would do so if nothing hid them), and the score of a hit.
   Place* place_ = nullptr;
   double *range_m_ = nullptr, *bearing_rad_ = nullptr, *p_detect_ = nullptr, *p_in_view_ = nullptr,
          *hit_score_ = nullptr;
