@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: tests/check_layers.py [ROOT]. Each folder includes and links only what stands below it in LAYERS, so that no two
-# libraries need each other; and of tools, only what a stranger runs lies flat.
+# libraries need each other; of tools, only what a stranger runs lies flat; and the top level is fixed.
 import pathlib
 import re
 import sys
@@ -24,6 +24,9 @@ LAYERS = {
     'tools/cli': ['core', 'pipeline', 'tools/io', 'tools/sim', 'tools/client', 'tools/view', 'tools/serve',
                   'tools/ros2', 'tools/evaluation'],
 }
+TOP = {'CMakeLists.txt', 'CMakePresets.json', 'CHANGELOG.md', 'CONTRIBUTING.md', 'LICENSE', 'README.md', 'bench', 'core',
+       'kernels', 'pipeline', 'tests', 'tools'}
+NOT_KEPT = {'build', 'out', 'recordings'}      # .gitignore
 TOP_OF_TOOLS = {'CMakeLists.txt', 'README.md', 'demo', 'frame.png', 'setup', 'test', 'cli', 'client', 'dev', 'evaluation',
                 'cluster', 'examples', 'install', 'io', 'python', 'rigs', 'ros2', 'serve', 'sim', 'view'}
 
@@ -73,6 +76,8 @@ for folder in LAYERS:
                     links += 1
                     check(path.relative_to(root), folder, homes[library], library)
 
+more = {path.name for path in root.iterdir() if not path.name.startswith('.')} - TOP - NOT_KEPT
+faults += [f'{name}: the top level holds {", ".join(sorted(TOP))} and dotfiles only' for name in sorted(more)]
 flat = {path.name for path in (root / 'tools').iterdir()} - TOP_OF_TOOLS
 faults += [f'tools/{name}: a folder of tools is its place' for name in sorted(flat)]
 

@@ -159,7 +159,8 @@ def test_pip_installs_a_wheel_from_the_source_tree(tmp_path):
     venv.create(tmp_path / "venv", with_pip=True, system_site_packages=True)
     python = tmp_path / "venv" / "bin" / "python"
     pip = [python, "-m", "pip", "--quiet"]
-    made = subprocess.run([*pip, "wheel", "--no-deps", "--no-index", "--wheel-dir", tmp_path, SOURCE],
+    made = subprocess.run([*pip, "wheel", "--no-deps", "--no-index", "--wheel-dir", tmp_path,
+                           SOURCE / "tools" / "python"],
                           capture_output=True, text=True, env=environment)
     assert made.returncode == 0, made.stderr
     wheel, = tmp_path.glob("overtake-*.whl")

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What pip calls to build the package (PEP 517): runs CMake and packs a wheel.
 
-A backend of its own, because `pip install .` then downloads none: it uses the standard library, CMake and ninja. The
-build is kept in build/wheel, so that a second install is quick. OVERTAKE_BUILD names another build tree that has the
-package already. config setting tools=OFF (pip install . --config-settings tools=OFF): only the Detector, which needs
-neither the packages of the tools nor the command line.
+A backend of its own, because `pip install ./tools/python` then downloads none: it uses the standard library, CMake and
+ninja. The build is kept in build/wheel, so that a second install is quick. OVERTAKE_BUILD names another build tree that
+has the package already. config setting tools=OFF (pip install ./tools/python --config-settings tools=OFF): only the
+Detector, which needs neither the packages of the tools nor the command line.
 """
 import base64
 import hashlib
@@ -77,7 +77,7 @@ def _strip(path):
 
 def _project():
     """The table [project], and the version, which is that of CMakeLists.txt."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    project = tomllib.loads((ROOT / "tools" / "python" / "pyproject.toml").read_text())["project"]
     return project, re.search(r"project\(overtake VERSION ([0-9.]+)", (ROOT / "CMakeLists.txt").read_text())[1]
 
 
