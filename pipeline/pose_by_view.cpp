@@ -306,8 +306,9 @@ ClusterPose find_pose(const StageContext& context, Frame& frame, int32_t row) {
 // where the own car has just driven, three rows do, and it does not lie flat. In smoke it may be smoke.
 bool is_upright_behind(const StageContext& context, const Frame& frame, int32_t row) {
   constexpr float kFrom_m = 30.0f, kWing = 0.2f;  // the shadow's width to either side, per metre
-  constexpr float kDriven_m = 1.5f, kUpright_m = 0.15f, kSlope = 0.1f;
-  constexpr int32_t kRows = 2;
+  constexpr float kDriven_m = 1.5f;               // to either side
+  constexpr float kUpright_m = 0.15f, kSlope = 0.1f;
+  constexpr int32_t kRows = 2;  // from the highest to the lowest
   const FrameClusterTable& merged = frame.merged;
   const float behind_m = -merged.center_x_m[row], beside_m = abs_of(merged.center_y_m[row]);
   const int32_t s = merged.main_sensor[row];
