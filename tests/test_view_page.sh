@@ -3,8 +3,9 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # usage: tests/test_view_page.sh OVERTAKE PAGES [NAME...]. The page of `overtake view`: its types, and what headless Chromium
-# shows of it (tests/browser): all tests but that of Firefox, or those whose name contains a NAME. PAGES: 1 if OVERTAKE
-# embeds them. Exit code 77 without node, its modules, chromium or the pages, or if all tests named were skipped.
+# shows of it (tests/browser): all tests but that of Firefox, or those whose name contains a NAME or whose file is NAME.
+# PAGES: 1 if OVERTAKE embeds them. Exit code 77 without node, its modules, chromium or the pages, or if all tests named
+# were skipped.
 # shellcheck source=tests/support/shell_test.sh
 source "$(dirname "${BASH_SOURCE[0]}")/support/shell_test.sh"
 readonly overtake=$(realpath "$1") project=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // usage: node tests/browser/run.js OVERTAKE WORK [NAME...]. Runs the tests of the page in headless Chromium: all but
-// those of Firefox, or those whose name contains a NAME. WORK is a folder for logs. Exit code 77 and a line "skipped:
-// ..." without the node modules, or if every test was skipped.
+// those of Firefox, or those whose name contains a NAME, or whose file is NAME (test_logs.js). WORK is a folder for
+// logs. Exit code 77 and a line "skipped: ..." without the node modules, or if every test was skipped.
 "use strict";
 const { execFileSync } = require("child_process");
 const fs = require("fs");
@@ -42,7 +42,8 @@ async function main() {
   };
   for (const file of kFiles)
     for (const [name, test] of Object.entries(require(`./${file}`))) {
-      if (names.length > 0 ? !names.some((n) => name.includes(n)) : name.startsWith("firefox")) continue;
+      const isNamed = names.some((n) => name.includes(n) || n === `${file}.js`);
+      if (names.length > 0 ? !isNamed : name.startsWith("firefox")) continue;
       const begin = Date.now();
       try {
         await test({ browser, overtake, work, logs, view });
