@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "core/math.h"
@@ -14,7 +15,7 @@
 namespace {
 
 using namespace overtake;
-using test::kFrame_s, test::LaneBench, test::ns_of, test::seen_car;
+using test::kFrame_s, test::LaneBench, test::make_ring, test::ns_of, test::seen_car;
 
 }  // namespace
 
@@ -197,4 +198,60 @@ TEST_CASE("lane tracker: the deviation of the heading is that of its source") {
   CHECK(sum_d2 / 90 < 2.0);
   const double later = sigma(1.0);  // the course again
   CHECK(later == doctest::Approx(std::sqrt(bench.published.covariance[9][0] + 0.05 * 0.05)));
+}
+
+namespace {
+
+struct NoiseShares {
+  double along, across;
+};
+
+// How often the path 2 s ahead holds the noise of path_speed and path_across. The car drives along x at 50 m/s; from
+// frame 30 on it brakes by brake_mps2 and drives across its lane at across_mps.
+NoiseShares path_shares(int32_t frames, double brake_mps2 = 0.0, double across_mps = 0.0) {
+  constexpr double kSpeedNoise = 10.0, kAcross_mps = 0.4, kAhead_s = 2.0;
+  const test::CircleRoad road = make_ring(1e6);
+  const auto variances = [&](double path_speed, double path_across) {
+    TrackerParams params = LaneBench::of_best();
+    params.lane.path_speed = path_speed;
+    params.lane.path_across = path_across;
+    LaneBench bench(&road.map, params);
+    double x_m = 0, y_m = 0, v_mps = 50;
+    for (int32_t k = 0; k < frames; ++k) {
+      bench.ego_at(x_m - 30);
+      bench.step(k, {seen_car(x_m, y_m, k)});
+      x_m += v_mps * kFrame_s;
+      if (k < 30) continue;
+      v_mps -= brake_mps2 * kFrame_s;
+      y_m += across_mps * kFrame_s;
+    }
+    const int32_t points = path_points(params, kAhead_s);
+    Arena arena;
+    PathTable paths;
+    REQUIRE(arena.build(default_allocator(), [&](Carver& carver) { carve_table(carver, paths, points); }));
+    paths.points_per_track = points;
+    bench.tracker->publish(bench.rows, bench.states, ns_of(frames - 1), bench.published, &bench.told, &paths);
+    REQUIRE(paths.count == points);
+    return std::pair(paths.var_x[points - 1], paths.var_y[points - 1]);
+  };
+  const auto none = variances(0, 0), both = variances(kSpeedNoise, kAcross_mps);
+  const double along_m2 = kSpeedNoise * kAhead_s * kAhead_s * kAhead_s / 3.0, across_m = kAcross_mps * kAhead_s;
+  return {(both.first - none.first) / along_m2, (both.second - none.second) / (across_m * across_m)};
+}
+
+}  // namespace
+
+TEST_CASE("lane tracker: the path of a steady car is narrow, that of one that leaves its speed or its place is wide") {
+  const NoiseShares new_car = path_shares(4), steady = path_shares(30);
+  CHECK(new_car.along == doctest::Approx(1.0));
+  CHECK(new_car.across == doctest::Approx(1.0));
+  CHECK(steady.along == doctest::Approx(0.3).epsilon(0.05));
+  CHECK(steady.across == doctest::Approx(0.8).epsilon(0.05));
+  const NoiseShares braking = path_shares(36, 18.0), changing = path_shares(36, 0.0, 3.0);
+  CHECK(braking.along > 3.0);
+  CHECK(braking.along <= 9.3);
+  CHECK(braking.across < 1.5);
+  CHECK(changing.along < 1.0);
+  CHECK(changing.across > 2.0);
+  CHECK(changing.across <= 5.301);
 }

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <optional>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "core/math.h"
@@ -84,9 +85,9 @@ class PathBench {
     path_->fill();
     table.points_per_track = path_points(params_, horizon_s);
   }
-  const PathTable& of(const TrackEstimate& e, PathKind kind) {
+  const PathTable& of(const TrackEstimate& e, PathKind kind, const PathNoise& noise = {}) {
     table.count = 0;
-    path_->write(e, kind, -1, table);
+    path_->write(e, kind, -1, noise, table);
     return table;
   }
   PathTable table;
@@ -268,6 +269,20 @@ TEST_CASE("lane path: the variances along and across grow as documented") {
             doctest::Approx(c[1][1] + 2 * lever * c[1][3] + lever * lever * c[3][3] + 0.007 * at + 0.04 * at * at));
     }
   }
+  // A car that changes its speed or its place: more noise of one or the other, of a car that drives.
+  for (const PathKind kind : kEveryKind) {
+    const auto vars = [&](const PathNoise& noise) {
+      const PathTable& t = bench.of(e, kind, noise);
+      return std::pair(t.var_x[19], t.var_y[19]);
+    };
+    const auto [along, across] = vars({});
+    const bool drives = kind != PathKind::kRest;
+    CAPTURE(int(kind));
+    CHECK(vars({.along = 5}).first == doctest::Approx(along + (drives ? 4 * 1.5 * 8.0 / 3.0 : 0.0)));
+    CHECK(vars({.along = 5}).second == across);
+    CHECK(vars({.across = 3}).first == along);
+    CHECK(vars({.across = 3}).second == doctest::Approx(across + (drives ? 2 * 0.2 * 0.2 * 4.0 : 0.0)));
+  }
   for (const PathKind kind : kEveryKind) {
     const PathTable& t = bench.of(e, kind);
     for (int32_t k = 1; k < 30; ++k) {
@@ -440,7 +455,7 @@ TEST_CASE("lane path: the same bytes on every ISA") {
       }));
       path.fill();
       table.points_per_track = 30;
-      path.write(e, kEveryKind[n % 4], -1, table);
+      path.write(e, kEveryKind[n % 4], -1, {}, table);
       if (t == 0) hash = hash_table(table, 0);
       CAPTURE(std::string(tables[t]->isa));
       CHECK(hash_table(table, 0) == hash);

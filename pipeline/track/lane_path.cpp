@@ -140,7 +140,7 @@ void LanePath::carve(Carver& carver) {
   for (Columns* c : {&lane_, &free_, &rest_})
     for (double** column : {&c->along_s, &c->across_s, &c->across_s2, &c->along_m2, &c->across_m2})
       *column = carver.take<double>(rows);
-  for (double** column : {&turn_left_, &error_left_, &error_across_s_, &late_s_, &rest_speed_})
+  for (double** column : {&turn_left_, &error_left_, &error_across_s_, &late_s_, &speed_m2_, &drift_m2_, &rest_speed_})
     *column = carver.take<double>(rows);
 }
 
@@ -150,9 +150,8 @@ void LanePath::fill() {
     const double t = (k + 1) * step_s_;
     const Decay turn = decay_of(t / turn_s), settle = decay_of(t / kSettle_s), rest = decay_of(t / kRest_s);
     const double drift_m = std::min(params_.path_across * t, kMostDrift_m);
-    const double along_m2 = params_.q_along * t, across_m2 = params_.q_across * t + drift_m * drift_m;
+    const double along_m2 = params_.q_along * t, across_m2 = params_.q_across * t;
     const double rest_m2 = kRestDrift * kRestDrift * drift_m * drift_m;
-    const double moving_m2 = along_m2 + params_.path_speed * (t * t * t / 3.0);
     const auto set = [k](const Columns& c, double along_s, double across_s, double across_s2, double s_m2,
                          double d_m2) {
       c.along_s[k] = along_s;
@@ -161,10 +160,11 @@ void LanePath::fill() {
       c.along_m2[k] = s_m2;
       c.across_m2[k] = d_m2;
     };
-    set(lane_, t, turn_s * turn.integral, 0.0, moving_m2, across_m2);
-    set(free_, t, t, 0.5 * t * t, moving_m2, across_m2);
-    set(rest_, kRest_s * rest.integral, kRest_s * rest.integral, 0.0, along_m2 + rest_m2,
-        params_.q_across * t + rest_m2);
+    set(lane_, t, turn_s * turn.integral, 0.0, along_m2, across_m2);
+    set(free_, t, t, 0.5 * t * t, along_m2, across_m2);
+    set(rest_, kRest_s * rest.integral, kRest_s * rest.integral, 0.0, along_m2 + rest_m2, across_m2 + rest_m2);
+    speed_m2_[k] = params_.path_speed * (t * t * t / 3.0);
+    drift_m2_[k] = drift_m * drift_m;
     turn_left_[k] = turn.value;
     error_left_[k] = settle.value;
     error_across_s_[k] = kSettle_s * settle.integral;
@@ -175,19 +175,21 @@ void LanePath::fill() {
 
 // place(k): where the lane of point k is.
 template <class PlaceOf>
-void LanePath::write_points(const PathCar& car, const Columns& by_point, PlaceOf&& place, PathTable& t) const noexcept {
+void LanePath::write_points(const PathCar& car, const Columns& by_point, const PathNoise& noise, PlaceOf&& place,
+                            PathTable& t) const noexcept {
   for (int32_t begin = 0; begin < t.points_per_track; begin += kPathBlock) {
     const int32_t count = std::min(t.points_per_track - begin, kPathBlock);
-    alignas(kCacheLine) double lane[6][kPathBlock] = {}, across_m2[kPathBlock] = {}, out[6][kPathBlock];
+    alignas(kCacheLine) double lane[6][kPathBlock] = {}, out[6][kPathBlock];
+    alignas(kCacheLine) double along_m2[kPathBlock] = {}, across_m2[kPathBlock] = {};
     const Columns& c = by_point;
     for (int32_t i = 0; i < count; ++i) {
       const LanePlace p = place(begin + i);
       lane[0][i] = p.x_m, lane[1][i] = p.y_m, lane[2][i] = p.heading_rad;
       lane[3][i] = p.ahead_m, lane[4][i] = p.left_m, lane[5][i] = p.turn_rad;
-      across_m2[i] = c.across_m2[begin + i] + p.across_m2;
+      along_m2[i] = c.along_m2[begin + i] + noise.along * speed_m2_[begin + i];
+      across_m2[i] = c.across_m2[begin + i] + noise.across * drift_m2_[begin + i] + p.across_m2;
     }
-    kernels_.place_path(car,
-                        {c.along_s + begin, c.across_s + begin, c.across_s2 + begin, c.along_m2 + begin, across_m2},
+    kernels_.place_path(car, {c.along_s + begin, c.across_s + begin, c.across_s2 + begin, along_m2, across_m2},
                         {lane[0], lane[1], lane[2], lane[3], lane[4], lane[5]}, count,
                         {out[0], out[1], out[2], out[3], out[4], out[5]});
     double* const columns[6] = {t.x_m, t.y_m, t.course_rad, t.var_x, t.var_y, t.cov_xy};
@@ -196,7 +198,8 @@ void LanePath::write_points(const PathCar& car, const Columns& by_point, PlaceOf
   }
 }
 
-void LanePath::write(const TrackEstimate& estimate, PathKind kind, int32_t segment, PathTable& t) const noexcept {
+void LanePath::write(const TrackEstimate& estimate, PathKind kind, int32_t segment, const PathNoise& noise,
+                     PathTable& t) const noexcept {
   const MotionState& m = estimate.mean;
   PathCar car = make_car(estimate);
   double* const speed_mps = t.speed_mps + t.count;
@@ -229,14 +232,15 @@ void LanePath::write(const TrackEstimate& estimate, PathKind kind, int32_t segme
                          .turn_rad = turn.own_rad * turn_left_[k] + turn.error_rad * error_left_[k],
                          .across_m2 = turn.own_var * lever_m * lever_m};
       };
-      return write_points(car, lane_, place, t);
+      return write_points(car, lane_, noise, place, t);
     }
   }
   if (kind == PathKind::kRest || kind == PathKind::kStraight) {
     drop_yaw_rate(car);
-    const Columns& by_point = kind == PathKind::kRest ? rest_ : free_;
+    const bool rests = kind == PathKind::kRest;
+    const Columns& by_point = rests ? rest_ : free_;
     return write_points(
-        car, by_point,
+        car, by_point, rests ? PathNoise{.along = 0.0, .across = 0.0} : noise,
         [&](int32_t k) {
           return LanePlace{m.x_m, m.y_m, m.course_rad, m.speed_mps * by_point.along_s[k]};
         },
@@ -251,7 +255,7 @@ void LanePath::write(const TrackEstimate& estimate, PathKind kind, int32_t segme
   sin_cos_f64(wrap_angle(turn_rad), sin_turn, cos_turn);
   double x_m = m.x_m, y_m = m.y_m, dx_m = chord_m * cosine, dy_m = chord_m * sine;
   write_points(
-      car, free_,
+      car, free_, noise,
       [&](int32_t k) {
         x_m += dx_m, y_m += dy_m;
         const double dx = dx_m;

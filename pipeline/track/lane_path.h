@@ -29,26 +29,35 @@ enum class PathKind : int32_t {
   kRest       // along the course, and comes to rest
 };
 
+// How much more, or less, than others this car changes its speed and its place across the lane: variances.
+struct PathNoise {
+  double along = 1.0, across = 1.0;
+};
+
 class LanePath {
  public:
   LanePath(const TrackerParams& params, const CircuitMap* map);  // map: null, or not empty
   void carve(Carver& carver);
   void fill();  // after the memory is there
   // Appends the points_per_track points of a car's path, at most path_points(params). `segment`: of the map, a hint.
-  void write(const TrackEstimate& estimate, PathKind kind, int32_t segment, PathTable& t) const noexcept;
+  // `noise` counts for a car that drives (not kRest).
+  void write(const TrackEstimate& estimate, PathKind kind, int32_t segment, const PathNoise& noise,
+             PathTable& t) const noexcept;
 
  private:
-  struct Columns {  // by point, see PathTimes
+  struct Columns {  // by point, see PathTimes; of the variances, what does not depend on the car
     double *along_s, *across_s, *across_s2, *along_m2, *across_m2;
   };
   template <class PlaceOf>
-  void write_points(const PathCar& car, const Columns& by_point, PlaceOf&& place, PathTable& t) const noexcept;
+  void write_points(const PathCar& car, const Columns& by_point, const PathNoise& noise, PlaceOf&& place,
+                    PathTable& t) const noexcept;
 
   Columns lane_{}, free_{}, rest_{};
   double* turn_left_ = nullptr;  // of e0: what is left, of 1; its integral is lane_.across_s
   double *error_left_ = nullptr, *error_across_s_ = nullptr;  // the same of c0 and b0
-  double* late_s_ = nullptr;      // of e0^2: the time that a car loses along the lane while it drives across it
-  double* rest_speed_ = nullptr;  // of the speed: what a car that comes to rest still has
+  double* late_s_ = nullptr;  // of e0^2: the time that a car loses along the lane while it drives across it
+  double *speed_m2_ = nullptr, *drift_m2_ = nullptr;  // of path_speed and path_across, times PathNoise
+  double* rest_speed_ = nullptr;                      // of the speed: what a car that comes to rest still has
   const LaneTrackerParams params_;
   const CircuitMap* const map_;
   const KernelTable& kernels_;

@@ -41,6 +41,8 @@ constexpr double kFreeAccelNoise = 4.0, kFreeAccel_s = 1.2;  // without a map, a
 constexpr double kBrakeLag = 0.83;  // times steady_lag: changes of speed are common, other manoeuvres are rare
 constexpr double kTurnLag = 2.0;    // times steady_lag: far away a car's place jumps across, which is no turn
 constexpr double kTurnNoise = 0.1;  // rad^2 per second: of the course while the car leaves it
+// Of a predicted path: path_speed and the square of path_across, times those of a car that drives steadily.
+constexpr double kSteadySpeed = 0.3, kSteadyPlace = 0.8, kPlaceLag = 0.5, kMostPathLag = 3.0;
 constexpr int32_t kSteadyHits = 5;  // with fewer hits the state has not settled
 constexpr double kBirthSigma_mps = 10.0;
 constexpr double kFaintGate_d2 = 9.0;
@@ -445,8 +447,17 @@ PathKind LanePolicy::path_of(const State& s) const noexcept {
   return s.lane.time_s > 0.0 ? PathKind::kLane : PathKind::kArc;
 }
 
+// A car that the detections run ahead of, or fall behind, is about to change its speed; one whose detections are to one
+// side of its track, its place across the lane.
+PathNoise LanePolicy::path_noise(const State& s) const noexcept {
+  if (s.hits < kSteadyHits) return {};
+  const double along = std::min(std::fabs(s.lag_along), kMostPathLag);
+  const double across = std::min(std::fabs(s.lag_across), kMostPathLag);
+  return {.along = kSteadySpeed + along * along, .across = kSteadyPlace + kPlaceLag * across * across};
+}
+
 void LanePolicy::write_paths(std::span<const State> states, PathTable& t) const noexcept {
-  for (const State& s : states) path_.write(s.estimate, path_of(s), s.segment, t);
+  for (const State& s : states) path_.write(s.estimate, path_of(s), s.segment, path_noise(s), t);
 }
 
 template class ReplayTracker<LanePolicy>;

@@ -94,6 +94,7 @@ class LanePolicy {
   void move(State& s, double dt_s, bool forward_in_time) const noexcept;
   bool comes_to_rest(const State& s) const noexcept;
   PathKind path_of(const State& s) const noexcept;
+  PathNoise path_noise(const State& s) const noexcept;
   double find_curvature(const MapProjection& at) const noexcept;
   void look_at_lane(State& s) const noexcept;
   bool is_guessed(const State& s) const noexcept;
