@@ -93,24 +93,37 @@ float find_inside(const StageContext& context, const Frame& frame) {
   return outside_m > 0.0f ? min_of(inside_m, -outside_m) : inside_m;
 }
 
-// What the walls of this frame add to the ego heading, by the sensor that sees most of them. A small turn may be an
-// error of the map's bounds instead.
-double find_turn(const StageContext& context, const Frame& frame) {
-  constexpr double kDoubt_rad = 0.15 * kPi / 180;
-  const WallHeading* most = nullptr;
-  for (int32_t s = 0; s < context.sensor_count; ++s)
-    if (frame.walls[s].valid && (!most || frame.walls[s].points > most->points)) most = &frame.walls[s];
-  if (!most || !(std::fabs(most->offset_rad) > kDoubt_rad)) return 0.0;
-  const double doubt = kDoubt_rad / most->offset_rad;
-  return (1.0 - doubt * doubt) * most->offset_rad;
-}
+// What the walls of this frame add to the heading of each sensor: an error of its mounting is part of it. A sensor that
+// does not see enough of them takes what the one that sees most of them adds. A small turn may be an error of the map's
+// bounds instead.
+class WallTurns {
+ public:
+  WallTurns(const StageContext& context, const Frame& frame) {
+    const WallHeading* most = nullptr;
+    for (int32_t s = 0; s < context.sensor_count; ++s)
+      if (frame.walls[s].valid && (!most || frame.walls[s].points > most->points)) most = &frame.walls[s];
+    for (int32_t s = 0; most && s < context.sensor_count; ++s)
+      turn_rad_[s] = doubted((frame.walls[s].valid ? frame.walls[s] : *most).offset_rad);
+  }
+  float of(int32_t sensor) const { return turn_rad_[sensor]; }
 
-// One degree of the ego heading is 2 m at 120 m.
-bool is_inside(const Frame& frame, int32_t row, const CarAnchor& car, float turn_rad, float inside_m) {
+ private:
+  static float doubted(double offset_rad) {
+    constexpr double kDoubt_rad = 0.15 * kPi / 180;
+    if (!(std::fabs(offset_rad) > kDoubt_rad)) return 0.0f;
+    const double doubt = kDoubt_rad / offset_rad;
+    return float((1.0 - doubt * doubt) * offset_rad);
+  }
+  float turn_rad_[kMaxSensors] = {};
+};
+
+// One degree of the heading is 2 m at 120 m.
+bool is_inside(const Frame& frame, int32_t row, const CarAnchor& car, const WallTurns& turns, float inside_m) {
   const ClusterPlaceTable& places = frame.places;
   const FrameClusterTable& merged = frame.merged;
   const float centroid_2 = merged.center_y_m[row] * places.cos[row] - merged.center_x_m[row] * places.sin[row];
-  return measure_inside(places, row, car.center_2 - centroid_2 + car.center_1 * turn_rad) >= inside_m;
+  const float turned_m = car.center_1 * turns.of(merged.main_sensor[row]);
+  return measure_inside(places, row, car.center_2 - centroid_2 + turned_m) >= inside_m;
 }
 
 // Farther than free_range_m, only the circuit tells what stands on the road.
@@ -139,12 +152,13 @@ void keep_car_shaped(const StageContext& context, Frame& frame) noexcept {
 }
 
 void keep_inside_bounds(const StageContext& context, Frame& frame) noexcept {
-  const float inside_m = find_inside(context, frame), turn_rad = float(find_turn(context, frame));
+  const float inside_m = find_inside(context, frame);
+  const WallTurns turns(context, frame);
   GroundIntensities ground(frame);
   frame.gated_map = filter(frame, [&](int32_t row) {
     const CarAnchor car = anchor_cluster(context, frame, row);
-    return is_inside(frame, row, car, turn_rad, inside_m) ||
-           (is_inside(frame, row, car, turn_rad, 0.0f - kApron_m) && is_surely_car(context, frame, ground, row));
+    return is_inside(frame, row, car, turns, inside_m) ||
+           (is_inside(frame, row, car, turns, 0.0f - kApron_m) && is_surely_car(context, frame, ground, row));
   });
 }
 
@@ -157,13 +171,14 @@ void list_faint(const StageContext& context, Frame& frame) noexcept {
   constexpr float kFrom_m = 40.0f;  // nearer, a car shows 50 points: one or two are something else
   const FrameClusterTable& merged = frame.merged;
   frame.faint_count = 0;
-  const float inside_m = find_inside(context, frame), turn_rad = float(find_turn(context, frame));
+  const float inside_m = find_inside(context, frame);
+  const WallTurns turns(context, frame);
   const int32_t room = context.candidate_capacity - frame.kept_count;
   for (int32_t row = 0; row < merged.count && frame.faint_count < room; ++row) {
     if (merged.point_count[row] >= context.detect.gate_clusters.min_points) continue;
     if (!frame.places.known[row] || !has_bounds(frame.places, row) || merged.nearest_m[row] < kFrom_m) continue;
     const CarAnchor car = anchor_cluster(context, frame, row);
-    const bool is_on_road = is_inside(frame, row, car, turn_rad, inside_m) && is_in_range(context, frame, row, car);
+    const bool is_on_road = is_inside(frame, row, car, turns, inside_m) && is_in_range(context, frame, row, car);
     if (is_on_road && is_car_sized(context, frame, row)) frame.kept[frame.kept_count + frame.faint_count++] = row;
   }
 }

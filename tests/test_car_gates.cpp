@@ -243,6 +243,28 @@ TEST_CASE("car gates: where the ego heading is wrong by a degree, the walls put 
     }
 }
 
+TEST_CASE(
+    "car gates: what the walls show of a sensor's heading turns what this sensor sees, an error of its mounting too") {
+  const auto keeps = [](int32_t sensor, double own_deg, double other_deg, bool sees_walls) {
+    RulesBench bench;
+    bench.add(corners(80, 84, 4.0f, 5.8f, 0.1f, 1), sensor);
+    bench.run("keep_car_shaped");
+    bench.frame.walls[sensor] = {sees_walls, own_deg * kPi / 180, 1e-6, 20};
+    bench.frame.walls[1 - sensor] = {true, other_deg * kPi / 180, 1e-6, 60};
+    keep_inside_bounds(bench.context, bench.frame);
+    return bench.frame.kept_count == 1;
+  };
+  for (const int32_t sensor : {0, 1}) {
+    CAPTURE(sensor);
+    CHECK(keeps(sensor, 0, 0, true));
+    CHECK(!keeps(sensor, 1, -1, true));  // it is a piece of the wall on the left
+    CHECK(keeps(sensor, -1, 1, true));
+    CHECK(keeps(sensor, 0, 1, true));
+    CHECK(!keeps(sensor, -1, 1, false));  // it does not see them: the other one does
+    CHECK(keeps(sensor, 1, -1, false));
+  }
+}
+
 TEST_CASE("car gates: without a map, and with the ego vehicle far off it, no candidate is off the circuit") {
   const Spots off = corners(20, 24, 9, 10.5f, 0.1f, 1);
   CHECK(keep(off, &Frame::gated_map) == 0);
