@@ -116,6 +116,25 @@ bool is_sign(const Frame& frame, GroundIntensities& ground, int32_t row) noexcep
   return 2 * bright > points;
 }
 
+bool is_reflector(const Frame& frame, GroundIntensities& ground, int32_t row) noexcept {
+  constexpr float kGlare = 5.0f;
+  constexpr int32_t kFewest = 2;  // one point is the lamp of a car, and of few points makes such a mean
+  float sum = 0.0f, least = 0.0f;
+  int32_t bright = 0;
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    const float road = ground.of(part);
+    const int32_t begin = part.clusters.point_begin[cluster], count = part.clusters.point_count[cluster];
+    if (!(road > 0.0f)) return;
+    least += kGlare * road * float(count);
+    for (int32_t k = begin; k < begin + count; ++k) {
+      const float intensity = part.scan.intensity[part.cluster_points.point[k]];
+      sum += intensity;
+      bright += intensity > kGlare * road;
+    }
+  });
+  return sum > least && bright >= kFewest;
+}
+
 bool is_surely_car(const StageContext& context, const Frame& frame, GroundIntensities& ground, int32_t row) noexcept {
   constexpr int32_t kPoints = 30, kRows = 3;  // the rows of one sensor
   constexpr float kUpright_m = 0.5f, kLow_m = 0.4f, kHigh_m = 0.6f, kTop_m = 1.25f;

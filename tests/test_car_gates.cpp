@@ -550,4 +550,30 @@ TEST_CASE("car gates: behind the road's returns without a map, what is far brigh
   CHECK(kept(60, 5, false) == 1);
 }
 
+TEST_CASE(
+    "car gates: far away beside a bound, what is on average far brighter than the road is a reflector and its glare") {
+  const auto kept = [](double x_m, double y_m, float intensity, bool with_map = true) {
+    CAPTURE(x_m);
+    CAPTURE(y_m);
+    const auto part = [&](double left_m, double width_m, float of_road) {
+      return Solid{x_m, y_m + left_m, 0, 0.05, width_m, 0.4, 1.0, 1, of_road};
+    };
+    return keep_seen({part(0, 0.4, intensity), part(0.4, 0.4, 2.5f), part(-0.4, 0.4, 2.5f)}, with_map);
+  };
+  for (const double side : {-1.0, 1.0}) {
+    CHECK(kept(80, 5 * side, 14) == 0);
+    CHECK(kept(80, 5 * side, 14, false) == 1);  // less than half of it
+    CHECK(kept(80, 5 * side, 5) == 1);
+    CHECK(kept(80, 3 * side, 14) == 1);  // a car's lamp
+    CHECK(kept(45, 5 * side, 14) == 1);
+    const auto row_with = [&](double lamp_m) {  // a row of 3 points
+      const Solid body = {140, 5 * side, 0, 0.05, 1.05, 0.4, 0.85},
+                  lamp = {139.9, 5 * side, 0, 0.05, lamp_m, 0.4, 0.85, 1, 20};
+      return keep_seen({body, lamp});
+    };
+    CHECK(row_with(0.3) == 1);
+    CHECK(row_with(0.8) == 0);
+  }
+}
+
 }  // namespace
