@@ -49,8 +49,8 @@ bool is_in_own_shadow(const StageContext& context, const Frame& frame, int32_t r
 // the road. Of a car so are lamps and plates, but not the body around them.
 bool is_sign(const Frame& frame, GroundIntensities& ground, int32_t row) noexcept;
 
-// Whether a cluster is a small reflector with the glare around it, which is darker than the reflector itself but large: its
-// mean is far brighter than the road, and not by one point alone, which may be the lamp of a car.
+// Whether a cluster is a small reflector with the glare around it, which is darker than the reflector itself but large:
+// its mean is far brighter than the road, and not by one point alone, which may be the lamp of a car.
 bool is_reflector(const Frame& frame, GroundIntensities& ground, int32_t row) noexcept;
 
 // Whether a cluster is a car beyond doubt: many points on several rows, at most half of them on one, lit, and most of

@@ -104,10 +104,12 @@ bool is_near_slab(const StageContext& context, const Frame& frame, int32_t row, 
 // Whether a farther candidate of one row is one of several rows of road, which a mounting that is wrong by half a
 // degree lifts by 0.4 m at 45 m: a row next to it hits another object of one row, or ground more than a car's length
 // away. Where a nearer car hides all but one row of another, the row below hits the nearer one, which has several rows.
-// And a candidate lower than a car's tyres is no car if the row above passes over it.
-bool is_row_of_road(const StageContext& context, const Frame& frame, int32_t row) {
-  const float length_m = context.detect.fit_rectangle.length_m;
-  const bool is_low = measure_heights(frame, row).high_m < kTyres_m;
+// And a candidate lower than a car's tyres is no car if the row above passes over it, lower than over a car: rows are
+// row_m apart there.
+bool is_row_of_road(const StageContext& context, const Frame& frame, int32_t row, float row_m) {
+  constexpr float kOverCar_m = 0.9f;
+  const float length_m = context.detect.fit_rectangle.length_m, high_m = measure_heights(frame, row).high_m;
+  const bool is_low = high_m < kTyres_m && high_m + row_m < kOverCar_m;
   return goes_on_level(context, frame, row, [&](int32_t s, const PixelView& view, int32_t point, int32_t next) {
     const SensorPart& part = frame.sensors[s];
     const bool is_above = part.kept.points.pixel[next] < part.kept.points.pixel[point];
@@ -148,9 +150,9 @@ bool is_ground(const StageContext& context, const Frame& frame, int32_t row) {
   if (goes_on_as_ground(context, frame, row, rows)) return true;
   if (rows == 1 && merged.nearest_m[row] < kFar_m && is_near_slab(context, frame, row, pixels.row_low)) return true;
   if (rows == 0 && merged.nearest_m[row] < kNear_m) return is_near_ground(context, frame, row);
-  if (rows == 0 && is_row_of_road(context, frame, row)) return true;
-  if (rows == 0 && (has_bounds(frame.places, row) || merged.nearest_m[row] < kFar_m)) return false;
   const float row_m = merged.nearest_m[row] * view.find_row_pitch(pixels);
+  if (rows == 0 && is_row_of_road(context, frame, row, row_m)) return true;
+  if (rows == 0 && (has_bounds(frame.places, row) || merged.nearest_m[row] < kFar_m)) return false;
   if (rows == 0) return row_m > 0.0f && measure_heights(frame, row).high_m + row_m < kTyres_m;
   return merged.max_z_m[row] - merged.min_z_m[row] < kRise * row_m * float(rows) && is_flat(context, frame, row);
 }

@@ -457,9 +457,10 @@ TEST_CASE("car gates: two flat rows that are as high over a misjudged road as th
 
 TEST_CASE("car gates: far rows that are one object each are a plane, unless one is seen over a nearer car") {
   // What 40 m away passes the gates: one row of a plate. Heights over the running ground by cluster, 0: the ground.
-  const auto kept = [](const std::vector<Solid>& solids, std::vector<float> heights_m, bool with_map = true) {
+  const auto kept = [](const std::vector<Solid>& solids, std::vector<float> heights_m, bool with_map = true,
+                       double row_pitch_rad = 0.0035) {
     RulesBench bench(with_map);
-    bench.look(solids);
+    bench.look(solids, row_pitch_rad);
     const SegmentViews& views = bench.frame.sensors[0].kept;
     for (int32_t i = 0; i < bench.frame.sensors[0].scan.count; ++i)
       views.images.height_m.data[views.points.pixel[i]] = heights_m[std::size_t(views.points.label[i])];
@@ -490,6 +491,8 @@ TEST_CASE("car gates: far rows that are one object each are a plane, unless one 
   wall.high_m = 1.5;
   CHECK(kept({plate, wall}, {0.0f, 0.64f, 0.7f}) == 0);
   CHECK(kept({plate, wall}, {0.0f, 0.68f, 0.7f}) == 1);
+  CHECK(kept({plate, wall}, {0.0f, 0.64f, 0.7f}, true, 0.00964) == 1);  // rows 0.4 m apart: it passes over a car
+  CHECK(kept({plate, wall}, {0.0f, 0.45f, 0.5f}, true, 0.00964) == 0);
   CHECK(kept({plate, wall}, {0.66f, 0.7f, 0.3f}) == 1);  // ground 1 m before it may be its foot
 }
 

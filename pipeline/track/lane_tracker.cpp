@@ -41,7 +41,7 @@ constexpr double kFreeAccelNoise = 4.0, kFreeAccel_s = 1.2;  // without a map, a
 constexpr double kBrakeLag = 0.83;  // times steady_lag: changes of speed are common, other manoeuvres are rare
 constexpr double kTurnLag = 2.0;    // times steady_lag: far away a car's place jumps across, which is no turn
 constexpr double kTurnNoise = 0.1;  // rad^2 per second: of the course while the car leaves it
-// Of a predicted path: path_speed and the square of path_across, times those of a car that drives steadily.
+// Of a predicted path: what a steady car has of path_speed and the square of path_across; how both grow with its lag.
 constexpr double kSteadySpeed = 0.3, kSteadyPlace = 0.8, kPlaceLag = 0.5, kMostPathLag = 3.0;
 constexpr int32_t kSteadyHits = 5;  // with fewer hits the state has not settled
 constexpr double kBirthSigma_mps = 10.0;
