@@ -124,6 +124,7 @@ TEST_CASE("lane tracker: the visibility tells why a car has no detection, and th
   CHECK(told(4, 40, true).visibility == Visibility::kHidden);
   CHECK(told(0, 40, true).visibility == Visibility::kSeen);
   CHECK(told(4, -30).visibility == Visibility::kOwnShadow);
+  CHECK(told(4, -12).visibility == Visibility::kOwnShadow);
   CHECK(told(4, -8).visibility == Visibility::kMissed);
   CHECK(told(4, 40, false, false).visibility == Visibility::kOutside);
   CHECK(told(30, 40, false, false).unseen_s == doctest::Approx(1.5));

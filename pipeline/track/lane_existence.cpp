@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kLog2Pi = 1.8378770664093453;
 constexpr double kLeastDetect = 0.01;
-constexpr double kWing_rad = 0.2, kWing_m = 15.0;       // the shadow of the own rear wing, to both sides; from here on
+constexpr double kWing_rad = 0.2, kWing_m = 10.0;       // the shadow of the own rear wing, to both sides; from here on
 constexpr double kBehindShare = 0.6, kPartShare = 1.2;  // of a car's width: a car this far beside another one's line of
                                                         // sight is hidden by it, or may be in part
 constexpr double kTall_m = 0.6;     // no road nearer than 30 m is misjudged by as much: in the own shadow this is a car
