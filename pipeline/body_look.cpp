@@ -31,6 +31,17 @@ void for_each_lit(const StageContext& context, const Frame& frame, int32_t row, 
   });
 }
 
+// Calls f(intensity, road's intensity) for each point of a merged cluster whose sensor has intensities.
+template <class F>
+void for_each_intensity(const Frame& frame, GroundIntensities& ground, int32_t row, F&& f) {
+  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
+    const float road = ground.of(part);
+    const int32_t begin = part.clusters.point_begin[cluster], count = part.clusters.point_count[cluster];
+    for (int32_t k = begin; road > 0.0f && k < begin + count; ++k)
+      f(part.scan.intensity[part.cluster_points.point[k]], road);
+  });
+}
+
 }  // namespace
 
 void find_smoke_limits(const StageContext& context, Frame& frame) noexcept {
@@ -105,15 +116,9 @@ float GroundIntensities::of(const SensorPart& part) {
 
 bool is_sign(const Frame& frame, GroundIntensities& ground, int32_t row) noexcept {
   constexpr float kBright = 4.0f;
-  int32_t points = 0, bright = 0;
-  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
-    const float least = kBright * ground.of(part);
-    const int32_t begin = part.clusters.point_begin[cluster], count = part.clusters.point_count[cluster];
-    points += count;
-    for (int32_t k = begin; least > 0.0f && k < begin + count; ++k)
-      bright += part.scan.intensity[part.cluster_points.point[k]] > least;
-  });
-  return 2 * bright > points;
+  int32_t bright = 0;
+  for_each_intensity(frame, ground, row, [&](float intensity, float road) { bright += intensity > kBright * road; });
+  return 2 * bright > frame.merged.point_count[row];
 }
 
 bool is_reflector(const Frame& frame, GroundIntensities& ground, int32_t row) noexcept {
@@ -121,16 +126,10 @@ bool is_reflector(const Frame& frame, GroundIntensities& ground, int32_t row) no
   constexpr int32_t kFewest = 2;  // one point is the lamp of a car, and of few points makes such a mean
   float sum = 0.0f, least = 0.0f;
   int32_t bright = 0;
-  for_each_member(frame, row, [&](const SensorPart& part, int32_t cluster) {
-    const float road = ground.of(part);
-    const int32_t begin = part.clusters.point_begin[cluster], count = part.clusters.point_count[cluster];
-    if (!(road > 0.0f)) return;
-    least += kGlare * road * float(count);
-    for (int32_t k = begin; k < begin + count; ++k) {
-      const float intensity = part.scan.intensity[part.cluster_points.point[k]];
-      sum += intensity;
-      bright += intensity > kGlare * road;
-    }
+  for_each_intensity(frame, ground, row, [&](float intensity, float road) {
+    sum += intensity;
+    least += kGlare * road;
+    bright += intensity > kGlare * road;
   });
   return sum > least && bright >= kFewest;
 }

@@ -207,8 +207,8 @@ struct NoiseShares {
   double along, across;
 };
 
-// How often the path 2 s ahead holds the noise of path_speed and path_across. The car drives along x at 50 m/s; from
-// frame 30 on it brakes by brake_mps2 and drives across its lane at across_mps.
+// The noise in the variance of a path, 2 s ahead, as a multiple of that of path_speed and of path_across.
+// The car drives along x at 50 m/s; from frame 30 on it brakes by brake_mps2 and drives across its lane at across_mps.
 NoiseShares path_shares(int32_t frames, double brake_mps2 = 0.0, double across_mps = 0.0) {
   constexpr double kSpeedNoise = 10.0, kAcross_mps = 0.4, kAhead_s = 2.0;
   const test::CircleRoad road = make_ring(1e6);
@@ -242,7 +242,7 @@ NoiseShares path_shares(int32_t frames, double brake_mps2 = 0.0, double across_m
 
 }  // namespace
 
-TEST_CASE("lane tracker: the path of a steady car is narrow, that of one that leaves its speed or its place is wide") {
+TEST_CASE("lane tracker: a steady car has a narrow path, one that changes its speed or its place a wide one") {
   const NoiseShares new_car = path_shares(4), steady = path_shares(30);
   CHECK(new_car.along == doctest::Approx(1.0));
   CHECK(new_car.across == doctest::Approx(1.0));

@@ -447,8 +447,8 @@ PathKind LanePolicy::path_of(const State& s) const noexcept {
   return s.lane.time_s > 0.0 ? PathKind::kLane : PathKind::kArc;
 }
 
-// A car that the detections run ahead of, or fall behind, is about to change its speed; one whose detections are to one
-// side of its track, its place across the lane.
+// Detections that run ahead of a car's track, or fall behind it, tell that the car changes its speed; those to one
+// side, that it changes its place across the lane.
 PathNoise LanePolicy::path_noise(const State& s) const noexcept {
   if (s.hits < kSteadyHits) return {};
   const double along = std::min(std::fabs(s.lag_along), kMostPathLag);

@@ -376,8 +376,8 @@ class lane_tracker_group:
     """a car is parallel to its lane after about this time: predicted path, and a track that is not seen (number,
     0.01 to 1e+06 s)"""
     path_speed: float
-    """predicted path: noise of the speed in a second; less for a steady car, more while its detections leave its
-    track (number, 0 to 1e+06 m^2/s^3)"""
+    """predicted path: noise of the speed in a second; less for a steady car, more while its detections run ahead of
+    its track or fall behind it (number, 0 to 1e+06 m^2/s^3)"""
     path_across: float
     """standard deviation of a car's own way across its lane in a second: as path_turn_s (number, 0 to 1000 m/s)"""
 
