@@ -19,12 +19,14 @@ using test::OwnedBits;
 using test::OwnedPlane;
 
 // Whether the upper of three pixels in a column, which is linked to the second one, stays linked. bound_m: where the
-// column's ray passes a bound; 0: nowhere.
-bool stays(float upper_m, float lower_m, float under_m, float bound_m = 0.0f) {
+// column's ray passes a bound, last_bound_m: where it does so for the last time; 0: nowhere, and no second time.
+bool stays(float upper_m, float lower_m, float under_m, float bound_m = 0.0f, float last_bound_m = 0.0f) {
   OwnedPlane<float> range = {{upper_m}, {lower_m}, {under_m}};
   OwnedBits down = {"#", under_m > 0.0f ? "#" : ".", "."};
   const float per_m = bound_m > 0.0f ? 1.0f / bound_m : 0.0f, bound_per_m[2] = {per_m, per_m};
-  ref::cut_steps(range, range, bound_per_m, down);
+  const float last_per_m = last_bound_m > 0.0f ? 1.0f / last_bound_m : per_m;
+  const float last_bound_per_m[2] = {last_per_m, last_per_m};
+  ref::cut_steps(range, range, bound_per_m, last_bound_per_m, down);
   if (bound_m == 0.0f) CHECK(down.view().test(1, 0) == (under_m > 0.0f));  // nothing is known below the last row
   return down.view().test(0, 0);
 }
@@ -51,11 +53,29 @@ TEST_CASE("cut_steps: rows of a flat surface stay linked, and so does what has n
 TEST_CASE("cut_steps: a car on the circuit is not linked to the wall beside it, whatever is below") {
   CHECK_FALSE(stays(75.0f, 62.0f, 55.0f, 68.0f));  // one row hits the car, the next one the road before it
   CHECK_FALSE(stays(112.0f, 95.0f, 0.0f, 105.0f));
-  CHECK(stays(112.0f, 95.0f, 0.0f, 94.0f));   // both outside
-  CHECK(stays(112.0f, 95.0f, 0.0f, 113.0f));  // both inside
+  CHECK(stays(112.0f, 95.0f, 0.0f, 93.0f));   // both outside
+  CHECK(stays(112.0f, 95.0f, 0.0f, 114.0f));  // both inside
   CHECK(stays(112.0f, 95.0f, 0.0f));          // no bound is known
   CHECK(stays(70.0f, 66.0f, 0.0f, 68.0f));    // a small step: the foot of the wall itself
   CHECK(stays(95.0f, 112.0f, 0.0f, 105.0f));  // what hangs over
+}
+
+TEST_CASE("cut_steps: a bound may err by 0.015 of its distance") {
+  CHECK_FALSE(stays(108.1f, 90.7f, 0.0f, 108.3f));  // the wall stands at the bound
+  CHECK_FALSE(stays(112.0f, 95.0f, 0.0f, 113.5f));
+  CHECK_FALSE(stays(112.0f, 95.0f, 0.0f, 93.7f));  // the car drives along it
+}
+
+TEST_CASE("cut_steps: across a bound, a step of 0.08 of the range is large") {
+  CHECK_FALSE(stays(104.0f, 95.0f, 0.0f, 100.0f));
+  CHECK(stays(102.0f, 95.0f, 0.0f, 100.0f));
+  CHECK(stays(104.0f, 95.0f, 94.8f));  // but not elsewhere
+}
+
+TEST_CASE("cut_steps: across a bend, a ray leaves the circuit twice") {
+  CHECK_FALSE(stays(138.6f, 124.9f, 0.0f, 52.0f, 130.0f));  // the car is on the circuit again
+  CHECK_FALSE(stays(58.0f, 45.0f, 0.0f, 52.0f, 130.0f));
+  CHECK(stays(100.0f, 80.0f, 0.0f, 52.0f, 130.0f));  // both inside of the bend
 }
 
 TEST_CASE("cut_steps: also above the last row, and the bound between two rays is a straight line") {
@@ -66,7 +86,7 @@ TEST_CASE("cut_steps: also above the last row, and the bound between two rays is
     down.view().set(0, c);
   }
   const float bound_per_m[3] = {0.0f, 1.0f / 50.0f, 1.0f / 25.0f};  // 1 / 100 m in the middle between the first two
-  ref::cut_steps(range, range, bound_per_m, down);
+  ref::cut_steps(range, range, bound_per_m, bound_per_m, down);
   for (int32_t c = 0; c < 2 * kRayColumns; ++c)
     CHECK(down.view().test(0, c) == (c < kRayColumns / 2 || c >= kRayColumns));
 }
@@ -85,13 +105,15 @@ TEST_CASE("cut_steps: every ISA cuts what the reference cuts, on rows of random 
       }
     std::vector<float> bound_per_m(std::size_t(count_rays(kCols)));
     for (float& per_m : bound_per_m) per_m = uniform(0, 1) < 0.3f ? 0.0f : 1.0f / uniform(10, 100);
+    std::vector<float> last_bound_per_m = bound_per_m;
+    for (float& per_m : last_bound_per_m) per_m = uniform(0, 1) < 0.5f ? per_m : 1.0f / uniform(10, 100);
     OwnedBits expected(kRows, kCols);
-    ref::cut_steps(filled, repaired, bound_per_m.data(), expected);
+    ref::cut_steps(filled, repaired, bound_per_m.data(), last_bound_per_m.data(), expected);
     for (const char* isa : {"sse2", "avx2", "avx512", "neon64"}) {
       const KernelTable* kernels = find_kernels(isa);
       if (!kernels) continue;
       OwnedBits found(kRows, kCols);
-      kernels->cut_steps(filled, repaired, bound_per_m.data(), found);
+      kernels->cut_steps(filled, repaired, bound_per_m.data(), last_bound_per_m.data(), found);
       for (int32_t r = 0; r < kRows; ++r)
         for (int32_t c = 0; c < kCols; ++c) {
           CHECK(found.view().test(r, c) == expected.view().test(r, c));

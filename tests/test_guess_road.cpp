@@ -253,7 +253,7 @@ TEST_CASE("guess_road: where the road is not what the map lets expect, the scan'
   test::OwnedBits nonground(sensor.rows, sensor.cols), steep(sensor.rows, sensor.cols);
   ref::running_ground(test::paper_params(sensor).running_ground,
                       {sampled.offset_m.data(), sampled.slope.data(), sampled.level_slope.data(),
-                       sampled.known_m.data(), sampled.bound_per_m.data()},
+                       sampled.known_m.data(), sampled.bound_per_m.data(), sampled.last_bound_per_m.data()},
                       scan.range, scan.elevation, height, nonground, steep);
   int32_t obstacles = 0, returns = 0;
   for (int32_t r = 0; r < sensor.rows; ++r)

@@ -64,6 +64,34 @@ TEST_CASE("sample_road: each ray tells where it passes a bound of the circuit, a
   }
 }
 
+TEST_CASE("sample_road: across a bend, a ray also tells where it leaves the circuit for the last time") {
+  constexpr double kRadius = 100.0;
+  const CircleRoad road({.radius_m = kRadius});
+  const SensorModel sensor = make_sensor(kMountings[0]);
+  const RoadData data = data_at(road, 50.0, 0.0);
+  const Sampled sampled(data, sensor);
+  int32_t twice = 0;
+  for (int32_t k = 0; k < sampled.rays; ++k) {
+    const double first = double(sampled.bound_per_m[std::size_t(k)]);
+    const double last = double(sampled.last_bound_per_m[std::size_t(k)]);
+    CHECK((first == 0.0) == (last == 0.0));
+    CHECK(last <= first);
+    if (last == first) continue;
+    const auto left_of = [&](double distance_m) {
+      double left_m = 0.0;
+      exact_height(data, sensor, sampled.azimuth(k), distance_m, [&](double x, double y) {
+        left_m = kRadius - std::hypot(x, y - kRadius);
+        return 0.0;
+      });
+      return left_m;
+    };
+    CHECK(left_of(1.0 / first) == doctest::Approx(CircleRoad::kWidthLeft_m).epsilon(0.05));   // towards the inside
+    CHECK(left_of(1.0 / last) == doctest::Approx(-CircleRoad::kWidthRight_m).epsilon(0.05));  // and to the outer wall
+    ++twice;
+  }
+  CHECK(twice >= 2);
+}
+
 // The cone of a constant bank in a constant turn. The vehicle drives on the centre line, or beside it.
 void check_turn(double slope, double d_m, const Mounting& mounting) {
   constexpr double kRadius = 400.0;

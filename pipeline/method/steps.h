@@ -96,7 +96,8 @@ OVT_ROW_STEP(mark_ground, GROUND, "ground", ground_halo, params<&SegmentParams::
 // Not a kernel: samples the road surface for running_ground.
 OVT_STEP_BY_HAND(sample_road, GROUND, "running_ground", kByColumns,
                  OVT_READS(road, range_filled_m, elevation_filled_rad),
-                 OVT_WRITES(road_offset_m, road_slope, road_level_slope, road_known_m, road_bound_per_m),
+                 OVT_WRITES(road_offset_m, road_slope, road_level_slope, road_known_m, road_bound_per_m,
+                            road_last_bound_per_m),
                  OVT_SCRATCH()) {
   const RangeImages& m = s.views.images;
   overtake::sample_road(s.params.running_ground, s.part.road, s.sensor, m.range_filled_m, m.elevation_filled_rad,
@@ -120,7 +121,8 @@ OVT_ROW_STEP(repair_range, REPAIR, "repair", (rows_around<0, 0>), params<&Segmen
 OVT_ROW_STEP(link_pixels, LINK, "cluster", (rows_around<0, 1>), params<&SegmentParams::link_pixels>,
              in<range_repaired_m>, in<elevation_repaired_rad>, in<nonground_repaired>, out<link_right>, out<link_down>,
              by_columns);
-OVT_STEP(cut_steps, LINK, "", in<range_filled_m>, in<range_repaired_m>, in<road_bound_per_m>, inout<link_down>);
+OVT_STEP(cut_steps, LINK, "", in<range_filled_m>, in<range_repaired_m>, in<road_bound_per_m>, in<road_last_bound_per_m>,
+         inout<link_down>);
 OVT_STEP(label_bfs, LABEL, "", result<label_count>, sensor<&SensorModel::wraps>, in<range_filled_m>,
          in<nonground_repaired>, in<link_right>, in<link_down>, out<labels>, scratch<queue>);
 

@@ -51,6 +51,7 @@ struct Rays {
   bool known[kTogether];
   float known_m[kTogether];            // where the ray leaves the road
   float bound_per_m[kTogether];        // 1 / distance at which it passes the bound; 0: none that is known
+  float last_bound_per_m[kTogether];   // the same for the last time
   float heights_m[kNodes][kTogether];  // z in the sensor's axes
 };
 
@@ -65,7 +66,7 @@ void sample_stations(const RoadData& road, const CentreLine& line, const RoadAxe
   for (int32_t l = 0; l < kTogether; ++l) {
     rays.known[l] = true;
     rays.known_m[l] = 1e9f;
-    rays.bound_per_m[l] = 0.0f;
+    rays.bound_per_m[l] = rays.last_bound_per_m[l] = 0.0f;
     station[l] = RoadData::kStations / 2;
     sensor_z[l] = -t[2];
     vehicle_z[l] = last_z[l] = height_m[l] = outside_m[l] = 0.0f;
@@ -96,9 +97,10 @@ void sample_stations(const RoadData& road, const CentreLine& line, const RoadAxe
     const float step_m = distance - node_distance_m(std::max(i - 1, 0));
     for (int32_t l = 0; l < kTogether; ++l) {
       if (outside_m[l] > kEdge_m) rays.known_m[l] = min_of(rays.known_m[l], distance);
-      if (i > 0 && before_m[l] < 0.0f && outside_m[l] >= 0.0f && rays.bound_per_m[l] == 0.0f)
-        rays.bound_per_m[l] =
-            1.0f / max_of(distance - step_m * outside_m[l] / (outside_m[l] - before_m[l]), kNearBound_m);
+      if (i == 0 || before_m[l] >= 0.0f || outside_m[l] < 0.0f) continue;
+      rays.last_bound_per_m[l] =
+          1.0f / max_of(distance - step_m * outside_m[l] / (outside_m[l] - before_m[l]), kNearBound_m);
+      if (rays.bound_per_m[l] == 0.0f) rays.bound_per_m[l] = rays.last_bound_per_m[l];
     }
     const float *const before = rays.heights_m[std::max(i - 1, 0)], *const first = rays.heights_m[std::max(i - 2, 0)];
     float* const now = rays.heights_m[i];
@@ -171,6 +173,7 @@ void take_road(const Rays& expected, Rays& rays) noexcept {
       if (node_distance_m(i) < expected.known_m[l]) rays.heights_m[i][l] = expected.heights_m[i][l];
   std::copy_n(expected.known_m, kTogether, rays.known_m);
   std::copy_n(expected.bound_per_m, kTogether, rays.bound_per_m);
+  std::copy_n(expected.last_bound_per_m, kTogether, rays.last_bound_per_m);
 }
 
 // A node of the rays in the sensor's axes, where its z is known, and a height of the shape there, in the vehicle frame.
@@ -279,6 +282,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
       const Rays& rays = known.known[l] ? known : guess;
       surface.known_m[k] = known.known[l] || expects ? rays.known_m[l] : on_map ? 0.0f : -1.0f;
       surface.bound_per_m[k] = known.known[l] || expects ? rays.bound_per_m[l] : 0.0f;
+      surface.last_bound_per_m[k] = known.known[l] || expects ? rays.last_bound_per_m[l] : 0.0f;
       surface.level_slope[k] = -(up[0] * rays.cosine[l] + up[1] * rays.sine[l]) / up[2];
       float heights_m[kNodes];
       for (int32_t i = 0; i < kNodes; ++i) heights_m[i] = rays.heights_m[i][l];

@@ -179,6 +179,7 @@ void KernelWorld::fill_road() {
     road.level_slope[k] = uniform(-0.4f, 0.4f);
     road.known_m[k] = chance(30) ? 0.0f : chance(15) ? -1.0f : chance(50) ? 1e9f : uniform(0.0f, 60.0f);
     road.bound_per_m[k] = chance(30) ? 0.0f : 1.0f / uniform(2.0f, 120.0f);
+    road.last_bound_per_m[k] = chance(70) ? road.bound_per_m[k] : 1.0f / uniform(2.0f, 120.0f);
     for (int32_t i = k * kNodes; i < (k + 1) * kNodes; ++i) {
       road.offset_m[i] = uniform(-1.0f, 0.0f);
       road.slope[i] = uniform(-0.05f, 0.05f);

@@ -51,10 +51,12 @@ struct Sampled {
     const std::size_t nodes = std::size_t(rays * kNodes);
     // One guard value behind each column.
     offset_m.assign(nodes + 1, kGuard), slope.assign(nodes + 1, kGuard);
-    for (auto* column : {&level_slope, &known_m, &bound_per_m}) column->assign(std::size_t(rays) + 1, kGuard);
+    for (auto* column : {&level_slope, &known_m, &bound_per_m, &last_bound_per_m})
+      column->assign(std::size_t(rays) + 1, kGuard);
     sample_road(paper_params(sensor).running_ground, road, sensor, scan.range, scan.elevation,
-                {offset_m.data(), slope.data(), level_slope.data(), known_m.data(), bound_per_m.data()});
-    for (const auto* column : {&offset_m, &slope, &level_slope, &known_m, &bound_per_m}) {
+                {offset_m.data(), slope.data(), level_slope.data(), known_m.data(), bound_per_m.data(),
+                 last_bound_per_m.data()});
+    for (const auto* column : {&offset_m, &slope, &level_slope, &known_m, &bound_per_m, &last_bound_per_m}) {
       CHECK(column->back() == kGuard);
       bool written = true;
       for (std::size_t i = 0; i + 1 < column->size(); ++i) written &= (*column)[i] != kGuard;
@@ -72,7 +74,7 @@ struct Sampled {
   }
   bool is_finite() const {
     bool finite = true;
-    for (const auto* column : {&offset_m, &slope, &level_slope, &known_m, &bound_per_m})
+    for (const auto* column : {&offset_m, &slope, &level_slope, &known_m, &bound_per_m, &last_bound_per_m})
       for (const float value : *column) finite &= std::isfinite(value);
     return finite;
   }
@@ -84,7 +86,7 @@ struct Sampled {
   static constexpr float kGuard = -12345.0f;
   SensorModel sensor;
   int32_t rays;
-  std::vector<float> offset_m, slope, level_slope, known_m, bound_per_m;
+  std::vector<float> offset_m, slope, level_slope, known_m, bound_per_m, last_bound_per_m;
 };
 
 // What the height profile tells a vehicle at the place. With all heights known.
