@@ -32,7 +32,8 @@ struct RoadSurface {
   float* known_m = nullptr;
   // [count_rays]: 1 / distance at which the ray leaves the circuit; 0: not known, or nowhere
   float* bound_per_m = nullptr;
-  float* last_bound_per_m = nullptr;  // [count_rays]: ... for the last time: across a bend a ray leaves it twice
+  // [count_rays]: 1 / distance at which it does so for the last time: across a bend, a ray leaves the circuit twice
+  float* last_bound_per_m = nullptr;
 };
 
 }  // namespace overtake

@@ -21,8 +21,8 @@ inline constexpr float kCutStepBelow = 0.5f;
 //     nearly the range of the lower pixel. On ground that was taken for an obstacle each step is about as large as the
 //     next one: its rows stay linked. An empty pixel below tells nothing; or
 //   - the lower pixel lies inside of the circuit and the upper one outside, where the ray leaves the circuit for the
-//     first time or for the last: a car and the wall behind it. Ranges stand for distances, the bound between two rays
-//     is a straight line, and rays without a bound cut nothing.
+//     first or for the last time, give or take kBoundSlack: a car and the wall behind it. Ranges stand for distances,
+//     the bound between two rays is a straight line, and rays without a bound cut nothing.
 //   reads    range_filled_m range_repaired_m bound_per_m[count_rays] last_bound_per_m[count_rays]
 //   writes   link_down: clears bits              cost    two differences a linked pixel, four products a group of them
 //   agrees   exactly on every ISA
