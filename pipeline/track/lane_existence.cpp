@@ -110,7 +110,13 @@ void LanePolicy::find_detectable(const TrackView<State>& tracks, const Iteration
   }
 }
 
-// Detections that no confirmed track explains: new cars, or clutter.
+// Whether a detection that no confirmed track explains may be clutter of another one. On a map one that looks like a
+// car in each feature is none: cars begin side by side. Elsewhere pieces of a wall look like cars, too.
+bool LanePolicy::is_clutter(const Measurement& z) const noexcept {
+  return !z.faint && (asks_map_ == 0 || evidence_of(z, false) < 0.0);
+}
+
+// Detections that no confirmed track explains, and that may be clutter.
 void LanePolicy::list_unclaimed(const TrackView<State>& tracks, const Iteration& it,
                                 const int32_t* measurement_of_slot) noexcept {
   std::fill_n(claimed_, it.count, false);
@@ -119,7 +125,7 @@ void LanePolicy::list_unclaimed(const TrackView<State>& tracks, const Iteration&
       claimed_[measurement_of_slot[slot]] = true;
   unclaimed_count_ = 0;
   for (int32_t i = 0; i < it.count; ++i)
-    if (!claimed_[i] && !it.measurement[i].faint) unclaimed_[unclaimed_count_++] = place_of(it.measurement[i]);
+    if (!claimed_[i] && is_clutter(it.measurement[i])) unclaimed_[unclaimed_count_++] = place_of(it.measurement[i]);
 }
 
 // ---- what a detection says ------------------------------------------------------------------------------------------
@@ -155,9 +161,12 @@ double LanePolicy::evidence_of(const Measurement& z, bool in_part) const noexcep
 double LanePolicy::clutter_near(const Measurement& z) const noexcept {
   if (!is_cluster(z)) return lane_.clutter_per_m2;
   const double reach_m2 = lane_.clutter_reach_m * lane_.clutter_reach_m;
-  int32_t count = 0;
-  for (int32_t i = 0; i < unclaimed_count_; ++i) count += distance_m2(unclaimed_[i], place_of(z)) <= reach_m2;
-  return std::max(lane_.clutter_per_m2, double(count - 1) / lane_.clutter_area_m2);
+  int32_t others = 0;
+  for (int32_t i = 0; i < unclaimed_count_; ++i) {
+    const double m2 = distance_m2(unclaimed_[i], place_of(z));
+    others += m2 > 0.0 && m2 <= reach_m2;  // not itself
+  }
+  return std::max(lane_.clutter_per_m2, double(others) / lane_.clutter_area_m2);
 }
 
 // A few points outside of the circuit, by the ego heading as the tracker has learned it. The gates know it as
@@ -199,10 +208,14 @@ void LanePolicy::begin_existence(State& s, const Measurement& z) const noexcept 
 // ---- the life of a track --------------------------------------------------------------------------------------------
 
 // What stands is seen first from ahead, so something slow that comes into view far behind was passed, and did not look
-// like a car then. Nor did, without a map, a post or a sign that is new beside the road where the ego vehicle is.
+// like a car then. A new track's speed is a guess: what may be slow, by a standard deviation, waits. Nor did, without a
+// map, a post or a sign that is new beside the road where the ego vehicle is.
 bool LanePolicy::was_passed(int32_t slot, const State& s) const noexcept {
-  if (!ego_.known || !(s.estimate.mean.speed_mps < kPassedShare * ego_.speed_mps)) return false;
-  if (std::fabs(bearing_rad_[slot]) > kHalfPi && range_m_[slot] > kPassed_m) return true;
+  if (!ego_.known) return false;
+  const double slow_mps = kPassedShare * ego_.speed_mps, speed_mps = s.estimate.mean.speed_mps;
+  if (std::fabs(bearing_rad_[slot]) > kHalfPi && range_m_[slot] > kPassed_m)
+    return speed_mps - std::sqrt(s.estimate.covariance[2][2]) < slow_mps;
+  if (!(speed_mps < slow_mps)) return false;
   if (map_ || only_rows_) return false;
   double sine, cosine;
   sin_cos_f64(bearing_rad_[slot], sine, cosine);

@@ -111,6 +111,7 @@ class LanePolicy {
   double range_of(double dx, double dy) const noexcept;
   void look_from_ego(const TrackView<State>& tracks) noexcept;
   void find_detectable(const TrackView<State>& tracks, const Iteration& it) noexcept;
+  bool is_clutter(const Measurement& z) const noexcept;
   void list_unclaimed(const TrackView<State>& tracks, const Iteration& it, const int32_t* measurement_of_slot) noexcept;
   double evidence_of(const Measurement& z, bool in_part) const noexcept;
   bool is_piece_of_wall(const State& s, const Measurement& z) const noexcept;
