@@ -76,6 +76,13 @@ double EgoState::heading_to_vehicle(double heading_rad) const noexcept {
   return atan2_f64(r[0] * s - r[3] * c, r[4] * c - r[1] * s);
 }
 
+EgoState state_of(const EgoPose& pose) noexcept {
+  EgoState state;
+  state.pose = pose;
+  fill_rotation(state);
+  return state;
+}
+
 bool EgoWindow::at(int64_t stamp_ns, EgoState& out, int64_t oldest_ns) const noexcept {
   if (count == 0) return false;
   const EgoPose& newest = poses[count - 1];

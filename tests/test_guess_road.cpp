@@ -170,8 +170,54 @@ TEST_CASE("guess_road: the first time at a place, a map with banking tells how t
     const Sampled sampled(with, sensor);
     CHECK(sampled.known_m[std::size_t(sampled.rays / 2)] > 40.0f);  // where the ray leaves the road
     CHECK(worst_on_road(sampled, with, told, 95.0) < 0.2);
-    CHECK(worst_on_road(Sampled(without, sensor), without, untold, 95.0) > 1.0);
+    CHECK(worst_on_road(Sampled(without, sensor), without, untold, 95.0) > 0.4);
   }
+}
+
+// What a drive from s_m - 150 m to s_m tells without a map; from_m: only the last metres of it.
+RoadData drive_without_map(const CircleRoad& road, double s_m, double from_m = 150.0) {
+  constexpr double kSpeed_mps = 70.0, kPeriod_s = 0.01;
+  EgoBuffer buffer(512);
+  int64_t k = 0;
+  for (double back_m = from_m; back_m >= 0.0; back_m -= kSpeed_mps * kPeriod_s, ++k) {
+    EgoPose pose = road.pose_at(s_m - back_m, 0.0);
+    pose.stamp_ns = k * 10'000'000;
+    pose.speed_mps = kSpeed_mps, pose.yaw_rate_rps = kSpeed_mps / road.def.radius_m;
+    REQUIRE(buffer.push(pose) == OVT_OK);
+  }
+  HeightProfile profile;
+  REQUIRE(profile.build(nullptr, default_allocator()));
+  RoadData data;
+  profile.describe(buffer, buffer.range(), (k - 1) * 10'000'000, data);
+  REQUIRE(data.has_pose);
+  REQUIRE(data.map == nullptr);
+  return data;
+}
+
+TEST_CASE("guess_road: without a map the own way tells the road behind, also where the scan has no ground") {
+  const SensorModel sensor = make_sensor({1.8, 0.0, 0.65, 0.0, 0.0, kPi}, 240);
+  const CircleRoad road = rising_bank(false, true);
+  for (const double s_m : {160.0, 200.0, 260.0}) {
+    CAPTURE(s_m);
+    const RoadData way = drive_without_map(road, s_m), none = drive_without_map(road, s_m, 1.0);
+    CHECK(way.way_count > 15);
+    CHECK(none.way_count == 0);
+    CHECK(worst_on_road(Sampled(way, sensor), way, road, 75.0) < 0.15);
+    CHECK(worst_on_road(Sampled(none, sensor), none, road, 75.0) > 0.4);
+  }
+}
+
+TEST_CASE("guess_road: without a map a bank goes on along the bend ahead") {
+  const SensorModel sensor = make_sensor(kMountings[0], 240);
+  const CircleRoad road({.slope = [](double) { return 0.3; }});
+  const RoadData data = drive_without_map(road, 300.0);
+  CHECK(worst_on_road(Sampled(data, sensor), data, road, 95.0) < 0.25);
+  RoadData straight = data;
+  straight.ego.pose.yaw_rate_rps = 0.0;
+  CHECK(worst_on_road(Sampled(straight, sensor), straight, road, 95.0) > 1.0);
+  RoadData unknown = data;
+  unknown.has_pose = false;
+  CHECK(worst_on_road(Sampled(unknown, sensor), unknown, road, 95.0) > 1.0);
 }
 
 TEST_CASE("guess_road: beside an expected road the cross slope goes on, a known one ends at its inner edge") {

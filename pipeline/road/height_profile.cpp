@@ -50,6 +50,7 @@ void HeightProfile::restart() noexcept {
   has_last_ = has_drift_ = has_velocity_ = false;
   jump_count_ = 0;
   open_bin_ = -1;
+  way_.clear();
 }
 
 int32_t HeightProfile::bin_at(double s_m) const noexcept {
@@ -190,10 +191,7 @@ void HeightProfile::learn(const EgoPose& pose) noexcept {
     has_last_ = has_drift_ = has_velocity_ = false;
     return;
   }
-  EgoState ego;
-  window_.count = 1;
-  window_.poses[0] = pose;
-  window_.at(pose.stamp_ns, ego);
+  const EgoState ego = state_of(pose);
   const Place place = place_of(ego, at);
   const bool jumps = is_jump(pose);
   if (jumps) {
@@ -227,17 +225,26 @@ void HeightProfile::learn(const EgoPose& pose) noexcept {
 }
 
 void HeightProfile::describe(const EgoBuffer& poses, const EgoRange& range, int64_t stamp_ns, RoadData& road) noexcept {
-  if (map_) {
-    for (int64_t i = std::max(learned_, poses.oldest_safe(range)); i < range.count; ++i) learn(poses.pose_at(i));
-    learned_ = std::max(learned_, range.count);
+  for (int64_t i = std::max(learned_, poses.oldest_safe(range)); i < range.count; ++i) {
+    way_.add(poses.pose_at(i));
+    if (map_) learn(poses.pose_at(i));
   }
+  learned_ = std::max(learned_, range.count);
   poses.copy_window(range, stamp_ns, stamp_ns, window_);
   road.has_pose = window_.at(stamp_ns, road.ego) && road.ego.age_ns <= kEgoFreshNs;
   road.map = nullptr;
-  if (!road.has_pose || !map_) return;
+  road.way_count = 0;
+  if (!road.has_pose) return;
+  if (!map_) {
+    way_.describe(stamp_ns, road);
+    return;
+  }
   const MapProjection at = map_->project(road.ego.pose.x_m, road.ego.pose.y_m, describe_hint_);
   describe_hint_ = at.segment;
-  if (!(at.d_m <= at.width_left_m + kOffRoad_m && at.d_m >= -at.width_right_m - kOffRoad_m)) return;
+  if (!(at.d_m <= at.width_left_m + kOffRoad_m && at.d_m >= -at.width_right_m - kOffRoad_m)) {
+    way_.describe(stamp_ns, road);
+    return;
+  }
   road.map = map_;
   road.s_m = at.s_m;
   road.d_m = at.d_m;

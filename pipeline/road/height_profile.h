@@ -15,6 +15,7 @@
 #include "core/arena.h"
 #include "core/circuit_map.h"
 #include "pipeline/ego_buffer.h"
+#include "pipeline/road/driven_way.h"
 #include "pipeline/road/road_data.h"
 
 namespace overtake {
@@ -24,7 +25,7 @@ class HeightProfile {
   static constexpr double kBin_m = 5.0;
   static constexpr int64_t kLagNs = 200'000'000;
 
-  // False without memory. The map must stay in memory; null: learns nothing, and describes only the ego pose.
+  // False without memory. The map must stay in memory; null: describes only the ego pose and the way behind it.
   [[nodiscard]] bool build(const CircuitMap* map, const Allocator& allocator);
 
   // Learns the poses of the range that are new, and describes the road around the ego pose at the stamp.
@@ -96,6 +97,7 @@ class HeightProfile {
   Jump jumps_[kJumps] = {};  // the last ones
   int32_t jump_count_ = 0;   // of all
   EgoWindow window_;
+  DrivenWay way_;
 };
 
 }  // namespace overtake

@@ -27,6 +27,15 @@ struct RoadData {
   bool known[kStations] = {};
   bool has_expected = false;
   float height_m[kStations] = {}, cross_slope[kStations] = {};
+
+  // Without a map: where the vehicle drove, behind it and in its frame, from near to far.
+  static constexpr int32_t kWay = 24;
+  struct WayPlace {
+    float x_m, y_m, z_m;
+    float slope;  // tangent of the cross slope (positive: the left side is higher)
+  };
+  int32_t way_count = 0;
+  WayPlace way[kWay] = {};
 };
 
 }  // namespace overtake

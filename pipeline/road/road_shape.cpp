@@ -185,9 +185,10 @@ class GroundWalks {
 bool fit_shape(const RoadPoints& points, double trim_m, RoadShape& shape) noexcept {
   constexpr int32_t kBins = 40, kFewest = 24, kFewestBins = 3;
   constexpr double kBin_m = 5.0, kSigma_m = 0.03;
-  // Standard deviations from the level road, and from the one that the map lets expect.
-  constexpr double kLevel[kTerms] = {0.1, 0.02, 0.02, 5e-4, 2e-3}, kExpected[kTerms] = {0.1, 0.02, 0.02, 2e-5, 2e-4};
-  const double* const prior = shape.expected.any ? kExpected : kLevel;
+  // Standard deviations from the level road, from the own way, and from the road that the map lets expect.
+  constexpr double kLevel[kTerms] = {0.1, 0.02, 0.02, 5e-4, 2e-3}, kWay[kTerms] = {0.1, 0.02, 0.02, 1e-4, 5e-4},
+                   kMap[kTerms] = {0.1, 0.02, 0.02, 2e-5, 2e-4};
+  const double* const prior = shape.expected.of_map ? kMap : shape.expected.any ? kWay : kLevel;
   const auto bin_of = [](float x) { return std::clamp(int32_t(x / kBin_m + 0.5 * kBins), 0, kBins - 1); };
   int32_t of_bin[kBins] = {}, used = 0, bins = 0;
   static_assert(RoadPoints::kCapacity <= INT16_MAX);

@@ -28,12 +28,13 @@ struct RoadAxes {
 // no farther to either side than the edges of the bank. Beside it the ground does not twist with it.
 constexpr int32_t kTerms = 5;
 
-// The road that a map with banking lets expect, at places of the vehicle's lane.
+// The road that a map with banking, or the own way, lets expect, at places of the vehicle's lane.
 struct ExpectedRoad {
   static constexpr int32_t kPlaces = 37;
   static constexpr float kFirst_m = -80.0f, kStep_m = 5.0f;  // x of the places
   bool any = false;                                          // else a level plane, and the rest is not valid
-  double left_m = 0, right_m = 0;                            // from the vehicle to these edges, at least 0
+  bool of_map = false;
+  double left_m = 0, right_m = 0;  // from the vehicle to these edges, at least 0
   float base_m[kPlaces], twist[kPlaces];
 
   struct At {

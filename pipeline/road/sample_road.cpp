@@ -163,6 +163,44 @@ void expect_road(const RoadData& road, const CentreLine& line, const float* r, f
   const float d = line.measure_left(0.0f, 0.0f, station), slope = road.cross_slope[station];
   expected.left_m = double(max_of(line.left_m[station] - d, 0.0f) + (slope < 0.0f ? kOuterReach_m : 0.0f));
   expected.right_m = double(max_of(line.right_m[station] + d, 0.0f) + (slope > 0.0f ? kOuterReach_m : 0.0f));
+  expected.any = expected.of_map = true;
+}
+
+// The road along the vehicle's lane without a map, in the vehicle frame. Behind, the vehicle stood on it. Ahead, and
+// farther behind, its bank goes on along the bend: a bend lies in a level plane, so a banked one leaves the vehicle's
+// plane, by `bend` times the square of the distance.
+void expect_way(const RoadData& road, RoadShape& shape) noexcept {
+  constexpr float kBeside_m = 6.0f;  // so far to either side of the way its cross slope goes on
+  const double* const r = road.ego.r;
+  const double level = std::sqrt(r[0] * r[0] + r[3] * r[3]);
+  if (!(level > 0.1)) return;  // a vehicle on its nose has no bend
+  const float bend = float(0.5 * shape.curvature * (r[0] * r[5] - r[3] * r[2]) / level);
+  ExpectedRoad& expected = shape.expected;
+  struct Node {
+    float x, base_m, twist;
+  };
+  Node from = {0.0f, 0.0f, 0.0f}, to = from;
+  int32_t next = 0;
+  constexpr int32_t kHere = int32_t(-ExpectedRoad::kFirst_m / ExpectedRoad::kStep_m);
+  for (int32_t i = kHere; i >= 0; --i) {
+    const float x = ExpectedRoad::kFirst_m + float(i) * ExpectedRoad::kStep_m;
+    while (to.x > x && next < road.way_count) {
+      const RoadData::WayPlace& place = road.way[next++];
+      from = to;
+      const float n = float(shape.lane_offset(double(place.x_m), double(place.y_m)));
+      to = {place.x_m, place.z_m - place.slope * n, place.slope};
+    }
+    const float t = to.x < x ? (x - from.x) / (to.x - from.x) : 1.0f;
+    const float beyond = to.x > x ? bend * (x * x - to.x * to.x) : 0.0f;
+    expected.base_m[i] = mix(from.base_m, to.base_m, t) + beyond;
+    expected.twist[i] = mix(from.twist, to.twist, t);
+  }
+  for (int32_t i = kHere + 1; i < ExpectedRoad::kPlaces; ++i) {
+    const float x = ExpectedRoad::kFirst_m + float(i) * ExpectedRoad::kStep_m;
+    expected.base_m[i] = bend * x * x;
+    expected.twist[i] = 0.0f;
+  }
+  expected.left_m = expected.right_m = kBeside_m;
   expected.any = true;
 }
 
@@ -267,6 +305,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
     if (has_line) sample_stations<false>(road, line, axes, origin_m, known);
     if (!std::all_of(known.known, known.known + here, [](bool is_known) { return is_known; })) {
       if (!fitted && expects) expect_road(road, line, axes.map, origin_m, shape);
+      if (!fitted && !expects && road.has_pose) expect_way(road, shape);
       if (!fitted) fit_road(params, axes, sensor, range_filled_m, elevation_filled_rad, shape);
       fitted = true;
       sample_shape(axes, shape, guess);

@@ -30,6 +30,7 @@ constexpr int32_t kRowHits = 2;    // what the first row counts, because it is a
 constexpr double kLeastScore = 0.11920292202211755;       // 1 / (1 + e^2)
 constexpr double kPassing_m = 15.0, kBesideRoad_m = 6.0;  // ahead of the ego vehicle at most, and beside it at least
 constexpr double kPassed_m = 60.0, kPassedShare = 0.25;  // farther behind and slower than this share of the ego's speed
+constexpr double kMoving_mps = 5.0;                      // what is faster does not stand
 constexpr double kFreeCoast_m = 3.0;  // without a map: most deviation of the place of a car that should be seen
 constexpr int64_t kMostVotes = 10;    // after so many votes for one class, more for another one decide
 
@@ -50,6 +51,8 @@ double score_of(const Measurement& z) {
 bool is_known_car(const LaneTrack& s, const Measurement& z) {
   return s.stage != LaneStage::kTentative && (s.class_votes > 0 || !is_cluster(z));
 }
+
+double sigma_speed(const LaneTrack& s) { return std::sqrt(s.estimate.covariance[2][2]); }
 
 bool is_behind_wing(const TrackerEgo& ego, double range_m, double bearing_rad) {
   return ego.known && range_m > kWing_m && std::fabs(bearing_rad) > kPi - kWing_rad;
@@ -116,13 +119,24 @@ bool LanePolicy::is_clutter(const Measurement& z) const noexcept {
   return !z.faint && (asks_map_ == 0 || evidence_of(z, false) < 0.0);
 }
 
-// Detections that no confirmed track explains, and that may be clutter.
+// Whether a detection of a track that is not confirmed is one of a car: it came where the track was going several times,
+// and what stands does not move.
+bool LanePolicy::is_moving_car(const State& s, const Measurement& z) const noexcept {
+  const double least_mps = std::max(kMoving_mps, kPassedShare * ego_.speed_mps);
+  return s.hits >= lane_.confirm_hits && s.estimate.mean.speed_mps - sigma_speed(s) > least_mps &&
+         evidence_of(z, false) >= 0.0;
+}
+
+// Detections that no car explains, and that may be clutter.
 void LanePolicy::list_unclaimed(const TrackView<State>& tracks, const Iteration& it,
                                 const int32_t* measurement_of_slot) noexcept {
   std::fill_n(claimed_, it.count, false);
-  for (int32_t slot = 0; slot < tracks.slot_count; ++slot)
-    if (tracks.head[slot].alive && measurement_of_slot[slot] >= 0 && is_confirmed(tracks.state[slot]))
-      claimed_[measurement_of_slot[slot]] = true;
+  for (int32_t slot = 0; slot < tracks.slot_count; ++slot) {
+    if (!tracks.head[slot].alive || measurement_of_slot[slot] < 0) continue;
+    const State& s = tracks.state[slot];
+    const int32_t i = measurement_of_slot[slot];
+    claimed_[i] = claimed_[i] || is_confirmed(s) || is_moving_car(s, it.measurement[i]);
+  }
   unclaimed_count_ = 0;
   for (int32_t i = 0; i < it.count; ++i)
     if (!claimed_[i] && is_clutter(it.measurement[i])) unclaimed_[unclaimed_count_++] = place_of(it.measurement[i]);
@@ -214,7 +228,7 @@ bool LanePolicy::was_passed(int32_t slot, const State& s) const noexcept {
   if (!ego_.known) return false;
   const double slow_mps = kPassedShare * ego_.speed_mps, speed_mps = s.estimate.mean.speed_mps;
   if (std::fabs(bearing_rad_[slot]) > kHalfPi && range_m_[slot] > kPassed_m)
-    return speed_mps - std::sqrt(s.estimate.covariance[2][2]) < slow_mps;
+    return speed_mps - sigma_speed(s) < slow_mps;
   if (!(speed_mps < slow_mps)) return false;
   if (map_ || only_rows_) return false;
   double sine, cosine;

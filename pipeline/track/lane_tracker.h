@@ -112,6 +112,7 @@ class LanePolicy {
   void look_from_ego(const TrackView<State>& tracks) noexcept;
   void find_detectable(const TrackView<State>& tracks, const Iteration& it) noexcept;
   bool is_clutter(const Measurement& z) const noexcept;
+  bool is_moving_car(const State& s, const Measurement& z) const noexcept;
   void list_unclaimed(const TrackView<State>& tracks, const Iteration& it, const int32_t* measurement_of_slot) noexcept;
   double evidence_of(const Measurement& z, bool in_part) const noexcept;
   bool is_piece_of_wall(const State& s, const Measurement& z) const noexcept;
