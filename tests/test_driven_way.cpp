@@ -117,6 +117,21 @@ TEST_CASE("driven way: a step of the localisation, a gap and another clock begin
   CHECK(count_after([](DrivenWay&, EgoPose* pose) { return pose != nullptr; }) >= whole - 1);  // one pose is missing
 }
 
+TEST_CASE("driven way: what lies behind a gap of the poses is not told, however well it fits") {
+  const CircleRoad road = banked_road();
+  DrivenWay way;
+  for (int64_t k = 0; k <= 300; ++k) {
+    EgoPose pose = pose_of(road, k);
+    if (k <= 120 || k > 250) way.add(pose);
+  }
+  RoadData data;
+  data.has_pose = true;
+  data.ego = state_of(pose_of(road, 300));
+  way.describe(300 * kPeriodNs, data);
+  CHECK(data.way_count > 2);
+  CHECK(double(data.way[data.way_count - 1].x_m) > -kPeriod_m * 51.0);
+}
+
 TEST_CASE("driven way: a vehicle that has turned round, or stands, has none behind it") {
   DrivenWay way;
   EgoPose pose;
@@ -136,10 +151,12 @@ TEST_CASE("driven way: a vehicle that has turned round, or stands, has none behi
   way.describe(400 * kPeriodNs, data);
   CHECK(data.way_count > 10);
   EgoPose turned = pose_of(road, 399);
-  turned.yaw_rad += kPi;
-  data.ego = state_of(turned);
-  way.describe(400 * kPeriodNs, data);
-  CHECK(data.way_count == 0);
+  for (const double turn_rad : {1.3, -1.3, kPi}) {
+    turned.yaw_rad = pose_of(road, 399).yaw_rad + turn_rad;
+    data.ego = state_of(turned);
+    way.describe(400 * kPeriodNs, data);
+    CHECK(data.way_count == 0);
+  }
 }
 
 }  // namespace

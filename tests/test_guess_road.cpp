@@ -207,6 +207,14 @@ TEST_CASE("guess_road: without a map the own way tells the road behind, also whe
   }
 }
 
+TEST_CASE("guess_road: the own way tells the road behind also where it does not follow the lane") {
+  const SensorModel sensor = make_sensor({1.8, 0.0, 0.65, 0.0, 0.0, kPi}, 240);
+  const CircleRoad road = rising_bank(false, false);
+  RoadData way = drive_without_map(road, 220.0);
+  way.ego.pose.yaw_rate_rps = -0.01;  // just now
+  CHECK(worst_on_road(Sampled(way, sensor), way, road, 60.0) < 0.25);
+}
+
 TEST_CASE("guess_road: without a map a bank goes on along the bend ahead") {
   const SensorModel sensor = make_sensor(kMountings[0], 240);
   const CircleRoad road({.slope = [](double) { return 0.3; }});

@@ -138,7 +138,7 @@ TEST_CASE("lane existence: on a map new cars side by side are no clutter of each
 }
 
 TEST_CASE("lane existence: without a map new cars are no clutter of each other once they are known to move") {
-  const auto confirmed_at = [](double speed_mps, ObjectClass looks = ObjectClass::kCar) {
+  const auto confirmed_at = [](double speed_mps, double width_m = 1.8) {
     LaneBench bench;
     for (int32_t k = 0; k < 60; ++k) {
       const double x_m = speed_mps * kFrame_s * k;
@@ -147,16 +147,18 @@ TEST_CASE("lane existence: without a map new cars are no clutter of each other o
       for (int32_t i = 0; i < 5; ++i) {
         seen.push_back(seen_car(x_m + 6 - 3 * i, i % 2 ? 3.5 : -3.5, k));
         seen.back().var_x = 0.5, seen.back().var_y = 2.0;
-        seen.back().object_class = int32_t(looks);
+        if (i > 0) seen.back().width_m = width_m;
       }
       bench.step(k, seen);
-      if (bench.confirmed() == 5) return k + 1;
+      for (int32_t i = 0; i < bench.rows.count; ++i)
+        if (bench.is_confirmed(i) && std::hypot(bench.rows.x_m[i] - x_m - 6, bench.rows.y_m[i] + 3.5) < 1.0)
+          return k + 1;
     }
     return 1000;
   };
   CHECK(confirmed_at(50) < 15);
-  CHECK(confirmed_at(0) > 25);  // a wall
-  CHECK(confirmed_at(50, ObjectClass::kUnknown) == 1000);
+  CHECK(confirmed_at(0) > 25);                      // a wall
+  CHECK(confirmed_at(50, 0.4) > 30);  // among narrow objects
 }
 
 TEST_CASE("lane existence: a known car that shows little of itself keeps its track") {
