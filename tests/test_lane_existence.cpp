@@ -157,7 +157,7 @@ TEST_CASE("lane existence: without a map new cars are no clutter of each other o
     return 1000;
   };
   CHECK(confirmed_at(50) < 15);
-  CHECK(confirmed_at(0) > 25);                      // a wall
+  CHECK(confirmed_at(0) > 25);        // a wall
   CHECK(confirmed_at(50, 0.4) > 30);  // among narrow objects
 }
 

@@ -17,7 +17,8 @@ namespace overtake {
 //   - over a map with banking whose heights are not known yet (first lap): the road that the map lets expect
 //     (height_profile.h), plus a shape as below that is fitted to what the scan's ground differs from it
 //   - else a shape z = a + b x + c n + q x^2 + e x n (n: distance from the vehicle's lane), fitted to the ground of the
-//     scan itself, level where the scan shows too little of it; known_m is 0, without a map or an ego pose -1
+//     scan itself, level where the scan shows too little of it; with an ego pose it is the difference to the road that
+//     the vehicle drove on and that goes on as banked as here; known_m is 0, without a map or an ego pose -1
 // Known heights are relative to the road under the vehicle. Both bounds are 0 where known_m is 0 or below: without
 // heights it is not known where on a bank a ray lies. A ray is followed until it is more
 // than 6 m outside of the road: whether it comes back after that is not known.

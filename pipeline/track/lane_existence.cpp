@@ -119,8 +119,8 @@ bool LanePolicy::is_clutter(const Measurement& z) const noexcept {
   return !z.faint && (asks_map_ == 0 || evidence_of(z, false) < 0.0);
 }
 
-// Whether a detection of a track that is not confirmed is one of a car: it came where the track was going several times,
-// and what stands does not move.
+// Whether a detection of a track that is not confirmed is one of a car: it came where the track was going several
+// times, and what stands does not move.
 bool LanePolicy::is_moving_car(const State& s, const Measurement& z) const noexcept {
   const double least_mps = std::max(kMoving_mps, kPassedShare * ego_.speed_mps);
   return s.hits >= lane_.confirm_hits && s.estimate.mean.speed_mps - sigma_speed(s) > least_mps &&
