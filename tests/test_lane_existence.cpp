@@ -352,11 +352,12 @@ TEST_CASE("lane existence: what stands and comes into view behind the ego vehicl
 }
 
 TEST_CASE("lane existence: far behind the ego vehicle a new track waits until it is known to move") {
-  const auto confirmed_at = [](double ahead_m, double speed_mps) {
+  const auto confirmed_at = [](double ahead_m, double speed_mps, double ego_mps = 22) {
     LaneBench bench;
     for (int32_t k = 0; k < 30; ++k) {
       const double t_s = kFrame_s * k;
-      bench.ego_at(22 * t_s);
+      bench.ego_at(ego_mps * t_s);
+      bench.input.ego.speed_mps = ego_mps;
       Measurement seen = seen_car(ahead_m + speed_mps * t_s, 0, k);
       seen.var_x = seen.var_y = 0.33;
       bench.step(k, {seen});
@@ -368,6 +369,7 @@ TEST_CASE("lane existence: far behind the ego vehicle a new track waits until it
   CHECK(confirmed_at(-50, 0) == 3);  // near: it may have been hidden
   CHECK(confirmed_at(-62, 22) >= 3);
   CHECK(confirmed_at(-62, 22) <= 6);
+  CHECK(confirmed_at(-62, 0, 0) == 3);  // who stands has passed nothing
 }
 
 TEST_CASE("lane existence: without a map, what stands and comes into view beside the road is no new car") {

@@ -222,13 +222,13 @@ void LanePolicy::begin_existence(State& s, const Measurement& z) const noexcept 
 // ---- the life of a track --------------------------------------------------------------------------------------------
 
 // What stands is seen first from ahead, so something slow that comes into view far behind was passed, and did not look
-// like a car then. A new track's speed is a guess: what may be slow, by a standard deviation, waits. Nor did, without a
-// map, a post or a sign that is new beside the road where the ego vehicle is.
+// like a car then. A new track's speed is a guess: while the ego vehicle moves, what may be slow, by a standard
+// deviation, waits. Nor did, without a map, a post or a sign that is new beside the road where the ego vehicle is.
 bool LanePolicy::was_passed(int32_t slot, const State& s) const noexcept {
   if (!ego_.known) return false;
   const double slow_mps = kPassedShare * ego_.speed_mps, speed_mps = s.estimate.mean.speed_mps;
   if (std::fabs(bearing_rad_[slot]) > kHalfPi && range_m_[slot] > kPassed_m)
-    return speed_mps - sigma_speed(s) < slow_mps;
+    return speed_mps - (ego_.speed_mps > kMoving_mps ? sigma_speed(s) : 0.0) < slow_mps;
   if (!(speed_mps < slow_mps)) return false;
   if (map_ || only_rows_) return false;
   double sine, cosine;
