@@ -36,7 +36,7 @@ struct EgoState {
   double heading_to_map(double heading_rad) const noexcept;
   double heading_to_vehicle(double heading_rad) const noexcept;  // the inverse
 };
-EgoState state_of(const EgoPose& pose) noexcept;
+EgoState state_of(const EgoPose& pose) noexcept;  // at the pose itself
 
 inline constexpr int64_t kEgoFreshNs = 100'000'000;  // older: EGO_STALE, no map gate
 inline constexpr int64_t kEgoLostNs = 500'000'000;   // older: tracks only predict

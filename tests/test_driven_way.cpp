@@ -78,22 +78,46 @@ TEST_CASE("driven way: poses that come later do not change what a scan is told")
   CHECK(std::memcmp(early.way, later.way, sizeof early.way) == 0);
 }
 
+TEST_CASE("driven way: a step of the localisation after a scan changes nothing, one just before it ends the way") {
+  const CircleRoad road = banked_road();
+  const auto told = [&](int64_t jump, int64_t last) {
+    DrivenWay way;
+    for (int64_t k = 0; k <= last; ++k) {
+      EgoPose pose = pose_of(road, k);
+      if (k >= jump) pose.z_m += 2.0;
+      way.add(pose);
+    }
+    RoadData data;
+    data.has_pose = true;
+    data.ego = state_of(pose_of(road, 200));
+    way.describe(200 * kPeriodNs, data);
+    return data;
+  };
+  const RoadData none = told(1000, 200), after = told(201, 260);
+  REQUIRE(none.way_count > 10);
+  CHECK(after.way_count == none.way_count);
+  CHECK(std::memcmp(after.way, none.way, sizeof none.way) == 0);
+  CHECK(told(195, 200).way_count == 0);
+}
+
 TEST_CASE("driven way: a step of the localisation, a gap and another clock begin a new way") {
   const CircleRoad road = banked_road();
   const auto count_after = [&](auto change) {
     DrivenWay way;
+    int64_t last_ns = 0;
     for (int64_t k = 0; k <= 150; ++k) {
       if (k == 75) {
         if (!change(way, nullptr)) continue;
       }
       EgoPose pose = pose_of(road, k);
       if (k > 75) change(way, &pose);
+      last_ns = pose.stamp_ns;
       way.add(pose);
     }
     RoadData data;
     data.has_pose = true;
     data.ego = state_of(pose_of(road, 150));
-    way.describe(151 * kPeriodNs, data);
+    way.describe(last_ns + kPeriodNs, data);
     return data.way_count;
   };
   const int32_t whole = count_after([](DrivenWay&, EgoPose*) { return true; });

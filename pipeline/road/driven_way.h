@@ -17,10 +17,10 @@ class DrivenWay {
   static constexpr double kStep_m = 4.0;  // from one place to the next, at least
   static constexpr int64_t kLagNs = 200'000'000;
 
-  // Poses come by rising stamps. A step of the localisation, or a gap of a second, begins a new way.
+  // Poses come by rising stamps. After a step of the localisation, or a second without a pose, a new way begins.
   void add(const EgoPose& pose) noexcept;
   // Writes the way behind the ego pose of `road`, at a scan's stamp. Only places that are kLagNs older: by then every
-  // pose up to them has arrived, so the order of arrival has no effect.
+  // pose up to them has arrived, so the order of arrival has no effect. A way that begins later has no place yet.
   void describe(int64_t stamp_ns, RoadData& road) const noexcept;
   void clear() noexcept { count_ = 0, has_last_ = false; }
 
@@ -29,9 +29,10 @@ class DrivenWay {
     double x_m, y_m, z_m;
     double left[3];  // the vehicle's y axis, in the map
     int64_t stamp_ns;
+    bool begins;  // a way
   };
-  static constexpr int64_t kPlaces = 32;
-  static_assert(kPlaces >= RoadData::kWay);
+  static constexpr int64_t kPlaces = 64;  // more than a way has: a late scan still finds its own
+  static_assert(kPlaces >= 2 * RoadData::kWay);
 
   Place places_[kPlaces];  // place i at i % kPlaces
   int64_t count_ = 0;      // of all

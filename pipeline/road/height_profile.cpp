@@ -35,6 +35,10 @@ double tangent(double angle_rad) noexcept {
   return cosine > 0.1 ? sine / cosine : 0.0;
 }
 
+bool is_on_road(const MapProjection& at) noexcept {
+  return at.d_m <= at.width_left_m + kOffRoad_m && at.d_m >= -at.width_right_m - kOffRoad_m;
+}
+
 }  // namespace
 
 bool HeightProfile::build(const CircuitMap* map, const Allocator& allocator) {
@@ -184,8 +188,7 @@ void HeightProfile::add(const Place& place) noexcept {
 void HeightProfile::learn(const EgoPose& pose) noexcept {
   const MapProjection at = map_->project(pose.x_m, pose.y_m, hint_);
   hint_ = at.segment;
-  const bool on_road = at.d_m <= at.width_left_m + kOffRoad_m && at.d_m >= -at.width_right_m - kOffRoad_m;
-  if (!on_road) {
+  if (!is_on_road(at)) {
     complete(pose.stamp_ns);
     open_bin_ = -1;
     has_last_ = has_drift_ = has_velocity_ = false;
@@ -235,13 +238,12 @@ void HeightProfile::describe(const EgoBuffer& poses, const EgoRange& range, int6
   road.map = nullptr;
   road.way_count = 0;
   if (!road.has_pose) return;
-  if (!map_) {
-    way_.describe(stamp_ns, road);
-    return;
+  MapProjection at{};
+  if (map_) {
+    at = map_->project(road.ego.pose.x_m, road.ego.pose.y_m, describe_hint_);
+    describe_hint_ = at.segment;
   }
-  const MapProjection at = map_->project(road.ego.pose.x_m, road.ego.pose.y_m, describe_hint_);
-  describe_hint_ = at.segment;
-  if (!(at.d_m <= at.width_left_m + kOffRoad_m && at.d_m >= -at.width_right_m - kOffRoad_m)) {
+  if (!map_ || !is_on_road(at)) {
     way_.describe(stamp_ns, road);
     return;
   }

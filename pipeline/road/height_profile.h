@@ -23,7 +23,7 @@ namespace overtake {
 class HeightProfile {
  public:
   static constexpr double kBin_m = 5.0;
-  static constexpr int64_t kLagNs = 200'000'000;
+  static constexpr int64_t kLagNs = DrivenWay::kLagNs;
 
   // False without memory. The map must stay in memory; null: describes only the ego pose and the way behind it.
   [[nodiscard]] bool build(const CircuitMap* map, const Allocator& allocator);

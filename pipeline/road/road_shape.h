@@ -24,8 +24,9 @@ struct RoadAxes {
 
 // The shape of a road that is not known, in the vehicle frame: z = a + b x + c n + q x^2 + e x n with n the distance
 // from the vehicle's lane, which bends by `curvature`. Beyond kBend_m it goes on straight, beyond kLane_m it is as at
-// the edge. Where a map has banking, this is the difference to the road that the map lets expect: z = base + twist n, n
-// no farther to either side than the edges of the bank. Beside it the ground does not twist with it.
+// the edge. Where a map has banking, or ego poses tell the own way, this is the difference to the road that they let
+// expect: z = base + twist n, n no farther to either side than the edges of the bank. Beside it the ground does not
+// twist with it.
 constexpr int32_t kTerms = 5;
 
 // The road that a map with banking, or the own way, lets expect, at places of the vehicle's lane.
@@ -33,8 +34,8 @@ struct ExpectedRoad {
   static constexpr int32_t kPlaces = 37;
   static constexpr float kFirst_m = -80.0f, kStep_m = 5.0f;  // x of the places
   bool any = false;                                          // else a level plane, and the rest is not valid
-  bool of_map = false;
-  double left_m = 0, right_m = 0;  // from the vehicle to these edges, at least 0
+  bool of_map = false;                                       // else of the own way, which tells less
+  double left_m = 0, right_m = 0;                            // from the vehicle to these edges, at least 0
   float base_m[kPlaces], twist[kPlaces];
 
   struct At {
