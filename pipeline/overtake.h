@@ -164,7 +164,6 @@ typedef struct ovt_params {
   double ego_heading_constant_sigma_rad; /* ego_heading.constant_sigma_deg */
   double ego_heading_mounting_sigma_rad; /* ego_heading.mounting_sigma_deg */
   double ego_heading_slip_sigma_rad; /* ego_heading.slip_sigma_deg per m/s^2 */
-  double ego_heading_lever_sigma_m;  /* ego_heading.lever_sigma_m */
   double gate_lowest_m, gate_top_m;  /* gate.lowest_m gate.top_m   heights of a cluster's points over the ground */
   double smoke_dark_share;           /* smoke.dark_share           of the ground's intensity; 0: nothing is smoke */
   double smoke_near_share;           /* smoke.near_share           of the neighbouring pixels */
@@ -184,7 +183,7 @@ typedef struct ovt_params {
   double lane_tracker_p_wing, lane_tracker_clutter_per_m2, lane_tracker_clutter_reach_m;
   double lane_tracker_clutter_area_m2, lane_tracker_hit_score, lane_tracker_unknown_score, lane_tracker_low_m;
   double lane_tracker_low_score, lane_tracker_car_points, lane_tracker_sparse_score, lane_tracker_thin_score;
-  double lane_tracker_narrow_m, lane_tracker_narrow_score, lane_tracker_confirm_score, lane_tracker_drop_score;
+  double lane_tracker_confirm_score, lane_tracker_drop_score;
   double lane_tracker_most_score, lane_tracker_coast_s, lane_tracker_coast_sigma_m;
   int32_t lane_tracker_confirm_hits, lane_tracker_tentative_misses;
   double lane_tracker_path_turn_s, lane_tracker_path_speed, lane_tracker_path_across;

@@ -181,9 +181,9 @@ DetectParams make_detect_params(const ovt_params& params) noexcept {
                       float(params.class_debris_m)};
   out.walls = {float(params.ego_heading_wall_length_m), params.ego_heading_wall_reach_m,
                params.ego_heading_wall_scatter_m};
-  out.ego_heading = {params.ego_heading_slip_sigma_rad,     params.ego_heading_lever_sigma_m,
-                     params.ego_heading_constant_sigma_rad, params.ego_heading_mounting_sigma_rad,
-                     params.ego_heading_wall_sigma_rad,     params.ego_heading_wall_memory_s};
+  out.ego_heading = {params.ego_heading_slip_sigma_rad, params.ego_heading_constant_sigma_rad,
+                     params.ego_heading_mounting_sigma_rad, params.ego_heading_wall_sigma_rad,
+                     params.ego_heading_wall_memory_s};
   return out;
 }
 
@@ -237,8 +237,6 @@ TrackerParams make_tracker_params(const ovt_params& params, int32_t track_capaci
   lane.car_points = params.lane_tracker_car_points;
   lane.sparse_score = params.lane_tracker_sparse_score;
   lane.thin_score = params.lane_tracker_thin_score;
-  lane.narrow_m = params.lane_tracker_narrow_m;
-  lane.narrow_score = params.lane_tracker_narrow_score;
   lane.confirm_score = params.lane_tracker_confirm_score;
   lane.drop_score = params.lane_tracker_drop_score;
   lane.most_score = params.lane_tracker_most_score;

@@ -18,7 +18,7 @@ using test::kFrame_s, test::LaneBench, test::make_ring, test::seen_car;
 
 }  // namespace
 
-TEST_CASE("lane existence: a car is confirmed at its third hit, a low, sparse or narrow object is not") {
+TEST_CASE("lane existence: a car is confirmed at its third hit, a low or sparse object is not") {
   const auto confirmed_at = [](auto change) {
     LaneBench bench;
     for (int32_t k = 0; k < 40; ++k) {
@@ -33,7 +33,6 @@ TEST_CASE("lane existence: a car is confirmed at its third hit, a low, sparse or
   CHECK(confirmed_at([](Measurement&) {}) == 3);
   CHECK(confirmed_at([](Measurement& z) { z.height_m = 0.2; }) == 0);
   CHECK(confirmed_at([](Measurement& z) { z.points = 1; }) == 0);
-  CHECK(confirmed_at([](Measurement& z) { z.object_class = 0, z.width_m = 0.4, z.points = 5; }) == 0);
   CHECK(confirmed_at([](Measurement& z) { z.object_class = 0; }) == 0);  // it never looks like a car
   // Pushed rows have no features, with or without a height.
   for (const double height_m : {kNotMeasured, 1.1})
@@ -138,7 +137,7 @@ TEST_CASE("lane existence: on a map new cars side by side are no clutter of each
 }
 
 TEST_CASE("lane existence: without a map new cars are no clutter of each other once they are known to move") {
-  const auto confirmed_at = [](double speed_mps, double width_m = 1.8) {
+  const auto confirmed_at = [](double speed_mps, double height_m = 1.0) {
     LaneBench bench;
     for (int32_t k = 0; k < 60; ++k) {
       const double x_m = speed_mps * kFrame_s * k;
@@ -147,7 +146,7 @@ TEST_CASE("lane existence: without a map new cars are no clutter of each other o
       for (int32_t i = 0; i < 5; ++i) {
         seen.push_back(seen_car(x_m + 6 - 3 * i, i % 2 ? 3.5 : -3.5, k));
         seen.back().var_x = 0.5, seen.back().var_y = 2.0;
-        if (i > 0) seen.back().width_m = width_m;
+        if (i > 0) seen.back().height_m = height_m;
       }
       bench.step(k, seen);
       for (int32_t i = 0; i < bench.rows.count; ++i)
@@ -158,7 +157,7 @@ TEST_CASE("lane existence: without a map new cars are no clutter of each other o
   };
   CHECK(confirmed_at(50) < 15);
   CHECK(confirmed_at(0) > 25);        // a wall
-  CHECK(confirmed_at(50, 0.4) > 30);  // among narrow objects
+  CHECK(confirmed_at(50, 0.2) > 30);  // among low objects
 }
 
 TEST_CASE("lane existence: a known car that shows little of itself keeps its track") {
@@ -459,10 +458,10 @@ TEST_CASE("lane existence: without an ego pose, it does not count how far a car 
 
 TEST_CASE("lane existence: the score of a new track is limited as that of an older one") {
   TrackerParams params = LaneBench::of_best();
-  params.lane.narrow_score = -100, params.lane.most_score = 8;
+  params.lane.low_score = -100, params.lane.most_score = 8;
   LaneBench bench(nullptr, params);
   Measurement z = seen_car(0, 0, 0);
-  z.view = int32_t(CarView::kRear), z.width_m = 0.1;
+  z.height_m = 0.1;
   bench.step(0, {z});
   REQUIRE(bench.rows.count == 1);
   CHECK(bench.state().score == -8);

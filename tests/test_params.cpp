@@ -111,7 +111,6 @@ const std::map<std::string, double> kMethod = {{"frame.period_s", 0.05},
                                                {"ego_heading.constant_sigma_deg", 1},
                                                {"ego_heading.mounting_sigma_deg", 0.2},
                                                {"ego_heading.slip_sigma_deg", 0.1},
-                                               {"ego_heading.lever_sigma_m", 2},
                                                {"lane_tracker.q_along", 0.02},
                                                {"lane_tracker.q_across", 0.006},
                                                {"lane_tracker.q_speed", 0.5},
@@ -140,8 +139,6 @@ const std::map<std::string, double> kMethod = {{"frame.period_s", 0.05},
                                                {"lane_tracker.car_points", 80000},
                                                {"lane_tracker.sparse_score", -3},
                                                {"lane_tracker.thin_score", -1.5},
-                                               {"lane_tracker.narrow_m", 0.5},
-                                               {"lane_tracker.narrow_score", -1},
                                                {"lane_tracker.confirm_score", 4},
                                                {"lane_tracker.confirm_hits", 3},
                                                {"lane_tracker.drop_score", -2},
@@ -330,7 +327,7 @@ TEST_CASE("params: the tracker of best starts with the defaults of its own param
   REQUIRE(ovt_params_init(&best, sizeof best, "best") == OVT_OK);
   const TrackerParams params = make_tracker_params(best, 8, 8);
   const LaneTrackerParams own;
-  static_assert(sizeof own == 41 * sizeof(double));  // no padding
+  static_assert(sizeof own == 39 * sizeof(double));  // no padding
   CHECK(std::memcmp(&params.lane, &own, sizeof own) == 0);
   CHECK(params.gate_d2 == 25);
   CHECK(params.max_silence_s == 12);

@@ -166,7 +166,6 @@ double LanePolicy::evidence_of(const Measurement& z, bool in_part) const noexcep
     score += lane_.sparse_score;
   else if (share < kThin)
     score += lane_.thin_score;
-  if (z.view != int32_t(CarView::kSide) && z.width_m < lane_.narrow_m) score += lane_.narrow_score;
   return score;
 }
 

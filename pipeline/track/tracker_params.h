@@ -23,7 +23,7 @@ struct LaneTrackerParams {
   double birth_sigma_yaw_rate = 0.05, p_detect = 0.5, half_m = 110.0, p_hidden = 0.1, p_wing = 0.1;
   double clutter_per_m2 = 1e-05, clutter_reach_m = 10.0, clutter_area_m2 = 100.0, hit_score = 3.0;
   double unknown_score = -3.0, low_m = 0.3, low_score = -3.0, car_points = 80000.0, sparse_score = -3.0;
-  double thin_score = -1.5, narrow_m = 0.5, narrow_score = -1.0, confirm_score = 4.0, drop_score = -2.0;
+  double thin_score = -1.5, confirm_score = 4.0, drop_score = -2.0;
   double most_score = 8.0, coast_s = 4.0, coast_sigma_m = 20.0;
   int32_t confirm_hits = 3, tentative_misses = 8;
   double length_m = 4.921, width_m = 1.886;  // of the cars

@@ -140,7 +140,9 @@ void Evaluator::skip(const ovt_frame_info& info, ovt_reader* reader) {
   ovt_tracks tracks{};
   if (reader) cli::check(ovt_read_tracks(reader, info.first_stamp_ns + log_.rig().period_ns(), &tracks), "tracks");
   prior_.clear();
-  if (info.reference == OVT_REFERENCE_MAP) remember_tracks(tracks);
+  const std::vector<CarTruth> cars = cars_at(tracks.publish_ns);
+  const bool in_map = info.reference == OVT_REFERENCE_MAP;
+  if (in_map || ego_of(cars)) remember_tracks(info, in_map ? tracks : tracks_in_map_.take(tracks, cars));
 }
 
 // The positions of the cars for the points of a frame: those at its middle, so that a point is off by at most the cars'
@@ -315,12 +317,13 @@ void Evaluator::add_motion(int64_t publish_ns, const std::vector<CarTruth>& cars
                              wrap_angle(c.heading_rad - c.course_rad)});
 }
 
-void Evaluator::add_tracks(const ovt_frame_info& info, const ovt_tracks& t, const ovt_detections& detections,
+void Evaluator::add_tracks(const ovt_frame_info& info, const ovt_tracks& tracks, const ovt_detections& detections,
                            const std::vector<CarTruth>& cars) {
   prior_.clear();
   note_parked(
-      t, detections, [this](int32_t cluster) { return main_surface(cluster); }, parked_);
-  if (info.reference != OVT_REFERENCE_MAP) return;  // without ego there is no comparison
+      tracks, detections, [this](int32_t cluster) { return main_surface(cluster); }, parked_);
+  const bool in_map = info.reference == OVT_REFERENCE_MAP;  // else paths and covariance are not compared
+  const ovt_tracks& t = in_map ? tracks : tracks_in_map_.take(tracks, cars);
   const CarTruth& ego = *ego_of(cars);
   const double ce = std::cos(ego.heading_rad), se = std::sin(ego.heading_rad);
   for (int32_t i = 0; i < t.count; ++i) {
@@ -339,9 +342,9 @@ void Evaluator::add_tracks(const ovt_frame_info& info, const ovt_tracks& t, cons
       along = ce * e[0] + se * e[1], across = ce * e[1] - se * e[0];
       double covariance[15];
       for (int32_t k = 0; k < 15; ++k) covariance[k] = t.covariance[k][i];
-      nees = metrics::normalized_square(e, covariance, 5);
+      if (in_map) nees = metrics::normalized_square(e, covariance, 5);
       ++(confirmed ? confirmed_ : tentative_)[car.car];
-      if (confirmed) paths_.add(frame_number_, t, i, car);
+      if (confirmed && in_map) paths_.add(frame_number_, t, i, car);
     }
     if (t.existence)
       tables_["existence"].add({frame_number_, time_s_, double(t.id[i]), t.existence[i], double(confirmed),
@@ -352,11 +355,12 @@ void Evaluator::add_tracks(const ovt_frame_info& info, const ovt_tracks& t, cons
                            e[1], along, across, e[2], heading, e[3], e[4], nees,
                            double(t.publish_ns - t.measured_ns[i]) * 1e-9});
   }
-  remember_tracks(t);
+  remember_tracks(info, t);
 }
 
-void Evaluator::remember_tracks(const ovt_tracks& t) {
+void Evaluator::remember_tracks(const ovt_frame_info& info, const ovt_tracks& t) {
   for (int32_t i = 0; i < t.count; ++i) last_tracks_.push_back({double(t.id[i]), t.x_m[i], t.y_m[i]});
+  if (info.reference != OVT_REFERENCE_MAP) return;
   for (int32_t i = 0; i < t.count; ++i)
     prior_[t.id[i]] = {t.x_m[i],           t.y_m[i],           t.speed_mps[i],     t.course_rad[i],
                        t.covariance[0][i], t.covariance[1][i], t.covariance[2][i], t.publish_ns};

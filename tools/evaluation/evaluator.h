@@ -53,6 +53,7 @@
 #include "tools/evaluation/path_judge.h"
 #include "tools/evaluation/places.h"
 #include "tools/evaluation/table.h"
+#include "tools/evaluation/tracks_in_map.h"
 #include "tools/evaluation/truth_log.h"
 
 namespace overtake::evaluation {
@@ -132,7 +133,7 @@ class Evaluator {
   void add_motion(int64_t publish_ns, const std::vector<CarTruth>& cars);
   void add_tracks(const ovt_frame_info& info, const ovt_tracks& tracks, const ovt_detections& detections,
                   const std::vector<CarTruth>& cars);
-  void remember_tracks(const ovt_tracks& tracks);
+  void remember_tracks(const ovt_frame_info& info, const ovt_tracks& tracks);
   void note_cut();
   void add_times(ovt_reader* reader);
   void add_ground_baselines(const CloudPoints& cloud);
@@ -153,6 +154,7 @@ class Evaluator {
   std::map<uint64_t, Prior> prior_;
   std::set<uint64_t> parked_;  // tracks (note_parked)
   PathJudge paths_;
+  TracksInMap tracks_in_map_;
   struct Place {
     double id, x_m, y_m;
   };

@@ -286,9 +286,6 @@ class ego_heading_group:
     slip_sigma_deg: float
     """standard deviation of the slip angle per m/s^2 of acceleration across, before any wall (number, 0 to 10
     deg)"""
-    lever_sigma_m: float
-    """standard deviation of the distance from the rear axle to the point whose course is the ego heading (number, 0
-    to 100 m)"""
 
 class lane_tracker_group:
     """Parameters lane_tracker.*"""
@@ -354,10 +351,6 @@ class lane_tracker_group:
     to 100)"""
     thin_score: float
     """one with 0.03 to 0.1 of them adds (likewise) (number, -100 to 100)"""
-    narrow_m: float
-    """a detection from behind or ahead that is less wide is narrow (number, 0 to 100 m)"""
-    narrow_score: float
-    """... and adds (number, -100 to 100)"""
     confirm_score: float
     """a track is confirmed above this score (number, -100 to 100)"""
     confirm_hits: int
