@@ -18,6 +18,7 @@ constexpr Step kSegment[] = {
     step::fill_gaps,                                                // 2   gaps of one pixel
     step::sample_road,                                              // 5b  where the road should be
     step::running_ground,                                           // 5b  ground: height over the running ground
+    step::mark_islands,                                             // 5b  nor is a car of which one row is seen
     step::drop_smoke,                                               // 5c  smoke and dust are not obstacles
     step::repair_range,                                             // 6   NGRIR (eq. 3)
     step::link_pixels,                                              // 7a  which neighbours belong together (eq. 2)

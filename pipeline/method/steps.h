@@ -111,6 +111,8 @@ OVT_STEP_BY_HAND(running_ground, GROUND, "running_ground", kByColumns,
   k.running_ground(s.params.running_ground, s.views.road_surface, m.range_filled_m, m.elevation_filled_rad, m.height_m,
                    m.nonground, m.steep, s.columns);
 }
+OVT_STEP(mark_islands, GROUND, "", sensor<&SensorModel::wraps>, sensor<&SensorModel::pitch_rad>, in<range_filled_m>,
+         in<height_m>, inout<nonground>);
 OVT_STEP(drop_smoke, GROUND, "smoke", params<&SegmentParams::drop_smoke>, in<scan>, in<point_pixel>, in<range_filled_m>,
          in<pixel_point>, inout<nonground>, scratch<considered>, scratch<steep>, out<smoke>);
 OVT_STEP(keep_above_road, GROUND, "", sensor<&SensorModel::T_vehicle_sensor>, in<range_filled_m>,
