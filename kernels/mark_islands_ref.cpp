@@ -30,7 +30,8 @@ struct Row {
   }
 };
 
-// Walks to one side, until the island is too wide or `gap` columns have no pixel of it. f(steps) for each of its pixels.
+// Walks to one side, until the island is too wide or `gap` columns have no pixel of it. Calls f(steps) for each of its
+// pixels.
 template <class F>
 End walk(const Row& row, int32_t direction, int32_t gap, int32_t most, F&& f) {
   End end;
