@@ -64,6 +64,7 @@ TEST_CASE("mark_islands: an island is 0.6 to 2.8 m wide and has 3 pixels") {
 
 TEST_CASE("mark_islands: it has gaps, and steps of 1.5 m; what lies behind it is not of it") {
   CHECK(between({80, 0, 81.4f, 100, 82.7f, 82}) == "#.#.##");
+  CHECK(between({80, 81.4f, 82.8f, 84.2f, 85.6f}) == "#####");
   CHECK(between({80, 80, 80, 82, 82, 82}) == "###...");  // behind it: beside those, something is nearer
   CHECK(between(times(5, 80) + times(5, 0) + times(5, 80)) == "#####.....#####");  // two islands
   CHECK(between(times(5, 80) + times(4, 0) + times(5, 80)) == text(14, '.'));      // one that is too wide
