@@ -140,9 +140,9 @@ void Evaluator::skip(const ovt_frame_info& info, ovt_reader* reader) {
   ovt_tracks tracks{};
   if (reader) cli::check(ovt_read_tracks(reader, info.first_stamp_ns + log_.rig().period_ns(), &tracks), "tracks");
   prior_.clear();
+  if (info.reference == OVT_REFERENCE_MAP) return remember_tracks(info, tracks);
   const std::vector<CarTruth> cars = cars_at(tracks.publish_ns);
-  const bool in_map = info.reference == OVT_REFERENCE_MAP;
-  if (in_map || ego_of(cars)) remember_tracks(info, in_map ? tracks : tracks_in_map_.take(tracks, cars));
+  if (ego_of(cars)) remember_tracks(info, tracks_in_map_.take(tracks, cars));
 }
 
 // The positions of the cars for the points of a frame: those at its middle, so that a point is off by at most the cars'
