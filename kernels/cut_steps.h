@@ -11,8 +11,8 @@ namespace overtake {
 
 // A step in range is cut from this on, or from this share of the nearer range; across a bound, from a smaller share.
 inline constexpr float kCutStep_m = 1.5f, kCutStepShare = 0.12f, kCutBoundShare = 0.08f;
-// Share of its distance by which a bound may err: along a ray that meets it at 0.1 rad, 0.1 m are 1 m.
-inline constexpr float kBoundSlack = 0.015f;
+// Share of its distance by which a bound may err: along a ray that meets it at 0.1 rad, 0.3 m are 3 m.
+inline constexpr float kBoundSlack = 0.03f;
 // The surface below the step is upright: it comes nearer by less than this part of the step from row to row.
 inline constexpr float kCutStepBelow = 0.5f;
 
