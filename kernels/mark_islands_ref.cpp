@@ -9,10 +9,10 @@
 namespace overtake::ref {
 namespace {
 
-// One end of an island.
+// An island from a pixel of it to one end.
 struct End {
-  int32_t steps = 0;   // columns from the first pixel
-  int32_t pixels = 0;  // besides the first one
+  int32_t steps = 0;   // columns from that pixel
+  int32_t pixels = 0;  // besides it
   bool free = true;    // nothing nearer is beside it
 };
 
@@ -22,11 +22,16 @@ struct Row {
   int32_t cols, c;
   bool wraps;
 
+  // -1 beyond the edge.
+  int32_t column(int32_t steps) const {
+    const int32_t k = c + steps;
+    if (k >= 0 && k < cols) return k;
+    return !wraps ? -1 : k < 0 ? k + cols : k - cols;
+  }
   // 0 without a return, and beyond the edge.
   float at(int32_t steps) const {
-    int32_t k = c + steps;
-    if (wraps) k = k < 0 ? k + cols : k >= cols ? k - cols : k;
-    return k < 0 || k >= cols ? 0.0f : range_m[k];
+    const int32_t k = column(steps);
+    return k < 0 ? 0.0f : range_m[k];
   }
 };
 
@@ -56,6 +61,7 @@ int32_t mark_island_of(bool wraps, float pitch_rad, Plane<const float> range_fil
                        BitPlane nonground) noexcept {
   const Row row = {range_filled_m.row(r), range_filled_m.cols, c, wraps};
   const float column_m = pitch_rad * row.at(0);
+  // At most a quarter of the image, so that on an image of all directions the two walks do not meet.
   const int32_t most = int32_t(min_of(IslandLimits::kMost_m / column_m, float(row.cols / 4)));
   const int32_t gap = int32_t(min_of(IslandLimits::kGap_m / column_m, float(row.cols / 4))) + 1;
   const auto nothing = [](int32_t) {};
@@ -65,10 +71,7 @@ int32_t mark_island_of(bool wraps, float pitch_rad, Plane<const float> range_fil
   if (!left.free || !right.free || pixels < IslandLimits::kLeastPixels) return 0;
   if (float(columns) * column_m < IslandLimits::kLeast_m) return 0;
   if (float(pixels) < IslandLimits::kShare * float(columns)) return 0;
-  const auto mark = [&](int32_t steps) {
-    const int32_t k = c + steps;
-    nonground.set(r, k < 0 ? k + row.cols : k >= row.cols ? k - row.cols : k);
-  };
+  const auto mark = [&](int32_t steps) { nonground.set(r, row.column(steps)); };
   mark(0);
   walk(row, -1, gap, most, mark);
   walk(row, 1, gap, most, mark);

@@ -1,8 +1,8 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Section 5b: a car of which one row is seen. Words of 64 columns: few pixels are doubtful ground, and each of these
-// looks beside itself as in the reference.
+// Section 5b: a car of which one row is seen. Words of 64 columns: few ground pixels are doubtful, and each of these is
+// tried as in the reference.
 #pragma once
 
 #include "core/math.h"

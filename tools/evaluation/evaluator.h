@@ -15,7 +15,8 @@
 //   ego         one per frame: the true speed and yaw rate
 //   ego_heading one per frame: error of the ego heading that the pipeline got, and with its own correction
 //   detections  one per detection: position, its car (-1 none) and its errors
-//   tracks      one per track: the same with speed, course, yaw rate, NEES, age of its data
+//   tracks      one per track: the same with speed, course, yaw rate, NEES, age of its data. Without ego poses as
+//               tracks_in_map.h has it, without yaw rate and NEES
 //   parked_tracks   one per track at no car that is on a parked vehicle: it is in no other table of tracks
 //   existence   one per track of a method that publishes the probability of existence
 //   motion      one per car and frame, at publish time: what the car truly does; slip is heading minus course

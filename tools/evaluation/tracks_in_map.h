@@ -1,7 +1,7 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Tracks of a pipeline without ego poses, which are in the vehicle frame, in the map, where the judge has the cars.
+// Takes tracks to the map, where the truth is. Those of a pipeline without ego poses are in the vehicle frame.
 #pragma once
 
 #include <vector>

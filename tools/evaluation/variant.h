@@ -18,7 +18,7 @@
 //                       rounding
 //   paper:late_truth    control: compared with the truth of one period later; errors must grow by the cars' motion
 //   paper:no_map        condition: without the log's map
-//   paper:no_poses      condition: without ego poses; detections are compared at the true pose, tracks are not
+//   paper:no_poses      condition: without ego poses; detections and tracks are compared at the true pose
 //
 // A configuration (--config NAME.toml) has its file's name in place of the preset's. Its rig, map and poses are the
 // log's.
