@@ -197,6 +197,23 @@ TEST_CASE("lane identity: two tracks that turn out to be one car become the elde
   CHECK(c.measurements == c.hits + c.births);
 }
 
+TEST_CASE("lane identity: a car that passes another one closely keeps its track") {
+  // Beside a standing car, nearer than two parts of one car may be. At 2 m/s they may be parts.
+  const auto least_confirmed = [](double speed_mps) {
+    LaneBench bench;
+    int32_t least = 2;
+    for (int32_t k = 0; k < 90; ++k) {
+      bench.ego_at(-40);
+      const double x_m = speed_mps * kFrame_s * (k - 60);
+      bench.step(k, {seen_car(0, 0, k), seen_car(x_m, 1.2, k)});
+      if (std::fabs(x_m) < 3) least = std::min(least, bench.confirmed());
+    }
+    return least;
+  };
+  CHECK(least_confirmed(8) == 2);
+  CHECK(least_confirmed(2) == 1);
+}
+
 TEST_CASE("lane identity: two tracks that become one have the time of their state, also where their stamps differ") {
   // The detections of the elder, or of the younger one, are 40 ms older: 2 m.
   for (const bool elder_is_early : {true, false}) {

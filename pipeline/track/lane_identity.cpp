@@ -18,6 +18,7 @@ constexpr int32_t kYoung = 20, kBothSeen = 3, kBetween = 8;  // iterations; in t
                                                              // tracks, in the third so many none of them
 constexpr double kTakenOver_s = 0.12, kTakenOver_m = 6.0, kTakenOver_mps = 10.0;
 constexpr double kSameTentative = 0.9, kSameConfirmed = 0.7;  // share of a car's length and width
+constexpr double kApartSigmas2 = 9.0;                         // squared difference of the velocities of two cars
 // A lost car comes back this near to its prediction, after t: base + t (rate + t growth), but no farther than most.
 constexpr double kAgainAlong_m = 6.0, kAgainAlongRate = 4.0, kAgainAlongGrowth = 5.0, kAgainMost_m = 40.0;
 constexpr double kAgainAcross_m = 3.0, kAgainAcrossRate = 1.5, kAgainSpeed_mps = 8.0, kAgainSpeedRate = 8.0;
@@ -99,6 +100,19 @@ bool LanePolicy::took_over(const State& found, int32_t slot, const State& lost, 
          between <= kBetween && distance_m2(place_[slot], place_[lost_slot]) < reach_m * reach_m;
 }
 
+// Two cars that pass each other closely: their velocities differ. (Two parts of one car have the same.)
+bool LanePolicy::pass_each_other(const State& a, const State& b) const noexcept {
+  double dx = 0, dy = 0, variance = 0, sign = 1;
+  for (const LaneEstimate* e : {&a.estimate, &b.estimate}) {
+    const double v = e->mean.speed_mps;
+    double sine, cosine;
+    sin_cos_f64(e->mean.course_rad, sine, cosine);
+    dx += sign * v * cosine, dy += sign * v * sine, sign = -1;
+    variance += e->covariance[2][2] + v * v * e->covariance[3][3];
+  }
+  return dx * dx + dy * dy > kApartSigmas2 * variance;
+}
+
 // Whether `other` is an older track of the slot's car, and how far from it.
 bool LanePolicy::is_elder(const TrackView<State>& tracks, int32_t other, int32_t slot,
                           double& distance_m) const noexcept {
@@ -109,7 +123,8 @@ bool LanePolicy::is_elder(const TrackView<State>& tracks, int32_t other, int32_t
   if (o.stage != LaneStage::kTentative && took_over(s, slot, o, other)) return true;
   if (o.stage == LaneStage::kTentative || (o.stage == LaneStage::kConfirmed && o.unseen_s <= kRecent_s))
     return is_same_place(o, place_[other], place_[slot],
-                         s.stage == LaneStage::kConfirmed ? kSameConfirmed : kSameTentative);
+                         s.stage == LaneStage::kConfirmed ? kSameConfirmed : kSameTentative) &&
+           !(s.stage == LaneStage::kConfirmed && o.stage == LaneStage::kConfirmed && pass_each_other(s, o));
   return s.is_new && may_come_from(o, other, s, slot, distance_m);
 }
 

@@ -128,6 +128,7 @@ class LanePolicy {
   bool may_come_from(const State& lost, int32_t lost_slot, const State& found, int32_t slot,
                      double& distance_m) const noexcept;
   bool took_over(const State& found, int32_t slot, const State& lost, int32_t lost_slot) const noexcept;
+  bool pass_each_other(const State& a, const State& b) const noexcept;
   bool is_elder(const TrackView<State>& tracks, int32_t other, int32_t slot, double& distance_m) const noexcept;
 
   const TrackerParams params_;
