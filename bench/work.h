@@ -138,10 +138,11 @@ class Work {
         break;
       }
       case Kernel::place_path: {
-        double(&in)[11][kPathBlock] = path_in;
-        double(&out)[6][kPathBlock] = path_out;
-        k.place_path(path_car, {in[0], in[1], in[2], in[3], in[4]}, {in[5], in[6], in[7], in[8], in[9], in[10]},
-                     kPathBlock, {out[0], out[1], out[2], out[3], out[4], out[5]});
+        double(&in)[13][kPathBlock] = path_in;
+        double(&out)[8][kPathBlock] = path_out;
+        k.place_path(path_car, {in[0], in[1], in[2], in[3], in[4], in[11], in[12]},
+                     {in[5], in[6], in[7], in[8], in[9], in[10]}, kPathBlock,
+                     {out[0], out[1], out[2], out[3], out[4], out[5], out[6], out[7]});
         benchmark::DoNotOptimize(out);
         break;
       }
@@ -163,7 +164,7 @@ class Work {
   SegmentViews views;
   int32_t fit_count = 0;
   PathCar path_car = {.speed_mps = 70, .p_ss = 0.1, .p_dd = 0.1, .p_vv = 1, .p_cc = 1e-3};
-  double path_in[11][kPathBlock] = {}, path_out[6][kPathBlock];
+  double path_in[13][kPathBlock] = {}, path_out[8][kPathBlock];
   PathCars path_cars;  // at the origin, certain
   double cars_out[7][kPathCars * 30];
 

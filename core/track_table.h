@@ -57,16 +57,18 @@ void for_each_column(OptionalTrackTable& t, F&& f) {
 }
 
 // Predicted path of the tracks in a TrackTable: point k of track i is row i * points_per_track + k, at
-// stamp + (k + 1) * step.
+// stamp + (k + 1) * step. The optional columns: as OptionalTrackTable.
 struct PathTable {
   int32_t count = 0, capacity = 0;
   int32_t points_per_track = 0;
 #define OVT_PATH(type, name, ...) type* name = nullptr;
+#define OVT_PATH_OPTIONAL OVT_PATH
 #include "core/columns.def"
 };
 template <class F>
 void for_each_column(PathTable& t, F&& f) {
 #define OVT_PATH(type, name, ...) f(#name, t.name);
+#define OVT_PATH_OPTIONAL OVT_PATH
 #include "core/columns.def"
 }
 

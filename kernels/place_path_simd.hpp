@@ -16,7 +16,8 @@ void place_path(const PathCar& car, const PathTimes& times, const LanePlaces& la
   for (int32_t k = 0; k < count; k += kDoubles<A>) {
     const PathPoint<V> p = place_path_point<V>(
         car, V::load(times.along_s + k), V::load(times.across_s + k), V::load(times.across_s2 + k),
-        V::load(times.along_m2 + k), V::load(times.across_m2 + k), V::load(lane.x_m + k), V::load(lane.y_m + k),
+        V::load(times.along_m2 + k), V::load(times.across_m2 + k), V::load(times.steady_along_m2 + k),
+        V::load(times.steady_across_m2 + k), V::load(lane.x_m + k), V::load(lane.y_m + k),
         V::load(lane.heading_rad + k), V::load(lane.ahead_m + k), V::load(lane.left_m + k), V::load(lane.turn_rad + k));
     p.x_m.store(columns.x_m + k);
     p.y_m.store(columns.y_m + k);
@@ -24,6 +25,8 @@ void place_path(const PathCar& car, const PathTimes& times, const LanePlaces& la
     p.var_x.store(columns.var_x + k);
     p.var_y.store(columns.var_y + k);
     p.cov_xy.store(columns.cov_xy + k);
+    p.steady_along_m.store(columns.steady_along_m + k);
+    p.steady_across_m.store(columns.steady_across_m + k);
   }
 }
 

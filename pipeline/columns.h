@@ -48,6 +48,8 @@ void for_each_column(T& t, F&& f) {
   for (auto& column : t.name) f(ColumnInfo{#name, "", ""}, column, rows);
 #define OVT_TRACK_OPTIONAL(type, name, csv, json, words, meaning) f(ColumnInfo{#name, csv, words, true}, t.name, rows);
 #define OVT_PATH(type, name, json, meaning) f(ColumnInfo{"path_" #name, "", ""}, t.path_##name, rows* t.path_points);
+#define OVT_PATH_OPTIONAL(type, name, json, meaning) \
+  f(ColumnInfo{"path_" #name, "", "", true}, t.path_##name, rows* t.path_points);
 #include "core/columns.def"
 }
 

@@ -376,6 +376,7 @@ ovt_status ovt_read_tracks_sized(ovt_reader* reader, int64_t publish_ns, ovt_tra
   std::copy(std::begin(r.tracks.name), std::end(r.tracks.name), std::begin(rows.name));
 #define OVT_TRACK_OPTIONAL(type, name, ...) rows.name = r.optional.name;
 #define OVT_PATH(type, name, ...) rows.path_##name = r.paths.name;
+#define OVT_PATH_OPTIONAL(type, name, ...) rows.path_##name = r.optional.existence ? r.paths.name : nullptr;
 #include "core/columns.def"
   return give(rows, out, out_size);
 }

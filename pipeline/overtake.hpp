@@ -188,6 +188,7 @@ struct Tracks : Table<ovt_tracks> {
   std::span<const type> name(int32_t k) const noexcept { return column(c.name[k]); }
 #define OVT_PATH(type, name, ...) \
   std::span<const type> path_##name(std::size_t track) const noexcept { return path(c.path_##name, track); }
+#define OVT_PATH_OPTIONAL OVT_PATH
 #include OVT_COLUMNS_DEF
 
  private:

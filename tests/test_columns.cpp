@@ -47,6 +47,7 @@ struct ovt_tracks {
 #define OVT_TRACK_OPTIONAL OVT_TRACK
 #define OVT_TRACKS_VALUE(type, name, ...) type name;
 #define OVT_PATH(type, name, ...) const type* path_##name;
+#define OVT_PATH_OPTIONAL OVT_PATH
 #include "core/columns.def"
 };
 struct ovt_clusters {
@@ -89,6 +90,7 @@ struct ovt_stats {
 #define OVT_TRACK_OPTIONAL OVT_TRACK
 #define OVT_TRACKS_VALUE OVT_TRACK
 #define OVT_PATH(type, name, ...) OVT_SAME(ovt_tracks, path_##name)
+#define OVT_PATH_OPTIONAL OVT_PATH
 #define OVT_CLUSTER(type, name, ...) OVT_SAME(ovt_clusters, name)
 #define OVT_LABEL(type, name, ...) OVT_SAME(ovt_labels, name)
 #define OVT_LABEL_CLUSTER OVT_LABEL

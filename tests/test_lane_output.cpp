@@ -4,6 +4,7 @@
 // What the tracker of preset `best` tells a planner of each track.
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <random>
 #include <utility>
@@ -205,6 +206,7 @@ namespace {
 
 struct NoiseShares {
   double along, across;
+  double steady_along, steady_across, steady_speed, steady_drift;  // of a car that goes on: PathNoise
 };
 
 // The noise in the variance of a path, 2 s ahead, as a multiple of that of path_speed and of path_across.
@@ -233,11 +235,14 @@ NoiseShares path_shares(int32_t frames, double brake_mps2 = 0.0, double across_m
     paths.points_per_track = points;
     bench.tracker->publish(bench.rows, bench.states, ns_of(frames - 1), bench.published, &bench.told, &paths);
     REQUIRE(paths.count == points);
-    return std::pair(paths.var_x[points - 1], paths.var_y[points - 1]);
+    const double along_m = paths.steady_along_m[points - 1], across_m = paths.steady_across_m[points - 1];
+    return std::array{paths.var_x[points - 1], paths.var_y[points - 1], along_m * along_m, across_m * across_m};
   };
   const auto none = variances(0, 0), both = variances(kSpeedNoise, kAcross_mps);
   const double along_m2 = kSpeedNoise * kAhead_s * kAhead_s * kAhead_s / 3.0, across_m = kAcross_mps * kAhead_s;
-  return {(both.first - none.first) / along_m2, (both.second - none.second) / (across_m * across_m)};
+  const double across_m2 = across_m * across_m;
+  return {(both[0] - none[0]) / along_m2, (both[1] - none[1]) / across_m2, none[2] / none[0], none[3] / none[1],
+          (both[2] - none[2]) / along_m2, (both[3] - none[3]) / across_m2};
 }
 
 }  // namespace
@@ -248,6 +253,12 @@ TEST_CASE("lane tracker: a steady car has a narrow path, one that changes its sp
   CHECK(new_car.across == doctest::Approx(1.0));
   CHECK(steady.along == doctest::Approx(0.3).epsilon(0.05));
   CHECK(steady.across == doctest::Approx(0.8).epsilon(0.05));
+  CHECK(new_car.steady_along == doctest::Approx(1.0));
+  CHECK(new_car.steady_across == doctest::Approx(1.0));
+  CHECK(steady.steady_along == doctest::Approx(0.012).epsilon(0.1));
+  CHECK(steady.steady_across == doctest::Approx(0.055).epsilon(0.1));
+  CHECK(steady.steady_speed == doctest::Approx(0.0015).epsilon(0.01));
+  CHECK(steady.steady_drift == doctest::Approx(0.002).epsilon(0.1));
   const NoiseShares braking = path_shares(36, 18.0), changing = path_shares(36, 0.0, 3.0);
   CHECK(braking.along > 3.0);
   CHECK(braking.along <= 9.3);
@@ -255,4 +266,9 @@ TEST_CASE("lane tracker: a steady car has a narrow path, one that changes its sp
   CHECK(changing.along < 1.0);
   CHECK(changing.across > 2.0);
   CHECK(changing.across <= 5.301);
+  CHECK(braking.steady_along > 0.9);
+  CHECK(braking.steady_across < 0.5);
+  CHECK(changing.steady_along < 0.5);
+  CHECK(changing.steady_across > 0.9);
+  CHECK(changing.steady_drift > 0.3);
 }

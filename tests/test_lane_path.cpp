@@ -283,6 +283,23 @@ TEST_CASE("lane path: the variances along and across grow as documented") {
     CHECK(vars({.across = 3}).first == along);
     CHECK(vars({.across = 3}).second == doctest::Approx(across + (drives ? 2 * 0.2 * 0.2 * 4.0 : 0.0)));
   }
+  // A steady car: its own shares of the estimate's variances and of the noise, whatever the noise of all cars is.
+  for (const PathKind kind : kEveryKind) {
+    CAPTURE(int(kind));
+    const auto steady = [&](const PathNoise& noise) {
+      const PathTable& t = bench.of(e, kind, noise);
+      return std::pair(t.steady_along_m[19] * t.steady_along_m[19], t.steady_across_m[19] * t.steady_across_m[19]);
+    };
+    const PathTable& none = bench.of(e, kind, {.along = 0, .across = 0});
+    const double along = none.var_x[19], across = none.var_y[19];  // the courses are 0 here
+    const bool drives = kind != PathKind::kRest;
+    const auto half = steady({.along = 9, .across = 9, .steady_along = 0.5, .steady_across = 0.25});
+    CHECK(half.first == doctest::Approx(0.5 * along));
+    CHECK(half.second == doctest::Approx(0.25 * across));
+    const auto noisy = steady({.along = 9, .across = 9, .steady_speed = 0.5, .steady_drift = 0.25});
+    CHECK(noisy.first == doctest::Approx(along + (drives ? 0.5 * 1.5 * 8.0 / 3.0 : 0.0)));
+    CHECK(noisy.second == doctest::Approx(across + (drives ? 0.25 * 0.2 * 0.2 * 4.0 : 0.0)));
+  }
   for (const PathKind kind : kEveryKind) {
     const PathTable& t = bench.of(e, kind);
     for (int32_t k = 1; k < 30; ++k) {

@@ -18,12 +18,12 @@ namespace {
 
 struct PathBlock {
   PathCar car;
-  double in[11][kPathBlock] = {}, out[6][kPathBlock];
+  double in[13][kPathBlock] = {}, out[8][kPathBlock];
 
   void run(const KernelTable& k, int32_t count) {
     std::memset(out, 0x5a, sizeof out);
-    k.place_path(car, {in[0], in[1], in[2], in[3], in[4]}, {in[5], in[6], in[7], in[8], in[9], in[10]}, count,
-                 {out[0], out[1], out[2], out[3], out[4], out[5]});
+    k.place_path(car, {in[0], in[1], in[2], in[3], in[4], in[11], in[12]}, {in[5], in[6], in[7], in[8], in[9], in[10]},
+                 count, {out[0], out[1], out[2], out[3], out[4], out[5], out[6], out[7]});
   }
   double& heading(int32_t k) { return in[7][k]; }
   double& turn(int32_t k) { return in[10][k]; }
@@ -93,6 +93,27 @@ TEST_CASE("place_path: the covariance is that of s + a v along and d + b c + e w
   }
 }
 
+TEST_CASE("place_path: a steady car has a share of the estimate's variances, and a noise of its own") {
+  PathBlock b;
+  b.car = {.speed_mps = 2, .p_ss = 1, .p_dd = 0.5, .p_sv = 0.25, .p_vv = 0.5, .p_dc = 0.1, .p_cc = 0.02};
+  b.car.steady_along = 0.5, b.car.steady_across = 0.25;
+  b.in[0][0] = 2, b.in[1][0] = 3, b.in[3][0] = 10, b.in[4][0] = 20, b.in[11][0] = 0.125, b.in[12][0] = 0.0625;
+  b.in[3][1] = b.in[4][1] = 0.25, b.in[11][1] = b.in[12][1] = 9;
+  b.heading(0) = 1;
+  b.run(scalar(), 3);
+  // Along 1 + 2 * 2 * 0.25 + 4 * 0.5, across, with the lever 2 * 3, 0.5 + 2 * 6 * 0.1 + 36 * 0.02.
+  CHECK(b.out[6][0] == doctest::Approx(std::sqrt(0.5 * 4 + 0.125)));
+  CHECK(b.out[7][0] == doctest::Approx(std::sqrt(0.25 * 2.42 + 0.0625)));
+  // Not more than all cars have.
+  CHECK(b.out[6][1] == doctest::Approx(std::sqrt(1.25)));
+  CHECK(b.out[7][1] == doctest::Approx(std::sqrt(0.75)));
+  // And never 0.
+  b.car.steady_along = b.car.steady_across = 0;
+  b.run(scalar(), 3);
+  CHECK(b.out[6][2] > 0);
+  CHECK(b.out[7][2] > 0);
+}
+
 TEST_CASE("place_path: a course beyond pi is wrapped") {
   PathBlock b;
   b.car.p_ss = 1.0;
@@ -115,8 +136,9 @@ TEST_CASE("place_path: every ISA writes the reference's bytes, for ordinary and 
     for (double* p : {&b.car.p_sd, &b.car.p_sv, &b.car.p_dv, &b.car.p_sc, &b.car.p_dc, &b.car.p_vc, &b.car.p_sw,
                       &b.car.p_dw, &b.car.p_vw, &b.car.p_cw})
       *p = size * draw(random, -1, 1);
-    for (int32_t c = 0; c < 10; ++c)
-      for (double& value : b.in[c]) value = c < 5 ? draw(random, 0, 3) : draw(random, -1e3, 1e3);
+    b.car.steady_along = draw(random, 0, 2), b.car.steady_across = draw(random, 0, 2);
+    for (const int32_t c : {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12})
+      for (double& value : b.in[c]) value = c < 5 || c > 10 ? draw(random, 0, 3) : draw(random, -1e3, 1e3);
     for (double& value : b.in[7]) value = draw(random, -kPi, kPi);
     for (double& value : b.in[10]) value = draw(random, -0.4, 0.4);
     b.heading(0) = kPi, b.heading(1) = -kHalfPi, b.heading(2) = kHalfPi, b.heading(3) = 0.0, b.heading(4) = -0.0;
@@ -125,7 +147,7 @@ TEST_CASE("place_path: every ISA writes the reference's bytes, for ordinary and 
     truth.run(*tables[0], count);
     for (int32_t t = 1; t < table_count; ++t) {
       b.run(*tables[t], count);
-      for (int32_t c = 0; c < 6; ++c) {
+      for (int32_t c = 0; c < 8; ++c) {
         CAPTURE(n);
         CAPTURE(std::string(tables[t]->isa));
         CHECK(std::memcmp(b.out[c], truth.out[c], std::size_t(count) * sizeof(double)) == 0);

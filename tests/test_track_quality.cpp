@@ -110,6 +110,7 @@ TEST_CASE("paths: the error is in the axes of the true course at the horizon, an
   CHECK(cell(out, 0, "across_m") == Approx(-1));        // x: 101, to the right of a car that drives along y
   CHECK(cell(out, 0, "square") == Approx(0.25 + 1.0));  // 1^2 / 4 + 1^2 / 1
   CHECK(std::isnan(cell(out, 0, "offset_change_m")));   // no circuit
+  CHECK(std::isnan(cell(out, 0, "steady_square")));     // not published
   judge.advance(3 * kSecond, truth, out);
   REQUIRE(out.rows() == 3);
   CHECK(cell(out, 1, "horizon_s") == 1);
@@ -121,6 +122,24 @@ TEST_CASE("paths: the error is in the axes of the true course at the horizon, an
       4 * kSecond, [](int64_t) { return std::vector<CarTruth>{}; }, out);
   judge.advance(9 * kSecond, truth, out);
   CHECK(out.rows() == 3);
+}
+
+TEST_CASE("paths: a steady car's deviations are in the axes of the predicted course") {
+  PathJudge judge;
+  PathColumns path(0.5, {103}, {4}, 4, 0, 1);
+  const double course_rad = M_PI / 2, along_m = 2, across_m = 0.5;
+  path.tracks.path_course_rad = &course_rad;
+  path.tracks.path_steady_along_m = &along_m, path.tracks.path_steady_across_m = &across_m;
+  Table out = make_tables()["paths"];
+  judge.add(0, path.tracks, 0, {3, false, 100, 0, 0, 0, 0, 0, 0, 10, 0});
+  judge.advance(
+      kSecond,
+      [](int64_t) {
+        return std::vector<CarTruth>{{3, false, 102, 0, 0, 0, 0, 0, 0, 10, 0}};
+      },
+      out);
+  REQUIRE(out.rows() == 1);
+  CHECK(cell(out, 0, "steady_square") == Approx(4.0 + 4.0));  // 4 m along, 1 m across
 }
 
 TEST_CASE("paths: a horizon uses the nearest point at that point's own time; a path that is too short has none") {
@@ -167,7 +186,7 @@ TEST_CASE("paths: the changes of speed and offset are the largest ones until the
 TEST_CASE("path figures: bias, deviation, 95 % and ellipses by what the car does") {
   Run run = empty_run();
   const auto add = [&](double horizon, double along, double across, double square, double speed, double offset) {
-    run.tables["paths"].add({0, 1, horizon, along, across, square, speed, offset});
+    run.tables["paths"].add({0, 1, horizon, along, across, square, speed, offset, NAN});
   };
   // At 2 s: cruising up to 2 m/s and 0.4 m, hard above 6 m/s, a lane change above 1 m.
   add(2, 1, 0.5, 2.4, 2, -0.4);
@@ -186,7 +205,13 @@ TEST_CASE("path figures: bias, deviation, 95 % and ellipses by what the car does
   CHECK(cruising.along_m.size_p95 == Approx(2.9));  // of 1 and 3
   CHECK(cruising.across_m.size_p95 == Approx(0.4875));
   CHECK(cruising.in_70.value == Approx(0.5));  // chi-square 2.408
-  CHECK(cruising.in_95.value == Approx(1));    // 5.991
+  // Where the deviations of a steady car are published, they tell the 70 %.
+  Run steady = empty_run();
+  for (const double square : {1.0, 2.3, 2.5}) steady.tables["paths"].add({0, 1, 2, 0, 0, 5.9, 0, 0, square});
+  const PathFigures& of_steady = quality_of_tracks(steady).paths[2][std::size_t(Manoeuvre::kCruising)];
+  CHECK(of_steady.in_70.value == Approx(2.0 / 3));
+  CHECK(of_steady.in_95.value == Approx(1));
+  CHECK(cruising.in_95.value == Approx(1));  // 5.991
   const PathFigures& hard = at_2_s(Manoeuvre::kSpeedChange);
   CHECK(hard.along_m.error.count == 2);
   CHECK(hard.along_m.error.mean == Approx(2));
@@ -505,7 +530,7 @@ TEST_CASE("track tables: a column for each preset and the goal; values that no p
     add_car_row(*run, 0, 1, 30, 20, 1);
     run->tables["motion"].add({0, 1, 60, 0, 0, 0});
     add_track_row(*run, 0, 5, 1, 30, run == &best ? 0.25 : 1.5, 0, 0.5);
-    run->tables["paths"].add({0, 1, 1, run == &best ? 0.5 : 2, 0.25, 1, 0, 0});
+    run->tables["paths"].add({0, 1, 1, run == &best ? 0.5 : 2, 0.25, 1, 0, 0, NAN});
   }
   best.tables["existence"].add({0, 0, 5, 0.75, 1, 1});
   const std::vector<TrackQuality> columns = track_quality_of(find_track_quality({best, paper}), "hand");

@@ -179,21 +179,29 @@ void LanePath::write_points(const PathCar& car, const Columns& by_point, const P
                             PathTable& t) const noexcept {
   for (int32_t begin = 0; begin < t.points_per_track; begin += kPathBlock) {
     const int32_t count = std::min(t.points_per_track - begin, kPathBlock);
-    alignas(kCacheLine) double lane[6][kPathBlock] = {}, out[6][kPathBlock];
+    alignas(kCacheLine) double lane[6][kPathBlock] = {}, out[8][kPathBlock];
     alignas(kCacheLine) double along_m2[kPathBlock] = {}, across_m2[kPathBlock] = {};
+    alignas(kCacheLine) double steady_along_m2[kPathBlock] = {}, steady_across_m2[kPathBlock] = {};
     const Columns& c = by_point;
     for (int32_t i = 0; i < count; ++i) {
       const LanePlace p = place(begin + i);
       lane[0][i] = p.x_m, lane[1][i] = p.y_m, lane[2][i] = p.heading_rad;
       lane[3][i] = p.ahead_m, lane[4][i] = p.left_m, lane[5][i] = p.turn_rad;
-      along_m2[i] = c.along_m2[begin + i] + noise.along * speed_m2_[begin + i];
-      across_m2[i] = c.across_m2[begin + i] + noise.across * drift_m2_[begin + i] + p.across_m2;
+      const double s_m2 = c.along_m2[begin + i], d_m2 = c.across_m2[begin + i] + p.across_m2;
+      const double speed_m2 = speed_m2_[begin + i], drift_m2 = drift_m2_[begin + i];
+      along_m2[i] = s_m2 + noise.along * speed_m2;
+      across_m2[i] = d_m2 + noise.across * drift_m2;
+      steady_along_m2[i] = car.steady_along * s_m2 + noise.steady_speed * speed_m2;
+      steady_across_m2[i] = car.steady_across * d_m2 + noise.steady_drift * drift_m2;
     }
-    kernels_.place_path(car, {c.along_s + begin, c.across_s + begin, c.across_s2 + begin, along_m2, across_m2},
+    kernels_.place_path(car,
+                        {c.along_s + begin, c.across_s + begin, c.across_s2 + begin, along_m2, across_m2,
+                         steady_along_m2, steady_across_m2},
                         {lane[0], lane[1], lane[2], lane[3], lane[4], lane[5]}, count,
-                        {out[0], out[1], out[2], out[3], out[4], out[5]});
-    double* const columns[6] = {t.x_m, t.y_m, t.course_rad, t.var_x, t.var_y, t.cov_xy};
-    for (int32_t i = 0; i < 6; ++i) std::copy_n(out[i], count, columns[i] + t.count);
+                        {out[0], out[1], out[2], out[3], out[4], out[5], out[6], out[7]});
+    double* const columns[8] = {t.x_m,   t.y_m,    t.course_rad,     t.var_x,
+                                t.var_y, t.cov_xy, t.steady_along_m, t.steady_across_m};
+    for (int32_t i = 0; i < 8; ++i) std::copy_n(out[i], count, columns[i] + t.count);
     t.count += count;
   }
 }
@@ -202,6 +210,7 @@ void LanePath::write(const TrackEstimate& estimate, PathKind kind, int32_t segme
                      PathTable& t) const noexcept {
   const MotionState& m = estimate.mean;
   PathCar car = make_car(estimate);
+  car.steady_along = noise.steady_along, car.steady_across = noise.steady_across;
   double* const speed_mps = t.speed_mps + t.count;
   for (int32_t k = 0; k < t.points_per_track; ++k)
     speed_mps[k] = kind == PathKind::kRest ? m.speed_mps * rest_speed_[k] : m.speed_mps;
@@ -240,7 +249,7 @@ void LanePath::write(const TrackEstimate& estimate, PathKind kind, int32_t segme
     const bool rests = kind == PathKind::kRest;
     const Columns& by_point = rests ? rest_ : free_;
     return write_points(
-        car, by_point, rests ? PathNoise{.along = 0.0, .across = 0.0} : noise,
+        car, by_point, rests ? PathNoise{.along = 0.0, .across = 0.0} : noise,  // the rest of it is in `car`
         [&](int32_t k) {
           return LanePlace{m.x_m, m.y_m, m.course_rad, m.speed_mps * by_point.along_s[k]};
         },

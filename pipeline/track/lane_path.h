@@ -29,9 +29,11 @@ enum class PathKind : int32_t {
   kRest       // along the course, and comes to rest
 };
 
-// How much more, or less, than others this car changes its speed and its place across the lane: variances.
+// How much more, or less, than others this car changes its speed and its place across the lane: variances. And what
+// counts of them, and of the estimate's variances, if it goes on as it drives.
 struct PathNoise {
   double along = 1.0, across = 1.0;
+  double steady_along = 1.0, steady_across = 1.0, steady_speed = 0.0, steady_drift = 0.0;
 };
 
 class LanePath {

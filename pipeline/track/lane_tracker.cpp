@@ -43,6 +43,10 @@ constexpr double kTurnLag = 2.0;    // times steady_lag: far away a car's place 
 constexpr double kTurnNoise = 0.1;  // rad^2 per second: of the course while the car leaves it
 // Of a predicted path: what a steady car has of path_speed and the square of path_across; how both grow with its lag.
 constexpr double kSteadySpeed = 0.3, kSteadyPlace = 0.8, kPlaceLag = 0.5, kMostPathLag = 3.0;
+// A car that goes on as it drives: what counts of the variances of its estimate along and across, of path_speed and of
+// path_across, and how much more with the square of the lag.
+constexpr double kSteadyAlong = 0.012, kSteadyAlongLag = 1.1, kSteadyAcross = 0.055, kSteadyAcrossLag = 1.0;
+constexpr double kSteadyGrowth = 0.0015, kSteadyDrift = 0.002, kSteadyDriftLag = 0.4;
 constexpr int32_t kSteadyHits = 5;  // with fewer hits the state has not settled
 constexpr double kBirthSigma_mps = 10.0;
 constexpr double kFaintGate_d2 = 9.0;
@@ -451,9 +455,14 @@ PathKind LanePolicy::path_of(const State& s) const noexcept {
 // side, that it changes its place across the lane.
 PathNoise LanePolicy::path_noise(const State& s) const noexcept {
   if (s.hits < kSteadyHits) return {};
-  const double along = std::min(std::fabs(s.lag_along), kMostPathLag);
-  const double across = std::min(std::fabs(s.lag_across), kMostPathLag);
-  return {.along = kSteadySpeed + along * along, .across = kSteadyPlace + kPlaceLag * across * across};
+  const double along = std::min(std::fabs(s.lag_along), kMostPathLag), along2 = along * along;
+  const double across = std::min(std::fabs(s.lag_across), kMostPathLag), across2 = across * across;
+  return {.along = kSteadySpeed + along2,
+          .across = kSteadyPlace + kPlaceLag * across2,
+          .steady_along = kSteadyAlong + kSteadyAlongLag * along2,
+          .steady_across = kSteadyAcross + kSteadyAcrossLag * across2,
+          .steady_speed = kSteadyGrowth,
+          .steady_drift = kSteadyDrift + kSteadyDriftLag * across2};
 }
 
 void LanePolicy::write_paths(std::span<const State> states, PathTable& t) const noexcept {

@@ -81,6 +81,9 @@ inline const char* find_broken_tracks(const ovt_tracks& t) {
   const bool has_optional = t.existence != nullptr;
   OVT_RULE((t.object_class != nullptr) == has_optional && (t.visibility != nullptr) == has_optional);
   OVT_RULE((t.unseen_s != nullptr) == has_optional && (t.heading_sigma_rad != nullptr) == has_optional);
+  OVT_RULE((t.path_steady_along_m != nullptr) == has_optional && (t.path_steady_across_m != nullptr) == has_optional);
+  for (int64_t k = 0; has_optional && k < int64_t(t.count) * t.path_points; ++k)
+    OVT_RULE(t.path_steady_along_m[k] > 0 && t.path_steady_across_m[k] > 0);
   for (int32_t i = 0; has_optional && i < t.count; ++i) {
     OVT_RULE(t.existence[i] > 0 && t.existence[i] < 1);
     OVT_RULE(t.object_class[i] >= OVT_CLASS_UNKNOWN && t.object_class[i] <= OVT_CLASS_DEBRIS);

@@ -121,6 +121,7 @@ void KernelWorld::fill_path(uint64_t seed) {
   std::mt19937_64 random(seed + 12);
   const auto draw = [&](double low, double high) { return low + (high - low) * double(random() % 65537) / 65536.0; };
   car_ = {.speed_mps = draw(0, 90)};
+  car_.steady_along = draw(0, 2), car_.steady_across = draw(0, 2);
   for (double* p : {&car_.p_ss, &car_.p_dd, &car_.p_vv, &car_.p_cc, &car_.p_ww}) *p = draw(0, 2);
   for (double* p : {&car_.p_sd, &car_.p_sv, &car_.p_dv, &car_.p_sc, &car_.p_dc, &car_.p_vc, &car_.p_sw, &car_.p_dw,
                     &car_.p_vw, &car_.p_cw})
@@ -131,9 +132,12 @@ void KernelWorld::fill_path(uint64_t seed) {
     for (auto& column : cars_.covariance) column[i] = draw(-1, 1);
     for (const int32_t diagonal : {0, 2, 5, 9, 14}) cars_.covariance[diagonal][i] = draw(0, 2);
   }
-  for (int32_t c = 0; c < 11; ++c)
+  for (int32_t c = 0; c < 13; ++c)
     for (int32_t i = 0; i < path_count_; ++i)
-      path_in_[c][i] = c == 7 ? draw(-kPi, kPi) : c < 5 ? draw(0, 3) : c < 10 ? draw(-1e3, 1e3) : draw(-0.4, 0.4);
+      path_in_[c][i] = c == 7            ? draw(-kPi, kPi)
+                       : c < 5 || c > 10 ? draw(0, 3)
+                       : c < 10          ? draw(-1e3, 1e3)
+                                         : draw(-0.4, 0.4);
 }
 
 void KernelWorld::take_columns(Columns which) {
@@ -415,8 +419,9 @@ void KernelWorld::run(const KernelTable& k, Kernel kernel) {
     case Kernel::place_path: {
       double* const* in = path_in_;
       double* const* out = path_out_;
-      return k.place_path(car_, {in[0], in[1], in[2], in[3], in[4]}, {in[5], in[6], in[7], in[8], in[9], in[10]},
-                          path_count_, {out[0], out[1], out[2], out[3], out[4], out[5]});
+      return k.place_path(car_, {in[0], in[1], in[2], in[3], in[4], in[11], in[12]},
+                          {in[5], in[6], in[7], in[8], in[9], in[10]}, path_count_,
+                          {out[0], out[1], out[2], out[3], out[4], out[5], out[6], out[7]});
     }
     default: break;
   }
@@ -563,7 +568,7 @@ std::string KernelWorld::difference(KernelWorld& a, KernelWorld& b, Columns whic
   for (int32_t c = 0; c < 7; ++c)
     look(compare_values("cars_out", a.cars_out_[c], b.cars_out_[c], std::size_t(a.path_count_ % 9 * 3)));
   if (a.cars_left_ != b.cars_left_) look("cars left");
-  for (int32_t c = 0; c < 6; ++c)
+  for (int32_t c = 0; c < 8; ++c)
     look(compare_values("path_out", a.path_out_[c], b.path_out_[c], std::size_t(a.path_count_)));
   if (f.inliers_ref != g.inliers_ref || f.inliers_var != g.inliers_var || f.from_var != g.from_var) look("fit inliers");
   return found;

@@ -103,7 +103,7 @@ class KernelWorld {
   PathCars cars_;
   double* cars_out_[7];
   uint32_t cars_left_ = 0;
-  double *path_in_[11], *path_out_[6];
+  double *path_in_[13], *path_out_[8];
   int32_t path_count_ = 0;
   int32_t kept_count_ = 0, merged_overflow_ = 0, fit_count_ = 0;
   RectangleFit fit_{};

@@ -49,8 +49,8 @@ Tables make_tables() {
   t["parked_tracks"] = Table({"frame", "id", "confirmed"});
   t["existence"] = Table({"frame", "time_s", "id", "existence", "confirmed", "car"});
   t["motion"] = Table({"frame", "car", "speed_mps", "accel_mps2", "yaw_rate_rps", "slip_rad"});
-  t["paths"] =
-      Table({"frame", "car", "horizon_s", "along_m", "across_m", "square", "speed_change_mps", "offset_change_m"});
+  t["paths"] = Table({"frame", "car", "horizon_s", "along_m", "across_m", "square", "speed_change_mps",
+                      "offset_change_m", "steady_square"});
   t["centres"] = Table({"frame", "car", "along_m", "across_m", "square"});
   t["false_detections"] =
       Table({"frame", "ahead_m", "left_m", "range_m", "points", "surface", "map_s_m", "map_d_m", "bank_deg"});

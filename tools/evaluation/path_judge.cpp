@@ -24,6 +24,14 @@ void keep_larger(double change, double& most) {
 
 void PathJudge::use_circuit(const std::string& map_file) { build_circuit(map_file, circuit_); }
 
+double PathJudge::steady_square(const Point& p, const double (&error)[2]) {
+  if (!(p.steady_along_m > 0 && p.steady_across_m > 0)) return kNan;
+  const double c = std::cos(p.course_rad), s = std::sin(p.course_rad);
+  const double along = (c * error[0] + s * error[1]) / p.steady_along_m;
+  const double across = (c * error[1] - s * error[0]) / p.steady_across_m;
+  return along * along + across * across;
+}
+
 void PathJudge::add(double frame, const ovt_tracks& t, int32_t row, const CarTruth& car) {
   Path path;
   path.frame = frame, path.car = car.car, path.speed_mps = car.speed_mps;
@@ -39,8 +47,12 @@ void PathJudge::add(double frame, const ovt_tracks& t, int32_t row, const CarTru
     const int64_t k = std::llround(horizon_s / t.path_step_s) - 1;
     if (k < 0 || k >= t.path_points) continue;
     const std::size_t at = std::size_t(row) * std::size_t(t.path_points) + std::size_t(k);
-    path.points.push_back({horizon_s, t.publish_ns + std::llround(double(k + 1) * t.path_step_s * 1e9), t.path_x_m[at],
-                           t.path_y_m[at], t.path_var_x[at], t.path_cov_xy[at], t.path_var_y[at]});
+    const int64_t stamp_ns = t.publish_ns + std::llround(double(k + 1) * t.path_step_s * 1e9);
+    const bool has_steady = t.path_steady_along_m && t.path_steady_across_m;
+    path.points.push_back({horizon_s, stamp_ns, t.path_x_m[at], t.path_y_m[at], t.path_var_x[at], t.path_cov_xy[at],
+                           t.path_var_y[at], has_steady ? t.path_course_rad[at] : 0.0,
+                           has_steady ? t.path_steady_along_m[at] : 0.0,
+                           has_steady ? t.path_steady_across_m[at] : 0.0});
   }
   if (!path.points.empty()) open_.push_back(std::move(path));
 }
@@ -75,7 +87,8 @@ bool PathJudge::sample(Path& path, int64_t stamp_ns, const std::vector<CarTruth>
     const double error[2] = {p.x_m - car->x_m, p.y_m - car->y_m}, covariance[3] = {p.var_x, p.cov_xy, p.var_y};
     const double c = std::cos(car->course_rad), s = std::sin(car->course_rad);
     out.add({path.frame, double(path.car), p.horizon_s, c * error[0] + s * error[1], c * error[1] - s * error[0],
-             metrics::normalized_square(error, covariance, 2), path.speed_change_mps, path.offset_change_m});
+             metrics::normalized_square(error, covariance, 2), path.speed_change_mps, path.offset_change_m,
+             steady_square(p, error)});
   }
   return true;
 }

@@ -10,6 +10,8 @@
 //   speed_change_mps      of the true speeds until then (every 0.1 s), the one farthest from the speed at the time of
 //                         publication, minus the latter
 //   offset_change_m       the same for the car's offset from the centre line; NaN without a circuit
+//   steady_square         the error's square in units of a steady car's variances (path_steady_along_m, ..._across_m);
+//                         NaN without them
 //
 // A horizon uses the path's nearest point and is compared at the time of that point. A point whose time the truth does
 // not reach has no row.
@@ -45,6 +47,7 @@ class PathJudge {
     double horizon_s = 0;
     int64_t stamp_ns = 0;
     double x_m = 0, y_m = 0, var_x = 0, cov_xy = 0, var_y = 0;
+    double course_rad = 0, steady_along_m = 0, steady_across_m = 0;  // deviations of 0: not published
   };
   struct Path {
     double frame = 0, speed_mps = 0, offset_m = 0;
@@ -54,6 +57,7 @@ class PathJudge {
     std::size_t next = 0;  // of `points`
     std::vector<Point> points;
   };
+  static double steady_square(const Point& p, const double (&error)[2]);
   // False: the truth has no such car any more.
   bool sample(Path& path, int64_t stamp_ns, const std::vector<CarTruth>& cars, Table& out);
 

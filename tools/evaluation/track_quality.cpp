@@ -20,7 +20,7 @@ constexpr double kThresholds[] = {0.5,   0.6,   0.7,   0.8,    0.9,    0.95,   0
                                   0.995, 0.998, 0.999, 0.9995, 0.9998, 0.9999, 0.99999};
 
 struct PathSamples {
-  std::vector<double> along, across, square;
+  std::vector<double> along, across, square, inner;  // inner: the square of which 70 % should be below 2.4
 };
 
 // Which of kCruising, kSpeedChange and kLaneChange the change of speed and offset over a horizon belongs to.
@@ -70,7 +70,8 @@ void TrackTally::add_paths(const Run& run) {
   const Table& paths = run.tables.at("paths");
   const auto horizon = column_of(paths, "horizon_s"), along = column_of(paths, "along_m"),
              across = column_of(paths, "across_m"), square = column_of(paths, "square"),
-             speed = column_of(paths, "speed_change_mps"), offset = column_of(paths, "offset_change_m");
+             speed = column_of(paths, "speed_change_mps"), offset = column_of(paths, "offset_change_m"),
+             steady = column_of(paths, "steady_square");
   for (std::size_t i = 0; i < horizon.size(); ++i) {
     const auto at = std::find(std::begin(kHorizonsS), std::end(kHorizonsS), horizon[i]);
     if (at == std::end(kHorizonsS)) continue;
@@ -79,6 +80,7 @@ void TrackTally::add_paths(const Run& run) {
       if (!does[m]) continue;
       PathSamples& to = paths_[std::size_t(at - std::begin(kHorizonsS))][m];
       to.along.push_back(along[i]), to.across.push_back(across[i]), to.square.push_back(square[i]);
+      to.inner.push_back(std::isfinite(steady[i]) ? steady[i] : square[i]);
     }
   }
 }
@@ -164,8 +166,8 @@ TrackQuality TrackTally::finish() const {
     for (std::size_t m = 0; m < kManoeuvres; ++m) {
       const PathSamples& s = paths_[h][m];
       int64_t known = 0, in_70 = 0, in_95 = 0;
-      for (const double square : s.square)
-        known += std::isfinite(square), in_70 += square <= kIn70OfPath, in_95 += square <= kIn95OfPath;
+      for (std::size_t i = 0; i < s.square.size(); ++i)
+        known += std::isfinite(s.square[i]), in_70 += s.inner[i] <= kIn70OfPath, in_95 += s.square[i] <= kIn95OfPath;
       q.paths[h][m] = {spread_of(s.along), spread_of(s.across), metrics::binomial_share(in_70, known),
                        metrics::binomial_share(in_95, known)};
     }

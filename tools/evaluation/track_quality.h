@@ -38,7 +38,7 @@ Spread spread_of(const std::vector<double>& errors);
 
 struct PathFigures {
   Spread along_m, across_m;
-  metrics::Share in_70, in_95;  // of those with a covariance
+  metrics::Share in_70, in_95;  // of those with a covariance; in_70: of a steady car, where it is published
 };
 
 struct FoundAfter {  // per presence of a car (track_identity.h)

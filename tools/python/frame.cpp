@@ -205,21 +205,25 @@ void add_tracks(py::module_& module) {
       doc<type_>(#name, "(n,)", meaning, words, optional).c_str());
 #define OVT_TRACK(type_, name, csv, json, words, meaning) OVT_ADD(type_, name, meaning, words, false)
 #define OVT_TRACK_OPTIONAL(type_, name, csv, json, words, meaning) OVT_ADD(type_, name, meaning, words, true)
-#define OVT_PATH(type_, name, json, meaning)                                                                   \
-  names.push_back("path_" #name);                                                                              \
-  type.def_property_readonly(                                                                                  \
-      "path_" #name,                                                                                           \
-      [](const Tracks& t) {                                                                                    \
-        return column<type_>(t, t.rows().path_##name,                                                          \
-                             {py::ssize_t(t.rows().count), py::ssize_t(t.rows().path_points)});                \
-      },                                                                                                       \
-      doc<type_>(#name, "(n, path_points)", std::string(meaning) + ", (k + 1) * path_step_s after publish_ns") \
+#define OVT_ADD_PATH(type_, name, meaning, optional)                                                               \
+  names.push_back("path_" #name);                                                                                  \
+  type.def_property_readonly(                                                                                      \
+      "path_" #name,                                                                                               \
+      [](const Tracks& t) {                                                                                        \
+        return column<type_>(t, t.rows().path_##name,                                                              \
+                             {py::ssize_t(t.rows().count), py::ssize_t(t.rows().path_points)});                    \
+      },                                                                                                           \
+      doc<type_>(#name, "(n, path_points)", std::string(meaning) + ", (k + 1) * path_step_s after publish_ns", "", \
+                 optional)                                                                                         \
           .c_str());
+#define OVT_PATH(type_, name, json, meaning) OVT_ADD_PATH(type_, name, meaning, false)
+#define OVT_PATH_OPTIONAL(type_, name, json, meaning) OVT_ADD_PATH(type_, name, meaning, true)
 #define OVT_TRACKS_VALUE(type_, name, json, meaning) \
   type.def_property_readonly(                        \
       #name, [](const Tracks& t) { return t.rows().name; }, meaning);
 #include "core/columns.def"
 #undef OVT_ADD
+#undef OVT_ADD_PATH
   names.push_back("covariance");
   type.def_property_readonly(
       "covariance",

@@ -156,6 +156,7 @@ TracksCopy::TracksCopy(const ovt_tracks& from) : rows(from) {
 #define OVT_TRACK_COVARIANCE(type, name, ...) \
   for (const type*& column : rows.name) column = columns.copy(column, count);
 #define OVT_PATH(type, name, ...) rows.path_##name = columns.copy(rows.path_##name, path_count);
+#define OVT_PATH_OPTIONAL OVT_PATH
 #include "core/columns.def"
   double* full = columns.make<double>(count * 25);
   for (std::size_t i = 0; i < count; ++i) {

@@ -78,6 +78,8 @@ Json track_schema() {
   Json schema = schema_object(row);  // as above
 #define OVT_TRACK_OPTIONAL(type, name, csv, json, words, meaning) \
   schema["properties"][json] = value_schema<type>(words, meaning);
+#define OVT_PATH_OPTIONAL(type, name, json, meaning) \
+  schema["properties"]["path"]["properties"][json] = numbers(meaning);
 #include "core/columns.def"
   return schema;
 }
@@ -88,6 +90,8 @@ Json track_row(const ovt_tracks& t, int32_t i) {
 #define OVT_TRACK_COVARIANCE(type, name, json, meaning) \
   for (const type* column : t.name) row[json].push_back(column[i]);
 #define OVT_PATH(type, name, json, meaning) path[json] = std::vector<type>(t.path_##name + begin, t.path_##name + end);
+#define OVT_PATH_OPTIONAL(type, name, json, meaning) \
+  if (t.path_##name) path[json] = std::vector<type>(t.path_##name + begin, t.path_##name + end);
 #include "core/columns.def"
   row["path"] = path;
 #define OVT_TRACK_OPTIONAL(type, name, csv, json, words, meaning) \

@@ -346,6 +346,14 @@ class Tracks(_Columns):
     def heading_sigma_rad(self) -> _Doubles | None:
         """(n,), rad: standard deviation of heading_rad. None with preset paper."""
     @property
+    def path_steady_along_m(self) -> _Doubles | None:
+        """(n, path_points), m: standard deviation along course_rad of a car that keeps its speed and its place on
+        the road, (k + 1) * path_step_s after publish_ns. None with preset paper."""
+    @property
+    def path_steady_across_m(self) -> _Doubles | None:
+        """(n, path_points), m: the same across course_rad, (k + 1) * path_step_s after publish_ns. None with preset
+        paper."""
+    @property
     def covariance(self) -> _Doubles:
         """(n, 5, 5): covariance of x_m, y_m, speed_mps, course_rad, yaw_rate_rps. Symmetric; the library has the
         lower triangle, as columns."""
