@@ -75,8 +75,8 @@ void PictureSink::add(const FinishedFrame& frame) {
   const std::string caption = "frame " + std::to_string(number_) +
                               ", grid 10 m: points of detections and their "
                               "rectangles, confirmed tracks with id, speed, path over " +
-                              fixed(frame.tracks.path_points * frame.tracks.path_step_s, 1) +
-                              " s and its 95 % ellipses";
+                              fixed(frame.tracks.path_points * frame.tracks.path_step_s, 1) + " s and its " +
+                              (frame.tracks.path_steady_along_m ? "70 and " : "") + "95 % ellipses";
   io::write_png(path_, draw_frame(frame.reader, config_.rig, config_.params, caption));
   drew_ = true;
 }

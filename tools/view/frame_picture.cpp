@@ -16,10 +16,11 @@ namespace {
 
 constexpr io::Rgb kBackground = {14, 15, 20}, kGround = {52, 56, 66}, kPoint = {128, 132, 142}, kMeter = {30, 32, 40};
 constexpr io::Rgb kDetection = {255, 150, 30}, kTrack = {70, 170, 255}, kEllipse = {38, 78, 120},
-                  kEgo = {235, 235, 235}, kTextColor = {215, 215, 220};
+                  kSteady = {60, 125, 190}, kEgo = {235, 235, 235}, kTextColor = {215, 215, 220};
 constexpr double kAhead_m = 90, kBehind_m = 30, kAside_m = 26;
-constexpr double kMostSpread_m = 6;  // m; an ellipse of a larger standard deviation is not drawn
-constexpr int32_t kPixelsPerM = 24;  // before the picture is halved
+constexpr double kChi2Of70 = 2.408, kChi2Of95 = 5.991;  // two degrees of freedom
+constexpr double kMostSpread_m = 6;                     // m; an ellipse of a larger standard deviation is not drawn
+constexpr int32_t kPixelsPerM = 24;                     // before the picture is halved
 
 // The ego vehicle's frame at the frame's stamp.
 struct EgoFrame {
@@ -52,11 +53,11 @@ std::vector<PlanePoint> rectangle(PlanePoint center, double heading_rad, double 
   return corners;
 }
 
-// The 95 % ellipse of a position.
-std::vector<PlanePoint> ellipse(PlanePoint center, double var_x, double var_y, double cov_xy, double turn_rad) {
-  constexpr double kScale2 = 5.991;  // chi squared, two degrees of freedom
+// The ellipse of a position at a chi-square.
+std::vector<PlanePoint> ellipse(PlanePoint center, double var_x, double var_y, double cov_xy, double turn_rad,
+                                double chi2) {
   const double mean = (var_x + var_y) / 2, half = (var_x - var_y) / 2, root = std::hypot(half, cov_xy);
-  const double a = std::sqrt(kScale2 * std::max(mean + root, 0.0)), b = std::sqrt(kScale2 * std::max(mean - root, 0.0));
+  const double a = std::sqrt(chi2 * std::max(mean + root, 0.0)), b = std::sqrt(chi2 * std::max(mean - root, 0.0));
   const double tilt = 0.5 * std::atan2(cov_xy, half) - turn_rad;
   std::vector<PlanePoint> points;
   for (int i = 0; i < 48; ++i) {
@@ -111,11 +112,18 @@ void draw_confirmed(Canvas& canvas, const EgoFrame& ego, const ovt_tracks& track
     last = next;
     const double at_s = (k + 1) * tracks.path_step_s;
     if (std::fabs(std::remainder(at_s, 0.5)) < 0.5 * tracks.path_step_s) canvas.polygon({next}, kTrack, 9);
-    const bool is_known = tracks.path_var_x[p] + tracks.path_var_y[p] < kMostSpread_m * kMostSpread_m;
-    if (is_known && std::fabs(std::remainder(at_s, 1.0)) < 0.5 * tracks.path_step_s)
-      canvas.polygon(ellipse(next, tracks.path_var_x[p], tracks.path_var_y[p], tracks.path_cov_xy[p],
-                             ego.in_map ? ego.yaw_rad : 0.0),
-                     kEllipse, 2);
+    if (std::fabs(std::remainder(at_s, 1.0)) >= 0.5 * tracks.path_step_s) continue;
+    const double turn_rad = ego.in_map ? ego.yaw_rad : 0.0;
+    if (tracks.path_var_x[p] + tracks.path_var_y[p] < kMostSpread_m * kMostSpread_m)
+      canvas.polygon(
+          ellipse(next, tracks.path_var_x[p], tracks.path_var_y[p], tracks.path_cov_xy[p], turn_rad, kChi2Of95),
+          kEllipse, 2);
+    if (!tracks.path_steady_along_m || !tracks.path_steady_across_m) continue;
+    const double along_m = tracks.path_steady_along_m[p], across_m = tracks.path_steady_across_m[p];
+    if (std::hypot(along_m, across_m) < kMostSpread_m)
+      canvas.polygon(
+          ellipse(next, along_m * along_m, across_m * across_m, 0.0, turn_rad - tracks.path_course_rad[p], kChi2Of70),
+          kSteady, 2);
   }
 }
 
