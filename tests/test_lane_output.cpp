@@ -260,6 +260,7 @@ TEST_CASE("lane tracker: a steady car has a narrow path, one that changes its sp
   CHECK(steady.steady_speed == doctest::Approx(0.0015).epsilon(0.01));
   CHECK(steady.steady_drift == doctest::Approx(0.002).epsilon(0.1));
   const NoiseShares braking = path_shares(36, 18.0), changing = path_shares(36, 0.0, 3.0);
+  const NoiseShares shifting = path_shares(36, 0.0, 0.3);  // a lag below one deviation: no limit holds
   CHECK(braking.along > 3.0);
   CHECK(braking.along <= 9.3);
   CHECK(braking.across < 1.5);
@@ -271,4 +272,8 @@ TEST_CASE("lane tracker: a steady car has a narrow path, one that changes its sp
   CHECK(changing.steady_along < 0.5);
   CHECK(changing.steady_across > 0.9);
   CHECK(changing.steady_drift > 0.3);
+  const double lag2 = 2.0 * (shifting.across - 0.8);
+  CHECK(lag2 > 0.2);
+  CHECK(shifting.steady_across == doctest::Approx(0.055 + lag2).epsilon(1e-6));
+  CHECK(shifting.steady_drift == doctest::Approx(0.002 + 0.4 * lag2).epsilon(1e-6));
 }
