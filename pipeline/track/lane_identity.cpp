@@ -18,7 +18,7 @@ constexpr int32_t kYoung = 20, kBothSeen = 3, kBetween = 8;  // iterations; in t
                                                              // tracks, in the third so many none of them
 constexpr double kTakenOver_s = 0.12, kTakenOver_m = 6.0, kTakenOver_mps = 10.0;
 constexpr double kSameTentative = 0.9, kSameConfirmed = 0.7;  // share of a car's length and width
-constexpr double kApartSigmas2 = 9.0;                         // squared difference of the velocities of two cars
+constexpr double kApartSigmas2 = 9.0;  // of the difference of two velocities, over its variance: two cars
 // A lost car comes back this near to its prediction, after t: base + t (rate + t growth), but no farther than most.
 constexpr double kAgainAlong_m = 6.0, kAgainAlongRate = 4.0, kAgainAlongGrowth = 5.0, kAgainMost_m = 40.0;
 constexpr double kAgainAcross_m = 3.0, kAgainAcrossRate = 1.5, kAgainSpeed_mps = 8.0, kAgainSpeedRate = 8.0;
@@ -100,7 +100,8 @@ bool LanePolicy::took_over(const State& found, int32_t slot, const State& lost, 
          between <= kBetween && distance_m2(place_[slot], place_[lost_slot]) < reach_m * reach_m;
 }
 
-// Two cars that pass each other closely: their velocities differ. (Two parts of one car have the same.)
+// Two cars that pass each other closely: their velocities differ. (Two parts of one car have the same.) `variance` is
+// an upper limit in any direction.
 bool LanePolicy::pass_each_other(const State& a, const State& b) const noexcept {
   double dx = 0, dy = 0, variance = 0, sign = 1;
   for (const LaneEstimate* e : {&a.estimate, &b.estimate}) {
@@ -121,10 +122,11 @@ bool LanePolicy::is_elder(const TrackView<State>& tracks, int32_t other, int32_t
   if (o.stage == LaneStage::kTentative && s.stage != LaneStage::kTentative) return false;
   distance_m = 0.0;
   if (o.stage != LaneStage::kTentative && took_over(s, slot, o, other)) return true;
-  if (o.stage == LaneStage::kTentative || (o.stage == LaneStage::kConfirmed && o.unseen_s <= kRecent_s))
-    return is_same_place(o, place_[other], place_[slot],
-                         s.stage == LaneStage::kConfirmed ? kSameConfirmed : kSameTentative) &&
-           !(s.stage == LaneStage::kConfirmed && o.stage == LaneStage::kConfirmed && pass_each_other(s, o));
+  if (o.stage == LaneStage::kTentative || (o.stage == LaneStage::kConfirmed && o.unseen_s <= kRecent_s)) {
+    const bool are_confirmed = s.stage == LaneStage::kConfirmed;  // the elder is, too
+    return is_same_place(o, place_[other], place_[slot], are_confirmed ? kSameConfirmed : kSameTentative) &&
+           !(are_confirmed && pass_each_other(s, o));
+  }
   return s.is_new && may_come_from(o, other, s, slot, distance_m);
 }
 

@@ -43,8 +43,8 @@ constexpr double kTurnLag = 2.0;    // times steady_lag: far away a car's place 
 constexpr double kTurnNoise = 0.1;  // rad^2 per second: of the course while the car leaves it
 // Of a predicted path: what a steady car has of path_speed and the square of path_across; how both grow with its lag.
 constexpr double kSteadySpeed = 0.3, kSteadyPlace = 0.8, kPlaceLag = 0.5, kMostPathLag = 3.0;
-// A car that goes on as it drives: what counts of the variances of its estimate along and across, of path_speed and of
-// path_across, and how much more with the square of the lag.
+// Of path_steady_along_m and path_steady_across_m, the deviations of a car that goes on as it drives: what counts of
+// the variances of its estimate, of path_speed and of path_across, and how much more with the square of the lag.
 constexpr double kSteadyAlong = 0.012, kSteadyAlongLag = 1.1, kSteadyAcross = 0.055, kSteadyAcrossLag = 1.0;
 constexpr double kSteadyGrowth = 0.0015, kSteadyDrift = 0.002, kSteadyDriftLag = 0.4;
 constexpr int32_t kSteadyHits = 5;  // with fewer hits the state has not settled

@@ -20,7 +20,8 @@ constexpr double kThresholds[] = {0.5,   0.6,   0.7,   0.8,    0.9,    0.95,   0
                                   0.995, 0.998, 0.999, 0.9995, 0.9998, 0.9999, 0.99999};
 
 struct PathSamples {
-  std::vector<double> along, across, square, inner;  // inner: the square of which 70 % should be below 2.4
+  std::vector<double> along, across, square;
+  std::vector<double> inner;  // the square in units of a steady car's variances; where there are none, `square`
 };
 
 // Which of kCruising, kSpeedChange and kLaneChange the change of speed and offset over a horizon belongs to.
