@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The road surface along the rays of a sensor where the heights are not known: fitted to the scan's ground, and
-// expected from a map with banking.
+// expected from a map with banking. And where they are known but the sensor is tilted.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace overtake {
 namespace {
 
 using test::CircleRoad, test::Mounting, test::Sampled, test::Scan;
-using test::data_at, test::exact_height, test::make_sensor, test::kMountings;
+using test::data_at, test::exact_height, test::make_sensor, test::kHere, test::kMountings;
 
 // A scan of the surface z(x, y) in the vehicle frame, up to 90 m: rows from 0.05 rad down to -0.3 rad. A box of 1 m
 // height, 2 m across and any length stands at box_x_m on the lane.
@@ -38,7 +38,8 @@ Scan scan_of(const SensorModel& sensor, Surface&& surface, double box_x_m = 1e9)
         return v[2] - surface(v[0], v[1]) - (box ? 1.0 : 0.0);
       };
       double range = 0.5;
-      while (range < 90.0 && above(range) > 0.0) range += 0.02;
+      while (range < 90.0 && above(range) > 0.0) range += 0.25;
+      for (double step = 0.125; range < 90.0 && step > 0.01; step *= 0.5) range += above(range) > 0.0 ? step : -step;
       scan.elevation.at(r, c) = float(up);
       scan.range.at(r, c) = range < 90.0 ? float(range) : kNoReturn;
     }
@@ -141,8 +142,10 @@ RoadData first_look(const CircleRoad& road, double s_m) {
   return data;
 }
 
-// The largest error of the surface on the road around the centre line, up to so far ahead.
-double worst_on_road(const Sampled& sampled, const RoadData& data, const CircleRoad& road, double far_m) {
+// The largest error of the surface on the road around the centre line, up to so far away, in the axes of the sensor as
+// it is mounted.
+double worst_on_road(const Sampled& sampled, const RoadData& data, const CircleRoad& road, double far_m,
+                     const SensorModel& mounted) {
   double worst_m = 0.0, left_m = 0.0;
   int32_t checked = 0;
   const auto surface = [&](double x, double y) {
@@ -152,13 +155,16 @@ double worst_on_road(const Sampled& sampled, const RoadData& data, const CircleR
   };
   for (int32_t k = 0; k < sampled.rays; ++k)
     for (double distance = 5.0; distance <= far_m; distance += 5.0) {
-      const double exact = exact_height(data, sampled.sensor, sampled.azimuth(k), distance, surface);
+      const double exact = exact_height(data, mounted, sampled.azimuth(k), distance, surface);
       if (std::fabs(left_m) > 3.0) continue;
       worst_m = std::fmax(worst_m, std::fabs(sampled.height(k, distance) - exact));
       ++checked;
     }
   CHECK(checked > 8);
   return worst_m;
+}
+double worst_on_road(const Sampled& sampled, const RoadData& data, const CircleRoad& road, double far_m) {
+  return worst_on_road(sampled, data, road, far_m, sampled.sensor);
 }
 
 TEST_CASE("guess_road: the first time at a place, a map with banking tells how the road turns ahead") {
@@ -271,9 +277,9 @@ TEST_CASE("guess_road: ahead, the ground beside an expected road does not twist 
   CHECK(worst_m < 0.3 * twisted_m);
 }
 
-// A scan of the road, up to 90 m. Beside it the ground is level.
-Scan scan_of_road(const SensorModel& sensor, const RoadData& data, const CircleRoad& road) {
-  return scan_of(sensor, [&](double x, double y) {  // the height above the vehicle's plane, by two steps
+// A scan of the road, up to 90 m. Beside it the ground is level. With a box as in scan_of.
+Scan scan_of_road(const SensorModel& sensor, const RoadData& data, const CircleRoad& road, double box_x_m = 1e9) {
+  const auto surface = [&](double x, double y) {  // the height above the vehicle's plane, by two steps
     double z = 0.0;
     for (int32_t i = 0; i < 3; ++i) {
       const double* const r = data.ego.r;
@@ -284,7 +290,8 @@ Scan scan_of_road(const SensorModel& sensor, const RoadData& data, const CircleR
       z = (road.height(at.s_m) - on_road * road.slope(at.s_m) - data.ego.pose.z_m - r[6] * x - r[7] * y) / r[8];
     }
     return z;
-  });
+  };
+  return scan_of(sensor, surface, box_x_m);
 }
 
 TEST_CASE("guess_road: where the road is not what the map lets expect, the scan's ground corrects it") {
@@ -324,6 +331,62 @@ TEST_CASE("guess_road: where the road is not what the map lets expect, the scan'
     }
   CHECK(returns > 500);
   CHECK(obstacles == 0);
+}
+
+constexpr double kTilt_rad = 0.5 * kPi / 180.0;
+
+TEST_CASE("guess_road: a sensor that is tilted and too low lies over a known road as its ground does") {
+  const CircleRoad road({.radius_m = 400.0, .slope = [](double) { return 0.2; }});
+  for (const double yaw_rad : {0.0, kPi, 2.5}) {
+    CAPTURE(yaw_rad);
+    const SensorModel declared = make_sensor({1.8, 0.0, 0.65, 0.0, 0.0, yaw_rad}, 240);
+    const SensorModel mounted = make_sensor({1.8, 0.0, 0.63, -0.8 * kTilt_rad, kTilt_rad, yaw_rad}, 240);
+    const RoadData data = data_at(road, 300.0, 0.5);
+    const Sampled sampled(data, declared, scan_of_road(mounted, data, road));
+    CHECK(worst_on_road(Sampled(data, declared), data, road, 60.0, mounted) > 0.4);
+    CHECK(worst_on_road(sampled, data, road, 60.0, mounted) < 0.08);
+    // The level, too, is that of the tilted sensor, also to its sides.
+    const Sampled exact(data, mounted);
+    for (int32_t k = 0; k < sampled.rays; ++k)
+      CHECK(std::fabs(sampled.level_slope[std::size_t(k)] - exact.level_slope[std::size_t(k)]) < 0.005f);
+    // And one that is mounted as it should be stays so.
+    const Sampled right(data, declared, scan_of_road(declared, data, road));
+    CHECK(worst_on_road(right, data, road, 60.0, declared) < 0.05);
+  }
+}
+
+TEST_CASE("guess_road: the tilt of a sensor shows where the vehicle has driven, if that is far enough") {
+  const CircleRoad road({.radius_m = 400.0, .slope = [](double) { return 0.2; }});
+  const SensorModel declared = make_sensor({1.8, 0.0, 0.65, 0.0, 0.0, kPi}, 240);
+  const SensorModel mounted = make_sensor({1.8, 0.0, 0.65, 0.0, kTilt_rad, kPi}, 240);
+  const RoadData all = data_at(road, 300.0, 0.0);
+  const auto driven = [&](double so_far_m) {
+    RoadData data = all;
+    for (int32_t k = 0; k < RoadData::kStations; ++k) {
+      data.known[k] = k <= kHere + 2 && (kHere - k) * RoadData::kStation_m <= so_far_m;
+      if (!data.known[k]) data.height_m[k] = 50.0f, data.cross_slope[k] = -1.0f;  // of no meaning
+    }
+    return data;
+  };
+  const RoadData far = driven(120.0), near = driven(15.0);
+  CHECK(worst_on_road(Sampled(far, declared, scan_of_road(mounted, all, road)), far, road, 60.0, mounted) < 0.08);
+  CHECK(worst_on_road(Sampled(far, declared), far, road, 60.0, mounted) > 0.4);
+  const Sampled with(near, declared, scan_of_road(mounted, all, road)), without(near, declared);
+  int32_t known = 0;
+  for (int32_t k = 0; k < with.rays; ++k) {
+    if (!(without.known_m[std::size_t(k)] > 0.0f)) continue;
+    CHECK(with.height(k, 20.0) == without.height(k, 20.0));
+    ++known;
+  }
+  CHECK(known > 0);
+}
+
+TEST_CASE("guess_road: a car behind does not tilt a sensor over a known road") {
+  const CircleRoad road({.radius_m = 400.0, .slope = [](double) { return 0.2; }});
+  const SensorModel sensor = make_sensor({1.8, 0.0, 0.65, 0.0, 0.0, kPi}, 240);
+  const RoadData data = data_at(road, 300.0, 0.0);
+  const Sampled sampled(data, sensor, scan_of_road(sensor, data, road, -22.0));
+  CHECK(worst_on_road(sampled, data, road, 60.0, sensor) < 0.05);
 }
 
 TEST_CASE("guess_road: rows without a return change no byte of a guess, with any number of rows") {

@@ -57,14 +57,14 @@ struct RoadPoints {
 class GroundWalks {
  public:
   GroundWalks(const RunningGroundParams& params, const RoadAxes& axes, const SensorModel& sensor,
-              Plane<const float> range_m, Plane<const float> elevation_rad) noexcept
+              Plane<const float> range_m, Plane<const float> elevation_rad, int32_t columns) noexcept
       : block_(make_ground_block(params)),
         axes_(axes),
         sensor_(sensor),
         range_m_(range_m),
         elevation_rad_(elevation_rad),
         rows_(std::min(range_m.rows, kRoom)),
-        stride_(std::max(1, sensor.cols / kColumns)) {}
+        stride_(std::max(1, sensor.cols / columns)) {}
 
   // Walks up like running_ground, over the shape so far, and lists the ground column after column.
   void collect(const RoadShape& shape, float reach_m, RoadPoints& points) noexcept {
@@ -82,7 +82,7 @@ class GroundWalks {
   }
 
  private:
-  static constexpr int32_t kColumns = 20, kRoom = 1024, kMostFours = 16;
+  static constexpr int32_t kRoom = 1024, kMostFours = 16;
 
   // Four pixels of one row.
   struct Pixels {
@@ -132,8 +132,8 @@ class GroundWalks {
     const float *m = axes_.mounting.r, *t = axes_.mounting.t;
     const Four zero(0.0f), reach(reach_m), lane(kLane_m);
     // First the road below each pixel, which does not wait for the walk. The first shape is level.
-    const bool is_level =
-        !shape.expected.any && std::all_of(shape.term, shape.term + kTerms, [](double term) { return term == 0.0; });
+    const bool is_level = shape.expected.source == ExpectedRoad::Source::kNone &&
+                          std::all_of(shape.term, shape.term + kTerms, [](double term) { return term == 0.0; });
     for (int32_t f = 0; f < count; ++f)
       for (int32_t i = 0; i < rows_; ++i) {
         Pixels& p = pixels_[f * rows_ + i];
@@ -166,9 +166,12 @@ class GroundWalks {
   }
 
   void list(const RoadShape& shape, const Pixels* pixels, RoadPoints& points) const noexcept {
+    const ExpectedRoad& expected = shape.expected;
+    const bool learned = expected.source == ExpectedRoad::Source::kLearned;
     for (int32_t l = 0; l < kFour; ++l)
       for (int32_t i = 0; i < rows_; ++i)
-        if (const Pixels& p = pixels[i]; p.any && p.used[l])
+        if (const Pixels& p = pixels[i];
+            p.any && p.used[l] && !(learned && (p.x.v[l] < expected.from_m || p.x.v[l] > expected.to_m)))
           points.add(p.x.v[l], p.n.v[l], p.z.v[l] - float(shape.expected_at(double(p.x.v[l]), double(p.n.v[l]))));
   }
 
@@ -184,11 +187,16 @@ class GroundWalks {
 // Least squares over the points within trim_m of the shape, each 5 m of x with the same weight. False: too few points.
 bool fit_shape(const RoadPoints& points, double trim_m, RoadShape& shape) noexcept {
   constexpr int32_t kBins = 40, kFewest = 24, kFewestBins = 3;
-  constexpr double kBin_m = 5.0, kSigma_m = 0.03;
-  // Standard deviations from the level road, from the own way, and from the road that the map lets expect.
-  constexpr double kLevel[kTerms] = {0.1, 0.02, 0.02, 5e-4, 2e-3}, kWay[kTerms] = {0.1, 0.02, 0.02, 1e-4, 5e-4},
-                   kMap[kTerms] = {0.1, 0.02, 0.02, 2e-5, 2e-4};
-  const double* const prior = shape.expected.of_map ? kMap : shape.expected.any ? kWay : kLevel;
+  constexpr double kBin_m = 5.0;
+  // Standard deviations of the heights in 5 m of x, and of the terms from what is expected, by its source. Errors of
+  // learned heights are the same for many points.
+  constexpr struct {
+    double height_m, term[kTerms];
+  } kSigmas[] = {{0.03, {0.1, 0.02, 0.02, 5e-4, 2e-3}},
+                 {0.03, {0.1, 0.02, 0.02, 1e-4, 5e-4}},
+                 {0.03, {0.1, 0.02, 0.02, 2e-5, 2e-4}},
+                 {0.06, {0.02, 0.005, 0.005, 1e-7, 1e-6}}};
+  const auto& sigma = kSigmas[int32_t(shape.expected.source)];
   const auto bin_of = [](float x) { return std::clamp(int32_t(x / kBin_m + 0.5 * kBins), 0, kBins - 1); };
   int32_t of_bin[kBins] = {}, used = 0, bins = 0;
   static_assert(RoadPoints::kCapacity <= INT16_MAX);
@@ -211,7 +219,8 @@ bool fit_shape(const RoadPoints& points, double trim_m, RoadShape& shape) noexce
   static_assert(kTerms == 5);
   using Pair = double __attribute__((vector_size(16)));
   Pair sum[kTerms][3] = {};
-  for (int32_t k = 0; k < kTerms; ++k) sum[k][k / 2][k % 2] = kSigma_m * kSigma_m / (prior[k] * prior[k]);
+  for (int32_t k = 0; k < kTerms; ++k)
+    sum[k][k / 2][k % 2] = sigma.height_m * sigma.height_m / (sigma.term[k] * sigma.term[k]);
   for (int32_t k = 0; k < used; ++k) {
     const int32_t i = chosen[k].point;
     const double x = double(points.x[i]), n = double(points.n[i]), weight = weight_of[chosen[k].bin];
@@ -246,10 +255,13 @@ void fit_road(const RunningGroundParams& params, const RoadAxes& axes, const Sen
   constexpr struct {
     float reach_m;
     double trim_m;
-  } kPass[] = {{30.0f, 0.5}, {60.0f, 0.3}, {100.0f, 0.3}};
+    bool of_plane;
+  } kPasses[] = {{30.0f, 0.5, true}, {60.0f, 0.3, false}, {100.0f, 0.3, true}};
+  const bool plane = shape.expected.source == ExpectedRoad::Source::kLearned;  // has fewer terms
   RoadPoints points;
-  GroundWalks walks(params, axes, sensor, range_m, elevation_rad);
-  for (const auto& pass : kPass) {
+  GroundWalks walks(params, axes, sensor, range_m, elevation_rad, plane ? 12 : 20);
+  for (const auto& pass : kPasses) {
+    if (plane && !pass.of_plane) continue;
     walks.collect(shape, pass.reach_m, points);
     if (!fit_shape(points, pass.trim_m, shape)) return;
   }

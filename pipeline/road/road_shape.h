@@ -24,18 +24,20 @@ struct RoadAxes {
 
 // The shape of a road that is not known, in the vehicle frame: z = a + b x + c n + q x^2 + e x n with n the distance
 // from the vehicle's lane, which bends by `curvature`. Beyond kBend_m it goes on straight, beyond kLane_m it is as at
-// the edge. Where a map has banking, or ego poses tell the own way, this is the difference to the road that they let
-// expect: z = base + twist n, n no farther to either side than the edges of the bank. Beside it the ground does not
-// twist with it.
+// the edge. Where heights are known, a map has banking, or ego poses tell the own way, this is the difference to the
+// road that they let expect: z = base + twist n, n no farther to either side than the edges of the bank. Beside it the
+// ground does not twist with it.
 constexpr int32_t kTerms = 5;
 
-// The road that a map with banking, or the own way, lets expect, at places of the vehicle's lane.
+// The road that is expected at places of the vehicle's lane.
 struct ExpectedRoad {
   static constexpr int32_t kPlaces = 37;
   static constexpr float kFirst_m = -80.0f, kStep_m = 5.0f;  // x of the places
-  bool any = false;                                          // else a level plane, and the rest is not valid
-  bool of_map = false;                                       // else of the own way, which tells less
-  double left_m = 0, right_m = 0;                            // from the vehicle to these edges, at least 0
+  // What tells it. kNone: a level plane, and the rest is not valid. kLearned: its heights are known, so what the scan
+  // differs from them is a plane, an error of the sensor's mounting or of the ego pose.
+  enum class Source : int8_t { kNone, kWay, kMap, kLearned } source = Source::kNone;
+  float from_m = 1e9f, to_m = -1e9f;  // x of the known places, kLearned
+  double left_m = 0, right_m = 0;     // from the vehicle to these edges, at least 0
   float base_m[kPlaces], twist[kPlaces];
 
   struct At {
@@ -101,7 +103,7 @@ struct RoadShape {
   }
   double height(double x, double y) const noexcept { return height_at(x, lane_offset(x, y)); }
   double expected_at(double x, double lane_offset_m) const noexcept {
-    if (!expected.any) return 0.0;
+    if (expected.source == ExpectedRoad::Source::kNone) return 0.0;
     const ExpectedRoad::At at = expected.at(x);
     return at.base_m + at.twist * std::clamp(lane_offset_m, -expected.right_m, expected.left_m);
   }

@@ -16,6 +16,7 @@ constexpr float kKnownReach_m = 100.0f;  // of known stations along a ray
 constexpr float kEdge_m = 1.0f;          // beyond it the ground is not the road
 constexpr float kVerge_m = 6.0f;         // a ray that is farther outside of the road goes on level
 constexpr float kNearBound_m = 0.5f;     // no bound is nearer
+constexpr float kLeastLane_m = 30.0f;    // of known heights that show how a sensor is tilted
 constexpr float kOuterReach_m = 6.0f;    // the cross slope goes on beyond the outer edge, to the wall
 
 static_assert(RoadData::kStations <= CentreLine::kMost);
@@ -129,8 +130,8 @@ void sample_stations(const RoadData& road, const CentreLine& line, const RoadAxe
   }
 }
 
-// The road that the map lets expect along the vehicle's lane, in the vehicle frame.
-void expect_road(const RoadData& road, const CentreLine& line, const float* r, float origin_m,
+// The road that the map lets expect along the vehicle's lane, in the vehicle frame. `learned`: by known heights alone.
+void expect_road(const RoadData& road, const CentreLine& line, const float* r, float origin_m, bool learned,
                  RoadShape& shape) noexcept {
   constexpr float kBeside_m = 4.0f;  // to either side of the lane: the cross slope
   constexpr float kMost_m = 100.0f;  // a vehicle on its side has no road ahead
@@ -146,13 +147,23 @@ void expect_road(const RoadData& road, const CentreLine& line, const float* r, f
   };
   constexpr int32_t kHere = int32_t(-ExpectedRoad::kFirst_m / ExpectedRoad::kStep_m);
   const auto walk = [&](int32_t first, int32_t step) {  // away from the vehicle, whose place is known
-    float guess_z = 0.0f;
+    float guess_z = 0.0f, climb_m = 0.0f;
+    bool ends = false;  // beyond the last known place: straight on
     for (int32_t i = first; i >= 0 && i < ExpectedRoad::kPlaces; i += step) {
       const float x = ExpectedRoad::kFirst_m + float(i) * ExpectedRoad::kStep_m;
       const float y = -float(shape.lane_offset(double(x), 0.0));
       const float left_z = find_z(x, y + kBeside_m, guess_z), right_z = find_z(x, y - kBeside_m, guess_z);
-      expected.base_m[i] = guess_z = 0.5f * (left_z + right_z);
+      ends = ends || (learned && !(road.known[station] && road.known[station + 1]));
+      if (ends) {
+        expected.base_m[i] = guess_z += climb_m;
+        expected.twist[i] = i == first ? 0.0f : expected.twist[i - step];
+        continue;
+      }
+      expected.from_m = std::min(expected.from_m, x), expected.to_m = std::max(expected.to_m, x);
+      expected.base_m[i] = 0.5f * (left_z + right_z);
       expected.twist[i] = (left_z - right_z) * (0.5f / kBeside_m);
+      climb_m = i == first ? 0.0f : expected.base_m[i] - guess_z;
+      guess_z = expected.base_m[i];
     }
   };
   walk(kHere, 1);
@@ -163,7 +174,7 @@ void expect_road(const RoadData& road, const CentreLine& line, const float* r, f
   const float d = line.measure_left(0.0f, 0.0f, station), slope = road.cross_slope[station];
   expected.left_m = double(max_of(line.left_m[station] - d, 0.0f) + (slope < 0.0f ? kOuterReach_m : 0.0f));
   expected.right_m = double(max_of(line.right_m[station] + d, 0.0f) + (slope > 0.0f ? kOuterReach_m : 0.0f));
-  expected.any = expected.of_map = true;
+  expected.source = learned ? ExpectedRoad::Source::kLearned : ExpectedRoad::Source::kMap;
 }
 
 // The road along the vehicle's lane without a map, in the vehicle frame. Behind, the vehicle stood on it. Ahead, and
@@ -201,7 +212,16 @@ void expect_way(const RoadData& road, RoadShape& shape) noexcept {
     expected.twist[i] = 0.0f;
   }
   expected.left_m = expected.right_m = kBeside_m;
-  expected.any = true;
+  expected.source = ExpectedRoad::Source::kWay;
+}
+
+// Turns and lifts the sensor until its ground lies on the known road: its mounting is known to half a degree, the
+// pitch of the ego pose to a tenth, and a tenth is 0.17 m at 100 m.
+void level_sensor(const RoadShape& ground, RoadAxes& axes) noexcept {
+  const float a = float(ground.term[0]), b = float(ground.term[1]), c = float(ground.term[2]);
+  float *m = axes.mounting.r, *t = axes.mounting.t;
+  for (int32_t i = 0; i < 3; ++i) m[6 + i] -= b * m[i] + c * m[3 + i];
+  t[2] -= a + b * t[0] + c * t[1];
 }
 
 // Takes what lies on the road. Beside it the fitted shape goes on: it knows the apron better than the map does.
@@ -283,6 +303,15 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
     if (!has_line && expects) find_height<true>(road, line, 0.0f, 0.0f, station, origin_m, outside_m);
     origin_m /= axes.map[8];
   }
+  if (has_line) {
+    RoadShape ground;
+    ground.curvature = shape.curvature;
+    expect_road(road, line, axes.map, origin_m, true, ground);
+    if (ground.expected.to_m - ground.expected.from_m >= kLeastLane_m) {
+      fit_road(params, axes, sensor, range_filled_m, elevation_filled_rad, ground);
+      level_sensor(ground, axes);
+    }
+  }
   // The up axis of the map, in the sensor's axes.
   float up[3];
   const float *r = axes.map, *m = axes.mounting.r;
@@ -304,7 +333,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
     }
     if (has_line) sample_stations<false>(road, line, axes, origin_m, known);
     if (!std::all_of(known.known, known.known + here, [](bool is_known) { return is_known; })) {
-      if (!fitted && expects) expect_road(road, line, axes.map, origin_m, shape);
+      if (!fitted && expects) expect_road(road, line, axes.map, origin_m, false, shape);
       if (!fitted && !expects && road.has_pose) expect_way(road, shape);
       if (!fitted) fit_road(params, axes, sensor, range_filled_m, elevation_filled_rad, shape);
       fitted = true;

@@ -13,7 +13,8 @@ namespace overtake {
 
 // Computes the surface along every ray of the sensor's image:
 //   - over the map, along rays whose stations are known up to 100 m: the learned height of the centre line, the cross
-//     slope over the width of the road, level beyond its edges; known_m is where the ray leaves the road
+//     slope over the width of the road, level beyond its edges; known_m is where the ray leaves the road. A plane that
+//     is fitted to what the scan's ground differs from it corrects the sensor's mounting and the ego pose
 //   - over a map with banking whose heights are not known yet (first lap): the road that the map lets expect
 //     (height_profile.h), plus a shape as below that is fitted to what the scan's ground differs from it
 //   - else a shape z = a + b x + c n + q x^2 + e x n (n: distance from the vehicle's lane), fitted to the ground of the
