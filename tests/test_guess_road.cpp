@@ -345,6 +345,7 @@ TEST_CASE("guess_road: a sensor that is tilted and too low lies over a known roa
     const Sampled sampled(data, declared, scan_of_road(mounted, data, road));
     CHECK(worst_on_road(Sampled(data, declared), data, road, 60.0, mounted) > 0.4);
     CHECK(worst_on_road(sampled, data, road, 60.0, mounted) < 0.08);
+    CHECK(worst_on_road(sampled, data, road, 15.0, mounted) < 0.04);
     // The level, too, is that of the tilted sensor, also to its sides.
     const Sampled exact(data, mounted);
     for (int32_t k = 0; k < sampled.rays; ++k)
@@ -379,6 +380,17 @@ TEST_CASE("guess_road: the tilt of a sensor shows where the vehicle has driven, 
     ++known;
   }
   CHECK(known > 0);
+}
+
+TEST_CASE("guess_road: beyond the known heights the ground tells nothing about the tilt of a sensor") {
+  // From 50 m behind the vehicle on, where it has not driven, the road rises to the back.
+  const CircleRoad road(
+      {.radius_m = 400.0, .height = [](double turn) { return 0.006 * std::fmax(250.0 - 400.0 * turn, 0.0); }});
+  const SensorModel sensor = make_sensor({1.8, 0.0, 0.65, 0.0, 0.0, kPi}, 240);
+  const RoadData all = data_at(road, 300.0, 0.0);
+  RoadData data = all;
+  for (int32_t k = 0; k < kHere - 10; ++k) data.known[k] = false;
+  CHECK(worst_on_road(Sampled(data, sensor, scan_of_road(sensor, all, road)), data, road, 45.0, sensor) < 0.02);
 }
 
 TEST_CASE("guess_road: a car behind does not tilt a sensor over a known road") {
