@@ -167,11 +167,9 @@ class GroundWalks {
 
   void list(const RoadShape& shape, const Pixels* pixels, RoadPoints& points) const noexcept {
     const ExpectedRoad& expected = shape.expected;
-    const bool learned = expected.source == ExpectedRoad::Source::kLearned;
     for (int32_t l = 0; l < kFour; ++l)
       for (int32_t i = 0; i < rows_; ++i)
-        if (const Pixels& p = pixels[i];
-            p.any && p.used[l] && !(learned && (p.x.v[l] < expected.from_m || p.x.v[l] > expected.to_m)))
+        if (const Pixels& p = pixels[i]; p.any && p.used[l] && p.x.v[l] >= expected.from_m && p.x.v[l] <= expected.to_m)
           points.add(p.x.v[l], p.n.v[l], p.z.v[l] - float(shape.expected_at(double(p.x.v[l]), double(p.n.v[l]))));
   }
 
@@ -188,14 +186,14 @@ class GroundWalks {
 bool fit_shape(const RoadPoints& points, double trim_m, RoadShape& shape) noexcept {
   constexpr int32_t kBins = 40, kFewest = 24, kFewestBins = 3;
   constexpr double kBin_m = 5.0;
-  // Standard deviations of the heights in 5 m of x, and of the terms from what is expected, by its source. Errors of
-  // learned heights are the same for many points.
+  // Standard deviations of the ground's heights, and of the terms from what is expected. Errors of learned heights are
+  // the same for many points.
   constexpr struct {
     double height_m, term[kTerms];
-  } kSigmas[] = {{0.03, {0.1, 0.02, 0.02, 5e-4, 2e-3}},
-                 {0.03, {0.1, 0.02, 0.02, 1e-4, 5e-4}},
-                 {0.03, {0.1, 0.02, 0.02, 2e-5, 2e-4}},
-                 {0.06, {0.02, 0.005, 0.005, 1e-7, 1e-6}}};
+  } kSigmas[] = {{0.03, {0.1, 0.02, 0.02, 5e-4, 2e-3}},      // kNone
+                 {0.03, {0.1, 0.02, 0.02, 1e-4, 5e-4}},      // kWay
+                 {0.03, {0.1, 0.02, 0.02, 2e-5, 2e-4}},      // kMap
+                 {0.06, {0.02, 0.005, 0.005, 1e-7, 1e-6}}};  // kLearned: a plane
   const auto& sigma = kSigmas[int32_t(shape.expected.source)];
   const auto bin_of = [](float x) { return std::clamp(int32_t(x / kBin_m + 0.5 * kBins), 0, kBins - 1); };
   int32_t of_bin[kBins] = {}, used = 0, bins = 0;
@@ -257,9 +255,10 @@ void fit_road(const RunningGroundParams& params, const RoadAxes& axes, const Sen
     double trim_m;
     bool of_plane;
   } kPasses[] = {{30.0f, 0.5, true}, {60.0f, 0.3, false}, {100.0f, 0.3, true}};
-  const bool plane = shape.expected.source == ExpectedRoad::Source::kLearned;  // has fewer terms
+  constexpr int32_t kColumns = 20, kPlaneColumns = 12;  // a plane has fewer terms
+  const bool plane = shape.expected.source == ExpectedRoad::Source::kLearned;
   RoadPoints points;
-  GroundWalks walks(params, axes, sensor, range_m, elevation_rad, plane ? 12 : 20);
+  GroundWalks walks(params, axes, sensor, range_m, elevation_rad, plane ? kPlaneColumns : kColumns);
   for (const auto& pass : kPasses) {
     if (plane && !pass.of_plane) continue;
     walks.collect(shape, pass.reach_m, points);

@@ -130,12 +130,14 @@ void sample_stations(const RoadData& road, const CentreLine& line, const RoadAxe
   }
 }
 
-// The road that the map lets expect along the vehicle's lane, in the vehicle frame. `learned`: by known heights alone.
-void expect_road(const RoadData& road, const CentreLine& line, const float* r, float origin_m, bool learned,
-                 RoadShape& shape) noexcept {
+// The road along the vehicle's lane, in the vehicle frame: as the map lets expect it (kMap), or where its heights are
+// known (kLearned).
+void expect_road(const RoadData& road, const CentreLine& line, const float* r, float origin_m,
+                 ExpectedRoad::Source source, RoadShape& shape) noexcept {
   constexpr float kBeside_m = 4.0f;  // to either side of the lane: the cross slope
   constexpr float kMost_m = 100.0f;  // a vehicle on its side has no road ahead
   ExpectedRoad& expected = shape.expected;
+  if (source == ExpectedRoad::Source::kLearned) expected.from_m = expected.to_m = 0.0f;
   int32_t station = RoadData::kStations / 2;
   // The height of the vehicle's plane at which a place of it is on the road.
   const auto find_z = [&](float x, float y, float guess_z) {
@@ -153,13 +155,13 @@ void expect_road(const RoadData& road, const CentreLine& line, const float* r, f
       const float x = ExpectedRoad::kFirst_m + float(i) * ExpectedRoad::kStep_m;
       const float y = -float(shape.lane_offset(double(x), 0.0));
       const float left_z = find_z(x, y + kBeside_m, guess_z), right_z = find_z(x, y - kBeside_m, guess_z);
-      ends = ends || (learned && !(road.known[station] && road.known[station + 1]));
+      ends = ends || (source == ExpectedRoad::Source::kLearned && !(road.known[station] && road.known[station + 1]));
       if (ends) {
         expected.base_m[i] = guess_z += climb_m;
         expected.twist[i] = i == first ? 0.0f : expected.twist[i - step];
         continue;
       }
-      expected.from_m = std::min(expected.from_m, x), expected.to_m = std::max(expected.to_m, x);
+      if (source == ExpectedRoad::Source::kLearned) (step > 0 ? expected.to_m : expected.from_m) = x;
       expected.base_m[i] = 0.5f * (left_z + right_z);
       expected.twist[i] = (left_z - right_z) * (0.5f / kBeside_m);
       climb_m = i == first ? 0.0f : expected.base_m[i] - guess_z;
@@ -174,7 +176,7 @@ void expect_road(const RoadData& road, const CentreLine& line, const float* r, f
   const float d = line.measure_left(0.0f, 0.0f, station), slope = road.cross_slope[station];
   expected.left_m = double(max_of(line.left_m[station] - d, 0.0f) + (slope < 0.0f ? kOuterReach_m : 0.0f));
   expected.right_m = double(max_of(line.right_m[station] + d, 0.0f) + (slope > 0.0f ? kOuterReach_m : 0.0f));
-  expected.source = learned ? ExpectedRoad::Source::kLearned : ExpectedRoad::Source::kMap;
+  expected.source = source;
 }
 
 // The road along the vehicle's lane without a map, in the vehicle frame. Behind, the vehicle stood on it. Ahead, and
@@ -306,7 +308,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
   if (has_line) {
     RoadShape ground;
     ground.curvature = shape.curvature;
-    expect_road(road, line, axes.map, origin_m, true, ground);
+    expect_road(road, line, axes.map, origin_m, ExpectedRoad::Source::kLearned, ground);
     if (ground.expected.to_m - ground.expected.from_m >= kLeastLane_m) {
       fit_road(params, axes, sensor, range_filled_m, elevation_filled_rad, ground);
       level_sensor(ground, axes);
@@ -333,7 +335,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
     }
     if (has_line) sample_stations<false>(road, line, axes, origin_m, known);
     if (!std::all_of(known.known, known.known + here, [](bool is_known) { return is_known; })) {
-      if (!fitted && expects) expect_road(road, line, axes.map, origin_m, false, shape);
+      if (!fitted && expects) expect_road(road, line, axes.map, origin_m, ExpectedRoad::Source::kMap, shape);
       if (!fitted && !expects && road.has_pose) expect_way(road, shape);
       if (!fitted) fit_road(params, axes, sensor, range_filled_m, elevation_filled_rad, shape);
       fitted = true;
