@@ -201,6 +201,7 @@ typedef struct ovt_params {
   double cut_abreast_from;           /* cut.abreast_from           in widths of the vehicle */
   double cut_abreast_step_m;         /* cut.abreast_step_m */
   double gate_free_range_m;          /* gate.free_range_m          gate.range_m without a map or a pose, if smaller */
+  double ego_heading_lever_sigma_m;  /* ego_heading.lever_sigma_m */
 } ovt_params;
 
 typedef struct ovt_param_info {

@@ -181,9 +181,9 @@ DetectParams make_detect_params(const ovt_params& params) noexcept {
                       float(params.class_debris_m)};
   out.walls = {float(params.ego_heading_wall_length_m), params.ego_heading_wall_reach_m,
                params.ego_heading_wall_scatter_m};
-  out.ego_heading = {params.ego_heading_slip_sigma_rad, params.ego_heading_constant_sigma_rad,
-                     params.ego_heading_mounting_sigma_rad, params.ego_heading_wall_sigma_rad,
-                     params.ego_heading_wall_memory_s};
+  out.ego_heading = {params.ego_heading_slip_sigma_rad,     params.ego_heading_lever_sigma_m,
+                     params.ego_heading_constant_sigma_rad, params.ego_heading_mounting_sigma_rad,
+                     params.ego_heading_wall_sigma_rad,     params.ego_heading_wall_memory_s};
   return out;
 }
 

@@ -22,22 +22,24 @@ constexpr double kDeg = kPi / 180;
 constexpr int64_t kMs = 1'000'000, kStart = 1000 * kMs;
 constexpr int32_t kSensors = 3;
 
-HeadingFilterParams params() { return {0.1 * kDeg, 1 * kDeg, 0.2 * kDeg, 0.06 * kDeg, 1}; }
+HeadingFilterParams params() { return {0.1 * kDeg, 0.5, 1 * kDeg, 0.2 * kDeg, 0.06 * kDeg, 1}; }
 
-// A car with a slip of 0.08 deg per m/s^2.
+// A car with a slip of 0.08 deg per m/s^2, whose published course is that of a point 1.5 m before the rear axle.
 struct Truth {
   double constant_rad[kSensors] = {0.5 * kDeg, 0.3 * kDeg, 0.4 * kDeg};
-  static constexpr double kSlip = 0.08 * kDeg;
-  static double accel_at(double t) {  // turns and straights, at changing speed
+  static constexpr double kSlip = 0.08 * kDeg, kLever_m = -1.5;
+  static HeadingCause cause_at(double t) {  // turns and straights, at changing speed
     const double speed = 60 + 15 * std::sin(0.31 * t), rate = 0.2 + 0.2 * std::sin(0.7 * t);
-    return speed * rate - 3;
+    return {speed * rate - 3, rate / speed};
   }
-  double offset(double accel_mps2, int32_t sensor) const { return kSlip * accel_mps2 + constant_rad[sensor]; }
+  double offset(const HeadingCause& cause, int32_t sensor) const {
+    return kSlip * cause.accel_mps2 + kLever_m * cause.curvature_per_m + constant_rad[sensor];
+  }
 };
 
 struct Frame {
   int64_t stamp_ns;
-  double accel_mps2;
+  HeadingCause cause;
   WallHeading walls[kSensors];
 };
 
@@ -48,30 +50,29 @@ std::vector<Frame> frames_of(const Truth& truth, double seconds, double noise_de
   std::vector<Frame> frames;
   for (int32_t k = 0; k < int32_t(20 * seconds); ++k) {
     const double t = from_s + 0.05 * k;
-    Frame f{kStart + int64_t(t * 1e9), Truth::accel_at(t), {}};
-    for (int32_t s = 0; s < kSensors; ++s)
-      f.walls[s] = {true, truth.offset(f.accel_mps2, s) + normal(random), 1e-8, 50};
+    Frame f{kStart + int64_t(t * 1e9), Truth::cause_at(t), {}};
+    for (int32_t s = 0; s < kSensors; ++s) f.walls[s] = {true, truth.offset(f.cause, s) + normal(random), 1e-8, 50};
     frames.push_back(f);
   }
   return frames;
 }
-void add(HeadingFilter& filter, const Frame& f) { filter.add(f.stamp_ns, f.accel_mps2, f.walls); }
+void add(HeadingFilter& filter, const Frame& f) { filter.add(f.stamp_ns, f.cause, f.walls); }
 
 double error_deg(const HeadingFilter& filter, const Truth& truth, double t, int32_t sensor) {
-  const double accel_mps2 = Truth::accel_at(t);
+  const HeadingCause cause = Truth::cause_at(t);
   const auto& state = filter.at(kStart + int64_t(t * 1e9));
-  return std::fabs(state.offset_rad(accel_mps2, sensor, kSensors) - truth.offset(accel_mps2, sensor)) / kDeg;
+  return std::fabs(state.offset_rad(cause, sensor, kSensors) - truth.offset(cause, sensor)) / kDeg;
 }
 
 }  // namespace
 
-TEST_CASE("heading filter: learns slip and constants, and goes on where no wall is seen") {
+TEST_CASE("heading filter: learns slip, lever and constants, and goes on where no wall is seen") {
   const Truth truth;
   HeadingFilter filter(params(), kSensors);
-  constexpr double none = 0;
+  constexpr HeadingCause none{};
   const double unknown = std::sqrt(filter.at(kStart).variance(none, 0, kSensors));
   CHECK(unknown > 1 * kDeg);
-  CHECK(filter.at(kStart).offset_rad(10, 0, kSensors) == 0);
+  CHECK(filter.at(kStart).offset_rad({10, 0.004}, 0, kSensors) == 0);
   for (const Frame& f : frames_of(truth, 30)) add(filter, f);
   for (const double t : {31.0, 33.0, 36.0, 45.0})
     for (int32_t s = 0; s < kSensors; ++s) CHECK(error_deg(filter, truth, t, s) < 0.05);
@@ -99,8 +100,8 @@ TEST_CASE("heading filter: a sensor without walls takes the constant of the othe
     add(filter, f);
   }
   const auto& state = filter.at(kStart + 30'000 * kMs);
-  CHECK(state.offset_rad(0, 2, kSensors) == doctest::Approx(0.4 * kDeg).epsilon(0.15));  // middle of 0.5 and 0.3
-  CHECK(state.variance(0, 2, kSensors) > 2 * state.variance(0, 0, kSensors));
+  CHECK(state.offset_rad({}, 2, kSensors) == doctest::Approx(0.4 * kDeg).epsilon(0.15));  // middle of 0.5 and 0.3
+  CHECK(state.variance({}, 2, kSensors) > 2 * state.variance({}, 0, kSensors));
 }
 
 TEST_CASE("heading filter: a frame uses only walls that are over 0.5 s older") {
@@ -168,14 +169,13 @@ TEST_CASE("heading filter: single wrong walls are not used; a lasting change is,
   for (const Frame& f : frames_of(truth, 20)) add(filter, f);
   const HeadingFilter::State before = filter.at(kStart + 25'000 * kMs);
 
-  Frame wrong{kStart + 20'100 * kMs, Truth::accel_at(20.1), {}};
-  for (int32_t s = 0; s < kSensors; ++s)
-    wrong.walls[s] = {true, truth.offset(wrong.accel_mps2, s) + 1.5 * kDeg, 1e-8, 50};
-  CHECK(filter.contradicts(before, wrong.accel_mps2, wrong.walls));
+  Frame wrong{kStart + 20'100 * kMs, Truth::cause_at(20.1), {}};
+  for (int32_t s = 0; s < kSensors; ++s) wrong.walls[s] = {true, truth.offset(wrong.cause, s) + 1.5 * kDeg, 1e-8, 50};
+  CHECK(filter.contradicts(before, wrong.cause, wrong.walls));
   add(filter, wrong);
-  CHECK(filter.at(kStart + 25'000 * kMs).x[1] == before.x[1]);
+  CHECK(filter.at(kStart + 25'000 * kMs).x[2] == before.x[2]);
   wrong.walls[0].valid = wrong.walls[1].valid = wrong.walls[2].valid = false;
-  CHECK_FALSE(filter.contradicts(before, wrong.accel_mps2, wrong.walls));
+  CHECK_FALSE(filter.contradicts(before, wrong.cause, wrong.walls));
 
   for (double& c : truth.constant_rad) c += 1.5 * kDeg;  // the localisation starts again
   for (const Frame& f : frames_of(truth, 10, 0.05, 20.2)) add(filter, f);
@@ -189,8 +189,8 @@ TEST_CASE("heading filter: frames of one second count as one, however many they 
   HeadingFilter filter(params(), kSensors), naive(independent, kSensors);
   for (const Frame& f : frames_of(truth, 4)) add(filter, f), add(naive, f);
   const int64_t end_ns = kStart + 10'000 * kMs;
-  const double sigma = std::sqrt(filter.at(end_ns).variance(Truth::accel_at(4), 0, kSensors));
-  const double small = std::sqrt(naive.at(end_ns).variance(Truth::accel_at(4), 0, kSensors));
+  const double sigma = std::sqrt(filter.at(end_ns).variance(Truth::cause_at(4), 0, kSensors));
+  const double small = std::sqrt(naive.at(end_ns).variance(Truth::cause_at(4), 0, kSensors));
   CHECK(sigma > 2 * small);
   CHECK(sigma > 0.02 * kDeg);
 }
@@ -205,14 +205,59 @@ TEST_CASE("heading filter: after a jump of the clock it keeps what it learned, a
   Truth changed = truth;
   changed.constant_rad[0] += 0.1 * kDeg;
   for (const Frame& f : frames_of(changed, 5)) add(filter, f);
-  CHECK(filter.at(kStart + 6000 * kMs).x[1] > before.x[1]);
+  CHECK(filter.at(kStart + 6000 * kMs).x[2] > before.x[2]);
 }
 
 TEST_CASE("heading filter: the slip's cause is the force across the vehicle's plane") {
   EgoPose pose;
   pose.speed_mps = 60;
   pose.yaw_rate_rps = 0.25;
-  CHECK(tyre_accel(pose) == doctest::Approx(15));
+  CHECK(cause_of(pose).accel_mps2 == doctest::Approx(15));
+  CHECK(cause_of(pose).curvature_per_m == doctest::Approx(0.25 / 60));
   pose.roll_rad = -20 * kDeg;  // a left turn banked to the inside: gravity helps
-  CHECK(tyre_accel(pose) == doctest::Approx(15 * std::cos(20 * kDeg) - 9.81 * std::sin(20 * kDeg)));
+  CHECK(cause_of(pose).accel_mps2 == doctest::Approx(15 * std::cos(20 * kDeg) - 9.81 * std::sin(20 * kDeg)));
+}
+
+TEST_CASE("heading filter: turns and straights at several speeds tell the lever from the slip") {
+  const Truth truth;
+  HeadingFilter filter(params(), kSensors);
+  for (const Frame& f : frames_of(truth, 240)) add(filter, f);
+  CHECK(filter.at(kStart + 250'000 * kMs).x[1] == doctest::Approx(Truth::kLever_m).epsilon(0.2));
+}
+
+TEST_CASE("heading filter: the course of a car with tyres turns later than the car") {
+  // A bicycle whose rear tyres slip by 0.001 rad per m/s^2: course - heading = -slip * speed * (rate of the course).
+  constexpr double kSlip = 1e-3, kSpeed = 72, kFine_s = 1e-4;
+  EgoWindow in, out;
+  std::vector<double> course_rate;
+  double heading = 0, course = 0;
+  for (int32_t k = 0; k < 10'000; ++k) {
+    const double t = k * kFine_s, rate = t < 0.5 ? 0 : std::min(0.3, 0.6 * (t - 0.5));
+    const double course_rps = (heading - course) / (kSlip * kSpeed);
+    if (k % 100 == 0) {
+      EgoPose& pose = in.poses[in.count++] = {};
+      pose.stamp_ns = kStart + int64_t(t * 1e9);
+      pose.speed_mps = kSpeed;
+      pose.yaw_rate_rps = rate;
+      course_rate.push_back(course_rps);
+    }
+    heading += rate * kFine_s;
+    course += course_rps * kFine_s;
+  }
+  follow_course(in, out);
+  REQUIRE(out.count == in.count);
+  double worst = 0, worst_of_yaw = 0;
+  for (int32_t i = 0; i < out.count; ++i) {
+    worst = std::max(worst, std::fabs(out.poses[i].yaw_rate_rps - course_rate[std::size_t(i)]));
+    worst_of_yaw = std::max(worst_of_yaw, std::fabs(in.poses[i].yaw_rate_rps - course_rate[std::size_t(i)]));
+  }
+  CHECK(worst_of_yaw > 0.04);
+  CHECK(worst < 0.1 * worst_of_yaw);
+
+  for (int32_t i = 0; i < in.count; ++i) in.poses[i].yaw_rate_rps = 0.2;  // steady: at once
+  follow_course(in, out);
+  for (int32_t i = 0; i < out.count; ++i) CHECK(out.poses[i].yaw_rate_rps == doctest::Approx(0.2));
+  in.count = 0;
+  follow_course(in, out);
+  CHECK(out.count == 0);
 }

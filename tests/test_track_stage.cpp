@@ -325,7 +325,7 @@ struct HeadingBench {
     context.method = find_method(method);
     REQUIRE(context.method != nullptr);
     context.sensor_count = 2;
-    context.detect.ego_heading = {0.1 * kDegree, 1 * kDegree, 0.2 * kDegree, 0.06 * kDegree, 0};
+    context.detect.ego_heading = {0.1 * kDegree, 0, 1 * kDegree, 0.2 * kDegree, 0.06 * kDegree, 0};
     stage = std::make_unique<TrackStage>(context, TrackerParams{});
     FrameSizes sizes;
     sizes.candidate_capacity = sizes.track_capacity = sizes.external_capacity = 256;

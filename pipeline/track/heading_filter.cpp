@@ -10,26 +10,43 @@ namespace overtake {
 namespace {
 
 constexpr double kGravity = 9.81;
+constexpr double kSlowest_mps = 5.0;       // the curvature of a slower course is noise
+constexpr double kTypicalSlip = 1e-3;      // rad per m/s^2, of a race car: slip less its lever
 constexpr double kGate = 9.0;              // squared innovation over its variance
 constexpr int32_t kContradictions = 120;   // walls in a row: the error of the heading has changed
 constexpr double kLargestOffset = 0.0873;  // rad: 5 deg
 
 // Growth of the standard deviations in a minute.
-constexpr double kSlipWalk = 1e-4, kConstantWalk = 1e-3;
+constexpr double kSlipWalk = 1e-4, kLeverWalk = 0.1, kConstantWalk = 1e-3;
 constexpr double kMinute_s = 60.0;
 constexpr double kLongestWalk_s = 600.0;
 
 }  // namespace
 
-double tyre_accel(const EgoPose& pose) noexcept {
+void follow_course(const EgoWindow& in, EgoWindow& out) noexcept {
+  out.count = in.count;
+  double rate_rps = in.count > 0 ? in.poses[0].yaw_rate_rps : 0.0;
+  for (int32_t i = 0; i < in.count; ++i) {
+    EgoPose& pose = out.poses[i] = in.poses[i];
+    if (i > 0) {
+      const double dt = double(difference_ns(pose.stamp_ns, in.poses[i - 1].stamp_ns)) * 1e-9;
+      rate_rps += dt / (dt + kTypicalSlip * std::max(pose.speed_mps, kSlowest_mps)) * (pose.yaw_rate_rps - rate_rps);
+    }
+    pose.yaw_rate_rps = rate_rps;
+  }
+}
+
+HeadingCause cause_of(const EgoPose& pose) noexcept {
   double sr, cr, sp, cp;
   sin_cos_f64(pose.roll_rad, sr, cr);
   sin_cos_f64(pose.pitch_rad, sp, cp);
-  return pose.speed_mps * pose.yaw_rate_rps * cr + kGravity * sr * cp;
+  return {pose.speed_mps * pose.yaw_rate_rps * cr + kGravity * sr * cp,
+          pose.yaw_rate_rps / std::max(pose.speed_mps, kSlowest_mps)};
 }
 
-double HeadingFilter::State::offset_rad(double accel_mps2, int32_t sensor, int32_t sensor_count) const noexcept {
-  double offset = x[0] * accel_mps2;
+double HeadingFilter::State::offset_rad(const HeadingCause& cause, int32_t sensor,
+                                        int32_t sensor_count) const noexcept {
+  double offset = x[0] * cause.accel_mps2 + x[1] * cause.curvature_per_m;
   if (sensor >= 0) {
     offset += x[kCommon + sensor];
   } else if (sensor == kMean) {
@@ -40,8 +57,8 @@ double HeadingFilter::State::offset_rad(double accel_mps2, int32_t sensor, int32
   return std::clamp(offset, -kLargestOffset, kLargestOffset);
 }
 
-double HeadingFilter::State::variance(double accel_mps2, int32_t sensor, int32_t sensor_count) const noexcept {
-  double h[kSize] = {accel_mps2};
+double HeadingFilter::State::variance(const HeadingCause& cause, int32_t sensor, int32_t sensor_count) const noexcept {
+  double h[kSize] = {cause.accel_mps2, cause.curvature_per_m};
   for (int32_t s = 0; s < sensor_count; ++s)
     h[kCommon + s] = sensor < 0 ? 1.0 / double(sensor_count) : s == sensor ? 1.0 : 0.0;
   double sum = 0;
@@ -59,6 +76,7 @@ HeadingFilter::HeadingFilter(const HeadingFilterParams& params, int32_t sensor_c
 void HeadingFilter::open(State& state) const noexcept {
   for (auto& row : state.p) std::fill(std::begin(row), std::end(row), 0.0);
   state.p[0][0] = params_.slip_sigma * params_.slip_sigma;
+  state.p[1][1] = params_.lever_sigma_m * params_.lever_sigma_m;
   const double common = params_.constant_sigma_rad * params_.constant_sigma_rad;
   const double own = params_.mounting_sigma_rad * params_.mounting_sigma_rad;
   for (int32_t i = kCommon; i < kSize; ++i)
@@ -73,11 +91,11 @@ HeadingFilter::State HeadingFilter::first_state() const noexcept {
   return state;
 }
 
-double HeadingFilter::measure(const State& state, double accel_mps2, int32_t sensor, const WallHeading& wall,
+double HeadingFilter::measure(const State& state, const HeadingCause& cause, int32_t sensor, const WallHeading& wall,
                               double& innovation) const noexcept {
-  innovation = wall.offset_rad - state.offset_rad(accel_mps2, sensor, sensor_count_);
+  innovation = wall.offset_rad - state.offset_rad(cause, sensor, sensor_count_);
   const double noise = params_.wall_sigma_rad * params_.wall_sigma_rad + wall.variance;
-  return innovation * innovation / (state.variance(accel_mps2, sensor, sensor_count_) + 4.0 * noise);
+  return innovation * innovation / (state.variance(cause, sensor, sensor_count_) + 4.0 * noise);
 }
 
 // One Kalman step for each sensor with walls. The errors of neighbouring frames are the same errors of the map:
@@ -89,6 +107,7 @@ void HeadingFilter::step(State& state, const Entry& entry) const noexcept {
     const double dt = std::clamp(double(difference_ns(entry.stamp_ns, state.stamp_ns)) * 1e-9, 0.0, kLongestWalk_s);
     const double minutes = dt / kMinute_s;
     state.p[0][0] += kSlipWalk * kSlipWalk * minutes;
+    state.p[1][1] += kLeverWalk * kLeverWalk * minutes;
     for (int32_t i = kCommon; i < n; ++i) state.p[i][i] += kConstantWalk * kConstantWalk * minutes;
     if (dt < params_.wall_memory_s) repeats = params_.wall_memory_s / std::max(dt, 1e-3);
   }
@@ -97,12 +116,12 @@ void HeadingFilter::step(State& state, const Entry& entry) const noexcept {
     const WallHeading& wall = entry.walls[s];
     if (!wall.valid) continue;
     double innovation;
-    if (measure(state, entry.accel_mps2, s, wall, innovation) > kGate) {
+    if (measure(state, entry.cause, s, wall, innovation) > kGate) {
       if (++state.contradicted >= kContradictions) open(state);
       continue;
     }
     state.contradicted = 0;
-    double h[kSize] = {entry.accel_mps2}, ph[kSize], hph = 0;
+    double h[kSize] = {entry.cause.accel_mps2, entry.cause.curvature_per_m}, ph[kSize], hph = 0;
     h[kCommon + s] = 1.0;
     for (int32_t i = 0; i < n; ++i) {
       ph[i] = 0;
@@ -118,7 +137,7 @@ void HeadingFilter::step(State& state, const Entry& entry) const noexcept {
   }
 }
 
-void HeadingFilter::add(int64_t stamp_ns, double accel_mps2, const WallHeading* walls) noexcept {
+void HeadingFilter::add(int64_t stamp_ns, const HeadingCause& cause, const WallHeading* walls) noexcept {
   if (newest_ns_ != INT64_MIN && stamp_ns < newest_ns_ && difference_ns(newest_ns_, stamp_ns) > kLagNs) return;
   newest_ns_ = std::max(newest_ns_, stamp_ns);
   if (std::none_of(walls, walls + sensor_count_, [](const WallHeading& w) { return w.valid; })) return;
@@ -132,7 +151,7 @@ void HeadingFilter::add(int64_t stamp_ns, double accel_mps2, const WallHeading* 
   std::move_backward(entries_ + place, entries_ + count_, entries_ + count_ + 1);
   ++count_;
   entries_[place].stamp_ns = stamp_ns;
-  entries_[place].accel_mps2 = accel_mps2;
+  entries_[place].cause = cause;
   std::copy_n(walls, sensor_count_, entries_[place].walls);
   for (int32_t i = place; i < count_; ++i) {
     entries_[i].after = i > 0 ? entries_[i - 1].after : base_;
@@ -148,13 +167,14 @@ const HeadingFilter::State& HeadingFilter::at(int64_t stamp_ns) const noexcept {
   return place > 0 ? entries_[place - 1].after : base_;
 }
 
-bool HeadingFilter::contradicts(const State& state, double accel_mps2, const WallHeading* walls) const noexcept {
+bool HeadingFilter::contradicts(const State& state, const HeadingCause& cause,
+                                const WallHeading* walls) const noexcept {
   int32_t seen = 0, against = 0;
   for (int32_t s = 0; s < sensor_count_; ++s) {
     if (!walls[s].valid) continue;
     double innovation;
     ++seen;
-    against += measure(state, accel_mps2, s, walls[s], innovation) > kGate;
+    against += measure(state, cause, s, walls[s], innovation) > kGate;
   }
   return 2 * against > seen;
 }

@@ -81,24 +81,27 @@ void TrackStage::correct_heading(Frame& frame) noexcept {
   corrected_.count = 0;
   if (!frame.ego_known) return;
   const int32_t sensors = heading_->sensor_count();
-  const double accel_mps2 = tyre_accel(frame.ego_state.pose);
-  if (frame.kind == FrameKind::kScans && !frame.failed) heading_->add(frame.stamp_ns, accel_mps2, frame.walls);
+  follow_course(frame.ego, course_);
+  EgoState turning;
+  course_.at(frame.stamp_ns, turning);
+  const HeadingCause cause = cause_of(turning.pose);
+  if (frame.kind == FrameKind::kScans && !frame.failed) heading_->add(frame.stamp_ns, cause, frame.walls);
   learned_ = heading_->at(frame.stamp_ns);
   smooth_headings(frame.ego, corrected_);
   for (int32_t i = 0; i < corrected_.count; ++i) {
     EgoPose& pose = corrected_.poses[i];
     pose.yaw_rad =
-        wrap_angle(pose.yaw_rad + learned_.offset_rad(tyre_accel(pose), HeadingFilter::kNoConstant, sensors));
+        wrap_angle(pose.yaw_rad + learned_.offset_rad(cause_of(course_.poses[i]), HeadingFilter::kNoConstant, sensors));
   }
   EgoState ego;
   corrected_.at(frame.stamp_ns, ego);
-  const double constant = learned_.offset_rad(0.0, HeadingFilter::kMean, sensors);
+  const double constant = learned_.offset_rad({}, HeadingFilter::kMean, sensors);
   EgoHeading& out = frame.ego_heading;
   out.offset_rad = wrap_angle(ego.pose.yaw_rad - frame.ego_state.pose.yaw_rad + constant);
-  out.sigma_rad = std::sqrt(learned_.variance(accel_mps2, HeadingFilter::kMean, sensors) + kModelSigma * kModelSigma);
+  out.sigma_rad = std::sqrt(learned_.variance(cause, HeadingFilter::kMean, sensors) + kModelSigma * kModelSigma);
   for (const WallHeading& walls : frame.walls)
     if (walls.valid) out.wall_points += walls.points;
-  if (out.sigma_rad > kUnknownSigma || heading_->contradicts(learned_, accel_mps2, frame.walls))
+  if (out.sigma_rad > kUnknownSigma || heading_->contradicts(learned_, cause, frame.walls))
     frame.flags |= OVT_FLAG_EGO_HEADING;
 }
 
@@ -138,7 +141,7 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
       if (heading_) {
         corrected_.at(in.stamp_ns[i], used, kOldestNs);
         const int32_t sensor = frame.merged.main_sensor[in.cluster[i]];
-        used = turned(used, learned_.offset_rad(0.0, sensor, heading_->sensor_count()));
+        used = turned(used, learned_.offset_rad({}, sensor, heading_->sensor_count()));
         offset_rad = wrap_angle(used.pose.yaw_rad - ego.pose.yaw_rad);
         add_heading_variance(frame.ego_heading.sigma_rad, in.x_m[i], in.y_m[i], z);
         if (frame.views.capacity > 0) {

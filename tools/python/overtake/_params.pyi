@@ -286,6 +286,9 @@ class ego_heading_group:
     slip_sigma_deg: float
     """standard deviation of the slip angle per m/s^2 of acceleration across, before any wall (number, 0 to 10
     deg)"""
+    lever_sigma_m: float
+    """standard deviation of the distance from the rear axle to the point whose course is the ego heading (number, 0
+    to 100 m)"""
 
 class lane_tracker_group:
     """Parameters lane_tracker.*"""
