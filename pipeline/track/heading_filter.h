@@ -25,8 +25,8 @@
 namespace overtake {
 
 struct HeadingFilterParams {
-  double slip_sigma = 0;  // rad per m/s^2
-  double lever_sigma_m = 0;
+  double slip_sigma = 0;          // rad per m/s^2
+  double lever_sigma_m = 0;       // of the distance from the rear axle to the point whose course is published
   double constant_sigma_rad = 0;  // common to all sensors
   double mounting_sigma_rad = 0;  // of each sensor
   double wall_sigma_rad = 0;      // of the walls of one scan: errors of the map
