@@ -215,9 +215,9 @@ WallSums sum_agreeing(const WallPoint* points, int32_t count, const WallFit& fit
 
 }  // namespace
 
-void smooth_headings(const EgoWindow& in, EgoWindow& out) noexcept {
+void smooth_headings(const EgoWindow& in, EgoWindow& out, double drift_sigma_rps) noexcept {
   out.count = in.count;
-  std::copy_n(in.poses, in.count, out.poses);
+  if (&in != &out) std::copy_n(in.poses, in.count, out.poses);
   const int32_t n = in.count;
   if (n < 3) return;
   // y: heading without the turn by the yaw rates, since the first pose.
@@ -243,8 +243,10 @@ void smooth_headings(const EgoWindow& in, EgoWindow& out) noexcept {
     rss += r * r;
   }
   if (!(rss <= double(n) * kLargestScatter * kLargestScatter)) return;
-  for (int32_t i = 0; i < n; ++i)
-    out.poses[i].yaw_rad = wrap_angle(in.poses[0].yaw_rad + start + slope * t[i] + by_rate[i]);
+  const double noise2 = rss / double(n - 2);
+  const double drift = slope * spread / (spread + double(n) * noise2 / (drift_sigma_rps * drift_sigma_rps));
+  const double first_rad = in.poses[0].yaw_rad + (sy - drift * st) / double(n);
+  for (int32_t i = 0; i < n; ++i) out.poses[i].yaw_rad = wrap_angle(first_rad + drift * t[i] + by_rate[i]);
 }
 
 // A turn of the ego heading by `turn` moves a point to the left by along_m * turn, so it moves away from the left bound
@@ -298,7 +300,7 @@ void measure_walls(const StageContext& context, Frame& frame) noexcept {
   for (WallHeading& walls : frame.walls) walls = {};
   if (!frame.uses_map) return;
   EgoWindow poses;
-  smooth_headings(frame.ego, poses);
+  smooth_headings(frame.ego, poses, kAnyDrift);
   NearLine near;
   if (!near.lay(*context.map, frame, context.detect.walls.reach_m)) return;
   for (int32_t s = 0; s < context.sensor_count; ++s) {

@@ -38,9 +38,11 @@ struct WallParams {
 };
 
 // Replaces the headings of the poses by a straight line over time plus the turn that the yaw rates give: a filter
-// without delay over the window. A window of fewer than 3 poses, and one whose headings are not such a line, is copied
-// as it is.
-void smooth_headings(const EgoWindow& in, EgoWindow& out) noexcept;
+// without delay over the window. The line's slope is the drift of the heading's error: the smaller `drift_sigma_rps`,
+// its standard deviation, against the noise of the headings, the flatter the line. A window of fewer than 3 poses, and
+// one whose headings are not such a line, is copied as it is. in and out may be the same.
+void smooth_headings(const EgoWindow& in, EgoWindow& out, double drift_sigma_rps) noexcept;
+inline constexpr double kAnyDrift = 1e9;
 
 // A point of a wall: `along` is its distance from the ego vehicle along the track, `beyond` its distance outside of
 // the bound.

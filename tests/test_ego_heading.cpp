@@ -415,7 +415,7 @@ TEST_CASE("headings: the noise between poses goes, the turn stays, across the se
   const EgoWindow in = window_of(
       25, [&](double t) { return yaw(t) + noise(random); }, rate);
   EgoWindow out;
-  smooth_headings(in, out);
+  smooth_headings(in, out, kAnyDrift);
   REQUIRE(out.count == 25);
   CHECK(rms_of(out, yaw) < 0.5 * rms_of(in, yaw));
   CHECK(out.poses[7].x_m == 7);  // all else is copied
@@ -423,14 +423,14 @@ TEST_CASE("headings: the noise between poses goes, the turn stays, across the se
 
   const EgoWindow no_rate = window_of(
       25, [&](double t) { return yaw(t) + noise(random); }, [](double) { return 0.0; });
-  smooth_headings(no_rate, out);
+  smooth_headings(no_rate, out, kAnyDrift);
   CHECK(rms_of(out, yaw) < 0.6 * rms_of(no_rate, yaw));
 }
 
 TEST_CASE("headings: a change of the yaw rate stays, because the rates tell it") {
   const auto yaw = [](double t) { return t * t; };
   EgoWindow out;
-  smooth_headings(window_of(25, yaw, [](double t) { return 2.0 * t; }), out);
+  smooth_headings(window_of(25, yaw, [](double t) { return 2.0 * t; }), out, kAnyDrift);
   CHECK(rms_of(out, yaw) < 1e-6);
 }
 
@@ -438,11 +438,37 @@ TEST_CASE("headings: a jump, and a window of two poses, are copied as they are")
   EgoWindow out;
   const EgoWindow jump = window_of(
       20, [](double t) { return t < 0.1 ? 0.0 : 0.1; }, [](double) { return 0.0; });
-  smooth_headings(jump, out);
+  smooth_headings(jump, out, kAnyDrift);
   for (int32_t i = 0; i < 20; ++i) CHECK(out.poses[i].yaw_rad == jump.poses[i].yaw_rad);
   const EgoWindow two = window_of(
       2, [](double t) { return 7 * t; }, [](double) { return 0.0; });
-  smooth_headings(two, out);
+  smooth_headings(two, out, kAnyDrift);
   CHECK(out.count == 2);
   CHECK(out.poses[1].yaw_rad == two.poses[1].yaw_rad);
+}
+
+TEST_CASE("headings: where the error drifts little, the line is flatter and the noise at its end smaller") {
+  std::mt19937 random(8);
+  std::normal_distribution<double> noise(0, 0.1 * kDeg);
+  const auto rate = [](double) { return 0.3; };
+  const auto yaw = [](double t) { return 1 + 0.3 * t; };
+  double any = 0, little = 0;
+  for (int32_t run = 0; run < 100; ++run) {
+    EgoWindow window = window_of(
+                  14, [&](double t) { return yaw(t) + noise(random); }, rate),
+              out;
+    smooth_headings(window, out, kAnyDrift);
+    any += std::pow(out.poses[13].yaw_rad - yaw(0.13), 2);
+    smooth_headings(window, window, 0.3 * kDeg);  // in place
+    little += std::pow(window.poses[13].yaw_rad - yaw(0.13), 2);
+  }
+  CHECK(std::sqrt(any / 100) > 0.045 * kDeg);
+  CHECK(std::sqrt(little / 100) < 0.035 * kDeg);
+
+  // A drift that stands out of the noise stays.
+  EgoWindow out;
+  smooth_headings(window_of(
+                      14, [](double t) { return 1 + 0.35 * t; }, rate),
+                  out, 0.3 * kDeg);
+  CHECK(out.poses[13].yaw_rad == doctest::Approx(1 + 0.35 * 0.13).epsilon(1e-6));
 }

@@ -26,6 +26,8 @@ double ego_variance(const EgoState& ego) noexcept {
 // Of the corrected ego heading, besides the covariance of what was learned.
 constexpr double kModelSigma = 9e-4;    // rad: 0.05 deg
 constexpr double kUnknownSigma = 5e-3;  // rad: 0.3 deg, as large as the error of the published heading
+// Drift of the heading's error that the model does not explain: 0.3 deg/s.
+constexpr double kDriftSigma_rps = 5e-3;
 
 // Covariance of A v for a v with the covariance of `z`.
 void turn_covariance(double a00, double a01, double a10, double a11, Measurement& z) noexcept {
@@ -81,18 +83,18 @@ void TrackStage::correct_heading(Frame& frame) noexcept {
   corrected_.count = 0;
   if (!frame.ego_known) return;
   const int32_t sensors = heading_->sensor_count();
-  follow_course(frame.ego, course_);
+  follow_course(frame.ego, corrected_);
   EgoState turning;
-  course_.at(frame.stamp_ns, turning);
+  corrected_.at(frame.stamp_ns, turning);
   const HeadingCause cause = cause_of(turning.pose);
   if (frame.kind == FrameKind::kScans && !frame.failed) heading_->add(frame.stamp_ns, cause, frame.walls);
   learned_ = heading_->at(frame.stamp_ns);
-  smooth_headings(frame.ego, corrected_);
   for (int32_t i = 0; i < corrected_.count; ++i) {
     EgoPose& pose = corrected_.poses[i];
-    pose.yaw_rad =
-        wrap_angle(pose.yaw_rad + learned_.offset_rad(cause_of(course_.poses[i]), HeadingFilter::kNoConstant, sensors));
+    pose.yaw_rad = wrap_angle(pose.yaw_rad + learned_.offset_rad(cause_of(pose), HeadingFilter::kNoConstant, sensors));
+    pose.yaw_rate_rps = frame.ego.poses[i].yaw_rate_rps;
   }
+  smooth_headings(corrected_, corrected_, kDriftSigma_rps);
   EgoState ego;
   corrected_.at(frame.stamp_ns, ego);
   const double constant = learned_.offset_rad({}, HeadingFilter::kMean, sensors);

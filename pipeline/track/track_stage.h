@@ -56,7 +56,6 @@ class TrackStage {
   std::unique_ptr<FrameTracker> tracker_;
   std::unique_ptr<HeadingFilter> heading_;  // null: the method measures no walls
   EgoWindow corrected_;                     // of the frame under way: poses with corrected headings, without constants
-  EgoWindow course_;                        // of the frame under way: poses of follow_course
   HeadingFilter::State learned_{};          // of the frame under way
   bool tracks_scans_ = false;               // in the vehicle frame
   bool rows_chose_map_ = false;             // reference_ is the map by pushed rows alone
