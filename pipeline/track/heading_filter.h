@@ -33,8 +33,8 @@ struct HeadingFilterParams {
   double wall_memory_s = 0;       // these errors are correlated for this long
 };
 
-// Replaces the yaw rates of the poses by the rates at which their course turns. A car turns in before its tyres have the
-// slip angle that lets it follow: the course comes later, by the slip angle per m/s^2 times the speed.
+// Replaces the yaw rates of the poses by the rates at which their course turns. A car turns in before its tyres have
+// the slip angle that lets it follow: the course comes later, by the slip angle per m/s^2 times the speed.
 void follow_course(const EgoWindow& in, EgoWindow& out) noexcept;
 
 // What the model needs of a pose of follow_course.
