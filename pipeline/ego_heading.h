@@ -42,7 +42,7 @@ struct WallParams {
 // its standard deviation, against the noise of the headings, the flatter the line. A window of fewer than 3 poses, and
 // one whose headings are not such a line, is copied as it is. in and out may be the same.
 void smooth_headings(const EgoWindow& in, EgoWindow& out, double drift_sigma_rps) noexcept;
-inline constexpr double kAnyDrift = 1e9;
+inline constexpr double kAnyDrift = 1e9;  // rad/s: the headings alone tell the slope
 
 // A point of a wall: `along` is its distance from the ego vehicle along the track, `beyond` its distance outside of
 // the bound.

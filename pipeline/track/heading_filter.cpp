@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kGravity = 9.81;
 constexpr double kSlowest_mps = 5.0;       // the curvature of a slower course is noise
-constexpr double kTypicalSlip = 1e-3;      // rad per m/s^2, of a race car: slip less its lever
+constexpr double kTypicalSlip = 1e-3;      // rad per m/s^2: between the course of a race car and its axis
 constexpr double kGate = 9.0;              // squared innovation over its variance
 constexpr int32_t kContradictions = 120;   // walls in a row: the error of the heading has changed
 constexpr double kLargestOffset = 0.0873;  // rad: 5 deg

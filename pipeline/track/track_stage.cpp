@@ -83,7 +83,7 @@ void TrackStage::correct_heading(Frame& frame) noexcept {
   corrected_.count = 0;
   if (!frame.ego_known) return;
   const int32_t sensors = heading_->sensor_count();
-  follow_course(frame.ego, corrected_);
+  follow_course(frame.ego, corrected_);  // its yaw rates become those of the vehicle again below
   EgoState turning;
   corrected_.at(frame.stamp_ns, turning);
   const HeadingCause cause = cause_of(turning.pose);
