@@ -83,7 +83,7 @@ CarProfile::Match match_profile(const StageContext& context, const Frame& frame,
 // of it. The farther the car, the fewer rows and columns hit it.
 constexpr double kNear_m = 0.034;         // at the sensor, along and across
 constexpr double kAlongOfRange = 0.0012;  // of the range: the end that is seen
-constexpr double kAcrossOfRange = 0.001;  // of the range
+constexpr double kAcrossOfRange = 7e-4;   // of the range
 constexpr double kAlongOfUnseen = 0.23;   // of the length that is not seen,
 constexpr double kMostOfUnseen_m = 0.55;  // at most: what is seen of a distant car is mostly its middle
 constexpr double kAcrossOfUnseen = 0.18;  // of the width: mostly a part is missing on both sides

@@ -166,10 +166,9 @@ class GroundWalks {
   }
 
   void list(const RoadShape& shape, const Pixels* pixels, RoadPoints& points) const noexcept {
-    const ExpectedRoad& expected = shape.expected;
     for (int32_t l = 0; l < kFour; ++l)
       for (int32_t i = 0; i < rows_; ++i)
-        if (const Pixels& p = pixels[i]; p.any && p.used[l] && p.x.v[l] >= expected.from_m && p.x.v[l] <= expected.to_m)
+        if (const Pixels& p = pixels[i]; p.any && p.used[l])
           points.add(p.x.v[l], p.n.v[l], p.z.v[l] - float(shape.expected_at(double(p.x.v[l]), double(p.n.v[l]))));
   }
 

@@ -131,13 +131,13 @@ void sample_stations(const RoadData& road, const CentreLine& line, const RoadAxe
 }
 
 // The road along the vehicle's lane, in the vehicle frame: as the map lets expect it (kMap), or where its heights are
-// known (kLearned).
-void expect_road(const RoadData& road, const CentreLine& line, const float* r, float origin_m,
+// known (kLearned). Returns the length of that part.
+float expect_road(const RoadData& road, const CentreLine& line, const float* r, float origin_m,
                  ExpectedRoad::Source source, RoadShape& shape) noexcept {
   constexpr float kBeside_m = 4.0f;  // to either side of the lane: the cross slope
   constexpr float kMost_m = 100.0f;  // a vehicle on its side has no road ahead
   ExpectedRoad& expected = shape.expected;
-  if (source == ExpectedRoad::Source::kLearned) expected.from_m = expected.to_m = 0.0f;
+  float from_m = 0.0f, to_m = 0.0f;
   int32_t station = RoadData::kStations / 2;
   // The height of the vehicle's plane at which a place of it is on the road.
   const auto find_z = [&](float x, float y, float guess_z) {
@@ -161,7 +161,7 @@ void expect_road(const RoadData& road, const CentreLine& line, const float* r, f
         expected.twist[i] = i == first ? 0.0f : expected.twist[i - step];
         continue;
       }
-      if (source == ExpectedRoad::Source::kLearned) (step > 0 ? expected.to_m : expected.from_m) = x;
+      (step > 0 ? to_m : from_m) = x;
       expected.base_m[i] = 0.5f * (left_z + right_z);
       expected.twist[i] = (left_z - right_z) * (0.5f / kBeside_m);
       climb_m = i == first ? 0.0f : expected.base_m[i] - guess_z;
@@ -177,6 +177,7 @@ void expect_road(const RoadData& road, const CentreLine& line, const float* r, f
   expected.left_m = double(max_of(line.left_m[station] - d, 0.0f) + (slope < 0.0f ? kOuterReach_m : 0.0f));
   expected.right_m = double(max_of(line.right_m[station] + d, 0.0f) + (slope > 0.0f ? kOuterReach_m : 0.0f));
   expected.source = source;
+  return to_m - from_m;
 }
 
 // The road along the vehicle's lane without a map, in the vehicle frame. Behind, the vehicle stood on it. Ahead, and
@@ -308,8 +309,7 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
   if (has_line) {
     RoadShape ground;
     ground.curvature = shape.curvature;
-    expect_road(road, line, axes.map, origin_m, ExpectedRoad::Source::kLearned, ground);
-    if (ground.expected.to_m - ground.expected.from_m >= kLeastLane_m) {
+    if (expect_road(road, line, axes.map, origin_m, ExpectedRoad::Source::kLearned, ground) >= kLeastLane_m) {
       fit_road(params, axes, sensor, range_filled_m, elevation_filled_rad, ground);
       level_sensor(ground, axes);
     }

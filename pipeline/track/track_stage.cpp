@@ -24,7 +24,7 @@ double ego_variance(const EgoState& ego) noexcept {
 }
 
 // Of the corrected ego heading, besides the covariance of what was learned.
-constexpr double kModelSigma = 9e-4;    // rad: 0.05 deg
+constexpr double kModelSigma = 6e-4;    // rad: 0.034 deg
 constexpr double kUnknownSigma = 5e-3;  // rad: 0.3 deg, as large as the error of the published heading
 // Drift of the heading's error that the model does not explain: 0.3 deg/s.
 constexpr double kDriftSigma_rps = 5e-3;
