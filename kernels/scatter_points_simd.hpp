@@ -1,13 +1,14 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Section 1: assigns points to pixels, in three steps.
+// Section 1: assigns points to pixels. Computes the pixels of a block of points, kSize at a time; then each point of the
+// block claims its pixel, so that the last point holds it. What follows depends on the length of the vectors:
 //
-//   1  block by block: computes the pixels of kSize points at a time; then every point claims its pixel, so that the
-//      last point holds it
-//   2  lists the points that do not hold their pixels (a few percent), and compares each with the point that does
-//   3  copies range and elevation of the winners, in tiles of kSize columns and all rows: the points of a tile lie near
-//      each other in memory, whether they came ring by ring or column by column
+//   short   a claim also writes range and elevation into the images, and lists the point that it displaces (a few
+//           percent); after each block these points are compared with those that hold their pixels
+//   long    after all claims a gather lists the points that do not hold their pixels, vectors compare them, and range
+//           and elevation of the winners are copied in tiles of kSize columns and all rows: the points of a tile lie
+//           near each other in memory, whether they came ring by ring or column by column
 //
 // The winner of two points follows a total order (intensity, range, input order), so the order of comparisons does not
 // matter. A point without a pixel claims the lead of row 0 (plane.h).
@@ -33,7 +34,7 @@ OVT_INLINE void challenge_winner(const float* intensity, const float* range_m, i
 }
 
 // The same for a list of points, which has room for whole vectors. Which of two points wins cannot be predicted, so no
-// branch depends on it. ISAs with short vectors go point by point.
+// branch depends on it.
 template <class A>
 OVT_INLINE void challenge_winners(const float* intensity, const float* range_m, const int32_t* pixels, int32_t* list,
                                   int32_t count, int32_t* winners, uint8_t* lost) {
@@ -61,24 +62,18 @@ OVT_INLINE void challenge_winners(const float* intensity, const float* range_m, 
   }
 }
 
-template <class A>
-void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTable& points,
-                    RangeImages& images) noexcept {
-  const Plane<int32_t> winner = images.pixel_point;
-  for (int32_t r = 0; r < winner.rows; ++r)
-    for (int32_t c = 0; c < winner.cols; c += kSize<A>) Int<A>(kNoPoint).store(winner.row(r) + c);
-
+// Computes the pixels of all points, and calls claim(begin, end) after each block: pending scattered stores delay wide
+// loads with the same low address bits.
+constexpr int32_t kClaimBlock = 512;
+template <class A, class Claim>
+OVT_INLINE void find_pixels(const ScanTable& scan, const int32_t* row_of_layer, int32_t pixel_stride,
+                            PointTable& points, Claim claim) {
   const int32_t count = points.count, *layers = scan.layer, *columns = points.column;
-  const float *intensity = scan.intensity, *range_m = points.range_m, *elevation_rad = points.elevation_rad;
   static_assert(kLabelGround == 0 && kLabelNone == -1);
-  int32_t *pixels = points.pixel, *labels = points.label, *winners = winner.data;
+  int32_t *pixels = points.pixel, *labels = points.label;
   uint8_t *reasons = points.reason, *lost = points.lost;
-  winners[-1] = kNoPoint;
-  const Int<A> none(-1), stride(winner.stride);
+  const Int<A> none(-1), stride(pixel_stride);
   Int<A> layer_a(kNoLayer), layer_b(kNoLayer), row_a(-1), row_b(-1);
-  // First the pixels of a block, then its claims: pending scattered stores delay wide loads with the same low address
-  // bits.
-  constexpr int32_t kBlock = 512;
   for (int32_t i = 0, claimed = 0; i < count; i += kSize<A>) {
     const Int<A> column = Int<A>::load(columns + i);
     const Mask<A> valid = (column > none) & Mask<A>::first(count - i);
@@ -102,10 +97,61 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
     store_bytes(Int<A>(0), lost + i);
 
     const int32_t end = i + kSize<A> < count ? i + kSize<A> : count;
-    if (end % kBlock != 0 && end != count) continue;
-    for (; claimed < end; ++claimed) winners[pixels[claimed]] = claimed;
+    if (end % kClaimBlock != 0 && end != count) continue;
+    claim(claimed, end);
+    claimed = end;
   }
+}
 
+template <class A>
+OVT_INLINE void scatter_by_claims(const ScanTable& scan, const int32_t* row_of_layer, PointTable& points,
+                                  RangeImages& images) {
+  const Plane<int32_t> winner = images.pixel_point;
+  for (int32_t r = 0; r < winner.rows; ++r)
+    for (int32_t c = 0; c < winner.cols; c += kSize<A>) {
+      Int<A>(kNoPoint).store(winner.row(r) + c);
+      Float<A>(kNoReturn).store(images.range_m.row(r) + c);
+      Float<A>(0.0f).store(images.elevation_rad.row(r) + c);
+    }
+  const float *intensity = scan.intensity, *range_m = points.range_m, *elevation_rad = points.elevation_rad;
+  const int32_t* pixels = points.pixel;
+  int32_t* winners = winner.data;
+  float *ranges_m = images.range_m.data, *elevations_rad = images.elevation_rad.data;
+  uint8_t* lost = points.lost;
+  find_pixels<A>(scan, row_of_layer, winner.stride, points, [=](int32_t begin, int32_t end) {
+    int32_t displaced[kClaimBlock], found = 0;
+    for (int32_t i = begin; i < end; ++i) {
+      const int32_t pixel = pixels[i], other = winners[pixel];
+      winners[pixel] = i;
+      ranges_m[pixel] = range_m[i], elevations_rad[pixel] = elevation_rad[i];
+      displaced[found] = other;
+      found += 1 + ((other | pixel) >> 31);  // by one if both are there
+    }
+    for (int32_t k = 0; k < found; ++k) {
+      const int32_t pixel = pixels[displaced[k]];
+      challenge_winner(intensity, range_m, displaced[k], winners + pixel, lost);
+      const int32_t i = winners[pixel];
+      ranges_m[pixel] = range_m[i], elevations_rad[pixel] = elevation_rad[i];
+    }
+  });
+}
+
+template <class A>
+OVT_INLINE void scatter_in_steps(const ScanTable& scan, const int32_t* row_of_layer, PointTable& points,
+                                 RangeImages& images) {
+  const Plane<int32_t> winner = images.pixel_point;
+  for (int32_t r = 0; r < winner.rows; ++r)
+    for (int32_t c = 0; c < winner.cols; c += kSize<A>) Int<A>(kNoPoint).store(winner.row(r) + c);
+  const int32_t count = points.count, *pixels = points.pixel;
+  const float *intensity = scan.intensity, *range_m = points.range_m, *elevation_rad = points.elevation_rad;
+  int32_t* winners = winner.data;
+  uint8_t* lost = points.lost;
+  winners[-1] = kNoPoint;
+  find_pixels<A>(scan, row_of_layer, winner.stride, points, [=](int32_t begin, int32_t end) {
+    for (int32_t i = begin; i < end; ++i) winners[pixels[i]] = i;
+  });
+
+  const Int<A> none(-1);
   constexpr int32_t kListed = 2048;
   for (int32_t begin = 0; begin < count; begin += kListed) {
     int32_t list[kListed + kSize<A>], found = 0;
@@ -113,15 +159,8 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
     for (int32_t i = begin; i < end; i += kSize<A>) {
       const Int<A> pixel = Int<A>::load(pixels + i), point = Int<A>::count_from(i);
       const Mask<A> late = (pixel > none) & ~(gather(winners, pixel) == point) & Mask<A>::first(end - i);
-      if constexpr (kSize<A> == 4) {
-        for (uint32_t bits = late.bits(); bits != 0; bits &= bits - 1) {
-          const int32_t l = i + lowest_bit(bits);
-          challenge_winner(intensity, range_m, l, winners + pixels[l], lost);
-        }
-      } else {
-        store_packed(late, point, list + found);
-        found += count_bits(late.bits());
-      }
+      store_packed(late, point, list + found);
+      found += count_bits(late.bits());
     }
     if (found > 0) challenge_winners<A>(intensity, range_m, pixels, list, found, winners, lost);
   }
@@ -140,6 +179,15 @@ void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTab
       range.store(images.range_m.row(r) + c);
       elevation.store(images.elevation_rad.row(r) + c);
     }
+}
+
+template <class A>
+void scatter_points(const ScanTable& scan, const int32_t* row_of_layer, PointTable& points,
+                    RangeImages& images) noexcept {
+  if constexpr (kSize<A> < 16)
+    scatter_by_claims<A>(scan, row_of_layer, points, images);
+  else
+    scatter_in_steps<A>(scan, row_of_layer, points, images);
 }
 
 }  // namespace overtake::simd

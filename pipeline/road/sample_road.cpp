@@ -133,7 +133,7 @@ void sample_stations(const RoadData& road, const CentreLine& line, const RoadAxe
 // The road along the vehicle's lane, in the vehicle frame: as the map lets expect it (kMap), or where its heights are
 // known (kLearned). Returns the length of that part.
 float expect_road(const RoadData& road, const CentreLine& line, const float* r, float origin_m,
-                 ExpectedRoad::Source source, RoadShape& shape) noexcept {
+                  ExpectedRoad::Source source, RoadShape& shape) noexcept {
   constexpr float kBeside_m = 4.0f;  // to either side of the lane: the cross slope
   constexpr float kMost_m = 100.0f;  // a vehicle on its side has no road ahead
   ExpectedRoad& expected = shape.expected;
