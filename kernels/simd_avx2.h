@@ -8,6 +8,18 @@
 
 namespace overtake::simd {
 
+// The selected lanes of each mask, a byte each, packed.
+struct PackedLanes {
+  uint64_t of[256];
+};
+inline constexpr PackedLanes kPackedLanes = [] {
+  PackedLanes lanes{};
+  for (uint32_t mask = 0; mask < 256; ++mask)
+    for (uint32_t lane = 8; lane-- > 0;)
+      if (mask >> lane & 1) lanes.of[mask] = lanes.of[mask] << 8 | lane;
+  return lanes;
+}();
+
 template <>
 struct Native<xsimd::avx2> {
   using A = xsimd::avx2;
@@ -55,11 +67,9 @@ struct Native<xsimd::avx2> {
   OVT_INLINE static I gather(const int32_t* base, I index) { return I(_mm256_i32gather_epi32(base, index, 4)); }
   OVT_INLINE static void store_where(M m, F a, float* at) { _mm256_maskstore_ps(at, _mm256_castps_si256(m), a); }
   OVT_INLINE static void store_where(M m, I a, int32_t* at) { _mm256_maskstore_epi32(at, _mm256_castps_si256(m), a); }
-  // The selected lanes: their numbers as nibbles, packed by pext.
   OVT_INLINE static void store_packed(M m, I a, int32_t* at) {
-    const uint64_t wanted = _pdep_u64(bits_of_mask(m), 0x1111111111111111u) * 15u;
-    const uint64_t lanes = _pdep_u64(_pext_u64(0x76543210u, wanted), 0x0f0f0f0f0f0f0f0fu);
-    permute(a, I(_mm256_cvtepu8_epi32(_mm_cvtsi64_si128(int64_t(lanes))))).store_unaligned(at);
+    const auto* lanes = reinterpret_cast<const __m128i*>(kPackedLanes.of + bits_of_mask(m));
+    permute(a, I(_mm256_cvtepu8_epi32(_mm_loadl_epi64(lanes)))).store_unaligned(at);
   }
   OVT_INLINE static void store_bytes(I a, uint8_t* at) {
     const __m256i low = _mm256_and_si256(a, _mm256_set1_epi32(0xff));
