@@ -308,7 +308,7 @@ bool is_upright_behind(const StageContext& context, const Frame& frame, int32_t 
   constexpr float kFrom_m = 30.0f, kWing = 0.2f;  // the shadow's width to either side, per metre
   constexpr float kDriven_m = 1.5f;               // to either side
   constexpr float kUpright_m = 0.15f, kSlope = 0.1f;
-  constexpr int32_t kRows = 2;  // from the highest to the lowest
+  constexpr int32_t kRowSteps = 2;  // from the highest row to the lowest
   const FrameClusterTable& merged = frame.merged;
   const float behind_m = -merged.center_x_m[row], beside_m = abs_of(merged.center_y_m[row]);
   const int32_t s = merged.main_sensor[row];
@@ -317,7 +317,7 @@ bool is_upright_behind(const StageContext& context, const Frame& frame, int32_t 
   const int32_t rows = pixels.row_high - pixels.row_low;
   if (behind_m > kFrom_m) return has_bounds(frame.places, row) && rows > 0;
   const float high_m = merged.max_z_m[row] - merged.min_z_m[row];
-  return beside_m < kDriven_m && rows >= kRows &&
+  return beside_m < kDriven_m && rows >= kRowSteps &&
          high_m >= max_of(kUpright_m, kSlope * box_of(frame.places, row).length());
 }
 

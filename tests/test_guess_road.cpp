@@ -382,6 +382,38 @@ TEST_CASE("guess_road: the tilt of a sensor shows where the vehicle has driven, 
   CHECK(known > 0);
 }
 
+TEST_CASE("guess_road: heights that are not known are not read, on either side of the lane") {
+  // In a bend the outer side of the lane reaches other stations than its inner one.
+  const CircleRoad road({.radius_m = 100.0, .slope = [](double) { return 0.05; }});
+  const RoadData all = data_at(road, 150.0, 0.0);
+  for (const double yaw_rad : {0.0, kPi})
+    for (int32_t last = kHere + 1; last < kHere + 9; ++last) {
+      CAPTURE(yaw_rad);
+      CAPTURE(last);
+      const SensorModel sensor = make_sensor({1.8, 0.0, 0.65, 0.0, 0.0, yaw_rad}, 240);
+      const auto with = [&](float height_m, float cross_slope) {
+        RoadData data = all;
+        for (int32_t k = 0; k < RoadData::kStations; ++k) {
+          data.known[k] = k >= 2 * kHere - 10 - last && k <= last;
+          if (!data.known[k]) data.height_m[k] = height_m, data.cross_slope[k] = cross_slope;
+        }
+        return Sampled(data, sensor, scan_of_road(sensor, all, road));
+      };
+      const Sampled one = with(50.0f, -1.0f), other = with(-3.0f, 0.5f);
+      const Sampled known(all, sensor);
+      float worst = 0.0f;
+      for (int32_t k = 0; k < one.rays; ++k)
+        worst = std::fmax(worst, std::fabs(one.level_slope[std::size_t(k)] - known.level_slope[std::size_t(k)]));
+      CHECK(worst < 5e-4f);  // as if all were known
+      CHECK(one.offset_m == other.offset_m);
+      CHECK(one.slope == other.slope);
+      CHECK(one.level_slope == other.level_slope);
+      CHECK(one.known_m == other.known_m);
+      CHECK(one.bound_per_m == other.bound_per_m);
+      CHECK(one.last_bound_per_m == other.last_bound_per_m);
+    }
+}
+
 TEST_CASE("guess_road: beyond the known heights the ground tells nothing about the tilt of a sensor") {
   // From 50 m behind the vehicle on, where it has not driven, the road rises to the back.
   const CircleRoad road(

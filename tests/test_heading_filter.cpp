@@ -121,7 +121,11 @@ TEST_CASE("heading filter: a frame uses only walls that are over 0.5 s older") {
 
 TEST_CASE("heading filter: frames that come up to 0.5 s late change no bit of what any frame uses") {
   const Truth truth;
-  const std::vector<Frame> frames = frames_of(truth, 8);
+  int64_t step_ms = 50;
+  SUBCASE("20 frames a second") {}
+  SUBCASE("250 frames a second: eight sensors that are not in step") { step_ms = 4; }
+  std::vector<Frame> frames = frames_of(truth, 40);
+  for (std::size_t i = 0; i < frames.size(); ++i) frames[i].stamp_ns = kStart + int64_t(i) * step_ms * kMs;
   HeadingFilter in_order(params(), kSensors);
   std::vector<HeadingFilter::State> expected;
   for (const Frame& f : frames) {

@@ -376,8 +376,13 @@ TEST_CASE("lane existence: without a map, what stands and comes into view beside
     double ahead_m, beside_m, speed_mps = 0.0;
     int32_t points = 1000;  // 0: a pushed row
   };
-  const auto is_confirmed = [](const Car& car) {
-    LaneBench bench;
+  const test::CircleRoad road = make_ring(5000);
+  const CircuitMap* map = nullptr;
+  SUBCASE("no map") {}
+  SUBCASE("a map that the ego vehicle has left") { map = &road.map; }
+  const auto is_confirmed = [&](const Car& car) {
+    LaneBench bench(map);
+    bench.input.ask_map = false;
     for (int32_t k = 0; k < 30; ++k) {
       const double t_s = kFrame_s * k;
       bench.ego_at(20 * t_s);

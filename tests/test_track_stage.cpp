@@ -345,7 +345,7 @@ struct HeadingBench {
     frame.ego.poses[0] = {};
     frame.ego.poses[0].stamp_ns = stamp_ns;
     frame.walls[0] = {true, left, 1e-9, 40};
-    frame.walls[1] = {true, right, 1e-9, 30};
+    frame.walls[1] = {sees_right, right, 1e-9, 30};
     frame.merged.count = frame.detections.count = 2;
     for (int32_t i = 0; i < 2; ++i) {
       frame.merged.main_sensor[i] = i;
@@ -364,7 +364,7 @@ struct HeadingBench {
   void learn(double left, double right) {
     for (int k = 0; k < 60; ++k) run((1000 + 50 * k) * kMs, left, right);
   }
-  bool restart = false;
+  bool restart = false, sees_right = true;
   double y(int32_t i) const { return frame.measurements.row[i].y_m; }
   double heading(int32_t i) const { return frame.measurements.row[i].heading_rad; }
 };
@@ -394,6 +394,18 @@ TEST_CASE("track stage: detections go to the map with the heading that the walls
   // What the caller pushed stays.
   CHECK(bench.frame.ego.poses[0].yaw_rad == 0);
   CHECK(bench.frame.ego_state.pose.yaw_rad == 0);
+}
+
+TEST_CASE("track stage: a row has the variance of the heading that its own sensor knows") {
+  HeadingBench bench("best");
+  bench.sees_right = false;
+  bench.learn(1 * kDegree, 0);
+  const auto sigma_of = [&](int32_t row) { return std::sqrt(double(bench.frame.views.var_y[row]) - 1) / 80; };
+  CHECK(sigma_of(0) < 0.1 * kDegree);
+  CHECK(sigma_of(1) > 0.2 * kDegree);  // the other sensor's error plus its own, which no wall has shown
+  CHECK(sigma_of(1) < 0.4 * kDegree);
+  CHECK(bench.frame.ego_heading.sigma_rad > sigma_of(0));
+  CHECK(bench.frame.ego_heading.sigma_rad < sigma_of(1));
 }
 
 TEST_CASE("track stage: psi_VAR turns with the corrected heading; psi_REF of the map keeps the map's heading") {

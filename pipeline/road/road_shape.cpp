@@ -38,17 +38,27 @@ struct Four {
 };
 constexpr int32_t kFour = 4;
 
-// Points on the road, of one scan.
+// Points on the road, of one scan. When they are too many, every other one goes, and of those that follow, too: points
+// come column after column, so the last ones alone are not those of the whole road.
 struct RoadPoints {
   static constexpr int32_t kCapacity = 4096;
-  int32_t count = 0;
+  int32_t count = 0, offered = 0, every = 1;
   float x[kCapacity], n[kCapacity], z[kCapacity];
 
+  void clear() noexcept { count = offered = 0, every = 1; }
+
   void add(float at_x, float at_n, float at_z) noexcept {
-    if (count == kCapacity) return;
+    if (offered++ % every != 0) return;
+    if (count == kCapacity) thin();
     x[count] = at_x;
     n[count] = at_n;
     z[count++] = at_z;
+  }
+
+ private:
+  void thin() noexcept {
+    count /= 2, every *= 2;
+    for (int32_t i = 0; i < count; ++i) x[i] = x[2 * i], n[i] = n[2 * i], z[i] = z[2 * i];
   }
 };
 
@@ -70,7 +80,7 @@ class GroundWalks {
   void collect(const RoadShape& shape, float reach_m, RoadPoints& points) noexcept {
     const int32_t columns = (sensor_.cols - stride_ / 2 + stride_ - 1) / stride_, fours = (columns + kFour - 1) / kFour;
     const int32_t together = std::min(kRoom / rows_, kMostFours);
-    points.count = 0;
+    points.clear();
     for (int32_t begin = 0; begin < fours; begin += together) {
       const int32_t count = std::min(together, fours - begin);
       if (laid_ != begin)
@@ -166,9 +176,10 @@ class GroundWalks {
   }
 
   void list(const RoadShape& shape, const Pixels* pixels, RoadPoints& points) const noexcept {
+    const ExpectedRoad& expected = shape.expected;
     for (int32_t l = 0; l < kFour; ++l)
       for (int32_t i = 0; i < rows_; ++i)
-        if (const Pixels& p = pixels[i]; p.any && p.used[l])
+        if (const Pixels& p = pixels[i]; p.any && p.used[l] && p.x.v[l] >= expected.from_m && p.x.v[l] <= expected.to_m)
           points.add(p.x.v[l], p.n.v[l], p.z.v[l] - float(shape.expected_at(double(p.x.v[l]), double(p.n.v[l]))));
   }
 

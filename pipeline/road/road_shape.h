@@ -36,7 +36,8 @@ struct ExpectedRoad {
   // What tells it. kNone: a level plane, and the rest is not valid. kLearned: its heights are known, so what the scan
   // differs from them is a plane, an error of the sensor's mounting or of the ego pose.
   enum class Source : int8_t { kNone, kWay, kMap, kLearned } source = Source::kNone;
-  double left_m = 0, right_m = 0;  // from the vehicle to these edges, at least 0
+  float from_m = -1e9f, to_m = 1e9f;  // ground at these x counts; kLearned: where heights are known
+  double left_m = 0, right_m = 0;     // from the vehicle to these edges, at least 0
   float base_m[kPlaces], twist[kPlaces];
 
   struct At {

@@ -131,21 +131,24 @@ void sample_stations(const RoadData& road, const CentreLine& line, const RoadAxe
 }
 
 // The road along the vehicle's lane, in the vehicle frame: as the map lets expect it (kMap), or where its heights are
-// known (kLearned). Returns the length of that part.
-float expect_road(const RoadData& road, const CentreLine& line, const float* r, float origin_m,
-                  ExpectedRoad::Source source, RoadShape& shape) noexcept {
+// known (kLearned).
+void expect_road(const RoadData& road, const CentreLine& line, const float* r, float origin_m,
+                 ExpectedRoad::Source source, RoadShape& shape) noexcept {
   constexpr float kBeside_m = 4.0f;  // to either side of the lane: the cross slope
   constexpr float kMost_m = 100.0f;  // a vehicle on its side has no road ahead
   ExpectedRoad& expected = shape.expected;
-  float from_m = 0.0f, to_m = 0.0f;
+  if (source == ExpectedRoad::Source::kLearned) expected.from_m = expected.to_m = 0.0f;
   int32_t station = RoadData::kStations / 2;
-  // The height of the vehicle's plane at which a place of it is on the road.
-  const auto find_z = [&](float x, float y, float guess_z) {
+  // The height of the vehicle's plane at which a place of it is on the road. False: it is not known.
+  const auto find_z = [&](float x, float y, float guess_z, float& z) {
     const float map_x = r[0] * x + r[1] * y + r[2] * guess_z, map_y = r[3] * x + r[4] * y + r[5] * guess_z;
     float height_m = 0.0f, outside_m = 0.0f;
-    find_height<true>(road, line, map_x, map_y, station, height_m, outside_m);
-    const float z = (height_m - r[6] * x - r[7] * y) / r[8] - origin_m;
-    return max_of(min_of(z, kMost_m), -kMost_m);
+    const bool known = source == ExpectedRoad::Source::kLearned
+                           ? find_height<false>(road, line, map_x, map_y, station, height_m, outside_m)
+                           : find_height<true>(road, line, map_x, map_y, station, height_m, outside_m);
+    const float at = (height_m - r[6] * x - r[7] * y) / r[8] - origin_m;
+    z = max_of(min_of(at, kMost_m), -kMost_m);
+    return known;
   };
   constexpr int32_t kHere = int32_t(-ExpectedRoad::kFirst_m / ExpectedRoad::kStep_m);
   const auto walk = [&](int32_t first, int32_t step) {  // away from the vehicle, whose place is known
@@ -154,14 +157,14 @@ float expect_road(const RoadData& road, const CentreLine& line, const float* r, 
     for (int32_t i = first; i >= 0 && i < ExpectedRoad::kPlaces; i += step) {
       const float x = ExpectedRoad::kFirst_m + float(i) * ExpectedRoad::kStep_m;
       const float y = -float(shape.lane_offset(double(x), 0.0));
-      const float left_z = find_z(x, y + kBeside_m, guess_z), right_z = find_z(x, y - kBeside_m, guess_z);
-      ends = ends || (source == ExpectedRoad::Source::kLearned && !(road.known[station] && road.known[station + 1]));
+      float left_z = 0.0f, right_z = 0.0f;
+      ends = ends || !find_z(x, y + kBeside_m, guess_z, left_z) || !find_z(x, y - kBeside_m, guess_z, right_z);
       if (ends) {
         expected.base_m[i] = guess_z += climb_m;
         expected.twist[i] = i == first ? 0.0f : expected.twist[i - step];
         continue;
       }
-      (step > 0 ? to_m : from_m) = x;
+      if (source == ExpectedRoad::Source::kLearned) (step > 0 ? expected.to_m : expected.from_m) = x;
       expected.base_m[i] = 0.5f * (left_z + right_z);
       expected.twist[i] = (left_z - right_z) * (0.5f / kBeside_m);
       climb_m = i == first ? 0.0f : expected.base_m[i] - guess_z;
@@ -177,7 +180,6 @@ float expect_road(const RoadData& road, const CentreLine& line, const float* r, 
   expected.left_m = double(max_of(line.left_m[station] - d, 0.0f) + (slope < 0.0f ? kOuterReach_m : 0.0f));
   expected.right_m = double(max_of(line.right_m[station] + d, 0.0f) + (slope > 0.0f ? kOuterReach_m : 0.0f));
   expected.source = source;
-  return to_m - from_m;
 }
 
 // The road along the vehicle's lane without a map, in the vehicle frame. Behind, the vehicle stood on it. Ahead, and
@@ -309,7 +311,8 @@ void sample_road(const RunningGroundParams& params, const RoadData& road, const 
   if (has_line) {
     RoadShape ground;
     ground.curvature = shape.curvature;
-    if (expect_road(road, line, axes.map, origin_m, ExpectedRoad::Source::kLearned, ground) >= kLeastLane_m) {
+    expect_road(road, line, axes.map, origin_m, ExpectedRoad::Source::kLearned, ground);
+    if (ground.expected.to_m - ground.expected.from_m >= kLeastLane_m) {
       fit_road(params, axes, sensor, range_filled_m, elevation_filled_rad, ground);
       level_sensor(ground, axes);
     }

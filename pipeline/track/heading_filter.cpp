@@ -12,7 +12,8 @@ namespace {
 constexpr double kGravity = 9.81;
 constexpr double kSlowest_mps = 5.0;       // the curvature of a slower course is noise
 constexpr double kTypicalSlip = 1e-3;      // rad per m/s^2: between the course of a race car and its axis
-constexpr double kGate = 9.0;              // squared innovation over its variance
+constexpr double kGate = 9.0;              // squared innovation over its variance, with
+constexpr double kGateNoise = 4.0;         // times the variance of the walls: bounds err by twice their deviation, too
 constexpr int32_t kContradictions = 120;   // walls in a row: the error of the heading has changed
 constexpr double kLargestOffset = 0.0873;  // rad: 5 deg
 
@@ -95,7 +96,7 @@ double HeadingFilter::measure(const State& state, const HeadingCause& cause, int
                               double& innovation) const noexcept {
   innovation = wall.offset_rad - state.offset_rad(cause, sensor, sensor_count_);
   const double noise = params_.wall_sigma_rad * params_.wall_sigma_rad + wall.variance;
-  return innovation * innovation / (state.variance(cause, sensor, sensor_count_) + 4.0 * noise);
+  return innovation * innovation / (state.variance(cause, sensor, sensor_count_) + kGateNoise * noise);
 }
 
 // One Kalman step for each sensor with walls. The errors of neighbouring frames are the same errors of the map:
@@ -142,9 +143,11 @@ void HeadingFilter::add(int64_t stamp_ns, const HeadingCause& cause, const WallH
   newest_ns_ = std::max(newest_ns_, stamp_ns);
   if (std::none_of(walls, walls + sensor_count_, [](const WallHeading& w) { return w.valid; })) return;
   if (count_ == kCapacity) {
-    base_ = entries_[0].after;
-    std::move(entries_ + 1, entries_ + count_, entries_);
-    --count_;
+    int32_t old = 1;
+    while (old < count_ && difference_ns(newest_ns_, entries_[old].stamp_ns) > kKeptNs) ++old;
+    base_ = entries_[old - 1].after;
+    std::move(entries_ + old, entries_ + count_, entries_);
+    count_ -= old;
   }
   int32_t place = count_;
   while (place > 0 && entries_[place - 1].stamp_ns > stamp_ns) --place;

@@ -78,7 +78,9 @@ class HeadingFilter {
   int32_t sensor_count() const noexcept { return sensor_count_; }
 
  private:
-  static constexpr int32_t kCapacity = 128;  // over 1 s of frames with walls
+  // Frames with walls of kKeptNs, what late frames and their lag may need, at up to 256 a second.
+  static constexpr int32_t kCapacity = 256;
+  static constexpr int64_t kKeptNs = 2 * kLagNs;
   struct Entry {
     int64_t stamp_ns;
     HeadingCause cause;
@@ -88,7 +90,7 @@ class HeadingFilter {
   State first_state() const noexcept;
   void open(State& state) const noexcept;
   void step(State& state, const Entry& entry) const noexcept;
-  // Square of the innovation over its variance; > kGate: contradicts.
+  // Square of the innovation over what it may be (kGateNoise); > kGate: contradicts.
   double measure(const State& state, const HeadingCause& cause, int32_t sensor, const WallHeading& wall,
                  double& innovation) const noexcept;
 

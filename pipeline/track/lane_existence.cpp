@@ -16,9 +16,10 @@ namespace {
 
 constexpr double kLog2Pi = 1.8378770664093453;
 constexpr double kLeastDetect = 0.01;
-constexpr double kWing_rad = 0.2, kWing_m = 10.0;       // the shadow of the own rear wing, to both sides; from here on
-constexpr double kBehindShare = 0.6, kPartShare = 1.2;  // of a car's width: a car this far beside another one's line of
-                                                        // sight is hidden by it, or may be in part
+constexpr double kWing_rad = 0.2, kWing_m = 10.0;  // the shadow of the own rear wing, to both sides; from here on
+constexpr double kHiddenWidths = 0.6,
+                 kPartWidths = 1.2;  // of a car's width: a car this far beside another one's line of
+                                     // sight is hidden by it, or may be in part
 constexpr double kTall_m = 0.6;     // no road nearer than 30 m is misjudged by as much: in the own shadow this is a car
 constexpr double kOutside_m = 0.3;  // of the circuit is where a car's centre cannot be,
 constexpr int32_t kMostOfWall = 30;  // unless more points tell that it is a car
@@ -103,8 +104,8 @@ void LanePolicy::find_detectable(const TrackView<State>& tracks, const Iteration
         const double turn_rad = std::fabs(bearing_rad_[other] - bearing_rad);
         beside_m = std::min(beside_m, range_m_[other] * std::min(turn_rad, kTwoPi - turn_rad));
       }
-      in_part_[slot] = asks_map_ != 0 && beside_m < kPartShare * lane_.width_m;
-      if (beside_m < kBehindShare * lane_.width_m) {
+      in_part_[slot] = asks_map_ != 0 && beside_m < kPartWidths * lane_.width_m;
+      if (beside_m < kHiddenWidths * lane_.width_m) {
         p *= lane_.p_hidden;
         visibility_[slot] = Visibility::kHidden;
       }
@@ -196,8 +197,8 @@ void LanePolicy::score_hit(int32_t slot, State& s, const Measurement& z, const I
   double score = 0.0;
   if (innovation) {
     const double log_density = -kLog2Pi - 0.5 * (innovation->log_det + innovation->d2);
-    // A hit tells that the car is not hidden. Without a map a misjudged road behind the own wing makes hits, too.
-    const double p_hit = map_ ? p_in_view_[slot] : p_detect_[slot];
+    // A hit tells that the car is not hidden. Where no map is asked, a misjudged road behind the own wing makes hits, too.
+    const double p_hit = asks_map_ != 0 ? p_in_view_[slot] : p_detect_[slot];
     const double log_ratio = log_f64(p_hit / clutter_near(z)) + log_density;
     score = std::clamp(log_ratio, -lane_.hit_score, lane_.hit_score);
     score += evidence_of(z, in_part_[slot]);
@@ -222,14 +223,14 @@ void LanePolicy::begin_existence(State& s, const Measurement& z) const noexcept 
 
 // What stands is seen first from ahead, so something slow that comes into view far behind was passed, and did not look
 // like a car then. A new track's speed is a guess: while the ego vehicle moves, what may be slow, by a standard
-// deviation, waits. Nor did, without a map, a post or a sign that is new beside the road where the ego vehicle is.
+// deviation, waits. Nor did, where no map is asked, a post or a sign that is new beside the road where the ego vehicle is.
 bool LanePolicy::was_passed(int32_t slot, const State& s) const noexcept {
   if (!ego_.known) return false;
   const double slow_mps = kPassedShare * ego_.speed_mps, speed_mps = s.estimate.mean.speed_mps;
   if (std::fabs(bearing_rad_[slot]) > kHalfPi && range_m_[slot] > kPassed_m)
     return speed_mps - (ego_.speed_mps > kMoving_mps ? sigma_speed(s) : 0.0) < slow_mps;
   if (!(speed_mps < slow_mps)) return false;
-  if (map_ || only_rows_) return false;
+  if (asks_map_ != 0 || only_rows_) return false;
   double sine, cosine;
   sin_cos_f64(bearing_rad_[slot], sine, cosine);
   return range_m_[slot] * cosine < kPassing_m && std::fabs(range_m_[slot] * sine) > kBesideRoad_m;

@@ -291,7 +291,9 @@ Effort LanePolicy::associate(const TrackView<State>& tracks, const Iteration& it
 
 // ---- update ---------------------------------------------------------------------------------------------------------
 
-// Innovations to one side, several or a large one, are a manoeuvre: the car brakes, accelerates or turns.
+// Innovations ahead of or behind the track, several or a large one, are a manoeuvre: the car brakes or accelerates, and
+// may turn. Those to the left or right tell less, because a far car's place jumps across: twice as large, they say that
+// the course turns.
 void LanePolicy::watch_for_manoeuvre(State& s, const Measurement& z, double dt_s) const noexcept {
   if (s.hits < kSteadyHits || !(dt_s > 0.0)) return;
   const MotionState& m = s.estimate.mean;

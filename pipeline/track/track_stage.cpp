@@ -86,8 +86,8 @@ void TrackStage::correct_heading(Frame& frame) noexcept {
   follow_course(frame.ego, corrected_);  // its yaw rates become those of the vehicle again below
   EgoState turning;
   corrected_.at(frame.stamp_ns, turning);
-  const HeadingCause cause = cause_of(turning.pose);
-  if (frame.kind == FrameKind::kScans && !frame.failed) heading_->add(frame.stamp_ns, cause, frame.walls);
+  cause_ = cause_of(turning.pose);
+  if (frame.kind == FrameKind::kScans && !frame.failed) heading_->add(frame.stamp_ns, cause_, frame.walls);
   learned_ = heading_->at(frame.stamp_ns);
   for (int32_t i = 0; i < corrected_.count; ++i) {
     EgoPose& pose = corrected_.poses[i];
@@ -100,11 +100,15 @@ void TrackStage::correct_heading(Frame& frame) noexcept {
   const double constant = learned_.offset_rad({}, HeadingFilter::kMean, sensors);
   EgoHeading& out = frame.ego_heading;
   out.offset_rad = wrap_angle(ego.pose.yaw_rad - frame.ego_state.pose.yaw_rad + constant);
-  out.sigma_rad = std::sqrt(learned_.variance(cause, HeadingFilter::kMean, sensors) + kModelSigma * kModelSigma);
+  out.sigma_rad = heading_sigma(HeadingFilter::kMean);
   for (const WallHeading& walls : frame.walls)
     if (walls.valid) out.wall_points += walls.points;
-  if (out.sigma_rad > kUnknownSigma || heading_->contradicts(learned_, cause, frame.walls))
+  if (out.sigma_rad > kUnknownSigma || heading_->contradicts(learned_, cause_, frame.walls))
     frame.flags |= OVT_FLAG_EGO_HEADING;
+}
+
+double TrackStage::heading_sigma(int32_t sensor) const noexcept {
+  return std::sqrt(learned_.variance(cause_, sensor, heading_->sensor_count()) + kModelSigma * kModelSigma);
 }
 
 void TrackStage::measure_detections(Frame& frame) const noexcept {
@@ -145,7 +149,7 @@ void TrackStage::measure_detections(Frame& frame) const noexcept {
         const int32_t sensor = frame.merged.main_sensor[in.cluster[i]];
         used = turned(used, learned_.offset_rad({}, sensor, heading_->sensor_count()));
         offset_rad = wrap_angle(used.pose.yaw_rad - ego.pose.yaw_rad);
-        add_heading_variance(frame.ego_heading.sigma_rad, in.x_m[i], in.y_m[i], z);
+        add_heading_variance(heading_sigma(sensor), in.x_m[i], in.y_m[i], z);
         if (frame.views.capacity > 0) {
           frame.views.var_x[i] = float(z.var_x), frame.views.var_y[i] = float(z.var_y);
           frame.views.cov_xy[i] = float(z.cov_xy);

@@ -4,8 +4,9 @@
 // The track stage of a frame: chooses the tracker's frame of reference, makes measurements of detections, and runs the
 // tracker.
 //
-// The tracker works in the vehicle frame until the first ego pose, and in the map from then on. The change deletes all
-// tracks: their states are not valid in the map.
+// The tracker works in the vehicle frame until the first ego pose, and in the map from then on. Rows that are pushed in
+// the map need no pose: where no scan came before, they turn the tracker to the map, and the next scan without a pose
+// turns it back. Each change deletes all tracks, whose states are not valid in the other frame.
 //
 //   frame                   ego pose at its stamp   tracks in    action
 //   scans                   known                   map          measure, step
@@ -13,6 +14,7 @@
 //                           unknown                 map          predict: the detections have no known place in the map
 //   pushed, vehicle frame   as scans
 //   pushed, map             known or not            map          measure, step
+//                           unknown                 vehicle      predict: the rows have no known place
 //   prediction              known or not            as they are  predict
 //   detect threw            known or not            as above     predict
 //
@@ -47,6 +49,8 @@ class TrackStage {
   bool may_measure(Frame& frame) const noexcept;
   void measure_detections(Frame& frame) const noexcept;
   void measure_external(Frame& frame) const noexcept;
+  // Deviation of the corrected heading of a sensor, or of kMean, in the frame under way.
+  double heading_sigma(int32_t sensor) const noexcept;
   int32_t observe(const Frame& frame, ObservedSector* sectors) const noexcept;
   StepResult step(Frame& frame) noexcept;
   void predict(Frame& frame) noexcept;
@@ -57,6 +61,7 @@ class TrackStage {
   std::unique_ptr<HeadingFilter> heading_;  // null: the method measures no walls
   EgoWindow corrected_;                     // of the frame under way: poses with corrected headings, without constants
   HeadingFilter::State learned_{};          // of the frame under way
+  HeadingCause cause_{};                    // of the frame under way
   bool tracks_scans_ = false;               // in the vehicle frame
   bool rows_chose_map_ = false;             // reference_ is the map by pushed rows alone
   int32_t reference_ = OVT_REFERENCE_VEHICLE;
