@@ -1,9 +1,9 @@
 // Copyright 2026 The Overtake authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Section 1: assigns points to pixels, block by block. Computes the pixels of kSize points at a time; then each point of
-// the block claims its pixel, writes its range and elevation there, and lists the point that it displaces (a few
-// percent). At the end of the block these are compared with the points that hold their pixels.
+// Section 1: assigns points to pixels, block by block. Computes the pixels of kSize points at a time. Then each point
+// of the block claims its pixel, writes its range and elevation there, and lists the point that it displaces (a few in
+// a hundred), and at last these are compared with the points that hold their pixels.
 //
 // The winner of two points follows a total order (intensity, range, input order), so the order of comparisons does not
 // matter. A point without a pixel claims the lead of row 0 (plane.h).

@@ -197,7 +197,8 @@ void LanePolicy::score_hit(int32_t slot, State& s, const Measurement& z, const I
   double score = 0.0;
   if (innovation) {
     const double log_density = -kLog2Pi - 0.5 * (innovation->log_det + innovation->d2);
-    // A hit tells that the car is not hidden. Where no map is asked, a misjudged road behind the own wing makes hits, too.
+    // A hit tells that the car is not hidden. Where no map is asked, a misjudged road behind the own wing makes hits,
+    // too.
     const double p_hit = asks_map_ != 0 ? p_in_view_[slot] : p_detect_[slot];
     const double log_ratio = log_f64(p_hit / clutter_near(z)) + log_density;
     score = std::clamp(log_ratio, -lane_.hit_score, lane_.hit_score);
@@ -223,7 +224,8 @@ void LanePolicy::begin_existence(State& s, const Measurement& z) const noexcept 
 
 // What stands is seen first from ahead, so something slow that comes into view far behind was passed, and did not look
 // like a car then. A new track's speed is a guess: while the ego vehicle moves, what may be slow, by a standard
-// deviation, waits. Nor did, where no map is asked, a post or a sign that is new beside the road where the ego vehicle is.
+// deviation, waits. Nor did, where no map is asked, a post or a sign that is new beside the road where the ego vehicle
+// is.
 bool LanePolicy::was_passed(int32_t slot, const State& s) const noexcept {
   if (!ego_.known) return false;
   const double slow_mps = kPassedShare * ego_.speed_mps, speed_mps = s.estimate.mean.speed_mps;
