@@ -454,6 +454,17 @@ TEST_CASE("guess_road: rows without a return change no byte of a guess, with any
   }
 }
 
+TEST_CASE("guess_road: of more ground than the fit has room for, every part of the road counts") {
+  const auto higher_on_the_left = [](double x, double y) { return 0.06 * std::fmax(y - 0.5 / 400.0 * x * x, 0.0); };
+  SensorModel few = make_sensor({2.3, 0.0, 0.65, 0.0, 0.0, 0.0}, 240), many = few;
+  few.rows = 64, many.rows = 1024;
+  const Sampled one(turning_without_map(), few, scan_of(few, higher_on_the_left));
+  const Sampled other(turning_without_map(), many, scan_of(many, higher_on_the_left));
+  for (int32_t k = 0; k < one.rays; ++k)
+    for (const double distance : {5.0, 15.0, 40.0})
+      CHECK(other.height(k, distance) == doctest::Approx(one.height(k, distance)).epsilon(0.02));
+}
+
 TEST_CASE("guess_road: a car on the road does not lift the guess") {
   const auto level = [](double, double) { return 0.0; };
   const SensorModel sensor = make_sensor({2.3, 0.0, 0.65, 0.0, 0.0, 0.0}, 240);
