@@ -12,7 +12,7 @@ namespace overtake::simd {
 struct PackedLanes {
   uint64_t of[256];
 };
-inline constexpr PackedLanes kPackedLanes = [] {
+constexpr PackedLanes kPackedLanes = [] {
   PackedLanes lanes{};
   for (uint32_t mask = 0; mask < 256; ++mask)
     for (uint32_t lane = 8; lane-- > 0;)

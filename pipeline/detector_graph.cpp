@@ -111,6 +111,8 @@ void run_detect(const StageContext& context, const RunnerHooks& hooks, Frame& fr
   });
   if (whole) return;
   frame.detections.count = frame.views.count = frame.faint_count = 0;
+  for (int32_t s = 0; s < context.sensor_count; ++s)
+    if (SensorPart& part = frame.sensors[s]; part.present) std::fill_n(part.cluster_of_label, part.label_count + 1, -1);
   frame.failed = true;
   frame.flags |= OVT_FLAG_EXCEPTION;
 }

@@ -513,7 +513,8 @@ typedef struct ovt_ego_pose {
   double speed_mps, yaw_rate_rps;                            /* along x; about z */
 } ovt_ego_pose;
 OVT_API ovt_status ovt_ego_pose_init(ovt_ego_pose* pose, size_t struct_size);
-/* A frame uses the poses pushed before its last scan. Stamps must grow. The third increasing stamp in a row that is
+/* A frame uses the poses pushed before its last scan; the ground removal of preset best, which runs while scans arrive,
+ * those pushed before the scan itself. Stamps must grow. The third increasing stamp in a row that is
  * over 0.5 s older means that the clock went back. A pose that is ahead of the expected next stamp by more than two
  * intervals and 10 ms returns OVT_OK and waits for the next pose: if that one continues from it, both are used, else
  * the waiting pose is dropped. Poses that stepped ahead of the sensors by more than frame.tolerance_s plus

@@ -34,6 +34,29 @@ TEST_CASE("lane tracker: the height of a pushed row does not make it a cluster, 
   CHECK(variance_of(100, 1.1) > 0.5);
 }
 
+TEST_CASE("lane tracker: a frame that does not use the map takes it from cars that are not seen, too") {
+  const test::CircleRoad ring = make_ring(250);
+  for (const bool in_view : {true, false}) {
+    CAPTURE(in_view);
+    LaneBench bench(&ring.map);
+    for (int32_t k = 0; k < 20; ++k) {
+      const Place at = on_ring(250, 50 * kFrame_s * k);
+      bench.input.ego = {true, at.x_m - 30, at.y_m, 0, 50};
+      bench.step(k, {seen_car(at.x_m, at.y_m, k)});
+    }
+    if (!in_view) bench.input.sector_count = 0;
+    bench.step(20, {});
+    REQUIRE(bench.rows.count == 1);
+    CHECK(bench.state().asks_map == 1);
+    CHECK(bench.state().lane.curvature_per_m > 0.003);
+    bench.input.ask_map = false;
+    bench.step(21, {});
+    REQUIRE(bench.rows.count == 1);
+    CHECK(bench.state().asks_map == 0);
+    CHECK(bench.state().lane.curvature_per_m == 0);
+  }
+}
+
 TEST_CASE("lane tracker: a car that is lost where a bend begins follows the lane, without a map it goes on as before") {
   constexpr double kRadius = 250;
   const test::CircleRoad ring = make_ring(kRadius);

@@ -32,7 +32,7 @@ struct Bench {
     REQUIRE(build_frame(frame, sizes, default_allocator()));
   }
 
-  double yaw_rad = 1.5707963267948966;
+  double yaw_rad = 1.5707963267948966, heading_rad = kNan;
 
   // One pushed detection 20 m ahead. The ego pose, at the origin with heading yaw_rad, is `age_ns` old; < 0: no pose.
   void run(int64_t stamp_ns, int64_t age_ns, int32_t reference = OVT_REFERENCE_VEHICLE, double var_x = kNan,
@@ -48,7 +48,7 @@ struct Bench {
     frame.external.count = 1;
     frame.external.x_m[0] = 20;
     frame.external.y_m[0] = 0;
-    frame.external.heading_rad[0] = kNan;
+    frame.external.heading_rad[0] = heading_rad;
     frame.external.var_x[0] = var_x;
     frame.external.var_y[0] = var_y;
     frame.external.cov_xy[0] = cov_xy;
@@ -69,6 +69,18 @@ struct Bench {
 double extra_variance(double age_s) { return std::pow(0.5 * 26.5 * age_s * age_s, 2); }
 
 }  // namespace
+
+TEST_CASE("track stage: a heading that is no angle is not measured, in the vehicle frame as in the map") {
+  for (const int32_t reference : {OVT_REFERENCE_VEHICLE, OVT_REFERENCE_MAP})
+    for (const double heading_rad : {HUGE_VAL, -HUGE_VAL, 1e7, kNan}) {
+      Bench bench;
+      bench.heading_rad = heading_rad;
+      bench.run(1000 * kMs, 0, reference);
+      REQUIRE(bench.frame.measurements.count == 1);
+      CHECK(std::isfinite(bench.frame.measurements.row[0].heading_rad) ==
+            (reference == OVT_REFERENCE_MAP && std::isfinite(heading_rad)));  // the tracker drops it there
+    }
+}
 
 TEST_CASE("track stage: pushed detections in the vehicle frame get the uncertainty of an old ego pose, from 20 ms on") {
   for (const int64_t age_ms : {0, 20, 21, 90, 400}) {

@@ -243,7 +243,7 @@ bool LanePolicy::was_passed(int32_t slot, const State& s) const noexcept {
 bool LanePolicy::record(int32_t slot, State& s, bool hit) const noexcept {
   s.history = s.history << 1 | uint64_t(hit);
   if (s.age < INT32_MAX) ++s.age;
-  s.asks_map = asks_map_;
+  follow_map_use(s);
   s.is_new = 0;
   s.visibility = hit ? Visibility::kSeen : visibility_[slot];
   if (hit) {

@@ -130,6 +130,13 @@ void LanePolicy::look_at_lane(State& s) const noexcept {
   if (is_guessed(s)) s.lane.heading_rad = at.heading_rad, s.lane.course_s = lane_.path_turn_s;
 }
 
+// An iteration that does not use the map takes it from the tracks that are not seen, too.
+void LanePolicy::follow_map_use(State& s) const noexcept {
+  if (s.asks_map == asks_map_) return;
+  s.asks_map = asks_map_;
+  look_at_lane(s);
+}
+
 // A car on a lane that was not seen lately drives as on its predicted path: parallel to the lane, at an offset that is
 // less and less certain. An error of its course would take it off the lane: 1 deg by 0.9 m in a second at 50 m/s. The
 // course of a car that is seen is its own: pulled to the lane, the places of a recorded drive were less exact.

@@ -67,6 +67,7 @@ class LanePolicy {
   void leave_view(State& s) const noexcept {
     s.visibility = Visibility::kOutside;
     s.is_new = 0;
+    follow_map_use(s);
   }
   void write_optional(const State& s, OptionalTrackTable& t, std::size_t i) const noexcept;
   void write_paths(std::span<const State> states, PathTable& t) const noexcept;
@@ -97,6 +98,7 @@ class LanePolicy {
   PathNoise path_noise(const State& s) const noexcept;
   double find_curvature(const MapProjection& at) const noexcept;
   void look_at_lane(State& s) const noexcept;
+  void follow_map_use(State& s) const noexcept;
   bool is_guessed(const State& s) const noexcept;
   bool may_accelerate(const State& s) const noexcept;
   double speed_noise(const State& s) const noexcept;

@@ -48,7 +48,7 @@ void add_heading_variance(double sigma_rad, float x, float y, Measurement& z) no
 // Transforms a measurement without a height, of a level vehicle, to the map.
 void turn_to_map(const EgoState& ego, Measurement& z) noexcept {
   ego.to_map(z.x_m, z.y_m, 0.0, z.x_m, z.y_m);
-  if (z.heading_rad == z.heading_rad) z.heading_rad = ego.heading_to_map(z.heading_rad);
+  z.heading_rad = std::fabs(z.heading_rad) <= kMaxAngle_rad ? ego.heading_to_map(z.heading_rad) : kNotMeasured;
   const double c = ego.r[0], s = ego.r[3];
   const double xx = z.var_x, yy = z.var_y, xy = z.cov_xy;
   z.var_x = c * c * xx - 2 * c * s * xy + s * s * yy;
