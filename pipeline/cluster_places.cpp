@@ -58,8 +58,10 @@ ClusterReference find_reference(const StageContext& context, const Frame& frame,
   if (!frame.uses_map || !frame.ego.at(merged.stamp_ns[row], ego)) return found;
   double x, y;
   ego.to_map(double(merged.center_x_m[row]), double(merged.center_y_m[row]), double(merged.center_z_m[row]), x, y);
-  found.place = context.map->project(x, y, hint);
-  hint = found.place.segment;
+  const MapProjection place = context.map->project(x, y, hint);
+  hint = place.segment;
+  if (place.segment < 0) return found;  // beyond the coordinates of a map
+  found.place = place;
   found.heading_rad = ego.heading_to_vehicle(found.place.heading_rad);
   found.on_map = true;
   found.fresh = ego.age_ns <= kEgoFreshNs;

@@ -134,6 +134,7 @@ ovt_status Detector::advance(int64_t now_ns) {
     return OVT_OK;
   }
   advance_ns_.store(now_ns, std::memory_order_relaxed);
+  advance_poses_.store(ego_->range().count, std::memory_order_relaxed);
   advance_before_.store(tickets_.load(std::memory_order_relaxed), std::memory_order_relaxed);
   const uint64_t ticket = advance_wanted_.fetch_add(1, std::memory_order_acq_rel) + 1;
   event_.signal();
@@ -294,7 +295,8 @@ bool Detector::step_intake() {
   if (gather_hook_) gather_hook_(gather_user_);
   // What is pushed later does not delay them.
   if (advance_wanted != advance_done_.load(std::memory_order_relaxed) && !is_pending_before(advance_before)) {
-    const bool done = assembler_->advance(advance_ns_.load(std::memory_order_relaxed));
+    const bool done = assembler_->advance(advance_ns_.load(std::memory_order_relaxed),
+                                          advance_poses_.load(std::memory_order_relaxed));
     count_settled();
     if (!done) return false;
     advance_done_.store(advance_wanted, std::memory_order_release);

@@ -216,7 +216,7 @@ class Detector {
   std::atomic<bool> stop_{false};
   enum StartState : int32_t { kStarting, kRunning, kFailed };
   std::atomic<StartState> start_state_{kStarting};
-  std::atomic<int64_t> advance_ns_{INT64_MIN};
+  std::atomic<int64_t> advance_ns_{INT64_MIN}, advance_poses_{0};  // the time, and the poses that were pushed before it
   std::atomic<uint64_t> advance_wanted_{0}, advance_done_{0};
   std::atomic<uint64_t> flush_wanted_{0}, flush_done_{0};
   std::atomic<uint64_t> advance_before_{0}, flush_before_{0};  // they wait for what was pushed before these tickets

@@ -177,7 +177,7 @@ bool FrameAssembler::flush() noexcept {
   return placed;
 }
 
-bool FrameAssembler::advance(int64_t now_ns) noexcept {
+bool FrameAssembler::advance(int64_t now_ns, int64_t pose_count) noexcept {
   clock_.name_time(now_ns);
   if (!place_accepted()) return false;
   if (open_) {
@@ -187,7 +187,9 @@ bool FrameAssembler::advance(int64_t now_ns) noexcept {
   if (!closed_any_ || difference_ns(now_ns, closed_stamp_ns_) < params_.predict_after_ns) return true;
   Frame* frame = open(now_ns, FrameKind::kPrediction);
   if (!frame) return false;
-  close(*frame, ego_.range());
+  EgoRange poses = ego_.range();
+  poses.count = std::min(poses.count, pose_count);
+  close(*frame, poses);
   return true;
 }
 

@@ -96,8 +96,9 @@ class FrameAssembler {
   IntakeResult take_scan(int32_t sensor, Scan& scan) noexcept;
   // Pushed detections become a separate frame, before the open one unless they are 2 wait_ns newer.
   IntakeResult take_external(ExternalScan& scan) noexcept;
-  // False if a frame slot was needed and none is free: try again.
-  bool advance(int64_t now_ns) noexcept;
+  // A prediction uses the first `pose_count` poses that were pushed. False if a frame slot was needed and none is free:
+  // try again.
+  bool advance(int64_t now_ns, int64_t pose_count = INT64_MAX) noexcept;
   // Rejects everything that is held, and closes the open frame. False if a frame slot was needed and none is free.
   bool flush() noexcept;
   int64_t closed_count() const noexcept { return next_sequence_; }         // frames closed so far

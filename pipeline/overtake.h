@@ -693,7 +693,8 @@ typedef struct ovt_detections {
   const uint64_t* track;             /* id of the associated track, 0 none */
   /* null with preset paper */
   const float *var_x, *var_y, *cov_xy;   /* covariance of x_m, y_m, m^2, axes of the vehicle frame. With an ego pose
-                                        it includes the error of the ego heading as this sensor knows it */
+                                        it includes the error of the corrected ego heading, by the walls that the
+                                        sensor with the most points has seen */
   const int32_t* view;               /* ovt_view, from the sensor with the most points */
   const int32_t* object_class;       /* ovt_object_class; initiates no track if it is OVT_CLASS_DEBRIS */
   const float *road_z_m, *height_m;  /* z of the road under the object, vehicle frame; height of its highest point over

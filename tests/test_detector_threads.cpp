@@ -174,6 +174,34 @@ TEST_CASE("detector threads: a flush waits for a scan pushed just after the inta
   CHECK(bench.records.size() == 2);  // only the flush closes the frame of that scan
 }
 
+TEST_CASE("detector threads: a prediction uses the poses that were pushed before ovt_advance") {
+  DetectorBench bench({.workers = 2, .push_policy = OVT_PUSH_REPLACE});
+  bench.create();
+  auto& detector = *reinterpret_cast<overtake::Detector*>(bench.detector);
+  Meeting meeting(detector);
+  bench.push_frame(0);
+  bench.flush();
+  REQUIRE(bench.records.size() == 1);
+  const int64_t stamp_ns = bench.records[0].info.stamp_ns;
+  meeting.armed.store(true);
+  REQUIRE(ovt_advance(bench.detector, INT64_MIN) == OVT_OK);  // wakes the intake, and predicts nothing
+  while (!meeting.looked.load()) std::this_thread::yield();
+  REQUIRE(ovt_advance(bench.detector, stamp_ns + 200'000'000) == OVT_OK);
+  ovt_ego_pose pose;
+  REQUIRE(ovt_ego_pose_init(&pose, sizeof pose) == OVT_OK);
+  pose.stamp_ns = stamp_ns + 60'000'000;
+  pose.x_m = 12345;
+  CHECK(ovt_push_ego_pose(bench.detector, &pose) == OVT_OK);
+  meeting.go_on.store(true);
+  while (bench.stats().frames < 2) std::this_thread::yield();
+  bench.destroy();
+  REQUIRE(bench.records.size() >= 2);
+  for (std::size_t k = 1; k < bench.records.size(); ++k) {
+    CHECK((bench.records[k].info.flags & OVT_FLAG_PREDICTION) != 0);
+    CHECK(bench.records[k].info.ego_x_m < 10000);
+  }
+}
+
 TEST_CASE("detector threads: worker_count 0 starts threads also on one CPU, so a thread per sensor may push") {
   cpu_set_t all, one;
   REQUIRE(sched_getaffinity(0, sizeof all, &all) == 0);

@@ -420,6 +420,26 @@ TEST_CASE("frame_assembler: advance closes a frame after 75 ms and predicts when
   CHECK(bench.count() == 3);
 }
 
+TEST_CASE("frame_assembler: a prediction uses the poses that were pushed before the time was reported") {
+  for (const int64_t pose_count : {int64_t(1), INT64_MAX}) {
+    Bench bench;
+    const auto push_pose = [&](int64_t ms) {
+      EgoPose pose;
+      pose.stamp_ns = ms * kMs;
+      CHECK(bench.ego.push(pose) == OVT_OK);
+    };
+    push_pose(100);
+    bench.scan(0, 100);
+    CHECK(bench.assembler.advance(175 * kMs));
+    push_pose(110);
+    bench.runner.keep = true;
+    CHECK(bench.assembler.advance(190 * kMs, pose_count));
+    REQUIRE(bench.last().kind == FrameKind::kPrediction);
+    CHECK(bench.runner.kept[0]->ego.count == std::min<int64_t>(pose_count, 2));
+    bench.runner.finish_kept();
+  }
+}
+
 TEST_CASE("frame_assembler: pushed detections are a separate frame, in the order of stamps") {
   Bench bench;
   CHECK(bench.external(90) == IntakeResult::kUsed);

@@ -485,6 +485,21 @@ TEST_CASE("height_profile: after a restart of the clock all that was learned is 
   check_stations(drive.describe(), road, 0.02);
 }
 
+TEST_CASE("height_profile: a scan is not told a place between poses and a run whose clock stepped ahead") {
+  const CircleRoad road = level_road();
+  Drive drive(road), stepped(road);
+  drive.go(50.0, 70.0), stepped.go(50.0, 70.0);
+  const int64_t scan_ns = drive.stamp_ns + 40 * kMs;
+  const RoadData right = drive.describe(scan_ns);
+  stepped.stamp_ns += 10'000 * kMs, stepped.learns = false;
+  stepped.go(52.0, 70.0);
+  const RoadData told = stepped.describe(scan_ns);
+  REQUIRE(right.has_pose);
+  REQUIRE(told.has_pose);
+  CHECK(told.s_m == right.s_m);
+  CHECK(std::memcmp(&told.ego.pose, &right.ego.pose, sizeof told.ego.pose) == 0);
+}
+
 TEST_CASE("height_profile: without a map, without a pose, and with a stale pose") {
   const CircleRoad road = level_road();
   {

@@ -227,13 +227,29 @@ void HeightProfile::learn(const EgoPose& pose) noexcept {
   has_last_ = true;
 }
 
+namespace {
+
+// Without a run of poses that begins long after the scan: its clock may have stepped ahead, and between such a run and
+// the poses before it there is no place to be. Only the frame can tell (FrameAssembler::watch_ego).
+EgoRange without_later_runs(const EgoBuffer& poses, EgoRange range, int64_t stamp_ns) noexcept {
+  const int64_t oldest = poses.oldest_safe(range);
+  while (range.count > oldest) {
+    const int64_t begin = poses.run_at(range.count - 1);
+    if (begin <= oldest || difference_ns(poses.stamp_at(begin), stamp_ns) <= kEgoFreshNs) break;
+    range.count = begin;
+  }
+  return range;
+}
+
+}  // namespace
+
 void HeightProfile::describe(const EgoBuffer& poses, const EgoRange& range, int64_t stamp_ns, RoadData& road) noexcept {
   for (int64_t i = std::max(learned_, poses.oldest_safe(range)); i < range.count; ++i) {
     way_.add(poses.pose_at(i));
     if (map_) learn(poses.pose_at(i));
   }
   learned_ = std::max(learned_, range.count);
-  poses.copy_window(range, stamp_ns, stamp_ns, window_);
+  poses.copy_window(without_later_runs(poses, range, stamp_ns), stamp_ns, stamp_ns, window_);
   road.has_pose = window_.at(stamp_ns, road.ego) && road.ego.age_ns <= kEgoFreshNs;
   road.map = nullptr;
   road.way_count = 0;

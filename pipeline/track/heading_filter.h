@@ -90,7 +90,7 @@ class HeadingFilter {
   State first_state() const noexcept;
   void open(State& state) const noexcept;
   void step(State& state, const Entry& entry) const noexcept;
-  // Square of the innovation over what it may be (kGateNoise); > kGate: contradicts.
+  // Square of the innovation over the state's variance plus kGateNoise times the walls'; > kGate: contradicts.
   double measure(const State& state, const HeadingCause& cause, int32_t sensor, const WallHeading& wall,
                  double& innovation) const noexcept;
 

@@ -17,9 +17,8 @@ namespace {
 constexpr double kLog2Pi = 1.8378770664093453;
 constexpr double kLeastDetect = 0.01;
 constexpr double kWing_rad = 0.2, kWing_m = 10.0;  // the shadow of the own rear wing, to both sides; from here on
-constexpr double kHiddenWidths = 0.6,
-                 kPartWidths = 1.2;  // of a car's width: a car this far beside another one's line of
-                                     // sight is hidden by it, or may be in part
+// Widths of a car: one this far beside another one's line of sight is hidden by it, or may be in part.
+constexpr double kHiddenWidths = 0.6, kPartWidths = 1.2;
 constexpr double kTall_m = 0.6;     // no road nearer than 30 m is misjudged by as much: in the own shadow this is a car
 constexpr double kOutside_m = 0.3;  // of the circuit is where a car's centre cannot be,
 constexpr int32_t kMostOfWall = 30;  // unless more points tell that it is a car
