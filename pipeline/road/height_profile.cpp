@@ -39,6 +39,18 @@ bool is_on_road(const MapProjection& at) noexcept {
   return at.d_m <= at.width_left_m + kOffRoad_m && at.d_m >= -at.width_right_m - kOffRoad_m;
 }
 
+// The range less the runs of poses that begin long after the scan. Their clock may have stepped ahead, which only the
+// frame can tell (FrameAssembler::watch_ego); a place between such a run and the poses before it would be wrong.
+EgoRange without_later_runs(const EgoBuffer& poses, EgoRange range, int64_t stamp_ns) noexcept {
+  const int64_t oldest = poses.oldest_safe(range);
+  while (range.count > oldest) {
+    const int64_t begin = poses.run_at(range.count - 1);
+    if (begin <= oldest || difference_ns(poses.stamp_at(begin), stamp_ns) <= kEgoFreshNs) break;
+    range.count = begin;
+  }
+  return range;
+}
+
 }  // namespace
 
 bool HeightProfile::build(const CircuitMap* map, const Allocator& allocator) {
@@ -226,22 +238,6 @@ void HeightProfile::learn(const EgoPose& pose) noexcept {
   last_ = place;
   has_last_ = true;
 }
-
-namespace {
-
-// Without a run of poses that begins long after the scan: its clock may have stepped ahead, and between such a run and
-// the poses before it there is no place to be. Only the frame can tell (FrameAssembler::watch_ego).
-EgoRange without_later_runs(const EgoBuffer& poses, EgoRange range, int64_t stamp_ns) noexcept {
-  const int64_t oldest = poses.oldest_safe(range);
-  while (range.count > oldest) {
-    const int64_t begin = poses.run_at(range.count - 1);
-    if (begin <= oldest || difference_ns(poses.stamp_at(begin), stamp_ns) <= kEgoFreshNs) break;
-    range.count = begin;
-  }
-  return range;
-}
-
-}  // namespace
 
 void HeightProfile::describe(const EgoBuffer& poses, const EgoRange& range, int64_t stamp_ns, RoadData& road) noexcept {
   for (int64_t i = std::max(learned_, poses.oldest_safe(range)); i < range.count; ++i) {
